@@ -1,0 +1,10 @@
+/// @file
+/// Everything.
+#pragma once
+
+// IWYU pragma: begin_exports
+#include "phistep/autodiff.hpp"
+#include "phistep/io.hpp"
+#include "phistep/phistep.hpp"
+#include "phistep/sparse.hpp"
+// IWYU pragma: end_exports

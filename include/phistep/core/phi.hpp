@@ -1,0 +1,119 @@
+/// @file
+/// φ and the named schemes of the φ-method, as types.
+///
+/// A φ known at compile time lets a scheme drop what it doesn't need: `forward_euler` instantiates no solver.
+/// Compile-time values are ratios, because clang 14 has no floating-point template parameters.
+#pragma once
+
+#include <stdexcept>
+#include <type_traits>
+
+#include "phistep/core/version.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// φ = Numerator/Denominator, known at compile time.
+template <int Numerator, int Denominator = 1>
+struct FixedPhi {
+  static_assert(Denominator > 0 && Numerator >= 0 && Numerator <= Denominator, "phi must lie in [0, 1]");
+  template <class Scalar>
+  [[nodiscard]] static constexpr Scalar value() {
+    return static_cast<Scalar>(Numerator) / static_cast<Scalar>(Denominator);
+  }
+};
+
+/// φ given at run time, checked once.
+class RunTimePhi {
+ public:
+  /// @throws std::invalid_argument unless 0 ≤ phi ≤ 1 (a NaN fails too).
+  explicit constexpr RunTimePhi(double phi) : phi_{phi} {
+    if (!(phi >= 0.0 && phi <= 1.0)) throw std::invalid_argument("phistep: phi must lie in [0, 1]");
+  }
+  template <class Scalar>
+  [[nodiscard]] constexpr Scalar value() const {
+    return static_cast<Scalar>(phi_);
+  }
+
+ private:
+  double phi_;
+};
+
+/// φ_drift of a run-time pair: a type of its own, so that a pair on a first-order state is a compile error.
+class RunTimeDriftPhi : public RunTimePhi {
+  using RunTimePhi::RunTimePhi;
+};
+
+/// True where φ is zero by type, so that nothing implicit needs to exist.
+template <class Phi>
+inline constexpr bool is_zero_phi = false;
+template <int Denominator>
+inline constexpr bool is_zero_phi<FixedPhi<0, Denominator>> = true;
+
+/// Where the force is evaluated: at both ends of the step, blended (the source's form), or once at a stage inside it.
+enum class Form { endpoint, stage };
+
+/// The φ-method with φ_force weighting Ψ in the velocity (or first-order) update and φ_drift weighting v in r' = v.
+template <class Force, class Drift, Form form_>
+struct PhiScheme {
+  static constexpr Form form = form_;
+  static constexpr bool is_pair = !std::is_same_v<Force, Drift>;
+  static constexpr bool is_explicit = is_zero_phi<Force>;
+  [[no_unique_address]] Force force;
+  [[no_unique_address]] Drift drift;
+
+  /// Order of convergence: 2 where both weights are ½, else 1.
+  [[nodiscard]] constexpr int order() const {
+    return force.template value<double>() == 0.5 && drift.template value<double>() == 0.5 ? 2 : 1;
+  }
+};
+
+/// Velocity Verlet: (0,1) over Δt/2, then (1,0) over Δt/2, fused. Order 2; symplectic where the force ignores v.
+struct VelocityVerlet {
+  static constexpr Form form = Form::endpoint;
+  static constexpr bool is_pair = true;
+  static constexpr bool is_explicit = true;
+  [[nodiscard]] static constexpr int order() { return 2; }
+};
+
+/// One φ for force and drift.
+template <class Phi, Form form = Form::endpoint>
+using SinglePhi = PhiScheme<Phi, Phi, form>;
+
+/// φ = 0. Order 1. Never stable for undamped motion: the energy of an oscillator grows by 1 + (ωΔt)² each step.
+inline constexpr SinglePhi<FixedPhi<0>> forward_euler{};
+/// φ = ½ at the two ends: the trapezoidal rule, which the source calls "midpoint". Order 2, A-stable; rings on stiff modes.
+inline constexpr SinglePhi<FixedPhi<1, 2>> trapezoidal{};
+/// φ = 1. Order 1, L-stable: damps what it can't resolve.
+inline constexpr SinglePhi<FixedPhi<1>> backward_euler{};
+/// φ = ½ at one stage: the implicit midpoint rule. Order 2, symplectic, keeps quadratic invariants such as angular momentum.
+inline constexpr SinglePhi<FixedPhi<1, 2>, Form::stage> midpoint{};
+/// Kick, then drift: (φ_force, φ_drift) = (0, 1). Order 1, symplectic, explicit.
+inline constexpr PhiScheme<FixedPhi<0>, FixedPhi<1>, Form::endpoint> symplectic_euler{};
+/// Drift, then kick: (1, 0), the adjoint of symplectic_euler; explicit where the force ignores v.
+inline constexpr PhiScheme<FixedPhi<1>, FixedPhi<0>, Form::endpoint> symplectic_euler_adjoint{};
+/// The usual choice for explicit motion: one force call a step, order 2, bounded energy error.
+inline constexpr VelocityVerlet velocity_verlet{};
+
+/// φ chosen at run time. @throws std::invalid_argument unless 0 ≤ phi ≤ 1.
+[[nodiscard]] constexpr SinglePhi<RunTimePhi> phi(double phi) { return {RunTimePhi{phi}, RunTimePhi{phi}}; }
+
+/// The pair (φ_force, φ_drift) at run time, for motion. @throws std::invalid_argument unless both lie in [0, 1].
+/// Newmark's β = φ_force φ_drift, γ = φ_force + φ_drift − ½ (numerically the same positions).
+[[nodiscard]] constexpr auto phi(double phi_force, double phi_drift) {
+  return PhiScheme<RunTimePhi, RunTimeDriftPhi, Form::endpoint>{RunTimePhi{phi_force}, RunTimeDriftPhi{phi_drift}};
+}
+
+/// φ at run time in stage form: Ψ is evaluated once, at t + φΔt. @throws std::invalid_argument unless 0 ≤ phi ≤ 1.
+[[nodiscard]] constexpr SinglePhi<RunTimePhi, Form::stage> phi_stage(double phi) {
+  return {RunTimePhi{phi}, RunTimePhi{phi}};
+}
+
+/// φ = 1/(1+ρ∞): stiff modes shrink by the factor ρ∞ each step (1: trapezoidal, 0: backward Euler).
+/// @throws std::invalid_argument unless 0 ≤ rho_inf ≤ 1.
+[[nodiscard]] constexpr SinglePhi<RunTimePhi> from_spectral_radius(double rho_inf) {
+  if (!(rho_inf >= 0.0 && rho_inf <= 1.0))
+    throw std::invalid_argument("phistep: the spectral radius at infinity must lie in [0, 1]");
+  return phi(1.0 / (1.0 + rho_inf));
+}
+
+}  // namespace phistep::inline PHISTEP_ABI

@@ -1,0 +1,86 @@
+/// @file
+/// What `step` returns: 16 bytes; the story of a failure stays in the stepper and becomes text on demand.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstdio>
+#include <string>
+#include <type_traits>
+
+#include "phistep/core/outcome.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// The details of the last failed step, kept by the stepper.
+struct Failure {
+  static constexpr std::size_t history_length = 24;
+
+  Outcome outcome = Outcome::success;
+  double t = 0;              ///< [time] start of the step
+  double dt = 0;             ///< [time] its length
+  std::int64_t block = -1;   ///< which block of the state (motion: 0 = r, 1 = v), −1 = unknown
+  std::int64_t index = -1;   ///< which component of that block, in storage order
+  std::int64_t row = -1;     ///< for matrix-shaped blocks: the component …
+  std::int64_t column = -1;  ///< … of this particle
+  int term = -1;             ///< which term of a sum, −1 = unknown or not a sum
+  int iterations = 0;        ///< Newton iterations done
+  std::array<double, history_length> increments{};  ///< relative size of each Newton increment
+
+  void record(double increment) {
+    if (static_cast<std::size_t>(iterations) < history_length) increments[static_cast<std::size_t>(iterations)] = increment;
+    ++iterations;
+  }
+
+  /// Everything known, as one paragraph.
+  [[nodiscard]] std::string message() const {
+    std::string text = std::string("phistep: ") + describe(outcome);
+    char buffer[96];
+    if (index >= 0) {
+      text += ", component " + std::to_string(index);
+      if (block >= 0) text += " of block " + std::to_string(block);
+      if (column >= 0) text += " (particle " + std::to_string(column) + ", row " + std::to_string(row) + ")";
+    }
+    if (term >= 0) text += ", from term " + std::to_string(term) + " of the sum";
+    std::snprintf(buffer, sizeof buffer, "; at t = %.9g, dt = %.9g", t, dt);
+    text += buffer;
+    if (iterations > 0) {
+      text += "; relative Newton increments";
+      const auto shown = std::min(static_cast<std::size_t>(iterations), history_length);
+      for (std::size_t k = 0; k < shown; ++k) {
+        std::snprintf(buffer, sizeof buffer, " %.2g", increments[k]);
+        text += buffer;
+      }
+    }
+    if (const char* advice = advise(outcome); *advice != '\0') text += std::string(". Try: ") + advice;
+    return text + '.';
+  }
+};
+
+/// The result of one step. Contextually true on success; on failure the state is bit for bit what it was.
+class [[nodiscard]] StepReport {
+ public:
+  constexpr StepReport() = default;
+  constexpr StepReport(Outcome outcome, int iterations, const Failure* failure)
+      : failure_{failure}, iterations_{iterations}, outcome_{outcome} {}
+
+  [[nodiscard]] constexpr explicit operator bool() const { return outcome_ == Outcome::success; }
+  [[nodiscard]] constexpr Outcome outcome() const { return outcome_; }
+  [[nodiscard]] constexpr int iterations() const { return iterations_; }  ///< Newton iterations of this step
+
+  /// The details of a failure. Valid, like message(), until the stepper's next step, move or end of life.
+  [[nodiscard]] Failure failure() const { return failure_ != nullptr ? *failure_ : Failure{}; }
+  /// What happened, where, and what to try. Valid until the stepper's next step, move or end of life.
+  [[nodiscard]] std::string message() const {
+    return failure_ != nullptr ? failure_->message() : std::string("phistep: ") + describe(outcome_) + '.';
+  }
+
+ private:
+  const Failure* failure_ = nullptr;
+  std::int32_t iterations_ = 0;
+  Outcome outcome_ = Outcome::success;
+};
+static_assert(sizeof(StepReport) <= 16 && std::is_trivially_copyable_v<StepReport>);
+
+}  // namespace phistep::inline PHISTEP_ABI

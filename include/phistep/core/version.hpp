@@ -1,0 +1,55 @@
+#pragma once
+
+/// @file
+/// Version, and the inline namespace that carries it.
+///
+/// Every header opens `namespace phistep::inline PHISTEP_ABI {`. The name holds the version and the instruction set,
+/// because Eigen's alignment and packet sizes follow -march: two units built for different machines would otherwise
+/// share one inline function, and the linker would keep whichever it met first. With the name they are different
+/// types, so passing a state from one to the other fails at link time instead of at run time.
+
+#define PHISTEP_VERSION_MAJOR 0
+#define PHISTEP_VERSION_MINOR 1
+#define PHISTEP_VERSION_PATCH 0
+
+// Under -ffast-math or -ffinite-math-only the compiler may delete the checks for NaN and inf on which
+// "a failed step leaves the state untouched" rests.
+#if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__) || defined(_M_FP_FAST)
+#error "phistep: -ffast-math removes the NaN checks. Use -O3 -march=native -fno-math-errno -fno-trapping-math"
+#endif
+
+// Widest instruction set first; FMA is named because it changes the last bits of a result.
+#if defined(__AVX512F__)
+#define PHISTEP_DETAIL_ISA avx512
+#elif defined(__AVX2__) && defined(__FMA__)
+#define PHISTEP_DETAIL_ISA avx2_fma
+#elif defined(__AVX2__)
+#define PHISTEP_DETAIL_ISA avx2
+#elif defined(__AVX__)
+#define PHISTEP_DETAIL_ISA avx
+#elif defined(__SSE4_2__)
+#define PHISTEP_DETAIL_ISA sse4_2
+#elif defined(__SSE2__) || defined(_M_X64)
+#define PHISTEP_DETAIL_ISA sse2
+#elif defined(__ARM_FEATURE_SVE)
+#define PHISTEP_DETAIL_ISA sve
+#elif defined(__ARM_NEON)
+#define PHISTEP_DETAIL_ISA neon
+#else
+#define PHISTEP_DETAIL_ISA generic
+#endif
+
+#define PHISTEP_DETAIL_PASTE(major, minor, isa) v##major##_##minor##_##isa
+#define PHISTEP_DETAIL_ABI(major, minor, isa) PHISTEP_DETAIL_PASTE(major, minor, isa)
+
+/// Name of the inline namespace, for example `v0_1_avx2_fma`.
+#define PHISTEP_ABI PHISTEP_DETAIL_ABI(PHISTEP_VERSION_MAJOR, PHISTEP_VERSION_MINOR, PHISTEP_DETAIL_ISA)
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// The version as constants, for `static_assert` and `if constexpr`.
+inline constexpr int version_major = PHISTEP_VERSION_MAJOR;
+inline constexpr int version_minor = PHISTEP_VERSION_MINOR;
+inline constexpr int version_patch = PHISTEP_VERSION_PATCH;
+
+}  // namespace phistep::inline PHISTEP_ABI

@@ -1,0 +1,219 @@
+/// @file
+/// What a force needs and offers, read from its own signature: arity alone decides, so no body is ever instantiated
+/// with the wrong types.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <concepts>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+#include "phistep/core/structure.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/force/sum.hpp"
+#include "phistep/state/blocks.hpp"
+#include "phistep/state/motion.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// ∂Ψ/∂r and ∂Ψ/∂v of a force that depends on both: what `jacobian(r, v[, t])` returns.
+template <class Position, class Velocity = Position>
+struct MotionJacobian {
+  Position K;  ///< ∂Ψ/∂r, n × n [force/length]
+  Velocity C;  ///< ∂Ψ/∂v, n × n [force·time/length]
+};
+template <class Position, class Velocity>
+MotionJacobian(Position, Velocity) -> MotionJacobian<Position, Velocity>;
+
+/// The history of a force that has none.
+struct NoMemory {};
+
+template <class F>
+struct MemoryTrait {
+  using type = NoMemory;
+};
+template <class F>
+  requires requires { typename F::Memory; }
+struct MemoryTrait<F> {
+  using type = typename F::Memory;
+};
+template <class... T>
+struct MemoryTrait<Sum<T...>> {
+  static constexpr bool any = (!std::is_same_v<typename MemoryTrait<Unwrapped<T>>::type, NoMemory> || ...);
+  using type = std::conditional_t<any, std::tuple<typename MemoryTrait<Unwrapped<T>>::type...>, NoMemory>;
+};
+/// The value that carries a force's history, NoMemory where there is none.
+template <class F>
+using MemoryOf = typename MemoryTrait<Unwrapped<F>>::type;
+template <class F>
+inline constexpr bool remembers = !std::is_same_v<MemoryOf<F>, NoMemory>;
+
+template <class View>
+concept FirstOrderLike = requires(const View& view) { view.y; } && !requires(const View& view) { view.r; };
+template <class View>
+concept MotionLike = requires(const View& view) {
+  view.r;
+  view.v;
+};
+template <class View>
+struct ViewScalar {
+  using type = typename std::remove_cvref_t<decltype([](const View& view) -> decltype(auto) {
+    if constexpr (MotionLike<View>) return (view.r);
+    else return (view.y);
+  }(std::declval<const View&>()))>::Scalar;
+};
+
+/// Accepts every entry; the shape that `add_jacobian` is probed with.
+struct ProbeSink {
+  void position(Index, Index, double) {}
+  void velocity(Index, Index, double) {}
+  void rate(Index, Index, double) {}
+};
+
+/// A struct that adds its force to `out`.
+template <class F, class View, class Rate>
+concept Accumulating = requires(F& f, double t, const View& y, Rate& out) { f.add(t, y, out); } ||
+                       requires(F& f, double t, const View& y, const MemoryOf<F>& memory, Rate& out) {
+                         f.add(t, y, memory, out);
+                       };
+
+/// Number of arguments of a force that is called and returns, 0 where no accepted form fits.
+template <class F, class View>
+[[nodiscard]] consteval int call_arity() {
+  if constexpr (MotionLike<View>) {
+    using V = decltype(std::declval<const View&>().r);
+    using T = typename ViewScalar<View>::type;
+    if constexpr (std::is_invocable_v<F&, V, V, T>) return 3;
+    else if constexpr (std::is_invocable_v<F&, V, V>) return 2;
+    else if constexpr (std::is_invocable_v<F&, V>) return 1;
+    else return 0;
+  } else if constexpr (FirstOrderLike<View>) {
+    using Y = decltype(std::declval<const View&>().y);
+    using T = typename ViewScalar<View>::type;
+    if constexpr (std::is_invocable_v<F&, Y, T>) return 2;
+    else if constexpr (std::is_invocable_v<F&, Y>) return 1;
+    else return 0;
+  } else {
+    return 0;
+  }
+}
+
+/// Calls f with as many of (r, v, t) or (y, t) as it takes.
+template <int arity, class View, class Scalar>
+[[nodiscard]] decltype(auto) call_with(auto&& f, const View& y, Scalar t) {
+  if constexpr (MotionLike<View>) {
+    if constexpr (arity == 3) return f(y.r, y.v, t);
+    else if constexpr (arity == 2) return f(y.r, y.v);
+    else return f(y.r);
+  } else {
+    if constexpr (arity == 2) return f(y.y, t);
+    else return f(y.y);
+  }
+}
+
+/// Calls f.jacobian with the force's own arguments.
+template <int arity, class F, class View, class Scalar>
+[[nodiscard]] decltype(auto) call_jacobian(F& f, const View& y, Scalar t) {
+  if constexpr (MotionLike<View>) {
+    if constexpr (arity == 3) return f.jacobian(y.r, y.v, t);
+    else if constexpr (arity == 2) return f.jacobian(y.r, y.v);
+    else return f.jacobian(y.r);
+  } else {
+    if constexpr (arity == 2) return f.jacobian(y.y, t);
+    else return f.jacobian(y.y);
+  }
+}
+
+/// True where f.jacobian takes the force's own arguments.
+template <class F, class View, int arity, class T = typename ViewScalar<View>::type>
+[[nodiscard]] consteval bool returns_jacobian() {
+  if constexpr (MotionLike<View> && arity == 3) return requires(F& f, const View& y, T t) { f.jacobian(y.r, y.v, t); };
+  else if constexpr (MotionLike<View> && arity == 2) return requires(F& f, const View& y) { f.jacobian(y.r, y.v); };
+  else if constexpr (MotionLike<View> && arity == 1) return requires(F& f, const View& y) { f.jacobian(y.r); };
+  else if constexpr (FirstOrderLike<View> && arity == 2) return requires(F& f, const View& y, T t) { f.jacobian(y.y, t); };
+  else if constexpr (FirstOrderLike<View> && arity == 1) return requires(F& f, const View& y) { f.jacobian(y.y); };
+  else return false;
+}
+/// An Eigen sparse matrix, told without including Eigen/Sparse.
+template <class J>
+inline constexpr bool is_sparse_matrix = requires(const J& j) { j.outerIndexPtr(); };
+template <class K, class C>
+inline constexpr bool is_sparse_matrix<MotionJacobian<K, C>> = is_sparse_matrix<K> || is_sparse_matrix<C>;
+
+template <class F, class View>
+concept AddsJacobian = requires(F& f, double t, const View& y, ProbeSink& sink) { f.add_jacobian(t, y, sink); } ||
+                       requires(F& f, double t, const View& y, const MemoryOf<F>& memory, ProbeSink& sink) {
+                         f.add_jacobian(t, y, memory, sink);
+                       };
+
+/// Owning Eigen objects, and views of memory that outlives the call; not an expression that refers to dead temporaries.
+template <class R>
+concept PlainResult = EigenDense<std::remove_cvref_t<R>>;
+
+/// Needs and offers of force F for states seen through View, with rates of type Rate.
+template <class F, class View, class Rate>
+struct ForceTraits {
+  static constexpr bool accumulates = Accumulating<F, View, Rate>;
+  static constexpr int arity = [] {
+    if constexpr (accumulates) return 0;
+    else return call_arity<F, View>();
+  }();
+  static constexpr bool valid = accumulates || arity > 0;
+
+  static constexpr bool uses_velocity = [] {
+    if constexpr (requires { { F::uses_velocity } -> std::convertible_to<bool>; }) return bool{F::uses_velocity};
+    else return accumulates || (MotionLike<View> ? arity >= 2 : true);
+  }();
+  static constexpr bool uses_time = [] {
+    if constexpr (requires { { F::uses_time } -> std::convertible_to<bool>; }) return bool{F::uses_time};
+    else return accumulates || arity == (MotionLike<View> ? 3 : 2);
+  }();
+
+  static constexpr bool returns_jacobian = phistep::returns_jacobian<F, View, arity>();
+  static constexpr bool has_jacobian = returns_jacobian || AddsJacobian<F, View>;
+  static constexpr bool has_velocity_jacobian = has_jacobian || !uses_velocity;
+  static_assert(has_jacobian || !requires { &F::jacobian; },
+                "phistep: the force's member jacobian(...) must take the same arguments as the force itself");
+
+  static constexpr Structure structure = [] {
+    if constexpr (requires { { F::structure } -> std::convertible_to<Structure>; }) {
+      return Structure{F::structure};
+    } else if constexpr (returns_jacobian) {
+      using J = decltype(call_jacobian<arity>(std::declval<F&>(), std::declval<const View&>(),
+                                              typename ViewScalar<View>::type{}));
+      return is_sparse_matrix<std::remove_cvref_t<J>> ? Structure::sparse : Structure::dense;
+    } else {
+      return Structure::dense;
+    }
+  }();
+  static constexpr Structure velocity_structure = uses_velocity ? structure : Structure::none;
+};
+
+/// A sum needs what any of its terms needs, and has a Jacobian where all have one.
+template <class... T, class View, class Rate>
+struct ForceTraits<Sum<T...>, View, Rate> {
+  template <class Part>
+  using Of = ForceTraits<Unwrapped<Part>, View, Rate>;
+  static constexpr bool accumulates = true;
+  static constexpr int arity = 0;
+  static constexpr bool valid = (Of<T>::valid && ...);
+  static constexpr bool uses_velocity = (Of<T>::uses_velocity || ...);
+  static constexpr bool uses_time = (Of<T>::uses_time || ...);
+  static constexpr bool returns_jacobian = false;
+  static constexpr bool has_jacobian = (Of<T>::has_jacobian && ...);
+  static constexpr bool has_velocity_jacobian = (Of<T>::has_velocity_jacobian && ...);
+  static constexpr Structure structure = [] {
+    Structure all = Structure::none;
+    ((all = combine(all, Of<T>::structure)), ...);
+    return all;
+  }();
+  static constexpr Structure velocity_structure = [] {
+    Structure all = Structure::none;
+    ((all = combine(all, Of<T>::velocity_structure)), ...);
+    return all;
+  }();
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

@@ -1,0 +1,145 @@
+/// @file
+/// A network of linear springs between particles, with or without dashpots.
+///
+/// Force on i from the spring (i, j) with d = r_j − r_i, ℓ = |d|, n = d/ℓ:   f = [k (ℓ − L) + c n·(v_j − v_i)] n
+/// and its tangent along and across n:  ∂f/∂r_j = B = k n nᵀ + k (1 − L/ℓ) (I − n nᵀ)  (without the dashpot's part in r,
+/// which is of the order of c|v_j − v_i|/ℓ and is included below).
+#pragma once
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "phistep/core/structure.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/force/sum.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// One spring.
+struct Spring {
+  std::ptrdiff_t i, j;  ///< its two particles
+  double stiffness;     ///< k [force/length]
+  double length;        ///< L at rest [length]
+};
+
+/// No dashpots: the force ignores v, and says so by its type.
+struct NoDamping {};
+/// A dashpot beside every spring: c [force·time/length], along the spring.
+struct SpringDamping {
+  double c;
+};
+
+/// Springs between the particles of a motion whose positions are a flat vector (x₀ y₀ [z₀] x₁ …) or a dim×N matrix.
+template <int dim, class Damping = NoDamping>
+struct SpringNetwork : ForceTerm {
+  std::vector<Spring> springs;
+  [[no_unique_address]] Damping damping;
+
+  static constexpr bool damped = std::is_same_v<Damping, SpringDamping>;
+  static constexpr bool uses_velocity = damped, uses_time = false;
+  static constexpr Structure structure = Structure::sparse;
+
+  /// @throws std::invalid_argument where a spring joins a particle to itself, or has a stiffness or length that is
+  /// negative or not finite.
+  explicit SpringNetwork(std::vector<Spring> list, Damping d = {}) : springs(std::move(list)), damping(d) {
+    for (const Spring& s : springs)
+      if (s.i == s.j || s.i < 0 || s.j < 0 || !(s.stiffness >= 0) || !(s.length >= 0) || !std::isfinite(s.stiffness) ||
+          !std::isfinite(s.length))
+        throw std::invalid_argument("phistep: spring between particles " + std::to_string(s.i) + " and " +
+                                    std::to_string(s.j) + ": needs two particles, stiffness >= 0 and length >= 0");
+    for (const Spring& s : springs) particles_ = std::max({particles_, s.i + 1, s.j + 1});
+  }
+
+  void add(auto /*t*/, const auto& y, auto& out) const {
+    using Scalar = typename std::remove_cvref_t<decltype(out.force)>::Scalar;
+    const Scalar* const r = y.r.data();
+    const Scalar* const v = y.v.data();
+    Scalar* const f = out.force.data();
+    if (dim * particles_ > y.r.size())
+      throw std::invalid_argument("phistep: a spring names particle " + std::to_string(particles_ - 1) +
+                                  ", the state has " + std::to_string(y.r.size() / dim));
+    for (const Spring& s : springs) {
+      const Scalar *const ri = r + dim * s.i, *const rj = r + dim * s.j;
+      Scalar d[dim];
+      Scalar square{0};
+      for (int a = 0; a < dim; ++a) {
+        d[a] = rj[a] - ri[a];
+        square += d[a] * d[a];
+      }
+      const Scalar length = std::sqrt(square);
+      if (length == Scalar{0}) continue;  // no direction, hence no force: the symmetric choice
+      Scalar tension = static_cast<Scalar>(s.stiffness) * (length - static_cast<Scalar>(s.length));
+      if constexpr (damped) {
+        Scalar along{0};
+        for (int a = 0; a < dim; ++a) along += d[a] * (v[dim * s.j + a] - v[dim * s.i + a]);
+        tension += static_cast<Scalar>(damping.c) * along / length;
+      }
+      const Scalar scale = tension / length;
+      for (int a = 0; a < dim; ++a) {
+        f[dim * s.i + a] += scale * d[a];
+        f[dim * s.j + a] -= scale * d[a];
+      }
+    }
+  }
+
+  void add_jacobian(auto /*t*/, const auto& y, auto& sink) const {
+    using Scalar = typename std::remove_cvref_t<decltype(y.r)>::Scalar;
+    using Vector = Eigen::Matrix<Scalar, dim, 1>;
+    using Block = Eigen::Matrix<Scalar, dim, dim>;
+    for (const Spring& s : springs) {
+      const Vector d = Eigen::Map<const Vector>(y.r.data() + dim * s.j) - Eigen::Map<const Vector>(y.r.data() + dim * s.i);
+      const Scalar k = static_cast<Scalar>(s.stiffness), length = d.norm();
+      Block B = Block::Zero();
+      if (length > Scalar{0}) {
+        const Vector n = d / length;
+        const Block along = n * n.transpose(), across = Block::Identity() - along;
+        B = k * along + k * (Scalar{1} - static_cast<Scalar>(s.length) / length) * across;
+        if constexpr (damped) {
+          const Scalar c = static_cast<Scalar>(damping.c);
+          const Vector dv =
+              Eigen::Map<const Vector>(y.v.data() + dim * s.j) - Eigen::Map<const Vector>(y.v.data() + dim * s.i);
+          const Vector dv_across = across * dv;
+          B += c / length * (n.dot(dv) * across + n * dv_across.transpose());
+          put(sink, s, c * along, [](auto& to, auto i, auto j, auto x) { to.velocity(i, j, x); });
+        }
+      } else if constexpr (damped) {
+        put(sink, s, Block::Zero().eval(), [](auto& to, auto i, auto j, auto x) { to.velocity(i, j, x); });
+      }
+      put(sink, s, B, [](auto& to, auto i, auto j, auto x) { to.position(i, j, x); });
+    }
+  }
+
+ private:
+  /// ∂f_i/∂r_j = B, and the other three blocks that Newton's third law makes of it.
+  static void put(auto& sink, const Spring& s, const auto& B, auto&& entry) {
+    const Eigen::Index i = dim * s.i, j = dim * s.j;
+    for (int b = 0; b < dim; ++b)
+      for (int a = 0; a < dim; ++a) {
+        entry(sink, i + a, j + b, B(a, b));
+        entry(sink, j + a, i + b, B(a, b));
+        entry(sink, i + a, i + b, -B(a, b));
+        entry(sink, j + a, j + b, -B(a, b));
+      }
+  }
+
+  std::ptrdiff_t particles_ = 0;  // the least number of particles that the springs need
+};
+
+/// A network without dashpots.
+template <int dim>
+[[nodiscard]] SpringNetwork<dim> spring_network(std::vector<Spring> springs) {
+  return SpringNetwork<dim>{std::move(springs)};
+}
+/// A network with a dashpot of coefficient c [force·time/length] beside every spring.
+template <int dim>
+[[nodiscard]] SpringNetwork<dim, SpringDamping> spring_network(std::vector<Spring> springs, SpringDamping damping) {
+  return SpringNetwork<dim, SpringDamping>{std::move(springs), damping};
+}
+
+}  // namespace phistep::inline PHISTEP_ABI

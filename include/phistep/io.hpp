@@ -1,0 +1,8 @@
+/// @file
+/// Files and progress: what touches streams.
+#pragma once
+
+// IWYU pragma: begin_exports
+#include "phistep/io/extended_xyz.hpp"
+#include "phistep/io/progress.hpp"
+// IWYU pragma: end_exports

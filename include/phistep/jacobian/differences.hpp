@@ -1,0 +1,38 @@
+/// @file
+/// ∂Ψ/∂y by forward differences, one force call a column.
+///
+/// Increments are √u·max(|y_j|, scale/16), with the scale taken from the block itself, so that no fixed length or unit
+/// enters (constants such as 1e-5 break for atoms in metres); u is the unit round-off.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "phistep/core/version.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// Largest number of unknowns whose dense Jacobian is formed by differences; above it the constructor names the cures.
+inline constexpr Eigen::Index dense_difference_limit = 1000;
+
+/// Moves each component of `block` in turn, calls `column(j, δ)` with the increment really made, and puts it back.
+template <class Block, class Column>
+void for_each_difference(Block& block, typename Block::Scalar scale, Column&& column) {
+  using Scalar = typename Block::Scalar;
+  const Scalar root = std::sqrt(std::numeric_limits<Scalar>::epsilon());
+  Scalar* const x = block.data();
+  for (Eigen::Index j = 0; j < block.size(); ++j) {
+    const Scalar kept = x[j];
+    const Scalar wanted = root * std::max(std::abs(kept), scale / Scalar{16});
+    x[j] = kept + wanted;
+    // The increment as stored: exact, where `wanted` is off by a rounding.
+    const volatile Scalar moved = x[j];
+    column(j, moved - kept);
+    x[j] = kept;
+  }
+}
+
+}  // namespace phistep::inline PHISTEP_ABI

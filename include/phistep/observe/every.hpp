@@ -1,0 +1,56 @@
+/// @file
+/// An observer that looks at regular intervals of time rather than after every step.
+#pragma once
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <type_traits>
+#include <utility>
+
+#include "phistep/core/version.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// Calls f(t, state) at the first step end at or after each multiple of `interval` from the run's start, the start
+/// itself included.
+template <class F>
+class Every {
+ public:
+  /// @throws std::invalid_argument unless the interval is finite and > 0.
+  Every(double interval, F f) : interval_{interval}, f_(std::move(f)) {
+    if (!(interval > 0) || !std::isfinite(interval))
+      throw std::invalid_argument("phistep: every(interval, f) needs a finite interval > 0");
+  }
+
+  template <class Scalar, class S>
+  bool operator()(Scalar t, S& state) {
+    const double now = static_cast<double>(t);
+    if (first_) start_ = now, first_ = false;
+    // A step end that misses the mark by rounding alone counts as on it.
+    const double slack = 64 * std::numeric_limits<Scalar>::epsilon() * (std::abs(start_) + std::abs(now));
+    if (std::abs(now - start_) + slack < static_cast<double>(next_) * interval_) return true;
+    while (static_cast<double>(next_) * interval_ <= std::abs(now - start_) + slack) ++next_;
+    if constexpr (std::is_void_v<std::invoke_result_t<F&, Scalar, S&>>) {
+      f_(t, state);
+      return true;
+    } else {
+      return static_cast<bool>(f_(t, state));
+    }
+  }
+
+ private:
+  double interval_;
+  F f_;
+  double start_ = 0;
+  long long next_ = 0;  // the mark to wait for, in intervals
+  bool first_ = true;
+};
+
+/// `integrate(…, every(0.1, [](double t, const auto& state) { … }))`. [time]
+template <class F>
+[[nodiscard]] Every<F> every(double interval, F f) {
+  return Every<F>{interval, std::move(f)};
+}
+
+}  // namespace phistep::inline PHISTEP_ABI

@@ -1,0 +1,135 @@
+/// @file
+/// The step's matrix W = M − γ_f C − γ_f γ_d K, dense or diagonal: its tangents, its factors, its solve.
+///
+/// K = ∂Ψ/∂r and C = ∂Ψ/∂v (or ∂Ψ/∂y) are kept apart from W, so that a new γ costs no new Jacobian. Every system offers
+///   resize(n)
+///   clear, position/velocity/rate(i, j, x)   the sink of a Jacobian
+///   factorize(masses, γ_f, γ_d, statistics)  W and its factors
+///   solve(x)                                 x ← W⁻¹ x
+#pragma once
+
+#include <Eigen/Core>
+
+#include <cmath>
+
+#include "phistep/core/arithmetic.hpp"
+#include "phistep/core/outcome.hpp"
+#include "phistep/core/statistics.hpp"
+#include "phistep/core/structure.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/linear/dense_lu.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// Which system serves a structure; the sparse ones come with <phistep/sparse.hpp>.
+template <Structure structure, class Scalar, int n, bool has_K, bool has_C, class Solver>
+struct SystemFor {
+  static_assert(structure != Structure::sparse,
+                "phistep: this force has a sparse Jacobian: #include <phistep/sparse.hpp>");
+  static_assert(structure == Structure::sparse,
+                "phistep: a linear solver of one's own needs a sparse Jacobian, and <phistep/sparse.hpp>");
+};
+
+/// Dense W, factorised by LU with row pivoting.
+template <class Scalar, int n, bool has_K, bool has_C>
+class DenseSystem {
+ public:
+  using Matrix = Eigen::Matrix<Scalar, n, n>;
+  void resize(Eigen::Index size) {
+    lu_.resize(size);
+    if constexpr (has_K) K_.setZero(size, size);
+    if constexpr (has_C) C_.setZero(size, size);
+  }
+
+  void clear() {
+    if constexpr (has_K) K_.setZero();
+    if constexpr (has_C) C_.setZero();
+  }
+  void position(Eigen::Index i, Eigen::Index j, Scalar x) {
+    if constexpr (has_K) K_(i, j) += x;
+  }
+  void velocity(Eigen::Index i, Eigen::Index j, Scalar x) {
+    if constexpr (has_C) C_(i, j) += x;
+  }
+  void rate(Eigen::Index i, Eigen::Index j, Scalar x) { velocity(i, j, x); }
+  [[nodiscard]] bool is_finite() const {
+    bool finite = true;
+    if constexpr (has_K) finite = finite && all_finite(K_.data(), K_.size());
+    if constexpr (has_C) finite = finite && all_finite(C_.data(), C_.size());
+    return finite;
+  }
+
+  [[nodiscard]] Outcome factorize(const auto& masses, Scalar gamma_force, Scalar gamma_drift, Statistics& statistics) {
+    Matrix& W = lu_.matrix();
+    if constexpr (has_K && has_C) W = -gamma_force * (C_ + gamma_drift * K_);
+    else if constexpr (has_K) W = (-gamma_force * gamma_drift) * K_;
+    else W = -gamma_force * C_;
+    masses([&W](Eigen::Index i, Eigen::Index j, auto m) { W(i, j) += static_cast<Scalar>(m); });
+    ++statistics.factorizations;
+    return lu_.factorize() ? Outcome::success : Outcome::singular_matrix;
+  }
+  [[nodiscard]] Outcome solve(auto& x) {
+    lu_.solve_in_place(x);
+    return Outcome::success;
+  }
+
+ private:
+  struct Absent {};
+  [[no_unique_address]] std::conditional_t<has_K, Matrix, Absent> K_;
+  [[no_unique_address]] std::conditional_t<has_C, Eigen::Matrix<Scalar, n, n>, Absent> C_;
+  DenseLu<Scalar, n> lu_;
+};
+
+/// Diagonal W: every component solves for itself. Off-diagonal entries never arrive here.
+template <class Scalar, int n, bool has_K, bool has_C>
+class DiagonalSystem {
+ public:
+  using Vector = Eigen::Matrix<Scalar, n, 1>;
+  void resize(Eigen::Index size) {
+    K_.setZero(size);
+    C_.setZero(size);
+    inverse_.setZero(size);
+  }
+
+  void clear() {
+    K_.setZero();
+    C_.setZero();
+  }
+  void position(Eigen::Index i, Eigen::Index, Scalar x) { K_[i] += x; }
+  void velocity(Eigen::Index i, Eigen::Index, Scalar x) { C_[i] += x; }
+  void rate(Eigen::Index i, Eigen::Index, Scalar x) { C_[i] += x; }
+  [[nodiscard]] bool is_finite() const { return all_finite(K_.data(), K_.size()) && all_finite(C_.data(), C_.size()); }
+
+  [[nodiscard]] Outcome factorize(const auto& masses, Scalar gamma_force, Scalar gamma_drift, Statistics& statistics) {
+    inverse_ = -gamma_force * (C_ + gamma_drift * K_);
+    masses([this](Eigen::Index i, Eigen::Index, auto m) { inverse_[i] += static_cast<Scalar>(m); });
+    ++statistics.factorizations;
+    for (Eigen::Index i = 0; i < inverse_.size(); ++i) {
+      if (!(std::abs(inverse_[i]) > Scalar{0}) || !std::isfinite(inverse_[i])) return Outcome::singular_matrix;
+      inverse_[i] = Scalar{1} / inverse_[i];
+    }
+    return Outcome::success;
+  }
+  [[nodiscard]] Outcome solve(auto& x) {
+    x.array() *= inverse_.array();
+    return Outcome::success;
+  }
+
+ private:
+  Vector K_, C_, inverse_;
+};
+
+template <class Scalar, int n, bool has_K, bool has_C>
+struct SystemFor<Structure::dense, Scalar, n, has_K, has_C, void> {
+  using type = DenseSystem<Scalar, n, has_K, has_C>;
+};
+template <class Scalar, int n, bool has_K, bool has_C>
+struct SystemFor<Structure::diagonal, Scalar, n, has_K, has_C, void> {
+  using type = DiagonalSystem<Scalar, n, has_K, has_C>;
+};
+template <class Scalar, int n, bool has_K, bool has_C>
+struct SystemFor<Structure::none, Scalar, n, has_K, has_C, void> {
+  using type = DiagonalSystem<Scalar, n, has_K, has_C>;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

@@ -1,0 +1,144 @@
+/// @file
+/// Newton's iteration. It knows residuals, corrections and their sizes, never time.
+///
+/// Two ways to stop:
+/// - to rounding (default): until the predicted remaining error θ/(1−θ)·‖δ‖ is below the unit round-off, or until ‖δ‖
+///   has stopped falling at the noise that rounding in Ψ makes (conservative runs drift otherwise);
+/// - to a tolerance: RADAU5's test in the weighted RMS norm (Hairer & Wanner, Solving ODEs II, sect. IV.8, p. 120-121),
+///   with its fnewt and at most 7 iterations.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "phistep/core/outcome.hpp"
+#include "phistep/core/step_report.hpp"
+#include "phistep/core/version.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// When to stop. rtol = 0 means: iterate to rounding.
+struct NewtonOptions {
+  double rtol = 0;         ///< relative tolerance of the step that this solve serves
+  double atol = 0;         ///< absolute tolerance, in the state's units
+  int max_iterations = 0;  ///< 0: 7 with a tolerance, 25 to rounding
+};
+
+/// The choice of solver: `Solver` is a class with Eigen's sparse solver interface, void the library's own choice.
+template <class Solver = void>
+struct Newton {
+  using LinearSolver = Solver;
+  NewtonOptions options;
+};
+
+/// How the implicit equations are solved, e.g. `newton<Eigen::SimplicialLDLT<Matrix>>()`, `newton({.rtol = 1e-6})`.
+template <class Solver = void>
+[[nodiscard]] constexpr Newton<Solver> newton(NewtonOptions options = {}) {
+  return {options};
+}
+
+/// The size of one correction δ.
+struct Correction {
+  double relative = 0;   ///< ‖δ‖ / ‖Y‖ (to rounding), or ‖δ‖ in the weighted RMS norm (to a tolerance)
+  double resolution = 0; ///< ‖δ‖ relative to everything that rounding may have touched: Y, its base, r/γ
+};
+
+/// One solve's judgement: feed it each correction, it answers go on, done, refresh or fail.
+class ConvergenceTest {
+ public:
+  enum class Verdict { go_on, converged, slow, diverged };
+
+  ConvergenceTest(const NewtonOptions& options, double round_off)
+      : round_off_{round_off}, plateau_{std::cbrt(round_off * round_off)} {
+    if (options.rtol > 0) {
+      const double rtol = reduced(options.rtol);
+      target_ = std::max(10 * round_off / rtol, std::min(0.03, std::sqrt(rtol)));
+    }
+    limit_ = options.max_iterations > 0 ? options.max_iterations : target_ > 0 ? 7 : 25;
+  }
+
+  /// RADAU5's rescaling of the tolerance for its stage equations.
+  [[nodiscard]] static double reduced(double rtol) { return 0.1 * std::cbrt(rtol * rtol); }
+
+  [[nodiscard]] int limit() const { return limit_; }
+  /// ‖δ₂‖/‖δ₁‖: small means that the same Jacobian will do for the next step.
+  [[nodiscard]] double first_rate() const { return first_rate_; }
+
+  [[nodiscard]] Verdict judge(int iteration, const Correction& size) {
+    const double now = size.relative;
+    const double theta = iteration > 1 ? now / previous_ : 1;
+    if (iteration == 2) first_rate_ = theta;
+    previous_ = now;
+    if (now == 0) return Verdict::converged;
+    if (iteration == 1) return target_ > 0 || now > round_off_ ? Verdict::go_on : Verdict::converged;
+    const double remaining = theta < 1 ? theta / (1 - theta) * now : std::numeric_limits<double>::infinity();
+    if (target_ > 0) {
+      if (remaining <= target_) return Verdict::converged;
+      if (theta >= 0.99) return theta > 2 ? Verdict::diverged : Verdict::slow;
+      return remaining * std::pow(theta, limit_ - 1 - iteration) >= target_ ? Verdict::slow : Verdict::go_on;
+    }
+    if (remaining <= round_off_) return Verdict::converged;
+    // Rounding in Ψ keeps ‖δ‖ from falling further; a cycle or a divergence has corrections of order one instead.
+    if (theta > 0.3 && size.resolution <= plateau_) return Verdict::converged;
+    return theta > 0.05 ? Verdict::slow : Verdict::go_on;
+  }
+
+ private:
+  double round_off_, plateau_, target_ = 0, previous_ = 0, first_rate_ = 0;
+  int limit_;
+};
+
+/// Jacobian and factors serve the next step too where θ is at most this (RADAU5's choice, HW II p. 121).
+inline constexpr double keep_jacobian_rate = 1e-3;
+
+/// Solves F(Y) = 0. The equation offers
+///   residual() → Outcome         F at the current iterate; non_finite_force where Ψ isn't
+///   has_factors(), refresh() → Outcome   the matrix, factorised (its Jacobian made anew if dropped)
+///   correct() → Outcome          solves W δ = F and moves the iterate by δ
+///   retreat()                    takes back half of the last move
+///   size() → Correction          of the last move
+///   drop_jacobian()              the next iteration needs a fresh one
+template <class Equation>
+[[nodiscard]] Outcome solve_newton(Equation& equation, const NewtonOptions& options, double round_off, Failure& history) {
+  using enum ConvergenceTest::Verdict;
+  ConvergenceTest test(options, round_off);
+  bool fresh = false;
+  double first = 0, last = 0;
+  for (int k = 1; k <= test.limit(); ++k) {
+    Outcome outcome = equation.residual();
+    // An iterate may leave the force's domain (a root, a logarithm) though the solution lies inside.
+    for (int halvings = 0; outcome == Outcome::non_finite_force && k > 1 && halvings < 10; ++halvings) {
+      equation.retreat();
+      outcome = equation.residual();
+    }
+    if (outcome != Outcome::success) return outcome;
+    if (!equation.has_factors()) {
+      outcome = equation.refresh();
+      if (outcome != Outcome::success) return outcome;
+      fresh = true;
+    }
+    outcome = equation.correct();
+    if (outcome != Outcome::success) return outcome;
+    const Correction size = equation.size();
+    history.record(size.relative);
+    (k == 1 ? first : last) = size.resolution;
+    switch (test.judge(k, size)) {
+      case converged:
+        if (!(test.first_rate() <= keep_jacobian_rate)) equation.drop_jacobian();
+        return Outcome::success;
+      case diverged:
+        if (fresh) {
+          equation.drop_jacobian();
+          return Outcome::newton_diverged;
+        }
+        [[fallthrough]];
+      case slow: equation.drop_jacobian(); break;
+      case go_on: break;
+    }
+  }
+  equation.drop_jacobian();
+  return last > first ? Outcome::newton_diverged : Outcome::newton_stalled;
+}
+
+}  // namespace phistep::inline PHISTEP_ABI

@@ -1,0 +1,155 @@
+/// @file
+/// The step's matrix W = M − γ_f C − γ_f γ_d K, sparse.
+///
+/// A force emits its entries in an order of its own, usually the same each time. The first Jacobian records that order
+/// and the slot of each entry in W; later ones write straight into their slots, and the symbolic analysis is kept. An
+/// entry out of the recorded order starts a new pattern.
+#pragma once
+
+#include <Eigen/SparseCore>
+#include <Eigen/SparseLU>
+
+#include <algorithm>
+#include <memory>
+#include <type_traits>
+#include <vector>
+
+#include "phistep/core/arithmetic.hpp"
+#include "phistep/core/outcome.hpp"
+#include "phistep/core/statistics.hpp"
+#include "phistep/core/structure.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/resolve/dense_system.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// Sparse W over any solver with Eigen's interface (analyzePattern, factorize, solve, info).
+template <class Scalar, class Solver>
+class SparseSystem {
+ public:
+  using Matrix = Eigen::SparseMatrix<Scalar>;
+  using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
+
+  void resize(Eigen::Index n) {
+    W_.resize(n, n);
+    solver_ = std::make_shared<Solver>();
+    entries_.clear();
+    has_slots_ = false;
+  }
+
+  void clear() {
+    written_ = 0;
+    if (has_slots_) std::fill(values_.begin(), values_.end(), Tangent{});
+    else entries_.clear();
+  }
+  void position(Eigen::Index i, Eigen::Index j, Scalar x) { put(i, j, {x, Scalar{0}}); }
+  void velocity(Eigen::Index i, Eigen::Index j, Scalar x) { put(i, j, {Scalar{0}, x}); }
+  void rate(Eigen::Index i, Eigen::Index j, Scalar x) { put(i, j, {Scalar{0}, x}); }
+  [[nodiscard]] bool is_finite() const {
+    return update<Scalar>(static_cast<std::ptrdiff_t>(entries_.size()), [this](std::ptrdiff_t k) {
+             const Tangent& x = entries_[static_cast<std::size_t>(k)].value;
+             return Scalar{0} * x.K + Scalar{0} * x.C;
+           });
+  }
+
+  [[nodiscard]] Outcome factorize(const auto& masses, Scalar gamma_force, Scalar gamma_drift, Statistics& statistics) {
+    if (!has_slots_ || written_ != entries_.size()) make_pattern(masses, statistics);
+    Scalar* const w = W_.valuePtr();
+    for (std::size_t s = 0; s < values_.size(); ++s)
+      w[s] = mass_values_[s] - gamma_force * (values_[s].C + gamma_drift * values_[s].K);
+    ++statistics.factorizations;
+    solver_->factorize(W_);
+    if (solver_->info() == Eigen::NumericalIssue) return failure_of_factors();
+    if (solver_->info() != Eigen::Success) return Outcome::linear_solver_failed;
+    // SimplicialLDLT doesn't pivot and calls an indefinite matrix a success.
+    if constexpr (requires { solver_->vectorD(); })
+      if (!(solver_->vectorD().minCoeff() > Scalar{0})) return Outcome::not_positive_definite;
+    return Outcome::success;
+  }
+  [[nodiscard]] Outcome solve(auto& x) {
+    x = solver_->solve(x).eval();
+    return solver_->info() == Eigen::Success ? Outcome::success : Outcome::linear_solver_failed;
+  }
+
+ private:
+  struct Tangent {
+    Scalar K{0}, C{0};
+  };
+  struct Entry {
+    Eigen::Index i, j;
+    Tangent value;
+    std::size_t slot;
+  };
+
+  void put(Eigen::Index i, Eigen::Index j, Tangent x) {
+    if (has_slots_) {
+      if (written_ < entries_.size() && entries_[written_].i == i && entries_[written_].j == j) {
+        Entry& entry = entries_[written_++];
+        entry.value = x;
+        values_[entry.slot].K += x.K;
+        values_[entry.slot].C += x.C;
+        return;
+      }
+      entries_.resize(written_);
+      has_slots_ = false;
+    }
+    entries_.push_back({i, j, x, 0});
+    written_ = entries_.size();
+  }
+
+  void make_pattern(const auto& masses, Statistics& statistics) {
+    std::vector<Eigen::Triplet<Scalar>> triplets;
+    entries_.resize(written_);
+    triplets.reserve(entries_.size());
+    for (const Entry& entry : entries_) triplets.emplace_back(index(entry.i), index(entry.j), Scalar{0});
+    masses([&](Eigen::Index i, Eigen::Index j, auto) { triplets.emplace_back(index(i), index(j), Scalar{0}); });
+    for (Eigen::Index i = 0; i < W_.rows(); ++i) triplets.emplace_back(index(i), index(i), Scalar{0});
+    W_.setFromTriplets(triplets.begin(), triplets.end());
+    W_.makeCompressed();
+    const auto slots = static_cast<std::size_t>(W_.nonZeros());
+    values_.assign(slots, {});
+    mass_values_.assign(slots, Scalar{0});
+    for (Entry& entry : entries_) {
+      entry.slot = slot(entry.i, entry.j);
+      values_[entry.slot].K += entry.value.K;
+      values_[entry.slot].C += entry.value.C;
+    }
+    masses([&](Eigen::Index i, Eigen::Index j, auto m) { mass_values_[slot(i, j)] += static_cast<Scalar>(m); });
+    has_slots_ = true;
+    solver_->analyzePattern(W_);
+    ++statistics.analyses;
+  }
+  [[nodiscard]] static typename Matrix::StorageIndex index(Eigen::Index i) {
+    return static_cast<typename Matrix::StorageIndex>(i);
+  }
+  [[nodiscard]] std::size_t slot(Eigen::Index i, Eigen::Index j) const {
+    const auto* const rows = W_.innerIndexPtr();
+    const auto *const first = rows + W_.outerIndexPtr()[j], *const last = rows + W_.outerIndexPtr()[j + 1];
+    return static_cast<std::size_t>(std::lower_bound(first, last, index(i)) - rows);
+  }
+  [[nodiscard]] static Outcome failure_of_factors() {
+    return requires_definite ? Outcome::not_positive_definite : Outcome::singular_matrix;
+  }
+  static constexpr bool requires_definite = requires(const Solver& s) { s.matrixL(); s.permutationPinv(); };
+
+  Matrix W_;
+  std::shared_ptr<Solver> solver_;  // Eigen's sparse solvers can't be copied or moved
+  std::vector<Entry> entries_;      // in the force's order
+  std::vector<Tangent> values_;     // by slot of W
+  std::vector<Scalar> mass_values_;
+  std::size_t written_ = 0;
+  bool has_slots_ = false;
+};
+
+/// LU unless the user names a solver: right for every tangent, symmetric or not.
+template <class Scalar, int n, bool has_K, bool has_C>
+struct SystemFor<Structure::sparse, Scalar, n, has_K, has_C, void> {
+  using type = SparseSystem<Scalar, Eigen::SparseLU<Eigen::SparseMatrix<Scalar>>>;
+};
+template <class Scalar, int n, bool has_K, bool has_C, class Solver>
+  requires(!std::is_void_v<Solver>)
+struct SystemFor<Structure::sparse, Scalar, n, has_K, has_C, Solver> {
+  using type = SparseSystem<Scalar, Solver>;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

@@ -1,0 +1,9 @@
+/// @file
+/// phistep with sparse Jacobians, mass matrices and solvers.
+#pragma once
+
+// IWYU pragma: begin_exports
+#include "phistep/phistep.hpp"
+#include "phistep/resolve/sparse_system.hpp"
+#include "phistep/state/sparse_mass.hpp"
+// IWYU pragma: end_exports

@@ -1,0 +1,224 @@
+/// @file
+/// A state is a few blocks of numbers: an Eigen vector is one, Motion is (r, v), a user's own struct may couple more.
+///
+/// `Blocks<S>` is the only thing the steppers know of a state. It names
+///   Scalar   the number type,
+///   Plain    the owning twin of S in which the stepper works (S itself, or VectorXd for a Map<VectorXd>),
+///   Rate     what the force fills: one member per solved block,
+///   drifts   whether the first block r obeys r' = v, v being the second; every other block is solved for,
+/// and ties of references to all blocks, to the solved blocks and to the rates.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <cmath>
+#include <concepts>
+#include <cstdint>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+#include "phistep/core/arithmetic.hpp"
+#include "phistep/core/version.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+using Index = Eigen::Index;
+
+/// An Eigen dense vector or matrix: Matrix, Array, Map, Ref.
+template <class T>
+concept EigenDense = std::is_base_of_v<Eigen::DenseBase<T>, T> && requires(T& x) { x.data(); };
+
+/// A state of the user's own: named blocks, the first two being r and v where it drifts.
+///
+///     struct Spray {
+///       Eigen::VectorXd r, v, T;
+///       static constexpr bool drifts = true;                                     // r' = v
+///       static auto blocks(auto& y) { return std::tie(y.r, y.v, y.T); }
+///       struct Rate {
+///         Eigen::VectorXd force, heat;                                           // rates of v and T
+///         static auto blocks(auto& rate) { return std::tie(rate.force, rate.heat); }
+///       };
+///     };
+template <class S>
+concept BlockStruct = requires(S& y, typename S::Rate& rate) {
+  { S::drifts } -> std::convertible_to<bool>;
+  S::blocks(y);
+  S::Rate::blocks(rate);
+};
+
+/// What a force sees of a first-order state.
+template <class Vector, class Mass>
+struct FirstOrderView {
+  const Vector& y;    ///< the unknowns
+  const Mass& mass;   ///< the capacity M in M y' = Ψ
+};
+
+template <class S>
+struct Blocks;
+
+template <EigenDense S>
+struct Blocks<S> {
+  using Scalar = typename S::Scalar;
+  using Plain = typename S::PlainObject;
+  struct Rate {
+    Plain rate;  ///< Ψ(y, t), shaped like y
+    static auto blocks(auto& psi) { return std::tie(psi.rate); }
+  };
+  static constexpr bool drifts = false;
+  static auto all(auto& y) { return std::tie(y); }
+  static auto solved(auto& y) { return std::tie(y); }
+  template <class Masses>
+  static auto view(const Plain& y, const Masses& masses) {
+    return FirstOrderView<Plain, std::tuple_element_t<0, Masses>>{y, std::get<0>(masses)};
+  }
+};
+
+template <class S>
+struct OwningTwin {
+  using type = S;
+};
+template <class S>
+  requires requires { typename S::Plain; }
+struct OwningTwin<S> {
+  using type = typename S::Plain;
+};
+
+template <BlockStruct S>
+struct Blocks<S> {
+  using Plain = typename OwningTwin<S>::type;
+  using Rate = typename Plain::Rate;
+  static constexpr bool drifts = S::drifts;
+  static auto all(auto& y) { return std::remove_cvref_t<decltype(y)>::blocks(y); }
+  static auto solved(auto& y) {
+    return []<std::size_t... K>(auto tie, std::index_sequence<K...>) {
+      return std::tie(std::get<K + (drifts ? 1 : 0)>(tie)...);
+    }(all(y), std::make_index_sequence<std::tuple_size_v<decltype(all(y))> - (drifts ? 1 : 0)>{});
+  }
+  using Scalar = typename std::remove_cvref_t<std::tuple_element_t<0, decltype(all(std::declval<Plain&>()))>>::Scalar;
+  /// What a force's `add` sees: the state's own view (with masses) if it defines one, else the state.
+  template <class Masses>
+  static decltype(auto) view(const Plain& y, const Masses& masses) {
+    if constexpr (requires { Plain::view(y, masses); }) return Plain::view(y, masses);
+    else return (y);
+  }
+};
+
+/// A state the steppers can advance.
+template <class S>
+concept State = EigenDense<S> || BlockStruct<S>;
+
+template <State S>
+using PlainState = typename Blocks<S>::Plain;
+template <State S>
+using RateOf = typename Blocks<S>::Rate;
+template <State S>
+using ScalarOf = typename Blocks<S>::Scalar;
+template <State S>
+inline constexpr std::size_t solved_blocks =
+    std::tuple_size_v<decltype(Blocks<S>::solved(std::declval<PlainState<S>&>()))>;
+
+/// Calls f(k, block k of each tie) for every k.
+template <class F, class First, class... Rest>
+constexpr void for_each_block(F&& f, First&& first, Rest&&... rest) {
+  [&]<std::size_t... K>(std::index_sequence<K...>) {
+    auto one = [&]<std::size_t I>(std::integral_constant<std::size_t, I> k) { f(k, std::get<I>(first), std::get<I>(rest)...); };
+    (one(std::integral_constant<std::size_t, K>{}), ...);
+  }(std::make_index_sequence<std::tuple_size_v<std::remove_cvref_t<First>>>{});
+}
+
+/// Sum of the blocks' compile-time sizes, or Eigen::Dynamic.
+template <class Tie>
+inline constexpr int static_size = []<std::size_t... K>(std::index_sequence<K...>) {
+  constexpr int sizes[] = {std::remove_cvref_t<std::tuple_element_t<K, Tie>>::SizeAtCompileTime...};
+  int total = 0;
+  for (const int n : sizes) {
+    if (n == Eigen::Dynamic) return static_cast<int>(Eigen::Dynamic);
+    total += n;
+  }
+  return total;
+}(std::make_index_sequence<std::tuple_size_v<Tie>>{});
+
+/// Number of unknowns known at compile time, or Eigen::Dynamic.
+template <State S>
+inline constexpr int static_unknowns = static_size<decltype(Blocks<S>::solved(std::declval<PlainState<S>&>()))>;
+
+/// Number of unknowns of the implicit solve.
+template <State S, class Y>
+[[nodiscard]] Index unknowns(const Y& y) {
+  Index n = 0;
+  for_each_block([&n](auto, const auto& block) { n += block.size(); }, Blocks<S>::solved(y));
+  return n;
+}
+
+/// A rate of the right shape for y, zero.
+template <State S>
+[[nodiscard]] RateOf<S> make_rate(const PlainState<S>& y) {
+  RateOf<S> rate;
+  for_each_block([](auto, auto& psi, const auto& block) { psi.setZero(block.rows(), block.cols()); },
+                 RateOf<S>::blocks(rate), Blocks<S>::solved(y));
+  return rate;
+}
+
+template <State S, class A, class B>
+[[nodiscard]] bool same_shape(const A& a, const B& b) {
+  bool same = true;
+  for_each_block([&same](auto, const auto& x, const auto& y) { same &= x.rows() == y.rows() && x.cols() == y.cols(); },
+                 Blocks<S>::all(a), Blocks<S>::all(b));
+  return same;
+}
+
+/// to = from, block by block; allocates only where the sizes differ.
+template <State S, class To, class From>
+void copy_blocks(To& to, const From& from) {
+  for_each_block([](auto, auto& x, const auto& y) { x = y; }, Blocks<S>::all(to), Blocks<S>::all(from));
+}
+
+/// Makes `next` the state: by swapping buffers where the state owns dynamic ones, else by copying.
+template <State S>
+void commit_blocks(S& state, PlainState<S>& next) {
+  for_each_block(
+      [](auto, auto& x, auto& y) {
+        using Block = std::remove_cvref_t<decltype(x)>;
+        if constexpr (std::is_same_v<Block, std::remove_cvref_t<decltype(y)>> &&
+                      Block::SizeAtCompileTime == Eigen::Dynamic)
+          x.swap(y);
+        else
+          x = y;
+      },
+      Blocks<S>::all(state), Blocks<S>::all(next));
+}
+
+template <State S, class A, class B>
+[[nodiscard]] bool equal_blocks(const A& a, const B& b) {
+  bool equal = true;
+  for_each_block([&equal](auto, const auto& x, const auto& y) { equal = equal && (x.array() == y.array()).all(); },
+                 Blocks<S>::all(a), Blocks<S>::all(b));
+  return equal;
+}
+
+/// Which component of which block is not finite; block −1 where all are.
+struct Offender {
+  std::int64_t block = -1, index = -1, row = -1, column = -1;
+  [[nodiscard]] explicit operator bool() const { return block >= 0; }
+};
+
+template <class Tie>
+[[nodiscard]] Offender first_non_finite(const Tie& blocks) {
+  Offender found;
+  for_each_block(
+      [&found](auto k, const auto& x) {
+        if (found) return;
+        for (Index j = 0; j < x.cols(); ++j)
+          for (Index i = 0; i < x.rows(); ++i)
+            if (!std::isfinite(x(i, j))) {
+              found = {static_cast<std::int64_t>(k()), x.IsRowMajor ? i * x.cols() + j : j * x.rows() + i, -1, -1};
+              if (x.cols() > 1) found.row = i, found.column = j;
+              return;
+            }
+      },
+      blocks);
+  return found;
+}
+
+}  // namespace phistep::inline PHISTEP_ABI

@@ -1,0 +1,215 @@
+/// @file
+/// M in m v' = Ψ and M y' = Ψ: unit, scalar, per component or a matrix. What isn't there costs nothing.
+///
+/// The user writes mass(x) or capacity(x); the stepper binds it to its state: checked, in the state's scalar, expanded
+/// to one value a component. A bound mass offers
+///   scaled(h)           i ↦ h/m_i, for the explicit update (a matrix: solve first, then h)
+///   subtract_product    out −= M x
+///   for_each_entry      f(i, j, M_ij), to assemble M − γJ
+///   add_product(x, out) out += M x with x(j) a function of the component
+#pragma once
+
+#include <Eigen/Core>
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+#include "phistep/core/version.hpp"
+#include "phistep/linear/dense_lu.hpp"
+#include "phistep/state/blocks.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// h/m for every component alike.
+template <class Scalar>
+struct UniformFactor {
+  Scalar factor;
+  Scalar operator()(Index) const { return factor; }
+};
+
+/// h/m_i.
+template <class Scalar>
+struct ComponentFactor {
+  Scalar h;
+  const Scalar* inverse_mass;
+  Scalar operator()(Index i) const { return h * inverse_mass[i]; }
+};
+
+/// M = 1: no divide, no multiply.
+struct UnitMass {
+  static constexpr bool is_matrix = false;
+  template <class Scalar, class Block>
+  [[nodiscard]] UnitMass bind(const Block&) const {
+    return {};
+  }
+  template <class Scalar>
+  [[nodiscard]] static UniformFactor<Scalar> scaled(Scalar h) {
+    return {h};
+  }
+  static void subtract_product(const auto& x, auto&& out) { out -= x; }
+  static void for_each_entry(Index n, auto&& f) {
+    for (Index i = 0; i < n; ++i) f(i, i, 1);
+  }
+  static void add_product(auto&& x, auto& out) {
+    for (Index i = 0; i < out.size(); ++i) out.data()[i] += x(i);
+  }
+};
+
+template <class T>
+[[nodiscard]] T checked_mass(T m) {
+  if (!(m > T{0}) || !std::isfinite(m)) throw std::invalid_argument("phistep: a mass must be finite and > 0");
+  return m;
+}
+
+/// One mass for all components.
+template <class T>
+class ScalarMass {
+ public:
+  static constexpr bool is_matrix = false;
+  /// @throws std::invalid_argument unless m is finite and > 0.
+  explicit ScalarMass(T m) : mass_{checked_mass(m)} {}
+  template <class Scalar, class Block>
+  [[nodiscard]] ScalarMass<Scalar> bind(const Block&) const {
+    return ScalarMass<Scalar>{static_cast<Scalar>(mass_)};
+  }
+  [[nodiscard]] UniformFactor<T> scaled(T h) const { return {h / mass_}; }
+  void subtract_product(const auto& x, auto&& out) const { out -= mass_ * x; }
+  void for_each_entry(Index n, auto&& f) const {
+    for (Index i = 0; i < n; ++i) f(i, i, mass_);
+  }
+  void add_product(auto&& x, auto& out) const {
+    for (Index i = 0; i < out.size(); ++i) out.data()[i] += mass_ * x(i);
+  }
+
+ private:
+  T mass_;
+};
+
+/// A mass a component, or a mass a column (a particle) of a matrix-shaped block.
+template <class T>
+class DiagonalMass {
+ public:
+  static constexpr bool is_matrix = false;
+  /// @throws std::invalid_argument unless every mass is finite and > 0.
+  explicit DiagonalMass(Eigen::Matrix<T, Eigen::Dynamic, 1> masses) : mass_{std::move(masses)} {
+    for (const T m : mass_) checked_mass(m);
+    inverse_ = mass_.cwiseInverse();
+  }
+  /// @throws std::invalid_argument where the number of masses is neither the block's size nor its number of columns.
+  template <class Scalar, class Block>
+  [[nodiscard]] DiagonalMass<Scalar> bind(const Block& block) const {
+    Eigen::Matrix<Scalar, Eigen::Dynamic, 1> all(block.size());
+    if (mass_.size() == block.size()) {
+      all = mass_.template cast<Scalar>();
+    } else if (block.cols() > 1 && mass_.size() == block.cols()) {
+      for (Index i = 0; i < block.size(); ++i)
+        all[i] = static_cast<Scalar>(mass_[Block::IsRowMajor ? i % block.cols() : i / block.rows()]);
+    } else {
+      throw std::invalid_argument("phistep: " + std::to_string(mass_.size()) + " masses for a block of " +
+                                  std::to_string(block.rows()) + " x " + std::to_string(block.cols()));
+    }
+    return DiagonalMass<Scalar>{std::move(all)};
+  }
+  [[nodiscard]] ComponentFactor<T> scaled(T h) const { return {h, inverse_.data()}; }
+  void subtract_product(const auto& x, auto&& out) const { out -= mass_.cwiseProduct(x); }
+  void for_each_entry(Index n, auto&& f) const {
+    for (Index i = 0; i < n; ++i) f(i, i, mass_[i]);
+  }
+  void add_product(auto&& x, auto& out) const {
+    for (Index i = 0; i < out.size(); ++i) out.data()[i] += mass_[i] * x(i);
+  }
+
+ private:
+  Eigen::Matrix<T, Eigen::Dynamic, 1> mass_, inverse_;
+};
+
+/// A dense mass matrix, factorised once.
+template <class T>
+class DenseMass {
+ public:
+  static constexpr bool is_matrix = true;
+  using Matrix = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic>;
+  /// @throws std::invalid_argument unless the matrix is square, finite and invertible.
+  explicit DenseMass(Matrix mass) : mass_{std::move(mass)} {
+    if (mass_.rows() != mass_.cols()) throw std::invalid_argument("phistep: a mass matrix must be square");
+    lu_.resize(mass_.rows());
+    lu_.matrix() = mass_;
+    if (!mass_.allFinite() || !lu_.factorize())
+      throw std::invalid_argument("phistep: a mass matrix must be finite and invertible");
+  }
+  template <class Scalar, class Block>
+  [[nodiscard]] DenseMass<Scalar> bind(const Block& block) const {
+    if (mass_.rows() != block.size())
+      throw std::invalid_argument("phistep: a mass matrix of " + std::to_string(mass_.rows()) + " rows for a block of " +
+                                  std::to_string(block.size()) + " components");
+    return DenseMass<Scalar>{mass_.template cast<Scalar>()};
+  }
+  /// x ← M⁻¹ x
+  void solve(auto&& x) const { lu_.solve_in_place(x); }
+  [[nodiscard]] static UniformFactor<T> scaled(T h) { return {h}; }
+  void subtract_product(const auto& x, auto&& out) const { out.noalias() -= mass_ * x; }
+  void for_each_entry(Index n, auto&& f) const {
+    for (Index j = 0; j < n; ++j)
+      for (Index i = 0; i < n; ++i) f(i, j, mass_(i, j));
+  }
+  void add_product(auto&& x, auto& out) const {
+    for (Index j = 0; j < mass_.cols(); ++j)
+      for (Index i = 0; i < mass_.rows(); ++i) out.data()[i] += mass_(i, j) * x(j);
+  }
+
+ private:
+  Matrix mass_;
+  DenseLu<T, Eigen::Dynamic> lu_;
+};
+
+/// The masses of a state's solved blocks, as the user gave them.
+template <class... M>
+struct MassList {
+  std::tuple<M...> masses;
+};
+
+/// Which kind of mass an argument of mass() is. Specialise it for a mass type of one's own.
+template <class T>
+struct MassKind {
+  static_assert(!sizeof(T), "phistep: a mass is a number, an Eigen vector or a matrix (sparse: <phistep/sparse.hpp>)");
+};
+template <class T>
+  requires std::is_arithmetic_v<T>
+struct MassKind<T> {
+  using type = ScalarMass<std::conditional_t<std::is_integral_v<T>, double, T>>;
+  static type make(T m) { return type{static_cast<std::conditional_t<std::is_integral_v<T>, double, T>>(m)}; }
+};
+template <class T>
+  requires std::is_base_of_v<Eigen::DenseBase<T>, T>
+struct MassKind<T> {
+  using type = std::conditional_t<T::IsVectorAtCompileTime, DiagonalMass<typename T::Scalar>, DenseMass<typename T::Scalar>>;
+  static type make(const T& m) {
+    if constexpr (T::IsVectorAtCompileTime) return type{m.reshaped()};
+    else return type{m};
+  }
+};
+
+/// The mass m of m v' = Ψ: a number, a vector (one a component, or one a particle of a 3×N state) or a matrix; one
+/// argument per solved block where a state couples several. [mass]
+/// @throws std::invalid_argument where a mass is not finite or not > 0, or a matrix is singular.
+template <class... M>
+  requires(sizeof...(M) > 0)
+[[nodiscard]] auto mass(const M&... masses) {
+  return MassList<typename MassKind<M>::type...>{{MassKind<M>::make(masses)...}};
+}
+
+/// The same under its first-order name: the capacity M of M y' = Ψ, say ρc.
+template <class... M>
+  requires(sizeof...(M) > 0)
+[[nodiscard]] auto capacity(const M&... capacities) {
+  return mass(capacities...);
+}
+
+/// M = 1 for every block.
+struct UnitMasses {};
+
+}  // namespace phistep::inline PHISTEP_ABI

@@ -1,0 +1,49 @@
+/// @file
+/// Positions and velocities: the state of m v' = Ψ(r, v, t), r' = v.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <tuple>
+
+#include "phistep/core/version.hpp"
+#include "phistep/state/blocks.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// What a force sees of a motion.
+template <class Vector, class Mass>
+struct MotionView {
+  const Vector& r;   ///< positions [length]
+  const Vector& v;   ///< velocities [length/time]
+  const Mass& mass;  ///< m in m v' = Ψ
+};
+
+/// A second-order state. `Vector` is any Eigen vector or matrix (3×N: one column a particle), owning or a Map of the
+/// user's own arrays, which are then stepped in place.
+template <class Vector>
+struct Motion {
+  Vector r;  ///< positions [length]
+  Vector v;  ///< velocities [length/time], shaped like r
+
+  using Plain = Motion<typename Vector::PlainObject>;
+  static constexpr bool drifts = true;
+  static auto blocks(auto& y) { return std::tie(y.r, y.v); }
+  struct Rate {
+    typename Vector::PlainObject force;  ///< Ψ [force], shaped like v
+    static auto blocks(auto& psi) { return std::tie(psi.force); }
+  };
+  template <class Masses>
+  static auto view(const Plain& y, const Masses& masses) {
+    return MotionView<typename Vector::PlainObject, std::tuple_element_t<0, Masses>>{y.r, y.v, std::get<0>(masses)};
+  }
+};
+
+/// Maps and Refs stay what they are; an expression such as `Vec::Zero()` becomes the vector it stands for.
+template <class Vector>
+using BlockStorage = std::conditional_t<EigenDense<Vector>, Vector, typename Vector::PlainObject>;
+
+template <class Position, class Velocity>
+Motion(const Position&, const Velocity&) -> Motion<BlockStorage<Position>>;
+
+}  // namespace phistep::inline PHISTEP_ABI

@@ -1,0 +1,75 @@
+/// @file
+/// Ψ(t+Δt) of one step may serve as Ψ(t) of the next, unless somebody edited the state in between. The guard tells.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <tuple>
+#include <type_traits>
+
+#include "phistep/core/fingerprint.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/state/blocks.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// Remembers at which (t, y) a force was last evaluated: a small fixed state by value, a large one by its fingerprint.
+/// With `position_only`, for forces that see r alone, edits of v do no harm and are not looked for.
+template <State S, bool position_only, bool uses_time>
+class EditGuard {
+ public:
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+
+  void forget() { kind_ = Kind::nothing; }
+
+  /// Ψ is known at (t, y), and the caller vouches that the next step starts from y (see `holds_unedited`).
+  void remember_unchecked(Scalar t) {
+    t_ = t;
+    kind_ = Kind::vouched;
+  }
+  /// Ψ is known at (t, y).
+  void remember(Scalar t, const Plain& y) {
+    t_ = t;
+    kind_ = Kind::checked;
+    if constexpr (by_value) copy_blocks<S>(last_, y);
+    else last_ = hash(y);
+  }
+  [[nodiscard]] bool holds(Scalar t, const Plain& y) const {
+    if (kind_ != Kind::checked || !same_time(t)) return false;
+    if constexpr (!by_value) return hash(y) == last_;
+    else if constexpr (position_only) return (std::get<0>(Blocks<S>::all(y)).array() == std::get<0>(Blocks<S>::all(last_)).array()).all();
+    else return equal_blocks<S>(y, last_);
+  }
+  /// The same, on the caller's word that the state is what the last step left.
+  [[nodiscard]] bool holds_unedited(Scalar t) const { return kind_ != Kind::nothing && same_time(t); }
+
+ private:
+  enum class Kind : std::uint8_t { nothing, vouched, checked };
+  static constexpr int size = static_size<decltype(Blocks<S>::all(std::declval<Plain&>()))>;
+  static constexpr bool by_value = size != Eigen::Dynamic && size <= 64;
+
+  /// t₀ + (n+1)Δt and (t₀ + nΔt) + Δt differ in their last bits; Ψ doesn't care.
+  [[nodiscard]] bool same_time(Scalar t) const {
+    if constexpr (!uses_time) return true;
+    else return std::abs(t - t_) <= 8 * std::numeric_limits<Scalar>::epsilon() * std::max(std::abs(t), std::abs(t_));
+  }
+  [[nodiscard]] static std::uint64_t hash(const Plain& y) {
+    std::uint64_t all = 0;
+    for_each_block(
+        [&all](auto k, const auto& block) {
+          if (!position_only || k == 0) all = fingerprint(block.data(), block.size(), all);
+        },
+        Blocks<S>::all(y));
+    return all;
+  }
+
+  std::conditional_t<by_value, Plain, std::uint64_t> last_{};
+  Scalar t_{};
+  Kind kind_ = Kind::nothing;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

@@ -1,0 +1,344 @@
+/// @file
+/// The only implicit solve there is: given b and γ, find Y with
+///
+///     M (Y − b) = γ_f Ψ(t, Y),     and for motion  Y.r = b.r + γ_d Y.v,
+///
+/// by Newton on the increment w = Y − b of the solved blocks alone (n unknowns for a motion, not 2n), with the matrix
+/// W = M − γ_f C − γ_f γ_d K.
+///
+/// Digits. Y = b + w would lose what a strong decay cancels (Y ≪ b), and b + w is the exact thing to store where nothing
+/// cancels. So each component decides for itself: where |b + w| < |b|/2 the iterate is corrected in place, Y ← Y + δ,
+/// which refines itself; elsewhere Y = b + w. The same rule serves r, v following from it. It replaces a choice between velocity,
+/// displacement and absolute unknowns by stiffness, and knows no units.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+#include "phistep/core/arithmetic.hpp"
+#include "phistep/core/outcome.hpp"
+#include "phistep/core/step_report.hpp"
+#include "phistep/core/structure.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/jacobian/analytic.hpp"
+#include "phistep/jacobian/differences.hpp"
+#include "phistep/resolve/dense_system.hpp"
+#include "phistep/resolve/newton.hpp"
+#include "phistep/state/blocks.hpp"
+#include "phistep/stepper/right_hand_side.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// The coefficients of a resolve: γ on the force and γ on the drift. [time]
+template <class Scalar>
+struct Gamma {
+  Scalar force;
+  Scalar drift;
+};
+
+/// `position` = false serves resolves with γ_d = 0 only (Verlet's last half-kick): no K, and terms that ignore v are
+/// never asked for a tangent.
+template <State S, class Rhs, class Solver, bool position = true>
+class Resolvent {
+ public:
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+  using Rate = RateOf<S>;
+  using Traits = typename Rhs::Traits;
+  static constexpr int n_static = static_unknowns<S>;
+  using Unknown = Eigen::Matrix<Scalar, n_static, 1>;
+  static constexpr bool has_K = Rhs::drifts && position;
+  static constexpr bool has_C = Rhs::couples_unknowns;
+  static constexpr bool analytic = position ? Traits::has_jacobian : Traits::has_velocity_jacobian;
+  static constexpr Structure structure = [] {
+    if constexpr (!std::is_void_v<Solver>) return Structure::sparse;
+    else {
+      const Structure own = !analytic ? Structure::dense : position ? Traits::structure : Traits::velocity_structure;
+      return Rhs::has_matrix_mass ? combine(own, Structure::dense) : own;
+    }
+  }();
+  using System = typename SystemFor<structure, Scalar, n_static, has_K, has_C, Solver>::type;
+
+  /// @throws std::invalid_argument where a dense Jacobian of more than 1000 unknowns would be formed by differences.
+  Resolvent(const Plain& y, NewtonOptions options) : options_{options} { resize(y); }
+
+  void resize(const Plain& y) {
+    const Index n = unknowns<S>(y);
+    if (!analytic && n > dense_difference_limit)
+      throw std::invalid_argument("phistep: the Jacobian of " + std::to_string(n) +
+                                  " unknowns by differences would be dense; give the force a member jacobian(...) "
+                                  "(sparse for large systems), or add_jacobian(...) to its terms");
+    base_ = y;
+    if constexpr (!analytic) probe_ = y, probe_rate_ = make_rate<S>(y);
+    increment_.setZero(n);
+    correction_.setZero(n);
+    last_move_.setZero(n);
+    system_.resize(n);
+    reset();
+  }
+
+  /// Forgets Jacobian and factors.
+  void reset() { has_jacobian_ = has_factors_ = false; }
+
+  /// In: Y = b; `guess` is where the iteration starts (its solved blocks count). Out: Y, and w = Y − b.
+  [[nodiscard]] Outcome resolve(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, Plain& Y, const Plain& guess, Rate& psi,
+                                Failure& history) {
+    copy_blocks<S>(base_, Y);
+    for_each_solved([&](Index at, auto& y, const auto& from, const auto& base) {
+      part(increment_, at, y) = flat(from) - flat(base);
+      y = from;
+    }, Y, guess, base_);
+    if constexpr (Rhs::drifts) position_of(Y) = position_of(base_) + gamma.drift * velocity_of(Y);
+    if (gamma.force != factored_.force || gamma.drift != factored_.drift) has_factors_ = false;
+    Equation equation{*this, rhs, gamma, t, Y, psi};
+    const int before = history.iterations;
+    const Outcome outcome =
+        solve_newton(equation, options_, static_cast<double>(std::numeric_limits<Scalar>::epsilon()), history);
+    rhs.statistics().iterations += history.iterations - before;
+    return outcome;
+  }
+
+  /// out.solved += factor·(Y − b) with the last resolve's increment.
+  void add_increment(Scalar factor, Plain& out) const {
+    for_each_solved([&](Index at, auto& y) { flat(y) += factor * part(increment_, at, y); }, out);
+  }
+
+  /// Ψ(t, Y) = M (Y − b)/γ_f of the last resolve: known without a force call.
+  void recover(const Rhs& rhs, Scalar gamma_force, Rate& psi) const {
+    Index at = 0;
+    for_each_block(
+        [&](auto, auto& block, const auto& mass) {
+          auto rate = flat(block);
+          rate.setZero();
+          mass.subtract_product(part(increment_, at, block), rate);
+          rate *= Scalar{-1} / gamma_force;
+          at += block.size();
+        },
+        Rate::blocks(psi), rhs.masses());
+  }
+
+ private:
+  static auto& position_of(auto& y) { return std::get<0>(Blocks<S>::all(y)); }
+  static auto& velocity_of(auto& y) { return std::get<1>(Blocks<S>::all(y)); }
+  /// A block as one column, in storage order.
+  template <class Block>
+  static auto flat(Block& block) {
+    using Column = Eigen::Matrix<Scalar, std::remove_const_t<Block>::SizeAtCompileTime, 1>;
+    return Eigen::Map<std::conditional_t<std::is_const_v<Block>, const Column, Column>>(block.data(), block.size());
+  }
+  /// The unknowns of one block within a vector of all unknowns.
+  template <class Vector, class Block>
+  static auto part(Vector& all, Index at, const Block& block) {
+    return all.template segment<Block::SizeAtCompileTime>(at, block.size());
+  }
+  /// f(offset of the block among the unknowns, that block of each state)
+  template <class... Plains>
+  static void for_each_solved(auto&& f, Plains&... states) {
+    Index at = 0;
+    for_each_block(
+        [&](auto, auto& first, auto&... rest) {
+          f(at, first, rest...);
+          at += first.size();
+        },
+        Blocks<S>::solved(states)...);
+  }
+  static double largest(const auto& x) { return x.size() == 0 ? 0.0 : static_cast<double>(x.cwiseAbs().maxCoeff()); }
+
+  /// What solve_newton iterates on.
+  struct Equation {
+    Resolvent& self;
+    Rhs& rhs;
+    const Gamma<Scalar>& gamma;
+    Scalar t;
+    Plain& Y;
+    Rate& psi;
+
+    /// γ_f Ψ(t, Y) − M w
+    [[nodiscard]] Outcome residual() {
+      rhs.evaluate_into(t, Y, psi);
+      Index at = 0;
+      for_each_block(
+          [&](auto, const auto& block, const auto& mass) {
+            auto out = part(self.correction_, at, block);
+            out = gamma.force * flat(block);
+            mass.subtract_product(part(self.increment_, at, block), out);
+            at += block.size();
+          },
+          Rate::blocks(std::as_const(psi)), rhs.masses());
+      if (all_finite(self.correction_.data(), self.correction_.size())) return Outcome::success;
+      return first_non_finite(Rate::blocks(psi)) ? Outcome::non_finite_force : Outcome::non_finite_state;
+    }
+    [[nodiscard]] bool has_factors() const { return self.has_factors_; }
+    void drop_jacobian() { self.reset(); }
+    [[nodiscard]] Outcome refresh() {
+      if (!self.has_jacobian_)
+        if (const Outcome outcome = self.linearise(rhs, gamma, t, Y, psi); outcome != Outcome::success) return outcome;
+      return self.factorize(rhs, gamma);
+    }
+    [[nodiscard]] Outcome correct() {
+      ++rhs.statistics().solves;
+      if (const Outcome outcome = self.system_.solve(self.correction_); outcome != Outcome::success) return outcome;
+      if (!all_finite(self.correction_.data(), self.correction_.size())) return Outcome::singular_matrix;
+      self.last_move_ = self.correction_;
+      self.move(Y, gamma);
+      return Outcome::success;
+    }
+    void retreat() {
+      self.last_move_ *= Scalar{0.5};
+      self.correction_ = -self.last_move_;
+      self.move(Y, gamma);
+    }
+    [[nodiscard]] Correction size() const { return self.size(Y, gamma); }
+  };
+
+  /// Y ← Y + δ, component by component by the rule in the file's head.
+  void move(Plain& Y, const Gamma<Scalar>& gamma) {
+    increment_ += correction_;
+    for_each_solved([this](Index at, auto& y, const auto& base) {
+      for (Index i = 0; i < y.size(); ++i)
+        y.data()[i] = refined(base.data()[i], increment_[at + i], y.data()[i], correction_[at + i]);
+    }, Y, base_);
+    if constexpr (Rhs::drifts) {
+      Scalar *const r = position_of(Y).data(), *const v = velocity_of(Y).data();
+      const Scalar* const base = position_of(base_).data();
+      for (Index i = 0; i < position_of(Y).size(); ++i) {
+        const Scalar sum = base[i] + gamma.drift * v[i];
+        if (std::abs(sum) < std::abs(base[i]) / 2) {
+          r[i] += gamma.drift * correction_[i];
+          v[i] = (r[i] - base[i]) / gamma.drift;  // no digits lost here: r is small beside its base
+        } else {
+          r[i] = sum;
+        }
+      }
+    }
+  }
+  static Scalar refined(Scalar base, Scalar increment, Scalar iterate, Scalar correction) {
+    const Scalar sum = base + increment;
+    return std::abs(sum) < std::abs(base) / 2 ? iterate + correction : sum;
+  }
+
+  [[nodiscard]] Correction size(const Plain& Y, const Gamma<Scalar>& gamma) const {
+    if (options_.rtol > 0) return weighted_size(Y);
+    Correction worst;
+    bool first = true;
+    for_each_solved([&](Index at, const auto& y, const auto& base) {
+      const double delta = largest(part(last_move_, at, y)), size = largest(y);
+      double resolution = std::max(size, largest(base));
+      if constexpr (Rhs::drifts)
+        if (first && gamma.drift != Scalar{0})
+          resolution = std::max(resolution, largest(position_of(Y)) / std::abs(static_cast<double>(gamma.drift)));
+      first = false;
+      if (delta > 0) {
+        worst.relative = std::max(worst.relative, size > 0 ? delta / size : 1.0);
+        worst.resolution = std::max(worst.resolution, resolution > 0 ? delta / resolution : 1.0);
+      }
+    }, Y, base_);
+    return worst;
+  }
+  [[nodiscard]] Correction weighted_size(const Plain& Y) const {
+    const double rtol = ConvergenceTest::reduced(options_.rtol), atol = rtol * options_.atol / options_.rtol;
+    double sum = 0;
+    for_each_solved([&](Index at, const auto& y, const auto& base) {
+      for (Index i = 0; i < y.size(); ++i) {
+        const double size = static_cast<double>(std::max(std::abs(y.data()[i]), std::abs(base.data()[i])));
+        const double delta = static_cast<double>(last_move_[at + i]);
+        if (delta != 0) sum += std::pow(delta / (atol + rtol * size), 2);
+      }
+    }, Y, base_);
+    const double norm = std::sqrt(sum / std::max(1.0, static_cast<double>(last_move_.size())));
+    return {norm, norm};
+  }
+
+  /// K and C at (t, Y), where Ψ is psi.
+  [[nodiscard]] Outcome linearise(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& Y, const Rate& psi) {
+    ++rhs.statistics().jacobians;
+    system_.clear();
+    if constexpr (analytic)
+      add_jacobian<position, Rate, n_static>(rhs.force(), t, rhs.view(Y), rhs.trial_memory(), increment_.size(), system_);
+    else
+      difference(rhs, gamma, t, Y, psi);
+    has_jacobian_ = system_.is_finite();
+    return has_jacobian_ ? Outcome::success : Outcome::non_finite_jacobian;
+  }
+
+  void difference(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& Y, const Rate& psi) {
+    copy_blocks<S>(probe_, Y);
+    const auto column = [&](Index j, Scalar delta, auto&& put) {
+      rhs.evaluate_into(t, probe_, probe_rate_);
+      Index at = 0;
+      for_each_block(
+          [&](auto, const auto& moved, const auto& still) {
+            for (Index i = 0; i < still.size(); ++i) put(at + i, j, (moved.data()[i] - still.data()[i]) / delta);
+            at += still.size();
+          },
+          Rate::blocks(probe_rate_), Rate::blocks(psi));
+    };
+    double moved_by_drift = 0;
+    if constexpr (Rhs::drifts) moved_by_drift = std::abs(static_cast<double>(gamma.drift)) * largest(velocity_of(Y));
+    if constexpr (has_K)
+      for_each_difference(position_of(probe_), scale_of(position_of(Y), moved_by_drift, 0), [&](Index j, Scalar delta) {
+        column(j, delta, [this](Index i, Index k, Scalar x) { system_.position(i, k, x); });
+      });
+    if constexpr (has_C) {
+      Index at = 0;
+      for_each_block(
+          [&](auto k, auto& block, const auto& rate, const auto& mass) {
+            double fallback = 0;
+            if constexpr (Rhs::drifts && k == 0)
+              if (gamma.drift != Scalar{0}) fallback = largest(position_of(Y)) / std::abs(static_cast<double>(gamma.drift));
+            double kicked = 0;
+            const auto factor = mass.scaled(gamma.force);
+            for (Index i = 0; i < rate.size(); ++i)
+              kicked = std::max(kicked, std::abs(static_cast<double>(factor(i) * rate.data()[i])));
+            for_each_difference(block, scale_of(block, kicked, fallback), [&](Index j, Scalar delta) {
+              column(at + j, delta, [this](Index i, Index c, Scalar x) { system_.velocity(i, c, x); });
+            });
+            at += block.size();
+          },
+          Blocks<S>::solved(probe_), Rate::blocks(psi), rhs.masses());
+    }
+  }
+  /// What counts as a usual size of a block's components: what they are, or how far a step moves them.
+  [[nodiscard]] Scalar scale_of(const auto& block, double moved, double fallback) const {
+    double scale = std::max(largest(block), moved);
+    if (scale == 0) scale = fallback;
+    if (options_.rtol > 0) scale = 16 * options_.atol / options_.rtol;
+    return static_cast<Scalar>(scale > 0 ? scale : 1.0);
+  }
+
+  [[nodiscard]] Outcome factorize(Rhs& rhs, const Gamma<Scalar>& gamma) {
+    const auto each_mass_entry = [&](auto&& put) {
+      Index at = 0;
+      for_each_block(
+          [&](auto, const auto& block, const auto& mass) {
+            mass.for_each_entry(block.size(), [&](Index i, Index j, auto m) { put(at + i, at + j, m); });
+            at += block.size();
+          },
+          Blocks<S>::solved(base_), rhs.masses());
+    };
+    const Outcome outcome = system_.factorize(each_mass_entry, gamma.force, gamma.drift, rhs.statistics());
+    has_factors_ = outcome == Outcome::success;
+    factored_ = gamma;
+    return outcome;
+  }
+
+  struct Absent {};
+  NewtonOptions options_;
+  Plain base_;
+  [[no_unique_address]] std::conditional_t<analytic, Absent, Plain> probe_;
+  [[no_unique_address]] std::conditional_t<analytic, NoMemory, Rate> probe_rate_;
+  Unknown increment_, correction_, last_move_;
+  System system_;
+  Gamma<Scalar> factored_{};
+  bool has_jacobian_ = false, has_factors_ = false;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

@@ -1,0 +1,202 @@
+/// @file
+/// M y' = Ψ(t, y): a force bound to a state's shape, its masses and its history. The primitive `evaluate`, and the
+/// explicit update built on it.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <cmath>
+#include <stdexcept>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+#include "phistep/core/arithmetic.hpp"
+#include "phistep/core/statistics.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/force/evaluate.hpp"
+#include "phistep/force/signature.hpp"
+#include "phistep/state/blocks.hpp"
+#include "phistep/state/mass.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// The masses of the solved blocks, bound to their sizes.
+template <State S, class... M, class Plain>
+[[nodiscard]] auto bind_masses(const MassList<M...>& list, const Plain& y) {
+  static_assert(sizeof...(M) == solved_blocks<S>, "phistep: give one mass per solved block of the state");
+  const auto blocks = Blocks<S>::solved(y);
+  return [&]<std::size_t... K>(std::index_sequence<K...>) {
+    return std::tuple{std::get<K>(list.masses).template bind<ScalarOf<S>>(std::get<K>(blocks))...};
+  }(std::index_sequence_for<M...>{});
+}
+template <State S, class Plain>
+[[nodiscard]] auto bind_masses(const UnitMasses&, const Plain&) {
+  return []<std::size_t... K>(std::index_sequence<K...>) {
+    return std::tuple{(static_cast<void>(K), UnitMass{})...};
+  }(std::make_index_sequence<solved_blocks<S>>{});
+}
+
+/// Coefficients of out = y + γ M⁻¹Ψ, and for motion r⁺ = r + before·v + after·v⁺.
+template <class Scalar>
+struct Advance {
+  Scalar kick;    ///< γ on M⁻¹Ψ
+  Scalar before;  ///< on the velocity that the step starts from
+  Scalar after;   ///< on the velocity just computed
+};
+
+template <State S, class F, class MassTuple>
+class RightHandSide {
+ public:
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+  using Rate = RateOf<S>;
+  using Masses = MassTuple;
+  using Force = Unwrapped<F>;
+  using View = decltype(Blocks<S>::view(std::declval<const Plain&>(), std::declval<const Masses&>()));
+  using Traits = ForceTraits<Force, std::remove_cvref_t<View>, Rate>;
+  using Memory = MemoryOf<F>;
+
+  static constexpr bool drifts = Blocks<S>::drifts;
+  static constexpr std::size_t blocks = solved_blocks<S>;
+  static constexpr bool has_matrix_mass = []<std::size_t... K>(std::index_sequence<K...>) {
+    return (std::tuple_element_t<K, Masses>::is_matrix || ...);
+  }(std::make_index_sequence<blocks>{});
+  /// Whether Ψ depends on the unknowns themselves, and not on r alone.
+  static constexpr bool couples_unknowns = !drifts || Traits::uses_velocity || blocks > 1;
+
+  RightHandSide(F force, Masses masses) : force_{std::move(force)}, masses_{std::move(masses)} {}
+
+  [[nodiscard]] auto& force() { return unwrap(force_); }
+  [[nodiscard]] const Masses& masses() const { return masses_; }
+  [[nodiscard]] Statistics& statistics() { return statistics_; }
+  [[nodiscard]] const Statistics& statistics() const { return statistics_; }
+  [[nodiscard]] View view(const Plain& y) const { return Blocks<S>::view(y, masses_); }
+
+  /// The committed history, by value: part of a checkpoint.
+  [[nodiscard]] const Memory& memory() const { return committed_; }
+  void set_memory(Memory memory) { committed_ = std::move(memory); }
+  [[nodiscard]] const Memory& trial_memory() const { return trial_; }
+  void begin(Scalar t, Scalar dt, const Plain& y) {
+    if constexpr (remembers<F>) {
+      trial_ = committed_;
+      begin_force(force(), t, dt, view(y), trial_);
+    }
+  }
+  void commit(Scalar t, const Plain& accepted) {
+    if constexpr (remembers<F>) {
+      commit_force(force(), t, view(accepted), trial_);
+      std::swap(committed_, trial_);
+    }
+  }
+
+  /// Ψ(t, y), as a tie of its blocks: of `psi`, or of the user's own array where the force returns a reference to one.
+  [[nodiscard]] auto evaluate(Scalar t, const Plain& y, Rate& psi) {
+    ++statistics_.force_calls;
+    if constexpr (returns_reference) {
+      const auto& result = returned_force(force(), view(y), t, psi);
+      check_result_size(result, std::get<0>(Rate::blocks(psi)));
+      return std::tie(result);
+    } else {
+      assign_force(force(), t, view(y), trial_, psi);
+      return Rate::blocks(std::as_const(psi));
+    }
+  }
+  /// psi = Ψ(t, y), always copied.
+  void evaluate_into(Scalar t, const Plain& y, Rate& psi) {
+    ++statistics_.force_calls;
+    assign_force(force(), t, view(y), trial_, psi);
+  }
+
+  /// out = y + γ M⁻¹Ψ, all blocks and the drift in one pass each; `out` may be y. False: something isn't finite.
+  template <bool with_drift = drifts, class Psi>
+  [[nodiscard]] bool advance(Plain& out, const Plain& y, const Advance<Scalar>& by, const Psi& psi, Rate& scratch) const {
+    if constexpr (has_matrix_mass) {
+      for_each_block(
+          [](auto, auto& to, const auto& from, const auto& mass) {
+            if (&to != &from) to = from;
+            if constexpr (std::remove_cvref_t<decltype(mass)>::is_matrix) mass.solve(to.reshaped());
+          },
+          Rate::blocks(scratch), psi, masses_);
+      return advance_componentwise<with_drift>(out, y, by, Rate::blocks(std::as_const(scratch)));
+    } else {
+      return advance_componentwise<with_drift>(out, y, by, psi);
+    }
+  }
+
+  /// y.solved += γ M⁻¹Ψ.
+  template <class Psi>
+  [[nodiscard]] bool kick(Plain& y, Scalar gamma, const Psi& psi, Rate& scratch) const {
+    return advance<false>(y, y, {gamma, 0, 0}, psi, scratch);
+  }
+  /// r += h v.
+  void drift(Plain& y, Scalar h) const {
+    if constexpr (drifts) std::get<0>(Blocks<S>::all(y)) += h * std::get<1>(Blocks<S>::all(y));
+  }
+  [[nodiscard]] static bool is_finite(const Plain& y) {
+    bool finite = true;
+    for_each_block([&finite](auto, const auto& x) { finite = all_finite(x.data(), x.size()) && finite; },
+                   Blocks<S>::all(y));
+    return finite;
+  }
+  void rebind(Masses masses) { masses_ = std::move(masses); }
+
+  /// Which term of a sum spoils Ψ at (t, y), for messages; −1 where that can't be told.
+  [[nodiscard]] int offending_term(Scalar t, const Plain& y) {
+    Rate scratch = make_rate<S>(y);
+    try {
+      return phistep::offending_term(force(), t, view(y), trial_, scratch);
+    } catch (...) {  // the caller is already reporting a failure; asking again must not add another
+      return -1;
+    }
+  }
+
+  static constexpr bool returns_reference = [] {
+    if constexpr (Traits::accumulates || !Traits::valid || has_matrix_mass) {
+      return false;
+    } else {
+      using Result = decltype(call_with<Traits::arity>(std::declval<Force&>(), std::declval<View&>(), Scalar{}));
+      return std::is_lvalue_reference_v<Result> &&
+             std::is_same_v<std::remove_cvref_t<Result>,
+                            std::remove_cvref_t<decltype(std::get<0>(Rate::blocks(std::declval<Rate&>())))>>;
+    }
+  }();
+
+ private:
+  template <bool with_drift, class Psi>
+  [[nodiscard]] bool advance_componentwise(Plain& out, const Plain& y, const Advance<Scalar>& by, const Psi& psi) const {
+    bool finite = true;
+    const auto kick = [&](auto k, auto& to, const auto& from, const auto& rate, const auto& mass) {
+      const auto factor = mass.scaled(by.kick);
+      Scalar* const v1 = to.data();
+      const Scalar *const v = from.data(), *const f = rate.data();
+      if constexpr (with_drift && k == 0) {
+        Scalar* const r1 = std::get<0>(Blocks<S>::all(out)).data();
+        const Scalar* const r = std::get<0>(Blocks<S>::all(y)).data();
+        const Scalar before = by.before, after = by.after;
+        finite = update<Scalar>(to.size(), [=](Index i) {
+                   const Scalar vi = v[i], vn = vi + factor(i) * f[i], rn = r[i] + (before * vi + after * vn);
+                   v1[i] = vn;
+                   r1[i] = rn;
+                   return Scalar{0} * vn + Scalar{0} * rn;
+                 }) && finite;
+      } else {
+        finite = update<Scalar>(to.size(), [=](Index i) {
+                   const Scalar vn = v[i] + factor(i) * f[i];
+                   v1[i] = vn;
+                   return Scalar{0} * vn;
+                 }) && finite;
+      }
+    };
+    for_each_block(kick, Blocks<S>::solved(out), Blocks<S>::solved(y), psi, masses_);
+    return finite;
+  }
+
+  F force_;
+  [[no_unique_address]] Masses masses_;
+  [[no_unique_address]] Memory committed_{};
+  [[no_unique_address]] Memory trial_{};
+  Statistics statistics_;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

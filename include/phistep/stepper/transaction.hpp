@@ -1,0 +1,165 @@
+/// @file
+/// A step is a transaction: it works beside the state, then commits everything or leaves everything as it was.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <cmath>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+#include "phistep/core/outcome.hpp"
+#include "phistep/core/step_report.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/state/blocks.hpp"
+#include "phistep/stepper/edit_guard.hpp"
+#include "phistep/stepper/right_hand_side.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// Who vouches that the state is what the last step left.
+enum class Origin {
+  unknown,   ///< nobody: it is checked
+  unedited,  ///< the caller owns the loop
+};
+
+/// What a scheme works with during one step.
+template <class Plain, class Rate, class Scalar>
+struct StepData {
+  const Plain& y;   ///< the state at t
+  const Scalar t;   ///< [time]
+  const Scalar dt;  ///< [time]
+  Plain& next;      ///< becomes the state at t + Δt
+  Rate& psi;        ///< holds Ψ(t, y) if `psi_known`, else scratch
+  bool psi_known;
+  bool psi_next_known = false;  ///< the scheme leaves Ψ(t+Δt, next) in psi
+};
+
+/// Runs a scheme's `advance(StepData&) → Outcome` on a state of type S. `carries`: the scheme may leave Ψ⁺ behind.
+template <State S, class Rhs, bool carries>
+class Transaction {
+ public:
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+  using Rate = RateOf<S>;
+  using Data = StepData<Plain, Rate, Scalar>;
+
+  explicit Transaction(const S& state) : next_{copy_of(state)}, psi_{make_rate<S>(next_)} {
+    if constexpr (borrowed) gathered_ = next_;
+  }
+
+  template <class Advance>
+  StepReport run(Rhs& rhs, S& state, Scalar t, Scalar dt, Origin origin, Advance&& advance) {
+    if (const Outcome bad = check(t, dt); bad != Outcome::success) return fail(rhs, bad, t, dt, next_, next_, psi_);
+    if constexpr (in_registers) {
+      Plain next;
+      if constexpr (carries) {
+        return run_on(rhs, state, t, dt, origin, advance, next, psi_);
+      } else {
+        Rate psi;
+        return run_on(rhs, state, t, dt, origin, advance, next, psi);
+      }
+    } else {
+      return run_on(rhs, state, t, dt, origin, advance, next_, psi_);
+    }
+  }
+
+  /// The story of the step that failed last.
+  [[nodiscard]] Failure& failure() { return failure_; }
+  void reset() { guard_.forget(); }
+  [[nodiscard]] bool fits(const S& state) const { return same_shape<S>(state, next_); }
+  void resize(const S& state) {
+    next_ = copy_of(state);
+    psi_ = make_rate<S>(next_);
+    if constexpr (borrowed) gathered_ = next_;
+    reset();
+  }
+  [[nodiscard]] static Plain copy_of(const S& state) {
+    Plain copy;
+    copy_blocks<S>(copy, state);
+    return copy;
+  }
+
+ private:
+  /// A Map or Ref belongs to somebody else: it is read once, and written at the commit.
+  static constexpr bool borrowed = !std::is_same_v<S, Plain>;
+  static constexpr int size = static_size<decltype(Blocks<S>::all(std::declval<Plain&>()))>;
+  /// Small fixed states live in registers during the step: a workspace in memory doubles the cost of a bare update.
+  static constexpr bool in_registers = size != Eigen::Dynamic && size <= 64;
+
+  [[nodiscard]] static Outcome check(Scalar t, Scalar dt) {
+    if (!(std::isfinite(dt) && std::isfinite(t)) || dt == Scalar{0}) return Outcome::invalid_step;
+    return t + dt == t ? Outcome::step_too_small : Outcome::success;
+  }
+
+  template <class Advance>
+  StepReport run_on(Rhs& rhs, S& state, Scalar t, Scalar dt, Origin origin, Advance& advance, Plain& next, Rate& psi) {
+    if constexpr (borrowed) {
+      copy_blocks<S>(gathered_, state);
+      return run_from(rhs, gathered_, state, t, dt, origin, advance, next, psi);
+    } else {
+      return run_from(rhs, state, state, t, dt, origin, advance, next, psi);
+    }
+  }
+
+  template <class Advance>
+  StepReport run_from(Rhs& rhs, const Plain& y, S& state, Scalar t, Scalar dt, Origin origin, Advance& advance, Plain& next,
+                      Rate& psi) {
+    bool psi_known = false;
+    if constexpr (carries) {
+      psi_known = origin == Origin::unedited ? guard_.holds_unedited(t) : guard_.holds(t, y);
+      guard_.forget();  // an exception from here on leaves psi half-written
+    }
+    failure_.iterations = 0;
+    rhs.begin(t, dt, y);
+    Data data{y, t, dt, next, psi, psi_known};
+    const Outcome outcome = advance(data);
+    if (outcome != Outcome::success) return fail(rhs, outcome, t, dt, y, next, psi);
+    rhs.commit(t + dt, next);
+    if constexpr (carries)
+      if (data.psi_next_known) {
+        if (origin == Origin::unedited) guard_.remember_unchecked(t + dt);
+        else guard_.remember(t + dt, next);
+      }
+    commit_blocks<S>(state, next);
+    ++rhs.statistics().steps;
+    return {Outcome::success, failure_.iterations, nullptr};
+  }
+
+  StepReport fail(Rhs& rhs, Outcome outcome, Scalar t, Scalar dt, const Plain& y, const Plain& next, const Rate& psi) {
+    ++rhs.statistics().failed_steps;
+    Failure& f = failure_;
+    f.t = static_cast<double>(t);
+    f.dt = static_cast<double>(dt);
+    f.term = -1;
+    Offender where;
+    if (outcome == Outcome::non_finite_state || outcome == Outcome::non_finite_force) {
+      if (where = first_non_finite(Blocks<S>::all(y)); where) {
+        outcome = Outcome::non_finite_state;
+      } else if (where = first_non_finite(Rate::blocks(psi)); where) {
+        outcome = Outcome::non_finite_force;
+        where.block += Blocks<S>::drifts ? 1 : 0;
+        f.term = rhs.offending_term(t, y);
+        if (f.term < 0) f.term = rhs.offending_term(t + dt, next);
+      } else {
+        where = first_non_finite(Blocks<S>::all(next));
+      }
+    }
+    f.outcome = outcome;
+    f.block = where.block;
+    f.index = where.index;
+    f.row = where.row;
+    f.column = where.column;
+    return {outcome, f.iterations, &f};
+  }
+
+  Plain next_;
+  Rate psi_;
+  struct Nothing {};
+  [[no_unique_address]] std::conditional_t<borrowed, Plain, Nothing> gathered_;
+  EditGuard<S, Blocks<S>::drifts && !Rhs::couples_unknowns, Rhs::Traits::uses_time> guard_;
+  Failure failure_;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI
