@@ -138,7 +138,8 @@ template <class Equation>
     }
   }
   equation.drop_jacobian();
-  return last > first ? Outcome::newton_diverged : Outcome::newton_stalled;
+  // A cycle keeps its size: that is a stall.
+  return last > 10 * first ? Outcome::newton_diverged : Outcome::newton_stalled;
 }
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -46,10 +46,9 @@ class SparseSystem {
   void velocity(Eigen::Index i, Eigen::Index j, Scalar x) { put(i, j, {Scalar{0}, x}); }
   void rate(Eigen::Index i, Eigen::Index j, Scalar x) { put(i, j, {Scalar{0}, x}); }
   [[nodiscard]] bool is_finite() const {
-    return update<Scalar>(static_cast<std::ptrdiff_t>(entries_.size()), [this](std::ptrdiff_t k) {
-             const Tangent& x = entries_[static_cast<std::size_t>(k)].value;
-             return Scalar{0} * x.K + Scalar{0} * x.C;
-           });
+    FiniteWitness<Scalar> witness;
+    for (const Entry& entry : entries_) witness.see(entry.value.K), witness.see(entry.value.C);
+    return witness.all_finite();
   }
 
   [[nodiscard]] Outcome factorize(const auto& masses, Scalar gamma_force, Scalar gamma_drift, Statistics& statistics) {

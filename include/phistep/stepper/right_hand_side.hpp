@@ -167,29 +167,29 @@ class RightHandSide {
   [[nodiscard]] bool advance_componentwise(Plain& out, const Plain& y, const Advance<Scalar>& by, const Psi& psi) const {
     bool finite = true;
     const auto kick = [&](auto k, auto& to, const auto& from, const auto& rate, const auto& mass) {
+      constexpr int size = std::remove_cvref_t<decltype(to)>::SizeAtCompileTime;
       const auto factor = mass.scaled(by.kick);
-      Scalar* const v1 = to.data();
       const Scalar *const v = from.data(), *const f = rate.data();
       if constexpr (with_drift && k == 0) {
-        Scalar* const r1 = std::get<0>(Blocks<S>::all(out)).data();
         const Scalar* const r = std::get<0>(Blocks<S>::all(y)).data();
-        const Scalar before = by.before, after = by.after;
-        finite = update<Scalar>(to.size(), [=](Index i) {
-                   const Scalar vi = v[i], vn = vi + factor(i) * f[i], rn = r[i] + (before * vi + after * vn);
-                   v1[i] = vn;
-                   r1[i] = rn;
-                   return Scalar{0} * vn + Scalar{0} * rn;
-                 }) && finite;
+        const auto kernel = [=, before = by.before, after = by.after](Index i, Scalar& v1, Scalar& r1) {
+          v1 = v[i] + factor(i) * f[i];
+          r1 = r[i] + (before * v[i] + after * v1);
+        };
+        finite = update_sized<size>(to.size(), kernel, to.data(), std::get<0>(Blocks<S>::all(out)).data()) && finite;
       } else {
-        finite = update<Scalar>(to.size(), [=](Index i) {
-                   const Scalar vn = v[i] + factor(i) * f[i];
-                   v1[i] = vn;
-                   return Scalar{0} * vn;
-                 }) && finite;
+        const auto kernel = [=](Index i, Scalar& v1) { v1 = v[i] + factor(i) * f[i]; };
+        finite = update_sized<size>(to.size(), kernel, to.data()) && finite;
       }
     };
     for_each_block(kick, Blocks<S>::solved(out), Blocks<S>::solved(y), psi, masses_);
     return finite;
+  }
+
+  template <int size>
+  [[nodiscard]] static bool update_sized(Index n, const auto& kernel, auto*... out) {
+    if constexpr (size != Eigen::Dynamic && size <= 64) return update_unrolled<size>(kernel, out...);
+    else return update(n, kernel, out...);
   }
 
   F force_;

@@ -115,7 +115,16 @@ class Transaction {
     rhs.begin(t, dt, y);
     Data data{y, t, dt, next, psi, psi_known};
     const Outcome outcome = advance(data);
-    if (outcome != Outcome::success) return fail(rhs, outcome, t, dt, y, next, psi);
+    if (outcome != Outcome::success) {
+      if constexpr (in_registers) {
+        // fail() must not see addresses of what should stay in registers on the good path: it gets copies.
+        const Plain copy = y;
+        next_ = next;
+        if constexpr (!carries) psi_ = psi;
+        return fail(rhs, outcome, t, dt, copy, next_, psi_);
+      }
+      return fail(rhs, outcome, t, dt, y, next_, psi_);
+    }
     rhs.commit(t + dt, next);
     if constexpr (carries)
       if (data.psi_next_known) {
@@ -127,7 +136,8 @@ class Transaction {
     return {Outcome::success, failure_.iterations, nullptr};
   }
 
-  StepReport fail(Rhs& rhs, Outcome outcome, Scalar t, Scalar dt, const Plain& y, const Plain& next, const Rate& psi) {
+  // Out of line: the compiler must not weigh this against inlining the step itself.
+  [[gnu::cold, gnu::noinline]] StepReport fail(Rhs& rhs, Outcome outcome, Scalar t, Scalar dt, const Plain& y, const Plain& next, const Rate& psi) {
     ++rhs.statistics().failed_steps;
     Failure& f = failure_;
     f.t = static_cast<double>(t);
