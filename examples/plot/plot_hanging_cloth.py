@@ -1,0 +1,35 @@
+"""The cloth at four moments, its triangles coloured by height: cloth.xyz and cloth_triangles.csv to cloth.png."""
+from style import out, plt, read, save
+
+
+def frames(path):
+    """(time, x, y, z) of each frame of an extended XYZ file."""
+    with open(path) as file:
+        while line := file.readline():
+            count, header = int(line), file.readline()
+            rows = [file.readline().split() for _ in range(count)]
+            time = float(header.split("Time=")[1].split()[0])
+            yield time, *([float(row[axis]) for row in rows] for axis in (1, 2, 3))
+
+
+triangles = [(int(row["a"]), int(row["b"]), int(row["c"])) for row in read("cloth_triangles.csv")]
+moments = list(frames(out / "cloth.xyz"))
+last = len(moments) - 1
+shown = [moments[round(last * share)] for share in (0.16, 0.3, 1)]
+heights = [z for moment in shown for z in moment[3]]
+low = [min(min(moment[axis]) for moment in shown) for axis in (1, 2, 3)]
+high = [max(max(moment[axis]) for moment in shown) for axis in (1, 2, 3)]
+
+figure = plt.figure(figsize=(15, 5.2))
+figure.text(0.985, 0.5, " ")  # keeps the last axis label inside the picture
+for k, (time, x, y, z) in enumerate(shown):
+    axes = figure.add_axes((0.32 * k, 0.02, 0.29, 0.9), projection="3d")
+    axes.plot_trisurf(x, y, z, triangles=triangles, cmap="viridis", vmin=min(heights), vmax=max(heights),
+                      edgecolor="black", linewidth=0.06)
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]), title=f"t = {time:.2f} s")
+    axes.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
+    for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
+        axis.set_major_locator(plt.MaxNLocator(4))
+    axes.set_box_aspect([b - a + 1e-9 for a, b in zip(low, high)])
+    axes.view_init(elev=14, azim=-60)
+save(figure, "cloth.png")

@@ -1,0 +1,127 @@
+# Sourced by test.sh and demo.sh: phistep_setup <package...> makes compiler, CMake and libraries available, and sets
+# CXX, jobs and generator. On Debian and Ubuntu, as root or with sudo that asks no password, it installs what is
+# missing. Elsewhere CMake downloads Eigen, Catch2 and SUNDIALS, and a compiler and CMake must be there already.
+# PHISTEP_NO_INSTALL=1 keeps it from installing anything.
+
+phistep_die() {
+  printf '\nphistep: %s\n' "$*" >&2
+  exit 1
+}
+
+# Several scripts may run at once on one machine; apt then waits for its lock instead of failing.
+phistep_apt() {
+  if [ "$(id -u)" -eq 0 ]; then
+    DEBIAN_FRONTEND=noninteractive apt-get -o DPkg::Lock::Timeout=300 -qq "$@"
+  else
+    sudo -n env DEBIAN_FRONTEND=noninteractive apt-get -o DPkg::Lock::Timeout=300 -qq "$@"
+  fi >>"$phistep_log" 2>&1
+}
+
+phistep_can_install() {
+  [ -z "${PHISTEP_NO_INSTALL:-}" ] && command -v apt-get >/dev/null 2>&1 || return 1
+  [ "$(id -u)" -eq 0 ] || sudo -n true >/dev/null 2>&1
+}
+
+phistep_has_package() {
+  dpkg-query -W -f '${Status}' "$1" 2>/dev/null | grep -q 'install ok installed'
+}
+
+# version_at_least <have> <want>
+phistep_at_least() {
+  [ "$(printf '%s\n%s\n' "$2" "$1" | sort -V | head -n 1)" = "$2" ]
+}
+
+phistep_install() {
+  missing=
+  for package in "$@"; do
+    phistep_has_package "$package" || missing="$missing $package"
+  done
+  [ -n "$missing" ] || return 0
+  if ! phistep_can_install; then
+    echo "phistep: not installing$missing (no apt, or no rights to use it); CMake downloads the libraries it can"
+    return 0
+  fi
+  echo "phistep: installing$missing"
+  phistep_apt update || echo "phistep: apt-get update failed, trying with the lists that are here"
+  # shellcheck disable=SC2086
+  if ! phistep_apt install -y --no-install-recommends $missing; then
+    tail -n 15 "$phistep_log" >&2
+    echo "phistep: apt-get install failed (all of it: $phistep_log); going on with what is here" >&2
+  fi
+}
+
+phistep_setup() {
+  mkdir -p build
+  phistep_log=$PWD/build/setup.log
+  : >"$phistep_log"
+
+  compiler_package=g++
+  case ${CXX:-} in
+    *clang*) compiler_package=$(basename "$CXX" | sed 's/clang++/clang/') ;;
+    *g++-[0-9]*) compiler_package=$(basename "$CXX") ;;
+  esac
+  if [ -n "${CXX:-}" ] && command -v "$CXX" >/dev/null 2>&1; then compiler_package=; fi
+  # shellcheck disable=SC2086
+  phistep_install $compiler_package cmake ninja-build "$@"
+
+  CXX=${CXX:-g++}
+  command -v "$CXX" >/dev/null 2>&1 || CXX=c++
+  command -v "$CXX" >/dev/null 2>&1 ||
+    phistep_die "no C++ compiler. Install g++ 12 or clang 14 or later (Debian, Ubuntu: apt install g++), or set CXX."
+  version=$("$CXX" -dumpfullversion 2>/dev/null || "$CXX" -dumpversion)
+  if "$CXX" --version | head -n 1 | grep -qi clang; then
+    phistep_at_least "$version" 14 || phistep_die "$CXX is clang $version, phistep needs 14 or later. Set CXX to a newer one."
+  elif ! phistep_at_least "$version" 12; then
+    # Ubuntu 22.04 has 11 as its default and 12 beside it.
+    phistep_install g++-12
+    command -v g++-12 >/dev/null 2>&1 || phistep_die "$CXX is g++ $version, phistep needs 12 or later. Set CXX to a newer one."
+    CXX=g++-12
+  fi
+
+  cmake_version=$(cmake --version 2>/dev/null | sed -n '1s/[^0-9]*//p')
+  if ! phistep_at_least "${cmake_version:-0}" 3.25; then
+    phistep_cmake_from_pip
+  fi
+
+  generator="Unix Makefiles"
+  if command -v ninja >/dev/null 2>&1; then generator=Ninja; fi
+
+  # A unit that instantiates Eigen takes about 1 GB.
+  jobs=$(nproc 2>/dev/null || echo 2)
+  gigabytes=$(awk '/MemAvailable/ { print int($2 / 1048576) }' /proc/meminfo 2>/dev/null || echo "$jobs")
+  if [ "${gigabytes:-0}" -lt "$jobs" ]; then jobs=$gigabytes; fi
+  if [ "$jobs" -lt 1 ]; then jobs=1; fi
+
+  export CXX
+  echo "phistep: $CXX $version, CMake $(cmake --version | sed -n '1s/[^0-9]*//p'), $generator, $jobs jobs"
+}
+
+# A distribution whose CMake is too old: the same CMake from PyPI, inside build/.
+phistep_cmake_from_pip() {
+  if [ ! -x build/tools/bin/cmake ]; then
+    phistep_install python3-venv
+    echo "phistep: CMake 3.25 or later is needed, found ${cmake_version:-none}; fetching it into build/tools"
+    if ! { python3 -m venv build/tools && build/tools/bin/pip install -q 'cmake>=3.25,<4' ninja; } >>"$phistep_log" 2>&1; then
+      rm -rf build/tools
+      phistep_die "could not get CMake 3.25 or later: see $phistep_log. Install it from https://cmake.org/download or with
+  python3 -m pip install cmake, put it on PATH, and run this again."
+    fi
+  fi
+  PATH=$PWD/build/tools/bin:$PATH
+  export PATH
+}
+
+# phistep_configure <folder> <cmake options...>; another compiler or generator than last time starts afresh, because
+# CMake cannot change either in place.
+phistep_configure() {
+  folder=$1
+  shift
+  if [ -f "$folder/.made-with" ] && [ "$(cat "$folder/.made-with")" != "$CXX $generator" ]; then rm -rf "$folder"; fi
+  mkdir -p "$folder"
+  echo "$CXX $generator" >"$folder/.made-with"
+  cmake -S . -B "$folder" -G "$generator" -DCMAKE_CXX_COMPILER="$CXX" "$@" >"$folder/configure.log" 2>&1 || {
+    cat "$folder/configure.log" >&2
+    phistep_die "CMake stopped; its last message above says what is missing and how to get it."
+  }
+  grep -- '-- phistep: ' "$folder/configure.log" | sed 's/^-- //' || true
+}

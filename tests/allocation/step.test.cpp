@@ -1,0 +1,267 @@
+// No heap allocation of ours in `step` after construction. Counts every allocation that Eigen or the library could make.
+#define EIGEN_RUNTIME_NO_MALLOC  // a second, independent witness: Eigen asserts where it allocates
+#include <phistep/autodiff.hpp>
+#include <phistep/sparse.hpp>
+
+#include <Eigen/IterativeLinearSolvers>
+#include <Eigen/SparseCholesky>
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <iostream>
+#include <new>
+#include <string>
+
+#include "contract/states.hpp"
+#include "support/catch.hpp"
+
+namespace heap {
+// Counting is on for the duration of a step alone.
+inline bool counting = false;
+inline std::int64_t count = 0;
+}  // namespace heap
+
+// Eigen allocates by malloc, posix_memalign or the like, everything else by new. glibc lets a program put itself in front of
+// malloc; elsewhere new alone is counted, and Eigen's own check (below) stands in for malloc.
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define __SANITIZE_ADDRESS__ 1  // as g++ says it
+#endif
+#endif
+#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
+#define PHISTEP_TEST_COUNTS_MALLOC 1
+extern "C" {
+void* __libc_malloc(std::size_t);
+void* __libc_calloc(std::size_t, std::size_t);
+void* __libc_realloc(void*, std::size_t);
+void* __libc_memalign(std::size_t, std::size_t);
+void* malloc(std::size_t n) noexcept {
+  heap::count += heap::counting;
+  return __libc_malloc(n);
+}
+void* calloc(std::size_t n, std::size_t size) noexcept {
+  heap::count += heap::counting;
+  return __libc_calloc(n, size);
+}
+void* realloc(void* p, std::size_t n) noexcept {
+  heap::count += heap::counting;
+  return __libc_realloc(p, n);
+}
+void* aligned_alloc(std::size_t alignment, std::size_t n) noexcept {
+  heap::count += heap::counting;
+  return __libc_memalign(alignment, n);
+}
+int posix_memalign(void** p, std::size_t alignment, std::size_t n) noexcept {
+  heap::count += heap::counting;
+  *p = __libc_memalign(alignment, n);
+  return *p == nullptr;
+}
+}
+#else
+#define PHISTEP_TEST_COUNTS_MALLOC 0
+void* operator new(std::size_t n) {
+  heap::count += heap::counting;
+  if (void* p = std::malloc(n)) return p;
+  throw std::bad_alloc();
+}
+void operator delete(void* p) noexcept { std::free(p); }
+void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+#endif
+
+using namespace phistep;
+using states::Dynamic;
+
+namespace {
+
+/// Accumulates, and allocates nothing. Nonlinear enough that the Jacobian is renewed in every step.
+struct Chain : ForceTerm {
+  static constexpr bool uses_velocity = false, uses_time = false;
+  static void add_to(const auto& x, auto& f) {
+    const Eigen::Index n = x.size();
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const auto left = i > 0 ? x.data()[i - 1] - x.data()[i] : -x.data()[i];
+      const auto right = i + 1 < n ? x.data()[i + 1] - x.data()[i] : -x.data()[i];
+      f.data()[i] += left + right + 3 * (left * left * left + right * right * right);
+    }
+  }
+  void add(double, const auto& y, auto& out) const {
+    if constexpr (requires { out.force; }) add_to(y.r, out.force);
+    else add_to(y.y, out.rate);
+  }
+};
+struct DampedChain : Chain {
+  static constexpr bool uses_velocity = true;
+  void add(double t, const auto& y, auto& out) const {
+    Chain::add(t, y, out);
+    if constexpr (requires { out.force; }) out.force -= 0.1 * y.v;
+  }
+};
+struct AnalyticChain : Chain {
+  void add_jacobian(double, const auto& y, auto& sink) const {
+    const auto& x = y.y;
+    const Eigen::Index n = x.size();
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const double left = i > 0 ? x[i - 1] - x[i] : -x[i], right = i + 1 < n ? x[i + 1] - x[i] : -x[i];
+      const double kl = 1 + 9 * left * left, kr = 1 + 9 * right * right;
+      if (i > 0) sink.rate(i, i - 1, kl);
+      sink.rate(i, i, -kl - kr);
+      if (i + 1 < n) sink.rate(i, i + 1, kr);
+    }
+  }
+};
+struct SparseChain : AnalyticChain {
+  [[maybe_unused]] static constexpr Structure structure = Structure::sparse;  // a solver of one's own implies it
+};
+static_assert(ForceTraits<SparseChain, FirstOrderView<Dynamic, UnitMass>, RateOf<Dynamic>>::has_jacobian);
+
+/// Allocations in ten steps of growing dt (so that Jacobian and factors are renewed), after `warm` steps.
+template <class S>
+std::int64_t allocations(S& state, auto& stepper, int warm = 0) {
+  std::int64_t total = 0;
+  for (int n = 0; n < 10 + warm; ++n) {
+    heap::count = 0;
+    heap::counting = n >= warm;
+    const StepReport step = stepper.step(state, 0.1 * n, 0.02 + 0.001 * n);
+    heap::counting = false;
+    total += heap::count;
+    REQUIRE(step);
+  }
+  return total;
+}
+/// The same with Eigen's own witness, which ends the program where Eigen allocates.
+template <class S>
+void check_none(S state, auto force, auto scheme, const auto&... more) {
+  PhiStepper stepper{state, force, scheme, more...};
+  Eigen::internal::set_is_malloc_allowed(false);
+  const std::int64_t count = allocations(state, stepper);
+  Eigen::internal::set_is_malloc_allowed(true);
+  CHECK(count == 0);
+}
+
+Motion<Dynamic> motion(Eigen::Index n) { return {Dynamic::LinSpaced(n, -1, 1), Dynamic::LinSpaced(n, 0.5, -0.5)}; }
+
+}  // namespace
+
+#if PHISTEP_TEST_COUNTS_MALLOC
+TEST_CASE("the counter counts") {
+  static Dynamic* volatile kept;  // or the compiler removes the pair
+  heap::count = 0, heap::counting = true;
+  kept = new Dynamic(100);
+  heap::counting = false;
+  delete kept;
+  CHECK(heap::count == 2);
+}
+#endif
+
+TEST_CASE("every scheme, dynamic motion, Newton by differences: nothing") {
+  states::for_each_motion_scheme([](const char* name, auto scheme) {
+    CAPTURE(name);
+    check_none(motion(30), Chain{}, scheme);
+  });
+}
+TEST_CASE("every scheme, fixed motion: nothing, by value too") {
+  const auto by_value = [](const states::Fixed& r, const states::Fixed& v) -> states::Fixed { return -r.array().cube() - v.array(); };
+  states::for_each_motion_scheme([&](const char* name, auto scheme) {
+    CAPTURE(name);
+    check_none(states::SecondOrder<states::Fixed>{}.state, by_value, scheme);
+  });
+}
+TEST_CASE("first order, dynamic, up to 300 unknowns: nothing") {
+  for (const Eigen::Index n : {1, 17, 100, 300}) {
+    CAPTURE(n);
+    check_none(Dynamic(Dynamic::LinSpaced(n, -1, 1)), Chain{}, trapezoidal);
+    check_none(Dynamic(Dynamic::LinSpaced(n, -1, 1)), AnalyticChain{}, midpoint);
+  }
+}
+TEST_CASE("velocities, masses of every kind, a sum, a tolerance: nothing") {
+  check_none(motion(30), DampedChain{}, velocity_verlet);
+  check_none(motion(30), DampedChain{}, phi(0.7), mass(2.0));
+  check_none(motion(30), Chain{}, trapezoidal, mass(Dynamic::LinSpaced(30, 1, 2)));
+  check_none(motion(30), Chain{}, forward_euler, mass(Eigen::MatrixXd(2 * Eigen::MatrixXd::Identity(30, 30))));
+  check_none(motion(30), Chain{}, trapezoidal, mass(Eigen::MatrixXd(2 * Eigen::MatrixXd::Identity(30, 30))));
+  check_none(motion(30), Chain{} + LinearDrag{0.1} + Gravity{Eigen::Vector3d(0, 0, -1)}, trapezoidal);
+  check_none(motion(30), Chain{}, backward_euler, newton({.rtol = 1e-6, .atol = 1e-9}));
+}
+TEST_CASE("views, matrices, arrays of structs: nothing") {
+  states::SecondOrder<states::Structs> structs;
+  PhiStepper one{structs.state, Chain{}, trapezoidal};
+  CHECK(allocations(structs.state, one) == 0);
+  states::FirstOrder<states::Strided> strided;
+  PhiStepper two{strided.state, Chain{}, forward_euler};
+  CHECK(allocations(strided.state, two) == 0);
+  states::SecondOrder<states::Columns> columns;
+  PhiStepper three{columns.state, Chain{}, velocity_verlet};
+  CHECK(allocations(columns.state, three) == 0);
+}
+TEST_CASE("a reference-returning force: nothing") {
+  Dynamic kept(30);
+  const auto force = [&kept](const Dynamic& r) -> const Dynamic& {
+    kept = -r;
+    return kept;
+  };
+  check_none(motion(30), force, forward_euler);
+  check_none(motion(30), force, velocity_verlet);
+}
+TEST_CASE("automatic differentiation of a fixed state: nothing") {
+  const auto force = autodiff([](const auto& y) {
+    std::remove_cvref_t<decltype(y)> f = y;
+    for (Eigen::Index i = 0; i < y.size(); ++i) f[i] = -y[i] * y[i] * y[i];
+    return f;
+  });
+  check_none(states::Fixed(states::Fixed::LinSpaced(1, 2)), force, trapezoidal);
+}
+TEST_CASE("springs by Verlet: nothing") {
+  check_none(motion(30), spring_network<3>({{0, 1, 5, 0.1}, {1, 2, 5, 0.1}}), velocity_verlet);
+}
+TEST_CASE("a step that fails: nothing") {
+  auto y = motion(30);
+  PhiStepper stepper{y, Chain{}, trapezoidal};
+  REQUIRE(stepper.step(y, 0, 0.1));
+  y.r[3] = std::nan("");
+  heap::count = 0, heap::counting = true;
+  const StepReport report = stepper.step(y, 0, 0.1);
+  heap::counting = false;
+  CHECK_FALSE(report);
+  CHECK(heap::count == 0);
+}
+TEST_CASE("integrate: nothing but what observers do") {
+  auto y = motion(30);
+  PhiStepper stepper{y, Chain{}, velocity_verlet};
+  heap::count = 0, heap::counting = true;
+  const RunReport report = integrate(stepper, y, {0, 1}, fixed(0.01), [](double, const Motion<Dynamic>&) {});
+  heap::counting = false;
+  CHECK(report);
+  CHECK(heap::count == 0);
+}
+
+// Not ours: printed, so that a reader knows; only the order of magnitude is asserted.
+TEST_CASE("what Eigen's sparse solvers allocate") {
+  const auto print = [](const std::string& name, auto solver) {
+    Dynamic y = Dynamic::LinSpaced(100, -1, 1);
+    PhiStepper stepper{y, SparseChain{}, trapezoidal, solver};
+    const std::int64_t count = allocations(y, stepper);
+    std::cout << name << ": " << count << " allocations in 10 steps of n = 100 (" << stepper.statistics().factorizations
+              << " factorizations, " << stepper.statistics().solves << " solves)\n";
+    if (PHISTEP_TEST_COUNTS_MALLOC) CHECK(count > 0);
+    CHECK(count < 10000);
+  };
+  print("SparseLU            ", newton<Eigen::SparseLU<Eigen::SparseMatrix<double>>>());
+  print("SimplicialLDLT      ", newton<Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>>());
+  print("conjugate gradients ", newton<Eigen::ConjugateGradient<Eigen::SparseMatrix<double>, Eigen::Lower | Eigen::Upper>>());
+}
+TEST_CASE("what automatic differentiation of a dynamic state allocates") {
+  const auto force = autodiff([](const auto& y) {
+    std::remove_cvref_t<decltype(y)> f = y;
+    for (Eigen::Index i = 0; i < y.size(); ++i) f[i] = -y[i] * y[i] * y[i];
+    return f;
+  });
+  Dynamic y = Dynamic::LinSpaced(30, 1, 2);
+  PhiStepper stepper{y, force, trapezoidal};
+  const std::int64_t count = allocations(y, stepper);
+  const Statistics& s = stepper.statistics();
+  std::cout << "autodiff, n = 30    : " << count << " allocations in 10 steps (" << s.jacobians << " Jacobians, " << s.force_calls
+            << " force calls, which return by value)\n";
+  // One a call is the user's; the rest are the dual vectors (argument and result, four chunks of eight) and J.
+  CHECK(count - s.force_calls <= 12 * s.jacobians);
+}

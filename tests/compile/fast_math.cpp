@@ -1,0 +1,7 @@
+// expect: ffast-math removes the NaN checks
+#ifdef MUST_FAIL
+#define __FAST_MATH__ 1
+#endif
+#include <phistep/core/version.hpp>
+
+int main() { return phistep::version_major; }

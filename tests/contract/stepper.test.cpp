@@ -1,0 +1,191 @@
+// The contract of a stepper, for every scheme and several kinds of state.
+#include <phistep/phistep.hpp>
+
+#include <cmath>
+#include <stdexcept>
+#include <vector>
+
+#include "contract/states.hpp"
+#include "support/catch.hpp"
+
+using namespace phistep;
+using namespace states;
+
+namespace {
+
+enum class Trouble { none, nan, inf, exception };
+
+/// Does as it is told.
+struct Moody {
+  const Trouble* mood;
+  auto operator()(const auto& r) const {
+    auto f = Pull{}(r);
+    if (*mood == Trouble::exception) throw std::runtime_error("moody");
+    if (*mood == Trouble::nan) component(f, 4) = std::nan("");
+    if (*mood == Trouble::inf) component(f, 4) = -HUGE_VAL;
+    return f;
+  }
+};
+
+template <class Case>
+void check_contract(auto scheme, int order) {
+  using S = typename Case::State;
+  Trouble mood = Trouble::none;
+  Case c;
+  PhiStepper stepper{c.state, Moody{&mood}, scheme};
+  CHECK(stepper.order() == order);
+  REQUIRE(stepper.step(c.state, 0, 0.01));  // whatever may be carried, is
+  const Eigen::VectorXd before = numbers(c.state);
+  const auto unharmed = [&] { return same_bits(numbers(c.state), before); };
+
+  for (const Trouble trouble : {Trouble::nan, Trouble::inf}) {
+    mood = trouble;
+    stepper.reset();
+    const StepReport report = stepper.step(c.state, 0.01, 0.02);
+    CHECK(report.outcome() == Outcome::non_finite_force);
+    CHECK_THAT(report.message(), contains("component") && contains("t = 0.01") && contains("dt = 0.02") && contains("Try"));
+    CHECK(report.failure().block == (Blocks<S>::drifts ? 1 : 0));
+    CHECK(unharmed());
+  }
+  mood = Trouble::exception;
+  stepper.reset();
+  CHECK_THROWS_WITH(stepper.step(c.state, 0.01, 0.02), "moody");
+  CHECK(unharmed());
+  mood = Trouble::none;
+
+  for (const double dt : {0.0, std::nan(""), HUGE_VAL, -HUGE_VAL}) CHECK(stepper.step(c.state, 0.01, dt).outcome() == Outcome::invalid_step);
+  for (const double t : {std::nan(""), HUGE_VAL}) CHECK(stepper.step(c.state, t, 0.1).outcome() == Outcome::invalid_step);
+  CHECK(stepper.step(c.state, 1.0, 1e-17).outcome() == Outcome::step_too_small);
+  CHECK(stepper.step(c.state, 1.0, -1e-17).outcome() == Outcome::step_too_small);
+  CHECK(unharmed());
+
+  const Statistics s = stepper.statistics();
+  CHECK(s.steps == 1);
+  CHECK(s.failed_steps == 10);
+
+  // After all that it steps as one that never failed, forward and backward.
+  Case d;
+  PhiStepper good{d.state, Moody{&mood}, scheme};
+  REQUIRE(good.step(d.state, 0, 0.01));
+  for (const double dt : {0.02, -0.03}) {
+    REQUIRE(stepper.step(c.state, 0.01, dt));
+    REQUIRE(good.step(d.state, 0.01, dt));
+    CHECK(distance(numbers(c.state), numbers(d.state)) <= 1e-14);
+  }
+}
+
+template <class Case>
+void check_explicit_and_implicit() {
+  check_contract<Case>(forward_euler, 1);
+  check_contract<Case>(trapezoidal, 2);
+}
+
+}  // namespace
+
+TEST_CASE("every scheme on a dynamic motion") {
+  for_each_motion_scheme([](const char* name, auto scheme) {
+    CAPTURE(name);
+    check_contract<SecondOrder<Dynamic>>(scheme, scheme.order());
+  });
+}
+TEST_CASE("every first-order scheme on a fixed vector") {
+  for_each_first_order_scheme([](const char* name, auto scheme) {
+    CAPTURE(name);
+    check_contract<FirstOrder<Fixed>>(scheme, scheme.order());
+  });
+}
+TEST_CASE("Verlet on every kind of motion") {
+  check_contract<SecondOrder<Fixed>>(velocity_verlet, 2);
+  check_contract<SecondOrder<Columns>>(velocity_verlet, 2);
+  check_contract<SecondOrder<Strided>>(velocity_verlet, 2);
+  check_contract<SecondOrder<Structs>>(velocity_verlet, 2);
+}
+TEST_CASE("a matrix, a strided view, a reference") {
+  check_explicit_and_implicit<FirstOrder<RowMajor>>();
+  check_explicit_and_implicit<FirstOrder<Strided>>();
+  check_contract<FirstOrder<Reference>>(phi(0.7), 1);
+}
+
+TEST_CASE("dt < 0 undoes a step with the adjoint scheme") {
+  // endpoint φ(h), then endpoint 1−φ(−h)
+  SecondOrder<Dynamic> c;
+  const Eigen::VectorXd before = numbers(c.state);
+  PhiStepper forth{c.state, DampedPull{}, phi(0.3)};
+  PhiStepper back{c.state, DampedPull{}, phi(0.7)};
+  REQUIRE(forth.step(c.state, 0, 0.1));
+  CHECK(distance(numbers(c.state), before) > 0.01);
+  REQUIRE(back.step(c.state, 0.1, -0.1));
+  CHECK(distance(numbers(c.state), before) <= 1e-14);
+
+  PhiStepper verlet{c.state, Pull{}, velocity_verlet};
+  REQUIRE(verlet.step(c.state, 0, 0.1));
+  REQUIRE(verlet.step(c.state, 0.1, -0.1));
+  CHECK(distance(numbers(c.state), before) <= 1e-14);
+}
+
+TEST_CASE("forward and backward Euler undo each other, and so do the two symplectic ones") {
+  SecondOrder<Dynamic> c;
+  const Eigen::VectorXd before = numbers(c.state);
+  const auto there_and_back = [&](auto one, auto other) {
+    PhiStepper forth{c.state, Pull{}, one};
+    PhiStepper back{c.state, Pull{}, other};
+    REQUIRE(forth.step(c.state, 0, 0.1));
+    REQUIRE(back.step(c.state, 0.1, -0.1));
+    CHECK(distance(numbers(c.state), before) <= 1e-14);
+  };
+  there_and_back(forward_euler, backward_euler);
+  there_and_back(symplectic_euler, symplectic_euler_adjoint);
+}
+
+TEST_CASE("named schemes are their formulas") {
+  // m v' = −k r, one step from (r, v), φ by φ, against the source's two lines solved by hand.
+  const double k = 3, m = 2, h = 0.3, r = 0.7, v = -0.4, w = k / m;
+  const auto one_step = [&](auto scheme) {
+    using V = Eigen::Matrix<double, 1, 1>;
+    Motion<V> y{V(r), V(v)};
+    PhiStepper stepper{y, [k](const V& x) -> V { return -k * x; }, scheme, mass(m)};
+    REQUIRE(stepper.step(y, 0, h));
+    return Eigen::Vector2d(y.r[0], y.v[0]);
+  };
+  const auto formula = [&](double pf, double pd) {
+    // v⁺ = v − h w (pf r⁺ + (1−pf) r),  r⁺ = r + h (pd v⁺ + (1−pd) v)
+    const double v1 = (v - h * w * (r + pf * h * (1 - pd) * v)) / (1 + h * h * w * pf * pd);
+    return Eigen::Vector2d(r + h * (pd * v1 + (1 - pd) * v), v1);
+  };
+  const auto check = [&](auto scheme, const Eigen::Vector2d& expected) { CHECK((one_step(scheme) - expected).norm() <= 1e-15); };
+  check(forward_euler, formula(0, 0));
+  check(trapezoidal, formula(0.5, 0.5));
+  check(backward_euler, formula(1, 1));
+  check(midpoint, formula(0.5, 0.5));
+  check(symplectic_euler, formula(0, 1));
+  check(symplectic_euler_adjoint, formula(1, 0));
+  check(phi(0.7), formula(0.7, 0.7));
+  check(phi(0.2, 0.9), formula(0.2, 0.9));
+  check(phi_stage(0.3), formula(0.3, 0.3));
+  const double half = v - h / 2 * w * r, r1 = r + h * half;
+  check(velocity_verlet, Eigen::Vector2d(r1, half - h / 2 * w * r1));
+}
+
+TEST_CASE("forces are asked at the times of the formulas") {
+  std::vector<double> times;
+  const auto force = [&times](const Dynamic& r, const Dynamic& v, double t) -> Dynamic {
+    if (times.empty() || times.back() != t) times.push_back(t);
+    return -r - v;
+  };
+  const auto asked = [&](auto scheme) {
+    SecondOrder<Dynamic> c;
+    PhiStepper stepper{c.state, force, scheme};
+    times.clear();
+    REQUIRE(stepper.step(c.state, 1.0, 0.5));
+    return times;
+  };
+  using Times = std::vector<double>;
+  CHECK(asked(forward_euler) == Times{1.0});
+  CHECK(asked(symplectic_euler) == Times{1.0});
+  CHECK(asked(symplectic_euler_adjoint) == Times{1.5});
+  CHECK(asked(trapezoidal) == Times{1.0, 1.5});
+  CHECK(asked(backward_euler) == Times{1.5});
+  CHECK(asked(midpoint) == Times{1.25});
+  CHECK(asked(phi_stage(0.7)) == Times{1.0 + 0.7 * 0.5});
+  CHECK(asked(velocity_verlet) == Times{1.0, 1.5});
+}

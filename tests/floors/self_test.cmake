@@ -1,0 +1,45 @@
+# cmake -DWORK_DIR=<scratch> -P self_test.cmake
+#
+# Plants one violation at a time in a small sound tree and demands that check_floors.cmake names it.
+
+cmake_minimum_required(VERSION 3.25)
+set(check "${CMAKE_CURRENT_LIST_DIR}/check_floors.cmake")
+
+function(plant name file content expect)
+  set(root "${WORK_DIR}/${name}/phistep")
+  file(REMOVE_RECURSE "${WORK_DIR}/${name}")
+  file(WRITE "${root}/core/a.hpp" "#pragma once\n#include <vector>\n")
+  file(WRITE "${root}/core/b.hpp" "#pragma once\n#include <phistep/core/a.hpp>\n")
+  file(WRITE "${root}/state/s.hpp" "#pragma once\n#include <phistep/core/b.hpp>\n// #include <iostream>\n")
+  file(WRITE "${root}/linear/l.hpp" "#pragma once\n  #  include <phistep/core/a.hpp>\n")
+  file(WRITE "${root}/linear/sparse.hpp" "#pragma once\n#include <Eigen/SparseLU>\n")
+  file(WRITE "${root}/io/frames.hpp" "#pragma once\n#include <iostream>\n#include <phistep/state/s.hpp>\n")
+  file(WRITE "${root}/integrate.hpp" "#pragma once\n#include <phistep/state/s.hpp>\nvoid integrate();\n")
+  file(WRITE "${root}/phistep.hpp" "// Only includes, φ.\n#pragma once\n#include <phistep/integrate.hpp>\n")
+  file(WRITE "${root}/all.hpp"
+    "#pragma once\n#include <phistep/phistep.hpp>\n#include <phistep/io/frames.hpp>\n#include <phistep/linear/sparse.hpp>\n")
+  if(file)
+    file(WRITE "${root}/${file}" "#pragma once\n${content}\n")
+  endif()
+  execute_process(COMMAND "${CMAKE_COMMAND}" "-DINCLUDE_DIR=${WORK_DIR}/${name}" -P "${check}"
+    RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  if(NOT output MATCHES "${expect}" OR (file AND result EQUAL 0) OR (NOT file AND NOT result EQUAL 0))
+    message(FATAL_ERROR "${name}: expected \"${expect}\", got exit ${result} and\n${output}")
+  endif()
+  message(STATUS "${name}: ${CMAKE_MATCH_0}")
+endfunction()
+
+plant(sound "" "" "9 headers, 9 includes, in order")
+plant(upward core/a.hpp "#include <phistep/state/s.hpp>" "core/a.hpp .floor 0.: includes upward, state/s.hpp")
+plant(neighbour state/s.hpp "#include <phistep/linear/l.hpp>" "state/s.hpp: includes linear/l.hpp, a neighbour")
+plant(io_and_integrate io/frames.hpp "#include <phistep/integrate.hpp>" "io/frames.hpp: includes integrate.hpp, a neighbour")
+plant(circle core/a.hpp "#include <phistep/core/b.hpp>" "circle: core/[ab].hpp -> core/[ab].hpp -> core/[ab].hpp")
+plant(itself core/a.hpp "#include <phistep/core/a.hpp>" "circle: core/a.hpp -> core/a.hpp")
+plant(sparse core/a.hpp "#include <Eigen/SparseCore>" "phistep.hpp reaches <Eigen/SparseCore> through core/a.hpp")
+plant(everything integrate.hpp "#include <Eigen/Eigen>" "phistep.hpp reaches <Eigen/Eigen> through integrate.hpp")
+plant(autodiff core/a.hpp "#include <unsupported/Eigen/AutoDiff>" "reaches <unsupported/Eigen/AutoDiff>")
+plant(iostream core/b.hpp "#  include <iostream>" "phistep.hpp reaches <iostream> through core/b.hpp")
+plant(quotes core/a.hpp "#include \"b.hpp\"" "core/a.hpp: \"b.hpp\" should be")
+plant(missing core/a.hpp "#include <phistep/core/gone.hpp>" "core/gone.hpp, which does not exist")
+plant(new_folder magic/x.hpp "" "magic/x.hpp: .magic. has no floor")
+plant(busy_umbrella phistep.hpp "inline int x = 0;" "phistep.hpp: an umbrella holds includes only")

@@ -1,0 +1,87 @@
+#include <phistep/observe/every.hpp>
+#include <phistep/observe/recorder.hpp>
+#include <phistep/state/motion.hpp>
+
+#include <cmath>
+#include <functional>
+#include <stdexcept>
+#include <vector>
+
+#include "support/catch.hpp"
+
+using namespace phistep;
+
+namespace {
+std::vector<double> seen_by_every(double interval, double t0, double dt, int steps) {
+  std::vector<double> seen;
+  auto observer = every(interval, [&seen](double t, const auto&) { seen.push_back(t); });
+  const Eigen::Vector2d y(1, 2);
+  for (int n = 0; n <= steps; ++n) CHECK(observer(t0 + n * dt, y));
+  return seen;
+}
+}  // namespace
+
+TEST_CASE("every: at the start, then at each multiple, rounding aside") {
+  const auto seen = seen_by_every(0.5, 0, 0.1, 1000);  // 0.1·15 is not 1.5
+  REQUIRE(seen.size() == 201);
+  for (std::size_t k = 0; k < seen.size(); ++k) CHECK(seen[k] == Approx(0.5 * static_cast<double>(k)).margin(1e-12));
+}
+
+TEST_CASE("every: the first step end after a mark that no step meets") {
+  const auto seen = seen_by_every(0.25, 10, 0.1, 10);
+  REQUIRE(seen.size() == 5);
+  CHECK(seen[1] == Approx(10.3));
+  CHECK(seen[2] == Approx(10.5));
+  CHECK(seen[3] == Approx(10.8));
+  CHECK(seen[4] == Approx(11.0));
+}
+
+TEST_CASE("every: steps longer than the interval are each shown once") {
+  CHECK(seen_by_every(0.1, 0, 1, 5).size() == 6);
+}
+
+TEST_CASE("every: backward runs too") {
+  const auto seen = seen_by_every(0.5, 3, -0.1, 20);
+  REQUIRE(seen.size() == 5);
+  CHECK(seen[1] == Approx(2.5));
+}
+
+TEST_CASE("every: an interval must be finite and > 0") {
+  const auto nothing = [](double, const auto&) {};
+  for (const double bad : {0.0, -1.0, std::nan(""), HUGE_VAL}) CHECK_THROWS_AS(every(bad, nothing), std::invalid_argument);
+}
+
+TEST_CASE("every: passes on the wish to stop") {
+  auto stop_at_half = every(0.5, [](double t, const auto&) { return t < 0.4; });
+  const Eigen::Vector2d y(1, 2);
+  CHECK(stop_at_half(0.0, y));
+  CHECK(stop_at_half(0.3, y));
+  CHECK_FALSE(stop_at_half(0.6, y));
+}
+
+TEST_CASE("every: may edit the state") {
+  auto edit = every(1.0, [](double, Eigen::Vector2d& y) { y *= 2; });
+  Eigen::Vector2d y(1, 2);
+  for (const double t : {0.0, 0.5, 1.0}) CHECK(edit(t, y));
+  CHECK(y == Eigen::Vector2d(4, 8));
+}
+
+TEST_CASE("a recorder keeps all blocks of every state, one column a time") {
+  Recorder<Motion<Eigen::Vector2d>> recorder;
+  CHECK(recorder.size() == 0);
+  CHECK(recorder.states().size() == 0);
+  recorder(0.0, Motion<Eigen::Vector2d>{Eigen::Vector2d(1, 2), Eigen::Vector2d(3, 4)});
+  recorder(0.5, Motion<Eigen::Vector2d>{Eigen::Vector2d(5, 6), Eigen::Vector2d(7, 8)});
+  CHECK(recorder.times() == Eigen::Vector2d(0, 0.5));
+  CHECK(recorder.states() == (Eigen::MatrixXd(4, 2) << 1, 5, 2, 6, 3, 7, 4, 8).finished());
+  recorder.clear();
+  CHECK(recorder.size() == 0);
+}
+
+TEST_CASE("a recorder by reference serves every") {
+  Recorder<Eigen::Vector2d> recorder;
+  auto observer = every(1.0, std::ref(recorder));
+  const Eigen::Vector2d y(1, 2);
+  for (int n = 0; n <= 20; ++n) CHECK(observer(0.1 * n, y));
+  CHECK(recorder.size() == 3);
+}

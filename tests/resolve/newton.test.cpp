@@ -1,0 +1,142 @@
+#include <phistep/resolve/newton.hpp>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include "support/catch.hpp"
+
+using namespace phistep;
+
+namespace {
+
+/// F(x) = 0 in one unknown, with Newton's matrix at will.
+struct Scalar {
+  std::function<double(double)> F, dF;
+  double x = 1;
+  bool factors = false;
+  double slope = 0, value = 0, move = 0;
+  int jacobians = 0, solves = 0, retreats = 0;
+  double scale = 1;   // what rounding may have touched
+  double weight = 0;  // > 0: sizes are relative to this instead of to x
+
+  Outcome residual() {
+    value = F(x);
+    return std::isfinite(value) ? Outcome::success : Outcome::non_finite_force;
+  }
+  [[nodiscard]] bool has_factors() const { return factors; }
+  Outcome refresh() {
+    slope = dF(x), factors = true, ++jacobians;
+    return slope != 0 ? Outcome::success : Outcome::singular_matrix;
+  }
+  Outcome correct() {
+    ++solves;
+    x += move = -value / slope;
+    return Outcome::success;
+  }
+  void retreat() { ++retreats, x -= move /= 2; }
+  [[nodiscard]] Correction size() const {
+    if (weight > 0) return {std::abs(move) / weight, std::abs(move) / weight};
+    return {std::abs(move / x), std::abs(move) / std::max(scale, std::abs(x))};
+  }
+  void drop_jacobian() { factors = false; }
+
+  Outcome solve(NewtonOptions options = {}) {
+    Failure history;
+    return solve_newton(*this, options, std::numeric_limits<double>::epsilon(), history);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("finds a root to rounding") {
+  Scalar eq{[](double x) { return x * x - 2; }, [](double x) { return 2 * x; }};
+  CHECK(eq.solve() == Outcome::success);
+  CHECK(std::abs(eq.x - std::sqrt(2.0)) <= 4e-16);
+}
+
+TEST_CASE("a linear equation takes one Jacobian and keeps it") {
+  Scalar eq{[](double x) { return 3 * x - 7; }, [](double) { return 3.0; }};
+  CHECK(eq.solve() == Outcome::success);
+  CHECK(eq.jacobians == 1);
+  CHECK(eq.solves <= 2);
+  CHECK(eq.factors);
+  eq.x = 5;
+  CHECK(eq.solve() == Outcome::success);
+  CHECK(eq.jacobians == 1);
+}
+
+TEST_CASE("a slow Jacobian is renewed, and not kept") {
+  Scalar eq{[](double x) { return std::exp(x) - 1; }, [](double x) { return std::exp(x); }, 2};
+  CHECK(eq.solve() == Outcome::success);
+  CHECK(std::abs(eq.x) <= 1e-15);
+  CHECK(eq.jacobians > 1);
+  CHECK_FALSE(eq.factors);
+}
+
+TEST_CASE("an old, far too stiff matrix does not pass for convergence") {
+  // Contact that opened, or an edit between two steps: the kept slope is 1e13 times the true one.
+  for (const double ratio : {1e6, 1e10, 1e13, 1e17, 1e30}) {
+    Scalar eq{[](double x) { return x - 3; }, [](double) { return 1.0; }};
+    eq.factors = true, eq.slope = ratio;
+    CAPTURE(ratio);
+    CHECK(eq.solve() == Outcome::success);
+    CHECK(eq.x == Approx(3).epsilon(1e-14));
+  }
+}
+
+TEST_CASE("a cycle ends as stalled, not in a hang or in success") {
+  Scalar eq{[](double x) { return x > 0 ? 1.0 : -1.0; }, [](double) { return 1.0; }, 0.5};
+  CHECK(eq.solve() == Outcome::newton_stalled);
+  CHECK(eq.solves == 25);
+  eq.x = 0.5, eq.solves = 0;
+  CHECK(eq.solve({.max_iterations = 7}) == Outcome::newton_stalled);
+  CHECK(eq.solves == 7);
+}
+
+TEST_CASE("a slope of the wrong sign ends as diverged") {
+  Scalar eq{[](double x) { return x - 3; }, [](double) { return -0.5; }};
+  eq.weight = 1;
+  CHECK(eq.solve() == Outcome::newton_diverged);
+  eq.x = 1, eq.solves = 0;
+  CHECK(eq.solve({.rtol = 1e-6, .atol = 1e-6}) == Outcome::newton_diverged);
+  CHECK(eq.solves == 2);  // the second correction is three times the first
+}
+
+TEST_CASE("a zero slope is reported as it came") {
+  Scalar eq{[](double) { return 1.0; }, [](double) { return 0.0; }};
+  CHECK(eq.solve() == Outcome::singular_matrix);
+}
+
+TEST_CASE("an iterate outside the domain is taken back, the start is not") {
+  Scalar eq{[](double x) { return std::log(x); }, [](double x) { return 1 / x; }, 20};  // first move lands at −40
+  CHECK(eq.solve() == Outcome::success);
+  CHECK(eq.x == Approx(1).epsilon(1e-14));
+  CHECK(eq.retreats > 0);
+  eq.x = -1, eq.retreats = 0;
+  CHECK(eq.solve() == Outcome::non_finite_force);
+  CHECK(eq.retreats == 0);
+}
+
+TEST_CASE("a force that is finite nowhere ends after a bounded number of retreats") {
+  int calls = 0;
+  Scalar eq{[&calls](double) { return ++calls == 1 ? 1.0 : std::nan(""); }, [](double) { return 1.0; }};
+  CHECK(eq.solve() == Outcome::non_finite_force);
+  CHECK(eq.retreats == 10);
+}
+
+TEST_CASE("with a tolerance it stops earlier") {
+  const auto F = [](double x) { return std::exp(x) - 2; };
+  const auto dF = [](double x) { return std::exp(x); };
+  Scalar exact{F, dF, 1.5}, loose{F, dF, 1.5};
+  CHECK(exact.solve() == Outcome::success);
+  CHECK(loose.solve({.rtol = 1e-3, .atol = 1e-3}) == Outcome::success);
+  CHECK(loose.solves < exact.solves);
+}
+
+TEST_CASE("RADAU5's tolerance for the stage equations") {
+  CHECK(ConvergenceTest::reduced(1e-6) == Approx(1e-5));
+  CHECK(ConvergenceTest({}, 1e-16).limit() == 25);
+  CHECK(ConvergenceTest({.rtol = 1e-6}, 1e-16).limit() == 7);
+  CHECK(ConvergenceTest({.max_iterations = 3}, 1e-16).limit() == 3);
+}
