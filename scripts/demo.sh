@@ -12,20 +12,24 @@ phistep_configure build/demo -DCMAKE_BUILD_TYPE=Release -DPHISTEP_BUILD_TESTS=OF
 cmake --build build/demo -j "$jobs" --target solar_system hanging_cloth ||
   phistep_die "the build failed; the first error above is the one to look at."
 
-pictures="no pictures: python3 with matplotlib was not found (Debian, Ubuntu: apt install python3-matplotlib)"
-draw=false
-if MPLBACKEND=Agg python3 -c 'import matplotlib.pyplot' >/dev/null 2>&1; then
-  draw=true
-  pictures=
-fi
+# The python3 that comes first may be another than the one that has the distribution's matplotlib.
+pictures="no pictures: no python3 with matplotlib was found (Debian, Ubuntu: apt install python3-matplotlib)"
+python=
+for candidate in "${PYTHON:-python3}" /usr/bin/python3; do
+  if MPLBACKEND=Agg "$candidate" -c 'import matplotlib.pyplot' >/dev/null 2>&1; then
+    python=$candidate
+    pictures=
+    break
+  fi
+done
 
 for demo in solar_system hanging_cloth; do
   echo
   echo "== $demo"
   "build/demo/examples/$demo" --out out || phistep_die "$demo failed; its last line above says why."
   for script in examples/plot/*"$demo"*.py; do
-    if [ -f "$script" ] && $draw; then
-      PYTHONDONTWRITEBYTECODE=1 python3 "$script" out || pictures="some pictures are missing: $script failed, see above"
+    if [ -f "$script" ] && [ -n "$python" ]; then
+      PYTHONDONTWRITEBYTECODE=1 "$python" "$script" out || pictures="some pictures are missing: $script failed, see above"
     fi
   done
 done

@@ -41,21 +41,20 @@ struct [[nodiscard]] RunReport {
   }
 };
 
-/// An observer that takes the state as const can't edit it, and saves the stepper the check for edits.
-template <class Observer, class Scalar, class S>
-inline constexpr bool only_looks = std::is_invocable_v<Observer&, Scalar, const S&>;
-
 /// Shows (t, state) to one observer. False where it asks for the end.
 template <class Observer, class Scalar, class S>
 [[nodiscard]] bool show(Observer& observer, Scalar t, S& state) {
-  using Shown = std::conditional_t<only_looks<Observer, Scalar, S>, const S, S>;
-  static_assert(std::is_invocable_v<Observer&, Scalar, Shown&>,
+  static_assert(!std::is_const_v<Observer> || std::is_invocable_v<Observer&, Scalar, S&>,
+                "phistep: this observer changes as it observes, so it can't be const");
+  static_assert(std::is_const_v<Observer> || std::is_invocable_v<Observer&, Scalar, S&>,
                 "phistep: an observer must be callable as observer(t, state), returning nothing or false to stop");
-  if constexpr (std::is_void_v<std::invoke_result_t<Observer&, Scalar, Shown&>>) {
-    observer(t, static_cast<Shown&>(state));
+  if constexpr (!std::is_invocable_v<Observer&, Scalar, S&>) {
+    return false;
+  } else if constexpr (std::is_void_v<std::invoke_result_t<Observer&, Scalar, S&>>) {
+    observer(t, state);
     return true;
   } else {
-    return static_cast<bool>(observer(t, static_cast<Shown&>(state)));
+    return static_cast<bool>(observer(t, state));
   }
 }
 
@@ -73,7 +72,8 @@ template <class Stepper, State S, class... Observers>
 RunReport integrate(Stepper& stepper, S& state, TimeSpan<std::type_identity_t<ScalarOf<S>>> span, const FixedStep& step,
                     Observers&&... observers) {
   using Scalar = ScalarOf<S>;
-  constexpr bool unedited = (only_looks<std::remove_reference_t<Observers>, Scalar, S> && ...);
+  // An observer may edit the state, if only through a capture: then the stepper must look.
+  constexpr bool unedited = sizeof...(Observers) == 0;
   const Statistics before = stepper.statistics();
   RunReport report;
   const auto ended = [&](Outcome outcome, Scalar t) {

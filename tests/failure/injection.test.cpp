@@ -54,9 +54,9 @@ struct StruckAdding : ForceTerm {
   }
 };
 
-/// The second step of a run, so that whatever may be carried is.
+/// The second step of a run, so that whatever may be carried is; edited, so that the state is not what the stepper left.
 template <class Case, class Force>
-void inject(auto scheme) {
+void inject(auto scheme, bool edited) {
   Fault fault;
   int calls_of_a_step = 0;
   Eigen::VectorXd good;
@@ -67,6 +67,7 @@ void inject(auto scheme) {
         Case c;
         PhiStepper stepper{c.state, Force{&fault}, scheme};
         REQUIRE(stepper.step(c.state, 0.1, 0.1));
+        if (edited) component(std::get<0>(Blocks<typename Case::State>::all(c.state)), 1) += 0.01;
         fault = {.at = at, .lasting = lasting, .trouble = trouble};
         const Eigen::VectorXd before = numbers(c.state);
         CAPTURE(at, lasting, static_cast<int>(trouble));
@@ -98,6 +99,11 @@ void inject(auto scheme) {
         CHECK(distance(numbers(c.state), good) <= 1e-13);
       }
   CHECK(calls_of_a_step > 0);
+}
+template <class Case, class Force>
+void inject(auto scheme) {
+  inject<Case, Force>(scheme, false);
+  inject<Case, Force>(scheme, true);
 }
 
 }  // namespace

@@ -11,16 +11,25 @@
 using namespace phistep;
 using namespace states;
 
+namespace {
+/// Throws when told to, with its force half written.
+struct Interrupted {
+  static constexpr bool uses_velocity = false, uses_time = false;
+  const bool* fail;
+  void add(double, const auto& y, auto& out) const {
+    out.force[0] -= 2 * y.r[0];
+    if (*fail) throw std::runtime_error("force");
+    for (Eigen::Index i = 1; i < y.r.size(); ++i) out.force[i] -= 2 * y.r[i];
+  }
+};
+}  // namespace
+
 TEST_CASE("a step that was interrupted by an exception leaves nothing stale") {
   bool fail = false;
-  const auto force = [&fail](const Dynamic& r) -> Dynamic {
-    if (fail) throw std::runtime_error("force");
-    return -2 * r;
-  };
   const auto check_scheme = [&](auto scheme) {
     SecondOrder<Dynamic> a, b;
-    PhiStepper stepper{a.state, force, scheme};
-    PhiStepper never{b.state, force, scheme};
+    PhiStepper stepper{a.state, Interrupted{&fail}, scheme};
+    PhiStepper never{b.state, Interrupted{&fail}, scheme};
     for (int n = 0; n < 10; ++n) {
       fail = true;
       CHECK_THROWS_AS(stepper.step(a.state, 0.1 * n, 0.2), std::runtime_error);
@@ -30,8 +39,7 @@ TEST_CASE("a step that was interrupted by an exception leaves nothing stale") {
       CHECK(distance(numbers(a.state), numbers(b.state)) <= 1e-13);
     }
   };
-  check_scheme(forward_euler), check_scheme(trapezoidal), check_scheme(backward_euler);
-  fail = false;
+  check_scheme(forward_euler), check_scheme(velocity_verlet), check_scheme(phi(0.7));
 }
 
 TEST_CASE("a parameter changed through force() takes effect at once") {

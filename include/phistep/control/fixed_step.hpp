@@ -44,7 +44,7 @@ class TimeGrid {
     if (length == Scalar{0}) return;
     dt_ = std::copysign(dt_, length);
     const Scalar wanted = length / dt_;
-    if (!(wanted <= static_cast<Scalar>(fixed.options.max_steps))) {
+    if (!(wanted <= static_cast<Scalar>(fixed.options.max_steps) + 1)) {
       outcome_ = Outcome::too_many_steps;
       return;
     }
@@ -53,9 +53,14 @@ class TimeGrid {
     const Scalar rest = span.t1 - (span.t0 + static_cast<Scalar>(steps_) * dt_);
     const Scalar rounding =
         8 * std::numeric_limits<Scalar>::epsilon() * (std::abs(span.t0) + std::abs(span.t1) + std::abs(dt_));
-    if (steps_ > 0 && std::abs(rest) <= rounding) return;
-    ++steps_;
-    if (std::abs(std::abs(rest) - std::abs(dt_)) > rounding) last_ = rest;
+    if (steps_ == 0 || std::abs(rest) > rounding) {
+      ++steps_;
+      if (std::abs(std::abs(rest) - std::abs(dt_)) > rounding) last_ = rest;
+    }
+    if (steps_ > fixed.options.max_steps) {
+      outcome_ = Outcome::too_many_steps;
+      steps_ = 0;
+    }
   }
 
   [[nodiscard]] Outcome outcome() const { return outcome_; }

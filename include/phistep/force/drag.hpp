@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <stdexcept>
+#include <type_traits>
 
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
@@ -26,11 +27,13 @@ struct LinearDrag : ForceTerm {
   }
 
   void add(auto /*t*/, const auto& y, auto& out) const {
-    using Scalar = typename std::remove_cvref_t<decltype(out.force)>::Scalar;
-    out.force -= static_cast<Scalar>(c) * y.v;
+    static_assert(requires { out.force; }, "phistep: LinearDrag needs a motion, with velocities");
+    if constexpr (requires { out.force; })
+      out.force -= static_cast<typename std::remove_cvref_t<decltype(out.force)>::Scalar>(c) * y.v;
   }
   void add_jacobian(auto /*t*/, const auto& y, auto& sink) const {
-    for (Eigen::Index i = 0; i < y.v.size(); ++i) sink.velocity(i, i, -c);
+    using Scalar = typename std::remove_cvref_t<decltype(y.v)>::Scalar;
+    for (Eigen::Index i = 0; i < y.v.size(); ++i) sink.velocity(i, i, static_cast<Scalar>(-c));
   }
 };
 

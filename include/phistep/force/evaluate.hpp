@@ -41,15 +41,19 @@ template <class F, class View, class Rate, class Scalar>
                 "phistep: the force returns a lazy Eigen expression, which would refer to dead temporaries; "
                 "give the lambda a return type (-> Vec) or end with .eval()");
   using Block = std::remove_cvref_t<decltype(std::get<0>(Rate::blocks(out)))>;
-  if constexpr (PlainResult<Result>) {
-    using R = std::remove_cvref_t<Result>;
-    static_assert(std::is_same_v<typename R::Scalar, typename Block::Scalar>,
-                  "phistep: the force returns another scalar type than the state's");
+  using R = std::remove_cvref_t<Result>;
+  constexpr bool same_scalar = [] {
+    if constexpr (PlainResult<Result>) return std::is_same_v<typename R::Scalar, typename Block::Scalar>;
+    else return true;
+  }();
+  static_assert(same_scalar, "phistep: the force returns another scalar type than the state's");
+  if constexpr (PlainResult<Result>)
     static_assert(R::SizeAtCompileTime == Eigen::Dynamic || Block::SizeAtCompileTime == Eigen::Dynamic ||
-                      (R::RowsAtCompileTime == Block::RowsAtCompileTime && R::ColsAtCompileTime == Block::ColsAtCompileTime),
+                      (int{R::RowsAtCompileTime} == int{Block::RowsAtCompileTime} &&
+                       int{R::ColsAtCompileTime} == int{Block::ColsAtCompileTime}),
                   "phistep: the force returns a vector of another size than the state's");
-  }
-  return call_with<Traits::arity>(force, y, t);
+  if constexpr (same_scalar) return call_with<Traits::arity>(force, y, t);
+  else return Block{};  // so that the one message above is the only one
 }
 
 /// @throws std::invalid_argument where a force's result has another size than the block it belongs to.

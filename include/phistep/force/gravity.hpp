@@ -4,10 +4,13 @@
 
 #include <Eigen/Core>
 
+#include <stdexcept>
+#include <type_traits>
 #include <utility>
 
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/force/pattern.hpp"
 #include "phistep/force/sum.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -21,12 +24,24 @@ struct Gravity : ForceTerm {
   static constexpr bool uses_velocity = false, uses_time = false;
   static constexpr Structure structure = Structure::none;
 
-  explicit Gravity(Vector acceleration) : g(std::move(acceleration)) {}
+  /// @throws std::invalid_argument unless g is finite.
+  explicit Gravity(Vector acceleration) : g(std::move(acceleration)) {
+    if (!g.allFinite()) throw std::invalid_argument("phistep: Gravity's g must be finite");
+  }
 
   void add(auto /*t*/, const auto& y, auto& out) const {
-    static_assert(requires { y.mass; }, "phistep: Gravity needs a state whose view has masses");
-    using Scalar = typename std::remove_cvref_t<decltype(out.force)>::Scalar;
-    y.mass.add_product([this](Eigen::Index i) { return static_cast<Scalar>(g[i % g.size()]); }, out.force);
+    static_assert(requires { out.force; }, "phistep: Gravity needs a motion, with forces");
+    if constexpr (requires { out.force; }) {
+      static_assert(requires { y.mass; }, "phistep: Gravity needs a state whose view has masses");
+      using Force = std::remove_cvref_t<decltype(out.force)>;
+      check_pattern(g, out.force, "Gravity's g");
+      const Eigen::Index rows = out.force.rows(), cols = out.force.cols();
+      y.mass.add_product(
+          [&](Eigen::Index i) {
+            return static_cast<typename Force::Scalar>(g[component_of<Force>(i, rows, cols) % g.size()]);
+          },
+          out.force);
+    }
   }
   void add_jacobian(auto /*t*/, const auto& /*y*/, auto& /*sink*/) const {}
 };

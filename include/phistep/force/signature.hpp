@@ -152,6 +152,18 @@ concept AddsJacobian = requires(F& f, double t, const View& y, ProbeSink& sink) 
 template <class R>
 concept PlainResult = EigenDense<std::remove_cvref_t<R>>;
 
+struct JacobianName {
+  int jacobian;
+};
+template <class F>
+struct WithJacobianName : F, JacobianName {};
+/// Whether F has any member of that name, be it a template or overloaded: with two of them, the name is ambiguous.
+template <class F>
+inline constexpr bool has_member_named_jacobian = false;
+template <class F>
+  requires(std::is_class_v<F> && !std::is_final_v<F>)
+inline constexpr bool has_member_named_jacobian<F> = !requires { &WithJacobianName<F>::jacobian; };
+
 /// Needs and offers of force F for states seen through View, with rates of type Rate.
 template <class F, class View, class Rate>
 struct ForceTraits {
@@ -174,7 +186,7 @@ struct ForceTraits {
   static constexpr bool returns_jacobian = phistep::returns_jacobian<F, View, arity>();
   static constexpr bool has_jacobian = returns_jacobian || AddsJacobian<F, View>;
   static constexpr bool has_velocity_jacobian = has_jacobian || !uses_velocity;
-  static_assert(has_jacobian || !requires { &F::jacobian; },
+  static_assert(has_jacobian || !has_member_named_jacobian<F>,
                 "phistep: the force's member jacobian(...) must take the same arguments as the force itself");
 
   static constexpr Structure structure = [] {

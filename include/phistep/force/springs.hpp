@@ -53,10 +53,15 @@ struct SpringNetwork : ForceTerm {
           !std::isfinite(s.length))
         throw std::invalid_argument("phistep: spring between particles " + std::to_string(s.i) + " and " +
                                     std::to_string(s.j) + ": needs two particles, stiffness >= 0 and length >= 0");
+    if constexpr (damped)
+      if (!std::isfinite(damping.c)) throw std::invalid_argument("phistep: a spring's damping must be finite");
     for (const Spring& s : springs) particles_ = std::max({particles_, s.i + 1, s.j + 1});
   }
 
   void add(auto /*t*/, const auto& y, auto& out) const {
+    using Positions = std::remove_cvref_t<decltype(y.r)>;
+    static_assert(!Positions::IsRowMajor || Positions::IsVectorAtCompileTime,
+                  "phistep: SpringNetwork needs particles as columns of a column-major matrix, or one flat vector");
     using Scalar = typename std::remove_cvref_t<decltype(out.force)>::Scalar;
     const Scalar* const r = y.r.data();
     const Scalar* const v = y.v.data();

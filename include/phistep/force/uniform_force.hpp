@@ -4,11 +4,13 @@
 
 #include <Eigen/Core>
 
+#include <stdexcept>
 #include <type_traits>
 #include <utility>
 
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/force/pattern.hpp"
 #include "phistep/force/sum.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -22,11 +24,20 @@ struct UniformForce : ForceTerm {
   static constexpr bool uses_velocity = false, uses_time = false;
   static constexpr Structure structure = Structure::none;
 
-  explicit UniformForce(Vector force) : F(std::move(force)) {}
+  /// @throws std::invalid_argument unless F is finite.
+  explicit UniformForce(Vector force) : F(std::move(force)) {
+    if (!F.allFinite()) throw std::invalid_argument("phistep: UniformForce's F must be finite");
+  }
 
   void add(auto /*t*/, const auto& /*y*/, auto& out) const {
-    using Scalar = typename std::remove_cvref_t<decltype(out.force)>::Scalar;
-    for (Eigen::Index i = 0; i < out.force.size(); ++i) out.force.data()[i] += static_cast<Scalar>(F[i % F.size()]);
+    static_assert(requires { out.force; }, "phistep: UniformForce needs a motion, with forces");
+    if constexpr (requires { out.force; }) {
+      using Force = std::remove_cvref_t<decltype(out.force)>;
+      check_pattern(F, out.force, "UniformForce's F");
+      for (Eigen::Index i = 0; i < out.force.size(); ++i)
+        out.force.data()[i] += static_cast<typename Force::Scalar>(
+            F[component_of<Force>(i, out.force.rows(), out.force.cols()) % F.size()]);
+    }
   }
   void add_jacobian(auto /*t*/, const auto& /*y*/, auto& /*sink*/) const {}
 };

@@ -110,8 +110,9 @@ template <State S, class F>
       const double size = std::max({noise, static_cast<double>(theirs.row(i).cwiseAbs().maxCoeff()),
                                     static_cast<double>(mine.row(i).cwiseAbs().maxCoeff())});
       for (Index j = 0; j < n; ++j) {
-        const double error = std::abs(static_cast<double>(mine(i, j) - theirs(i, j))) / (size > 0 ? size : 1.0);
-        if (!(error <= check.error)) check = {true, name, i, j, static_cast<double>(mine(i, j)), static_cast<double>(theirs(i, j)), error};
+        double error = std::abs(static_cast<double>(mine(i, j) - theirs(i, j))) / (size > 0 ? size : 1.0);
+        if (!std::isfinite(error)) error = std::numeric_limits<double>::infinity();
+        if (error > check.error) check = {true, name, i, j, static_cast<double>(mine(i, j)), static_cast<double>(theirs(i, j)), error};
       }
     }
   };

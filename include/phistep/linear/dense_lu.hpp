@@ -25,7 +25,7 @@ class DenseLu {
   using Matrix = Eigen::Matrix<Scalar, size, size>;
   void resize(Eigen::Index n) {
     matrix_.resize(n, n);
-    lu_ = Eigen::PartialPivLU<Matrix>(n);
+    if constexpr (size == Eigen::Dynamic) lu_ = Eigen::PartialPivLU<Matrix>(n);
     permuted_.resize(n);
   }
 

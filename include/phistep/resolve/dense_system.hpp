@@ -6,6 +6,7 @@
 ///   clear, position/velocity/rate(i, j, x)   the sink of a Jacobian
 ///   factorize(masses, γ_f, γ_d, statistics)  W and its factors
 ///   solve(x)                                 x ← W⁻¹ x
+///   drift_share()                            ‖γ_f γ_d K‖ / ‖W‖, largest entries: how much of r the solve sees
 #pragma once
 
 #include <Eigen/Core>
@@ -29,6 +30,13 @@ struct SystemFor {
   static_assert(structure == Structure::sparse,
                 "phistep: a linear solver of one's own needs a sparse Jacobian, and <phistep/sparse.hpp>");
 };
+
+template <class Scalar>
+[[nodiscard]] double share_of(Scalar gamma, const auto& K, const auto& W) {
+  if (K.size() == 0) return 0;
+  const double size = static_cast<double>(W.cwiseAbs().maxCoeff());
+  return size > 0 ? std::abs(static_cast<double>(gamma)) * static_cast<double>(K.cwiseAbs().maxCoeff()) / size : 0;
+}
 
 /// Dense W, factorised by LU with row pivoting.
 template <class Scalar, int n, bool has_K, bool has_C>
@@ -65,6 +73,7 @@ class DenseSystem {
     else if constexpr (has_K) W = (-gamma_force * gamma_drift) * K_;
     else W = -gamma_force * C_;
     masses([&W](Eigen::Index i, Eigen::Index j, auto m) { W(i, j) += static_cast<Scalar>(m); });
+    if constexpr (has_K) drift_share_ = share_of(gamma_force * gamma_drift, K_, W);
     ++statistics.factorizations;
     return lu_.factorize() ? Outcome::success : Outcome::singular_matrix;
   }
@@ -72,12 +81,14 @@ class DenseSystem {
     lu_.solve_in_place(x);
     return Outcome::success;
   }
+  [[nodiscard]] double drift_share() const { return drift_share_; }
 
  private:
   struct Absent {};
   [[no_unique_address]] std::conditional_t<has_K, Matrix, Absent> K_;
   [[no_unique_address]] std::conditional_t<has_C, Eigen::Matrix<Scalar, n, n>, Absent> C_;
   DenseLu<Scalar, n> lu_;
+  double drift_share_ = 0;
 };
 
 /// Diagonal W: every component solves for itself. Off-diagonal entries never arrive here.
@@ -103,6 +114,7 @@ class DiagonalSystem {
   [[nodiscard]] Outcome factorize(const auto& masses, Scalar gamma_force, Scalar gamma_drift, Statistics& statistics) {
     inverse_ = -gamma_force * (C_ + gamma_drift * K_);
     masses([this](Eigen::Index i, Eigen::Index, auto m) { inverse_[i] += static_cast<Scalar>(m); });
+    drift_share_ = share_of(gamma_force * gamma_drift, K_, inverse_);
     ++statistics.factorizations;
     for (Eigen::Index i = 0; i < inverse_.size(); ++i) {
       if (!(std::abs(inverse_[i]) > Scalar{0}) || !std::isfinite(inverse_[i])) return Outcome::singular_matrix;
@@ -114,9 +126,11 @@ class DiagonalSystem {
     x.array() *= inverse_.array();
     return Outcome::success;
   }
+  [[nodiscard]] double drift_share() const { return drift_share_; }
 
  private:
   Vector K_, C_, inverse_;
+  double drift_share_ = 0;
 };
 
 template <class Scalar, int n, bool has_K, bool has_C>

@@ -40,14 +40,15 @@ template <class Solver = void>
 
 /// The size of one correction δ.
 struct Correction {
-  double relative = 0;   ///< ‖δ‖ / ‖Y‖ (to rounding), or ‖δ‖ in the weighted RMS norm (to a tolerance)
-  double resolution = 0; ///< ‖δ‖ relative to everything that rounding may have touched: Y, its base, r/γ
+  double relative = 0;    ///< ‖δ‖ / ‖Y‖ (to rounding), or ‖δ‖ in the weighted RMS norm (to a tolerance)
+  double resolution = 0;  ///< ‖δ‖ relative to everything that rounding may have touched: Y, its base, r/γ
+  double absolute = 0;    ///< ‖δ‖ itself
 };
 
-/// One solve's judgement: feed it each correction, it answers go on, done, refresh or fail.
+/// One solve's judgement of its corrections.
 class ConvergenceTest {
  public:
-  enum class Verdict { go_on, converged, slow, diverged };
+  enum class Verdict { go_on, converged, slow, growing };
 
   ConvergenceTest(const NewtonOptions& options, double round_off)
       : round_off_{round_off}, plateau_{std::cbrt(round_off * round_off)} {
@@ -62,26 +63,29 @@ class ConvergenceTest {
   [[nodiscard]] static double reduced(double rtol) { return 0.1 * std::cbrt(rtol * rtol); }
 
   [[nodiscard]] int limit() const { return limit_; }
-  /// ‖δ₂‖/‖δ₁‖: small means that the same Jacobian will do for the next step.
+  /// The largest ‖δ_{k+1}‖/‖δ_k‖ of one matrix before the last correction: small means that it will do for the next step.
   [[nodiscard]] double first_rate() const { return first_rate_; }
+  /// The next correction has nothing to be compared with.
+  void forget() { previous_ = 0; }
 
-  [[nodiscard]] Verdict judge(int iteration, const Correction& size) {
+  /// @param trusted  the matrix was made in this solve, or the residual was nothing but rounding: a small correction
+  ///                 then means a small error. An old matrix may be far too stiff and make any correction small.
+  [[nodiscard]] Verdict judge(int iteration, const Correction& size, bool trusted) {
     const double now = size.relative;
-    const double theta = iteration > 1 ? now / previous_ : 1;
-    if (iteration == 2) first_rate_ = theta;
+    const bool has_rate = previous_ > 0;
+    const double theta = has_rate ? now / previous_ : 1;
+    if (has_rate && iteration == 2) first_rate_ = theta;
     previous_ = now;
-    if (now == 0) return Verdict::converged;
-    if (iteration == 1) return target_ > 0 || now > round_off_ ? Verdict::go_on : Verdict::converged;
+    if (now == 0) return trusted ? Verdict::converged : Verdict::slow;
+    if (!has_rate) return trusted && target_ == 0 && now <= round_off_ ? Verdict::converged : Verdict::go_on;
     const double remaining = theta < 1 ? theta / (1 - theta) * now : std::numeric_limits<double>::infinity();
-    if (target_ > 0) {
-      if (remaining <= target_) return Verdict::converged;
-      if (theta >= 0.99) return theta > 2 ? Verdict::diverged : Verdict::slow;
-      return remaining * std::pow(theta, limit_ - 1 - iteration) >= target_ ? Verdict::slow : Verdict::go_on;
-    }
-    if (remaining <= round_off_) return Verdict::converged;
+    if (remaining <= (target_ > 0 ? target_ : round_off_)) return Verdict::converged;
     // Rounding in Ψ keeps ‖δ‖ from falling further; a cycle or a divergence has corrections of order one instead.
-    if (theta > 0.3 && size.resolution <= plateau_) return Verdict::converged;
-    return theta > 0.05 ? Verdict::slow : Verdict::go_on;
+    if (target_ == 0 && trusted && theta > 0.3 && size.resolution <= plateau_) return Verdict::converged;
+    if (theta > 1) return Verdict::growing;
+    if (target_ == 0) return theta > 0.05 ? Verdict::slow : Verdict::go_on;
+    return theta >= 0.99 || remaining * std::pow(theta, limit_ - 1 - iteration) >= target_ ? Verdict::slow
+                                                                                            : Verdict::go_on;
   }
 
  private:
@@ -94,47 +98,55 @@ inline constexpr double keep_jacobian_rate = 1e-3;
 
 /// Solves F(Y) = 0. The equation offers
 ///   residual() → Outcome         F at the current iterate; non_finite_force where Ψ isn't
+///   residual_is_rounding()       whether F is no larger than the rounding in its parts
 ///   has_factors(), refresh() → Outcome   the matrix, factorised (its Jacobian made anew if dropped)
 ///   correct() → Outcome          solves W δ = F and moves the iterate by δ
-///   retreat()                    takes back half of the last move
+///   retreat(), undo()            takes back half of the last move, or all of it
+///   restart()                    goes back to where the iteration began
 ///   size() → Correction          of the last move
 ///   drop_jacobian()              the next iteration needs a fresh one
 template <class Equation>
 [[nodiscard]] Outcome solve_newton(Equation& equation, const NewtonOptions& options, double round_off, Failure& history) {
   using enum ConvergenceTest::Verdict;
   ConvergenceTest test(options, round_off);
-  bool fresh = false;
+  bool own = false;  // the matrix was made in this solve …
   double first = 0, last = 0;
   for (int k = 1; k <= test.limit(); ++k) {
+    bool here = false;  // … and at this very iterate
     Outcome outcome = equation.residual();
     // An iterate may leave the force's domain (a root, a logarithm) though the solution lies inside.
     for (int halvings = 0; outcome == Outcome::non_finite_force && k > 1 && halvings < 10; ++halvings) {
       equation.retreat();
+      test.forget();  // the next correction is the other half by construction
       outcome = equation.residual();
     }
     if (outcome != Outcome::success) return outcome;
     if (!equation.has_factors()) {
       outcome = equation.refresh();
       if (outcome != Outcome::success) return outcome;
-      fresh = true;
+      own = here = true;
     }
+    const bool trusted = own || equation.residual_is_rounding();
     outcome = equation.correct();
     if (outcome != Outcome::success) return outcome;
     const Correction size = equation.size();
     history.record(size.relative);
-    (k == 1 ? first : last) = size.resolution;
-    switch (test.judge(k, size)) {
-      case converged:
-        if (!(test.first_rate() <= keep_jacobian_rate)) equation.drop_jacobian();
-        return Outcome::success;
-      case diverged:
-        if (fresh) {
-          equation.drop_jacobian();
-          return Outcome::newton_diverged;
-        }
-        [[fallthrough]];
-      case slow: equation.drop_jacobian(); break;
-      case go_on: break;
+    (k == 1 ? first : last) = size.absolute;
+    const auto verdict = test.judge(k, size, trusted);
+    if (verdict == converged) {
+      if (test.first_rate() > keep_jacobian_rate) equation.drop_jacobian();
+      return Outcome::success;
+    }
+    if (verdict == go_on) continue;
+    equation.drop_jacobian();
+    if (!own) {
+      // An old matrix may have thrown the iterate anywhere.
+      equation.restart();
+      test.forget();
+    } else if (verdict == growing && !here) {
+      // So may one of an earlier iterate: from there, Newton might find another root.
+      equation.undo();
+      test.forget();
     }
   }
   equation.drop_jacobian();

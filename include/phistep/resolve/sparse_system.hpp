@@ -10,6 +10,7 @@
 #include <Eigen/SparseLU>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <type_traits>
 #include <vector>
@@ -32,7 +33,7 @@ class SparseSystem {
 
   void resize(Eigen::Index n) {
     W_.resize(n, n);
-    solver_ = std::make_shared<Solver>();
+    solver_.value = nullptr;
     entries_.clear();
     has_slots_ = false;
   }
@@ -51,11 +52,24 @@ class SparseSystem {
     return witness.all_finite();
   }
 
+  [[nodiscard]] double drift_share() const { return drift_share_; }
+  /// False in a copy: Eigen's solvers can't be copied, and sharing one would let two steppers overwrite each other.
+  [[nodiscard]] bool has_solver() const { return static_cast<bool>(solver_); }
+
   [[nodiscard]] Outcome factorize(const auto& masses, Scalar gamma_force, Scalar gamma_drift, Statistics& statistics) {
+    if (!solver_) {
+      solver_.value = std::make_unique<Solver>();
+      has_slots_ = false;
+    }
     if (!has_slots_ || written_ != entries_.size()) make_pattern(masses, statistics);
     Scalar* const w = W_.valuePtr();
-    for (std::size_t s = 0; s < values_.size(); ++s)
+    Scalar largest_K{0}, largest_w{0};
+    for (std::size_t s = 0; s < values_.size(); ++s) {
       w[s] = mass_values_[s] - gamma_force * (values_[s].C + gamma_drift * values_[s].K);
+      largest_K = std::max(largest_K, std::abs(values_[s].K));
+      largest_w = std::max(largest_w, std::abs(w[s]));
+    }
+    drift_share_ = largest_w > Scalar{0} ? static_cast<double>(std::abs(gamma_force * gamma_drift) * largest_K / largest_w) : 0;
     ++statistics.factorizations;
     solver_->factorize(W_);
     if (solver_->info() == Eigen::NumericalIssue) return failure_of_factors();
@@ -78,6 +92,22 @@ class SparseSystem {
     Eigen::Index i, j;
     Tangent value;
     std::size_t slot;
+  };
+
+  /// Owns a solver; its copy owns none.
+  struct OwnSolver {
+    std::unique_ptr<Solver> value;
+    OwnSolver() = default;
+    OwnSolver(const OwnSolver&) {}
+    OwnSolver(OwnSolver&&) noexcept = default;
+    OwnSolver& operator=(const OwnSolver&) {
+      value = nullptr;
+      return *this;
+    }
+    OwnSolver& operator=(OwnSolver&&) noexcept = default;
+    ~OwnSolver() = default;
+    Solver* operator->() const { return value.get(); }
+    explicit operator bool() const { return value != nullptr; }
   };
 
   void put(Eigen::Index i, Eigen::Index j, Tangent x) {
@@ -132,10 +162,11 @@ class SparseSystem {
   static constexpr bool requires_definite = requires(const Solver& s) { s.matrixL(); s.permutationPinv(); };
 
   Matrix W_;
-  std::shared_ptr<Solver> solver_;  // Eigen's sparse solvers can't be copied or moved
+  OwnSolver solver_;
   std::vector<Entry> entries_;      // in the force's order
   std::vector<Tangent> values_;     // by slot of W
   std::vector<Scalar> mass_values_;
+  double drift_share_ = 0;
   std::size_t written_ = 0;
   bool has_slots_ = false;
 };

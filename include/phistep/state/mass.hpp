@@ -18,6 +18,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/linear/dense_lu.hpp"
 #include "phistep/state/blocks.hpp"
@@ -28,15 +29,15 @@ namespace phistep::inline PHISTEP_ABI {
 template <class Scalar>
 struct UniformFactor {
   Scalar factor;
-  Scalar operator()(Index) const { return factor; }
+  Scalar operator()(auto) const { return factor; }
 };
 
 /// h/m_i.
 template <class Scalar>
 struct ComponentFactor {
   Scalar h;
-  const Scalar* inverse_mass;
-  Scalar operator()(Index i) const { return h * inverse_mass[i]; }
+  Input<Scalar> inverse_mass;
+  auto operator()(auto i) const { return h * inverse_mass[i]; }
 };
 
 /// M = 1: no divide, no multiply.
@@ -96,7 +97,7 @@ class DiagonalMass {
   static constexpr bool is_matrix = false;
   /// @throws std::invalid_argument unless every mass is finite and > 0.
   explicit DiagonalMass(Eigen::Matrix<T, Eigen::Dynamic, 1> masses) : mass_{std::move(masses)} {
-    for (const T m : mass_) checked_mass(m);
+    for (const T m : mass_) static_cast<void>(checked_mass(m));
     inverse_ = mass_.cwiseInverse();
   }
   /// @throws std::invalid_argument where the number of masses is neither the block's size nor its number of columns.
@@ -114,7 +115,7 @@ class DiagonalMass {
     }
     return DiagonalMass<Scalar>{std::move(all)};
   }
-  [[nodiscard]] ComponentFactor<T> scaled(T h) const { return {h, inverse_.data()}; }
+  [[nodiscard]] ComponentFactor<T> scaled(T h) const { return {h, {inverse_.data()}}; }
   void subtract_product(const auto& x, auto&& out) const { out -= mass_.cwiseProduct(x); }
   void for_each_entry(Index n, auto&& f) const {
     for (Index i = 0; i < n; ++i) f(i, i, mass_[i]);

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -23,6 +24,12 @@ class EditGuard {
  public:
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
+
+  EditGuard() {
+    // A copied stepper copies this: it must not read what was never written.
+    if constexpr (by_value)
+      for_each_block([](auto, auto& block) { block.setZero(); }, Blocks<S>::all(last_));
+  }
 
   void forget() { kind_ = Kind::nothing; }
 
@@ -61,7 +68,7 @@ class EditGuard {
     std::uint64_t all = 0;
     for_each_block(
         [&all](auto k, const auto& block) {
-          if (!position_only || k == 0) all = fingerprint(block.data(), block.size(), all);
+          if (!position_only || k == 0) all = all * 0x9e3779b97f4a7c15u + fingerprint(block.data(), block.size());
         },
         Blocks<S>::all(y));
     return all;

@@ -55,20 +55,20 @@ class PhiStepper {
                 "phistep: a pair (phi_force, phi_drift) and velocity_verlet need a motion (r, v), not a first-order state");
 
   /// @param state   gives the sizes; it is not kept
-  /// @param force   Ψ, copied; wrap it in std::ref to keep it outside
+  /// @param psi     the force Ψ, copied; wrap it in std::ref to keep it outside
   /// @param scheme  forward_euler, trapezoidal, backward_euler, midpoint, velocity_verlet, phi(0.7), …
   /// @param mass    mass(m) or capacity(C); M = 1 if left out
   /// @param solver  newton(options) or newton<LinearSolver>(options)
   /// @throws std::invalid_argument where sizes or masses can't work
-  PhiStepper(const S& state, F force, Scheme scheme, MassSpec mass = {}, Solver solver = {})
+  PhiStepper(const S& state, F psi, Scheme scheme, MassSpec mass = {}, Solver solver = {})
       : scheme_{scheme},
         mass_{std::move(mass)},
-        rhs_{std::move(force), bind_masses<S>(mass_, Transaction::copy_of(state))},
+        rhs_{std::move(psi), bind_masses<S>(mass_, Transaction::copy_of(state))},
         transaction_{state},
         resolvent_{Transaction::copy_of(state), solver.options} {}
-  PhiStepper(const S& state, F force, Scheme scheme, Solver solver)
+  PhiStepper(const S& state, F psi, Scheme scheme, Solver solver)
     requires std::is_same_v<MassSpec, UnitMasses>
-      : PhiStepper{state, std::move(force), scheme, UnitMasses{}, solver} {}
+      : PhiStepper{state, std::move(psi), scheme, UnitMasses{}, solver} {}
 
   /// Advances the state from t to t + dt. [time] dt < 0 steps backward.
   /// On any failure the state keeps every bit; an exception thrown by the force passes through, likewise.
@@ -115,7 +115,7 @@ class PhiStepper {
   /// Ψ⁺ serves the next step where it is known for nothing and errors in it die out: Verlet's second call, and φ > ½
   /// (an error in a reused Ψ is multiplied by −(1−φ)/φ each step).
   static constexpr bool carries =
-      Traits::valid && !remembers<F> && (is_verlet ? !Rhs::couples_unknowns && !Rhs::returns_reference
+      Traits::valid && !remembers<F> && (is_verlet ? !Rhs::couples_unknowns
                                                    : needs_solver && Scheme::form == Form::endpoint);
 
   struct NoResolvent {
@@ -140,19 +140,20 @@ class PhiStepper {
 
   /// (3) and (4)
   [[nodiscard]] Outcome endpoint(Data& step) {
-    const Scalar force = scheme_.force.template value<Scalar>(), drift = scheme_.drift.template value<Scalar>();
+    const Scalar phi = scheme_.force.template value<Scalar>(), drift = scheme_.drift.template value<Scalar>();
     const Scalar dt = step.dt;
     if constexpr (Scheme::is_explicit) {
       return forward(step, {dt, (1 - drift) * dt, drift * dt});
     } else {
-      if (force == 0) return forward(step, {dt, (1 - drift) * dt, drift * dt});
-      if (force == 1) coast(step, (1 - drift) * dt);
-      else if (const Outcome outcome = forward(step, {(1 - force) * dt, (1 - drift) * dt, 0}); outcome != Outcome::success)
+      if (phi == 0) return forward(step, {dt, (1 - drift) * dt, drift * dt});
+      if (phi == 1) coast(step, (1 - drift) * dt);
+      else if (const Outcome outcome = forward(step, {(1 - phi) * dt, (1 - drift) * dt, 0}); outcome != Outcome::success)
         return outcome;
-      const Outcome outcome = resolve(step, {force * dt, drift * dt}, step.t + dt);
+      const Outcome outcome = resolve(step, {phi * dt, drift * dt}, step.t + dt);
       if constexpr (carries)
-        if (outcome == Outcome::success && force > Scalar{0.5} && force < 1) {
-          resolvent_.recover(rhs_, force * dt, step.psi);
+        if (outcome == Outcome::success && phi > Scalar{0.5} && phi < 1) {
+          // Where nothing was solved, psi is Ψ(t+Δt) already.
+          if (Rhs::couples_unknowns || drift != 0) resolvent_.recover(rhs_, phi * dt, step.psi);
           step.psi_next_known = true;
         }
       return outcome;
@@ -198,8 +199,9 @@ class PhiStepper {
   }
   /// next = next + γ M⁻¹Ψ(t, next), where Ψ ignores what it moves
   [[nodiscard]] Outcome kick(Data& step, Scalar gamma, Scalar t) {
-    return rhs_.kick(step.next, gamma, rhs_.evaluate(t, step.next, step.psi), step.psi) ? Outcome::success
-                                                                                       : Outcome::non_finite_state;
+    rhs_.evaluate_into(t, step.next, step.psi);
+    return rhs_.kick(step.next, gamma, RateOf<S>::blocks(std::as_const(step.psi)), step.psi) ? Outcome::success
+                                                                                            : Outcome::non_finite_state;
   }
   /// next = b on entry, the solution of M (next − b) = γ Ψ(t, next) on exit
   [[nodiscard]] Outcome resolve(Data& step, const Gamma<Scalar>& gamma, Scalar t) {
@@ -214,9 +216,13 @@ class PhiStepper {
   }
 
   void resize(const S& state) {
-    rhs_.rebind(bind_masses<S>(mass_, Transaction::copy_of(state)));
-    transaction_.resize(state);
-    resolvent_.resize(Transaction::copy_of(state));
+    // What may throw comes first: a stepper half resized would write out of bounds at the next step.
+    const auto copy = Transaction::copy_of(state);
+    auto masses = bind_masses<S>(mass_, copy);
+    Transaction fresh{state};
+    resolvent_.resize(copy);
+    rhs_.rebind(std::move(masses));
+    transaction_ = std::move(fresh);
   }
 
   [[no_unique_address]] Scheme scheme_;
@@ -228,6 +234,10 @@ class PhiStepper {
 
 template <class S, class F, class Scheme>
 PhiStepper(const S&, F, Scheme) -> PhiStepper<S, F, Scheme>;
+template <class S, class F, class Scheme>
+PhiStepper(const S&, F, Scheme, UnitMasses) -> PhiStepper<S, F, Scheme>;
+template <class S, class F, class Scheme, class L>
+PhiStepper(const S&, F, Scheme, UnitMasses, Newton<L>) -> PhiStepper<S, F, Scheme, UnitMasses, Newton<L>>;
 template <class S, class F, class Scheme, class... M>
 PhiStepper(const S&, F, Scheme, MassList<M...>) -> PhiStepper<S, F, Scheme, MassList<M...>>;
 template <class S, class F, class Scheme, class L>

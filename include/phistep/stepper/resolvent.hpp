@@ -15,6 +15,7 @@
 #include <Eigen/Core>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -92,13 +93,10 @@ class Resolvent {
   [[nodiscard]] Outcome resolve(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, Plain& Y, const Plain& guess, Rate& psi,
                                 Failure& history) {
     copy_blocks<S>(base_, Y);
-    for_each_solved([&](Index at, auto& y, const auto& from, const auto& base) {
-      part(increment_, at, y) = flat(from) - flat(base);
-      y = from;
-    }, Y, guess, base_);
-    if constexpr (Rhs::drifts) position_of(Y) = position_of(base_) + gamma.drift * velocity_of(Y);
     if (gamma.force != factored_.force || gamma.drift != factored_.drift) has_factors_ = false;
-    Equation equation{*this, rhs, gamma, t, Y, psi};
+    Equation equation{*this, rhs, gamma, t, Y, guess, psi};
+    equation.restart();
+    kick_limit_.fill(std::numeric_limits<double>::infinity());
     const int before = history.iterations;
     const Outcome outcome =
         solve_newton(equation, options_, static_cast<double>(std::numeric_limits<Scalar>::epsilon()), history);
@@ -159,11 +157,24 @@ class Resolvent {
     const Gamma<Scalar>& gamma;
     Scalar t;
     Plain& Y;
+    const Plain& guess;
     Rate& psi;
 
+    void restart() {
+      for_each_solved([this](Index at, auto& y, const auto& from, const auto& base) {
+        part(self.increment_, at, y) = flat(from) - flat(base);
+        y = from;
+      }, Y, guess, self.base_);
+      if constexpr (Rhs::drifts) position_of(Y) = position_of(self.base_) + gamma.drift * velocity_of(Y);
+    }
     /// γ_f Ψ(t, Y) − M w
     [[nodiscard]] Outcome residual() {
       rhs.evaluate_into(t, Y, psi);
+      subtract_inertia();
+      if (all_finite(self.correction_.data(), self.correction_.size())) return Outcome::success;
+      return first_non_finite(Rate::blocks(psi)) ? Outcome::non_finite_force : Outcome::non_finite_state;
+    }
+    void subtract_inertia() {
       Index at = 0;
       for_each_block(
           [&](auto, const auto& block, const auto& mass) {
@@ -173,10 +184,25 @@ class Resolvent {
             at += block.size();
           },
           Rate::blocks(std::as_const(psi)), rhs.masses());
-      if (all_finite(self.correction_.data(), self.correction_.size())) return Outcome::success;
-      return first_non_finite(Rate::blocks(psi)) ? Outcome::non_finite_force : Outcome::non_finite_state;
     }
-    [[nodiscard]] bool has_factors() const { return self.has_factors_; }
+    /// No larger than what rounding leaves of γ_f Ψ − M w where both cancel.
+    [[nodiscard]] bool residual_is_rounding() const {
+      bool rounding = true;
+      Index at = 0;
+      for_each_block(
+          [&](auto, const auto& block) {
+            const double force = std::abs(static_cast<double>(gamma.force)) * largest(block);
+            rounding = rounding && largest(part(self.correction_, at, block)) <=
+                                       8 * static_cast<double>(std::numeric_limits<Scalar>::epsilon()) * force;
+            at += block.size();
+          },
+          Rate::blocks(std::as_const(psi)));
+      return rounding;
+    }
+    [[nodiscard]] bool has_factors() const {
+      if constexpr (requires { self.system_.has_solver(); }) return self.has_factors_ && self.system_.has_solver();
+      else return self.has_factors_;
+    }
     void drop_jacobian() { self.reset(); }
     [[nodiscard]] Outcome refresh() {
       if (!self.has_jacobian_)
@@ -184,15 +210,29 @@ class Resolvent {
       return self.factorize(rhs, gamma);
     }
     [[nodiscard]] Outcome correct() {
-      ++rhs.statistics().solves;
-      if (const Outcome outcome = self.system_.solve(self.correction_); outcome != Outcome::success) return outcome;
-      if (!all_finite(self.correction_.data(), self.correction_.size())) return Outcome::singular_matrix;
+      if (const Outcome outcome = solve(); outcome != Outcome::success) return outcome;
+      if constexpr (!analytic)
+        while (self.differences_reached_too_far(Y)) {
+          // The tangent belongs to another place than the correction it made.
+          subtract_inertia();
+          if (Outcome outcome = self.linearise(rhs, gamma, t, Y, psi); outcome != Outcome::success) return outcome;
+          if (Outcome outcome = self.factorize(rhs, gamma); outcome != Outcome::success) return outcome;
+          if (Outcome outcome = solve(); outcome != Outcome::success) return outcome;
+        }
       self.last_move_ = self.correction_;
       self.move(Y, gamma);
       return Outcome::success;
     }
+    [[nodiscard]] Outcome solve() {
+      ++rhs.statistics().solves;
+      if (const Outcome outcome = self.system_.solve(self.correction_); outcome != Outcome::success) return outcome;
+      return all_finite(self.correction_.data(), self.correction_.size()) ? Outcome::success : Outcome::singular_matrix;
+    }
     void retreat() {
       self.last_move_ *= Scalar{0.5};
+      undo();
+    }
+    void undo() {
       self.correction_ = -self.last_move_;
       self.move(Y, gamma);
     }
@@ -232,10 +272,13 @@ class Resolvent {
     for_each_solved([&](Index at, const auto& y, const auto& base) {
       const double delta = largest(part(last_move_, at, y)), size = largest(y);
       double resolution = std::max(size, largest(base));
-      if constexpr (Rhs::drifts)
+      // Rounding of r reaches δ through K alone: all of it where springs are stiff, nothing where there are none.
+      if constexpr (Rhs::drifts && has_K)
         if (first && gamma.drift != Scalar{0})
-          resolution = std::max(resolution, largest(position_of(Y)) / std::abs(static_cast<double>(gamma.drift)));
+          resolution = std::max(resolution, system_.drift_share() * largest(position_of(Y)) /
+                                                std::abs(static_cast<double>(gamma.drift)));
       first = false;
+      worst.absolute = std::max(worst.absolute, delta);
       if (delta > 0) {
         worst.relative = std::max(worst.relative, size > 0 ? delta / size : 1.0);
         worst.resolution = std::max(worst.resolution, resolution > 0 ? delta / resolution : 1.0);
@@ -254,7 +297,7 @@ class Resolvent {
       }
     }, Y, base_);
     const double norm = std::sqrt(sum / std::max(1.0, static_cast<double>(last_move_.size())));
-    return {norm, norm};
+    return {norm, norm, largest(last_move_)};
   }
 
   /// K and C at (t, Y), where Ψ is psi.
@@ -267,6 +310,22 @@ class Resolvent {
       difference(rhs, gamma, t, Y, psi);
     has_jacobian_ = system_.is_finite();
     return has_jacobian_ ? Outcome::success : Outcome::non_finite_jacobian;
+  }
+
+  /// A stiff force kicks far and moves little: differences over the kick then miss the tangent. True once per block and
+  /// matrix that did so, with the next differences confined to what Y and δ say.
+  [[nodiscard]] bool differences_reached_too_far(const Plain& Y) {
+    bool too_far = false;
+    std::size_t k = 0;
+    for_each_solved([&](Index at, const auto& y) {
+      const double size = std::max(largest(y), largest(part(correction_, at, y)));
+      if (size > 0 && kick_used_[k] > 16 * size) {
+        too_far = true;
+        kick_limit_[k] = size;
+      }
+      kick_used_[k++] = 0;
+    }, Y);
+    return too_far;
   }
 
   void difference(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& Y, const Rate& psi) {
@@ -298,6 +357,8 @@ class Resolvent {
             const auto factor = mass.scaled(gamma.force);
             for (Index i = 0; i < rate.size(); ++i)
               kicked = std::max(kicked, std::abs(static_cast<double>(factor(i) * rate.data()[i])));
+            kicked = std::min(kicked, kick_limit_[k]);
+            kick_used_[k] = kicked;
             for_each_difference(block, scale_of(block, kicked, fallback), [&](Index j, Scalar delta) {
               column(at + j, delta, [this](Index i, Index c, Scalar x) { system_.velocity(i, c, x); });
             });
@@ -336,6 +397,7 @@ class Resolvent {
   [[no_unique_address]] std::conditional_t<analytic, Absent, Plain> probe_;
   [[no_unique_address]] std::conditional_t<analytic, NoMemory, Rate> probe_rate_;
   Unknown increment_, correction_, last_move_;
+  std::array<double, Rhs::blocks> kick_used_{}, kick_limit_{};  // how far differences reached, and may reach
   System system_;
   Gamma<Scalar> factored_{};
   bool has_jacobian_ = false, has_factors_ = false;

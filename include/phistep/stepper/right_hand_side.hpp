@@ -65,7 +65,7 @@ class RightHandSide {
   /// Whether Ψ depends on the unknowns themselves, and not on r alone.
   static constexpr bool couples_unknowns = !drifts || Traits::uses_velocity || blocks > 1;
 
-  RightHandSide(F force, Masses masses) : force_{std::move(force)}, masses_{std::move(masses)} {}
+  RightHandSide(F f, Masses masses) : force_{std::move(f)}, masses_{std::move(masses)} {}
 
   [[nodiscard]] auto& force() { return unwrap(force_); }
   [[nodiscard]] const Masses& masses() const { return masses_; }
@@ -115,7 +115,11 @@ class RightHandSide {
       for_each_block(
           [](auto, auto& to, const auto& from, const auto& mass) {
             if (&to != &from) to = from;
-            if constexpr (std::remove_cvref_t<decltype(mass)>::is_matrix) mass.solve(to.reshaped());
+            // In storage order, as everywhere. M⁻¹ would spread a NaN over all components, and hide which one had it.
+            if constexpr (std::remove_cvref_t<decltype(mass)>::is_matrix) {
+              auto flat = Eigen::Map<Eigen::Matrix<Scalar, Eigen::Dynamic, 1>>(to.data(), to.size());
+              if (all_finite(to.data(), to.size())) mass.solve(flat);
+            }
           },
           Rate::blocks(scratch), psi, masses_);
       return advance_componentwise<with_drift>(out, y, by, Rate::blocks(std::as_const(scratch)));
@@ -151,6 +155,20 @@ class RightHandSide {
     }
   }
 
+  /// Where Ψ was read from the user's own array, the workspace doesn't show it: look again.
+  [[nodiscard]] bool is_non_finite_at(Scalar t, const Plain& y, Offender& where) {
+    if constexpr (returns_reference) {
+      try {
+        Rate scratch = make_rate<S>(y);
+        where = first_non_finite(evaluate(t, y, scratch));
+        --statistics_.force_calls;
+      } catch (...) {
+        return false;
+      }
+    }
+    return static_cast<bool>(where);
+  }
+
   static constexpr bool returns_reference = [] {
     if constexpr (Traits::accumulates || !Traits::valid || has_matrix_mass) {
       return false;
@@ -169,17 +187,17 @@ class RightHandSide {
     const auto kick = [&](auto k, auto& to, const auto& from, const auto& rate, const auto& mass) {
       constexpr int size = std::remove_cvref_t<decltype(to)>::SizeAtCompileTime;
       const auto factor = mass.scaled(by.kick);
-      const Scalar *const v = from.data(), *const f = rate.data();
+      const Input<Scalar> v{from.data()}, f{rate.data()};
       if constexpr (with_drift && k == 0) {
-        const Scalar* const r = std::get<0>(Blocks<S>::all(y)).data();
-        const auto kernel = [=, before = by.before, after = by.after](Index i, Scalar& v1, Scalar& r1) {
+        const Input<Scalar> r{std::get<0>(Blocks<S>::all(y)).data()};
+        const auto kernel = [=, before = by.before, after = by.after](auto i, auto& v1, auto& r1) {
           v1 = v[i] + factor(i) * f[i];
           r1 = r[i] + (before * v[i] + after * v1);
         };
-        finite = update_sized<size>(to.size(), kernel, to.data(), std::get<0>(Blocks<S>::all(out)).data()) && finite;
+        finite = update_sized<size>(&out == &y, to.size(), kernel, to.data(), std::get<0>(Blocks<S>::all(out)).data()) && finite;
       } else {
-        const auto kernel = [=](Index i, Scalar& v1) { v1 = v[i] + factor(i) * f[i]; };
-        finite = update_sized<size>(to.size(), kernel, to.data()) && finite;
+        const auto kernel = [=](auto i, auto& v1) { v1 = v[i] + factor(i) * f[i]; };
+        finite = update_sized<size>(&out == &y, to.size(), kernel, to.data()) && finite;
       }
     };
     for_each_block(kick, Blocks<S>::solved(out), Blocks<S>::solved(y), psi, masses_);
@@ -187,9 +205,9 @@ class RightHandSide {
   }
 
   template <int size>
-  [[nodiscard]] static bool update_sized(Index n, const auto& kernel, auto*... out) {
+  [[nodiscard]] static bool update_sized(bool in_place, Index n, const auto& kernel, auto*... out) {
     if constexpr (size != Eigen::Dynamic && size <= 64) return update_unrolled<size>(kernel, out...);
-    else return update(n, kernel, out...);
+    else return in_place ? update_in_place(n, kernel, out...) : update(n, kernel, out...);
   }
 
   F force_;

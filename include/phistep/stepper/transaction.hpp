@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 
 #include <cmath>
+#include <stdexcept>
 #include <tuple>
 #include <type_traits>
 #include <utility>
@@ -45,12 +46,14 @@ class Transaction {
   using Rate = RateOf<S>;
   using Data = StepData<Plain, Rate, Scalar>;
 
+  /// @throws std::invalid_argument where r and v of a motion differ in shape
   explicit Transaction(const S& state) : next_{copy_of(state)}, psi_{make_rate<S>(next_)} {
     if constexpr (borrowed) gathered_ = next_;
   }
 
   template <class Advance>
   StepReport run(Rhs& rhs, S& state, Scalar t, Scalar dt, Origin origin, Advance&& advance) {
+    failure_.iterations = 0;
     if (const Outcome bad = check(t, dt); bad != Outcome::success) return fail(rhs, bad, t, dt, next_, next_, psi_);
     if constexpr (in_registers) {
       Plain next;
@@ -69,15 +72,14 @@ class Transaction {
   [[nodiscard]] Failure& failure() { return failure_; }
   void reset() { guard_.forget(); }
   [[nodiscard]] bool fits(const S& state) const { return same_shape<S>(state, next_); }
-  void resize(const S& state) {
-    next_ = copy_of(state);
-    psi_ = make_rate<S>(next_);
-    if constexpr (borrowed) gathered_ = next_;
-    reset();
-  }
   [[nodiscard]] static Plain copy_of(const S& state) {
     Plain copy;
     copy_blocks<S>(copy, state);
+    if constexpr (Blocks<S>::drifts) {
+      const auto &r = std::get<0>(Blocks<S>::all(copy)), &v = std::get<1>(Blocks<S>::all(copy));
+      if (r.rows() != v.rows() || r.cols() != v.cols())
+        throw std::invalid_argument("phistep: the positions and velocities of a motion differ in size");
+    }
     return copy;
   }
 
@@ -111,7 +113,6 @@ class Transaction {
       psi_known = origin == Origin::unedited ? guard_.holds_unedited(t) : guard_.holds(t, y);
       guard_.forget();  // an exception from here on leaves psi half-written
     }
-    failure_.iterations = 0;
     rhs.begin(t, dt, y);
     Data data{y, t, dt, next, psi, psi_known};
     const Outcome outcome = advance(data);
@@ -147,7 +148,7 @@ class Transaction {
     if (outcome == Outcome::non_finite_state || outcome == Outcome::non_finite_force) {
       if (where = first_non_finite(Blocks<S>::all(y)); where) {
         outcome = Outcome::non_finite_state;
-      } else if (where = first_non_finite(Rate::blocks(psi)); where) {
+      } else if (where = first_non_finite(Rate::blocks(psi)); where || rhs.is_non_finite_at(t, y, where)) {
         outcome = Outcome::non_finite_force;
         where.block += Blocks<S>::drifts ? 1 : 0;
         f.term = rhs.offending_term(t, y);
