@@ -52,8 +52,10 @@ TEMPLATE_TEST_CASE("a term adds to the force and does not overwrite it", "", Fix
   check(Gravity{Eigen::Vector3d(1, 2, -9.81)});
   check(UniformForce{Eigen::Vector3d(1, 2, 3)});
   check(LinearDrag{0.7});
-  check(spring_network<3>(one_spring));
-  check(spring_network<3>(one_spring, SpringDamping{2.0}));
+  if constexpr (!TestType::IsRowMajor) {  // which springs refuse, see tests/compile
+    check(spring_network<3>(one_spring));
+    check(spring_network<3>(one_spring, SpringDamping{2.0}));
+  }
   check(term([](const auto& r) { return typename std::remove_cvref_t<decltype(r)>::PlainObject(-r); }));
   check(LinearDrag{0.7} + Gravity{Eigen::Vector3d(0, 0, -1)} + UniformForce{Eigen::Vector3d(0, 1, 0)});
 }

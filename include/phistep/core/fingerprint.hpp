@@ -124,9 +124,9 @@ class Fingerprint {
   std::uint64_t words_ = 0, rest_ = 0;
 };
 
-/// Of n numbers, by their bits and their order.
+/// Of n numbers, by their bits and their order, on top of what was seen before (`seed`).
 template <class Scalar>
-[[nodiscard]] std::uint64_t fingerprint(const Scalar* x, std::ptrdiff_t n) {
+[[nodiscard]] std::uint64_t fingerprint(const Scalar* x, std::ptrdiff_t n, std::uint64_t seed = 0) {
   Fingerprint all;
   if constexpr (sizeof(Scalar) <= 8) {
     all.add(x, n * static_cast<std::ptrdiff_t>(sizeof(Scalar)));
@@ -139,7 +139,7 @@ template <class Scalar>
       for (const std::uint64_t& word : words) all.add(&word, 8);
     }
   }
-  return all.value();
+  return seed * 0x9e3779b97f4a7c15u + all.value();
 }
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -99,7 +99,8 @@ inline constexpr double keep_jacobian_rate = 1e-3;
 /// Solves F(Y) = 0. The equation offers
 ///   residual() → Outcome         F at the current iterate; non_finite_force where Ψ isn't
 ///   residual_is_rounding()       whether F is no larger than the rounding in its parts
-///   has_factors(), refresh() → Outcome   the matrix, factorised (its Jacobian made anew if dropped)
+///   has_jacobian(), has_factors()
+///   refresh() → Outcome          the matrix, factorised (its Jacobian made anew if dropped)
 ///   correct() → Outcome          solves W δ = F and moves the iterate by δ
 ///   retreat(), undo()            takes back half of the last move, or all of it
 ///   restart()                    goes back to where the iteration began
@@ -122,9 +123,10 @@ template <class Equation>
     }
     if (outcome != Outcome::success) return outcome;
     if (!equation.has_factors()) {
+      here = !equation.has_jacobian();  // a new γ alone makes new factors of an old Jacobian
       outcome = equation.refresh();
       if (outcome != Outcome::success) return outcome;
-      own = here = true;
+      own = own || here;
     }
     const bool trusted = own || equation.residual_is_rounding();
     outcome = equation.correct();

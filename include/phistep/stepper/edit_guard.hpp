@@ -68,7 +68,7 @@ class EditGuard {
     std::uint64_t all = 0;
     for_each_block(
         [&all](auto k, const auto& block) {
-          if (!position_only || k == 0) all = all * 0x9e3779b97f4a7c15u + fingerprint(block.data(), block.size());
+          if (!position_only || k == 0) all = fingerprint(block.data(), block.size(), all);
         },
         Blocks<S>::all(y));
     return all;

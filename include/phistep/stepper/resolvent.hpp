@@ -199,6 +199,7 @@ class Resolvent {
           Rate::blocks(std::as_const(psi)));
       return rounding;
     }
+    [[nodiscard]] bool has_jacobian() const { return self.has_jacobian_; }
     [[nodiscard]] bool has_factors() const {
       if constexpr (requires { self.system_.has_solver(); }) return self.has_factors_ && self.system_.has_solver();
       else return self.has_factors_;
