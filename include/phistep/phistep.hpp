@@ -21,7 +21,7 @@
 #include "phistep/observe/recorder.hpp"
 #include "phistep/resolve/newton.hpp"
 #include "phistep/state/blocks.hpp"
-#include "phistep/state/mass.hpp"
+#include "phistep/linear/mass.hpp"
 #include "phistep/state/motion.hpp"
 #include "phistep/stepper/phi_stepper.hpp"
 // IWYU pragma: end_exports

@@ -5,5 +5,5 @@
 // IWYU pragma: begin_exports
 #include "phistep/phistep.hpp"
 #include "phistep/resolve/sparse_system.hpp"
-#include "phistep/state/sparse_mass.hpp"
+#include "phistep/linear/sparse_mass.hpp"
 // IWYU pragma: end_exports

@@ -183,6 +183,12 @@ struct ForceTraits {
     else return accumulates || arity == (MotionLike<View> ? 3 : 2);
   }();
 
+  /// The force says that calling it again costs less than remembering its result: a table, an array given from outside.
+  static constexpr bool is_lookup = [] {
+    if constexpr (requires { { F::is_lookup } -> std::convertible_to<bool>; }) return bool{F::is_lookup};
+    else return false;
+  }();
+
   static constexpr bool returns_jacobian = phistep::returns_jacobian<F, View, arity>();
   static constexpr bool has_jacobian = returns_jacobian || AddsJacobian<F, View>;
   static constexpr bool has_velocity_jacobian = has_jacobian || !uses_velocity;
@@ -213,6 +219,7 @@ struct ForceTraits<Sum<T...>, View, Rate> {
   static constexpr bool valid = (Of<T>::valid && ...);
   static constexpr bool uses_velocity = (Of<T>::uses_velocity || ...);
   static constexpr bool uses_time = (Of<T>::uses_time || ...);
+  static constexpr bool is_lookup = (Of<T>::is_lookup && ...);
   static constexpr bool returns_jacobian = false;
   static constexpr bool has_jacobian = (Of<T>::has_jacobian && ...);
   static constexpr bool has_velocity_jacobian = (Of<T>::has_velocity_jacobian && ...);

@@ -25,7 +25,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/resolve/newton.hpp"
 #include "phistep/state/blocks.hpp"
-#include "phistep/state/mass.hpp"
+#include "phistep/linear/mass.hpp"
 #include "phistep/stepper/resolvent.hpp"
 #include "phistep/stepper/right_hand_side.hpp"
 #include "phistep/stepper/transaction.hpp"
@@ -115,7 +115,7 @@ class PhiStepper {
   /// Ψ⁺ serves the next step where it is known for nothing and errors in it die out: Verlet's second call, and φ > ½
   /// (an error in a reused Ψ is multiplied by −(1−φ)/φ each step).
   static constexpr bool carries =
-      Traits::valid && !remembers<F> && (is_verlet ? !Rhs::couples_unknowns
+      Traits::valid && !remembers<F> && !Traits::is_lookup && (is_verlet ? !Rhs::couples_unknowns
                                                    : needs_solver && Scheme::form == Form::endpoint);
 
   struct NoResolvent {
@@ -199,9 +199,12 @@ class PhiStepper {
   }
   /// next = next + γ M⁻¹Ψ(t, next), where Ψ ignores what it moves
   [[nodiscard]] Outcome kick(Data& step, Scalar gamma, Scalar t) {
-    rhs_.evaluate_into(t, step.next, step.psi);
-    return rhs_.kick(step.next, gamma, RateOf<S>::blocks(std::as_const(step.psi)), step.psi) ? Outcome::success
-                                                                                            : Outcome::non_finite_state;
+    const auto kicked = [&](const auto& psi) {
+      return rhs_.kick(step.next, gamma, psi, step.psi) ? Outcome::success : Outcome::non_finite_state;
+    };
+    if constexpr (!carries) return kicked(rhs_.evaluate(t, step.next, step.psi));
+    rhs_.evaluate_into(t, step.next, step.psi);  // a copy: the user's own array may change before the next step
+    return kicked(RateOf<S>::blocks(std::as_const(step.psi)));
   }
   /// next = b on entry, the solution of M (next − b) = γ Ψ(t, next) on exit
   [[nodiscard]] Outcome resolve(Data& step, const Gamma<Scalar>& gamma, Scalar t) {

@@ -17,7 +17,7 @@
 #include "phistep/force/evaluate.hpp"
 #include "phistep/force/signature.hpp"
 #include "phistep/state/blocks.hpp"
-#include "phistep/state/mass.hpp"
+#include "phistep/linear/mass.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

@@ -21,7 +21,6 @@
 #include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/linear/dense_lu.hpp"
-#include "phistep/state/blocks.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -52,11 +51,11 @@ struct UnitMass {
     return {h};
   }
   static void subtract_product(const auto& x, auto&& out) { out -= x; }
-  static void for_each_entry(Index n, auto&& f) {
-    for (Index i = 0; i < n; ++i) f(i, i, 1);
+  static void for_each_entry(Eigen::Index n, auto&& f) {
+    for (Eigen::Index i = 0; i < n; ++i) f(i, i, 1);
   }
   static void add_product(auto&& x, auto& out) {
-    for (Index i = 0; i < out.size(); ++i) out.data()[i] += x(i);
+    for (Eigen::Index i = 0; i < out.size(); ++i) out.data()[i] += x(i);
   }
 };
 
@@ -79,11 +78,11 @@ class ScalarMass {
   }
   [[nodiscard]] UniformFactor<T> scaled(T h) const { return {h / mass_}; }
   void subtract_product(const auto& x, auto&& out) const { out -= mass_ * x; }
-  void for_each_entry(Index n, auto&& f) const {
-    for (Index i = 0; i < n; ++i) f(i, i, mass_);
+  void for_each_entry(Eigen::Index n, auto&& f) const {
+    for (Eigen::Index i = 0; i < n; ++i) f(i, i, mass_);
   }
   void add_product(auto&& x, auto& out) const {
-    for (Index i = 0; i < out.size(); ++i) out.data()[i] += mass_ * x(i);
+    for (Eigen::Index i = 0; i < out.size(); ++i) out.data()[i] += mass_ * x(i);
   }
 
  private:
@@ -107,7 +106,7 @@ class DiagonalMass {
     if (mass_.size() == block.size()) {
       all = mass_.template cast<Scalar>();
     } else if (block.cols() > 1 && mass_.size() == block.cols()) {
-      for (Index i = 0; i < block.size(); ++i)
+      for (Eigen::Index i = 0; i < block.size(); ++i)
         all[i] = static_cast<Scalar>(mass_[Block::IsRowMajor ? i % block.cols() : i / block.rows()]);
     } else {
       throw std::invalid_argument("phistep: " + std::to_string(mass_.size()) + " masses for a block of " +
@@ -117,11 +116,11 @@ class DiagonalMass {
   }
   [[nodiscard]] ComponentFactor<T> scaled(T h) const { return {h, {inverse_.data()}}; }
   void subtract_product(const auto& x, auto&& out) const { out -= mass_.cwiseProduct(x); }
-  void for_each_entry(Index n, auto&& f) const {
-    for (Index i = 0; i < n; ++i) f(i, i, mass_[i]);
+  void for_each_entry(Eigen::Index n, auto&& f) const {
+    for (Eigen::Index i = 0; i < n; ++i) f(i, i, mass_[i]);
   }
   void add_product(auto&& x, auto& out) const {
-    for (Index i = 0; i < out.size(); ++i) out.data()[i] += mass_[i] * x(i);
+    for (Eigen::Index i = 0; i < out.size(); ++i) out.data()[i] += mass_[i] * x(i);
   }
 
  private:
@@ -153,13 +152,13 @@ class DenseMass {
   void solve(auto&& x) const { lu_.solve_in_place(x); }
   [[nodiscard]] static UniformFactor<T> scaled(T h) { return {h}; }
   void subtract_product(const auto& x, auto&& out) const { out.noalias() -= mass_ * x; }
-  void for_each_entry(Index n, auto&& f) const {
-    for (Index j = 0; j < n; ++j)
-      for (Index i = 0; i < n; ++i) f(i, j, mass_(i, j));
+  void for_each_entry(Eigen::Index n, auto&& f) const {
+    for (Eigen::Index j = 0; j < n; ++j)
+      for (Eigen::Index i = 0; i < n; ++i) f(i, j, mass_(i, j));
   }
   void add_product(auto&& x, auto& out) const {
-    for (Index j = 0; j < mass_.cols(); ++j)
-      for (Index i = 0; i < mass_.rows(); ++i) out.data()[i] += mass_(i, j) * x(j);
+    for (Eigen::Index j = 0; j < mass_.cols(); ++j)
+      for (Eigen::Index i = 0; i < mass_.rows(); ++i) out.data()[i] += mass_(i, j) * x(j);
   }
 
  private:

@@ -12,7 +12,7 @@
 
 #include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/state/mass.hpp"
+#include "phistep/linear/mass.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -42,12 +42,12 @@ class SparseMass {
   void solve(auto&& x) const { x = lu_->solve(x).eval(); }
   [[nodiscard]] static UniformFactor<T> scaled(T h) { return {h}; }
   void subtract_product(const auto& x, auto&& out) const { out -= mass_ * x; }
-  void for_each_entry(Index, auto&& f) const {
-    for (Index outer = 0; outer < mass_.outerSize(); ++outer)
+  void for_each_entry(Eigen::Index, auto&& f) const {
+    for (Eigen::Index outer = 0; outer < mass_.outerSize(); ++outer)
       for (typename Matrix::InnerIterator entry(mass_, outer); entry; ++entry) f(entry.row(), entry.col(), entry.value());
   }
   void add_product(auto&& x, auto& out) const {
-    for_each_entry(0, [&](Index i, Index j, T m) { out.data()[i] += m * x(j); });
+    for_each_entry(0, [&](Eigen::Index i, Eigen::Index j, T m) { out.data()[i] += m * x(j); });
   }
 
  private:
