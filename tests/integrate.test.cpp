@@ -26,7 +26,8 @@ TEST_CASE("ends exactly at t1, and shows t0 + n dt") {
   Vec y(1, 2);
   PhiStepper stepper{y, decay, trapezoidal};
   std::vector<double> times;
-  const RunReport report = integrate(stepper, y, {0.3, 7.3}, fixed(0.1), [&](double t, const Vec&) { times.push_back(t); });
+  const RunReport report =
+      integrate(stepper, y, {0.3, 7.3}, fixed(0.1), [&](double t, const Vec&) { times.push_back(t); });
   REQUIRE(report);
   CHECK(report.t == 7.3);
   CHECK(report.outcome == Outcome::success);
@@ -99,8 +100,9 @@ TEST_CASE("t0 = t1 shows the start and does nothing") {
 }
 
 TEST_CASE("a span or dt that is no number is refused before anything happens") {
-  for (const auto& [t0, t1, dt] : {std::array{std::nan(""), 1.0, 0.1}, std::array{0.0, std::nan(""), 0.1},
-                                   std::array{0.0, 1.0, std::nan("")}, std::array{0.0, 1.0, 0.0}, std::array{0.0, HUGE_VAL, 0.1}}) {
+  for (const auto& [t0, t1, dt] :
+       {std::array{std::nan(""), 1.0, 0.1}, std::array{0.0, std::nan(""), 0.1}, std::array{0.0, 1.0, std::nan("")},
+        std::array{0.0, 1.0, 0.0}, std::array{0.0, HUGE_VAL, 0.1}}) {
     Y y = start();
     PhiStepper stepper{y, spring, velocity_verlet};
     int shown = 0;
@@ -134,8 +136,9 @@ TEST_CASE("t + dt = t ends the run, it does not hang") {
 
 TEST_CASE("a step that fails ends the run at the last good state") {
   Vec y(1, 2);
-  PhiStepper stepper{y, [](const Vec& x, double t) -> Vec { return t > 0.45 ? Vec(Vec::Constant(std::nan(""))) : Vec(-x); },
-                     forward_euler};
+  PhiStepper stepper{
+      y, [](const Vec& x, double t) -> Vec { return t > 0.45 ? Vec(Vec::Constant(std::nan(""))) : Vec(-x); },
+      forward_euler};
   Recorder<Vec> recorder;
   const RunReport report = integrate(stepper, y, {0, 1}, fixed(0.1), recorder);
   CHECK_FALSE(report);
@@ -177,7 +180,11 @@ TEST_CASE("several observers, in order; one that stops hides the step from the r
   std::string order;
   const RunReport report = integrate(
       stepper, y, {0, 1}, fixed(0.5), [&](double, const Y&) { order += 'a'; },
-      [&](double t, const Y&) { order += 'b'; return t < 0.4; }, [&](double, const Y&) { order += 'c'; });
+      [&](double t, const Y&) {
+        order += 'b';
+        return t < 0.4;
+      },
+      [&](double, const Y&) { order += 'c'; });
   CHECK(order == "abcab");
   CHECK(report.outcome == Outcome::stopped_by_observer);
 }

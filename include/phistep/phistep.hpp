@@ -17,11 +17,11 @@
 #include "phistep/force/uniform_force.hpp"
 #include "phistep/integrate.hpp"
 #include "phistep/jacobian/check_jacobian.hpp"
+#include "phistep/linear/mass.hpp"
 #include "phistep/observe/every.hpp"
 #include "phistep/observe/recorder.hpp"
 #include "phistep/resolve/newton.hpp"
 #include "phistep/state/blocks.hpp"
-#include "phistep/linear/mass.hpp"
 #include "phistep/state/motion.hpp"
 #include "phistep/stepper/phi_stepper.hpp"
 // IWYU pragma: end_exports

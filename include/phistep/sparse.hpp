@@ -3,7 +3,7 @@
 #pragma once
 
 // IWYU pragma: begin_exports
+#include "phistep/linear/sparse_mass.hpp"
 #include "phistep/phistep.hpp"
 #include "phistep/resolve/sparse_system.hpp"
-#include "phistep/linear/sparse_mass.hpp"
 // IWYU pragma: end_exports

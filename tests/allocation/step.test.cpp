@@ -161,7 +161,9 @@ TEST_CASE("every scheme, dynamic motion, Newton by differences: nothing") {
   });
 }
 TEST_CASE("every scheme, fixed motion: nothing, by value too") {
-  const auto by_value = [](const states::Fixed& r, const states::Fixed& v) -> states::Fixed { return -r.array().cube() - v.array(); };
+  const auto by_value = [](const states::Fixed& r, const states::Fixed& v) -> states::Fixed {
+    return -r.array().cube() - v.array();
+  };
   states::for_each_motion_scheme([&](const char* name, auto scheme) {
     CAPTURE(name);
     check_none(states::SecondOrder<states::Fixed>{}.state, by_value, scheme);
@@ -248,7 +250,8 @@ TEST_CASE("what Eigen's sparse solvers allocate") {
   };
   print("SparseLU            ", newton<Eigen::SparseLU<Eigen::SparseMatrix<double>>>());
   print("SimplicialLDLT      ", newton<Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>>());
-  print("conjugate gradients ", newton<Eigen::ConjugateGradient<Eigen::SparseMatrix<double>, Eigen::Lower | Eigen::Upper>>());
+  print("conjugate gradients ",
+        newton<Eigen::ConjugateGradient<Eigen::SparseMatrix<double>, Eigen::Lower | Eigen::Upper>>());
 }
 TEST_CASE("what automatic differentiation of a dynamic state allocates") {
   const auto force = autodiff([](const auto& y) {
@@ -260,8 +263,8 @@ TEST_CASE("what automatic differentiation of a dynamic state allocates") {
   PhiStepper stepper{y, force, trapezoidal};
   const std::int64_t count = allocations(y, stepper);
   const Statistics& s = stepper.statistics();
-  std::cout << "autodiff, n = 30    : " << count << " allocations in 10 steps (" << s.jacobians << " Jacobians, " << s.force_calls
-            << " force calls, which return by value)\n";
+  std::cout << "autodiff, n = 30    : " << count << " allocations in 10 steps (" << s.jacobians << " Jacobians, "
+            << s.force_calls << " force calls, which return by value)\n";
   // One a call is the user's; the rest are the dual vectors (argument and result, four chunks of eight) and J.
   CHECK(count - s.force_calls <= 12 * s.jacobians);
 }

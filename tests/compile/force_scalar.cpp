@@ -8,6 +8,7 @@ int main() {
 #else
   using Result = Eigen::Vector2d;
 #endif
-  phistep::PhiStepper stepper{y, [](const Eigen::Vector2d& r) -> Result { return r.cast<Result::Scalar>(); }, phistep::forward_euler};
+  phistep::PhiStepper stepper{y, [](const Eigen::Vector2d& r) -> Result { return r.cast<Result::Scalar>(); },
+                              phistep::forward_euler};
   return stepper.step(y, 0, 0.1) ? 0 : 1;
 }

@@ -6,7 +6,8 @@ int main() {
   Eigen::Vector2d y{1, 0};
   auto force = [](const Eigen::Vector2d& r) -> Eigen::Vector2d { return -r; };
 #ifdef MUST_FAIL
-  phistep::PhiStepper stepper{y, force, phistep::trapezoidal, phistep::newton<Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>>()};
+  phistep::PhiStepper stepper{y, force, phistep::trapezoidal,
+                              phistep::newton<Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>>()};
 #else
   phistep::PhiStepper stepper{y, force, phistep::trapezoidal, phistep::newton()};
 #endif

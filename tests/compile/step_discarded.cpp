@@ -3,7 +3,8 @@
 
 int main() {
   Eigen::Vector2d y{1, 0};
-  phistep::PhiStepper stepper{y, [](const Eigen::Vector2d& r) -> Eigen::Vector2d { return -r; }, phistep::forward_euler};
+  phistep::PhiStepper stepper{y, [](const Eigen::Vector2d& r) -> Eigen::Vector2d { return -r; },
+                              phistep::forward_euler};
 #ifdef MUST_FAIL
   stepper.step(y, 0, 0.1);
 #else

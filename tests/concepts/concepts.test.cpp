@@ -13,7 +13,8 @@ using namespace phistep;
 using namespace states;
 
 // ---- State ----------------------------------------------------------------------------------------------------------
-static_assert(State<Fixed> && State<Dynamic> && State<Columns> && State<RowMajor> && State<Eigen::ArrayXd> && State<Eigen::RowVectorXd>);
+static_assert(State<Fixed> && State<Dynamic> && State<Columns> && State<RowMajor> && State<Eigen::ArrayXd> &&
+              State<Eigen::RowVectorXd>);
 static_assert(State<Mapped> && State<Strided> && State<Structs> && State<Reference>);
 static_assert(State<Motion<Fixed>> && State<Motion<Strided>> && State<Warm>);
 static_assert(State<Eigen::VectorXf> && State<Eigen::Matrix<long double, 2, 1>>);
@@ -59,14 +60,17 @@ static_assert(OfMotion<RV>::arity == 2 && OfMotion<RV>::uses_velocity && !OfMoti
 static_assert(OfMotion<RVT>::arity == 3 && OfMotion<RVT>::uses_velocity && OfMotion<RVT>::uses_time);
 static_assert(OfMotion<Generic>::arity == 2);
 static_assert(OfMotion<std::function<Dynamic(const Dynamic&)>>::arity == 1);
-static_assert(!OfMotion<YT>::valid && !OfMotion<TY>::valid && !OfMotion<Nothing>::valid && !OfMotion<FourArguments>::valid);
+static_assert(!OfMotion<YT>::valid && !OfMotion<TY>::valid && !OfMotion<Nothing>::valid &&
+              !OfMotion<FourArguments>::valid);
 static_assert(!OfMotion<int>::valid && !OfMotion<std::string>::valid);
 static_assert(OfFirst<R>::arity == 1 && !OfFirst<R>::uses_time);
 static_assert(OfFirst<YT>::arity == 2 && OfFirst<YT>::uses_time);
 static_assert(!OfFirst<RV>::valid && !OfFirst<RVT>::valid && !OfFirst<TY>::valid && !OfFirst<Nothing>::valid);
-static_assert(!OfFirst<FixedOnly>::valid || OfFirst<FixedOnly>::arity == 1);  // Eigen converts; sizes are checked in the step
+static_assert(!OfFirst<FixedOnly>::valid ||
+              OfFirst<FixedOnly>::arity == 1);  // Eigen converts; sizes are checked in the step
 
-static_assert(OfMotion<LinearDrag>::accumulates && OfMotion<LinearDrag>::uses_velocity && !OfMotion<LinearDrag>::uses_time);
+static_assert(OfMotion<LinearDrag>::accumulates && OfMotion<LinearDrag>::uses_velocity &&
+              !OfMotion<LinearDrag>::uses_time);
 static_assert(OfMotion<LinearDrag>::has_jacobian && OfMotion<LinearDrag>::structure == Structure::diagonal);
 static_assert(OfMotion<Gravity<>>::structure == Structure::none && !OfMotion<Gravity<>>::uses_velocity);
 static_assert(OfMotion<SpringNetwork<3>>::structure == Structure::sparse && !OfMotion<SpringNetwork<3>>::uses_velocity);
@@ -75,7 +79,8 @@ static_assert(OfMotion<SpringNetwork<3, SpringDamping>>::uses_velocity);
 struct AddsSilently {  // without traits it may use anything
   void add(double, const auto&, auto&) const {}
 };
-static_assert(OfMotion<AddsSilently>::uses_velocity && OfMotion<AddsSilently>::uses_time && !OfMotion<AddsSilently>::has_jacobian);
+static_assert(OfMotion<AddsSilently>::uses_velocity && OfMotion<AddsSilently>::uses_time &&
+              !OfMotion<AddsSilently>::has_jacobian);
 
 struct Analytic {
   Dynamic operator()(const Dynamic& r) const { return r; }
@@ -83,7 +88,9 @@ struct Analytic {
 };
 struct AnalyticSparse {
   Dynamic operator()(const Dynamic& r) const { return r; }
-  Eigen::SparseMatrix<double> jacobian(const Dynamic& r) const { return Eigen::SparseMatrix<double>(r.size(), r.size()); }
+  Eigen::SparseMatrix<double> jacobian(const Dynamic& r) const {
+    return Eigen::SparseMatrix<double>(r.size(), r.size());
+  }
 };
 static_assert(OfMotion<Analytic>::has_jacobian && OfMotion<Analytic>::structure == Structure::dense);
 static_assert(OfMotion<AnalyticSparse>::has_jacobian && OfMotion<AnalyticSparse>::structure == Structure::sparse);
@@ -91,7 +98,9 @@ static_assert(OfFirst<Analytic>::has_jacobian && !OfFirst<R>::has_jacobian && !O
 
 // ---- sums -----------------------------------------------------------------------------------------------------------
 template <class A, class B>
-concept CanAdd = requires(A a, B b) { a + b; };
+concept CanAdd = requires(A a, B b) {
+  a + b;
+};
 static_assert(CanAdd<LinearDrag, Gravity<>> && CanAdd<Term<R>, Term<RV>> && CanAdd<Sum<LinearDrag>, LinearDrag>);
 static_assert(!CanAdd<R, RV> && !CanAdd<LinearDrag, R> && !CanAdd<LinearDrag, double>);
 
@@ -107,7 +116,8 @@ static_assert(!std::is_convertible_v<StepReport, bool> && std::is_constructible_
 static_assert(!std::is_convertible_v<RunReport, bool> && std::is_constructible_v<bool, RunReport>);
 
 // ---- deduction: one spelling for all, without empty template brackets -------------------------------------------------
-static_assert(std::is_same_v<decltype(newton()), Newton<>> && std::is_same_v<decltype(newton({.rtol = 1e-6})), Newton<>>);
+static_assert(std::is_same_v<decltype(newton()), Newton<>> &&
+              std::is_same_v<decltype(newton({.rtol = 1e-6})), Newton<>>);
 static_assert(std::is_same_v<decltype(Gravity{Eigen::Vector2d(0, -1)}), Gravity<Eigen::Vector2d>>);
 static_assert(std::is_same_v<decltype(Gravity{{0, 0, -9.81}}), Gravity<Eigen::Vector3d>>);
 static_assert(std::is_same_v<decltype(UniformForce{{0, 0, -9.81}}), UniformForce<Eigen::Vector3d>>);

@@ -115,10 +115,11 @@ TEST_CASE("first order: f(y) and f(y, t), with and without Jacobian") {
   const Vec expected = run([](const Vec& y, double t) -> Vec { return -y.array().cube() + std::cos(t); });
   CHECK(distance(run(Analytic{}), expected) <= 1e-13);
   CHECK(distance(run(autodiff([](const auto& y, double t) {
-    std::remove_cvref_t<decltype(y)> f = y;
-    for (Eigen::Index i = 0; i < y.size(); ++i) f[i] = -y[i] * y[i] * y[i] + std::cos(t);
-    return f;
-  })), expected) <= 1e-13);
+                   std::remove_cvref_t<decltype(y)> f = y;
+                   for (Eigen::Index i = 0; i < y.size(); ++i) f[i] = -y[i] * y[i] * y[i] + std::cos(t);
+                   return f;
+                 })),
+                 expected) <= 1e-13);
 }
 
 TEST_CASE("arity alone decides: a body is never compiled with the wrong types") {

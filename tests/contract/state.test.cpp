@@ -27,7 +27,8 @@ Eigen::VectorXd run(auto force, auto scheme) {
 // Explicit schemes must agree to the bit; implicit ones up to rounding (the order of the unknowns may differ).
 template <class V>
 void check_first_order(auto scheme, double tolerance) {
-  CHECK(distance(run<FirstOrder<V>>(DrivenPull{}, scheme), run<FirstOrder<Dynamic>>(DrivenPull{}, scheme)) <= tolerance);
+  CHECK(distance(run<FirstOrder<V>>(DrivenPull{}, scheme), run<FirstOrder<Dynamic>>(DrivenPull{}, scheme)) <=
+        tolerance);
 }
 template <class V>
 void check_motion(auto force, auto scheme, double tolerance) {
@@ -36,12 +37,12 @@ void check_motion(auto force, auto scheme, double tolerance) {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("every shape of a first-order state gives the same trajectory", "", Fixed, Columns, FixedColumns, RowMajor,
-                   Mapped, Strided, Structs, Reference) {
+TEMPLATE_TEST_CASE("every shape of a first-order state gives the same trajectory", "", Fixed, Columns, FixedColumns,
+                   RowMajor, Mapped, Strided, Structs, Reference) {
   check_first_order<TestType>(forward_euler, 0);
 }
-TEMPLATE_TEST_CASE("every shape of a motion gives the same trajectory", "", Fixed, Columns, FixedColumns, RowMajor, Mapped, Strided,
-                   Structs, Reference) {
+TEMPLATE_TEST_CASE("every shape of a motion gives the same trajectory", "", Fixed, Columns, FixedColumns, RowMajor,
+                   Mapped, Strided, Structs, Reference) {
   check_motion<TestType>(Pull{}, velocity_verlet, 0);
 }
 TEMPLATE_TEST_CASE("implicit schemes too", "", Fixed, RowMajor, Strided, Reference) {
@@ -54,8 +55,10 @@ TEMPLATE_TEST_CASE("and implicit schemes of damped motion", "", FixedColumns, Co
 TEST_CASE("an Eigen array is a state too") {
   Eigen::ArrayXd y = Eigen::ArrayXd::LinSpaced(3, 1, 2);
   Dynamic z = y.matrix();
-  PhiStepper a{y, [](const Eigen::ArrayXd& x) -> Eigen::ArrayXd { return -x.cube(); }, trapezoidal, mass(Eigen::Vector3d(1, 2, 3))};
-  PhiStepper b{z, [](const Dynamic& x) -> Dynamic { return -x.array().cube(); }, trapezoidal, mass(Eigen::Vector3d(1, 2, 3))};
+  PhiStepper a{y, [](const Eigen::ArrayXd& x) -> Eigen::ArrayXd { return -x.cube(); }, trapezoidal,
+               mass(Eigen::Vector3d(1, 2, 3))};
+  PhiStepper b{z, [](const Dynamic& x) -> Dynamic { return -x.array().cube(); }, trapezoidal,
+               mass(Eigen::Vector3d(1, 2, 3))};
   for (int n = 0; n < 10; ++n) REQUIRE((a.step(y, 0, 0.1) && b.step(z, 0, 0.1)));
   CHECK(distance(y.matrix(), z) <= 1e-15);
 }
@@ -83,7 +86,8 @@ TEST_CASE("a vector of one's own structs is stepped in place, and nothing else i
 
 TEST_CASE("columns of a matrix are a motion") {
   Eigen::Matrix<double, 6, 2> phase;
-  for (int k = 0; k < 6; ++k) phase(k, 0) = positions[static_cast<std::size_t>(k)], phase(k, 1) = velocities[static_cast<std::size_t>(k)];
+  for (int k = 0; k < 6; ++k)
+    phase(k, 0) = positions[static_cast<std::size_t>(k)], phase(k, 1) = velocities[static_cast<std::size_t>(k)];
   auto r = phase.col(0);
   auto v = phase.col(1);
   Motion state{r, v};
@@ -120,7 +124,8 @@ TEST_CASE("a user's own coupled state: motion and heat in one solve") {
   check(backward_euler, 1 / (1 + 0.2));
 }
 
-TEMPLATE_TEST_CASE("float, double and long double take the same steps, each to its precision", "", float, double, long double) {
+TEMPLATE_TEST_CASE("float, double and long double take the same steps, each to its precision", "", float, double,
+                   long double) {
   using V = Eigen::Matrix<TestType, 2, 1>;
   using D = Eigen::Matrix<TestType, Eigen::Dynamic, 1>;
   const auto oscillator = []<class Vector>(std::type_identity<Vector>, auto scheme) {

@@ -77,8 +77,7 @@ struct SecondOrder {
   using State = phistep::Motion<V>;
   Home<V> home_r, home_v;
   State state;
-  explicit SecondOrder(const Six& r = positions, const Six& v = velocities)
-      : state{home_r.block(r), home_v.block(v)} {}
+  explicit SecondOrder(const Six& r = positions, const Six& v = velocities) : state{home_r.block(r), home_v.block(v)} {}
 };
 
 /// A state of the user's own: a motion with a temperature that the motion heats.
@@ -101,12 +100,15 @@ struct Coupled {
 
 /// Ψ: a nonlinear pull to the origin, a spring between the particles, drag, a drive. Each component is written by the
 /// same expression in every shape, so that explicit schemes agree to the bit.
-[[nodiscard]] inline double pull(double mine, double other) { return -2.0 * mine - 0.3 * mine * mine * mine + 0.5 * (other - mine); }
+[[nodiscard]] inline double pull(double mine, double other) {
+  return -2.0 * mine - 0.3 * mine * mine * mine + 0.5 * (other - mine);
+}
 
 struct Pull {  // f(r) or f(y)
   auto operator()(const auto& r) const {
     typename std::remove_cvref_t<decltype(r)>::PlainObject f = r;
-    for (Eigen::Index k = 0; k < r.size(); ++k) component(f, k) = pull(component(r, k), component(r, (k + 3) % r.size()));
+    for (Eigen::Index k = 0; k < r.size(); ++k)
+      component(f, k) = pull(component(r, k), component(r, (k + 3) % r.size()));
     return f;
   }
 };
@@ -152,7 +154,8 @@ template <class S>
 
 /// Equal to the last bit: NaN equals itself, and −0 is not 0.
 [[nodiscard]] inline bool same_bits(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
-  return a.size() == b.size() && std::memcmp(a.data(), b.data(), sizeof(double) * static_cast<std::size_t>(a.size())) == 0;
+  return a.size() == b.size() &&
+         std::memcmp(a.data(), b.data(), sizeof(double) * static_cast<std::size_t>(a.size())) == 0;
 }
 [[nodiscard]] inline double distance(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
   return a.size() == b.size() ? (a - b).cwiseAbs().maxCoeff() : INFINITY;

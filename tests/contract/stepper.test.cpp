@@ -43,7 +43,8 @@ void check_contract(auto scheme, int order) {
     stepper.reset();
     const StepReport report = stepper.step(c.state, 0.01, 0.02);
     CHECK(report.outcome() == Outcome::non_finite_force);
-    CHECK_THAT(report.message(), contains("component") && contains("t = 0.01") && contains("dt = 0.02") && contains("Try"));
+    CHECK_THAT(report.message(),
+               contains("component") && contains("t = 0.01") && contains("dt = 0.02") && contains("Try"));
     CHECK(report.failure().block == (Blocks<S>::drifts ? 1 : 0));
     CHECK(unharmed());
   }
@@ -53,8 +54,10 @@ void check_contract(auto scheme, int order) {
   CHECK(unharmed());
   mood = Trouble::none;
 
-  for (const double dt : {0.0, std::nan(""), HUGE_VAL, -HUGE_VAL}) CHECK(stepper.step(c.state, 0.01, dt).outcome() == Outcome::invalid_step);
-  for (const double t : {std::nan(""), HUGE_VAL}) CHECK(stepper.step(c.state, t, 0.1).outcome() == Outcome::invalid_step);
+  for (const double dt : {0.0, std::nan(""), HUGE_VAL, -HUGE_VAL})
+    CHECK(stepper.step(c.state, 0.01, dt).outcome() == Outcome::invalid_step);
+  for (const double t : {std::nan(""), HUGE_VAL})
+    CHECK(stepper.step(c.state, t, 0.1).outcome() == Outcome::invalid_step);
   CHECK(stepper.step(c.state, 1.0, 1e-17).outcome() == Outcome::step_too_small);
   CHECK(stepper.step(c.state, 1.0, -1e-17).outcome() == Outcome::step_too_small);
   CHECK(unharmed());
@@ -152,7 +155,9 @@ TEST_CASE("named schemes are their formulas") {
     const double v1 = (v - h * w * (r + pf * h * (1 - pd) * v)) / (1 + h * h * w * pf * pd);
     return Eigen::Vector2d(r + h * (pd * v1 + (1 - pd) * v), v1);
   };
-  const auto check = [&](auto scheme, const Eigen::Vector2d& expected) { CHECK((one_step(scheme) - expected).norm() <= 1e-15); };
+  const auto check = [&](auto scheme, const Eigen::Vector2d& expected) {
+    CHECK((one_step(scheme) - expected).norm() <= 1e-15);
+  };
   check(forward_euler, formula(0, 0));
   check(trapezoidal, formula(0.5, 0.5));
   check(backward_euler, formula(1, 1));

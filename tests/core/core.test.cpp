@@ -33,10 +33,12 @@ TEST_CASE("all_finite finds one bad value at every place of every length") {
 /// out = 2·in, with `bad` at index `where` (−1: nowhere). The return value of update.
 template <class Scalar>
 [[nodiscard]] bool twice(std::ptrdiff_t n, const Scalar* in, Scalar* out, std::ptrdiff_t where, Scalar bad) {
-  return update(n, [=](std::ptrdiff_t i, Scalar& x) { x = i == where ? bad : 2 * in[i]; }, out);
+  return update(
+      n, [=](std::ptrdiff_t i, Scalar& x) { x = i == where ? bad : 2 * in[i]; }, out);
 }
 
-TEMPLATE_TEST_CASE("update writes every element and finds one bad value at every place", "", float, double, long double) {
+TEMPLATE_TEST_CASE("update writes every element and finds one bad value at every place", "", float, double,
+                   long double) {
   const auto inf = std::numeric_limits<TestType>::infinity(), largest = std::numeric_limits<TestType>::max() / 2;
   for (std::ptrdiff_t n = 0; n <= 40; ++n) {
     const auto size = static_cast<std::size_t>(n);
@@ -60,10 +62,13 @@ TEST_CASE("update does the same to large arrays, whatever their length and align
   for (const std::ptrdiff_t offset : {0, 1})
     for (const std::ptrdiff_t n : {large - 2, large - 61, large - 64}) {
       const auto run = [&](std::ptrdiff_t where) {
-        return update(n, [&in, where](std::ptrdiff_t i, double& x, double& y) {
-          x = in[static_cast<std::size_t>(i)];
-          y = i == where ? std::nan("") : -x;
-        }, a.data() + offset, b.data() + offset);
+        return update(
+            n,
+            [&in, where](std::ptrdiff_t i, double& x, double& y) {
+              x = in[static_cast<std::size_t>(i)];
+              y = i == where ? std::nan("") : -x;
+            },
+            a.data() + offset, b.data() + offset);
       };
       CAPTURE(offset, n);
       std::fill(a.begin(), a.end(), -7), std::fill(b.begin(), b.end(), -7);
@@ -81,11 +86,14 @@ TEST_CASE("update does the same to large arrays, whatever their length and align
 
 TEST_CASE("an output of update may be its input") {
   std::vector<double> x(1000, 1), y(1000, 2);
-  CHECK(update(1000, [&](std::ptrdiff_t i, double& a, double& b) {
-    const auto k = static_cast<std::size_t>(i);
-    a = y[k] + 1;
-    b = x[k] + 10;
-  }, x.data(), y.data()));
+  CHECK(update(
+      1000,
+      [&](std::ptrdiff_t i, double& a, double& b) {
+        const auto k = static_cast<std::size_t>(i);
+        a = y[k] + 1;
+        b = x[k] + 10;
+      },
+      x.data(), y.data()));
   CHECK(x == std::vector<double>(1000, 3));
   CHECK(y == std::vector<double>(1000, 11));
 }
@@ -93,7 +101,8 @@ TEST_CASE("an output of update may be its input") {
 TEST_CASE("update_unrolled finds a bad value in either output") {
   double a[3], b[3];
   const auto run = [&](double x, double y) {
-    return update_unrolled<3>([=](std::ptrdiff_t i, double& p, double& q) { p = i == 1 ? x : 1e308, q = i == 2 ? y : 1e308; }, a, b);
+    return update_unrolled<3>(
+        [=](std::ptrdiff_t i, double& p, double& q) { p = i == 1 ? x : 1e308, q = i == 2 ? y : 1e308; }, a, b);
   };
   CHECK(run(5, 6));
   CHECK(a[1] == 5);
@@ -150,8 +159,9 @@ TEST_CASE("a failure's message names component, particle, term, time, step, hist
   f.t = 1.5, f.dt = 0.25, f.block = 1, f.index = 7, f.row = 1, f.column = 2, f.term = 3;
   f.record(0.5), f.record(0.125);
   CHECK_THAT(f.message(), contains("force is not finite") && contains("component 7") && contains("block 1") &&
-                              contains("particle 2") && contains("row 1") && contains("term 3") && contains("t = 1.5") &&
-                              contains("dt = 0.25") && contains("0.5 0.12") && contains("Try: "));
+                              contains("particle 2") && contains("row 1") && contains("term 3") &&
+                              contains("t = 1.5") && contains("dt = 0.25") && contains("0.5 0.12") &&
+                              contains("Try: "));
 }
 
 TEST_CASE("a long Newton history is cut, not written past its end") {
@@ -171,12 +181,30 @@ TEST_CASE("a step report is true on success alone") {
 }
 
 TEST_CASE("statistics subtract field by field and print their counts") {
-  const Statistics a{.steps = 10, .failed_steps = 2, .force_calls = 30, .jacobians = 4, .factorizations = 5, .analyses = 6,
-                     .solves = 70, .iterations = 80};
-  const Statistics b{.steps = 1, .failed_steps = 1, .force_calls = 1, .jacobians = 1, .factorizations = 1, .analyses = 1,
-                     .solves = 1, .iterations = 1};
-  CHECK(a - b == Statistics{.steps = 9, .failed_steps = 1, .force_calls = 29, .jacobians = 3, .factorizations = 4,
-                            .analyses = 5, .solves = 69, .iterations = 79});
+  const Statistics a{.steps = 10,
+                     .failed_steps = 2,
+                     .force_calls = 30,
+                     .jacobians = 4,
+                     .factorizations = 5,
+                     .analyses = 6,
+                     .solves = 70,
+                     .iterations = 80};
+  const Statistics b{.steps = 1,
+                     .failed_steps = 1,
+                     .force_calls = 1,
+                     .jacobians = 1,
+                     .factorizations = 1,
+                     .analyses = 1,
+                     .solves = 1,
+                     .iterations = 1};
+  CHECK(a - b == Statistics{.steps = 9,
+                            .failed_steps = 1,
+                            .force_calls = 29,
+                            .jacobians = 3,
+                            .factorizations = 4,
+                            .analyses = 5,
+                            .solves = 69,
+                            .iterations = 79});
   std::ostringstream out;
   out << a;
   CHECK_THAT(out.str(), contains("10  (and 2 failed)") && contains("30") && contains("70") && contains("80"));

@@ -87,7 +87,8 @@ void inject(auto scheme, bool edited) {
           }
           CHECK((report.outcome() == Outcome::non_finite_force || report.outcome() == Outcome::non_finite_jacobian));
           CHECK_THAT(report.message(), contains("t = 0.2") && contains("dt = 0.1") && contains("Try: "));
-          if (lasting && report.outcome() == Outcome::non_finite_force) CHECK_THAT(report.message(), contains("component"));
+          if (lasting && report.outcome() == Outcome::non_finite_force)
+            CHECK_THAT(report.message(), contains("component"));
         } catch (const std::runtime_error& error) {
           CHECK(trouble == Trouble::exception);
           CHECK(error.what() == std::string("struck"));

@@ -51,7 +51,8 @@ Mat identity(int n) { return Mat::Identity(n, n); }
 
 TEST_CASE("singular: 1 = φz, by differences, analytic, diagonal, sparse") {
   must_fail(Outcome::singular_matrix, Vec::Ones(3), Linear{2 * identity(3), 2 * identity(3)}, trapezoidal);
-  must_fail(Outcome::singular_matrix, Vec::Ones(1), [](const Vec& y) -> Vec { return y; }, backward_euler);
+  must_fail(
+      Outcome::singular_matrix, Vec::Ones(1), [](const Vec& y) -> Vec { return y; }, backward_euler);
   must_fail(Outcome::singular_matrix, Vec::Ones(2), SparseLinear{Sparse(identity(2).sparseView())}, backward_euler);
   Motion<Vec> y{Vec::Ones(2), Vec::Ones(2)};  // −c v with c < 0: W = 1 + c
   PhiStepper stepper{y, LinearDrag{-1}, backward_euler};
@@ -70,8 +71,10 @@ TEST_CASE("a Jacobian that is not finite") {
 
 TEST_CASE("not positive definite, where the solver needs it") {
   const SparseLinear indefinite{Sparse((Vec(3) << -1, 5, -1).finished().asDiagonal().toDenseMatrix().sparseView())};
-  must_fail(Outcome::not_positive_definite, Vec::Ones(3), indefinite, backward_euler, newton<Eigen::SimplicialLDLT<Sparse>>());
-  must_fail(Outcome::not_positive_definite, Vec::Ones(3), indefinite, backward_euler, newton<Eigen::SimplicialLLT<Sparse>>());
+  must_fail(Outcome::not_positive_definite, Vec::Ones(3), indefinite, backward_euler,
+            newton<Eigen::SimplicialLDLT<Sparse>>());
+  must_fail(Outcome::not_positive_definite, Vec::Ones(3), indefinite, backward_euler,
+            newton<Eigen::SimplicialLLT<Sparse>>());
   Vec y = Vec::Ones(3);  // LU doesn't mind
   CHECK(PhiStepper{y, indefinite, backward_euler}.step(y, 0, 1));
 }
@@ -82,8 +85,8 @@ TEST_CASE("an iterative solver that gives up") {
   };
   Mat J = -4 * identity(20);
   for (int i = 0; i + 1 < 20; ++i) J(i, i + 1) = J(i + 1, i) = 1.9;
-  must_fail(Outcome::linear_solver_failed, Vec::LinSpaced(20, 0, 1), SparseLinear{Sparse(J.sparseView())}, backward_euler,
-            newton<OneIteration>());
+  must_fail(Outcome::linear_solver_failed, Vec::LinSpaced(20, 0, 1), SparseLinear{Sparse(J.sparseView())},
+            backward_euler, newton<OneIteration>());
 }
 
 TEST_CASE("conjugate gradients agree with LU where they succeed") {
@@ -131,7 +134,8 @@ TEST_CASE("a Jacobian of the wrong sign: refused, or the right answer; never ano
     else CHECK(y[0] == 1);
   }
   Vec y = Vec::Constant(2, 1.0);
-  PhiStepper stepper{y, Linear{-10 * identity(2), 10 * identity(2)}, backward_euler, newton({.rtol = 1e-6, .atol = 1e-9})};
+  PhiStepper stepper{y, Linear{-10 * identity(2), 10 * identity(2)}, backward_euler,
+                     newton({.rtol = 1e-6, .atol = 1e-9})};
   CHECK_FALSE(stepper.step(y, 0, 1));
 }
 
@@ -144,7 +148,9 @@ TEST_CASE("Newton that diverges says so") {
   CHECK(y[0] == 30);
   // The equation is ∛Y = y: each increment is −2 times the last.
   struct CubeRoot {
-    Vec operator()(const Vec& x) const { return x - Vec(x.array().unaryExpr([](double a) { return std::cbrt(a); })); }
+    Vec operator()(const Vec& x) const {
+      return x - Vec(x.array().unaryExpr([](double a) { return std::cbrt(a); }));
+    }
     Mat jacobian(const Vec& x) const { return Mat::Constant(1, 1, 1 - 1 / (3 * std::pow(std::cbrt(x[0]), 2))); }
   };
   y[0] = 1e-3;
@@ -166,7 +172,8 @@ TEST_CASE("a very stiff force by differences is solved or refused, never silentl
 }
 
 TEST_CASE("a state that overflows in the update") {
-  must_fail(Outcome::non_finite_state, Vec::Constant(2, 1.7e308), [](const Vec& y) -> Vec { return y; }, forward_euler);
+  must_fail(
+      Outcome::non_finite_state, Vec::Constant(2, 1.7e308), [](const Vec& y) -> Vec { return y; }, forward_euler);
   Motion<Vec> y{Vec::Constant(2, 1.7e308), Vec::Constant(2, 1.7e308)};
   PhiStepper stepper{y, [](const Vec& r) -> Vec { return Vec::Zero(r.size()); }, velocity_verlet};
   const StepReport report = stepper.step(y, 0, 1);

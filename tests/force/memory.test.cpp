@@ -72,7 +72,8 @@ TEST_CASE("commit sees the accepted state") {
   PhiStepper stepper{y, Slider{}, trapezoidal};
   const Dynamic anchor = y.r;
   REQUIRE(stepper.step(y, 0, 0.3));
-  for (Eigen::Index i = 0; i < 2; ++i) CHECK(stepper.memory().anchor[i] == std::clamp(anchor[i], y.r[i] - 0.2, y.r[i] + 0.2));
+  for (Eigen::Index i = 0; i < 2; ++i)
+    CHECK(stepper.memory().anchor[i] == std::clamp(anchor[i], y.r[i] - 0.2, y.r[i] + 0.2));
   CHECK(stepper.memory().anchor != anchor);  // it slipped
 }
 

@@ -120,7 +120,8 @@ TEST_CASE("spring forces sum to zero, and so do their moments") {
 TEST_CASE("a spring pulls when long, pushes when short, and is idle at its length") {
   auto spring = spring_network<1>({{0, 1, 10.0, 2.0}});
   const auto force = [&](double distance_) {
-    return added(spring, Motion<Eigen::VectorXd>{Eigen::Vector2d(1, 1 + distance_), Eigen::Vector2d::Zero()}, UnitMass{})[0];
+    return added(spring, Motion<Eigen::VectorXd>{Eigen::Vector2d(1, 1 + distance_), Eigen::Vector2d::Zero()},
+                 UnitMass{})[0];
   };
   CHECK(force(3) == Approx(10));
   CHECK(force(1) == Approx(-10));
@@ -136,8 +137,9 @@ TEST_CASE("a dashpot brakes motion along its spring alone") {
 
 TEST_CASE("springs that can't be throw at construction") {
   const double NaN = std::nan("");
-  for (const Spring bad : {Spring{0, 0, 1, 1}, Spring{-1, 0, 1, 1}, Spring{0, -2, 1, 1}, Spring{0, 1, -1, 1}, Spring{0, 1, 1, -1},
-                           Spring{0, 1, NaN, 1}, Spring{0, 1, 1, NaN}, Spring{0, 1, HUGE_VAL, 1}, Spring{0, 1, 1, HUGE_VAL}})
+  for (const Spring bad :
+       {Spring{0, 0, 1, 1}, Spring{-1, 0, 1, 1}, Spring{0, -2, 1, 1}, Spring{0, 1, -1, 1}, Spring{0, 1, 1, -1},
+        Spring{0, 1, NaN, 1}, Spring{0, 1, 1, NaN}, Spring{0, 1, HUGE_VAL, 1}, Spring{0, 1, 1, HUGE_VAL}})
     CHECK_THROWS_AS(spring_network<3>({bad}), std::invalid_argument);
   CHECK_THROWS_AS(spring_network<3>(one_spring, SpringDamping{NaN}), std::invalid_argument);
 }
@@ -169,7 +171,8 @@ TEST_CASE("a sum stays flat and needs what its terms need") {
   const auto sum = term(Pull{}) + (LinearDrag{0.1} + Gravity{Eigen::Vector3d(0, 0, -1)});
   static_assert(std::tuple_size_v<decltype(sum.terms)> == 3);
   using Y = Motion<Dynamic>;
-  using View = std::remove_cvref_t<decltype(Blocks<Y>::view(std::declval<const Y&>(), std::declval<std::tuple<UnitMass>&>()))>;
+  using View =
+      std::remove_cvref_t<decltype(Blocks<Y>::view(std::declval<const Y&>(), std::declval<std::tuple<UnitMass>&>()))>;
   using Traits = ForceTraits<std::remove_cvref_t<decltype(sum)>, View, RateOf<Y>>;
   static_assert(Traits::uses_velocity && !Traits::uses_time && !Traits::has_jacobian && Traits::has_velocity_jacobian);
   static_assert(Traits::structure == Structure::dense && Traits::velocity_structure == Structure::diagonal);

@@ -39,7 +39,8 @@ TEST_CASE("frames append, and the stream's precision is left as it was") {
 TEST_CASE("shapes that are no frame throw, and so does a stream that fails") {
   std::ostringstream out;
   const Eigen::MatrixXd r = Eigen::MatrixXd::Zero(3, 2);
-  CHECK_THROWS_AS(write_extended_xyz(out, 0, Eigen::MatrixXd::Zero(4, 2), Eigen::MatrixXd::Zero(4, 2)), std::invalid_argument);
+  CHECK_THROWS_AS(write_extended_xyz(out, 0, Eigen::MatrixXd::Zero(4, 2), Eigen::MatrixXd::Zero(4, 2)),
+                  std::invalid_argument);
   CHECK_THROWS_AS(write_extended_xyz(out, 0, r, Eigen::MatrixXd::Zero(3, 1)), std::invalid_argument);
   CHECK_THROWS_AS(write_extended_xyz(out, 0, r, Eigen::MatrixXd::Zero(2, 2)), std::invalid_argument);
   CHECK(out.str().empty());

@@ -23,7 +23,9 @@ struct Given {
   Mat jacobian(const Vec&) const { return J; }
 };
 struct Timed {
-  auto operator()(const auto& y, double t) const { return typename std::remove_cvref_t<decltype(y)>::PlainObject(t * y); }
+  auto operator()(const auto& y, double t) const {
+    return typename std::remove_cvref_t<decltype(y)>::PlainObject(t * y);
+  }
   Mat jacobian(const auto& y, double t) const { return t * Mat::Identity(y.size(), y.size()); }
 };
 
@@ -68,7 +70,9 @@ TEST_CASE("check_jacobian refuses an entry that is not a number, wherever it sta
 TEST_CASE("check_jacobian tells K from C") {
   struct Swapped {
     Vec operator()(const Vec& r, const Vec& v) const { return -3 * r - 0.5 * v; }
-    MotionJacobian<Mat> jacobian(const Vec&, const Vec&) const { return {-3 * Mat::Identity(2, 2), -0.7 * Mat::Identity(2, 2)}; }
+    MotionJacobian<Mat> jacobian(const Vec&, const Vec&) const {
+      return {-3 * Mat::Identity(2, 2), -0.7 * Mat::Identity(2, 2)};
+    }
   };
   const JacobianCheck check = check_jacobian(Swapped{}, Motion<Vec>{Vec::Ones(2), Vec::Ones(2)});
   CHECK_FALSE(check);
@@ -143,7 +147,9 @@ TEST_CASE("a difference is taken with the increment really made, and undone to t
 
 TEST_CASE("entries are emitted once each, and a matrix of the wrong size throws") {
   Mat seen = Mat::Zero(3, 3);
-  for_each_entry<Eigen::Dynamic>(Given::true_J(), 3, [&seen](Eigen::Index i, Eigen::Index j, double x) { seen(i, j) += x; });
+  for_each_entry<Eigen::Dynamic>(Given::true_J(), 3,
+                                 [&seen](Eigen::Index i, Eigen::Index j, double x) { seen(i, j) += x; });
   CHECK(seen == Given::true_J());
-  CHECK_THROWS_AS((for_each_entry<Eigen::Dynamic>(Given::true_J(), 4, [](auto, auto, double) {})), std::invalid_argument);
+  CHECK_THROWS_AS((for_each_entry<Eigen::Dynamic>(Given::true_J(), 4, [](auto, auto, double) {})),
+                  std::invalid_argument);
 }

@@ -33,7 +33,8 @@ TEMPLATE_TEST_CASE("solves A x = b", "", Size<1>, Size<3>, Size<16>, Size<17>, S
   }
 }
 
-TEMPLATE_TEST_CASE("a singular matrix is refused, not divided by zero", "", Size<1>, Size<3>, Size<17>, Size<Eigen::Dynamic>) {
+TEMPLATE_TEST_CASE("a singular matrix is refused, not divided by zero", "", Size<1>, Size<3>, Size<17>,
+                   Size<Eigen::Dynamic>) {
   DenseLu<double, TestType::value> lu;
   lu.resize(TestType::rows);
   lu.matrix().setZero(TestType::rows, TestType::rows);

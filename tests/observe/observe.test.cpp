@@ -25,7 +25,8 @@ TEST_CASE("every: at the start, then at each multiple, rounding aside") {
   // From 1.1 in steps of 0.1, some step ends fall short of a multiple of 0.5 by a rounding.
   const auto seen = seen_by_every(0.5, 1.1, 0.1, 1000);
   REQUIRE(seen.size() == 201);
-  for (std::size_t k = 0; k < seen.size(); ++k) CHECK(seen[k] == Approx(1.1 + 0.5 * static_cast<double>(k)).margin(1e-12));
+  for (std::size_t k = 0; k < seen.size(); ++k)
+    CHECK(seen[k] == Approx(1.1 + 0.5 * static_cast<double>(k)).margin(1e-12));
 }
 
 TEST_CASE("every: the first step end after a mark that no step meets") {
@@ -49,7 +50,8 @@ TEST_CASE("every: backward runs too") {
 
 TEST_CASE("every: an interval must be finite and > 0") {
   const auto nothing = [](double, const auto&) {};
-  for (const double bad : {0.0, -1.0, std::nan(""), HUGE_VAL}) CHECK_THROWS_AS(every(bad, nothing), std::invalid_argument);
+  for (const double bad : {0.0, -1.0, std::nan(""), HUGE_VAL})
+    CHECK_THROWS_AS(every(bad, nothing), std::invalid_argument);
 }
 
 TEST_CASE("every: passes on the wish to stop") {

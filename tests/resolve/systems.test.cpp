@@ -30,7 +30,8 @@ using Cg = SparseSystem<double, Eigen::ConjugateGradient<Sparse, Eigen::Lower | 
 template <class System>
 inline constexpr bool is_diagonal = std::is_same_v<System, Diagonal>;
 template <class System>
-inline constexpr bool is_symmetric = std::is_same_v<System, Ldlt> || std::is_same_v<System, Llt> || std::is_same_v<System, Cg>;
+inline constexpr bool is_symmetric =
+    std::is_same_v<System, Ldlt> || std::is_same_v<System, Llt> || std::is_same_v<System, Cg>;
 
 /// Masses 2 on the diagonal.
 const auto masses = [](auto&& put) {
@@ -79,8 +80,8 @@ void check_solves(System& system, const Mat& K, const Mat& C, Statistics& counts
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("solves with W, again with new values, again with a new pattern", "", DenseFixed, DenseDynamic, Diagonal, Lu,
-                   Ldlt, Llt, Cg) {
+TEMPLATE_TEST_CASE("solves with W, again with new values, again with a new pattern", "", DenseFixed, DenseDynamic,
+                   Diagonal, Lu, Ldlt, Llt, Cg) {
   TestType system;
   system.resize(n);
   Statistics counts;

@@ -12,12 +12,14 @@ using namespace states;
 static_assert(solved_blocks<Fixed> == 1 && solved_blocks<Motion<Fixed>> == 1 && solved_blocks<Warm> == 2);
 static_assert(static_unknowns<Fixed> == 6 && static_unknowns<Motion<Fixed>> == 6);
 static_assert(static_unknowns<Dynamic> == Eigen::Dynamic && static_unknowns<Warm> == Eigen::Dynamic);
-static_assert(std::is_same_v<PlainState<Mapped>, Dynamic> && std::is_same_v<PlainState<Motion<Strided>>, Motion<Dynamic>>);
+static_assert(std::is_same_v<PlainState<Mapped>, Dynamic> &&
+              std::is_same_v<PlainState<Motion<Strided>>, Motion<Dynamic>>);
 static_assert(std::is_same_v<PlainState<Structs>, Columns> && std::is_same_v<PlainState<Warm>, Warm>);
 static_assert(std::is_same_v<ScalarOf<Motion<Eigen::Vector2f>>, float>);
 
 // An expression stands for the vector it makes; a view of the user's own memory stays a view.
-static_assert(std::is_same_v<decltype(Motion{Eigen::Vector2d::Zero(), Eigen::Vector2d(1, 0)}), Motion<Eigen::Vector2d>>);
+static_assert(
+    std::is_same_v<decltype(Motion{Eigen::Vector2d::Zero(), Eigen::Vector2d(1, 0)}), Motion<Eigen::Vector2d>>);
 static_assert(std::is_same_v<decltype(Motion{std::declval<Mapped>(), std::declval<Mapped>()}), Motion<Mapped>>);
 
 TEST_CASE("a motion solves for v alone") {
@@ -57,7 +59,8 @@ TEST_CASE("committing swaps owned dynamic buffers and copies into views") {
   CHECK(memory == Dynamic::Constant(3, 5.0));
 }
 
-TEMPLATE_TEST_CASE("the first non-finite number is found by component and particle", "", Columns, RowMajor, FixedColumns) {
+TEMPLATE_TEST_CASE("the first non-finite number is found by component and particle", "", Columns, RowMajor,
+                   FixedColumns) {
   for (const double bad : {std::nan(""), HUGE_VAL}) {
     Motion<TestType> y{TestType::Zero(3, 2), TestType::Zero(3, 2)};
     CHECK_FALSE(first_non_finite(Blocks<Motion<TestType>>::all(y)));

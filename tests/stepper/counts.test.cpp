@@ -55,7 +55,9 @@ Statistics by_integrate(State y, F force, auto scheme, const More&... more) {
 
 struct Driven {
   static constexpr bool uses_velocity = false;
-  void add(double t, const MotionView<Vec, UnitMass>& y, Y::Rate& out) const { out.force.array() += std::sin(t) - y.r.array(); }
+  void add(double t, const MotionView<Vec, UnitMass>& y, Y::Rate& out) const {
+    out.force.array() += std::sin(t) - y.r.array();
+  }
 };
 
 struct NoTangent : ForceTerm {
@@ -68,7 +70,9 @@ const auto decay = [](const Vec& y) -> Vec { return -y; };
 }  // namespace
 
 TEST_CASE("forward and symplectic Euler: one force call a step, no Jacobian, no solve") {
-  CHECK(by_hand(start(), [](const Vec& r) -> Vec { return -r; }, forward_euler) == Statistics{.steps = n, .force_calls = n});
+  CHECK(by_hand(
+            start(), [](const Vec& r) -> Vec { return -r; }, forward_euler) ==
+        Statistics{.steps = n, .force_calls = n});
   int calls = 0;
   CHECK(by_hand(start(), CountedDamped{&calls}, symplectic_euler) == Statistics{.steps = n, .force_calls = n});
   CHECK(calls == n);
@@ -135,8 +139,9 @@ TEST_CASE("phi = 0 at run time: neither Jacobian nor solve") {
 
 TEST_CASE("backward Euler and the stage form need no force at the start of a step") {
   int calls = 0;
-  for (const Statistics& s : {by_hand(start(), WithJacobian{{&calls}}, backward_euler), by_hand(start(), WithJacobian{{&calls}}, midpoint),
-                              by_hand(start(), WithJacobian{{&calls}}, phi_stage(0.7))}) {
+  for (const Statistics& s :
+       {by_hand(start(), WithJacobian{{&calls}}, backward_euler), by_hand(start(), WithJacobian{{&calls}}, midpoint),
+        by_hand(start(), WithJacobian{{&calls}}, phi_stage(0.7))}) {
     CHECK(s.force_calls == s.iterations);
     CHECK(s.jacobians == 1);
     CHECK(s.factorizations == 1);
@@ -147,7 +152,8 @@ TEST_CASE("backward Euler and the stage form need no force at the start of a ste
 
 TEST_CASE("phi > 1/2 in endpoint form reuses the force at the end of the last step") {
   int calls = 0;
-  for (const Statistics& s : {by_hand(start(), WithJacobian{{&calls}}, phi(0.7)), by_integrate(start(), WithJacobian{{&calls}}, phi(0.7))})
+  for (const Statistics& s :
+       {by_hand(start(), WithJacobian{{&calls}}, phi(0.7)), by_integrate(start(), WithJacobian{{&calls}}, phi(0.7))})
     CHECK(s.force_calls == 1 + s.iterations);
   for (const double p : {0.3, 0.5}) {
     const Statistics s = by_hand(start(), WithJacobian{{&calls}}, phi(p));
@@ -193,7 +199,8 @@ TEST_CASE("sparse heat: one analysis, one Jacobian, one factorisation a run") {
     if (i + 1 < size) A.insert(i, i + 1) = 1;
   }
   const Vec T = Vec::LinSpaced(size, 0, 1).array().sin();
-  for (const Statistics& s : {by_integrate(T, Heat{A}, trapezoidal, capacity(3.0)), by_integrate(T, Heat{A}, backward_euler)}) {
+  for (const Statistics& s :
+       {by_integrate(T, Heat{A}, trapezoidal, capacity(3.0)), by_integrate(T, Heat{A}, backward_euler)}) {
     CHECK(s.analyses == 1);
     CHECK(s.jacobians == 1);
     CHECK(s.factorizations == 1);

@@ -58,7 +58,9 @@ void check(auto force, auto scheme, double tolerance, unsigned seed) {
 
 double tolerance_of(const char* scheme) {
   const std::string name = scheme;
-  return name.find("euler") != name.npos && name.find("backward") == name.npos ? 0 : 1e-12;  // the explicit ones: to the bit
+  return name.find("euler") != name.npos && name.find("backward") == name.npos
+             ? 0
+             : 1e-12;  // the explicit ones: to the bit
 }
 
 template <class Case>
@@ -72,14 +74,17 @@ void check_all(auto force) {
 }  // namespace
 
 // Pull knows no velocity: Verlet carries it from step to step.
-TEST_CASE("every scheme, dynamic motion: edited states are stepped as by a fresh stepper") { check_all<SecondOrder<Dynamic>>(Pull{}); }
+TEST_CASE("every scheme, dynamic motion: edited states are stepped as by a fresh stepper") {
+  check_all<SecondOrder<Dynamic>>(Pull{});
+}
 TEST_CASE("every scheme, fixed motion") { check_all<SecondOrder<Fixed>>(Pull{}); }
 TEST_CASE("first order") {
   check<FirstOrder<Dynamic>>(DrivenPull{}, forward_euler, 0, 11);
   check<FirstOrder<Dynamic>>(DrivenPull{}, phi(0.7), 1e-12, 12);
 }
 
-TEMPLATE_TEST_CASE("schemes that carry the force, other kinds of state", "", SecondOrder<Strided>, SecondOrder<Structs>) {
+TEMPLATE_TEST_CASE("schemes that carry the force, other kinds of state", "", SecondOrder<Strided>,
+                   SecondOrder<Structs>) {
   check<TestType>(Pull{}, velocity_verlet, 1e-12, 3);
   check<TestType>(Pull{}, phi(0.7), 1e-12, 4);
 }

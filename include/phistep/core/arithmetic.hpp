@@ -123,8 +123,7 @@ namespace detail {
 /// to[i] = kernel's outputs for i. They pass through locals, so that a kernel may write one output before it
 /// reads an input of the same i, though both be one array.
 template <class Kernel, class Scalar, std::same_as<Scalar>... Scalars>
-[[nodiscard]] FiniteWitness<Scalar> fill(std::ptrdiff_t n, Kernel kernel, Scalar* to,
-                                         Scalars*... more) {
+[[nodiscard]] FiniteWitness<Scalar> fill(std::ptrdiff_t n, Kernel kernel, Scalar* to, Scalars*... more) {
   FiniteWitness<Scalar> witness;
   const auto one = [&](std::ptrdiff_t i, Scalar x, Scalars... y) {
     kernel(i, x, y...);
@@ -208,7 +207,8 @@ template <std::ptrdiff_t n, class Kernel, class Scalar, std::same_as<Scalar>... 
   };
   [&]<std::size_t... i>(std::index_sequence<i...>) {
     (one(static_cast<std::ptrdiff_t>(i), Scalar{}, Scalars{}...), ...);
-  }(std::make_index_sequence<static_cast<std::size_t>(n)>{});
+  }
+  (std::make_index_sequence<static_cast<std::size_t>(n)>{});
   return witness == Scalar{0};
 }
 

@@ -61,7 +61,11 @@ struct Words {
 struct Words {
   static constexpr std::ptrdiff_t count = 1;
   using Register = std::uint64_t;
-  static Register load(const void* p) { Register x; std::memcpy(&x, p, 8); return x; }
+  static Register load(const void* p) {
+    Register x;
+    std::memcpy(&x, p, 8);
+    return x;
+  }
   static void store(void* p, Register x) { std::memcpy(p, &x, 8); }
   static Register spread(std::uint64_t x) { return x; }
   static Register add(Register a, Register b) { return a + b; }

@@ -28,19 +28,32 @@ enum class Outcome : std::uint8_t {
 /// The outcome in a few words.
 [[nodiscard]] constexpr const char* describe(Outcome outcome) {
   switch (outcome) {
-    case Outcome::success: return "success";
-    case Outcome::non_finite_state: return "the state is not finite";
-    case Outcome::non_finite_force: return "the force is not finite";
-    case Outcome::non_finite_jacobian: return "the Jacobian is not finite";
-    case Outcome::singular_matrix: return "the step's matrix is singular";
-    case Outcome::not_positive_definite: return "the step's matrix is not positive definite";
-    case Outcome::linear_solver_failed: return "the linear solver failed";
-    case Outcome::newton_diverged: return "Newton's iteration diverged";
-    case Outcome::newton_stalled: return "Newton's iteration stalled";
-    case Outcome::step_too_small: return "the step is too small: t + dt = t";
-    case Outcome::too_many_steps: return "too many steps";
-    case Outcome::invalid_step: return "t or dt is not a usable number";
-    case Outcome::stopped_by_observer: return "stopped by an observer";
+    case Outcome::success:
+      return "success";
+    case Outcome::non_finite_state:
+      return "the state is not finite";
+    case Outcome::non_finite_force:
+      return "the force is not finite";
+    case Outcome::non_finite_jacobian:
+      return "the Jacobian is not finite";
+    case Outcome::singular_matrix:
+      return "the step's matrix is singular";
+    case Outcome::not_positive_definite:
+      return "the step's matrix is not positive definite";
+    case Outcome::linear_solver_failed:
+      return "the linear solver failed";
+    case Outcome::newton_diverged:
+      return "Newton's iteration diverged";
+    case Outcome::newton_stalled:
+      return "Newton's iteration stalled";
+    case Outcome::step_too_small:
+      return "the step is too small: t + dt = t";
+    case Outcome::too_many_steps:
+      return "too many steps";
+    case Outcome::invalid_step:
+      return "t or dt is not a usable number";
+    case Outcome::stopped_by_observer:
+      return "stopped by an observer";
   }
   return "unknown outcome";
 }
@@ -49,22 +62,29 @@ enum class Outcome : std::uint8_t {
 [[nodiscard]] constexpr const char* advise(Outcome outcome) {
   switch (outcome) {
     case Outcome::success:
-    case Outcome::stopped_by_observer: return "";
+    case Outcome::stopped_by_observer:
+      return "";
     case Outcome::non_finite_state:
       return "check the initial state; if the run blew up, take a smaller dt or an implicit scheme (phi >= 1/2)";
     case Outcome::non_finite_force:
       return "check the force for a division by zero or a root of a negative number there; a smaller dt may avoid it";
-    case Outcome::non_finite_jacobian: return "check the Jacobian (check_jacobian), or let differences compute it";
-    case Outcome::singular_matrix: return "take a smaller dt: M - gamma C - gamma^2 K has no inverse at this one";
+    case Outcome::non_finite_jacobian:
+      return "check the Jacobian (check_jacobian), or let differences compute it";
+    case Outcome::singular_matrix:
+      return "take a smaller dt: M - gamma C - gamma^2 K has no inverse at this one";
     case Outcome::not_positive_definite:
       return "use an LU solver, or a smaller dt: the tangent is indefinite here (a compressed spring, a friction term)";
-    case Outcome::linear_solver_failed: return "loosen the iterative solver's tolerance, or use a direct solver";
+    case Outcome::linear_solver_failed:
+      return "loosen the iterative solver's tolerance, or use a direct solver";
     case Outcome::newton_diverged:
     case Outcome::newton_stalled:
       return "take a smaller dt, or check the Jacobian (check_jacobian) and the force for jumps";
-    case Outcome::step_too_small: return "shift the origin of time, or use a wider scalar";
-    case Outcome::too_many_steps: return "raise max_steps, or take a larger dt";
-    case Outcome::invalid_step: return "dt must be finite and not 0, t must be finite";
+    case Outcome::step_too_small:
+      return "shift the origin of time, or use a wider scalar";
+    case Outcome::too_many_steps:
+      return "raise max_steps, or take a larger dt";
+    case Outcome::invalid_step:
+      return "dt must be finite and not 0, t must be finite";
   }
   return "";
 }

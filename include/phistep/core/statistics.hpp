@@ -38,9 +38,8 @@ struct Statistics {
   friend OStream& operator<<(OStream& out, const Statistics& s) {
     out << "  steps           " << s.steps;
     if (s.failed_steps != 0) out << "  (and " << s.failed_steps << " failed)";
-    out << "\n  force calls     " << s.force_calls << "\n  Jacobians       " << s.jacobians
-        << "\n  factorizations  " << s.factorizations << "\n  linear solves   " << s.solves
-        << "\n  iterations      " << s.iterations << '\n';
+    out << "\n  force calls     " << s.force_calls << "\n  Jacobians       " << s.jacobians << "\n  factorizations  "
+        << s.factorizations << "\n  linear solves   " << s.solves << "\n  iterations      " << s.iterations << '\n';
     if (s.analyses != 0) out << "  pattern analyses " << s.analyses << '\n';
     return out;
   }

@@ -18,18 +18,19 @@ struct Failure {
   static constexpr std::size_t history_length = 24;
 
   Outcome outcome = Outcome::success;
-  double t = 0;              ///< [time] start of the step
-  double dt = 0;             ///< [time] its length
-  std::int64_t block = -1;   ///< which block of the state (motion: 0 = r, 1 = v), −1 = unknown
-  std::int64_t index = -1;   ///< which component of that block, in storage order
-  std::int64_t row = -1;     ///< for matrix-shaped blocks: the component …
-  std::int64_t column = -1;  ///< … of this particle
-  int term = -1;             ///< which term of a sum, −1 = unknown or not a sum
-  int iterations = 0;        ///< Newton iterations done
+  double t = 0;                                     ///< [time] start of the step
+  double dt = 0;                                    ///< [time] its length
+  std::int64_t block = -1;                          ///< which block of the state (motion: 0 = r, 1 = v), −1 = unknown
+  std::int64_t index = -1;                          ///< which component of that block, in storage order
+  std::int64_t row = -1;                            ///< for matrix-shaped blocks: the component …
+  std::int64_t column = -1;                         ///< … of this particle
+  int term = -1;                                    ///< which term of a sum, −1 = unknown or not a sum
+  int iterations = 0;                               ///< Newton iterations done
   std::array<double, history_length> increments{};  ///< relative size of each Newton increment
 
   void record(double increment) {
-    if (static_cast<std::size_t>(iterations) < history_length) increments[static_cast<std::size_t>(iterations)] = increment;
+    if (static_cast<std::size_t>(iterations) < history_length)
+      increments[static_cast<std::size_t>(iterations)] = increment;
     ++iterations;
   }
 

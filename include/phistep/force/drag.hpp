@@ -27,7 +27,8 @@ struct LinearDrag : ForceTerm {
   }
 
   void add(auto /*t*/, const auto& y, auto& out) const {
-    static_assert(requires { out.force; }, "phistep: LinearDrag needs a motion, with velocities");
+    static_assert(
+        requires { out.force; }, "phistep: LinearDrag needs a motion, with velocities");
     if constexpr (requires { out.force; })
       out.force -= static_cast<typename std::remove_cvref_t<decltype(out.force)>::Scalar>(c) * y.v;
   }

@@ -29,7 +29,8 @@ template <class... T, class Memory, class F>
 constexpr void for_each_term(Sum<T...>& sum, Memory& memory, F&& f) {
   [&]<std::size_t... K>(std::index_sequence<K...>) {
     (f(std::integral_constant<std::size_t, K>{}, unwrap(std::get<K>(sum.terms)), memory_of_term<K>(memory)), ...);
-  }(std::index_sequence_for<T...>{});
+  }
+  (std::index_sequence_for<T...>{});
 }
 
 /// The result of a force that returns, checked for what would dangle or not fit.
@@ -61,15 +62,16 @@ template <class Result, class Block>
 void check_result_size(const Result& result, const Block& block) {
   if (result.rows() != block.rows() || result.cols() != block.cols())
     throw std::invalid_argument("phistep: the force returned " + std::to_string(result.rows()) + " x " +
-                                std::to_string(result.cols()) + " values, the state has " + std::to_string(block.rows()) +
-                                " x " + std::to_string(block.cols()));
+                                std::to_string(result.cols()) + " values, the state has " +
+                                std::to_string(block.rows()) + " x " + std::to_string(block.cols()));
 }
 
 /// out += Ψ.
 template <class F, class View, class Memory, class Rate, class Scalar>
 void add_force(F& force, Scalar t, const View& y, const Memory& memory, Rate& out) {
   if constexpr (is_sum<F>) {
-    for_each_term(force, memory, [&](auto, auto& part, const auto& its_memory) { add_force(part, t, y, its_memory, out); });
+    for_each_term(force, memory,
+                  [&](auto, auto& part, const auto& its_memory) { add_force(part, t, y, its_memory, out); });
   } else if constexpr (!ForceTraits<F, View, Rate>::accumulates) {
     auto& block = std::get<0>(Rate::blocks(out));
     const auto& result = returned_force(force, y, t, out);
@@ -101,8 +103,7 @@ template <class F, class View, class Memory, class Scalar>
 void begin_force(F& force, Scalar t, Scalar dt, const View& y, Memory& memory) {
   if constexpr (is_sum<F>)
     for_each_term(force, memory, [&](auto, auto& part, auto& its_memory) { begin_force(part, t, dt, y, its_memory); });
-  else if constexpr (requires { force.begin(t, dt, y, memory); })
-    force.begin(t, dt, y, memory);
+  else if constexpr (requires { force.begin(t, dt, y, memory); }) force.begin(t, dt, y, memory);
 }
 
 /// Ends an accepted step: the history becomes that of the accepted state.
@@ -110,8 +111,7 @@ template <class F, class View, class Memory, class Scalar>
 void commit_force(F& force, Scalar t, const View& y, Memory& memory) {
   if constexpr (is_sum<F>)
     for_each_term(force, memory, [&](auto, auto& part, auto& its_memory) { commit_force(part, t, y, its_memory); });
-  else if constexpr (remembers<F>)
-    force.commit(t, y, memory);
+  else if constexpr (remembers<F>) force.commit(t, y, memory);
 }
 
 /// Which term of a sum is not finite at (t, y); −1 where none is, or where the force is no sum.

@@ -30,9 +30,11 @@ struct Gravity : ForceTerm {
   }
 
   void add(auto /*t*/, const auto& y, auto& out) const {
-    static_assert(requires { out.force; }, "phistep: Gravity needs a motion, with forces");
+    static_assert(
+        requires { out.force; }, "phistep: Gravity needs a motion, with forces");
     if constexpr (requires { out.force; }) {
-      static_assert(requires { y.mass; }, "phistep: Gravity needs a state whose view has masses");
+      static_assert(
+          requires { y.mass; }, "phistep: Gravity needs a state whose view has masses");
       using Force = std::remove_cvref_t<decltype(out.force)>;
       check_pattern(g, out.force, "Gravity's g");
       const Eigen::Index rows = out.force.rows(), cols = out.force.cols();

@@ -51,7 +51,10 @@ template <class F>
 inline constexpr bool remembers = !std::is_same_v<MemoryOf<F>, NoMemory>;
 
 template <class View>
-concept FirstOrderLike = requires(const View& view) { view.y; } && !requires(const View& view) { view.r; };
+concept FirstOrderLike = requires(const View& view) {
+  view.y;
+}
+&&!requires(const View& view) { view.r; };
 template <class View>
 concept MotionLike = requires(const View& view) {
   view.r;
@@ -74,10 +77,10 @@ struct ProbeSink {
 
 /// A struct that adds its force to `out`.
 template <class F, class View, class Rate>
-concept Accumulating = requires(F& f, double t, const View& y, Rate& out) { f.add(t, y, out); } ||
-                       requires(F& f, double t, const View& y, const MemoryOf<F>& memory, Rate& out) {
-                         f.add(t, y, memory, out);
-                       };
+concept Accumulating = requires(F& f, double t, const View& y, Rate& out) {
+  f.add(t, y, out);
+}
+|| requires(F& f, double t, const View& y, const MemoryOf<F>& memory, Rate& out) { f.add(t, y, memory, out); };
 
 /// Number of arguments of a force that is called and returns, 0 where no accepted form fits.
 template <class F, class View>
@@ -129,24 +132,38 @@ template <int arity, class F, class View, class Scalar>
 /// True where f.jacobian takes the force's own arguments.
 template <class F, class View, int arity, class T = typename ViewScalar<View>::type>
 [[nodiscard]] consteval bool returns_jacobian() {
-  if constexpr (MotionLike<View> && arity == 3) return requires(F& f, const View& y, T t) { f.jacobian(y.r, y.v, t); };
-  else if constexpr (MotionLike<View> && arity == 2) return requires(F& f, const View& y) { f.jacobian(y.r, y.v); };
-  else if constexpr (MotionLike<View> && arity == 1) return requires(F& f, const View& y) { f.jacobian(y.r); };
-  else if constexpr (FirstOrderLike<View> && arity == 2) return requires(F& f, const View& y, T t) { f.jacobian(y.y, t); };
-  else if constexpr (FirstOrderLike<View> && arity == 1) return requires(F& f, const View& y) { f.jacobian(y.y); };
+  if constexpr (MotionLike<View> && arity == 3) return requires(F & f, const View& y, T t) {
+      f.jacobian(y.r, y.v, t);
+    };
+  else if constexpr (MotionLike<View> && arity == 2) return requires(F & f, const View& y) {
+      f.jacobian(y.r, y.v);
+    };
+  else if constexpr (MotionLike<View> && arity == 1) return requires(F & f, const View& y) {
+      f.jacobian(y.r);
+    };
+  else if constexpr (FirstOrderLike<View> && arity == 2) return requires(F & f, const View& y, T t) {
+      f.jacobian(y.y, t);
+    };
+  else if constexpr (FirstOrderLike<View> && arity == 1) return requires(F & f, const View& y) {
+      f.jacobian(y.y);
+    };
   else return false;
 }
 /// An Eigen sparse matrix, told without including Eigen/Sparse.
 template <class J>
-inline constexpr bool is_sparse_matrix = requires(const J& j) { j.outerIndexPtr(); };
+inline constexpr bool is_sparse_matrix = requires(const J& j) {
+  j.outerIndexPtr();
+};
 template <class K, class C>
 inline constexpr bool is_sparse_matrix<MotionJacobian<K, C>> = is_sparse_matrix<K> || is_sparse_matrix<C>;
 
 template <class F, class View>
-concept AddsJacobian = requires(F& f, double t, const View& y, ProbeSink& sink) { f.add_jacobian(t, y, sink); } ||
-                       requires(F& f, double t, const View& y, const MemoryOf<F>& memory, ProbeSink& sink) {
-                         f.add_jacobian(t, y, memory, sink);
-                       };
+concept AddsJacobian = requires(F& f, double t, const View& y, ProbeSink& sink) {
+  f.add_jacobian(t, y, sink);
+}
+|| requires(F& f, double t, const View& y, const MemoryOf<F>& memory, ProbeSink& sink) {
+  f.add_jacobian(t, y, memory, sink);
+};
 
 /// Owning Eigen objects, and views of memory that outlives the call; not an expression that refers to dead temporaries.
 template <class R>
@@ -175,17 +192,26 @@ struct ForceTraits {
   static constexpr bool valid = accumulates || arity > 0;
 
   static constexpr bool uses_velocity = [] {
-    if constexpr (requires { { F::uses_velocity } -> std::convertible_to<bool>; }) return bool{F::uses_velocity};
+    if constexpr (requires {
+                    { F::uses_velocity } -> std::convertible_to<bool>;
+                  })
+      return bool{F::uses_velocity};
     else return accumulates || (MotionLike<View> ? arity >= 2 : true);
   }();
   static constexpr bool uses_time = [] {
-    if constexpr (requires { { F::uses_time } -> std::convertible_to<bool>; }) return bool{F::uses_time};
+    if constexpr (requires {
+                    { F::uses_time } -> std::convertible_to<bool>;
+                  })
+      return bool{F::uses_time};
     else return accumulates || arity == (MotionLike<View> ? 3 : 2);
   }();
 
   /// The force says that calling it again costs less than remembering its result: a table, an array given from outside.
   static constexpr bool is_lookup = [] {
-    if constexpr (requires { { F::is_lookup } -> std::convertible_to<bool>; }) return bool{F::is_lookup};
+    if constexpr (requires {
+                    { F::is_lookup } -> std::convertible_to<bool>;
+                  })
+      return bool{F::is_lookup};
     else return false;
   }();
 
@@ -196,7 +222,9 @@ struct ForceTraits {
                 "phistep: the force's member jacobian(...) must take the same arguments as the force itself");
 
   static constexpr Structure structure = [] {
-    if constexpr (requires { { F::structure } -> std::convertible_to<Structure>; }) {
+    if constexpr (requires {
+                    { F::structure } -> std::convertible_to<Structure>;
+                  }) {
       return Structure{F::structure};
     } else if constexpr (returns_jacobian) {
       using J = decltype(call_jacobian<arity>(std::declval<F&>(), std::declval<const View&>(),

@@ -98,7 +98,8 @@ struct SpringNetwork : ForceTerm {
     using Vector = Eigen::Matrix<Scalar, dim, 1>;
     using Block = Eigen::Matrix<Scalar, dim, dim>;
     for (const Spring& s : springs) {
-      const Vector d = Eigen::Map<const Vector>(y.r.data() + dim * s.j) - Eigen::Map<const Vector>(y.r.data() + dim * s.i);
+      const Vector d =
+          Eigen::Map<const Vector>(y.r.data() + dim * s.j) - Eigen::Map<const Vector>(y.r.data() + dim * s.i);
       const Scalar k = static_cast<Scalar>(s.stiffness), length = d.norm();
       Block B = Block::Zero();
       if (length > Scalar{0}) {

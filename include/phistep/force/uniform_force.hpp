@@ -30,7 +30,8 @@ struct UniformForce : ForceTerm {
   }
 
   void add(auto /*t*/, const auto& /*y*/, auto& out) const {
-    static_assert(requires { out.force; }, "phistep: UniformForce needs a motion, with forces");
+    static_assert(
+        requires { out.force; }, "phistep: UniformForce needs a motion, with forces");
     if constexpr (requires { out.force; }) {
       using Force = std::remove_cvref_t<decltype(out.force)>;
       check_pattern(F, out.force, "UniformForce's F");

@@ -19,7 +19,8 @@ template <class Positions, class Velocities>
 void write_extended_xyz(std::ostream& out, double time, const Eigen::DenseBase<Positions>& r,
                         const Eigen::DenseBase<Velocities>& v, std::string_view species = "X") {
   if (r.rows() > 3 || r.rows() != v.rows() || r.cols() != v.cols())
-    throw std::invalid_argument("phistep: write_extended_xyz needs positions and velocities of one shape, dim x N with dim <= 3");
+    throw std::invalid_argument(
+        "phistep: write_extended_xyz needs positions and velocities of one shape, dim x N with dim <= 3");
   const auto precision = out.precision(std::numeric_limits<float>::max_digits10);
   out << r.cols() << "\nProperties=species:S:1:pos:R:3:velo:R:3 Time=" << time << '\n';
   const auto write = [&out](const auto& x, Eigen::Index j) {

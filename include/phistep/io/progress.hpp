@@ -25,7 +25,8 @@ class Progress {
     else if (!done && clock - shown_ < std::chrono::milliseconds(200)) return;
     shown_ = clock;
     *out_ << "\r  t = " << now;
-    if (std::isfinite(end_) && end_ != start_) *out_ << "  " << std::lround(100 * (now - start_) / (end_ - start_)) << " %  ";
+    if (std::isfinite(end_) && end_ != start_)
+      *out_ << "  " << std::lround(100 * (now - start_) / (end_ - start_)) << " %  ";
     if (done) *out_ << '\n';
     out_->flush();
   }

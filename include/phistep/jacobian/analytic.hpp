@@ -28,7 +28,8 @@ void for_each_entry(const J& jacobian, Index n, auto&& put) {
                                 std::to_string(jacobian.cols()) + ", there are " + std::to_string(n) + " unknowns");
   if constexpr (is_sparse_matrix<J>) {
     for (Index outer = 0; outer < jacobian.outerSize(); ++outer)
-      for (typename J::InnerIterator entry(jacobian, outer); entry; ++entry) put(entry.row(), entry.col(), entry.value());
+      for (typename J::InnerIterator entry(jacobian, outer); entry; ++entry)
+        put(entry.row(), entry.col(), entry.value());
   } else {
     for (Index j = 0; j < n; ++j)
       for (Index i = 0; i < n; ++i) put(i, j, jacobian(i, j));
@@ -56,9 +57,16 @@ void add_jacobian(F& force, Scalar t, const View& y, const Memory& memory, Index
       } else if constexpr (Traits::arity == 1) {
         for_each_entry<static_n>(jacobian, n, to_position);
       } else {
-        static_assert(requires { jacobian.K; jacobian.C; },
-                      "phistep: jacobian(r, v) must return phistep::MotionJacobian{K, C}");
-        if constexpr (requires { jacobian.K; jacobian.C; }) {
+        static_assert(
+            requires {
+              jacobian.K;
+              jacobian.C;
+            },
+            "phistep: jacobian(r, v) must return phistep::MotionJacobian{K, C}");
+        if constexpr (requires {
+                        jacobian.K;
+                        jacobian.C;
+                      }) {
           if constexpr (position) for_each_entry<static_n>(jacobian.K, n, to_position);
           for_each_entry<static_n>(jacobian.C, n, to_velocity);
         }

@@ -31,9 +31,7 @@ class AutoDiff : public ForceTerm {
 
   template <class... Arguments>
     requires std::is_invocable_v<F&, Arguments...>
-  decltype(auto) operator()(Arguments&&... arguments) {
-    return f_(std::forward<Arguments>(arguments)...);
-  }
+  decltype(auto) operator()(Arguments&&... arguments) { return f_(std::forward<Arguments>(arguments)...); }
 
   /// ∂Ψ/∂y or, for a motion without velocities, ∂Ψ/∂r: n×n.
   template <class Vector>

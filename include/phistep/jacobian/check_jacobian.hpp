@@ -16,28 +16,29 @@
 #include "phistep/force/evaluate.hpp"
 #include "phistep/force/signature.hpp"
 #include "phistep/jacobian/analytic.hpp"
-#include "phistep/state/blocks.hpp"
 #include "phistep/linear/mass.hpp"
+#include "phistep/state/blocks.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
 /// The worst entry of a Jacobian against differences. Contextually true where all entries agree.
 struct JacobianCheck {
   bool agrees = true;
-  char matrix = 'J';              ///< 'J' = ∂Ψ/∂y, 'K' = ∂Ψ/∂r, 'C' = ∂Ψ/∂v
+  char matrix = 'J';  ///< 'J' = ∂Ψ/∂y, 'K' = ∂Ψ/∂r, 'C' = ∂Ψ/∂v
   Eigen::Index row = 0, column = 0;
-  double given = 0;               ///< the force's own value of that entry
-  double differenced = 0;         ///< what central differences make of it
-  double error = 0;               ///< their distance, relative to the largest entry of the row
+  double given = 0;        ///< the force's own value of that entry
+  double differenced = 0;  ///< what central differences make of it
+  double error = 0;        ///< their distance, relative to the largest entry of the row
 
   [[nodiscard]] explicit operator bool() const { return agrees; }
   [[nodiscard]] std::string message() const {
     char text[200];
-    std::snprintf(text, sizeof text,
-                  "phistep: the Jacobian %s differences; the largest distance is at %c(%td, %td): given %.9g, differences "
-                  "say %.9g (relative error %.2g)",
-                  agrees ? "agrees with" : "differs from", matrix, static_cast<std::ptrdiff_t>(row),
-                  static_cast<std::ptrdiff_t>(column), given, differenced, error);
+    std::snprintf(
+        text, sizeof text,
+        "phistep: the Jacobian %s differences; the largest distance is at %c(%td, %td): given %.9g, differences "
+        "say %.9g (relative error %.2g)",
+        agrees ? "agrees with" : "differs from", matrix, static_cast<std::ptrdiff_t>(row),
+        static_cast<std::ptrdiff_t>(column), given, differenced, error);
     return text;
   }
 };
@@ -54,7 +55,8 @@ struct DenseSink {
 /// Compares the force's Jacobian at (state, t) with central differences.
 /// @param tolerance  allowed error, relative to the largest entry of the row; differences themselves reach about 1e-8
 template <State S, class F>
-[[nodiscard]] JacobianCheck check_jacobian(F&& force_given, const S& state, ScalarOf<S> t = 0, double tolerance = 1e-5) {
+[[nodiscard]] JacobianCheck check_jacobian(F&& force_given, const S& state, ScalarOf<S> t = 0,
+                                           double tolerance = 1e-5) {
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
   using Rate = RateOf<S>;
@@ -64,7 +66,8 @@ template <State S, class F>
   using Force = std::remove_cvref_t<decltype(force)>;
   const auto masses = []<std::size_t... K>(std::index_sequence<K...>) {
     return std::tuple{(static_cast<void>(K), UnitMass{})...};
-  }(std::make_index_sequence<solved_blocks<S>>{});
+  }
+  (std::make_index_sequence<solved_blocks<S>>{});
   using View = std::remove_cvref_t<decltype(Blocks<S>::view(y, masses))>;
   static_assert(ForceTraits<Force, View, Rate>::has_jacobian, "phistep: check_jacobian needs a force with a Jacobian");
 
@@ -99,7 +102,8 @@ template <State S, class F>
   };
   if constexpr (Blocks<S>::drifts) difference(std::get<0>(Blocks<S>::all(y)), 0, differenced.K);
   Index at = 0;
-  for_each_block([&](auto, auto& block) { difference(block, at, differenced.C), at += block.size(); }, Blocks<S>::solved(y));
+  for_each_block([&](auto, auto& block) { difference(block, at, differenced.C), at += block.size(); },
+                 Blocks<S>::solved(y));
 
   JacobianCheck check;
   check.matrix = Blocks<S>::drifts ? 'K' : 'J';
@@ -112,7 +116,8 @@ template <State S, class F>
       for (Index j = 0; j < n; ++j) {
         double error = std::abs(static_cast<double>(mine(i, j) - theirs(i, j))) / (size > 0 ? size : 1.0);
         if (!std::isfinite(error)) error = std::numeric_limits<double>::infinity();
-        if (error > check.error) check = {true, name, i, j, static_cast<double>(mine(i, j)), static_cast<double>(theirs(i, j)), error};
+        if (error > check.error)
+          check = {true, name, i, j, static_cast<double>(mine(i, j)), static_cast<double>(theirs(i, j)), error};
       }
     }
   };

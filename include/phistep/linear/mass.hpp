@@ -144,8 +144,8 @@ class DenseMass {
   template <class Scalar, class Block>
   [[nodiscard]] DenseMass<Scalar> bind(const Block& block) const {
     if (mass_.rows() != block.size())
-      throw std::invalid_argument("phistep: a mass matrix of " + std::to_string(mass_.rows()) + " rows for a block of " +
-                                  std::to_string(block.size()) + " components");
+      throw std::invalid_argument("phistep: a mass matrix of " + std::to_string(mass_.rows()) +
+                                  " rows for a block of " + std::to_string(block.size()) + " components");
     return DenseMass<Scalar>{mass_.template cast<Scalar>()};
   }
   /// x ← M⁻¹ x
@@ -186,7 +186,8 @@ struct MassKind<T> {
 template <class T>
   requires std::is_base_of_v<Eigen::DenseBase<T>, T>
 struct MassKind<T> {
-  using type = std::conditional_t<T::IsVectorAtCompileTime, DiagonalMass<typename T::Scalar>, DenseMass<typename T::Scalar>>;
+  using type =
+      std::conditional_t<T::IsVectorAtCompileTime, DiagonalMass<typename T::Scalar>, DenseMass<typename T::Scalar>>;
   static type make(const T& m) {
     if constexpr (T::IsVectorAtCompileTime) return type{m.reshaped()};
     else return type{m};
@@ -205,9 +206,7 @@ template <class... M>
 /// The same under its first-order name: the capacity M of M y' = Ψ, say ρc.
 template <class... M>
   requires(sizeof...(M) > 0)
-[[nodiscard]] auto capacity(const M&... capacities) {
-  return mass(capacities...);
-}
+[[nodiscard]] auto capacity(const M&... capacities) { return mass(capacities...); }
 
 /// M = 1 for every block.
 struct UnitMasses {};

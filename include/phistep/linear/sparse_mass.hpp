@@ -34,8 +34,8 @@ class SparseMass {
   template <class Scalar, class Block>
   [[nodiscard]] SparseMass<Scalar> bind(const Block& block) const {
     if (mass_.rows() != block.size())
-      throw std::invalid_argument("phistep: a mass matrix of " + std::to_string(mass_.rows()) + " rows for a block of " +
-                                  std::to_string(block.size()) + " components");
+      throw std::invalid_argument("phistep: a mass matrix of " + std::to_string(mass_.rows()) +
+                                  " rows for a block of " + std::to_string(block.size()) + " components");
     return SparseMass<Scalar>{Eigen::SparseMatrix<Scalar>(mass_.template cast<Scalar>())};
   }
   /// x ← M⁻¹ x
@@ -44,7 +44,8 @@ class SparseMass {
   void subtract_product(const auto& x, auto&& out) const { out -= mass_ * x; }
   void for_each_entry(Eigen::Index, auto&& f) const {
     for (Eigen::Index outer = 0; outer < mass_.outerSize(); ++outer)
-      for (typename Matrix::InnerIterator entry(mass_, outer); entry; ++entry) f(entry.row(), entry.col(), entry.value());
+      for (typename Matrix::InnerIterator entry(mass_, outer); entry; ++entry)
+        f(entry.row(), entry.col(), entry.value());
   }
   void add_product(auto&& x, auto& out) const {
     for_each_entry(0, [&](Eigen::Index i, Eigen::Index j, T m) { out.data()[i] += m * x(j); });

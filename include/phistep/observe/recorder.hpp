@@ -28,7 +28,9 @@ class Recorder {
   }
   [[nodiscard]] Index size() const { return static_cast<Index>(times_.size()); }
   /// The times, in order. [time]
-  [[nodiscard]] auto times() const { return Eigen::Map<const Eigen::Matrix<Scalar, Eigen::Dynamic, 1>>(times_.data(), size()); }
+  [[nodiscard]] auto times() const {
+    return Eigen::Map<const Eigen::Matrix<Scalar, Eigen::Dynamic, 1>>(times_.data(), size());
+  }
   /// One column a time: all blocks of the state, one after the other (motion: r, then v).
   [[nodiscard]] auto states() const {
     const Index rows = times_.empty() ? 0 : static_cast<Index>(values_.size()) / size();

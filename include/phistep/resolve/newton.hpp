@@ -85,7 +85,7 @@ class ConvergenceTest {
     if (theta > 1) return Verdict::growing;
     if (target_ == 0) return theta > 0.05 ? Verdict::slow : Verdict::go_on;
     return theta >= 0.99 || remaining * std::pow(theta, limit_ - 1 - iteration) >= target_ ? Verdict::slow
-                                                                                            : Verdict::go_on;
+                                                                                           : Verdict::go_on;
   }
 
  private:
@@ -107,7 +107,8 @@ inline constexpr double keep_jacobian_rate = 1e-3;
 ///   size() → Correction          of the last move
 ///   drop_jacobian()              the next iteration needs a fresh one
 template <class Equation>
-[[nodiscard]] Outcome solve_newton(Equation& equation, const NewtonOptions& options, double round_off, Failure& history) {
+[[nodiscard]] Outcome solve_newton(Equation& equation, const NewtonOptions& options, double round_off,
+                                   Failure& history) {
   using enum ConvergenceTest::Verdict;
   ConvergenceTest test(options, round_off);
   bool own = false;  // the matrix was made in this solve …

@@ -69,7 +69,8 @@ class SparseSystem {
       largest_K = std::max(largest_K, std::abs(values_[s].K));
       largest_w = std::max(largest_w, std::abs(w[s]));
     }
-    drift_share_ = largest_w > Scalar{0} ? static_cast<double>(std::abs(gamma_force * gamma_drift) * largest_K / largest_w) : 0;
+    drift_share_ =
+        largest_w > Scalar{0} ? static_cast<double>(std::abs(gamma_force * gamma_drift) * largest_K / largest_w) : 0;
     ++statistics.factorizations;
     solver_->factorize(W_);
     if (solver_->info() == Eigen::NumericalIssue) return failure_of_factors();
@@ -159,12 +160,15 @@ class SparseSystem {
   [[nodiscard]] static Outcome failure_of_factors() {
     return requires_definite ? Outcome::not_positive_definite : Outcome::singular_matrix;
   }
-  static constexpr bool requires_definite = requires(const Solver& s) { s.matrixL(); s.permutationPinv(); };
+  static constexpr bool requires_definite = requires(const Solver& s) {
+    s.matrixL();
+    s.permutationPinv();
+  };
 
   Matrix W_;
   OwnSolver solver_;
-  std::vector<Entry> entries_;      // in the force's order
-  std::vector<Tangent> values_;     // by slot of W
+  std::vector<Entry> entries_;   // in the force's order
+  std::vector<Tangent> values_;  // by slot of W
   std::vector<Scalar> mass_values_;
   double drift_share_ = 0;
   std::size_t written_ = 0;

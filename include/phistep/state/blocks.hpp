@@ -27,7 +27,9 @@ using Index = Eigen::Index;
 
 /// An Eigen dense vector or matrix: Matrix, Array, Map, Ref.
 template <class T>
-concept EigenDense = std::is_base_of_v<Eigen::DenseBase<T>, T> && requires(T& x) { x.data(); };
+concept EigenDense = std::is_base_of_v<Eigen::DenseBase<T>, T> && requires(T& x) {
+  x.data();
+};
 
 /// A state of the user's own: named blocks, the first two being r and v where it drifts.
 ///
@@ -50,8 +52,8 @@ concept BlockStruct = requires(S& y, typename S::Rate& rate) {
 /// What a force sees of a first-order state.
 template <class Vector, class Mass>
 struct FirstOrderView {
-  const Vector& y;    ///< the unknowns
-  const Mass& mass;   ///< the capacity M in M y' = Ψ
+  const Vector& y;   ///< the unknowns
+  const Mass& mass;  ///< the capacity M in M y' = Ψ
 };
 
 template <class S>
@@ -93,7 +95,8 @@ struct Blocks<S> {
   static auto solved(auto& y) {
     return []<std::size_t... K>(auto tie, std::index_sequence<K...>) {
       return std::tie(std::get<K + (drifts ? 1 : 0)>(tie)...);
-    }(all(y), std::make_index_sequence<std::tuple_size_v<decltype(all(y))> - (drifts ? 1 : 0)>{});
+    }
+    (all(y), std::make_index_sequence<std::tuple_size_v<decltype(all(y))> - (drifts ? 1 : 0)>{});
   }
   using Scalar = typename std::remove_cvref_t<std::tuple_element_t<0, decltype(all(std::declval<Plain&>()))>>::Scalar;
   /// What a force's `add` sees: the state's own view (with masses) if it defines one, else the state.
@@ -122,9 +125,12 @@ inline constexpr std::size_t solved_blocks =
 template <class F, class First, class... Rest>
 constexpr void for_each_block(F&& f, First&& first, Rest&&... rest) {
   [&]<std::size_t... K>(std::index_sequence<K...>) {
-    auto one = [&]<std::size_t I>(std::integral_constant<std::size_t, I> k) { f(k, std::get<I>(first), std::get<I>(rest)...); };
+    auto one = [&]<std::size_t I>(std::integral_constant<std::size_t, I> k) {
+      f(k, std::get<I>(first), std::get<I>(rest)...);
+    };
     (one(std::integral_constant<std::size_t, K>{}), ...);
-  }(std::make_index_sequence<std::tuple_size_v<std::remove_cvref_t<First>>>{});
+  }
+  (std::make_index_sequence<std::tuple_size_v<std::remove_cvref_t<First>>>{});
 }
 
 /// Sum of the blocks' compile-time sizes, or Eigen::Dynamic.
@@ -137,7 +143,8 @@ inline constexpr int static_size = []<std::size_t... K>(std::index_sequence<K...
     total += n;
   }
   return total;
-}(std::make_index_sequence<std::tuple_size_v<Tie>>{});
+}
+(std::make_index_sequence<std::tuple_size_v<Tie>>{});
 
 /// Number of unknowns known at compile time, or Eigen::Dynamic.
 template <State S>
@@ -183,8 +190,7 @@ void commit_blocks(S& state, PlainState<S>& next) {
         if constexpr (std::is_same_v<Block, std::remove_cvref_t<decltype(y)>> &&
                       Block::SizeAtCompileTime == Eigen::Dynamic)
           x.swap(y);
-        else
-          x = y;
+        else x = y;
       },
       Blocks<S>::all(state), Blocks<S>::all(next));
 }

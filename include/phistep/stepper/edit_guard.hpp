@@ -27,8 +27,7 @@ class EditGuard {
 
   EditGuard() {
     // A copied stepper copies this: it must not read what was never written.
-    if constexpr (by_value)
-      for_each_block([](auto, auto& block) { block.setZero(); }, Blocks<S>::all(last_));
+    if constexpr (by_value) for_each_block([](auto, auto& block) { block.setZero(); }, Blocks<S>::all(last_));
   }
 
   void forget() { kind_ = Kind::nothing; }
@@ -48,7 +47,8 @@ class EditGuard {
   [[nodiscard]] bool holds(Scalar t, const Plain& y) const {
     if (kind_ != Kind::checked || !same_time(t)) return false;
     if constexpr (!by_value) return hash(y) == last_;
-    else if constexpr (position_only) return (std::get<0>(Blocks<S>::all(y)).array() == std::get<0>(Blocks<S>::all(last_)).array()).all();
+    else if constexpr (position_only)
+      return (std::get<0>(Blocks<S>::all(y)).array() == std::get<0>(Blocks<S>::all(last_)).array()).all();
     else return equal_blocks<S>(y, last_);
   }
   /// The same, on the caller's word that the state is what the last step left.

@@ -23,9 +23,9 @@
 
 #include "phistep/core/phi.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/linear/mass.hpp"
 #include "phistep/resolve/newton.hpp"
 #include "phistep/state/blocks.hpp"
-#include "phistep/linear/mass.hpp"
 #include "phistep/stepper/resolvent.hpp"
 #include "phistep/stepper/right_hand_side.hpp"
 #include "phistep/stepper/transaction.hpp"
@@ -51,8 +51,9 @@ class PhiStepper {
   static_assert(Traits::valid || Rhs::drifts,
                 "phistep: the force of a first-order state must be callable as f(y) or f(y, t), or be a struct with "
                 "add(t, y, out)");
-  static_assert(!Scheme::is_pair || Rhs::drifts,
-                "phistep: a pair (phi_force, phi_drift) and velocity_verlet need a motion (r, v), not a first-order state");
+  static_assert(
+      !Scheme::is_pair || Rhs::drifts,
+      "phistep: a pair (phi_force, phi_drift) and velocity_verlet need a motion (r, v), not a first-order state");
 
   /// @param state   gives the sizes; it is not kept
   /// @param psi     the force Ψ, copied; wrap it in std::ref to keep it outside
@@ -66,8 +67,7 @@ class PhiStepper {
         rhs_{std::move(psi), bind_masses<S>(mass_, Transaction::copy_of(state))},
         transaction_{state},
         resolvent_{Transaction::copy_of(state), solver.options} {}
-  PhiStepper(const S& state, F psi, Scheme scheme, Solver solver)
-    requires std::is_same_v<MassSpec, UnitMasses>
+  PhiStepper(const S& state, F psi, Scheme scheme, Solver solver) requires std::is_same_v<MassSpec, UnitMasses>
       : PhiStepper{state, std::move(psi), scheme, UnitMasses{}, solver} {}
 
   /// Advances the state from t to t + dt. [time] dt < 0 steps backward.
@@ -114,9 +114,8 @@ class PhiStepper {
   }();
   /// Ψ⁺ serves the next step where it is known for nothing and errors in it die out: Verlet's second call, and φ > ½
   /// (an error in a reused Ψ is multiplied by −(1−φ)/φ each step).
-  static constexpr bool carries =
-      Traits::valid && !remembers<F> && !Traits::is_lookup && (is_verlet ? !Rhs::couples_unknowns
-                                                   : needs_solver && Scheme::form == Form::endpoint);
+  static constexpr bool carries = Traits::valid && !remembers<F> && !Traits::is_lookup &&
+                                  (is_verlet ? !Rhs::couples_unknowns : needs_solver && Scheme::form == Form::endpoint);
 
   struct NoResolvent {
     NoResolvent(const auto&, const NewtonOptions&) {}
@@ -125,7 +124,8 @@ class PhiStepper {
   };
   template <bool needed>
   static auto resolvent_type() {
-    if constexpr (needed) return std::type_identity<phistep::Resolvent<S, Rhs, typename Solver::LinearSolver, !is_verlet>>{};
+    if constexpr (needed)
+      return std::type_identity<phistep::Resolvent<S, Rhs, typename Solver::LinearSolver, !is_verlet>>{};
     else return std::type_identity<NoResolvent>{};
   }
   using Resolvent = typename decltype(resolvent_type<needs_solver>())::type;
@@ -147,7 +147,8 @@ class PhiStepper {
     } else {
       if (phi == 0) return forward(step, {dt, (1 - drift) * dt, drift * dt});
       if (phi == 1) coast(step, (1 - drift) * dt);
-      else if (const Outcome outcome = forward(step, {(1 - phi) * dt, (1 - drift) * dt, 0}); outcome != Outcome::success)
+      else if (const Outcome outcome = forward(step, {(1 - phi) * dt, (1 - drift) * dt, 0});
+               outcome != Outcome::success)
         return outcome;
       const Outcome outcome = resolve(step, {phi * dt, drift * dt}, step.t + dt);
       if constexpr (carries)
@@ -186,10 +187,9 @@ class PhiStepper {
 
   /// next = y + γ M⁻¹Ψ(t, y)
   [[nodiscard]] Outcome forward(Data& step, const Advance<Scalar>& by) {
-    const bool finite =
-        step.psi_known
-            ? rhs_.advance(step.next, step.y, by, RateOf<S>::blocks(std::as_const(step.psi)), step.psi)
-            : rhs_.advance(step.next, step.y, by, rhs_.evaluate(step.t, step.y, step.psi), step.psi);
+    const bool finite = step.psi_known
+                            ? rhs_.advance(step.next, step.y, by, RateOf<S>::blocks(std::as_const(step.psi)), step.psi)
+                            : rhs_.advance(step.next, step.y, by, rhs_.evaluate(step.t, step.y, step.psi), step.psi);
     return finite ? Outcome::success : Outcome::non_finite_state;
   }
   /// next = y, drifted: what forward Euler does with no weight on Ψ

@@ -161,10 +161,12 @@ class Resolvent {
     Rate& psi;
 
     void restart() {
-      for_each_solved([this](Index at, auto& y, const auto& from, const auto& base) {
-        part(self.increment_, at, y) = flat(from) - flat(base);
-        y = from;
-      }, Y, guess, self.base_);
+      for_each_solved(
+          [this](Index at, auto& y, const auto& from, const auto& base) {
+            part(self.increment_, at, y) = flat(from) - flat(base);
+            y = from;
+          },
+          Y, guess, self.base_);
       if constexpr (Rhs::drifts) position_of(Y) = position_of(self.base_) + gamma.drift * velocity_of(Y);
     }
     /// γ_f Ψ(t, Y) − M w
@@ -243,10 +245,12 @@ class Resolvent {
   /// Y ← Y + δ, component by component by the rule in the file's head.
   void move(Plain& Y, const Gamma<Scalar>& gamma) {
     increment_ += correction_;
-    for_each_solved([this](Index at, auto& y, const auto& base) {
-      for (Index i = 0; i < y.size(); ++i)
-        y.data()[i] = refined(base.data()[i], increment_[at + i], y.data()[i], correction_[at + i]);
-    }, Y, base_);
+    for_each_solved(
+        [this](Index at, auto& y, const auto& base) {
+          for (Index i = 0; i < y.size(); ++i)
+            y.data()[i] = refined(base.data()[i], increment_[at + i], y.data()[i], correction_[at + i]);
+        },
+        Y, base_);
     if constexpr (Rhs::drifts) {
       Scalar *const r = position_of(Y).data(), *const v = velocity_of(Y).data();
       const Scalar* const base = position_of(base_).data();
@@ -270,33 +274,37 @@ class Resolvent {
     if (options_.rtol > 0) return weighted_size(Y);
     Correction worst;
     bool first = true;
-    for_each_solved([&](Index at, const auto& y, const auto& base) {
-      const double delta = largest(part(last_move_, at, y)), size = largest(y);
-      double resolution = std::max(size, largest(base));
-      // Rounding of r reaches δ through K alone: all of it where springs are stiff, nothing where there are none.
-      if constexpr (Rhs::drifts && has_K)
-        if (first && gamma.drift != Scalar{0})
-          resolution = std::max(resolution, system_.drift_share() * largest(position_of(Y)) /
-                                                std::abs(static_cast<double>(gamma.drift)));
-      first = false;
-      worst.absolute = std::max(worst.absolute, delta);
-      if (delta > 0) {
-        worst.relative = std::max(worst.relative, size > 0 ? delta / size : 1.0);
-        worst.resolution = std::max(worst.resolution, resolution > 0 ? delta / resolution : 1.0);
-      }
-    }, Y, base_);
+    for_each_solved(
+        [&](Index at, const auto& y, const auto& base) {
+          const double delta = largest(part(last_move_, at, y)), size = largest(y);
+          double resolution = std::max(size, largest(base));
+          // Rounding of r reaches δ through K alone: all of it where springs are stiff, nothing where there are none.
+          if constexpr (Rhs::drifts && has_K)
+            if (first && gamma.drift != Scalar{0})
+              resolution = std::max(resolution, system_.drift_share() * largest(position_of(Y)) /
+                                                    std::abs(static_cast<double>(gamma.drift)));
+          first = false;
+          worst.absolute = std::max(worst.absolute, delta);
+          if (delta > 0) {
+            worst.relative = std::max(worst.relative, size > 0 ? delta / size : 1.0);
+            worst.resolution = std::max(worst.resolution, resolution > 0 ? delta / resolution : 1.0);
+          }
+        },
+        Y, base_);
     return worst;
   }
   [[nodiscard]] Correction weighted_size(const Plain& Y) const {
     const double rtol = ConvergenceTest::reduced(options_.rtol), atol = rtol * options_.atol / options_.rtol;
     double sum = 0;
-    for_each_solved([&](Index at, const auto& y, const auto& base) {
-      for (Index i = 0; i < y.size(); ++i) {
-        const double size = static_cast<double>(std::max(std::abs(y.data()[i]), std::abs(base.data()[i])));
-        const double delta = static_cast<double>(last_move_[at + i]);
-        if (delta != 0) sum += std::pow(delta / (atol + rtol * size), 2);
-      }
-    }, Y, base_);
+    for_each_solved(
+        [&](Index at, const auto& y, const auto& base) {
+          for (Index i = 0; i < y.size(); ++i) {
+            const double size = static_cast<double>(std::max(std::abs(y.data()[i]), std::abs(base.data()[i])));
+            const double delta = static_cast<double>(last_move_[at + i]);
+            if (delta != 0) sum += std::pow(delta / (atol + rtol * size), 2);
+          }
+        },
+        Y, base_);
     const double norm = std::sqrt(sum / std::max(1.0, static_cast<double>(last_move_.size())));
     return {norm, norm, largest(last_move_)};
   }
@@ -306,9 +314,9 @@ class Resolvent {
     ++rhs.statistics().jacobians;
     system_.clear();
     if constexpr (analytic)
-      add_jacobian<position, Rate, n_static>(rhs.force(), t, rhs.view(Y), rhs.trial_memory(), increment_.size(), system_);
-    else
-      difference(rhs, gamma, t, Y, psi);
+      add_jacobian<position, Rate, n_static>(rhs.force(), t, rhs.view(Y), rhs.trial_memory(), increment_.size(),
+                                             system_);
+    else difference(rhs, gamma, t, Y, psi);
     has_jacobian_ = system_.is_finite();
     return has_jacobian_ ? Outcome::success : Outcome::non_finite_jacobian;
   }
@@ -318,14 +326,16 @@ class Resolvent {
   [[nodiscard]] bool differences_reached_too_far(const Plain& Y) {
     bool too_far = false;
     std::size_t k = 0;
-    for_each_solved([&](Index at, const auto& y) {
-      const double size = std::max(largest(y), largest(part(correction_, at, y)));
-      if (size > 0 && kick_used_[k] > 16 * size) {
-        too_far = true;
-        kick_limit_[k] = size;
-      }
-      kick_used_[k++] = 0;
-    }, Y);
+    for_each_solved(
+        [&](Index at, const auto& y) {
+          const double size = std::max(largest(y), largest(part(correction_, at, y)));
+          if (size > 0 && kick_used_[k] > 16 * size) {
+            too_far = true;
+            kick_limit_[k] = size;
+          }
+          kick_used_[k++] = 0;
+        },
+        Y);
     return too_far;
   }
 
@@ -353,7 +363,8 @@ class Resolvent {
           [&](auto k, auto& block, const auto& rate, const auto& mass) {
             double fallback = 0;
             if constexpr (Rhs::drifts && k == 0)
-              if (gamma.drift != Scalar{0}) fallback = largest(position_of(Y)) / std::abs(static_cast<double>(gamma.drift));
+              if (gamma.drift != Scalar{0})
+                fallback = largest(position_of(Y)) / std::abs(static_cast<double>(gamma.drift));
             double kicked = 0;
             const auto factor = mass.scaled(gamma.force);
             for (Index i = 0; i < rate.size(); ++i)

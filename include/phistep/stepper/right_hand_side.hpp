@@ -16,8 +16,8 @@
 #include "phistep/core/version.hpp"
 #include "phistep/force/evaluate.hpp"
 #include "phistep/force/signature.hpp"
-#include "phistep/state/blocks.hpp"
 #include "phistep/linear/mass.hpp"
+#include "phistep/state/blocks.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -28,13 +28,13 @@ template <State S, class... M, class Plain>
   const auto blocks = Blocks<S>::solved(y);
   return [&]<std::size_t... K>(std::index_sequence<K...>) {
     return std::tuple{std::get<K>(list.masses).template bind<ScalarOf<S>>(std::get<K>(blocks))...};
-  }(std::index_sequence_for<M...>{});
+  }
+  (std::index_sequence_for<M...>{});
 }
 template <State S, class Plain>
 [[nodiscard]] auto bind_masses(const UnitMasses&, const Plain&) {
-  return []<std::size_t... K>(std::index_sequence<K...>) {
-    return std::tuple{(static_cast<void>(K), UnitMass{})...};
-  }(std::make_index_sequence<solved_blocks<S>>{});
+  return []<std::size_t... K>(std::index_sequence<K...>) { return std::tuple{(static_cast<void>(K), UnitMass{})...}; }
+  (std::make_index_sequence<solved_blocks<S>>{});
 }
 
 /// Coefficients of out = y + γ M⁻¹Ψ, and for motion r⁺ = r + before·v + after·v⁺.
@@ -61,7 +61,8 @@ class RightHandSide {
   static constexpr std::size_t blocks = solved_blocks<S>;
   static constexpr bool has_matrix_mass = []<std::size_t... K>(std::index_sequence<K...>) {
     return (std::tuple_element_t<K, Masses>::is_matrix || ...);
-  }(std::make_index_sequence<blocks>{});
+  }
+  (std::make_index_sequence<blocks>{});
   /// Whether Ψ depends on the unknowns themselves, and not on r alone.
   static constexpr bool couples_unknowns = !drifts || Traits::uses_velocity || blocks > 1;
 
@@ -110,7 +111,8 @@ class RightHandSide {
 
   /// out = y + γ M⁻¹Ψ, all blocks and the drift in one pass each; `out` may be y. False: something isn't finite.
   template <bool with_drift = drifts, class Psi>
-  [[nodiscard]] bool advance(Plain& out, const Plain& y, const Advance<Scalar>& by, const Psi& psi, Rate& scratch) const {
+  [[nodiscard]] bool advance(Plain& out, const Plain& y, const Advance<Scalar>& by, const Psi& psi,
+                             Rate& scratch) const {
     if constexpr (has_matrix_mass) {
       for_each_block(
           [](auto, auto& to, const auto& from, const auto& mass) {
@@ -182,7 +184,8 @@ class RightHandSide {
 
  private:
   template <bool with_drift, class Psi>
-  [[nodiscard]] bool advance_componentwise(Plain& out, const Plain& y, const Advance<Scalar>& by, const Psi& psi) const {
+  [[nodiscard]] bool advance_componentwise(Plain& out, const Plain& y, const Advance<Scalar>& by,
+                                           const Psi& psi) const {
     bool finite = true;
     const auto kick = [&](auto k, auto& to, const auto& from, const auto& rate, const auto& mass) {
       constexpr int size = std::remove_cvref_t<decltype(to)>::SizeAtCompileTime;
@@ -194,7 +197,9 @@ class RightHandSide {
           v1 = v[i] + factor(i) * f[i];
           r1 = r[i] + (before * v[i] + after * v1);
         };
-        finite = update_sized<size>(&out == &y, to.size(), kernel, to.data(), std::get<0>(Blocks<S>::all(out)).data()) && finite;
+        finite =
+            update_sized<size>(&out == &y, to.size(), kernel, to.data(), std::get<0>(Blocks<S>::all(out)).data()) &&
+            finite;
       } else {
         const auto kernel = [=](auto i, auto& v1) { v1 = v[i] + factor(i) * f[i]; };
         finite = update_sized<size>(&out == &y, to.size(), kernel, to.data()) && finite;

@@ -106,8 +106,8 @@ class Transaction {
   }
 
   template <class Advance>
-  StepReport run_from(Rhs& rhs, const Plain& y, S& state, Scalar t, Scalar dt, Origin origin, Advance& advance, Plain& next,
-                      Rate& psi) {
+  StepReport run_from(Rhs& rhs, const Plain& y, S& state, Scalar t, Scalar dt, Origin origin, Advance& advance,
+                      Plain& next, Rate& psi) {
     bool psi_known = false;
     if constexpr (carries) {
       psi_known = origin == Origin::unedited ? guard_.holds_unedited(t) : guard_.holds(t, y);
@@ -138,7 +138,8 @@ class Transaction {
   }
 
   // Out of line: the compiler must not weigh this against inlining the step itself.
-  [[gnu::cold, gnu::noinline]] StepReport fail(Rhs& rhs, Outcome outcome, Scalar t, Scalar dt, const Plain& y, const Plain& next, const Rate& psi) {
+  [[gnu::cold, gnu::noinline]] StepReport fail(Rhs& rhs, Outcome outcome, Scalar t, Scalar dt, const Plain& y,
+                                               const Plain& next, const Rate& psi) {
     ++rhs.statistics().failed_steps;
     Failure& f = failure_;
     f.t = static_cast<double>(t);
