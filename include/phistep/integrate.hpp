@@ -27,10 +27,7 @@ struct [[nodiscard]] RunReport {
   [[nodiscard]] explicit operator bool() const { return outcome == Outcome::success; }
   /// What happened, where, and what to try.
   [[nodiscard]] std::string message() const {
-    if (failure.outcome == outcome && outcome != Outcome::success) return failure.message();
-    std::string text = std::string("phistep: ") + describe(outcome);
-    if (const char* advice = advise(outcome); *advice != '\0') text += std::string(". Try: ") + advice;
-    return text + '.';
+    return failure.outcome == outcome && outcome != Outcome::success ? failure.message() : explain(outcome);
   }
 
   template <class OStream>

@@ -13,6 +13,13 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
+/// The outcome as a paragraph: what happened, the details known, what to try.
+[[nodiscard]] inline std::string explain(Outcome outcome, const std::string& details = {}) {
+  std::string text = std::string("phistep: ") + describe(outcome) + details;
+  if (const char* advice = advise(outcome); *advice != '\0') text += std::string(". Try: ") + advice;
+  return text + '.';
+}
+
 /// The details of the last failed step, kept by the stepper.
 struct Failure {
   static constexpr std::size_t history_length = 24;
@@ -36,7 +43,7 @@ struct Failure {
 
   /// Everything known, as one paragraph.
   [[nodiscard]] std::string message() const {
-    std::string text = std::string("phistep: ") + describe(outcome);
+    std::string text;
     char buffer[96];
     if (index >= 0) {
       text += ", component " + std::to_string(index);
@@ -54,8 +61,7 @@ struct Failure {
         text += buffer;
       }
     }
-    if (const char* advice = advise(outcome); *advice != '\0') text += std::string(". Try: ") + advice;
-    return text + '.';
+    return explain(outcome, text);
   }
 };
 
@@ -73,9 +79,7 @@ class [[nodiscard]] StepReport {
   /// The details of a failure. Valid, like message(), until the stepper's next step, move or end of life.
   [[nodiscard]] Failure failure() const { return failure_ != nullptr ? *failure_ : Failure{}; }
   /// What happened, where, and what to try. Valid until the stepper's next step, move or end of life.
-  [[nodiscard]] std::string message() const {
-    return failure_ != nullptr ? failure_->message() : std::string("phistep: ") + describe(outcome_) + '.';
-  }
+  [[nodiscard]] std::string message() const { return failure_ != nullptr ? failure_->message() : explain(outcome_); }
 
  private:
   const Failure* failure_ = nullptr;

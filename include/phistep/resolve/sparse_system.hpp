@@ -29,7 +29,6 @@ template <class Scalar, class Solver>
 class SparseSystem {
  public:
   using Matrix = Eigen::SparseMatrix<Scalar>;
-  using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
 
   void resize(Eigen::Index n) {
     W_.resize(n, n);

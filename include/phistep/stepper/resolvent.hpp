@@ -15,7 +15,6 @@
 #include <Eigen/Core>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -34,16 +33,11 @@
 #include "phistep/resolve/dense_system.hpp"
 #include "phistep/resolve/newton.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/unknowns.hpp"
+#include "phistep/stepper/difference_tangent.hpp"
 #include "phistep/stepper/right_hand_side.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
-
-/// The coefficients of a resolve: γ on the force and γ on the drift. [time]
-template <class Scalar>
-struct Gamma {
-  Scalar force;
-  Scalar drift;
-};
 
 /// `position` = false serves resolves with γ_d = 0 only (Verlet's last half-kick): no K, and terms that ignore v are
 /// never asked for a tangent.
@@ -78,7 +72,7 @@ class Resolvent {
                                   " unknowns by differences would be dense; give the force a member jacobian(...) "
                                   "(sparse for large systems), or add_jacobian(...) to its terms");
     base_ = y;
-    if constexpr (!analytic) probe_ = y, probe_rate_ = make_rate<S>(y);
+    if constexpr (!analytic) differences_.resize(y);
     increment_.setZero(n);
     correction_.setZero(n);
     last_move_.setZero(n);
@@ -96,7 +90,7 @@ class Resolvent {
     if (gamma.force != factored_.force || gamma.drift != factored_.drift) has_factors_ = false;
     Equation equation{*this, rhs, gamma, t, Y, guess, psi};
     equation.restart();
-    kick_limit_.fill(std::numeric_limits<double>::infinity());
+    if constexpr (!analytic) differences_.begin();
     const int before = history.iterations;
     const Outcome outcome =
         solve_newton(equation, options_, static_cast<double>(std::numeric_limits<Scalar>::epsilon()), history);
@@ -106,7 +100,7 @@ class Resolvent {
 
   /// out.solved += factor·(Y − b) with the last resolve's increment.
   void add_increment(Scalar factor, Plain& out) const {
-    for_each_solved([&](Index at, auto& y) { flat(y) += factor * part(increment_, at, y); }, out);
+    for_each_solved<S>([&](Index at, auto& y) { flat(y) += factor * part(increment_, at, y); }, out);
   }
 
   /// Ψ(t, Y) = M (Y − b)/γ_f of the last resolve: known without a force call.
@@ -124,32 +118,6 @@ class Resolvent {
   }
 
  private:
-  static auto& position_of(auto& y) { return std::get<0>(Blocks<S>::all(y)); }
-  static auto& velocity_of(auto& y) { return std::get<1>(Blocks<S>::all(y)); }
-  /// A block as one column, in storage order.
-  template <class Block>
-  static auto flat(Block& block) {
-    using Column = Eigen::Matrix<Scalar, std::remove_const_t<Block>::SizeAtCompileTime, 1>;
-    return Eigen::Map<std::conditional_t<std::is_const_v<Block>, const Column, Column>>(block.data(), block.size());
-  }
-  /// The unknowns of one block within a vector of all unknowns.
-  template <class Vector, class Block>
-  static auto part(Vector& all, Index at, const Block& block) {
-    return all.template segment<Block::SizeAtCompileTime>(at, block.size());
-  }
-  /// f(offset of the block among the unknowns, that block of each state)
-  template <class... Plains>
-  static void for_each_solved(auto&& f, Plains&... states) {
-    Index at = 0;
-    for_each_block(
-        [&](auto, auto& first, auto&... rest) {
-          f(at, first, rest...);
-          at += first.size();
-        },
-        Blocks<S>::solved(states)...);
-  }
-  static double largest(const auto& x) { return x.size() == 0 ? 0.0 : static_cast<double>(x.cwiseAbs().maxCoeff()); }
-
   /// What solve_newton iterates on.
   struct Equation {
     Resolvent& self;
@@ -161,22 +129,22 @@ class Resolvent {
     Rate& psi;
 
     void restart() {
-      for_each_solved(
+      for_each_solved<S>(
           [this](Index at, auto& y, const auto& from, const auto& base) {
             part(self.increment_, at, y) = flat(from) - flat(base);
             y = from;
           },
           Y, guess, self.base_);
-      if constexpr (Rhs::drifts) position_of(Y) = position_of(self.base_) + gamma.drift * velocity_of(Y);
+      if constexpr (Rhs::drifts) position_of<S>(Y) = position_of<S>(self.base_) + gamma.drift * velocity_of<S>(Y);
     }
     /// γ_f Ψ(t, Y) − M w
     [[nodiscard]] Outcome residual() {
       rhs.evaluate_into(t, Y, psi);
-      subtract_inertia();
+      assemble_residual();
       if (all_finite(self.correction_.data(), self.correction_.size())) return Outcome::success;
       return first_non_finite(Rate::blocks(psi)) ? Outcome::non_finite_force : Outcome::non_finite_state;
     }
-    void subtract_inertia() {
+    void assemble_residual() {
       Index at = 0;
       for_each_block(
           [&](auto, const auto& block, const auto& mass) {
@@ -215,9 +183,9 @@ class Resolvent {
     [[nodiscard]] Outcome correct() {
       if (const Outcome outcome = solve(); outcome != Outcome::success) return outcome;
       if constexpr (!analytic)
-        while (self.differences_reached_too_far(Y)) {
+        while (self.differences_.reached_too_far(Y, self.correction_)) {
           // The tangent belongs to another place than the correction it made.
-          subtract_inertia();
+          assemble_residual();
           if (Outcome outcome = self.linearise(rhs, gamma, t, Y, psi); outcome != Outcome::success) return outcome;
           if (Outcome outcome = self.factorize(rhs, gamma); outcome != Outcome::success) return outcome;
           if (Outcome outcome = solve(); outcome != Outcome::success) return outcome;
@@ -245,16 +213,16 @@ class Resolvent {
   /// Y ← Y + δ, component by component by the rule in the file's head.
   void move(Plain& Y, const Gamma<Scalar>& gamma) {
     increment_ += correction_;
-    for_each_solved(
+    for_each_solved<S>(
         [this](Index at, auto& y, const auto& base) {
           for (Index i = 0; i < y.size(); ++i)
             y.data()[i] = refined(base.data()[i], increment_[at + i], y.data()[i], correction_[at + i]);
         },
         Y, base_);
     if constexpr (Rhs::drifts) {
-      Scalar *const r = position_of(Y).data(), *const v = velocity_of(Y).data();
-      const Scalar* const base = position_of(base_).data();
-      for (Index i = 0; i < position_of(Y).size(); ++i) {
+      Scalar *const r = position_of<S>(Y).data(), *const v = velocity_of<S>(Y).data();
+      const Scalar* const base = position_of<S>(base_).data();
+      for (Index i = 0; i < position_of<S>(Y).size(); ++i) {
         const Scalar sum = base[i] + gamma.drift * v[i];
         if (std::abs(sum) < std::abs(base[i]) / 2) {
           r[i] += gamma.drift * correction_[i];
@@ -274,14 +242,14 @@ class Resolvent {
     if (options_.rtol > 0) return weighted_size(Y);
     Correction worst;
     bool first = true;
-    for_each_solved(
+    for_each_solved<S>(
         [&](Index at, const auto& y, const auto& base) {
           const double delta = largest(part(last_move_, at, y)), size = largest(y);
           double resolution = std::max(size, largest(base));
           // Rounding of r reaches δ through K alone: all of it where springs are stiff, nothing where there are none.
           if constexpr (Rhs::drifts && has_K)
             if (first && gamma.drift != Scalar{0})
-              resolution = std::max(resolution, system_.drift_share() * largest(position_of(Y)) /
+              resolution = std::max(resolution, system_.drift_share() * largest(position_of<S>(Y)) /
                                                     std::abs(static_cast<double>(gamma.drift)));
           first = false;
           worst.absolute = std::max(worst.absolute, delta);
@@ -296,7 +264,7 @@ class Resolvent {
   [[nodiscard]] Correction weighted_size(const Plain& Y) const {
     const double rtol = ConvergenceTest::reduced(options_.rtol), atol = rtol * options_.atol / options_.rtol;
     double sum = 0;
-    for_each_solved(
+    for_each_solved<S>(
         [&](Index at, const auto& y, const auto& base) {
           for (Index i = 0; i < y.size(); ++i) {
             const double size = static_cast<double>(std::max(std::abs(y.data()[i]), std::abs(base.data()[i])));
@@ -316,75 +284,9 @@ class Resolvent {
     if constexpr (analytic)
       add_jacobian<position, Rate, n_static>(rhs.force(), t, rhs.view(Y), rhs.trial_memory(), increment_.size(),
                                              system_);
-    else difference(rhs, gamma, t, Y, psi);
+    else differences_.compute(rhs, gamma, t, Y, psi, options_, system_);
     has_jacobian_ = system_.is_finite();
     return has_jacobian_ ? Outcome::success : Outcome::non_finite_jacobian;
-  }
-
-  /// A stiff force kicks far and moves little: differences over the kick then miss the tangent. True once per block and
-  /// matrix that did so, with the next differences confined to what Y and δ say.
-  [[nodiscard]] bool differences_reached_too_far(const Plain& Y) {
-    bool too_far = false;
-    std::size_t k = 0;
-    for_each_solved(
-        [&](Index at, const auto& y) {
-          const double size = std::max(largest(y), largest(part(correction_, at, y)));
-          if (size > 0 && kick_used_[k] > 16 * size) {
-            too_far = true;
-            kick_limit_[k] = size;
-          }
-          kick_used_[k++] = 0;
-        },
-        Y);
-    return too_far;
-  }
-
-  void difference(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& Y, const Rate& psi) {
-    copy_blocks<S>(probe_, Y);
-    const auto column = [&](Index j, Scalar delta, auto&& put) {
-      rhs.evaluate_into(t, probe_, probe_rate_);
-      Index at = 0;
-      for_each_block(
-          [&](auto, const auto& moved, const auto& still) {
-            for (Index i = 0; i < still.size(); ++i) put(at + i, j, (moved.data()[i] - still.data()[i]) / delta);
-            at += still.size();
-          },
-          Rate::blocks(probe_rate_), Rate::blocks(psi));
-    };
-    double moved_by_drift = 0;
-    if constexpr (Rhs::drifts) moved_by_drift = std::abs(static_cast<double>(gamma.drift)) * largest(velocity_of(Y));
-    if constexpr (has_K)
-      for_each_difference(position_of(probe_), scale_of(position_of(Y), moved_by_drift, 0), [&](Index j, Scalar delta) {
-        column(j, delta, [this](Index i, Index k, Scalar x) { system_.position(i, k, x); });
-      });
-    if constexpr (has_C) {
-      Index at = 0;
-      for_each_block(
-          [&](auto k, auto& block, const auto& rate, const auto& mass) {
-            double fallback = 0;
-            if constexpr (Rhs::drifts && k == 0)
-              if (gamma.drift != Scalar{0})
-                fallback = largest(position_of(Y)) / std::abs(static_cast<double>(gamma.drift));
-            double kicked = 0;
-            const auto factor = mass.scaled(gamma.force);
-            for (Index i = 0; i < rate.size(); ++i)
-              kicked = std::max(kicked, std::abs(static_cast<double>(factor(i) * rate.data()[i])));
-            kicked = std::min(kicked, kick_limit_[k]);
-            kick_used_[k] = kicked;
-            for_each_difference(block, scale_of(block, kicked, fallback), [&](Index j, Scalar delta) {
-              column(at + j, delta, [this](Index i, Index c, Scalar x) { system_.velocity(i, c, x); });
-            });
-            at += block.size();
-          },
-          Blocks<S>::solved(probe_), Rate::blocks(psi), rhs.masses());
-    }
-  }
-  /// What counts as a usual size of a block's components: what they are, or how far a step moves them.
-  [[nodiscard]] Scalar scale_of(const auto& block, double moved, double fallback) const {
-    double scale = std::max(largest(block), moved);
-    if (scale == 0) scale = fallback;
-    if (options_.rtol > 0) scale = 16 * options_.atol / options_.rtol;
-    return static_cast<Scalar>(scale > 0 ? scale : 1.0);
   }
 
   [[nodiscard]] Outcome factorize(Rhs& rhs, const Gamma<Scalar>& gamma) {
@@ -406,10 +308,8 @@ class Resolvent {
   struct Absent {};
   NewtonOptions options_;
   Plain base_;
-  [[no_unique_address]] std::conditional_t<analytic, Absent, Plain> probe_;
-  [[no_unique_address]] std::conditional_t<analytic, NoMemory, Rate> probe_rate_;
+  [[no_unique_address]] std::conditional_t<analytic, Absent, DifferenceTangent<S, Rhs, has_K, has_C>> differences_;
   Unknown increment_, correction_, last_move_;
-  std::array<double, Rhs::blocks> kick_used_{}, kick_limit_{};  // how far differences reached, and may reach
   System system_;
   Gamma<Scalar> factored_{};
   bool has_jacobian_ = false, has_factors_ = false;

@@ -18,6 +18,7 @@
 #include "phistep/force/signature.hpp"
 #include "phistep/linear/mass.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/unknowns.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -118,10 +119,8 @@ class RightHandSide {
           [](auto, auto& to, const auto& from, const auto& mass) {
             if (&to != &from) to = from;
             // In storage order, as everywhere. M⁻¹ would spread a NaN over all components, and hide which one had it.
-            if constexpr (std::remove_cvref_t<decltype(mass)>::is_matrix) {
-              auto flat = Eigen::Map<Eigen::Matrix<Scalar, Eigen::Dynamic, 1>>(to.data(), to.size());
-              if (all_finite(to.data(), to.size())) mass.solve(flat);
-            }
+            if constexpr (std::remove_cvref_t<decltype(mass)>::is_matrix)
+              if (all_finite(to.data(), to.size())) mass.solve(flat(to));
           },
           Rate::blocks(scratch), psi, masses_);
       return advance_componentwise<with_drift>(out, y, by, Rate::blocks(std::as_const(scratch)));
@@ -162,8 +161,8 @@ class RightHandSide {
     if constexpr (returns_reference) {
       try {
         Rate scratch = make_rate<S>(y);
-        where = first_non_finite(evaluate(t, y, scratch));
-        --statistics_.force_calls;
+        assign_force(force(), t, view(y), trial_, scratch);  // uncounted: part of the message, not of the step
+        where = first_non_finite(Rate::blocks(scratch));
       } catch (...) {
         return false;
       }

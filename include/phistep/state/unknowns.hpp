@@ -1,0 +1,54 @@
+/// @file
+/// The unknowns of an implicit solve: a state's solved blocks, one after the other, each in storage order.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <tuple>
+#include <type_traits>
+
+#include "phistep/core/version.hpp"
+#include "phistep/state/blocks.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// A plain block as one column, in storage order.
+template <class Block>
+[[nodiscard]] auto flat(Block& block) {
+  using Column = Eigen::Matrix<typename Block::Scalar, std::remove_const_t<Block>::SizeAtCompileTime, 1>;
+  return Eigen::Map<std::conditional_t<std::is_const_v<Block>, const Column, Column>>(block.data(), block.size());
+}
+
+/// One block's unknowns within a vector of all unknowns.
+template <class Vector, class Block>
+[[nodiscard]] auto part(Vector& all, Index at, const Block& block) {
+  return all.template segment<Block::SizeAtCompileTime>(at, block.size());
+}
+
+/// f(offset of the block among the unknowns, that block of each state), for every solved block.
+template <State S, class... Plains>
+void for_each_solved(auto&& f, Plains&... states) {
+  Index at = 0;
+  for_each_block(
+      [&](auto, auto& first, auto&... rest) {
+        f(at, first, rest...);
+        at += first.size();
+      },
+      Blocks<S>::solved(states)...);
+}
+
+/// The largest magnitude in a block, 0 for an empty one.
+[[nodiscard]] double largest(const auto& x) {
+  return x.size() == 0 ? 0.0 : static_cast<double>(x.cwiseAbs().maxCoeff());
+}
+
+template <State S>
+[[nodiscard]] auto& position_of(auto& y) {
+  return std::get<0>(Blocks<S>::all(y));
+}
+template <State S>
+[[nodiscard]] auto& velocity_of(auto& y) {
+  return std::get<1>(Blocks<S>::all(y));
+}
+
+}  // namespace phistep::inline PHISTEP_ABI
