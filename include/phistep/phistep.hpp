@@ -10,6 +10,7 @@
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/force/annotate.hpp"
 #include "phistep/force/drag.hpp"
 #include "phistep/force/gravity.hpp"
 #include "phistep/force/springs.hpp"

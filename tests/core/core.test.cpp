@@ -212,11 +212,19 @@ TEST_CASE("statistics subtract field by field and print their counts") {
 
 TEST_CASE("the structure of a sum holds that of both its terms") {
   using enum Structure;
-  for (const Structure s : {none, diagonal, dense, sparse}) {
+  for (const Structure s : {none, diagonal, local, network, block_tridiagonal, banded, dense, sparse}) {
     CHECK(combine(s, none) == s);
     CHECK(combine(none, s) == s);
     CHECK(combine(s, s) == s);
     CHECK(combine(s, sparse) == sparse);
   }
   CHECK(combine(dense, diagonal) == dense);
+  CHECK(combine(local, dense) == dense);
+  CHECK(combine(diagonal, local) == local);
+  CHECK(combine(local, network) == network);
+  CHECK(combine(banded, diagonal) == banded);
+  // No one structure but the general one holds both of these.
+  for (const Structure s : {local, network, block_tridiagonal}) CHECK(combine(s, banded) == sparse);
+  CHECK(combine(network, dense) == sparse);
+  CHECK(combine(banded, dense) == dense);
 }

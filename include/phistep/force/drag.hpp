@@ -19,6 +19,7 @@ struct LinearDrag : ForceTerm {
   double c;  ///< [force·time/length]
 
   static constexpr bool uses_velocity = true, uses_time = false;
+  static constexpr bool is_affine = true, is_symmetric = true;
   static constexpr Structure structure = Structure::diagonal;
 
   /// @throws std::invalid_argument unless the coefficient is finite.

@@ -22,6 +22,7 @@ struct Gravity : ForceTerm {
   Vector g;  ///< [length/time²]
 
   static constexpr bool uses_velocity = false, uses_time = false;
+  static constexpr bool is_affine = true, is_symmetric = true;
   static constexpr Structure structure = Structure::none;
 
   /// @throws std::invalid_argument unless g is finite.

@@ -181,6 +181,24 @@ template <class F>
   requires(std::is_class_v<F> && !std::is_final_v<F>)
 inline constexpr bool has_member_named_jacobian<F> = !requires { &WithJacobianName<F>::jacobian; };
 
+/// What a force says about itself by a static member; `otherwise` where it is silent.
+template <class F>
+[[nodiscard]] consteval bool says_uses_velocity(bool otherwise) {
+  if constexpr (requires { bool{F::uses_velocity}; }) return F::uses_velocity;
+  else return otherwise;
+}
+template <class F>
+[[nodiscard]] consteval bool says_uses_time(bool otherwise) {
+  if constexpr (requires { bool{F::uses_time}; }) return F::uses_time;
+  else return otherwise;
+}
+/// Rows of one particle's (or chain link's) block of the tangent, 0 where the force names none.
+template <class F>
+[[nodiscard]] consteval int block_of() {
+  if constexpr (requires { int{F::block}; }) return F::block;
+  else return 0;
+}
+
 /// Needs and offers of force F for states seen through View, with rates of type Rate.
 template <class F, class View, class Rate>
 struct ForceTraits {
@@ -191,29 +209,16 @@ struct ForceTraits {
   }();
   static constexpr bool valid = accumulates || arity > 0;
 
-  static constexpr bool uses_velocity = [] {
-    if constexpr (requires {
-                    { F::uses_velocity } -> std::convertible_to<bool>;
-                  })
-      return bool{F::uses_velocity};
-    else return accumulates || (MotionLike<View> ? arity >= 2 : true);
-  }();
-  static constexpr bool uses_time = [] {
-    if constexpr (requires {
-                    { F::uses_time } -> std::convertible_to<bool>;
-                  })
-      return bool{F::uses_time};
-    else return accumulates || arity == (MotionLike<View> ? 3 : 2);
-  }();
+  static constexpr bool uses_velocity = says_uses_velocity<F>(accumulates || (MotionLike<View> ? arity >= 2 : true));
+  static constexpr bool uses_time = says_uses_time<F>(accumulates || arity == (MotionLike<View> ? 3 : 2));
 
   /// The force says that calling it again costs less than remembering its result: a table, an array given from outside.
-  static constexpr bool is_lookup = [] {
-    if constexpr (requires {
-                    { F::is_lookup } -> std::convertible_to<bool>;
-                  })
-      return bool{F::is_lookup};
-    else return false;
-  }();
+  static constexpr bool is_lookup = requires { requires F::is_lookup; };
+  static constexpr bool is_affine = requires { requires F::is_affine; };
+  static constexpr bool is_symmetric = requires { requires F::is_symmetric; };
+  /// The force knows where its tangents can be non-zero, so that differences need few calls.
+  static constexpr bool has_pattern = requires(const F& f, Index n) { f.pattern(n); };
+  static constexpr int block = block_of<F>();
 
   static constexpr bool returns_jacobian = phistep::returns_jacobian<F, View, arity>();
   static constexpr bool has_jacobian = returns_jacobian || AddsJacobian<F, View>;
@@ -248,18 +253,29 @@ struct ForceTraits<Sum<T...>, View, Rate> {
   static constexpr bool uses_velocity = (Of<T>::uses_velocity || ...);
   static constexpr bool uses_time = (Of<T>::uses_time || ...);
   static constexpr bool is_lookup = (Of<T>::is_lookup && ...);
+  static constexpr bool is_affine = (Of<T>::is_affine && ...);
+  static constexpr bool is_symmetric = (Of<T>::is_symmetric && ...);
+  static constexpr bool has_pattern = false;
+  /// Terms that name a block must agree on it.
+  static constexpr int block = [] {
+    int all = 0;
+    const auto join = [&all](int of) { all = of == 0 || all == of ? all : all == 0 ? of : -1; };
+    (join(Of<T>::block), ...);
+    return all < 0 ? 0 : all;
+  }();
+  static constexpr bool blocks_agree = ((Of<T>::block == 0 || Of<T>::block == block) && ...);
   static constexpr bool returns_jacobian = false;
   static constexpr bool has_jacobian = (Of<T>::has_jacobian && ...);
   static constexpr bool has_velocity_jacobian = (Of<T>::has_velocity_jacobian && ...);
   static constexpr Structure structure = [] {
     Structure all = Structure::none;
     ((all = combine(all, Of<T>::structure)), ...);
-    return all;
+    return blocks_agree ? all : combine(all, Structure::sparse);
   }();
   static constexpr Structure velocity_structure = [] {
     Structure all = Structure::none;
     ((all = combine(all, Of<T>::velocity_structure)), ...);
-    return all;
+    return blocks_agree ? all : combine(all, Structure::sparse);
   }();
 };
 

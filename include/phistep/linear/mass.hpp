@@ -19,6 +19,7 @@
 #include <utility>
 
 #include "phistep/core/arithmetic.hpp"
+#include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/linear/dense_lu.hpp"
 
@@ -41,6 +42,7 @@ struct ComponentFactor {
 
 /// M = 1: no divide, no multiply.
 struct UnitMass {
+  static constexpr Structure structure = Structure::diagonal;
   static constexpr bool is_matrix = false;
   template <class Scalar, class Block>
   [[nodiscard]] UnitMass bind(const Block&) const {
@@ -69,6 +71,7 @@ template <class T>
 template <class T>
 class ScalarMass {
  public:
+  static constexpr Structure structure = Structure::diagonal;
   static constexpr bool is_matrix = false;
   /// @throws std::invalid_argument unless m is finite and > 0.
   explicit ScalarMass(T m) : mass_{checked_mass(m)} {}
@@ -93,6 +96,7 @@ class ScalarMass {
 template <class T>
 class DiagonalMass {
  public:
+  static constexpr Structure structure = Structure::diagonal;
   static constexpr bool is_matrix = false;
   /// @throws std::invalid_argument unless every mass is finite and > 0.
   explicit DiagonalMass(Eigen::Matrix<T, Eigen::Dynamic, 1> masses) : mass_{std::move(masses)} {
@@ -131,6 +135,7 @@ class DiagonalMass {
 template <class T>
 class DenseMass {
  public:
+  static constexpr Structure structure = Structure::dense;
   static constexpr bool is_matrix = true;
   using Matrix = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic>;
   /// @throws std::invalid_argument unless the matrix is square, finite and invertible.

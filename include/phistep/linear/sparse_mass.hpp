@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "phistep/core/arithmetic.hpp"
+#include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/linear/mass.hpp"
 
@@ -21,7 +22,7 @@ template <class T>
 class SparseMass {
  public:
   static constexpr bool is_matrix = true;
-  static constexpr bool is_sparse = true;
+  static constexpr Structure structure = Structure::sparse;
   using Matrix = Eigen::SparseMatrix<T>;
   /// @throws std::invalid_argument unless the matrix is square, finite and invertible.
   explicit SparseMass(Matrix mass) : mass_{std::move(mass)}, lu_{std::make_shared<Eigen::SparseLU<Matrix>>()} {

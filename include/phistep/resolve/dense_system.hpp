@@ -22,12 +22,13 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// Which system serves a structure; the sparse ones come with <phistep/sparse.hpp>.
-template <Structure structure, class Scalar, int n, bool has_K, bool has_C, class Solver>
+/// Which system serves a matrix of n unknowns; the sparse ones come with <phistep/sparse.hpp>. `Solver` is the linear
+/// solver that the user named, void where the library chooses.
+template <MatrixFacts facts, class Scalar, int n, class Solver>
 struct SystemFor {
-  static_assert(structure != Structure::sparse,
+  static_assert(facts.structure != Structure::sparse,
                 "phistep: this force has a sparse Jacobian: #include <phistep/sparse.hpp>");
-  static_assert(structure == Structure::sparse,
+  static_assert(facts.structure == Structure::sparse,
                 "phistep: a linear solver of one's own needs a sparse Jacobian, and <phistep/sparse.hpp>");
 };
 
@@ -133,17 +134,15 @@ class DiagonalSystem {
   double drift_share_ = 0;
 };
 
-template <class Scalar, int n, bool has_K, bool has_C>
-struct SystemFor<Structure::dense, Scalar, n, has_K, has_C, void> {
-  using type = DenseSystem<Scalar, n, has_K, has_C>;
+template <MatrixFacts facts, class Scalar, int n>
+  requires(facts.structure == Structure::dense)
+struct SystemFor<facts, Scalar, n, void> {
+  using type = DenseSystem<Scalar, n, facts.has_K, facts.has_C>;
 };
-template <class Scalar, int n, bool has_K, bool has_C>
-struct SystemFor<Structure::diagonal, Scalar, n, has_K, has_C, void> {
-  using type = DiagonalSystem<Scalar, n, has_K, has_C>;
-};
-template <class Scalar, int n, bool has_K, bool has_C>
-struct SystemFor<Structure::none, Scalar, n, has_K, has_C, void> {
-  using type = DiagonalSystem<Scalar, n, has_K, has_C>;
+template <MatrixFacts facts, class Scalar, int n>
+  requires(facts.structure <= Structure::diagonal)
+struct SystemFor<facts, Scalar, n, void> {
+  using type = DiagonalSystem<Scalar, n, facts.has_K, facts.has_C>;
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

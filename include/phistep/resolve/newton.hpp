@@ -25,9 +25,16 @@ struct NewtonOptions {
   int max_iterations = 0;  ///< 0: 7 with a tolerance, 25 to rounding
 };
 
-/// The choice of solver: `Solver` is a class with Eigen's sparse solver interface, void the library's own choice.
+/// A way to solve the implicit equations, as the last argument of a stepper.
+template <class T>
+concept ImplicitSolver = requires {
+  requires T::is_implicit_solver;
+};
+
+/// Newton's iteration: `Solver` is a class with Eigen's sparse solver interface, void the library's own choice.
 template <class Solver = void>
 struct Newton {
+  static constexpr bool is_implicit_solver = true;
   using LinearSolver = Solver;
   NewtonOptions options;
 };

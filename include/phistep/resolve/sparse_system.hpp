@@ -175,13 +175,14 @@ class SparseSystem {
 };
 
 /// LU unless the user names a solver: right for every tangent, symmetric or not.
-template <class Scalar, int n, bool has_K, bool has_C>
-struct SystemFor<Structure::sparse, Scalar, n, has_K, has_C, void> {
+template <MatrixFacts facts, class Scalar, int n>
+  requires(facts.structure == Structure::sparse)
+struct SystemFor<facts, Scalar, n, void> {
   using type = SparseSystem<Scalar, Eigen::SparseLU<Eigen::SparseMatrix<Scalar>>>;
 };
-template <class Scalar, int n, bool has_K, bool has_C, class Solver>
+template <MatrixFacts facts, class Scalar, int n, class Solver>
   requires(!std::is_void_v<Solver>)
-struct SystemFor<Structure::sparse, Scalar, n, has_K, has_C, Solver> {
+struct SystemFor<facts, Scalar, n, Solver> {
   using type = SparseSystem<Scalar, Solver>;
 };
 

@@ -34,8 +34,8 @@ namespace phistep::inline PHISTEP_ABI {
 
 /// Steps a state S under a force F by the φ-method.
 /// @tparam MassList  what mass(…) or capacity(…) returned, UnitMasses for M = 1
-/// @tparam Solver    Newton<LinearSolver>
-template <State S, class F, class Scheme, class MassSpec = UnitMasses, class Solver = Newton<>>
+/// @tparam Solver    how the implicit equations are solved
+template <State S, class F, class Scheme, class MassSpec = UnitMasses, ImplicitSolver Solver = Newton<>>
 class PhiStepper {
   using Masses = decltype(bind_masses<S>(std::declval<const MassSpec&>(), std::declval<const PlainState<S>&>()));
   using Rhs = RightHandSide<S, F, Masses>;
@@ -66,7 +66,7 @@ class PhiStepper {
         mass_{std::move(mass)},
         rhs_{std::move(psi), bind_masses<S>(mass_, Transaction::copy_of(state))},
         transaction_{state},
-        resolvent_{Transaction::copy_of(state), solver.options} {}
+        resolvent_{Transaction::copy_of(state), rhs_, solver} {}
   PhiStepper(const S& state, F psi, Scheme scheme, Solver solver) requires std::is_same_v<MassSpec, UnitMasses>
       : PhiStepper{state, std::move(psi), scheme, UnitMasses{}, solver} {}
 
@@ -118,14 +118,13 @@ class PhiStepper {
                                   (is_verlet ? !Rhs::couples_unknowns : needs_solver && Scheme::form == Form::endpoint);
 
   struct NoResolvent {
-    NoResolvent(const auto&, const NewtonOptions&) {}
+    NoResolvent(const auto&...) {}
     static void reset() {}
-    static void resize(const auto&) {}
+    static void resize(const auto&, const auto&) {}
   };
   template <bool needed>
   static auto resolvent_type() {
-    if constexpr (needed)
-      return std::type_identity<phistep::Resolvent<S, Rhs, typename Solver::LinearSolver, !is_verlet>>{};
+    if constexpr (needed) return ResolventFor<S, Rhs, Solver, !is_verlet>{};
     else return std::type_identity<NoResolvent>{};
   }
   using Resolvent = typename decltype(resolvent_type<needs_solver>())::type;
@@ -223,7 +222,7 @@ class PhiStepper {
     const auto copy = Transaction::copy_of(state);
     auto masses = bind_masses<S>(mass_, copy);
     Transaction fresh{state};
-    resolvent_.resize(copy);
+    resolvent_.resize(copy, rhs_);
     rhs_.rebind(std::move(masses));
     transaction_ = std::move(fresh);
   }
@@ -239,13 +238,13 @@ template <class S, class F, class Scheme>
 PhiStepper(const S&, F, Scheme) -> PhiStepper<S, F, Scheme>;
 template <class S, class F, class Scheme>
 PhiStepper(const S&, F, Scheme, UnitMasses) -> PhiStepper<S, F, Scheme>;
-template <class S, class F, class Scheme, class L>
-PhiStepper(const S&, F, Scheme, UnitMasses, Newton<L>) -> PhiStepper<S, F, Scheme, UnitMasses, Newton<L>>;
 template <class S, class F, class Scheme, class... M>
 PhiStepper(const S&, F, Scheme, MassList<M...>) -> PhiStepper<S, F, Scheme, MassList<M...>>;
-template <class S, class F, class Scheme, class L>
-PhiStepper(const S&, F, Scheme, Newton<L>) -> PhiStepper<S, F, Scheme, UnitMasses, Newton<L>>;
-template <class S, class F, class Scheme, class... M, class L>
-PhiStepper(const S&, F, Scheme, MassList<M...>, Newton<L>) -> PhiStepper<S, F, Scheme, MassList<M...>, Newton<L>>;
+template <class S, class F, class Scheme, ImplicitSolver Solver>
+PhiStepper(const S&, F, Scheme, Solver) -> PhiStepper<S, F, Scheme, UnitMasses, Solver>;
+template <class S, class F, class Scheme, ImplicitSolver Solver>
+PhiStepper(const S&, F, Scheme, UnitMasses, Solver) -> PhiStepper<S, F, Scheme, UnitMasses, Solver>;
+template <class S, class F, class Scheme, class... M, ImplicitSolver Solver>
+PhiStepper(const S&, F, Scheme, MassList<M...>, Solver) -> PhiStepper<S, F, Scheme, MassList<M...>, Solver>;
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -41,8 +41,8 @@ namespace phistep::inline PHISTEP_ABI {
 
 /// `position` = false serves resolves with γ_d = 0 only (Verlet's last half-kick): no K, and terms that ignore v are
 /// never asked for a tangent.
-template <State S, class Rhs, class Solver, bool position = true>
-class Resolvent {
+template <State S, class Rhs, class LinearSolver, bool position = true>
+class NewtonResolvent {
  public:
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
@@ -53,21 +53,28 @@ class Resolvent {
   static constexpr bool has_K = Rhs::drifts && position;
   static constexpr bool has_C = Rhs::couples_unknowns;
   static constexpr bool analytic = position ? Traits::has_jacobian : Traits::has_velocity_jacobian;
-  static constexpr Structure structure = [] {
-    if constexpr (!std::is_void_v<Solver>) return Structure::sparse;
-    else {
-      const Structure own = !analytic ? Structure::dense : position ? Traits::structure : Traits::velocity_structure;
-      return Rhs::has_matrix_mass ? combine(own, Structure::dense) : own;
-    }
+  static constexpr bool patterned = !analytic && Traits::has_pattern;
+  static constexpr MatrixFacts facts = [] {
+    MatrixFacts all{.has_K = has_K,
+                    .has_C = has_C,
+                    .symmetric = Traits::is_symmetric,
+                    .constant = Traits::is_affine,
+                    .block = Traits::block};
+    if (analytic || patterned) all.structure = position ? Traits::structure : Traits::velocity_structure;
+    all.structure = combine(all.structure, Rhs::mass_structure);
+    if (!std::is_void_v<LinearSolver>) all.structure = Structure::sparse;
+    return all;
   }();
-  using System = typename SystemFor<structure, Scalar, n_static, has_K, has_C, Solver>::type;
+  using System = typename SystemFor<facts, Scalar, n_static, LinearSolver>::type;
 
   /// @throws std::invalid_argument where a dense Jacobian of more than 1000 unknowns would be formed by differences.
-  Resolvent(const Plain& y, NewtonOptions options) : options_{options} { resize(y); }
+  NewtonResolvent(const Plain& y, const Rhs& rhs, const Newton<LinearSolver>& solver) : options_{solver.options} {
+    resize(y, rhs);
+  }
 
-  void resize(const Plain& y) {
+  void resize(const Plain& y, const Rhs&) {
     const Index n = unknowns<S>(y);
-    if (!analytic && n > dense_difference_limit)
+    if (!analytic && !patterned && n > dense_difference_limit)
       throw std::invalid_argument("phistep: the Jacobian of " + std::to_string(n) +
                                   " unknowns by differences would be dense; give the force a member jacobian(...) "
                                   "(sparse for large systems), or add_jacobian(...) to its terms");
@@ -120,7 +127,7 @@ class Resolvent {
  private:
   /// What solve_newton iterates on.
   struct Equation {
-    Resolvent& self;
+    NewtonResolvent& self;
     Rhs& rhs;
     const Gamma<Scalar>& gamma;
     Scalar t;
@@ -313,6 +320,15 @@ class Resolvent {
   System system_;
   Gamma<Scalar> factored_{};
   bool has_jacobian_ = false, has_factors_ = false;
+};
+
+/// The resolvent behind each way to solve: Newton<…> here, others in headers of their own. All offer what NewtonResolvent
+/// does: resize, reset, resolve, add_increment, recover.
+template <State S, class Rhs, class Solver, bool position>
+struct ResolventFor;
+template <State S, class Rhs, class LinearSolver, bool position>
+struct ResolventFor<S, Rhs, Newton<LinearSolver>, position> {
+  using type = NewtonResolvent<S, Rhs, LinearSolver, position>;
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -13,6 +13,7 @@
 
 #include "phistep/core/arithmetic.hpp"
 #include "phistep/core/statistics.hpp"
+#include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/force/evaluate.hpp"
 #include "phistep/force/signature.hpp"
@@ -62,6 +63,12 @@ class RightHandSide {
   static constexpr std::size_t blocks = solved_blocks<S>;
   static constexpr bool has_matrix_mass = []<std::size_t... K>(std::index_sequence<K...>) {
     return (std::tuple_element_t<K, Masses>::is_matrix || ...);
+  }
+  (std::make_index_sequence<blocks>{});
+  static constexpr Structure mass_structure = []<std::size_t... K>(std::index_sequence<K...>) {
+    Structure all = Structure::none;
+    ((all = combine(all, std::tuple_element_t<K, Masses>::structure)), ...);
+    return all;
   }
   (std::make_index_sequence<blocks>{});
   /// Whether Ψ depends on the unknowns themselves, and not on r alone.

@@ -1,0 +1,177 @@
+/// @file
+/// What a lambda can't say about itself. Each annotation wraps a force and is one; they nest:
+///
+///     affine(symmetric(sparsity(f, pattern)))
+///
+/// A force written as a struct says the same by members: `static constexpr bool is_affine = true;` and so on.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "phistep/core/structure.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/force/sum.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// A function as an object that can be inherited from.
+template <class F>
+struct Callable : F {
+  explicit constexpr Callable(F f) : F(std::move(f)) {}
+};
+template <class F>
+  requires(!std::is_class_v<F> || std::is_final_v<F>)
+struct Callable<F> {
+  F function;
+  explicit constexpr Callable(F f) : function(std::move(f)) {}
+  template <class... Arguments>
+    requires std::is_invocable_v<const F&, Arguments...>
+  constexpr decltype(auto) operator()(Arguments&&... arguments) const {
+    return function(std::forward<Arguments>(arguments)...);
+  }
+};
+
+/// Annotates a force, a term's force, or every term of a sum.
+template <template <class> class Annotation, class F>
+[[nodiscard]] constexpr Annotation<F> annotate(F f) {
+  return Annotation<F>{std::move(f)};
+}
+template <template <class> class Annotation, class F>
+[[nodiscard]] constexpr auto annotate(Term<F> term) {
+  return Term<Annotation<F>>{Annotation<F>{std::move(term.force)}};
+}
+template <template <class> class Annotation, class... T>
+[[nodiscard]] constexpr auto annotate(Sum<T...> sum) {
+  return std::apply([](auto&&... term) { return make_sum(std::tuple{annotate<Annotation>(std::move(term))...}); },
+                    std::move(sum.terms));
+}
+
+/// Ψ is an affine function of (r, v), or of y: Ψ = f(t) + K r + C v with K and C constant in time.
+template <class F>
+struct Affine : Callable<F> {
+  static constexpr bool is_affine = true;
+  using Callable<F>::Callable;
+};
+/// Promises that f is affine in the state, with coefficients that never change: the step's matrix is then factorised once
+/// while Δt stays, and every step is one linear solve. A promise that isn't kept gives wrong answers; check_jacobian at two
+/// states tells.
+template <class F>
+[[nodiscard]] constexpr auto affine(F f) {
+  return annotate<Affine>(std::move(f));
+}
+
+/// ∂Ψ/∂r and ∂Ψ/∂v (or ∂Ψ/∂y) are symmetric matrices.
+template <class F>
+struct Symmetric : Callable<F> {
+  static constexpr bool is_symmetric = true;
+  using Callable<F>::Callable;
+};
+/// Promises symmetric tangents (forces with a potential have them; sliding friction has not). A tangent that isn't is
+/// reported as Outcome::not_symmetric.
+template <class F>
+[[nodiscard]] constexpr auto symmetric(F f) {
+  return annotate<Symmetric>(std::move(f));
+}
+
+/// Which rows each column of a tangent has: for column j, row[start[j]] … row[start[j+1] − 1], ascending.
+struct ColumnPattern {
+  std::vector<Eigen::Index> start{0}, row;
+  [[nodiscard]] Eigen::Index columns() const { return static_cast<Eigen::Index>(start.size()) - 1; }
+};
+
+/// Entries from `lower` below to `upper` above the diagonal of an n×n matrix.
+[[nodiscard]] inline ColumnPattern band_pattern(Eigen::Index n, Eigen::Index lower, Eigen::Index upper) {
+  ColumnPattern pattern;
+  for (Eigen::Index j = 0; j < n; ++j) {
+    for (Eigen::Index i = std::max<Eigen::Index>(0, j - upper); i < std::min(n, j + lower + 1); ++i)
+      pattern.row.push_back(i);
+    pattern.start.push_back(static_cast<Eigen::Index>(pattern.row.size()));
+  }
+  return pattern;
+}
+
+/// Of a sparse Eigen matrix: its stored entries, whatever their values.
+template <class SparseMatrix>
+[[nodiscard]] ColumnPattern pattern_of(const SparseMatrix& matrix) {
+  std::vector<std::vector<Eigen::Index>> rows(static_cast<std::size_t>(matrix.cols()));
+  for (Eigen::Index outer = 0; outer < matrix.outerSize(); ++outer)
+    for (typename SparseMatrix::InnerIterator entry(matrix, outer); entry; ++entry)
+      rows[static_cast<std::size_t>(entry.col())].push_back(entry.row());
+  ColumnPattern pattern;
+  for (auto& column : rows) {
+    std::sort(column.begin(), column.end());
+    pattern.row.insert(pattern.row.end(), column.begin(), column.end());
+    pattern.start.push_back(static_cast<Eigen::Index>(pattern.row.size()));
+  }
+  return pattern;
+}
+
+/// A force whose tangents have entries only where a pattern says so; differences then need few force calls.
+template <class F>
+struct Patterned : Callable<F> {
+  static constexpr Structure structure = Structure::sparse;
+  ColumnPattern columns;
+  Patterned(F f, ColumnPattern pattern) : Callable<F>(std::move(f)), columns(std::move(pattern)) {}
+  [[nodiscard]] const ColumnPattern& pattern(Eigen::Index n) const {
+    if (columns.columns() != n)
+      throw std::invalid_argument("phistep: the sparsity pattern has " + std::to_string(columns.columns()) +
+                                  " columns, there are " + std::to_string(n) + " unknowns");
+    return columns;
+  }
+};
+/// Declares where ∂Ψ/∂y (∂Ψ/∂r and ∂Ψ/∂v alike) may be non-zero, by a sparse matrix with entries there. Needs
+/// <phistep/sparse.hpp>.
+template <class F, class SparseMatrix>
+[[nodiscard]] Patterned<F> sparsity(F f, const SparseMatrix& matrix) {
+  return {std::move(f), pattern_of(matrix)};
+}
+
+/// A force whose tangents are banded.
+template <class F>
+struct Banded : Callable<F> {
+  static constexpr Structure structure = Structure::banded;
+  Eigen::Index lower, upper;
+  Banded(F f, Eigen::Index below, Eigen::Index above) : Callable<F>(std::move(f)), lower(below), upper(above) {
+    if (below < 0 || above < 0) throw std::invalid_argument("phistep: a bandwidth must not be negative");
+  }
+  [[nodiscard]] ColumnPattern pattern(Eigen::Index n) const { return band_pattern(n, lower, upper); }
+};
+/// Declares that component i depends on components i − lower … i + upper only.
+/// @throws std::invalid_argument where a bandwidth is negative
+template <class F>
+[[nodiscard]] Banded<F> banded(F f, Eigen::Index lower, Eigen::Index upper) {
+  return {std::move(f), lower, upper};
+}
+
+/// A force whose tangents are chains of b×b blocks.
+template <int b, class F>
+struct BlockTridiagonal : Callable<F> {
+  static_assert(b > 0);
+  static constexpr Structure structure = Structure::block_tridiagonal;
+  static constexpr int block = b;
+  using Callable<F>::Callable;
+  [[nodiscard]] static ColumnPattern pattern(Eigen::Index n) {
+    ColumnPattern pattern;
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const Eigen::Index first = std::max<Eigen::Index>(0, (j / b - 1) * b), last = std::min(n, (j / b + 2) * b);
+      for (Eigen::Index i = first; i < last; ++i) pattern.row.push_back(i);
+      pattern.start.push_back(static_cast<Eigen::Index>(pattern.row.size()));
+    }
+    return pattern;
+  }
+};
+/// Declares that the state is a chain of groups of b components, each depending on itself and its two neighbours only.
+template <int b, class F>
+[[nodiscard]] constexpr BlockTridiagonal<b, F> block_tridiagonal(F f) {
+  return BlockTridiagonal<b, F>{std::move(f)};
+}
+
+}  // namespace phistep::inline PHISTEP_ABI
