@@ -18,6 +18,8 @@ struct Statistics {
   std::int64_t analyses = 0;        ///< symbolic analyses of a sparse pattern
   std::int64_t solves = 0;          ///< linear solves
   std::int64_t iterations = 0;      ///< Newton iterations
+  std::int64_t kick_calls = 0;      ///< evaluations of the terms at φ = 0 of a split scene, beside force_calls
+  std::int64_t halvings = 0;        ///< steps replaced by two half steps
 
   friend constexpr Statistics operator-(Statistics a, const Statistics& b) {
     a.steps -= b.steps;
@@ -28,6 +30,8 @@ struct Statistics {
     a.analyses -= b.analyses;
     a.solves -= b.solves;
     a.iterations -= b.iterations;
+    a.kick_calls -= b.kick_calls;
+    a.halvings -= b.halvings;
     return a;
   }
   friend constexpr bool operator==(const Statistics&, const Statistics&) = default;
@@ -41,6 +45,8 @@ struct Statistics {
     out << "\n  force calls     " << s.force_calls << "\n  Jacobians       " << s.jacobians << "\n  factorizations  "
         << s.factorizations << "\n  linear solves   " << s.solves << "\n  iterations      " << s.iterations << '\n';
     if (s.analyses != 0) out << "  pattern analyses " << s.analyses << '\n';
+    if (s.kick_calls != 0) out << "  kick calls      " << s.kick_calls << '\n';
+    if (s.halvings != 0) out << "  halvings        " << s.halvings << '\n';
     return out;
   }
 };
