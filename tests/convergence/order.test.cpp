@@ -132,6 +132,8 @@ TEST_CASE("the schemes know their order") {
   CHECK(order(phistep::phi(0.5, 0.25)) == 1);
   CHECK(order(phistep::symplectic_euler) == 1);
   CHECK(order(phistep::velocity_verlet) == 2);
+  CHECK(order(phistep::tr_bdf2) == 2);
+  CHECK(order(phistep::rannacher) == 2);
 }
 
 TEST_CASE("error constants: e^z - R(z) is (1/2 - phi) z^2, and -z^3/12 at phi = 1/2") {

@@ -101,6 +101,9 @@ TEST_CASE("forces of v and t, and a user's own state") {
   check<FirstOrder<Fixed>>(DrivenPull{}, phi(0.7), 1e-12, 7);
   check<Coupled>(WarmPull{}, phi(0.7), 1e-12, 8);
   check<Coupled>(WarmPull{}, velocity_verlet, 1e-12, 9);
+  check<Coupled>(WarmPull{}, tr_bdf2, 1e-12, 10);
+  check<SecondOrder<Fixed>>(DampedPull{}, tr_bdf2, 1e-12, 13);
+  check<FirstOrder<Dynamic>>(DrivenPull{}, tr_bdf2, 1e-12, 14);
 }
 
 TEST_CASE("an edit of long double's sign or exponent is seen") {

@@ -10,6 +10,9 @@
 /// on y of a first-order state), each half is one explicit midpoint step with t held, two calls:
 ///
 ///     k = y + ¼Δt M⁻¹Ψ_e(t, y),   y½ = y + ½Δt M⁻¹Ψ_e(t, k)                                                      (3)
+///
+/// Take φ = ½ inside. A scheme that damps stiff modes (φ > ½, TR-BDF2) takes away, step by step, what the kicks put into
+/// them: in the stiff limit it is then of order 1, and a stiff pendulum under gravity loses its swing.
 #pragma once
 
 #include <algorithm>
