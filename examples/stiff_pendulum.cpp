@@ -41,8 +41,7 @@ struct Swing {
 Swing run(const char* name, const auto& force, auto scheme, double dt, std::ostream* out) {
   Pendulum y = start();
   phistep::PhiStepper stepper{y, force, scheme, phistep::mass(bob)};
-  const double E0 = energy(y);
-  double worst = 0;
+  double worst = 0, E0 = energy(y);
   const auto report = phistep::integrate(stepper, y, {0, t1}, phistep::fixed(dt), [&](double t, const Pendulum& now) {
     const double error = energy(now) / E0 - 1;
     worst = std::max(worst, std::abs(error));

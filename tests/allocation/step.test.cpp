@@ -220,6 +220,17 @@ TEST_CASE("automatic differentiation of a fixed state: nothing") {
 TEST_CASE("springs by Verlet: nothing") {
   check_none(motion(30), spring_network<3>({{0, 1, 5, 0.1}, {1, 2, 5, 0.1}}), velocity_verlet);
 }
+TEST_CASE("split terms, Rannacher's start, a step around a step: nothing") {
+  const auto kicks = at(forward_euler, Chain{}) + at(forward_euler, Gravity{Eigen::Vector3d(0, 0, -1)});
+  check_none(motion(30), Chain{} + kicks, trapezoidal);
+  check_none(motion(30), Chain{} + kicks + LinearDrag{0.1}, tr_bdf2, mass(Dynamic::LinSpaced(30, 1, 2)));
+  check_none(motion(30), Chain{} + at(forward_euler, DampedChain{}), midpoint,
+             mass(Eigen::MatrixXd(2 * Eigen::MatrixXd::Identity(30, 30))));
+  check_none(motion(30), Chain{}, rannacher(3));
+  auto y = motion(30);
+  Halving halving{PhiStepper{y, Chain{}, trapezoidal}};
+  CHECK(allocations(y, halving) == 0);
+}
 TEST_CASE("a step that fails: nothing") {
   auto y = motion(30);
   PhiStepper stepper{y, Chain{}, trapezoidal};
