@@ -189,5 +189,5 @@ TEMPLATE_TEST_CASE("every scalar: order 2 above the floor of its rounding", "", 
                        PhiStepper stepper{y, Flow{}, tr_bdf2, capacity(T(Flow::capacity))};
                        return distance(march(stepper, y, T(0), T(2), steps), Flow::exact(2));
                      }),
-              2, 0.15);  // at 8 steps the next term of the error is a seventh of the leading one
+              2);
 }
