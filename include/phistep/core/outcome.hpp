@@ -16,6 +16,7 @@ enum class Outcome : std::uint8_t {
   non_finite_jacobian,    ///< ∂Ψ/∂y does
   singular_matrix,        ///< M − γC − γ²K could not be factorised
   not_positive_definite,  ///< a symmetric solver met a matrix that is indefinite
+  not_affine,             ///< a force promised to be affine isn't, or its Jacobian is wrong
   not_symmetric,          ///< a tangent promised to be symmetric isn't
   linear_solver_failed,   ///< an iterative or sparse solver gave up
   newton_diverged,        ///< the increments grew
@@ -41,6 +42,8 @@ enum class Outcome : std::uint8_t {
       return "the step's matrix is singular";
     case Outcome::not_positive_definite:
       return "the step's matrix is not positive definite";
+    case Outcome::not_affine:
+      return "a force promised to be affine is not, or its Jacobian is wrong";
     case Outcome::not_symmetric:
       return "a tangent promised to be symmetric is not";
     case Outcome::linear_solver_failed:
@@ -77,6 +80,8 @@ enum class Outcome : std::uint8_t {
       return "take a smaller dt: M - gamma C - gamma^2 K has no inverse at this one";
     case Outcome::not_positive_definite:
       return "use an LU solver, or a smaller dt: the tangent is indefinite here (a compressed spring, a friction term)";
+    case Outcome::not_affine:
+      return "drop affine(...) from the force, or check its Jacobian (check_jacobian)";
     case Outcome::not_symmetric:
       return "drop symmetric(...) from the force (sliding friction is not), or correct its Jacobian";
     case Outcome::linear_solver_failed:

@@ -19,10 +19,12 @@ namespace phistep::inline PHISTEP_ABI {
 inline constexpr Eigen::Index dense_difference_limit = 1000;
 
 /// Moves each component of `block` in turn, calls `column(j, δ)` with the increment really made, and puts it back.
-template <class Block, class Column>
+/// Differences of an affine function are exact at any length, and the longer the better: there, the increments are whole
+/// sizes and no root is taken.
+template <bool affine = false, class Block, class Column>
 void for_each_difference(Block& block, typename Block::Scalar scale, Column&& column) {
   using Scalar = typename Block::Scalar;
-  const Scalar root = std::sqrt(std::numeric_limits<Scalar>::epsilon());
+  const Scalar root = affine ? Scalar{1} : std::sqrt(std::numeric_limits<Scalar>::epsilon());
   Scalar* const x = block.data();
   for (Eigen::Index j = 0; j < block.size(); ++j) {
     const Scalar kept = x[j];

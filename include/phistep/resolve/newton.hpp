@@ -20,9 +20,10 @@ namespace phistep::inline PHISTEP_ABI {
 
 /// When to stop. rtol = 0 means: iterate to rounding.
 struct NewtonOptions {
-  double rtol = 0;         ///< relative tolerance of the step that this solve serves
-  double atol = 0;         ///< absolute tolerance, in the state's units
-  int max_iterations = 0;  ///< 0: 7 with a tolerance, 25 to rounding
+  double rtol = 0;           ///< relative tolerance of the step that this solve serves
+  double atol = 0;           ///< absolute tolerance, in the state's units
+  int max_iterations = 0;    ///< 0: 7 with a tolerance, 25 to rounding
+  bool line_search = false;  ///< damp corrections from the start, for forces with kinks; without it, on failure only
 };
 
 /// A way to solve the implicit equations, as the last argument of a stepper.
@@ -42,6 +43,21 @@ struct Newton {
 /// How the implicit equations are solved, e.g. `newton<Eigen::SimplicialLDLT<Matrix>>()`, `newton({.rtol = 1e-6})`.
 template <class Solver = void>
 [[nodiscard]] constexpr Newton<Solver> newton(NewtonOptions options = {}) {
+  return {options};
+}
+
+/// One Newton correction with a fresh Jacobian, accepted as it is: the linearly implicit step. Order as the scheme's for
+/// smooth forces (φ = ½ stays of order 2); what it leaves of the nonlinear equations is not looked at.
+template <class Solver = void>
+struct LinearlyImplicit {
+  static constexpr bool is_implicit_solver = true;
+  using LinearSolver = Solver;
+  NewtonOptions options;
+};
+
+/// `linearly_implicit()`, `linearly_implicit<Eigen::SimplicialLDLT<Matrix>>()`
+template <class Solver = void>
+[[nodiscard]] constexpr LinearlyImplicit<Solver> linearly_implicit(NewtonOptions options = {}) {
   return {options};
 }
 
@@ -105,6 +121,7 @@ inline constexpr double keep_jacobian_rate = 1e-3;
 
 /// Solves F(Y) = 0. The equation offers
 ///   residual() → Outcome         F at the current iterate; non_finite_force where Ψ isn't
+///   residual_size() → double     ‖M⁻¹F‖², for the line search
 ///   residual_is_rounding()       whether F is no larger than the rounding in its parts
 ///   has_jacobian(), has_factors()
 ///   refresh() → Outcome          the matrix, factorised (its Jacobian made anew if dropped)
@@ -114,12 +131,13 @@ inline constexpr double keep_jacobian_rate = 1e-3;
 ///   size() → Correction          of the last move
 ///   drop_jacobian()              the next iteration needs a fresh one
 template <class Equation>
-[[nodiscard]] Outcome solve_newton(Equation& equation, const NewtonOptions& options, double round_off,
-                                   Failure& history) {
+[[nodiscard]] Outcome iterate_newton(Equation& equation, const NewtonOptions& options, double round_off,
+                                     bool line_search, Failure& history) {
   using enum ConvergenceTest::Verdict;
   ConvergenceTest test(options, round_off);
   bool own = false;  // the matrix was made in this solve …
-  double first = 0, last = 0;
+  double first = 0, last = 0, residual = 0;
+  equation.restart();
   for (int k = 1; k <= test.limit(); ++k) {
     bool here = false;  // … and at this very iterate
     Outcome outcome = equation.residual();
@@ -130,6 +148,21 @@ template <class Equation>
       outcome = equation.residual();
     }
     if (outcome != Outcome::success) return outcome;
+    if (line_search) {
+      // Armijo's rule for F: a correction must shrink ‖M⁻¹F‖ by 1e-4 of what its length promises (Dennis & Schnabel,
+      // Numerical Methods for Unconstrained Optimization and Nonlinear Equations, sect. 6.3).
+      double size = equation.residual_size(), length = 1;
+      for (int halvings = 0; k > 1 && halvings < 4 && size > (1 - 2e-4 * length) * residual; ++halvings) {
+        if (equation.residual_is_rounding()) break;
+        equation.retreat();
+        test.forget();
+        length /= 2;
+        if (outcome = equation.residual(); outcome != Outcome::success) return outcome;
+        size = equation.residual_size();
+      }
+      residual = size;
+      if (k > 1) equation.drop_jacobian();  // only the tangent of this very place points downhill
+    }
     if (!equation.has_factors()) {
       here = !equation.has_jacobian();  // a new γ alone makes new factors of an old Jacobian
       outcome = equation.refresh();
@@ -153,7 +186,7 @@ template <class Equation>
       // An old matrix may have thrown the iterate anywhere.
       equation.restart();
       test.forget();
-    } else if (verdict == growing && !here) {
+    } else if (verdict == growing && !here && !line_search) {
       // So may one of an earlier iterate: from there, Newton might find another root.
       equation.undo();
       test.forget();
@@ -162,6 +195,17 @@ template <class Equation>
   equation.drop_jacobian();
   // A cycle keeps its size: that is a stall.
   return last > 10 * first ? Outcome::newton_diverged : Outcome::newton_stalled;
+}
+
+/// The same, and a second time with damped corrections where the plain ones diverge, cycle or leave the domain.
+template <class Equation>
+[[nodiscard]] Outcome solve_newton(Equation& equation, const NewtonOptions& options, double round_off,
+                                   Failure& history) {
+  const Outcome outcome = iterate_newton(equation, options, round_off, options.line_search, history);
+  const bool curable = outcome == Outcome::newton_diverged || outcome == Outcome::newton_stalled;
+  if (!curable || options.line_search) return outcome;
+  const Outcome damped = iterate_newton(equation, options, round_off, true, history);
+  return damped == Outcome::success ? damped : outcome;
 }
 
 }  // namespace phistep::inline PHISTEP_ABI

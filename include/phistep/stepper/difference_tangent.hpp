@@ -24,6 +24,7 @@ template <class Scalar>
 struct Gamma {
   Scalar force;
   Scalar drift;
+  friend bool operator==(const Gamma&, const Gamma&) = default;
 };
 
 template <State S, class Rhs, bool has_K, bool has_C>
@@ -58,10 +59,10 @@ class DifferenceTangent {
     double moved_by_drift = 0;
     if constexpr (Rhs::drifts) moved_by_drift = std::abs(static_cast<double>(gamma.drift)) * largest(velocity_of<S>(Y));
     if constexpr (has_K)
-      for_each_difference(position_of<S>(probe_), scale_of(position_of<S>(Y), moved_by_drift, 0, options),
-                          [&](Index j, Scalar delta) {
-                            column(j, delta, [&system](Index i, Index k, Scalar x) { system.position(i, k, x); });
-                          });
+      for_each_difference<Rhs::Traits::is_affine>(
+          position_of<S>(probe_), scale_of(position_of<S>(Y), moved_by_drift, 0, options), [&](Index j, Scalar delta) {
+            column(j, delta, [&system](Index i, Index k, Scalar x) { system.position(i, k, x); });
+          });
     if constexpr (has_C) {
       Index at = 0;
       for_each_block(
@@ -76,9 +77,10 @@ class DifferenceTangent {
               kicked = std::max(kicked, std::abs(static_cast<double>(factor(i) * rate.data()[i])));
             kicked = std::min(kicked, kick_limit_[k]);
             kick_used_[k] = kicked;
-            for_each_difference(block, scale_of(block, kicked, fallback, options), [&](Index j, Scalar delta) {
-              column(at + j, delta, [&system](Index i, Index c, Scalar x) { system.velocity(i, c, x); });
-            });
+            for_each_difference<Rhs::Traits::is_affine>(
+                block, scale_of(block, kicked, fallback, options), [&](Index j, Scalar delta) {
+                  column(at + j, delta, [&system](Index i, Index c, Scalar x) { system.velocity(i, c, x); });
+                });
             at += block.size();
           },
           Blocks<S>::solved(probe_), Rate::blocks(psi), rhs.masses());
@@ -88,6 +90,7 @@ class DifferenceTangent {
   /// A stiff force kicks far and moves little: differences over the kick then miss the tangent. True once per block and
   /// matrix that did so, with the next differences confined to what Y and δ say.
   [[nodiscard]] bool reached_too_far(const Plain& Y, const Unknown& correction) {
+    if constexpr (Rhs::Traits::is_affine) return false;
     bool too_far = false;
     std::size_t k = 0;
     for_each_solved<S>(

@@ -149,7 +149,8 @@ class PhiStepper {
       else if (const Outcome outcome = forward(step, {(1 - phi) * dt, (1 - drift) * dt, 0});
                outcome != Outcome::success)
         return outcome;
-      const Outcome outcome = resolve(step, {phi * dt, drift * dt}, step.t + dt);
+      const bool psi_known = Rhs::is_autonomous && !Rhs::drifts && !Rhs::returns_reference && phi != 1;
+      const Outcome outcome = resolve(step, {phi * dt, drift * dt}, step.t + dt, psi_known);
       if constexpr (carries)
         if (outcome == Outcome::success && phi > Scalar{0.5} && phi < 1) {
           // Where nothing was solved, psi is Ψ(t+Δt) already.
@@ -206,11 +207,13 @@ class PhiStepper {
     return kicked(RateOf<S>::blocks(std::as_const(step.psi)));
   }
   /// next = b on entry, the solution of M (next − b) = γ Ψ(t, next) on exit
-  [[nodiscard]] Outcome resolve(Data& step, const Gamma<Scalar>& gamma, Scalar t) {
+  /// @param psi_known  step.psi is Ψ(t, y) already, y being where the iteration starts
+  [[nodiscard]] Outcome resolve(Data& step, const Gamma<Scalar>& gamma, Scalar t, bool psi_known = false) {
     if constexpr (!Rhs::couples_unknowns)
       if (gamma.drift == 0) return kick(step, gamma.force, t);
     if constexpr (needs_solver) {
-      const Outcome outcome = resolvent_.resolve(rhs_, gamma, t, step.next, step.y, step.psi, transaction_.failure());
+      const Outcome outcome =
+          resolvent_.resolve(rhs_, gamma, t, step.next, step.y, step.psi, transaction_.failure(), psi_known);
       if (outcome != Outcome::success) return outcome;
       return rhs_.is_finite(step.next) ? Outcome::success : Outcome::non_finite_state;
     }
