@@ -26,24 +26,123 @@
 #include "phistep/linear/mass.hpp"
 #include "phistep/resolve/newton.hpp"
 #include "phistep/state/blocks.hpp"
-#include "phistep/stepper/resolvent.hpp"
+#include "phistep/stepper/kernel.hpp"
 #include "phistep/stepper/right_hand_side.hpp"
 #include "phistep/stepper/transaction.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// Steps a state S under a force F by the φ-method.
-/// @tparam MassList  what mass(…) or capacity(…) returned, UnitMasses for M = 1
+/// The φ-step.
+template <class Force, class Drift, Form form, State S>
+class Row<PhiScheme<Force, Drift, form>, S> : public RowDefaults {
+ public:
+  using Scheme = PhiScheme<Force, Drift, form>;
+  using Scalar = ScalarOf<S>;
+  /// The pair (φ, 0) without velocities solves nothing. Ψ⁺ serves the next step where it is known for nothing and errors
+  /// in it die out: φ > ½ (an error in a reused Ψ is multiplied by −(1−φ)/φ each step).
+  template <class Rhs>
+  static constexpr KernelNeeds needs = [] {
+    const bool solver = !Scheme::is_explicit && (Rhs::couples_unknowns || !is_zero_phi<Drift>);
+    return KernelNeeds{.solver = solver, .carries = solver && form == Form::endpoint && can_carry<Rhs>};
+  }();
+
+  Row(Scheme scheme, const auto& /*y*/) : scheme_{scheme} {}
+  [[nodiscard]] int order() const { return scheme_.order(); }
+
+  [[nodiscard]] Outcome advance(auto& kernel, auto& step) const {
+    if constexpr (form == Form::stage) return stage(kernel, step);
+    else return endpoint(kernel, step);
+  }
+
+ private:
+  /// (3) and (4)
+  template <class Kernel>
+  [[nodiscard]] Outcome endpoint(Kernel& kernel, typename Kernel::Data& step) const {
+    const Scalar phi = scheme_.force.template value<Scalar>(), drift = scheme_.drift.template value<Scalar>();
+    const Scalar dt = step.dt;
+    if constexpr (Scheme::is_explicit) {
+      return kernel.forward(step, {dt, (1 - drift) * dt, drift * dt});
+    } else {
+      if (phi == 0) return kernel.forward(step, {dt, (1 - drift) * dt, drift * dt});
+      if (phi == 1) kernel.coast(step, (1 - drift) * dt);
+      else if (const Outcome outcome = kernel.forward(step, {(1 - phi) * dt, (1 - drift) * dt, 0});
+               outcome != Outcome::success)
+        return outcome;
+      const Gamma<Scalar> gamma{phi * dt, drift * dt};
+      const Outcome outcome = kernel.resolve(step, gamma, step.t + dt);
+      if constexpr (Kernel::carries)
+        if (outcome == Outcome::success && phi > Scalar{0.5} && phi < 1) {
+          kernel.recover(step, gamma);
+          step.psi_next_known = true;
+        }
+      return outcome;
+    }
+  }
+
+  /// (5) and (6), the latter as y⁺ = Y + (1−φ)/φ (Y − y)
+  template <class Kernel>
+  [[nodiscard]] Outcome stage(Kernel& kernel, typename Kernel::Data& step) const {
+    const Scalar phi = scheme_.force.template value<Scalar>(), dt = step.dt;
+    if constexpr (Scheme::is_explicit) {
+      return kernel.forward(step, {dt, dt, 0});
+    } else {
+      if (phi == 0) return kernel.forward(step, {dt, dt, 0});
+      kernel.coast(step, 0);
+      if (const Outcome outcome = kernel.resolve(step, {phi * dt, phi * dt}, step.t + phi * dt);
+          outcome != Outcome::success)
+        return outcome;
+      kernel.rhs().drift(step.next, (1 - phi) * dt);
+      kernel.add_increment(step, (1 - phi) / phi);
+      return Kernel::Rhs::is_finite(step.next) ? Outcome::success : Outcome::non_finite_state;
+    }
+  }
+
+  [[no_unique_address]] Scheme scheme_;
+};
+
+/// Velocity Verlet. Without velocities nothing is solved, and its second Ψ is the next step's first.
+template <State S>
+class Row<VelocityVerlet, S> : public RowDefaults {
+ public:
+  template <class Rhs>
+  static constexpr KernelNeeds needs{
+      .solver = Rhs::couples_unknowns, .position = false, .carries = !Rhs::couples_unknowns && can_carry<Rhs>};
+
+  Row(VelocityVerlet, const auto& /*y*/) {}
+  [[nodiscard]] static int order() { return VelocityVerlet::order(); }
+
+  /// (7) and (8)
+  template <class Kernel>
+  [[nodiscard]] static Outcome advance(Kernel& kernel, typename Kernel::Data& step) {
+    const ScalarOf<S> half = step.dt / 2, t1 = step.t + step.dt;
+    if (const Outcome outcome = kernel.forward(step, {half, 0, step.dt}); outcome != Outcome::success) return outcome;
+    step.psi_next_known = Kernel::carries;
+    return kernel.resolve(step, {half, 0}, t1);
+  }
+};
+
+/// Steps a state S under a force F by the φ-method, or by any other scheme that is a row over the same kernel.
+/// @tparam MassSpec  what mass(…) or capacity(…) returned, UnitMasses for M = 1
 /// @tparam Solver    how the implicit equations are solved
 template <State S, class F, class Scheme, class MassSpec = UnitMasses, ImplicitSolver Solver = Newton<>>
 class PhiStepper {
   using Masses = decltype(bind_masses<S>(std::declval<const MassSpec&>(), std::declval<const PlainState<S>&>()));
   using Rhs = RightHandSide<S, F, Masses>;
   using Traits = typename Rhs::Traits;
-  static constexpr bool is_verlet = std::is_same_v<Scheme, VelocityVerlet>;
+  using Row = phistep::Row<Scheme, S>;
+  static constexpr KernelNeeds needs = [] {
+    if constexpr (Traits::valid) return Row::template needs<Rhs>;
+    else return KernelNeeds{};
+  }();
+  using Kernel = phistep::Kernel<S, Rhs, Solver, needs>;
 
  public:
   using Scalar = ScalarOf<S>;
+  /// What a repetition of the run from here needs to know beside the state.
+  struct Checkpoint {
+    typename Rhs::Memory memory;
+    typename Row::Progress progress;
+  };
 
   static_assert(Traits::valid || !Rhs::drifts,
                 "phistep: the force of a motion must be callable as f(r), f(r, v) or f(r, v, t), or be a struct with "
@@ -57,16 +156,14 @@ class PhiStepper {
 
   /// @param state   gives the sizes; it is not kept
   /// @param psi     the force Ψ, copied; wrap it in std::ref to keep it outside
-  /// @param scheme  forward_euler, trapezoidal, backward_euler, midpoint, velocity_verlet, phi(0.7), …
+  /// @param scheme  forward_euler, trapezoidal, backward_euler, midpoint, velocity_verlet, phi(0.7), tr_bdf2, …
   /// @param mass    mass(m) or capacity(C); M = 1 if left out
   /// @param solver  newton(options) or newton<LinearSolver>(options)
   /// @throws std::invalid_argument where sizes or masses can't work
   PhiStepper(const S& state, F psi, Scheme scheme, MassSpec mass = {}, Solver solver = {})
-      : scheme_{scheme},
-        mass_{std::move(mass)},
-        rhs_{std::move(psi), bind_masses<S>(mass_, Transaction::copy_of(state))},
-        transaction_{state},
-        resolvent_{Transaction::copy_of(state), rhs_, solver} {}
+      : mass_{std::move(mass)},
+        kernel_{state, Rhs{std::move(psi), bind_masses<S>(mass_, Kernel::Transaction::copy_of(state))}, solver},
+        row_{scheme, Kernel::Transaction::copy_of(state)} {}
   PhiStepper(const S& state, F psi, Scheme scheme, Solver solver) requires std::is_same_v<MassSpec, UnitMasses>
       : PhiStepper{state, std::move(psi), scheme, UnitMasses{}, solver} {}
 
@@ -78,163 +175,60 @@ class PhiStepper {
   StepReport step(S& state, Scalar t, Scalar dt, Origin origin) {
     if constexpr (Traits::valid) {
       if constexpr (static_unknowns<S> == Eigen::Dynamic)
-        if (!transaction_.fits(state)) resize(state);
-      return transaction_.run(rhs_, state, t, dt, origin, [this](Data& step) { return advance(step); });
+        if (!kernel_.fits(state)) resize(state);
+      const StepReport report =
+          kernel_.run(state, t, dt, origin, [this](auto& step) { return row_.advance(kernel_, step); });
+      if (report) row_.accepted();
+      return report;
     } else {
       return {};
     }
   }
 
-  [[nodiscard]] int order() const { return scheme_.order(); }
-  [[nodiscard]] const Statistics& statistics() const { return rhs_.statistics(); }
+  [[nodiscard]] int order() const { return row_.order(); }
+  [[nodiscard]] const Statistics& statistics() const { return kernel_.rhs().statistics(); }
+  /// The scheme at work: stage values of the last step, where it has some.
+  [[nodiscard]] const Row& row() const { return row_; }
 
   /// The force, to change its parameters between steps; what was known of the old one is forgotten.
   [[nodiscard]] auto& force() {
-    reset();
-    return rhs_.force();
+    forget();
+    return kernel_.rhs().force();
   }
   /// The committed history of a force with memory.
-  [[nodiscard]] const auto& memory() const { return rhs_.memory(); }
+  [[nodiscard]] const auto& memory() const { return kernel_.rhs().memory(); }
   void set_memory(typename Rhs::Memory memory) {
-    rhs_.set_memory(std::move(memory));
-    reset();
+    kernel_.rhs().set_memory(std::move(memory));
+    forget();
   }
-  /// Forgets all that is carried from step to step: Ψ, Jacobian, factors. Never needed after an edit of the state.
+  [[nodiscard]] Checkpoint checkpoint() const { return {memory(), row_.progress()}; }
+  void restore(Checkpoint checkpoint) {
+    set_memory(std::move(checkpoint.memory));
+    row_.resume(checkpoint.progress);
+  }
+  /// Starts anew: forgets all that is carried from step to step (Ψ, Jacobian, factors), and that there were steps.
+  /// Never needed after an edit of the state.
   void reset() {
-    transaction_.reset();
-    resolvent_.reset();
+    forget();
+    row_.reset();
   }
 
  private:
-  /// Verlet without velocities and the pair (φ, 0) without velocities solve nothing.
-  static constexpr bool needs_solver = [] {
-    if constexpr (!Traits::valid || (Scheme::is_explicit && !is_verlet)) return false;
-    else if constexpr (is_verlet) return Rhs::couples_unknowns;
-    else return Rhs::couples_unknowns || !is_zero_phi<decltype(Scheme::drift)>;
-  }();
-  /// Ψ⁺ serves the next step where it is known for nothing and errors in it die out: Verlet's second call, and φ > ½
-  /// (an error in a reused Ψ is multiplied by −(1−φ)/φ each step).
-  static constexpr bool carries = Traits::valid && !remembers<F> && !Traits::is_lookup &&
-                                  (is_verlet ? !Rhs::couples_unknowns : needs_solver && Scheme::form == Form::endpoint);
-
-  struct NoResolvent {
-    NoResolvent(const auto&...) {}
-    static void reset() {}
-    static void resize(const auto&, const auto&) {}
-  };
-  template <bool needed>
-  static auto resolvent_type() {
-    if constexpr (needed) return ResolventFor<S, Rhs, Solver, !is_verlet>{};
-    else return std::type_identity<NoResolvent>{};
+  void forget() {
+    kernel_.reset();
+    row_.forget();
   }
-  using Resolvent = typename decltype(resolvent_type<needs_solver>())::type;
-  using Transaction = phistep::Transaction<S, Rhs, carries>;
-  using Data = typename Transaction::Data;
-
-  [[nodiscard]] Outcome advance(Data& step) {
-    if constexpr (is_verlet) return verlet(step);
-    else if constexpr (Scheme::form == Form::stage) return stage(step);
-    else return endpoint(step);
-  }
-
-  /// (3) and (4)
-  [[nodiscard]] Outcome endpoint(Data& step) {
-    const Scalar phi = scheme_.force.template value<Scalar>(), drift = scheme_.drift.template value<Scalar>();
-    const Scalar dt = step.dt;
-    if constexpr (Scheme::is_explicit) {
-      return forward(step, {dt, (1 - drift) * dt, drift * dt});
-    } else {
-      if (phi == 0) return forward(step, {dt, (1 - drift) * dt, drift * dt});
-      if (phi == 1) coast(step, (1 - drift) * dt);
-      else if (const Outcome outcome = forward(step, {(1 - phi) * dt, (1 - drift) * dt, 0});
-               outcome != Outcome::success)
-        return outcome;
-      const bool psi_known = Rhs::is_autonomous && !Rhs::drifts && !Rhs::returns_reference && phi != 1;
-      const Outcome outcome = resolve(step, {phi * dt, drift * dt}, step.t + dt, psi_known);
-      if constexpr (carries)
-        if (outcome == Outcome::success && phi > Scalar{0.5} && phi < 1) {
-          // Where nothing was solved, psi is Ψ(t+Δt) already.
-          if (Rhs::couples_unknowns || drift != 0) resolvent_.recover(rhs_, phi * dt, step.psi);
-          step.psi_next_known = true;
-        }
-      return outcome;
-    }
-  }
-
-  /// (5) and (6), the latter as y⁺ = Y + (1−φ)/φ (Y − y)
-  [[nodiscard]] Outcome stage(Data& step) {
-    const Scalar phi = scheme_.force.template value<Scalar>(), dt = step.dt;
-    if constexpr (Scheme::is_explicit) {
-      return forward(step, {dt, dt, 0});
-    } else {
-      if (phi == 0) return forward(step, {dt, dt, 0});
-      copy_blocks<S>(step.next, step.y);
-      if (const Outcome outcome = resolve(step, {phi * dt, phi * dt}, step.t + phi * dt); outcome != Outcome::success)
-        return outcome;
-      if constexpr (Rhs::drifts) rhs_.drift(step.next, (1 - phi) * dt);
-      resolvent_.add_increment((1 - phi) / phi, step.next);
-      return rhs_.is_finite(step.next) ? Outcome::success : Outcome::non_finite_state;
-    }
-  }
-
-  /// (7) and (8)
-  [[nodiscard]] Outcome verlet(Data& step) {
-    const Scalar half = step.dt / 2, t1 = step.t + step.dt;
-    if (const Outcome outcome = forward(step, {half, 0, step.dt}); outcome != Outcome::success) return outcome;
-    step.psi_next_known = carries;
-    return resolve(step, {half, 0}, t1);
-  }
-
-  /// next = y + γ M⁻¹Ψ(t, y)
-  [[nodiscard]] Outcome forward(Data& step, const Advance<Scalar>& by) {
-    const bool finite = step.psi_known
-                            ? rhs_.advance(step.next, step.y, by, RateOf<S>::blocks(std::as_const(step.psi)), step.psi)
-                            : rhs_.advance(step.next, step.y, by, rhs_.evaluate(step.t, step.y, step.psi), step.psi);
-    return finite ? Outcome::success : Outcome::non_finite_state;
-  }
-  /// next = y, drifted: what forward Euler does with no weight on Ψ
-  void coast(Data& step, Scalar drift) {
-    copy_blocks<S>(step.next, step.y);
-    rhs_.drift(step.next, drift);
-  }
-  /// next = next + γ M⁻¹Ψ(t, next), where Ψ ignores what it moves
-  [[nodiscard]] Outcome kick(Data& step, Scalar gamma, Scalar t) {
-    const auto kicked = [&](const auto& psi) {
-      return rhs_.kick(step.next, gamma, psi, step.psi) ? Outcome::success : Outcome::non_finite_state;
-    };
-    if constexpr (!carries) return kicked(rhs_.evaluate(t, step.next, step.psi));
-    rhs_.evaluate_into(t, step.next, step.psi);  // a copy: the user's own array may change before the next step
-    return kicked(RateOf<S>::blocks(std::as_const(step.psi)));
-  }
-  /// next = b on entry, the solution of M (next − b) = γ Ψ(t, next) on exit
-  /// @param psi_known  step.psi is Ψ(t, y) already, y being where the iteration starts
-  [[nodiscard]] Outcome resolve(Data& step, const Gamma<Scalar>& gamma, Scalar t, bool psi_known = false) {
-    if constexpr (!Rhs::couples_unknowns)
-      if (gamma.drift == 0) return kick(step, gamma.force, t);
-    if constexpr (needs_solver) {
-      const Outcome outcome =
-          resolvent_.resolve(rhs_, gamma, t, step.next, step.y, step.psi, transaction_.failure(), psi_known);
-      if (outcome != Outcome::success) return outcome;
-      return rhs_.is_finite(step.next) ? Outcome::success : Outcome::non_finite_state;
-    }
-    return Outcome::success;
-  }
-
   void resize(const S& state) {
     // What may throw comes first: a stepper half resized would write out of bounds at the next step.
-    const auto copy = Transaction::copy_of(state);
+    const auto copy = Kernel::Transaction::copy_of(state);
     auto masses = bind_masses<S>(mass_, copy);
-    Transaction fresh{state};
-    resolvent_.resize(copy, rhs_);
-    rhs_.rebind(std::move(masses));
-    transaction_ = std::move(fresh);
+    row_.resize(copy);
+    kernel_.resize(state, copy, std::move(masses));
   }
 
-  [[no_unique_address]] Scheme scheme_;
   [[no_unique_address]] MassSpec mass_;
-  Rhs rhs_;
-  Transaction transaction_;
-  [[no_unique_address]] Resolvent resolvent_;
+  Kernel kernel_;
+  [[no_unique_address]] Row row_;
 };
 
 template <class S, class F, class Scheme>

@@ -59,6 +59,7 @@ class RightHandSide {
   using Traits = ForceTraits<Force, std::remove_cvref_t<View>, Rate>;
   using Memory = MemoryOf<F>;
 
+  static constexpr bool remembers = phistep::remembers<F>;
   static constexpr bool drifts = Blocks<S>::drifts;
   static constexpr std::size_t blocks = solved_blocks<S>;
   static constexpr bool has_matrix_mass = []<std::size_t... K>(std::index_sequence<K...>) {
@@ -88,13 +89,13 @@ class RightHandSide {
   void set_memory(Memory memory) { committed_ = std::move(memory); }
   [[nodiscard]] const Memory& trial_memory() const { return trial_; }
   void begin(Scalar t, Scalar dt, const Plain& y) {
-    if constexpr (remembers<F>) {
+    if constexpr (remembers) {
       trial_ = committed_;
       begin_force(force(), t, dt, view(y), trial_);
     }
   }
   void commit(Scalar t, const Plain& accepted) {
-    if constexpr (remembers<F>) {
+    if constexpr (remembers) {
       commit_force(force(), t, view(accepted), trial_);
       std::swap(committed_, trial_);
     }

@@ -1,0 +1,162 @@
+/// @file
+/// What every scheme is made of: few operations on one step's data, each counted, each guarded.
+///
+///     forward   next = y + γ M⁻¹Ψ(t, y), and for motion r drifted             evaluate
+///     coast     next = y, r drifted
+///     kick      next = next + γ M⁻¹Ψ(t, next), where Ψ ignores what it moves  evaluate
+///     resolve   next = b on entry; M (next − b) = γ Ψ(t, next)                the implicit solve
+///     recover   Ψ(t, next) = M (next − b)/γ of the last resolve               no evaluation
+///
+/// A scheme is a row over them: `Row<Scheme, S>`, found by the scheme's type, with
+///
+///     template <class Rhs> static constexpr KernelNeeds needs;   what it asks of the kernel
+///     Row(scheme, y)                                             y gives the sizes of what it keeps
+///     int order() const;
+///     Outcome advance(kernel, step);                             fills step.next, leaves step.y
+///
+/// and what it inherits from RowDefaults, where it keeps nothing from step to step. The φ-step's rows are in
+/// phi_stepper.hpp, the other schemes' in headers of their own.
+#pragma once
+
+#include <type_traits>
+#include <utility>
+
+#include "phistep/core/outcome.hpp"
+#include "phistep/core/step_report.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/resolve/dense_system.hpp"
+#include "phistep/state/blocks.hpp"
+#include "phistep/stepper/resolvent.hpp"
+#include "phistep/stepper/right_hand_side.hpp"
+#include "phistep/stepper/transaction.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// What a scheme asks of the kernel for a given right-hand side.
+struct KernelNeeds {
+  bool solver = false;   ///< it resolves where there is something to solve
+  bool position = true;  ///< … with γ_d ≠ 0, so that K matters
+  bool carries = false;  ///< it may leave Ψ(t+Δt) to the next step
+};
+
+/// Whether Ψ(t+Δt) could be kept at all: a force with memory may have changed it by then, a look-up isn't worth it.
+template <class Rhs>
+inline constexpr bool can_carry = !Rhs::remembers && !Rhs::Traits::is_lookup;
+
+/// A scheme as a row over the kernel. Schemes in headers of their own: include them (phistep.hpp includes all).
+template <class Scheme, State S>
+class Row {
+  static_assert(!sizeof(Scheme), "phistep: this is no scheme, or the header that defines its row is not included");
+};
+
+/// A row that keeps nothing from step to step.
+struct RowDefaults {
+  /// How far a row has come since its start: part of a checkpoint.
+  struct Progress {};
+  [[nodiscard]] static Progress progress() { return {}; }
+  static void resume(Progress) {}
+  static void resize(const auto& /*y*/) {}
+  static void forget() {}    ///< nothing carried from step to step may be trusted
+  static void reset() {}     ///< the next step is the first
+  static void accepted() {}  ///< the step just advanced has become the state
+};
+
+/// The operations, bound to a right-hand side, a way to solve, and the transaction that a step is.
+template <State S, class RightHandSideOf, class Solver, KernelNeeds needs>
+class Kernel {
+ public:
+  using Rhs = RightHandSideOf;
+  using Scalar = ScalarOf<S>;
+  using Transaction = phistep::Transaction<S, Rhs, needs.carries>;
+  using Data = typename Transaction::Data;
+  static constexpr bool carries = needs.carries;
+
+  Kernel(const S& state, Rhs rhs, const Solver& solver)
+      : rhs_{std::move(rhs)}, transaction_{state}, resolvent_{Transaction::copy_of(state), rhs_, solver} {}
+
+  /// Runs `advance(Data&) → Outcome` as one step of the state.
+  StepReport run(S& state, Scalar t, Scalar dt, Origin origin, auto&& advance) {
+    return transaction_.run(rhs_, state, t, dt, origin, advance);
+  }
+
+  /// next = y + γ M⁻¹Ψ(t, y)
+  [[nodiscard]] Outcome forward(Data& step, const Advance<Scalar>& by) {
+    const bool finite = step.psi_known
+                            ? rhs_.advance(step.next, step.y, by, RateOf<S>::blocks(std::as_const(step.psi)), step.psi)
+                            : rhs_.advance(step.next, step.y, by, rhs_.evaluate(step.t, step.y, step.psi), step.psi);
+    // A matrix mass used psi as its scratch, and a reference to the user's array never filled it.
+    step.psi_known = !Rhs::has_matrix_mass && (step.psi_known || !Rhs::returns_reference);
+    return finite ? Outcome::success : Outcome::non_finite_state;
+  }
+  /// next = y, drifted: what forward Euler does with no weight on Ψ
+  void coast(Data& step, Scalar drift) {
+    copy_blocks<S>(step.next, step.y);
+    rhs_.drift(step.next, drift);
+  }
+  /// next = next + γ M⁻¹Ψ(t, next), where Ψ ignores what it moves
+  [[nodiscard]] Outcome kick(Data& step, Scalar gamma, Scalar t) {
+    const auto kicked = [&](const auto& psi) {
+      return rhs_.kick(step.next, gamma, psi, step.psi) ? Outcome::success : Outcome::non_finite_state;
+    };
+    if constexpr (!carries) return kicked(rhs_.evaluate(t, step.next, step.psi));
+    rhs_.evaluate_into(t, step.next, step.psi);  // a copy: the user's own array may change before the next step
+    return kicked(RateOf<S>::blocks(std::as_const(step.psi)));
+  }
+  /// next = b on entry, the solution of M (next − b) = γ Ψ(t, next) on exit
+  [[nodiscard]] Outcome resolve(Data& step, const Gamma<Scalar>& gamma, Scalar t) {
+    return resolve(step, gamma, t, step.y);
+  }
+  /// … sought from `guess`, which must not be `next`
+  [[nodiscard]] Outcome resolve(Data& step, const Gamma<Scalar>& gamma, Scalar t, const PlainState<S>& guess) {
+    if constexpr (!Rhs::couples_unknowns)
+      if (gamma.drift == 0) return kick(step, gamma.force, t);
+    if constexpr (needs.solver) {
+      // Where the iteration starts from y itself, its first Ψ may be there already.
+      const bool psi_known = step.psi_known && Rhs::is_autonomous && !Rhs::drifts && &guess == &step.y;
+      step.psi_known = false;
+      const Outcome outcome =
+          resolvent_.resolve(rhs_, gamma, t, step.next, guess, step.psi, transaction_.failure(), psi_known);
+      if (outcome != Outcome::success) return outcome;
+      return rhs_.is_finite(step.next) ? Outcome::success : Outcome::non_finite_state;
+    }
+    return Outcome::success;
+  }
+  /// psi = Ψ(t, next) = M (next − b)/γ of the last resolve. Where that solved nothing, psi holds Ψ already.
+  void recover(Data& step, const Gamma<Scalar>& gamma) {
+    if (Rhs::couples_unknowns || gamma.drift != 0) resolvent_.recover(rhs_, gamma.force, step.psi);
+  }
+  /// next.solved += factor·(next − b) of the last resolve
+  void add_increment(Data& step, Scalar factor) const { resolvent_.add_increment(factor, step.next); }
+
+  [[nodiscard]] Rhs& rhs() { return rhs_; }
+  [[nodiscard]] const Rhs& rhs() const { return rhs_; }
+  [[nodiscard]] bool fits(const S& state) const { return transaction_.fits(state); }
+  /// Forgets all that is carried from step to step.
+  void reset() {
+    transaction_.reset();
+    resolvent_.reset();
+  }
+  void resize(const S& state, const PlainState<S>& copy, typename Rhs::Masses masses) {
+    Transaction fresh{state};
+    resolvent_.resize(copy, rhs_);
+    rhs_.rebind(std::move(masses));
+    transaction_ = std::move(fresh);
+  }
+
+ private:
+  struct NoResolvent {
+    NoResolvent(const auto&...) {}
+    static void reset() {}
+    static void resize(const auto&, const auto&) {}
+  };
+  static auto resolvent_type() {
+    if constexpr (needs.solver) return ResolventFor<S, Rhs, Solver, needs.position>{};
+    else return std::type_identity<NoResolvent>{};
+  }
+
+  Rhs rhs_;
+  Transaction transaction_;
+  [[no_unique_address]] typename decltype(resolvent_type())::type resolvent_;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI
