@@ -23,6 +23,8 @@ struct NewtonOptions {
   double rtol = 0;         ///< relative tolerance of the step that this solve serves
   double atol = 0;         ///< absolute tolerance, in the state's units
   int max_iterations = 0;  ///< 0: 7 with a tolerance, 25 to rounding
+  /// Relative residual at which an iterative linear solver inside stops; 0: the solver's own choice
+  double linear_rtol = 0;
 };
 
 /// A way to solve the implicit equations, as the last argument of a stepper.

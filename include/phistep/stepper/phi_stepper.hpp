@@ -87,6 +87,11 @@ class PhiStepper {
 
   [[nodiscard]] int order() const { return scheme_.order(); }
   [[nodiscard]] const Statistics& statistics() const { return rhs_.statistics(); }
+  /// How the library solves the linear equations of this scheme, force and mass; "none" where there are none.
+  [[nodiscard]] const char* solver_name() const {
+    if constexpr (needs_solver) return resolvent_.solver_name();
+    else return "none";
+  }
 
   /// The force, to change its parameters between steps; what was known of the old one is forgotten.
   [[nodiscard]] auto& force() {

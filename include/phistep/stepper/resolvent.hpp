@@ -31,6 +31,7 @@
 #include "phistep/jacobian/analytic.hpp"
 #include "phistep/jacobian/differences.hpp"
 #include "phistep/resolve/dense_system.hpp"
+#include "phistep/resolve/network_system.hpp"
 #include "phistep/resolve/newton.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
@@ -63,6 +64,7 @@ class NewtonResolvent {
     if (analytic || patterned) all.structure = position ? Traits::structure : Traits::velocity_structure;
     all.structure = combine(all.structure, Rhs::mass_structure);
     if (!std::is_void_v<LinearSolver>) all.structure = Structure::sparse;
+    if (all.structure == Structure::network) all.symmetric = analytic && Traits::is_symmetric_network;
     return all;
   }();
   using System = typename SystemFor<facts, Scalar, n_static, LinearSolver>::type;
@@ -85,6 +87,15 @@ class NewtonResolvent {
     last_move_.setZero(n);
     system_.resize(n);
     reset();
+  }
+
+  /// How the linear equations inside are solved.
+  [[nodiscard]] const char* solver_name() const {
+    if constexpr (requires { system_.name(); }) return system_.name();
+    else if constexpr (facts.structure == Structure::dense) return "dense LU";
+    else if constexpr (facts.structure <= Structure::diagonal) return "component by component";
+    else if constexpr (std::is_void_v<LinearSolver>) return "sparse LU";
+    else return "a solver of the user's own";
   }
 
   /// Forgets Jacobian and factors.
@@ -203,7 +214,12 @@ class NewtonResolvent {
     }
     [[nodiscard]] Outcome solve() {
       ++rhs.statistics().solves;
-      if (const Outcome outcome = self.system_.solve(self.correction_); outcome != Outcome::success) return outcome;
+      const Outcome outcome = [&] {
+        if constexpr (requires { self.system_.solve(self.correction_, 0.0, rhs.statistics()); })
+          return self.system_.solve(self.correction_, self.options_.linear_rtol, rhs.statistics());
+        else return self.system_.solve(self.correction_);
+      }();
+      if (outcome != Outcome::success) return outcome;
       return all_finite(self.correction_.data(), self.correction_.size()) ? Outcome::success : Outcome::singular_matrix;
     }
     void retreat() {
