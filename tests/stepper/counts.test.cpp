@@ -266,7 +266,8 @@ TEST_CASE("first order: the solve starts from the Ψ that the step began with, i
   // Not where a matrix mass has worked in the same place: the answer tells.
   const Eigen::MatrixXd M = 2 * Eigen::MatrixXd::Identity(5, 5);
   Vec a = y, b = y;
-  PhiStepper matrix{a, Decay{}, trapezoidal, capacity(M)}, scalar{b, Decay{}, trapezoidal, capacity(2.0)};
+  PhiStepper matrix{a, Decay{}, trapezoidal, capacity(M)};
+  PhiStepper scalar{b, Decay{}, trapezoidal, capacity(2.0)};
   for (int k = 0; k < n; ++k) {
     REQUIRE(matrix.step(a, 0, 0.1));
     REQUIRE(scalar.step(b, 0, 0.1));

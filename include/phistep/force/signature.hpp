@@ -240,6 +240,13 @@ struct ForceTraits {
     }
   }();
   static constexpr Structure velocity_structure = uses_velocity ? structure : Structure::none;
+  /// Whether its tangent is symmetric where pairs are given as edges: those are, and so is a diagonal.
+  static constexpr bool is_symmetric_network = [] {
+    if constexpr (structure == Structure::network) return requires {
+        requires F::has_edges;
+      };
+    else return structure <= Structure::diagonal || is_symmetric;
+  }();
 };
 
 /// A sum needs what any of its terms needs, and has a Jacobian where all have one.
@@ -255,6 +262,7 @@ struct ForceTraits<Sum<T...>, View, Rate> {
   static constexpr bool is_lookup = (Of<T>::is_lookup && ...);
   static constexpr bool is_affine = (Of<T>::is_affine && ...);
   static constexpr bool is_symmetric = (Of<T>::is_symmetric && ...);
+  static constexpr bool is_symmetric_network = (Of<T>::is_symmetric_network && ...);
   static constexpr bool has_pattern = false;
   /// Terms that name a block must agree on it.
   static constexpr int block = [] {

@@ -27,9 +27,9 @@ namespace phistep::inline PHISTEP_ABI {
 /// solver that the user named, void where the library chooses.
 template <MatrixFacts facts, class Scalar, int n, class Solver>
 struct SystemFor {
-  static_assert(facts.structure != Structure::sparse,
+  static_assert(facts.structure != Structure::sparse && facts.structure != Structure::network,
                 "phistep: this force has a sparse Jacobian: #include <phistep/sparse.hpp>");
-  static_assert(facts.structure == Structure::sparse,
+  static_assert(facts.structure == Structure::sparse || facts.structure == Structure::network,
                 "phistep: a linear solver of one's own needs a sparse Jacobian, and <phistep/sparse.hpp>");
 };
 

@@ -23,6 +23,7 @@ struct NewtonOptions {
   double rtol = 0;           ///< relative tolerance of the step that this solve serves
   double atol = 0;           ///< absolute tolerance, in the state's units
   int max_iterations = 0;    ///< 0: 7 with a tolerance, 25 to rounding
+  double linear_rtol = 0;    ///< relative residual at which an iterative linear solver stops; 0: its own choice
   bool line_search = false;  ///< damp corrections from the start, for forces with kinks; without it, on failure only
 };
 

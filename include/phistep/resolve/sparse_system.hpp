@@ -174,7 +174,8 @@ class SparseSystem : public Sizes {
 
 /// LU unless the user names a solver: right for every tangent, symmetric or not.
 template <MatrixFacts facts, class Scalar, int n>
-  requires(facts.structure == Structure::sparse)
+  requires(facts.structure == Structure::sparse ||
+           (facts.structure == Structure::network && n == Eigen::Dynamic && !solves_by_edges(facts)))
 struct SystemFor<facts, Scalar, n, void> {
   using type = SparseSystem<Scalar, Eigen::SparseLU<Eigen::SparseMatrix<Scalar>>>;
 };

@@ -128,6 +128,10 @@ class Kernel {
   /// next.solved += factor·(next − b) of the last resolve
   void add_increment(Data& step, Scalar factor) const { resolvent_.add_increment(factor, step.next); }
 
+  [[nodiscard]] const char* solver_name() const {
+    if constexpr (needs.solver) return resolvent_.solver_name();
+    else return "none";
+  }
   [[nodiscard]] Rhs& rhs() { return rhs_; }
   [[nodiscard]] const Rhs& rhs() const { return rhs_; }
   [[nodiscard]] bool fits(const S& state) const { return transaction_.fits(state); }

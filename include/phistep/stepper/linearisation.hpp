@@ -17,6 +17,7 @@
 #include "phistep/jacobian/analytic.hpp"
 #include "phistep/jacobian/differences.hpp"
 #include "phistep/resolve/dense_system.hpp"
+#include "phistep/resolve/network_system.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
 #include "phistep/stepper/difference_tangent.hpp"
@@ -47,6 +48,7 @@ class Linearisation {
     if (analytic || patterned) all.structure = position ? Traits::structure : Traits::velocity_structure;
     all.structure = combine(all.structure, Rhs::mass_structure);
     if (!std::is_void_v<LinearSolver>) all.structure = Structure::sparse;
+    if (all.structure == Structure::network) all.symmetric = analytic && Traits::is_symmetric_network;
     return all;
   }();
   using System = typename SystemFor<facts, Scalar, n_static, LinearSolver>::type;
@@ -91,9 +93,13 @@ class Linearisation {
     return factorize(rhs, gamma, Y);
   }
   /// x ← W⁻¹ x
-  [[nodiscard]] Outcome solve(auto& x, Statistics& statistics) {
+  [[nodiscard]] Outcome solve(auto& x, const NewtonOptions& options, Statistics& statistics) {
     ++statistics.solves;
-    if (const Outcome outcome = system_.solve(x); outcome != Outcome::success) return outcome;
+    const Outcome outcome = [&] {
+      if constexpr (is_iterative) return system_.solve(x, options.linear_rtol, statistics);
+      else return system_.solve(x);
+    }();
+    if (outcome != Outcome::success) return outcome;
     if (scale_ != Scalar{1}) x *= scale_;
     return all_finite(x.data(), x.size()) ? Outcome::success : Outcome::singular_matrix;
   }
@@ -110,7 +116,20 @@ class Linearisation {
   /// ‖γ_f γ_d K‖ / ‖W‖ and ‖W‖, largest entries.
   [[nodiscard]] double drift_share() const { return system_.drift_share(); }
   [[nodiscard]] double magnitude() const { return system_.magnitude(); }
-  [[nodiscard]] const System& system() const { return system_; }
+
+  /// How the linear equations are solved, in words.
+  [[nodiscard]] const char* name() const {
+    if constexpr (requires { system_.name(); }) return system_.name();
+    else if constexpr (facts.structure == Structure::dense) return "dense LU";
+    else if constexpr (facts.structure <= Structure::diagonal) return "component by component";
+    else if constexpr (std::is_void_v<LinearSolver>) return "sparse LU";
+    else return "a solver of the user's own";
+  }
+
+  /// The linear solver takes a tolerance, and leaves that much of its residual.
+  static constexpr bool is_iterative = requires(System & system, Eigen::Matrix<Scalar, n_static, 1>& x, Statistics& s) {
+    system.solve(x, 0.0, s);
+  };
 
  private:
   [[nodiscard]] Outcome linearise(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& Y, const Rate& psi,

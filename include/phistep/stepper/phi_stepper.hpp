@@ -187,6 +187,8 @@ class PhiStepper {
 
   [[nodiscard]] int order() const { return row_.order(); }
   [[nodiscard]] const Statistics& statistics() const { return kernel_.rhs().statistics(); }
+  /// How the library solves the linear equations of this scheme, force and mass; "none" where there are none.
+  [[nodiscard]] const char* solver_name() const { return kernel_.solver_name(); }
   /// The scheme at work: stage values of the last step, where it has some.
   [[nodiscard]] const Row& row() const { return row_; }
 

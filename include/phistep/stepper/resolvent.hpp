@@ -43,7 +43,11 @@ class NewtonResolvent {
   static constexpr bool affine = Rhs::Traits::is_affine;
 
   /// @throws std::invalid_argument where a dense Jacobian of more than 1000 unknowns would be formed by differences.
-  NewtonResolvent(const Plain& y, const Rhs& rhs, const auto& solver) : options_{solver.options} { resize(y, rhs); }
+  NewtonResolvent(const Plain& y, const Rhs& rhs, const auto& solver) : options_{solver.options} {
+    // One solve is all there is: it has to be as good as the answer.
+    if (affine && Matrix::is_iterative && options_.linear_rtol == 0) options_.linear_rtol = std::max(affine_linear_rtol, 16 * round_off);
+    resize(y, rhs);
+  }
 
   void resize(const Plain& y, const Rhs& rhs) {
     increment_.resize(y);
@@ -98,10 +102,11 @@ class NewtonResolvent {
         Rate::blocks(psi), rhs.masses());
   }
 
-  /// How the linear systems are solved, in words.
-  [[nodiscard]] const auto& system() const { return matrix_.system(); }
+  /// How the linear equations inside are solved.
+  [[nodiscard]] const char* solver_name() const { return matrix_.name(); }
 
  private:
+  static constexpr double affine_linear_rtol = 1e-12;
   static constexpr double round_off = static_cast<double>(std::numeric_limits<Scalar>::epsilon());
 
   /// What solve_newton iterates on.
@@ -152,7 +157,7 @@ class NewtonResolvent {
     [[nodiscard]] bool has_factors() const { return self.matrix_.has_factors(); }
     void drop_jacobian() { self.matrix_.drop(); }
     [[nodiscard]] Outcome refresh() { return self.matrix_.refresh(rhs, gamma, t, Y, psi, self.options_); }
-    [[nodiscard]] Outcome solve() { return self.matrix_.solve(F(), rhs.statistics()); }
+    [[nodiscard]] Outcome solve() { return self.matrix_.solve(F(), self.options_, rhs.statistics()); }
     [[nodiscard]] Outcome correct() {
       if (const Outcome outcome = solve(); outcome != Outcome::success) return outcome;
       while (self.matrix_.reached_too_far(Y, F())) {
@@ -228,8 +233,8 @@ class NewtonResolvent {
       allowed =
           std::max(allowed, 1e4 * round_off * std::abs(static_cast<double>(equation.gamma.force)) * largest(rate));
     });
-    if constexpr (requires { matrix_.system().tolerance(); })
-      allowed += 10 * matrix_.system().tolerance() * before * std::sqrt(static_cast<double>(increment_.w().size()));
+    if constexpr (Matrix::is_iterative)
+      allowed += 10 * options_.linear_rtol * before * std::sqrt(static_cast<double>(increment_.w().size()));
     return allowed;
   }
 
