@@ -117,8 +117,9 @@ class ConvergenceTest {
   int limit_;
 };
 
-/// Jacobian and factors serve the next step too where θ is at most this (RADAU5's choice, HW II p. 121).
-inline constexpr double keep_jacobian_rate = 1e-3;
+/// Jacobian and factors serve the next step too where θ is at most this. To rounding a slow matrix costs many iterations:
+/// RADAU5's choice (HW II p. 121). To a tolerance it costs one or two, a Jacobian n force calls.
+[[nodiscard]] constexpr double keep_jacobian_rate(const NewtonOptions& options) { return options.rtol > 0 ? 0.05 : 1e-3; }
 
 /// Solves F(Y) = 0. The equation offers
 ///   residual() → Outcome         F at the current iterate; non_finite_force where Ψ isn't
@@ -178,7 +179,7 @@ template <class Equation>
     (k == 1 ? first : last) = size.absolute;
     const auto verdict = test.judge(k, size, trusted);
     if (verdict == converged) {
-      if (test.first_rate() > keep_jacobian_rate) equation.drop_jacobian();
+      if (test.first_rate() > keep_jacobian_rate(options)) equation.drop_jacobian();
       return Outcome::success;
     }
     if (verdict == go_on) continue;
