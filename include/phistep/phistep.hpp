@@ -11,6 +11,7 @@
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/force/annotate.hpp"
+#include "phistep/force/at.hpp"
 #include "phistep/force/drag.hpp"
 #include "phistep/force/gravity.hpp"
 #include "phistep/force/linear.hpp"
@@ -25,5 +26,8 @@
 #include "phistep/resolve/newton.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/motion.hpp"
+#include "phistep/stepper/halving.hpp"
 #include "phistep/stepper/phi_stepper.hpp"
+#include "phistep/stepper/rannacher.hpp"
+#include "phistep/stepper/tr_bdf2.hpp"
 // IWYU pragma: end_exports

@@ -170,6 +170,7 @@ void for_each_first_order_scheme(auto&& f) {
   f("midpoint", midpoint);
   f("phi(0.7)", phi(0.7));
   f("phi_stage(0.7)", phi_stage(0.7));
+  f("tr_bdf2", tr_bdf2);
 }
 void for_each_motion_scheme(auto&& f) {
   for_each_first_order_scheme(f);

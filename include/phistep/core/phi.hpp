@@ -75,6 +75,30 @@ struct VelocityVerlet {
   [[nodiscard]] static constexpr int order() { return 2; }
 };
 
+/// TR-BDF2: the trapezoidal rule over γΔt, then the second backward difference formula to the end of the step, γ = 2−√2.
+/// Order 2, L-stable: it damps what it can't resolve, and has half the trapezoidal rule's error at twice its solves.
+struct TrBdf2 {
+  static constexpr bool is_pair = false;
+  static constexpr bool is_explicit = false;
+  [[nodiscard]] static constexpr int order() { return 2; }
+};
+
+/// Rannacher's start: the first step (or the first `pairs` steps) as two backward Euler half steps each, then the
+/// trapezoidal rule. The half steps damp what the trapezoidal rule would let ring, a jump in the data say, at no cost in
+/// order and with the same matrix. First means: since the stepper was made or reset.
+struct Rannacher {
+  static constexpr bool is_pair = false;
+  static constexpr bool is_explicit = false;
+  int pairs = 1;  ///< of half steps: 1 for a jump in the data, 2 for a point source (Dirac's δ)
+
+  [[nodiscard]] static constexpr int order() { return 2; }
+  /// @throws std::invalid_argument where n is negative
+  [[nodiscard]] constexpr Rannacher operator()(int n) const {
+    if (n < 0) throw std::invalid_argument("phistep: rannacher(n) needs n >= 0 pairs of half steps");
+    return {n};
+  }
+};
+
 /// One φ for force and drift.
 template <class Phi, Form form = Form::endpoint>
 using SinglePhi = PhiScheme<Phi, Phi, form>;
@@ -93,6 +117,11 @@ inline constexpr PhiScheme<FixedPhi<0>, FixedPhi<1>, Form::endpoint> symplectic_
 inline constexpr PhiScheme<FixedPhi<1>, FixedPhi<0>, Form::endpoint> symplectic_euler_adjoint{};
 /// The usual choice for explicit motion: one force call a step, order 2, bounded energy error.
 inline constexpr VelocityVerlet velocity_verlet{};
+
+/// Order 2 and L-stable, for stiff problems at few digits; two solves a step with one matrix.
+inline constexpr TrBdf2 tr_bdf2{};
+/// The trapezoidal rule for data that jump: `rannacher`, or `rannacher(2)` for a point source.
+inline constexpr Rannacher rannacher{};
 
 /// φ chosen at run time. @throws std::invalid_argument unless 0 ≤ phi ≤ 1.
 [[nodiscard]] constexpr SinglePhi<RunTimePhi> phi(double phi) { return {RunTimePhi{phi}, RunTimePhi{phi}}; }

@@ -23,11 +23,13 @@
 
 #include "phistep/core/phi.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/force/at.hpp"
 #include "phistep/linear/mass.hpp"
 #include "phistep/resolve/newton.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/stepper/kernel.hpp"
 #include "phistep/stepper/right_hand_side.hpp"
+#include "phistep/stepper/splitting.hpp"
 #include "phistep/stepper/transaction.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -127,9 +129,11 @@ class Row<VelocityVerlet, S> : public RowDefaults {
 template <State S, class F, class Scheme, class MassSpec = UnitMasses, ImplicitSolver Solver = Newton<>>
 class PhiStepper {
   using Masses = decltype(bind_masses<S>(std::declval<const MassSpec&>(), std::declval<const PlainState<S>&>()));
-  using Rhs = RightHandSide<S, F, Masses>;
+  static constexpr bool split = is_split<Unwrapped<F>, Scheme>;
+  using Rhs = RightHandSide<S, F, Masses, split>;
   using Traits = typename Rhs::Traits;
-  using Row = phistep::Row<Scheme, S>;
+  using Plainly = phistep::Row<Scheme, S>;
+  using Row = std::conditional_t<split, SplitRow<Plainly, S, Rhs>, Plainly>;
   static constexpr KernelNeeds needs = [] {
     if constexpr (Traits::valid) return Row::template needs<Rhs>;
     else return KernelNeeds{};
@@ -150,6 +154,10 @@ class PhiStepper {
   static_assert(Traits::valid || Rhs::drifts,
                 "phistep: the force of a first-order state must be callable as f(y) or f(y, t), or be a struct with "
                 "add(t, y, out)");
+  static_assert(
+      suits<Unwrapped<F>, Scheme>,
+      "phistep: at(scheme, term) takes forward_euler or the stepper's own scheme (terms at other phi: not yet)");
+  static_assert(!is_at<F>, "phistep: at(scheme, term) marks a term of a sum, there is no sum here");
   static_assert(
       !Scheme::is_pair || Rhs::drifts,
       "phistep: a pair (phi_force, phi_drift) and velocity_verlet need a motion (r, v), not a first-order state");
@@ -195,7 +203,7 @@ class PhiStepper {
   /// The force, to change its parameters between steps; what was known of the old one is forgotten.
   [[nodiscard]] auto& force() {
     forget();
-    return kernel_.rhs().force();
+    return kernel_.rhs().whole_force();
   }
   /// The committed history of a force with memory.
   [[nodiscard]] const auto& memory() const { return kernel_.rhs().memory(); }
@@ -224,8 +232,10 @@ class PhiStepper {
     // What may throw comes first: a stepper half resized would write out of bounds at the next step.
     const auto copy = Kernel::Transaction::copy_of(state);
     auto masses = bind_masses<S>(mass_, copy);
-    row_.resize(copy);
+    Row fresh = row_;
+    fresh.resize(copy);
     kernel_.resize(state, copy, std::move(masses));
+    row_ = std::move(fresh);
   }
 
   [[no_unique_address]] MassSpec mass_;

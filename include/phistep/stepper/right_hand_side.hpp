@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 #include <tuple>
 #include <type_traits>
@@ -15,6 +16,7 @@
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/force/at.hpp"
 #include "phistep/force/evaluate.hpp"
 #include "phistep/force/signature.hpp"
 #include "phistep/linear/mass.hpp"
@@ -47,16 +49,36 @@ struct Advance {
   Scalar after;   ///< on the velocity just computed
 };
 
-template <State S, class F, class MassTuple>
+/// @tparam split  the force is a sum, some of whose terms enter as kicks: Ψ is then the sum of the others
+template <State S, class F, class MassTuple, bool split = false>
 class RightHandSide {
+  template <class Whole>
+  static auto rest_type() {
+    if constexpr (split) return std::type_identity<typename Parts<Whole>::Rest>{};
+    else return std::type_identity<Whole>{};
+  }
+  template <class Whole>
+  static auto kicks_type() {
+    if constexpr (split) return std::type_identity<typename Parts<Whole>::Kicks>{};
+    else return std::type_identity<Sum<>>{};
+  }
+
  public:
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
   using Rate = RateOf<S>;
   using Masses = MassTuple;
-  using Force = Unwrapped<F>;
+  using Whole = Unwrapped<F>;
+  using Force = typename decltype(rest_type<Whole>())::type;
+  using Kicks = typename decltype(kicks_type<Whole>())::type;
+  /// Ψ is made of several terms among the kicks.
+  static constexpr bool gathers = [] {
+    if constexpr (split) return Parts<Whole>::template places<false>.size() != 1;
+    else return false;
+  }();
   using View = decltype(Blocks<S>::view(std::declval<const Plain&>(), std::declval<const Masses&>()));
   using Traits = ForceTraits<Force, std::remove_cvref_t<View>, Rate>;
+  using KickTraits = ForceTraits<Kicks, std::remove_cvref_t<View>, Rate>;
   using Memory = MemoryOf<F>;
 
   static constexpr bool remembers = phistep::remembers<F>;
@@ -78,7 +100,14 @@ class RightHandSide {
 
   RightHandSide(F f, Masses masses) : force_{std::move(f)}, masses_{std::move(masses)} {}
 
-  [[nodiscard]] auto& force() { return unwrap(force_); }
+  /// What Ψ is made of.
+  [[nodiscard]] Force& force() {
+    if constexpr (!split) return unwrap(force_);
+    else if constexpr (!gathers) return Parts<Whole>::template of<false>(unwrap(force_));
+    else return rest_.emplace(Parts<Whole>::template of<false>(unwrap(force_)));
+  }
+  /// The force as the user gave it, kicks included.
+  [[nodiscard]] Whole& whole_force() { return unwrap(force_); }
   [[nodiscard]] const Masses& masses() const { return masses_; }
   [[nodiscard]] Statistics& statistics() { return statistics_; }
   [[nodiscard]] const Statistics& statistics() const { return statistics_; }
@@ -87,16 +116,20 @@ class RightHandSide {
   /// The committed history, by value: part of a checkpoint.
   [[nodiscard]] const Memory& memory() const { return committed_; }
   void set_memory(Memory memory) { committed_ = std::move(memory); }
-  [[nodiscard]] const Memory& trial_memory() const { return trial_; }
+  /// The history that Ψ sees during a step.
+  [[nodiscard]] decltype(auto) trial_memory() const {
+    if constexpr (split) return Parts<Whole>::template memory<false>(trial_);
+    else return (trial_);
+  }
   void begin(Scalar t, Scalar dt, const Plain& y) {
     if constexpr (remembers) {
       trial_ = committed_;
-      begin_force(force(), t, dt, view(y), trial_);
+      begin_force(whole_force(), t, dt, view(y), trial_);
     }
   }
   void commit(Scalar t, const Plain& accepted) {
     if constexpr (remembers) {
-      commit_force(force(), t, view(accepted), trial_);
+      commit_force(whole_force(), t, view(accepted), trial_);
       std::swap(committed_, trial_);
     }
   }
@@ -109,14 +142,20 @@ class RightHandSide {
       check_result_size(result, std::get<0>(Rate::blocks(psi)));
       return std::tie(result);
     } else {
-      assign_force(force(), t, view(y), trial_, psi);
+      assign_force(force(), t, view(y), trial_memory(), psi);
       return Rate::blocks(std::as_const(psi));
     }
   }
   /// psi = Ψ(t, y), always copied.
   void evaluate_into(Scalar t, const Plain& y, Rate& psi) {
     ++statistics_.force_calls;
-    assign_force(force(), t, view(y), trial_, psi);
+    assign_force(force(), t, view(y), trial_memory(), psi);
+  }
+  /// psi = Ψ_e(t, y), the kicks.
+  void evaluate_kicks(Scalar t, const Plain& y, Rate& psi) {
+    ++statistics_.kick_calls;
+    auto&& kicks = Parts<Whole>::template of<true>(unwrap(force_));
+    assign_force(kicks, t, view(y), Parts<Whole>::template memory<true>(trial_), psi);
   }
 
   /// out = y + γ M⁻¹Ψ, all blocks and the drift in one pass each; `out` may be y. False: something isn't finite.
@@ -159,7 +198,7 @@ class RightHandSide {
   [[nodiscard]] int offending_term(Scalar t, const Plain& y) {
     Rate scratch = make_rate<S>(y);
     try {
-      return phistep::offending_term(force(), t, view(y), trial_, scratch);
+      return phistep::offending_term(whole_force(), t, view(y), trial_, scratch);
     } catch (...) {  // the caller is already reporting a failure; asking again must not add another
       return -1;
     }
@@ -170,7 +209,7 @@ class RightHandSide {
     if constexpr (returns_reference) {
       try {
         Rate scratch = make_rate<S>(y);
-        assign_force(force(), t, view(y), trial_, scratch);  // uncounted: part of the message, not of the step
+        assign_force(force(), t, view(y), trial_memory(), scratch);  // uncounted: part of the message, not of the step
         where = first_non_finite(Rate::blocks(scratch));
       } catch (...) {
         return false;
@@ -223,7 +262,9 @@ class RightHandSide {
     else return in_place ? update_in_place(n, kernel, out...) : update(n, kernel, out...);
   }
 
+  struct Nothing {};
   F force_;
+  [[no_unique_address]] std::conditional_t<gathers, std::optional<Force>, Nothing> rest_;  // made anew at each use
   [[no_unique_address]] Masses masses_;
   [[no_unique_address]] Memory committed_{};
   [[no_unique_address]] Memory trial_{};

@@ -1,0 +1,147 @@
+/// @file
+/// A stepper around a stepper: where a step fails for a reason that a smaller one may cure, it is done as two half steps,
+/// each of them, if need be, as two quarter steps, and so on; all of it or nothing.
+///
+///     phistep::Halving stepper{phistep::PhiStepper{cloth, springs, phistep::backward_euler}, 10};
+///
+/// With Newton's fresh Jacobian, which is tried first, this is the ladder of retries: old matrix, new matrix, Δt/2, Δt/4, …
+#pragma once
+
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+#include "phistep/core/outcome.hpp"
+#include "phistep/core/statistics.hpp"
+#include "phistep/core/step_report.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/state/blocks.hpp"
+#include "phistep/stepper/transaction.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// Whether a smaller step may succeed where one failed so, the state itself being finite.
+[[nodiscard]] constexpr bool may_be_cured(Outcome outcome) {
+  switch (outcome) {
+    case Outcome::non_finite_state:
+    case Outcome::non_finite_force:
+    case Outcome::non_finite_jacobian:
+    case Outcome::singular_matrix:
+    case Outcome::not_positive_definite:
+    case Outcome::linear_solver_failed:
+    case Outcome::newton_diverged:
+    case Outcome::newton_stalled:
+      return true;
+    default:
+      return false;
+  }
+}
+
+template <class Stepper>
+class Halving {
+ public:
+  /// @param halvings  the smallest step tried is Δt/2^halvings
+  /// @throws std::invalid_argument where halvings is negative
+  explicit Halving(Stepper stepper, int halvings = 10) : stepper_{std::move(stepper)}, deepest_{halvings} {
+    if (halvings < 0) throw std::invalid_argument("phistep: Halving needs a number of halvings >= 0");
+  }
+
+  /// Advances the state from t to t + dt. [time] On failure the state and the force's history keep every bit, and the
+  /// report is that of the smallest step that failed; an exception thrown by the force passes through, likewise.
+  template <class S>
+  StepReport step(S& state, ScalarOf<S> t, ScalarOf<S> dt, Origin origin = Origin::unknown) {
+    const StepReport whole = advance(state, t, dt, origin);
+    if (whole) ++steps_;
+    if (whole || deepest_ == 0 || !may_be_cured(whole.outcome()) || !is_finite(state)) return counted(whole);
+
+    const Snapshot<S> before{*this, state};
+    const std::int64_t halvings = halvings_;
+    int iterations = whole.iterations();
+    try {
+      const StepReport halved = halve(state, t, dt, origin, 1, iterations);
+      if (halved) return ++steps_, StepReport{Outcome::success, iterations, nullptr};
+      before.restore(*this, state);
+      halvings_ = halvings;
+      return counted(halved);
+    } catch (...) {
+      before.restore(*this, state);
+      halvings_ = halvings;
+      throw;
+    }
+  }
+
+  [[nodiscard]] int order() const { return stepper_.order(); }
+  /// Steps are those asked for; each halving is one more that was made. All other counts are of the work done.
+  [[nodiscard]] Statistics statistics() const {
+    Statistics all = stepper_.statistics();
+    all.steps = steps_;
+    all.failed_steps = failed_steps_;
+    all.halvings = halvings_;
+    return all;
+  }
+  /// The stepper inside.
+  [[nodiscard]] Stepper& stepper() { return stepper_; }
+  [[nodiscard]] const Stepper& stepper() const { return stepper_; }
+  void reset() { stepper_.reset(); }
+
+ private:
+  /// What a failure takes the state and the stepper back to.
+  template <class S>
+  class Snapshot {
+   public:
+    Snapshot(const Halving& of, const S& state) : past_{of.checkpoint()} { copy_blocks<S>(state_, state); }
+    void restore(Halving& to, S& state) const {
+      copy_blocks<S>(state, state_);
+      if constexpr (requires { to.stepper_.checkpoint(); }) to.stepper_.restore(past_);
+      else to.stepper_.reset();
+    }
+
+   private:
+    PlainState<S> state_;
+    decltype(std::declval<const Halving&>().checkpoint()) past_;
+  };
+  struct NoCheckpoint {};
+  [[nodiscard]] auto checkpoint() const {
+    if constexpr (requires { stepper_.checkpoint(); }) return stepper_.checkpoint();
+    else return NoCheckpoint{};
+  }
+
+  template <class S, class Scalar>
+  StepReport advance(S& state, Scalar t, Scalar dt, Origin origin) {
+    if constexpr (requires { stepper_.step(state, t, dt, origin); }) return stepper_.step(state, t, dt, origin);
+    else return stepper_.step(state, t, dt);
+  }
+
+  /// Both halves of a step that failed as a whole.
+  template <class S, class Scalar>
+  StepReport halve(S& state, Scalar t, Scalar dt, Origin origin, int depth, int& iterations) {
+    ++halvings_;
+    const Scalar half = dt / 2;
+    const StepReport first = part(state, t, half, origin, depth, iterations);
+    return first ? part(state, t + half, half, origin, depth, iterations) : first;
+  }
+  template <class S, class Scalar>
+  StepReport part(S& state, Scalar t, Scalar dt, Origin origin, int depth, int& iterations) {
+    const StepReport report = advance(state, t, dt, origin);
+    iterations += report.iterations();
+    if (report || depth == deepest_ || !may_be_cured(report.outcome())) return report;
+    return halve(state, t, dt, origin, depth + 1, iterations);
+  }
+
+  template <class S>
+  [[nodiscard]] static bool is_finite(const S& state) {
+    bool finite = true;
+    for_each_block([&finite](auto, const auto& x) { finite = finite && x.allFinite(); }, Blocks<S>::all(state));
+    return finite;
+  }
+  StepReport counted(const StepReport& report) {
+    failed_steps_ += report ? 0 : 1;
+    return report;
+  }
+
+  Stepper stepper_;
+  int deepest_;
+  std::int64_t steps_ = 0, failed_steps_ = 0, halvings_ = 0;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

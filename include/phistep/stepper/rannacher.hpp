@@ -1,0 +1,55 @@
+/// @file
+/// Rannacher's start (Rannacher, Numer. Math. 43 (1984) 309; Giles & Carter, J. Comput. Finance 9 (2006) 89): the first
+/// steps as two backward Euler half steps each,
+///
+///     y½ = y  + ½Δt M⁻¹Ψ(t+½Δt, y½),     y⁺ = y½ + ½Δt M⁻¹Ψ(t+Δt, y⁺),                                          (1)
+///
+/// then the trapezoidal rule, whose resolve has the coefficient ½Δt too: one matrix for the whole run.
+#pragma once
+
+#include "phistep/core/outcome.hpp"
+#include "phistep/core/phi.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/resolve/dense_system.hpp"
+#include "phistep/state/blocks.hpp"
+#include "phistep/stepper/kernel.hpp"
+#include "phistep/stepper/phi_stepper.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+template <State S>
+class Row<Rannacher, S> : public RowDefaults {
+  using Trapezoidal = Row<SinglePhi<FixedPhi<1, 2>>, S>;
+
+ public:
+  using Scalar = ScalarOf<S>;
+  template <class Rhs>
+  static constexpr KernelNeeds needs{.solver = true};
+
+  Row(Rannacher scheme, const auto& y) : scheme_{scheme}, trapezoidal_{trapezoidal, y} {}
+  [[nodiscard]] static int order() { return Rannacher::order(); }
+
+  /// Steps of the start that have become the state.
+  using Progress = int;
+  [[nodiscard]] Progress progress() const { return done_; }
+  void resume(Progress done) { done_ = done; }
+  void reset() { done_ = 0; }
+  void accepted() { done_ += done_ < scheme_.pairs; }
+
+  template <class Kernel>
+  [[nodiscard]] Outcome advance(Kernel& kernel, typename Kernel::Data& step) const {
+    if (done_ >= scheme_.pairs) return trapezoidal_.advance(kernel, step);
+    const Scalar half = step.dt / 2;
+    kernel.coast(step, 0);
+    if (const Outcome outcome = kernel.resolve(step, {half, half}, step.t + half); outcome != Outcome::success)
+      return outcome;
+    return kernel.resolve(step, {half, half}, step.t + step.dt);  // (1)
+  }
+
+ private:
+  Rannacher scheme_;
+  [[no_unique_address]] Trapezoidal trapezoidal_;
+  int done_ = 0;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI
