@@ -72,23 +72,26 @@ class NewtonResolvent {
     resize(y, rhs);
   }
 
-  void resize(const Plain& y, const Rhs&) {
+  void resize(const Plain& y, const Rhs& rhs) {
     const Index n = unknowns<S>(y);
     if (!analytic && !patterned && n > dense_difference_limit)
       throw std::invalid_argument("phistep: the Jacobian of " + std::to_string(n) +
                                   " unknowns by differences would be dense; give the force a member jacobian(...) "
                                   "(sparse for large systems), or add_jacobian(...) to its terms");
+    if constexpr (!analytic) differences_.resize(y, rhs);  // may throw, so it comes before anything has a new size
     base_ = y;
-    if constexpr (!analytic) differences_.resize(y);
     increment_.setZero(n);
     correction_.setZero(n);
     last_move_.setZero(n);
     system_.resize(n);
-    reset();
+    drop_jacobian();
   }
 
-  /// Forgets Jacobian and factors.
-  void reset() { has_jacobian_ = has_factors_ = false; }
+  /// Forgets Jacobian and factors, and that the force is still the same.
+  void reset() {
+    drop_jacobian();
+    if constexpr (!analytic) differences_.forget_pattern();
+  }
 
   /// In: Y = b; `guess` is where the iteration starts (its solved blocks count). Out: Y, and w = Y − b.
   [[nodiscard]] Outcome resolve(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, Plain& Y, const Plain& guess, Rate& psi,
@@ -181,7 +184,7 @@ class NewtonResolvent {
       if constexpr (requires { self.system_.has_solver(); }) return self.has_factors_ && self.system_.has_solver();
       else return self.has_factors_;
     }
-    void drop_jacobian() { self.reset(); }
+    void drop_jacobian() { self.drop_jacobian(); }
     [[nodiscard]] Outcome refresh() {
       if (!self.has_jacobian_)
         if (const Outcome outcome = self.linearise(rhs, gamma, t, Y, psi); outcome != Outcome::success) return outcome;
@@ -283,6 +286,8 @@ class NewtonResolvent {
     const double norm = std::sqrt(sum / std::max(1.0, static_cast<double>(last_move_.size())));
     return {norm, norm, largest(last_move_)};
   }
+
+  void drop_jacobian() { has_jacobian_ = has_factors_ = false; }
 
   /// K and C at (t, Y), where Ψ is psi.
   [[nodiscard]] Outcome linearise(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& Y, const Rate& psi) {

@@ -77,6 +77,7 @@ class RightHandSide {
   RightHandSide(F f, Masses masses) : force_{std::move(f)}, masses_{std::move(masses)} {}
 
   [[nodiscard]] auto& force() { return unwrap(force_); }
+  [[nodiscard]] const auto& force() const { return unwrap(force_); }
   [[nodiscard]] const Masses& masses() const { return masses_; }
   [[nodiscard]] Statistics& statistics() { return statistics_; }
   [[nodiscard]] const Statistics& statistics() const { return statistics_; }
