@@ -119,7 +119,9 @@ class ConvergenceTest {
 
 /// Jacobian and factors serve the next step too where θ is at most this. To rounding a slow matrix costs many iterations:
 /// RADAU5's choice (HW II p. 121). To a tolerance it costs one or two, a Jacobian n force calls.
-[[nodiscard]] constexpr double keep_jacobian_rate(const NewtonOptions& options) { return options.rtol > 0 ? 0.05 : 1e-3; }
+[[nodiscard]] constexpr double keep_jacobian_rate(const NewtonOptions& options) {
+  return options.rtol > 0 ? 0.05 : 1e-3;
+}
 
 /// Solves F(Y) = 0. The equation offers
 ///   residual() → Outcome         F at the current iterate; non_finite_force where Ψ isn't

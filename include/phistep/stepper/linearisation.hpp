@@ -54,14 +54,14 @@ class Linearisation {
   using System = typename SystemFor<facts, Scalar, n_static, LinearSolver>::type;
 
   /// @throws std::invalid_argument where a dense Jacobian of more than 1000 unknowns would be formed by differences.
-  void resize(const Plain& y, const Rhs&) {
+  void resize(const Plain& y, [[maybe_unused]] Rhs& rhs) {
     const Index n = unknowns<S>(y);
     if (!analytic && !patterned && n > dense_difference_limit)
       throw std::invalid_argument("phistep: the Jacobian of " + std::to_string(n) +
                                   " unknowns by differences would be dense; give the force a member jacobian(...) "
                                   "(sparse for large systems), or add_jacobian(...) to its terms");
+    if constexpr (!analytic) differences_.resize(y, rhs);  // may throw, so it comes before anything has a new size
     n_ = n;
-    if constexpr (!analytic) differences_.resize(y);
     system_.resize(n);
     drop();
   }
@@ -78,6 +78,11 @@ class Linearisation {
     else scale_ = 2 / (1 + (has_K && !has_C ? ratio * ratio : ratio));
   }
   void drop() { has_jacobian_ = has_factors_ = false; }
+  /// The force may be another one: so may its pattern.
+  void forget() {
+    drop();
+    if constexpr (!analytic) differences_.forget_pattern();
+  }
 
   [[nodiscard]] bool has_jacobian() const { return has_jacobian_; }
   [[nodiscard]] bool has_factors() const {

@@ -43,21 +43,22 @@ class NewtonResolvent {
   static constexpr bool affine = Rhs::Traits::is_affine;
 
   /// @throws std::invalid_argument where a dense Jacobian of more than 1000 unknowns would be formed by differences.
-  NewtonResolvent(const Plain& y, const Rhs& rhs, const auto& solver) : options_{solver.options} {
+  NewtonResolvent(const Plain& y, Rhs& rhs, const auto& solver) : options_{solver.options} {
     // One solve is all there is: it has to be as good as the answer.
-    if (affine && Matrix::is_iterative && options_.linear_rtol == 0) options_.linear_rtol = std::max(affine_linear_rtol, 16 * round_off);
+    if (affine && Matrix::is_iterative && options_.linear_rtol == 0)
+      options_.linear_rtol = std::max(affine_linear_rtol, 16 * round_off);
     resize(y, rhs);
   }
 
-  void resize(const Plain& y, const Rhs& rhs) {
+  void resize(const Plain& y, Rhs& rhs) {
     increment_.resize(y);
     matrix_.resize(y, rhs);
-    reset();
+    solved_ = 0;
   }
 
-  /// Forgets Jacobian and factors.
+  /// Forgets Jacobian and factors, and that the force is still the same.
   void reset() {
-    matrix_.drop();
+    matrix_.forget();
     solved_ = 0;
   }
 
