@@ -13,6 +13,7 @@
 #include "phistep/force/annotate.hpp"
 #include "phistep/force/drag.hpp"
 #include "phistep/force/gravity.hpp"
+#include "phistep/force/local.hpp"
 #include "phistep/force/springs.hpp"
 #include "phistep/force/sum.hpp"
 #include "phistep/force/uniform_force.hpp"

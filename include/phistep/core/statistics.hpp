@@ -17,7 +17,13 @@ struct Statistics {
   std::int64_t factorizations = 0;  ///< of the step's matrix M − γC − γ²K
   std::int64_t analyses = 0;        ///< symbolic analyses of a sparse pattern
   std::int64_t solves = 0;          ///< linear solves
-  std::int64_t iterations = 0;      ///< Newton iterations
+  std::int64_t iterations = 0;      ///< Newton (or fixed-point) iterations
+
+  /// Iterations of iterative linear solvers.
+  std::int64_t linear_iterations = 0;
+  /// Where each particle is solved by itself: Newton iterations summed over the particles. Every other count is then that
+  /// of the particle that needed most, as in sweeps over those still at work.
+  std::int64_t active_iterations = 0;
 
   friend constexpr Statistics operator-(Statistics a, const Statistics& b) {
     a.steps -= b.steps;
@@ -28,6 +34,8 @@ struct Statistics {
     a.analyses -= b.analyses;
     a.solves -= b.solves;
     a.iterations -= b.iterations;
+    a.linear_iterations -= b.linear_iterations;
+    a.active_iterations -= b.active_iterations;
     return a;
   }
   friend constexpr bool operator==(const Statistics&, const Statistics&) = default;
@@ -40,6 +48,8 @@ struct Statistics {
     if (s.failed_steps != 0) out << "  (and " << s.failed_steps << " failed)";
     out << "\n  force calls     " << s.force_calls << "\n  Jacobians       " << s.jacobians << "\n  factorizations  "
         << s.factorizations << "\n  linear solves   " << s.solves << "\n  iterations      " << s.iterations << '\n';
+    if (s.linear_iterations != 0) out << "  linear iterations " << s.linear_iterations << '\n';
+    if (s.active_iterations != 0) out << "  iterations of particles " << s.active_iterations << '\n';
     if (s.analyses != 0) out << "  pattern analyses " << s.analyses << '\n';
     return out;
   }

@@ -31,6 +31,7 @@
 #include "phistep/jacobian/analytic.hpp"
 #include "phistep/jacobian/differences.hpp"
 #include "phistep/resolve/dense_system.hpp"
+#include "phistep/resolve/local_system.hpp"
 #include "phistep/resolve/newton.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
@@ -102,6 +103,8 @@ class NewtonResolvent {
     const Outcome outcome =
         solve_newton(equation, options_, static_cast<double>(std::numeric_limits<Scalar>::epsilon()), history);
     rhs.statistics().iterations += history.iterations - before;
+    if constexpr (requires { system_.singular_particle(); })
+      if (outcome == Outcome::singular_matrix) history.particle = system_.singular_particle();
     return outcome;
   }
 
