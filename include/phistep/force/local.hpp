@@ -98,7 +98,7 @@ class Local : public ForceTerm {
         auto* const rate = rate_of(out).data();
         for_each_particle(y, [&](Index at, const Seen<View>& one) {
           const auto& psi = call_with<arity<View>>(unwrap(f_), one, t);
-          for (int k = 0; k < dim; ++k) rate[at + k] += psi[k];
+          Eigen::Map<One<typename ViewScalar<View>::type>>{rate + at} += psi;
         });
       }
     }
