@@ -22,6 +22,7 @@
 #include "phistep/linear/mass.hpp"
 #include "phistep/observe/every.hpp"
 #include "phistep/observe/recorder.hpp"
+#include "phistep/resolve/fixed_point.hpp"
 #include "phistep/resolve/newton.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/motion.hpp"

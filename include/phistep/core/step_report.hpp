@@ -33,8 +33,8 @@ struct Failure {
   std::int64_t column = -1;                         ///< … of this particle
   std::int64_t particle = -1;                       ///< whose own equations failed, where each has its own
   int term = -1;                                    ///< which term of a sum, −1 = unknown or not a sum
-  int iterations = 0;                               ///< Newton iterations done
-  std::array<double, history_length> increments{};  ///< relative size of each Newton increment
+  int iterations = 0;                               ///< Newton or fixed-point iterations done
+  std::array<double, history_length> increments{};  ///< relative size of each one's increment
 
   void record(double increment) {
     if (static_cast<std::size_t>(iterations) < history_length)
@@ -56,7 +56,8 @@ struct Failure {
     std::snprintf(buffer, sizeof buffer, "; at t = %.9g, dt = %.9g", t, dt);
     text += buffer;
     if (iterations > 0) {
-      text += "; relative Newton increments";
+      const bool newton = outcome != Outcome::iteration_diverged && outcome != Outcome::iteration_stalled;
+      text += newton ? "; relative Newton increments" : "; relative increments";
       const auto shown = std::min(static_cast<std::size_t>(iterations), history_length);
       for (std::size_t k = 0; k < shown; ++k) {
         std::snprintf(buffer, sizeof buffer, " %.2g", increments[k]);

@@ -26,6 +26,7 @@
 #include "phistep/linear/mass.hpp"
 #include "phistep/resolve/newton.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/stepper/fixed_point_resolvent.hpp"
 #include "phistep/stepper/local_resolvent.hpp"
 #include "phistep/stepper/resolvent.hpp"
 #include "phistep/stepper/right_hand_side.hpp"
