@@ -21,6 +21,8 @@ enum class Outcome : std::uint8_t {
   linear_solver_failed,   ///< an iterative or sparse solver gave up
   newton_diverged,        ///< the increments grew
   newton_stalled,         ///< the increments stopped falling before they were small
+  iteration_diverged,     ///< the fixed-point iteration moved away from its solution
+  iteration_stalled,      ///< it came nearer too slowly, or not at all
   step_too_small,         ///< t + Δt = t in this precision
   too_many_steps,         ///< the run's step cap was reached
   invalid_step,           ///< Δt or t is not finite, or Δt = 0
@@ -52,6 +54,10 @@ enum class Outcome : std::uint8_t {
       return "Newton's iteration diverged";
     case Outcome::newton_stalled:
       return "Newton's iteration stalled";
+    case Outcome::iteration_diverged:
+      return "the fixed-point iteration diverged";
+    case Outcome::iteration_stalled:
+      return "the fixed-point iteration stalled";
     case Outcome::step_too_small:
       return "the step is too small: t + dt = t";
     case Outcome::too_many_steps:
@@ -89,6 +95,10 @@ enum class Outcome : std::uint8_t {
     case Outcome::newton_diverged:
     case Outcome::newton_stalled:
       return "take a smaller dt, or check the Jacobian (check_jacobian) and the force for jumps";
+    case Outcome::iteration_diverged:
+    case Outcome::iteration_stalled:
+      return "take a smaller dt (plain iteration needs phi dt omega < 1, or phi dt |dPsi/dy| < 1), or solve with "
+             "newton()";
     case Outcome::step_too_small:
       return "shift the origin of time, or use a wider scalar";
     case Outcome::too_many_steps:

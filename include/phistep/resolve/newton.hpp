@@ -74,8 +74,7 @@ class ConvergenceTest {
  public:
   enum class Verdict { go_on, converged, slow, growing };
 
-  ConvergenceTest(const NewtonOptions& options, double round_off)
-      : round_off_{round_off}, plateau_{std::cbrt(round_off * round_off)} {
+  ConvergenceTest(const NewtonOptions& options, double round_off) : round_off_{round_off} {
     if (options.rtol > 0) {
       const double rtol = reduced(options.rtol);
       target_ = std::max(10 * round_off / rtol, std::min(0.03, std::sqrt(rtol)));
@@ -105,7 +104,7 @@ class ConvergenceTest {
     const double remaining = theta < 1 ? theta / (1 - theta) * now : std::numeric_limits<double>::infinity();
     if (remaining <= (target_ > 0 ? target_ : round_off_)) return Verdict::converged;
     // Rounding in Ψ keeps ‖δ‖ from falling further; a cycle or a divergence has corrections of order one instead.
-    if (target_ == 0 && trusted && theta > 0.3 && size.resolution <= plateau_) return Verdict::converged;
+    if (target_ == 0 && trusted && theta > 0.3 && is_at_plateau(size.resolution)) return Verdict::converged;
     if (theta > 1) return Verdict::growing;
     if (target_ == 0) return theta > 0.05 ? Verdict::slow : Verdict::go_on;
     return theta >= 0.99 || remaining * std::pow(theta, limit_ - 1 - iteration) >= target_ ? Verdict::slow
@@ -113,7 +112,10 @@ class ConvergenceTest {
   }
 
  private:
-  double round_off_, plateau_, target_ = 0, previous_ = 0, first_rate_ = 0;
+  /// ‖δ‖ ≤ u^⅔, without the price of a root for every small system.
+  [[nodiscard]] bool is_at_plateau(double size) const { return size * size * size <= round_off_ * round_off_; }
+
+  double round_off_, target_ = 0, previous_ = 0, first_rate_ = 0;
   int limit_;
 };
 

@@ -17,6 +17,7 @@
 #include "phistep/jacobian/analytic.hpp"
 #include "phistep/jacobian/differences.hpp"
 #include "phistep/resolve/dense_system.hpp"
+#include "phistep/resolve/local_system.hpp"
 #include "phistep/resolve/network_system.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
@@ -118,6 +119,11 @@ class Linearisation {
     }
   }
 
+  /// Whose block made W singular, −1 where that isn't known.
+  [[nodiscard]] std::int64_t singular_particle() const {
+    if constexpr (requires { system_.singular_particle(); }) return system_.singular_particle();
+    else return -1;
+  }
   /// ‖γ_f γ_d K‖ / ‖W‖ and ‖W‖, largest entries.
   [[nodiscard]] double drift_share() const { return system_.drift_share(); }
   [[nodiscard]] double magnitude() const { return system_.magnitude(); }

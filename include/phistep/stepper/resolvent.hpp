@@ -43,7 +43,7 @@ class NewtonResolvent {
   static constexpr bool affine = Rhs::Traits::is_affine;
 
   /// @throws std::invalid_argument where a dense Jacobian of more than 1000 unknowns would be formed by differences.
-  NewtonResolvent(const Plain& y, Rhs& rhs, const auto& solver) : options_{solver.options} {
+  NewtonResolvent(const Plain& y, auto&& rhs, const auto& solver) : options_{solver.options} {
     // One solve is all there is: it has to be as good as the answer.
     if (affine && Matrix::is_iterative && options_.linear_rtol == 0)
       options_.linear_rtol = std::max(affine_linear_rtol, 16 * round_off);
@@ -51,8 +51,8 @@ class NewtonResolvent {
   }
 
   void resize(const Plain& y, Rhs& rhs) {
+    matrix_.resize(y, rhs);  // may throw, so it comes first
     increment_.resize(y);
-    matrix_.resize(y, rhs);
     solved_ = 0;
   }
 
@@ -69,21 +69,9 @@ class NewtonResolvent {
     increment_.set_base(Y);
     matrix_.begin(gamma, options_.rtol > 0);
     Equation equation{*this, rhs, gamma, t, Y, guess, psi, psi_known};
-    if constexpr (affine) {
-      return solve_affine(equation);
-    } else if constexpr (corrections == Corrections::one) {
-      matrix_.drop();
-      equation.restart();
-      if (Outcome outcome = equation.residual(); outcome != Outcome::success) return outcome;
-      if (Outcome outcome = equation.refresh(); outcome != Outcome::success) return outcome;
-      return equation.correct();
-    } else {
-      const int before = history.iterations;
-      const Outcome outcome =
-          solve_newton(equation, options_, static_cast<double>(std::numeric_limits<Scalar>::epsilon()), history);
-      rhs.statistics().iterations += history.iterations - before;
-      return outcome;
-    }
+    const Outcome outcome = solve(equation, history);
+    if (outcome == Outcome::singular_matrix) history.particle = matrix_.singular_particle();
+    return outcome;
   }
 
   /// out.solved += factor·(Y − b) with the last resolve's increment.
@@ -185,6 +173,23 @@ class NewtonResolvent {
           Rate::blocks(std::as_const(psi)), rhs.masses());
     }
   };
+
+  [[nodiscard]] Outcome solve(Equation& equation, Failure& history) {
+    if constexpr (affine) {
+      return solve_affine(equation);
+    } else if constexpr (corrections == Corrections::one) {
+      matrix_.drop();
+      equation.restart();
+      if (Outcome outcome = equation.residual(); outcome != Outcome::success) return outcome;
+      if (Outcome outcome = equation.refresh(); outcome != Outcome::success) return outcome;
+      return equation.correct();
+    } else {
+      const int before = history.iterations;
+      const Outcome outcome = solve_newton(equation, options_, round_off, history);
+      equation.rhs.statistics().iterations += history.iterations - before;
+      return outcome;
+    }
+  }
 
   /// One solve. Trust, but verify: the residual left after solves 1, 2, 4, 8, … since the matrix was made must be rounding.
   [[nodiscard]] Outcome solve_affine(Equation& equation) {
