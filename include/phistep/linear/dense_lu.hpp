@@ -91,9 +91,10 @@ class DenseLu<Scalar, size> {
   }
 
  private:
-  Matrix lu_;
-  Scalar inverse_pivot_[size];
-  int pivot_[size];
+  // A stepper is copied before it has factorised anything: it must not read what was never written.
+  Matrix lu_ = Matrix::Zero();
+  Scalar inverse_pivot_[size]{};
+  int pivot_[size]{};
 };
 
 }  // namespace phistep::inline PHISTEP_ABI
