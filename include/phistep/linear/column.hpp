@@ -27,13 +27,20 @@ template <class Scalar>
 inline constexpr bool has_columns = std::numeric_limits<Scalar>::is_iec559 &&
                                     (sizeof(Scalar) == 8 || sizeof(Scalar) == 4);
 
+/// Numbers in the largest register that is used. Not 512 bits: they gain little on columns this short, half of their loads
+/// would cross cache lines, and g++ 12 warns about its own AVX-512 header.
+template <class Scalar>
+inline constexpr int widest_packet = []() {
+  constexpr int most = 32 / static_cast<int>(sizeof(Scalar)), has = Eigen::internal::packet_traits<Scalar>::size;
+  return has < most ? has : most;
+}();
+
 /// Rows `first` … `size` − 1 of a column of `size` ≤ 32 numbers: a packet and, recursively, the rest.
 ///
 /// Every pointer is to row 0. The packets lie on one grid whatever `first` is: a packet loaded across the boundary of two
 /// that were just stored would have to wait for both. The first one may so hold rows above `first`; the last ones
 /// are smaller. `offset` is what row 0 of a rest is in the whole.
-template <class Scalar, int size, int first = 0, int widest = Eigen::internal::packet_traits<Scalar>::size,
-          int offset = 0>
+template <class Scalar, int size, int first = 0, int widest = widest_packet<Scalar>, int offset = 0>
 class Column {
   static_assert(has_columns<Scalar> && 0 <= first && first < size && offset + size <= small_dense_limit);
   static constexpr int fitting =
