@@ -15,6 +15,7 @@ struct Statistics {
   std::int64_t force_calls = 0;     ///< evaluations of Ψ, those for difference Jacobians included
   std::int64_t jacobians = 0;       ///< evaluations of ∂Ψ/∂y
   std::int64_t factorizations = 0;  ///< of the step's matrix M − γC − γ²K
+  std::int64_t fallbacks = 0;       ///< factorisations for which a faster way failed and an LU with pivoting served
   std::int64_t analyses = 0;        ///< symbolic analyses of a sparse pattern
   std::int64_t solves = 0;          ///< linear solves
   std::int64_t iterations = 0;      ///< Newton iterations
@@ -25,6 +26,7 @@ struct Statistics {
     a.force_calls -= b.force_calls;
     a.jacobians -= b.jacobians;
     a.factorizations -= b.factorizations;
+    a.fallbacks -= b.fallbacks;
     a.analyses -= b.analyses;
     a.solves -= b.solves;
     a.iterations -= b.iterations;
@@ -40,6 +42,7 @@ struct Statistics {
     if (s.failed_steps != 0) out << "  (and " << s.failed_steps << " failed)";
     out << "\n  force calls     " << s.force_calls << "\n  Jacobians       " << s.jacobians << "\n  factorizations  "
         << s.factorizations << "\n  linear solves   " << s.solves << "\n  iterations      " << s.iterations << '\n';
+    if (s.fallbacks != 0) out << "  fallbacks to LU " << s.fallbacks << '\n';
     if (s.analyses != 0) out << "  pattern analyses " << s.analyses << '\n';
     return out;
   }
