@@ -129,10 +129,7 @@ TEST_CASE("a chain with one bad entry is refused, or its solution tells") {
           lu.resize(blocks);
           std::srand(7);
           static_cast<void>(fill(lu, 8));
-          (which == 0   ? lu.lower(k)
-           : which == 1 ? lu.diagonal(k)
-                        : lu.upper(k))
-              .data()[entry] = bad;
+          (which == 0 ? lu.lower(k) : which == 1 ? lu.diagonal(k) : lu.upper(k)).data()[entry] = bad;
           Vec x = Vec::Ones(2 * blocks);
           const bool accepted = lu.factorize();
           if (accepted) lu.solve_in_place(x.data());

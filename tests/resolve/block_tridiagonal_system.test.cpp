@@ -30,7 +30,8 @@ Vec brusselator(const Vec& y) {
 }
 Vec start(Eigen::Index points) {
   Vec y(2 * points);
-  for (Eigen::Index i = 0; i < points; ++i) y[2 * i] = 1 + 0.5 * std::sin(0.1 * static_cast<double>(i)), y[2 * i + 1] = 3;
+  for (Eigen::Index i = 0; i < points; ++i)
+    y[2 * i] = 1 + 0.5 * std::sin(0.1 * static_cast<double>(i)), y[2 * i + 1] = 3;
   return y;
 }
 /// A component that sees 4 to either side, each with a weight of its own: three components a block.

@@ -160,8 +160,8 @@ TEST_CASE("conjugate gradients on an indefinite matrix either solve or say that 
   CHECK((outcome == Outcome::linear_solver_failed || (W * x - b).norm() <= 1e-10));
 }
 
-TEMPLATE_TEST_CASE("finds a tangent that is not finite", "", DenseFixed, DenseDynamic, Diagonal, Banded, Blocks1, Blocks3,
-                   Blocks5, Lu) {
+TEMPLATE_TEST_CASE("finds a tangent that is not finite", "", DenseFixed, DenseDynamic, Diagonal, Banded, Blocks1,
+                   Blocks3, Blocks5, Lu) {
   TestType system;
   system.resize(n);
   Statistics counts;

@@ -90,8 +90,7 @@ class BandTangent {
     Scalar gamma_force, gamma_drift;
     [[nodiscard]] Scalar operator()(Index i, Index j) const {
       const Index at = j * tangent.width() + tangent.upper_ + i - j;
-      if constexpr (has_K && has_C)
-        return -gamma_force * (tangent.C_.data()[at] + gamma_drift * tangent.K_.data()[at]);
+      if constexpr (has_K && has_C) return -gamma_force * (tangent.C_.data()[at] + gamma_drift * tangent.K_.data()[at]);
       else if constexpr (has_K) return (-gamma_force * gamma_drift) * tangent.K_.data()[at];
       else if constexpr (has_C) return -gamma_force * tangent.C_.data()[at];
       else return Scalar{0};
