@@ -24,6 +24,8 @@
 #include "phistep/linear/mass.hpp"
 #include "phistep/observe/every.hpp"
 #include "phistep/observe/recorder.hpp"
+#include "phistep/resolve/banded_system.hpp"
+#include "phistep/resolve/block_tridiagonal_system.hpp"
 #include "phistep/resolve/fixed_point.hpp"
 #include "phistep/resolve/newton.hpp"
 #include "phistep/state/blocks.hpp"

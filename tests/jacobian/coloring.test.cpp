@@ -12,7 +12,7 @@ using Index = Eigen::Index;
 namespace {
 
 /// Every column once, ascending within its colour, and no two columns of a colour in one row.
-void check_valid(const ColumnColoring& coloring, const ColumnPattern& pattern) {
+void check_valid(const ColumnColoring<>& coloring, const ColumnPattern& pattern) {
   std::set<Index> seen;
   for (Index c = 0; c < coloring.colors(); ++c) {
     std::set<Index> rows;
@@ -109,5 +109,5 @@ TEST_CASE("a pattern that can't be one is refused") {
            {{0}, {2}}, {{-1}, {1}}, {{1, 0}, {1}}, {{0, 0}, {1}}})  // outside, negative, not ascending, twice
     CHECK_THROWS_AS(ColumnColoring(pattern_of_columns(columns), 2), std::invalid_argument);
   CHECK_THROWS_AS(ColumnColoring(ColumnPattern{{0, 3, 2}, {0, 1}}, 2), std::invalid_argument);
-  CHECK_THROWS_AS(ColumnColoring(ColumnPattern{{}, {}}, 2), std::invalid_argument);
+  CHECK_THROWS_AS(ColumnColoring<>(ColumnPattern{{}, {}}, 2), std::invalid_argument);
 }

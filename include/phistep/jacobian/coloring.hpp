@@ -22,12 +22,13 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// The columns of an n×n pattern, by colour.
+/// The columns of an n×n pattern, by colour. A template, so that programs without patterns don't compile it.
+template <class Pattern = ColumnPattern>
 class ColumnColoring {
  public:
   ColumnColoring() = default;
   /// @throws std::invalid_argument where the pattern isn't one of an n×n matrix
-  ColumnColoring(const ColumnPattern& pattern, Eigen::Index n) {
+  ColumnColoring(const Pattern& pattern, Eigen::Index n) {
     check(pattern, n);
     const Rows rows = columns_of_rows(pattern);
     const auto size = static_cast<std::size_t>(n);
@@ -69,7 +70,7 @@ class ColumnColoring {
     return static_cast<std::size_t>(list[static_cast<std::size_t>(p)]);
   }
 
-  static void check(const ColumnPattern& pattern, Eigen::Index n) {
+  static void check(const Pattern& pattern, Eigen::Index n) {
     bool valid = pattern.columns() == n && pattern.start.front() == 0 &&
                  std::is_sorted(pattern.start.begin(), pattern.start.end()) &&
                  pattern.start.back() == static_cast<Eigen::Index>(pattern.row.size());
@@ -80,7 +81,7 @@ class ColumnColoring {
       }
     if (!valid) throw std::invalid_argument("phistep: the force's sparsity pattern doesn't fit its unknowns");
   }
-  [[nodiscard]] static Rows columns_of_rows(const ColumnPattern& pattern) {
+  [[nodiscard]] static Rows columns_of_rows(const Pattern& pattern) {
     const std::size_t n = pattern.start.size() - 1;
     Rows rows{std::vector<Eigen::Index>(n + 1, 0), std::vector<Eigen::Index>(pattern.row.size())};
     for (const Eigen::Index i : pattern.row) ++rows.start[static_cast<std::size_t>(i) + 1];
@@ -91,8 +92,7 @@ class ColumnColoring {
         rows.column[static_cast<std::size_t>(next[at(pattern.row, p)]++)] = static_cast<Eigen::Index>(j);
     return rows;
   }
-  [[nodiscard]] static Colors greedy(const ColumnPattern& pattern, const Rows& rows,
-                                     const std::vector<std::size_t>& order) {
+  [[nodiscard]] static Colors greedy(const Pattern& pattern, const Rows& rows, const std::vector<std::size_t>& order) {
     const std::size_t none = order.size();
     Colors colors{std::vector<std::size_t>(order.size(), none)};
     std::vector<std::size_t> taken(order.size(), none);  // by colour: the last column that may not have it

@@ -180,14 +180,14 @@ class DifferenceTangent {
   /// The force's pattern and what differences by colour work with.
   struct Columns {
     ColumnPattern pattern;
-    ColumnColoring coloring;
+    ColumnColoring<> coloring;
     Unknown increment, change;
     bool fresh = false;
 
     void resize(Rhs& rhs, Index n) {
       const ColumnPattern& now = rhs.force().pattern(n);
       if (coloring.colors() == 0 || now.start != pattern.start || now.row != pattern.row) {
-        coloring = ColumnColoring(now, n);
+        coloring = ColumnColoring<>(now, n);
         pattern = now;
       }
       increment.setZero(n);
