@@ -33,7 +33,7 @@ struct [[nodiscard]] RunReport {
   template <class OStream>
     requires requires(OStream& out) { out << "" << 0.0 << std::int64_t{}; }
   friend OStream& operator<<(OStream& out, const RunReport& report) {
-    out << report.message() << "\n  reached t       " << report.t << '\n' << report.statistics;
+    out << report.message() << "\n  reached t           " << report.t << '\n' << report.statistics;
     return out;
   }
 };

@@ -18,6 +18,7 @@
 #include <stdexcept>
 #include <string>
 #include <type_traits>
+#include <vector>
 
 namespace reference {
 
@@ -89,9 +90,17 @@ inline int evaluate(sunrealtype t, N_Vector y, N_Vector rate, void* user) {
 
 }  // namespace detail
 
-/// y(t1) of y' = f(t, y), y(0) = y0, at rtol = 1e-12 and the given atol per component.
+/// A run of CVODE's at a tolerance: where its steps ended, and what they took.
+struct Run {
+  std::vector<double> times;  ///< t = 0 and the end of every step
+  Vector y;
+  long jacobians = 0, factorizations = 0, iterations = 0;
+};
+
+/// y' = f(t, y), y(0) = y0, to t1 with a dense Newton solver, at rtol and the given atol per component.
 /// @throws std::runtime_error where any call of CVODE's reports a failure
-[[nodiscard]] inline Vector cvode(const RightHandSide& f, const Vector& y0, double t1, const Vector& atol) {
+[[nodiscard]] inline Run cvode_run(const RightHandSide& f, const Vector& y0, double t1, double rtol, const Vector& atol,
+                                   bool every_step) {
   using namespace detail;
   const Context context = make_context();
   const auto n = static_cast<sunindextype>(y0.size());
@@ -103,7 +112,7 @@ inline int evaluate(sunrealtype t, N_Vector y, N_Vector rate, void* user) {
   Problem problem{f, nullptr};
   const Memory memory = check(Memory{CVodeCreate(CV_BDF, context.get())}, "CVodeCreate");
   check(CVodeInit(memory.get(), evaluate, 0, y.get()), "CVodeInit");
-  check(CVodeSVtolerances(memory.get(), 1e-12, tolerance.get()), "CVodeSVtolerances");
+  check(CVodeSVtolerances(memory.get(), rtol, tolerance.get()), "CVodeSVtolerances");
   check(CVodeSetUserData(memory.get(), &problem), "CVodeSetUserData");
   check(CVodeSetMaxNumSteps(memory.get(), 5000000), "CVodeSetMaxNumSteps");
   check(CVodeSetStopTime(memory.get(), t1), "CVodeSetStopTime");  // no interpolation at the end
@@ -112,12 +121,24 @@ inline int evaluate(sunrealtype t, N_Vector y, N_Vector rate, void* user) {
       check(LinearSolver{SUNLinSol_Dense(y.get(), matrix.get(), context.get())}, "SUNLinSol_Dense");
   check(CVodeSetLinearSolver(memory.get(), solver.get(), matrix.get()), "CVodeSetLinearSolver");
 
-  sunrealtype t = 0;
-  const int flag = CVode(memory.get(), t1, y.get(), &t, CV_NORMAL);
-  if (problem.thrown) std::rethrow_exception(problem.thrown);
-  check(flag, "CVode");
-  if (t != t1) throw std::runtime_error("CVode stopped at t = " + std::to_string(t));
-  return view(y.get());
+  Run run{{0}, {}};
+  for (sunrealtype t = 0; t != t1;) {
+    const int flag = CVode(memory.get(), t1, y.get(), &t, every_step ? CV_ONE_STEP : CV_NORMAL);
+    if (problem.thrown) std::rethrow_exception(problem.thrown);
+    check(flag, "CVode");
+    run.times.push_back(t);
+    if (!every_step && t != t1) throw std::runtime_error("CVode stopped at t = " + std::to_string(t));
+  }
+  run.y = view(y.get());
+  check(CVodeGetNumJacEvals(memory.get(), &run.jacobians), "CVodeGetNumJacEvals");
+  check(CVodeGetNumLinSolvSetups(memory.get(), &run.factorizations), "CVodeGetNumLinSolvSetups");
+  check(CVodeGetNumNonlinSolvIters(memory.get(), &run.iterations), "CVodeGetNumNonlinSolvIters");
+  return run;
+}
+
+/// y(t1) at rtol = 1e-12.
+[[nodiscard]] inline Vector cvode(const RightHandSide& f, const Vector& y0, double t1, const Vector& atol) {
+  return cvode_run(f, y0, t1, 1e-12, atol, false).y;
 }
 
 /// The same for m r'' = force(state), a state of r and v.

@@ -36,6 +36,7 @@ struct Scalar {
     return Outcome::success;
   }
   [[nodiscard]] bool residual_is_rounding() const { return value == 0; }
+  [[nodiscard]] double residual_size() const { return value * value; }
   void retreat() { ++retreats, x -= move /= 2; }
   void undo() { x -= move; }
   void restart() { x = start; }
@@ -94,10 +95,36 @@ TEST_CASE("an old, far too stiff matrix does not pass for convergence") {
 TEST_CASE("a cycle ends as stalled, not in a hang or in success") {
   Scalar eq{[](double x) { return x > 0 ? 1.0 : -1.0; }, [](double) { return 1.0; }, 0.5};
   CHECK(eq.solve() == Outcome::newton_stalled);
-  CHECK(eq.solves == 25);
+  CHECK(eq.solves == 2 * 25);  // once as it is, once damped
   eq.x = 0.5, eq.solves = 0;
   CHECK(eq.solve({.max_iterations = 7}) == Outcome::newton_stalled);
-  CHECK(eq.solves == 7);
+  CHECK(eq.solves == 2 * 7);
+}
+
+TEST_CASE("where plain Newton diverges or cycles, damped corrections find the root") {
+  // x/√(1+x²) sends x to −x³: away from ±1 it diverges, at 1 it cycles.
+  const auto F = [](double x) { return x / std::sqrt(1 + x * x); };
+  const auto dF = [](double x) { return std::pow(1 + x * x, -1.5); };
+  for (const double start : {1.0, 1.2, -3.0}) {
+    Scalar plain{F, dF, start};
+    plain.weight = 1;
+    CAPTURE(start);
+    CHECK(plain.solve() == Outcome::success);
+    CHECK(std::abs(plain.x) <= 1e-15);
+    if (start == 1.0) CHECK(plain.retreats > 0);
+    Scalar damped{F, dF, start};
+    damped.weight = 1;
+    CHECK(damped.solve({.line_search = true}) == Outcome::success);
+    CHECK(std::abs(damped.x) <= 1e-15);
+    CHECK(damped.retreats > 0);
+    CHECK(damped.solves <= 12);
+  }
+}
+
+TEST_CASE("damping is not tried where the plain iteration converges") {
+  Scalar eq{[](double x) { return x * x - 2; }, [](double x) { return 2 * x; }};
+  CHECK(eq.solve() == Outcome::success);
+  CHECK(eq.retreats == 0);
 }
 
 TEST_CASE("a slope of the wrong sign ends as diverged") {

@@ -1,4 +1,6 @@
 // The contract of every linear system behind a resolve: W = M − γ_f C − γ_f γ_d K, its factors, its solve.
+#include <phistep/resolve/banded_system.hpp>
+#include <phistep/resolve/block_tridiagonal_system.hpp>
 #include <phistep/resolve/dense_system.hpp>
 #include <phistep/resolve/sparse_system.hpp>
 
@@ -22,6 +24,10 @@ constexpr double gamma_force = 0.3, gamma_drift = 0.2;
 using DenseFixed = DenseSystem<double, n, true, true>;
 using DenseDynamic = DenseSystem<double, Eigen::Dynamic, true, true>;
 using Diagonal = DiagonalSystem<double, n, true, true>;
+using Banded = BandedSystem<double, true, true>;
+using Blocks1 = BlockTridiagonalSystem<double, 1, true, true>;
+using Blocks3 = BlockTridiagonalSystem<double, 3, true, true>;
+using Blocks5 = BlockTridiagonalSystem<double, 5, true, true>;  // the last block isn't full
 using Lu = SparseSystem<double, Eigen::SparseLU<Sparse>>;
 using Ldlt = SparseSystem<double, Eigen::SimplicialLDLT<Sparse>>;
 using Llt = SparseSystem<double, Eigen::SimplicialLLT<Sparse>>;
@@ -81,7 +87,7 @@ void check_solves(System& system, const Mat& K, const Mat& C, Statistics& counts
 }  // namespace
 
 TEMPLATE_TEST_CASE("solves with W, again with new values, again with a new pattern", "", DenseFixed, DenseDynamic,
-                   Diagonal, Lu, Ldlt, Llt, Cg) {
+                   Diagonal, Banded, Blocks1, Blocks3, Blocks5, Lu, Ldlt, Llt, Cg) {
   TestType system;
   system.resize(n);
   Statistics counts;
@@ -110,7 +116,8 @@ TEMPLATE_TEST_CASE("an unchanged pattern is analysed once", "", Lu, Ldlt) {
   CHECK(counts.factorizations == 5);
 }
 
-TEMPLATE_TEST_CASE("says that a matrix is singular", "", DenseFixed, DenseDynamic, Diagonal, Lu) {
+TEMPLATE_TEST_CASE("says that a matrix is singular", "", DenseFixed, DenseDynamic, Diagonal, Banded, Blocks1, Blocks3,
+                   Blocks5, Lu) {
   TestType system;
   system.resize(n);
   Statistics counts;
@@ -153,7 +160,8 @@ TEST_CASE("conjugate gradients on an indefinite matrix either solve or say that 
   CHECK((outcome == Outcome::linear_solver_failed || (W * x - b).norm() <= 1e-10));
 }
 
-TEMPLATE_TEST_CASE("finds a tangent that is not finite", "", DenseFixed, DenseDynamic, Diagonal, Lu) {
+TEMPLATE_TEST_CASE("finds a tangent that is not finite", "", DenseFixed, DenseDynamic, Diagonal, Banded, Blocks1,
+                   Blocks3, Blocks5, Lu) {
   TestType system;
   system.resize(n);
   Statistics counts;

@@ -248,3 +248,29 @@ TEST_CASE("an explicit stepper is as small as its parts") {
   PhiStepper implicit{y, force, backward_euler};
   CHECK(sizeof(explicit_) + sizeof(Eigen::Matrix3d) < sizeof(implicit));
 }
+
+TEST_CASE("first order: the solve starts from the Ψ that the step began with, if Ψ ignores t") {
+  struct Decay {
+    Vec operator()(const Vec& y) const { return -y.array().cube(); }
+    Eigen::MatrixXd jacobian(const Vec& y) const { return (-3 * y.array().square()).matrix().asDiagonal(); }
+  };
+  struct DecayInTime : Decay {
+    Vec operator()(const Vec& y, double) const { return Decay::operator()(y); }
+    Eigen::MatrixXd jacobian(const Vec& y, double) const { return Decay::jacobian(y); }
+  };
+  const Vec y = Vec::LinSpaced(5, 1, 2);
+  const Statistics shared = by_hand(y, Decay{}, trapezoidal), apart = by_hand(y, DecayInTime{}, trapezoidal);
+  CHECK(shared.iterations == apart.iterations);
+  CHECK(shared.force_calls == shared.iterations);
+  CHECK(apart.force_calls == apart.iterations + n);
+  // Not where a matrix mass has worked in the same place: the answer tells.
+  const Eigen::MatrixXd M = 2 * Eigen::MatrixXd::Identity(5, 5);
+  Vec a = y, b = y;
+  PhiStepper matrix{a, Decay{}, trapezoidal, capacity(M)};
+  PhiStepper scalar{b, Decay{}, trapezoidal, capacity(2.0)};
+  for (int k = 0; k < n; ++k) {
+    REQUIRE(matrix.step(a, 0, 0.1));
+    REQUIRE(scalar.step(b, 0, 0.1));
+  }
+  CHECK((a - b).norm() <= 1e-14);
+}

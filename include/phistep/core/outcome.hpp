@@ -16,10 +16,13 @@ enum class Outcome : std::uint8_t {
   non_finite_jacobian,    ///< ∂Ψ/∂y does
   singular_matrix,        ///< M − γC − γ²K could not be factorised
   not_positive_definite,  ///< a symmetric solver met a matrix that is indefinite
+  not_affine,             ///< a force promised to be affine isn't, or its Jacobian is wrong
   not_symmetric,          ///< a tangent promised to be symmetric isn't
   linear_solver_failed,   ///< an iterative or sparse solver gave up
   newton_diverged,        ///< the increments grew
   newton_stalled,         ///< the increments stopped falling before they were small
+  iteration_diverged,     ///< the fixed-point iteration moved away from its solution
+  iteration_stalled,      ///< it came nearer too slowly, or not at all
   step_too_small,         ///< t + Δt = t in this precision
   too_many_steps,         ///< the run's step cap was reached
   invalid_step,           ///< Δt or t is not finite, or Δt = 0
@@ -41,6 +44,8 @@ enum class Outcome : std::uint8_t {
       return "the step's matrix is singular";
     case Outcome::not_positive_definite:
       return "the step's matrix is not positive definite";
+    case Outcome::not_affine:
+      return "a force promised to be affine is not, or its Jacobian is wrong";
     case Outcome::not_symmetric:
       return "a tangent promised to be symmetric is not";
     case Outcome::linear_solver_failed:
@@ -49,6 +54,10 @@ enum class Outcome : std::uint8_t {
       return "Newton's iteration diverged";
     case Outcome::newton_stalled:
       return "Newton's iteration stalled";
+    case Outcome::iteration_diverged:
+      return "the fixed-point iteration diverged";
+    case Outcome::iteration_stalled:
+      return "the fixed-point iteration stalled";
     case Outcome::step_too_small:
       return "the step is too small: t + dt = t";
     case Outcome::too_many_steps:
@@ -77,6 +86,8 @@ enum class Outcome : std::uint8_t {
       return "take a smaller dt: M - gamma C - gamma^2 K has no inverse at this one";
     case Outcome::not_positive_definite:
       return "use an LU solver, or a smaller dt: the tangent is indefinite here (a compressed spring, a friction term)";
+    case Outcome::not_affine:
+      return "drop affine(...) from the force, or check its Jacobian (check_jacobian)";
     case Outcome::not_symmetric:
       return "drop symmetric(...) from the force (sliding friction is not), or correct its Jacobian";
     case Outcome::linear_solver_failed:
@@ -84,6 +95,10 @@ enum class Outcome : std::uint8_t {
     case Outcome::newton_diverged:
     case Outcome::newton_stalled:
       return "take a smaller dt, or check the Jacobian (check_jacobian) and the force for jumps";
+    case Outcome::iteration_diverged:
+    case Outcome::iteration_stalled:
+      return "take a smaller dt (plain iteration needs phi dt omega < 1, or phi dt |dPsi/dy| < 1), or solve with "
+             "newton()";
     case Outcome::step_too_small:
       return "shift the origin of time, or use a wider scalar";
     case Outcome::too_many_steps:

@@ -17,37 +17,58 @@ struct Statistics {
   std::int64_t factorizations = 0;  ///< of the step's matrix M − γC − γ²K
   std::int64_t analyses = 0;        ///< symbolic analyses of a sparse pattern
   std::int64_t solves = 0;          ///< linear solves
-  std::int64_t iterations = 0;      ///< Newton iterations
-  std::int64_t kick_calls = 0;      ///< evaluations of the terms at φ = 0 of a split scene, beside force_calls
-  std::int64_t halvings = 0;        ///< steps replaced by two half steps
+  std::int64_t iterations = 0;      ///< Newton or fixed-point iterations
+  /// Where each particle is solved by itself: Newton iterations summed over the particles. Every other count is then that
+  /// of the particle that needed most, as in sweeps over those still at work.
+  std::int64_t active_iterations = 0;
+  std::int64_t linear_iterations = 0;  ///< iterations of an iterative linear solver
+  std::int64_t fallbacks = 0;          ///< solves whose indefinite tangent was clamped or solved by LU instead
+  std::int64_t kick_calls = 0;         ///< evaluations of the terms at φ = 0 of a split scene, beside force_calls
+  std::int64_t halvings = 0;           ///< steps replaced by two half steps
 
   friend constexpr Statistics operator-(Statistics a, const Statistics& b) {
-    a.steps -= b.steps;
-    a.failed_steps -= b.failed_steps;
-    a.force_calls -= b.force_calls;
-    a.jacobians -= b.jacobians;
-    a.factorizations -= b.factorizations;
-    a.analyses -= b.analyses;
-    a.solves -= b.solves;
-    a.iterations -= b.iterations;
-    a.kick_calls -= b.kick_calls;
-    a.halvings -= b.halvings;
+    for_each(a, [&b](const char*, auto count, std::int64_t& value) { value -= b.*count; });
     return a;
   }
   friend constexpr bool operator==(const Statistics&, const Statistics&) = default;
 
-  /// One line a count. A template, so that the core needs no stream header.
+  /// One line a count, those that most scenes don't have only where they aren't zero. A template, so that the core needs
+  /// no stream header.
   template <class OStream>
     requires requires(OStream& out) { out << "" << std::int64_t{}; }
   friend OStream& operator<<(OStream& out, const Statistics& s) {
-    out << "  steps           " << s.steps;
-    if (s.failed_steps != 0) out << "  (and " << s.failed_steps << " failed)";
-    out << "\n  force calls     " << s.force_calls << "\n  Jacobians       " << s.jacobians << "\n  factorizations  "
-        << s.factorizations << "\n  linear solves   " << s.solves << "\n  iterations      " << s.iterations << '\n';
-    if (s.analyses != 0) out << "  pattern analyses " << s.analyses << '\n';
-    if (s.kick_calls != 0) out << "  kick calls      " << s.kick_calls << '\n';
-    if (s.halvings != 0) out << "  halvings        " << s.halvings << '\n';
+    for_each(s, [&](const char* name, auto count, std::int64_t value) {
+      if (count == &Statistics::failed_steps) return;
+      if (value == 0 && is_special(count)) return;
+      out << "  " << name << value;
+      if (count == &Statistics::steps && s.failed_steps != 0) out << "  (and " << s.failed_steps << " failed)";
+      out << '\n';
+    });
     return out;
+  }
+
+ private:
+  using Count = std::int64_t Statistics::*;
+  [[nodiscard]] static constexpr bool is_special(Count count) {
+    return count == &Statistics::analyses || count == &Statistics::active_iterations ||
+           count == &Statistics::linear_iterations || count == &Statistics::fallbacks ||
+           count == &Statistics::kick_calls || count == &Statistics::halvings;
+  }
+  /// f(name padded to a column, which, its value)
+  static constexpr void for_each(auto& s, auto&& f) {
+    f("steps               ", &Statistics::steps, s.steps);
+    f("failed steps        ", &Statistics::failed_steps, s.failed_steps);
+    f("force calls         ", &Statistics::force_calls, s.force_calls);
+    f("Jacobians           ", &Statistics::jacobians, s.jacobians);
+    f("factorizations      ", &Statistics::factorizations, s.factorizations);
+    f("pattern analyses    ", &Statistics::analyses, s.analyses);
+    f("linear solves       ", &Statistics::solves, s.solves);
+    f("iterations          ", &Statistics::iterations, s.iterations);
+    f("particle iterations ", &Statistics::active_iterations, s.active_iterations);
+    f("linear iterations   ", &Statistics::linear_iterations, s.linear_iterations);
+    f("fallbacks           ", &Statistics::fallbacks, s.fallbacks);
+    f("kick calls          ", &Statistics::kick_calls, s.kick_calls);
+    f("halvings            ", &Statistics::halvings, s.halvings);
   }
 };
 

@@ -31,9 +31,10 @@ struct Failure {
   std::int64_t index = -1;                          ///< which component of that block, in storage order
   std::int64_t row = -1;                            ///< for matrix-shaped blocks: the component …
   std::int64_t column = -1;                         ///< … of this particle
+  std::int64_t particle = -1;                       ///< whose own equations failed, where each has its own
   int term = -1;                                    ///< which term of a sum, −1 = unknown or not a sum
-  int iterations = 0;                               ///< Newton iterations done
-  std::array<double, history_length> increments{};  ///< relative size of each Newton increment
+  int iterations = 0;                               ///< Newton or fixed-point iterations done
+  std::array<double, history_length> increments{};  ///< relative size of each one's increment
 
   void record(double increment) {
     if (static_cast<std::size_t>(iterations) < history_length)
@@ -50,11 +51,13 @@ struct Failure {
       if (block >= 0) text += " of block " + std::to_string(block);
       if (column >= 0) text += " (particle " + std::to_string(column) + ", row " + std::to_string(row) + ")";
     }
+    if (particle >= 0 && column < 0) text += ", particle " + std::to_string(particle);
     if (term >= 0) text += ", from term " + std::to_string(term) + " of the sum";
     std::snprintf(buffer, sizeof buffer, "; at t = %.9g, dt = %.9g", t, dt);
     text += buffer;
     if (iterations > 0) {
-      text += "; relative Newton increments";
+      const bool newton = outcome != Outcome::iteration_diverged && outcome != Outcome::iteration_stalled;
+      text += newton ? "; relative Newton increments" : "; relative increments";
       const auto shown = std::min(static_cast<std::size_t>(iterations), history_length);
       for (std::size_t k = 0; k < shown; ++k) {
         std::snprintf(buffer, sizeof buffer, " %.2g", increments[k]);

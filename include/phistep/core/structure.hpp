@@ -38,4 +38,15 @@ struct MatrixFacts {
   int block = 0;           ///< rows of a particle's or a chain link's block, 0 where there is none
 };
 
+/// Whether W is a symmetric sum of pair blocks and of blocks on particles alone.
+[[nodiscard]] constexpr bool solves_by_edges(const MatrixFacts& facts) {
+  return facts.structure == Structure::network && facts.symmetric && facts.block >= 1 && facts.block <= 3;
+}
+
+/// The tangent of a central pair force, B = along n nᵀ + across (I − n nᵀ), n the unit vector from one to the other.
+template <class Scalar>
+struct PairTangent {
+  Scalar along{0}, across{0};
+};
+
 }  // namespace phistep::inline PHISTEP_ABI

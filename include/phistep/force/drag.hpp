@@ -21,6 +21,8 @@ struct LinearDrag : ForceTerm {
   static constexpr bool uses_velocity = true, uses_time = false;
   static constexpr bool is_affine = true, is_symmetric = true;
   static constexpr Structure structure = Structure::diagonal;
+  template <int dim>
+  static constexpr bool is_particlewise = true;
 
   /// @throws std::invalid_argument unless the coefficient is finite.
   explicit LinearDrag(double coefficient) : c{coefficient} {

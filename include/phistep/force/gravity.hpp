@@ -24,6 +24,10 @@ struct Gravity : ForceTerm {
   static constexpr bool uses_velocity = false, uses_time = false;
   static constexpr bool is_affine = true, is_symmetric = true;
   static constexpr Structure structure = Structure::none;
+  /// Not where the vector may be as long as the state.
+  template <int dim>
+  static constexpr bool is_particlewise =
+      int{Vector::SizeAtCompileTime} > 0 && dim % int{Vector::SizeAtCompileTime} == 0;
 
   /// @throws std::invalid_argument unless g is finite.
   explicit Gravity(Vector acceleration) : g(std::move(acceleration)) {

@@ -181,15 +181,18 @@ template <class F>
   requires(std::is_class_v<F> && !std::is_final_v<F>)
 inline constexpr bool has_member_named_jacobian<F> = !requires { &WithJacobianName<F>::jacobian; };
 
-/// What a force says about itself by a static member; `otherwise` where it is silent.
-template <class F>
+/// What a force says about itself by a static member (a template where it depends on the kind of state); `otherwise`
+/// where it is silent.
+template <class F, class View>
 [[nodiscard]] consteval bool says_uses_velocity(bool otherwise) {
-  if constexpr (requires { bool{F::uses_velocity}; }) return F::uses_velocity;
+  if constexpr (requires { bool{F::template uses_velocity_of<View>}; }) return F::template uses_velocity_of<View>;
+  else if constexpr (requires { bool{F::uses_velocity}; }) return F::uses_velocity;
   else return otherwise;
 }
-template <class F>
+template <class F, class View>
 [[nodiscard]] consteval bool says_uses_time(bool otherwise) {
-  if constexpr (requires { bool{F::uses_time}; }) return F::uses_time;
+  if constexpr (requires { bool{F::template uses_time_of<View>}; }) return F::template uses_time_of<View>;
+  else if constexpr (requires { bool{F::uses_time}; }) return F::uses_time;
   else return otherwise;
 }
 /// Rows of one particle's (or chain link's) block of the tangent, 0 where the force names none.
@@ -209,8 +212,9 @@ struct ForceTraits {
   }();
   static constexpr bool valid = accumulates || arity > 0;
 
-  static constexpr bool uses_velocity = says_uses_velocity<F>(accumulates || (MotionLike<View> ? arity >= 2 : true));
-  static constexpr bool uses_time = says_uses_time<F>(accumulates || arity == (MotionLike<View> ? 3 : 2));
+  static constexpr bool uses_velocity =
+      says_uses_velocity<F, View>(accumulates || (MotionLike<View> ? arity >= 2 : true));
+  static constexpr bool uses_time = says_uses_time<F, View>(accumulates || arity == (MotionLike<View> ? 3 : 2));
 
   /// The force says that calling it again costs less than remembering its result: a table, an array given from outside.
   static constexpr bool is_lookup = requires { requires F::is_lookup; };
@@ -240,6 +244,13 @@ struct ForceTraits {
     }
   }();
   static constexpr Structure velocity_structure = uses_velocity ? structure : Structure::none;
+  /// Whether its tangent is symmetric where pairs are given as edges: those are, and so is a diagonal.
+  static constexpr bool is_symmetric_network = [] {
+    if constexpr (structure == Structure::network) return requires {
+        requires F::has_edges;
+      };
+    else return structure <= Structure::diagonal || is_symmetric;
+  }();
 };
 
 /// A sum needs what any of its terms needs, and has a Jacobian where all have one.
@@ -255,6 +266,7 @@ struct ForceTraits<Sum<T...>, View, Rate> {
   static constexpr bool is_lookup = (Of<T>::is_lookup && ...);
   static constexpr bool is_affine = (Of<T>::is_affine && ...);
   static constexpr bool is_symmetric = (Of<T>::is_symmetric && ...);
+  static constexpr bool is_symmetric_network = (Of<T>::is_symmetric_network && ...);
   static constexpr bool has_pattern = false;
   /// Terms that name a block must agree on it.
   static constexpr int block = [] {

@@ -70,6 +70,10 @@ template <class F>
   return unwrap(term.force);
 }
 template <class F>
+[[nodiscard]] constexpr auto& unwrap(const Term<F>& term) {
+  return unwrap(term.force);
+}
+template <class F>
 [[nodiscard]] constexpr auto& unwrap(std::reference_wrapper<F>& reference) {
   return unwrap(reference.get());
 }

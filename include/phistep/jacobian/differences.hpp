@@ -1,5 +1,5 @@
 /// @file
-/// ∂Ψ/∂y by forward differences, one force call a column.
+/// ∂Ψ/∂y by forward differences: the increments, one force call a column. (One a group of columns: coloring.hpp.)
 ///
 /// Increments are √u·max(|y_j|, scale/16), with the scale taken from the block itself, so that no fixed length or unit
 /// enters (constants such as 1e-5 break for atoms in metres); u is the unit round-off.
@@ -18,19 +18,25 @@ namespace phistep::inline PHISTEP_ABI {
 /// Largest number of unknowns whose dense Jacobian is formed by differences; above it the constructor names the cures.
 inline constexpr Eigen::Index dense_difference_limit = 1000;
 
+/// Moves x by its increment; returns the one really made. Differences of an affine function are exact at any length, and
+/// the longer the better: there, the increments are whole sizes and no root is taken.
+template <bool affine, class Scalar>
+[[nodiscard]] Scalar move_by_increment(Scalar& x, Scalar scale) {
+  const Scalar kept = x;
+  const Scalar relative = affine ? Scalar{1} : std::sqrt(std::numeric_limits<Scalar>::epsilon());
+  x = kept + relative * std::max(std::abs(kept), scale / Scalar{16});
+  // The increment as stored: exact, where the one wanted is off by a rounding.
+  const volatile Scalar moved = x;
+  return moved - kept;
+}
+
 /// Moves each component of `block` in turn, calls `column(j, δ)` with the increment really made, and puts it back.
-template <class Block, class Column>
+template <bool affine = false, class Block, class Column>
 void for_each_difference(Block& block, typename Block::Scalar scale, Column&& column) {
-  using Scalar = typename Block::Scalar;
-  const Scalar root = std::sqrt(std::numeric_limits<Scalar>::epsilon());
-  Scalar* const x = block.data();
+  auto* const x = block.data();
   for (Eigen::Index j = 0; j < block.size(); ++j) {
-    const Scalar kept = x[j];
-    const Scalar wanted = root * std::max(std::abs(kept), scale / Scalar{16});
-    x[j] = kept + wanted;
-    // The increment as stored: exact, where `wanted` is off by a rounding.
-    const volatile Scalar moved = x[j];
-    column(j, moved - kept);
+    const auto kept = x[j];
+    column(j, move_by_increment<affine>(x[j], scale));
     x[j] = kept;
   }
 }

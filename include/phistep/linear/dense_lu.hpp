@@ -9,14 +9,13 @@
 #include <Eigen/LU>
 
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "phistep/core/version.hpp"
+#include "phistep/linear/column.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
-
-/// Largest fixed size that is solved by plain unrolled loops.
-inline constexpr int small_lu_limit = 16;
 
 /// LU of an n×n matrix: resize(n), fill matrix(), factorize(), solve_in_place(x). Allocates nothing after construction for n ≤ 300.
 template <class Scalar, int size>
@@ -54,7 +53,7 @@ class DenseLu {
 };
 
 template <class Scalar, int size>
-  requires(size != Eigen::Dynamic && size <= small_lu_limit)
+  requires(size != Eigen::Dynamic && size <= small_dense_limit)
 class DenseLu<Scalar, size> {
  public:
   using Matrix = Eigen::Matrix<Scalar, size, size>;
@@ -62,39 +61,117 @@ class DenseLu<Scalar, size> {
 
   [[nodiscard]] Matrix& matrix() { return lu_; }
 
-  /// False where a pivot is zero or not finite. The factors overwrite matrix().
+  /// False where a pivot is zero, not finite or too small to have a reciprocal. The factors overwrite matrix().
   [[nodiscard]] bool factorize() {
-    for (int k = 0; k < size; ++k) {
-      int pivot = k;
-      for (int i = k + 1; i < size; ++i)
-        if (std::abs(lu_(i, k)) > std::abs(lu_(pivot, k))) pivot = i;
-      pivot_[k] = pivot;
-      if (pivot != k)
-        for (int j = 0; j < size; ++j) std::swap(lu_(k, j), lu_(pivot, j));
-      if (!(std::abs(lu_(k, k)) > Scalar{0}) || !std::isfinite(lu_(k, k))) return false;
-      inverse_pivot_[k] = Scalar{1} / lu_(k, k);
-      for (int i = k + 1; i < size; ++i) lu_(i, k) *= inverse_pivot_[k];
-      for (int j = k + 1; j < size; ++j)
-        for (int i = k + 1; i < size; ++i) lu_(i, j) -= lu_(i, k) * lu_(k, j);
-    }
-    return true;
+    for (int i = 0; i < size; ++i) order_[i] = i;
+    // Up to 3 rows, packets gain nothing.
+    if constexpr (size > 3 && has_columns<Scalar>) eliminate_columns(std::make_integer_sequence<int, size>{});
+    else eliminate();
+    return all_invertible(inverse_pivot_);
   }
+
+  /// Row by row: the sum over older x runs ahead, so that only one product of each row waits for the newest.
   void solve_in_place(auto&& x) const {
-    for (int k = 0; k < size; ++k)
-      if (pivot_[k] != k) std::swap(x[k], x[pivot_[k]]);
-    for (int j = 0; j < size; ++j)
-      for (int i = j + 1; i < size; ++i) x[i] -= lu_(i, j) * x[j];
-    for (int j = size - 1; j >= 0; --j) {
-      x[j] *= inverse_pivot_[j];
-      for (int i = 0; i < j; ++i) x[i] -= lu_(i, j) * x[j];
-    }
+    const Scalar* const a = lu_.data();
+    Scalar y[size];
+    for (int i = 0; i < size; ++i) y[i] = x[order_[i]];
+    unrolled<size>([&](auto row) {
+      Scalar sum = y[row];
+      unrolled<row>([&](auto j) { sum -= a[row + j * size] * y[j]; });
+      y[row] = sum;
+    });
+    unrolled<size>([&](auto step) {
+      constexpr int row = size - 1 - step;
+      Scalar sum = y[row];
+      unrolled<step>([&](auto later) {
+        constexpr int j = size - 1 - later;
+        sum -= a[row + j * size] * y[j];
+      });
+      y[row] = sum * inverse_pivot_[row];
+    });
+    for (int i = 0; i < size; ++i) x[i] = y[i];
   }
 
  private:
+  void exchange(int i, int j) {
+    Scalar* const a = lu_.data();
+    for (int column = 0; column < size; ++column) std::swap(a[i + column * size], a[j + column * size]);
+    std::swap(order_[i], order_[j]);
+  }
+
+  void eliminate() {
+    using std::abs;
+    // Up to 3 rows lie in registers, copied number by number; of 3, the first exchange is made by the copy.
+    constexpr int beside = size <= 3 ? size : 0;
+    constexpr bool gathers = size == 3;
+    Scalar copy[beside * beside + 1];
+    [[maybe_unused]] int top = 0;
+    if constexpr (gathers)
+      unrolled<beside>([&](auto i) {
+        if (abs(lu_.data()[i]) > abs(lu_.data()[top])) top = i;
+      });
+    unrolled<beside>([&](auto i) {
+      const int from = i == 0 ? top : i == top ? 0 : int{i};
+      unrolled<beside>([&](auto j) { copy[i + j * size] = lu_.data()[from + j * size]; });
+      order_[i] = from;
+    });
+    Scalar* const a = beside > 0 ? copy : lu_.data();
+    each<size>([&](auto k) {
+      each<size>([&](auto i) {
+        if (i <= k || (gathers && k == 0) || !(abs(a[i + k * size]) > abs(a[k + k * size]))) return;
+        each<size>([&](auto j) { std::swap(a[i + j * size], a[k + j * size]); });
+        std::swap(order_[i], order_[k]);
+      });
+      const Scalar inverse = inverse_pivot_[k] = Scalar{1} / a[k + k * size];
+      each<size>([&](auto i) {
+        if (i > k) a[i + k * size] *= inverse;
+      });
+      each<size>([&](auto j) {
+        if (j <= k) return;
+        each<size>([&](auto i) {
+          if (i > k) a[i + j * size] -= a[i + k * size] * a[k + j * size];
+        });
+      });
+    });
+    unrolled<beside * beside>([&](auto i) { lu_.data()[i] = copy[i]; });
+  }
+
+  template <int... k>
+  void eliminate_columns(std::integer_sequence<int, k...>) {
+    int pivot = Column<Scalar, size>(lu_.data()).largest();
+    (eliminate_column<k>(pivot), ...);
+  }
+  // A function for each k: inlined into one, g++ -O2 gives up on the registers.
+  template <int k>
+  void eliminate_column(int& pivot) {
+    if (pivot != k) exchange(k, pivot);
+    Scalar* column = lu_.data() + k * size;
+    const Scalar inverse = inverse_pivot_[k] = Scalar{1} / column[k];
+    if constexpr (k + 1 < size) {
+      using Below = Column<Scalar, size, k + 1>;
+      Below factors(column);
+      factors.scale(inverse);
+      factors.store_below(column);
+      factors.clear_above();
+      column += size;
+      // The next pivot's column first: its search then runs beside the rest of the elimination.
+      Below next(column);
+      next.add(-column[k], factors);
+      next.store(column);
+      pivot = next.largest();
+      for (int j = k + 2; j < size; ++j) {
+        column += size;
+        Below other(column);
+        other.add(-column[k], factors);
+        other.store(column);
+      }
+    }
+  }
+
   // A stepper is copied before it has factorised anything: it must not read what was never written.
   Matrix lu_ = Matrix::Zero();
   Scalar inverse_pivot_[size]{};
-  int pivot_[size]{};
+  int order_[size]{};
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -119,6 +119,11 @@ class DiagonalMass {
     return DiagonalMass<Scalar>{std::move(all)};
   }
   [[nodiscard]] ComponentFactor<T> scaled(T h) const { return {h, {inverse_.data()}}; }
+  /// The masses of components at … at + n − 1, and their inverses.
+  template <int n>
+  [[nodiscard]] auto segment(Eigen::Index at) const {
+    return std::pair{mass_.template segment<n>(at), inverse_.template segment<n>(at)};
+  }
   void subtract_product(const auto& x, auto&& out) const { out -= mass_.cwiseProduct(x); }
   void for_each_entry(Eigen::Index n, auto&& f) const {
     for (Eigen::Index i = 0; i < n; ++i) f(i, i, mass_[i]);

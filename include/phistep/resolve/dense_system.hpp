@@ -7,6 +7,7 @@
 ///   factorize(masses, γ_f, γ_d, statistics)  W and its factors
 ///   solve(x)                                 x ← W⁻¹ x
 ///   drift_share()                            ‖γ_f γ_d K‖ / ‖W‖, largest entries: how much of r the solve sees
+///   magnitude()                              ‖W‖, largest entry
 #pragma once
 
 #include <Eigen/Core>
@@ -26,22 +27,35 @@ namespace phistep::inline PHISTEP_ABI {
 /// solver that the user named, void where the library chooses.
 template <MatrixFacts facts, class Scalar, int n, class Solver>
 struct SystemFor {
-  static_assert(facts.structure != Structure::sparse,
+  static_assert(facts.structure != Structure::sparse && facts.structure != Structure::network,
                 "phistep: this force has a sparse Jacobian: #include <phistep/sparse.hpp>");
-  static_assert(facts.structure == Structure::sparse,
+  static_assert(facts.structure == Structure::sparse || facts.structure == Structure::network,
                 "phistep: a linear solver of one's own needs a sparse Jacobian, and <phistep/sparse.hpp>");
 };
 
-template <class Scalar>
-[[nodiscard]] double share_of(Scalar gamma, const auto& K, const auto& W) {
-  if (K.size() == 0) return 0;
-  const double size = static_cast<double>(W.cwiseAbs().maxCoeff());
-  return size > 0 ? std::abs(static_cast<double>(gamma)) * static_cast<double>(K.cwiseAbs().maxCoeff()) / size : 0;
+/// How large the entries of W are, and how much of them K makes.
+class Sizes {
+ public:
+  void measure(double gamma_squared, double largest_K, double largest_W) {
+    magnitude_ = largest_W;
+    drift_share_ = largest_W > 0 ? std::abs(gamma_squared) * largest_K / largest_W : 0;
+  }
+  [[nodiscard]] double drift_share() const { return drift_share_; }
+  [[nodiscard]] double magnitude() const { return magnitude_; }
+
+ private:
+  double drift_share_ = 0, magnitude_ = 0;
+};
+
+[[nodiscard]] double largest_of(const auto& matrix) {
+  if constexpr (requires { matrix.cwiseAbs(); })
+    if (matrix.size() > 0) return static_cast<double>(matrix.cwiseAbs().maxCoeff());
+  return 0;
 }
 
 /// Dense W, factorised by LU with row pivoting.
 template <class Scalar, int n, bool has_K, bool has_C>
-class DenseSystem {
+class DenseSystem : public Sizes {
  public:
   using Matrix = Eigen::Matrix<Scalar, n, n>;
   void resize(Eigen::Index size) {
@@ -74,7 +88,7 @@ class DenseSystem {
     else if constexpr (has_K) W = (-gamma_force * gamma_drift) * K_;
     else W = -gamma_force * C_;
     masses([&W](Eigen::Index i, Eigen::Index j, auto m) { W(i, j) += static_cast<Scalar>(m); });
-    if constexpr (has_K) drift_share_ = share_of(gamma_force * gamma_drift, K_, W);
+    measure(static_cast<double>(gamma_force * gamma_drift), largest_of(K_), largest_of(W));
     ++statistics.factorizations;
     return lu_.factorize() ? Outcome::success : Outcome::singular_matrix;
   }
@@ -82,19 +96,17 @@ class DenseSystem {
     lu_.solve_in_place(x);
     return Outcome::success;
   }
-  [[nodiscard]] double drift_share() const { return drift_share_; }
 
  private:
   struct Absent {};
   [[no_unique_address]] std::conditional_t<has_K, Matrix, Absent> K_;
   [[no_unique_address]] std::conditional_t<has_C, Eigen::Matrix<Scalar, n, n>, Absent> C_;
   DenseLu<Scalar, n> lu_;
-  double drift_share_ = 0;
 };
 
 /// Diagonal W: every component solves for itself. Off-diagonal entries never arrive here.
 template <class Scalar, int n, bool has_K, bool has_C>
-class DiagonalSystem {
+class DiagonalSystem : public Sizes {
  public:
   using Vector = Eigen::Matrix<Scalar, n, 1>;
   void resize(Eigen::Index size) {
@@ -115,7 +127,7 @@ class DiagonalSystem {
   [[nodiscard]] Outcome factorize(const auto& masses, Scalar gamma_force, Scalar gamma_drift, Statistics& statistics) {
     inverse_ = -gamma_force * (C_ + gamma_drift * K_);
     masses([this](Eigen::Index i, Eigen::Index, auto m) { inverse_[i] += static_cast<Scalar>(m); });
-    drift_share_ = share_of(gamma_force * gamma_drift, K_, inverse_);
+    measure(static_cast<double>(gamma_force * gamma_drift), largest_of(K_), largest_of(inverse_));
     ++statistics.factorizations;
     for (Eigen::Index i = 0; i < inverse_.size(); ++i) {
       if (!(std::abs(inverse_[i]) > Scalar{0}) || !std::isfinite(inverse_[i])) return Outcome::singular_matrix;
@@ -127,11 +139,9 @@ class DiagonalSystem {
     x.array() *= inverse_.array();
     return Outcome::success;
   }
-  [[nodiscard]] double drift_share() const { return drift_share_; }
 
  private:
   Vector K_, C_, inverse_;
-  double drift_share_ = 0;
 };
 
 template <MatrixFacts facts, class Scalar, int n>

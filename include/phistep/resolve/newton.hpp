@@ -20,9 +20,11 @@ namespace phistep::inline PHISTEP_ABI {
 
 /// When to stop. rtol = 0 means: iterate to rounding.
 struct NewtonOptions {
-  double rtol = 0;         ///< relative tolerance of the step that this solve serves
-  double atol = 0;         ///< absolute tolerance, in the state's units
-  int max_iterations = 0;  ///< 0: 7 with a tolerance, 25 to rounding
+  double rtol = 0;           ///< relative tolerance of the step that this solve serves
+  double atol = 0;           ///< absolute tolerance, in the state's units
+  int max_iterations = 0;    ///< 0: 7 with a tolerance, 25 to rounding
+  double linear_rtol = 0;    ///< relative residual at which an iterative linear solver stops; 0: its own choice
+  bool line_search = false;  ///< damp corrections from the start, for forces with kinks; without it, on failure only
 };
 
 /// A way to solve the implicit equations, as the last argument of a stepper.
@@ -45,6 +47,21 @@ template <class Solver = void>
   return {options};
 }
 
+/// One Newton correction with a fresh Jacobian, accepted as it is: the linearly implicit step. Order as the scheme's for
+/// smooth forces (φ = ½ stays of order 2); what it leaves of the nonlinear equations is not looked at.
+template <class Solver = void>
+struct LinearlyImplicit {
+  static constexpr bool is_implicit_solver = true;
+  using LinearSolver = Solver;
+  NewtonOptions options;
+};
+
+/// `linearly_implicit()`, `linearly_implicit<Eigen::SimplicialLDLT<Matrix>>()`
+template <class Solver = void>
+[[nodiscard]] constexpr LinearlyImplicit<Solver> linearly_implicit(NewtonOptions options = {}) {
+  return {options};
+}
+
 /// The size of one correction δ.
 struct Correction {
   double relative = 0;    ///< ‖δ‖ / ‖Y‖ (to rounding), or ‖δ‖ in the weighted RMS norm (to a tolerance)
@@ -57,8 +74,7 @@ class ConvergenceTest {
  public:
   enum class Verdict { go_on, converged, slow, growing };
 
-  ConvergenceTest(const NewtonOptions& options, double round_off)
-      : round_off_{round_off}, plateau_{std::cbrt(round_off * round_off)} {
+  ConvergenceTest(const NewtonOptions& options, double round_off) : round_off_{round_off} {
     if (options.rtol > 0) {
       const double rtol = reduced(options.rtol);
       target_ = std::max(10 * round_off / rtol, std::min(0.03, std::sqrt(rtol)));
@@ -88,7 +104,7 @@ class ConvergenceTest {
     const double remaining = theta < 1 ? theta / (1 - theta) * now : std::numeric_limits<double>::infinity();
     if (remaining <= (target_ > 0 ? target_ : round_off_)) return Verdict::converged;
     // Rounding in Ψ keeps ‖δ‖ from falling further; a cycle or a divergence has corrections of order one instead.
-    if (target_ == 0 && trusted && theta > 0.3 && size.resolution <= plateau_) return Verdict::converged;
+    if (target_ == 0 && trusted && theta > 0.3 && is_at_plateau(size.resolution)) return Verdict::converged;
     if (theta > 1) return Verdict::growing;
     if (target_ == 0) return theta > 0.05 ? Verdict::slow : Verdict::go_on;
     return theta >= 0.99 || remaining * std::pow(theta, limit_ - 1 - iteration) >= target_ ? Verdict::slow
@@ -96,15 +112,22 @@ class ConvergenceTest {
   }
 
  private:
-  double round_off_, plateau_, target_ = 0, previous_ = 0, first_rate_ = 0;
+  /// ‖δ‖ ≤ u^⅔, without the price of a root for every small system.
+  [[nodiscard]] bool is_at_plateau(double size) const { return size * size * size <= round_off_ * round_off_; }
+
+  double round_off_, target_ = 0, previous_ = 0, first_rate_ = 0;
   int limit_;
 };
 
-/// Jacobian and factors serve the next step too where θ is at most this (RADAU5's choice, HW II p. 121).
-inline constexpr double keep_jacobian_rate = 1e-3;
+/// Jacobian and factors serve the next step too where θ is at most this. To rounding a slow matrix costs many iterations:
+/// RADAU5's choice (HW II p. 121). To a tolerance it costs one or two, a Jacobian n force calls.
+[[nodiscard]] constexpr double keep_jacobian_rate(const NewtonOptions& options) {
+  return options.rtol > 0 ? 0.05 : 1e-3;
+}
 
 /// Solves F(Y) = 0. The equation offers
 ///   residual() → Outcome         F at the current iterate; non_finite_force where Ψ isn't
+///   residual_size() → double     ‖M⁻¹F‖², for the line search
 ///   residual_is_rounding()       whether F is no larger than the rounding in its parts
 ///   has_jacobian(), has_factors()
 ///   refresh() → Outcome          the matrix, factorised (its Jacobian made anew if dropped)
@@ -114,12 +137,13 @@ inline constexpr double keep_jacobian_rate = 1e-3;
 ///   size() → Correction          of the last move
 ///   drop_jacobian()              the next iteration needs a fresh one
 template <class Equation>
-[[nodiscard]] Outcome solve_newton(Equation& equation, const NewtonOptions& options, double round_off,
-                                   Failure& history) {
+[[nodiscard]] Outcome iterate_newton(Equation& equation, const NewtonOptions& options, double round_off,
+                                     bool line_search, Failure& history) {
   using enum ConvergenceTest::Verdict;
   ConvergenceTest test(options, round_off);
   bool own = false;  // the matrix was made in this solve …
-  double first = 0, last = 0;
+  double first = 0, last = 0, residual = 0;
+  equation.restart();
   for (int k = 1; k <= test.limit(); ++k) {
     bool here = false;  // … and at this very iterate
     Outcome outcome = equation.residual();
@@ -130,6 +154,21 @@ template <class Equation>
       outcome = equation.residual();
     }
     if (outcome != Outcome::success) return outcome;
+    if (line_search) {
+      // Armijo's rule for F: a correction must shrink ‖M⁻¹F‖ by 1e-4 of what its length promises (Dennis & Schnabel,
+      // Numerical Methods for Unconstrained Optimization and Nonlinear Equations, sect. 6.3).
+      double size = equation.residual_size(), length = 1;
+      for (int halvings = 0; k > 1 && halvings < 4 && size > (1 - 2e-4 * length) * residual; ++halvings) {
+        if (equation.residual_is_rounding()) break;
+        equation.retreat();
+        test.forget();
+        length /= 2;
+        if (outcome = equation.residual(); outcome != Outcome::success) return outcome;
+        size = equation.residual_size();
+      }
+      residual = size;
+      if (k > 1) equation.drop_jacobian();  // only the tangent of this very place points downhill
+    }
     if (!equation.has_factors()) {
       here = !equation.has_jacobian();  // a new γ alone makes new factors of an old Jacobian
       outcome = equation.refresh();
@@ -144,7 +183,7 @@ template <class Equation>
     (k == 1 ? first : last) = size.absolute;
     const auto verdict = test.judge(k, size, trusted);
     if (verdict == converged) {
-      if (test.first_rate() > keep_jacobian_rate) equation.drop_jacobian();
+      if (test.first_rate() > keep_jacobian_rate(options)) equation.drop_jacobian();
       return Outcome::success;
     }
     if (verdict == go_on) continue;
@@ -153,7 +192,7 @@ template <class Equation>
       // An old matrix may have thrown the iterate anywhere.
       equation.restart();
       test.forget();
-    } else if (verdict == growing && !here) {
+    } else if (verdict == growing && !here && !line_search) {
       // So may one of an earlier iterate: from there, Newton might find another root.
       equation.undo();
       test.forget();
@@ -162,6 +201,17 @@ template <class Equation>
   equation.drop_jacobian();
   // A cycle keeps its size: that is a stall.
   return last > 10 * first ? Outcome::newton_diverged : Outcome::newton_stalled;
+}
+
+/// The same, and a second time with damped corrections where the plain ones diverge, cycle or leave the domain.
+template <class Equation>
+[[nodiscard]] Outcome solve_newton(Equation& equation, const NewtonOptions& options, double round_off,
+                                   Failure& history) {
+  const Outcome outcome = iterate_newton(equation, options, round_off, options.line_search, history);
+  const bool curable = outcome == Outcome::newton_diverged || outcome == Outcome::newton_stalled;
+  if (!curable || options.line_search) return outcome;
+  const Outcome damped = iterate_newton(equation, options, round_off, true, history);
+  return damped == Outcome::success ? damped : outcome;
 }
 
 }  // namespace phistep::inline PHISTEP_ABI

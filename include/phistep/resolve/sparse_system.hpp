@@ -26,7 +26,7 @@ namespace phistep::inline PHISTEP_ABI {
 
 /// Sparse W over any solver with Eigen's interface (analyzePattern, factorize, solve, info).
 template <class Scalar, class Solver>
-class SparseSystem {
+class SparseSystem : public Sizes {
  public:
   using Matrix = Eigen::SparseMatrix<Scalar>;
 
@@ -51,7 +51,6 @@ class SparseSystem {
     return witness.all_finite();
   }
 
-  [[nodiscard]] double drift_share() const { return drift_share_; }
   /// False in a copy: Eigen's solvers can't be copied, and sharing one would let two steppers overwrite each other.
   [[nodiscard]] bool has_solver() const { return static_cast<bool>(solver_); }
 
@@ -68,8 +67,8 @@ class SparseSystem {
       largest_K = std::max(largest_K, std::abs(values_[s].K));
       largest_w = std::max(largest_w, std::abs(w[s]));
     }
-    drift_share_ =
-        largest_w > Scalar{0} ? static_cast<double>(std::abs(gamma_force * gamma_drift) * largest_K / largest_w) : 0;
+    measure(static_cast<double>(gamma_force * gamma_drift), static_cast<double>(largest_K),
+            static_cast<double>(largest_w));
     ++statistics.factorizations;
     solver_->factorize(W_);
     if (solver_->info() == Eigen::NumericalIssue) return failure_of_factors();
@@ -169,14 +168,14 @@ class SparseSystem {
   std::vector<Entry> entries_;   // in the force's order
   std::vector<Tangent> values_;  // by slot of W
   std::vector<Scalar> mass_values_;
-  double drift_share_ = 0;
   std::size_t written_ = 0;
   bool has_slots_ = false;
 };
 
 /// LU unless the user names a solver: right for every tangent, symmetric or not.
 template <MatrixFacts facts, class Scalar, int n>
-  requires(facts.structure == Structure::sparse)
+  requires(facts.structure == Structure::sparse ||
+           (facts.structure == Structure::network && n == Eigen::Dynamic && !solves_by_edges(facts)))
 struct SystemFor<facts, Scalar, n, void> {
   using type = SparseSystem<Scalar, Eigen::SparseLU<Eigen::SparseMatrix<Scalar>>>;
 };

@@ -1,5 +1,6 @@
 /// @file
-/// K = ∂Ψ/∂r and C = ∂Ψ/∂v (or ∂Ψ/∂y) of a bound force by differences, with increments scaled by what a step moves.
+/// K = ∂Ψ/∂r and C = ∂Ψ/∂v (or ∂Ψ/∂y) of a bound force by differences, with increments scaled by what a step moves: a force
+/// call a column, or a call a colour (jacobian/coloring.hpp) where the force says which rows a column has.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,8 +10,12 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <tuple>
+#include <type_traits>
 
 #include "phistep/core/version.hpp"
+#include "phistep/force/annotate.hpp"
+#include "phistep/jacobian/coloring.hpp"
 #include "phistep/jacobian/differences.hpp"
 #include "phistep/resolve/newton.hpp"
 #include "phistep/state/blocks.hpp"
@@ -24,6 +29,7 @@ template <class Scalar>
 struct Gamma {
   Scalar force;
   Scalar drift;
+  friend bool operator==(const Gamma&, const Gamma&) = default;
 };
 
 template <State S, class Rhs, bool has_K, bool has_C>
@@ -33,10 +39,17 @@ class DifferenceTangent {
   using Plain = PlainState<S>;
   using Rate = RateOf<S>;
   using Unknown = Eigen::Matrix<Scalar, static_unknowns<S>, 1>;
+  static constexpr bool patterned = Rhs::Traits::has_pattern;
 
-  void resize(const Plain& y) {
+  /// @throws std::invalid_argument where the force's pattern doesn't fit y
+  void resize(const Plain& y, [[maybe_unused]] Rhs& rhs) {
+    if constexpr (patterned) columns_.resize(rhs, unknowns<S>(y));
     probe_ = y;
     probe_rate_ = make_rate<S>(y);
+  }
+  /// The force may be another one: so may its pattern.
+  void forget_pattern() {
+    if constexpr (patterned) columns_.fresh = false;
   }
   /// A new solve: nothing is known of how far it moves.
   void begin() { kick_limit_.fill(std::numeric_limits<double>::infinity()); }
@@ -45,27 +58,20 @@ class DifferenceTangent {
   void compute(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& Y, const Rate& psi,
                const NewtonOptions& options, auto& system) {
     copy_blocks<S>(probe_, Y);
-    const auto column = [&](Index j, Scalar delta, auto&& put) {
-      rhs.evaluate_into(t, probe_, probe_rate_);
-      Index at = 0;
-      for_each_block(
-          [&](auto, const auto& moved, const auto& still) {
-            for (Index i = 0; i < still.size(); ++i) put(at + i, j, (moved.data()[i] - still.data()[i]) / delta);
-            at += still.size();
-          },
-          Rate::blocks(probe_rate_), Rate::blocks(psi));
-    };
+    if constexpr (patterned)
+      if (!columns_.fresh) columns_.resize(rhs, unknowns<S>(Y));
     double moved_by_drift = 0;
     if constexpr (Rhs::drifts) moved_by_drift = std::abs(static_cast<double>(gamma.drift)) * largest(velocity_of<S>(Y));
-    if constexpr (has_K)
-      for_each_difference(position_of<S>(probe_), scale_of(position_of<S>(Y), moved_by_drift, 0, options),
-                          [&](Index j, Scalar delta) {
-                            column(j, delta, [&system](Index i, Index k, Scalar x) { system.position(i, k, x); });
-                          });
+    if constexpr (has_K) {
+      std::array<Scalar, Rhs::blocks> scale{};
+      scale[0] = scale_of(position_of<S>(Y), moved_by_drift, 0, options);
+      const auto entry = [&system](Index i, Index j, Scalar x) { system.position(i, j, x); };
+      difference(rhs, t, std::tie(position_of<S>(probe_)), std::tie(position_of<S>(Y)), scale, psi, entry);
+    }
     if constexpr (has_C) {
-      Index at = 0;
+      std::array<Scalar, Rhs::blocks> scale{};
       for_each_block(
-          [&](auto k, auto& block, const auto& rate, const auto& mass) {
+          [&](auto k, const auto& block, const auto& rate, const auto& mass) {
             double fallback = 0;
             if constexpr (Rhs::drifts && k == 0)
               if (gamma.drift != Scalar{0})
@@ -76,18 +82,18 @@ class DifferenceTangent {
               kicked = std::max(kicked, std::abs(static_cast<double>(factor(i) * rate.data()[i])));
             kicked = std::min(kicked, kick_limit_[k]);
             kick_used_[k] = kicked;
-            for_each_difference(block, scale_of(block, kicked, fallback, options), [&](Index j, Scalar delta) {
-              column(at + j, delta, [&system](Index i, Index c, Scalar x) { system.velocity(i, c, x); });
-            });
-            at += block.size();
+            scale[k] = scale_of(block, kicked, fallback, options);
           },
-          Blocks<S>::solved(probe_), Rate::blocks(psi), rhs.masses());
+          Blocks<S>::solved(Y), Rate::blocks(psi), rhs.masses());
+      const auto entry = [&system](Index i, Index j, Scalar x) { system.velocity(i, j, x); };
+      difference(rhs, t, Blocks<S>::solved(probe_), Blocks<S>::solved(Y), scale, psi, entry);
     }
   }
 
   /// A stiff force kicks far and moves little: differences over the kick then miss the tangent. True once per block and
   /// matrix that did so, with the next differences confined to what Y and δ say.
   [[nodiscard]] bool reached_too_far(const Plain& Y, const Unknown& correction) {
+    if constexpr (Rhs::Traits::is_affine) return false;
     bool too_far = false;
     std::size_t k = 0;
     for_each_solved<S>(
@@ -112,8 +118,93 @@ class DifferenceTangent {
     return static_cast<Scalar>(scale > 0 ? scale : 1.0);
   }
 
+  /// Differences over the components of `moved`, which are blocks of the probe and equal `still`; each entry to put.
+  void difference(Rhs& rhs, Scalar t, const auto& moved, const auto& still, const auto& scale, const Rate& psi,
+                  auto&& put) {
+    if constexpr (patterned) {
+      for (Index color = 0; color < columns_.coloring.colors(); ++color) {
+        if (!move(color, moved, scale)) continue;
+        rhs.evaluate_into(t, probe_, probe_rate_);
+        for_each_rate(psi, [this](Index i, Scalar now, Scalar before) { columns_.change[i] = now - before; });
+        for_each_moved(color, moved, [&](auto, Index j, Index) {
+          columns_.for_each_row(j, [&](Index i) { put(i, j, columns_.change[i] / columns_.increment[j]); });
+        });
+        for_each_block([](auto, auto& to, const auto& from) { to = from; }, moved, still);
+      }
+    } else {
+      Index at = 0;
+      for_each_block(
+          [&](auto k, auto& block) {
+            for_each_difference<Rhs::Traits::is_affine>(block, scale[k], [&](Index j, Scalar increment) {
+              rhs.evaluate_into(t, probe_, probe_rate_);
+              for_each_rate(psi,
+                            [&](Index i, Scalar now, Scalar before) { put(i, at + j, (now - before) / increment); });
+            });
+            at += block.size();
+          },
+          moved);
+    }
+  }
+  /// f(i, Ψ_i of the probe, Ψ_i of psi)
+  void for_each_rate(const Rate& psi, auto&& f) const {
+    Index at = 0;
+    for_each_block(
+        [&](auto, const auto& now, const auto& before) {
+          for (Index i = 0; i < now.size(); ++i) f(at + i, now.data()[i], before.data()[i]);
+          at += now.size();
+        },
+        Rate::blocks(probe_rate_), Rate::blocks(psi));
+  }
+  /// f(block, column, component of the block) for a colour's columns that lie in the blocks.
+  void for_each_moved(Index color, const auto& blocks, auto&& f) const {
+    const auto columns = columns_.coloring.columns(color);
+    const Index* next = columns.begin();
+    Index at = 0;
+    for_each_block(
+        [&](auto k, auto& block) {
+          for (; next != columns.end() && *next < at + block.size(); ++next) f(k, *next, *next - at);
+          at += block.size();
+        },
+        blocks);
+  }
+  /// Moves a colour's components. False: it has none here.
+  [[nodiscard]] bool move(Index color, const auto& blocks, const auto& scale) {
+    bool any = false;
+    for_each_moved(color, blocks, [&](auto k, Index j, Index i) {
+      columns_.increment[j] = move_by_increment<Rhs::Traits::is_affine>(std::get<k>(blocks).data()[i], scale[k]);
+      any = true;
+    });
+    return any;
+  }
+
+  /// The force's pattern and what differences by colour work with.
+  struct Columns {
+    ColumnPattern pattern;
+    ColumnColoring<> coloring;
+    Unknown increment, change;
+    bool fresh = false;
+
+    void resize(Rhs& rhs, Index n) {
+      const ColumnPattern& now = rhs.force().pattern(n);
+      if (coloring.colors() == 0 || now.start != pattern.start || now.row != pattern.row) {
+        coloring = ColumnColoring<>(now, n);
+        pattern = now;
+      }
+      increment.setZero(n);
+      change.setZero(n);
+      fresh = true;
+    }
+    void for_each_row(Index j, auto&& f) const {
+      const auto first = pattern.start[static_cast<std::size_t>(j)],
+                 last = pattern.start[static_cast<std::size_t>(j) + 1];
+      for (Index p = first; p < last; ++p) f(pattern.row[static_cast<std::size_t>(p)]);
+    }
+  };
+  struct Absent {};
+
   Plain probe_;
   Rate probe_rate_;
+  [[no_unique_address]] std::conditional_t<patterned, Columns, Absent> columns_;
   std::array<double, Rhs::blocks> kick_used_{}, kick_limit_{};  // how far differences reached, and may reach
 };
 

@@ -84,6 +84,8 @@ class Kernel {
     const bool finite = step.psi_known
                             ? rhs_.advance(step.next, step.y, by, RateOf<S>::blocks(std::as_const(step.psi)), step.psi)
                             : rhs_.advance(step.next, step.y, by, rhs_.evaluate(step.t, step.y, step.psi), step.psi);
+    // A matrix mass used psi as its scratch, and a reference to the user's array never filled it.
+    step.psi_known = !Rhs::has_matrix_mass && (step.psi_known || !Rhs::returns_reference);
     return finite ? Outcome::success : Outcome::non_finite_state;
   }
   /// next = y, drifted: what forward Euler does with no weight on Ψ
@@ -109,7 +111,11 @@ class Kernel {
     if constexpr (!Rhs::couples_unknowns)
       if (gamma.drift == 0) return kick(step, gamma.force, t);
     if constexpr (needs.solver) {
-      const Outcome outcome = resolvent_.resolve(rhs_, gamma, t, step.next, guess, step.psi, transaction_.failure());
+      // Where the iteration starts from y itself, its first Ψ may be there already.
+      const bool psi_known = step.psi_known && Rhs::is_autonomous && !Rhs::drifts && &guess == &step.y;
+      step.psi_known = false;
+      const Outcome outcome =
+          resolvent_.resolve(rhs_, gamma, t, step.next, guess, step.psi, transaction_.failure(), psi_known);
       if (outcome != Outcome::success) return outcome;
       return rhs_.is_finite(step.next) ? Outcome::success : Outcome::non_finite_state;
     }
@@ -122,6 +128,10 @@ class Kernel {
   /// next.solved += factor·(next − b) of the last resolve
   void add_increment(Data& step, Scalar factor) const { resolvent_.add_increment(factor, step.next); }
 
+  [[nodiscard]] const char* solver_name() const {
+    if constexpr (needs.solver) return resolvent_.solver_name();
+    else return "none";
+  }
   [[nodiscard]] Rhs& rhs() { return rhs_; }
   [[nodiscard]] const Rhs& rhs() const { return rhs_; }
   [[nodiscard]] bool fits(const S& state) const { return transaction_.fits(state); }

@@ -27,7 +27,9 @@
 #include "phistep/linear/mass.hpp"
 #include "phistep/resolve/newton.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/stepper/fixed_point_resolvent.hpp"
 #include "phistep/stepper/kernel.hpp"
+#include "phistep/stepper/local_resolvent.hpp"
 #include "phistep/stepper/right_hand_side.hpp"
 #include "phistep/stepper/splitting.hpp"
 #include "phistep/stepper/transaction.hpp"
@@ -195,6 +197,8 @@ class PhiStepper {
 
   [[nodiscard]] int order() const { return row_.order(); }
   [[nodiscard]] const Statistics& statistics() const { return kernel_.rhs().statistics(); }
+  /// How the library solves the linear equations of this scheme, force and mass; "none" where there are none.
+  [[nodiscard]] const char* solver_name() const { return kernel_.solver_name(); }
   /// The scheme at work: stage values of the last step, where it has some.
   [[nodiscard]] const Row& row() const { return row_; }
 

@@ -94,6 +94,7 @@ class RightHandSide {
     return all;
   }
   (std::make_index_sequence<blocks>{});
+  static constexpr bool is_autonomous = !Traits::uses_time;
   /// Whether Ψ depends on the unknowns themselves, and not on r alone.
   static constexpr bool couples_unknowns = !drifts || Traits::uses_velocity || blocks > 1;
 

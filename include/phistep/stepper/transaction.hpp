@@ -54,6 +54,7 @@ class Transaction {
   template <class Advance>
   StepReport run(Rhs& rhs, S& state, Scalar t, Scalar dt, Origin origin, Advance&& advance) {
     failure_.iterations = 0;
+    failure_.particle = -1;
     if (const Outcome bad = check(t, dt); bad != Outcome::success) return fail(rhs, bad, t, dt, next_, next_, psi_);
     if constexpr (in_registers) {
       Plain next;

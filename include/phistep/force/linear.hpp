@@ -1,0 +1,98 @@
+/// @file
+/// Forces given as matrices. They are affine by construction: one factorisation serves a whole run of constant Δt, and a
+/// step is one linear solve.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <utility>
+
+#include "phistep/core/structure.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/force/sum.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// No dependence on the velocity.
+struct NoMatrix {};
+
+/// Ψ = K r + C v of a motion, or Ψ = K y of a first-order state, with K and C dense or sparse Eigen matrices over the
+/// state's components in storage order. (A structure's stiffness matrix enters with its sign: K = −stiffness.)
+template <class MatrixK, class MatrixC = NoMatrix>
+struct Linear : ForceTerm {
+  MatrixK K;                        ///< ∂Ψ/∂r [force/length], or ∂Ψ/∂y
+  [[no_unique_address]] MatrixC C;  ///< ∂Ψ/∂v [force·time/length]
+
+  static constexpr bool uses_velocity = !std::is_same_v<MatrixC, NoMatrix>, uses_time = false;
+  static constexpr bool is_affine = true;
+  static constexpr bool is_sparse = requires(const MatrixK& m) { m.outerIndexPtr(); }
+  || requires(const MatrixC& m) { m.outerIndexPtr(); };
+  static constexpr Structure structure = is_sparse ? Structure::sparse : Structure::dense;
+
+  /// @throws std::invalid_argument unless the matrices are square and of one size
+  explicit Linear(MatrixK position, MatrixC velocity = {}) : K(std::move(position)), C(std::move(velocity)) {
+    check(K, K.rows());
+    if constexpr (uses_velocity) check(C, K.rows());
+  }
+
+  void add(auto /*t*/, const auto& y, auto& out) const {
+    if constexpr (requires { y.r; }) {
+      add_product(K, y.r, out.force);
+      if constexpr (uses_velocity) add_product(C, y.v, out.force);
+    } else {
+      static_assert(
+          !uses_velocity || requires { y.r; }, "phistep: linear(K, C) needs a motion, with velocities");
+      add_product(K, y.y, out.rate);
+    }
+  }
+  void add_jacobian(auto /*t*/, const auto& y, auto& sink) const {
+    if constexpr (requires { y.r; }) {
+      for_each(K, [&sink](Eigen::Index i, Eigen::Index j, auto x) { sink.position(i, j, x); });
+      if constexpr (uses_velocity)
+        for_each(C, [&sink](Eigen::Index i, Eigen::Index j, auto x) { sink.velocity(i, j, x); });
+    } else {
+      for_each(K, [&sink](Eigen::Index i, Eigen::Index j, auto x) { sink.rate(i, j, x); });
+    }
+  }
+
+ private:
+  static void check(const auto& matrix, Eigen::Index n) {
+    if (matrix.rows() != n || matrix.cols() != n)
+      throw std::invalid_argument("phistep: linear(...) needs square matrices of one size, got " +
+                                  std::to_string(matrix.rows()) + " x " + std::to_string(matrix.cols()));
+  }
+  static void add_product(const auto& A, const auto& x, auto& out) {
+    using Scalar = typename std::remove_cvref_t<decltype(out)>::Scalar;
+    using Column = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
+    if (A.cols() != x.size())
+      throw std::invalid_argument("phistep: linear(...) has " + std::to_string(A.cols()) + " columns, the state has " +
+                                  std::to_string(x.size()) + " components");
+    Eigen::Map<Column>(out.data(), out.size()).noalias() += A * Eigen::Map<const Column>(x.data(), x.size());
+  }
+  static void for_each(const auto& A, auto&& put) {
+    if constexpr (requires { A.outerIndexPtr(); }) {
+      for (Eigen::Index outer = 0; outer < A.outerSize(); ++outer)
+        for (typename std::remove_cvref_t<decltype(A)>::InnerIterator entry(A, outer); entry; ++entry)
+          put(entry.row(), entry.col(), entry.value());
+    } else {
+      for (Eigen::Index j = 0; j < A.cols(); ++j)
+        for (Eigen::Index i = 0; i < A.rows(); ++i) put(i, j, A(i, j));
+    }
+  }
+};
+
+/// Ψ = K r, or K y. @throws std::invalid_argument unless K is square
+template <class Matrix>
+[[nodiscard]] Linear<Matrix> linear(Matrix K) {
+  return Linear<Matrix>{std::move(K)};
+}
+/// Ψ = K r + C v. @throws std::invalid_argument unless K and C are square and of one size
+template <class MatrixK, class MatrixC>
+[[nodiscard]] Linear<MatrixK, MatrixC> linear(MatrixK K, MatrixC C) {
+  return Linear<MatrixK, MatrixC>{std::move(K), std::move(C)};
+}
+
+}  // namespace phistep::inline PHISTEP_ABI

@@ -1,0 +1,124 @@
+/// @file
+/// Conjugate gradients with the inverse diagonal blocks as preconditioner (Hestenes & Stiefel 1952; Golub & Van Loan,
+/// Matrix Computations, sect. 11.5), for an EdgeOperator. Three sweeps an iteration: the direction and its node part,
+/// the edges with p·Ap, and all that follows from α together.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "phistep/core/version.hpp"
+#include "phistep/linear/edge_operator.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// A⁻¹ in place of a small symmetric matrix A, by Gauss-Jordan without pivoting. False unless A is positive definite.
+template <int dim, class Block>
+[[nodiscard]] bool invert_definite(Block& A) {
+  for (int k = 0; k < dim; ++k) {
+    const auto pivot = A[k][k];
+    if (!(pivot > 0) || !std::isfinite(pivot)) return false;
+    const auto inverse = 1 / pivot;
+    A[k][k] = 1;
+    for (int j = 0; j < dim; ++j) A[j][k] *= inverse;
+    for (int i = 0; i < dim; ++i) {
+      if (i == k) continue;
+      const auto factor = A[k][i];
+      A[k][i] = 0;
+      for (int j = 0; j < dim; ++j) A[j][i] -= factor * A[j][k];
+    }
+  }
+  return true;
+}
+
+template <class Scalar, int dim>
+class BlockCg {
+ public:
+  using Operator = EdgeOperator<Scalar, dim>;
+  using Node = typename Operator::Node;
+  using Block = typename Operator::Block;
+  enum class End { converged, indefinite, gave_up };
+
+  void resize(std::size_t nodes) {
+    for (auto* all : {&x_, &r_, &z_, &p_, &y_}) all->assign(nodes, Node::Zero());
+    inverse_.assign(nodes, {});
+  }
+  /// Right-hand side on entry to solve().
+  [[nodiscard]] std::vector<Node>& residual() { return r_; }
+  /// The solution after solve().
+  [[nodiscard]] const std::vector<Node>& solution() const { return x_; }
+  [[nodiscard]] int iterations() const { return iterations_; }
+
+  /// Makes the preconditioner. False where a diagonal block, hence A, is not positive definite.
+  /// @param largest  the largest number in a diagonal block
+  [[nodiscard]] bool precondition(const Operator& A, Scalar& largest) {
+    bool definite = true;
+    largest = Scalar{0};
+    A.for_each_diagonal_block(inverse_, [&](std::size_t, Block& block) {
+      Scalar small[dim][dim];
+      for (int b = 0; b < dim; ++b)
+        for (int a = 0; a < dim; ++a) small[b][a] = block[static_cast<std::size_t>(b)][a];
+      for (int a = 0; a < dim; ++a) largest = std::max(largest, std::abs(small[a][a]));
+      definite = invert_definite<dim>(small) && definite;
+      for (int b = 0; b < dim; ++b) {
+        block[static_cast<std::size_t>(b)].setZero();
+        for (int a = 0; a < dim; ++a) block[static_cast<std::size_t>(b)][a] = small[b][a];
+      }
+    });
+    return definite;
+  }
+
+  /// A x = residual(), until ‖residual‖ ≤ rtol ‖right-hand side‖.
+  [[nodiscard]] End solve(const Operator& A, Scalar rtol, int most_iterations) {
+    const std::size_t n = A.nodes();
+    Node *const x = x_.data(), *const r = r_.data(), *const z = z_.data(), *const p = p_.data(), *const y = y_.data();
+    const Block* const inverse = inverse_.data();
+    iterations_ = 0;
+    Node sum_rr = Node::Zero(), sum_rz = Node::Zero();
+    for (std::size_t i = 0; i < n; ++i) {
+      x[i].setZero();
+      z[i] = Operator::product(inverse[i], r[i]);
+      sum_rr += r[i] * r[i];
+      sum_rz += r[i] * z[i];
+    }
+    const Scalar target = rtol * rtol * sum_rr.sum();
+    Scalar rz = sum_rz.sum(), beta{0};
+    if (sum_rr.sum() == Scalar{0}) return End::converged;
+    while (iterations_ < most_iterations) {
+      ++iterations_;
+      for (std::size_t i = 0; i < n; ++i) {
+        p[i] = iterations_ == 1 ? z[i] : Node(z[i] + beta * p[i]);
+        y[i] = A.node(i, p[i]);
+      }
+      const Scalar curvature = A.add_edges(p, y);
+      if (!(curvature > Scalar{0})) return End::indefinite;
+      const Scalar alpha = rz / curvature;
+      sum_rr.setZero();
+      sum_rz.setZero();
+      for (std::size_t i = 0; i < n; ++i) {
+        x[i] += alpha * p[i];
+        const Node rest = r[i] - alpha * y[i];
+        const Node better = Operator::product(inverse[i], rest);
+        r[i] = rest;
+        z[i] = better;
+        sum_rr += rest * rest;
+        sum_rz += rest * better;
+      }
+      if (sum_rr.sum() <= target) return End::converged;
+      const Scalar next = sum_rz.sum();
+      beta = next / rz;
+      rz = next;
+    }
+    return End::gave_up;
+  }
+
+ private:
+  std::vector<Node> x_, r_, z_, p_, y_;
+  std::vector<Block> inverse_;
+  int iterations_ = 0;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

@@ -1,0 +1,183 @@
+/// @file
+/// K = ∂Ψ/∂r, C = ∂Ψ/∂v (or ∂Ψ/∂y) and the factorised matrix W = M − γ_f C − γ_f γ_d K of a resolve: which system serves
+/// them is decided from the force's own traits, and what was made is kept while it serves.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+
+#include "phistep/core/arithmetic.hpp"
+#include "phistep/core/outcome.hpp"
+#include "phistep/core/structure.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/jacobian/analytic.hpp"
+#include "phistep/jacobian/differences.hpp"
+#include "phistep/resolve/dense_system.hpp"
+#include "phistep/resolve/local_system.hpp"
+#include "phistep/resolve/network_system.hpp"
+#include "phistep/state/blocks.hpp"
+#include "phistep/state/unknowns.hpp"
+#include "phistep/stepper/difference_tangent.hpp"
+#include "phistep/stepper/right_hand_side.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// `position` = false serves resolves with γ_d = 0 only (Verlet's last half-kick): no K, and terms that ignore v are
+/// never asked for a tangent.
+template <State S, class Rhs, class LinearSolver, bool position>
+class Linearisation {
+ public:
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+  using Rate = RateOf<S>;
+  using Traits = typename Rhs::Traits;
+  static constexpr int n_static = static_unknowns<S>;
+  static constexpr bool has_K = Rhs::drifts && position;
+  static constexpr bool has_C = Rhs::couples_unknowns;
+  static constexpr bool analytic = position ? Traits::has_jacobian : Traits::has_velocity_jacobian;
+  static constexpr bool patterned = !analytic && Traits::has_pattern;
+  static constexpr MatrixFacts facts = [] {
+    MatrixFacts all{.has_K = has_K,
+                    .has_C = has_C,
+                    .symmetric = Traits::is_symmetric,
+                    .constant = Traits::is_affine,
+                    .block = Traits::block};
+    if (analytic || patterned) all.structure = position ? Traits::structure : Traits::velocity_structure;
+    all.structure = combine(all.structure, Rhs::mass_structure);
+    if (!std::is_void_v<LinearSolver>) all.structure = Structure::sparse;
+    if (all.structure == Structure::network) all.symmetric = analytic && Traits::is_symmetric_network;
+    return all;
+  }();
+  using System = typename SystemFor<facts, Scalar, n_static, LinearSolver>::type;
+
+  /// @throws std::invalid_argument where a dense Jacobian of more than 1000 unknowns would be formed by differences.
+  void resize(const Plain& y, [[maybe_unused]] Rhs& rhs) {
+    const Index n = unknowns<S>(y);
+    if (!analytic && !patterned && n > dense_difference_limit)
+      throw std::invalid_argument("phistep: the Jacobian of " + std::to_string(n) +
+                                  " unknowns by differences would be dense; give the force a member jacobian(...) "
+                                  "(sparse for large systems), or add_jacobian(...) to its terms");
+    if constexpr (!analytic) differences_.resize(y, rhs);  // may throw, so it comes before anything has a new size
+    n_ = n;
+    system_.resize(n);
+    drop();
+  }
+
+  /// A new solve with coefficients γ. Factors made for others serve where `tolerance` says that the iteration need not
+  /// reach rounding and γ is near (CVODE's bound |γ/γ_p − 1| ≤ 0.3); corrections are then scaled.
+  void begin(const Gamma<Scalar>& gamma, bool tolerant) {
+    if constexpr (!analytic) differences_.begin();
+    scale_ = Scalar{1};
+    if (!has_factors_ || gamma == factored_) return;
+    const Scalar ratio = gamma.force / factored_.force;
+    if (!tolerant || !(std::abs(ratio - 1) <= Scalar{0.3}) || gamma.drift != ratio * factored_.drift)
+      has_factors_ = false;
+    else scale_ = 2 / (1 + (has_K && !has_C ? ratio * ratio : ratio));
+  }
+  void drop() { has_jacobian_ = has_factors_ = false; }
+  /// The force may be another one: so may its pattern.
+  void forget() {
+    drop();
+    if constexpr (!analytic) differences_.forget_pattern();
+  }
+
+  [[nodiscard]] bool has_jacobian() const { return has_jacobian_; }
+  [[nodiscard]] bool has_factors() const {
+    if constexpr (requires { system_.has_solver(); }) return has_factors_ && system_.has_solver();
+    else return has_factors_;
+  }
+  /// Factors, of a Jacobian at (t, Y) where none is kept. There, Ψ is psi.
+  [[nodiscard]] Outcome refresh(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& Y, const Rate& psi,
+                                const NewtonOptions& options) {
+    if (!has_jacobian_)
+      if (const Outcome outcome = linearise(rhs, gamma, t, Y, psi, options); outcome != Outcome::success)
+        return outcome;
+    return factorize(rhs, gamma, Y);
+  }
+  /// x ← W⁻¹ x
+  [[nodiscard]] Outcome solve(auto& x, const NewtonOptions& options, Statistics& statistics) {
+    ++statistics.solves;
+    const Outcome outcome = [&] {
+      if constexpr (is_iterative) return system_.solve(x, options.linear_rtol, statistics);
+      else return system_.solve(x);
+    }();
+    if (outcome != Outcome::success) return outcome;
+    if (scale_ != Scalar{1}) x *= scale_;
+    return all_finite(x.data(), x.size()) ? Outcome::success : Outcome::singular_matrix;
+  }
+  /// A correction went further than the differences that made its matrix had looked: that matrix is gone.
+  [[nodiscard]] bool reached_too_far(const Plain& Y, const auto& correction) {
+    if constexpr (analytic) return false;
+    else {
+      const bool too_far = differences_.reached_too_far(Y, correction);
+      if (too_far) drop();
+      return too_far;
+    }
+  }
+
+  /// Whose block made W singular, −1 where that isn't known.
+  [[nodiscard]] std::int64_t singular_particle() const {
+    if constexpr (requires { system_.singular_particle(); }) return system_.singular_particle();
+    else return -1;
+  }
+  /// ‖γ_f γ_d K‖ / ‖W‖ and ‖W‖, largest entries.
+  [[nodiscard]] double drift_share() const { return system_.drift_share(); }
+  [[nodiscard]] double magnitude() const { return system_.magnitude(); }
+
+  /// How the linear equations are solved, in words.
+  [[nodiscard]] const char* name() const {
+    if constexpr (requires { system_.name(); }) return system_.name();
+    else if constexpr (facts.structure == Structure::dense) return "dense LU";
+    else if constexpr (facts.structure <= Structure::diagonal) return "component by component";
+    else if constexpr (std::is_void_v<LinearSolver>) return "sparse LU";
+    else return "a solver of the user's own";
+  }
+
+  /// The linear solver takes a tolerance, and leaves that much of its residual.
+  static constexpr bool is_iterative = requires(System & system, Eigen::Matrix<Scalar, n_static, 1>& x, Statistics& s) {
+    system.solve(x, 0.0, s);
+  };
+
+ private:
+  [[nodiscard]] Outcome linearise(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& Y, const Rate& psi,
+                                  const NewtonOptions& options) {
+    ++rhs.statistics().jacobians;
+    system_.clear();
+    if constexpr (analytic)
+      add_jacobian<position, Rate, n_static>(rhs.force(), t, rhs.view(Y), rhs.trial_memory(), n_, system_);
+    else differences_.compute(rhs, gamma, t, Y, psi, options, system_);
+    has_jacobian_ = system_.is_finite();
+    return has_jacobian_ ? Outcome::success : Outcome::non_finite_jacobian;
+  }
+
+  [[nodiscard]] Outcome factorize(Rhs& rhs, const Gamma<Scalar>& gamma, const Plain& Y) {
+    const auto each_mass_entry = [&](auto&& put) {
+      Index at = 0;
+      for_each_block(
+          [&](auto, const auto& block, const auto& mass) {
+            mass.for_each_entry(block.size(), [&](Index i, Index j, auto m) { put(at + i, at + j, m); });
+            at += block.size();
+          },
+          Blocks<S>::solved(Y), rhs.masses());
+    };
+    const Outcome outcome = system_.factorize(each_mass_entry, gamma.force, gamma.drift, rhs.statistics());
+    has_factors_ = outcome == Outcome::success;
+    factored_ = gamma;
+    scale_ = Scalar{1};
+    return outcome;
+  }
+
+  struct Absent {};
+  [[no_unique_address]] std::conditional_t<analytic, Absent, DifferenceTangent<S, Rhs, has_K, has_C>> differences_;
+  System system_;
+  Index n_ = 0;
+  Gamma<Scalar> factored_{};
+  Scalar scale_{1};
+  bool has_jacobian_ = false, has_factors_ = false;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

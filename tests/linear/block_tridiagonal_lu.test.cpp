@@ -1,0 +1,145 @@
+#include <phistep/linear/block_tridiagonal_lu.hpp>
+
+#include <cmath>
+#include <cstdlib>
+
+#include "support/catch.hpp"
+
+using phistep::BlockTridiagonalLu;
+using Index = Eigen::Index;
+using Mat = Eigen::MatrixXd;
+using Vec = Eigen::VectorXd;
+
+namespace {
+
+template <int b>
+struct Size {
+  static constexpr int value = b;
+};
+
+/// A random chain; `dominance` is added to the diagonal.
+template <int b>
+Mat fill(BlockTridiagonalLu<double, b>& lu, double dominance) {
+  const Index blocks = lu.blocks();
+  Mat A = Mat::Zero(b * blocks, b * blocks);
+  for (Index k = 0; k < blocks; ++k) {
+    lu.diagonal(k).setRandom();
+    lu.diagonal(k).diagonal().array() += dominance;
+    lu.lower(k).setRandom();
+    lu.upper(k).setRandom();
+    A.block<b, b>(b * k, b * k) = lu.diagonal(k);
+    if (k > 0) A.block<b, b>(b * k, b * (k - 1)) = lu.lower(k);
+    if (k + 1 < blocks) A.block<b, b>(b * k, b * (k + 1)) = lu.upper(k);
+  }
+  return A;
+}
+template <int b>
+double backward_error(const BlockTridiagonalLu<double, b>& lu, const Mat& A) {
+  const Vec rhs = Vec::LinSpaced(A.rows(), -1, 2);
+  Vec x = rhs;
+  lu.solve_in_place(x.data());
+  return (A * x - rhs).norm() / (A.norm() * x.norm() + rhs.norm());
+}
+
+}  // namespace
+
+TEMPLATE_TEST_CASE("solves chains of blocks", "", Size<1>, Size<2>, Size<3>, Size<5>, Size<17>) {
+  constexpr int b = TestType::value;
+  for (const Index blocks : {1, 2, 3, 40}) {
+    std::srand(static_cast<unsigned>(blocks));
+    BlockTridiagonalLu<double, b> lu;
+    lu.resize(blocks);
+    for (int again = 0; again < 3; ++again) {
+      const Mat A = fill(lu, 3.0 * b);
+      CAPTURE(blocks, again);
+      REQUIRE(lu.factorize());
+      CHECK(backward_error(lu, A) <= 1e-15);  // dominant: no growth, a few units in the last place
+    }
+  }
+}
+
+TEST_CASE("rows change places inside a block") {
+  BlockTridiagonalLu<double, 2> lu;
+  lu.resize(3);
+  Mat A = fill(lu, 0);
+  for (Index k = 0; k < 3; ++k) {
+    lu.diagonal(k) << 0, 9, 9, 0;
+    A.block<2, 2>(2 * k, 2 * k) = lu.diagonal(k);
+  }
+  REQUIRE(lu.factorize());
+  CHECK(backward_error(lu, A) <= 1e-15);
+}
+
+TEMPLATE_TEST_CASE("what it accepts it solves to three quarters of the digits at least, dominant or not", "", Size<1>,
+                   Size<2>, Size<3>) {
+  constexpr int b = TestType::value;
+  BlockTridiagonalLu<double, b> lu;
+  lu.resize(60);
+  int refused = 0;
+  double worst = 0;
+  for (unsigned seed = 1; seed <= 200; ++seed) {
+    std::srand(seed);
+    const Mat A = fill(lu, 0);
+    if (!lu.factorize()) ++refused;
+    else worst = std::max(worst, backward_error(lu, A));
+  }
+  CAPTURE(refused, worst);
+  CHECK(refused > 0);
+  CHECK(worst <= std::pow(2.3e-16, 0.75));
+}
+
+TEST_CASE("a singular or nearly singular diagonal block is refused, though the matrix is regular") {
+  for (const double tiny : {0.0, 1e-300, 1e-14, -1e-10}) {
+    BlockTridiagonalLu<double, 1> lu;
+    lu.resize(2);
+    const auto set = [&lu](double a) {
+      lu.diagonal(0)(0) = a, lu.upper(0)(0) = 1;
+      lu.lower(1)(0) = 1, lu.diagonal(1)(0) = 1;
+    };
+    set(tiny);
+    CAPTURE(tiny);
+    CHECK_FALSE(lu.factorize());
+    set(2);  // and works again
+    REQUIRE(lu.factorize());
+    Vec x = Eigen::Vector2d(3, 2);
+    lu.solve_in_place(x.data());
+    CHECK(x == Eigen::Vector2d(1, 1));
+  }
+}
+
+TEST_CASE("a singular matrix is refused") {
+  for (Index hole = 0; hole < 4; ++hole) {
+    BlockTridiagonalLu<double, 2> lu;
+    lu.resize(4);
+    for (Index k = 0; k < 4; ++k) lu.lower(k).setZero(), lu.upper(k).setZero(), lu.diagonal(k).setIdentity();
+    lu.diagonal(hole).setOnes();
+    CAPTURE(hole);
+    CHECK_FALSE(lu.factorize());
+  }
+}
+
+TEST_CASE("a chain with one bad entry is refused, or its solution tells") {
+  constexpr Index blocks = 4;
+  for (const double bad : {std::nan(""), HUGE_VAL, -HUGE_VAL})
+    for (int which = 0; which < 3; ++which)
+      for (Index k = 0; k < blocks; ++k)
+        for (int entry = 0; entry < 4; ++entry) {
+          if ((which == 0 && k == 0) || (which == 2 && k == blocks - 1)) continue;
+          BlockTridiagonalLu<double, 2> lu;
+          lu.resize(blocks);
+          std::srand(7);
+          static_cast<void>(fill(lu, 8));
+          (which == 0 ? lu.lower(k) : which == 1 ? lu.diagonal(k) : lu.upper(k)).data()[entry] = bad;
+          Vec x = Vec::Ones(2 * blocks);
+          const bool accepted = lu.factorize();
+          if (accepted) lu.solve_in_place(x.data());
+          CAPTURE(which, k, entry, bad);
+          CHECK_FALSE((accepted && x.allFinite()));
+        }
+}
+
+TEST_CASE("the empty chain is regular") {
+  BlockTridiagonalLu<double, 3> lu;
+  lu.resize(0);
+  CHECK(lu.factorize());
+}

@@ -1,0 +1,60 @@
+#define EIGEN_RUNTIME_NO_MALLOC
+#include <phistep/linear/dense_inverse.hpp>
+#include <phistep/linear/dense_solver.hpp>
+
+#include <type_traits>
+
+#include "linear/dense_battery.hpp"
+
+using phistep::DenseInverse;
+using phistep::DenseLu;
+using phistep::SmallDenseSolver;
+
+static_assert(std::is_same_v<SmallDenseSolver<double, 3, false>, DenseLu<double, 3>>);
+static_assert(std::is_same_v<SmallDenseSolver<double, 4, false>, DenseInverse<double, 4>>);
+static_assert(std::is_same_v<SmallDenseSolver<double, 9, false>, DenseLu<double, 9>>);
+static_assert(std::is_same_v<SmallDenseSolver<float, 32, true>, DenseInverse<float, 32>>);
+static_assert(std::is_same_v<SmallDenseSolver<double, 33, true>, DenseLu<double, 33>>);
+static_assert(std::is_same_v<SmallDenseSolver<double, Eigen::Dynamic, true>, DenseLu<double, Eigen::Dynamic>>);
+
+// A product with the inverse has no small residual where A is nearly singular: |A x − b| ≤ c n u |A| |A⁻¹| |b| (Higham,
+// Accuracy and Stability, 2nd ed., sect. 14.1). The bound doesn't see scalings of rows or columns.
+TEMPLATE_TEST_CASE("the inverse solves to the rounding of |A| |A⁻¹| |b|", "", float, double, long double) {
+  dense::for_each_size([](auto n) {
+    dense::solves<DenseInverse<TestType, n>>(n, [](const auto& A, auto& solver, const auto& b, const auto&) {
+      const dense::Matrix X = solver.matrix().template cast<long double>();
+      return dense::Vector(A.cwiseAbs() * (X.cwiseAbs() * b.cwiseAbs()));
+    });
+  });
+}
+
+TEMPLATE_TEST_CASE("the inverse of a singular matrix is refused", "", float, double, long double) {
+  dense::for_each_size([](auto n) { dense::refuses_singular<DenseInverse<TestType, n>>(n); });
+}
+
+TEMPLATE_TEST_CASE("the inverse of a matrix with one bad entry is refused", "", float, double, long double) {
+  dense::for_each_size([](auto n) { dense::refuses_non_finite<DenseInverse<TestType, n>>(n); });
+}
+
+TEMPLATE_TEST_CASE("the inverse multiplies in place", "", float, double, long double) {
+  dense::for_each_size([](auto n) { dense::solves_where_x_lies<DenseInverse<TestType, n>>(n); });
+}
+
+TEST_CASE("matrix() becomes the inverse itself") {
+  DenseInverse<double, 4> solver;
+  solver.matrix() << 0, 2, 0, 0, 0, 0, 4, 0, 8, 0, 0, 0, 0, 0, 0, 16;
+  const Eigen::Matrix4d A = solver.matrix();
+  REQUIRE(solver.factorize());
+  CHECK(A * solver.matrix() == Eigen::Matrix4d::Identity());
+}
+
+TEST_CASE("inverting allocates nothing") {
+  DenseInverse<double, 20> solver;
+  solver.matrix() = dense::matrix("permuted", 20, 1, 0, 0).cast<double>();
+  Eigen::Matrix<double, 20, 1> x = Eigen::Matrix<double, 20, 1>::Ones();
+  Eigen::internal::set_is_malloc_allowed(false);  // from here on Eigen ends the program where it allocates
+  const bool done = solver.factorize();
+  solver.solve_in_place(x);
+  Eigen::internal::set_is_malloc_allowed(true);
+  CHECK(done);
+}
