@@ -231,6 +231,20 @@ TEST_CASE("split terms, Rannacher's start, a step around a step: nothing") {
   Halving halving{PhiStepper{y, Chain{}, trapezoidal}};
   CHECK(allocations(y, halving) == 0);
 }
+TEST_CASE("springs, implicitly: nothing once the net is known, in a clamped step neither") {
+  const auto check = [](double length) {
+    auto y = motion(30);
+    PhiStepper stepper{y, spring_network<3>({{0, 1, 5, length}, {1, 2, 5, length}}) + LinearDrag{0.1}, backward_euler};
+    REQUIRE(stepper.step(y, 0, 0.1));
+    heap::count = 0, heap::counting = true;
+    for (int n = 0; n < 10; ++n) static_cast<void>(stepper.step(y, 0, 3.0));
+    heap::counting = false;
+    CHECK(heap::count == 0);
+    return stepper.statistics().fallbacks;
+  };
+  CHECK(check(0.01) == 0);
+  CHECK(check(50) > 0);
+}
 TEST_CASE("a step that fails: nothing") {
   auto y = motion(30);
   PhiStepper stepper{y, Chain{}, trapezoidal};
