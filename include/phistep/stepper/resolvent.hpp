@@ -40,6 +40,12 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
+/// Where the tangents come from that the force doesn't give entry by entry.
+template <State S, class Rhs, class LinearSolver, bool has_K, bool has_C>
+struct TangentSource {
+  using type = DifferenceTangent<S, Rhs, has_K, has_C>;
+};
+
 /// `position` = false serves resolves with γ_d = 0 only (Verlet's last half-kick): no K, and terms that ignore v are
 /// never asked for a tangent.
 template <State S, class Rhs, class LinearSolver, bool position = true>
@@ -53,8 +59,9 @@ class NewtonResolvent {
   using Unknown = Eigen::Matrix<Scalar, n_static, 1>;
   static constexpr bool has_K = Rhs::drifts && position;
   static constexpr bool has_C = Rhs::couples_unknowns;
-  static constexpr bool analytic = position ? Traits::has_jacobian : Traits::has_velocity_jacobian;
-  static constexpr bool patterned = !analytic && Traits::has_pattern;
+  static constexpr bool matrix_free = is_matrix_free<LinearSolver>;
+  static constexpr bool analytic = !matrix_free && (position ? Traits::has_jacobian : Traits::has_velocity_jacobian);
+  static constexpr bool patterned = !matrix_free && !analytic && Traits::has_pattern;
   static constexpr MatrixFacts facts = [] {
     MatrixFacts all{.has_K = has_K,
                     .has_C = has_C,
@@ -75,7 +82,7 @@ class NewtonResolvent {
 
   void resize(const Plain& y, const Rhs&) {
     const Index n = unknowns<S>(y);
-    if (!analytic && !patterned && n > dense_difference_limit)
+    if (!analytic && !patterned && !matrix_free && n > dense_difference_limit)
       throw std::invalid_argument("phistep: the Jacobian of " + std::to_string(n) +
                                   " unknowns by differences would be dense; give the force a member jacobian(...) "
                                   "(sparse for large systems), or add_jacobian(...) to its terms");
@@ -99,6 +106,7 @@ class NewtonResolvent {
     Equation equation{*this, rhs, gamma, t, Y, guess, psi};
     equation.restart();
     if constexpr (!analytic) differences_.begin();
+    if constexpr (matrix_free) system_.begin();
     const int before = history.iterations;
     const Outcome outcome =
         solve_newton(equation, options_, static_cast<double>(std::numeric_limits<Scalar>::epsilon()), history);
@@ -179,14 +187,16 @@ class NewtonResolvent {
           Rate::blocks(std::as_const(psi)));
       return rounding;
     }
-    [[nodiscard]] bool has_jacobian() const { return self.has_jacobian_; }
+    /// Products are made at the iterate they serve.
+    [[nodiscard]] bool has_jacobian() const { return !matrix_free && self.has_jacobian_; }
     [[nodiscard]] bool has_factors() const {
-      if constexpr (requires { self.system_.has_solver(); }) return self.has_factors_ && self.system_.has_solver();
+      if constexpr (matrix_free) return false;
+      else if constexpr (requires { self.system_.has_solver(); }) return self.has_factors_ && self.system_.has_solver();
       else return self.has_factors_;
     }
     void drop_jacobian() { self.reset(); }
     [[nodiscard]] Outcome refresh() {
-      if (!self.has_jacobian_)
+      if (!has_jacobian())
         if (const Outcome outcome = self.linearise(rhs, gamma, t, Y, psi); outcome != Outcome::success) return outcome;
       return self.factorize(rhs, gamma);
     }
@@ -289,7 +299,7 @@ class NewtonResolvent {
 
   /// K and C at (t, Y), where Ψ is psi.
   [[nodiscard]] Outcome linearise(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& Y, const Rate& psi) {
-    ++rhs.statistics().jacobians;
+    if constexpr (!matrix_free) ++rhs.statistics().jacobians;
     system_.clear();
     if constexpr (analytic)
       add_jacobian<position, Rate, n_static>(rhs.force(), t, rhs.view(Y), rhs.trial_memory(), increment_.size(),
@@ -318,7 +328,9 @@ class NewtonResolvent {
   struct Absent {};
   NewtonOptions options_;
   Plain base_;
-  [[no_unique_address]] std::conditional_t<analytic, Absent, DifferenceTangent<S, Rhs, has_K, has_C>> differences_;
+  [[no_unique_address]] std::conditional_t<analytic, Absent,
+                                           typename TangentSource<S, Rhs, LinearSolver, has_K, has_C>::type>
+      differences_;
   Unknown increment_, correction_, last_move_;
   System system_;
   Gamma<Scalar> factored_{};
