@@ -12,7 +12,6 @@
 
 using namespace phistep;
 using Vec = Eigen::VectorXd;
-using Index = Eigen::Index;
 
 namespace {
 
