@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <random>
+#include <tuple>
 
 #include "support/catch.hpp"
 
@@ -322,4 +323,65 @@ TEST_CASE("a preconditioner of one's own, and a tolerance") {
   REQUIRE(tight.step(z, 0, 1e-3));
   CHECK(loose.statistics().linear_iterations < tight.statistics().linear_iterations);
   CHECK((y - z).norm() <= 1e-4 * z.norm());
+}
+
+namespace {
+/// Points that move, heat by drag and cool: r, v and a temperature of another unit and size.
+struct Warm {
+  Vec r, v, T;
+  static constexpr bool drifts = true;
+  static auto blocks(auto& y) { return std::tie(y.r, y.v, y.T); }
+  struct Rate {
+    Vec force, heat;
+    static auto blocks(auto& rate) { return std::tie(rate.force, rate.heat); }
+  };
+};
+struct WarmForce {
+  static void add(double /*t*/, const Warm& y, Warm::Rate& out) {
+    out.force.array() -= 5 * y.r.array() + 1e-3 * y.T.array() * y.v.array();
+    out.heat.array() += 10 * y.v.array().square() - 3 * (y.T.array() - 300);
+  }
+};
+struct WarmWithProduct : WarmForce {
+  static void apply_jacobian(double /*t*/, const Warm& y, const Warm& x, Warm::Rate& out) {
+    out.force.array() -= 5 * x.r.array() + 1e-3 * (x.T.array() * y.v.array() + y.T.array() * x.v.array());
+    out.heat.array() += 20 * y.v.array() * x.v.array() - 3 * x.T.array();
+  }
+};
+struct WarmWithEntries : WarmForce {
+  static void add_jacobian(double /*t*/, const Warm& y, auto& sink) {
+    const Index n = y.r.size();
+    for (Index i = 0; i < n; ++i) {
+      sink.position(i, i, -5);
+      sink.velocity(i, i, -1e-3 * y.T[i]);
+      sink.velocity(i, n + i, -1e-3 * y.v[i]);
+      sink.velocity(n + i, i, 20 * y.v[i]);
+      sink.velocity(n + i, n + i, -3);
+    }
+  }
+};
+}  // namespace
+
+TEST_CASE("a state of several blocks and units: products of every kind, and fixed-point iteration, agree with Newton") {
+  const auto run = [](auto force, auto solver) {
+    Warm y{Vec::LinSpaced(30, -1, 1), Vec::LinSpaced(30, 2, 1), Vec::Constant(30, 310)};
+    PhiStepper stepper{y, force, trapezoidal, solver};
+    for (int k = 0; k < 5; ++k) {
+      const StepReport report = stepper.step(y, 0, 0.1);
+      INFO(report.message());
+      REQUIRE(report);
+    }
+    return y;
+  };
+  const Warm exact = run(WarmForce{}, newton());
+  const auto check = [&](const Warm& y) {
+    CHECK((y.r - exact.r).norm() <= 1e-13 * exact.r.norm());
+    CHECK((y.v - exact.v).norm() <= 1e-13 * exact.v.norm());
+    CHECK((y.T - exact.T).norm() <= 1e-13 * exact.T.norm());
+  };
+  check(run(WarmForce{}, newton<MatrixFree<Eigen::BiCGSTAB>>()));
+  check(run(WarmWithProduct{}, newton<MatrixFree<Eigen::BiCGSTAB>>()));
+  check(run(WarmWithEntries{}, newton<MatrixFree<Eigen::BiCGSTAB>>()));
+  check(run(WarmForce{}, fixed_point()));
+  check(run(WarmForce{}, fixed_point({.depth = 0})));
 }
