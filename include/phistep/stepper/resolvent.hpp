@@ -40,7 +40,7 @@ class NewtonResolvent {
   using Plain = PlainState<S>;
   using Rate = RateOf<S>;
   using Matrix = Linearisation<S, Rhs, LinearSolver, position>;
-  static constexpr bool affine = Rhs::Traits::is_affine;
+  static constexpr bool affine = Rhs::Traits::is_affine && !Matrix::matrix_free;
 
   /// @throws std::invalid_argument where a dense Jacobian of more than 1000 unknowns would be formed by differences.
   NewtonResolvent(const Plain& y, auto&& rhs, const auto& solver) : options_{solver.options} {
