@@ -36,6 +36,7 @@ struct MatrixFacts {
   bool symmetric = false;  ///< K, C and M are
   bool constant = false;   ///< the force is affine: K and C never change, one factorisation serves many solves
   int block = 0;           ///< rows of a particle's or a chain link's block, 0 where there is none
+  bool differenced = false;  ///< K and C are made by differences: symmetric, if at all, only to their accuracy
 };
 
 }  // namespace phistep::inline PHISTEP_ABI
