@@ -171,7 +171,8 @@ TEST_CASE("the band is found from the entries, and grows where one falls outside
         if (K(i, j) != 0) system.position(i, j, K(i, j));
         if (C(i, j) != 0) system.velocity(i, j, C(i, j) / 2), system.velocity(i, j, C(i, j) / 2);
       }
-    REQUIRE(system.factorize(masses, 0.5, 0.25, counts) == Outcome::success);
+    REQUIRE(system.factorize(masses, 2.0, 0.5, counts) == Outcome::success);
+    REQUIRE(system.factorize(masses, 0.5, 0.25, counts) == Outcome::success);  // a new γ: the same K and C
     CHECK(system.tangent().lower() == lower);
     CHECK(system.tangent().upper() == upper);
     const Mat W = 2 * Mat::Identity(n, n) - 0.5 * (C + 0.25 * K);
