@@ -6,4 +6,5 @@
 #include "phistep/linear/sparse_mass.hpp"
 #include "phistep/phistep.hpp"
 #include "phistep/resolve/sparse_system.hpp"
+#include "phistep/resolve/symmetric_sparse_system.hpp"
 // IWYU pragma: end_exports

@@ -290,6 +290,67 @@ TEST_CASE("integrate: nothing but what observers do") {
   CHECK(heap::count == 0);
 }
 
+struct BandedChain : AnalyticChain {
+  [[maybe_unused]] static constexpr Structure structure = Structure::banded;
+};
+struct BlockChain : AnalyticChain {
+  [[maybe_unused]] static constexpr Structure structure = Structure::block_tridiagonal;
+  [[maybe_unused]] static constexpr int block = 3;
+};
+struct PatternedChain : Chain {
+  static constexpr Structure structure = Structure::banded;
+  [[nodiscard]] static ColumnPattern pattern(Eigen::Index n) { return band_pattern(n, 1, 1); }
+};
+TEST_CASE("bands, blocks and differences by colour: nothing after the first step, which finds the band") {
+  const auto check = [](auto force, Eigen::Index n) {
+    Dynamic y = Dynamic::LinSpaced(n, -1, 1);
+    PhiStepper stepper{y, force, trapezoidal};
+    CHECK(allocations(y, stepper, 1) == 0);
+    CHECK(stepper.statistics().factorizations >= 11);
+  };
+  check(BandedChain{}, 500);
+  check(BlockChain{}, 499);
+  check(BlockChain{}, 501);
+  check(PatternedChain{}, 500);
+  auto y = motion(500);
+  PhiStepper stepper{y, PatternedChain{}, trapezoidal};
+  CHECK(allocations(y, stepper, 1) == 0);
+}
+
+TEST_CASE("LDLᵀ: solves, and checks of symmetry, allocate nothing; Eigen's factorisations do") {
+  const auto check = [](auto system) {
+    constexpr int n = 100;
+    const auto masses = [](auto&& put) {
+      for (int i = 0; i < n; ++i) put(i, i, 1.0);
+    };
+    Statistics counts;
+    Dynamic x = Dynamic::LinSpaced(n, -1, 1);
+    std::int64_t in_factors = 0, in_solves = 0;
+    system.resize(n);
+    for (int k = 0; k < 10; ++k) {
+      heap::count = 0, heap::counting = k > 0;
+      system.clear();
+      AnalyticChain{}.add_jacobian(0, FirstOrderView<Dynamic, UnitMass>{x, {}}, system);
+      const Outcome factorized = system.factorize(masses, 0.1 + 0.01 * k, 0.0, counts);
+      in_factors += heap::count;
+      heap::count = 0, heap::counting = k > 0;
+      const Outcome solved = system.solve(x);
+      heap::counting = false;
+      in_solves += heap::count;
+      REQUIRE((factorized == Outcome::success && solved == Outcome::success));
+    }
+    CHECK(counts.analyses == 1);
+    CHECK(in_solves == 0);
+    std::cout << "LDLT, LLT           : " << in_factors << " allocations in 9 factorizations of n = 100\n";
+    CHECK(in_factors <= 9 * 5);
+  };
+  using Sparse = Eigen::SparseMatrix<double>;
+  check(SymmetricSparseSystem<double, false>{});
+  check(SparseSystem<double, Eigen::SimplicialLDLT<Sparse>>{});
+  check(SparseSystem<double, Eigen::SimplicialLLT<Sparse>>{});
+  check(SparseSystem<double, Eigen::SimplicialLDLT<Sparse, Eigen::Upper, Eigen::NaturalOrdering<int>>>{});
+}
+
 // Not ours: printed, so that a reader knows; only the order of magnitude is asserted.
 TEST_CASE("what Eigen's sparse solvers allocate") {
   const auto print = [](const std::string& name, auto solver) {

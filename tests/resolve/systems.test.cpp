@@ -3,6 +3,7 @@
 #include <phistep/resolve/block_tridiagonal_system.hpp>
 #include <phistep/resolve/dense_system.hpp>
 #include <phistep/resolve/sparse_system.hpp>
+#include <phistep/resolve/symmetric_sparse_system.hpp>
 
 #include <Eigen/IterativeLinearSolvers>
 #include <Eigen/SparseCholesky>
@@ -30,14 +31,15 @@ using Blocks3 = BlockTridiagonalSystem<double, 3, true, true>;
 using Blocks5 = BlockTridiagonalSystem<double, 5, true, true>;  // the last block isn't full
 using Lu = SparseSystem<double, Eigen::SparseLU<Sparse>>;
 using Ldlt = SparseSystem<double, Eigen::SimplicialLDLT<Sparse>>;
+using SymmetricSparse = SymmetricSparseSystem<double, false>;
 using Llt = SparseSystem<double, Eigen::SimplicialLLT<Sparse>>;
 using Cg = SparseSystem<double, Eigen::ConjugateGradient<Sparse, Eigen::Lower | Eigen::Upper>>;
 
 template <class System>
 inline constexpr bool is_diagonal = std::is_same_v<System, Diagonal>;
 template <class System>
-inline constexpr bool is_symmetric =
-    std::is_same_v<System, Ldlt> || std::is_same_v<System, Llt> || std::is_same_v<System, Cg>;
+inline constexpr bool is_symmetric = std::is_same_v<System, SymmetricSparse> || std::is_same_v<System, Ldlt> ||
+                                     std::is_same_v<System, Llt> || std::is_same_v<System, Cg>;
 
 /// Masses 2 on the diagonal.
 const auto masses = [](auto&& put) {
@@ -87,7 +89,7 @@ void check_solves(System& system, const Mat& K, const Mat& C, Statistics& counts
 }  // namespace
 
 TEMPLATE_TEST_CASE("solves with W, again with new values, again with a new pattern", "", DenseFixed, DenseDynamic,
-                   Diagonal, Banded, Blocks1, Blocks3, Blocks5, Lu, Ldlt, Llt, Cg) {
+                   Diagonal, Banded, Blocks1, Blocks3, Blocks5, Lu, SymmetricSparse, Ldlt, Llt, Cg) {
   TestType system;
   system.resize(n);
   Statistics counts;
@@ -106,7 +108,7 @@ TEMPLATE_TEST_CASE("solves with W, again with new values, again with a new patte
   CHECK(counts.factorizations == 4);
 }
 
-TEMPLATE_TEST_CASE("an unchanged pattern is analysed once", "", Lu, Ldlt) {
+TEMPLATE_TEST_CASE("an unchanged pattern is analysed once", "", Lu, SymmetricSparse, Ldlt) {
   TestType system;
   system.resize(n);
   Statistics counts;
@@ -117,7 +119,7 @@ TEMPLATE_TEST_CASE("an unchanged pattern is analysed once", "", Lu, Ldlt) {
 }
 
 TEMPLATE_TEST_CASE("says that a matrix is singular", "", DenseFixed, DenseDynamic, Diagonal, Banded, Blocks1, Blocks3,
-                   Blocks5, Lu) {
+                   Blocks5, Lu, SymmetricSparse) {
   TestType system;
   system.resize(n);
   Statistics counts;

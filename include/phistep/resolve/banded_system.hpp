@@ -22,6 +22,7 @@ namespace phistep::inline PHISTEP_ABI {
 template <class Scalar, bool has_K, bool has_C>
 class BandedSystem : public Sizes {
  public:
+  [[nodiscard]] static const char* name() { return "banded LU"; }
   using Index = Eigen::Index;
   using Tangent = BandTangent<Scalar, has_K, has_C>;
 

@@ -25,6 +25,7 @@ namespace phistep::inline PHISTEP_ABI {
 template <class Scalar, int b, bool has_K, bool has_C>
 class BlockTridiagonalSystem : public Sizes {
  public:
+  [[nodiscard]] static const char* name() { return "block tridiagonal LU"; }
   using Index = Eigen::Index;
 
   void resize(Index n) {

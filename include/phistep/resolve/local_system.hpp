@@ -27,6 +27,7 @@ namespace phistep::inline PHISTEP_ABI {
 template <class Scalar, int d, bool has_K, bool has_C>
 class LocalSystem : public Sizes {
  public:
+  [[nodiscard]] static const char* name() { return "LU of each particle's block"; }
   void resize(Eigen::Index n) {
     const Eigen::Index particles = (n + d - 1) / d;
     if constexpr (has_K) K_.setZero(particles * d * d);

@@ -52,7 +52,8 @@ class Linearisation {
                     .has_C = has_C,
                     .symmetric = Traits::is_symmetric,
                     .constant = Traits::is_affine,
-                    .block = Traits::block};
+                    .block = Traits::block,
+                    .differenced = !analytic};
     if (analytic || patterned) all.structure = position ? Traits::structure : Traits::velocity_structure;
     all.structure = combine(all.structure, Rhs::mass_structure);
     if (!std::is_void_v<LinearSolver>) all.structure = Structure::sparse;

@@ -1,0 +1,123 @@
+/// @file
+/// The step's matrix W = M − γ_f C − γ_f γ_d K of a force that promises symmetric tangents, sparse.
+///
+/// LDLᵀ without pivoting serves while W is positive definite, which D > 0 tells: half the work of LU and less fill. It
+/// reads the lower triangle alone, so that the promise is checked at each factorisation. Where W is indefinite (compressed
+/// springs) or nearly singular, an LU with pivoting of the same W serves for that factorisation, counted in
+/// Statistics::fallbacks; LDLᵀ is tried again at the next.
+#pragma once
+
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
+#include <Eigen/SparseLU>
+
+#include <cmath>
+#include <limits>
+
+#include "phistep/core/outcome.hpp"
+#include "phistep/core/statistics.hpp"
+#include "phistep/core/structure.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/linear/cholesky_solve.hpp"
+#include "phistep/resolve/dense_system.hpp"
+#include "phistep/resolve/own_solver.hpp"
+#include "phistep/resolve/sparse_assembly.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// @tparam differenced  K and C are differences, and symmetric no closer than these are exact
+template <class Scalar, bool differenced>
+class SymmetricSparseSystem {
+ public:
+  using Matrix = Eigen::SparseMatrix<Scalar>;
+
+  void resize(Eigen::Index n) {
+    assembly_.resize(n);
+    ldlt_.drop();
+    lu_.drop();
+  }
+
+  void clear() { assembly_.clear(); }
+  void position(Eigen::Index i, Eigen::Index j, Scalar x) { assembly_.position(i, j, x); }
+  void velocity(Eigen::Index i, Eigen::Index j, Scalar x) { assembly_.velocity(i, j, x); }
+  void rate(Eigen::Index i, Eigen::Index j, Scalar x) { assembly_.velocity(i, j, x); }
+  [[nodiscard]] bool is_finite() const { return assembly_.is_finite(); }
+  [[nodiscard]] double drift_share() const { return assembly_.drift_share(); }
+  [[nodiscard]] double magnitude() const { return assembly_.magnitude(); }
+  [[nodiscard]] static const char* name() { return "sparse LDLT"; }
+  /// False in a copy.
+  [[nodiscard]] bool has_solver() const { return static_cast<bool>(ldlt_); }
+
+  [[nodiscard]] Outcome factorize(const auto& masses, Scalar gamma_force, Scalar gamma_drift, Statistics& statistics) {
+    if (!ldlt_) {
+      ldlt_.make();
+      assembly_.forget_pattern();
+    }
+    if (assembly_.update_pattern(masses)) {
+      ldlt_->analyzePattern(assembly_.matrix());
+      lu_.drop();
+      ++statistics.analyses;
+    }
+    assembly_.assemble(gamma_force, gamma_drift);
+    if (!assembly_.is_symmetric(tolerance())) return Outcome::not_symmetric;
+    ++statistics.factorizations;
+    definite_ = factorize_definite();
+    return definite_ ? Outcome::success : factorize_by_lu(statistics);
+  }
+  [[nodiscard]] Outcome solve(auto& x) {
+    if (definite_) {
+      by_ldlt_.solve_in_place(*ldlt_, x);
+      return Outcome::success;
+    }
+    work_ = lu_->solve(x);
+    x = work_;
+    return lu_->info() == Eigen::Success ? Outcome::success : Outcome::linear_solver_failed;
+  }
+
+ private:
+  /// Entries are sums whose terms may be added in another order than their transposes' and cancel to a thousandth; a
+  /// broken promise shows in the first digits. Differences have half of the digits, less where a force bends strongly.
+  [[nodiscard]] static Scalar tolerance() {
+    constexpr Scalar epsilon = std::numeric_limits<Scalar>::epsilon();
+    return differenced ? std::sqrt(std::sqrt(epsilon)) : 1024 * epsilon;
+  }
+  /// False where a pivot isn't positive, or is nothing but the rounding of what it is the rest of.
+  [[nodiscard]] bool factorize_definite() {
+    const Eigen::Index n = assembly_.matrix().cols();
+    for (Eigen::Index i = 0; i < n; ++i)
+      if (!(assembly_.diagonal(i) > Scalar{0})) return false;
+    ldlt_->factorize(assembly_.matrix());
+    if (ldlt_->info() != Eigen::Success) return false;
+    const auto& place = ldlt_->permutationP().indices();
+    by_ldlt_.read(*ldlt_);
+    for (Eigen::Index i = 0; i < n; ++i)
+      if (!(by_ldlt_.pivots()[place[i]] > 16 * std::numeric_limits<Scalar>::epsilon() * assembly_.diagonal(i)))
+        return false;
+    return true;
+  }
+  [[nodiscard]] Outcome factorize_by_lu(Statistics& statistics) {
+    ++statistics.fallbacks;
+    if (!lu_) {
+      lu_.make();
+      lu_->analyzePattern(assembly_.matrix());
+      ++statistics.analyses;
+    }
+    lu_->factorize(assembly_.matrix());
+    return lu_->info() == Eigen::Success ? Outcome::success : Outcome::singular_matrix;
+  }
+
+  SparseAssembly<Scalar, true> assembly_;
+  OwnSolver<Eigen::SimplicialLDLT<Matrix>> ldlt_;
+  OwnSolver<Eigen::SparseLU<Matrix>> lu_;  // made where it is needed first
+  CholeskySolve<Scalar> by_ldlt_;
+  Eigen::Matrix<Scalar, Eigen::Dynamic, 1> work_;  // of LU
+  bool definite_ = false;
+};
+
+template <MatrixFacts facts, class Scalar, int n>
+  requires(facts.structure == Structure::sparse && facts.symmetric)
+struct SystemFor<facts, Scalar, n, void> {
+  using type = SymmetricSparseSystem<Scalar, facts.differenced>;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI
