@@ -5,6 +5,7 @@
 // IWYU pragma: begin_exports
 #include "phistep/autodiff.hpp"
 #include "phistep/io.hpp"
+#include "phistep/krylov.hpp"
 #include "phistep/phistep.hpp"
 #include "phistep/sparse.hpp"
 // IWYU pragma: end_exports

@@ -1,6 +1,7 @@
 // No heap allocation of ours in `step` after construction. Counts every allocation that Eigen or the library could make.
 #define EIGEN_RUNTIME_NO_MALLOC  // a second, independent witness: Eigen asserts where it allocates
 #include <phistep/autodiff.hpp>
+#include <phistep/krylov.hpp>
 #include <phistep/sparse.hpp>
 
 #include <Eigen/IterativeLinearSolvers>
@@ -189,6 +190,29 @@ TEST_CASE("velocities, masses of every kind, a sum, a tolerance: nothing") {
   check_none(motion(30), Chain{} + LinearDrag{0.1} + Gravity{Eigen::Vector3d(0, 0, -1)}, trapezoidal);
   check_none(motion(30), Chain{}, backward_euler, newton({.rtol = 1e-6, .atol = 1e-9}));
 }
+TEST_CASE("each particle by itself, by differences or with a Jacobian: nothing") {
+  struct Well {
+    Eigen::Vector3d operator()(const Eigen::Vector3d& r, const Eigen::Vector3d& v) const {
+      return -r - r.squaredNorm() * r - 0.1 * v;
+    }
+  };
+  struct Known : Well {
+    [[nodiscard]] static MotionJacobian<Eigen::Matrix3d> jacobian(const Eigen::Vector3d& r, const Eigen::Vector3d&) {
+      const Eigen::Matrix3d I = Eigen::Matrix3d::Identity();
+      return {-I - r.squaredNorm() * I - 2 * r * r.transpose(), -0.1 * I};
+    }
+  };
+  check_none(motion(30), local<3>(Well{}), trapezoidal);
+  check_none(motion(30), local<3>(Well{}), velocity_verlet, mass(Dynamic::LinSpaced(30, 1, 2)));
+  check_none(motion(30), local<3>(Known{}) + LinearDrag{0.1} + Gravity{Eigen::Vector3d(0, 0, -1)}, phi(0.7));
+  check_none(motion(30), affine(local<3>(Known{})), trapezoidal);
+}
+TEST_CASE("fixed-point iteration, plain and accelerated: nothing") {
+  check_none(motion(30), Chain{}, trapezoidal, fixed_point({.depth = 0}));
+  check_none(motion(30), Chain{}, trapezoidal, fixed_point({.depth = 5}));
+  check_none(motion(30), DampedChain{}, velocity_verlet, fixed_point());
+  check_none(motion(3000), DampedChain{}, velocity_verlet);
+}
 TEST_CASE("views, matrices, arrays of structs: nothing") {
   states::SecondOrder<states::Structs> structs;
   PhiStepper one{structs.state, Chain{}, trapezoidal};
@@ -231,6 +255,20 @@ TEST_CASE("split terms, Rannacher's start, a step around a step: nothing") {
   Halving halving{PhiStepper{y, Chain{}, trapezoidal}};
   CHECK(allocations(y, halving) == 0);
 }
+TEST_CASE("springs, implicitly: nothing once the net is known, in a clamped step neither") {
+  const auto check = [](double length) {
+    auto y = motion(30);
+    PhiStepper stepper{y, spring_network<3>({{0, 1, 5, length}, {1, 2, 5, length}}) + LinearDrag{0.1}, backward_euler};
+    REQUIRE(stepper.step(y, 0, 0.1));
+    heap::count = 0, heap::counting = true;
+    for (int n = 0; n < 10; ++n) static_cast<void>(stepper.step(y, 0, 3.0));
+    heap::counting = false;
+    CHECK(heap::count == 0);
+    return stepper.statistics().fallbacks;
+  };
+  CHECK(check(0.01) == 0);
+  CHECK(check(50) > 0);
+}
 TEST_CASE("a step that fails: nothing") {
   auto y = motion(30);
   PhiStepper stepper{y, Chain{}, trapezoidal};
@@ -267,6 +305,16 @@ TEST_CASE("what Eigen's sparse solvers allocate") {
   print("SimplicialLDLT      ", newton<Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>>());
   print("conjugate gradients ",
         newton<Eigen::ConjugateGradient<Eigen::SparseMatrix<double>, Eigen::Lower | Eigen::Upper>>());
+}
+TEST_CASE("what Eigen's Krylov solvers allocate without a matrix") {
+  Dynamic y = Dynamic::LinSpaced(100, -1, 1);
+  PhiStepper stepper{y, AnalyticChain{}, trapezoidal, newton<MatrixFree<Eigen::BiCGSTAB>>()};
+  const std::int64_t count = allocations(y, stepper);
+  const Statistics& s = stepper.statistics();
+  std::cout << "matrix-free BiCGSTAB : " << count << " allocations in 10 steps of n = 100 (" << s.solves << " solves, "
+            << s.linear_iterations << " iterations)\n";
+  // Its vectors, made in every solve, and what its preconditioner returns: two vectors an iteration, none by a product.
+  CHECK(count <= 20 * s.solves + 2 * s.linear_iterations);
 }
 TEST_CASE("what automatic differentiation of a dynamic state allocates") {
   const auto force = autodiff([](const auto& y) {

@@ -18,7 +18,7 @@ set(floor_of_stepper 4)
 set(floor_of_integrate.hpp 5)
 set(floor_of_io 5)
 set(floor_of_umbrella 6)
-set(umbrellas phistep.hpp sparse.hpp autodiff.hpp particles.hpp io.hpp all.hpp)
+set(umbrellas phistep.hpp sparse.hpp autodiff.hpp krylov.hpp particles.hpp io.hpp all.hpp)
 
 # What a user of phistep.hpp must not pay for. The middle three include sparse matrices by the back door.
 set(too_heavy "^(Eigen/(Sparse.*|Eigen|OrderingMethods|IterativeLinearSolvers|.*Support)|unsupported/.*|iostream)$")

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
-#include <string>
+#include <vector>
 
 #include "support/catch.hpp"
 
@@ -48,7 +48,6 @@ void check_alone_and_among_others(F force, auto scheme, const More&... more) {
   Motion<Matrix3Xd> all = crowd(14);
   PhiStepper together{all, force, scheme, more...};
   std::int64_t sum = 0;
-  Statistics most;
   Motion<Matrix3Xd> alone = all;
   std::vector<std::int64_t> iterations_of_step(steps, 0);
   for (Eigen::Index i = 0; i < all.r.cols(); ++i) {

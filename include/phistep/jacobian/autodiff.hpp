@@ -6,12 +6,15 @@
 #include <unsupported/Eigen/AutoDiff>
 
 #include <algorithm>
+#include <tuple>
 #include <type_traits>
 #include <utility>
 
 #include "phistep/core/version.hpp"
 #include "phistep/force/signature.hpp"
 #include "phistep/force/sum.hpp"
+#include "phistep/state/blocks.hpp"
+#include "phistep/state/motion.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -54,7 +57,39 @@ class AutoDiff : public ForceTerm {
     return pair(r, v, [this, t](const auto& x, const auto& u) { return f_(x, u, t); });
   }
 
+  /// out += ∂Ψ/∂y·x by one evaluation with one direction: for solvers that need no matrix.
+  template <class View, class Rate>
+    requires(call_arity<F, View>() > 0)
+  void apply_jacobian(auto t, const View& y, const View& x, Rate& out) {
+    constexpr int arity = call_arity<F, View>();
+    auto& block = std::get<0>(Rate::blocks(out));
+    const auto add = [&block](const auto& result) {
+      for (Eigen::Index i = 0; i < block.size(); ++i) block.data()[i] += result.data()[i].derivatives()[0];
+    };
+    if constexpr (MotionLike<View>) {
+      const auto r = along(y.r, x.r), v = along(y.v, x.v);
+      add(call_with<arity>(f_, MotionView<std::remove_const_t<decltype(r)>, decltype(y.mass)>{r, v, y.mass}, t));
+    } else {
+      const auto moved = along(y.y, x.y);
+      add(call_with<arity>(f_, FirstOrderView<std::remove_const_t<decltype(moved)>, decltype(y.mass)>{moved, y.mass},
+                           t));
+    }
+  }
+
  private:
+  /// y + x dε
+  template <class Vector>
+  static auto along(const Vector& y, const Vector& x) {
+    using Number = Eigen::AutoDiffScalar<Eigen::Matrix<typename Vector::Scalar, 1, 1>>;
+    Eigen::Matrix<Number, Vector::RowsAtCompileTime, Vector::ColsAtCompileTime, Vector::Options> moved(y.rows(),
+                                                                                                       y.cols());
+    for (Eigen::Index i = 0; i < y.size(); ++i) {
+      moved.data()[i].value() = y.data()[i];
+      moved.data()[i].derivatives()[0] = x.data()[i];
+    }
+    return moved;
+  }
+
   static constexpr int chunk = 8;
   template <class Vector>
   using Dual = Eigen::AutoDiffScalar<Eigen::Matrix<typename Vector::Scalar, chunk, 1>>;

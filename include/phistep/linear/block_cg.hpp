@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <vector>
@@ -44,7 +45,7 @@ class BlockCg {
 
   void resize(std::size_t nodes) {
     for (auto* all : {&x_, &r_, &z_, &p_, &y_}) all->assign(nodes, Node::Zero());
-    inverse_.assign(nodes, {});
+    inverse_.resize(nodes);
   }
   /// Right-hand side on entry to solve().
   [[nodiscard]] std::vector<Node>& residual() { return r_; }
@@ -53,25 +54,28 @@ class BlockCg {
   [[nodiscard]] int iterations() const { return iterations_; }
 
   /// Makes the preconditioner. False where a diagonal block, hence A, is not positive definite.
-  /// @param largest  the largest number in a diagonal block
-  [[nodiscard]] bool precondition(const Operator& A, Scalar& largest) {
+  /// @param largest  a number a node: the largest of A's diagonal there
+  [[nodiscard]] bool precondition(const Operator& A, std::vector<Scalar>& largest) {
     bool definite = true;
-    largest = Scalar{0};
-    A.for_each_diagonal_block(inverse_, [&](std::size_t, Block& block) {
+    A.diagonal_blocks(inverse_, largest);
+    for (std::size_t i = 0; i < inverse_.size(); ++i) {
+      Block& block = inverse_[i];
+      largest[i] = Scalar{0};
       Scalar small[dim][dim];
       for (int b = 0; b < dim; ++b)
         for (int a = 0; a < dim; ++a) small[b][a] = block[static_cast<std::size_t>(b)][a];
-      for (int a = 0; a < dim; ++a) largest = std::max(largest, std::abs(small[a][a]));
+      for (int a = 0; a < dim; ++a) largest[i] = std::max(largest[i], std::abs(small[a][a]));
       definite = invert_definite<dim>(small) && definite;
       for (int b = 0; b < dim; ++b) {
         block[static_cast<std::size_t>(b)].setZero();
         for (int a = 0; a < dim; ++a) block[static_cast<std::size_t>(b)][a] = small[b][a];
       }
-    });
+    }
     return definite;
   }
 
-  /// A x = residual(), until ‖residual‖ ≤ rtol ‖right-hand side‖.
+  /// A x = residual(), until ‖residual‖ ≤ rtol ‖right-hand side‖, both in the Euclidean norm and in that of the inverse
+  /// diagonal blocks: a heavy node's large force must not hide what is left to do on light ones.
   [[nodiscard]] End solve(const Operator& A, Scalar rtol, int most_iterations) {
     const std::size_t n = A.nodes();
     Node *const x = x_.data(), *const r = r_.data(), *const z = z_.data(), *const p = p_.data(), *const y = y_.data();
@@ -84,8 +88,8 @@ class BlockCg {
       sum_rr += r[i] * r[i];
       sum_rz += r[i] * z[i];
     }
-    const Scalar target = rtol * rtol * sum_rr.sum();
     Scalar rz = sum_rz.sum(), beta{0};
+    const Scalar target_rr = rtol * rtol * sum_rr.sum(), target_rz = rtol * rtol * rz;
     if (sum_rr.sum() == Scalar{0}) return End::converged;
     while (iterations_ < most_iterations) {
       ++iterations_;
@@ -107,8 +111,8 @@ class BlockCg {
         sum_rr += rest * rest;
         sum_rz += rest * better;
       }
-      if (sum_rr.sum() <= target) return End::converged;
       const Scalar next = sum_rz.sum();
+      if (sum_rr.sum() <= target_rr && next <= target_rz) return End::converged;
       beta = next / rz;
       rz = next;
     }

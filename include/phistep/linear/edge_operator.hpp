@@ -12,8 +12,8 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -45,11 +45,11 @@ class EdgeOperator {
   [[nodiscard]] std::size_t nodes() const { return diagonal.size(); }
 
   /// N_i x
-  [[nodiscard]] Node node(std::size_t i, const Node& x) const {
+  [[nodiscard, gnu::always_inline]] inline Node node(std::size_t i, const Node& x) const {
     if (coupling.empty()) return diagonal[i] * x;
     return product(coupling[i], x);
   }
-  [[nodiscard]] static Node product(const Block& block, const Node& x) {
+  [[nodiscard, gnu::always_inline]] static inline Node product(const Block& block, const Node& x) {
     Node y = block[0] * x[0];
     for (std::size_t b = 1; b < dim; ++b) y += block[b] * x[static_cast<Eigen::Index>(b)];
     return y;
@@ -60,29 +60,36 @@ class EdgeOperator {
     return has_signs ? add_edges<true>(x, y) : add_edges<false>(x, y);
   }
 
-  /// The diagonal blocks N_i + Σ B_e, columns without padding.
-  template <class Put>
-  void for_each_diagonal_block(std::vector<Block>& sum, Put&& put) const {
+  /// The diagonal blocks N_i + Σ B_e into `sum`; the last row is padding of any value. `scratch`: a number a node.
+  void diagonal_blocks(std::vector<Block>& sum, std::vector<Scalar>& scratch) const {
     for (std::size_t i = 0; i < nodes(); ++i)
       for (std::size_t b = 0; b < dim; ++b) {
-        sum[i][b] = coupling.empty() ? Node(Node::Zero()) : coupling[i][b];
-        if (coupling.empty()) sum[i][b][static_cast<Eigen::Index>(b)] = diagonal[i][static_cast<Eigen::Index>(b)];
+        if (coupling.empty()) sum[i][b].setZero();
+        else sum[i][b] = coupling[i][b];
       }
+    std::fill(scratch.begin(), scratch.end(), Scalar{0});
+    std::size_t e = 0;
     for (std::size_t i = 0; i < nodes(); ++i) {
       Block own = sum[i];
-      for (auto e = static_cast<std::size_t>(start[i]); e < static_cast<std::size_t>(start[i + 1]); ++e) {
+      Scalar across = scratch[i];
+      for (const auto last = static_cast<std::size_t>(start[i + 1]); e < last; ++e) {
+        const auto j = static_cast<std::size_t>(neighbour[e]);
         const Node w = edges[e];
-        const Scalar a = w[3], s = has_signs ? signs[e] : Scalar{1};
-        Block& other = sum[static_cast<std::size_t>(neighbour[e])];
+        const Scalar a = edges[e][3], s = has_signs ? signs[e] : Scalar{1};
+        across += a;
+        scratch[j] += a;
         for (std::size_t b = 0; b < dim; ++b) {
-          Node column = w * (s * w[static_cast<Eigen::Index>(b)]);
-          column[static_cast<Eigen::Index>(b)] += a;
+          const Node column = w * (s * edges[e][static_cast<Eigen::Index>(b)]);
           own[b] += column;
-          other[b] += column;
+          sum[j][b] += column;
         }
       }
-      sum[i] = own;
-      put(i, sum[i]);
+      for (std::size_t b = 0; b < dim; ++b) {
+        const auto at = static_cast<Eigen::Index>(b);
+        sum[i][b] = own[b];
+        sum[i][b][at] += across;
+        if (coupling.empty()) sum[i][b][at] += diagonal[i][at];
+      }
     }
   }
 

@@ -36,6 +36,7 @@ struct SystemFor {
 /// How large the entries of W are, and how much of them K makes.
 class Sizes {
  public:
+  void set(double drift_share, double magnitude) { drift_share_ = drift_share, magnitude_ = magnitude; }
   void measure(double gamma_squared, double largest_K, double largest_W) {
     magnitude_ = largest_W;
     drift_share_ = largest_W > 0 ? std::abs(gamma_squared) * largest_K / largest_W : 0;

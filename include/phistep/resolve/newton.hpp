@@ -41,6 +41,10 @@ struct Newton {
   NewtonOptions options;
 };
 
+/// Whether a linear solver wants products with W in place of a matrix.
+template <class Solver>
+inline constexpr bool is_matrix_free = false;
+
 /// How the implicit equations are solved, e.g. `newton<Eigen::SimplicialLDLT<Matrix>>()`, `newton({.rtol = 1e-6})`.
 template <class Solver = void>
 [[nodiscard]] constexpr Newton<Solver> newton(NewtonOptions options = {}) {

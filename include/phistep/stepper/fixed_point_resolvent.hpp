@@ -72,7 +72,9 @@ class FixedPointResolvent {
       if (verdict == diverged) return Outcome::iteration_diverged;
       if (verdict == stalled) return Outcome::iteration_stalled;
       if (verdict == converged) increment_ = image_;
-      else anderson_.mix(increment_, residual_, image_, [this](const auto& a, const auto& b) { return inner(a, b); });
+      else
+        anderson_.mix(increment_, residual_, image_,
+                      [this](const auto& a, const auto& b) { return this->inner(a, b); });
       place(Y, gamma);
       if (verdict == converged) return Outcome::success;
     }

@@ -26,6 +26,12 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
+/// Where the tangents come from that the force doesn't give entry by entry.
+template <State S, class Rhs, class LinearSolver, bool has_K, bool has_C>
+struct TangentSource {
+  using type = DifferenceTangent<S, Rhs, has_K, has_C>;
+};
+
 /// `position` = false serves resolves with γ_d = 0 only (Verlet's last half-kick): no K, and terms that ignore v are
 /// never asked for a tangent.
 template <State S, class Rhs, class LinearSolver, bool position>
@@ -38,8 +44,9 @@ class Linearisation {
   static constexpr int n_static = static_unknowns<S>;
   static constexpr bool has_K = Rhs::drifts && position;
   static constexpr bool has_C = Rhs::couples_unknowns;
-  static constexpr bool analytic = position ? Traits::has_jacobian : Traits::has_velocity_jacobian;
-  static constexpr bool patterned = !analytic && Traits::has_pattern;
+  static constexpr bool matrix_free = is_matrix_free<LinearSolver>;
+  static constexpr bool analytic = !matrix_free && (position ? Traits::has_jacobian : Traits::has_velocity_jacobian);
+  static constexpr bool patterned = !matrix_free && !analytic && Traits::has_pattern;
   static constexpr MatrixFacts facts = [] {
     MatrixFacts all{.has_K = has_K,
                     .has_C = has_C,
@@ -57,7 +64,7 @@ class Linearisation {
   /// @throws std::invalid_argument where a dense Jacobian of more than 1000 unknowns would be formed by differences.
   void resize(const Plain& y, [[maybe_unused]] Rhs& rhs) {
     const Index n = unknowns<S>(y);
-    if (!analytic && !patterned && n > dense_difference_limit)
+    if (!analytic && !patterned && !matrix_free && n > dense_difference_limit)
       throw std::invalid_argument("phistep: the Jacobian of " + std::to_string(n) +
                                   " unknowns by differences would be dense; give the force a member jacobian(...) "
                                   "(sparse for large systems), or add_jacobian(...) to its terms");
@@ -71,6 +78,7 @@ class Linearisation {
   /// reach rounding and γ is near (CVODE's bound |γ/γ_p − 1| ≤ 0.3); corrections are then scaled.
   void begin(const Gamma<Scalar>& gamma, bool tolerant) {
     if constexpr (!analytic) differences_.begin();
+    if constexpr (matrix_free) system_.begin();
     scale_ = Scalar{1};
     if (!has_factors_ || gamma == factored_) return;
     const Scalar ratio = gamma.force / factored_.force;
@@ -85,15 +93,17 @@ class Linearisation {
     if constexpr (!analytic) differences_.forget_pattern();
   }
 
-  [[nodiscard]] bool has_jacobian() const { return has_jacobian_; }
+  /// Products are made at the iterate they serve: none are ever kept.
+  [[nodiscard]] bool has_jacobian() const { return !matrix_free && has_jacobian_; }
   [[nodiscard]] bool has_factors() const {
-    if constexpr (requires { system_.has_solver(); }) return has_factors_ && system_.has_solver();
+    if constexpr (matrix_free) return false;
+    else if constexpr (requires { system_.has_solver(); }) return has_factors_ && system_.has_solver();
     else return has_factors_;
   }
   /// Factors, of a Jacobian at (t, Y) where none is kept. There, Ψ is psi.
   [[nodiscard]] Outcome refresh(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& Y, const Rate& psi,
                                 const NewtonOptions& options) {
-    if (!has_jacobian_)
+    if (!has_jacobian())
       if (const Outcome outcome = linearise(rhs, gamma, t, Y, psi, options); outcome != Outcome::success)
         return outcome;
     return factorize(rhs, gamma, Y);
@@ -145,7 +155,7 @@ class Linearisation {
  private:
   [[nodiscard]] Outcome linearise(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& Y, const Rate& psi,
                                   const NewtonOptions& options) {
-    ++rhs.statistics().jacobians;
+    if constexpr (!matrix_free) ++rhs.statistics().jacobians;
     system_.clear();
     if constexpr (analytic)
       add_jacobian<position, Rate, n_static>(rhs.force(), t, rhs.view(Y), rhs.trial_memory(), n_, system_);
@@ -172,7 +182,9 @@ class Linearisation {
   }
 
   struct Absent {};
-  [[no_unique_address]] std::conditional_t<analytic, Absent, DifferenceTangent<S, Rhs, has_K, has_C>> differences_;
+  [[no_unique_address]] std::conditional_t<analytic, Absent,
+                                           typename TangentSource<S, Rhs, LinearSolver, has_K, has_C>::type>
+      differences_;
   System system_;
   Index n_ = 0;
   Gamma<Scalar> factored_{};

@@ -40,13 +40,15 @@ class NewtonResolvent {
   using Plain = PlainState<S>;
   using Rate = RateOf<S>;
   using Matrix = Linearisation<S, Rhs, LinearSolver, position>;
-  static constexpr bool affine = Rhs::Traits::is_affine;
+  static constexpr bool affine = Rhs::Traits::is_affine && !Matrix::matrix_free;
 
   /// @throws std::invalid_argument where a dense Jacobian of more than 1000 unknowns would be formed by differences.
   NewtonResolvent(const Plain& y, auto&& rhs, const auto& solver) : options_{solver.options} {
     // One solve is all there is: it has to be as good as the answer.
-    if (affine && Matrix::is_iterative && options_.linear_rtol == 0)
-      options_.linear_rtol = std::max(affine_linear_rtol, 16 * round_off);
+    if (Matrix::is_iterative && options_.linear_rtol == 0) {
+      if (affine) options_.linear_rtol = std::max(1e-12, 16 * round_off);
+      else if (corrections == Corrections::one) options_.linear_rtol = 1e-6;
+    }
     resize(y, rhs);
   }
 
@@ -95,7 +97,6 @@ class NewtonResolvent {
   [[nodiscard]] const char* solver_name() const { return matrix_.name(); }
 
  private:
-  static constexpr double affine_linear_rtol = 1e-12;
   static constexpr double round_off = static_cast<double>(std::numeric_limits<Scalar>::epsilon());
 
   /// What solve_newton iterates on.
