@@ -132,7 +132,7 @@ TEST_CASE("a singular step matrix is cured by a smaller step") {
 
   std::ostringstream text;
   text << stepper.statistics();
-  CHECK_THAT(text.str(), contains("halvings        1"));
+  CHECK_THAT(text.str(), contains("halvings            1"));
 }
 
 TEST_CASE("a final failure after good parts leaves state and history to the bit, as does an exception") {

@@ -146,6 +146,6 @@ TEST_CASE("exact counts: the start asks for no force but the resolves' own") {
   CHECK(first.force_calls == first.iterations + 3);  // three for the difference Jacobian
   problems::step(stepper, y, 0.1, 0.1);
   const Statistics second = stepper.statistics() - first;
-  CHECK(second.force_calls == second.iterations + 1);
+  CHECK(second.force_calls == second.iterations);  // the first of them starts from y, where Ψ is known by then
   CHECK(second.factorizations == 0);
 }

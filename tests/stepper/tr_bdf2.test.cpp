@@ -37,7 +37,7 @@ Z formula(Z z) {
 }
 
 constexpr int n = 20;  // steps
-struct Linear {
+struct LinearPull {
   Vec operator()(const Vec& y) const { return -4 * y; }
   Eigen::MatrixXd jacobian(const Vec& y) const { return -4 * Eigen::MatrixXd::Identity(y.size(), y.size()); }
 };
@@ -130,12 +130,22 @@ TEST_CASE("exact counts: one Jacobian, one factorisation a run; the force at the
     return s;
   };
   const Motion<Vec> motion{Vec::Ones(3), Vec::Zero(3)};
-  for (const Statistics& s : {count(Vec(Vec::Ones(3)), Linear{}), count(motion, Linear{})}) {
-    CHECK(s.force_calls == 1 + s.iterations);  // one at the start of the run, else only residuals
+  const auto check = [](const Statistics& s, int known) {
+    CHECK(s.force_calls == 1 + s.iterations - known);  // one at the start of the run, else only residuals
     CHECK(s.solves == s.iterations);
     CHECK(s.iterations <= 4 * n + 2);
-  }
+  };
+  check(count(Vec(Vec::Ones(3)), LinearPull{}), n);  // the first resolve starts from y, where Ψ is known
+  check(count(motion, LinearPull{}), 0);             // … for a motion from (r + ½γΔt v, v)
   // A force with memory may have changed by the next step: it is asked again.
+  // Affine: one solve for each resolve, and a residual to check it after solves 1, 2, 4, 8, 16 and 32.
+  const Statistics affine_flow = count(Vec(Vec::Ones(3)), affine(LinearPull{}));
+  const Statistics affine_motion = count(motion, affine(LinearPull{}));
+  CHECK(affine_flow.solves == 2 * n);
+  CHECK(affine_motion.solves == 2 * n);
+  CHECK(affine_flow.iterations == 0);
+  CHECK(affine_flow.force_calls == 1 + n + 6);
+  CHECK(affine_motion.force_calls == 1 + 2 * n + 6);
   const Statistics s = count(motion, Remembering{});
   CHECK(s.force_calls > n + s.iterations);
 }

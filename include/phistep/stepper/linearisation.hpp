@@ -83,7 +83,7 @@ class Linearisation {
     scale_ = Scalar{1};
     if (!has_factors_ || gamma == factored_) return;
     const Scalar ratio = gamma.force / factored_.force;
-    if (!tolerant || !(std::abs(ratio - 1) <= Scalar{0.3}) || gamma.drift != ratio * factored_.drift)
+    if (!tolerant || !(std::abs(ratio - 1) <= static_cast<Scalar>(0.3)) || gamma.drift != ratio * factored_.drift)
       has_factors_ = false;
     else scale_ = 2 / (1 + (has_K && !has_C ? ratio * ratio : ratio));
   }
