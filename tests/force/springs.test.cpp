@@ -64,8 +64,8 @@ struct Out {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE_SIG("pairs are the entries, without what dashpots add to the tangent in r", "", ((int dim), dim), 1, 2,
-                       3) {
+TEMPLATE_TEST_CASE_SIG("pairs are the entries, without what dashpots add to the tangent in r", "", ((int dim), dim), 1,
+                       2, 3) {
   auto y = points<dim>();
   const auto compare = [&](const auto& network) {
     PairSink<dim> pairs(5 * dim);

@@ -10,16 +10,16 @@ namespace phistep::inline PHISTEP_ABI {
 
 /// What a stepper has done since it was made (or, in a RunReport, during one run).
 struct Statistics {
-  std::int64_t steps = 0;           ///< steps that succeeded
-  std::int64_t failed_steps = 0;    ///< steps that failed and left the state as it was
-  std::int64_t force_calls = 0;     ///< evaluations of Ψ, those for difference Jacobians included
-  std::int64_t jacobians = 0;       ///< evaluations of ∂Ψ/∂y
-  std::int64_t factorizations = 0;  ///< of the step's matrix M − γC − γ²K
-  std::int64_t analyses = 0;        ///< symbolic analyses of a sparse pattern
-  std::int64_t solves = 0;          ///< linear solves
-  std::int64_t iterations = 0;      ///< Newton iterations
+  std::int64_t steps = 0;              ///< steps that succeeded
+  std::int64_t failed_steps = 0;       ///< steps that failed and left the state as it was
+  std::int64_t force_calls = 0;        ///< evaluations of Ψ, those for difference Jacobians included
+  std::int64_t jacobians = 0;          ///< evaluations of ∂Ψ/∂y
+  std::int64_t factorizations = 0;     ///< of the step's matrix M − γC − γ²K
+  std::int64_t analyses = 0;           ///< symbolic analyses of a sparse pattern
+  std::int64_t solves = 0;             ///< linear solves
+  std::int64_t iterations = 0;         ///< Newton iterations
   std::int64_t linear_iterations = 0;  ///< iterations of an iterative linear solver
-  std::int64_t fallbacks = 0;  ///< solves whose indefinite tangent was clamped or solved by LU instead
+  std::int64_t fallbacks = 0;          ///< solves whose indefinite tangent was clamped or solved by LU instead
 
   friend constexpr Statistics operator-(Statistics a, const Statistics& b) {
     a.steps -= b.steps;

@@ -242,7 +242,9 @@ struct ForceTraits {
   static constexpr Structure velocity_structure = uses_velocity ? structure : Structure::none;
   /// Whether its tangent is symmetric where pairs are given as edges: those are, and so is a diagonal.
   static constexpr bool is_symmetric_network = [] {
-    if constexpr (structure == Structure::network) return requires { requires F::has_edges; };
+    if constexpr (structure == Structure::network) return requires {
+        requires F::has_edges;
+      };
     else return structure <= Structure::diagonal || is_symmetric;
   }();
 };

