@@ -38,6 +38,19 @@ inline Mesh grid(Eigen::Index n) {
   return mesh;
 }
 
+/// The n × n square in at most some 60 × 60 cells, for a picture.
+inline std::vector<std::array<Eigen::Index, 3>> coarse_triangles(Eigen::Index n) {
+  std::vector<std::array<Eigen::Index, 3>> triangles;
+  const Eigen::Index cells = std::min<Eigen::Index>(n - 1, 60);
+  const auto at = [&](Eigen::Index x, Eigen::Index y) { return (n - 1) * y / cells * n + (n - 1) * x / cells; };
+  for (Eigen::Index y = 0; y < cells; ++y)
+    for (Eigen::Index x = 0; x < cells; ++x) {
+      triangles.push_back({at(x, y), at(x + 1, y), at(x + 1, y + 1)});
+      triangles.push_back({at(x, y), at(x + 1, y + 1), at(x, y + 1)});
+    }
+  return triangles;
+}
+
 /// An OFF file in metres; faces of more than three corners are cut into triangles.
 inline Mesh read_off(const std::string& path) {
   std::ifstream file(path);

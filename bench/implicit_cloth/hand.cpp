@@ -116,8 +116,13 @@ class Padded : public Rival {
 
  public:
   explicit Padded(const Problem& problem)
-      : nodes_{problem.r.size()}, start_(nodes_ + 1, 0), to_(problem.springs.size()), edges_(problem.springs.size()),
-        sorted_(problem.springs), inverse_(nodes_), sum_(nodes_) {
+      : nodes_{problem.r.size()},
+        start_(nodes_ + 1, 0),
+        to_(problem.springs.size()),
+        edges_(problem.springs.size()),
+        sorted_(problem.springs),
+        inverse_(nodes_),
+        sum_(nodes_) {
     for (auto& s : sorted_)
       if (s.i > s.j) std::swap(s.i, s.j);
     std::sort(sorted_.begin(), sorted_.end(),

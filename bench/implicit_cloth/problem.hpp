@@ -79,8 +79,7 @@ struct Problem {
       const auto i = static_cast<std::size_t>(s.i), j = static_cast<std::size_t>(s.j);
       double across = 0;
       const Eigen::Vector3d d = r[j] - r[i], n = direction(s, across), dv = v[j] - v[i];
-      const Eigen::Vector3d f =
-          k * (1 - s.length / d.norm()) * d + k * (across * dv + (1 - across) * n.dot(dv) * n);
+      const Eigen::Vector3d f = k * (1 - s.length / d.norm()) * d + k * (across * dv + (1 - across) * n.dot(dv) * n);
       b.segment<3>(3 * s.i) += f;
       b.segment<3>(3 * s.j) -= f;
     }

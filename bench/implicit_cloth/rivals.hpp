@@ -18,7 +18,8 @@ struct Rival {
 [[nodiscard]] std::unique_ptr<Rival> hand_six_doubles(const Problem& problem);   ///< B_e symmetric, edges in any order
 [[nodiscard]] std::unique_ptr<Rival> hand_four_doubles(const Problem& problem);  ///< B_e = a I + w wᵀ
 [[nodiscard]] std::unique_ptr<Rival> hand_four_floats(const Problem& problem);   ///< … stored as floats
-[[nodiscard]] std::unique_ptr<Rival> hand_padded(const Problem& problem);  ///< edges sorted, four lanes a node, fused sweeps
+[[nodiscard]] std::unique_ptr<Rival> hand_padded(
+    const Problem& problem);  ///< edges sorted, four lanes a node, fused sweeps
 
 // By Eigen: triplets, conjugate gradients with the diagonal; sparse Cholesky (its analysis made once).
 [[nodiscard]] std::unique_ptr<Rival> eigen_cg(const Problem& problem);

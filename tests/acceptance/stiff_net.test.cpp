@@ -90,8 +90,7 @@ Result run(auto scheme, double phi, double k, double ratio, double amplitude) {
       const Eigen::Vector2d now(modes[m].part(y.r), modes[m].part(y.v) / a);
       result.error = std::max(result.error, (now - exact[m]).norm() / start[m].norm());
       if (phi == 0.5)
-        result.energy_error =
-            std::max(result.energy_error, std::abs(now.squaredNorm() / start[m].squaredNorm() - 1));
+        result.energy_error = std::max(result.energy_error, std::abs(now.squaredNorm() / start[m].squaredNorm() - 1));
     }
   }
   result.work = stepper.statistics();
@@ -122,8 +121,8 @@ TEST_CASE("a stiff net follows the scheme's exact map, mode by mode") {
 TEST_CASE("the cost of a step grows more slowly than the square root of the stiffness") {
   double before = 0;
   for (const double k : {1.0, 1e2, 1e4, 1e6, 1e8}) {
-    const double now = std::max(run(trapezoidal, 0.5, k, 0, 1).linear_iterations,
-                                run(backward_euler, 1, k, 0, 1).linear_iterations);
+    const double now =
+        std::max(run(trapezoidal, 0.5, k, 0, 1).linear_iterations, run(backward_euler, 1, k, 0, 1).linear_iterations);
     CAPTURE(k, before, now);
     if (before > 0) CHECK(now < 10 * before);  // √100
     before = now;

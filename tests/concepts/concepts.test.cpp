@@ -73,7 +73,8 @@ static_assert(OfMotion<LinearDrag>::accumulates && OfMotion<LinearDrag>::uses_ve
               !OfMotion<LinearDrag>::uses_time);
 static_assert(OfMotion<LinearDrag>::has_jacobian && OfMotion<LinearDrag>::structure == Structure::diagonal);
 static_assert(OfMotion<Gravity<>>::structure == Structure::none && !OfMotion<Gravity<>>::uses_velocity);
-static_assert(OfMotion<SpringNetwork<3>>::structure == Structure::network && !OfMotion<SpringNetwork<3>>::uses_velocity);
+static_assert(OfMotion<SpringNetwork<3>>::structure == Structure::network &&
+              !OfMotion<SpringNetwork<3>>::uses_velocity);
 static_assert(OfMotion<SpringNetwork<3>>::block == 3 && OfMotion<SpringNetwork<3>>::is_symmetric_network);
 using Scene = decltype(SpringNetwork<3>{{}} + LinearDrag{1} + Gravity{Eigen::Vector3d{}});
 static_assert(OfMotion<Scene>::structure == Structure::network && OfMotion<Scene>::is_symmetric_network);

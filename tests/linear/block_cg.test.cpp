@@ -60,7 +60,8 @@ TEST_CASE("solves to the tolerance, in no more iterations than there are eigenva
   for (std::size_t i = 0; i < 9; ++i) y[i] = A.node(i, cg.solution()[i]);
   static_cast<void>(A.add_edges(cg.solution().data(), y.data()));
   double error = 0, size = 0;
-  for (std::size_t i = 0; i < 9; ++i) error += (y[i] - b[i]).matrix().squaredNorm(), size += b[i].matrix().squaredNorm();
+  for (std::size_t i = 0; i < 9; ++i)
+    error += (y[i] - b[i]).matrix().squaredNorm(), size += b[i].matrix().squaredNorm();
   // The recursive residual is below 1e-12; the true one may be off by rounding of ‖A‖‖x‖ ≈ 200 ‖b‖.
   CHECK(std::sqrt(error / size) <= 1e-12 + 200 * 2.2e-16 * 10);
 }

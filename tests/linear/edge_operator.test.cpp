@@ -13,7 +13,7 @@ template <int dim>
 struct Ring {
   static constexpr int nodes = 5;
   EdgeOperator<double, dim> A;
-  Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(nodes * dim, nodes * dim);
+  Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(nodes * dim, nodes* dim);
 
   Ring(bool with_signs, bool with_coupling) {
     std::mt19937 random(7);

@@ -44,7 +44,8 @@ TEST_CASE("a shuffled grid regains a narrow band, a good numbering is left alone
   CHECK(bandwidth(edges, given) > 200);
   const auto number = close_order(given.size(), edges);
   CHECK(is_permutation(number));
-  CHECK(bandwidth(edges, number) <= 2 * side);  // neighbouring levels of a breadth-first search, of at most `side` nodes
+  CHECK(bandwidth(edges, number) <=
+        2 * side);  // neighbouring levels of a breadth-first search, of at most `side` nodes
 }
 
 TEST_CASE("separate parts and lone nodes are numbered too") {

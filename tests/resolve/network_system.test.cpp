@@ -26,7 +26,8 @@ struct Net {
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> uniform(0, 1);
     const auto numbers = [&](double from, double to) {
-      return Vec::NullaryExpr(dim * particles, [&](Eigen::Index) { return from + (to - from) * uniform(random); }).eval();
+      return Vec::NullaryExpr(dim * particles, [&](Eigen::Index) { return from + (to - from) * uniform(random); })
+          .eval();
     };
     state.r = numbers(0, 3);
     state.v = numbers(-1, 1);
@@ -90,12 +91,10 @@ Eigen::MatrixXd clamped_matrix(const Net<dim>& net, const std::vector<Spring>& s
   using Small = Eigen::Matrix<double, dim, dim>;
   for (const Spring& s : springs) {
     const auto i = dim * s.i, j = dim * s.j;
-    const Eigen::Matrix<double, dim, 1> d =
-        net.state.r.template segment<dim>(j) - net.state.r.template segment<dim>(i);
+    const Eigen::Matrix<double, dim, 1> d = net.state.r.template segment<dim>(j) - net.state.r.template segment<dim>(i);
     const double length = d.norm();
     const Small along = d * d.transpose() / (length * length);
-    const Small B = gamma * s.stiffness *
-                    (along + std::max(0.0, 1 - s.length / length) * (Small::Identity() - along));
+    const Small B = gamma * s.stiffness * (along + std::max(0.0, 1 - s.length / length) * (Small::Identity() - along));
     W.template block<dim, dim>(i, i) += B;
     W.template block<dim, dim>(j, j) += B;
     W.template block<dim, dim>(i, j) -= B;
@@ -310,7 +309,8 @@ TEST_CASE("a net in a random numbering gives the same motion, and the same bits 
   std::vector<int> number(60);
   for (int i = 0; i < 60; ++i) number[static_cast<std::size_t>(i)] = (i * 37 + 11) % 60;
   Net<3> other = net;
-  for (Spring& s : other.springs) s.i = number[static_cast<std::size_t>(s.i)], s.j = number[static_cast<std::size_t>(s.j)];
+  for (Spring& s : other.springs)
+    s.i = number[static_cast<std::size_t>(s.i)], s.j = number[static_cast<std::size_t>(s.j)];
   const auto renumber = [&](const Vec& from) {
     Vec to = from;
     for (int i = 0; i < 60; ++i) to.segment<3>(3 * number[static_cast<std::size_t>(i)]) = from.segment<3>(3 * i);
@@ -327,7 +327,8 @@ TEST_CASE("exact counts: a linear net is one Jacobian, one analysis, and one fac
   Net<3> net(40);
   for (Spring& s : net.springs) s.length = 0;  // f = k d: linear
   auto y = net.state;
-  PhiStepper stepper{y, spring_network<3>(net.springs), backward_euler, mass(net.masses), newton({.linear_rtol = 1e-12})};
+  PhiStepper stepper{y, spring_network<3>(net.springs), backward_euler, mass(net.masses),
+                     newton({.linear_rtol = 1e-12})};
   REQUIRE(stepper.step(y, 0, 0.1));
   const Statistics first = stepper.statistics();
   CHECK(first.jacobians == 1);

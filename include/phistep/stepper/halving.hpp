@@ -31,6 +31,8 @@ namespace phistep::inline PHISTEP_ABI {
     case Outcome::linear_solver_failed:
     case Outcome::newton_diverged:
     case Outcome::newton_stalled:
+    case Outcome::iteration_diverged:
+    case Outcome::iteration_stalled:
       return true;
     default:
       return false;

@@ -15,7 +15,7 @@ def frames(path):
 triangles = [(int(row["a"]), int(row["b"]), int(row["c"])) for row in read("cloth_triangles.csv")]
 moments = list(frames(out / "cloth.xyz"))
 last = len(moments) - 1
-shown = [moments[round(last * share)] for share in (0.16, 0.3, 1)]
+shown = [moments[round(last * share)] for share in (1 / 3, 2 / 3, 1)]
 heights = [z for moment in shown for z in moment[3]]
 low = [min(min(moment[axis]) for moment in shown) for axis in (1, 2, 3)]
 high = [max(max(moment[axis]) for moment in shown) for axis in (1, 2, 3)]
