@@ -30,12 +30,12 @@ class DenseLu {
 
   [[nodiscard]] Matrix& matrix() { return matrix_; }
 
-  /// False where a pivot is zero or not finite.
+  /// False where a pivot is zero, not finite or too small to have a reciprocal.
   [[nodiscard]] bool factorize() {
     lu_.compute(matrix_);
     const auto pivots = lu_.matrixLU().diagonal().array().abs();
     // The sum finds NaN, which a minimum may step over.
-    return matrix_.rows() == 0 || (pivots.minCoeff() > Scalar{0} && std::isfinite(pivots.sum()));
+    return matrix_.rows() == 0 || (std::isfinite(Scalar{1} / pivots.minCoeff()) && std::isfinite(pivots.sum()));
   }
   void solve_in_place(auto&& x) const {
     // By hand: Eigen's solve() into its own right-hand side makes a temporary.
@@ -70,29 +70,35 @@ class DenseLu<Scalar, size> {
     return all_invertible(inverse_pivot_);
   }
 
-  /// Row by row: the sum over older x runs ahead, so that only one product of each row waits for the newest.
   void solve_in_place(auto&& x) const {
-    const Scalar* const a = lu_.data();
     Scalar y[size];
     for (int i = 0; i < size; ++i) y[i] = x[order_[i]];
-    unrolled<size>([&](auto row) {
-      Scalar sum = y[row];
-      unrolled<row>([&](auto j) { sum -= a[row + j * size] * y[j]; });
-      y[row] = sum;
-    });
-    unrolled<size>([&](auto step) {
-      constexpr int row = size - 1 - step;
-      Scalar sum = y[row];
-      unrolled<step>([&](auto later) {
-        constexpr int j = size - 1 - later;
-        sum -= a[row + j * size] * y[j];
-      });
-      y[row] = sum * inverse_pivot_[row];
-    });
+    substitute(y, std::make_integer_sequence<int, size>{});
     for (int i = 0; i < size; ++i) x[i] = y[i];
   }
 
  private:
+  // Row by row: the sum over older y runs ahead, so that only one product of each row waits for the newest.
+  template <int... i>
+  [[gnu::always_inline]] void substitute(Scalar* y, std::integer_sequence<int, i...>) const {
+    (forward<i>(y, std::make_integer_sequence<int, i>{}), ...);
+    (back<size - 1 - i>(y, std::make_integer_sequence<int, i>{}), ...);
+  }
+  template <int row, int... j>
+  [[gnu::always_inline]] void forward(Scalar* y, std::integer_sequence<int, j...>) const {
+    [[maybe_unused]] const Scalar* const a = lu_.data() + row;
+    Scalar sum = y[row];
+    ((sum -= a[j * size] * y[j]), ...);
+    y[row] = sum;
+  }
+  template <int row, int... later>
+  [[gnu::always_inline]] void back(Scalar* y, std::integer_sequence<int, later...>) const {
+    [[maybe_unused]] const Scalar* const a = lu_.data() + row;
+    Scalar sum = y[row];
+    ((sum -= a[(size - 1 - later) * size] * y[size - 1 - later]), ...);
+    y[row] = sum * inverse_pivot_[row];
+  }
+
   void exchange(int i, int j) {
     Scalar* const a = lu_.data();
     for (int column = 0; column < size; ++column) std::swap(a[i + column * size], a[j + column * size]);

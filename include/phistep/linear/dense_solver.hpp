@@ -3,16 +3,16 @@
 ///
 /// Factorisation and one solve in ns, the next solve waiting for this one's answer (double, Zen 4, g++ 12; bench/small_dense):
 ///
-///         -O2 (SSE2)                       -O3 -march=native
-///     n   LU           inverse     even    LU          inverse     even after
-///     2     3 +   8      9 +  5     1.6      3 +   9     5 +  5     0.4 solves
-///     3    12 +  16     26 +  7     1.6     13 +  14    15 +  7     0.3
-///     4    21 +  27     32 +  6     0.6     15 +  19    22 +  6     0.5
-///     5    44 +  31     53 +  7     0.4     42 +  22    47 +  7     0.4
-///     8    82 +  44    134 + 11     1.6     65 +  42    77 + 11     0.4
-///    12   173 +  63    338 + 18     3.7    126 +  59   175 + 14     1.1
-///    15   299 +  87    627 + 25     5.3    280 +  73   529 + 26     5.3
-///    20   674 + 150   1486 + 40     7.4    446 + 111   729 + 25     3.3
+///         -O2 (SSE2)                           -O3 -march=native
+///     n   LU           inverse     even after  LU           inverse     even after
+///     2     5 +   8     10 +  5   1.7 solves      3 +   9     16 +  5    3.1 solves
+///     3    12 +  16     27 +  7   1.7 solves     10 +  14     15 +  7    0.7 solves
+///     4    21 +  22     32 +  6   0.7 solves     15 +  19     22 +  6    0.5 solves
+///     5    45 +  29     53 + 10   0.4 solves     42 +  23     47 +  7    0.3 solves
+///     8    90 +  42    140 + 11   1.6 solves     63 +  34     77 + 10    0.6 solves
+///    12   171 +  60    334 + 18   3.9 solves    122 +  53    163 + 13    1.0 solves
+///    15   303 +  83    633 + 26   5.8 solves    265 +  64    455 + 31    5.7 solves
+///    20   676 + 155   1708 + 40   9.0 solves    409 + 101    664 + 33    3.7 solves
 ///
 /// So the inverse serves one or two solves for 4 ≤ n ≤ 8, and many for every fixed n.
 #pragma once
