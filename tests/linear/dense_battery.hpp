@@ -45,15 +45,17 @@ inline Matrix matrix(const std::string& kind, int n, unsigned seed, int digits, 
   return A;
 }
 
-template <class Check, int... n>
-void for_sizes(Check check, std::integer_sequence<int, n...>) {
-  (check(std::integral_constant<int, n + 1>{}), ...);
+template <int... n>
+void for_sizes(auto check, std::integer_sequence<int, n...>) {
+  (check(std::integral_constant<int, n>{}), ...);
 }
-/// check(n) for n = 1 … 20 and 32.
-template <class Check>
-void for_each_size(Check check) {
-  for_sizes(check, std::make_integer_sequence<int, 20>{});
-  check(std::integral_constant<int, 32>{});
+/// check(n) for the sizes at which something changes: rows held in registers (1 … 3), packets full, short by one, over by
+/// one. Every n is a compilation of its own; the scalar that is used most gets the most.
+template <class Scalar>
+void for_each_size(auto check) {
+  if constexpr (std::is_same_v<Scalar, double>)
+    for_sizes(check, std::integer_sequence<int, 1, 2, 3, 4, 5, 7, 8, 9, 12, 20, 32>{});
+  else for_sizes(check, std::integer_sequence<int, 1, 2, 3, 4, 9>{});
 }
 
 /// |L||U| of PA = LU with row pivoting, and where P takes the rows; and |L||U||U⁻¹||U|.

@@ -20,7 +20,7 @@ static_assert(std::is_same_v<SmallDenseSolver<double, Eigen::Dynamic, true>, Den
 // Each column of X has a residual of at most 8 n u |L||U||U⁻¹||U||X| (Higham, Accuracy and Stability of Numerical
 // Algorithms, 2nd ed., theorem 14.5), and the product X b adds n u |A||X||b|, which is smaller.
 TEMPLATE_TEST_CASE("the inverse solves to the rounding of its elimination", "", float, double, long double) {
-  dense::for_each_size([](auto n) {
+  dense::for_each_size<TestType>([](auto n) {
     dense::solves<DenseInverse<TestType, n>>(n, [](const auto& A, auto& solver, const auto& b, const auto&) {
       const dense::Matrix X = solver.matrix().template cast<long double>();
       return dense::Vector(dense::Elimination(A).gauss_jordan * (X.cwiseAbs() * b.cwiseAbs()));
@@ -29,15 +29,15 @@ TEMPLATE_TEST_CASE("the inverse solves to the rounding of its elimination", "", 
 }
 
 TEMPLATE_TEST_CASE("the inverse of a singular matrix is refused", "", float, double, long double) {
-  dense::for_each_size([](auto n) { dense::refuses_singular<DenseInverse<TestType, n>>(n); });
+  dense::for_each_size<TestType>([](auto n) { dense::refuses_singular<DenseInverse<TestType, n>>(n); });
 }
 
 TEMPLATE_TEST_CASE("the inverse of a matrix with one bad entry is refused", "", float, double, long double) {
-  dense::for_each_size([](auto n) { dense::refuses_non_finite<DenseInverse<TestType, n>>(n); });
+  dense::for_each_size<TestType>([](auto n) { dense::refuses_non_finite<DenseInverse<TestType, n>>(n); });
 }
 
 TEMPLATE_TEST_CASE("the inverse multiplies in place", "", float, double, long double) {
-  dense::for_each_size([](auto n) { dense::solves_where_x_lies<DenseInverse<TestType, n>>(n); });
+  dense::for_each_size<TestType>([](auto n) { dense::solves_where_x_lies<DenseInverse<TestType, n>>(n); });
 }
 
 TEST_CASE("matrix() becomes the inverse itself") {

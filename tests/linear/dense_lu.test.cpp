@@ -15,22 +15,22 @@ constexpr auto of_rows = [](const auto& A, auto&, const auto&, const auto& x) {
 };
 
 TEMPLATE_TEST_CASE("LU solves to rounding", "", float, double, long double) {
-  dense::for_each_size([](auto n) {
+  dense::for_each_size<TestType>([](auto n) {
     dense::solves<DenseLu<TestType, n>>(n, of_elimination);
     dense::solves<DenseLu<TestType, n>>(n, of_rows, false);
   });
 }
 
 TEMPLATE_TEST_CASE("a singular matrix is refused, not divided by zero", "", float, double, long double) {
-  dense::for_each_size([](auto n) { dense::refuses_singular<DenseLu<TestType, n>>(n); });
+  dense::for_each_size<TestType>([](auto n) { dense::refuses_singular<DenseLu<TestType, n>>(n); });
 }
 
 TEMPLATE_TEST_CASE("a matrix with one bad entry is refused", "", float, double, long double) {
-  dense::for_each_size([](auto n) { dense::refuses_non_finite<DenseLu<TestType, n>>(n); });
+  dense::for_each_size<TestType>([](auto n) { dense::refuses_non_finite<DenseLu<TestType, n>>(n); });
 }
 
 TEMPLATE_TEST_CASE("LU solves in place", "", float, double, long double) {
-  dense::for_each_size([](auto n) { dense::solves_where_x_lies<DenseLu<TestType, n>>(n); });
+  dense::for_each_size<TestType>([](auto n) { dense::solves_where_x_lies<DenseLu<TestType, n>>(n); });
 }
 
 // Beyond the limit, and where n is not known: Eigen's.

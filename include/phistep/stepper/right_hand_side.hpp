@@ -101,13 +101,13 @@ class RightHandSide {
   RightHandSide(F f, Masses masses) : force_{std::move(f)}, masses_{std::move(masses)} {}
 
   /// What Ψ is made of.
-  [[nodiscard]] Force& force() {
+  [[nodiscard]] auto& force() {
     if constexpr (!split) return unwrap(force_);
     else if constexpr (!gathers) return Parts<Whole>::template of<false>(unwrap(force_));
     else return rest_.emplace(Parts<Whole>::template of<false>(unwrap(force_)));
   }
   /// The force as the user gave it, kicks included.
-  [[nodiscard]] Whole& whole_force() { return unwrap(force_); }
+  [[nodiscard]] auto& whole_force() { return unwrap(force_); }
   [[nodiscard]] const Masses& masses() const { return masses_; }
   [[nodiscard]] Statistics& statistics() { return statistics_; }
   [[nodiscard]] const Statistics& statistics() const { return statistics_; }
