@@ -275,6 +275,8 @@ TEST_CASE("a pattern that changes is made anew") {
   CHECK(counts.analyses == 3);
   CHECK((solve({{0, 1}, {1, 2}, {2, 3}}) - chain).norm() <= 1e-13);
   CHECK(counts.analyses == 4);
+  CHECK((solve({{0, 1}}) - Vec{{16.0 / 3, 8.0 / 3, 0, 0}}).norm() <= 1e-13);  // the same pairs as before, but fewer
+  CHECK(counts.analyses == 5);
 }
 
 TEST_CASE("finds a tangent that is not finite") {
