@@ -6,7 +6,7 @@
 ///   clear, position/velocity/rate(i, j, x)   the sink of a Jacobian
 ///   factorize(masses, γ_f, γ_d, statistics)  W and its factors
 ///   solve(x)                                 x ← W⁻¹ x
-///   drift_share()                            ‖γ_f γ_d K‖ / ‖W‖, largest entries: how much of r the solve sees
+///   drift_share()                            ‖γ_f γ_d K‖ / ‖W‖, row by row or of all: how much of r the solve sees
 ///   magnitude()                              ‖W‖, largest entry
 #pragma once
 
@@ -19,7 +19,7 @@
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/linear/dense_lu.hpp"
+#include "phistep/linear/dense_solver.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -54,8 +54,17 @@ class Sizes {
   return 0;
 }
 
-/// Dense W, factorised by LU with row pivoting.
-template <class Scalar, int n, bool has_K, bool has_C>
+/// The largest |K_ij|/|W_ij| of largest entries row by row: a heavy component must not hide how stiff the others are.
+[[nodiscard]] double largest_share_of(const auto& K, const auto& W) {
+  if constexpr (requires { K.cwiseAbs(); })
+    if (K.size() > 0)
+      return static_cast<double>(
+          (K.cwiseAbs().rowwise().maxCoeff().array() / W.cwiseAbs().rowwise().maxCoeff().array()).maxCoeff());
+  return 0;
+}
+
+/// Dense W. @tparam constant  one factorisation serves many solves: an inverse pays where n is small
+template <class Scalar, int n, bool has_K, bool has_C, bool constant = false>
 class DenseSystem : public Sizes {
  public:
   using Matrix = Eigen::Matrix<Scalar, n, n>;
@@ -89,7 +98,7 @@ class DenseSystem : public Sizes {
     else if constexpr (has_K) W = (-gamma_force * gamma_drift) * K_;
     else W = -gamma_force * C_;
     masses([&W](Eigen::Index i, Eigen::Index j, auto m) { W(i, j) += static_cast<Scalar>(m); });
-    measure(static_cast<double>(gamma_force * gamma_drift), largest_of(K_), largest_of(W));
+    set(std::abs(static_cast<double>(gamma_force * gamma_drift)) * largest_share_of(K_, W), largest_of(W));
     ++statistics.factorizations;
     return lu_.factorize() ? Outcome::success : Outcome::singular_matrix;
   }
@@ -102,7 +111,7 @@ class DenseSystem : public Sizes {
   struct Absent {};
   [[no_unique_address]] std::conditional_t<has_K, Matrix, Absent> K_;
   [[no_unique_address]] std::conditional_t<has_C, Eigen::Matrix<Scalar, n, n>, Absent> C_;
-  DenseLu<Scalar, n> lu_;
+  SmallDenseSolver<Scalar, n, constant> lu_;
 };
 
 /// Diagonal W: every component solves for itself. Off-diagonal entries never arrive here.
@@ -128,7 +137,8 @@ class DiagonalSystem : public Sizes {
   [[nodiscard]] Outcome factorize(const auto& masses, Scalar gamma_force, Scalar gamma_drift, Statistics& statistics) {
     inverse_ = -gamma_force * (C_ + gamma_drift * K_);
     masses([this](Eigen::Index i, Eigen::Index, auto m) { inverse_[i] += static_cast<Scalar>(m); });
-    measure(static_cast<double>(gamma_force * gamma_drift), largest_of(K_), largest_of(inverse_));
+    set(std::abs(static_cast<double>(gamma_force * gamma_drift)) * largest_share_of(K_, inverse_),
+        largest_of(inverse_));
     ++statistics.factorizations;
     for (Eigen::Index i = 0; i < inverse_.size(); ++i) {
       if (!(std::abs(inverse_[i]) > Scalar{0}) || !std::isfinite(inverse_[i])) return Outcome::singular_matrix;
@@ -148,7 +158,7 @@ class DiagonalSystem : public Sizes {
 template <MatrixFacts facts, class Scalar, int n>
   requires(facts.structure == Structure::dense)
 struct SystemFor<facts, Scalar, n, void> {
-  using type = DenseSystem<Scalar, n, facts.has_K, facts.has_C>;
+  using type = DenseSystem<Scalar, n, facts.has_K, facts.has_C, facts.constant>;
 };
 template <MatrixFacts facts, class Scalar, int n>
   requires(facts.structure <= Structure::diagonal)

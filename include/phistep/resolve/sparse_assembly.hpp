@@ -55,14 +55,21 @@ class SparseAssembly : public Sizes {
   /// Fills W.
   void assemble(Scalar gamma_force, Scalar gamma_drift) {
     Scalar* const w = W_.valuePtr();
-    Scalar largest_K{0}, largest_w{0};
-    for (std::size_t s = 0; s < values_.size(); ++s) {
-      w[s] = mass_values_[s] - gamma_force * (values_[s].C + gamma_drift * values_[s].K);
-      largest_K = std::max(largest_K, std::abs(values_[s].K));
-      largest_w = std::max(largest_w, std::abs(w[s]));
+    const auto* const outer = W_.outerIndexPtr();
+    double share = 0, largest = 0;
+    for (Eigen::Index j = 0; j < W_.cols(); ++j) {
+      // Column by column: a heavy component must not hide how stiff the others are.
+      Scalar largest_K{0}, largest_w{0};
+      for (auto p = static_cast<std::size_t>(outer[j]); p < static_cast<std::size_t>(outer[j + 1]); ++p) {
+        w[p] = mass_values_[p] - gamma_force * (values_[p].C + gamma_drift * values_[p].K);
+        largest_K = std::max(largest_K, std::abs(values_[p].K));
+        largest_w = std::max(largest_w, std::abs(w[p]));
+      }
+      if (largest_w > Scalar{0})
+        share = std::max(share, static_cast<double>(std::abs(gamma_force * gamma_drift) * largest_K / largest_w));
+      largest = std::max(largest, static_cast<double>(largest_w));
     }
-    measure(static_cast<double>(gamma_force * gamma_drift), static_cast<double>(largest_K),
-            static_cast<double>(largest_w));
+    set(share, largest);
   }
   [[nodiscard]] const Matrix& matrix() const { return W_; }
 
