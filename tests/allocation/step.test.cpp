@@ -205,7 +205,8 @@ TEST_CASE("each particle by itself, by differences or with a Jacobian: nothing")
   check_none(motion(30), local<3>(Well{}), trapezoidal);
   check_none(motion(30), local<3>(Well{}), velocity_verlet, mass(Dynamic::LinSpaced(30, 1, 2)));
   check_none(motion(30), local<3>(Known{}) + LinearDrag{0.1} + Gravity{Eigen::Vector3d(0, 0, -1)}, phi(0.7));
-  check_none(motion(30), affine(local<3>(Known{})), trapezoidal);
+  const auto harmonic = [](const Eigen::Vector3d& r) -> Eigen::Vector3d { return -4 * r; };
+  check_none(motion(30), affine(local<3>(harmonic)), trapezoidal);
 }
 TEST_CASE("fixed-point iteration, plain and accelerated: nothing") {
   check_none(motion(30), Chain{}, trapezoidal, fixed_point({.depth = 0}));

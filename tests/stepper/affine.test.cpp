@@ -130,6 +130,19 @@ TEST_CASE("an affine step gives what Newton to rounding gives") {
     }
 }
 
+TEST_CASE("a step of another length makes new factors, whatever the tolerance") {
+  Vec exact = Vec::LinSpaced(8, 1, 2), tolerant = exact;
+  PhiStepper plain{exact, linear(rod(8)), trapezoidal};
+  PhiStepper loose{tolerant, linear(rod(8)), trapezoidal, newton({.rtol = 1e-3, .atol = 1e-6})};
+  for (const double dt : {0.1, 0.11, 0.12, 0.1}) {
+    problems::step(plain, exact, 0.0, dt);
+    problems::step(loose, tolerant, 0.0, dt);
+  }
+  CHECK((exact.array() == tolerant.array()).all());
+  CHECK(plain.statistics().factorizations == 4);
+  CHECK(plain.statistics().jacobians == 1);
+}
+
 TEST_CASE("the affine step keeps the energy of an oscillator, soft or stiff, for a million steps") {
   using One = Eigen::Matrix<double, 1, 1>;
   const auto drift = [](double a, auto scheme) {

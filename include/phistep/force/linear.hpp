@@ -22,7 +22,7 @@ struct NoMatrix {};
 /// Ψ = K r + C v of a motion, or Ψ = K y of a first-order state, with K and C dense or sparse Eigen matrices over the
 /// state's components in storage order. (A structure's stiffness matrix enters with its sign: K = −stiffness.)
 template <class MatrixK, class MatrixC = NoMatrix>
-struct Linear : ForceTerm {
+struct LinearForce : ForceTerm {
   MatrixK K;                        ///< ∂Ψ/∂r [force/length], or ∂Ψ/∂y
   [[no_unique_address]] MatrixC C;  ///< ∂Ψ/∂v [force·time/length]
 
@@ -33,7 +33,7 @@ struct Linear : ForceTerm {
   static constexpr Structure structure = is_sparse ? Structure::sparse : Structure::dense;
 
   /// @throws std::invalid_argument unless the matrices are square and of one size
-  explicit Linear(MatrixK position, MatrixC velocity = {}) : K(std::move(position)), C(std::move(velocity)) {
+  explicit LinearForce(MatrixK position, MatrixC velocity = {}) : K(std::move(position)), C(std::move(velocity)) {
     check(K, K.rows());
     if constexpr (uses_velocity) check(C, K.rows());
   }
@@ -86,13 +86,13 @@ struct Linear : ForceTerm {
 
 /// Ψ = K r, or K y. @throws std::invalid_argument unless K is square
 template <class Matrix>
-[[nodiscard]] Linear<Matrix> linear(Matrix K) {
-  return Linear<Matrix>{std::move(K)};
+[[nodiscard]] LinearForce<Matrix> linear(Matrix K) {
+  return LinearForce<Matrix>{std::move(K)};
 }
 /// Ψ = K r + C v. @throws std::invalid_argument unless K and C are square and of one size
 template <class MatrixK, class MatrixC>
-[[nodiscard]] Linear<MatrixK, MatrixC> linear(MatrixK K, MatrixC C) {
-  return Linear<MatrixK, MatrixC>{std::move(K), std::move(C)};
+[[nodiscard]] LinearForce<MatrixK, MatrixC> linear(MatrixK K, MatrixC C) {
+  return LinearForce<MatrixK, MatrixC>{std::move(K), std::move(C)};
 }
 
 }  // namespace phistep::inline PHISTEP_ABI

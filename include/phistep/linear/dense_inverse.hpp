@@ -162,7 +162,7 @@ class DenseInverse {
     }
   }
 
-  Matrix a_;
+  Matrix a_ = Matrix::Zero();  // a stepper is copied before it has factorised anything
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

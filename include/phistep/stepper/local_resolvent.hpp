@@ -131,7 +131,7 @@ class LocalResolvent {
       read(guess, at, from);
       spent = {};
       story_.iterations = 0;
-      newton_.reset();
+      newton_.drop();
       outcome = newton_.resolve(one_rhs, gamma, t, y, from, rate, story_);
       write(y, at, Y);
       for_each_block([at](auto, const auto& one, auto& all) { flat(all).template segment<dim>(at) = one; },

@@ -58,7 +58,9 @@ class NewtonResolvent {
     solved_ = 0;
   }
 
-  /// Forgets Jacobian and factors, and that the force is still the same.
+  /// Forgets Jacobian and factors.
+  void drop() { matrix_.drop(); }
+  /// … and that the force is still the same.
   void reset() {
     matrix_.forget();
     solved_ = 0;
@@ -69,7 +71,8 @@ class NewtonResolvent {
   [[nodiscard]] Outcome resolve(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, Plain& Y, const Plain& guess, Rate& psi,
                                 Failure& history, bool psi_known = false) {
     increment_.set_base(Y);
-    matrix_.begin(gamma, options_.rtol > 0);
+    // One solve on factors of another γ would not be corrected by a second.
+    matrix_.begin(gamma, options_.rtol > 0 && !affine);
     Equation equation{*this, rhs, gamma, t, Y, guess, psi, psi_known};
     const Outcome outcome = solve(equation, history);
     if (outcome == Outcome::singular_matrix) history.particle = matrix_.singular_particle();
