@@ -79,8 +79,11 @@ class SplitRow {
     // What a failed step leaves in psi_ is Ψ_e at the place that the guard names, and so may stay.
     known_ = is_constant ? known_ : reuses && guard_.holds(step.t, step.y);
     copy_blocks<S>(kicked_, step.y);
-    if (const Outcome outcome = kick(kernel.rhs(), step, kicked_, half, step.t); outcome != Outcome::success)
-      return outcome;  // (1)
+    if (const Outcome outcome = kick(kernel.rhs(), step, kicked_, half, step.t); outcome != Outcome::success) {  // (1)
+      copy_blocks<S>(step.next, kicked_);  // what the message looks at
+      step.psi = psi_;
+      return outcome;
+    }
     typename Kernel::Data inside{kicked_, step.t, step.dt, step.next, step.psi, step.psi_known};
     if (const Outcome outcome = inner_.advance(kernel, inside); outcome != Outcome::success) return outcome;
     step.psi_next_known = inside.psi_next_known;
