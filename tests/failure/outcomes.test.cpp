@@ -109,7 +109,7 @@ TEST_CASE("Newton cycles on a jump: stalled, at any size of the step") {
     CAPTURE(dt, report.message());
     CHECK((report.outcome() == Outcome::newton_stalled || report.outcome() == Outcome::newton_diverged));
     CHECK((y.r[0] == 1 && y.v[0] == 0.3 * dt));
-    CHECK(report.iterations() == 25);
+    CHECK(report.iterations() == 2 * 25);
   }
 }
 
@@ -119,7 +119,7 @@ TEST_CASE("a jump on first order: stalled, and the message tells the iterations"
                      newton({.max_iterations = 5})};
   const StepReport report = stepper.step(y, 0, 1);
   CHECK(report.outcome() == Outcome::newton_stalled);
-  CHECK(report.iterations() == 5);
+  CHECK(report.iterations() == 2 * 5);
   CHECK_THAT(report.message(), contains("Newton increments") && contains("smaller dt"));
   CHECK(y[0] == 0.3);
 }

@@ -22,6 +22,7 @@
 #include "phistep/resolve/newton.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
+#include "phistep/stepper/increment.hpp"
 #include "phistep/stepper/local_resolvent.hpp"
 #include "phistep/stepper/resolvent.hpp"
 
@@ -86,18 +87,9 @@ class FixedPointResolvent {
   void add_increment(Scalar factor, Plain& out) const {
     for_each_solved<S>([&](Index at, auto& y) { flat(y) += factor * part(increment_, at, y); }, out);
   }
-  /// Ψ(t, Y) = M (Y − b)/γ_f of the last resolve: known without a force call.
+  /// Ψ(t, Y) of the last resolve, without a force call.
   void recover(const Rhs& rhs, Scalar gamma_force, Rate& psi) const {
-    Index at = 0;
-    for_each_block(
-        [&](auto, auto& block, const auto& mass) {
-          auto rate = flat(block);
-          rate.setZero();
-          mass.subtract_product(part(increment_, at, block), rate);
-          rate *= Scalar{-1} / gamma_force;
-          at += block.size();
-        },
-        Rate::blocks(psi), rhs.masses());
+    recover_force<S>(rhs, increment_, gamma_force, psi);
   }
 
  private:

@@ -24,6 +24,21 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
+/// Ψ(t, Y) = M w/γ_f of a resolve with the increment w: known without a force call.
+template <State S>
+void recover_force(const auto& rhs, const auto& w, ScalarOf<S> gamma_force, RateOf<S>& psi) {
+  Index at = 0;
+  for_each_block(
+      [&](auto, auto& block, const auto& mass) {
+        auto rate = flat(block);
+        rate.setZero();
+        mass.subtract_product(part(w, at, block), rate);
+        rate *= ScalarOf<S>{-1} / gamma_force;
+        at += block.size();
+      },
+      RateOf<S>::blocks(psi), rhs.masses());
+}
+
 template <State S>
 class Increment {
  public:

@@ -28,6 +28,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/motion.hpp"
 #include "phistep/state/unknowns.hpp"
+#include "phistep/stepper/increment.hpp"
 #include "phistep/stepper/resolvent.hpp"
 #include "phistep/stepper/right_hand_side.hpp"
 
@@ -166,16 +167,9 @@ class LocalResolvent {
   void add_increment(Scalar factor, Plain& out) const {
     for_each_solved<S>([&](Index at, auto& y) { flat(y) += factor * part(increment_, at, y); }, out);
   }
-  /// Ψ(t, Y) = M (Y − b)/γ_f of the last resolve: known without a force call.
+  /// Ψ(t, Y) of the last resolve, without a force call.
   void recover(const Rhs& rhs, Scalar gamma_force, Rate& psi) const {
-    for_each_block(
-        [&](auto, auto& block, const auto& mass) {
-          auto rate = flat(block);
-          rate.setZero();
-          mass.subtract_product(part(increment_, 0, block), rate);
-          rate *= Scalar{-1} / gamma_force;
-        },
-        Rate::blocks(psi), rhs.masses());
+    recover_force<S>(rhs, increment_, gamma_force, psi);
   }
 
  private:

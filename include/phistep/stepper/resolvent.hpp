@@ -82,18 +82,9 @@ class NewtonResolvent {
   /// out.solved += factor·(Y − b) with the last resolve's increment.
   void add_increment(Scalar factor, Plain& out) const { increment_.add_to(out, factor); }
 
-  /// Ψ(t, Y) = M (Y − b)/γ_f of the last resolve: known without a force call.
+  /// Ψ(t, Y) of the last resolve, without a force call.
   void recover(const Rhs& rhs, Scalar gamma_force, Rate& psi) const {
-    Index at = 0;
-    for_each_block(
-        [&](auto, auto& block, const auto& mass) {
-          auto rate = flat(block);
-          rate.setZero();
-          mass.subtract_product(part(increment_.w(), at, block), rate);
-          rate *= Scalar{-1} / gamma_force;
-          at += block.size();
-        },
-        Rate::blocks(psi), rhs.masses());
+    recover_force<S>(rhs, increment_.w(), gamma_force, psi);
   }
 
   /// How the linear equations inside are solved.
