@@ -258,8 +258,9 @@ TEST_CASE("a report prints outcome, time and counts") {
   PhiStepper stepper{y, spring, trapezoidal};
   std::ostringstream out;
   out << integrate(stepper, y, {0, 1}, fixed(0.1));
-  CHECK_THAT(out.str(), contains("success") && contains("reached t           1") && contains("steps               10") &&
-                            contains("force calls") && contains("factorizations      1"));
+  CHECK_THAT(out.str(), contains("success") && contains("reached t           1") &&
+                            contains("steps               10") && contains("force calls") &&
+                            contains("factorizations      1"));
 }
 
 TEST_CASE("a view of the user's own array is integrated in place") {
