@@ -208,6 +208,12 @@ TEST_CASE("each particle by itself, by differences or with a Jacobian: nothing")
   const auto harmonic = [](const Eigen::Vector3d& r) -> Eigen::Vector3d { return -4 * r; };
   check_none(motion(30), affine(local<3>(harmonic)), trapezoidal);
 }
+TEST_CASE("affine forces, one solve a step: nothing") {
+  const Eigen::MatrixXd K = -4 * Eigen::MatrixXd::Identity(30, 30), C = 0.1 * K;
+  check_none(motion(30), linear(K), trapezoidal);
+  check_none(motion(30), linear(K, C), midpoint, mass(Dynamic::LinSpaced(30, 1, 2)));
+  check_none(Dynamic(Dynamic::LinSpaced(30, 1, 2)), linear(K), backward_euler);
+}
 TEST_CASE("fixed-point iteration, plain and accelerated: nothing") {
   check_none(motion(30), Chain{}, trapezoidal, fixed_point({.depth = 0}));
   check_none(motion(30), Chain{}, trapezoidal, fixed_point({.depth = 5}));
