@@ -130,6 +130,17 @@ TEST_CASE("an affine step gives what Newton to rounding gives") {
     }
 }
 
+TEST_CASE("a matrix mass does not spoil the Ψ that the one solve starts from") {
+  Vec by_matrix = Vec::LinSpaced(8, 1, 2), by_scalar = by_matrix;
+  PhiStepper matrix{by_matrix, linear(rod(8)), trapezoidal, capacity(Mat(2 * Mat::Identity(8, 8)))};
+  PhiStepper scalar{by_scalar, linear(rod(8)), trapezoidal, capacity(2.0)};
+  for (int n = 0; n < 5; ++n) {
+    problems::step(matrix, by_matrix, 0.1 * n, 0.1);
+    problems::step(scalar, by_scalar, 0.1 * n, 0.1);
+  }
+  CHECK((by_matrix - by_scalar).norm() <= 1e-14);
+}
+
 TEST_CASE("a step of another length makes new factors, whatever the tolerance") {
   Vec exact = Vec::LinSpaced(8, 1, 2), tolerant = exact;
   PhiStepper plain{exact, linear(rod(8)), trapezoidal};

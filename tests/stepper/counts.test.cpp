@@ -274,3 +274,28 @@ TEST_CASE("first order: the solve starts from the Ψ that the step began with, i
   }
   CHECK((a - b).norm() <= 1e-14);
 }
+
+TEST_CASE("to a tolerance, the factors of a step 1.25 times as long serve, and their corrections are scaled") {
+  // Stiff decay: with the old factors, corrections shrink by θ = |1 − s·1.25|, s = 2/(1 + 1.25): 1/9; unscaled 1/4.
+  const auto iterations = [](double second_dt) {
+    Vec y = Vec::Constant(1, 1e-3);
+    PhiStepper stepper{y, [](const Vec& x) -> Vec { return -1e8 * (x.array() - 1e-3); }, backward_euler,
+                       newton({.rtol = 1e-6, .atol = 1e-12})};
+    y[0] = 1.001e-3;
+    REQUIRE(stepper.step(y, 0, 1.0));
+    y[0] = 1.001e-3;
+    const Statistics before = stepper.statistics();
+    const StepReport report = stepper.step(y, 0, second_dt);
+    REQUIRE(report);
+    CHECK(std::abs(y[0] - 1e-3) <= 1e-9);  // a relative 1e-6
+    const Statistics s = stepper.statistics() - before;
+    CHECK(s.jacobians == 0);
+    CHECK(s.factorizations == (second_dt > 1.3 ? 1 : 0));
+    return report.iterations();
+  };
+  CHECK(iterations(1.0) == 2);
+  CHECK(iterations(1.5) == 2);  // new factors of the old Jacobian
+  const int kept = iterations(1.25);
+  CAPTURE(kept);
+  CHECK(kept <= 6);  // 1e5 to go at 1/9 each
+}
