@@ -177,4 +177,20 @@ class SparseAssembly : public Sizes {
   bool has_slots_ = false;
 };
 
+/// What every sparse system is towards forces and resolvents, by way of its assembly.
+template <class Scalar, bool symmetric = false>
+class AssembledSystem {
+ public:
+  void clear() { assembly_.clear(); }
+  void position(Eigen::Index i, Eigen::Index j, Scalar x) { assembly_.position(i, j, x); }
+  void velocity(Eigen::Index i, Eigen::Index j, Scalar x) { assembly_.velocity(i, j, x); }
+  void rate(Eigen::Index i, Eigen::Index j, Scalar x) { assembly_.velocity(i, j, x); }
+  [[nodiscard]] bool is_finite() const { return assembly_.is_finite(); }
+  [[nodiscard]] double drift_share() const { return assembly_.drift_share(); }
+  [[nodiscard]] double magnitude() const { return assembly_.magnitude(); }
+
+ protected:
+  SparseAssembly<Scalar, symmetric> assembly_;
+};
+
 }  // namespace phistep::inline PHISTEP_ABI

@@ -20,7 +20,7 @@ namespace phistep::inline PHISTEP_ABI {
 
 /// Sparse W over any solver with Eigen's interface (analyzePattern, factorize, solve, info).
 template <class Scalar, class Solver>
-class SparseSystem {
+class SparseSystem : public AssembledSystem<Scalar> {
  public:
   using Matrix = Eigen::SparseMatrix<Scalar>;
 
@@ -29,13 +29,6 @@ class SparseSystem {
     solver_.drop();
   }
 
-  void clear() { assembly_.clear(); }
-  void position(Eigen::Index i, Eigen::Index j, Scalar x) { assembly_.position(i, j, x); }
-  void velocity(Eigen::Index i, Eigen::Index j, Scalar x) { assembly_.velocity(i, j, x); }
-  void rate(Eigen::Index i, Eigen::Index j, Scalar x) { assembly_.velocity(i, j, x); }
-  [[nodiscard]] bool is_finite() const { return assembly_.is_finite(); }
-  [[nodiscard]] double drift_share() const { return assembly_.drift_share(); }
-  [[nodiscard]] double magnitude() const { return assembly_.magnitude(); }
   /// False in a copy.
   [[nodiscard]] bool has_solver() const { return static_cast<bool>(solver_); }
 
@@ -72,11 +65,12 @@ class SparseSystem {
   }
 
  private:
+  using AssembledSystem<Scalar>::assembly_;
+
   [[nodiscard]] static Outcome failure_of_factors() {
     return SimplicialFactors<Solver> ? Outcome::not_positive_definite : Outcome::singular_matrix;
   }
 
-  SparseAssembly<Scalar> assembly_;
   OwnSolver<Solver> solver_;
   std::conditional_t<SimplicialFactors<Solver>, CholeskySolve<Scalar>, Eigen::Matrix<Scalar, Eigen::Dynamic, 1>> work_;
 };

@@ -27,7 +27,7 @@ namespace phistep::inline PHISTEP_ABI {
 
 /// @tparam differenced  K and C are differences, and symmetric no closer than these are exact
 template <class Scalar, bool differenced>
-class SymmetricSparseSystem {
+class SymmetricSparseSystem : public AssembledSystem<Scalar, true> {
  public:
   using Matrix = Eigen::SparseMatrix<Scalar>;
 
@@ -37,13 +37,6 @@ class SymmetricSparseSystem {
     lu_.drop();
   }
 
-  void clear() { assembly_.clear(); }
-  void position(Eigen::Index i, Eigen::Index j, Scalar x) { assembly_.position(i, j, x); }
-  void velocity(Eigen::Index i, Eigen::Index j, Scalar x) { assembly_.velocity(i, j, x); }
-  void rate(Eigen::Index i, Eigen::Index j, Scalar x) { assembly_.velocity(i, j, x); }
-  [[nodiscard]] bool is_finite() const { return assembly_.is_finite(); }
-  [[nodiscard]] double drift_share() const { return assembly_.drift_share(); }
-  [[nodiscard]] double magnitude() const { return assembly_.magnitude(); }
   [[nodiscard]] static const char* name() { return "sparse LDLT"; }
   /// False in a copy.
   [[nodiscard]] bool has_solver() const { return static_cast<bool>(ldlt_); }
@@ -75,6 +68,8 @@ class SymmetricSparseSystem {
   }
 
  private:
+  using AssembledSystem<Scalar, true>::assembly_;
+
   /// Entries are sums whose terms may be added in another order than their transposes' and cancel to a thousandth; a
   /// broken promise shows in the first digits. Differences have half of the digits, less where a force bends strongly.
   [[nodiscard]] static Scalar tolerance() {
@@ -106,7 +101,6 @@ class SymmetricSparseSystem {
     return lu_->info() == Eigen::Success ? Outcome::success : Outcome::singular_matrix;
   }
 
-  SparseAssembly<Scalar, true> assembly_;
   OwnSolver<Eigen::SimplicialLDLT<Matrix>> ldlt_;
   OwnSolver<Eigen::SparseLU<Matrix>> lu_;  // made where it is needed first
   CholeskySolve<Scalar> by_ldlt_;

@@ -205,10 +205,12 @@ class NewtonResolvent {
         if (Outcome outcome = equation.residual(); outcome != Outcome::success) return outcome;
       }
     }
-    const double before = largest(equation.F());
+    const bool looks = std::has_single_bit(solved_ + 1);
+    const double before = looks ? largest(equation.F()) : 0;
     if (Outcome outcome = equation.solve(); outcome != Outcome::success) return outcome;
     increment_.move_once(equation.Y, equation.gamma.drift, at_position);
-    if (!std::has_single_bit(++solved_)) return Outcome::success;
+    ++solved_;
+    if (!looks) return Outcome::success;
     if (Outcome outcome = equation.residual(); outcome != Outcome::success) return outcome;
     if (largest(equation.F()) <= rounding_of(equation, before)) return Outcome::success;
     matrix_.drop();
