@@ -1,0 +1,38 @@
+/// @file
+/// A step that has become the state, as an observer may look at it: both ends, its length, and what lies between.
+#pragma once
+
+#include "phistep/core/version.hpp"
+#include "phistep/observe/dense_output.hpp"
+#include "phistep/state/blocks.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// Handed to observers that take one argument: `integrate(…, [](const auto& step) { … step.at(t) … })`. Valid during the
+/// call.
+template <State S>
+class CompletedStep {
+ public:
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+
+  /// @param dense  interpolates between start and end; asked for slopes only when somebody looks in between
+  CompletedStep(Scalar t0, Scalar dt, Scalar t1, const Plain& start, const Plain& end, DenseOutput<S>& dense)
+      : t0_{t0}, dt_{dt}, t1_{t1}, start_{start}, end_{end}, dense_{dense} {}
+
+  [[nodiscard]] Scalar t0() const { return t0_; }            ///< [time]
+  [[nodiscard]] Scalar t1() const { return t1_; }            ///< [time]
+  [[nodiscard]] Scalar dt() const { return dt_; }            ///< [time] nominal: t1 − t0 differs in its last bits
+  [[nodiscard]] const Plain& start() const { return start_; }  ///< the state at t0, after all edits
+  [[nodiscard]] const Plain& end() const { return end_; }      ///< the state at t1, before any edit
+  /// The state at t0 ≤ t ≤ t1. Valid until the next call.
+  [[nodiscard]] const Plain& at(Scalar t) const { return dense_.at(t); }
+
+ private:
+  Scalar t0_, dt_, t1_;
+  const Plain& start_;
+  const Plain& end_;
+  DenseOutput<S>& dense_;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI
