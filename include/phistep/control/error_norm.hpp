@@ -53,9 +53,10 @@ class ErrorNorm {
     if (kind_ == per_block && given.size() != blocks) return false;
     if (kind_ == per_component && static_cast<Index>(given.size()) != n) return false;
     components_.resize(kind_ == per_component ? n : 0);
-    for (Index i = 0; i < components_.size(); ++i) components_[i] = static_cast<Scalar>(given[static_cast<std::size_t>(i)]);
+    for (Index i = 0; i < components_.size(); ++i)
+      components_[i] = static_cast<Scalar>(given[static_cast<std::size_t>(i)]);
     for (std::size_t k = 0; k < blocks; ++k)
-      atol_[k] = kind_ == everywhere ? static_cast<Scalar>(given[0])
+      atol_[k] = kind_ == everywhere  ? static_cast<Scalar>(given[0])
                  : kind_ == per_block ? static_cast<Scalar>(given[k])
                                       : Scalar{0};
     largest_.fill(Scalar{0});
@@ -66,7 +67,8 @@ class ErrorNorm {
   /// solves (its error is measured with y⁺).
   void weigh(const Plain& y, Plain& weight) {
     see(y);
-    each(y, [](Scalar scale) { return scale > 0 ? 1 / scale : Scalar{0}; }, weight);
+    each(
+        y, [](Scalar scale) { return scale > 0 ? 1 / scale : Scalar{0}; }, weight);
   }
 
   /// ‖e‖ with |y| the larger of |y(t)| and |y(t+Δt)|.
@@ -111,8 +113,7 @@ class ErrorNorm {
     Index at = 0;
     for_each_block(
         [&](auto k, const auto& from, auto& to) {
-          for (Index i = 0; i < from.size(); ++i)
-            to.data()[i] = f(atol(k, at + i) + rtol_ * std::abs(from.data()[i]));
+          for (Index i = 0; i < from.size(); ++i) to.data()[i] = f(atol(k, at + i) + rtol_ * std::abs(from.data()[i]));
           at += from.size();
         },
         Blocks<Plain>::all(y), Blocks<Plain>::all(out));

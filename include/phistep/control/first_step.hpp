@@ -45,8 +45,9 @@ template <State Plain>
   }
   if (!(curvature > 0)) return std::min(100 * h, run);
   const double p = order;
-  const double wanted = speed > 0 ? std::pow(0.1 * allowed * std::pow(speed, p - 1) / std::pow(curvature, p), 1 / (p + 1))
-                                  : std::sqrt(0.1 * allowed / curvature);
+  const double wanted = speed > 0
+                            ? std::pow(0.1 * allowed * std::pow(speed, p - 1) / std::pow(curvature, p), 1 / (p + 1))
+                            : std::sqrt(0.1 * allowed / curvature);
   return std::min({100 * h, wanted, run});
 }
 

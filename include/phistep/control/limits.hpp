@@ -32,7 +32,8 @@ class Limits {
  public:
   void count(LimitedBy by, Component where = {}) {
     ++steps_;
-    auto slot = std::find_if(slots_.begin(), slots_.end(), [&](const Limit& x) { return x.by == by && x.where == where; });
+    auto slot =
+        std::find_if(slots_.begin(), slots_.end(), [&](const Limit& x) { return x.by == by && x.where == where; });
     if (slot == slots_.end()) {
       slot = std::min_element(slots_.begin(), slots_.end(), [](auto& a, auto& b) { return a.steps < b.steps; });
       slot->by = by;
@@ -66,7 +67,8 @@ class Limits {
       default:
         out << "the times to stop at";
     }
-    return out << ", in " << 100 * most.steps / limits.steps_ << " % of the steps\n";
+    out << ", in " << 100 * most.steps / limits.steps_ << " % of the steps\n";
+    return out;
   }
 
   void archive(auto& ar) {

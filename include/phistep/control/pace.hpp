@@ -99,7 +99,8 @@ class ErrorPace {
     }
     if (counts_ && iterations_.first_step > 0) first = std::min(first, iterations_.first_step);
     return step_.begin(first, std::max(wanted_.min_step, counts_ ? iterations_.min_step : 0),
-                       std::min(wanted_.max_step, counts_ ? iterations_.max_step : wanted_.max_step), wanted_.max_steps);
+                       std::min(wanted_.max_step, counts_ ? iterations_.max_step : wanted_.max_step),
+                       wanted_.max_steps);
   }
 
   [[nodiscard]] double propose() const { return step_.size(); }

@@ -66,8 +66,8 @@ class StepSize {
   void archive(auto& ar) { ar(past_, ratio_, seen_, rejected_); }
 
  private:
-  static constexpr double safety = 0.8;       ///< on the error: aim below what is allowed
-  static constexpr double smallest = 1e-10;   ///< an error this small is none
+  static constexpr double safety = 0.8;      ///< on the error: aim below what is allowed
+  static constexpr double smallest = 1e-10;  ///< an error this small is none
 
   struct Weights {
     std::array<double, 3> beta;

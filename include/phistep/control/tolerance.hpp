@@ -34,7 +34,10 @@ class AbsoluteTolerance {
   AbsoluteTolerance(std::initializer_list<double> blocks) : values_{blocks}, kind_{Kind::per_block} {}
   /// One a component, all blocks one after the other, each in storage order.
   template <class Vector>
-    requires requires(const Vector& x) { x.data(); x.size(); }
+    requires requires(const Vector& x) {
+      x.data();
+      x.size();
+    }
   AbsoluteTolerance(const Vector& components) : kind_{Kind::per_component} {  // NOLINT: .atol = vector
     for (decltype(components.size()) i = 0; i < components.size(); ++i)
       values_.push_back(static_cast<double>(components.data()[i]));
@@ -60,10 +63,10 @@ struct tolerance {
   AbsoluteTolerance atol = {};  ///< absolute error wanted
   Norm norm = Norm::rms;
   StepFilter filter = StepFilter::automatic;
-  double first_step = 0;                                     ///< [time] 0: chosen from the force
-  double min_step = 0;                                       ///< [time] a smaller one ends the run
-  double max_step = std::numeric_limits<double>::infinity(); ///< [time]
-  std::int64_t max_steps = 10'000'000;                       ///< tries, the rejected ones included
+  double first_step = 0;                                      ///< [time] 0: chosen from the force
+  double min_step = 0;                                        ///< [time] a smaller one ends the run
+  double max_step = std::numeric_limits<double>::infinity();  ///< [time]
+  std::int64_t max_steps = 10'000'000;                        ///< tries, the rejected ones included
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -14,23 +14,24 @@ struct Trace {
   using Scalar = ScalarOf<Plain>;
 
   // Written by the controller before the step.
-  Plain weight;               ///< 1/(atol + rtol |y|): what a component's error is multiplied by
-  double newton_target = 0;   ///< weighted RMS size of the error that an implicit solve may leave; 0: its own options rule
+  Plain weight;  ///< 1/(atol + rtol |y|): what a component's error is multiplied by
+  double newton_target =
+      0;  ///< weighted RMS size of the error that an implicit solve may leave; 0: its own options rule
 
   // Carried from step to step. Whoever edits the state, or rejects a step after it was accepted, calls forget().
-  bool knows_start = false;   ///< `start` holds y' where the next step starts
-  Scalar dt_before{0};        ///< [time] length of the step before, 0: there was none
-  Plain before;               ///< y' where that step started
+  bool knows_start = false;  ///< `start` holds y' where the next step starts
+  Scalar dt_before{0};       ///< [time] length of the step before, 0: there was none
+  Plain before;              ///< y' where that step started
 
   // Written by the step. Slopes by the scheme's own relations, not by force calls: stiff components keep their digits.
-  Plain start;                ///< y' at t (for motion: v, M⁻¹Ψ)
-  Plain end;                  ///< y' at t + Δt
-  Scalar dt{0};               ///< [time] Δt
-  Plain error;                ///< estimate of the local error
-  bool has_slopes = false;    ///< `start` and `end` are filled
-  bool has_error = false;     ///< `error` is filled
+  Plain start;              ///< y' at t (for motion: v, M⁻¹Ψ)
+  Plain end;                ///< y' at t + Δt
+  Scalar dt{0};             ///< [time] Δt
+  Plain error;              ///< estimate of the local error
+  bool has_slopes = false;  ///< `start` and `end` are filled
+  bool has_error = false;   ///< `error` is filled
 
-  Plain predicted;            ///< scratch: where an implicit solve may start
+  Plain predicted;  ///< scratch: where an implicit solve may start
 
   /// Shaped like y.
   void resize(const Plain& y) {

@@ -79,7 +79,7 @@ class Row<PhiScheme<Force, Drift, form>, S> : public RowDefaults {
     } else {
       copy_blocks<S>(trace.end, step.next);  // b
       const bool has_past = trace.dt_before != 0;
-      if (has_past) predict(trace, step.y, dt, dt);
+      if (has_past) predict(trace, step.y, dt);
       if (const Outcome outcome =
               kernel.resolve_predicted(step, {phi * dt, phi * dt}, step.t + dt, trace.end, has_past);
           outcome != Outcome::success)
@@ -91,8 +91,9 @@ class Row<PhiScheme<Force, Drift, form>, S> : public RowDefaults {
     trace.has_error = estimates(trace);
     if (!trace.has_error) return Outcome::success;
     if (order() == 1) {
-      for_each_block([by = (phi - Scalar{0.5}) * dt](auto, auto& e, const auto& start, const auto& end) {
-        e = by * (end - start); }, Blocks<S>::all(trace.error), Blocks<S>::all(trace.start), Blocks<S>::all(trace.end));
+      for_each_block([by = (phi - Scalar{0.5}) * dt](auto, auto& e, const auto& start,
+                                                     const auto& end) { e = by * (end - start); },
+                     Blocks<S>::all(trace.error), Blocks<S>::all(trace.start), Blocks<S>::all(trace.end));
     } else {
       milne(trace, dt);
     }
@@ -187,8 +188,7 @@ class Row<VelocityVerlet, S> : public RowDefaults {
     trace.has_error = estimates(trace);
     if (!trace.has_error) return Outcome::success;
     milne(trace, step.dt);
-    position_of<S>(trace.error) =
-        (-step.dt * step.dt / 6) * (velocity_of<S>(trace.end) - velocity_of<S>(trace.start));
+    position_of<S>(trace.error) = (-step.dt * step.dt / 6) * (velocity_of<S>(trace.end) - velocity_of<S>(trace.start));
     return needs<typename Kernel::Rhs>.solver ? kernel.filter(trace.error) : Outcome::success;
   }
 
@@ -279,9 +279,8 @@ class PhiStepper {
   /// A step that becomes the state only if accept(y, y⁺, trace) says so; otherwise Outcome::error_too_large, and the state
   /// keeps every bit. The trace tells of the step what it can.
   template <class Accept>
-  StepReport attempt(S& state, Scalar t, Scalar dt, Origin origin, Trace<PlainState<S>>& trace, Accept&& accept)
-    requires traces
-  {
+  StepReport attempt(S& state, Scalar t, Scalar dt, Origin origin, Trace<PlainState<S>>& trace,
+                     Accept&& accept) requires traces {
     if constexpr (Traits::valid) {
       if constexpr (static_unknowns<S> == Eigen::Dynamic)
         if (!kernel_.fits(state)) resize(state);

@@ -212,7 +212,8 @@ class NewtonResolvent {
   /// Where a smaller step is at hand, plain Newton has one try.
   [[nodiscard]] Outcome solve_controlled(Equation& equation, Failure& history) {
     ConvergenceTest test(equation.yardstick.target, options_.max_iterations, rate_, round_off);
-    const Outcome outcome = iterate_newton(equation, test, keep_jacobian_rate({.rtol = 1}), options_.line_search, history);
+    const Outcome outcome =
+        iterate_newton(equation, test, keep_jacobian_rate({.rtol = 1}), options_.line_search, history);
     rate_ = outcome == Outcome::success ? test.rate() : 1;
     return outcome;
   }

@@ -85,15 +85,15 @@ class Row<TrBdf2, S> : public RowDefaults {
     // The parabola through y, y' and Y' predicts y⁺ = y + Δt [y' + (Y' − y')/(2γ)]; before the first step, y' may be that
     // of a transient.
     for_each_block(
-        [a, has_past, dt = step.dt](auto, auto& predicted, auto& error, auto& b, const auto& base, const auto& y, const auto& Y,
-                          const auto& start) {
+        [a, has_past, dt = step.dt](auto, auto& predicted, auto& error, auto& b, const auto& base, const auto& y,
+                                    const auto& Y, const auto& start) {
           error = (Y - base) / a;  // Y'
           if (has_past) predicted = y + dt * (start + (error - start) / (2 * gamma));
           else predicted = Y;
           b = y + beta * (Y - y);
         },
-        Blocks<S>::all(trace.predicted), Blocks<S>::all(trace.error), Blocks<S>::all(step.next),
-        Blocks<S>::all(base_), Blocks<S>::all(step.y), Blocks<S>::all(stage_), Blocks<S>::all(trace.start));
+        Blocks<S>::all(trace.predicted), Blocks<S>::all(trace.error), Blocks<S>::all(step.next), Blocks<S>::all(base_),
+        Blocks<S>::all(step.y), Blocks<S>::all(stage_), Blocks<S>::all(trace.start));
     copy_blocks<S>(trace.end, step.next);  // b
     if (const Outcome outcome = kernel.resolve_predicted(step, both, step.t + step.dt, trace.end, true);
         outcome != Outcome::success)
@@ -103,8 +103,7 @@ class Row<TrBdf2, S> : public RowDefaults {
           end = (next - end) / a;
           e = dt * ((4 * w - 1) / 3 * start - e / 3 + gamma / 3 * end);
         },
-        Blocks<S>::all(trace.end), Blocks<S>::all(trace.error), Blocks<S>::all(step.next),
-        Blocks<S>::all(trace.start));
+        Blocks<S>::all(trace.end), Blocks<S>::all(trace.error), Blocks<S>::all(step.next), Blocks<S>::all(trace.start));
     trace.has_slopes = trace.has_error = true;
     return kernel.filter(trace.error);
   }

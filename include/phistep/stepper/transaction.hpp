@@ -35,7 +35,7 @@ struct StepData {
   Plain& next;      ///< becomes the state at t + Δt
   Rate& psi;        ///< holds Ψ(t, y) if `psi_known`, else scratch
   bool psi_known;
-  bool psi_next_known = false;  ///< the scheme leaves Ψ(t+Δt, next) in psi
+  bool psi_next_known = false;    ///< the scheme leaves Ψ(t+Δt, next) in psi
   Trace<Plain>* trace = nullptr;  ///< what the scheme is to tell of the step, where somebody watches
 };
 
