@@ -21,12 +21,14 @@
 #include <type_traits>
 #include <utility>
 
+#include "phistep/core/archive.hpp"
 #include "phistep/core/phi.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/force/at.hpp"
 #include "phistep/linear/mass.hpp"
 #include "phistep/resolve/newton.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/parts.hpp"
 #include "phistep/stepper/fixed_point_resolvent.hpp"
 #include "phistep/stepper/kernel.hpp"
 #include "phistep/stepper/local_resolvent.hpp"
@@ -218,6 +220,12 @@ class PhiStepper {
     set_memory(std::move(checkpoint.memory));
     row_.resume(checkpoint.progress);
   }
+  /// Writes all that later steps depend on beside the state and the parameters given here: the history, how far the scheme
+  /// has come, Ψ, Jacobian and factors where they are carried from step to step, and the counts.
+  void save(Writer& out) const { save_parts(out, row_, kernel_); }
+  /// Reads what save() wrote for a stepper made alike; then() reads what follows. The next steps give the bits that the
+  /// saved one would have given. @throws CheckpointError, before anything has changed
+  void load(Reader& in, auto&& then) { load_parts(in, then, row_, kernel_); }
   /// Starts anew: forgets all that is carried from step to step (Ψ, Jacobian, factors), and that there were steps.
   /// Never needed after an edit of the state.
   void reset() {
