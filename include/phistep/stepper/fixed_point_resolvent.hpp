@@ -87,6 +87,8 @@ class FixedPointResolvent {
   [[nodiscard]] static Outcome filter(const Rhs&, const Plain&) { return Outcome::success; }
 
   [[nodiscard]] static const char* solver_name() { return "fixed-point iteration"; }
+  static void archive(auto& /*ar*/) {}
+  static void restore(const auto&, const auto&) {}
 
   /// out.solved += factor·(Y − b) with the last resolve's increment.
   void add_increment(Scalar factor, Plain& out) const {
@@ -232,6 +234,12 @@ class VelocityResolvent {
   }
   void recover(const Rhs& rhs, Scalar gamma_force, Rate& psi) const {
     std::visit([&](const auto& one) { one.recover(rhs, gamma_force, psi); }, chosen_);
+  }
+  void archive(auto& ar) {
+    std::visit([&ar](auto& one) { ar(one); }, chosen_);
+  }
+  void restore(const Rhs& rhs, const Plain& y) {
+    std::visit([&](auto& one) { one.restore(rhs, y); }, chosen_);
   }
 
  private:

@@ -11,11 +11,13 @@
 #include <stdexcept>
 #include <utility>
 
+#include "phistep/core/archive.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/parts.hpp"
 #include "phistep/stepper/transaction.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -66,6 +68,9 @@ class Halving {
   [[nodiscard]] Stepper& stepper() { return stepper_; }
   [[nodiscard]] const Stepper& stepper() const { return stepper_; }
   void reset() { stepper_.reset(); }
+  /// As PhiStepper's.
+  void save(Writer& out) const { save_parts(out, steps_, failed_steps_, halvings_, stepper_); }
+  void load(Reader& in, auto&& then) { load_parts(in, then, steps_, failed_steps_, halvings_, stepper_); }
 
  private:
   /// What a failure takes the state and the stepper back to.

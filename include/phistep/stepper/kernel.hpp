@@ -32,11 +32,13 @@
 #include <utility>
 
 #include "phistep/control/trace.hpp"
+#include "phistep/core/archive.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/resolve/dense_system.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/parts.hpp"
 #include "phistep/stepper/resolvent.hpp"
 #include "phistep/stepper/right_hand_side.hpp"
 #include "phistep/stepper/transaction.hpp"
@@ -67,6 +69,7 @@ struct RowDefaults {
   [[nodiscard]] static Progress progress() { return {}; }
   static void resume(Progress) {}
   static void resize(const auto& /*y*/) {}
+  static void archive(auto& /*ar*/) {}
   static void forget() {}    ///< nothing carried from step to step may be trusted
   static void reset() {}     ///< the next step is the first
   static void accepted() {}  ///< the step just advanced has become the state
@@ -196,12 +199,31 @@ class Kernel {
     rhs_.rebind(std::move(masses));
     transaction_ = std::move(fresh);
   }
+  /// For a checkpoint: history, counts, Ψ, Jacobian and factors.
+  void save(Writer& out) const {
+    save_parts(out, rhs_, transaction_);
+    out(resolvent_);
+  }
+  void load(Reader& in, auto&& then) {
+    load_parts(
+        in,
+        [&] {
+          auto fresh = resolvent_;
+          in(fresh);
+          fresh.restore(rhs_, transaction_.workspace());
+          then();
+          resolvent_ = std::move(fresh);
+        },
+        rhs_, transaction_);
+  }
 
  private:
   struct NoResolvent {
     NoResolvent(const auto&...) {}
     static void reset() {}
     static void resize(const auto&, const auto&) {}
+    static void archive(auto&) {}
+    static void restore(const auto&, const auto&) {}
   };
   static auto resolvent_type() {
     if constexpr (needs.solver) return ResolventFor<S, Rhs, Solver, needs.position>{};

@@ -167,6 +167,8 @@ class LocalResolvent {
   [[nodiscard]] static Outcome filter(const Rhs&, const Plain&) { return Outcome::success; }
 
   [[nodiscard]] static const char* solver_name() { return "particle by particle"; }
+  static void archive(auto& /*ar*/) {}
+  static void restore(const auto&, const auto&) {}
 
   /// out.solved += factor·(Y − b) with the last resolve's increment.
   void add_increment(Scalar factor, Plain& out) const {

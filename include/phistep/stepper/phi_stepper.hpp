@@ -21,6 +21,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "phistep/core/archive.hpp"
 #include "phistep/core/phi.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/force/at.hpp"
@@ -29,6 +30,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
 #include "phistep/stepper/error_estimate.hpp"
+#include "phistep/state/parts.hpp"
 #include "phistep/stepper/fixed_point_resolvent.hpp"
 #include "phistep/stepper/kernel.hpp"
 #include "phistep/stepper/local_resolvent.hpp"
@@ -331,6 +333,12 @@ class PhiStepper {
     row_.forget();
     row_.resume(checkpoint.progress);
   }
+  /// Writes all that later steps depend on beside the state and the parameters given here: the history, how far the scheme
+  /// has come, Ψ, Jacobian and factors where they are carried from step to step, and the counts.
+  void save(Writer& out) const { save_parts(out, row_, kernel_); }
+  /// Reads what save() wrote for a stepper made alike; then() reads what follows. The next steps give the bits that the
+  /// saved one would have given. @throws CheckpointError, before anything has changed
+  void load(Reader& in, auto&& then) { load_parts(in, then, row_, kernel_); }
   /// Starts anew: forgets all that is carried from step to step (Ψ, Jacobian, factors), and that there were steps.
   /// Never needed after an edit of the state.
   void reset() {

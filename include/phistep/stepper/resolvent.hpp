@@ -110,6 +110,11 @@ class NewtonResolvent {
   /// How the linear equations inside are solved.
   [[nodiscard]] const char* solver_name() const { return matrix_.name(); }
 
+  /// For a checkpoint: what outlives a solve.
+  void archive(auto& ar) { ar(matrix_, rate_, solved_); }
+  /// … and what archive() left out because it follows from the rest, for states like y.
+  void restore(const Rhs& rhs, const Plain& y) { matrix_.restore(rhs, y); }
+
  private:
   static constexpr double round_off = static_cast<double>(std::numeric_limits<Scalar>::epsilon());
 
@@ -281,7 +286,7 @@ class NewtonResolvent {
 };
 
 /// The resolvent behind each way to solve: Newton<…> here, others in headers of their own. All offer what NewtonResolvent
-/// does: resize, reset, resolve, add_increment, recover.
+/// does: resize, reset, resolve, add_increment, recover, archive, restore.
 template <State S, class Rhs, class Solver, bool position>
 struct ResolventFor;
 template <State S, class Rhs, class LinearSolver, bool position>

@@ -12,6 +12,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "phistep/core/archive.hpp"
 #include "phistep/core/arithmetic.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/structure.hpp"
@@ -21,6 +22,7 @@
 #include "phistep/force/signature.hpp"
 #include "phistep/linear/mass.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/parts.hpp"
 #include "phistep/state/unknowns.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -116,6 +118,8 @@ class RightHandSide {
   /// The committed history, by value: part of a checkpoint.
   [[nodiscard]] const Memory& memory() const { return committed_; }
   void set_memory(Memory memory) { committed_ = std::move(memory); }
+  void save(Writer& out) const { save_parts(out, committed_, statistics_); }
+  void load(Reader& in, auto&& then) { load_parts(in, then, committed_, statistics_); }
   /// The history that Ψ sees during a step.
   [[nodiscard]] decltype(auto) trial_memory() const {
     if constexpr (split) return Parts<Whole>::template memory<false>(trial_);

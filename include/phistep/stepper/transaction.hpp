@@ -76,6 +76,16 @@ class Transaction {
   [[nodiscard]] const Failure& failure() const { return failure_; }
   void reset() { guard_.forget(); }
   [[nodiscard]] bool fits(const S& state) const { return same_shape<S>(state, next_); }
+  /// A state of the right sizes.
+  [[nodiscard]] const Plain& workspace() const { return next_; }
+  /// For a checkpoint: Ψ, and where it holds.
+  void archive(auto& ar) {
+    ar.shape(next_);
+    if constexpr (carries) {
+      ar(guard_);
+      ar.in_place(psi_);
+    }
+  }
   [[nodiscard]] static Plain copy_of(const S& state) {
     Plain copy;
     copy_blocks<S>(copy, state);
