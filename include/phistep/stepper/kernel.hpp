@@ -88,7 +88,9 @@ class Kernel {
   static constexpr bool carries = needs.carries;
 
   Kernel(const S& state, Rhs rhs, const Solver& solver)
-      : rhs_{std::move(rhs)}, transaction_{state}, resolvent_{Transaction::copy_of(state), rhs_, solver} {}
+      : rhs_{std::move(rhs)}, transaction_{state}, resolvent_{Transaction::copy_of(state), rhs_, solver} {
+    allocate(Transaction::copy_of(state));
+  }
 
   /// Runs `advance(Data&) → Outcome` as one step of the state.
   StepReport run(S& state, Scalar t, Scalar dt, Origin origin, auto&& advance) {
@@ -118,6 +120,11 @@ class Kernel {
     };
     if constexpr (!carries) return kicked(rhs_.evaluate(t, step.next, step.psi));
     rhs_.evaluate_into(t, step.next, step.psi);  // a copy: the user's own array may change before the next step
+    if constexpr (keeps_psi) {
+      kicked_by_ = step.psi;  // psi goes on to the next step as Ψ, not as M⁻¹Ψ
+      const bool finite = rhs_.kick(step.next, gamma, RateOf<S>::blocks(std::as_const(kicked_by_)), kicked_by_);
+      return finite ? Outcome::success : Outcome::non_finite_state;
+    }
     return kicked(RateOf<S>::blocks(std::as_const(step.psi)));
   }
   /// next = b on entry, the solution of M (next − b) = γ Ψ(t, next) on exit
@@ -198,6 +205,7 @@ class Kernel {
     resolvent_.resize(copy, rhs_);
     rhs_.rebind(std::move(masses));
     transaction_ = std::move(fresh);
+    allocate(copy);
   }
   /// For a checkpoint: history, counts, Ψ, Jacobian and factors.
   void save(Writer& out) const {
@@ -218,6 +226,13 @@ class Kernel {
   }
 
  private:
+  /// A kick whose Ψ is carried must not be scaled by a matrix mass in place.
+  static constexpr bool keeps_psi = carries && Rhs::has_matrix_mass;
+  struct Nothing {};
+  void allocate(const PlainState<S>& y) {
+    if constexpr (keeps_psi) kicked_by_ = make_rate<S>(y);
+  }
+
   struct NoResolvent {
     NoResolvent(const auto&...) {}
     static void reset() {}
@@ -238,6 +253,7 @@ class Kernel {
   Rhs rhs_;
   Transaction transaction_;
   [[no_unique_address]] typename decltype(resolvent_type())::type resolvent_;
+  [[no_unique_address]] std::conditional_t<keeps_psi, RateOf<S>, Nothing> kicked_by_;
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -55,6 +55,7 @@ class Row<PhiScheme<Force, Drift, form>, S> : public RowDefaults {
   }();
 
   Row(Scheme scheme, const auto& /*y*/) : scheme_{scheme} {}
+  [[nodiscard]] const Scheme& scheme() const { return scheme_; }
   [[nodiscard]] int order() const { return scheme_.order(); }
 
   [[nodiscard]] Outcome advance(auto& kernel, auto& step) const {
@@ -157,6 +158,7 @@ class Row<VelocityVerlet, S> : public RowDefaults {
       .solver = Rhs::couples_unknowns, .position = false, .carries = !Rhs::couples_unknowns && can_carry<Rhs>};
 
   Row(VelocityVerlet, const auto& /*y*/) {}
+  [[nodiscard]] static VelocityVerlet scheme() { return {}; }
   [[nodiscard]] static int order() { return VelocityVerlet::order(); }
 
   /// (7) and (8)
@@ -220,6 +222,8 @@ class PhiStepper {
 
  public:
   using Scalar = ScalarOf<S>;
+  using StateType = S;
+  using SchemeType = Scheme;
   /// What a repetition of the run from here needs to know beside the state.
   struct Checkpoint {
     typename Rhs::Memory memory;
@@ -313,6 +317,9 @@ class PhiStepper {
   [[nodiscard]] const char* solver_name() const { return kernel_.solver_name(); }
   /// The scheme at work: stage values of the last step, where it has some.
   [[nodiscard]] const Row& row() const { return row_; }
+
+  /// M of the solved blocks, one bound mass each.
+  [[nodiscard]] const Masses& masses() const { return kernel_.rhs().masses(); }
 
   /// The force, to change its parameters between steps; what was known of the old one is forgotten.
   [[nodiscard]] auto& force() {
