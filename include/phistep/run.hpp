@@ -18,6 +18,7 @@
 #include "phistep/control/limits.hpp"
 #include "phistep/control/pace.hpp"
 #include "phistep/control/tolerance.hpp"
+#include "phistep/core/archive.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/step_report.hpp"
@@ -25,6 +26,7 @@
 #include "phistep/observe/completed_step.hpp"
 #include "phistep/observe/dense_output.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/parts.hpp"
 #include "phistep/stepper/edit_guard.hpp"
 #include "phistep/stepper/step_doubling.hpp"
 #include "phistep/stepper/transaction.hpp"
@@ -162,6 +164,19 @@ class Run {
     return report();
   }
 
+  /// The run, its stepper and its state: with the same options, forces and observers, a run that loads this goes on with
+  /// the bits that this one goes on with. Of the observers, those that can be archived are.
+  void save(Writer& out) const {
+    with_parts(*this, [&out](auto&... part) { save_parts(out, part...); });
+  }
+  /// @throws CheckpointError, before anything has changed
+  template <class Then>
+  void load(Reader& in, Then&& then) {
+    if (!begun_ && set_up() != Outcome::success)
+      throw CheckpointError("phistep: this run can't go on, its options can't work");
+    with_parts(*this, [&in, &then](auto&... part) { load_parts(in, then, part...); });
+  }
+
   [[nodiscard]] bool has_ended() const { return ended_; }
   [[nodiscard]] Scalar time() const { return t_; }  ///< [time] where the state stands
   [[nodiscard]] RunReport report() const {
@@ -175,6 +190,25 @@ class Run {
   static constexpr bool is_fixed = std::is_same_v<Control, FixedStep>;
   static constexpr bool borrowed = !std::is_same_v<S, Plain>;
   static constexpr bool observed = (observes_steps<std::remove_reference_t<Observers>, S> || ...);
+
+  /// f(every part of a checkpoint …)
+  template <class Self, class F>
+  static void with_parts(Self& self, F&& f) {
+    StatePart<S> state{self.state_};
+    const auto kept = [](auto& observer) {
+      using Observer = std::remove_cvref_t<decltype(observer)>;
+      if constexpr (Restorable<Observer> || requires(Writer & ar) { observer.archive(ar); }) return std::tie(observer);
+      else return std::tuple<>{};
+    };
+    const auto observers =
+        std::apply([&](auto&... observer) { return std::tuple_cat(kept(observer)...); }, self.observers_);
+    std::apply(
+        [&](auto&... observer) {
+          f(self.stepper_, state, self.pace_, self.t_, self.lost_, self.report_, self.before_, self.begun_, self.ended_,
+            self.first_, self.doubled_, self.edits_, observer...);
+        },
+        observers);
+  }
 
   [[nodiscard]] static auto make_pace(const Control& control) {
     if constexpr (is_fixed) return GridPace<Scalar>{control};
@@ -214,19 +248,28 @@ class Run {
   bool begin() {
     begun_ = true;
     if constexpr (is_fixed) {
-      if (const Outcome bad = pace_.begin(span_); bad != Outcome::success) return end(bad);
+      if (const Outcome bad = set_up(); bad != Outcome::success) return end(bad);
     } else {
       if (!std::isfinite(span_.t1 - span_.t0)) return end(Outcome::invalid_step);
       if (span_.t1 != span_.t0) {
         if (!is_finite(plain())) return end(Outcome::non_finite_state);
+        if (const Outcome bad = set_up(); bad != Outcome::success) return end(bad);
         const auto slope = [this](Scalar t, const Plain& y, Plain& out) { return stepper_.slope(t, y, out); };
-        if (const Outcome bad = pace_.begin(span_, plain(), stepper_.order(), solves(), slope); bad != Outcome::success)
+        if (const Outcome bad = pace_.start(span_, plain(), stepper_.order(), slope); bad != Outcome::success)
           return end(bad);
-        if constexpr (sees_error) doubling_.resize(plain());
       }
     }
     const bool wanted = std::apply([this](auto&... observer) { return (greet(observer) && ...); }, observers_);
     return wanted || end(Outcome::stopped_by_observer);
+  }
+  /// All that begins a run but force calls.
+  [[nodiscard]] Outcome set_up() {
+    if constexpr (is_fixed) {
+      return pace_.begin(span_);
+    } else {
+      if constexpr (sees_error) doubling_.resize(plain());
+      return pace_.begin(span_, plain(), stepper_.order(), solves());
+    }
   }
   template <class Observer>
   [[nodiscard]] bool greet(Observer& observer) {

@@ -1,7 +1,8 @@
 /// @file
 /// How long the steps of a run are: what a Run asks between its steps. A pace
 ///
-///     Outcome begin(span, y, order, slope)     reads the options; slope(t, y, out) costs a force call
+///     Outcome begin(span, y, order, solves)    reads the options
+///     Outcome start(span, y, order, slope)     chooses a first length; slope(t, y, out) costs a force call
 ///     Scalar propose()                         |Δt| it would take next
 ///     prepare(y, trace), judge(…)              before and inside an attempt, where it wants to see the error
 ///     accepted(dt, wanted, history)            the step has become the state
@@ -33,14 +34,12 @@ namespace phistep::inline PHISTEP_ABI {
 template <class Scalar>
 class VariableStep {
  public:
-  /// @param first  [time] 0 where the start's slope isn't finite
-  [[nodiscard]] Outcome begin(double first, double smallest, double largest, std::int64_t max_tries) {
+  [[nodiscard]] Outcome begin(double smallest, double largest, std::int64_t max_tries) {
     if (!(smallest >= 0) || !(largest > 0) || !(smallest <= largest) || max_tries < 0)
       return Outcome::invalid_tolerance;
     smallest_ = smallest;
     largest_ = largest;
     left_ = max_tries;
-    size_ = first;
     return Outcome::success;
   }
   [[nodiscard]] double size() const { return std::min(size_, largest_); }
@@ -57,7 +56,7 @@ class VariableStep {
   /// One more try.
   [[nodiscard]] bool may_try() { return left_-- > 0; }
 
-  void archive(auto& ar) { ar(size_, left_); }
+  void archive(auto& ar) { ar(size_, left_, failures_); }
 
  private:
   double size_ = 0, smallest_ = 0, largest_ = std::numeric_limits<double>::infinity();
@@ -77,7 +76,7 @@ class ErrorPace {
   explicit ErrorPace(const SmallerOf& both) : wanted_{both.error}, iterations_{both.iterations}, counts_{true} {}
 
   /// @param solves  whether a step factorises a matrix that a kept Δt would spare
-  [[nodiscard]] Outcome begin(TimeSpan<Scalar> span, const Plain& y, int order, bool solves, auto&& slope) {
+  [[nodiscard]] Outcome begin(TimeSpan<Scalar>, const Plain& y, int order, bool solves) {
     constexpr double round_off = static_cast<double>(std::numeric_limits<Scalar>::epsilon());
     if (!norm_.begin(wanted_, y)) return Outcome::invalid_tolerance;
     const double p = order;
@@ -91,6 +90,11 @@ class ErrorPace {
                      order + 1, keeps_size ? 1.2 : 1};
     trace_.resize(y);
     trace_.newton_target = newton_share * allowed_;
+    return step_.begin(std::max(wanted_.min_step, counts_ ? iterations_.min_step : 0),
+                       std::min(wanted_.max_step, counts_ ? iterations_.max_step : wanted_.max_step),
+                       wanted_.max_steps);
+  }
+  [[nodiscard]] Outcome start(TimeSpan<Scalar> span, const Plain& y, int order, auto&& slope) {
     double first = wanted_.first_step;
     if (first == 0) {
       norm_.weigh(y, trace_.weight);
@@ -98,9 +102,8 @@ class ErrorPace {
       if (first == 0) return Outcome::non_finite_force;
     }
     if (counts_ && iterations_.first_step > 0) first = std::min(first, iterations_.first_step);
-    return step_.begin(first, std::max(wanted_.min_step, counts_ ? iterations_.min_step : 0),
-                       std::min(wanted_.max_step, counts_ ? iterations_.max_step : wanted_.max_step),
-                       wanted_.max_steps);
+    step_.set(first);
+    return Outcome::success;
   }
 
   [[nodiscard]] double propose() const { return step_.size(); }
@@ -171,10 +174,13 @@ class IterationPace {
   static constexpr bool sees_error = false;
 
   explicit IterationPace(const iteration_control& wanted) : wanted_{wanted} {}
-  [[nodiscard]] Outcome begin(TimeSpan<Scalar> span, const Plain&, int, bool, auto&&) {
-    const double run = std::abs(static_cast<double>(span.t1 - span.t0));
+  [[nodiscard]] Outcome begin(TimeSpan<Scalar>, const Plain&, int, bool) {
     if (!(wanted_.first_step > 0) || wanted_.desired < 1 || !(wanted_.order > 0)) return Outcome::invalid_tolerance;
-    return step_.begin(std::min(wanted_.first_step, run), wanted_.min_step, wanted_.max_step, wanted_.max_steps);
+    return step_.begin(wanted_.min_step, wanted_.max_step, wanted_.max_steps);
+  }
+  [[nodiscard]] Outcome start(TimeSpan<Scalar> span, const Plain&, int, auto&&) {
+    step_.set(std::min(wanted_.first_step, std::abs(static_cast<double>(span.t1 - span.t0))));
+    return Outcome::success;
   }
   [[nodiscard]] double propose() const { return step_.size(); }
   [[nodiscard]] bool may_try() { return step_.may_try(); }

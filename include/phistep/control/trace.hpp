@@ -63,7 +63,10 @@ struct Trace {
     has_slopes = has_error = false;
   }
 
-  void archive(auto& ar) { ar(knows_start, dt_before, before, start); }
+  void archive(auto& ar) {
+    ar(knows_start, dt_before);
+    ar.in_place(before, start);
+  }
 };
 
 }  // namespace phistep::inline PHISTEP_ABI
