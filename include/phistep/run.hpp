@@ -268,7 +268,7 @@ class Run {
       return pace_.begin(span_);
     } else {
       if constexpr (sees_error) doubling_.resize(plain());
-      return pace_.begin(span_, plain(), stepper_.order(), solves());
+      return pace_.begin(span_, plain(), stepper_.order(), dead_band());
     }
   }
   template <class Observer>
@@ -418,9 +418,13 @@ class Run {
     }
   }
   [[nodiscard]] static bool is_finite(const Plain& y) { return !first_non_finite(Blocks<S>::all(y)); }
-  [[nodiscard]] bool solves() const {
-    if constexpr (requires { stepper_.solver_name(); }) return std::string_view{stepper_.solver_name()} != "none";
-    else return true;
+  /// By how much Δt has to grow to be worth new factors: without a matrix, at once; Newton makes do with old ones within
+  /// limits; an affine step can't, and a factorisation is then most of what it costs.
+  [[nodiscard]] double dead_band() const {
+    if constexpr (requires { stepper_.solver_name(); })
+      if (std::string_view{stepper_.solver_name()} == "none") return 1;
+    if constexpr (requires { requires Stepper::is_affine; }) return 2;
+    else return 1.2;
   }
   bool end(Outcome outcome) {
     ended_ = true;
