@@ -27,6 +27,9 @@ enum class Outcome : std::uint8_t {
   too_many_steps,         ///< the run's step cap was reached
   invalid_step,           ///< Δt or t is not finite, or Δt = 0
   stopped_by_observer,    ///< an observer asked for the end
+  stopped_by_event,       ///< a terminal event occurred, or its handler asked for the end
+  non_finite_event,       ///< an event's g is NaN or infinite
+  events_accumulate,      ///< an event follows itself faster than time can tell (Zeno)
 };
 
 /// The outcome in a few words.
@@ -66,6 +69,12 @@ enum class Outcome : std::uint8_t {
       return "t or dt is not a usable number";
     case Outcome::stopped_by_observer:
       return "stopped by an observer";
+    case Outcome::stopped_by_event:
+      return "stopped by an event";
+    case Outcome::non_finite_event:
+      return "the function of an event is not finite";
+    case Outcome::events_accumulate:
+      return "an event follows itself faster than time can tell";
   }
   return "unknown outcome";
 }
@@ -75,6 +84,7 @@ enum class Outcome : std::uint8_t {
   switch (outcome) {
     case Outcome::success:
     case Outcome::stopped_by_observer:
+    case Outcome::stopped_by_event:
       return "";
     case Outcome::non_finite_state:
       return "check the initial state; if the run blew up, take a smaller dt or an implicit scheme (phi >= 1/2)";
@@ -105,6 +115,10 @@ enum class Outcome : std::uint8_t {
       return "raise max_steps, or take a larger dt";
     case Outcome::invalid_step:
       return "dt must be finite and not 0, t must be finite";
+    case Outcome::non_finite_event:
+      return "check the event's g for a division by zero or a root of a negative number there";
+    case Outcome::events_accumulate:
+      return "let the handler end the run (return false) or switch to resting contact once the motion is slow enough";
   }
   return "";
 }
