@@ -1,5 +1,8 @@
 /// @file
-/// Something that happens when a function of the state passes zero.
+/// Something that happens when a function of the state passes zero: a bounce, a switch, the end of a run.
+///
+/// The handler finds the state on the root, up to rounding, and may edit it. What it leaves there at rest passes through:
+/// a ball that is stopped on the ground, with gravity on, falls on. Let the handler end such a run, or change the force.
 #pragma once
 
 #include <cmath>
@@ -7,9 +10,11 @@
 #include <utility>
 #include <vector>
 
+#include "phistep/core/archive.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/observe/goes_on.hpp"
 #include "phistep/observe/root.hpp"
+#include "phistep/state/parts.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -29,8 +34,8 @@ class Event {
  public:
   using IsEvent = void;
 
-  Event(G g, const EventOptions& options, Handler handler)
-      : g_(std::move(g)), handler_(std::move(handler)), options_{options} {}
+  Event(G function, const EventOptions& options, Handler handler)
+      : g_(std::move(function)), handler_(std::move(handler)), options_{options} {}
 
   /// g(t, state) or g(state), as `Scalar`.
   template <class Scalar, class Plain>
@@ -64,6 +69,13 @@ class Event {
   /// When it happened in the last run. [time]
   [[nodiscard]] const std::vector<double>& times() const { return times_; }
 
+  /// Its times, for a checkpoint.
+  void save(Writer& out) const { save_parts(out, times_); }
+  template <class Then>
+  void load(Reader& in, Then&& then) {
+    load_parts(in, then, times_);
+  }
+
  private:
   G g_;
   [[no_unique_address]] Handler handler_;
@@ -77,15 +89,15 @@ concept EventLike = requires {
 };
 
 /// `integrate(…, event([](const auto& y) { return y.r.z(); }, {.direction = Direction::falling}, bounce))`
-/// @param g        g(state) or g(t, state) → a number; an owning copy of the state is what it sees
-/// @param handler  called as handler(t, state) when g passes zero; it may edit the state, and return false to end the run
+/// @param function  g(state) or g(t, state) → a number; of a Map's state it sees the owning twin
+/// @param handler   called as handler(t, state) when g passes zero; it may edit the state, and return false to end the run
 template <class G>
-[[nodiscard]] Event<G> event(G g, EventOptions options = {}) {
-  return {std::move(g), options, NoHandler{}};
+[[nodiscard]] Event<G> event(G function, EventOptions options = {}) {
+  return {std::move(function), options, NoHandler{}};
 }
 template <class G, class Handler>
-[[nodiscard]] Event<G, Handler> event(G g, EventOptions options, Handler handler) {
-  return {std::move(g), options, std::move(handler)};
+[[nodiscard]] Event<G, Handler> event(G function, EventOptions options, Handler handler) {
+  return {std::move(function), options, std::move(handler)};
 }
 
 }  // namespace phistep::inline PHISTEP_ABI

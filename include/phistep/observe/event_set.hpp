@@ -29,12 +29,14 @@
 #include <type_traits>
 #include <utility>
 
+#include "phistep/core/archive.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/observe/completed_step.hpp"
 #include "phistep/observe/event.hpp"
 #include "phistep/observe/root.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/parts.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -46,6 +48,11 @@ struct Armed {
   Scalar interval{};       ///< [time] between the last two of these
   std::int64_t count = 0;  ///< how often it happened in this run
   Standing standing = Standing::unknown;
+
+  void archive(auto& ar) {
+    ar(g, last, interval, count, standing);
+    ar.check(standing <= Standing::unknown);
+  }
 };
 
 /// @tparam Events  models of EventLike, held by reference
@@ -67,6 +74,7 @@ class EventSet {
   };
 
   explicit EventSet(Events&... events) : events_{events...} {}
+  explicit EventSet(const std::tuple<Events&...>& events) : events_{events} {}
 
   [[nodiscard]] Outcome begin(Scalar t, const S& state) {
     each([&](auto k, auto& event) {
@@ -149,6 +157,11 @@ class EventSet {
 
   [[nodiscard]] const Memory& memory() const { return memory_; }
   void set_memory(const Memory& memory) { memory_ = memory; }
+  void save(Writer& out) const { save_parts(out, memory_); }
+  template <class Then>
+  void load(Reader& in, Then&& then) {
+    load_parts(in, then, memory_);
+  }
 
  private:
   template <class F>
@@ -188,5 +201,24 @@ class EventSet {
   std::array<Root<Scalar>, size> roots_{};
   [[no_unique_address]] std::conditional_t<std::is_same_v<S, Plain>, Nothing, Plain> plain_;
 };
+
+template <State S, class Tie>
+struct EventSetOfTie;
+template <State S, class... Events>
+struct EventSetOfTie<S, std::tuple<Events&...>> {
+  using type = EventSet<S, Events...>;
+};
+/// The events among a run's observers, tied.
+template <class... Observers>
+[[nodiscard]] auto tie_events(Observers&... observers) {
+  const auto tied = [](auto& observer) {
+    if constexpr (EventLike<decltype(observer)>) return std::tie(observer);
+    else return std::tuple<>{};
+  };
+  return std::tuple_cat(tied(observers)...);
+}
+template <State S, class... Observers>
+using EventsAmong =
+    typename EventSetOfTie<S, decltype(tie_events(std::declval<std::remove_reference_t<Observers>&>()...))>::type;
 
 }  // namespace phistep::inline PHISTEP_ABI
