@@ -211,7 +211,7 @@ struct EventSetOfTie<S, std::tuple<Events&...>> {
 /// The events among a run's observers, tied.
 template <class... Observers>
 [[nodiscard]] auto tie_events(Observers&... observers) {
-  const auto tied = [](auto& observer) {
+  [[maybe_unused]] const auto tied = [](auto& observer) {
     if constexpr (EventLike<decltype(observer)>) return std::tie(observer);
     else return std::tuple<>{};
   };
