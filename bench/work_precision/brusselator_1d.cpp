@@ -18,7 +18,7 @@ work_precision::Table work_precision::brusselator_1d() {
   fixed("backward Euler", phistep::backward_euler, 32, 4096);
   fixed("trapezoidal", phistep::trapezoidal, 32, 4096);
   fixed("TR-BDF2", phistep::tr_bdf2, 16, 2048);
-#ifdef BENCH_HAS_SUNDIALS
+#ifdef BENCH_HAS_SUNDIALS_SOLVERS
   const FirstOrder<Brusselator1D::State, Brusselator1D> problem{start, force};
   sundials::add_implicit(table, problem, end, "band", sundials::Band{2, 2});
 #endif

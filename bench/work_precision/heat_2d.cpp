@@ -19,7 +19,7 @@ work_precision::Table work_precision::heat_2d() {
   fixed("backward Euler", phistep::backward_euler, 16, 2048);
   fixed("trapezoidal", phistep::trapezoidal, 8, 512);
   fixed("TR-BDF2", phistep::tr_bdf2, 8, 512);
-#ifdef BENCH_HAS_SUNDIALS
+#ifdef BENCH_HAS_SUNDIALS_SOLVERS
   const FirstOrder<Heat2D::State, Heat2D> problem{start, force};
   sundials::add_implicit(table, problem, end, "KLU", sundials::Klu{problem}, -5);
   sundials::add_implicit(table, problem, end, "GMRES", sundials::Gmres{}, -5, {3});

@@ -17,7 +17,7 @@ work_precision::Table work_precision::kepler() {
   fixed("forward Euler", phistep::forward_euler, 1 << 14, 1 << 21);
   fixed("velocity Verlet", phistep::velocity_verlet, 1 << 9, 1 << 19);
   fixed("trapezoidal", phistep::trapezoidal, 1 << 9, 1 << 17);
-#ifdef BENCH_HAS_SUNDIALS
+#ifdef BENCH_HAS_SUNDIALS_SOLVERS
   sundials::add_explicit(table, FirstOrder<Kepler::State, Kepler>{start, force}, end);
 #endif
   return table;

@@ -19,7 +19,7 @@ template <class S, class Force>
   fixed("backward Euler", phistep::backward_euler, coarsest, finest);
   fixed("trapezoidal", phistep::trapezoidal, coarsest, finest);
   fixed("TR-BDF2", phistep::tr_bdf2, coarsest, finest);
-#ifdef BENCH_HAS_SUNDIALS
+#ifdef BENCH_HAS_SUNDIALS_SOLVERS
   sundials::add_implicit(table, FirstOrder<S, Force>{start, force}, end, "dense", sundials::Dense{});
 #endif
   return table;

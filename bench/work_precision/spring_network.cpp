@@ -20,7 +20,7 @@ work_precision::Table work_precision::spring_network() {
   fixed("backward Euler", phistep::backward_euler, 128, 1024);
   fixed("trapezoidal", phistep::trapezoidal, 64, 1024);
   fixed("TR-BDF2", phistep::tr_bdf2, 64, 512);
-#ifdef BENCH_HAS_SUNDIALS
+#ifdef BENCH_HAS_SUNDIALS_SOLVERS
   const FirstOrder<Drum::State, decltype(Drum::force())> problem{start, force, Drum::masses()};
   sundials::add_implicit(table, problem, end, "KLU", sundials::Klu{problem}, -5);
   sundials::add_implicit(table, problem, end, "GMRES", sundials::Gmres{}, -4, {3});

@@ -4,7 +4,7 @@
 /// What SUNDIALS can't do for itself is not on its clock: the pattern of a sparse matrix, and where each emitted entry goes.
 #pragma once
 
-#ifdef BENCH_HAS_SUNDIALS
+#ifdef BENCH_HAS_SUNDIALS_SOLVERS
 
 #include <arkode/arkode_arkstep.h>
 #include <cvode/cvode.h>

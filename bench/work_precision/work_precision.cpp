@@ -20,7 +20,7 @@
 #include <string>
 #include <vector>
 
-#ifdef BENCH_HAS_SUNDIALS
+#ifdef BENCH_HAS_SUNDIALS_SOLVERS
 #include <sundials/sundials_config.h>
 #endif
 
@@ -155,7 +155,7 @@ std::string versions() {
 #endif
   text << "; " << BENCH_FLAGS << "; " << Eigen::SimdInstructionSetsInUse() << "; Eigen " << EIGEN_WORLD_VERSION << '.'
        << EIGEN_MAJOR_VERSION << '.' << EIGEN_MINOR_VERSION;
-#ifdef BENCH_HAS_SUNDIALS
+#ifdef BENCH_HAS_SUNDIALS_SOLVERS
   text << "; SUNDIALS " << SUNDIALS_VERSION;
 #else
   text << "; no SUNDIALS";
