@@ -26,7 +26,7 @@ class CompletedStep {
   [[nodiscard]] const Plain& start() const { return start_; }  ///< the state at t0, after all edits
   [[nodiscard]] const Plain& end() const { return end_; }      ///< the state at t1, before any edit
   /// The state at t0 ≤ t ≤ t1. Valid until the next call.
-  [[nodiscard]] const Plain& at(Scalar t) const { return dense_.at(t); }
+  [[nodiscard]] const Plain& at(Scalar t) const { return t == t1_ ? end_ : dense_.at(t); }
 
  private:
   Scalar t0_, dt_, t1_;

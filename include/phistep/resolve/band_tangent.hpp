@@ -83,6 +83,14 @@ class BandTangent {
   [[nodiscard]] Index lower() const { return lower_; }
   [[nodiscard]] Index upper() const { return upper_; }
   [[nodiscard]] Index width() const { return lower_ + upper_ + 1; }
+  /// For a checkpoint.
+  void archive(auto& ar) {
+    ar(lower_, upper_, K_, C_);
+    if constexpr (has_K) ar.check(K_.rows() == width() && K_.cols() == n_);
+    if constexpr (has_C) ar.check(C_.rows() == width() && C_.cols() == n_);
+    if constexpr (std::remove_reference_t<decltype(ar)>::reading) outside_.clear();
+    ar.check(0 <= lower_ && lower_ < std::max<Index>(n_, 1) && 0 <= upper_ && upper_ < std::max<Index>(n_, 1));
+  }
 
   /// The part −γ_f (C + γ_d K) of W.
   struct Part {

@@ -65,6 +65,8 @@ class BandedSystem : public Sizes {
     lu_.solve_in_place(x);
     return Outcome::success;
   }
+  static constexpr bool keeps_pattern = true;  // the band
+  void archive(auto& ar) { ar(tangent_, knows_masses_); }
 
  private:
   Tangent tangent_;

@@ -73,6 +73,8 @@ class BlockTridiagonalSystem : public Sizes {
     }
     return Outcome::success;
   }
+  static constexpr bool keeps_pattern = true;  // the band
+  void archive(auto& ar) { ar(band_, beyond_); }
 
  private:
   [[nodiscard]] static bool is_inside(Index i, Index j) {

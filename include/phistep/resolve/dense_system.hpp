@@ -8,6 +8,9 @@
 ///   solve(x)                                 x ← W⁻¹ x
 ///   drift_share()                            ‖γ_f γ_d K‖ / ‖W‖, row by row or of all: how much of r the solve sees
 ///   magnitude()                              ‖W‖, largest entry
+///   archive(ar)                              the tangents for a checkpoint, from which factorize() makes W again
+/// and those that keep more than one Jacobian's tangents (`keeps_pattern`)
+///   restore(masses, γ_f, γ_d, statistics)    after archive(): all that was there, even where no factors were
 #pragma once
 
 #include <Eigen/Core>
@@ -106,6 +109,7 @@ class DenseSystem : public Sizes {
     lu_.solve_in_place(x);
     return Outcome::success;
   }
+  void archive(auto& ar) { ar.in_place(K_, C_); }
 
  private:
   struct Absent {};
@@ -150,6 +154,7 @@ class DiagonalSystem : public Sizes {
     x.array() *= inverse_.array();
     return Outcome::success;
   }
+  void archive(auto& ar) { ar.in_place(K_, C_); }
 
  private:
   Vector K_, C_, inverse_;

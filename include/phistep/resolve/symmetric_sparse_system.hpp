@@ -66,6 +66,15 @@ class SymmetricSparseSystem : public AssembledSystem<Scalar, true> {
     x = work_;
     return lu_->info() == Eigen::Success ? Outcome::success : Outcome::linear_solver_failed;
   }
+  static constexpr bool keeps_pattern = true;  // and its analysis
+  void archive(auto& ar) { ar(assembly_, ldlt_, lu_); }
+  [[nodiscard]] Outcome restore(const auto& masses, Scalar gamma_force, Scalar gamma_drift, Statistics& statistics) {
+    if (!ldlt_) return Outcome::success;
+    const bool had_lu = static_cast<bool>(lu_);
+    const Outcome outcome = factorize(masses, gamma_force, gamma_drift, statistics);
+    if (had_lu && !lu_) analyse_for_lu(statistics);
+    return outcome;
+  }
 
  private:
   using AssembledSystem<Scalar, true>::assembly_;
@@ -90,13 +99,14 @@ class SymmetricSparseSystem : public AssembledSystem<Scalar, true> {
         return false;
     return true;
   }
+  void analyse_for_lu(Statistics& statistics) {
+    lu_.make();
+    lu_->analyzePattern(assembly_.matrix());
+    ++statistics.analyses;
+  }
   [[nodiscard]] Outcome factorize_by_lu(Statistics& statistics) {
     ++statistics.fallbacks;
-    if (!lu_) {
-      lu_.make();
-      lu_->analyzePattern(assembly_.matrix());
-      ++statistics.analyses;
-    }
+    if (!lu_) analyse_for_lu(statistics);
     lu_->factorize(assembly_.matrix());
     return lu_->info() == Eigen::Success ? Outcome::success : Outcome::singular_matrix;
   }

@@ -54,6 +54,12 @@ class EditGuard {
   /// The same, on the caller's word that the state is what the last step left.
   [[nodiscard]] bool holds_unedited(Scalar t) const { return kind_ != Kind::nothing && same_time(t); }
 
+  /// For a checkpoint. After it the guard knows the saved state, by its bits, and no other.
+  void archive(auto& ar) {
+    ar(kind_, t_, last_);
+    ar.check(kind_ <= Kind::checked);
+  }
+
  private:
   enum class Kind : std::uint8_t { nothing, vouched, checked };
   static constexpr int size = static_size<decltype(Blocks<S>::all(std::declval<Plain&>()))>;

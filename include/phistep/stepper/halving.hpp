@@ -11,33 +11,16 @@
 #include <stdexcept>
 #include <utility>
 
+#include "phistep/core/archive.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/parts.hpp"
 #include "phistep/stepper/transaction.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
-
-/// Whether a smaller step may succeed where one failed so, the state itself being finite.
-[[nodiscard]] constexpr bool may_be_cured(Outcome outcome) {
-  switch (outcome) {
-    case Outcome::non_finite_state:
-    case Outcome::non_finite_force:
-    case Outcome::non_finite_jacobian:
-    case Outcome::singular_matrix:
-    case Outcome::not_positive_definite:
-    case Outcome::linear_solver_failed:
-    case Outcome::newton_diverged:
-    case Outcome::newton_stalled:
-    case Outcome::iteration_diverged:
-    case Outcome::iteration_stalled:
-      return true;
-    default:
-      return false;
-  }
-}
 
 template <class Stepper>
 class Halving {
@@ -85,6 +68,9 @@ class Halving {
   [[nodiscard]] Stepper& stepper() { return stepper_; }
   [[nodiscard]] const Stepper& stepper() const { return stepper_; }
   void reset() { stepper_.reset(); }
+  /// As PhiStepper's.
+  void save(Writer& out) const { save_parts(out, steps_, failed_steps_, halvings_, stepper_); }
+  void load(Reader& in, auto&& then) { load_parts(in, then, steps_, failed_steps_, halvings_, stepper_); }
 
  private:
   /// What a failure takes the state and the stepper back to.

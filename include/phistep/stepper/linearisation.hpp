@@ -10,8 +10,10 @@
 #include <string>
 #include <type_traits>
 
+#include "phistep/core/archive.hpp"
 #include "phistep/core/arithmetic.hpp"
 #include "phistep/core/outcome.hpp"
+#include "phistep/core/statistics.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/jacobian/analytic.hpp"
@@ -152,8 +154,43 @@ class Linearisation {
   static constexpr bool is_iterative = requires(System & system, Eigen::Matrix<Scalar, n_static, 1>& x, Statistics& s) {
     system.solve(x, 0.0, s);
   };
+  /// For a checkpoint: K and C by their values, W and its factors by their γ. Products and differences of a force would
+  /// have to be asked for again, which a reader must not do: the force may count its calls, or throw.
+  void archive(auto& ar) {
+    bool factors = has_factors();  // not in a copy, where the solver can't be copied
+    ar(has_jacobian_, factors, factored_.force, factored_.drift);
+    if constexpr (std::remove_reference_t<decltype(ar)>::reading) has_factors_ = factors;
+    if constexpr (!analytic) ar(differences_);
+    // Where each Jacobian finds its own place, an unused one is not worth its bytes.
+    if constexpr (!matrix_free)
+      if (has_jacobian_ || requires { System::keeps_pattern; }) ar(system_);
+  }
+  /// Makes W and its factors from what archive() read, uncounted. @throws CheckpointError where there are none
+  void restore(const Rhs& rhs, const Plain& y) {
+    Statistics uncounted;
+    Outcome outcome = Outcome::success;
+    const auto masses = each_mass_entry(rhs, y);
+    if constexpr (requires { system_.restore(masses, factored_.force, factored_.drift, uncounted); })
+      outcome = system_.restore(masses, factored_.force, factored_.drift, uncounted);
+    else if (has_factors_) outcome = system_.factorize(masses, factored_.force, factored_.drift, uncounted);
+    if (has_factors_ && outcome != Outcome::success)
+      throw CheckpointError(std::string("phistep: the checkpoint's Jacobian doesn't go with this stepper's masses: ") +
+                            describe(outcome));
+  }
 
  private:
+  /// f(i, j, m) for each entry of M; refers to both arguments.
+  [[nodiscard]] static auto each_mass_entry(const Rhs& rhs, const Plain& y) {
+    return [&rhs, &y](auto&& put) {
+      Index at = 0;
+      for_each_block(
+          [&](auto, const auto& block, const auto& mass) {
+            mass.for_each_entry(block.size(), [&](Index i, Index j, auto m) { put(at + i, at + j, m); });
+            at += block.size();
+          },
+          Blocks<S>::solved(y), rhs.masses());
+    };
+  }
   [[nodiscard]] Outcome linearise(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& Y, const Rate& psi,
                                   const NewtonOptions& options) {
     if constexpr (!matrix_free) ++rhs.statistics().jacobians;
@@ -166,16 +203,7 @@ class Linearisation {
   }
 
   [[nodiscard]] Outcome factorize(Rhs& rhs, const Gamma<Scalar>& gamma, const Plain& Y) {
-    const auto each_mass_entry = [&](auto&& put) {
-      Index at = 0;
-      for_each_block(
-          [&](auto, const auto& block, const auto& mass) {
-            mass.for_each_entry(block.size(), [&](Index i, Index j, auto m) { put(at + i, at + j, m); });
-            at += block.size();
-          },
-          Blocks<S>::solved(Y), rhs.masses());
-    };
-    const Outcome outcome = system_.factorize(each_mass_entry, gamma.force, gamma.drift, rhs.statistics());
+    const Outcome outcome = system_.factorize(each_mass_entry(rhs, Y), gamma.force, gamma.drift, rhs.statistics());
     has_factors_ = outcome == Outcome::success;
     factored_ = gamma;
     scale_ = Scalar{1};

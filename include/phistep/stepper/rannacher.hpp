@@ -33,6 +33,7 @@ class Row<Rannacher, S> : public RowDefaults {
   using Progress = int;
   [[nodiscard]] Progress progress() const { return done_; }
   void resume(Progress done) { done_ = done; }
+  void archive(auto& ar) { ar(done_); }
   void reset() { done_ = 0; }
   void accepted() { done_ += done_ < scheme_.pairs; }
 

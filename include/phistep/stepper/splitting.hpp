@@ -65,6 +65,10 @@ class SplitRow {
   using Progress = typename Inner::Progress;
   [[nodiscard]] Progress progress() const { return inner_.progress(); }
   void resume(Progress progress) { inner_.resume(progress); }
+  void archive(auto& ar) {
+    ar(inner_, guard_, known_);
+    ar.in_place(psi_);
+  }
   void reset() { inner_.reset(); }
   void accepted() { inner_.accepted(); }
   void forget() {
