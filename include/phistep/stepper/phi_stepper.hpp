@@ -278,6 +278,7 @@ class PhiStepper {
   /// Whether `attempt` can say how large a step's error is: some schemes always, some once they have a past, some never
   /// (StepDoubling serves those).
   static constexpr bool traces = Row::traces;
+  static constexpr bool is_affine = Traits::is_affine;
   [[nodiscard]] bool estimates(const Trace<PlainState<S>>& trace) const {
     if constexpr (traces) return row_.estimates(trace);
     else return false;
