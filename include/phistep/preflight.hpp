@@ -14,6 +14,7 @@
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
 
+#include <algorithm>
 #include <cmath>
 #include <exception>
 #include <functional>
@@ -57,10 +58,11 @@ struct TangentSink {
   }
 };
 
-/// ∂Ψ/∂r and ∂Ψ/∂v (or ∂Ψ/∂y) of one force or term at (t, y).
+/// ∂Ψ/∂r and ∂Ψ/∂v (or ∂Ψ/∂y) of one force or term at (t, y), divided by the largest mass.
+/// @param lightest  the smallest mass divided by the largest
 template <State S, class F, class Masses>
 [[nodiscard]] Tangent tangent_of(F& force, ScalarOf<S> t, ScalarOf<S> dt, const PlainState<S>& y, const Masses& masses,
-                                 const MemoryOf<F>& memory, double largest_mass) {
+                                 const MemoryOf<F>& memory, double largest_mass, [[maybe_unused]] double lightest) {
   using Rhs = RightHandSide<S, std::reference_wrapper<F>, Masses>;
   using Traits = typename Rhs::Traits;
   const Index n = unknowns<S>(y);
@@ -80,8 +82,19 @@ template <State S, class F, class Masses>
   } else if (Traits::has_pattern || n <= dense_difference_limit) {
     DifferenceTangent<S, Rhs, Rhs::drifts, Rhs::couples_unknowns> differences;
     differences.resize(y, rhs);
-    differences.begin();
-    differences.compute(rhs, {dt, dt}, t, y, psi, NewtonOptions{}, sink);
+    // Increments follow what a step moves; a Δt far too long would reach too far, so the second time it is what K and C say.
+    const auto compute = [&](ScalarOf<S> gamma) {
+      sink.K.clear(), sink.C.clear();
+      differences.begin();
+      differences.compute(rhs, {gamma, gamma}, t, y, psi, NewtonOptions{}, sink);
+      double k = 0, c = 0;
+      for (const auto& entry : sink.K) k = std::max(k, std::abs(entry.value()));
+      for (const auto& entry : sink.C) c = std::max(c, std::abs(entry.value()));
+      return std::sqrt(k / lightest) + c / lightest;
+    };
+    const double rate = compute(dt);
+    if (!Traits::is_affine && rate > 0 && !(rate * static_cast<double>(dt) <= 1 && dt > 0))
+      static_cast<void>(compute(static_cast<ScalarOf<S>>(1 / rate)));
   } else {
     tangent.known = false;
   }
@@ -164,6 +177,9 @@ template <State S, class F, class Scheme, class MassSpec, ImplicitSolver Solver>
 [[nodiscard]] PreflightReport preflight(PhiStepper<S, F, Scheme, MassSpec, Solver>& stepper, const S& state, double dt,
                                         const PreflightOptions& options = {}) {
   using Scalar = ScalarOf<S>;
+  static_assert(
+      requires(const Scheme& scheme) { method_of(scheme); },
+      "phistep: preflight doesn't know this scheme; overload method_of(scheme) and scheme_name(scheme) for it");
   PreflightReport report;
   report.dt = dt;
   const bool valid = dt > 0 && std::isfinite(dt);
@@ -187,8 +203,9 @@ template <State S, class F, class Scheme, class MassSpec, ImplicitSolver Solver>
     problem.block = particle_rows<S, typename Rhs::Traits>(y);
     problem.tolerance = 64 * std::sqrt(static_cast<double>(std::numeric_limits<Scalar>::epsilon()));
     const auto t = static_cast<Scalar>(options.t), step = static_cast<Scalar>(valid ? dt : 0);
+    const double lightest = problem.masses.lumped.size() > 0 ? problem.masses.lumped.minCoeff() : 1;
     const auto linearise = [&](auto& part, const auto& memory) {
-      return tangent_of<S>(part, t, step, y, masses, memory, largest_mass);
+      return tangent_of<S>(part, t, step, y, masses, memory, largest_mass, lightest);
     };
     if constexpr (is_sum<Whole>) {
       const auto add = [](Tangent& sum, const Tangent& part) {

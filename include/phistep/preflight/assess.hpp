@@ -80,8 +80,10 @@ class Assessment {
   }
   [[nodiscard]] std::complex<double> fastest() const {
     if (!spectrum_.bounded) return 0;
-    if (motion_)
-      return spectrum_.stiffness > 0 ? std::complex<double>{0, std::sqrt(spectrum_.stiffness)} : -spectrum_.damping;
+    // Overdamped, the fastest is a decay.
+    if (motion_ && spectrum_.damping * spectrum_.damping < 4 * spectrum_.stiffness)
+      return {0, std::sqrt(spectrum_.stiffness)};
+    if (motion_) return -spectrum_.damping;
     std::complex<double> top = -spectrum_.radius;
     for (const auto lambda : spectrum_.eigenvalues)
       if (std::abs(lambda) >= spectrum_.radius) top = lambda.imag() < 0 ? std::conj(lambda) : lambda;
@@ -196,7 +198,10 @@ class Assessment {
   }
   void advise() {
     if (report_.verdict == Verdict::fine) {
-      report_.recommended = {scheme_, report_.dt, "Keep it."};
+      const bool rings = std::abs(fastest()) * report_.dt > 1 && report_.fastest_factor > 0.9;
+      report_.recommended = {
+          scheme_, report_.dt,
+          rings ? "Keep it, if nothing excites the fastest modes; tr_bdf2 would damp them." : "Keep it."};
       return;
     }
     const std::complex<double> lambda = asked();

@@ -98,16 +98,24 @@ template <class Force, class Drift, Form form>
 /// After its start, which damps.
 [[nodiscard]] inline Method method_of(const Rannacher&) { return {Method::Kind::single, 0.5, 0.5}; }
 
-/// r' = u (its first components), u' = K r + C u, small and dense; r may be empty.
+/// r' = s u (its first components), u' = K r + C u, small and dense; r may be empty.
 struct DenseSystemMatrices {
   Eigen::MatrixXd K, C;
+  double s = 1;
+  /// Measures r in other units, so that r' and u' come out alike: eigenvalues would drown in K otherwise. A power of two.
+  void balance() {
+    const double top = K.size() > 0 ? K.cwiseAbs().maxCoeff() : 0;
+    if (!(top > 0)) return;
+    s = std::exp2(std::floor(std::log2(top) / 2));
+    K /= s;
+  }
   [[nodiscard]] Eigen::Index positions() const { return K.cols(); }
   [[nodiscard]] Eigen::Index size() const { return K.cols() + C.cols(); }
   /// (r, u)' = L (r, u)
   [[nodiscard]] Eigen::MatrixXd whole() const {
     const Eigen::Index p = K.cols(), n = C.cols();
     Eigen::MatrixXd L = Eigen::MatrixXd::Zero(p + n, p + n);
-    L.topRightCorner(p, n).leftCols(p).setIdentity();
+    L.topRightCorner(p, n).leftCols(p).diagonal().setConstant(s);
     L.bottomLeftCorner(n, p) = K;
     L.bottomRightCorner(n, n) = C;
     return L;

@@ -71,7 +71,9 @@ struct Spectrum {
 
 /// Small and dense, divided by the masses.
 [[nodiscard]] inline DenseSystemMatrices divided(const Tangent& tangent, const PreflightMasses& masses) {
-  DenseSystemMatrices system{Eigen::MatrixXd(tangent.K), Eigen::MatrixXd(tangent.C)};
+  DenseSystemMatrices system;
+  system.K = tangent.K;
+  system.C = tangent.C;
   if (masses.is_matrix) {
     const auto lu = masses.matrix.partialPivLu();
     system.K = lu.solve(system.K).eval();
@@ -165,7 +167,9 @@ struct Spectrum {
       s.eigenvalues.push_back(-root);
     }
   } else if (p > 0) {
-    s.eigenvalues = eigenvalues_of(system.whole());
+    DenseSystemMatrices balanced = system;
+    balanced.balance();
+    s.eigenvalues = eigenvalues_of(balanced.whole());
   }
   for (const auto lambda : s.eigenvalues) s.radius = std::max(s.radius, std::abs(lambda));
   // A double zero (free motion) or an undamped pair comes out of rounding with a little growth.

@@ -41,11 +41,17 @@ inline constexpr Eigen::Index step_matrix_limit = 120;
 /// By the spectral radius of the step's own matrix: Δt grows until it exceeds what the exact solution grows by.
 [[nodiscard]] inline double scan_for_stable_step(const Method& method, const LinearisedProblem& problem,
                                                  const Spectrum& whole) {
-  const DenseSystemMatrices rest = divided(problem.rest, problem.masses);
+  DenseSystemMatrices rest = divided(problem.rest, problem.masses), kicks = rest;
+  rest.balance();
+  if (problem.has_kicks) {
+    kicks = divided(problem.kicks, problem.masses);
+    kicks.s = rest.s;
+    kicks.K /= rest.s;
+  }
   const auto stable = [&](double h) {
     Eigen::MatrixXd G = step_matrix(method, rest, h);
     if (problem.has_kicks) {
-      const Eigen::MatrixXd kick = kick_matrix(divided(problem.kicks, problem.masses), h / 2);
+      const Eigen::MatrixXd kick = kick_matrix(kicks, h / 2);
       G = kick * G * kick;
     }
     if (!G.allFinite()) return false;
