@@ -231,8 +231,9 @@ class Archive {
       if constexpr (fixed || !plain || V::SizeAtCompileTime != Eigen::Dynamic) {
         self().check_shape(rows, cols, x.rows(), x.cols());
       } else {
-        self().check_shape(rows, cols, V::RowsAtCompileTime == Eigen::Dynamic ? rows : V::RowsAtCompileTime,
-                           V::ColsAtCompileTime == Eigen::Dynamic ? cols : V::ColsAtCompileTime);
+        constexpr std::int64_t own_rows = V::RowsAtCompileTime, own_cols = V::ColsAtCompileTime;
+        self().check_shape(rows, cols, own_rows == Eigen::Dynamic ? rows : own_rows,
+                           own_cols == Eigen::Dynamic ? cols : own_cols);
         self().check(rows >= 0 && cols >= 0);
         self().check(V::MaxRowsAtCompileTime == Eigen::Dynamic || rows <= V::MaxRowsAtCompileTime);
         self().check(V::MaxColsAtCompileTime == Eigen::Dynamic || cols <= V::MaxColsAtCompileTime);
