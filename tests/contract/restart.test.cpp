@@ -152,7 +152,8 @@ TEST_CASE("a chain whose blocks need pivoting restarts to the same bits") {
   W(0, 0) = W(1, 1) = 0, W(0, 1) = 2, W(1, 0) = -1, W(2, 2) = 1e-13, W(2, 4) = W(4, 2) = 1;
   const Mat A = Mat::Identity(6, 6) - W;
   const auto force = block_tridiagonal<2>([A](const Vec& y) -> Vec { return A * y - 1e-3 * y.cwiseProduct(y); });
-  const auto s = check({1.0, true, 12}, [] { return start_of(6); }, steps(force, backward_euler, tolerant()));
+  const auto s = check(
+      {1.0, true, 12}, [] { return start_of(6); }, steps(force, backward_euler, tolerant()));
   CHECK(s.fallbacks > 0);
 }
 
@@ -203,7 +204,12 @@ TEST_CASE("other scalars") {
     check(uneven, from, steps(force, tr_bdf2));
     using Fixed = Eigen::Matrix<T, 3, 1>;
     const auto fixed = [](const Fixed& y) -> Fixed { return -T(3) * y - (y.array().cube() / T(7)).matrix(); };
-    check(uneven, [] { return Fixed{T(1) / T(3), T(-2) / T(7), T(1)}; }, steps(fixed, tr_bdf2));
+    check(
+        uneven,
+        [] {
+          return Fixed{T(1) / T(3), T(-2) / T(7), T(1)};
+        },
+        steps(fixed, tr_bdf2));
   };
   run(0.0f, 1e-3);
   run(0.0, 1e-6);
@@ -225,13 +231,16 @@ TEST_CASE("states that live in somebody's own memory") {
     return strided_homes.back()->block(states::positions);
   };
   check(uneven, strided, steps(force, phi(0.7)));
-  check(uneven, [] { return states::RowMajor(states::RowMajor::Random(3, 2)); }, steps(states::Pull{}, tr_bdf2));
+  check(
+      uneven, [] { return states::RowMajor(states::RowMajor::Random(3, 2)); }, steps(states::Pull{}, tr_bdf2));
 }
 
 TEST_CASE("halving goes on with its counts") {
   // Newton may take two iterations: long steps stall, and are halved.
   const auto stiff = [](const Vec& y) -> Vec { return (-20 * y.array().cube() + 10).matrix(); };
-  const auto make = [&](const auto& y) { return Halving{PhiStepper{y, stiff, phi(0.7), newton({.max_iterations = 6})}, 8}; };
+  const auto make = [&](const auto& y) {
+    return Halving{PhiStepper{y, stiff, phi(0.7), newton({.max_iterations = 6})}, 8};
+  };
   const Statistics s = check({0.2, false, 20}, start, make);
   CHECK(s.halvings > 0);
 }

@@ -159,7 +159,8 @@ TEST_CASE("spring networks solved by conjugate gradients restart to the same bit
   CHECK(kept.jacobians < kept.steps);
   CHECK(kept.analyses == 1);
   check(uneven, start, steps(SpringNet::damped(), backward_euler, masses()));
-  const Statistics clamped = check({0.2, false, 40}, pressed, steps(SpringNet::elastic(), tr_bdf2, masses(), tolerant()));
+  const Statistics clamped =
+      check({0.2, false, 40}, pressed, steps(SpringNet::elastic(), tr_bdf2, masses(), tolerant()));
   CHECK(clamped.fallbacks > 0);
   check(uneven, start, steps(SpringNet::elastic() + Driven{}, trapezoidal, masses(), tolerant()));
 }

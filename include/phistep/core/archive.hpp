@@ -60,7 +60,8 @@ inline constexpr bool is_optional = false;
 template <class T>
 inline constexpr bool is_optional<std::optional<T>> = true;
 template <class T>
-inline constexpr bool is_pointer_like = std::is_pointer_v<T> || std::is_member_pointer_v<T> || std::is_null_pointer_v<T>;
+inline constexpr bool is_pointer_like =
+    std::is_pointer_v<T> || std::is_member_pointer_v<T> || std::is_null_pointer_v<T>;
 template <class T>
 inline constexpr bool is_pointer_like<std::reference_wrapper<T>> = true;
 template <class T, std::size_t n>
@@ -82,9 +83,9 @@ concept TupleLike = requires {
 };
 /// By their bytes, many at once.
 template <class T>
-inline constexpr bool is_flat = std::is_trivially_copyable_v<T> && !std::is_empty_v<T> && !is_pointer_like<T> &&
-    !std::is_same_v<T, bool> && !std::is_same_v<T, long double> && !Archived<T> && !Dense<T> && !Blocked<T> &&
-    !TupleLike<T> && !is_optional<T>;
+inline constexpr bool is_flat =
+    std::is_trivially_copyable_v<T> && !std::is_empty_v<T> && !is_pointer_like<T> && !std::is_same_v<T, bool> &&
+    !std::is_same_v<T, long double> && !Archived<T> && !Dense<T> && !Blocked<T> && !TupleLike<T> && !is_optional<T>;
 }  // namespace detail
 
 /// What both directions share: how a type falls into numbers. `Self` moves bytes: move(pointer, count).

@@ -203,8 +203,7 @@ class Linearisation {
   }
 
   [[nodiscard]] Outcome factorize(Rhs& rhs, const Gamma<Scalar>& gamma, const Plain& Y) {
-    const Outcome outcome =
-        system_.factorize(each_mass_entry(rhs, Y), gamma.force, gamma.drift, rhs.statistics());
+    const Outcome outcome = system_.factorize(each_mass_entry(rhs, Y), gamma.force, gamma.drift, rhs.statistics());
     has_factors_ = outcome == Outcome::success;
     factored_ = gamma;
     scale_ = Scalar{1};
