@@ -25,6 +25,8 @@
 #include "phistep/core/version.hpp"
 #include "phistep/observe/completed_step.hpp"
 #include "phistep/observe/dense_output.hpp"
+#include "phistep/observe/event.hpp"
+#include "phistep/observe/event_set.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/parts.hpp"
 #include "phistep/stepper/edit_guard.hpp"
@@ -149,10 +151,13 @@ class Run {
         span_{span},
         pace_{make_pace(control)},
         observers_{std::forward<Observers>(observers)...},
+        events_{std::apply([](auto&... observer) { return tie_events(observer...); }, observers_)},
         before_{stepper.statistics()} {
     t_ = span.t0;
     edits_.forget();
   }
+  Run(const Run&) = delete;
+  Run& operator=(const Run&) = delete;
 
   /// One step, and what observers make of it. False once the run has ended, with report() telling how.
   bool advance() { return step(true); }
@@ -189,7 +194,8 @@ class Run {
  private:
   static constexpr bool is_fixed = std::is_same_v<Control, FixedStep>;
   static constexpr bool borrowed = !std::is_same_v<S, Plain>;
-  static constexpr bool observed = (observes_steps<std::remove_reference_t<Observers>, S> || ...);
+  static constexpr bool has_events = (EventLike<Observers> || ...);
+  static constexpr bool observed = has_events || (observes_steps<std::remove_reference_t<Observers>, S> || ...);
 
   /// f(every part of a checkpoint …)
   template <class Self, class F>
@@ -205,7 +211,7 @@ class Run {
     std::apply(
         [&](auto&... observer) {
           f(self.stepper_, state, self.pace_, self.t_, self.lost_, self.report_, self.before_, self.begun_, self.ended_,
-            self.first_, self.doubled_, self.edits_, observer...);
+            self.first_, self.doubled_, self.edits_, self.events_, observer...);
         },
         observers);
   }
@@ -229,9 +235,11 @@ class Run {
     if (!begun_ && !begin()) return false;
     if (!may_go_on()) return false;
     const Origin origin = may_be_edited || first_ ? Origin::unknown : Origin::unedited;
-    if constexpr (sees_error)
-      if (origin == Origin::unknown && !edits_.holds(t_, plain())) pace_.edited();
+    if constexpr (sees_error || has_events)
+      if (origin == Origin::unknown && !edits_.holds(t_, plain()))
+        if (!take_edits()) return false;
     if constexpr (observed) copy_blocks<S>(start_, state_);
+    if constexpr (has_events && can_go_back) before_step_.emplace(stepper_.checkpoint());
     for (;;) {
       if constexpr (!is_fixed)
         if (!pace_.may_try()) return end(Outcome::too_many_steps);
@@ -260,7 +268,15 @@ class Run {
       }
     }
     const bool wanted = std::apply([this](auto&... observer) { return (greet(observer) && ...); }, observers_);
-    return wanted || end(Outcome::stopped_by_observer);
+    if (!wanted) return end(Outcome::stopped_by_observer);
+    const Outcome armed = events_.begin(t_, state_);
+    return armed == Outcome::success || end(armed);
+  }
+  /// Somebody may have edited the state: nothing that was known of it holds. False where that ends the run.
+  bool take_edits() {
+    if constexpr (!is_fixed) pace_.edited();
+    const Outcome armed = first_ ? Outcome::success : events_.rearm(t_, state_);
+    return armed == Outcome::success || end(armed);
   }
   /// All that begins a run but force calls.
   [[nodiscard]] Outcome set_up() {
@@ -277,7 +293,7 @@ class Run {
       if constexpr (std::is_void_v<decltype(observer.begin(t_, state_))>) observer.begin(t_, state_);
       else if (!observer.begin(t_, state_)) return false;
     }
-    if constexpr (observes_steps<Observer, S>) return true;
+    if constexpr (observes_steps<Observer, S> || EventLike<Observer>) return true;
     else return show(observer, t_, state_);
   }
 
@@ -353,21 +369,71 @@ class Run {
   /// The step has become the state.
   bool complete(const Plan& plan) {
     const Scalar from = t_;
-    const double length = std::abs(static_cast<double>(plan.dt));
     if constexpr (is_fixed) {
-      pace_.reached(plan.end);
       t_ = plan.end;
     } else {
-      pace_.accepted(length, plan.clipped, stepper_.history(), report_.limits);
+      pace_.accepted(std::abs(static_cast<double>(plan.dt)), plan.clipped, stepper_.history(), report_.limits);
       move_time(plan);
     }
+    Scalar dt = plan.dt;
+    [[maybe_unused]] typename EventsAmong<S, Observers...>::Found found;
+    if constexpr (has_events) {
+      found = find_event(from, dt);
+      if (found.outcome != Outcome::success) return end(found.outcome);
+      if (found && !go_to(found, from, dt)) return end(outcome_);
+    }
+    if constexpr (is_fixed) pace_.reached(t_);
     first_ = false;
+    const double length = std::abs(static_cast<double>(dt));
     report_.smallest_dt = report_.largest_dt == 0 ? length : std::min(report_.smallest_dt, length);
     report_.largest_dt = std::max(report_.largest_dt, length);
-    if constexpr (sees_error)
-      if (edits_wanted()) edits_.remember(t_, plain());
-    if (!watch(from, plan.dt)) return end(Outcome::stopped_by_observer);
+    if constexpr (sees_error || has_events) {
+      if (cut_) edits_.forget();
+      else edits_.remember(t_, plain());
+    }
+    const bool wanted = watch(from, dt);
+    if constexpr (has_events)
+      if (found)
+        if (const Outcome happened = events_.happen(found, t_, state_); happened != Outcome::success)
+          return end(happened);
+    return wanted || end(Outcome::stopped_by_observer);
+  }
+
+  /// The first event of the step just done. Where some g is not finite, there was no step.
+  [[nodiscard]] auto find_event(Scalar from, Scalar dt) {
+    cut_ = false;
+    const auto slopes = [this, from](Plain& at_start, Plain& at_end) { know_slopes(from, at_start, at_end); };
+    dense_.begin(from, dt, t_, start_, plain(), DenseOutput<S>::Slopes::of(slopes));
+    const auto found = events_.find(CompletedStep<S>{from, dt, t_, start_, plain(), dense_});
+    if (found.outcome != Outcome::success) go_back(from);
+    return found;
+  }
+  /// Does the step again, up to the event. False where it fails, with outcome_: the state is then that of the start.
+  [[nodiscard]] bool go_to(const auto& found, Scalar from, Scalar& dt) {
+    outcome_ = Outcome::non_finite_event;
+    const auto hit = events_.refine(found, [&](Scalar t) -> const Plain* {
+      go_back(from);
+      const StepReport done = stepper_.step(state_, from, t - from);
+      if (done) return &plain();
+      report_.failure = done.failure();
+      outcome_ = done.outcome();
+      return nullptr;
+    });
+    if (!std::isfinite(hit.g)) {
+      go_back(from);
+      return false;
+    }
+    if (hit.resteps == 0) return true;
+    cut_ = true;
+    t_ = hit.t;
+    lost_ = Scalar{0};
+    dt = t_ - from;
     return true;
+  }
+  void go_back(Scalar from) {
+    copy_blocks<S>(state_, start_);
+    if constexpr (can_go_back) stepper_.restore(*before_step_);
+    t_ = from;
   }
   /// t + Δt by a compensated sum (W. Kahan, Comm. ACM 8 (1965) 40), or the number to land on.
   void move_time(const Plan& plan) {
@@ -393,13 +459,14 @@ class Run {
   }
   template <class Observer>
   [[nodiscard]] bool watch_with(Observer& observer, const CompletedStep<S>& step) {
-    if constexpr (observes_steps<Observer, S>) return ask(observer, step);
+    if constexpr (EventLike<Observer>) return true;
+    else if constexpr (observes_steps<Observer, S>) return ask(observer, step);
     else return show(observer, t_, state_);
   }
   /// Slopes at both ends of the step just done: the scheme's own where it told them, else two force calls.
   void know_slopes(Scalar from, Plain& at_start, Plain& at_end) {
     if constexpr (sees_error)
-      if (pace_.trace().dt_before != 0 && !doubled_) {
+      if (pace_.trace().dt_before != 0 && !doubled_ && !cut_) {
         copy_blocks<S>(at_start, pace_.trace().before);
         copy_blocks<S>(at_end, pace_.trace().start);
         return;
@@ -431,27 +498,33 @@ class Run {
     report_.outcome = outcome;
     return false;
   }
-  [[nodiscard]] static constexpr bool edits_wanted() { return true; }
-
   static constexpr bool sees_error = [] {
     if constexpr (is_fixed) return false;
     else return Pace::sees_error;
   }();
   struct Nothing {};
+  static constexpr bool can_go_back = requires(Stepper & stepper) { stepper.restore(stepper.checkpoint()); };
+  static auto checkpoint_of() {
+    if constexpr (has_events && can_go_back) return std::optional<decltype(std::declval<Stepper&>().checkpoint())>{};
+    else return Nothing{};
+  }
 
   Stepper& stepper_;
   S& state_;
   TimeSpan<Scalar> span_;
   Pace pace_;
   std::tuple<Observers...> observers_;
+  [[no_unique_address]] EventsAmong<S, Observers...> events_;
   Statistics before_;
   Scalar t_, lost_{0};
   RunReport report_;
   Outcome outcome_ = Outcome::success;
   bool begun_ = false, ended_ = false, first_ = true, doubled_ = false;
+  bool cut_ = false;  // the step just done is shorter than the one accepted: it ends at an event
   EditGuard<S, false, false> edits_;
   [[no_unique_address]] std::conditional_t<sees_error, StepDoubling<Stepper, S>, Nothing> doubling_;
   [[no_unique_address]] std::conditional_t<observed, Plain, Nothing> start_;
+  [[no_unique_address]] decltype(checkpoint_of()) before_step_;
   [[no_unique_address]] std::conditional_t<borrowed, Plain, Nothing> gathered_;
   [[no_unique_address]] std::conditional_t<observed, DenseOutput<S>, Nothing> dense_;
 };

@@ -22,8 +22,7 @@ using Motion1 = Motion<One<Scalar>>;
 /// A step of y = sin t from t0 over dt with exact data, its slopes counted.
 template <class Scalar>
 struct SineStep {
-  SineStep(Scalar start, Scalar length)
-      : t0{start}, dt{length}, y0{std::sin(t0)}, y1{std::sin(t0 + dt)} {
+  SineStep(Scalar start, Scalar length) : t0{start}, dt{length}, y0{std::sin(t0)}, y1{std::sin(t0 + dt)} {
     dense.begin(t0, dt, y0, y1, DenseOutput<One<Scalar>>::Slopes::of(*this));
   }
   void operator()(One<Scalar>& slope0, One<Scalar>& slope1) {

@@ -29,6 +29,9 @@ enum class Outcome : std::uint8_t {
   invalid_step,           ///< Δt or t is not finite, or Δt = 0
   invalid_tolerance,      ///< rtol, atol or a bound on the step can't work
   stopped_by_observer,    ///< an observer asked for the end
+  stopped_by_event,       ///< a terminal event occurred, or its handler asked for the end
+  non_finite_event,       ///< an event's g is NaN or infinite
+  events_accumulate,      ///< an event follows itself faster than time can tell (Zeno)
 };
 
 /// The outcome in a few words.
@@ -72,6 +75,12 @@ enum class Outcome : std::uint8_t {
       return "the tolerances or step bounds can't work";
     case Outcome::stopped_by_observer:
       return "stopped by an observer";
+    case Outcome::stopped_by_event:
+      return "stopped by an event";
+    case Outcome::non_finite_event:
+      return "the function of an event is not finite";
+    case Outcome::events_accumulate:
+      return "an event follows itself faster than time can tell";
   }
   return "unknown outcome";
 }
@@ -81,6 +90,7 @@ enum class Outcome : std::uint8_t {
   switch (outcome) {
     case Outcome::success:
     case Outcome::stopped_by_observer:
+    case Outcome::stopped_by_event:
       return "";
     case Outcome::non_finite_state:
       return "check the initial state; if the run blew up, take a smaller dt or an implicit scheme (phi >= 1/2)";
@@ -117,6 +127,10 @@ enum class Outcome : std::uint8_t {
              "0 <= min_step <= max_step";
     case Outcome::invalid_step:
       return "dt must be finite and not 0, t must be finite";
+    case Outcome::non_finite_event:
+      return "check the event's g for a division by zero or a root of a negative number there";
+    case Outcome::events_accumulate:
+      return "let the handler end the run (return false) or switch to resting contact once the motion is slow enough";
   }
   return "";
 }

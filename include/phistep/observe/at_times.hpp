@@ -16,10 +16,12 @@
 #include <utility>
 #include <vector>
 
+#include "phistep/core/archive.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/observe/completed_step.hpp"
 #include "phistep/observe/goes_on.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/parts.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -99,6 +101,7 @@ class IntervalMarks {
     return static_cast<Scalar>(start_) + std::copysign(whole, dt);
   }
   void pass(auto /*mark*/) { ++next_; }
+  void archive(auto& ar) { ar(start_, next_); }
 
  private:
   double interval_;
@@ -121,6 +124,7 @@ class ListMarks {
     return times_.next(static_cast<Scalar>(passed_), dt);
   }
   void pass(auto mark) { passed_ = mark; }
+  void archive(auto& ar) { ar(passed_); }
 
  private:
   TimeList<Time> times_;
@@ -149,6 +153,13 @@ class Sampled {
       if (!goes_on(f_, *mark, step.at(*mark))) return false;
     }
     return true;
+  }
+
+  /// How far it has come, for a checkpoint.
+  void save(Writer& out) const { save_parts(out, marks_); }
+  template <class Then>
+  void load(Reader& in, Then&& then) {
+    load_parts(in, then, marks_);
   }
 
  private:
