@@ -15,9 +15,10 @@ set(floor_of_jacobian 3)
 set(floor_of_control 3)
 set(floor_of_observe 3)
 set(floor_of_stepper 4)
-set(floor_of_integrate.hpp 5)
+set(floor_of_run.hpp 5)
+set(floor_of_integrate.hpp 6)
 set(floor_of_io 5)
-set(floor_of_umbrella 6)
+set(floor_of_umbrella 7)
 set(umbrellas phistep.hpp sparse.hpp autodiff.hpp krylov.hpp particles.hpp io.hpp all.hpp)
 
 # What a user of phistep.hpp must not pay for. The middle three include sparse matrices by the back door.

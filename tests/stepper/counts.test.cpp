@@ -299,3 +299,22 @@ TEST_CASE("to a tolerance, the factors of a step 1.25 times as long serve, and t
   CAPTURE(kept);
   CHECK(kept <= 6);  // 1e5 to go at 1/9 each
 }
+
+TEST_CASE("a carried Ψ is Ψ, not M⁻¹Ψ, where the mass is a matrix") {
+  const Eigen::Matrix2d M = (Eigen::Matrix2d() << 4, 1, 1, 3).finished();
+  const auto check = [&M](auto scheme) {
+    Motion<Eigen::Vector2d> a{Eigen::Vector2d(1, -0.5), Eigen::Vector2d(0, 0.3)}, b = a;
+    const auto force = [](const Eigen::Vector2d& r) -> Eigen::Vector2d { return -3 * r; };
+    PhiStepper carries{a, force, scheme, mass(M)};
+    for (int n = 0; n < 3; ++n) {
+      PhiStepper fresh{b, force, scheme, mass(M)};
+      REQUIRE(carries.step(a, 0.1 * n, 0.1));
+      REQUIRE(fresh.step(b, 0.1 * n, 0.1));
+    }
+    CHECK(a.r == b.r);
+    CHECK(a.v == b.v);
+  };
+  check(velocity_verlet);
+  check(symplectic_euler_adjoint);
+  check(phi(0.8, 0));
+}

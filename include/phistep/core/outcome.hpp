@@ -23,10 +23,15 @@ enum class Outcome : std::uint8_t {
   newton_stalled,         ///< the increments stopped falling before they were small
   iteration_diverged,     ///< the fixed-point iteration moved away from its solution
   iteration_stalled,      ///< it came nearer too slowly, or not at all
-  step_too_small,         ///< t + Δt = t in this precision
+  error_too_large,        ///< the estimated error of the step exceeds what was asked for
+  step_too_small,         ///< t + Δt = t in this precision, or below the smallest step allowed
   too_many_steps,         ///< the run's step cap was reached
   invalid_step,           ///< Δt or t is not finite, or Δt = 0
+  invalid_tolerance,      ///< rtol, atol or a bound on the step can't work
   stopped_by_observer,    ///< an observer asked for the end
+  stopped_by_event,       ///< a terminal event occurred, or its handler asked for the end
+  non_finite_event,       ///< an event's g is NaN or infinite
+  events_accumulate,      ///< an event follows itself faster than time can tell (Zeno)
 };
 
 /// The outcome in a few words.
@@ -58,14 +63,24 @@ enum class Outcome : std::uint8_t {
       return "the fixed-point iteration diverged";
     case Outcome::iteration_stalled:
       return "the fixed-point iteration stalled";
+    case Outcome::error_too_large:
+      return "the step's estimated error is too large";
     case Outcome::step_too_small:
-      return "the step is too small: t + dt = t";
+      return "the step is too small: t + dt = t, or below the smallest step allowed";
     case Outcome::too_many_steps:
       return "too many steps";
     case Outcome::invalid_step:
       return "t or dt is not a usable number";
+    case Outcome::invalid_tolerance:
+      return "the tolerances or step bounds can't work";
     case Outcome::stopped_by_observer:
       return "stopped by an observer";
+    case Outcome::stopped_by_event:
+      return "stopped by an event";
+    case Outcome::non_finite_event:
+      return "the function of an event is not finite";
+    case Outcome::events_accumulate:
+      return "an event follows itself faster than time can tell";
   }
   return "unknown outcome";
 }
@@ -75,6 +90,7 @@ enum class Outcome : std::uint8_t {
   switch (outcome) {
     case Outcome::success:
     case Outcome::stopped_by_observer:
+    case Outcome::stopped_by_event:
       return "";
     case Outcome::non_finite_state:
       return "check the initial state; if the run blew up, take a smaller dt or an implicit scheme (phi >= 1/2)";
@@ -99,14 +115,43 @@ enum class Outcome : std::uint8_t {
     case Outcome::iteration_stalled:
       return "take a smaller dt (plain iteration needs phi dt omega < 1, or phi dt |dPsi/dy| < 1), or solve with "
              "newton()";
+    case Outcome::error_too_large:
+      return "take a smaller dt";
     case Outcome::step_too_small:
-      return "shift the origin of time, or use a wider scalar";
+      return "a jump or a singularity lies here, or the tolerance is below rounding: loosen it, locate the jump as an event, "
+             "shift the origin of time, or use a wider scalar";
     case Outcome::too_many_steps:
       return "raise max_steps, or take a larger dt";
+    case Outcome::invalid_tolerance:
+      return "rtol must lie between rounding and 1, atol must be finite and not negative, one per component or per block; "
+             "0 <= min_step <= max_step";
     case Outcome::invalid_step:
       return "dt must be finite and not 0, t must be finite";
+    case Outcome::non_finite_event:
+      return "check the event's g for a division by zero or a root of a negative number there";
+    case Outcome::events_accumulate:
+      return "let the handler end the run (return false) or switch to resting contact once the motion is slow enough";
   }
   return "";
+}
+
+/// Whether a smaller step may succeed where one failed so, the state itself being finite.
+[[nodiscard]] constexpr bool may_be_cured(Outcome outcome) {
+  switch (outcome) {
+    case Outcome::non_finite_state:
+    case Outcome::non_finite_force:
+    case Outcome::non_finite_jacobian:
+    case Outcome::singular_matrix:
+    case Outcome::not_positive_definite:
+    case Outcome::linear_solver_failed:
+    case Outcome::newton_diverged:
+    case Outcome::newton_stalled:
+    case Outcome::iteration_diverged:
+    case Outcome::iteration_stalled:
+      return true;
+    default:
+      return false;
+  }
 }
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -51,6 +51,19 @@ struct Gravity : ForceTerm {
     }
   }
   void add_jacobian(auto /*t*/, const auto& /*y*/, auto& /*sink*/) const {}
+  /// −gᵀ M r [energy]
+  [[nodiscard]] auto energy(auto /*t*/, const auto& y) const requires requires { y.r, y.mass; }
+  {
+    using Positions = std::remove_cvref_t<decltype(y.r)>;
+    using Scalar = typename Positions::Scalar;
+    const Eigen::Index rows = y.r.rows(), cols = y.r.cols();
+    Scalar sum{0};
+    y.mass.for_each_entry(y.r.size(), [&](Eigen::Index i, Eigen::Index j, auto m) {
+      sum -= y.r.data()[i] * static_cast<Scalar>(m) *
+             static_cast<Scalar>(g[component_of<Positions>(j, rows, cols) % g.size()]);
+    });
+    return sum;
+  }
 };
 template <class Derived>
 Gravity(const Eigen::MatrixBase<Derived>&) -> Gravity<typename Derived::PlainObject>;

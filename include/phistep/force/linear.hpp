@@ -5,6 +5,9 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
@@ -56,6 +59,26 @@ struct LinearForce : ForceTerm {
     } else {
       for_each(K, [&sink](Eigen::Index i, Eigen::Index j, auto x) { sink.rate(i, j, x); });
     }
+  }
+  /// −½ rᵀ K r [energy], C storing none
+  [[nodiscard]] auto energy(auto /*t*/, const auto& y) const requires requires { y.r; }
+  {
+    using Scalar = typename std::remove_cvref_t<decltype(y.r)>::Scalar;
+    const Scalar* const r = y.r.data();
+    Scalar sum{0};
+    for_each(K, [&](Eigen::Index i, Eigen::Index j, auto x) { sum -= r[i] * static_cast<Scalar>(x) * r[j]; });
+    return sum / 2;
+  }
+  /// Only where K is symmetric, to rounding, is its force that of a potential.
+  [[nodiscard]] bool has_energy() const {
+    using std::abs;
+    using Entry = typename MatrixK::Scalar;
+    Entry largest{0}, difference{0};
+    for_each(K, [&](Eigen::Index i, Eigen::Index j, Entry x) {
+      largest = std::max(largest, abs(x));
+      difference = std::max(difference, abs(x - K.coeff(j, i)));
+    });
+    return difference <= 16 * std::numeric_limits<Entry>::epsilon() * largest;
   }
 
  private:

@@ -14,6 +14,7 @@
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/force/annotate.hpp"
+#include "phistep/force/energy.hpp"
 #include "phistep/force/signature.hpp"
 #include "phistep/force/sum.hpp"
 #include "phistep/state/blocks.hpp"
@@ -125,6 +126,14 @@ class Local : public ForceTerm {
         put(at, jacobian.C, [&sink](Index i, Index j, auto x) { sink.velocity(i, j, x); });
       }
     });
+  }
+
+  /// The sum of the particles' energies, where f has one (`with_energy(f, V)`). [energy]
+  template <class View>
+  [[nodiscard]] auto energy(auto t, const View& y) requires HasEnergy<Function, Seen<View>> {
+    typename ViewScalar<View>::type sum{0};
+    for_each_particle(y, [&](Index, const Seen<View>& one) { sum += unwrap(f_).energy(t, one); });
+    return sum;
   }
 
   /// Blocks on the diagonal: `dim` differences tell them all.

@@ -115,6 +115,23 @@ struct SpringNetwork : ForceTerm {
     });
   }
 
+  /// ½ Σ k (ℓ − L)² [energy]: the springs' part, dashpots store none
+  [[nodiscard]] auto energy(auto /*t*/, const auto& y) const {
+    using Scalar = typename std::remove_cvref_t<decltype(y.r)>::Scalar;
+    const Scalar* const r = y.r.data();
+    Scalar sum{0};
+    for_each_sorted([&](const Spring s) {
+      Scalar square{0};
+      for (int a = 0; a < dim; ++a) {
+        const Scalar d = r[dim * s.j + a] - r[dim * s.i + a];
+        square += d * d;
+      }
+      const Scalar stretch = std::sqrt(square) - static_cast<Scalar>(s.length);
+      sum += static_cast<Scalar>(s.stiffness) * stretch * stretch;
+    });
+    return sum / 2;
+  }
+
   /// Pairs, where the sink takes them: ∂f/∂r_j = B as above, ∂f/∂v_j = c n nᵀ. They leave out what the dashpots add to
   /// ∂f/∂r, of the order of c|v_j − v_i|/ℓ, for it is not symmetric. Newton then converges linearly: on a
   /// shaken 3 × 3 net (k ≈ 20, m ≈ 2, backward Euler, Δt = 0.5) it took 8, 12 and 16 iterations to rounding at c = 0.3, 3

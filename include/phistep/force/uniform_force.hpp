@@ -46,6 +46,16 @@ struct UniformForce : ForceTerm {
     }
   }
   void add_jacobian(auto /*t*/, const auto& /*y*/, auto& /*sink*/) const {}
+  /// −Σ F·r [energy]
+  [[nodiscard]] auto energy(auto /*t*/, const auto& y) const requires requires { y.r; }
+  {
+    using Positions = std::remove_cvref_t<decltype(y.r)>;
+    using Scalar = typename Positions::Scalar;
+    Scalar sum{0};
+    for (Eigen::Index i = 0; i < y.r.size(); ++i)
+      sum -= static_cast<Scalar>(F[component_of<Positions>(i, y.r.rows(), y.r.cols()) % F.size()]) * y.r.data()[i];
+    return sum;
+  }
 };
 template <class Derived>
 UniformForce(const Eigen::MatrixBase<Derived>&) -> UniformForce<typename Derived::PlainObject>;

@@ -20,13 +20,13 @@ class CompletedStep {
   CompletedStep(Scalar t0, Scalar dt, Scalar t1, const Plain& start, const Plain& end, DenseOutput<S>& dense)
       : t0_{t0}, dt_{dt}, t1_{t1}, start_{start}, end_{end}, dense_{dense} {}
 
-  [[nodiscard]] Scalar t0() const { return t0_; }            ///< [time]
-  [[nodiscard]] Scalar t1() const { return t1_; }            ///< [time]
-  [[nodiscard]] Scalar dt() const { return dt_; }            ///< [time] nominal: t1 − t0 differs in its last bits
+  [[nodiscard]] Scalar t0() const { return t0_; }              ///< [time]
+  [[nodiscard]] Scalar t1() const { return t1_; }              ///< [time]
+  [[nodiscard]] Scalar dt() const { return dt_; }              ///< [time] nominal: t1 − t0 differs in its last bits
   [[nodiscard]] const Plain& start() const { return start_; }  ///< the state at t0, after all edits
   [[nodiscard]] const Plain& end() const { return end_; }      ///< the state at t1, before any edit
   /// The state at t0 ≤ t ≤ t1. Valid until the next call.
-  [[nodiscard]] const Plain& at(Scalar t) const { return dense_.at(t); }
+  [[nodiscard]] const Plain& at(Scalar t) const { return t == t1_ ? end_ : dense_.at(t); }
 
  private:
   Scalar t0_, dt_, t1_;

@@ -51,12 +51,14 @@ class FixedPointTest {
  public:
   enum class Verdict { go_on, converged, diverged, stalled };
 
-  FixedPointTest(const FixedPointOptions& options, double round_off)
+  /// @param target  of a controlled run, in whose norm sizes then are; 0: the options rule
+  FixedPointTest(const FixedPointOptions& options, double round_off, double target = 0)
       : round_off_{round_off}, patience_{options.depth == 0 ? 3 : options.depth + 5} {
     if (options.rtol > 0) {
       const double rtol = ConvergenceTest::reduced(options.rtol);
       target_ = std::max(10 * round_off / rtol, std::min(0.03, std::sqrt(rtol)));
     }
+    if (target > 0) target_ = target;
     limit_ = options.max_iterations > 0 ? options.max_iterations : target_ > 0 ? 25 : 200;
   }
 

@@ -73,10 +73,24 @@ struct Correction {
   double absolute = 0;    ///< ‖δ‖ itself
 };
 
+/// The norm of a controlled run, and what a solve may leave of the error in it; target 0: the solver's options rule.
+template <class Plain>
+struct Yardstick {
+  const Plain* weight = nullptr;
+  double target = 0;
+};
+
 /// One solve's judgement of its corrections.
 class ConvergenceTest {
  public:
   enum class Verdict { go_on, converged, slow, growing };
+
+  /// For a controlled run. @param rate  θ/(1−θ) as the solves before left it: the first correction may then be the last
+  /// (HW II, p. 121, with its exponent, which makes an old rate count less and less).
+  ConvergenceTest(double target, int max_iterations, double rate, double round_off)
+      : round_off_{round_off}, target_{target}, limit_{max_iterations > 0 ? max_iterations : 7} {
+    rate_ = std::pow(std::max(rate, round_off), 0.8);
+  }
 
   ConvergenceTest(const NewtonOptions& options, double round_off) : round_off_{round_off} {
     if (options.rtol > 0) {
@@ -90,6 +104,8 @@ class ConvergenceTest {
   [[nodiscard]] static double reduced(double rtol) { return 0.1 * std::cbrt(rtol * rtol); }
 
   [[nodiscard]] int limit() const { return limit_; }
+  /// θ/(1−θ), for the next solve.
+  [[nodiscard]] double rate() const { return rate_; }
   /// The largest ‖δ_{k+1}‖/‖δ_k‖ of one matrix before the last correction: small means that it will do for the next step.
   [[nodiscard]] double first_rate() const { return first_rate_; }
   /// The next correction has nothing to be compared with.
@@ -104,8 +120,12 @@ class ConvergenceTest {
     if (has_rate && iteration == 2) first_rate_ = theta;
     previous_ = now;
     if (now == 0) return trusted ? Verdict::converged : Verdict::slow;
-    if (!has_rate) return trusted && target_ == 0 && now <= round_off_ ? Verdict::converged : Verdict::go_on;
+    if (!has_rate) {
+      if (rate_ > 0) return rate_ * now <= target_ ? Verdict::converged : Verdict::go_on;
+      return trusted && target_ == 0 && now <= round_off_ ? Verdict::converged : Verdict::go_on;
+    }
     const double remaining = theta < 1 ? theta / (1 - theta) * now : std::numeric_limits<double>::infinity();
+    if (rate_ > 0) rate_ = theta < 1 ? theta / (1 - theta) : 1;
     if (remaining <= (target_ > 0 ? target_ : round_off_)) return Verdict::converged;
     // Rounding in Ψ keeps ‖δ‖ from falling further; a cycle or a divergence has corrections of order one instead.
     if (target_ == 0 && trusted && theta > 0.3 && is_at_plateau(size.resolution)) return Verdict::converged;
@@ -120,6 +140,7 @@ class ConvergenceTest {
   [[nodiscard]] bool is_at_plateau(double size) const { return size * size * size <= round_off_ * round_off_; }
 
   double round_off_, target_ = 0, previous_ = 0, first_rate_ = 0;
+  double rate_ = 0;  // 0: not known, two corrections at least
   int limit_;
 };
 
@@ -141,10 +162,9 @@ class ConvergenceTest {
 ///   size() → Correction          of the last move
 ///   drop_jacobian()              the next iteration needs a fresh one
 template <class Equation>
-[[nodiscard]] Outcome iterate_newton(Equation& equation, const NewtonOptions& options, double round_off,
-                                     bool line_search, Failure& history) {
+[[nodiscard]] Outcome iterate_newton(Equation& equation, ConvergenceTest& test, double keep_rate, bool line_search,
+                                     Failure& history) {
   using enum ConvergenceTest::Verdict;
-  ConvergenceTest test(options, round_off);
   bool own = false;  // the matrix was made in this solve …
   double first = 0, last = 0, residual = 0;
   equation.restart();
@@ -187,7 +207,7 @@ template <class Equation>
     (k == 1 ? first : last) = size.absolute;
     const auto verdict = test.judge(k, size, trusted);
     if (verdict == converged) {
-      if (test.first_rate() > keep_jacobian_rate(options)) equation.drop_jacobian();
+      if (test.first_rate() > keep_rate) equation.drop_jacobian();
       return Outcome::success;
     }
     if (verdict == go_on) continue;
@@ -205,6 +225,13 @@ template <class Equation>
   equation.drop_jacobian();
   // A cycle keeps its size: that is a stall.
   return last > 10 * first ? Outcome::newton_diverged : Outcome::newton_stalled;
+}
+
+template <class Equation>
+[[nodiscard]] Outcome iterate_newton(Equation& equation, const NewtonOptions& options, double round_off,
+                                     bool line_search, Failure& history) {
+  ConvergenceTest test(options, round_off);
+  return iterate_newton(equation, test, keep_jacobian_rate(options), line_search, history);
 }
 
 /// The same, and a second time with damped corrections where the plain ones diverge, cycle or leave the domain.

@@ -51,7 +51,8 @@ class FixedPointResolvent {
 
   /// In: Y = b; `guess` is where the iteration starts (its solved blocks count). Out: Y, and w = Y − b.
   [[nodiscard]] Outcome resolve(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, Plain& Y, const Plain& guess, Rate& psi,
-                                Failure& history, bool psi_known = false) {
+                                Failure& history, bool psi_known = false, Yardstick<Plain> yardstick = {}) {
+    if (options_.rtol > 0) yardstick.target = 0;
     using enum FixedPointTest::Verdict;
     copy_blocks<S>(base_, Y);
     for_each_solved<S>(
@@ -59,14 +60,15 @@ class FixedPointResolvent {
         guess, base_);
     place(Y, gamma);
     anderson_.begin();
-    FixedPointTest test(options_, static_cast<double>(std::numeric_limits<Scalar>::epsilon()));
+    FixedPointTest test(options_, static_cast<double>(std::numeric_limits<Scalar>::epsilon()), yardstick.target);
     for (int k = 1;; ++k) {
       if (k > 1 || !psi_known) rhs.evaluate_into(t, Y, psi);
       map(rhs, gamma, psi);
       if (!all_finite(residual_.data(), residual_.size()))
         return first_non_finite(Rate::blocks(psi)) ? Outcome::non_finite_force : Outcome::non_finite_state;
       if (k == 1) weigh(Y, gamma);
-      const Correction size = this->size(Y);
+      Correction size = this->size(Y);
+      if (yardstick.target > 0) size.relative = weighted_size(*yardstick.weight);
       history.record(size.resolution);
       ++rhs.statistics().iterations;
       const auto verdict = test.judge(k, size);
@@ -80,6 +82,9 @@ class FixedPointResolvent {
       if (verdict == converged) return Outcome::success;
     }
   }
+
+  /// There is no matrix, and nothing stiff: the estimate stays what it is.
+  [[nodiscard]] static Outcome filter(const Rhs&, const Plain&) { return Outcome::success; }
 
   [[nodiscard]] static const char* solver_name() { return "fixed-point iteration"; }
   static void archive(auto& /*ar*/) {}
@@ -150,6 +155,13 @@ class FixedPointResolvent {
     }
   }
 
+  /// ‖f‖ in the norm of a controlled run.
+  [[nodiscard]] double weighted_size(const Plain& weight) const {
+    Scalar sum{0};
+    for_each_solved<S>(
+        [&](Index at, const auto& w) { sum += flat(w).cwiseProduct(part(residual_, at, w)).squaredNorm(); }, weight);
+    return std::sqrt(static_cast<double>(sum) / std::max(1.0, static_cast<double>(residual_.size())));
+  }
   /// Of f, as of a correction: relative to Y, or in the weighted RMS norm.
   [[nodiscard]] Correction size(const Plain& Y) const {
     Correction worst;
@@ -207,9 +219,12 @@ class VelocityResolvent {
     std::visit([](auto& one) { one.reset(); }, chosen_);
   }
   [[nodiscard]] Outcome resolve(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, Plain& Y, const Plain& guess, Rate& psi,
-                                Failure& history, bool psi_known = false) {
-    return std::visit([&](auto& one) { return one.resolve(rhs, gamma, t, Y, guess, psi, history, psi_known); },
-                      chosen_);
+                                Failure& history, bool psi_known = false, Yardstick<Plain> yardstick = {}) {
+    return std::visit(
+        [&](auto& one) { return one.resolve(rhs, gamma, t, Y, guess, psi, history, psi_known, yardstick); }, chosen_);
+  }
+  [[nodiscard]] Outcome filter(Rhs& rhs, Plain& e) {
+    return std::visit([&](auto& one) { return one.filter(rhs, e); }, chosen_);
   }
   [[nodiscard]] const char* solver_name() const {
     return std::visit([](const auto& one) { return one.solver_name(); }, chosen_);

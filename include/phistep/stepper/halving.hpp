@@ -22,25 +22,6 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// Whether a smaller step may succeed where one failed so, the state itself being finite.
-[[nodiscard]] constexpr bool may_be_cured(Outcome outcome) {
-  switch (outcome) {
-    case Outcome::non_finite_state:
-    case Outcome::non_finite_force:
-    case Outcome::non_finite_jacobian:
-    case Outcome::singular_matrix:
-    case Outcome::not_positive_definite:
-    case Outcome::linear_solver_failed:
-    case Outcome::newton_diverged:
-    case Outcome::newton_stalled:
-    case Outcome::iteration_diverged:
-    case Outcome::iteration_stalled:
-      return true;
-    default:
-      return false;
-  }
-}
-
 template <class Stepper>
 class Halving {
  public:

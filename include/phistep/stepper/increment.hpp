@@ -132,6 +132,15 @@ class Increment {
     return worst;
   }
 
+  /// The same in the norm of a controlled run. @param weight  its solved blocks count
+  [[nodiscard]] Correction weighted_size(const Plain& weight) const {
+    Scalar sum{0};
+    for_each_solved<S>(
+        [&](Index at, const auto& w) { sum += flat(w).cwiseProduct(part(last_move_, at, w)).squaredNorm(); }, weight);
+    const double norm = std::sqrt(static_cast<double>(sum) / std::max(1.0, static_cast<double>(last_move_.size())));
+    return {norm, norm, norm};
+  }
+
   /// out.solved += factor·w
   void add_to(Plain& out, Scalar factor) const {
     for_each_solved<S>([&](Index at, auto& y) { flat(y) += factor * part(w_, at, y); }, out);

@@ -7,12 +7,22 @@
 ///     resolve   next = b on entry; M (next − b) = γ Ψ(t, next)                the implicit solve
 ///     recover   Ψ(t, next) = M (next − b)/γ of the last resolve               no evaluation
 ///
+/// and, for steps that somebody watches (control/trace.hpp),
+///
+///     start     trace.start = y' at t, known from the step before or by a force call
+///     move      next = y + γ trace.start
+///     resolve   … from trace.predicted
+///     filter    e ← (1 − γM⁻¹C − γ²M⁻¹K)⁻¹ e, with the last resolve's matrix
+///
 /// A scheme is a row over them: `Row<Scheme, S>`, found by the scheme's type, with
 ///
 ///     template <class Rhs> static constexpr KernelNeeds needs;   what it asks of the kernel
 ///     Row(scheme, y)                                             y gives the sizes of what it keeps
 ///     int order() const;
 ///     Outcome advance(kernel, step);                             fills step.next, leaves step.y
+///     static constexpr bool traces;                              it can fill step.trace, too, in
+///     Outcome trace(kernel, step);                               which then does what advance does
+///     bool estimates(trace);                                     … with an estimate of the error, given this past
 ///
 /// and what it inherits from RowDefaults, where it keeps nothing from step to step. The φ-step's rows are in
 /// phi_stepper.hpp, the other schemes' in headers of their own.
@@ -21,6 +31,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "phistep/control/trace.hpp"
 #include "phistep/core/archive.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/step_report.hpp"
@@ -62,6 +73,7 @@ struct RowDefaults {
   static void forget() {}    ///< nothing carried from step to step may be trusted
   static void reset() {}     ///< the next step is the first
   static void accepted() {}  ///< the step just advanced has become the state
+  static constexpr bool traces = false;
 };
 
 /// The operations, bound to a right-hand side, a way to solve, and the transaction that a step is.
@@ -70,17 +82,22 @@ class Kernel {
  public:
   using Rhs = RightHandSideOf;
   using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
   using Transaction = phistep::Transaction<S, Rhs, needs.carries>;
   using Data = typename Transaction::Data;
   static constexpr bool carries = needs.carries;
 
   Kernel(const S& state, Rhs rhs, const Solver& solver)
-      : rhs_{std::move(rhs)}, transaction_{state}, resolvent_{Transaction::copy_of(state), rhs_, solver} {}
+      : rhs_{std::move(rhs)}, transaction_{state}, resolvent_{Transaction::copy_of(state), rhs_, solver} {
+    allocate(Transaction::copy_of(state));
+  }
 
   /// Runs `advance(Data&) → Outcome` as one step of the state.
   StepReport run(S& state, Scalar t, Scalar dt, Origin origin, auto&& advance) {
     return transaction_.run(rhs_, state, t, dt, origin, advance);
   }
+  /// Of the last step: the sizes of its solves' corrections.
+  [[nodiscard]] const Failure& history() const { return transaction_.failure(); }
 
   /// next = y + γ M⁻¹Ψ(t, y)
   [[nodiscard]] Outcome forward(Data& step, const Advance<Scalar>& by) {
@@ -103,6 +120,11 @@ class Kernel {
     };
     if constexpr (!carries) return kicked(rhs_.evaluate(t, step.next, step.psi));
     rhs_.evaluate_into(t, step.next, step.psi);  // a copy: the user's own array may change before the next step
+    if constexpr (keeps_psi) {
+      kicked_by_ = step.psi;  // psi goes on to the next step as Ψ, not as M⁻¹Ψ
+      const bool finite = rhs_.kick(step.next, gamma, RateOf<S>::blocks(std::as_const(kicked_by_)), kicked_by_);
+      return finite ? Outcome::success : Outcome::non_finite_state;
+    }
     return kicked(RateOf<S>::blocks(std::as_const(step.psi)));
   }
   /// next = b on entry, the solution of M (next − b) = γ Ψ(t, next) on exit
@@ -117,12 +139,45 @@ class Kernel {
       // Where the iteration starts from y itself, its first Ψ may be there already.
       const bool psi_known = step.psi_known && Rhs::is_autonomous && !Rhs::drifts && &guess == &step.y;
       step.psi_known = false;
-      const Outcome outcome =
-          resolvent_.resolve(rhs_, gamma, t, step.next, guess, step.psi, transaction_.failure(), psi_known);
+      const Outcome outcome = resolvent_.resolve(rhs_, gamma, t, step.next, guess, step.psi, transaction_.failure(),
+                                                 psi_known, yardstick(step));
       if (outcome != Outcome::success) return outcome;
       return rhs_.is_finite(step.next) ? Outcome::success : Outcome::non_finite_state;
     }
     return Outcome::success;
+  }
+  /// trace.start = y' at (t, y). With what the last step left, that is no force call.
+  [[nodiscard]] Outcome start(Data& step) {
+    Trace<Plain>& trace = *step.trace;
+    if (trace.knows_start) return Outcome::success;
+    if (!rhs_.slope(step.t, step.y, trace.start, step.psi)) return Outcome::non_finite_force;
+    trace.knows_start = true;
+    return Outcome::success;
+  }
+  /// next = y + γ y'(t)
+  void move(Data& step, Scalar gamma) const {
+    for_each_block([gamma](auto, auto& to, const auto& y, const auto& slope) { to = y + gamma * slope; },
+                   Blocks<S>::all(step.next), Blocks<S>::all(step.y), Blocks<S>::all(step.trace->start));
+  }
+  /// next = b on entry, the solution of M (next − b) = γ Ψ(t, next) on exit, sought from trace.predicted. A prediction may
+  /// lie where the force doesn't exist: then from y. `base` keeps b.
+  [[nodiscard]] Outcome resolve_predicted(Data& step, const Gamma<Scalar>& gamma, Scalar t, const Plain& base,
+                                          bool has_prediction) {
+    if constexpr (needs.solver) {
+      if (has_prediction) {
+        const Outcome outcome = resolve(step, gamma, t, step.trace->predicted);
+        if (outcome != Outcome::non_finite_force && outcome != Outcome::non_finite_state) return outcome;
+        copy_blocks<S>(step.next, base);
+      }
+      return resolve(step, gamma, t);
+    }
+    return Outcome::success;
+  }
+  /// Takes out of an error estimate what the scheme damps anyway (L. F. Shampine, ACM Trans. Math. Softw. 10 (1984) 291):
+  /// without it, stiff components that are long at rest would rule Δt. Solved blocks only: r is no stiff unknown.
+  [[nodiscard]] Outcome filter(Plain& error) {
+    if constexpr (needs.solver) return resolvent_.filter(rhs_, error);
+    else return Outcome::success;
   }
   /// psi = Ψ(t, next) = M (next − b)/γ of the last resolve. Where that solved nothing, psi holds Ψ already.
   void recover(Data& step, const Gamma<Scalar>& gamma) {
@@ -143,11 +198,14 @@ class Kernel {
     transaction_.reset();
     resolvent_.reset();
   }
+  /// Forgets Ψ alone.
+  void forget_force() { transaction_.reset(); }
   void resize(const S& state, const PlainState<S>& copy, typename Rhs::Masses masses) {
     Transaction fresh{state};
     resolvent_.resize(copy, rhs_);
     rhs_.rebind(std::move(masses));
     transaction_ = std::move(fresh);
+    allocate(copy);
   }
   /// For a checkpoint: history, counts, Ψ, Jacobian and factors.
   void save(Writer& out) const {
@@ -168,6 +226,13 @@ class Kernel {
   }
 
  private:
+  /// A kick whose Ψ is carried must not be scaled by a matrix mass in place.
+  static constexpr bool keeps_psi = carries && Rhs::has_matrix_mass;
+  struct Nothing {};
+  void allocate(const PlainState<S>& y) {
+    if constexpr (keeps_psi) kicked_by_ = make_rate<S>(y);
+  }
+
   struct NoResolvent {
     NoResolvent(const auto&...) {}
     static void reset() {}
@@ -180,9 +245,15 @@ class Kernel {
     else return std::type_identity<NoResolvent>{};
   }
 
+  [[nodiscard]] static Yardstick<Plain> yardstick(const Data& step) {
+    if (step.trace == nullptr) return {};
+    return {&step.trace->weight, step.trace->newton_target};
+  }
+
   Rhs rhs_;
   Transaction transaction_;
   [[no_unique_address]] typename decltype(resolvent_type())::type resolvent_;
+  [[no_unique_address]] std::conditional_t<keeps_psi, RateOf<S>, Nothing> kicked_by_;
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

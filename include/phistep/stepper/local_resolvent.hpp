@@ -118,7 +118,7 @@ class LocalResolvent {
 
   /// In: Y = b; `guess` is where the iterations start. Out: Y, and w = Y − b.
   [[nodiscard]] Outcome resolve(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, Plain& Y, const Plain& guess, Rate& psi,
-                                Failure& history, bool /*psi_known*/ = false) {
+                                Failure& history, bool /*psi_known*/ = false, Yardstick<Plain> yardstick = {}) {
     OneRhs one_rhs = bind(rhs);
     Statistics& spent = one_rhs.statistics();
     Statistics most;
@@ -126,14 +126,16 @@ class LocalResolvent {
     Outcome outcome = Outcome::success;
     for (Index at = 0; at < increment_.size() && outcome == Outcome::success; at += dim) {
       if constexpr (each_has_its_mass) one_rhs.rebind(std::tuple{mass_of_particle<dim>(std::get<0>(rhs.masses()), at)});
-      One y, from, moved;
+      One y, from, moved, weight;
+      if (yardstick.target > 0) read(*yardstick.weight, at, weight);
       typename Blocks<One>::Rate rate;
       read(Y, at, y);
       read(guess, at, from);
       spent = {};
       story_.iterations = 0;
       newton_.drop();
-      outcome = newton_.resolve(one_rhs, gamma, t, y, from, rate, story_);
+      outcome =
+          newton_.resolve(one_rhs, gamma, t, y, from, rate, story_, false, Yardstick<One>{&weight, yardstick.target});
       write(y, at, Y);
       for_each_block([at](auto, const auto& one, auto& all) { flat(all).template segment<dim>(at) = one; },
                      Blocks<One>::Rate::blocks(rate), Rate::blocks(psi));
@@ -160,6 +162,9 @@ class LocalResolvent {
       history.record(hardest_.increments[std::min(static_cast<std::size_t>(k), Failure::history_length - 1)]);
     return outcome;
   }
+
+  /// The particles' factors are gone: the estimate stays what it is.
+  [[nodiscard]] static Outcome filter(const Rhs&, const Plain&) { return Outcome::success; }
 
   [[nodiscard]] static const char* solver_name() { return "particle by particle"; }
   static void archive(auto& /*ar*/) {}

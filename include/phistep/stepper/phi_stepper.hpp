@@ -29,6 +29,8 @@
 #include "phistep/resolve/newton.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/parts.hpp"
+#include "phistep/state/unknowns.hpp"
+#include "phistep/stepper/error_estimate.hpp"
 #include "phistep/stepper/fixed_point_resolvent.hpp"
 #include "phistep/stepper/kernel.hpp"
 #include "phistep/stepper/local_resolvent.hpp"
@@ -53,11 +55,52 @@ class Row<PhiScheme<Force, Drift, form>, S> : public RowDefaults {
   }();
 
   Row(Scheme scheme, const auto& /*y*/) : scheme_{scheme} {}
+  [[nodiscard]] const Scheme& scheme() const { return scheme_; }
   [[nodiscard]] int order() const { return scheme_.order(); }
 
   [[nodiscard]] Outcome advance(auto& kernel, auto& step) const {
     if constexpr (form == Form::stage) return stage(kernel, step);
     else return endpoint(kernel, step);
+  }
+
+  static constexpr bool traces = form == Form::endpoint && !Scheme::is_pair;
+  /// φ = ½ looks back a step.
+  [[nodiscard]] bool estimates(const auto& trace) const { return order() == 1 || trace.dt_before != 0; }
+
+  /// (3) and (4) with both slopes, and the local error e = y⁺ − y(t+Δt) from them: (φ−½)Δt (y'⁺ − y') where φ ≠ ½; at
+  /// φ = ½ the difference to the Adams-Bashforth rule of order 2 by Milne's device, with ρ = Δt/Δt_before
+  /// (P. M. Gresho, R. L. Lee & R. L. Sani, in Recent Advances in Numerical Methods in Fluids 1 (1980) 27).
+  template <class Kernel>
+  [[nodiscard]] Outcome trace(Kernel& kernel, typename Kernel::Data& step) const {
+    const Scalar phi = scheme_.force.template value<Scalar>(), dt = step.dt;
+    auto& trace = *step.trace;
+    if (const Outcome outcome = kernel.start(step); outcome != Outcome::success) return outcome;
+    kernel.move(step, (1 - phi) * dt);
+    if (phi == 0) {
+      if (!kernel.rhs().is_finite(step.next)) return Outcome::non_finite_state;
+      if (!kernel.rhs().slope(step.t + dt, step.next, trace.end, step.psi)) return Outcome::non_finite_force;
+    } else {
+      copy_blocks<S>(trace.end, step.next);  // b
+      const bool has_past = trace.dt_before != 0;
+      if (has_past) predict(trace, step.y, dt);
+      if (const Outcome outcome =
+              kernel.resolve_predicted(step, {phi * dt, phi * dt}, step.t + dt, trace.end, has_past);
+          outcome != Outcome::success)
+        return outcome;
+      for_each_block([by = 1 / (phi * dt)](auto, auto& end, const auto& y) { end = (y - end) * by; },
+                     Blocks<S>::all(trace.end), Blocks<S>::all(step.next));
+    }
+    trace.has_slopes = true;
+    trace.has_error = estimates(trace);
+    if (!trace.has_error) return Outcome::success;
+    if (order() == 1) {
+      for_each_block([by = (phi - Scalar{0.5}) * dt](auto, auto& e, const auto& start,
+                                                     const auto& end) { e = by * (end - start); },
+                     Blocks<S>::all(trace.error), Blocks<S>::all(trace.start), Blocks<S>::all(trace.end));
+    } else {
+      milne(trace, dt);
+    }
+    return phi == 0 ? Outcome::success : kernel.filter(trace.error);
   }
 
  private:
@@ -115,6 +158,7 @@ class Row<VelocityVerlet, S> : public RowDefaults {
       .solver = Rhs::couples_unknowns, .position = false, .carries = !Rhs::couples_unknowns && can_carry<Rhs>};
 
   Row(VelocityVerlet, const auto& /*y*/) {}
+  [[nodiscard]] static VelocityVerlet scheme() { return {}; }
   [[nodiscard]] static int order() { return VelocityVerlet::order(); }
 
   /// (7) and (8)
@@ -122,8 +166,40 @@ class Row<VelocityVerlet, S> : public RowDefaults {
   [[nodiscard]] static Outcome advance(Kernel& kernel, typename Kernel::Data& step) {
     const ScalarOf<S> half = step.dt / 2, t1 = step.t + step.dt;
     if (const Outcome outcome = kernel.forward(step, {half, 0, step.dt}); outcome != Outcome::success) return outcome;
+    if (step.trace != nullptr) copy_blocks<S>(step.trace->end, step.next);
     step.psi_next_known = Kernel::carries;
     return kernel.resolve(step, {half, 0}, t1);
+  }
+
+  static constexpr bool traces = true;
+  [[nodiscard]] static bool estimates(const auto& trace) { return trace.dt_before != 0; }
+
+  /// The same with both slopes, from the half kicks, and the local error: of r, −Δt³/6 r‴ = −Δt²/6 (a⁺ − a); of v that of
+  /// the trapezoidal rule.
+  template <class Kernel>
+  [[nodiscard]] static Outcome trace(Kernel& kernel, typename Kernel::Data& step) {
+    auto& trace = *step.trace;
+    if (const Outcome outcome = advance(kernel, step); outcome != Outcome::success) return outcome;
+    const ScalarOf<S> by = 2 / step.dt;
+    for_each_block(
+        [by](auto, auto& start, auto& end, const auto& y, const auto& next) {
+          start = by * (end - y);  // end holds v½
+          end = by * (next - end);
+        },
+        Blocks<S>::all(trace.start), Blocks<S>::all(trace.end), Blocks<S>::all(step.y), Blocks<S>::all(step.next));
+    velocity_slopes(trace, step);
+    trace.has_slopes = true;
+    trace.has_error = estimates(trace);
+    if (!trace.has_error) return Outcome::success;
+    milne(trace, step.dt);
+    position_of<S>(trace.error) = (-step.dt * step.dt / 6) * (velocity_of<S>(trace.end) - velocity_of<S>(trace.start));
+    return needs<typename Kernel::Rhs>.solver ? kernel.filter(trace.error) : Outcome::success;
+  }
+
+ private:
+  static void velocity_slopes(auto& trace, const auto& step) {
+    position_of<S>(trace.start) = velocity_of<S>(step.y);
+    position_of<S>(trace.end) = velocity_of<S>(step.next);
   }
 };
 
@@ -146,6 +222,8 @@ class PhiStepper {
 
  public:
   using Scalar = ScalarOf<S>;
+  using StateType = S;
+  using SchemeType = Scheme;
   /// What a repetition of the run from here needs to know beside the state.
   struct Checkpoint {
     typename Rhs::Memory memory;
@@ -197,12 +275,52 @@ class PhiStepper {
     }
   }
 
+  /// Whether `attempt` can say how large a step's error is: some schemes always, some once they have a past, some never
+  /// (StepDoubling serves those).
+  static constexpr bool traces = Row::traces;
+  static constexpr bool is_affine = Traits::is_affine;
+  [[nodiscard]] bool estimates(const Trace<PlainState<S>>& trace) const {
+    if constexpr (traces) return row_.estimates(trace);
+    else return false;
+  }
+  /// A step that becomes the state only if accept(y, y⁺, trace) says so; otherwise Outcome::error_too_large, and the state
+  /// keeps every bit. The trace tells of the step what it can.
+  template <class Accept>
+  StepReport attempt(S& state, Scalar t, Scalar dt, Origin origin, Trace<PlainState<S>>& trace,
+                     Accept&& accept) requires traces {
+    if constexpr (Traits::valid) {
+      if constexpr (static_unknowns<S> == Eigen::Dynamic)
+        if (!kernel_.fits(state)) resize(state);
+      const StepReport report = kernel_.run(state, t, dt, origin, [&](auto& step) {
+        step.trace = &trace;
+        trace.dt = dt;
+        trace.has_slopes = trace.has_error = false;
+        if (const Outcome outcome = row_.trace(kernel_, step); outcome != Outcome::success) return outcome;
+        return accept(step.y, std::as_const(step.next), trace) ? Outcome::success : Outcome::error_too_large;
+      });
+      if (report) row_.accepted();
+      return report;
+    } else {
+      return {};
+    }
+  }
+  /// out = y' at (t, y): for motion v and M⁻¹Ψ. One force call; false where it isn't finite.
+  [[nodiscard]] bool slope(Scalar t, const PlainState<S>& y, PlainState<S>& out) {
+    RateOf<S> psi = make_rate<S>(y);
+    return kernel_.rhs().whole_slope(t, y, out, psi);
+  }
+  /// Of the last step: the sizes of its solves' corrections.
+  [[nodiscard]] const Failure& history() const { return kernel_.history(); }
+
   [[nodiscard]] int order() const { return row_.order(); }
   [[nodiscard]] const Statistics& statistics() const { return kernel_.rhs().statistics(); }
   /// How the library solves the linear equations of this scheme, force and mass; "none" where there are none.
   [[nodiscard]] const char* solver_name() const { return kernel_.solver_name(); }
   /// The scheme at work: stage values of the last step, where it has some.
   [[nodiscard]] const Row& row() const { return row_; }
+
+  /// M of the solved blocks, one bound mass each.
+  [[nodiscard]] const Masses& masses() const { return kernel_.rhs().masses(); }
 
   /// The force, to change its parameters between steps; what was known of the old one is forgotten.
   [[nodiscard]] auto& force() {
@@ -216,8 +334,11 @@ class PhiStepper {
     forget();
   }
   [[nodiscard]] Checkpoint checkpoint() const { return {memory(), row_.progress()}; }
+  /// Matrices stay: what they are worth shows in the next solve.
   void restore(Checkpoint checkpoint) {
-    set_memory(std::move(checkpoint.memory));
+    kernel_.rhs().set_memory(std::move(checkpoint.memory));
+    kernel_.forget_force();
+    row_.forget();
     row_.resume(checkpoint.progress);
   }
   /// Writes all that later steps depend on beside the state and the parameters given here: the history, how far the scheme

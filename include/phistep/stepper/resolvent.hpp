@@ -68,15 +68,35 @@ class NewtonResolvent {
 
   /// In: Y = b; `guess` is where the iteration starts (its solved blocks count). Out: Y, and w = Y − b.
   /// @param psi_known  psi holds Ψ at the start of the iteration already
+  /// @param yardstick  of a controlled run: says how well to solve, unless the options do
   [[nodiscard]] Outcome resolve(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, Plain& Y, const Plain& guess, Rate& psi,
-                                Failure& history, bool psi_known = false) {
+                                Failure& history, bool psi_known = false, Yardstick<Plain> yardstick = {}) {
     increment_.set_base(Y);
+    if (options_.rtol > 0) yardstick.target = 0;
     // One solve on factors of another γ would not be corrected by a second.
-    matrix_.begin(gamma, options_.rtol > 0 && !affine);
-    Equation equation{*this, rhs, gamma, t, Y, guess, psi, psi_known};
+    matrix_.begin(gamma, (options_.rtol > 0 || yardstick.target > 0) && !affine);
+    Equation equation{*this, rhs, gamma, t, Y, guess, psi, psi_known, yardstick};
     const Outcome outcome = solve(equation, history);
     if (outcome == Outcome::singular_matrix) history.particle = matrix_.singular_particle();
     return outcome;
+  }
+
+  /// e.solved ← W⁻¹ M e.solved, with the last resolve's matrix.
+  [[nodiscard]] Outcome filter(Rhs& rhs, Plain& e) {
+    auto& x = increment_.delta();
+    x.setZero();
+    for_each_block(
+        [&, at = Index{0}](auto, const auto& block, const auto& mass) mutable {
+          mass.subtract_product(flat(block), part(x, at, block));
+          at += block.size();
+        },
+        Blocks<S>::solved(std::as_const(e)), rhs.masses());
+    NewtonOptions roughly = options_;
+    roughly.linear_rtol = 0.05;
+    if (const Outcome outcome = matrix_.solve(x, roughly, rhs.statistics()); outcome != Outcome::success)
+      return outcome;
+    for_each_solved<S>([&x](Index at, auto& block) { flat(block) = -part(x, at, block); }, e);
+    return Outcome::success;
   }
 
   /// out.solved += factor·(Y − b) with the last resolve's increment.
@@ -91,7 +111,7 @@ class NewtonResolvent {
   [[nodiscard]] const char* solver_name() const { return matrix_.name(); }
 
   /// For a checkpoint: what outlives a solve.
-  void archive(auto& ar) { ar(matrix_, solved_); }
+  void archive(auto& ar) { ar(matrix_, rate_, solved_); }
   /// … and what archive() left out because it follows from the rest, for states like y.
   void restore(const Rhs& rhs, const Plain& y) { matrix_.restore(rhs, y); }
 
@@ -108,6 +128,7 @@ class NewtonResolvent {
     const Plain& guess;
     Rate& psi;
     bool psi_known;
+    Yardstick<Plain> yardstick;
 
     void restart() { self.increment_.start(Y, guess, gamma.drift); }
     /// γ_f Ψ(t, Y) − M w
@@ -160,6 +181,7 @@ class NewtonResolvent {
     void retreat() { self.increment_.retreat(Y, gamma.drift); }
     void undo() { self.increment_.undo(Y, gamma.drift); }
     [[nodiscard]] Correction size() const {
+      if (yardstick.target > 0) return self.increment_.weighted_size(*yardstick.weight);
       return self.increment_.size(Y, gamma.drift, self.matrix_.drift_share(), self.options_);
     }
     [[nodiscard]] auto& F() { return self.increment_.delta(); }
@@ -185,10 +207,20 @@ class NewtonResolvent {
       return equation.correct();
     } else {
       const int before = history.iterations;
-      const Outcome outcome = solve_newton(equation, options_, round_off, history);
+      const Outcome outcome = equation.yardstick.target > 0 ? solve_controlled(equation, history)
+                                                            : solve_newton(equation, options_, round_off, history);
       equation.rhs.statistics().iterations += history.iterations - before;
       return outcome;
     }
+  }
+
+  /// Where a smaller step is at hand, plain Newton has one try.
+  [[nodiscard]] Outcome solve_controlled(Equation& equation, Failure& history) {
+    ConvergenceTest test(equation.yardstick.target, options_.max_iterations, rate_, round_off);
+    const Outcome outcome =
+        iterate_newton(equation, test, keep_jacobian_rate({.rtol = 1}), options_.line_search, history);
+    rate_ = outcome == Outcome::success ? test.rate() : 1;
+    return outcome;
   }
 
   /// One solve. Trust, but verify: the residual left after solves 1, 2, 4, 8, … since the matrix was made must be rounding.
@@ -249,6 +281,7 @@ class NewtonResolvent {
   NewtonOptions options_;
   Increment<S> increment_;
   Matrix matrix_;
+  double rate_ = 1;           // θ/(1−θ) of the controlled solves so far
   std::uint64_t solved_ = 0;  // by the affine path since its matrix was made
 };
 

@@ -162,6 +162,34 @@ class RightHandSide {
     assign_force(kicks, t, view(y), Parts<Whole>::template memory<true>(trial_), psi);
   }
 
+  /// out = y' = (v, M⁻¹Ψ), by a force call. False: it isn't finite.
+  [[nodiscard]] bool slope(Scalar t, const Plain& y, Plain& out, Rate& psi) {
+    evaluate_into(t, y, psi);
+    if constexpr (drifts) std::get<0>(Blocks<S>::all(out)) = std::get<1>(Blocks<S>::all(y));
+    bool finite = true;
+    for_each_block(
+        [&finite](auto, auto& to, const auto& rate, const auto& mass) {
+          to = rate;
+          finite = all_finite(to.data(), to.size()) && finite;
+          if constexpr (std::remove_cvref_t<decltype(mass)>::is_matrix)
+            if (finite) mass.solve(flat(to));
+          const auto factor = mass.scaled(Scalar{1});
+          for (Index i = 0; i < to.size(); ++i) to.data()[i] = factor(i) * to.data()[i];
+        },
+        Blocks<S>::solved(out), Rate::blocks(psi), masses_);
+    return finite;
+  }
+  /// The same between steps, with the kicks of a split scene.
+  [[nodiscard]] bool whole_slope(Scalar t, const Plain& y, Plain& out, Rate& psi) {
+    if constexpr (remembers) trial_ = committed_;
+    bool finite = slope(t, y, out, psi);
+    if constexpr (split) {
+      evaluate_kicks(t, y, psi);
+      finite = kick(out, Scalar{1}, Rate::blocks(std::as_const(psi)), psi) && finite;
+    }
+    return finite;
+  }
+
   /// out = y + γ M⁻¹Ψ, all blocks and the drift in one pass each; `out` may be y. False: something isn't finite.
   template <bool with_drift = drifts, class Psi>
   [[nodiscard]] bool advance(Plain& out, const Plain& y, const Advance<Scalar>& by, const Psi& psi,

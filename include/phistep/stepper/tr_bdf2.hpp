@@ -23,6 +23,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/resolve/dense_system.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/stepper/error_estimate.hpp"
 #include "phistep/stepper/kernel.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -60,6 +61,51 @@ class Row<TrBdf2, S> : public RowDefaults {
         step.psi_next_known = true;
       }
     return outcome;
+  }
+
+  static constexpr bool traces = true;
+  [[nodiscard]] static bool estimates(const auto&) { return true; }
+
+  /// The same with both slopes and Hosea & Shampine's estimate: the difference to the embedded formula of order 3,
+  /// e = Δt [(4w−1)/3 y'(t) − 1/3 Y' + γ/3 y'⁺], w = √2/4.
+  template <class Kernel>
+  [[nodiscard]] Outcome trace(Kernel& kernel, typename Kernel::Data& step) {
+    const Scalar a = gamma / 2 * step.dt, w = std::numbers::sqrt2_v<Scalar> / 4;
+    const Gamma<Scalar> both{a, a};
+    auto& trace = *step.trace;
+    if (const Outcome outcome = kernel.start(step); outcome != Outcome::success) return outcome;
+    kernel.move(step, a);
+    copy_blocks<S>(base_, step.next);
+    const bool has_past = trace.dt_before != 0;
+    if (has_past) predict(trace, step.y, gamma * step.dt);
+    if (const Outcome outcome = kernel.resolve_predicted(step, both, step.t + gamma * step.dt, base_, has_past);
+        outcome != Outcome::success)
+      return outcome;  // (1)
+    copy_blocks<S>(stage_, step.next);
+    // The parabola through y, y' and Y' predicts y⁺ = y + Δt [y' + (Y' − y')/(2γ)]; before the first step, y' may be that
+    // of a transient.
+    for_each_block(
+        [a, has_past, dt = step.dt](auto, auto& predicted, auto& error, auto& b, const auto& base, const auto& y,
+                                    const auto& Y, const auto& start) {
+          error = (Y - base) / a;  // Y'
+          if (has_past) predicted = y + dt * (start + (error - start) / (2 * gamma));
+          else predicted = Y;
+          b = y + beta * (Y - y);
+        },
+        Blocks<S>::all(trace.predicted), Blocks<S>::all(trace.error), Blocks<S>::all(step.next), Blocks<S>::all(base_),
+        Blocks<S>::all(step.y), Blocks<S>::all(stage_), Blocks<S>::all(trace.start));
+    copy_blocks<S>(trace.end, step.next);  // b
+    if (const Outcome outcome = kernel.resolve_predicted(step, both, step.t + step.dt, trace.end, true);
+        outcome != Outcome::success)
+      return outcome;  // (2)
+    for_each_block(
+        [=, dt = step.dt](auto, auto& end, auto& e, const auto& next, const auto& start) {
+          end = (next - end) / a;
+          e = dt * ((4 * w - 1) / 3 * start - e / 3 + gamma / 3 * end);
+        },
+        Blocks<S>::all(trace.end), Blocks<S>::all(trace.error), Blocks<S>::all(step.next), Blocks<S>::all(trace.start));
+    trace.has_slopes = trace.has_error = true;
+    return kernel.filter(trace.error);
   }
 
   /// y + a M⁻¹Ψ(t, y) of the last step. With stage() = Y and b as above, the three slopes M⁻¹Ψ, each times a, are

@@ -10,6 +10,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "phistep/control/trace.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/version.hpp"
@@ -34,7 +35,8 @@ struct StepData {
   Plain& next;      ///< becomes the state at t + Δt
   Rate& psi;        ///< holds Ψ(t, y) if `psi_known`, else scratch
   bool psi_known;
-  bool psi_next_known = false;  ///< the scheme leaves Ψ(t+Δt, next) in psi
+  bool psi_next_known = false;    ///< the scheme leaves Ψ(t+Δt, next) in psi
+  Trace<Plain>* trace = nullptr;  ///< what the scheme is to tell of the step, where somebody watches
 };
 
 /// Runs a scheme's `advance(StepData&) → Outcome` on a state of type S. `carries`: the scheme may leave Ψ⁺ behind.
@@ -71,6 +73,7 @@ class Transaction {
 
   /// The story of the step that failed last.
   [[nodiscard]] Failure& failure() { return failure_; }
+  [[nodiscard]] const Failure& failure() const { return failure_; }
   void reset() { guard_.forget(); }
   [[nodiscard]] bool fits(const S& state) const { return same_shape<S>(state, next_); }
   /// A state of the right sizes.
@@ -128,6 +131,10 @@ class Transaction {
     Data data{y, t, dt, next, psi, psi_known};
     const Outcome outcome = advance(data);
     if (outcome != Outcome::success) {
+      if (outcome == Outcome::error_too_large) {
+        ++rhs.statistics().rejections;
+        return {outcome, failure_.iterations, nullptr};
+      }
       if constexpr (in_registers) {
         // fail() must not see addresses of what should stay in registers on the good path: it gets copies.
         const Plain copy = y;

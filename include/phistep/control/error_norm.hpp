@@ -1,0 +1,170 @@
+/// @file
+/// The weighted norm in which a controlled run measures its errors:
+///
+///     ‖e‖ = √(1/n Σ (e_i/(atol_i + rtol |y_i|))²)                                                                (1)
+///
+/// over all n components of all blocks (Hairer, Nørsett & Wanner, Solving ODEs I, eq. II.4.11), or the largest such mean
+/// over one particle's components.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <tuple>
+
+#include "phistep/control/tolerance.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/state/blocks.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// A component of a state.
+struct Component {
+  std::int64_t block = -1, index = -1;
+  friend bool operator==(const Component&, const Component&) = default;
+};
+
+/// A size, and the component that contributes most to it.
+struct Measured {
+  double size = 0;
+  Component worst;
+};
+
+template <State Plain>
+class ErrorNorm {
+ public:
+  using Scalar = ScalarOf<Plain>;
+
+  /// False where rtol or atol can't work for a state like y.
+  [[nodiscard]] bool begin(const tolerance& wanted, const Plain& y) {
+    using enum AbsoluteTolerance::Kind;
+    kind_ = wanted.atol.kind();
+    norm_ = wanted.norm;
+    rtol_ = static_cast<Scalar>(wanted.rtol);
+    if (!(wanted.rtol > 0 && wanted.rtol < 1)) return false;
+    const auto& given = wanted.atol.values();
+    for (const double atol : given)
+      if (!(atol >= 0) || !std::isfinite(atol)) return false;
+    Index n = 0;
+    for_each_block([&n](auto, const auto& block) { n += block.size(); }, Blocks<Plain>::all(y));
+    if (kind_ == per_block && given.size() != blocks) return false;
+    if (kind_ == per_component && static_cast<Index>(given.size()) != n) return false;
+    components_.resize(kind_ == per_component ? n : 0);
+    for (Index i = 0; i < components_.size(); ++i)
+      components_[i] = static_cast<Scalar>(given[static_cast<std::size_t>(i)]);
+    for (std::size_t k = 0; k < blocks; ++k)
+      atol_[k] = kind_ == everywhere  ? static_cast<Scalar>(given[0])
+                 : kind_ == per_block ? static_cast<Scalar>(given[k])
+                                      : Scalar{0};
+    largest_.fill(Scalar{0});
+    return true;
+  }
+
+  /// weight = 1/(atol + rtol |y|); where both are 0, the weight of a component whose error would be infinite: 0, for
+  /// solves (its error is measured with y⁺).
+  void weigh(const Plain& y, Plain& weight) {
+    see(y);
+    each(
+        y, [](Scalar scale) { return scale > 0 ? 1 / scale : Scalar{0}; }, weight);
+  }
+
+  /// ‖e‖ with |y| the larger of |y(t)| and |y(t+Δt)|.
+  [[nodiscard]] Measured operator()(const Plain& error, const Plain& y, const Plain& next) {
+    see(next);
+    return norm_ == Norm::rms ? over_all(error, y, next) : over_particles(error, y, next);
+  }
+  /// ‖x‖ with given weights.
+  [[nodiscard]] double operator()(const Plain& x, const Plain& weight) const {
+    Scalar sum{0};
+    Index n = 0;
+    for_each_block(
+        [&](auto, const auto& of, const auto& w) {
+          for (Index i = 0; i < of.size(); ++i) sum += square(of.data()[i] * w.data()[i]);
+          n += of.size();
+        },
+        Blocks<Plain>::all(x), Blocks<Plain>::all(weight));
+    return n == 0 ? 0 : std::sqrt(static_cast<double>(sum) / static_cast<double>(n));
+  }
+
+  void archive(auto& ar) { ar(largest_); }
+
+ private:
+  static constexpr std::size_t blocks = std::tuple_size_v<decltype(Blocks<Plain>::all(std::declval<Plain&>()))>;
+  static constexpr Scalar square(Scalar x) { return x * x; }
+
+  /// The automatic atol follows the largest magnitudes so far.
+  void see(const Plain& y) {
+    if (kind_ != AbsoluteTolerance::Kind::automatic) return;
+    for_each_block(
+        [this](auto k, const auto& block) {
+          if (block.size() == 0) return;
+          largest_[k] = std::max(largest_[k], static_cast<Scalar>(block.cwiseAbs().maxCoeff()));
+          atol_[k] = rtol_ * largest_[k];
+        },
+        Blocks<Plain>::all(y));
+  }
+  [[nodiscard]] Scalar atol(std::size_t block, Index component) const {
+    return components_.size() > 0 ? components_[component] : atol_[block];
+  }
+  void each(const Plain& y, auto&& f, Plain& out) {
+    Index at = 0;
+    for_each_block(
+        [&](auto k, const auto& from, auto& to) {
+          for (Index i = 0; i < from.size(); ++i) to.data()[i] = f(atol(k, at + i) + rtol_ * std::abs(from.data()[i]));
+          at += from.size();
+        },
+        Blocks<Plain>::all(y), Blocks<Plain>::all(out));
+  }
+  /// f(block, index, (e/(atol + rtol |y|))²)
+  void for_each_square(const Plain& error, const Plain& y, const Plain& next, auto&& f) const {
+    Index at = 0;
+    for_each_block(
+        [&](auto k, const auto& e, const auto& a, const auto& b) {
+          for (Index i = 0; i < e.size(); ++i) {
+            const Scalar size = std::max(std::abs(a.data()[i]), std::abs(b.data()[i]));
+            const Scalar x = e.data()[i];
+            f(k, e, i, x == 0 ? Scalar{0} : square(x / (atol(k, at + i) + rtol_ * size)));
+          }
+          at += e.size();
+        },
+        Blocks<Plain>::all(error), Blocks<Plain>::all(y), Blocks<Plain>::all(next));
+  }
+  [[nodiscard]] Measured over_all(const Plain& error, const Plain& y, const Plain& next) const {
+    Scalar sum{0}, most{-1};
+    Index n = 0;
+    Measured all;
+    for_each_square(error, y, next, [&](auto k, const auto&, Index i, Scalar x) {
+      sum += x;
+      ++n;
+      if (x > most) most = x, all.worst = {static_cast<std::int64_t>(k()), i};
+    });
+    all.size = n == 0 ? 0 : std::sqrt(static_cast<double>(sum) / static_cast<double>(n));
+    return all;
+  }
+  [[nodiscard]] Measured over_particles(const Plain& error, const Plain& y, const Plain& next) const {
+    Scalar sum{0}, most{-1}, most_of_one{-1};
+    Index worst_of_one = 0;
+    Measured all;
+    for_each_square(error, y, next, [&](auto k, const auto& block, Index i, Scalar x) {
+      const Index rows = block.cols() > 1 ? block.rows() : 1;
+      sum = i % rows == 0 ? x : sum + x;
+      if (i % rows == 0 || x > most_of_one) most_of_one = x, worst_of_one = i;
+      if (i % rows != rows - 1) return;
+      const Scalar mean = sum / static_cast<Scalar>(rows);
+      if (mean > most) most = mean, all.worst = {static_cast<std::int64_t>(k()), worst_of_one};
+    });
+    all.size = most < 0 ? 0 : std::sqrt(static_cast<double>(most));
+    return all;
+  }
+
+  AbsoluteTolerance::Kind kind_ = AbsoluteTolerance::Kind::automatic;
+  Norm norm_ = Norm::rms;
+  Scalar rtol_{0};
+  std::array<Scalar, blocks> atol_{}, largest_{};
+  Eigen::Matrix<Scalar, Eigen::Dynamic, 1> components_;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

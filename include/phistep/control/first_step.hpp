@@ -1,0 +1,54 @@
+/// @file
+/// A first Δt from what the solution does at the start: an Euler step tells y'' (Hairer, Nørsett & Wanner, Solving ODEs I,
+/// sect. II.4, p. 169), and with τ = ‖y'‖/‖y''‖ for the time in which it changes, a step of order p errs by about
+///
+///     ‖e‖ ≈ ‖y'‖ Δt (Δt/τ)^p.                                                                                   (1)
+///
+/// Unlike the book's, this rule has the right dimensions: the unit of time changes nothing.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "phistep/control/error_norm.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/state/blocks.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// @param slope    slope(t, y, out) → bool: out = y', false where that isn't finite
+/// @param length   [time] of the run, with its sign
+/// @param order    of the scheme
+/// @param allowed  ‖e‖ that a step may have
+/// @return |Δt| ≤ |length|; 0 where y' isn't finite at the start. Two force calls.
+template <State Plain>
+[[nodiscard]] double first_step(auto&& slope, const Plain& y, const ErrorNorm<Plain>& norm, const Plain& weight,
+                                ScalarOf<Plain> t, ScalarOf<Plain> length, int order, double allowed) {
+  using Scalar = ScalarOf<Plain>;
+  const double run = std::abs(static_cast<double>(length));
+  Plain f0 = y, f1 = y, probe = y;
+  if (!slope(t, y, f0)) return 0;
+  const double size = norm(y, weight), speed = norm(f0, weight);
+  // The probe moves a hundredth of y, or where y is nothing beside atol, a hundredth of the error allowed.
+  double h = speed > 0 ? std::min(run, 0.01 * std::max(size, allowed) / speed) : 1e-6 * run;
+  double curvature = -1;
+  for (int tries = 0; tries < 40 && curvature < 0; ++tries) {
+    const Scalar signed_h = static_cast<Scalar>(std::copysign(h, static_cast<double>(length)));
+    for_each_block([signed_h](auto, auto& to, const auto& from, const auto& f) { to = from + signed_h * f; },
+                   Blocks<Plain>::all(probe), Blocks<Plain>::all(y), Blocks<Plain>::all(f0));
+    if (slope(t + signed_h, probe, f1)) {
+      for_each_block([](auto, auto& a, const auto& b) { a -= b; }, Blocks<Plain>::all(f1), Blocks<Plain>::all(f0));
+      curvature = norm(f1, weight) / h;
+    } else {
+      h /= 16;  // the probe left the force's domain
+    }
+  }
+  if (!(curvature > 0)) return std::min(100 * h, run);
+  const double p = order;
+  const double wanted = speed > 0
+                            ? std::pow(0.1 * allowed * std::pow(speed, p - 1) / std::pow(curvature, p), 1 / (p + 1))
+                            : std::sqrt(0.1 * allowed / curvature);
+  return std::min({100 * h, wanted, run});
+}
+
+}  // namespace phistep::inline PHISTEP_ABI

@@ -1,0 +1,84 @@
+/// @file
+/// What kept the steps of a run from being longer.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+
+#include "phistep/control/error_norm.hpp"
+#include "phistep/core/version.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+enum class LimitedBy : std::uint8_t {
+  nobody,
+  error,       ///< of the component named
+  iterations,  ///< the implicit solve: too many, or it failed
+  max_step,
+  stop,  ///< a time at which the run was to stop
+};
+
+/// One reason, and the number of steps that it shortened.
+struct Limit {
+  LimitedBy by = LimitedBy::nobody;
+  Component where;
+  std::int64_t steps = 0;
+};
+
+/// The most frequent reasons of a run, in bounded memory: the newcomer takes the place of the rarest (A. Metwally,
+/// D. Agrawal & A. El Abbadi, ICDT 2005, "space saving"), so that a count may be too large by that of the rarest.
+class Limits {
+ public:
+  void count(LimitedBy by, Component where = {}) {
+    ++steps_;
+    auto slot =
+        std::find_if(slots_.begin(), slots_.end(), [&](const Limit& x) { return x.by == by && x.where == where; });
+    if (slot == slots_.end()) {
+      slot = std::min_element(slots_.begin(), slots_.end(), [](auto& a, auto& b) { return a.steps < b.steps; });
+      slot->by = by;
+      slot->where = where;
+    }
+    ++slot->steps;
+  }
+  /// The most frequent reason.
+  [[nodiscard]] Limit most() const {
+    return *std::max_element(slots_.begin(), slots_.end(), [](auto& a, auto& b) { return a.steps < b.steps; });
+  }
+  [[nodiscard]] std::int64_t steps() const { return steps_; }
+
+  /// "  dt limited by       component 3 of block 0, in 71 % of the steps"
+  template <class OStream>
+    requires requires(OStream& out) { out << "" << std::int64_t{}; }
+  friend OStream& operator<<(OStream& out, const Limits& limits) {
+    const Limit most = limits.most();
+    if (most.by == LimitedBy::nobody || limits.steps_ == 0) return out;
+    out << "  dt limited by       ";
+    switch (most.by) {
+      case LimitedBy::error:
+        out << "the error of component " << most.where.index << " of block " << most.where.block;
+        break;
+      case LimitedBy::iterations:
+        out << "the iterations of the implicit solve";
+        break;
+      case LimitedBy::max_step:
+        out << "max_step";
+        break;
+      default:
+        out << "the times to stop at";
+    }
+    out << ", in " << 100 * most.steps / limits.steps_ << " % of the steps\n";
+    return out;
+  }
+
+  void archive(auto& ar) {
+    for (Limit& x : slots_) ar(x.by, x.where.block, x.where.index, x.steps);
+    ar(steps_);
+  }
+
+ private:
+  std::array<Limit, 8> slots_{};
+  std::int64_t steps_ = 0;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

@@ -1,0 +1,207 @@
+/// @file
+/// How long the steps of a run are: what a Run asks between its steps. A pace
+///
+///     Outcome begin(span, y, order, dead_band) reads the options
+///     Outcome start(span, y, order, slope)     chooses a first length; slope(t, y, out) costs a force call
+///     Scalar propose()                         |Δt| it would take next
+///     prepare(y, trace), judge(…)              before and inside an attempt, where it wants to see the error
+///     accepted(dt, wanted, history)            the step has become the state
+///     Outcome failed(outcome, dt)              success: try again with what propose() says now
+///
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include "phistep/control/error_norm.hpp"
+#include "phistep/control/first_step.hpp"
+#include "phistep/control/fixed_step.hpp"
+#include "phistep/control/iteration_control.hpp"
+#include "phistep/control/limits.hpp"
+#include "phistep/control/step_filter.hpp"
+#include "phistep/control/tolerance.hpp"
+#include "phistep/control/trace.hpp"
+#include "phistep/core/outcome.hpp"
+#include "phistep/core/step_report.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/state/blocks.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// What both controlled paces share: a length, its bounds, and what a failed step does to it.
+template <class Scalar>
+class VariableStep {
+ public:
+  [[nodiscard]] Outcome begin(double smallest, double largest, std::int64_t max_tries) {
+    if (!(smallest >= 0) || !(largest > 0) || !(smallest <= largest) || max_tries < 0)
+      return Outcome::invalid_tolerance;
+    smallest_ = smallest;
+    largest_ = largest;
+    left_ = max_tries;
+    return Outcome::success;
+  }
+  [[nodiscard]] double size() const { return std::min(size_, largest_); }
+  [[nodiscard]] bool is_capped() const { return size_ >= largest_; }
+  void set(double size) { size_ = size; }
+  void scale(double by) { size_ *= by; }
+  void accepted() { failures_ = 0; }
+  /// A step of length dt is not to be: shorter ones, or the end.
+  [[nodiscard]] Outcome shorten(Outcome why, double dt, double by) {
+    if (why != Outcome::error_too_large && ++failures_ > 20) return why;
+    size_ = by * dt;
+    return size_ < smallest_ ? Outcome::step_too_small : Outcome::success;
+  }
+  /// One more try.
+  [[nodiscard]] bool may_try() { return left_-- > 0; }
+
+  void archive(auto& ar) { ar(size_, left_, failures_); }
+
+ private:
+  double size_ = 0, smallest_ = 0, largest_ = std::numeric_limits<double>::infinity();
+  std::int64_t left_ = 0;
+  int failures_ = 0;
+};
+
+/// `tolerance{…}`, alone or with an iteration_control.
+template <State S>
+class ErrorPace {
+ public:
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+  static constexpr bool sees_error = true;
+
+  explicit ErrorPace(tolerance wanted) : wanted_{std::move(wanted)} {}
+  explicit ErrorPace(const SmallerOf& both) : wanted_{both.error}, iterations_{both.iterations}, counts_{true} {}
+
+  /// @param dead_band  see StepSize; more than 1 where a kept Δt spares a factorisation
+  [[nodiscard]] Outcome begin(TimeSpan<Scalar>, const Plain& y, int order, double dead_band) {
+    constexpr double round_off = static_cast<double>(std::numeric_limits<Scalar>::epsilon());
+    if (!norm_.begin(wanted_, y)) return Outcome::invalid_tolerance;
+    const double p = order;
+    allowed_ = std::pow(wanted_.rtol, 1 / p);
+    // An error of a few roundings can't be told from rounding.
+    if (wanted_.rtol * allowed_ < 8 * round_off || !(wanted_.first_step >= 0)) return Outcome::invalid_tolerance;
+    const bool keeps_size = dead_band > 1;
+    size_ = StepSize{wanted_.filter != StepFilter::automatic ? wanted_.filter
+                     : keeps_size                            ? StepFilter::PI42
+                                                             : StepFilter::H211b,
+                     order + 1, dead_band};
+    trace_.resize(y);
+    trace_.newton_target = newton_share * allowed_;
+    return step_.begin(std::max(wanted_.min_step, counts_ ? iterations_.min_step : 0),
+                       std::min(wanted_.max_step, counts_ ? iterations_.max_step : wanted_.max_step),
+                       wanted_.max_steps);
+  }
+  [[nodiscard]] Outcome start(TimeSpan<Scalar> span, const Plain& y, int order, auto&& slope) {
+    double first = wanted_.first_step;
+    if (first == 0) {
+      norm_.weigh(y, trace_.weight);
+      first = first_step(slope, y, norm_, trace_.weight, span.t0, span.t1 - span.t0, order, allowed_);
+      if (first == 0) return Outcome::non_finite_force;
+    }
+    if (counts_ && iterations_.first_step > 0) first = std::min(first, iterations_.first_step);
+    step_.set(first);
+    return Outcome::success;
+  }
+
+  [[nodiscard]] double propose() const { return step_.size(); }
+  [[nodiscard]] bool may_try() { return step_.may_try(); }
+  [[nodiscard]] Trace<Plain>& trace() { return trace_; }
+  void prepare(const Plain& y) { norm_.weigh(y, trace_.weight); }
+  /// Whether the step's error is allowed.
+  [[nodiscard]] bool judge(const Plain& y, const Plain& next, const Plain& error) {
+    error_ = norm_(error, y, next);
+    return error_.size <= allowed_;
+  }
+  /// @param clipped  the step was shorter than proposed, because of a time to stop at
+  void accepted(double dt, bool clipped, const Failure& history, Limits& limits) {
+    step_.accepted();
+    trace_.advance();
+    const bool was_capped = step_.is_capped();
+    double by = size_.accepted(error_.size / allowed_);
+    bool by_iterations = false;
+    if (counts_) {
+      const double lambda = iteration_factor(history, iterations_);
+      by_iterations = lambda < by;
+      by = std::min(by, lambda);
+    }
+    if (clipped) {
+      size_.forget();
+      step_.set(std::max(step_.size(), by * dt));
+      return limits.count(LimitedBy::stop);
+    }
+    step_.set(by * dt);
+    if (was_capped) limits.count(LimitedBy::max_step);
+    else if (by_iterations) limits.count(LimitedBy::iterations);
+    else limits.count(LimitedBy::error, error_.worst);
+  }
+  [[nodiscard]] Outcome failed(Outcome why, double dt, const Failure& history, Limits& limits) {
+    if (why == Outcome::error_too_large) return step_.shorten(why, dt, size_.rejected(error_.size / allowed_));
+    if (!may_be_cured(why)) return why;
+    limits.count(LimitedBy::iterations);
+    static_cast<void>(history);
+    size_.forget();
+    return step_.shorten(why, dt, 0.25);
+  }
+  /// The state isn't what the last step left.
+  void edited() { trace_.forget(), size_.forget(); }
+
+  void archive(auto& ar) { ar(norm_, size_, step_, trace_); }
+
+ private:
+  /// Of the error allowed to a step: what its solves may leave of theirs.
+  static constexpr double newton_share = 0.03;
+
+  tolerance wanted_;
+  iteration_control iterations_;
+  bool counts_ = false;
+  ErrorNorm<Plain> norm_;
+  StepSize size_;
+  VariableStep<Scalar> step_;
+  Trace<Plain> trace_;
+  Measured error_;
+  double allowed_ = 1;
+};
+
+/// `iteration_control{…}` alone.
+template <State S>
+class IterationPace {
+ public:
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+  static constexpr bool sees_error = false;
+
+  explicit IterationPace(const iteration_control& wanted) : wanted_{wanted} {}
+  [[nodiscard]] Outcome begin(TimeSpan<Scalar>, const Plain&, int, double) {
+    if (!(wanted_.first_step > 0) || wanted_.desired < 1 || !(wanted_.order > 0)) return Outcome::invalid_tolerance;
+    return step_.begin(wanted_.min_step, wanted_.max_step, wanted_.max_steps);
+  }
+  [[nodiscard]] Outcome start(TimeSpan<Scalar> span, const Plain&, int, auto&&) {
+    step_.set(std::min(wanted_.first_step, std::abs(static_cast<double>(span.t1 - span.t0))));
+    return Outcome::success;
+  }
+  [[nodiscard]] double propose() const { return step_.size(); }
+  [[nodiscard]] bool may_try() { return step_.may_try(); }
+  void accepted(double dt, bool clipped, const Failure& history, Limits& limits) {
+    step_.accepted();
+    const bool was_capped = step_.is_capped();
+    const double next = iteration_factor(history, wanted_) * dt;
+    step_.set(clipped ? std::max(step_.size(), next) : next);
+    limits.count(clipped ? LimitedBy::stop : was_capped ? LimitedBy::max_step : LimitedBy::iterations);
+  }
+  [[nodiscard]] Outcome failed(Outcome why, double dt, const Failure& history, Limits&) {
+    if (!may_be_cured(why)) return why;
+    return step_.shorten(why, dt, std::min(0.5, iteration_factor(history, wanted_)));
+  }
+  static void edited() {}
+
+  void archive(auto& ar) { ar(step_); }
+
+ private:
+  iteration_control wanted_;
+  VariableStep<Scalar> step_;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

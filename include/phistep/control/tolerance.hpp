@@ -1,0 +1,72 @@
+/// @file
+/// Error control, as a user states it: `integrate(stepper, y, {t0, t1}, tolerance{.rtol = 1e-5, .atol = 1e-8})`.
+///
+/// The tolerance is meant for the result. The error of one step of order p is held to
+///
+///     ‖e‖ ≤ rtol^{1/p},   ‖·‖ weighted by 1/(atol + rtol |y|)                                                   (1)
+///
+/// that is to rtol^{(p+1)/p} of y. There are about rtol^{−1/p} steps in the time in which the solution changes by itself,
+/// so that what they add up to is rtol: proportional to the tolerance, as under control per unit step (Hairer, Nørsett &
+/// Wanner, Solving ODEs I, sect. II.4; G. Söderlind & L. Wang, J. Comput. Appl. Math. 185 (2006) 225), and blind to the
+/// unit of time. Held to ‖e‖ ≤ 1, as is usual, the result would be off by rtol^{p/(p+1)}: 1e-8 asked, 5e-6 got.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <initializer_list>
+#include <limits>
+#include <vector>
+
+#include "phistep/control/step_filter.hpp"
+#include "phistep/core/version.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// The error below which relative accuracy of a component doesn't matter, in its own units. Left out: rtol times the
+/// largest magnitude that the component's block has had so far in the run.
+class AbsoluteTolerance {
+ public:
+  enum class Kind : std::uint8_t { automatic, everywhere, per_block, per_component };
+
+  AbsoluteTolerance() = default;
+  AbsoluteTolerance(double atol) : values_{atol}, kind_{Kind::everywhere} {}  // NOLINT: .atol = 1e-8
+  /// One a block of the state, in their order (motion: r, then v): `.atol = {1e-6, 1e-3}`.
+  AbsoluteTolerance(std::initializer_list<double> blocks) : values_{blocks}, kind_{Kind::per_block} {}
+  /// One a component, all blocks one after the other, each in storage order.
+  template <class Vector>
+    requires requires(const Vector& x) {
+      x.data();
+      x.size();
+    }
+  AbsoluteTolerance(const Vector& components) : kind_{Kind::per_component} {  // NOLINT: .atol = vector
+    for (decltype(components.size()) i = 0; i < components.size(); ++i)
+      values_.push_back(static_cast<double>(components.data()[i]));
+  }
+
+  [[nodiscard]] Kind kind() const { return kind_; }
+  [[nodiscard]] const std::vector<double>& values() const { return values_; }
+
+ private:
+  std::vector<double> values_;
+  Kind kind_ = Kind::automatic;
+};
+
+/// How the errors of a state's components become one number.
+enum class Norm : std::uint8_t {
+  rms,       ///< root mean square over all components
+  particle,  ///< the largest root mean square of a particle (a column of the blocks): one bad particle of many shows
+};
+
+/// A run controlled by its error. All of it may be left out.
+struct tolerance {
+  double rtol = 1e-4;           ///< relative error wanted of the result, 0 < rtol < 1
+  AbsoluteTolerance atol = {};  ///< absolute error wanted
+  Norm norm = Norm::rms;
+  StepFilter filter = StepFilter::automatic;
+  double first_step = 0;                                      ///< [time] 0: chosen from the force
+  double min_step = 0;                                        ///< [time] a smaller one ends the run
+  double max_step = std::numeric_limits<double>::infinity();  ///< [time]
+  std::int64_t max_steps = 10'000'000;                        ///< tries, the rejected ones included
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

@@ -1,0 +1,72 @@
+/// @file
+/// What a step tells of itself beside its end: the seam between steppers, which fill it, and controllers, predictors and
+/// dense output, which read it. Steps that nobody watches have none.
+#pragma once
+
+#include "phistep/core/version.hpp"
+#include "phistep/state/blocks.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// @tparam Plain  the owning state; every member is shaped like it
+template <State Plain>
+struct Trace {
+  using Scalar = ScalarOf<Plain>;
+
+  // Written by the controller before the step.
+  Plain weight;  ///< 1/(atol + rtol |y|): what a component's error is multiplied by
+  double newton_target =
+      0;  ///< weighted RMS size of the error that an implicit solve may leave; 0: its own options rule
+
+  // Carried from step to step. Whoever edits the state, or rejects a step after it was accepted, calls forget().
+  bool knows_start = false;  ///< `start` holds y' where the next step starts
+  Scalar dt_before{0};       ///< [time] length of the step before, 0: there was none
+  Plain before;              ///< y' where that step started
+
+  // Written by the step. Slopes by the scheme's own relations, not by force calls: stiff components keep their digits.
+  Plain start;              ///< y' at t (for motion: v, M⁻¹Ψ)
+  Plain end;                ///< y' at t + Δt
+  Scalar dt{0};             ///< [time] Δt
+  Plain error;              ///< estimate of the local error
+  bool has_slopes = false;  ///< `start` and `end` are filled
+  bool has_error = false;   ///< `error` is filled
+
+  Plain predicted;  ///< scratch: where an implicit solve may start
+
+  /// Shaped like y.
+  void resize(const Plain& y) {
+    for (Plain* x : {&weight, &before, &start, &end, &error, &predicted}) {
+      *x = y;
+      for_each_block([](auto, auto& block) { block.setZero(); }, Blocks<Plain>::all(*x));
+    }
+    forget();
+  }
+  /// The next step starts somewhere else.
+  void forget() {
+    knows_start = has_slopes = has_error = false;
+    dt_before = Scalar{0};
+  }
+  /// The step has become the state.
+  void advance() {
+    if (!has_slopes) return forget();
+    for_each_block([](auto, auto& a, auto& b, auto& c) { a.swap(b), b.swap(c); }, Blocks<Plain>::all(before),
+                   Blocks<Plain>::all(start), Blocks<Plain>::all(end));
+    dt_before = dt;
+    knows_start = true;
+    has_slopes = has_error = false;
+  }
+  /// The state is again what it was before the last advance().
+  void step_back() {
+    if (!knows_start) return;
+    for_each_block([](auto, auto& a, auto& b) { a.swap(b); }, Blocks<Plain>::all(before), Blocks<Plain>::all(start));
+    dt_before = Scalar{0};
+    has_slopes = has_error = false;
+  }
+
+  void archive(auto& ar) {
+    ar(knows_start, dt_before);
+    ar.in_place(before, start);
+  }
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

@@ -1,0 +1,82 @@
+/// @file
+/// The potential energy of force terms, where they have one: an optional member
+///
+///     auto energy(auto t, const auto& y) const;        // V(t, r) [energy], −∂V/∂r being the term's force at v = 0
+///
+/// beside `add`, seeing the same view. Nothing in a step asks for it; observe/energy_ledger.hpp does.
+#pragma once
+
+#include <concepts>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+#include "phistep/core/version.hpp"
+#include "phistep/force/annotate.hpp"
+#include "phistep/force/signature.hpp"
+#include "phistep/force/sum.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// A force term with a potential energy. (One that can tell only from its numbers says so by `bool has_energy() const`.)
+template <class F, class View>
+concept HasEnergy = requires(F& f, typename ViewScalar<View>::type t, const View& y) {
+  { f.energy(t, y) } -> std::convertible_to<typename ViewScalar<View>::type>;
+};
+
+/// Whether a term has a potential energy, its numbers included.
+template <class View, class F>
+[[nodiscard]] bool has_energy(F& force) {
+  if constexpr (!HasEnergy<F, View>) return false;
+  else if constexpr (requires { force.has_energy(); }) return force.has_energy();
+  else return true;
+}
+
+/// V(t, r) of a force [energy]; of a sum, that of those terms that have one. 0 where there is none.
+template <class F, class View, class Scalar>
+[[nodiscard]] Scalar potential_energy(F& force, Scalar t, const View& y) {
+  if constexpr (is_sum<std::remove_const_t<F>>) {
+    return std::apply([&](auto&... term) { return (Scalar{0} + ... + potential_energy(unwrap(term), t, y)); },
+                      force.terms);
+  } else if constexpr (HasEnergy<F, View>) {
+    return has_energy<View>(force) ? static_cast<Scalar>(force.energy(t, y)) : Scalar{0};
+  } else {
+    return Scalar{0};
+  }
+}
+
+/// A force and its potential.
+template <class F, class V>
+struct WithEnergy : Callable<F> {
+  V potential;
+  constexpr WithEnergy(F f, V v) : Callable<F>(std::move(f)), potential(std::move(v)) {}
+
+  template <class View>
+    requires MotionLike<View>
+  [[nodiscard]] auto energy(auto t, const View& y) const {
+    if constexpr (std::is_invocable_v<const V&, decltype(y.r), decltype(t)>) {
+      return potential(y.r, t);
+    } else {
+      static_assert(call_arity<F, View>() < 3,
+                    "phistep: with_energy(f, V) needs V(r, t) for a force f(r, v, t); a driving force is better a term "
+                    "of its own");
+      return potential(y.r);
+    }
+  }
+};
+
+/// Gives a force its potential energy V(r), or V(r, t) [energy]: −∂V/∂r must be the force at v = 0. For a lambda, a term or
+/// what `local<dim>(…)` takes:
+///
+///     auto pendulum = with_energy([](const Vec& r) -> Vec { return -9.81 * r.array().sin(); },
+///                                 [](const Vec& r) { return -9.81 * r.array().cos().sum(); });
+template <class F, class V>
+[[nodiscard]] constexpr WithEnergy<F, V> with_energy(F force, V potential) {
+  return {std::move(force), std::move(potential)};
+}
+template <class F, class V>
+[[nodiscard]] constexpr Term<WithEnergy<F, V>> with_energy(Term<F> term, V potential) {
+  return Term<WithEnergy<F, V>>{WithEnergy<F, V>{std::move(term.force), std::move(potential)}};
+}
+
+}  // namespace phistep::inline PHISTEP_ABI

@@ -1,0 +1,397 @@
+/// @file
+/// Where the energy E = ½ vᵀMv + V(r) went: what the scheme took, what the physics took, what was put in, what the
+/// solver's tolerance took; each account by its own formula, none as the remainder.
+///
+/// With Ψ_φ the force by which a step of length h kicks (φΨ⁺ + (1−φ)Ψ of real force calls at both ends, or Ψ at the stage),
+/// v_φ = φ_d v⁺ + (1−φ_d) v the velocity by which it drifts, and ρ and δ what the solver left,
+///
+///     M Δv = h Ψ_φ + ρ,   Δr = h v_φ + δ,                                                                       (1)
+///
+/// v̄ = ½(v+v⁺) = v_φ − (φ_d−½)Δv turns ΔT = v̄ᵀMΔv (M symmetric) into
+///
+///     ΔT = ΔrᵀΨ_φ − (φ_d−½) Δvᵀ(hΨ_φ) + v̄ᵀρ − δᵀΨ_φ                                                            (2)
+///
+/// and with Ψ = F + D + X, F the force of the potential, D that of the terms that use the velocity, X the others,
+///
+///     scheme    (ΔV − W + ΔrᵀF_φ) − (φ_d−½) Δvᵀ(hΨ_φ)     quadrature of F, and the φ_d-weighted drift            (3)
+///     damping   ΔrᵀD_φ                                      of a damped spring: its force less that at v = 0
+///     external  ΔrᵀX_φ + W                                  W: what an explicit t in V does
+///     solver    v̄ᵀρ − δᵀΨ_φ
+///
+/// add up to ΔE. For a linear undamped force and φ_f = φ_d, (3) is −(φ−½)(Δvᵀ M Δv − Δrᵀ K Δr), K = ∂Ψ/∂r. Velocity Verlet
+/// kicks with Ψ̄ = ½(Ψ+Ψ⁺) and drifts with v + ½hM⁻¹Ψ: in its (3), (h²/4)(Ψ⁺−Ψ)ᵀM⁻¹Ψ̄ stands for the second part, and
+/// ½hρᵀM⁻¹Ψ̄ joins the solver's.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <limits>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+#include "phistep/core/phi.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/force/at.hpp"
+#include "phistep/force/energy.hpp"
+#include "phistep/force/evaluate.hpp"
+#include "phistep/force/signature.hpp"
+#include "phistep/state/blocks.hpp"
+#include "phistep/state/unknowns.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// A sum that keeps what rounding takes from it (Neumaier, ZAMM 54 (1974) 39).
+template <class Scalar>
+class CompensatedSum {
+ public:
+  void add(Scalar x) {
+    const Scalar sum = sum_ + x;
+    lost_ += std::abs(sum_) >= std::abs(x) ? (sum_ - sum) + x : (x - sum) + sum_;
+    sum_ = sum;
+  }
+  [[nodiscard]] Scalar value() const { return sum_ + lost_; }
+
+ private:
+  Scalar sum_{0}, lost_{0};
+};
+
+/// The form of a scheme's energy balance: which force and velocity (1) has.
+enum class EnergyBalance { none, endpoint, stage, verlet };
+template <class Scheme>
+inline constexpr EnergyBalance energy_balance = EnergyBalance::none;
+template <class Force, class Drift>
+inline constexpr EnergyBalance energy_balance<PhiScheme<Force, Drift, Form::endpoint>> = EnergyBalance::endpoint;
+template <class Force, class Drift>
+inline constexpr EnergyBalance energy_balance<PhiScheme<Force, Drift, Form::stage>> = EnergyBalance::stage;
+template <>
+inline constexpr EnergyBalance energy_balance<VelocityVerlet> = EnergyBalance::verlet;
+
+/// An observer of completed steps:
+///
+///     EnergyLedger ledger{stepper};
+///     integrate(stepper, state, {0.0, 10.0}, fixed(0.01), ledger);
+///     std::cout << ledger;
+///
+/// Terms have an energy by a member `energy(t, y)` or by `with_energy(f, V)`; one without that ignores the velocity counts
+/// as external. One force call a step (two where a term with an energy also uses the velocity), counted here and not in
+/// the stepper's statistics.
+/// @tparam Stepper  a PhiStepper of a motion; it must outlive the ledger and stay where it is
+template <class Stepper>
+class EnergyLedger {
+  static_assert(
+      requires { typename Stepper::SchemeType; }, "phistep: EnergyLedger takes a PhiStepper, not a stepper around one");
+  using S = typename Stepper::StateType;
+  using Scheme = typename Stepper::SchemeType;
+  using Plain = PlainState<S>;
+  using Rate = RateOf<S>;
+  using Scalar = ScalarOf<S>;
+  using Force = std::remove_reference_t<decltype(std::declval<Stepper&>().force())>;
+  using Masses = std::remove_reference_t<decltype(std::declval<Stepper&>().masses())>;
+  using View = std::remove_cvref_t<decltype(Blocks<S>::view(std::declval<const Plain&>(), std::declval<Masses&>()))>;
+  static constexpr EnergyBalance balance = energy_balance<Scheme>;
+
+  static_assert(Blocks<S>::drifts, "phistep: EnergyLedger needs a motion (r, v): a first-order state has no energy");
+  static_assert(
+      balance != EnergyBalance::none,
+      "phistep: EnergyLedger knows no energy balance of this scheme: it takes the phi-schemes, their pairs and "
+      "stage forms, and velocity_verlet");
+  static_assert(!is_split<std::remove_const_t<Force>, Scheme>,
+                "phistep: EnergyLedger knows no energy balance of a step split by at(forward_euler, term)");
+  static_assert(!remembers<Force>, "phistep: EnergyLedger knows no energy balance of a force with memory");
+
+ public:
+  /// In at least double precision. [energy]
+  using Energy = std::conditional_t<(sizeof(Scalar) > sizeof(double)), Scalar, double>;
+
+  explicit EnergyLedger(Stepper& stepper) : stepper_{&stepper}, force_{&stepper.force()} {}
+
+  /// Opens the books: called by a run at its start.
+  template <class State>
+  void begin(Scalar t0, const State& state) {
+    books_ = {};
+    copy_blocks<S>(end_, state);
+    allocate();
+    look(t0, end_);
+    books_.start = energy();
+    books_.largest = std::abs(books_.start);
+    books_.begun = true;
+  }
+
+  /// Books one step: a CompletedStep, or anything with its t0(), t1(), dt(), start() and end().
+  template <class Step>
+    requires requires(const Step& step) { step.start(), step.end(), step.dt(); }
+  void operator()(const Step& step) {
+    if (!books_.begun) begin(step.t0(), step.start());
+    else if (!same_shape<S>(end_, step.start()) || !equal_blocks<S>(end_, step.start()) || !same_time(step.t0()))
+      book_edit(step.t0(), step.start());
+    if (!books_.known) evaluate_start(step.t0(), step.start());
+    book(step.t0(), step.t1(), step.dt(), step.start(), step.end());
+    copy_blocks<S>(end_, step.end());
+    ++books_.steps;
+    books_.largest = std::max(books_.largest, std::abs(energy()));
+    books_.largest_closure = std::max(books_.largest_closure, std::abs(closure()));
+  }
+
+  /// After a change of the force's parameters: nothing of the old ones is used, and what it did to E counts as an edit.
+  void forget() {
+    books_.known = false;
+    books_.t = std::numeric_limits<Scalar>::quiet_NaN();
+  }
+
+  [[nodiscard]] Energy energy() const { return books_.kinetic + books_.potential; }  ///< E at the end of the last step
+  [[nodiscard]] Energy kinetic() const { return books_.kinetic; }
+  [[nodiscard]] Energy potential() const { return books_.potential; }
+  [[nodiscard]] Energy start() const { return books_.start; }                ///< E where the books were opened
+  [[nodiscard]] Energy scheme() const { return books_.scheme.value(); }      ///< put in by the scheme (< 0: taken)
+  [[nodiscard]] Energy damping() const { return books_.damping.value(); }    ///< … by forces that use the velocity
+  [[nodiscard]] Energy external() const { return books_.external.value(); }  ///< … by forces without potential
+  [[nodiscard]] Energy solver() const { return books_.solver.value(); }      ///< … by what the solver left unsolved
+  [[nodiscard]] Energy edits() const { return books_.edits.value(); }  ///< … between steps: a bounce, a thermostat
+  /// What all accounts together leave unexplained: rounding.
+  [[nodiscard]] Energy closure() const {
+    CompensatedSum<Energy> rest;
+    for (const Energy x : {energy(), -start(), -scheme(), -damping(), -external(), -solver(), -edits()}) rest.add(x);
+    return rest.value();
+  }
+  [[nodiscard]] Energy largest_closure() const { return books_.largest_closure; }  ///< in magnitude, of all steps
+  /// The largest |E| met: what the accounts are printed relative to.
+  [[nodiscard]] Energy largest_energy() const { return books_.largest; }
+  [[nodiscard]] std::int64_t steps() const { return books_.steps; }
+  [[nodiscard]] std::int64_t force_calls() const { return books_.force_calls; }  ///< the ledger's own
+
+  template <class OStream>
+    requires requires(OStream& out) { out << ""; }
+  friend OStream& operator<<(OStream& out, const EnergyLedger& ledger) {
+    char line[128];
+    const auto print = [&](const char* name, Energy x) {
+      const double energy = static_cast<double>(x), scale = static_cast<double>(ledger.books_.largest);
+      std::snprintf(line, sizeof line, "  %-20s%16.8e%14.1e\n", name, energy, scale > 0 ? energy / scale : 0.0);
+      out << line;
+    };
+    std::snprintf(line, sizeof line, "energy over %lld steps      [energy]   of max |E|\n",
+                  static_cast<long long>(ledger.books_.steps));
+    out << line;
+    print("at the start", ledger.start());
+    print("scheme", ledger.scheme());
+    print("damping", ledger.damping());
+    print("external work", ledger.external());
+    print("solver", ledger.solver());
+    print("edits", ledger.edits());
+    print("at the end", ledger.energy());
+    print("closure", ledger.closure());
+    print("largest closure", ledger.largest_closure());
+    return out;
+  }
+
+ private:
+  using Block = std::remove_cvref_t<decltype(velocity_of<S>(std::declval<Plain&>()))>;
+  template <class F>
+  using TraitsOf = ForceTraits<std::remove_const_t<F>, View, Rate>;
+  /// By what (1) is split into accounts.
+  struct Forces {
+    Rate conservative, damping, external;
+    static Block& of(Rate& rate) { return std::get<0>(Rate::blocks(rate)); }
+    void for_each(auto&& f) { f(of(conservative)), f(of(damping)), f(of(external)); }
+  };
+
+  [[nodiscard]] View view(const Plain& y) const { return Blocks<S>::view(y, stepper_->masses()); }
+  [[nodiscard]] const auto& mass() const { return std::get<0>(stepper_->masses()); }
+  [[nodiscard]] bool same_time(Scalar t) const {
+    return std::abs(t - books_.t) <=
+           8 * std::numeric_limits<Scalar>::epsilon() * std::max(std::abs(t), std::abs(books_.t));
+  }
+  [[nodiscard]] static Energy dot(const Block& a, const Block& b) {
+    return flat(a).template cast<Energy>().dot(flat(b).template cast<Energy>());
+  }
+
+  void allocate() {
+    const Block& v = velocity_of<S>(end_);
+    for (Forces* forces : {&before_, &after_, &mean_})
+      for (Rate* rate : {&forces->conservative, &forces->damping, &forces->external}) *rate = make_rate<S>(end_);
+    part_ = make_rate<S>(end_);
+    if constexpr (uses.velocity) still_ = end_;
+    for (Block* block : {&psi_, &residual_, &dr_, &dv_, &middle_, &slack_}) block->resizeLike(v);
+  }
+  /// Kinetic and potential energy of a state at t.
+  void look(Scalar t, const Plain& y) {
+    const Scalar* const v = velocity_of<S>(y).data();
+    Energy twice{0};
+    mass().for_each_entry(velocity_of<S>(y).size(), [&](Index i, Index j, auto m) {
+      twice += static_cast<Energy>(v[i]) * static_cast<Energy>(m) * static_cast<Energy>(v[j]);
+    });
+    books_.kinetic = twice / 2;
+    books_.potential = potential_at(t, y);
+    books_.t = t;
+  }
+  [[nodiscard]] Energy potential_at(Scalar t, const Plain& y) {
+    return static_cast<Energy>(potential_energy(*force_, t, view(y)));
+  }
+  void book_edit(Scalar t, const Plain& y) {
+    const Energy before = energy();
+    if (!same_shape<S>(end_, y)) copy_blocks<S>(end_, y), allocate();
+    look(t, y);
+    books_.edits.add(energy() - before);
+    books_.known = false;
+  }
+
+  /// What the terms with an energy use besides r.
+  struct Uses {
+    bool velocity, time;
+  };
+  template <class F>
+  struct UsesOf {
+    static constexpr bool counts = HasEnergy<F, View>;
+    static constexpr Uses value{counts && TraitsOf<F>::uses_velocity, counts&& TraitsOf<F>::uses_time};
+  };
+  template <class... T>
+  struct UsesOf<Sum<T...>> {
+    static constexpr Uses value{(UsesOf<Unwrapped<T>>::value.velocity || ...),
+                                (UsesOf<Unwrapped<T>>::value.time || ...)};
+  };
+  static constexpr Uses uses = UsesOf<std::remove_const_t<Force>>::value;
+
+  void evaluate_start(Scalar t, const Plain& y) {
+    if constexpr (balance != EnergyBalance::stage) evaluate(t, y, before_);
+  }
+  void evaluate(Scalar t, const Plain& y, Forces& to) {
+    books_.force_calls += uses.velocity ? 2 : 1;
+    if constexpr (uses.velocity) {
+      copy_blocks<S>(still_, y);
+      velocity_of<S>(still_).setZero();
+    }
+    for (Rate* rate : {&to.conservative, &to.damping, &to.external})
+      for_each_block([](auto, auto& psi) { psi.setZero(); }, Rate::blocks(*rate));
+    add(*force_, t, y, to);
+  }
+  template <class F>
+  void add(F& force, Scalar t, const Plain& y, Forces& to) {
+    if constexpr (is_sum<std::remove_const_t<F>>) {
+      std::apply([&](auto&... term) { (add(unwrap(term), t, y, to), ...); }, force.terms);
+    } else if (!has_energy<View>(force)) {
+      add_force(force, t, view(y), NoMemory{}, TraitsOf<F>::uses_velocity ? to.damping : to.external);
+    } else if constexpr (UsesOf<F>::value.velocity) {
+      assign_force(force, t, view(still_), NoMemory{}, part_);
+      Forces::of(to.conservative) += Forces::of(part_);
+      Forces::of(to.damping) -= Forces::of(part_);
+      add_force(force, t, view(y), NoMemory{}, to.damping);
+    } else {
+      add_force(force, t, view(y), NoMemory{}, to.conservative);
+    }
+  }
+  /// mean = a·after + (1−a)·before
+  void blend(Scalar a) {
+    const auto mix = [a](Rate& to, Rate& from, Rate& at_end) {
+      Forces::of(to) = a * Forces::of(at_end) + (1 - a) * Forces::of(from);
+    };
+    mix(mean_.conservative, before_.conservative, after_.conservative);
+    mix(mean_.damping, before_.damping, after_.damping);
+    mix(mean_.external, before_.external, after_.external);
+  }
+
+  void book(Scalar t0, Scalar t1, Scalar h, const Plain& y0, const Plain& y1) {
+    const Block &v0 = velocity_of<S>(y0), &v1 = velocity_of<S>(y1);
+    const auto [phi, drift] = weights();
+    if constexpr (balance == EnergyBalance::stage) {
+      for_each_block([p = phi](auto, auto& y, const auto& from, const auto& to) { y = p * to + (1 - p) * from; },
+                     Blocks<S>::all(end_), Blocks<S>::all(y0), Blocks<S>::all(y1));
+      evaluate(t0 + phi * h, end_, mean_);
+    } else {
+      evaluate(t1, y1, after_);
+      blend(phi);
+    }
+    psi_ = Forces::of(mean_.conservative) + Forces::of(mean_.damping) + Forces::of(mean_.external);
+    dr_ = position_of<S>(y1) - position_of<S>(y0);
+    dv_ = v1 - v0;
+    middle_ = (v0 + v1) / 2;
+    residual_ = -h * psi_;
+    mass().subtract_product(-flat(dv_), flat(residual_));  // ρ
+
+    Energy scheme, solver = dot(middle_, residual_);
+    if constexpr (balance == EnergyBalance::verlet) {
+      divide_by_mass(sum_of(before_), slack_);
+      slack_ = dr_ - h * v0 - h * (h / 2 * slack_);  // δ
+      solver -= dot(slack_, psi_);
+      divide_by_mass(psi_, slack_);
+      solver += static_cast<Energy>(h) / 2 * dot(residual_, slack_);
+      residual_ = sum_of(after_) - sum_of(before_);
+      scheme = static_cast<Energy>(h) * static_cast<Energy>(h) / 4 * dot(residual_, slack_);
+    } else {
+      slack_ = dr_ - h * (drift * v1 + (1 - drift) * v0);  // δ
+      solver -= dot(slack_, psi_);
+      scheme = -(static_cast<Energy>(drift) - Energy{0.5}) * static_cast<Energy>(h) * dot(dv_, psi_);
+    }
+
+    const Energy before = books_.potential;
+    look(t1, y1);
+    Energy timed{0};
+    if constexpr (uses.time) timed = ((potential_at(t1, y0) - before) + (books_.potential - potential_at(t0, y1))) / 2;
+    books_.scheme.add(books_.potential - before - timed + dot(dr_, Forces::of(mean_.conservative)));
+    books_.scheme.add(scheme);
+    books_.damping.add(dot(dr_, Forces::of(mean_.damping)));
+    books_.external.add(dot(dr_, Forces::of(mean_.external)));
+    books_.external.add(timed);
+    books_.solver.add(solver);
+    std::swap(before_, after_);
+    books_.known = true;
+  }
+  /// (φ_f, φ_d)
+  [[nodiscard]] std::pair<Scalar, Scalar> weights() const {
+    if constexpr (balance == EnergyBalance::verlet) return {Scalar{1} / 2, Scalar{1} / 2};
+    else {
+      const Scheme& scheme = stepper_->row().scheme();
+      return {scheme.force.template value<Scalar>(), scheme.drift.template value<Scalar>()};
+    }
+  }
+  [[nodiscard]] static auto sum_of(Forces& forces) {
+    return Forces::of(forces.conservative) + Forces::of(forces.damping) + Forces::of(forces.external);
+  }
+  /// out = M⁻¹ f
+  void divide_by_mass(const auto& f, Block& out) const {
+    out = f;
+    if constexpr (std::remove_cvref_t<decltype(mass())>::is_matrix) {
+      mass().solve(flat(out));
+    } else {
+      const auto factor = mass().scaled(Scalar{1});
+      for (Index i = 0; i < out.size(); ++i) out.data()[i] *= factor(i);
+    }
+  }
+
+  /// What begins anew with each run.
+  struct Books {
+    Energy kinetic{0}, potential{0}, start{0}, largest{0}, largest_closure{0};
+    CompensatedSum<Energy> scheme, damping, external, solver, edits;
+    Scalar t{};
+    std::int64_t steps = 0, force_calls = 0;
+    bool begun = false, known = false;
+  };
+  /// Blocks that may be copied before they are filled.
+  template <class T>
+  [[nodiscard]] static T zero(auto blocks) {
+    T x;
+    for_each_block([](auto, auto& block) { block.setZero(); }, blocks(x));
+    return x;
+  }
+  [[nodiscard]] static Rate no_rate() {
+    return zero<Rate>([](Rate& rate) { return Rate::blocks(rate); });
+  }
+  [[nodiscard]] static Plain no_state() {
+    return zero<Plain>([](Plain& y) { return Blocks<S>::all(y); });
+  }
+  [[nodiscard]] static Block no_block() {
+    return zero<Block>([](Block& block) { return std::tie(block); });
+  }
+
+  Stepper* stepper_;
+  Force* force_;
+  Books books_;
+  Plain end_ = no_state(), still_ = end_;  // the last step's end, and (while a step is booked) the stage
+  Rate part_ = no_rate();
+  Forces before_{part_, part_, part_}, after_ = before_, mean_ = before_;
+  Block psi_ = no_block(), residual_ = psi_, dr_ = psi_, dv_ = psi_, middle_ = psi_, slack_ = psi_;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

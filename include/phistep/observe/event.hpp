@@ -1,0 +1,103 @@
+/// @file
+/// Something that happens when a function of the state passes zero: a bounce, a switch, the end of a run.
+///
+/// The handler finds the state on the root, up to rounding, and may edit it. What it leaves there at rest passes through:
+/// a ball that is stopped on the ground, with gravity on, falls on. Let the handler end such a run, or change the force.
+#pragma once
+
+#include <cmath>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "phistep/core/archive.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/observe/goes_on.hpp"
+#include "phistep/observe/root.hpp"
+#include "phistep/state/parts.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+struct EventOptions {
+  Direction direction = Direction::both;  ///< which way g passes zero, as the run goes
+  bool terminal = false;                  ///< the first one ends the run
+  /// Look for g that passes zero and comes back within one step: one or two more evaluations of g a step, at the price of
+  /// the interpolant's slopes.
+  bool inside = true;
+};
+
+struct NoHandler {};
+
+/// What `event(g, …)` returns.
+template <class G, class Handler = NoHandler>
+class Event {
+ public:
+  using IsEvent = void;
+
+  Event(G function, const EventOptions& options, Handler handler)
+      : g_(std::move(function)), handler_(std::move(handler)), options_{options} {}
+
+  /// g(t, state) or g(state), as `Scalar`.
+  template <class Scalar, class Plain>
+  [[nodiscard]] Scalar value(Scalar t, const Plain& y) {
+    constexpr bool timed = std::is_invocable_v<G&, Scalar, const Plain&>;
+    constexpr bool plain = std::is_invocable_v<G&, const Plain&>;
+    static_assert(timed || plain, "phistep: the function of an event must be callable as g(state) or g(t, state)");
+    if constexpr (timed) {
+      static_assert(std::is_convertible_v<std::invoke_result_t<G&, Scalar, const Plain&>, Scalar>,
+                    "phistep: the function of an event must return a number");
+      return static_cast<Scalar>(g_(t, y));
+    } else if constexpr (plain) {
+      static_assert(std::is_convertible_v<std::invoke_result_t<G&, const Plain&>, Scalar>,
+                    "phistep: the function of an event must return a number");
+      return static_cast<Scalar>(g_(y));
+    } else {
+      return Scalar{};
+    }
+  }
+  /// It has happened. False where the run is to end.
+  template <class Scalar, class S>
+  [[nodiscard]] bool happened(Scalar t, S& state) {
+    times_.push_back(static_cast<double>(t));
+    if constexpr (std::is_same_v<Handler, NoHandler>) return !options_.terminal;
+    else return goes_on(handler_, t, state) && !options_.terminal;
+  }
+  /// A run starts.
+  void begin() { times_.clear(); }
+
+  [[nodiscard]] const EventOptions& options() const { return options_; }
+  /// When it happened in the last run. [time]
+  [[nodiscard]] const std::vector<double>& times() const { return times_; }
+
+  /// Its times, for a checkpoint.
+  void save(Writer& out) const { save_parts(out, times_); }
+  template <class Then>
+  void load(Reader& in, Then&& then) {
+    load_parts(in, then, times_);
+  }
+
+ private:
+  G g_;
+  [[no_unique_address]] Handler handler_;
+  EventOptions options_;
+  std::vector<double> times_;
+};
+
+template <class T>
+concept EventLike = requires {
+  typename std::remove_cvref_t<T>::IsEvent;
+};
+
+/// `integrate(…, event([](const auto& y) { return y.r.z(); }, {.direction = Direction::falling}, bounce))`
+/// @param function  g(state) or g(t, state) → a number; of a Map's state it sees the owning twin
+/// @param handler   called as handler(t, state) when g passes zero; it may edit the state, and return false to end the run
+template <class G>
+[[nodiscard]] Event<G> event(G function, EventOptions options = {}) {
+  return {std::move(function), options, NoHandler{}};
+}
+template <class G, class Handler>
+[[nodiscard]] Event<G, Handler> event(G function, EventOptions options, Handler handler) {
+  return {std::move(function), options, std::move(handler)};
+}
+
+}  // namespace phistep::inline PHISTEP_ABI

@@ -1,0 +1,536 @@
+/// @file
+/// A run, step by step: stepper × pace × observers. `integrate` is one that goes on to its end.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+#include "phistep/control/fixed_step.hpp"
+#include "phistep/control/iteration_control.hpp"
+#include "phistep/control/limits.hpp"
+#include "phistep/control/pace.hpp"
+#include "phistep/control/tolerance.hpp"
+#include "phistep/core/archive.hpp"
+#include "phistep/core/outcome.hpp"
+#include "phistep/core/statistics.hpp"
+#include "phistep/core/step_report.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/observe/completed_step.hpp"
+#include "phistep/observe/dense_output.hpp"
+#include "phistep/observe/event.hpp"
+#include "phistep/observe/event_set.hpp"
+#include "phistep/state/blocks.hpp"
+#include "phistep/state/parts.hpp"
+#include "phistep/stepper/edit_guard.hpp"
+#include "phistep/stepper/step_doubling.hpp"
+#include "phistep/stepper/transaction.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// How a run ended, and what it did. Contextually true where it reached t1.
+struct [[nodiscard]] RunReport {
+  Outcome outcome = Outcome::success;
+  double t = 0;                            ///< [time] where the state stands now
+  Statistics statistics;                   ///< of this run alone
+  Failure failure;                         ///< of the step that ended the run, if one did
+  double smallest_dt = 0, largest_dt = 0;  ///< [time] of the steps taken
+  Limits limits;                           ///< what kept a controlled run's steps from being longer
+
+  [[nodiscard]] explicit operator bool() const { return outcome == Outcome::success; }
+  /// What happened, where, and what to try.
+  [[nodiscard]] std::string message() const {
+    return failure.outcome == outcome && outcome != Outcome::success ? failure.message() : explain(outcome);
+  }
+
+  template <class OStream>
+    requires requires(OStream& out) { out << "" << 0.0 << std::int64_t{}; }
+  friend OStream& operator<<(OStream& out, const RunReport& report) {
+    out << report.message() << "\n  reached t           " << report.t << '\n' << report.statistics;
+    if (report.largest_dt > report.smallest_dt)
+      out << "  dt                  " << report.smallest_dt << " ... " << report.largest_dt << '\n';
+    out << report.limits;
+    return out;
+  }
+};
+
+/// An observer that looks at whole steps.
+template <class Observer, class S>
+inline constexpr bool observes_steps = std::is_invocable_v<Observer&, const CompletedStep<S>&>;
+
+/// Asks one observer whether the run goes on. False where it asks for the end.
+template <class Observer, class... Args>
+[[nodiscard]] bool ask(Observer& observer, Args&&... args) {
+  if constexpr (std::is_void_v<std::invoke_result_t<Observer&, Args...>>) {
+    observer(std::forward<Args>(args)...);
+    return true;
+  } else {
+    return static_cast<bool>(observer(std::forward<Args>(args)...));
+  }
+}
+
+/// Shows (t, state) to one observer.
+template <class Observer, class Scalar, class S>
+[[nodiscard]] bool show(Observer& observer, Scalar t, S& state) {
+  static_assert(!std::is_const_v<Observer> || std::is_invocable_v<Observer&, Scalar, S&>,
+                "phistep: this observer changes as it observes, so it can't be const");
+  static_assert(
+      std::is_const_v<Observer> || std::is_invocable_v<Observer&, Scalar, S&>,
+      "phistep: an observer must be callable as observer(t, state) or observer(step), returning nothing or false "
+      "to stop");
+  if constexpr (!std::is_invocable_v<Observer&, Scalar, S&>) return false;
+  else return ask(observer, t, state);
+}
+
+/// The pace that a control asks for.
+template <State S>
+[[nodiscard]] ErrorPace<PlainState<S>> pace_of(const tolerance& control) {
+  return ErrorPace<PlainState<S>>{control};
+}
+template <State S>
+[[nodiscard]] ErrorPace<PlainState<S>> pace_of(const SmallerOf& control) {
+  return ErrorPace<PlainState<S>>{control};
+}
+template <State S>
+[[nodiscard]] IterationPace<PlainState<S>> pace_of(const iteration_control& control) {
+  return IterationPace<PlainState<S>>{control};
+}
+
+/// Steps of one length, on the grid t₀ + nΔt, whatever stops lie in between.
+template <class Scalar>
+class GridPace {
+ public:
+  explicit GridPace(const FixedStep& control) : control_{control} {}
+  [[nodiscard]] Outcome begin(TimeSpan<Scalar> span) {
+    grid_.emplace(span, control_);
+    done_ = 0;
+    return grid_->outcome();
+  }
+  /// Where the step from t ends, and how long it nominally is.
+  struct Plan {
+    Scalar end, dt;
+  };
+  [[nodiscard]] Plan plan(Scalar t) const {
+    const Scalar end = grid_->time(done_ + 1);
+    return {end, t == grid_->time(done_) ? grid_->step(done_) : end - t};
+  }
+  [[nodiscard]] bool at_end() const { return done_ >= grid_->steps(); }
+  void reached(Scalar t) { done_ += t == grid_->time(done_ + 1) ? 1 : 0; }
+  void archive(auto& ar) { ar(done_); }
+
+ private:
+  FixedStep control_;
+  std::optional<TimeGrid<Scalar>> grid_;
+  std::int64_t done_ = 0;
+};
+
+/// A run from span.t0 to exactly span.t1 that stops between steps whenever the caller likes:
+///
+///     Run run{stepper, state, {0.0, 10.0}, tolerance{.rtol = 1e-6}, observers…};
+///     while (run.advance()) …                                  // one accepted step each; edit the state if you must
+///     std::cout << run.report();
+///
+/// It refers to the stepper, the state and those observers that are given as lvalues: they must outlive it.
+template <class Stepper, State S, class Control, class... Observers>
+class Run {
+ public:
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+
+  Run(Stepper& stepper, S& state, TimeSpan<std::type_identity_t<Scalar>> span, const Control& control,
+      Observers&&... observers)
+      : stepper_{stepper},
+        state_{state},
+        span_{span},
+        pace_{make_pace(control)},
+        observers_{std::forward<Observers>(observers)...},
+        events_{std::apply([](auto&... observer) { return tie_events(observer...); }, observers_)},
+        before_{stepper.statistics()} {
+    t_ = span.t0;
+    edits_.forget();
+  }
+  Run(const Run&) = delete;
+  Run& operator=(const Run&) = delete;
+
+  /// One step, and what observers make of it. False once the run has ended, with report() telling how.
+  bool advance() { return step(true); }
+  /// All the way.
+  RunReport finish() {
+    // Nobody but the observers has the state between steps: where there are none, nobody.
+    while (step(sizeof...(Observers) > 0)) {
+    }
+    return report();
+  }
+
+  /// The run, its stepper and its state: with the same options, forces and observers, a run that loads this goes on with
+  /// the bits that this one goes on with. Of the observers, those that can be archived are.
+  void save(Writer& out) const {
+    with_parts(*this, [&out](auto&... part) { save_parts(out, part...); });
+  }
+  /// @throws CheckpointError, before anything has changed
+  template <class Then>
+  void load(Reader& in, Then&& then) {
+    if (!begun_ && set_up() != Outcome::success)
+      throw CheckpointError("phistep: this run can't go on, its options can't work");
+    with_parts(*this, [&in, &then](auto&... part) { load_parts(in, then, part...); });
+  }
+
+  [[nodiscard]] bool has_ended() const { return ended_; }
+  [[nodiscard]] Scalar time() const { return t_; }  ///< [time] where the state stands
+  [[nodiscard]] RunReport report() const {
+    RunReport report = report_;
+    report.t = static_cast<double>(t_);
+    report.statistics = stepper_.statistics() - before_;
+    return report;
+  }
+
+ private:
+  static constexpr bool is_fixed = std::is_same_v<Control, FixedStep>;
+  static constexpr bool borrowed = !std::is_same_v<S, Plain>;
+  static constexpr bool has_events = (EventLike<Observers> || ...);
+  static constexpr bool observed = has_events || (observes_steps<std::remove_reference_t<Observers>, S> || ...);
+
+  /// f(every part of a checkpoint …)
+  template <class Self, class F>
+  static void with_parts(Self& self, F&& f) {
+    StatePart<S> state{self.state_};
+    const auto kept = [](auto& observer) {
+      using Observer = std::remove_cvref_t<decltype(observer)>;
+      if constexpr (Restorable<Observer> || requires(Writer & ar) { observer.archive(ar); }) return std::tie(observer);
+      else return std::tuple<>{};
+    };
+    const auto observers =
+        std::apply([&](auto&... observer) { return std::tuple_cat(kept(observer)...); }, self.observers_);
+    std::apply(
+        [&](auto&... observer) {
+          f(self.stepper_, state, self.pace_, self.t_, self.lost_, self.report_, self.before_, self.begun_, self.ended_,
+            self.first_, self.doubled_, self.edits_, self.events_, observer...);
+        },
+        observers);
+  }
+
+  [[nodiscard]] static auto make_pace(const Control& control) {
+    if constexpr (is_fixed) return GridPace<Scalar>{control};
+    else return pace_of<S>(control);
+  }
+  using Pace = decltype(make_pace(std::declval<const Control&>()));
+
+  /// What one step tries.
+  struct Plan {
+    Scalar end;    ///< [time] where it lands, the very number
+    Scalar dt;     ///< [time] nominal
+    bool lands;    ///< `end` is a number given, not t + dt
+    bool clipped;  ///< shorter than the pace wanted
+  };
+
+  bool step(bool may_be_edited) {
+    if (ended_) return false;
+    if (!begun_ && !begin()) return false;
+    if (!may_go_on()) return false;
+    const Origin origin = may_be_edited || first_ ? Origin::unknown : Origin::unedited;
+    if constexpr (sees_error || has_events)
+      if (origin == Origin::unknown && !edits_.holds(t_, plain()))
+        if (!take_edits()) return false;
+    if constexpr (observed) copy_blocks<S>(start_, state_);
+    if constexpr (has_events && can_go_back) before_step_.emplace(stepper_.checkpoint());
+    for (;;) {
+      if constexpr (!is_fixed)
+        if (!pace_.may_try()) return end(Outcome::too_many_steps);
+      const Plan plan = this->plan();
+      const StepReport done = attempt(plan, origin);
+      if (done) return complete(plan);
+      if (!may_retry(done, plan)) {
+        report_.failure = done.failure();
+        return end(outcome_);
+      }
+    }
+  }
+
+  bool begin() {
+    begun_ = true;
+    if constexpr (is_fixed) {
+      if (const Outcome bad = set_up(); bad != Outcome::success) return end(bad);
+    } else {
+      if (!std::isfinite(span_.t1 - span_.t0)) return end(Outcome::invalid_step);
+      if (span_.t1 != span_.t0) {
+        if (!is_finite(plain())) return end(Outcome::non_finite_state);
+        if (const Outcome bad = set_up(); bad != Outcome::success) return end(bad);
+        const auto slope = [this](Scalar t, const Plain& y, Plain& out) { return stepper_.slope(t, y, out); };
+        if (const Outcome bad = pace_.start(span_, plain(), stepper_.order(), slope); bad != Outcome::success)
+          return end(bad);
+      }
+    }
+    const bool wanted = std::apply([this](auto&... observer) { return (greet(observer) && ...); }, observers_);
+    if (!wanted) return end(Outcome::stopped_by_observer);
+    const Outcome armed = events_.begin(t_, state_);
+    return armed == Outcome::success || end(armed);
+  }
+  /// Somebody may have edited the state: nothing that was known of it holds. False where that ends the run.
+  bool take_edits() {
+    if constexpr (!is_fixed) pace_.edited();
+    const Outcome armed = first_ ? Outcome::success : events_.rearm(t_, state_);
+    return armed == Outcome::success || end(armed);
+  }
+  /// All that begins a run but force calls.
+  [[nodiscard]] Outcome set_up() {
+    if constexpr (is_fixed) {
+      return pace_.begin(span_);
+    } else {
+      if constexpr (sees_error) doubling_.resize(plain());
+      return pace_.begin(span_, plain(), stepper_.order(), dead_band());
+    }
+  }
+  template <class Observer>
+  [[nodiscard]] bool greet(Observer& observer) {
+    if constexpr (requires { observer.begin(t_, state_); }) {
+      if constexpr (std::is_void_v<decltype(observer.begin(t_, state_))>) observer.begin(t_, state_);
+      else if (!observer.begin(t_, state_)) return false;
+    }
+    if constexpr (observes_steps<Observer, S> || EventLike<Observer>) return true;
+    else return show(observer, t_, state_);
+  }
+
+  [[nodiscard]] bool may_go_on() {
+    if constexpr (is_fixed) return !pace_.at_end() || end(Outcome::success);
+    else return t_ != span_.t1 || end(Outcome::success);
+  }
+
+  [[nodiscard]] Plan plan() const {
+    const Scalar sign = span_.t1 < span_.t0 ? Scalar{-1} : Scalar{1};
+    if constexpr (is_fixed) {
+      const auto next = pace_.plan(t_);
+      const std::optional<Scalar> stop = next_stop(sign);
+      if (!stop || !(sign * (next.end - *stop) > rounding(next.end))) return {next.end, next.dt, true, false};
+      return {*stop, *stop - t_, true, true};
+    } else {
+      const Scalar stop = next_stop(sign).value_or(span_.t1);
+      const Scalar left = sign * (stop - t_), wanted = static_cast<Scalar>(pace_.propose());
+      // A stretch by a hundredth spares a tiny last step; two halves are better than one step and a bit.
+      if (wanted >= left || left <= static_cast<Scalar>(1.01) * wanted) return {stop, stop - t_, true, wanted > left};
+      if (left < 2 * wanted) return {t_ + sign * left / 2, sign * left / 2, false, true};
+      return {t_ + sign * wanted, sign * wanted, false, false};
+    }
+  }
+  /// Times this near each other are one.
+  [[nodiscard]] static Scalar rounding(Scalar t) { return 8 * std::numeric_limits<Scalar>::epsilon() * std::abs(t); }
+  /// The nearest of all times at which somebody wants the run to stop, its end included.
+  [[nodiscard]] std::optional<Scalar> next_stop(Scalar sign) const {
+    std::optional<Scalar> nearest;
+    const auto consider = [&](const auto& observer) {
+      if constexpr (requires { observer.next_stop(t_, sign); }) {
+        const std::optional<Scalar> stop = observer.next_stop(t_, sign);
+        if (stop && sign * (*stop - t_) > 0 && sign * (span_.t1 - *stop) > 0 &&
+            (!nearest || sign * (*nearest - *stop) > 0))
+          nearest = stop;
+      }
+    };
+    std::apply([&](const auto&... observer) { (consider(observer), ...); }, observers_);
+    return nearest;
+  }
+
+  [[nodiscard]] StepReport attempt(const Plan& plan, Origin origin) {
+    if constexpr (sees_error) {
+      auto& trace = pace_.trace();
+      const auto accept = [this](const Plain& y, const Plain& next, const auto& told) {
+        return pace_.judge(y, next, told.error);
+      };
+      pace_.prepare(plain());
+      if constexpr (can_trace<Stepper>)
+        if (stepper_.estimates(trace)) {
+          doubled_ = false;
+          return stepper_.attempt(state_, t_, plan.dt, origin, trace, accept);
+        }
+      doubled_ = true;
+      return doubling_.attempt(stepper_, state_, t_, plan.dt, origin, trace, accept);
+    } else if constexpr (requires { stepper_.step(state_, t_, plan.dt, origin); }) {
+      return stepper_.step(state_, t_, plan.dt, origin);
+    } else {
+      return stepper_.step(state_, t_, plan.dt);
+    }
+  }
+  /// After a step that failed: whether the pace has a shorter one. Else outcome_ says how the run ends.
+  [[nodiscard]] bool may_retry(const StepReport& done, const Plan& plan) {
+    outcome_ = done.outcome();
+    if constexpr (!is_fixed) {
+      outcome_ =
+          pace_.failed(done.outcome(), std::abs(static_cast<double>(plan.dt)), stepper_.history(), report_.limits);
+      return outcome_ == Outcome::success;
+    }
+    return false;
+  }
+
+  /// The step has become the state.
+  bool complete(const Plan& plan) {
+    const Scalar from = t_;
+    if constexpr (is_fixed) {
+      t_ = plan.end;
+    } else {
+      pace_.accepted(std::abs(static_cast<double>(plan.dt)), plan.clipped, stepper_.history(), report_.limits);
+      move_time(plan);
+    }
+    Scalar dt = plan.dt;
+    [[maybe_unused]] typename EventsAmong<S, Observers...>::Found found;
+    if constexpr (has_events) {
+      found = find_event(from, dt);
+      if (found.outcome != Outcome::success) return end(found.outcome);
+      if (found && !go_to(found, from, dt)) return end(outcome_);
+    }
+    if constexpr (is_fixed) pace_.reached(t_);
+    first_ = false;
+    const double length = std::abs(static_cast<double>(dt));
+    report_.smallest_dt = report_.largest_dt == 0 ? length : std::min(report_.smallest_dt, length);
+    report_.largest_dt = std::max(report_.largest_dt, length);
+    if constexpr (sees_error || has_events) {
+      if (cut_) edits_.forget();
+      else edits_.remember(t_, plain());
+    }
+    const bool wanted = watch(from, dt);
+    if constexpr (has_events)
+      if (found)
+        if (const Outcome happened = events_.happen(found, t_, state_); happened != Outcome::success)
+          return end(happened);
+    return wanted || end(Outcome::stopped_by_observer);
+  }
+
+  /// The first event of the step just done. Where some g is not finite, there was no step.
+  [[nodiscard]] auto find_event(Scalar from, Scalar dt) {
+    cut_ = false;
+    const auto slopes = [this, from](Plain& at_start, Plain& at_end) { know_slopes(from, at_start, at_end); };
+    dense_.begin(from, dt, t_, start_, plain(), DenseOutput<S>::Slopes::of(slopes));
+    const auto found = events_.find(CompletedStep<S>{from, dt, t_, start_, plain(), dense_});
+    if (found.outcome != Outcome::success) go_back(from);
+    return found;
+  }
+  /// Does the step again, up to the event. False where it fails, with outcome_: the state is then that of the start.
+  [[nodiscard]] bool go_to(const auto& found, Scalar from, Scalar& dt) {
+    outcome_ = Outcome::non_finite_event;
+    const auto hit = events_.refine(found, [&](Scalar t) -> const Plain* {
+      go_back(from);
+      const StepReport done = stepper_.step(state_, from, t - from);
+      if (done) return &plain();
+      report_.failure = done.failure();
+      outcome_ = done.outcome();
+      return nullptr;
+    });
+    if (!std::isfinite(hit.g)) {
+      go_back(from);
+      return false;
+    }
+    if (hit.resteps == 0) return true;
+    cut_ = true;
+    t_ = hit.t;
+    lost_ = Scalar{0};
+    dt = t_ - from;
+    return true;
+  }
+  void go_back(Scalar from) {
+    copy_blocks<S>(state_, start_);
+    if constexpr (can_go_back) stepper_.restore(*before_step_);
+    t_ = from;
+  }
+  /// t + Δt by a compensated sum (W. Kahan, Comm. ACM 8 (1965) 40), or the number to land on.
+  void move_time(const Plan& plan) {
+    if (plan.lands) {
+      t_ = plan.end;
+      lost_ = Scalar{0};
+      return;
+    }
+    const Scalar by = plan.dt - lost_, sum = t_ + by;
+    lost_ = (sum - t_) - by;
+    t_ = sum;
+  }
+
+  [[nodiscard]] bool watch(Scalar from, Scalar dt) {
+    if constexpr (observed) {
+      const auto slopes = [this, from](Plain& at_start, Plain& at_end) { know_slopes(from, at_start, at_end); };
+      dense_.begin(from, dt, t_, start_, plain(), DenseOutput<S>::Slopes::of(slopes));
+      const CompletedStep<S> step{from, dt, t_, start_, plain(), dense_};
+      return std::apply([&](auto&... observer) { return (watch_with(observer, step) && ...); }, observers_);
+    } else {
+      return std::apply([this](auto&... observer) { return (show(observer, t_, state_) && ...); }, observers_);
+    }
+  }
+  template <class Observer>
+  [[nodiscard]] bool watch_with(Observer& observer, const CompletedStep<S>& step) {
+    if constexpr (EventLike<Observer>) return true;
+    else if constexpr (observes_steps<Observer, S>) return ask(observer, step);
+    else return show(observer, t_, state_);
+  }
+  /// Slopes at both ends of the step just done: the scheme's own where it told them, else two force calls.
+  void know_slopes(Scalar from, Plain& at_start, Plain& at_end) {
+    if constexpr (sees_error)
+      if (pace_.trace().dt_before != 0 && !doubled_ && !cut_) {
+        copy_blocks<S>(at_start, pace_.trace().before);
+        copy_blocks<S>(at_end, pace_.trace().start);
+        return;
+      }
+    static_cast<void>(stepper_.slope(from, start_, at_start));
+    static_cast<void>(stepper_.slope(t_, plain(), at_end));
+  }
+
+  /// The state as the stepper's own type: a Map's is gathered.
+  [[nodiscard]] const Plain& plain() {
+    if constexpr (borrowed) {
+      copy_blocks<S>(gathered_, state_);
+      return gathered_;
+    } else {
+      return state_;
+    }
+  }
+  [[nodiscard]] static bool is_finite(const Plain& y) { return !first_non_finite(Blocks<S>::all(y)); }
+  /// By how much Δt has to grow to be worth new factors: without a matrix, at once; Newton makes do with old ones within
+  /// limits; an affine step can't, and a factorisation is then most of what it costs.
+  [[nodiscard]] double dead_band() const {
+    if constexpr (requires { stepper_.solver_name(); })
+      if (std::string_view{stepper_.solver_name()} == "none") return 1;
+    if constexpr (requires { requires Stepper::is_affine; }) return 2;
+    else return 1.2;
+  }
+  bool end(Outcome outcome) {
+    ended_ = true;
+    report_.outcome = outcome;
+    return false;
+  }
+  static constexpr bool sees_error = [] {
+    if constexpr (is_fixed) return false;
+    else return Pace::sees_error;
+  }();
+  struct Nothing {};
+  static constexpr bool can_go_back = requires(Stepper & stepper) { stepper.restore(stepper.checkpoint()); };
+  static auto checkpoint_of() {
+    if constexpr (has_events && can_go_back) return std::optional<decltype(std::declval<Stepper&>().checkpoint())>{};
+    else return Nothing{};
+  }
+
+  Stepper& stepper_;
+  S& state_;
+  TimeSpan<Scalar> span_;
+  Pace pace_;
+  std::tuple<Observers...> observers_;
+  [[no_unique_address]] EventsAmong<S, Observers...> events_;
+  Statistics before_;
+  Scalar t_, lost_{0};
+  RunReport report_;
+  Outcome outcome_ = Outcome::success;
+  bool begun_ = false, ended_ = false, first_ = true, doubled_ = false;
+  bool cut_ = false;  // the step just done is shorter than the one accepted: it ends at an event
+  EditGuard<S, false, false> edits_;
+  [[no_unique_address]] std::conditional_t<sees_error, StepDoubling<Stepper, S>, Nothing> doubling_;
+  [[no_unique_address]] std::conditional_t<observed, Plain, Nothing> start_;
+  [[no_unique_address]] decltype(checkpoint_of()) before_step_;
+  [[no_unique_address]] std::conditional_t<borrowed, Plain, Nothing> gathered_;
+  [[no_unique_address]] std::conditional_t<observed, DenseOutput<S>, Nothing> dense_;
+};
+
+template <class Stepper, State S, class Control, class... Observers>
+Run(Stepper&, S&, TimeSpan<std::type_identity_t<ScalarOf<S>>>, const Control&, Observers&&...)
+    -> Run<Stepper, S, Control, Observers...>;
+
+}  // namespace phistep::inline PHISTEP_ABI
