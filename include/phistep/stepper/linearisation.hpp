@@ -89,6 +89,10 @@ class Linearisation {
       has_factors_ = false;
     else scale_ = 2 / (1 + (has_K && !has_C ? ratio * ratio : ratio));
   }
+  /// |γ/γ_p − 1| of factors made for γ_p: about what an iteration on them leaves of the error.
+  [[nodiscard]] double staleness(const Gamma<Scalar>& gamma) const {
+    return has_factors_ ? std::abs(static_cast<double>(gamma.force / factored_.force) - 1) : 0;
+  }
   void drop() { has_jacobian_ = has_factors_ = false; }
   /// The force may be another one: so may its pattern.
   void forget() {
