@@ -76,8 +76,9 @@ struct Correction {
 /// The norm of a controlled run, and what a solve may leave of the error in it; target 0: the solver's options rule.
 template <class Plain>
 struct Yardstick {
-  const Plain* weight = nullptr;
+  const Plain* weight = nullptr;  ///< 1/(atol + rtol |y|)
   double target = 0;
+  double rtol = 0;
 };
 
 /// One solve's judgement of its corrections.

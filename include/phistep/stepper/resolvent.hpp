@@ -166,7 +166,7 @@ class NewtonResolvent {
     [[nodiscard]] bool has_jacobian() const { return self.matrix_.has_jacobian(); }
     [[nodiscard]] bool has_factors() const { return self.matrix_.has_factors(); }
     void drop_jacobian() { self.matrix_.drop(); }
-    [[nodiscard]] Outcome refresh() { return self.matrix_.refresh(rhs, gamma, t, Y, psi, self.options_); }
+    [[nodiscard]] Outcome refresh() { return self.matrix_.refresh(rhs, gamma, t, Y, psi, self.options_, yardstick); }
     [[nodiscard]] Outcome solve() { return self.matrix_.solve(F(), self.options_, rhs.statistics()); }
     [[nodiscard]] Outcome correct() {
       if (const Outcome outcome = solve(); outcome != Outcome::success) return outcome;
