@@ -44,10 +44,10 @@ template <State Plain>
     }
   }
   if (!(curvature > 0)) return std::min(100 * h, run);
-  const double p = order;
-  const double wanted = speed > 0
-                            ? std::pow(0.1 * allowed * std::pow(speed, p - 1) / std::pow(curvature, p), 1 / (p + 1))
-                            : std::sqrt(0.1 * allowed / curvature);
+  const double p = order, tau = speed / curvature;
+  // Powers of what has no dimension only: others would round differently in other units.
+  const double wanted =
+      speed > 0 ? tau * std::pow(0.1 * allowed / (speed * tau), 1 / (p + 1)) : std::sqrt(0.1 * allowed / curvature);
   return std::min({100 * h, wanted, run});
 }
 
