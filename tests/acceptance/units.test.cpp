@@ -386,6 +386,51 @@ TEST_CASE("units: runs that choose their own steps, the first one included") {
   check(midpoint, relative);
 }
 
+TEST_CASE("units: steps ruled by iterations, or by both; solves by fixed points to the run's own tolerance") {
+  const auto by_iterations = [](const Units& u) {
+    return iteration_control{.first_step = u.of(0.01, 0, 0, 1), .max_step = u.of(0.5, 0, 0, 1)};
+  };
+  const auto check = [](auto&& control, auto&& solver) {
+    check_all([&](const Units& u) {
+      Scene scene{u};
+      PhiStepper stepper{scene.y, chain(u), trapezoidal, mass(scene.masses), solver(u)};
+      const auto report = integrate(stepper, scene.y, {0.0, u.of(2, 0, 0, 1)}, control(u));
+      return Result{describe(report.outcome), scene.numbers(), report.statistics};
+    });
+  };
+  const auto plain = [](const Units& u) {
+    return fixed_point({.rtol = 1e-4, .atol = u.of(1e-5, 1, 0, -1), .depth = 0});
+  };
+  check(by_iterations, plain);
+  check([&](const Units& u) { return smaller_of(tolerance{.rtol = 1e-3}, by_iterations(u)); }, plain);
+  check([](const Units&) { return tolerance{.rtol = 1e-5}; }, [](const Units&) { return fixed_point(); });
+  check([](const Units&) { return tolerance{.rtol = 1e-5}; },
+        [](const Units&) { return newton<MatrixFree<Eigen::BiCGSTAB>>(); });
+}
+
+TEST_CASE("units: a net in steps of its own choice, with events on the way") {
+  check_all([](const Units& u) {
+    Net net{u};
+    PhiStepper stepper{net.y, spring_network<3>(net.springs) + net.gravity() + LinearDrag{u.of(0.2, 0, 1, -1)}, tr_bdf2,
+                       mass(net.masses)};
+    double seen = 0, sum = 0;
+    const auto height = [low = u.of(-1, 1, 0, 0)](const auto& y) { return y.r.row(2).minCoeff() - low; };
+    const auto bounce = [&](double t, auto& y) {
+      y.v.row(2) = y.v.row(2).cwiseAbs();
+      ++seen;
+      sum += std::ldexp(t, -u.time);
+    };
+    const auto report =
+        integrate(stepper, net.y, {0.0, u.of(1.5, 0, 0, 1)}, tolerance{.rtol = 1e-3, .norm = Norm::particle},
+                  event(height, {.direction = Direction::falling}, bounce));
+    Result result{describe(report.outcome), net.numbers(), report.statistics};
+    result.numbers.conservativeResize(98);
+    CHECK(seen > 0);
+    result.numbers.tail<2>() << seen, sum;
+    return result;
+  });
+}
+
 TEST_CASE("units: a run with an atol of its own") {
   check_all([](const Units& u) {
     Rod rod{u};
