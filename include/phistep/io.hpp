@@ -3,8 +3,8 @@
 #pragma once
 
 // IWYU pragma: begin_exports
-#include "phistep/io/csv.hpp"
 #include "phistep/io/checkpoint.hpp"
+#include "phistep/io/csv.hpp"
 #include "phistep/io/extended_xyz.hpp"
 #include "phistep/io/progress.hpp"
 // IWYU pragma: end_exports

@@ -188,7 +188,7 @@ class Run {
           return end(bad);
       }
     }
-    const bool wanted = std::apply([this](auto&... observer) { return (greet(observer) && ...); }, observers_);
+    const bool wanted = std::apply([this](auto&... observer) { return (this->greet(observer) && ...); }, observers_);
     if (!wanted) return end(Outcome::stopped_by_observer);
     const Outcome armed = events_.begin(t_, state_);
     return armed == Outcome::success || end(armed);
@@ -374,7 +374,10 @@ class Run {
     if constexpr (observed) {
       const auto slopes = [this, from](Plain& at_start, Plain& at_end) { know_slopes(from, at_start, at_end); };
       dense_.begin(from, dt, t_, start_, plain(), DenseOutput<S>::Slopes::of(slopes));
-      const CompletedStep<S> step{from, dt, t_, start_, plain(), dense_};
+      const Plain* middle = nullptr;
+      if constexpr (sees_error)
+        if (doubled_ && !cut_) middle = &doubling_.middle();
+      const CompletedStep<S> step{from, dt, t_, start_, plain(), dense_, middle};
       return std::apply([&](auto&... observer) { return (watch_with(observer, step) && ...); }, observers_);
     } else {
       return std::apply([this](auto&... observer) { return (show(observer, t_, state_) && ...); }, observers_);

@@ -421,6 +421,61 @@ TEST_CASE("a matrix K that is not symmetric has no potential: its work is extern
   CHECK(std::abs(ledger.closure()) <= rounding(100) * ledger.largest_energy());
 }
 
+TEST_CASE("a run that chooses its steps, some of them done in halves, closes its books") {
+  const auto check = [](auto scheme) {
+    auto y = problems::SpringNet::start();
+    PhiStepper stepper{y, problems::SpringNet::damped() + Shaker{2.0, 3.0}, scheme,
+                       mass(problems::SpringNet::masses())};
+    EnergyLedger ledger{stepper};
+    int steps = 0, halved = 0;
+    const auto report = integrate(stepper, y, {0.0, 10.0}, tolerance{.rtol = 1e-4}, ledger,
+                                  [&](const CompletedStep<problems::SpringNet::State>& step) {
+                                    ++steps;
+                                    halved += step.middle() != nullptr ? 1 : 0;
+                                  });
+    REQUIRE(report);
+    CHECK(ledger.steps() == steps);
+    CHECK(ledger.force_calls() >= 2 * (steps + halved));
+    if (scheme.order() == 2) CHECK(halved > 0);  // the first step has no past to look back on
+    const double E = ledger.largest_energy();
+    CHECK(ledger.largest_closure() <= 1e-13 * E);
+    CHECK(ledger.damping() < -0.1 * E);
+    // A controlled run solves to a share of the error allowed; an account of steps that aren't the scheme's would be
+    // wrong by much more, the first step's error alone being 1e-4.
+    CHECK(std::abs(ledger.solver()) < 1e-3 * E);
+  };
+  check(trapezoidal);
+  check(backward_euler);
+  check(midpoint);
+  // Verlet solves for v to rounding, and without a solver's tolerance nobody may take anything but physics and scheme.
+  auto y = problems::SpringNet::start();
+  PhiStepper stepper{y, problems::SpringNet::elastic(), velocity_verlet, mass(problems::SpringNet::masses())};
+  EnergyLedger ledger{stepper};
+  REQUIRE(integrate(stepper, y, {0.0, 10.0}, tolerance{.rtol = 1e-3}, ledger));
+  CHECK(std::abs(ledger.solver()) <= 1e-12 * ledger.largest_energy());
+  CHECK(ledger.largest_closure() <= 1e-13 * ledger.largest_energy());
+}
+
+TEST_CASE("a run of fixed steps with an observer that edits: what it does counts as edits") {
+  Motion<One> y{One{1.0}, One{0.0}};
+  PhiStepper stepper{y, spring, trapezoidal};
+  EnergyLedger ledger{stepper};
+  double added = 0;
+  int shown = 0;
+  const auto thermostat = [&](double, Motion<One>& s) {
+    if (++shown % 10 != 0) return;
+    const double before = s.v[0] * s.v[0] / 2;
+    s.v[0] *= 1.1;
+    added += s.v[0] * s.v[0] / 2 - before;
+  };
+  REQUIRE(integrate(stepper, y, {0.0, 10.05}, fixed(0.1), ledger, thermostat));  // the last step is shorter
+  CHECK(ledger.steps() == 101);
+  CHECK(ledger.edits() == Approx(added).epsilon(1e-13));
+  CHECK(std::abs(ledger.scheme()) <= 1e-14);
+  CHECK(std::abs(ledger.closure()) <= 1e-14);
+  CHECK(stepper.statistics().steps == 101);
+}
+
 TEST_CASE("1e5 steps close to 1e-10 of E") {
   Motion<One> y{One{2.0}, One{0.0}};
   PhiStepper stepper{y, pendulum, velocity_verlet};

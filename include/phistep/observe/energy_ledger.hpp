@@ -129,7 +129,15 @@ class EnergyLedger {
     else if (!same_shape<S>(end_, step.start()) || !equal_blocks<S>(end_, step.start()) || !same_time(step.t0()))
       book_edit(step.t0(), step.start());
     if (!books_.known) evaluate_start(step.t0(), step.start());
-    book(step.t0(), step.t1(), step.dt(), step.start(), step.end());
+    const Plain* middle = nullptr;
+    if constexpr (requires { step.middle(); }) middle = step.middle();
+    if (middle == nullptr) {
+      book(step.t0(), step.t1(), step.dt(), step.start(), step.end());
+    } else {
+      const Scalar half = step.dt() / 2, t = step.t0() + half;
+      book(step.t0(), t, half, step.start(), *middle);
+      book(t, step.t1(), half, *middle, step.end());
+    }
     copy_blocks<S>(end_, step.end());
     ++books_.steps;
     books_.largest = std::max(books_.largest, std::abs(energy()));
@@ -188,7 +196,7 @@ class EnergyLedger {
   }
 
  private:
-  using Block = std::remove_cvref_t<decltype(velocity_of<S>(std::declval<Plain&>()))>;
+  using Block = std::remove_cvref_t<decltype(std::get<0>(Rate::blocks(std::declval<Rate&>())))>;  // like v
   template <class F>
   using TraitsOf = ForceTraits<std::remove_const_t<F>, View, Rate>;
   /// By what (1) is split into accounts.

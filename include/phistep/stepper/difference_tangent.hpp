@@ -63,11 +63,13 @@ class DifferenceTangent {
     copy_blocks<S>(probe_, Y);
     if constexpr (patterned)
       if (!columns_.fresh) columns_.resize(rhs, unknowns<S>(Y));
-    double moved_by_drift = 0;
-    if constexpr (Rhs::drifts) moved_by_drift = std::abs(static_cast<double>(gamma.drift)) * largest(velocity_of<S>(Y));
     if constexpr (has_K) {
       std::array<Scalar, Rhs::blocks> scale{};
-      scale[0] = scale_of(position_of<S>(Y), moved_by_drift, 0, options);
+      // The tolerance is one for the unknowns, v: r may be off by what v's error moves it.
+      const double time = std::abs(static_cast<double>(gamma.drift));
+      const double kicked = kick_of(gamma, std::get<0>(Rate::blocks(psi)), std::get<0>(rhs.masses()));
+      scale[0] =
+          scale_of(position_of<S>(Y), time * largest(velocity_of<S>(Y)), time * kicked, options, time * options.atol);
       const auto entry = [&system](Index i, Index j, Scalar x) { system.position(i, j, x); };
       const auto scales = [&](auto k, Index i) {
         return yardstick.target > 0 ? told(position_of<S>(*yardstick.weight), i, yardstick.rtol, scale[k]) : scale[k];
@@ -82,13 +84,9 @@ class DifferenceTangent {
             if constexpr (Rhs::drifts && k == 0)
               if (gamma.drift != Scalar{0})
                 fallback = largest(position_of<S>(Y)) / std::abs(static_cast<double>(gamma.drift));
-            double kicked = 0;
-            const auto factor = mass.scaled(gamma.force);
-            for (Index i = 0; i < rate.size(); ++i)
-              kicked = std::max(kicked, std::abs(static_cast<double>(factor(i) * rate.data()[i])));
-            kicked = std::min(kicked, kick_limit_[k]);
+            const double kicked = std::min(kick_of(gamma, rate, mass), kick_limit_[k]);
             kick_used_[k] = kicked;
-            scale[k] = scale_of(block, kicked, fallback, options);
+            scale[k] = scale_of(block, kicked, fallback, options, options.atol);
           },
           Blocks<S>::solved(Y), Rate::blocks(psi), rhs.masses());
       const auto entry = [&system](Index i, Index j, Scalar x) { system.velocity(i, j, x); };
@@ -121,10 +119,11 @@ class DifferenceTangent {
 
  private:
   /// What counts as a usual size of a block's components: what they are, or how far a step moves them.
-  [[nodiscard]] static Scalar scale_of(const auto& block, double moved, double fallback, const NewtonOptions& options) {
+  [[nodiscard]] static Scalar scale_of(const auto& block, double moved, double fallback, const NewtonOptions& options,
+                                       double atol) {
     double scale = std::max(largest(block), moved);
     if (scale == 0) scale = fallback;
-    if (options.rtol > 0) scale = 16 * options.atol / options.rtol;
+    if (options.rtol > 0) scale = 16 * atol / options.rtol;
     return static_cast<Scalar>(scale > 0 ? scale : 1.0);
   }
 
@@ -133,6 +132,15 @@ class DifferenceTangent {
     const Scalar w = weight.data()[i];
     return w > 0 ? Scalar{16} / (static_cast<Scalar>(rtol) * w) : otherwise;
   }
+  /// How far γΨ/M kicks a block, its farthest component.
+  [[nodiscard]] static double kick_of(const Gamma<Scalar>& gamma, const auto& rate, const auto& mass) {
+    double kicked = 0;
+    const auto factor = mass.scaled(gamma.force);
+    for (Index i = 0; i < rate.size(); ++i)
+      kicked = std::max(kicked, std::abs(static_cast<double>(factor(i) * rate.data()[i])));
+    return kicked;
+  }
+
   /// Differences over the components of `moved`, which are blocks of the probe and equal `still`; each entry to put.
   void difference(Rhs& rhs, Scalar t, const auto& moved, const auto& still, const auto& scale, const Rate& psi,
                   auto&& put) {
