@@ -23,7 +23,7 @@ work_precision::Table work_precision::spring_network() {
   rows.controlled("trapezoidal", phistep::trapezoidal, -4.5);
 #ifdef BENCH_HAS_SUNDIALS_SOLVERS
   const FirstOrder<Drum::State, decltype(Drum::force())> problem{start, force, Drum::masses()};
-  sundials::add_implicit(table, problem, end, "KLU", sundials::Klu{problem}, -5);
+  sundials::add_implicit(table, problem, end, "KLU", sundials::Klu{problem}, -7);
   sundials::add_implicit(table, problem, end, "GMRES", sundials::Gmres{}, -4, {3});
 #endif
   return table;
