@@ -12,13 +12,14 @@ work_precision::Table work_precision::heat_2d() {
   const auto start = Heat2D::exact(0);
   constexpr double end = Heat2D::end;
   Table table{"heat_2d", "Heat on 64 x 64 points in two dimensions", Heat2D::exact(end), 0.1};
-  const auto fixed = [&](const char* name, auto scheme, int from, int to) {
-    table.methods.push_back(fixed_steps(std::string(name) + ", fixed dt", start, end, steps(end, from, to),
-                                        [=](const auto& y) { return phistep::PhiStepper{y, force, scheme}; }));
-  };
-  fixed("backward Euler", phistep::backward_euler, 16, 2048);
-  fixed("trapezoidal", phistep::trapezoidal, 8, 512);
-  fixed("TR-BDF2", phistep::tr_bdf2, 8, 512);
+  PhistepRows rows{table, start, end, [=](const auto& y, auto scheme) {
+                     return phistep::PhiStepper{y, force, scheme};
+                   }};
+  rows.fixed("backward Euler", phistep::backward_euler, 16, 2048);
+  rows.fixed("trapezoidal", phistep::trapezoidal, 8, 512);
+  rows.fixed("TR-BDF2", phistep::tr_bdf2, 8, 512);
+  rows.controlled("TR-BDF2", phistep::tr_bdf2, -4.5);
+  rows.controlled("trapezoidal", phistep::trapezoidal, -4.5);
 #ifdef BENCH_HAS_SUNDIALS_SOLVERS
   const FirstOrder<Heat2D::State, Heat2D> problem{start, force};
   sundials::add_implicit(table, problem, end, "KLU", sundials::Klu{problem}, -5);

@@ -32,16 +32,41 @@ template <class S>
           static_cast<std::int64_t>(work.factorizations)};
 }
 
-/// Steps of Δt, Newton to rounding.
-/// @param make  makes the stepper for a state
+/// phistep's methods on one problem.
+/// @tparam Make  (state, scheme) → stepper
 template <class S, class Make>
-[[nodiscard]] Method fixed_steps(std::string name, const S& start, double end, std::vector<double> ladder, Make make) {
-  return {std::move(name), "dt", std::move(ladder), [=](double dt) {
-            S y = start;
-            auto stepper = make(y);
-            const auto report = phistep::integrate(stepper, y, {0, end}, phistep::fixed(dt));
-            return answer(report, y);
-          }};
-}
+class PhistepRows {
+ public:
+  PhistepRows(Table& table, const S& start, double end, Make make)
+      : table_{table}, start_{start}, end_{end}, make_{std::move(make)} {}
+
+  /// Equal steps, end/from … end/to, Newton to rounding.
+  void fixed(const std::string& name, auto scheme, int from, int to) {
+    table_.methods.push_back({name + ", fixed dt", "dt", steps(end_, from, to),
+                              [make = make_, start = start_, end = end_, scheme](double dt) {
+                                S y = start;
+                                auto stepper = make(y, scheme);
+                                const auto report = phistep::integrate(stepper, y, {0, end}, phistep::fixed(dt));
+                                return answer(report, y);
+                              }});
+  }
+  /// Steps chosen by the error, to the tolerance (rtol, a·rtol).
+  void controlled(const std::string& name, auto scheme, double tightest) {
+    table_.methods.push_back({name, "rtol", tolerances(-1, tightest),
+                              [make = make_, start = start_, end = end_, a = table_.a, scheme](double rtol) {
+                                S y = start;
+                                auto stepper = make(y, scheme);
+                                const auto report = phistep::integrate(
+                                    stepper, y, {0, end}, phistep::tolerance{.rtol = rtol, .atol = a * rtol});
+                                return answer(report, y);
+                              }});
+  }
+
+ private:
+  Table& table_;
+  S start_;
+  double end_;
+  Make make_;
+};
 
 }  // namespace work_precision

@@ -13,16 +13,17 @@ work_precision::Table work_precision::spring_network() {
   constexpr double end = Drum::end;
   Table table{"spring_network", "A stretched net of 20 x 20 masses on stiff, damped springs", Drum::exact(), 1.0};
   table.samples = Drum::samples();
-  const auto fixed = [&](const char* name, auto scheme, int from, int to) {
-    table.methods.push_back(fixed_steps(std::string(name) + ", fixed dt", start, end, steps(end, from, to),
-                                        [=](const auto& y) { return phistep::PhiStepper{y, force, scheme, phistep::mass(Drum::masses())}; }));
-  };
-  fixed("backward Euler", phistep::backward_euler, 128, 1024);
-  fixed("trapezoidal", phistep::trapezoidal, 64, 1024);
-  fixed("TR-BDF2", phistep::tr_bdf2, 64, 512);
+  PhistepRows rows{table, start, end, [=](const auto& y, auto scheme) {
+                     return phistep::PhiStepper{y, force, scheme, phistep::mass(Drum::masses())};
+                   }};
+  rows.fixed("backward Euler", phistep::backward_euler, 128, 1024);
+  rows.fixed("trapezoidal", phistep::trapezoidal, 64, 1024);
+  rows.fixed("TR-BDF2", phistep::tr_bdf2, 64, 512);
+  rows.controlled("TR-BDF2", phistep::tr_bdf2, -4.5);
+  rows.controlled("trapezoidal", phistep::trapezoidal, -4.5);
 #ifdef BENCH_HAS_SUNDIALS_SOLVERS
   const FirstOrder<Drum::State, decltype(Drum::force())> problem{start, force, Drum::masses()};
-  sundials::add_implicit(table, problem, end, "KLU", sundials::Klu{problem}, -5);
+  sundials::add_implicit(table, problem, end, "KLU", sundials::Klu{problem}, -7);
   sundials::add_implicit(table, problem, end, "GMRES", sundials::Gmres{}, -4, {3});
 #endif
   return table;

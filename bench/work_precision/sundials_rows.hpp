@@ -154,8 +154,7 @@ struct Handles {
   State y;
   Matrix J;
   LinearSolver solver;
-  explicit Handles(const Vector& start)
-      : y{N_VNew_Serial(static_cast<sunindextype>(start.size()), context.get())} {
+  explicit Handles(const Vector& start) : y{N_VNew_Serial(static_cast<sunindextype>(start.size()), context.get())} {
     view(y.get()) = start;
   }
   template <class Linear>
@@ -239,9 +238,8 @@ template <class Problem>
                             auto&& set) {
   Handles h(problem.start());
   be_quiet(h.context.get());
-  const Memory<BENCH_ARKODE(Free)> memory{ARKStepCreate(implicit ? nullptr : rate<Problem>,
-                                                       implicit ? rate<Problem> : nullptr, 0, h.y.get(),
-                                                       h.context.get())};
+  const Memory<BENCH_ARKODE(Free)> memory{ARKStepCreate(
+      implicit ? nullptr : rate<Problem>, implicit ? rate<Problem> : nullptr, 0, h.y.get(), h.context.get())};
   void* const ark = memory.get();
 #if SUNDIALS_VERSION_MAJOR < 7
   ARKStepSetErrHandlerFn(ark, ignore, nullptr);
@@ -304,9 +302,8 @@ void add_implicit(Table& table, const Problem& problem, double end, const std::s
   table.methods.push_back({"CVODE BDF, " + solver, "rtol", tolerances(-1, tightest),
                            [=](double rtol) { return cvode_bdf(problem, end, a, rtol, linear); }});
   for (const int order : orders)
-    table.methods.push_back(
-        {"ARKODE DIRK" + std::to_string(order) + ", " + solver, "rtol", tolerances(-1, tightest),
-         [=](double rtol) { return arkode_dirk(problem, end, a, rtol, order, linear, 1e-2); }});
+    table.methods.push_back({"ARKODE DIRK" + std::to_string(order) + ", " + solver, "rtol", tolerances(-1, tightest),
+                             [=](double rtol) { return arkode_dirk(problem, end, a, rtol, order, linear, 1e-2); }});
 }
 /// CVODE Adams and ARKODE ERK of orders 3 … 5 and 8.
 template <class Problem>

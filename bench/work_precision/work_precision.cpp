@@ -1,6 +1,6 @@
 /// @file
 /// Time against error, problem by problem: phistep's schemes, CVODE, ARKODE.
-///     bench_work_precision [--problem NAME] [--out DIR] [--rounds N] [--list]
+///     bench_work_precision [--problem NAME] [--method TEXT] [--error E] [--out DIR] [--rounds N] [--list]
 ///
 /// CPU time of the thread, set-up included; the runs of a problem take turns, and the median of the rounds counts. A run
 /// whose error at the end time is absurd (none of its digits is right) is named and not timed. Writes
@@ -41,9 +41,9 @@ double now() {
 }
 
 struct Options {
-  std::string problem, out = "out";
+  std::string problem, method, out = "out";  // only what is so named, or has this text in its name
   int rounds = 5;
-  double error = 1e-3, longest = 2;  ///< [s] finer rungs of a ladder are left out after a run that took longer
+  double error = 1e-3, longest = 0.5;  ///< [s] finer rungs of a ladder are left out after a run that took longer
 };
 
 /// One run of the ladder, timed.
@@ -62,7 +62,8 @@ struct Point {
 /// Answers first: every run once, its error found. Those that are right to less than a digit aren't timed.
 std::vector<Point> answers(const Table& table, const Options& options) {
   std::vector<Point> points;
-  for (const Method& method : table.methods)
+  for (const Method& method : table.methods) {
+    if (method.name.find(options.method) == std::string::npos) continue;
     for (const double parameter : method.ladder) {
       const double start = now();
       Point point{&method, parameter, 0, method.run(parameter)};
@@ -77,6 +78,7 @@ std::vector<Point> answers(const Table& table, const Options& options) {
       }
       if (took > options.longest && point.error < 0.3) break;
     }
+  }
   return points;
 }
 
@@ -181,11 +183,12 @@ int main(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     const auto is = [&](const char* name) { return std::strcmp(argv[i], name) == 0 && i + 1 < argc; };
     if (is("--problem")) options.problem = argv[++i];
+    else if (is("--method")) options.method = argv[++i];
     else if (is("--out")) options.out = argv[++i];
     else if (is("--rounds")) options.rounds = std::max(1, std::atoi(argv[++i]));
     else if (is("--error")) options.error = std::atof(argv[++i]);
     else {
-      std::printf("bench_work_precision [--problem NAME] [--out DIR] [--rounds N] [--error E]; problems:");
+      std::printf("bench_work_precision [--problem NAME] [--method TEXT] [--error E] [--out DIR] [--rounds N]; problems:");
       for (const Entry& entry : entries) std::printf(" %s", entry.name);
       std::printf("\n");
       return std::strcmp(argv[i], "--list") == 0 ? 0 : 1;

@@ -80,8 +80,8 @@ TEST_CASE("the conditioning of problems whose growth of errors is known") {
   // 24π + 1. Started at an angle θ, δx and δvᵧ become the radial parts, at most (1 + cos θ + sin θ) ≤ 1 + √2 instead of 2,
   // times what is left of the orbit; and there are epicycles, of size 1.
   const problems::Kepler circle{0};
-  const auto kappa = problems::conditioning(
-      Case{"circle", circle, circle.start(), circle.exact(problems::Kepler::period), problems::Kepler::period, 1.0, false});
+  const auto kappa = problems::conditioning(Case{
+      "circle", circle, circle.start(), circle.exact(problems::Kepler::period), problems::Kepler::period, 1.0, false});
   CAPTURE(kappa);
   CHECK(kappa >= 24 * 3.14159265 + 1 - 1e-3);
   CHECK(kappa <= 2 * (1 + std::sqrt(2.0)) * 6 * 3.14159265 + 10);

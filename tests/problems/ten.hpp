@@ -53,8 +53,8 @@ void for_each_of_ten(F&& f) {
   f(Case{"Brusselator", Brusselator{}, Brusselator::start(), Brusselator::exact(), Brusselator::end, 1.0, false});
   f(Case{"Kepler, e = 0.6, two periods", kepler, kepler.start(), kepler.exact(2 * Kepler::period), 2 * Kepler::period,
          1.0, false});
-  f(Case{"damped pendulum", DampedPendulum{}, DampedPendulum::start(), DampedPendulum::exact(), DampedPendulum::end, 1.0,
-         false});
+  f(Case{"damped pendulum", DampedPendulum{}, DampedPendulum::start(), DampedPendulum::exact(), DampedPendulum::end,
+         1.0, false});
   f(Case{"Van der Pol, mu = 5", VanDerPol{}, VanDerPol::start(), VanDerPol::exact(), VanDerPol::end, 1.0, false});
   f(Case{"HIRES", Hires{}, Hires::start(), Hires::exact(), Hires::end, 1e-4, true});
   f(Case{"Robertson", Robertson{}, Robertson::start(), Robertson::exact(), Robertson::end, 1e-6, true});

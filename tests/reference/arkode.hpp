@@ -33,8 +33,8 @@ struct ArkodeOptions {
 
 /// y' = f(t, y), y(0) = y0, to t1 at rtol and the given atol per component.
 /// @throws std::runtime_error where any call of ARKODE's reports a failure
-[[nodiscard]] inline Run arkode_run(const RightHandSide& f, const Vector& y0, double t1, double rtol, const Vector& atol,
-                                    ArkodeOptions options = {}) {
+[[nodiscard]] inline Run arkode_run(const RightHandSide& f, const Vector& y0, double t1, double rtol,
+                                    const Vector& atol, ArkodeOptions options = {}) {
   using namespace detail;
   const Context context = make_context();
   const auto n = static_cast<sunindextype>(y0.size());
@@ -45,9 +45,10 @@ struct ArkodeOptions {
 
   Problem problem{f};
   const bool implicit = options.method == RungeKutta::diagonally_implicit;
-  const auto memory = check(Memory<REFERENCE_ARKODE(Free)>{ARKStepCreate(
-                                implicit ? nullptr : evaluate, implicit ? evaluate : nullptr, 0, y.get(), context.get())},
-                            "ARKStepCreate");
+  const auto memory =
+      check(Memory<REFERENCE_ARKODE(Free)>{ARKStepCreate(implicit ? nullptr : evaluate, implicit ? evaluate : nullptr,
+                                                         0, y.get(), context.get())},
+            "ARKStepCreate");
   void* const ark = memory.get();
   check(REFERENCE_ARKODE(SVtolerances)(ark, rtol, tolerance.get()), "SVtolerances");
   check(REFERENCE_ARKODE(SetUserData)(ark, &problem), "SetUserData");

@@ -21,7 +21,8 @@
 namespace {
 
 using problems::Vector;
-using Solver = std::function<reference::Run(const reference::RightHandSide&, const Vector&, double, double, const Vector&)>;
+using Solver =
+    std::function<reference::Run(const reference::RightHandSide&, const Vector&, double, double, const Vector&)>;
 
 struct Count {
   std::string name;
@@ -42,10 +43,12 @@ Count arkode(const std::string& name, reference::ArkodeOptions options) {
 }  // namespace
 
 TEST_CASE("what the tolerances of CVODE and ARKODE mean on the same ten problems") {
-  std::vector<Count> counts{{"CVODE BDF", [](const auto& f, const Vector& y0, double end, double rtol, const Vector& atol) {
-                               return reference::cvode_run(f, y0, end, rtol, atol, false);
-                             }}};
-  for (const int order : {2, 3, 4, 5}) counts.push_back(arkode("ARKODE DIRK" + std::to_string(order), {.order = order}));
+  std::vector<Count> counts{
+      {"CVODE BDF", [](const auto& f, const Vector& y0, double end, double rtol, const Vector& atol) {
+         return reference::cvode_run(f, y0, end, rtol, atol, false);
+       }}};
+  for (const int order : {2, 3, 4, 5})
+    counts.push_back(arkode("ARKODE DIRK" + std::to_string(order), {.order = order}));
   counts.push_back(arkode("ARKODE DIRK4, as it comes", {.order = 4, .as_it_comes = true}));
   counts.push_back(arkode("ARKODE ERK4", {.method = reference::RungeKutta::explicit_, .order = 4}));
 
@@ -72,7 +75,8 @@ TEST_CASE("what the tolerances of CVODE and ARKODE mean on the same ten problems
     // The digits are right: CVODE's own error at rtol = 1e-12 is within 1e3 κ·rtol (found: 240 at most, Brusselator), and
     // the extrapolation that measures κ is as good.
     CAPTURE(problem.name, kappa);
-    const auto tight = reference::cvode_run(f, y0, problem.end, 1e-12, Vector::Constant(y0.size(), 1e-12 * problem.a), false);
+    const auto tight =
+        reference::cvode_run(f, y0, problem.end, 1e-12, Vector::Constant(y0.size(), 1e-12 * problem.a), false);
     CHECK(problems::relative_error(tight.y, exact, problem.a) <= 1e-9 * kappa);
     CHECK(problems::relative_error(problems::extrapolate(f, y0, 0, problem.end, problem.a, 1e-12), exact, problem.a) <=
           1e-9 * kappa);
@@ -80,8 +84,8 @@ TEST_CASE("what the tolerances of CVODE and ARKODE mean on the same ten problems
 
   std::printf("errors above 10 and 100 times kappa*rtol, worst, and failures, rtol = 1e-2 ... 1e-8\n");
   for (const Count& count : counts)
-    std::printf("  %-28s %2d runs: %2d above 10, %d above 100, worst %.3g, %2d failed\n", count.name.c_str(), count.runs,
-                count.above_10, count.above_100, count.worst, count.failed);
+    std::printf("  %-28s %2d runs: %2d above 10, %d above 100, worst %.3g, %2d failed\n", count.name.c_str(),
+                count.runs, count.above_10, count.above_100, count.worst, count.failed);
 }
 
 TEST_CASE("ARKODE's failures are not swallowed") {
