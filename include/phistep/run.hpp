@@ -109,6 +109,7 @@ class GridPace {
   [[nodiscard]] Outcome begin(TimeSpan<Scalar> span) {
     grid_.emplace(span, control_);
     done_ = 0;
+    on_grid_ = true;
     return grid_->outcome();
   }
   /// Where the step from t ends, and how long it nominally is.
@@ -117,16 +118,20 @@ class GridPace {
   };
   [[nodiscard]] Plan plan(Scalar t) const {
     const Scalar end = grid_->time(done_ + 1);
-    return {end, t == grid_->time(done_) ? grid_->step(done_) : end - t};
+    return {end, on_grid_ ? grid_->step(done_) : end - t};
   }
   [[nodiscard]] bool at_end() const { return done_ >= grid_->steps(); }
-  void reached(Scalar t) { done_ += t == grid_->time(done_ + 1) ? 1 : 0; }
-  void archive(auto& ar) { ar(done_); }
+  void reached(bool grid_point) {
+    on_grid_ = grid_point;
+    done_ += grid_point ? 1 : 0;
+  }
+  void archive(auto& ar) { ar(done_, on_grid_); }
 
  private:
   FixedStep control_;
   std::optional<TimeGrid<Scalar>> grid_;
   std::int64_t done_ = 0;
+  bool on_grid_ = true;  // or at a stop between two of its times
 };
 
 /// A run from span.t0 to exactly span.t1 that stops between steps whenever the caller likes:
@@ -158,9 +163,8 @@ class Run {
   bool advance() { return step(true); }
   /// All the way.
   RunReport finish() {
-    // Nobody but the observers has the state between steps: where there are none, nobody.
-    while (step(sizeof...(Observers) > 0)) {
-    }
+    // From here on, nobody but the observers has the state between steps: where there are none, nobody.
+    for (bool edited = true; step(edited);) edited = sizeof...(Observers) > 0;
     return report();
   }
 
@@ -230,23 +234,29 @@ class Run {
     if (!may_go_on()) return false;
     const Origin origin = may_be_edited || first_ ? Origin::unknown : Origin::unedited;
     if constexpr (sees_error)
-      if (origin == Origin::unknown && !edits_.holds(t_, plain())) pace_.edited();
+      if (origin == Origin::unknown && !is_as_left() && !pace_.edited(plain())) return end(Outcome::invalid_tolerance);
     if constexpr (observed) copy_blocks<S>(start_, state_);
-    for (;;) {
+    for (bool failed = false;;) {
       if constexpr (!is_fixed)
         if (!pace_.may_try()) return end(Outcome::too_many_steps);
       const Plan plan = this->plan();
       const StepReport done = attempt(plan, origin);
-      if (done) return complete(plan);
+      if (done) {
+        if (failed) report_.failure = {};
+        return complete(plan);
+      }
       if (!may_retry(done, plan)) {
+        // Where shorter and shorter steps fail, why they do is the story.
+        if (outcome_ == Outcome::step_too_small && failed) return end(report_.failure.outcome);
         report_.failure = done.failure();
         return end(outcome_);
       }
+      failed = done.outcome() != Outcome::error_too_large;
+      if (failed) report_.failure = done.failure();
     }
   }
 
   bool begin() {
-    begun_ = true;
     if constexpr (is_fixed) {
       if (const Outcome bad = set_up(); bad != Outcome::success) return end(bad);
     } else {
@@ -260,6 +270,7 @@ class Run {
       }
     }
     const bool wanted = std::apply([this](auto&... observer) { return (greet(observer) && ...); }, observers_);
+    begun_ = true;  // an exception of the force or of an observer leaves it to be done again
     return wanted || end(Outcome::stopped_by_observer);
   }
   /// All that begins a run but force calls.
@@ -291,8 +302,11 @@ class Run {
     if constexpr (is_fixed) {
       const auto next = pace_.plan(t_);
       const std::optional<Scalar> stop = next_stop(sign);
-      if (!stop || !(sign * (next.end - *stop) > rounding(next.end))) return {next.end, next.dt, true, false};
-      return {*stop, *stop - t_, true, true};
+      const Scalar beyond = stop ? sign * (next.end - *stop) : Scalar{-1};
+      // A stop that rounding alone keeps from the grid is that point of it, unless that is the end.
+      const Scalar same = next.end == span_.t1 ? Scalar{0} : rounding(next.end);
+      if (beyond > same) return {*stop, *stop - t_, true, true};
+      return {stop && -beyond <= same ? *stop : next.end, next.dt, true, false};
     } else {
       const Scalar stop = next_stop(sign).value_or(span_.t1);
       const Scalar left = sign * (stop - t_), wanted = static_cast<Scalar>(pace_.propose());
@@ -322,10 +336,12 @@ class Run {
   [[nodiscard]] StepReport attempt(const Plan& plan, Origin origin) {
     if constexpr (sees_error) {
       auto& trace = pace_.trace();
+      pace_.prepare(plain());
+      // Between stops a rounding apart there is no error to be seen, and no half way.
+      if (plan.lands && std::abs(plan.dt) <= rounding(t_)) return plain_step(plan, origin);
       const auto accept = [this](const Plain& y, const Plain& next, const auto& told) {
         return pace_.judge(y, next, told.error);
       };
-      pace_.prepare(plain());
       if constexpr (can_trace<Stepper>)
         if (stepper_.estimates(trace)) {
           doubled_ = false;
@@ -333,11 +349,23 @@ class Run {
         }
       doubled_ = true;
       return doubling_.attempt(stepper_, state_, t_, plan.dt, origin, trace, accept);
-    } else if constexpr (requires { stepper_.step(state_, t_, plan.dt, origin); }) {
-      return stepper_.step(state_, t_, plan.dt, origin);
     } else {
-      return stepper_.step(state_, t_, plan.dt);
+      return plain_step(plan, origin);
     }
+  }
+  [[nodiscard]] StepReport plain_step(const Plan& plan, Origin origin) {
+    if constexpr (requires { stepper_.step(state_, t_, plan.dt, origin); })
+      return stepper_.step(state_, t_, plan.dt, origin);
+    else return stepper_.step(state_, t_, plan.dt);
+  }
+  /// Whether state and stepper are what the last step left.
+  [[nodiscard]] bool is_as_left() {
+    bool same = edits_.holds(t_, plain());
+    if constexpr (requires { stepper_.changes(); }) {
+      same = same && changes_ == stepper_.changes();
+      changes_ = stepper_.changes();
+    }
+    return same;
   }
   /// After a step that failed: whether the pace has a shorter one. Else outcome_ says how the run ends.
   [[nodiscard]] bool may_retry(const StepReport& done, const Plan& plan) {
@@ -355,7 +383,7 @@ class Run {
     const Scalar from = t_;
     const double length = std::abs(static_cast<double>(plan.dt));
     if constexpr (is_fixed) {
-      pace_.reached(plan.end);
+      pace_.reached(!plan.clipped);
       t_ = plan.end;
     } else {
       pace_.accepted(length, plan.clipped, stepper_.history(), report_.limits);
@@ -445,6 +473,7 @@ class Run {
   RunReport report_;
   Outcome outcome_ = Outcome::success;
   bool begun_ = false, ended_ = false, first_ = true, doubled_ = false;
+  std::int64_t changes_ = 0;
   EditGuard<S, false, false> edits_;
   [[no_unique_address]] std::conditional_t<sees_error, StepDoubling<Stepper, S>, Nothing> doubling_;
   [[no_unique_address]] std::conditional_t<observed, Plain, Nothing> start_;
