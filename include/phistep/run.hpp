@@ -187,6 +187,11 @@ class Run {
     RunReport report = report_;
     report.t = static_cast<double>(t_);
     report.statistics = stepper_.statistics() - before_;
+    if constexpr (!is_fixed) {
+      // Where steps are doubled, the stepper counts three for each try.
+      report.statistics.steps = report_.statistics.steps;
+      report.statistics.rejections = report_.statistics.rejections;
+    }
     return report;
   }
 
@@ -252,6 +257,7 @@ class Run {
         return end(outcome_);
       }
       failed = done.outcome() != Outcome::error_too_large;
+      report_.statistics.rejections += failed ? 0 : 1;
       if (failed) report_.failure = done.failure();
     }
   }
@@ -390,6 +396,7 @@ class Run {
       move_time(plan);
     }
     first_ = false;
+    ++report_.statistics.steps;
     report_.smallest_dt = report_.largest_dt == 0 ? length : std::min(report_.smallest_dt, length);
     report_.largest_dt = std::max(report_.largest_dt, length);
     if constexpr (sees_error)
