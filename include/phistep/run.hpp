@@ -83,9 +83,8 @@ class Run {
   bool advance() { return step(true); }
   /// All the way.
   RunReport finish() {
-    // Nobody but the observers has the state between steps: where there are none, nobody.
-    while (step(sizeof...(Observers) > 0)) {
-    }
+    // From here on, nobody but the observers has the state between steps: where there are none, nobody.
+    for (bool edited = true; step(edited);) edited = sizeof...(Observers) > 0;
     return report();
   }
 
@@ -108,6 +107,11 @@ class Run {
     RunReport report = report_;
     report.t = static_cast<double>(t_);
     report.statistics = stepper_.statistics() - before_;
+    if constexpr (!is_fixed) {
+      // Where steps are doubled, the stepper counts three for each try.
+      report.statistics.steps = report_.statistics.steps;
+      report.statistics.rejections = report_.statistics.rejections;
+    }
     return report;
   }
 
@@ -157,25 +161,32 @@ class Run {
     if (!may_go_on()) return false;
     const Origin origin = may_be_edited || first_ ? Origin::unknown : Origin::unedited;
     if constexpr (sees_error || has_events)
-      if (origin == Origin::unknown && !edits_.holds(t_, plain()))
+      if (origin == Origin::unknown && !is_as_left())
         if (!take_edits()) return false;
     if constexpr (observed) copy_blocks<S>(start_, state_);
     if constexpr (has_events && can_go_back) before_step_.emplace(stepper_.checkpoint());
-    for (;;) {
+    for (bool failed = false;;) {
       if constexpr (!is_fixed)
         if (!pace_.may_try()) return end(Outcome::too_many_steps);
       const Plan plan = this->plan();
       const StepReport done = attempt(plan, origin);
-      if (done) return complete(plan);
+      if (done) {
+        if (failed) report_.failure = {};
+        return complete(plan);
+      }
       if (!may_retry(done, plan)) {
+        // Where shorter and shorter steps fail, why they do is the story.
+        if (outcome_ == Outcome::step_too_small && failed) return end(report_.failure.outcome);
         report_.failure = done.failure();
         return end(outcome_);
       }
+      failed = done.outcome() != Outcome::error_too_large;
+      report_.statistics.rejections += failed ? 0 : 1;
+      if (failed) report_.failure = done.failure();
     }
   }
 
   bool begin() {
-    begun_ = true;
     if constexpr (is_fixed) {
       if (const Outcome bad = set_up(); bad != Outcome::success) return end(bad);
     } else {
@@ -191,11 +202,13 @@ class Run {
     const bool wanted = std::apply([this](auto&... observer) { return (this->greet(observer) && ...); }, observers_);
     if (!wanted) return end(Outcome::stopped_by_observer);
     const Outcome armed = events_.begin(t_, state_);
+    begun_ = true;  // an exception of the force or of an observer leaves it to be done again
     return armed == Outcome::success || end(armed);
   }
   /// Somebody may have edited the state: nothing that was known of it holds. False where that ends the run.
   bool take_edits() {
-    if constexpr (!is_fixed) pace_.edited();
+    if constexpr (sees_error)
+      if (!pace_.edited(plain())) return end(Outcome::invalid_tolerance);
     const Outcome armed = first_ ? Outcome::success : events_.rearm(t_, state_);
     return armed == Outcome::success || end(armed);
   }
@@ -228,9 +241,11 @@ class Run {
     if constexpr (is_fixed) {
       const Scalar node = pace_.end();
       const std::optional<Scalar> stop = next_stop(sign);
-      if (!stop || sign * (*stop - node) > rounding(node)) return {node, pace_.length(t_), true, false, true};
-      if (std::abs(*stop - node) <= rounding(node)) return {*stop, pace_.length(t_), true, false, true};
-      return {*stop, *stop - t_, true, true};
+      // A stop that rounding alone keeps from a node is that node, unless that is the end.
+      const Scalar beyond = stop ? sign * (node - *stop) : Scalar{-1};
+      const Scalar same = node == span_.t1 ? Scalar{0} : rounding(node);
+      if (beyond > same) return {*stop, *stop - t_, true, true};
+      return {stop && -beyond <= same ? *stop : node, pace_.length(t_), true, false, true};
     } else {
       const Scalar stop = next_stop(sign).value_or(span_.t1);
       const Scalar left = sign * (stop - t_), wanted = static_cast<Scalar>(pace_.propose());
@@ -260,10 +275,12 @@ class Run {
   [[nodiscard]] StepReport attempt(const Plan& plan, Origin origin) {
     if constexpr (sees_error) {
       auto& trace = pace_.trace();
+      pace_.prepare(plain());
+      // Between stops a rounding apart there is no error to be seen, and no half way.
+      if (plan.lands && std::abs(plan.dt) <= rounding(t_)) return plain_step(plan, origin);
       const auto accept = [this](const Plain& y, const Plain& next, const auto& told) {
         return pace_.judge(y, next, told.error);
       };
-      pace_.prepare(plain());
       if constexpr (can_trace<Stepper>)
         if (stepper_.estimates(trace)) {
           doubled_ = false;
@@ -271,11 +288,23 @@ class Run {
         }
       doubled_ = true;
       return doubling_.attempt(stepper_, state_, t_, plan.dt, origin, trace, accept);
-    } else if constexpr (requires { stepper_.step(state_, t_, plan.dt, origin); }) {
-      return stepper_.step(state_, t_, plan.dt, origin);
     } else {
-      return stepper_.step(state_, t_, plan.dt);
+      return plain_step(plan, origin);
     }
+  }
+  [[nodiscard]] StepReport plain_step(const Plan& plan, Origin origin) {
+    if constexpr (requires { stepper_.step(state_, t_, plan.dt, origin); })
+      return stepper_.step(state_, t_, plan.dt, origin);
+    else return stepper_.step(state_, t_, plan.dt);
+  }
+  /// Whether state and stepper are what the last step left.
+  [[nodiscard]] bool is_as_left() {
+    bool same = edits_.holds(t_, plain());
+    if constexpr (requires { stepper_.changes(); }) {
+      same = same && changes_ == stepper_.changes();
+      changes_ = stepper_.changes();
+    }
+    return same;
   }
   /// After a step that failed: whether the pace has a shorter one. Else outcome_ says how the run ends.
   [[nodiscard]] bool may_retry(const StepReport& done, const Plan& plan) {
@@ -308,6 +337,7 @@ class Run {
       if (plan.is_node && !cut_) pace_.reached(t_);
     first_ = false;
     const double length = std::abs(static_cast<double>(dt));
+    ++report_.statistics.steps;
     report_.smallest_dt = report_.largest_dt == 0 ? length : std::min(report_.smallest_dt, length);
     report_.largest_dt = std::max(report_.largest_dt, length);
     if constexpr (sees_error || has_events) {
@@ -447,6 +477,7 @@ class Run {
   Outcome outcome_ = Outcome::success;
   bool begun_ = false, ended_ = false, first_ = true, doubled_ = false;
   bool cut_ = false;  // the step just done is shorter than the one accepted: it ends at an event
+  std::int64_t changes_ = 0;
   EditGuard<S, false, false> edits_;
   [[no_unique_address]] std::conditional_t<sees_error, StepDoubling<Stepper, S>, Nothing> doubling_;
   [[no_unique_address]] std::conditional_t<observed, Plain, Nothing> start_;

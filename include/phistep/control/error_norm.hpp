@@ -65,6 +65,13 @@ class ErrorNorm {
     return true;
   }
 
+  /// Whether y, whose size has changed, is still one that the atol given can be for.
+  [[nodiscard]] bool fits(const Plain& y) const {
+    Index n = 0;
+    for_each_block([&n](auto, const auto& block) { n += block.size(); }, Blocks<Plain>::all(y));
+    return kind_ != AbsoluteTolerance::Kind::per_component || components_.size() == n;
+  }
+
   /// weight = 1/(atol + rtol |y|); where both are 0, the weight of a component whose error would be infinite: 0, for
   /// solves (its error is measured with y⁺).
   void weigh(const Plain& y, Plain& weight) {

@@ -18,6 +18,7 @@
 ///     v⁺ = v½ + ½Δt M⁻¹Ψ(t+Δt, r⁺, v⁺)                  a resolve for v alone where Ψ depends on v              (8)
 #pragma once
 
+#include <cstdint>
 #include <type_traits>
 #include <utility>
 
@@ -363,8 +364,12 @@ class PhiStepper {
     row_.reset();
   }
 
+  /// How often something was forgotten by request: who keeps slopes of this force has to forget them, too.
+  [[nodiscard]] std::int64_t changes() const { return changes_; }
+
  private:
   void forget() {
+    ++changes_;
     kernel_.reset();
     row_.forget();
   }
@@ -382,6 +387,7 @@ class PhiStepper {
   [[no_unique_address]] MassSpec mass_;
   Kernel kernel_;
   [[no_unique_address]] Row row_;
+  std::int64_t changes_ = 0;
 };
 
 template <class S, class F, class Scheme>
