@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
+#include <tuple>
 #include <vector>
 
 #include "convergence/observed_order.hpp"
@@ -268,4 +269,47 @@ TEST_CASE("a step with an event that doesn't happen costs no force call more, wh
   };
   // Two for the slopes at the start, where one look tells that the run doesn't stand on the root.
   CHECK(calls(true) == calls(false) + 2);
+}
+
+TEST_CASE("a run with events and samples goes on from a checkpoint to the same bits, on a bounce too") {
+  struct Scene {
+    Ball y{One{1}, One{0}};
+    std::vector<double> seen;
+    static One pull(const One& r, const One& v) { return One{-9.81 - 0.1 * v(0) - 0.01 * r(0)}; }
+  };
+  const auto play = [](const auto& control, int cut) {
+    Scene before, after;
+    const auto with_run = [&](Scene& scene, auto&& use) {
+      PhiStepper stepper{scene.y, [](const One& r, const One& v) -> One { return Scene::pull(r, v); }, trapezoidal};
+      auto bounce = event(height, {.direction = Direction::falling}, [](double, Ball& ball) { ball.v *= -0.9; });
+      auto samples = sampled(0.05, [&](double t, const Ball& ball) {
+        scene.seen.insert(scene.seen.end(), {t, ball.r(0)});
+      });
+      Run run{stepper, scene.y, {0, 4}, control, bounce, samples};
+      use(run);
+      return bounce.times();
+    };
+    Writer out;
+    static_cast<void>(with_run(before, [&](auto& run) {
+      for (int n = 0; n < cut && run.advance(); ++n) {
+      }
+      run.save(out);
+      out.finish();
+    }));
+    const auto times = with_run(after, [&](auto& run) {
+      Reader in{out.bytes()};
+      run.load(in, [&in] { in.finish(); });
+      CHECK(run.finish());
+    });
+    before.seen.insert(before.seen.end(), after.seen.begin(), after.seen.end());
+    return std::tuple{times, before.seen, after.y.r(0), after.y.v(0)};
+  };
+  const auto check = [&](const auto& control) {
+    const auto whole = play(control, 0);
+    CHECK(std::get<0>(whole).size() >= 4);
+    CHECK(std::get<1>(whole).size() == 2 * 81);
+    for (int cut = 1; cut < 40; ++cut) CHECK((play(control, cut) == whole));
+  };
+  check(fixed(0.1));
+  check(tolerance{.rtol = 1e-4, .atol = 1e-6});
 }
