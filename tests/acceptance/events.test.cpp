@@ -313,3 +313,29 @@ TEST_CASE("a run with events and samples goes on from a checkpoint to the same b
   check(fixed(0.1));
   check(tolerance{.rtol = 1e-4, .atol = 1e-6});
 }
+
+TEST_CASE("how soon events follow each other is part of a checkpoint") {
+  const auto play = [](std::size_t cut) {
+    Ball y{One{1}, One{0}};
+    PhiStepper stepper{y, weight, velocity_verlet};
+    auto bounce = event(height, {.direction = Direction::falling}, [](double, Ball& ball) { ball.v *= -0.3; });
+    Run first{stepper, y, {0, 4}, fixed(0.1), bounce};
+    while (bounce.times().size() < cut && first.advance()) {
+    }
+    Writer out;
+    first.save(out);
+    out.finish();
+    Ball again{One{0}, One{0}};
+    PhiStepper other{again, weight, velocity_verlet};
+    auto rebound = bounce;
+    Run second{other, again, {0, 4}, fixed(0.1), rebound};
+    Reader in{out.bytes()};
+    second.load(in, [&in] { in.finish(); });
+    const auto report = second.finish();
+    return std::tuple{report.outcome, report.t, rebound.times()};
+  };
+  const auto whole = play(0);
+  CHECK(std::get<0>(whole) == Outcome::events_accumulate);
+  const std::size_t bounces = std::get<2>(whole).size();
+  for (std::size_t cut = 1; cut < bounces; ++cut) CHECK((play(cut) == whole));
+}
