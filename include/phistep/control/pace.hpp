@@ -1,7 +1,7 @@
 /// @file
 /// How long the steps of a run are: what a Run asks between its steps. A pace
 ///
-///     Outcome begin(span, y, order, solves)    reads the options
+///     Outcome begin(span, y, order, dead_band) reads the options
 ///     Outcome start(span, y, order, slope)     chooses a first length; slope(t, y, out) costs a force call
 ///     Scalar propose()                         |Δt| it would take next
 ///     prepare(y, trace), judge(…)              before and inside an attempt, where it wants to see the error
@@ -75,21 +75,22 @@ class ErrorPace {
   explicit ErrorPace(tolerance wanted) : wanted_{std::move(wanted)} {}
   explicit ErrorPace(const SmallerOf& both) : wanted_{both.error}, iterations_{both.iterations}, counts_{true} {}
 
-  /// @param solves  whether a step factorises a matrix that a kept Δt would spare
-  [[nodiscard]] Outcome begin(TimeSpan<Scalar>, const Plain& y, int order, bool solves) {
+  /// @param dead_band  see StepSize; more than 1 where a kept Δt spares a factorisation
+  [[nodiscard]] Outcome begin(TimeSpan<Scalar>, const Plain& y, int order, double dead_band) {
     constexpr double round_off = static_cast<double>(std::numeric_limits<Scalar>::epsilon());
     if (!norm_.begin(wanted_, y)) return Outcome::invalid_tolerance;
     const double p = order;
     allowed_ = std::pow(wanted_.rtol, 1 / p);
     // An error of a few roundings can't be told from rounding.
     if (wanted_.rtol * allowed_ < 8 * round_off || !(wanted_.first_step >= 0)) return Outcome::invalid_tolerance;
-    const bool keeps_size = solves;
+    const bool keeps_size = dead_band > 1;
     size_ = StepSize{wanted_.filter != StepFilter::automatic ? wanted_.filter
                      : keeps_size                            ? StepFilter::PI42
                                                              : StepFilter::H211b,
-                     order + 1, keeps_size ? 1.2 : 1};
+                     order + 1, dead_band};
     trace_.resize(y);
     trace_.newton_target = newton_share * allowed_;
+    trace_.rtol = wanted_.rtol;
     return step_.begin(std::max(wanted_.min_step, counts_ ? iterations_.min_step : 0),
                        std::min(wanted_.max_step, counts_ ? iterations_.max_step : wanted_.max_step),
                        wanted_.max_steps);
@@ -174,7 +175,7 @@ class IterationPace {
   static constexpr bool sees_error = false;
 
   explicit IterationPace(const iteration_control& wanted) : wanted_{wanted} {}
-  [[nodiscard]] Outcome begin(TimeSpan<Scalar>, const Plain&, int, bool) {
+  [[nodiscard]] Outcome begin(TimeSpan<Scalar>, const Plain&, int, double) {
     if (!(wanted_.first_step > 0) || wanted_.desired < 1 || !(wanted_.order > 0)) return Outcome::invalid_tolerance;
     return step_.begin(wanted_.min_step, wanted_.max_step, wanted_.max_steps);
   }

@@ -43,12 +43,12 @@ class StepSize {
     double ratio = std::pow(past_[0], w.beta[0]) * std::pow(past_[1], w.beta[1]) * std::pow(past_[2], w.beta[2]) *
                    std::pow(ratio_, -w.alpha);
     ratio = 1 + std::atan(ratio - 1);
+    // Where a new length costs, it has to be worth it, and then to last.
+    if (dead_band_ > 1) ratio = ratio < 1 ? std::min(ratio, 0.9) : past_[0] < dead_band_ ? 1 : std::min(past_[0], 5.0);
     // Right after a rejection the error estimate is an optimist.
     if (rejected_) ratio = std::min(ratio, 1.0);
     rejected_ = false;
-    ratio_ = std::max(ratio, 0.2);
-    if (ratio_ >= 1 && ratio_ < dead_band_) ratio_ = 1;
-    return ratio_;
+    return ratio_ = std::max(ratio, 0.2);
   }
   /// ρ after a step that was rejected with ‖e‖ > 1.
   [[nodiscard]] double rejected(double error) {

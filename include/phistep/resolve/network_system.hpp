@@ -149,7 +149,8 @@ class NetworkSystem : public Sizes {
     const auto nodes = static_cast<std::int32_t>(W_.nodes());
     ar.check(tangents_.size() == pairs_.size() && (local_.empty() || local_.size() == W_.nodes() * dim * dim));
     for (const NodePair& pair : pairs_)
-      ar.check(0 <= pair.first && pair.first < nodes && 0 <= pair.second && pair.second < nodes);
+      ar.check(0 <= pair.first && pair.first < nodes && 0 <= pair.second && pair.second < nodes &&
+               pair.first != pair.second);
     if constexpr (std::remove_reference_t<decltype(ar)>::reading) {
       written_ = pairs_.size();
       W_.coupling.clear();
