@@ -188,7 +188,7 @@ class Run {
           return end(bad);
       }
     }
-    const bool wanted = std::apply([this](auto&... observer) { return (greet(observer) && ...); }, observers_);
+    const bool wanted = std::apply([&](auto&... observer) { return (greet(observer) && ...); }, observers_);
     if (!wanted) return end(Outcome::stopped_by_observer);
     const Outcome armed = events_.begin(t_, state_);
     return armed == Outcome::success || end(armed);
@@ -377,7 +377,7 @@ class Run {
       const CompletedStep<S> step{from, dt, t_, start_, plain(), dense_};
       return std::apply([&](auto&... observer) { return (watch_with(observer, step) && ...); }, observers_);
     } else {
-      return std::apply([this](auto&... observer) { return (show(observer, t_, state_) && ...); }, observers_);
+      return std::apply([&](auto&... observer) { return (show(observer, t_, state_) && ...); }, observers_);
     }
   }
   template <class Observer>
