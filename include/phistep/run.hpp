@@ -334,7 +334,7 @@ class Run {
       if (found && !go_to(found, from, dt)) return end(outcome_);
     }
     if constexpr (is_fixed)
-      if (plan.is_node && !cut_) pace_.reached(t_);
+      if (plan.is_node && t_ == plan.end) pace_.reached(t_);
     first_ = false;
     const double length = std::abs(static_cast<double>(dt));
     ++report_.statistics.steps;
@@ -410,7 +410,7 @@ class Run {
       const CompletedStep<S> step{from, dt, t_, start_, plain(), dense_, middle};
       return std::apply([&](auto&... observer) { return (watch_with(observer, step) && ...); }, observers_);
     } else {
-      return std::apply([this](auto&... observer) { return (show(observer, t_, state_) && ...); }, observers_);
+      return std::apply([&](auto&... observer) { return (show(observer, t_, state_) && ...); }, observers_);
     }
   }
   template <class Observer>
