@@ -8,7 +8,7 @@
 /// (1) is stable where 2 Re z + (1−2φ)|z|² ≤ 0. (3) is stable where φ_f+φ_d ≥ 1 and a² (2φ_f−1)(1−2φ_d) < 4. Velocity Verlet
 /// is the central difference (r⁺−2r+r⁻)/Δt² + C (r⁺−r⁻)/2Δt + K r = 0, whose energy
 /// ½uᵀ(1 − Δt²K/4)u + ½ r̄ᵀK r̄ falls by Δt uᵀC u a step: stable for ωΔt < 2 with any C + Cᵀ ≥ 0. For (0, 1) and (1, 0) the mass
-/// in it is 1 ∓ ½ΔtC instead: ω²Δt² + 2cΔt < 4, and ωΔt < 2.
+/// in it is 1 ∓ ½ΔtC instead: ω²Δt² + 2cΔt < 4, and ωΔt < 2, for symmetric C ≥ 0.
 #pragma once
 
 #include <Eigen/Core>

@@ -112,11 +112,6 @@ template <int d>
         .maxCoeff();
 }
 
-/// Weights that a change of variables to u √m would start from.
-[[nodiscard]] inline Eigen::VectorXd start_weights(const Eigen::VectorXd& m) {
-  return (m.size() > 0 ? m.maxCoeff() : 1.0) * m.cwiseInverse().eval();
-}
-
 /// (2) for A u = λ M u with M = diag(m), m alike within a block.
 template <int d>
 [[nodiscard]] EigenvalueBound largest_eigenvalue_bound_by_blocks(const SparseRows& A, const Eigen::VectorXd& m) {
@@ -135,16 +130,22 @@ template <int d>
     }
     shift = std::max(shift, own[i].cwiseAbs().rowwise().sum().maxCoeff() / mass[at]);
   }
-  EigenvalueBound bound =
-      improve_weights(start_weights(mass).cwiseSqrt(), 2 * shift, [&](const Eigen::VectorXd& x, Eigen::VectorXd& out) {
-        for (std::size_t i = 0; i < rows.rows(); ++i) {
-          const auto at = static_cast<Eigen::Index>(i);
-          Block sum = own[i];
-          for (std::size_t p = rows.start[i]; p < rows.start[i + 1]; ++p)
-            if (rows.column[p] != i) sum += (x[static_cast<Eigen::Index>(rows.column[p])] / x[at]) * rows.block[p];
-          out[at] = largest_eigenvalue<d>(sum) / mass[at];
-        }
-      });
+  const auto bounds = [&](const Eigen::VectorXd& x, Eigen::VectorXd& out) {
+    for (std::size_t i = 0; i < rows.rows(); ++i) {
+      const auto at = static_cast<Eigen::Index>(i);
+      Block sum = own[i];
+      for (std::size_t p = rows.start[i]; p < rows.start[i + 1]; ++p)
+        if (rows.column[p] != i) sum += (x[static_cast<Eigen::Index>(rows.column[p])] / x[at]) * rows.block[p];
+      out[at] = largest_eigenvalue<d>(sum) / mass[at];
+    }
+  };
+  // Heavy particles move less in stiff modes; those of equal motion tell that a network's sign is definite.
+  EigenvalueBound bound = improve_weights(Eigen::VectorXd::Ones(n), 2 * shift, bounds);
+  if (n > 0 && mass.minCoeff() < mass.maxCoeff()) {
+    const EigenvalueBound other =
+        improve_weights((mass.maxCoeff() * mass.cwiseInverse()).cwiseSqrt(), 2 * shift, bounds);
+    if (other.value < bound.value) bound = other;
+  }
   bound.row *= d;
   return bound;
 }

@@ -109,9 +109,11 @@ inline constexpr Eigen::Index step_matrix_limit = 120;
   if (s.exact && problem.whole.K.cols() + problem.whole.C.rows() <= step_matrix_limit)
     return scan_for_stable_step(method, problem, s);
   if (!s.oscillates || !s.dissipative) return unknown;
-  const bool drift_kick = method.force == 1 && method.drift == 0, kick_drift = method.force == 0 && method.drift == 1;
-  if (method.kind == Method::Kind::verlet || drift_kick) return 2 / std::sqrt(s.stiffness);
-  if (kick_drift && s.up == 0) return 4 / (s.damping + std::sqrt(s.damping * s.damping + 4 * s.stiffness));
+  if (method.kind == Method::Kind::verlet) return 2 / std::sqrt(s.stiffness);
+  if (s.up > 0) return unknown;  // a mass that isn't symmetric: gyroscopic forces do drive these two
+  if (method.force == 1 && method.drift == 0) return 2 / std::sqrt(s.stiffness);
+  if (method.force == 0 && method.drift == 1)
+    return 4 / (s.damping + std::sqrt(s.damping * s.damping + 4 * s.stiffness));
   return unknown;
 }
 
