@@ -45,6 +45,7 @@ struct [[nodiscard]] RunReport {
   Limits limits;                           ///< what kept a controlled run's steps from being longer
 
   [[nodiscard]] explicit operator bool() const { return outcome == Outcome::success; }
+  void archive(auto& ar) { ar(outcome, t, statistics, failure, smallest_dt, largest_dt, limits); }
   /// What happened, where, and what to try.
   [[nodiscard]] std::string message() const {
     return failure.outcome == outcome && outcome != Outcome::success ? failure.message() : explain(outcome);
@@ -163,9 +164,8 @@ class Run {
   bool advance() { return step(true); }
   /// All the way.
   RunReport finish() {
-    // Nobody but the observers has the state between steps: where there are none, nobody.
-    while (step(sizeof...(Observers) > 0)) {
-    }
+    // The caller may have had the state until now. Between steps only observers have it: where there are none, nobody.
+    for (bool looks = true; step(looks || sizeof...(Observers) > 0);) looks = false;
     return report();
   }
 

@@ -36,6 +36,7 @@ class Recorder {
     const Index rows = times_.empty() ? 0 : static_cast<Index>(values_.size()) / size();
     return Eigen::Map<const Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>>(values_.data(), rows, size());
   }
+  void archive(auto& ar) { ar(times_, values_); }
   void clear() {
     times_.clear();
     values_.clear();
