@@ -1,4 +1,5 @@
-# phistep_sundials: CVODE with serial vectors and dense matrices, for the reference tests. Not defined if there is none.
+# phistep_sundials: CVODE and ARKODE with serial vectors and dense matrices, for the reference tests. Not defined if there
+# is none.
 #
 # Found by header and library rather than by SUNDIALSConfig.cmake: that file asks for MPI, PETSc, hypre and OpenMP
 # wherever the distribution built SUNDIALS with them, and nothing of it is needed here.
@@ -6,7 +7,7 @@
 find_path(PHISTEP_SUNDIALS_INCLUDE cvode/cvode.h HINTS ${SUNDIALS_ROOT} $ENV{SUNDIALS_ROOT} PATH_SUFFIXES include)
 set(sundials_libraries)
 set(sundials_complete TRUE)
-foreach(part cvode nvecserial sunmatrixdense sunlinsoldense)
+foreach(part cvode arkode nvecserial sunmatrixdense sunlinsoldense)
   find_library(PHISTEP_SUNDIALS_${part} sundials_${part} HINTS ${SUNDIALS_ROOT} $ENV{SUNDIALS_ROOT} PATH_SUFFIXES lib lib64)
   if(NOT PHISTEP_SUNDIALS_${part})
     set(sundials_complete FALSE)
@@ -52,7 +53,7 @@ enable_language(C)
 include(phistep_fetch)
 set(BUILD_SHARED_LIBS OFF)
 set(BUILD_STATIC_LIBS ON)
-foreach(part ARKODE CVODES IDA IDAS KINSOL)
+foreach(part CVODES IDA IDAS KINSOL)
   set(BUILD_${part} OFF)
 endforeach()
 foreach(part C CXX)
@@ -69,7 +70,7 @@ if(NOT phistep_sundials_source_FOUND)
   return()
 endif()
 add_library(phistep_sundials INTERFACE)
-foreach(part cvode nvecserial sunmatrixdense sunlinsoldense)
+foreach(part cvode arkode nvecserial sunmatrixdense sunlinsoldense)
   foreach(candidate sundials_${part}_static SUNDIALS::${part}_static SUNDIALS::${part})
     if(TARGET ${candidate})
       target_link_libraries(phistep_sundials INTERFACE ${candidate})

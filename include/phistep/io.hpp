@@ -3,6 +3,7 @@
 #pragma once
 
 // IWYU pragma: begin_exports
+#include "phistep/io/csv.hpp"
 #include "phistep/io/checkpoint.hpp"
 #include "phistep/io/extended_xyz.hpp"
 #include "phistep/io/progress.hpp"

@@ -14,9 +14,10 @@
 #include <utility>
 
 #include "phistep/control/fixed_step.hpp"
+#include "phistep/control/grid_pace.hpp"
 #include "phistep/control/iteration_control.hpp"
-#include "phistep/control/limits.hpp"
 #include "phistep/control/pace.hpp"
+#include "phistep/control/run_report.hpp"
 #include "phistep/control/tolerance.hpp"
 #include "phistep/core/archive.hpp"
 #include "phistep/core/outcome.hpp"
@@ -27,6 +28,7 @@
 #include "phistep/observe/dense_output.hpp"
 #include "phistep/observe/event.hpp"
 #include "phistep/observe/event_set.hpp"
+#include "phistep/observe/show.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/parts.hpp"
 #include "phistep/stepper/edit_guard.hpp"
@@ -34,61 +36,6 @@
 #include "phistep/stepper/transaction.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
-
-/// How a run ended, and what it did. Contextually true where it reached t1.
-struct [[nodiscard]] RunReport {
-  Outcome outcome = Outcome::success;
-  double t = 0;                            ///< [time] where the state stands now
-  Statistics statistics;                   ///< of this run alone
-  Failure failure;                         ///< of the step that ended the run, if one did
-  double smallest_dt = 0, largest_dt = 0;  ///< [time] of the steps taken
-  Limits limits;                           ///< what kept a controlled run's steps from being longer
-
-  [[nodiscard]] explicit operator bool() const { return outcome == Outcome::success; }
-  void archive(auto& ar) { ar(outcome, t, statistics, failure, smallest_dt, largest_dt, limits); }
-  /// What happened, where, and what to try.
-  [[nodiscard]] std::string message() const {
-    return failure.outcome == outcome && outcome != Outcome::success ? failure.message() : explain(outcome);
-  }
-
-  template <class OStream>
-    requires requires(OStream& out) { out << "" << 0.0 << std::int64_t{}; }
-  friend OStream& operator<<(OStream& out, const RunReport& report) {
-    out << report.message() << "\n  reached t           " << report.t << '\n' << report.statistics;
-    if (report.largest_dt > report.smallest_dt)
-      out << "  dt                  " << report.smallest_dt << " ... " << report.largest_dt << '\n';
-    out << report.limits;
-    return out;
-  }
-};
-
-/// An observer that looks at whole steps.
-template <class Observer, class S>
-inline constexpr bool observes_steps = std::is_invocable_v<Observer&, const CompletedStep<S>&>;
-
-/// Asks one observer whether the run goes on. False where it asks for the end.
-template <class Observer, class... Args>
-[[nodiscard]] bool ask(Observer& observer, Args&&... args) {
-  if constexpr (std::is_void_v<std::invoke_result_t<Observer&, Args...>>) {
-    observer(std::forward<Args>(args)...);
-    return true;
-  } else {
-    return static_cast<bool>(observer(std::forward<Args>(args)...));
-  }
-}
-
-/// Shows (t, state) to one observer.
-template <class Observer, class Scalar, class S>
-[[nodiscard]] bool show(Observer& observer, Scalar t, S& state) {
-  static_assert(!std::is_const_v<Observer> || std::is_invocable_v<Observer&, Scalar, S&>,
-                "phistep: this observer changes as it observes, so it can't be const");
-  static_assert(
-      std::is_const_v<Observer> || std::is_invocable_v<Observer&, Scalar, S&>,
-      "phistep: an observer must be callable as observer(t, state) or observer(step), returning nothing or false "
-      "to stop");
-  if constexpr (!std::is_invocable_v<Observer&, Scalar, S&>) return false;
-  else return ask(observer, t, state);
-}
 
 /// The pace that a control asks for.
 template <State S>
@@ -103,34 +50,6 @@ template <State S>
 [[nodiscard]] IterationPace<PlainState<S>> pace_of(const iteration_control& control) {
   return IterationPace<PlainState<S>>{control};
 }
-
-/// Steps of one length, on the grid t₀ + nΔt, whatever stops lie in between.
-template <class Scalar>
-class GridPace {
- public:
-  explicit GridPace(const FixedStep& control) : control_{control} {}
-  [[nodiscard]] Outcome begin(TimeSpan<Scalar> span) {
-    grid_.emplace(span, control_);
-    done_ = 0;
-    return grid_->outcome();
-  }
-  /// Where the step from t ends, and how long it nominally is.
-  struct Plan {
-    Scalar end, dt;
-  };
-  [[nodiscard]] Plan plan(Scalar t) const {
-    const Scalar end = grid_->time(done_ + 1);
-    return {end, t == grid_->time(done_) ? grid_->step(done_) : end - t};
-  }
-  [[nodiscard]] bool at_end() const { return done_ >= grid_->steps(); }
-  void reached(Scalar t) { done_ += t == grid_->time(done_ + 1) ? 1 : 0; }
-  void archive(auto& ar) { ar(done_); }
-
- private:
-  FixedStep control_;
-  std::optional<TimeGrid<Scalar>> grid_;
-  std::int64_t done_ = 0;
-};
 
 /// A run from span.t0 to exactly span.t1 that stops between steps whenever the caller likes:
 ///
@@ -224,10 +143,11 @@ class Run {
 
   /// What one step tries.
   struct Plan {
-    Scalar end;    ///< [time] where it lands, the very number
-    Scalar dt;     ///< [time] nominal
-    bool lands;    ///< `end` is a number given, not t + dt
-    bool clipped;  ///< shorter than the pace wanted
+    Scalar end;            ///< [time] where it lands, the very number
+    Scalar dt;             ///< [time] nominal
+    bool lands;            ///< `end` is a number given, not t + dt
+    bool clipped;          ///< shorter than the pace wanted
+    bool is_node = false;  ///< `end` is the next node of a fixed grid
   };
 
   bool step(bool may_be_edited) {
@@ -305,9 +225,10 @@ class Run {
   [[nodiscard]] Plan plan() const {
     const Scalar sign = span_.t1 < span_.t0 ? Scalar{-1} : Scalar{1};
     if constexpr (is_fixed) {
-      const auto next = pace_.plan(t_);
+      const Scalar node = pace_.end();
       const std::optional<Scalar> stop = next_stop(sign);
-      if (!stop || !(sign * (next.end - *stop) > rounding(next.end))) return {next.end, next.dt, true, false};
+      if (!stop || sign * (*stop - node) > rounding(node)) return {node, pace_.length(t_), true, false, true};
+      if (std::abs(*stop - node) <= rounding(node)) return {*stop, pace_.length(t_), true, false, true};
       return {*stop, *stop - t_, true, true};
     } else {
       const Scalar stop = next_stop(sign).value_or(span_.t1);
@@ -382,7 +303,8 @@ class Run {
       if (found.outcome != Outcome::success) return end(found.outcome);
       if (found && !go_to(found, from, dt)) return end(outcome_);
     }
-    if constexpr (is_fixed) pace_.reached(t_);
+    if constexpr (is_fixed)
+      if (plan.is_node && !cut_) pace_.reached(t_);
     first_ = false;
     const double length = std::abs(static_cast<double>(dt));
     report_.smallest_dt = report_.largest_dt == 0 ? length : std::min(report_.smallest_dt, length);

@@ -25,6 +25,17 @@ struct Hires {
     // clang-format on
     return rate;
   }
+  [[nodiscard]] Eigen::Matrix<double, 8, 8> jacobian(const State& y) const {
+    const double a = 280 * y[7], b = 280 * y[5];
+    return Eigen::Matrix<double, 8, 8>{{-1.71, 0.43, 8.32, 0, 0, 0, 0, 0},
+                                       {1.71, -8.75, 0, 0, 0, 0, 0, 0},
+                                       {0, 0, -10.03, 0.43, 0.035, 0, 0, 0},
+                                       {0, 8.32, 1.71, -1.12, 0, 0, 0, 0},
+                                       {0, 0, 0, 0, -1.745, 0.43, 0.43, 0},
+                                       {0, 0, 0, 0.69, 1.71, -a - 0.43, 0.69, -b},
+                                       {0, 0, 0, 0, 0, a, -1.81, b},
+                                       {0, 0, 0, 0, 0, -a, 1.81, -b}};
+  }
 
   /// By Radau IIA in quadruple precision; the published values agree to 16 digits.
   [[nodiscard]] static State exact() {

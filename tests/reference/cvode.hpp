@@ -1,101 +1,18 @@
 #pragma once
 
 // An independent solution by SUNDIALS' CVODE: BDF of variable order and step, dense Newton, at the tightest tolerance
-// that it keeps. For SUNDIALS 6 and 7.
+// that it keeps.
 
 #include <cvode/cvode.h>
-#include <nvector/nvector_serial.h>
-#include <sundials/sundials_config.h>
-#include <sunlinsol/sunlinsol_dense.h>
-#include <sunmatrix/sunmatrix_dense.h>
-#include <Eigen/Core>
 
 #include <phistep/phistep.hpp>
 
-#include <exception>
-#include <functional>
-#include <memory>
-#include <stdexcept>
 #include <string>
-#include <type_traits>
 #include <vector>
 
+#include "reference/sundials.hpp"
+
 namespace reference {
-
-using Vector = Eigen::VectorXd;
-using RightHandSide = std::function<Vector(double, const Vector&)>;
-
-namespace detail {
-
-/// Owns a SUNDIALS object. Release: a function that takes the handle or its address.
-template <auto release>
-struct Release {
-  template <class Pointer>
-  void operator()(Pointer p) const {
-    if constexpr (std::is_invocable_v<decltype(release), Pointer>) release(p);
-    else release(&p);
-  }
-};
-template <class Object, auto release>
-using Handle = std::unique_ptr<Object, Release<release>>;
-
-using Context = Handle<std::remove_pointer_t<SUNContext>, SUNContext_Free>;
-using State = Handle<std::remove_pointer_t<N_Vector>, N_VDestroy>;
-using Matrix = Handle<std::remove_pointer_t<SUNMatrix>, SUNMatDestroy>;
-using LinearSolver = Handle<std::remove_pointer_t<SUNLinearSolver>, SUNLinSolFree>;
-
-/// CVODE's memory is a void*, of which unique_ptr can't be the owner by type alone.
-struct ReleaseMemory {
-  void operator()(void* memory) const { CVodeFree(&memory); }
-};
-using Memory = std::unique_ptr<void, ReleaseMemory>;
-
-inline Context make_context() {
-  SUNContext context = nullptr;
-#if SUNDIALS_VERSION_MAJOR >= 7
-  const int flag = SUNContext_Create(SUN_COMM_NULL, &context);
-#else
-  const int flag = SUNContext_Create(nullptr, &context);
-#endif
-  if (flag != 0) throw std::runtime_error("SUNContext_Create failed");
-  return Context{context};
-}
-
-inline void check(int flag, const char* call) {
-  if (flag < 0) throw std::runtime_error(std::string(call) + " failed with flag " + std::to_string(flag));
-}
-template <class Owner>
-Owner check(Owner owner, const char* call) {
-  if (!owner) throw std::runtime_error(std::string(call) + " returned nothing");
-  return owner;
-}
-
-inline Eigen::Map<Vector> view(N_Vector x) { return {N_VGetArrayPointer(x), N_VGetLength(x)}; }
-
-/// What the callback needs. An exception must not pass through C: it is kept, and thrown again outside.
-struct Problem {
-  const RightHandSide& f;
-  std::exception_ptr thrown;
-};
-inline int evaluate(sunrealtype t, N_Vector y, N_Vector rate, void* user) {
-  auto& problem = *static_cast<Problem*>(user);
-  try {
-    view(rate) = problem.f(t, view(y));
-    return 0;
-  } catch (...) {
-    problem.thrown = std::current_exception();
-    return -1;  // unrecoverable
-  }
-}
-
-}  // namespace detail
-
-/// A run of CVODE's at a tolerance: where its steps ended, and what they took.
-struct Run {
-  std::vector<double> times;  ///< t = 0 and the end of every step
-  Vector y;
-  long jacobians = 0, factorizations = 0, iterations = 0;
-};
 
 /// y' = f(t, y), y(0) = y0, to t1 with a dense Newton solver, at rtol and the given atol per component.
 /// @throws std::runtime_error where any call of CVODE's reports a failure
@@ -109,8 +26,8 @@ struct Run {
   view(y.get()) = y0;
   view(tolerance.get()) = atol;
 
-  Problem problem{f, nullptr};
-  const Memory memory = check(Memory{CVodeCreate(CV_BDF, context.get())}, "CVodeCreate");
+  Problem problem{f};
+  const auto memory = check(Memory<CVodeFree>{CVodeCreate(CV_BDF, context.get())}, "CVodeCreate");
   check(CVodeInit(memory.get(), evaluate, 0, y.get()), "CVodeInit");
   check(CVodeSVtolerances(memory.get(), rtol, tolerance.get()), "CVodeSVtolerances");
   check(CVodeSetUserData(memory.get(), &problem), "CVodeSetUserData");
@@ -121,7 +38,7 @@ struct Run {
       check(LinearSolver{SUNLinSol_Dense(y.get(), matrix.get(), context.get())}, "SUNLinSol_Dense");
   check(CVodeSetLinearSolver(memory.get(), solver.get(), matrix.get()), "CVodeSetLinearSolver");
 
-  Run run{{0}, {}};
+  Run run{.times = {0}, .y = {}};
   for (sunrealtype t = 0; t != t1;) {
     const int flag = CVode(memory.get(), t1, y.get(), &t, every_step ? CV_ONE_STEP : CV_NORMAL);
     if (problem.thrown) std::rethrow_exception(problem.thrown);
@@ -130,6 +47,8 @@ struct Run {
     if (!every_step && t != t1) throw std::runtime_error("CVode stopped at t = " + std::to_string(t));
   }
   run.y = view(y.get());
+  run.force_calls = problem.calls;
+  check(CVodeGetNumSteps(memory.get(), &run.steps), "CVodeGetNumSteps");
   check(CVodeGetNumJacEvals(memory.get(), &run.jacobians), "CVodeGetNumJacEvals");
   check(CVodeGetNumLinSolvSetups(memory.get(), &run.factorizations), "CVodeGetNumLinSolvSetups");
   check(CVodeGetNumNonlinSolvIters(memory.get(), &run.iterations), "CVodeGetNumNonlinSolvIters");

@@ -251,7 +251,8 @@ class PhiStepper {
   /// @param solver  newton(options) or newton<LinearSolver>(options)
   /// @throws std::invalid_argument where sizes or masses can't work
   PhiStepper(const S& state, F psi, Scheme scheme, MassSpec mass = {}, Solver solver = {})
-      : mass_{std::move(mass)},
+      : scheme_{scheme},
+        mass_{std::move(mass)},
         kernel_{state, Rhs{std::move(psi), bind_masses<S>(mass_, Kernel::Transaction::copy_of(state))}, solver},
         row_{scheme, Kernel::Transaction::copy_of(state)} {}
   PhiStepper(const S& state, F psi, Scheme scheme, Solver solver) requires std::is_same_v<MassSpec, UnitMasses>
@@ -322,6 +323,10 @@ class PhiStepper {
   /// M of the solved blocks, one bound mass each.
   [[nodiscard]] const Masses& masses() const { return kernel_.rhs().masses(); }
 
+  [[nodiscard]] const Scheme& scheme() const { return scheme_; }
+  [[nodiscard]] const MassSpec& mass() const { return mass_; }
+  /// The force, to be called and not to be changed: nothing is forgotten.
+  [[nodiscard]] auto& force_to_look_at() { return kernel_.rhs().whole_force(); }
   /// The force, to change its parameters between steps; what was known of the old one is forgotten.
   [[nodiscard]] auto& force() {
     forget();
@@ -369,6 +374,7 @@ class PhiStepper {
     row_ = std::move(fresh);
   }
 
+  [[no_unique_address]] Scheme scheme_;
   [[no_unique_address]] MassSpec mass_;
   Kernel kernel_;
   [[no_unique_address]] Row row_;
