@@ -200,6 +200,32 @@ TEST_CASE("observers that wait for times, and events, go on as they would have")
   check(pol, steps(problems::VanDerPol{}, trapezoidal), 6, fixed(0.05), watchers);
 }
 
+TEST_CASE("a recorder and a ledger go on with what they have") {
+  struct Program {
+    Motion<Vec> y = SpringNet::start();
+    decltype(steps(SpringNet::damped(), trapezoidal, mass(SpringNet::masses()))(y)) stepper =
+        steps(SpringNet::damped(), trapezoidal, mass(SpringNet::masses()))(y);
+    EnergyLedger<decltype(stepper)> ledger{stepper};
+    Recorder<Motion<Vec>> recorder;
+    Run<decltype(stepper), Motion<Vec>, tolerance, decltype(ledger)&, decltype(recorder)&> run{
+        stepper, y, {0, 0.5}, tolerance{.rtol = 1e-3}, ledger, recorder};
+  };
+  Program unbroken;
+  for (int k = 0; k < 9; ++k) REQUIRE(unbroken.run.advance());
+  const std::string half_way = restart::bytes(unbroken.run);
+  REQUIRE(unbroken.run.finish());
+  Program again;
+  std::istringstream in(half_way);
+  load_checkpoint(in, again.run);
+  CHECK(restart::bytes(again.run) == half_way);
+  REQUIRE(again.run.finish());
+  CHECK(restart::bytes(again.ledger, again.recorder) == restart::bytes(unbroken.ledger, unbroken.recorder));
+  CHECK(again.recorder.times() == unbroken.recorder.times());
+  CHECK(again.recorder.position() == unbroken.recorder.position());
+  CHECK(again.ledger.force_calls() == unbroken.ledger.force_calls());
+  CHECK(again.ledger.closure() == unbroken.ledger.closure());
+}
+
 TEST_CASE("a state that is edited after a restart is noticed") {
   const auto run = [](bool restarts, bool all_the_way) {
     auto y = positive();
