@@ -90,6 +90,7 @@ class ErrorPace {
                      order + 1, dead_band};
     trace_.resize(y);
     trace_.newton_target = newton_share * allowed_;
+    trace_.rtol = wanted_.rtol;
     return step_.begin(std::max(wanted_.min_step, counts_ ? iterations_.min_step : 0),
                        std::min(wanted_.max_step, counts_ ? iterations_.max_step : wanted_.max_step),
                        wanted_.max_steps);

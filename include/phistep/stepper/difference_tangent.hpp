@@ -59,7 +59,7 @@ class DifferenceTangent {
 
   /// Puts K and C at (t, Y), where Ψ is psi, into the system.
   void compute(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& Y, const Rate& psi,
-               const NewtonOptions& options, auto& system) {
+               const NewtonOptions& options, const Yardstick<Plain>& yardstick, auto& system) {
     copy_blocks<S>(probe_, Y);
     if constexpr (patterned)
       if (!columns_.fresh) columns_.resize(rhs, unknowns<S>(Y));
@@ -69,7 +69,10 @@ class DifferenceTangent {
       std::array<Scalar, Rhs::blocks> scale{};
       scale[0] = scale_of(position_of<S>(Y), moved_by_drift, 0, options);
       const auto entry = [&system](Index i, Index j, Scalar x) { system.position(i, j, x); };
-      difference(rhs, t, std::tie(position_of<S>(probe_)), std::tie(position_of<S>(Y)), scale, psi, entry);
+      const auto scales = [&](auto k, Index i) {
+        return yardstick.target > 0 ? told(position_of<S>(*yardstick.weight), i, yardstick.rtol, scale[k]) : scale[k];
+      };
+      difference(rhs, t, std::tie(position_of<S>(probe_)), std::tie(position_of<S>(Y)), scales, psi, entry);
     }
     if constexpr (has_C) {
       std::array<Scalar, Rhs::blocks> scale{};
@@ -89,7 +92,11 @@ class DifferenceTangent {
           },
           Blocks<S>::solved(Y), Rate::blocks(psi), rhs.masses());
       const auto entry = [&system](Index i, Index j, Scalar x) { system.velocity(i, j, x); };
-      difference(rhs, t, Blocks<S>::solved(probe_), Blocks<S>::solved(Y), scale, psi, entry);
+      const auto scales = [&](auto k, Index i) {
+        if (!(yardstick.target > 0)) return scale[k];
+        return told(std::get<k()>(Blocks<S>::solved(*yardstick.weight)), i, yardstick.rtol, scale[k]);
+      };
+      difference(rhs, t, Blocks<S>::solved(probe_), Blocks<S>::solved(Y), scales, psi, entry);
     }
   }
 
@@ -121,6 +128,11 @@ class DifferenceTangent {
     return static_cast<Scalar>(scale > 0 ? scale : 1.0);
   }
 
+  /// … of a component, where a controlled run says it: |y| + atol/rtol.
+  [[nodiscard]] static Scalar told(const auto& weight, Index i, double rtol, Scalar otherwise) {
+    const Scalar w = weight.data()[i];
+    return w > 0 ? Scalar{16} / (static_cast<Scalar>(rtol) * w) : otherwise;
+  }
   /// Differences over the components of `moved`, which are blocks of the probe and equal `still`; each entry to put.
   void difference(Rhs& rhs, Scalar t, const auto& moved, const auto& still, const auto& scale, const Rate& psi,
                   auto&& put) {
@@ -138,7 +150,7 @@ class DifferenceTangent {
       Index at = 0;
       for_each_block(
           [&](auto k, auto& block) {
-            for_each_difference<Rhs::Traits::is_affine>(block, scale[k], [&](Index j, Scalar increment) {
+            for_each_difference<Rhs::Traits::is_affine>(block, [&](Index i) { return scale(k, i); }, [&](Index j, Scalar increment) {
               rhs.evaluate_into(t, probe_, probe_rate_);
               for_each_rate(psi,
                             [&](Index i, Scalar now, Scalar before) { put(i, at + j, (now - before) / increment); });
@@ -174,7 +186,7 @@ class DifferenceTangent {
   [[nodiscard]] bool move(Index color, const auto& blocks, const auto& scale) {
     bool any = false;
     for_each_moved(color, blocks, [&](auto k, Index j, Index i) {
-      columns_.increment[j] = move_by_increment<Rhs::Traits::is_affine>(std::get<k>(blocks).data()[i], scale[k]);
+      columns_.increment[j] = move_by_increment<Rhs::Traits::is_affine>(std::get<k>(blocks).data()[i], scale(k, i));
       any = true;
     });
     return any;

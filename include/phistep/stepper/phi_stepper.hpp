@@ -166,9 +166,13 @@ class Row<VelocityVerlet, S> : public RowDefaults {
   [[nodiscard]] static Outcome advance(Kernel& kernel, typename Kernel::Data& step) {
     const ScalarOf<S> half = step.dt / 2, t1 = step.t + step.dt;
     if (const Outcome outcome = kernel.forward(step, {half, 0, step.dt}); outcome != Outcome::success) return outcome;
-    if (step.trace != nullptr) copy_blocks<S>(step.trace->end, step.next);
     step.psi_next_known = Kernel::carries;
-    return kernel.resolve(step, {half, 0}, t1);
+    if (step.trace == nullptr) return kernel.resolve(step, {half, 0}, t1);
+    copy_blocks<S>(step.trace->end, step.next);
+    // The second half kick is predicted to be the first.
+    for_each_block([](auto, auto& to, const auto& y, const auto& kicked) { to = kicked + (kicked - y); },
+                   Blocks<S>::all(step.trace->predicted), Blocks<S>::all(step.y), Blocks<S>::all(step.next));
+    return kernel.resolve(step, {half, 0}, t1, step.trace->predicted);
   }
 
   static constexpr bool traces = true;

@@ -51,7 +51,7 @@ class TangentProduct {
 
   /// Serves products at (t, Y), where Ψ is psi, to the system's next solve.
   void compute(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& Y, const Rate& psi,
-               const NewtonOptions& options, auto& system) {
+               const NewtonOptions& options, const Yardstick<Plain>&, auto& system) {
     rhs_ = &rhs;
     gamma_ = gamma;
     t_ = t;
