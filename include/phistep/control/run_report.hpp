@@ -23,6 +23,7 @@ struct [[nodiscard]] RunReport {
   Limits limits;                           ///< what kept a controlled run's steps from being longer
 
   [[nodiscard]] explicit operator bool() const { return outcome == Outcome::success; }
+  void archive(auto& ar) { ar(outcome, t, statistics, failure, smallest_dt, largest_dt, limits); }
   /// What happened, where, and what to try.
   [[nodiscard]] std::string message() const {
     return failure.outcome == outcome && outcome != Outcome::success ? failure.message() : explain(outcome);

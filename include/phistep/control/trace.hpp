@@ -66,7 +66,7 @@ struct Trace {
 
   void archive(auto& ar) {
     ar(knows_start, dt_before);
-    ar.in_place(before, start);
+    if (knows_start || dt_before != 0) ar.in_place(before, start);
   }
 };
 

@@ -70,6 +70,18 @@ class Recorder {
     times_.reserve(static_cast<std::size_t>(n));
     values_.reserve(static_cast<std::size_t>(n) * numbers);
   }
+  /// All that it has, for a checkpoint.
+  void archive(auto& ar) {
+    ar(times_, values_, shapes_);
+    const auto all = static_cast<Index>(values_.size());
+    Index numbers = 0;
+    for (const Shape& shape : shapes_) {
+      ar.check(0 <= shape.rows && 0 <= shape.cols &&
+               (shape.cols == 0 || shape.rows <= all / shape.cols || size() == 0));
+      if (size() > 0) numbers += shape.size();
+    }
+    ar.check(all == numbers * size());
+  }
   void clear() {
     times_.clear();
     values_.clear();
