@@ -14,8 +14,8 @@ struct Trace {
   using Scalar = ScalarOf<Plain>;
 
   // Written by the controller before the step.
-  Plain weight;  ///< 1/(atol + rtol |y|): what a component's error is multiplied by
-  double rtol = 0;          ///< the one in `weight`
+  Plain weight;     ///< 1/(atol + rtol |y|): what a component's error is multiplied by
+  double rtol = 0;  ///< the one in `weight`
   double newton_target =
       0;  ///< weighted RMS size of the error that an implicit solve may leave; 0: its own options rule
 

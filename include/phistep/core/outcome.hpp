@@ -118,12 +118,14 @@ enum class Outcome : std::uint8_t {
     case Outcome::error_too_large:
       return "take a smaller dt";
     case Outcome::step_too_small:
-      return "a jump or a singularity lies here, or the tolerance is below rounding: loosen it, locate the jump as an event, "
+      return "a jump or a singularity lies here, or the tolerance is below rounding: loosen it, locate the jump as an "
+             "event, "
              "shift the origin of time, or use a wider scalar";
     case Outcome::too_many_steps:
       return "raise max_steps, or take a larger dt";
     case Outcome::invalid_tolerance:
-      return "rtol must lie between rounding and 1, atol must be finite and not negative, one per component or per block; "
+      return "rtol must lie between rounding and 1, atol must be finite and not negative, one per component or per "
+             "block; "
              "0 <= min_step <= max_step";
     case Outcome::invalid_step:
       return "dt must be finite and not 0, t must be finite";

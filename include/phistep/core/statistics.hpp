@@ -53,8 +53,7 @@ struct Statistics {
   [[nodiscard]] static constexpr bool is_special(Count count) {
     return count == &Statistics::analyses || count == &Statistics::active_iterations ||
            count == &Statistics::linear_iterations || count == &Statistics::fallbacks ||
-           count == &Statistics::kick_calls || count == &Statistics::halvings ||
-           count == &Statistics::rejections;
+           count == &Statistics::kick_calls || count == &Statistics::halvings || count == &Statistics::rejections;
   }
   /// f(name padded to a column, which, its value)
   static constexpr void for_each(auto& s, auto&& f) {

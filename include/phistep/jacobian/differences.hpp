@@ -38,8 +38,7 @@ void for_each_difference(Block& block, const Scale& scale, Column&& column) {
   auto* const x = block.data();
   for (Eigen::Index j = 0; j < block.size(); ++j) {
     const auto kept = x[j];
-    if constexpr (std::is_invocable_v<const Scale&, Eigen::Index>)
-      column(j, move_by_increment<affine>(x[j], scale(j)));
+    if constexpr (std::is_invocable_v<const Scale&, Eigen::Index>) column(j, move_by_increment<affine>(x[j], scale(j)));
     else column(j, move_by_increment<affine>(x[j], static_cast<typename Block::Scalar>(scale)));
     x[j] = kept;
   }

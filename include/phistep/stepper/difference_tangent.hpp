@@ -158,11 +158,13 @@ class DifferenceTangent {
       Index at = 0;
       for_each_block(
           [&](auto k, auto& block) {
-            for_each_difference<Rhs::Traits::is_affine>(block, [&](Index i) { return scale(k, i); }, [&](Index j, Scalar increment) {
-              rhs.evaluate_into(t, probe_, probe_rate_);
-              for_each_rate(psi,
-                            [&](Index i, Scalar now, Scalar before) { put(i, at + j, (now - before) / increment); });
-            });
+            for_each_difference<Rhs::Traits::is_affine>(
+                block, [&](Index i) { return scale(k, i); },
+                [&](Index j, Scalar increment) {
+                  rhs.evaluate_into(t, probe_, probe_rate_);
+                  for_each_rate(
+                      psi, [&](Index i, Scalar now, Scalar before) { put(i, at + j, (now - before) / increment); });
+                });
             at += block.size();
           },
           moved);

@@ -196,8 +196,7 @@ class Linearisation {
     };
   }
   [[nodiscard]] Outcome linearise(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& Y, const Rate& psi,
-                                  const NewtonOptions& options,
-                                  const Yardstick<Plain>& yardstick) {
+                                  const NewtonOptions& options, const Yardstick<Plain>& yardstick) {
     if constexpr (!matrix_free) ++rhs.statistics().jacobians;
     system_.clear();
     if constexpr (analytic)

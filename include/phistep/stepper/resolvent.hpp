@@ -286,7 +286,7 @@ class NewtonResolvent {
   Increment<S> increment_;
   Matrix matrix_;
   double rate_ = 1, gamma_before_ = 1;  // θ/(1−θ) of the controlled solves so far, and γ of the last
-  std::uint64_t solved_ = 0;  // by the affine path since its matrix was made
+  std::uint64_t solved_ = 0;            // by the affine path since its matrix was made
 };
 
 /// The resolvent behind each way to solve: Newton<…> here, others in headers of their own. All offer what NewtonResolvent
