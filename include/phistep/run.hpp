@@ -187,7 +187,7 @@ class Run {
           return end(bad);
       }
     }
-    const bool wanted = std::apply([this](auto&... observer) { return (greet(observer) && ...); }, observers_);
+    const bool wanted = std::apply([&](auto&... observer) { return (greet(observer) && ...); }, observers_);
     if (!wanted) return end(Outcome::stopped_by_observer);
     const Outcome armed = events_.begin(t_, state_);
     return armed == Outcome::success || end(armed);
