@@ -67,11 +67,11 @@ Vec start(Eigen::Index n = 2) { return Vec::LinSpaced(n, 1, 2); }
 auto make(const Vec& y) { return PhiStepper{y, Decay{}, tr_bdf2, newton({.rtol = 1e-4, .atol = 1e-6})}; }
 
 /// A run that has made a few steps.
-struct Run {
+struct Program {
   Vec y;
   double t = 0;
   decltype(make(Vec{})) stepper;
-  explicit Run(int steps, Eigen::Index n = 2) : y{start(n)}, stepper{make(y)} {
+  explicit Program(int steps, Eigen::Index n = 2) : y{start(n)}, stepper{make(y)} {
     for (int k = 0; k < steps; ++k) step();
   }
   void step() {
@@ -96,7 +96,7 @@ struct Stubborn {
 
 /// Refused, for this reason, with every bit as it was.
 void check_refused(const std::string& bytes, const std::string& why) {
-  Run run(2);
+  Program run(2);
   const std::string before = run.bytes();
   try {
     load_bytes(bytes, run.stepper, run.y, run.t);
@@ -112,19 +112,19 @@ void check_refused(const std::string& bytes, const std::string& why) {
 TEST_CASE("a file is read back, whatever else it holds, and a first start is told") {
   const Folder folder;
   const fs::path path = folder / "run.checkpoint";
-  Run run(3);
+  Program run(3);
   std::vector<double> seen{1, 2, 3};
   std::string note = "half way";
   std::mt19937 random(4);
   random.discard(5);
 
-  Run again(0);
+  Program again(0);
   std::vector<double> saw;
   std::string noted;
   std::mt19937 luck;
   const auto load = [&] { return load_checkpoint(path, again.stepper, again.y, again.t, saw, noted, luck); };
   CHECK_FALSE(load());
-  CHECK(again.bytes() == Run(0).bytes());
+  CHECK(again.bytes() == Program(0).bytes());
 
   save_checkpoint(path, run.stepper, run.y, run.t, seen, note, random);
   CHECK(load());
@@ -136,7 +136,7 @@ TEST_CASE("a file is read back, whatever else it holds, and a first start is tol
 }
 
 TEST_CASE("a stream may hold one checkpoint after another") {
-  Run a(1), b(3), to(0);
+  Program a(1), b(3), to(0);
   std::stringstream stream;
   save_checkpoint(stream, a.stepper, a.y, a.t);
   save_checkpoint(stream, b.stepper, b.y, b.t);
@@ -147,15 +147,15 @@ TEST_CASE("a stream may hold one checkpoint after another") {
 }
 
 TEST_CASE("a stepper that has been elsewhere goes on as well as a new one") {
-  Run run(4), elsewhere(9);
+  Program run(4), elsewhere(9);
   load_bytes(run.bytes(), elsewhere.stepper, elsewhere.y, elsewhere.t);
   for (int k = 0; k < 5; ++k) run.step(), elsewhere.step();
   CHECK(elsewhere.bytes() == run.bytes());
 }
 
 TEST_CASE("every change of a byte is refused, and changes nothing") {
-  const std::string good = Run(3).bytes();
-  Run run(1);
+  const std::string good = Program(3).bytes();
+  Program run(1);
   const std::string before = run.bytes();
   int accepted = 0, changed = 0;
   for (std::size_t i = 0; i < good.size(); ++i)
@@ -174,12 +174,12 @@ TEST_CASE("every change of a byte is refused, and changes nothing") {
 }
 
 TEST_CASE("every truncation is refused, and so is a file that goes on") {
-  const std::string good = Run(3).bytes();
+  const std::string good = Program(3).bytes();
   for (std::size_t n = 0; n < good.size(); ++n)
     check_refused(good.substr(0, n), n < 8 ? "is not a phistep checkpoint" : "is truncated");
   const Folder folder;
   write(folder / "long", good + "x");
-  Run run(1);
+  Program run(1);
   const std::string before = run.bytes();
   CHECK_THROWS_WITH(static_cast<void>(load_checkpoint(folder / "long", run.stepper, run.y, run.t)),
                     contains("goes on after its end") && contains("long"));
@@ -187,7 +187,7 @@ TEST_CASE("every truncation is refused, and so is a file that goes on") {
 }
 
 TEST_CASE("files that are something else are refused by name") {
-  std::string good = Run(3).bytes();
+  std::string good = Program(3).bytes();
   check_refused("", "is not a phistep checkpoint");
   check_refused("t,y\n0,1\n0.1,0.9\nand so on, a table of numbers\n", "is not a phistep checkpoint");
   std::string text = good;
@@ -204,13 +204,13 @@ TEST_CASE("files that are something else are refused by name") {
   damaged[damaged.size() / 2] ^= 1;
   check_refused(damaged, "is damaged: its checksum is wrong");
   const Folder folder;
-  Run run(1);
+  Program run(1);
   CHECK_THROWS_AS(static_cast<void>(load_checkpoint(folder.path, run.stepper, run.y, run.t)), CheckpointError);
 }
 
 TEST_CASE("checkpoints of other programs are refused") {
   const std::string why = "written by another program";
-  const Run run(3);
+  const Program run(3);
   check_refused(bytes_of(run.stepper, run.y), why);
   check_refused(bytes_of(run.y, run.stepper, run.t), why);
   check_refused(bytes_of(run.stepper, run.y, 1.0f), why);
@@ -223,9 +223,9 @@ TEST_CASE("checkpoints of other programs are refused") {
 
 TEST_CASE("states of another size are refused") {
   for (const int steps : {0, 3}) {
-    const Run larger(steps, 3);
+    const Program larger(steps, 3);
     check_refused(larger.bytes(), "of another size");
-    const Run same(steps);
+    const Program same(steps);
     check_refused(bytes_of(same.stepper, larger.y, same.t),
                   "of another size");  // found when the stepper is read already
     check_refused(bytes_of(larger.stepper, same.y, same.t), "of another size");
@@ -233,8 +233,8 @@ TEST_CASE("states of another size are refused") {
 }
 
 TEST_CASE("nothing changes where what follows can't be read") {
-  const Run run(3);
-  Run to(1);
+  const Program run(3);
+  Program to(1);
   double extra = 0;
   Grumpy grumpy;
   const std::string before = to.bytes(), bytes = bytes_of(run.t, run.stepper, run.y, 5.0, grumpy);
@@ -253,14 +253,14 @@ TEST_CASE("nothing changes where what follows can't be read") {
 
 TEST_CASE("bytes that somebody forged are refused or read, never more") {
   // With a checksum that fits: beyond it, only the reader's own care is left. (Sanitizers look on.)
-  const std::string good = Run(3).bytes();
+  const std::string good = Program(3).bytes();
   std::mt19937 random(8);
   int refused = 0;
   for (std::size_t i = 32; i + 8 < good.size(); ++i)
     for (const int value : {0, 1, 0x7f, 0xff}) {
       std::string bad = good;
       bad[i] = static_cast<char>(value);
-      Run run(1);
+      Program run(1);
       try {
         load_bytes(sealed(bad), run.stepper, run.y, run.t);
       } catch (const CheckpointError&) {
@@ -271,10 +271,10 @@ TEST_CASE("bytes that somebody forged are refused or read, never more") {
 }
 
 TEST_CASE("an edit after a restart is noticed, and only an edit") {
-  Run run(3);
+  Program run(3);
   const std::string bytes = run.bytes();
   const auto calls_of_a_step = [&bytes](bool edited) {
-    Run again(0);
+    Program again(0);
     load_bytes(bytes, again.stepper, again.y, again.t);
     if (edited) again.y[0] = std::nextafter(again.y[0], 2.0);
     const auto before = again.stepper.statistics().force_calls;
@@ -290,8 +290,8 @@ TEST_CASE("an edit after a restart is noticed, and only an edit") {
 }
 
 TEST_CASE("a restart calls no force") {
-  const std::string bytes = Run(3).bytes();
-  Run again(0);
+  const std::string bytes = Program(3).bytes();
+  Program again(0);
   calls = 0;
   load_bytes(bytes, again.stepper, again.y, again.t);
   CHECK(calls == 0);
