@@ -275,7 +275,7 @@ class Run {
           return end(bad);
       }
     }
-    const bool wanted = std::apply([this](auto&... observer) { return (greet(observer) && ...); }, observers_);
+    const bool wanted = std::apply([this](auto&... observer) { return (this->greet(observer) && ...); }, observers_);
     begun_ = true;  // an exception of the force or of an observer leaves it to be done again
     return wanted || end(Outcome::stopped_by_observer);
   }
@@ -421,9 +421,10 @@ class Run {
       const auto slopes = [this, from](Plain& at_start, Plain& at_end) { know_slopes(from, at_start, at_end); };
       dense_.begin(from, dt, t_, start_, plain(), DenseOutput<S>::Slopes::of(slopes));
       const CompletedStep<S> step{from, dt, t_, start_, plain(), dense_};
-      return std::apply([&](auto&... observer) { return (watch_with(observer, step) && ...); }, observers_);
+      return std::apply([&](auto&... observer) { return (this->watch_with(observer, step) && ...); }, observers_);
     } else {
-      return std::apply([this](auto&... observer) { return (show(observer, t_, state_) && ...); }, observers_);
+      return std::apply([this](auto&... observer) { return (show(observer, this->t_, this->state_) && ...); },
+                        observers_);
     }
   }
   template <class Observer>

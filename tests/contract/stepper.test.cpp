@@ -333,7 +333,8 @@ void check_watched_trouble(auto scheme) {
     return f;
   };
   const auto wrapped = [&force](const Dynamic& y) -> Dynamic { return force(y); };
-  PhiStepper watched{c.state, wrapped, scheme}, good{d.state, Pull{}, scheme};
+  PhiStepper watched{c.state, wrapped, scheme};
+  PhiStepper good{d.state, Pull{}, scheme};
   if constexpr (decltype(watched)::traces) {
     Watched<S> watch{c.state}, other{d.state};
     for (int n = 0; n < 2; ++n) {

@@ -41,7 +41,7 @@ class DenseOutput {
     template <class F>
     [[nodiscard]] static Slopes of(F& f) {
       return {const_cast<std::remove_const_t<F>*>(&f),
-              [](void* self, Plain& slope0, Plain& slope1) { (*static_cast<F*>(self))(slope0, slope1); }};
+              [](void* asked, Plain& slope0, Plain& slope1) { (*static_cast<F*>(asked))(slope0, slope1); }};
     }
   };
 
