@@ -399,3 +399,74 @@ TEST_CASE("what automatic differentiation of a dynamic state allocates") {
   // One a call is the user's; the rest are the dual vectors (argument and result, four chunks of eight) and J.
   CHECK(count - s.force_calls <= 12 * s.jacobians);
 }
+
+// Steps that are watched, rejected or doubled, and whole controlled runs between their first steps.
+namespace {
+
+template <class S>
+void check_none_watched(S state, auto force, auto scheme, const auto&... more) {
+  PhiStepper stepper{state, force, scheme, more...};
+  StepDoubling<decltype(stepper), S> doubling;
+  doubling.resize(state);
+  Trace<S> trace;
+  trace.resize(state);
+  std::int64_t total = 0;
+  for (int n = 0; n < 12; ++n) {
+    heap::count = 0;
+    heap::counting = n > 1;
+    const auto judge = [n](const auto&...) { return n % 3 != 2; };
+    StepReport step;
+    bool direct = false;
+    if constexpr (can_trace<decltype(stepper)>) {
+      direct = stepper.estimates(trace);
+      if (direct) step = stepper.attempt(state, 0.1 * n, 0.02 + 0.001 * n, Origin::unknown, trace, judge);
+    }
+    if (!direct) step = doubling.attempt(stepper, state, 0.1 * n, 0.02 + 0.001 * n, Origin::unknown, trace, judge);
+    if (step) trace.advance();
+    heap::counting = false;
+    total += heap::count;
+    REQUIRE((step || step.outcome() == Outcome::error_too_large));
+  }
+  CHECK(total == 0);
+}
+
+template <class S>
+void check_none_run(S state, auto force, auto scheme, const auto& control) {
+  PhiStepper stepper{state, force, scheme};
+  Run run{stepper, state, {0.0, 2.0}, control};
+  for (int n = 0; n < 3; ++n) REQUIRE(run.advance());
+  heap::count = 0;
+  heap::counting = true;
+  while (run.advance()) {
+  }
+  heap::counting = false;
+  CHECK(heap::count == 0);
+  CHECK(run.report());
+  CHECK(run.report().statistics.steps > 10);
+}
+
+}  // namespace
+
+TEST_CASE("watched, rejected and doubled steps: nothing") {
+  states::for_each_motion_scheme([](const char* name, auto scheme) {
+    CAPTURE(name);
+    check_none_watched(motion(30), Chain{}, scheme);
+    check_none_watched(motion(30), DampedChain{}, scheme);
+  });
+  check_none_watched(Dynamic(Dynamic::LinSpaced(100, -1, 1)), AnalyticChain{}, tr_bdf2);
+  check_none_watched(motion(30), Chain{}, trapezoidal, mass(Dynamic::LinSpaced(30, 1, 2)));
+  check_none_watched(motion(30), Chain{}, tr_bdf2, mass(Eigen::MatrixXd(2 * Eigen::MatrixXd::Identity(30, 30))));
+  check_none_watched(motion(30), Chain{}, trapezoidal, fixed_point({.depth = 3}));
+}
+TEST_CASE("controlled runs, after their first steps: nothing") {
+  for (const auto filter : {StepFilter::automatic, StepFilter::H312PID}) {
+    const tolerance control{.rtol = 1e-4, .filter = filter};
+    check_none_run(motion(30), Chain{}, velocity_verlet, control);
+    check_none_run(motion(30), DampedChain{}, trapezoidal, control);
+    check_none_run(motion(30), DampedChain{}, midpoint, control);
+    check_none_run(Dynamic(Dynamic::LinSpaced(100, -1, 1)), Chain{}, tr_bdf2, control);
+  }
+  check_none_run(motion(30), Chain{}, velocity_verlet,
+                 tolerance{.rtol = 1e-4, .atol = Dynamic(Dynamic::Ones(60) * 1e-4)});
+  check_none_run(motion(30), Chain{}, trapezoidal, iteration_control{.first_step = 0.01, .max_step = 0.05});
+}

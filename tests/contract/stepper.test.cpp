@@ -250,3 +250,141 @@ TEST_CASE("forces are asked at the times of the formulas") {
   CHECK(asked(rannacher) == Times{1.25, 1.5});
   CHECK(asked(rannacher(0)) == Times{1.0, 1.5});
 }
+
+// Steps that are watched.
+namespace {
+
+template <class S>
+struct Watched {
+  Trace<PlainState<S>> trace;
+  explicit Watched(const S& state) {
+    PlainState<S> y;
+    copy_blocks<S>(y, state);
+    trace.resize(y);
+  }
+  StepReport attempt(auto& stepper, S& state, double t, double dt, bool accept) {
+    const StepReport done =
+        stepper.attempt(state, t, dt, Origin::unknown, trace, [accept](const auto&...) { return accept; });
+    if (done) trace.advance();
+    return done;
+  }
+};
+
+template <class Case>
+void check_watched(auto scheme, const auto& force) {
+  using S = typename Case::State;
+  Case c, d;
+  PhiStepper watched{c.state, force, scheme}, plain{d.state, force, scheme};
+  if constexpr (decltype(watched)::traces) {
+    Watched<S> watch{c.state};
+    // By rounding alone: r and v are of order one, and slopes by (y⁺ − b)/φΔt are off by 1e-16/0.01, times Δt.
+    const auto agree = [&] { return distance(numbers(c.state), numbers(d.state)) <= 1e-13; };
+    double t = 0;
+    const auto both = [&](double dt) {
+      const Eigen::VectorXd before = numbers(c.state);
+      const Statistics counted = watched.statistics();
+      for (const double longer : {3 * dt, dt}) {
+        CHECK(watch.attempt(watched, c.state, t, longer, false).outcome() == Outcome::error_too_large);
+        CHECK(same_bits(numbers(c.state), before));
+      }
+      CHECK(watched.statistics().rejections == counted.rejections + 2);
+      CHECK(watched.statistics().steps == counted.steps);
+      CHECK(watched.statistics().failed_steps == counted.failed_steps);
+      REQUIRE(watch.attempt(watched, c.state, t, dt, true));
+      REQUIRE(plain.step(d.state, t, dt));
+      CHECK(agree());
+      t += dt;
+    };
+    for (const double dt : {0.01, 0.02, 0.015, -0.01, 0.03}) both(dt);
+
+    // An edit, told to the trace.
+    for (auto* state : {&c.state, &d.state})
+      for_each_block([](auto, auto& block) { block = block * -1.5; }, Blocks<S>::all(*state));
+    watch.trace.forget();
+    for (const double dt : {0.02, 0.01}) both(dt);
+
+    // Plain steps in between: the trace is to forget, the stepper notices by itself.
+    REQUIRE(watched.step(c.state, t, 0.01));
+    REQUIRE(plain.step(d.state, t, 0.01));
+    CHECK(agree());
+    t += 0.01;
+    watch.trace.forget();
+    for (const double dt : {0.01, 0.02}) both(dt);
+
+    // What can't be stepped is refused as by step().
+    const Eigen::VectorXd before = numbers(c.state);
+    CHECK(watch.attempt(watched, c.state, t, 0, true).outcome() == Outcome::invalid_step);
+    CHECK(watch.attempt(watched, c.state, 1.0, 1e-17, true).outcome() == Outcome::step_too_small);
+    CHECK(same_bits(numbers(c.state), before));
+  }
+}
+
+/// Trouble at every single force call of a watched step: nothing moves, and the next step is as if nothing had been.
+template <class Case>
+void check_watched_trouble(auto scheme) {
+  using S = typename Case::State;
+  Case c, d;
+  int calls = 0, fatal = 0;
+  Trouble mood = Trouble::none;
+  const auto force = [&](const auto& y) {
+    auto f = Pull{}(y);
+    if (++calls == fatal && mood == Trouble::exception) throw std::runtime_error("moody");
+    if (calls == fatal) component(f, 2) = std::nan("");
+    return f;
+  };
+  const auto wrapped = [&force](const Dynamic& y) -> Dynamic { return force(y); };
+  PhiStepper watched{c.state, wrapped, scheme};
+  PhiStepper good{d.state, Pull{}, scheme};
+  if constexpr (decltype(watched)::traces) {
+    Watched<S> watch{c.state}, other{d.state};
+    for (int n = 0; n < 2; ++n) {
+      REQUIRE(watch.attempt(watched, c.state, 0.05 * n, 0.05, true));
+      REQUIRE(other.attempt(good, d.state, 0.05 * n, 0.05, true));
+    }
+    double t = 0.1;
+    for (const Trouble trouble : {Trouble::nan, Trouble::exception})
+      for (int k = 1; k <= 8; ++k) {
+        CAPTURE(k);
+        const Eigen::VectorXd before = numbers(c.state);
+        mood = trouble, calls = 0, fatal = k;
+        bool done = false;
+        try {
+          done = static_cast<bool>(watch.attempt(watched, c.state, t, 0.05, false));
+        } catch (const std::runtime_error&) {
+        }
+        CHECK_FALSE(done);
+        CHECK(same_bits(numbers(c.state), before));
+        fatal = 0;
+        REQUIRE(watch.attempt(watched, c.state, t, 0.05, true));
+        REQUIRE(other.attempt(good, d.state, t, 0.05, true));
+        CHECK(distance(numbers(c.state), numbers(d.state)) <= 1e-13);
+        t += 0.05;
+      }
+  }
+}
+
+}  // namespace
+
+TEST_CASE("a watched step is the step, a rejected one is none: every scheme on motions") {
+  for_each_motion_scheme([](const char* name, auto scheme) {
+    CAPTURE(name);
+    check_watched<SecondOrder<Dynamic>>(scheme, Pull{});
+    check_watched<SecondOrder<Dynamic>>(scheme, DampedPull{});
+    check_watched_trouble<SecondOrder<Dynamic>>(scheme);
+  });
+  check_watched<Coupled>(trapezoidal, WarmPull{});
+  check_watched<Coupled>(tr_bdf2, WarmPull{});
+  check_watched<Coupled>(velocity_verlet, WarmPull{});
+}
+TEST_CASE("a watched step is the step, a rejected one is none: every scheme on first-order states") {
+  for_each_first_order_scheme([](const char* name, auto scheme) {
+    CAPTURE(name);
+    check_watched<FirstOrder<Fixed>>(scheme, DrivenPull{});
+    check_watched<FirstOrder<Strided>>(scheme, Pull{});
+    check_watched_trouble<FirstOrder<Dynamic>>(scheme);
+  });
+  check_watched<FirstOrder<RowMajor>>(tr_bdf2, Pull{});
+  check_watched<FirstOrder<Columns>>(phi(0.7), Pull{});
+  check_watched<SecondOrder<Structs>>(velocity_verlet, Pull{});
+  check_watched<SecondOrder<Fixed>>(velocity_verlet, DampedPull{});
+}

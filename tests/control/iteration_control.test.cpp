@@ -135,7 +135,8 @@ TEST_CASE("smaller_of: neither the error nor the iterations are more than allowe
   const iteration_control few{.first_step = 1e-3, .desired = 3}, many{.first_step = 1e-3, .desired = 20};
   const RunReport by_error = run(1, smaller_of(tight, many)), alone = run(1, tight);
   CHECK(by_error.limits.most().by == LimitedBy::error);
-  CHECK(by_error.statistics.steps == Approx(static_cast<double>(alone.statistics.steps)).epsilon(0.2));  // the dead band
+  CHECK(by_error.statistics.steps ==
+        Approx(static_cast<double>(alone.statistics.steps)).epsilon(0.2));  // the dead band
   const RunReport by_iterations = run(1, smaller_of(loose, few));
   CHECK(by_iterations.limits.most().by == LimitedBy::iterations);
   CHECK(by_iterations.statistics.steps > 2 * run(1, loose).statistics.steps);
