@@ -445,7 +445,8 @@ class Run {
   /// limits; an affine step can't, and a factorisation is then most of what it costs.
   [[nodiscard]] double dead_band() const {
     if constexpr (requires { stepper_.solver_name(); })
-      if (std::string_view{stepper_.solver_name()} == "none") return 1;
+      if (const std::string_view name{stepper_.solver_name()}; name == "none" || name == "fixed-point iteration")
+        return 1;
     if constexpr (requires { requires Stepper::is_affine; }) return 2;
     else return 1.2;
   }

@@ -72,12 +72,19 @@ class ErrorNorm {
     return kind_ != AbsoluteTolerance::Kind::per_component || components_.size() == n;
   }
 
-  /// weight = 1/(atol + rtol |y|); where both are 0, the weight of a component whose error would be infinite: 0, for
-  /// solves (its error is measured with y⁺).
-  void weigh(const Plain& y, Plain& weight) {
+  /// weight = 1/(atol + rtol |y|), and 0 where both are 0: the error of such a component is measured with y⁺. False where
+  /// there are any.
+  bool weigh(const Plain& y, Plain& weight) {
     see(y);
+    bool all = true;
     each(
-        y, [](Scalar scale) { return scale > 0 ? 1 / scale : Scalar{0}; }, weight);
+        y,
+        [&all](Scalar scale) {
+          all = all && scale > 0;
+          return scale > 0 ? 1 / scale : Scalar{0};
+        },
+        weight);
+    return all;
   }
 
   /// ‖e‖ with |y| the larger of |y(t)| and |y(t+Δt)|. An automatic atol forgets y⁺ again: the step may be rejected.

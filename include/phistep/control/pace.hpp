@@ -92,7 +92,6 @@ class ErrorPace {
                                                              : StepFilter::H211b,
                      order + 1, dead_band};
     trace_.resize(y);
-    trace_.newton_target = newton_share * allowed_;
     trace_.rtol = wanted_.rtol;
     return step_.begin(std::max(wanted_.min_step, counts_ ? iterations_.min_step : wanted_.min_step),
                        std::min(wanted_.max_step, counts_ ? iterations_.max_step : wanted_.max_step),
@@ -115,7 +114,8 @@ class ErrorPace {
   [[nodiscard]] Trace<Plain>& trace() { return trace_; }
   void prepare(const Plain& y) {
     error_ = {};
-    norm_.weigh(y, trace_.weight);
+    // Without a scale for each component, a solve's own error can't be weighed: then to rounding.
+    trace_.newton_target = norm_.weigh(y, trace_.weight) ? newton_share * allowed_ : 0;
   }
   /// Whether the step's error is allowed.
   [[nodiscard]] bool judge(const Plain& y, const Plain& next, const Plain& error) {

@@ -17,14 +17,25 @@ void predict(Trace<Plain>& trace, const Plain& y, ScalarOf<Plain> h) {
                  Blocks<Plain>::all(trace.predicted), Blocks<Plain>::all(y), Blocks<Plain>::all(trace.start),
                  Blocks<Plain>::all(trace.before));
 }
-/// trace.error = −Δt³/12 y‴ of the trapezoidal rule, y‴ by the second difference of three slopes.
+/// Δt³/12 y‴, the trapezoidal rule's y⁺ − y(t+Δt), times a factor: f(e, that), block by block. y‴ is the second difference of
+/// three slopes.
 template <State Plain>
-void milne(Trace<Plain>& trace, ScalarOf<Plain> dt) {
-  const auto rho = dt / trace.dt_before, by = dt / (6 * (1 + 1 / rho));
-  for_each_block([rho, by](auto, auto& e, const auto& end, const auto& start,
-                           const auto& before) { e = by * ((end - start) - rho * (start - before)); },
+void with_milne(Trace<Plain>& trace, ScalarOf<Plain> dt, ScalarOf<Plain> factor, auto&& f) {
+  const auto rho = dt / trace.dt_before, by = factor * dt / (6 * (1 + 1 / rho));
+  for_each_block([&](auto, auto& e, const auto& end, const auto& start,
+                     const auto& before) { f(e, by * ((end - start) - rho * (start - before))); },
                  Blocks<Plain>::all(trace.error), Blocks<Plain>::all(trace.end), Blocks<Plain>::all(trace.start),
                  Blocks<Plain>::all(trace.before));
+}
+/// trace.error = that
+template <State Plain>
+void set_milne(Trace<Plain>& trace, ScalarOf<Plain> dt) {
+  with_milne(trace, dt, ScalarOf<Plain>{1}, [](auto& e, const auto& x) { e = x; });
+}
+/// trace.error += factor · that
+template <State Plain>
+void add_milne(Trace<Plain>& trace, ScalarOf<Plain> dt, ScalarOf<Plain> factor) {
+  with_milne(trace, dt, factor, [](auto& e, const auto& x) { e += x; });
 }
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -56,6 +56,13 @@ class Halving {
   }
 
   [[nodiscard]] int order() const { return stepper_.order(); }
+  /// What a run controlled by its error asks beside steps.
+  template <class Plain, class Scalar>
+  [[nodiscard]] bool slope(Scalar t, const Plain& y, Plain& out) {
+    return stepper_.slope(t, y, out);
+  }
+  [[nodiscard]] const Failure& history() const { return stepper_.history(); }
+  [[nodiscard]] const char* solver_name() const { return stepper_.solver_name(); }
   /// Steps are those asked for; each halving is one more that was made. All other counts are of the work done.
   [[nodiscard]] Statistics statistics() const {
     Statistics all = stepper_.statistics();

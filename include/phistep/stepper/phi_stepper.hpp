@@ -68,9 +68,13 @@ class Row<PhiScheme<Force, Drift, form>, S> : public RowDefaults {
   /// φ = ½ looks back a step.
   [[nodiscard]] bool estimates(const auto& trace) const { return order() == 1 || trace.dt_before != 0; }
 
-  /// (3) and (4) with both slopes, and the local error e = y⁺ − y(t+Δt) from them: (φ−½)Δt (y'⁺ − y') where φ ≠ ½; at
-  /// φ = ½ the difference to the Adams-Bashforth rule of order 2 by Milne's device, with ρ = Δt/Δt_before
-  /// (P. M. Gresho, R. L. Lee & R. L. Sani, in Recent Advances in Numerical Methods in Fluids 1 (1980) 27).
+  /// (3) and (4) with both slopes, and the local error e = y⁺ − y(t+Δt) from them:
+  ///
+  ///     e = (φ−½)Δt (y'⁺ − y') + (6φ−2) Δt³/12 y‴
+  ///
+  /// of which the second part is all at φ = ½, and y‴ the second difference of three slopes: there, e is the difference to
+  /// the Adams-Bashforth rule of order 2 by Milne's device (P. M. Gresho, R. L. Lee & R. L. Sani, in Recent Advances in
+  /// Numerical Methods in Fluids 1 (1980) 27).
   template <class Kernel>
   [[nodiscard]] Outcome trace(Kernel& kernel, typename Kernel::Data& step) const {
     const Scalar phi = scheme_.force.template value<Scalar>(), dt = step.dt;
@@ -94,13 +98,10 @@ class Row<PhiScheme<Force, Drift, form>, S> : public RowDefaults {
     trace.has_slopes = true;
     trace.has_error = estimates(trace);
     if (!trace.has_error) return Outcome::success;
-    if (order() == 1) {
-      for_each_block([by = (phi - Scalar{0.5}) * dt](auto, auto& e, const auto& start,
-                                                     const auto& end) { e = by * (end - start); },
-                     Blocks<S>::all(trace.error), Blocks<S>::all(trace.start), Blocks<S>::all(trace.end));
-    } else {
-      milne(trace, dt);
-    }
+    for_each_block(
+        [by = (phi - Scalar{0.5}) * dt](auto, auto& e, const auto& start, const auto& end) { e = by * (end - start); },
+        Blocks<S>::all(trace.error), Blocks<S>::all(trace.start), Blocks<S>::all(trace.end));
+    if (phi > 0 && phi < 1 && trace.dt_before != 0) add_milne(trace, dt, 6 * phi - 2);
     return phi == 0 ? Outcome::success : kernel.filter(trace.error);
   }
 
@@ -196,7 +197,7 @@ class Row<VelocityVerlet, S> : public RowDefaults {
     trace.has_slopes = true;
     trace.has_error = estimates(trace);
     if (!trace.has_error) return Outcome::success;
-    milne(trace, step.dt);
+    set_milne(trace, step.dt);
     position_of<S>(trace.error) = (-step.dt * step.dt / 6) * (velocity_of<S>(trace.end) - velocity_of<S>(trace.start));
     return needs<typename Kernel::Rhs>.solver ? kernel.filter(trace.error) : Outcome::success;
   }
