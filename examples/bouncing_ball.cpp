@@ -39,6 +39,7 @@ int main(int argc, char** argv) {
   const auto report = phistep::integrate(stepper, ball, {0, 20}, phistep::fixed(0.5), bounce, draw);
 
   auto times = options.file("bouncing_ball_times.csv");
+  times.precision(17);
   times << "bounce,t_s,formula_s\n";
   std::printf("Dropped from %g m, e = %g, dt = 0.5 s\n\n%6s %22s %22s %10s\n", H, e, "bounce", "t [s]", "formula [s]",
               "error [s]");

@@ -7,5 +7,6 @@
 #include "phistep/io.hpp"
 #include "phistep/krylov.hpp"
 #include "phistep/phistep.hpp"
+#include "phistep/preflight.hpp"
 #include "phistep/sparse.hpp"
 // IWYU pragma: end_exports

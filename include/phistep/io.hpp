@@ -4,6 +4,7 @@
 
 // IWYU pragma: begin_exports
 #include "phistep/io/checkpoint.hpp"
+#include "phistep/io/csv.hpp"
 #include "phistep/io/extended_xyz.hpp"
 #include "phistep/io/progress.hpp"
 // IWYU pragma: end_exports

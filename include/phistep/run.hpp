@@ -14,9 +14,10 @@
 #include <utility>
 
 #include "phistep/control/fixed_step.hpp"
+#include "phistep/control/grid_pace.hpp"
 #include "phistep/control/iteration_control.hpp"
-#include "phistep/control/limits.hpp"
 #include "phistep/control/pace.hpp"
+#include "phistep/control/run_report.hpp"
 #include "phistep/control/tolerance.hpp"
 #include "phistep/core/archive.hpp"
 #include "phistep/core/outcome.hpp"
@@ -27,6 +28,7 @@
 #include "phistep/observe/dense_output.hpp"
 #include "phistep/observe/event.hpp"
 #include "phistep/observe/event_set.hpp"
+#include "phistep/observe/show.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/parts.hpp"
 #include "phistep/stepper/edit_guard.hpp"
@@ -34,60 +36,6 @@
 #include "phistep/stepper/transaction.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
-
-/// How a run ended, and what it did. Contextually true where it reached t1.
-struct [[nodiscard]] RunReport {
-  Outcome outcome = Outcome::success;
-  double t = 0;                            ///< [time] where the state stands now
-  Statistics statistics;                   ///< of this run alone
-  Failure failure;                         ///< of the step that ended the run, if one did
-  double smallest_dt = 0, largest_dt = 0;  ///< [time] of the steps taken
-  Limits limits;                           ///< what kept a controlled run's steps from being longer
-
-  [[nodiscard]] explicit operator bool() const { return outcome == Outcome::success; }
-  /// What happened, where, and what to try.
-  [[nodiscard]] std::string message() const {
-    return failure.outcome == outcome && outcome != Outcome::success ? failure.message() : explain(outcome);
-  }
-
-  template <class OStream>
-    requires requires(OStream& out) { out << "" << 0.0 << std::int64_t{}; }
-  friend OStream& operator<<(OStream& out, const RunReport& report) {
-    out << report.message() << "\n  reached t           " << report.t << '\n' << report.statistics;
-    if (report.largest_dt > report.smallest_dt)
-      out << "  dt                  " << report.smallest_dt << " ... " << report.largest_dt << '\n';
-    out << report.limits;
-    return out;
-  }
-};
-
-/// An observer that looks at whole steps.
-template <class Observer, class S>
-inline constexpr bool observes_steps = std::is_invocable_v<Observer&, const CompletedStep<S>&>;
-
-/// Asks one observer whether the run goes on. False where it asks for the end.
-template <class Observer, class... Args>
-[[nodiscard]] bool ask(Observer& observer, Args&&... args) {
-  if constexpr (std::is_void_v<std::invoke_result_t<Observer&, Args...>>) {
-    observer(std::forward<Args>(args)...);
-    return true;
-  } else {
-    return static_cast<bool>(observer(std::forward<Args>(args)...));
-  }
-}
-
-/// Shows (t, state) to one observer.
-template <class Observer, class Scalar, class S>
-[[nodiscard]] bool show(Observer& observer, Scalar t, S& state) {
-  static_assert(!std::is_const_v<Observer> || std::is_invocable_v<Observer&, Scalar, S&>,
-                "phistep: this observer changes as it observes, so it can't be const");
-  static_assert(
-      std::is_const_v<Observer> || std::is_invocable_v<Observer&, Scalar, S&>,
-      "phistep: an observer must be callable as observer(t, state) or observer(step), returning nothing or false "
-      "to stop");
-  if constexpr (!std::is_invocable_v<Observer&, Scalar, S&>) return false;
-  else return ask(observer, t, state);
-}
 
 /// The pace that a control asks for.
 template <State S>
@@ -102,34 +50,6 @@ template <State S>
 [[nodiscard]] IterationPace<PlainState<S>> pace_of(const iteration_control& control) {
   return IterationPace<PlainState<S>>{control};
 }
-
-/// Steps of one length, on the grid t₀ + nΔt, whatever stops lie in between.
-template <class Scalar>
-class GridPace {
- public:
-  explicit GridPace(const FixedStep& control) : control_{control} {}
-  [[nodiscard]] Outcome begin(TimeSpan<Scalar> span) {
-    grid_.emplace(span, control_);
-    done_ = 0;
-    return grid_->outcome();
-  }
-  /// Where the step from t ends, and how long it nominally is.
-  struct Plan {
-    Scalar end, dt;
-  };
-  [[nodiscard]] Plan plan(Scalar t) const {
-    const Scalar end = grid_->time(done_ + 1);
-    return {end, t == grid_->time(done_) ? grid_->step(done_) : end - t};
-  }
-  [[nodiscard]] bool at_end() const { return done_ >= grid_->steps(); }
-  void reached(Scalar t) { done_ += t == grid_->time(done_ + 1) ? 1 : 0; }
-  void archive(auto& ar) { ar(done_); }
-
- private:
-  FixedStep control_;
-  std::optional<TimeGrid<Scalar>> grid_;
-  std::int64_t done_ = 0;
-};
 
 /// A run from span.t0 to exactly span.t1 that stops between steps whenever the caller likes:
 ///
@@ -163,9 +83,8 @@ class Run {
   bool advance() { return step(true); }
   /// All the way.
   RunReport finish() {
-    // Nobody but the observers has the state between steps: where there are none, nobody.
-    while (step(sizeof...(Observers) > 0)) {
-    }
+    // From here on, nobody but the observers has the state between steps: where there are none, nobody.
+    for (bool edited = true; step(edited);) edited = sizeof...(Observers) > 0;
     return report();
   }
 
@@ -188,6 +107,11 @@ class Run {
     RunReport report = report_;
     report.t = static_cast<double>(t_);
     report.statistics = stepper_.statistics() - before_;
+    if constexpr (!is_fixed) {
+      // Where steps are doubled, the stepper counts three for each try.
+      report.statistics.steps = report_.statistics.steps;
+      report.statistics.rejections = report_.statistics.rejections;
+    }
     return report;
   }
 
@@ -224,10 +148,11 @@ class Run {
 
   /// What one step tries.
   struct Plan {
-    Scalar end;    ///< [time] where it lands, the very number
-    Scalar dt;     ///< [time] nominal
-    bool lands;    ///< `end` is a number given, not t + dt
-    bool clipped;  ///< shorter than the pace wanted
+    Scalar end;            ///< [time] where it lands, the very number
+    Scalar dt;             ///< [time] nominal
+    bool lands;            ///< `end` is a number given, not t + dt
+    bool clipped;          ///< shorter than the pace wanted
+    bool is_node = false;  ///< `end` is the next node of a fixed grid
   };
 
   bool step(bool may_be_edited) {
@@ -236,25 +161,32 @@ class Run {
     if (!may_go_on()) return false;
     const Origin origin = may_be_edited || first_ ? Origin::unknown : Origin::unedited;
     if constexpr (sees_error || has_events)
-      if (origin == Origin::unknown && !edits_.holds(t_, plain()))
+      if (origin == Origin::unknown && !is_as_left())
         if (!take_edits()) return false;
     if constexpr (observed) copy_blocks<S>(start_, state_);
     if constexpr (has_events && can_go_back) before_step_.emplace(stepper_.checkpoint());
-    for (;;) {
+    for (bool failed = false;;) {
       if constexpr (!is_fixed)
         if (!pace_.may_try()) return end(Outcome::too_many_steps);
       const Plan plan = this->plan();
       const StepReport done = attempt(plan, origin);
-      if (done) return complete(plan);
+      if (done) {
+        if (failed) report_.failure = {};
+        return complete(plan);
+      }
       if (!may_retry(done, plan)) {
+        // Where shorter and shorter steps fail, why they do is the story.
+        if (outcome_ == Outcome::step_too_small && failed) return end(report_.failure.outcome);
         report_.failure = done.failure();
         return end(outcome_);
       }
+      failed = done.outcome() != Outcome::error_too_large;
+      report_.statistics.rejections += failed ? 0 : 1;
+      if (failed) report_.failure = done.failure();
     }
   }
 
   bool begin() {
-    begun_ = true;
     if constexpr (is_fixed) {
       if (const Outcome bad = set_up(); bad != Outcome::success) return end(bad);
     } else {
@@ -267,14 +199,16 @@ class Run {
           return end(bad);
       }
     }
-    const bool wanted = std::apply([this](auto&... observer) { return (greet(observer) && ...); }, observers_);
+    const bool wanted = std::apply([this](auto&... observer) { return (this->greet(observer) && ...); }, observers_);
     if (!wanted) return end(Outcome::stopped_by_observer);
     const Outcome armed = events_.begin(t_, state_);
+    begun_ = true;  // an exception of the force or of an observer leaves it to be done again
     return armed == Outcome::success || end(armed);
   }
   /// Somebody may have edited the state: nothing that was known of it holds. False where that ends the run.
   bool take_edits() {
-    if constexpr (!is_fixed) pace_.edited();
+    if constexpr (sees_error)
+      if (!pace_.edited(plain())) return end(Outcome::invalid_tolerance);
     const Outcome armed = first_ ? Outcome::success : events_.rearm(t_, state_);
     return armed == Outcome::success || end(armed);
   }
@@ -305,10 +239,13 @@ class Run {
   [[nodiscard]] Plan plan() const {
     const Scalar sign = span_.t1 < span_.t0 ? Scalar{-1} : Scalar{1};
     if constexpr (is_fixed) {
-      const auto next = pace_.plan(t_);
+      const Scalar node = pace_.end();
       const std::optional<Scalar> stop = next_stop(sign);
-      if (!stop || !(sign * (next.end - *stop) > rounding(next.end))) return {next.end, next.dt, true, false};
-      return {*stop, *stop - t_, true, true};
+      // A stop that rounding alone keeps from a node is that node, unless that is the end.
+      const Scalar beyond = stop ? sign * (node - *stop) : Scalar{-1};
+      const Scalar same = node == span_.t1 ? Scalar{0} : rounding(node);
+      if (beyond > same) return {*stop, *stop - t_, true, true};
+      return {stop && -beyond <= same ? *stop : node, pace_.length(t_), true, false, true};
     } else {
       const Scalar stop = next_stop(sign).value_or(span_.t1);
       const Scalar left = sign * (stop - t_), wanted = static_cast<Scalar>(pace_.propose());
@@ -338,10 +275,12 @@ class Run {
   [[nodiscard]] StepReport attempt(const Plan& plan, Origin origin) {
     if constexpr (sees_error) {
       auto& trace = pace_.trace();
+      pace_.prepare(plain());
+      // Between stops a rounding apart there is no error to be seen, and no half way.
+      if (plan.lands && std::abs(plan.dt) <= rounding(t_)) return plain_step(plan, origin);
       const auto accept = [this](const Plain& y, const Plain& next, const auto& told) {
         return pace_.judge(y, next, told.error);
       };
-      pace_.prepare(plain());
       if constexpr (can_trace<Stepper>)
         if (stepper_.estimates(trace)) {
           doubled_ = false;
@@ -349,11 +288,23 @@ class Run {
         }
       doubled_ = true;
       return doubling_.attempt(stepper_, state_, t_, plan.dt, origin, trace, accept);
-    } else if constexpr (requires { stepper_.step(state_, t_, plan.dt, origin); }) {
-      return stepper_.step(state_, t_, plan.dt, origin);
     } else {
-      return stepper_.step(state_, t_, plan.dt);
+      return plain_step(plan, origin);
     }
+  }
+  [[nodiscard]] StepReport plain_step(const Plan& plan, Origin origin) {
+    if constexpr (requires { stepper_.step(state_, t_, plan.dt, origin); })
+      return stepper_.step(state_, t_, plan.dt, origin);
+    else return stepper_.step(state_, t_, plan.dt);
+  }
+  /// Whether state and stepper are what the last step left.
+  [[nodiscard]] bool is_as_left() {
+    bool same = edits_.holds(t_, plain());
+    if constexpr (requires { stepper_.changes(); }) {
+      same = same && changes_ == stepper_.changes();
+      changes_ = stepper_.changes();
+    }
+    return same;
   }
   /// After a step that failed: whether the pace has a shorter one. Else outcome_ says how the run ends.
   [[nodiscard]] bool may_retry(const StepReport& done, const Plan& plan) {
@@ -382,9 +333,11 @@ class Run {
       if (found.outcome != Outcome::success) return end(found.outcome);
       if (found && !go_to(found, from, dt)) return end(outcome_);
     }
-    if constexpr (is_fixed) pace_.reached(t_);
+    if constexpr (is_fixed)
+      if (plan.is_node && t_ == plan.end) pace_.reached(t_);
     first_ = false;
     const double length = std::abs(static_cast<double>(dt));
+    ++report_.statistics.steps;
     report_.smallest_dt = report_.largest_dt == 0 ? length : std::min(report_.smallest_dt, length);
     report_.largest_dt = std::max(report_.largest_dt, length);
     if constexpr (sees_error || has_events) {
@@ -451,10 +404,13 @@ class Run {
     if constexpr (observed) {
       const auto slopes = [this, from](Plain& at_start, Plain& at_end) { know_slopes(from, at_start, at_end); };
       dense_.begin(from, dt, t_, start_, plain(), DenseOutput<S>::Slopes::of(slopes));
-      const CompletedStep<S> step{from, dt, t_, start_, plain(), dense_};
+      const Plain* middle = nullptr;
+      if constexpr (sees_error)
+        if (doubled_ && !cut_) middle = &doubling_.middle();
+      const CompletedStep<S> step{from, dt, t_, start_, plain(), dense_, middle};
       return std::apply([&](auto&... observer) { return (watch_with(observer, step) && ...); }, observers_);
     } else {
-      return std::apply([this](auto&... observer) { return (show(observer, t_, state_) && ...); }, observers_);
+      return std::apply([&](auto&... observer) { return (show(observer, t_, state_) && ...); }, observers_);
     }
   }
   template <class Observer>
@@ -521,6 +477,7 @@ class Run {
   Outcome outcome_ = Outcome::success;
   bool begun_ = false, ended_ = false, first_ = true, doubled_ = false;
   bool cut_ = false;  // the step just done is shorter than the one accepted: it ends at an event
+  std::int64_t changes_ = 0;
   EditGuard<S, false, false> edits_;
   [[no_unique_address]] std::conditional_t<sees_error, StepDoubling<Stepper, S>, Nothing> doubling_;
   [[no_unique_address]] std::conditional_t<observed, Plain, Nothing> start_;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
+#include <tuple>
 #include <vector>
 
 #include "convergence/observed_order.hpp"
@@ -191,24 +192,58 @@ TEST_CASE("after an event a run keeps to its grid, and meets the given times") {
 }
 
 TEST_CASE("step observers see steps that end at events, with the state before the handler's edit") {
-  Ball y{One{1}, One{0}};
-  PhiStepper stepper{y, weight, velocity_verlet};
-  auto bounce = event(height, {.direction = Direction::falling}, [](double, Ball& ball) { ball.v *= -0.9; });
-  double last = 0, lowest = 0;
-  int at_bounce = 0;
-  const auto steps = [&](const CompletedStep<Ball>& step) {
-    CHECK(step.t0() == last);
-    last = step.t1();
-    if (std::abs(step.end().r(0)) < 1e-12) {
-      ++at_bounce;
-      CHECK(step.end().v(0) < 0);
-    }
-    for (int i = 0; i <= 8; ++i) lowest = std::min(lowest, step.at(step.t0() + i * (step.t1() - step.t0()) / 8).r(0));
+  const auto check = [](const auto& control) {
+    Ball y{One{1}, One{0}};
+    PhiStepper stepper{y, weight, trapezoidal};
+    auto bounce = event(height, {.direction = Direction::falling}, [](double, Ball& ball) { ball.v *= -0.9; });
+    double last = 0, worst = 0;
+    int at_bounce = 0;
+    const auto steps = [&](const CompletedStep<Ball>& step) {
+      CHECK(step.t0() == last);
+      last = step.t1();
+      if (std::abs(step.end().r(0)) < 1e-12) {
+        ++at_bounce;
+        CHECK(step.end().v(0) < 0);
+      }
+      for (int i = 1; i < 8; ++i) {
+        const double by = i * (step.t1() - step.t0()) / 8;
+        const double exact = step.start().r(0) + by * (step.start().v(0) - 9.81 * by / 2);
+        worst = std::max(worst, std::abs(step.at(step.t0() + by).r(0) - exact));
+      }
+    };
+    CHECK(integrate(stepper, y, {0, 2}, control, bounce, steps));
+    CHECK(last == 2);
+    CHECK(at_bounce == 3);
+    CHECK(worst <= 1e-14);  // a dozen roundings of 1 m
   };
-  CHECK(integrate(stepper, y, {0, 2}, fixed(0.25), bounce, steps));
-  CHECK(last == 2);
-  CHECK(at_bounce == 3);
-  CHECK(lowest >= -1e-14);
+  check(fixed(0.25));
+  check(tolerance{.rtol = 1e-6, .atol = 1e-9});
+}
+
+TEST_CASE("between a step's start and an event, the interpolant has the slopes of the step as it was cut") {
+  One y{1};
+  PhiStepper stepper{y, [](const One& x) -> One { return -x; }, trapezoidal};
+  auto half = event([](const One& x) { return x(0) - 0.5; });
+  double worst = 0;
+  const auto steps = [&](const CompletedStep<One>& step) {
+    const double h = step.t1() - step.t0(), end = step.end()(0), start = step.start()(0);
+    // Hermite's middle value from y and −y at both ends.
+    const double middle = (start + end) / 2 + h / 8 * (end - start);
+    worst = std::max(worst, std::abs(step.at(step.t0() + h / 2)(0) - middle));
+  };
+  CHECK(integrate(stepper, y, {0, 2}, tolerance{.rtol = 1e-2, .atol = 1e-3}, half, steps));
+  CHECK(half.times().size() == 1);
+  CHECK(worst <= 1e-5);  // the slopes are those of solves to 3 % of the tolerance
+}
+
+TEST_CASE("a step done again may end at its end after all, and the grid goes on") {
+  // The interpolant sees the end's slope −5 and overshoots; forward Euler steps along the line, to the jump of g at 0.099.
+  One y{0};
+  PhiStepper stepper{y, [](const One&, double t) -> One { return One{t < 0.05 ? 1.0 : -5.0}; }, forward_euler};
+  auto jump = event([](const One& x) { return x(0) < 0.099 ? -1.0 : 1.0; }, {.direction = Direction::rising});
+  CHECK(integrate(stepper, y, {0, 0.3}, fixed(0.1), jump));
+  REQUIRE(jump.times().size() == 1);
+  CHECK(jump.times()[0] == 0.1);
 }
 
 TEST_CASE(
@@ -268,4 +303,73 @@ TEST_CASE("a step with an event that doesn't happen costs no force call more, wh
   };
   // Two for the slopes at the start, where one look tells that the run doesn't stand on the root.
   CHECK(calls(true) == calls(false) + 2);
+}
+
+TEST_CASE("a run with events and samples goes on from a checkpoint to the same bits, on a bounce too") {
+  struct Scene {
+    Ball y{One{1}, One{0}};
+    std::vector<double> seen;
+    static One pull(const One& r, const One& v) { return One{-9.81 - 0.1 * v(0) - 0.01 * r(0)}; }
+  };
+  const auto play = [](const auto& control, int cut) {
+    Scene before, after;
+    const auto with_run = [&](Scene& scene, auto&& use) {
+      PhiStepper stepper{scene.y, [](const One& r, const One& v) -> One { return Scene::pull(r, v); }, trapezoidal};
+      auto bounce = event(height, {.direction = Direction::falling}, [](double, Ball& ball) { ball.v *= -0.9; });
+      auto samples = sampled(0.05, [&](double t, const Ball& ball) {
+        scene.seen.insert(scene.seen.end(), {t, ball.r(0)});
+      });
+      Run run{stepper, scene.y, {0, 4}, control, bounce, samples};
+      use(run);
+      return bounce.times();
+    };
+    Writer out;
+    static_cast<void>(with_run(before, [&](auto& run) {
+      for (int n = 0; n < cut && run.advance(); ++n) {
+      }
+      run.save(out);
+      out.finish();
+    }));
+    const auto times = with_run(after, [&](auto& run) {
+      Reader in{out.bytes()};
+      run.load(in, [&in] { in.finish(); });
+      CHECK(run.finish());
+    });
+    before.seen.insert(before.seen.end(), after.seen.begin(), after.seen.end());
+    return std::tuple{times, before.seen, after.y.r(0), after.y.v(0)};
+  };
+  const auto check = [&](const auto& control) {
+    const auto whole = play(control, 0);
+    CHECK(std::get<0>(whole).size() >= 4);
+    CHECK(std::get<1>(whole).size() == 2 * 81);
+    for (int cut = 1; cut < 40; ++cut) CHECK((play(control, cut) == whole));
+  };
+  check(fixed(0.1));
+  check(tolerance{.rtol = 1e-4, .atol = 1e-6});
+}
+
+TEST_CASE("how soon events follow each other is part of a checkpoint") {
+  const auto play = [](std::size_t cut) {
+    Ball y{One{1}, One{0}};
+    PhiStepper stepper{y, weight, velocity_verlet};
+    auto bounce = event(height, {.direction = Direction::falling}, [](double, Ball& ball) { ball.v *= -0.3; });
+    Run first{stepper, y, {0, 4}, fixed(0.1), bounce};
+    while (bounce.times().size() < cut && first.advance()) {
+    }
+    Writer out;
+    first.save(out);
+    out.finish();
+    Ball again{One{0}, One{0}};
+    PhiStepper other{again, weight, velocity_verlet};
+    auto rebound = bounce;
+    Run second{other, again, {0, 4}, fixed(0.1), rebound};
+    Reader in{out.bytes()};
+    second.load(in, [&in] { in.finish(); });
+    const auto report = second.finish();
+    return std::tuple{report.outcome, report.t, rebound.times()};
+  };
+  const auto whole = play(0);
+  CHECK(std::get<0>(whole) == Outcome::events_accumulate);
+  const std::size_t bounces = std::get<2>(whole).size();
+  for (std::size_t cut = 1; cut < bounces; ++cut) CHECK((play(cut) == whole));
 }

@@ -1,7 +1,15 @@
 #include <phistep/io.hpp>
+#include <phistep/observe/every.hpp>
 
 #include <Eigen/Core>
 
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <fstream>
+#include <locale>
+#include <random>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -71,4 +79,140 @@ TEST_CASE("progress backward") {
   auto bar = progress(out, 0.0);
   bar(4.0, 0), bar(0.0, 0);
   CHECK_THAT(out.str(), contains("t = 4  0 %") && contains("t = 0  100 %"));
+}
+
+TEST_CASE("an extended XYZ frame: a species a particle, a lattice, columns of one's own") {
+  std::ostringstream out;
+  const Eigen::Matrix2d r = (Eigen::Matrix2d() << 1, 3, 2, 4).finished();
+  FrameInfo info{.species = {"Fe", "O"}, .periodic = true, .lattice = Eigen::Vector3d(10, 20, 0.1).asDiagonal()};
+  info.lattice(0, 1) = 0.5;  // the second vector leans
+  write_extended_xyz(out, 1.5, r, Eigen::Matrix2d(Eigen::Matrix2d::Zero()), info,
+                     column("radius", Eigen::Vector2d(0.25, 1.0 / 3)), column("id", Eigen::Vector2i(7, -8)),
+                     column("torque", r));
+  CHECK(out.str() ==
+        "2\nLattice=\"10 0 0 0.5 20 0 0 0 0.1\" "
+        "Properties=species:S:1:pos:R:3:velo:R:3:radius:R:1:id:I:1:torque:R:2 Time=1.5\n"
+        "Fe 1 2 0 0 0 0 0.25 7 1 2\nO 3 4 0 0 0 0 0.333333333 -8 3 4\n");
+}
+
+TEST_CASE("extended_xyz observes motions: matrices, flat vectors, columns that are functions") {
+  std::ostringstream out;
+  auto observer = extended_xyz(
+      out, "Ar", column("speed", [](double, const auto& y) -> Eigen::VectorXd { return y.v.colwise().norm(); }));
+  Motion<Eigen::Matrix3Xd> y{Eigen::Matrix3Xd::Zero(3, 2), Eigen::Matrix3Xd::Zero(3, 2)};
+  y.v.col(1) << 3, 4, 0;
+  observer(0.25, y);
+  CHECK(out.str() ==
+        "2\nProperties=species:S:1:pos:R:3:velo:R:3:speed:R:1 Time=0.25\nAr 0 0 0 0 0 0 0\nAr 0 0 0 3 4 0 5\n");
+
+  std::ostringstream plane;
+  auto flat = every(1.0, extended_xyz<2>(plane));
+  const Motion<Eigen::Vector4d> pair{Eigen::Vector4d(1, 2, 3, 4), Eigen::Vector4d(5, 6, 7, 8)};
+  for (const double t : {0.0, 0.5, 1.0}) CHECK(flat(t, pair));
+  CHECK(plane.str() ==
+        "2\nProperties=species:S:1:pos:R:3:velo:R:3 Time=0\nX 1 2 0 5 6 0\nX 3 4 0 7 8 0\n"
+        "2\nProperties=species:S:1:pos:R:3:velo:R:3 Time=1\nX 1 2 0 5 6 0\nX 3 4 0 7 8 0\n");
+  auto wrong = extended_xyz(plane);
+  CHECK_THROWS_AS(wrong(0.0, pair), std::invalid_argument);  // four numbers are no particles in space
+}
+
+TEST_CASE("columns and species that are no frame throw before anything is written") {
+  std::ostringstream out;
+  const Eigen::MatrixXd r = Eigen::MatrixXd::Zero(3, 2);
+  const auto write = [&](FrameInfo info, auto... columns) { write_extended_xyz(out, 0, r, r, info, columns...); };
+  CHECK_THROWS_AS(write({.species = {}}), std::invalid_argument);
+  CHECK_THROWS_AS(write({.species = {"A", "B", "C"}}), std::invalid_argument);
+  CHECK_THROWS_AS(write({.species = {"two words"}}), std::invalid_argument);
+  CHECK_THROWS_AS(write({}, column("m", Eigen::Vector3d(1, 2, 3))), std::invalid_argument);
+  CHECK_THROWS_AS(write({}, column("a:b", Eigen::Vector2d(1, 2))), std::invalid_argument);
+  CHECK(out.str().empty());
+}
+
+namespace {
+/// Writes 1,5 for 1.5 and 1.000 for a thousand.
+struct German : std::numpunct<char> {
+  char do_decimal_point() const override { return ','; }
+  char do_thousands_sep() const override { return '.'; }
+  std::string do_grouping() const override { return "\3"; }
+};
+}  // namespace
+
+TEST_CASE("tables and frames look the same in every locale") {
+  std::ostringstream out;
+  out.imbue(std::locale(std::locale::classic(), new German));
+  const Eigen::Matrix<double, 3, 1> r(1234.5, 0, 0);
+  write_extended_xyz(out, 4321.5, r, r);
+  CHECK_THAT(out.str(), contains("Time=4321.5\nX 1234.5 0 0"));
+  out.str("");
+  Recorder<Eigen::Vector2d> recorder;
+  recorder(1234.5, Eigen::Vector2d(0.5, 12345));
+  write_csv(out, recorder);
+  CHECK(out.str() == "t,y0,y1\n1234.5,0.5,12345\n");
+}
+
+TEST_CASE("a recorder as comma-separated values: names, then one line a time, to the last bit") {
+  Recorder<Motion<Eigen::Vector2d>> recorder;
+  std::ostringstream empty;
+  write_csv(empty, recorder);
+  CHECK(empty.str() == "t\n");
+
+  recorder(0.1, Motion<Eigen::Vector2d>{Eigen::Vector2d(1.0 / 3, -2), Eigen::Vector2d(5e-324, 1e300)});
+  recorder(0.30000000000000004,
+           Motion<Eigen::Vector2d>{Eigen::Vector2d(std::nan(""), -INFINITY), Eigen::Vector2d(0, 8)});
+  std::ostringstream out;
+  write_csv(out, recorder);
+  CHECK(out.str() == "t,r0,r1,v0,v1\n0.1,0.3333333333333333,-2,5e-324,1e+300\n0.30000000000000004,nan,-inf,0,8\n");
+
+  Recorder<Eigen::MatrixXf> matrix;
+  matrix(0.1f, (Eigen::MatrixXf(2, 2) << 1, 2, 3, 0.1f).finished());
+  std::ostringstream floats;
+  write_csv(floats, matrix);
+  CHECK(floats.str() == "t,y0_0,y1_0,y0_1,y1_1\n0.1,1,3,2,0.1\n");
+}
+
+TEST_CASE("every number of a table reads back to its bits") {
+  std::mt19937_64 random(5);
+  Recorder<Eigen::VectorXd> recorder;
+  Eigen::VectorXd y(100);
+  for (auto& x : y) {
+    do x = std::bit_cast<double>(random());
+    while (!std::isfinite(x));
+  }
+  recorder(0.0, y);
+  std::ostringstream out;
+  write_csv(out, recorder);
+  std::istringstream in(out.str());
+  std::string line, cell;
+  std::getline(in, line), std::getline(in, line);
+  std::istringstream cells(line);
+  std::getline(cells, cell, ',');
+  for (const double x : y) {
+    std::getline(cells, cell, ',');
+    CHECK(std::bit_cast<std::uint64_t>(std::strtod(cell.c_str(), nullptr)) == std::bit_cast<std::uint64_t>(x));
+  }
+}
+
+TEST_CASE("csv writes while a run goes on: the state, or columns of one's own") {
+  std::ostringstream all, own;
+  auto whole = csv(all);
+  auto columns = csv(own, column("energy, total", [](double, const auto& y) { return y.squaredNorm(); }),
+                     column("steps", [n = 0](double, const auto&) mutable { return n++; }));
+  Eigen::VectorXd y = Eigen::Vector2d(1, 2);
+  for (const double t : {0.0, 0.5}) whole(t, y), columns(t, y);
+  CHECK(all.str() == "t,y0,y1\n0,1,2\n0.5,1,2\n");
+  CHECK(own.str() == "t,\"energy, total\",steps\n0,5,0\n0.5,5,1\n");
+  CHECK_THROWS_AS(whole(1.0, Eigen::VectorXd(Eigen::VectorXd::Zero(3))), std::invalid_argument);
+}
+
+TEST_CASE("a table that can't be written says so") {
+  Recorder<Eigen::Vector2d> recorder;
+  recorder(0.0, Eigen::Vector2d(1, 2));
+  CHECK_THROWS_AS(write_csv(std::string("/no/such/folder/x.csv"), recorder), std::runtime_error);
+  std::ostringstream out;
+  out.setstate(std::ios::badbit);
+  CHECK_THROWS_AS(write_csv(out, recorder), std::runtime_error);
+  auto observer = csv(out);
+  CHECK_THROWS_AS(observer(0.0, Eigen::Vector2d(1, 2)), std::runtime_error);
+  if (std::ofstream full("/dev/full"); full)
+    CHECK_THROWS_AS(write_csv(std::string("/dev/full"), recorder), std::runtime_error);
 }

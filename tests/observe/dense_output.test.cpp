@@ -138,6 +138,18 @@ TEMPLATE_TEST_CASE("dense output: both ends bit for bit, and smoothly into them"
     }
 }
 
+TEST_CASE("dense output: near an end of small values it is as accurate as they are") {
+  // r falls from 1 to 0, where an event may look: r is v times the time left, to a few roundings of itself.
+  for (const double dt : {1.0, -1.0}) {
+    const Motion1<double> y0{One<double>{1.0}, One<double>{-1 / dt}}, y1{One<double>{0.0}, One<double>{-1 / dt}};
+    const auto slopes = [](auto& s0, auto& s1) { s0.v(0) = s1.v(0) = 0; };
+    DenseOutput<Motion1<double>> dense;
+    dense.begin(0, dt, y0, y1, DenseOutput<Motion1<double>>::Slopes::of(slopes));
+    for (const double left : {0x1p-10, 0x1p-30, 0x1p-50})
+      CHECK(std::abs(dense.at(dt * (1 - left)).r(0) - left) <= 4 * std::numeric_limits<double>::epsilon() * left);
+  }
+}
+
 TEST_CASE("dense output: an end that is not t0 + dt to the last bit, and times beyond the ends") {
   SineStep<double> step(0.1, 0.2);
   const double t1 = 0.3;  // 0.1 + 0.2 is the next number

@@ -273,29 +273,37 @@ TEST_CASE("a damped, driven, implicit scene under a loose solver: every account 
   }
 }
 
-TEST_CASE("the solver's account is the work of Newton's residual") {
-  // One linear step whose end is spoiled by hand: ρ = mΔv − hΨ_φ and δ = Δr − h v_φ are known exactly.
-  const double h = 0.25, m = 2;
-  Motion<One> start{One{1.0}, One{0.5}}, y = start;
-  PhiStepper stepper{y, spring, trapezoidal, mass(m)};
-  REQUIRE(stepper.step(y, 0, h));
-  DenseOutput<Motion<One>> dense;
-  const auto solver_after = [&](double dr, double dv) {
-    Motion<One> end = y;
+TEST_CASE("the solver's account is the work of what it left unsolved") {
+  // One linear step whose end is spoiled by hand: ρ and δ are known, and so are all accounts.
+  const double h = 0.25, m = 2, k = omega_squared;
+  const auto check = [&](auto scheme, double dr, double dv) {
+    const Motion<One> start{One{1.0}, One{0.5}};
+    Motion<One> end = start;
+    PhiStepper stepper{end, spring, scheme, mass(m)};
+    REQUIRE(stepper.step(end, 0, h));
     end.r[0] += dr, end.v[0] += dv;
     EnergyLedger ledger{stepper};
+    DenseOutput<Motion<One>> dense;
     ledger(CompletedStep<Motion<One>>{0, h, h, start, end, dense});
-    CHECK(std::abs(ledger.closure()) <= 1e-15);
-    const double force = -omega_squared * (start.r[0] + end.r[0]) / 2;
-    const double rho = m * (end.v[0] - start.v[0]) - h * force;
-    const double delta = end.r[0] - start.r[0] - h * (start.v[0] + end.v[0]) / 2;
-    CHECK(ledger.solver() == Approx((start.v[0] + end.v[0]) / 2 * rho - delta * force).margin(1e-15));
-    CHECK(std::abs(ledger.scheme()) <= 1e-15);  // φ = ½ and linear: nothing, whatever the solver did
-    return ledger.solver();
+    CHECK(std::abs(ledger.closure()) <= 2e-15);
+
+    constexpr bool verlet = std::is_same_v<decltype(scheme), VelocityVerlet>;
+    const double r0 = start.r[0], r1 = end.r[0], v0 = start.v[0], v1 = end.v[0];
+    const double force = -k * (r0 + r1) / 2, rho = m * (v1 - v0) - h * force;
+    const double delta = r1 - r0 - h * (verlet ? v0 - h / 2 * k * r0 / m : (v0 + v1) / 2);
+    const double joins = verlet ? h / 2 * rho * force / m : 0;
+    CHECK(ledger.solver() == Approx((v0 + v1) / 2 * rho - delta * force + joins).margin(2e-15));
+    CHECK(ledger.scheme() == Approx(verlet ? h * h / 4 * -k * (r1 - r0) * force / m : 0).margin(2e-15));
+    return std::abs(ledger.solver());
   };
-  CHECK(std::abs(solver_after(0, 0)) <= 1e-15);
-  CHECK(std::abs(solver_after(0, 0.01)) > 1e-4);
-  CHECK(std::abs(solver_after(0.01, 0)) > 1e-3);
+  const auto each = [&](auto scheme) {
+    CHECK(check(scheme, 0, 0) <= 2e-15);
+    CHECK(check(scheme, 0, 0.01) > 1e-4);
+    CHECK(check(scheme, 0.01, 0) > 1e-4);
+  };
+  each(trapezoidal);
+  each(midpoint);
+  each(velocity_verlet);
 }
 
 TEST_CASE("edits between steps have an account of their own: bounces, and a thermostat") {
@@ -411,6 +419,61 @@ TEST_CASE("a matrix K that is not symmetric has no potential: its work is extern
   CHECK(std::abs(ledger.external()) > 0.1);
   CHECK(ledger.scheme() == Approx(0).margin(1e-14));
   CHECK(std::abs(ledger.closure()) <= rounding(100) * ledger.largest_energy());
+}
+
+TEST_CASE("a run that chooses its steps, some of them done in halves, closes its books") {
+  const auto check = [](auto scheme) {
+    auto y = problems::SpringNet::start();
+    PhiStepper stepper{y, problems::SpringNet::damped() + Shaker{2.0, 3.0}, scheme,
+                       mass(problems::SpringNet::masses())};
+    EnergyLedger ledger{stepper};
+    int steps = 0, halved = 0;
+    const auto report = integrate(stepper, y, {0.0, 10.0}, tolerance{.rtol = 1e-4}, ledger,
+                                  [&](const CompletedStep<problems::SpringNet::State>& step) {
+                                    ++steps;
+                                    halved += step.middle() != nullptr ? 1 : 0;
+                                  });
+    REQUIRE(report);
+    CHECK(ledger.steps() == steps);
+    CHECK(ledger.force_calls() >= 2 * (steps + halved));
+    if (scheme.order() == 2) CHECK(halved > 0);  // the first step has no past to look back on
+    const double E = ledger.largest_energy();
+    CHECK(ledger.largest_closure() <= 1e-13 * E);
+    CHECK(ledger.damping() < -0.1 * E);
+    // A controlled run solves to a share of the error allowed; an account of steps that aren't the scheme's would be
+    // wrong by much more, the first step's error alone being 1e-4.
+    CHECK(std::abs(ledger.solver()) < 1e-3 * E);
+  };
+  check(trapezoidal);
+  check(backward_euler);
+  check(midpoint);
+  // Verlet solves for v to rounding, and without a solver's tolerance nobody may take anything but physics and scheme.
+  auto y = problems::SpringNet::start();
+  PhiStepper stepper{y, problems::SpringNet::elastic(), velocity_verlet, mass(problems::SpringNet::masses())};
+  EnergyLedger ledger{stepper};
+  REQUIRE(integrate(stepper, y, {0.0, 10.0}, tolerance{.rtol = 1e-3}, ledger));
+  CHECK(std::abs(ledger.solver()) <= 1e-12 * ledger.largest_energy());
+  CHECK(ledger.largest_closure() <= 1e-13 * ledger.largest_energy());
+}
+
+TEST_CASE("a run of fixed steps with an observer that edits: what it does counts as edits") {
+  Motion<One> y{One{1.0}, One{0.0}};
+  PhiStepper stepper{y, spring, trapezoidal};
+  EnergyLedger ledger{stepper};
+  double added = 0;
+  int shown = 0;
+  const auto thermostat = [&](double, Motion<One>& s) {
+    if (++shown % 10 != 0) return;
+    const double before = s.v[0] * s.v[0] / 2;
+    s.v[0] *= 1.1;
+    added += s.v[0] * s.v[0] / 2 - before;
+  };
+  REQUIRE(integrate(stepper, y, {0.0, 10.05}, fixed(0.1), ledger, thermostat));  // the last step is shorter
+  CHECK(ledger.steps() == 101);
+  CHECK(ledger.edits() == Approx(added).epsilon(1e-13));
+  CHECK(std::abs(ledger.scheme()) <= 1e-14);
+  CHECK(std::abs(ledger.closure()) <= 1e-14);
+  CHECK(stepper.statistics().steps == 101);
 }
 
 TEST_CASE("1e5 steps close to 1e-10 of E") {

@@ -81,6 +81,33 @@ TEST_CASE("a recorder keeps all blocks of every state, one column a time") {
   CHECK(recorder.size() == 0);
 }
 
+TEST_CASE("a recorder's blocks, one column a time, and its shapes") {
+  using S = Motion<Eigen::Matrix<double, 2, Eigen::Dynamic>>;
+  Recorder<S> recorder;
+  S y{Eigen::MatrixXd::Zero(2, 2), Eigen::MatrixXd::Zero(2, 2)};
+  y.r << 1, 3, 2, 4;
+  y.v << 5, 7, 6, 8;
+  recorder.reserve(2, y);
+  recorder(0.0, y);
+  const double* const first = recorder.states().data();
+  y.r *= 10;
+  recorder(0.5, y);
+  CHECK(recorder.states().data() == first);  // reserved: nothing moved
+  CHECK(recorder.position() == (Eigen::MatrixXd(4, 2) << 1, 10, 2, 20, 3, 30, 4, 40).finished());
+  CHECK(recorder.velocity() == (Eigen::MatrixXd(4, 2) << 5, 5, 6, 6, 7, 7, 8, 8).finished());
+  CHECK(recorder.block(1).col(1).reshaped(2, 2) == y.v);
+  CHECK(recorder.shape(0) == std::pair<Eigen::Index, Eigen::Index>{2, 2});
+  CHECK_THROWS_AS(recorder.block(2), std::out_of_range);
+
+  const S larger{Eigen::MatrixXd::Zero(2, 3), Eigen::MatrixXd::Zero(2, 3)};
+  CHECK_THROWS_AS(recorder(1.0, larger), std::invalid_argument);
+  CHECK(recorder.size() == 2);
+  recorder.clear();
+  CHECK(recorder.position().size() == 0);
+  recorder(1.0, larger);
+  CHECK(recorder.position().rows() == 6);
+}
+
 TEST_CASE("a recorder by reference serves every") {
   Recorder<Eigen::Vector2d> recorder;
   auto observer = every(1.0, std::ref(recorder));

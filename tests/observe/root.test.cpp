@@ -194,10 +194,34 @@ TEST_CASE("root: a start on a flat root, beside rounding errors of g") {
 
 TEST_CASE("root: a step too short to tell how g leaves its root says so") {
   Search search;
-  const auto root = search(
-      1.0, 1.0 + 0x1p-48, [](double t) { return t - 1; }, Direction::both, Standing::on_root);
-  CHECK(root.kind == Kind::none);
-  CHECK(root.start_sign == 0);
+  // With room for no probe, or for two.
+  for (const double length : {0x1p-48, 0x1p-44}) {
+    const auto root = search(
+        1.0, 1.0 + length, [](double t) { return t - 1; }, Direction::both, Standing::on_root);
+    CHECK(root.kind == Kind::none);
+    CHECK(root.start_sign == 0);
+  }
+}
+
+TEST_CASE("root: one nearer to t0 than time can tell comes after it: no step has length 0") {
+  Search search;
+  const auto root = search(1.0, 2.0, [](double t) { return (t - 1) - 1e-17; });
+  REQUIRE(root.kind == Kind::found);
+  CHECK(root.t > 1);
+  CHECK(root.t - 1 <= allowed(1.0));
+}
+
+TEST_CASE("root: rounding errors of g are not taken for its sign") {
+  // A flat start, beside errors that happen to grow, or to grow within what is known to be rounding.
+  const std::vector<double> growing{0.2, 1, 2, -1, 1}, small{1, 0.2, 0.4, 0.8, -0.5};
+  for (const auto& noise : {growing, small}) {
+    std::size_t n = 0;
+    const auto g = [&](double t) { return -t * t + 1e-17 * (n < noise.size() ? noise[n++] : 0); };
+    const Sample<double> start{0.0, g(0.0)};
+    const auto root = first_root(start, Sample<double>{1.0, -1.0}, g, Standing::on_root);
+    CHECK(root.kind == Kind::none);
+    CHECK(root.start_sign == -1);
+  }
 }
 
 TEST_CASE("root: jumps are found to the resolution of time, by less than 100 evaluations") {

@@ -14,6 +14,8 @@
 #include <cmath>
 #include <cstdint>
 #include <tuple>
+#include <type_traits>
+#include <utility>
 
 #include "phistep/control/tolerance.hpp"
 #include "phistep/core/version.hpp"
@@ -63,6 +65,13 @@ class ErrorNorm {
     return true;
   }
 
+  /// Whether y, whose size has changed, is still one that the atol given can be for.
+  [[nodiscard]] bool fits(const Plain& y) const {
+    Index n = 0;
+    for_each_block([&n](auto, const auto& block) { n += block.size(); }, Blocks<Plain>::all(y));
+    return kind_ != AbsoluteTolerance::Kind::per_component || components_.size() == n;
+  }
+
   /// weight = 1/(atol + rtol |y|); where both are 0, the weight of a component whose error would be infinite: 0, for
   /// solves (its error is measured with y⁺).
   void weigh(const Plain& y, Plain& weight) {
@@ -71,14 +80,18 @@ class ErrorNorm {
         y, [](Scalar scale) { return scale > 0 ? 1 / scale : Scalar{0}; }, weight);
   }
 
-  /// ‖e‖ with |y| the larger of |y(t)| and |y(t+Δt)|.
+  /// ‖e‖ with |y| the larger of |y(t)| and |y(t+Δt)|. An automatic atol forgets y⁺ again: the step may be rejected.
   [[nodiscard]] Measured operator()(const Plain& error, const Plain& y, const Plain& next) {
+    const auto atol = atol_, largest = largest_;
     see(next);
-    return norm_ == Norm::rms ? over_all(error, y, next) : over_particles(error, y, next);
+    const Measured all = norm_ == Norm::rms ? over_all(error, y, next) : over_particles(error, y, next);
+    atol_ = atol;
+    largest_ = largest;
+    return all;
   }
   /// ‖x‖ with given weights.
   [[nodiscard]] double operator()(const Plain& x, const Plain& weight) const {
-    Scalar sum{0};
+    Wide sum{0};
     Index n = 0;
     for_each_block(
         [&](auto, const auto& of, const auto& w) {
@@ -93,7 +106,8 @@ class ErrorNorm {
 
  private:
   static constexpr std::size_t blocks = std::tuple_size_v<decltype(Blocks<Plain>::all(std::declval<Plain&>()))>;
-  static constexpr Scalar square(Scalar x) { return x * x; }
+  using Wide = std::common_type_t<Scalar, double>;  // squares of floats soon leave their range
+  static constexpr Wide square(Scalar x) { return static_cast<Wide>(x) * static_cast<Wide>(x); }
 
   /// The automatic atol follows the largest magnitudes so far.
   void see(const Plain& y) {
@@ -118,25 +132,27 @@ class ErrorNorm {
         },
         Blocks<Plain>::all(y), Blocks<Plain>::all(out));
   }
-  /// f(block, index, (e/(atol + rtol |y|))²)
+  /// f(block number, block of e, row, storage index, (e/(atol + rtol |y|))²), column by column
   void for_each_square(const Plain& error, const Plain& y, const Plain& next, auto&& f) const {
     Index at = 0;
     for_each_block(
         [&](auto k, const auto& e, const auto& a, const auto& b) {
-          for (Index i = 0; i < e.size(); ++i) {
-            const Scalar size = std::max(std::abs(a.data()[i]), std::abs(b.data()[i]));
-            const Scalar x = e.data()[i];
-            f(k, e, i, x == 0 ? Scalar{0} : square(x / (atol(k, at + i) + rtol_ * size)));
-          }
+          for (Index column = 0; column < e.cols(); ++column)
+            for (Index row = 0; row < e.rows(); ++row) {
+              const Index i = e.IsRowMajor ? row * e.cols() + column : column * e.rows() + row;
+              const Scalar size = std::max(std::abs(a.data()[i]), std::abs(b.data()[i]));
+              const Scalar x = e.data()[i];
+              f(k, e, row, i, x == 0 ? Wide{0} : square(x / (atol(k, at + i) + rtol_ * size)));
+            }
           at += e.size();
         },
         Blocks<Plain>::all(error), Blocks<Plain>::all(y), Blocks<Plain>::all(next));
   }
   [[nodiscard]] Measured over_all(const Plain& error, const Plain& y, const Plain& next) const {
-    Scalar sum{0}, most{-1};
+    Wide sum{0}, most{-1};
     Index n = 0;
     Measured all;
-    for_each_square(error, y, next, [&](auto k, const auto&, Index i, Scalar x) {
+    for_each_square(error, y, next, [&](auto k, const auto&, Index, Index i, Wide x) {
       sum += x;
       ++n;
       if (x > most) most = x, all.worst = {static_cast<std::int64_t>(k()), i};
@@ -145,16 +161,21 @@ class ErrorNorm {
     return all;
   }
   [[nodiscard]] Measured over_particles(const Plain& error, const Plain& y, const Plain& next) const {
-    Scalar sum{0}, most{-1}, most_of_one{-1};
+    Wide sum{0}, most{-1}, most_of_one{0};
     Index worst_of_one = 0;
     Measured all;
-    for_each_square(error, y, next, [&](auto k, const auto& block, Index i, Scalar x) {
-      const Index rows = block.cols() > 1 ? block.rows() : 1;
-      sum = i % rows == 0 ? x : sum + x;
-      if (i % rows == 0 || x > most_of_one) most_of_one = x, worst_of_one = i;
-      if (i % rows != rows - 1) return;
-      const Scalar mean = sum / static_cast<Scalar>(rows);
-      if (mean > most) most = mean, all.worst = {static_cast<std::int64_t>(k()), worst_of_one};
+    for_each_square(error, y, next, [&](auto k, const auto& block, Index row, Index i, Wide x) {
+      // In a vector each component stands for itself.
+      const Index rows = std::remove_cvref_t<decltype(block)>::IsVectorAtCompileTime ? 1 : block.rows();
+      const bool begins = rows == 1 || row == 0;
+      sum = begins ? x : sum + x;
+      if (begins || x > most_of_one) most_of_one = x, worst_of_one = i;
+      if (rows > 1 && row != rows - 1) return;
+      const Wide mean = sum / static_cast<Wide>(rows);
+      if (mean > most || std::isnan(mean)) {
+        all.worst = {static_cast<std::int64_t>(k()), worst_of_one};
+        most = std::isnan(most) ? most : mean;  // once NaN, for good
+      }
     });
     all.size = most < 0 ? 0 : std::sqrt(static_cast<double>(most));
     return all;

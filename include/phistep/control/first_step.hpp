@@ -44,10 +44,10 @@ template <State Plain>
     }
   }
   if (!(curvature > 0)) return std::min(100 * h, run);
-  const double p = order;
-  const double wanted = speed > 0
-                            ? std::pow(0.1 * allowed * std::pow(speed, p - 1) / std::pow(curvature, p), 1 / (p + 1))
-                            : std::sqrt(0.1 * allowed / curvature);
+  // In units of h, so that every power is of a number without dimension.
+  const double p = order, moved = speed * h, bent = curvature * h * h;
+  const double wanted = speed > 0 ? h * std::pow(0.1 * allowed / (moved * std::pow(bent / moved, p)), 1 / (p + 1))
+                                  : h * std::sqrt(0.1 * allowed / bent);
   return std::min({100 * h, wanted, run});
 }
 

@@ -30,6 +30,12 @@ struct iteration_control {
   std::int64_t max_steps = 10'000'000;                        ///< tries
 };
 
+/// Whether these options can mean something; first_step = 0 can, beside a tolerance.
+[[nodiscard]] inline bool can_work(const iteration_control& wanted) {
+  return wanted.first_step >= 0 && wanted.desired >= 1 && wanted.order > 0 && wanted.min_step >= 0 &&
+         wanted.max_step > 0 && wanted.max_steps >= 0;
+}
+
 /// Both: the smaller Δt counts.
 struct SmallerOf {
   tolerance error;

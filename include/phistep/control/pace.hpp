@@ -42,7 +42,7 @@ class VariableStep {
     left_ = max_tries;
     return Outcome::success;
   }
-  [[nodiscard]] double size() const { return std::min(size_, largest_); }
+  [[nodiscard]] double size() const { return std::min(std::max(size_, smallest_), largest_); }
   [[nodiscard]] bool is_capped() const { return size_ >= largest_; }
   void set(double size) { size_ = size; }
   void scale(double by) { size_ *= by; }
@@ -51,7 +51,9 @@ class VariableStep {
   [[nodiscard]] Outcome shorten(Outcome why, double dt, double by) {
     if (why != Outcome::error_too_large && ++failures_ > 20) return why;
     size_ = by * dt;
-    return size_ < smallest_ ? Outcome::step_too_small : Outcome::success;
+    // At t = 0 the clock goes on for ever.
+    const bool is_none = size_ < static_cast<double>(std::numeric_limits<Scalar>::min());
+    return size_ < smallest_ || is_none ? Outcome::step_too_small : Outcome::success;
   }
   /// One more try.
   [[nodiscard]] bool may_try() { return left_-- > 0; }
@@ -83,6 +85,7 @@ class ErrorPace {
     allowed_ = std::pow(wanted_.rtol, 1 / p);
     // An error of a few roundings can't be told from rounding.
     if (wanted_.rtol * allowed_ < 8 * round_off || !(wanted_.first_step >= 0)) return Outcome::invalid_tolerance;
+    if (counts_ && !can_work(iterations_)) return Outcome::invalid_tolerance;
     const bool keeps_size = dead_band > 1;
     size_ = StepSize{wanted_.filter != StepFilter::automatic ? wanted_.filter
                      : keeps_size                            ? StepFilter::PI42
@@ -90,9 +93,10 @@ class ErrorPace {
                      order + 1, dead_band};
     trace_.resize(y);
     trace_.newton_target = newton_share * allowed_;
-    return step_.begin(std::max(wanted_.min_step, counts_ ? iterations_.min_step : 0),
+    trace_.rtol = wanted_.rtol;
+    return step_.begin(std::max(wanted_.min_step, counts_ ? iterations_.min_step : wanted_.min_step),
                        std::min(wanted_.max_step, counts_ ? iterations_.max_step : wanted_.max_step),
-                       wanted_.max_steps);
+                       std::min(wanted_.max_steps, counts_ ? iterations_.max_steps : wanted_.max_steps));
   }
   [[nodiscard]] Outcome start(TimeSpan<Scalar> span, const Plain& y, int order, auto&& slope) {
     double first = wanted_.first_step;
@@ -109,7 +113,10 @@ class ErrorPace {
   [[nodiscard]] double propose() const { return step_.size(); }
   [[nodiscard]] bool may_try() { return step_.may_try(); }
   [[nodiscard]] Trace<Plain>& trace() { return trace_; }
-  void prepare(const Plain& y) { norm_.weigh(y, trace_.weight); }
+  void prepare(const Plain& y) {
+    error_ = {};
+    norm_.weigh(y, trace_.weight);
+  }
   /// Whether the step's error is allowed.
   [[nodiscard]] bool judge(const Plain& y, const Plain& next, const Plain& error) {
     error_ = norm_(error, y, next);
@@ -130,6 +137,8 @@ class ErrorPace {
     if (clipped) {
       size_.forget();
       step_.set(std::max(step_.size(), by * dt));
+      // After a step that short, slopes by (y⁺ − b)/φΔt are rounding for the next.
+      if (100 * dt < step_.size()) trace_.forget();
       return limits.count(LimitedBy::stop);
     }
     step_.set(by * dt);
@@ -145,8 +154,14 @@ class ErrorPace {
     size_.forget();
     return step_.shorten(why, dt, 0.25);
   }
-  /// The state isn't what the last step left.
-  void edited() { trace_.forget(), size_.forget(); }
+  /// The state isn't what the last step left. False where it outgrew the tolerances given.
+  [[nodiscard]] bool edited(const Plain& y) {
+    size_.forget();
+    trace_.forget();
+    if (same_shape<Plain>(trace_.weight, y)) return true;
+    trace_.resize(y);
+    return norm_.fits(y);
+  }
 
   void archive(auto& ar) { ar(norm_, size_, step_, trace_); }
 
@@ -175,7 +190,7 @@ class IterationPace {
 
   explicit IterationPace(const iteration_control& wanted) : wanted_{wanted} {}
   [[nodiscard]] Outcome begin(TimeSpan<Scalar>, const Plain&, int, double) {
-    if (!(wanted_.first_step > 0) || wanted_.desired < 1 || !(wanted_.order > 0)) return Outcome::invalid_tolerance;
+    if (!(wanted_.first_step > 0) || !can_work(wanted_)) return Outcome::invalid_tolerance;
     return step_.begin(wanted_.min_step, wanted_.max_step, wanted_.max_steps);
   }
   [[nodiscard]] Outcome start(TimeSpan<Scalar> span, const Plain&, int, auto&&) {
@@ -195,7 +210,6 @@ class IterationPace {
     if (!may_be_cured(why)) return why;
     return step_.shorten(why, dt, std::min(0.5, iteration_factor(history, wanted_)));
   }
-  static void edited() {}
 
   void archive(auto& ar) { ar(step_); }
 

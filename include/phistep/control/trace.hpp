@@ -15,6 +15,7 @@ struct Trace {
 
   // Written by the controller before the step.
   Plain weight;  ///< 1/(atol + rtol |y|): what a component's error is multiplied by
+  double rtol = 0;          ///< the one in `weight`
   double newton_target =
       0;  ///< weighted RMS size of the error that an implicit solve may leave; 0: its own options rule
 
@@ -65,7 +66,7 @@ struct Trace {
 
   void archive(auto& ar) {
     ar(knows_start, dt_before);
-    ar.in_place(before, start);
+    if (knows_start || dt_before != 0) ar.in_place(before, start);
   }
 };
 

@@ -60,7 +60,8 @@ inline constexpr bool is_optional = false;
 template <class T>
 inline constexpr bool is_optional<std::optional<T>> = true;
 template <class T>
-inline constexpr bool is_pointer_like = std::is_pointer_v<T> || std::is_member_pointer_v<T> || std::is_null_pointer_v<T>;
+inline constexpr bool is_pointer_like =
+    std::is_pointer_v<T> || std::is_member_pointer_v<T> || std::is_null_pointer_v<T>;
 template <class T>
 inline constexpr bool is_pointer_like<std::reference_wrapper<T>> = true;
 template <class T, std::size_t n>
@@ -82,9 +83,9 @@ concept TupleLike = requires {
 };
 /// By their bytes, many at once.
 template <class T>
-inline constexpr bool is_flat = std::is_trivially_copyable_v<T> && !std::is_empty_v<T> && !is_pointer_like<T> &&
-    !std::is_same_v<T, bool> && !std::is_same_v<T, long double> && !Archived<T> && !Dense<T> && !Blocked<T> &&
-    !TupleLike<T> && !is_optional<T>;
+inline constexpr bool is_flat =
+    std::is_trivially_copyable_v<T> && !std::is_empty_v<T> && !is_pointer_like<T> && !std::is_same_v<T, bool> &&
+    !std::is_same_v<T, long double> && !Archived<T> && !Dense<T> && !Blocked<T> && !TupleLike<T> && !is_optional<T>;
 }  // namespace detail
 
 /// What both directions share: how a type falls into numbers. `Self` moves bytes: move(pointer, count).
@@ -231,8 +232,9 @@ class Archive {
       if constexpr (fixed || !plain || V::SizeAtCompileTime != Eigen::Dynamic) {
         self().check_shape(rows, cols, x.rows(), x.cols());
       } else {
-        self().check_shape(rows, cols, V::RowsAtCompileTime == Eigen::Dynamic ? rows : V::RowsAtCompileTime,
-                           V::ColsAtCompileTime == Eigen::Dynamic ? cols : V::ColsAtCompileTime);
+        constexpr std::int64_t own_rows = V::RowsAtCompileTime, own_cols = V::ColsAtCompileTime;
+        self().check_shape(rows, cols, own_rows == Eigen::Dynamic ? rows : own_rows,
+                           own_cols == Eigen::Dynamic ? cols : own_cols);
         self().check(rows >= 0 && cols >= 0);
         self().check(V::MaxRowsAtCompileTime == Eigen::Dynamic || rows <= V::MaxRowsAtCompileTime);
         self().check(V::MaxColsAtCompileTime == Eigen::Dynamic || cols <= V::MaxColsAtCompileTime);

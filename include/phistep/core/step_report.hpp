@@ -42,6 +42,8 @@ struct Failure {
     ++iterations;
   }
 
+  void archive(auto& ar) { ar(outcome, t, dt, block, index, row, column, particle, term, iterations, increments); }
+
   /// Everything known, as one paragraph.
   [[nodiscard]] std::string message() const {
     std::string text;

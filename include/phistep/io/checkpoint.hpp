@@ -124,7 +124,10 @@ template <class... Parts>
 void load_parts_of(std::istream& in, const std::string& name, bool alone, Parts&... parts) {
   const std::vector<std::byte> bytes = read_checkpoint(in, name, alone, checksum_of_types<Parts...>());
   Reader reader{std::span(bytes).subspan(sizeof(CheckpointHeader))};
-  [&reader](auto&&... part) { load_parts(reader, [&reader] { reader.finish(); }, part...); }(as_part(parts)...);
+  [&reader](auto&&... part) {
+    load_parts(
+        reader, [&reader] { reader.finish(); }, part...);
+  }(as_part(parts)...);
 }
 
 }  // namespace detail

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <type_traits>
 
 #include "phistep/core/version.hpp"
 
@@ -30,13 +31,16 @@ template <bool affine, class Scalar>
   return moved - kept;
 }
 
-/// Moves each component of `block` in turn, calls `column(j, δ)` with the increment really made, and puts it back.
-template <bool affine = false, class Block, class Column>
-void for_each_difference(Block& block, typename Block::Scalar scale, Column&& column) {
+/// Moves each component j of `block` in turn, calls `column(j, δ)` with the increment really made, and puts it back.
+/// @param scale  a number, or scale(j)
+template <bool affine = false, class Block, class Scale, class Column>
+void for_each_difference(Block& block, const Scale& scale, Column&& column) {
   auto* const x = block.data();
   for (Eigen::Index j = 0; j < block.size(); ++j) {
     const auto kept = x[j];
-    column(j, move_by_increment<affine>(x[j], scale));
+    if constexpr (std::is_invocable_v<const Scale&, Eigen::Index>)
+      column(j, move_by_increment<affine>(x[j], scale(j)));
+    else column(j, move_by_increment<affine>(x[j], static_cast<typename Block::Scalar>(scale)));
     x[j] = kept;
   }
 }

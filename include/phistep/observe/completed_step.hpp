@@ -17,8 +17,10 @@ class CompletedStep {
   using Plain = PlainState<S>;
 
   /// @param dense  interpolates between start and end; asked for slopes only when somebody looks in between
-  CompletedStep(Scalar t0, Scalar dt, Scalar t1, const Plain& start, const Plain& end, DenseOutput<S>& dense)
-      : t0_{t0}, dt_{dt}, t1_{t1}, start_{start}, end_{end}, dense_{dense} {}
+  /// @param middle  the state at t0 + dt/2, where the step was done as two halves
+  CompletedStep(Scalar t0, Scalar dt, Scalar t1, const Plain& start, const Plain& end, DenseOutput<S>& dense,
+                const Plain* middle = nullptr)
+      : t0_{t0}, dt_{dt}, t1_{t1}, start_{start}, end_{end}, dense_{dense}, middle_{middle} {}
 
   [[nodiscard]] Scalar t0() const { return t0_; }              ///< [time]
   [[nodiscard]] Scalar t1() const { return t1_; }              ///< [time]
@@ -27,12 +29,15 @@ class CompletedStep {
   [[nodiscard]] const Plain& end() const { return end_; }      ///< the state at t1, before any edit
   /// The state at t0 ≤ t ≤ t1. Valid until the next call.
   [[nodiscard]] const Plain& at(Scalar t) const { return t == t1_ ? end_ : dense_.at(t); }
+  /// The state at t0 + dt/2 where two steps of half the length led from start to end, else null.
+  [[nodiscard]] const Plain* middle() const { return middle_; }
 
  private:
   Scalar t0_, dt_, t1_;
   const Plain& start_;
   const Plain& end_;
   DenseOutput<S>& dense_;
+  const Plain* middle_;
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

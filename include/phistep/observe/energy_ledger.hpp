@@ -33,6 +33,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "phistep/core/archive.hpp"
 #include "phistep/core/phi.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/force/at.hpp"
@@ -54,6 +55,7 @@ class CompensatedSum {
     sum_ = sum;
   }
   [[nodiscard]] Scalar value() const { return sum_ + lost_; }
+  void archive(auto& ar) { ar(sum_, lost_); }
 
  private:
   Scalar sum_{0}, lost_{0};
@@ -129,7 +131,15 @@ class EnergyLedger {
     else if (!same_shape<S>(end_, step.start()) || !equal_blocks<S>(end_, step.start()) || !same_time(step.t0()))
       book_edit(step.t0(), step.start());
     if (!books_.known) evaluate_start(step.t0(), step.start());
-    book(step.t0(), step.t1(), step.dt(), step.start(), step.end());
+    const Plain* middle = nullptr;
+    if constexpr (requires { step.middle(); }) middle = step.middle();
+    if (middle == nullptr) {
+      book(step.t0(), step.t1(), step.dt(), step.start(), step.end());
+    } else {
+      const Scalar half = step.dt() / 2, t = step.t0() + half;
+      book(step.t0(), t, half, step.start(), *middle);
+      book(t, step.t1(), half, *middle, step.end());
+    }
     copy_blocks<S>(end_, step.end());
     ++books_.steps;
     books_.largest = std::max(books_.largest, std::abs(energy()));
@@ -140,6 +150,21 @@ class EnergyLedger {
   void forget() {
     books_.known = false;
     books_.t = std::numeric_limits<Scalar>::quiet_NaN();
+  }
+
+  /// For a checkpoint: the books, where they stand, and Ψ there.
+  void save(Writer& out) const { out(books_, end_, before_.conservative, before_.damping, before_.external); }
+  template <class Then>
+  void load(Reader& in, Then&& then) {
+    EnergyLedger read = *this;
+    in(read.books_, read.end_);
+    read.allocate();
+    in(read.before_.conservative, read.before_.damping, read.before_.external);
+    for (Rate* rate : {&read.before_.conservative, &read.before_.damping, &read.before_.external})
+      in.check(Forces::of(*rate).rows() == velocity_of<S>(read.end_).rows() &&
+               Forces::of(*rate).cols() == velocity_of<S>(read.end_).cols());
+    then();
+    *this = std::move(read);
   }
 
   [[nodiscard]] Energy energy() const { return books_.kinetic + books_.potential; }  ///< E at the end of the last step
@@ -188,7 +213,7 @@ class EnergyLedger {
   }
 
  private:
-  using Block = std::remove_cvref_t<decltype(velocity_of<S>(std::declval<Plain&>()))>;
+  using Block = std::remove_cvref_t<decltype(std::get<0>(Rate::blocks(std::declval<Rate&>())))>;  // like v
   template <class F>
   using TraitsOf = ForceTraits<std::remove_const_t<F>, View, Rate>;
   /// By what (1) is split into accounts.
@@ -367,6 +392,11 @@ class EnergyLedger {
     Scalar t{};
     std::int64_t steps = 0, force_calls = 0;
     bool begun = false, known = false;
+
+    void archive(auto& ar) {
+      ar(kinetic, potential, start, largest, largest_closure, scheme, damping, external, solver, edits);
+      ar(t, steps, force_calls, begun, known);
+    }
   };
   /// Blocks that may be copied before they are filled.
   template <class T>

@@ -8,7 +8,9 @@
 #include <type_traits>
 #include <utility>
 
+#include "phistep/core/archive.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/state/parts.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -37,6 +39,12 @@ class Every {
     } else {
       return static_cast<bool>(f_(t, state));
     }
+  }
+  /// Which mark it waits for, for a checkpoint.
+  void save(Writer& out) const { save_parts(out, start_, next_, first_); }
+  template <class Then>
+  void load(Reader& in, Then&& then) {
+    load_parts(in, then, start_, next_, first_);
   }
 
  private:

@@ -4,6 +4,12 @@
 
 #include <Eigen/Core>
 
+#include <array>
+#include <cstddef>
+#include <stdexcept>
+#include <tuple>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "phistep/core/version.hpp"
@@ -16,8 +22,19 @@ template <State S>
 class Recorder {
  public:
   using Scalar = ScalarOf<S>;
+  static constexpr std::size_t blocks = std::tuple_size_v<decltype(Blocks<S>::all(std::declval<PlainState<S>&>()))>;
 
+  /// @throws std::invalid_argument where the state has another shape than those before it.
   void operator()(Scalar t, const S& state) {
+    std::array<Shape, blocks> shapes{};
+    for_each_block(
+        [&shapes](auto k, const auto& block) {
+          shapes[k()] = {block.rows(), block.cols()};
+        },
+        Blocks<S>::all(state));
+    if (times_.empty()) shapes_ = shapes;
+    else if (shapes != shapes_)
+      throw std::invalid_argument("phistep: a Recorder keeps states of one shape; clear() it before another");
     times_.push_back(t);
     for_each_block(
         [this](auto, const auto& block) {
@@ -31,18 +48,61 @@ class Recorder {
   [[nodiscard]] auto times() const {
     return Eigen::Map<const Eigen::Matrix<Scalar, Eigen::Dynamic, 1>>(times_.data(), size());
   }
-  /// One column a time: all blocks of the state, one after the other (motion: r, then v).
-  [[nodiscard]] auto states() const {
-    const Index rows = times_.empty() ? 0 : static_cast<Index>(values_.size()) / size();
-    return Eigen::Map<const Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>>(values_.data(), rows, size());
+  /// One column a time: all blocks of the state, one after the other (motion: r, then v), each column by column.
+  [[nodiscard]] auto states() const { return rows(0, stride()); }
+  /// The k-th block alone, one column a time.
+  [[nodiscard]] auto block(std::size_t k) const {
+    if (k >= blocks) throw std::out_of_range("phistep: Recorder::block(k) of a state with fewer blocks");
+    Index first = 0;
+    for (std::size_t before = 0; before < k; ++before) first += shapes_[before].size();
+    return rows(first, shapes_[k].size());
+  }
+  [[nodiscard]] auto position() const requires(Blocks<S>::drifts) { return block(0); }  ///< r [length], a column a time
+  [[nodiscard]] auto velocity() const requires(Blocks<S>::drifts) { return block(1); }  ///< v [length/time]
+  /// Rows and columns of the k-th block as it was in the state; 0 before the first.
+  [[nodiscard]] std::pair<Index, Index> shape(std::size_t k) const { return {shapes_[k].rows, shapes_[k].cols}; }
+
+  /// Room for n times in all, for states shaped like this one.
+  void reserve(Index n, const S& state) {
+    std::size_t numbers = 0;
+    for_each_block([&numbers](auto, const auto& block) { numbers += static_cast<std::size_t>(block.size()); },
+                   Blocks<S>::all(state));
+    times_.reserve(static_cast<std::size_t>(n));
+    values_.reserve(static_cast<std::size_t>(n) * numbers);
+  }
+  /// All that it has, for a checkpoint.
+  void archive(auto& ar) {
+    ar(times_, values_, shapes_);
+    const auto all = static_cast<Index>(values_.size());
+    Index numbers = 0;
+    for (const Shape& shape : shapes_) {
+      ar.check(0 <= shape.rows && 0 <= shape.cols &&
+               (shape.cols == 0 || shape.rows <= all / shape.cols || size() == 0));
+      if (size() > 0) numbers += shape.size();
+    }
+    ar.check(all == numbers * size());
   }
   void clear() {
     times_.clear();
     values_.clear();
+    shapes_ = {};
   }
 
  private:
+  struct Shape {
+    Index rows = 0, cols = 0;
+    [[nodiscard]] Index size() const { return rows * cols; }
+    bool operator==(const Shape&) const = default;
+  };
+  [[nodiscard]] Index stride() const { return times_.empty() ? 0 : static_cast<Index>(values_.size()) / size(); }
+  [[nodiscard]] auto rows(Index first, Index n) const {
+    using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
+    return Eigen::Map<const Matrix, 0, Eigen::OuterStride<>>(values_.data() + first, n, size(),
+                                                             Eigen::OuterStride<>(stride()));
+  }
+
   std::vector<Scalar> times_, values_;
+  std::array<Shape, blocks> shapes_{};
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

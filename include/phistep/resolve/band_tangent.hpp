@@ -85,11 +85,15 @@ class BandTangent {
   [[nodiscard]] Index width() const { return lower_ + upper_ + 1; }
   /// For a checkpoint.
   void archive(auto& ar) {
-    ar(lower_, upper_, K_, C_);
-    if constexpr (has_K) ar.check(K_.rows() == width() && K_.cols() == n_);
-    if constexpr (has_C) ar.check(C_.rows() == width() && C_.cols() == n_);
-    if constexpr (std::remove_reference_t<decltype(ar)>::reading) outside_.clear();
-    ar.check(0 <= lower_ && lower_ < std::max<Index>(n_, 1) && 0 <= upper_ && upper_ < std::max<Index>(n_, 1));
+    const Index widest = std::max({n_ - 1, lower_, upper_});
+    ar(lower_, upper_);
+    ar.check(0 <= lower_ && lower_ <= widest && 0 <= upper_ && upper_ <= widest);
+    if constexpr (std::remove_reference_t<decltype(ar)>::reading) {
+      if constexpr (has_K) K_.resize(width(), n_);
+      if constexpr (has_C) C_.resize(width(), n_);
+      outside_.clear();
+    }
+    ar.in_place(K_, C_);
   }
 
   /// The part −γ_f (C + γ_d K) of W.

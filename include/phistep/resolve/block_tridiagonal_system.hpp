@@ -74,7 +74,10 @@ class BlockTridiagonalSystem : public Sizes {
     return Outcome::success;
   }
   static constexpr bool keeps_pattern = true;  // the band
-  void archive(auto& ar) { ar(band_, beyond_); }
+  void archive(auto& ar) {
+    ar(band_, beyond_);
+    ar.check(std::min(band_.tangent().lower(), band_.tangent().upper()) >= 2 * b - 1);
+  }
 
  private:
   [[nodiscard]] static bool is_inside(Index i, Index j) {

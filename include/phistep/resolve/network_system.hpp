@@ -113,7 +113,6 @@ class NetworkSystem : public Sizes {
 
   [[nodiscard]] Outcome factorize(const auto& masses, Scalar gamma_force, Scalar gamma_drift, Statistics& statistics) {
     if (!has_pattern_ || written_ != pairs_.size()) make_pattern(statistics);
-    gamma_force_ = gamma_force;
     gamma_drift_ = gamma_drift;
     ++statistics.factorizations;
     // Where the last particle is incomplete, its missing components are unknowns of their own.
@@ -121,6 +120,11 @@ class NetworkSystem : public Sizes {
     masses([this](Eigen::Index i, Eigen::Index, auto m) {
       mass_[number_[static_cast<std::size_t>(i / dim)]][i % dim] = static_cast<Scalar>(m);
     });
+    // Edges hold roots. Those of numbers like masses must be scaled exactly where the unit of mass is, by odd powers of two
+    // as well: W is multiplied by two for every other one.
+    scale_ = mass_.empty() || std::ilogb(mass_.front()[0]) % 2 == 0 ? Scalar{1} : Scalar{2};
+    for (Node& m : mass_) m *= scale_;
+    gamma_force_ = scale_ * gamma_force;
     if (assemble(false)) return Outcome::success;
     ++statistics.fallbacks;
     return assemble(true) ? Outcome::success : Outcome::not_positive_definite;
@@ -149,7 +153,8 @@ class NetworkSystem : public Sizes {
     const auto nodes = static_cast<std::int32_t>(W_.nodes());
     ar.check(tangents_.size() == pairs_.size() && (local_.empty() || local_.size() == W_.nodes() * dim * dim));
     for (const NodePair& pair : pairs_)
-      ar.check(0 <= pair.first && pair.first < nodes && 0 <= pair.second && pair.second < nodes);
+      ar.check(0 <= pair.first && pair.first < nodes && 0 <= pair.second && pair.second < nodes &&
+               pair.first != pair.second);
     if constexpr (std::remove_reference_t<decltype(ar)>::reading) {
       written_ = pairs_.size();
       W_.coupling.clear();
@@ -249,7 +254,7 @@ class NetworkSystem : public Sizes {
       share = std::max(share, static_cast<double>(std::abs(gamma_force_) * drift_[i] / diagonal_size_[i]));
       largest = std::max(largest, static_cast<double>(diagonal_size_[i]));
     }
-    set(std::min(share, 1.0), largest);
+    set(std::min(share, 1.0), largest / static_cast<double>(scale_));
     return definite;
   }
 
@@ -285,7 +290,7 @@ class NetworkSystem : public Sizes {
       Node& to = r[number_[i]];
       to.setZero();
       const auto at = static_cast<Eigen::Index>(i) * dim;
-      for (Eigen::Index a = 0; a < std::min<Eigen::Index>(dim, unknowns_ - at); ++a) to[a] = x[at + a];
+      for (Eigen::Index a = 0; a < std::min<Eigen::Index>(dim, unknowns_ - at); ++a) to[a] = scale_ * x[at + a];
     }
   }
   void unload(auto& x) const {
@@ -310,7 +315,8 @@ class NetworkSystem : public Sizes {
   std::vector<Scalar> drift_, diagonal_size_;  // … γ_d K and the largest entry of W's diagonal
   std::vector<std::size_t> number_;            // node of W of each particle
   std::vector<std::size_t> source_;            // of each edge of W in tangents_
-  Scalar gamma_force_{0}, gamma_drift_{0};
+  Scalar gamma_force_{0}, gamma_drift_{0};     // the former times …
+  Scalar scale_{1};                            // … what W and its right-hand sides are multiplied by, and mass_
   std::size_t written_ = 0;
   bool has_pattern_ = false, has_coupling_ = false, clamped_ = false;
 };

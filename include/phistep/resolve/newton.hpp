@@ -76,8 +76,9 @@ struct Correction {
 /// The norm of a controlled run, and what a solve may leave of the error in it; target 0: the solver's options rule.
 template <class Plain>
 struct Yardstick {
-  const Plain* weight = nullptr;
+  const Plain* weight = nullptr;  ///< 1/(atol + rtol |y|)
   double target = 0;
+  double rtol = 0;
 };
 
 /// One solve's judgement of its corrections.
@@ -89,7 +90,8 @@ class ConvergenceTest {
   /// (HW II, p. 121, with its exponent, which makes an old rate count less and less).
   ConvergenceTest(double target, int max_iterations, double rate, double round_off)
       : round_off_{round_off}, target_{target}, limit_{max_iterations > 0 ? max_iterations : 7} {
-    rate_ = std::pow(std::max(rate, round_off), 0.8);
+    // A lucky one says nothing of the next: a rate of 1e-5 is all that is believed.
+    rate_ = std::pow(std::max(rate, 1e-5), 0.8);
   }
 
   ConvergenceTest(const NewtonOptions& options, double round_off) : round_off_{round_off} {

@@ -29,7 +29,8 @@ class OwnSolver {
   void archive(auto& ar) {
     bool exists = value_ != nullptr;
     ar(exists);
-    if constexpr (std::remove_reference_t<decltype(ar)>::reading) value_ = exists ? std::make_unique<Solver>() : nullptr;
+    if constexpr (std::remove_reference_t<decltype(ar)>::reading)
+      value_ = exists ? std::make_unique<Solver>() : nullptr;
   }
   [[nodiscard]] Solver& operator*() const { return *value_; }
   [[nodiscard]] Solver* operator->() const { return value_.get(); }

@@ -19,6 +19,21 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
+/// A sparse matrix whose arrays stay in place when it is moved. Eigen 3.4 copies them, and its iterative solvers, which
+/// refer to the arrays, would be left with freed ones.
+template <class Scalar>
+struct StayingMatrix : Eigen::SparseMatrix<Scalar> {
+  StayingMatrix() = default;
+  StayingMatrix(const StayingMatrix&) = default;
+  StayingMatrix(StayingMatrix&& other) noexcept { this->swap(other); }
+  StayingMatrix& operator=(const StayingMatrix&) = default;
+  StayingMatrix& operator=(StayingMatrix&& other) noexcept {
+    this->swap(other);
+    return *this;
+  }
+  ~StayingMatrix() = default;
+};
+
 /// The sink of a sparse Jacobian. With `symmetric` every entry's transpose has a slot too, and W can be checked.
 template <class Scalar, bool symmetric = false>
 class SparseAssembly : public Sizes {
@@ -178,7 +193,7 @@ class SparseAssembly : public Sizes {
     return static_cast<std::size_t>(std::lower_bound(first, last, index(i)) - rows);
   }
 
-  Matrix W_;
+  StayingMatrix<Scalar> W_;
   std::vector<Entry> entries_;   // in the force's order
   std::vector<Tangent> values_;  // by slot of W
   std::vector<Scalar> mass_values_;

@@ -59,17 +59,22 @@ class DifferenceTangent {
 
   /// Puts K and C at (t, Y), where Ψ is psi, into the system.
   void compute(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& Y, const Rate& psi,
-               const NewtonOptions& options, auto& system) {
+               const NewtonOptions& options, const Yardstick<Plain>& yardstick, auto& system) {
     copy_blocks<S>(probe_, Y);
     if constexpr (patterned)
       if (!columns_.fresh) columns_.resize(rhs, unknowns<S>(Y));
-    double moved_by_drift = 0;
-    if constexpr (Rhs::drifts) moved_by_drift = std::abs(static_cast<double>(gamma.drift)) * largest(velocity_of<S>(Y));
     if constexpr (has_K) {
       std::array<Scalar, Rhs::blocks> scale{};
-      scale[0] = scale_of(position_of<S>(Y), moved_by_drift, 0, options);
+      // The tolerance is one for the unknowns, v: r may be off by what v's error moves it.
+      const double time = std::abs(static_cast<double>(gamma.drift));
+      const double kicked = kick_of(gamma, std::get<0>(Rate::blocks(psi)), std::get<0>(rhs.masses()));
+      scale[0] =
+          scale_of(position_of<S>(Y), time * largest(velocity_of<S>(Y)), time * kicked, options, time * options.atol);
       const auto entry = [&system](Index i, Index j, Scalar x) { system.position(i, j, x); };
-      difference(rhs, t, std::tie(position_of<S>(probe_)), std::tie(position_of<S>(Y)), scale, psi, entry);
+      const auto scales = [&](auto k, Index i) {
+        return yardstick.target > 0 ? told(position_of<S>(*yardstick.weight), i, yardstick.rtol, scale[k]) : scale[k];
+      };
+      difference(rhs, t, std::tie(position_of<S>(probe_)), std::tie(position_of<S>(Y)), scales, psi, entry);
     }
     if constexpr (has_C) {
       std::array<Scalar, Rhs::blocks> scale{};
@@ -79,17 +84,17 @@ class DifferenceTangent {
             if constexpr (Rhs::drifts && k == 0)
               if (gamma.drift != Scalar{0})
                 fallback = largest(position_of<S>(Y)) / std::abs(static_cast<double>(gamma.drift));
-            double kicked = 0;
-            const auto factor = mass.scaled(gamma.force);
-            for (Index i = 0; i < rate.size(); ++i)
-              kicked = std::max(kicked, std::abs(static_cast<double>(factor(i) * rate.data()[i])));
-            kicked = std::min(kicked, kick_limit_[k]);
+            const double kicked = std::min(kick_of(gamma, rate, mass), kick_limit_[k]);
             kick_used_[k] = kicked;
-            scale[k] = scale_of(block, kicked, fallback, options);
+            scale[k] = scale_of(block, kicked, fallback, options, options.atol);
           },
           Blocks<S>::solved(Y), Rate::blocks(psi), rhs.masses());
       const auto entry = [&system](Index i, Index j, Scalar x) { system.velocity(i, j, x); };
-      difference(rhs, t, Blocks<S>::solved(probe_), Blocks<S>::solved(Y), scale, psi, entry);
+      const auto scales = [&](auto k, Index i) {
+        if (!(yardstick.target > 0)) return scale[k];
+        return told(std::get<k()>(Blocks<S>::solved(*yardstick.weight)), i, yardstick.rtol, scale[k]);
+      };
+      difference(rhs, t, Blocks<S>::solved(probe_), Blocks<S>::solved(Y), scales, psi, entry);
     }
   }
 
@@ -114,11 +119,26 @@ class DifferenceTangent {
 
  private:
   /// What counts as a usual size of a block's components: what they are, or how far a step moves them.
-  [[nodiscard]] static Scalar scale_of(const auto& block, double moved, double fallback, const NewtonOptions& options) {
+  [[nodiscard]] static Scalar scale_of(const auto& block, double moved, double fallback, const NewtonOptions& options,
+                                       double atol) {
     double scale = std::max(largest(block), moved);
     if (scale == 0) scale = fallback;
-    if (options.rtol > 0) scale = 16 * options.atol / options.rtol;
+    if (options.rtol > 0) scale = 16 * atol / options.rtol;
     return static_cast<Scalar>(scale > 0 ? scale : 1.0);
+  }
+
+  /// … of a component, where a controlled run says it: |y| + atol/rtol.
+  [[nodiscard]] static Scalar told(const auto& weight, Index i, double rtol, Scalar otherwise) {
+    const Scalar w = weight.data()[i];
+    return w > 0 ? Scalar{16} / (static_cast<Scalar>(rtol) * w) : otherwise;
+  }
+  /// How far γΨ/M kicks a block, its farthest component.
+  [[nodiscard]] static double kick_of(const Gamma<Scalar>& gamma, const auto& rate, const auto& mass) {
+    double kicked = 0;
+    const auto factor = mass.scaled(gamma.force);
+    for (Index i = 0; i < rate.size(); ++i)
+      kicked = std::max(kicked, std::abs(static_cast<double>(factor(i) * rate.data()[i])));
+    return kicked;
   }
 
   /// Differences over the components of `moved`, which are blocks of the probe and equal `still`; each entry to put.
@@ -138,7 +158,7 @@ class DifferenceTangent {
       Index at = 0;
       for_each_block(
           [&](auto k, auto& block) {
-            for_each_difference<Rhs::Traits::is_affine>(block, scale[k], [&](Index j, Scalar increment) {
+            for_each_difference<Rhs::Traits::is_affine>(block, [&](Index i) { return scale(k, i); }, [&](Index j, Scalar increment) {
               rhs.evaluate_into(t, probe_, probe_rate_);
               for_each_rate(psi,
                             [&](Index i, Scalar now, Scalar before) { put(i, at + j, (now - before) / increment); });
@@ -174,7 +194,7 @@ class DifferenceTangent {
   [[nodiscard]] bool move(Index color, const auto& blocks, const auto& scale) {
     bool any = false;
     for_each_moved(color, blocks, [&](auto k, Index j, Index i) {
-      columns_.increment[j] = move_by_increment<Rhs::Traits::is_affine>(std::get<k>(blocks).data()[i], scale[k]);
+      columns_.increment[j] = move_by_increment<Rhs::Traits::is_affine>(std::get<k>(blocks).data()[i], scale(k, i));
       any = true;
     });
     return any;

@@ -247,7 +247,7 @@ class Kernel {
 
   [[nodiscard]] static Yardstick<Plain> yardstick(const Data& step) {
     if (step.trace == nullptr) return {};
-    return {&step.trace->weight, step.trace->newton_target};
+    return {&step.trace->weight, step.trace->newton_target, step.trace->rtol};
   }
 
   Rhs rhs_;

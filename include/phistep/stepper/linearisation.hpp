@@ -89,6 +89,10 @@ class Linearisation {
       has_factors_ = false;
     else scale_ = 2 / (1 + (has_K && !has_C ? ratio * ratio : ratio));
   }
+  /// |γ/γ_p − 1| of factors made for γ_p: about what an iteration on them leaves of the error.
+  [[nodiscard]] double staleness(const Gamma<Scalar>& gamma) const {
+    return has_factors_ ? std::abs(static_cast<double>(gamma.force / factored_.force) - 1) : 0;
+  }
   void drop() { has_jacobian_ = has_factors_ = false; }
   /// The force may be another one: so may its pattern.
   void forget() {
@@ -105,9 +109,9 @@ class Linearisation {
   }
   /// Factors, of a Jacobian at (t, Y) where none is kept. There, Ψ is psi.
   [[nodiscard]] Outcome refresh(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& Y, const Rate& psi,
-                                const NewtonOptions& options) {
+                                const NewtonOptions& options, const Yardstick<Plain>& yardstick) {
     if (!has_jacobian())
-      if (const Outcome outcome = linearise(rhs, gamma, t, Y, psi, options); outcome != Outcome::success)
+      if (const Outcome outcome = linearise(rhs, gamma, t, Y, psi, options, yardstick); outcome != Outcome::success)
         return outcome;
     return factorize(rhs, gamma, Y);
   }
@@ -192,12 +196,13 @@ class Linearisation {
     };
   }
   [[nodiscard]] Outcome linearise(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& Y, const Rate& psi,
-                                  const NewtonOptions& options) {
+                                  const NewtonOptions& options,
+                                  const Yardstick<Plain>& yardstick) {
     if constexpr (!matrix_free) ++rhs.statistics().jacobians;
     system_.clear();
     if constexpr (analytic)
       add_jacobian<position, Rate, n_static>(rhs.force(), t, rhs.view(Y), rhs.trial_memory(), n_, system_);
-    else differences_.compute(rhs, gamma, t, Y, psi, options, system_);
+    else differences_.compute(rhs, gamma, t, Y, psi, options, yardstick, system_);
     has_jacobian_ = system_.is_finite();
     return has_jacobian_ ? Outcome::success : Outcome::non_finite_jacobian;
   }

@@ -135,7 +135,7 @@ class LocalResolvent {
       story_.iterations = 0;
       newton_.drop();
       outcome =
-          newton_.resolve(one_rhs, gamma, t, y, from, rate, story_, false, Yardstick<One>{&weight, yardstick.target});
+          newton_.resolve(one_rhs, gamma, t, y, from, rate, story_, false, Yardstick<One>{&weight, yardstick.target, yardstick.rtol});
       write(y, at, Y);
       for_each_block([at](auto, const auto& one, auto& all) { flat(all).template segment<dim>(at) = one; },
                      Blocks<One>::Rate::blocks(rate), Rate::blocks(psi));

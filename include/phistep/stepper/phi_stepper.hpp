@@ -18,6 +18,7 @@
 ///     v⁺ = v½ + ½Δt M⁻¹Ψ(t+Δt, r⁺, v⁺)                  a resolve for v alone where Ψ depends on v              (8)
 #pragma once
 
+#include <cstdint>
 #include <type_traits>
 #include <utility>
 
@@ -166,9 +167,13 @@ class Row<VelocityVerlet, S> : public RowDefaults {
   [[nodiscard]] static Outcome advance(Kernel& kernel, typename Kernel::Data& step) {
     const ScalarOf<S> half = step.dt / 2, t1 = step.t + step.dt;
     if (const Outcome outcome = kernel.forward(step, {half, 0, step.dt}); outcome != Outcome::success) return outcome;
-    if (step.trace != nullptr) copy_blocks<S>(step.trace->end, step.next);
     step.psi_next_known = Kernel::carries;
-    return kernel.resolve(step, {half, 0}, t1);
+    if (step.trace == nullptr) return kernel.resolve(step, {half, 0}, t1);
+    copy_blocks<S>(step.trace->end, step.next);
+    // The second half kick is predicted to be the first.
+    for_each_block([](auto, auto& to, const auto& y, const auto& kicked) { to = kicked + (kicked - y); },
+                   Blocks<S>::all(step.trace->predicted), Blocks<S>::all(step.y), Blocks<S>::all(step.next));
+    return kernel.resolve(step, {half, 0}, t1, step.trace->predicted);
   }
 
   static constexpr bool traces = true;
@@ -251,7 +256,8 @@ class PhiStepper {
   /// @param solver  newton(options) or newton<LinearSolver>(options)
   /// @throws std::invalid_argument where sizes or masses can't work
   PhiStepper(const S& state, F psi, Scheme scheme, MassSpec mass = {}, Solver solver = {})
-      : mass_{std::move(mass)},
+      : scheme_{scheme},
+        mass_{std::move(mass)},
         kernel_{state, Rhs{std::move(psi), bind_masses<S>(mass_, Kernel::Transaction::copy_of(state))}, solver},
         row_{scheme, Kernel::Transaction::copy_of(state)} {}
   PhiStepper(const S& state, F psi, Scheme scheme, Solver solver) requires std::is_same_v<MassSpec, UnitMasses>
@@ -322,6 +328,10 @@ class PhiStepper {
   /// M of the solved blocks, one bound mass each.
   [[nodiscard]] const Masses& masses() const { return kernel_.rhs().masses(); }
 
+  [[nodiscard]] const Scheme& scheme() const { return scheme_; }
+  [[nodiscard]] const MassSpec& mass() const { return mass_; }
+  /// The force, to be called and not to be changed: nothing is forgotten.
+  [[nodiscard]] auto& force_to_look_at() { return kernel_.rhs().whole_force(); }
   /// The force, to change its parameters between steps; what was known of the old one is forgotten.
   [[nodiscard]] auto& force() {
     forget();
@@ -354,8 +364,12 @@ class PhiStepper {
     row_.reset();
   }
 
+  /// How often something was forgotten by request: who keeps slopes of this force has to forget them, too.
+  [[nodiscard]] std::int64_t changes() const { return changes_; }
+
  private:
   void forget() {
+    ++changes_;
     kernel_.reset();
     row_.forget();
   }
@@ -369,9 +383,11 @@ class PhiStepper {
     row_ = std::move(fresh);
   }
 
+  [[no_unique_address]] Scheme scheme_;
   [[no_unique_address]] MassSpec mass_;
   Kernel kernel_;
   [[no_unique_address]] Row row_;
+  std::int64_t changes_ = 0;
 };
 
 template <class S, class F, class Scheme>

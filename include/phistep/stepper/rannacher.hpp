@@ -33,7 +33,10 @@ class Row<Rannacher, S> : public RowDefaults {
   using Progress = int;
   [[nodiscard]] Progress progress() const { return done_; }
   void resume(Progress done) { done_ = done; }
-  void archive(auto& ar) { ar(done_); }
+  void archive(auto& ar) {
+    ar(done_);
+    ar.check(0 <= done_ && done_ <= scheme_.pairs);
+  }
   void reset() { done_ = 0; }
   void accepted() { done_ += done_ < scheme_.pairs; }
 

@@ -111,7 +111,7 @@ class NewtonResolvent {
   [[nodiscard]] const char* solver_name() const { return matrix_.name(); }
 
   /// For a checkpoint: what outlives a solve.
-  void archive(auto& ar) { ar(matrix_, rate_, solved_); }
+  void archive(auto& ar) { ar(matrix_, rate_, gamma_before_, solved_); }
   /// … and what archive() left out because it follows from the rest, for states like y.
   void restore(const Rhs& rhs, const Plain& y) { matrix_.restore(rhs, y); }
 
@@ -166,7 +166,7 @@ class NewtonResolvent {
     [[nodiscard]] bool has_jacobian() const { return self.matrix_.has_jacobian(); }
     [[nodiscard]] bool has_factors() const { return self.matrix_.has_factors(); }
     void drop_jacobian() { self.matrix_.drop(); }
-    [[nodiscard]] Outcome refresh() { return self.matrix_.refresh(rhs, gamma, t, Y, psi, self.options_); }
+    [[nodiscard]] Outcome refresh() { return self.matrix_.refresh(rhs, gamma, t, Y, psi, self.options_, yardstick); }
     [[nodiscard]] Outcome solve() { return self.matrix_.solve(F(), self.options_, rhs.statistics()); }
     [[nodiscard]] Outcome correct() {
       if (const Outcome outcome = solve(); outcome != Outcome::success) return outcome;
@@ -216,7 +216,11 @@ class NewtonResolvent {
 
   /// Where a smaller step is at hand, plain Newton has one try.
   [[nodiscard]] Outcome solve_controlled(Equation& equation, Failure& history) {
-    ConvergenceTest test(equation.yardstick.target, options_.max_iterations, rate_, round_off);
+    // An old Jacobian contracts in proportion to γ, old factors no better than their own γ allows.
+    const double growth = std::abs(static_cast<double>(equation.gamma.force)) / gamma_before_;
+    gamma_before_ = std::abs(static_cast<double>(equation.gamma.force));
+    const double rate = std::max(rate_ * std::max(1.0, growth), matrix_.staleness(equation.gamma));
+    ConvergenceTest test(equation.yardstick.target, options_.max_iterations, rate, round_off);
     const Outcome outcome =
         iterate_newton(equation, test, keep_jacobian_rate({.rtol = 1}), options_.line_search, history);
     rate_ = outcome == Outcome::success ? test.rate() : 1;
@@ -281,7 +285,7 @@ class NewtonResolvent {
   NewtonOptions options_;
   Increment<S> increment_;
   Matrix matrix_;
-  double rate_ = 1;           // θ/(1−θ) of the controlled solves so far
+  double rate_ = 1, gamma_before_ = 1;  // θ/(1−θ) of the controlled solves so far, and γ of the last
   std::uint64_t solved_ = 0;  // by the affine path since its matrix was made
 };
 

@@ -181,7 +181,7 @@ class RightHandSide {
   }
   /// The same between steps, with the kicks of a split scene.
   [[nodiscard]] bool whole_slope(Scalar t, const Plain& y, Plain& out, Rate& psi) {
-    if constexpr (remembers) trial_ = committed_;
+    begin(t, Scalar{0}, y);  // a force may make its history at its first step
     bool finite = slope(t, y, out, psi);
     if constexpr (split) {
       evaluate_kicks(t, y, psi);

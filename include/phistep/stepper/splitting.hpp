@@ -69,6 +69,7 @@ class SplitRow {
     ar(inner_, guard_, known_);
     ar.in_place(psi_);
   }
+  static constexpr bool traces = false;  // to estimate its error, a split step is doubled
   void reset() { inner_.reset(); }
   void accepted() { inner_.accepted(); }
   void forget() {

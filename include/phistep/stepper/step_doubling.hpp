@@ -34,7 +34,7 @@ class StepDoubling {
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
 
-  void resize(const Plain& y) { start_ = whole_ = next_ = y; }
+  void resize(const Plain& y) { start_ = whole_ = middle_ = next_ = y; }
 
   /// As PhiStepper::attempt. On rejection, failure and exception, state and stepper are what they were.
   template <class Accept>
@@ -57,7 +57,11 @@ class StepDoubling {
       int iterations = report.iterations();
       const Scalar half = dt / 2;
       for (const Scalar from : {t, t + half}) {
-        if (from != t) trace.advance(), half_way = true;
+        if (from != t) {
+          copy_blocks<S>(middle_, state);
+          trace.advance();
+          half_way = true;
+        }
         report = one(stepper, state, from, half, Origin::unknown, trace);
         iterations += report.iterations();
         if (!report) {
@@ -78,6 +82,8 @@ class StepDoubling {
       throw;
     }
   }
+  /// The state half way through the last step accepted.
+  [[nodiscard]] const Plain& middle() const { return middle_; }
 
  private:
   struct NoCheckpoint {};
@@ -93,7 +99,7 @@ class StepDoubling {
     else return stepper.step(state, t, dt);
   }
 
-  Plain start_, whole_, next_;
+  Plain start_, whole_, middle_, next_;
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -51,7 +51,7 @@ class TangentProduct {
 
   /// Serves products at (t, Y), where Ψ is psi, to the system's next solve.
   void compute(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& Y, const Rate& psi,
-               const NewtonOptions& options, auto& system) {
+               const NewtonOptions& options, const Yardstick<Plain>&, auto& system) {
     rhs_ = &rhs;
     gamma_ = gamma;
     t_ = t;
@@ -119,9 +119,11 @@ class TangentProduct {
     if constexpr (Rhs::drifts && has_K) {
       const double size = largest(position_of<S>(direction_));
       // The first solved block is v. Where r and v move by different shares of themselves, halfway between.
-      if (size > 0 && std::isfinite(reach))
-        reach =
-            Rhs::Traits::uses_velocity ? std::sqrt(reach) * std::sqrt(scale_.position / size) : scale_.position / size;
+      if (size > 0 && std::isfinite(reach)) {
+        const double by_drift = scale_.position / size;
+        // The root of what has no dimension: no other is scaled exactly by the units.
+        reach = Rhs::Traits::uses_velocity ? by_drift * std::sqrt(reach / by_drift) : by_drift;
+      }
     }
     if (!std::isfinite(reach)) reach = 1;
     const auto epsilon =
@@ -140,7 +142,7 @@ class TangentProduct {
   /// What counts as a usual size of a block's components: what they are, or how far a step moves them.
   [[nodiscard]] Scales scales(const NewtonOptions& options) const {
     const double at_least = options.rtol > 0 ? options.atol / options.rtol : 0;
-    const auto usual = [at_least](double size) { return size > 0 || at_least > 0 ? std::max(size, at_least) : 1.0; };
+    const auto usual = [](double size, double least) { return size > 0 || least > 0 ? std::max(size, least) : 1.0; };
     Scales all;
     std::size_t k = 0;
     for_each_block(
@@ -153,12 +155,15 @@ class TangentProduct {
           if constexpr (Rhs::drifts)
             if (size == 0 && k == 0 && gamma_.drift != Scalar{0})
               size = largest(position_of<S>(*Y_)) / std::abs(static_cast<double>(gamma_.drift));
-          all.solved[k++] = usual(size);
+          all.solved[k++] = usual(size, at_least);
         },
         Blocks<S>::solved(*Y_), Rate::blocks(*psi_), rhs_->masses());
-    if constexpr (Rhs::drifts)
-      all.position = usual(std::max(largest(position_of<S>(*Y_)),
-                                    std::abs(static_cast<double>(gamma_.drift)) * largest(velocity_of<S>(*Y_))));
+    if constexpr (Rhs::drifts) {
+      // The tolerance is one for the unknowns, v: r may be off by what v's error moves it.
+      const double time = std::abs(static_cast<double>(gamma_.drift));
+      const double size = std::max(largest(position_of<S>(*Y_)), time * largest(velocity_of<S>(*Y_)));
+      all.position = usual(size > 0 ? size : time * all.solved[0], time * at_least);
+    }
     return all;
   }
 

@@ -1,0 +1,43 @@
+/// @file
+/// What a run leaves behind beside the state.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "phistep/control/limits.hpp"
+#include "phistep/core/outcome.hpp"
+#include "phistep/core/statistics.hpp"
+#include "phistep/core/step_report.hpp"
+#include "phistep/core/version.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// How a run ended, and what it did. Contextually true where it reached t1.
+struct [[nodiscard]] RunReport {
+  Outcome outcome = Outcome::success;
+  double t = 0;                            ///< [time] where the state stands now
+  Statistics statistics;                   ///< of this run alone
+  Failure failure;                         ///< of the step that ended the run, if one did
+  double smallest_dt = 0, largest_dt = 0;  ///< [time] of the steps taken
+  Limits limits;                           ///< what kept a controlled run's steps from being longer
+
+  [[nodiscard]] explicit operator bool() const { return outcome == Outcome::success; }
+  void archive(auto& ar) { ar(outcome, t, statistics, failure, smallest_dt, largest_dt, limits); }
+  /// What happened, where, and what to try.
+  [[nodiscard]] std::string message() const {
+    return failure.outcome == outcome && outcome != Outcome::success ? failure.message() : explain(outcome);
+  }
+
+  template <class OStream>
+    requires requires(OStream& out) { out << "" << 0.0 << std::int64_t{}; }
+  friend OStream& operator<<(OStream& out, const RunReport& report) {
+    out << report.message() << "\n  reached t           " << report.t << '\n' << report.statistics;
+    if (report.largest_dt > report.smallest_dt)
+      out << "  dt                  " << report.smallest_dt << " ... " << report.largest_dt << '\n';
+    out << report.limits;
+    return out;
+  }
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

@@ -1,0 +1,177 @@
+/// @file
+/// Tables as comma-separated values: a line of names, then one line a time, t first; every number reads back to its bits.
+///
+///     write_csv("orbit.csv", recorder);
+///     integrate(…, csv(out));                                                      // while the run goes on
+///     integrate(…, csv(out, column("E", [](double, const auto& y) { return energy(y); })));
+///
+/// Components are named by their block (r, v of a motion; y of a plain vector; b0, b1, … else) and their place: r0, r1, …,
+/// in a matrix r0_1 for row 0 of column 1. Numbers look the same in every locale; NaN and infinities are nan, inf, -inf.
+#pragma once
+
+#include <cstddef>
+#include <fstream>
+#include <ostream>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+#include "phistep/core/version.hpp"
+#include "phistep/io/text.hpp"
+#include "phistep/observe/recorder.hpp"
+#include "phistep/state/blocks.hpp"
+#include "phistep/state/motion.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// Lines of a table. A stream that fails throws std::runtime_error.
+class CsvWriter {
+ public:
+  explicit CsvWriter(std::ostream& out) : out_{&out} {}
+
+  /// A cell of text, quoted where it must be (RFC 4180).
+  CsvWriter& cell(std::string_view text) {
+    separate();
+    if (text.find_first_of(",\"\r\n") == std::string_view::npos) {
+      line_ += text;
+      return *this;
+    }
+    line_ += '"';
+    for (const char c : text) {
+      if (c == '"') line_ += '"';
+      line_ += c;
+    }
+    line_ += '"';
+    return *this;
+  }
+  /// A number, by the fewest digits that read back to its bits.
+  template <class Number>
+  requires std::is_arithmetic_v<Number> CsvWriter& cell(Number x) {
+    separate();
+    append_number(line_, x);
+    return *this;
+  }
+  /// @throws std::runtime_error where the stream fails
+  void end_line() {
+    line_ += '\n';
+    out_->write(line_.data(), static_cast<std::streamsize>(line_.size()));
+    line_.clear();
+    first_ = true;
+    if (!*out_) throw std::runtime_error("phistep: writing comma-separated values failed");
+  }
+
+ private:
+  void separate() {
+    if (!first_) line_ += ',';
+    first_ = false;
+  }
+  std::ostream* out_;
+  std::string line_;
+  bool first_ = true;
+};
+
+/// What the k-th block of a state is called.
+template <State S>
+[[nodiscard]] std::string block_name(std::size_t k) {
+  if constexpr (EigenDense<S>) return "y";
+  else if constexpr (Blocks<S>::drifts) return k == 0 ? "r" : k == 1 ? "v" : "b" + std::to_string(k);
+  else return "b" + std::to_string(k);
+}
+
+/// The cells that name a block's components, in the order in which they are written: column by column.
+template <State S>
+void write_names(CsvWriter& table, std::size_t k, Index rows, Index cols) {
+  const std::string name = block_name<S>(k);
+  for (Index j = 0; j < cols; ++j)
+    for (Index i = 0; i < rows; ++i)
+      table.cell(name + std::to_string(rows == 1 && cols > 1 ? j : i) +
+                 (rows > 1 && cols > 1 ? "_" + std::to_string(j) : ""));
+}
+
+/// Everything a recorder holds. An empty one gives the name of the time alone.
+template <State S>
+void write_csv(std::ostream& out, const Recorder<S>& recorder) {
+  CsvWriter table{out};
+  table.cell("t");
+  for (std::size_t k = 0; k < Recorder<S>::blocks; ++k) {
+    const auto [rows, cols] = recorder.shape(k);
+    write_names<S>(table, k, rows, cols);
+  }
+  table.end_line();
+  const auto times = recorder.times();
+  const auto states = recorder.states();
+  for (Index n = 0; n < recorder.size(); ++n) {
+    table.cell(times[n]);
+    for (Index i = 0; i < states.rows(); ++i) table.cell(states(i, n));
+    table.end_line();
+  }
+}
+/// @throws std::runtime_error where the file can't be written
+template <State S>
+void write_csv(const std::string& path, const Recorder<S>& recorder) {
+  std::ofstream out(path, std::ios::binary);
+  if (!out) throw std::runtime_error("phistep: cannot open " + path + " for writing");
+  write_csv(out, recorder);
+  out.close();
+  if (!out) throw std::runtime_error("phistep: writing " + path + " failed");
+}
+
+/// An observer that writes a line at each look: the given columns, or where there are none the whole state.
+template <class... F>
+class Csv {
+ public:
+  explicit Csv(std::ostream& out, NamedColumn<F>... columns) : table_{out}, columns_{std::move(columns)...} {}
+
+  /// @throws std::runtime_error where the stream fails; std::invalid_argument where the state's size has changed
+  template <class Scalar, State S>
+  void operator()(Scalar t, const S& state) {
+    Index size = 0;
+    if constexpr (sizeof...(F) == 0)
+      for_each_block([&size](auto, const auto& block) { size += block.size(); }, Blocks<S>::all(state));
+    if (!named_) {
+      write_header(state);
+      size_ = size;
+    } else if (size != size_) {
+      throw std::invalid_argument("phistep: csv(out) has named " + std::to_string(size_) +
+                                  " components, the state now has " + std::to_string(size));
+    }
+    table_.cell(t);
+    if constexpr (sizeof...(F) == 0)
+      for_each_block(
+          [this](auto, const auto& block) {
+            for (Index j = 0; j < block.cols(); ++j)
+              for (Index i = 0; i < block.rows(); ++i) table_.cell(block(i, j));
+          },
+          Blocks<S>::all(state));
+    else std::apply([&](auto&... column) { (table_.cell(column.content(t, state)), ...); }, columns_);
+    table_.end_line();
+  }
+
+ private:
+  template <class S>
+  void write_header(const S& state) {
+    table_.cell("t");
+    if constexpr (sizeof...(F) == 0)
+      for_each_block([this](auto k, const auto& block) { write_names<S>(table_, k(), block.rows(), block.cols()); },
+                     Blocks<S>::all(state));
+    else std::apply([this](auto&... column) { (table_.cell(column.name), ...); }, columns_);
+    table_.end_line();
+    named_ = true;
+  }
+
+  CsvWriter table_;
+  std::tuple<NamedColumn<F>...> columns_;
+  Index size_ = 0;
+  bool named_ = false;
+};
+
+/// `integrate(…, csv(out))`, or with columns; `every(0.1, csv(out))` for fewer lines. The names are written once.
+template <class... F>
+[[nodiscard]] Csv<F...> csv(std::ostream& out, NamedColumn<F>... columns) {
+  return Csv<F...>{out, std::move(columns)...};
+}
+
+}  // namespace phistep::inline PHISTEP_ABI

@@ -1,0 +1,246 @@
+/// @file
+/// Before the first step: what Δt and φ will do to this force, these masses and this state.
+///
+///     phistep::PhiStepper stepper{sheet, springs, phistep::velocity_verlet, phistep::mass(m)};
+///     const auto report = phistep::preflight(stepper, sheet, 1e-3, {.period = 0.5});
+///     if (!report) std::cout << report;      // report.verdict, report.stable_dt, report.terms[k].frequency, …
+///
+/// The force is linearised at the state, term by term (its own Jacobian, or differences), and its rates are bounded from
+/// above: exactly for up to 200 unknowns (r and v counted), by weighted Gershgorin discs beyond (spectral_bound.hpp). So is
+/// Δt: stable by guarantee, for the linearised problem; where the stiffness changes, ask again. Nothing is stepped, no
+/// count changes, nothing is thrown.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/SparseCore>
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <functional>
+#include <limits>
+#include <string>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "phistep/core/version.hpp"
+#include "phistep/force/evaluate.hpp"
+#include "phistep/force/signature.hpp"
+#include "phistep/force/sum.hpp"
+#include "phistep/jacobian/analytic.hpp"
+#include "phistep/jacobian/differences.hpp"
+#include "phistep/preflight/assess.hpp"
+#include "phistep/preflight/report.hpp"
+#include "phistep/state/blocks.hpp"
+#include "phistep/state/unknowns.hpp"
+#include "phistep/stepper/difference_tangent.hpp"
+#include "phistep/stepper/halving.hpp"
+#include "phistep/stepper/phi_stepper.hpp"
+#include "phistep/stepper/right_hand_side.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// Collects the entries of ∂Ψ/∂r and ∂Ψ/∂v (or ∂Ψ/∂y), divided by the largest mass.
+struct TangentSink {
+  std::vector<Eigen::Triplet<double>> K, C;
+  double scale = 1;
+  bool finite = true;
+  void position(Index i, Index j, auto x) { put(K, i, j, static_cast<double>(x)); }
+  void velocity(Index i, Index j, auto x) { put(C, i, j, static_cast<double>(x)); }
+  void rate(Index i, Index j, auto x) { velocity(i, j, x); }
+
+ private:
+  void put(auto& list, Index i, Index j, double x) {
+    finite = finite && std::isfinite(x);
+    if (x != 0) list.emplace_back(static_cast<int>(i), static_cast<int>(j), x / scale);
+  }
+};
+
+/// ∂Ψ/∂r and ∂Ψ/∂v (or ∂Ψ/∂y) of one force or term at (t, y), divided by the largest mass.
+/// @param lightest  the smallest mass divided by the largest
+template <State S, class F, class Masses>
+[[nodiscard]] Tangent tangent_of(F& force, ScalarOf<S> t, ScalarOf<S> dt, const PlainState<S>& y, const Masses& masses,
+                                 const MemoryOf<F>& memory, double largest_mass, [[maybe_unused]] double lightest) {
+  using Rhs = RightHandSide<S, std::reference_wrapper<F>, Masses>;
+  using Traits = typename Rhs::Traits;
+  const Index n = unknowns<S>(y);
+  Index p = 0;
+  if constexpr (Rhs::drifts) p = position_of<S>(y).size();
+  Tangent tangent{SparseRows(n, p), SparseRows(n, n)};
+  if (n == 0) return tangent;
+  Rhs rhs{std::ref(force), masses};
+  rhs.set_memory(memory);
+  rhs.begin(t, dt, y);
+  RateOf<S> psi = make_rate<S>(y);
+  rhs.evaluate_into(t, y, psi);
+  TangentSink sink;
+  sink.scale = largest_mass;
+  if constexpr (Traits::has_jacobian) {
+    add_jacobian<true, RateOf<S>, static_unknowns<S>>(rhs.force(), t, rhs.view(y), rhs.trial_memory(), n, sink);
+  } else if (Traits::has_pattern || n <= dense_difference_limit) {
+    DifferenceTangent<S, Rhs, Rhs::drifts, Rhs::couples_unknowns> differences;
+    differences.resize(y, rhs);
+    // Increments follow what a step moves; a Δt far too long would reach too far, so the second time it is what K and C say.
+    const auto compute = [&](ScalarOf<S> gamma) {
+      sink.K.clear(), sink.C.clear();
+      differences.begin();
+      differences.compute(rhs, {gamma, gamma}, t, y, psi, NewtonOptions{}, sink);
+      double k = 0, c = 0;
+      for (const auto& entry : sink.K) k = std::max(k, std::abs(entry.value()));
+      for (const auto& entry : sink.C) c = std::max(c, std::abs(entry.value()));
+      return std::sqrt(k / lightest) + c / lightest;
+    };
+    const double rate = compute(dt);
+    if (!Traits::is_affine && rate > 0 && !(rate * static_cast<double>(dt) <= 1 && dt > 0))
+      static_cast<void>(compute(static_cast<ScalarOf<S>>(1 / rate)));
+  } else {
+    tangent.known = false;
+  }
+  tangent.finite = sink.finite && !first_non_finite(RateOf<S>::blocks(psi));
+  if (!tangent.finite) return tangent;
+  tangent.K.setFromTriplets(sink.K.begin(), sink.K.end());
+  tangent.C.setFromTriplets(sink.C.begin(), sink.C.end());
+  return tangent;
+}
+
+/// Masses over all unknowns, divided by the largest.
+template <State S, class Masses>
+[[nodiscard]] PreflightMasses preflight_masses(const PlainState<S>& y, const Masses& masses, double& largest_mass) {
+  const Index n = unknowns<S>(y);
+  PreflightMasses all;
+  all.lumped.setZero(n);
+  Eigen::VectorXd beside = Eigen::VectorXd::Zero(n);  // Σ_{j≠i} |M_ij|/√(M_ii M_jj)
+  const auto each = [&](auto&& put) {
+    Index at = 0;
+    for_each_block(
+        [&](auto, const auto& block, const auto& mass) {
+          all.is_matrix = all.is_matrix || std::remove_cvref_t<decltype(mass)>::is_matrix;
+          mass.for_each_entry(block.size(),
+                              [&](Index i, Index j, auto m) { put(at + i, at + j, static_cast<double>(m)); });
+          at += block.size();
+        },
+        Blocks<S>::solved(y), masses);
+  };
+  each([&](Index i, Index j, double m) {
+    if (i == j) all.lumped[i] += m;
+  });
+  largest_mass = n > 0 ? all.lumped.maxCoeff() : 1;
+  if (!(largest_mass > 0)) largest_mass = 1;
+  all.lumped /= largest_mass;
+  if (!all.is_matrix) return all;
+  const bool small = n <= exact_spectrum_limit;
+  if (small) all.matrix.setZero(n, n);
+  bool positive = true;
+  each([&](Index i, Index j, double m) {
+    m /= largest_mass;
+    if (small) all.matrix(i, j) += m;
+    positive = positive && all.lumped[i] > 0;
+    if (i != j) beside[i] += std::abs(m) / std::sqrt(all.lumped[i] * all.lumped[j]);
+  });
+  all.lower = positive ? 1 - beside.maxCoeff() : 0;
+  return all;
+}
+
+/// Rows of a particle, where the state or the force names particles; else 0.
+template <State S, class Traits>
+[[nodiscard]] int particle_rows(const PlainState<S>& y) {
+  const auto& first = std::get<0>(Blocks<S>::solved(y));
+  using Block = std::remove_cvref_t<decltype(first)>;
+  if (Traits::block > 1) return Traits::block;
+  if (!Block::IsVectorAtCompileTime && !Block::IsRowMajor && first.cols() > 1) return static_cast<int>(first.rows());
+  return 0;
+}
+
+template <class F, class D, Form form>
+[[nodiscard]] std::string scheme_name(const PhiScheme<F, D, form>& scheme) {
+  const double f = scheme.force.template value<double>(), d = scheme.drift.template value<double>();
+  const std::string stage = form == Form::stage ? "phi_stage(" : "phi(";
+  if (f != d) return "phi(" + short_number(f) + ", " + short_number(d) + ")";
+  if (form == Form::endpoint) {
+    if (f == 0) return "forward_euler";
+    if (f == 0.5) return "trapezoidal";
+    if (f == 1) return "backward_euler";
+  } else if (f == 0.5) {
+    return "midpoint";
+  }
+  return stage + short_number(f) + ")";
+}
+[[nodiscard]] inline std::string scheme_name(VelocityVerlet) { return "velocity_verlet"; }
+[[nodiscard]] inline std::string scheme_name(TrBdf2) { return "tr_bdf2"; }
+[[nodiscard]] inline std::string scheme_name(Rannacher) { return "rannacher"; }
+
+/// What Δt and the stepper's scheme will do to this force, these masses and this state.
+/// @param dt  [time] the step you have in mind
+template <State S, class F, class Scheme, class MassSpec, ImplicitSolver Solver>
+[[nodiscard]] PreflightReport preflight(PhiStepper<S, F, Scheme, MassSpec, Solver>& stepper, const S& state, double dt,
+                                        const PreflightOptions& options = {}) {
+  using Scalar = ScalarOf<S>;
+  static_assert(
+      requires(const Scheme& scheme) { method_of(scheme); },
+      "phistep: preflight doesn't know this scheme; overload method_of(scheme) and scheme_name(scheme) for it");
+  PreflightReport report;
+  report.dt = dt;
+  const bool valid = dt > 0 && std::isfinite(dt);
+  if (!valid) report.verdict = Verdict::invalid;
+  try {
+    PlainState<S> y;
+    copy_blocks<S>(y, state);
+    if (first_non_finite(Blocks<S>::all(y))) {
+      report.finding = "The state is not finite: no step can start from it.";
+      report.whole.finite = false;
+      if (valid) report.verdict = Verdict::unknown;
+      return report;
+    }
+    auto& force = stepper.force_to_look_at();
+    using Whole = std::remove_cvref_t<decltype(force)>;
+    const auto masses = bind_masses<S>(stepper.mass(), y);
+    using Rhs = RightHandSide<S, std::reference_wrapper<Whole>, std::remove_cvref_t<decltype(masses)>>;
+    double largest_mass = 1;
+    LinearisedProblem problem;
+    problem.masses = preflight_masses<S>(y, masses, largest_mass);
+    problem.block = particle_rows<S, typename Rhs::Traits>(y);
+    problem.tolerance = 64 * std::sqrt(static_cast<double>(std::numeric_limits<Scalar>::epsilon()));
+    const auto t = static_cast<Scalar>(options.t), step = static_cast<Scalar>(valid ? dt : 0);
+    const double lightest = problem.masses.lumped.size() > 0 ? problem.masses.lumped.minCoeff() : 1;
+    const auto linearise = [&](auto& part, const auto& memory) {
+      return tangent_of<S>(part, t, step, y, masses, memory, largest_mass, lightest);
+    };
+    if constexpr (is_sum<Whole>) {
+      const auto add = [](Tangent& sum, const Tangent& part) {
+        if (sum.C.rows() == 0) sum = part;
+        else sum = {sum.K + part.K, sum.C + part.C, sum.known && part.known, sum.finite && part.finite};
+      };
+      double stiffest = 0;
+      for_each_term(force, stepper.memory(), [&](auto k, auto& part, const auto& memory) {
+        constexpr bool kick = is_split<Whole, Scheme> && is_kick<std::tuple_element_t<k(), decltype(force.terms)>>;
+        const Tangent tangent = linearise(part, memory);
+        const Spectrum s = spectrum_of(tangent, problem.masses, problem.block, problem.tolerance);
+        report.terms.push_back(term_report(tangent, s, problem.block));
+        report.terms.back().is_kick = kick;
+        if (s.radius > stiffest) report.stiffest = static_cast<int>(k()), stiffest = s.radius;
+        add(problem.whole, tangent);
+        add(kick ? problem.kicks : problem.rest, tangent);
+        problem.has_kicks = problem.has_kicks || kick;
+      });
+      if (problem.rest.C.rows() == 0)
+        problem.rest = {SparseRows(problem.whole.K.rows(), problem.whole.K.cols()),
+                        SparseRows(problem.whole.C.rows(), problem.whole.C.cols())};
+    } else {
+      problem.whole = problem.rest = linearise(force, stepper.memory());
+    }
+    Assessment{problem, method_of(stepper.scheme()), scheme_name(stepper.scheme()), options, report}.run();
+  } catch (const std::exception& error) {
+    report.verdict = valid ? Verdict::unknown : Verdict::invalid;
+    report.finding = error.what();
+  }
+  return report;
+}
+template <class Stepper, class S>
+[[nodiscard]] PreflightReport preflight(Halving<Stepper>& stepper, const S& state, double dt,
+                                        const PreflightOptions& options = {}) {
+  return preflight(stepper.stepper(), state, dt, options);
+}
+
+}  // namespace phistep::inline PHISTEP_ABI

@@ -1,0 +1,250 @@
+/// @file
+/// From a linearised problem, a scheme and Δt to the report: what is stable, what is accurate, what to do instead.
+///
+/// Accuracy is that of the exponent: a step multiplies e^{iωt} by g, and log(g)/(iωΔt) − 1 holds the relative error of the
+/// frequency and the damping ratio added by the scheme. φ = ½: −a²/12 and 0; velocity Verlet: +a²/24 and 0; φ: (φ−½) a
+/// to first order, a = ωΔt.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <limits>
+#include <numbers>
+#include <string>
+#include <utility>
+
+#include "phistep/core/version.hpp"
+#include "phistep/preflight/method.hpp"
+#include "phistep/preflight/report.hpp"
+#include "phistep/preflight/spectrum.hpp"
+#include "phistep/preflight/stable_step.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+[[nodiscard]] inline PreflightTerm term_report(const Tangent& tangent, const Spectrum& s, int block) {
+  PreflightTerm term;
+  term.finite = tangent.finite;
+  term.known = s.bounded && tangent.known;
+  term.exact = s.exact;
+  if (tangent.K.cols() > 0) {
+    term.frequency = std::sqrt(s.stiffness);
+    term.damping = s.damping;
+  }
+  term.rate = s.radius;
+  term.component = s.component;
+  if (block > 1 && s.component >= 0) term.particle = s.component / block;
+  return term;
+}
+
+/// A thousandth below the limit: at it, schemes that neither damp nor grow still let errors grow, in proportion to time.
+[[nodiscard]] inline double below(double limit) { return std::isfinite(limit) ? 0.999 * limit : limit; }
+
+class Assessment {
+ public:
+  Assessment(const LinearisedProblem& problem, const Method& method, std::string scheme,
+             const PreflightOptions& options, PreflightReport& report)
+      : problem_{problem},
+        method_{method},
+        scheme_{std::move(scheme)},
+        options_{options},
+        report_{report},
+        motion_{problem.whole.K.cols() > 0},
+        spectrum_{spectrum_of(problem.whole, problem.masses, problem.block, problem.tolerance)} {}
+
+  void run() {
+    report_.whole = term_report(problem_.whole, spectrum_, problem_.block);
+    report_.growth = spectrum_.growth;
+    if (!problem_.whole.finite) {
+      report_.finding = "The force or its Jacobian is not finite at this state: no step can start from it.";
+      return;
+    }
+    report_.stable_dt = below(stable_step(method_, problem_, spectrum_));
+    judge_accuracy();
+    judge_decay();
+    report_.verdict = verdict();
+    find();
+    advise();
+  }
+
+ private:
+  static constexpr double always = std::numeric_limits<double>::infinity();
+
+  /// The rate λ that accuracy is judged at; 0 where nothing moves.
+  [[nodiscard]] std::complex<double> asked() const {
+    if (options_.period > 0)
+      return motion_ ? std::complex<double>{0, 2 * std::numbers::pi / options_.period} : -1 / options_.period;
+    return fastest();
+  }
+  [[nodiscard]] std::complex<double> fastest() const {
+    if (!spectrum_.bounded) return 0;
+    // Overdamped, the fastest is a decay.
+    if (motion_ && spectrum_.damping * spectrum_.damping < 4 * spectrum_.stiffness)
+      return {0, std::sqrt(spectrum_.stiffness)};
+    if (motion_) return -spectrum_.damping;
+    std::complex<double> top = -spectrum_.radius;
+    for (const auto lambda : spectrum_.eigenvalues)
+      if (std::abs(lambda) >= spectrum_.radius) top = lambda.imag() < 0 ? std::conj(lambda) : lambda;
+    return top;
+  }
+  [[nodiscard]] bool has_dt() const { return report_.dt > 0 && std::isfinite(report_.dt); }
+
+  void judge_accuracy() {
+    const std::complex<double> lambda = asked();
+    report_.accurate_dt = lambda == 0.0 && !spectrum_.bounded ? std::numeric_limits<double>::quiet_NaN()
+                                                              : method_.accurate_dt(lambda, options_.accuracy);
+    if (options_.contact_time > 0) report_.accurate_dt = std::min(report_.accurate_dt, options_.contact_time / 10);
+    if (!has_dt()) return;
+    if (options_.contact_time > 0) report_.steps_per_contact = options_.contact_time / report_.dt;
+    if (lambda == 0.0) return;
+    const bool oscillates = lambda.real() == 0;
+    report_.period = (oscillates ? 2 * std::numbers::pi : 1) / std::abs(lambda);
+    report_.steps_per_period = report_.period / report_.dt;
+    const std::complex<double> error = method_.exponent_error(report_.dt * lambda);
+    report_.phase_error = error.real();
+    if (oscillates) {
+      report_.added_damping = error.imag();
+      report_.energy_per_period = std::exp(-4 * std::numbers::pi * error.imag());
+    }
+  }
+  void judge_decay() {
+    const std::complex<double> lambda = fastest();
+    if (!has_dt() || lambda == 0.0) return;
+    const std::complex<double> z = report_.dt * lambda;
+    const std::complex<double> g = z.real() == 0 ? method_.oscillation(z.imag()) : method_.factor(z);
+    report_.fastest_factor = std::abs(g);
+    report_.rings = lambda.imag() == 0 && g.real() < 0;
+    if (motion_ || !(spectrum_.real_decay > 0 || spectrum_.exact) || !is_real()) return;
+    // R(z) ≥ 0; TR-BDF2's zero is at ζ = −1/√2.
+    const double zero =
+        method_.kind == Method::Kind::two_stage ? 1 / (std::numbers::sqrt2 - 1) : 1 / (1 - method_.force);
+    report_.unringing_dt = zero / spectrum_.radius;
+    const SparseRows& J = problem_.whole.C;
+    double own = 0;
+    bool mixes =
+        !problem_.masses.is_matrix && method_.kind == Method::Kind::single;  // off-diagonals ≥ 0: y⁺ is a mean of y's
+    for (Eigen::Index i = 0; i < J.rows(); ++i)
+      for (SparseRows::InnerIterator entry(J, i); entry; ++entry) {
+        if (entry.col() == i) own = std::max(own, -entry.value() / problem_.masses.lumped[i]);
+        else mixes = mixes && entry.value() >= 0;
+      }
+    if (mixes && own > 0) report_.monotone_dt = 1 / ((1 - method_.force) * own);
+  }
+  [[nodiscard]] bool is_real() const {
+    for (const auto lambda : spectrum_.eigenvalues)
+      if (std::abs(lambda.imag()) > 1e-10 * spectrum_.radius) return false;
+    return spectrum_.exact || spectrum_.up == 0;
+  }
+
+  [[nodiscard]] Verdict verdict() const {
+    if (!has_dt()) return Verdict::invalid;
+    if (std::isnan(report_.stable_dt)) return Verdict::unknown;
+    if (report_.dt > report_.stable_dt) return Verdict::unstable;
+    if (std::isnan(report_.accurate_dt)) return Verdict::unknown;
+    return report_.dt <= report_.accurate_dt ? Verdict::fine : Verdict::coarse;
+  }
+
+  void find() {
+    std::string& text = report_.finding;
+    const double dt = report_.dt;
+    const auto say = [&text](const std::string& sentence) { text += (text.empty() ? "" : " ") + sentence; };
+    if (report_.verdict == Verdict::unknown)
+      say(problem_.whole.known ? "No bound of the stiffness is known that would guarantee this scheme."
+                               : "The force has no Jacobian, and there are too many unknowns for differences: give it "
+                                 "jacobian(...) or add_jacobian(...).");
+    if (report_.verdict == Verdict::unstable)
+      say(report_.stable_dt == 0 ? "Never stable without damping: phi < 1/2 adds energy to every vibration, at any dt."
+                                 : "The stiffest mode grows without bound: dt is " +
+                                       short_number(dt / report_.stable_dt) + " times what is stable.");
+    if (!has_dt()) return;
+    const bool stable = dt <= report_.stable_dt;
+    const double fast = std::abs(fastest()) * dt;
+    if (stable && fast > 1) {
+      const std::string factor = short_number(report_.fastest_factor);
+      if (report_.fastest_factor > 0.9)
+        say("Stable, but what the fastest modes do will be wrong: they are not resolved (rate x dt = " +
+            short_number(fast) + ") and not damped either, they ring on by a factor " + factor + " a step.");
+      else
+        say("The fastest modes are not resolved (rate x dt = " + short_number(fast) +
+            "): the scheme damps them by a factor " + factor + " a step" +
+            (report_.rings ? ", with alternating sign" : "") + ", right only if they don't matter.");
+    } else if (report_.verdict == Verdict::coarse && report_.period > 0) {
+      say(report_.steps_per_contact > 0 && report_.steps_per_contact < 10
+              ? "Impacts need ten steps a contact, whatever the scheme."
+              : "Stable, but the motion looked at is off by " + short_number(100 * std::abs(report_.phase_error)) +
+                    " % of its rate" +
+                    (std::abs(report_.added_damping) > std::abs(report_.phase_error)
+                         ? ", and the scheme damps it by a ratio of " + short_number(report_.added_damping)
+                         : "") +
+                    ".");
+    }
+    if (report_.steps_per_contact > 0 && report_.steps_per_contact < 10 && fast > 1)
+      say("Impacts need ten steps a contact, whatever the scheme: this creates or destroys energy.");
+    if (report_.growth > 0 && method_.is_a_stable() && std::abs(method_.factor(report_.growth * dt)) < 1)
+      say("The exact solution grows at the rate " + short_number(report_.growth) + ", and this step would hide it.");
+    else if (report_.growth > 0)
+      say("The exact solution itself has a mode that grows, at the rate " + short_number(report_.growth) + ".");
+  }
+
+  [[nodiscard]] double limit_of(const Method& method) const {
+    if (problem_.has_kicks && !problem_.kicks.is_zero()) {
+      LinearisedProblem plain{problem_.whole, problem_.whole,     {},   problem_.masses,
+                              problem_.block, problem_.tolerance, false};
+      return below(stable_step(method, plain, spectrum_));
+    }
+    return below(stable_step(method, problem_, spectrum_));
+  }
+  void advise() {
+    if (report_.verdict == Verdict::fine) {
+      const bool rings = std::abs(fastest()) * report_.dt > 1 && report_.fastest_factor > 0.9;
+      report_.recommended = {
+          scheme_, report_.dt,
+          rings ? "Keep it, if nothing excites the fastest modes; tr_bdf2 would damp them." : "Keep it."};
+      return;
+    }
+    const std::complex<double> lambda = asked();
+    const double contact = options_.contact_time > 0 ? options_.contact_time / 10 : always;
+    const Method explicit_method =
+                     motion_ ? Method{Method::Kind::verlet, 0.5, 0.5} : Method{Method::Kind::single, 0, 0},
+                 stiff{Method::Kind::two_stage, 1, 1};
+    const double bears = spectrum_.bounded ? limit_of(explicit_method) : std::numeric_limits<double>::quiet_NaN();
+    const double accurate = lambda == 0.0 ? always : explicit_method.accurate_dt(lambda, options_.accuracy);
+    const double small = std::min({accurate, 0.9 * bears, contact});  // NaN bears: see below
+    const double large = std::min(lambda == 0.0 ? always : stiff.accurate_dt(lambda, options_.accuracy), contact);
+    const std::string explicit_name = motion_ ? "velocity_verlet" : "forward_euler";
+    const bool can_be_explicit = bears > 0 && std::isfinite(small);
+    if (options_.period > 0 && std::isfinite(large)) {
+      const double wanted = has_dt() ? std::min(report_.dt, large) : large;
+      if (can_be_explicit && wanted < 10 * small)
+        report_.recommended = {
+            explicit_name, small,
+            "One force call a step, and dt follows the fastest mode at a step that is not much shorter."};
+      else
+        report_.recommended = {"tr_bdf2", wanted,
+                               "Resolves the motion that you want to see and damps what is faster than dt."};
+      return;
+    }
+    if (can_be_explicit)
+      report_.recommended = {explicit_name, small, "Resolves the fastest mode, if that is what you want to see."};
+    const double wanted = std::min(has_dt() ? report_.dt : always, contact);
+    if (std::isfinite(wanted)) {
+      const PreflightAdvice damped{
+          "tr_bdf2", wanted,
+          "Damps what dt can't resolve, if the fastest modes don't matter; name the motion that "
+          "does by PreflightOptions::period."};
+      (can_be_explicit ? report_.otherwise : report_.recommended) = damped;
+    }
+  }
+
+  const LinearisedProblem& problem_;
+  Method method_;
+  std::string scheme_;
+  PreflightOptions options_;
+  PreflightReport& report_;
+  bool motion_;
+  Spectrum spectrum_;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

@@ -1,0 +1,285 @@
+// Controlled runs that can't go on, or are not meant to: each a clear outcome, none a hang, nothing lost.
+#include <phistep/phistep.hpp>
+
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <random>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "contract/states.hpp"
+#include "problems/forced.hpp"
+#include "problems/march.hpp"
+#include "support/catch.hpp"
+
+using namespace phistep;
+using problems::distance;
+using Vec = Eigen::Vector2d;
+using Moving = Motion<Vec>;
+using Flow = problems::ForcedFlow<>;
+using Swing = problems::ForcedMotion<>;
+
+namespace {
+
+const double NaN = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
+
+const auto decay = [](const Vec& y) -> Vec { return Vec(-y[0], -2 * y[1]); };
+Vec decayed(double t) { return {std::exp(-t), std::exp(-2 * t)}; }
+
+/// y' = y² blows up at t = 1 where y(0) = 1.
+const auto square = [](const Vec& y) -> Vec { return y.cwiseProduct(y); };
+
+void for_each_scheme(auto&& f) {
+  f("backward_euler", backward_euler), f("phi(0.7)", phi(0.7)), f("trapezoidal", trapezoidal), f("midpoint", midpoint);
+  f("tr_bdf2", tr_bdf2), f("forward_euler", forward_euler), f("rannacher", rannacher);
+}
+
+}  // namespace
+
+TEST_CASE("t1 = t0: shown, done, unless the observer has had enough") {
+  Vec y(1, 2);
+  PhiStepper stepper{y, decay, trapezoidal};
+  int shown = 0;
+  const RunReport report = integrate(stepper, y, {2, 2}, tolerance{}, [&](double, const Vec&) { ++shown; });
+  CHECK(report);
+  CHECK(report.t == 2);
+  CHECK(shown == 1);
+  CHECK(report.statistics == Statistics{});
+  CHECK(integrate(stepper, y, {2, 2}, tolerance{}, [](double, const Vec&) { return false; }).outcome ==
+        Outcome::stopped_by_observer);
+}
+
+TEST_CASE("options that can't work are refused before anything happens") {
+  const auto refused = [](const auto& control, TimeSpan<double> span = {0, 1}) {
+    Vec y(1, 2);
+    PhiStepper stepper{y, decay, trapezoidal};
+    int shown = 0;
+    const RunReport report = integrate(stepper, y, span, control, [&](double, const Vec&) { ++shown; });
+    CHECK(shown == 0);
+    CHECK(y == Vec(1, 2));
+    CHECK(report.t == Approx(span.t0));
+    CHECK(report.statistics == Statistics{});
+    CHECK_FALSE(report.message().empty());
+    return report.outcome;
+  };
+  using enum Outcome;
+  for (const double rtol : {0.0, -1e-4, NaN, inf, 1.0, 1e-15, 1e-300})
+    CHECK(refused(tolerance{.rtol = rtol}) == invalid_tolerance);
+  for (const double atol : {-1.0, NaN, inf}) CHECK(refused(tolerance{.atol = atol}) == invalid_tolerance);
+  CHECK(refused(tolerance{.atol = {1.0, 1.0}}) == invalid_tolerance);
+  CHECK(refused(tolerance{.atol = Eigen::VectorXd::Ones(3).eval()}) == invalid_tolerance);
+  for (const double bad : {-1.0, NaN}) {
+    CHECK(refused(tolerance{.first_step = bad}) == invalid_tolerance);
+    CHECK(refused(tolerance{.min_step = bad}) == invalid_tolerance);
+    CHECK(refused(tolerance{.max_step = bad}) == invalid_tolerance);
+    CHECK(refused(iteration_control{.first_step = bad}) == invalid_tolerance);
+    CHECK(refused(iteration_control{.first_step = 0.1, .order = bad}) == invalid_tolerance);
+    CHECK(refused(iteration_control{.first_step = 0.1, .min_step = bad}) == invalid_tolerance);
+    CHECK(refused(iteration_control{.first_step = 0.1, .max_step = bad}) == invalid_tolerance);
+    CHECK(refused(smaller_of(tolerance{}, iteration_control{.first_step = bad})) == invalid_tolerance);
+    CHECK(refused(smaller_of(tolerance{}, iteration_control{.order = bad})) == invalid_tolerance);
+    CHECK(refused(smaller_of(tolerance{}, iteration_control{.min_step = bad})) == invalid_tolerance);
+    CHECK(refused(smaller_of(tolerance{}, iteration_control{.max_step = bad})) == invalid_tolerance);
+    CHECK(refused(smaller_of(tolerance{.max_step = bad}, iteration_control{.max_step = 1})) == invalid_tolerance);
+  }
+  CHECK(refused(tolerance{.max_step = 0.0}) == invalid_tolerance);
+  CHECK(refused(tolerance{.min_step = 0.1, .max_step = 0.05}) == invalid_tolerance);
+  CHECK(refused(tolerance{.max_steps = -1}) == invalid_tolerance);
+  CHECK(refused(iteration_control{}) == invalid_tolerance);
+  CHECK(refused(iteration_control{.first_step = 0.1, .desired = 0}) == invalid_tolerance);
+  CHECK(refused(smaller_of(tolerance{}, iteration_control{.desired = 0})) == invalid_tolerance);
+  for (const double bad : {inf, -inf}) CHECK(refused(tolerance{}, {0, bad}) == invalid_step);
+  Vec y(1, 2);
+  PhiStepper stepper{y, decay, trapezoidal};
+  CHECK(integrate(stepper, y, {0, NaN}, tolerance{}).outcome == invalid_step);
+  CHECK(integrate(stepper, y, {NaN, 0}, tolerance{}).outcome == invalid_step);
+}
+
+TEST_CASE("a start that is no number, a force that is none there") {
+  Vec y(1, NaN);
+  PhiStepper stepper{y, decay, trapezoidal};
+  CHECK(integrate(stepper, y, {0, 1}, tolerance{}).outcome == Outcome::non_finite_state);
+  CHECK(integrate(stepper, y, {0, 1}, iteration_control{.first_step = 0.1}).outcome == Outcome::non_finite_state);
+  Vec z(1, 2);
+  PhiStepper nowhere{z, [](const Vec&) -> Vec { return Vec(NaN, 0); }, trapezoidal};
+  const RunReport report = integrate(nowhere, z, {0, 1}, tolerance{});
+  CHECK(report.outcome == Outcome::non_finite_force);
+  CHECK_THAT(report.message(), contains("force is not finite"));
+  CHECK(z == Vec(1, 2));
+}
+
+TEST_CASE("bounds on steps and tries hold") {
+  const auto run = [](const tolerance& control, auto scheme) {
+    Vec y = decayed(0);
+    PhiStepper stepper{y, decay, scheme};
+    std::vector<double> times;
+    const RunReport report = integrate(stepper, y, {0, 5}, control, [&](double t, const Vec&) { times.push_back(t); });
+    for (std::size_t n = 0; n + 1 < times.size(); ++n) CHECK(times[n + 1] - times[n] <= control.max_step * (1 + 1e-14));
+    return std::pair{report, times};
+  };
+  const auto [capped, at] = run({.rtol = 1e-2, .max_step = 0.125}, trapezoidal);
+  CHECK(capped);
+  CHECK(at.size() >= 41);
+  CHECK(capped.largest_dt <= 0.125);
+  CHECK(capped.limits.most().by == LimitedBy::max_step);
+
+  const auto [given, times] = run({.rtol = 1e-2, .first_step = 1e-5}, trapezoidal);
+  CHECK(given);
+  CHECK(times[1] == 1e-5);
+  const auto [huge, big] = run({.rtol = 1e-2, .first_step = 1e300}, trapezoidal);
+  CHECK(huge);
+
+  const auto [tired, few] = run({.rtol = 1e-6, .max_steps = 7}, trapezoidal);
+  CHECK(tired.outcome == Outcome::too_many_steps);
+  CHECK(few.size() <= 8);
+  CHECK(few.size() >= 2);
+  const auto [none, start] = run({.rtol = 1e-6, .max_steps = 0}, trapezoidal);
+  CHECK(none.outcome == Outcome::too_many_steps);
+  CHECK(start.size() == 1);
+
+  // A smallest step that the tolerance can't live with ends the run; one that it can is kept.
+  const auto [floored, f] = run({.rtol = 1e-6, .min_step = 0.5}, trapezoidal);
+  CHECK(floored.outcome == Outcome::step_too_small);
+  CHECK_THAT(floored.message(), contains("smallest step"));
+  const auto [kept, k] = run({.rtol = 1e-2, .first_step = 1e-5, .min_step = 1e-3}, trapezoidal);
+  CHECK(kept);
+  for (std::size_t n = 0; n + 2 < k.size(); ++n) CHECK(k[n + 1] - k[n] >= 0.999e-3);
+}
+
+TEST_CASE("through a pole there is no way: the run says so, the last good state stays") {
+  for_each_scheme([](const char* name, auto scheme) {
+    CAPTURE(name);
+    Vec y(1, 0.5);
+    PhiStepper stepper{y, square, scheme};
+    double shown = 0;
+    Vec last = y;
+    const RunReport report = integrate(stepper, y, {0, 3}, tolerance{.rtol = 1e-4, .max_steps = 200'000},
+                                       [&](double t, const Vec& now) { shown = t, last = now; });
+    CHECK_FALSE(report);
+    CHECK(report.outcome != Outcome::too_many_steps);
+    CHECK(report.outcome != Outcome::invalid_step);
+    CHECK(report.t == shown);
+    CHECK(y == last);
+    CHECK(y.allFinite());
+    CHECK(report.t == Approx(1).margin(0.01));
+    CHECK_FALSE(report.message().empty());
+  });
+}
+
+TEST_CASE("a pole that lies at t = 0, where no step is too small for the clock") {
+  Vec y(1, 0.5);
+  PhiStepper stepper{y, square, trapezoidal};
+  const RunReport report = integrate(stepper, y, {-1, 2}, tolerance{.rtol = 1e-4, .max_steps = 200'000});
+  CAPTURE(report.message(), report.t);
+  CHECK_FALSE(report);
+  CHECK(report.outcome != Outcome::too_many_steps);
+  CHECK(report.outcome != Outcome::invalid_step);
+}
+
+TEST_CASE("a force that is no number from a time on: named, and the run ends before it") {
+  for_each_scheme([](const char* name, auto scheme) {
+    CAPTURE(name);
+    const auto force = [](const Vec& y, double t) -> Vec { return t > 0.5 ? Vec(NaN, 1) : Vec(-y); };
+    Vec y(1, 2);
+    PhiStepper stepper{y, force, scheme};
+    const RunReport report = integrate(stepper, y, {0, 1}, tolerance{.rtol = 1e-4, .max_steps = 10'000});
+    CHECK(report.outcome == Outcome::non_finite_force);
+    CHECK_THAT(report.message(), contains("force is not finite") && contains("component 0"));
+    CHECK(report.t <= 0.51);  // midpoint asks a quarter of its last, doubled step before its end
+    CHECK(report.t >= 0.49);
+    CHECK(y.allFinite());
+    CHECK(distance(y, Vec(Vec(1, 2) * std::exp(-report.t))) <= 1e-3);
+  });
+}
+
+TEST_CASE("a force that throws, at whatever call: the last good step stands, and the run can go on") {
+  const auto check = [](auto start, auto psi, auto scheme, auto&& exact, const auto& control) {
+    int calls = 0, fatal = 0;
+    const auto force = [&calls, &fatal, psi](const auto&... args) {
+      if (++calls == fatal) throw std::runtime_error("no more");
+      return psi(args...);
+    };
+    using S = decltype(start);
+    int total = 0;
+    for (int k = 0; k == 0 || k <= total; k += 1 + k / 40) {
+      S y = start, last = start;
+      calls = 0, fatal = k;
+      PhiStepper stepper{
+          y,
+          typename std::conditional_t<Blocks<S>::drifts,
+                                      std::type_identity<std::function<Vec(const Vec&, const Vec&, double)>>,
+                                      std::type_identity<std::function<Vec(const Vec&, double)>>>::type(force),
+          scheme};
+      Run run{stepper, y, {0.0, 1.0}, control};
+      int thrown = 0;
+      double t = 0;
+      for (bool more = true; more;) {
+        try {
+          more = run.advance();
+        } catch (const std::runtime_error&) {
+          ++thrown;
+          CHECK(run.time() == t);
+          CHECK(states::same_bits(states::numbers(y), states::numbers(last)));
+          CHECK_FALSE(run.has_ended());
+        }
+        last = y, t = run.time();
+      }
+      CAPTURE(k, run.report().message());
+      CHECK(run.report());
+      CHECK(run.time() == 1);
+      CHECK(distance(y, exact(1.0)) <= 1e-2);
+      if (k == 0) total = calls;
+      else CHECK(thrown == 1);
+    }
+  };
+  const auto flow = [](const Vec& y, double t) -> Vec { return Flow{}(y, t) / Flow::capacity; };
+  const auto swing = [](const Vec& r, const Vec& v, double t) -> Vec { return Swing{}(r, v, t) / Swing::mass; };
+  const auto all = [&](const auto& control) {
+    check(Flow::exact(0), flow, trapezoidal, Flow::exact, control);
+    check(Flow::exact(0), flow, tr_bdf2, Flow::exact, control);
+    check(Flow::exact(0), flow, midpoint, Flow::exact, control);
+    check(Swing::exact(0), swing, velocity_verlet, Swing::exact, control);
+    check(Swing::exact(0), swing, backward_euler, Swing::exact, control);
+  };
+  all(tolerance{.rtol = 1e-3});
+  check(Flow::exact(0), flow, trapezoidal, Flow::exact, fixed(0.02));
+  check(Flow::exact(0), flow, trapezoidal, Flow::exact, iteration_control{.first_step = 0.01, .max_step = 0.02});
+}
+
+TEST_CASE("an observer that throws leaves a run that can go on") {
+  Vec y = decayed(0);
+  PhiStepper stepper{y, decay, trapezoidal};
+  int calls = 0;
+  const auto observer = [&](double, const Vec&) {
+    if (++calls % 5 == 1) throw std::runtime_error("look away");
+  };
+  Run run{stepper, y, {0.0, 1.0}, tolerance{.rtol = 1e-4}, observer};
+  int thrown = 0;
+  for (bool more = true; more;) {
+    try {
+      more = run.advance();
+    } catch (const std::runtime_error&) {
+      ++thrown;
+    }
+    REQUIRE(thrown < 1000);
+  }
+  CHECK(run.report());
+  CHECK(thrown > 3);
+  CHECK(distance(y, decayed(1)) <= 1e-3);
+}
+
+TEST_CASE("a jump in the force is passed, in short steps") {
+  const auto force = [](const Vec&, double t) -> Vec { return t < 1.0 / 3 ? Vec(1, -1) : Vec(-2, 5); };
+  for_each_scheme([&](const char* name, auto scheme) {
+    CAPTURE(name);
+    Vec y(0.5, 0.5);
+    PhiStepper stepper{y, force, scheme};
+    const RunReport report = integrate(stepper, y, {0, 1}, tolerance{.rtol = 1e-4, .max_steps = 5000});
+    REQUIRE(report);
+    CHECK(distance(y, Vec(0.5 + 1.0 / 3 - 4.0 / 3, 0.5 - 1.0 / 3 + 10.0 / 3)) <= 1e-3);
+  });
+}
