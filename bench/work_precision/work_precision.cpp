@@ -112,11 +112,29 @@ std::optional<double> time_to(double wanted, const Method& method, std::vector<P
   return std::nullopt;
 }
 
+std::string versions() {
+  std::ostringstream text;
+#ifdef __clang__
+  text << "clang " << __clang_version__;
+#else
+  text << "g++ " << __VERSION__;
+#endif
+  text << "; " << BENCH_FLAGS << "; " << Eigen::SimdInstructionSetsInUse() << "; Eigen " << EIGEN_WORLD_VERSION << '.'
+       << EIGEN_MAJOR_VERSION << '.' << EIGEN_MINOR_VERSION;
+#ifdef BENCH_HAS_SUNDIALS_SOLVERS
+  text << "; SUNDIALS " << SUNDIALS_VERSION;
+#else
+  text << "; no SUNDIALS";
+#endif
+  return text.str();
+}
+
 void write(std::ostream& csv, const Table& table, std::vector<Point>& points) {
   for (Point& point : points)
     csv << table.name << ',' << '"' << point.method->name << '"' << ',' << point.method->parameter << ','
         << point.parameter << ',' << point.error << ',' << point.median() << ',' << point.answer.steps << ','
-        << point.answer.force_calls << ',' << point.answer.jacobians << ',' << point.answer.factorizations << '\n';
+        << point.answer.force_calls << ',' << point.answer.jacobians << ',' << point.answer.factorizations << ",\""
+        << versions() << "\"\n";
 }
 
 bool starts_with(const std::string& text, const char* start) { return text.rfind(start, 0) == 0; }
@@ -148,23 +166,6 @@ void summarise(const Table& table, std::vector<Point>& points, double wanted) {
   std::fflush(stdout);
 }
 
-std::string versions() {
-  std::ostringstream text;
-#ifdef __clang__
-  text << "clang " << __clang_version__;
-#else
-  text << "g++ " << __VERSION__;
-#endif
-  text << "; " << BENCH_FLAGS << "; " << Eigen::SimdInstructionSetsInUse() << "; Eigen " << EIGEN_WORLD_VERSION << '.'
-       << EIGEN_MAJOR_VERSION << '.' << EIGEN_MINOR_VERSION;
-#ifdef BENCH_HAS_SUNDIALS_SOLVERS
-  text << "; SUNDIALS " << SUNDIALS_VERSION;
-#else
-  text << "; no SUNDIALS";
-#endif
-  return text.str();
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -188,7 +189,8 @@ int main(int argc, char** argv) {
     else if (is("--rounds")) options.rounds = std::max(1, std::atoi(argv[++i]));
     else if (is("--error")) options.error = std::atof(argv[++i]);
     else {
-      std::printf("bench_work_precision [--problem NAME] [--method TEXT] [--error E] [--out DIR] [--rounds N]; problems:");
+      std::printf(
+          "bench_work_precision [--problem NAME] [--method TEXT] [--error E] [--out DIR] [--rounds N]; problems:");
       for (const Entry& entry : entries) std::printf(" %s", entry.name);
       std::printf("\n");
       return std::strcmp(argv[i], "--list") == 0 ? 0 : 1;
@@ -199,8 +201,7 @@ int main(int argc, char** argv) {
   const std::string path = options.out + "/work_precision.csv";
   std::ofstream csv(path);
   csv.precision(6);
-  csv << "# " << versions() << "\nproblem,method,parameter,value,error,seconds,steps,force_calls,jacobians,"
-      << "factorizations\n";
+  csv << "problem,method,parameter,value,error,seconds,steps,force_calls,jacobians,factorizations,compiled_with\n";
   std::printf("%s\n", versions().c_str());
   bool any = false;
   for (const Entry& entry : entries) {

@@ -36,12 +36,15 @@ struct Case {
   static constexpr bool is_motion = !phistep::EigenDense<S>;
 };
 
+template <class F, class S>
+Case(const char*, F, S, S, double, double, bool) -> Case<F, S>;  // clang 14 doesn't deduce aggregates
+
 /// Calls f(case) for each of the ten.
 template <class F>
 void for_each_of_ten(F&& f) {
   using phistep::Motion;
   constexpr int points = 20;
-  const ProtheroRobinson mild{-50};
+  const ProtheroRobinson mild{-10};
   const Kepler kepler;
   const Heat<Eigen::MatrixXd> heat(points);
   const auto modes = [&](double t) -> Vector {
@@ -49,7 +52,7 @@ void for_each_of_ten(F&& f) {
     return std::exp(H::eigenvalue(points, 1) * t) * H::mode(points, 1) +
            std::exp(H::eigenvalue(points, 4) * t) * H::mode(points, 4);
   };
-  f(Case{"Prothero-Robinson, lambda = -50", mild, mild.exact(0), mild.exact(10), 10, 1.0, true});
+  f(Case{"Prothero-Robinson, lambda = -10", mild, mild.exact(0), mild.exact(10), 10, 1.0, false});
   f(Case{"Brusselator", Brusselator{}, Brusselator::start(), Brusselator::exact(), Brusselator::end, 1.0, false});
   f(Case{"Kepler, e = 0.6, two periods", kepler, kepler.start(), kepler.exact(2 * Kepler::period), 2 * Kepler::period,
          1.0, false});

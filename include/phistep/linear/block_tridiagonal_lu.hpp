@@ -1,12 +1,16 @@
 /// @file
 /// Block Thomas elimination: LU of a chain of b×b blocks, with pivoting inside the diagonal blocks alone.
 ///
-///     D'_k = D_k − L_k G_{k−1},   G_k = D'_k⁻¹ U_k,   y_k = D'_k⁻¹ (x_k − L_k y_{k−1}),   x_k = y_k − G_k x_{k+1}
+///     D'_k = D_k − L_k G_{k−1},   G_k = D'_k⁻¹ U_k,   H_k = D'_k⁻¹ L_k
+///     y_k = D'_k⁻¹ x_k − H_k y_{k−1},   x_k ← y_k − G_k x_{k+1}
 ///
-/// (Golub & Van Loan, Matrix Computations, 4th ed., sect. 4.5.1). Rows of different blocks never change places, so it is
-/// safe for block diagonally dominant matrices and not in general. Its backward error is u‖D'_k‖(1 + ‖G_k‖) beside the
-/// block's row of W (Demmel, Higham & Schreiber, Numer. Linear Algebra Appl. 2 (1995) 173): that growth is measured, and
-/// factorize() refuses a matrix where it costs more than a quarter of the digits. A pivoted LU must then serve.
+/// (Golub & Van Loan, Matrix Computations, 4th ed., sect. 4.5.1). Each y waits for one small product only: with
+/// D'_k⁻¹ (x_k − L_k y_{k−1}) instead, it waits for a product and a solve, one after the other, at three times the price.
+///
+/// Rows of different blocks never change places, so it is safe for block diagonally dominant matrices and not in general.
+/// Its backward error is u‖D'_k‖(1 + ‖G_k‖ + ‖H_k‖) beside the block's row of W (Demmel, Higham & Schreiber, Numer. Linear
+/// Algebra Appl. 2 (1995) 173): that growth is measured, and factorize() refuses a matrix where it costs more than a
+/// quarter of the digits. A pivoted LU must then serve.
 #pragma once
 
 #include <Eigen/Core>
@@ -51,48 +55,52 @@ class BlockTridiagonalLu {
       Link& link = links_[k];
       Block& D = link.diagonal.matrix();
       Scalar row = size(D);
-      if (k > 0) {
-        row = std::max(row, size(link.lower));
-        D.noalias() -= link.lower * links_[k - 1].upper;
-      }
+      if (k > 0) D.noalias() -= link.lower * links_[k - 1].upper;
       Scalar grown = size(D);
       if (!link.diagonal.factorize()) return false;
-      if (k + 1 < count) {
-        row = std::max(row, size(link.upper));
-        for (int c = 0; c < b; ++c) link.diagonal.solve_in_place(link.upper.col(c));
-        const Scalar reach = b * size(link.upper);
-        if (!(reach <= limit)) return false;
-        grown *= 1 + reach;
-      }
-      if (!(grown <= limit * row)) return false;  // a NaN too
+      Scalar reach{0};
+      const auto divide = [&](Block& side) {
+        row = std::max(row, size(side));
+        for (int c = 0; c < b; ++c) link.diagonal.solve_in_place(side.col(c));
+        reach += b * size(side);
+      };
+      if (k > 0) divide(link.lower);
+      if (k + 1 < count) divide(link.upper);
+      grown *= 1 + reach;
+      if (!(reach <= limit && grown <= limit * row)) return false;  // a NaN too
     }
     return true;
   }
 
   /// x ← W⁻¹ x, b·blocks() components
   void solve_in_place(Scalar* x) const {
-    using Vector = Eigen::Matrix<Scalar, b, 1>;
     const std::size_t count = links_.size();
-    Vector y = Vector::Zero();
-    for (std::size_t k = 0; k < count; ++k) {
-      Eigen::Map<Vector> here(x + b * static_cast<Index>(k));
-      if (k == 0) y = here;
-      else y = here - links_[k].lower * y;
-      links_[k].diagonal.solve_in_place(y);
-      here = y;
+    Scalar y[b]{};  // the neighbour's, in registers
+    for (std::size_t k = 0; k < count; ++k, x += b) {
+      links_[k].diagonal.solve_in_place(x);
+      subtract_product(k > 0, links_[k].lower, x, y);
     }
+    x -= b;
     for (std::size_t k = count; k-- > 1;) {
-      Eigen::Map<Vector> here(x + b * static_cast<Index>(k - 1));
-      y = here - links_[k - 1].upper * y;
-      here = y;
+      x -= b;
+      subtract_product(true, links_[k - 1].upper, x, y);
     }
   }
 
  private:
   struct Link {
-    Block lower, upper;  // upper holds G after elimination
+    Block lower, upper;  // H and G after elimination
     DenseLu<Scalar, b> diagonal;
   };
+  /// x ← x − A y, y ← x. Where there is no neighbour, A was never filled.
+  static void subtract_product(bool has_neighbor, const Block& A, Scalar* x, Scalar* y) {
+    Scalar sum[b];
+    for (int i = 0; i < b; ++i) sum[i] = x[i];
+    if (has_neighbor)
+      for (int j = 0; j < b; ++j)
+        for (int i = 0; i < b; ++i) sum[i] -= A(i, j) * y[j];
+    for (int i = 0; i < b; ++i) x[i] = y[i] = sum[i];
+  }
   [[nodiscard]] static Scalar size(const Block& A) {
     // The sum of squares would overflow, a maximum steps over NaN: pivots and solutions catch those.
     return A.cwiseAbs().maxCoeff();
