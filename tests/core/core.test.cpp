@@ -148,8 +148,8 @@ TEST_CASE("every outcome has words of its own, and every failure an advice") {
   for (int i = 0; i <= static_cast<int>(Outcome::events_accumulate); ++i) {
     const auto outcome = static_cast<Outcome>(i);
     CHECK(texts.insert(describe(outcome)).second);
-    const bool needs_advice = outcome != Outcome::success && outcome != Outcome::stopped_by_observer &&
-                              outcome != Outcome::stopped_by_event;
+    const bool needs_advice =
+        outcome != Outcome::success && outcome != Outcome::stopped_by_observer && outcome != Outcome::stopped_by_event;
     CHECK((std::string(advise(outcome)) != "") == needs_advice);
   }
 }
