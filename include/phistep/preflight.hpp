@@ -86,7 +86,7 @@ template <State S, class F, class Masses>
     const auto compute = [&](ScalarOf<S> gamma) {
       sink.K.clear(), sink.C.clear();
       differences.begin();
-      differences.compute(rhs, {gamma, gamma}, t, y, psi, NewtonOptions{}, sink);
+      differences.compute(rhs, {gamma, gamma}, t, y, psi, NewtonOptions{}, Yardstick<PlainState<S>>{}, sink);
       double k = 0, c = 0;
       for (const auto& entry : sink.K) k = std::max(k, std::abs(entry.value()));
       for (const auto& entry : sink.C) c = std::max(c, std::abs(entry.value()));

@@ -99,6 +99,8 @@ class Run {
     if (!begun_ && set_up() != Outcome::success)
       throw CheckpointError("phistep: this run can't go on, its options can't work");
     with_parts(*this, [&in, &then](auto&... part) { load_parts(in, then, part...); });
+    // What was done to the stepper before is undone by what it has loaded.
+    if constexpr (requires { stepper_.changes(); }) changes_ = stepper_.changes();
   }
 
   [[nodiscard]] bool has_ended() const { return ended_; }

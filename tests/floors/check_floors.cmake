@@ -19,7 +19,7 @@ set(floor_of_preflight 4)
 set(floor_of_preflight.hpp 5)
 set(floor_of_run.hpp 5)
 set(floor_of_integrate.hpp 6)
-set(floor_of_io 5)
+set(floor_of_io 6)
 set(floor_of_umbrella 7)
 set(umbrellas phistep.hpp sparse.hpp autodiff.hpp krylov.hpp particles.hpp io.hpp all.hpp)
 

@@ -150,7 +150,10 @@ class Kernel {
   [[nodiscard]] Outcome start(Data& step) {
     Trace<Plain>& trace = *step.trace;
     if (trace.knows_start) return Outcome::success;
-    if (!rhs_.slope(step.t, step.y, trace.start, step.psi)) return Outcome::non_finite_force;
+    if (!rhs_.slope(step.t, step.y, trace.start, step.psi)) {
+      copy_blocks<S>(step.next, step.y);  // what the message looks at
+      return Outcome::non_finite_force;
+    }
     trace.knows_start = true;
     return Outcome::success;
   }
