@@ -230,7 +230,7 @@ template <State S, class F, class Scheme, class MassSpec, ImplicitSolver Solver>
     } else {
       problem.whole = problem.rest = linearise(force, stepper.memory());
     }
-    Assessment{problem, method_of(stepper.scheme()), scheme_name(stepper.scheme()), options, report}.run();
+    Assessment<>{problem, method_of(stepper.scheme()), scheme_name(stepper.scheme()), options, report}.run();
   } catch (const std::exception& error) {
     report.verdict = valid ? Verdict::unknown : Verdict::invalid;
     report.finding = error.what();

@@ -42,6 +42,7 @@ namespace phistep::inline PHISTEP_ABI {
 /// A thousandth below the limit: at it, schemes that neither damp nor grow still let errors grow, in proportion to time.
 [[nodiscard]] inline double below(double limit) { return std::isfinite(limit) ? 0.999 * limit : limit; }
 
+template <class = void>
 class Assessment {
  public:
   Assessment(const LinearisedProblem& problem, const Method& method, std::string scheme,

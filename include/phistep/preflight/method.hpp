@@ -123,7 +123,8 @@ struct DenseSystemMatrices {
 };
 
 /// The matrix of one step.
-[[nodiscard]] inline Eigen::MatrixXd step_matrix(const Method& method, const DenseSystemMatrices& system, double h) {
+template <class = void>
+[[nodiscard]] Eigen::MatrixXd step_matrix(const Method& method, const DenseSystemMatrices& system, double h) {
   const Eigen::MatrixXd L = system.whole();
   const Eigen::Index n = L.rows(), p = system.positions();
   const Eigen::MatrixXd I = Eigen::MatrixXd::Identity(n, n);

@@ -151,8 +151,8 @@ template <int d>
 }
 
 /// An upper bound of the largest λ of A u = λ diag(m) u. @param A symmetric  @param block rows of a particle, where known
-[[nodiscard]] inline EigenvalueBound largest_eigenvalue_bound(const SparseRows& A, const Eigen::VectorXd& m,
-                                                              int block) {
+template <class = void>
+[[nodiscard]] EigenvalueBound largest_eigenvalue_bound(const SparseRows& A, const Eigen::VectorXd& m, int block) {
   EigenvalueBound bound = largest_eigenvalue_bound_by_blocks<1>(A, m);
   bool alike = block > 1 && A.rows() % block == 0;
   for (Eigen::Index i = 0; alike && i < m.size(); ++i) alike = m[i] == m[i / block * block];
@@ -163,7 +163,8 @@ template <int d>
 }
 
 /// (1) with blocks of one entry.
-[[nodiscard]] inline EigenvalueBound spectral_radius_bound_by_entries(const SparseRows& A) {
+template <class = void>
+[[nodiscard]] EigenvalueBound spectral_radius_bound_by_entries(const SparseRows& A) {
   return improve_weights(Eigen::VectorXd::Ones(A.rows()), 0, [&](const Eigen::VectorXd& x, Eigen::VectorXd& out) {
     double top = 0;
     for (Eigen::Index i = 0; i < A.rows(); ++i) {
@@ -190,7 +191,8 @@ template <int d>
 }
 
 /// An upper bound of the spectral radius of any square matrix.
-[[nodiscard]] inline EigenvalueBound spectral_radius_bound(const SparseRows& A, int block) {
+template <class = void>
+[[nodiscard]] EigenvalueBound spectral_radius_bound(const SparseRows& A, int block) {
   const auto both = [](const SparseRows& B) {
     const EigenvalueBound rows = spectral_radius_bound_by_entries(B),
                           columns = spectral_radius_bound_by_entries(SparseRows(B.transpose()));

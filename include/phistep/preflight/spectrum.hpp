@@ -64,13 +64,15 @@ struct Spectrum {
   Eigen::Index component = -1;                    ///< where the stiffest mode is largest
 };
 
-[[nodiscard]] inline bool is_symmetric(const SparseRows& A, double tolerance) {
+template <class = void>
+[[nodiscard]] bool is_symmetric(const SparseRows& A, double tolerance) {
   if (A.rows() != A.cols()) return false;
   return Tangent::largest(SparseRows(A - SparseRows(A.transpose()))) <= tolerance * Tangent::largest(A);
 }
 
 /// Small and dense, divided by the masses.
-[[nodiscard]] inline DenseSystemMatrices divided(const Tangent& tangent, const PreflightMasses& masses) {
+template <class = void>
+[[nodiscard]] DenseSystemMatrices divided(const Tangent& tangent, const PreflightMasses& masses) {
   DenseSystemMatrices system;
   system.K = tangent.K;
   system.C = tangent.C;
@@ -86,8 +88,9 @@ struct Spectrum {
 }
 
 /// λ of A u = λ M u for symmetric A and M > 0, ascending; `component`: where the mode of the largest |λ| is largest.
-[[nodiscard]] inline Eigen::VectorXd symmetric_eigenvalues(const SparseRows& A, const PreflightMasses& masses,
-                                                           Eigen::Index& component) {
+template <class = void>
+[[nodiscard]] Eigen::VectorXd symmetric_eigenvalues(const SparseRows& A, const PreflightMasses& masses,
+                                                    Eigen::Index& component) {
   Eigen::MatrixXd S = A;
   S = ((S + S.transpose()) / 2).eval();
   const Eigen::VectorXd root = masses.lumped.cwiseSqrt();
@@ -106,12 +109,14 @@ struct Spectrum {
   }
   return values;
 }
-[[nodiscard]] inline bool is_positive_definite(const Eigen::MatrixXd& M, double tolerance) {
+template <class = void>
+[[nodiscard]] bool is_positive_definite(const Eigen::MatrixXd& M, double tolerance) {
   return (M - M.transpose()).cwiseAbs().maxCoeff() <= tolerance * M.cwiseAbs().maxCoeff() &&
          M.llt().info() == Eigen::Success;
 }
 
-[[nodiscard]] inline std::vector<std::complex<double>> eigenvalues_of(const Eigen::MatrixXd& A) {
+template <class = void>
+[[nodiscard]] std::vector<std::complex<double>> eigenvalues_of(const Eigen::MatrixXd& A) {
   if (A.size() == 0) return {};
   const Eigen::EigenSolver<Eigen::MatrixXd> solver(A, false);
   const auto& values = solver.eigenvalues();
@@ -119,7 +124,8 @@ struct Spectrum {
 }
 
 /// All eigenvalues of a small problem.
-[[nodiscard]] inline Spectrum exact_spectrum(const Tangent& tangent, const PreflightMasses& masses, double tolerance) {
+template <class = void>
+[[nodiscard]] Spectrum exact_spectrum(const Tangent& tangent, const PreflightMasses& masses, double tolerance) {
   const Eigen::Index p = tangent.K.cols(), n = tangent.C.rows();
   Spectrum s;
   s.exact = true;
@@ -182,13 +188,15 @@ struct Spectrum {
   return s;
 }
 
-[[nodiscard]] inline SparseRows divided_by_rows(const SparseRows& A, const Eigen::VectorXd& m) {
+template <class = void>
+[[nodiscard]] SparseRows divided_by_rows(const SparseRows& A, const Eigen::VectorXd& m) {
   return SparseRows(m.cwiseInverse().asDiagonal() * A);
 }
 
 /// Bounds for a problem of any size.
-[[nodiscard]] inline Spectrum bound_spectrum(const Tangent& tangent, const PreflightMasses& masses, int block,
-                                             double tolerance) {
+template <class = void>
+[[nodiscard]] Spectrum bound_spectrum(const Tangent& tangent, const PreflightMasses& masses, int block,
+                                      double tolerance) {
   const Eigen::Index p = tangent.K.cols(), n = tangent.C.rows();
   Spectrum s;
   s.has_C = Tangent::largest(tangent.C) > 0;
@@ -251,8 +259,8 @@ struct Spectrum {
   return s;
 }
 
-[[nodiscard]] inline Spectrum spectrum_of(const Tangent& tangent, const PreflightMasses& masses, int block,
-                                          double tolerance) {
+template <class = void>
+[[nodiscard]] Spectrum spectrum_of(const Tangent& tangent, const PreflightMasses& masses, int block, double tolerance) {
   Spectrum none;
   none.bounded = false;
   if (!tangent.known || !tangent.finite) return none;

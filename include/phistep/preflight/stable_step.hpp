@@ -30,7 +30,8 @@ struct LinearisedProblem {
 /// Up to this size the matrix of a step may be looked at for many Δt.
 inline constexpr Eigen::Index step_matrix_limit = 120;
 
-[[nodiscard]] inline Eigen::MatrixXd kick_matrix(const DenseSystemMatrices& kicks, double gamma) {
+template <class = void>
+[[nodiscard]] Eigen::MatrixXd kick_matrix(const DenseSystemMatrices& kicks, double gamma) {
   // y + γ f(y + ½γ f(y)), f moving u alone
   Eigen::MatrixXd f = kicks.whole();
   f.topRows(kicks.positions()).setZero();
@@ -39,8 +40,9 @@ inline constexpr Eigen::Index step_matrix_limit = 120;
 }
 
 /// By the spectral radius of the step's own matrix: Δt grows until it exceeds what the exact solution grows by.
-[[nodiscard]] inline double scan_for_stable_step(const Method& method, const LinearisedProblem& problem,
-                                                 const Spectrum& whole) {
+template <class = void>
+[[nodiscard]] double scan_for_stable_step(const Method& method, const LinearisedProblem& problem,
+                                          const Spectrum& whole) {
   DenseSystemMatrices rest = divided(problem.rest, problem.masses), kicks = rest;
   rest.balance();
   if (problem.has_kicks) {
@@ -74,7 +76,8 @@ inline constexpr Eigen::Index step_matrix_limit = 120;
 }
 
 /// Without kicks. NaN: nothing is guaranteed. 0: never.
-[[nodiscard]] inline double stable_step_of(const Method& method, const LinearisedProblem& problem, const Spectrum& s) {
+template <class = void>
+[[nodiscard]] double stable_step_of(const Method& method, const LinearisedProblem& problem, const Spectrum& s) {
   constexpr double always = std::numeric_limits<double>::infinity(), unknown = std::numeric_limits<double>::quiet_NaN();
   const bool motion = problem.whole.K.cols() > 0;
   if (method.is_a_stable()) return always;
@@ -117,7 +120,8 @@ inline constexpr Eigen::Index step_matrix_limit = 120;
   return unknown;
 }
 
-[[nodiscard]] inline double stable_step(const Method& method, const LinearisedProblem& problem, const Spectrum& whole) {
+template <class = void>
+[[nodiscard]] double stable_step(const Method& method, const LinearisedProblem& problem, const Spectrum& whole) {
   if (!problem.has_kicks || problem.kicks.is_zero()) return stable_step_of(method, problem, whole);
   constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
   if (!whole.bounded) return unknown;
