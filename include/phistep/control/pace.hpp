@@ -45,7 +45,6 @@ class VariableStep {
   [[nodiscard]] double size() const { return std::min(std::max(size_, smallest_), largest_); }
   [[nodiscard]] bool is_capped() const { return size_ >= largest_; }
   void set(double size) { size_ = size; }
-  void scale(double by) { size_ *= by; }
   void accepted() { failures_ = 0; }
   /// A step of length dt is not to be: shorter ones, or the end.
   [[nodiscard]] Outcome shorten(Outcome why, double dt, double by) {
@@ -146,11 +145,10 @@ class ErrorPace {
     else if (by_iterations) limits.count(LimitedBy::iterations);
     else limits.count(LimitedBy::error, error_.worst);
   }
-  [[nodiscard]] Outcome failed(Outcome why, double dt, const Failure& history, Limits& limits) {
+  [[nodiscard]] Outcome failed(Outcome why, double dt, const Failure&, Limits& limits) {
     if (why == Outcome::error_too_large) return step_.shorten(why, dt, size_.rejected(error_.size / allowed_));
     if (!may_be_cured(why)) return why;
     limits.count(LimitedBy::iterations);
-    static_cast<void>(history);
     size_.forget();
     return step_.shorten(why, dt, 0.25);
   }

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
-#include <type_traits>
 #include <utility>
 
 #include "phistep/core/archive.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/observe/goes_on.hpp"
 #include "phistep/state/parts.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -33,12 +33,7 @@ class Every {
     const double slack = 64 * std::numeric_limits<Scalar>::epsilon() * (std::abs(start_) + std::abs(now));
     if (std::abs(now - start_) + slack < static_cast<double>(next_) * interval_) return true;
     while (static_cast<double>(next_) * interval_ <= std::abs(now - start_) + slack) ++next_;
-    if constexpr (std::is_void_v<std::invoke_result_t<F&, Scalar, S&>>) {
-      f_(t, state);
-      return true;
-    } else {
-      return static_cast<bool>(f_(t, state));
-    }
+    return ask(f_, t, state);
   }
   /// Which mark it waits for, for a checkpoint.
   void save(Writer& out) const { save_parts(out, start_, next_, first_); }

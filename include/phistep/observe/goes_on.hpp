@@ -3,24 +3,30 @@
 #pragma once
 
 #include <type_traits>
+#include <utility>
 
 #include "phistep/core/version.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// f(t, state); true where f returns nothing, or something true.
+/// f(args…); true where f returns nothing, or something true.
+template <class F, class... Args>
+[[nodiscard]] bool ask(F& f, Args&&... args) {
+  if constexpr (std::is_void_v<std::invoke_result_t<F&, Args...>>) {
+    f(std::forward<Args>(args)...);
+    return true;
+  } else {
+    return static_cast<bool>(f(std::forward<Args>(args)...));
+  }
+}
+
+/// The same for f(t, state), with a readable error.
 template <class F, class Scalar, class S>
 [[nodiscard]] bool goes_on(F& f, Scalar t, S& state) {
   static_assert(std::is_invocable_v<F&, Scalar, S&>,
                 "phistep: this must be callable as f(t, state), returning nothing or false to end the run");
-  if constexpr (!std::is_invocable_v<F&, Scalar, S&>) {
-    return false;
-  } else if constexpr (std::is_void_v<std::invoke_result_t<F&, Scalar, S&>>) {
-    f(t, state);
-    return true;
-  } else {
-    return static_cast<bool>(f(t, state));
-  }
+  if constexpr (!std::is_invocable_v<F&, Scalar, S&>) return false;
+  else return ask(f, t, state);
 }
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -3,27 +3,16 @@
 #pragma once
 
 #include <type_traits>
-#include <utility>
 
 #include "phistep/core/version.hpp"
 #include "phistep/observe/completed_step.hpp"
+#include "phistep/observe/goes_on.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
 /// An observer that looks at whole steps.
 template <class Observer, class S>
 inline constexpr bool observes_steps = std::is_invocable_v<Observer&, const CompletedStep<S>&>;
-
-/// Asks one observer whether the run goes on. False where it asks for the end.
-template <class Observer, class... Args>
-[[nodiscard]] bool ask(Observer& observer, Args&&... args) {
-  if constexpr (std::is_void_v<std::invoke_result_t<Observer&, Args...>>) {
-    observer(std::forward<Args>(args)...);
-    return true;
-  } else {
-    return static_cast<bool>(observer(std::forward<Args>(args)...));
-  }
-}
 
 /// Shows (t, state) to one observer.
 template <class Observer, class Scalar, class S>

@@ -186,26 +186,21 @@ class Row<VelocityVerlet, S> : public RowDefaults {
   [[nodiscard]] static Outcome trace(Kernel& kernel, typename Kernel::Data& step) {
     auto& trace = *step.trace;
     if (const Outcome outcome = advance(kernel, step); outcome != Outcome::success) return outcome;
-    const ScalarOf<S> by = 2 / step.dt;
     for_each_block(
-        [by](auto, auto& start, auto& end, const auto& y, const auto& next) {
+        [by = 2 / step.dt](auto, auto& start, auto& end, const auto& y, const auto& next) {
           start = by * (end - y);  // end holds v½
           end = by * (next - end);
         },
-        Blocks<S>::all(trace.start), Blocks<S>::all(trace.end), Blocks<S>::all(step.y), Blocks<S>::all(step.next));
-    velocity_slopes(trace, step);
+        Blocks<S>::solved(trace.start), Blocks<S>::solved(trace.end), Blocks<S>::solved(step.y),
+        Blocks<S>::solved(step.next));
+    position_of<S>(trace.start) = velocity_of<S>(step.y);
+    position_of<S>(trace.end) = velocity_of<S>(step.next);
     trace.has_slopes = true;
     trace.has_error = estimates(trace);
     if (!trace.has_error) return Outcome::success;
     set_milne(trace, step.dt);
     position_of<S>(trace.error) = (-step.dt * step.dt / 6) * (velocity_of<S>(trace.end) - velocity_of<S>(trace.start));
     return needs<typename Kernel::Rhs>.solver ? kernel.filter(trace.error) : Outcome::success;
-  }
-
- private:
-  static void velocity_slopes(auto& trace, const auto& step) {
-    position_of<S>(trace.start) = velocity_of<S>(step.y);
-    position_of<S>(trace.end) = velocity_of<S>(step.next);
   }
 };
 
