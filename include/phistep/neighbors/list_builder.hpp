@@ -5,10 +5,13 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
+#include "phistep/core/simd.hpp"
+#include "phistep/core/simd_math.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/neighbors/cell_order.hpp"
 #include "phistep/neighbors/domain.hpp"
@@ -35,7 +38,7 @@ class ListBuilder {
     constexpr auto per_chunk = static_cast<std::size_t>(NeighborList::rows_per_chunk);
     list.chunk_count = (list.rows.size() + per_chunk - 1) / per_chunk;
     if (list.chunks.size() < list.chunk_count) list.chunks.resize(list.chunk_count);
-    const double square = range * range;
+    const P square{range * range};
     const auto count = static_cast<std::ptrdiff_t>(list.chunk_count);
 #ifdef _OPENMP
 #pragma omp parallel for schedule(static)
@@ -45,7 +48,8 @@ class ListBuilder {
 
  private:
   static constexpr int reach = CellOrder<dim>::reach, span = 2 * reach + 1;
-  static constexpr int lines = dim == 3 ? span * span : span;
+  static constexpr std::size_t lines = dim == 3 ? span * span : span;
+  using P = Pack<double, native_width<double>>;
   using Cells = std::vector<typename CellOrder<dim>::Cell>;
 
   /// The slots in a line of cells along x.
@@ -54,7 +58,7 @@ class ListBuilder {
     std::int32_t first = 0, last = 0;
   };
 
-  void fill(NeighborList& list, std::size_t c, double square) const {
+  void fill(NeighborList& list, std::size_t c, P square) const {
     constexpr auto per_chunk = static_cast<std::size_t>(NeighborList::rows_per_chunk);
     NeighborList::Chunk& chunk = list.chunks[c];
     const std::size_t begin = c * per_chunk, end = std::min(list.rows.size(), begin + per_chunk);
@@ -79,14 +83,20 @@ class ListBuilder {
       }
       std::int32_t candidates = 0;
       for (const Line& line : near) candidates += line.last - line.first;
-      const auto needed = static_cast<std::size_t>(used) + static_cast<std::size_t>(candidates + list.pad);
+      const auto needed = static_cast<std::size_t>(used) + static_cast<std::size_t>(candidates + list.pad + P::width);
       if (chunk.neighbors.size() < needed) chunk.neighbors.resize(std::max(needed, 3 * chunk.neighbors.size() / 2));
       std::int32_t* out = chunk.neighbors.data() + used;
       const std::int32_t* const start = out;
-      const auto self = static_cast<std::size_t>(row.slot);
-      std::array<double, 3> x{};
-      for (std::size_t a = 0; a < dim; ++a) x[a] = order_.x(a)[self];
-      for (const Line& line : near) out = filter(x, row.slot, line.first, line.last, square, out);
+      P x[dim];
+      for (std::size_t a = 0; a < dim; ++a) x[a] = P{order_.x(a)[row.slot]};
+      for (std::size_t l = 0; l < lines; ++l) {
+        if (l == lines / 2) {  // its own: around itself
+          out = filter(x, near[l].first, row.slot, square, out);
+          out = filter(x, row.slot + 1, near[l].last, square, out);
+        } else {
+          out = filter(x, near[l].first, near[l].last, square, out);
+        }
+      }
       row.first = used;
       row.count = static_cast<std::int32_t>(out - start);
       const std::int32_t padded = list.padded(row.count);
@@ -135,17 +145,32 @@ class ListBuilder {
       }
   }
 
-  /// Appends the slots first … last − 1 that are closer than the range.
-  std::int32_t* filter(const std::array<double, 3>& x, std::int32_t self, std::int32_t first, std::int32_t last,
-                       double square, std::int32_t* out) const {
-    for (std::int32_t s = first; s < last; ++s) {
-      double d2 = 0;
+  /// Appends those of the slots first … last − 1 that are closer to x than the range. Writes up to P::width − 1 beyond.
+  std::int32_t* filter(const P* x, std::int32_t first, std::int32_t last, P square, std::int32_t* out) const {
+    for (std::int32_t s = first; s < last; s += P::width) {
+      P d2{0};
       for (std::size_t a = 0; a < dim; ++a) {
-        const double d = x[a] - order_.x(a)[s];
-        d2 += d * d;
+        const P d = x[a] - P::load(order_.x(a) + s);
+        d2 = fma(d, d, d2);
       }
-      *out = s;
-      out += static_cast<int>(d2 < square) & static_cast<int>(s != self);
+      out = append((d2 < square) & first_lanes<P>(last - s), s, out);
+    }
+    return out;
+  }
+  static std::int32_t* append(typename P::Truth mask, std::int32_t s, std::int32_t* out) {
+    const unsigned bits = mask.bits();
+#if defined(__AVX512F__) && defined(__AVX512VL__)
+    if constexpr (P::width == 8) {
+      const __m256i slots = _mm256_add_epi32(_mm256_set1_epi32(s), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
+      // Compressed in the register: compressing stores take 50 times as long on Zen 4.
+      _mm256_storeu_si256(reinterpret_cast<__m256i*>(out),
+                          _mm256_maskz_compress_epi32(static_cast<__mmask8>(bits), slots));
+      return out + std::popcount(bits);
+    }
+#endif
+    for (int l = 0; l < P::width; ++l) {
+      *out = s + l;
+      out += bits >> l & 1u;
     }
     return out;
   }
