@@ -6,4 +6,5 @@
 #include "phistep/phistep.hpp"
 #include "phistep/state/box.hpp"
 #include "phistep/state/particles.hpp"
+#include "phistep/stepper/sleeping.hpp"
 // IWYU pragma: end_exports
