@@ -210,7 +210,7 @@ template <class F, class View>
 }
 /// Rows of a particle's vector where a state has them as columns of a matrix, 0 where it doesn't.
 template <class View>
-[[nodiscard]] consteval int particle_rows() {
+[[nodiscard]] consteval int dimension_of() {
   if constexpr (MotionLike<View>) {
     using Positions = std::remove_cvref_t<decltype(std::declval<const View&>().r)>;
     if constexpr (!Positions::IsVectorAtCompileTime && !Positions::IsRowMajor && int{Positions::RowsAtCompileTime} > 0)
@@ -225,7 +225,7 @@ template <class F, class View>
   int named = 0;
   if constexpr (requires { int{F::block}; }) named = F::block;
   if constexpr (requires { requires F::structure == Structure::network; })
-    if (named == 0) named = particle_rows<View>();
+    if (named == 0) named = dimension_of<View>();
   return named;
 }
 
