@@ -4,6 +4,7 @@
 
 // IWYU pragma: begin_exports
 #include "phistep/force/pairs.hpp"
+#include "phistep/observe/particle_sums.hpp"
 #include "phistep/phistep.hpp"
 #include "phistep/state/box.hpp"
 #include "phistep/state/particles.hpp"
