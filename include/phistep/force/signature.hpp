@@ -209,9 +209,10 @@ template <class F, class View>
   else return otherwise;
 }
 /// Rows of one particle's (or chain link's) block of the tangent, 0 where the force names none.
-template <class F>
+template <class F, class View>
 [[nodiscard]] consteval int block_of() {
-  if constexpr (requires { int{F::block}; }) return F::block;
+  if constexpr (requires { int{F::template block_of<View>}; }) return F::template block_of<View>;
+  else if constexpr (requires { int{F::block}; }) return F::block;
   else return 0;
 }
 
@@ -235,7 +236,7 @@ struct ForceTraits {
   static constexpr bool is_symmetric = requires { requires F::is_symmetric; };
   /// The force knows where its tangents can be non-zero, so that differences need few calls.
   static constexpr bool has_pattern = requires(const F& f, Index n) { f.pattern(n); };
-  static constexpr int block = block_of<F>();
+  static constexpr int block = block_of<F, View>();
 
   static constexpr bool returns_jacobian = phistep::returns_jacobian<F, View, arity>();
   static constexpr bool has_jacobian = returns_jacobian || AddsJacobian<F, View>;
