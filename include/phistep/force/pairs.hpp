@@ -25,6 +25,7 @@
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/force/pair_laws.hpp"
+#include "phistep/force/signature.hpp"
 #include "phistep/force/sum.hpp"
 #include "phistep/neighbors/neighbors.hpp"
 
@@ -65,7 +66,8 @@ class Pairs : public ForceTerm {
   static constexpr bool uses_velocity = false, uses_time = false;
   static constexpr Structure structure = Structure::network;
   static constexpr bool has_edges = true, is_symmetric = true;
-  static constexpr int block = flat;
+  template <MotionLike View>
+  static constexpr int block_of = Shape<View>::dim;
 
   Law law;
 

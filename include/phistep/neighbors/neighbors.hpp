@@ -105,8 +105,8 @@ class Neighbors {
                            const std::vector<std::uint8_t>& still, const NeighborRange& range,
                            const NeighborMemory& memory) {
     if (!serves(memory.reference.get(), r, particles, domain, still, range, memory.age)) {
+      memory.age = memory.reference == nullptr ? 0 : -1;  // the first is made before a step, others at its end
       memory.reference = remember(r, particles, domain, still);
-      memory.age = 0;
     }
     if (built_ != memory.reference || !(range_ == key(range))) build(memory.reference, range);
     return list_;
