@@ -3,6 +3,7 @@
 #pragma once
 
 // IWYU pragma: begin_exports
+#include "phistep/force/all_pairs.hpp"
 #include "phistep/force/pairs.hpp"
 #include "phistep/phistep.hpp"
 #include "phistep/state/box.hpp"
