@@ -4,7 +4,9 @@
 
 // IWYU pragma: begin_exports
 #include "phistep/force/all_pairs.hpp"
+#include "phistep/force/contact.hpp"
 #include "phistep/force/pairs.hpp"
+#include "phistep/force/walls.hpp"
 #include "phistep/phistep.hpp"
 #include "phistep/state/box.hpp"
 #include "phistep/state/particles.hpp"
