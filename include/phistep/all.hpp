@@ -6,6 +6,7 @@
 #include "phistep/autodiff.hpp"
 #include "phistep/io.hpp"
 #include "phistep/krylov.hpp"
+#include "phistep/particles.hpp"
 #include "phistep/phistep.hpp"
 #include "phistep/preflight.hpp"
 #include "phistep/sparse.hpp"

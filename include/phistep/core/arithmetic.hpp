@@ -114,6 +114,14 @@ struct Input {
 template <class Scalar>
 Input(const Scalar*) -> Input<Scalar>;
 
+/// h/m_i, for a kernel.
+template <class Scalar>
+struct ComponentFactor {
+  Scalar h;
+  Input<Scalar> inverse_mass;
+  auto operator()(auto i) const { return h * inverse_mass[i]; }
+};
+
 /// [bytes] Size of one array from which outputs bypass the caches: a step over five such arrays fills 30 MiB. Measured
 /// crossover with 32 MiB of L3: 5 MiB (forward Euler) and 6 MiB (velocity Verlet).
 inline constexpr std::ptrdiff_t stream_from = std::ptrdiff_t{6} << 20;

@@ -6,7 +6,8 @@
 /// Every header opens `namespace phistep::inline PHISTEP_ABI {`. The name holds the version and the instruction set,
 /// because Eigen's alignment and packet sizes follow -march: two units built for different machines would otherwise
 /// share one inline function, and the linker would keep whichever it met first. With the name they are different
-/// types, so passing a state from one to the other fails at link time instead of at run time.
+/// types, so passing a state from one to the other fails at link time instead of at run time. The same holds for units
+/// with and without OpenMP, whose loops differ.
 
 #define PHISTEP_VERSION_MAJOR 0
 #define PHISTEP_VERSION_MINOR 1
@@ -39,7 +40,11 @@
 #define PHISTEP_DETAIL_ISA generic
 #endif
 
+#ifdef _OPENMP
+#define PHISTEP_DETAIL_PASTE(major, minor, isa) v##major##_##minor##_##isa##_openmp
+#else
 #define PHISTEP_DETAIL_PASTE(major, minor, isa) v##major##_##minor##_##isa
+#endif
 #define PHISTEP_DETAIL_ABI(major, minor, isa) PHISTEP_DETAIL_PASTE(major, minor, isa)
 
 /// Name of the inline namespace, for example `v0_1_avx2_fma`.

@@ -3,7 +3,8 @@
 ///
 ///     auto energy(auto t, const auto& y) const;        // V(t, r) [energy], −∂V/∂r being the term's force at v = 0
 ///
-/// beside `add`, seeing the same view. Nothing in a step asks for it; observe/energy_ledger.hpp does.
+/// beside `add`, seeing the same view (with a memory, energy(t, y, memory), if it likes). Nothing in a step asks for it;
+/// observe/energy_ledger.hpp does.
 #pragma once
 
 #include <concepts>
@@ -13,6 +14,7 @@
 
 #include "phistep/core/version.hpp"
 #include "phistep/force/annotate.hpp"
+#include "phistep/force/evaluate.hpp"
 #include "phistep/force/signature.hpp"
 #include "phistep/force/sum.hpp"
 
@@ -22,6 +24,9 @@ namespace phistep::inline PHISTEP_ABI {
 template <class F, class View>
 concept HasEnergy = requires(F& f, typename ViewScalar<View>::type t, const View& y) {
   { f.energy(t, y) } -> std::convertible_to<typename ViewScalar<View>::type>;
+}
+|| requires(F& f, typename ViewScalar<View>::type t, const View& y, const MemoryOf<F>& memory) {
+  { f.energy(t, y, memory) } -> std::convertible_to<typename ViewScalar<View>::type>;
 };
 
 /// Whether a term has a potential energy, its numbers included.
@@ -32,17 +37,26 @@ template <class View, class F>
   else return true;
 }
 
-/// V(t, r) of a force [energy]; of a sum, that of those terms that have one. 0 where there is none.
-template <class F, class View, class Scalar>
-[[nodiscard]] Scalar potential_energy(F& force, Scalar t, const View& y) {
+/// V(t, r) of a force with this memory [energy]; of a sum, that of those terms that have one. 0 where there is none.
+template <class F, class View, class Memory, class Scalar>
+[[nodiscard]] Scalar potential_energy(F& force, Scalar t, const View& y, const Memory& memory) {
   if constexpr (is_sum<std::remove_const_t<F>>) {
-    return std::apply([&](auto&... term) { return (Scalar{0} + ... + potential_energy(unwrap(term), t, y)); },
-                      force.terms);
+    Scalar sum{0};
+    for_each_term(force, memory,
+                  [&](auto, auto& term, const auto& its) { sum += potential_energy(term, t, y, its); });
+    return sum;
   } else if constexpr (HasEnergy<F, View>) {
-    return has_energy<View>(force) ? static_cast<Scalar>(force.energy(t, y)) : Scalar{0};
+    if (!has_energy<View>(force)) return Scalar{0};
+    if constexpr (requires { force.energy(t, y, memory); }) return static_cast<Scalar>(force.energy(t, y, memory));
+    else return static_cast<Scalar>(force.energy(t, y));
   } else {
     return Scalar{0};
   }
+}
+/// The same with a new memory: terms that keep neighbour lists make them for this one call.
+template <class F, class View, class Scalar>
+[[nodiscard]] Scalar potential_energy(F& force, Scalar t, const View& y) {
+  return potential_energy(force, t, y, MemoryOf<std::remove_const_t<F>>{});
 }
 
 /// A force and its potential.

@@ -25,12 +25,13 @@ template <std::size_t k, class Memory>
 }
 
 /// Calls f(k, term k, its memory) for every term of a sum.
-template <class... T, class Memory, class F>
-constexpr void for_each_term(Sum<T...>& sum, Memory& memory, F&& f) {
+template <class SumOfTerms, class Memory, class F>
+  requires is_sum<std::remove_const_t<SumOfTerms>>
+constexpr void for_each_term(SumOfTerms& sum, Memory& memory, F&& f) {
   [&]<std::size_t... K>(std::index_sequence<K...>) {
     (f(std::integral_constant<std::size_t, K>{}, unwrap(std::get<K>(sum.terms)), memory_of_term<K>(memory)), ...);
   }
-  (std::index_sequence_for<T...>{});
+  (std::make_index_sequence<std::tuple_size_v<decltype(sum.terms)>>{});
 }
 
 /// The result of a force that returns, checked for what would dangle or not fit.

@@ -50,6 +50,19 @@ using MemoryOf = typename MemoryTrait<Unwrapped<F>>::type;
 template <class F>
 inline constexpr bool remembers = !std::is_same_v<MemoryOf<F>, NoMemory>;
 
+/// Whether a memory is nothing but work saved, as a neighbour list: Ψ doesn't depend on it. Says so by `is_cache`.
+template <class Memory>
+inline constexpr bool is_cache = requires {
+  requires Memory::is_cache;
+};
+template <>
+inline constexpr bool is_cache<NoMemory> = true;
+template <class... Memory>
+inline constexpr bool is_cache<std::tuple<Memory...>> = (is_cache<Memory> && ...);
+/// Whether Ψ depends on what was before.
+template <class F>
+inline constexpr bool has_history = !is_cache<MemoryOf<F>>;
+
 template <class View>
 concept FirstOrderLike = requires(const View& view) {
   view.y;

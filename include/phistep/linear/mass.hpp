@@ -32,14 +32,6 @@ struct UniformFactor {
   Scalar operator()(auto) const { return factor; }
 };
 
-/// h/m_i.
-template <class Scalar>
-struct ComponentFactor {
-  Scalar h;
-  Input<Scalar> inverse_mass;
-  auto operator()(auto i) const { return h * inverse_mass[i]; }
-};
-
 /// M = 1: no divide, no multiply.
 struct UnitMass {
   static constexpr Structure structure = Structure::diagonal;

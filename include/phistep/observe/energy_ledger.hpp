@@ -103,7 +103,7 @@ class EnergyLedger {
       "stage forms, and velocity_verlet");
   static_assert(!is_split<std::remove_const_t<Force>, Scheme>,
                 "phistep: EnergyLedger knows no energy balance of a step split by at(forward_euler, term)");
-  static_assert(!remembers<Force>, "phistep: EnergyLedger knows no energy balance of a force with memory");
+  static_assert(!has_history<Force>, "phistep: EnergyLedger knows no energy balance of a force with a history");
 
  public:
   /// In at least double precision. [energy]
@@ -253,7 +253,7 @@ class EnergyLedger {
     books_.t = t;
   }
   [[nodiscard]] Energy potential_at(Scalar t, const Plain& y) {
-    return static_cast<Energy>(potential_energy(*force_, t, view(y)));
+    return static_cast<Energy>(potential_energy(*force_, t, view(y), stepper_->memory()));
   }
   void book_edit(Scalar t, const Plain& y) {
     const Energy before = energy();

@@ -175,9 +175,17 @@ template <State S, class A, class B>
   return same;
 }
 
+/// Properties beside the blocks that a state's copies share (see state/particles.hpp).
+template <class S>
+concept HasProperties = requires(S& to, const S& from) {
+  S::share_properties(to, from);
+  { S::same_properties(from, from) } -> std::convertible_to<bool>;
+};
+
 /// to = from, block by block; allocates only where the sizes differ.
 template <State S, class To, class From>
 void copy_blocks(To& to, const From& from) {
+  if constexpr (HasProperties<S>) S::share_properties(to, from);
   for_each_block([](auto, auto& x, const auto& y) { x = y; }, Blocks<S>::all(to), Blocks<S>::all(from));
 }
 

@@ -52,9 +52,9 @@ struct KernelNeeds {
   bool carries = false;  ///< it may leave Ψ(t+Δt) to the next step
 };
 
-/// Whether Ψ(t+Δt) could be kept at all: a force with memory may have changed it by then, a look-up isn't worth it.
+/// Whether Ψ(t+Δt) could be kept at all: a force with a history may have changed it by then, a look-up isn't worth it.
 template <class Rhs>
-inline constexpr bool can_carry = !Rhs::remembers && !Rhs::Traits::is_lookup;
+inline constexpr bool can_carry = !Rhs::has_history && !Rhs::Traits::is_lookup;
 
 /// A scheme as a row over the kernel. Schemes in headers of their own: include them (phistep.hpp includes all).
 template <class Scheme, State S>

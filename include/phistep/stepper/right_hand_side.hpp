@@ -38,8 +38,9 @@ template <State S, class... M, class Plain>
   (std::index_sequence_for<M...>{});
 }
 template <State S, class Plain>
-[[nodiscard]] auto bind_masses(const UnitMasses&, const Plain&) {
-  return []<std::size_t... K>(std::index_sequence<K...>) { return std::tuple{(static_cast<void>(K), UnitMass{})...}; }
+[[nodiscard]] auto bind_masses(const UnitMasses&, const Plain& y) {
+  if constexpr (requires { S::masses(y); }) return S::masses(y);  // the state has its own
+  else return []<std::size_t... K>(std::index_sequence<K...>) { return std::tuple{(static_cast<void>(K), UnitMass{})...}; }
   (std::make_index_sequence<solved_blocks<S>>{});
 }
 
@@ -83,7 +84,7 @@ class RightHandSide {
   using KickTraits = ForceTraits<Kicks, std::remove_cvref_t<View>, Rate>;
   using Memory = MemoryOf<F>;
 
-  static constexpr bool remembers = phistep::remembers<F>;
+  static constexpr bool remembers = phistep::remembers<F>, has_history = phistep::has_history<F>;
   static constexpr bool drifts = Blocks<S>::drifts;
   static constexpr std::size_t blocks = solved_blocks<S>;
   static constexpr bool has_matrix_mass = []<std::size_t... K>(std::index_sequence<K...>) {

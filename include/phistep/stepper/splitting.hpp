@@ -42,7 +42,7 @@ class SplitRow {
 
   /// Ψ_e depends on what the kicks move.
   static constexpr bool couples = !Rhs::drifts || Traits::uses_velocity || Rhs::blocks > 1;
-  static constexpr bool reuses = !couples && !Rhs::remembers;
+  static constexpr bool reuses = !couples && !Rhs::has_history;
   static constexpr bool is_constant = reuses && !Traits::uses_time && Traits::structure == Structure::none;
 
   /// The inner scheme may carry Ψ_s over the kicks where that ignores what they move.

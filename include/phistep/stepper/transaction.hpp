@@ -75,7 +75,11 @@ class Transaction {
   [[nodiscard]] Failure& failure() { return failure_; }
   [[nodiscard]] const Failure& failure() const { return failure_; }
   void reset() { guard_.forget(); }
-  [[nodiscard]] bool fits(const S& state) const { return same_shape<S>(state, next_); }
+  [[nodiscard]] bool fits(const S& state) const {
+    if constexpr (HasProperties<S>)
+      if (!S::same_properties(state, next_)) return false;
+    return same_shape<S>(state, next_);
+  }
   /// A state of the right sizes.
   [[nodiscard]] const Plain& workspace() const { return next_; }
   /// For a checkpoint: Ψ, and where it holds.

@@ -1,0 +1,133 @@
+/// @file
+/// What belongs to particles and doesn't change during a step: masses, radii, types, charges, the box.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "phistep/core/arithmetic.hpp"
+#include "phistep/core/structure.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/state/box.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// Immutable, and shared between a state and the steppers' copies of it: another address says that something was changed.
+/// Columns have a value a particle, or none where the scene doesn't need them.
+template <class Scalar, int dim>
+struct Body {
+  using Column = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
+
+  Column mass;                      ///< [mass]
+  Column radius;                    ///< [length], or empty
+  Eigen::VectorXi type;             ///< an index into tables of materials, or empty: all 0
+  Column charge;                    ///< [charge], or empty
+  Column heat_capacity;             ///< [energy/temperature], or empty: 1
+  std::vector<std::int64_t> id;     ///< who a particle is: stays its own when others are erased
+  std::vector<std::uint8_t> still;  ///< 1: held as it is, at rest or at a constant velocity; empty: none is
+  Box<Scalar, dim> box;             ///< open unless set
+  Scalar inertia_factor = Scalar{2} / Scalar{5};  ///< I/(m R²): that of a solid sphere (a disc: ½)
+  std::int64_t next_id = 0;                       ///< that of the next particle to be added
+
+  [[nodiscard]] Eigen::Index size() const { return mass.size(); }
+  [[nodiscard]] bool is_still(Eigen::Index i) const {
+    return !still.empty() && still[static_cast<std::size_t>(i)] != 0;
+  }
+  [[nodiscard]] int type_of(Eigen::Index i) const { return type.size() == 0 ? 0 : type[i]; }
+
+  /// @throws std::invalid_argument that names the particle whose value can't be
+  void check() const {
+    box.check();
+    check_column(mass, "mass", true);
+    check_column(radius, "radius", true);
+    check_column(charge, "charge", false);
+    check_column(heat_capacity, "heat capacity", true);
+    for (Eigen::Index i = 0; i < type.size(); ++i)
+      if (type[i] < 0) complain(i, "type", "be >= 0");
+    if (!(inertia_factor > 0) || !std::isfinite(inertia_factor))
+      throw std::invalid_argument("phistep: an inertia factor must be finite and > 0");
+  }
+
+  void archive(auto& ar) {
+    ar(mass, radius, type, charge, heat_capacity, id, still, box, inertia_factor, next_id);
+    const auto n = static_cast<std::size_t>(mass.size());
+    ar.check(id.size() == n && (still.empty() || still.size() == n));
+    for (const Eigen::Index size : {radius.size(), type.size(), charge.size(), heat_capacity.size()})
+      ar.check(size == 0 || size == mass.size());
+  }
+
+ private:
+  void check_column(const Column& values, const char* name, bool positive) const {
+    if (values.size() != 0 && values.size() != mass.size())
+      throw std::invalid_argument("phistep: " + std::to_string(values.size()) + " values of " + name + " for " +
+                                  std::to_string(mass.size()) + " particles");
+    for (Eigen::Index i = 0; i < values.size(); ++i)
+      if (!std::isfinite(values[i]) || (positive && !(values[i] > 0)))
+        complain(i, name, positive ? "be finite and > 0" : "be finite");
+  }
+  [[noreturn]] void complain(Eigen::Index i, const char* name, const char* must) const {
+    throw std::invalid_argument("phistep: the " + std::string(name) + " of particle " + std::to_string(i) + " must " +
+                                must);
+  }
+};
+
+/// M of one block: a mass (inertia, capacity) m a particle, the same for each of its `rows` components. Of particles held
+/// still the inverse is 0, so that no force moves them; their weight is that of their mass.
+template <class Scalar, int rows>
+class ParticleMasses {
+  using Column = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
+
+ public:
+  static constexpr Structure structure = Structure::diagonal;
+  static constexpr bool is_matrix = false;
+
+  /// @param mass  [mass] of each particle, finite and > 0
+  /// @throws std::invalid_argument where one isn't
+  ParticleMasses(const Column& mass, const std::vector<std::uint8_t>& still)
+      : mass_(mass), inverse_(rows * mass.size()) {
+    for (Eigen::Index i = 0; i < mass_.size(); ++i) {
+      if (!(mass_[i] > 0) || !std::isfinite(mass_[i]))
+        throw std::invalid_argument("phistep: the mass of particle " + std::to_string(i) + " must be finite and > 0");
+      const bool held = !still.empty() && still[static_cast<std::size_t>(i)] != 0;
+      inverse_.template segment<rows>(rows * i).setConstant(held ? Scalar{0} : Scalar{1} / mass_[i]);
+    }
+  }
+
+  /// [mass] of particle i
+  [[nodiscard]] Scalar of(Eigen::Index i) const { return mass_[i]; }
+  [[nodiscard]] ComponentFactor<Scalar> scaled(Scalar h) const { return {h, {inverse_.data()}}; }
+  void subtract_product(const auto& x, auto&& out) const {
+    for (Eigen::Index i = 0; i < out.size(); ++i) out[i] -= inertia(i) * x[i];
+  }
+  void for_each_entry(Eigen::Index n, auto&& f) const {
+    for (Eigen::Index i = 0; i < n; ++i) f(i, i, inertia(i));
+  }
+  void add_product(auto&& x, auto& out) const {
+    for (Eigen::Index i = 0; i < out.size(); ++i) out.data()[i] += mass_[i / rows] * x(i);
+  }
+  /// The masses of components at … at + n − 1, and their inverses.
+  template <int n>
+  [[nodiscard]] auto segment(Eigen::Index at) const {
+    Eigen::Matrix<Scalar, n, 1> some;
+    for (int a = 0; a < n; ++a) some[a] = inertia(at + a);
+    return std::pair<Eigen::Matrix<Scalar, n, 1>, Eigen::Matrix<Scalar, n, 1>>{some, inverse_.template segment<n>(at)};
+  }
+
+ private:
+  /// In an implicit solve something held is something very heavy: by a power of two beyond all rounding.
+  [[nodiscard]] Scalar inertia(Eigen::Index i) const {
+    const Scalar m = mass_[i / rows];
+    return inverse_[i] > 0 ? m : std::ldexp(m, sizeof(Scalar) == 4 ? 40 : 120);
+  }
+
+  Column mass_, inverse_;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI
