@@ -1,0 +1,369 @@
+/// @file
+/// Several numbers as one: `Pack<Scalar, width>`, arithmetic and comparisons lane by lane.
+///
+///     auto law = [](auto r2) { return select(r2 < 6.25, 1 / (r2 * r2), 0 * r2); };   // for a number and for a Pack
+///
+/// Built on the vectors of g++ and clang; where the machine has no register of that size (another compiler, another
+/// machine, or PHISTEP_NO_SIMD) the same type is an array that the compiler may vectorise or not.
+#pragma once
+
+#include <cmath>
+#include <concepts>
+#include <cstdint>
+#include <cstring>
+#include <type_traits>
+#include <utility>
+
+#include "phistep/core/version.hpp"
+
+#if defined(__AVX__)
+#include <immintrin.h>
+#elif defined(__SSE2__)
+#include <emmintrin.h>
+#endif
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// [bytes] of the widest register, 0 where packs are arrays.
+#if defined(PHISTEP_NO_SIMD) || !defined(__GNUC__)
+inline constexpr int simd_bytes = 0;
+#elif defined(__AVX512F__)
+inline constexpr int simd_bytes = 64;
+#elif defined(__AVX__)
+inline constexpr int simd_bytes = 32;
+#elif defined(__SSE2__) || (defined(__ARM_NEON) && defined(__aarch64__))
+inline constexpr int simd_bytes = 16;
+#else
+inline constexpr int simd_bytes = 0;
+#endif
+
+/// Lanes of the widest register: 1 where there is none.
+template <class Scalar>
+inline constexpr int native_width = simd_bytes > 0 && (std::is_same_v<Scalar, double> || std::is_same_v<Scalar, float>)
+                                        ? simd_bytes / static_cast<int>(sizeof(Scalar))
+                                        : 1;
+
+namespace detail {
+
+/// What a compiler's vector does, without one.
+template <class T, int width>
+struct Lanes {
+  T lane[width];
+  constexpr T operator[](int i) const { return lane[i]; }
+  constexpr T& operator[](int i) { return lane[i]; }
+  template <class F, class... A>
+  static constexpr auto map(F f, const A&... a) {
+    Lanes<decltype(f(a[0]...)), width> out{};
+    for (int i = 0; i < width; ++i) out.lane[i] = f(a[i]...);
+    return out;
+  }
+  friend constexpr Lanes operator-(Lanes a) {
+    return map([](T x) { return -x; }, a);
+  }
+  friend constexpr Lanes operator+(Lanes a, Lanes b) {
+    return map([](T x, T y) { return x + y; }, a, b);
+  }
+  friend constexpr Lanes operator-(Lanes a, Lanes b) {
+    return map([](T x, T y) { return x - y; }, a, b);
+  }
+  friend constexpr Lanes operator*(Lanes a, Lanes b) {
+    return map([](T x, T y) { return x * y; }, a, b);
+  }
+  friend constexpr Lanes operator/(Lanes a, Lanes b) {
+    return map([](T x, T y) { return x / y; }, a, b);
+  }
+};
+
+template <class Scalar, int width>
+inline constexpr bool in_register = static_cast<int>(sizeof(Scalar)) * width <= simd_bytes&& width > 1;
+template <class Scalar>
+using IntegerLike = std::conditional_t<sizeof(Scalar) == 4, std::int32_t, std::int64_t>;
+
+/// AVX-512 keeps a bit a lane, the others a whole integer of ones or zeros, arrays a bool.
+enum class MaskKind { bits, integers, bools };
+template <class Scalar, int width>
+inline constexpr MaskKind mask_kind = !in_register<Scalar, width>    ? MaskKind::bools
+                                      : sizeof(Scalar) * width == 64 ? MaskKind::bits
+                                                                     : MaskKind::integers;
+
+template <class Scalar, int width, MaskKind = mask_kind<Scalar, width>>
+struct Storage {
+  using Register = Lanes<Scalar, width>;
+  using Bits = Lanes<bool, width>;
+};
+#if defined(__GNUC__)
+// Three times, because g++ drops the vector attribute of a template's argument.
+template <class Scalar, int width>
+struct Storage<Scalar, width, MaskKind::integers> {
+  typedef Scalar Register __attribute__((vector_size(sizeof(Scalar) * width)));
+  typedef IntegerLike<Scalar> Integers __attribute__((vector_size(sizeof(Scalar) * width)));
+  typedef IntegerLike<Scalar> Bits __attribute__((vector_size(sizeof(Scalar) * width)));
+};
+template <class Scalar, int width>
+struct Storage<Scalar, width, MaskKind::bits> {
+  typedef Scalar Register __attribute__((vector_size(sizeof(Scalar) * width)));
+  typedef IntegerLike<Scalar> Integers __attribute__((vector_size(sizeof(Scalar) * width)));
+  using Bits = std::conditional_t<width == 8, std::uint8_t, std::uint16_t>;
+};
+#endif
+
+}  // namespace detail
+
+/// A truth value a lane.
+template <class Scalar, int width>
+struct Mask {
+  static constexpr auto kind = detail::mask_kind<Scalar, width>;
+  using Bits = typename detail::Storage<Scalar, width>::Bits;
+  Bits lanes;
+
+  [[nodiscard]] friend Mask operator&(Mask a, Mask b) {
+    if constexpr (kind == detail::MaskKind::bools)
+      return {Bits::map([](bool p, bool q) { return p && q; }, a.lanes, b.lanes)};
+    else return {static_cast<Bits>(a.lanes & b.lanes)};
+  }
+  [[nodiscard]] friend Mask operator|(Mask a, Mask b) {
+    if constexpr (kind == detail::MaskKind::bools)
+      return {Bits::map([](bool p, bool q) { return p || q; }, a.lanes, b.lanes)};
+    else return {static_cast<Bits>(a.lanes | b.lanes)};
+  }
+  [[nodiscard]] friend Mask operator!(Mask a) {
+    if constexpr (kind == detail::MaskKind::bools) return {Bits::map([](bool p) { return !p; }, a.lanes)};
+    else return {static_cast<Bits>(~a.lanes)};
+  }
+  [[nodiscard]] friend Mask operator&&(Mask a, Mask b) { return a & b; }
+  [[nodiscard]] friend Mask operator||(Mask a, Mask b) { return a | b; }
+  /// Bit l: lane l.
+  [[nodiscard]] unsigned bits() const {
+    if constexpr (kind == detail::MaskKind::bits) return lanes;
+#if defined(__SSE2__)
+    else if constexpr (kind == detail::MaskKind::integers && sizeof(Bits) == 16) {
+      if constexpr (width == 2) return static_cast<unsigned>(_mm_movemask_pd(reinterpret_cast<__m128d>(lanes)));
+      else return static_cast<unsigned>(_mm_movemask_ps(reinterpret_cast<__m128>(lanes)));
+    }
+#endif
+#if defined(__AVX__)
+    else if constexpr (kind == detail::MaskKind::integers && sizeof(Bits) == 32) {
+      if constexpr (width == 4) return static_cast<unsigned>(_mm256_movemask_pd(reinterpret_cast<__m256d>(lanes)));
+      else return static_cast<unsigned>(_mm256_movemask_ps(reinterpret_cast<__m256>(lanes)));
+    }
+#endif
+    else {
+      unsigned all = 0;
+      for (int l = 0; l < width; ++l) all |= (lanes[l] ? 1u : 0u) << l;
+      return all;
+    }
+  }
+  [[nodiscard]] bool operator[](int lane) const { return bits() >> lane & 1u; }
+};
+template <class Scalar, int width>
+[[nodiscard]] bool any(Mask<Scalar, width> m) {
+  return m.bits() != 0;
+}
+template <class Scalar, int width>
+[[nodiscard]] bool all(Mask<Scalar, width> m) {
+  return m.bits() == (1u << width) - 1;
+}
+template <class Scalar, int width>
+[[nodiscard]] bool none(Mask<Scalar, width> m) {
+  return m.bits() == 0;
+}
+
+/// `width` numbers.
+template <class Scalar_, int width_>
+struct Pack {
+  static_assert(width_ > 0 && width_ <= 16 && (width_ & (width_ - 1)) == 0);
+  using Scalar = Scalar_;
+  static constexpr int width = width_;
+  using Register = typename detail::Storage<Scalar, width>::Register;
+  using Truth = Mask<Scalar, width>;
+  Register x;
+
+  Pack() = default;
+  explicit constexpr Pack(Register lanes) : x{lanes} {}
+  /// The same number in every lane. From any arithmetic type: parameters of laws are double also where particles are
+  /// float.
+  template <class Number>
+    requires std::is_arithmetic_v<Number>
+  constexpr Pack(Number s) : x{broadcast(static_cast<Scalar>(s), std::make_integer_sequence<int, width>{})} {}
+
+  [[nodiscard]] static Pack load(const Scalar* p) {
+    Pack a;
+    std::memcpy(&a.x, p, sizeof a.x);
+    return a;
+  }
+  void store(Scalar* p) const { std::memcpy(p, &x, sizeof x); }
+#if defined(__GNUC__)
+  /// p is a multiple of the pack's size.
+  [[nodiscard]] static Pack load_aligned(const Scalar* p) {
+    return load(static_cast<const Scalar*>(__builtin_assume_aligned(p, sizeof(Register))));
+  }
+  void store_aligned(Scalar* p) const { store(static_cast<Scalar*>(__builtin_assume_aligned(p, sizeof(Register)))); }
+#else
+  [[nodiscard]] static Pack load_aligned(const Scalar* p) { return load(p); }
+  void store_aligned(Scalar* p) const { store(p); }
+#endif
+  /// p[index[l]] in lane l.
+  template <std::integral Index>
+  [[nodiscard]] static Pack gather(const Scalar* p, const Index* index) {
+    return make([&](int l) { return p[index[l]]; });
+  }
+  /// f(l) in lane l.
+  template <class F>
+  [[nodiscard]] static Pack make(F&& f) {
+    return [&]<int... l>(std::integer_sequence<int, l...>) { return Pack{Register{f(l)...}}; }
+    (std::make_integer_sequence<int, width>{});
+  }
+  [[nodiscard]] Scalar operator[](int lane) const { return x[lane]; }
+
+  [[nodiscard]] friend Pack operator+(Pack a, Pack b) { return Pack{a.x + b.x}; }
+  [[nodiscard]] friend Pack operator-(Pack a, Pack b) { return Pack{a.x - b.x}; }
+  [[nodiscard]] friend Pack operator*(Pack a, Pack b) { return Pack{a.x * b.x}; }
+  [[nodiscard]] friend Pack operator/(Pack a, Pack b) { return Pack{a.x / b.x}; }
+  [[nodiscard]] Pack operator-() const { return Pack{-x}; }
+  Pack& operator+=(Pack b) { return *this = *this + b; }
+  Pack& operator-=(Pack b) { return *this = *this - b; }
+  Pack& operator*=(Pack b) { return *this = *this * b; }
+  Pack& operator/=(Pack b) { return *this = *this / b; }
+
+  // Comparisons with NaN are false, != is true: as for numbers.
+  [[nodiscard]] friend Truth operator<(Pack a, Pack b) { return compare<0x11>(a, b); }
+  [[nodiscard]] friend Truth operator<=(Pack a, Pack b) { return compare<0x12>(a, b); }
+  [[nodiscard]] friend Truth operator>(Pack a, Pack b) { return compare<0x11>(b, a); }
+  [[nodiscard]] friend Truth operator>=(Pack a, Pack b) { return compare<0x12>(b, a); }
+  [[nodiscard]] friend Truth operator==(Pack a, Pack b) { return compare<0x00>(a, b); }
+  [[nodiscard]] friend Truth operator!=(Pack a, Pack b) { return compare<0x04>(a, b); }
+
+ private:
+  template <int... l>
+  static constexpr Register broadcast(Scalar s, std::integer_sequence<int, l...>) {
+    return Register{(static_cast<void>(l), s)...};
+  }
+  /// code: the immediate of x86's compare, LT_OQ, LE_OQ, EQ_OQ and NEQ_UQ.
+  template <int code>
+  static Truth compare(Pack a, Pack b) {
+    [[maybe_unused]] const auto by = [](const auto& p, const auto& q) {
+      if constexpr (code == 0x11) return p < q;
+      else if constexpr (code == 0x12) return p <= q;
+      else if constexpr (code == 0x00) return p == q;
+      else return p != q;
+    };
+    if constexpr (Truth::kind == detail::MaskKind::bools) return {Register::map(by, a.x, b.x)};
+#if defined(__AVX512F__)
+    else if constexpr (Truth::kind == detail::MaskKind::bits && sizeof(Scalar) == 8)
+      return {_mm512_cmp_pd_mask(a.x, b.x, code)};
+    else if constexpr (Truth::kind == detail::MaskKind::bits) return {_mm512_cmp_ps_mask(a.x, b.x, code)};
+#endif
+    else return {by(a.x, b.x)};
+  }
+};
+
+/// a where the mask is true, b elsewhere.
+template <class Scalar, int width>
+[[nodiscard]] Pack<Scalar, width> select(Mask<Scalar, width> m, std::type_identity_t<Pack<Scalar, width>> a,
+                                         std::type_identity_t<Pack<Scalar, width>> b) {
+  using P = Pack<Scalar, width>;
+  if constexpr (m.kind == detail::MaskKind::bools) return P::make([&](int l) { return m.lanes[l] ? a.x[l] : b.x[l]; });
+#if defined(__AVX512F__)
+  else if constexpr (m.kind == detail::MaskKind::bits && sizeof(Scalar) == 8)
+    return P{_mm512_mask_blend_pd(m.lanes, b.x, a.x)};
+  else if constexpr (m.kind == detail::MaskKind::bits) return P{_mm512_mask_blend_ps(m.lanes, b.x, a.x)};
+#endif
+  else return P{m.lanes ? a.x : b.x};
+}
+
+/// True in the first n lanes: the tail of an array.
+template <class Pack>
+[[nodiscard]] typename Pack::Truth first_lanes(std::ptrdiff_t n) {
+  using Truth = typename Pack::Truth;
+  if constexpr (Truth::kind == detail::MaskKind::bits)
+    return {static_cast<typename Truth::Bits>(n >= Pack::width ? ~0u : (1u << n) - 1u)};
+  else
+    return Pack::make([](int l) { return static_cast<typename Pack::Scalar>(l); }) <
+           Pack(n < Pack::width ? n : std::ptrdiff_t{Pack::width});
+}
+
+/// The lanes added up, always as a tree of halves: (l, l + width/2) first.
+template <class Scalar, int width>
+[[nodiscard]] Scalar sum(Pack<Scalar, width> a) {
+  if constexpr (width == 1) return a[0];
+  else {
+    constexpr int half = width / 2;
+    using Half = Pack<Scalar, half>;
+#if defined(__GNUC__)
+    if constexpr (detail::in_register<Scalar, half> && detail::in_register<Scalar, width>)
+      return [&]<int... l>(std::integer_sequence<int, l...>) {
+        return sum(Half{__builtin_shufflevector(a.x, a.x, l...)} +
+                   Half{__builtin_shufflevector(a.x, a.x, (l + half)...)});
+      }
+    (std::make_integer_sequence<int, half>{});
+    else
+#endif
+        return sum(Half::make([&](int l) { return a[l] + a[l + half]; }));
+  }
+}
+
+/// Four numbers of each of `width` structs.
+template <class P>
+struct FourPacks {
+  P x, y, z, w;
+};
+
+/// Structs of four numbers at xyzw + 4·slot[l], transposed: loads of a whole struct and shuffles, which beat the hardware's
+/// gathers two to one.
+template <class P>
+[[nodiscard]] FourPacks<P> gather4(const typename P::Scalar* xyzw, const std::int32_t* slot) {
+  using Scalar = typename P::Scalar;
+  constexpr int width = P::width;
+  const auto at = [&](int l) { return xyzw + std::ptrdiff_t{4} * slot[l]; };
+#if defined(__GNUC__)
+  if constexpr (detail::in_register<Scalar, width> && width == 2) {
+    const auto a = P::load(at(0)).x, b = P::load(at(1)).x, c = P::load(at(0) + 2).x, d = P::load(at(1) + 2).x;
+    return {P{__builtin_shufflevector(a, b, 0, 2)}, P{__builtin_shufflevector(a, b, 1, 3)},
+            P{__builtin_shufflevector(c, d, 0, 2)}, P{__builtin_shufflevector(c, d, 1, 3)}};
+  } else if constexpr (detail::in_register<Scalar, width>) {
+    using Quad = Pack<Scalar, 4>;
+    // Row k: the structs k, k + 4, k + 8 … side by side.
+    const auto row = [&](int k) {
+      const auto quad = [&](int l) { return Quad::load(at(l)).x; };
+      const auto join = [](auto a, auto b) {
+        return [&]<int... i>(std::integer_sequence<int, i...>) { return __builtin_shufflevector(a, b, i...); }
+        (std::make_integer_sequence<int, 2 * sizeof(a) / sizeof(Scalar)>{});
+      };
+      if constexpr (width == 4) return quad(k);
+      else if constexpr (width == 8) return join(quad(k), quad(k + 4));
+      else return join(join(quad(k), quad(k + 4)), join(quad(k + 8), quad(k + 12)));
+    };
+    // In each group of four lanes: a < 4 from the first, a ≥ 4 from the second.
+    const auto mix =
+        []<int... a, int... i>(auto p, auto q, std::integer_sequence<int, a...>, std::integer_sequence<int, i...>) {
+      constexpr int pattern[] = {a...};
+      return P{__builtin_shufflevector(p.x, q.x, (pattern[i % 4] / 4 * width + pattern[i % 4] % 4 + i / 4 * 4)...)};
+    };
+    constexpr auto lanes = std::make_integer_sequence<int, width>{};
+    using First = std::integer_sequence<int, 0, 1, 4, 5>;
+    using Last = std::integer_sequence<int, 2, 3, 6, 7>;
+    const P r0{row(0)}, r1{row(1)}, r2{row(2)}, r3{row(3)};
+    if constexpr (sizeof(Scalar) == 8) {  // pairs of 8 bytes can be unpacked
+      using Even = std::integer_sequence<int, 0, 4, 2, 6>;
+      using Odd = std::integer_sequence<int, 1, 5, 3, 7>;
+      const P xz = mix(r0, r1, Even{}, lanes), xz2 = mix(r2, r3, Even{}, lanes);
+      const P yw = mix(r0, r1, Odd{}, lanes), yw2 = mix(r2, r3, Odd{}, lanes);
+      return {mix(xz, xz2, First{}, lanes), mix(yw, yw2, First{}, lanes), mix(xz, xz2, Last{}, lanes),
+              mix(yw, yw2, Last{}, lanes)};
+    } else {  // of 4 bytes: low and high halves of 16
+      using Low = std::integer_sequence<int, 0, 4, 1, 5>;
+      using High = std::integer_sequence<int, 2, 6, 3, 7>;
+      const P xy = mix(r0, r1, Low{}, lanes), xy2 = mix(r2, r3, Low{}, lanes);
+      const P zw = mix(r0, r1, High{}, lanes), zw2 = mix(r2, r3, High{}, lanes);
+      return {mix(xy, xy2, First{}, lanes), mix(xy, xy2, Last{}, lanes), mix(zw, zw2, First{}, lanes),
+              mix(zw, zw2, Last{}, lanes)};
+    }
+  } else
+#endif
+  {
+    const auto column = [&](int c) { return P::make([&](int l) { return at(l)[c]; }); };
+    return {column(0), column(1), column(2), column(3)};
+  }
+}
+
+}  // namespace phistep::inline PHISTEP_ABI

@@ -1,0 +1,181 @@
+/// @file
+/// From positions to a neighbour list: a pure function of positions, domain and who stands still, whatever the number of
+/// threads.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "phistep/core/simd.hpp"
+#include "phistep/core/simd_math.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/neighbors/cell_order.hpp"
+#include "phistep/neighbors/domain.hpp"
+#include "phistep/neighbors/neighbor_list.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+template <int dim>
+class ListBuilder {
+ public:
+  /// @param r      dim × N [length]
+  /// @param still  empty, or N: those that are not 0 have no row, and so two of them are no pair
+  /// @param range  [length] of what is listed: closer than this
+  /// @param pad    rows are filled up to a multiple of it
+  void build(const double* r, std::int32_t particles, const Domain& domain, const std::vector<std::uint8_t>& still,
+             double range, std::int32_t pad, NeighborList& list) {
+    order_.sort(r, particles, domain, range, list.slots);
+    list.pad = pad;
+    list.particles = particles;
+    list.rows.clear();
+    for (std::size_t s = 0; s < list.slots.size(); ++s)
+      if (order_.is_home(s) && (still.empty() || still[static_cast<std::size_t>(list.slots[s].particle)] == 0))
+        list.rows.push_back({static_cast<std::int32_t>(s), 0, 0});
+    constexpr auto per_chunk = static_cast<std::size_t>(NeighborList::rows_per_chunk);
+    list.chunk_count = (list.rows.size() + per_chunk - 1) / per_chunk;
+    if (list.chunks.size() < list.chunk_count) list.chunks.resize(list.chunk_count);
+    const P square{range * range};
+    const auto count = static_cast<std::ptrdiff_t>(list.chunk_count);
+#ifdef _OPENMP
+#pragma omp parallel for schedule(static)
+#endif
+    for (std::ptrdiff_t c = 0; c < count; ++c) fill(list, static_cast<std::size_t>(c), square);
+  }
+
+ private:
+  static constexpr int reach = CellOrder<dim>::reach, span = 2 * reach + 1;
+  static constexpr std::size_t lines = dim == 3 ? span * span : span;
+  using P = Pack<double, native_width<double>>;
+  using Cells = std::vector<typename CellOrder<dim>::Cell>;
+
+  /// The slots in a line of cells along x.
+  struct Line {
+    std::size_t from = 0, to = 0;  ///< cells
+    std::int32_t first = 0, last = 0;
+  };
+
+  void fill(NeighborList& list, std::size_t c, P square) const {
+    constexpr auto per_chunk = static_cast<std::size_t>(NeighborList::rows_per_chunk);
+    NeighborList::Chunk& chunk = list.chunks[c];
+    const std::size_t begin = c * per_chunk, end = std::min(list.rows.size(), begin + per_chunk);
+    chunk.rows = {static_cast<std::int32_t>(begin), static_cast<std::int32_t>(end)};
+    chunk.tested = chunk.listed = 0;
+    const Cells& cells = order_.cells();
+    std::array<Line, lines> near;
+    std::size_t cell = 0;
+    bool fresh = true;
+    std::int32_t used = 0;
+    for (std::size_t r = begin; r < end; ++r) {
+      NeighborList::Row& row = list.rows[r];
+      if (row.slot >= cells.back().first) {  // not a number: near nobody
+        row.first = used, row.count = 0;
+        continue;
+      }
+      if (fresh || row.slot >= cells[cell + 1].first) {
+        if (fresh) cell = cell_of(row.slot);
+        while (row.slot >= cells[cell + 1].first) ++cell;
+        find_lines(cells[cell].key, near, fresh);
+        fresh = false;
+      }
+      std::int32_t candidates = 0;
+      for (const Line& line : near) candidates += line.last - line.first;
+      const auto needed = static_cast<std::size_t>(used) + static_cast<std::size_t>(candidates + list.pad + P::width);
+      if (chunk.neighbors.size() < needed) chunk.neighbors.resize(std::max(needed, 3 * chunk.neighbors.size() / 2));
+      std::int32_t* out = chunk.neighbors.data() + used;
+      const std::int32_t* const start = out;
+      P x[dim];
+      for (std::size_t a = 0; a < dim; ++a) x[a] = P{order_.x(a)[row.slot]};
+      for (std::size_t l = 0; l < lines; ++l) {
+        if (l == lines / 2) {  // its own: around itself
+          out = filter(x, near[l].first, row.slot, square, out);
+          out = filter(x, row.slot + 1, near[l].last, square, out);
+        } else {
+          out = filter(x, near[l].first, near[l].last, square, out);
+        }
+      }
+      row.first = used;
+      row.count = static_cast<std::int32_t>(out - start);
+      const std::int32_t padded = list.padded(row.count);
+      std::fill_n(out, padded - row.count, list.dummy());
+      used += padded;
+      chunk.tested += static_cast<std::uint64_t>(candidates - 1);
+      chunk.listed += static_cast<std::uint64_t>(row.count);
+    }
+  }
+
+  [[nodiscard]] std::size_t cell_of(std::int32_t slot) const {
+    const Cells& cells = order_.cells();
+    const auto after = std::upper_bound(cells.begin(), cells.end(), slot,
+                                        [](std::int32_t s, const auto& cell) { return s < cell.first; });
+    return static_cast<std::size_t>(after - cells.begin()) - 1;
+  }
+
+  /// The lines about a cell; their ends only advance while the cells do.
+  void find_lines(std::uint64_t key, std::array<Line, lines>& near, bool fresh) const {
+    const Cells& cells = order_.cells();
+    const auto nx = static_cast<std::int64_t>(order_.cells_along(0)), ny = static_cast<std::int64_t>(order_.cells_along(1)),
+               nz = static_cast<std::int64_t>(order_.cells_along(2));
+    const auto k = static_cast<std::int64_t>(key);
+    const std::int64_t cx = k % nx, cy = k / nx % ny, cz = k / nx / ny;
+    const std::int64_t from_x = std::max<std::int64_t>(cx - reach, 0), to_x = std::min(cx + reach, nx - 1) + 1;
+    std::size_t l = 0;
+    for (std::int64_t dz = dim == 3 ? -reach : 0; dz <= (dim == 3 ? reach : 0); ++dz)
+      for (std::int64_t dy = -reach; dy <= reach; ++dy, ++l) {
+        Line& line = near[l];
+        const std::int64_t y = cy + dy, z = cz + dz;
+        const std::int64_t line_key = (z * ny + y) * nx;
+        const auto low = static_cast<std::uint64_t>(std::max<std::int64_t>(line_key + from_x, 0)),
+                   high = static_cast<std::uint64_t>(std::max<std::int64_t>(line_key + to_x, 0));
+        if (fresh) {
+          const auto at = std::lower_bound(cells.begin(), cells.end(), low,
+                                           [](const auto& one, std::uint64_t x) { return one.key < x; });
+          line.from = line.to = std::min(static_cast<std::size_t>(at - cells.begin()), cells.size() - 1);
+        }
+        if (y < 0 || y >= ny || z < 0 || z >= nz) {
+          line.first = line.last = 0;
+          continue;
+        }
+        while (cells[line.from].key < low) ++line.from;  // the end's key is beyond all
+        while (cells[line.to].key < high) ++line.to;
+        line.first = cells[line.from].first, line.last = cells[line.to].first;
+      }
+  }
+
+  /// Appends those of the slots first … last − 1 that are closer to x than the range. Writes up to P::width − 1 beyond.
+  std::int32_t* filter(const P* x, std::int32_t first, std::int32_t last, P square, std::int32_t* out) const {
+    for (std::int32_t s = first; s < last; s += P::width) {
+      P d2{0};
+      for (std::size_t a = 0; a < dim; ++a) {
+        const P d = x[a] - P::load(order_.x(a) + s);
+        d2 = fma(d, d, d2);
+      }
+      out = append((d2 < square) & first_lanes<P>(last - s), s, out);
+    }
+    return out;
+  }
+  static std::int32_t* append(typename P::Truth mask, std::int32_t s, std::int32_t* out) {
+    const unsigned bits = mask.bits();
+#if defined(__AVX512F__) && defined(__AVX512VL__)
+    if constexpr (P::width == 8) {
+      const __m256i slots = _mm256_add_epi32(_mm256_set1_epi32(s), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
+      // Compressed in the register: compressing stores take 50 times as long on Zen 4.
+      _mm256_storeu_si256(reinterpret_cast<__m256i*>(out),
+                          _mm256_maskz_compress_epi32(static_cast<__mmask8>(bits), slots));
+      return out + std::popcount(bits);
+    }
+#endif
+    for (int l = 0; l < P::width; ++l) {
+      *out = s + l;
+      out += bits >> l & 1u;
+    }
+    return out;
+  }
+
+  CellOrder<dim> order_;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

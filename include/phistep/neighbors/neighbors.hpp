@@ -1,0 +1,211 @@
+/// @file
+/// A neighbour list as the memory of a force: valid until particles have moved too far, then made anew.
+///
+/// What is closer than cutoff + skin at positions R is listed. A pair can have come from beyond that to within the cutoff only
+/// if the two together moved by more than the skin: while the two largest |r − R| add up to at most the skin, no pair
+/// is missed [as in LAMMPS' `neigh_modify check yes`, which doubles the largest].
+///
+/// The list is a pure function of R, the box and who stands still. These are the memory, a value: a step that is rejected
+/// takes it back, a checkpoint holds it, and the list comes back bit for bit. The list itself is a cache: kept once, by
+/// the force term, in buffers that serve again.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "phistep/core/version.hpp"
+#include "phistep/neighbors/domain.hpp"
+#include "phistep/neighbors/list_builder.hpp"
+#include "phistep/neighbors/neighbor_list.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// What a list was made from.
+struct NeighborReference {
+  std::vector<double> positions;    ///< R, dim × N [length]
+  Domain domain;
+  std::vector<std::uint8_t> still;  ///< as in Body
+
+  void archive(auto& ar) { ar(positions, domain.lower, domain.length, domain.periodic, still); }
+};
+
+/// `Memory` of a force on a neighbour list. Evaluations replace its reference when particles have moved too far; that
+/// changes Ψ by rounding only.
+struct NeighborMemory {
+  static constexpr bool is_cache = true;
+  mutable std::shared_ptr<const NeighborReference> reference;
+  mutable std::int32_t age = 0;  ///< steps accepted since
+
+  void archive(auto& ar) {
+    using Ar = std::remove_cvref_t<decltype(ar)>;
+    bool has = reference != nullptr;
+    ar(has, age);
+    if constexpr (Ar::reading) {
+      auto read = has ? std::make_shared<NeighborReference>() : nullptr;
+      if (has) ar(*read);
+      reference = std::move(read);
+    } else if (has) {
+      NeighborReference copy = *reference;
+      ar(copy);
+    }
+  }
+};
+
+/// When a list is made anew.
+struct ListPolicy {
+  std::int32_t every = 0;  ///< 0: when displacement demands
+
+  /// Every n steps, moved or not. It misses pairs, and the forces between them: for comparisons with codes that do so.
+  [[nodiscard]] static constexpr ListPolicy unchecked_every(std::int32_t n) { return {n}; }
+};
+
+/// How far to look.
+struct NeighborRange {
+  double cutoff;  ///< [length]
+  double skin;    ///< [length]
+  ListPolicy policy{};
+  std::int32_t pad = 1;
+
+  /// @throws std::invalid_argument where that can't be
+  void check() const {
+    if (!(cutoff > 0) || !std::isfinite(cutoff)) throw std::invalid_argument("phistep: a cutoff must be finite and > 0");
+    if (!(skin >= 0) || !std::isfinite(skin)) throw std::invalid_argument("phistep: a skin must be finite and >= 0");
+    if (policy.every < 0) throw std::invalid_argument("phistep: a list is made anew every n >= 1 steps");
+  }
+};
+
+/// The list of a term, and what it cost. A copy starts empty: lists are made when they are asked for.
+template <int dim>
+class Neighbors {
+ public:
+  Neighbors() = default;
+  Neighbors(const Neighbors&) noexcept {}
+  Neighbors(Neighbors&&) noexcept = default;
+  Neighbors& operator=(const Neighbors& other) {
+    if (this != &other) *this = Neighbors{};
+    return *this;
+  }
+  Neighbors& operator=(Neighbors&&) noexcept = default;
+
+  /// The list for positions r (dim × N), from the memory's reference if that still serves, else from r, which then is the
+  /// reference. `number()` changes where the list does.
+  /// @throws std::invalid_argument where the cutoff is longer than a period of the box
+  template <class Scalar>
+  const NeighborList& list(const Scalar* r, Eigen::Index particles, const Domain& domain,
+                           const std::vector<std::uint8_t>& still, const NeighborRange& range,
+                           const NeighborMemory& memory) {
+    if (!serves(memory.reference.get(), r, particles, domain, still, range, memory.age)) {
+      memory.reference = remember(r, particles, domain, still);
+      memory.age = 0;
+    }
+    if (built_ != memory.reference || !(range_ == key(range))) build(memory.reference, range);
+    return list_;
+  }
+  /// The same for who has no memory: the list at hand, if it serves.
+  template <class Scalar>
+  const NeighborList& list(const Scalar* r, Eigen::Index particles, const Domain& domain,
+                           const std::vector<std::uint8_t>& still, const NeighborRange& range) {
+    NeighborMemory memory;
+    memory.reference = built_;
+    return list(r, particles, domain, still, {range.cutoff, range.skin, {}, range.pad}, memory);
+  }
+
+  [[nodiscard]] std::uint64_t number() const { return rebuilds_; }
+  /// How many lists were made so far, and what they took.
+  [[nodiscard]] std::uint64_t rebuilds() const { return rebuilds_; }
+  [[nodiscard]] std::uint64_t pairs_tested() const { return list_.pairs_tested(); }
+  [[nodiscard]] std::uint64_t pairs_listed() const { return list_.pairs_listed(); }
+
+ private:
+  using Key = std::pair<double, std::int32_t>;
+  [[nodiscard]] static Key key(const NeighborRange& range) { return {range.cutoff + range.skin, range.pad}; }
+
+  template <class Scalar>
+  [[nodiscard]] static bool serves(const NeighborReference* reference, const Scalar* r, Eigen::Index particles,
+                                   const Domain& domain, const std::vector<std::uint8_t>& still,
+                                   const NeighborRange& range, std::int32_t age) {
+    if (reference == nullptr || reference->positions.size() != static_cast<std::size_t>(particles) * dim ||
+        reference->domain != domain || reference->still != still)
+      return false;
+    if (range.policy.every > 0) return age < range.policy.every - 1;
+    return moved(reference->positions.data(), r, particles) <= range.skin;
+  }
+
+  /// The sum of the two largest displacements. What is not a number has not moved: a new list would not help.
+  template <class Scalar>
+  [[nodiscard]] static double moved(const double* from, const Scalar* to, Eigen::Index particles) {
+    double first = 0, second = 0;
+    constexpr Eigen::Index block = 256;
+    double square[block];
+    for (Eigen::Index i = 0; i < particles; i += block) {
+      const Eigen::Index n = std::min(block, particles - i);
+      for (Eigen::Index j = 0; j < n; ++j) {
+        square[j] = 0;
+        for (Eigen::Index a = 0; a < dim; ++a) {
+          const double d = static_cast<double>(to[dim * (i + j) + a]) - from[dim * (i + j) + a];
+          square[j] += d * d;
+        }
+      }
+      for (Eigen::Index j = 0; j < n; ++j) {
+        const double smaller = square[j] < first ? square[j] : first;
+        second = smaller > second ? smaller : second;
+        first = square[j] > first ? square[j] : first;
+      }
+    }
+    return std::sqrt(first) + std::sqrt(second);
+  }
+
+  template <class Scalar>
+  std::shared_ptr<const NeighborReference> remember(const Scalar* r, Eigen::Index particles, const Domain& domain,
+                                                    const std::vector<std::uint8_t>& still) {
+    built_.reset();
+    std::shared_ptr<NeighborReference> reference;
+    for (auto& known : pool_)
+      if (known.use_count() == 1) {
+        reference = known;
+        break;
+      }
+    if (reference == nullptr) {
+      reference = std::make_shared<NeighborReference>();
+      pool_.push_back(reference);
+    }
+    reference->positions.assign(r, r + particles * dim);
+    reference->domain = domain;
+    reference->still = still;
+    return reference;
+  }
+
+  void build(const std::shared_ptr<const NeighborReference>& reference, const NeighborRange& range) {
+    built_.reset();
+    const NeighborReference& from = *reference;
+    for (std::size_t a = 0; a < dim; ++a)
+      if (from.domain.periodic[a] && range.cutoff > from.domain.length[a])
+        throw std::invalid_argument("phistep: the cutoff " + std::to_string(range.cutoff) +
+                                    " is larger than the box, whose period along axis " + std::to_string(a) + " is " +
+                                    std::to_string(from.domain.length[a]));
+    builder_.build(from.positions.data(), static_cast<std::int32_t>(from.positions.size() / dim), from.domain,
+                   from.still, range.cutoff + range.skin, range.pad, list_);
+    ++rebuilds_;
+    range_ = key(range);
+    built_ = reference;
+  }
+
+  ListBuilder<dim> builder_;
+  NeighborList list_;
+  std::shared_ptr<const NeighborReference> built_;  // what list_ was made from
+  Key range_{};
+  std::vector<std::shared_ptr<NeighborReference>> pool_;
+  std::uint64_t rebuilds_ = 0;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI
