@@ -106,7 +106,8 @@ class RowForce : public HandForce {
     using V = __m512d;
     const V x = _mm512_set1_pd(r_[i].x), y = _mm512_set1_pd(r_[i].y), z = _mm512_set1_pd(r_[i].z);
     const V one = _mm512_set1_pd(1), square = _mm512_set1_pd(melt_cutoff * melt_cutoff);
-    const __m512i low = _mm512_setr_epi64(0, 1, 8, 9, 4, 5, 12, 13), high = _mm512_setr_epi64(2, 3, 10, 11, 6, 7, 14, 15);
+    const __m512i low = _mm512_setr_epi64(0, 1, 8, 9, 4, 5, 12, 13),
+                  high = _mm512_setr_epi64(2, 3, 10, 11, 6, 7, 14, 15);
     V fx = _mm512_setzero_pd(), fy = fx, fz = fx;
     for (std::size_t q = first_[i]; q < first_[i + 1]; q += 8) {
       const std::int32_t* const j = list_.data() + q;
@@ -121,8 +122,7 @@ class RowForce : public HandForce {
       const V dz = z - _mm512_permutex2var_pd(t0, high, t2);
       const V d2 = dx * dx + dy * dy + dz * dz;
       V inverse = _mm512_rcp14_pd(d2);
-      for (int k = 0; k < 2; ++k)
-        inverse = _mm512_fmadd_pd(inverse, _mm512_fnmadd_pd(d2, inverse, one), inverse);
+      for (int k = 0; k < 2; ++k) inverse = _mm512_fmadd_pd(inverse, _mm512_fnmadd_pd(d2, inverse, one), inverse);
       const V s6 = inverse * inverse * inverse;
       const V all = _mm512_set1_pd(48) * s6 * (s6 - _mm512_set1_pd(0.5)) * inverse;
       const V f = _mm512_maskz_mov_pd(_mm512_cmp_pd_mask(d2, square, _CMP_LT_OQ), all);

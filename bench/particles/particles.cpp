@@ -27,7 +27,9 @@ struct Row {
   void (*run)(const bench::Options&, bench::Table&);
 };
 const Row rows[] = {
+    {"melt", "Lennard-Jones melt, velocity Verlet, beside LAMMPS", bench::melt},
     {"springs", "Spring sheet, symplectic Euler, three orders of input", bench::springs},
+    {"bonded", "Beam of bonded particles: implicit against explicit at equal error", bench::bonded},
 };
 
 std::string compiled_with() {

@@ -1,4 +1,4 @@
-#include "rows.hpp"
+#include "frontier.hpp"
 
 #include <unistd.h>
 
@@ -20,16 +20,22 @@ void Table::add(Figure figure) {
 }
 
 void Table::rates(const std::string& row, long particles, double work, const std::string& unit,
-                  const std::vector<Entrant>& entrants, const std::string& against) {
-  double yardstick = 0;
-  for (const Entrant& e : entrants)
-    if (e.name == against) yardstick = work / e.median();
+                  const std::vector<Entrant>& entrants, const std::vector<std::string>& against) {
+  std::vector<double> yardsticks;
+  for (const std::string& name : against)
+    for (const Entrant& e : entrants)
+      if (e.name == name && e.threads == 1) {
+        if (yardsticks.empty()) std::printf("  ratios to");
+        std::printf("%s %s", yardsticks.empty() ? "" : ";", name.c_str());
+        yardsticks.push_back(work / e.median());
+      }
+  if (!yardsticks.empty()) std::printf(":\n");
   for (const Entrant& e : entrants) {
     if (e.times.empty() || !(e.median() > 0)) continue;
     const double rate = work / e.median();
     const double fastest = work / *std::min_element(e.times.begin(), e.times.end());
     std::printf("  %-52s %9ld %2d  %9.3f %s", e.name.c_str(), particles, e.threads, rate / 1e6, unit.c_str());
-    if (yardstick > 0) std::printf("  %6.2f x", rate / yardstick);
+    for (const double yardstick : yardsticks) std::printf(" %5.2f x", rate / yardstick);
     std::printf("   (best %.3f)\n", fastest / 1e6);
     figures_.push_back({row, e.name, particles, e.threads, "rate", unit, rate / 1e6});
   }
@@ -51,6 +57,24 @@ double resident_megabytes() {
   double pages = 0, resident = 0;
   if (!(statm >> pages >> resident)) return 0;
   return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
+}
+
+std::string as_text(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%g", value);
+  return text;
+}
+
+void write_rungs(const Options& options, const std::string& name, const std::string& scene,
+                 const std::vector<Rung>& rungs, bool is_first) {
+  const std::string path = options.out + "/particles_" + name + ".csv";
+  std::ofstream csv(path, is_first ? std::ios::trunc : std::ios::app);
+  csv.precision(8);
+  if (is_first) csv << "scene,method,dt,error,drift,seconds\n";
+  for (const Rung& rung : rungs)
+    csv << scene << ',' << rung.method << ',' << rung.dt << ',' << rung.error << ',' << rung.drift << ','
+        << rung.entrant.median() << '\n';
+  if (!csv) throw std::runtime_error("cannot write " + path);
 }
 
 void use_threads([[maybe_unused]] int n) {

@@ -73,14 +73,16 @@ struct Figure {
 class Table {
  public:
   void add(Figure figure);
-  /// `work` units were done by each entrant: its rate, and its ratio to the entrant named `against` (none: "").
+  /// `work` units were done by each entrant: its rate, and its ratios to those named `against`.
   void rates(const std::string& row, long particles, double work, const std::string& unit,
-             const std::vector<Entrant>& entrants, const std::string& against = "");
+             const std::vector<Entrant>& entrants, const std::vector<std::string>& against = {});
   void write(const std::string& path, const std::string& compiled_with) const;
 
  private:
   std::vector<Figure> figures_;
 };
+
+[[nodiscard]] std::string as_text(double value);  ///< %g
 
 /// Megabytes that this process holds [MB].
 [[nodiscard]] double resident_megabytes();
@@ -91,7 +93,7 @@ void use_threads(int n);
 
 // One file a row.
 void melt(const Options& options, Table& table);
-void melt_memory(const Options& options, Table& table);
+void melt_sizes(const Options& options, Table& table);
 void springs(const Options& options, Table& table);
 void grains(const Options& options, Table& table);
 void gravity(const Options& options, Table& table);

@@ -103,7 +103,7 @@ void springs(const Options& options, Table& table) {
     if (runners[e].order == Order::sorted && runners[e].name.starts_with("hand") &&
         entrants[e].median() < entrants[best].median())
       best = e;
-  table.rates("springs", right.cols(), work, "M springs/s", entrants, entrants[best].name);
+  table.rates("springs", right.cols(), work, "M springs/s", entrants, {entrants[best].name});
 }
 
 }  // namespace bench
