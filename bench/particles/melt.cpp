@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "lammps.hpp"
+#include "melt_lammps.hpp"
 #include "melt_library.hpp"
 
 namespace bench {
@@ -16,24 +17,6 @@ constexpr auto users_law = [](auto r2) {
   const auto y = 1 / r2, y3 = y * y * y;
   return 48 * y * y3 * (y3 - 0.5);
 };
-
-const char* const deck = R"(units lj
-atom_style atomic
-read_data ${data}
-pair_style lj/cut 2.5
-pair_coeff 1 1 1.0 1.0 2.5
-neighbor ${skin} bin
-neigh_modify delay ${delay} every ${every} check ${check}
-fix 1 all nve
-timestep 0.005
-thermo ${steps}
-run ${steps}
-)";
-
-struct Policy {
-  const char *every, *delay, *check;
-};
-constexpr Policy safe{"1", "0", "yes"}, unchecked{"20", "0", "no"}, by_default{"1", "10", "yes"};
 
 /// Thermo lines beside each other: LAMMPS' as printed, ours in as many digits.
 bool agrees(const std::vector<std::string>& theirs, const Thermo& ours, long step) {
@@ -95,25 +78,14 @@ void melt(const Options& options, Table& table) {
   write_lammps(scene, data);
   const Lammps lammps{options};
   const auto version = lammps.version();
-  const std::string path = write_deck(options, "melt.in", deck);
-  const auto peer = [&](const Policy& policy, double skin, bool opt, int processes = 1) {
-    return lammps.run(path,
-                      {{"data", data},
-                       {"skin", as_text(skin)},
-                       {"every", policy.every},
-                       {"delay", policy.delay},
-                       {"check", policy.check},
-                       {"steps", std::to_string(steps)}},
-                      opt, processes);
-  };
-
+  const MeltDeck deck{options, lammps, data, steps};
   // Answers first.
   const Thermo start = thermo_of(scene.r, scene.v, scene.side);
   LibraryMelt<double, phistep::LennardJones> own{scene, {}, {.skin = 0.3}};
   own.step(steps);
   const Thermo end = thermo_of(own.state().r, own.state().v, scene.side);
   if (version) {
-    const LammpsRun run = peer(safe, 0.3, false);
+    const LammpsRun run = deck.run(safe, 0.3, false);
     std::printf("  LAMMPS %s; temperature, pair energy, total energy, pressure:\n", version->c_str());
     const bool right = agrees(run.thermo.at(0), start, 0) & agrees(run.thermo.at(1), end, steps);
     if (!right) throw std::runtime_error("the melt's answers differ: nothing is timed");
@@ -138,7 +110,7 @@ void melt(const Options& options, Table& table) {
     return best;
   };
   const double our_skin = best_skin([&](double skin) { return time_melt(scene, steps, {.skin = skin}); });
-  const double their_skin = version ? best_skin([&](double skin) { return peer(safe, skin, true).seconds; }) : 0.3;
+  const double their_skin = version ? best_skin([&](double skin) { return deck.run(safe, skin, true).seconds; }) : 0.3;
 
   const auto ours = [&](const std::string& name, double skin, ListPolicy policy = {}, int threads = 1) {
     return Entrant{name,
@@ -148,7 +120,8 @@ void melt(const Options& options, Table& table) {
                    threads};
   };
   const auto theirs = [&](const std::string& name, const Policy& policy, double skin, bool opt, int processes = 1) {
-    return Entrant{name, [&peer, &policy, skin, opt, processes] { return peer(policy, skin, opt, processes).seconds; },
+    return Entrant{name,
+                   [&deck, policy, skin, opt, processes] { return deck.run(policy, skin, opt, processes).seconds; },
                    processes};
   };
   const std::string at_skin = ", skin ";

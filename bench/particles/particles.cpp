@@ -28,6 +28,7 @@ struct Row {
 };
 const Row rows[] = {
     {"melt", "Lennard-Jones melt, velocity Verlet, beside LAMMPS", bench::melt},
+    {"sizes", "The melt from 1,000 to 1,000,000 atoms: time and memory an atom", bench::melt_sizes},
     {"springs", "Spring sheet, symplectic Euler, three orders of input", bench::springs},
     {"bonded", "Beam of bonded particles: implicit against explicit at equal error", bench::bonded},
 };
@@ -57,7 +58,10 @@ int main(int argc, char** argv) {
     else if (is("--chute")) options.chute = argv[++i];
     else if (is("--rounds")) options.rounds = std::max(1, std::atoi(argv[++i]));
     else if (is("--threads")) options.threads = std::max(1, std::atoi(argv[++i]));
-    else if (std::strcmp(argv[i], "--short") == 0) options.is_short = true;
+    else if (is("--melt-memory")) {
+      bench::print_melt_memory(std::atoi(argv[++i]));
+      return 0;
+    } else if (std::strcmp(argv[i], "--short") == 0) options.is_short = true;
     else {
       std::printf(
           "bench_particles [--rows A,B] [--rounds N] [--short] [--out DIR] [--threads N] [--lammps PROGRAM] "

@@ -21,7 +21,6 @@ struct Options {
   int rounds = 5;              ///< repeats, of which the median counts
   int threads = 2;             ///< the most that are tried
   bool is_short = false;       ///< small scenes: does everything run?
-  std::vector<long> sizes{};   ///< cells of the melt's scaling row; empty: the usual ones
 };
 
 /// The thread's own time where one thread works, so that what else runs on the machine does not count; the wall's where
@@ -94,6 +93,7 @@ void use_threads(int n);
 // One file a row.
 void melt(const Options& options, Table& table);
 void melt_sizes(const Options& options, Table& table);
+void print_melt_memory(int cells);  ///< bytes an atom: all, and the list's; in a process of its own
 void springs(const Options& options, Table& table);
 void grains(const Options& options, Table& table);
 void gravity(const Options& options, Table& table);
