@@ -3,7 +3,9 @@
 #pragma once
 
 // IWYU pragma: begin_exports
+#include "phistep/force/pairs.hpp"
 #include "phistep/phistep.hpp"
 #include "phistep/state/box.hpp"
 #include "phistep/state/particles.hpp"
+#include "phistep/stepper/sleeping.hpp"
 // IWYU pragma: end_exports

@@ -42,6 +42,25 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
+/// [time] of the shortest impact of those terms that know theirs, by a member contact_time(y); 0 where none does.
+template <class F, class View>
+[[nodiscard]] double shortest_contact(F& force, const View& y) {
+  if constexpr (is_sum<std::remove_const_t<F>>) {
+    double shortest = 0;
+    std::apply(
+        [&](auto&... term) {
+          for (const double one : {0.0, shortest_contact(unwrap(term), y)...})
+            if (one > 0 && (shortest == 0 || one < shortest)) shortest = one;
+        },
+        force.terms);
+    return shortest;
+  } else if constexpr (requires { force.contact_time(y); }) {
+    return static_cast<double>(force.contact_time(y));
+  } else {
+    return 0;
+  }
+}
+
 /// Collects the entries of ∂Ψ/∂r and ∂Ψ/∂v (or ∂Ψ/∂y), divided by the largest mass.
 struct TangentSink {
   std::vector<Eigen::Triplet<double>> K, C;
@@ -230,7 +249,9 @@ template <State S, class F, class Scheme, class MassSpec, ImplicitSolver Solver>
     } else {
       problem.whole = problem.rest = linearise(force, stepper.memory());
     }
-    Assessment<>{problem, method_of(stepper.scheme()), scheme_name(stepper.scheme()), options, report}.run();
+    PreflightOptions asked = options;
+    if (asked.contact_time == 0) asked.contact_time = shortest_contact(force, Blocks<S>::view(y, masses));
+    Assessment<>{problem, method_of(stepper.scheme()), scheme_name(stepper.scheme()), asked, report}.run();
   } catch (const std::exception& error) {
     report.verdict = valid ? Verdict::unknown : Verdict::invalid;
     report.finding = error.what();

@@ -208,11 +208,25 @@ template <class F, class View>
   else if constexpr (requires { bool{F::uses_time}; }) return F::uses_time;
   else return otherwise;
 }
-/// Rows of one particle's (or chain link's) block of the tangent, 0 where the force names none.
-template <class F>
+/// Rows of a particle's vector where a state has them as columns of a matrix, 0 where it doesn't.
+template <class View>
+[[nodiscard]] consteval int dimension_of() {
+  if constexpr (MotionLike<View>) {
+    using Positions = std::remove_cvref_t<decltype(std::declval<const View&>().r)>;
+    if constexpr (!Positions::IsVectorAtCompileTime && !Positions::IsRowMajor && int{Positions::RowsAtCompileTime} > 0)
+      return Positions::RowsAtCompileTime;
+  }
+  return 0;
+}
+/// Rows of one particle's (or chain link's) block of the tangent, 0 where the force names none; a network that leaves it to
+/// the state has that of its particles.
+template <class F, class View>
 [[nodiscard]] consteval int block_of() {
-  if constexpr (requires { int{F::block}; }) return F::block;
-  else return 0;
+  int named = 0;
+  if constexpr (requires { int{F::block}; }) named = F::block;
+  if constexpr (requires { requires F::structure == Structure::network; })
+    if (named == 0) named = dimension_of<View>();
+  return named;
 }
 
 /// Needs and offers of force F for states seen through View, with rates of type Rate.
@@ -235,7 +249,7 @@ struct ForceTraits {
   static constexpr bool is_symmetric = requires { requires F::is_symmetric; };
   /// The force knows where its tangents can be non-zero, so that differences need few calls.
   static constexpr bool has_pattern = requires(const F& f, Index n) { f.pattern(n); };
-  static constexpr int block = block_of<F>();
+  static constexpr int block = block_of<F, View>();
 
   static constexpr bool returns_jacobian = phistep::returns_jacobian<F, View, arity>();
   static constexpr bool has_jacobian = returns_jacobian || AddsJacobian<F, View>;

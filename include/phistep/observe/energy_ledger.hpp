@@ -290,21 +290,21 @@ class EnergyLedger {
     }
     for (Rate* rate : {&to.conservative, &to.damping, &to.external})
       for_each_block([](auto, auto& psi) { psi.setZero(); }, Rate::blocks(*rate));
-    add(*force_, t, y, to);
+    add(*force_, t, y, stepper_->memory(), to);
   }
-  template <class F>
-  void add(F& force, Scalar t, const Plain& y, Forces& to) {
+  template <class F, class Memory>
+  void add(F& force, Scalar t, const Plain& y, const Memory& memory, Forces& to) {
     if constexpr (is_sum<std::remove_const_t<F>>) {
-      std::apply([&](auto&... term) { (add(unwrap(term), t, y, to), ...); }, force.terms);
+      for_each_term(force, memory, [&](auto, auto& term, const auto& its) { add(term, t, y, its, to); });
     } else if (!has_energy<View>(force)) {
-      add_force(force, t, view(y), NoMemory{}, TraitsOf<F>::uses_velocity ? to.damping : to.external);
+      add_force(force, t, view(y), memory, TraitsOf<F>::uses_velocity ? to.damping : to.external);
     } else if constexpr (UsesOf<F>::value.velocity) {
-      assign_force(force, t, view(still_), NoMemory{}, part_);
+      assign_force(force, t, view(still_), memory, part_);
       Forces::of(to.conservative) += Forces::of(part_);
       Forces::of(to.damping) -= Forces::of(part_);
-      add_force(force, t, view(y), NoMemory{}, to.damping);
+      add_force(force, t, view(y), memory, to.damping);
     } else {
-      add_force(force, t, view(y), NoMemory{}, to.conservative);
+      add_force(force, t, view(y), memory, to.conservative);
     }
   }
   /// mean = a·after + (1−a)·before

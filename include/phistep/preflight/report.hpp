@@ -40,7 +40,7 @@ enum class Verdict : std::uint8_t {
 
 struct PreflightOptions {
   double period = 0;  ///< [time] of the motion that you want to see; first order: its time constant. 0: the fastest
-  double contact_time = 0;  ///< [time] of the shortest impact, 0: none
+  double contact_time = 0;  ///< [time] of the shortest impact; 0: what the force's terms say, if they know
   double accuracy = 0.01;   ///< allowed relative error of that motion's rate: of its period, and damping ratio added
   double t = 0;             ///< [time] where the force is looked at
 };

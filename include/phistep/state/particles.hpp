@@ -13,6 +13,7 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <concepts>
 #include <cstdint>
 #include <memory>
@@ -203,6 +204,22 @@ class Particles : public Extra::template Block<Number, dim>... {
       throw std::invalid_argument("phistep: " + std::to_string(still.size()) + " flags for " + std::to_string(size()) +
                                   " particles");
     return set([&](auto& body) { body.still = std::move(still); });
+  }
+
+  /// Who is who by one's own numbers, all different; particles added later get those after the largest.
+  Particles& set_id(std::vector<std::int64_t> id) {
+    if (static_cast<Index>(id.size()) != size())
+      throw std::invalid_argument("phistep: " + std::to_string(id.size()) + " ids for " + std::to_string(size()) +
+                                  " particles");
+    std::vector<std::int64_t> sorted = id;
+    std::ranges::sort(sorted);
+    const auto twice = std::ranges::adjacent_find(sorted);
+    if (twice != sorted.end())
+      throw std::invalid_argument("phistep: two particles have the id " + std::to_string(*twice));
+    return set([&](auto& body) {
+      body.id = std::move(id);
+      if (!sorted.empty()) body.next_id = std::max<std::int64_t>(0, sorted.back() + 1);
+    });
   }
 
   /// Appends particles; their blocks and properties come with them, their ids are new. Properties that only one side has

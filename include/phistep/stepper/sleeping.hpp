@@ -1,0 +1,426 @@
+/// @file
+/// A stepper around a stepper that leaves particles at rest alone, within a budget, and says what that cost.
+///
+///     Sleeping stepper{PhiStepper{grains, force, symplectic_euler}, SleepOptions{.speed = 1e-3}};
+///
+/// A particle falls asleep when it has been slower than `speed` for `steps` steps, by its velocity and by the way it has
+/// come. It is then held where it is. Those whose neighbours sleep as well are not computed at all; those near somebody
+/// awake are watched: they take part in each step, and are put back after it. What pushed them adds up, and when it would
+/// have made one faster than `speed` it wakes. So a blow wakes what it reaches, and an island sleeps on as long as
+/// everything around it does. One that a small force had been moving all along is looked at again when that would have
+/// made it as fast. The whole scene asleep, a step is nothing at all.
+///
+/// Nothing is dropped in silence: report() tells how much kinetic energy was removed and how much ∫|F|dt was not applied,
+/// and compare_sleep() runs a scene both ways and prints the difference in the user's own observables.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <stdexcept>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "phistep/core/archive.hpp"
+#include "phistep/core/statistics.hpp"
+#include "phistep/core/step_report.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/force/evaluate.hpp"
+#include "phistep/force/local.hpp"
+#include "phistep/state/particles.hpp"
+#include "phistep/state/parts.hpp"
+#include "phistep/stepper/transaction.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+struct SleepOptions {
+  double speed =
+      0;  ///< [length/time] below which a particle counts as at rest, and the change that wakes it; 0: none sleeps
+  int steps = 100;  ///< for so many steps
+  int every = 25;   ///< who may fall asleep is looked at every so many steps
+};
+
+/// What sleep has saved and cost since the stepper was made.
+struct SleepReport {
+  std::int64_t asleep = 0;         ///< particles now
+  std::int64_t fell_asleep = 0;    ///< how often one did
+  std::int64_t woken = 0;          ///< how often one was woken
+  std::int64_t skipped = 0;        ///< particle-steps that were not computed
+  double energy_removed = 0;       ///< kinetic energy taken from those put to rest [energy]
+  double impulse_not_applied = 0;  ///< Σ∫|F|dt over sleepers [force·time]
+
+  template <class OStream>
+    requires requires(OStream& out) { out << "" << std::int64_t{} << double{}; }
+  friend OStream& operator<<(OStream& out, const SleepReport& r) {
+    return out << "  asleep              " << r.asleep << "  (fell asleep " << r.fell_asleep << " times, woken "
+               << r.woken << ")\n  skipped             " << r.skipped << " particle steps\n  energy removed      "
+               << r.energy_removed << "\n  impulse not applied " << r.impulse_not_applied << '\n';
+  }
+};
+
+/// Who may act on whom. A term of pairs offers `for_each_pair(memory, f)`, with f(i, j) called for every pair that acts or
+/// may soon act, indices being the user's, and `pair_changes()`, a number that changes where others may act from now on
+/// (without it, pairs are asked for at each step). One that acts on each particle by itself says `acts_on_each`.
+template <class F, int dim>
+inline constexpr bool tells_its_pairs = requires(F& f, const MemoryOf<F>& memory, void (*pair)(Index, Index)) {
+  f.for_each_pair(memory, pair);
+}
+|| is_particlewise<F, dim> || requires { requires F::acts_on_each; };
+template <class... T, int dim>
+inline constexpr bool tells_its_pairs<Sum<T...>, dim> = (tells_its_pairs<Unwrapped<T>, dim> && ...);
+
+template <class F, class Memory, class Pair>
+void for_each_pair_of(F& force, const Memory& memory, Pair&& pair) {
+  if constexpr (is_sum<F>)
+    for_each_term(force, memory, [&pair](auto, auto& term, const auto& its) { for_each_pair_of(term, its, pair); });
+  else if constexpr (requires { force.for_each_pair(memory, pair); }) force.for_each_pair(memory, pair);
+}
+
+/// A number that changes where for_each_pair_of changes; −1 where nobody knows.
+template <class F>
+[[nodiscard]] std::int64_t pair_changes_of(F& force) {
+  if constexpr (is_sum<F>) {
+    return std::apply(
+        [](auto&... term) {
+          const std::int64_t changes[] = {0, pair_changes_of(unwrap(term))...};
+          std::int64_t sum = 0;
+          for (const std::int64_t some : changes) sum = some < 0 || sum < 0 ? -1 : sum + some;
+          return sum;
+        },
+        force.terms);
+  } else if constexpr (requires { force.pair_changes(); }) {
+    return static_cast<std::int64_t>(force.pair_changes());
+  } else {
+    constexpr bool has_pairs = requires(const MemoryOf<F>& memory, void (*pair)(Index, Index)) {
+      force.for_each_pair(memory, pair);
+    };
+    return has_pairs ? -1 : 0;
+  }
+}
+
+template <class Stepper>
+class Sleeping {
+ public:
+  using S = typename Stepper::StateType;
+  using StateType = S;
+  using Scalar = ScalarOf<S>;
+  using Vectors = typename S::Vectors;
+  static constexpr int dim = S::dimensions;
+  static constexpr bool spins = S::template has<Spin>;
+  static_assert(solved_blocks<S> == 1 + (spins ? 1 : 0), "phistep: only what moves and turns can fall asleep");
+  using Force = std::remove_reference_t<decltype(std::declval<Stepper&>().force_to_look_at())>;
+  static_assert(tells_its_pairs<Force, dim>,
+                "phistep: a term doesn't tell who acts on whom (for_each_pair(memory, f), or acts_on_each): what its "
+                "forces move can't be let sleep");
+
+  /// @throws std::invalid_argument unless speed is finite and >= 0, steps and every > 0
+  Sleeping(Stepper stepper, SleepOptions options) : stepper_{std::move(stepper)}, options_{options} {
+    if (!(options.speed >= 0) || !std::isfinite(options.speed) || options.steps <= 0 || options.every <= 0)
+      throw std::invalid_argument("phistep: sleeping needs a finite speed >= 0, and numbers of steps > 0");
+  }
+
+  /// Advances the state from t to t + dt. [time] On failure it keeps every bit.
+  StepReport step(S& state, Scalar t, Scalar dt, Origin origin = Origin::unknown) {
+    if (options_.speed == 0) return stepper_.step(state, t, dt, origin);
+    adopt(state, origin);
+    if (is_all_asleep() && std::isfinite(dt) && std::isfinite(t) && t + dt != t && clock_ + std::abs(dt) < review_) {
+      clock_ += std::abs(dt);
+      account(std::abs(dt));
+      ++steps_;
+      ++since_check_;
+      return {Outcome::success, 0, nullptr};
+    }
+    const StepReport report = stepper_.step(state, t, dt, meddled_ ? Origin::unknown : origin);
+    if (!report) return report;
+    meddled_ = false;
+    ++steps_;
+    ++since_check_;
+    clock_ += std::abs(dt);
+    account(std::abs(dt));
+    put_back(state);
+    if (since_check_ >= options_.every) check(state);
+    if (parted_ || (report_.asleep > 0 && have_pairs_changed())) part(state);
+    return report;
+  }
+
+  [[nodiscard]] int order() const { return stepper_.order(); }
+  [[nodiscard]] Statistics statistics() const {
+    Statistics all = stepper_.statistics();
+    if (options_.speed > 0) all.steps = steps_;
+    all.sleeping = report_.skipped;
+    return all;
+  }
+  [[nodiscard]] SleepReport report() const { return report_; }
+  [[nodiscard]] bool is_asleep(Index i) const {
+    return i < static_cast<Index>(who_.size()) && who_[static_cast<std::size_t>(i)].kind >= Kind::watched;
+  }
+  [[nodiscard]] const char* solver_name() const { return stepper_.solver_name(); }
+  [[nodiscard]] Stepper& stepper() { return stepper_; }
+  [[nodiscard]] const Stepper& stepper() const { return stepper_; }
+  void reset() { stepper_.reset(); }
+  void save(Writer& out) const {
+    save_parts(out, who_, report_, id_, rest_, sample_, velocity_, push_, steps_, since_check_, clock_, checked_,
+               review_, impulse_rate_, meddled_, parted_, free_, deep_, stepper_);
+  }
+  void load(Reader& in, auto&& then) {
+    load_parts(in, then, who_, report_, id_, rest_, sample_, velocity_, push_, steps_, since_check_, clock_, checked_,
+               review_, impulse_rate_, meddled_, parted_, free_, deep_, stepper_);
+    body_ = nullptr;
+  }
+
+ private:
+  enum class Kind : std::uint8_t {
+    held,     // by the user
+    awake,    //
+    watched,  // asleep, near somebody awake
+    deep      // asleep, not computed
+  };
+  struct Sleeper {
+    Kind kind = Kind::awake;
+    bool flagged = false;    // its `still` is this stepper's, not the user's
+    std::int32_t quiet = 0;  // steps
+    double impulse = 0;      // [force·time/time] |F| left out while deep
+    double since = 0;        // on clock_ [time] it has been quiet
+    double expires = 0;      // on clock_ [time]
+  };
+
+  [[nodiscard]] Sleeper& who(Index i) { return who_[static_cast<std::size_t>(i)]; }
+  [[nodiscard]] bool is_all_asleep() const { return free_ == report_.asleep && !parted_ && free_ > 0; }
+  [[nodiscard]] Scalar speed_squared() const {
+    return static_cast<Scalar>(options_.speed) * static_cast<Scalar>(options_.speed);
+  }
+
+  /// Follows what the user did to the particles since the last step.
+  void adopt(S& state, Origin origin) {
+    if (body_ != &state.body()) {
+      if (id_ != state.id()) match(state);
+      // Flags that this stepper didn't set are the user's.
+      for (Index i = 0; i < state.size(); ++i) {
+        const bool held = state.body().is_still(i) && !who(i).flagged;
+        if (held) who(i).kind = Kind::held;
+        else if (who(i).kind == Kind::held) who(i) = Sleeper{};
+        else if (who(i).kind == Kind::deep && !state.body().is_still(i)) wake(i);
+      }
+      count();
+      body_ = &state.body();
+      parted_ = true;
+    }
+    if (origin == Origin::unedited || report_.asleep == 0) return;
+    for (Index i = 0; i < state.size(); ++i) {
+      if (who(i).kind < Kind::watched) continue;
+      bool same = (state.r.col(i).array() == rest_.col(i).array()).all() && (state.v.col(i).array() == 0).all();
+      if constexpr (spins) same = same && (state.omega.col(i).array() == 0).all();
+      if (!same) wake(i);
+    }
+    if (parted_) part(state);
+  }
+  /// Particles came or went: ids grow from left to right.
+  void match(const S& state) {
+    std::vector<Sleeper> now(static_cast<std::size_t>(state.size()));
+    Vectors rest = state.r, sample = state.r, velocity = state.v, push = Vectors::Zero(dim, state.size());
+    wake_beside_the_erased(state);
+    std::size_t old = 0;
+    for (std::size_t k = 0; k < state.id().size(); ++k) {
+      while (old < id_.size() && id_[old] < state.id()[k]) ++old;
+      if (old == id_.size() || id_[old] != state.id()[k]) continue;
+      const auto from = static_cast<Index>(old), to = static_cast<Index>(k);
+      now[k] = who_[old];
+      rest.col(to) = rest_.col(from), sample.col(to) = sample_.col(from);
+      velocity.col(to) = velocity_.col(from), push.col(to) = push_.col(from);
+    }
+    who_ = std::move(now);
+    rest_ = std::move(rest), sample_ = std::move(sample), velocity_ = std::move(velocity), push_ = std::move(push);
+    id_ = state.id();
+  }
+  /// The pairs are still those of the step before, and so are the indices.
+  void wake_beside_the_erased(const S& state) {
+    std::vector<std::uint8_t> is_gone(id_.size(), std::uint8_t{1});
+    std::size_t k = 0;
+    for (std::size_t old = 0; old < id_.size(); ++old) {
+      while (k < state.id().size() && state.id()[k] < id_[old]) ++k;
+      if (k < state.id().size() && state.id()[k] == id_[old]) is_gone[old] = 0;
+    }
+    const auto wake_other = [&](Index i, Index j) {
+      if (is_gone[static_cast<std::size_t>(i)] != 0 && who(j).kind >= Kind::watched) wake(j);
+    };
+    if (report_.asleep > 0)
+      for_each_pair_of(stepper_.force_to_look_at(), stepper_.memory(), [&](Index i, Index j) {
+        if (std::max(i, j) >= static_cast<Index>(id_.size())) return;
+        wake_other(i, j), wake_other(j, i);
+      });
+  }
+  void count() {
+    free_ = deep_ = report_.asleep = 0;
+    impulse_rate_ = 0;
+    review_ = std::numeric_limits<double>::infinity();
+    for (const Sleeper& one : who_) {
+      free_ += one.kind != Kind::held;
+      deep_ += one.kind == Kind::deep;
+      if (one.kind < Kind::watched) continue;
+      ++report_.asleep;
+      review_ = std::min(review_, one.expires);
+      if (one.kind == Kind::deep) impulse_rate_ += one.impulse;
+    }
+  }
+  void account(Scalar dt) {
+    report_.skipped += deep_;
+    report_.impulse_not_applied += impulse_rate_ * static_cast<double>(dt);
+  }
+  void wake(Index i) {
+    who(i) = Sleeper{.flagged = who(i).flagged, .since = clock_};
+    ++report_.woken;
+    --report_.asleep;
+    parted_ = true;
+  }
+
+  /// Undoes what the step did to those that are watched, and wakes those that were pushed too far.
+  void put_back(S& state) {
+    if (report_.asleep == deep_) return;
+    for (Index i = 0; i < state.size(); ++i) {
+      if (who(i).kind != Kind::watched) continue;
+      push_.col(i) += state.v.col(i);
+      report_.impulse_not_applied += static_cast<double>(state.mass()[i] * state.v.col(i).norm());
+      // The push is the scene's; the energy is what the step gave it.
+      stop(state, i);
+      state.r.col(i) = rest_.col(i);
+      meddled_ = true;
+      if (push_.col(i).squaredNorm() > speed_squared()) wake(i);
+    }
+  }
+  /// Whoever may touch a sleeper before the pairs change again is among them: only then it has to be watched.
+  [[nodiscard]] bool have_pairs_changed() {
+    const std::int64_t changes = pair_changes_of(stepper_.force_to_look_at());
+    return changes < 0 || changes != pair_changes_;
+  }
+  void stop(S& state, Index i) {
+    Scalar twice = state.mass()[i] * state.v.col(i).squaredNorm();
+    state.v.col(i).setZero();
+    if constexpr (spins) {
+      const Scalar R = state.radius()[i];
+      twice += state.body().inertia_factor * state.mass()[i] * R * R * state.omega.col(i).squaredNorm();
+      state.omega.col(i).setZero();
+    }
+    report_.energy_removed += static_cast<double>(twice) / 2;
+  }
+
+  /// Who has been quiet long enough, and whose sleep has to be looked at.
+  void check(S& state) {
+    const auto elapsed = static_cast<Scalar>(clock_ - checked_);
+    for (Index i = 0; i < state.size(); ++i) {
+      Sleeper& one = who(i);
+      if (one.kind >= Kind::watched && clock_ >= one.expires) {
+        wake(i);
+      }
+      if (one.kind != Kind::awake) continue;
+      const bool quiet = is_quiet(state, i, elapsed);
+      one.quiet = quiet ? one.quiet + static_cast<std::int32_t>(since_check_) : 0;
+      if (one.quiet >= options_.steps && may_sleep(state, i)) {
+        fall_asleep(state, i);
+      } else if (!quiet || one.quiet >= options_.steps) {  // what has pushed it is seen over one such time
+        one.quiet = 0;
+        one.since = clock_;
+        velocity_.col(i) = state.v.col(i);
+      }
+      sample_.col(i) = state.r.col(i);
+    }
+    since_check_ = 0;
+    checked_ = clock_;
+  }
+  [[nodiscard]] bool is_quiet(const S& state, Index i, Scalar elapsed) const {
+    const Scalar limit = speed_squared();
+    bool quiet = state.v.col(i).squaredNorm() < limit &&
+                 (state.r.col(i) - sample_.col(i)).squaredNorm() < limit * elapsed * elapsed;
+    if constexpr (spins) {
+      const Scalar R = state.radius()[i];
+      quiet = quiet && R * R * state.omega.col(i).squaredNorm() < limit;
+    }
+    return quiet;
+  }
+  /// What has been pushing it, on the mean, goes on unseen until that would have made it as fast as `speed`. Where that is
+  /// soon, it is not at rest.
+  [[nodiscard]] bool may_sleep(const S& state, Index i) {
+    Sleeper& one = who(i);
+    const auto seen_for = static_cast<Scalar>(clock_ - one.since);
+    const Scalar acceleration = (state.v.col(i) - velocity_.col(i)).norm() / seen_for;
+    const Scalar lasts = static_cast<Scalar>(options_.speed) / acceleration;
+    one.impulse = static_cast<double>(state.mass()[i] * acceleration);
+    one.expires = clock_ + static_cast<double>(lasts);
+    return lasts > 4 * seen_for;
+  }
+  void fall_asleep(S& state, Index i) {
+    who(i).kind = Kind::watched;
+    stop(state, i);
+    rest_.col(i) = state.r.col(i);
+    push_.col(i).setZero();
+    ++report_.fell_asleep;
+    ++report_.asleep;
+    meddled_ = parted_ = true;
+  }
+
+  /// Parts sleepers into those within two neighbours of somebody awake and the others.
+  void part(S& state) {
+    parted_ = false;
+    pair_changes_ = pair_changes_of(stepper_.force_to_look_at());
+    ring_.assign(who_.size(), std::uint8_t{9});
+    for (std::size_t i = 0; i < who_.size(); ++i)
+      if (who_[i].kind == Kind::awake) ring_[i] = 0;
+    for (std::uint8_t ring = 0; ring < 2; ++ring)
+      for_each_pair_of(stepper_.force_to_look_at(), stepper_.memory(), [&](Index i, Index j) {
+        auto &a = ring_[static_cast<std::size_t>(i)], &b = ring_[static_cast<std::size_t>(j)];
+        if (a == ring && b > ring + 1) b = static_cast<std::uint8_t>(ring + 1);
+        if (b == ring && a > ring + 1) a = static_cast<std::uint8_t>(ring + 1);
+      });
+    bool changed = false;
+    std::vector<std::uint8_t> still(who_.size(), std::uint8_t{0});
+    bool any = false;
+    for (std::size_t i = 0; i < who_.size(); ++i) {
+      Sleeper& one = who_[i];
+      if (one.kind >= Kind::watched) one.kind = ring_[i] <= 2 ? Kind::watched : Kind::deep;
+      one.flagged = one.kind == Kind::deep;
+      still[i] = one.kind == Kind::held || one.flagged ? 1 : 0;
+      any = any || still[i] != 0;
+      changed = changed || (still[i] != 0) != state.body().is_still(static_cast<Index>(i));
+    }
+    if (changed) {
+      if (!any) still.clear();
+      state.set_still(std::move(still));
+    }
+    body_ = &state.body();
+    count();
+  }
+
+  Stepper stepper_;
+  SleepOptions options_;
+  std::vector<Sleeper> who_;
+  std::vector<std::int64_t> id_;
+  Vectors rest_, sample_, velocity_, push_;  // where sleepers lie; r at the last check; v when it became quiet; Σ Δv
+  std::vector<std::uint8_t> ring_;
+  const void* body_ = nullptr;
+  SleepReport report_;
+  std::int64_t steps_ = 0, since_check_ = 0, free_ = 0, deep_ = 0, pair_changes_ = 0;
+  double clock_ = 0, checked_ = 0, review_ = 0, impulse_rate_ = 0;
+  bool meddled_ = false, parted_ = false;
+};
+
+/// Runs a scene with sleeping and without, and prints how far that moves what the user looks at.
+/// @param scene        scene(options) runs it all and returns what the observables are read from
+/// @param observables  pairs of a name and a function of that result to a number
+template <class OStream, class Scene, class... Observable>
+void compare_sleep(OStream& out, SleepOptions options, Scene&& scene,
+                   const std::pair<const char*, Observable>&... observables) {
+  const auto asleep = scene(options);
+  options.speed = 0;
+  const auto awake = scene(options);
+  const auto line = [&](const char* name, double a, double b) {
+    out << "  " << name << ": " << a << " with sleeping, " << b << " without, difference " << a - b << '\n';
+  };
+  (line(observables.first, static_cast<double>(observables.second(asleep)),
+        static_cast<double>(observables.second(awake))),
+   ...);
+}
+
+}  // namespace phistep::inline PHISTEP_ABI
