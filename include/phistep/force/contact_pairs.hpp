@@ -1,0 +1,148 @@
+/// @file
+/// The pairs of bodies that touch or soon may, each once, in cache order.
+///
+/// Particles stand in slots sorted by place; pair p joins slots first[p] < second[p], and pairs are sorted by both. A body
+/// held still has no pair with another one.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "phistep/core/version.hpp"
+#include "phistep/force/contact_memory.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// @throws std::invalid_argument where contacts can't be computed for these bodies
+template <class Body>
+void check_bodies(const Body& body, std::ptrdiff_t count) {
+  if (body.radius.size() != count)
+    throw std::invalid_argument("phistep: contacts need the radii of the particles: set_radius(…)");
+  for (Eigen::Index i = 0; i < body.radius.size(); ++i)
+    if (!(body.radius[i] > 0) || !std::isfinite(body.radius[i]) || !(body.mass[i] > 0) || !std::isfinite(body.mass[i]))
+      throw std::invalid_argument("phistep: the radius and mass of particle " + std::to_string(i) +
+                                  " must be finite and > 0");
+}
+
+/// The properties of bodies that contacts use, in slots.
+template <class Scalar>
+struct ContactBodies {
+  std::vector<std::int32_t> particle;  ///< the user's index of a slot's
+  std::vector<std::int64_t> id;        ///< and its identity
+  std::vector<Scalar> radius, inverse_mass;
+  std::vector<std::int32_t> type;
+
+  [[nodiscard]] std::size_t size() const { return particle.size(); }
+  void assign(const auto& body, std::vector<std::int32_t> order) {
+    particle = std::move(order);
+    const std::size_t n = particle.size();
+    id.resize(n), radius.resize(n), inverse_mass.resize(n), type.resize(n);
+    for (std::size_t s = 0; s < n; ++s) {
+      const Eigen::Index i = particle[s];
+      id[s] = body.id[static_cast<std::size_t>(i)];
+      radius[s] = static_cast<Scalar>(body.radius[i]);
+      inverse_mass[s] = body.is_still(i) ? Scalar{0} : Scalar{1} / static_cast<Scalar>(body.mass[i]);
+      type[s] = body.type_of(i);
+    }
+  }
+  /// Whether these are that body's.
+  [[nodiscard]] bool are(const auto& body) const {
+    if (static_cast<std::size_t>(body.size()) != size() || body.radius.size() != body.size()) return false;
+    for (std::size_t s = 0; s < size(); ++s) {
+      const Eigen::Index i = particle[s];
+      const Scalar inverse = body.is_still(i) ? Scalar{0} : Scalar{1} / static_cast<Scalar>(body.mass[i]);
+      if (id[s] != body.id[static_cast<std::size_t>(i)] || radius[s] != static_cast<Scalar>(body.radius[i]) ||
+          inverse_mass[s] != inverse || type[s] != body.type_of(i))
+        return false;
+    }
+    return true;
+  }
+  void archive(auto& ar) {
+    ar(particle, id, radius, inverse_mass, type);
+    const std::size_t n = size();
+    ar.check(id.size() == n && radius.size() == n && inverse_mass.size() == n && type.size() == n);
+    for (const std::int32_t i : particle) ar.check(i >= 0 && static_cast<std::size_t>(i) < n);
+  }
+};
+
+template <class Scalar>
+struct ContactPairs {
+  static constexpr std::size_t padding = 16;  ///< entries beyond the last pair, readable: a pack more
+
+  ContactBodies<Scalar> bodies;
+  std::vector<std::int32_t> first, second;  ///< slots, of each pair and of the padding
+  std::vector<std::int32_t> row;            ///< pairs of slot s: row[s] … row[s + 1] − 1
+  std::vector<Scalar> built_at;             ///< positions when the pairs were found, 4 a slot: x, y, z, 0 [length]
+  Scalar skin = 0;                          ///< pairs within R_i + R_j + skin are here [length]
+  Scalar period[3] = {0, 0, 0};             ///< 0: the axis is open [length]
+
+  [[nodiscard]] std::size_t places() const { return first.size() < padding ? 0 : first.size() - padding; }
+  /// The pair of two slots, or −1.
+  [[nodiscard]] std::ptrdiff_t find(std::int32_t a, std::int32_t b) const {
+    const auto begin = second.begin() + row[static_cast<std::size_t>(a)],
+               end = second.begin() + row[static_cast<std::size_t>(a) + 1];
+    const auto at = std::lower_bound(begin, end, b);
+    return at != end && *at == b ? at - second.begin() : -1;
+  }
+
+  void archive(auto& ar) {
+    ar(bodies, first, second, row, built_at, skin, period[0], period[1], period[2]);
+    const std::size_t n = bodies.size(), m = first.size();
+    ar.check(second.size() == m && (n == 0 || row.size() == n + 1) && built_at.size() == 4 * n);
+    ar.check(n == 0 || (m >= padding && row.front() == 0 && static_cast<std::size_t>(row.back()) == m - padding));
+    ar.check(std::is_sorted(row.begin(), row.end()));
+    for (const auto* slots : {&first, &second})
+      for (const std::int32_t s : *slots) ar.check(s >= 0 && static_cast<std::size_t>(s) < std::max<std::size_t>(n, 1));
+  }
+};
+
+/// x less the nearest multiple of the period; an axis without one has 0 for both.
+template <class P>
+[[nodiscard]] P nearest_image(P x, P period, P inverse) {
+  return x - period * nearest_integer(x * inverse);
+}
+
+/// Springs of the same contacts, found by the bodies' identities, in the places of other pairs. New ones begin unstretched.
+template <class Scalar>
+void carry_springs(const ContactPairs<Scalar>& from, const SpringTable<Scalar>& old, const ContactPairs<Scalar>& to,
+                   SpringTable<Scalar>& springs) {
+  springs.clear();
+  std::vector<std::int32_t> slot(from.bodies.size(), -1);  // where a slot's body stands now
+  if (from.bodies.size() == 0 || to.bodies.size() == 0) return;
+  std::vector<std::pair<std::int64_t, std::int32_t>> by_id(to.bodies.size());
+  for (std::size_t s = 0; s < by_id.size(); ++s) by_id[s] = {to.bodies.id[s], static_cast<std::int32_t>(s)};
+  std::sort(by_id.begin(), by_id.end());
+  for (std::size_t s = 0; s < slot.size(); ++s) {
+    const auto at = std::lower_bound(by_id.begin(), by_id.end(), std::pair{from.bodies.id[s], std::int32_t{0}});
+    if (at != by_id.end() && at->first == from.bodies.id[s]) slot[s] = at->second;
+  }
+  for (std::size_t p = 0; p < from.places(); ++p) {
+    if (old.touching[p] == 0) continue;
+    const std::int32_t i = slot[static_cast<std::size_t>(from.first[p])],
+                       j = slot[static_cast<std::size_t>(from.second[p])];
+    if (i < 0 || j < 0) continue;
+    const std::ptrdiff_t place = to.find(std::min(i, j), std::max(i, j));
+    if (place < 0) continue;
+    const auto q = static_cast<std::size_t>(place);
+    const Scalar sign = i < j ? Scalar{1} : Scalar{-1};
+    springs.touching[q] = 1;
+    const auto carry = [&](const std::vector<Scalar>& a, std::vector<Scalar>& b) {
+      if (b.empty()) return;
+      for (std::size_t k = 0; k < 4; ++k) b[4 * q + k] = a.empty() ? Scalar{0} : sign * a[4 * p + k];
+    };
+    carry(old.slip, springs.slip);
+    carry(old.roll, springs.roll);
+  }
+}
+
+}  // namespace phistep::inline PHISTEP_ABI
