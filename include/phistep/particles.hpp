@@ -3,7 +3,11 @@
 #pragma once
 
 // IWYU pragma: begin_exports
+#include "phistep/force/all_pairs.hpp"
+#include "phistep/force/contact.hpp"
 #include "phistep/force/pairs.hpp"
+#include "phistep/force/walls.hpp"
+#include "phistep/observe/particle_sums.hpp"
 #include "phistep/phistep.hpp"
 #include "phistep/state/box.hpp"
 #include "phistep/state/particles.hpp"

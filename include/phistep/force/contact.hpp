@@ -84,6 +84,16 @@ class Contact : public ForceTerm {
     return sum_of_energies(*copy.places, *springs);
   }
 
+  /// f(i, j) for every pair that may touch before pair_changes() changes, by the user's indices.
+  void for_each_pair(const Memory& memory, auto&& f) const {
+    if (memory.places == nullptr) return;
+    const Pairs& pairs = *memory.places;
+    for (std::size_t p = 0; p < pairs.places(); ++p)
+      f(Eigen::Index{pairs.bodies.particle[static_cast<std::size_t>(pairs.first[p])]},
+        Eigen::Index{pairs.bodies.particle[static_cast<std::size_t>(pairs.second[p])]});
+  }
+  [[nodiscard]] std::int64_t pair_changes() const { return statistics_.rebuilds; }
+
   [[nodiscard]] const ContactStatistics& statistics() const { return statistics_; }
 
  private:

@@ -100,6 +100,7 @@ class Walls : public ForceTerm {
   using Springs = WallSprings<Scalar>;
   using Memory = ContactMemory<Scalar, WallBodies<Scalar>, Springs>;
   // Through its memory the force depends on the time since the springs were known.
+  static constexpr bool acts_on_each = true;
   static constexpr bool uses_velocity = true, uses_time = true;
 
   /// @throws std::invalid_argument where a wall has no normal, no thickness, or a type that isn't in the table

@@ -32,7 +32,7 @@ namespace phistep::inline PHISTEP_ABI {
 
 /// What a list was made from.
 struct NeighborReference {
-  std::vector<double> positions;    ///< R, dim × N [length]
+  std::vector<double> positions;  ///< R, dim × N [length]
   Domain domain;
   std::vector<std::uint8_t> still;  ///< as in Body
 
@@ -78,7 +78,8 @@ struct NeighborRange {
 
   /// @throws std::invalid_argument where that can't be
   void check() const {
-    if (!(cutoff > 0) || !std::isfinite(cutoff)) throw std::invalid_argument("phistep: a cutoff must be finite and > 0");
+    if (!(cutoff > 0) || !std::isfinite(cutoff))
+      throw std::invalid_argument("phistep: a cutoff must be finite and > 0");
     if (!(skin >= 0) || !std::isfinite(skin)) throw std::invalid_argument("phistep: a skin must be finite and >= 0");
     if (policy.every < 0) throw std::invalid_argument("phistep: a list is made anew every n >= 1 steps");
   }
@@ -105,8 +106,8 @@ class Neighbors {
                            const std::vector<std::uint8_t>& still, const NeighborRange& range,
                            const NeighborMemory& memory) {
     if (!serves(memory.reference.get(), r, particles, domain, still, range, memory.age)) {
+      memory.age = memory.reference == nullptr ? 0 : -1;  // the first is made before a step, others at its end
       memory.reference = remember(r, particles, domain, still);
-      memory.age = 0;
     }
     if (built_ != memory.reference || !(range_ == key(range))) build(memory.reference, range);
     return list_;
@@ -120,6 +121,8 @@ class Neighbors {
     return list(r, particles, domain, still, {range.cutoff, range.skin, {}, range.pad}, memory);
   }
 
+  /// The list made last.
+  [[nodiscard]] const NeighborList& current() const { return list_; }
   [[nodiscard]] std::uint64_t number() const { return rebuilds_; }
   /// How many lists were made so far, and what they took.
   [[nodiscard]] std::uint64_t rebuilds() const { return rebuilds_; }
