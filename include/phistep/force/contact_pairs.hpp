@@ -75,6 +75,23 @@ struct ContactBodies {
   }
 };
 
+/// Where the body of an identity stands.
+class SlotsById {
+ public:
+  explicit SlotsById(const std::vector<std::int64_t>& ids) : sorted_(ids.size()) {
+    for (std::size_t s = 0; s < ids.size(); ++s) sorted_[s] = {ids[s], static_cast<std::int32_t>(s)};
+    std::sort(sorted_.begin(), sorted_.end());
+  }
+  /// −1: it isn't there.
+  [[nodiscard]] std::int32_t operator()(std::int64_t id) const {
+    const auto at = std::lower_bound(sorted_.begin(), sorted_.end(), std::pair{id, std::int32_t{0}});
+    return at != sorted_.end() && at->first == id ? at->second : -1;
+  }
+
+ private:
+  std::vector<std::pair<std::int64_t, std::int32_t>> sorted_;
+};
+
 template <class Scalar>
 struct ContactPairs {
   static constexpr std::size_t padding = 16;  ///< entries beyond the last pair, readable: a pack more
@@ -113,36 +130,47 @@ template <class P>
 }
 
 /// Springs of the same contacts, found by the bodies' identities, in the places of other pairs. New ones begin unstretched.
+/// @param same_bodies  the users' indices still mean the same bodies
 template <class Scalar>
 void carry_springs(const ContactPairs<Scalar>& from, const SpringTable<Scalar>& old, const ContactPairs<Scalar>& to,
-                   SpringTable<Scalar>& springs) {
-  springs.clear();
+                   SpringTable<Scalar>& springs, bool same_bodies) {
   std::vector<std::int32_t> slot(from.bodies.size(), -1);  // where a slot's body stands now
-  if (from.bodies.size() == 0 || to.bodies.size() == 0) return;
-  std::vector<std::pair<std::int64_t, std::int32_t>> by_id(to.bodies.size());
-  for (std::size_t s = 0; s < by_id.size(); ++s) by_id[s] = {to.bodies.id[s], static_cast<std::int32_t>(s)};
-  std::sort(by_id.begin(), by_id.end());
-  for (std::size_t s = 0; s < slot.size(); ++s) {
-    const auto at = std::lower_bound(by_id.begin(), by_id.end(), std::pair{from.bodies.id[s], std::int32_t{0}});
-    if (at != by_id.end() && at->first == from.bodies.id[s]) slot[s] = at->second;
+  if (same_bodies) {
+    std::vector<std::int32_t> now(slot.size());
+    for (std::size_t s = 0; s < slot.size(); ++s)
+      now[static_cast<std::size_t>(to.bodies.particle[s])] = static_cast<std::int32_t>(s);
+    for (std::size_t s = 0; s < slot.size(); ++s) slot[s] = now[static_cast<std::size_t>(from.bodies.particle[s])];
+  } else {
+    const SlotsById by_id{to.bodies.id};
+    for (std::size_t s = 0; s < slot.size(); ++s) slot[s] = by_id(from.bodies.id[s]);
   }
-  for (std::size_t p = 0; p < from.places(); ++p) {
-    if (old.touching[p] == 0) continue;
+  struct Kept {
+    std::int32_t place;
+    std::int32_t from;
+    Scalar sign;
+  };
+  std::vector<Kept> kept;
+  kept.reserve(old.size());
+  for (std::size_t c = 0; c < old.size(); ++c) {
+    const auto p = static_cast<std::size_t>(old.place[c]);
     const std::int32_t i = slot[static_cast<std::size_t>(from.first[p])],
                        j = slot[static_cast<std::size_t>(from.second[p])];
     if (i < 0 || j < 0) continue;
     const std::ptrdiff_t place = to.find(std::min(i, j), std::max(i, j));
-    if (place < 0) continue;
-    const auto q = static_cast<std::size_t>(place);
-    const Scalar sign = i < j ? Scalar{1} : Scalar{-1};
-    springs.touching[q] = 1;
-    const auto carry = [&](const std::vector<Scalar>& a, std::vector<Scalar>& b) {
-      if (b.empty()) return;
-      for (std::size_t k = 0; k < 4; ++k) b[4 * q + k] = a.empty() ? Scalar{0} : sign * a[4 * p + k];
-    };
-    carry(old.slip, springs.slip);
-    carry(old.roll, springs.roll);
+    if (place >= 0)
+      kept.push_back({static_cast<std::int32_t>(place), static_cast<std::int32_t>(c), i < j ? Scalar{1} : Scalar{-1}});
   }
+  std::sort(kept.begin(), kept.end(), [](const Kept& a, const Kept& b) { return a.place < b.place; });
+  springs.resize(kept.size(), old.rolls());
+  for (std::size_t c = 0; c < kept.size(); ++c) {
+    springs.place[c] = kept[c].place;
+    const auto k = static_cast<std::size_t>(kept[c].from);
+    for (std::size_t a = 0; a < 3; ++a) {
+      springs.slip.x[a][c] = kept[c].sign * old.slip.x[a][k];
+      if (old.rolls()) springs.roll.x[a][c] = kept[c].sign * old.roll.x[a][k];
+    }
+  }
+  springs.close();
 }
 
 }  // namespace phistep::inline PHISTEP_ABI
