@@ -2,6 +2,7 @@
 /// The melt from a thousand atoms to a million: time an atom-step, which has to stay the same, and memory an atom.
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <memory>
 #include <optional>
 
@@ -78,7 +79,9 @@ void melt_sizes(const Options& options, Table& table) {
                    per_step(1) / first_lammps});
     }
     // In a process of its own: what others freed is not counted as free.
-    const Output output = run_program("OMP_NUM_THREADS=1 /proc/self/exe --melt-memory " + std::to_string(size.cells));
+    const Output output =
+        run_program("OMP_NUM_THREADS=1 " + quoted(std::filesystem::read_symlink("/proc/self/exe").string()) +
+                    " --melt-memory " + std::to_string(size.cells));
     char* rest = nullptr;
     const double bytes = std::strtod(output.text.c_str(), &rest), list = std::strtod(rest, nullptr);
     table.add({"sizes", "phistep, resident", size.scene.size(), 1, "memory", "bytes an atom", bytes});
