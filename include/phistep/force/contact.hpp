@@ -15,38 +15,21 @@
 
 #include <Eigen/Core>
 
-#include <algorithm>
-#include <bit>
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <stdexcept>
-#include <string>
 #include <type_traits>
 #include <utility>
-#include <vector>
 
-#include "phistep/core/simd.hpp"
-#include "phistep/core/simd_math.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/force/contact_kernel.hpp"
 #include "phistep/force/contact_law.hpp"
 #include "phistep/force/contact_memory.hpp"
-#include "phistep/force/contact_pairs.hpp"
-#include "phistep/force/contact_search.hpp"
+#include "phistep/force/contact_passes.hpp"
+#include "phistep/force/contact_tangent.hpp"
 #include "phistep/force/sum.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
-
-/// What contacts did, for those who count.
-struct ContactStatistics {
-  std::int64_t evaluations = 0;  ///< passes over the pairs
-  std::int64_t rebuilds = 0;     ///< times the pairs were found anew
-  std::int64_t pairs = 0;        ///< tested at the last evaluation
-  std::int64_t touching = 0;     ///< of them, in contact
-};
 
 /// @tparam Law     Hooke, Hertz, GranHooke, or a type like them
 /// @tparam Scalar  the state's
@@ -58,9 +41,11 @@ class Contact : public ForceTerm {
   using Memory = ContactMemory<Scalar, Pairs>;
   // Through its memory the force depends on the time since the springs were known.
   static constexpr bool uses_velocity = true, uses_time = true;
+  static constexpr Structure structure = Structure::network;
+  static constexpr bool has_edges = true, is_symmetric = true;
 
   /// @param skin  [length] pairs are kept as long as no body has moved by half of it; 0: a fraction of the radii
-  explicit Contact(Materials<Law> materials, double skin = 0) : materials_{std::move(materials)}, skin_{skin} {
+  explicit Contact(Materials<Law> materials, double skin = 0) : passes_{std::move(materials), skin} {
     if (!(skin >= 0) || !std::isfinite(skin)) throw std::invalid_argument("phistep: a skin must be finite and >= 0");
   }
   explicit Contact(const Law& law, double skin = 0) : Contact{Materials<Law>{law}, skin} {}
@@ -70,45 +55,52 @@ class Contact : public ForceTerm {
     memory.begin(t, dt);
   }
   void add(auto t, const auto& y, const Memory& memory, auto& out) const {
-    const auto springs = evaluate(t, y, memory);
+    const auto springs = passes_.evaluate(t, y, memory);
     memory.remember(t, springs);
-    give(y, out, *memory.places);
+    passes_.give(y, out, *memory.places);
   }
   void commit(auto t, const auto& y, Memory& memory) const {
     if (memory.accept_single()) return;
-    memory.remember(t, evaluate(t, y, memory));
+    memory.remember(t, passes_.evaluate(t, y, memory));
     memory.accept_last();
   }
   /// Of the springs, normal and tangential and of rolling [energy].
   [[nodiscard]] Scalar energy(auto t, const auto& y, const Memory& memory) const {
-    Memory copy = memory;
-    const auto springs = evaluate(t, y, copy);
-    return sum_of_energies(*copy.places, *springs);
+    const Memory copy = memory;
+    const auto springs = passes_.evaluate(t, y, copy);
+    return passes_.energy(*copy.places, *springs);
   }
 
   /// f(i, j) for every pair that may touch before pair_changes() changes, by the user's indices.
   void for_each_pair(const Memory& memory, auto&& f) const {
     if (memory.places == nullptr) return;
-    const Pairs& pairs = *memory.places;
+    const auto& pairs = *memory.places;
     for (std::size_t p = 0; p < pairs.places(); ++p)
       f(Eigen::Index{pairs.bodies.particle[static_cast<std::size_t>(pairs.first[p])]},
         Eigen::Index{pairs.bodies.particle[static_cast<std::size_t>(pairs.second[p])]});
   }
-  [[nodiscard]] std::int64_t pair_changes() const { return statistics_.rebuilds; }
+  [[nodiscard]] std::int64_t pair_changes() const { return statistics().rebuilds; }
 
-  [[nodiscard]] const ContactStatistics& statistics() const { return statistics_; }
+  /// Pairs, where the sink takes them: see contact_tangent.hpp. Not for bodies with Spin, whose torques
+  /// are no pair's.
+  template <class View, class Sink>
+    requires(!requires(const View& y) { y.omega; })
+  void add_jacobian(auto t, const View& y, const Memory& memory, Sink& sink) const {
+    constexpr int dim = std::remove_cvref_t<decltype(y.r)>::RowsAtCompileTime;
+    const Memory copy = memory;
+    const auto springs = passes_.evaluate(t, y, copy);
+    passes_.for_each_tangent(*copy.places, *springs, copy.elapsed(t),
+                             [&](Eigen::Index i, Eigen::Index j, const Scalar* n, const auto& K, const auto& C) {
+                               put_pair_tangent<dim>(sink, i, j, n, K, C);
+                             });
+  }
+
+  /// [time] of the shortest impact between two of these bodies, at the speeds that they have now (preflight asks).
+  [[nodiscard]] double contact_time(const auto& y) const { return shortest_impact<Law>(passes_.materials(), y, 0.5); }
+
+  [[nodiscard]] const ContactStatistics& statistics() const { return passes_.statistics(); }
 
  private:
-  static constexpr int width = native_width<Scalar>;
-  /// Users' orders may be random: what comes so many bodies later is fetched in time.
-  static constexpr std::size_t ahead = 16;
-  static void prefetch([[maybe_unused]] const void* p) {
-#if defined(__GNUC__)
-    __builtin_prefetch(p);
-#endif
-  }
-  using P = Pack<Scalar, width>;
-
   template <class View>
   static void check_view(const View&) {
     static_assert(
@@ -117,6 +109,7 @@ class Contact : public ForceTerm {
                   "phistep: Contact<Law, Scalar> must be of the state's number type: Contact<Hooke, float>{…}");
   }
 
+<<<<<<< HEAD
   /// On a slot: in one cache line (where they are double).
   struct alignas(8 * sizeof(Scalar)) Sum {
     Scalar force[4], twist[4];
@@ -448,6 +441,9 @@ class Contact : public ForceTerm {
   mutable Recycled<Springs> tables_;
   mutable Recycled<Pairs> pools_;
   mutable ContactStatistics statistics_;
+=======
+  ContactPasses<Law, Scalar> passes_;
+>>>>>>> tmp_contact
 };
 template <class Law>
 Contact(const Law&, double = 0) -> Contact<Law>;
