@@ -309,7 +309,7 @@ class Walls : public ForceTerm {
       springs.wall.push_back(k.wall);
       springs.body.push_back(k.body);
       springs.slip.insert(springs.slip.end(), k.slip.begin(), k.slip.end());
-      if (!old.roll.empty()) springs.roll.insert(springs.roll.end(), k.roll.begin(), k.roll.end());
+      if (!old.roll.empty() || has_dormant) springs.roll.insert(springs.roll.end(), k.roll.begin(), k.roll.end());
     }
     if (has_dormant || !asleep.contacts.empty())
       dormant = std::make_shared<const DormantSprings<Scalar>>(std::move(asleep));
