@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -52,8 +53,8 @@ class SpringLayout {
       farthest = std::max(farthest, j - i);
     });
     for (std::size_t i = 0; i < n; ++i)
-      std::stable_sort(&ends[start[i]], &ends[0] + start[i + 1],
-                       [](const End& a, const End& b) { return a.other < b.other; });
+      std::sort(&ends[start[i]], &ends[0] + start[i + 1],
+                [](const End& a, const End& b) { return std::tie(a.other, a.k, a.kL) < std::tie(b.other, b.k, b.kL); });
     const std::size_t chunks = (n + lanes - 1) / lanes;
     lead = jumps() ? chunks : std::min(chunks, static_cast<std::size_t>(farthest) / lanes + 2);
     lay_out(start, ends, true);
