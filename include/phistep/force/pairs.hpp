@@ -169,9 +169,10 @@ class Pairs : public ForceTerm {
     auto& neighbors = [this]() -> auto& {
       if constexpr (dim == 3) return work_.three;
       else return work_.two;
-    }();
-    const NeighborList& list = memory ? neighbors.list(r, n, domain, *still, range, *memory)
-                                      : neighbors.list(r, n, domain, *still, range);
+    }
+    ();
+    const NeighborList& list =
+        memory ? neighbors.list(r, n, domain, *still, range, *memory) : neighbors.list(r, n, domain, *still, range);
     auto& places = std::get<Places<Scalar>>(work_.places);
     const auto slots = static_cast<Eigen::Index>(list.slots.size());
     if (places.cols() < slots + 1) places.setZero(4, slots + 1 + slots / 16);
@@ -179,8 +180,9 @@ class Pairs : public ForceTerm {
       const NeighborList::Slot& slot = list.slots[static_cast<std::size_t>(s)];
       Scalar* const to = places.data() + 4 * s;
       for (int a = 0; a < dim; ++a)
-        to[a] = static_cast<Scalar>(static_cast<double>(r[dim * std::ptrdiff_t{slot.particle} + a]) +
-                                    slot.image[static_cast<std::size_t>(a)] * domain.length[static_cast<std::size_t>(a)]);
+        to[a] =
+            static_cast<Scalar>(static_cast<double>(r[dim * std::ptrdiff_t{slot.particle} + a]) +
+                                slot.image[static_cast<std::size_t>(a)] * domain.length[static_cast<std::size_t>(a)]);
       if constexpr (S::tagged) to[3] = static_cast<Scalar>(law.tag(y.body, std::ptrdiff_t{slot.particle}));
     };
 #ifdef _OPENMP
