@@ -15,6 +15,8 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -84,10 +86,27 @@ class Contact : public ForceTerm {
     return sum_of_energies(*copy.places, *springs);
   }
 
+  /// f(i, j) for every pair that may touch before pair_changes() changes, by the user's indices.
+  void for_each_pair(const Memory& memory, auto&& f) const {
+    if (memory.places == nullptr) return;
+    const Pairs& pairs = *memory.places;
+    for (std::size_t p = 0; p < pairs.places(); ++p)
+      f(Eigen::Index{pairs.bodies.particle[static_cast<std::size_t>(pairs.first[p])]},
+        Eigen::Index{pairs.bodies.particle[static_cast<std::size_t>(pairs.second[p])]});
+  }
+  [[nodiscard]] std::int64_t pair_changes() const { return statistics_.rebuilds; }
+
   [[nodiscard]] const ContactStatistics& statistics() const { return statistics_; }
 
  private:
   static constexpr int width = native_width<Scalar>;
+  /// Users' orders may be random: what comes so many bodies later is fetched in time.
+  static constexpr std::size_t ahead = 16;
+  static void prefetch([[maybe_unused]] const void* p) {
+#if defined(__GNUC__)
+    __builtin_prefetch(p);
+#endif
+  }
   using P = Pack<Scalar, width>;
 
   template <class View>
@@ -98,14 +117,19 @@ class Contact : public ForceTerm {
                   "phistep: Contact<Law, Scalar> must be of the state's number type: Contact<Hooke, float>{…}");
   }
 
+  /// On a slot: in one cache line (where they are double).
+  struct alignas(8 * sizeof(Scalar)) Sum {
+    Scalar force[4], twist[4];
+  };
+
   /// The bodies in slots: three structs of four numbers each.
   struct Workspace {
-    std::vector<Scalar> position;  ///< x, y, z, R
-    std::vector<Scalar> velocity;  ///< v, 1/R
-    std::vector<Scalar> surface;   ///< R ω, 1/m
-    std::vector<Scalar> sum;       ///< F and twist, 3 + 3 (+ 3 of rolling, ∙ ) numbers a slot, in eights
-    std::vector<Scalar> torque;    ///< of rolling, 4 a slot
-    std::vector<std::int32_t> contact;
+    std::vector<Scalar> position;    ///< x, y, z, R
+    std::vector<Scalar> velocity;    ///< v, 1/R
+    std::vector<Scalar> surface;     ///< R ω, 1/m
+    std::vector<Sum> sum;            ///< of each slot
+    std::vector<Scalar> torque;      ///< of rolling, 4 a slot
+    std::vector<std::int32_t> from;  ///< of each contact, its place in the table before
     ContactSearch<Scalar, 2> plane;
     ContactSearch<Scalar, 3> space;
     Workspace() = default;
@@ -124,10 +148,9 @@ class Contact : public ForceTerm {
     prepare(y, memory);
     const Pairs& pairs = *memory.places;
     std::shared_ptr<Springs> springs = tables_.take();
-    springs->resize(pairs.places(), rolls<spins>());
     ++statistics_.evaluations;
-    find_touching(pairs, *springs);
-    work_.sum.assign(8 * pairs.bodies.size(), Scalar{0});
+    find_touching(pairs, *memory.springs, *springs, rolls<spins>());
+    work_.sum.assign(pairs.bodies.size(), Sum{});
     if (rolls<spins>()) work_.torque.assign(4 * pairs.bodies.size(), Scalar{0});
     if (materials_.types() == 0) {
       const ContactNumbers<P> numbers = broadcast_numbers<P>(materials_(0, 0));
@@ -136,6 +159,7 @@ class Contact : public ForceTerm {
       compute<spins>(pairs, *memory.springs, *springs, memory.elapsed(t),
                      [&](const std::int32_t* i, const std::int32_t* j) { return lookup(pairs, i, j); });
     }
+    springs->close();
     return springs;
   }
 
@@ -174,9 +198,13 @@ class Contact : public ForceTerm {
     if constexpr (dim == 2) work_.plane.find(y.r, body, skin, *pairs);
     else work_.space.find(y.r, body, skin, *pairs);
     auto springs = tables_.take();
-    springs->resize(pairs->places(), materials_.rolls());
-    springs->clear();
-    if (memory.places) carry_springs(*memory.places, *memory.springs, *pairs, *springs);
+    if (memory.places) {
+      const bool same_bodies = memory.body == static_cast<const void*>(&body);
+      carry_springs(*memory.places, *memory.springs, *pairs, *springs, same_bodies);
+    } else {
+      springs->resize(0, materials_.rolls());
+      springs->close();
+    }
     memory.places = std::move(pairs);
     memory.springs = std::move(springs);
     memory.body = &body;
@@ -200,6 +228,12 @@ class Contact : public ForceTerm {
     Scalar largest = 0;
     for (std::size_t s = 0; s < n; ++s) {
       const Eigen::Index i = pairs.bodies.particle[s];
+      if (s + ahead < n) {
+        const Eigen::Index next = pairs.bodies.particle[s + ahead];
+        prefetch(y.r.data() + dim * next);
+        prefetch(y.v.data() + dim * next);
+        if constexpr (requires { y.omega; }) prefetch(y.omega.data() + y.omega.rows() * next);
+      }
       const Scalar radius = pairs.bodies.radius[s];
       Scalar* const x = &work_.position[4 * s];
       Scalar* const v = &work_.velocity[4 * s];
@@ -219,17 +253,21 @@ class Contact : public ForceTerm {
         else u[2] = radius * y.omega(0, i);
       }
       x[3] = radius;
-      v[3] = Scalar{1} / radius;
+      v[3] = pairs.bodies.inverse_radius[s];
       u[3] = pairs.bodies.inverse_mass[s];
     }
     return 4 * largest <= pairs.skin * pairs.skin;
   }
 
-  void find_touching(const Pairs& pairs, Springs& springs) const {
+  [[gnu::flatten]] void find_touching(const Pairs& pairs, const Springs& before, Springs& springs,
+                                      bool with_roll) const {
     const std::size_t count = pairs.places();
-    auto& contact = work_.contact;
+    auto& contact = springs.place;
+    auto& from = work_.from;
     contact.resize(count + width);
-    std::size_t found = 0;
+    from.resize(count + width);
+    std::size_t found = 0, old = 0;
+    const std::size_t known = before.size();
     const Triple<P> period{pairs.period[0], pairs.period[1], pairs.period[2]};
     const Triple<P> inverse = inverse_of(pairs);
     for (std::size_t p = 0; p < count; p += width) {
@@ -237,17 +275,20 @@ class Contact : public ForceTerm {
       const auto b = gather4<P>(work_.position.data(), &pairs.second[p]);
       const Triple<P> d = difference(a, b, period, inverse);
       const P reach = a.w + b.w;
-      const unsigned touching =
-          ((dot(d, d) < reach * reach) & first_lanes<P>(static_cast<std::ptrdiff_t>(count - p))).bits();
-      const std::size_t lanes = std::min<std::size_t>(width, count - p);
-      for (std::size_t l = 0; l < lanes; ++l) {
-        const unsigned touches = touching >> l & 1u;
-        springs.touching[p + l] = static_cast<std::uint8_t>(touches);
-        contact[found] = static_cast<std::int32_t>(p + l);
-        found += touches;
+      unsigned touching = (dot(d, d) < reach * reach).bits();
+      if (count - p < width) touching &= (1u << (count - p)) - 1u;
+      while (touching != 0) {
+        const auto place = static_cast<std::int32_t>(p) + std::countr_zero(touching);
+        touching &= touching - 1;
+        while (old < known && before.place[old] < place) ++old;
+        contact[found] = place;
+        from[found] = static_cast<std::int32_t>(old < known && before.place[old] == place ? old : known);
+        ++found;
       }
     }
-    contact.resize(found);
+    springs.resize(found, with_roll);
+    from.resize(found + width, static_cast<std::int32_t>(known));
+    std::fill(from.begin() + static_cast<std::ptrdiff_t>(found), from.end(), static_cast<std::int32_t>(known));
     statistics_.pairs = static_cast<std::int64_t>(count);
     statistics_.touching = static_cast<std::int64_t>(found);
   }
@@ -269,16 +310,16 @@ class Contact : public ForceTerm {
   }
 
   template <bool spins, bool rolls>
-  void compute_contacts(const Pairs& pairs, const Springs& before, Springs& after, Scalar elapsed,
-                        auto& numbers) const {
+  [[gnu::flatten]] void compute_contacts(const Pairs& pairs, const Springs& before, Springs& after, Scalar elapsed,
+                                         auto& numbers) const {
     const Triple<P> period{pairs.period[0], pairs.period[1], pairs.period[2]};
     const Triple<P> inverse = inverse_of(pairs);
-    const std::size_t count = work_.contact.size();
+    const std::size_t count = after.size();
     for (std::size_t c = 0; c < count; c += width) {
       const std::size_t lanes = std::min<std::size_t>(width, count - c);
       std::int32_t place[width], i[width], j[width];
       for (std::size_t l = 0; l < width; ++l) {
-        place[l] = work_.contact[c + std::min(l, lanes - 1)];
+        place[l] = after.place[c + std::min(l, lanes - 1)];
         i[l] = pairs.first[static_cast<std::size_t>(place[l])];
         j[l] = pairs.second[static_cast<std::size_t>(place[l])];
       }
@@ -299,23 +340,21 @@ class Contact : public ForceTerm {
                          vi.w + vj.w};
       if constexpr (rolls)
         at.turning = {vi.w * ui.x - vj.w * uj.x, vi.w * ui.y - vj.w * uj.y, vi.w * ui.z - vj.w * uj.z};
-      ContactSprings<P> springs{load(before.touching, before.slip, place), {}};
-      if constexpr (rolls) springs.roll = load(before.touching, before.roll, place);
+      ContactSprings<P> springs{load(before.slip, &work_.from[c]), {}};
+      if constexpr (rolls) springs.roll = load(before.roll, &work_.from[c]);
       const ContactForce<P> f = contact_force<spins, rolls, Law>(
           numbers(static_cast<const std::int32_t*>(i), static_cast<const std::int32_t*>(j)), at, P(elapsed), springs);
-      store(springs.slip, after.slip, place, lanes);
-      if constexpr (rolls) store(springs.roll, after.roll, place, lanes);
+      store(springs.slip, after.slip, c);
+      if constexpr (rolls) store(springs.roll, after.roll, c);
       for (std::size_t l = 0; l < lanes; ++l) {
         const int k = static_cast<int>(l);
-        Scalar* const a = &work_.sum[8 * static_cast<std::size_t>(i[l])];
-        Scalar* const b = &work_.sum[8 * static_cast<std::size_t>(j[l])];
-        const Scalar x = f.force.x[k], yy = f.force.y[k], z = f.force.z[k];
-        a[0] += x, a[1] += yy, a[2] += z;
-        b[0] -= x, b[1] -= yy, b[2] -= z;
+        Sum& a = work_.sum[static_cast<std::size_t>(i[l])];
+        Sum& b = work_.sum[static_cast<std::size_t>(j[l])];
+        const Scalar force[3] = {f.force.x[k], f.force.y[k], f.force.z[k]};
+        for (int e = 0; e < 3; ++e) a.force[e] += force[e], b.force[e] -= force[e];
         if constexpr (spins) {
-          const Scalar tx = f.twist.x[k], ty = f.twist.y[k], tz = f.twist.z[k];
-          a[4] += tx, a[5] += ty, a[6] += tz;
-          b[4] += tx, b[5] += ty, b[6] += tz;
+          const Scalar twist[3] = {f.twist.x[k], f.twist.y[k], f.twist.z[k]};
+          for (int e = 0; e < 3; ++e) a.twist[e] += twist[e], b.twist[e] += twist[e];
         }
         if constexpr (rolls) {
           Scalar* const p = &work_.torque[4 * static_cast<std::size_t>(i[l])];
@@ -328,19 +367,21 @@ class Contact : public ForceTerm {
     }
   }
 
-  [[nodiscard]] static Triple<P> load(const std::vector<std::uint8_t>& touching, const std::vector<Scalar>& table,
-                                      const std::int32_t* place) {
-    const auto was =
-        P::make([&](int l) { return static_cast<Scalar>(touching[static_cast<std::size_t>(place[l])]); }) > P(0);
-    const auto all = gather4<P>(table.data(), place);
-    return {select(was, all.x, P(0)), select(was, all.y, P(0)), select(was, all.z, P(0))};
+  using Lengths = typename Springs::Lengths;
+  [[nodiscard]] static Triple<P> load(const Lengths& table, const std::int32_t* from) {
+    // Mostly the same contacts touch as before, and stand in the same order.
+    bool in_line = true;
+    for (int l = 1; l < width; ++l) in_line &= from[l] == from[0] + l;
+    const auto at = [&](const std::vector<Scalar>& x) {
+      return in_line ? P::load(&x[static_cast<std::size_t>(from[0])]) : P::gather(x.data(), from);
+    };
+    return {at(table.x[0]), at(table.x[1]), at(table.x[2])};
   }
-  static void store(const Triple<P>& x, std::vector<Scalar>& table, const std::int32_t* place, std::size_t lanes) {
-    for (std::size_t l = 0; l < lanes; ++l) {
-      Scalar* const to = &table[4 * static_cast<std::size_t>(place[l])];
-      const int k = static_cast<int>(l);
-      to[0] = x.x[k], to[1] = x.y[k], to[2] = x.z[k], to[3] = 0;
-    }
+  /// May write behind the last contact, where others follow or none.
+  static void store(const Triple<P>& lengths, Lengths& table, std::size_t at) {
+    lengths.x.store(&table.x[0][at]);
+    lengths.y.store(&table.x[1][at]);
+    lengths.z.store(&table.x[2][at]);
   }
 
   [[nodiscard]] ContactNumbers<P> lookup(const Pairs& pairs, const std::int32_t* i, const std::int32_t* j) const {
@@ -357,27 +398,30 @@ class Contact : public ForceTerm {
     constexpr int dim = std::remove_cvref_t<decltype(y.r)>::RowsAtCompileTime;
     constexpr bool spins = requires { y.omega; };
     const bool turned = rolls<spins>();
-    for (std::size_t s = 0; s < pairs.bodies.size(); ++s) {
-      const Eigen::Index i = pairs.bodies.particle[s];
-      const Scalar* const f = &work_.sum[8 * s];
+    const std::size_t n = pairs.bodies.size();
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto s = static_cast<std::size_t>(pairs.bodies.slot[i]);
+      const auto column = static_cast<Eigen::Index>(i);
+      if (i + ahead < n) prefetch(&work_.sum[static_cast<std::size_t>(pairs.bodies.slot[i + ahead])]);
+      const Sum& of = work_.sum[s];
       // x − x: 0, or NaN for a body whose place is not a number, which touches nothing
-      for (int a = 0; a < dim; ++a) out.force(a, i) += f[a] + (y.r(a, i) - y.r(a, i));
+      for (int a = 0; a < dim; ++a) out.force(a, column) += of.force[a] + (y.r(a, column) - y.r(a, column));
       if constexpr (spins) {
-        const Scalar radius = pairs.bodies.radius[s];
+        const Scalar radius = y.body.radius[column];
         const auto torque = [&](int a) {
-          return radius * f[4 + a] + (turned ? work_.torque[4 * s + static_cast<std::size_t>(a)] : Scalar{0});
+          return radius * of.twist[a] + (turned ? work_.torque[4 * s + static_cast<std::size_t>(a)] : Scalar{0});
         };
         if constexpr (dim == 3)
-          for (int a = 0; a < 3; ++a) out.torque(a, i) += torque(a);
-        else out.torque(0, i) += torque(2);
+          for (int a = 0; a < 3; ++a) out.torque(a, column) += torque(a);
+        else out.torque(0, column) += torque(2);
       }
     }
   }
 
   [[nodiscard]] Scalar sum_of_energies(const Pairs& pairs, const Springs& springs) const {
     Scalar sum{0};
-    for (const std::int32_t contact : work_.contact) {
-      const auto p = static_cast<std::size_t>(contact);
+    for (std::size_t c = 0; c < springs.size(); ++c) {
+      const auto p = static_cast<std::size_t>(springs.place[c]);
       const auto i = static_cast<std::size_t>(pairs.first[p]), j = static_cast<std::size_t>(pairs.second[p]);
       Scalar square{0};
       for (std::size_t a = 0; a < 3; ++a) {
@@ -387,9 +431,13 @@ class Contact : public ForceTerm {
       }
       const Scalar overlap = pairs.bodies.radius[i] + pairs.bodies.radius[j] - std::sqrt(square);
       const Scalar rho = Scalar{1} / pairs.bodies.radius[i] + Scalar{1} / pairs.bodies.radius[j];
-      const auto c = broadcast_numbers<Scalar>(materials_(pairs.bodies.type[i], pairs.bodies.type[j]));
-      sum += stored_energy<Law>(c, overlap, rho, springs.slip.data() + 4 * p,
-                                springs.roll.empty() ? nullptr : springs.roll.data() + 4 * p);
+      const auto numbers = broadcast_numbers<Scalar>(materials_(pairs.bodies.type[i], pairs.bodies.type[j]));
+      Scalar slip[3], roll[3] = {0, 0, 0};
+      for (std::size_t a = 0; a < 3; ++a) {
+        slip[a] = springs.slip.x[a][c];
+        if (springs.rolls()) roll[a] = springs.roll.x[a][c];
+      }
+      sum += stored_energy<Law, Scalar>(numbers, overlap, rho, slip, roll);
     }
     return sum;
   }

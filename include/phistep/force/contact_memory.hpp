@@ -7,6 +7,8 @@
 /// accepted state, and t_c is the end of the step.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -17,22 +19,45 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// The springs of all contacts at one time. `Scalar` four by four, so that each is one load.
+/// The springs of all contacts at one time, sorted by place.
 template <class Scalar>
 struct SpringTable {
-  std::vector<std::uint8_t> touching;  ///< of each place where there may be a contact
-  std::vector<Scalar> slip, roll;      ///< x, y, z, 0 of each place; of no meaning where nothing touches
+  /// One array a component, with numbers to spare for a whole pack. Behind the last contact stands one that is
+  /// unstretched: what a new contact finds.
+  struct Lengths {
+    std::array<std::vector<Scalar>, 3> x;
+    void resize(std::size_t n) {
+      for (auto& a : x) a.resize(n);
+    }
+    void archive(auto& ar) { ar(x); }
+  };
+  static constexpr std::size_t padding = 32;
 
-  void resize(std::size_t places, bool rolls) {
-    touching.resize(places);
-    slip.resize(4 * places);
-    roll.resize(rolls ? 4 * places : 0);
+  std::vector<std::int32_t> place;  ///< of each contact, ascending
+  Lengths slip, roll;               ///< ξ, ψ; roll may be empty
+
+  [[nodiscard]] std::size_t size() const { return place.size(); }
+  [[nodiscard]] bool rolls() const { return !roll.x[0].empty(); }
+  void resize(std::size_t contacts, bool with_roll) {
+    place.resize(contacts);
+    slip.resize(contacts + padding);
+    roll.resize(with_roll ? contacts + padding : 0);
   }
-  [[nodiscard]] bool fits(const auto& places) const { return touching.size() == places.places(); }
-  void clear() { touching.assign(touching.size(), 0); }
+  /// What stands behind the last contact.
+  void close() {
+    for (auto* lengths : {&slip, &roll})
+      for (auto& x : lengths->x)
+        if (!x.empty()) std::fill(x.begin() + static_cast<std::ptrdiff_t>(size()), x.end(), Scalar{0});
+  }
   void archive(auto& ar) {
-    ar(touching, slip, roll);
-    ar.check(slip.size() == 4 * touching.size() && (roll.empty() || roll.size() == slip.size()));
+    ar(place, slip, roll);
+    for (const auto& x : slip.x) ar.check(x.size() == size() + padding || (size() == 0 && x.empty()));
+    for (const auto& x : roll.x) ar.check(x.empty() || x.size() == slip.x[0].size());
+    for (const auto& x : roll.x) ar.check(x.size() == roll.x[0].size());
+    ar.check(std::is_sorted(place.begin(), place.end()) && (place.empty() || place.front() >= 0));
+  }
+  [[nodiscard]] bool fits(const auto& places) const {
+    return place.empty() || static_cast<std::size_t>(place.back()) < places.places();
   }
 };
 

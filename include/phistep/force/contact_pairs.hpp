@@ -39,7 +39,8 @@ template <class Scalar>
 struct ContactBodies {
   std::vector<std::int32_t> particle;  ///< the user's index of a slot's
   std::vector<std::int64_t> id;        ///< and its identity
-  std::vector<Scalar> radius, inverse_mass;
+  std::vector<std::int32_t> slot;      ///< of each particle
+  std::vector<Scalar> radius, inverse_radius, inverse_mass;
   std::vector<std::int32_t> type;
 
   [[nodiscard]] std::size_t size() const { return particle.size(); }
@@ -54,6 +55,7 @@ struct ContactBodies {
       inverse_mass[s] = body.is_still(i) ? Scalar{0} : Scalar{1} / static_cast<Scalar>(body.mass[i]);
       type[s] = body.type_of(i);
     }
+    derive();
   }
   /// Whether these are that body's.
   [[nodiscard]] bool are(const auto& body) const {
@@ -71,8 +73,40 @@ struct ContactBodies {
     ar(particle, id, radius, inverse_mass, type);
     const std::size_t n = size();
     ar.check(id.size() == n && radius.size() == n && inverse_mass.size() == n && type.size() == n);
-    for (const std::int32_t i : particle) ar.check(i >= 0 && static_cast<std::size_t>(i) < n);
+    std::vector<std::uint8_t> seen(n, 0);
+    for (const std::int32_t i : particle) {
+      ar.check(i >= 0 && static_cast<std::size_t>(i) < n && seen[static_cast<std::size_t>(i)] == 0);
+      seen[static_cast<std::size_t>(i)] = 1;
+    }
+    derive();
   }
+
+ private:
+  void derive() {
+    slot.resize(size());
+    inverse_radius.resize(size());
+    for (std::size_t s = 0; s < size(); ++s) {
+      slot[static_cast<std::size_t>(particle[s])] = static_cast<std::int32_t>(s);
+      inverse_radius[s] = Scalar{1} / radius[s];
+    }
+  }
+};
+
+/// Where the body of an identity stands.
+class SlotsById {
+ public:
+  explicit SlotsById(const std::vector<std::int64_t>& ids) : sorted_(ids.size()) {
+    for (std::size_t s = 0; s < ids.size(); ++s) sorted_[s] = {ids[s], static_cast<std::int32_t>(s)};
+    std::sort(sorted_.begin(), sorted_.end());
+  }
+  /// −1: it isn't there.
+  [[nodiscard]] std::int32_t operator()(std::int64_t id) const {
+    const auto at = std::lower_bound(sorted_.begin(), sorted_.end(), std::pair{id, std::int32_t{0}});
+    return at != sorted_.end() && at->first == id ? at->second : -1;
+  }
+
+ private:
+  std::vector<std::pair<std::int64_t, std::int32_t>> sorted_;
 };
 
 template <class Scalar>
@@ -113,36 +147,45 @@ template <class P>
 }
 
 /// Springs of the same contacts, found by the bodies' identities, in the places of other pairs. New ones begin unstretched.
+/// @param same_bodies  the users' indices still mean the same bodies
 template <class Scalar>
 void carry_springs(const ContactPairs<Scalar>& from, const SpringTable<Scalar>& old, const ContactPairs<Scalar>& to,
-                   SpringTable<Scalar>& springs) {
-  springs.clear();
+                   SpringTable<Scalar>& springs, bool same_bodies) {
   std::vector<std::int32_t> slot(from.bodies.size(), -1);  // where a slot's body stands now
-  if (from.bodies.size() == 0 || to.bodies.size() == 0) return;
-  std::vector<std::pair<std::int64_t, std::int32_t>> by_id(to.bodies.size());
-  for (std::size_t s = 0; s < by_id.size(); ++s) by_id[s] = {to.bodies.id[s], static_cast<std::int32_t>(s)};
-  std::sort(by_id.begin(), by_id.end());
-  for (std::size_t s = 0; s < slot.size(); ++s) {
-    const auto at = std::lower_bound(by_id.begin(), by_id.end(), std::pair{from.bodies.id[s], std::int32_t{0}});
-    if (at != by_id.end() && at->first == from.bodies.id[s]) slot[s] = at->second;
+  if (same_bodies) {
+    for (std::size_t s = 0; s < slot.size(); ++s)
+      slot[s] = to.bodies.slot[static_cast<std::size_t>(from.bodies.particle[s])];
+  } else {
+    const SlotsById by_id{to.bodies.id};
+    for (std::size_t s = 0; s < slot.size(); ++s) slot[s] = by_id(from.bodies.id[s]);
   }
-  for (std::size_t p = 0; p < from.places(); ++p) {
-    if (old.touching[p] == 0) continue;
+  struct Kept {
+    std::int32_t place;
+    std::int32_t from;
+    Scalar sign;
+  };
+  std::vector<Kept> kept;
+  kept.reserve(old.size());
+  for (std::size_t c = 0; c < old.size(); ++c) {
+    const auto p = static_cast<std::size_t>(old.place[c]);
     const std::int32_t i = slot[static_cast<std::size_t>(from.first[p])],
                        j = slot[static_cast<std::size_t>(from.second[p])];
     if (i < 0 || j < 0) continue;
     const std::ptrdiff_t place = to.find(std::min(i, j), std::max(i, j));
-    if (place < 0) continue;
-    const auto q = static_cast<std::size_t>(place);
-    const Scalar sign = i < j ? Scalar{1} : Scalar{-1};
-    springs.touching[q] = 1;
-    const auto carry = [&](const std::vector<Scalar>& a, std::vector<Scalar>& b) {
-      if (b.empty()) return;
-      for (std::size_t k = 0; k < 4; ++k) b[4 * q + k] = a.empty() ? Scalar{0} : sign * a[4 * p + k];
-    };
-    carry(old.slip, springs.slip);
-    carry(old.roll, springs.roll);
+    if (place >= 0)
+      kept.push_back({static_cast<std::int32_t>(place), static_cast<std::int32_t>(c), i < j ? Scalar{1} : Scalar{-1}});
   }
+  std::sort(kept.begin(), kept.end(), [](const Kept& a, const Kept& b) { return a.place < b.place; });
+  springs.resize(kept.size(), old.rolls());
+  for (std::size_t c = 0; c < kept.size(); ++c) {
+    springs.place[c] = kept[c].place;
+    const auto k = static_cast<std::size_t>(kept[c].from);
+    for (std::size_t a = 0; a < 3; ++a) {
+      springs.slip.x[a][c] = kept[c].sign * old.slip.x[a][k];
+      if (old.rolls()) springs.roll.x[a][c] = kept[c].sign * old.roll.x[a][k];
+    }
+  }
+  springs.close();
 }
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -25,6 +25,7 @@
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/force/pair_laws.hpp"
+#include "phistep/force/signature.hpp"
 #include "phistep/force/sum.hpp"
 #include "phistep/neighbors/neighbors.hpp"
 
@@ -65,7 +66,7 @@ class Pairs : public ForceTerm {
   static constexpr bool uses_velocity = false, uses_time = false;
   static constexpr Structure structure = Structure::network;
   static constexpr bool has_edges = true, is_symmetric = true;
-  static constexpr int block = flat;
+  static constexpr int block = flat;  // where that is 0, the state's
 
   Law law;
 
@@ -100,7 +101,9 @@ class Pairs : public ForceTerm {
   template <class View>
     requires offers_energy<View>
   [[nodiscard]] auto energy(auto /*t*/, const View& y, const Memory& memory) const {
-    return total(y, &memory, [this](auto, auto r2, auto... tags) { return law.energy(r2, tags...); });
+    const Memory copy = memory;  // who asks for an energy must not change the run
+    return total(y, copy.reference ? &copy : nullptr,
+                 [this](auto, auto r2, auto... tags) { return law.energy(r2, tags...); });
   }
   template <class View>
     requires offers_energy<View>
@@ -120,6 +123,16 @@ class Pairs : public ForceTerm {
   void add_jacobian(auto /*t*/, const auto& y, const Memory& memory, auto& sink) const { put_edges(y, &memory, sink); }
   void add_jacobian(auto /*t*/, const auto& y, auto& sink) const { put_edges(y, nullptr, sink); }
 
+  /// f(i, j) for every listed pair, by the user's indices: all that may act before pair_changes() changes.
+  void for_each_pair(const Memory& /*memory*/, auto&& f) const {
+    for (const NeighborList* list : {&work_.two.current(), &work_.three.current()})
+      for (std::size_t k = 0; k < list->rows.size(); ++k) {
+        const auto i = Eigen::Index{list->slots[static_cast<std::size_t>(list->rows[k].slot)].particle};
+        for (const std::int32_t slot : list->neighbors(k))
+          f(i, Eigen::Index{list->slots[static_cast<std::size_t>(slot)].particle});
+      }
+  }
+  [[nodiscard]] std::uint64_t pair_changes() const { return rebuilds(); }
   [[nodiscard]] double cutoff() const { return range_.cutoff; }
   [[nodiscard]] double skin() const { return range_.skin; }
   /// Lists made so far; distances computed and neighbours found by the last one.
@@ -169,9 +182,10 @@ class Pairs : public ForceTerm {
     auto& neighbors = [this]() -> auto& {
       if constexpr (dim == 3) return work_.three;
       else return work_.two;
-    }();
-    const NeighborList& list = memory ? neighbors.list(r, n, domain, *still, range, *memory)
-                                      : neighbors.list(r, n, domain, *still, range);
+    }
+    ();
+    const NeighborList& list =
+        memory ? neighbors.list(r, n, domain, *still, range, *memory) : neighbors.list(r, n, domain, *still, range);
     auto& places = std::get<Places<Scalar>>(work_.places);
     const auto slots = static_cast<Eigen::Index>(list.slots.size());
     if (places.cols() < slots + 1) places.setZero(4, slots + 1 + slots / 16);
@@ -179,14 +193,19 @@ class Pairs : public ForceTerm {
       const NeighborList::Slot& slot = list.slots[static_cast<std::size_t>(s)];
       Scalar* const to = places.data() + 4 * s;
       for (int a = 0; a < dim; ++a)
-        to[a] = static_cast<Scalar>(static_cast<double>(r[dim * std::ptrdiff_t{slot.particle} + a]) +
-                                    slot.image[static_cast<std::size_t>(a)] * domain.length[static_cast<std::size_t>(a)]);
-      if constexpr (S::tagged) to[3] = static_cast<Scalar>(law.tag(y.body, std::ptrdiff_t{slot.particle}));
+        to[a] =
+            static_cast<Scalar>(static_cast<double>(r[dim * std::ptrdiff_t{slot.particle} + a]) +
+                                slot.image[static_cast<std::size_t>(a)] * domain.length[static_cast<std::size_t>(a)]);
     };
 #ifdef _OPENMP
 #pragma omp parallel for schedule(static)
 #endif
     for (Eigen::Index s = 0; s < slots; ++s) put(s);
+    if constexpr (S::tagged)  // by one thread: it may throw
+      for (Eigen::Index s = 0; s < slots; ++s) {
+        const std::ptrdiff_t particle = list.slots[static_cast<std::size_t>(s)].particle;
+        places(3, s) = static_cast<Scalar>(law.tag(y.body, particle));
+      }
     // So far away that it is beyond any cutoff, and that its square is finite.
     const Scalar far = std::sqrt(std::numeric_limits<Scalar>::max()) / 4;
     for (int a = 0; a < 4; ++a) places(a, slots) = a < dim ? far : Scalar{0};

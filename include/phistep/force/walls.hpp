@@ -100,6 +100,7 @@ class Walls : public ForceTerm {
   using Springs = WallSprings<Scalar>;
   using Memory = ContactMemory<Scalar, WallBodies<Scalar>, Springs>;
   // Through its memory the force depends on the time since the springs were known.
+  static constexpr bool acts_on_each = true;
   static constexpr bool uses_velocity = true, uses_time = true;
 
   /// @throws std::invalid_argument where a wall has no normal, no thickness, or a type that isn't in the table
@@ -273,9 +274,7 @@ class Walls : public ForceTerm {
   /// The springs of bodies that are still there; their order stays that of the user.
   static void carry(const WallBodies<Scalar>& from, const Springs& old, const WallBodies<Scalar>& to,
                     Springs& springs) {
-    std::vector<std::pair<std::int64_t, std::int32_t>> by_id(to.bodies.size());
-    for (std::size_t i = 0; i < by_id.size(); ++i) by_id[i] = {to.bodies.id[i], static_cast<std::int32_t>(i)};
-    std::sort(by_id.begin(), by_id.end());
+    const SlotsById by_id{to.bodies.id};
     struct Kept {
       std::int32_t wall, body;
       std::size_t from;
@@ -283,8 +282,8 @@ class Walls : public ForceTerm {
     std::vector<Kept> kept;
     for (std::size_t c = 0; c < old.size(); ++c) {
       const std::int64_t id = from.bodies.id[static_cast<std::size_t>(old.body[c])];
-      const auto at = std::lower_bound(by_id.begin(), by_id.end(), std::pair{id, std::int32_t{0}});
-      if (at != by_id.end() && at->first == id) kept.push_back({old.wall[c], at->second, c});
+      const std::int32_t i = by_id(id);
+      if (i >= 0) kept.push_back({old.wall[c], i, c});
     }
     std::sort(kept.begin(), kept.end(), [](const Kept& a, const Kept& b) {
       return std::pair{a.wall, a.body} < std::pair{b.wall, b.body};
