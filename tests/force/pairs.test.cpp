@@ -133,8 +133,10 @@ TEST_CASE("a law of the user's own is as good") {
   Pairs{own, 2.0}.add(0.0, view_of(y), memory, a);
   Pairs{LennardJones{}, 2.0}.add(0.0, view_of(y), NeighborMemory{}, b);
   CHECK(a.force == b.force);
-  check_forces(y, [](auto r2) { return 1 / (r2 * r2); }, 2.0);
-  check_forces(y, [](auto) { return 2.0; }, 2.0);  // springs of length 0
+  check_forces(
+      y, [](auto r2) { return 1 / (r2 * r2); }, 2.0);
+  check_forces(
+      y, [](auto) { return 2.0; }, 2.0);  // springs of length 0
 }
 
 TEST_CASE("momentum is conserved, to rounding") {

@@ -100,6 +100,13 @@ class Contact : public ForceTerm {
 
  private:
   static constexpr int width = native_width<Scalar>;
+  /// Users' orders may be random: what comes so many bodies later is fetched in time.
+  static constexpr std::size_t ahead = 16;
+  static void prefetch([[maybe_unused]] const void* p) {
+#if defined(__GNUC__)
+    __builtin_prefetch(p);
+#endif
+  }
   using P = Pack<Scalar, width>;
 
   template <class View>
@@ -123,7 +130,6 @@ class Contact : public ForceTerm {
     std::vector<Sum> sum;            ///< of each slot
     std::vector<Scalar> torque;      ///< of rolling, 4 a slot
     std::vector<std::int32_t> from;  ///< of each contact, its place in the table before
-    std::vector<std::int32_t> slot;  ///< of each particle
     ContactSearch<Scalar, 2> plane;
     ContactSearch<Scalar, 3> space;
     Workspace() = default;
@@ -219,11 +225,15 @@ class Contact : public ForceTerm {
     constexpr int dim = std::remove_cvref_t<decltype(y.r)>::RowsAtCompileTime;
     const std::size_t n = pairs.bodies.size();
     work_.position.resize(4 * n), work_.velocity.resize(4 * n), work_.surface.resize(4 * n);
-    work_.slot.resize(n);
     Scalar largest = 0;
     for (std::size_t s = 0; s < n; ++s) {
       const Eigen::Index i = pairs.bodies.particle[s];
-      work_.slot[static_cast<std::size_t>(i)] = static_cast<std::int32_t>(s);
+      if (s + ahead < n) {
+        const Eigen::Index next = pairs.bodies.particle[s + ahead];
+        prefetch(y.r.data() + dim * next);
+        prefetch(y.v.data() + dim * next);
+        if constexpr (requires { y.omega; }) prefetch(y.omega.data() + y.omega.rows() * next);
+      }
       const Scalar radius = pairs.bodies.radius[s];
       Scalar* const x = &work_.position[4 * s];
       Scalar* const v = &work_.velocity[4 * s];
@@ -243,7 +253,7 @@ class Contact : public ForceTerm {
         else u[2] = radius * y.omega(0, i);
       }
       x[3] = radius;
-      v[3] = Scalar{1} / radius;
+      v[3] = pairs.bodies.inverse_radius[s];
       u[3] = pairs.bodies.inverse_mass[s];
     }
     return 4 * largest <= pairs.skin * pairs.skin;
@@ -390,8 +400,9 @@ class Contact : public ForceTerm {
     const bool turned = rolls<spins>();
     const std::size_t n = pairs.bodies.size();
     for (std::size_t i = 0; i < n; ++i) {
-      const auto s = static_cast<std::size_t>(work_.slot[i]);
+      const auto s = static_cast<std::size_t>(pairs.bodies.slot[i]);
       const auto column = static_cast<Eigen::Index>(i);
+      if (i + ahead < n) prefetch(&work_.sum[static_cast<std::size_t>(pairs.bodies.slot[i + ahead])]);
       const Sum& of = work_.sum[s];
       // x − x: 0, or NaN for a body whose place is not a number, which touches nothing
       for (int a = 0; a < dim; ++a) out.force(a, column) += of.force[a] + (y.r(a, column) - y.r(a, column));

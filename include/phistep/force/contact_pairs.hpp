@@ -39,7 +39,8 @@ template <class Scalar>
 struct ContactBodies {
   std::vector<std::int32_t> particle;  ///< the user's index of a slot's
   std::vector<std::int64_t> id;        ///< and its identity
-  std::vector<Scalar> radius, inverse_mass;
+  std::vector<std::int32_t> slot;      ///< of each particle
+  std::vector<Scalar> radius, inverse_radius, inverse_mass;
   std::vector<std::int32_t> type;
 
   [[nodiscard]] std::size_t size() const { return particle.size(); }
@@ -54,6 +55,7 @@ struct ContactBodies {
       inverse_mass[s] = body.is_still(i) ? Scalar{0} : Scalar{1} / static_cast<Scalar>(body.mass[i]);
       type[s] = body.type_of(i);
     }
+    derive();
   }
   /// Whether these are that body's.
   [[nodiscard]] bool are(const auto& body) const {
@@ -71,7 +73,22 @@ struct ContactBodies {
     ar(particle, id, radius, inverse_mass, type);
     const std::size_t n = size();
     ar.check(id.size() == n && radius.size() == n && inverse_mass.size() == n && type.size() == n);
-    for (const std::int32_t i : particle) ar.check(i >= 0 && static_cast<std::size_t>(i) < n);
+    std::vector<std::uint8_t> seen(n, 0);
+    for (const std::int32_t i : particle) {
+      ar.check(i >= 0 && static_cast<std::size_t>(i) < n && seen[static_cast<std::size_t>(i)] == 0);
+      seen[static_cast<std::size_t>(i)] = 1;
+    }
+    derive();
+  }
+
+ private:
+  void derive() {
+    slot.resize(size());
+    inverse_radius.resize(size());
+    for (std::size_t s = 0; s < size(); ++s) {
+      slot[static_cast<std::size_t>(particle[s])] = static_cast<std::int32_t>(s);
+      inverse_radius[s] = Scalar{1} / radius[s];
+    }
   }
 };
 
@@ -136,10 +153,8 @@ void carry_springs(const ContactPairs<Scalar>& from, const SpringTable<Scalar>& 
                    SpringTable<Scalar>& springs, bool same_bodies) {
   std::vector<std::int32_t> slot(from.bodies.size(), -1);  // where a slot's body stands now
   if (same_bodies) {
-    std::vector<std::int32_t> now(slot.size());
     for (std::size_t s = 0; s < slot.size(); ++s)
-      now[static_cast<std::size_t>(to.bodies.particle[s])] = static_cast<std::int32_t>(s);
-    for (std::size_t s = 0; s < slot.size(); ++s) slot[s] = now[static_cast<std::size_t>(from.bodies.particle[s])];
+      slot[s] = to.bodies.slot[static_cast<std::size_t>(from.bodies.particle[s])];
   } else {
     const SlotsById by_id{to.bodies.id};
     for (std::size_t s = 0; s < slot.size(); ++s) slot[s] = by_id(from.bodies.id[s]);

@@ -77,7 +77,9 @@ struct ScreenedCharges {
   double screening;  ///< λ [length]
 
   [[nodiscard]] auto operator()(auto r2, auto qi, auto qj) const { return qi * qj * Yukawa{constant, screening}(r2); }
-  [[nodiscard]] auto energy(auto r2, auto qi, auto qj) const { return qi * qj * Yukawa{constant, screening}.energy(r2); }
+  [[nodiscard]] auto energy(auto r2, auto qi, auto qj) const {
+    return qi * qj * Yukawa{constant, screening}.energy(r2);
+  }
   [[nodiscard]] static auto tag(const auto& body, auto i) {
     if (body.charge.size() == 0) throw std::invalid_argument("phistep: ScreenedCharges needs particles with charges");
     return body.charge[i];
@@ -100,7 +102,8 @@ struct NearField {
   template <class T>
   [[nodiscard]] static T primitive(T r2, double alpha, double beta) {
     if (beta != 1) return alpha / (beta - 1) * pow(r2, (1 - beta) / 2);
-    if constexpr (is_pack<T>) return T::make([&](int l) { return static_cast<typename T::Scalar>(primitive(r2[l], alpha, beta)); });
+    if constexpr (is_pack<T>)
+      return T::make([&](int l) { return static_cast<typename T::Scalar>(primitive(r2[l], alpha, beta)); });
     else return static_cast<T>(-alpha / 2 * std::log(r2));
   }
 };

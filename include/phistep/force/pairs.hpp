@@ -101,7 +101,9 @@ class Pairs : public ForceTerm {
   template <class View>
     requires offers_energy<View>
   [[nodiscard]] auto energy(auto /*t*/, const View& y, const Memory& memory) const {
-    return total(y, &memory, [this](auto, auto r2, auto... tags) { return law.energy(r2, tags...); });
+    const Memory copy = memory;  // who asks for an energy must not change the run
+    return total(y, copy.reference ? &copy : nullptr,
+                 [this](auto, auto r2, auto... tags) { return law.energy(r2, tags...); });
   }
   template <class View>
     requires offers_energy<View>
@@ -194,12 +196,16 @@ class Pairs : public ForceTerm {
         to[a] =
             static_cast<Scalar>(static_cast<double>(r[dim * std::ptrdiff_t{slot.particle} + a]) +
                                 slot.image[static_cast<std::size_t>(a)] * domain.length[static_cast<std::size_t>(a)]);
-      if constexpr (S::tagged) to[3] = static_cast<Scalar>(law.tag(y.body, std::ptrdiff_t{slot.particle}));
     };
 #ifdef _OPENMP
 #pragma omp parallel for schedule(static)
 #endif
     for (Eigen::Index s = 0; s < slots; ++s) put(s);
+    if constexpr (S::tagged)  // by one thread: it may throw
+      for (Eigen::Index s = 0; s < slots; ++s) {
+        const std::ptrdiff_t particle = list.slots[static_cast<std::size_t>(s)].particle;
+        places(3, s) = static_cast<Scalar>(law.tag(y.body, particle));
+      }
     // So far away that it is beyond any cutoff, and that its square is finite.
     const Scalar far = std::sqrt(std::numeric_limits<Scalar>::max()) / 4;
     for (int a = 0; a < 4; ++a) places(a, slots) = a < dim ? far : Scalar{0};

@@ -99,7 +99,7 @@ class Neighbors {
   Neighbors& operator=(Neighbors&&) noexcept = default;
 
   /// The list for positions r (dim × N), from the memory's reference if that still serves, else from r, which then is the
-  /// reference. `number()` changes where the list does.
+  /// reference. `rebuilds()` counts up where the list changes.
   /// @throws std::invalid_argument where the cutoff is longer than a period of the box
   template <class Scalar>
   const NeighborList& list(const Scalar* r, Eigen::Index particles, const Domain& domain,
@@ -107,12 +107,16 @@ class Neighbors {
                            const NeighborMemory& memory) {
     if (!serves(memory.reference.get(), r, particles, domain, still, range, memory.age)) {
       memory.age = memory.reference == nullptr ? 0 : -1;  // the first is made before a step, others at its end
-      memory.reference = remember(r, particles, domain, still);
+      // The list of just these positions may be at hand: somebody asked for an energy there.
+      const bool known = built_ != nullptr && built_->domain == domain && built_->still == still &&
+                         built_->positions.size() == static_cast<std::size_t>(particles) * dim &&
+                         std::equal(built_->positions.begin(), built_->positions.end(), r);
+      memory.reference = known ? built_ : remember(r, particles, domain, still);
     }
     if (built_ != memory.reference || !(range_ == key(range))) build(memory.reference, range);
     return list_;
   }
-  /// The same for who has no memory: the list at hand, if it serves.
+  /// The same for who only looks, and must not change what is remembered: the list at hand, if it serves.
   template <class Scalar>
   const NeighborList& list(const Scalar* r, Eigen::Index particles, const Domain& domain,
                            const std::vector<std::uint8_t>& still, const NeighborRange& range) {
@@ -123,7 +127,6 @@ class Neighbors {
 
   /// The list made last.
   [[nodiscard]] const NeighborList& current() const { return list_; }
-  [[nodiscard]] std::uint64_t number() const { return rebuilds_; }
   /// How many lists were made so far, and what they took.
   [[nodiscard]] std::uint64_t rebuilds() const { return rebuilds_; }
   [[nodiscard]] std::uint64_t pairs_tested() const { return list_.pairs_tested(); }
