@@ -33,6 +33,7 @@ const Row rows[] = {
     {"gravity", "All pairs, softened gravity, beside kernels by hand", bench::gravity},
     {"springs", "Spring sheet, symplectic Euler, three orders of input", bench::springs},
     {"drift", "Argon: error and energy against time over a ladder of dt", bench::drift},
+    {"skipping", "A bed of grains at rest: sleeping on against off", bench::skipping},
     {"bonded", "Beam of bonded particles: implicit against explicit at equal error", bench::bonded},
 };
 
