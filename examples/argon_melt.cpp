@@ -89,7 +89,7 @@ int main(int argc, char** argv) {
   const std::clock_t began = std::clock();
   const auto report =
       phistep::integrate(stepper, atoms, {0, t1}, phistep::fixed(dt), ledger, phistep::progress(std::cerr, t1),
-                         phistep::every(0.02, look), phistep::every(t1 / 10, phistep::every(0.1, write_shells)),
+                         phistep::every(0.02, look), phistep::every(t1 / 10, write_shells),
                          phistep::every(t1 / 5, phistep::extended_xyz(frames, {.species = {"Ar"}, .wrapped = true})));
   const double seconds = double(std::clock() - began) / CLOCKS_PER_SEC;
   std::cout << report << ledger;

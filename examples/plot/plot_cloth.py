@@ -1,19 +1,8 @@
 """The cloth at four moments, its triangles coloured by height: cloth.xyz and cloth_triangles.csv to cloth.png."""
-from style import out, plt, read, save
-
-
-def frames(path):
-    """(time, x, y, z) of each frame of an extended XYZ file."""
-    with open(path) as file:
-        while line := file.readline():
-            count, header = int(line), file.readline()
-            rows = [file.readline().split() for _ in range(count)]
-            time = float(header.split("Time=")[1].split()[0])
-            yield time, *([float(row[axis]) for row in rows] for axis in (1, 2, 3))
-
+from style import frames, plt, read, save
 
 triangles = [(int(row["a"]), int(row["b"]), int(row["c"])) for row in read("cloth_triangles.csv")]
-moments = list(frames(out / "cloth.xyz"))
+moments = [(time, *columns["pos"].T) for time, columns in frames("cloth.xyz")]
 last = len(moments) - 1
 shown = [moments[round(last * share)] for share in (1 / 3, 2 / 3, 1)]
 heights = [z for moment in shown for z in moment[3]]

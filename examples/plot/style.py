@@ -1,9 +1,11 @@
 """What the plot scripts share: where the files are, and how the pictures look."""
 import csv
 import pathlib
+import re
 import sys
 
 import matplotlib
+import numpy
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
@@ -30,6 +32,23 @@ def read(name):
 
     with open(path, newline="") as file:
         return [{key: number(value) for key, value in row.items()} for row in csv.DictReader(file)]
+
+
+def frames(name):
+    """Each frame of the extended XYZ file out/name as (time, columns): columns["pos"] is an array with a row a particle."""
+    path = out / name
+    if not path.exists():
+        sys.exit(f"{path} is not there: run the example first (it writes to out/, or to --out DIR)")
+    with open(path) as file:
+        while line := file.readline():
+            header = file.readline()
+            rows = [file.readline().split() for _ in range(int(line))]
+            columns, at = {}, 0
+            for key, kind, width in re.findall(r"(\w+):([SRIL]):(\d+)", re.search(r"Properties=(\S+)", header)[1]):
+                part = numpy.array([row[at:at + int(width)] for row in rows])
+                columns[key] = part if kind in "SL" else part.astype(float)
+                at += int(width)
+            yield float(re.search(r"Time=(\S+)", header)[1]), columns
 
 
 def save(figure, name):

@@ -1,9 +1,15 @@
 /// @file
-/// Many particles: states with masses, radii, spins; what stands on neighbour lists.
+/// Many particles: states with masses, radii, spins, and forces between all of them or those that are near.
 #pragma once
 
 // IWYU pragma: begin_exports
+#include "phistep/force/all_pairs.hpp"
+#include "phistep/force/contact.hpp"
+#include "phistep/force/external_field.hpp"
+#include "phistep/force/pair_laws.hpp"
 #include "phistep/force/pairs.hpp"
+#include "phistep/force/walls.hpp"
+#include "phistep/observe/particle_sums.hpp"
 #include "phistep/phistep.hpp"
 #include "phistep/state/box.hpp"
 #include "phistep/state/particles.hpp"

@@ -71,6 +71,16 @@ class Contact : public ForceTerm {
     return passes_.energy(*copy.places, *springs);
   }
 
+  /// f(i, j) for every pair that may touch before pair_changes() changes, by the user's indices.
+  void for_each_pair(const Memory& memory, auto&& f) const {
+    if (memory.places == nullptr) return;
+    const auto& pairs = *memory.places;
+    for (std::size_t p = 0; p < pairs.places(); ++p)
+      f(Eigen::Index{pairs.bodies.particle[static_cast<std::size_t>(pairs.first[p])]},
+        Eigen::Index{pairs.bodies.particle[static_cast<std::size_t>(pairs.second[p])]});
+  }
+  [[nodiscard]] std::int64_t pair_changes() const { return statistics().rebuilds; }
+
   /// Pairs, where the sink takes them: see contact_tangent.hpp. Not for bodies with Spin, whose torques
   /// are no pair's.
   template <class View, class Sink>

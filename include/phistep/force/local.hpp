@@ -34,12 +34,14 @@ inline constexpr bool is_particlewise<Sum<T...>, dim> = (is_particlewise<Unwrapp
 
 /// @throws std::invalid_argument where the block isn't made of particles of dim coordinates.
 template <int dim, class Block>
-void check_particles(const Block& block) {
-  static_assert(!Block::IsRowMajor || Block::IsVectorAtCompileTime,
-                "phistep: local<dim>(f) needs particles as columns of a column-major matrix, or one flat vector");
+void check_particles(const Block& block, const char* whose = "local") {
+  static_assert(
+      !Block::IsRowMajor || Block::IsVectorAtCompileTime,
+      "phistep: local<dim>(f) and its like need particles as columns of a column-major matrix, or one flat vector");
   if (block.size() % dim != 0 || (!Block::IsVectorAtCompileTime && block.cols() > 1 && block.rows() != dim))
-    throw std::invalid_argument("phistep: local<" + std::to_string(dim) + ">(f) does not fit a state of " +
-                                std::to_string(block.rows()) + " x " + std::to_string(block.cols()));
+    throw std::invalid_argument("phistep: " + std::string(whose) + "<" + std::to_string(dim) +
+                                "> does not fit a state of " + std::to_string(block.rows()) + " x " +
+                                std::to_string(block.cols()));
 }
 
 /// What `local<dim>(f)` returns.

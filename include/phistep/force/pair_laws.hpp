@@ -39,11 +39,11 @@ struct LennardJones {
     return {4 * epsilon * s6 * s6, 4 * epsilon * s6, shift};
   }
   [[nodiscard]] static auto strength(auto r2, const auto& c) {
-    const auto y = reciprocal(r2), y3 = y * y * y;
+    const auto y = 1 / r2, y3 = y * y * y;
     return y * y3 * (12 * c[0] * y3 - 6 * c[1]);
   }
   [[nodiscard]] static auto potential(auto r2, const auto& c) {
-    const auto y = reciprocal(r2), y3 = y * y * y;
+    const auto y = 1 / r2, y3 = y * y * y;
     return y3 * (c[0] * y3 - c[1]) - c[2];
   }
   [[nodiscard]] auto operator()(auto r2) const { return strength(r2, coefficients()); }
@@ -77,7 +77,9 @@ struct ScreenedCharges {
   double screening;  ///< λ [length]
 
   [[nodiscard]] auto operator()(auto r2, auto qi, auto qj) const { return qi * qj * Yukawa{constant, screening}(r2); }
-  [[nodiscard]] auto energy(auto r2, auto qi, auto qj) const { return qi * qj * Yukawa{constant, screening}.energy(r2); }
+  [[nodiscard]] auto energy(auto r2, auto qi, auto qj) const {
+    return qi * qj * Yukawa{constant, screening}.energy(r2);
+  }
   [[nodiscard]] static auto tag(const auto& body, auto i) {
     if (body.charge.size() == 0) throw std::invalid_argument("phistep: ScreenedCharges needs particles with charges");
     return body.charge[i];
@@ -100,7 +102,8 @@ struct NearField {
   template <class T>
   [[nodiscard]] static T primitive(T r2, double alpha, double beta) {
     if (beta != 1) return alpha / (beta - 1) * pow(r2, (1 - beta) / 2);
-    if constexpr (is_pack<T>) return T::make([&](int l) { return static_cast<typename T::Scalar>(primitive(r2[l], alpha, beta)); });
+    if constexpr (is_pack<T>)
+      return T::make([&](int l) { return static_cast<typename T::Scalar>(primitive(r2[l], alpha, beta)); });
     else return static_cast<T>(-alpha / 2 * std::log(r2));
   }
 };

@@ -199,14 +199,15 @@ class PairTournament {
         const P k = counts(f(square(lane, j, d))) * P{weight()[j]};
         unrolled<dim>([&](auto a) { mine[a] = fma(k, d[a], mine[a]); });
       };
-      const std::ptrdiff_t own = i + std::min(width, movers_ - i);
-      for (std::ptrdiff_t j = i; j < own; ++j)
+      // The square on the diagonal, one by one; `serve` does what lies beside it.
+      const std::ptrdiff_t square_first = first + (i - first) / granule * granule;
+      for (std::ptrdiff_t j = square_first; j < std::min(square_first + granule, movers_); ++j)
         take(j, [&](P k) { return select(numbers == P{j - i}, P{0}, k); });  // nobody acts on itself
       for (std::ptrdiff_t j = moving_; j < moving_ + others_; ++j) take(j, [](P k) { return k; });
       unrolled<dim>([&](auto a) { mine[a].store_aligned(sum(a) + i); });
     }
     for (std::ptrdiff_t j = first; j < std::min(last, movers_); j += at_once)
-      serve(f, j, first, first + (j - first) / width * width);
+      serve(f, j, first, first + (j - first) / granule * granule);
   }
 
   Scalar* data_ = nullptr;

@@ -9,13 +9,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <concepts>
+#include <cstdint>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/force/spring_rows.hpp"
 #include "phistep/force/sum.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -89,6 +94,8 @@ struct SpringNetwork : ForceTerm {
     if (dim * particles_ > y.r.size())
       throw std::invalid_argument("phistep: a spring names particle " + std::to_string(particles_ - 1) +
                                   ", the state has " + std::to_string(y.r.size() / dim));
+    if constexpr (std::same_as<Scalar, double> || std::same_as<Scalar, float>)
+      if (add_rows(std::get<SpringRows<Scalar, dim, damped>>(rows_), y, out)) return;
     for_each_sorted([&](const Spring s) {
       const Scalar *const ri = r + dim * s.i, *const rj = r + dim * s.j;
       Scalar d[dim];
@@ -164,6 +171,19 @@ struct SpringNetwork : ForceTerm {
   }
 
  private:
+  /// Large networks, row by row. Whether this is one depends on nothing but the network.
+  template <class Scalar>
+  [[nodiscard]] bool add_rows(SpringRows<Scalar, dim, damped>& rows, const auto& y, auto& out) const {
+    if (!rows.suits(springs.size(), particles_)) return false;
+    if (rows.empty()) sorted_.empty() ? rows.build(springs, particles_) : rows.build(sorted_, particles_);
+    Scalar c{0};
+    if constexpr (damped) c = static_cast<Scalar>(damping.c);
+    const std::uint8_t* still = nullptr;
+    if constexpr (requires { y.body.still; })
+      if (!y.body.still.empty()) still = y.body.still.data();
+    rows.add(y.r.data(), y.v.data(), still, c, out.force.data());
+    return true;
+  }
   /// The dashpot's part in ∂f/∂r included: c/ℓ [n·Δv (I − nnᵀ) + n ((I − nnᵀ) Δv)ᵀ].
   void put_entries(auto& sink, const Spring& s, const auto& y, const auto* n, auto inverse, const auto& K,
                    const auto& C) const {
@@ -203,6 +223,8 @@ struct SpringNetwork : ForceTerm {
 
   std::vector<Spring> sorted_;    // empty where `springs` are sorted already
   std::ptrdiff_t particles_ = 0;  // the least number of particles that the springs need
+  // Made when first needed; workspaces, so that one object serves one caller at a time.
+  mutable std::tuple<SpringRows<float, dim, damped>, SpringRows<double, dim, damped>> rows_;
 };
 
 /// A network without dashpots.

@@ -38,27 +38,33 @@ class CellOrder {
   /// @param r  dim × N [length], any numbers
   void sort(const double* r, std::int32_t particles, const Domain& domain, double range,
             std::vector<NeighborList::Slot>& slots) {
-    particles_ = particles;
-    collect(r, domain, range);
-    for (std::size_t a = 0; a < dim; ++a) lay_grid(a, range / reach * (1 + 1e-8));  // rounding moves none three cells apart
-    const std::size_t n = entries_.size();
+    r_ = r, particles_ = static_cast<std::size_t>(particles), domain_ = &domain;
+    add_images(range);
+    const std::size_t n = particles_ + images_.size();
+    if (n >= static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()))
+      throw std::invalid_argument("phistep: too many particles for one neighbour list");
+    lay_grid(n, range / reach * (1 + 1e-8));              // rounding moves none three cells apart
+    const std::uint64_t outside = n_[0] * n_[1] * n_[2];  // what is not a number has no place
     order_.resize(n);
     std::uint64_t top = 0;
-    const std::uint64_t outside = n_[0] * n_[1] * n_[2];  // what is not a number has no place
     for (std::size_t e = 0; e < n; ++e) {
-      order_[e] = {key_of(e, outside), static_cast<std::uint32_t>(e)};
+      order_[e] = {key_of(entry(e), outside), static_cast<std::uint32_t>(e)};
       top = std::max(top, order_[e].key);
     }
     radix_sort(top);
     slots.resize(n);
-    for (std::size_t a = 0; a < dim; ++a) x_[a].resize(n + overhang);
+    for (auto& x : x_) x.resize(n + overhang);
     is_home_.resize(n);
     cells_.clear();
     for (std::size_t s = 0; s < n; ++s) {
-      const std::uint32_t e = order_[s].entry;
-      slots[s] = entries_[e];
-      is_home_[s] = e < static_cast<std::uint32_t>(particles);
-      for (std::size_t a = 0; a < dim; ++a) x_[a][s] = place_[a][e];
+#if defined(__GNUC__)
+      if (const std::size_t ahead = order_[std::min(s + 24, n - 1)].entry; ahead < particles_)
+        __builtin_prefetch(r_ + ahead * dim);  // in the user's order, neighbours may be anywhere
+#endif
+      const Entry e = entry(order_[s].entry);
+      slots[s] = e.slot;
+      is_home_[s] = order_[s].entry < particles_;
+      for (std::size_t a = 0; a < dim; ++a) x_[a][s] = e.x[a];
       if (cells_.empty() || cells_.back().key != order_[s].key)
         cells_.push_back({order_[s].key, static_cast<std::int32_t>(s)});
     }
@@ -85,69 +91,83 @@ class CellOrder {
   };
   static constexpr std::uint64_t most_cells = std::uint64_t{1} << 20;
 
-  /// The particles, then their images within the range of the box.
-  void collect(const double* r, const Domain& domain, double range) {
-    entries_.clear();
-    for (auto& x : place_) x.clear();
-    for (std::int32_t i = 0; i < particles_; ++i) {
-      NeighborList::Slot slot{i, {}};
-      for (std::size_t a = 0; a < dim; ++a) {
-        const double x = r[static_cast<std::size_t>(i) * dim + a];
-        slot.image[a] = domain.image(a, x);
-        place_[a].push_back(x + slot.image[a] * domain.length[a]);
-      }
-      entries_.push_back(slot);
-    }
+  /// A particle brought into the first period, or one of its further images.
+  struct Entry {
+    NeighborList::Slot slot;
+    std::array<double, dim> x;
+  };
+  [[nodiscard]] Entry entry(std::size_t e) const {
+    if (e >= particles_) return images_[e - particles_];
+    Entry home{{static_cast<std::int32_t>(e), {}}, {}};
     for (std::size_t a = 0; a < dim; ++a) {
-      if (!domain.periodic[a]) continue;
-      const double length = domain.length[a], lower = domain.lower[a];
-      const std::size_t so_far = entries_.size();  // images in this axis of images in those before: the corners
+      const double x = r_[e * dim + a];
+      home.slot.image[a] = domain_->image(a, x);
+      home.x[a] = x + home.slot.image[a] * domain_->length[a];
+    }
+    return home;
+  }
+
+  /// The images within the range of the box: along each axis those of all there are so far, so that corners are in.
+  void add_images(double range) {
+    images_.clear();
+    for (std::size_t a = 0; a < dim; ++a) {
+      if (!domain_->periodic[a]) continue;
+      const double length = domain_->length[a], lower = domain_->lower[a];
+      const std::size_t so_far = particles_ + images_.size();
       for (std::size_t e = 0; e < so_far; ++e) {
-        const double x = place_[a][e];
-        if (!std::isfinite(x)) continue;
-        const auto from = static_cast<std::int32_t>(std::ceil(std::max(-8.0, (lower - range - x) / length)));
-        const auto to = static_cast<std::int32_t>(std::floor(std::min(8.0, (lower + length + range - x) / length)));
+        Entry image = entry(e);
+        const Entry home = image;
+        if (!std::isfinite(home.x[a])) continue;
+        // Positions beyond the numbers' resolution are not wrapped, hence the bounds.
+        const auto from = static_cast<std::int32_t>(std::ceil(std::max(-8.0, (lower - range - home.x[a]) / length)));
+        const auto to =
+            static_cast<std::int32_t>(std::floor(std::min(8.0, (lower + length + range - home.x[a]) / length)));
         for (std::int32_t k = from; k <= to; ++k) {
           if (k == 0) continue;
-          for (std::size_t b = 0; b < dim; ++b) place_[b].push_back(place_[b][e] + (b == a ? k * length : 0.0));
-          entries_.push_back(entries_[e]);
-          entries_.back().image[a] += k;
+          image.x[a] = home.x[a] + k * length;
+          image.slot.image[a] = home.slot.image[a] + k;
+          images_.push_back(image);
         }
       }
     }
-    if (entries_.size() >= static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()))
-      throw std::invalid_argument("phistep: too many particles for one neighbour list");
   }
 
-  /// Where the grid starts on an axis, and how many cells it has.
-  void lay_grid(std::size_t a, double edge) {
-    double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
-    for (const double x : place_[a])
-      if (std::isfinite(x)) lowest = std::min(lowest, x), highest = std::max(highest, x);
-    per_cell_[a] = 1 / edge;
-    if (!(lowest <= highest)) lowest = highest = 0;
-    const double cells = (highest - lowest) / edge;
-    if (cells < static_cast<double>(most_cells - 1)) {
-      origin_[a] = lowest;
-      n_[a] = static_cast<std::uint64_t>(cells) + 1;
-      return;
+  /// Where the grid starts on each axis, and how many cells it has.
+  void lay_grid(std::size_t n, double edge) {
+    std::array<double, dim> lowest, highest;
+    lowest.fill(std::numeric_limits<double>::max());
+    highest.fill(std::numeric_limits<double>::lowest());
+    for (std::size_t e = 0; e < n; ++e) {
+      const Entry one = entry(e);
+      for (std::size_t a = 0; a < dim; ++a)
+        if (std::isfinite(one.x[a]))
+          lowest[a] = std::min(lowest[a], one.x[a]), highest[a] = std::max(highest[a], one.x[a]);
     }
-    // Somebody is far away: the window is laid about the middle particle.
-    scratch_.clear();
-    for (const double x : place_[a])
-      if (std::isfinite(x)) scratch_.push_back(x);
-    const auto middle = scratch_.begin() + static_cast<std::ptrdiff_t>(scratch_.size() / 2);
-    std::nth_element(scratch_.begin(), middle, scratch_.end());
-    origin_[a] = *middle - edge * static_cast<double>(most_cells / 2);
-    n_[a] = most_cells;
+    for (std::size_t a = 0; a < dim; ++a) {
+      per_cell_[a] = 1 / edge;
+      origin_[a] = lowest[a], n_[a] = 1;
+      if (lowest[a] > highest[a]) continue;
+      const double cells = (highest[a] - lowest[a]) / edge;
+      if (cells < static_cast<double>(most_cells - 1)) {
+        n_[a] = static_cast<std::uint64_t>(cells) + 1;
+        continue;
+      }
+      // Somebody is far away: the window is laid about the middle particle.
+      std::vector<double> all;
+      for (std::size_t e = 0; e < n; ++e)
+        if (const double x = entry(e).x[a]; std::isfinite(x)) all.push_back(x);
+      const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
+      std::nth_element(all.begin(), middle, all.end());
+      origin_[a] = *middle - edge * static_cast<double>(most_cells / 2);
+      n_[a] = most_cells;
+    }
   }
 
-  [[nodiscard]] std::uint64_t key_of(std::size_t e, std::uint64_t outside) const {
+  [[nodiscard]] std::uint64_t key_of(const Entry& e, std::uint64_t outside) const {
     std::uint64_t key = 0;
     for (std::size_t a = dim; a-- > 0;) {
-      const double x = place_[a][e];
-      if (!std::isfinite(x)) return outside;
-      const double c = std::clamp((x - origin_[a]) * per_cell_[a], 0.0, static_cast<double>(n_[a] - 1));
+      if (!std::isfinite(e.x[a])) return outside;
+      const double c = std::clamp((e.x[a] - origin_[a]) * per_cell_[a], 0.0, static_cast<double>(n_[a] - 1));
       key = key * n_[a] + static_cast<std::uint64_t>(c);
     }
     return key;
@@ -168,13 +188,13 @@ class CellOrder {
     }
   }
 
-  std::int32_t particles_ = 0;
-  std::vector<NeighborList::Slot> entries_;        // as collected
-  std::array<std::vector<double>, dim> place_;     // of the entries
-  std::array<std::vector<double>, dim> x_;         // of the slots
+  const double* r_ = nullptr;  // of the call
+  const Domain* domain_ = nullptr;
+  std::size_t particles_ = 0;
+  std::vector<Entry> images_;
+  std::array<std::vector<double>, dim> x_;  // of the slots
   std::vector<std::uint8_t> is_home_;
   std::vector<Keyed> order_, other_;
-  std::vector<double> scratch_;
   std::vector<Cell> cells_;
   std::array<double, dim> origin_{}, per_cell_{};
   std::array<std::uint64_t, 3> n_{1, 1, 1};

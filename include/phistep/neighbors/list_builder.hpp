@@ -84,7 +84,12 @@ class ListBuilder {
       std::int32_t candidates = 0;
       for (const Line& line : near) candidates += line.last - line.first;
       const auto needed = static_cast<std::size_t>(used) + static_cast<std::size_t>(candidates + list.pad + P::width);
-      if (chunk.neighbors.size() < needed) chunk.neighbors.resize(std::max(needed, 3 * chunk.neighbors.size() / 2));
+      if (chunk.neighbors.size() < needed) {
+        // As much as the rows so far let expect, or a few rows: an ample reserve would be a third of all memory.
+        const std::size_t done = r - begin,
+                          expected = done < 32 ? 0 : static_cast<std::size_t>(used) * (end - begin) / done;
+        chunk.neighbors.resize(std::max(needed + needed / 32, expected + expected / 64));
+      }
       std::int32_t* out = chunk.neighbors.data() + used;
       const std::int32_t* const start = out;
       P x[dim];
@@ -117,7 +122,8 @@ class ListBuilder {
   /// The lines about a cell; their ends only advance while the cells do.
   void find_lines(std::uint64_t key, std::array<Line, lines>& near, bool fresh) const {
     const Cells& cells = order_.cells();
-    const auto nx = static_cast<std::int64_t>(order_.cells_along(0)), ny = static_cast<std::int64_t>(order_.cells_along(1)),
+    const auto nx = static_cast<std::int64_t>(order_.cells_along(0)),
+               ny = static_cast<std::int64_t>(order_.cells_along(1)),
                nz = static_cast<std::int64_t>(order_.cells_along(2));
     const auto k = static_cast<std::int64_t>(key);
     const std::int64_t cx = k % nx, cy = k / nx % ny, cz = k / nx / ny;

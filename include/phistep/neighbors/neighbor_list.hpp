@@ -26,8 +26,8 @@ struct NeighborList {
   };
   /// Rows lie in chunks, the unit of work of a thread. Their number does not depend on that of threads.
   struct Chunk {
-    std::vector<std::int32_t> neighbors;                  ///< of all rows, longer than what is in use
-    std::array<std::int32_t, 2> rows{};                   ///< first, and one after the last
+    std::vector<std::int32_t> neighbors;  ///< of all rows, longer than what is in use
+    std::array<std::int32_t, 2> rows{};   ///< first, and one after the last
     std::uint64_t tested = 0, listed = 0;
   };
   struct Row {

@@ -32,7 +32,7 @@ namespace phistep::inline PHISTEP_ABI {
 
 /// What a list was made from.
 struct NeighborReference {
-  std::vector<double> positions;    ///< R, dim × N [length]
+  std::vector<double> positions;  ///< R, dim × N [length]
   Domain domain;
   std::vector<std::uint8_t> still;  ///< as in Body
 
@@ -78,7 +78,8 @@ struct NeighborRange {
 
   /// @throws std::invalid_argument where that can't be
   void check() const {
-    if (!(cutoff > 0) || !std::isfinite(cutoff)) throw std::invalid_argument("phistep: a cutoff must be finite and > 0");
+    if (!(cutoff > 0) || !std::isfinite(cutoff))
+      throw std::invalid_argument("phistep: a cutoff must be finite and > 0");
     if (!(skin >= 0) || !std::isfinite(skin)) throw std::invalid_argument("phistep: a skin must be finite and >= 0");
     if (policy.every < 0) throw std::invalid_argument("phistep: a list is made anew every n >= 1 steps");
   }
@@ -98,20 +99,24 @@ class Neighbors {
   Neighbors& operator=(Neighbors&&) noexcept = default;
 
   /// The list for positions r (dim × N), from the memory's reference if that still serves, else from r, which then is the
-  /// reference. `number()` changes where the list does.
+  /// reference. `rebuilds()` counts up where the list changes.
   /// @throws std::invalid_argument where the cutoff is longer than a period of the box
   template <class Scalar>
   const NeighborList& list(const Scalar* r, Eigen::Index particles, const Domain& domain,
                            const std::vector<std::uint8_t>& still, const NeighborRange& range,
                            const NeighborMemory& memory) {
     if (!serves(memory.reference.get(), r, particles, domain, still, range, memory.age)) {
-      memory.reference = remember(r, particles, domain, still);
-      memory.age = 0;
+      memory.age = memory.reference == nullptr ? 0 : -1;  // the first is made before a step, others at its end
+      // The list of just these positions may be at hand: somebody asked for an energy there.
+      const bool known = built_ != nullptr && built_->domain == domain && built_->still == still &&
+                         built_->positions.size() == static_cast<std::size_t>(particles) * dim &&
+                         std::equal(built_->positions.begin(), built_->positions.end(), r);
+      memory.reference = known ? built_ : remember(r, particles, domain, still);
     }
     if (built_ != memory.reference || !(range_ == key(range))) build(memory.reference, range);
     return list_;
   }
-  /// The same for who has no memory: the list at hand, if it serves.
+  /// The same for who only looks, and must not change what is remembered: the list at hand, if it serves.
   template <class Scalar>
   const NeighborList& list(const Scalar* r, Eigen::Index particles, const Domain& domain,
                            const std::vector<std::uint8_t>& still, const NeighborRange& range) {
@@ -120,7 +125,8 @@ class Neighbors {
     return list(r, particles, domain, still, {range.cutoff, range.skin, {}, range.pad}, memory);
   }
 
-  [[nodiscard]] std::uint64_t number() const { return rebuilds_; }
+  /// The list made last.
+  [[nodiscard]] const NeighborList& current() const { return list_; }
   /// How many lists were made so far, and what they took.
   [[nodiscard]] std::uint64_t rebuilds() const { return rebuilds_; }
   [[nodiscard]] std::uint64_t pairs_tested() const { return list_.pairs_tested(); }

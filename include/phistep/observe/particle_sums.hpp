@@ -1,0 +1,93 @@
+/// @file
+/// What one looks at of many particles: sums over all of them.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <cstdint>
+#include <limits>
+
+#include "phistep/core/version.hpp"
+#include "phistep/force/energy.hpp"
+#include "phistep/force/evaluate.hpp"
+#include "phistep/state/particles.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// ½ Σ m v² + ½ Σ I ω² [energy]
+template <class Scalar, int dim, class... Extra>
+[[nodiscard]] Scalar kinetic_energy(const Particles<Scalar, dim, Extra...>& y) {
+  Scalar twice{0};
+  for (Index i = 0; i < y.size(); ++i) twice += y.mass()[i] * y.v.col(i).squaredNorm();
+  if constexpr (Particles<Scalar, dim, Extra...>::template has<Spin>)
+    for (Index i = 0; i < y.size(); ++i)
+      twice += y.body().inertia_factor * y.mass()[i] * y.radius()[i] * y.radius()[i] * y.omega.col(i).squaredNorm();
+  return twice / 2;
+}
+/// Σ m v [mass·length/time]
+template <class Scalar, int dim, class... Extra>
+[[nodiscard]] Eigen::Matrix<Scalar, dim, 1> momentum(const Particles<Scalar, dim, Extra...>& y) {
+  return y.v * y.mass();
+}
+/// Σ m r / Σ m [length]
+template <class Scalar, int dim, class... Extra>
+[[nodiscard]] Eigen::Matrix<Scalar, dim, 1> center_of_mass(const Particles<Scalar, dim, Extra...>& y) {
+  return (y.r * y.mass()) / y.mass().sum();
+}
+/// Σ m (r − about) × v + Σ I ω, its component along z in the plane [mass·length²/time]
+template <class Scalar, int dim, class... Extra>
+[[nodiscard]] auto angular_momentum(
+    const Particles<Scalar, dim, Extra...>& y,
+    const Eigen::Matrix<Scalar, dim, 1>& about = Eigen::Matrix<Scalar, dim, 1>::Zero()) {
+  Eigen::Matrix<Scalar, dim == 3 ? 3 : 1, 1> sum;
+  sum.setZero();
+  for (Index i = 0; i < y.size(); ++i) {
+    const Eigen::Matrix<Scalar, dim, 1> r = y.r.col(i) - about, p = y.mass()[i] * y.v.col(i);
+    // The last component is that of the plane.
+    if constexpr (dim == 3) sum[0] += r[1] * p[2] - r[2] * p[1], sum[1] += r[2] * p[0] - r[0] * p[2];
+    sum[dim == 3 ? 2 : 0] += r[0] * p[1] - r[1] * p[0];
+    if constexpr (Particles<Scalar, dim, Extra...>::template has<Spin>)
+      sum += y.body().inertia_factor * y.mass()[i] * y.radius()[i] * y.radius()[i] * y.omega.col(i);
+  }
+  return sum;
+}
+/// 2 E_kin/(dim (N − 1) k_B), that of the motion beside a common drift [temperature]; 0 for fewer than two particles
+template <class Scalar, int dim, class... Extra>
+[[nodiscard]] Scalar temperature(const Particles<Scalar, dim, Extra...>& y, Scalar k_B = 1) {
+  if (y.size() < 2) return 0;
+  Scalar twice{0};
+  for (Index i = 0; i < y.size(); ++i) twice += y.mass()[i] * y.v.col(i).squaredNorm();
+  return twice / (static_cast<Scalar>(dim) * static_cast<Scalar>(y.size() - 1) * k_B);
+}
+
+/// Σ r·f over the pairs of those terms that have a virial(t, y) [energy]
+template <class F, class View, class Scalar>
+[[nodiscard]] Scalar virial_of(F& force, Scalar t, const View& y) {
+  if constexpr (is_sum<std::remove_const_t<F>>) {
+    return std::apply([&](auto&... term) { return (Scalar{0} + ... + virial_of(unwrap(term), t, y)); }, force.terms);
+  } else if constexpr (requires { force.virial(t, y); }) {
+    return static_cast<Scalar>(force.virial(t, y));
+  } else {
+    return 0;
+  }
+}
+/// (2 E_kin + Σ r·f)/(dim V) of particles in a periodic box [force/length^(dim−1)]; NaN where an axis is open
+template <class Stepper, class Scalar, int dim, class... Extra>
+[[nodiscard]] Scalar pressure(Stepper& stepper, const Particles<Scalar, dim, Extra...>& y, Scalar t = 0) {
+  Scalar volume{1};
+  for (int a = 0; a < dim; ++a)
+    volume *= y.box().is_periodic[static_cast<std::size_t>(a)] ? y.box().length()[a]
+                                                               : std::numeric_limits<Scalar>::quiet_NaN();
+  Scalar twice{0};
+  for (Index i = 0; i < y.size(); ++i) twice += y.mass()[i] * y.v.col(i).squaredNorm();
+  const auto view = Particles<Scalar, dim, Extra...>::view(y, stepper.masses());
+  return (twice + virial_of(stepper.force_to_look_at(), t, view)) / (static_cast<Scalar>(dim) * volume);
+}
+/// Potential energy of all terms that have one [energy]
+template <class Stepper, class Scalar, int dim, class... Extra>
+[[nodiscard]] Scalar potential_energy(Stepper& stepper, const Particles<Scalar, dim, Extra...>& y, Scalar t = 0) {
+  const auto view = Particles<Scalar, dim, Extra...>::view(y, stepper.masses());
+  return potential_energy(stepper.force_to_look_at(), t, view, stepper.memory());
+}
+
+}  // namespace phistep::inline PHISTEP_ABI

@@ -1,0 +1,470 @@
+// Pair forces: against all pairs, differences, known counts; their lists as memory of a stepper.
+#include <phistep/force/pairs.hpp>
+#include <phistep/particles.hpp>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <functional>
+#include <limits>
+#include <new>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#ifdef _OPENMP
+#include <omp.h>
+#endif
+
+#include "support/catch.hpp"
+
+namespace heap {
+inline bool counting = false;
+inline std::int64_t count = 0;
+}  // namespace heap
+// Not inlined: g++ 12 otherwise sees free() meet new.
+[[gnu::noinline]] void* operator new(std::size_t n) {
+  heap::count += heap::counting;
+  if (void* p = std::malloc(n)) return p;
+  throw std::bad_alloc();
+}
+[[gnu::noinline]] void operator delete(void* p) noexcept { std::free(p); }
+[[gnu::noinline]] void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+
+using namespace phistep;
+
+namespace {
+
+template <class Scalar, int dim>
+auto view_of(const Particles<Scalar, dim>& y) {
+  return ParticleView<Scalar, dim, UnitMass>{y, UnitMass{}};
+}
+template <class Scalar, int dim>
+struct Out {
+  Eigen::Matrix<Scalar, dim, Eigen::Dynamic> force;
+};
+
+/// Points on a lattice a apart, shaken: nobody closer than half of it.
+template <class Scalar, int dim>
+Particles<Scalar, dim> shaken(int n, double a, unsigned seed, std::array<bool, 3> periodic, double amount = 0.2) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> shake(-amount * a, amount * a);
+  const int count = dim == 3 ? n * n * n : n * n;
+  Eigen::Matrix<Scalar, dim, Eigen::Dynamic> r(dim, count);
+  for (int k = 0; k < count; ++k) {
+    const std::array site{k % n, k / n % n, k / n / n};
+    for (int x = 0; x < dim; ++x)
+      r(x, k) = static_cast<Scalar>((site[static_cast<std::size_t>(x)] + 0.5) * a + shake(random));
+  }
+  Particles<Scalar, dim> y{r};
+  y.set_mass(Scalar{1});
+  Box<Scalar, dim> box;
+  for (int x = 0; x < dim; ++x) {
+    box.is_periodic[static_cast<std::size_t>(x)] = periodic[static_cast<std::size_t>(x)];
+    box.upper[x] = static_cast<Scalar>(n * a);
+  }
+  y.set_box(box);
+  return y;
+}
+
+/// Σ_j g d over all j and the images around the nearest, in long double; and the sum of what was added, for the bound.
+template <class Scalar, int dim>
+void check_forces(const Particles<Scalar, dim>& y, auto law, double cutoff) {
+  const Pairs force{law, cutoff};
+  Out<Scalar, dim> out{Eigen::Matrix<Scalar, dim, Eigen::Dynamic>::Zero(dim, y.size())};
+  NeighborMemory memory;
+  force.add(Scalar{0}, view_of(y), memory, out);
+  const auto& box = y.body().box;
+  for (Index i = 0; i < y.size(); ++i) {
+    Eigen::Matrix<long double, dim, 1> sum = Eigen::Matrix<long double, dim, 1>::Zero();
+    long double size = 0;
+    for (Index j = 0; j < y.size(); ++j) {
+      if (i == j) continue;  // an own image pulls as the one on the other side pushes
+      Eigen::Matrix<long double, dim, 1> d = (y.r.col(i) - y.r.col(j)).template cast<long double>();
+      for (int a = 0; a < dim; ++a) {
+        if (!box.is_periodic[static_cast<std::size_t>(a)]) continue;
+        const long double length = static_cast<long double>(box.upper[a]) - static_cast<long double>(box.lower[a]);
+        d[a] -= length * std::round(d[a] / length);
+      }
+      if (d.squaredNorm() >= cutoff * cutoff) continue;
+      const auto g = static_cast<long double>(law(static_cast<double>(d.squaredNorm())));
+      sum += g * d;
+      size += std::abs(g) * d.norm();
+    }
+    // Rounding: positions of size ≤ 20 have errors of 20 ε/2, which r ≥ 0.6 turn into 14·20 ε of an r^−13; sums add a few.
+    const auto bound = static_cast<long double>(400 * std::numeric_limits<Scalar>::epsilon()) * size;
+    CAPTURE(i, dim, sizeof(Scalar));
+    REQUIRE((out.force.col(i).template cast<long double>() - sum).norm() <= bound);
+  }
+}
+
+/// Collects dense tangents.
+struct Dense {
+  Eigen::MatrixXd K;
+  void position(Index i, Index j, double x) { K(i, j) += x; }
+  void velocity(Index, Index, double) {}
+  void rate(Index, Index, double) {}
+};
+
+}  // namespace
+
+TEST_CASE("pair forces are those of a sum over all pairs") {
+  const LennardJones law{0.7, 1.1};
+  for (const auto& periodic :
+       {std::array{false, false, false}, std::array{true, true, true}, std::array{true, false, true}}) {
+    check_forces(shaken<double, 3>(7, 1.25, 1, periodic), law, 2.5);
+    check_forces(shaken<double, 2>(13, 1.25, 2, periodic), law, 2.5);
+    check_forces(shaken<float, 3>(7, 1.25, 3, periodic), law, 2.5);
+    check_forces(shaken<float, 2>(13, 1.25, 4, periodic), law, 2.5);
+  }
+}
+
+TEST_CASE("a law of the user's own is as good") {
+  const auto own = [](auto r2) {
+    const auto y = reciprocal(r2), y3 = y * y * y;
+    return y * y3 * (12 * 4.0 * y3 - 6 * 4.0);
+  };
+  const auto y = shaken<double, 3>(6, 1.2, 5, {true, true, true});
+  Out<double, 3> a{Eigen::Matrix3Xd::Zero(3, y.size())}, b = a;
+  NeighborMemory memory;
+  Pairs{own, 2.0}.add(0.0, view_of(y), memory, a);
+  Pairs{LennardJones{}, 2.0}.add(0.0, view_of(y), NeighborMemory{}, b);
+  CHECK(a.force == b.force);
+  check_forces(
+      y, [](auto r2) { return 1 / (r2 * r2); }, 2.0);
+  check_forces(
+      y, [](auto) { return 2.0; }, 2.0);  // springs of length 0
+}
+
+TEST_CASE("momentum is conserved, to rounding") {
+  const auto y = shaken<double, 3>(8, 1.1, 6, {true, true, true});
+  Out<double, 3> out{Eigen::Matrix3Xd::Zero(3, y.size())};
+  Pairs{LennardJones{}, 2.5}.add(0.0, view_of(y), NeighborMemory{}, out);
+  // Each pair's two forces differ by the rounding of its two distances (see above); some 20 forces act on each.
+  const double bound = 400 * 20 * 2.3e-16 * static_cast<double>(y.size()) * out.force.cwiseAbs().maxCoeff();
+  CHECK(out.force.rowwise().sum().norm() < bound);
+}
+
+TEST_CASE("forces are minus the slope of the energy, tangents that of the forces") {
+  const auto check = [](const auto& law, double cutoff) {
+    auto y = shaken<double, 3>(4, 1.15, 7, {true, true, false});
+    y.set_charge(Eigen::VectorXd(Eigen::VectorXd::LinSpaced(y.size(), -1, 1)));
+    Eigen::VectorXi type(y.size());
+    for (Index i = 0; i < y.size(); ++i) type[i] = static_cast<int>(i % 2);
+    y.set_type(type);
+    // Nobody crosses the cutoff, where laws jump, by h = 1e-5: the test's own condition.
+    const Pairs force{law, cutoff};
+    const auto psi = [&] {
+      Out<double, 3> out{Eigen::Matrix3Xd::Zero(3, y.size())};
+      force.add(0.0, view_of(y), NeighborMemory{}, out);
+      return out.force;
+    };
+    Dense dense{Eigen::MatrixXd::Zero(y.r.size(), y.r.size())};
+    force.add_jacobian(0.0, view_of(y), NeighborMemory{}, dense);
+    const Eigen::Matrix3Xd at = psi();
+    const double size = at.cwiseAbs().maxCoeff(), stiffness = dense.K.cwiseAbs().maxCoeff();
+    CHECK(dense.K.isApprox(dense.K.transpose(), 1e-12));
+    constexpr double h = 1e-5;
+    for (const Index k : {0, 7, 50, 100}) {
+      const double x = y.r.data()[k];
+      y.r.data()[k] = x + h;
+      const double up = force.energy(0.0, view_of(y));
+      const Eigen::Matrix3Xd above = psi();
+      y.r.data()[k] = x - h;
+      const double down = force.energy(0.0, view_of(y));
+      const Eigen::Matrix3Xd below = psi();
+      y.r.data()[k] = x;
+      // Central differences: h² F''/6 with F'' ≈ 200 F/r² for r^−13, r ≥ 0.7: 1e-8; rounding ε V/h with V ≈ 100 F: 2e-9.
+      CHECK(std::abs((down - up) / (2 * h) - at.data()[k]) < 3e-8 * (size + stiffness));
+      const Eigen::Matrix3Xd slope = (above - below) / (2 * h);
+      const Eigen::Map<const Eigen::VectorXd> column(slope.data(), slope.size());
+      CHECK((column - dense.K.col(k)).cwiseAbs().maxCoeff() < 3e-7 * stiffness);
+    }
+  };
+  check(LennardJones{0.5, 0.9}, 2.1);
+  check(LennardJones{0.5, 0.9}.shifted(2.1), 2.1);
+  check(Yukawa{2.0, 0.8}, 2.1);
+  check(ScreenedCharges{2.0, 0.8}, 2.1);
+  check(NearField{1.0, 2.0, 0.5, 4.0}, 2.1);
+  check(NearField{1.0, 1.0, 0.5, 3.5}, 2.1);
+  check(SoftSphere{3.0, 2.1}, 2.1);
+  check(lorentz_berthelot({{1.0, 0.8}, {0.3, 1.0}}), 2.1);
+}
+
+TEST_CASE("laws at known distances") {
+  CHECK(LennardJones{2, 3}.energy(9.0) == Approx(0).margin(1e-15));
+  const double r2 = 9 * std::cbrt(2.0);  // (2^(1/6) σ)²
+  CHECK(LennardJones{2, 3}.energy(r2) == Approx(-2).epsilon(1e-14));
+  CHECK(LennardJones{2, 3}(r2) == Approx(0).margin(1e-14));
+  CHECK(LennardJones{2, 3}.shifted(7).energy(49.0) == Approx(0).margin(1e-16));
+  CHECK(Yukawa{3, 2}.energy(4.0) == Approx(1.5 * std::exp(-1.0)).epsilon(1e-15));
+  CHECK(NearField{5, 2, 7, 4}(4.0) * 2 == Approx(7 / 16. - 5 / 4.).epsilon(1e-15));
+  CHECK(SoftSphere{3, 2}.energy(0.0) == 3);
+  CHECK(SoftSphere{3, 2}(4.0) == 0);
+}
+
+TEST_CASE("types have the law of their pair") {
+  auto y = shaken<double, 3>(2, 1.0, 8, {}, 0);
+  y.r = y.r.leftCols(3).eval();
+  Eigen::Matrix3Xd r(3, 3);
+  r << 0, 1, 3, 0, 0, 0, 0, 0, 0;
+  Particles<double, 3> three{r};
+  three.set_type(Eigen::Vector3i(0, 1, 1));
+  const Pairs force{ByType<LennardJones>{{{1, 1}, {2, 1.1}, {2, 1.1}, {3, 1.2}}}, 10.0};
+  const double expected =
+      LennardJones{2, 1.1}.energy(1.0) + LennardJones{2, 1.1}.energy(9.0) + LennardJones{3, 1.2}.energy(4.0);
+  CHECK(force.energy(0.0, view_of(three)) == Approx(expected).epsilon(1e-14));
+  CHECK_THROWS_AS((ByType<LennardJones>{{{1, 1}, {2, 1.1}, {2, 1.2}, {3, 1.2}}}), std::invalid_argument);
+  CHECK_THROWS_AS((ByType<LennardJones>{{{1, 1}, {2, 1.1}, {2, 1.2}}}), std::invalid_argument);
+  three.set_type(Eigen::Vector3i(0, 2, 1));
+  CHECK_THROWS_AS(force.energy(0.0, view_of(three)), std::invalid_argument);
+}
+
+TEST_CASE("still particles push, and are not pushed") {
+  auto y = shaken<double, 3>(5, 1.1, 9, {true, true, true});
+  Out<double, 3> all{Eigen::Matrix3Xd::Zero(3, y.size())}, some = all;
+  const Pairs force{LennardJones{}, 2.0};
+  force.add(0.0, view_of(y), NeighborMemory{}, all);
+  const double energy = force.energy(0.0, view_of(y));
+  const auto inside = force.pairs_inside(view_of(y));
+  std::vector<std::uint8_t> still(static_cast<std::size_t>(y.size()));
+  for (std::size_t i = 0; i < still.size(); i += 2) still[i] = 1;
+  y.set_still(still);
+  force.add(0.0, view_of(y), NeighborMemory{}, some);
+  for (Index i = 0; i < y.size(); ++i)
+    if (still[static_cast<std::size_t>(i)]) CHECK(some.force.col(i).norm() == 0);
+    else CHECK((some.force.col(i) - all.force.col(i)).norm() <= 1e-13 * all.force.col(i).norm());
+  // What is left out are the pairs of two still ones.
+  double left_out = 0;
+  std::uint64_t pairs = 0;
+  for (Index i = 0; i < y.size(); i += 2)
+    for (Index j = 0; j < i; j += 2) {
+      const double r2 = y.body().box.nearest(y.r.col(i) - y.r.col(j)).squaredNorm();
+      if (r2 < 4) left_out += LennardJones{}.energy(r2), ++pairs;
+    }
+  CHECK(force.energy(0.0, view_of(y)) == Approx(energy - left_out).epsilon(1e-12));
+  CHECK(force.pairs_inside(view_of(y)) == inside - pairs);
+  // All asleep: nothing is tested, listed or added.
+  y.set_still(std::vector<std::uint8_t>(still.size(), 1));
+  force.add(0.0, view_of(y), NeighborMemory{}, some);
+  CHECK(force.pairs_tested() == 0);
+}
+
+TEST_CASE("counts on a lattice: neighbours of face-centred cubes") {
+  // Neighbours at a/√2 (12), a (6), a √(3/2) (24), a √2 (12), a √(5/2) (24).
+  constexpr int n = 4;
+  Eigen::Matrix3Xd r(3, 4 * n * n * n);
+  Index k = 0;
+  for (int z = 0; z < n; ++z)
+    for (int y = 0; y < n; ++y)
+      for (int x = 0; x < n; ++x)
+        for (const auto& q : {std::array{0., 0., 0.}, {.5, .5, 0.}, {.5, 0., .5}, {0., .5, .5}})
+          r.col(k++) = 1.6 * Eigen::Vector3d(x + q[0], y + q[1], z + q[2]);
+  Particles<double, 3> y{r};
+  y.set_box(Box<double, 3>::periodic({0, 0, 0}, Eigen::Vector3d::Constant(1.6 * n)));
+  const Pairs force{LennardJones{}, 1.6 * 1.3, {.skin = 1.6 * 0.2}};
+  Out<double, 3> out{Eigen::Matrix3Xd::Zero(3, y.size())};
+  force.add(0.0, view_of(y), NeighborMemory{}, out);
+  CHECK(force.pairs_listed() == 54u * 256);
+  CHECK(force.pairs_inside(view_of(y)) == 42u * 256 / 2);
+  CHECK(force.rebuilds() == 1);
+  // By symmetry there is no force: what remains are roundings of 42 forces F ≤ 40.
+  CHECK(out.force.cwiseAbs().maxCoeff() < 42 * 40 * 14 * 6.4 * 2.3e-16);
+}
+
+TEST_CASE("the virial is the energy's answer to a change of volume") {
+  auto y = shaken<double, 3>(5, 1.15, 10, {true, true, true});
+  const Pairs force{SoftSphere{3.0, 2.0}, 2.0};  // smooth at the cutoff
+  const double virial = force.virial(0.0, view_of(y));
+  const auto scaled = [&](double s) {
+    auto z = y;
+    z.r *= s;
+    z.set_box(Box<double, 3>::periodic({0, 0, 0}, s * y.body().box.upper));
+    return force.energy(0.0, view_of(z));
+  };
+  constexpr double h = 1e-5;  // −dV/d ln s = Σ r·f; error h² V''' ≈ 1e-10 · 1e3 V
+  CHECK((scaled(1 - h) - scaled(1 + h)) / (2 * h) == Approx(virial).epsilon(1e-7));
+}
+
+namespace {
+Particles<double, 3> hot(unsigned seed) {
+  auto y = shaken<double, 3>(6, 1.2, seed, {true, true, true}, 0.05);
+  std::mt19937 random(seed);
+  std::normal_distribution<double> speed;
+  for (Index i = 0; i < y.v.size(); ++i) y.v.data()[i] = speed(random);
+  return y;
+}
+}  // namespace
+
+TEST_CASE("velocity Verlet asks once a step, and allocates nothing between lists") {
+  auto y = hot(1);
+  Pairs force{LennardJones{}, 2.5, {.skin = 0.3}};
+  PhiStepper stepper{y, std::ref(force), velocity_verlet};
+  REQUIRE(stepper.step(y, 0, 0.004));
+  std::int64_t quiet = 0;
+  for (int n = 1; n < 200; ++n) {
+    const std::uint64_t before = force.rebuilds();
+    heap::count = 0;
+    heap::counting = true;
+    const bool good = static_cast<bool>(stepper.step(y, 0.004 * n, 0.004));
+    heap::counting = false;
+    REQUIRE(good);
+    if (force.rebuilds() != before) continue;
+    ++quiet;
+    CHECK(heap::count == 0);
+  }
+  CHECK(stepper.statistics().force_calls == 201);
+  CHECK(quiet > 150);
+  CHECK(force.rebuilds() == 200u - static_cast<std::uint64_t>(quiet));
+}
+
+TEST_CASE("a rejected step leaves no trace, and a checkpoint continues bit for bit") {
+  auto y = hot(2);
+  PhiStepper stepper{y, Pairs{LennardJones{}, 2.5, {.skin = 0.3}}, velocity_verlet};
+  for (int n = 0; n < 13; ++n) REQUIRE(stepper.step(y, 0.004 * n, 0.004));
+  auto z = y;
+  PhiStepper other{z, Pairs{LennardJones{}, 2.5, {.skin = 0.3}}, velocity_verlet};
+  {  // what a checkpoint holds of it
+    Writer out;
+    auto memory = stepper.memory();
+    out(memory);
+    out.finish();
+    NeighborMemory restored;
+    Reader in{out.bytes()};
+    in(restored);
+    in.finish();
+    other.set_memory(restored);
+  }
+  // A trial that is far too long: lists are made for where it goes, and go with it.
+  const auto kept = y;
+  const auto memory = stepper.memory();
+  REQUIRE(stepper.step(y, 0.052, 0.06));
+  REQUIRE(stepper.memory().reference != memory.reference);
+  y = kept;
+  stepper.set_memory(memory);
+  for (int n = 13; n < 60; ++n) {
+    REQUIRE(stepper.step(y, 0.004 * n, 0.004));
+    REQUIRE(other.step(z, 0.004 * n, 0.004));
+  }
+  CHECK((y.r == z.r && y.v == z.v));
+}
+
+TEST_CASE("an unchecked list misses pairs, and they can be counted") {
+  const auto missed = [](ListPolicy policy) {
+    auto y = hot(8);
+    Pairs force{LennardJones{}, 2.5, {.skin = 0.1, .policy = policy}};
+    const Pairs all{LennardJones{}, 2.5};
+    PhiStepper stepper{y, std::ref(force), velocity_verlet};
+    std::uint64_t sum = 0;
+    for (int n = 0; n < 40; ++n) {
+      REQUIRE(stepper.step(y, 0.004 * n, 0.004));
+      sum += all.pairs_inside(view_of(y)) - force.pairs_inside(view_of(y), stepper.memory());
+    }
+    return sum;
+  };
+  CHECK(missed({}) == 0);
+  CHECK(missed(ListPolicy::unchecked_every(20)) > 0);
+}
+
+TEST_CASE("implicit steps see the list as their sparsity") {
+  auto y = hot(3);
+  y.v *= 0.1;
+  Pairs force{SoftSphere{50.0, 1.6}, 1.6};
+  PhiStepper stepper{y, std::ref(force), trapezoidal};
+  const auto view = [&] { return view_of(y); };
+  const Pairs measure{SoftSphere{50.0, 1.6}, 1.6};
+  const double before = 0.5 * y.v.squaredNorm() + measure.energy(0.0, view());
+  for (int n = 0; n < 20; ++n) {
+    const auto report = stepper.step(y, 0.005 * n, 0.005);
+    CAPTURE(report.message());
+    REQUIRE(report);
+  }
+  const double after = 0.5 * y.v.squaredNorm() + measure.energy(0.0, view());
+  CHECK(after == Approx(before).epsilon(1e-3));  // (ωΔt)²/12, ω² ≈ 1500: 0.3 % of what is exchanged
+  CHECK(stepper.statistics().analyses <= 1 + static_cast<std::int64_t>(force.rebuilds()));
+}
+
+TEST_CASE("positions in one flat vector") {
+  const auto y = shaken<double, 3>(4, 1.2, 11, {});
+  Motion<Eigen::VectorXd> flat{Eigen::Map<const Eigen::VectorXd>(y.r.data(), y.r.size()),
+                               Eigen::VectorXd::Zero(y.r.size())};
+  Particles<double, 3> z = y;
+  PhiStepper a{flat, pairs<3>(LennardJones{}, 2.5), velocity_verlet};
+  PhiStepper b{z, Pairs{LennardJones{}, 2.5}, velocity_verlet};
+  for (int n = 0; n < 10; ++n) {
+    REQUIRE(a.step(flat, 0.001 * n, 0.001));
+    REQUIRE(b.step(z, 0.001 * n, 0.001));
+  }
+  CHECK(flat.r == Eigen::Map<const Eigen::VectorXd>(z.r.data(), z.r.size()));
+}
+
+TEST_CASE("what cannot be is refused, or named") {
+  CHECK_THROWS_AS((Pairs{LennardJones{}, 0.0}), std::invalid_argument);
+  CHECK_THROWS_AS((Pairs{LennardJones{}, -1.0}), std::invalid_argument);
+  CHECK_THROWS_AS((Pairs{LennardJones{}, std::nan("")}), std::invalid_argument);
+  CHECK_THROWS_AS((Pairs{LennardJones{}, HUGE_VAL}), std::invalid_argument);
+  CHECK_THROWS_AS((Pairs{LennardJones{}, 2.5, {.skin = -0.1}}), std::invalid_argument);
+  CHECK_THROWS_AS((Pairs{LennardJones{}, 2.5, {.skin = std::nan("")}}), std::invalid_argument);
+  {
+    auto small = shaken<double, 3>(2, 1.0, 12, {true, true, true});
+    PhiStepper stepper{small, Pairs{LennardJones{}, 2.5}, velocity_verlet};
+    CHECK_THROWS_AS(stepper.step(small, 0, 0.001), std::invalid_argument);
+  }
+  {  // two at one place
+    auto y = hot(4);
+    y.r.col(100) = y.r.col(57);
+    const auto kept = y;
+    PhiStepper stepper{y, Pairs{LennardJones{}, 2.5}, velocity_verlet};
+    const auto report = stepper.step(y, 0, 0.001);
+    REQUIRE_FALSE(report);
+    CHECK(report.outcome() == Outcome::non_finite_force);
+    CHECK(report.message().find("57") != std::string::npos);
+    CHECK((y.r == kept.r && y.v == kept.v));
+  }
+  {
+    auto y = hot(5);
+    y.r(1, 33) = std::nan("");
+    PhiStepper stepper{y, Pairs{LennardJones{}, 2.5}, velocity_verlet};
+    const auto report = stepper.step(y, 0, 0.001);
+    REQUIRE_FALSE(report);
+    CHECK(report.outcome() == Outcome::non_finite_state);
+    CHECK(report.message().find("33") != std::string::npos);
+  }
+  for (const int n : {0, 1}) {
+    Particles<double, 3> few{Eigen::Matrix3Xd::Zero(3, n)};
+    PhiStepper stepper{few, Pairs{LennardJones{}, 2.5}, velocity_verlet};
+    CHECK(stepper.step(few, 0, 0.001));
+  }
+}
+
+TEST_CASE("units are free: powers of two change no bit") {
+  const auto run = [](double length, double energy) {
+    auto y = hot(6);
+    y.r *= length;
+    y.set_box(Box<double, 3>::periodic({0, 0, 0}, length * y.body().box.upper));
+    const double time = 0.5 * length;  // v in units of 2: energy is m v² = 4
+    y.v *= length / time;
+    PhiStepper stepper{y, Pairs{LennardJones{energy, length}, 2.5 * length}, velocity_verlet};
+    for (int n = 0; n < 40; ++n) REQUIRE(stepper.step(y, n * 0.004 * time, 0.004 * time));
+    return Eigen::Matrix3Xd(y.r / length);
+  };
+  CHECK(run(0x1p-20, 4.0) == run(0x1p30, 4.0));
+}
+
+#ifdef _OPENMP
+TEST_CASE("one thread and two: the same bits") {
+  const auto run = [](int threads) {
+    omp_set_num_threads(threads);
+    auto y = hot(7);
+    const Pairs measure{LennardJones{}, 2.5};
+    PhiStepper stepper{y, Pairs{LennardJones{}, 2.5}, velocity_verlet};
+    for (int n = 0; n < 100; ++n) REQUIRE(stepper.step(y, n * 0.004, 0.004));
+    return std::tuple{y.r, y.v, measure.energy(0.0, view_of(y))};
+  };
+  CHECK(run(1) == run(2));
+  CHECK(run(1) == run(3));
+}
+#endif
