@@ -30,7 +30,10 @@ const Row rows[] = {
     {"melt", "Lennard-Jones melt, velocity Verlet, beside LAMMPS", bench::melt},
     {"sizes", "The melt from 1,000 to 1,000,000 atoms: time and memory an atom", bench::melt_sizes},
     {"grains", "Grains down a chute, contacts with history, beside LAMMPS", bench::grains},
+    {"gravity", "All pairs, softened gravity, beside kernels by hand", bench::gravity},
     {"springs", "Spring sheet, symplectic Euler, three orders of input", bench::springs},
+    {"drift", "Argon: error and energy against time over a ladder of dt", bench::drift},
+    {"skipping", "A bed of grains at rest: sleeping on against off", bench::skipping},
     {"bonded", "Beam of bonded particles: implicit against explicit at equal error", bench::bonded},
 };
 

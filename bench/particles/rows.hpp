@@ -98,6 +98,7 @@ void springs(const Options& options, Table& table);
 void grains(const Options& options, Table& table);
 void gravity(const Options& options, Table& table);
 void drift(const Options& options, Table& table);
+void skipping(const Options& options, Table& table);
 void bonded(const Options& options, Table& table);
 
 }  // namespace bench

@@ -251,6 +251,13 @@ TEST_CASE("automatic differentiation of a fixed state: nothing") {
 TEST_CASE("springs by Verlet: nothing") {
   check_none(motion(30), spring_network<3>({{0, 1, 5, 0.1}, {1, 2, 5, 0.1}}), velocity_verlet);
 }
+TEST_CASE("springs row by row: nothing once they are in order") {
+  std::vector<Spring> chain;
+  for (int i = 0; i < 12'000; ++i) chain.push_back({i, i + 1, 5, 0.1});
+  auto y = motion(36'003);
+  PhiStepper stepper{y, spring_network<3>(chain), velocity_verlet};
+  CHECK(allocations(y, stepper, 1) == 0);
+}
 TEST_CASE("split terms, Rannacher's start, a step around a step: nothing") {
   const auto kicks = at(forward_euler, Chain{}) + at(forward_euler, Gravity{Eigen::Vector3d(0, 0, -1)});
   check_none(motion(30), Chain{} + kicks, trapezoidal);

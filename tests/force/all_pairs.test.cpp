@@ -122,7 +122,7 @@ TEST_CASE("it adds; particles held still act but get no force, and cost no pairs
   AllPairs gravity{SoftenedGravity{2.0, 0.1}};
   const Eigen::Matrix3Xd free = force_on(gravity, y);
   std::vector<std::uint8_t> still(40, 0);
-  for (const std::size_t i : {0, 3, 4, 17, 39}) still[i] = 1;
+  for (const std::size_t i : {0u, 3u, 4u, 17u, 39u}) still[i] = 1;
   y.set_still(still);
   auto out = make_rate<Particles<double, 3>>(y);
   out.force.setConstant(100);
@@ -210,6 +210,19 @@ TEST_CASE("two at one place: named where the law has no limit, no force where it
     CHECK(!report);
     CHECK_THAT(report.message(), contains("1"));
   }
+}
+
+TEST_CASE("a particle at no finite place is named, whoever else there is") {
+  AllPairs points{SoftenedGravity{1, 0}};
+  for (const Index n : {4, 50})
+    for (const double nowhere : {std::nan(""), HUGE_VAL})
+      for (const Index first_or_later : {0, 2}) {
+        auto y = cloud<double, 3>(n);
+        y.r(1, first_or_later) = nowhere;
+        const Eigen::Matrix3Xd f = force_on(points, y);
+        for (Index i = 0; i < n; ++i) CHECK(f.col(i).allFinite() == (i != first_or_later));
+        CHECK(std::isnan(energy_of(points, y)));
+      }
 }
 
 TEST_CASE("what can't be summed is refused") {

@@ -455,3 +455,72 @@ TEST_CASE("what can't work is said, with the body's number") {
   CHECK(step(one_place, Contact{rough}));
   CHECK(one_place.v.norm() == 0);
 }
+
+TEST_CASE("tangents of resting bodies equal differences") {
+  // Without slip and speed nothing is left out. The tangential spring is one in v here: what it adds in a step's time is
+  // k_t τ v.
+  Matrix r(3, 3);
+  r << 0, 0.98, 0.5, 0, 0.1, 0.9, 0, 0.05, 0.1;
+  auto y = bodies<Smooth>(r);
+  const auto check = [&](auto law) {
+    const Contact contact{law, 0.3};
+    const auto masses = Smooth::masses(y);
+    const double tau = 1e-3;
+    auto memory = typename decltype(contact)::Memory{};
+    contact.begin(0.0, tau, Smooth::view(y, masses), memory);
+    const auto force = [&](const Smooth& at) {
+      auto psi = make_rate<Smooth>(at);
+      contact.add(tau, Smooth::view(at, masses), memory, psi);
+      return Eigen::VectorXd(psi.force.reshaped());
+    };
+    struct Dense {
+      Eigen::MatrixXd K = Eigen::MatrixXd::Zero(9, 9), C = K;
+      void position(Index i, Index j, double x) { K(i, j) += x; }
+      void velocity(Index i, Index j, double x) { C(i, j) += x; }
+    } sink;
+    contact.add_jacobian(tau, Smooth::view(y, masses), memory, sink);
+    const double h = 1e-6;
+    for (Index j = 0; j < 9; ++j) {
+      Smooth a = y, b = y;
+      a.r.data()[j] -= h, b.r.data()[j] += h;
+      const Eigen::VectorXd k = (force(b) - force(a)) / (2 * h);
+      CHECK((k - sink.K.col(j)).norm() < 1e-4 * sink.K.norm());
+      a = y, b = y;
+      a.v.data()[j] -= h, b.v.data()[j] += h;
+      const Eigen::VectorXd c = (force(b) - force(a)) / (2 * h);
+      CHECK((c - sink.C.col(j)).norm() < 1e-4 * sink.C.norm());
+    }
+    CHECK(sink.K.norm() > 100);
+    CHECK(sink.C.norm() > 1);
+  };
+  check(Hooke{.stiffness = 1e3, .restitution = 0.7, .friction = 10});
+  check(Hertz{.modulus = 1e4, .shear_modulus = 7e3, .restitution = 0.7, .friction = 10});
+}
+
+TEST_CASE("a pile settles by implicit steps of many times an impact") {
+  // Backward Euler at φ = 1 on a column of three bodies that weigh on each other and on one that is held.
+  Matrix r(3, 4);
+  r << 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 2, 3;
+  auto y = bodies<Smooth>(r);
+  y.set_still({1, 0, 0, 0});
+  const double g = 10, k = 1e4;
+  PhiStepper stepper{y, Gravity{Eigen::Vector3d(0, 0, -g)} + Contact{Hooke{.stiffness = k, .restitution = 0.5}},
+                     backward_euler};
+  const double dt = 0.1;  // of 0.022 that an impact lasts
+  for (int n = 0; n < 60; ++n) REQUIRE(stepper.step(y, n * dt, dt));
+  // Each spring carries what is above it.
+  for (int i = 1; i < 4; ++i) CHECK(1 - (y.r(2, i) - y.r(2, i - 1)) == Approx((4 - i) * g / k).epsilon(1e-9));
+  CHECK(y.v.norm() < 1e-9);
+}
+
+TEST_CASE("the shortest impact is known to preflight") {
+  Matrix r(3, 2);
+  r << 0, 2, 0, 0, 0, 0;
+  auto y = bodies<Smooth>(r);
+  y.v.row(0) << 0.5, -0.5;
+  const auto masses = Smooth::masses(y);
+  const auto time = [&](const auto& contact) { return contact.contact_time(Smooth::view(y, masses)); };
+  CHECK(time(Contact{Hooke{.stiffness = 1e5}}) == Approx(M_PI * std::sqrt(0.5 / 1e5)));
+  // 2.943 δ/v: 2.87 (m*²/(R* E*² v))^(1/5) [K. L. Johnson, Contact Mechanics, (11.24)], printed to three digits
+  CHECK(time(Contact{Hertz{.modulus = 1e7}}) == Approx(2.87 * std::pow(0.25 / (0.25 * 1e14), 0.2)).epsilon(2e-3));
+}

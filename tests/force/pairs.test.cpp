@@ -352,6 +352,23 @@ TEST_CASE("a rejected step leaves no trace, and a checkpoint continues bit for b
   CHECK((y.r == z.r && y.v == z.v));
 }
 
+TEST_CASE("an unchecked list misses pairs, and they can be counted") {
+  const auto missed = [](ListPolicy policy) {
+    auto y = hot(8);
+    Pairs force{LennardJones{}, 2.5, {.skin = 0.1, .policy = policy}};
+    const Pairs all{LennardJones{}, 2.5};
+    PhiStepper stepper{y, std::ref(force), velocity_verlet};
+    std::uint64_t sum = 0;
+    for (int n = 0; n < 40; ++n) {
+      REQUIRE(stepper.step(y, 0.004 * n, 0.004));
+      sum += all.pairs_inside(view_of(y)) - force.pairs_inside(view_of(y), stepper.memory());
+    }
+    return sum;
+  };
+  CHECK(missed({}) == 0);
+  CHECK(missed(ListPolicy::unchecked_every(20)) > 0);
+}
+
 TEST_CASE("implicit steps see the list as their sparsity") {
   auto y = hot(3);
   y.v *= 0.1;

@@ -1,4 +1,5 @@
 #include <phistep/force/drag.hpp>
+#include <phistep/force/external_field.hpp>
 #include <phistep/force/gravity.hpp>
 #include <phistep/force/springs.hpp>
 #include <phistep/force/sum.hpp>
@@ -55,6 +56,8 @@ TEMPLATE_TEST_CASE("a term adds to the force and does not overwrite it", "", Fix
   if constexpr (!TestType::IsRowMajor) {  // which springs refuse, see tests/compile
     check(spring_network<3>(one_spring));
     check(spring_network<3>(one_spring, SpringDamping{2.0}));
+    check(QuadraticDrag{0.7});
+    check(ExternalField{[](const Eigen::Vector3d& r) -> Eigen::Vector3d { return r.squaredNorm() * r; }});
   }
   check(term([](const auto& r) { return typename std::remove_cvref_t<decltype(r)>::PlainObject(-r); }));
   check(LinearDrag{0.7} + Gravity{Eigen::Vector3d(0, 0, -1)} + UniformForce{Eigen::Vector3d(0, 1, 0)});

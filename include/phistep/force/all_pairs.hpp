@@ -88,7 +88,7 @@ inline constexpr PairWeight pair_weight<Law> = Law::weight;
 ///     auto heavy = all_pairs<PairWeight::mass>([](auto r2) { return -rsqrt(r2); });
 ///
 /// For Particles, and for motions of dim × N matrices, in open space. Particles held still act, but get no force. Two at one
-/// place get NaN or infinity where the law has no limit, which the step reports with the first of the two.
+/// place get NaN or infinity where the law has no limit, which the step reports with the first of the two. So does one at no finite place; the others' forces leave it out.
 /// A law may have energy(r²) as well: then the term has an energy. Each copy of the term has a workspace of its own; one
 /// object serves one caller at a time.
 template <class Law, PairWeight weight = pair_weight<Law>>
@@ -112,7 +112,7 @@ class AllPairs : public ForceTerm {
     using Scalar = typename Positions::Scalar;
     constexpr int dim = dimensions<Positions>();
     const auto w = weights<Scalar>(y);
-    if (y.r.cols() <= few<Scalar>) return add_few<Scalar, dim>(y, w, out);
+    if (y.r.cols() <= few<Scalar> && y.r.allFinite()) return add_few<Scalar, dim>(y, w, out);
     const auto slots = fill<Scalar, dim>(y, w);
     double factor = 1;
     if constexpr (requires { law.factor(); }) {
@@ -121,9 +121,11 @@ class AllPairs : public ForceTerm {
     } else {
       slots.play(law);
     }
+    const Scalar* const r = y.r.data();
     Scalar* const force = out.force.data();
     for_each_mover(y, [&](Eigen::Index s, Eigen::Index i) {
-      const Scalar scale = static_cast<Scalar>(factor) * w(i);
+      Scalar scale = static_cast<Scalar>(factor) * w(i);
+      for (int a = 0; a < dim; ++a) scale += r[dim * i + a] - r[dim * i + a];  // NaN at no finite place
       for (int a = 0; a < dim; ++a) force[dim * i + a] += scale * slots.sum(a)[s];
     });
   }
@@ -137,7 +139,7 @@ class AllPairs : public ForceTerm {
     using Positions = std::remove_cvref_t<decltype(y.r)>;
     using Scalar = typename Positions::Scalar;
     const auto slots = fill<Scalar, dimensions<Positions>()>(y, weights<Scalar>(y));
-    return slots.total([f = law](auto r2) { return f.energy(r2); });
+    return slots.total([f = law](auto r2) { return f.energy(r2); }) + (y.r - y.r).sum();  // NaN at no finite place
   }
 
   /// ∂F_i/∂r_j = −w_i w_j (f I + 2 f' d dᵀ), d = r_i − r_j, f' = df/dr² by differentiation of the law. Every entry of a

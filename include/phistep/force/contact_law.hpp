@@ -120,6 +120,11 @@ struct Hooke {
   [[nodiscard]] static std::pair<T, T> spring(const ContactNumbers<T>& c, T overlap, T /*rho*/) {
     return {c.stiffness * overlap * overlap / 2, c.stiffness};
   }
+  /// [time] that an undamped impact lasts, at that speed.
+  [[nodiscard]] static double impact(const ContactNumbers<double>& c, double mass, double /*radius*/,
+                                     double /*speed*/) {
+    return std::numbers::pi * std::sqrt(mass / c.stiffness);
+  }
 };
 
 /// (2): elastic spheres (Hertz), Mindlin's tangential stiffness, and damping that makes e independent of the speed of
@@ -175,6 +180,12 @@ struct Hertz {
     const T k = c.stiffness * sqrt(overlap / rho);
     return {2 * k * overlap * overlap / 5, 3 * k / 2};
   }
+  /// [time] that an undamped impact lasts, at that speed: 2.943 δ/v with the largest δ = (5 m*v²/(4 k √R*))^(2/5)
+  /// (L. D. Landau & E. M. Lifshitz, Theory of Elasticity, sect. 9).
+  [[nodiscard]] static double impact(const ContactNumbers<double>& c, double mass, double radius, double speed) {
+    if (!(speed > 0)) return 0;
+    return 2.9432750 * std::pow(1.25 * mass * speed * speed / (c.stiffness * std::sqrt(radius)), 0.4) / speed;
+  }
 };
 
 /// (3): LAMMPS' pair style gran/hooke/history to the letter: damping proportional to m*, a contact that may pull, torques
@@ -207,6 +218,11 @@ struct GranHooke {
   [[nodiscard]] static std::pair<T, T> spring(const ContactNumbers<T>& c, T overlap, T /*rho*/) {
     return {c.stiffness * overlap * overlap / 2, c.stiffness};
   }
+  /// [time] that an undamped impact lasts, at that speed.
+  [[nodiscard]] static double impact(const ContactNumbers<double>& c, double mass, double /*radius*/,
+                                     double /*speed*/) {
+    return std::numbers::pi * std::sqrt(mass / c.stiffness);
+  }
 };
 /// Torques act on the arms R_i and R_j, not on those to a common point.
 template <class Law>
@@ -238,6 +254,9 @@ class Materials {
   [[nodiscard]] int types() const { return types_; }
   [[nodiscard]] const ContactNumbers<double>& operator()(int a, int b) const {
     return types_ == 0 ? table_.front() : table_[static_cast<std::size_t>(a * types_ + b)];
+  }
+  void for_each(auto&& f) const {
+    for (const auto& numbers : table_) f(numbers);
   }
   [[nodiscard]] bool rolls() const {
     return std::any_of(table_.begin(), table_.end(), [](const auto& c) { return c.rolling_friction > 0; });

@@ -87,6 +87,17 @@ class Recycled {
   std::size_t next_ = 0;
 };
 
+/// Springs of contacts that nobody computes for now, because all that they join is held still: kept until it moves again.
+template <class Scalar>
+struct DormantSprings {
+  struct Contact {
+    std::int64_t a, b;                 ///< identities of two bodies, or of a body and the number of its wall
+    std::array<Scalar, 3> slip, roll;  ///< as a sees them
+  };
+  std::vector<Contact> contacts;
+  void archive(auto& ar) { ar(contacts); }
+};
+
 /// The history of a force with contacts, as a value: copies share what they point to, which nobody changes.
 /// @tparam Places  enumerates where there may be contacts
 /// @tparam Table   their springs
@@ -95,14 +106,15 @@ struct ContactMemory {
   // An evaluation may find that the places must be enumerated anew, and leaves its springs: hence mutable. What a step
   // commits or drops is always the trial's.
   mutable std::shared_ptr<const Places> places;
-  mutable std::shared_ptr<const Table> springs;  ///< ξ(t_c), for `places`
-  mutable std::shared_ptr<const Table> last;     ///< ξ(t_e) of the last evaluation, likewise
-  mutable const void* body = nullptr;            ///< what `places` were enumerated for
-  mutable Scalar last_time = 0;                  ///< t_e
-  mutable std::int64_t evaluations = 0;          ///< since the step began
-  Scalar time = 0;                               ///< where the step began, or the last one ended
-  Scalar step = 0;                               ///< Δt
-  Scalar lag = 0;                                ///< time − t_c
+  mutable std::shared_ptr<const Table> springs;                   ///< ξ(t_c), for `places`
+  mutable std::shared_ptr<const Table> last;                      ///< ξ(t_e) of the last evaluation, likewise
+  mutable std::shared_ptr<const DormantSprings<Scalar>> dormant;  ///< of none, where there is nothing
+  mutable const void* body = nullptr;                             ///< what `places` were enumerated for
+  mutable Scalar last_time = 0;                                   ///< t_e
+  mutable std::int64_t evaluations = 0;                           ///< since the step began
+  Scalar time = 0;                                                ///< where the step began, or the last one ended
+  Scalar step = 0;                                                ///< Δt
+  Scalar lag = 0;                                                 ///< time − t_c
 
   void begin(Scalar t, Scalar dt) {
     time = t;
@@ -140,7 +152,8 @@ struct ContactMemory {
   void archive(auto& ar) {
     Places its_places = places ? *places : Places{};
     Table its_springs = springs ? *springs : Table{};
-    ar(its_places, its_springs, time, step, lag);
+    DormantSprings<Scalar> its_dormant = dormant ? *dormant : DormantSprings<Scalar>{};
+    ar(its_places, its_springs, its_dormant, time, step, lag);
     if constexpr (std::remove_reference_t<decltype(ar)>::reading) {
       ar.check(its_springs.fits(its_places));
       last.reset();
@@ -149,6 +162,7 @@ struct ContactMemory {
       // Compared with what the particles are when they are seen again.
       places = std::make_shared<const Places>(std::move(its_places));
       springs = std::make_shared<const Table>(std::move(its_springs));
+      dormant = std::make_shared<const DormantSprings<Scalar>>(std::move(its_dormant));
     }
   }
 };

@@ -8,10 +8,12 @@
 #include <Eigen/Core>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
@@ -147,45 +149,71 @@ template <class P>
 }
 
 /// Springs of the same contacts, found by the bodies' identities, in the places of other pairs. New ones begin unstretched.
+/// Those of pairs that are listed no more because both bodies are held still lie dormant from then on, until one moves.
 /// @param same_bodies  the users' indices still mean the same bodies
+/// @param dormant      those known so far, or none; replaced where they change
 template <class Scalar>
 void carry_springs(const ContactPairs<Scalar>& from, const SpringTable<Scalar>& old, const ContactPairs<Scalar>& to,
-                   SpringTable<Scalar>& springs, bool same_bodies) {
-  std::vector<std::int32_t> slot(from.bodies.size(), -1);  // where a slot's body stands now
-  if (same_bodies) {
-    for (std::size_t s = 0; s < slot.size(); ++s)
-      slot[s] = to.bodies.slot[static_cast<std::size_t>(from.bodies.particle[s])];
-  } else {
-    const SlotsById by_id{to.bodies.id};
-    for (std::size_t s = 0; s < slot.size(); ++s) slot[s] = by_id(from.bodies.id[s]);
-  }
+                   SpringTable<Scalar>& springs, bool same_bodies,
+                   std::shared_ptr<const DormantSprings<Scalar>>& dormant) {
+  using Three = std::array<Scalar, 3>;
   struct Kept {
     std::int32_t place;
-    std::int32_t from;
-    Scalar sign;
+    Three slip, roll;
   };
   std::vector<Kept> kept;
   kept.reserve(old.size());
+  DormantSprings<Scalar> asleep;
+  const auto is_still = [&to](std::int32_t slot) {
+    return !(to.bodies.inverse_mass[static_cast<std::size_t>(slot)] > Scalar{0});
+  };
+  // Springs belong to the pair in the order of slots.
+  const auto carry = [&](std::int32_t i, std::int32_t j, Three slip, Three roll) {
+    if (i < 0 || j < 0) return;
+    const std::ptrdiff_t place = to.find(std::min(i, j), std::max(i, j));
+    if (place < 0 && !(is_still(i) && is_still(j))) return;
+    if (i > j)
+      for (std::size_t a = 0; a < 3; ++a) slip[a] = -slip[a], roll[a] = -roll[a];
+    if (place >= 0) {
+      kept.push_back({static_cast<std::int32_t>(place), slip, roll});
+    } else {
+      const auto a = static_cast<std::size_t>(std::min(i, j)), b = static_cast<std::size_t>(std::max(i, j));
+      asleep.contacts.push_back({to.bodies.id[a], to.bodies.id[b], slip, roll});
+    }
+  };
+
+  std::vector<std::int32_t> slot(from.bodies.size(), -1);  // where a slot's body stands now
+  const bool has_dormant = dormant && !dormant->contacts.empty();
+  if (!same_bodies || has_dormant) {
+    const SlotsById by_id{to.bodies.id};
+    for (std::size_t s = 0; s < slot.size(); ++s) slot[s] = by_id(from.bodies.id[s]);
+    if (has_dormant)
+      for (const auto& one : dormant->contacts) carry(by_id(one.a), by_id(one.b), one.slip, one.roll);
+  } else {
+    for (std::size_t s = 0; s < slot.size(); ++s)
+      slot[s] = to.bodies.slot[static_cast<std::size_t>(from.bodies.particle[s])];
+  }
   for (std::size_t c = 0; c < old.size(); ++c) {
     const auto p = static_cast<std::size_t>(old.place[c]);
-    const std::int32_t i = slot[static_cast<std::size_t>(from.first[p])],
-                       j = slot[static_cast<std::size_t>(from.second[p])];
-    if (i < 0 || j < 0) continue;
-    const std::ptrdiff_t place = to.find(std::min(i, j), std::max(i, j));
-    if (place >= 0)
-      kept.push_back({static_cast<std::int32_t>(place), static_cast<std::int32_t>(c), i < j ? Scalar{1} : Scalar{-1}});
+    Three slip{}, roll{};
+    for (std::size_t a = 0; a < 3; ++a) {
+      slip[a] = old.slip.x[a][c];
+      if (old.rolls()) roll[a] = old.roll.x[a][c];
+    }
+    carry(slot[static_cast<std::size_t>(from.first[p])], slot[static_cast<std::size_t>(from.second[p])], slip, roll);
   }
   std::sort(kept.begin(), kept.end(), [](const Kept& a, const Kept& b) { return a.place < b.place; });
   springs.resize(kept.size(), old.rolls());
   for (std::size_t c = 0; c < kept.size(); ++c) {
     springs.place[c] = kept[c].place;
-    const auto k = static_cast<std::size_t>(kept[c].from);
     for (std::size_t a = 0; a < 3; ++a) {
-      springs.slip.x[a][c] = kept[c].sign * old.slip.x[a][k];
-      if (old.rolls()) springs.roll.x[a][c] = kept[c].sign * old.roll.x[a][k];
+      springs.slip.x[a][c] = kept[c].slip[a];
+      if (old.rolls()) springs.roll.x[a][c] = kept[c].roll[a];
     }
   }
   springs.close();
+  if (has_dormant || !asleep.contacts.empty())
+    dormant = std::make_shared<const DormantSprings<Scalar>>(std::move(asleep));
 }
 
 }  // namespace phistep::inline PHISTEP_ABI

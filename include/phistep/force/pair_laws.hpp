@@ -39,11 +39,11 @@ struct LennardJones {
     return {4 * epsilon * s6 * s6, 4 * epsilon * s6, shift};
   }
   [[nodiscard]] static auto strength(auto r2, const auto& c) {
-    const auto y = reciprocal(r2), y3 = y * y * y;
+    const auto y = 1 / r2, y3 = y * y * y;
     return y * y3 * (12 * c[0] * y3 - 6 * c[1]);
   }
   [[nodiscard]] static auto potential(auto r2, const auto& c) {
-    const auto y = reciprocal(r2), y3 = y * y * y;
+    const auto y = 1 / r2, y3 = y * y * y;
     return y3 * (c[0] * y3 - c[1]) - c[2];
   }
   [[nodiscard]] auto operator()(auto r2) const { return strength(r2, coefficients()); }

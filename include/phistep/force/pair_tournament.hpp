@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -57,22 +58,29 @@ class PairTournament {
   [[nodiscard]] Scalar* sum(int a) const { return r(dim + 1 + a); }
   [[nodiscard]] std::ptrdiff_t first_still() const { return moving_; }
 
-  /// Fills the slots between, once the others hold particles: with weight 0 where no particle is, so that the law stays
-  /// finite there.
+  /// Once the slots hold particles: fills those between with weight 0, at a place where no particle is, so that the law stays
+  /// finite there. Likewise particles at no finite place: they shall not spoil the others' sums.
   void pad() const {
+    Scalar outside[dim];
     for (int a = 0; a < dim; ++a) {
-      Scalar low = r(a)[0], high = low;
-      const auto see = [&](std::ptrdiff_t s) {
-        low = std::min(low, r(a)[s]);
-        high = std::max(high, r(a)[s]);
-      };
-      for (std::ptrdiff_t s = 0; s < movers_; ++s) see(s);
-      for (std::ptrdiff_t s = moving_; s < moving_ + others_; ++s) see(s);
-      // Outside along every axis by the particles' extent; where that is 0, by anything.
-      const Scalar outside = high > low ? high + (high - low) : high != 0 ? 2 * high : Scalar{1};
-      for_each_empty([&](std::ptrdiff_t s) { r(a)[s] = outside; });
+      Scalar low = std::numeric_limits<Scalar>::max(), high = -low;
+      for_each_particle([&](std::ptrdiff_t s) {
+        const Scalar x = r(a)[s];
+        if (x - x == 0) low = std::min(low, x), high = std::max(high, x);
+      });
+      // By the particles' extent, where that is 0 by anything.
+      outside[a] = high > low ? high + (high - low) : high != 0 ? 2 * high : Scalar{1};
     }
-    for_each_empty([&](std::ptrdiff_t s) { weight()[s] = 0; });
+    const auto empty = [&](std::ptrdiff_t s) {
+      for (int a = 0; a < dim; ++a) r(a)[s] = outside[a];
+      weight()[s] = 0;
+    };
+    for_each_particle([&](std::ptrdiff_t s) {
+      for (int a = 0; a < dim; ++a)
+        if (!(r(a)[s] - r(a)[s] == 0)) return empty(s);
+    });
+    for (std::ptrdiff_t s = movers_; s < moving_; ++s) empty(s);
+    for (std::ptrdiff_t s = moving_ + others_; s < slots_; ++s) empty(s);
   }
 
   /// sum(·)[i] = Σ_j w_j f(r²) (r_i − r_j) for those that move
@@ -141,9 +149,9 @@ class PairTournament {
   [[nodiscard]] static P lanes() {
     return P::make([](int l) { return static_cast<Scalar>(l); });
   }
-  void for_each_empty(auto&& f) const {
-    for (std::ptrdiff_t s = movers_; s < moving_; ++s) f(s);
-    for (std::ptrdiff_t s = moving_ + others_; s < slots_; ++s) f(s);
+  void for_each_particle(auto&& f) const {
+    for (std::ptrdiff_t s = 0; s < movers_; ++s) f(s);
+    for (std::ptrdiff_t s = moving_; s < moving_ + others_; ++s) f(s);
   }
   [[nodiscard]] Lane at(std::ptrdiff_t i) const {
     Lane lane;

@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
@@ -84,6 +85,8 @@ class Pairs : public ForceTerm {
     const NeighborList& list = gather<S>(y, &memory);
     Scalar* const force = out.force.data();
     for_each_row<S>(list, [&](const NeighborList::Row& row, const std::int32_t* neighbors, std::size_t) {
+      Scalar* const to = force + std::ptrdiff_t{S::dim} * list.slots[static_cast<std::size_t>(row.slot)].particle;
+      prefetch(to);
       P f[S::dim];
       for (P& component : f) component = P{0};
       for_each_pack<S, P>(row, neighbors, list.padded(row.count), [&](const P* d, P r2, auto&&... tags) {
@@ -91,32 +94,25 @@ class Pairs : public ForceTerm {
         for (int a = 0; a < S::dim; ++a) f[a] = fma(g, d[a], f[a]);
       });
       const Scalar* const x = place<Scalar>(row.slot);
-      Scalar* const to = force + std::ptrdiff_t{S::dim} * list.slots[static_cast<std::size_t>(row.slot)].particle;
       for (int a = 0; a < S::dim; ++a) to[a] += sum(f[a]) + (x[a] - x[a]);  // NaN where the position is none
     });
   }
   void commit(auto /*t*/, const auto& /*y*/, Memory& memory) const { ++memory.age; }
 
-  /// Σ V over all pairs [energy], without those of two particles that are both still.
+  /// Σ V over all pairs [energy], without those of two particles that are both still. With the memory of a stepper by its
+  /// list, without by the one at hand if that serves; neither changes the run.
   template <class View>
     requires offers_energy<View>
-  [[nodiscard]] auto energy(auto /*t*/, const View& y, const Memory& memory) const {
-    const Memory copy = memory;  // who asks for an energy must not change the run
-    return total(y, copy.reference ? &copy : nullptr,
-                 [this](auto, auto r2, auto... tags) { return law.energy(r2, tags...); });
+  [[nodiscard]] auto energy(auto /*t*/, const View& y, const Memory& memory = {}) const {
+    return total(y, memory, [this](auto, auto r2, auto... tags) { return law.energy(r2, tags...); });
   }
-  template <class View>
-    requires offers_energy<View>
-  [[nodiscard]] auto energy(auto /*t*/, const View& y) const {
-    return total(y, nullptr, [this](auto, auto r2, auto... tags) { return law.energy(r2, tags...); });
+  /// Σ r·f over the same pairs [energy], for the pressure: p V = N k T + Σ/dim
+  [[nodiscard]] auto virial(auto /*t*/, const auto& y, const Memory& memory = {}) const {
+    return total(y, memory, [this](auto, auto r2, auto... tags) { return r2 * law(r2, tags...); });
   }
-  /// Σ r·f over all pairs [energy], for the pressure: p V = N k T + Σ/dim
-  [[nodiscard]] auto virial(auto /*t*/, const auto& y) const {
-    return total(y, nullptr, [this](auto, auto r2, auto... tags) { return r2 * law(r2, tags...); });
-  }
-  /// How many pairs are closer than the cutoff, without those of two particles that are both still.
-  [[nodiscard]] std::uint64_t pairs_inside(const auto& y) const {
-    return static_cast<std::uint64_t>(total(y, nullptr, [](auto one, auto&&...) { return one; }));
+  /// How many of them are closer than the cutoff. With the memory of an unchecked list: without those that it misses.
+  [[nodiscard]] std::uint64_t pairs_inside(const auto& y, const Memory& memory = {}) const {
+    return static_cast<std::uint64_t>(total(y, memory, [](auto one, auto&&...) { return one; }));
   }
 
   /// Every listed pair, those beyond the cutoff with tangents of 0: what couples to what changes with the list alone.
@@ -166,6 +162,13 @@ class Pairs : public ForceTerm {
     return static_cast<Scalar>(range_.cutoff * range_.cutoff);
   }
 
+  /// In the user's order, neighbours may be anywhere.
+  static void prefetch([[maybe_unused]] const void* p) {
+#if defined(__GNUC__)
+    __builtin_prefetch(p);
+#endif
+  }
+
   /// The list, with everybody's place.
   template <class S>
   const NeighborList& gather(const auto& y, const Memory* memory) const {
@@ -190,6 +193,7 @@ class Pairs : public ForceTerm {
     const auto slots = static_cast<Eigen::Index>(list.slots.size());
     if (places.cols() < slots + 1) places.setZero(4, slots + 1 + slots / 16);
     const auto put = [&](Eigen::Index s) {
+      prefetch(r + dim * std::ptrdiff_t{list.slots[static_cast<std::size_t>(std::min(s + 24, slots - 1))].particle});
       const NeighborList::Slot& slot = list.slots[static_cast<std::size_t>(s)];
       Scalar* const to = places.data() + 4 * s;
       for (int a = 0; a < dim; ++a)
@@ -248,11 +252,11 @@ class Pairs : public ForceTerm {
 
   /// Σ over pairs of value(1, r²[, tags]), each once.
   template <class View>
-  [[nodiscard]] auto total(const View& y, const Memory* memory, auto&& value) const {
+  [[nodiscard]] auto total(const View& y, Memory memory, auto&& value) const {
     using S = Shape<View>;
     using Scalar = typename S::Scalar;
     using P = typename S::Pack;
-    const NeighborList& list = gather<S>(y, memory);
+    const NeighborList& list = gather<S>(y, memory.reference ? &memory : nullptr);
     work_.partial.assign(list.chunk_count, 0);
     // A row sees every pair of two that move twice, one with somebody who stands still once.
     const auto is_still = [&y](std::int32_t i) {

@@ -11,6 +11,7 @@
 #include <Eigen/LU>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -264,26 +265,42 @@ class Walls : public ForceTerm {
       auto places = std::make_shared<WallBodies<Scalar>>();
       places->bodies.assign(y.body, std::move(order));
       auto springs = std::make_shared<Springs>();
-      if (memory.places) carry(*memory.places, *memory.springs, *places, *springs);
+      if (memory.places) carry(*memory.places, *memory.springs, *places, *springs, memory.dormant);
       memory.places = std::move(places);
       memory.springs = std::move(springs);
     }
     memory.body = body;
   }
 
-  /// The springs of bodies that are still there; their order stays that of the user.
-  static void carry(const WallBodies<Scalar>& from, const Springs& old, const WallBodies<Scalar>& to,
-                    Springs& springs) {
+  /// The springs of bodies that are still there; their order stays that of the user. Those of bodies held still are not
+  /// computed, and lie dormant.
+  static void carry(const WallBodies<Scalar>& from, const Springs& old, const WallBodies<Scalar>& to, Springs& springs,
+                    std::shared_ptr<const DormantSprings<Scalar>>& dormant) {
     const SlotsById by_id{to.bodies.id};
+    using Three = std::array<Scalar, 3>;
     struct Kept {
       std::int32_t wall, body;
-      std::size_t from;
+      Three slip, roll;
     };
     std::vector<Kept> kept;
-    for (std::size_t c = 0; c < old.size(); ++c) {
-      const std::int64_t id = from.bodies.id[static_cast<std::size_t>(old.body[c])];
+    DormantSprings<Scalar> asleep;
+    const auto keep = [&](std::int64_t id, std::int64_t wall, const Three& slip, const Three& roll) {
       const std::int32_t i = by_id(id);
-      if (i >= 0) kept.push_back({old.wall[c], i, c});
+      if (i < 0) return;
+      if (to.bodies.inverse_mass[static_cast<std::size_t>(i)] > Scalar{0})
+        kept.push_back({static_cast<std::int32_t>(wall), i, slip, roll});
+      else asleep.contacts.push_back({id, wall, slip, roll});
+    };
+    const bool has_dormant = dormant && !dormant->contacts.empty();
+    if (has_dormant)
+      for (const auto& one : dormant->contacts) keep(one.a, one.b, one.slip, one.roll);
+    for (std::size_t c = 0; c < old.size(); ++c) {
+      Three slip{}, roll{};
+      for (std::size_t a = 0; a < 3; ++a) {
+        slip[a] = old.slip[3 * c + a];
+        if (!old.roll.empty()) roll[a] = old.roll[3 * c + a];
+      }
+      keep(from.bodies.id[static_cast<std::size_t>(old.body[c])], old.wall[c], slip, roll);
     }
     std::sort(kept.begin(), kept.end(), [](const Kept& a, const Kept& b) {
       return std::pair{a.wall, a.body} < std::pair{b.wall, b.body};
@@ -291,10 +308,11 @@ class Walls : public ForceTerm {
     for (const Kept& k : kept) {
       springs.wall.push_back(k.wall);
       springs.body.push_back(k.body);
-      for (std::size_t a = 0; a < 3; ++a) springs.slip.push_back(old.slip[3 * k.from + a]);
-      if (!old.roll.empty())
-        for (std::size_t a = 0; a < 3; ++a) springs.roll.push_back(old.roll[3 * k.from + a]);
+      springs.slip.insert(springs.slip.end(), k.slip.begin(), k.slip.end());
+      if (!old.roll.empty() || has_dormant) springs.roll.insert(springs.roll.end(), k.roll.begin(), k.roll.end());
     }
+    if (has_dormant || !asleep.contacts.empty())
+      dormant = std::make_shared<const DormantSprings<Scalar>>(std::move(asleep));
   }
 
   template <class View>

@@ -57,6 +57,10 @@ class CellOrder {
     is_home_.resize(n);
     cells_.clear();
     for (std::size_t s = 0; s < n; ++s) {
+#if defined(__GNUC__)
+      if (const std::size_t ahead = order_[std::min(s + 24, n - 1)].entry; ahead < particles_)
+        __builtin_prefetch(r_ + ahead * dim);  // in the user's order, neighbours may be anywhere
+#endif
       const Entry e = entry(order_[s].entry);
       slots[s] = e.slot;
       is_home_[s] = order_[s].entry < particles_;
