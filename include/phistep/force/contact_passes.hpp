@@ -197,6 +197,7 @@ class ContactPasses {
     std::vector<Sum> sum;            ///< of each slot
     std::vector<Scalar> torque;      ///< of rolling, 4 a slot
     std::vector<std::int32_t> from;  ///< of each contact, its place in the table before
+    std::vector<std::int32_t> i, j;  ///< … and its slots
     std::vector<Effect> effects;     ///< of each contact, where threads share the work
     std::vector<std::size_t> found;  ///< contacts, by each thread
     ContactSearch<Scalar, 2> plane;
@@ -328,37 +329,41 @@ class ContactPasses {
     auto& contact = springs.place;
     auto& from = work_.from;
     contact.resize(count + width);
-    from.resize(count + width);
+    for (auto* array : {&from, &work_.i, &work_.j}) array->resize(count + width);
     work_.found.assign(threads(), 0);
 #ifdef _OPENMP
 #pragma omp parallel for schedule(static, 1)
 #endif
     for (std::size_t t = 0; t < threads(); ++t) {
       const std::size_t begin = std::min(count, t * share), end = std::min(count, begin + share);
-      work_.found[t] = find_touching(pairs, before, begin, end, &contact[begin], &from[begin]);
+      work_.found[t] = find_touching(pairs, before, begin, end, contact.data());
     }
     std::size_t found = work_.found[0];
     for (std::size_t t = 1; t < threads(); ++t) {
       const auto begin = static_cast<std::ptrdiff_t>(std::min(count, t * share)),
                  end = begin + static_cast<std::ptrdiff_t>(work_.found[t]);
-      std::copy(contact.begin() + begin, contact.begin() + end, contact.begin() + static_cast<std::ptrdiff_t>(found));
-      std::copy(from.begin() + begin, from.begin() + end, from.begin() + static_cast<std::ptrdiff_t>(found));
+      for (auto* array : {&contact, &from, &work_.i, &work_.j})
+        std::copy(array->begin() + begin, array->begin() + end, array->begin() + static_cast<std::ptrdiff_t>(found));
       found += work_.found[t];
     }
     springs.resize(found, with_roll);
-    from.resize(found);
-    from.resize(found + width, static_cast<std::int32_t>(before.size()));
+    // Whole packs: those beyond the last contact repeat its slots, and find springs that are unstretched.
+    std::fill_n(from.begin() + static_cast<std::ptrdiff_t>(found), width, static_cast<std::int32_t>(before.size()));
+    for (auto* array : {&work_.i, &work_.j})
+      std::fill_n(array->begin() + static_cast<std::ptrdiff_t>(found), width, found > 0 ? (*array)[found - 1] : 0);
     statistics_.pairs = static_cast<std::int64_t>(count);
     statistics_.touching = static_cast<std::int64_t>(found);
   }
   [[gnu::flatten]] std::size_t find_touching(const Pairs& pairs, const Springs& before, std::size_t begin,
-                                             std::size_t end, std::int32_t* contact, std::int32_t* from) const {
+                                             std::size_t end, std::int32_t* contact) const {
     const auto known = static_cast<std::int32_t>(before.size());
     auto old = static_cast<std::int32_t>(
         std::lower_bound(before.place.begin(), before.place.end(), static_cast<std::int32_t>(begin)) -
         before.place.begin());
     const std::int32_t* const places = before.place.data();
-    std::size_t found = 0;
+    std::int32_t* const from = work_.from.data();
+    std::int32_t *const i = work_.i.data(), *const j = work_.j.data();
+    std::size_t found = begin;
     const Triple<P> period{pairs.period[0], pairs.period[1], pairs.period[2]};
     const Triple<P> inverse = inverse_of(pairs);
     for (std::size_t p = begin; p < end; p += width) {
@@ -374,10 +379,12 @@ class ContactPasses {
         while (old < known && places[old] < place) ++old;
         contact[found] = place;
         from[found] = old < known && places[old] == place ? old : known;
+        i[found] = pairs.first[static_cast<std::size_t>(place)];
+        j[found] = pairs.second[static_cast<std::size_t>(place)];
         ++found;
       }
     }
-    return found;
+    return found - begin;
   }
 
   [[nodiscard]] static Triple<P> inverse_of(const Pairs& pairs) {
@@ -396,20 +403,6 @@ class ContactPasses {
     else compute_contacts<spins, false>(pairs, before, after, elapsed, numbers);
   }
 
-  /// The slots of a pack's contacts; those beyond the last one repeat it.
-  struct Lanes {
-    std::int32_t i[width], j[width];
-    std::size_t count;
-    Lanes(const Pairs& pairs, const Springs& springs, std::size_t c)
-        : count{std::min<std::size_t>(width, springs.size() - c)} {
-      for (std::size_t l = 0; l < width; ++l) {
-        const auto place = static_cast<std::size_t>(springs.place[c + std::min(l, count - 1)]);
-        i[l] = pairs.first[place];
-        j[l] = pairs.second[place];
-      }
-    }
-  };
-
   /// With one thread forces are added to the bodies at once. With more, each keeps its contacts' forces; then each adds up
   /// those on its own bodies, in the same order.
   template <bool spins, bool rolls>
@@ -418,12 +411,11 @@ class ContactPasses {
     const std::size_t count = after.size();
     if (threads() == 1) {
       for (std::size_t c = 0; c < count; c += width) {
-        const Lanes lanes{pairs, after, c};
-        const ContactForce<P> f = force_of<spins, rolls>(pairs, before, after, elapsed, numbers, lanes, c);
-        for (std::size_t l = 0; l < lanes.count; ++l) {
+        const ContactForce<P> f = force_of<spins, rolls>(pairs, before, after, elapsed, numbers, c);
+        for (std::size_t l = 0; l < width && c + l < count; ++l) {
           const Effect effect = lane<spins, rolls>(f, l);
-          put<rolls>(effect, 1, static_cast<std::size_t>(lanes.i[l]));
-          put<rolls>(effect, -1, static_cast<std::size_t>(lanes.j[l]));
+          put<rolls>(effect, 1, static_cast<std::size_t>(work_.i[c + l]));
+          put<rolls>(effect, -1, static_cast<std::size_t>(work_.j[c + l]));
         }
       }
       return;
@@ -433,9 +425,8 @@ class ContactPasses {
 #pragma omp parallel for schedule(static)
 #endif
     for (std::size_t c = 0; c < count; c += width) {
-      const Lanes lanes{pairs, after, c};
-      const ContactForce<P> f = force_of<spins, rolls>(pairs, before, after, elapsed, numbers, lanes, c);
-      for (std::size_t l = 0; l < lanes.count; ++l) work_.effects[c + l] = lane<spins, rolls>(f, l);
+      const ContactForce<P> f = force_of<spins, rolls>(pairs, before, after, elapsed, numbers, c);
+      for (std::size_t l = 0; l < width && c + l < count; ++l) work_.effects[c + l] = lane<spins, rolls>(f, l);
     }
     const std::size_t n = pairs.bodies.size(), share = share_of(n, 1);
 #ifdef _OPENMP
@@ -449,9 +440,8 @@ class ContactPasses {
       };
       const std::size_t begin = place(low), end = place(high);
       for (std::size_t c = 0; c < end; ++c) {
-        const auto p = static_cast<std::size_t>(after.place[c]);
-        const auto j = static_cast<std::size_t>(pairs.second[p]);
-        if (c >= begin) put<rolls>(work_.effects[c], 1, static_cast<std::size_t>(pairs.first[p]));
+        const auto j = static_cast<std::size_t>(work_.j[c]);
+        if (c >= begin) put<rolls>(work_.effects[c], 1, static_cast<std::size_t>(work_.i[c]));
         if (j >= low && j < high) put<rolls>(work_.effects[c], -1, j);
       }
     }
@@ -459,12 +449,19 @@ class ContactPasses {
 
   template <bool spins, bool rolls>
   [[nodiscard]] ContactForce<P> force_of(const Pairs& pairs, const Springs& before, Springs& after, Scalar elapsed,
-                                         auto& numbers, const Lanes& at_pack, std::size_t c) const {
+                                         auto& numbers, std::size_t c) const {
+    const std::int32_t *const i = &work_.i[c], *const j = &work_.j[c];
+    if (c + 3 * width <= after.size())
+      for (std::size_t l = 2 * width; l < 3 * width; ++l) {
+        prefetch(&work_.velocity[4 * static_cast<std::size_t>(j[l])]);
+        prefetch(&work_.surface[4 * static_cast<std::size_t>(j[l])]);
+        prefetch(&work_.sum[static_cast<std::size_t>(j[l])]);
+      }
     const Triple<P> period{pairs.period[0], pairs.period[1], pairs.period[2]};
     const Triple<P> inverse = inverse_of(pairs);
-    const auto ri = gather4<P>(work_.position.data(), at_pack.i), rj = gather4<P>(work_.position.data(), at_pack.j);
-    const auto vi = gather4<P>(work_.velocity.data(), at_pack.i), vj = gather4<P>(work_.velocity.data(), at_pack.j);
-    const auto ui = gather4<P>(work_.surface.data(), at_pack.i), uj = gather4<P>(work_.surface.data(), at_pack.j);
+    const auto ri = gather4<P>(work_.position.data(), i), rj = gather4<P>(work_.position.data(), j);
+    const auto vi = gather4<P>(work_.velocity.data(), i), vj = gather4<P>(work_.velocity.data(), j);
+    const auto ui = gather4<P>(work_.surface.data(), i), uj = gather4<P>(work_.surface.data(), j);
     const Triple<P> d = difference(ri, rj, period, inverse);
     const P square = dot(d, d), reach = ri.w + rj.w;
     const P distance = sqrt(square);
@@ -480,7 +477,7 @@ class ContactPasses {
     if constexpr (rolls) at.turning = {vi.w * ui.x - vj.w * uj.x, vi.w * ui.y - vj.w * uj.y, vi.w * ui.z - vj.w * uj.z};
     ContactSprings<P> springs{load(before.slip, &work_.from[c]), {}};
     if constexpr (rolls) springs.roll = load(before.roll, &work_.from[c]);
-    const ContactForce<P> f = contact_force<spins, rolls, Law>(numbers(at_pack.i, at_pack.j), at, P(elapsed), springs);
+    const ContactForce<P> f = contact_force<spins, rolls, Law>(numbers(i, j), at, P(elapsed), springs);
     store(springs.slip, after.slip, c);
     if constexpr (rolls) store(springs.roll, after.roll, c);
     return f;
