@@ -39,8 +39,6 @@ Atoms crystal(Eigen::Index n, double density, double temperature) {
   return atoms;
 }
 
-double temperature(const Atoms& y) { return y.v.squaredNorm() / (3.0 * double(y.size() - 1)); }
-
 /// g(r): how many others are at a distance, relative to an ideal gas; up to r = 5 in steps of 0.02.
 Eigen::VectorXd radial_distribution(const Atoms& y) {
   constexpr double width = 0.02, reach = 5;
@@ -76,8 +74,8 @@ int main(int argc, char** argv) {
   shells << "t_ps,r_A,g\n";
   const double n = double(atoms.size());
   const auto look = [&](double t, const Atoms& y) {
-    curves << t * tau << ',' << epsilon * temperature(y) << ',' << ledger.kinetic() / n << ',' << ledger.potential() / n
-           << ',' << ledger.energy() / n << '\n';
+    curves << t * tau << ',' << epsilon * phistep::temperature(y) << ',' << ledger.kinetic() / n << ','
+           << ledger.potential() / n << ',' << ledger.energy() / n << '\n';
   };
   const auto write_shells = [&](double t, const Atoms& y) {
     const Eigen::VectorXd g = radial_distribution(y);
@@ -85,7 +83,7 @@ int main(int argc, char** argv) {
       shells << t * tau << ',' << sigma * 0.02 * (double(k) + 0.5) << ',' << g[k] << '\n';
   };
   std::printf("%ld atoms, %g ps in steps of %.0f fs; %.1f K\n", long(atoms.size()), t1 * tau, 1e3 * dt * tau,
-              epsilon * temperature(atoms));
+              epsilon * phistep::temperature(atoms));
   const std::clock_t began = std::clock();
   const auto report =
       phistep::integrate(stepper, atoms, {0, t1}, phistep::fixed(dt), ledger, phistep::progress(std::cerr, t1),
@@ -95,6 +93,6 @@ int main(int argc, char** argv) {
   std::cout << report << ledger;
   std::printf("%.2f million atom-steps/s, %g neighbour lists. It is %.1f K warm; energy changed by %.1e of itself.\n",
               1e-6 * n * double(report.statistics.steps) / seconds, double(stepper.force().rebuilds()),
-              epsilon * temperature(atoms), ledger.energy() / ledger.start() - 1);
+              epsilon * phistep::temperature(atoms), ledger.energy() / ledger.start() - 1);
   return report ? 0 : 1;
 }

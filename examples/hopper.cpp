@@ -63,11 +63,6 @@ struct Hopper {
   }
 };
 
-double kinetic_energy(const Grains& y) {
-  const auto inertia = y.body().inertia_factor * y.mass().array() * y.radius().array().square();
-  return 0.5 * (y.v.colwise().squaredNorm() * y.mass() + y.omega.colwise().squaredNorm() * inertia.matrix())[0];
-}
-
 int main(int argc, char** argv) {
   CommandLine options(argc, argv, {{"--grains", ""}});
   const auto all = options.whole("--grains", options.is_short ? 400 : 20000, 1);
@@ -104,7 +99,7 @@ int main(int argc, char** argv) {
     const auto& contact = std::get<1>(stepper.force().terms).statistics();
     write_frame(t + pause, grains);
     left += grains.erase_if([&](Eigen::Index i) { return grains.r(2, i) < -15 * d; });
-    curves << t + pause << ',' << grains.size() << ',' << left << ',' << kinetic_energy(grains) << ','
+    curves << t + pause << ',' << grains.size() << ',' << left << ',' << phistep::kinetic_energy(grains) << ','
            << 2 * double(contact.touching) / std::max(1.0, double(grains.size())) << '\n';
     if (poured >= all) continue;
     const Grains more = hopper.layer(random);

@@ -10,8 +10,6 @@
 #include <phistep/io.hpp>
 #include <phistep/particles.hpp>
 
-#include <Eigen/Geometry>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -79,14 +77,7 @@ int main(int argc, char** argv) {
     curves << '\n';
     half_mass.push_back(distance[y.size() / 2]);
   };
-  const Eigen::Vector3d momentum = stars.v * stars.mass();
-  const auto turning = [&] {
-    Eigen::Vector3d L{0, 0, 0};
-    for (Eigen::Index i = 0; i < stars.size(); ++i)
-      L += stars.mass()[i] * Eigen::Vector3d(stars.r.col(i)).cross(Eigen::Vector3d(stars.v.col(i)));
-    return L;
-  };
-  const Eigen::Vector3d L0 = turning();
+  const Eigen::Vector3d momentum = phistep::momentum(stars), turning = phistep::angular_momentum(stars);
   std::printf("%ld stars, %.1f crossing times in steps of %g\n", long(stars.size()), t1 / crossing, dt);
   const std::clock_t began = std::clock();
   const auto report =
@@ -99,7 +90,8 @@ int main(int argc, char** argv) {
       "%.2f G interactions/s. Energy %.5f (Plummer: -0.25) changed by %.1e of itself, momentum by %.1e,\n"
       "angular momentum by %.1e of itself. The half-mass radius went from %.3f to %.3f (Plummer: %.3f).\n",
       1e-9 * calls * n * n / seconds, ledger.start(), ledger.energy() / ledger.start() - 1,
-      (stars.v * stars.mass() - momentum).norm(), (turning() - L0).norm() / L0.norm(), half_mass.front(),
-      half_mass.back(), core_length / std::sqrt(std::pow(0.5, -2.0 / 3) - 1));
+      (phistep::momentum(stars) - momentum).norm(),
+      (phistep::angular_momentum(stars) - turning).norm() / turning.norm(), half_mass.front(), half_mass.back(),
+      core_length / std::sqrt(std::pow(0.5, -2.0 / 3) - 1));
   return report ? 0 : 1;
 }

@@ -95,7 +95,7 @@ int main(int argc, char** argv) {
         return true;
       });
       curves << charge << ',' << t + pause << ',' << spray.size() << ',' << landed << ','
-             << 0.5 * (spray.v.colwise().squaredNorm() * spray.mass())[0] << ',' << spray.temperature.mean() << '\n';
+             << phistep::kinetic_energy(spray) << ',' << spray.temperature.mean() << '\n';
       spray.add(drops(60, charge, random));
     }
     std::printf("\n%s: %ld drops fly, %ld have landed, at %.1f °C on average\n", name.c_str(), long(spray.size()),

@@ -9,12 +9,12 @@ rows, moments = read("hopper.csv"), [(t, c) for t, c in frames("hopper.xyz") if 
 diameter, g = 4.0, 9.81
 slot, width, length = (8, 60, 10) if max(row["left"] for row in rows) > 5000 else (5, 20, 4)  # in diameters, as in hopper.cpp
 figure = plt.figure(figsize=(19, 8.6), layout="constrained")
-grid = figure.add_gridspec(2, 12, height_ratios=(1.25, 1))
+above, below = figure.subfigures(2, 1, height_ratios=(1.3, 1))
+pictures, panels = above.subplots(1, 4), below.subplots(1, 3)
 
 # Layers are coloured by when they were poured: ids count up.
 last = max(columns["id"].max() for _, columns in moments)
-for k in range(4):
-    panel = figure.add_subplot(grid[0, 3 * k:3 * k + 3])
+for k, panel in enumerate(pictures):
     time, columns = moments[min(round((len(moments) - 1) * (0.12 + 0.29 * k)), len(moments) - 1)]
     x, y, z = columns["pos"].T / diameter * 1e3
     front = numpy.argsort(-y)
@@ -31,18 +31,15 @@ t = numpy.array([row["t_s"] for row in rows])
 left = numpy.array([row["left"] for row in rows])
 over = max(1, len(t) // 40)
 rate = (left[over:] - left[:-over]) / (t[over:] - t[:-over])
-panel = figure.add_subplot(grid[1, 0:5])
-panel.plot((t[over:] + t[:-over]) / 2, rate, color=BLUE, label="grains leaving a second")
+panels[0].plot((t[over:] + t[:-over]) / 2, rate, color=BLUE, label="grains leaving a second")
 per_d3 = 0.6 / (math.pi / 6)  # grains per diameter cubed in a bed of which they fill 60 %
 law = 1.03 * per_d3 * length * (slot - 1.4) ** 1.5 * math.sqrt(g / (diameter * 1e-3))
-panel.axhline(law, color="black", linestyle="--", linewidth=1.2, label="Beverloo's law")
-panel.axhspan(0.9 * law, 1.1 * law, color=GREY, alpha=0.15, linewidth=0)
-panel.set(xlabel="t [s]", ylabel="grains/s", title="discharge", ylim=(0, None))
-panel.legend(loc="lower center")
-panel = figure.add_subplot(grid[1, 5:9])
-panel.plot(t, [1e3 * row["kinetic_energy_J"] for row in rows], color=RED)
-panel.set(xlabel="t [s]", ylabel="[mJ]", title="kinetic energy", ylim=(0, None))
-panel = figure.add_subplot(grid[1, 9:12])
-panel.plot(t, [row["coordination"] for row in rows], color=GREEN)
-panel.set(xlabel="t [s]", ylabel="contacts a grain", title="coordination number", ylim=(0, None))
+panels[0].axhline(law, color="black", linestyle="--", linewidth=1.2, label="Beverloo's law")
+panels[0].axhspan(0.9 * law, 1.1 * law, color=GREY, alpha=0.15, linewidth=0)
+panels[0].set(xlabel="t [s]", ylabel="grains/s", title="discharge", ylim=(0, None))
+panels[0].legend(loc="lower center")
+panels[1].plot(t, [1e3 * row["kinetic_energy_J"] for row in rows], color=RED)
+panels[1].set(xlabel="t [s]", ylabel="[mJ]", title="kinetic energy", ylim=(0, None))
+panels[2].plot(t, [row["coordination"] for row in rows], color=GREEN)
+panels[2].set(xlabel="t [s]", ylabel="contacts a grain", title="coordination number", ylim=(0, None))
 save(figure, "hopper.png")
