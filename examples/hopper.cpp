@@ -80,7 +80,7 @@ int main(int argc, char** argv) {
   box.is_periodic = {false, true, false};
   grains.set_box(box);
   const auto force =
-      phistep::Gravity{Vector3d{0, 0, -g}} + phistep::Contact{glass} + phistep::Walls{glass, hopper.walls()};
+      phistep::Gravity{Vector3d{0, 0, -g}} + phistep::Contact{glass, 0.6 * d} + phistep::Walls{glass, hopper.walls()};
   phistep::PhiStepper stepper{grains, force, phistep::symplectic_euler};
 
   auto curves = options.file("hopper.csv"), frames = options.file("hopper.xyz");
