@@ -92,7 +92,7 @@ int main(int argc, char** argv) {
   const double seconds = double(std::clock() - began) / CLOCKS_PER_SEC;
   std::cout << report << ledger;
   std::printf("%.2f million atom-steps/s, %g neighbour lists. It is %.1f K warm; energy changed by %.1e of itself.\n",
-              1e-6 * n * double(report.statistics.steps) / seconds, double(stepper.force().rebuilds()),
+              1e-6 * n * double(report.statistics.steps) / seconds, double(stepper.force_to_look_at().rebuilds()),
               epsilon * phistep::temperature(atoms), ledger.energy() / ledger.start() - 1);
   return report ? 0 : 1;
 }

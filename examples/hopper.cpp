@@ -80,7 +80,7 @@ int main(int argc, char** argv) {
   box.is_periodic = {false, true, false};
   grains.set_box(box);
   const auto force =
-      phistep::Gravity{Vector3d{0, 0, -g}} + phistep::Contact{glass} + phistep::Walls{glass, hopper.walls()};
+      phistep::Gravity{Vector3d{0, 0, -g}} + phistep::Contact{glass, 0.6 * d} + phistep::Walls{glass, hopper.walls()};
   phistep::PhiStepper stepper{grains, force, phistep::symplectic_euler};
 
   auto curves = options.file("hopper.csv"), frames = options.file("hopper.xyz");
@@ -96,7 +96,7 @@ int main(int argc, char** argv) {
     const auto report = phistep::integrate(stepper, grains, {t, t + pause}, phistep::fixed(dt), bar);
     if (!report) CommandLine::stop(report.message());
     grain_steps += double(grains.size()) * double(report.statistics.steps);
-    const auto& contact = std::get<1>(stepper.force().terms).statistics();
+    const auto& contact = std::get<1>(stepper.force_to_look_at().terms).statistics();
     write_frame(t + pause, grains);
     left += grains.erase_if([&](Eigen::Index i) { return grains.r(2, i) < -15 * d; });
     curves << t + pause << ',' << grains.size() << ',' << left << ',' << phistep::kinetic_energy(grains) << ','

@@ -1,7 +1,7 @@
 #!/bin/sh
 # sh scripts/demo.sh
-# Installs what is missing, builds and runs the solar system, a controlled orbit and a cloth, and leaves tables, frames and
-# pictures in out/. CXX chooses the compiler; the build is in build/demo.
+# Installs what is missing, builds and runs the solar system, a controlled orbit, a cloth, an argon crystal that melts and
+# sand in a hopper, and leaves tables, frames and pictures in out/. CXX chooses the compiler; the build is in build/demo.
 set -eu
 cd "$(dirname "$0")/.."
 . scripts/setup.sh
@@ -9,7 +9,7 @@ cd "$(dirname "$0")/.."
 phistep_setup libeigen3-dev python3 python3-matplotlib
 phistep_configure build/demo -DCMAKE_BUILD_TYPE=Release -DPHISTEP_BUILD_TESTS=OFF -DPHISTEP_BUILD_BENCH=OFF \
   -DPHISTEP_WARNINGS_AS_ERRORS=OFF
-cmake --build build/demo -j "$jobs" --target solar_system arenstorf cloth ||
+cmake --build build/demo -j "$jobs" --target solar_system arenstorf cloth argon_melt hopper ||
   phistep_die "the build failed; the first error above is the one to look at."
 
 # The python3 that comes first may be another than the one that has the distribution's matplotlib.
@@ -23,7 +23,7 @@ for candidate in "${PYTHON:-python3}" /usr/bin/python3; do
   fi
 done
 
-for demo in solar_system arenstorf cloth; do
+for demo in solar_system arenstorf cloth argon_melt hopper; do
   echo
   echo "== $demo"
   "build/demo/examples/$demo" --out out || phistep_die "$demo failed; its last line above says why."

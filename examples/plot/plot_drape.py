@@ -6,11 +6,11 @@ from style import BLUE, GREEN, RED, frames, plt, read, save
 
 rows, moments = read("drape.csv"), list(frames("drape.xyz"))
 cloth = numpy.array([[row["a"], row["b"], row["c"]] for row in read("drape_triangles.csv")], dtype=int)
-centre, radius = numpy.array([0.5, 0.5, -0.34]), 0.298
+centre, radius = numpy.array([0.5, 0.5, -0.34]), 0.288
 light = numpy.array([-0.35, -0.75, 0.65])
 light /= numpy.linalg.norm(light)
 
-u, w = numpy.meshgrid(numpy.linspace(0, 2 * numpy.pi, 49), numpy.linspace(0, numpy.pi, 25), indexing="ij")
+u, w = numpy.meshgrid(numpy.linspace(0, 2 * numpy.pi, 97), numpy.linspace(0, numpy.pi, 49), indexing="ij")
 ball = centre + radius * numpy.stack((numpy.cos(u) * numpy.sin(w), numpy.sin(u) * numpy.sin(w), numpy.cos(w)), axis=-1)
 quads = [ball[i, j] for i, j in ((slice(None, -1), slice(None, -1)), (slice(1, None), slice(None, -1)), (slice(1, None), slice(1, None)),
                                  (slice(None, -1), slice(1, None)))]
@@ -26,9 +26,9 @@ def shaded(faces, colour, both_sides):
 
 
 figure = plt.figure(figsize=(20, 5.6))
-shown = [moments[round((len(moments) - 1) * share)] for share in (1 / 3, 1 / 2, 1)]
+shown = [moments[round((len(moments) - 1) * share)] for share in (1 / 6, 1 / 3, 1)]
 for k, (time, columns) in enumerate(shown):
-    axes = figure.add_axes((0.205 * k - 0.02, -0.05, 0.245, 1.08), projection="3d", computed_zorder=False)
+    axes = figure.add_axes((0.205 * k, 0, 0.205, 0.95), projection="3d", computed_zorder=False)
     faces = columns["pos"][cloth]
     outward = ball.mean(axis=1) - centre
     normal = numpy.cross(ball[:, 1] - ball[:, 0], ball[:, 2] - ball[:, 0])
@@ -37,8 +37,8 @@ for k, (time, columns) in enumerate(shown):
     polygons = numpy.concatenate((turned, four))
     colours = numpy.concatenate((shaded(turned, (0.75, 0.72, 0.68), False), shaded(faces, (0.25, 0.5, 0.85), True)))
     axes.add_collection3d(Poly3DCollection(polygons, facecolors=colours, edgecolors=colours, linewidths=0.2))
-    axes.set(xlim=(0.02, 0.98), ylim=(0.02, 0.98), zlim=(-0.86, 0.1))
-    axes.set_box_aspect((1, 1, 1))
+    axes.set(xlim=(0, 1), ylim=(0, 1), zlim=(-0.68, 0.04))
+    axes.set_box_aspect((1, 1, 0.72), zoom=1.4)
     axes.set_axis_off()
     axes.view_init(elev=16, azim=-62)
     figure.text(0.205 * k + 0.1, 0.92, f"t = {time:.2f} s", ha="center", fontsize=13)
