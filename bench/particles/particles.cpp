@@ -5,7 +5,8 @@
 ///     bench_particles [--rows melt,springs,…] [--rounds N] [--short] [--out DIR] [--threads N] [--lammps PROGRAM]
 ///                     [--chute FILE] [--list]
 /// Writes DIR/particles.csv, of which plot.py makes pictures. For the baseline instruction set, which is what Debian's
-/// LAMMPS is compiled for, a second tree: cmake -B build/baseline -DPHISTEP_BENCH_NATIVE=OFF.
+/// LAMMPS is compiled for, a second tree: cmake -B build/baseline -DPHISTEP_BENCH_NATIVE=OFF. Rows of two threads mean
+/// something only where both cores are free: --threads 1 leaves them out.
 #include <Eigen/Core>
 
 #include <cstdio>
