@@ -369,6 +369,22 @@ TEST_CASE("an unchecked list misses pairs, and they can be counted") {
   CHECK(missed(ListPolicy::unchecked_every(20)) > 0);
 }
 
+TEST_CASE("who asks for an energy elsewhere does not change the run") {
+  const auto run = [](bool asks) {
+    auto y = hot(9);
+    Pairs force{LennardJones{}, 2.5};
+    PhiStepper stepper{y, std::ref(force), velocity_verlet};
+    for (int n = 0; n < 40; ++n) {
+      REQUIRE(stepper.step(y, 0.004 * n, 0.004));
+      auto elsewhere = y;
+      elsewhere.r.col(n).array() += 3;
+      if (asks) CHECK(std::isfinite(force.energy(0.0, view_of(elsewhere), stepper.memory())));
+    }
+    return y.r;
+  };
+  CHECK(run(false) == run(true));
+}
+
 TEST_CASE("implicit steps see the list as their sparsity") {
   auto y = hot(3);
   y.v *= 0.1;
@@ -406,6 +422,10 @@ TEST_CASE("what cannot be is refused, or named") {
   CHECK_THROWS_AS((Pairs{LennardJones{}, -1.0}), std::invalid_argument);
   CHECK_THROWS_AS((Pairs{LennardJones{}, std::nan("")}), std::invalid_argument);
   CHECK_THROWS_AS((Pairs{LennardJones{}, HUGE_VAL}), std::invalid_argument);
+  for (const double cutoff : {1e-30, 1e30}) {
+    const auto few = shaken<float, 3>(2, 1.0, 12, {});
+    CHECK_THROWS_AS((Pairs{LennardJones{}, cutoff}.energy(0.0, view_of(few))), std::invalid_argument);
+  }
   CHECK_THROWS_AS((Pairs{LennardJones{}, 2.5, {.skin = -0.1}}), std::invalid_argument);
   CHECK_THROWS_AS((Pairs{LennardJones{}, 2.5, {.skin = std::nan("")}}), std::invalid_argument);
   {

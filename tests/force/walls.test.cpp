@@ -199,6 +199,27 @@ TEST_CASE("walls in the plane, and of float") {
   CHECK(y.v(0, 0) == Approx(2. / 3).epsilon(1e-3));  // a disc: 1/(1 + ½)
 }
 
+TEST_CASE("a pile on the ground settles by implicit steps of many times an impact") {
+  Matrix r(3, 3);
+  r << 0, 0, 0, 0, 0, 0, 0.5, 1.5, 2.5;
+  Blocks3 y{r};
+  y.set_mass(1.0).set_radius(0.5);
+  const double g = 10, k = 1e4, slope = 0.3;
+  const Hooke law{.stiffness = k, .restitution = 0.5, .friction = 0.9};
+  const Walls walls{law, ground};
+  PhiStepper stepper{y, Gravity{Eigen::Vector3d(0, 0, -g)} + Contact{law} + walls, backward_euler};
+  for (int n = 0; n < 60; ++n) REQUIRE(stepper.step(y, 0.1 * n, 0.1));  // an impact lasts 0.03
+  CHECK(0.5 - y.r(2, 0) == Approx(3 * g / k).epsilon(1e-9));
+  CHECK(1 - (y.r(2, 1) - y.r(2, 0)) == Approx(2 * g / k).epsilon(1e-9));
+  CHECK(y.v.norm() < 1e-9);
+  // One block on a slope below the angle of friction: its tangential spring holds it.
+  auto block = resting<Blocks3>(g * std::cos(slope), k);
+  PhiStepper held{block, Gravity{Eigen::Vector3d(g * std::sin(slope), 0, -g * std::cos(slope))} + walls,
+                  backward_euler};
+  for (int n = 0; n < 60; ++n) REQUIRE(held.step(block, 0.1 * n, 0.1));
+  CHECK(block.r(0, 0) == Approx(g * std::sin(slope) / (2. / 7 * k)).epsilon(1e-9));
+}
+
 TEST_CASE("walls that can't be are refused") {
   const Hooke law{.stiffness = 1};
   CHECK_THROWS_WITH(Walls(law, Plane<3>{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()}), contains("wall 0"));

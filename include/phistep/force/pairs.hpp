@@ -7,7 +7,6 @@
 
 #include <Eigen/Core>
 
-#include <algorithm>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
@@ -29,6 +28,7 @@
 #include "phistep/force/signature.hpp"
 #include "phistep/force/sum.hpp"
 #include "phistep/neighbors/neighbors.hpp"
+#include "phistep/neighbors/places.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -84,7 +84,7 @@ class Pairs : public ForceTerm {
     using Scalar = typename S::Scalar;
     const NeighborList& list = gather<S>(y, &memory);
     Scalar* const force = out.force.data();
-    for_each_row<S>(list, [&](const NeighborList::Row& row, const std::int32_t* neighbors, std::size_t) {
+    for_each_row(list, [&](const NeighborList::Row& row, const std::int32_t* neighbors, std::size_t) {
       Scalar* const to = force + std::ptrdiff_t{S::dim} * list.slots[static_cast<std::size_t>(row.slot)].particle;
       prefetch(to);
       P f[S::dim];
@@ -137,9 +137,6 @@ class Pairs : public ForceTerm {
   [[nodiscard]] std::uint64_t pairs_listed() const { return work_.three.pairs_listed() + work_.two.pairs_listed(); }
 
  private:
-  /// x y z tag of each slot, four numbers apart.
-  template <class Scalar>
-  using Places = Eigen::Matrix<Scalar, 4, Eigen::Dynamic>;
   struct Work {
     Neighbors<2> two;
     Neighbors<3> three;
@@ -162,13 +159,6 @@ class Pairs : public ForceTerm {
     return static_cast<Scalar>(range_.cutoff * range_.cutoff);
   }
 
-  /// In the user's order, neighbours may be anywhere.
-  static void prefetch([[maybe_unused]] const void* p) {
-#if defined(__GNUC__)
-    __builtin_prefetch(p);
-#endif
-  }
-
   /// The list, with everybody's place.
   template <class S>
   const NeighborList& gather(const auto& y, const Memory* memory) const {
@@ -176,6 +166,8 @@ class Pairs : public ForceTerm {
     constexpr int dim = S::dim;
     const Eigen::Index n = y.r.size() / dim;
     const Scalar* const r = y.r.data();
+    if (!(limit<Scalar>() >= std::numeric_limits<Scalar>::min() && range_.cutoff < far_away<Scalar>() / 2))
+      throw std::invalid_argument("phistep: a cutoff whose square these numbers can't hold");
     Domain domain;
     static const std::vector<std::uint8_t> nobody;
     const std::vector<std::uint8_t>* still = &nobody;
@@ -190,46 +182,13 @@ class Pairs : public ForceTerm {
     const NeighborList& list =
         memory ? neighbors.list(r, n, domain, *still, range, *memory) : neighbors.list(r, n, domain, *still, range);
     auto& places = std::get<Places<Scalar>>(work_.places);
-    const auto slots = static_cast<Eigen::Index>(list.slots.size());
-    if (places.cols() < slots + 1) places.setZero(4, slots + 1 + slots / 16);
-    const auto put = [&](Eigen::Index s) {
-      prefetch(r + dim * std::ptrdiff_t{list.slots[static_cast<std::size_t>(std::min(s + 24, slots - 1))].particle});
-      const NeighborList::Slot& slot = list.slots[static_cast<std::size_t>(s)];
-      Scalar* const to = places.data() + 4 * s;
-      for (int a = 0; a < dim; ++a)
-        to[a] =
-            static_cast<Scalar>(static_cast<double>(r[dim * std::ptrdiff_t{slot.particle} + a]) +
-                                slot.image[static_cast<std::size_t>(a)] * domain.length[static_cast<std::size_t>(a)]);
-    };
-#ifdef _OPENMP
-#pragma omp parallel for schedule(static)
-#endif
-    for (Eigen::Index s = 0; s < slots; ++s) put(s);
+    gather_places<dim>(list, r, domain, places);
     if constexpr (S::tagged)  // by one thread: it may throw
-      for (Eigen::Index s = 0; s < slots; ++s) {
-        const std::ptrdiff_t particle = list.slots[static_cast<std::size_t>(s)].particle;
-        places(3, s) = static_cast<Scalar>(law.tag(y.body, particle));
+      for (std::size_t s = 0; s < list.slots.size(); ++s) {
+        const std::ptrdiff_t particle = list.slots[s].particle;
+        places(3, static_cast<Eigen::Index>(s)) = static_cast<Scalar>(law.tag(y.body, particle));
       }
-    // So far away that it is beyond any cutoff, and that its square is finite.
-    const Scalar far = std::sqrt(std::numeric_limits<Scalar>::max()) / 4;
-    for (int a = 0; a < 4; ++a) places(a, slots) = a < dim ? far : Scalar{0};
     return list;
-  }
-
-  /// f(row, its neighbours, chunk), threads sharing the chunks.
-  template <class S>
-  static void for_each_row(const NeighborList& list, auto&& f) {
-    const auto chunks = static_cast<std::ptrdiff_t>(list.chunk_count);
-#ifdef _OPENMP
-#pragma omp parallel for schedule(static)
-#endif
-    for (std::ptrdiff_t c = 0; c < chunks; ++c) {
-      const NeighborList::Chunk& chunk = list.chunks[static_cast<std::size_t>(c)];
-      for (std::int32_t k = chunk.rows[0]; k < chunk.rows[1]; ++k) {
-        const NeighborList::Row& row = list.rows[static_cast<std::size_t>(k)];
-        f(row, chunk.neighbors.data() + row.first, static_cast<std::size_t>(c));
-      }
-    }
   }
 
   /// f(d, r²[, tag_i, tag_j]) for `count` neighbours, as many at once as a P holds.
@@ -265,7 +224,7 @@ class Pairs : public ForceTerm {
     };
     bool all_move = true;
     if constexpr (requires { y.body.still; }) all_move = y.body.still.empty();
-    for_each_row<S>(list, [&](const NeighborList::Row& row, const std::int32_t* neighbors, std::size_t chunk) {
+    for_each_row(list, [&](const NeighborList::Row& row, const std::int32_t* neighbors, std::size_t chunk) {
       double& to = work_.partial[chunk];
       const auto inside = [&]<class Q>(const Q*, Q r2, auto... tags) {
         return select(r2 < Q{limit<Scalar>()}, Q{value(Q{1}, r2, tags...)}, Q{0});

@@ -25,11 +25,13 @@
 
 #include "phistep/core/simd.hpp"
 #include "phistep/core/simd_math.hpp"
+#include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/force/contact_kernel.hpp"
 #include "phistep/force/contact_law.hpp"
 #include "phistep/force/contact_memory.hpp"
 #include "phistep/force/contact_pairs.hpp"
+#include "phistep/force/contact_tangent.hpp"
 #include "phistep/force/sum.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -103,6 +105,8 @@ class Walls : public ForceTerm {
   // Through its memory the force depends on the time since the springs were known.
   static constexpr bool acts_on_each = true;
   static constexpr bool uses_velocity = true, uses_time = true;
+  static constexpr Structure structure = Structure::network;
+  static constexpr bool has_edges = true, is_symmetric = true;
 
   /// @throws std::invalid_argument where a wall has no normal, no thickness, or a type that isn't in the table
   Walls(Materials<Law> materials, std::vector<Wall<dim>> walls)
@@ -151,6 +155,38 @@ class Walls : public ForceTerm {
                                 springs->roll.empty() ? nullptr : springs->roll.data() + 3 * c);
     return sum;
   }
+  /// See contact_tangent.hpp; how a box's normal turns about an edge is left out. Not for bodies with Spin.
+  template <class View, class Sink>
+    requires(!requires(const View& y) { y.omega; })
+  void add_jacobian(auto t, const View& y, const Memory& memory, Sink& sink) const {
+    const Memory copy = memory;
+    const auto springs = evaluate(t, y, copy);
+    for (std::size_t c = 0; c < springs->size(); ++c) {
+      const Eigen::Index i = springs->body[c];
+      const Triple<Scalar> n{touch_.nx[c], touch_.ny[c], touch_.nz[c]};
+      const Scalar normal[3] = {n.x, n.y, n.z};
+      const auto& velocity = std::visit(
+          [](const auto& wall) -> const auto& { return wall.velocity; },
+          walls_[static_cast<std::size_t>(springs->wall[c])]);
+      Scalar v[3] = {0, 0, 0};
+      for (int a = 0; a < dim; ++a) v[a] = y.v(a, i) - static_cast<Scalar>(velocity[a]);
+      const Scalar* const slip = springs->slip.data() + 3 * c;
+      PairTangent<Scalar> K, C;
+      contact_tangent<Law>(broadcast_numbers<Scalar>(numbers(y, *springs, c)), n, touch_.overlap[c], Scalar{1},
+                           {v[0], v[1], v[2]}, {slip[0], slip[1], slip[2]}, touch_.w[c], touch_.rho[c], copy.elapsed(t),
+                           K, C);
+      for (int b = 0; b < dim; ++b)
+        for (int a = 0; a < dim; ++a) {
+          const Scalar along = normal[a] * normal[b];
+          sink.position(dim * i + a, dim * i + b, -K.along * along);
+          sink.velocity(dim * i + a, dim * i + b, -C.along * along - C.across * (Scalar(a == b) - along));
+        }
+    }
+  }
+
+  /// [time] of the shortest impact of one of these bodies on a wall, at the speeds that they have now (preflight asks).
+  [[nodiscard]] double contact_time(const auto& y) const { return shortest_impact<Law>(materials_, y, 1.0); }
+
   /// Bodies and walls that touched at the last evaluation.
   [[nodiscard]] std::int64_t touching() const { return static_cast<std::int64_t>(touch_.overlap_count); }
 

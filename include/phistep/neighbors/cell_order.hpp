@@ -26,10 +26,11 @@
 namespace phistep::inline PHISTEP_ABI {
 
 /// The sorted particles and images; a workspace, its buffers serve again.
-template <int dim>
+/// @tparam cells_a_range  a cell's edge is the range divided by this: 2 where a range holds many particles, 1 where it holds few
+template <int dim, int cells_a_range = 2>
 class CellOrder {
  public:
-  static constexpr int reach = 2;  ///< cells within which a neighbour lies: an edge is half the range
+  static constexpr int reach = cells_a_range;  ///< cells within which a neighbour lies
   struct Cell {
     std::uint64_t key;
     std::int32_t first;  ///< slot

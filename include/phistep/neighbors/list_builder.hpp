@@ -19,7 +19,8 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
-template <int dim>
+/// @tparam cells_a_range  see CellOrder
+template <int dim, int cells_a_range = 2>
 class ListBuilder {
  public:
   /// @param r      dim × N [length]
@@ -47,10 +48,10 @@ class ListBuilder {
   }
 
  private:
-  static constexpr int reach = CellOrder<dim>::reach, span = 2 * reach + 1;
+  static constexpr int reach = CellOrder<dim, cells_a_range>::reach, span = 2 * reach + 1;
   static constexpr std::size_t lines = dim == 3 ? span * span : span;
   using P = Pack<double, native_width<double>>;
-  using Cells = std::vector<typename CellOrder<dim>::Cell>;
+  using Cells = std::vector<typename CellOrder<dim, cells_a_range>::Cell>;
 
   /// The slots in a line of cells along x.
   struct Line {
@@ -181,7 +182,7 @@ class ListBuilder {
     return out;
   }
 
-  CellOrder<dim> order_;
+  CellOrder<dim, cells_a_range> order_;
 };
 
 }  // namespace phistep::inline PHISTEP_ABI
