@@ -79,6 +79,7 @@ int main(int argc, char** argv) {
   phistep::Box<double, 3> box{{-hopper.width / 2, 0, -20 * d}, {hopper.width / 2, hopper.length, hopper.height}, {}};
   box.is_periodic = {false, true, false};
   grains.set_box(box);
+  // Falling grains would have the pairs found anew at nearly every step, were only those just about to touch kept.
   const auto force =
       phistep::Gravity{Vector3d{0, 0, -g}} + phistep::Contact{glass, 0.6 * d} + phistep::Walls{glass, hopper.walls()};
   phistep::PhiStepper stepper{grains, force, phistep::symplectic_euler};

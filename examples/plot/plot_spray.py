@@ -28,5 +28,6 @@ for charge, colour, label in zip(charges, (BLUE, RED), ("no charges", "charged")
     axes[3].scatter([2e6 * row["radius_m"] for row in own], [row["temperature_C"] for row in own], s=3, color=colour, label=label)
 axes[2].set(xlabel="distance from the middle of the plate [cm]", ylabel="water [% per cm²]", title="what lands where")
 axes[3].set(xlabel="diameter of the drop [μm]", ylabel="temperature on landing [°C]", title="small ones arrive cold")
-axes[2].legend(), axes[3].legend(markerscale=4)
+if landed:
+    axes[2].legend(), axes[3].legend(markerscale=4)
 save(figure, "spray.png")

@@ -1,7 +1,7 @@
 /// @file
 /// LAMMPS data files: `read_data` there, particles here.
 ///
-///     auto [melt, …] = read_lammps_data("melt.data");                            // Particles<double, 3>
+///     Particles<double, 3> melt = read_lammps_data("melt.data").atoms;
 ///     auto data = read_lammps_data<Particles<double, 3, Spin>>("chute.data", {.style = "sphere"});
 ///     data.atoms, data.bonds, data.type_mass, …
 ///
