@@ -254,7 +254,7 @@ class ContactPasses {
     ++statistics_.rebuilds;
     auto pairs = pools_.take();
     Scalar skin = static_cast<Scalar>(skin_);
-    if (skin == Scalar{0} && y.r.cols() > 0) skin = static_cast<Scalar>(0.4) * body.radius.mean();
+    if (skin == Scalar{0} && y.r.cols() > 0) skin = static_cast<Scalar>(0.6) * body.radius.mean();
     constexpr int dim = std::remove_cvref_t<decltype(y.r)>::RowsAtCompileTime;
     if constexpr (dim == 2) work_.plane.find(y.r, body, skin, *pairs);
     else work_.space.find(y.r, body, skin, *pairs);

@@ -5,10 +5,12 @@
 ///
 /// A particle falls asleep when it has been slower than `speed` for `steps` steps, by its velocity and by the way it has
 /// come. It is then held where it is. Those whose neighbours sleep as well are not computed at all; those near somebody
-/// awake are watched: they take part in each step, and are put back after it. What pushed them adds up, and when it would
-/// have made one faster than `speed` it wakes. So a blow wakes what it reaches, and an island sleeps on as long as
-/// everything around it does. One that a small force had been moving all along is looked at again when that would have
-/// made it as fast. The whole scene asleep, a step is nothing at all.
+/// awake are watched: they take part in each step, and are put back after it. What pushed one during the last `steps` steps
+/// adds up, and when it would have made it faster than `speed` it wakes. (Not longer ago: who is held somewhere in a tiny
+/// vibration feels a constant force that would have moved it by F/k and no further.) So a blow wakes what it reaches, and
+/// an island sleeps on as long as everything around it does. One that a small force had been moving all along is looked at
+/// again when that would have made it as fast, then after twice that time, and so on. The whole scene asleep, a step is
+/// nothing at all. Whoever is edited by the user wakes, and all do where the force is (stepper().force(), reset()).
 ///
 /// Nothing is dropped in silence: report() tells how much kinetic energy was removed and how much ∫|F|dt was not applied,
 /// and compare_sleep() runs a scene both ways and prints the difference in the user's own observables.
@@ -127,6 +129,9 @@ class Sleeping {
   StepReport step(S& state, Scalar t, Scalar dt, Origin origin = Origin::unknown) {
     if (options_.speed == 0) return stepper_.step(state, t, dt, origin);
     adopt(state, origin);
+    if constexpr (requires { stepper_.changes(); })
+      if (std::exchange(changes_, stepper_.changes()) != stepper_.changes())
+        wake_all();  // the force may be another one
     if (is_all_asleep() && std::isfinite(dt) && std::isfinite(t) && t + dt != t && clock_ + std::abs(dt) < review_) {
       clock_ += std::abs(dt);
       account(std::abs(dt));
@@ -159,6 +164,10 @@ class Sleeping {
     return i < static_cast<Index>(who_.size()) && who_[static_cast<std::size_t>(i)].kind >= Kind::watched;
   }
   [[nodiscard]] const char* solver_name() const { return stepper_.solver_name(); }
+  /// As PhiStepper's.
+  [[nodiscard]] auto& force_to_look_at() { return stepper_.force_to_look_at(); }
+  [[nodiscard]] const auto& memory() const { return stepper_.memory(); }
+  [[nodiscard]] const auto& masses() const { return stepper_.masses(); }
   [[nodiscard]] Stepper& stepper() { return stepper_; }
   [[nodiscard]] const Stepper& stepper() const { return stepper_; }
   void reset() { stepper_.reset(); }
@@ -182,6 +191,7 @@ class Sleeping {
   struct Sleeper {
     Kind kind = Kind::awake;
     bool flagged = false;    // its `still` is this stepper's, not the user's
+    std::int32_t naps = 0;   // how often it has been looked at and found as it was
     std::int32_t quiet = 0;  // steps
     double impulse = 0;      // [force·time/time] |F| left out while deep
     double since = 0;        // on clock_ [time] it has been quiet
@@ -277,12 +287,18 @@ class Sleeping {
     parted_ = true;
   }
 
+  void wake_all() {
+    for (Index i = 0; i < static_cast<Index>(who_.size()); ++i)
+      if (who(i).kind >= Kind::watched) wake(i);
+  }
+
   /// Undoes what the step did to those that are watched, and wakes those that were pushed too far.
   void put_back(S& state) {
     if (report_.asleep == deep_) return;
+    const Scalar fading = 1 - 1 / static_cast<Scalar>(options_.steps);
     for (Index i = 0; i < state.size(); ++i) {
       if (who(i).kind != Kind::watched) continue;
-      push_.col(i) += state.v.col(i);
+      push_.col(i) = fading * push_.col(i) + state.v.col(i);
       report_.impulse_not_applied += static_cast<double>(state.mass()[i] * state.v.col(i).norm());
       // The push is the scene's; the energy is what the step gave it.
       stop(state, i);
@@ -313,7 +329,9 @@ class Sleeping {
     for (Index i = 0; i < state.size(); ++i) {
       Sleeper& one = who(i);
       if (one.kind >= Kind::watched && clock_ >= one.expires) {
+        const std::int32_t naps = one.naps;
         wake(i);
+        one.naps = std::min(naps + 1, 30);
       }
       if (one.kind != Kind::awake) continue;
       const bool quiet = is_quiet(state, i, elapsed);
@@ -348,7 +366,9 @@ class Sleeping {
     const Scalar acceleration = (state.v.col(i) - velocity_.col(i)).norm() / seen_for;
     const Scalar lasts = static_cast<Scalar>(options_.speed) / acceleration;
     one.impulse = static_cast<double>(state.mass()[i] * acceleration);
-    one.expires = clock_ + static_cast<double>(lasts);
+    // Many at once: each time that who is computed changes, neighbours are sought anew.
+    const double round = 32 * static_cast<double>(seen_for);
+    one.expires = round * std::ceil((clock_ + std::ldexp(static_cast<double>(lasts), one.naps)) / round);
     return lasts > 4 * seen_for;
   }
   void fall_asleep(S& state, Index i) {
@@ -401,7 +421,7 @@ class Sleeping {
   std::vector<std::uint8_t> ring_;
   const void* body_ = nullptr;
   SleepReport report_;
-  std::int64_t steps_ = 0, since_check_ = 0, free_ = 0, deep_ = 0, pair_changes_ = 0;
+  std::int64_t steps_ = 0, since_check_ = 0, free_ = 0, deep_ = 0, pair_changes_ = 0, changes_ = 0;
   double clock_ = 0, checked_ = 0, review_ = 0, impulse_rate_ = 0;
   bool meddled_ = false, parted_ = false;
 };
