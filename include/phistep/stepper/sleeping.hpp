@@ -31,78 +31,13 @@
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/force/evaluate.hpp"
-#include "phistep/force/local.hpp"
+#include "phistep/force/acting_pairs.hpp"
 #include "phistep/state/particles.hpp"
 #include "phistep/state/parts.hpp"
+#include "phistep/stepper/sleep_report.hpp"
 #include "phistep/stepper/transaction.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
-
-struct SleepOptions {
-  double speed =
-      0;  ///< [length/time] below which a particle counts as at rest, and the change that wakes it; 0: none sleeps
-  int steps = 100;  ///< for so many steps
-  int every = 25;   ///< who may fall asleep is looked at every so many steps
-};
-
-/// What sleep has saved and cost since the stepper was made.
-struct SleepReport {
-  std::int64_t asleep = 0;         ///< particles now
-  std::int64_t fell_asleep = 0;    ///< how often one did
-  std::int64_t woken = 0;          ///< how often one was woken
-  std::int64_t skipped = 0;        ///< particle-steps that were not computed
-  double energy_removed = 0;       ///< kinetic energy taken from those put to rest [energy]
-  double impulse_not_applied = 0;  ///< Σ∫|F|dt over sleepers [force·time]
-
-  template <class OStream>
-    requires requires(OStream& out) { out << "" << std::int64_t{} << double{}; }
-  friend OStream& operator<<(OStream& out, const SleepReport& r) {
-    return out << "  asleep              " << r.asleep << "  (fell asleep " << r.fell_asleep << " times, woken "
-               << r.woken << ")\n  skipped             " << r.skipped << " particle steps\n  energy removed      "
-               << r.energy_removed << "\n  impulse not applied " << r.impulse_not_applied << '\n';
-  }
-};
-
-/// Who may act on whom. A term of pairs offers `for_each_pair(memory, f)`, with f(i, j) called for every pair that acts or
-/// may soon act, indices being the user's, and `pair_changes()`, a number that changes where others may act from now on
-/// (without it, pairs are asked for at each step). One that acts on each particle by itself says `acts_on_each`.
-template <class F, int dim>
-inline constexpr bool tells_its_pairs = requires(F& f, const MemoryOf<F>& memory, void (*pair)(Index, Index)) {
-  f.for_each_pair(memory, pair);
-}
-|| is_particlewise<F, dim> || requires { requires F::acts_on_each; };
-template <class... T, int dim>
-inline constexpr bool tells_its_pairs<Sum<T...>, dim> = (tells_its_pairs<Unwrapped<T>, dim> && ...);
-
-template <class F, class Memory, class Pair>
-void for_each_pair_of(F& force, const Memory& memory, Pair&& pair) {
-  if constexpr (is_sum<F>)
-    for_each_term(force, memory, [&pair](auto, auto& term, const auto& its) { for_each_pair_of(term, its, pair); });
-  else if constexpr (requires { force.for_each_pair(memory, pair); }) force.for_each_pair(memory, pair);
-}
-
-/// A number that changes where for_each_pair_of changes; −1 where nobody knows.
-template <class F>
-[[nodiscard]] std::int64_t pair_changes_of(F& force) {
-  if constexpr (is_sum<F>) {
-    return std::apply(
-        [](auto&... term) {
-          const std::int64_t changes[] = {0, pair_changes_of(unwrap(term))...};
-          std::int64_t sum = 0;
-          for (const std::int64_t some : changes) sum = some < 0 || sum < 0 ? -1 : sum + some;
-          return sum;
-        },
-        force.terms);
-  } else if constexpr (requires { force.pair_changes(); }) {
-    return static_cast<std::int64_t>(force.pair_changes());
-  } else {
-    constexpr bool has_pairs = requires(const MemoryOf<F>& memory, void (*pair)(Index, Index)) {
-      force.for_each_pair(memory, pair);
-    };
-    return has_pairs ? -1 : 0;
-  }
-}
 
 template <class Stepper>
 class Sleeping {
@@ -425,22 +360,5 @@ class Sleeping {
   double clock_ = 0, checked_ = 0, review_ = 0, impulse_rate_ = 0;
   bool meddled_ = false, parted_ = false;
 };
-
-/// Runs a scene with sleeping and without, and prints how far that moves what the user looks at.
-/// @param scene        scene(options) runs it all and returns what the observables are read from
-/// @param observables  pairs of a name and a function of that result to a number
-template <class OStream, class Scene, class... Observable>
-void compare_sleep(OStream& out, SleepOptions options, Scene&& scene,
-                   const std::pair<const char*, Observable>&... observables) {
-  const auto asleep = scene(options);
-  options.speed = 0;
-  const auto awake = scene(options);
-  const auto line = [&](const char* name, double a, double b) {
-    out << "  " << name << ": " << a << " with sleeping, " << b << " without, difference " << a - b << '\n';
-  };
-  (line(observables.first, static_cast<double>(observables.second(asleep)),
-        static_cast<double>(observables.second(awake))),
-   ...);
-}
 
 }  // namespace phistep::inline PHISTEP_ABI
