@@ -150,11 +150,12 @@ template <class P>
 
 /// Springs of the same contacts, found by the bodies' identities, in the places of other pairs. New ones begin unstretched.
 /// Those of pairs that are listed no more because both bodies are held still lie dormant from then on, until one moves.
+/// @param rolls        whether there are springs of rolling
 /// @param same_bodies  the users' indices still mean the same bodies
 /// @param dormant      those known so far, or none; replaced where they change
 template <class Scalar>
 void carry_springs(const ContactPairs<Scalar>& from, const SpringTable<Scalar>& old, const ContactPairs<Scalar>& to,
-                   SpringTable<Scalar>& springs, bool same_bodies,
+                   SpringTable<Scalar>& springs, bool rolls, bool same_bodies,
                    std::shared_ptr<const DormantSprings<Scalar>>& dormant) {
   using Three = std::array<Scalar, 3>;
   struct Kept {
@@ -203,12 +204,12 @@ void carry_springs(const ContactPairs<Scalar>& from, const SpringTable<Scalar>& 
     carry(slot[static_cast<std::size_t>(from.first[p])], slot[static_cast<std::size_t>(from.second[p])], slip, roll);
   }
   std::sort(kept.begin(), kept.end(), [](const Kept& a, const Kept& b) { return a.place < b.place; });
-  springs.resize(kept.size(), old.rolls());
+  springs.resize(kept.size(), rolls);
   for (std::size_t c = 0; c < kept.size(); ++c) {
     springs.place[c] = kept[c].place;
     for (std::size_t a = 0; a < 3; ++a) {
       springs.slip.x[a][c] = kept[c].slip[a];
-      if (old.rolls()) springs.roll.x[a][c] = kept[c].roll[a];
+      if (rolls) springs.roll.x[a][c] = kept[c].roll[a];
     }
   }
   springs.close();

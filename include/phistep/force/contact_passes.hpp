@@ -261,7 +261,7 @@ class ContactPasses {
     auto springs = tables_.take();
     if (memory.places) {
       const bool same_bodies = memory.body == static_cast<const void*>(&body);
-      carry_springs(*memory.places, *memory.springs, *pairs, *springs, same_bodies, memory.dormant);
+      carry_springs(*memory.places, *memory.springs, *pairs, *springs, materials_.rolls(), same_bodies, memory.dormant);
     } else {
       springs->resize(0, materials_.rolls());
       springs->close();
