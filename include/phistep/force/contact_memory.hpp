@@ -109,12 +109,12 @@ struct ContactMemory {
   mutable std::shared_ptr<const Table> springs;                   ///< ξ(t_c), for `places`
   mutable std::shared_ptr<const Table> last;                      ///< ξ(t_e) of the last evaluation, likewise
   mutable std::shared_ptr<const DormantSprings<Scalar>> dormant;  ///< of none, where there is nothing
-  mutable const void* body = nullptr;                             ///< what `places` were enumerated for
-  mutable Scalar last_time = 0;                                   ///< t_e
-  mutable std::int64_t evaluations = 0;                           ///< since the step began
-  Scalar time = 0;                                                ///< where the step began, or the last one ended
-  Scalar step = 0;                                                ///< Δt
-  Scalar lag = 0;                                                 ///< time − t_c
+  mutable std::uint64_t body = 0;        ///< serial number of what `places` were enumerated for
+  mutable Scalar last_time = 0;          ///< t_e
+  mutable std::int64_t evaluations = 0;  ///< since the step began
+  Scalar time = 0;                       ///< where the step began, or the last one ended
+  Scalar step = 0;                       ///< Δt
+  Scalar lag = 0;                        ///< time − t_c
 
   void begin(Scalar t, Scalar dt) {
     time = t;
@@ -157,7 +157,7 @@ struct ContactMemory {
     if constexpr (std::remove_reference_t<decltype(ar)>::reading) {
       ar.check(its_springs.fits(its_places));
       last.reset();
-      body = nullptr;
+      body = 0;
       evaluations = 0;
       // Compared with what the particles are when they are seen again.
       places = std::make_shared<const Places>(std::move(its_places));

@@ -220,7 +220,7 @@ class ContactPasses {
   void prepare(const View& y, const Memory& memory) const {
     const auto& body = y.body;
     bool serves = memory.places != nullptr;
-    if (serves && memory.body != static_cast<const void*>(&body)) {
+    if (serves && memory.body != body.serial) {
       serves = memory.places->bodies.are(body) && same_box(*memory.places, body.box);
       if (serves) adopt(body, memory);
     }
@@ -235,7 +235,7 @@ class ContactPasses {
   /// A checkpoint's pairs are those of these bodies; its springs may be another force's.
   void adopt(const auto& body, const Memory& memory) const {
     check_types(body);
-    memory.body = &body;
+    memory.body = body.serial;
     if (memory.springs->rolls() == materials_.rolls()) return;
     auto springs = std::make_shared<Springs>(*memory.springs);
     springs->resize(springs->size(), materials_.rolls());
@@ -260,7 +260,7 @@ class ContactPasses {
     else work_.space.find(y.r, body, skin, *pairs);
     auto springs = tables_.take();
     if (memory.places) {
-      const bool same_bodies = memory.body == static_cast<const void*>(&body);
+      const bool same_bodies = memory.body == body.serial;
       carry_springs(*memory.places, *memory.springs, *pairs, *springs, materials_.rolls(), same_bodies, memory.dormant);
     } else {
       springs->resize(0, materials_.rolls());
@@ -268,7 +268,7 @@ class ContactPasses {
     }
     memory.places = std::move(pairs);
     memory.springs = std::move(springs);
-    memory.body = &body;
+    memory.body = body.serial;
   }
 
   [[nodiscard]] static bool same_box(const Pairs& pairs, const auto& box) {

@@ -290,7 +290,7 @@ class Walls : public ForceTerm {
 
   template <class View>
   void prepare(const View& y, const Memory& memory) const {
-    const void* const body = &y.body;
+    const std::uint64_t body = y.body.serial;
     if (memory.places && memory.body == body && memory.places->bodies.size() == static_cast<std::size_t>(y.r.cols()))
       return;
     if (memory.places == nullptr || !memory.places->bodies.are(y.body)) {

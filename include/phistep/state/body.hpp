@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 
+#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <memory>
@@ -18,6 +19,13 @@
 #include "phistep/state/box.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
+
+/// A number that no other body has had.
+template <class = void>
+[[nodiscard]] std::uint64_t next_body_serial() {
+  static std::atomic<std::uint64_t> last{0};
+  return ++last;
+}
 
 /// Immutable, and shared between a state and the steppers' copies of it: another address says that something was changed.
 /// Columns have a value a particle, or none where the scene doesn't need them.
@@ -35,6 +43,7 @@ struct Body {
   Box<Scalar, dim> box;             ///< open unless set
   Scalar inertia_factor = Scalar{2} / Scalar{5};  ///< I/(m R²): that of a solid sphere (a disc: ½)
   std::int64_t next_id = 0;                       ///< that of the next particle to be added
+  std::uint64_t serial = 0;  ///< another number, another body: for those who remember what they made for one
 
   [[nodiscard]] Eigen::Index size() const { return mass.size(); }
   [[nodiscard]] bool is_still(Eigen::Index i) const {

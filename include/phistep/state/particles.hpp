@@ -108,7 +108,7 @@ class Particles : public Extra::template Block<Number, dim>... {
     Body<Scalar, dim> body;
     body.mass.setOnes(r.cols());
     enumerate(body);
-    body_ = std::make_shared<const Body<Scalar, dim>>(std::move(body));
+    hold(std::move(body));
   }
 
   [[nodiscard]] Index size() const { return r.cols(); }
@@ -192,7 +192,7 @@ class Particles : public Extra::template Block<Number, dim>... {
           block.rightCols(more.cols()) = more;
         },
         blocks(*this), blocks(others));
-    body_ = std::make_shared<const Body<Scalar, dim>>(std::move(body));
+    hold(std::move(body));
   }
   /// Removes those for which gone(index) says so; the others keep their order and their ids. Returns how many went.
   Index erase_if(auto&& gone) {
@@ -214,7 +214,7 @@ class Particles : public Extra::template Block<Number, dim>... {
     };
     keep(body.id), keep(body.still);
     for_each_block([&kept](auto, auto& block) { block = block(Eigen::all, kept).eval(); }, blocks(*this));
-    body_ = std::make_shared<const Body<Scalar, dim>>(std::move(body));
+    hold(std::move(body));
     return erased;
   }
   /// Removes one particle.
@@ -228,18 +228,23 @@ class Particles : public Extra::template Block<Number, dim>... {
       Body<Scalar, dim> body;
       ar(body);
       for_each_block([&](auto, const auto& block) { ar.check(block.cols() == body.size()); }, blocks(*this));
-      if (body_ == nullptr || !same(body, *body_)) body_ = std::make_shared<const Body<Scalar, dim>>(std::move(body));
+      if (body_ == nullptr || !same(body, *body_)) hold(std::move(body));
     } else {
       ar(*body_);
     }
   }
 
  private:
+  /// What was known of other properties isn't known of these.
+  void hold(Body<Scalar, dim>&& body) {
+    body.serial = next_body_serial();
+    body_ = std::make_shared<const Body<Scalar, dim>>(std::move(body));
+  }
   Particles& set(auto&& edit) {
     Body<Scalar, dim> body = *body_;
     edit(body);
     body.check();
-    body_ = std::make_shared<const Body<Scalar, dim>>(std::move(body));
+    hold(std::move(body));
     return *this;
   }
   void fill(auto& column, const auto& values) const {

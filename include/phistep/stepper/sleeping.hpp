@@ -113,7 +113,7 @@ class Sleeping {
   void load(Reader& in, auto&& then) {
     load_parts(in, then, who_, report_, id_, rest_, sample_, velocity_, push_, steps_, since_check_, clock_, checked_,
                review_, impulse_rate_, meddled_, parted_, free_, deep_, stepper_);
-    body_ = nullptr;
+    body_ = 0;
   }
 
  private:
@@ -141,7 +141,7 @@ class Sleeping {
 
   /// Follows what the user did to the particles since the last step.
   void adopt(S& state, Origin origin) {
-    if (body_ != &state.body()) {
+    if (body_ != state.body().serial) {
       if (id_ != state.id()) match(state);
       // Flags that this stepper didn't set are the user's.
       for (Index i = 0; i < state.size(); ++i) {
@@ -151,7 +151,7 @@ class Sleeping {
         else if (who(i).kind == Kind::deep && !state.body().is_still(i)) wake(i);
       }
       count();
-      body_ = &state.body();
+      body_ = state.body().serial;
       parted_ = true;
     }
     if (origin == Origin::unedited || report_.asleep == 0) return;
@@ -344,7 +344,7 @@ class Sleeping {
       if (!any) still.clear();
       state.set_still(std::move(still));
     }
-    body_ = &state.body();
+    body_ = state.body().serial;
     count();
   }
 
@@ -354,7 +354,7 @@ class Sleeping {
   std::vector<std::int64_t> id_;
   Vectors rest_, sample_, velocity_, push_;  // where sleepers lie; r at the last check; v when it became quiet; Σ Δv
   std::vector<std::uint8_t> ring_;
-  const void* body_ = nullptr;
+  std::uint64_t body_ = 0;
   SleepReport report_;
   std::int64_t steps_ = 0, since_check_ = 0, free_ = 0, deep_ = 0, pair_changes_ = 0, changes_ = 0;
   double clock_ = 0, checked_ = 0, review_ = 0, impulse_rate_ = 0;
