@@ -41,11 +41,16 @@ class SpringRows {
 
  public:
   /// Whether rows take less time than a loop over the springs, which works out each spring once. With 4 and more lanes they
-  /// do from some 100 springs on (0.55 … 0.8 of it at 1000); 2 lanes need a tenth to a quarter more time, but stay at it
-  /// where the loop leaves the caches, and for two threads: 10,000. Numbers without lanes are left to the loop.
+  /// do from some 100 springs on (0.55 … 0.8 of it at 1000); 2 lanes need a tenth to a quarter more time, and serve where
+  /// threads share it. Numbers without lanes are left to the loop.
   [[nodiscard]] static bool suits(std::size_t springs, std::ptrdiff_t particles) {
+#ifdef _OPENMP
+    constexpr bool threads = true;
+#else
+    constexpr bool threads = false;
+#endif
     constexpr std::size_t least = lanes >= 4 ? 256 : parallel_from;
-    return lanes > 1 && springs >= least && springs < std::size_t{1} << 25 &&
+    return (lanes >= 4 || (lanes > 1 && threads)) && springs >= least && springs < std::size_t{1} << 25 &&
            particles < std::numeric_limits<Slot>::max();
   }
   [[nodiscard]] bool empty() const { return place_.empty(); }
