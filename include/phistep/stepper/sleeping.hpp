@@ -82,8 +82,12 @@ class Sleeping {
     clock_ += std::abs(dt);
     account(std::abs(dt));
     put_back(state);
-    if (since_check_ >= options_.every) check(state);
-    if (parted_ || (report_.asleep > 0 && have_pairs_changed())) part(state);
+    if (since_check_ >= options_.every) {
+      check(state);
+      part(state, steps_ / options_.every % 4 == 0);
+    } else if (parted_ || (report_.asleep > 0 && have_pairs_changed())) {
+      part(state, false);
+    }
     return report;
   }
 
@@ -161,7 +165,7 @@ class Sleeping {
       if constexpr (spins) same = same && (state.omega.col(i).array() == 0).all();
       if (!same) wake(i);
     }
-    if (parted_) part(state);
+    if (parted_) part(state, false);
   }
   /// Particles came or went: ids grow from left to right.
   void match(const S& state) {
@@ -302,7 +306,7 @@ class Sleeping {
     const Scalar lasts = static_cast<Scalar>(options_.speed) / acceleration;
     one.impulse = static_cast<double>(state.mass()[i] * acceleration);
     // Many at once: each time that who is computed changes, neighbours are sought anew.
-    const double round = 32 * static_cast<double>(seen_for);
+    const double round = std::ldexp(1.0, std::ilogb(64 * static_cast<double>(seen_for)));
     one.expires = round * std::ceil((clock_ + std::ldexp(static_cast<double>(lasts), one.naps)) / round);
     return lasts > 4 * seen_for;
   }
@@ -316,8 +320,9 @@ class Sleeping {
     meddled_ = parted_ = true;
   }
 
-  /// Parts sleepers into those within two neighbours of somebody awake and the others.
-  void part(S& state) {
+  /// Parts sleepers into those within two neighbours of somebody awake and the others. Who must be watched is so at once.
+  /// Each change of who is computed costs a search for neighbours, so that those who needn't be are left out many at a time.
+  void part(S& state, bool leave_out) {
     parted_ = false;
     pair_changes_ = pair_changes_of(stepper_.force_to_look_at());
     ring_.assign(who_.size(), std::uint8_t{9});
@@ -329,12 +334,16 @@ class Sleeping {
         if (a == ring && b > ring + 1) b = static_cast<std::uint8_t>(ring + 1);
         if (b == ring && a > ring + 1) a = static_cast<std::uint8_t>(ring + 1);
       });
+    leave_out = leave_out || report_.asleep == free_;
     bool changed = false;
     std::vector<std::uint8_t> still(who_.size(), std::uint8_t{0});
     bool any = false;
     for (std::size_t i = 0; i < who_.size(); ++i) {
       Sleeper& one = who_[i];
-      if (one.kind >= Kind::watched) one.kind = ring_[i] <= 2 ? Kind::watched : Kind::deep;
+      if (one.kind >= Kind::watched) {
+        if (ring_[i] <= 2) one.kind = Kind::watched;
+        else if (leave_out) one.kind = Kind::deep;
+      }
       one.flagged = one.kind == Kind::deep;
       still[i] = one.kind == Kind::held || one.flagged ? 1 : 0;
       any = any || still[i] != 0;
