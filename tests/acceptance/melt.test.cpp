@@ -50,11 +50,21 @@ TEST_CASE("temperature, energies and pressure of 32,000 atoms are LAMMPS' to the
 }
 
 namespace {
+/// Lennard-Jones less its value and slope at the cutoff: V − V_c + ½ g_c (r² − r_c²), F/r = g − g_c. Cut off plainly, the
+/// force jumps by 0.039 ε/σ at r_c = 2.5, and the energy of the melt then falls by 3e-6 ε per atom and unit of time.
+struct Smooth {
+  LennardJones lj;
+  double cutoff_squared = 2.5 * 2.5;
+  auto operator()(auto r2) const { return lj(r2) - lj(cutoff_squared); }
+  auto energy(auto r2) const {
+    return lj.energy(r2) - lj.energy(cutoff_squared) + 0.5 * lj(cutoff_squared) * (r2 - cutoff_squared);
+  }
+};
+
 /// The largest |E − E₀| per atom, and the slope of a straight line through E(t), over so many steps.
 void check_energy(int steps) {
   Atoms atoms = melt(4);  // 256 atoms
-  // Shifted, so that a pair that passes the cutoff changes no energy; its force still jumps by 0.039 ε/σ.
-  PhiStepper stepper{atoms, Pairs{LennardJones{}.shifted(2.5), 2.5}, velocity_verlet};
+  PhiStepper stepper{atoms, Pairs{Smooth{}, 2.5}, velocity_verlet};
   for (int n = 0; n < 500; ++n) REQUIRE(stepper.step(atoms, 0.005 * n, 0.005));
   const double E0 = potential_energy(stepper, atoms) + kinetic_energy(atoms);
   double largest = 0, sum_E = 0, sum_tE = 0;
@@ -68,8 +78,9 @@ void check_energy(int steps) {
   }
   const double slope = 12 * sum_tE / (static_cast<double>(looks) * looks * looks);  // per look
   INFO("largest " << largest / 256 << " per atom, drift over the run " << slope * looks / 256);
-  CHECK(largest / 256 < 2e-3);
-  CHECK(std::abs(slope * looks) / 256 < 1e-3);
+  // What Verlet's own energy differs from E swings by 4e-4 at this Δt, and doesn't drift: a line through fewer swings slopes more.
+  CHECK(largest / 256 < 1e-3);
+  CHECK(std::abs(slope * looks) / 256 < (steps < 10000 ? 2e-4 : 2e-5));
   CHECK(momentum(atoms).norm() < 1e-10);
 }
 }  // namespace
