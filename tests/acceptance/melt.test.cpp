@@ -67,14 +67,14 @@ void check_energy(int steps) {
   PhiStepper stepper{atoms, Pairs{Smooth{}, 2.5}, velocity_verlet};
   for (int n = 0; n < 500; ++n) REQUIRE(stepper.step(atoms, 0.005 * n, 0.005));
   const double E0 = potential_energy(stepper, atoms) + kinetic_energy(atoms);
-  double largest = 0, sum_E = 0, sum_tE = 0;
+  double largest = 0, sum_tE = 0;
   const int looks = steps / 100;
   for (int n = 0; n < steps; ++n) {
     REQUIRE(stepper.step(atoms, 0.005 * n, 0.005));
     if (n % 100 != 99) continue;
     const double dE = potential_energy(stepper, atoms) + kinetic_energy(atoms) - E0, t = n / 100 - (looks - 1) / 2.0;
     largest = std::max(largest, std::abs(dE));
-    sum_E += dE, sum_tE += t * dE;
+    sum_tE += t * dE;
   }
   const double slope = 12 * sum_tE / (static_cast<double>(looks) * looks * looks);  // per look
   INFO("largest " << largest / 256 << " per atom, drift over the run " << slope * looks / 256);
