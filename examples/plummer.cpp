@@ -17,41 +17,17 @@
 #include <ctime>
 #include <iostream>
 #include <numbers>
-#include <random>
 #include <vector>
 
 #include "command_line.hpp"
+#include "plummer.hpp"
 
 using Stars = phistep::Particles<double, 3>;
 constexpr double core_length = 3 * std::numbers::pi / 16;  // Plummer's length in N-body units
 
-/// Positions by the inverse of M(r), speeds by rejection (Aarseth, Hénon & Wielen, Astron. Astrophys. 37 (1974) 183).
-Stars plummer(Eigen::Index n) {
-  std::mt19937_64 random(1);
-  std::uniform_real_distribution<double> share(0, 1);
-  const auto direction = [&]() -> Eigen::Vector3d {
-    const double z = 2 * share(random) - 1, angle = 2 * std::numbers::pi * share(random), s = std::sqrt(1 - z * z);
-    return {s * std::cos(angle), s * std::sin(angle), z};
-  };
-  Eigen::Matrix3Xd r(3, n), v(3, n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const double mass_within = (double(i) + share(random)) / double(n) * 0.999;  // without the far tail
-    const double x = 1 / std::sqrt(std::pow(mass_within, -2.0 / 3) - 1);
-    double q = 0, y = 1;  // q = speed / escape speed, of density q² (1 − q²)^(7/2)
-    while (y > 10 * q * q * std::pow(1 - q * q, 3.5)) q = share(random), y = share(random);
-    r.col(i) = core_length * x * direction();
-    v.col(i) = q * std::sqrt(2 / core_length) * std::pow(1 + x * x, -0.25) * direction();
-  }
-  r.colwise() -= Eigen::Vector3d(r.rowwise().mean());
-  v.colwise() -= Eigen::Vector3d(v.rowwise().mean());
-  Stars stars{r, v};
-  stars.set_mass(1 / double(n));
-  return stars;
-}
-
 int main(int argc, char** argv) {
   CommandLine options(argc, argv, {{"--stars", ""}});
-  Stars stars = plummer(options.whole("--stars", options.is_short ? 250 : 1500, 10));
+  Stars stars = plummer_sphere(options.whole("--stars", options.is_short ? 250 : 1500, 10));
   const double dt = 0.01, crossing = 2 * std::sqrt(2), t1 = options.is_short ? 0.5 : 10 * crossing;
 
   const phistep::AllPairs gravity{phistep::SoftenedGravity{.G = 1, .epsilon = 0.05}};

@@ -20,6 +20,7 @@
 #include <utility>
 #include <vector>
 
+#include "phistep/core/scratch.hpp"
 #include "phistep/core/simd.hpp"
 #include "phistep/core/simd_math.hpp"
 #include "phistep/core/structure.hpp"
@@ -202,12 +203,6 @@ class ContactPasses {
     std::vector<std::size_t> found;  ///< contacts, by each thread
     ContactSearch<Scalar, 2> plane;
     ContactSearch<Scalar, 3> space;
-    Workspace() = default;
-    Workspace(const Workspace&) {}  // holds nothing from call to call
-    Workspace(Workspace&&) noexcept = default;
-    Workspace& operator=(const Workspace&) { return *this; }
-    Workspace& operator=(Workspace&&) noexcept = default;
-    ~Workspace() = default;
   };
 
   template <bool spins>
@@ -539,7 +534,7 @@ class ContactPasses {
 
   Materials<Law> materials_;
   double skin_;
-  mutable Workspace work_;
+  mutable Scratch<Workspace> work_;
   mutable Recycled<Springs> tables_;
   mutable Recycled<Pairs> pools_;
   mutable ContactStatistics statistics_;

@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "phistep/core/dual.hpp"
+#include "phistep/core/scratch.hpp"
 #include "phistep/core/simd.hpp"
 #include "phistep/core/simd_math.hpp"
 #include "phistep/core/structure.hpp"
@@ -142,14 +143,13 @@ class Pairs : public ForceTerm {
     Neighbors<3> three;
     std::tuple<Places<float>, Places<double>, Places<long double>> places;
     std::vector<double> partial;
-    Work() = default;
-    Work(const Work&) {}  // a copy makes its own
-    Work(Work&&) noexcept = default;
-    Work& operator=(const Work&) { return *this = Work{}; }
-    Work& operator=(Work&&) noexcept = default;
-    ~Work() = default;
   };
 
+  /// Motions have nobody who is held.
+  [[nodiscard]] static bool is_still(const auto& y, [[maybe_unused]] std::int32_t i) {
+    if constexpr (requires { y.body.still; }) return y.body.is_still(i);
+    else return false;
+  }
   template <class Scalar>
   [[nodiscard]] const Scalar* place(std::int32_t slot) const {
     return std::get<Places<Scalar>>(work_.places).data() + std::ptrdiff_t{4} * slot;
@@ -218,10 +218,6 @@ class Pairs : public ForceTerm {
     const NeighborList& list = gather<S>(y, memory.reference ? &memory : nullptr);
     work_.partial.assign(list.chunk_count, 0);
     // A row sees every pair of two that move twice, one with somebody who stands still once.
-    const auto is_still = [&y](std::int32_t i) {
-      if constexpr (requires { y.body.still; }) return y.body.is_still(i);
-      else return static_cast<void>(i), false;
-    };
     bool all_move = true;
     if constexpr (requires { y.body.still; }) all_move = y.body.still.empty();
     for_each_row(list, [&](const NeighborList::Row& row, const std::int32_t* neighbors, std::size_t chunk) {
@@ -238,7 +234,7 @@ class Pairs : public ForceTerm {
         using One = phistep::Pack<Scalar, 1>;
         const std::int32_t* at = neighbors;
         for_each_pack<S, One>(row, neighbors, row.count, [&](const One* d, One r2, auto... tags) {
-          const bool once = is_still(list.slots[static_cast<std::size_t>(*at++)].particle);
+          const bool once = is_still(y, list.slots[static_cast<std::size_t>(*at++)].particle);
           to += static_cast<double>(inside(d, r2, tags...)[0]) / (once ? 1 : 2);
         });
       }
@@ -254,16 +250,12 @@ class Pairs : public ForceTerm {
     using S = Shape<decltype(y)>;
     using Scalar = typename S::Scalar;
     const NeighborList& list = gather<S>(y, memory);
-    const auto is_still = [&y](std::int32_t i) {
-      if constexpr (requires { y.body.still; }) return y.body.is_still(i);
-      else return static_cast<void>(i), false;
-    };
     for (std::size_t k = 0; k < list.rows.size(); ++k) {
       const std::int32_t own = list.rows[k].slot, i = list.slots[static_cast<std::size_t>(own)].particle;
       const Scalar* const xi = place<Scalar>(own);
       for (const std::int32_t slot : list.neighbors(k)) {
         const std::int32_t j = list.slots[static_cast<std::size_t>(slot)].particle;
-        if (j == i || (j < i && !is_still(j))) continue;  // an own image moves along
+        if (j == i || (j < i && !is_still(y, j))) continue;  // an own image moves along
         const Scalar* const xj = place<Scalar>(slot);
         Scalar n[S::dim];
         Scalar r2{0};
@@ -303,7 +295,7 @@ class Pairs : public ForceTerm {
   }
 
   NeighborRange range_;
-  mutable Work work_;
+  mutable Scratch<Work> work_;
 };
 
 /// For positions in one flat vector (x₀ y₀ [z₀] x₁ …).

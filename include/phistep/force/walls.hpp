@@ -23,6 +23,7 @@
 #include <variant>
 #include <vector>
 
+#include "phistep/core/scratch.hpp"
 #include "phistep/core/simd.hpp"
 #include "phistep/core/simd_math.hpp"
 #include "phistep/core/structure.hpp"
@@ -250,12 +251,6 @@ class Walls : public ForceTerm {
     std::vector<Scalar> nx, ny, nz, overlap, arm, rho, w;
     std::vector<Scalar> result;
     std::size_t overlap_count = 0;
-    Touch() = default;
-    Touch(const Touch&) {}  // holds nothing from call to call
-    Touch(Touch&&) noexcept = default;
-    Touch& operator=(const Touch&) { return *this; }
-    Touch& operator=(Touch&&) noexcept = default;
-    ~Touch() = default;
     void clear() {
       for (auto* x : {&nx, &ny, &nz, &overlap, &arm, &rho, &w}) x->clear();
     }
@@ -456,7 +451,7 @@ class Walls : public ForceTerm {
 
   Materials<Law> materials_;
   std::vector<Wall<dim>> walls_;
-  mutable Touch touch_;
+  mutable Scratch<Touch> touch_;
   mutable Recycled<Springs> tables_;
 };
 template <class Law, int dim>

@@ -14,14 +14,19 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
+/// Σ m v², twice the kinetic energy of the particles' motion without their spins [energy]
+template <class Scalar, int dim, class... Extra>
+[[nodiscard]] Scalar twice_translational_energy(const Particles<Scalar, dim, Extra...>& y) {
+  Scalar twice{0};
+  for (Index i = 0; i < y.size(); ++i) twice += y.mass()[i] * y.v.col(i).squaredNorm();
+  return twice;
+}
 /// ½ Σ m v² + ½ Σ I ω² [energy]
 template <class Scalar, int dim, class... Extra>
 [[nodiscard]] Scalar kinetic_energy(const Particles<Scalar, dim, Extra...>& y) {
-  Scalar twice{0};
-  for (Index i = 0; i < y.size(); ++i) twice += y.mass()[i] * y.v.col(i).squaredNorm();
+  Scalar twice = twice_translational_energy(y);
   if constexpr (Particles<Scalar, dim, Extra...>::template has<Spin>)
-    for (Index i = 0; i < y.size(); ++i)
-      twice += y.body().inertia_factor * y.mass()[i] * y.radius()[i] * y.radius()[i] * y.omega.col(i).squaredNorm();
+    for (Index i = 0; i < y.size(); ++i) twice += y.body().inertia(i) * y.omega.col(i).squaredNorm();
   return twice / 2;
 }
 /// Σ m v [mass·length/time]
@@ -46,8 +51,7 @@ template <class Scalar, int dim, class... Extra>
     // The last component is that of the plane.
     if constexpr (dim == 3) sum[0] += r[1] * p[2] - r[2] * p[1], sum[1] += r[2] * p[0] - r[0] * p[2];
     sum[dim == 3 ? 2 : 0] += r[0] * p[1] - r[1] * p[0];
-    if constexpr (Particles<Scalar, dim, Extra...>::template has<Spin>)
-      sum += y.body().inertia_factor * y.mass()[i] * y.radius()[i] * y.radius()[i] * y.omega.col(i);
+    if constexpr (Particles<Scalar, dim, Extra...>::template has<Spin>) sum += y.body().inertia(i) * y.omega.col(i);
   }
   return sum;
 }
@@ -55,9 +59,7 @@ template <class Scalar, int dim, class... Extra>
 template <class Scalar, int dim, class... Extra>
 [[nodiscard]] Scalar temperature(const Particles<Scalar, dim, Extra...>& y, Scalar k_B = 1) {
   if (y.size() < 2) return 0;
-  Scalar twice{0};
-  for (Index i = 0; i < y.size(); ++i) twice += y.mass()[i] * y.v.col(i).squaredNorm();
-  return twice / (static_cast<Scalar>(dim) * static_cast<Scalar>(y.size() - 1) * k_B);
+  return twice_translational_energy(y) / (static_cast<Scalar>(dim) * static_cast<Scalar>(y.size() - 1) * k_B);
 }
 
 /// Σ r·f over the pairs of those terms that have a virial(t, y) [energy]
@@ -78,10 +80,9 @@ template <class Stepper, class Scalar, int dim, class... Extra>
   for (int a = 0; a < dim; ++a)
     volume *= y.box().is_periodic[static_cast<std::size_t>(a)] ? y.box().length()[a]
                                                                : std::numeric_limits<Scalar>::quiet_NaN();
-  Scalar twice{0};
-  for (Index i = 0; i < y.size(); ++i) twice += y.mass()[i] * y.v.col(i).squaredNorm();
   const auto view = Particles<Scalar, dim, Extra...>::view(y, stepper.masses());
-  return (twice + virial_of(stepper.force_to_look_at(), t, view)) / (static_cast<Scalar>(dim) * volume);
+  return (twice_translational_energy(y) + virial_of(stepper.force_to_look_at(), t, view)) /
+         (static_cast<Scalar>(dim) * volume);
 }
 /// Potential energy of all terms that have one [energy]
 template <class Stepper, class Scalar, int dim, class... Extra>

@@ -27,7 +27,7 @@ template <class = void>
   return ++last;
 }
 
-/// Immutable, and shared between a state and the steppers' copies of it: another address says that something was changed.
+/// Immutable, and shared between a state and the steppers' copies of it: another object says that something was changed.
 /// Columns have a value a particle, or none where the scene doesn't need them.
 template <class Scalar, int dim>
 struct Body {
@@ -49,6 +49,8 @@ struct Body {
   [[nodiscard]] bool is_still(Eigen::Index i) const {
     return !still.empty() && still[static_cast<std::size_t>(i)] != 0;
   }
+  /// I of particle i [mass·length²]
+  [[nodiscard]] Scalar inertia(Eigen::Index i) const { return inertia_factor * mass[i] * (radius[i] * radius[i]); }
   [[nodiscard]] int type_of(Eigen::Index i) const { return type.size() == 0 ? 0 : type[i]; }
 
   /// @throws std::invalid_argument that names the particle whose value can't be

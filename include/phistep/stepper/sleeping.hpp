@@ -255,8 +255,7 @@ class Sleeping {
     Scalar twice = state.mass()[i] * state.v.col(i).squaredNorm();
     state.v.col(i).setZero();
     if constexpr (spins) {
-      const Scalar R = state.radius()[i];
-      twice += state.body().inertia_factor * state.mass()[i] * R * R * state.omega.col(i).squaredNorm();
+      twice += state.body().inertia(i) * state.omega.col(i).squaredNorm();
       state.omega.col(i).setZero();
     }
     report_.energy_removed += static_cast<double>(twice) / 2;
