@@ -21,10 +21,8 @@ template <class Force, class Vector>
   constexpr int n = Vector::RowsAtCompileTime;
   Table table{name,  title,  stacked(exact), system_of(Shape::explicit_, a, end, FirstOrder<State, Force>{start, {}}),
               kappa, decades};
-  table.truth = [start, a, end](const std::vector<double>& times) {
-    using Rows = truth::MotionRows<Force, n>;
-    return truth::film<Rows>({{end, Rows{}}}, stacked(start).template cast<truth::Real>(), a, 1e-18L, times);
-  };
+  using Rows = truth::MotionRows<Force, n>;
+  truth::tell(table, truth::Path<Rows>{{{end, Rows{}}}, a, 1e-17L}, stacked(start).template cast<truth::Real>());
   PhistepRows rows{table, start, [](const auto& y, auto scheme, std::size_t) {
                      return phistep::PhiStepper{y, Force{}, scheme};
                    }};

@@ -24,10 +24,8 @@ template <class Problem>
   const State start = Problem::start();
   Table table{name,  title,  exact, system_of(Shape::dense, a, end, FirstOrder<State, Problem>{start, {}}),
               kappa, decades};
-  table.truth = [start, a, end](const std::vector<double>& times) {
-    using Rows = truth::StiffRows<truth::Dense<Problem>>;
-    return truth::film<Rows>({{end, Rows{}}}, start.template cast<truth::Real>(), a, 1e-14L, times);
-  };
+  using Rows = truth::StiffRows<truth::Dense<Problem>>;
+  truth::tell(table, truth::Path<Rows>{{{end, Rows{}}}, a, 1e-14L}, start.template cast<truth::Real>());
   PhistepRows rows{table, start, [](const auto& y, auto scheme, std::size_t) {
                      return phistep::PhiStepper{y, Problem{}, scheme};
                    }};
