@@ -220,9 +220,7 @@ class Run {
       return pace_.begin(span_);
     } else {
       if constexpr (sees_error) doubling_.resize(plain());
-      int error_order = stepper_.order() + 1;
-      if constexpr (requires { stepper_.error_order(); }) error_order = stepper_.error_order();
-      return pace_.begin(span_, plain(), stepper_.order(), error_order, dead_band());
+      return pace_.begin(span_, plain(), error_law());
     }
   }
   template <class Observer>
@@ -458,6 +456,13 @@ class Run {
     }
   }
   [[nodiscard]] static bool is_finite(const Plain& y) { return !first_non_finite(Blocks<S>::all(y)); }
+  [[nodiscard]] ErrorLaw error_law() const {
+    ErrorLaw law{stepper_.order(), stepper_.order() + 1, dead_band(), StepFilter::H211b};
+    if constexpr (requires { stepper_.error_order(); }) law.error_order = stepper_.error_order();
+    if constexpr (requires { requires Stepper::refactorises; }) law.filter = StepFilter::predictive;
+    else if (law.dead_band > 1) law.filter = StepFilter::PI42;
+    return law;
+  }
   /// By how much Δt has to grow to be worth new factors: without a matrix, at once; Newton makes do with old ones within
   /// limits; an affine step can't, and a factorisation is then most of what it costs.
   [[nodiscard]] double dead_band() const {
