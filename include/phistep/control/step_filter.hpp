@@ -32,23 +32,26 @@ class StepSize {
   /// @param order_of_error  k
   /// @param dead_band       a growth by less than this keeps Δt, and with it the factorised matrix; 1: none
   StepSize(StepFilter filter, int order_of_error, double dead_band)
-      : weights_{weights(filter)}, k_{static_cast<double>(order_of_error)}, dead_band_{dead_band} {}
+      : weights_{weights(filter)}, k_{static_cast<double>(order_of_error)}, dead_band_{std::log2(dead_band)} {}
   StepSize() : StepSize{StepFilter::elementary, 1, 1} {}
 
   /// ρ after a step that was accepted with ‖e‖ ≤ 1.
   [[nodiscard]] double accepted(double error) {
-    past_ = {std::pow(safety / std::max(error, smallest), 1 / k_), past_[0], past_[1]};
+    // In logarithms, (1) is a sum: one of them and one exponential in place of five powers, and often not even that.
+    past_ = {std::log2(safety / std::max(error, smallest)) / k_, past_[0], past_[1]};
     seen_ = std::min(seen_ + 1, 3);
-    const Weights w = seen_ < weights_.reach ? weights(StepFilter::elementary) : weights_;
-    double ratio = std::pow(past_[0], w.beta[0]) * std::pow(past_[1], w.beta[1]) * std::pow(past_[2], w.beta[2]) *
-                   std::pow(ratio_, -w.alpha);
-    ratio = 1 + std::atan(ratio - 1);
+    const double grown = seen_ < weights_.reach ? past_[0] : filtered();
+    double ratio = 1;
+    if (dead_band_ == 0) ratio = limited(grown);
     // Where a new length costs, it has to be worth it, and then to last.
-    if (dead_band_ > 1) ratio = ratio < 1 ? std::min(ratio, 0.9) : past_[0] < dead_band_ ? 1 : std::min(past_[0], 5.0);
+    else if (grown < 0) ratio = std::min(limited(grown), 0.9);
+    else if (past_[0] >= dead_band_) ratio = std::min(std::exp2(past_[0]), 5.0);
     // Right after a rejection the error estimate is an optimist.
     if (rejected_) ratio = std::min(ratio, 1.0);
     rejected_ = false;
-    return ratio_ = std::max(ratio, 0.2);
+    ratio = std::max(ratio, 0.2);
+    if (weights_.alpha != 0) ratio_ = std::log2(ratio);
+    return ratio;
   }
   /// ρ after a step that was rejected with ‖e‖ > 1.
   [[nodiscard]] double rejected(double error) {
@@ -60,7 +63,7 @@ class StepSize {
   /// Something else than (1) ruled the last Δt.
   void forget() {
     seen_ = 0;
-    ratio_ = 1;
+    ratio_ = 0;
   }
 
   void archive(auto& ar) { ar(past_, ratio_, seen_, rejected_); }
@@ -74,6 +77,12 @@ class StepSize {
     double alpha;
     int reach;  ///< how many errors it needs
   };
+  /// log₂ ρ of (1)
+  [[nodiscard]] double filtered() const {
+    const auto& b = weights_.beta;
+    return b[0] * past_[0] + b[1] * past_[1] + b[2] * past_[2] - weights_.alpha * ratio_;
+  }
+  [[nodiscard]] static double limited(double growth) { return 1 + std::atan(std::exp2(growth) - 1); }
   [[nodiscard]] static Weights weights(StepFilter filter) {
     switch (filter) {
       case StepFilter::PI42:
@@ -88,9 +97,9 @@ class StepSize {
   }
 
   Weights weights_;
-  double k_, dead_band_;
-  std::array<double, 3> past_{1, 1, 1};  ///< ε^{1/k}, the newest first
-  double ratio_ = 1;
+  double k_, dead_band_;                 // log₂ of the dead band
+  std::array<double, 3> past_{0, 0, 0};  ///< log₂ ε^{1/k}, the newest first
+  double ratio_ = 0;                     ///< log₂ ρ_{n−1}
   int seen_ = 0;
   bool rejected_ = false;
 };
