@@ -82,6 +82,7 @@ class ErrorPace {
     if (!norm_.begin(wanted_, y)) return Outcome::invalid_tolerance;
     const double p = order;
     allowed_ = std::pow(wanted_.rtol, 1 / p);
+    per_allowed_ = 1 / allowed_;
     // An error of a few roundings can't be told from rounding.
     if (wanted_.rtol * allowed_ < 8 * round_off || !(wanted_.first_step >= 0)) return Outcome::invalid_tolerance;
     if (counts_ && !can_work(iterations_)) return Outcome::invalid_tolerance;
@@ -126,7 +127,7 @@ class ErrorPace {
     step_.accepted();
     trace_.advance();
     const bool was_capped = step_.is_capped();
-    double by = size_.accepted(error_.size / allowed_);
+    double by = size_.accepted(error_.size * per_allowed_);
     bool by_iterations = false;
     if (counts_) {
       const double lambda = iteration_factor(history, iterations_);
@@ -175,7 +176,7 @@ class ErrorPace {
   VariableStep<Scalar> step_;
   Trace<Plain> trace_;
   Measured error_;
-  double allowed_ = 1;
+  double allowed_ = 1, per_allowed_ = 1;
 };
 
 /// `iteration_control{…}` alone.

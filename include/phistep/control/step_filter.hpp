@@ -32,20 +32,21 @@ class StepSize {
   /// @param order_of_error  k
   /// @param dead_band       a growth by less than this keeps Δt, and with it the factorised matrix; 1: none
   StepSize(StepFilter filter, int order_of_error, double dead_band)
-      : weights_{weights(filter)}, k_{static_cast<double>(order_of_error)}, dead_band_{std::log2(dead_band)} {}
+      : weights_{weights(filter)}, per_k_{1.0 / order_of_error}, dead_band_{std::log2(dead_band)} {}
   StepSize() : StepSize{StepFilter::elementary, 1, 1} {}
 
   /// ρ after a step that was accepted with ‖e‖ ≤ 1.
   [[nodiscard]] double accepted(double error) {
     // In logarithms, (1) is a sum: one of them and one exponential in place of five powers, and often not even that.
-    past_ = {std::log2(safety / std::max(error, smallest)) / k_, past_[0], past_[1]};
+    newest_ = newest_ == 2 ? 0 : newest_ + 1;
+    const double now = past_[newest_] = -std::log2(std::max(error, smallest) * (1 / safety)) * per_k_;
     seen_ = std::min(seen_ + 1, 3);
-    const double grown = seen_ < weights_.reach ? past_[0] : filtered();
+    const double grown = seen_ < weights_.reach ? now : filtered();
     double ratio = 1;
     if (dead_band_ == 0) ratio = limited(grown);
     // Where a new length costs, it has to be worth it, and then to last.
     else if (grown < 0) ratio = std::min(limited(grown), 0.9);
-    else if (past_[0] >= dead_band_) ratio = std::min(std::exp2(past_[0]), 5.0);
+    else if (now >= dead_band_) ratio = std::min(std::exp2(now), 5.0);
     // Right after a rejection the error estimate is an optimist.
     if (rejected_) ratio = std::min(ratio, 1.0);
     rejected_ = false;
@@ -55,7 +56,7 @@ class StepSize {
   }
   /// ρ after a step that was rejected with ‖e‖ > 1.
   [[nodiscard]] double rejected(double error) {
-    const double ratio = std::isfinite(error) ? std::pow(safety / error, 1 / k_) : 0.2;
+    const double ratio = std::isfinite(error) ? std::pow(safety / error, per_k_) : 0.2;
     forget();
     rejected_ = true;
     return std::clamp(ratio, 0.2, 0.9);
@@ -66,7 +67,10 @@ class StepSize {
     ratio_ = 0;
   }
 
-  void archive(auto& ar) { ar(past_, ratio_, seen_, rejected_); }
+  void archive(auto& ar) {
+    ar(past_, newest_, ratio_, seen_, rejected_);
+    ar.check(newest_ < 3);
+  }
 
  private:
   static constexpr double safety = 0.8;      ///< on the error: aim below what is allowed
@@ -77,10 +81,12 @@ class StepSize {
     double alpha;
     int reach;  ///< how many errors it needs
   };
+  /// log₂ ε^{1/k} of the step `back` steps ago.
+  [[nodiscard]] double past(unsigned back) const { return past_[newest_ < back ? newest_ + 3 - back : newest_ - back]; }
   /// log₂ ρ of (1)
   [[nodiscard]] double filtered() const {
     const auto& b = weights_.beta;
-    return b[0] * past_[0] + b[1] * past_[1] + b[2] * past_[2] - weights_.alpha * ratio_;
+    return b[0] * past(0) + b[1] * past(1) + b[2] * past(2) - weights_.alpha * ratio_;
   }
   [[nodiscard]] static double limited(double growth) { return 1 + std::atan(std::exp2(growth) - 1); }
   [[nodiscard]] static Weights weights(StepFilter filter) {
@@ -97,8 +103,9 @@ class StepSize {
   }
 
   Weights weights_;
-  double k_, dead_band_;                 // log₂ of the dead band
-  std::array<double, 3> past_{0, 0, 0};  ///< log₂ ε^{1/k}, the newest first
+  double per_k_, dead_band_;             ///< 1/k; log₂ of the dead band
+  std::array<double, 3> past_{0, 0, 0};  ///< log₂ ε^{1/k}
+  unsigned newest_ = 0;                  ///< goes round: moving numbers just written would wait for the writing
   double ratio_ = 0;                     ///< log₂ ρ_{n−1}
   int seen_ = 0;
   bool rejected_ = false;
