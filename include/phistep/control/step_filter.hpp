@@ -5,7 +5,10 @@
 ///     ρ_n = ε_n^{β₁/k} ε_{n−1}^{β₂/k} ε_{n−2}^{β₃/k} ρ_{n−1}^{−α₂},     Δt_{n+1} = ρ Δt_n.                       (1)
 ///
 /// Limited smoothly by 1 + atan(ρ − 1) (G. Söderlind & L. Wang, J. Comput. Appl. Math. 185 (2006) 225), which never
-/// exceeds 2.57.
+/// exceeds 2.57; or, where errors change by decades from step to step as in stiff problems, with the trend of the last
+/// two carried on (K. Gustafsson, ACM Trans. Math. Softw. 20 (1994) 496; Hairer & Wanner, Solving ODEs II, eq. IV.8.25),
+///
+///     Δt_{n+1} = 0.9 Δt_n ε_n^{1/k} min(1, Δt_n/Δt_{n−1} (ε_n/ε_{n−1})^{1/k}).                                 (2)
 #pragma once
 
 #include <algorithm>
@@ -19,11 +22,12 @@ namespace phistep::inline PHISTEP_ABI {
 
 /// Which filter.
 enum class StepFilter : std::uint8_t {
-  automatic,   ///< PI42 with a dead band where Δt costs a factorisation, H211b elsewhere
+  automatic,  ///< PI42 with a dead band where Δt costs a factorisation, predictive where each step does, H211b elsewhere
   elementary,  ///< ρ = ε^{1/k}: reacts to everything
   PI42,        ///< proportional-integral: calm, for implicit steps
   H211b,       ///< smoothest steps, with b = 4
   H312PID,     ///< of third order
+  predictive,  ///< (2): sees a boundary layer coming
 };
 
 /// The controller's memory.
@@ -32,11 +36,12 @@ class StepSize {
   /// @param order_of_error  k
   /// @param dead_band       a growth by less than this keeps Δt, and with it the factorised matrix; 1: none
   StepSize(StepFilter filter, int order_of_error, double dead_band)
-      : weights_{weights(filter)}, per_k_{1.0 / order_of_error}, dead_band_{std::log2(dead_band)} {}
+      : filter_{filter}, weights_{weights(filter)}, per_k_{1.0 / order_of_error}, dead_band_{std::log2(dead_band)} {}
   StepSize() : StepSize{StepFilter::elementary, 1, 1} {}
 
   /// ρ after a step that was accepted with ‖e‖ ≤ 1.
   [[nodiscard]] double accepted(double error) {
+    if (filter_ == StepFilter::predictive) return predicted(error);
     // In logarithms, (1) is a sum: one of them and one exponential in place of five powers, and often not even that.
     newest_ = newest_ == 2 ? 0 : newest_ + 1;
     const double now = past_[newest_] = -std::log2(std::max(error, smallest) * (1 / safety)) * per_k_;
@@ -56,10 +61,12 @@ class StepSize {
   }
   /// ρ after a step that was rejected with ‖e‖ > 1.
   [[nodiscard]] double rejected(double error) {
-    const double ratio = std::isfinite(error) ? std::pow(safety / error, per_k_) : 0.2;
-    forget();
+    const double ratio = std::clamp(std::isfinite(error) ? std::pow(safety / error, per_k_) : 0.2, 0.2, 0.9);
+    if (filter_ == StepFilter::predictive)
+      ratio_ += std::log2(ratio);  // the last accepted step is still the one to compare with
+    else forget();
     rejected_ = true;
-    return std::clamp(ratio, 0.2, 0.9);
+    return ratio;
   }
   /// Something else than (1) ruled the last Δt.
   void forget() {
@@ -75,6 +82,19 @@ class StepSize {
  private:
   static constexpr double safety = 0.8;      ///< on the error: aim below what is allowed
   static constexpr double smallest = 1e-10;  ///< an error this small is none
+
+  /// (2) in logarithms, with past_[0] that of the last accepted ‖e‖ and ratio_ that of what Δt was multiplied by since
+  [[nodiscard]] double predicted(double error) {
+    constexpr double margin = -0.15200309344504997, least = -2.321928094887362,
+                     most = 2.584962500721156;  // 0.9, 0.2, 6
+    const double size = std::log2(std::max(error, smallest));
+    const double trend = seen_ > 0 ? std::min(0.0, ratio_ + (past_[0] - size) * per_k_) : 0;
+    ratio_ = std::clamp(trend + margin - size * per_k_, least, rejected_ ? 0 : most);
+    rejected_ = false;
+    past_[0] = std::max(size, -6.643856189774724);  // 0.01: one lucky step makes no trend
+    seen_ = 1;
+    return std::exp2(ratio_);
+  }
 
   struct Weights {
     std::array<double, 3> beta;
@@ -102,6 +122,7 @@ class StepSize {
     }
   }
 
+  StepFilter filter_;
   Weights weights_;
   double per_k_, dead_band_;             ///< 1/k; log₂ of the dead band
   std::array<double, 3> past_{0, 0, 0};  ///< log₂ ε^{1/k}
