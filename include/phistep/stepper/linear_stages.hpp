@@ -97,8 +97,13 @@ class LinearStages {
       if (matrix_.has_factors_for(both)) return Outcome::success;
     return matrix_.factorise(rhs, both, t_, y_, psi_, options_);
   }
-  /// (1), in place, by (2) for motion: b_v in units of M v.
+  /// (1), in place, by (2) for motion: b_v in units of M v. Of small systems, what is not finite shows in x alone.
   [[nodiscard]] Outcome solve(Rhs& rhs, Scalar gamma, Plain& x) {
+    if constexpr (Matrix::solves_in_registers && !Rhs::drifts && solved_blocks<S> == 1) {
+      auto unknown = flat(std::get<0>(Blocks<S>::solved(x)));
+      matrix_.solve_unchecked(unknown, rhs.statistics());
+      return Outcome::success;
+    }
     for_each_solved<S>([this](Index at, const auto& block) { part(x_, at, block) = flat(block); }, std::as_const(x));
     if constexpr (Rhs::drifts) matrix_.add_position_product(gamma, flat(position_of<S>(std::as_const(x))), x_);
     if (const Outcome outcome = matrix_.solve(x_, options_, rhs.statistics()); outcome != Outcome::success)

@@ -126,6 +126,13 @@ class Linearisation {
     if (scale_ != Scalar{1}) x *= scale_;
     return all_finite(x.data(), x.size()) ? Outcome::success : Outcome::singular_matrix;
   }
+  /// The same with factors of the very γ, by a small system that can only fail by what shows in x.
+  static constexpr bool solves_in_registers = !matrix_free && facts.structure == Structure::dense &&
+                                              n_static != Eigen::Dynamic && n_static <= small_dense_limit;
+  void solve_unchecked(auto& x, Statistics& statistics) requires solves_in_registers {
+    ++statistics.solves;
+    static_cast<void>(system_.solve(x));
+  }
   /// A correction went further than the differences that made its matrix had looked: that matrix is gone.
   [[nodiscard]] bool reached_too_far(const Plain& Y, const auto& correction) {
     if constexpr (analytic) return false;
@@ -186,10 +193,12 @@ class Linearisation {
   [[nodiscard]] Outcome linearise(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& Y, const Rate& psi,
                                   const NewtonOptions& options, const Yardstick<Plain>& yardstick) {
     if constexpr (!matrix_free) ++rhs.statistics().jacobians;
-    system_.clear();
-    if constexpr (analytic)
-      add_jacobian<position, Rate, n_static>(rhs.force(), t, rhs.view(Y), rhs.trial_memory(), n_, system_);
-    else differences_.compute(rhs, gamma, t, Y, psi, options, yardstick, system_);
+    if constexpr (analytic) {
+      set_jacobian<position, Rate, n_static>(rhs.force(), t, rhs.view(Y), rhs.trial_memory(), n_, system_);
+    } else {
+      system_.clear();
+      differences_.compute(rhs, gamma, t, Y, psi, options, yardstick, system_);
+    }
     has_jacobian_ = system_.is_finite();
     return has_jacobian_ ? Outcome::success : Outcome::non_finite_jacobian;
   }
