@@ -18,6 +18,7 @@
 #include <utility>
 
 #include "phistep/control/tolerance.hpp"
+#include "phistep/control/trace.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
 
@@ -97,17 +98,7 @@ class ErrorNorm {
     return all;
   }
   /// ‖x‖ with given weights.
-  [[nodiscard]] double operator()(const Plain& x, const Plain& weight) const {
-    Wide sum{0};
-    Index n = 0;
-    for_each_block(
-        [&](auto, const auto& of, const auto& w) {
-          for (Index i = 0; i < of.size(); ++i) sum += square(of.data()[i] * w.data()[i]);
-          n += of.size();
-        },
-        Blocks<Plain>::all(x), Blocks<Plain>::all(weight));
-    return n == 0 ? 0 : std::sqrt(static_cast<double>(sum) / static_cast<double>(n));
-  }
+  [[nodiscard]] double operator()(const Plain& x, const Plain& weight) const { return weighted_rms(x, weight); }
 
   void archive(auto& ar) { ar(largest_); }
 

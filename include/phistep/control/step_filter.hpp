@@ -5,7 +5,10 @@
 ///     ρ_n = ε_n^{β₁/k} ε_{n−1}^{β₂/k} ε_{n−2}^{β₃/k} ρ_{n−1}^{−α₂},     Δt_{n+1} = ρ Δt_n.                       (1)
 ///
 /// Limited smoothly by 1 + atan(ρ − 1) (G. Söderlind & L. Wang, J. Comput. Appl. Math. 185 (2006) 225), which never
-/// exceeds 2.57.
+/// exceeds 2.57; or, where errors change by decades from step to step as in stiff problems, with the trend of the last
+/// two carried on (K. Gustafsson, ACM Trans. Math. Softw. 20 (1994) 496; Hairer & Wanner, Solving ODEs II, eq. IV.8.25),
+///
+///     Δt_{n+1} = 0.9 Δt_n ε_n^{1/k} min(1, Δt_n/Δt_{n−1} (ε_n/ε_{n−1})^{1/k}).                                 (2)
 #pragma once
 
 #include <algorithm>
@@ -19,11 +22,12 @@ namespace phistep::inline PHISTEP_ABI {
 
 /// Which filter.
 enum class StepFilter : std::uint8_t {
-  automatic,   ///< PI42 with a dead band where Δt costs a factorisation, H211b elsewhere
+  automatic,   ///< PI42 with a dead band where Δt costs a factorisation, predictive where each step does, H211b elsewhere
   elementary,  ///< ρ = ε^{1/k}: reacts to everything
   PI42,        ///< proportional-integral: calm, for implicit steps
   H211b,       ///< smoothest steps, with b = 4
   H312PID,     ///< of third order
+  predictive,  ///< (2): sees a boundary layer coming
 };
 
 /// The controller's memory.
@@ -32,11 +36,12 @@ class StepSize {
   /// @param order_of_error  k
   /// @param dead_band       a growth by less than this keeps Δt, and with it the factorised matrix; 1: none
   StepSize(StepFilter filter, int order_of_error, double dead_band)
-      : weights_{weights(filter)}, k_{static_cast<double>(order_of_error)}, dead_band_{dead_band} {}
+      : filter_{filter}, weights_{weights(filter)}, k_{static_cast<double>(order_of_error)}, dead_band_{dead_band} {}
   StepSize() : StepSize{StepFilter::elementary, 1, 1} {}
 
   /// ρ after a step that was accepted with ‖e‖ ≤ 1.
   [[nodiscard]] double accepted(double error) {
+    if (filter_ == StepFilter::predictive) return predicted(error);
     past_ = {std::pow(safety / std::max(error, smallest), 1 / k_), past_[0], past_[1]};
     seen_ = std::min(seen_ + 1, 3);
     const Weights w = seen_ < weights_.reach ? weights(StepFilter::elementary) : weights_;
@@ -52,10 +57,11 @@ class StepSize {
   }
   /// ρ after a step that was rejected with ‖e‖ > 1.
   [[nodiscard]] double rejected(double error) {
-    const double ratio = std::isfinite(error) ? std::pow(safety / error, 1 / k_) : 0.2;
-    forget();
+    const double ratio = std::clamp(std::isfinite(error) ? std::pow(safety / error, 1 / k_) : 0.2, 0.2, 0.9);
+    if (filter_ == StepFilter::predictive) ratio_ *= ratio;  // the last accepted step is still the one to compare with
+    else forget();
     rejected_ = true;
-    return std::clamp(ratio, 0.2, 0.9);
+    return ratio;
   }
   /// Something else than (1) ruled the last Δt.
   void forget() {
@@ -68,6 +74,18 @@ class StepSize {
  private:
   static constexpr double safety = 0.8;      ///< on the error: aim below what is allowed
   static constexpr double smallest = 1e-10;  ///< an error this small is none
+
+  /// (2), with past_[0] the last accepted ‖e‖ and ratio_ what Δt was multiplied by since
+  [[nodiscard]] double predicted(double error) {
+    double ratio = std::pow(std::max(error, smallest), -1 / k_);
+    if (seen_ > 0) ratio *= std::min(1.0, ratio_ * std::pow(past_[0] / std::max(error, smallest), 1 / k_));
+    ratio = std::clamp(0.9 * ratio, 0.2, 6.0);
+    if (rejected_) ratio = std::min(ratio, 1.0);
+    rejected_ = false;
+    past_[0] = std::max(error, 0.01);  // one lucky step makes no trend
+    seen_ = 1;
+    return ratio_ = ratio;
+  }
 
   struct Weights {
     std::array<double, 3> beta;
@@ -87,6 +105,7 @@ class StepSize {
     }
   }
 
+  StepFilter filter_;
   Weights weights_;
   double k_, dead_band_;
   std::array<double, 3> past_{1, 1, 1};  ///< ε^{1/k}, the newest first

@@ -9,6 +9,8 @@
 ///   drift_share()                            ‖γ_f γ_d K‖ / ‖W‖, row by row or of all: how much of r the solve sees
 ///   magnitude()                              ‖W‖, largest entry
 ///   archive(ar)                              the tangents for a checkpoint, from which factorize() makes W again
+/// most
+///   add_position_product(a, x, out)          out += a K x
 /// and those that keep more than one Jacobian's tangents (`keeps_pattern`)
 ///   restore(masses, γ_f, γ_d, statistics)    after archive(): all that was there, even where no factors were
 #pragma once
@@ -109,6 +111,10 @@ class DenseSystem : public Sizes {
     lu_.solve_in_place(x);
     return Outcome::success;
   }
+  /// out += factor K x
+  void add_position_product(Scalar factor, const auto& x, auto& out) const {
+    if constexpr (has_K) out.noalias() += factor * (K_ * x);
+  }
   void archive(auto& ar) { ar.in_place(K_, C_); }
 
  private:
@@ -153,6 +159,9 @@ class DiagonalSystem : public Sizes {
   [[nodiscard]] Outcome solve(auto& x) {
     x.array() *= inverse_.array();
     return Outcome::success;
+  }
+  void add_position_product(Scalar factor, const auto& x, auto& out) const {
+    out.array() += factor * K_.array() * x.array();
   }
   void archive(auto& ar) { ar.in_place(K_, C_); }
 
