@@ -84,7 +84,8 @@ class Run {
   /// All the way.
   RunReport finish() {
     // From here on, nobody but the observers has the state between steps: where there are none, nobody.
-    for (bool edited = true; step(edited);) edited = sizeof...(Observers) > 0;
+    alone_ = sizeof...(Observers) == 0;
+    for (bool edited = true; step(edited);) edited = !alone_;
     return report();
   }
 
@@ -219,7 +220,6 @@ class Run {
     if constexpr (is_fixed) {
       return pace_.begin(span_);
     } else {
-      if constexpr (sees_error) doubling_.resize(plain());
       return pace_.begin(span_, plain(), error_law());
     }
   }
@@ -346,7 +346,7 @@ class Run {
     report_.smallest_dt = report_.largest_dt == 0 ? length : std::min(report_.smallest_dt, length);
     report_.largest_dt = std::max(report_.largest_dt, length);
     if constexpr (sees_error || has_events) {
-      if (cut_) edits_.forget();
+      if (cut_ || alone_) edits_.forget();
       else edits_.remember(t_, plain());
     }
     const bool wanted = watch(from, dt);
@@ -501,7 +501,8 @@ class Run {
   RunReport report_;
   Outcome outcome_ = Outcome::success;
   bool begun_ = false, ended_ = false, first_ = true, doubled_ = false, traced_ = false;
-  bool cut_ = false;  // the step just done is shorter than the one accepted: it ends at an event
+  bool cut_ = false;    // the step just done is shorter than the one accepted: it ends at an event
+  bool alone_ = false;  // nobody has the state between steps
   std::int64_t changes_ = 0;
   EditGuard<S, false, false> edits_;
   [[no_unique_address]] std::conditional_t<sees_error, StepDoubling<Stepper, S>, Nothing> doubling_;

@@ -33,9 +33,9 @@ namespace phistep::inline PHISTEP_ABI {
 
 /// How the error of a scheme's steps goes with their length, and what a new length costs.
 struct ErrorLaw {
-  int order = 1;        ///< of the scheme
-  int error_order = 2;  ///< the power of Δt with which its estimate goes
-  double dead_band = 1;  ///< see StepSize; more than 1 where a kept Δt spares a factorisation
+  int order = 1;                          ///< of the scheme
+  int error_order = 2;                    ///< the power of Δt with which its estimate goes
+  double dead_band = 1;                   ///< see StepSize; more than 1 where a kept Δt spares a factorisation
   StepFilter filter = StepFilter::H211b;  ///< the one that suits, unless the user names another
 };
 
@@ -92,11 +92,12 @@ class ErrorPace {
     allowed_ = law.error_order == law.order
                    ? 1
                    : std::pow(wanted_.rtol, (law.error_order - law.order) / static_cast<double>(law.order));
+    per_allowed_ = 1 / allowed_;
     // An error of a few roundings can't be told from rounding.
     if (wanted_.rtol * allowed_ < 8 * round_off || !(wanted_.first_step >= 0)) return Outcome::invalid_tolerance;
     if (counts_ && !can_work(iterations_)) return Outcome::invalid_tolerance;
-    size_ = StepSize{wanted_.filter == StepFilter::automatic ? law.filter : wanted_.filter, law.error_order,
-                     law.dead_band};
+    size_ =
+        StepSize{wanted_.filter == StepFilter::automatic ? law.filter : wanted_.filter, law.error_order, law.dead_band};
     trace_.resize(y);
     trace_.rtol = wanted_.rtol;
     return step_.begin(std::max(wanted_.min_step, counts_ ? iterations_.min_step : wanted_.min_step),
@@ -135,7 +136,7 @@ class ErrorPace {
     const double proposed = std::exchange(trace_.proposed, 0);
     trace_.advance();
     const bool was_capped = step_.is_capped();
-    double by = proposed > 0 ? proposed / dt : size_.accepted(error_.size / allowed_);
+    double by = proposed > 0 ? proposed / dt : size_.accepted(error_.size * per_allowed_);
     bool by_iterations = false;
     if (counts_) {
       const double lambda = iteration_factor(history, iterations_);
@@ -186,7 +187,7 @@ class ErrorPace {
   VariableStep<Scalar> step_;
   Trace<Plain> trace_;
   Measured error_;
-  double allowed_ = 1;
+  double allowed_ = 1, per_allowed_ = 1;
 };
 
 /// `iteration_control{…}` alone.
