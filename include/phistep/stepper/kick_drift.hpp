@@ -75,8 +75,11 @@ class Row<KickDrift<Table>, S> : public RowDefaults {
       return outcome;
     auto& rhs = kernel.rhs();
     for (std::size_t i = 1; i < Table::drifts; ++i) {
-      const auto& psi = rhs.evaluate(t, step.next, step.psi);
-      if (!rhs.advance(step.next, step.next, {kick(i) * dt, 0, drift(i) * dt}, psi, step.psi))
+      rhs.evaluate_into(t, step.next, step.psi);
+      const Scalar b = kick(i) * dt, a = drift(i) * dt;
+      auto &r=std::get<0>(Blocks<S>::all(step.next)), &v=std::get<1>(Blocks<S>::all(step.next)); auto&f=std::get<0>(RateOf<S>::blocks(step.psi));
+      constexpr int size = std::remove_cvref_t<decltype(r)>::SizeAtCompileTime;
+      if (!update_in_place(size==-1?r.size():size, [=,R=Input<Scalar>{r.data()},V=Input<Scalar>{v.data()},F=Input<Scalar>{f.data()}](auto i, auto& v1, auto& r1) { v1 = V[i] + b * F[i]; r1 = R[i] + a * v1; }, v.data(), r.data()))
         return Outcome::non_finite_state;
       t += drift(i) * dt;
     }

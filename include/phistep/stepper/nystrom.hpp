@@ -77,9 +77,10 @@ struct VelocityError {
   static constexpr std::size_t count = Tableau::stages;
   static constexpr long double at(std::size_t j) { return Tableau::b_velocity[j] - Tableau::b_velocity_hat[j]; }
 };
-/// i ↦ Σ w_j k_j(i), for numbers and for packets. The latest k comes last: the others are summed while it is computed.
+/// (x, i) ↦ x + h Σ w_j k_j(i), for numbers and for packets. The latest k is added last and by itself: the processor sums the
+/// others while it waits for that one.
 template <class Weights, class Scalar>
-class Sum {
+class AddSum {
   static constexpr std::size_t used = [] {
     std::size_t n = 0;
     for (std::size_t j = 0; j < Weights::count; ++j) n += Weights::at(j) != 0 ? 1 : 0;
@@ -93,19 +94,28 @@ class Sum {
     return at;
   }();
   using Places = std::make_index_sequence<used>;
+  template <std::size_t n>
+  static constexpr Scalar weight = static_cast<Scalar>(Weights::at(places[n]));
 
  public:
   template <class Rate, std::size_t stages>
-  explicit Sum(const std::array<Rate, stages>& k) : Sum{k, Places{}} {}
-  [[gnu::always_inline]] auto operator()(auto i) const { return at(i, Places{}); }
+  AddSum(Scalar h, const std::array<Rate, stages>& k) : AddSum{h, k, Places{}} {}
+  [[gnu::always_inline]] auto operator()(auto x, auto i) const {
+    if constexpr (used > 1) x = x + h_ * sum(i, std::make_index_sequence<used - 1>{});
+    return x + (h_ * weight<used - 1>)*k_[used - 1][i];
+  }
+  /// i ↦ h Σ w_j k_j(i)
+  [[gnu::always_inline]] auto operator()(auto i) const { return h_ * sum(i, Places{}); }
 
  private:
   template <class All, std::size_t... n>
-  Sum(const All& k, std::index_sequence<n...>) : k_{{{std::get<0>(All::value_type::blocks(k[places[n]])).data()}...}} {}
+  AddSum(Scalar h, const All& k, std::index_sequence<n...>)
+      : h_{h}, k_{{{std::get<0>(All::value_type::blocks(k[places[n]])).data()}...}} {}
   template <std::size_t... n>
-  [[gnu::always_inline]] auto at(auto i, std::index_sequence<n...>) const {
-    return (... + (static_cast<Scalar>(Weights::at(places[n])) * k_[n][i]));
+  [[gnu::always_inline]] auto sum(auto i, std::index_sequence<n...>) const {
+    return (... + (weight<n> * k_[n][i]));
   }
+  Scalar h_;
   std::array<Input<Scalar>, used> k_;
 };
 }  // namespace nystrom
@@ -176,8 +186,9 @@ class Row<Nystrom<Tableau, compensates>, S> : public RowDefaults {
   void accepted() { rounding_.accepted(); }
 
  private:
-  [[nodiscard]] static auto& block(Rate& k) { return std::get<0>(Rate::blocks(k)); }
-  static constexpr int size = std::remove_cvref_t<decltype(block(std::declval<Rate&>()))>::SizeAtCompileTime;
+  [[nodiscard]] static auto& block(auto& k) { return std::get<0>(Rate::blocks(k)); }
+  static constexpr int size =
+      std::remove_cvref_t<decltype(std::get<0>(Rate::blocks(std::declval<Rate&>())))>::SizeAtCompileTime;
 
   /// (1) from k_0, and (2)
   template <class Rhs, class Data>
@@ -189,10 +200,7 @@ class Row<Nystrom<Tableau, compensates>, S> : public RowDefaults {
     if (!arrived) return Outcome::non_finite_state;
     bool finite = true;
     if constexpr (!Tableau::first_is_last) finite = move<nystrom::Position<Tableau>, true>(step, 1);
-    const auto increment = [h = step.dt, sum = nystrom::Sum<nystrom::Velocity<Tableau>, Scalar>{k_}](auto i) {
-      return h * sum(i);
-    };
-    finite = put<1, true>(step.next, step.y, increment) && finite;
+    finite = put<1, true>(step.next, step.y, total<nystrom::Velocity<Tableau>>(step.dt)) && finite;
     rounding_.end(step.next);
     return finite ? Outcome::success : Outcome::non_finite_state;
   }
@@ -232,11 +240,14 @@ class Row<Nystrom<Tableau, compensates>, S> : public RowDefaults {
   /// next.r = r + c Δt v + Δt² Σ w_j k_j
   template <class Weights, bool at_end, class Data>
   [[nodiscard]] bool move(Data& step, Scalar c) {
-    const auto increment = [drift = c * step.dt, kick = step.dt * step.dt, sum = nystrom::Sum<Weights, Scalar>{k_},
-                            v = Input<Scalar>{velocity_of<S>(step.y).data()}](auto i) {
-      return drift * v[i] + kick * sum(i);
-    };
+    const auto increment = [drift = c * step.dt, add = nystrom::AddSum<Weights, Scalar>{step.dt * step.dt, k_},
+                            v = Input<Scalar>{velocity_of<S>(step.y).data()}](auto i) { return add(drift * v[i], i); };
     return put<0, at_end>(step.next, step.y, increment);
+  }
+  /// i ↦ h Σ w_j k_j(i)
+  template <class Weights>
+  [[nodiscard]] auto total(Scalar h) const {
+    return [sum = nystrom::AddSum<Weights, Scalar>{h, k_}](auto i) { return sum(i); };
   }
   /// to = from + increment(i) in block n. False: it isn't finite.
   template <std::size_t n, bool at_end>
@@ -259,12 +270,13 @@ class Row<Nystrom<Tableau, compensates>, S> : public RowDefaults {
   /// e = factor Σ w_j k_j. What isn't finite in it isn't allowed, either.
   template <class Weights>
   void set(auto& e, Scalar factor) {
-    const auto kernel = [factor, sum = nystrom::Sum<Weights, Scalar>{k_}](auto i, auto& to) { to = factor * sum(i); };
+    const auto kernel = [sum = total<Weights>(factor)](auto i, auto& to) { to = sum(i); };
     static_cast<void>(update_sized(e.size(), kernel, e.data()));
   }
   [[nodiscard]] static bool update_sized(Index n, const auto& kernel, auto*... out) {
-    if constexpr (size != Eigen::Dynamic && size <= 64) return update_unrolled<size>(kernel, out...);
-    else return update(n, kernel, out...);
+    // Unrolled, a sum of seventeen terms is left scalar from a few components on; a loop of known length is not.
+    if constexpr (size != Eigen::Dynamic && size <= 1) return update_unrolled<size>(kernel, out...);
+    else return update(size != Eigen::Dynamic ? size : n, kernel, out...);
   }
 
   std::array<Rate, stages> k_;
