@@ -7,14 +7,15 @@
 #include <cmath>
 
 /// The Sun, Jupiter, Saturn, Uranus, Neptune and Pluto: E. Hairer, C. Lubich & G. Wanner, Geometric Numerical Integration,
-/// I.2.4. Lengths in astronomical units, times in days, masses in that of the Sun.
+/// I.2.4. Lengths in astronomical units, times in days, masses in that of the Sun. At rest as a whole: in the book's frame,
+/// where the Sun starts at rest, they would be 250 units from the origin after 10⁵ years, and lose a digit and a half.
 struct OuterSolarSystem {
   using Bodies = Eigen::Matrix<double, 18, 1>;  // x, y, z of each body
   using State = phistep::Motion<Bodies>;
   static constexpr int bodies = 6;
   static constexpr double G = 2.95912208286e-4;
-  static constexpr std::array<double, bodies> masses{1.00000597682,       0.000954786104043,   0.000285583733151,
-                                                     0.0000437273164546,  0.0000517759138449,  1.0 / 1.3e8};
+  static constexpr std::array<double, bodies> masses{1.00000597682,      0.000954786104043,  0.000285583733151,
+                                                     0.0000437273164546, 0.0000517759138449, 1.0 / 1.3e8};
 
   [[nodiscard]] static State start() {
     State y;
@@ -22,6 +23,15 @@ struct OuterSolarSystem {
         -7.2521278, 11.4707666, -25.7294829, -10.8169456, -15.5387357, -25.2225594, -3.1902382;
     y.v << 0, 0, 0, 0.00565429, -0.00412490, -0.00190589, 0.00168318, 0.00483525, 0.00192462, 0.00354178, 0.00137102,
         0.00055029, 0.00288930, 0.00114527, 0.00039677, 0.00276725, -0.00170702, -0.00136504;
+    for (auto* block : {&y.r, &y.v}) {
+      Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+      double mass = 0;
+      for (int i = 0; i < bodies; ++i) {
+        centre += masses[static_cast<std::size_t>(i)] * block->segment<3>(3 * i);
+        mass += masses[static_cast<std::size_t>(i)];
+      }
+      for (int i = 0; i < bodies; ++i) block->segment<3>(3 * i) -= centre / mass;
+    }
     return y;
   }
   /// Accelerations, each pair once, as anybody would write them.

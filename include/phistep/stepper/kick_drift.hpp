@@ -12,10 +12,15 @@
 #pragma once
 
 #include <cstddef>
+#include <tuple>
+#include <type_traits>
 
+#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/unknowns.hpp"
+#include "phistep/stepper/acceleration.hpp"
 #include "phistep/stepper/kernel.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -76,10 +81,7 @@ class Row<KickDrift<Table>, S> : public RowDefaults {
     auto& rhs = kernel.rhs();
     for (std::size_t i = 1; i < Table::drifts; ++i) {
       rhs.evaluate_into(t, step.next, step.psi);
-      const Scalar b = kick(i) * dt, a = drift(i) * dt;
-      auto &r=std::get<0>(Blocks<S>::all(step.next)), &v=std::get<1>(Blocks<S>::all(step.next)); auto&f=std::get<0>(RateOf<S>::blocks(step.psi));
-      constexpr int size = std::remove_cvref_t<decltype(r)>::SizeAtCompileTime;
-      if (!update_in_place(size==-1?r.size():size, [=,R=Input<Scalar>{r.data()},V=Input<Scalar>{v.data()},F=Input<Scalar>{f.data()}](auto i, auto& v1, auto& r1) { v1 = V[i] + b * F[i]; r1 = R[i] + a * v1; }, v.data(), r.data()))
+      if (!accelerate(rhs, step.psi) || !kick_and_drift(step.next, kick(i) * dt, step.psi, drift(i) * dt))
         return Outcome::non_finite_state;
       t += drift(i) * dt;
     }
@@ -93,6 +95,16 @@ class Row<KickDrift<Table>, S> : public RowDefaults {
   [[nodiscard]] static constexpr Scalar kick(std::size_t i) { return symmetric(Table::b, Table::drifts + 1, i); }
 
  private:
+  /// v += b a, r += h v, in one pass
+  [[nodiscard]] static bool kick_and_drift(PlainState<S>& y, Scalar b, const RateOf<S>& acceleration, Scalar h) {
+    auto &r = position_of<S>(y), &v = velocity_of<S>(y);
+    const Input<Scalar> r0{r.data()}, v0{v.data()}, a{std::get<0>(RateOf<S>::blocks(acceleration)).data()};
+    const auto kernel = [=](auto i, auto& v1, auto& r1) {
+      v1 = v0[i] + b * a[i];
+      r1 = r0[i] + h * v1;
+    };
+    return update_block<std::remove_cvref_t<decltype(v)>::SizeAtCompileTime>(v.size(), kernel, v.data(), r.data());
+  }
   /// Coefficient i of n that sum to one: those given, from both ends, and in the centre what they leave.
   template <std::size_t given>
   [[nodiscard]] static constexpr Scalar symmetric(const long double (&coefficients)[given], std::size_t n,

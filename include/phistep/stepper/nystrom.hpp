@@ -21,13 +21,13 @@
 #include "phistep/core/arithmetic.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/linear/mass.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
+#include "phistep/stepper/acceleration.hpp"
 #include "phistep/stepper/carried_rounding.hpp"
-#include "phistep/stepper/increment.hpp"
 #include "phistep/stepper/kernel.hpp"
 #include "phistep/stepper/nystrom_tableaus.hpp"
+#include "phistep/stepper/weighted_sum.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -76,47 +76,6 @@ template <class Tableau>
 struct VelocityError {
   static constexpr std::size_t count = Tableau::stages;
   static constexpr long double at(std::size_t j) { return Tableau::b_velocity[j] - Tableau::b_velocity_hat[j]; }
-};
-/// (x, i) ↦ x + h Σ w_j k_j(i), for numbers and for packets. The latest k is added last and by itself: the processor sums the
-/// others while it waits for that one.
-template <class Weights, class Scalar>
-class AddSum {
-  static constexpr std::size_t used = [] {
-    std::size_t n = 0;
-    for (std::size_t j = 0; j < Weights::count; ++j) n += Weights::at(j) != 0 ? 1 : 0;
-    return n;
-  }();
-  static constexpr auto places = [] {
-    std::array<std::size_t, used> at{};
-    std::size_t n = 0;
-    for (std::size_t j = 0; j < Weights::count; ++j)
-      if (Weights::at(j) != 0) at[n++] = j;
-    return at;
-  }();
-  using Places = std::make_index_sequence<used>;
-  template <std::size_t n>
-  static constexpr Scalar weight = static_cast<Scalar>(Weights::at(places[n]));
-
- public:
-  template <class Rate, std::size_t stages>
-  AddSum(Scalar h, const std::array<Rate, stages>& k) : AddSum{h, k, Places{}} {}
-  [[gnu::always_inline]] auto operator()(auto x, auto i) const {
-    if constexpr (used > 1) x = x + h_ * sum(i, std::make_index_sequence<used - 1>{});
-    return x + (h_ * weight<used - 1>)*k_[used - 1][i];
-  }
-  /// i ↦ h Σ w_j k_j(i)
-  [[gnu::always_inline]] auto operator()(auto i) const { return h_ * sum(i, Places{}); }
-
- private:
-  template <class All, std::size_t... n>
-  AddSum(Scalar h, const All& k, std::index_sequence<n...>)
-      : h_{h}, k_{{{std::get<0>(All::value_type::blocks(k[places[n]])).data()}...}} {}
-  template <std::size_t... n>
-  [[gnu::always_inline]] auto sum(auto i, std::index_sequence<n...>) const {
-    return (... + (weight<n> * k_[n][i]));
-  }
-  Scalar h_;
-  std::array<Input<Scalar>, used> k_;
 };
 }  // namespace nystrom
 
@@ -200,54 +159,40 @@ class Row<Nystrom<Tableau, compensates>, S> : public RowDefaults {
     if (!arrived) return Outcome::non_finite_state;
     bool finite = true;
     if constexpr (!Tableau::first_is_last) finite = move<nystrom::Position<Tableau>, true>(step, 1);
-    finite = put<1, true>(step.next, step.y, total<nystrom::Velocity<Tableau>>(step.dt)) && finite;
+    const auto kick = [dt = step.dt, sum = sum<nystrom::Velocity<Tableau>>()](auto i) { return dt * sum(i); };
+    finite = put<1, true>(step.next, step.y, kick) && finite;
     rounding_.end(step.next);
     return finite ? Outcome::success : Outcome::non_finite_state;
   }
   template <std::size_t i, class Rhs, class Data>
   [[nodiscard]] bool stage(Rhs& rhs, Data& step) {
     constexpr bool at_end = i == last && Tableau::first_is_last;
-    constexpr auto c = static_cast<Scalar>(Tableau::c[i]);
-    if (!move<nystrom::Stage<Tableau, i>, at_end>(step, c)) {
+    if (!move<nystrom::Stage<Tableau, i>, at_end>(step, Tableau::c[i])) {
       step.psi = k_[i - 1];  // what the message looks at
       return false;
     }
     // The next step is told Ψ itself, without the mass.
-    rhs.evaluate_into(step.t + c * step.dt, step.next, at_end ? step.psi : k_[i]);
+    rhs.evaluate_into(step.t + static_cast<Scalar>(Tableau::c[i]) * step.dt, step.next, at_end ? step.psi : k_[i]);
     if constexpr (at_end) k_[i] = step.psi;
     if (accelerate(rhs, k_[i])) return true;
     step.psi = k_[i];
     return false;
   }
-  /// k ← M⁻¹k. False where a matrix would spread what isn't finite: else that shows in the next sum.
-  template <class Rhs>
-  [[nodiscard]] static bool accelerate(const Rhs& rhs, Rate& k) {
-    using Mass = std::tuple_element_t<0, typename Rhs::Masses>;
-    if constexpr (!std::is_same_v<Mass, UnitMass>) {
-      const Mass& mass = std::get<0>(rhs.masses());
-      auto& a = block(k);
-      if constexpr (Mass::is_matrix) {
-        if (!all_finite(a.data(), a.size())) return false;
-        mass.solve(flat(a));
-      } else {
-        const auto factor = mass.scaled(Scalar{1});
-        for (Index i = 0; i < a.size(); ++i) a.data()[i] *= factor(i);
-      }
-    }
-    return true;
-  }
 
+  template <class Weights>
+  [[nodiscard]] auto sum() const {
+    return WeightedSum<Weights, Scalar, compensates>{k_};
+  }
   /// next.r = r + c Δt v + Δt² Σ w_j k_j
   template <class Weights, bool at_end, class Data>
-  [[nodiscard]] bool move(Data& step, Scalar c) {
-    const auto increment = [drift = c * step.dt, add = nystrom::AddSum<Weights, Scalar>{step.dt * step.dt, k_},
-                            v = Input<Scalar>{velocity_of<S>(step.y).data()}](auto i) { return add(drift * v[i], i); };
+  [[nodiscard]] bool move(Data& step, long double c) {
+    const Scalar share = static_cast<Scalar>(c), rest = static_cast<Scalar>(c - static_cast<long double>(share));
+    const auto increment = [=, dt = step.dt, drift = share * step.dt, kick = step.dt * step.dt, sum = sum<Weights>(),
+                            v = Input<Scalar>{velocity_of<S>(step.y).data()}](auto i) {
+      if constexpr (compensates) return dt * (share * v[i] + (rest * v[i] + dt * sum(i)));
+      else return sum.add_to(drift * v[i], kick, i);
+    };
     return put<0, at_end>(step.next, step.y, increment);
-  }
-  /// i ↦ h Σ w_j k_j(i)
-  template <class Weights>
-  [[nodiscard]] auto total(Scalar h) const {
-    return [sum = nystrom::AddSum<Weights, Scalar>{h, k_}](auto i) { return sum(i); };
   }
   /// to = from + increment(i) in block n. False: it isn't finite.
   template <std::size_t n, bool at_end>
@@ -261,22 +206,18 @@ class Row<Nystrom<Tableau, compensates>, S> : public RowDefaults {
         y1 = y[i] + delta;
         lost1 = delta - (y1 - y[i]);
       };
-      return update_sized(out.size(), kernel, out.data(), std::get<n>(Blocks<S>::all(rounding_.next_lost())).data());
+      return update_block<size>(out.size(), kernel, out.data(),
+                                std::get<n>(Blocks<S>::all(rounding_.next_lost())).data());
     } else {
       const auto kernel = [=](auto i, auto& y1) { y1 = y[i] + increment(i); };
-      return update_sized(out.size(), kernel, out.data());
+      return update_block<size>(out.size(), kernel, out.data());
     }
   }
-  /// e = factor Σ w_j k_j. What isn't finite in it isn't allowed, either.
+  /// e = factor Σ w_j k_j. Where that isn't finite, the norm of it will tell.
   template <class Weights>
   void set(auto& e, Scalar factor) {
-    const auto kernel = [sum = total<Weights>(factor)](auto i, auto& to) { to = sum(i); };
-    static_cast<void>(update_sized(e.size(), kernel, e.data()));
-  }
-  [[nodiscard]] static bool update_sized(Index n, const auto& kernel, auto*... out) {
-    // Unrolled, a sum of seventeen terms is left scalar from a few components on; a loop of known length is not.
-    if constexpr (size != Eigen::Dynamic && size <= 1) return update_unrolled<size>(kernel, out...);
-    else return update(size != Eigen::Dynamic ? size : n, kernel, out...);
+    const auto kernel = [factor, sum = sum<Weights>()](auto i, auto& to) { to = factor * sum(i); };
+    static_cast<void>(update_block<size>(e.size(), kernel, e.data()));
   }
 
   std::array<Rate, stages> k_;
