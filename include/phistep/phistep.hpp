@@ -38,6 +38,8 @@
 #include "phistep/run.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/motion.hpp"
+#include "phistep/stepper/extrapolated.hpp"
+#include "phistep/stepper/extrapolation.hpp"
 #include "phistep/stepper/halving.hpp"
 #include "phistep/stepper/phi_stepper.hpp"
 #include "phistep/stepper/rannacher.hpp"
