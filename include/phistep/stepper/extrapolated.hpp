@@ -77,8 +77,7 @@ class ImplicitEulerRows {
     return Outcome::non_finite_state;
   }
   void right_hand_side(Scalar h) {
-    if constexpr (Blocks<S>::drifts)
-      position_of<S>(delta_) = h * velocity_of<S>(std::as_const(step_.next));
+    if constexpr (Blocks<S>::drifts) position_of<S>(delta_) = h * velocity_of<S>(std::as_const(step_.next));
     for_each_block([h](auto, auto& to, const auto& psi) { to = h * psi; }, Blocks<S>::solved(delta_),
                    RateOf<S>::blocks(std::as_const(step_.psi)));
   }

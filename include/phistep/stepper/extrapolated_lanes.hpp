@@ -62,7 +62,7 @@ class ImplicitEulerLanes {
       if (const Outcome outcome = start(lane[0], from, substeps[index(from)], theta); outcome != Outcome::success)
         return outcome;
       if (theta > 1) return Outcome::success;
-      while (lane[0].left > 0) substep(lane[0]);
+      advance<1>(lane, lane[0].left);
       if (!finish(lane[0], ends[index(from)])) return failure(lane[0]);
     }
     for (; active < lanes && next >= from; ++active, --next)
@@ -95,18 +95,24 @@ class ImplicitEulerLanes {
   }
 
  private:
+  using Inverse = DenseInverse<Scalar, n>;
   struct Lane {
-    DenseInverse<Scalar, n> inverse;
+    Inverse inverse;
     Plain y, moved;
     Scalar h;
     int row, left, done;
   };
 
+  /// What moves is taken into variables of its own: numbers stored one by one can't be loaded as a packet at once.
   template <int count>
-  void advance(std::array<Lane, lanes>& lane, int substeps) {
-    for (int i = 0; i < substeps; ++i)
-      [&]<int... l>(std::integer_sequence<int, l...>) { (substep(lane[l]), ...); }
-      (std::make_integer_sequence<int, count>{});
+  [[gnu::flatten, gnu::noinline]] void advance(std::array<Lane, lanes>& lane, int substeps) {
+    [&]<std::size_t... l>(std::index_sequence<l...>) {
+      std::array<Plain, count> y{lane[l].y...}, moved{lane[l].moved...};
+      const std::array<Scalar, count> h{lane[l].h...};
+      for (int i = 0; i < substeps; ++i) (substep(lane[l].inverse, h[l], lane[l].done + i, y[l], moved[l]), ...);
+      ((lane[l].y = y[l], lane[l].moved = moved[l], lane[l].done += substeps, lane[l].left -= substeps), ...);
+    }
+    (std::make_index_sequence<count>{});
   }
 
   /// The row's matrix and its first substep, whose Ψ is known; on a watched step's rows 1 and 2 also what Newton would
@@ -125,11 +131,12 @@ class ImplicitEulerLanes {
     Vector w;
     if constexpr (Kernel::has_time) {
       kernel_.evaluate(step_.t + h, lane.y, step_.psi);
-      w = correction(lane, step_.psi);
+      w = correction(lane.inverse, h, lane.y, step_.psi);
     } else {
-      w = correction(lane, start_);
+      w = correction(lane.inverse, h, lane.y, start_);
     }
-    move(lane, w);
+    move(h, w, lane.y, lane.moved);
+    ++lane.done, --lane.left;
     if (row > 2 || step_.trace == nullptr) return Outcome::success;
     Rate psi;
     kernel_.evaluate(step_.t + h, lane.y, psi);
@@ -144,53 +151,71 @@ class ImplicitEulerLanes {
         Rate::blocks(std::as_const(psi)), kernel_.rhs().masses());
     ++kernel_.rhs().statistics().solves;
     lane.inverse.solve_in_place(residual);
-    const double first = size_of(w, h), second = size_of(residual, h);
-    const double rate = second / std::max(1.0, first);
-    if (!(rate <= theta)) theta = rate <= 1 ? rate : 2;
-    if (theta > 1) return Outcome::success;
+    // θ² = ‖second‖²/max(1, ‖first‖²)
+    const double second = square_of(residual, h), first = std::max(count_of(), square_of(w, h));
+    if (!(second <= first)) {
+      theta = 2;
+      return Outcome::success;
+    }
     if constexpr (!Kernel::has_time) {
-      w = correction(lane, psi);
-      move(lane, w);
+      w = correction(lane.inverse, h, lane.y, psi);
+      move(h, w, lane.y, lane.moved);
+      ++lane.done, --lane.left;
     }
     return Outcome::success;
   }
-  void substep(Lane& lane) {
+  [[gnu::always_inline]] void substep(const Inverse& inverse, Scalar h, int done, Plain& y, Plain& moved) {
     Rate psi;
-    kernel_.evaluate(step_.t + static_cast<Scalar>(lane.done + 1) * lane.h, lane.y, psi);
-    const Vector w = correction(lane, psi);
-    move(lane, w);
+    kernel_.evaluate(step_.t + static_cast<Scalar>(done + 1) * h, y, psi);
+    move(h, correction(inverse, h, y, psi), y, moved);
   }
-  [[nodiscard]] Vector correction(const Lane& lane, const Rate& psi) {
+  [[nodiscard, gnu::always_inline]] Vector correction(const Inverse& inverse, Scalar h, const Plain& y,
+                                                      const Rate& psi) {
     Vector w;
     for_each_block(
         [&, at = Index{0}](auto, const auto& rate) mutable {
-          part(w, at, rate) = flat(rate);
+          for (Index i = 0; i < rate.size(); ++i) w[at + i] = rate.data()[i];
           at += rate.size();
         },
         Rate::blocks(psi));
-    if constexpr (drifts) kernel_.stages().matrix().add_position_product(lane.h, flat(velocity_of<S>(lane.y)), w);
+    if constexpr (drifts) kernel_.stages().matrix().add_position_product(h, flat(velocity_of<S>(y)), w);
     ++kernel_.rhs().statistics().solves;
-    lane.inverse.solve_in_place(w);
+    inverse.solve_in_place(w);
     return w;
   }
-  void move(Lane& lane, const Vector& w) {
-    for_each_solved<S>([&](Index at, auto& by) { flat(by) += part(w, at, by); }, lane.moved);
+  [[gnu::always_inline]] void move(Scalar h, const Vector& w, Plain& y, Plain& moved) {
+    for_each_solved<S>(
+        [&](Index at, auto& to, auto& by, const auto& from) {
+          for (Index i = 0; i < by.size(); ++i) {
+            by.data()[i] += w[at + i];
+            to.data()[i] = from.data()[i] + by.data()[i];
+          }
+        },
+        y, moved, step_.y);
     if constexpr (drifts) {
-      velocity_of<S>(lane.y) = velocity_of<S>(step_.y) + velocity_of<S>(lane.moved);
-      position_of<S>(lane.moved) += lane.h * velocity_of<S>(lane.y);
-      position_of<S>(lane.y) = position_of<S>(step_.y) + position_of<S>(lane.moved);
+      position_of<S>(moved) += h * velocity_of<S>(y);
+      position_of<S>(y) = position_of<S>(step_.y) + position_of<S>(moved);
     }
-    for_each_block([](auto, auto& to, const auto& y, const auto& by) { to = y + by; }, Blocks<S>::solved(lane.y),
-                   Blocks<S>::solved(step_.y), Blocks<S>::solved(std::as_const(lane.moved)));
-    ++lane.done;
-    --lane.left;
   }
-  /// ‖(h w, w)‖, weighted as the error is
-  [[nodiscard]] double size_of(const Vector& w, Scalar h) const {
-    Plain x;
-    for_each_solved<S>([&](Index at, auto& block) { flat(block) = part(w, at, block); }, x);
-    if constexpr (drifts) position_of<S>(x) = h * velocity_of<S>(x);
-    return weighted_rms(x, step_.trace->weight);
+  /// n ‖(h w, w)‖², weighted as the error is
+  [[nodiscard]] double square_of(const Vector& w, Scalar h) const {
+    using Wide = std::common_type_t<Scalar, double>;
+    Wide sum{0};
+    const auto add = [&sum](Scalar x) { sum += static_cast<Wide>(x) * static_cast<Wide>(x); };
+    const Plain& weight = step_.trace->weight;
+    for_each_solved<S>(
+        [&](Index at, const auto& by) {
+          for (Index i = 0; i < by.size(); ++i) add(w[at + i] * by.data()[i]);
+        },
+        weight);
+    if constexpr (drifts) {
+      const auto& by = position_of<S>(weight);
+      for (Index i = 0; i < by.size(); ++i) add(h * w[i] * by.data()[i]);
+    }
+    return static_cast<double>(sum);
+  }
+  [[nodiscard]] static double count_of() {
+    return static_cast<double>(static_size<decltype(Blocks<S>::all(std::declval<Plain&>()))>);
   }
   [[nodiscard]] bool finish(const Lane& lane, Plain& end) const {
     copy_blocks<S>(end, lane.moved);

@@ -15,7 +15,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
+#include <iterator>
 
 #include "phistep/core/version.hpp"
 
@@ -36,14 +36,14 @@ class ExtrapolationOrder {
   };
   /// Carried from step to step.
   struct Past {
-    int target = 0;      ///< k, 0 before the first step
-    int last = 0;        ///< the column aimed at by the step before
-    int steady = 0;      ///< steps that have stayed in it
-    int patience = 4;    ///< as many make it worth a look at the next one
+    int target = 0;    ///< k, 0 before the first step
+    int last = 0;      ///< the column aimed at by the step before
+    int steady = 0;    ///< steps that have stayed in it
+    int patience = 4;  ///< as many make it worth a look at the next one
     bool rejected = false;
-    double wanted = 0;     ///< [time] |Δt| proposed
-    double below = 0;      ///< log₂ of ‖e_{k−1}‖ and
-    double below_h = 0;    ///< [time] the |Δt| that had it, 0: unknown
+    double wanted = 0;   ///< [time] |Δt| proposed
+    double below = 0;    ///< log₂ of ‖e_{k−1}‖ and
+    double below_h = 0;  ///< [time] the |Δt| that had it, 0: unknown
     int below_column = 0;
 
     void archive(auto& ar) { ar(target, last, steady, patience, rejected, wanted, below, below_h, below_column); }
@@ -71,9 +71,8 @@ class ExtrapolationOrder {
     if (eager_ || k <= 2) return batch_ = 2;
     if (past_.rejected || probes_) return batch_ = k;
     // Where row k−1 is not expected to be enough, row k may be computed beside it.
-    const bool falls_short =
-        past_.below_h > 0 && past_.below_column == k - 1 &&
-        past_.below + power * past_.below_column * std::log2(h_ / past_.below_h) > 0;
+    const bool falls_short = past_.below_h > 0 && past_.below_column == k - 1 &&
+                             past_.below + power * past_.below_column * std::log2(h_ / past_.below_h) > 0;
     return batch_ = falls_short ? k : k - 1;
   }
   /// Whether ‖e_j‖ is needed.
@@ -83,6 +82,7 @@ class ExtrapolationOrder {
   [[nodiscard]] RowVerdict judge(int j, double error) {
     const int k = past_.target;
     error_[at(j)] = error;
+    length_[at(j)] = 0;
     if (known_ == 0) known_ = j;
     // Also where it's NaN.
     if (!(error < 1e15) || (j > 2 && known_ < j && error >= std::max(4 * error_[at(j - 1)], 1.0)))
@@ -175,12 +175,17 @@ class ExtrapolationOrder {
   [[nodiscard]] int last_known() const { return std::max(column_, probes_ ? std::min(past_.target + 1, columns) : 0); }
 
   /// H_j of (1), within 10^{1/j} of h and a quarter of its reciprocal (Hairer & Wanner's program)
-  [[nodiscard]] double length(int j) const {
-    const double exponent = 1.0 / (power * j), least = std::exp2(-3.321928094887362 * exponent);
-    const double by = std::exp2(std::log2(std::max(error_[at(j)], 1e-30) / safety) * exponent) / 0.93;
-    return h_ / std::min(4 / least, std::max(least, by));
+  [[nodiscard]] double length(int j) {
+    double& length = length_[at(j)];
+    if (length == 0) {
+      const double least = shares[at(power * j)];
+      const double by =
+          std::exp2(std::log2(std::max(error_[at(j)], 1e-30) / safety) / static_cast<double>(power * j)) / 0.93;
+      length = h_ / std::min(4 / least, std::max(least, by));
+    }
+    return length;
   }
-  [[nodiscard]] double work(int j) const { return rows_->work[at(j)] / length(j); }
+  [[nodiscard]] double work(int j) { return rows_->work[at(j)] / length(j); }
   void remember(int target, double h) {
     past_.target = target;
     past_.wanted = h;
@@ -192,13 +197,19 @@ class ExtrapolationOrder {
     }
   }
   static constexpr double safety = 0.6;
+  /// 0.1^{1/j}
+  static constexpr double shares[] = {0,        0.1,      0.316228, 0.464159, 0.562341, 0.630957, 0.681292,
+                                      0.719686, 0.749894, 0.774264, 0.794328, 0.811131, 0.825404, 0.837678,
+                                      0.848343, 0.857696, 0.865964, 0.873326, 0.879923, 0.885867, 0.891251,
+                                      0.896151, 0.900628, 0.904736, 0.908518};
+  static_assert(power * columns < static_cast<int>(std::size(shares)));
 
   Past past_;
   const Rows* rows_ = nullptr;
   double h_ = 0;
   bool first_ = true, eager_ = true, probes_ = false;
   int column_ = 0, known_ = 0, batch_ = 0;
-  std::array<double, columns + 2> error_{};
+  std::array<double, columns + 2> error_{}, length_{};
 };
 
 }  // namespace phistep::inline PHISTEP_ABI
