@@ -4,9 +4,9 @@
 ///
 /// With ‖e_j‖ the difference of the last two entries of row j, A_j the work of rows 1 … j,
 ///
-///     H_j = Δt 0.93 (0.6/‖e_j‖)^{1/j},     W_j = A_j/H_j                                                        (1)
+///     H_j = Δt 0.93 (0.6/‖e_j‖)^{1/(p(j−1)+1)},     W_j = A_j/H_j                                               (1)
 ///
-/// are the step that column j would allow, and its work per unit of time. A step aims at the column k of least work and
+/// (p = 1, or 2 where the error has even powers of Δt alone) are the step that column j would allow, and its work per unit of time. A step aims at the column k of least work and
 /// ends in one of k−1, k, k+1. What the books' rule can't see is a column that it never computes: where ‖e_3‖ ≈ ‖e_2‖, as
 /// in very stiff phases, W_3 > W_2 keeps k = 3 for good, though W_5 be a tenth of it. So a run that has stayed in one
 /// column for a while looks one further, the less often the less it found.
@@ -49,10 +49,9 @@ class ExtrapolationOrder {
     void archive(auto& ar) { ar(target, last, steady, patience, rejected, wanted, below, below_h, below_column); }
   };
 
-  /// A step of length h > 0. @param rtol  tells where to begin
-  void begin(const Past& past, const Rows& rows, double h, double rtol) {
-    past_ = past;
-    rows_ = &rows;
+  /// A step of length h > 0. @param rtol  tells where to begin  @param fixed  0, or the only column there is
+  ExtrapolationOrder(const Rows& rows, const Past& past, double h, double rtol, int fixed)
+      : rows_{rows}, past_{past}, fixed_{fixed} {
     h_ = h;
     first_ = past_.target == 0;
     if (first_) {
@@ -67,16 +66,20 @@ class ExtrapolationOrder {
   }
   /// The rows to compute before anything is asked.
   [[nodiscard]] int first_batch() {
+    if (fixed_ > 0) return batch_ = fixed_;
     const int k = past_.target;
     if (eager_ || k <= 2) return batch_ = 2;
     if (past_.rejected || probes_) return batch_ = k;
     // Where row k−1 is not expected to be enough, row k may be computed beside it.
     const bool falls_short = past_.below_h > 0 && past_.below_column == k - 1 &&
-                             past_.below + power * past_.below_column * std::log2(h_ / past_.below_h) > 0;
+                             past_.below + exponent(past_.below_column) * std::log2(h_ / past_.below_h) > 0;
     return batch_ = falls_short ? k : k - 1;
   }
   /// Whether ‖e_j‖ is needed.
-  [[nodiscard]] bool asks(int j) const { return j >= 2 && (eager_ || j >= past_.target - 2); }
+  [[nodiscard]] bool asks(int j) const {
+    if (fixed_ > 0) return j == fixed_;
+    return j >= 2 && (eager_ || j >= past_.target - 2);
+  }
 
   /// ‖e_j‖, after which the step goes on with row j+1, or ends.
   [[nodiscard]] RowVerdict judge(int j, double error) {
@@ -89,12 +92,13 @@ class ExtrapolationOrder {
       return RowVerdict::diverged;
     column_ = j;
     const bool enough = error <= 1;
+    if (fixed_ > 0) return enough ? RowVerdict::accept : RowVerdict::reject;
     if (eager_) {
       if (enough) return RowVerdict::accept;
       return j >= std::min(k + 1, columns) ? RowVerdict::reject : RowVerdict::more;
     }
     if (j < k - 1) return RowVerdict::more;
-    const auto n = [this](int i) { return static_cast<double>(rows_->substeps[at(std::min(i, columns))]); };
+    const auto n = [this](int i) { return static_cast<double>(rows_.substeps[at(std::min(i, columns))]); };
     const double n1 = n(1);
     if (j == k - 1) {
       if (k == 2 || past_.rejected || batch_ >= k) return RowVerdict::more;
@@ -118,8 +122,13 @@ class ExtrapolationOrder {
   /// The column whose T_jj is the result.
   [[nodiscard]] int column() const { return column_; }
 
-  /// After RowVerdict::accept: what the next step takes. proposed() is its length.
-  void accepted() {
+  /// After RowVerdict::accept: what the next step takes.
+  [[nodiscard]] const Past& accepted() {
+    if (fixed_ > 0) {
+      const double h = past_.rejected ? std::min(h_, length(fixed_)) : length(fixed_);
+      past_.rejected = false;
+      return remember(fixed_, h);
+    }
     const int c = column_, k = past_.target;
     int next = 0;
     const bool probed = probes_ && known_ <= k && has(k + 1);
@@ -151,26 +160,27 @@ class ExtrapolationOrder {
       h = length(next);
     } else {
       const bool rising = c < k && has(c - 1) && work(c) < 0.9 * work(c - 1);
-      h = length(c) * rows_->work[at(rising ? std::min(next + 1, columns) : next)] / rows_->work[at(c)];
+      h = length(c) * rows_.work[at(rising ? std::min(next + 1, columns) : next)] / rows_.work[at(c)];
     }
     past_.rejected = false;
-    remember(next, h);
+    return remember(next, h);
   }
   /// After RowVerdict::reject and diverged. @param halved  nothing can be said of the errors
-  void rejected(bool halved) {
+  [[nodiscard]] const Past& rejected(bool halved) {
     past_.rejected = true;
     past_.steady = 0;
     past_.patience = 4;
     if (halved) return remember(past_.target, h_ / 2);
+    if (fixed_ > 0) return remember(fixed_, std::min(length(fixed_), 0.9 * h_));
     int k = std::min({past_.target, column_, columns - 1});
     if (k > 2 && has(k - 1) && work(k - 1) < 0.7 * work(k)) --k;
-    remember(k, std::min(length(has(k) ? k : column_), 0.9 * h_));
+    return remember(k, std::min(length(has(k) ? k : column_), 0.9 * h_));
   }
-  [[nodiscard]] double proposed() const { return past_.wanted; }
-  [[nodiscard]] const Past& past() const { return past_; }
 
  private:
   static constexpr std::size_t at(int j) { return static_cast<std::size_t>(j); }
+  /// e_j, the error of T_{j,j−1}, goes as Δt to this power.
+  static constexpr int exponent(int j) { return power * (j - 1) + 1; }
   [[nodiscard]] bool has(int j) const { return known_ > 0 && j >= known_ && j <= last_known(); }
   [[nodiscard]] int last_known() const { return std::max(column_, probes_ ? std::min(past_.target + 1, columns) : 0); }
 
@@ -178,15 +188,14 @@ class ExtrapolationOrder {
   [[nodiscard]] double length(int j) {
     double& length = length_[at(j)];
     if (length == 0) {
-      const double least = shares[at(power * j)];
-      const double by =
-          std::exp2(std::log2(std::max(error_[at(j)], 1e-30) / safety) / static_cast<double>(power * j)) / 0.93;
+      const double least = shares[at(exponent(j))];
+      const double by = std::exp2(std::log2(std::max(error_[at(j)], 1e-30) / safety) / exponent(j)) / 0.93;
       length = h_ / std::min(4 / least, std::max(least, by));
     }
     return length;
   }
-  [[nodiscard]] double work(int j) { return rows_->work[at(j)] / length(j); }
-  void remember(int target, double h) {
+  [[nodiscard]] double work(int j) { return rows_.work[at(j)] / length(j); }
+  const Past& remember(int target, double h) {
     past_.target = target;
     past_.wanted = h;
     past_.below_h = 0;
@@ -195,6 +204,7 @@ class ExtrapolationOrder {
       past_.below_h = h_;
       past_.below_column = target - 1;
     }
+    return past_;
   }
   static constexpr double safety = 0.6;
   /// 0.1^{1/j}
@@ -204,8 +214,9 @@ class ExtrapolationOrder {
                                       0.896151, 0.900628, 0.904736, 0.908518};
   static_assert(power * columns < static_cast<int>(std::size(shares)));
 
+  const Rows& rows_;
   Past past_;
-  const Rows* rows_ = nullptr;
+  int fixed_;
   double h_ = 0;
   bool first_ = true, eager_ = true, probes_ = false;
   int column_ = 0, known_ = 0, batch_ = 0;
