@@ -84,7 +84,8 @@ class Run {
   /// All the way.
   RunReport finish() {
     // From here on, nobody but the observers has the state between steps: where there are none, nobody.
-    for (bool edited = true; step(edited);) edited = sizeof...(Observers) > 0;
+    alone_ = sizeof...(Observers) == 0;
+    for (bool edited = true; step(edited);) edited = !alone_;
     return report();
   }
 
@@ -219,10 +220,7 @@ class Run {
     if constexpr (is_fixed) {
       return pace_.begin(span_);
     } else {
-      if constexpr (sees_error) doubling_.resize(plain());
-      int error_order = stepper_.order() + 1;
-      if constexpr (requires { stepper_.error_order(); }) error_order = stepper_.error_order();
-      return pace_.begin(span_, plain(), stepper_.order(), error_order, dead_band());
+      return pace_.begin(span_, plain(), error_law());
     }
   }
   template <class Observer>
@@ -348,7 +346,7 @@ class Run {
     report_.smallest_dt = report_.largest_dt == 0 ? length : std::min(report_.smallest_dt, length);
     report_.largest_dt = std::max(report_.largest_dt, length);
     if constexpr (sees_error || has_events) {
-      if (cut_) edits_.forget();
+      if (cut_ || alone_) edits_.forget();
       else edits_.remember(t_, plain());
     }
     const bool wanted = watch(from, dt);
@@ -458,6 +456,13 @@ class Run {
     }
   }
   [[nodiscard]] static bool is_finite(const Plain& y) { return !first_non_finite(Blocks<S>::all(y)); }
+  [[nodiscard]] ErrorLaw error_law() const {
+    ErrorLaw law{stepper_.order(), stepper_.order() + 1, dead_band(), StepFilter::H211b};
+    if constexpr (requires { stepper_.error_order(); }) law.error_order = stepper_.error_order();
+    if constexpr (requires { requires Stepper::refactorises; }) law.filter = StepFilter::predictive;
+    else if (law.dead_band > 1) law.filter = StepFilter::PI42;
+    return law;
+  }
   /// By how much Δt has to grow to be worth new factors: without a matrix, at once; Newton makes do with old ones within
   /// limits; an affine step can't, and a factorisation is then most of what it costs.
   [[nodiscard]] double dead_band() const {
@@ -496,7 +501,8 @@ class Run {
   RunReport report_;
   Outcome outcome_ = Outcome::success;
   bool begun_ = false, ended_ = false, first_ = true, doubled_ = false, traced_ = false;
-  bool cut_ = false;  // the step just done is shorter than the one accepted: it ends at an event
+  bool cut_ = false;    // the step just done is shorter than the one accepted: it ends at an event
+  bool alone_ = false;  // nobody has the state between steps
   std::int64_t changes_ = 0;
   EditGuard<S, false, false> edits_;
   [[no_unique_address]] std::conditional_t<sees_error, StepDoubling<Stepper, S>, Nothing> doubling_;
