@@ -13,7 +13,9 @@
 /// Both are summed as increments from y: what extrapolation amplifies is then the rounding of the increments.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <type_traits>
 #include <utility>
 
@@ -37,22 +39,36 @@ class ExplicitRows {
   using LaneType = Lane<Fixed, Moving>;
   static constexpr int size = static_size<decltype(Blocks<S>::all(std::declval<Plain&>()))>;
   static constexpr bool on_stack = size != Eigen::Dynamic && size <= 64;
-  static constexpr int lanes = on_stack && size <= 4 ? 3 : on_stack && size <= 8 ? 2 : 1, alone = 0;
+  static constexpr int lanes = on_stack && size <= 4 ? 3 : on_stack && size <= 8 ? 2 : 1, alone = 1;
 
   ExplicitRows(Kernel& kernel, Data& step, const Plain& slope, Plain& slopes)
       : kernel_{kernel}, step_{step}, slope_{slope}, slopes_{slopes} {}
 
-  [[nodiscard]] Outcome start(LaneType& lane, int, int substeps, double&) {
+  /// Row 1 also looks whether y' changes within a substep by more than twice itself: h then lies beyond the rows'
+  /// stability, where their agreement may be an accident (Hairer & Wanner's program ODEX).
+  [[nodiscard]] Outcome start(LaneType& lane, int row, int substeps, double& theta) {
     lane.fixed = step_.dt / static_cast<Scalar>(substeps);
     lane.left -= Rule::start(lane.fixed, step_.y, slope_, lane.moving);
     lane.done = substeps - lane.left;
+    if (row > 1 || step_.trace == nullptr) return Outcome::success;
+    const auto look = [&](Plain& slope) {
+      evaluate(lane.fixed, lane.done, lane.moving, slope);
+      theta = change(lane.fixed, slope) / 2;
+      if (!(theta <= 1)) theta = 2;
+      Rule::move(lane.fixed, step_.y, slope, lane.moving);
+    };
+    if constexpr (on_stack) {
+      Plain slope;
+      look(slope);
+    } else {
+      look(slopes_);
+    }
+    ++lane.done, --lane.left;
     return Outcome::success;
   }
   [[gnu::always_inline]] void substep(const Scalar& h, int done, Moving& moving) {
     const auto next = [&](Plain& slope) {
-      const Plain& y = Rule::where(h, step_.y, moving);
-      const Scalar t = step_.t + static_cast<Scalar>(done + Rule::ahead) * h;
-      static_cast<void>(kernel_.rhs().slope(t, y, slope, step_.psi));
+      evaluate(h, done, moving, slope);
       Rule::move(h, step_.y, slope, moving);
     };
     if constexpr (on_stack) {
@@ -70,6 +86,30 @@ class ExplicitRows {
   }
 
  private:
+  void evaluate(Scalar h, int done, Moving& moving, Plain& slope) {
+    const Plain& y = Rule::where(h, step_.y, moving);
+    // What isn't finite shows at the row's end.
+    static_cast<void>(kernel_.rhs().slope(step_.t + static_cast<Scalar>(done + Rule::ahead) * h, y, slope, step_.psi));
+  }
+  /// ‖h (y' − y'(t))‖ / max(1, ‖h y'(t)‖)
+  [[nodiscard]] double change(Scalar h, const Plain& slope) const {
+    using Wide = std::common_type_t<Scalar, double>;
+    Wide changed{0}, first{0};
+    Index n = 0;
+    for_each_block(
+        [&](auto, const auto& f, const auto& f0, const auto& weight) {
+          for (Index i = 0; i < f.size(); ++i) {
+            const Scalar w = h * weight.data()[i];
+            const Wide a = static_cast<Wide>(w * (f.data()[i] - f0.data()[i])), b = static_cast<Wide>(w * f0.data()[i]);
+            changed += a * a;
+            first += b * b;
+          }
+          n += f.size();
+        },
+        Blocks<S>::all(slope), Blocks<S>::all(slope_), Blocks<S>::all(step_.trace->weight));
+    return std::sqrt(static_cast<double>(changed / std::max(static_cast<Wide>(n), first)));
+  }
+
   Kernel& kernel_;
   Data& step_;
   const Plain& slope_;
