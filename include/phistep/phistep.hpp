@@ -39,6 +39,8 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/motion.hpp"
 #include "phistep/stepper/composed.hpp"
+#include "phistep/stepper/extrapolated.hpp"
+#include "phistep/stepper/extrapolation.hpp"
 #include "phistep/stepper/halving.hpp"
 #include "phistep/stepper/kick_drift.hpp"
 #include "phistep/stepper/nystrom.hpp"
