@@ -115,6 +115,9 @@ class DenseSystem : public Sizes {
   void add_position_product(Scalar factor, const auto& x, auto& out) const {
     if constexpr (has_K) out.noalias() += factor * (K_ * x);
   }
+  /// The tangents as they are.
+  [[nodiscard]] const auto& K() const { return K_; }
+  [[nodiscard]] const auto& C() const { return C_; }
   void archive(auto& ar) { ar.in_place(K_, C_); }
 
  private:
@@ -163,6 +166,8 @@ class DiagonalSystem : public Sizes {
   void add_position_product(Scalar factor, const auto& x, auto& out) const {
     out.array() += factor * K_.array() * x.array();
   }
+  [[nodiscard]] const Vector& K() const { return K_; }
+  [[nodiscard]] const Vector& C() const { return C_; }
   void archive(auto& ar) { ar.in_place(K_, C_); }
 
  private:
