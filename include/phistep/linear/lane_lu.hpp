@@ -105,7 +105,7 @@ class LaneLu {
  public:
   using Number = ComplexPack<Scalar, lanes>;
   using Real = typename Number::Real;
-  static constexpr int inverse_limit = 4;
+  static constexpr int inverse_limit = 8;
   static constexpr bool inverts = size != Eigen::Dynamic && size <= inverse_limit;
 
   void resize(Eigen::Index n) {
@@ -172,17 +172,15 @@ class LaneLu {
         x[i] = sum;
       }
     } else {
-      for (int i = 0; i < n; ++i) {
-        const Number* const row = &(*this)(i, 0);
-        Number sum = x[row_[std::size_t(i)]];
-        for (int j = 0; j < i; ++j) sum.subtract(row[j], beside_[std::size_t(j)]);
-        beside_[std::size_t(i)] = sum;
+      // Column by column: what is subtracted from one row doesn't wait for another's.
+      for (int i = 0; i < n; ++i) beside_[std::size_t(i)] = x[row_[std::size_t(i)]];
+      for (int k = 0; k < n; ++k) {
+        const Number by = x[k] = beside_[std::size_t(k)];
+        for (int i = k + 1; i < n; ++i) beside_[std::size_t(i)].subtract((*this)(i, k), by);
       }
-      for (int i = n - 1; i >= 0; --i) {
-        const Number* const row = &(*this)(i, 0);
-        Number sum = beside_[std::size_t(i)];
-        for (int j = i + 1; j < n; ++j) sum.subtract(row[j], x[j]);
-        x[i] = sum * row[i];
+      for (int k = n - 1; k >= 0; --k) {
+        const Number by = x[k] = x[k] * (*this)(k, k);
+        for (int i = 0; i < k; ++i) x[i].subtract((*this)(i, k), by);
       }
     }
   }

@@ -65,7 +65,7 @@ class Row<Radau, S> : public RowDefaults {
     n_ = static_cast<std::size_t>(unknowns<S>(y));
     if constexpr (!is_fixed) {
       for (auto* x : {&powers_, &next_powers_}) x->assign(n_, {});
-      for (auto* x : {&weight_, &slope_}) x->assign(n_, Scalar{0});
+      for (auto* x : {&weight_, &slope_, &error_}) x->assign(n_, Scalar{0});
       if constexpr (drifts) {
         const auto n_r = static_cast<std::size_t>(position_of<S>(y).size());
         for (auto* x : {&position_powers_, &next_position_powers_}) x->assign(n_r, {});
@@ -350,23 +350,18 @@ class Row<Radau, S> : public RowDefaults {
   void estimate(Kernel& kernel, typename Kernel::Data& step, const auto& masses) {
     auto& trace = *step.trace;
     const Scalar h = step.dt, by = radau_constants<Scalar, s>.mu.re[0] * h;
-    std::fill(slope_.begin(), slope_.end(), Scalar{0});
     for_each_solved<S>(
-        [&](Index at, auto& e, const auto& start) {
-          for (Index i = 0; i < e.size(); ++i)
-            e.data()[i] = start.data()[i] - work_.template slope_at_start<s>(static_cast<std::size_t>(at + i)) / h;
+        [&](Index at, const auto& start) {
+          for (Index i = 0; i < start.size(); ++i) {
+            const auto k = static_cast<std::size_t>(at + i);
+            slope_[k] = start.data()[i] - work_.template slope_at_start<s>(k) / h;
+            error_[k] = 0;
+          }
         },
-        trace.error, trace.start);
-    const auto error = [&](Index k) {
-      Scalar value{0};
-      for_each_solved<S>(
-          [&](Index at, const auto& e) {
-            if (k >= at && k < at + e.size()) value = e.data()[k - at];
-          },
-          trace.error);
-      return value;
-    };
-    masses([&](auto i, auto j, auto m) { slope_[static_cast<std::size_t>(i)] += static_cast<Scalar>(m) * error(j); });
+        trace.start);
+    masses([this](auto i, auto j, auto m) {
+      error_[static_cast<std::size_t>(i)] += static_cast<Scalar>(m) * slope_[static_cast<std::size_t>(j)];
+    });
     if constexpr (drifts) {
       auto& e_r = position_of<S>(trace.error);
       const auto& v = velocity_of<S>(step.y);
@@ -376,13 +371,13 @@ class Row<Radau, S> : public RowDefaults {
       const auto& K = kernel.stages().matrix().system().K();
       for (std::size_t i = 0; i < n_; ++i)
         for (Index j = 0; j < e_r.size(); ++j)
-          slope_[i] += by * Work::entry(K, static_cast<int>(i), static_cast<int>(j)) * e_r.data()[j];
+          error_[i] += by * Work::entry(K, static_cast<int>(i), static_cast<int>(j)) * e_r.data()[j];
     }
     ++kernel.rhs().statistics().solves;
-    work_.solve_real([this](std::size_t i) { return slope_[i]; }, [this](std::size_t i, Scalar x) { slope_[i] = x; });
+    work_.solve_real(error_);
     for_each_solved<S>(
         [&](Index at, auto& e) {
-          for (Index i = 0; i < e.size(); ++i) e.data()[i] = slope_[static_cast<std::size_t>(at + i)];
+          for (Index i = 0; i < e.size(); ++i) e.data()[i] = error_[static_cast<std::size_t>(at + i)];
         },
         trace.error);
     if constexpr (drifts) {
@@ -420,7 +415,7 @@ class Row<Radau, S> : public RowDefaults {
   std::size_t n_ = 0;
   Powers powers_{}, next_powers_{};  // of the step accepted last, of the one in hand
   [[no_unique_address]] std::conditional_t<drifts, Powers, Nothing> position_powers_{}, next_position_powers_{};
-  Numbers weight_{}, slope_{};
+  Numbers weight_{}, slope_{}, error_{};
   Scalar dt_{0}, pending_dt_{0}, factored_dt_{0};  // [time]
   int terms_ = 0, pending_terms_ = 0, factored_ = 0;
   bool has_jacobian_ = false;

@@ -243,14 +243,14 @@ class RadauStages {
       return i == j ? matrix[i] : Scalar{0};
     else return matrix(i, j);
   }
-  /// x ← (λ₀/h M − C − h/λ₀ K)⁻¹ x with the real eigenvalue; x(i) reads, put(i, ·) takes.
-  void solve_real(auto&& x, auto&& put) {
+  /// x ← (λ₀/h M − C − h/λ₀ K)⁻¹ x with the real eigenvalue λ₀
+  void solve_real(auto& x) {
     for (std::size_t i = 0; i < n(); ++i) {
-      const std::array<Scalar, lanes> first{scale_ * x(i)};
+      const std::array<Scalar, lanes> first{scale_ * x[i]};
       delta_[i] = {load(first), Real{Scalar{0}}};
     }
     lu_.solve_in_place(delta_.data());
-    for (std::size_t i = 0; i < n(); ++i) put(i, delta_[i].re[0]);
+    for (std::size_t i = 0; i < n(); ++i) x[i] = delta_[i].re[0];
   }
 
  private:
