@@ -84,7 +84,8 @@ class Run {
   /// All the way.
   RunReport finish() {
     // From here on, nobody but the observers has the state between steps: where there are none, nobody.
-    for (bool edited = true; step(edited);) edited = sizeof...(Observers) > 0;
+    alone_ = sizeof...(Observers) == 0;
+    for (bool edited = true; step(edited);) edited = !alone_;
     return report();
   }
 
@@ -219,8 +220,7 @@ class Run {
     if constexpr (is_fixed) {
       return pace_.begin(span_);
     } else {
-      if constexpr (sees_error) doubling_.resize(plain());
-      return pace_.begin(span_, plain(), stepper_.order(), dead_band());
+      return pace_.begin(span_, plain(), error_law());
     }
   }
   template <class Observer>
@@ -278,6 +278,8 @@ class Run {
     if constexpr (sees_error) {
       auto& trace = pace_.trace();
       pace_.prepare(plain());
+      trace.wants_dense = observed;
+      traced_ = false;
       // Between stops a rounding apart there is no error to be seen, and no half way.
       if (plan.lands && std::abs(plan.dt) <= rounding(t_)) return plain_step(plan, origin);
       const auto accept = [this](const Plain& y, const Plain& next, const auto& told) {
@@ -286,6 +288,7 @@ class Run {
       if constexpr (can_trace<Stepper>)
         if (stepper_.estimates(trace)) {
           doubled_ = false;
+          traced_ = true;
           return stepper_.attempt(state_, t_, plan.dt, origin, trace, accept);
         }
       doubled_ = true;
@@ -343,7 +346,7 @@ class Run {
     report_.smallest_dt = report_.largest_dt == 0 ? length : std::min(report_.smallest_dt, length);
     report_.largest_dt = std::max(report_.largest_dt, length);
     if constexpr (sees_error || has_events) {
-      if (cut_) edits_.forget();
+      if (cut_ || alone_) edits_.forget();
       else edits_.remember(t_, plain());
     }
     const bool wanted = watch(from, dt);
@@ -358,7 +361,7 @@ class Run {
   [[nodiscard]] auto find_event(Scalar from, Scalar dt) {
     cut_ = false;
     const auto slopes = [this, from](Plain& at_start, Plain& at_end) { know_slopes(from, at_start, at_end); };
-    dense_.begin(from, dt, t_, start_, plain(), DenseOutput<S>::Slopes::of(slopes));
+    begin_dense(from, dt, slopes);
     const auto found = events_.find(CompletedStep<S>{from, dt, t_, start_, plain(), dense_});
     if (found.outcome != Outcome::success) go_back(from);
     return found;
@@ -405,7 +408,7 @@ class Run {
   [[nodiscard]] bool watch(Scalar from, Scalar dt) {
     if constexpr (observed) {
       const auto slopes = [this, from](Plain& at_start, Plain& at_end) { know_slopes(from, at_start, at_end); };
-      dense_.begin(from, dt, t_, start_, plain(), DenseOutput<S>::Slopes::of(slopes));
+      begin_dense(from, dt, slopes);
       const Plain* middle = nullptr;
       if constexpr (sees_error)
         if (doubled_ && !cut_) middle = &doubling_.middle();
@@ -414,6 +417,16 @@ class Run {
     } else {
       return std::apply([&](auto&... observer) { return (show(observer, t_, state_) && ...); }, observers_);
     }
+  }
+  /// The step just done, for whoever looks inside: by the scheme's own interpolant where it has one.
+  void begin_dense(Scalar from, Scalar dt, const auto& slopes) {
+    dense_.begin(from, dt, t_, start_, plain(), DenseOutput<S>::Slopes::of(slopes));
+    if constexpr (interpolates)
+      if (traced_ && !cut_)
+        dense_.interpolate_by(
+            &stepper_, [](const void* stepper, Scalar x, Scalar h, const Plain& y0, const Plain& y1, Plain& out) {
+              static_cast<const Stepper*>(stepper)->interpolate(x, h, y0, y1, out);
+            });
   }
   template <class Observer>
   [[nodiscard]] bool watch_with(Observer& observer, const CompletedStep<S>& step) {
@@ -443,9 +456,18 @@ class Run {
     }
   }
   [[nodiscard]] static bool is_finite(const Plain& y) { return !first_non_finite(Blocks<S>::all(y)); }
+  [[nodiscard]] ErrorLaw error_law() const {
+    ErrorLaw law{stepper_.order(), stepper_.order() + 1, dead_band(), StepFilter::H211b};
+    if constexpr (requires { stepper_.error_order(); }) law.error_order = stepper_.error_order();
+    if constexpr (requires { requires Stepper::refactorises; }) law.filter = StepFilter::predictive;
+    else if (law.dead_band > 1) law.filter = StepFilter::PI42;
+    else if (law.order >= 6) law.filter = StepFilter::predictive;  // where Δt changes by a fifth, errors do by a decade
+    return law;
+  }
   /// By how much Δt has to grow to be worth new factors: without a matrix, at once; Newton makes do with old ones within
   /// limits; an affine step can't, and a factorisation is then most of what it costs.
   [[nodiscard]] double dead_band() const {
+    if constexpr (requires { requires Stepper::refactorises; }) return 1;
     if constexpr (requires { stepper_.solver_name(); })
       if (const std::string_view name{stepper_.solver_name()}; name == "none" || name == "fixed-point iteration")
         return 1;
@@ -461,6 +483,7 @@ class Run {
     if constexpr (is_fixed) return false;
     else return Pace::sees_error;
   }();
+  static constexpr bool interpolates = sees_error && requires { requires Stepper::interpolates; };
   struct Nothing {};
   static constexpr bool can_go_back = requires(Stepper & stepper) { stepper.restore(stepper.checkpoint()); };
   static auto checkpoint_of() {
@@ -478,8 +501,9 @@ class Run {
   Scalar t_, lost_{0};
   RunReport report_;
   Outcome outcome_ = Outcome::success;
-  bool begun_ = false, ended_ = false, first_ = true, doubled_ = false;
-  bool cut_ = false;  // the step just done is shorter than the one accepted: it ends at an event
+  bool begun_ = false, ended_ = false, first_ = true, doubled_ = false, traced_ = false;
+  bool cut_ = false;    // the step just done is shorter than the one accepted: it ends at an event
+  bool alone_ = false;  // nobody has the state between steps
   std::int64_t changes_ = 0;
   EditGuard<S, false, false> edits_;
   [[no_unique_address]] std::conditional_t<sees_error, StepDoubling<Stepper, S>, Nothing> doubling_;

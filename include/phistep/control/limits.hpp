@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 #include "phistep/control/error_norm.hpp"
@@ -32,6 +33,11 @@ class Limits {
  public:
   void count(LimitedBy by, Component where = {}) {
     ++steps_;
+    // Most often it is the one that it was before.
+    if (slots_[last_].by == by && slots_[last_].where == where) {
+      ++slots_[last_].steps;
+      return;
+    }
     auto slot =
         std::find_if(slots_.begin(), slots_.end(), [&](const Limit& x) { return x.by == by && x.where == where; });
     if (slot == slots_.end()) {
@@ -40,6 +46,7 @@ class Limits {
       slot->where = where;
     }
     ++slot->steps;
+    last_ = static_cast<std::size_t>(slot - slots_.begin());
   }
   /// The most frequent reason.
   [[nodiscard]] Limit most() const {
@@ -78,6 +85,7 @@ class Limits {
 
  private:
   std::array<Limit, 8> slots_{};
+  std::size_t last_ = 0;
   std::int64_t steps_ = 0;
 };
 

@@ -1,7 +1,7 @@
 /// @file
 /// How long the steps of a run are: what a Run asks between its steps. A pace
 ///
-///     Outcome begin(span, y, order, dead_band) reads the options
+///     Outcome begin(span, y, law)              reads the options
 ///     Outcome start(span, y, order, slope)     chooses a first length; slope(t, y, out) costs a force call
 ///     Scalar propose()                         |Δt| it would take next
 ///     prepare(y, trace), judge(…)              before and inside an attempt, where it wants to see the error
@@ -14,6 +14,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <utility>
 
 #include "phistep/control/error_norm.hpp"
 #include "phistep/control/first_step.hpp"
@@ -29,6 +30,14 @@
 #include "phistep/state/blocks.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
+
+/// How the error of a scheme's steps goes with their length, and what a new length costs.
+struct ErrorLaw {
+  int order = 1;                          ///< of the scheme
+  int error_order = 2;                    ///< the power of Δt with which its estimate goes
+  double dead_band = 1;                   ///< see StepSize; more than 1 where a kept Δt spares a factorisation
+  StepFilter filter = StepFilter::H211b;  ///< the one that suits, unless the user names another
+};
 
 /// What both controlled paces share: a length, its bounds, and what a failed step does to it.
 template <class Scalar>
@@ -76,20 +85,19 @@ class ErrorPace {
   explicit ErrorPace(tolerance wanted) : wanted_{std::move(wanted)} {}
   explicit ErrorPace(const SmallerOf& both) : wanted_{both.error}, iterations_{both.iterations}, counts_{true} {}
 
-  /// @param dead_band  see StepSize; more than 1 where a kept Δt spares a factorisation
-  [[nodiscard]] Outcome begin(TimeSpan<Scalar>, const Plain& y, int order, double dead_band) {
+  [[nodiscard]] Outcome begin(TimeSpan<Scalar>, const Plain& y, const ErrorLaw& law) {
     constexpr double round_off = static_cast<double>(std::numeric_limits<Scalar>::epsilon());
     if (!norm_.begin(wanted_, y)) return Outcome::invalid_tolerance;
-    const double p = order;
-    allowed_ = std::pow(wanted_.rtol, 1 / p);
+    // Estimates that go as the error at the end does, Δt^p, are held to the tolerance as they are.
+    allowed_ = law.error_order == law.order
+                   ? 1
+                   : std::pow(wanted_.rtol, (law.error_order - law.order) / static_cast<double>(law.order));
+    per_allowed_ = 1 / allowed_;
     // An error of a few roundings can't be told from rounding.
     if (wanted_.rtol * allowed_ < 8 * round_off || !(wanted_.first_step >= 0)) return Outcome::invalid_tolerance;
     if (counts_ && !can_work(iterations_)) return Outcome::invalid_tolerance;
-    const bool keeps_size = dead_band > 1;
-    size_ = StepSize{wanted_.filter != StepFilter::automatic ? wanted_.filter
-                     : keeps_size                            ? StepFilter::PI42
-                                                             : StepFilter::H211b,
-                     order + 1, dead_band};
+    size_ =
+        StepSize{wanted_.filter == StepFilter::automatic ? law.filter : wanted_.filter, law.error_order, law.dead_band};
     trace_.resize(y);
     trace_.rtol = wanted_.rtol;
     return step_.begin(std::max(wanted_.min_step, counts_ ? iterations_.min_step : wanted_.min_step),
@@ -113,20 +121,22 @@ class ErrorPace {
   [[nodiscard]] Trace<Plain>& trace() { return trace_; }
   void prepare(const Plain& y) {
     error_ = {};
+    trace_.proposed = 0;
     // Without a scale for each component, a solve's own error can't be weighed: then to rounding.
     trace_.newton_target = norm_.weigh(y, trace_.weight) ? newton_share * allowed_ : 0;
   }
   /// Whether the step's error is allowed.
   [[nodiscard]] bool judge(const Plain& y, const Plain& next, const Plain& error) {
     error_ = norm_(error, y, next);
-    return error_.size <= allowed_;
+    return trace_.proposed != 0 || error_.size <= allowed_;  // who chooses Δt has judged
   }
   /// @param clipped  the step was shorter than proposed, because of a time to stop at
   void accepted(double dt, bool clipped, const Failure& history, Limits& limits) {
     step_.accepted();
+    const double proposed = std::exchange(trace_.proposed, 0);
     trace_.advance();
     const bool was_capped = step_.is_capped();
-    double by = size_.accepted(error_.size / allowed_);
+    double by = proposed > 0 ? proposed / dt : size_.accepted(error_.size * per_allowed_);
     bool by_iterations = false;
     if (counts_) {
       const double lambda = iteration_factor(history, iterations_);
@@ -146,6 +156,8 @@ class ErrorPace {
     else limits.count(LimitedBy::error, error_.worst);
   }
   [[nodiscard]] Outcome failed(Outcome why, double dt, const Failure&, Limits& limits) {
+    if (const double proposed = std::exchange(trace_.proposed, 0); proposed > 0 && proposed < dt)
+      return step_.shorten(why, dt, proposed / dt);
     if (why == Outcome::error_too_large) return step_.shorten(why, dt, size_.rejected(error_.size / allowed_));
     if (!may_be_cured(why)) return why;
     limits.count(LimitedBy::iterations);
@@ -175,7 +187,7 @@ class ErrorPace {
   VariableStep<Scalar> step_;
   Trace<Plain> trace_;
   Measured error_;
-  double allowed_ = 1;
+  double allowed_ = 1, per_allowed_ = 1;
 };
 
 /// `iteration_control{…}` alone.
@@ -187,7 +199,7 @@ class IterationPace {
   static constexpr bool sees_error = false;
 
   explicit IterationPace(const iteration_control& wanted) : wanted_{wanted} {}
-  [[nodiscard]] Outcome begin(TimeSpan<Scalar>, const Plain&, int, double) {
+  [[nodiscard]] Outcome begin(TimeSpan<Scalar>, const Plain&, const ErrorLaw&) {
     if (!(wanted_.first_step > 0) || !can_work(wanted_)) return Outcome::invalid_tolerance;
     return step_.begin(wanted_.min_step, wanted_.max_step, wanted_.max_steps);
   }

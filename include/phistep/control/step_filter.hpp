@@ -5,7 +5,10 @@
 ///     ρ_n = ε_n^{β₁/k} ε_{n−1}^{β₂/k} ε_{n−2}^{β₃/k} ρ_{n−1}^{−α₂},     Δt_{n+1} = ρ Δt_n.                       (1)
 ///
 /// Limited smoothly by 1 + atan(ρ − 1) (G. Söderlind & L. Wang, J. Comput. Appl. Math. 185 (2006) 225), which never
-/// exceeds 2.57.
+/// exceeds 2.57; or, where errors change by decades from step to step as in stiff problems, with the trend of the last
+/// two carried on (K. Gustafsson, ACM Trans. Math. Softw. 20 (1994) 496; Hairer & Wanner, Solving ODEs II, eq. IV.8.25),
+///
+///     Δt_{n+1} = 0.9 Δt_n ε_n^{1/k} min(1, Δt_n/Δt_{n−1} (ε_n/ε_{n−1})^{1/k}).                                 (2)
 #pragma once
 
 #include <algorithm>
@@ -19,11 +22,12 @@ namespace phistep::inline PHISTEP_ABI {
 
 /// Which filter.
 enum class StepFilter : std::uint8_t {
-  automatic,   ///< PI42 with a dead band where Δt costs a factorisation, H211b elsewhere
+  automatic,  ///< PI42 with a dead band where Δt costs a factorisation, predictive where each step does, H211b elsewhere
   elementary,  ///< ρ = ε^{1/k}: reacts to everything
   PI42,        ///< proportional-integral: calm, for implicit steps
   H211b,       ///< smoothest steps, with b = 4
   H312PID,     ///< of third order
+  predictive,  ///< (2): sees a boundary layer coming
 };
 
 /// The controller's memory.
@@ -32,48 +36,79 @@ class StepSize {
   /// @param order_of_error  k
   /// @param dead_band       a growth by less than this keeps Δt, and with it the factorised matrix; 1: none
   StepSize(StepFilter filter, int order_of_error, double dead_band)
-      : weights_{weights(filter)}, k_{static_cast<double>(order_of_error)}, dead_band_{dead_band} {}
+      : filter_{filter}, weights_{weights(filter)}, per_k_{1.0 / order_of_error}, dead_band_{std::log2(dead_band)} {}
   StepSize() : StepSize{StepFilter::elementary, 1, 1} {}
 
   /// ρ after a step that was accepted with ‖e‖ ≤ 1.
   [[nodiscard]] double accepted(double error) {
-    past_ = {std::pow(safety / std::max(error, smallest), 1 / k_), past_[0], past_[1]};
+    if (filter_ == StepFilter::predictive) return predicted(error);
+    // In logarithms, (1) is a sum: one of them and one exponential in place of five powers, and often not even that.
+    newest_ = newest_ == 2 ? 0 : newest_ + 1;
+    const double now = past_[newest_] = -std::log2(std::max(error, smallest) * (1 / safety)) * per_k_;
     seen_ = std::min(seen_ + 1, 3);
-    const Weights w = seen_ < weights_.reach ? weights(StepFilter::elementary) : weights_;
-    double ratio = std::pow(past_[0], w.beta[0]) * std::pow(past_[1], w.beta[1]) * std::pow(past_[2], w.beta[2]) *
-                   std::pow(ratio_, -w.alpha);
-    ratio = 1 + std::atan(ratio - 1);
+    const double grown = seen_ < weights_.reach ? now : filtered();
+    double ratio = 1;
+    if (dead_band_ == 0) ratio = limited(grown);
     // Where a new length costs, it has to be worth it, and then to last.
-    if (dead_band_ > 1) ratio = ratio < 1 ? std::min(ratio, 0.9) : past_[0] < dead_band_ ? 1 : std::min(past_[0], 5.0);
+    else if (grown < 0) ratio = std::min(limited(grown), 0.9);
+    else if (now >= dead_band_) ratio = std::min(std::exp2(now), 5.0);
     // Right after a rejection the error estimate is an optimist.
     if (rejected_) ratio = std::min(ratio, 1.0);
     rejected_ = false;
-    return ratio_ = std::max(ratio, 0.2);
+    ratio = std::max(ratio, 0.2);
+    if (weights_.alpha != 0) ratio_ = std::log2(ratio);
+    return ratio;
   }
   /// ρ after a step that was rejected with ‖e‖ > 1.
   [[nodiscard]] double rejected(double error) {
-    const double ratio = std::isfinite(error) ? std::pow(safety / error, 1 / k_) : 0.2;
-    forget();
+    const double ratio = std::clamp(std::isfinite(error) ? std::pow(safety / error, per_k_) : 0.2, 0.2, 0.9);
+    if (filter_ == StepFilter::predictive)
+      ratio_ += std::log2(ratio);  // the last accepted step is still the one to compare with
+    else forget();
     rejected_ = true;
-    return std::clamp(ratio, 0.2, 0.9);
+    return ratio;
   }
   /// Something else than (1) ruled the last Δt.
   void forget() {
     seen_ = 0;
-    ratio_ = 1;
+    ratio_ = 0;
   }
 
-  void archive(auto& ar) { ar(past_, ratio_, seen_, rejected_); }
+  void archive(auto& ar) {
+    ar(past_, newest_, ratio_, seen_, rejected_);
+    ar.check(newest_ < 3);
+  }
 
  private:
   static constexpr double safety = 0.8;      ///< on the error: aim below what is allowed
   static constexpr double smallest = 1e-10;  ///< an error this small is none
+
+  /// (2) in logarithms, with past_[0] that of the last accepted ‖e‖ and ratio_ that of what Δt was multiplied by since
+  [[nodiscard]] double predicted(double error) {
+    constexpr double margin = -0.15200309344504997, least = -2.321928094887362,
+                     most = 2.584962500721156;  // 0.9, 0.2, 6
+    const double size = std::log2(std::max(error, smallest));
+    const double trend = seen_ > 0 ? std::min(0.0, ratio_ + (past_[0] - size) * per_k_) : 0;
+    ratio_ = std::clamp(trend + margin - size * per_k_, least, rejected_ ? 0 : most);
+    rejected_ = false;
+    past_[0] = std::max(size, -6.643856189774724);  // 0.01: one lucky step makes no trend
+    seen_ = 1;
+    return std::exp2(ratio_);
+  }
 
   struct Weights {
     std::array<double, 3> beta;
     double alpha;
     int reach;  ///< how many errors it needs
   };
+  /// log₂ ε^{1/k} of the step `back` steps ago.
+  [[nodiscard]] double past(unsigned back) const { return past_[newest_ < back ? newest_ + 3 - back : newest_ - back]; }
+  /// log₂ ρ of (1)
+  [[nodiscard]] double filtered() const {
+    const auto& b = weights_.beta;
+    return b[0] * past(0) + b[1] * past(1) + b[2] * past(2) - weights_.alpha * ratio_;
+  }
+  [[nodiscard]] static double limited(double growth) { return 1 + std::atan(std::exp2(growth) - 1); }
   [[nodiscard]] static Weights weights(StepFilter filter) {
     switch (filter) {
       case StepFilter::PI42:
@@ -87,10 +122,12 @@ class StepSize {
     }
   }
 
+  StepFilter filter_;
   Weights weights_;
-  double k_, dead_band_;
-  std::array<double, 3> past_{1, 1, 1};  ///< ε^{1/k}, the newest first
-  double ratio_ = 1;
+  double per_k_, dead_band_;             ///< 1/k; log₂ of the dead band
+  std::array<double, 3> past_{0, 0, 0};  ///< log₂ ε^{1/k}
+  unsigned newest_ = 0;                  ///< goes round: moving numbers just written would wait for the writing
+  double ratio_ = 0;                     ///< log₂ ρ_{n−1}
   int seen_ = 0;
   bool rejected_ = false;
 };

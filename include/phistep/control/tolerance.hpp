@@ -11,10 +11,14 @@
 /// unit of time. Held to ‖e‖ ≤ 1, as is usual, the result would be off by rtol^{p/(p+1)}: 1e-8 asked, 5e-6 got.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <initializer_list>
 #include <limits>
+#include <span>
 #include <vector>
 
 #include "phistep/control/step_filter.hpp"
@@ -29,9 +33,12 @@ class AbsoluteTolerance {
   enum class Kind : std::uint8_t { automatic, everywhere, per_block, per_component };
 
   AbsoluteTolerance() = default;
-  AbsoluteTolerance(double atol) : values_{atol}, kind_{Kind::everywhere} {}  // NOLINT: .atol = 1e-8
+  AbsoluteTolerance(double atol) : few_{atol}, size_{1}, kind_{Kind::everywhere} {}  // NOLINT: .atol = 1e-8
   /// One a block of the state, in their order (motion: r, then v): `.atol = {1e-6, 1e-3}`.
-  AbsoluteTolerance(std::initializer_list<double> blocks) : values_{blocks}, kind_{Kind::per_block} {}
+  AbsoluteTolerance(std::initializer_list<double> blocks) : size_{blocks.size()}, kind_{Kind::per_block} {
+    if (size_ <= few_.size()) std::copy(blocks.begin(), blocks.end(), few_.begin());
+    else many_ = blocks;
+  }
   /// One a component, all blocks one after the other, each in storage order.
   template <class Vector>
     requires requires(const Vector& x) {
@@ -40,14 +47,24 @@ class AbsoluteTolerance {
     }
   AbsoluteTolerance(const Vector& components) : kind_{Kind::per_component} {  // NOLINT: .atol = vector
     for (decltype(components.size()) i = 0; i < components.size(); ++i)
-      values_.push_back(static_cast<double>(components.data()[i]));
+      many_.push_back(static_cast<double>(components.data()[i]));
+    size_ = many_.size();
   }
 
+  /// The same, times a factor; what is automatic stays so.
+  [[nodiscard]] AbsoluteTolerance scaled(double factor) const {
+    AbsoluteTolerance all = *this;
+    for (double& atol : all.few_) atol *= factor;
+    for (double& atol : all.many_) atol *= factor;
+    return all;
+  }
   [[nodiscard]] Kind kind() const { return kind_; }
-  [[nodiscard]] const std::vector<double>& values() const { return values_; }
+  [[nodiscard]] std::span<const double> values() const { return {many_.empty() ? few_.data() : many_.data(), size_}; }
 
  private:
-  std::vector<double> values_;
+  std::array<double, 4> few_{};  // a short run should not wait for the heap
+  std::vector<double> many_;
+  std::size_t size_ = 0;
   Kind kind_ = Kind::automatic;
 };
 

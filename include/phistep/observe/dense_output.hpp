@@ -67,6 +67,13 @@ class DenseOutput {
     end_ = &end;
     slopes_ = slopes;
     known_ = false;
+    inside_ = nullptr;
+  }
+  /// y(t0 + x dt), 0 < x < 1, of the step just begun is `inside(self, x, dt, y0, y1, out)`, in place of Hermite's.
+  using Inside = void (*)(const void*, Scalar, Scalar, const Plain&, const Plain&, Plain&);
+  void interpolate_by(const void* self, Inside inside) {
+    self_ = self;
+    inside_ = inside;
   }
 
   /// The state at t; at the ends, and beyond, that of the end, bit for bit. Valid until the next call.
@@ -74,6 +81,11 @@ class DenseOutput {
     const Scalar from_start = (t - t0_) / dt_, to_end = (t1_ - t) / dt_;
     if (from_start <= 0) return *start_;
     if (to_end <= 0) return *end_;
+    if (inside_ != nullptr) {
+      copy_blocks<S>(value_, *start_);
+      inside_(self_, from_start, dt_, *start_, *end_, value_);
+      return value_;
+    }
     know_slopes();
     if (from_start <= to_end) interpolate(from_start, dt_, *start_, slope0_, *end_, slope1_);
     else interpolate(to_end, -dt_, *end_, slope1_, *start_, slope0_);  // the same step, run backward
@@ -117,6 +129,8 @@ class DenseOutput {
   const Plain* start_ = nullptr;
   const Plain* end_ = nullptr;
   Slopes slopes_;
+  const void* self_ = nullptr;
+  Inside inside_ = nullptr;
   Plain slope0_, slope1_, value_;
   bool known_ = false;
 };

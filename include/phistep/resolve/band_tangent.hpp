@@ -96,6 +96,14 @@ class BandTangent {
     ar.in_place(K_, C_);
   }
 
+  /// out += factor K x
+  void add_position_product(Scalar factor, const auto& x, auto& out) const {
+    if constexpr (has_K)
+      for (Index j = 0; j < n_; ++j)
+        for (Index i = std::max<Index>(0, j - upper_); i <= std::min(n_ - 1, j + lower_); ++i)
+          out[i] += factor * K_(upper_ + i - j, j) * x[j];
+  }
+
   /// The part −γ_f (C + γ_d K) of W.
   struct Part {
     const BandTangent& tangent;

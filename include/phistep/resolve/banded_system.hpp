@@ -65,6 +65,9 @@ class BandedSystem : public Sizes {
     lu_.solve_in_place(x);
     return Outcome::success;
   }
+  void add_position_product(Scalar factor, const auto& x, auto& out) const {
+    tangent_.add_position_product(factor, x, out);
+  }
   static constexpr bool keeps_pattern = true;  // the band
   void archive(auto& ar) { ar(tangent_, knows_masses_); }
 

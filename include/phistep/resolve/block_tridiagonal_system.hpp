@@ -73,6 +73,9 @@ class BlockTridiagonalSystem : public Sizes {
     }
     return Outcome::success;
   }
+  void add_position_product(Scalar factor, const auto& x, auto& out) const {
+    band_.add_position_product(factor, x, out);
+  }
   static constexpr bool keeps_pattern = true;  // the band
   void archive(auto& ar) {
     ar(band_, beyond_);

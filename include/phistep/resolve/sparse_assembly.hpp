@@ -98,6 +98,10 @@ class SparseAssembly : public Sizes {
     set(share, largest);
   }
   [[nodiscard]] const Matrix& matrix() const { return W_; }
+  /// out += factor K x
+  void add_position_product(Scalar factor, const auto& x, auto& out) const {
+    for (const Entry& entry : entries_) out[entry.i] += factor * entry.value.K * x[entry.j];
+  }
 
   /// Whether each |W_ij − W_ji| ≤ tolerance · (the largest entry of columns i and j).
   [[nodiscard]] bool is_symmetric(Scalar tolerance) requires symmetric {
@@ -214,6 +218,9 @@ class AssembledSystem {
   [[nodiscard]] bool is_finite() const { return assembly_.is_finite(); }
   [[nodiscard]] double drift_share() const { return assembly_.drift_share(); }
   [[nodiscard]] double magnitude() const { return assembly_.magnitude(); }
+  void add_position_product(Scalar factor, const auto& x, auto& out) const {
+    assembly_.add_position_product(factor, x, out);
+  }
 
  protected:
   SparseAssembly<Scalar, symmetric> assembly_;

@@ -14,6 +14,12 @@
 ///     resolve   … from trace.predicted
 ///     filter    e ← (1 − γM⁻¹C − γ²M⁻¹K)⁻¹ e, with the last resolve's matrix
 ///
+/// or, in place of resolves, linear stages (linear_stages.hpp):
+///
+///     linearise   Ψ, J (and Ψ_t) at (t, y)
+///     factorise   M − γJ
+///     solve       (M − γJ) x = b
+///
 /// A scheme is a row over them: `Row<Scheme, S>`, found by the scheme's type, with
 ///
 ///     template <class Rhs> static constexpr KernelNeeds needs;   what it asks of the kernel
@@ -23,6 +29,10 @@
 ///     static constexpr bool traces;                              it can fill step.trace, too, in
 ///     Outcome trace(kernel, step);                               which then does what advance does
 ///     bool estimates(trace);                                     … with an estimate of the error, given this past
+///     int error_order() const;                                   … which goes as this power of Δt
+///     static constexpr bool chooses_step;                        trace() judges its error itself, and proposes Δt
+///     static constexpr bool interpolates;                        it knows the solution inside the step just accepted:
+///     interpolate(x, dt, y0, y1, out) const;                     out = y(t + x dt), 0 < x < 1
 ///
 /// and what it inherits from RowDefaults, where it keeps nothing from step to step. The φ-step's rows are in
 /// phi_stepper.hpp, the other schemes' in headers of their own.
@@ -39,6 +49,7 @@
 #include "phistep/resolve/dense_system.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/parts.hpp"
+#include "phistep/stepper/linear_stages.hpp"
 #include "phistep/stepper/resolvent.hpp"
 #include "phistep/stepper/right_hand_side.hpp"
 #include "phistep/stepper/transaction.hpp"
@@ -50,6 +61,7 @@ struct KernelNeeds {
   bool solver = false;   ///< it resolves where there is something to solve
   bool position = true;  ///< … with γ_d ≠ 0, so that K matters
   bool carries = false;  ///< it may leave Ψ(t+Δt) to the next step
+  bool stages = false;   ///< it solves linear equations instead
 };
 
 /// Whether Ψ(t+Δt) could be kept at all: a force with a history may have changed it by then, a look-up isn't worth it.
@@ -73,7 +85,7 @@ struct RowDefaults {
   static void forget() {}    ///< nothing carried from step to step may be trusted
   static void reset() {}     ///< the next step is the first
   static void accepted() {}  ///< the step just advanced has become the state
-  static constexpr bool traces = false;
+  static constexpr bool traces = false, chooses_step = false, interpolates = false;
 };
 
 /// The operations, bound to a right-hand side, a way to solve, and the transaction that a step is.
@@ -176,6 +188,33 @@ class Kernel {
     }
     return Outcome::success;
   }
+  /// psi = Ψ(t, y); what is not finite in it shows in the step.
+  void evaluate(Scalar t, const Plain& y, RateOf<S>& psi) { rhs_.evaluate_into(t, y, psi); }
+  /// step.psi = Ψ(t, y), with J and, where has_time, Ψ_t there
+  [[nodiscard]] Outcome linearise(Data& step) requires(needs.stages) {
+    const Outcome outcome = resolvent_.linearise(rhs_, step.t, step.dt, step.y, step.psi, yardstick(step));
+    step.psi_known = outcome == Outcome::success;
+    if (outcome == Outcome::non_finite_force) copy_blocks<S>(step.next, step.y);  // what the message looks at
+    return outcome;
+  }
+  static constexpr bool has_time = !Rhs::is_autonomous;
+  [[nodiscard]] const auto& psi_t() const requires(needs.stages&& has_time) { return resolvent_.psi_t(); }
+  /// M − γJ of the last linearisation, factorised
+  [[nodiscard]] Outcome factorise(Scalar gamma) requires(needs.stages) { return resolvent_.factorise(rhs_, gamma); }
+  /// (M − γJ) x = b, in place, for all blocks
+  [[nodiscard]] Outcome solve(Scalar gamma, Plain& x) requires(needs.stages) {
+    return resolvent_.solve(rhs_, gamma, x);
+  }
+  /// to.solved += factor M x
+  void add_mass_product(Plain& to, Scalar factor, const Plain& x) const {
+    for_each_block(
+        [factor](auto, auto& out, const auto& of, const auto& mass) {
+          mass.add_product([&](Index i) { return factor * of.data()[i]; }, out);
+        },
+        Blocks<S>::solved(to), Blocks<S>::solved(x), rhs_.masses());
+  }
+  /// The linear stages themselves, for schemes that want more of them.
+  [[nodiscard]] auto& stages() requires(needs.stages) { return resolvent_; }
   /// Takes out of an error estimate what the scheme damps anyway (L. F. Shampine, ACM Trans. Math. Softw. 10 (1984) 291):
   /// without it, stiff components that are long at rest would rule Δt. Solved blocks only: r is no stiff unknown.
   [[nodiscard]] Outcome filter(Plain& error) {
@@ -190,7 +229,7 @@ class Kernel {
   void add_increment(Data& step, Scalar factor) const { resolvent_.add_increment(factor, step.next); }
 
   [[nodiscard]] const char* solver_name() const {
-    if constexpr (needs.solver) return resolvent_.solver_name();
+    if constexpr (needs.solver || needs.stages) return resolvent_.solver_name();
     else return "none";
   }
   [[nodiscard]] Rhs& rhs() { return rhs_; }
@@ -202,7 +241,10 @@ class Kernel {
     resolvent_.reset();
   }
   /// Forgets Ψ alone.
-  void forget_force() { transaction_.reset(); }
+  void forget_force() {
+    transaction_.reset();
+    if constexpr (needs.stages) resolvent_.forget_force();
+  }
   void resize(const S& state, const PlainState<S>& copy, typename Rhs::Masses masses) {
     Transaction fresh{state};
     resolvent_.resize(copy, rhs_);
@@ -244,7 +286,8 @@ class Kernel {
     static void restore(const auto&, const auto&) {}
   };
   static auto resolvent_type() {
-    if constexpr (needs.solver) return ResolventFor<S, Rhs, Solver, needs.position>{};
+    if constexpr (needs.stages) return std::type_identity<LinearStages<S, Rhs, typename Solver::LinearSolver>>{};
+    else if constexpr (needs.solver) return ResolventFor<S, Rhs, Solver, needs.position>{};
     else return std::type_identity<NoResolvent>{};
   }
 

@@ -126,6 +126,13 @@ class Linearisation {
     if (scale_ != Scalar{1}) x *= scale_;
     return all_finite(x.data(), x.size()) ? Outcome::success : Outcome::singular_matrix;
   }
+  /// The same with factors of the very γ, by a small system that can only fail by what shows in x.
+  static constexpr bool solves_in_registers = !matrix_free && facts.structure == Structure::dense &&
+                                              n_static != Eigen::Dynamic && n_static <= small_dense_limit;
+  void solve_unchecked(auto& x, Statistics& statistics) requires solves_in_registers {
+    ++statistics.solves;
+    static_cast<void>(system_.solve(x));
+  }
   /// A correction went further than the differences that made its matrix had looked: that matrix is gone.
   [[nodiscard]] bool reached_too_far(const Plain& Y, const auto& correction) {
     if constexpr (analytic) return false;
@@ -182,6 +189,45 @@ class Linearisation {
                             describe(outcome));
   }
 
+  /// K and C at (t, Y), where Ψ is psi. Of γ, differences need the ratio.
+  [[nodiscard]] Outcome linearise(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& Y, const Rate& psi,
+                                  const NewtonOptions& options, const Yardstick<Plain>& yardstick) {
+    if constexpr (!matrix_free) ++rhs.statistics().jacobians;
+    if constexpr (analytic) {
+      set_jacobian<position, Rate, n_static>(rhs.force(), t, rhs.view(Y), rhs.trial_memory(), n_, system_);
+    } else {
+      system_.clear();
+      differences_.compute(rhs, gamma, t, Y, psi, options, yardstick, system_);
+    }
+    has_jacobian_ = system_.is_finite();
+    return has_jacobian_ ? Outcome::success : Outcome::non_finite_jacobian;
+  }
+  /// K and C as they are, for schemes that make matrices of their own.
+  [[nodiscard]] const System& system() const { return system_; }
+  /// Factors for γ of the tangents at hand; products are made ready at (t, Y).
+  [[nodiscard]] Outcome factorise(Rhs& rhs, const Gamma<Scalar>& gamma, [[maybe_unused]] Scalar t, const Plain& Y,
+                                  [[maybe_unused]] const Rate& psi, [[maybe_unused]] const NewtonOptions& options) {
+    if constexpr (matrix_free)
+      if (const Outcome outcome = linearise(rhs, gamma, t, Y, psi, options, {}); outcome != Outcome::success)
+        return outcome;
+    return factorize(rhs, gamma, Y);
+  }
+  [[nodiscard]] bool has_factors_for(const Gamma<Scalar>& gamma) const { return has_factors() && gamma == factored_; }
+  /// to = factor M − C − γK, where that is a dense matrix of fixed size.
+  static constexpr bool assembles = requires { typename System::Matrix; } && n_static != Eigen::Dynamic &&
+                                    facts.structure == Structure::dense;
+  void assemble(const Rhs& rhs, const Plain& y, Scalar factor, Scalar gamma, auto& to) const requires assembles {
+    system_.assemble(each_mass_entry(rhs, y), factor, gamma, to);
+  }
+  /// out += factor K x
+  void add_position_product(Scalar factor, const auto& x, auto& out) const {
+    static_assert(
+        requires { system_.add_position_product(factor, x, out); },
+        "phistep: this scheme multiplies with dPsi/dr, which the linear solver of this force can't do; name one "
+        "that can, newton<Eigen::SparseLU<Eigen::SparseMatrix<double>>>(), or take another scheme");
+    system_.add_position_product(factor, x, out);
+  }
+
  private:
   /// f(i, j, m) for each entry of M; refers to both arguments.
   [[nodiscard]] static auto each_mass_entry(const Rhs& rhs, const Plain& y) {
@@ -195,17 +241,6 @@ class Linearisation {
           Blocks<S>::solved(y), rhs.masses());
     };
   }
-  [[nodiscard]] Outcome linearise(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& Y, const Rate& psi,
-                                  const NewtonOptions& options, const Yardstick<Plain>& yardstick) {
-    if constexpr (!matrix_free) ++rhs.statistics().jacobians;
-    system_.clear();
-    if constexpr (analytic)
-      add_jacobian<position, Rate, n_static>(rhs.force(), t, rhs.view(Y), rhs.trial_memory(), n_, system_);
-    else differences_.compute(rhs, gamma, t, Y, psi, options, yardstick, system_);
-    has_jacobian_ = system_.is_finite();
-    return has_jacobian_ ? Outcome::success : Outcome::non_finite_jacobian;
-  }
-
   [[nodiscard]] Outcome factorize(Rhs& rhs, const Gamma<Scalar>& gamma, const Plain& Y) {
     const Outcome outcome = system_.factorize(each_mass_entry(rhs, Y), gamma.force, gamma.drift, rhs.statistics());
     has_factors_ = outcome == Outcome::success;

@@ -315,6 +315,20 @@ class PhiStepper {
   [[nodiscard]] const Failure& history() const { return kernel_.history(); }
 
   [[nodiscard]] int order() const { return row_.order(); }
+  /// The power of Δt with which the error estimate of `attempt` goes.
+  [[nodiscard]] int error_order() const {
+    if constexpr (requires { row_.error_order(); }) return row_.error_order();
+    else return row_.order() + 1;
+  }
+  /// Whether each step makes its matrix anew, so that keeping Δt spares nothing.
+  static constexpr bool refactorises = needs.stages && !Traits::is_affine;
+  /// Whether the scheme knows the solution inside the step just accepted better than its ends tell.
+  static constexpr bool interpolates = Row::interpolates;
+  /// out = y(t + x dt), 0 < x < 1, of the step from y0 to y1 that `attempt` did last with trace.wants_dense.
+  void interpolate(Scalar x, Scalar dt, const PlainState<S>& y0, const PlainState<S>& y1, PlainState<S>& out) const
+      requires(interpolates) {
+    row_.interpolate(x, dt, y0, y1, out);
+  }
   [[nodiscard]] const Statistics& statistics() const { return kernel_.rhs().statistics(); }
   /// How the library solves the linear equations of this scheme, force and mass; "none" where there are none.
   [[nodiscard]] const char* solver_name() const { return kernel_.solver_name(); }
