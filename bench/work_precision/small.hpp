@@ -2,28 +2,36 @@
 /// A few stiff unknowns: dense LU for everybody, fixed-size states for phistep.
 #pragma once
 
+#include <utility>
+#include <vector>
+
 #include "first_order.hpp"
 #include "phistep_rows.hpp"
-#include "sundials_rows.hpp"
+#include "truth.hpp"
 
 namespace work_precision {
 
-template <class S, class Force>
-[[nodiscard]] Table small_stiff(std::string name, std::string title, const S& start, const Force& force, double end,
-                                const S& exact, double a, int coarsest, int finest) {
-  Table table{std::move(name), std::move(title), stacked(exact), a};
-  PhistepRows rows{table, start, end, [=](const auto& y, auto scheme) {
-                     return phistep::PhiStepper{y, force, scheme};
+/// phistep's schemes for stiff problems of a few unknowns.
+void add_stiff(auto& rows) {
+  rows.controlled("TR-BDF2", phistep::tr_bdf2, -7);
+  rows.controlled("trapezoidal", phistep::trapezoidal, -7);
+}
+
+template <class Problem>
+[[nodiscard]] Table small_stiff(const char* name, const char* title, double end, const typename Problem::State& exact,
+                                double a, double kappa, double decades) {
+  using State = typename Problem::State;
+  const State start = Problem::start();
+  Table table{name,  title,  exact, system_of(Shape::dense, a, end, FirstOrder<State, Problem>{start, {}}),
+              kappa, decades};
+  table.truth = [start, a, end](const std::vector<double>& times) {
+    using Rows = truth::StiffRows<truth::Dense<Problem>>;
+    return truth::film<Rows>({{end, Rows{}}}, start.template cast<truth::Real>(), a, 1e-14L, times);
+  };
+  PhistepRows rows{table, start, [](const auto& y, auto scheme, std::size_t) {
+                     return phistep::PhiStepper{y, Problem{}, scheme};
                    }};
-  rows.fixed("backward Euler", phistep::backward_euler, coarsest, finest);
-  rows.fixed("trapezoidal", phistep::trapezoidal, coarsest, finest);
-  rows.fixed("TR-BDF2", phistep::tr_bdf2, coarsest, finest);
-  rows.controlled("TR-BDF2", phistep::tr_bdf2, -6);
-  rows.controlled("trapezoidal", phistep::trapezoidal, -6);
-  rows.controlled("backward Euler", phistep::backward_euler, -6);
-#ifdef BENCH_HAS_SUNDIALS_SOLVERS
-  sundials::add_implicit(table, FirstOrder<S, Force>{start, force}, end, "dense", sundials::Dense{});
-#endif
+  add_stiff(rows);
   return table;
 }
 

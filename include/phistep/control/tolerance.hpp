@@ -51,6 +51,13 @@ class AbsoluteTolerance {
     size_ = many_.size();
   }
 
+  /// The same, times a factor; what is automatic stays so.
+  [[nodiscard]] AbsoluteTolerance scaled(double factor) const {
+    AbsoluteTolerance all = *this;
+    for (double& atol : all.few_) atol *= factor;
+    for (double& atol : all.many_) atol *= factor;
+    return all;
+  }
   [[nodiscard]] Kind kind() const { return kind_; }
   [[nodiscard]] std::span<const double> values() const { return {many_.empty() ? few_.data() : many_.data(), size_}; }
 

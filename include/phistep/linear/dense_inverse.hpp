@@ -37,7 +37,7 @@ class DenseInverse {
     return all_invertible(reciprocal);
   }
 
-  void solve_in_place(auto&& x) const {
+  [[gnu::always_inline]] void solve_in_place(auto&& x) const {
     const Scalar* const a = a_.data();
     if constexpr (has_columns<Scalar>) {
       using Sum = Column<Scalar, size>;

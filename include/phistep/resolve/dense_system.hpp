@@ -119,6 +119,13 @@ class DenseSystem : public Sizes {
   void add_position_product(Scalar factor, const auto& x, auto& out) const {
     if constexpr (has_K) out.noalias() += factor * (K_ * x);
   }
+  /// to = factor M − C − γK, for those who keep factors of their own
+  void assemble(const auto& masses, Scalar factor, [[maybe_unused]] Scalar gamma, Matrix& to) const {
+    if constexpr (has_K && has_C) to = -C_ - gamma * K_;
+    else if constexpr (has_K) to = -gamma * K_;
+    else to = -C_;
+    masses([&to, factor](Eigen::Index i, Eigen::Index j, auto m) { to(i, j) += factor * static_cast<Scalar>(m); });
+  }
   void archive(auto& ar) { ar.in_place(K_, C_); }
 
  private:

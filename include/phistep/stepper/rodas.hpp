@@ -8,22 +8,12 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// A Rosenbrock scheme of s stages. @tparam Tableau  Rodas3, …
+/// A Rosenbrock scheme of s stages. @tparam Tableau  Rodas4 or Rodas5P
 template <class Tableau>
 struct Rosenbrock {
   static constexpr bool is_pair = false;
   static constexpr bool is_explicit = false;
   [[nodiscard]] static constexpr int order() { return Tableau::order; }
-};
-
-/// RODAS3 of order 3(2), four stages, three force calls: A. Sandu et al., Atmos. Environ. 31 (1997) 3459.
-struct Rodas3 {
-  static constexpr int stages = 4, order = 3, dense = 0;
-  static constexpr long double gamma = 0.5L;
-  static constexpr long double a[stages][stages] = {{}, {0}, {2, 0}, {2, 0, 1}};
-  static constexpr long double c[stages][stages] = {{}, {4}, {1, -1}, {1, -1, -8.0L / 3}};
-  static constexpr long double alpha[stages] = {0, 0, 1, 1};
-  static constexpr long double gammas[stages] = {0.5L, 1.5L, 0, 0};
 };
 
 /// RODAS of order 4(3), six stages, six force calls: Hairer & Wanner, Solving ODEs II, sect. IV.10, and their program's
@@ -97,9 +87,9 @@ struct Rodas5P {
        -59.78993625266729L, -0.15582684282751913L, 4.883087185713722L}};
 };
 
-/// Rosenbrock schemes: a step is a Jacobian, a factorisation and a few linear solves, without iteration.
-inline constexpr Rosenbrock<Rodas3> rodas3{};
+/// Order 4, stiff problems at 2 to 4 digits: a step is a Jacobian, a factorisation and six linear solves, no iteration.
 inline constexpr Rosenbrock<Rodas4> rodas4{};
+/// Order 5, stiff problems at 4 to 8 digits where there are many unknowns: eight solves.
 inline constexpr Rosenbrock<Rodas5P> rodas5p{};
 
 }  // namespace phistep::inline PHISTEP_ABI

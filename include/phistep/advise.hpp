@@ -1,0 +1,120 @@
+/// @file
+/// Which stepper to take, and why: from what the force's type says, the number of unknowns, the tolerance, and a pilot run
+/// that finds out how stiff the problem is.
+///
+///     const auto advice = phistep::advise(y, robertson, {0.0, 1e11}, {.rtol = 1e-6, .atol = 1e-14});
+///     std::cout << advice;             // the line of code to write, and the reasons; advice.scheme, advice.stiffness, …
+///
+/// The pilot takes at most 400 coarse steps; neither state nor force is changed, nothing is thrown. The rules are those of
+/// the run-time-against-error diagrams (bench/work_precision), not of taste.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <type_traits>
+#include <utility>
+
+#include "phistep/control/error_norm.hpp"
+#include "phistep/control/tolerance.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/force/signature.hpp"
+#include "phistep/jacobian/differences.hpp"
+#include "phistep/preflight/advice.hpp"
+#include "phistep/preflight/stiffness.hpp"
+#include "phistep/run.hpp"
+#include "phistep/state/blocks.hpp"
+#include "phistep/state/unknowns.hpp"
+#include "phistep/stepper/phi_stepper.hpp"
+#include "phistep/stepper/right_hand_side.hpp"
+#include "phistep/stepper/tr_bdf2.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// What the types say of a problem.
+template <State S, class F, class MassSpec>
+[[nodiscard]] Scene scene_of(const PlainState<S>& y, const MassSpec& mass) {
+  using Masses = decltype(bind_masses<S>(mass, y));
+  using Rhs = RightHandSide<S, F, Masses>;
+  using Traits = typename Rhs::Traits;
+  Scene scene;
+  scene.unknowns = unknowns<S>(y);
+  scene.is_motion = Rhs::drifts;
+  scene.uses_velocity = Rhs::drifts && Rhs::couples_unknowns;
+  scene.uses_time = Traits::uses_time;
+  scene.is_affine = Traits::is_affine;
+  scene.has_history = Rhs::has_history;
+  scene.has_jacobian = Traits::has_jacobian;
+  scene.has_pattern = Traits::has_pattern;
+  scene.has_matrix_mass = Rhs::has_matrix_mass;
+  scene.structure = Traits::has_jacobian || Traits::has_pattern ? Traits::structure : Structure::dense;
+  scene.is_fixed_size = static_unknowns<S> != Eigen::Dynamic;
+  scene.digits = std::numeric_limits<ScalarOf<S>>::digits10;
+  return scene;
+}
+
+/// Coarse steps of TR-BDF2 along the solution, and ρ at some of them.
+template <State S, class F, class MassSpec>
+[[nodiscard]] Stiffness probe_stiffness(const S& start, F& force, TimeSpan<ScalarOf<S>> span, tolerance wanted,
+                                        const MassSpec& mass) {
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+  Stiffness found;
+  PhiStepper pilot{start, std::ref(force), tr_bdf2, mass};
+  Plain y;
+  copy_blocks<S>(y, start);
+  Plain at = y, weight = y;
+  wanted.atol = wanted.atol.scaled(found.tolerance / wanted.rtol);
+  wanted.rtol = found.tolerance;
+  wanted.filter = StepFilter::automatic;
+  wanted.max_steps = 400;
+  ErrorNorm<Plain> norm;
+  if (!norm.begin(wanted, y)) return found;
+  SpectralRadius<Plain> radius{y};
+  const auto slope = [&pilot](Scalar t, const Plain& x, Plain& out) { return pilot.slope(t, x, out); };
+  PhiStepper stepper{y, std::ref(force), tr_bdf2, mass};
+  Run run{stepper, y, span, wanted};
+  double rho = 0;
+  for (std::int64_t step = 0; !run.has_ended(); ++step) {
+    const Scalar before = run.time();
+    // Where steps grow by decades, so may ρ change: each of the first, then each fourth.
+    if (step < 16 || step % 4 == 0) {
+      copy_blocks<S>(at, y);
+      norm.weigh(at, weight);
+      rho = radius(slope, before, at, weight, wanted.rtol, step == 0 ? 8 : 3);
+      found.rate = std::max(found.rate, rho);
+    }
+    if (!run.advance()) break;
+    found.steps += 1;
+    found.turns += rho * std::abs(static_cast<double>(run.time() - before));
+  }
+  const double whole = std::abs(static_cast<double>(span.t1 - span.t0));
+  found.covered = whole > 0 ? std::abs(static_cast<double>(run.time() - span.t0)) / whole : 1;
+  found.known = found.steps > 0;
+  if (found.covered > 0 && found.covered < 1) {
+    found.steps /= found.covered;
+    found.turns /= found.covered;
+  }
+  return found;
+}
+
+/// @param start   [the state's units] where the run begins
+/// @param force   as the stepper will have it; called, not changed
+/// @param wanted  what the run will be asked for
+template <State S, class F, class MassSpec = UnitMasses>
+[[nodiscard]] Advice advise(const S& start, F force, TimeSpan<std::type_identity_t<ScalarOf<S>>> span,
+                            const tolerance& wanted = {}, const MassSpec& mass = {}) {
+  PlainState<S> y;
+  copy_blocks<S>(y, start);
+  Scene scene = scene_of<S, F>(y, mass);
+  scene.rtol = wanted.rtol;
+  scene.span = std::abs(static_cast<double>(span.t1 - span.t0));
+  Stiffness stiffness;
+  try {
+    stiffness = probe_stiffness(start, unwrap(force), span, wanted, mass);
+  } catch (const std::exception&) {  // a Jacobian too large to be formed: then nothing is known of its stiffness
+  }
+  return decide(scene, stiffness);
+}
+
+}  // namespace phistep::inline PHISTEP_ABI

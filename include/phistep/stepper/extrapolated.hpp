@@ -1,0 +1,40 @@
+/// @file
+/// Extrapolated schemes of variable order and step, as rows over the kernel:
+///
+///     PhiStepper stepper{y, force, extrapolated(backward_euler)};      stiff: linearly implicit Euler, column k of order k
+///     PhiStepper stepper{y, force, extrapolated(forward_euler)};       Gragg's explicit midpoint rule, order 2k
+///     PhiStepper stepper{y, force, extrapolated(velocity_verlet)};     motion whose force ignores v, order 2k
+///
+/// Under a tolerance each step chooses its columns and its length; without one it takes the columns given.
+#pragma once
+
+#include "phistep/core/phi.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/state/blocks.hpp"
+#include "phistep/stepper/extrapolated_explicit.hpp"
+#include "phistep/stepper/extrapolated_implicit.hpp"
+#include "phistep/stepper/extrapolated_row.hpp"
+#include "phistep/stepper/extrapolation.hpp"
+#include "phistep/stepper/kernel.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+template <State S>
+class Row<Extrapolated<SinglePhi<FixedPhi<1>>>, S> : public ExtrapolatedRow<S, ImplicitEulerBase<S>> {
+ public:
+  using ExtrapolatedRow<S, ImplicitEulerBase<S>>::ExtrapolatedRow;
+};
+
+template <State S>
+class Row<Extrapolated<SinglePhi<FixedPhi<0>>>, S> : public ExtrapolatedRow<S, GraggBase<S>> {
+ public:
+  using ExtrapolatedRow<S, GraggBase<S>>::ExtrapolatedRow;
+};
+
+template <State S>
+class Row<Extrapolated<VelocityVerlet>, S> : public ExtrapolatedRow<S, VerletBase<S>> {
+ public:
+  using ExtrapolatedRow<S, VerletBase<S>>::ExtrapolatedRow;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

@@ -1,0 +1,304 @@
+/// @file
+/// Linearly implicit Euler as the base of extrapolation: with one Jacobian for all rows of a step,
+///
+///     (M − hJ) δ = h Ψ(t + (i+1)h, y_i),     y_{i+1} = y_i + δ                                                  (1)
+///
+/// For motion, n equations, not 2n (Hairer & Wanner, Solving ODEs II, sect. IV.9):
+///
+///     (M − hC − h²K) w = h (Ψ + hKv),     v += w,  r += h v                                                     (2)
+///
+/// In the stiff limit the expansion in h holds where the first substeps contract. So in rows 1 and 2, what Newton would
+/// correct the first substep by is compared with it: θ > 1 ends the step (their program's test).
+#pragma once
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <type_traits>
+#include <utility>
+
+#include "phistep/control/trace.hpp"
+#include "phistep/core/outcome.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/linear/column.hpp"
+#include "phistep/linear/dense_inverse.hpp"
+#include "phistep/state/blocks.hpp"
+#include "phistep/state/unknowns.hpp"
+#include "phistep/stepper/extrapolated_lanes.hpp"
+#include "phistep/stepper/extrapolation_table.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// Whether W is a dense matrix of few unknowns, fixed in number: each lane then has its own.
+template <State S, class Kernel>
+inline constexpr bool has_small_dense_stages = [] {
+  using Matrix = std::remove_cvref_t<decltype(std::declval<Kernel&>().stages().matrix())>;
+  if constexpr (Matrix::assembles) return static_unknowns<S> > 0 && static_unknowns<S> <= small_dense_limit;
+  else return false;
+}();
+
+/// Rows of few unknowns, in lanes, with (1) and (2) divided by h: W = M/h − C − hK, kept as its inverse.
+template <State S, class Kernel>
+class DenseImplicitEuler {
+ public:
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+  using Rate = RateOf<S>;
+  using Data = typename Kernel::Data;
+  static constexpr int n = static_unknowns<S>;
+  using Vector = Eigen::Matrix<Scalar, n, 1>;
+  using Inverse = DenseInverse<Scalar, n>;
+  static constexpr bool drifts = Blocks<S>::drifts;
+  struct Fixed {
+    Inverse inverse;
+    Scalar h;
+  };
+  struct Moving {
+    Plain y, moved;
+  };
+  using LaneType = Lane<Fixed, Moving>;
+  /// Beyond 8 unknowns a substep keeps the arithmetic units busy by itself.
+  static constexpr int lanes = n <= 4 ? 3 : n <= 8 ? 2 : 1, alone = 2;
+  static constexpr bool on_stack = true;
+
+  DenseImplicitEuler(Kernel& kernel, Data& step, const Rate& start) : kernel_{kernel}, step_{step}, start_{start} {}
+
+  /// The row's matrix and its first substep, whose Ψ is known; on a watched step's rows 1 and 2 also what Newton would
+  /// correct it by (Hairer & Wanner's program): where that is no smaller, so is nothing that follows.
+  [[nodiscard]] Outcome start(LaneType& lane, int row, int substeps, double& theta) {
+    auto& [inverse, h] = lane.fixed;
+    auto& [y, moved] = lane.moving;
+    h = step_.dt / static_cast<Scalar>(substeps);
+    kernel_.stages().matrix().assemble(kernel_.rhs(), step_.y, 1 / h, h, inverse.matrix());
+    ++kernel_.rhs().statistics().factorizations;
+    if (!inverse.factorize()) return Outcome::singular_matrix;
+    for_each_block([](auto, auto& to) { to.setZero(); }, Blocks<S>::all(moved));
+    copy_blocks<S>(y, step_.y);
+    Vector w;
+    if constexpr (Kernel::has_time) {
+      kernel_.evaluate(step_.t + h, y, step_.psi);
+      w = correction(inverse, h, y, step_.psi);
+    } else {
+      w = correction(inverse, h, y, start_);
+    }
+    move(h, w, y, moved);
+    ++lane.done, --lane.left;
+    if (row > 2 || step_.trace == nullptr) return Outcome::success;
+    Rate psi;
+    kernel_.evaluate(step_.t + h, y, psi);
+    Vector residual;
+    for_each_block(
+        [&, at = Index{0}](auto, const auto& rate, const auto& mass) mutable {
+          auto out = part(residual, at, rate);
+          out = flat(rate);
+          mass.subtract_product(part(w, at, rate) / h, out);
+          at += rate.size();
+        },
+        Rate::blocks(std::as_const(psi)), kernel_.rhs().masses());
+    ++kernel_.rhs().statistics().solves;
+    inverse.solve_in_place(residual);
+    // θ² = ‖second‖²/max(1, ‖first‖²)
+    const double second = square_of(residual, h), first = std::max(count_of(), square_of(w, h));
+    if (!(second <= first)) {
+      theta = 2;
+      return Outcome::success;
+    }
+    if constexpr (!Kernel::has_time) {
+      w = correction(inverse, h, y, psi);
+      move(h, w, y, moved);
+      ++lane.done, --lane.left;
+    }
+    return Outcome::success;
+  }
+  [[gnu::always_inline]] void substep(const Fixed& fixed, int done, Moving& moving) {
+    Rate psi;
+    kernel_.evaluate(step_.t + static_cast<Scalar>(done + 1) * fixed.h, moving.y, psi);
+    move(fixed.h, correction(fixed.inverse, fixed.h, moving.y, psi), moving.y, moving.moved);
+  }
+  [[nodiscard]] Outcome finish(const LaneType& lane, Plain& end) {
+    copy_blocks<S>(end, lane.moving.moved);
+    if (Kernel::Rhs::is_finite(end)) return Outcome::success;
+    // For the message: Ψ where the row has broken down.
+    kernel_.evaluate(step_.t + step_.dt, lane.moving.y, step_.psi);
+    copy_blocks<S>(step_.next, lane.moving.y);
+    return Outcome::non_finite_state;
+  }
+
+ private:
+  [[nodiscard, gnu::always_inline]] Vector correction(const Inverse& inverse, Scalar h, const Plain& y,
+                                                      const Rate& psi) {
+    Vector w;
+    for_each_block(
+        [&, at = Index{0}](auto, const auto& rate) mutable {
+          for (Index i = 0; i < rate.size(); ++i) w[at + i] = rate.data()[i];
+          at += rate.size();
+        },
+        Rate::blocks(psi));
+    if constexpr (drifts) kernel_.stages().matrix().add_position_product(h, flat(velocity_of<S>(y)), w);
+    ++kernel_.rhs().statistics().solves;
+    inverse.solve_in_place(w);
+    return w;
+  }
+  [[gnu::always_inline]] void move(Scalar h, const Vector& w, Plain& y, Plain& moved) {
+    for_each_solved<S>(
+        [&](Index at, auto& to, auto& by, const auto& from) {
+          for (Index i = 0; i < by.size(); ++i) {
+            by.data()[i] += w[at + i];
+            to.data()[i] = from.data()[i] + by.data()[i];
+          }
+        },
+        y, moved, step_.y);
+    if constexpr (drifts) {
+      position_of<S>(moved) += h * velocity_of<S>(y);
+      position_of<S>(y) = position_of<S>(step_.y) + position_of<S>(moved);
+    }
+  }
+  /// n ‖(h w, w)‖², weighted as the error is
+  [[nodiscard]] double square_of(const Vector& w, Scalar h) const {
+    using Wide = std::common_type_t<Scalar, double>;
+    Wide sum{0};
+    const auto add = [&sum](Scalar x) { sum += static_cast<Wide>(x) * static_cast<Wide>(x); };
+    const Plain& weight = step_.trace->weight;
+    for_each_solved<S>(
+        [&](Index at, const auto& by) {
+          for (Index i = 0; i < by.size(); ++i) add(w[at + i] * by.data()[i]);
+        },
+        weight);
+    if constexpr (drifts) {
+      const auto& by = position_of<S>(weight);
+      for (Index i = 0; i < by.size(); ++i) add(h * w[i] * by.data()[i]);
+    }
+    return static_cast<double>(sum);
+  }
+  [[nodiscard]] static double count_of() {
+    return static_cast<double>(static_size<decltype(Blocks<S>::all(std::declval<Plain&>()))>);
+  }
+
+  Kernel& kernel_;
+  Data& step_;
+  const Rate& start_;  // Ψ(t, y)
+};
+
+/// Rows of any size and structure, one after the other, by the kernel's linear stages.
+template <State S, class Kernel>
+class ImplicitEulerRows {
+ public:
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+  using Data = typename Kernel::Data;
+
+  ImplicitEulerRows(Kernel& kernel, Data& step, Plain& delta, RateOf<S>& start)
+      : kernel_{kernel}, step_{step}, delta_{delta}, start_{start} {}
+
+  /// ends[j] = T_{j,1} for from ≤ j ≤ to
+  [[nodiscard]] Outcome run(auto& ends, const auto& substeps, int from, int to, double& theta) {
+    for (int j = from; j <= to && theta <= 1; ++j) {
+      const auto index = static_cast<std::size_t>(j);
+      if (const Outcome outcome = row(ends[index], substeps[index], j, theta); outcome != Outcome::success)
+        return outcome;
+    }
+    return Outcome::success;
+  }
+
+ private:
+  [[nodiscard]] Outcome row(Plain& moved, int substeps, int j, double& theta) {
+    const Scalar h = step_.dt / static_cast<Scalar>(substeps);
+    if (const Outcome outcome = kernel_.factorise(h); outcome != Outcome::success) return outcome;
+    for_each_block([](auto, auto& to) { to.setZero(); }, Blocks<S>::all(moved));
+    bool known = !Kernel::has_time;
+    if (known) copy_rate(step_.psi, start_);
+    for (int i = 0; i < substeps; ++i) {
+      for_each_block([](auto, auto& to, const auto& y, const auto& by) { to = y + by; }, Blocks<S>::all(step_.next),
+                     Blocks<S>::all(step_.y), Blocks<S>::all(moved));
+      if (!std::exchange(known, false))
+        kernel_.evaluate(step_.t + static_cast<Scalar>(i + 1) * h, step_.next, step_.psi);
+      right_hand_side(h);
+      if (const Outcome outcome = kernel_.solve(h, delta_); outcome != Outcome::success) return outcome;
+      for_each_block([](auto, auto& to, const auto& by) { to += by; }, Blocks<S>::all(moved),
+                     Blocks<S>::all(std::as_const(delta_)));
+      if (i == 0 && j <= 2 && step_.trace != nullptr) {
+        if (const Outcome outcome = contraction(moved, h, theta); outcome != Outcome::success) return outcome;
+        if (theta > 1) return Outcome::success;
+        known = !Kernel::has_time;
+      }
+    }
+    if (Kernel::Rhs::is_finite(moved)) return Outcome::success;
+    return Outcome::non_finite_state;
+  }
+  void right_hand_side(Scalar h) {
+    if constexpr (Blocks<S>::drifts) position_of<S>(delta_) = h * velocity_of<S>(std::as_const(step_.next));
+    for_each_block([h](auto, auto& to, const auto& psi) { to = h * psi; }, Blocks<S>::solved(delta_),
+                   RateOf<S>::blocks(std::as_const(step_.psi)));
+  }
+  /// What Newton's second correction would be, beside the first, δ.
+  [[nodiscard]] Outcome contraction(const Plain& moved, Scalar h, double& theta) {
+    for_each_block([](auto, auto& to, const auto& y, const auto& by) { to = y + by; }, Blocks<S>::all(step_.next),
+                   Blocks<S>::all(step_.y), Blocks<S>::all(moved));
+    kernel_.evaluate(step_.t + h, step_.next, step_.psi);
+    const double first = weighted_rms(delta_, step_.trace->weight);
+    if constexpr (Blocks<S>::drifts) position_of<S>(delta_).setZero();
+    for_each_block([h](auto, auto& to, const auto& psi) { to = h * psi; }, Blocks<S>::solved(delta_),
+                   RateOf<S>::blocks(std::as_const(step_.psi)));
+    kernel_.add_mass_product(delta_, Scalar{-1}, moved);
+    if (const Outcome outcome = kernel_.solve(h, delta_); outcome != Outcome::success) return outcome;
+    const double rate = weighted_rms(delta_, step_.trace->weight) / std::max(1.0, first);
+    if (!(rate <= theta)) theta = rate <= 1 ? rate : 2;
+    return Outcome::success;
+  }
+  static void copy_rate(RateOf<S>& to, const RateOf<S>& from) {
+    for_each_block([](auto, auto& a, const auto& b) { a = b; }, RateOf<S>::blocks(to), RateOf<S>::blocks(from));
+  }
+
+  Kernel& kernel_;
+  Data& step_;
+  Plain& delta_;
+  RateOf<S>& start_;
+};
+
+/// The base method as a row of extrapolation sees it.
+template <State S>
+class ImplicitEulerBase {
+ public:
+  using Plain = PlainState<S>;
+  using Rate = RateOf<S>;
+  static constexpr int power = 1;
+  template <class Rhs>
+  static constexpr bool needs_stages = true;
+  template <int columns>
+  static constexpr auto numbers = bulirsch_numbers<columns>();
+  /// What a row costs beside its substeps, in substeps (a force call and a solve): a factorisation (bench/small_dense).
+  static constexpr double row_work = [] {
+    constexpr int n = static_unknowns<S>;
+    return n == Eigen::Dynamic ? 8 : n <= 2 ? 2 : n <= 8 ? 4 : 10;
+  }();
+
+  void resize(const Plain& y) { delta_ = y, start_ = make_rate<S>(y); }
+  template <class Kernel>
+  [[nodiscard]] Outcome begin(Kernel& kernel, typename Kernel::Data& step) {
+    if (const Outcome outcome = kernel.linearise(step); outcome != Outcome::success) return outcome;
+    for_each_block([](auto, auto& a, const auto& b) { a = b; }, Rate::blocks(start_),
+                   Rate::blocks(std::as_const(step.psi)));
+    return Outcome::success;
+  }
+  /// ends[j] = T_{j,1} for from ≤ j ≤ to, unless theta > 1
+  template <class Kernel>
+  [[nodiscard]] Outcome rows(Kernel& kernel, typename Kernel::Data& step, auto& ends, const auto& substeps, int from,
+                             int to, double& theta) {
+    if constexpr (has_small_dense_stages<S, Kernel>) {
+      using Method = DenseImplicitEuler<S, Kernel>;
+      Method method{kernel, step, start_};
+      std::array<typename Method::LaneType, Method::lanes> lanes;
+      return RowLanes{method, lanes}.run(ends, substeps, from, to, theta);
+    } else {
+      return ImplicitEulerRows<S, Kernel>{kernel, step, delta_, start_}.run(ends, substeps, from, to, theta);
+    }
+  }
+
+ private:
+  Plain delta_;
+  Rate start_;  // Ψ(t, y)
+};
+
+}  // namespace phistep::inline PHISTEP_ABI
