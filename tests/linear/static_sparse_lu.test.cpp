@@ -114,6 +114,19 @@ TEST_CASE("the order of pivots makes no fill where none is needed") {
   for (int i = 0; i < n; ++i) CHECK(arrow(i, i) == i);
 }
 
+TEST_CASE("a Jacobian's own code gives its pattern, each entry once") {
+  constexpr auto pattern = pattern_of<4>([](const auto& y, auto&& put) {
+    put(0, 1, y[0] - y[1]);  // zero at a y of ones: there all the same
+    put(3, 2, 2.0), put(0, 1, 3 * y[3]), put(2, 2, 1);
+  });
+  STATIC_REQUIRE(pattern.size() == 3);
+  constexpr EliminationPlan<4> plan{pattern};
+  STATIC_REQUIRE(plan.slots == 4 + 2);
+  STATIC_REQUIRE(plan(0, 1) >= 4);
+  STATIC_REQUIRE(plan(3, 2) >= 4);
+  STATIC_REQUIRE(plan(1, 0) == EliminationPlan<4>::none);
+}
+
 TEST_CASE("sparse matrices: no zero is looked at, and the residual is rounding") {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> uniform(0, 1);

@@ -34,6 +34,28 @@ template <std::size_t count>
   return std::to_array(list);
 }
 
+/// The same list from the Jacobian itself, n×n: f(y, put) calls put(i, j, x) for every entry x of it, and can do so at
+/// compile time, for y a std::array of ones.
+///
+///     static constexpr auto jacobian_pattern = pattern_of<3>([](const auto& y, auto&& put) { Law::entries(y, put); });
+template <int n>
+[[nodiscard]] consteval auto pattern_of(auto f) {
+  struct {
+    std::array<Entry, static_cast<std::size_t>(n* n)> all{};
+    std::size_t count = 0;
+    [[nodiscard]] constexpr auto begin() const { return all.begin(); }
+    [[nodiscard]] constexpr auto end() const { return all.begin() + count; }
+    [[nodiscard]] constexpr std::size_t size() const { return count; }
+  } pattern;
+  std::array<double, static_cast<std::size_t>(n)> ones{};
+  ones.fill(1);
+  std::array<bool, static_cast<std::size_t>(n * n)> seen{};
+  f(std::as_const(ones), [&](int i, int j, auto) {
+    if (!std::exchange(seen.at(static_cast<std::size_t>(i * n + j)), true)) pattern.all[pattern.count++] = {i, j};
+  });
+  return pattern;
+}
+
 /// The elimination of an n×n matrix with a full diagonal and the entries given.
 template <int n>
 struct EliminationPlan {
@@ -45,8 +67,7 @@ struct EliminationPlan {
   int products = 0;                          ///< multiplications of an elimination
 
   /// @throws where an entry lies outside: a compile-time error
-  template <std::size_t count>
-  consteval explicit EliminationPlan(const std::array<Entry, count>& pattern) {
+  consteval explicit EliminationPlan(const auto& pattern) {
     std::array<std::array<bool, n>, n> filled{}, left{};
     for (int i = 0; i < n; ++i) filled[at(i)][at(i)] = true;
     for (const Entry& e : pattern) {
@@ -86,7 +107,7 @@ struct EliminationPlan {
   [[nodiscard]] constexpr int operator()(int row, int column) const { return slot[at(row)][at(column)]; }
 };
 
-/// @tparam Pattern  names `pattern`, an array of Entry
+/// @tparam Pattern  names `pattern`, what entries() or pattern_of() made
 template <class Scalar, int n, class Pattern>
 class StaticSparseLu {
  public:
