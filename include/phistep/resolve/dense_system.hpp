@@ -126,6 +126,9 @@ class DenseSystem : public Sizes {
     else to = -C_;
     masses([&to, factor](Eigen::Index i, Eigen::Index j, auto m) { to(i, j) += factor * static_cast<Scalar>(m); });
   }
+  /// The tangents as they are.
+  [[nodiscard]] const auto& K() const { return K_; }
+  [[nodiscard]] const auto& C() const { return C_; }
   void archive(auto& ar) { ar.in_place(K_, C_); }
 
  private:
@@ -174,6 +177,8 @@ class DiagonalSystem : public Sizes {
   void add_position_product(Scalar factor, const auto& x, auto& out) const {
     out.array() += factor * K_.array() * x.array();
   }
+  [[nodiscard]] const Vector& K() const { return K_; }
+  [[nodiscard]] const Vector& C() const { return C_; }
   void archive(auto& ar) { ar.in_place(K_, C_); }
 
  private:

@@ -90,6 +90,15 @@ class LinearStages {
     known_ = !Rhs::has_history;
     return Outcome::success;
   }
+  /// J alone at (t, y), for an iteration that makes up for what it lacks. Differences look at psi, which is Ψ there.
+  [[nodiscard]] Outcome tangent(Rhs& rhs, Scalar t, Scalar dt, const Plain& y, const Rate& psi,
+                                const Yardstick<Plain>& yardstick) {
+    known_ = false;
+    matrix_.drop();
+    const Gamma<Scalar> gamma{dt, dt};
+    matrix_.begin(gamma, false);
+    return matrix_.linearise(rhs, gamma, t, y, psi, options_, yardstick);
+  }
   /// W = M − γC − γ²K
   [[nodiscard]] Outcome factorise(Rhs& rhs, Scalar gamma) {
     const Gamma<Scalar> both{gamma, gamma};

@@ -204,6 +204,8 @@ class Linearisation {
     has_jacobian_ = system_.is_finite();
     return has_jacobian_ ? Outcome::success : Outcome::non_finite_jacobian;
   }
+  /// K and C as they are, for schemes that make matrices of their own.
+  [[nodiscard]] const System& system() const { return system_; }
   /// Factors for γ of the tangents at hand; products are made ready at (t, Y).
   [[nodiscard]] Outcome factorise(Rhs& rhs, const Gamma<Scalar>& gamma, [[maybe_unused]] Scalar t, const Plain& Y,
                                   [[maybe_unused]] const Rate& psi, [[maybe_unused]] const NewtonOptions& options) {
