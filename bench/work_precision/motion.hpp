@@ -12,7 +12,12 @@
 namespace work_precision {
 
 /// phistep's schemes for conservative motions.
-void add_motion(auto& rows) { rows.controlled("velocity Verlet", phistep::velocity_verlet, -9); }
+void add_motion(auto& rows) {
+  rows.controlled("velocity Verlet", phistep::velocity_verlet, -7);
+  rows.controlled("extrapolated Verlet", phistep::extrapolated(phistep::velocity_verlet));
+  rows.controlled("RKN 8(6)", phistep::rkn86);
+  rows.controlled("RKN 12(10)", phistep::rkn1210);
+}
 
 template <class Force, class Vector>
 [[nodiscard]] Table small_motion(const char* name, const char* title, const phistep::Motion<Vector>& start, double end,
