@@ -17,6 +17,13 @@ void add_stiff(auto& rows) {
   rows.controlled("trapezoidal", phistep::trapezoidal, -7);
 }
 
+/// The problem, with the pattern of its Jacobian for the library to use where it pays.
+template <class Problem>
+struct WithPattern : Problem {
+  static constexpr auto jacobian_pattern = phistep::pattern_of<Problem::State::RowsAtCompileTime>(
+      [](const auto& y, auto&& put) { Problem::entries(y, put); });
+};
+
 template <class Problem>
 [[nodiscard]] Table small_stiff(const char* name, const char* title, double end, const typename Problem::State& exact,
                                 double a, double kappa, double decades) {
@@ -29,7 +36,7 @@ template <class Problem>
     return truth::film<Rows>({{end, Rows{}}}, start.template cast<truth::Real>(), a, 1e-14L, times);
   };
   PhistepRows rows{table, start, [](const auto& y, auto scheme, std::size_t) {
-                     return phistep::PhiStepper{y, Problem{}, scheme};
+                     return phistep::PhiStepper{y, WithPattern<Problem>{}, scheme};
                    }};
   add_stiff(rows);
   return table;
