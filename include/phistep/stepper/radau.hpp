@@ -169,7 +169,13 @@ class Row<Radau, S> : public RowDefaults {
     auto& matrix = kernel.stages().matrix();
     if (affine ? !matrix.has_jacobian() : !has_jacobian_) {
       factored_ = 0;
-      if constexpr (!Matrix::analytic) kernel.evaluate(step.t, step.y, step.psi);
+      if constexpr (!Matrix::analytic) {
+        kernel.evaluate(step.t, step.y, step.psi);
+        if (first_non_finite(RateOf<S>::blocks(std::as_const(step.psi)))) {
+          copy_blocks<S>(step.next, step.y);  // what the message looks at
+          return Outcome::non_finite_force;
+        }
+      }
       const Yardstick<Plain> yardstick =
           step.trace == nullptr ? Yardstick<Plain>{}
                                 : Yardstick<Plain>{&step.trace->weight, step.trace->newton_target, step.trace->rtol};

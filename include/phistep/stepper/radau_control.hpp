@@ -37,8 +37,7 @@ class RadauIteration {
       if (size > 0 && contraction_ >= 0.99) return Verdict::failed;
       rate_ = contraction_ / (1 - contraction_);
       const int left = limit_ - 1 - count_;
-      if (const double at_end = rate_ * size * power(contraction_, left) / target_;
-          left >= 0 && at_end >= 1) {
+      if (const double at_end = rate_ * size * power(contraction_, left) / target_; left >= 0 && at_end >= 1) {
         shrink_ = 0.8 * std::pow(std::min(at_end, 20.0), -1.0 / (4 + left));
         return Verdict::failed;
       }
@@ -136,7 +135,8 @@ class RadauControl {
     if (dt_before_ > 0)
       by = std::min(by, limited(safety_factor * dt / (dt_before_ * root(relative * relative / error_before_))));
     // An iteration that contracts by θ, about in proportion to Δt, costs 1/ln(1/θ): faster ones pay for more steps.
-    if (solve.contraction() > best_contraction) by = std::min(by, std::max(0.5, best_contraction / solve.contraction()));
+    if (solve.contraction() > best_contraction)
+      by = std::min(by, std::max(0.5, best_contraction / solve.contraction()));
     dt_before_ = dt;
     error_before_ = std::max(1e-2, relative);
     if (rejected_) by = std::min(by, 1.0);
