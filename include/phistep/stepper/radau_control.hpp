@@ -21,31 +21,31 @@ namespace phistep::inline PHISTEP_ABI {
 template <class = void>
 class RadauIteration {
  public:
-  enum class Progress { go_on, converged, failed };
+  enum class Judgement { go_on, converged, failed };
 
   /// @param target  the size of the error that may be left
   /// @param rate    θ/(1−θ) as the solve before left it
   RadauIteration(double target, double rate, int limit)
       : target_{target}, rate_{aged(std::max(rate, 1e-5))}, limit_{limit} {}
 
-  [[nodiscard]] Progress judge(double size) {
+  [[nodiscard]] Judgement judge(double size) {
     ++count_;
-    if (!std::isfinite(size)) return Progress::failed;
+    if (!std::isfinite(size)) return Judgement::failed;
     if (count_ > 1) {
       const double now = size / size_;
       contraction_ = count_ == 2 ? now : std::sqrt(now * last_);
       last_ = now;
-      if (size > 0 && contraction_ >= 0.99) return Progress::failed;
+      if (size > 0 && contraction_ >= 0.99) return Judgement::failed;
       rate_ = contraction_ / (1 - contraction_);
       const int left = limit_ - 1 - count_;
       if (const double at_end = rate_ * size * power(contraction_, left) / target_; left >= 0 && at_end >= 1) {
         shrink_ = 0.8 * std::pow(std::min(at_end, 20.0), -1.0 / (4 + left));
-        return Progress::failed;
+        return Judgement::failed;
       }
     }
     size_ = size;
-    if (rate_ * size <= target_) return Progress::converged;
-    return count_ < limit_ ? Progress::go_on : Progress::failed;
+    if (rate_ * size <= target_) return Judgement::converged;
+    return count_ < limit_ ? Judgement::go_on : Judgement::failed;
   }
   [[nodiscard]] int count() const { return count_; }
   [[nodiscard]] int limit() const { return limit_; }
@@ -75,21 +75,21 @@ class RadauIteration {
 template <class = void>
 class RoundingIteration {
  public:
-  using Progress = typename RadauIteration<>::Progress;
+  using Judgement = typename RadauIteration<>::Judgement;
   explicit RoundingIteration(double round_off) : round_off_{round_off} {}
 
-  [[nodiscard]] Progress judge(double size) {
+  [[nodiscard]] Judgement judge(double size) {
     ++count_;
-    if (!std::isfinite(size)) return Progress::failed;
-    if (size == 0) return Progress::converged;
+    if (!std::isfinite(size)) return Judgement::failed;
+    if (size == 0) return Judgement::converged;
     if (count_ > 1) {
       contraction_ = size / size_;
-      if (contraction_ < 1 && contraction_ / (1 - contraction_) * size <= round_off_) return Progress::converged;
-      if (contraction_ > 0.3 && size * size * size <= round_off_ * round_off_) return Progress::converged;
-      if (count_ > 3 && contraction_ > 2) return Progress::failed;
+      if (contraction_ < 1 && contraction_ / (1 - contraction_) * size <= round_off_) return Judgement::converged;
+      if (contraction_ > 0.3 && size * size * size <= round_off_ * round_off_) return Judgement::converged;
+      if (count_ > 3 && contraction_ > 2) return Judgement::failed;
     }
     size_ = size;
-    return count_ < limit ? Progress::go_on : Progress::failed;
+    return count_ < limit ? Judgement::go_on : Judgement::failed;
   }
   [[nodiscard]] int count() const { return count_; }
   [[nodiscard]] double contraction() const { return contraction_; }
