@@ -28,7 +28,7 @@ namespace work_precision {
 struct Options {
   std::string method, library, out = "out";  // only what has this text in its name
   int rounds = 5;
-  double longest = 0.5;    ///< [s] finer rungs of a ladder are left out after a good run that took longer
+  double longest = 0.2;    ///< [s] finer rungs of a ladder are left out after a good run that took longer
   double shortest = 2e-3;  ///< [s] of one measurement: shorter runs are repeated within it
   double tightest = 0;     ///< of rtol
   bool films = true, half_decades = true;
@@ -133,17 +133,17 @@ struct Measured {
 
 inline void write_header(std::ostream& csv) {
   csv.precision(6);
-  csv << "problem,library,method,parameter,value,error,largest_error,seconds,steps,force_calls,jacobians,"
+  csv << "problem,title,library,method,parameter,value,error,largest_error,seconds,steps,force_calls,jacobians,"
          "factorizations\n";
 }
 inline void write(std::ostream& csv, const Measured& measured) {
   for (std::size_t m = 0; m < measured.points.size(); ++m)
     for (const Point& point : measured.points[m]) {
       const Method& method = measured.table.methods[m];
-      csv << measured.table.name << ',' << method.library << ",\"" << method.name << "\"," << method.parameter << ','
-          << point.parameter << ',' << point.error << ',' << point.largest << ',' << point.seconds() << ','
-          << point.answer.steps << ',' << point.answer.force_calls << ',' << point.answer.jacobians << ','
-          << point.answer.factorizations << '\n';
+      csv << measured.table.name << ",\"" << measured.table.title << "\"," << method.library << ",\"" << method.name
+          << "\"," << method.parameter << ',' << point.parameter << ',' << point.error << ',' << point.largest << ','
+          << point.seconds() << ',' << point.answer.steps << ',' << point.answer.force_calls << ','
+          << point.answer.jacobians << ',' << point.answer.factorizations << '\n';
     }
   csv.flush();
 }

@@ -158,9 +158,9 @@ void petsc(Table& table) {
     table.add("PETSc", name, tolerances(-1, tightest),
               [system = table.system, type](double rtol, Film* film) { return run(system, type, rtol, film); });
   };
-  add("theta 1/2", Type::theta, -8);
-  add("rosw ra34pw2", Type::rosenbrock, -9);
-  add("arkimex4", Type::dirk, -9);
+  add("theta 1/2", Type::theta, -6);
+  add("rosw ra34pw2", Type::rosenbrock, -8);
+  add("arkimex4", Type::dirk, -8);
 }
 
 }  // namespace work_precision
