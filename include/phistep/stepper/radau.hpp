@@ -271,10 +271,10 @@ class Row<Radau, S> : public RowDefaults {
   /// Iterates until only rounding is left, block by block in units of the largest component.
   template <int s, class Kernel>
   [[nodiscard]] Outcome to_rounding(Kernel& kernel, typename Kernel::Data& step, const auto& masses) {
-    using Verdict = typename RadauIteration<>::Verdict;
+    using Judgement = typename RadauIteration<>::Judgement;
     RoundingIteration<> test{round_off};
-    Verdict verdict = Verdict::go_on;
-    while (verdict == Verdict::go_on) {
+    Judgement verdict = Judgement::go_on;
+    while (verdict == Judgement::go_on) {
       this->template evaluate<s>(kernel, step);
       for_each_solved<S>(
           [&](Index at, const auto& y) {
@@ -290,7 +290,7 @@ class Row<Radau, S> : public RowDefaults {
           step.y);
       verdict = test.judge(this->template correction<s>(kernel, masses));
     }
-    if (verdict == Verdict::failed)
+    if (verdict == Judgement::failed)
       return this->template blame<s>(kernel, step,
                                      test.contraction() > 1 ? Outcome::newton_diverged : Outcome::newton_stalled);
     this->template add_increment<s>(step);
@@ -311,7 +311,7 @@ class Row<Radau, S> : public RowDefaults {
 
   template <int s, class Kernel>
   [[nodiscard]] Outcome trace_with(Kernel& kernel, typename Kernel::Data& step) {
-    using Verdict = typename RadauIteration<>::Verdict;
+    using Judgement = typename RadauIteration<>::Judgement;
     auto& trace = *step.trace;
     const double dt = std::abs(static_cast<double>(step.dt));
     const auto masses = each_mass_entry(kernel.rhs(), step.y);
@@ -328,12 +328,12 @@ class Row<Radau, S> : public RowDefaults {
         },
         trace.weight);
     RadauIteration<> test = control_.iteration(round_off);
-    Verdict verdict = Verdict::go_on;
-    while (verdict == Verdict::go_on) {
+    Judgement verdict = Judgement::go_on;
+    while (verdict == Judgement::go_on) {
       this->template evaluate<s>(kernel, step);
       verdict = test.judge(this->template correction<s>(kernel, masses));
     }
-    if (verdict == Verdict::failed) {
+    if (verdict == Judgement::failed) {
       trace.proposed = control_.failed(dt, test.shrink());
       return this->template blame<s>(kernel, step,
                                      test.contraction() > 1 ? Outcome::newton_diverged : Outcome::newton_stalled);
