@@ -237,9 +237,11 @@ class RadauStages {
       powers[i][0] += h * v.data()[i];
     }
   }
-  /// Of a matrix, or of one that is kept as its diagonal.
-  [[nodiscard]] static Scalar entry(const auto& matrix, int i, int j) {
-    if constexpr (std::remove_cvref_t<decltype(matrix)>::IsVectorAtCompileTime && n_static != 1)
+  /// Of a matrix, of one that is kept as its diagonal, or of one that isn't there.
+  [[nodiscard]] static Scalar entry([[maybe_unused]] const auto& matrix, [[maybe_unused]] int i,
+                                    [[maybe_unused]] int j) {
+    if constexpr (!requires { matrix.size(); }) return Scalar{0};
+    else if constexpr (std::remove_cvref_t<decltype(matrix)>::IsVectorAtCompileTime && n_static != 1)
       return i == j ? matrix[i] : Scalar{0};
     else return matrix(i, j);
   }
