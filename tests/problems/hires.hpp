@@ -25,7 +25,7 @@ struct Hires {
     out[7] = -q + 1.81 * y[6];
   }
   template <class Y, class Put>
-  static void entries(const Y& y, Put&& put) {
+  static constexpr void entries(const Y& y, Put&& put) {
     const auto a = 280 * y[7], b = 280 * y[5];
     put(0, 0, -1.71), put(1, 0, 1.71);
     put(0, 1, 0.43), put(1, 1, -8.75), put(3, 1, 8.32);

@@ -20,7 +20,7 @@ struct Oregonator {
     out[2] = 0.161 * (y[0] - y[2]);
   }
   template <class Y, class Put>
-  static void entries(const Y& y, Put&& put) {
+  static constexpr void entries(const Y& y, Put&& put) {
     put(0, 0, 77.27 * (1 - 2 * 8.375e-6 * y[0] - y[1])), put(1, 0, -y[1] / 77.27), put(2, 0, 0.161);
     put(0, 1, 77.27 * (1 - y[0])), put(1, 1, -(1 + y[0]) / 77.27);
     put(1, 2, 1 / 77.27), put(2, 2, -0.161);

@@ -66,7 +66,7 @@ struct Pollution {
     out[19] = r24 - r25;
   }
   template <class Y, class Put>
-  static void entries(const Y& y, Put&& put) {
+  static constexpr void entries(const Y& y, Put&& put) {
     // r2_1 is ∂r₂/∂y₁, and so on.
     const auto r2_1 = 26.6 * y[3], r2_3 = 26.6 * y[1], r3_4 = 1.23e4 * y[1], r3_1 = 1.23e4 * y[4], r6_6 = 1.5e4 * y[5],
                r6_5 = 1.5e4 * y[6], r8_8 = 2.4e4 * y[5], r8_5 = 2.4e4 * y[8], r9_10 = 1.65e4 * y[1],

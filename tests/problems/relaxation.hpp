@@ -18,7 +18,7 @@ struct Relaxation {
     out[0] = y[1], out[1] = fast * ((1 - y[0] * y[0]) * y[1] - y[0]);
   }
   template <class Y, class Put>
-  static void entries(const Y& y, Put&& put) {
+  static constexpr void entries(const Y& y, Put&& put) {
     put(1, 0, fast * (-2 * y[0] * y[1] - 1)), put(0, 1, 1.0), put(1, 1, fast * (1 - y[0] * y[0]));
   }
   State operator()(const State& y) const {

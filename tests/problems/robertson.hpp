@@ -18,7 +18,7 @@ struct Robertson {
     out[0] = -a + b, out[1] = a - b - c, out[2] = c;
   }
   template <class Y, class Put>
-  static void entries(const Y& y, Put&& put) {
+  static constexpr void entries(const Y& y, Put&& put) {
     const auto b1 = 1e4 * y[2], b2 = 1e4 * y[1], c1 = 6e7 * y[1];
     put(0, 0, -0.04), put(1, 0, 0.04);
     put(0, 1, b1), put(1, 1, -b1 - c1), put(2, 1, c1);

@@ -80,19 +80,24 @@ void choose_stiff(const Scene& scene, Advice& to) {
     to.warnings.push_back("a member jacobian(...), or sparsity(force, pattern), would open the way to rodas5p");
   } else if (scene.rtol > 3e-4) {
     to.scheme = "rodas4";
-    to.reasons.push_back(
-        "for few digits, a step of six linear solves with one matrix and no iteration is the cheapest");
-  } else if (!small) {
+    to.reasons.push_back("for few digits, six linear solves with one matrix and no iteration are the cheapest step");
+  } else if (scene.rtol > 1e-7 && (!small || scene.unknowns > 10)) {
     to.scheme = "rodas5p";
     to.reasons.push_back("with " + std::to_string(scene.unknowns) +
-                         " unknowns the factorisation is what costs: one for eight solves, at order 5");
-  } else if (scene.rtol > 1e-7) {
-    to.scheme = "extrapolated(phistep::backward_euler)";
-    to.reasons.push_back("at " + digits_of(scene.rtol) +
-                         " and few unknowns, linearly implicit Euler steps taken to high order are ahead");
-  } else {
+                         " unknowns the factorisation is what costs: order 5 has one for eight solves");
+  } else if (small) {
     to.scheme = "radau";
-    to.reasons.push_back("at " + digits_of(scene.rtol) + " Radau's orders 9 and 13 are ahead of everything else");
+    to.reasons.push_back("at " + digits_of(scene.rtol) + " and " + std::to_string(scene.unknowns) +
+                         " unknowns Radau's orders 5, 9 and 13 are ahead");
+  } else if (scene.structure == Structure::banded || scene.structure == Structure::block_tridiagonal) {
+    to.scheme = "extrapolated(phistep::backward_euler)";
+    to.reasons.push_back(
+        "at " + digits_of(scene.rtol) +
+        " linearly implicit Euler steps taken to high order are ahead where factors of a band are cheap");
+  } else {
+    to.scheme = "rodas5p";
+    to.reasons.push_back("at " + digits_of(scene.rtol) +
+                         " a higher order would pay, but not the factorisations that it takes");
   }
 }
 /// Not stiff: what the force looks at, and how many digits are wanted.

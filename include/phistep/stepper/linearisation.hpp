@@ -21,6 +21,7 @@
 #include "phistep/resolve/dense_system.hpp"
 #include "phistep/resolve/local_system.hpp"
 #include "phistep/resolve/network_system.hpp"
+#include "phistep/resolve/static_sparse_system.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
 #include "phistep/stepper/difference_tangent.hpp"
@@ -62,7 +63,8 @@ class Linearisation {
     if (all.structure == Structure::network) all.symmetric = analytic && Traits::is_symmetric_network;
     return all;
   }();
-  using System = typename SystemFor<facts, Scalar, n_static, LinearSolver>::type;
+  using System = typename SystemOf<facts, Scalar, n_static, LinearSolver, typename Rhs::Force,
+                                   (Rhs::mass_structure <= Structure::diagonal && solved_blocks<S> == 1)>::type;
 
   /// @throws std::invalid_argument where a dense Jacobian of more than 1000 unknowns would be formed by differences.
   void resize(const Plain& y, [[maybe_unused]] Rhs& rhs) {
