@@ -13,10 +13,8 @@ work_precision::Table work_precision::brusselator_1d() {
               1,
               6};
   table.samples = P::samples();
-  table.truth = [=](const std::vector<double>& times) {
-    using Rows = truth::StiffRows<truth::Banded<P>>;
-    return truth::film<Rows>({{P::end, Rows{{P{}, 2}}}}, start.cast<truth::Real>(), a, 1e-12L, times, P::samples());
-  };
+  using Rows = truth::StiffRows<truth::Banded<P>>;
+  truth::tell(table, truth::Path<Rows>{{{P::end, Rows{{P{}, 2}}}}, a, 1e-12L}, start.cast<truth::Real>());
   PhistepRows rows{table, start, [](const auto& y, auto scheme, std::size_t) {
                      return phistep::PhiStepper{y, P{}, scheme};
                    }};

@@ -28,13 +28,13 @@ namespace work_precision {
 struct Options {
   std::string method, library, out = "out";  // only what has this text in its name
   int rounds = 5;
-  double longest = 0.5;    ///< [s] finer rungs of a ladder are left out after a run that took longer
+  double longest = 0.2;    ///< [s] finer rungs of a ladder are left out after a good run that took longer
   double shortest = 2e-3;  ///< [s] of one measurement: shorter runs are repeated within it
   double tightest = 0;     ///< of rtol
-  bool films = true;
+  bool films = true, half_decades = true;
 
   /// Enough to see that everything works.
-  void be_quick() { rounds = 1, longest = 0.03, shortest = 2e-4, tightest = 1e-9, films = false; }
+  void be_quick() { rounds = 1, longest = 0.03, shortest = 2e-4, tightest = 1e-9, films = half_decades = false; }
 };
 
 /// One rung of a method's ladder.
@@ -74,8 +74,12 @@ struct Measured {
     if (method.name.find(options.method) == std::string::npos ||
         method.library.find(options.library) == std::string::npos)
       continue;
+    double spent = 0;
     for (const double parameter : method.ladder) {
       if (method.parameter == "rtol" && parameter < 0.99 * options.tightest) break;
+      if (method.parameter == "rtol" && !options.half_decades &&
+          std::abs(std::remainder(std::log10(parameter), 1)) > 0.1)
+        continue;
       Point& point = points.emplace_back();
       point.parameter = parameter;
       const double start = now();
@@ -87,7 +91,8 @@ struct Measured {
         Film film(times, problem.system.size());
         if (method.run(parameter, &film).y.size() > 0) point.largest = largest_error(film);
       }
-      if (took > options.longest) break;
+      spent += took;
+      if ((took > options.longest && point.is_timed()) || spent > 8 * options.longest) break;
     }
   }
   for (int round = 0; round < options.rounds; ++round)
@@ -128,17 +133,17 @@ struct Measured {
 
 inline void write_header(std::ostream& csv) {
   csv.precision(6);
-  csv << "problem,library,method,parameter,value,error,largest_error,seconds,steps,force_calls,jacobians,"
+  csv << "problem,title,library,method,parameter,value,error,largest_error,seconds,steps,force_calls,jacobians,"
          "factorizations\n";
 }
 inline void write(std::ostream& csv, const Measured& measured) {
   for (std::size_t m = 0; m < measured.points.size(); ++m)
     for (const Point& point : measured.points[m]) {
       const Method& method = measured.table.methods[m];
-      csv << measured.table.name << ',' << method.library << ",\"" << method.name << "\"," << method.parameter << ','
-          << point.parameter << ',' << point.error << ',' << point.largest << ',' << point.seconds() << ','
-          << point.answer.steps << ',' << point.answer.force_calls << ',' << point.answer.jacobians << ','
-          << point.answer.factorizations << '\n';
+      csv << measured.table.name << ",\"" << measured.table.title << "\"," << method.library << ",\"" << method.name
+          << "\"," << method.parameter << ',' << point.parameter << ',' << point.error << ',' << point.largest << ','
+          << point.seconds() << ',' << point.answer.steps << ',' << point.answer.force_calls << ','
+          << point.answer.jacobians << ',' << point.answer.factorizations << '\n';
     }
   csv.flush();
 }

@@ -15,11 +15,9 @@ work_precision::Table work_precision::medical_akzo() {
               1,
               6};
   table.samples = P::samples();
-  table.truth = [=](const std::vector<double>& times) {
-    using Rows = truth::StiffRows<truth::Banded<P>>;
-    return truth::film<Rows>({{P::change, Rows{{flowing, 2}}}, {P::end, Rows{{stopped, 2}}}}, start.cast<truth::Real>(),
-                             a, 1e-12L, times, P::samples());
-  };
+  using Rows = truth::StiffRows<truth::Banded<P>>;
+  truth::tell(table, truth::Path<Rows>{{{P::change, Rows{{flowing, 2}}}, {P::end, Rows{{stopped, 2}}}}, a, 1e-12L},
+              start.cast<truth::Real>());
   PhistepRows rows{table, start, [=](const auto& y, auto scheme, std::size_t leg) {
                      return phistep::PhiStepper{y, leg == 0 ? flowing : stopped, scheme};
                    }};

@@ -12,7 +12,12 @@
 namespace work_precision {
 
 /// phistep's schemes for conservative motions.
-void add_motion(auto& rows) { rows.controlled("velocity Verlet", phistep::velocity_verlet, -9); }
+void add_motion(auto& rows) {
+  rows.controlled("velocity Verlet", phistep::velocity_verlet, -7);
+  rows.controlled("extrapolated Verlet", phistep::extrapolated(phistep::velocity_verlet));
+  rows.controlled("RKN 8(6)", phistep::rkn86);
+  rows.controlled("RKN 12(10)", phistep::rkn1210);
+}
 
 template <class Force, class Vector>
 [[nodiscard]] Table small_motion(const char* name, const char* title, const phistep::Motion<Vector>& start, double end,
@@ -21,10 +26,8 @@ template <class Force, class Vector>
   constexpr int n = Vector::RowsAtCompileTime;
   Table table{name,  title,  stacked(exact), system_of(Shape::explicit_, a, end, FirstOrder<State, Force>{start, {}}),
               kappa, decades};
-  table.truth = [start, a, end](const std::vector<double>& times) {
-    using Rows = truth::MotionRows<Force, n>;
-    return truth::film<Rows>({{end, Rows{}}}, stacked(start).template cast<truth::Real>(), a, 1e-18L, times);
-  };
+  using Rows = truth::MotionRows<Force, n>;
+  truth::tell(table, truth::Path<Rows>{{{end, Rows{}}}, a, 1e-17L}, stacked(start).template cast<truth::Real>());
   PhistepRows rows{table, start, [](const auto& y, auto scheme, std::size_t) {
                      return phistep::PhiStepper{y, Force{}, scheme};
                    }};

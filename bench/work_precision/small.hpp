@@ -2,6 +2,9 @@
 /// A few stiff unknowns: dense LU for everybody, fixed-size states for phistep.
 #pragma once
 
+#include <phistep/stepper/radau.hpp>
+#include <phistep/stepper/rodas.hpp>
+
 #include <utility>
 #include <vector>
 
@@ -14,7 +17,10 @@ namespace work_precision {
 /// phistep's schemes for stiff problems of a few unknowns.
 void add_stiff(auto& rows) {
   rows.controlled("TR-BDF2", phistep::tr_bdf2, -7);
-  rows.controlled("trapezoidal", phistep::trapezoidal, -7);
+  rows.controlled("Rodas4", phistep::rodas4);
+  rows.controlled("Rodas5P", phistep::rodas5p);
+  rows.controlled("extrapolated Euler", phistep::extrapolated(phistep::backward_euler));
+  rows.controlled("Radau", phistep::radau);
 }
 
 /// The problem, with the pattern of its Jacobian for the library to use where it pays.
@@ -31,10 +37,8 @@ template <class Problem>
   const State start = Problem::start();
   Table table{name,  title,  exact, system_of(Shape::dense, a, end, FirstOrder<State, Problem>{start, {}}),
               kappa, decades};
-  table.truth = [start, a, end](const std::vector<double>& times) {
-    using Rows = truth::StiffRows<truth::Dense<Problem>>;
-    return truth::film<Rows>({{end, Rows{}}}, start.template cast<truth::Real>(), a, 1e-14L, times);
-  };
+  using Rows = truth::StiffRows<truth::Dense<Problem>>;
+  truth::tell(table, truth::Path<Rows>{{{end, Rows{}}}, a, 1e-14L}, start.template cast<truth::Real>());
   PhistepRows rows{table, start, [](const auto& y, auto scheme, std::size_t) {
                      return phistep::PhiStepper{y, WithPattern<Problem>{}, scheme};
                    }};

@@ -55,7 +55,8 @@ struct Table {
   double kappa = 0;    ///< by how much it magnifies a small error; 0: not known
   double decades = 6;  ///< the log-spaced times reach from end·10^−decades to the end
   std::function<Eigen::MatrixXd(const std::vector<double>&)> truth{};  ///< `exact`, one column a time
-  std::vector<Eigen::Index> samples{};  ///< where `exact` and `truth` hold these components only
+  std::vector<Eigen::Index> samples{};     ///< where `exact` and `truth` hold these components only
+  std::function<double()> conditioning{};  ///< measures κ, which takes a while
   std::vector<Method> methods{};
 
   /// max |y_i − exact_i| / (|exact_i| + a); infinite where there is no answer or one that isn't finite

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -175,29 +176,86 @@ void advance(Rows& rows, typename Rows::State& y, Real t0, Real t1, Real& dt, Re
   }
 }
 
-/// One column a time, of the samples only where there are some.
+/// A problem's legs, one after the other.
 template <class Rows>
-[[nodiscard]] Eigen::MatrixXd film(std::vector<std::pair<double, Rows>> legs, typename Rows::State y, double a,
-                                   Real rtol, const std::vector<double>& times,
-                                   const std::vector<Eigen::Index>& samples = {}) {
-  Eigen::MatrixXd out(samples.empty() ? y.size() : static_cast<Eigen::Index>(samples.size()),
-                      static_cast<Eigen::Index>(times.size()));
-  Real t = 0, dt = static_cast<Real>(times.front());
-  std::size_t leg = 0;
-  for (std::size_t k = 0; k < times.size(); ++k) {
-    while (leg + 1 < legs.size() && times[k] > legs[leg].first) {
-      const Real change = legs[leg].first;
-      if (t < change) advance(legs[leg].second, y, t, change, dt, a, rtol);
-      t = change, dt = Real(1e-6);
-      ++leg;
+class Path {
+ public:
+  using State = typename Rows::State;
+  using Legs = std::vector<std::pair<double, Rows>>;
+  Path(Legs legs, double a, Real rtol) : legs_{std::move(legs)}, a_{a}, rtol_{rtol} {}
+
+  [[nodiscard]] double end() const { return legs_.back().first; }
+  /// y at `to` from y at `from`
+  void go(State& y, Real from, Real to, Real dt) {
+    for (auto& [end, rows] : legs_) {
+      const Real stop = std::min<Real>(end, to);
+      if (from >= stop) continue;
+      advance(rows, y, from, stop, dt, a_, rtol_);
+      from = stop;
+      if (stop == end) dt = Real(1e-7) * end;
     }
-    advance(legs[leg].second, y, t, static_cast<Real>(times[k]), dt, a, rtol);
-    t = static_cast<Real>(times[k]);
-    for (Eigen::Index i = 0; i < out.rows(); ++i)
-      out(i, static_cast<Eigen::Index>(k)) =
-          static_cast<double>(y[samples.empty() ? i : samples[static_cast<std::size_t>(i)]]);
   }
-  return out;
+  /// One column a time, of the samples only where there are some.
+  [[nodiscard]] Eigen::MatrixXd film(State y, const std::vector<double>& times,
+                                     const std::vector<Eigen::Index>& samples = {}) {
+    Eigen::MatrixXd out(samples.empty() ? y.size() : static_cast<Eigen::Index>(samples.size()),
+                        static_cast<Eigen::Index>(times.size()));
+    Real t = 0;
+    for (std::size_t k = 0; k < times.size(); ++k) {
+      const Real next = static_cast<Real>(times[k]);
+      go(y, t, next, (next - t) / 4);
+      t = next;
+      for (Eigen::Index i = 0; i < out.rows(); ++i)
+        out(i, static_cast<Eigen::Index>(k)) =
+            static_cast<double>(y[samples.empty() ? i : samples[static_cast<std::size_t>(i)]]);
+    }
+    return out;
+  }
+  /// By how much the problem magnifies a small relative error made at its start or at one of ten later times, at worst, until
+  /// its end; at least 1. With w = |y| + a, κ = max_s max_i Σ_k |∂y_i(end)/∂y_k(s)| w_k(s)/w_i(end): the norm of errors, with
+  /// the worst signs. Of many unknowns with the worst of a dozen random ones, which is a bound from below.
+  [[nodiscard]] double conditioning(State y) {
+    constexpr int intervals = 11, tries = 12;
+    const Real by = std::sqrt(rtol_) / 10;
+    const auto n = y.size();
+    const auto weight = [this](const State& x) -> State { return (x.array().abs() + Real(a_)).matrix(); };
+    std::mt19937 random{1};
+    double kappa = 1;
+    for (int s = 0; s < intervals; ++s) {
+      const Real from = Real(end()) * s / intervals;
+      const State w = weight(y);
+      const auto at_end = [&](State x) {
+        go(x, from, Real(end()), Real(1e-7) * Real(end()));
+        return x;
+      };
+      State growth = State::Zero(n);
+      for (Eigen::Index k = 0; k < (n <= 40 ? n : tries); ++k) {
+        State shift = State::Zero(n);
+        if (n <= 40) shift[k] = w[k];
+        else
+          for (Eigen::Index i = 0; i < n; ++i) shift[i] = random() % 2 ? w[i] : -w[i];
+        const State moved = ((at_end(y + by * shift) - at_end(y - by * shift)) / (2 * by)).cwiseAbs();
+        growth = n <= 40 ? State(growth + moved) : State(growth.cwiseMax(moved));
+      }
+      kappa = std::max(kappa, static_cast<double>((growth.array() / weight(at_end(y)).array()).maxCoeff()));
+      go(y, from, Real(end()) * (s + 1) / intervals, Real(1e-7) * Real(end()));
+    }
+    return kappa;
+  }
+
+ private:
+  Legs legs_;
+  double a_;
+  Real rtol_;
+};
+
+/// Gives a table both.
+template <class Table, class Rows>
+void tell(Table& table, const Path<Rows>& path, const typename Rows::State& start) {
+  table.truth = [path, start, samples = table.samples](const std::vector<double>& times) mutable {
+    return Path<Rows>(path).film(start, times, samples);
+  };
+  table.conditioning = [path, start] { return Path<Rows>(path).conditioning(start); };
 }
 
 }  // namespace work_precision::truth

@@ -1,7 +1,7 @@
 /// @file
 /// Run time against error, problem by problem: phistep's schemes and their rivals.
 ///     bench_work_precision [--problem NAME] [--method TEXT] [--library NAME] [--out DIR] [--rounds N] [--quick] [--list]
-///                          [--commit TEXT] [--film NAME]
+///                          [--commit TEXT] | --conditioning
 ///
 /// CPU time of the thread, set-up included; the runs of a problem take turns, and the median of the rounds counts. Errors: at
 /// the end time, and the largest over 100 log-spaced times, which a second run of the same settings finds, untimed: it
@@ -89,6 +89,7 @@ double check_truth(const Table& table) {
 int main(int argc, char** argv) {
   Options options;
   std::string only, commit = "unknown commit";
+  bool conditioning = false;
   for (int i = 1; i < argc; ++i) {
     const auto is = [&](const char* name) { return std::strcmp(argv[i], name) == 0 && i + 1 < argc; };
     if (is("--problem")) only = argv[++i];
@@ -98,10 +99,11 @@ int main(int argc, char** argv) {
     else if (is("--rounds")) options.rounds = std::max(1, std::atoi(argv[++i]));
     else if (is("--commit")) commit = argv[++i];
     else if (std::strcmp(argv[i], "--quick") == 0) options.be_quick();
+    else if (std::strcmp(argv[i], "--conditioning") == 0) conditioning = true;
     else {
       std::printf(
           "bench_work_precision [--problem NAME] [--method TEXT] [--library NAME] [--out DIR] [--rounds N] [--quick] "
-          "[--commit TEXT]\nproblems:");
+          "[--commit TEXT] | --conditioning\nproblems:");
       for (const Entry& entry : problems) std::printf(" %s", entry.name);
       std::printf("\n");
       return std::strcmp(argv[i], "--list") == 0 ? 0 : 1;
@@ -121,6 +123,11 @@ int main(int argc, char** argv) {
     Table table = entry.make();
     add_rivals(table);
     std::printf("\n%s\n", table.title.c_str());
+    if (conditioning) {
+      if (table.conditioning) std::printf("  kappa = %.3g, stored: %.3g\n", table.conditioning(), table.kappa);
+      std::fflush(stdout);
+      continue;
+    }
     if (options.films && table.truth)
       std::printf("  the solution over time agrees with the stored answer to %.1e\n", check_truth(table));
     Measured measured = measure(std::move(table), options);
@@ -132,6 +139,7 @@ int main(int argc, char** argv) {
     std::printf("no problem of that name; --list names them\n");
     return 1;
   }
+  if (conditioning) return 0;
   const std::string summary = markdown(all, commit);
   std::ofstream(options.out + "/work_precision.md") << summary;
   std::printf("\n%s\n%s/work_precision.csv, %s/work_precision.md\n", summary.c_str(), options.out.c_str(),

@@ -45,6 +45,7 @@
 #include "phistep/stepper/kick_drift.hpp"
 #include "phistep/stepper/nystrom.hpp"
 #include "phistep/stepper/phi_stepper.hpp"
+#include "phistep/stepper/radau.hpp"
 #include "phistep/stepper/rannacher.hpp"
 #include "phistep/stepper/rosenbrock.hpp"
 #include "phistep/stepper/tr_bdf2.hpp"

@@ -201,6 +201,7 @@ class ExplicitBase {
  public:
   using Plain = PlainState<S>;
   static constexpr int power = 2;
+  static constexpr bool interpolates = false;
   template <class Rhs>
   static constexpr bool needs_stages = false;
   /// The call at the start serves all rows.
@@ -218,7 +219,7 @@ class ExplicitBase {
   }
   template <class Kernel>
   [[nodiscard]] Outcome rows(Kernel& kernel, typename Kernel::Data& step, auto& ends, const auto& substeps, int from,
-                             int to, double& theta) {
+                             int to, double& theta, auto* /*inside*/) {
     using Method = ExplicitRows<S, Kernel, Rule<S>>;
     Method method{kernel, step, slope_, slopes_};
     if constexpr (Method::on_stack) {

@@ -40,7 +40,7 @@ inline constexpr bool has_small_dense_stages = [] {
 }();
 
 /// Rows of few unknowns, in lanes, with (1) and (2) divided by h: W = M/h − C − hK, kept as its inverse.
-template <State S, class Kernel>
+template <State S, class Kernel, class Inside>
 class DenseImplicitEuler {
  public:
   using Scalar = ScalarOf<S>;
@@ -54,6 +54,8 @@ class DenseImplicitEuler {
   struct Fixed {
     Inverse inverse;
     Scalar h;
+    Plain* record;  ///< null, or where the last increments go …
+    int first;      ///< … from this substep on
   };
   struct Moving {
     Plain y, moved;
@@ -63,14 +65,17 @@ class DenseImplicitEuler {
   static constexpr int lanes = n <= 4 ? 3 : n <= 8 ? 2 : 1, alone = 2;
   static constexpr bool on_stack = true;
 
-  DenseImplicitEuler(Kernel& kernel, Data& step, const Rate& start) : kernel_{kernel}, step_{step}, start_{start} {}
+  DenseImplicitEuler(Kernel& kernel, Data& step, const Rate& start, Inside* inside)
+      : kernel_{kernel}, step_{step}, start_{start}, inside_{inside} {}
 
   /// The row's matrix and its first substep, whose Ψ is known; on a watched step's rows 1 and 2 also what Newton would
   /// correct it by (Hairer & Wanner's program): where that is no smaller, so is nothing that follows.
   [[nodiscard]] Outcome start(LaneType& lane, int row, int substeps, double& theta) {
-    auto& [inverse, h] = lane.fixed;
+    auto& [inverse, h, record, first] = lane.fixed;
     auto& [y, moved] = lane.moving;
     h = step_.dt / static_cast<Scalar>(substeps);
+    record = inside_ != nullptr ? inside_->row(row) : nullptr;
+    first = substeps - row;
     kernel_.stages().matrix().assemble(kernel_.rhs(), step_.y, 1 / h, h, inverse.matrix());
     ++kernel_.rhs().statistics().factorizations;
     if (!inverse.factorize()) return Outcome::singular_matrix;
@@ -83,7 +88,7 @@ class DenseImplicitEuler {
     } else {
       w = correction(inverse, h, y, start_);
     }
-    move(h, w, y, moved);
+    move(lane.fixed, lane.done, w, lane.moving);
     ++lane.done, --lane.left;
     if (row > 2 || step_.trace == nullptr) return Outcome::success;
     Rate psi;
@@ -99,15 +104,15 @@ class DenseImplicitEuler {
         Rate::blocks(std::as_const(psi)), kernel_.rhs().masses());
     ++kernel_.rhs().statistics().solves;
     inverse.solve_in_place(residual);
-    // θ² = ‖second‖²/max(1, ‖first‖²)
-    const double second = square_of(residual, h), first = std::max(count_of(), square_of(w, h));
-    if (!(second <= first)) {
+    // θ² = ‖next‖²/max(1, ‖w‖²)
+    const double next = square_of(residual, h), size = std::max(count_of(), square_of(w, h));
+    if (!(next <= size)) {
       theta = 2;
       return Outcome::success;
     }
     if constexpr (!Kernel::has_time) {
       w = correction(inverse, h, y, psi);
-      move(h, w, y, moved);
+      move(lane.fixed, lane.done, w, lane.moving);
       ++lane.done, --lane.left;
     }
     return Outcome::success;
@@ -115,7 +120,7 @@ class DenseImplicitEuler {
   [[gnu::always_inline]] void substep(const Fixed& fixed, int done, Moving& moving) {
     Rate psi;
     kernel_.evaluate(step_.t + static_cast<Scalar>(done + 1) * fixed.h, moving.y, psi);
-    move(fixed.h, correction(fixed.inverse, fixed.h, moving.y, psi), moving.y, moving.moved);
+    move(fixed, done, correction(fixed.inverse, fixed.h, moving.y, psi), moving);
   }
   [[nodiscard]] Outcome finish(const LaneType& lane, Plain& end) {
     copy_blocks<S>(end, lane.moving.moved);
@@ -141,7 +146,7 @@ class DenseImplicitEuler {
     inverse.solve_in_place(w);
     return w;
   }
-  [[gnu::always_inline]] void move(Scalar h, const Vector& w, Plain& y, Plain& moved) {
+  [[gnu::always_inline]] void move(const Fixed& fixed, int done, const Vector& w, Moving& moving) {
     for_each_solved<S>(
         [&](Index at, auto& to, auto& by, const auto& from) {
           for (Index i = 0; i < by.size(); ++i) {
@@ -149,10 +154,15 @@ class DenseImplicitEuler {
             to.data()[i] = from.data()[i] + by.data()[i];
           }
         },
-        y, moved, step_.y);
+        moving.y, moving.moved, step_.y);
     if constexpr (drifts) {
-      position_of<S>(moved) += h * velocity_of<S>(y);
-      position_of<S>(y) = position_of<S>(step_.y) + position_of<S>(moved);
+      position_of<S>(moving.moved) += fixed.h * velocity_of<S>(moving.y);
+      position_of<S>(moving.y) = position_of<S>(step_.y) + position_of<S>(moving.moved);
+    }
+    if (fixed.record != nullptr && done >= fixed.first) {
+      Plain& last = fixed.record[done - fixed.first];
+      for_each_solved<S>([&](Index at, auto& to) { flat(to) = part(w, at, to); }, last);
+      if constexpr (drifts) position_of<S>(last) = fixed.h * velocity_of<S>(moving.y);
     }
   }
   /// n ‖(h w, w)‖², weighted as the error is
@@ -179,18 +189,19 @@ class DenseImplicitEuler {
   Kernel& kernel_;
   Data& step_;
   const Rate& start_;  // Ψ(t, y)
+  Inside* inside_;     // null: nobody looks inside
 };
 
 /// Rows of any size and structure, one after the other, by the kernel's linear stages.
-template <State S, class Kernel>
+template <State S, class Kernel, class Inside>
 class ImplicitEulerRows {
  public:
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
   using Data = typename Kernel::Data;
 
-  ImplicitEulerRows(Kernel& kernel, Data& step, Plain& delta, RateOf<S>& start)
-      : kernel_{kernel}, step_{step}, delta_{delta}, start_{start} {}
+  ImplicitEulerRows(Kernel& kernel, Data& step, Plain& delta, const RateOf<S>& start, Inside* inside)
+      : kernel_{kernel}, step_{step}, delta_{delta}, start_{start}, inside_{inside} {}
 
   /// ends[j] = T_{j,1} for from ≤ j ≤ to
   [[nodiscard]] Outcome run(auto& ends, const auto& substeps, int from, int to, double& theta) {
@@ -218,6 +229,7 @@ class ImplicitEulerRows {
       if (const Outcome outcome = kernel_.solve(h, delta_); outcome != Outcome::success) return outcome;
       for_each_block([](auto, auto& to, const auto& by) { to += by; }, Blocks<S>::all(moved),
                      Blocks<S>::all(std::as_const(delta_)));
+      if (inside_ != nullptr && i >= substeps - j) copy_blocks<S>(inside_->row(j)[i - (substeps - j)], delta_);
       if (i == 0 && j <= 2 && step_.trace != nullptr) {
         if (const Outcome outcome = contraction(moved, h, theta); outcome != Outcome::success) return outcome;
         if (theta > 1) return Outcome::success;
@@ -254,7 +266,8 @@ class ImplicitEulerRows {
   Kernel& kernel_;
   Data& step_;
   Plain& delta_;
-  RateOf<S>& start_;
+  const RateOf<S>& start_;
+  Inside* inside_;
 };
 
 /// The base method as a row of extrapolation sees it.
@@ -264,6 +277,7 @@ class ImplicitEulerBase {
   using Plain = PlainState<S>;
   using Rate = RateOf<S>;
   static constexpr int power = 1;
+  static constexpr bool interpolates = true;
   template <class Rhs>
   static constexpr bool needs_stages = true;
   template <int columns>
@@ -285,14 +299,16 @@ class ImplicitEulerBase {
   /// ends[j] = T_{j,1} for from ≤ j ≤ to, unless theta > 1
   template <class Kernel>
   [[nodiscard]] Outcome rows(Kernel& kernel, typename Kernel::Data& step, auto& ends, const auto& substeps, int from,
-                             int to, double& theta) {
+                             int to, double& theta, auto* inside) {
+    using Inside = std::remove_pointer_t<decltype(inside)>;
     if constexpr (has_small_dense_stages<S, Kernel>) {
-      using Method = DenseImplicitEuler<S, Kernel>;
-      Method method{kernel, step, start_};
+      using Method = DenseImplicitEuler<S, Kernel, Inside>;
+      Method method{kernel, step, start_, inside};
       std::array<typename Method::LaneType, Method::lanes> lanes;
       return RowLanes{method, lanes}.run(ends, substeps, from, to, theta);
     } else {
-      return ImplicitEulerRows<S, Kernel>{kernel, step, delta_, start_}.run(ends, substeps, from, to, theta);
+      return ImplicitEulerRows<S, Kernel, Inside>{kernel, step, delta_, start_, inside}.run(ends, substeps, from, to,
+                                                                                            theta);
     }
   }
 

@@ -6,11 +6,15 @@
 ///     numbers<columns>                                n_j
 ///     row_work                                        what a row costs beside its substeps, in substeps
 ///     resize(y), begin(kernel, step)                  before the first row
-///     rows(kernel, step, ends, numbers, from, to, θ)  ends[j] = T_{j,1}; θ > 1: given up
+///     rows(kernel, step, ends, numbers, from, to, θ, inside)  ends[j] = T_{j,1}; θ > 1: given up. The last increments
+///                                                     of each row go into `inside`, unless that is null
+///     static constexpr bool interpolates;             … and tell of the solution between the ends
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <type_traits>
 #include <utility>
 
@@ -18,6 +22,7 @@
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/stepper/extrapolated_inside.hpp"
 #include "phistep/stepper/extrapolation.hpp"
 #include "phistep/stepper/extrapolation_order.hpp"
 #include "phistep/stepper/extrapolation_table.hpp"
@@ -55,7 +60,8 @@ class ExtrapolatedRow : public RowDefaults {
       if (const Outcome outcome = base.begin(kernel, step); outcome != Outcome::success) return outcome;
       const int k = fixed_ > 0 ? fixed_ : columns_ > 0 ? columns_ : usual_columns;
       double theta = 0;
-      if (const Outcome outcome = base.rows(kernel, step, table, numbers, 1, k, theta); outcome != Outcome::success)
+      if (const Outcome outcome = base.rows(kernel, step, table, numbers, 1, k, theta, no_inside);
+          outcome != Outcome::success)
         return outcome;
       for (int j = 2; j <= k; ++j) extend_table<S>(table, j, weights[at(j)]);
       return finish<Kernel>(step, table[at(k)]);
@@ -70,12 +76,20 @@ class ExtrapolatedRow : public RowDefaults {
   [[nodiscard]] Outcome trace(Kernel& kernel, typename Kernel::Data& step) {
     return with_workspace([&](Table& table, Base& base) {
       if (const Outcome outcome = base.begin(kernel, step); outcome != Outcome::success) return outcome;
+      Inside* inside = nullptr;
+      if constexpr (Base::interpolates) {
+        inside_.forget();
+        if (step.trace->wants_dense) {
+          inside_.begin(step.y);
+          inside = &inside_;
+        }
+      }
       Order order{rows, past_, std::abs(static_cast<double>(step.dt)), step.trace->rtol, fixed_};
       RowVerdict verdict = RowVerdict::more;
       double theta = 0;
       int done = 0;
       for (int last = order.first_batch(); verdict == RowVerdict::more; last = done + 1) {
-        const Outcome outcome = base.rows(kernel, step, table, numbers, done + 1, last, theta);
+        const Outcome outcome = base.rows(kernel, step, table, numbers, done + 1, last, theta, inside);
         if (outcome != Outcome::success || theta > 1) {
           give_up(step, order, true);
           return outcome == Outcome::success ? Outcome::error_too_large : outcome;
@@ -90,13 +104,34 @@ class ExtrapolatedRow : public RowDefaults {
         give_up(step, order, verdict == RowVerdict::diverged);
         return Outcome::error_too_large;
       }
-      past_ = order.accepted();
+      // Where row k+1 brought nothing, T_{k+1,k}, of the same order as T_{k,k}.
+      const Outcome outcome = finish<Kernel>(step, table[at(order.column())]);
+      if (outcome != Outcome::success) {
+        give_up(step, order, true);
+        return outcome;
+      }
+      double most = std::numeric_limits<double>::infinity();
+      if constexpr (Base::interpolates)
+        if (inside != nullptr) {
+          inside->end(order.column(), numbers, weights);
+          most = order.limit(inside_error(step), inside->degree());
+          if (most < 0.8 * std::abs(static_cast<double>(step.dt))) {
+            past_ = order.shortened(most);
+            step.trace->proposed = past_.wanted;
+            return Outcome::error_too_large;
+          }
+        }
+      past_ = order.accepted(most);
       columns_ = order.column();
       step.trace->proposed = past_.wanted;
       step.trace->has_error = true;
-      // Where row k+1 brought nothing, T_{k+1,k}, of the same order as T_{k,k}.
-      return finish<Kernel>(step, table[at(columns_)]);
+      return Outcome::success;
     });
+  }
+
+  static constexpr bool interpolates = Base::interpolates;
+  void interpolate(Scalar x, Scalar, const Plain& y0, const Plain& y1, Plain& out) const requires interpolates {
+    inside_.interpolate(x, y0, y1, out);
   }
 
   using Progress = typename Order::Past;
@@ -127,6 +162,8 @@ class ExtrapolatedRow : public RowDefaults {
   }();
 
   struct Nothing {};
+  using Inside = std::conditional_t<Base::interpolates, ExtrapolatedInside<S, columns>, Nothing>;
+  static constexpr Inside* no_inside = nullptr;
   /// f(table, base): a small state's lie in registers and on the stack.
   [[nodiscard]] Outcome with_workspace(auto&& f) {
     if constexpr (on_stack) {
@@ -140,6 +177,13 @@ class ExtrapolatedRow : public RowDefaults {
   void give_up(auto& step, Order& order, bool halve) {
     past_ = order.rejected(halve);
     step.trace->proposed = past_.wanted;
+  }
+  /// Error inside the step, in units of ten tolerances: where somebody looks, it must not be more. (Hairer & Wanner's
+  /// program ODEX, too, shortens steps for its dense output.)
+  [[nodiscard]] double inside_error(auto& step) const {
+    Plain& e = step.trace->predicted;
+    inside_.error(step.y, step.next, e);
+    return weighted_rms(e, step.y, step.next, *step.trace) / 10;
   }
   /// ‖T_{j,j} − T_{j,j−1}‖
   [[nodiscard]] static double error(auto& step, Table& table, int j) {
@@ -162,6 +206,7 @@ class ExtrapolatedRow : public RowDefaults {
   int fixed_;
   typename Order::Past past_;
   int columns_ = 0;
+  [[no_unique_address]] Inside inside_;
   [[no_unique_address]] std::conditional_t<on_stack, Nothing, Table> table_;
   [[no_unique_address]] std::conditional_t<on_stack, Nothing, Base> base_;
 };

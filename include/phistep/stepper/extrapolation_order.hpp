@@ -16,6 +16,7 @@
 #include <array>
 #include <cmath>
 #include <iterator>
+#include <limits>
 
 #include "phistep/core/version.hpp"
 
@@ -41,12 +42,19 @@ class ExtrapolationOrder {
     int steady = 0;    ///< steps that have stayed in it
     int patience = 4;  ///< as many make it worth a look at the next one
     bool rejected = false;
-    double wanted = 0;   ///< [time] |Δt| proposed
-    double below = 0;    ///< log₂ of ‖e_{k−1}‖ and
-    double below_h = 0;  ///< [time] the |Δt| that had it, 0: unknown
+    bool limited = false;  ///< the length was not the error's to say: a lower column would shorten it further
+    int unlimited = 0;     ///< steps that don't look at their inside
+    double inside = 0;     ///< error inside the last step that did
+    double inside_h = 0;   ///< [time] its |Δt|
+    double wanted = 0;     ///< [time] |Δt| proposed
+    double below = 0;      ///< log₂ of ‖e_{k−1}‖ and
+    double below_h = 0;    ///< [time] the |Δt| that had it, 0: unknown
     int below_column = 0;
 
-    void archive(auto& ar) { ar(target, last, steady, patience, rejected, wanted, below, below_h, below_column); }
+    void archive(auto& ar) {
+      ar(target, last, steady, patience, rejected, limited, unlimited, inside, inside_h, wanted, below, below_h,
+         below_column);
+    }
   };
 
   /// A step of length h > 0. @param rtol  tells where to begin  @param fixed  0, or the only column there is
@@ -61,7 +69,8 @@ class ExtrapolationOrder {
     }
     // A step cut short by a time to stop at is done as soon as its error allows.
     eager_ = first_ || h < 0.7 * past_.wanted;
-    probes_ = !eager_ && !past_.rejected && past_.steady >= past_.patience && past_.target + 1 < columns;
+    probes_ =
+        !eager_ && !past_.rejected && !past_.limited && past_.steady >= past_.patience && past_.target + 1 < columns;
     known_ = 0;
   }
   /// The rows to compute before anything is asked.
@@ -69,7 +78,7 @@ class ExtrapolationOrder {
     if (fixed_ > 0) return batch_ = fixed_;
     const int k = past_.target;
     if (eager_ || k <= 2) return batch_ = 2;
-    if (past_.rejected || probes_) return batch_ = k;
+    if (past_.rejected || past_.limited || probes_) return batch_ = k;
     // Where row k−1 is not expected to be enough, row k may be computed beside it.
     const bool falls_short = past_.below_h > 0 && past_.below_column == k - 1 &&
                              past_.below + exponent(past_.below_column) * std::log2(h_ / past_.below_h) > 0;
@@ -122,8 +131,9 @@ class ExtrapolationOrder {
   /// The column whose T_jj is the result.
   [[nodiscard]] int column() const { return column_; }
 
-  /// After RowVerdict::accept: what the next step takes.
-  [[nodiscard]] const Past& accepted() {
+  /// After RowVerdict::accept: what the next step takes, |Δt| ≤ most.
+  [[nodiscard]] const Past& accepted(double most) {
+    most_ = most;
     if (fixed_ > 0) {
       const double h = past_.rejected ? std::min(h_, length(fixed_)) : length(fixed_);
       past_.rejected = false;
@@ -163,7 +173,27 @@ class ExtrapolationOrder {
       h = length(c) * rows_.work[at(rising ? std::min(next + 1, columns) : next)] / rows_.work[at(c)];
     }
     past_.rejected = false;
-    return remember(next, h);
+    past_.limited = h > most_;
+    return remember(past_.limited ? std::max(next, k) : next, h);
+  }
+  /// |Δt| that what lies inside the step allows, its error being `error` and going as Δt^degree. Where stiff components
+  /// spoil the table's derivatives, shorter steps don't help: then none are asked for, for a while.
+  [[nodiscard]] double limit(double error, int degree) {
+    const bool in_vain = past_.inside_h > 0 && h_ < 0.9 * past_.inside_h && error > 0.5 * past_.inside;
+    if (in_vain && error > 1) past_.unlimited = 16;
+    past_.inside = error;
+    past_.inside_h = 0;
+    if (past_.unlimited > 0) {
+      --past_.unlimited;
+      return std::numeric_limits<double>::infinity();
+    }
+    return h_ * std::pow(std::max(error, 1e-10), -1.0 / degree);
+  }
+  /// After RowVerdict::accept of a step that was too long for another reason.
+  [[nodiscard]] const Past& shortened(double h) {
+    past_.limited = true;
+    past_.inside_h = h_;
+    return remember(std::max(past_.target, column_), std::min(h, 0.9 * h_));
   }
   /// After RowVerdict::reject and diverged. @param halved  nothing can be said of the errors
   [[nodiscard]] const Past& rejected(bool halved) {
@@ -197,7 +227,7 @@ class ExtrapolationOrder {
   [[nodiscard]] double work(int j) { return rows_.work[at(j)] / length(j); }
   const Past& remember(int target, double h) {
     past_.target = target;
-    past_.wanted = h;
+    past_.wanted = std::min(h, most_);
     past_.below_h = 0;
     if (target > 2 && has(target - 1)) {
       past_.below = std::log2(std::max(error_[at(target - 1)], 1e-30));
@@ -217,7 +247,7 @@ class ExtrapolationOrder {
   const Rows& rows_;
   Past past_;
   int fixed_;
-  double h_ = 0;
+  double h_ = 0, most_ = std::numeric_limits<double>::infinity();
   bool first_ = true, eager_ = true, probes_ = false;
   int column_ = 0, known_ = 0, batch_ = 0;
   std::array<double, columns + 2> error_{}, length_{};

@@ -156,27 +156,34 @@ class Row<Nystrom<Tableau, compensates>, S> : public RowDefaults {
     velocity_of<S>(step.next) = velocity_of<S>(step.y);  // for a view of the whole state: a(t, r) has no use for it
     const bool arrived = [&]<std::size_t... i>(std::index_sequence<i...>) { return (stage<i + 1>(rhs, step) && ...); }
     (std::make_index_sequence<last>{});
-    if (!arrived) return Outcome::non_finite_state;
-    bool finite = true;
-    if constexpr (!Tableau::first_is_last) finite = move<nystrom::Position<Tableau>, true>(step, 1);
-    const auto kick = [dt = step.dt, sum = sum<nystrom::Velocity<Tableau>>()](auto i) { return dt * sum(i); };
-    finite = put<1, true>(step.next, step.y, kick) && finite;
-    rounding_.end(step.next);
-    return finite ? Outcome::success : Outcome::non_finite_state;
+    bool finite = arrived;
+    if (arrived) {
+      if constexpr (!Tableau::first_is_last) finite = move<nystrom::Position<Tableau>, true>(step, 1);
+      const auto kick = [dt = step.dt, sum = sum<nystrom::Velocity<Tableau>>()](auto i) { return dt * sum(i); };
+      finite = put<1, true>(step.next, step.y, kick) && finite;
+      rounding_.end(step.next);
+    }
+    if (finite) return Outcome::success;
+    blame(step);
+    return Outcome::non_finite_state;
   }
   template <std::size_t i, class Rhs, class Data>
   [[nodiscard]] bool stage(Rhs& rhs, Data& step) {
     constexpr bool at_end = i == last && Tableau::first_is_last;
-    if (!move<nystrom::Stage<Tableau, i>, at_end>(step, Tableau::c[i])) {
-      step.psi = k_[i - 1];  // what the message looks at
-      return false;
-    }
+    if (!move<nystrom::Stage<Tableau, i>, at_end>(step, Tableau::c[i])) return false;
     // The next step is told Ψ itself, without the mass.
     rhs.evaluate_into(step.t + static_cast<Scalar>(Tableau::c[i]) * step.dt, step.next, at_end ? step.psi : k_[i]);
     if constexpr (at_end) k_[i] = step.psi;
-    if (accelerate(rhs, k_[i])) return true;
-    step.psi = k_[i];
-    return false;
+    return accelerate(rhs, k_[i]);
+  }
+  /// psi = what the message looks at: the first k that isn't finite, among those that this step has filled.
+  template <class Data>
+  [[gnu::cold, gnu::noinline]] void blame(Data& step) const {
+    for (const Rate& k : k_)
+      if (first_non_finite(Rate::blocks(k))) {
+        step.psi = k;
+        return;
+      }
   }
 
   template <class Weights>

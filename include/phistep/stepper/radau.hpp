@@ -169,7 +169,13 @@ class Row<Radau, S> : public RowDefaults {
     auto& matrix = kernel.stages().matrix();
     if (affine ? !matrix.has_jacobian() : !has_jacobian_) {
       factored_ = 0;
-      if constexpr (!Matrix::analytic) kernel.evaluate(step.t, step.y, step.psi);
+      if constexpr (!Matrix::analytic) {
+        kernel.evaluate(step.t, step.y, step.psi);
+        if (first_non_finite(RateOf<S>::blocks(std::as_const(step.psi)))) {
+          copy_blocks<S>(step.next, step.y);  // what the message looks at
+          return Outcome::non_finite_force;
+        }
+      }
       const Yardstick<Plain> yardstick =
           step.trace == nullptr ? Yardstick<Plain>{}
                                 : Yardstick<Plain>{&step.trace->weight, step.trace->newton_target, step.trace->rtol};
@@ -265,10 +271,10 @@ class Row<Radau, S> : public RowDefaults {
   /// Iterates until only rounding is left, block by block in units of the largest component.
   template <int s, class Kernel>
   [[nodiscard]] Outcome to_rounding(Kernel& kernel, typename Kernel::Data& step, const auto& masses) {
-    using Verdict = typename RadauIteration<>::Verdict;
+    using Judgement = typename RadauIteration<>::Judgement;
     RoundingIteration<> test{round_off};
-    Verdict verdict = Verdict::go_on;
-    while (verdict == Verdict::go_on) {
+    Judgement verdict = Judgement::go_on;
+    while (verdict == Judgement::go_on) {
       this->template evaluate<s>(kernel, step);
       for_each_solved<S>(
           [&](Index at, const auto& y) {
@@ -284,7 +290,7 @@ class Row<Radau, S> : public RowDefaults {
           step.y);
       verdict = test.judge(this->template correction<s>(kernel, masses));
     }
-    if (verdict == Verdict::failed)
+    if (verdict == Judgement::failed)
       return this->template blame<s>(kernel, step,
                                      test.contraction() > 1 ? Outcome::newton_diverged : Outcome::newton_stalled);
     this->template add_increment<s>(step);
@@ -305,7 +311,7 @@ class Row<Radau, S> : public RowDefaults {
 
   template <int s, class Kernel>
   [[nodiscard]] Outcome trace_with(Kernel& kernel, typename Kernel::Data& step) {
-    using Verdict = typename RadauIteration<>::Verdict;
+    using Judgement = typename RadauIteration<>::Judgement;
     auto& trace = *step.trace;
     const double dt = std::abs(static_cast<double>(step.dt));
     const auto masses = each_mass_entry(kernel.rhs(), step.y);
@@ -322,12 +328,12 @@ class Row<Radau, S> : public RowDefaults {
         },
         trace.weight);
     RadauIteration<> test = control_.iteration(round_off);
-    Verdict verdict = Verdict::go_on;
-    while (verdict == Verdict::go_on) {
+    Judgement verdict = Judgement::go_on;
+    while (verdict == Judgement::go_on) {
       this->template evaluate<s>(kernel, step);
       verdict = test.judge(this->template correction<s>(kernel, masses));
     }
-    if (verdict == Verdict::failed) {
+    if (verdict == Judgement::failed) {
       trace.proposed = control_.failed(dt, test.shrink());
       return this->template blame<s>(kernel, step,
                                      test.contraction() > 1 ? Outcome::newton_diverged : Outcome::newton_stalled);
