@@ -10,7 +10,8 @@
 
 namespace work_precision {
 
-/// Force: a callable or a term (`add`, `add_jacobian`); S: the state that phistep steps; masses: one a component of r.
+/// Force: with static `rate` and `entries`, or static `acceleration`, or a term (`add`, `add_jacobian`); S: the state that
+/// phistep steps; masses: one a component of r.
 template <class S, class Force>
 class FirstOrder {
   static constexpr bool drifts = !phistep::EigenDense<S>;
@@ -24,11 +25,10 @@ class FirstOrder {
       if (masses.size() == 0) inverse_masses_ = Eigen::VectorXd::Ones(start.r.size());
   }
 
-  [[nodiscard]] Eigen::Index size() const { return start().size(); }
   [[nodiscard]] Eigen::VectorXd start() const {
     if constexpr (drifts) {
       Eigen::VectorXd y(2 * start_.r.size());
-      y << start_.r.reshaped(), start_.v.reshaped();
+      y << start_.r, start_.v;
       return y;
     } else {
       return start_;
@@ -37,60 +37,50 @@ class FirstOrder {
 
   /// out = f(t, y)
   void rate(double t, const double* y, double* out) const {
-    if constexpr (drifts) {
+    if constexpr (requires { Force::rate(y, out); }) {
+      Force::rate(y, out);
+    } else if constexpr (drifts) {
       using V = std::remove_cvref_t<decltype(start_.r)>;
-      const auto rows = start_.r.rows(), columns = start_.r.cols(), n = start_.r.size();
-      const Const<V> r(y, rows, columns), v(y + n, rows, columns);
-      Eigen::Map<V>(out, rows, columns) = v;
-      Eigen::Map<V> force(out + n, rows, columns);
-      if constexpr (requires { force_(V(r), V(v)); }) force = force_(V(r), V(v));
-      else if constexpr (requires { force_(V(r)); }) force = force_(V(r));
-      else {
+      const auto n = start_.r.size();
+      const Const<V> r(y, n), v(y + n, n);
+      Eigen::Map<V>(out, n) = v;
+      if constexpr (requires { Force::acceleration(y, out); }) {
+        Force::acceleration(y, out + n);
+      } else {
+        Eigen::Map<V> force(out + n, n);
         force.setZero();
         Forces<V> to{force};
         force_.add(t, Moving<V>{r, v}, to);
+        force.array() *= inverse_masses_.array();
       }
-      force.reshaped().array() *= inverse_masses_.array();
     } else {
       const Const<S> now(y, start_.size());
       Eigen::Map<S> to(out, start_.size());
-      if constexpr (requires { force_(S(now), t); }) to = force_(S(now), t);
-      else if constexpr (requires { force_(S(now)); }) to = force_(S(now));
-      else {
-        to.setZero();
-        Rates rates{to};
-        force_.add(t, Still{now}, rates);
-      }
+      to.setZero();
+      Rates rates{to};
+      force_.add(t, Still{now}, rates);
     }
   }
 
-  /// Calls put(i, j, x) for parts x of ∂f_i/∂y_j, always in the same order.
-  void jacobian(double t, const double* y, auto&& put) const {
-    if constexpr (drifts) {
+  /// Calls put(i, j, x) for parts x of ∂f_i/∂y_j, always in the same order; nothing where there is an acceleration only.
+  void jacobian([[maybe_unused]] double t, const double* y, auto&& put) const {
+    if constexpr (requires { Force::entries(y, put); }) {
+      Force::entries(y, put);
+    } else if constexpr (requires(double* out) { Force::acceleration(y, out); }) {
+      return;
+    } else if constexpr (drifts) {
       using V = std::remove_cvref_t<decltype(start_.r)>;
       const auto n = start_.r.size();
-      const Const<V> r(y, start_.r.rows(), start_.r.cols()), v(y + n, start_.r.rows(), start_.r.cols());
+      const Const<V> r(y, n), v(y + n, n);
       for (Eigen::Index i = 0; i < n; ++i) put(i, n + i, 1.0);
-      if constexpr (requires { force_.jacobian(V(r), V(v)); }) {
-        const auto J = force_.jacobian(V(r), V(v));
-        for_each_entry(J.K, [&](auto i, auto j, double x) { put(n + i, j, inverse_masses_[i] * x); });
-        for_each_entry(J.C, [&](auto i, auto j, double x) { put(n + i, n + j, inverse_masses_[i] * x); });
-      } else if constexpr (requires { force_.jacobian(V(r)); }) {
-        for_each_entry(force_.jacobian(V(r)), [&](auto i, auto j, double x) { put(n + i, j, inverse_masses_[i] * x); });
-      } else {
-        const auto position = [&](auto i, auto j, double x) { put(n + i, j, inverse_masses_[i] * x); };
-        const auto velocity = [&](auto i, auto j, double x) { put(n + i, n + j, inverse_masses_[i] * x); };
-        MotionSink<decltype(position), decltype(velocity)> sink{position, velocity};
-        force_.add_jacobian(t, Moving<V>{r, v}, sink);
-      }
+      const auto position = [&](auto i, auto j, double x) { put(n + i, j, inverse_masses_[i] * x); };
+      const auto velocity = [&](auto i, auto j, double x) { put(n + i, n + j, inverse_masses_[i] * x); };
+      MotionSink<decltype(position), decltype(velocity)> sink{position, velocity};
+      force_.add_jacobian(t, Moving<V>{r, v}, sink);
     } else {
       const Const<S> now(y, start_.size());
-      if constexpr (requires { force_.jacobian(S(now)); }) {
-        for_each_entry(force_.jacobian(S(now)), put);
-      } else {
-        Sink<decltype(put)> sink{put};
-        force_.add_jacobian(t, Still{now}, sink);
-      }
+      Sink<std::remove_reference_t<decltype(put)>> sink{put};
+      force_.add_jacobian(t, Still{now}, sink);
     }
   }
 
@@ -121,10 +111,6 @@ class FirstOrder {
     void position(Eigen::Index i, Eigen::Index j, double x) { to_position(i, j, x); }
     void velocity(Eigen::Index i, Eigen::Index j, double x) { to_velocity(i, j, x); }
   };
-  static void for_each_entry(const auto& J, auto&& put) {
-    for (Eigen::Index j = 0; j < J.cols(); ++j)
-      for (Eigen::Index i = 0; i < J.rows(); ++i) put(i, j, J(i, j));
-  }
 
   S start_;
   Force force_;

@@ -2,28 +2,27 @@
 
 #include "problems/heat_2d.hpp"
 
-#include "first_order.hpp"
-#include "phistep_rows.hpp"
-#include "sundials_rows.hpp"
+#include "large.hpp"
 
 work_precision::Table work_precision::heat_2d() {
-  using problems::Heat2D;
-  const Heat2D force;
-  const auto start = Heat2D::exact(0);
-  constexpr double end = Heat2D::end;
-  Table table{"heat_2d", "Heat on 64 x 64 points in two dimensions", Heat2D::exact(end), 0.1};
-  PhistepRows rows{table, start, end, [=](const auto& y, auto scheme) {
-                     return phistep::PhiStepper{y, force, scheme};
+  using P = problems::Heat2D;
+  const P::State start = P::exact(0);
+  Table table{"heat_2d",
+              "Heat on 64 x 64 points in two dimensions",
+              P::exact(P::end),
+              system_of(Shape::sparse, 0.1, P::end, FirstOrder<P::State, P>{start, {}}),
+              1,
+              4};
+  table.truth = [](const std::vector<double>& times) {
+    Eigen::MatrixXd film(P::side * P::side, static_cast<Eigen::Index>(times.size()));
+    for (std::size_t k = 0; k < times.size(); ++k) film.col(static_cast<Eigen::Index>(k)) = P::exact(times[k]);
+    return film;
+  };
+  PhistepRows rows{table, start, [](const auto& y, auto scheme, std::size_t) {
+                     return phistep::PhiStepper{y, P{}, scheme};
                    }};
-  rows.fixed("backward Euler", phistep::backward_euler, 16, 2048);
   rows.fixed("trapezoidal", phistep::trapezoidal, 8, 512);
   rows.fixed("TR-BDF2", phistep::tr_bdf2, 8, 512);
-  rows.controlled("TR-BDF2", phistep::tr_bdf2, -4.5);
-  rows.controlled("trapezoidal", phistep::trapezoidal, -4.5);
-#ifdef BENCH_HAS_SUNDIALS_SOLVERS
-  const FirstOrder<Heat2D::State, Heat2D> problem{start, force};
-  sundials::add_implicit(table, problem, end, "KLU", sundials::Klu{problem}, -5);
-  sundials::add_implicit(table, problem, end, "GMRES", sundials::Gmres{}, -5, {3});
-#endif
+  add_large(rows, -5);
   return table;
 }

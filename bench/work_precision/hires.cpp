@@ -3,7 +3,6 @@
 #include "small.hpp"
 
 work_precision::Table work_precision::hires() {
-  using problems::Hires;
-  return small_stiff("hires", "HIRES, eight reactions", Hires::start(), Hires{}, Hires::end, Hires::exact(), 1e-4, 64,
-                     65536);
+  using P = problems::Hires;
+  return small_stiff<P>("hires", "HIRES, eight reactions", P::end, P::exact(), 1e-4, 1, 6);
 }

@@ -4,6 +4,7 @@
 
 #include <phistep/phistep.hpp>
 
+#include <cstddef>
 #include <string>
 #include <utility>
 #include <vector>
@@ -24,49 +25,68 @@ template <class S>
   }
 }
 
-template <class S>
-[[nodiscard]] Answer answer(const phistep::RunReport& report, const S& y) {
-  const phistep::Statistics& work = report.statistics;
-  return {report ? stacked(y) : Eigen::VectorXd{}, static_cast<std::int64_t>(work.steps),
-          static_cast<std::int64_t>(work.force_calls), static_cast<std::int64_t>(work.jacobians),
-          static_cast<std::int64_t>(work.factorizations)};
-}
-
-/// phistep's methods on one problem.
-/// @tparam Make  (state, scheme) → stepper
+/// phistep's methods on one problem. A scheme more is a line more: `rows.controlled("TR-BDF2", phistep::tr_bdf2)`.
+/// @tparam Make  (state, scheme, leg) → stepper
 template <class S, class Make>
 class PhistepRows {
  public:
-  PhistepRows(Table& table, const S& start, double end, Make make)
-      : table_{table}, start_{start}, end_{end}, make_{std::move(make)} {}
+  PhistepRows(Table& table, const S& start, Make make) : table_{table}, run_{start, std::move(make), {}} {
+    for (const System::Leg& leg : table.system.legs) run_.ends.push_back(leg.end);
+  }
 
   /// Equal steps, end/from … end/to, Newton to rounding.
   void fixed(const std::string& name, auto scheme, int from, int to) {
-    table_.methods.push_back({name + ", fixed dt", "dt", steps(end_, from, to),
-                              [make = make_, start = start_, end = end_, scheme](double dt) {
-                                S y = start;
-                                auto stepper = make(y, scheme);
-                                const auto report = phistep::integrate(stepper, y, {0, end}, phistep::fixed(dt));
-                                return answer(report, y);
-                              }});
+    table_.methods.push_back(
+        {"phistep", name + ", fixed dt", "dt", steps(run_.ends.back(), from, to),
+         [run = run_, scheme](double dt, Film* film) { return run(scheme, phistep::fixed(dt), film); }});
   }
   /// Steps chosen by the error, to the tolerance (rtol, a·rtol).
-  void controlled(const std::string& name, auto scheme, double tightest) {
-    table_.methods.push_back({name, "rtol", tolerances(-1, tightest),
-                              [make = make_, start = start_, end = end_, a = table_.a, scheme](double rtol) {
-                                S y = start;
-                                auto stepper = make(y, scheme);
-                                const auto report = phistep::integrate(
-                                    stepper, y, {0, end}, phistep::tolerance{.rtol = rtol, .atol = a * rtol});
-                                return answer(report, y);
+  void controlled(const std::string& name, auto scheme, double tightest = -13) {
+    table_.methods.push_back({"phistep", name, "rtol", tolerances(-1, tightest),
+                              [run = run_, scheme, a = table_.system.a](double rtol, Film* film) {
+                                return run(scheme, phistep::tolerance{.rtol = rtol, .atol = a * rtol}, film);
                               }});
   }
 
  private:
+  struct Run {
+    S start;
+    Make make;
+    std::vector<double> ends;
+
+    [[nodiscard]] Answer operator()(auto scheme, const auto& control, Film* film) const {
+      S y = start;
+      Answer answer;
+      double from = 0;
+      for (std::size_t leg = 0; leg < ends.size(); ++leg) {
+        auto stepper = make(y, scheme, leg);
+        const phistep::TimeSpan<double> span{from, ends[leg]};
+        phistep::RunReport report;
+        if (film) {
+          std::size_t k = 0;
+          const auto take = [&](double t, const auto& now) {
+            while (film->times[k] < t) ++k;
+            film->put(k, stacked(now).data());
+          };
+          report = phistep::integrate(stepper, y, span, control, phistep::sampled(film->times, take));
+        } else {
+          report = phistep::integrate(stepper, y, span, control);
+        }
+        if (!report) return {};
+        const phistep::Statistics& work = report.statistics;
+        answer.steps += static_cast<std::int64_t>(work.steps);
+        answer.force_calls += static_cast<std::int64_t>(work.force_calls);
+        answer.jacobians += static_cast<std::int64_t>(work.jacobians);
+        answer.factorizations += static_cast<std::int64_t>(work.factorizations);
+        from = ends[leg];
+      }
+      answer.y = stacked(y);
+      return answer;
+    }
+  };
+
   Table& table_;
-  S start_;
-  double end_;
-  Make make_;
+  Run run_;
 };
 
 }  // namespace work_precision

@@ -3,7 +3,6 @@
 #include "small.hpp"
 
 work_precision::Table work_precision::robertson() {
-  using problems::Robertson;
-  return small_stiff("robertson", "Robertson's three reactions to t = 40", Robertson::start(), Robertson{},
-                     Robertson::end, Robertson::exact(), 1e-6, 16, 65536);
+  using P = problems::Robertson;
+  return small_stiff<P>("robertson", "Robertson's three reactions to t = 40", P::end, P::exact(), 1e-6, 1, 7);
 }

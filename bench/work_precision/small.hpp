@@ -2,28 +2,47 @@
 /// A few stiff unknowns: dense LU for everybody, fixed-size states for phistep.
 #pragma once
 
+#include <phistep/stepper/radau.hpp>
+#include <phistep/stepper/rodas.hpp>
+
+#include <utility>
+#include <vector>
+
 #include "first_order.hpp"
 #include "phistep_rows.hpp"
-#include "sundials_rows.hpp"
+#include "truth.hpp"
 
 namespace work_precision {
 
-template <class S, class Force>
-[[nodiscard]] Table small_stiff(std::string name, std::string title, const S& start, const Force& force, double end,
-                                const S& exact, double a, int coarsest, int finest) {
-  Table table{std::move(name), std::move(title), stacked(exact), a};
-  PhistepRows rows{table, start, end, [=](const auto& y, auto scheme) {
-                     return phistep::PhiStepper{y, force, scheme};
+/// phistep's schemes for stiff problems of a few unknowns.
+void add_stiff(auto& rows) {
+  rows.controlled("TR-BDF2", phistep::tr_bdf2, -7);
+  rows.controlled("Rodas4", phistep::rodas4);
+  rows.controlled("Rodas5P", phistep::rodas5p);
+  rows.controlled("extrapolated Euler", phistep::extrapolated(phistep::backward_euler));
+  rows.controlled("Radau", phistep::radau);
+}
+
+/// The problem, with the pattern of its Jacobian for the library to use where it pays.
+template <class Problem>
+struct WithPattern : Problem {
+  static constexpr auto jacobian_pattern = phistep::pattern_of<Problem::State::RowsAtCompileTime>(
+      [](const auto& y, auto&& put) { Problem::entries(y, put); });
+};
+
+template <class Problem>
+[[nodiscard]] Table small_stiff(const char* name, const char* title, double end, const typename Problem::State& exact,
+                                double a, double kappa, double decades) {
+  using State = typename Problem::State;
+  const State start = Problem::start();
+  Table table{name,  title,  exact, system_of(Shape::dense, a, end, FirstOrder<State, Problem>{start, {}}),
+              kappa, decades};
+  using Rows = truth::StiffRows<truth::Dense<Problem>>;
+  truth::tell(table, truth::Path<Rows>{{{end, Rows{}}}, a, 1e-14L}, start.template cast<truth::Real>());
+  PhistepRows rows{table, start, [](const auto& y, auto scheme, std::size_t) {
+                     return phistep::PhiStepper{y, WithPattern<Problem>{}, scheme};
                    }};
-  rows.fixed("backward Euler", phistep::backward_euler, coarsest, finest);
-  rows.fixed("trapezoidal", phistep::trapezoidal, coarsest, finest);
-  rows.fixed("TR-BDF2", phistep::tr_bdf2, coarsest, finest);
-  rows.controlled("TR-BDF2", phistep::tr_bdf2, -6);
-  rows.controlled("trapezoidal", phistep::trapezoidal, -6);
-  rows.controlled("backward Euler", phistep::backward_euler, -6);
-#ifdef BENCH_HAS_SUNDIALS_SOLVERS
-  sundials::add_implicit(table, FirstOrder<S, Force>{start, force}, end, "dense", sundials::Dense{});
-#endif
+  add_stiff(rows);
   return table;
 }
 

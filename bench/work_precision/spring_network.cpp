@@ -2,29 +2,24 @@
 
 #include "problems/drum.hpp"
 
-#include "first_order.hpp"
-#include "phistep_rows.hpp"
-#include "sundials_rows.hpp"
+#include "large.hpp"
 
 work_precision::Table work_precision::spring_network() {
-  using problems::Drum;
-  const auto force = Drum::force();
-  const auto start = Drum::start();
-  constexpr double end = Drum::end;
-  Table table{"spring_network", "A stretched net of 20 x 20 masses on stiff, damped springs", Drum::exact(), 1.0};
-  table.samples = Drum::samples();
-  PhistepRows rows{table, start, end, [=](const auto& y, auto scheme) {
-                     return phistep::PhiStepper{y, force, scheme, phistep::mass(Drum::masses())};
+  using P = problems::Drum;
+  const auto force = P::force();
+  const P::State start = P::start();
+  using Force = std::remove_const_t<decltype(force)>;
+  Table table{"spring_network",
+              "A stretched net of 20 x 20 masses on stiff, damped springs",
+              P::exact(),
+              system_of(Shape::sparse, 1.0, P::end, FirstOrder<P::State, Force>{start, force, P::masses()}),
+              1,
+              3};
+  table.samples = P::samples();
+  PhistepRows rows{table, start, [=](const auto& y, auto scheme, std::size_t) {
+                     return phistep::PhiStepper{y, force, scheme, phistep::mass(P::masses())};
                    }};
-  rows.fixed("backward Euler", phistep::backward_euler, 128, 1024);
   rows.fixed("trapezoidal", phistep::trapezoidal, 64, 1024);
-  rows.fixed("TR-BDF2", phistep::tr_bdf2, 64, 512);
-  rows.controlled("TR-BDF2", phistep::tr_bdf2, -4.5);
-  rows.controlled("trapezoidal", phistep::trapezoidal, -4.5);
-#ifdef BENCH_HAS_SUNDIALS_SOLVERS
-  const FirstOrder<Drum::State, decltype(Drum::force())> problem{start, force, Drum::masses()};
-  sundials::add_implicit(table, problem, end, "KLU", sundials::Klu{problem}, -7);
-  sundials::add_implicit(table, problem, end, "GMRES", sundials::Gmres{}, -4, {3});
-#endif
+  add_large(rows, -5);
   return table;
 }

@@ -3,7 +3,6 @@
 #include "small.hpp"
 
 work_precision::Table work_precision::van_der_pol() {
-  using problems::Relaxation;
-  return small_stiff("van_der_pol", "Van der Pol, epsilon = 1e-6, to t = 2", Relaxation::start(), Relaxation{},
-                     Relaxation::end, Relaxation::exact(), 1.0, 64, 262144);
+  using P = problems::Relaxation;
+  return small_stiff<P>("van_der_pol", "Van der Pol, epsilon = 1e-6, to t = 2", P::end, P::exact(), 1.0, 1, 6);
 }

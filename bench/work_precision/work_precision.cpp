@@ -1,220 +1,148 @@
 /// @file
-/// Time against error, problem by problem: phistep's schemes, CVODE, ARKODE.
-///     bench_work_precision [--problem NAME] [--method TEXT] [--error E] [--out DIR] [--rounds N] [--list]
+/// Run time against error, problem by problem: phistep's schemes and their rivals.
+///     bench_work_precision [--problem NAME] [--method TEXT] [--library NAME] [--out DIR] [--rounds N] [--quick] [--list]
+///                          [--commit TEXT] | --conditioning
 ///
-/// CPU time of the thread, set-up included; the runs of a problem take turns, and the median of the rounds counts. A run
-/// whose error at the end time is absurd (none of its digits is right) is named and not timed. Writes
-/// DIR/work_precision.csv, of which plot.py makes the pictures, and prints who reaches an error of 1e-3 (or --error) when.
-#include <phistep/phistep.hpp>
-
-#include <time.h>
-
+/// CPU time of the thread, set-up included; the runs of a problem take turns, and the median of the rounds counts. Errors: at
+/// the end time, and the largest over 100 log-spaced times, which a second run of the same settings finds, untimed: it
+/// interpolates there, or stops there where a library can't. Answers come first: a run that is right to less than a digit
+/// is not timed. Writes DIR/work_precision.csv, of which plot.py makes the pictures, and DIR/work_precision.md, the summary.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <optional>
-#include <sstream>
 #include <string>
 #include <vector>
 
-#ifdef BENCH_HAS_SUNDIALS_SOLVERS
-#include <sundials/sundials_config.h>
-#endif
-
+#include "measure.hpp"
+#include "summary.hpp"
 #include "table.hpp"
-
-#ifndef BENCH_FLAGS
-#define BENCH_FLAGS "unknown flags"
-#endif
 
 namespace {
 using namespace work_precision;
 
-/// Of this thread: what else runs on the machine does not count.
-double now() {
-  timespec t{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
-
-struct Options {
-  std::string problem, method, out = "out";  // only what is so named, or has this text in its name
-  int rounds = 5;
-  double error = 1e-3, longest = 0.5;  ///< [s] finer rungs of a ladder are left out after a run that took longer
+struct Entry {
+  const char* name;
+  Table (*make)();
 };
+constexpr Entry problems[] = {{"robertson", robertson},
+                              {"robertson_late", robertson_late},
+                              {"van_der_pol", van_der_pol},
+                              {"hires", hires},
+                              {"oregonator", oregonator},
+                              {"pollution", pollution},
+                              {"kepler", kepler},
+                              {"pleiades", pleiades},
+                              {"outer_solar_system", outer_solar_system},
+                              {"medical_akzo", medical_akzo},
+                              {"brusselator_1d", brusselator_1d},
+                              {"heat_2d", heat_2d},
+                              {"spring_network", spring_network}};
 
-/// One run of the ladder, timed.
-struct Point {
-  const Method* method;
-  double parameter, error;
-  Answer answer;
-  int repeats = 1;  // runs within one measurement: short ones are below the clock's grain
-  std::vector<double> times{};
-  [[nodiscard]] double median() {
-    std::sort(times.begin(), times.end());
-    return times[times.size() / 2];
-  }
-};
-
-/// Answers first: every run once, its error found. Those that are right to less than a digit aren't timed.
-std::vector<Point> answers(const Table& table, const Options& options) {
-  std::vector<Point> points;
-  for (const Method& method : table.methods) {
-    if (method.name.find(options.method) == std::string::npos) continue;
-    for (const double parameter : method.ladder) {
-      const double start = now();
-      Point point{&method, parameter, 0, method.run(parameter)};
-      const double took = now() - start;
-      point.error = table.error(point.answer);
-      if (point.error < 0.3) {
-        point.repeats = std::max(1, static_cast<int>(2e-3 / std::max(took, 1e-7)));
-        points.push_back(std::move(point));
-      } else {
-        std::printf("  %-34s %4s = %.1e: %s, not timed\n", method.name.c_str(), method.parameter.c_str(), parameter,
-                    point.answer.y.size() == 0 ? "failed" : ("error " + std::to_string(point.error)).c_str());
-      }
-      if (took > options.longest && point.error < 0.3) break;
-    }
-  }
-  return points;
-}
-
-void time_in_turns(std::vector<Point>& points, int rounds) {
-  for (int round = 0; round < rounds; ++round)
-    for (Point& point : points) {
-      const double start = now();
-      for (int k = 0; k < point.repeats; ++k) static_cast<void>(point.method->run(point.parameter));
-      point.times.push_back((now() - start) / point.repeats);
-    }
-}
-
-/// The least time in which a method's error is at most `wanted`: on the front of its runs that no other beats in both, and
-/// between two of them by a straight line through the logarithms. Nothing where it isn't reached.
-std::optional<double> time_to(double wanted, const Method& method, std::vector<Point>& points) {
-  std::vector<std::pair<double, double>> front;  // (time, error)
-  for (Point& point : points)
-    if (point.method == &method) front.emplace_back(point.median(), std::max(point.error, 1e-16));
-  std::sort(front.begin(), front.end());
-  double before_time = 0, before_error = 0;
-  for (const auto& [time, error] : front) {
-    if (before_time > 0 && error >= before_error) continue;
-    if (error <= wanted) {
-      if (before_time == 0) return time;
-      const double share = std::log(before_error / wanted) / std::log(before_error / error);
-      return before_time * std::pow(time / before_time, share);
-    }
-    before_time = time;
-    before_error = error;
-  }
-  return std::nullopt;
-}
-
-std::string versions() {
-  std::ostringstream text;
-#ifdef __clang__
-  text << "clang " << __clang_version__;
-#else
-  text << "g++ " << __VERSION__;
-#endif
-  text << "; " << BENCH_FLAGS << "; " << Eigen::SimdInstructionSetsInUse() << "; Eigen " << EIGEN_WORLD_VERSION << '.'
-       << EIGEN_MAJOR_VERSION << '.' << EIGEN_MINOR_VERSION;
+void add_rivals([[maybe_unused]] Table& table) {
 #ifdef BENCH_HAS_SUNDIALS_SOLVERS
-  text << "; SUNDIALS " << SUNDIALS_VERSION;
-#else
-  text << "; no SUNDIALS";
+  cvode(table);
+  arkode(table);
 #endif
-  return text.str();
+#ifdef BENCH_HAS_ODEINT
+  odeint(table);
+#endif
+#ifdef BENCH_HAS_GSL
+  gsl(table);
+#endif
+#ifdef BENCH_HAS_PETSC
+  petsc(table);
+#endif
 }
 
-void write(std::ostream& csv, const Table& table, std::vector<Point>& points) {
-  for (Point& point : points)
-    csv << table.name << ',' << '"' << point.method->name << '"' << ',' << point.method->parameter << ','
-        << point.parameter << ',' << point.error << ',' << point.median() << ',' << point.answer.steps << ','
-        << point.answer.force_calls << ',' << point.answer.jacobians << ',' << point.answer.factorizations << ",\""
-        << versions() << "\"\n";
+void say_who_is_missing() {
+#ifndef BENCH_HAS_SUNDIALS_SOLVERS
+  std::printf(
+      "no CVODE, no ARKODE: SUNDIALS with KLU was not found (apt install libsundials-dev libsuitesparse-dev)\n");
+#endif
+#ifndef BENCH_HAS_ODEINT
+  std::printf("no Odeint: Boost was not found (apt install libboost-dev)\n");
+#endif
+#ifndef BENCH_HAS_GSL
+  std::printf("no GSL: it was not found (apt install libgsl-dev)\n");
+#endif
+#ifndef BENCH_HAS_PETSC
+  std::printf("no PETSc: it was not found (apt install petsc-dev)\n");
+#endif
 }
 
-bool starts_with(const std::string& text, const char* start) { return text.rfind(start, 0) == 0; }
-
-void summarise(const Table& table, std::vector<Point>& points, double wanted) {
-  struct Row {
-    std::string name;
-    double time;
-  };
-  std::vector<Row> rows;
-  double cvode = 0, arkode = 0;  // the best of each
-  for (const Method& method : table.methods) {
-    const auto time = time_to(wanted, method, points);
-    if (!time) continue;
-    rows.push_back({method.name, *time});
-    for (auto [name, best] : {std::pair{"CVODE", &cvode}, std::pair{"ARKODE", &arkode}})
-      if (starts_with(method.name, name) && (*best == 0 || *time < *best)) *best = *time;
-  }
-  std::sort(rows.begin(), rows.end(), [](const Row& x, const Row& y) { return x.time < y.time; });
-  std::printf("  to an error of %.0e:%22s us   CVODE's/it  ARKODE's/it\n", wanted, "");
-  for (const Row& row : rows) {
-    std::printf("    %-38s %10.1f", row.name.c_str(), 1e6 * row.time);
-    for (const double best : {cvode, arkode}) {
-      if (best > 0) std::printf("   %9.2f", best / row.time);
-      else std::printf("   %9s", "-");
-    }
-    std::printf("\n");
-  }
-  std::fflush(stdout);
+/// How well the extended-precision solution agrees with the stored answer: both stand on their own.
+double check_truth(const Table& table) {
+  if (!table.truth) return 0;
+  const Eigen::MatrixXd film = table.truth(table.times());
+  double largest = 0;
+  for (Eigen::Index k = 0; k < table.exact.size(); ++k)
+    largest = std::max(
+        largest, std::abs(film(k, film.cols() - 1) - table.exact[k]) / (std::abs(table.exact[k]) + table.system.a));
+  return largest;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   Options options;
-  struct Entry {
-    const char* name;
-    Table (*make)();
-  };
-  const Entry entries[] = {{"hires", hires},
-                           {"robertson", robertson},
-                           {"van_der_pol", van_der_pol},
-                           {"kepler", kepler},
-                           {"brusselator_1d", brusselator_1d},
-                           {"heat_2d", heat_2d},
-                           {"spring_network", spring_network}};
+  std::string only, commit = "unknown commit";
+  bool conditioning = false;
   for (int i = 1; i < argc; ++i) {
     const auto is = [&](const char* name) { return std::strcmp(argv[i], name) == 0 && i + 1 < argc; };
-    if (is("--problem")) options.problem = argv[++i];
+    if (is("--problem")) only = argv[++i];
     else if (is("--method")) options.method = argv[++i];
+    else if (is("--library")) options.library = argv[++i];
     else if (is("--out")) options.out = argv[++i];
     else if (is("--rounds")) options.rounds = std::max(1, std::atoi(argv[++i]));
-    else if (is("--error")) options.error = std::atof(argv[++i]);
+    else if (is("--commit")) commit = argv[++i];
+    else if (std::strcmp(argv[i], "--quick") == 0) options.be_quick();
+    else if (std::strcmp(argv[i], "--conditioning") == 0) conditioning = true;
     else {
       std::printf(
-          "bench_work_precision [--problem NAME] [--method TEXT] [--error E] [--out DIR] [--rounds N]; problems:");
-      for (const Entry& entry : entries) std::printf(" %s", entry.name);
+          "bench_work_precision [--problem NAME] [--method TEXT] [--library NAME] [--out DIR] [--rounds N] [--quick] "
+          "[--commit TEXT] | --conditioning\nproblems:");
+      for (const Entry& entry : problems) std::printf(" %s", entry.name);
       std::printf("\n");
       return std::strcmp(argv[i], "--list") == 0 ? 0 : 1;
     }
   }
 
   std::filesystem::create_directories(options.out);
-  const std::string path = options.out + "/work_precision.csv";
-  std::ofstream csv(path);
-  csv.precision(6);
-  csv << "problem,method,parameter,value,error,seconds,steps,force_calls,jacobians,factorizations,compiled_with\n";
+  std::ofstream csv(options.out + "/work_precision.csv");
+  write_header(csv);
   std::printf("%s\n", versions().c_str());
+  say_who_is_missing();
+  std::vector<Measured> all;
   bool any = false;
-  for (const Entry& entry : entries) {
-    if (!options.problem.empty() && options.problem != entry.name) continue;
+  for (const Entry& entry : problems) {
+    if (!only.empty() && only != entry.name) continue;
     any = true;
-    const Table table = entry.make();
+    Table table = entry.make();
+    add_rivals(table);
     std::printf("\n%s\n", table.title.c_str());
-    std::vector<Point> points = answers(table, options);
-    time_in_turns(points, options.rounds);
-    write(csv, table, points);
-    summarise(table, points, options.error);
+    if (conditioning) {
+      if (table.conditioning) std::printf("  kappa = %.3g, stored: %.3g\n", table.conditioning(), table.kappa);
+      std::fflush(stdout);
+      continue;
+    }
+    if (options.films && table.truth)
+      std::printf("  the solution over time agrees with the stored answer to %.1e\n", check_truth(table));
+    Measured measured = measure(std::move(table), options);
+    write(csv, measured);
+    print(measured);
+    all.push_back(std::move(measured));
   }
-  if (!any) std::printf("no problem of that name; --list names them\n");
-  else std::printf("\n%s\n", path.c_str());
-  return any ? 0 : 1;
+  if (!any) {
+    std::printf("no problem of that name; --list names them\n");
+    return 1;
+  }
+  if (conditioning) return 0;
+  const std::string summary = markdown(all, commit);
+  std::ofstream(options.out + "/work_precision.md") << summary;
+  std::printf("\n%s\n%s/work_precision.csv, %s/work_precision.md\n", summary.c_str(), options.out.c_str(),
+              options.out.c_str());
+  return 0;
 }

@@ -461,6 +461,7 @@ class Run {
     if constexpr (requires { stepper_.error_order(); }) law.error_order = stepper_.error_order();
     if constexpr (requires { requires Stepper::refactorises; }) law.filter = StepFilter::predictive;
     else if (law.dead_band > 1) law.filter = StepFilter::PI42;
+    else if (law.order >= 6) law.filter = StepFilter::predictive;  // where Δt changes by a fifth, errors do by a decade
     return law;
   }
   /// By how much Δt has to grow to be worth new factors: without a matrix, at once; Newton makes do with old ones within

@@ -1,7 +1,8 @@
 // A tolerance means what it says: on ten problems, stiff and not, flows and motions, the error at the end follows rtol over
 // six decades and stays within what the problem itself makes of an error of that size.
 //
-// Found, as shares of κ·rtol from rtol = 1e-2 to 1e-8, and slopes: at worst 2.2 (Oregonator); slopes 0.91 … 1.06.
+// Found, as shares of κ·rtol from rtol = 1e-2 to 1e-8, and slopes: at worst 2.2 (Oregonator); slopes 0.91 … 1.06. Rodas5P,
+// from 1e-1 to 1e-11: at worst 3.9 (Brusselator).
 // Not among the ten: y' = λ(y − cos t) − sin t with λ = −1000 instead of −10, where the steps pass from far above
 // 1/|λ| to below it, and errors of one step are damped the more the longer it is: slope 1.3 with a share of 0.005 and less.
 
@@ -34,10 +35,16 @@ class Regression {
   double n_ = 0, x_ = 0, y_ = 0, xx_ = 0, xy_ = 0;
 };
 
+/// From rtol = 10^−coarsest to 10^−finest; the slope from 10^−straight on.
+struct Range {
+  int coarsest = 2, straight = 2, finest = 8;
+  double least = 0.8, most = 1.1;
+};
+
 template <class Problem>
-void check(const Problem& problem, const std::string& name, auto scheme, double kappa) {
+void check(const Problem& problem, const std::string& name, auto scheme, double kappa, const Range& range = {}) {
   Regression regression;
-  for (int digits = 2; digits <= 8; ++digits) {
+  for (int digits = range.coarsest; digits <= range.finest; ++digits) {
     const double rtol = std::pow(10.0, -digits);
     auto y = problem.start;
     phistep::PhiStepper stepper{y, problem.force, scheme};
@@ -47,14 +54,18 @@ void check(const Problem& problem, const std::string& name, auto scheme, double 
     REQUIRE(report);
     const double error = problems::relative_error(y, problem);
     CHECK(error <= 10 * kappa * rtol);  // a hundred times that would be a wrong answer called a success
-    regression.add(std::log(rtol), std::log(error));
+    if (digits >= range.straight) regression.add(std::log(rtol), std::log(error));
   }
-  CAPTURE(name);
-  CHECK(regression.slope() >= 0.8);
-  CHECK(regression.slope() <= 1.1);
+  CAPTURE(name, regression.slope());
+  CHECK(regression.slope() >= range.least);
+  CHECK(regression.slope() <= range.most);
 }
 
 }  // namespace
+
+// Order 5 needs a dozen steps for few digits, too few for a law; and where it is a thousand times better than asked (heat,
+// HIRES), errors of single steps cancel or don't: found there, slopes of 0.82 and 1.17, elsewhere 0.92 … 1.04.
+constexpr Range high_order{1, 4, 11, 0.8, 1.2};
 
 TEST_CASE("the error is proportional to the tolerance, and no larger than the problem makes it") {
   problems::for_each_of_ten([](const auto& problem) {
@@ -62,6 +73,7 @@ TEST_CASE("the error is proportional to the tolerance, and no larger than the pr
     const double kappa = problems::conditioning(problem);
     const std::string name = problem.name;
     check(problem, name + ", TR-BDF2", phistep::tr_bdf2, kappa);
+    check(problem, name + ", Rodas5P", phistep::rodas5p, kappa, high_order);
     if (!problem.stiff) check(problem, name + ", trapezoidal", phistep::trapezoidal, kappa);
     if constexpr (Problem::is_motion) check(problem, name + ", velocity Verlet", phistep::velocity_verlet, kappa);
   });

@@ -4,6 +4,7 @@
 #include <phistep/phistep.hpp>
 
 #include <cmath>
+#include <type_traits>
 #include <vector>
 
 namespace problems {
@@ -30,10 +31,11 @@ struct Brusselator1D : phistep::ForceTerm {
     return y;
   }
   void add(auto /*t*/, const auto& state, auto& out) const {
-    const double* const y = state.y.data();
-    double* const rate = out.rate.data();
-    const auto at = [&](int i, double ul, double vl, double ur, double vr) {
-      const double u = y[2 * i], v = y[2 * i + 1], q = u * u * v;
+    const auto* const y = state.y.data();
+    auto* const rate = out.rate.data();
+    using Scalar = std::remove_cvref_t<decltype(*rate)>;
+    const auto at = [&](int i, Scalar ul, Scalar vl, Scalar ur, Scalar vr) {
+      const Scalar u = y[2 * i], v = y[2 * i + 1], q = u * u * v;
       rate[2 * i] += 1 + q - 4 * u + diffusion * (ul - 2 * u + ur);
       rate[2 * i + 1] += 3 * u - q + diffusion * (vl - 2 * v + vr);
     };
@@ -44,7 +46,7 @@ struct Brusselator1D : phistep::ForceTerm {
   }
   void add_jacobian(auto /*t*/, const auto& state, auto& sink) const {
     for (int i = 0; i < points; ++i) {
-      const double u = state.y[2 * i], v = state.y[2 * i + 1];
+      const auto u = state.y[2 * i], v = state.y[2 * i + 1];
       const int a = 2 * i, b = a + 1;
       sink.rate(a, a, 2 * u * v - 4 - 2 * diffusion);
       sink.rate(a, b, u * u);

@@ -36,7 +36,12 @@ class StepSize {
   /// @param order_of_error  k
   /// @param dead_band       a growth by less than this keeps Δt, and with it the factorised matrix; 1: none
   StepSize(StepFilter filter, int order_of_error, double dead_band)
-      : filter_{filter}, weights_{weights(filter)}, per_k_{1.0 / order_of_error}, dead_band_{std::log2(dead_band)} {}
+      : filter_{filter},
+        weights_{weights(filter)},
+        k_{order_of_error},
+        per_k_{1.0 / order_of_error},
+        dead_band_{dead_band > 1 ? std::log2(dead_band) : 0},
+        root_of_hundredth_{filter == StepFilter::predictive ? root(0.01) : 0} {}
   StepSize() : StepSize{StepFilter::elementary, 1, 1} {}
 
   /// ρ after a step that was accepted with ‖e‖ ≤ 1.
@@ -62,8 +67,7 @@ class StepSize {
   /// ρ after a step that was rejected with ‖e‖ > 1.
   [[nodiscard]] double rejected(double error) {
     const double ratio = std::clamp(std::isfinite(error) ? std::pow(safety / error, per_k_) : 0.2, 0.2, 0.9);
-    if (filter_ == StepFilter::predictive)
-      ratio_ += std::log2(ratio);  // the last accepted step is still the one to compare with
+    if (filter_ == StepFilter::predictive) ratio_ *= ratio;  // the last accepted step is still the one to compare with
     else forget();
     rejected_ = true;
     return ratio;
@@ -83,17 +87,26 @@ class StepSize {
   static constexpr double safety = 0.8;      ///< on the error: aim below what is allowed
   static constexpr double smallest = 1e-10;  ///< an error this small is none
 
-  /// (2) in logarithms, with past_[0] that of the last accepted ‖e‖ and ratio_ that of what Δt was multiplied by since
+  /// (2), with past_[0] the root of the last accepted ‖e‖ and ratio_ what Δt was multiplied by since
   [[nodiscard]] double predicted(double error) {
-    constexpr double margin = -0.15200309344504997, least = -2.321928094887362,
-                     most = 2.584962500721156;  // 0.9, 0.2, 6
-    const double size = std::log2(std::max(error, smallest));
-    const double trend = seen_ > 0 ? std::min(0.0, ratio_ + (past_[0] - size) * per_k_) : 0;
-    ratio_ = std::clamp(trend + margin - size * per_k_, least, rejected_ ? 0 : most);
+    const double size = root(std::max(error, smallest)), inverse = 1 / size;
+    const double trend = seen_ > 0 ? std::min(1.0, ratio_ * past_[0] * inverse) : 1;
+    ratio_ = std::clamp(0.9 * inverse * trend, 0.2, rejected_ ? 1.0 : 6.0);
     rejected_ = false;
-    past_[0] = std::max(size, -6.643856189774724);  // 0.01: one lucky step makes no trend
+    past_[0] = std::max(size, root_of_hundredth_);  // one lucky step makes no trend
     seen_ = 1;
-    return std::exp2(ratio_);
+    return ratio_;
+  }
+  /// x^{1/k}, by what the compiler can see through where there is something.
+  [[nodiscard]] double root(double x) const {
+    switch (k_) {
+      case 2:
+        return std::sqrt(x);
+      case 4:
+        return std::sqrt(std::sqrt(x));
+      default:
+        return std::exp2(std::log2(x) * per_k_);
+    }
   }
 
   struct Weights {
@@ -124,10 +137,11 @@ class StepSize {
 
   StepFilter filter_;
   Weights weights_;
-  double per_k_, dead_band_;             ///< 1/k; log₂ of the dead band
-  std::array<double, 3> past_{0, 0, 0};  ///< log₂ ε^{1/k}
-  unsigned newest_ = 0;                  ///< goes round: moving numbers just written would wait for the writing
-  double ratio_ = 0;                     ///< log₂ ρ_{n−1}
+  int k_;
+  double per_k_, dead_band_, root_of_hundredth_;  ///< 1/k; log₂ of the dead band; 0.01^{1/k}
+  std::array<double, 3> past_{0, 0, 0};           ///< log₂ ε^{1/k}
+  unsigned newest_ = 0;  ///< goes round: moving numbers just written would wait for the writing
+  double ratio_ = 0;     ///< log₂ ρ_{n−1}; (2): ρ
   int seen_ = 0;
   bool rejected_ = false;
 };

@@ -31,8 +31,9 @@ void for_each_entry(const J& jacobian, Index n, auto&& put) {
       for (typename J::InnerIterator entry(jacobian, outer); entry; ++entry)
         put(entry.row(), entry.col(), entry.value());
   } else {
-    for (Index j = 0; j < n; ++j)
-      for (Index i = 0; i < n; ++i) put(i, j, jacobian(i, j));
+    const Index size = static_n == Eigen::Dynamic ? n : static_n;  // so that loops unroll
+    for (Index j = 0; j < size; ++j)
+      for (Index i = 0; i < size; ++i) put(i, j, jacobian(i, j));
   }
 }
 
@@ -77,6 +78,22 @@ void add_jacobian(F& force, Scalar t, const View& y, const Memory& memory, Index
       force.add_jacobian(t, y, sink);
     }
   }
+}
+
+/// The same into a sink that is new: a matrix that the force returns as the sink keeps it goes there at once.
+template <bool position, class Rate, int static_n, class F, class View, class Memory, class Sink, class Scalar>
+void set_jacobian(F& force, Scalar t, const View& y, const Memory& memory, Index n, Sink& sink) {
+  if constexpr (!is_sum<F> && FirstOrderLike<View> && static_n != Eigen::Dynamic) {
+    using Traits = ForceTraits<F, View, Rate>;
+    if constexpr (Traits::returns_jacobian) {
+      using J = std::remove_cvref_t<decltype(call_jacobian<Traits::arity>(force, y, t))>;
+      if constexpr (std::is_same_v<J, Eigen::Matrix<Scalar, static_n, static_n>> &&
+                    requires(const J& j) { sink.set_rates(j); })
+        return sink.set_rates(call_jacobian<Traits::arity>(force, y, t));
+    }
+  }
+  sink.clear();
+  add_jacobian<position, Rate, static_n>(force, t, y, memory, n, sink);
 }
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -53,7 +53,7 @@ class DenseLu {
 };
 
 template <class Scalar, int size>
-  requires(size != Eigen::Dynamic && size <= small_dense_limit)
+  requires(size > 3 && size <= small_dense_limit)
 class DenseLu<Scalar, size> {
  public:
   using Matrix = Eigen::Matrix<Scalar, size, size>;
@@ -64,8 +64,7 @@ class DenseLu<Scalar, size> {
   /// False where a pivot is zero, not finite or too small to have a reciprocal. The factors overwrite matrix().
   [[nodiscard]] bool factorize() {
     for (int i = 0; i < size; ++i) order_[i] = i;
-    // Up to 3 rows, packets gain nothing.
-    if constexpr (size > 3 && has_columns<Scalar>) eliminate_columns(std::make_integer_sequence<int, size>{});
+    if constexpr (has_columns<Scalar>) eliminate_columns(std::make_integer_sequence<int, size>{});
     else eliminate();
     return all_invertible(inverse_pivot_);
   }
@@ -107,39 +106,15 @@ class DenseLu<Scalar, size> {
 
   void eliminate() {
     using std::abs;
-    // Up to 3 rows lie in registers, copied number by number; of 3, the first exchange is made by the copy.
-    constexpr int beside = size <= 3 ? size : 0;
-    constexpr bool gathers = size == 3;
-    Scalar copy[beside * beside + 1];
-    [[maybe_unused]] int top = 0;
-    if constexpr (gathers)
-      unrolled<beside>([&](auto i) {
-        if (abs(lu_.data()[i]) > abs(lu_.data()[top])) top = i;
-      });
-    unrolled<beside>([&](auto i) {
-      const int from = i == 0 ? top : i == top ? 0 : int{i};
-      unrolled<beside>([&](auto j) { copy[i + j * size] = lu_.data()[from + j * size]; });
-      order_[i] = from;
-    });
-    Scalar* const a = beside > 0 ? copy : lu_.data();
-    each<size>([&](auto k) {
-      each<size>([&](auto i) {
-        if (i <= k || (gathers && k == 0) || !(abs(a[i + k * size]) > abs(a[k + k * size]))) return;
-        each<size>([&](auto j) { std::swap(a[i + j * size], a[k + j * size]); });
-        std::swap(order_[i], order_[k]);
-      });
+    Scalar* const a = lu_.data();
+    for (int k = 0; k < size; ++k) {
+      for (int i = k + 1; i < size; ++i)
+        if (abs(a[i + k * size]) > abs(a[k + k * size])) exchange(i, k);
       const Scalar inverse = inverse_pivot_[k] = Scalar{1} / a[k + k * size];
-      each<size>([&](auto i) {
-        if (i > k) a[i + k * size] *= inverse;
-      });
-      each<size>([&](auto j) {
-        if (j <= k) return;
-        each<size>([&](auto i) {
-          if (i > k) a[i + j * size] -= a[i + k * size] * a[k + j * size];
-        });
-      });
-    });
-    unrolled<beside * beside>([&](auto i) { lu_.data()[i] = copy[i]; });
+      for (int i = k + 1; i < size; ++i) a[i + k * size] *= inverse;
+      for (int j = k + 1; j < size; ++j)
+        for (int i = k + 1; i < size; ++i) a[i + j * size] -= a[i + k * size] * a[k + j * size];
+    }
   }
 
   template <int... k>
@@ -178,6 +153,95 @@ class DenseLu<Scalar, size> {
   Matrix lu_ = Matrix::Zero();
   Scalar inverse_pivot_[size]{};
   int order_[size]{};
+};
+
+/// Up to 3 rows lie in registers. What a solve waits for counts there, not how many operations it has: with L⁻¹P made
+/// explicit (its entries are at most 2, PA = LU having |L| ≤ 1) and the pivots divided out of U, it is a product and one
+/// addition for each row. As accurate as LU, which the inverse of A is not.
+template <class Scalar, int size>
+  requires(size >= 1 && size <= 3)
+class DenseLu<Scalar, size> {
+ public:
+  using Matrix = Eigen::Matrix<Scalar, size, size>;
+  static void resize(Eigen::Index) {}
+
+  [[nodiscard]] Matrix& matrix() { return a_; }
+
+  /// False where a pivot is zero, not finite or too small to have a reciprocal. The factors overwrite matrix().
+  [[nodiscard]] bool factorize() {
+    using std::abs;
+    Scalar a[size][size], inverse[size];
+    int order[size], top = 0;
+    unrolled<size>([&](auto i) {
+      if (abs(at(i, 0)) > abs(at(top, 0))) top = i;
+    });
+    // The first exchange is made by the copy.
+    unrolled<size>([&](auto i) {
+      order[i] = i == 0 ? top : i == top ? 0 : int{i};
+      unrolled<size>([&](auto j) { a[i][j] = at(order[i], j); });
+    });
+    unrolled<size>([&](auto k) {
+      if constexpr (k == 1 && size == 3)
+        if (abs(a[2][1]) > abs(a[1][1])) {
+          unrolled<size>([&](auto j) { std::swap(a[1][j], a[2][j]); });
+          std::swap(order[1], order[2]);
+        }
+      inverse[k] = Scalar{1} / a[k][k];
+      unrolled<size>([&](auto i) {
+        if constexpr (i > k) {
+          a[i][k] *= inverse[k];
+          unrolled<size>([&](auto j) {
+            if constexpr (j > k) a[i][j] -= a[i][k] * a[k][j];
+          });
+        }
+      });
+    });
+    unrolled<size>([&](auto i) { unrolled<size>([&](auto j) { at(i, j) = Scalar{0}; }); });
+    at(0, order[0]) = inverse[0];
+    if constexpr (size > 1) {
+      at(1, order[1]) = inverse[1];
+      at(1, order[0]) = -a[1][0] * inverse[1];
+      upper_[0] = a[0][1] * inverse[0];
+    }
+    if constexpr (size > 2) {
+      at(2, order[2]) = inverse[2];
+      at(2, order[1]) = -a[2][1] * inverse[2];
+      at(2, order[0]) = (a[2][1] * a[1][0] - a[2][0]) * inverse[2];
+      upper_[1] = a[0][2] * inverse[0];
+      upper_[2] = a[1][2] * inverse[1];
+    }
+    return all_invertible(inverse);
+  }
+
+  void solve_in_place(auto&& x) const {
+    Scalar y[size];
+    unrolled<size>([&](auto i) {
+      y[i] = at(i, 0) * x[0];
+      if constexpr (size > 1) y[i] = plus_product(y[i], at(i, 1), x[1]);
+      if constexpr (size > 2) y[i] = plus_product(y[i], at(i, 2), x[2]);
+    });
+    if constexpr (size > 2) {
+      y[1] = plus_product(y[1], -upper_[2], y[2]);
+      y[0] = plus_product(y[0], -upper_[1], y[2]);
+    }
+    if constexpr (size > 1) y[0] = plus_product(y[0], -upper_[0], y[1]);
+    unrolled<size>([&](auto i) { x[int{i}] = y[i]; });
+  }
+
+ private:
+  /// sum + a b. Said, not left to the compiler, which would round once here and twice there, wherever x lies.
+  [[nodiscard]] static Scalar plus_product(Scalar sum, Scalar a, Scalar b) {
+#if defined(__FMA__) || defined(__AVX512F__) || defined(__ARM_FEATURE_FMA)
+    if constexpr (sizeof(Scalar) <= 8) return std::fma(a, b, sum);
+#endif
+    return sum + a * b;
+  }
+  [[nodiscard]] Scalar& at(int i, int j) { return a_.data()[i + j * size]; }
+  [[nodiscard]] Scalar at(int i, int j) const { return a_.data()[i + j * size]; }
+
+  // A stepper is copied before it has factorised anything: it must not read what was never written.
+  Matrix a_ = Matrix::Zero();  // D⁻¹L⁻¹P, D the diagonal of U
+  Scalar upper_[3]{};          // D⁻¹U at (0,1), (0,2), (1,2)
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -54,4 +54,113 @@ struct Advice {
   }
 };
 
+/// Up to here a matrix is dense in the caches, and its factors cost as much as a few force calls.
+inline constexpr std::int64_t few_unknowns = 50;
+
+namespace advice {
+
+template <class = void>
+[[nodiscard]] std::string digits_of(double rtol) {
+  return "a tolerance of " + short_number(rtol);
+}
+
+/// Stiff: who solves linear equations, and how many digits are wanted.
+template <class = void>
+void choose_stiff(const Scene& scene, Advice& to) {
+  const bool small = scene.structure == Structure::dense && scene.unknowns <= few_unknowns;
+  if (scene.structure == Structure::network) {
+    to.scheme = "tr_bdf2";
+    to.reasons.push_back(
+        "its bonds are solved by conjugate gradients, which serve schemes that resolve; TR-BDF2 damps what it "
+        "can't resolve");
+  } else if (!scene.has_jacobian && !scene.has_pattern && scene.unknowns > few_unknowns) {
+    to.scheme = "tr_bdf2";
+    to.reasons.push_back("it has neither a Jacobian nor a pattern: one of " + std::to_string(scene.unknowns) +
+                         " unknowns by differences costs as many force calls, and TR-BDF2 keeps it for many steps");
+    to.warnings.push_back("a member jacobian(...), or sparsity(force, pattern), would open the way to rodas5p");
+  } else if (scene.rtol > 3e-4) {
+    to.scheme = "rodas4";
+    to.reasons.push_back("for few digits, six linear solves with one matrix and no iteration are the cheapest step");
+  } else if (scene.rtol > 1e-7 && (!small || scene.unknowns > 10)) {
+    to.scheme = "rodas5p";
+    to.reasons.push_back("with " + std::to_string(scene.unknowns) +
+                         " unknowns the factorisation is what costs: order 5 has one for eight solves");
+  } else if (small) {
+    to.scheme = "radau";
+    to.reasons.push_back("at " + digits_of(scene.rtol) + " and " + std::to_string(scene.unknowns) +
+                         " unknowns Radau's orders 5, 9 and 13 are ahead");
+  } else if (scene.structure == Structure::banded || scene.structure == Structure::block_tridiagonal) {
+    to.scheme = "extrapolated(phistep::backward_euler)";
+    to.reasons.push_back(
+        "at " + digits_of(scene.rtol) +
+        " linearly implicit Euler steps taken to high order are ahead where factors of a band are cheap");
+  } else {
+    to.scheme = "rodas5p";
+    to.reasons.push_back("at " + digits_of(scene.rtol) +
+                         " a higher order would pay, but not the factorisations that it takes");
+  }
+}
+/// Not stiff: what the force looks at, and how many digits are wanted.
+template <class = void>
+void choose_explicit(const Scene& scene, Advice& to) {
+  if (!scene.is_motion || scene.uses_velocity) {
+    to.scheme = "extrapolated(phistep::forward_euler)";
+    to.reasons.push_back(std::string(scene.is_motion ? "its force depends on v" : "it is of first order") +
+                         ": the explicit midpoint rule, extrapolated, takes the order that the tolerance asks for");
+    return;
+  }
+  const double periods = to.stiffness.turns / 6.283185307179586;
+  if (scene.rtol >= 1e-3 && scene.unknowns > 1000) {
+    to.scheme = "velocity_verlet";
+    to.reasons.push_back(
+        "many particles at few digits: one force call a step, and a bounded error of the energy at fixed dt");
+    return;
+  }
+  to.scheme = scene.rtol > 1e-8 ? "rkn86" : "rkn1210";
+  to.reasons.push_back("its force ignores v: a Runge-Kutta-Nystrom pair of order " +
+                       std::string(scene.rtol > 1e-8 ? "8" : "12") + " needs the fewest force calls at " +
+                       digits_of(scene.rtol));
+  if (periods > 1e4)
+    to.warnings.push_back(
+        "over " + short_number(periods) +
+        " of its fastest periods the energy drifts with a varying dt: srkn11b with a fixed dt keeps it");
+}
+
+}  // namespace advice
+
+/// The choice. Ratios and digits are where the diagrams of bench/work_precision cross.
+template <class = void>
+[[nodiscard]] Advice decide(const Scene& scene, const Stiffness& stiffness) {
+  Advice to;
+  to.stiffness = stiffness;
+  to.control = "phistep::tolerance{.rtol = " + short_number(scene.rtol) + "}";
+  const double u = std::pow(10.0, -scene.digits);
+  if (scene.rtol < 10 * u)
+    to.warnings.push_back(advice::digits_of(scene.rtol) + " is below what a number of " + std::to_string(scene.digits) +
+                          " digits can hold");
+  if (scene.has_history) {
+    to.scheme = "velocity_verlet";
+    to.control = "phistep::fixed(dt)";
+    to.reasons.push_back(
+        "its force has a history (contacts, friction): steps that resolve an impact, of equal length; "
+        "phistep::preflight says how long");
+    return to;
+  }
+  const bool stiff = stiffness.known && stiffness.ratio() > 3;
+  if (stiffness.known) {
+    std::string text = stiff ? "it is stiff: " : "it is not stiff: ";
+    text += "|lambda| goes up to " + short_number(stiffness.rate) +
+            " along the solution, where an explicit scheme would need " + short_number(stiffness.turns / 3) +
+            " steps to be stable, and an implicit one " + short_number(stiffness.steps) + " to be right to " +
+            short_number(stiffness.tolerance);
+    if (stiffness.covered < 1) text += " (seen: the first " + short_number(100 * stiffness.covered) + " % of the span)";
+    to.reasons.push_back(text);
+  } else {
+    to.warnings.push_back("how stiff it is could not be found out: the pilot did not get anywhere");
+  }
+  if (stiff) advice::choose_stiff(scene, to);
+  else advice::choose_explicit(scene, to);
+  return to;
+}
+
 }  // namespace phistep::inline PHISTEP_ABI

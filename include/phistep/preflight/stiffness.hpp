@@ -18,11 +18,11 @@ namespace phistep::inline PHISTEP_ABI {
 
 /// What a pilot found.
 struct Stiffness {
-  double rate = 0;         ///< largest |λ| met [1/time]
-  double turns = 0;        ///< ∫ρ dt over the whole span, extrapolated where the pilot didn't reach its end
-  double steps = 0;        ///< the pilot's steps over the whole span, likewise
-  double covered = 0;      ///< share of the span that it saw
-  double tolerance = 1e-2; ///< relative, of its steps
+  double rate = 0;          ///< largest |λ| met [1/time]
+  double turns = 0;         ///< ∫ρ dt over the whole span, extrapolated where the pilot didn't reach its end
+  double steps = 0;         ///< the pilot's steps over the whole span, likewise
+  double covered = 0;       ///< share of the span that it saw
+  double tolerance = 1e-2;  ///< relative, of its steps
   bool known = false;
 
   /// Steps of an explicit scheme for each of an implicit one, both at the pilot's accuracy: 1 where nothing is stiff.
@@ -60,13 +60,13 @@ class SpectralRadius {
       for (int half = 0; half < 2; ++half) {
         const double size = weighted_rms(direction_, weight);
         if (!(size > 0) || !std::isfinite(size)) return rho;
-        const auto by = static_cast<Scalar>(reach / size);
+        const auto by = static_cast<Scalar>(reach / size), back = static_cast<Scalar>(1 / reach);
         for_each_block([by](auto, auto& to, const auto& from, const auto& d) { to = from + by * d; },
                        Blocks<Plain>::all(moved_), Blocks<Plain>::all(y), Blocks<Plain>::all(direction_));
         if (!f(t, moved_, direction_)) return rho;
-        for_each_block([by](auto, auto& d, const auto& f0) { d = (d - f0) / by; }, Blocks<Plain>::all(direction_),
-                       Blocks<Plain>::all(slope_));
-        grown *= weighted_rms(direction_, weight) / size;
+        for_each_block([back](auto, auto& d, const auto& f0) { d = back * (d - f0); }, Blocks<Plain>::all(direction_),
+                       Blocks<Plain>::all(slope_));  // the product with a direction of size 1
+        grown *= weighted_rms(direction_, weight);
       }
       rho = std::sqrt(grown);
     }

@@ -90,6 +90,8 @@ class DenseSystem : public Sizes {
     if constexpr (has_C) C_(i, j) += x;
   }
   void rate(Eigen::Index i, Eigen::Index j, Scalar x) { velocity(i, j, x); }
+  /// The whole of C at once, in place of clear() and rate().
+  void set_rates(const Eigen::Matrix<Scalar, n, n>& C) requires(!has_K && has_C && n != Eigen::Dynamic) { C_ = C; }
   [[nodiscard]] bool is_finite() const {
     bool finite = true;
     if constexpr (has_K) finite = finite && all_finite(K_.data(), K_.size());
@@ -103,7 +105,9 @@ class DenseSystem : public Sizes {
     else if constexpr (has_K) W = (-gamma_force * gamma_drift) * K_;
     else W = -gamma_force * C_;
     masses([&W](Eigen::Index i, Eigen::Index j, auto m) { W(i, j) += static_cast<Scalar>(m); });
-    set(std::abs(static_cast<double>(gamma_force * gamma_drift)) * largest_share_of(K_, W), largest_of(W));
+    // Only a drift's share and an affine force's residual are ever asked for.
+    if constexpr (has_K || constant)
+      set(std::abs(static_cast<double>(gamma_force * gamma_drift)) * largest_share_of(K_, W), largest_of(W));
     ++statistics.factorizations;
     return lu_.factorize() ? Outcome::success : Outcome::singular_matrix;
   }
@@ -122,6 +126,9 @@ class DenseSystem : public Sizes {
     else to = -C_;
     masses([&to, factor](Eigen::Index i, Eigen::Index j, auto m) { to(i, j) += factor * static_cast<Scalar>(m); });
   }
+  /// The tangents as they are.
+  [[nodiscard]] const auto& K() const { return K_; }
+  [[nodiscard]] const auto& C() const { return C_; }
   void archive(auto& ar) { ar.in_place(K_, C_); }
 
  private:
@@ -170,6 +177,8 @@ class DiagonalSystem : public Sizes {
   void add_position_product(Scalar factor, const auto& x, auto& out) const {
     out.array() += factor * K_.array() * x.array();
   }
+  [[nodiscard]] const Vector& K() const { return K_; }
+  [[nodiscard]] const Vector& C() const { return C_; }
   void archive(auto& ar) { ar.in_place(K_, C_); }
 
  private:

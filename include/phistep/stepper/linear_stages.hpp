@@ -90,6 +90,15 @@ class LinearStages {
     known_ = !Rhs::has_history;
     return Outcome::success;
   }
+  /// J alone at (t, y), for an iteration that makes up for what it lacks. Differences look at psi, which is Ψ there.
+  [[nodiscard]] Outcome tangent(Rhs& rhs, Scalar t, Scalar dt, const Plain& y, const Rate& psi,
+                                const Yardstick<Plain>& yardstick) {
+    known_ = false;
+    matrix_.drop();
+    const Gamma<Scalar> gamma{dt, dt};
+    matrix_.begin(gamma, false);
+    return matrix_.linearise(rhs, gamma, t, y, psi, options_, yardstick);
+  }
   /// W = M − γC − γ²K
   [[nodiscard]] Outcome factorise(Rhs& rhs, Scalar gamma) {
     const Gamma<Scalar> both{gamma, gamma};
@@ -97,8 +106,13 @@ class LinearStages {
       if (matrix_.has_factors_for(both)) return Outcome::success;
     return matrix_.factorise(rhs, both, t_, y_, psi_, options_);
   }
-  /// (1), in place, by (2) for motion: b_v in units of M v.
+  /// (1), in place, by (2) for motion: b_v in units of M v. Of small systems, what is not finite shows in x alone.
   [[nodiscard]] Outcome solve(Rhs& rhs, Scalar gamma, Plain& x) {
+    if constexpr (Matrix::solves_in_registers && !Rhs::drifts && solved_blocks<S> == 1) {
+      auto unknown = flat(std::get<0>(Blocks<S>::solved(x)));
+      matrix_.solve_unchecked(unknown, rhs.statistics());
+      return Outcome::success;
+    }
     for_each_solved<S>([this](Index at, const auto& block) { part(x_, at, block) = flat(block); }, std::as_const(x));
     if constexpr (Rhs::drifts) matrix_.add_position_product(gamma, flat(position_of<S>(std::as_const(x))), x_);
     if (const Outcome outcome = matrix_.solve(x_, options_, rhs.statistics()); outcome != Outcome::success)

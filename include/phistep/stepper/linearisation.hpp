@@ -21,6 +21,7 @@
 #include "phistep/resolve/dense_system.hpp"
 #include "phistep/resolve/local_system.hpp"
 #include "phistep/resolve/network_system.hpp"
+#include "phistep/resolve/static_sparse_system.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
 #include "phistep/stepper/difference_tangent.hpp"
@@ -62,7 +63,8 @@ class Linearisation {
     if (all.structure == Structure::network) all.symmetric = analytic && Traits::is_symmetric_network;
     return all;
   }();
-  using System = typename SystemFor<facts, Scalar, n_static, LinearSolver>::type;
+  using System = typename SystemOf<facts, Scalar, n_static, LinearSolver, typename Rhs::Force,
+                                   (Rhs::mass_structure <= Structure::diagonal && solved_blocks<S> == 1)>::type;
 
   /// @throws std::invalid_argument where a dense Jacobian of more than 1000 unknowns would be formed by differences.
   void resize(const Plain& y, [[maybe_unused]] Rhs& rhs) {
@@ -126,6 +128,13 @@ class Linearisation {
     if (scale_ != Scalar{1}) x *= scale_;
     return all_finite(x.data(), x.size()) ? Outcome::success : Outcome::singular_matrix;
   }
+  /// The same with factors of the very γ, by a small system that can only fail by what shows in x.
+  static constexpr bool solves_in_registers = !matrix_free && facts.structure == Structure::dense &&
+                                              n_static != Eigen::Dynamic && n_static <= small_dense_limit;
+  void solve_unchecked(auto& x, Statistics& statistics) requires solves_in_registers {
+    ++statistics.solves;
+    static_cast<void>(system_.solve(x));
+  }
   /// A correction went further than the differences that made its matrix had looked: that matrix is gone.
   [[nodiscard]] bool reached_too_far(const Plain& Y, const auto& correction) {
     if constexpr (analytic) return false;
@@ -186,13 +195,17 @@ class Linearisation {
   [[nodiscard]] Outcome linearise(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& Y, const Rate& psi,
                                   const NewtonOptions& options, const Yardstick<Plain>& yardstick) {
     if constexpr (!matrix_free) ++rhs.statistics().jacobians;
-    system_.clear();
-    if constexpr (analytic)
-      add_jacobian<position, Rate, n_static>(rhs.force(), t, rhs.view(Y), rhs.trial_memory(), n_, system_);
-    else differences_.compute(rhs, gamma, t, Y, psi, options, yardstick, system_);
+    if constexpr (analytic) {
+      set_jacobian<position, Rate, n_static>(rhs.force(), t, rhs.view(Y), rhs.trial_memory(), n_, system_);
+    } else {
+      system_.clear();
+      differences_.compute(rhs, gamma, t, Y, psi, options, yardstick, system_);
+    }
     has_jacobian_ = system_.is_finite();
     return has_jacobian_ ? Outcome::success : Outcome::non_finite_jacobian;
   }
+  /// K and C as they are, for schemes that make matrices of their own.
+  [[nodiscard]] const System& system() const { return system_; }
   /// Factors for γ of the tangents at hand; products are made ready at (t, Y).
   [[nodiscard]] Outcome factorise(Rhs& rhs, const Gamma<Scalar>& gamma, [[maybe_unused]] Scalar t, const Plain& Y,
                                   [[maybe_unused]] const Rate& psi, [[maybe_unused]] const NewtonOptions& options) {

@@ -105,22 +105,31 @@ class Row<Rosenbrock<Tableau>, S> : public RowDefaults {
     else if constexpr (which == Weights::c) return Tableau::c[i][j];
     else return Tableau::inside[i][j];
   }
-  /// The first weight from j on that isn't zero, n where there is none.
+  /// The last weight before n that isn't zero, −1 where there is none.
   template <Weights which, int i>
-  [[nodiscard]] static constexpr int non_zero(int j, int n) {
-    while (j < n && weight<which, i>(j) == 0) ++j;
-    return j;
+  [[nodiscard]] static constexpr int last_non_zero(int n) {
+    while (--n >= 0 && weight<which, i>(n) == 0) {
+    }
+    return n;
   }
-  /// Σ_{j<n} weights_j u_j of one block, as one expression without its zeros.
-  template <Weights which, int i, int n, int from = 0>
+  /// Σ_{j<n} weights_j u_j of one block, as one expression without its zeros. The newest stage, for which all wait, comes last.
+  template <Weights which, int i, int n>
   [[nodiscard]] static auto sum(auto block, const auto& u) {
-    constexpr int j = non_zero<which, i>(from, n), next = non_zero<which, i>(j + 1, n);
+    constexpr int j = last_non_zero<which, i>(n);
     const auto term = static_cast<Scalar>(weight<which, i>(j)) * std::get<block()>(Blocks<S>::all(u[j]));
-    if constexpr (next >= n) return term;
-    else return term + sum<which, i, n, next>(block, u);
+    if constexpr (last_non_zero<which, i>(j) < 0) return term;
+    else return sum<which, i, j>(block, u) + term;
+  }
+  /// y + Σ_{j<n} a_ij u_j, likewise
+  template <int i, int n>
+  [[nodiscard]] static auto moved(const auto& y, auto block, const auto& u) {
+    constexpr int j = last_non_zero<Weights::a, i>(n);
+    const auto term = static_cast<Scalar>(weight<Weights::a, i>(j)) * std::get<block()>(Blocks<S>::all(u[j]));
+    if constexpr (last_non_zero<Weights::a, i>(j) < 0) return y + term;
+    else return moved<i, j>(y, block, u) + term;
   }
   template <int i>
-  static constexpr bool moves = non_zero<Weights::a, i>(0, i) < i;
+  static constexpr bool moves = last_non_zero<Weights::a, i>(i) >= 0;
   /// Y_i = Y_{i−1} + u_{i−1}
   [[nodiscard]] static constexpr bool follows(int i) {
     for (int j = 0; j < i; ++j)
@@ -151,26 +160,33 @@ class Row<Rosenbrock<Tableau>, S> : public RowDefaults {
     if constexpr (!moves<i>) copy_blocks<S>(Y, step.y);
     else if constexpr (follows(i)) add(Y, u[i - 1]);
     else
-      for_each_block([&](auto block, auto& to, const auto& y) { to = y + sum<Weights::a, i, i>(block, u); },
-                     Blocks<S>::all(Y), Blocks<S>::all(step.y));  // (1)
+      for_each_block([&](auto block, auto& to, const auto& y) { to = moved<i, i>(y, block, u); }, Blocks<S>::all(Y),
+                     Blocks<S>::all(step.y));  // (1)
     // Where nothing has moved, Ψ is known.
-    constexpr bool moved = moves<i> || (Tableau::alpha[i] != 0 && Kernel::has_time);
-    if constexpr (i > 0 && moved)
+    constexpr bool is_new = moves<i> || (Tableau::alpha[i] != 0 && Kernel::has_time);
+    if constexpr (i > 0 && is_new)
       kernel.evaluate(step.t + static_cast<Scalar>(Tableau::alpha[i]) * step.dt, Y, step.psi);
     Plain& b = u[i];
-    if constexpr (Blocks<S>::drifts) position_of<S>(b) = gamma * velocity_of<S>(std::as_const(Y));
-    for_each_block([gamma](auto, auto& to, const auto& psi) { to = gamma * psi; }, Blocks<S>::solved(b),
-                   RateOf<S>::blocks(std::as_const(step.psi)));
+    if constexpr (i > 0) {
+      for_each_block([&](auto block, auto& to) { to = sum<Weights::c, i, i>(block, u); }, Blocks<S>::all(weighted));
+      for_each_block([](auto, auto& to) { to.setZero(); }, Blocks<S>::solved(b));
+      kernel.add_mass_product(b, static_cast<Scalar>(Tableau::gamma), weighted);
+    }
+    if constexpr (Blocks<S>::drifts) {
+      position_of<S>(b) = gamma * velocity_of<S>(std::as_const(Y));
+      if constexpr (i > 0)
+        position_of<S>(b) += static_cast<Scalar>(Tableau::gamma) * position_of<S>(std::as_const(weighted));
+    }
+    for_each_block(
+        [gamma](auto, auto& to, const auto& psi) {
+          if constexpr (i > 0) to += gamma * psi;
+          else to = gamma * psi;
+        },
+        Blocks<S>::solved(b), RateOf<S>::blocks(std::as_const(step.psi)));
     if constexpr (Kernel::has_time && Tableau::gammas[i] != 0)
       for_each_block([by = gamma * static_cast<Scalar>(Tableau::gammas[i]) * step.dt](
                          auto, auto& to, const auto& psi_t) { to += by * psi_t; },
                      Blocks<S>::solved(b), RateOf<S>::blocks(kernel.psi_t()));
-    if constexpr (i > 0) {
-      for_each_block([&](auto block, auto& to) { to = sum<Weights::c, i, i>(block, u); }, Blocks<S>::all(weighted));
-      const Scalar by = static_cast<Scalar>(Tableau::gamma);
-      if constexpr (Blocks<S>::drifts) position_of<S>(b) += by * position_of<S>(std::as_const(weighted));
-      kernel.add_mass_product(b, by, weighted);
-    }
     return kernel.solve(gamma, b);  // (2)
   }
 

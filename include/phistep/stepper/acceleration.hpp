@@ -1,0 +1,45 @@
+/// @file
+/// M⁻¹Ψ in place, and passes over the components of a motion's blocks: for schemes that need more than r and v in one.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <tuple>
+#include <type_traits>
+
+#include "phistep/core/arithmetic.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/linear/mass.hpp"
+#include "phistep/state/blocks.hpp"
+#include "phistep/state/unknowns.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// Ψ ← M⁻¹Ψ of a motion. False where a mass matrix would spread what isn't finite over all components.
+template <class Rhs>
+[[nodiscard]] bool accelerate(const Rhs& rhs, typename Rhs::Rate& psi) {
+  using Mass = std::tuple_element_t<0, typename Rhs::Masses>;
+  if constexpr (!std::is_same_v<Mass, UnitMass>) {
+    const Mass& mass = std::get<0>(rhs.masses());
+    auto& a = std::get<0>(Rhs::Rate::blocks(psi));
+    if constexpr (Mass::is_matrix) {
+      if (!all_finite(a.data(), a.size())) return false;
+      mass.solve(flat(a));
+    } else {
+      const auto factor = mass.scaled(typename Rhs::Scalar{1});
+      for (Index i = 0; i < a.size(); ++i) a.data()[i] = factor(i) * a.data()[i];
+    }
+  }
+  return true;
+}
+
+/// kernel(i, x…) for every component of a block, out…[i] = x…; whether all are finite. `size` is the block's at compile
+/// time: a loop of known length is vectorised where many statements in a row are not, and a pair is stored as one.
+template <int size>
+[[nodiscard]] bool update_block(Index n, const auto& kernel, auto*... out) {
+  if constexpr (size == 1) return update_unrolled<1>(kernel, out...);
+  else if constexpr (size != Eigen::Dynamic) return update_in_place(size, kernel, out...);
+  else return update_in_place(n, kernel, out...);
+}
+
+}  // namespace phistep::inline PHISTEP_ABI

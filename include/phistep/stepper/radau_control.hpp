@@ -1,0 +1,182 @@
+/// @file
+/// What a Radau run decides between its steps: how long the next one is, of how many stages, and when an iteration has
+/// done enough (Hairer & Wanner, Solving ODEs II, sect. IV.8; J. Comput. Appl. Math. 111 (1999) 93).
+///
+/// The estimate of s stages goes as h^{s+1}, the error at the end of a run as h^{2s−1} where nothing is stiff, and as h^s or
+/// so in stiff components. For the former to go as rtol, the estimate, weighted by 1/(atol + rtol |y|), would be held to
+/// rtol^{(s+1)/(2s−1) − 1}, for the latter to 1: it is held to their geometric mean. At equal error that is as fast as the
+/// former, whose errors jump by factors of 100 from tolerance to tolerance (Oregonator, HIRES), here by 10.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include "phistep/core/version.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// One solve's simplified Newton iteration, by the sizes of its corrections.
+template <class = void>
+class RadauIteration {
+ public:
+  enum class Judgement { go_on, converged, failed };
+
+  /// @param target  the size of the error that may be left
+  /// @param rate    θ/(1−θ) as the solve before left it
+  RadauIteration(double target, double rate, int limit)
+      : target_{target}, rate_{aged(std::max(rate, 1e-5))}, limit_{limit} {}
+
+  [[nodiscard]] Judgement judge(double size) {
+    ++count_;
+    if (!std::isfinite(size)) return Judgement::failed;
+    if (count_ > 1) {
+      const double now = size / size_;
+      contraction_ = count_ == 2 ? now : std::sqrt(now * last_);
+      last_ = now;
+      if (size > 0 && contraction_ >= 0.99) return Judgement::failed;
+      rate_ = contraction_ / (1 - contraction_);
+      const int left = limit_ - 1 - count_;
+      if (const double at_end = rate_ * size * power(contraction_, left) / target_; left >= 0 && at_end >= 1) {
+        shrink_ = 0.8 * std::pow(std::min(at_end, 20.0), -1.0 / (4 + left));
+        return Judgement::failed;
+      }
+    }
+    size_ = size;
+    if (rate_ * size <= target_) return Judgement::converged;
+    return count_ < limit_ ? Judgement::go_on : Judgement::failed;
+  }
+  [[nodiscard]] int count() const { return count_; }
+  [[nodiscard]] int limit() const { return limit_; }
+  /// θ of the corrections seen, 0 after the first
+  [[nodiscard]] double contraction() const { return contraction_; }
+  [[nodiscard]] double rate() const { return rate_; }
+  /// The next try's length, relative to this one's.
+  [[nodiscard]] double shrink() const { return shrink_; }
+
+ private:
+  /// x^¾: an old rate counts less and less. HW II p. 121 has x^0.8, which takes longer to compute.
+  [[nodiscard]] static double aged(double x) { return std::sqrt(x * std::sqrt(x)); }
+  /// xⁿ, 1 where n < 0
+  [[nodiscard]] static double power(double x, int n) {
+    double all = 1;
+    for (; n > 0; n /= 2, x *= x)
+      if (n % 2 == 1) all *= x;
+    return all;
+  }
+
+  double target_, rate_;
+  int limit_, count_ = 0;
+  double size_ = 0, last_ = 0, contraction_ = 0, shrink_ = 0.5;
+};
+
+/// The same to rounding, for steps that nobody watches: sizes are relative, and stop falling at the noise in Ψ.
+template <class = void>
+class RoundingIteration {
+ public:
+  using Judgement = typename RadauIteration<>::Judgement;
+  explicit RoundingIteration(double round_off) : round_off_{round_off} {}
+
+  [[nodiscard]] Judgement judge(double size) {
+    ++count_;
+    if (!std::isfinite(size)) return Judgement::failed;
+    if (size == 0) return Judgement::converged;
+    if (count_ > 1) {
+      contraction_ = size / size_;
+      if (contraction_ < 1 && contraction_ / (1 - contraction_) * size <= round_off_) return Judgement::converged;
+      if (contraction_ > 0.3 && size * size * size <= round_off_ * round_off_) return Judgement::converged;
+      if (count_ > 3 && contraction_ > 2) return Judgement::failed;
+    }
+    size_ = size;
+    return count_ < limit ? Judgement::go_on : Judgement::failed;
+  }
+  [[nodiscard]] int count() const { return count_; }
+  [[nodiscard]] double contraction() const { return contraction_; }
+
+ private:
+  static constexpr int limit = 50;
+  double round_off_, size_ = 0, contraction_ = 0;
+  int count_ = 0;
+};
+
+/// Length and stages from step to step.
+template <class = void>
+class RadauControl {
+ public:
+  /// @param stages  0: chosen
+  explicit RadauControl(int stages) : wanted_{stages} {}
+
+  /// A step is to be tried. @param is_first  what was known of the steps before doesn't hold
+  void begin(double rtol, bool is_first) {
+    if (is_first) forget();
+    if (rtol_ != rtol || stages_ == 0) {
+      rtol_ = rtol;
+      choose(wanted_ != 0 ? wanted_ : rtol > 2e-3 ? 3 : rtol > 3e-6 ? 5 : 7);
+    }
+  }
+  [[nodiscard]] int stages() const { return stages_; }
+  [[nodiscard]] RadauIteration<> iteration(double round_off) const {
+    return {std::max(newton_share, 10 * round_off / rtol_), rate_, stages_ == 3 ? 7 : stages_ == 5 ? 12 : 17};
+  }
+
+  /// |Δt| to be proposed after a step whose error is `error`, in units of what is wanted; `success` if that is kept.
+  [[nodiscard]] double after(double dt, double error, const RadauIteration<>& solve, bool& success) {
+    rate_ = solve.rate();
+    const double relative = error / allowed_;
+    const double n = 2 * solve.limit();
+    const double safety = std::min(0.9, 0.9 * (1 + n) / (solve.count() + n));
+    double by = limited(safety / root(relative));
+    success = relative < 1;
+    if (!success) {
+      rejected_ = true;
+      return (dt_before_ == 0 ? 0.1 : by) * dt;
+    }
+    // Gustafsson's predictive controller: HW II, eq. IV.8.26.
+    if (dt_before_ > 0)
+      by = std::min(by, limited(safety_factor * dt / (dt_before_ * root(relative * relative / error_before_))));
+    // An iteration that contracts by θ, about in proportion to Δt, costs 1/ln(1/θ): faster ones pay for more steps.
+    if (solve.contraction() > best_contraction)
+      by = std::min(by, std::max(0.5, best_contraction / solve.contraction()));
+    dt_before_ = dt;
+    error_before_ = std::max(1e-2, relative);
+    if (rejected_) by = std::min(by, 1.0);
+    rejected_ = false;
+    return by * dt;
+  }
+  /// … and after one whose equations weren't solved.
+  [[nodiscard]] double failed(double dt, double shrink) {
+    rejected_ = true;
+    rate_ = 1;
+    return shrink * dt;
+  }
+  void forget() {
+    dt_before_ = 0;
+    error_before_ = rate_ = 1;
+    rejected_ = false;
+  }
+  void archive(auto& ar) { ar(stages_, rtol_, allowed_, dt_before_, error_before_, rate_, rejected_); }
+
+ private:
+  static constexpr double newton_share = 0.001;  ///< of rtol: what the iteration may leave
+  static constexpr double safety_factor = 0.9, best_contraction = 0.2;
+
+  /// x^{1/(s+1)}
+  [[nodiscard]] double root(double x) const {
+    const double half = std::sqrt(x);
+    return stages_ == 3 ? std::sqrt(half) : stages_ == 5 ? std::cbrt(half) : std::sqrt(std::sqrt(half));
+  }
+  [[nodiscard]] static double limited(double by) { return std::clamp(by, 0.2, 8.0); }
+  void choose(int stages) {
+    stages_ = stages;
+    allowed_ = std::pow(rtol_, 0.5 * static_cast<double>(2 - stages) / static_cast<double>(2 * stages - 1));
+    dt_before_ = 0;
+  }
+
+  int wanted_, stages_ = 0;
+  double rtol_ = 0, allowed_ = 1;
+  double dt_before_ = 0, error_before_ = 1, rate_ = 1;
+  bool rejected_ = false;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

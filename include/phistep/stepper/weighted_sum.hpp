@@ -1,0 +1,70 @@
+/// @file
+/// Sums of a few arrays with weights known at compile time: unrolled, zeros left out, one pass over all arrays,
+///
+///     x + h Σ_j w_j k_j
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <tuple>
+#include <utility>
+
+#include "phistep/core/arithmetic.hpp"
+#include "phistep/core/version.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// @tparam Weights  count, and at(j) = w_j as a long double
+/// @tparam exact    with what Scalar's weights lack: as an error of each step alike, that would add up in long runs
+template <class Weights, class Scalar, bool exact = false>
+class WeightedSum {
+  static constexpr std::size_t used = [] {
+    std::size_t n = 0;
+    for (std::size_t j = 0; j < Weights::count; ++j) n += Weights::at(j) != 0 ? 1 : 0;
+    return n;
+  }();
+  static constexpr auto places = [] {
+    std::array<std::size_t, used> at{};
+    std::size_t n = 0;
+    for (std::size_t j = 0; j < Weights::count; ++j)
+      if (Weights::at(j) != 0) at[n++] = j;
+    return at;
+  }();
+  template <std::size_t n>
+  static constexpr Scalar high = static_cast<Scalar>(Weights::at(places[n]));
+  template <std::size_t n>
+  static constexpr Scalar low = static_cast<Scalar>(Weights::at(places[n]) - static_cast<long double>(high<n>));
+  using All = std::make_index_sequence<used>;
+
+ public:
+  template <class Rate, std::size_t stages>
+  explicit WeightedSum(const std::array<Rate, stages>& k) : WeightedSum{k, All{}} {}
+
+  /// Σ_j w_j k_j(i), i an index or a packet of them
+  [[gnu::always_inline]] auto operator()(auto i) const { return sum(i, All{}); }
+  /// x + h Σ_j w_j k_j(i). The last k is the one that the processor still waits for: the others are ready by then.
+  [[gnu::always_inline]] auto add_to(auto x, Scalar h, auto i) const {
+    if constexpr (used > 1) x = x + h * sum(i, std::make_index_sequence<used - 1>{});
+    return x + (h * high<used - 1>)*k_[used - 1][i];
+  }
+
+ private:
+  template <class Rate, std::size_t stages, std::size_t... n>
+  WeightedSum(const std::array<Rate, stages>& k, std::index_sequence<n...>)
+      : k_{{{std::get<0>(Rate::blocks(k[places[n]])).data()}...}} {}
+  template <std::size_t... n>
+  [[gnu::always_inline]] auto sum(auto i, std::index_sequence<n...>) const {
+    if constexpr (exact) {
+      // From the small ones on: added to what is rounded already, they would be rounded away, time after time.
+      auto x = (... + (low<n> * k_[n][i]));
+      ((x = x + high<n> * k_[n][i]), ...);
+      return x;
+    } else {
+      return (... + (high<n> * k_[n][i]));
+    }
+  }
+
+  std::array<Input<Scalar>, used> k_;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

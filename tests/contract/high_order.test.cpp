@@ -1,0 +1,21 @@
+// The contract of a stepper, for schemes of high order.
+#include <phistep/phistep.hpp>
+
+#include "contract/states.hpp"
+#include "contract/stepper_battery.hpp"
+#include "support/catch.hpp"
+
+using namespace phistep;
+using namespace states;
+
+TEST_CASE("linear stages") {
+  check_contract<FirstOrder<Fixed>>(rodas4, 4);
+  check_contract<SecondOrder<Dynamic>>(rodas5p, 5);
+}
+TEST_CASE("explicit motion") {
+  check_contract<SecondOrder<Dynamic>>(srkn6b, 4);
+  check_contract<SecondOrder<Fixed>>(srkn11b, 6);
+  check_contract<SecondOrder<Dynamic>>(rkn86, 8);
+  check_contract<SecondOrder<Columns>>(rkn1210, 12);
+  check_contract<SecondOrder<Dynamic>>(composed(velocity_verlet), 8);
+}

@@ -1,0 +1,174 @@
+#include <phistep/linear/static_sparse_lu.hpp>
+
+#include <random>
+
+#include "linear/dense_battery.hpp"
+
+using namespace phistep;
+
+namespace {
+
+/// The solver in the battery's clothes.
+template <class Scalar, int n, class Pattern>
+class Solver {
+ public:
+  using Lu = StaticSparseLu<Scalar, n, Pattern>;
+  using Matrix = Eigen::Matrix<Scalar, n, n>;
+  static void resize(int) {}
+  Matrix& matrix() { return a_; }
+  bool factorize() {
+    return lu_.factorize([this](auto& values) {
+      for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j)
+          if (const int slot = Lu::plan(i, j); slot >= 0) values[static_cast<std::size_t>(slot)] = a_(i, j);
+    });
+  }
+  void solve_in_place(auto&& x) const { lu_.solve_in_place(x); }
+  bool is_dense() const { return lu_.is_dense(); }
+
+ private:
+  Matrix a_ = Matrix::Zero();
+  Lu lu_;
+};
+
+template <int n>
+struct Full {
+  static constexpr auto pattern = [] {
+    std::array<Entry, n * n> all;
+    for (int i = 0; i < n * n; ++i) all[static_cast<std::size_t>(i)] = {i / n, i % n};
+    return all;
+  }();
+};
+/// Row 0 and column 0 and the diagonal: eliminated in the order given, it would fill up.
+template <int n>
+struct Arrow {
+  static constexpr auto pattern = [] {
+    std::array<Entry, 2 * n> all{};
+    for (int i = 1; i < n; ++i)
+      all[2 * static_cast<std::size_t>(i)] = {0, i}, all[2 * static_cast<std::size_t>(i) + 1] = {i, 0};
+    return all;
+  }();
+};
+/// A chain of reactions with two returns.
+struct Chain {
+  static constexpr int n = 20;
+  static constexpr auto pattern = [] {
+    std::array<Entry, n + 1> all{};
+    for (int i = 1; i < n; ++i) all[static_cast<std::size_t>(i)] = {i, i - 1};
+    all[0] = {3, 17};
+    all[n] = {0, 11};
+    return all;
+  }();
+};
+
+// As DenseLu, whose test cites it; with multipliers up to 8 in place of 1, |L||U| is that of the elimination done, which
+// for these well-conditioned matrices stays below 8 times that of row pivoting.
+constexpr auto of_elimination = [](const auto& A, auto&, const auto&, const auto& x) {
+  return dense::Vector(8 * dense::Elimination(A).product * x.cwiseAbs());
+};
+
+template <class Scalar>
+void for_each_size(auto check) {
+  if constexpr (std::is_same_v<Scalar, double>) dense::for_sizes(check, std::integer_sequence<int, 1, 2, 6>{});
+  else dense::for_sizes(check, std::integer_sequence<int, 3>{});
+}
+
+/// |A x − b| ≤ 8 n u |L||U||x|, as above.
+template <class S>
+bool solves(S& solver, int n) {
+  Eigen::Matrix<double, Eigen::Dynamic, 1> x = Eigen::VectorXd::LinSpaced(n, -1, 2);
+  const dense::Vector b = x.cast<long double>();
+  const dense::Matrix A = solver.matrix().template cast<long double>();
+  if (!solver.factorize()) return false;
+  solver.solve_in_place(x);
+  const dense::Vector y = x.cast<long double>(), residual = (A * y - b).cwiseAbs();
+  const dense::Vector allowed = 8 * n * 1.1e-16L * of_elimination(A, solver, b, y);
+  return (residual.array() <= allowed.array()).all();
+}
+
+}  // namespace
+
+TEMPLATE_TEST_CASE("any matrix is solved as well as by dense LU", "", float, double, long double) {
+  for_each_size<TestType>([](auto n) { dense::solves<Solver<TestType, n, Full<n>>>(n, of_elimination); });
+}
+TEMPLATE_TEST_CASE("a singular matrix or a bad entry is refused", "", float, double, long double) {
+  for_each_size<TestType>([](auto n) {
+    dense::refuses_singular<Solver<TestType, n, Full<n>>>(n);
+    dense::refuses_non_finite<Solver<TestType, n, Full<n>>>(n);
+  });
+}
+TEMPLATE_TEST_CASE("it solves in place", "", float, double, long double) {
+  for_each_size<TestType>([](auto n) { dense::solves_where_x_lies<Solver<TestType, n, Full<n>>>(n); });
+}
+
+TEST_CASE("the order of pivots makes no fill where none is needed") {
+  constexpr int n = 12;
+  constexpr EliminationPlan<n> arrow{Arrow<n>::pattern};
+  STATIC_REQUIRE(arrow.slots == 3 * n - 2);
+  STATIC_REQUIRE(arrow.products == n - 1);
+  STATIC_REQUIRE(arrow(1, 2) == EliminationPlan<n>::none);
+  constexpr EliminationPlan<5> full{Full<5>::pattern};
+  STATIC_REQUIRE(full.slots == 25);
+  STATIC_REQUIRE(full.products == 16 + 9 + 4 + 1);
+  // The diagonal is there without being named, and comes first.
+  for (int i = 0; i < n; ++i) CHECK(arrow(i, i) == i);
+}
+
+TEST_CASE("a Jacobian's own code gives its pattern, each entry once") {
+  constexpr auto pattern = pattern_of<4>([](const auto& y, auto&& put) {
+    put(0, 1, y[0] - y[1]);  // zero at a y of ones: there all the same
+    put(3, 2, 2.0), put(0, 1, 3 * y[3]), put(2, 2, 1);
+  });
+  STATIC_REQUIRE(pattern.size() == 3);
+  constexpr EliminationPlan<4> plan{pattern};
+  STATIC_REQUIRE(plan.slots == 4 + 2);
+  STATIC_REQUIRE(plan(0, 1) >= 4);
+  STATIC_REQUIRE(plan(3, 2) >= 4);
+  STATIC_REQUIRE(plan(1, 0) == EliminationPlan<4>::none);
+}
+
+TEST_CASE("sparse matrices: no zero is looked at, and the residual is rounding") {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  for (int run = 0; run < 20; ++run) {
+    Solver<double, Chain::n, Chain> chain;
+    Solver<double, 12, Arrow<12>> arrow;
+    // Columns whose diagonal outweighs them, as I − γJ of conserved species has: no multiplier exceeds 1.
+    const auto fill = [&](auto& A, const auto& pattern) {
+      A.setIdentity();
+      for (const Entry& e : pattern) {
+        const double rate = std::pow(10, 12 * uniform(random) - 6);
+        if (e.row == e.column) continue;
+        A(e.row, e.column) -= rate;
+        A(e.column, e.column) += rate;
+      }
+    };
+    fill(chain.matrix(), Chain::pattern);
+    fill(arrow.matrix(), Arrow<12>::pattern);
+    CHECK(solves(chain, Chain::n));
+    CHECK_FALSE(chain.is_dense());
+    CHECK(solves(arrow, 12));
+    CHECK_FALSE(arrow.is_dense());
+  }
+}
+
+TEST_CASE("where the diagonal offers no pivot, rows are exchanged") {
+  Solver<double, Chain::n, Chain> chain;
+  auto& A = chain.matrix();
+  A.setIdentity();
+  for (const Entry& e : Chain::pattern) A(e.row, e.column) = 0.5 + 0.01 * e.row;
+  REQUIRE(solves(chain, Chain::n));
+  CHECK_FALSE(chain.is_dense());
+  // The smallest multiplier that is trusted no more is 8.
+  for (const auto& [diagonal, dense] : {std::pair{0.1, false}, {0.05, true}, {1e-18, true}, {0.0, true}}) {
+    CAPTURE(diagonal);
+    A(4, 4) = diagonal;  // below it: 0.55
+    CHECK(solves(chain, Chain::n));
+    CHECK(chain.is_dense() == dense);
+  }
+  A(4, 4) = 1;
+  CHECK(solves(chain, Chain::n));  // nothing is left of it
+  CHECK_FALSE(chain.is_dense());
+  A.row(7).setZero();
+  CHECK_FALSE(chain.factorize());
+}
