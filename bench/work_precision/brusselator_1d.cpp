@@ -10,7 +10,7 @@ work_precision::Table work_precision::brusselator_1d() {
               "Brusselator with diffusion, 500 points in one dimension",
               P::exact(),
               system_of(Shape::banded, a, P::end, FirstOrder<P::State, P>{start, {}}),
-              1,
+              0,
               6};
   table.samples = P::samples();
   using Rows = truth::StiffRows<truth::Banded<P>>;

@@ -4,5 +4,5 @@
 
 work_precision::Table work_precision::hires() {
   using P = problems::Hires;
-  return small_stiff<P>("hires", "HIRES, eight reactions", P::end, P::exact(), 1e-4, 1, 6);
+  return small_stiff<P>("hires", "HIRES, eight reactions", P::end, P::exact(), 1e-4, 92, 6);
 }

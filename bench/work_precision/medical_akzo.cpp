@@ -12,7 +12,7 @@ work_precision::Table work_precision::medical_akzo() {
               "Medical Akzo Nobel, 200 points in one dimension",
               P::exact(),
               system_of<Plain>(Shape::banded, a, {{P::change, {start, flowing}}, {P::end, {start, stopped}}}),
-              1,
+              0,
               6};
   table.samples = P::samples();
   using Rows = truth::StiffRows<truth::Banded<P>>;

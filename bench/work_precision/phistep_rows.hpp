@@ -68,7 +68,10 @@ class PhistepRows {
             while (film->times[k] < t) ++k;
             film->put(k, stacked(now).data());
           };
-          report = phistep::integrate(stepper, y, span, control, phistep::sampled(film->times, take));
+          // Motions stop there, as explicit rivals do; the others interpolate between their steps.
+          if constexpr (phistep::EigenDense<S>)
+            report = phistep::integrate(stepper, y, span, control, phistep::sampled(film->times, take));
+          else report = phistep::integrate(stepper, y, span, control, phistep::at_times(film->times, take));
         } else {
           report = phistep::integrate(stepper, y, span, control);
         }

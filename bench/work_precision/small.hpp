@@ -5,6 +5,7 @@
 #include <phistep/stepper/radau.hpp>
 #include <phistep/stepper/rodas.hpp>
 
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -40,7 +41,10 @@ template <class Problem>
   using Rows = truth::StiffRows<truth::Dense<Problem>>;
   truth::tell(table, truth::Path<Rows>{{{end, Rows{}}}, a, 1e-14L}, start.template cast<truth::Real>());
   PhistepRows rows{table, start, [](const auto& y, auto scheme, std::size_t) {
-                     return phistep::PhiStepper{y, WithPattern<Problem>{}, scheme};
+                     // Radau factorises complex matrices, without the pattern.
+                     if constexpr (std::is_same_v<decltype(scheme), phistep::Radau>)
+                       return phistep::PhiStepper{y, Problem{}, scheme};
+                     else return phistep::PhiStepper{y, WithPattern<Problem>{}, scheme};
                    }};
   add_stiff(rows);
   return table;

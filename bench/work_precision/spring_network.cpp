@@ -13,7 +13,7 @@ work_precision::Table work_precision::spring_network() {
               "A stretched net of 20 x 20 masses on stiff, damped springs",
               P::exact(),
               system_of(Shape::sparse, 1.0, P::end, FirstOrder<P::State, Force>{start, force, P::masses()}),
-              1,
+              0,
               3};
   table.samples = P::samples();
   PhistepRows rows{table, start, [=](const auto& y, auto scheme, std::size_t) {
