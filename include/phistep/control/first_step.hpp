@@ -46,8 +46,10 @@ template <State Plain>
   if (!(curvature > 0)) return std::min(100 * h, run);
   // In units of h, so that every power is of a number without dimension.
   const double p = order, moved = speed * h, bent = curvature * h * h;
-  const double wanted = speed > 0 ? h * std::pow(0.1 * allowed / (moved * std::pow(bent / moved, p)), 1 / (p + 1))
-                                  : h * std::sqrt(0.1 * allowed / bent);
+  // (0.1 ‖e‖/moved (moved/bent)^p)^{1/(p+1)}
+  const double wanted = speed > 0
+                            ? h * std::exp2((std::log2(0.1 * allowed / moved) - p * std::log2(bent / moved)) / (p + 1))
+                            : h * std::sqrt(0.1 * allowed / bent);
   return std::min({100 * h, wanted, run});
 }
 
