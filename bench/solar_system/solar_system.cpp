@@ -45,11 +45,11 @@ struct Line {
 template <class Scheme>
 void row(const char* name, Scheme scheme, double dt, double years) {
   constexpr int samples = 1000;
-  const OuterSolarSystem force;
-  auto y = OuterSolarSystem::start();
+  const Planets force;
+  auto y = Planets::start();
   phistep::PhiStepper stepper{y, force, scheme};
   const double steps = std::ceil(years * year / dt / samples);  // from sample to sample
-  const long double before = OuterSolarSystem::energy(y);
+  const long double before = Planets::energy(y);
   std::vector<double> t, error;
   double seconds = 0, worst = 0;
   for (int k = 0; k < samples; ++k) {
@@ -61,7 +61,7 @@ void row(const char* name, Scheme scheme, double dt, double years) {
       return;
     }
     t.push_back(to / (years * year));
-    error.push_back(static_cast<double>((OuterSolarSystem::energy(y) - before) / before));
+    error.push_back(static_cast<double>((Planets::energy(y) - before) / before));
     worst = std::max(worst, std::abs(error.back()));
   }
   const Line line{t, error};

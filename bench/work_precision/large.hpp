@@ -2,6 +2,8 @@
 /// Stiff problems of many unknowns, banded or sparse.
 #pragma once
 
+#include <phistep/stepper/rodas.hpp>
+
 #include "first_order.hpp"
 #include "phistep_rows.hpp"
 #include "truth.hpp"
@@ -12,6 +14,9 @@ namespace work_precision {
 void add_large(auto& rows, double tightest) {
   rows.controlled("TR-BDF2", phistep::tr_bdf2, tightest);
   rows.controlled("trapezoidal", phistep::trapezoidal, tightest);
+  rows.controlled("Rodas4", phistep::rodas4);
+  rows.controlled("Rodas5P", phistep::rodas5p);
+  rows.controlled("extrapolated Euler", phistep::extrapolated(phistep::backward_euler));
 }
 
 }  // namespace work_precision

@@ -3,6 +3,7 @@
 #pragma once
 
 // IWYU pragma: begin_exports
+#include "phistep/advise.hpp"
 #include "phistep/autodiff.hpp"
 #include "phistep/io.hpp"
 #include "phistep/krylov.hpp"

@@ -465,6 +465,13 @@ TEST_CASE("watched, rejected and doubled steps: nothing") {
   check_none_watched(motion(30), Chain{}, tr_bdf2, mass(Eigen::MatrixXd(2 * Eigen::MatrixXd::Identity(30, 30))));
   check_none_watched(motion(30), Chain{}, trapezoidal, fixed_point({.depth = 3}));
 }
+TEST_CASE("high order for motion: nothing") {
+  check_none(motion(30), Chain{}, srkn11b);
+  check_none(motion(30), DampedChain{}, composed(velocity_verlet));
+  check_none(motion(30), Chain{}, compensated(rkn1210), mass(Eigen::MatrixXd(2 * Eigen::MatrixXd::Identity(30, 30))));
+  check_none_watched(motion(30), Chain{}, rkn86, mass(Dynamic::LinSpaced(30, 1, 2)));
+  check_none_run(motion(30), Chain{}, rkn86, tolerance{.rtol = 1e-11});
+}
 TEST_CASE("controlled runs, after their first steps: nothing") {
   for (const auto filter : {StepFilter::automatic, StepFilter::H312PID}) {
     const tolerance control{.rtol = 1e-4, .filter = filter};

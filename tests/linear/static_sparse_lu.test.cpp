@@ -34,7 +34,7 @@ class Solver {
 template <int n>
 struct Full {
   static constexpr auto pattern = [] {
-    std::array<Entry, n * n> all;
+    std::array<MatrixEntry, n * n> all;
     for (int i = 0; i < n * n; ++i) all[static_cast<std::size_t>(i)] = {i / n, i % n};
     return all;
   }();
@@ -43,7 +43,7 @@ struct Full {
 template <int n>
 struct Arrow {
   static constexpr auto pattern = [] {
-    std::array<Entry, 2 * n> all{};
+    std::array<MatrixEntry, 2 * n> all{};
     for (int i = 1; i < n; ++i)
       all[2 * static_cast<std::size_t>(i)] = {0, i}, all[2 * static_cast<std::size_t>(i) + 1] = {i, 0};
     return all;
@@ -53,7 +53,7 @@ struct Arrow {
 struct Chain {
   static constexpr int n = 20;
   static constexpr auto pattern = [] {
-    std::array<Entry, n + 1> all{};
+    std::array<MatrixEntry, n + 1> all{};
     for (int i = 1; i < n; ++i) all[static_cast<std::size_t>(i)] = {i, i - 1};
     all[0] = {3, 17};
     all[n] = {0, 11};
@@ -136,7 +136,7 @@ TEST_CASE("sparse matrices: no zero is looked at, and the residual is rounding")
     // Columns whose diagonal outweighs them, as I − γJ of conserved species has: no multiplier exceeds 1.
     const auto fill = [&](auto& A, const auto& pattern) {
       A.setIdentity();
-      for (const Entry& e : pattern) {
+      for (const MatrixEntry& e : pattern) {
         const double rate = std::pow(10, 12 * uniform(random) - 6);
         if (e.row == e.column) continue;
         A(e.row, e.column) -= rate;
@@ -156,7 +156,7 @@ TEST_CASE("where the diagonal offers no pivot, rows are exchanged") {
   Solver<double, Chain::n, Chain> chain;
   auto& A = chain.matrix();
   A.setIdentity();
-  for (const Entry& e : Chain::pattern) A(e.row, e.column) = 0.5 + 0.01 * e.row;
+  for (const MatrixEntry& e : Chain::pattern) A(e.row, e.column) = 0.5 + 0.01 * e.row;
   REQUIRE(solves(chain, Chain::n));
   CHECK_FALSE(chain.is_dense());
   // The smallest multiplier that is trusted no more is 8.

@@ -46,7 +46,7 @@ struct Added : Named {
   void add(auto, const auto& y, auto& out) const { out.rate += law(y.y); }
   void add_jacobian(auto, const auto& y, auto& sink) const {
     const Mat J = law.derivative(y.y);
-    for (const Entry& e : jacobian_pattern) sink.rate(e.row, e.column, J(e.row, e.column));
+    for (const MatrixEntry& e : jacobian_pattern) sink.rate(e.row, e.column, J(e.row, e.column));
   }
 };
 struct Forgotten : Dense {

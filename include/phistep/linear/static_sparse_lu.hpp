@@ -24,13 +24,13 @@
 namespace phistep::inline PHISTEP_ABI {
 
 /// Where a matrix may be other than zero.
-struct Entry {
+struct MatrixEntry {
   int row = 0, column = 0;
 };
 
 /// A list of entries, as a force's `static constexpr auto jacobian_pattern = entries({{0, 1}, {1, 0}, {1, 1}});`
 template <std::size_t count>
-[[nodiscard]] consteval std::array<Entry, count> entries(const Entry (&list)[count]) {
+[[nodiscard]] consteval std::array<MatrixEntry, count> entries(const MatrixEntry (&list)[count]) {
   return std::to_array(list);
 }
 
@@ -41,7 +41,7 @@ template <std::size_t count>
 template <int n>
 [[nodiscard]] consteval auto pattern_of(auto f) {
   struct {
-    std::array<Entry, static_cast<std::size_t>(n* n)> all{};
+    std::array<MatrixEntry, static_cast<std::size_t>(n* n)> all{};
     std::size_t count = 0;
     [[nodiscard]] constexpr auto begin() const { return all.begin(); }
     [[nodiscard]] constexpr auto end() const { return all.begin() + count; }
@@ -70,7 +70,7 @@ struct EliminationPlan {
   consteval explicit EliminationPlan(const auto& pattern) {
     std::array<std::array<bool, n>, n> filled{}, left{};
     for (int i = 0; i < n; ++i) filled[at(i)][at(i)] = true;
-    for (const Entry& e : pattern) {
+    for (const MatrixEntry& e : pattern) {
       if (e.row < 0 || e.row >= n || e.column < 0 || e.column >= n) throw "phistep: a pattern's entry lies outside";
       filled[at(e.row)][at(e.column)] = true;
     }

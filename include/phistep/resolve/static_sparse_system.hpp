@@ -87,6 +87,19 @@ class StaticSparseSystem : public Sizes {
     return Outcome::success;
   }
   static void add_position_product(Scalar, const auto&, auto&) {}
+  /// The tangents, for those who keep factors of their own: zero outside of the pattern.
+  struct Rates {
+    static constexpr bool IsVectorAtCompileTime = false;
+    const typename Lu::Values& values;
+    [[nodiscard]] static int size() { return n * n; }
+    [[nodiscard]] Scalar operator()(int i, int j) const {
+      const int slot = Lu::plan(i, j);
+      return slot >= 0 ? values[static_cast<std::size_t>(slot)] : Scalar{0};
+    }
+  };
+  struct Nothing {};
+  [[nodiscard]] static Nothing K() { return {}; }
+  [[nodiscard]] Rates C() const { return {C_}; }
   void archive(auto& ar) { ar(C_); }
 
  private:

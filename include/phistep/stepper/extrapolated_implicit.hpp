@@ -95,7 +95,7 @@ class DenseImplicitEuler {
     kernel_.evaluate(step_.t + h, y, psi);
     Vector residual;
     for_each_block(
-        [&, at = Index{0}](auto, const auto& rate, const auto& mass) mutable {
+        [&, h = h, at = Index{0}](auto, const auto& rate, const auto& mass) mutable {
           auto out = part(residual, at, rate);
           out = flat(rate);
           mass.subtract_product(part(w, at, rate) / h, out);

@@ -64,7 +64,7 @@ class ExtrapolationOrder {
     first_ = past_.target == 0;
     if (first_) {
       // ⌊0.6 digits + 1.5⌋ for h, half as many columns for h².
-      const double digits = -std::log10(rtol);
+      const double digits = std::min(-std::log10(rtol), 20.0);
       past_.target = std::clamp(static_cast<int>(0.6 / power * digits + 1.5), 2, columns - 2);
     }
     // A step cut short by a time to stop at is done as soon as its error allows.

@@ -26,6 +26,7 @@
 #include "phistep/stepper/acceleration.hpp"
 #include "phistep/stepper/carried_rounding.hpp"
 #include "phistep/stepper/kernel.hpp"
+#include "phistep/stepper/nystrom_interpolant.hpp"
 #include "phistep/stepper/nystrom_tableaus.hpp"
 #include "phistep/stepper/weighted_sum.hpp"
 
@@ -136,8 +137,16 @@ class Row<Nystrom<Tableau, compensates>, S> : public RowDefaults {
     } else if (!rhs.slope(step.t + step.dt, step.next, trace.end, step.psi)) {
       return Outcome::non_finite_force;
     }
+    // A last stage beside r⁺ gives way to what is at r⁺, for interpolate().
+    if constexpr (!Tableau::first_is_last)
+      if (trace.wants_dense) block(k_[last]) = velocity_of<S>(trace.end);
     trace.has_slopes = trace.has_error = true;
     return Outcome::success;
+  }
+
+  static constexpr bool interpolates = true;
+  void interpolate(Scalar x, Scalar dt, const Plain& y0, const Plain& y1, Plain& out) const {
+    NystromInterpolant<Tableau>::template at<S>(x, dt, y0, y1, k_, out);
   }
 
   void archive(auto& ar) { ar(rounding_); }

@@ -135,7 +135,7 @@ class Row<Radau, S> : public RowDefaults {
  private:
   static constexpr int n_static = static_unknowns<S>;
   static constexpr bool drifts = Blocks<S>::drifts, is_fixed = n_static != Eigen::Dynamic;
-  using Work = RadauStages<Scalar, n_static, drifts, true>;
+  using Work = RadauStages<Scalar, n_static>;
   using Powers = typename Work::template Each<typename Work::Row>;
   using Numbers = typename Work::template Each<Scalar>;
   static constexpr double round_off = static_cast<double>(std::numeric_limits<Scalar>::epsilon()) / 2;

@@ -87,7 +87,7 @@ template <class Scalar, int s>
 inline constexpr RadauConstants<Scalar, s> radau_constants{};
 
 /// Matrices and unknowns of (1). @tparam n  unknowns, or Eigen::Dynamic
-template <class Scalar, int n_static, bool has_K, bool has_C>
+template <class Scalar, int n_static>
 class RadauStages {
  public:
   static constexpr int lanes = 4, most = 8;
@@ -114,6 +114,7 @@ class RadauStages {
   template <int s>
   [[nodiscard]] bool factorise(Scalar h, const auto& K, const auto& C, const auto& masses) {
     constexpr auto& k = radau_constants<Scalar, s>;
+    constexpr bool has_K = exists<decltype(K)>, has_C = exists<decltype(C)>;
     Scalar heaviest{0};
     masses([&heaviest](auto, auto, auto m) {
       heaviest = std::max(heaviest, static_cast<Scalar>(std::abs(static_cast<Scalar>(m))));
@@ -237,6 +238,11 @@ class RadauStages {
       powers[i][0] += h * v.data()[i];
     }
   }
+  /// Whether a tangent is there at all: a force may ignore v.
+  template <class Tangent>
+  static constexpr bool exists = requires(const Tangent& K) {
+    K.size();
+  };
   /// Of a matrix, or of one that is kept as its diagonal.
   [[nodiscard]] static Scalar entry(const auto& matrix, int i, int j) {
     if constexpr (std::remove_cvref_t<decltype(matrix)>::IsVectorAtCompileTime && n_static != 1)
