@@ -174,6 +174,18 @@ TEST_CASE("every scheme, fixed motion: nothing, by value too") {
     check_none(states::SecondOrder<states::Fixed>{}.state, by_value, scheme);
   });
 }
+TEST_CASE("schemes of high order, dynamic: nothing") {
+  const Dynamic y = Dynamic::LinSpaced(30, -1, 1);
+  check_none(motion(30), Chain{}, rodas5p);
+  check_none(y, AnalyticChain{}, rodas4);
+  check_none(y, AnalyticChain{}, radau);
+  check_none(y, AnalyticChain{}, extrapolated(backward_euler));
+  check_none(y, Chain{}, extrapolated(forward_euler));
+  check_none(motion(30), Chain{}, extrapolated(velocity_verlet));
+  check_none(motion(30), Chain{}, rkn86);
+  check_none(motion(30), Chain{}, srkn11b);
+  check_none(motion(30), DampedChain{}, composed(velocity_verlet));
+}
 TEST_CASE("first order, dynamic, up to 300 unknowns: nothing") {
   for (const Eigen::Index n : {1, 17, 100, 300}) {
     CAPTURE(n);

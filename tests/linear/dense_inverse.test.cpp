@@ -9,13 +9,16 @@
 using phistep::DenseInverse;
 using phistep::DenseLu;
 using phistep::SmallDenseSolver;
+using phistep::Solves;
 
-static_assert(std::is_same_v<SmallDenseSolver<double, 3, false>, DenseLu<double, 3>>);
-static_assert(std::is_same_v<SmallDenseSolver<double, 4, false>, DenseInverse<double, 4>>);
-static_assert(std::is_same_v<SmallDenseSolver<double, 9, false>, DenseLu<double, 9>>);
-static_assert(std::is_same_v<SmallDenseSolver<float, 32, true>, DenseInverse<float, 32>>);
-static_assert(std::is_same_v<SmallDenseSolver<double, 33, true>, DenseLu<double, 33>>);
-static_assert(std::is_same_v<SmallDenseSolver<double, Eigen::Dynamic, true>, DenseLu<double, Eigen::Dynamic>>);
+static_assert(std::is_same_v<SmallDenseSolver<double, 3, Solves::few>, DenseLu<double, 3>>);
+static_assert(std::is_same_v<SmallDenseSolver<double, 4, Solves::few>, DenseInverse<double, 4>>);
+static_assert(std::is_same_v<SmallDenseSolver<double, 9, Solves::few>, DenseLu<double, 9>>);
+static_assert(std::is_same_v<SmallDenseSolver<double, 3, Solves::several>, DenseInverse<double, 3>>);
+static_assert(std::is_same_v<SmallDenseSolver<double, 20, Solves::several>, DenseLu<double, 20>>);
+static_assert(std::is_same_v<SmallDenseSolver<float, 32, Solves::many>, DenseInverse<float, 32>>);
+static_assert(std::is_same_v<SmallDenseSolver<double, 33, Solves::many>, DenseLu<double, 33>>);
+static_assert(std::is_same_v<SmallDenseSolver<double, Eigen::Dynamic, Solves::many>, DenseLu<double, Eigen::Dynamic>>);
 
 // Each column of X has a residual of at most 8 n u |L||U||U⁻¹||U||X| (Higham, Accuracy and Stability of Numerical
 // Algorithms, 2nd ed., theorem 14.5), and the product X b adds n u |A||X||b|, which is smaller.

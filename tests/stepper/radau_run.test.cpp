@@ -42,11 +42,12 @@ void check_law(const char* name, Problem problem, double a, double kappa, Radau 
     REQUIRE(report);
     const double off = error(y);
     CHECK(off <= 10 * kappa * rtol);
-    regression.add(std::log(rtol), std::log(std::max(off, 1e-16)));
+    // Below, rounding has a part: u times the condition of T (650 for 7 stages) times κ is 7e-12 for HIRES.
+    if (digits <= 10) regression.add(std::log(rtol), std::log(std::max(off, 1e-16)));
   }
   CAPTURE(name, scheme.stages);
   CHECK(regression.slope() >= 0.8);
-  CHECK(regression.slope() <= 1.15);
+  CHECK(regression.slope() <= 1.1);
 }
 
 double worst(const auto& y, const auto& exact, double a) {

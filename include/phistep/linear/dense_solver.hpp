@@ -14,7 +14,8 @@
 ///    15   303 +  83    633 + 26   5.8 solves    265 +  64    455 + 31    5.7 solves
 ///    20   676 + 155   1708 + 40   9.0 solves    409 + 101    664 + 33    3.7 solves
 ///
-/// So the inverse serves one or two solves for 4 ≤ n ≤ 8, and many for every fixed n.
+/// So the inverse serves one or two solves for 4 ≤ n ≤ 8, the six or eight of a Rosenbrock step for n ≤ 16, and many for
+/// every fixed n. (Up to 3 rows, LU is now 5 + 6 and 11 + 9 in the second table.)
 #pragma once
 
 #include <type_traits>
@@ -26,21 +27,23 @@
 namespace phistep::inline PHISTEP_ABI {
 
 /// How a factorisation of fixed size is best kept. Dynamic and large sizes have LU alone.
-template <int size, bool many_solves>
+enum class Solves { few, several, many };
+template <int size, Solves solves>
 inline constexpr bool prefers_inverse = size > 0 && size <= small_dense_limit &&
-                                        (many_solves || (4 <= size && size <= 8));
+                                        (solves == Solves::many || (4 <= size && size <= 8) ||
+                                         (solves == Solves::several && 2 <= size && size <= 16));
 
-template <class Scalar, int size, bool many_solves, bool inverse = prefers_inverse<size, many_solves>>
+template <class Scalar, int size, Solves solves, bool inverse = prefers_inverse<size, solves>>
 struct SmallDenseSolverFor {
   using type = DenseLu<Scalar, size>;
 };
-template <class Scalar, int size, bool many_solves>
-struct SmallDenseSolverFor<Scalar, size, many_solves, true> {
+template <class Scalar, int size, Solves solves>
+struct SmallDenseSolverFor<Scalar, size, solves, true> {
   using type = DenseInverse<Scalar, size>;
 };
 
-/// @tparam many_solves  one factorisation a run (affine forces), as against one or two solves each (Newton)
-template <class Scalar, int size, bool many_solves>
-using SmallDenseSolver = typename SmallDenseSolverFor<Scalar, size, many_solves>::type;
+/// @tparam solves  many: one factorisation a run (affine forces); several: one a step of several stages; few: Newton's
+template <class Scalar, int size, Solves solves>
+using SmallDenseSolver = typename SmallDenseSolverFor<Scalar, size, solves>::type;
 
 }  // namespace phistep::inline PHISTEP_ABI

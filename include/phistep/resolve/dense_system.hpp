@@ -69,7 +69,8 @@ class Sizes {
 }
 
 /// Dense W. @tparam constant  one factorisation serves many solves: an inverse pays where n is small
-template <class Scalar, int n, bool has_K, bool has_C, bool constant = false>
+/// @tparam stages  one serves several
+template <class Scalar, int n, bool has_K, bool has_C, bool constant = false, bool stages = false>
 class DenseSystem : public Sizes {
  public:
   using Matrix = Eigen::Matrix<Scalar, n, n>;
@@ -135,7 +136,7 @@ class DenseSystem : public Sizes {
   struct Absent {};
   [[no_unique_address]] std::conditional_t<has_K, Matrix, Absent> K_;
   [[no_unique_address]] std::conditional_t<has_C, Eigen::Matrix<Scalar, n, n>, Absent> C_;
-  SmallDenseSolver<Scalar, n, constant> lu_;
+  SmallDenseSolver<Scalar, n, constant ? Solves::many : stages ? Solves::several : Solves::few> lu_;
 };
 
 /// Diagonal W: every component solves for itself. Off-diagonal entries never arrive here.
@@ -188,7 +189,7 @@ class DiagonalSystem : public Sizes {
 template <MatrixFacts facts, class Scalar, int n>
   requires(facts.structure == Structure::dense)
 struct SystemFor<facts, Scalar, n, void> {
-  using type = DenseSystem<Scalar, n, facts.has_K, facts.has_C, facts.constant>;
+  using type = DenseSystem<Scalar, n, facts.has_K, facts.has_C, facts.constant, facts.stages>;
 };
 template <MatrixFacts facts, class Scalar, int n>
   requires(facts.structure <= Structure::diagonal)

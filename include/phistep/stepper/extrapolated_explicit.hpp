@@ -125,6 +125,7 @@ struct GraggRule {
   struct Moving {
     Plain y, moved, before;  ///< z_i, z_i − y and z_{i−1} − y
   };
+  static void resize(const Plain& y, Moving& m) { m.y = m.moved = m.before = y; }
   static int start(Scalar h, const Plain& y, const Plain& slope, Moving& m) {
     for_each_block(
         [h](auto, auto& z, auto& moved, auto& before, const auto& from, const auto& f) {
@@ -164,6 +165,10 @@ struct VerletRule {
     Plain y, moved;      ///< (r_i, v_{i+½}), and that from the start
     Block acceleration;  ///< the last
   };
+  static void resize(const Plain& y, Moving& m) {
+    m.y = m.moved = y;
+    m.acceleration = velocity_of<S>(y);
+  }
   static int start(Scalar h, const Plain& y, const Plain& slope, Moving& m) {
     copy_blocks<S>(m.y, y);
     position_of<S>(m.moved).setZero(position_of<S>(y).rows(), position_of<S>(y).cols());
@@ -209,7 +214,7 @@ class ExplicitBase {
 
   void resize(const Plain& y) {
     slope_ = slopes_ = y;
-    lane_ = {};
+    if constexpr (!on_stack) Rule<S>::resize(y, lane_[0].moving);
   }
   template <class Kernel>
   [[nodiscard]] Outcome begin(Kernel& kernel, typename Kernel::Data& step) {

@@ -37,7 +37,7 @@ class LinearStages {
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
   using Rate = RateOf<S>;
-  using Matrix = Linearisation<S, Rhs, LinearSolver, true>;
+  using Matrix = Linearisation<S, Rhs, LinearSolver, true, true>;
   static constexpr bool has_time = !Rhs::is_autonomous;
   static constexpr bool affine = Rhs::Traits::is_affine && !Matrix::matrix_free;
 

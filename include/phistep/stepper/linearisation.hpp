@@ -37,7 +37,8 @@ struct TangentSource {
 
 /// `position` = false serves resolves with γ_d = 0 only (Verlet's last half-kick): no K, and terms that ignore v are
 /// never asked for a tangent.
-template <State S, class Rhs, class LinearSolver, bool position>
+/// @tparam stages  each factorisation serves several solves
+template <State S, class Rhs, class LinearSolver, bool position, bool stages = false>
 class Linearisation {
  public:
   using Scalar = ScalarOf<S>;
@@ -55,6 +56,7 @@ class Linearisation {
                     .has_C = has_C,
                     .symmetric = Traits::is_symmetric,
                     .constant = Traits::is_affine,
+                    .stages = stages,
                     .block = Traits::block,
                     .differenced = !analytic};
     if (analytic || patterned) all.structure = position ? Traits::structure : Traits::velocity_structure;
@@ -216,8 +218,8 @@ class Linearisation {
   }
   [[nodiscard]] bool has_factors_for(const Gamma<Scalar>& gamma) const { return has_factors() && gamma == factored_; }
   /// to = factor M − C − γK, where that is a dense matrix of fixed size.
-  static constexpr bool assembles = requires { typename System::Matrix; } && n_static != Eigen::Dynamic &&
-                                    facts.structure == Structure::dense;
+  static constexpr bool assembles = requires { typename System::Matrix; }
+  &&n_static != Eigen::Dynamic&& facts.structure == Structure::dense;
   void assemble(const Rhs& rhs, const Plain& y, Scalar factor, Scalar gamma, auto& to) const requires assembles {
     system_.assemble(each_mass_entry(rhs, y), factor, gamma, to);
   }

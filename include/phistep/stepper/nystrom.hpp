@@ -202,13 +202,20 @@ class Row<Nystrom<Tableau, compensates>, S> : public RowDefaults {
   /// next.r = r + c Δt v + Δt² Σ w_j k_j
   template <class Weights, bool at_end, class Data>
   [[nodiscard]] bool move(Data& step, long double c) {
-    const Scalar share = static_cast<Scalar>(c), rest = static_cast<Scalar>(c - static_cast<long double>(share));
-    const auto increment = [=, dt = step.dt, drift = share * step.dt, kick = step.dt * step.dt, sum = sum<Weights>(),
-                            v = Input<Scalar>{velocity_of<S>(step.y).data()}](auto i) {
-      if constexpr (compensates) return dt * (share * v[i] + (rest * v[i] + dt * sum(i)));
-      else return sum.add_to(drift * v[i], kick, i);
-    };
-    return put<0, at_end>(step.next, step.y, increment);
+    const Input<Scalar> v{velocity_of<S>(step.y).data()};
+    const Scalar dt = step.dt, share = static_cast<Scalar>(c);
+    if constexpr (compensates) {
+      const auto rest = static_cast<Scalar>(c - static_cast<long double>(share));
+      const auto increment = [=, sum = sum<Weights>()](auto i) {
+        return dt * (share * v[i] + (rest * v[i] + dt * sum(i)));
+      };
+      return put<0, at_end>(step.next, step.y, increment);
+    } else {
+      const auto increment = [drift = share * dt, kick = dt * dt, v, sum = sum<Weights>()](auto i) {
+        return sum.add_to(drift * v[i], kick, i);
+      };
+      return put<0, at_end>(step.next, step.y, increment);
+    }
   }
   /// to = from + increment(i) in block n. False: it isn't finite.
   template <std::size_t n, bool at_end>

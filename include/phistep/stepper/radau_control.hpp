@@ -33,7 +33,7 @@ class RadauIteration {
     if (!std::isfinite(size)) return Judgement::failed;
     if (count_ > 1) {
       const double now = size / size_;
-      contraction_ = count_ == 2 ? now : std::sqrt(now * last_);
+      contraction_ = count_ == 2 ? now : std::max(now, std::sqrt(now * last_));
       last_ = now;
       if (size > 0 && contraction_ >= 0.99) return Judgement::failed;
       rate_ = contraction_ / (1 - contraction_);
