@@ -5,6 +5,9 @@
 ///     PhiStepper stepper{y, force, extrapolated(forward_euler)};       Gragg's explicit midpoint rule, order 2k
 ///     PhiStepper stepper{y, force, extrapolated(velocity_verlet)};     motion whose force ignores v, order 2k
 ///
+/// In double precision the Nyström pairs are ahead of the third (nystrom.hpp); it has no printed coefficients, and so serves
+/// any scalar to its last digits.
+///
 /// Under a tolerance each step chooses its columns and its length; without one it takes the columns given.
 #pragma once
 
