@@ -18,8 +18,8 @@ using namespace phistep;
 namespace {
 
 /// A scene of n unknowns, without its stiffness.
-Scene scene(std::int64_t n, double rtol, Structure structure = Structure::dense) {
-  Scene s;
+AdvisedProblem scene(std::int64_t n, double rtol, Structure structure = Structure::dense) {
+  AdvisedProblem s;
   s.unknowns = n;
   s.rtol = rtol;
   s.structure = structure;
@@ -36,7 +36,7 @@ Stiffness stiffness(double ratio) {
   s.rate = 1;
   return s;
 }
-std::string choice(const Scene& s, double ratio) { return decide(s, stiffness(ratio)).scheme; }
+std::string choice(const AdvisedProblem& s, double ratio) { return decide(s, stiffness(ratio)).scheme; }
 
 /// r'' = −ω² r − 2ζω v
 struct Oscillator {
@@ -110,12 +110,12 @@ TEST_CASE("the rules, one by one") {
   CHECK(choice(scene(1000, 1e-9, Structure::banded), 100) == "extrapolated(phistep::backward_euler)");
   CHECK(choice(scene(1000, 1e-9, Structure::sparse), 100) == "rodas5p");
   CHECK(choice(scene(1000, 1e-3, Structure::network), 100) == "tr_bdf2");
-  Scene blind = scene(5000, 1e-6);
+  AdvisedProblem blind = scene(5000, 1e-6);
   blind.has_jacobian = false;
   CHECK(choice(blind, 100) == "tr_bdf2");
   CHECK_FALSE(decide(blind, stiffness(100)).warnings.empty());
 
-  Scene motion = scene(6, 1e-6);
+  AdvisedProblem motion = scene(6, 1e-6);
   motion.is_motion = true;
   CHECK(choice(motion, 2) == "rkn86");
   CHECK(choice(motion, 4) == "radau");
@@ -129,7 +129,7 @@ TEST_CASE("the rules, one by one") {
   CHECK(choice(motion, 1) == "velocity_verlet");
   CHECK(decide(motion, stiffness(1)).control == "phistep::fixed(dt)");
 
-  Scene much = scene(3, 1e-16);
+  AdvisedProblem much = scene(3, 1e-16);
   CHECK_THAT(decide(much, stiffness(100)).message(), contains("below what a number of 15 digits can hold"));
 }
 

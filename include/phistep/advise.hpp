@@ -33,11 +33,11 @@ namespace phistep::inline PHISTEP_ABI {
 
 /// What the types say of a problem.
 template <State S, class F, class MassSpec>
-[[nodiscard]] Scene scene_of(const PlainState<S>& y, const MassSpec& mass) {
+[[nodiscard]] AdvisedProblem scene_of(const PlainState<S>& y, const MassSpec& mass) {
   using Masses = decltype(bind_masses<S>(mass, y));
   using Rhs = RightHandSide<S, F, Masses>;
   using Traits = typename Rhs::Traits;
-  Scene scene;
+  AdvisedProblem scene;
   scene.unknowns = unknowns<S>(y);
   scene.is_motion = Rhs::drifts;
   scene.uses_velocity = Rhs::drifts && Rhs::couples_unknowns;
@@ -106,7 +106,7 @@ template <State S, class F, class MassSpec = UnitMasses>
                             const tolerance& wanted = {}, const MassSpec& mass = {}) {
   PlainState<S> y;
   copy_blocks<S>(y, start);
-  Scene scene = scene_of<S, F>(y, mass);
+  AdvisedProblem scene = scene_of<S, F>(y, mass);
   scene.rtol = wanted.rtol;
   scene.span = std::abs(static_cast<double>(span.t1 - span.t0));
   Stiffness stiffness;

@@ -17,7 +17,7 @@
 namespace phistep::inline PHISTEP_ABI {
 
 /// What the choice depends on, beside the stiffness.
-struct Scene {
+struct AdvisedProblem {
   std::int64_t unknowns = 0;  ///< solved for: n for a motion, whose r and v are 2n numbers
   bool is_motion = false, uses_velocity = false, uses_time = false, is_affine = false, has_history = false;
   bool has_jacobian = false, has_pattern = false, has_matrix_mass = false, is_fixed_size = false;
@@ -57,7 +57,7 @@ struct Advice {
 /// Up to here a matrix is dense in the caches, and its factors cost as much as a few force calls.
 inline constexpr std::int64_t few_unknowns = 50;
 
-namespace advice {
+namespace advice_rules {
 
 template <class = void>
 [[nodiscard]] std::string digits_of(double rtol) {
@@ -66,7 +66,7 @@ template <class = void>
 
 /// Stiff: who solves linear equations, and how many digits are wanted.
 template <class = void>
-void choose_stiff(const Scene& scene, Advice& to) {
+void choose_stiff(const AdvisedProblem& scene, Advice& to) {
   const bool small = scene.structure == Structure::dense && scene.unknowns <= few_unknowns;
   if (scene.structure == Structure::network) {
     to.scheme = "tr_bdf2";
@@ -102,7 +102,7 @@ void choose_stiff(const Scene& scene, Advice& to) {
 }
 /// Not stiff: what the force looks at, and how many digits are wanted.
 template <class = void>
-void choose_explicit(const Scene& scene, Advice& to) {
+void choose_explicit(const AdvisedProblem& scene, Advice& to) {
   if (!scene.is_motion || scene.uses_velocity) {
     to.scheme = "extrapolated(phistep::forward_euler)";
     to.reasons.push_back(std::string(scene.is_motion ? "its force depends on v" : "it is of first order") +
@@ -126,18 +126,18 @@ void choose_explicit(const Scene& scene, Advice& to) {
         " of its fastest periods the energy drifts with a varying dt: srkn11b with a fixed dt keeps it");
 }
 
-}  // namespace advice
+}  // namespace advice_rules
 
 /// The choice. Ratios and digits are where the diagrams of bench/work_precision cross.
 template <class = void>
-[[nodiscard]] Advice decide(const Scene& scene, const Stiffness& stiffness) {
+[[nodiscard]] Advice decide(const AdvisedProblem& scene, const Stiffness& stiffness) {
   Advice to;
   to.stiffness = stiffness;
   to.control = "phistep::tolerance{.rtol = " + short_number(scene.rtol) + "}";
   const double u = std::pow(10.0, -scene.digits);
   if (scene.rtol < 10 * u)
-    to.warnings.push_back(advice::digits_of(scene.rtol) + " is below what a number of " + std::to_string(scene.digits) +
-                          " digits can hold");
+    to.warnings.push_back(advice_rules::digits_of(scene.rtol) + " is below what a number of " +
+                          std::to_string(scene.digits) + " digits can hold");
   if (scene.has_history) {
     to.scheme = "velocity_verlet";
     to.control = "phistep::fixed(dt)";
@@ -158,8 +158,8 @@ template <class = void>
   } else {
     to.warnings.push_back("how stiff it is could not be found out: the pilot did not get anywhere");
   }
-  if (stiff) advice::choose_stiff(scene, to);
-  else advice::choose_explicit(scene, to);
+  if (stiff) advice_rules::choose_stiff(scene, to);
+  else advice_rules::choose_explicit(scene, to);
   return to;
 }
 

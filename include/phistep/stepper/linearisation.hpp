@@ -184,7 +184,7 @@ class Linearisation {
   void restore(const Rhs& rhs, const Plain& y) {
     Statistics uncounted;
     Outcome outcome = Outcome::success;
-    const auto masses = each_mass_entry(rhs, y);
+    const auto masses = each_mass_entry<S>(rhs, y);
     if constexpr (requires { system_.restore(masses, factored_.force, factored_.drift, uncounted); })
       outcome = system_.restore(masses, factored_.force, factored_.drift, uncounted);
     else if (has_factors_) outcome = system_.factorize(masses, factored_.force, factored_.drift, uncounted);
@@ -221,7 +221,7 @@ class Linearisation {
   static constexpr bool assembles = requires { typename System::Matrix; }
   &&n_static != Eigen::Dynamic&& facts.structure == Structure::dense;
   void assemble(const Rhs& rhs, const Plain& y, Scalar factor, Scalar gamma, auto& to) const requires assembles {
-    system_.assemble(each_mass_entry(rhs, y), factor, gamma, to);
+    system_.assemble(each_mass_entry<S>(rhs, y), factor, gamma, to);
   }
   /// out += factor K x
   void add_position_product(Scalar factor, const auto& x, auto& out) const {
@@ -233,20 +233,8 @@ class Linearisation {
   }
 
  private:
-  /// f(i, j, m) for each entry of M; refers to both arguments.
-  [[nodiscard]] static auto each_mass_entry(const Rhs& rhs, const Plain& y) {
-    return [&rhs, &y](auto&& put) {
-      Index at = 0;
-      for_each_block(
-          [&](auto, const auto& block, const auto& mass) {
-            mass.for_each_entry(block.size(), [&](Index i, Index j, auto m) { put(at + i, at + j, m); });
-            at += block.size();
-          },
-          Blocks<S>::solved(y), rhs.masses());
-    };
-  }
   [[nodiscard]] Outcome factorize(Rhs& rhs, const Gamma<Scalar>& gamma, const Plain& Y) {
-    const Outcome outcome = system_.factorize(each_mass_entry(rhs, Y), gamma.force, gamma.drift, rhs.statistics());
+    const Outcome outcome = system_.factorize(each_mass_entry<S>(rhs, Y), gamma.force, gamma.drift, rhs.statistics());
     has_factors_ = outcome == Outcome::success;
     factored_ = gamma;
     scale_ = Scalar{1};

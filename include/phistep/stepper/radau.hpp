@@ -145,20 +145,6 @@ class Row<Radau, S> : public RowDefaults {
     if (s == 5) return f(std::integral_constant<int, 5>{});
     return f(std::integral_constant<int, 7>{});
   }
-  /// f(i, j, m) for each entry of M; refers to both arguments.
-  template <class Rhs>
-  [[nodiscard]] static auto each_mass_entry(const Rhs& rhs, const Plain& y) {
-    return [&rhs, &y](auto&& put) {
-      Index at = 0;
-      for_each_block(
-          [&](auto, const auto& block, const auto& mass) {
-            mass.for_each_entry(block.size(), [&](Index i, Index j, auto m) { put(at + i, at + j, m); });
-            at += block.size();
-          },
-          Blocks<S>::solved(y), rhs.masses());
-    };
-  }
-
   /// J and the matrices of the stage equations.
   template <int s, class Kernel>
   [[nodiscard]] Outcome prepare(Kernel& kernel, typename Kernel::Data& step, const auto& masses) {
@@ -262,7 +248,7 @@ class Row<Radau, S> : public RowDefaults {
 
   template <int s, class Kernel>
   [[nodiscard]] Outcome advance_with(Kernel& kernel, typename Kernel::Data& step) {
-    const auto masses = each_mass_entry(kernel.rhs(), step.y);
+    const auto masses = each_mass_entry<S>(kernel.rhs(), step.y);
     if (const Outcome outcome = this->template prepare<s>(kernel, step, masses); outcome != Outcome::success)
       return outcome;
     work_.clear();
@@ -314,7 +300,7 @@ class Row<Radau, S> : public RowDefaults {
     using Judgement = typename RadauIteration<>::Judgement;
     auto& trace = *step.trace;
     const double dt = std::abs(static_cast<double>(step.dt));
-    const auto masses = each_mass_entry(kernel.rhs(), step.y);
+    const auto masses = each_mass_entry<S>(kernel.rhs(), step.y);
     pending_terms_ = 0;
     if (const Outcome outcome = this->template prepare<s>(kernel, step, masses); outcome != Outcome::success) {
       trace.proposed = control_.failed(dt, 0.5);

@@ -40,7 +40,9 @@ template <State S, class... M, class Plain>
 template <State S, class Plain>
 [[nodiscard]] auto bind_masses(const UnitMasses&, const Plain& y) {
   if constexpr (requires { S::masses(y); }) return S::masses(y);  // the state has its own
-  else return []<std::size_t... K>(std::index_sequence<K...>) { return std::tuple{(static_cast<void>(K), UnitMass{})...}; }
+  else return []<std::size_t... K>(std::index_sequence<K...>) {
+      return std::tuple{(static_cast<void>(K), UnitMass{})...};
+    }
   (std::make_index_sequence<solved_blocks<S>>{});
 }
 
@@ -303,5 +305,19 @@ class RightHandSide {
   [[no_unique_address]] Memory trial_{};
   Statistics statistics_;
 };
+
+/// put(i, j, m) for each entry of M over all unknowns: a function of `put` that refers to both arguments.
+template <State S>
+[[nodiscard]] auto each_mass_entry(const auto& rhs, const PlainState<S>& y) {
+  return [&rhs, &y](auto&& put) {
+    Index at = 0;
+    for_each_block(
+        [&](auto, const auto& block, const auto& mass) {
+          mass.for_each_entry(block.size(), [&](Index i, Index j, auto m) { put(at + i, at + j, m); });
+          at += block.size();
+        },
+        Blocks<S>::solved(y), rhs.masses());
+  };
+}
 
 }  // namespace phistep::inline PHISTEP_ABI
