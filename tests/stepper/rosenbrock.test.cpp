@@ -334,3 +334,12 @@ TEMPLATE_TEST_CASE("every scalar: order 4 above the floor of its rounding", "", 
   CHECK(e[0] / e[2] > std::exp2(2 * 3.2));
   CHECK(e[0] / e[2] < std::exp2(2 * 5.0));
 }
+
+TEST_CASE("where double precision ends, it says so") {
+  auto y = problems::Hires::start();
+  PhiStepper stepper{y, problems::Hires{}, rodas5p};
+  CHECK(integrate(stepper, y, {0.0, 1e-3}, tolerance{.rtol = 1e-14, .atol = 1e-18}).outcome ==
+        Outcome::invalid_tolerance);
+  CHECK(y == problems::Hires::start());
+  CHECK(integrate(stepper, y, {0.0, 1e-3}, tolerance{.rtol = 1e-13, .atol = 1e-17}));
+}

@@ -93,8 +93,10 @@ class ErrorPace {
                    ? 1
                    : std::pow(wanted_.rtol, (law.error_order - law.order) / static_cast<double>(law.order));
     per_allowed_ = 1 / allowed_;
-    // An error of a few roundings can't be told from rounding.
-    if (wanted_.rtol * allowed_ < 8 * round_off || !(wanted_.first_step >= 0)) return Outcome::invalid_tolerance;
+    // An error of a few roundings can't be told from rounding; where stages are combined with weights of up to a hundred,
+    // as high orders do, one of some dozens.
+    const double least = (law.error_order <= law.order ? 64 : 8) * round_off;
+    if (wanted_.rtol * std::min(allowed_, 1.0) < least || !(wanted_.first_step >= 0)) return Outcome::invalid_tolerance;
     if (counts_ && !can_work(iterations_)) return Outcome::invalid_tolerance;
     size_ =
         StepSize{wanted_.filter == StepFilter::automatic ? law.filter : wanted_.filter, law.error_order, law.dead_band};
