@@ -28,6 +28,15 @@ class ExtrapolatedInside {
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
 
+  ExtrapolatedInside() = default;
+  // What it holds is of one step, looked at before the next: a copied or moved stepper has none, and need not carry it.
+  ExtrapolatedInside(const ExtrapolatedInside&) {}
+  ExtrapolatedInside& operator=(const ExtrapolatedInside&) {
+    degree_ = 0;
+    return *this;
+  }
+  ~ExtrapolatedInside() = default;
+
   /// Room for the last j increments of row j. The first call of a state of dynamic size allocates.
   void begin(const Plain& y) {
     if constexpr (dynamic)

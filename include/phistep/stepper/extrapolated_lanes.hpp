@@ -70,8 +70,10 @@ class RowLanes {
         if (next >= from) {
           if (const Outcome outcome = start(lane, next); outcome != Outcome::success) return outcome;
           --next;
-        } else if (--active; l != active) {
-          lane = lane_[at(active)];
+        } else {
+          --active;
+          if constexpr (lanes > 1)
+            if (l != active) lane = lane_[at(active)];
         }
       }
     }
