@@ -225,10 +225,10 @@ class ExplicitBase {
   template <class Kernel>
   [[nodiscard]] Outcome rows(Kernel& kernel, typename Kernel::Data& step, auto& ends, const auto& substeps, int from,
                              int to, double& theta, auto* /*inside*/) {
-    using Method = ExplicitRows<S, Kernel, Rule<S>>;
-    Method method{kernel, step, slope_, slopes_};
-    if constexpr (Method::on_stack) {
-      std::array<typename Method::LaneType, Method::lanes> lanes;
+    using LaneMethod = ExplicitRows<S, Kernel, Rule<S>>;
+    LaneMethod method{kernel, step, slope_, slopes_};
+    if constexpr (LaneMethod::on_stack) {
+      std::array<typename LaneMethod::LaneType, LaneMethod::lanes> lanes;
       return RowLanes{method, lanes}.run(ends, substeps, from, to, theta);
     } else {
       return RowLanes{method, lane_}.run(ends, substeps, from, to, theta);

@@ -138,9 +138,9 @@ class ImplicitEulerBase {
                              int to, double& theta, auto* inside) {
     using Inside = std::remove_pointer_t<decltype(inside)>;
     if constexpr (has_small_dense_stages<S, Kernel>) {
-      using Method = DenseImplicitEuler<S, Kernel, Inside>;
-      Method method{kernel, step, start_, inside};
-      std::array<typename Method::LaneType, Method::lanes> lanes;
+      using LaneMethod = DenseImplicitEuler<S, Kernel, Inside>;
+      LaneMethod method{kernel, step, start_, inside};
+      std::array<typename LaneMethod::LaneType, LaneMethod::lanes> lanes;
       return RowLanes{method, lanes}.run(ends, substeps, from, to, theta);
     } else {
       return ImplicitEulerRows<S, Kernel, Inside>{kernel, step, delta_, start_, inside}.run(ends, substeps, from, to,

@@ -32,10 +32,10 @@ struct Lane {
 ///
 /// @param ends   ends[j] = T_{j,1} for from ≤ j ≤ to
 /// @param theta  above 1: the rows were given up
-template <class Method, class Lanes>
+template <class LaneMethod, class Lanes>
 class RowLanes {
  public:
-  RowLanes(Method& method, Lanes& lane) : method_{method}, lane_{lane} {}
+  RowLanes(LaneMethod& method, Lanes& lane) : method_{method}, lane_{lane} {}
 
   [[nodiscard]] Outcome run(auto& ends, const auto& substeps, int from, int to, double& theta) {
     const auto start = [&](auto& lane, int row) {
@@ -44,7 +44,7 @@ class RowLanes {
       lane.done = 0;
       return method_.start(lane, row, substeps[at(row)], theta);
     };
-    for (; from <= Method::alone && from <= to; ++from) {
+    for (; from <= LaneMethod::alone && from <= to; ++from) {
       if (const Outcome outcome = start(lane_[0], from); outcome != Outcome::success) return outcome;
       if (theta > 1) return Outcome::success;
       advance<1>(lane_[0].left);
@@ -81,14 +81,14 @@ class RowLanes {
   }
 
  private:
-  static constexpr int lanes = Method::lanes;
+  static constexpr int lanes = LaneMethod::lanes;
   static_assert(1 <= lanes && lanes <= 3);
   static constexpr std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
   // Flat: one force or product that isn't inlined costs as much as the substep.
   template <int count>
   [[gnu::flatten, gnu::noinline]] void advance(int substeps) {
-    if constexpr (Method::on_stack) {
+    if constexpr (LaneMethod::on_stack) {
       [&]<std::size_t... l>(std::index_sequence<l...>) {
         // In variables of their own: numbers stored one by one can't be loaded as a packet at once.
         std::array moving{lane_[l].moving...};
@@ -104,7 +104,7 @@ class RowLanes {
     }
   }
 
-  Method& method_;
+  LaneMethod& method_;
   Lanes& lane_;
 };
 
