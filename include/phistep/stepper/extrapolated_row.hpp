@@ -56,6 +56,7 @@ class ExtrapolatedRow : public RowDefaults {
   /// As many columns as were asked for, or as the last step with error control took.
   template <class Kernel>
   [[nodiscard]] Outcome advance(Kernel& kernel, typename Kernel::Data& step) {
+    copy_blocks<S>(step.next, step.y);  // what a message looks at where nothing comes of the step
     return with_workspace([&](Table& table, Base& base) {
       if (const Outcome outcome = base.begin(kernel, step); outcome != Outcome::success) return outcome;
       const int k = fixed_ > 0 ? fixed_ : columns_ > 0 ? columns_ : usual_columns;
@@ -74,6 +75,7 @@ class ExtrapolatedRow : public RowDefaults {
 
   template <class Kernel>
   [[nodiscard]] Outcome trace(Kernel& kernel, typename Kernel::Data& step) {
+    copy_blocks<S>(step.next, step.y);  // what a message looks at where nothing comes of the step
     return with_workspace([&](Table& table, Base& base) {
       if (const Outcome outcome = base.begin(kernel, step); outcome != Outcome::success) return outcome;
       Inside* inside = nullptr;

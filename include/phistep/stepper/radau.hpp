@@ -82,6 +82,7 @@ class Row<Radau, S> : public RowDefaults {
   [[nodiscard]] Outcome advance(Kernel& kernel, typename Kernel::Data& step) {
     pending_terms_ = 0;
     has_jacobian_ = false;
+    copy_blocks<S>(step.next, step.y);  // what a message looks at where nothing comes of the step
     return with_stages((order() + 1) / 2, [&](auto s) { return this->template advance_with<s>(kernel, step); });
   }
 
@@ -90,6 +91,7 @@ class Row<Radau, S> : public RowDefaults {
   template <class Kernel>
   [[nodiscard]] Outcome trace(Kernel& kernel, typename Kernel::Data& step) {
     auto& trace = *step.trace;
+    copy_blocks<S>(step.next, step.y);  // as above
     const bool edited = !trace.knows_start;
     if (edited) has_jacobian_ = false;
     if (trace.dt_before == 0) terms_ = 0;
