@@ -151,8 +151,19 @@ class Row<Radau, S> : public RowDefaults {
   template <int s, class Kernel>
   [[nodiscard]] Outcome prepare(Kernel& kernel, typename Kernel::Data& step, const auto& masses) {
     using Matrix = typename std::remove_cvref_t<decltype(kernel.stages())>::Matrix;
-    static_assert(Matrix::facts.structure <= Structure::diagonal || Matrix::facts.structure == Structure::dense,
+    if constexpr (!DenseOnly<Matrix>::fits) return Outcome::singular_matrix;
+    else return this->template prepare_dense<s, Matrix>(kernel, step, masses);
+  }
+  /// Said once, for all numbers of stages.
+  template <class Matrix>
+  struct DenseOnly {
+    static constexpr bool fits =
+        Matrix::facts.structure <= Structure::diagonal || Matrix::facts.structure == Structure::dense;
+    static_assert(fits,
                   "phistep: radau needs a dense Jacobian; for sparse ones take rodas4 or extrapolated(backward_euler)");
+  };
+  template <int s, class Matrix, class Kernel>
+  [[nodiscard]] Outcome prepare_dense(Kernel& kernel, typename Kernel::Data& step, const auto& masses) {
     constexpr bool affine = Kernel::Rhs::Traits::is_affine;
     auto& matrix = kernel.stages().matrix();
     if (affine ? !matrix.has_jacobian() : !has_jacobian_) {
