@@ -47,13 +47,12 @@ class ExtrapolationOrder {
     double inside = 0;     ///< error inside the last step that did
     double inside_h = 0;   ///< [time] its |Δt|
     double wanted = 0;     ///< [time] |Δt| proposed
-    double free = 0;       ///< [time] |Δt| that the error at the end alone would have proposed
     double below = 0;      ///< log₂ of ‖e_{k−1}‖ and
     double below_h = 0;    ///< [time] the |Δt| that had it, 0: unknown
     int below_column = 0;
 
     void archive(auto& ar) {
-      ar(target, last, steady, patience, rejected, limited, unlimited, inside, inside_h, wanted, free, below, below_h,
+      ar(target, last, steady, patience, rejected, limited, unlimited, inside, inside_h, wanted, below, below_h,
          below_column);
     }
   };
@@ -174,7 +173,6 @@ class ExtrapolationOrder {
       h = length(c) * rows_.work[at(rising ? std::min(next + 1, columns) : next)] / rows_.work[at(c)];
     }
     past_.rejected = false;
-    past_.free = h;
     past_.limited = h > most_;
     return remember(past_.limited ? std::max(next, k) : next, h);
   }
@@ -189,8 +187,7 @@ class ExtrapolationOrder {
       --past_.unlimited;
       return std::numeric_limits<double>::infinity();
     }
-    // To look on must not cost more than a few times the run: near rounding, no length would do.
-    return std::max(h_ * std::pow(std::max(error, 1e-10), -1.0 / degree), past_.free / 8);
+    return h_ * std::pow(std::max(error, 1e-10), -1.0 / degree);
   }
   /// After RowVerdict::accept of a step that was too long for another reason.
   [[nodiscard]] const Past& shortened(double h) {
