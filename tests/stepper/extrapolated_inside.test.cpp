@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "problems/hires.hpp"
 #include "problems/kepler.hpp"
 #include "problems/ten.hpp"
 #include "support/catch.hpp"
@@ -50,5 +51,21 @@ TEST_CASE("an event cuts a step where it happens, to the accuracy of the run") {
     CHECK(report.outcome == Outcome::stopped_by_event);
     // Kepler's equation: t = π/2 − e.
     CHECK(std::abs(when - (1.5707963267948966 - 0.6)) <= 100 * rtol);
+  }
+}
+
+TEST_CASE("to look inside takes a few times the steps at most, and near rounding no more of them") {
+  for (const double rtol : {1e-4, 1e-6, 1e-8, 1e-10, 1e-12}) {
+    const auto steps = [rtol](auto&&... observer) {
+      auto y = problems::Hires::start();
+      PhiStepper stepper{y, problems::Hires{}, extrapolated(backward_euler)};
+      const auto report =
+          integrate(stepper, y, {0.0, problems::Hires::end}, tolerance{.rtol = rtol, .atol = 1e-4 * rtol}, observer...);
+      REQUIRE(report);
+      return report.statistics.steps;
+    };
+    const auto watched = steps(sampled(1.0, [](double, const auto&) {})), alone = steps();
+    CAPTURE(rtol, watched, alone);
+    CHECK(watched <= (rtol < 1e-9 ? alone : 4 * alone));
   }
 }
