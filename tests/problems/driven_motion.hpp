@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "problems/march.hpp"
+
 namespace problems {
 
 /// m r'' = N(r) + [m r*'' − N(r*)](t) in the plane: nonlinear, driven, a force that ignores v; r* solves it.
@@ -28,5 +30,14 @@ struct DrivenMotion : phistep::ForceTerm {
     return Vector{-4 * r[0] - r[0] * r.squaredNorm() + r[1], -3 * r[1] + r[0] * r[1]};
   }
 };
+
+/// After n equal steps from t = 0 to 3.
+template <class T, class Scheme>
+[[nodiscard]] double error_at_end(Scheme scheme, int steps) {
+  using Problem = DrivenMotion<T>;
+  const auto y = Problem::exact(0);
+  phistep::PhiStepper stepper{y, Problem{}, scheme, phistep::mass(T(Problem::mass))};
+  return distance(march(stepper, y, T(0), T(3), steps), Problem::exact(3));
+}
 
 }  // namespace problems

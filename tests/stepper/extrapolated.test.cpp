@@ -10,12 +10,14 @@
 #include "problems/hires.hpp"
 #include "problems/kepler.hpp"
 #include "problems/march.hpp"
+#include "problems/pendulum_flow.hpp"
 #include "problems/robertson.hpp"
 #include "support/catch.hpp"
 
 using namespace phistep;
 using problems::distance;
 using problems::march;
+using problems::PendulumFlow;
 using Vec = Eigen::VectorXd;
 
 namespace {
@@ -40,19 +42,6 @@ struct Pendulum {
   [[nodiscard]] MotionJacobian<One, One> jacobian(const One& r, const One& v) const {
     using std::cos;
     return {One{-2 * cos(r[0])}, One{-1 - v[0] / 2}};
-  }
-};
-/// The same as a flow.
-template <class T>
-struct PendulumFlow {
-  using Two = Eigen::Matrix<T, 2, 1>;
-  Two operator()(const Two& y) const {
-    using std::sin;
-    return {y[1], -2 * sin(y[0]) - y[1] - y[1] * y[1] / 4};
-  }
-  [[nodiscard]] Eigen::Matrix<T, 2, 2> jacobian(const Two& y) const {
-    using std::cos;
-    return Eigen::Matrix<T, 2, 2>{{T(0), T(1)}, {-2 * cos(y[0]), -1 - y[1] / 2}};
   }
 };
 template <class T>

@@ -14,28 +14,13 @@
 #include "problems/hires.hpp"
 #include "problems/kepler.hpp"
 #include "problems/march.hpp"
+#include "problems/pendulum_flow.hpp"
 #include "support/catch.hpp"
 
 using namespace phistep;
 using problems::distance;
 using problems::march;
-
-namespace {
-
-/// A pendulum with quadratic drag, as a flow.
-template <class T>
-struct PendulumFlow {
-  using Two = Eigen::Matrix<T, 2, 1>;
-  Two operator()(const Two& y) const {
-    using std::sin;
-    return {y[1], -2 * sin(y[0]) - y[1] - y[1] * y[1] / 4};
-  }
-  [[nodiscard]] Eigen::Matrix<T, 2, 2> jacobian(const Two& y) const {
-    using std::cos;
-    return Eigen::Matrix<T, 2, 2>{{T(0), T(1)}, {-2 * cos(y[0]), -1 - y[1] / 2}};
-  }
-};
-}  // namespace
+using problems::PendulumFlow;
 
 TEST_CASE("a run taken up again anywhere ends in the bits of the unbroken one") {
   const auto check = [](auto start, auto force, auto scheme, double t1) {

@@ -17,18 +17,11 @@ using namespace phistep;
 using convergence::check_order;
 using convergence::errors;
 using problems::distance;
+using problems::error_at_end;
 using problems::march;
 using Vec = Eigen::VectorXd;
 
 namespace {
-
-template <class T, class Scheme>
-double error_at_end(Scheme scheme, int steps) {
-  using Problem = problems::DrivenMotion<T>;
-  const auto y = Problem::exact(0);
-  PhiStepper stepper{y, Problem{}, scheme, mass(T(Problem::mass))};
-  return distance(march(stepper, y, T(0), T(3), steps), Problem::exact(3));
-}
 
 /// Σ w_j c_j^q − x, over the largest |w_j|
 template <class Tableau>

@@ -189,6 +189,11 @@ void copy_blocks(To& to, const From& from) {
   for_each_block([](auto, auto& x, const auto& y) { x = y; }, Blocks<S>::all(to), Blocks<S>::all(from));
 }
 
+template <class Rate>
+void copy_rate(Rate& to, const Rate& from) {
+  for_each_block([](auto, auto& a, const auto& b) { a = b; }, Rate::blocks(to), Rate::blocks(from));
+}
+
 /// Makes `next` the state: by swapping buffers where the state owns dynamic ones, else by copying.
 template <State S>
 void commit_blocks(S& state, PlainState<S>& next) {

@@ -57,8 +57,7 @@ class ImplicitEulerRows {
     bool known = !Kernel::has_time;
     if (known) copy_rate(step_.psi, start_);
     for (int i = 0; i < substeps; ++i) {
-      for_each_block([](auto, auto& to, const auto& y, const auto& by) { to = y + by; }, Blocks<S>::all(step_.next),
-                     Blocks<S>::all(step_.y), Blocks<S>::all(moved));
+      place(moved);
       if (!std::exchange(known, false))
         kernel_.evaluate(step_.t + static_cast<Scalar>(i + 1) * h, step_.next, step_.psi);
       right_hand_side(h);
@@ -75,6 +74,11 @@ class ImplicitEulerRows {
     if (Kernel::Rhs::is_finite(moved)) return Outcome::success;
     return Outcome::non_finite_state;
   }
+  /// next = y + moved
+  void place(const Plain& moved) {
+    for_each_block([](auto, auto& to, const auto& y, const auto& by) { to = y + by; }, Blocks<S>::all(step_.next),
+                   Blocks<S>::all(step_.y), Blocks<S>::all(moved));
+  }
   void right_hand_side(Scalar h) {
     if constexpr (Blocks<S>::drifts) position_of<S>(delta_) = h * velocity_of<S>(std::as_const(step_.next));
     for_each_block([h](auto, auto& to, const auto& psi) { to = h * psi; }, Blocks<S>::solved(delta_),
@@ -82,8 +86,7 @@ class ImplicitEulerRows {
   }
   /// What Newton's second correction would be, beside the first, δ.
   [[nodiscard]] Outcome contraction(const Plain& moved, Scalar h, double& theta) {
-    for_each_block([](auto, auto& to, const auto& y, const auto& by) { to = y + by; }, Blocks<S>::all(step_.next),
-                   Blocks<S>::all(step_.y), Blocks<S>::all(moved));
+    place(moved);
     kernel_.evaluate(step_.t + h, step_.next, step_.psi);
     const double first = weighted_rms(delta_, step_.trace->weight);
     if constexpr (Blocks<S>::drifts) position_of<S>(delta_).setZero();
@@ -94,9 +97,6 @@ class ImplicitEulerRows {
     const double rate = weighted_rms(delta_, step_.trace->weight) / std::max(1.0, first);
     if (!(rate <= theta)) theta = rate <= 1 ? rate : 2;
     return Outcome::success;
-  }
-  static void copy_rate(RateOf<S>& to, const RateOf<S>& from) {
-    for_each_block([](auto, auto& a, const auto& b) { a = b; }, RateOf<S>::blocks(to), RateOf<S>::blocks(from));
   }
 
   Kernel& kernel_;
@@ -128,8 +128,7 @@ class ImplicitEulerBase {
   template <class Kernel>
   [[nodiscard]] Outcome begin(Kernel& kernel, typename Kernel::Data& step) {
     if (const Outcome outcome = kernel.linearise(step); outcome != Outcome::success) return outcome;
-    for_each_block([](auto, auto& a, const auto& b) { a = b; }, Rate::blocks(start_),
-                   Rate::blocks(std::as_const(step.psi)));
+    copy_rate(start_, step.psi);
     return Outcome::success;
   }
   /// ends[j] = T_{j,1} for from ≤ j ≤ to, unless theta > 1

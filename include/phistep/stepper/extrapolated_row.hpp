@@ -69,7 +69,7 @@ class ExtrapolatedRow : public RowDefaults {
     });
   }
 
-  static constexpr bool traces = true, chooses_step = true;
+  static constexpr bool traces = true;
   /// One column alone has nothing to be compared with.
   [[nodiscard]] bool estimates(const auto&) const { return fixed_ != 1; }
 

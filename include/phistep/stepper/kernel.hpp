@@ -30,7 +30,7 @@
 ///     Outcome trace(kernel, step);                               which then does what advance does
 ///     bool estimates(trace);                                     … with an estimate of the error, given this past
 ///     int error_order() const;                                   … which goes as this power of Δt
-///     static constexpr bool chooses_step;                        trace() judges its error itself, and proposes Δt
+///                                                                (or trace() judges it, and sets trace.proposed)
 ///     static constexpr bool interpolates;                        it knows the solution inside the step just accepted:
 ///     interpolate(x, dt, y0, y1, out) const;                     out = y(t + x dt), 0 < x < 1
 ///
@@ -85,7 +85,7 @@ struct RowDefaults {
   static void forget() {}    ///< nothing carried from step to step may be trusted
   static void reset() {}     ///< the next step is the first
   static void accepted() {}  ///< the step just advanced has become the state
-  static constexpr bool traces = false, chooses_step = false, interpolates = false;
+  static constexpr bool traces = false, interpolates = false;
 };
 
 /// The operations, bound to a right-hand side, a way to solve, and the transaction that a step is.

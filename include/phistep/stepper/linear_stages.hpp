@@ -79,14 +79,8 @@ class LinearStages {
     copy_rate(psi_, psi);
     if constexpr (has_time)
       if (const Outcome outcome = differ_in_time(rhs, t, dt, y); outcome != Outcome::success) return outcome;
-    if (!affine || !matrix_.has_jacobian()) {
-      matrix_.drop();
-      const Gamma<Scalar> gamma{dt, dt};
-      matrix_.begin(gamma, false);
-      if (const Outcome outcome = matrix_.linearise(rhs, gamma, t, y_, psi_, options_, yardstick);
-          outcome != Outcome::success)
-        return outcome;
-    }
+    if (!affine || !matrix_.has_jacobian())
+      if (const Outcome outcome = tangent(rhs, t, dt, y_, psi_, yardstick); outcome != Outcome::success) return outcome;
     known_ = !Rhs::has_history;
     return Outcome::success;
   }
@@ -137,9 +131,6 @@ class LinearStages {
  private:
   static constexpr double round_off = static_cast<double>(std::numeric_limits<Scalar>::epsilon());
 
-  static void copy_rate(Rate& to, const Rate& from) {
-    for_each_block([](auto, auto& a, const auto& b) { a = b; }, Rate::blocks(to), Rate::blocks(from));
-  }
   /// Ψ_t = (−3Ψ(t) + 4Ψ(t+δ) − Ψ(t+2δ))/2δ: from inside the step, where the force is sure to be defined. With δ = u^¼ Δt,
   /// rounding leaves 4u^¾ of ΔtΨ_t, and the formula u^½ of Δt³Ψ_ttt.
   [[nodiscard]] Outcome differ_in_time(Rhs& rhs, Scalar t, Scalar dt, const Plain& y) requires has_time {

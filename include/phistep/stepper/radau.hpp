@@ -86,7 +86,7 @@ class Row<Radau, S> : public RowDefaults {
     return with_stages((order() + 1) / 2, [&](auto s) { return this->template advance_with<s>(kernel, step); });
   }
 
-  static constexpr bool traces = true, chooses_step = true, interpolates = true;
+  static constexpr bool traces = true, interpolates = true;
   [[nodiscard]] static bool estimates(const auto&) { return true; }
   template <class Kernel>
   [[nodiscard]] Outcome trace(Kernel& kernel, typename Kernel::Data& step) {
