@@ -59,9 +59,10 @@ inline void set(auto& force, Point lambda) {
   else if constexpr (requires { force.f; }) set(force.f, lambda);
   else std::apply([lambda](auto&... term) { (set(phistep::unwrap(term), lambda), ...); }, force.terms);
 }
-/// One stepper for all cells: where its force changes, all it knew is forgotten.
+/// One stepper for all cells, as new for each.
 [[nodiscard]] Stepping stepping(auto stepper) {
   return [stepper](Point lambda, double dt) mutable {
+    stepper.reset();
     if constexpr (requires { stepper.force(); }) set(stepper.force(), lambda);
     else set(stepper.stepper().force(), lambda);
     return measure(stepper, dt);
@@ -76,6 +77,7 @@ struct Subject {
   std::function<Rounded<Complex>(Complex)> model;           ///< its bound
   std::vector<Complex> poles;                               ///< where M − γJ is singular
   double radius = std::numeric_limits<double>::infinity();  ///< of the |z| for which an iteration must converge
+  Real jacobian = 0;                                        ///< relative error of what M − γJ is made of
   std::function<Complex(Complex)> instead;  ///< what it does where M − γJ is singular: two half steps, say
   std::function<Rounded<Complex>(Complex)> model_instead;
 };
@@ -107,11 +109,12 @@ struct Tally {
 /// Why a step may fail, or do something else; empty: there is no reason.
 ///
 /// - overflow: the scheme's own numbers (stages, powers of z) leave the range of double: some outcome non_finite_…;
-/// - pole: 1 − γz is zero but for the rounding of γz: singular_matrix;
+/// - pole: 1 − γz is zero but for the rounding of γz, or the error of a Jacobian by differences: singular_matrix;
 /// - no digit: so near to a pole that the bound is a tenth of R or more: y⁺ must be as large as there;
 /// - near a pole: what rounding leaves of the residual moves y⁺ by more than (2u)^⅔ |y⁺|, the plateau that Newton's
 ///   iteration takes for rounding (resolve/newton.hpp): it may say so instead of returning less than ten digits;
-/// - no contraction: a fixed-point iteration beyond its radius;
+/// - no contraction: a fixed-point iteration beyond its radius may give up;
+/// - beyond the radius: where it doesn't, it is done when all is rounding beside b = y + (1−φ)Δtλy, which says nothing of y⁺;
 /// - halved: as for a pole, and the step was done as two.
 [[nodiscard]] inline std::string explain(const Subject& subject, const Complex& z, const Step& step,
                                          const Rounded<Complex>& model) {
@@ -123,16 +126,22 @@ struct Tally {
   for (const Complex& pole : subject.poles)
     for (const Complex& p : {pole, std::conj(pole)})
       nearest = std::min(nearest, std::abs(Complex{1} - z / p) / (1 + std::abs(z / p)));
-  if (step.outcome == Outcome::singular_matrix && nearest <= 4 * unit_roundoff) return "pole";
-  if (step.outcome == Outcome::success && nearest <= 256 * unit_roundoff && undetermined(subject.R(z), model) &&
-      std::abs(step.factor) >= 1e-4L / unit_roundoff)
+  if (step.outcome == Outcome::singular_matrix && nearest <= std::max(4 * unit_roundoff, subject.jacobian))
+    return "pole";
+  if (step.outcome == Outcome::success && nearest <= 1e-4L && undetermined(subject.R(z), model) &&
+      std::abs(step.factor) >= std::min(std::abs(subject.R(z)) / 1000, 1e-4L / unit_roundoff))
     return "no digit";
-  if ((step.outcome == Outcome::newton_diverged || step.outcome == Outcome::newton_stalled) &&
-      nearest <= (product_cost<Complex> + 4) * unit_roundoff / std::pow(2 * unit_roundoff, Real{2} / 3))
+  if (step.outcome == Outcome::success && std::abs(z) >= static_cast<Real>(subject.radius) &&
+      undetermined(subject.R(z), model))
+    return "beyond the radius";
+  const bool is_near =
+      nearest <= (product_cost<Complex> + 4) * unit_roundoff / std::pow(2 * unit_roundoff, Real{2} / 3);
+  if ((step.outcome == Outcome::newton_diverged || step.outcome == Outcome::newton_stalled) && is_near)
     return "near a pole";
-  if ((step.outcome == Outcome::iteration_diverged || step.outcome == Outcome::iteration_stalled) &&
-      std::abs(z) >= static_cast<Real>(subject.radius))
-    return "no contraction";
+  if (step.outcome == Outcome::iteration_diverged || step.outcome == Outcome::iteration_stalled) {
+    if (is_near) return "near a pole";
+    if (std::abs(z) >= static_cast<Real>(subject.radius)) return "no contraction";
+  }
   return {};
 }
 

@@ -17,8 +17,9 @@ namespace stability::models {
 
 using Number = Rounded<Complex>;
 
-/// How the step's equation is solved: by iteration to rounding, or by one correction of the start.
-enum class Solve { iterated, once };
+/// How the step's equation is solved: by iteration to rounding, or by one correction of the start, which for motion is v, or
+/// the better of r and v.
+enum class Solve { iterated, once, once_from_v };
 
 struct Resolved {
   Number Y, w;
@@ -26,7 +27,7 @@ struct Resolved {
 /// Y = b + ζ Y
 [[nodiscard]] inline Resolved resolve(const Number& b, const Number& guess, const Number& zeta, Solve how) {
   const Complex one_minus = Complex{1} - zeta.x;
-  if (how == Solve::once) {
+  if (how != Solve::iterated) {
     const Number start{guess.x}, w0 = start - b;
     const Number delta = solved(Number{1} - zeta, zeta * start - w0);
     return {start + delta, w0 + delta};
@@ -48,15 +49,38 @@ struct Resolved {
   const Resolved stage = resolve(y, y, scaled(phi, z), how);
   return stage.Y + scaled((1 - phi) / phi, stage.w);
 }
+/// By fixed-point iterations, which end at the latest where the residual no longer falls and its largest component is below
+/// the plateau (2u)^⅔ of Y (resolve/fixed_point.hpp). Beyond the radius of contraction, Anderson's acceleration combines
+/// iterates of size ζ²y so that they cancel, and leaves their rounding.
+[[nodiscard]] inline Number phi_by_iteration(const Number& y, const Number& z, Real phi) {
+  Number out = phi_endpoint(y, z, phi, Solve::iterated);
+  const Number b = y + scaled(1 - phi, z * y);
+  out.e += std::sqrt(Real{2}) * std::pow(2 * unit_roundoff, Real{2} / 3) / unit_roundoff *
+           std::max(out.size(), b.size()) * std::max(Real{1}, std::abs(phi * z.x)) /
+           std::abs(Complex{1} - Complex{phi} * z.x);
+  if (std::abs(phi * z.x) >= 1) out.e += 16 * std::norm(phi * z.x) * std::max(y.size(), b.size() / std::abs(z.x));
+  return out;
+}
+/// Half of the time by the explicit midpoint rule, before and after a φ-step of the other half of Ψ.
+[[nodiscard]] inline Number split(const Number& y, const Number& z, Real phi) {
+  const Number half = scaled(0.5L, z);
+  const auto kick = [&half](const Number& x) { return x + scaled(0.5L, half * (x + scaled(0.25L, half * x))); };
+  const Number kicked = kick(y);
+  return kick(phi_endpoint(kicked, half, phi, Solve::iterated));
+}
 [[nodiscard]] inline Number tr_bdf2(const Number& y, const Number& z, Solve how) {
   const Real gamma = 2 - std::sqrt(Real{2}), beta = (1 + std::sqrt(Real{2})) / 2;
-  const Number a = scaled(gamma / 2, z);
+  Number a = scaled(gamma / 2, z);
+  a.e += 2 * std::abs(a.x);  // √2 is off by u, and 2 − √2 so by 2u of itself
   const Number Y = resolve(y + scaled(gamma / 2, z * y), y, a, how).Y;
   return resolve(y + scaled(beta, Y - y), Y, a, how).Y;
 }
 [[nodiscard]] inline Number two_halves(const Number& y, const Number& z, Solve how) {
   const Number half = scaled(0.5L, z), middle = resolve(y, y, half, how).Y;
-  return resolve(middle, y, half, how).Y;
+  // From y, which may be far away, the iteration ends where its corrections are rounding beside b.
+  Number out = resolve(middle, y, half, how).Y;
+  out.e += 2 * middle.size();
+  return out;
 }
 [[nodiscard]] inline Number composed_trapezoidal(Number y, const Number& z, Solve how) {
   for (const Real share : theory::kahan_li()) y = phi_endpoint(y, scaled(share, z), 0.5L, how);
@@ -139,7 +163,13 @@ template <int s>
   for (const int substeps : n) {
     const Number h = scaled(1 / static_cast<Real>(substeps), z), W = Number{1} - h;
     Number moved{0};
-    for (int i = 0; i < substeps; ++i) moved = moved + solved(W, h * (y + moved));
+    for (int i = 0; i < substeps; ++i) {
+      const Number here{moved.x};
+      Number next = here + solved(W, h * (y + here));
+      next.e += moved.e / W.size();  // what was wrong before is damped, too
+      next.peak = std::max(next.peak, moved.peak);
+      moved = next;
+    }
     ends.push_back(moved);
   }
   return y + neville(ends, n, 1);

@@ -18,6 +18,13 @@ template <class Z>
   return (Z(1) + Z(1 - phi) * z) / (Z(1) - Z(phi) * z);
 }
 
+/// Strang's splitting of z into halves: the explicit midpoint rule over Δt/2, the θ-method, the midpoint rule again.
+template <class Z>
+[[nodiscard]] Z split(const Z& z, Real weight) {
+  const Z half = Z(0.5L) * z, kick = Z(1) + Z(0.5L) * half + Z(0.125L) * half * half;
+  return kick * phi(half, weight) * kick;
+}
+
 /// Bank et al. (1985): the trapezoidal rule to γ, then BDF2 through 0, γ and 1.
 template <class Z>
 [[nodiscard]] Z tr_bdf2(const Z& z) {
@@ -121,19 +128,19 @@ template <class Z>
   return n;
 }
 
-/// HW II, IV.9: R_{j,1} = (1 − z/n_j)^{−n_j}.
+/// HW II, IV.9: R_{j,1} = (1 − z/n_j)^{−n_j}. As 1 + Σ c_j (R_{j,1} − 1), because the c_j sum to 1 and are large.
 template <class Z>
 [[nodiscard]] Z extrapolated_euler(const Z& z, int columns) {
   const std::vector<int> n = bulirsch(columns);
   const std::vector<Real> c = extrapolation_weights(n, 1);
   Z sum(0);
   for (std::size_t j = 0; j < n.size(); ++j) {
-    const Z w = Z(1) / (Z(1) - Z(1 / static_cast<Real>(n[j])) * z);
-    Z power(1);
-    for (int i = 0; i < n[j]; ++i) power = power * w;
-    sum = sum + Z(c[j]) * power;
+    const Z h = Z(1 / static_cast<Real>(n[j])) * z;
+    Z less_one(0);
+    for (int i = 0; i < n[j]; ++i) less_one = (less_one + h) / (Z(1) - h);
+    sum = sum + Z(c[j]) * less_one;
   }
-  return sum;
+  return Z(1) + sum;
 }
 /// HNW I, II.9: z_{i+1} = z_{i−1} + 2hλ z_i after a step of forward Euler.
 template <class Z>
@@ -143,15 +150,15 @@ template <class Z>
   Z sum(0);
   for (std::size_t j = 0; j < n.size(); ++j) {
     const Z h = Z(1 / static_cast<Real>(n[j])) * z;
-    Z before(1), now = Z(1) + h;
+    Z before(0), now = h;
     for (int i = 1; i < n[j]; ++i) {
-      const Z next = before + Z(2) * h * now;
+      const Z next = before + Z(2) * h * (Z(1) + now);
       before = now;
       now = next;
     }
     sum = sum + Z(c[j]) * now;
   }
-  return sum;
+  return Z(1) + sum;
 }
 
 /// W. Kahan & R.-C. Li, Math. Comp. 66 (1997) 1089: seventeen symmetric substeps of order 8.
