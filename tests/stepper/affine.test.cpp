@@ -224,3 +224,21 @@ TEST_CASE("a promise of affinity that is broken is found out, and nothing is los
   CHECK((y.r.array() == start.r.array()).all());
   CHECK((y.v.array() == start.v.array()).all());
 }
+
+TEST_CASE("a step that nearly annihilates the state is no broken promise") {
+  // φ = ½ and λΔt ≈ −2: b = y + ½λΔt y and y⁺ are next to nothing, and what is left is the rounding of what they cancel.
+  using One = Eigen::Matrix<double, 1, 1>;
+  for (const double off : {0.0, 1e-12, 1e-9, 1e-6, -1e-9, -1e-4})
+    for (const double start : {0.3, 0.7, 1.1}) {
+      One z{start};
+      const double lambda = -2 * (1 + off);
+      PhiStepper decay{z, affine([lambda](const One& x) -> One { return lambda * x; }), trapezoidal};
+      CAPTURE(off, start);
+      REQUIRE(decay.step(z, 0, 1));
+      CHECK(std::abs(z[0] + off / 2 * start) <= 1e-15 + off * off);
+      // An overdamped motion, cΔt = 2.
+      Motion<One> y{One{0}, One{start}};
+      PhiStepper damped{y, linear(Eigen::MatrixXd{{-1e-6}}, Eigen::MatrixXd{{lambda}}), trapezoidal};
+      REQUIRE(damped.step(y, 0, 1));
+    }
+}

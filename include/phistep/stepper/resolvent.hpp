@@ -263,15 +263,18 @@ class NewtonResolvent {
   /// What rounding (and an iterative solver's tolerance) may leave of the residual.
   [[nodiscard]] double rounding_of(Equation& equation, double before) const {
     double size = 0;
+    // The start counts, too: where Y is far smaller, the rounding of start + δ is what is left.
     for_each_solved<S>(
-        [&](Index, const auto& y, const auto& base) {
-          size = std::max({size, largest(y), largest(base)});
+        [&](Index, const auto& y, const auto& base, const auto& start) {
+          size = std::max({size, largest(y), largest(base), largest(start)});
         },
-        equation.Y, increment_.base());
+        equation.Y, increment_.base(), equation.guess);
     if constexpr (Rhs::drifts)
       if (equation.gamma.drift != Scalar{0})
-        size = std::max(size, matrix_.drift_share() * largest(position_of<S>(equation.Y)) /
-                                  std::abs(static_cast<double>(equation.gamma.drift)));
+        size =
+            std::max(size, matrix_.drift_share() *
+                               std::max(largest(position_of<S>(equation.Y)), largest(position_of<S>(equation.guess))) /
+                               std::abs(static_cast<double>(equation.gamma.drift)));
     double allowed = 1e4 * round_off * matrix_.magnitude() * size;
     equation.for_each_rate([&](Index, const auto& rate, const auto&) {
       allowed =
