@@ -201,7 +201,11 @@ template <class Equation>
       if (outcome != Outcome::success) return outcome;
       own = own || here;
     }
-    const bool trusted = own || equation.residual_is_rounding();
+    // What an iterative solver leaves may hide what is left to do: a stiff or heavy part's residual that of a soft one.
+    const bool rounding = equation.residual_is_rounding();
+    bool trusted = own || rounding;
+    if constexpr (requires { requires Equation::is_inexact; })
+      if (k == 1) trusted = rounding;
     outcome = equation.correct();
     if (outcome != Outcome::success) return outcome;
     const Correction size = equation.size();

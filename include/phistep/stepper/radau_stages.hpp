@@ -19,6 +19,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/linear/lane_lu.hpp"
 #include "phistep/stepper/radau_tableau.hpp"
@@ -206,8 +207,10 @@ class RadauStages {
     for (std::size_t i = 0; i < n(); ++i) {
       w_[i].re = w_[i].re + delta_[i].re;
       w_[i].im = w_[i].im + delta_[i].im;
-      const Real by{weight[i]};
-      all += static_cast<Wide>(sum(Number{delta_[i].re * by, delta_[i].im * by}.norm()));
+      const auto [power, rest] = split_power(weight[i]);
+      const Real by{power};
+      all += static_cast<Wide>(sum(Number{delta_[i].re * by, delta_[i].im * by}.norm())) * static_cast<Wide>(rest) *
+             static_cast<Wide>(rest);
     }
     return all;
   }

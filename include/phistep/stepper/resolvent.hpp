@@ -120,6 +120,7 @@ class NewtonResolvent {
 
   /// What solve_newton iterates on.
   struct Equation {
+    static constexpr bool is_inexact = Matrix::is_iterative;
     NewtonResolvent& self;
     Rhs& rhs;
     const Gamma<Scalar>& gamma;
