@@ -36,7 +36,7 @@ struct Scalar {
     return Outcome::success;
   }
   [[nodiscard]] bool residual_is_rounding() const { return value == 0; }
-  [[nodiscard]] double residual_size() const { return value * value; }
+  [[nodiscard]] double residual_size() const { return std::abs(value); }
   void retreat() { ++retreats, x -= move /= 2; }
   void undo() { x -= move; }
   void restart() { x = start; }

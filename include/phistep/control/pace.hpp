@@ -108,6 +108,9 @@ class ErrorPace {
   }
   [[nodiscard]] Outcome start(TimeSpan<Scalar> span, const Plain& y, int order, auto&& slope) {
     double first = wanted_.first_step;
+    // A run of a few roundings is one step: any shorter one would stand still.
+    const Scalar length = std::abs(span.t1 - span.t0);
+    if (length <= 8 * std::numeric_limits<Scalar>::epsilon() * std::abs(span.t0)) first = static_cast<double>(length);
     if (first == 0) {
       norm_.weigh(y, trace_.weight);
       first = first_step(slope, y, norm_, trace_.weight, span.t0, span.t1 - span.t0, order, allowed_);

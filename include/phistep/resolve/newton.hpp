@@ -154,7 +154,7 @@ class ConvergenceTest {
 
 /// Solves F(Y) = 0. The equation offers
 ///   residual() → Outcome         F at the current iterate; non_finite_force where Ψ isn't
-///   residual_size() → double     ‖M⁻¹F‖², for the line search
+///   residual_size() → double     ‖M⁻¹F‖, for the line search
 ///   residual_is_rounding()       whether F is no larger than the rounding in its parts
 ///   has_jacobian(), has_factors()
 ///   refresh() → Outcome          the matrix, factorised (its Jacobian made anew if dropped)
@@ -184,7 +184,7 @@ template <class Equation>
       // Armijo's rule for F: a correction must shrink ‖M⁻¹F‖ by 1e-4 of what its length promises (Dennis & Schnabel,
       // Numerical Methods for Unconstrained Optimization and Nonlinear Equations, sect. 6.3).
       double size = equation.residual_size(), length = 1;
-      for (int halvings = 0; k > 1 && halvings < 4 && size > (1 - 2e-4 * length) * residual; ++halvings) {
+      for (int halvings = 0; k > 1 && halvings < 4 && size > (1 - 1e-4 * length) * residual; ++halvings) {
         if (equation.residual_is_rounding()) break;
         equation.retreat();
         test.forget();
@@ -201,7 +201,11 @@ template <class Equation>
       if (outcome != Outcome::success) return outcome;
       own = own || here;
     }
-    const bool trusted = own || equation.residual_is_rounding();
+    // What an iterative solver leaves may hide what is left to do: a stiff or heavy part's residual that of a soft one.
+    const bool rounding = equation.residual_is_rounding();
+    bool trusted = own || rounding;
+    if constexpr (requires { requires Equation::is_inexact; })
+      if (k == 1) trusted = rounding;
     outcome = equation.correct();
     if (outcome != Outcome::success) return outcome;
     const Correction size = equation.size();

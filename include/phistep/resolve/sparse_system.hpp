@@ -7,6 +7,7 @@
 
 #include <type_traits>
 
+#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/structure.hpp"
@@ -57,6 +58,11 @@ class SparseSystem : public AssembledSystem<Scalar> {
   [[nodiscard]] Outcome solve(auto& x) {
     if constexpr (SimplicialFactors<Solver>) {
       work_.solve_in_place(*solver_, x);
+    } else if constexpr (iterates) {
+      const Scalar by = to_unit_size(x.size() == 0 ? Scalar{0} : x.cwiseAbs().maxCoeff());  // the solver squares it
+      x *= by;
+      work_ = solver_->solve(x);
+      x = work_ / by;
     } else {
       work_ = solver_->solve(x);
       x = work_;
@@ -71,6 +77,9 @@ class SparseSystem : public AssembledSystem<Scalar> {
 
  private:
   using AssembledSystem<Scalar>::assembly_;
+  static constexpr bool iterates = requires(const Solver& solver) {
+    solver.iterations();
+  };
 
   [[nodiscard]] static Outcome failure_of_factors() {
     return SimplicialFactors<Solver> ? Outcome::not_positive_definite : Outcome::singular_matrix;

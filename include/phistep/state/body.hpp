@@ -104,8 +104,9 @@ class ParticleMasses {
   ParticleMasses(const Column& mass, const std::vector<std::uint8_t>& still)
       : mass_(mass), inverse_(rows * mass.size()) {
     for (Eigen::Index i = 0; i < mass_.size(); ++i) {
-      if (!(mass_[i] > 0) || !std::isfinite(mass_[i]))
-        throw std::invalid_argument("phistep: the mass of particle " + std::to_string(i) + " must be finite and > 0");
+      if (!(mass_[i] > 0) || !std::isfinite(mass_[i]) || !std::isfinite(1 / mass_[i]))
+        throw std::invalid_argument("phistep: the mass of particle " + std::to_string(i) +
+                                    " must be finite and > 0, and so must one over it");
       const bool held = !still.empty() && still[static_cast<std::size_t>(i)] != 0;
       inverse_.template segment<rows>(rows * i).setConstant(held ? Scalar{0} : Scalar{1} / mass_[i]);
     }

@@ -120,6 +120,7 @@ class NewtonResolvent {
 
   /// What solve_newton iterates on.
   struct Equation {
+    static constexpr bool is_inexact = Matrix::is_iterative;
     NewtonResolvent& self;
     Rhs& rhs;
     const Gamma<Scalar>& gamma;
@@ -145,14 +146,18 @@ class NewtonResolvent {
         mass.subtract_product(part(self.increment_.w(), at, rate), out);
       });
     }
-    /// ‖M⁻¹F‖², by components; ‖F‖² under a matrix mass.
+    /// ‖M⁻¹F‖, by components; ‖F‖ under a matrix mass.
     [[nodiscard]] double residual_size() {
-      double sum = 0;
-      for_each_rate([&](Index at, const auto& rate, const auto& mass) {
-        const auto inverse_mass = mass.scaled(Scalar{1});
-        for (Index i = 0; i < rate.size(); ++i) sum += std::pow(static_cast<double>(inverse_mass(i) * F()[at + i]), 2);
-      });
-      return sum;
+      const auto each = [&](auto&& f) {
+        for_each_rate([&](Index at, const auto& rate, const auto& mass) {
+          const auto inverse_mass = mass.scaled(Scalar{1});
+          for (Index i = 0; i < rate.size(); ++i) f(std::abs(static_cast<double>(inverse_mass(i) * F()[at + i])));
+        });
+      };
+      double most = 0, sum = 0;
+      each([&](double x) { most = std::max(most, x); });
+      if (most > 0) each([&](double x) { sum += (x / most) * (x / most); });  // squares of velocities may leave the range
+      return most * std::sqrt(sum);
     }
     /// No larger than what rounding leaves of γ_f Ψ − M w where both cancel.
     [[nodiscard]] bool residual_is_rounding() {
