@@ -163,6 +163,7 @@ class NewtonResolvent {
       });
       return rounding;
     }
+    [[nodiscard]] bool residual_is_noise() { return largest(F()) <= 8 * round_off * self.terms_of(*this); }
     [[nodiscard]] bool has_jacobian() const { return self.matrix_.has_jacobian(); }
     [[nodiscard]] bool has_factors() const { return self.matrix_.has_factors(); }
     void drop_jacobian() { self.matrix_.drop(); }
@@ -262,6 +263,13 @@ class NewtonResolvent {
   }
   /// What rounding (and an iterative solver's tolerance) may leave of the residual.
   [[nodiscard]] double rounding_of(Equation& equation, double before) const {
+    double allowed = 1e4 * round_off * terms_of(equation);
+    if constexpr (Matrix::is_iterative)
+      allowed += 10 * options_.linear_rtol * before * std::sqrt(static_cast<double>(increment_.w().size()));
+    return allowed;
+  }
+  /// The size of what the residual is made of: W times all that it is made for, and the force.
+  [[nodiscard]] double terms_of(Equation& equation) const {
     double size = 0;
     for_each_solved<S>(
         [&](Index, const auto& y, const auto& base) {
@@ -272,14 +280,11 @@ class NewtonResolvent {
       if (equation.gamma.drift != Scalar{0})
         size = std::max(size, matrix_.drift_share() * largest(position_of<S>(equation.Y)) /
                                   std::abs(static_cast<double>(equation.gamma.drift)));
-    double allowed = 1e4 * round_off * matrix_.magnitude() * size;
+    double terms = matrix_.magnitude() * size;
     equation.for_each_rate([&](Index, const auto& rate, const auto&) {
-      allowed =
-          std::max(allowed, 1e4 * round_off * std::abs(static_cast<double>(equation.gamma.force)) * largest(rate));
+      terms = std::max(terms, std::abs(static_cast<double>(equation.gamma.force)) * largest(rate));
     });
-    if constexpr (Matrix::is_iterative)
-      allowed += 10 * options_.linear_rtol * before * std::sqrt(static_cast<double>(increment_.w().size()));
-    return allowed;
+    return terms;
   }
 
   NewtonOptions options_;
