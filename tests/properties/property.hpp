@@ -12,7 +12,7 @@
 #include <Eigen/Core>
 
 #include <algorithm>
-#include <array>
+#include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -246,7 +246,12 @@ namespace detail {
   Result result;
   std::uint64_t hash = seed();
   for (const char c : name) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
+  auto told = std::chrono::steady_clock::now();
   while (result.cases < cases) {
+    if (const auto now = std::chrono::steady_clock::now(); now - told > std::chrono::seconds(10)) {
+      figures::progress(name + ": " + std::to_string(result.cases) + " of " + std::to_string(cases));
+      told = now;
+    }
     if (result.discarded > 20 * cases) {
       result.story = "only " + std::to_string(result.cases) + " cases of " + std::to_string(cases) + " found";
       break;
@@ -280,11 +285,13 @@ inline Result check(const std::string& name, int cases, const Property& property
   return result;
 }
 
-/// The same as rows of the stress run's summary: how many cases hold, and how near the worst came to its bound.
-inline void report(const std::string& claim, const Result& result, bool is_exact = false) {
-  figures::row(claim, is_exact ? "cases, to the bit" : "cases", std::to_string(result.cases), "all hold",
-               result.story.empty());
-  if (!is_exact) figures::at_most(1, result.worst, claim, "worst error over its bound");
+/// The same with rows for the stress run's summary: how many cases hold, and how near the worst came to its bound.
+inline void report(const std::string& claim, int cases, const Property& property) {
+  const Result result = check(claim, cases, property);
+  const bool holds = result.story.empty();
+  figures::row(claim, "generated cases that hold", std::to_string(holds ? result.cases : result.cases - 1),
+               std::to_string(cases), holds);
+  if (result.worst > 0) figures::at_most(1, result.worst, claim, "worst error / its bound");
 }
 
 }  // namespace property
