@@ -168,6 +168,7 @@ class NewtonResolvent {
       });
       return rounding;
     }
+    [[nodiscard]] bool residual_is_noise() { return largest(F()) <= 8 * round_off * self.terms_of(*this); }
     [[nodiscard]] bool has_jacobian() const { return self.matrix_.has_jacobian(); }
     [[nodiscard]] bool has_factors() const { return self.matrix_.has_factors(); }
     void drop_jacobian() { self.matrix_.drop(); }
@@ -271,6 +272,13 @@ class NewtonResolvent {
   }
   /// What rounding (and an iterative solver's tolerance) may leave of the residual.
   [[nodiscard]] double rounding_of(Equation& equation, double before) const {
+    double allowed = 1e4 * round_off * terms_of(equation);
+    if constexpr (Matrix::is_iterative)
+      allowed += 10 * options_.linear_rtol * before * std::sqrt(static_cast<double>(increment_.w().size()));
+    return allowed;
+  }
+  /// The size of what the residual is made of: W times all that it is made for, and the force.
+  [[nodiscard]] double terms_of(Equation& equation) const {
     double size = 0;
     // The start counts, too: where Y is far smaller, the rounding of start + δ is what is left.
     for_each_solved<S>(
@@ -284,14 +292,11 @@ class NewtonResolvent {
             std::max(size, matrix_.drift_share() *
                                std::max(largest(position_of<S>(equation.Y)), largest(position_of<S>(equation.guess))) /
                                std::abs(static_cast<double>(equation.gamma.drift)));
-    double allowed = 1e4 * round_off * matrix_.magnitude() * size;
+    double terms = matrix_.magnitude() * size;
     equation.for_each_rate([&](Index, const auto& rate, const auto&) {
-      allowed =
-          std::max(allowed, 1e4 * round_off * std::abs(static_cast<double>(equation.gamma.force)) * largest(rate));
+      terms = std::max(terms, std::abs(static_cast<double>(equation.gamma.force)) * largest(rate));
     });
-    if constexpr (Matrix::is_iterative)
-      allowed += 10 * options_.linear_rtol * before * std::sqrt(static_cast<double>(increment_.w().size()));
-    return allowed;
+    return terms;
   }
 
   NewtonOptions options_;
