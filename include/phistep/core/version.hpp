@@ -17,6 +17,9 @@
 // "a failed step leaves the state untouched" rests.
 #if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__) || defined(_M_FP_FAST)
 #error "phistep: -ffast-math removes the NaN checks. Use -O3 -march=native -fno-math-errno -fno-trapping-math"
+// g++ tells these two as well, clang doesn't: its users have to know.
+#elif defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__)
+#error "phistep: -funsafe-math-optimizations undoes compensated sums. Use -O3 -march=native -fno-math-errno -fno-trapping-math"
 #endif
 
 // Widest instruction set first; FMA is named because it changes the last bits of a result.
