@@ -43,11 +43,11 @@ int main(int argc, char** argv) {
     Eigen::Vector3d centre;
     for (int k = 0; k < 3; ++k) {
       std::vector<double> x(y.r.row(k).begin(), y.r.row(k).end());
-      std::ranges::nth_element(x, x.begin() + y.size() / 2);
+      std::nth_element(x.begin(), x.begin() + y.size() / 2, x.end());
       centre[k] = x[std::size_t(y.size() / 2)];
     }
     Eigen::VectorXd distance = (y.r.colwise() - centre).colwise().norm();
-    std::ranges::sort(distance);
+    std::sort(distance.begin(), distance.end());
     curves << t << ',' << ledger.energy() / ledger.start() - 1;
     for (const double share : shares) curves << ',' << distance[Eigen::Index(share * double(y.size()))];
     curves << '\n';

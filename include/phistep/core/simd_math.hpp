@@ -12,7 +12,7 @@
 #include "phistep/core/simd.hpp"
 #include "phistep/core/version.hpp"
 
-#if defined(__FMA__) || defined(__AVX512F__) || defined(__ARM_FEATURE_FMA)
+#if !defined(PHISTEP_NO_SIMD) && (defined(__FMA__) || defined(__AVX512F__) || defined(__ARM_FEATURE_FMA))
 #define PHISTEP_DETAIL_FMA 1
 #else
 #define PHISTEP_DETAIL_FMA 0

@@ -7,7 +7,7 @@
 /// because Eigen's alignment and packet sizes follow -march: two units built for different machines would otherwise
 /// share one inline function, and the linker would keep whichever it met first. With the name they are different
 /// types, so passing a state from one to the other fails at link time instead of at run time. The same holds for units
-/// with and without OpenMP, whose loops differ.
+/// with and without OpenMP, whose loops differ, and without packs (PHISTEP_NO_SIMD).
 
 #define PHISTEP_VERSION_MAJOR 0
 #define PHISTEP_VERSION_MINOR 1
@@ -17,6 +17,10 @@
 // "a failed step leaves the state untouched" rests.
 #if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__) || defined(_M_FP_FAST)
 #error "phistep: -ffast-math removes the NaN checks. Use -O3 -march=native -fno-math-errno -fno-trapping-math"
+// g++ tells these two as well, clang doesn't: its users have to know.
+#elif defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__)
+#error \
+    "phistep: -funsafe-math-optimizations undoes compensated sums. Use -O3 -march=native -fno-math-errno -fno-trapping-math"
 #endif
 
 // Widest instruction set first; FMA is named because it changes the last bits of a result.
@@ -41,14 +45,22 @@
 #endif
 
 #ifdef _OPENMP
-#define PHISTEP_DETAIL_PASTE(major, minor, isa) v##major##_##minor##_##isa##_openmp
+#define PHISTEP_DETAIL_THREADS _openmp
 #else
-#define PHISTEP_DETAIL_PASTE(major, minor, isa) v##major##_##minor##_##isa
+#define PHISTEP_DETAIL_THREADS
 #endif
-#define PHISTEP_DETAIL_ABI(major, minor, isa) PHISTEP_DETAIL_PASTE(major, minor, isa)
+#ifdef PHISTEP_NO_SIMD
+#define PHISTEP_DETAIL_PACKS _no_simd
+#else
+#define PHISTEP_DETAIL_PACKS
+#endif
+#define PHISTEP_DETAIL_PASTE(major, minor, isa, packs, threads) v##major##_##minor##_##isa##packs##threads
+#define PHISTEP_DETAIL_ABI(major, minor, isa, packs, threads) PHISTEP_DETAIL_PASTE(major, minor, isa, packs, threads)
 
 /// Name of the inline namespace, for example `v0_1_avx2_fma`.
-#define PHISTEP_ABI PHISTEP_DETAIL_ABI(PHISTEP_VERSION_MAJOR, PHISTEP_VERSION_MINOR, PHISTEP_DETAIL_ISA)
+#define PHISTEP_ABI                                                                                          \
+  PHISTEP_DETAIL_ABI(PHISTEP_VERSION_MAJOR, PHISTEP_VERSION_MINOR, PHISTEP_DETAIL_ISA, PHISTEP_DETAIL_PACKS, \
+                     PHISTEP_DETAIL_THREADS)
 
 namespace phistep::inline PHISTEP_ABI {
 

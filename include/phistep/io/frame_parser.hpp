@@ -163,7 +163,7 @@ class FrameParser {
       column.width = width;
       columns_.push_back(std::move(column));
     }
-    if (std::ranges::find(columns_, "pos", &Target::name) == columns_.end())
+    if (std::none_of(columns_.begin(), columns_.end(), [](const Target& column) { return column.name == "pos"; }))
       text_.fail("Properties has no positions: pos:R:3");
   }
   [[nodiscard]] Target destination(const std::string& name) {
@@ -210,7 +210,7 @@ class FrameParser {
   }
   [[nodiscard]] int index_of(std::string_view name) {
     if (!kind_.empty() && species_[static_cast<std::size_t>(kind_.back())] == name) return kind_.back();
-    const auto found = std::ranges::find(species_, name);
+    const auto found = std::find(species_.begin(), species_.end(), name);
     if (found != species_.end()) return static_cast<int>(found - species_.begin());
     species_.emplace_back(name);
     return static_cast<int>(species_.size() - 1);

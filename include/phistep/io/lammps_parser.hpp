@@ -134,7 +134,7 @@ class LammpsParser {
     else if (key == "atom types") count(types_);
     else if (key == "bonds") count(bonds_);
     else if (key == "bond types") count(bond_types_);
-    else if (const auto side = std::ranges::find(sides, key); side != std::end(sides)) {
+    else if (const auto side = std::find(std::begin(sides), std::end(sides), key); side != std::end(sides)) {
       needs(2);
       const auto a = static_cast<std::size_t>(side - std::begin(sides));
       lower_[a] = text_.template as_number<Scalar>(values[0], "lower side");
@@ -144,7 +144,7 @@ class LammpsParser {
       needs(3);
       for (const std::string_view tilt : values)
         if (text_.template as_number<Scalar>(tilt, "tilt") != 0) text_.fail("a box with a tilt isn't known here");
-    } else if (std::ranges::find(others, key) == std::end(others)) {
+    } else if (std::find(std::begin(others), std::end(others), key) == std::end(others)) {
       text_.fail("nothing is known of \"" + key + '"');
     }
   }
@@ -167,7 +167,7 @@ class LammpsParser {
     }
     static constexpr std::string_view others[] = {"Angles", "Dihedrals", "Impropers", "Ellipsoids",
                                                   "Lines",  "Triangles", "Bodies"};
-    if (std::ranges::find(others, name) == std::end(others) && !name.ends_with(" Coeffs") &&
+    if (std::find(std::begin(others), std::end(others), name) == std::end(others) && !name.ends_with(" Coeffs") &&
         !name.ends_with(" Type Labels"))
       text_.fail("\"" + name + "\" is no section of a LAMMPS data file");
     bool more = next();
@@ -255,7 +255,7 @@ class LammpsParser {
   }
   void sort() {
     const auto before = [](const Row& a, const Row& b) { return a.id < b.id; };
-    if (!std::ranges::is_sorted(rows_, before)) std::ranges::stable_sort(rows_, before);
+    if (!std::is_sorted(rows_.begin(), rows_.end(), before)) std::stable_sort(rows_.begin(), rows_.end(), before);
     for (std::size_t k = 1; k < rows_.size(); ++k)
       if (rows_[k].id == rows_[k - 1].id) text_.fail_at(rows_[k].line, "a second atom " + std::to_string(rows_[k].id));
   }
@@ -263,7 +263,8 @@ class LammpsParser {
     // Ids mostly are 1 … N.
     const auto guess = static_cast<std::size_t>(id - 1);
     if (guess < rows_.size() && rows_[guess].id == id) return rows_[guess];
-    const auto found = std::ranges::lower_bound(rows_, id, {}, &Row::id);
+    const auto found =
+        std::lower_bound(rows_.begin(), rows_.end(), id, [](const Row& row, std::int64_t x) { return row.id < x; });
     if (found == rows_.end() || found->id != id) text_.fail("there is no atom " + std::to_string(id));
     return *found;
   }

@@ -2,9 +2,13 @@
 /// A text read line by line and word by word; what is wrong with it is told with the place.
 #pragma once
 
+#include <algorithm>
 #include <charconv>
+#include <clocale>
 #include <cmath>
+#include <concepts>
 #include <cstdint>
+#include <cstdlib>
 #include <istream>
 #include <stdexcept>
 #include <string>
@@ -16,6 +20,40 @@
 #include "phistep/core/version.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
+
+namespace detail {
+
+/// std::from_chars for those who lack it (libc++ 14 has it for whole numbers only): strtod, which reads more, and knows a locale.
+template <std::floating_point Number>
+std::from_chars_result from_chars_by_strtod(const char* first, const char* last, Number& x) {
+  std::string text(first, last);
+  // No hexadecimals, no decimal point but '.', and neither a plus nor blanks in front.
+  text.resize(std::min(text.find_first_not_of("+-.0123456789aefintyAEFINTY"), text.size()));
+  if (text.empty() || text[0] == '+') return {first, std::errc::invalid_argument};
+  const std::string point = std::localeconv()->decimal_point;
+  const std::size_t dot = text.find('.');
+  if (dot != text.npos) text.replace(dot, 1, point);
+  char* end = nullptr;
+  if constexpr (std::is_same_v<Number, float>) x = std::strtof(text.c_str(), &end);
+  else if constexpr (std::is_same_v<Number, double>) x = std::strtod(text.c_str(), &end);
+  else x = std::strtold(text.c_str(), &end);
+  auto read = static_cast<std::size_t>(end - text.c_str());
+  if (read == 0) return {first, std::errc::invalid_argument};
+  const bool too_large = std::isinf(x) && text.find_first_of("iI") == text.npos;
+  if (dot != text.npos && read > dot) read -= point.size() - 1;
+  return {first + read, too_large ? std::errc::result_out_of_range : std::errc{}};
+}
+
+template <class Number>
+std::from_chars_result from_chars(const char* first, const char* last, Number& x) {
+#if defined(_LIBCPP_VERSION)
+  if constexpr (std::is_floating_point_v<Number>) return from_chars_by_strtod(first, last, x);
+  else
+#endif
+    return std::from_chars(first, last, x);
+}
+
+}  // namespace detail
 
 /// The words of one line after the other. Every error is a std::runtime_error "phistep: NAME, line 12: …".
 class TextReader {
@@ -73,7 +111,7 @@ class TextReader {
     const char* first = text.data();
     const char* const last = first + text.size();
     if (text.size() > 1 && text[0] == '+' && text[1] != '-') ++first;  // from_chars knows no plus
-    auto [end, error] = std::from_chars(first, last, x);
+    auto [end, error] = detail::from_chars(first, last, x);
     if constexpr (std::is_floating_point_v<Number>) {
       // A number too small for its type is 0, as it is everywhere else.
       if (error == std::errc::result_out_of_range && (text.find("e-") != text.npos || text.find("E-") != text.npos)) {

@@ -231,7 +231,7 @@ class DenseLu<Scalar, size> {
  private:
   /// sum + a b. Said, not left to the compiler, which would round once here and twice there, wherever x lies.
   [[nodiscard]] static Scalar plus_product(Scalar sum, Scalar a, Scalar b) {
-#if defined(__FMA__) || defined(__AVX512F__) || defined(__ARM_FEATURE_FMA)
+#if !defined(PHISTEP_NO_SIMD) && (defined(__FMA__) || defined(__AVX512F__) || defined(__ARM_FEATURE_FMA))
     if constexpr (sizeof(Scalar) <= 8) return std::fma(a, b, sum);
 #endif
     return sum + a * b;

@@ -159,8 +159,8 @@ class Particles : public Extra::template Block<Number, dim>... {
       throw std::invalid_argument("phistep: " + std::to_string(id.size()) + " ids for " + std::to_string(size()) +
                                   " particles");
     std::vector<std::int64_t> sorted = id;
-    std::ranges::sort(sorted);
-    const auto twice = std::ranges::adjacent_find(sorted);
+    std::sort(sorted.begin(), sorted.end());
+    const auto twice = std::adjacent_find(sorted.begin(), sorted.end());
     if (twice != sorted.end())
       throw std::invalid_argument("phistep: two particles have the id " + std::to_string(*twice));
     return set([&](auto& body) {
