@@ -120,9 +120,10 @@ class CellOrder {
         const Entry home = image;
         if (!std::isfinite(home.x[a])) continue;
         // Positions beyond the numbers' resolution are not wrapped, hence the bounds.
-        const auto from = static_cast<std::int32_t>(std::ceil(std::max(-8.0, (lower - range - home.x[a]) / length)));
+        const auto from =
+            static_cast<std::int32_t>(std::ceil(std::clamp((lower - range - home.x[a]) / length, -8.0, 9.0)));
         const auto to =
-            static_cast<std::int32_t>(std::floor(std::min(8.0, (lower + length + range - home.x[a]) / length)));
+            static_cast<std::int32_t>(std::floor(std::clamp((lower + length + range - home.x[a]) / length, -9.0, 8.0)));
         for (std::int32_t k = from; k <= to; ++k) {
           if (k == 0) continue;
           image.x[a] = home.x[a] + k * length;
