@@ -35,7 +35,9 @@ void load_bytes(const std::string& bytes, Parts&... parts) {
 }
 
 struct Decay {
-  Vec operator()(const Vec& y, double t) const { return -2 * y - y.cwiseProduct(y) + Vec::Constant(y.size(), std::sin(t)); }
+  Vec operator()(const Vec& y, double t) const {
+    return -2 * y - y.cwiseProduct(y) + Vec::Constant(y.size(), std::sin(t));
+  }
 };
 struct Swing {
   Vec operator()(const Vec& r, const Vec& v) const { return -r.array().sin().matrix() - 0.1 * v; }
@@ -115,8 +117,8 @@ struct Values {
   std::vector<std::string> words{"one", "", "three"};
   std::vector<bool> flags{true, false};
   std::optional<std::pair<int, std::string>> maybe{{1, "x"}};
-  std::tuple<Eigen::MatrixXd, Eigen::Matrix3Xf, Eigen::Vector2d> matrices{Eigen::MatrixXd::Ones(2, 3),
-                                                                          Eigen::Matrix3Xf::Ones(3, 2), {1, 2}};
+  std::tuple<Eigen::MatrixXd, Eigen::Matrix3Xf, Eigen::Vector2d> matrices{
+      Eigen::MatrixXd::Ones(2, 3), Eigen::Matrix3Xf::Ones(3, 2), {1, 2}};
   std::array<long double, 2> wide{1, 2};
   Particles<double, 2> atoms{Eigen::Matrix2Xd::Identity(2, 2)};
   Recorder<Vec> recorder;
@@ -158,23 +160,33 @@ void with_program(int which, auto&& f) {
   const Motion<Vec> swing{y, Vec::Zero(3)};
   const Hooke law{.stiffness = 1e4, .restitution = 0.2, .friction = 0.4, .rolling_friction = 0.1};
   switch (which) {
-    case 0: return f(std::make_unique<Values>());
-    case 1: return f(steps(y, 0.1, [](const Vec& x) { return PhiStepper{x, Decay{}, tr_bdf2}; }));
-    case 2: return f(std::make_unique<Watched>(swing));
+    case 0:
+      return f(std::make_unique<Values>());
+    case 1:
+      return f(steps(y, 0.1, [](const Vec& x) { return PhiStepper{x, Decay{}, tr_bdf2}; }));
+    case 2:
+      return f(std::make_unique<Watched>(swing));
     case 3:
       return f(controlled(swing, tolerance{}, [](const auto& x) { return PhiStepper{x, Swing{}, trapezoidal}; }));
-    case 4: return f(controlled(y, tolerance{}, [](const Vec& x) { return PhiStepper{x, Decay{}, radau}; }));
+    case 4:
+      return f(controlled(y, tolerance{}, [](const Vec& x) { return PhiStepper{x, Decay{}, radau}; }));
     case 5:
-      return f(controlled(y, tolerance{}, [](const Vec& x) { return PhiStepper{x, Decay{}, extrapolated(backward_euler)}; }));
+      return f(controlled(y, tolerance{}, [](const Vec& x) {
+        return PhiStepper{x, Decay{}, extrapolated(backward_euler)};
+      }));
     case 6:
       return f(steps(grains(), 1e-3, [&law](const auto& x) {
-        const auto force = Contact{law} + Walls<Hooke>{law, Plane<3>{Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ()}} +
+        const auto force = Contact{law} +
+                           Walls<Hooke>{law, Plane<3>{Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ()}} +
                            Gravity{Eigen::Vector3d{0, 0, -9}};
         return Sleeping{PhiStepper{x, force, symplectic_euler}, SleepOptions{.speed = 0.02, .steps = 4, .every = 2}};
       }));
     case 7:
-      return f(steps(gas(), 1e-2, [](const auto& x) { return PhiStepper{x, Pairs{LennardJones{}, 1.8}, trapezoidal}; }));
-    default: return f(steps(y, 0.1, [](const Vec& x) { return Halving{PhiStepper{x, Decay{}, rodas4}, 3}; }));
+      return f(steps(gas(), 1e-2, [](const auto& x) {
+        return PhiStepper{x, Pairs{LennardJones{}, 1.8}, trapezoidal};
+      }));
+    default:
+      return f(steps(y, 0.1, [](const Vec& x) { return Halving{PhiStepper{x, Decay{}, rodas4}, 3}; }));
   }
 }
 
@@ -183,21 +195,36 @@ void edit(std::string& text, std::size_t first, Bytes& by) {
   if (text.size() <= first) return;
   const int kind = by.byte() % 8;
   const std::size_t room = text.size() - first, at = first + by.word() % 65536 % room, n = 1 + by.byte() % 16u;
-  const auto put = [&](std::uint64_t x) { std::memcpy(text.data() + at, &x, std::min<std::size_t>(8, text.size() - at)); };
+  const auto put = [&](std::uint64_t x) {
+    std::memcpy(text.data() + at, &x, std::min<std::size_t>(8, text.size() - at));
+  };
   switch (kind) {
-    case 0: text[at] = static_cast<char>(by.byte()); break;
+    case 0:
+      text[at] = static_cast<char>(by.byte());
+      break;
     case 1: {
       constexpr std::uint64_t top = std::uint64_t{1} << 63;
-      constexpr std::array special{std::uint64_t{0}, std::uint64_t{1}, ~std::uint64_t{0}, top, top - 1, top >> 1, top >> 3,
-                                   std::uint64_t{1} << 32, std::uint64_t{1} << 31, std::uint64_t{1} << 20};
+      constexpr std::array special{
+          std::uint64_t{0},       std::uint64_t{1},       ~std::uint64_t{0},     top, top - 1, top >> 1, top >> 3,
+          std::uint64_t{1} << 32, std::uint64_t{1} << 31, std::uint64_t{1} << 20};
       put(special[by.byte() % special.size()]);
       break;
     }
-    case 2: put(std::bit_cast<std::uint64_t>(by.wild())); break;
-    case 3: put(by.word()); break;
-    case 4: put(static_cast<std::uint64_t>(static_cast<std::int8_t>(by.byte()))); break;
-    case 5: text.erase(at, n); break;
-    case 6: text.insert(at, n, static_cast<char>(by.byte())); break;
+    case 2:
+      put(std::bit_cast<std::uint64_t>(by.wild()));
+      break;
+    case 3:
+      put(by.word());
+      break;
+    case 4:
+      put(static_cast<std::uint64_t>(static_cast<std::int8_t>(by.byte())));
+      break;
+    case 5:
+      text.erase(at, n);
+      break;
+    case 6:
+      text.insert(at, n, static_cast<char>(by.byte()));
+      break;
     default: {
       const std::string piece = text.substr(first + by.byte() * 256u % room, n);
       text.replace(at, piece.size(), piece);
@@ -232,7 +259,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     for (int k = 0; k < 4 && in.left() > 0; ++k) edit(text, 0, in);
     is_sealed = false;
   } else if (mode == 1) {  // arbitrary parts
-    text.replace(sizeof(detail::CheckpointHeader), std::string::npos, reinterpret_cast<const char*>(in.rest()), in.left());
+    text.replace(sizeof(detail::CheckpointHeader), std::string::npos, reinterpret_cast<const char*>(in.rest()),
+                 in.left());
   } else {
     for (int k = 0; k < 6 && in.left() > 0; ++k) edit(text, sizeof(detail::CheckpointHeader), in);
   }

@@ -56,20 +56,37 @@ class Bytes {
   /// Anything: mostly tame, sometimes a NaN, an infinity, a denormal, a huge or tiny number, any bits.
   double wild() {
     constexpr double inf = std::numeric_limits<double>::infinity();
-    constexpr std::array special{0.0,   -0.0,  1.0,   -1.0, inf,    -inf,
+    constexpr std::array special{0.0,
+                                 -0.0,
+                                 1.0,
+                                 -1.0,
+                                 inf,
+                                 -inf,
                                  std::numeric_limits<double>::quiet_NaN(),
                                  std::numeric_limits<double>::denorm_min(),
                                  std::numeric_limits<double>::min(),
                                  std::numeric_limits<double>::max(),
                                  std::numeric_limits<double>::lowest(),
                                  std::numeric_limits<double>::epsilon(),
-                                 1e-300, 1e300, 1e16, 1e-16, 0.1, 1e150, -1e-150, 9.3e18};
+                                 1e-300,
+                                 1e300,
+                                 1e16,
+                                 1e-16,
+                                 0.1,
+                                 1e150,
+                                 -1e-150,
+                                 9.3e18};
     switch (below(8)) {
-      case 0: return special[byte() % special.size()];
-      case 1: return std::bit_cast<double>(word());
-      case 2: return scaled(1e-20, 1e20);
-      case 3: return -scaled(1e-20, 1e20);
-      default: return between(-4, 4);
+      case 0:
+        return special[byte() % special.size()];
+      case 1:
+        return std::bit_cast<double>(word());
+      case 2:
+        return scaled(1e-20, 1e20);
+      case 3:
+        return -scaled(1e-20, 1e20);
+      default:
+        return between(-4, 4);
     }
   }
   /// As often tame as not.
@@ -81,8 +98,9 @@ class Bytes {
 };
 
 [[nodiscard]] inline bool same_bits(const auto& a, const auto& b) {
-  return a.size() == b.size() && (a.size() == 0 || std::memcmp(a.data(), b.data(),
-                                                               sizeof(*a.data()) * static_cast<std::size_t>(a.size())) == 0);
+  return a.size() == b.size() &&
+         (a.size() == 0 ||
+          std::memcmp(a.data(), b.data(), sizeof(*a.data()) * static_cast<std::size_t>(a.size())) == 0);
 }
 
 }  // namespace fuzz

@@ -28,15 +28,19 @@ double option(Bytes& in, double low, double high) { return in.below(4) == 0 ? in
 std::int64_t cap(Bytes& in) { return in.below(16) == 0 ? -std::int64_t{in.byte()} : in.byte(); }
 AbsoluteTolerance absolute(Bytes& in) {
   switch (in.below(5)) {
-    case 0: return option(in, 1e-9, 1e-2);
-    case 1: return {option(in, 1e-9, 1e-2), option(in, 1e-9, 1e-2)};
+    case 0:
+      return option(in, 1e-9, 1e-2);
+    case 1:
+      return {option(in, 1e-9, 1e-2), option(in, 1e-9, 1e-2)};
     case 2: {
       std::vector<double> each;
       for (int k = in.below(6); k > 0; --k) each.push_back(option(in, 1e-9, 1e-2));
       return each;
     }
-    case 3: return {option(in, 1e-9, 1e-2), 1e-3, 1e-3, 1e-3, 1e-3, 1e-3};
-    default: return {};
+    case 3:
+      return {option(in, 1e-9, 1e-2), 1e-3, 1e-3, 1e-3, 1e-3, 1e-3};
+    default:
+      return {};
   }
 }
 tolerance error_control(Bytes& in) {
@@ -62,7 +66,9 @@ iteration_control iterations(Bytes& in) {
 }
 NewtonOptions newton_options(Bytes& in) {
   if (in.flag()) return {};
-  return {.rtol = option(in, 1e-9, 1e-2), .atol = option(in, 1e-9, 1e-2), .max_iterations = in.below(40) - 3,
+  return {.rtol = option(in, 1e-9, 1e-2),
+          .atol = option(in, 1e-9, 1e-2),
+          .max_iterations = in.below(40) - 3,
           .line_search = in.flag()};
 }
 std::vector<double> times(Bytes& in, const TimeSpan<double>& span) {
@@ -117,7 +123,8 @@ void run(Bytes& in) {
       PhiStepper stepper{y, decay, tr_bdf2, newton(newton_options(in))};
       const tolerance control = error_control(in);
       auto g = crossing([level](const Vec& at) { return at[0] - level; });
-      return end(stepper, y, span, control, control.max_steps, in, at_times(times(in, span), [](double, const Vec&) {}), g);
+      return end(stepper, y, span, control, control.max_steps, in, at_times(times(in, span), [](double, const Vec&) {}),
+                 g);
     }
     case 1: {
       PhiStepper stepper{y, decay, radau};
@@ -129,13 +136,15 @@ void run(Bytes& in) {
       const auto control = fixed(option(in, 1e-3, 10), {.max_steps = cap(in)});
       auto g = crossing([level](double t, const Motion<Vec>& at) { return at.r[0] - level * t; });
       const auto nothing = [](double, const Motion<Vec>&) {};
-      return end(stepper, state, span, control, control.options.max_steps + 1000, in, at_times(times(in, span), nothing), g,
-                 every(option(in, 1e-3, 1), nothing));
+      return end(stepper, state, span, control, control.options.max_steps + 1000, in,
+                 at_times(times(in, span), nothing), g, every(option(in, 1e-3, 1), nothing));
     }
     case 3: {
       PhiStepper stepper{state, swing, trapezoidal,
-                         fixed_point({.rtol = option(in, 1e-9, 1e-2), .atol = option(in, 1e-9, 1e-2),
-                                      .max_iterations = in.below(40) - 3, .depth = in.below(8) - 1})};
+                         fixed_point({.rtol = option(in, 1e-9, 1e-2),
+                                      .atol = option(in, 1e-9, 1e-2),
+                                      .max_iterations = in.below(40) - 3,
+                                      .depth = in.below(8) - 1})};
       const iteration_control control = iterations(in);
       return end(stepper, state, span, control, control.max_steps, in);
     }

@@ -26,7 +26,8 @@ void check(const auto& particles) {
   demand(n == 0 || n >= 1000 || twice.size() == 2 * n, "particles can be added");
 }
 void is_named(const std::runtime_error& error) {
-  demand(std::string(error.what()).starts_with("phistep: ") && std::string(error.what()).find(", line ") != std::string::npos,
+  demand(std::string(error.what()).starts_with("phistep: ") &&
+             std::string(error.what()).find(", line ") != std::string::npos,
          "an error names the line");
 }
 

@@ -113,16 +113,23 @@ void go(Bytes& in, P y, auto make) {
     }
     demand(stepper.statistics().steps + stepper.statistics().failed_steps == k + 1, "every step counts");
     switch (in.below(10)) {
-      case 0: y.add(particles<P>(in)); break;
+      case 0:
+        y.add(particles<P>(in));
+        break;
       case 1:
         if (y.size() > 0) y.erase(in.below(16) % y.size());
         break;
       case 2:
         if (y.size() > 0) y.r.col(0)[0] = in.wild();
         break;
-      case 3: y.set_radius(in.number(0.2, 0.9)); break;
-      case 4: stepper.reset(); break;
-      default: break;
+      case 3:
+        y.set_radius(in.number(0.2, 0.9));
+        break;
+      case 4:
+        stepper.reset();
+        break;
+      default:
+        break;
     }
   }
 }
@@ -151,15 +158,16 @@ void scene(Bytes& in) {
     case 3:
     case 4: {
       const auto y = particles<Atoms>(in);
-      const Pairs force{LennardJones{in.number(0.1, 2), in.number(0.5, 1.5)}, in.number(0.5, 2.5),
+      const Pairs force{LennardJones{in.number(0.1, 2), in.number(0.5, 1.5)},
+                        in.number(0.5, 2.5),
                         {.skin = in.number(0, 0.5), .policy = {in.below(4)}}};
       if (kind == 3) return go(in, y, [&](const Atoms& x) { return PhiStepper{x, force, velocity_verlet}; });
       return go(in, y, [&](const Atoms& x) { return PhiStepper{x, force, trapezoidal}; });
     }
     case 5: {
       const auto y = particles<Atoms>(in);
-      const auto force = spring_network<3>(springs(in, y.size()), {in.number(0, 1)}) + gravity() +
-                         LinearDrag{in.number(0, 1)};
+      const auto force =
+          spring_network<3>(springs(in, y.size()), {in.number(0, 1)}) + gravity() + LinearDrag{in.number(0, 1)};
       return go(in, y, [&](const Atoms& x) { return PhiStepper{x, force, midpoint}; });
     }
     case 6: {

@@ -44,16 +44,35 @@ class Graph {
     for (const auto& [kind, i, j, a, b] : terms_) {
       const double d = r[j] - r[i];
       switch (kind) {
-        case 0: f[i] += a * d, f[j] -= a * d; break;                       // spring
-        case 1: f[i] -= a * v[i]; break;                                   // drag
-        case 2: f[i] += a; break;                                          // gravity
-        case 3: f[i] -= a * r[i] * r[i] * r[i]; break;                     // stiffens
-        case 4: f[i] += a * std::sin(b * t); break;                        // drive
-        case 5: f[i] += a / (d * d); break;                                // singular
-        case 6: f[i] -= 1e6 * std::abs(a) * (r[i] - b); break;             // stiff
-        case 7: f[i] += a * std::sqrt(r[i] - b); break;                    // undefined on one side
-        case 8: f[i] += r[i] > b ? a : -a; break;                          // jumps
-        default: f[i] += std::exp(a * r[i]);                               // explodes
+        case 0:
+          f[i] += a * d, f[j] -= a * d;
+          break;  // spring
+        case 1:
+          f[i] -= a * v[i];
+          break;  // drag
+        case 2:
+          f[i] += a;
+          break;  // gravity
+        case 3:
+          f[i] -= a * r[i] * r[i] * r[i];
+          break;  // stiffens
+        case 4:
+          f[i] += a * std::sin(b * t);
+          break;  // drive
+        case 5:
+          f[i] += a / (d * d);
+          break;  // singular
+        case 6:
+          f[i] -= 1e6 * std::abs(a) * (r[i] - b);
+          break;  // stiff
+        case 7:
+          f[i] += a * std::sqrt(r[i] - b);
+          break;  // undefined on one side
+        case 8:
+          f[i] += r[i] > b ? a : -a;
+          break;  // jumps
+        default:
+          f[i] += std::exp(a * r[i]);  // explodes
       }
     }
     trouble_->meet(f);
@@ -103,7 +122,8 @@ double step(Stepper& stepper, State& y, double t, double dt) {
   }
   tell(after, y);
   if (did != 0) demand(fuzz::same_bits(before, after), "a failed step changes nothing");
-  else for (const double x : after) demand(std::isfinite(x), "what succeeds is finite");
+  else
+    for (const double x : after) demand(std::isfinite(x), "what succeeds is finite");
   return did;
 }
 
@@ -175,16 +195,26 @@ void run(Bytes& in) {
   if (which < 8) {
     const OfState f{graph};
     const double x = in.number(0, 1);
-    const auto play_with = [&](auto scheme) { twice(in, y, trouble, [&](const Vec& s) { return PhiStepper{s, f, scheme}; }); };
+    const auto play_with = [&](auto scheme) {
+      twice(in, y, trouble, [&](const Vec& s) { return PhiStepper{s, f, scheme}; });
+    };
     switch (which) {
-      case 0: return play_with(forward_euler);
-      case 1: return play_with(phi(x));
-      case 2: return play_with(midpoint);
-      case 3: return play_with(tr_bdf2);
-      case 4: return play_with(rodas4);
-      case 5: return play_with(radau);
-      case 6: return play_with(extrapolated(backward_euler));
-      default: return play_with(rannacher);
+      case 0:
+        return play_with(forward_euler);
+      case 1:
+        return play_with(phi(x));
+      case 2:
+        return play_with(midpoint);
+      case 3:
+        return play_with(tr_bdf2);
+      case 4:
+        return play_with(rodas4);
+      case 5:
+        return play_with(radau);
+      case 6:
+        return play_with(extrapolated(backward_euler));
+      default:
+        return play_with(rannacher);
     }
   }
   const Motion<Vec> state{y, vector()};
@@ -194,15 +224,20 @@ void run(Bytes& in) {
     twice(in, state, trouble, [&](const Motion<Vec>& s) { return PhiStepper{s, f, more...}; });
   };
   switch (which) {
-    case 8: return play_with(velocity_verlet, mass(m));
-    case 9: return play_with(phi(x, z), mass(m));
-    case 10: return play_with(trapezoidal, fixed_point({.depth = in.below(4)}));
-    case 11: return play_with(radau, mass(m));
+    case 8:
+      return play_with(velocity_verlet, mass(m));
+    case 9:
+      return play_with(phi(x, z), mass(m));
+    case 10:
+      return play_with(trapezoidal, fixed_point({.depth = in.below(4)}));
+    case 11:
+      return play_with(radau, mass(m));
     case 12:
       return twice(in, state, trouble, [&](const Motion<Vec>& s) { return PhiStepper{s, OfPosition{graph}, rkn86}; });
     default:
-      return twice(in, state, trouble,
-                   [&](const Motion<Vec>& s) { return Halving{PhiStepper{s, f, backward_euler}, 3}; });
+      return twice(in, state, trouble, [&](const Motion<Vec>& s) {
+        return Halving{PhiStepper{s, f, backward_euler}, 3};
+      });
   }
 }
 

@@ -244,6 +244,22 @@ TEST_CASE("who flew off costs the others nothing") {
   }
 }
 
+TEST_CASE("who flew off through more periods than can be counted has no images, and takes no time") {
+  const Domain domain = box(6, {true, true, true});
+  for (const double far : {1e12, -1e12, 1e30, -1e30, 1e300, -1e300}) {
+    auto r = random_points<3>(100, 6, 10);
+    r[0] = far, r[31] = far;
+    Neighbors<3> neighbors;
+    NeighborMemory memory;
+    const NeighborList& list = neighbors.list(r.data(), 100, domain, nobody, {1.0, 0.1}, memory);
+    REQUIRE(list.rows.size() == 100);
+    CHECK(list.slots.size() < 300);
+    for (std::size_t row = 0; row < 100; ++row)
+      if (const std::int32_t i = list.slots[static_cast<std::size_t>(list.rows[row].slot)].particle; i == 0 || i == 10)
+        CHECK(list.rows[row].count == 0);
+  }
+}
+
 TEST_CASE("what is not a number is near nobody, and takes no time") {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const Domain& domain : {Domain{}, box(6, {true, true, true})}) {
@@ -286,6 +302,10 @@ TEST_CASE("a cutoff larger than the box is refused") {
   CHECK_THROWS_AS(neighbors.list(r.data(), 1, box(2, {true, true, true}), nobody, {2.0, 0.1}, memory),
                   std::invalid_argument);  // z has a period of 1.75
   CHECK_NOTHROW(neighbors.list(r.data(), 1, box(2, {true, true, false}), nobody, {2.0, 0.1}, memory));
+  // So is a skin in which a list would serve for longer than the images that it has.
+  NeighborMemory fresh;
+  CHECK_THROWS_AS(neighbors.list(r.data(), 1, box(2, {true, true, false}), nobody, {1.0, 20.0}, fresh),
+                  std::invalid_argument);
 }
 
 TEST_CASE("a memory that goes back takes the list with it, bit for bit") {

@@ -75,8 +75,7 @@ int main(int argc, char**) {
   good &= steps("contacts, walls", grains, 60, 1e-3, [](const Grains& y) {
     const Hooke law{.stiffness = 1e4, .restitution = 0.6, .friction = 0.4, .rolling_friction = 0.1};
     return PhiStepper{y,
-                      Contact{law} +
-                          Walls<Hooke>{law, Plane<3>{{0, 0, -0.49}, Eigen::Vector3d::UnitZ()}} +
+                      Contact{law} + Walls<Hooke>{law, Plane<3>{{0, 0, -0.49}, Eigen::Vector3d::UnitZ()}} +
                           Gravity{Eigen::Vector3d{3, 0, -9}},
                       symplectic_euler};
   });
@@ -85,7 +84,8 @@ int main(int argc, char**) {
   for (int k = 0; k < n * n * n; ++k)
     for (const int to : {1, n, n * n})
       if (k / to % n + 1 < n) springs.push_back({k, k + to, 100, 0.9});
-  good &= steps("springs in rows", lattice<Atoms>(n, 1, 0.1), 20, 0.01,
-                [&](const Atoms& y) { return PhiStepper{y, spring_network<3>(springs), velocity_verlet}; });
+  good &= steps("springs in rows", lattice<Atoms>(n, 1, 0.1), 20, 0.01, [&](const Atoms& y) {
+    return PhiStepper{y, spring_network<3>(springs), velocity_verlet};
+  });
   return good ? 0 : 1;
 }

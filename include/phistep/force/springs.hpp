@@ -71,8 +71,7 @@ struct SpringNetwork : ForceTerm {
   explicit SpringNetwork(std::vector<Spring> list, Damping d = {}) : springs(std::move(list)), damping(d) {
     for (const Spring& s : springs)
       if (s.i == s.j || s.i < 0 || s.j < 0 || std::max(s.i, s.j) == std::numeric_limits<std::ptrdiff_t>::max() ||
-          !(s.stiffness >= 0) || !(s.length >= 0) || !std::isfinite(s.stiffness) ||
-          !std::isfinite(s.length))
+          !(s.stiffness >= 0) || !(s.length >= 0) || !std::isfinite(s.stiffness) || !std::isfinite(s.length))
         throw std::invalid_argument("phistep: spring between particles " + std::to_string(s.i) + " and " +
                                     std::to_string(s.j) + ": needs two particles, stiffness >= 0 and length >= 0");
     if constexpr (damped)

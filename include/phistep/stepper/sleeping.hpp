@@ -124,8 +124,8 @@ class Sleeping {
     const auto n = static_cast<Index>(who.size());
     in.check(static_cast<Index>(id.size()) == n);
     for (const Vectors& x : vectors) in.check(x.cols() == n);
-    load_parts(in, then, steps_, since_check_, clock_, checked_, review_, impulse_rate_, meddled_, parted_, free_, deep_,
-               stepper_);
+    load_parts(in, then, steps_, since_check_, clock_, checked_, review_, impulse_rate_, meddled_, parted_, free_,
+               deep_, stepper_);
     who_ = std::move(who), report_ = report, id_ = std::move(id);
     rest_ = std::move(vectors[0]), sample_ = std::move(vectors[1]);
     velocity_ = std::move(vectors[2]), push_ = std::move(vectors[3]);
