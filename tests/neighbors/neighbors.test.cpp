@@ -300,6 +300,10 @@ TEST_CASE("a cutoff larger than the box is refused") {
   CHECK_THROWS_AS(neighbors.list(r.data(), 1, box(2, {true, true, true}), nobody, {2.0, 0.1}, memory),
                   std::invalid_argument);  // z has a period of 1.75
   CHECK_NOTHROW(neighbors.list(r.data(), 1, box(2, {true, true, false}), nobody, {2.0, 0.1}, memory));
+  // So is a skin in which a list would serve for longer than the images that it has.
+  NeighborMemory fresh;
+  CHECK_THROWS_AS(neighbors.list(r.data(), 1, box(2, {true, true, false}), nobody, {1.0, 20.0}, fresh),
+                  std::invalid_argument);
 }
 
 TEST_CASE("a memory that goes back takes the list with it, bit for bit") {

@@ -66,7 +66,10 @@ class VariableStep {
   /// One more try.
   [[nodiscard]] bool may_try() { return left_-- > 0; }
 
-  void archive(auto& ar) { ar(size_, left_, failures_); }
+  void archive(auto& ar) {
+    ar(size_, left_, failures_);
+    ar.check(-1 <= left_ && 0 <= failures_ && failures_ <= 21);
+  }
 
  private:
   double size_ = 0, smallest_ = 0, largest_ = std::numeric_limits<double>::infinity();

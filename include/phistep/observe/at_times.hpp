@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "phistep/core/archive.hpp"
+#include "phistep/core/statistics.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/observe/completed_step.hpp"
 #include "phistep/observe/goes_on.hpp"
@@ -101,7 +102,10 @@ class IntervalMarks {
     return static_cast<Scalar>(start_) + std::copysign(whole, dt);
   }
   void pass(auto /*mark*/) { ++next_; }
-  void archive(auto& ar) { ar(start_, next_); }
+  void archive(auto& ar) {
+    ar(start_, next_);
+    ar.check(next_ >= 1 && can_be_count(next_));
+  }
 
  private:
   double interval_;

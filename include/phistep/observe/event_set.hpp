@@ -31,6 +31,7 @@
 
 #include "phistep/core/archive.hpp"
 #include "phistep/core/outcome.hpp"
+#include "phistep/core/statistics.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/observe/completed_step.hpp"
 #include "phistep/observe/event.hpp"
@@ -51,7 +52,7 @@ struct Armed {
 
   void archive(auto& ar) {
     ar(g, last, interval, count, standing);
-    ar.check(standing <= Standing::unknown);
+    ar.check(standing <= Standing::unknown && can_be_count(count));
   }
 };
 

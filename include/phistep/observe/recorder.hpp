@@ -76,9 +76,8 @@ class Recorder {
     const auto all = static_cast<Index>(values_.size());
     Index numbers = 0;
     for (const Shape& shape : shapes_) {
-      ar.check(0 <= shape.rows && 0 <= shape.cols &&
-               (shape.cols == 0 || shape.rows <= all / shape.cols || size() == 0));
-      if (size() > 0) numbers += shape.size();
+      ar.check(0 <= shape.rows && 0 <= shape.cols && (shape.cols == 0 || shape.rows <= all / shape.cols));
+      numbers += shape.size();
     }
     ar.check(all == numbers * size());
   }

@@ -7,7 +7,9 @@
 /// With Newton's fresh Jacobian, which is tried first, this is the ladder of retries: old matrix, new matrix, Δt/2, Δt/4, …
 #pragma once
 
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <stdexcept>
 #include <utility>
 
@@ -77,7 +79,13 @@ class Halving {
   void reset() { stepper_.reset(); }
   /// As PhiStepper's.
   void save(Writer& out) const { save_parts(out, steps_, failed_steps_, halvings_, stepper_); }
-  void load(Reader& in, auto&& then) { load_parts(in, then, steps_, failed_steps_, halvings_, stepper_); }
+  void load(Reader& in, auto&& then) {
+    std::array<std::int64_t, 3> counts{};
+    in(counts);
+    for (const std::int64_t count : counts) in.check(can_be_count(count));
+    load_parts(in, then, stepper_);
+    steps_ = counts[0], failed_steps_ = counts[1], halvings_ = counts[2];
+  }
 
  private:
   /// What a failure takes the state and the stepper back to.

@@ -19,6 +19,7 @@
 #include <Eigen/Core>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -115,8 +116,19 @@ class Sleeping {
                review_, impulse_rate_, meddled_, parted_, free_, deep_, stepper_);
   }
   void load(Reader& in, auto&& then) {
-    load_parts(in, then, who_, report_, id_, rest_, sample_, velocity_, push_, steps_, since_check_, clock_, checked_,
-               review_, impulse_rate_, meddled_, parted_, free_, deep_, stepper_);
+    std::vector<Sleeper> who;
+    SleepReport report;
+    std::vector<std::int64_t> id;
+    std::array<Vectors, 4> vectors;
+    in(who, report, id, vectors);
+    const auto n = static_cast<Index>(who.size());
+    in.check(static_cast<Index>(id.size()) == n);
+    for (const Vectors& x : vectors) in.check(x.cols() == n);
+    load_parts(in, then, steps_, since_check_, clock_, checked_, review_, impulse_rate_, meddled_, parted_, free_,
+               deep_, stepper_);
+    who_ = std::move(who), report_ = report, id_ = std::move(id);
+    rest_ = std::move(vectors[0]), sample_ = std::move(vectors[1]);
+    velocity_ = std::move(vectors[2]), push_ = std::move(vectors[3]);
     body_ = 0;
   }
 
@@ -135,6 +147,11 @@ class Sleeping {
     double impulse = 0;      // [force·time/time] |F| left out while deep
     double since = 0;        // on clock_ [time] it has been quiet
     double expires = 0;      // on clock_ [time]
+
+    void archive(auto& ar) {
+      ar(kind, flagged, naps, quiet, impulse, since, expires);
+      ar.check(kind <= Kind::deep && 0 <= naps && naps <= 30 && 0 <= quiet && quiet < 1 << 30);
+    }
   };
 
   [[nodiscard]] Sleeper& who(Index i) { return who_[static_cast<std::size_t>(i)]; }
