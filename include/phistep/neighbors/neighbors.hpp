@@ -199,8 +199,13 @@ class Neighbors {
         throw std::invalid_argument("phistep: the cutoff " + std::to_string(range.cutoff) +
                                     " is larger than the box, whose period along axis " + std::to_string(a) + " is " +
                                     std::to_string(from.domain.length[a]));
-    builder_.build(from.positions.data(), static_cast<std::int32_t>(from.positions.size() / dim), from.domain,
-                   from.still, range.cutoff + range.skin, range.pad, list_);
+    try {
+      builder_.build(from.positions.data(), static_cast<std::int32_t>(from.positions.size() / dim), from.domain,
+                     from.still, range.cutoff + range.skin, range.pad, list_);
+    } catch (...) {
+      list_.rows.clear();  // current() must not lead to rows that were never filled
+      throw;
+    }
     ++rebuilds_;
     range_ = key(range);
     built_ = reference;
