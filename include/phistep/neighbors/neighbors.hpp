@@ -206,8 +206,13 @@ class Neighbors {
       // Eight images are looked at: a list that served for longer ways would miss pairs.
       if (range.cutoff + range.skin > 6 * from.domain.length[a]) refuse("skin", range.skin);
     }
-    builder_.build(from.positions.data(), static_cast<std::int32_t>(from.positions.size() / dim), from.domain,
-                   from.still, range.cutoff + range.skin, range.pad, list_);
+    try {
+      builder_.build(from.positions.data(), static_cast<std::int32_t>(from.positions.size() / dim), from.domain,
+                     from.still, range.cutoff + range.skin, range.pad, list_);
+    } catch (...) {
+      list_.rows.clear();  // current() must not lead to rows that were never filled
+      throw;
+    }
     ++rebuilds_;
     range_ = key(range);
     built_ = reference;

@@ -194,6 +194,7 @@ class NetworkSystem : public Sizes {
 
   /// Numbers the nodes, and sorts the edges by their nodes.
   void make_pattern(Statistics& statistics) {
+    has_pattern_ = false;  // not until all of this has been done: it may run out of memory
     pairs_.resize(written_);
     tangents_.resize(written_);
     if (pairs_.size() > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()))

@@ -38,13 +38,18 @@ class SparseSystem : public AssembledSystem<Scalar> {
       solver_.make();
       assembly_.forget_pattern();
     }
-    if (assembly_.update_pattern(masses)) {
-      solver_->analyzePattern(assembly_.matrix());
-      ++statistics.analyses;
+    try {
+      if (assembly_.update_pattern(masses)) {
+        solver_->analyzePattern(assembly_.matrix());
+        ++statistics.analyses;
+      }
+      assembly_.assemble(gamma_force, gamma_drift);
+      ++statistics.factorizations;
+      solver_->factorize(assembly_.matrix());
+    } catch (...) {  // of memory it didn't get: Eigen's solvers can't be used any more then
+      solver_.drop();
+      throw;
     }
-    assembly_.assemble(gamma_force, gamma_drift);
-    ++statistics.factorizations;
-    solver_->factorize(assembly_.matrix());
     if (solver_->info() == Eigen::NumericalIssue) return failure_of_factors();
     if (solver_->info() != Eigen::Success) return Outcome::linear_solver_failed;
     if constexpr (SimplicialFactors<Solver>) {

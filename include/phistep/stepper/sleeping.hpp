@@ -23,6 +23,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <new>
 #include <stdexcept>
 #include <type_traits>
 #include <utility>
@@ -65,6 +66,7 @@ class Sleeping {
   StepReport step(S& state, Scalar t, Scalar dt, Origin origin = Origin::unknown) {
     if (options_.speed == 0) return stepper_.step(state, t, dt, origin);
     adopt(state, origin);
+    if (put_off_) part(state, false);
     if constexpr (requires { stepper_.changes(); })
       if (std::exchange(changes_, stepper_.changes()) != stepper_.changes())
         wake_all();  // the force may be another one
@@ -85,9 +87,9 @@ class Sleeping {
     put_back(state);
     if (since_check_ >= options_.every) {
       check(state);
-      part(state, steps_ / options_.every % 4 == 0);
+      part_if_possible(state, steps_ / options_.every % 4 == 0);
     } else if (parted_ || (report_.asleep > 0 && have_pairs_changed())) {
-      part(state, false);
+      part_if_possible(state, false);
     }
     return report;
   }
@@ -188,6 +190,7 @@ class Sleeping {
   void match(const S& state) {
     std::vector<Sleeper> now(static_cast<std::size_t>(state.size()));
     Vectors rest = state.r, sample = state.r, velocity = state.v, push = Vectors::Zero(dim, state.size());
+    std::vector<std::int64_t> id = state.id();
     wake_beside_the_erased(state);
     std::size_t old = 0;
     for (std::size_t k = 0; k < state.id().size(); ++k) {
@@ -200,7 +203,7 @@ class Sleeping {
     }
     who_ = std::move(now);
     rest_ = std::move(rest), sample_ = std::move(sample), velocity_ = std::move(velocity), push_ = std::move(push);
-    id_ = state.id();
+    id_ = std::move(id);
   }
   /// The pairs are still those of the step before, and so are the indices.
   void wake_beside_the_erased(const S& state) {
@@ -336,6 +339,14 @@ class Sleeping {
     meddled_ = parted_ = true;
   }
 
+  /// Behind a step it is too late to fail: without the memory for it, it is put off until the next.
+  void part_if_possible(S& state, bool leave_out) {
+    try {
+      part(state, leave_out);
+    } catch (const std::bad_alloc&) {
+      put_off_ = true;
+    }
+  }
   /// Parts sleepers into those within two neighbours of somebody awake and the others. Who must be watched is so at once.
   /// Each change of who is computed costs a search for neighbours, so that those who needn't be are left out many at a time.
   void part(S& state, bool leave_out) {
@@ -369,6 +380,7 @@ class Sleeping {
       if (!any) still.clear();
       state.set_still(std::move(still));
     }
+    put_off_ = false;
     body_ = state.body().serial;
     count();
   }
@@ -383,7 +395,7 @@ class Sleeping {
   SleepReport report_;
   std::int64_t steps_ = 0, since_check_ = 0, free_ = 0, deep_ = 0, pair_changes_ = 0, changes_ = 0;
   double clock_ = 0, checked_ = 0, review_ = 0, impulse_rate_ = 0;
-  bool meddled_ = false, parted_ = false;
+  bool meddled_ = false, parted_ = false, put_off_ = false;
 };
 
 }  // namespace phistep::inline PHISTEP_ABI
