@@ -1,14 +1,11 @@
-// The stress list, each line a test: forces that are nearly singular, ratios of masses and stiffnesses, tangents that are
-// indefinite, matrices without an inverse, the floor of precision, denormal numbers. The same at full length:
-// extremes.stress.cpp and solvers.stress.cpp.
+// Of the stress list what is quick: ratios of masses, tangents that are indefinite, matrices without an inverse, the floor
+// of precision, denormal numbers. All of it, at full length: extremes.stress.cpp and solvers.stress.cpp.
 #include <phistep/krylov.hpp>
-#include <phistep/sparse.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <numbers>
 #include <vector>
 
 #include "support/catch.hpp"
@@ -16,21 +13,11 @@
 using namespace phistep;
 using Vec = Eigen::VectorXd;
 using Mat = Eigen::MatrixXd;
-using Sparse = Eigen::SparseMatrix<double>;
-using Plane = Eigen::Vector2d;
 using Net = Motion<Eigen::Matrix3Xd>;
 
 namespace {
 
 constexpr double u = std::numeric_limits<double>::epsilon();
-
-struct Attraction {
-  Plane operator()(const Plane& r) const {
-    const double d = r.stableNorm();
-    return -r / d / d / d;
-  }
-};
-double energy(const Motion<Plane>& y) { return y.v.squaredNorm() / 2 - 1 / y.r.norm(); }
 
 /// A chain of masses: springs k_i to the one before, the first to a wall.
 Mat chain(const Vec& k) {
@@ -76,34 +63,7 @@ double residual(const std::vector<Spring>& springs, const Vec& m, const Net& y, 
   return most;
 }
 
-void encounter(const char* name, auto scheme) {
-  CAPTURE(name);
-  constexpr double q = 1e-8, rtol = 1e-9;  // pericentre, of an ellipse with a = 1
-  Motion<Plane> y{Plane(2 - q, 0), Plane(0, std::sqrt(q / (2 - q)))};
-  PhiStepper stepper{y, Attraction{}, scheme};
-  double nearest = 1;
-  const RunReport report = integrate(stepper, y, {0, 2 * std::numbers::pi}, tolerance{.rtol = rtol, .max_steps = 10000},
-                                     [&](double, const auto& now) { nearest = std::min(nearest, now.r.norm()); });
-  REQUIRE(report);
-  CHECK(nearest <= 2 * q);
-  CHECK(report.smallest_dt <= 1e-11);  // from 0.02 at the start: (q/a)^(3/2) = 1e-12 is the time it lasts
-  // Energies of 1/q were exchanged, each to rtol.
-  CHECK(std::abs(energy(y) + 0.5) <= 10 * rtol / q);
-  CHECK(std::abs(y.r[0] * y.v[1] - y.r[1] * y.v[0] - std::sqrt(q * (2 - q))) <= 1000 * rtol * std::sqrt(2 * q));
-
-  // Head-on there is no other side.
-  Motion<Plane> z{Plane(-1, 0), Plane(1, 0)};
-  PhiStepper falling{z, Attraction{}, scheme};
-  const RunReport end = integrate(falling, z, {0, 2}, tolerance{.rtol = 1e-6, .max_steps = 10000});
-  CHECK(end.outcome == Outcome::step_too_small);
-  CHECK((z.r.allFinite() && z.v.allFinite()));
-  CHECK(std::abs(end.t - (std::numbers::pi / 2 - 1)) <= 1e-6);
-  CHECK(z.r.norm() <= 1e-9);
-}
-
 }  // namespace
-
-TEST_CASE("stress list: near-singular force, close encounters to 1e-8") { encounter("rkn1210", rkn1210); }
 
 TEST_CASE("stress list: mass ratio 1e12") {
   // Matrix-free: the residual of the heavy must not hide what is left to do on the light.
@@ -125,7 +85,9 @@ TEST_CASE("stress list: mass ratio 1e12") {
     y.r(0, 0) = 1.1, y.v(1, 0) = 0.5, y.v(1, 1) = 1e-6;
     PhiStepper stepper{y, spring_network<3>({{0, 1, 100.0, 1.0}}), scheme, mass(masses)};
     const Eigen::Vector3d before = y.v * masses;
-    for (int n = 0; n < 1000; ++n) REQUIRE(stepper.step(y, 0.02 * n, 0.02));
+    int done = 0;
+    for (int n = 0; n < 1000; ++n) done += stepper.step(y, 0.02 * n, 0.02) ? 1 : 0;
+    CHECK(done == 1000);
     CHECK((y.v * masses - before).norm() <= 1e-13 * before.norm());
     CHECK(y.r.col(0).norm() == Approx(1.05).epsilon(0.1));
   };
@@ -133,45 +95,7 @@ TEST_CASE("stress list: mass ratio 1e12") {
   dumbbell(velocity_verlet);
 }
 
-TEST_CASE("stress list: stiffness ratio 1e16") {
-  const Vec m = Vec::Ones(10), r0 = Vec::LinSpaced(10, 0.01, 0.1), v0 = 0.1 * Vec::Unit(10, 0);
-  const auto step = [&](const Mat& K) {
-    Motion<Vec> y{r0, v0};
-    PhiStepper stepper{y, linear(K), backward_euler};
-    REQUIRE(stepper.step(y, 0, 1));
-    return y.v;
-  };
-  // Side by side: every digit, of the stiff and of the soft.
-  Vec k(10);
-  for (int i = 0; i < 10; ++i) k[i] = std::pow(10.0, 16.0 * i / 9 - 8);
-  const Mat apart = Vec(-k).asDiagonal();
-  const Vec exact = velocity_after(apart, m, r0, v0, 1), got = step(apart);
-  for (int i = 0; i < 10; ++i) CHECK(std::abs(got[i] - exact[i]) <= 8 * u * std::max(std::abs(exact[i]), r0[i]));
-  // In one chain: as many digits less as the matrix has in its condition, here 8 …
-  k = k.array().sqrt();
-  CHECK(worst(step(chain(k)), velocity_after(chain(k), m, r0, v0, 1)) <= 100 * 1e8 * u);
-  // … and with 16 none are sure in the soft part, but what is solved is the equation to rounding.
-  k = k.array().square();
-  const Mat K = chain(k);
-  const Vec w = step(K), r1 = r0 + w;
-  const Vec left = w - v0 - K * r1, sizes = w.cwiseAbs() + v0 + K.cwiseAbs() * (r0.cwiseAbs() + r1.cwiseAbs());
-  CHECK(left.norm() <= 100 * u * sizes.norm());
-}
-
 TEST_CASE("stress list: indefinite tangents are never silent") {
-  // An inverted pendulum, Ψ = +ω²r: v⁺ = (v + hω²r)/(1 − h²ω²).
-  for (const double h : {0.1, 0.999, 1.001, 3.0, 1e6}) {
-    CAPTURE(h);
-    Motion<Vec> y{Vec::Ones(2), Vec::Zero(2)};
-    Mat K = Mat::Identity(2, 2);
-    K(1, 1) = -1;
-    const Sparse tangent = K.sparseView();
-    PhiStepper stepper{y, symmetric(linear(tangent)), backward_euler};
-    REQUIRE(stepper.step(y, 0, h));
-    CHECK(y.v[0] == Approx(h / (1 - h * h)).epsilon(1e-12));
-    CHECK(y.v[1] == Approx(-h / (1 + h * h)).epsilon(1e-12));
-    CHECK((stepper.statistics().fallbacks > 0) == (h > 1));
-  }
   // A column of two compressed springs between heavy ends, about to buckle: solved, or an outcome.
   const std::vector<Spring> springs{{0, 1, 1e6, 1.0}, {1, 2, 1e6, 1.0}};
   const Vec m = alternating(1e12, 1, 3);
@@ -203,21 +127,13 @@ TEST_CASE("stress list: matrices without an inverse") {
     };
     const Vec y = Vec::Ones(2);
     const Mat grows = Mat::Identity(2, 2);
-    const Sparse sparse = grows.sparseView();
     check(PhiStepper{y, linear(grows), backward_euler});
-    check(PhiStepper{y, linear(sparse), backward_euler});
     Vec z = y;
     Halving halving{PhiStepper{z, linear(grows), backward_euler}, 4};
     CHECK(halving.step(z, 0, 1));
     CHECK(z[0] == 4);  // (1 − ½)⁻²
   }
-  // M without an inverse, of its structure or of its numbers.
-  Sparse hole(2, 2);
-  hole.insert(0, 0) = 1;
-  const Vec y = Vec::Ones(2);
-  const auto force = [](const Vec& x) -> Vec { return -x; };
-  CHECK_THROWS_AS((PhiStepper{y, force, trapezoidal, capacity(hole)}), std::invalid_argument);
-  CHECK_THROWS_AS(capacity(Mat::Ones(2, 2).eval()), std::invalid_argument);
+  // Neither has M, be it of its numbers or for a reciprocal that is no number (tests/linear/mass.test.cpp: matrices).
   for (const double bad : {0.0, -1.0, 1e-320, std::nan(""), HUGE_VAL}) {
     CHECK_THROWS_AS(mass(bad), std::invalid_argument);
     CHECK_THROWS_AS(mass(Vec(bad * Vec::Ones(2))), std::invalid_argument);
@@ -239,7 +155,7 @@ TEST_CASE("stress list: time at the floor of its precision") {
   const auto [through, sum] = run(1e16, 1e16 + 200, fixed(2));
   CHECK((through && through.t == 1e16 + 200 && through.statistics.steps == 100 && sum == 200));
   const auto [chosen, length] = run(1e16, 1e16 + 200, tolerance{});
-  CHECK((chosen && chosen.t == 1e16 + 200 && length == 200));
+  CHECK((chosen && chosen.t == 1e16 + 200 && std::abs(length - 200) <= 2));  // its own steps are no whole ticks
   auto seen = event([](double t, const Vec&) { return t - (1e16 + 101); });
   const auto [met, at_end] = run(1e16, 1e16 + 200, fixed(40), seen);
   CHECK((met && at_end == 200));

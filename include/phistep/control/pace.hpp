@@ -111,13 +111,13 @@ class ErrorPace {
   }
   [[nodiscard]] Outcome start(TimeSpan<Scalar> span, const Plain& y, int order, auto&& slope) {
     double first = wanted_.first_step;
-    // A run of a few roundings is one step: any shorter one would stand still.
-    const Scalar length = std::abs(span.t1 - span.t0);
-    if (length <= 8 * std::numeric_limits<Scalar>::epsilon() * std::abs(span.t0)) first = static_cast<double>(length);
     if (first == 0) {
       norm_.weigh(y, trace_.weight);
       first = first_step(slope, y, norm_, trace_.weight, span.t0, span.t1 - span.t0, order, allowed_);
       if (first == 0) return Outcome::non_finite_force;
+      // Far from t = 0 the clock may be coarser than what is known of y: a step that it can't show is none.
+      const Scalar tick = 16 * std::numeric_limits<Scalar>::epsilon() * std::abs(span.t0);
+      first = std::max(first, static_cast<double>(std::min(tick, std::abs(span.t1 - span.t0))));
     }
     if (counts_ && iterations_.first_step > 0) first = std::min(first, iterations_.first_step);
     step_.set(first);

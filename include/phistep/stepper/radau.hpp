@@ -301,7 +301,7 @@ class Row<Radau, S> : public RowDefaults {
     ++kernel.rhs().statistics().solves;
     ++kernel.rhs().statistics().iterations;
     const auto sum = work_.template correct<s>(masses, weight_);
-    return std::sqrt(static_cast<double>(sum) / static_cast<double>(s * n_));
+    return n_ == 0 ? 0 : std::sqrt(static_cast<double>(sum) / static_cast<double>(s * n_));
   }
 
   template <int s, class Kernel>
