@@ -43,26 +43,27 @@ struct Rounded {
   [[nodiscard]] Real size() const { return std::abs(x); }
 
   friend Rounded operator+(const Rounded& a, const Rounded& b) {
-    const T x = a.x + b.x;
-    return {x, a.e + b.e + std::abs(x), std::max(a.peak, b.peak)};
+    const T sum = a.x + b.x;
+    return {sum, a.e + b.e + std::abs(sum), std::max(a.peak, b.peak)};
   }
   friend Rounded operator-(const Rounded& a, const Rounded& b) {
-    const T x = a.x - b.x;
-    return {x, a.e + b.e + std::abs(x), std::max(a.peak, b.peak)};
+    const T sum = a.x - b.x;
+    return {sum, a.e + b.e + std::abs(sum), std::max(a.peak, b.peak)};
   }
   friend Rounded operator*(const Rounded& a, const Rounded& b) {
-    const T x = a.x * b.x;
-    return {x, a.e * b.size() + b.e * a.size() + product_cost<T> * std::abs(x), std::max(a.peak, b.peak)};
+    const T product = a.x * b.x;
+    return {product, a.e * b.size() + b.e * a.size() + product_cost<T> * std::abs(product), std::max(a.peak, b.peak)};
   }
   /// By a number that is no vector: one rounding, and one of the number's own.
   friend Rounded scaled(Real by, const Rounded& a) {
-    const T x = static_cast<T>(by) * a.x;
-    return {x, std::abs(by) * a.e + 2 * std::abs(x), a.peak};
+    const T product = static_cast<T>(by) * a.x;
+    return {product, std::abs(by) * a.e + 2 * std::abs(product), a.peak};
   }
   /// A⁻¹ b
   friend Rounded solved(const Rounded& A, const Rounded& b) {
-    const T x = b.x / A.x;
-    return {x, (b.e + A.e * std::abs(x)) / A.size() + solve_cost<T> * std::abs(x), std::max(A.peak, b.peak)};
+    const T quotient = b.x / A.x;
+    return {quotient, (b.e + A.e * std::abs(quotient)) / A.size() + solve_cost<T> * std::abs(quotient),
+            std::max(A.peak, b.peak)};
   }
 };
 

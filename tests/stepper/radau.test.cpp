@@ -185,3 +185,22 @@ TEST_CASE("an affine force: its Jacobian once, its matrices once a length") {
   // y_1 follows y_2/49 after its own transient, exp(−50·0.7): order 5 at h = 0.1 leaves (0.1)⁵/7200.
   CHECK(std::abs(y[1] - std::exp(-0.7)) <= 1e-8);
 }
+
+TEST_CASE("radau from rest: the unit of time changes no bit") {
+  // v = 0 has no size to measure the first correction of v by.
+  using One = Eigen::Matrix<double, 1, 1>;
+  for (const int stages : {3, 5, 7}) {
+    double r = 0, v = 0;
+    for (const int exponent : {0, -40, -20, -8, 8, 20, 40}) {
+      const double per = std::ldexp(1.0, exponent);
+      phistep::Motion<One> y{One{1}, One{0}};
+      phistep::PhiStepper stepper{y, [per](const One& at) -> One { return One{-per * per * std::sin(at[0])}; },
+                                  phistep::radau(stages)};
+      CAPTURE(stages, exponent);
+      REQUIRE(stepper.step(y, 0, 1.5 / per));
+      if (exponent == 0) r = y.r[0], v = y.v[0];
+      CHECK(y.r[0] == r);
+      CHECK(y.v[0] / per == v);
+    }
+  }
+}

@@ -9,6 +9,8 @@
 /// For forces that depend on v, where kick_drift.hpp is none: magnetic fields, rotating frames, a drive. It solves what the
 /// scheme solves: with velocity Verlet a local equation for v in each substep.
 ///
+/// Over velocity Verlet no oscillation grows for ωΔt < 3.09; from there to π by 2% a step at most, and for good from 5.6.
+///
 /// **Not with dissipation.** Some γ_i are negative, as they must be beyond order 2: such a substep goes backward in time, and
 /// what friction damps forward grows there, by e^{c|γ_i|Δt}; an implicit one meets 1 − φλγ_iΔt = 0. Friction that is slow
 /// beside Δt does no harm, stiff friction blows up: there extrapolated(…), tr_bdf2 or a Rosenbrock scheme serves.

@@ -273,7 +273,8 @@ class Row<Radau, S> : public RowDefaults {
     using Judgement = typename RadauIteration<>::Judgement;
     RoundingIteration<> test{round_off};
     Judgement verdict = Judgement::go_on;
-    while (verdict == Judgement::go_on) {
+    for (bool first = true; verdict == Judgement::go_on; first = false) {
+      bool has_scale = true;
       this->template evaluate<s>(kernel, step);
       for_each_solved<S>(
           [&](Index at, const auto& y) {
@@ -285,9 +286,13 @@ class Row<Radau, S> : public RowDefaults {
             }
             for (Index i = 0; i < y.size(); ++i)
               weight_[static_cast<std::size_t>(at + i)] = largest > 0 ? 1 / largest : Scalar{1};
+            has_scale = has_scale && largest > 0;
           },
           step.y);
-      verdict = test.judge(this->template correction<s>(kernel, masses));
+      const double size = this->template correction<s>(kernel, masses);
+      // From rest, the first correction is what the next is measured by: its own size would be a number with a unit.
+      if (has_scale || !first) verdict = test.judge(size);
+      else if (!std::isfinite(size)) verdict = Judgement::failed;
     }
     if (verdict == Judgement::failed)
       return this->template blame<s>(kernel, step,
