@@ -37,7 +37,7 @@ endurance::Trend follow(const std::string& name, auto force, auto scheme, T a, d
   };
   const long double start = energy();
   const auto series = endurance::follow(
-      {name}, static_cast<std::int64_t>(steps),
+      {name + ", a = " + figures::text(static_cast<double>(a))}, static_cast<std::int64_t>(steps),
       [&](std::int64_t from, std::int64_t to) {
         const auto report = phistep::integrate(stepper, y, {T{0}, static_cast<T>(to - from)}, phistep::fixed(1));
         if (!report) FAIL(report.message());

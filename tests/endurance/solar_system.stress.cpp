@@ -111,7 +111,7 @@ TEST_CASE("a million years, symplectic: the energy error neither drifts nor grow
     const Result result = run(name, scheme, dt);
     tell(name, result);
     // The planets meet in ever other ways, those of four thousand years are most of them.
-    figures::at_most(1.5 * soon, result.energy.worst, name + ": the energy error stays what it was in 4000 years",
+    figures::at_most(1.5 * soon, result.energy.worst, name + ": energy error as in the first 4000 years",
                      "1e6 years: max |dE/E|");
     figures::at_most(5, std::abs(result.energy.t), name + ": the energy does not drift", "|t| of Student's test");
     figures::at_most(5, std::abs(result.angular.t), name + ": L does not drift", "|t| of Student's test");
