@@ -234,6 +234,7 @@ struct Promise {
   double tolerance;       ///< else: in units of round-off and of the state's largest number
   int smallest, largest;  ///< sizes
   std::function<std::unique_ptr<Pair>(int, Mood*)> make;
+  bool looks_ahead = false;  ///< its last force call of a step is the next one's first, and not looked at before then
 };
 
 /// One sequence.
@@ -317,6 +318,8 @@ inline void live(Source& source, const Promise& promise) {
     if (trouble.kind != Mood::well) spared_is_equal = false;  // a fault inside of a step may have been overcome
     compare_with_spared(by);
     t += by;
+    // A force that was ill at the step's end, once, where it was asked for the next step's sake: that step will tell.
+    if (trouble.kind != Mood::well && promise.looks_ahead) all([](Pair& pair) { pair.reset(); });
     if (main->numbers().size() > 0 && !(main->numbers().cwiseAbs().maxCoeff() <= 3)) {
       const Vec calm = main->numbers().cwiseMax(-1).cwiseMin(1);
       all([&](Pair& pair) { pair.set(calm); });
@@ -352,6 +355,7 @@ inline void live(Source& source, const Promise& promise) {
         const double bad[] = {0, std::nan(""), HUGE_VAL, -HUGE_VAL, 1e-300};
         const double by = bad[source.below(5)];
         const Vec before = main->numbers();
+        if (!knows_size) spared_is_equal = false;  // a try is enough to learn of another size
         const End end = step_twins(t == 0 && by == 1e-300 ? 0 : by, {});
         source.require(end != Outcome::success, "an impossible step succeeds");
         source.require(states::same_bits(main->numbers(), before), "an impossible step changes the state");
@@ -413,13 +417,17 @@ inline void live(Source& source, const Promise& promise) {
         const Vec before = main->numbers();
         const auto [fresh_end, fresh] = main->fresh_step(t, 1e200);
         const End end = step_twins(1e200, {});
-        source.require(fresh_end == end, "a fresh stepper ends a step too far otherwise");
+        // Implicit equations so far from their guess may be solved from one matrix and not from another.
+        if (promise.exact) source.require(fresh_end == end, "a fresh stepper ends a step too far otherwise");
         if (end != Outcome::success) {
           source.require(states::same_bits(main->numbers(), before), "a step too far changes the state");
           spared_is_equal = false;
           break;
         }
-        source.require(spared->step(t, 1e200) == end, "a step too far succeeds only after failures");
+        if (spared->step(t, 1e200) != end) {
+          source.require(!promise.exact, "a step too far succeeds only after failures");
+          spared_is_equal = false;
+        }
         all([&](Pair& pair) { pair.set(before); });
         break;
       }
