@@ -163,7 +163,7 @@ inline void reversal(Source& source) {
   const Scheme back = scheme.kind >= Kind::verlet ? scheme : scheme.adjoint();
   source.require(march(back, law, m, y, t + dt, -dt), "a short step back fails");
   const double size = std::max(1.0, std::max(size_of(start), size_of(y)));
-  const bool solved = scheme.kind < Kind::verlet;
+  const bool solved = !composed;  // Verlet's v, too, where there is friction
   const bool inside = scheme.kind == Kind::stage && scheme.force > 0 && scheme.force < 1;
   const double amplification = inside ? 1 / std::min(scheme.force, 1 - scheme.force) : 1;
   source.bound(distance(y, start), (composed ? 128 : solved ? 4096 : 32) * u * size * amplification, "does not return");
