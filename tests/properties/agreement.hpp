@@ -76,15 +76,15 @@ inline void solvers(Source& source) {
   };
   const Vec dense = by("dense", f);
   const double size = std::max(1e-300, start.cwiseAbs().maxCoeff()), allowed = 64 * u * (1 + dt * stiffness) * size;
-  const auto agree = [&](const char* name, const Vec& y) {
-    source.bound((y - dense).cwiseAbs().maxCoeff(), allowed, std::string(name) + " differs from dense LU");
+  const auto agree = [&](const char* name, const Vec& y, double times = 1) {
+    source.bound((y - dense).cwiseAbs().maxCoeff(), times * allowed, std::string(name) + " differs from dense LU");
   };
   agree("banded LU", by("banded", banded(f, 1, 1)));
   agree("block tridiagonal LU", by("block tridiagonal", block_tridiagonal<2>(f)));
   agree("sparse LU", by("sparse", sparsity(f, f.pattern())));
   if (symmetric_one) agree("sparse LDLT", by("symmetric", symmetric(sparsity(f, f.pattern()))));
   agree("Krylov", by("Krylov", f, newton<MatrixFree<Eigen::BiCGSTAB>>()));
-  if (dt * stiffness < 0.1) agree("fixed point", by("fixed point", f, fixed_point()));
+  if (dt * stiffness < 0.1) agree("fixed point", by("fixed point", f, fixed_point()), 4);  // Anderson mixes roundings
 }
 
 /// 11. Springs: conjugate gradients on the network, and dense LU of the same force as a function.
@@ -92,16 +92,16 @@ inline void networks(Source& source) {
   const int n = source.integer("particles", 2, 6);
   std::vector<Spring> springs;
   // A chain, so that all hang together, and more.
-  for (std::ptrdiff_t i = 1; i < n; ++i) springs.push_back({i - 1, i, source.decades("stiffness", 0, 4), 1});
+  for (std::ptrdiff_t i = 1; i < n; ++i) springs.push_back({i - 1, i, source.decades("stiffness", 0, 3), 1});
   while (source.more(4)) {
     const auto i = static_cast<std::ptrdiff_t>(source.below(static_cast<std::uint64_t>(n)));
     const auto j = static_cast<std::ptrdiff_t>(source.below(static_cast<std::uint64_t>(n)));
-    if (i != j) springs.push_back({i, j, source.decades("stiffness", 0, 4), 0.5});
+    if (i != j) springs.push_back({i, j, source.decades("stiffness", 0, 3), 0.5});
   }
   Motion<Vec> start{source.numbers("jitter", 3 * n, 0.1), source.numbers("v", 3 * n, 0.1)};
   for (Eigen::Index i = 0; i < n; ++i)
     start.r.segment<3>(3 * i) += Eigen::Vector3d(1.1 * static_cast<double>(i), 0.3 * static_cast<double>(i % 2), 0);
-  const double dt = source.decades("dt", -3, -1);
+  const double dt = source.decades("dt", -3, -2);  // Δt²k ≤ 0.1: one solution
   const auto by_hand = [&springs](const Vec& r) -> Vec {
     Vec f = Vec::Zero(r.size());
     for (const Spring& s : springs) {
@@ -205,9 +205,9 @@ inline void runs(Source& source) {
   if (!report) throw property::Broken("a run fails: " + report.message());
   source.require(report.t == t1 && last == t1, "a run ends elsewhere");
   source.require(grows, "time doesn't grow");
-  // Nominal lengths: differences of times are rounded.
+  // The last step before a stop is stretched by up to a hundredth rather than followed by a tiny one.
   if (bounded)
-    source.require(longest <= control.max_step + 4 * u * (std::abs(t1) + 1), "a step is longer than max_step");
+    source.require(longest <= 1.01 * control.max_step + 4 * u * (std::abs(t1) + 1), "a step is longer than max_step");
   source.require(report.largest_dt >= report.smallest_dt && report.smallest_dt > 0, "steps have no length");
   const double error = ((end - answer).array() / (answer.array().abs() + 1)).abs().maxCoeff();
   source.bound(error, 10 * kappa * rtol, "the error is beyond 10 kappa rtol");

@@ -179,6 +179,8 @@ class Transaction {
       } else {
         where = first_non_finite(Blocks<S>::all(next));
       }
+      // What this step left there is no reason for the next one's failure.
+      for_each_block([](auto, auto& block) { block.setZero(); }, Rate::blocks(psi_));
     }
     f.outcome = outcome;
     f.block = where.block;
