@@ -9,7 +9,7 @@ if(EXISTS "${DICTIONARY}")
 endif()
 execute_process(
   COMMAND "${PROGRAM}" -seed=7 "-runs=${RUNS}" -max_len=600 -timeout=20 -rss_limit_mb=2048 -malloc_limit_mb=512
-    -print_final_stats=1 ${dictionary} "-artifact_prefix=${WORK_DIR}/" "${WORK_DIR}/inputs" "${CORPUS}"
+    -print_final_stats=1 -print_funcs=0 ${dictionary} "-artifact_prefix=${WORK_DIR}/" "${WORK_DIR}/inputs" "${CORPUS}"
   RESULT_VARIABLE result OUTPUT_VARIABLE log ERROR_VARIABLE log)
 set(executions 0)
 if(log MATCHES "number_of_executed_units: ([0-9]+)")
