@@ -214,14 +214,14 @@ done
 row "portable flags: the same bits by every build" "builds with other bits" "$different" "<= 0" "$(verdict $different)"
 
 # Checkpoints go where the types and the instruction set are the same, and are refused elsewhere.
-# One way from each cell to the next, and from the first to all.
-taken=0 refused=0 astray=0
-n=1
+# From each build to the next, and from the first to all.
+taken=0 refused=0 astray=0 first='' before=''
+n=0
 while [ $((n += 1)) -le "$count" ]; do
-  for m in 1 $((n - 1)); do
+  [ -f "$folder/$n/checkpoint" ] || continue
+  for m in $first $before; do
     from=$folder/$m/checkpoint
     to=$folder/$n/answers
-    if [ ! -f "$from" ] || [ ! -x "$to" ]; then continue; fi
     emulator=''
     case $(of_cell "$n") in *arm64*) emulator="qemu-aarch64 -L /usr/aarch64-linux-gnu" ;; esac
     # shellcheck disable=SC2086
@@ -235,6 +235,7 @@ while [ $((n += 1)) -le "$count" ]; do
       *) astray=$((astray + 1)) && echo "  checkpoint of $m for $n: $said" ;;
     esac
   done
+  if [ -n "$first" ]; then before=$n; else first=$n; fi
 done
 echo
 echo "checkpoints: $taken taken by another build for the same machine, $refused of another machine refused, $astray otherwise"
