@@ -6,7 +6,7 @@
 
 #include "first_order.hpp"
 #include "phistep_rows.hpp"
-#include "truth.hpp"
+#include "truth/extrapolation.hpp"
 
 namespace work_precision {
 

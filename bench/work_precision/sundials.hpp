@@ -129,9 +129,6 @@ struct Handles {
 
   explicit Handles(const System& system) : y{N_VNew_Serial(static_cast<sunindextype>(system.size()), context.get())} {
     view(y.get()) = system.start;
-#if SUNDIALS_VERSION_MAJOR >= 7
-    SUNContext_ClearErrHandlers(context.get());
-#endif
   }
   void make_solver(const System& system, const Places& places) {
     const sunindextype n = system.size();
@@ -157,10 +154,6 @@ struct Handles {
     }
   }
 };
-
-#if SUNDIALS_VERSION_MAJOR < 7
-inline void ignore(int, const char*, const char*, char*, void*) {}
-#endif
 
 /// From leg to leg, and where there is a film, from time to time: the solver interpolates there, and steps as it would.
 /// @param restart   restart(t) starts again at t

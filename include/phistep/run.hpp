@@ -325,6 +325,8 @@ class Run {
   /// The step has become the state.
   bool complete(const Plan& plan) {
     const Scalar from = t_;
+    [[maybe_unused]] const Scalar lost = lost_;
+    slopes_are_finite_ = true;
     if constexpr (is_fixed) {
       t_ = plan.end;
     } else {
@@ -334,9 +336,21 @@ class Run {
     Scalar dt = plan.dt;
     [[maybe_unused]] typename EventsAmong<S, Observers...>::Found found;
     if constexpr (has_events) {
-      found = find_event(from, dt);
-      if (found.outcome != Outcome::success) return end(found.outcome);
-      if (found && !go_to(found, from, dt)) return end(outcome_);
+      try {
+        found = find_event(from, dt);
+        if (found.outcome != Outcome::success) return end(found.outcome);
+        if (found && !go_to(found, from, dt)) return end(outcome_);
+        if (found) events_.look(found, t_, state_);
+        if (!slopes_are_finite_) {  // where g passes zero between the step's ends, they say
+          go_back<true>(from);
+          return end(Outcome::non_finite_force);
+        }
+      } catch (...) {  // of g, or of the force: there was no step
+        go_back<true>(from);
+        lost_ = lost;
+        edits_.forget();  // nor is anything known of it
+        throw;
+      }
     }
     if constexpr (is_fixed)
       if (plan.is_node && t_ == plan.end) pace_.reached(t_);
@@ -349,13 +363,31 @@ class Run {
       if (cut_ || alone_) edits_.forget();
       else edits_.remember(t_, plain());
     }
-    const bool wanted = watch(from, dt);
-    if constexpr (has_events)
-      if (found)
-        if (const Outcome happened = events_.happen(found, t_, state_); happened != Outcome::success)
-          return end(happened);
-    return wanted || end(Outcome::stopped_by_observer);
+    if constexpr (has_events) {
+      const auto happen = [&] {
+        if (!found) return Outcome::success;
+        try {
+          return events_.happen(t_, state_);
+        } catch (...) {
+          edits_.forget();  // the next step looks where g stands
+          throw;
+        }
+      };
+      bool wanted = true;
+      try {
+        wanted = watch(from, dt);
+      } catch (...) {  // a bounce happens, whatever an observer thinks of it
+        if (const Outcome happened = happen(); happened != Outcome::success) end(happened);
+        throw;
+      }
+      if (const Outcome happened = happen(); happened != Outcome::success) return end(happened);
+      return (wanted || end(Outcome::stopped_by_observer)) && has_shown();
+    } else {
+      return (watch(from, dt) || end(Outcome::stopped_by_observer)) && has_shown();
+    }
   }
+  /// Whoever looked inside the step has seen what is no number, if its slopes are none.
+  [[nodiscard]] bool has_shown() { return slopes_are_finite_ || end(Outcome::non_finite_force); }
 
   /// The first event of the step just done. Where some g is not finite, there was no step.
   [[nodiscard]] auto find_event(Scalar from, Scalar dt) {
@@ -388,10 +420,13 @@ class Run {
     dt = t_ - from;
     return true;
   }
+  /// @tparam for_good  nobody goes back another time: then nothing is allocated
+  template <bool for_good = false>
   void go_back(Scalar from) {
     copy_blocks<S>(state_, start_);
-    if constexpr (can_go_back) stepper_.restore(*before_step_);
     t_ = from;
+    if constexpr (can_go_back && for_good) stepper_.restore(std::move(*before_step_));
+    else if constexpr (can_go_back) stepper_.restore(*before_step_);
   }
   /// t + Δt by a compensated sum (W. Kahan, Comm. ACM 8 (1965) 40), or the number to land on.
   void move_time(const Plan& plan) {
@@ -442,8 +477,8 @@ class Run {
         copy_blocks<S>(at_end, pace_.trace().start);
         return;
       }
-    static_cast<void>(stepper_.slope(from, start_, at_start));
-    static_cast<void>(stepper_.slope(t_, plain(), at_end));
+    slopes_are_finite_ = stepper_.slope(from, start_, at_start) && slopes_are_finite_;
+    slopes_are_finite_ = stepper_.slope(t_, plain(), at_end) && slopes_are_finite_;
   }
 
   /// The state as the stepper's own type: a Map's is gathered.
@@ -504,6 +539,7 @@ class Run {
   bool begun_ = false, ended_ = false, first_ = true, doubled_ = false, traced_ = false;
   bool cut_ = false;    // the step just done is shorter than the one accepted: it ends at an event
   bool alone_ = false;  // nobody has the state between steps
+  bool slopes_are_finite_ = true;  // of the step just done, as far as somebody asked
   std::int64_t changes_ = 0;
   EditGuard<S, false, false> edits_;
   [[no_unique_address]] std::conditional_t<sees_error, StepDoubling<Stepper, S>, Nothing> doubling_;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <random>
 #include <sstream>
 #include <stdexcept>
@@ -230,6 +231,27 @@ TEST_CASE("states of another size are refused") {
                   "of another size");  // found when the stepper is read already
     check_refused(bytes_of(larger.stepper, same.y, same.t), "of another size");
   }
+}
+
+TEST_CASE("values that nobody can have written are refused") {
+  const auto check = [](auto bad, auto&& spoil) {
+    const auto good = bad;
+    auto to = good;
+    CHECK_NOTHROW(load_bytes(bytes_of(good), to));
+    spoil(bad);
+    CHECK_THROWS_WITH(load_bytes(bytes_of(bad), to), contains("values that can't be"));
+  };
+  constexpr std::int64_t most = std::numeric_limits<std::int64_t>::max();
+  check(Statistics{}, [](Statistics& s) { s.force_calls = most; });
+  check(Statistics{}, [](Statistics& s) { s.steps = -1; });
+  check(Failure{}, [](Failure& f) { f.iterations = -1; });
+  check(Failure{}, [](Failure& f) { f.iterations = std::numeric_limits<int>::max(); });
+  check(RunReport{}, [](RunReport& r) { r.statistics.rejections = most; });
+  check(Armed<double>{}, [](Armed<double>& a) { a.count = most; });
+  using Past = ExtrapolationOrder<1, 12>::Past;
+  check(Past{}, [](Past& p) { p.target = 13; });
+  check(Past{}, [](Past& p) { p.below_column = -1; });
+  check(Past{}, [](Past& p) { p.patience = 0; });
 }
 
 TEST_CASE("nothing changes where what follows can't be read") {

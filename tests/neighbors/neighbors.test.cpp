@@ -244,6 +244,20 @@ TEST_CASE("who flew off costs the others nothing") {
   }
 }
 
+TEST_CASE("who flew off from a periodic box, to either side, has no images beyond count") {
+  const auto r = random_points<3>(100, 6, 12);
+  const Domain periodic = box(6, {true, true, true});
+  for (const double far : {1e9, 1e10, 1e12, 1e18, 1e300})
+    for (const double side : {far, -far}) {
+      auto moved = r;
+      moved[3 * 10] = side, moved[3 * 20 + 1] = -side, moved[3 * 30 + 2] = side;
+      Neighbors<3> neighbors;
+      NeighborMemory memory;
+      const NeighborList& list = neighbors.list(moved.data(), 100, periodic, nobody, {1.0, 0.1}, memory);
+      CHECK(list.slots.size() < 600);  // 27 images of those near a corner at the most
+    }
+}
+
 TEST_CASE("what is not a number is near nobody, and takes no time") {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const Domain& domain : {Domain{}, box(6, {true, true, true})}) {
@@ -286,6 +300,10 @@ TEST_CASE("a cutoff larger than the box is refused") {
   CHECK_THROWS_AS(neighbors.list(r.data(), 1, box(2, {true, true, true}), nobody, {2.0, 0.1}, memory),
                   std::invalid_argument);  // z has a period of 1.75
   CHECK_NOTHROW(neighbors.list(r.data(), 1, box(2, {true, true, false}), nobody, {2.0, 0.1}, memory));
+  // So is a skin in which a list would serve for longer than the images that it has.
+  NeighborMemory fresh;
+  CHECK_THROWS_AS(neighbors.list(r.data(), 1, box(2, {true, true, false}), nobody, {1.0, 20.0}, fresh),
+                  std::invalid_argument);
 }
 
 TEST_CASE("a memory that goes back takes the list with it, bit for bit") {

@@ -29,12 +29,14 @@ struct ArkodeOptions {
   /// goes on to 1e-3 of the tolerance, the slope is recovered from the stage equation, and stages are predicted by
   /// extrapolation.
   bool as_it_comes = false;
+  JacobianFunction jacobian{};  ///< left out: ARKODE's own differences
+  long most_steps = 500000;
 };
 
 /// y' = f(t, y), y(0) = y0, to t1 at rtol and the given atol per component.
 /// @throws std::runtime_error where any call of ARKODE's reports a failure
 [[nodiscard]] inline Run arkode_run(const RightHandSide& f, const Vector& y0, double t1, double rtol,
-                                    const Vector& atol, ArkodeOptions options = {}) {
+                                    const Vector& atol, const ArkodeOptions& options = {}) {
   using namespace detail;
   const Context context = make_context();
   const auto n = static_cast<sunindextype>(y0.size());
@@ -43,17 +45,20 @@ struct ArkodeOptions {
   view(y.get()) = y0;
   view(tolerance.get()) = atol;
 
-  Problem problem{f};
+  Problem problem{f, options.jacobian};
   const bool implicit = options.method == RungeKutta::diagonally_implicit;
   const auto memory =
       check(Memory<REFERENCE_ARKODE(Free)>{ARKStepCreate(implicit ? nullptr : evaluate, implicit ? evaluate : nullptr,
                                                          0, y.get(), context.get())},
             "ARKStepCreate");
   void* const ark = memory.get();
+#if SUNDIALS_VERSION_MAJOR < 7
+  ARKStepSetErrHandlerFn(ark, ignore, nullptr);
+#endif
   check(REFERENCE_ARKODE(SVtolerances)(ark, rtol, tolerance.get()), "SVtolerances");
   check(REFERENCE_ARKODE(SetUserData)(ark, &problem), "SetUserData");
   check(REFERENCE_ARKODE(SetOrder)(ark, options.order), "SetOrder");
-  check(REFERENCE_ARKODE(SetMaxNumSteps)(ark, 500000), "SetMaxNumSteps");
+  check(REFERENCE_ARKODE(SetMaxNumSteps)(ark, options.most_steps), "SetMaxNumSteps");
   check(REFERENCE_ARKODE(SetStopTime)(ark, t1), "SetStopTime");  // no interpolation at the end
   Matrix matrix;
   LinearSolver solver;
@@ -61,6 +66,7 @@ struct ArkodeOptions {
     matrix = check(Matrix{SUNDenseMatrix(n, n, context.get())}, "SUNDenseMatrix");
     solver = check(LinearSolver{SUNLinSol_Dense(y.get(), matrix.get(), context.get())}, "SUNLinSol_Dense");
     check(REFERENCE_ARKODE(SetLinearSolver)(ark, solver.get(), matrix.get()), "SetLinearSolver");
+    if (options.jacobian) check(REFERENCE_ARKODE(SetJacFn)(ark, evaluate_jacobian), "SetJacFn");
     if (!options.as_it_comes) {
       check(REFERENCE_ARKODE(SetNonlinConvCoef)(ark, 1e-3), "SetNonlinConvCoef");
       check(REFERENCE_ARKODE(SetMaxNonlinIters)(ark, 8), "SetMaxNonlinIters");

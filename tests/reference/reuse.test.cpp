@@ -38,7 +38,7 @@ struct Bounds {
 template <class Problem>
 void compare(const Problem& problem, const Vec& start, double end, double rtol, double atol, Bounds bounds) {
   const auto f = [&](double, const reference::Vector& y) -> reference::Vector { return problem(y); };
-  const auto run = reference::cvode_run(f, start, end, rtol, Vec::Constant(start.size(), atol), true);
+  const auto run = reference::cvode_run(f, start, end, rtol, Vec::Constant(start.size(), atol), {.every_step = true});
   const auto ours = follow(problem, start, run, rtol, atol);
   const auto steps = static_cast<double>(run.times.size() - 1);
   CAPTURE(rtol, steps, ours.jacobians, run.jacobians, ours.factorizations, run.factorizations, ours.iterations,

@@ -20,6 +20,8 @@ namespace reference {
 
 using Vector = Eigen::VectorXd;
 using RightHandSide = std::function<Vector(double, const Vector&)>;
+/// ∂f/∂y at (t, y), column by column.
+using JacobianFunction = std::function<void(double t, const double* y, double* J)>;
 
 namespace detail {
 
@@ -56,8 +58,16 @@ inline Context make_context() {
   const int flag = SUNContext_Create(nullptr, &context);
 #endif
   if (flag != 0) throw std::runtime_error("SUNContext_Create failed");
+#if SUNDIALS_VERSION_MAJOR >= 7
+  SUNContext_ClearErrHandlers(context);
+#endif
   return Context{context};
 }
+
+#if SUNDIALS_VERSION_MAJOR < 7
+/// Failures are told by exceptions and outcomes, not on the terminal.
+inline void ignore(int, const char*, const char*, char*, void*) {}
+#endif
 
 inline void check(int flag, const char* call) {
   if (flag < 0) throw std::runtime_error(std::string(call) + " failed with flag " + std::to_string(flag));
@@ -73,6 +83,7 @@ inline Eigen::Map<Vector> view(N_Vector x) { return {N_VGetArrayPointer(x), N_VG
 /// What the callback needs. An exception must not pass through C: it is kept, and thrown again outside.
 struct Problem {
   const RightHandSide& f;
+  const JacobianFunction& jacobian;
   std::exception_ptr thrown{};
   long calls = 0;
 };
@@ -86,6 +97,11 @@ inline int evaluate(sunrealtype t, N_Vector y, N_Vector rate, void* user) {
     problem.thrown = std::current_exception();
     return -1;  // unrecoverable
   }
+}
+inline int evaluate_jacobian(sunrealtype t, N_Vector y, N_Vector, SUNMatrix J, void* user, N_Vector, N_Vector,
+                             N_Vector) {
+  static_cast<Problem*>(user)->jacobian(t, N_VGetArrayPointer(y), SUNDenseMatrix_Data(J));
+  return 0;
 }
 
 }  // namespace detail

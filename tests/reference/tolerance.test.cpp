@@ -45,7 +45,7 @@ Count arkode(const std::string& name, reference::ArkodeOptions options) {
 TEST_CASE("what the tolerances of CVODE and ARKODE mean on the same ten problems") {
   std::vector<Count> counts{
       {"CVODE BDF", [](const auto& f, const Vector& y0, double end, double rtol, const Vector& atol) {
-         return reference::cvode_run(f, y0, end, rtol, atol, false);
+         return reference::cvode_run(f, y0, end, rtol, atol);
        }}};
   for (const int order : {2, 3, 4, 5})
     counts.push_back(arkode("ARKODE DIRK" + std::to_string(order), {.order = order}));
@@ -76,7 +76,7 @@ TEST_CASE("what the tolerances of CVODE and ARKODE mean on the same ten problems
     // the extrapolation that measures κ is as good.
     CAPTURE(problem.name, kappa);
     const auto tight =
-        reference::cvode_run(f, y0, problem.end, 1e-12, Vector::Constant(y0.size(), 1e-12 * problem.a), false);
+        reference::cvode_run(f, y0, problem.end, 1e-12, Vector::Constant(y0.size(), 1e-12 * problem.a));
     CHECK(problems::relative_error(tight.y, exact, problem.a) <= 1e-9 * kappa);
     CHECK(problems::relative_error(problems::extrapolate(f, y0, 0, problem.end, problem.a, 1e-12), exact, problem.a) <=
           1e-9 * kappa);

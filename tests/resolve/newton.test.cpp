@@ -1,5 +1,6 @@
 #include <phistep/resolve/newton.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -36,7 +37,11 @@ struct Scalar {
     return Outcome::success;
   }
   [[nodiscard]] bool residual_is_rounding() const { return value == 0; }
-  [[nodiscard]] double residual_size() const { return value * value; }
+  [[nodiscard]] bool residual_is_noise() const {
+    return std::abs(value) <=
+           8 * std::numeric_limits<double>::epsilon() * std::abs(slope) * std::max(scale, std::abs(x));
+  }
+  [[nodiscard]] double residual_size() const { return std::abs(value); }
   void retreat() { ++retreats, x -= move /= 2; }
   void undo() { x -= move; }
   void restart() { x = start; }

@@ -202,7 +202,7 @@ TEST_CASE("the Brusselator on 71 x 71 points: differences and automatic differen
   CHECK((by_differences - by_autodiff).norm() <= 1e-12 * by_autodiff.norm());
   // A directional derivative is no force call.
   CHECK(many.force_calls == many.iterations);
-  CHECK(few.force_calls > few.iterations + 2 * few.linear_iterations);
+  CHECK(few.force_calls == few.iterations + 2 * few.linear_iterations);
   Vec y = start;
   CHECK_THROWS_AS((PhiStepper{y, [&](const Vec& x) -> Vec { return problem(x); }, backward_euler}),
                   std::invalid_argument);

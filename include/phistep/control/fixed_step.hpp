@@ -2,6 +2,7 @@
 /// The simplest controller: one Δt for the whole run.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -44,7 +45,9 @@ class TimeGrid {
     if (length == Scalar{0}) return;
     dt_ = std::copysign(dt_, length);
     const Scalar wanted = length / dt_;
-    if (!(wanted <= static_cast<Scalar>(fixed.options.max_steps) + 1)) {
+    // However many are allowed: beyond 2⁵³ a step's number isn't one that a double has.
+    const std::int64_t most = std::min(fixed.options.max_steps, FixedStepOptions{}.max_steps);
+    if (!(wanted <= static_cast<Scalar>(most) + 1)) {
       outcome_ = Outcome::too_many_steps;
       return;
     }

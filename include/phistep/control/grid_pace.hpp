@@ -32,7 +32,10 @@ class GridPace {
     ++done_;
     node_ = t;
   }
-  void archive(auto& ar) { ar(done_, node_); }
+  void archive(auto& ar) {
+    ar(done_, node_);
+    ar.check(0 <= done_ && (!grid_ || done_ <= grid_->steps()));
+  }
 
  private:
   FixedStep control_;

@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "phistep/control/error_norm.hpp"
+#include "phistep/core/statistics.hpp"
 #include "phistep/core/version.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -79,8 +80,12 @@ class Limits {
   }
 
   void archive(auto& ar) {
-    for (Limit& x : slots_) ar(x.by, x.where.block, x.where.index, x.steps);
+    for (Limit& x : slots_) {
+      ar(x.by, x.where.block, x.where.index, x.steps);
+      ar.check(can_be_count(x.steps));
+    }
     ar(steps_);
+    ar.check(can_be_count(steps_));
   }
 
  private:

@@ -66,7 +66,10 @@ class VariableStep {
   /// One more try.
   [[nodiscard]] bool may_try() { return left_-- > 0; }
 
-  void archive(auto& ar) { ar(size_, left_, failures_); }
+  void archive(auto& ar) {
+    ar(size_, left_, failures_);
+    ar.check(-1 <= left_ && 0 <= failures_ && failures_ <= 21);
+  }
 
  private:
   double size_ = 0, smallest_ = 0, largest_ = std::numeric_limits<double>::infinity();
@@ -108,6 +111,9 @@ class ErrorPace {
   }
   [[nodiscard]] Outcome start(TimeSpan<Scalar> span, const Plain& y, int order, auto&& slope) {
     double first = wanted_.first_step;
+    // A run of a few roundings is one step: any shorter one would stand still.
+    const Scalar length = std::abs(span.t1 - span.t0);
+    if (length <= 8 * std::numeric_limits<Scalar>::epsilon() * std::abs(span.t0)) first = static_cast<double>(length);
     if (first == 0) {
       norm_.weigh(y, trace_.weight);
       first = first_step(slope, y, norm_, trace_.weight, span.t0, span.t1 - span.t0, order, allowed_);

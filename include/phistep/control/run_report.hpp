@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <cstdio>
 #include <string>
 
 #include "phistep/control/limits.hpp"
@@ -26,7 +27,11 @@ struct [[nodiscard]] RunReport {
   void archive(auto& ar) { ar(outcome, t, statistics, failure, smallest_dt, largest_dt, limits); }
   /// What happened, where, and what to try.
   [[nodiscard]] std::string message() const {
-    return failure.outcome == outcome && outcome != Outcome::success ? failure.message() : explain(outcome);
+    if (outcome == Outcome::success) return explain(outcome);
+    if (failure.outcome == outcome) return failure.message();
+    char where[48];  // no step failed, so that there is no more to tell
+    std::snprintf(where, sizeof where, "; at t = %.9g", t);
+    return explain(outcome, where);
   }
 
   template <class OStream>

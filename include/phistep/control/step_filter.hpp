@@ -80,7 +80,7 @@ class StepSize {
 
   void archive(auto& ar) {
     ar(past_, newest_, ratio_, seen_, rejected_);
-    ar.check(newest_ < 3);
+    ar.check(newest_ < 3 && 0 <= seen_ && seen_ <= 3);
   }
 
  private:

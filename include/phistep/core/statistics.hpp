@@ -8,6 +8,9 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
+/// Whether this may be a count: from there it can go on for as long as there is time.
+[[nodiscard]] constexpr bool can_be_count(std::int64_t n) { return 0 <= n && n < std::int64_t{1} << 56; }
+
 /// What a stepper has done since it was made (or, in a RunReport, during one run).
 struct Statistics {
   std::int64_t steps = 0;           ///< steps that succeeded
@@ -33,6 +36,13 @@ struct Statistics {
     return a;
   }
   friend constexpr bool operator==(const Statistics&, const Statistics&) = default;
+
+  void archive(auto& ar) {
+    for_each(*this, [&ar](const char*, auto, std::int64_t& value) {
+      ar(value);
+      ar.check(can_be_count(value));
+    });
+  }
 
   /// One line a count, those that most scenes don't have only where they aren't zero. A template, so that the core needs
   /// no stream header.

@@ -42,7 +42,10 @@ struct Failure {
     ++iterations;
   }
 
-  void archive(auto& ar) { ar(outcome, t, dt, block, index, row, column, particle, term, iterations, increments); }
+  void archive(auto& ar) {
+    ar(outcome, t, dt, block, index, row, column, particle, term, iterations, increments);
+    ar.check(0 <= iterations && iterations < 1 << 30);
+  }
 
   /// Everything known, as one paragraph.
   [[nodiscard]] std::string message() const {

@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "phistep/core/relay.hpp"
 #include "phistep/core/simd.hpp"
 #include "phistep/core/simd_math.hpp"
 #include "phistep/core/version.hpp"
@@ -93,6 +94,7 @@ class PairTournament {
     // Rounds of the circle method: the last team sits, the others turn around it; of an odd number, who meets `seats`
     // rests.
     const std::ptrdiff_t seats = teams + teams % 2;
+    Relay relay;
 #ifdef _OPENMP
 #pragma omp parallel if (teams > 1)
 #endif
@@ -100,7 +102,7 @@ class PairTournament {
 #ifdef _OPENMP
 #pragma omp for schedule(static)
 #endif
-      for (std::ptrdiff_t k = 0; k < teams; ++k) train(f, first(k), first(k + 1));
+      for (std::ptrdiff_t k = 0; k < teams; ++k) relay.run([&] { train(f, first(k), first(k + 1)); });
       for (std::ptrdiff_t round = 0; round + 1 < seats; ++round) {
 #ifdef _OPENMP
 #pragma omp for schedule(static)
@@ -108,10 +110,11 @@ class PairTournament {
         for (std::ptrdiff_t k = 0; k < seats / 2; ++k) {
           const std::ptrdiff_t a = k == 0 ? seats - 1 : (round + k) % (seats - 1);
           const std::ptrdiff_t b = (round + (seats - 1) - k) % (seats - 1);
-          if (a < teams && b < teams) meet(f, first(a), first(a + 1), first(b), first(b + 1));
+          if (a < teams && b < teams) relay.run([&] { meet(f, first(a), first(a + 1), first(b), first(b + 1)); });
         }
       }
     }
+    relay.rethrow();
   }
 
   /// Σ w_i w_j U(r²) over pairs of which one moves at least. The sums' arrays are overwritten.

@@ -98,7 +98,9 @@ class Pairs : public ForceTerm {
       for (int a = 0; a < S::dim; ++a) to[a] += sum(f[a]) + (x[a] - x[a]);  // NaN where the position is none
     });
   }
-  void commit(auto /*t*/, const auto& /*y*/, Memory& memory) const { ++memory.age; }
+  void commit(auto /*t*/, const auto& /*y*/, Memory& memory) const {
+    memory.age += memory.age < std::numeric_limits<std::int32_t>::max();
+  }
 
   /// Σ V over all pairs [energy], without those of two particles that are both still. With the memory of a stepper by its
   /// list, without by the one at hand if that serves; neither changes the run.

@@ -11,6 +11,7 @@
 #include <cmath>
 #include <concepts>
 #include <cstdint>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <tuple>
@@ -69,8 +70,8 @@ struct SpringNetwork : ForceTerm {
   /// negative or not finite.
   explicit SpringNetwork(std::vector<Spring> list, Damping d = {}) : springs(std::move(list)), damping(d) {
     for (const Spring& s : springs)
-      if (s.i == s.j || s.i < 0 || s.j < 0 || !(s.stiffness >= 0) || !(s.length >= 0) || !std::isfinite(s.stiffness) ||
-          !std::isfinite(s.length))
+      if (s.i == s.j || s.i < 0 || s.j < 0 || std::max(s.i, s.j) == std::numeric_limits<std::ptrdiff_t>::max() ||
+          !(s.stiffness >= 0) || !(s.length >= 0) || !std::isfinite(s.stiffness) || !std::isfinite(s.length))
         throw std::invalid_argument("phistep: spring between particles " + std::to_string(s.i) + " and " +
                                     std::to_string(s.j) + ": needs two particles, stiffness >= 0 and length >= 0");
     if constexpr (damped)
@@ -91,7 +92,7 @@ struct SpringNetwork : ForceTerm {
     const Scalar* const r = y.r.data();
     const Scalar* const v = y.v.data();
     Scalar* const f = out.force.data();
-    if (dim * particles_ > y.r.size())
+    if (particles_ > y.r.size() / dim)
       throw std::invalid_argument("phistep: a spring names particle " + std::to_string(particles_ - 1) +
                                   ", the state has " + std::to_string(y.r.size() / dim));
     if constexpr (std::same_as<Scalar, double> || std::same_as<Scalar, float>)

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <stdexcept>
@@ -132,7 +133,8 @@ class FrameParser {
       box_.is_periodic[axis] = periodic[axis];
       box_.lower[a] = static_cast<Scalar>(lower[axis]);
       box_.upper[a] = static_cast<Scalar>(sides.empty() ? lower[axis] + x : upper[axis]);
-      if (!(box_.upper[a] > box_.lower[a])) text_.fail("the Lattice has no extent along an axis");
+      if (!(box_.upper[a] > box_.lower[a]) || !std::isfinite(box_.upper[a] - box_.lower[a]))
+        text_.fail("the Lattice has no extent along an axis, or none that numbers hold");
     }
     text_.end_line();
   }
@@ -200,7 +202,7 @@ class FrameParser {
         const auto x = text_.template number<std::int64_t>(what);
         if (column.whole != &id_ && (x < 0 || x > std::numeric_limits<int>::max()))
           text_.fail(column.name + " can't be " + std::to_string(x));
-        column.whole->push_back(x);
+        column.whole->push_back(column.whole == &still_ ? x != 0 : x);
       } else {
         const std::string_view word = text_.word();
         if (word.empty()) text_.fail("the line ends where " + column.name + " should be");

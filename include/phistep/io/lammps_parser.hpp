@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cmath>
 #include <cstdint>
 #include <istream>
 #include <iterator>
@@ -65,6 +66,11 @@ class LammpsParser {
     std::array<Scalar, 3> x, v, omega;
     std::array<int, 3> image;
     bool has_velocity;
+  };
+  struct TypeMass {
+    std::size_t type;
+    Scalar mass;
+    std::int64_t line;
   };
 
  public:
@@ -139,7 +145,8 @@ class LammpsParser {
       const auto a = static_cast<std::size_t>(side - std::begin(sides));
       lower_[a] = text_.template as_number<Scalar>(values[0], "lower side");
       upper_[a] = text_.template as_number<Scalar>(values[1], "upper side");
-      if (!(upper_[a] > lower_[a])) text_.fail("the box has no extent: " + key);
+      if (!(upper_[a] > lower_[a]) || !std::isfinite(upper_[a] - lower_[a]))
+        text_.fail("the box has no extent, or none that numbers hold: " + key);
     } else if (key == "xy xz yz") {
       needs(3);
       for (const std::string_view tilt : values)
@@ -151,7 +158,11 @@ class LammpsParser {
 
   /// Reads one section and the line after it; false at the end of the file.
   bool section(const std::string& name) {
-    if (name == "Masses") return each(name, types_, [this](std::int64_t) { mass(); });
+    if (name == "Masses") {
+      const bool more = each(name, types_, [this](std::int64_t) { mass(); });
+      sort_masses();
+      return more;
+    }
     if (name == "Atoms") {
       if (has_atoms_) text_.fail("a second section Atoms");
       has_atoms_ = true;
@@ -188,9 +199,16 @@ class LammpsParser {
 
   void mass() {
     const std::size_t type = type_index(types_, "type");
-    if (type_mass_.empty()) type_mass_.resize(static_cast<std::size_t>(types_), Scalar{0});
-    if (type_mass_[type] > 0) text_.fail("a second mass of this type");
-    type_mass_[type] = positive("mass");
+    masses_.push_back({type, positive("mass"), text_.line_number()});
+  }
+  /// Once as many lines were read as there are types: what a header says is worth no memory.
+  void sort_masses() {
+    type_mass_.resize(static_cast<std::size_t>(types_), Scalar{0});
+    for (const TypeMass& entry : masses_) {
+      if (type_mass_[entry.type] > 0) text_.fail_at(entry.line, "a second mass of this type");
+      type_mass_[entry.type] = entry.mass;
+    }
+    masses_.clear();
   }
   void choose_style() {
     std::string style = options_.style;
@@ -234,13 +252,19 @@ class LammpsParser {
         default:
           vector(row.x, "coordinate");
       }
-    if (row.id <= 0) text_.fail("an id must be > 0");
+    if (row.id <= 0 || row.id >= largest_id) text_.fail("an id must be > 0 and < 2^62");
+    if (row.diameter > 0 && !(std::isfinite(mass_of(row)) && mass_of(row) > 0))
+      text_.fail("a mass of 4/3 pi r^3 density that numbers can't hold");
     flat(row.x[2], "coordinate");
     if (!text_.skip_blanks()) {
       for (int& image : row.image) image = text_.template number<int>("image flag");
       has_images_ = true;
     }
     rows_.push_back(row);
+  }
+  [[nodiscard]] static Scalar mass_of(const Row& row) {
+    const Scalar radius = row.diameter / 2;
+    return Scalar{4} / 3 * std::numbers::pi_v<Scalar> * radius * radius * radius * row.density;
   }
   /// Only atomic lines can be told from all others by their length.
   void guess_style() {
@@ -261,7 +285,7 @@ class LammpsParser {
   }
   [[nodiscard]] Row& row_of(std::int64_t id) {
     // Ids mostly are 1 … N.
-    const auto guess = static_cast<std::size_t>(id - 1);
+    const auto guess = static_cast<std::size_t>(id) - 1;
     if (guess < rows_.size() && rows_[guess].id == id) return rows_[guess];
     const auto found =
         std::lower_bound(rows_.begin(), rows_.end(), id, [](const Row& row, std::int64_t x) { return row.id < x; });
@@ -325,7 +349,7 @@ class LammpsParser {
       if (has('q')) charge[j] = row.charge;
       if (has('d')) {
         radius[j] = row.diameter / 2;
-        mass[j] = Scalar{4} / 3 * std::numbers::pi_v<Scalar> * radius[j] * radius[j] * radius[j] * row.density;
+        mass[j] = mass_of(row);
       }
       id.push_back(row.id);
       if (has('m')) molecule.push_back(row.molecule);
@@ -355,6 +379,7 @@ class LammpsParser {
   bool has_atoms_ = false, has_images_ = false;
   std::string columns_;
   std::vector<Row> rows_;
+  std::vector<TypeMass> masses_;
   std::vector<Scalar> type_mass_;
   std::vector<typename LammpsData<P>::Bond> result_bonds_;
 };

@@ -55,7 +55,8 @@ struct UnitMass {
 
 template <class T>
 [[nodiscard]] T checked_mass(T m) {
-  if (!(m > T{0}) || !std::isfinite(m)) throw std::invalid_argument("phistep: a mass must be finite and > 0");
+  if (!(m > T{0}) || !std::isfinite(m) || !std::isfinite(T{1} / m))
+    throw std::invalid_argument("phistep: a mass must be finite and > 0, and so must one over it");
   return m;
 }
 

@@ -119,11 +119,10 @@ class CellOrder {
         Entry image = entry(e);
         const Entry home = image;
         if (!std::isfinite(home.x[a])) continue;
-        // Positions beyond the numbers' resolution are not wrapped, hence the bounds.
-        const auto from = static_cast<std::int32_t>(std::ceil(std::max(-8.0, (lower - range - home.x[a]) / length)));
-        const auto to =
-            static_cast<std::int32_t>(std::floor(std::min(8.0, (lower + length + range - home.x[a]) / length)));
-        for (std::int32_t k = from; k <= to; ++k) {
+        // Positions beyond the numbers' resolution are not wrapped: those have no images.
+        const auto from = std::ceil(std::clamp((lower - range - home.x[a]) / length, -8.0, 9.0));
+        const auto to = std::floor(std::clamp((lower + length + range - home.x[a]) / length, -9.0, 8.0));
+        for (auto k = static_cast<std::int32_t>(from); k <= static_cast<std::int32_t>(to); ++k) {
           if (k == 0) continue;
           image.x[a] = home.x[a] + k * length;
           image.slot.image[a] = home.slot.image[a] + k;

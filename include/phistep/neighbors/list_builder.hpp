@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "phistep/core/relay.hpp"
 #include "phistep/core/simd.hpp"
 #include "phistep/core/simd_math.hpp"
 #include "phistep/core/version.hpp"
@@ -41,10 +42,12 @@ class ListBuilder {
     if (list.chunks.size() < list.chunk_count) list.chunks.resize(list.chunk_count);
     const P square{range * range};
     const auto count = static_cast<std::ptrdiff_t>(list.chunk_count);
+    Relay relay;  // rows may want more memory
 #ifdef _OPENMP
 #pragma omp parallel for schedule(static)
 #endif
-    for (std::ptrdiff_t c = 0; c < count; ++c) fill(list, static_cast<std::size_t>(c), square);
+    for (std::ptrdiff_t c = 0; c < count; ++c) relay.run([&] { fill(list, static_cast<std::size_t>(c), square); });
+    relay.rethrow();
   }
 
  private:

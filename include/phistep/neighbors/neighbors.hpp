@@ -50,6 +50,7 @@ struct NeighborMemory {
     using Ar = std::remove_cvref_t<decltype(ar)>;
     bool has = reference != nullptr;
     ar(has, age);
+    ar.check(age >= -1);
     if constexpr (Ar::reading) {
       auto read = has ? std::make_shared<NeighborReference>() : nullptr;
       if (has) ar(*read);
@@ -194,13 +195,24 @@ class Neighbors {
   void build(const std::shared_ptr<const NeighborReference>& reference, const NeighborRange& range) {
     built_.reset();
     const NeighborReference& from = *reference;
-    for (std::size_t a = 0; a < dim; ++a)
-      if (from.domain.periodic[a] && range.cutoff > from.domain.length[a])
-        throw std::invalid_argument("phistep: the cutoff " + std::to_string(range.cutoff) +
+    for (std::size_t a = 0; a < dim; ++a) {
+      if (!from.domain.periodic[a]) continue;
+      const auto refuse = [&](const char* what, double length) {
+        throw std::invalid_argument("phistep: the " + std::string(what) + " " + std::to_string(length) +
                                     " is larger than the box, whose period along axis " + std::to_string(a) + " is " +
                                     std::to_string(from.domain.length[a]));
-    builder_.build(from.positions.data(), static_cast<std::int32_t>(from.positions.size() / dim), from.domain,
-                   from.still, range.cutoff + range.skin, range.pad, list_);
+      };
+      if (range.cutoff > from.domain.length[a]) refuse("cutoff", range.cutoff);
+      // Eight images are looked at: a list that served for longer ways would miss pairs.
+      if (range.cutoff + range.skin > 6 * from.domain.length[a]) refuse("skin", range.skin);
+    }
+    try {
+      builder_.build(from.positions.data(), static_cast<std::int32_t>(from.positions.size() / dim), from.domain,
+                     from.still, range.cutoff + range.skin, range.pad, list_);
+    } catch (...) {
+      list_.rows.clear();  // current() must not lead to rows that were never filled
+      throw;
+    }
     ++rebuilds_;
     range_ = key(range);
     built_ = reference;

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "phistep/core/relay.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/neighbors/domain.hpp"
 #include "phistep/neighbors/neighbor_list.hpp"
@@ -55,19 +56,23 @@ void gather_places(const NeighborList& list, const Scalar* r, const Domain& doma
   for (int a = 0; a < 4; ++a) places(a, slots) = a < dim ? far_away<Scalar>() : Scalar{0};
 }
 
-/// f(row, its neighbours, number of the chunk), threads sharing the chunks.
+/// f(row, its neighbours, number of the chunk), threads sharing the chunks. What f throws, a law of the user's own
+/// perhaps, passes through.
 void for_each_row(const NeighborList& list, auto&& f) {
+  Relay relay;
   const auto chunks = static_cast<std::ptrdiff_t>(list.chunk_count);
 #ifdef _OPENMP
 #pragma omp parallel for schedule(static)
 #endif
-  for (std::ptrdiff_t c = 0; c < chunks; ++c) {
-    const NeighborList::Chunk& chunk = list.chunks[static_cast<std::size_t>(c)];
-    for (std::int32_t k = chunk.rows[0]; k < chunk.rows[1]; ++k) {
-      const NeighborList::Row& row = list.rows[static_cast<std::size_t>(k)];
-      f(row, chunk.neighbors.data() + row.first, static_cast<std::size_t>(c));
-    }
-  }
+  for (std::ptrdiff_t c = 0; c < chunks; ++c)
+    relay.run([&] {
+      const NeighborList::Chunk& chunk = list.chunks[static_cast<std::size_t>(c)];
+      for (std::int32_t k = chunk.rows[0]; k < chunk.rows[1]; ++k) {
+        const NeighborList::Row& row = list.rows[static_cast<std::size_t>(k)];
+        f(row, chunk.neighbors.data() + row.first, static_cast<std::size_t>(c));
+      }
+    });
+  relay.rethrow();
 }
 
 }  // namespace phistep::inline PHISTEP_ABI

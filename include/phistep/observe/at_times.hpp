@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "phistep/core/archive.hpp"
+#include "phistep/core/statistics.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/observe/completed_step.hpp"
 #include "phistep/observe/goes_on.hpp"
@@ -101,7 +102,10 @@ class IntervalMarks {
     return static_cast<Scalar>(start_) + std::copysign(whole, dt);
   }
   void pass(auto /*mark*/) { ++next_; }
-  void archive(auto& ar) { ar(start_, next_); }
+  void archive(auto& ar) {
+    ar(start_, next_);
+    ar.check(next_ >= 1 && can_be_count(next_));
+  }
 
  private:
   double interval_;
@@ -150,6 +154,8 @@ class Sampled {
     while (const auto mark = marks_.next(step.dt())) {
       if (step.dt() > 0 ? *mark > step.t1() + slack : *mark < step.t1() - slack) return true;
       marks_.pass(*mark);
+      // An exception of f kept it from being shown with its own step: this one doesn't know it.
+      if (step.dt() > 0 ? *mark < step.t0() - slack : *mark > step.t0() + slack) continue;
       if (!goes_on(f_, *mark, step.at(*mark))) return false;
     }
     return true;

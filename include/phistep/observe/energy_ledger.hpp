@@ -35,6 +35,7 @@
 
 #include "phistep/core/archive.hpp"
 #include "phistep/core/phi.hpp"
+#include "phistep/core/statistics.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/force/at.hpp"
 #include "phistep/force/energy.hpp"
@@ -396,6 +397,7 @@ class EnergyLedger {
     void archive(auto& ar) {
       ar(kinetic, potential, start, largest, largest_closure, scheme, damping, external, solver, edits);
       ar(t, steps, force_calls, begun, known);
+      ar.check(can_be_count(steps) && can_be_count(force_calls));
     }
   };
   /// Blocks that may be copied before they are filled.

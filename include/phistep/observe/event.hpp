@@ -64,6 +64,10 @@ class Event {
   }
   /// A run starts.
   void begin() { times_.clear(); }
+  /// It may happen now: room to note it, so that no handler is missed for want of memory.
+  void prepare() {
+    if (times_.size() == times_.capacity()) times_.reserve(2 * times_.size() + 8);
+  }
 
   [[nodiscard]] const EventOptions& options() const { return options_; }
   /// When it happened in the last run. [time]

@@ -31,6 +31,7 @@
 
 #include "phistep/core/archive.hpp"
 #include "phistep/core/outcome.hpp"
+#include "phistep/core/statistics.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/observe/completed_step.hpp"
 #include "phistep/observe/event.hpp"
@@ -51,7 +52,7 @@ struct Armed {
 
   void archive(auto& ar) {
     ar(g, last, interval, count, standing);
-    ar.check(standing <= Standing::unknown);
+    ar.check(standing <= Standing::unknown && can_be_count(count));
   }
 };
 
@@ -97,6 +98,7 @@ class EventSet {
   [[nodiscard]] Found find(const CompletedStep<S>& step) {
     Found first;
     each([&](auto k, auto& event) {
+      if constexpr (requires { event.prepare(); }) event.prepare();
       const auto value = [&](Scalar t) { return event.value(t, step.at(t)); };
       const EventOptions& options = event.options();
       end_[k] = {step.t1(), event.value(step.t1(), step.end())};
@@ -133,20 +135,29 @@ class EventSet {
   /// Calls the handlers of the event found and, in the order given, of those that happen with it: whose own root is that
   /// one as far as time can tell, or whose g has passed zero in the step done again.
   [[nodiscard]] Outcome happen(const Found& found, Scalar t, S& state) {
-    std::array<bool, size> happens{};
+    look(found, t, state);
+    return happen(t, state);
+  }
+  /// Its first half, which asks every g and changes nothing: where one throws, the step can still be taken back …
+  void look(const Found& found, Scalar t, const S& state) {
     const Plain& y = plain(state);
     each([&](auto k, auto& event) {
       const Root<Scalar>& root = roots_[k];
-      const bool known = root.start_sign != 0 && !is_before(t, root.start, end_[k].t - root.start);
+      known_[k] = root.start_sign != 0 && !is_before(t, root.start, end_[k].t - root.start);
       const bool together = root.kind == Root<Scalar>::Kind::found &&
                             std::abs(root.t - found.root.t) <= root.tolerance + found.root.tolerance;
-      happens[k] = k == found.which || together || (known && passed(root.start_sign, event.value(t, y), event));
-      if (happens[k]) memory_[k].standing = Standing::on_root;
-      else if (known) memory_[k].standing = Standing::clear;
+      happens_[k] = k == found.which || together || (known_[k] && passed(root.start_sign, event.value(t, y), event));
+    });
+  }
+  /// … and the second.
+  [[nodiscard]] Outcome happen(Scalar t, S& state) {
+    each([&](auto k, auto&) {
+      if (happens_[k]) memory_[k].standing = Standing::on_root;
+      else if (known_[k]) memory_[k].standing = Standing::clear;
     });
     bool goes_on = true, accumulate = false;
     each([&](auto k, auto& event) {
-      if (!happens[k]) return;
+      if (!happens_[k]) return;
       accumulate = count(memory_[k], t) || accumulate;
       goes_on = event.happened(t, state) && goes_on;
     });
@@ -199,6 +210,7 @@ class EventSet {
   Memory memory_{};
   std::array<Sample<Scalar>, size> end_{};
   std::array<Root<Scalar>, size> roots_{};
+  std::array<bool, size> happens_{}, known_{};
   [[no_unique_address]] std::conditional_t<std::is_same_v<S, Plain>, Nothing, Plain> plain_;
 };
 

@@ -2,6 +2,7 @@
 /// An observer that looks at regular intervals of time rather than after every step.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -31,18 +32,29 @@ class Every {
     if (first_) start_ = now, first_ = false;
     // A step end that misses the mark by rounding alone counts as on it.
     const double slack = 64 * std::numeric_limits<Scalar>::epsilon() * (std::abs(start_) + std::abs(now));
-    if (std::abs(now - start_) + slack < static_cast<double>(next_) * interval_) return true;
-    while (static_cast<double>(next_) * interval_ <= std::abs(now - start_) + slack) ++next_;
+    const double reach = std::abs(now - start_) + slack;
+    if (reach < static_cast<double>(next_) * interval_) return true;
+    // Not one by one: there may be 1e20 of them. Those that can't be counted are behind every step's end.
+    next_ = std::max(next_, static_cast<long long>(std::min(reach / interval_, static_cast<double>(most))));
+    while (next_ < most && static_cast<double>(next_) * interval_ <= reach) ++next_;
     return ask(f_, t, state);
   }
   /// Which mark it waits for, for a checkpoint.
   void save(Writer& out) const { save_parts(out, start_, next_, first_); }
   template <class Then>
   void load(Reader& in, Then&& then) {
-    load_parts(in, then, start_, next_, first_);
+    double start = 0;
+    long long next = 0;
+    bool first = true;
+    in(start, next, first);
+    in.check(0 <= next && next <= most);
+    load_parts(in, then);
+    start_ = start, next_ = next, first_ = first;
   }
 
  private:
+  static constexpr long long most = 1LL << 53;
+
   double interval_;
   F f_;
   double start_ = 0;

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <stdexcept>
@@ -32,9 +33,14 @@ class Recorder {
           shapes[k()] = {block.rows(), block.cols()};
         },
         Blocks<S>::all(state));
-    if (times_.empty()) shapes_ = shapes;
-    else if (shapes != shapes_)
+    if (!times_.empty() && shapes != shapes_)
       throw std::invalid_argument("phistep: a Recorder keeps states of one shape; clear() it before another");
+    // Room for both first: a time without its state would shift all that is kept.
+    Index numbers = 0;
+    for (const Shape& shape : shapes) numbers += shape.size();
+    grow(times_, 1);
+    grow(values_, static_cast<std::size_t>(numbers));
+    shapes_ = shapes;
     times_.push_back(t);
     for_each_block(
         [this](auto, const auto& block) {
@@ -76,9 +82,8 @@ class Recorder {
     const auto all = static_cast<Index>(values_.size());
     Index numbers = 0;
     for (const Shape& shape : shapes_) {
-      ar.check(0 <= shape.rows && 0 <= shape.cols &&
-               (shape.cols == 0 || shape.rows <= all / shape.cols || size() == 0));
-      if (size() > 0) numbers += shape.size();
+      ar.check(0 <= shape.rows && 0 <= shape.cols && (shape.cols == 0 || shape.rows <= all / shape.cols));
+      numbers += shape.size();
     }
     ar.check(all == numbers * size());
   }
@@ -94,6 +99,9 @@ class Recorder {
     [[nodiscard]] Index size() const { return rows * cols; }
     bool operator==(const Shape&) const = default;
   };
+  static void grow(std::vector<Scalar>& list, std::size_t by) {
+    if (list.capacity() - list.size() < by) list.reserve(std::max(2 * list.size(), list.size() + by));
+  }
   [[nodiscard]] Index stride() const { return times_.empty() ? 0 : static_cast<Index>(values_.size()) / size(); }
   [[nodiscard]] auto rows(Index first, Index n) const {
     using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;

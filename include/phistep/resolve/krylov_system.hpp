@@ -139,8 +139,9 @@ class KrylovSystem {
   /// @param rtol  relative residual at which to stop, 0: by Eisenstat and Walker
   [[nodiscard]] Outcome solve(auto& x, double rtol, Statistics& statistics) {
     using Chosen = std::conditional_t<std::is_void_v<Preconditioner>, DiagonalOfW<Scalar>, Preconditioner>;
-    residual_ = x;
-    const double norm = static_cast<double>(residual_.norm());
+    const Scalar by = to_unit_size(x.size() == 0 ? Scalar{0} : x.cwiseAbs().maxCoeff());  // the solver squares it
+    residual_ = by * x;
+    const double norm = static_cast<double>(residual_.norm()) / static_cast<double>(by);
     if (norm == 0) return Outcome::success;
     Operator W{x_, product_, source_, apply_};
     W.gamma_force = gamma_force_;
@@ -153,6 +154,7 @@ class KrylovSystem {
     solver.compute(W);
     if (solver.info() != Eigen::Success) return Outcome::linear_solver_failed;
     x = solver.solve(residual_);
+    x /= by;
     statistics.linear_iterations += static_cast<std::int64_t>(solver.iterations());
     if (!all_finite(product_.data(), product_.size())) return Outcome::non_finite_jacobian;
     return solver.info() == Eigen::Success ? Outcome::success : Outcome::linear_solver_failed;

@@ -194,6 +194,7 @@ class NetworkSystem : public Sizes {
 
   /// Numbers the nodes, and sorts the edges by their nodes.
   void make_pattern(Statistics& statistics) {
+    has_pattern_ = false;  // not until all of this has been done: it may run out of memory
     pairs_.resize(written_);
     tangents_.resize(written_);
     if (pairs_.size() > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()))
@@ -286,18 +287,20 @@ class NetworkSystem : public Sizes {
 
   void load(const auto& x) {
     auto& r = cg_.residual();
+    unit_ = to_unit_size(x.size() == 0 ? Scalar{0} : x.cwiseAbs().maxCoeff());
+    const Scalar by = scale_ * unit_;
     for (std::size_t i = 0; i < W_.nodes(); ++i) {
       Node& to = r[number_[i]];
       to.setZero();
       const auto at = static_cast<Eigen::Index>(i) * dim;
-      for (Eigen::Index a = 0; a < std::min<Eigen::Index>(dim, unknowns_ - at); ++a) to[a] = scale_ * x[at + a];
+      for (Eigen::Index a = 0; a < std::min<Eigen::Index>(dim, unknowns_ - at); ++a) to[a] = by * x[at + a];
     }
   }
   void unload(auto& x) const {
     for (std::size_t i = 0; i < W_.nodes(); ++i) {
       const Node& from = cg_.solution()[number_[i]];
       const auto at = static_cast<Eigen::Index>(i) * dim;
-      for (Eigen::Index a = 0; a < std::min<Eigen::Index>(dim, unknowns_ - at); ++a) x[at + a] = from[a];
+      for (Eigen::Index a = 0; a < std::min<Eigen::Index>(dim, unknowns_ - at); ++a) x[at + a] = from[a] / unit_;
     }
   }
   /// In exact arithmetic one iteration an unknown would do; rounding delays small stiff networks.
@@ -317,6 +320,7 @@ class NetworkSystem : public Sizes {
   std::vector<std::size_t> source_;            // of each edge of W in tangents_
   Scalar gamma_force_{0}, gamma_drift_{0};     // the former times …
   Scalar scale_{1};                            // … what W and its right-hand sides are multiplied by, and mass_
+  Scalar unit_{1};                             // … the latter also by this, their squares to be in range
   std::size_t written_ = 0;
   bool has_pattern_ = false, has_coupling_ = false, clamped_ = false;
 };

@@ -106,6 +106,7 @@ class ConvergenceTest {
   [[nodiscard]] static double reduced(double rtol) { return 0.1 * std::cbrt(rtol * rtol); }
 
   [[nodiscard]] int limit() const { return limit_; }
+  [[nodiscard]] bool is_to_rounding() const { return target_ == 0; }
   /// θ/(1−θ), for the next solve.
   [[nodiscard]] double rate() const { return rate_; }
   /// The largest ‖δ_{k+1}‖/‖δ_k‖ of one matrix before the last correction: small means that it will do for the next step.
@@ -115,7 +116,10 @@ class ConvergenceTest {
 
   /// @param trusted  the matrix was made in this solve, or the residual was nothing but rounding: a small correction
   ///                 then means a small error. An old matrix may be far too stiff and make any correction small.
-  [[nodiscard]] Verdict judge(int iteration, const Correction& size, bool trusted) {
+  /// @param settled  the matrix is that of this very iterate, or the residual is as small as rounding can make it:
+  ///                 corrections that no longer fall are then rounding. Those of an earlier iterate's matrix may creep,
+  ///                 where it is too stiff (a spring that was long, across itself).
+  [[nodiscard]] Verdict judge(int iteration, const Correction& size, bool trusted, bool settled) {
     const double now = size.relative;
     const bool has_rate = previous_ > 0;
     const double theta = has_rate ? now / previous_ : 1;
@@ -130,7 +134,7 @@ class ConvergenceTest {
     if (rate_ > 0) rate_ = theta < 1 ? theta / (1 - theta) : 1;
     if (remaining <= (target_ > 0 ? target_ : round_off_)) return Verdict::converged;
     // Rounding in Ψ keeps ‖δ‖ from falling further; a cycle or a divergence has corrections of order one instead.
-    if (target_ == 0 && trusted && theta > 0.3 && is_at_plateau(size.resolution)) return Verdict::converged;
+    if (target_ == 0 && trusted && settled && theta > 0.3 && is_at_plateau(size.resolution)) return Verdict::converged;
     if (theta > 1) return Verdict::growing;
     if (target_ == 0) return theta > 0.05 ? Verdict::slow : Verdict::go_on;
     return theta >= 0.99 || remaining * std::pow(theta, limit_ - 1 - iteration) >= target_ ? Verdict::slow
@@ -154,8 +158,9 @@ class ConvergenceTest {
 
 /// Solves F(Y) = 0. The equation offers
 ///   residual() → Outcome         F at the current iterate; non_finite_force where Ψ isn't
-///   residual_size() → double     ‖M⁻¹F‖², for the line search
+///   residual_size() → double     ‖M⁻¹F‖, for the line search
 ///   residual_is_rounding()       whether F is no larger than the rounding in its parts
+///   residual_is_noise()          … or in what these were made of, the positions of stiff springs say
 ///   has_jacobian(), has_factors()
 ///   refresh() → Outcome          the matrix, factorised (its Jacobian made anew if dropped)
 ///   correct() → Outcome          solves W δ = F and moves the iterate by δ
@@ -184,7 +189,7 @@ template <class Equation>
       // Armijo's rule for F: a correction must shrink ‖M⁻¹F‖ by 1e-4 of what its length promises (Dennis & Schnabel,
       // Numerical Methods for Unconstrained Optimization and Nonlinear Equations, sect. 6.3).
       double size = equation.residual_size(), length = 1;
-      for (int halvings = 0; k > 1 && halvings < 4 && size > (1 - 2e-4 * length) * residual; ++halvings) {
+      for (int halvings = 0; k > 1 && halvings < 4 && size > (1 - 1e-4 * length) * residual; ++halvings) {
         if (equation.residual_is_rounding()) break;
         equation.retreat();
         test.forget();
@@ -201,13 +206,18 @@ template <class Equation>
       if (outcome != Outcome::success) return outcome;
       own = own || here;
     }
-    const bool trusted = own || equation.residual_is_rounding();
+    // What an iterative solver leaves may hide what is left to do: a stiff or heavy part's residual that of a soft one.
+    const bool rounding = equation.residual_is_rounding();
+    bool trusted = own || rounding;
+    if constexpr (requires { requires Equation::is_inexact; })
+      if (k == 1) trusted = rounding;
+    const bool settled = here || !own || !test.is_to_rounding() || equation.residual_is_noise();
     outcome = equation.correct();
     if (outcome != Outcome::success) return outcome;
     const Correction size = equation.size();
     history.record(size.relative);
     (k == 1 ? first : last) = size.absolute;
-    const auto verdict = test.judge(k, size, trusted);
+    const auto verdict = test.judge(k, size, trusted, settled);
     if (verdict == converged) {
       if (test.first_rate() > keep_rate) equation.drop_jacobian();
       return Outcome::success;

@@ -153,6 +153,7 @@ class SparseAssembly : public Sizes {
   }
 
   void make_pattern(const auto& masses) {
+    has_slots_ = false;  // until all of this is done
     std::vector<Eigen::Triplet<Scalar>> triplets;
     const auto add = [&triplets](Eigen::Index i, Eigen::Index j) {
       triplets.emplace_back(index(i), index(j), Scalar{0});
@@ -163,8 +164,11 @@ class SparseAssembly : public Sizes {
     for (const Entry& entry : entries_) add(entry.i, entry.j);
     masses([&](Eigen::Index i, Eigen::Index j, auto) { add(i, j); });
     for (Eigen::Index i = 0; i < W_.rows(); ++i) add(i, i);
-    W_.setFromTriplets(triplets.begin(), triplets.end());
-    W_.makeCompressed();
+    StayingMatrix<Scalar> W;  // one that runs out of memory on the way is good for nothing but its destructor
+    W.resize(W_.rows(), W_.cols());
+    W.setFromTriplets(triplets.begin(), triplets.end());
+    W.makeCompressed();
+    W_.swap(W);
     const auto slots = static_cast<std::size_t>(W_.nonZeros());
     values_.assign(slots, {});
     mass_values_.assign(slots, Scalar{0});

@@ -7,6 +7,7 @@
 
 #include <type_traits>
 
+#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/structure.hpp"
@@ -37,13 +38,18 @@ class SparseSystem : public AssembledSystem<Scalar> {
       solver_.make();
       assembly_.forget_pattern();
     }
-    if (assembly_.update_pattern(masses)) {
-      solver_->analyzePattern(assembly_.matrix());
-      ++statistics.analyses;
+    try {
+      if (assembly_.update_pattern(masses)) {
+        solver_->analyzePattern(assembly_.matrix());
+        ++statistics.analyses;
+      }
+      assembly_.assemble(gamma_force, gamma_drift);
+      ++statistics.factorizations;
+      solver_->factorize(assembly_.matrix());
+    } catch (...) {  // of memory it didn't get: Eigen's solvers can't be used any more then
+      solver_.drop();
+      throw;
     }
-    assembly_.assemble(gamma_force, gamma_drift);
-    ++statistics.factorizations;
-    solver_->factorize(assembly_.matrix());
     if (solver_->info() == Eigen::NumericalIssue) return failure_of_factors();
     if (solver_->info() != Eigen::Success) return Outcome::linear_solver_failed;
     if constexpr (SimplicialFactors<Solver>) {
@@ -57,6 +63,11 @@ class SparseSystem : public AssembledSystem<Scalar> {
   [[nodiscard]] Outcome solve(auto& x) {
     if constexpr (SimplicialFactors<Solver>) {
       work_.solve_in_place(*solver_, x);
+    } else if constexpr (iterates) {
+      const Scalar by = to_unit_size(x.size() == 0 ? Scalar{0} : x.cwiseAbs().maxCoeff());  // the solver squares it
+      x *= by;
+      work_ = solver_->solve(x);
+      x = work_ / by;
     } else {
       work_ = solver_->solve(x);
       x = work_;
@@ -71,6 +82,9 @@ class SparseSystem : public AssembledSystem<Scalar> {
 
  private:
   using AssembledSystem<Scalar>::assembly_;
+  static constexpr bool iterates = requires(const Solver& solver) {
+    solver.iterations();
+  };
 
   [[nodiscard]] static Outcome failure_of_factors() {
     return SimplicialFactors<Solver> ? Outcome::not_positive_definite : Outcome::singular_matrix;

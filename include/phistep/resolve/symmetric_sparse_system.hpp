@@ -42,20 +42,13 @@ class SymmetricSparseSystem : public AssembledSystem<Scalar, true> {
   [[nodiscard]] bool has_solver() const { return static_cast<bool>(ldlt_); }
 
   [[nodiscard]] Outcome factorize(const auto& masses, Scalar gamma_force, Scalar gamma_drift, Statistics& statistics) {
-    if (!ldlt_) {
-      ldlt_.make();
-      assembly_.forget_pattern();
-    }
-    if (assembly_.update_pattern(masses)) {
-      ldlt_->analyzePattern(assembly_.matrix());
+    try {
+      return try_to_factorize(masses, gamma_force, gamma_drift, statistics);
+    } catch (...) {  // of memory they didn't get: Eigen's solvers can't be used any more then
+      ldlt_.drop();
       lu_.drop();
-      ++statistics.analyses;
+      throw;
     }
-    assembly_.assemble(gamma_force, gamma_drift);
-    if (!assembly_.is_symmetric(tolerance())) return Outcome::not_symmetric;
-    ++statistics.factorizations;
-    definite_ = factorize_definite();
-    return definite_ ? Outcome::success : factorize_by_lu(statistics);
   }
   [[nodiscard]] Outcome solve(auto& x) {
     if (definite_) {
@@ -78,6 +71,24 @@ class SymmetricSparseSystem : public AssembledSystem<Scalar, true> {
 
  private:
   using AssembledSystem<Scalar, true>::assembly_;
+
+  [[nodiscard]] Outcome try_to_factorize(const auto& masses, Scalar gamma_force, Scalar gamma_drift,
+                                         Statistics& statistics) {
+    if (!ldlt_) {
+      ldlt_.make();
+      assembly_.forget_pattern();
+    }
+    if (assembly_.update_pattern(masses)) {
+      ldlt_->analyzePattern(assembly_.matrix());
+      lu_.drop();
+      ++statistics.analyses;
+    }
+    assembly_.assemble(gamma_force, gamma_drift);
+    if (!assembly_.is_symmetric(tolerance())) return Outcome::not_symmetric;
+    ++statistics.factorizations;
+    definite_ = factorize_definite();
+    return definite_ ? Outcome::success : factorize_by_lu(statistics);
+  }
 
   /// Entries are sums whose terms may be added in another order than their transposes' and cancel to a thousandth; a
   /// broken promise shows in the first digits. Differences have half of the digits, less where a force bends strongly.

@@ -27,6 +27,9 @@ template <class = void>
   return ++last;
 }
 
+/// Ids end below this: however many particles come after the largest, there are numbers for them.
+inline constexpr std::int64_t largest_id = std::int64_t{1} << 62;
+
 /// Immutable, and shared between a state and the steppers' copies of it: another object says that something was changed.
 /// Columns have a value a particle, or none where the scene doesn't need them.
 template <class Scalar, int dim>
@@ -70,6 +73,7 @@ struct Body {
     ar(mass, radius, type, charge, heat_capacity, id, still, box, inertia_factor, next_id);
     const auto n = static_cast<std::size_t>(mass.size());
     ar.check(id.size() == n && (still.empty() || still.size() == n));
+    ar.check(next_id >= 0 && next_id < largest_id + largest_id / 2);
     for (const Eigen::Index size : {radius.size(), type.size(), charge.size(), heat_capacity.size()})
       ar.check(size == 0 || size == mass.size());
   }
@@ -104,8 +108,9 @@ class ParticleMasses {
   ParticleMasses(const Column& mass, const std::vector<std::uint8_t>& still)
       : mass_(mass), inverse_(rows * mass.size()) {
     for (Eigen::Index i = 0; i < mass_.size(); ++i) {
-      if (!(mass_[i] > 0) || !std::isfinite(mass_[i]))
-        throw std::invalid_argument("phistep: the mass of particle " + std::to_string(i) + " must be finite and > 0");
+      if (!(mass_[i] > 0) || !std::isfinite(mass_[i]) || !std::isfinite(1 / mass_[i]))
+        throw std::invalid_argument("phistep: the mass of particle " + std::to_string(i) +
+                                    " must be finite and > 0, and so must one over it");
       const bool held = !still.empty() && still[static_cast<std::size_t>(i)] != 0;
       inverse_.template segment<rows>(rows * i).setConstant(held ? Scalar{0} : Scalar{1} / mass_[i]);
     }

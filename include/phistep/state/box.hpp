@@ -38,9 +38,9 @@ struct Box {
   /// @throws std::invalid_argument unless every periodic axis has a length that is finite and > 0
   void check() const {
     for (int a = 0; a < dim; ++a)
-      if (periodic_at(a) && !(std::isfinite(lower[a]) && std::isfinite(upper[a]) && upper[a] > lower[a]))
-        throw std::invalid_argument("phistep: a periodic box needs finite lower < upper along axis " +
-                                    std::to_string(a));
+      if (periodic_at(a) && !(std::isfinite(upper[a] - lower[a]) && upper[a] > lower[a]))
+        throw std::invalid_argument(
+            "phistep: a periodic box needs finite lower < upper, and a finite length, along axis " + std::to_string(a));
   }
 
   /// What to add to r to bring it between lower and upper [length].

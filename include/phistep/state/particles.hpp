@@ -153,7 +153,7 @@ class Particles : public Extra::template Block<Number, dim>... {
     return set([&](auto& body) { body.still = std::move(still); });
   }
 
-  /// Who is who by one's own numbers, all different; particles added later get those after the largest.
+  /// Who is who by one's own numbers, all different and < 2^62; particles added later get those after the largest.
   Particles& set_id(std::vector<std::int64_t> id) {
     if (static_cast<Index>(id.size()) != size())
       throw std::invalid_argument("phistep: " + std::to_string(id.size()) + " ids for " + std::to_string(size()) +
@@ -163,6 +163,8 @@ class Particles : public Extra::template Block<Number, dim>... {
     const auto twice = std::adjacent_find(sorted.begin(), sorted.end());
     if (twice != sorted.end())
       throw std::invalid_argument("phistep: two particles have the id " + std::to_string(*twice));
+    if (!sorted.empty() && sorted.back() >= largest_id)
+      throw std::invalid_argument("phistep: the id " + std::to_string(sorted.back()) + " isn't < 2^62");
     return set([&](auto& body) {
       body.id = std::move(id);
       if (!sorted.empty()) body.next_id = std::max<std::int64_t>(0, sorted.back() + 1);

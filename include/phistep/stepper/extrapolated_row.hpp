@@ -142,7 +142,10 @@ class ExtrapolatedRow : public RowDefaults {
   using Progress = typename Order::Past;
   [[nodiscard]] const Progress& progress() const { return past_; }
   void resume(const Progress& progress) { past_ = progress; }
-  void archive(auto& ar) { ar(past_, columns_); }
+  void archive(auto& ar) {
+    ar(past_, columns_);
+    ar.check(0 <= columns_ && columns_ <= columns);
+  }
   void reset() {
     past_ = {};
     columns_ = 0;

@@ -54,6 +54,8 @@ class ExtrapolationOrder {
     void archive(auto& ar) {
       ar(target, last, steady, patience, rejected, limited, unlimited, inside, inside_h, wanted, below, below_h,
          below_column);
+      for (const int column : {target, last, below_column}) ar.check(0 <= column && column <= columns);
+      ar.check(0 <= steady && steady < 1 << 30 && 1 <= patience && patience <= 64 && 0 <= unlimited && unlimited <= 16);
     }
   };
 

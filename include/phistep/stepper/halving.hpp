@@ -7,7 +7,9 @@
 /// With Newton's fresh Jacobian, which is tried first, this is the ladder of retries: old matrix, new matrix, Δt/2, Δt/4, …
 #pragma once
 
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <stdexcept>
 #include <utility>
 
@@ -39,7 +41,7 @@ class Halving {
     if (whole) ++steps_;
     if (whole || deepest_ == 0 || !may_be_cured(whole.outcome()) || !is_finite(state)) return counted(whole);
 
-    const Snapshot<S> before{*this, state};
+    Snapshot<S> before{*this, state};
     const std::int64_t halvings = halvings_;
     int iterations = whole.iterations();
     try {
@@ -75,28 +77,41 @@ class Halving {
   [[nodiscard]] Stepper& stepper() { return stepper_; }
   [[nodiscard]] const Stepper& stepper() const { return stepper_; }
   void reset() { stepper_.reset(); }
+  /// As PhiStepper's: whoever rejects a step takes back the force's history with it.
+  [[nodiscard]] auto checkpoint() const requires requires(const Stepper& inner) { inner.checkpoint(); }
+  { return stepper_.checkpoint(); }
+  template <class Past>
+  void restore(Past past) requires requires(Stepper& inner) { inner.restore(std::move(past)); }
+  { stepper_.restore(std::move(past)); }
   /// As PhiStepper's.
   void save(Writer& out) const { save_parts(out, steps_, failed_steps_, halvings_, stepper_); }
-  void load(Reader& in, auto&& then) { load_parts(in, then, steps_, failed_steps_, halvings_, stepper_); }
+  void load(Reader& in, auto&& then) {
+    std::array<std::int64_t, 3> counts{};
+    in(counts);
+    for (const std::int64_t count : counts) in.check(can_be_count(count));
+    load_parts(in, then, stepper_);
+    steps_ = counts[0], failed_steps_ = counts[1], halvings_ = counts[2];
+  }
 
  private:
   /// What a failure takes the state and the stepper back to.
   template <class S>
   class Snapshot {
    public:
-    Snapshot(const Halving& of, const S& state) : past_{of.checkpoint()} { copy_blocks<S>(state_, state); }
-    void restore(Halving& to, S& state) const {
+    Snapshot(const Halving& of, const S& state) : past_{of.past()} { copy_blocks<S>(state_, state); }
+    /// Once: it must not allocate, for want of memory may be why.
+    void restore(Halving& to, S& state) {
       copy_blocks<S>(state, state_);
-      if constexpr (requires { to.stepper_.checkpoint(); }) to.stepper_.restore(past_);
+      if constexpr (requires { to.stepper_.checkpoint(); }) to.stepper_.restore(std::move(past_));
       else to.stepper_.reset();
     }
 
    private:
     PlainState<S> state_;
-    decltype(std::declval<const Halving&>().checkpoint()) past_;
+    decltype(std::declval<const Halving&>().past()) past_;
   };
   struct NoCheckpoint {};
-  [[nodiscard]] auto checkpoint() const {
+  [[nodiscard]] auto past() const {
     if constexpr (requires { stepper_.checkpoint(); }) return stepper_.checkpoint();
     else return NoCheckpoint{};
   }

@@ -8,8 +8,8 @@
 /// velocity, displacement and absolute unknowns by stiffness, and knows no units.
 ///
 /// An affine force gets one correction and no second to refine it, so there the start decides: Y = start + δ, from
-/// v = v_n where the drift's part of W is the smaller, from r = r_n (the displacement as unknown) where it is the larger.
-/// Either δ is then small beside what it is added to.
+/// v = v_n, or from r = r_n (the displacement as unknown) where the drift's part of W is by far the larger. Either δ is then
+/// small beside what it is added to.
 #pragma once
 
 #include <Eigen/Core>

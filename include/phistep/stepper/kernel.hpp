@@ -234,7 +234,7 @@ class Kernel {
   }
   [[nodiscard]] Rhs& rhs() { return rhs_; }
   [[nodiscard]] const Rhs& rhs() const { return rhs_; }
-  [[nodiscard]] bool fits(const S& state) const { return transaction_.fits(state); }
+  [[nodiscard]] bool fits(const S& state) const { return !torn_ && transaction_.fits(state); }
   /// Forgets all that is carried from step to step.
   void reset() {
     transaction_.reset();
@@ -247,10 +247,12 @@ class Kernel {
   }
   void resize(const S& state, const PlainState<S>& copy, typename Rhs::Masses masses) {
     Transaction fresh{state};
+    torn_ = true;  // if one of these throws, not even a state of the old size fits
     resolvent_.resize(copy, rhs_);
     rhs_.rebind(std::move(masses));
     transaction_ = std::move(fresh);
     allocate(copy);
+    torn_ = false;
   }
   /// For a checkpoint: history, counts, Ψ, Jacobian and factors.
   void save(Writer& out) const {
@@ -300,6 +302,7 @@ class Kernel {
   Transaction transaction_;
   [[no_unique_address]] typename decltype(resolvent_type())::type resolvent_;
   [[no_unique_address]] std::conditional_t<keeps_psi, RateOf<S>, Nothing> kicked_by_;
+  bool torn_ = false;
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -110,7 +110,7 @@ class LinearStages {
     for_each_solved<S>([this](Index at, const auto& block) { part(x_, at, block) = flat(block); }, std::as_const(x));
     if constexpr (Rhs::drifts) matrix_.add_position_product(gamma, flat(position_of<S>(std::as_const(x))), x_);
     if (const Outcome outcome = matrix_.solve(x_, options_, rhs.statistics()); outcome != Outcome::success)
-      return outcome;
+      return first_non_finite(Blocks<S>::all(x)) ? Outcome::non_finite_state : outcome;  // b was none: not W's fault
     for_each_solved<S>([this](Index at, auto& block) { flat(block) = part(x_, at, block); }, x);
     if constexpr (Rhs::drifts) position_of<S>(x) += gamma * velocity_of<S>(x);
     return Outcome::success;

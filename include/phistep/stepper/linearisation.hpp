@@ -126,7 +126,10 @@ class Linearisation {
       if constexpr (is_iterative) return system_.solve(x, options.linear_rtol, statistics);
       else return system_.solve(x);
     }();
-    if (outcome != Outcome::success) return outcome;
+    if (outcome != Outcome::success) {
+      has_factors_ = false;  // who couldn't solve is not asked again with the same factors
+      return outcome;
+    }
     if (scale_ != Scalar{1}) x *= scale_;
     return all_finite(x.data(), x.size()) ? Outcome::success : Outcome::singular_matrix;
   }
@@ -197,6 +200,7 @@ class Linearisation {
   [[nodiscard]] Outcome linearise(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& Y, const Rate& psi,
                                   const NewtonOptions& options, const Yardstick<Plain>& yardstick) {
     if constexpr (!matrix_free) ++rhs.statistics().jacobians;
+    has_jacobian_ = false;  // a force that throws leaves half of one
     if constexpr (analytic) {
       set_jacobian<position, Rate, n_static>(rhs.force(), t, rhs.view(Y), rhs.trial_memory(), n_, system_);
     } else {
@@ -234,6 +238,7 @@ class Linearisation {
 
  private:
   [[nodiscard]] Outcome factorize(Rhs& rhs, const Gamma<Scalar>& gamma, const Plain& Y) {
+    has_factors_ = false;
     const Outcome outcome = system_.factorize(each_mass_entry<S>(rhs, Y), gamma.force, gamma.drift, rhs.statistics());
     has_factors_ = outcome == Outcome::success;
     factored_ = gamma;

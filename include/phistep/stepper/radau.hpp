@@ -298,13 +298,9 @@ class Row<Radau, S> : public RowDefaults {
   /// ‖δ‖ of one iteration.
   template <int s, class Kernel>
   [[nodiscard]] double correction(Kernel& kernel, const auto& masses) {
-    using Wide = std::common_type_t<Scalar, double>;
     ++kernel.rhs().statistics().solves;
     ++kernel.rhs().statistics().iterations;
-    const Wide sum = work_.template correct<s>(masses, [this](std::size_t i, Scalar square) {
-      const Wide weight = static_cast<Wide>(weight_[i]);
-      return static_cast<Wide>(square) * weight * weight;
-    });
+    const auto sum = work_.template correct<s>(masses, weight_);
     return std::sqrt(static_cast<double>(sum) / static_cast<double>(s * n_));
   }
 

@@ -158,7 +158,10 @@ class RadauControl {
     error_before_ = rate_ = 1;
     rejected_ = false;
   }
-  void archive(auto& ar) { ar(stages_, rtol_, allowed_, dt_before_, error_before_, rate_, rejected_); }
+  void archive(auto& ar) {
+    ar(stages_, rtol_, allowed_, dt_before_, error_before_, rate_, rejected_);
+    ar.check(stages_ == 0 || stages_ == 3 || stages_ == 5 || stages_ == 7);
+  }
 
  private:
   static constexpr double safety_factor = 0.9, best_contraction = 0.2;

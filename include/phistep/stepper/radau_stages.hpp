@@ -19,6 +19,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/linear/lane_lu.hpp"
 #include "phistep/stepper/radau_tableau.hpp"
@@ -182,9 +183,10 @@ class RadauStages {
   }
   [[nodiscard]] const Row& r(std::size_t i) const { return r_[i]; }
 
-  /// The corrections δ of (1), added to w. Returns size(i, Σ_l |δ_il|²), summed.
+  /// The corrections δ of (1), added to w. Returns Σ |w_i δ_il|², w_i the weight of component i: squares of what has a unit
+  /// would leave the range.
   template <int s>
-  [[nodiscard]] auto correct(const auto& masses, auto&& size) {
+  [[nodiscard]] auto correct(const auto& masses, const auto& weight) {
     constexpr auto& k = radau_constants<Scalar, s>;
     for (std::size_t i = 0; i < n(); ++i) {
       Real re{Scalar{0}}, im{Scalar{0}};
@@ -200,12 +202,15 @@ class RadauStages {
       delta_[static_cast<std::size_t>(i)].subtract({lambda_.re * by, lambda_.im * by}, w_[static_cast<std::size_t>(j)]);
     });
     lu_.solve_in_place(delta_.data());
-    using Size = decltype(size(std::size_t{0}, Scalar{0}));
-    Size all{0};
+    using Wide = std::common_type_t<Scalar, double>;
+    Wide all{0};
     for (std::size_t i = 0; i < n(); ++i) {
       w_[i].re = w_[i].re + delta_[i].re;
       w_[i].im = w_[i].im + delta_[i].im;
-      all += size(i, sum(delta_[i].norm()));
+      const auto [power, rest] = split_power(weight[i]);
+      const Real by{power};
+      all += static_cast<Wide>(sum(Number{delta_[i].re * by, delta_[i].im * by}.norm())) * static_cast<Wide>(rest) *
+             static_cast<Wide>(rest);
     }
     return all;
   }

@@ -120,6 +120,7 @@ class NewtonResolvent {
 
   /// What solve_newton iterates on.
   struct Equation {
+    static constexpr bool is_inexact = Matrix::is_iterative;
     NewtonResolvent& self;
     Rhs& rhs;
     const Gamma<Scalar>& gamma;
@@ -145,14 +146,18 @@ class NewtonResolvent {
         mass.subtract_product(part(self.increment_.w(), at, rate), out);
       });
     }
-    /// ‖M⁻¹F‖², by components; ‖F‖² under a matrix mass.
+    /// ‖M⁻¹F‖, by components; ‖F‖ under a matrix mass.
     [[nodiscard]] double residual_size() {
-      double sum = 0;
-      for_each_rate([&](Index at, const auto& rate, const auto& mass) {
-        const auto inverse_mass = mass.scaled(Scalar{1});
-        for (Index i = 0; i < rate.size(); ++i) sum += std::pow(static_cast<double>(inverse_mass(i) * F()[at + i]), 2);
-      });
-      return sum;
+      const auto each = [&](auto&& f) {
+        for_each_rate([&](Index at, const auto& rate, const auto& mass) {
+          const auto inverse_mass = mass.scaled(Scalar{1});
+          for (Index i = 0; i < rate.size(); ++i) f(std::abs(static_cast<double>(inverse_mass(i) * F()[at + i])));
+        });
+      };
+      double most = 0, sum = 0;
+      each([&](double x) { most = std::max(most, x); });
+      if (most > 0) each([&](double x) { sum += (x / most) * (x / most); });  // squares of velocities may leave the range
+      return most * std::sqrt(sum);
     }
     /// No larger than what rounding leaves of γ_f Ψ − M w where both cancel.
     [[nodiscard]] bool residual_is_rounding() {
@@ -163,6 +168,7 @@ class NewtonResolvent {
       });
       return rounding;
     }
+    [[nodiscard]] bool residual_is_noise() { return largest(F()) <= 8 * round_off * self.terms_of(*this); }
     [[nodiscard]] bool has_jacobian() const { return self.matrix_.has_jacobian(); }
     [[nodiscard]] bool has_factors() const { return self.matrix_.has_factors(); }
     void drop_jacobian() { self.matrix_.drop(); }
@@ -257,29 +263,40 @@ class NewtonResolvent {
     matrix_.drop();
     return Outcome::not_affine;
   }
+  /// From a = √(γ_f γ_d) ω = 16 on, the displacement is the better unknown. From v, a step is two shears whatever rounding
+  /// did to W, so that at φ = ½ nothing drifts, but γv rounds r by a·u; from r, 1/W's rounding is in r and in v alike, and
+  /// the energy drifts by up to two roundings a step, always the same way: after (8a)² = 1e4 steps that is the greater evil.
   [[nodiscard]] bool is_stiff(const Gamma<Scalar>& gamma) const {
-    return Rhs::drifts && gamma.drift != Scalar{0} && matrix_.drift_share() > 0.5;
+    constexpr double a_squared = 256;
+    return Rhs::drifts && gamma.drift != Scalar{0} && matrix_.drift_share() > a_squared / (1 + a_squared);
   }
   /// What rounding (and an iterative solver's tolerance) may leave of the residual.
   [[nodiscard]] double rounding_of(Equation& equation, double before) const {
-    double size = 0;
-    for_each_solved<S>(
-        [&](Index, const auto& y, const auto& base) {
-          size = std::max({size, largest(y), largest(base)});
-        },
-        equation.Y, increment_.base());
-    if constexpr (Rhs::drifts)
-      if (equation.gamma.drift != Scalar{0})
-        size = std::max(size, matrix_.drift_share() * largest(position_of<S>(equation.Y)) /
-                                  std::abs(static_cast<double>(equation.gamma.drift)));
-    double allowed = 1e4 * round_off * matrix_.magnitude() * size;
-    equation.for_each_rate([&](Index, const auto& rate, const auto&) {
-      allowed =
-          std::max(allowed, 1e4 * round_off * std::abs(static_cast<double>(equation.gamma.force)) * largest(rate));
-    });
+    double allowed = 1e4 * round_off * terms_of(equation);
     if constexpr (Matrix::is_iterative)
       allowed += 10 * options_.linear_rtol * before * std::sqrt(static_cast<double>(increment_.w().size()));
     return allowed;
+  }
+  /// The size of what the residual is made of: W times all that it is made for, and the force.
+  [[nodiscard]] double terms_of(Equation& equation) const {
+    double size = 0;
+    // The start counts, too: where Y is far smaller, the rounding of start + δ is what is left.
+    for_each_solved<S>(
+        [&](Index, const auto& y, const auto& base, const auto& start) {
+          size = std::max({size, largest(y), largest(base), largest(start)});
+        },
+        equation.Y, increment_.base(), equation.guess);
+    if constexpr (Rhs::drifts)
+      if (equation.gamma.drift != Scalar{0})
+        size =
+            std::max(size, matrix_.drift_share() *
+                               std::max(largest(position_of<S>(equation.Y)), largest(position_of<S>(equation.guess))) /
+                               std::abs(static_cast<double>(equation.gamma.drift)));
+    double terms = matrix_.magnitude() * size;
+    equation.for_each_rate([&](Index, const auto& rate, const auto&) {
+      terms = std::max(terms, std::abs(static_cast<double>(equation.gamma.force)) * largest(rate));
+    });
+    return terms;
   }
 
   NewtonOptions options_;

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <utility>
 
+#include "phistep/core/statistics.hpp"
 #include "phistep/core/version.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -24,6 +25,11 @@ struct SleepReport {
   std::int64_t skipped = 0;        ///< particle-steps that were not computed
   double energy_removed = 0;       ///< kinetic energy taken from those put to rest [energy]
   double impulse_not_applied = 0;  ///< Σ∫|F|dt over sleepers [force·time]
+
+  void archive(auto& ar) {
+    ar(asleep, fell_asleep, woken, skipped, energy_removed, impulse_not_applied);
+    for (const std::int64_t count : {asleep, fell_asleep, woken, skipped}) ar.check(can_be_count(count));
+  }
 
   template <class OStream>
     requires requires(OStream& out) { out << "" << std::int64_t{} << double{}; }

@@ -19,9 +19,11 @@
 #include <Eigen/Core>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <new>
 #include <stdexcept>
 #include <type_traits>
 #include <utility>
@@ -64,6 +66,7 @@ class Sleeping {
   StepReport step(S& state, Scalar t, Scalar dt, Origin origin = Origin::unknown) {
     if (options_.speed == 0) return stepper_.step(state, t, dt, origin);
     adopt(state, origin);
+    if (put_off_) part(state, false);
     if constexpr (requires { stepper_.changes(); })
       if (std::exchange(changes_, stepper_.changes()) != stepper_.changes())
         wake_all();  // the force may be another one
@@ -84,9 +87,9 @@ class Sleeping {
     put_back(state);
     if (since_check_ >= options_.every) {
       check(state);
-      part(state, steps_ / options_.every % 4 == 0);
+      part_if_possible(state, steps_ / options_.every % 4 == 0);
     } else if (parted_ || (report_.asleep > 0 && have_pairs_changed())) {
-      part(state, false);
+      part_if_possible(state, false);
     }
     return report;
   }
@@ -115,8 +118,19 @@ class Sleeping {
                review_, impulse_rate_, meddled_, parted_, free_, deep_, stepper_);
   }
   void load(Reader& in, auto&& then) {
-    load_parts(in, then, who_, report_, id_, rest_, sample_, velocity_, push_, steps_, since_check_, clock_, checked_,
-               review_, impulse_rate_, meddled_, parted_, free_, deep_, stepper_);
+    std::vector<Sleeper> who;
+    SleepReport report;
+    std::vector<std::int64_t> id;
+    std::array<Vectors, 4> vectors;
+    in(who, report, id, vectors);
+    const auto n = static_cast<Index>(who.size());
+    in.check(static_cast<Index>(id.size()) == n);
+    for (const Vectors& x : vectors) in.check(x.cols() == n);
+    load_parts(in, then, steps_, since_check_, clock_, checked_, review_, impulse_rate_, meddled_, parted_, free_,
+               deep_, stepper_);
+    who_ = std::move(who), report_ = report, id_ = std::move(id);
+    rest_ = std::move(vectors[0]), sample_ = std::move(vectors[1]);
+    velocity_ = std::move(vectors[2]), push_ = std::move(vectors[3]);
     body_ = 0;
   }
 
@@ -135,6 +149,11 @@ class Sleeping {
     double impulse = 0;      // [force·time/time] |F| left out while deep
     double since = 0;        // on clock_ [time] it has been quiet
     double expires = 0;      // on clock_ [time]
+
+    void archive(auto& ar) {
+      ar(kind, flagged, naps, quiet, impulse, since, expires);
+      ar.check(kind <= Kind::deep && 0 <= naps && naps <= 30 && 0 <= quiet && quiet < 1 << 30);
+    }
   };
 
   [[nodiscard]] Sleeper& who(Index i) { return who_[static_cast<std::size_t>(i)]; }
@@ -171,6 +190,7 @@ class Sleeping {
   void match(const S& state) {
     std::vector<Sleeper> now(static_cast<std::size_t>(state.size()));
     Vectors rest = state.r, sample = state.r, velocity = state.v, push = Vectors::Zero(dim, state.size());
+    std::vector<std::int64_t> id = state.id();
     wake_beside_the_erased(state);
     std::size_t old = 0;
     for (std::size_t k = 0; k < state.id().size(); ++k) {
@@ -183,7 +203,7 @@ class Sleeping {
     }
     who_ = std::move(now);
     rest_ = std::move(rest), sample_ = std::move(sample), velocity_ = std::move(velocity), push_ = std::move(push);
-    id_ = state.id();
+    id_ = std::move(id);
   }
   /// The pairs are still those of the step before, and so are the indices.
   void wake_beside_the_erased(const S& state) {
@@ -319,6 +339,14 @@ class Sleeping {
     meddled_ = parted_ = true;
   }
 
+  /// Behind a step it is too late to fail: without the memory for it, it is put off until the next.
+  void part_if_possible(S& state, bool leave_out) {
+    try {
+      part(state, leave_out);
+    } catch (const std::bad_alloc&) {
+      put_off_ = true;
+    }
+  }
   /// Parts sleepers into those within two neighbours of somebody awake and the others. Who must be watched is so at once.
   /// Each change of who is computed costs a search for neighbours, so that those who needn't be are left out many at a time.
   void part(S& state, bool leave_out) {
@@ -352,6 +380,7 @@ class Sleeping {
       if (!any) still.clear();
       state.set_still(std::move(still));
     }
+    put_off_ = false;
     body_ = state.body().serial;
     count();
   }
@@ -366,7 +395,7 @@ class Sleeping {
   SleepReport report_;
   std::int64_t steps_ = 0, since_check_ = 0, free_ = 0, deep_ = 0, pair_changes_ = 0, changes_ = 0;
   double clock_ = 0, checked_ = 0, review_ = 0, impulse_rate_ = 0;
-  bool meddled_ = false, parted_ = false;
+  bool meddled_ = false, parted_ = false, put_off_ = false;
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -131,7 +131,8 @@ class SplitRow {
     kicked_ = y;
     psi_ = make_rate<S>(y);
     if constexpr (couples) middle_ = y;
-    if constexpr (Rhs::has_matrix_mass) scratch_ = psi_;
+    // A fixed-size state is copied whole, and so filled whole.
+    if constexpr (Rhs::has_matrix_mass || static_unknowns<S> != Eigen::Dynamic) scratch_ = psi_;
     guard_.forget();
     known_ = false;
   }

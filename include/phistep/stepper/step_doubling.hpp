@@ -41,19 +41,21 @@ class StepDoubling {
   StepReport attempt(Stepper& stepper, S& state, Scalar t, Scalar dt, Origin origin, Trace<Plain>& trace,
                      Accept&& accept) {
     copy_blocks<S>(start_, state);
-    const auto past = checkpoint(stepper);
+    auto past = checkpoint(stepper);
     bool half_way = false;
-    const auto take_back = [&] {
+    const auto put_back = [&](auto&& to) {
       copy_blocks<S>(state, start_);
-      if constexpr (requires { stepper.checkpoint(); }) stepper.restore(past);
+      if constexpr (requires { stepper.checkpoint(); }) stepper.restore(std::forward<decltype(to)>(to));
       else stepper.reset();
       if (std::exchange(half_way, false)) trace.step_back();
     };
+    // For good, and without allocating: it may be for want of memory.
+    const auto take_back = [&] { put_back(std::move(past)); };
     try {
       StepReport report = one(stepper, state, t, dt, origin, trace);
       if (!report) return report;  // nothing has happened
       copy_blocks<S>(whole_, state);
-      take_back();
+      put_back(past);
       int iterations = report.iterations();
       const Scalar half = dt / 2;
       for (const Scalar from : {t, t + half}) {

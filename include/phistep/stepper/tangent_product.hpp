@@ -38,9 +38,8 @@ class TangentProduct {
   static constexpr int n_static = static_unknowns<S>;
 
   void resize(const Plain& y, const auto& /*rhs*/) {
-    direction_ = y;
-    probe_ = y;
-    rate_ = make_rate<S>(y);
+    Y_ = direction_ = probe_ = y;
+    psi_ = rate_ = make_rate<S>(y);
     diagonal_.setZero(unknowns<S>(y));
     entries_.setZero(unknowns<S>(y));
   }
@@ -55,8 +54,9 @@ class TangentProduct {
     rhs_ = &rhs;
     gamma_ = gamma;
     t_ = t;
-    Y_ = &Y;
-    psi_ = &psi;
+    // Copies: who asks for a product after the last correction finds the iterate moved, and Ψ still that of the one before.
+    copy_blocks<S>(Y_, Y);
+    copy_rate(psi_, psi);
     if constexpr (!Products::has_product) scale_ = scales(options);
     if constexpr (Products::has_diagonal) compute_diagonal();
     // Differences are good to √u.
@@ -73,7 +73,7 @@ class TangentProduct {
       else position_of<S>(direction_).setZero();
     }
     if constexpr (Products::has_product) multiply(x);
-    else differ();
+    else if (!differ()) return out.setZero(), void();
     Index at = 0;
     for_each_block(
         [&](auto, const auto& block, const auto& mass) {
@@ -93,10 +93,10 @@ class TangentProduct {
     entries_.setZero();
     ProductSink<Scalar> sink{nullptr, x.data(), entries_.data()};
     if constexpr (Rhs::drifts) sink.r = position_of<S>(direction_).data();
-    add_product<has_K || !Rhs::drifts, n_static>(rhs_->force(), t_, rhs_->view(*Y_), rhs_->trial_memory(),
+    add_product<has_K || !Rhs::drifts, n_static>(rhs_->force(), t_, rhs_->view(Y_), rhs_->trial_memory(),
                                                  rhs_->view(direction_), diagonal_.size(), rate_, sink);
     for_each_block([](auto, const auto& product, const auto& of) { check_result_size(product, of); },
-                   Rate::blocks(std::as_const(rate_)), Rate::blocks(*psi_));
+                   Rate::blocks(std::as_const(rate_)), Rate::blocks(std::as_const(psi_)));
     Index at = 0;
     for_each_block(
         [&](auto, auto& block) {
@@ -106,7 +106,8 @@ class TangentProduct {
         Rate::blocks(rate_));
   }
 
-  void differ() {
+  /// False where there is no direction.
+  [[nodiscard]] bool differ() {
     double reach = std::numeric_limits<double>::infinity();
     std::size_t k = 0;
     for_each_solved<S>(
@@ -125,14 +126,15 @@ class TangentProduct {
         reach = Rhs::Traits::uses_velocity ? by_drift * std::sqrt(reach / by_drift) : by_drift;
       }
     }
-    if (!std::isfinite(reach)) reach = 1;
+    if (!std::isfinite(reach)) return false;
     const auto epsilon =
         static_cast<Scalar>(std::sqrt(static_cast<double>(std::numeric_limits<Scalar>::epsilon())) * reach);
     for_each_block([&](auto, auto& probe, const auto& y, const auto& x) { probe = y + epsilon * x; },
-                   Blocks<S>::all(probe_), Blocks<S>::all(*Y_), Blocks<S>::all(std::as_const(direction_)));
+                   Blocks<S>::all(probe_), Blocks<S>::all(std::as_const(Y_)), Blocks<S>::all(std::as_const(direction_)));
     rhs_->evaluate_into(t_, probe_, rate_);
     for_each_block([&](auto, auto& moved, const auto& still) { moved = (moved - still) / epsilon; },
-                   Rate::blocks(rate_), Rate::blocks(*psi_));
+                   Rate::blocks(rate_), Rate::blocks(std::as_const(psi_)));
+    return true;
   }
 
   struct Scales {
@@ -154,14 +156,14 @@ class TangentProduct {
               size = std::max(size, std::abs(static_cast<double>(factor(i) * rate.data()[i])));
           if constexpr (Rhs::drifts)
             if (size == 0 && k == 0 && gamma_.drift != Scalar{0})
-              size = largest(position_of<S>(*Y_)) / std::abs(static_cast<double>(gamma_.drift));
+              size = largest(position_of<S>(Y_)) / std::abs(static_cast<double>(gamma_.drift));
           all.solved[k++] = usual(size, at_least);
         },
-        Blocks<S>::solved(*Y_), Rate::blocks(*psi_), rhs_->masses());
+        Blocks<S>::solved(std::as_const(Y_)), Rate::blocks(std::as_const(psi_)), rhs_->masses());
     if constexpr (Rhs::drifts) {
       // The tolerance is one for the unknowns, v: r may be off by what v's error moves it.
       const double time = std::abs(static_cast<double>(gamma_.drift));
-      const double size = std::max(largest(position_of<S>(*Y_)), time * largest(velocity_of<S>(*Y_)));
+      const double size = std::max(largest(position_of<S>(Y_)), time * largest(velocity_of<S>(Y_)));
       all.position = usual(size > 0 ? size : time * all.solved[0], time * at_least);
     }
     return all;
@@ -190,9 +192,9 @@ class TangentProduct {
           });
           at += block.size();
         },
-        Rate::blocks(*psi_), rhs_->masses());
+        Rate::blocks(std::as_const(psi_)), rhs_->masses());
     DiagonalSink sink{diagonal_, gamma_};
-    add_diagonal<has_K || !Rhs::drifts, n_static, Rate>(rhs_->force(), t_, rhs_->view(*Y_), rhs_->trial_memory(),
+    add_diagonal<has_K || !Rhs::drifts, n_static, Rate>(rhs_->force(), t_, rhs_->view(Y_), rhs_->trial_memory(),
                                                         diagonal_.size(), sink);
   }
 
@@ -200,11 +202,9 @@ class TangentProduct {
   Rhs* rhs_ = nullptr;
   Gamma<Scalar> gamma_{};
   Scalar t_{};
-  const Plain* Y_ = nullptr;
-  const Rate* psi_ = nullptr;
 
-  Plain direction_, probe_;
-  Rate rate_;
+  Plain Y_, direction_, probe_;
+  Rate psi_, rate_;
   Vector diagonal_, entries_;
   Scales scale_;
 };

@@ -14,32 +14,38 @@
 #include <utility>
 #include <vector>
 
-namespace work_precision::truth {
+namespace truth {
 
 using Real = long double;
 template <int n>
 using Vector = Eigen::Matrix<Real, n, 1>;
 
-/// (I − hJ)⁻¹ for a problem with static rate and entries.
+/// (I − hJ)⁻¹ for a problem with rate and entries (problems/entries.hpp).
 template <class Problem>
 class Dense {
  public:
   static constexpr int size = Problem::State::RowsAtCompileTime;
   using State = Vector<size>;
+  Dense() = default;
+  explicit Dense(Problem problem) : problem_{std::move(problem)} {}
   [[nodiscard]] State rate(const State& y) const {
-    State out;
-    Problem::rate(y, out);
+    State out(y.size());
+    problem_.rate(y, out);
     return out;
   }
   void linearise(const State& y) {
-    J_.setZero();
-    Problem::entries(y, [this](int i, int j, Real x) { J_(i, j) += x; });
+    J_.setZero(y.size(), y.size());
+    problem_.entries(y, [this](int i, int j, Real x) { J_(i, j) += x; });
   }
-  void factorize(Real h) { lu_.compute(Matrix::Identity() - h * J_); }
-  [[nodiscard]] State solve(const State& b) const { return lu_.solve(b); }
+  void factorize(Real h) { lu_.compute(Matrix::Identity(J_.rows(), J_.cols()) - h * J_); }
+  template <class Columns>
+  [[nodiscard]] auto solve(const Columns& b) const {
+    return lu_.solve(b);
+  }
 
  private:
   using Matrix = Eigen::Matrix<Real, size, size>;
+  Problem problem_;
   Matrix J_;
   Eigen::PartialPivLU<Matrix> lu_;
 };
@@ -258,4 +264,4 @@ void tell(Table& table, const Path<Rows>& path, const typename Rows::State& star
   table.conditioning = [path, start] { return Path<Rows>(path).conditioning(start); };
 }
 
-}  // namespace work_precision::truth
+}  // namespace truth

@@ -1,0 +1,26 @@
+# cmake -DWORK_DIR=<scratch> -P self_test.cmake
+#
+# Plants one fault at a time in a small sound page and demands that check_promises.cmake names it.
+
+cmake_minimum_required(VERSION 3.25)
+set(check "${CMAKE_CURRENT_LIST_DIR}/check_promises.cmake")
+
+function(plant name row expect)
+  set(root "${WORK_DIR}/${name}")
+  file(REMOVE_RECURSE "${root}")
+  file(WRITE "${root}/tests/room/a.test.cpp" "TEST_CASE(\"a [tagged]; case\") {}\n")
+  file(WRITE "${root}/tests/room/b.stress.cpp" "TEST_CASE(\"long\") {}\n")
+  file(WRITE "${root}/page.md" "# Page\n\n| promise | proved by |\n|---|---|\n"
+    "| sound | `room/a` \"a [tagged]; case\", `room/b` \"long\" |\n${row}\n\n| other |\n|---|\n| free |\n")
+  execute_process(COMMAND "${CMAKE_COMMAND}" "-DPAGE=${root}/page.md" "-DTESTS_DIR=${root}/tests" -P "${check}"
+    RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  if(NOT output MATCHES "${expect}" OR (row AND result EQUAL 0) OR (NOT row AND NOT result EQUAL 0))
+    message(FATAL_ERROR "${name}: expected \"${expect}\", got exit ${result} and\n${output}")
+  endif()
+  message(STATUS "${name}: ${CMAKE_MATCH_0}")
+endfunction()
+
+plant(sound "" "1 promises, 2 references to tests, all there")
+plant(bare "| nothing proves this | trust us |" "no test proves: . nothing proves this")
+plant(missing_file "| x | `room/c` |" "room/c: there is no such test")
+plant(missing_case "| x | `room/a` \"another case\" |" "room/a: it has no case \"another case\"")

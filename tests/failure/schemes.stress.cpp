@@ -1,0 +1,100 @@
+// Every scheme × every kind of failure of its force × every call of a whole run: typed and told, no bit changed, and the
+// run goes on to the end of the unbroken one.
+#include <phistep/phistep.hpp>
+
+#include <string>
+#include <vector>
+
+#include "failure/faults.hpp"
+#include "support/figures.hpp"
+
+using namespace faults;
+using Vec = Eigen::VectorXd;
+
+namespace {
+
+struct Still {  // Ψ(r)
+  Vec operator()(const Vec& r) const { return struck<Vec>(Site::force, states::Pull{}(r)); }
+};
+struct Damped {  // Ψ(r, v, t)
+  Vec operator()(const Vec& r, const Vec& v, double t) const {
+    return struck<Vec>(Site::force, states::DampedPull{}(r, v, t));
+  }
+};
+struct Driven {  // Ψ(y, t)
+  Vec operator()(const Vec& y, double t) const { return struck<Vec>(Site::force, states::DrivenPull{}(y, t)); }
+};
+struct Steady {  // Ψ(y)
+  Vec operator()(const Vec& y) const { return struck<Vec>(Site::force, states::Pull{}(y)); }
+};
+const auto motion = [] { return states::SecondOrder<Vec>{}.state; };
+const auto flow = [] { return states::FirstOrder<Vec>{}.state; };
+
+const std::vector<Kind> kinds{Kind::nan, Kind::inf, Kind::exception, Kind::size};
+
+/// The tallies of a class of schemes.
+struct Group {
+  std::string name;
+  Promise promise;
+  Tally all;
+
+  template <class F>
+  void add(const char* scheme_name, auto start, F f, auto scheme) {
+    const auto make = [f, scheme](auto& y) { return PhiStepper{y, f, scheme}; };
+    const Tally one = every_call(scheme_name, machine(start, make, 0.6, fixed(0.1)), Site::force, kinds, promise);
+    INFO(one.first);
+    CHECK(one.clean());
+    all += one;
+  }
+  void tell() const {
+    INFO(all.first);
+    figures::told(static_cast<double>(all.runs), name + ": runs with a failing force", "runs");
+    figures::told(static_cast<double>(all.failures), name + ": steps that failed", "steps");
+    figures::at_most(0, static_cast<double>(all.changed), name + ": state changed by a failed step", "runs");
+    figures::at_most(0, static_cast<double>(all.untold), name + ": wrong outcome or no t, dt, advice", "runs");
+    figures::at_most(0, static_cast<double>(all.stuck), name + ": could not go on", "runs");
+    figures::at_most(0, static_cast<double>(all.otherwise), name + ": went on to another end", "runs");
+    if (promise.same_end > 0) figures::at_most(promise.same_end, all.farthest, name + ": ends apart", "relative");
+  }
+};
+
+}  // namespace
+
+TEST_CASE("schemes that iterate nothing: the same bits after any failure") {
+  Group group{"no iteration", {}, {}};
+  group.add("forward_euler", motion, Damped{}, forward_euler);
+  group.add("symplectic_euler", motion, Damped{}, symplectic_euler);
+  group.add("velocity_verlet", motion, Still{}, velocity_verlet);
+  group.add("rkn86", motion, Still{}, rkn86);
+  group.add("rkn1210", motion, Still{}, rkn1210);
+  group.add("srkn6b", motion, Still{}, srkn6b);
+  group.add("srkn11b", motion, Still{}, srkn11b);
+  group.add("extrapolated(forward_euler)", flow, Driven{}, extrapolated(forward_euler));
+  group.add("extrapolated(velocity_verlet)", motion, Still{}, extrapolated(velocity_verlet));
+  group.tell();
+}
+
+TEST_CASE("schemes of linear stages, and Radau: the same bits after any failure") {
+  Group group{"linear stages, Radau", {}, {}};
+  group.add("rodas4", flow, Driven{}, rodas4);
+  group.add("rodas5p", motion, Damped{}, rodas5p);
+  group.add("radau", flow, Driven{}, radau);
+  group.add("extrapolated(backward_euler)", flow, Steady{}, extrapolated(backward_euler));
+  group.tell();
+}
+
+TEST_CASE("schemes that Newton solves: the same end up to rounding") {
+  Group group{"Newton", {.same_end = 1e-14, .renewed = 1e-13}, {}};
+  group.add("velocity_verlet, drag", motion, Damped{}, velocity_verlet);
+  group.add("symplectic_euler_adjoint, drag", motion, Damped{}, symplectic_euler_adjoint);
+  group.add("trapezoidal", motion, Damped{}, trapezoidal);
+  group.add("backward_euler", motion, Still{}, backward_euler);
+  group.add("midpoint", motion, Damped{}, midpoint);
+  group.add("phi(0.7)", motion, Damped{}, phi(0.7));
+  group.add("phi(0.6, 0.8)", motion, Damped{}, phi(0.6, 0.8));
+  group.add("phi_stage(0.7)", flow, Driven{}, phi_stage(0.7));
+  group.add("tr_bdf2", flow, Driven{}, tr_bdf2);
+  group.add("rannacher", flow, Driven{}, rannacher);
+  group.add("composed(velocity_verlet)", motion, Damped{}, composed(velocity_verlet));
+  group.tell();
+}

@@ -1,0 +1,111 @@
+#pragma once
+
+// Steppers to put through it: one of each kind that keeps something from step to step.
+
+#include <phistep/particles.hpp>
+
+#include "properties/machine.hpp"
+
+namespace machine {
+
+inline Vec spread(Eigen::Index n, double phase) {
+  return Vec::LinSpaced(n, phase, phase + 0.7 * static_cast<double>(n)).array().sin();
+}
+
+struct FirstOrder {
+  static constexpr bool has_past = false;
+  static Vec start(int n) { return spread(n, 0.4); }
+};
+struct SecondOrder {
+  static constexpr bool has_past = false;
+  static Motion<Vec> start(int n) { return {spread(n, 0.4), spread(n, 1.9)}; }
+};
+
+/// By any scheme: constants of namespace phistep, or functions that make one.
+template <const auto& scheme>
+struct Flow : FirstOrder {
+  static auto stepper(const Vec& y, Mood* mood) { return PhiStepper{y, Timed<states::DrivenPull>{{}, mood}, scheme}; }
+};
+template <const auto& scheme>
+struct Swing : SecondOrder {
+  static auto stepper(const Motion<Vec>& y, Mood* mood) {
+    return PhiStepper{y, Position<states::Pull>{{}, mood}, scheme};
+  }
+};
+template <const auto& scheme>
+struct DampedSwing : SecondOrder {
+  static auto stepper(const Motion<Vec>& y, Mood* mood) {
+    return PhiStepper{y, Everything<states::DampedPull>{{}, mood}, scheme};
+  }
+};
+inline constexpr auto phi_07 = phi(0.7);
+inline constexpr auto starts_damped = rannacher(2);
+
+struct Starts : Flow<starts_damped> {
+  static constexpr bool has_past = true;  // how many half steps were done
+};
+
+/// A gas in a periodic box: its list of neighbours lives long.
+struct Gas {
+  static constexpr bool has_past = false;
+  using State = Particles<double, 3>;
+  static State start(int n) {
+    Eigen::Matrix3Xd r(3, n), v(3, n);
+    for (Index k = 0; k < n; ++k) {
+      r.col(k) << static_cast<double>(k % 2), static_cast<double>(k / 2 % 2), static_cast<double>(k / 4);
+      v.col(k) = 0.5 * spread(3, static_cast<double>(k));
+    }
+    State gas{1.2 * r, v};
+    gas.set_box(Box<double, 3>::periodic({0, 0, 0}, {5, 5, 5}));
+    return gas;
+  }
+  static auto force(Mood* mood) {
+    // Soft and smooth, so that no edit makes it stiff and no rounding makes a jump at the cutoff.
+    const auto soft = [](auto r2) {
+      const auto x = 1.0 - r2 / 3.24;
+      return x * x;
+    };
+    return Pairs{soft, 1.8, {.skin = 0.3}} + Trouble{mood};
+  }
+  static bool edit(State& y, const Edit& edit) {
+    if (y.size() == 0 || edit.kind != Edit::others) return false;
+    y.set_mass(Vec(Vec::Constant(y.size(), 1.25 + edit.value)));
+    return true;
+  }
+  static void resize(State& y, int n, const Edit& edit) {
+    if (n > y.size()) {
+      State more = start(n);
+      const Index old = y.size();
+      more.erase_if([old](Index i) { return i < old; });
+      y.add(more);
+    } else if (n < y.size()) {
+      int gone = static_cast<int>(y.size()) - n;
+      y.erase_if([&gone, &edit](Index i) { return (i + edit.which) % 2 == 0 && gone-- > 0; });
+    }
+  }
+};
+struct GasByVerlet : Gas {
+  static auto stepper(const State& y, Mood* mood) { return PhiStepper{y, force(mood), velocity_verlet}; }
+};
+
+/// Grains that touch, rub and remember.
+struct Grains {
+  static constexpr bool has_past = true;
+  using State = Particles<double, 2, Spin>;
+  static State start(int n) {
+    Eigen::Matrix2Xd r(2, n), v(2, n);
+    for (Index k = 0; k < n; ++k) {
+      r.col(k) << 0.95 * static_cast<double>(k % 3), 0.96 * static_cast<double>(k / 3);
+      v.col(k) = 0.1 * spread(2, static_cast<double>(k));
+    }
+    State grains{r, v};
+    grains.set_radius(0.5);
+    return grains;
+  }
+  static auto stepper(const State& y, Mood* mood) {
+    const Hooke law{.stiffness = 20, .restitution = 0.7, .friction = 0.4};
+    return PhiStepper{y, Contact{law} + Trouble{mood}, symplectic_euler};
+  }
+};
+
+}  // namespace machine

@@ -1,0 +1,53 @@
+// The atlas, first order, schemes of high order: Rosenbrock, Radau, extrapolation, composition.
+
+#include <phistep/phistep.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "stability/survey.hpp"
+
+using namespace stability;
+
+namespace {
+
+const std::vector<Entry>& all() {
+  static const std::vector<Entry> entries = [] {
+    std::vector<Entry> made;
+    subjects::add_rosenbrock(made);
+    subjects::add_radau(made);
+    subjects::add_extrapolated(made);
+    subjects::add_composed(made);
+    return made;
+  }();
+  return entries;
+}
+
+}  // namespace
+
+TEST_CASE("atlas, first order, high order: no cell is unexplained") {
+  survey(all(), "atlas, high order: every cell as theory says");
+}
+
+TEST_CASE("atlas, first order, high order: sectors, far ends, axes, orders") {
+  const auto of = [](const char* name) -> const Subject& { return named(all(), name); };
+  // L-stable: HW II, IV.10; Steinebach (2023), whose R is of order 6 there; HW II, IV.5.
+  read_off(of("rodas4"), {90, 0, 4});
+  read_off(of("rodas5p"), {90, 0});
+  read_off(of("radau(3)"), {90, 0, 5});
+  read_off(of("radau(5)"), {90, 0});
+  read_off(of("radau(7)"), {90, 0});
+  double least = 90;
+  for (const int k : {1, 2, 3, 4, 5, 6, 8, 12}) {
+    const Subject& subject = of(("extrapolated(backward_euler, " + std::to_string(k) + ")").c_str());
+    read_off(subject, {k <= 2 ? 90.0 : double{NAN}, 0, k <= 4 ? 1.0 * k : double{NAN}});
+    least = std::min(least, sector(subject));
+  }
+  figures::between(89.77, 90, least, "atlas: extrapolated(backward_euler) is A(alpha)-stable", "least alpha, degrees");
+  for (const int k : {1, 2, 3, 4, 6, 8, 12})
+    read_off(of(("extrapolated(forward_euler, " + std::to_string(k) + ")").c_str()),
+             {NAN, NAN, k <= 4 ? 2.0 * k : double{NAN}});
+  read_off(of("composed(trapezoidal)"), {NAN, 1});
+}
