@@ -8,7 +8,7 @@
 # gets a row a build, as from the long tests. The builds are left in FOLDER, build/compatibility.
 set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)
-folder=build/compatibility
+folder=$root/build/compatibility
 jobs=$(nproc 2>/dev/null || echo 2)
 quick=no
 only=
