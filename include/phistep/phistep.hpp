@@ -47,7 +47,6 @@
 #include "phistep/stepper/phi_stepper.hpp"
 #include "phistep/stepper/radau.hpp"
 #include "phistep/stepper/rannacher.hpp"
-#include "phistep/stepper/radau.hpp"
 #include "phistep/stepper/rosenbrock.hpp"
 #include "phistep/stepper/tr_bdf2.hpp"
 // IWYU pragma: end_exports

@@ -42,8 +42,7 @@ template <class F, class View, class Memory, class Scalar>
 [[nodiscard]] Scalar potential_energy(F& force, Scalar t, const View& y, const Memory& memory) {
   if constexpr (is_sum<std::remove_const_t<F>>) {
     Scalar sum{0};
-    for_each_term(force, memory,
-                  [&](auto, auto& term, const auto& its) { sum += potential_energy(term, t, y, its); });
+    for_each_term(force, memory, [&](auto, auto& term, const auto& its) { sum += potential_energy(term, t, y, its); });
     return sum;
   } else if constexpr (HasEnergy<F, View>) {
     if (!has_energy<View>(force)) return Scalar{0};
