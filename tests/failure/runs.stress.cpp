@@ -183,7 +183,7 @@ TEST_CASE("every way to solve") {
                 [](auto& y) {
                   return Halving{PhiStepper{y, Slider{} + Kick{}, backward_euler}, 2};
                 },
-                0.6, fixed(0.1)),
+                0.6, fixed(0.05)),
             Site::force, numbers, by_halves);
   group.tell();
 }
