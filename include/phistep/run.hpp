@@ -537,8 +537,8 @@ class Run {
   RunReport report_;
   Outcome outcome_ = Outcome::success;
   bool begun_ = false, ended_ = false, first_ = true, doubled_ = false, traced_ = false;
-  bool cut_ = false;    // the step just done is shorter than the one accepted: it ends at an event
-  bool alone_ = false;  // nobody has the state between steps
+  bool cut_ = false;               // the step just done is shorter than the one accepted: it ends at an event
+  bool alone_ = false;             // nobody has the state between steps
   bool slopes_are_finite_ = true;  // of the step just done, as far as somebody asked
   std::int64_t changes_ = 0;
   EditGuard<S, false, false> edits_;

@@ -58,7 +58,8 @@ TEST_CASE("a stage that is not finite is the force's fault, not the matrix's") {
 
 TEST_CASE("an event's g, its handler, an observer that fail at any call: a step stands or it doesn't") {
   const Make make = machine(motion, with(Pull{}, velocity_verlet), 0.5, fixed(0.1), &Bounces::make);
-  const Promise behind{.same_end = 1e-13, .renewed = 1e-12, .moves_on = true};
+  // A new run from an event on has another grid of steps.
+  const Promise behind{.same_end = 1e-13, .renewed = 1e-3, .moves_on = true};
   check(every_call("force", make, Site::force, kinds, behind));  // slopes for the interpolant
   check(every_call("event", make, Site::event, kinds, behind));
   check(every_call("handler", make, Site::handler, {Kind::exception}, behind));
@@ -120,7 +121,8 @@ struct Fragile : Eigen::SparseLU<Eigen::SparseMatrix<double>> {
 
 TEST_CASE("a linear solver that throws or refuses is made anew") {
   const Make make = machine(flow, with(SparseDecay{}, backward_euler, newton<Fragile>()), 0.3, fixed(0.1));
-  check(every_call("solver", make, Site::solver, {Kind::refuses, Kind::exception}, {.same_end = 1e-14, .renewed = 1e-14}));
+  check(every_call("solver", make, Site::solver, {Kind::refuses, Kind::exception},
+                   {.same_end = 1e-14, .renewed = 1e-14}));
 }
 
 namespace {

@@ -71,8 +71,9 @@ template <class V>
 [[nodiscard]] V struck(Site here, V f) {
   if (fault.strikes(here)) {
     if constexpr (V::SizeAtCompileTime == Eigen::Dynamic) {
-      if (fault.kind == Kind::size) return V::Zero(V::RowsAtCompileTime == Eigen::Dynamic ? f.rows() + 1 : f.rows(),
-                                                   V::RowsAtCompileTime == Eigen::Dynamic ? f.cols() : f.cols() + 1);
+      if (fault.kind == Kind::size)
+        return V::Zero(V::RowsAtCompileTime == Eigen::Dynamic ? f.rows() + 1 : f.rows(),
+                       V::RowsAtCompileTime == Eigen::Dynamic ? f.cols() : f.cols() + 1);
     }
     f.data()[f.size() - 1] = fault.bad();
   }
@@ -174,6 +175,7 @@ struct Promise {
   double same_end = 0;    ///< the end of a run that goes on and the unbroken one's differ by no more; 0: not by a bit
   double renewed = 0;     ///< … of a new run from where that one failed, or of one that found a way around the fault
   bool moves_on = false;  ///< who fails is called after the step: the step stands
+  bool leaks = false;     ///< Eigen 3.4 does, where memory ends while it copies a sparse matrix
 };
 
 /// Counts of what went wrong, and of what was tried.

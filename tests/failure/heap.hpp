@@ -14,7 +14,7 @@ inline bool lasting = false;    // fails ever after
 inline std::int64_t count = 0;  // allocations since armed
 inline std::int64_t fatal = -1;
 inline std::int64_t failed = 0;
-inline std::int64_t live = 0;   // blocks, always
+inline std::int64_t live = 0;    // blocks, always
 inline bool news_alone = false;  // malloc and its kin never fail: Eigen 3.4's sparse classes don't survive that
 
 inline bool fails() {

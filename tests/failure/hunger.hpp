@@ -115,7 +115,8 @@ inline std::int64_t live_once(const Make& make, const Trajectory& good, std::int
     if (promise.same_end > 0 ? !(off <= promise.same_end) : machine->bits() != good.bits.back())
       tally.blame(tally.otherwise, what + ": ends elsewhere, by " + std::to_string(off * 1e12) + "e-12");
   }
-  if (heap::live != before) tally.blame(tally.otherwise, what + ": leaks " + std::to_string(heap::live - before));
+  if (heap::live != before && !promise.leaks)
+    tally.blame(tally.otherwise, what + ": leaks " + std::to_string(heap::live - before));
   if (fatal >= 0 && heap::failed == failures) --tally.runs;  // there was no such allocation any more
   return allocations;
 }

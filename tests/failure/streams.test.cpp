@@ -3,10 +3,10 @@
 #include <phistep/io.hpp>
 #include <phistep/phistep.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <filesystem>
 #include <fstream>
-#include <algorithm>
 #include <ios>
 #include <random>
 #include <sstream>
@@ -57,10 +57,10 @@ class Narrow : public std::streambuf {
 struct Whole {
   Motion<Vec> y{Vec{1, 0}, Vec{0, 1}};
   PhiStepper<Motion<Vec>, Vec (*)(const Vec&), VelocityVerlet> stepper{y, [](const Vec& r) -> Vec { return -r; },
-                                                                      velocity_verlet};
+                                                                       velocity_verlet};
   Recorder<Motion<Vec>> recorder;
-  Run<decltype(stepper), Motion<Vec>, FixedStep, Recorder<Motion<Vec>>&> run{stepper, y, {0.0, 1.0}, fixed(0.1),
-                                                                             recorder};
+  Run<decltype(stepper), Motion<Vec>, FixedStep, Recorder<Motion<Vec>>&> run{
+      stepper, y, {0.0, 1.0}, fixed(0.1), recorder};
   [[nodiscard]] std::string bytes() const {
     std::ostringstream out;
     save_checkpoint(out, run);
@@ -101,7 +101,8 @@ TEST_CASE("a stream that takes no more, at every byte: told, and the run goes on
   CHECK((whole.y.r == unbroken.y.r && whole.y.v == unbroken.y.v));
 }
 
-TEST_CASE("a stream that gives no more, at every byte: refused, nothing changed, and the whole one is read afterwards") {
+TEST_CASE(
+    "a stream that gives no more, at every byte: refused, nothing changed, and the whole one is read afterwards") {
   Whole whole;
   for (int n = 0; n < 4; ++n) REQUIRE(whole.run.advance());
   const std::string good = whole.bytes();

@@ -3,6 +3,7 @@
 #include <phistep/particles.hpp>
 
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
@@ -488,3 +489,28 @@ TEST_CASE("one thread and two: the same bits") {
   CHECK(run(1) == run(3));
 }
 #endif
+
+TEST_CASE("a law that throws in a thread of many: the exception passes, the atoms stay, the next step goes on") {
+  Eigen::Matrix3Xd r(3, 4096);
+  for (Eigen::Index k = 0; k < r.cols(); ++k)
+    r.col(k) << 1.1 * static_cast<double>(k % 16), 1.1 * static_cast<double>(k / 16 % 16),
+        1.1 * static_cast<double>(k / 256);
+  static std::atomic<long> calls{0};
+  constexpr long fatal = 2000;
+  const auto law = [](auto r2) {
+    if (++calls == fatal) throw std::runtime_error("no such distance");
+    return decltype(r2){1} / (r2 * r2);
+  };
+  const auto check = [&](auto force) {
+    Particles<double, 3> atoms{r}, twin{r};
+    PhiStepper stepper{atoms, force, velocity_verlet}, other{twin, force, velocity_verlet};
+    calls = 0;
+    CHECK_THROWS_WITH(stepper.step(atoms, 0, 1e-3), "no such distance");
+    CHECK((atoms.r == r && atoms.v.isZero(0)));
+    REQUIRE(stepper.step(atoms, 0, 1e-3));
+    REQUIRE(other.step(twin, 0, 1e-3));
+    CHECK((atoms.r == twin.r && atoms.v == twin.v));
+  };
+  check(Pairs{law, 1.8});
+  check(AllPairs{law});
+}

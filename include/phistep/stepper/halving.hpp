@@ -81,7 +81,9 @@ class Halving {
   [[nodiscard]] auto checkpoint() const requires requires(const Stepper& inner) { inner.checkpoint(); }
   { return stepper_.checkpoint(); }
   template <class Past>
-  void restore(Past past) requires requires(Stepper& inner) { inner.restore(std::move(past)); }
+  void restore(Past past) requires requires(Stepper& inner) {
+    inner.restore(std::move(past));
+  }
   { stepper_.restore(std::move(past)); }
   /// As PhiStepper's.
   void save(Writer& out) const { save_parts(out, steps_, failed_steps_, halvings_, stepper_); }
