@@ -2,10 +2,6 @@
 // known, and on random networks of reactions. κ is what the problem itself makes of a small error, measured. The long
 // form, beside CVODE, ARKODE and Odeint: tests/reference/truth.stress.cpp.
 
-#include <phistep/stepper/extrapolated.hpp>
-#include <phistep/stepper/radau.hpp>
-#include <phistep/stepper/rodas.hpp>
-
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
@@ -39,10 +35,11 @@ void check(const Problem& problem) {
   for (const auto& [name, scheme] : schemes)
     for (const double rtol : {1e-2, 1e-4, 1e-6}) {
       const Result result = judge(0, 0, problem, rtol, scheme(problem, rtol));
-      CAPTURE(seed(), problem.name, problem.kappa, name, rtol, result.share);
+      CAPTURE(seed(), problem.name, problem.kappa, name, rtol, result.share, result.drift);
       CHECK(result.share >= 0);  // none fails here
       CHECK(result.share <= 100);
-      CHECK(result.drift <= 1e-11);  // mass is kept
+      // Mass is kept, to what rounding makes of f; found: 13, where the extrapolation's weights magnify it.
+      CHECK(result.roundings <= 100);
     }
 }
 

@@ -20,7 +20,8 @@ struct E5 {
   }
   template <class Y, class Put>
   static constexpr void entries(const Y& y, Put&& put) {
-    const auto a = 7.89e-10, b1 = 1.1e7 * y[2], b3 = 1.1e7 * y[0], c2 = 1.13e9 * y[2], c3 = 1.13e9 * y[1], d = 1.13e3;
+    constexpr double a = 7.89e-10, d = 1.13e3;
+    const auto b1 = 1.1e7 * y[2], b3 = 1.1e7 * y[0], c2 = 1.13e9 * y[2], c3 = 1.13e9 * y[1];
     put(0, 0, -a - b1), put(1, 0, a), put(2, 0, a - b1), put(3, 0, b1);
     put(1, 1, -c2), put(2, 1, -c2);
     put(0, 2, -b3), put(1, 2, -c3), put(2, 2, -c3 - b3), put(3, 2, b3);

@@ -33,8 +33,9 @@ struct Solver {
 struct Result {
   std::size_t solver, problem;
   double rtol, share;
-  double drift = 0;  ///< of what is conserved, relative to its parts; 0 where nothing is known to be
-  double least = 0;  ///< y_min/(max y), below 0 where a concentration is negative
+  double drift = 0;      ///< of what is conserved: relative; 0 where nothing is known to be
+  double roundings = 0;  ///< the same in units of Problem::rounding_of_conserved
+  double least = 0;      ///< y_min/(max y), below 0 where a concentration is negative
 };
 
 struct Tally {
@@ -68,6 +69,7 @@ struct Tally {
   result.share = problem.error(*answer) / (problem.kappa * rtol);
   if (problem.conserved.size() > 0 && answer->allFinite()) {
     result.drift = std::abs(problem.conserved.dot(*answer - problem.start)) / problem.conserved.dot(problem.start);
+    result.roundings = result.drift / problem.rounding_of_conserved();
     result.least = std::min(0.0, answer->minCoeff() / problem.start.maxCoeff());
   }
   return result;

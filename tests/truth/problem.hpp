@@ -25,7 +25,15 @@ struct Problem {
   std::function<void(double t, const double* y, double* J)> jacobian{};  ///< column by column
   std::function<void(double t, double* slope)> by_time{};                ///< ∂f/∂t; empty where f doesn't see t
   std::function<void(const double* r, double* acceleration)> acceleration{};  ///< of motions
-  Eigen::VectorXd conserved{};  ///< c with c·y constant; empty where none is known
+  Eigen::VectorXd conserved{};  ///< c ≥ 0 with c·y constant; empty where none is known
+  /// What rounding makes of it at least: f is known to u |∂f/∂y| |y|, and the run adds that up.
+  [[nodiscard]] double rounding_of_conserved() const {
+    const auto n = start.size();
+    Eigen::MatrixXd J(n, n);
+    jacobian(end, exact.data(), J.data());
+    const double known = conserved.dot(start);
+    return std::numeric_limits<double>::epsilon() * (1 + end * conserved.dot(J.cwiseAbs() * exact.cwiseAbs()) / known);
+  }
 
   /// max |y_i − exact_i|/(|exact_i| + a); infinite where y isn't finite
   [[nodiscard]] double error(const Eigen::VectorXd& y) const {
