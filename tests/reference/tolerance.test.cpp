@@ -75,8 +75,7 @@ TEST_CASE("what the tolerances of CVODE and ARKODE mean on the same ten problems
     // The digits are right: CVODE's own error at rtol = 1e-12 is within 1e3 κ·rtol (found: 240 at most, Brusselator), and
     // the extrapolation that measures κ is as good.
     CAPTURE(problem.name, kappa);
-    const auto tight =
-        reference::cvode_run(f, y0, problem.end, 1e-12, Vector::Constant(y0.size(), 1e-12 * problem.a));
+    const auto tight = reference::cvode_run(f, y0, problem.end, 1e-12, Vector::Constant(y0.size(), 1e-12 * problem.a));
     CHECK(problems::relative_error(tight.y, exact, problem.a) <= 1e-9 * kappa);
     CHECK(problems::relative_error(problems::extrapolate(f, y0, 0, problem.end, problem.a, 1e-12), exact, problem.a) <=
           1e-9 * kappa);

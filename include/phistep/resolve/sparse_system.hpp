@@ -82,9 +82,7 @@ class SparseSystem : public AssembledSystem<Scalar> {
 
  private:
   using AssembledSystem<Scalar>::assembly_;
-  static constexpr bool iterates = requires(const Solver& solver) {
-    solver.iterations();
-  };
+  static constexpr bool iterates = requires(const Solver& solver) { solver.iterations(); };
 
   [[nodiscard]] static Outcome failure_of_factors() {
     return SimplicialFactors<Solver> ? Outcome::not_positive_definite : Outcome::singular_matrix;

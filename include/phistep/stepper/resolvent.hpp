@@ -156,7 +156,8 @@ class NewtonResolvent {
       };
       double most = 0, sum = 0;
       each([&](double x) { most = std::max(most, x); });
-      if (most > 0) each([&](double x) { sum += (x / most) * (x / most); });  // squares of velocities may leave the range
+      if (most > 0)
+        each([&](double x) { sum += (x / most) * (x / most); });  // squares of velocities may leave the range
       return most * std::sqrt(sum);
     }
     /// No larger than what rounding leaves of γ_f Ψ − M w where both cancel.

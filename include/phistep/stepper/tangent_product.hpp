@@ -130,7 +130,8 @@ class TangentProduct {
     const auto epsilon =
         static_cast<Scalar>(std::sqrt(static_cast<double>(std::numeric_limits<Scalar>::epsilon())) * reach);
     for_each_block([&](auto, auto& probe, const auto& y, const auto& x) { probe = y + epsilon * x; },
-                   Blocks<S>::all(probe_), Blocks<S>::all(std::as_const(Y_)), Blocks<S>::all(std::as_const(direction_)));
+                   Blocks<S>::all(probe_), Blocks<S>::all(std::as_const(Y_)),
+                   Blocks<S>::all(std::as_const(direction_)));
     rhs_->evaluate_into(t_, probe_, rate_);
     for_each_block([&](auto, auto& moved, const auto& still) { moved = (moved - still) / epsilon; },
                    Rate::blocks(rate_), Rate::blocks(std::as_const(psi_)));
