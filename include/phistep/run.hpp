@@ -252,7 +252,8 @@ class Run {
       const Scalar stop = next_stop(sign).value_or(span_.t1);
       const Scalar left = sign * (stop - t_), wanted = static_cast<Scalar>(pace_.propose());
       // A stretch by a hundredth spares a tiny last step; two halves are better than one step and a bit.
-      if (wanted >= left || left <= static_cast<Scalar>(1.01) * wanted) return {stop, stop - t_, true, wanted > left};
+      const Scalar stretched = std::min(static_cast<Scalar>(1.01) * wanted, static_cast<Scalar>(pace_.longest()));
+      if (left <= std::max(wanted, stretched) + rounding(stop)) return {stop, stop - t_, true, wanted > left};
       if (left < 2 * wanted) return {t_ + sign * left / 2, sign * left / 2, false, true};
       return {t_ + sign * wanted, sign * wanted, false, false};
     }

@@ -1,7 +1,7 @@
 # cmake -DPAGE=<docs/stability.md> -DTESTS_DIR=<tests> -P check_promises.cmake
 #
 # Every row of a table whose last column is headed "proved by" must name a test there, as `room/name` or
-# `room/name` "test case"; the file must exist under tests/ and hold a test case of exactly that name. The same holds for
+# `room/name` "test case"; a file of that name must exist under tests/ and hold a test case of exactly that name. The same holds for
 # every other reference of that form on the page.
 
 cmake_minimum_required(VERSION 3.25)
@@ -22,14 +22,14 @@ function(read_plain path out)
   set(${out} "${text}" PARENT_SCOPE)
 endfunction()
 
-function(file_of name out)
+function(files_of name out)
+  set(files)
   foreach(suffix .test.cpp .stress.cpp .fuzz.cpp .cpp .cmake)
     if(EXISTS "${TESTS_DIR}/${name}${suffix}")
-      set(${out} "${TESTS_DIR}/${name}${suffix}" PARENT_SCOPE)
-      return()
+      list(APPEND files "${TESTS_DIR}/${name}${suffix}")
     endif()
   endforeach()
-  set(${out} "" PARENT_SCOPE)
+  set(${out} "${files}" PARENT_SCOPE)
 endfunction()
 
 read_plain("${PAGE}" page)
@@ -54,13 +54,19 @@ foreach(line IN LISTS lines)
     string(REGEX MATCH "^`([^`]+)`( \"([^\"]+)\")?" _ "${reference}")
     set(name "${CMAKE_MATCH_1}")
     set(case "${CMAKE_MATCH_3}")
-    file_of("${name}" file)
-    if(NOT file)
+    files_of("${name}" files)
+    if(NOT files)
       problem("${name}: there is no such test")
     elseif(case)
-      read_plain("${file}" source)
-      string(FIND "${source}" "\"${case}\"" at)
-      if(at EQUAL -1)
+      set(has_case FALSE)
+      foreach(file IN LISTS files)
+        read_plain("${file}" source)
+        string(FIND "${source}" "\"${case}\"" at)
+        if(NOT at EQUAL -1)
+          set(has_case TRUE)
+        endif()
+      endforeach()
+      if(NOT has_case)
         problem("${name}: it has no case \"${case}\"")
       endif()
     endif()

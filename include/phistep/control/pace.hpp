@@ -4,6 +4,7 @@
 ///     Outcome begin(span, y, law)              reads the options
 ///     Outcome start(span, y, order, slope)     chooses a first length; slope(t, y, out) costs a force call
 ///     Scalar propose()                         |Δt| it would take next
+///     double longest()                         |Δt| that no step may exceed
 ///     prepare(y, trace), judge(…)              before and inside an attempt, where it wants to see the error
 ///     accepted(dt, wanted, history)            the step has become the state
 ///     Outcome failed(outcome, dt)              success: try again with what propose() says now
@@ -53,6 +54,7 @@ class VariableStep {
   }
   [[nodiscard]] double size() const { return std::min(std::max(size_, smallest_), largest_); }
   [[nodiscard]] bool is_capped() const { return size_ >= largest_; }
+  [[nodiscard]] double largest() const { return largest_; }
   void set(double size) { size_ = size; }
   void accepted() { failures_ = 0; }
   /// A step of length dt is not to be: shorter ones, or the end.
@@ -125,6 +127,7 @@ class ErrorPace {
   }
 
   [[nodiscard]] double propose() const { return step_.size(); }
+  [[nodiscard]] double longest() const { return step_.largest(); }
   [[nodiscard]] bool may_try() { return step_.may_try(); }
   [[nodiscard]] Trace<Plain>& trace() { return trace_; }
   void prepare(const Plain& y) {
@@ -216,6 +219,7 @@ class IterationPace {
     return Outcome::success;
   }
   [[nodiscard]] double propose() const { return step_.size(); }
+  [[nodiscard]] double longest() const { return step_.largest(); }
   [[nodiscard]] bool may_try() { return step_.may_try(); }
   void accepted(double dt, bool clipped, const Failure& history, Limits& limits) {
     step_.accepted();

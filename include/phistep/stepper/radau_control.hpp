@@ -5,7 +5,9 @@
 /// The estimate of s stages goes as h^{s+1}, the error at the end of a run as h^{2s−1} where nothing is stiff, and as h^s or
 /// so in stiff components. For the former to go as rtol, the estimate, weighted by 1/(atol + rtol |y|), would be held to
 /// rtol^{(s+1)/(2s−1) − 1}, for the latter to 1: it is held to their geometric mean. At equal error that is as fast as the
-/// former, whose errors jump by factors of 100 from tolerance to tolerance (Oregonator, HIRES), here by 10.
+/// former, whose errors jump by factors of 100 from tolerance to tolerance (Oregonator, HIRES), here by 10. But never to
+/// more than 16: what stiff components owe to their last step alone is then off by as much (Prothero-Robinson, up to three
+/// times that), and beyond 100 it would be a wrong answer called a success.
 #pragma once
 
 #include <algorithm>
@@ -174,7 +176,8 @@ class RadauControl {
   [[nodiscard]] static double limited(double by) { return std::clamp(by, 0.2, 8.0); }
   void choose(int stages) {
     stages_ = stages;
-    allowed_ = std::pow(rtol_, 0.5 * static_cast<double>(2 - stages) / static_cast<double>(2 * stages - 1));
+    const double mean = std::pow(rtol_, 0.5 * static_cast<double>(2 - stages) / static_cast<double>(2 * stages - 1));
+    allowed_ = std::min(mean, 16.0);
     dt_before_ = 0;
   }
 
