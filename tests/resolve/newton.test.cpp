@@ -86,6 +86,13 @@ TEST_CASE("a slow Jacobian is renewed, and not kept") {
   CHECK_FALSE(eq.factors);
 }
 
+TEST_CASE("where the root is zero, corrections that fall as fast as the iterate still fall") {
+  // A velocity that comes to rest. With 6 % of the slope missing, ‖δ‖/|x| is 17 each time: no plateau of rounding.
+  Scalar eq{[](double x) { return (1 + x) - 1; }, [](double) { return 0.94; }, 3e-9};
+  CHECK(eq.solve() == Outcome::success);
+  CHECK(std::abs(eq.x) <= 2e-16);
+}
+
 TEST_CASE("an old, far too stiff matrix does not pass for convergence") {
   // Contact that opened, or an edit between two steps: the kept slope is 1e13 times the true one.
   for (const double ratio : {1e6, 1e10, 1e13, 1e17, 1e30}) {

@@ -122,9 +122,10 @@ class ConvergenceTest {
   [[nodiscard]] Verdict judge(int iteration, const Correction& size, bool trusted, bool settled) {
     const double now = size.relative;
     const bool has_rate = previous_ > 0;
-    const double theta = has_rate ? now / previous_ : 1;
+    // Y may pass through zero on its way: progress is measured beside what stands still.
+    const double theta = has_rate ? size.resolution / previous_ : 1;
     if (has_rate && iteration == 2) first_rate_ = theta;
-    previous_ = now;
+    previous_ = size.resolution;
     if (now == 0) return trusted ? Verdict::converged : Verdict::slow;
     if (!has_rate) {
       if (rate_ > 0) return rate_ * now <= target_ ? Verdict::converged : Verdict::go_on;
