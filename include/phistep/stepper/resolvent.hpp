@@ -56,6 +56,7 @@ class NewtonResolvent {
     matrix_.resize(y, rhs);  // may throw, so it comes first
     increment_.resize(y);
     solved_ = 0;
+    first_rate_ = 0;
   }
 
   /// Forgets Jacobian and factors.
@@ -64,6 +65,7 @@ class NewtonResolvent {
   void reset() {
     matrix_.forget();
     solved_ = 0;
+    first_rate_ = 0;
   }
 
   /// In: Y = b; `guess` is where the iteration starts (its solved blocks count). Out: Y, and w = Y − b.
@@ -111,7 +113,7 @@ class NewtonResolvent {
   [[nodiscard]] const char* solver_name() const { return matrix_.name(); }
 
   /// For a checkpoint: what outlives a solve.
-  void archive(auto& ar) { ar(matrix_, rate_, gamma_before_, solved_); }
+  void archive(auto& ar) { ar(matrix_, rate_, first_rate_, gamma_before_, solved_); }
   /// … and what archive() left out because it follows from the rest, for states like y.
   void restore(const Rhs& rhs, const Plain& y) { matrix_.restore(rhs, y); }
 
@@ -217,8 +219,9 @@ class NewtonResolvent {
       return equation.correct();
     } else {
       const int before = history.iterations;
-      const Outcome outcome = equation.yardstick.target > 0 ? solve_controlled(equation, history)
-                                                            : solve_newton(equation, options_, round_off, history);
+      const Outcome outcome = equation.yardstick.target > 0
+                                  ? solve_controlled(equation, history)
+                                  : solve_newton(equation, options_, round_off, history, first_rate_);
       equation.rhs.statistics().iterations += history.iterations - before;
       return outcome;
     }
@@ -307,6 +310,7 @@ class NewtonResolvent {
   Increment<S> increment_;
   Matrix matrix_;
   double rate_ = 1, gamma_before_ = 1;  // θ/(1−θ) of the controlled solves so far, and γ of the last
+  double first_rate_ = 0;               // θ of the last solve to rounding
   std::uint64_t solved_ = 0;            // by the affine path since its matrix was made
 };
 
