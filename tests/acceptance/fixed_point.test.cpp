@@ -1,7 +1,9 @@
 // Fixed-point iteration: contraction by exactly φ²a² on an oscillator, convergence up to a = 1/φ and not beyond.
 #include <phistep/phistep.hpp>
 
+#include <algorithm>
 #include <cmath>
+#include <complex>
 #include <random>
 
 #include "problems/oscillator.hpp"
@@ -118,6 +120,37 @@ TEST_CASE("acceleration needs fewer iterations than plain iteration, and reaches
   CHECK(plain > mixed);
   CHECK(iterations(1.1, fixed_point({.depth = 0})) == -1);
   CHECK(iterations(1.1, fixed_point({.depth = 5})) > 0);
+}
+
+TEST_CASE("far beyond the radius of contraction: ten digits of y, or a refusal") {
+  // Acceleration solves for two unknowns at any |z| while rounding lets it. What it ends at must not be mapped once more:
+  // that multiplies the rounding left by |φz|.
+  using Complex = std::complex<double>;
+  int steps = 0, refused = 0;
+  double worst = 0;
+  for (const double p : {0.3, 0.5, 1.0})
+    for (double size = 1; size < 2e12; size *= 10)
+      for (double angle = 0.1; angle < 6.2; angle += 0.5) {
+        const Complex z = std::polar(size, angle), one{1, 0.5};
+        Eigen::Matrix2d A;
+        A << z.real(), -z.imag(), z.imag(), z.real();
+        Eigen::Vector2d y{one.real(), one.imag()};
+        PhiStepper stepper{y, [A](const Eigen::Vector2d& x) -> Eigen::Vector2d { return A * x; }, phi(p),
+                           fixed_point()};
+        ++steps;
+        const StepReport report = stepper.step(y, 0, 1);
+        if (!report) {
+          CHECK((report.outcome() == Outcome::iteration_stalled || report.outcome() == Outcome::iteration_diverged));
+          CHECK((y[0] == one.real() && y[1] == one.imag()));
+          ++refused;
+          continue;
+        }
+        const Complex exact = one * (1.0 + (1 - p) * z) / (1.0 - p * z);
+        worst = std::max(worst, std::abs(Complex{y[0], y[1]} - exact) / std::max(1.0, std::abs(exact)));
+      }
+  CAPTURE(steps, refused, worst);
+  CHECK(worst <= 1e-10);
+  CHECK(refused < steps / 3);
 }
 
 TEST_CASE("a tolerance saves iterations and keeps its promise") {

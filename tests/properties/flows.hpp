@@ -144,8 +144,7 @@ inline Law draw_law(Source& source, int n, bool rests = false) {
 /// scheme itself, as it is of Verlet and its compositions.
 ///
 /// Solved to rounding, each step errs by some u of what it adds up; the stage form goes on from its solve by 1/φ of the
-/// increment, and so do roundings. Newton's iteration stops by the rate at which its corrections fell so far; where the
-/// first was right by luck, that rate is too good, and up to some thousand u are left (found: 770). Δt·stiffness ≤ ½ (masses ≥ ½): a step's inverse amplifies by 1/(1 − ½)² at the most. The
+/// increment, and so do roundings. Δt·stiffness ≤ ½ (masses ≥ ½): a step's inverse amplifies by 1/(1 − ½)² at the most. The
 /// compositions' substeps add up to 5 Δt, back and forth.
 inline void reversal(Source& source) {
   const int n = source.integer("n", 1, 5);
@@ -163,10 +162,9 @@ inline void reversal(Source& source) {
   const Scheme back = scheme.kind >= Kind::verlet ? scheme : scheme.adjoint();
   source.require(march(back, law, m, y, t + dt, -dt), "a short step back fails");
   const double size = std::max(1.0, std::max(size_of(start), size_of(y)));
-  const bool solved = !composed;  // Verlet's v, too, where there is friction
   const bool inside = scheme.kind == Kind::stage && scheme.force > 0 && scheme.force < 1;
   const double amplification = inside ? 1 / std::min(scheme.force, 1 - scheme.force) : 1;
-  source.bound(distance(y, start), (composed ? 128 : solved ? 4096 : 32) * u * size * amplification, "does not return");
+  source.bound(distance(y, start), (composed ? 128 : 32) * u * size * amplification, "does not return");
 }
 
 /// 9. Forces between particles keep the momentum at any φ; the midpoint rule keeps angular momentum, and the energy of a

@@ -20,6 +20,7 @@ struct Scalar {
   int jacobians = 0, solves = 0, retreats = 0;
   double scale = 1;   // what rounding may have touched
   double weight = 0;  // > 0: sizes are relative to this instead of to x
+  double rate = 0;    // of the solve before
 
   Outcome residual() {
     value = F(x);
@@ -55,7 +56,7 @@ struct Scalar {
   Outcome solve(NewtonOptions options = {}) {
     Failure history;
     start = x;
-    return solve_newton(*this, options, std::numeric_limits<double>::epsilon(), history);
+    return solve_newton(*this, options, std::numeric_limits<double>::epsilon(), history, rate);
   }
 };
 
@@ -84,6 +85,35 @@ TEST_CASE("a slow Jacobian is renewed, and not kept") {
   CHECK(std::abs(eq.x) <= 1e-15);
   CHECK(eq.jacobians > 1);
   CHECK_FALSE(eq.factors);
+}
+
+TEST_CASE("where the root is zero, corrections that fall as fast as the iterate still fall") {
+  // A velocity that comes to rest. With 6 % of the slope missing, ‖δ‖/|x| is 17 each time: no plateau of rounding.
+  Scalar eq{[](double x) { return (1 + x) - 1; }, [](double) { return 0.94; }, 3e-9};
+  CHECK(eq.solve() == Outcome::success);
+  CHECK(std::abs(eq.x) <= 2e-16);
+}
+
+TEST_CASE("a first correction that was right by luck doesn't end a solve") {
+  // 1e-3, then 1e-10, which promises 1e-17: but what if the matrix is good for 1e-3 a time and no more?
+  using enum ConvergenceTest::Verdict;
+  constexpr double round_off = std::numeric_limits<double>::epsilon();
+  const auto judged = [&](double last_rate, double second) {
+    ConvergenceTest test({}, round_off, last_rate);
+    CHECK(test.judge(1, {1e-3, 1e-3, 1e-3}, true, true) == go_on);
+    return test.judge(2, {second, second, second}, true, true);
+  };
+  CHECK(judged(0, 1e-10) == go_on);  // nothing is known of the matrix
+  CHECK(judged(1e-3, 1e-10) == go_on);
+  CHECK(judged(1e-7, 1e-10) == converged);
+  CHECK(judged(1e-3, 1e-13) == converged);
+  CHECK(judged(0, 1e-15) == converged);
+
+  // A slope wrong by 1e-3 and a curvature that hides it from the first correction, but for 1e-8 of that.
+  Scalar eq{[](double x) { return (x - 1) * (1 - 1e-3 * (1 - (x - 1) / 0.0316)); }, [](double) { return 1.0; },
+            1.0316 + 0.0316e-5};
+  CHECK(eq.solve() == Outcome::success);
+  CHECK(std::abs(eq.x - 1) <= 4e-16);
 }
 
 TEST_CASE("an old, far too stiff matrix does not pass for convergence") {

@@ -114,7 +114,6 @@ struct Tally {
 /// - near a pole: what rounding leaves of the residual moves y⁺ by more than (2u)^⅔ |y⁺|, the plateau that Newton's
 ///   iteration takes for rounding (resolve/newton.hpp): it may say so instead of returning less than ten digits;
 /// - no contraction: a fixed-point iteration beyond its radius may give up;
-/// - beyond the radius: where it doesn't, it is done when all is rounding beside b = y + (1−φ)Δtλy, which says nothing of y⁺;
 /// - halved: as for a pole, and the step was done as two.
 [[nodiscard]] inline std::string explain(const Subject& subject, const Complex& z, const Step& step,
                                          const Rounded<Complex>& model) {
@@ -131,9 +130,6 @@ struct Tally {
   if (step.outcome == Outcome::success && nearest <= 1e-4L && undetermined(subject.R(z), model) &&
       std::abs(step.factor) >= std::min(std::abs(subject.R(z)) / 1000, 1e-4L / unit_roundoff))
     return "no digit";
-  if (step.outcome == Outcome::success && std::abs(z) >= static_cast<Real>(subject.radius) &&
-      undetermined(subject.R(z), model))
-    return "beyond the radius";
   const bool is_near =
       nearest <= (product_cost<Complex> + 4) * unit_roundoff / std::pow(2 * unit_roundoff, Real{2} / 3);
   if ((step.outcome == Outcome::newton_diverged || step.outcome == Outcome::newton_stalled) && is_near)

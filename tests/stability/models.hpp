@@ -50,15 +50,13 @@ struct Resolved {
   return stage.Y + scaled((1 - phi) / phi, stage.w);
 }
 /// By fixed-point iterations, which end at the latest where the residual no longer falls and its largest component is below
-/// the plateau (2u)^⅔ of Y (resolve/fixed_point.hpp). Beyond the radius of contraction, Anderson's acceleration combines
-/// iterates of size ζ²y so that they cancel, and leaves their rounding.
+/// the plateau (2u)^⅔ of Y, y, b and the first residual zy (resolve/fixed_point.hpp).
 [[nodiscard]] inline Number phi_by_iteration(const Number& y, const Number& z, Real phi) {
   Number out = phi_endpoint(y, z, phi, Solve::iterated);
   const Number b = y + scaled(1 - phi, z * y);
   out.e += std::sqrt(Real{2}) * std::pow(2 * unit_roundoff, Real{2} / 3) / unit_roundoff *
-           std::max(out.size(), b.size()) * std::max(Real{1}, std::abs(phi * z.x)) /
+           std::max({out.size(), y.size(), b.size(), std::abs(z.x) * y.size()}) /
            std::abs(Complex{1} - Complex{phi} * z.x);
-  if (std::abs(phi * z.x) >= 1) out.e += 16 * std::norm(phi * z.x) * std::max(y.size(), b.size() / std::abs(z.x));
   return out;
 }
 /// Half of the time by the explicit midpoint rule, before and after a φ-step of the other half of Ψ.

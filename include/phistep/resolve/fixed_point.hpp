@@ -8,7 +8,9 @@
 ///
 ///     θ = argmin ‖f_k − ΔF θ‖,    w_{k+1} = g(w_k) − ΔG θ,
 ///
-/// which is GMRES where g is linear. It widens the limit, but is no substitute for Newton far beyond it.
+/// which is GMRES where g is linear. It widens the limit, but is no substitute for Newton far beyond it: where g multiplies
+/// errors by ρ > 1, it ends at the iterate w_k that was looked at, off by f_k/ρ, and not at its image g(w_k), off by f_k,
+/// which is ρ times the rounding in Ψ.
 #pragma once
 
 #include <Eigen/Core>
@@ -62,7 +64,8 @@ class FixedPointTest {
     limit_ = options.max_iterations > 0 ? options.max_iterations : target_ > 0 ? 25 : 200;
   }
 
-  [[nodiscard]] Verdict judge(int iteration, const Correction& size) {
+  /// @param stretches  the solve will end at w_k, not at its image: f_k itself has to be small
+  [[nodiscard]] Verdict judge(int iteration, const Correction& size, bool stretches = false) {
     // Y may pass through zero on its way: progress is measured beside all that stands still, too.
     const double now = size.resolution, rate = previous_ > 0 ? now / previous_ : 1;
     // Acceleration makes lucky strikes: the slower of two successive rates counts.
@@ -70,8 +73,10 @@ class FixedPointTest {
     previous_ = now;
     last_rate_ = rate;
     if (now == 0) return Verdict::converged;
-    if (slower < 1 && slower / (1 - slower) * size.relative <= (target_ > 0 ? target_ : round_off_))
-      return Verdict::converged;
+    if (slower < 1) {
+      const double left = std::max(slower / (1 - slower), stretches ? 1.0 : 0.0) * size.relative;
+      if (left <= (target_ > 0 ? target_ : round_off_)) return Verdict::converged;
+    }
     if (now < best_) {
       best_ = now;
       without_progress_ = 0;
@@ -106,15 +111,22 @@ class Anderson {
       for (int c = 0; c < depth_; ++c) (*columns)[static_cast<std::size_t>(c)].setZero(size);
   }
   /// A new solve.
-  void begin() { used_ = next_ = 0, has_last_ = false; }
+  void begin() { used_ = next_ = 0, has_last_ = stretches_ = false; }
+  /// Whether g moved farther than w did in this solve, rounding apart.
+  [[nodiscard]] bool stretches() const { return stretches_; }
 
-  /// w ← g − ΔG θ. In: f = g(w) − w. @param inner  the inner product ⟨x, y⟩ of two columns in which ‖f‖ has a meaning
+  /// w ← g − ΔG θ. In: f = g(w) − w. @param inner  the inner product ⟨x, y⟩ of two columns in which ‖f‖ has a meaning, and the unknowns
+  ///               a size of about one
   void mix(Vector& w, const Vector& f, const Vector& g, auto&& inner) {
     w = g;
     if (depth_ == 0) return;
     if (has_last_) {
       df_[next_] = f - last_f_;
       dg_[next_] = g - last_g_;
+      const auto moved = dg_[next_] - df_[next_];  // w's
+      const Scalar distance = inner(moved, moved);
+      stretches_ =
+          stretches_ || (distance > std::numeric_limits<Scalar>::epsilon() && inner(dg_[next_], dg_[next_]) > distance);
       next_ = (next_ + 1) % depth();
       used_ = std::min(used_ + 1, depth());
     }
@@ -158,7 +170,7 @@ class Anderson {
   std::array<Vector, max_depth> df_, dg_, q_;  // the last ones, in a ring
   int depth_ = 0;
   std::size_t used_ = 0, next_ = 0;
-  bool has_last_ = false;
+  bool has_last_ = false, stretches_ = false;
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

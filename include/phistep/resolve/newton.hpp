@@ -94,12 +94,14 @@ class ConvergenceTest {
     rate_ = std::pow(std::max(rate, 1e-5), 0.8);
   }
 
-  ConvergenceTest(const NewtonOptions& options, double round_off) : round_off_{round_off} {
+  /// To rounding or to the options' tolerance. @param last_rate  first_rate() of the solve before, 0: there was none
+  ConvergenceTest(const NewtonOptions& options, double round_off, double last_rate = 0) : round_off_{round_off} {
     if (options.rtol > 0) {
       const double rtol = reduced(options.rtol);
       target_ = std::max(10 * round_off / rtol, std::min(0.03, std::sqrt(rtol)));
     }
     limit_ = options.max_iterations > 0 ? options.max_iterations : target_ > 0 ? 7 : 25;
+    if (target_ == 0) last_rate_ = last_rate > 0 ? last_rate : slow_rate;
   }
 
   /// RADAU5's rescaling of the tolerance for its stage equations.
@@ -112,7 +114,10 @@ class ConvergenceTest {
   /// The largest ‖δ_{k+1}‖/‖δ_k‖ of one matrix before the last correction: small means that it will do for the next step.
   [[nodiscard]] double first_rate() const { return first_rate_; }
   /// The next correction has nothing to be compared with.
-  void forget() { previous_ = 0; }
+  void forget() {
+    previous_ = 0;
+    if (target_ == 0) last_rate_ = slow_rate;
+  }
 
   /// @param trusted  the matrix was made in this solve, or the residual was nothing but rounding: a small correction
   ///                 then means a small error. An old matrix may be far too stiff and make any correction small.
@@ -122,21 +127,26 @@ class ConvergenceTest {
   [[nodiscard]] Verdict judge(int iteration, const Correction& size, bool trusted, bool settled) {
     const double now = size.relative;
     const bool has_rate = previous_ > 0;
-    const double theta = has_rate ? now / previous_ : 1;
+    // Y may pass through zero on its way: progress is measured beside what stands still.
+    const double theta = has_rate ? size.resolution / previous_ : 1;
     if (has_rate && iteration == 2) first_rate_ = theta;
-    previous_ = now;
+    previous_ = size.resolution;
     if (now == 0) return trusted ? Verdict::converged : Verdict::slow;
     if (!has_rate) {
       if (rate_ > 0) return rate_ * now <= target_ ? Verdict::converged : Verdict::go_on;
       return trusted && target_ == 0 && now <= round_off_ ? Verdict::converged : Verdict::go_on;
     }
-    const double remaining = theta < 1 ? theta / (1 - theta) * now : std::numeric_limits<double>::infinity();
+    // The first correction may be right by luck, in a direction that the matrix's error doesn't see: to rounding, the slower
+    // of two successive rates counts.
+    const double slower = target_ > 0 ? theta : std::max(theta, last_rate_);
+    last_rate_ = theta;
+    const double remaining = slower < 1 ? slower / (1 - slower) * now : std::numeric_limits<double>::infinity();
     if (rate_ > 0) rate_ = theta < 1 ? theta / (1 - theta) : 1;
     if (remaining <= (target_ > 0 ? target_ : round_off_)) return Verdict::converged;
     // Rounding in Ψ keeps ‖δ‖ from falling further; a cycle or a divergence has corrections of order one instead.
     if (target_ == 0 && trusted && settled && theta > 0.3 && is_at_plateau(size.resolution)) return Verdict::converged;
     if (theta > 1) return Verdict::growing;
-    if (target_ == 0) return theta > 0.05 ? Verdict::slow : Verdict::go_on;
+    if (target_ == 0) return theta > slow_rate ? Verdict::slow : Verdict::go_on;
     return theta >= 0.99 || remaining * std::pow(theta, limit_ - 1 - iteration) >= target_ ? Verdict::slow
                                                                                            : Verdict::go_on;
   }
@@ -145,7 +155,9 @@ class ConvergenceTest {
   /// ‖δ‖ ≤ u^⅔, without the price of a root for every small system.
   [[nodiscard]] bool is_at_plateau(double size) const { return size * size * size <= round_off_ * round_off_; }
 
-  double round_off_, target_ = 0, previous_ = 0, first_rate_ = 0;
+  static constexpr double slow_rate =
+      0.05;  // to rounding, a new matrix is cheaper than corrections that fall no faster
+  double round_off_, target_ = 0, previous_ = 0, first_rate_ = 0, last_rate_ = 0;
   double rate_ = 0;  // 0: not known, two corrections at least
   int limit_;
 };
@@ -241,19 +253,22 @@ template <class Equation>
 
 template <class Equation>
 [[nodiscard]] Outcome iterate_newton(Equation& equation, const NewtonOptions& options, double round_off,
-                                     bool line_search, Failure& history) {
-  ConvergenceTest test(options, round_off);
-  return iterate_newton(equation, test, keep_jacobian_rate(options), line_search, history);
+                                     bool line_search, Failure& history, double& rate) {
+  ConvergenceTest test(options, round_off, rate);
+  const Outcome outcome = iterate_newton(equation, test, keep_jacobian_rate(options), line_search, history);
+  rate = outcome == Outcome::success ? test.first_rate() : 0;
+  return outcome;
 }
 
 /// The same, and a second time with damped corrections where the plain ones diverge, cycle or leave the domain.
+/// @param rate  how fast the first corrections of the solve before fell, and now of this; 0: not known
 template <class Equation>
-[[nodiscard]] Outcome solve_newton(Equation& equation, const NewtonOptions& options, double round_off,
-                                   Failure& history) {
-  const Outcome outcome = iterate_newton(equation, options, round_off, options.line_search, history);
+[[nodiscard]] Outcome solve_newton(Equation& equation, const NewtonOptions& options, double round_off, Failure& history,
+                                   double& rate) {
+  const Outcome outcome = iterate_newton(equation, options, round_off, options.line_search, history, rate);
   const bool curable = outcome == Outcome::newton_diverged || outcome == Outcome::newton_stalled;
   if (!curable || options.line_search) return outcome;
-  const Outcome damped = iterate_newton(equation, options, round_off, true, history);
+  const Outcome damped = iterate_newton(equation, options, round_off, true, history, rate);
   return damped == Outcome::success ? damped : outcome;
 }
 

@@ -71,15 +71,17 @@ class FixedPointResolvent {
       if (yardstick.target > 0) size.relative = weighted_size(*yardstick.weight);
       history.record(size.resolution);
       ++rhs.statistics().iterations;
-      const auto verdict = test.judge(k, size);
+      const auto verdict = test.judge(k, size, anderson_.stretches());
       if (verdict == diverged) return Outcome::iteration_diverged;
       if (verdict == stalled) return Outcome::iteration_stalled;
-      if (verdict == converged) increment_ = image_;
-      else
-        anderson_.mix(increment_, residual_, image_,
-                      [this](const auto& a, const auto& b) { return this->inner(a, b); });
+      if (verdict == converged) {
+        if (anderson_.stretches()) return Outcome::success;
+        increment_ = image_;
+        place(Y, gamma);
+        return Outcome::success;
+      }
+      anderson_.mix(increment_, residual_, image_, [this](const auto& a, const auto& b) { return this->inner(a, b); });
       place(Y, gamma);
-      if (verdict == converged) return Outcome::success;
     }
   }
 

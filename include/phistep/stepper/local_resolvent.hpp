@@ -6,8 +6,8 @@
 /// Statistics: a "force call" (Jacobian, factorization, solve, iteration) is one sweep over those particles that still
 /// need it, so that their numbers are those of the particle that needed most; active_iterations is the sum over all.
 ///
-/// Nothing is kept from step to step: with blocks this small, a Jacobian and its factors cost less than the memory
-/// traffic of keeping them. Affine forces with a Jacobian, whose factors never change, take NewtonResolvent instead.
+/// Of a particle's solve, only its pace is kept for the next step: with blocks this small, a Jacobian and its factors cost
+/// less than the memory traffic of keeping them. Affine forces with a Jacobian, whose factors never change, take NewtonResolvent instead.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,6 +16,7 @@
 #include <functional>
 #include <tuple>
 #include <type_traits>
+#include <vector>
 
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
@@ -102,6 +103,8 @@ class LocalResolvent {
   using Vector = Eigen::Matrix<Scalar, dim, 1>;
   using OneMass = decltype(mass_of_particle<dim>(std::get<0>(std::declval<const typename Rhs::Masses&>()), Index{}));
   using OneRhs = RightHandSide<One, std::reference_wrapper<typename Rhs::Force>, std::tuple<OneMass>>;
+  using Own = NewtonResolvent<One, OneRhs, void, position>;
+  using Pace = typename Own::Pace;
   static constexpr bool each_has_its_mass = !std::is_same_v<OneMass, std::tuple_element_t<0, typename Rhs::Masses>>;
 
  public:
@@ -113,8 +116,12 @@ class LocalResolvent {
   void resize(const Plain& y, const Rhs&) {
     for_each_block([](auto, const auto& block) { check_particles<dim>(block); }, Blocks<S>::all(y));
     increment_.setZero(unknowns<S>(y));
+    paces_.assign(static_cast<std::size_t>(increment_.size() / dim), {});
   }
-  void reset() { newton_.reset(); }
+  void reset() {
+    newton_.reset();
+    std::fill(paces_.begin(), paces_.end(), Pace{});
+  }
 
   /// In: Y = b; `guess` is where the iterations start. Out: Y, and w = Y − b.
   [[nodiscard]] Outcome resolve(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, Plain& Y, const Plain& guess, Rate& psi,
@@ -134,8 +141,11 @@ class LocalResolvent {
       spent = {};
       story_.iterations = 0;
       newton_.drop();
+      Pace& pace = paces_[static_cast<std::size_t>(at / dim)];
+      newton_.pace() = pace;
       outcome = newton_.resolve(one_rhs, gamma, t, y, from, rate, story_, false,
                                 Yardstick<One>{&weight, yardstick.target, yardstick.rtol});
+      pace = newton_.pace();
       write(y, at, Y);
       for_each_block([at](auto, const auto& one, auto& all) { flat(all).template segment<dim>(at) = one; },
                      Blocks<One>::Rate::blocks(rate), Rate::blocks(psi));
@@ -167,7 +177,11 @@ class LocalResolvent {
   [[nodiscard]] static Outcome filter(const Rhs&, const Plain&) { return Outcome::success; }
 
   [[nodiscard]] static const char* solver_name() { return "particle by particle"; }
-  static void archive(auto& /*ar*/) {}
+  void archive(auto& ar) {
+    const auto particles = paces_.size();
+    ar(paces_);
+    ar.check(paces_.size() == particles);
+  }
   static void restore(const auto&, const auto&) {}
 
   /// out.solved += factor·(Y − b) with the last resolve's increment.
@@ -201,7 +215,8 @@ class LocalResolvent {
   }
   [[nodiscard]] static Vector& solved_part(One& one) { return std::get<0>(Blocks<One>::solved(one)); }
 
-  NewtonResolvent<One, OneRhs, void, position> newton_;
+  Own newton_;
+  std::vector<Pace> paces_;
   Eigen::Matrix<Scalar, static_unknowns<S>, 1> increment_;
   Failure story_, hardest_;
 };

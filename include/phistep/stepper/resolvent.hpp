@@ -56,7 +56,15 @@ class NewtonResolvent {
     matrix_.resize(y, rhs);  // may throw, so it comes first
     increment_.resize(y);
     solved_ = 0;
+    pace_.first_rate = 0;
   }
+
+  /// What solves leave for the next one to judge its corrections by.
+  struct Pace {
+    double rate = 1, gamma_before = 1;  ///< θ/(1−θ) of the controlled solves so far, and γ of the last
+    double first_rate = 0;              ///< θ of the last solve to rounding; 0: there was none
+  };
+  [[nodiscard]] Pace& pace() { return pace_; }
 
   /// Forgets Jacobian and factors.
   void drop() { matrix_.drop(); }
@@ -64,6 +72,7 @@ class NewtonResolvent {
   void reset() {
     matrix_.forget();
     solved_ = 0;
+    pace_.first_rate = 0;
   }
 
   /// In: Y = b; `guess` is where the iteration starts (its solved blocks count). Out: Y, and w = Y − b.
@@ -111,7 +120,7 @@ class NewtonResolvent {
   [[nodiscard]] const char* solver_name() const { return matrix_.name(); }
 
   /// For a checkpoint: what outlives a solve.
-  void archive(auto& ar) { ar(matrix_, rate_, gamma_before_, solved_); }
+  void archive(auto& ar) { ar(matrix_, pace_, solved_); }
   /// … and what archive() left out because it follows from the rest, for states like y.
   void restore(const Rhs& rhs, const Plain& y) { matrix_.restore(rhs, y); }
 
@@ -217,8 +226,9 @@ class NewtonResolvent {
       return equation.correct();
     } else {
       const int before = history.iterations;
-      const Outcome outcome = equation.yardstick.target > 0 ? solve_controlled(equation, history)
-                                                            : solve_newton(equation, options_, round_off, history);
+      const Outcome outcome = equation.yardstick.target > 0
+                                  ? solve_controlled(equation, history)
+                                  : solve_newton(equation, options_, round_off, history, pace_.first_rate);
       equation.rhs.statistics().iterations += history.iterations - before;
       return outcome;
     }
@@ -227,13 +237,13 @@ class NewtonResolvent {
   /// Where a smaller step is at hand, plain Newton has one try.
   [[nodiscard]] Outcome solve_controlled(Equation& equation, Failure& history) {
     // An old Jacobian contracts in proportion to γ, old factors no better than their own γ allows.
-    const double growth = std::abs(static_cast<double>(equation.gamma.force)) / gamma_before_;
-    gamma_before_ = std::abs(static_cast<double>(equation.gamma.force));
-    const double rate = std::max(rate_ * std::max(1.0, growth), matrix_.staleness(equation.gamma));
+    const double growth = std::abs(static_cast<double>(equation.gamma.force)) / pace_.gamma_before;
+    pace_.gamma_before = std::abs(static_cast<double>(equation.gamma.force));
+    const double rate = std::max(pace_.rate * std::max(1.0, growth), matrix_.staleness(equation.gamma));
     ConvergenceTest test(equation.yardstick.target, options_.max_iterations, rate, round_off);
     const Outcome outcome =
         iterate_newton(equation, test, keep_jacobian_rate({.rtol = 1}), options_.line_search, history);
-    rate_ = outcome == Outcome::success ? test.rate() : 1;
+    pace_.rate = outcome == Outcome::success ? test.rate() : 1;
     return outcome;
   }
 
@@ -306,8 +316,8 @@ class NewtonResolvent {
   NewtonOptions options_;
   Increment<S> increment_;
   Matrix matrix_;
-  double rate_ = 1, gamma_before_ = 1;  // θ/(1−θ) of the controlled solves so far, and γ of the last
-  std::uint64_t solved_ = 0;            // by the affine path since its matrix was made
+  Pace pace_;
+  std::uint64_t solved_ = 0;  // by the affine path since its matrix was made
 };
 
 /// The resolvent behind each way to solve: Newton<…> here, others in headers of their own. All offer what NewtonResolvent
