@@ -219,10 +219,8 @@ template <class Equation>
       own = own || here;
     }
     // What an iterative solver leaves may hide what is left to do: a stiff or heavy part's residual that of a soft one.
-    const bool rounding = equation.residual_is_rounding();
-    bool trusted = own || rounding;
-    if constexpr (requires { requires Equation::is_inexact; })
-      if (k == 1) trusted = rounding;
+    constexpr bool is_inexact = requires { requires Equation::is_inexact; };
+    const bool trusted = (own && !(is_inexact && k == 1)) || equation.residual_is_rounding();
     const bool settled = here || !own || !test.is_to_rounding() || equation.residual_is_noise();
     outcome = equation.correct();
     if (outcome != Outcome::success) return outcome;
