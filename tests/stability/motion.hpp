@@ -119,7 +119,7 @@ struct Resolved {
 [[nodiscard]] inline Resolved resolve(const Law& law, const Motion& b, const Motion& guess, Real f, Real d, Solve how) {
   const Real k = law.k, c = law.c, W = 1 + f * c + f * d * k;
   if (how != Solve::iterated && (k * d != 0 || c != 0)) {
-    const bool at_position = how == Solve::once && f * d * k > W / 2;
+    const bool at_position = how == Solve::once && f * d * k > 256 * (W - f * d * k);  // as is_stiff() of resolvent.hpp
     Motion start{Number{guess.r.x}, Number{guess.v.x}};
     if (at_position) start.v = scaled(1 / d, start.r - b.r);
     else start.r = b.r + scaled(d, start.v);
