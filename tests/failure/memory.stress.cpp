@@ -8,34 +8,12 @@
 #include <string>
 #include <vector>
 
-#include "support/figures.hpp"
+#include "failure/group.hpp"
 
 using namespace hunger;
 using Vec = Eigen::VectorXd;
 
 namespace {
-
-struct Group {
-  std::string name;
-  Tally all;
-
-  void add(const char* label, const Make& make, Site site, const std::vector<Kind>& kinds, const Promise& promise,
-           long stride = 1) {
-    figures::progress(label);
-    const Tally one = every_call(label, make, site, kinds, promise, stride);
-    INFO(one.first);
-    CHECK(one.clean());
-    all += one;
-  }
-  void tell() const {
-    INFO(all.first);
-    figures::told(static_cast<double>(all.runs), name + ": runs with a failure", "runs");
-    figures::at_most(0, static_cast<double>(all.changed), name + ": state changed by a failed step", "runs");
-    figures::at_most(0, static_cast<double>(all.untold), name + ": wrong outcome or message", "runs");
-    figures::at_most(0, static_cast<double>(all.stuck), name + ": could not go on", "runs");
-    figures::at_most(0, static_cast<double>(all.otherwise), name + ": went on to another end", "runs");
-  }
-};
 
 auto with(auto f, auto... more) {
   return [=](auto& y) { return PhiStepper{y, f, more...}; };
@@ -104,7 +82,7 @@ struct Chain : ForceTerm {
 }  // namespace
 
 TEST_CASE("many particles: lists and friction are what they were") {
-  Group group{"particles", {}};
+  Group group{"particles"};
   const auto law = [](auto r2) {
     using Number = decltype(r2);
     return fault.strikes(Site::solver) ? Number{1.0} * Number{fault.bad()} : Number{1.0} / (r2 * r2);

@@ -8,35 +8,12 @@
 #include <string>
 #include <vector>
 
-#include "failure/faults.hpp"
-#include "support/figures.hpp"
+#include "failure/group.hpp"
 
 using namespace faults;
 using Vec = Eigen::VectorXd;
 
 namespace {
-
-struct Group {
-  std::string name;
-  Tally all;
-
-  void add(const char* label, const Make& make, Site site, const std::vector<Kind>& kinds, const Promise& promise,
-           long stride = 1) {
-    figures::progress(label);
-    const Tally one = every_call(label, make, site, kinds, promise, stride);
-    INFO(one.first);
-    CHECK(one.clean());
-    all += one;
-  }
-  void tell() const {
-    INFO(all.first);
-    figures::told(static_cast<double>(all.runs), name + ": runs with a failure", "runs");
-    figures::at_most(0, static_cast<double>(all.changed), name + ": state changed by a failed step", "runs");
-    figures::at_most(0, static_cast<double>(all.untold), name + ": wrong outcome or message", "runs");
-    figures::at_most(0, static_cast<double>(all.stuck), name + ": could not go on", "runs");
-    figures::at_most(0, static_cast<double>(all.otherwise), name + ": went on to another end", "runs");
-  }
-};
 
 const auto motion = [] { return states::SecondOrder<Vec>{}.state; };
 const auto flow = [] { return states::FirstOrder<Vec>{}.state; };
@@ -138,7 +115,7 @@ struct Slider : ForceTerm {
 }  // namespace
 
 TEST_CASE("Jacobians and linear solvers that fail") {
-  Group group{"Jacobian or solver", {}};
+  Group group{"Jacobian or solver"};
   const auto go = [&](const char* label, auto stepper, Site site, const std::vector<Kind>& kinds) {
     group.add(label, machine(flow, stepper, 0.6, fixed(0.1)), site, kinds, to_rounding);
   };
@@ -154,7 +131,7 @@ TEST_CASE("Jacobians and linear solvers that fail") {
 }
 
 TEST_CASE("every way to solve") {
-  Group group{"ways to solve", {}};
+  Group group{"ways to solve"};
   const auto go = [&](const char* label, auto start, auto stepper) {
     group.add(label, machine(start, stepper, 0.6, fixed(0.1)), Site::force, numbers, to_rounding);
   };
@@ -189,7 +166,7 @@ TEST_CASE("every way to solve") {
 }
 
 TEST_CASE("controlled runs") {
-  Group group{"controlled runs", {}};
+  Group group{"controlled runs"};
   // What a failure does to Δt changes the end within the tolerance.
   const Promise within{.same_end = 2e-3, .renewed = 2e-3};
   const tolerance control{.rtol = 1e-3, .atol = 1e-4};
@@ -216,7 +193,7 @@ TEST_CASE("controlled runs") {
 }
 
 TEST_CASE("observers, events and handlers") {
-  Group group{"observers and events", {}};
+  Group group{"observers and events"};
   const auto watched = [] {
     return std::tuple{event(
                           [](const auto& y) {

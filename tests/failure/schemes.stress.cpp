@@ -5,8 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "failure/faults.hpp"
-#include "support/figures.hpp"
+#include "failure/group.hpp"
 
 using namespace faults;
 using Vec = Eigen::VectorXd;
@@ -32,36 +31,27 @@ const auto flow = [] { return states::FirstOrder<Vec>{}.state; };
 
 const std::vector<Kind> kinds{Kind::nan, Kind::inf, Kind::exception, Kind::size};
 
-/// The tallies of a class of schemes.
-struct Group {
-  std::string name;
-  Promise promise;
-  Tally all;
+/// A class of schemes.
+struct Schemes {
+  Group group;
+  Promise promise{};
 
   template <class F>
   void add(const char* scheme_name, auto start, F f, auto scheme) {
     const auto make = [f, scheme](auto& y) { return PhiStepper{y, f, scheme}; };
-    const Tally one = every_call(scheme_name, machine(start, make, 0.6, fixed(0.1)), Site::force, kinds, promise);
-    INFO(one.first);
-    CHECK(one.clean());
-    all += one;
+    group.add(scheme_name, machine(start, make, 0.6, fixed(0.1)), Site::force, kinds, promise);
   }
   void tell() const {
-    INFO(all.first);
-    figures::told(static_cast<double>(all.runs), name + ": runs with a failing force", "runs");
-    figures::told(static_cast<double>(all.failures), name + ": steps that failed", "steps");
-    figures::at_most(0, static_cast<double>(all.changed), name + ": state changed by a failed step", "runs");
-    figures::at_most(0, static_cast<double>(all.untold), name + ": wrong outcome or no t, dt, advice", "runs");
-    figures::at_most(0, static_cast<double>(all.stuck), name + ": could not go on", "runs");
-    figures::at_most(0, static_cast<double>(all.otherwise), name + ": went on to another end", "runs");
-    if (promise.same_end > 0) figures::at_most(promise.same_end, all.farthest, name + ": ends apart", "relative");
+    group.tell();
+    if (promise.same_end > 0)
+      figures::at_most(promise.same_end, group.all.farthest, group.name + ": ends apart", "relative");
   }
 };
 
 }  // namespace
 
 TEST_CASE("schemes that iterate nothing: the same bits after any failure") {
-  Group group{"no iteration", {}, {}};
+  Schemes group{{"no iteration"}};
   group.add("forward_euler", motion, Damped{}, forward_euler);
   group.add("symplectic_euler", motion, Damped{}, symplectic_euler);
   group.add("velocity_verlet", motion, Still{}, velocity_verlet);
@@ -75,7 +65,7 @@ TEST_CASE("schemes that iterate nothing: the same bits after any failure") {
 }
 
 TEST_CASE("schemes of linear stages, and Radau: the same bits after any failure") {
-  Group group{"linear stages, Radau", {}, {}};
+  Schemes group{{"linear stages, Radau"}};
   group.add("rodas4", flow, Driven{}, rodas4);
   group.add("rodas5p", motion, Damped{}, rodas5p);
   group.add("radau", flow, Driven{}, radau);
@@ -84,7 +74,7 @@ TEST_CASE("schemes of linear stages, and Radau: the same bits after any failure"
 }
 
 TEST_CASE("schemes that Newton solves: the same end up to rounding") {
-  Group group{"Newton", {.same_end = 1e-14, .renewed = 1e-13}, {}};
+  Schemes group{{"Newton"}, {.same_end = 1e-14, .renewed = 1e-13}};
   group.add("velocity_verlet, drag", motion, Damped{}, velocity_verlet);
   group.add("symplectic_euler_adjoint, drag", motion, Damped{}, symplectic_euler_adjoint);
   group.add("trapezoidal", motion, Damped{}, trapezoidal);

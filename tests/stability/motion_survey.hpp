@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "stability/motion_subjects.hpp"
+#include "stability/report.hpp"
 #include "support/catch.hpp"
 #include "support/figures.hpp"
 
@@ -28,23 +29,13 @@ inline void survey(const std::vector<Entry>& subjects, const std::string& claim)
     line << subject.name << ": " << mine.cells << " cells, " << mine.within << " within their bounds (worst "
          << mine.worst << "; " << mine.roundings << " u)";
     if (subject.symplectic) line << ", area to " << mine.area;
-    for (const auto& [reason, count] : mine.explained) line << ", " << reason << " " << count;
-    if (mine.unexplained > 0) line << ", UNEXPLAINED " << mine.unexplained << ": " << mine.first;
-    figures::progress(line.str());
+    tell(mine, line);
     families[family] += mine;
     all += mine;
   }
   for (const auto& [family, tally] : families)
     figures::told(tally.roundings, "atlas, motion: " + family, "error in u max(1, |P|), zeta <= 2");
-  for (const auto& [reason, count] : all.explained)
-    figures::told(static_cast<double>(count), claim, "cells explained: " + reason);
-  figures::at_most(0, static_cast<double>(all.unexplained), claim,
-                   "cells not explained, of " + std::to_string(all.cells));
-  figures::at_most(0, static_cast<double>(all.harmed), claim, "states changed by a refused step");
-  figures::at_most(0, static_cast<double>(different), claim, "cells whose bits depend on the unit of time");
-  figures::at_most(1, all.worst, claim, "largest error / its bound");
-  CAPTURE(all.first);
-  CHECK(all.unexplained == 0);
+  tell(all, different, claim);
 }
 
 /// How far an undamped oscillation doesn't grow, by steps taken and by theory.

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "stability/amplification.hpp"
+#include "stability/report.hpp"
 #include "stability/subjects.hpp"
 #include "support/catch.hpp"
 #include "support/figures.hpp"
@@ -32,23 +33,13 @@ inline void survey(const std::vector<Entry>& subjects, const std::string& claim)
     std::ostringstream line;
     line << subject.name << ": " << mine.cells << " cells, " << mine.within << " within their bounds (worst "
          << mine.worst << "; " << mine.roundings << " u)";
-    for (const auto& [reason, count] : mine.explained) line << ", " << reason << " " << count;
-    if (mine.unexplained > 0) line << ", UNEXPLAINED " << mine.unexplained << ": " << mine.first;
-    figures::progress(line.str());
+    tell(mine, line);
     families[family] += mine;
     all += mine;
   }
   for (const auto& [family, tally] : families)
     figures::told(tally.roundings, "atlas: " + family, "error in u max(1, |R|), Re z <= 0");
-  for (const auto& [reason, count] : all.explained)
-    figures::told(static_cast<double>(count), claim, "cells explained: " + reason);
-  figures::at_most(0, static_cast<double>(all.unexplained), claim,
-                   "cells not explained, of " + std::to_string(all.cells));
-  figures::at_most(0, static_cast<double>(all.harmed), claim, "states changed by a refused step");
-  figures::at_most(0, static_cast<double>(different), claim, "cells whose bits depend on the unit of time");
-  figures::at_most(1, all.worst, claim, "largest error / its bound");
-  CAPTURE(all.first);
-  CHECK(all.unexplained == 0);
+  tell(all, different, claim);
 }
 
 /// What the literature says of a scheme; NaN: nothing.
