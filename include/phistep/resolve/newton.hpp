@@ -124,7 +124,8 @@ class ConvergenceTest {
   /// @param settled  the matrix is that of this very iterate, or the residual is as small as rounding can make it:
   ///                 corrections that no longer fall are then rounding. Those of an earlier iterate's matrix may creep,
   ///                 where it is too stiff (a spring that was long, across itself).
-  [[nodiscard]] Verdict judge(int iteration, const Correction& size, bool trusted, bool settled) {
+  /// @param noise    … and that was looked at: no solve can do better than a few roundings
+  [[nodiscard]] Verdict judge(int iteration, const Correction& size, bool trusted, bool settled, bool noise = false) {
     const double now = size.relative;
     const bool has_rate = previous_ > 0;
     // Y may pass through zero on its way: progress is measured beside what stands still.
@@ -142,7 +143,8 @@ class ConvergenceTest {
     last_rate_ = theta;
     const double remaining = slower < 1 ? slower / (1 - slower) * now : std::numeric_limits<double>::infinity();
     if (rate_ > 0) rate_ = theta < 1 ? theta / (1 - theta) : 1;
-    if (remaining <= (target_ > 0 ? target_ : round_off_)) return Verdict::converged;
+    // Where the residual was noise, a few roundings are all that can be had.
+    if (remaining <= (target_ > 0 ? target_ : noise ? 16 * round_off_ : round_off_)) return Verdict::converged;
     // Rounding in Ψ keeps ‖δ‖ from falling further; a cycle or a divergence has corrections of order one instead.
     if (target_ == 0 && trusted && settled && theta > 0.3 && is_at_plateau(size.resolution)) return Verdict::converged;
     if (theta > 1) return Verdict::growing;
@@ -221,13 +223,14 @@ template <class Equation>
     // What an iterative solver leaves may hide what is left to do: a stiff or heavy part's residual that of a soft one.
     constexpr bool is_inexact = requires { requires Equation::is_inexact; };
     const bool trusted = (own && !(is_inexact && k == 1)) || equation.residual_is_rounding();
-    const bool settled = here || !own || !test.is_to_rounding() || equation.residual_is_noise();
+    const bool noise = own && !here && test.is_to_rounding() && equation.residual_is_noise();
+    const bool settled = noise || here || !own || !test.is_to_rounding();
     outcome = equation.correct();
     if (outcome != Outcome::success) return outcome;
     const Correction size = equation.size();
     history.record(size.relative);
     (k == 1 ? first : last) = size.absolute;
-    const auto verdict = test.judge(k, size, trusted, settled);
+    const auto verdict = test.judge(k, size, trusted, settled, noise);
     if (verdict == converged) {
       if (test.first_rate() > keep_rate) equation.drop_jacobian();
       return Outcome::success;
