@@ -124,10 +124,27 @@ class Run {
   static constexpr bool has_events = (EventLike<Observers> || ...);
   static constexpr bool observed = has_events || (observes_steps<std::remove_reference_t<Observers>, S> || ...);
 
+  /// The time as a part: it lies within the span, and what its sum has lost is a rounding of it.
+  template <class T>
+  struct TimePart {
+    T &t, &lost;
+    TimeSpan<Scalar> span;
+    void save(Writer& out) const { out(t, lost); }
+    template <class Then>
+    void load(Reader& in, Then&& then) {
+      Scalar at{}, off{};
+      in(at, off);
+      in.check(std::min(span.t0, span.t1) <= at && at <= std::max(span.t0, span.t1));
+      in.check(std::abs(off) <= rounding(std::max(std::abs(span.t0), std::abs(span.t1))));
+      then();
+      t = at, lost = off;
+    }
+  };
   /// f(every part of a checkpoint …)
   template <class Self, class F>
   static void with_parts(Self& self, F&& f) {
     StatePart<S> state{self.state_};
+    TimePart<std::remove_reference_t<decltype((self.t_))>> time{self.t_, self.lost_, self.span_};
     const auto kept = [](auto& observer) {
       using Observer = std::remove_cvref_t<decltype(observer)>;
       if constexpr (Restorable<Observer> || requires(Writer & ar) { observer.archive(ar); }) return std::tie(observer);
@@ -137,8 +154,8 @@ class Run {
         std::apply([&](auto&... observer) { return std::tuple_cat(kept(observer)...); }, self.observers_);
     std::apply(
         [&](auto&... observer) {
-          f(self.stepper_, state, self.pace_, self.t_, self.lost_, self.report_, self.before_, self.begun_, self.ended_,
-            self.first_, self.doubled_, self.edits_, self.events_, observer...);
+          f(self.stepper_, state, self.pace_, time, self.report_, self.before_, self.begun_, self.ended_, self.first_,
+            self.doubled_, self.edits_, self.events_, observer...);
         },
         observers);
   }

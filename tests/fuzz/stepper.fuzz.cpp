@@ -143,9 +143,8 @@ Log play(Bytes in, State y, Trouble& trouble, Make make) {
     if (what == 3) trouble.at = trouble.calls + in.below(12), trouble.kind = in.below(3);
     const double dt = in.below(4) == 0 ? in.number(-1, 1) : in.scaled(1e-3, 1);
     const Statistics before = stepper.statistics();
-    // After a failure some schemes still know the Jacobian there, which a restart works out again: with more calls, a force
-    // that fails at a certain one fails elsewhere.
-    const bool restarts = what == 4 && (!after_failure || trouble.at < trouble.calls);
+    // After a failure some schemes still know the Jacobian there, which a restart works out again: nothing is promised then.
+    const bool restarts = what == 4 && !after_failure;
     auto restarted = make(y);
     State there = y;
     if (restarts) {  // a restart here goes on in the same way

@@ -84,7 +84,9 @@ inline void solvers(Source& source) {
   agree("sparse LU", by("sparse", sparsity(f, f.pattern())));
   if (symmetric_one) agree("sparse LDLT", by("symmetric", symmetric(sparsity(f, f.pattern()))));
   agree("Krylov", by("Krylov", f, newton<MatrixFree<Eigen::BiCGSTAB>>()));
-  if (dt * stiffness < 0.1) agree("fixed point", by("fixed point", f, fixed_point()), 4);  // Anderson mixes roundings
+  if (dt * stiffness < 0.1)
+    agree("fixed point", by("fixed point", f, fixed_point()),
+          std::pow(2 * u, 2.0 / 3) / (64 * u));  // where it may stop
 }
 
 /// 11. Springs: conjugate gradients on the network, and dense LU of the same force as a function.
