@@ -172,10 +172,11 @@ template <class Start, class Stepper, class Control, class Observers = decltype(
 
 /// What is promised of a scenario.
 struct Promise {
-  double same_end = 0;    ///< the end of a run that goes on and the unbroken one's differ by no more; 0: not by a bit
-  double renewed = 0;     ///< … of a new run from where that one failed, or of one that found a way around the fault
-  bool moves_on = false;  ///< who fails is called after the step: the step stands
-  bool leaks = false;     ///< Eigen 3.4 does, where memory ends while it copies a sparse matrix
+  double same_end = 0;     ///< the end of a run that goes on and the unbroken one's differ by no more; 0: not by a bit
+  double renewed = 0;      ///< … of a new run from where that one failed, or of one that found a way around the fault
+  bool moves_on = false;   ///< who fails is called after the step: the step stands
+  bool in_solver = false;  ///< a linear solver asks the force, and is then what fails
+  bool leaks = false;      ///< Eigen 3.4 does, where memory ends while it copies a sparse matrix
 };
 
 /// Counts of what went wrong, and of what was tried.
@@ -227,14 +228,15 @@ struct Trajectory {
   return all;
 }
 
-[[nodiscard]] inline bool is_told(const RunReport& report, Site site) {
+[[nodiscard]] inline bool is_told(const RunReport& report, Site site, const Promise& promise) {
   const Outcome outcome = report.outcome;
   const std::string message = report.message();
   const bool in_a_step = report.failure.outcome == outcome;
   const bool kind = [&] {
     switch (site) {
       case Site::force:
-        return outcome == Outcome::non_finite_force || outcome == Outcome::non_finite_jacobian;
+        return outcome == Outcome::non_finite_force || outcome == Outcome::non_finite_jacobian ||
+               (promise.in_solver && outcome == Outcome::linear_solver_failed);
       case Site::jacobian:
         return outcome == Outcome::non_finite_jacobian;
       case Site::solver:
@@ -295,7 +297,7 @@ inline void strike(const Make& make, const Trajectory& good, Site site, Kind kin
       failed = true;
       ++tally.failures;
       const RunReport report = machine->report();
-      if (!is_told(report, site)) tally.blame(tally.untold, what + ": " + report.message());
+      if (!is_told(report, site, promise)) tally.blame(tally.untold, what + ": " + report.message());
       const std::string now = machine->bits();
       const bool stands = now == last && machine->time() == t;
       // A new run doesn't know that it starts where an event has just happened: that one may happen again.
