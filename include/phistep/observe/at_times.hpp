@@ -98,16 +98,24 @@ class IntervalMarks {
   }
   template <class Scalar>
   [[nodiscard]] std::optional<Scalar> next(Scalar dt) const {
+    if (next_ >= most) return {};
     const auto whole = static_cast<Scalar>(next_) * static_cast<Scalar>(interval_);
     return static_cast<Scalar>(start_) + std::copysign(whole, dt);
   }
   void pass(auto /*mark*/) { ++next_; }
+  /// Nothing before t is wanted any more. Not one by one: there may be 1e20 of them, and beyond `most` they have no numbers.
+  void skip(auto t) {
+    const long double behind = std::floor(std::abs(static_cast<long double>(t) - start_) / interval_);
+    next_ = std::max(next_, static_cast<long long>(std::min(behind, static_cast<long double>(most))));
+  }
   void archive(auto& ar) {
     ar(start_, next_);
-    ar.check(next_ >= 1 && can_be_count(next_));
+    ar.check(next_ >= 1 && can_be_count(next_) && std::isfinite(start_));
   }
 
  private:
+  static constexpr long long most = 1LL << 53;
+
   double interval_;
   long double start_ = 0;
   long long next_ = 1;
@@ -128,6 +136,7 @@ class ListMarks {
     return times_.next(static_cast<Scalar>(passed_), dt);
   }
   void pass(auto mark) { passed_ = mark; }
+  static void skip(auto /*t*/) {}
   void archive(auto& ar) { ar(passed_); }
 
  private:
@@ -155,7 +164,10 @@ class Sampled {
       if (step.dt() > 0 ? *mark > step.t1() + slack : *mark < step.t1() - slack) return true;
       marks_.pass(*mark);
       // An exception of f kept it from being shown with its own step: this one doesn't know it.
-      if (step.dt() > 0 ? *mark < step.t0() - slack : *mark > step.t0() + slack) continue;
+      if (step.dt() > 0 ? *mark < step.t0() - slack : *mark > step.t0() + slack) {
+        marks_.skip(step.t0());
+        continue;
+      }
       if (!goes_on(f_, *mark, step.at(*mark))) return false;
     }
     return true;
