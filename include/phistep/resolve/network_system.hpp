@@ -161,7 +161,7 @@ class NetworkSystem : public Sizes {
     }
   }
   [[nodiscard]] Outcome restore(const auto& masses, Scalar gamma_force, Scalar gamma_drift, Statistics& statistics) {
-    if (!std::exchange(has_pattern_, false)) return Outcome::success;
+    if (!std::exchange(has_pattern_, false)) return Outcome::singular_matrix;  // nothing that factors could be made of
     const bool clamped = clamped_;
     const Outcome outcome = factorize(masses, gamma_force, gamma_drift, statistics);
     if (outcome != Outcome::success || !clamped || clamped_) return outcome;
