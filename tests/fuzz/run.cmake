@@ -1,6 +1,7 @@
 # Gives a fuzz target RUNS inputs, the same each time, and reports what came of it.
 #   cmake -DNAME=… -DPROGRAM=… -DRUNS=… -DCORPUS=… -DDICTIONARY=… -DWORK_DIR=… -P run.cmake
 cmake_minimum_required(VERSION 3.25)
+include("${CMAKE_CURRENT_LIST_DIR}/../stress/figures.cmake")
 file(REMOVE_RECURSE "${WORK_DIR}")
 file(MAKE_DIRECTORY "${WORK_DIR}/inputs")
 set(dictionary)
@@ -25,15 +26,8 @@ set(reached holds)
 if(executions LESS RUNS)
   set(reached BROKEN)
 endif()
-set(rows "fuzz ${NAME} | executions | ${executions} | >= ${RUNS} | ${reached}\n"
+figures("fuzz ${NAME} | executions | ${executions} | >= ${RUNS} | ${reached}\n"
   "fuzz ${NAME} | findings of ASan, UBSan, demands | ${findings} | <= 0 | ${verdict}\n")
-message(${rows})
-if(DEFINED ENV{PHISTEP_FIGURES})
-  set(figures "$ENV{PHISTEP_FIGURES}")
-  cmake_path(GET figures PARENT_PATH folder)
-  file(MAKE_DIRECTORY "${folder}")
-  file(APPEND "${figures}" ${rows})
-endif()
 if(NOT verdict STREQUAL "holds" OR NOT reached STREQUAL "holds")
   string(LENGTH "${log}" length)
   math(EXPR from "${length} - 8000")

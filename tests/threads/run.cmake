@@ -1,6 +1,7 @@
 # Runs the loops that threads share under ThreadSanitizer, and one with a race, which must be seen.
 #   cmake -DPROGRAM=… -DARCHER=… -P run.cmake
 cmake_minimum_required(VERSION 3.25)
+include("${CMAKE_CURRENT_LIST_DIR}/../stress/figures.cmake")
 set(ENV{TSAN_OPTIONS} "ignore_noninstrumented_modules=1 exitcode=66")
 if(EXISTS "${ARCHER}")
   set(ENV{OMP_TOOL_LIBRARIES} "${ARCHER}")
@@ -28,15 +29,8 @@ set(control_verdict holds)
 if(control EQUAL 0)
   set(control_verdict BROKEN)
 endif()
-set(rows "data races in all loops that threads share | ThreadSanitizer's reports | ${ours} | <= 0 | ${verdict}\n"
+figures("data races in all loops that threads share | ThreadSanitizer's reports | ${ours} | <= 0 | ${verdict}\n"
   "a loop with a race, made on purpose | ThreadSanitizer's reports | ${control} | >= 1 | ${control_verdict}\n")
-message(${rows})
-if(DEFINED ENV{PHISTEP_FIGURES})
-  set(figures "$ENV{PHISTEP_FIGURES}")
-  cmake_path(GET figures PARENT_PATH folder)
-  file(MAKE_DIRECTORY "${folder}")
-  file(APPEND "${figures}" ${rows})
-endif()
 if(ours GREATER 0)
   message(FATAL_ERROR "${ours_log}")
 elseif(control EQUAL 0)
