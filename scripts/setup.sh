@@ -1,5 +1,5 @@
-# Sourced by test.sh and demo.sh: phistep_setup <package...> makes compiler, CMake and libraries available, and sets
-# CXX, jobs and generator. On Debian and Ubuntu, as root or with sudo that asks no password, it installs what is
+# Sourced by the other scripts: phistep_setup <package...> makes compiler, CMake and libraries available, and sets CXX, jobs,
+# generator and faster (what shortens a build, where it is there: ccache, mold or lld). On Debian and Ubuntu, as root or with sudo that asks no password, it installs what is
 # missing. Elsewhere CMake downloads Eigen, Catch2 and SUNDIALS, and a compiler and CMake must be there already.
 # PHISTEP_NO_INSTALL=1 keeps it from installing anything.
 
@@ -86,6 +86,19 @@ phistep_setup() {
   generator="Unix Makefiles"
   if command -v ninja >/dev/null 2>&1; then generator=Ninja; fi
 
+  faster=
+  if command -v ccache >/dev/null 2>&1; then
+    faster="-DCMAKE_CXX_COMPILER_LAUNCHER=ccache"
+    CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime
+    export CCACHE_SLOPPINESS
+  fi
+  for linker in mold lld; do
+    if command -v "ld.$linker" >/dev/null 2>&1; then
+      faster="$faster -DCMAKE_EXE_LINKER_FLAGS=-fuse-ld=$linker"
+      break
+    fi
+  done
+
   # A unit that instantiates Eigen takes about 1 GB.
   jobs=$(nproc 2>/dev/null || echo 2)
   gigabytes=$(awk '/MemAvailable/ { print int($2 / 1048576) }' /proc/meminfo 2>/dev/null || echo "$jobs")
@@ -124,4 +137,20 @@ phistep_configure() {
     phistep_die "CMake stopped; its last message above says what is missing and how to get it."
   }
   grep -- '-- phistep: ' "$folder/configure.log" | sed 's/^-- //' || true
+}
+
+# phistep_configure_tests <cmake options...>: build/test, which quick and full tests share.
+phistep_configure_tests() {
+  # Optimised, but with Eigen's assertions on: Release would define NDEBUG. -O1 takes a quarter less time to compile than
+  # -O2, at which stress.sh, and -O3, at which the preset `release` compiles.
+  # shellcheck disable=SC2086
+  phistep_configure build/test -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_FLAGS_RELEASE=-O1 -DPHISTEP_BUILD_BENCH=OFF $faster "$@"
+}
+
+# phistep_build_and_run <label> <ctest options...>: all that is configured in build/test, then the tests of that label.
+phistep_build_and_run() {
+  label=$1
+  shift
+  cmake --build build/test -j "$jobs" || phistep_die "the build failed; the first error above is the one to look at."
+  ctest --test-dir build/test -j "$jobs" -L "^$label\$" --output-on-failure --no-tests=error "$@"
 }

@@ -1,242 +1,272 @@
 // Preflight's Δt is stable, one and a half times it is not: on scenes that are run, not on formulas alone. And what it
 // says of terms, accuracy, contacts and nonsense.
-#include <phistep/preflight.hpp>
-#include <phistep/sparse.hpp>
-
-#include <algorithm>
-#include <cmath>
-#include <cstdio>
-#include <limits>
-#include <numbers>
-#include <random>
-#include <sstream>
-#include <string>
-#include <vector>
-
-#include "problems/heat.hpp"
-#include "support/catch.hpp"
+// All of preflight is half a minute of compiling, so this one file is the quick half of assess and stable_step, too.
+#include "preflight/assess_cases.hpp"
+#include "preflight_cases.hpp"
+#include "support/shared_force.hpp"
 
 using namespace phistep;
-using Vec = Eigen::VectorXd;
-using Mat2 = Eigen::Matrix2Xd;
-using Mat3 = Eigen::Matrix3Xd;
+using namespace assess_cases;
+using preflight_cases::check_scene;
+using Force = shared_force::OfState<Vec>;
 
 namespace {
 
-/// The largest factor by which a tiny random change of the state has grown in up to `steps` steps; infinite where a step
-/// fails. Positions and first-order states are changed, velocities are not: a free network then doesn't drift away.
-template <class S>
-double growth(auto& stepper, const S& start, double dt, int steps) {
-  std::mt19937 random(7);
-  std::normal_distribution<double> normal;
-  S y = start;
-  auto& moved = std::get<0>(Blocks<S>::all(y));
-  const auto& still = std::get<0>(Blocks<S>::all(start));
-  for (Eigen::Index i = 0; i < moved.size(); ++i) moved.data()[i] += 1e-9 * normal(random);
-  const double before = (moved - still).norm();
-  double most = 1;
-  stepper.reset();
-  for (int n = 0; n < steps; ++n) {
-    if (!stepper.step(y, dt * n, dt)) return std::numeric_limits<double>::infinity();
-    const double now = (moved - still).norm() / before;
-    most = std::max(most, std::isfinite(now) ? now : std::numeric_limits<double>::infinity());
-    if (most > 1e6) break;
-  }
-  return most;
+PreflightReport ask_function(const Motion<Vec>& y, const Force& force, double dt) {
+  PhiStepper stepper{y, force, velocity_verlet};
+  return preflight(stepper, y, dt);
 }
-
-/// At the limit itself, errors of a scheme that doesn't damp grow in proportion to time; a thousandth below, by at most
-/// 1/√(1 − 0.999²) = 22 for each mode. At 1.5 times the limit Verlet's stiffest mode grows by 6.9 a step.
-constexpr double bounded = 60, blown_up = 1e6;
-
-/// start must be at rest, so that the change is all that moves.
-template <class S>
-PreflightReport check_scene(const char* name, auto stepper, const S& start) {
-  const PreflightReport report = preflight(stepper, start, 1.0);
-  INFO(name << ": " << report.text());
-  REQUIRE(report.stable_dt > 0);
-  REQUIRE(std::isfinite(report.stable_dt));
-  const double below = growth(stepper, start, report.stable_dt, 4000);
-  CHECK(below < bounded);
-  CHECK(growth(stepper, start, 1.5 * report.stable_dt, 4000) >= blown_up);
-  // Where it really ends.
-  double low = 1, high = 1.5;
-  while (high - low > 0.01) {
-    const double middle = (low + high) / 2;
-    (growth(stepper, start, middle * report.stable_dt, 1000) < blown_up ? low : high) = middle;
-  }
-  std::printf("%-46s %s  stable dt %-10.4g true limit / it: %.2f   growth at it: %.3g\n", name,
-              report.whole.exact ? "eigenvalues" : "bounds     ", report.stable_dt, low, below);
+PreflightReport ask_verlet(double dt, const PreflightOptions& options = {}) {
+  const auto y = chain_state(20);
+  PhiStepper stepper{y, spring_network<1>(chain(20, 400)), velocity_verlet, mass(1.0)};  // ω ≈ 40
+  return preflight(stepper, y, dt, options);
+}
+/// r'' = K r + C r', without a stepper: each of those is compiled anew.
+LinearisedProblem linearised(const SparseRows& K, const SparseRows& C) {
+  LinearisedProblem problem;
+  problem.whole = problem.rest = {K, C};
+  problem.masses.lumped = Vec::Ones(K.rows());
+  problem.tolerance = 1e-9;
+  return problem;
+}
+/// The same chain in phi(phi).
+PreflightReport ask_phi(double phi, double dt, const PreflightOptions& options = {}) {
+  const auto problem = linearised(SparseRows(chain_matrix(20, 400)), SparseRows(20, 20));
+  PreflightReport report;
+  report.dt = dt;
+  Assessment<>{problem, {Method::Kind::single, phi, phi}, "phi", options, report}.run();
   return report;
 }
-
-std::vector<Spring> chain(int n, double k) {
-  std::vector<Spring> springs;
-  for (int i = 0; i + 1 < n; ++i) springs.push_back({i, i + 1, k, 1.0});
-  return springs;
-}
-/// Springs between all pairs nearer than `reach`, at rest as they are.
-template <class Positions>
-std::vector<Spring> net(const Positions& r, double k, double reach) {
-  std::vector<Spring> springs;
-  for (Eigen::Index i = 0; i < r.cols(); ++i)
-    for (Eigen::Index j = i + 1; j < r.cols(); ++j)
-      if (const double length = (r.col(i) - r.col(j)).norm(); length < reach) springs.push_back({i, j, k, length});
-  return springs;
-}
-template <class Positions>
-Motion<Positions> at_rest(const Positions& r) {
-  return {r, Positions(Positions::Zero(r.rows(), r.cols()))};
-}
-Mat2 triangles(int side) {
-  Mat2 r(2, side * side);
-  for (int i = 0; i < r.cols(); ++i) r.col(i) << i % side + 0.5 * (i / side), std::sqrt(0.75) * (i / side);
-  return r;
-}
-Motion<Vec> chain_state(int n) { return {Vec::LinSpaced(n, 0, n - 1), Vec::Zero(n)}; }
-
-/// −Δ with zero beside the edges, on a side×side grid of spacing 1.
-Eigen::SparseMatrix<double> laplacian_2d(int side) {
-  std::vector<Eigen::Triplet<double>> entries;
-  for (int i = 0; i < side * side; ++i) {
-    entries.emplace_back(i, i, -4);
-    if (i % side > 0) entries.emplace_back(i, i - 1, 1);
-    if (i % side < side - 1) entries.emplace_back(i, i + 1, 1);
-    if (i >= side) entries.emplace_back(i, i - side, 1);
-    if (i + side < side * side) entries.emplace_back(i, i + side, 1);
-  }
-  Eigen::SparseMatrix<double> A(side * side, side * side);
-  A.setFromTriplets(entries.begin(), entries.end());
-  return A;
+PreflightReport ask_decay(double dt, double growth = -1) {
+  const Vec y = Vec::Zero(2);
+  Sparse A(2, 2);
+  A.insert(0, 0) = growth, A.insert(1, 1) = -1000;
+  PhiStepper stepper{y, linear(A), forward_euler};
+  return preflight(stepper, y, dt);
 }
 
 }  // namespace
 
 TEST_CASE("stable at preflight's dt, not at 1.5 times it: motion, Verlet") {
-  {
-    const auto y = chain_state(400);
-    const auto report = check_scene("chain, velocity_verlet",
-                                    PhiStepper{y, spring_network<1>(chain(400, 300)), velocity_verlet, mass(2.0)}, y);
-    // ω = 2√(k/m) for an endless chain.
-    CHECK(report.stable_dt == Approx(0.999 * 2 / (2 * std::sqrt(150.0))).epsilon(1e-6));
-  }
-  {
-    Mat2 r(2, 225);
-    for (int i = 0; i < 225; ++i) r.col(i) << i % 15, i / 15;
-    const auto y = at_rest(r);
-    check_scene("square lattice, velocity_verlet",
-                PhiStepper{y, spring_network<2>(net(r, 1e4, 1.1)), velocity_verlet, mass(0.3)}, y);
-    check_scene("square lattice with diagonals, velocity_verlet",
-                PhiStepper{y, spring_network<2>(net(r, 1e4, 1.5)), velocity_verlet, mass(0.3)}, y);
-  }
-  {
-    const Mat2 r = triangles(15);
-    const auto y = at_rest(r);
-    const auto report = check_scene("triangular lattice, velocity_verlet",
-                                    PhiStepper{y, spring_network<2>(net(r, 50, 1.1)), velocity_verlet, mass(2.0)}, y);
-    CHECK(report.whole.frequency <= std::sqrt(6 * 25.0) * (1 + 1e-9));
-  }
-  {
-    Mat3 r(3, 216);
-    Vec m(216);
-    std::mt19937 random(3);
-    std::uniform_real_distribution<double> exponent(-1, 1);
-    for (int i = 0; i < 216; ++i) r.col(i) << i % 6, i / 6 % 6, i / 36;
-    for (double& one : m) one = std::pow(10.0, exponent(random));
-    const auto y = at_rest(r);
-    check_scene("3-D lattice, masses 0.1 … 10, velocity_verlet",
-                PhiStepper{y, spring_network<3>(net(r, 700, 1.5)), velocity_verlet, mass(m)}, y);
-  }
-  for (const unsigned seed : {11u, 12u, 13u}) {
-    std::mt19937 random(seed);
-    std::uniform_real_distribution<double> place(0, 12), exponent(-1, 1);
-    Mat2 r(2, 150);
-    Vec m(150);
-    for (int i = 0; i < 150; ++i) r.col(i) << place(random), place(random);
-    for (double& one : m) one = std::pow(10.0, exponent(random));
-    auto springs = net(r, 1, 1.7);
-    for (Spring& s : springs) s.stiffness = std::pow(10.0, 2 * exponent(random));
-    const auto y = at_rest(r);
-    check_scene(("random net, seed " + std::to_string(seed) + ", velocity_verlet").c_str(),
-                PhiStepper{y, spring_network<2>(springs), velocity_verlet, mass(m)}, y);
-  }
+  const auto y = chain_state(400);
+  const auto report = check_scene("chain, velocity_verlet",
+                                  PhiStepper{y, spring_network<1>(chain(400, 300)), velocity_verlet, mass(2.0)}, y);
+  // ω = 2√(k/m) for an endless chain.
+  CHECK(report.stable_dt == Approx(0.999 * 2 / (2 * std::sqrt(150.0))).epsilon(1e-6));
 }
 
 TEST_CASE("stable at preflight's dt, not at 1.5 times it: motion, other schemes and damping") {
   const auto y = chain_state(300);
   const auto springs = spring_network<1>(chain(300, 300));
-  check_scene("chain and drag, velocity_verlet", PhiStepper{y, springs + LinearDrag{3.0}, velocity_verlet, mass(2.0)},
-              y);
   check_scene("chain and drag, symplectic_euler",
               PhiStepper{y, springs + LinearDrag{20.0}, symplectic_euler, mass(2.0)}, y);
-  check_scene("chain and drag, symplectic_euler_adjoint",
-              PhiStepper{y, springs + LinearDrag{20.0}, symplectic_euler_adjoint, mass(2.0)}, y);
-  check_scene("chain with dashpots, symplectic_euler",
-              PhiStepper{y, spring_network<1>(chain(300, 300), SpringDamping{10}), symplectic_euler, mass(2.0)}, y);
-  check_scene("chain, phi(0.2, 0.9)", PhiStepper{y, springs, phi(0.2, 0.9), mass(2.0)}, y);
-  check_scene("chain and drag, phi(0.25)", PhiStepper{y, springs + LinearDrag{20.0}, phi(0.25), mass(2.0)}, y);
-  const auto few = chain_state(20);
-  check_scene("20 particles with dashpots, symplectic_euler",
-              PhiStepper{few, spring_network<1>(chain(20, 300), SpringDamping{10}), symplectic_euler, mass(2.0)}, few);
-  const Motion oscillator{Eigen::Vector2d{0, 0}, Eigen::Vector2d{0, 0}};
-  const auto report =
-      check_scene("damped oscillator, forward_euler",
-                  PhiStepper{oscillator, linear(Eigen::Matrix2d(-4 * Eigen::Matrix2d::Identity())) + LinearDrag{0.8},
-                             forward_euler},
-                  oscillator);
-  CHECK(report.stable_dt == Approx(0.999 * 0.8 / 4).epsilon(1e-9));  // 2ζ/ω = c/ω²
-  check_scene("chain, half of it as kicks, trapezoidal",
-              PhiStepper{y, springs + at(forward_euler, spring_network<1>(chain(300, 20))), trapezoidal, mass(2.0)}, y);
 }
 
 TEST_CASE("stable at preflight's dt, not at 1.5 times it: first order") {
-  {
-    const Vec u = Vec::Zero(500);
-    const auto report = check_scene("heat in 1-D, forward_euler",
-                                    PhiStepper{u, problems::Heat<Eigen::SparseMatrix<double>>(500), forward_euler}, u);
-    const double dx = 1.0 / 501;
-    CHECK(report.stable_dt == Approx(0.999 * dx * dx / 2).epsilon(1e-6));
-    CHECK(report.monotone_dt == Approx(dx * dx / 2).epsilon(1e-9));   // ρcΔx²/(2dk(1−φ))
-    CHECK(report.unringing_dt == Approx(dx * dx / 4).epsilon(1e-6));  // 4dk in place of 2dk
-  }
-  {
-    const Vec u = Vec::Zero(400);
-    const auto report = check_scene("heat in 2-D, phi(0.25)", PhiStepper{u, linear(laplacian_2d(20)), phi(0.25)}, u);
-    CHECK(report.stable_dt == Approx(0.999 * 2 / (0.5 * 8)).epsilon(0.02));  // a finite grid's ρ is a little below 8
-  }
-  {
-    // u_t = −u_x + 0.01 u_xx, upwind: nonsymmetric, discs left of 0.
-    std::vector<Eigen::Triplet<double>> entries;
-    const double flow = 250, diffusion = 0.01 * 250 * 250;
-    for (int i = 0; i < 250; ++i) {
-      entries.emplace_back(i, i, -flow - 2 * diffusion);
-      if (i > 0) entries.emplace_back(i, i - 1, flow + diffusion);
-      if (i < 249) entries.emplace_back(i, i + 1, diffusion);
-    }
-    Eigen::SparseMatrix<double> A(250, 250);
-    A.setFromTriplets(entries.begin(), entries.end());
-    const Vec u = Vec::Zero(250);
-    check_scene("advection and diffusion, forward_euler", PhiStepper{u, linear(A), forward_euler}, u);
-  }
-  {
-    // Brusselator at rest, a = 1, b = 1.5: eigenvalues −¼ ± i√(15/16), limit 2·¼/1.
-    const Eigen::Vector2d y{1, 1.5};
-    const auto f = [](const Eigen::Vector2d& u) -> Eigen::Vector2d {
-      return {1 + u[0] * u[0] * u[1] - 2.5 * u[0], 1.5 * u[0] - u[0] * u[0] * u[1]};
+  const Vec u = Vec::Zero(300);
+  const auto report =
+      check_scene("diffusion in 1-D, forward_euler", PhiStepper{u, linear(chain_matrix(300, 50.0)), forward_euler}, u);
+  CHECK(report.stable_dt == Approx(0.999 * 2 / 200).epsilon(1e-3));
+  CHECK(report.monotone_dt == Approx(1.0 / 100).epsilon(1e-9));
+  CHECK(report.unringing_dt == Approx(1.0 / 200).epsilon(1e-3));
+}
+
+TEST_CASE("every structure gives the same bound") {
+  for (const int n : {50, 300}) {
+    const auto y = chain_state(n);
+    const double k = 8, m = 2, omega = 2 * std::sqrt(k / m) * std::cos(std::numbers::pi / (2 * n));
+    const auto check = [&](const char* name, const PreflightReport& report, double rounding) {
+      INFO(name << ", " << n << " particles");
+      CHECK(report.whole.exact == (2 * n <= 200));
+      CHECK(report.whole.frequency >= omega * (1 - rounding));
+      CHECK(report.whole.frequency <= 2 * std::sqrt(k / m) * (1 + rounding));
+      if (report.whole.exact) CHECK(report.whole.frequency == Approx(omega).epsilon(rounding));
+      CHECK(report.whole.damping == 0);
     };
-    const auto report = check_scene("Brusselator, forward_euler", PhiStepper{y, f, forward_euler}, y);
-    CHECK(report.stable_dt == Approx(0.999 * 0.5).epsilon(1e-6));
+    PhiStepper network{y, spring_network<1>(chain(n, k)), velocity_verlet, mass(m)};
+    check("network", preflight(network, y, 0.01), 1e-12);
+    // Differences: increments √u × position/16 … position.
+    check("differences", ask_function(y, ChainForce{k / m}, 0.01), 1e-5);
   }
-  {
-    const Vec u = Vec::Zero(40);
-    const Eigen::MatrixXd M = Eigen::MatrixXd(laplacian_2d(1).coeff(0, 0) * -0.25 * Eigen::MatrixXd::Identity(40, 40)) +
-                              0.25 * (Eigen::MatrixXd(Eigen::MatrixXd::Identity(40, 40)).rowwise().reverse());
-    Eigen::MatrixXd A = Eigen::MatrixXd::Zero(40, 40);
-    for (int i = 0; i < 40; ++i) {
-      A(i, i) = -2;
-      if (i > 0) A(i, i - 1) = A(i - 1, i) = 1;
-    }
-    check_scene("heat with a full capacity matrix, forward_euler", PhiStepper{u, linear(A), forward_euler, capacity(M)},
-                u);
+}
+
+TEST_CASE("each term's rates, and which is stiffest where") {
+  for (const int n : {30, 200}) {  // exact, bounds
+    auto springs = chain(n, 100);
+    springs.push_back({17, 18, 5e4, 1.0});
+    const auto y = chain_state(n);
+    PhiStepper stepper{y, spring_network<1>(springs) + LinearDrag{0.6}, symplectic_euler, mass(2.0)};
+    const auto report = preflight(stepper, y, 1e-3);
+    REQUIRE(report.terms.size() == 2);
+    CHECK(report.terms[0].frequency == Approx(std::sqrt(2 * 5e4 / 2.0)).epsilon(0.01));
+    CHECK((report.terms[0].component == 17 || report.terms[0].component == 18));
+    CHECK(report.terms[1].frequency == 0);
+    CHECK(report.terms[1].damping == Approx(0.3).epsilon(1e-12));
+    CHECK(report.stiffest == 0);
+    CHECK((report.whole.component == 17 || report.whole.component == 18));
+    CHECK(report.whole.frequency >= report.terms[0].frequency * (1 - 1e-12));
+    CHECK(report.whole.exact == (2 * n <= 200));
+    CHECK(mentions(report, "<- stiffest"));
   }
+}
+
+TEST_CASE("verdicts") {
+  CHECK(ask_verlet(0.01).verdict == Verdict::fine);
+  CHECK(ask_verlet(0.01));
+  CHECK(ask_verlet(0.03).verdict == Verdict::coarse);
+  CHECK(ask_verlet(0.0502).verdict == Verdict::unstable);  // 2/39.88 = 0.05015
+  CHECK(ask_verlet(0.0500).verdict == Verdict::coarse);
+  CHECK(ask_phi(0.0, 1e-6).verdict == Verdict::unstable);
+  CHECK(ask_phi(0.0, 1e-6).stable_dt == 0);
+  CHECK(mentions(ask_phi(0.0, 1e-6), "Never stable"));
+  CHECK(ask_phi(0.3, 1e-6).stable_dt == 0);
+  CHECK(ask_phi(0.5, 1.0).stable_dt == infinite);
+  CHECK(ask_phi(0.5, 1.0).verdict == Verdict::coarse);
+  CHECK(mentions(ask_phi(0.5, 1.0), "ring on by a factor 1 a step"));
+  CHECK(mentions(ask_phi(1.0, 1.0), "damps them by a factor 0.025"));  // 1/√(1 + 39.88²)
+  CHECK(ask_phi(1.0, 1.0).fastest_factor == Approx(1 / std::hypot(1, 39.877)).epsilon(1e-4));
+  // What he wants to see is slow: then a step that does not resolve the rest is fine, and said to ring.
+  const auto slow = ask_phi(0.5, 0.2, {.period = 10});
+  CHECK(slow.verdict == Verdict::fine);
+  CHECK(mentions(slow, "tr_bdf2 would damp"));
+  CHECK(ask_verlet(0.2, {.period = 100}).recommended.scheme == "velocity_verlet");
+  CHECK(ask_verlet(1.0, {.period = 100}).recommended.scheme == "tr_bdf2");
+  CHECK(ask_verlet(1.0, {.period = 100}).recommended.dt == 1.0);
+  // Contacts: ten steps.
+  CHECK(ask_verlet(0.01, {.contact_time = 0.2}).verdict == Verdict::fine);
+  CHECK(ask_verlet(0.01, {.contact_time = 0.2}).steps_per_contact == Approx(20));
+  CHECK(ask_verlet(0.01, {.contact_time = 0.05}).verdict == Verdict::coarse);
+  CHECK(mentions(ask_verlet(0.01, {.contact_time = 0.05}), "ten steps a contact"));
+  CHECK(ask_verlet(0.01, {.contact_time = 0.05}).recommended.dt == Approx(0.005));
+}
+
+TEST_CASE("accuracy: what is foretold is what happens") {
+  // One oscillator, ω = 2, a = 0.2: the period by the phase reached.
+  const double dt = 0.1;
+  const int steps = 2000;
+  Motion<Vec> y{Vec::Ones(1), Vec::Zero(1)};
+  PhiStepper stepper{y, Force{[](const Vec& r) -> Vec { return -4 * r; }}, velocity_verlet};
+  const auto report = preflight(stepper, y, dt);
+  double angle = 0, last = 0;
+  for (int n = 0; n < steps; ++n) {
+    REQUIRE(stepper.step(y, n * dt, dt));
+    const double now = std::atan2(-y.v[0] / 2, y.r[0]);
+    angle += std::remainder(now - last, 2 * std::numbers::pi);
+    last = now;
+  }
+  const double exact = 2 * dt * steps;
+  CHECK(report.phase_error == Approx(angle / exact - 1).epsilon(0.02).margin(dt / exact));
+  CHECK(report.phase_error == Approx(0.04 / 24).epsilon(0.01));
+  CHECK(report.steps_per_period == Approx(std::numbers::pi / dt));
+  CHECK(report.period == Approx(std::numbers::pi));
+}
+
+TEST_CASE("first order: ringing, growth that a step would hide, consistent capacities") {
+  CHECK(ask_decay(1e-3).stable_dt == Approx(0.999 * 2e-3));
+  CHECK(ask_decay(1.5e-3).rings);
+  CHECK_FALSE(ask_decay(0.9e-3).rings);
+  CHECK(ask_decay(0.1, 30).growth == Approx(30));
+}
+
+TEST_CASE("nonsense gets a verdict and a sentence, never an exception") {
+  auto y = chain_state(5);
+  PhiStepper stepper{y, spring_network<1>(chain(5, 1)), velocity_verlet, mass(1.0)};
+  for (const double dt : {0.0, -1.0, nan_value, infinite}) {
+    const auto report = preflight(stepper, y, dt);
+    CHECK(report.verdict == Verdict::invalid);
+    CHECK(mentions(report, "dt is not positive and finite"));
+    CHECK(report.stable_dt > 1);  // known all the same
+    CHECK(std::isfinite(report.recommended.dt));
+  }
+  y.v[3] = nan_value;
+  CHECK(preflight(stepper, y, 0.1).verdict == Verdict::unknown);
+  CHECK(mentions(preflight(stepper, y, 0.1), "state is not finite"));
+  y = chain_state(5);
+  y.r[2] = infinite;
+  CHECK(preflight(stepper, y, 0.1).verdict == Verdict::unknown);
+
+  const auto few = chain_state(2);
+  const auto broken = ask_function(
+      few, [](const Vec& x) -> Vec { return x * nan_value; }, 0.1);
+  CHECK(broken.verdict == Verdict::unknown);
+  CHECK(mentions(broken, "not finite"));
+  const auto throws = ask_function(
+      few, [](const Vec&) -> Vec { throw std::runtime_error("out of range"); }, 0.1);
+  CHECK(throws.verdict == Verdict::unknown);
+  CHECK(mentions(throws, "out of range"));
+  CHECK(ask_function(
+            {Vec(0), Vec(0)}, [](const Vec& r) -> Vec { return r; }, 0.1)
+            .verdict == Verdict::fine);
+  const auto opaque = ask_function(chain_state(1001), ChainForce{1}, 0.1);
+  CHECK(opaque.verdict == Verdict::unknown);
+  CHECK(mentions(opaque, "has no Jacobian"));
+}
+
+TEST_CASE("nothing is stepped and no count changes") {
+  auto y = chain_state(12);
+  PhiStepper stepper{y, Force{ChainForce{3}}, velocity_verlet};
+  REQUIRE(stepper.step(y, 0, 0.1));
+  const Statistics counts = stepper.statistics();
+  auto twin = stepper;
+  auto other = y;
+  static_cast<void>(preflight(stepper, y, 0.1));
+  CHECK(stepper.statistics() == counts);
+  REQUIRE(stepper.step(y, 0.1, 0.1));
+  REQUIRE(twin.step(other, 0.1, 0.1));
+  CHECK(equal_blocks<Motion<Vec>>(y, other));
+  CHECK(stepper.statistics() == twin.statistics());
+}
+
+TEST_CASE("units: scaling length, mass and time by powers of two changes no bit") {
+  const auto ask = [](int n, double length, double m, double time) {
+    std::vector<Spring> springs;
+    for (int i = 0; i + 1 < n; ++i) springs.push_back({i, i + 1, (3 + i % 7) * m / (time * time), length});
+    Vec r = Vec::LinSpaced(n, 0, n - 1);
+    for (int i = 0; i < n; ++i) r[i] = length * (r[i] + 0.1 * std::sin(i));
+    const Motion<Vec> y{r, Vec(0.1 / time * r)};
+    PhiStepper stepper{y, spring_network<1>(springs) + LinearDrag{0.3 * m / time}, symplectic_euler, mass(m)};
+    return preflight(stepper, y, 0.3 * time);
+  };
+  for (const int n : {20, 121}) {  // by the step's matrix, by bounds
+    const auto one = ask(n, 1, 1, 1), two = ask(n, 0x1p-30, 0x1p-81, 0x1p-41);
+    CHECK(two.stable_dt == one.stable_dt * 0x1p-41);
+    CHECK(two.accurate_dt == one.accurate_dt * 0x1p-41);
+    CHECK(two.whole.frequency == one.whole.frequency * 0x1p41);
+    CHECK(two.whole.damping == one.whole.damping * 0x1p41);
+    CHECK(two.phase_error == one.phase_error);
+    CHECK(two.verdict == one.verdict);
+    CHECK(two.whole.component == one.whole.component);
+  }
+}
+
+TEST_CASE("the text holds the numbers") {
+  const auto y = chain_state(20);
+  PhiStepper stepper{y, spring_network<1>(chain(20, 400)) + LinearDrag{0.5}, symplectic_euler, mass(1.0)};
+  std::ostringstream out;
+  out << preflight(stepper, y, 0.06);
+  for (const char* piece : {"preflight: unstable", "omega = 39.9", "damping = 0.5", "term 0", "<- stiffest",
+                            "recommended", "velocity_verlet", "fixed("})
+    CHECK_THAT(out.str(), contains(piece));
+}
+
+TEST_CASE("where there is none, none is claimed") {
+  const auto matrix = [](const std::vector<Eigen::Triplet<double>>& entries) {
+    SparseRows A(2, 2);
+    A.setFromTriplets(entries.begin(), entries.end());
+    return A;
+  };
+  const SparseRows K = matrix({{0, 0, -2}, {1, 1, -5}}), drives = matrix({{0, 0, 2}, {1, 1, 5}}),
+                   turns = matrix({{0, 1, 1}, {1, 0, -1}}), none(2, 2);
+  const auto ask = [](const SparseRows& stiffness, const SparseRows& damping, Method method) {
+    const auto problem = linearised(stiffness, damping);
+    return stable_step(method, problem, bound_spectrum(problem.whole, problem.masses, 0, 1e-9));
+  };
+  using Kind = Method::Kind;
+  CHECK(std::isnan(ask(turns, none, {Kind::verlet, 0.5, 0.5})));  // not a potential's
+  CHECK(std::isnan(ask(K, drives, {Kind::verlet, 0.5, 0.5})));    // damping that drives
+  CHECK(std::isnan(ask(K, turns, {Kind::pair, 0, 1})));           // gyroscopic
+  CHECK(std::isnan(ask(K, turns, {Kind::pair, 1, 0})));
+  CHECK(ask(K, none, {Kind::single, 0, 0}) == 0);
+  CHECK(std::isinf(ask(turns, turns, {Kind::single, 0.5, 0.5})));  // A-stable
+  CHECK(ask(K, K, {Kind::verlet, 0.5, 0.5}) == Approx(2 / std::sqrt(5.0)));
 }

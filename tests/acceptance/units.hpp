@@ -5,12 +5,14 @@
 #include <phistep/phistep.hpp>
 
 #include <cmath>
+#include <functional>
 #include <source_location>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include "support/catch.hpp"
+#include "support/shared_force.hpp"
 
 namespace in_units {
 
@@ -44,8 +46,8 @@ inline void check_same(const Result& a, const Result& b, const Units& u) {
   CHECK(differing == 0);
 }
 /// run(units) in every system of units must be run(Units{}).
-void check_all(auto&& run, const std::vector<Units>& others,
-               std::source_location where = std::source_location::current()) {
+inline void check_all(const std::function<Result(const Units&)>& run, const std::vector<Units>& others,
+                      std::source_location where = std::source_location::current()) {
   INFO("checked in line " << where.line());
   const Result first = run(Units{});
   REQUIRE(first.numbers.allFinite());
@@ -163,7 +165,7 @@ struct Rod {
   explicit Rod(const Units& units) : u{units} {
     for (int i = 0; i < 12; ++i) y[i] = u.of(i < 6 ? 1 : 0.1, 1, 0, 0);
   }
-  [[nodiscard]] auto force() const {
+  [[nodiscard]] shared_force::OfState<Vec> force() const {
     return [D = u.of(30, 0, 1, -1), q = u.of(2, -1, 1, -1)](const Vec& x) -> Vec {
       Vec f(x.size());
       for (Eigen::Index i = 0; i < x.size(); ++i)

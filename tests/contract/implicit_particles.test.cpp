@@ -1,36 +1,14 @@
-// Particles through the implicit solve: the neighbour list is the sparsity pattern.
-#include <phistep/force/pairs.hpp>
+// Particles through the implicit solve: the neighbour list is the sparsity pattern. More: implicit_particles.full.cpp.
 #include <phistep/particles.hpp>
 
 #include <cmath>
 #include <string_view>
 
+#include "contract/implicit_particles_cases.hpp"
 #include "support/catch.hpp"
 
 using namespace phistep;
-using Atoms = Particles<double, 3>;
-
-namespace {
-/// A warm cubic crystal, periodic: 6³ atoms at the distance of the potential's minimum.
-Atoms crystal(double heat) {
-  const double a = std::pow(2.0, 1.0 / 6);
-  constexpr int n = 6;
-  Eigen::Matrix3Xd r(3, n * n * n);
-  for (Index k = 0; k < r.cols(); ++k)
-    r.col(k) << static_cast<double>(k % n), static_cast<double>(k / n % n), static_cast<double>(k / (n * n));
-  std::srand(1);
-  Atoms atoms{a * r, heat * Eigen::Matrix3Xd::Random(3, r.cols())};
-  atoms.v.colwise() -= atoms.v.rowwise().mean().eval();
-  atoms.set_box(Box<double, 3>::periodic({0, 0, 0}, {n * a, n * a, n * a}));
-  return atoms;
-}
-auto argon() { return Pairs{LennardJones{1.0, 1.0}.shifted(2.5), 2.5}; }
-template <class Force>
-double energy(Force& force, const Atoms& y) {
-  const auto masses = Atoms::masses(y);
-  return 0.5 * y.v.squaredNorm() + force.energy(0.0, Atoms::view(y, masses));
-}
-}  // namespace
+using namespace implicit_particles;
 
 TEST_CASE("the neighbour list is the pattern: analysed once for each list, solved by edges") {
   Atoms atoms = crystal(0.3);
@@ -71,7 +49,6 @@ TEST_CASE("a step with a solve is the step of the formula") {
     CHECK((atoms.r - start.r - dt * start.v - phi * dt * dt * mean).cwiseAbs().maxCoeff() < 1e-13);
   };
   check(trapezoidal, 0.5);
-  check(backward_euler, 1.0);
 }
 
 TEST_CASE("a rejected step leaves no trace: what follows is bit-equal to a run without it") {
@@ -93,21 +70,4 @@ TEST_CASE("a rejected step leaves no trace: what follows is bit-equal to a run w
   CHECK(interrupted.force_to_look_at().rebuilds() > straight.force_to_look_at().rebuilds());
   CHECK(a.r == b.r);
   CHECK(a.v == b.v);
-}
-
-TEST_CASE("a bonded net among repelling particles is one solve") {
-  Atoms atoms = crystal(0.1);
-  std::vector<Spring> bonds;
-  for (int k = 0; k + 1 < 216; ++k)
-    if (k % 6 != 5) bonds.push_back({k, k + 1, 1e6, std::pow(2.0, 1.0 / 6)});
-  auto force = argon() + spring_network<3>(bonds);
-  PhiStepper stepper{atoms, force, backward_euler};
-  CHECK(std::string_view{stepper.solver_name()} == "block-Jacobi conjugate gradients on the edge operator");
-  for (int n = 0; n < 20; ++n) {
-    const StepReport report = stepper.step(atoms, 0.01 * n, 0.01);  // 7 times the explicit limit of the bonds
-    INFO(report.message());
-    REQUIRE(report);
-  }
-  // Backward Euler damps what it doesn't resolve: the bonds are at rest.
-  for (const Spring& s : bonds) CHECK(std::abs((atoms.r.col(s.i) - atoms.r.col(s.j)).norm() - s.length) < 1e-4);
 }

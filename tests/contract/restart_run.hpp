@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <random>
 #include <sstream>
@@ -21,78 +22,92 @@ namespace restart_run {
 
 using namespace phistep;
 
-/// A run with all that it refers to. `observers` makes them, for a log of what they saw.
-template <class Start, class Make, class Control, class Observers>
-struct Whole {
-  using State = std::invoke_result_t<Start>;
-  using Stepper = std::invoke_result_t<Make, State&>;
-  State y;
-  Stepper stepper;
+/// A run with all that it refers to, whatever their types: the checks below are compiled once, not for each.
+struct Subject {
+  Subject() = default;
+  Subject(const Subject&) = delete;
+  virtual ~Subject() = default;
+  [[nodiscard]] virtual bool advance() = 0;
+  [[nodiscard]] virtual RunReport report() const = 0;
+  virtual RunReport finish() = 0;
+  // The run as a part of a checkpoint.
+  virtual void save(Writer& out) const = 0;
+  virtual void load(Reader& in, const std::function<void()>& then) = 0;
+  [[nodiscard]] virtual std::string bytes_of_state() const = 0;
+  [[nodiscard]] virtual Statistics statistics() const = 0;  ///< the stepper's own
   std::vector<double> log;
-  using Tuple = std::invoke_result_t<Observers, std::vector<double>&>;
-  Tuple seen;
-  template <class... O>
-  static auto run_of(Stepper& stepper, State& y, double t1, const Control& control, std::tuple<O...>& observers) {
+};
+
+/// `observers` makes them, for a log of what they saw.
+template <class State, class Stepper, class Control, class Seen>
+class Whole;
+template <class State, class Stepper, class Control, class... O>
+class Whole<State, Stepper, Control, std::tuple<O...>> final : public Subject {
+  using TheRun = Run<Stepper, State, Control, O&...>;
+  static TheRun run_of(Stepper& stepper, State& y, double t1, const Control& control, std::tuple<O...>& observers) {
     return std::apply(
         [&](auto&... one) {
-          return std::unique_ptr<Run<Stepper, State, Control, O&...>>(new Run<Stepper, State, Control, O&...>(
-              stepper, y, {0, static_cast<ScalarOf<State>>(t1)}, control, one...));
+          return TheRun{stepper, y, {0, static_cast<ScalarOf<State>>(t1)}, control, one...};
         },
         observers);
   }
-  decltype(run_of(std::declval<Stepper&>(), std::declval<State&>(), 0.0, std::declval<const Control&>(),
-                  std::declval<Tuple&>())) run;
+  State y_;
+  Stepper stepper_;
+  std::tuple<O...> seen_;
+  TheRun run_;
 
-  Whole(Start start, Make make, double t1, const Control& control, Observers observers)
-      : y{start()}, stepper{make(y)}, seen{observers(log)}, run{run_of(stepper, y, t1, control, seen)} {}
-  Whole(const Whole&) = delete;
-
-  [[nodiscard]] std::string bytes() const { return restart::bytes(*run); }
+ public:
+  Whole(const auto& start, const auto& make, double t1, const Control& control, const auto& observers)
+      : y_{start()}, stepper_{make(y_)}, seen_{observers(log)}, run_{run_of(stepper_, y_, t1, control, seen_)} {}
+  [[nodiscard]] bool advance() override { return run_.advance(); }
+  [[nodiscard]] RunReport report() const override { return run_.report(); }
+  RunReport finish() override { return run_.finish(); }
+  void save(Writer& out) const override { run_.save(out); }
+  void load(Reader& in, const std::function<void()>& then) override { run_.load(in, then); }
+  [[nodiscard]] std::string bytes_of_state() const override { return restart::bytes(y_); }
+  [[nodiscard]] Statistics statistics() const override { return stepper_.statistics(); }
 };
 
 inline constexpr auto nobody = [](std::vector<double>&) { return std::tuple<>{}; };
 
-/// Runs to t1, and again from 100 random places, each time with everything made anew. What the observers see after a
+/// Runs to its end, and again from 100 random places, each time with everything made anew. What the observers see after a
 /// restart must be the rest of what they saw in the unbroken run. Returns the longest step over the shortest.
-template <class Start, class Make, class Control, class Observers = decltype(nobody)>
-double check(Start start, Make make, double t1, const Control& control, Observers observers = nobody) {
-  using All = Whole<Start, Make, Control, Observers>;
-  All unbroken(start, make, t1, control, observers);
+inline double check_subjects(const std::function<std::unique_ptr<Subject>()>& make) {
+  const auto unbroken = make();
   std::vector<std::string> checkpoints;
   std::vector<std::size_t> logged;
   do {
-    checkpoints.push_back(unbroken.bytes());
-    logged.push_back(unbroken.log.size());
-  } while (unbroken.run->advance());
-  const RunReport report = unbroken.run->report();
+    checkpoints.push_back(restart::bytes(*unbroken));
+    logged.push_back(unbroken->log.size());
+  } while (unbroken->advance());
+  const RunReport report = unbroken->report();
   INFO(report.message());
   REQUIRE(report);
-  const std::string end = unbroken.bytes();
+  const std::string end = restart::bytes(*unbroken), end_of_state = unbroken->bytes_of_state();
 
   std::mt19937 random(restart::seed());
   std::uniform_int_distribution<std::size_t> anywhere(0, checkpoints.size() - 1);
   int wrong_ends = 0, wrong_bits = 0, wrong_counts = 0, wrong_logs = 0, wrong_copies = 0;
   for (std::size_t k = 0; k < 103; ++k) {
     const std::size_t place = k < 3 ? k : anywhere(random);
-    All again(start, make, t1, control, observers);
-    std::istringstream in(checkpoints[place]);
-    load_checkpoint(in, *again.run);
-    wrong_copies += again.bytes() != checkpoints[place];
+    const auto again = make();
+    restart::load(checkpoints[place], *again);
+    wrong_copies += restart::bytes(*again) != checkpoints[place];
     RunReport then;
     if (k % 2 == 0) {
-      while (again.run->advance()) {
+      while (again->advance()) {
       }
-      then = again.run->report();
+      then = again->report();
     } else {
-      then = again.run->finish();
+      then = again->finish();
     }
     wrong_ends += !then || then.t != report.t;
-    wrong_bits += restart::bytes(again.y) != restart::bytes(unbroken.y);
-    wrong_counts += then.statistics != report.statistics || again.stepper.statistics() != unbroken.stepper.statistics();
+    wrong_bits += again->bytes_of_state() != end_of_state;
+    wrong_counts += then.statistics != report.statistics || again->statistics() != unbroken->statistics();
     // finish() vouches for the state where advance() looks: inside, the two differ in that.
-    if (k % 2 == 0) wrong_bits += again.bytes() != end;
-    const auto rest = unbroken.log.begin() + static_cast<std::ptrdiff_t>(logged[place]);
-    wrong_logs += again.log != std::vector<double>(rest, unbroken.log.end());
+    if (k % 2 == 0) wrong_bits += restart::bytes(*again) != end;
+    const auto rest = unbroken->log.begin() + static_cast<std::ptrdiff_t>(logged[place]);
+    wrong_logs += again->log != std::vector<double>(rest, unbroken->log.end());
   }
   CAPTURE(restart::seed());
   CHECK(wrong_ends == 0);
@@ -101,6 +116,17 @@ double check(Start start, Make make, double t1, const Control& control, Observer
   CHECK(wrong_logs == 0);
   CHECK(wrong_copies == 0);
   return report.largest_dt / report.smallest_dt;
+}
+
+template <class Start, class Make, class Control, class Observers = decltype(nobody)>
+double check(const Start& start, const Make& make, double t1, const Control& control,
+             const Observers& observers = nobody) {
+  using State = std::invoke_result_t<const Start&>;
+  using Stepper = std::invoke_result_t<const Make&, State&>;
+  using Seen = std::invoke_result_t<const Observers&, std::vector<double>&>;
+  return check_subjects([&]() -> std::unique_ptr<Subject> {
+    return std::make_unique<Whole<State, Stepper, Control, Seen>>(start, make, t1, control, observers);
+  });
 }
 
 template <class F, class... More>

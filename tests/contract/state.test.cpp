@@ -1,64 +1,36 @@
-// The contract of a state: the same numbers give the same steps in every shape, and views are stepped in place.
+// The contract of a state: the same numbers give the same steps in every shape, and views are stepped in place. All
+// shapes: state.full.cpp, state_implicit.full.cpp.
 #include <phistep/phistep.hpp>
 
 #include <cmath>
+#include <cstddef>
+#include <limits>
 #include <vector>
 
+#include "contract/state_cases.hpp"
 #include "contract/states.hpp"
 #include "support/catch.hpp"
 
 using namespace phistep;
 using namespace states;
 
-namespace {
-
-template <class Case>
-Eigen::VectorXd run(auto force, auto scheme) {
-  Case c;
-  PhiStepper stepper{c.state, force, scheme};
-  for (int n = 0; n < 20; ++n) {
-    const StepReport step = stepper.step(c.state, 0.1 * n, 0.1);
-    INFO(step.message());
-    REQUIRE(step);
-  }
-  return numbers(c.state);
-}
-
-// Explicit schemes must agree to the bit; implicit ones up to rounding (the order of the unknowns may differ).
-template <class V>
-void check_first_order(auto scheme, double tolerance) {
-  CHECK(distance(run<FirstOrder<V>>(DrivenPull{}, scheme), run<FirstOrder<Dynamic>>(DrivenPull{}, scheme)) <=
-        tolerance);
-}
-template <class V>
-void check_motion(auto force, auto scheme, double tolerance) {
-  CHECK(distance(run<SecondOrder<V>>(force, scheme), run<SecondOrder<Dynamic>>(force, scheme)) <= tolerance);
-}
-
-}  // namespace
-
-TEMPLATE_TEST_CASE("every shape of a first-order state gives the same trajectory", "", Fixed, Columns, FixedColumns,
-                   RowMajor, Mapped, Strided, Structs, Reference) {
+TEMPLATE_TEST_CASE("every shape of a first-order state gives the same trajectory", "", RowMajor, Strided, Reference) {
   check_first_order<TestType>(forward_euler, 0);
 }
-TEMPLATE_TEST_CASE("every shape of a motion gives the same trajectory", "", Fixed, Columns, FixedColumns, RowMajor,
-                   Mapped, Strided, Structs, Reference) {
+TEMPLATE_TEST_CASE("every shape of a motion gives the same trajectory", "", Fixed, Columns, Mapped) {
   check_motion<TestType>(Pull{}, velocity_verlet, 0);
 }
-TEMPLATE_TEST_CASE("implicit schemes too", "", Fixed, RowMajor, Strided, Reference) {
-  check_first_order<TestType>(phi(0.7), 1e-15);
-}
-TEMPLATE_TEST_CASE("and implicit schemes of damped motion", "", FixedColumns, Columns, Structs) {
-  check_motion<TestType>(DampedPull{}, trapezoidal, 2e-15);
+TEST_CASE("implicit schemes too") {
+  // Fixed sizes alone: a dense solve of dynamic size would double what this file takes to compile.
+  check_same(run<FirstOrder<FixedColumns>>(DrivenPull{}, phi(0.7)), run<FirstOrder<Fixed>>(DrivenPull{}, phi(0.7)),
+             1e-15);
 }
 
 TEST_CASE("an Eigen array is a state too") {
   Eigen::ArrayXd y = Eigen::ArrayXd::LinSpaced(3, 1, 2);
   Dynamic z = y.matrix();
-  PhiStepper a{y, [](const Eigen::ArrayXd& x) -> Eigen::ArrayXd { return -x.cube(); }, trapezoidal,
-               mass(Eigen::Vector3d(1, 2, 3))};
-  PhiStepper b{z, [](const Dynamic& x) -> Dynamic { return -x.array().cube(); }, trapezoidal,
-               mass(Eigen::Vector3d(1, 2, 3))};
+  PhiStepper a{y, [](const Eigen::ArrayXd& x) -> Eigen::ArrayXd { return -x.cube(); }, forward_euler};
+  PhiStepper b{z, [](const Dynamic& x) -> Dynamic { return -x.array().cube(); }, forward_euler};
   for (int n = 0; n < 10; ++n) REQUIRE((a.step(y, 0, 0.1) && b.step(z, 0, 0.1)));
   CHECK(distance(y.matrix(), z) <= 1e-15);
 }
@@ -112,32 +84,16 @@ TEST_CASE("a user's own coupled state: motion and heat in one solve") {
       out.heat -= 2 * y.T;
     }
   };
-  const auto check = [](auto scheme, double decay) {
-    const Eigen::VectorXd both = run<Coupled>(Uncoupled{}, scheme);
-    CHECK(distance(both.head(12), run<SecondOrder<Dynamic>>(Pull{}, scheme)) <= 2e-15);
-    CHECK(both[12] == Approx(1.5 * std::pow(decay, 20)).epsilon(1e-12));
-    CHECK(both[13] == both[12]);
-  };
-  check(forward_euler, 1 - 0.2);
-  check(trapezoidal, (1 - 0.1) / (1 + 0.1));
-  check(midpoint, (1 - 0.1) / (1 + 0.1));
-  check(backward_euler, 1 / (1 + 0.2));
+  const Eigen::VectorXd both = run<Coupled>(Uncoupled{}, forward_euler);
+  CHECK(distance(both.head(12), run<SecondOrder<Dynamic>>(Pull{}, forward_euler)) <= 2e-15);
+  CHECK(both[12] == Approx(1.5 * std::pow(1 - 0.2, 20)).epsilon(1e-12));
+  CHECK(both[13] == both[12]);
 }
 
-TEMPLATE_TEST_CASE("float, double and long double take the same steps, each to its precision", "", float, double,
-                   long double) {
+TEMPLATE_TEST_CASE("float, double and long double take the same steps, each to its precision", "", float, long double) {
   using V = Eigen::Matrix<TestType, 2, 1>;
-  using D = Eigen::Matrix<TestType, Eigen::Dynamic, 1>;
-  const auto oscillator = []<class Vector>(std::type_identity<Vector>, auto scheme) {
-    Motion<Vector> y{Vector(2), Vector(2)};
-    y.r << 1, 2, y.v << 0, 0;
-    PhiStepper stepper{y, [](const Vector& r) -> Vector { return -r; }, scheme, mass(2)};
-    for (int n = 0; n < 100; ++n) REQUIRE(stepper.step(y, static_cast<TestType>(n) / 10, TestType(1) / 10));
-    // Energy ½·2v² + ½r²: φ = ½ keeps it.
-    return static_cast<double>(y.v.squaredNorm() + y.r.squaredNorm() / 2);
-  };
-  const double u = static_cast<double>(std::numeric_limits<TestType>::epsilon());
-  CHECK(std::abs(oscillator(std::type_identity<V>{}, trapezoidal) - 2.5) <= std::max(1000 * u, 1e-15));
-  CHECK(std::abs(oscillator(std::type_identity<D>{}, midpoint) - 2.5) <= std::max(1000 * u, 1e-15));
-  CHECK(std::abs(oscillator(std::type_identity<V>{}, velocity_verlet) - 2.5) <= 2e-3);
+  Motion<V> y{V{1, 2}, V{0, 0}};
+  PhiStepper stepper{y, [](const V& r) -> V { return -r; }, velocity_verlet, mass(2)};
+  for (int n = 0; n < 100; ++n) REQUIRE(stepper.step(y, static_cast<TestType>(n) / 10, TestType(1) / 10));
+  CHECK(std::abs(static_cast<double>(y.v.squaredNorm() + y.r.squaredNorm() / 2) - 2.5) <= 2e-3);
 }

@@ -64,6 +64,7 @@ struct Home {
 template <class V>
 struct FirstOrder {
   using State = V;
+  using Block = typename V::PlainObject;
   Home<V> home;
   State state;
   explicit FirstOrder(const Six& y = positions) : state(home.block(y)) {}
@@ -75,6 +76,7 @@ struct FirstOrder {
 template <class V>
 struct SecondOrder {
   using State = phistep::Motion<V>;
+  using Block = typename V::PlainObject;
   Home<V> home_r, home_v;
   State state;
   explicit SecondOrder(const Six& r = positions, const Six& v = velocities) : state{home_r.block(r), home_v.block(v)} {}

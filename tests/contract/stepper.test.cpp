@@ -1,88 +1,71 @@
-// The contract of a stepper, for every scheme and several kinds of state.
+// The contract of a stepper, for every scheme and several kinds of state. All products: stepper*.full.cpp.
 #include <phistep/phistep.hpp>
 
 #include <cmath>
-#include <stdexcept>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "contract/states.hpp"
 #include "contract/stepper_battery.hpp"
+#include "contract/stepper_cases.hpp"
 #include "support/catch.hpp"
 
 using namespace phistep;
 using namespace states;
+using Driven = shared_force::OfStateAndTime<Fixed>;
 
 namespace {
 
-template <class Case>
-void check_explicit_and_implicit() {
-  check_contract<Case>(forward_euler, 1);
-  check_contract<Case>(trapezoidal, 2);
-}
+// Each scheme is watched once: these on motions, the others on first-order states. They share their types with the other
+// cases: one more scheme on the same state and force is cheap to compile, another state or force is not.
+template <class Scheme>
+constexpr bool on_motions = std::is_same_v<Scheme, std::remove_cv_t<decltype(trapezoidal)>> ||
+                            std::is_same_v<Scheme, TrBdf2> || std::is_same_v<Scheme, VelocityVerlet>;
 
 }  // namespace
 
 TEST_CASE("every scheme on a dynamic motion") {
   for_each_motion_scheme([](const char* name, auto scheme) {
-    CAPTURE(name);
-    check_contract<SecondOrder<Dynamic>>(scheme, scheme.order());
+    check_contract<SecondOrder<Dynamic>, on_motions<decltype(scheme)>>(scheme, scheme.order(), name);
   });
 }
 TEST_CASE("every first-order scheme on a fixed vector") {
-  for_each_first_order_scheme([](const char* name, auto scheme) {
-    CAPTURE(name);
-    check_contract<FirstOrder<Fixed>>(scheme, scheme.order());
-  });
+  const auto timed = [](Moody moody) -> Driven { return [moody](const Fixed& y, double) { return moody(y); }; };
+  check_contract<FirstOrder<Fixed>, true>(forward_euler, 1, timed);
+  check_contract<FirstOrder<Fixed>, true>(backward_euler, 1, timed);
+  check_contract<FirstOrder<Fixed>, true>(phi(0.7), 1, timed);
 }
 TEST_CASE("Verlet on every kind of motion") {
   check_contract<SecondOrder<Fixed>>(velocity_verlet, 2);
-  check_contract<SecondOrder<Columns>>(velocity_verlet, 2);
-  check_contract<SecondOrder<Strided>>(velocity_verlet, 2);
   check_contract<SecondOrder<Structs>>(velocity_verlet, 2);
 }
-TEST_CASE("Rannacher's start, and TR-BDF2 on other states") {
-  check_contract<SecondOrder<Dynamic>>(rannacher, 2);
-  check_contract<FirstOrder<Fixed>>(rannacher(2), 2);
-  check_contract<SecondOrder<Strided>>(tr_bdf2, 2);
-  check_contract<FirstOrder<RowMajor>>(tr_bdf2, 2);
-}
+TEST_CASE("Rannacher's start, and TR-BDF2 on other states") { check_contract<SecondOrder<Dynamic>>(rannacher, 2); }
 TEST_CASE("a split scene: trouble in the kicks, trouble in the rest") {
-  const auto plain = [](auto stepper) { return stepper; };
-  const auto kicks = [](Moody moody) { return term(Pull{}) + at(forward_euler, moody); };
-  const auto rest = [](Moody moody) { return at(forward_euler, Pull{}) + term(moody); };
-  check_contract<SecondOrder<Dynamic>>(trapezoidal, 2, kicks, plain);
-  check_contract<SecondOrder<Dynamic>>(trapezoidal, 2, rest, plain);
-  check_contract<SecondOrder<Strided>>(tr_bdf2, 2, kicks, plain);
-  check_contract<SecondOrder<Columns>>(velocity_verlet, 2, kicks, plain);
-  check_contract<FirstOrder<Fixed>>(midpoint, 2, kicks, plain);
-  check_contract<FirstOrder<Dynamic>>(backward_euler, 1, kicks, plain);
+  using Case = SecondOrder<Columns>;
+  const auto split = [](ForceOf<Case> rest, ForceOf<Case> kicks) {
+    return term(std::move(rest)) + at(forward_euler, std::move(kicks));
+  };
+  check_contract<Case>(velocity_verlet, 2, [&](Moody moody) { return split(Pull{}, moody); });
+  check_contract<Case>(velocity_verlet, 2, [&](Moody moody) { return split(moody, Pull{}); });
 }
 TEST_CASE("halving keeps the contract of what it halves") {
-  const auto plain = [](Moody force) { return force; };
-  const auto halve = [](auto stepper) { return Halving{std::move(stepper), 3}; };
-  check_contract<SecondOrder<Dynamic>>(trapezoidal, 2, plain, halve);
-  check_contract<SecondOrder<Fixed>>(velocity_verlet, 2, plain, halve);
-  check_contract<FirstOrder<Strided>>(tr_bdf2, 2, plain, halve);
-  check_contract<FirstOrder<Dynamic>>(rannacher, 2, plain, halve);
+  check_contract<SecondOrder<Dynamic>, false, Halve>(trapezoidal, 2);
 }
-TEST_CASE("a matrix, a strided view, a reference") {
-  check_explicit_and_implicit<FirstOrder<RowMajor>>();
-  check_explicit_and_implicit<FirstOrder<Strided>>();
-  check_contract<FirstOrder<Reference>>(phi(0.7), 1);
-}
+TEST_CASE("a matrix, a strided view, a reference") { check_contract<FirstOrder<RowMajor>>(forward_euler, 1); }
 
 TEST_CASE("dt < 0 undoes a step with the adjoint scheme") {
   // endpoint φ(h), then endpoint 1−φ(−h)
   SecondOrder<Dynamic> c;
   const Eigen::VectorXd before = numbers(c.state);
-  PhiStepper forth{c.state, DampedPull{}, phi(0.3)};
-  PhiStepper back{c.state, DampedPull{}, phi(0.7)};
+  PhiStepper forth{c.state, dynamic_pull, phi(0.3)};
+  PhiStepper back{c.state, dynamic_pull, phi(0.7)};
   REQUIRE(forth.step(c.state, 0, 0.1));
   CHECK(distance(numbers(c.state), before) > 0.01);
   REQUIRE(back.step(c.state, 0.1, -0.1));
   CHECK(distance(numbers(c.state), before) <= 1e-14);
 
-  PhiStepper verlet{c.state, Pull{}, velocity_verlet};
+  PhiStepper verlet{c.state, dynamic_pull, velocity_verlet};
   REQUIRE(verlet.step(c.state, 0, 0.1));
   REQUIRE(verlet.step(c.state, 0.1, -0.1));
   CHECK(distance(numbers(c.state), before) <= 1e-14);
@@ -92,8 +75,8 @@ TEST_CASE("forward and backward Euler undo each other, and so do the two symplec
   SecondOrder<Dynamic> c;
   const Eigen::VectorXd before = numbers(c.state);
   const auto there_and_back = [&](auto one, auto other) {
-    PhiStepper forth{c.state, Pull{}, one};
-    PhiStepper back{c.state, Pull{}, other};
+    PhiStepper forth{c.state, dynamic_pull, one};
+    PhiStepper back{c.state, dynamic_pull, other};
     REQUIRE(forth.step(c.state, 0, 0.1));
     REQUIRE(back.step(c.state, 0.1, -0.1));
     CHECK(distance(numbers(c.state), before) <= 1e-14);
@@ -103,23 +86,22 @@ TEST_CASE("forward and backward Euler undo each other, and so do the two symplec
 }
 
 TEST_CASE("named schemes are their formulas") {
-  // m v' = −k r, one step from (r, v), φ by φ, against the source's two lines solved by hand.
-  const double k = 3, m = 2, h = 0.3, r = 0.7, v = -0.4, w = k / m;
+  // v' = −w r, one step from (r, v), φ by φ, against the source's two lines solved by hand.
+  constexpr double h = 0.3, r = 0.7, v = -0.4, w = 1.5;
   const auto one_step = [&](auto scheme) {
-    using V = Eigen::Matrix<double, 1, 1>;
-    Motion<V> y{V(r), V(v)};
-    PhiStepper stepper{y, [k](const V& x) -> V { return -k * x; }, scheme, mass(m)};
-    REQUIRE(stepper.step(y, 0, h));
-    return Eigen::Vector2d(y.r[0], y.v[0]);
+    Motion<Dynamic> y{Dynamic::Constant(1, r), Dynamic::Constant(1, v)};
+    PhiStepper stepper{y, ForceOf<SecondOrder<Dynamic>>([](const Dynamic& x) -> Dynamic { return -w * x; }), scheme};
+    return stepper.step(y, 0, h) ? Eigen::Vector2d(y.r[0], y.v[0]) : Eigen::Vector2d(NAN, NAN);
   };
   const auto formula = [&](double pf, double pd) {
     // v⁺ = v − h w (pf r⁺ + (1−pf) r),  r⁺ = r + h (pd v⁺ + (1−pd) v)
     const double v1 = (v - h * w * (r + pf * h * (1 - pd) * v)) / (1 + h * h * w * pf * pd);
     return Eigen::Vector2d(r + h * (pd * v1 + (1 - pd) * v), v1);
   };
-  const auto check = [&](auto scheme, const Eigen::Vector2d& expected) {
-    CHECK((one_step(scheme) - expected).norm() <= 1e-15);
+  const auto compare = [](const Eigen::Vector2d& stepped, const Eigen::Vector2d& expected) {
+    CHECK((stepped - expected).norm() <= 1e-15);
   };
+  const auto check = [&](auto scheme, const Eigen::Vector2d& expected) { compare(one_step(scheme), expected); };
   check(forward_euler, formula(0, 0));
   check(trapezoidal, formula(0.5, 0.5));
   check(backward_euler, formula(1, 1));
@@ -149,165 +131,36 @@ TEST_CASE("named schemes are their formulas") {
 
 TEST_CASE("forces are asked at the times of the formulas") {
   std::vector<double> times;
-  const auto force = [&times](const Dynamic& r, const Dynamic& v, double t) -> Dynamic {
+  const Driven force = [&times](const Fixed& y, double t) -> Fixed {
     if (times.empty() || times.back() != t) times.push_back(t);
-    return -r - v;
+    return -y;
   };
   const auto asked = [&](auto scheme) {
-    SecondOrder<Dynamic> c;
+    FirstOrder<Fixed> c;
     PhiStepper stepper{c.state, force, scheme};
     times.clear();
-    REQUIRE(stepper.step(c.state, 1.0, 0.5));
-    return times;
+    return stepper.step(c.state, 1.0, 0.5) ? times : std::vector<double>{};
   };
   using Times = std::vector<double>;
   CHECK(asked(forward_euler) == Times{1.0});
-  CHECK(asked(symplectic_euler) == Times{1.0});
-  CHECK(asked(symplectic_euler_adjoint) == Times{1.5});
-  CHECK(asked(trapezoidal) == Times{1.0, 1.5});
+  CHECK(asked(phi(0.5)) == Times{1.0, 1.5});
   CHECK(asked(backward_euler) == Times{1.5});
-  CHECK(asked(midpoint) == Times{1.25});
+  CHECK(asked(phi_stage(0.5)) == Times{1.25});
   CHECK(asked(phi_stage(0.7)) == Times{1.0 + 0.7 * 0.5});
-  CHECK(asked(velocity_verlet) == Times{1.0, 1.5});
   CHECK(asked(tr_bdf2) == Times{1.0, 1.0 + (2 - std::sqrt(2.0)) * 0.5, 1.5});
-  CHECK(asked(rannacher) == Times{1.25, 1.5});
-  CHECK(asked(rannacher(0)) == Times{1.0, 1.5});
 }
-
-// Steps that are watched.
-namespace {
-
-template <class S>
-struct Watched {
-  Trace<PlainState<S>> trace;
-  explicit Watched(const S& state) {
-    PlainState<S> y;
-    copy_blocks<S>(y, state);
-    trace.resize(y);
-  }
-  StepReport attempt(auto& stepper, S& state, double t, double dt, bool accept) {
-    const StepReport done =
-        stepper.attempt(state, t, dt, Origin::unknown, trace, [accept](const auto&...) { return accept; });
-    if (done) trace.advance();
-    return done;
-  }
-};
-
-template <class Case>
-void check_watched(auto scheme, const auto& force) {
-  using S = typename Case::State;
-  Case c, d;
-  PhiStepper watched{c.state, force, scheme}, plain{d.state, force, scheme};
-  if constexpr (decltype(watched)::traces) {
-    Watched<S> watch{c.state};
-    // By rounding alone: r and v are of order one, and slopes by (y⁺ − b)/φΔt are off by 1e-16/0.01, times Δt.
-    const auto agree = [&] { return distance(numbers(c.state), numbers(d.state)) <= 1e-13; };
-    double t = 0;
-    const auto both = [&](double dt) {
-      const Eigen::VectorXd before = numbers(c.state);
-      const Statistics counted = watched.statistics();
-      for (const double longer : {3 * dt, dt}) {
-        CHECK(watch.attempt(watched, c.state, t, longer, false).outcome() == Outcome::error_too_large);
-        CHECK(same_bits(numbers(c.state), before));
-      }
-      CHECK(watched.statistics().rejections == counted.rejections + 2);
-      CHECK(watched.statistics().steps == counted.steps);
-      CHECK(watched.statistics().failed_steps == counted.failed_steps);
-      REQUIRE(watch.attempt(watched, c.state, t, dt, true));
-      REQUIRE(plain.step(d.state, t, dt));
-      CHECK(agree());
-      t += dt;
-    };
-    for (const double dt : {0.01, 0.02, 0.015, -0.01, 0.03}) both(dt);
-
-    // An edit, told to the trace.
-    for (auto* state : {&c.state, &d.state})
-      for_each_block([](auto, auto& block) { block = block * -1.5; }, Blocks<S>::all(*state));
-    watch.trace.forget();
-    for (const double dt : {0.02, 0.01}) both(dt);
-
-    // Plain steps in between: the trace is to forget, the stepper notices by itself.
-    REQUIRE(watched.step(c.state, t, 0.01));
-    REQUIRE(plain.step(d.state, t, 0.01));
-    CHECK(agree());
-    t += 0.01;
-    watch.trace.forget();
-    for (const double dt : {0.01, 0.02}) both(dt);
-
-    // What can't be stepped is refused as by step().
-    const Eigen::VectorXd before = numbers(c.state);
-    CHECK(watch.attempt(watched, c.state, t, 0, true).outcome() == Outcome::invalid_step);
-    CHECK(watch.attempt(watched, c.state, 1.0, 1e-17, true).outcome() == Outcome::step_too_small);
-    CHECK(same_bits(numbers(c.state), before));
-  }
-}
-
-/// Trouble at every single force call of a watched step: nothing moves, and the next step is as if nothing had been.
-template <class Case>
-void check_watched_trouble(auto scheme) {
-  using S = typename Case::State;
-  Case c, d;
-  int calls = 0, fatal = 0;
-  Trouble mood = Trouble::none;
-  const auto force = [&](const auto& y) {
-    auto f = Pull{}(y);
-    if (++calls == fatal && mood == Trouble::exception) throw std::runtime_error("moody");
-    if (calls == fatal) component(f, 2) = std::nan("");
-    return f;
-  };
-  const auto wrapped = [&force](const Dynamic& y) -> Dynamic { return force(y); };
-  PhiStepper watched{c.state, wrapped, scheme};
-  PhiStepper good{d.state, Pull{}, scheme};
-  if constexpr (decltype(watched)::traces) {
-    Watched<S> watch{c.state}, other{d.state};
-    for (int n = 0; n < 2; ++n) {
-      REQUIRE(watch.attempt(watched, c.state, 0.05 * n, 0.05, true));
-      REQUIRE(other.attempt(good, d.state, 0.05 * n, 0.05, true));
-    }
-    double t = 0.1;
-    for (const Trouble trouble : {Trouble::nan, Trouble::exception})
-      for (int k = 1; k <= 8; ++k) {
-        CAPTURE(k);
-        const Eigen::VectorXd before = numbers(c.state);
-        mood = trouble, calls = 0, fatal = k;
-        bool done = false;
-        try {
-          done = static_cast<bool>(watch.attempt(watched, c.state, t, 0.05, false));
-        } catch (const std::runtime_error&) {
-        }
-        CHECK_FALSE(done);
-        CHECK(same_bits(numbers(c.state), before));
-        fatal = 0;
-        REQUIRE(watch.attempt(watched, c.state, t, 0.05, true));
-        REQUIRE(other.attempt(good, d.state, t, 0.05, true));
-        CHECK(distance(numbers(c.state), numbers(d.state)) <= 1e-13);
-        t += 0.05;
-      }
-  }
-}
-
-}  // namespace
 
 TEST_CASE("a watched step is the step, a rejected one is none: every scheme on motions") {
   for_each_motion_scheme([](const char* name, auto scheme) {
-    CAPTURE(name);
-    check_watched<SecondOrder<Dynamic>>(scheme, Pull{});
-    check_watched<SecondOrder<Dynamic>>(scheme, DampedPull{});
-    check_watched_trouble<SecondOrder<Dynamic>>(scheme);
+    if constexpr (on_motions<decltype(scheme)>) {
+      check_watched<SecondOrder<Dynamic>>(scheme, dynamic_pull, name);
+      check_watched_trouble<SecondOrder<Dynamic>>(scheme, name);
+    }
   });
-  check_watched<Coupled>(trapezoidal, WarmPull{});
-  check_watched<Coupled>(tr_bdf2, WarmPull{});
-  check_watched<Coupled>(velocity_verlet, WarmPull{});
 }
 TEST_CASE("a watched step is the step, a rejected one is none: every scheme on first-order states") {
-  for_each_first_order_scheme([](const char* name, auto scheme) {
-    CAPTURE(name);
-    check_watched<FirstOrder<Fixed>>(scheme, DrivenPull{});
-    check_watched<FirstOrder<Strided>>(scheme, Pull{});
-    check_watched_trouble<FirstOrder<Dynamic>>(scheme);
-  });
-  check_watched<FirstOrder<RowMajor>>(tr_bdf2, Pull{});
-  check_watched<FirstOrder<Columns>>(phi(0.7), Pull{});
-  check_watched<SecondOrder<Structs>>(velocity_verlet, Pull{});
-  check_watched<SecondOrder<Fixed>>(velocity_verlet, DampedPull{});
+  const Driven force = DrivenPull{};
+  check_watched<FirstOrder<Fixed>>(forward_euler, force);
+  check_watched<FirstOrder<Fixed>>(backward_euler, force);
+  check_watched<FirstOrder<Fixed>>(phi(0.7), force);
 }

@@ -1,31 +1,16 @@
-#include <phistep/control/iteration_control.hpp>
-#include <phistep/phistep.hpp>
+// Steps as long as K_d corrections allow.
+#include "control/iteration_control_cases.hpp"
+#include "support/shared_force.hpp"
 
-#include <cmath>
-#include <limits>
-#include <string>
-#include <vector>
-
-#include "support/catch.hpp"
-
-using namespace phistep;
-using One = Eigen::Matrix<double, 1, 1>;
-using Swing = Motion<One>;
-using Two = Eigen::Vector2d;
+using namespace iteration_cases;
+using Swing2 = Motion<Two>;
+using Force = shared_force::OfState<Two>;
 
 namespace {
 
-Failure contracting(int corrections, double q) {
-  Failure history;
-  for (int k = 0; k < corrections; ++k) history.record(0.3 * std::pow(q, k));
-  return history;
+Force pull(double omega_squared) {
+  return [omega_squared](const Two& r) -> Two { return -omega_squared * r; };
 }
-
-/// m r'' = −ω² r, by plain iteration.
-struct Pull {
-  double omega_squared;
-  auto operator()(const auto& r) const { return (-omega_squared * r).eval(); }
-};
 
 }  // namespace
 
@@ -66,9 +51,9 @@ TEST_CASE("with nothing to go by it grows; where corrections did not fall it shr
 
 TEST_CASE("an oscillator settles at K_d ± 1 iterations, at every φ, from far too short and from far too long") {
   // Its contraction is φ²ω²Δt² exactly.
-  const auto settle = [](auto scheme, double first, int desired, double tol) {
+  const auto settle = [](double of_phi, double first, int desired, double tol) {
     Motion<Two> y{Two(1, 0), Two(0, 20)};  // round in a circle: no phase at which everything passes through zero
-    PhiStepper stepper{y, Pull{400}, scheme, fixed_point({.rtol = tol, .depth = 0})};
+    PhiStepper stepper{y, pull(400), phi(of_phi), fixed_point({.rtol = tol, .depth = 0})};
     Run run{stepper, y, {0.0, 1e6}, iteration_control{.first_step = first, .desired = desired}};
     std::vector<int> iterations;
     for (int n = 0; n < 200; ++n) {
@@ -83,14 +68,14 @@ TEST_CASE("an oscillator settles at K_d ± 1 iterations, at every φ, from far t
     for (const int desired : {5, 6, 8})
       for (const double tol : {0.0, 1e-6}) {
         CAPTURE(first, desired, tol);
-        CHECK(settle(trapezoidal, first, desired, tol) <= 1);
-        CHECK(settle(backward_euler, first, desired, tol) <= 1);
+        CHECK(settle(0.5, first, desired, tol) <= 1);
+        CHECK(settle(1.0, first, desired, tol) <= 1);
       }
 }
 
 TEST_CASE("a start at which the iteration diverges recovers, and the run says what held it") {
-  Swing y{One(1), One(0)};
-  PhiStepper stepper{y, Pull{1e4}, trapezoidal, fixed_point({.depth = 0})};
+  Swing2 y{Two(1, 0), Two(0, 0)};
+  PhiStepper stepper{y, pull(1e4), phi(0.5), fixed_point({.depth = 0})};
   const RunReport report = integrate(stepper, y, {0, 1}, iteration_control{.first_step = 0.5});
   REQUIRE(report);
   CHECK(report.t == 1);
@@ -101,21 +86,21 @@ TEST_CASE("a start at which the iteration diverges recovers, and the run says wh
 }
 
 TEST_CASE("a force that no step makes converge ends the run") {
-  Swing y{One(1), One(0)};
+  Swing2 y{Two(1, 0), Two(0, 0)};
   int calls = 0;
-  const auto wild = [&calls](const One&) -> One {
+  const Force wild = [&calls](const Two&) -> Two {
     ++calls;
-    return One(1e200 * std::sin(1.0 * calls * calls));
+    return Two(1e200 * std::sin(1.0 * calls * calls), 0);
   };
-  PhiStepper stepper{y, wild, trapezoidal, fixed_point({.depth = 0})};
+  PhiStepper stepper{y, wild, phi(0.5), fixed_point({.depth = 0})};
   const RunReport report = integrate(stepper, y, {0, 1}, iteration_control{.first_step = 0.1, .max_steps = 10'000});
   CHECK_FALSE(report);
   CHECK_FALSE(report.message().empty());
 }
 
 TEST_CASE("an explicit scheme has no iterations: the step grows to its bound") {
-  Swing y{One(1), One(0)};
-  PhiStepper stepper{y, Pull{1}, velocity_verlet};
+  Swing2 y{Two(1, 0), Two(0, 0)};
+  PhiStepper stepper{y, pull(1), velocity_verlet};
   const RunReport report = integrate(stepper, y, {0, 10}, iteration_control{.first_step = 1e-3, .max_step = 0.1});
   REQUIRE(report);
   CHECK(report.largest_dt <= 0.1);
@@ -125,8 +110,8 @@ TEST_CASE("an explicit scheme has no iterations: the step grows to its bound") {
 TEST_CASE("smaller_of: neither the error nor the iterations are more than allowed") {
   // Slow and weak, then stiff: error rules the first, iterations the second.
   const auto run = [](double omega_squared, const auto& control) {
-    Swing y{One(1), One(0)};
-    PhiStepper stepper{y, Pull{omega_squared}, trapezoidal, fixed_point({.depth = 0})};
+    Swing2 y{Two(1, 0), Two(0, 0)};
+    PhiStepper stepper{y, pull(omega_squared), phi(0.5), fixed_point({.depth = 0})};
     const RunReport report = integrate(stepper, y, {0, 5}, control);
     CHECK(report);
     return report;
@@ -142,7 +127,7 @@ TEST_CASE("smaller_of: neither the error nor the iterations are more than allowe
   CHECK(by_iterations.statistics.steps > 2 * run(1, loose).statistics.steps);
   // Its own bounds count, too.
   CHECK(run(1, smaller_of(loose, {.first_step = 1e-3, .max_step = 0.01})).largest_dt <= 0.01);
-  Swing y{One(1), One(0)};
-  PhiStepper stepper{y, Pull{1}, trapezoidal};
+  Swing2 y{Two(1, 0), Two(0, 0)};
+  PhiStepper stepper{y, pull(1), phi(0.5), fixed_point({.depth = 0})};
   CHECK(integrate(stepper, y, {0, 5}, smaller_of(tight, {.max_steps = 3})).outcome == Outcome::too_many_steps);
 }

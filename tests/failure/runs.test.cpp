@@ -1,56 +1,17 @@
 // Controlled runs that can't go on, or are not meant to: each a clear outcome, none a hang, nothing lost.
-#include <phistep/phistep.hpp>
+#include "failure/runs_cases.hpp"
 
-#include <cmath>
-#include <cstdint>
-#include <functional>
-#include <limits>
-#include <random>
-#include <sstream>
-#include <stdexcept>
-#include <string>
-#include <vector>
-
-#include "contract/states.hpp"
-#include "problems/forced.hpp"
-#include "problems/march.hpp"
-#include "support/catch.hpp"
-
-using namespace phistep;
-using problems::distance;
-using Vec = Eigen::Vector2d;
-using Moving = Motion<Vec>;
-using Flow = problems::ForcedFlow<>;
-using Swing = problems::ForcedMotion<>;
-
-namespace {
-
-const double NaN = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
-
-const auto decay = [](const Vec& y) -> Vec { return Vec(-y[0], -2 * y[1]); };
-Vec decayed(double t) { return {std::exp(-t), std::exp(-2 * t)}; }
-
-/// y' = y² blows up at t = 1 where y(0) = 1.
-const auto square = [](const Vec& y) -> Vec { return y.cwiseProduct(y); };
-
-void for_each_scheme(auto&& f) {
-  f("backward_euler", backward_euler), f("phi(0.7)", phi(0.7)), f("trapezoidal", trapezoidal), f("midpoint", midpoint);
-  f("tr_bdf2", tr_bdf2), f("forward_euler", forward_euler), f("rannacher", rannacher);
-}
-
-}  // namespace
+using namespace runs_cases;
 
 TEST_CASE("t1 = t0: shown, done, unless the observer has had enough") {
   Vec y(1, 2);
   PhiStepper stepper{y, decay, trapezoidal};
   int shown = 0;
-  const RunReport report = integrate(stepper, y, {2, 2}, tolerance{}, [&](double, const Vec&) { ++shown; });
+  const RunReport report = integrate(stepper, y, {2, 2}, tolerance{}, Look([&](double, const Vec&) { ++shown; }));
   CHECK(report);
   CHECK(report.t == 2);
   CHECK(shown == 1);
   CHECK(report.statistics == Statistics{});
-  CHECK(integrate(stepper, y, {2, 2}, tolerance{}, [](double, const Vec&) { return false; }).outcome ==
-        Outcome::stopped_by_observer);
 }
 
 TEST_CASE("options that can't work are refused before anything happens") {
@@ -58,7 +19,7 @@ TEST_CASE("options that can't work are refused before anything happens") {
     Vec y(1, 2);
     PhiStepper stepper{y, decay, trapezoidal};
     int shown = 0;
-    const RunReport report = integrate(stepper, y, span, control, [&](double, const Vec&) { ++shown; });
+    const RunReport report = integrate(stepper, y, span, control, Look([&](double, const Vec&) { ++shown; }));
     CHECK(shown == 0);
     CHECK(y == Vec(1, 2));
     CHECK(report.t == Approx(span.t0));
@@ -76,22 +37,10 @@ TEST_CASE("options that can't work are refused before anything happens") {
     CHECK(refused(tolerance{.first_step = bad}) == invalid_tolerance);
     CHECK(refused(tolerance{.min_step = bad}) == invalid_tolerance);
     CHECK(refused(tolerance{.max_step = bad}) == invalid_tolerance);
-    CHECK(refused(iteration_control{.first_step = bad}) == invalid_tolerance);
-    CHECK(refused(iteration_control{.first_step = 0.1, .order = bad}) == invalid_tolerance);
-    CHECK(refused(iteration_control{.first_step = 0.1, .min_step = bad}) == invalid_tolerance);
-    CHECK(refused(iteration_control{.first_step = 0.1, .max_step = bad}) == invalid_tolerance);
-    CHECK(refused(smaller_of(tolerance{}, iteration_control{.first_step = bad})) == invalid_tolerance);
-    CHECK(refused(smaller_of(tolerance{}, iteration_control{.order = bad})) == invalid_tolerance);
-    CHECK(refused(smaller_of(tolerance{}, iteration_control{.min_step = bad})) == invalid_tolerance);
-    CHECK(refused(smaller_of(tolerance{}, iteration_control{.max_step = bad})) == invalid_tolerance);
-    CHECK(refused(smaller_of(tolerance{.max_step = bad}, iteration_control{.max_step = 1})) == invalid_tolerance);
   }
   CHECK(refused(tolerance{.max_step = 0.0}) == invalid_tolerance);
   CHECK(refused(tolerance{.min_step = 0.1, .max_step = 0.05}) == invalid_tolerance);
   CHECK(refused(tolerance{.max_steps = -1}) == invalid_tolerance);
-  CHECK(refused(iteration_control{}) == invalid_tolerance);
-  CHECK(refused(iteration_control{.first_step = 0.1, .desired = 0}) == invalid_tolerance);
-  CHECK(refused(smaller_of(tolerance{}, iteration_control{.desired = 0})) == invalid_tolerance);
   for (const double bad : {inf, -inf}) CHECK(refused(tolerance{}, {0, bad}) == invalid_step);
   Vec y(1, 2);
   PhiStepper stepper{y, decay, trapezoidal};
@@ -103,9 +52,8 @@ TEST_CASE("a start that is no number, a force that is none there") {
   Vec y(1, NaN);
   PhiStepper stepper{y, decay, trapezoidal};
   CHECK(integrate(stepper, y, {0, 1}, tolerance{}).outcome == Outcome::non_finite_state);
-  CHECK(integrate(stepper, y, {0, 1}, iteration_control{.first_step = 0.1}).outcome == Outcome::non_finite_state);
   Vec z(1, 2);
-  PhiStepper nowhere{z, [](const Vec&) -> Vec { return Vec(NaN, 0); }, trapezoidal};
+  PhiStepper nowhere{z, Psi([](const Vec&, double) -> Vec { return Vec(NaN, 0); }), trapezoidal};
   const RunReport report = integrate(nowhere, z, {0, 1}, tolerance{});
   CHECK(report.outcome == Outcome::non_finite_force);
   CHECK_THAT(report.message(), contains("force is not finite"));
@@ -117,7 +65,8 @@ TEST_CASE("bounds on steps and tries hold") {
     Vec y = decayed(0);
     PhiStepper stepper{y, decay, scheme};
     std::vector<double> times;
-    const RunReport report = integrate(stepper, y, {0, 5}, control, [&](double t, const Vec&) { times.push_back(t); });
+    const RunReport report =
+        integrate(stepper, y, {0, 5}, control, Look([&](double t, const Vec&) { times.push_back(t); }));
     for (std::size_t n = 0; n + 1 < times.size(); ++n) CHECK(times[n + 1] - times[n] <= control.max_step * (1 + 1e-14));
     return std::pair{report, times};
   };
@@ -154,7 +103,7 @@ TEST_CASE("bounds on steps and tries hold") {
 }
 
 TEST_CASE("through a pole there is no way: the run says so, the last good state stays") {
-  for_each_scheme([](const char* name, auto scheme) {
+  for_each_quick_scheme([](const char* name, auto scheme) {
     CAPTURE(name);
     Vec y(1, 0.5);
     PhiStepper stepper{y, square, scheme};
@@ -163,15 +112,8 @@ TEST_CASE("through a pole there is no way: the run says so, the last good state 
     // An order-1 scheme takes 1/(√2 rtol) steps while y grows e-fold, and y grows by e^37 until Δt is rounding: 26,000
     // steps at rtol = 1e-3.
     const RunReport report = integrate(stepper, y, {0, 3}, tolerance{.rtol = 1e-3, .max_steps = 200'000},
-                                       [&](double t, const Vec& now) { shown = t, last = now; });
-    CHECK_FALSE(report);
-    CHECK(report.outcome != Outcome::too_many_steps);
-    CHECK(report.outcome != Outcome::invalid_step);
-    CHECK(report.t == shown);
-    CHECK(y == last);
-    CHECK(y.allFinite());
-    CHECK(report.t == Approx(1).margin(0.01));
-    CHECK_FALSE(report.message().empty());
+                                       Look([&](double t, const Vec& now) { shown = t, last = now; }));
+    check_at_pole(report, y, shown, last);
   });
 }
 
@@ -186,18 +128,13 @@ TEST_CASE("a pole that lies at t = 0, where no step is too small for the clock")
 }
 
 TEST_CASE("a force that is no number from a time on: named, and the run ends before it") {
-  for_each_scheme([](const char* name, auto scheme) {
+  for_each_quick_scheme([](const char* name, auto scheme) {
     CAPTURE(name);
-    const auto force = [](const Vec& y, double t) -> Vec { return t > 0.5 ? Vec(NaN, 1) : Vec(-y); };
+    const Psi force = [](const Vec& y, double t) -> Vec { return t > 0.5 ? Vec(NaN, 1) : Vec(-y); };
     Vec y(1, 2);
     PhiStepper stepper{y, force, scheme};
     const RunReport report = integrate(stepper, y, {0, 1}, tolerance{.rtol = 1e-4, .max_steps = 10'000});
-    CHECK(report.outcome == Outcome::non_finite_force);
-    CHECK_THAT(report.message(), contains("force is not finite") && contains("component 0"));
-    CHECK(report.t <= 0.51);  // midpoint asks a quarter of its last, doubled step before its end
-    CHECK(report.t >= 0.49);
-    CHECK(y.allFinite());
-    CHECK(distance(y, Vec(Vec(1, 2) * std::exp(-report.t))) <= 1e-3);
+    check_before_nan(report, y);
   });
 }
 
@@ -242,24 +179,15 @@ TEST_CASE("a force that throws, at whatever call: the last good step stands, and
     }
   };
   const auto flow = [](const Vec& y, double t) -> Vec { return Flow{}(y, t) / Flow::capacity; };
-  const auto swing = [](const Vec& r, const Vec& v, double t) -> Vec { return Swing{}(r, v, t) / Swing::mass; };
-  const auto all = [&](const auto& control) {
-    check(Flow::exact(0), flow, trapezoidal, Flow::exact, control);
-    check(Flow::exact(0), flow, tr_bdf2, Flow::exact, control);
-    check(Flow::exact(0), flow, midpoint, Flow::exact, control);
-    check(Swing::exact(0), swing, velocity_verlet, Swing::exact, control);
-    check(Swing::exact(0), swing, backward_euler, Swing::exact, control);
-  };
+  const auto all = [&](const auto& control) { check(Flow::exact(0), flow, trapezoidal, Flow::exact, control); };
   all(tolerance{.rtol = 1e-3});
-  check(Flow::exact(0), flow, trapezoidal, Flow::exact, fixed(0.02));
-  check(Flow::exact(0), flow, trapezoidal, Flow::exact, iteration_control{.first_step = 0.01, .max_step = 0.02});
 }
 
 TEST_CASE("an observer that throws leaves a run that can go on") {
   Vec y = decayed(0);
   PhiStepper stepper{y, decay, trapezoidal};
   int calls = 0;
-  const auto observer = [&](double, const Vec&) {
+  const Look observer = [&](double, const Vec&) {
     if (++calls % 5 == 1) throw std::runtime_error("look away");
   };
   Run run{stepper, y, {0.0, 1.0}, tolerance{.rtol = 1e-4}, observer};
@@ -278,8 +206,8 @@ TEST_CASE("an observer that throws leaves a run that can go on") {
 }
 
 TEST_CASE("a jump in the force is passed, in short steps") {
-  const auto force = [](const Vec&, double t) -> Vec { return t < 1.0 / 3 ? Vec(1, -1) : Vec(-2, 5); };
-  for_each_scheme([&](const char* name, auto scheme) {
+  const Psi force = [](const Vec&, double t) -> Vec { return t < 1.0 / 3 ? Vec(1, -1) : Vec(-2, 5); };
+  for_each_quick_scheme([&](const char* name, auto scheme) {
     CAPTURE(name);
     Vec y(0.5, 0.5);
     PhiStepper stepper{y, force, scheme};

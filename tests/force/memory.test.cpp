@@ -1,69 +1,15 @@
 // A force with memory: its history is a value beside the state, and only an accepted step changes it.
-#include <phistep/phistep.hpp>
+#include "force/memory_cases.hpp"
 
-#include <cmath>
-#include <stdexcept>
-#include <tuple>
-
-#include "contract/states.hpp"
-#include "support/catch.hpp"
-
-using namespace phistep;
-using states::Dynamic;
-
-namespace {
-
-/// A slider: it pulls back to an anchor that follows once the stretch exceeds `slip`.
-struct Slider : ForceTerm {
-  struct Memory {
-    Dynamic anchor;
-    double begun_at = -1, begun_dt = 0;
-    int begins = 0, commits = 0;
-  };
-  double k = 30, slip = 0.2, poison = HUGE_VAL;  // |r| beyond `poison` gives NaN
-  static constexpr bool uses_velocity = false, uses_time = false;
-
-  void begin(double t, double dt, const auto& y, Memory& m) const {
-    if (m.anchor.size() == 0) m.anchor = y.r;
-    m.begun_at = t, m.begun_dt = dt, ++m.begins;
-  }
-  void add(double, const auto& y, const Memory& m, auto& out) const {
-    out.force -= k * (y.r - m.anchor);
-    if (y.r.cwiseAbs().maxCoeff() > poison) out.force[0] = std::nan("");
-  }
-  void commit(double, const auto& y, Memory& m) const {
-    for (Eigen::Index i = 0; i < y.r.size(); ++i) m.anchor[i] = std::clamp(m.anchor[i], y.r[i] - slip, y.r[i] + slip);
-    ++m.commits;
-  }
-};
-
-struct Thrower : Slider {
-  bool armed = false;
-  void commit(double t, const auto& y, Memory& m) const {
-    Slider::commit(t, y, m);
-    if (armed) throw std::runtime_error("commit");
-  }
-};
-
-Motion<Dynamic> start() { return {Dynamic::Constant(2, 0.1), Eigen::Vector2d(1.0, -2.0)}; }
-
-bool same(const Slider::Memory& a, const Slider::Memory& b) {
-  return a.anchor == b.anchor && a.begins == b.begins && a.commits == b.commits && a.begun_at == b.begun_at;
-}
-
-}  // namespace
+using namespace memory_cases;
 
 TEST_CASE("one begin and one commit a step, whatever the scheme iterates") {
-  states::for_each_motion_scheme([](const char* name, auto scheme) {
+  for_each_quick_scheme([](const char* name, auto scheme) {
     auto y = start();
     PhiStepper stepper{y, Slider{}, scheme};
-    CHECK(stepper.memory().commits == 0);
+    REQUIRE(stepper.memory().commits == 0);
     for (int n = 0; n < 5; ++n) REQUIRE(stepper.step(y, 0.1 * n, 0.1));
-    CAPTURE(name);
-    CHECK(stepper.memory().begins == 5);
-    CHECK(stepper.memory().commits == 5);
-    CHECK(stepper.memory().begun_at == 0.4);
-    CHECK(stepper.memory().begun_dt == 0.1);
+    check_fifth(name, stepper.memory());
   });
 }
 
@@ -74,11 +20,11 @@ TEST_CASE("commit sees the accepted state") {
   REQUIRE(stepper.step(y, 0, 0.3));
   for (Eigen::Index i = 0; i < 2; ++i)
     CHECK(stepper.memory().anchor[i] == std::clamp(anchor[i], y.r[i] - 0.2, y.r[i] + 0.2));
-  CHECK(stepper.memory().anchor != anchor);  // it slipped
+  CHECK((stepper.memory().anchor != anchor));  // it slipped
 }
 
 TEST_CASE("a failed step leaves the history") {
-  states::for_each_motion_scheme([](const char* name, auto scheme) {
+  for_each_quick_scheme([](const char* name, auto scheme) {
     auto y = start();
     PhiStepper stepper{y, Slider{}, scheme};
     REQUIRE(stepper.step(y, 0, 0.1));
@@ -95,10 +41,10 @@ TEST_CASE("a failed step leaves the history") {
 
 TEST_CASE("an exception leaves the history") {
   auto y = start();
-  PhiStepper stepper{y, Thrower{}, backward_euler};
+  PhiStepper stepper{y, Slider{}, velocity_verlet};
   REQUIRE(stepper.step(y, 0, 0.1));
   const Slider::Memory before = stepper.memory();
-  const Motion<Dynamic> kept = y;
+  const Motion<Vec> kept = y;
   stepper.force().armed = true;
   CHECK_THROWS_AS(stepper.step(y, 0.1, 0.1), std::runtime_error);
   CHECK(same(stepper.memory(), before));
@@ -113,7 +59,7 @@ TEST_CASE("history set by value makes a rejected step as if it never was") {
     REQUIRE(stepper.step(y, 0, 0.1));
     REQUIRE(never.step(z, 0, 0.1));
     const Slider::Memory checkpoint = stepper.memory();
-    const Motion<Dynamic> kept = y;
+    const Motion<Vec> kept = y;
     REQUIRE(stepper.step(y, 0.1, 0.4));  // an outer stepper tries, and rejects
     CHECK_FALSE(same(stepper.memory(), checkpoint));
     y = kept;
@@ -137,23 +83,12 @@ TEST_CASE("a copied stepper has a history of its own") {
   REQUIRE(copy.step(z, 0.1, 0.3));
   CHECK(copy.memory().commits == 2);
   CHECK(stepper.memory().commits == 1);
-  CHECK(stepper.memory().anchor != copy.memory().anchor);
-}
-
-TEST_CASE("two runs from the same state and history agree to the bit") {
-  const auto run = [] {
-    auto y = start();
-    PhiStepper stepper{y, Slider{} + LinearDrag{0.1}, velocity_verlet};
-    for (int n = 0; n < 50; ++n) REQUIRE(stepper.step(y, 0.05 * n, 0.05));
-    return y;
-  };
-  const auto a = run(), b = run();
-  CHECK((a.r == b.r && a.v == b.v));
+  CHECK((stepper.memory().anchor != copy.memory().anchor));
 }
 
 TEST_CASE("in a sum each term keeps its own history") {
   auto y = start();
-  PhiStepper stepper{y, Slider{} + LinearDrag{0.1} + Slider{}, trapezoidal};
+  PhiStepper stepper{y, Slider{} + LinearDrag{0.1} + Slider{}, forward_euler};
   for (int n = 0; n < 3; ++n) REQUIRE(stepper.step(y, 0, 0.2));
   const auto& [first, none, second] = stepper.memory();
   CHECK(same(first, second));

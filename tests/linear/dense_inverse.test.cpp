@@ -1,12 +1,11 @@
 #define EIGEN_RUNTIME_NO_MALLOC
-#include <phistep/linear/dense_inverse.hpp>
+#include "linear/dense_inverse_cases.hpp"
+//
 #include <phistep/linear/dense_solver.hpp>
 
 #include <type_traits>
 
-#include "linear/dense_battery.hpp"
-
-using phistep::DenseInverse;
+using namespace dense_inverse_cases;
 using phistep::DenseLu;
 using phistep::SmallDenseSolver;
 using phistep::Solves;
@@ -20,27 +19,20 @@ static_assert(std::is_same_v<SmallDenseSolver<float, 32, Solves::many>, DenseInv
 static_assert(std::is_same_v<SmallDenseSolver<double, 33, Solves::many>, DenseLu<double, 33>>);
 static_assert(std::is_same_v<SmallDenseSolver<double, Eigen::Dynamic, Solves::many>, DenseLu<double, Eigen::Dynamic>>);
 
-// Each column of X has a residual of at most 8 n u |L||U||U⁻¹||U||X| (Higham, Accuracy and Stability of Numerical
-// Algorithms, 2nd ed., theorem 14.5), and the product X b adds n u |A||X||b|, which is smaller.
 TEMPLATE_TEST_CASE("the inverse solves to the rounding of its elimination", "", float, double, long double) {
-  dense::for_each_size<TestType>([](auto n) {
-    dense::solves<DenseInverse<TestType, n>>(n, [](const auto& A, auto& solver, const auto& b, const auto&) {
-      const dense::Matrix X = solver.matrix().template cast<long double>();
-      return dense::Vector(dense::Elimination(A).gauss_jordan * (X.cwiseAbs() * b.cwiseAbs()));
-    });
-  });
+  dense::for_sizes<Inverse<TestType>::template OfSize>(solves_to_rounding, dense::QuickSizes<TestType>{});
 }
 
 TEMPLATE_TEST_CASE("the inverse of a singular matrix is refused", "", float, double, long double) {
-  dense::for_each_size<TestType>([](auto n) { dense::refuses_singular<DenseInverse<TestType, n>>(n); });
+  dense::for_sizes<Inverse<TestType>::template OfSize>(dense::refuses_singular, dense::QuickSizes<TestType>{});
 }
 
 TEMPLATE_TEST_CASE("the inverse of a matrix with one bad entry is refused", "", float, double, long double) {
-  dense::for_each_size<TestType>([](auto n) { dense::refuses_non_finite<DenseInverse<TestType, n>>(n); });
+  dense::for_sizes<Inverse<TestType>::template OfSize>(dense::refuses_non_finite, dense::QuickSizes<TestType>{});
 }
 
 TEMPLATE_TEST_CASE("the inverse multiplies in place", "", float, double, long double) {
-  dense::for_each_size<TestType>([](auto n) { dense::solves_where_x_lies<DenseInverse<TestType, n>>(n); });
+  dense::for_sizes<Inverse<TestType>::template OfSize>(dense::solves_where_x_lies, dense::QuickSizes<TestType>{});
 }
 
 TEST_CASE("matrix() becomes the inverse itself") {
@@ -52,9 +44,9 @@ TEST_CASE("matrix() becomes the inverse itself") {
 }
 
 TEST_CASE("inverting allocates nothing") {
-  DenseInverse<double, 20> solver;
-  solver.matrix() = dense::matrix("permuted", 20, 1, 0, 0).cast<double>();
-  Eigen::Matrix<double, 20, 1> x = Eigen::Matrix<double, 20, 1>::Ones();
+  DenseInverse<double, 9> solver;
+  solver.matrix() = dense::matrix("permuted", 9, 1, 0, 0).cast<double>();
+  Eigen::Matrix<double, 9, 1> x = Eigen::Matrix<double, 9, 1>::Ones();
   Eigen::internal::set_is_malloc_allowed(false);  // from here on Eigen ends the program where it allocates
   const bool done = solver.factorize();
   solver.solve_in_place(x);

@@ -1,48 +1,22 @@
 #define EIGEN_RUNTIME_NO_MALLOC
-#include <phistep/linear/dense_lu.hpp>
+#include "linear/dense_lu_cases.hpp"
 
-#include "linear/dense_battery.hpp"
-
-using phistep::DenseLu;
-
-// Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., theorem 9.4: |A x − b| ≤ γ_3n |L||U||x|.
-constexpr auto of_elimination = [](const auto& A, auto&, const auto&, const auto& x) {
-  return dense::Vector(dense::Elimination(A).product * x.cwiseAbs());
-};
-// Without scaling there is next to no growth: |A x − b|_i ≤ c n u Σ_j |a_ij| ‖x‖.
-constexpr auto of_rows = [](const auto& A, auto&, const auto&, const auto& x) {
-  return dense::Vector(A.cwiseAbs().rowwise().sum() * x.cwiseAbs().maxCoeff());
-};
+using namespace dense_lu_cases;
 
 TEMPLATE_TEST_CASE("LU solves to rounding", "", float, double, long double) {
-  dense::for_each_size<TestType>([](auto n) {
-    dense::solves<DenseLu<TestType, n>>(n, of_elimination);
-    dense::solves<DenseLu<TestType, n>>(n, of_rows, false);
-  });
+  dense::for_sizes<Lu<TestType>::template OfSize>(solves_to_rounding, dense::QuickSizes<TestType>{});
 }
 
 TEMPLATE_TEST_CASE("a singular matrix is refused, not divided by zero", "", float, double, long double) {
-  dense::for_each_size<TestType>([](auto n) { dense::refuses_singular<DenseLu<TestType, n>>(n); });
+  dense::for_sizes<Lu<TestType>::template OfSize>(dense::refuses_singular, dense::QuickSizes<TestType>{});
 }
 
 TEMPLATE_TEST_CASE("a matrix with one bad entry is refused", "", float, double, long double) {
-  dense::for_each_size<TestType>([](auto n) { dense::refuses_non_finite<DenseLu<TestType, n>>(n); });
+  dense::for_sizes<Lu<TestType>::template OfSize>(dense::refuses_non_finite, dense::QuickSizes<TestType>{});
 }
 
 TEMPLATE_TEST_CASE("LU solves in place", "", float, double, long double) {
-  dense::for_each_size<TestType>([](auto n) { dense::solves_where_x_lies<DenseLu<TestType, n>>(n); });
-}
-
-// Beyond the limit, and where n is not known: Eigen's.
-TEST_CASE("Eigen's LU behind the same door") {
-  dense::solves<DenseLu<double, 33>>(33, of_elimination);
-  dense::refuses_singular<DenseLu<double, 33>>(33);
-  dense::refuses_non_finite<DenseLu<double, 33>>(33);
-  for (const int n : {1, 5, 23}) {
-    dense::solves<DenseLu<double, Eigen::Dynamic>>(n, of_elimination);
-    dense::refuses_singular<DenseLu<double, Eigen::Dynamic>>(n);
-    dense::refuses_non_finite<DenseLu<double, Eigen::Dynamic>>(n);
-  }
+  dense::for_sizes<Lu<TestType>::template OfSize>(dense::solves_where_x_lies, dense::QuickSizes<TestType>{});
 }
 
 TEST_CASE("equal rows need no exchange, a larger one does") {
@@ -68,18 +42,12 @@ TEST_CASE("factorising again after a singular matrix works") {
 }
 
 TEST_CASE("factorising allocates nothing") {
-  DenseLu<double, 20> lu;
-  lu.matrix() = dense::matrix("permuted", 20, 1, 0, 0).cast<double>();
-  Eigen::Matrix<double, 20, 1> x = Eigen::Matrix<double, 20, 1>::Ones();
+  DenseLu<double, 9> lu;
+  lu.matrix() = dense::matrix("permuted", 9, 1, 0, 0).cast<double>();
+  Eigen::Matrix<double, 9, 1> x = Eigen::Matrix<double, 9, 1>::Ones();
   Eigen::internal::set_is_malloc_allowed(false);  // from here on Eigen ends the program where it allocates
   const bool done = lu.factorize();
   lu.solve_in_place(x);
   Eigen::internal::set_is_malloc_allowed(true);
   CHECK(done);
-}
-
-TEST_CASE("the empty matrix is regular") {
-  DenseLu<double, Eigen::Dynamic> lu;
-  lu.resize(0);
-  CHECK(lu.factorize());
 }

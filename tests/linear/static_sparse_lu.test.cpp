@@ -1,104 +1,17 @@
-#include <phistep/linear/static_sparse_lu.hpp>
+#include "linear/static_sparse_lu_cases.hpp"
 
-#include <random>
+using namespace static_sparse_lu_cases;
 
-#include "linear/dense_battery.hpp"
-
-using namespace phistep;
-
-namespace {
-
-/// The solver in the battery's clothes.
-template <class Scalar, int n, class Pattern>
-class Solver {
- public:
-  using Lu = StaticSparseLu<Scalar, n, Pattern>;
-  using Matrix = Eigen::Matrix<Scalar, n, n>;
-  static void resize(int) {}
-  Matrix& matrix() { return a_; }
-  bool factorize() {
-    return lu_.factorize([this](auto& values) {
-      for (int i = 0; i < n; ++i)
-        for (int j = 0; j < n; ++j)
-          if (const int slot = Lu::plan(i, j); slot >= 0) values[static_cast<std::size_t>(slot)] = a_(i, j);
-    });
-  }
-  void solve_in_place(auto&& x) const { lu_.solve_in_place(x); }
-  bool is_dense() const { return lu_.is_dense(); }
-
- private:
-  Matrix a_ = Matrix::Zero();
-  Lu lu_;
-};
-
-template <int n>
-struct Full {
-  static constexpr auto pattern = [] {
-    std::array<MatrixEntry, n * n> all;
-    for (int i = 0; i < n * n; ++i) all[static_cast<std::size_t>(i)] = {i / n, i % n};
-    return all;
-  }();
-};
-/// Row 0 and column 0 and the diagonal: eliminated in the order given, it would fill up.
-template <int n>
-struct Arrow {
-  static constexpr auto pattern = [] {
-    std::array<MatrixEntry, 2 * n> all{};
-    for (int i = 1; i < n; ++i)
-      all[2 * static_cast<std::size_t>(i)] = {0, i}, all[2 * static_cast<std::size_t>(i) + 1] = {i, 0};
-    return all;
-  }();
-};
-/// A chain of reactions with two returns.
-struct Chain {
-  static constexpr int n = 20;
-  static constexpr auto pattern = [] {
-    std::array<MatrixEntry, n + 1> all{};
-    for (int i = 1; i < n; ++i) all[static_cast<std::size_t>(i)] = {i, i - 1};
-    all[0] = {3, 17};
-    all[n] = {0, 11};
-    return all;
-  }();
-};
-
-// As DenseLu, whose test cites it; with multipliers up to 8 in place of 1, |L||U| is that of the elimination done, which
-// for these well-conditioned matrices stays below 8 times that of row pivoting.
-constexpr auto of_elimination = [](const auto& A, auto&, const auto&, const auto& x) {
-  return dense::Vector(8 * dense::Elimination(A).product * x.cwiseAbs());
-};
-
-template <class Scalar>
-void for_each_size(auto check) {
-  if constexpr (std::is_same_v<Scalar, double>) dense::for_sizes(check, std::integer_sequence<int, 1, 2, 6>{});
-  else dense::for_sizes(check, std::integer_sequence<int, 3>{});
+TEMPLATE_TEST_CASE("any matrix is solved as well as by dense LU", "", double) {
+  dense::for_sizes<Static<TestType>::template OfSize>(solves_well, std::integer_sequence<int, 3>{});
 }
 
-/// |A x − b| ≤ 8 n u |L||U||x|, as above.
-template <class S>
-bool solves(S& solver, int n) {
-  Eigen::Matrix<double, Eigen::Dynamic, 1> x = Eigen::VectorXd::LinSpaced(n, -1, 2);
-  const dense::Vector b = x.cast<long double>();
-  const dense::Matrix A = solver.matrix().template cast<long double>();
-  if (!solver.factorize()) return false;
-  solver.solve_in_place(x);
-  const dense::Vector y = x.cast<long double>(), residual = (A * y - b).cwiseAbs();
-  const dense::Vector allowed = 8 * n * 1.1e-16L * of_elimination(A, solver, b, y);
-  return (residual.array() <= allowed.array()).all();
+TEMPLATE_TEST_CASE("a singular matrix or a bad entry is refused", "", double) {
+  dense::for_sizes<Static<TestType>::template OfSize>(refuses, std::integer_sequence<int, 3>{});
 }
 
-}  // namespace
-
-TEMPLATE_TEST_CASE("any matrix is solved as well as by dense LU", "", float, double, long double) {
-  for_each_size<TestType>([](auto n) { dense::solves<Solver<TestType, n, Full<n>>>(n, of_elimination); });
-}
-TEMPLATE_TEST_CASE("a singular matrix or a bad entry is refused", "", float, double, long double) {
-  for_each_size<TestType>([](auto n) {
-    dense::refuses_singular<Solver<TestType, n, Full<n>>>(n);
-    dense::refuses_non_finite<Solver<TestType, n, Full<n>>>(n);
-  });
-}
-TEMPLATE_TEST_CASE("it solves in place", "", float, double, long double) {
-  for_each_size<TestType>([](auto n) { dense::solves_where_x_lies<Solver<TestType, n, Full<n>>>(n); });
+TEMPLATE_TEST_CASE("it solves in place", "", double) {
+  dense::for_sizes<Static<TestType>::template OfSize>(dense::solves_where_x_lies, std::integer_sequence<int, 3>{});
 }
 
 TEST_CASE("the order of pivots makes no fill where none is needed") {
@@ -131,8 +44,8 @@ TEST_CASE("sparse matrices: no zero is looked at, and the residual is rounding")
   std::mt19937 random(1);
   std::uniform_real_distribution<double> uniform(0, 1);
   for (int run = 0; run < 20; ++run) {
-    Solver<double, Chain::n, Chain> chain;
-    Solver<double, 12, Arrow<12>> arrow;
+    dense::SubjectOf<Solver<double, Chain::n, Chain>> chain(Chain::n);
+    dense::SubjectOf<Solver<double, 12, Arrow<12>>> arrow(12);
     // Columns whose diagonal outweighs them, as I − γJ of conserved species has: no multiplier exceeds 1.
     const auto fill = [&](auto& A, const auto& pattern) {
       A.setIdentity();
@@ -143,32 +56,32 @@ TEST_CASE("sparse matrices: no zero is looked at, and the residual is rounding")
         A(e.column, e.column) += rate;
       }
     };
-    fill(chain.matrix(), Chain::pattern);
-    fill(arrow.matrix(), Arrow<12>::pattern);
+    fill(chain.solver().matrix(), Chain::pattern);
+    fill(arrow.solver().matrix(), Arrow<12>::pattern);
     CHECK(solves(chain, Chain::n));
-    CHECK_FALSE(chain.is_dense());
+    CHECK_FALSE(chain.solver().is_dense());
     CHECK(solves(arrow, 12));
-    CHECK_FALSE(arrow.is_dense());
+    CHECK_FALSE(arrow.solver().is_dense());
   }
 }
 
 TEST_CASE("where the diagonal offers no pivot, rows are exchanged") {
-  Solver<double, Chain::n, Chain> chain;
-  auto& A = chain.matrix();
+  dense::SubjectOf<Solver<double, Chain::n, Chain>> chain(Chain::n);
+  auto& A = chain.solver().matrix();
   A.setIdentity();
   for (const MatrixEntry& e : Chain::pattern) A(e.row, e.column) = 0.5 + 0.01 * e.row;
   REQUIRE(solves(chain, Chain::n));
-  CHECK_FALSE(chain.is_dense());
+  CHECK_FALSE(chain.solver().is_dense());
   // The smallest multiplier that is trusted no more is 8.
   for (const auto& [diagonal, dense] : {std::pair{0.1, false}, {0.05, true}, {1e-18, true}, {0.0, true}}) {
     CAPTURE(diagonal);
     A(4, 4) = diagonal;  // below it: 0.55
     CHECK(solves(chain, Chain::n));
-    CHECK(chain.is_dense() == dense);
+    CHECK(chain.solver().is_dense() == dense);
   }
   A(4, 4) = 1;
   CHECK(solves(chain, Chain::n));  // nothing is left of it
-  CHECK_FALSE(chain.is_dense());
+  CHECK_FALSE(chain.solver().is_dense());
   A.row(7).setZero();
   CHECK_FALSE(chain.factorize());
 }

@@ -1,59 +1,32 @@
 // Schemes as numbers, against the steppers themselves and against the spectral radius of a step's matrix.
-#include <phistep/phistep.hpp>
-#include <phistep/preflight/method.hpp>
-#include <phistep/preflight/spectrum.hpp>
+#include "preflight/method_cases.hpp"
 
-#include <cmath>
-#include <complex>
-
-#include "support/catch.hpp"
-
-using namespace phistep;
-using Eigen::MatrixXd;
-using Kind = Method::Kind;
+using namespace method_cases;
 
 namespace {
 
+/// |λ|max of a step of one oscillator or one decay, by the formula: no eigenvalue solver is compiled here.
 double radius(const Method& method, const DenseSystemMatrices& system, double h) {
-  double top = 0;
-  for (const auto lambda : eigenvalues_of(step_matrix(method, system, h))) top = std::max(top, std::abs(lambda));
-  return top;
+  const MatrixXd G = step_matrix(method, system, h);
+  if (G.rows() == 1) return std::abs(G(0, 0));
+  const double half = (G(0, 0) + G(1, 1)) / 2, det = G(0, 0) * G(1, 1) - G(0, 1) * G(1, 0);
+  const double apart = (G(0, 0) - G(1, 1)) / 2, square = apart * apart + G(0, 1) * G(1, 0);
+  return square < 0 ? std::sqrt(det) : std::abs(half) + std::sqrt(square);
 }
 DenseSystemMatrices oscillator(double omega, double c) {
   return {MatrixXd::Constant(1, 1, -omega * omega), MatrixXd::Constant(1, 1, -c)};
 }
 
-/// The step's matrix, column by column, as the stepper does it: r'' = K r + C v in three dimensions.
-template <class Scheme>
-void compare_with_stepper(Scheme scheme) {
-  Eigen::Matrix3d K, C;
-  K << -4, 1, 0.5, 1, -9, 2, 0.5, 2, -3;
-  C << -0.3, 0.7, 0, -0.7, -0.2, 0.1, 0, -0.1, -0.5;
-  const double h = 0.3;
-  const MatrixXd G = step_matrix(method_of(scheme), {K, C}, h);
-  for (int j = 0; j < 6; ++j) {
-    Motion state{Eigen::Vector3d(Eigen::Vector3d::Zero()), Eigen::Vector3d(Eigen::Vector3d::Zero())};
-    (j < 3 ? state.r : state.v)[j % 3] = 1;
-    PhiStepper stepper{state, linear(K, C), scheme};
-    REQUIRE(stepper.step(state, 0.0, h));
-    // Some ten roundings of numbers of order one.
-    CHECK((state.r - G.col(j).head(3)).norm() < 1e-14);
-    CHECK((state.v - G.col(j).tail(3)).norm() < 1e-14);
-  }
-}
-
 }  // namespace
 
 TEST_CASE("the matrix of a step is what the steppers do") {
-  compare_with_stepper(forward_euler);
-  compare_with_stepper(trapezoidal);
-  compare_with_stepper(backward_euler);
-  compare_with_stepper(midpoint);
   compare_with_stepper(phi(0.3));
-  compare_with_stepper(phi_stage(0.7));
+  compare_with_stepper(phi(0.0));
+  compare_with_stepper(phi(0.5));
+  compare_with_stepper(phi(1.0));
   compare_with_stepper(phi(0.2, 0.9));
-  compare_with_stepper(symplectic_euler);
-  compare_with_stepper(symplectic_euler_adjoint);
+  compare_with_stepper(phi(0.0, 1.0));
+  compare_with_stepper(phi(1.0, 0.0));
   compare_with_stepper(velocity_verlet);
   compare_with_stepper(tr_bdf2);
 }

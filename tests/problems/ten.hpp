@@ -7,6 +7,8 @@
 #include <phistep/phistep.hpp>
 
 #include <algorithm>
+#include <functional>
+#include <type_traits>
 #include <vector>
 
 #include "problems/brusselator.hpp"
@@ -38,6 +40,11 @@ struct Case {
 
 template <class F, class S>
 Case(const char*, F, S, S, double, double, bool) -> Case<F, S>;  // clang 14 doesn't deduce aggregates
+
+/// Case::stiff, known when it compiles: what would not run need not be compiled.
+template <class F>
+inline constexpr bool is_stiff = std::is_same_v<F, Hires> || std::is_same_v<F, Robertson> ||
+                                 std::is_same_v<F, Oregonator> || std::is_same_v<F, Heat<Eigen::MatrixXd>>;
 
 /// Calls f(case) for each of the ten.
 template <class F>
@@ -107,41 +114,47 @@ template <class F, class S>
   return relative_error(stacked(y), stacked(problem.exact), problem.a);
 }
 
+/// y' = f(t, y) without its type: what follows is compiled once.
+using AnyRate = std::function<Vector(double t, const Vector& y)>;
+
 /// By how much the problem itself magnifies a small relative error made at its start or at one of ten later times, at
 /// worst, until its end; at least 1. With w = |y| + a and Φ_s = ∂y(end)/∂y(s), κ = max_s max_i Σ_k |Φ_s|_ik w_k(s)/w_i(end):
 /// the norm of errors, with the worst signs. Φ_s is the product of the transitions between the times, by differences.
-template <class F, class S>
-[[nodiscard]] double conditioning(const Case<F, S>& problem) {
+template <class = void>  // compiled only where it is called
+[[nodiscard]] double conditioning(const AnyRate& f, const Vector& start, double end, double a) {
   constexpr int intervals = 11;
-  const auto f = right_hand_side(problem);
-  std::vector<Vector> y{stacked(problem.start)};
+  std::vector<Vector> y{start};
   std::vector<Eigen::MatrixXd> transition;
   const auto n = y[0].size();
   for (int s = 0; s < intervals; ++s) {
-    const double t0 = problem.end * s / intervals, t1 = problem.end * (s + 1) / intervals;
+    const double t0 = end * s / intervals, t1 = end * (s + 1) / intervals;
     const Vector& from = y.back();
-    const Vector to = extrapolate(f, from, t0, t1, problem.a);
+    const Vector to = extrapolate(f, from, t0, t1, a);
     Eigen::MatrixXd moved(n, n);
     for (Eigen::Index k = 0; k < n; ++k) {
-      const double by = 1e-5 * (std::abs(from[k]) + problem.a);
+      const double by = 1e-5 * (std::abs(from[k]) + a);
       Vector up = from, down = from;
       up[k] += by;
       down[k] -= by;
-      moved.col(k) = (extrapolate(f, up, t0, t1, problem.a) - extrapolate(f, down, t0, t1, problem.a)) / (2 * by);
+      moved.col(k) = (extrapolate(f, up, t0, t1, a) - extrapolate(f, down, t0, t1, a)) / (2 * by);
     }
     transition.push_back(moved);
     y.push_back(to);
   }
   double kappa = 1;
   Eigen::MatrixXd phi = Eigen::MatrixXd::Identity(n, n);
-  const Eigen::ArrayXd at_end = y.back().array().abs() + problem.a;
+  const Eigen::ArrayXd at_end = y.back().array().abs() + a;
   for (int s = intervals - 1; s >= 0; --s) {
     const auto i = static_cast<std::size_t>(s);
     phi = (phi * transition[i]).eval();
-    const Eigen::ArrayXd growth = (phi.cwiseAbs() * (y[i].array().abs() + problem.a).matrix()).array() / at_end;
+    const Eigen::ArrayXd growth = (phi.cwiseAbs() * (y[i].array().abs() + a).matrix()).array() / at_end;
     kappa = std::max(kappa, growth.maxCoeff());
   }
   return kappa;
+}
+template <class F, class S>
+[[nodiscard]] double conditioning(const Case<F, S>& problem) {
+  return conditioning(right_hand_side(problem), stacked(problem.start), problem.end, problem.a);
 }
 
 }  // namespace problems

@@ -1,8 +1,6 @@
 // One small block a particle: the same answers as the dense matrix.
 #include <phistep/resolve/local_system.hpp>
 
-#include <Eigen/LU>
-
 #include <limits>
 #include <random>
 
@@ -14,43 +12,70 @@ using Mat = Eigen::MatrixXd;
 
 namespace {
 
+/// W = M − γ (C + γ_d K) by blocks, and a right-hand side.
+struct Problem {
+  static constexpr double gamma = 0.3, drift = 0.7;
+  int particles, d;
+  Mat K, C, W;
+  Vec b;
+  Problem(int count, int size) : particles{count}, d{size} {
+    std::mt19937 random(static_cast<unsigned>(17 * d + particles));
+    std::normal_distribution<double> normal;
+    const int n = particles * d;
+    K = C = W = Mat::Zero(n, n);
+    for (int i = 0; i < n; ++i) W(i, i) = 1 + i % 3;
+    for (int p = 0; p < particles; ++p)
+      for (int i = p * d; i < p * d + d; ++i)
+        for (int j = p * d; j < p * d + d; ++j) {
+          K(i, j) = normal(random), C(i, j) = normal(random);
+          W(i, j) -= gamma * (C(i, j) + drift * K(i, j));
+        }
+    b.resize(n);
+    for (double& x : b) x = normal(random);
+  }
+};
+struct Solved {
+  Outcome factorized, solved;
+  Statistics statistics;
+  double drift_share;
+  Vec x;
+};
 template <class Scalar, int d>
-void check_against_dense(int particles) {
-  std::mt19937 random(static_cast<unsigned>(17 * d + particles));
-  std::normal_distribution<double> normal;
-  const int n = particles * d;
+Solved solve(const Problem& problem) {
+  const int n = problem.particles * d;
   LocalSystem<Scalar, d, true, true> system;
   system.resize(n);
-  const double gamma = 0.3, drift = 0.7;
-  Mat W = Mat::Zero(n, n);
-  for (int i = 0; i < n; ++i) W(i, i) = 1 + i % 3;
-  for (int p = 0; p < particles; ++p)
+  for (int p = 0; p < problem.particles; ++p)
     for (int i = p * d; i < p * d + d; ++i)
       for (int j = p * d; j < p * d + d; ++j) {
-        const double K = normal(random), C = normal(random);
-        system.position(i, j, static_cast<Scalar>(K));
-        system.velocity(i, j, static_cast<Scalar>(C));
-        W(i, j) -= gamma * (C + drift * K);
+        system.position(i, j, static_cast<Scalar>(problem.K(i, j)));
+        system.velocity(i, j, static_cast<Scalar>(problem.C(i, j)));
       }
-  Vec b(n);
-  for (double& x : b) x = normal(random);
-  Statistics statistics;
   const auto masses = [n](auto&& put) {
     for (int i = 0; i < n; ++i) put(i, i, 1.0 + i % 3);
   };
-  REQUIRE(system.factorize(masses, static_cast<Scalar>(gamma), static_cast<Scalar>(drift), statistics) ==
-          Outcome::success);
-  CHECK(statistics.factorizations == 1);
-  CHECK(system.drift_share() > 0);
-  Eigen::Matrix<Scalar, Eigen::Dynamic, 1> x = b.cast<Scalar>();
-  REQUIRE(system.solve(x) == Outcome::success);
+  Solved out;
+  out.factorized = system.factorize(masses, static_cast<Scalar>(Problem::gamma), static_cast<Scalar>(Problem::drift),
+                                    out.statistics);
+  out.drift_share = static_cast<double>(system.drift_share());
+  Eigen::Matrix<Scalar, Eigen::Dynamic, 1> x = problem.b.cast<Scalar>();
+  out.solved = system.solve(x);
+  out.x = x.template cast<double>();
+  return out;
+}
+
+void check_against_dense(const Problem& problem, const Solved& got, double epsilon) {
+  const int d = problem.d;
+  REQUIRE(got.factorized == Outcome::success);
+  CHECK(got.statistics.factorizations == 1);
+  CHECK(got.drift_share > 0);
+  REQUIRE(got.solved == Outcome::success);
   // Backward error of LU with row pivoting: growth 2^(d-1) at worst, d u each; inputs rounded to Scalar once.
-  const double bound = 8.0 * d * (1 << (d - 1)) * static_cast<double>(std::numeric_limits<Scalar>::epsilon());
-  for (int p = 0; p < particles; ++p) {
-    const Mat block = W.block(p * d, p * d, d, d);
-    const Vec one = x.template cast<double>().segment(p * d, d);
-    CHECK((block * one - b.segment(p * d, d)).norm() <=
-          bound * (block.norm() * one.norm() + b.segment(p * d, d).norm()));
+  const double bound = 8.0 * d * (1 << (d - 1)) * epsilon;
+  for (int p = 0; p < problem.particles; ++p) {
+    const Mat block = problem.W.block(p * d, p * d, d, d);
+    const Vec one = got.x.segment(p * d, d), b = problem.b.segment(p * d, d);
+    CHECK((block * one - b).norm() <= bound * (block.norm() * one.norm() + b.norm()));
   }
 }
 
@@ -58,8 +83,9 @@ void check_against_dense(int particles) {
 
 TEMPLATE_TEST_CASE_SIG("blocks of 1 to 7 rows solve as the dense matrix does", "", ((int d), d), 1, 2, 3, 4, 5, 6, 7) {
   for (const int particles : {1, 7, 8, 9, 100}) {
-    check_against_dense<double, d>(particles);
-    check_against_dense<float, d>(particles);
+    const Problem problem(particles, d);
+    check_against_dense(problem, solve<double, d>(problem), std::numeric_limits<double>::epsilon());
+    check_against_dense(problem, solve<float, d>(problem), std::numeric_limits<float>::epsilon());
   }
 }
 

@@ -1,35 +1,6 @@
-#include <phistep/phistep.hpp>
-#include <phistep/state/particles.hpp>
+#include "state/particles_cases.hpp"
 
-#include <limits>
-#include <type_traits>
-
-#include "support/catch.hpp"
-
-using namespace phistep;
-using Atoms = Particles<double, 3>;
-using Grains = Particles<double, 2, Spin>;
-using Spray = Particles<double, 3, Temperature>;
-
-static_assert(State<Atoms> && State<Grains> && State<Spray> && State<Particles<float, 3, Spin, Temperature>>);
-static_assert(solved_blocks<Atoms> == 1 && solved_blocks<Grains> == 2);
-static_assert(solved_blocks<Particles<float, 3, Spin, Temperature>> == 3);
-
-namespace {
-Atoms three() {
-  Atoms atoms{Eigen::Matrix3Xd::Random(3, 3)};
-  atoms.v.setRandom();
-  return atoms;
-}
-const auto spring = [](const Eigen::Matrix3Xd& r) -> Eigen::Matrix3Xd { return -4.0 * r; };
-struct Brake : ForceTerm {
-  static constexpr bool uses_velocity = true, uses_time = false;
-  void add(auto, const auto& y, auto& out) const {
-    if constexpr (requires { y.omega; }) out.torque -= 2.0 * y.omega;
-    if constexpr (requires { y.temperature; }) out.heat.array() -= 3.0 * (y.temperature.array() - 20.0);
-  }
-};
-}  // namespace
+using namespace particles_cases;
 
 TEST_CASE("particles step as a motion with their own masses") {
   Atoms atoms = three();
@@ -43,12 +14,11 @@ TEST_CASE("particles step as a motion with their own masses") {
       REQUIRE(particles.step(atoms, 0.05 * n, 0.05));
       REQUIRE(plain.step(motion, 0.05 * n, 0.05));
     }
-    CHECK(atoms.r == motion.r);
-    CHECK(atoms.v == motion.v);
+    CHECK((atoms.r == motion.r));
+    CHECK((atoms.v == motion.v));
     CHECK(particles.statistics() == plain.statistics());
   };
   check(velocity_verlet);
-  check(trapezoidal);
 }
 
 TEST_CASE("a stepper sees that a property was set, and that particles came or went") {
@@ -60,8 +30,8 @@ TEST_CASE("a stepper sees that a property was set, and that particles came or we
     PhiStepper fresh{copy, spring, velocity_verlet};
     REQUIRE(fresh.step(copy, 0.1, 0.1));
     REQUIRE(stepper.step(atoms, 0.1, 0.1));
-    CHECK(atoms.r == copy.r);
-    CHECK(atoms.v == copy.v);
+    CHECK((atoms.r == copy.r));
+    CHECK((atoms.v == copy.v));
   };
   atoms.set_mass(5.0);
   fresh_agrees();
@@ -84,24 +54,9 @@ TEST_CASE("what is held still isn't moved, and a copy of the state keeps its pro
   const Atoms before = atoms;
   PhiStepper stepper{atoms, spring, velocity_verlet};
   for (int n = 0; n < 10; ++n) REQUIRE(stepper.step(atoms, 0.1 * n, 0.1));
-  CHECK(atoms.r.col(1) == before.r.col(1));
-  CHECK(atoms.v.col(1) == before.v.col(1));
-  CHECK(atoms.r.col(0) != before.r.col(0));
-  // Implicitly, something held is something heavier than rounding sees.
-  atoms = before;
-  PhiStepper implicit{atoms, spring, backward_euler};
-  for (int n = 0; n < 10; ++n) REQUIRE(implicit.step(atoms, 0.1 * n, 0.1));
-  CHECK(atoms.r.col(1) == before.r.col(1));
-  CHECK(atoms.v.col(1).norm() < 1e-30);
-}
-
-TEST_CASE("weight and uniform fields see the masses") {
-  Atoms atoms = three();
-  atoms.set_mass(Eigen::Vector3d{1, 2, 3});
-  const Eigen::Matrix3Xd v0 = atoms.v;
-  PhiStepper stepper{atoms, Gravity{Eigen::Vector3d{0, 0, -10}} + LinearDrag{0.0}, forward_euler};
-  REQUIRE(stepper.step(atoms, 0.0, 0.5));
-  for (int i = 0; i < 3; ++i) CHECK((atoms.v.col(i) - v0.col(i) - Eigen::Vector3d{0, 0, -5}).norm() < 1e-15);
+  CHECK((atoms.r.col(1) == before.r.col(1)));
+  CHECK((atoms.v.col(1) == before.v.col(1)));
+  CHECK((atoms.r.col(0) != before.r.col(0)));
 }
 
 TEST_CASE("spin and temperature are blocks of their own") {
@@ -114,13 +69,6 @@ TEST_CASE("spin and temperature are blocks of their own") {
   // I = ⅖ m R² = 2 and 8
   CHECK(std::abs(grains.omega(0) - 0.9) < 1e-15);
   CHECK(std::abs(grains.omega(1) - 0.975) < 1e-15);
-
-  Spray spray{Eigen::Matrix3Xd::Zero(3, 1)};
-  spray.temperature << 100;
-  spray.set_heat_capacity(6.0);
-  PhiStepper cooling{spray, Brake{}, forward_euler};
-  REQUIRE(cooling.step(spray, 0.0, 0.1));
-  CHECK(std::abs(spray.temperature(0) - 96) < 1e-13);
 }
 
 TEST_CASE("properties that can't be name their particle, and change nothing") {
@@ -145,8 +93,8 @@ TEST_CASE("properties that can't be name their particle, and change nothing") {
         }).find("axis 1") != std::string::npos);
   CHECK(message([&] { atoms.add(Atoms{Eigen::Matrix3Xd::Zero(3, 1)}.set_radius(1.0)); }).find("radius") !=
         std::string::npos);
-  CHECK(message([&] { atoms.r.conservativeResize(3, 4), PhiStepper{atoms, spring, trapezoidal}; }) != "");
-  CHECK(atoms.mass() == Eigen::Vector3d::Ones());
+  CHECK(message([&] { atoms.r.conservativeResize(3, 4), PhiStepper{atoms, spring, velocity_verlet}; }) != "");
+  CHECK((atoms.mass() == Eigen::Vector3d::Ones()));
   CHECK(atoms.radius().size() == 0);
 }
 
@@ -185,8 +133,8 @@ TEST_CASE("a checkpoint holds properties, and restores another number of particl
   Reader in{out.bytes()};
   in(other);
   in.finish();
-  CHECK(other.r == grains.r);
+  CHECK((other.r == grains.r));
   CHECK(other.id() == grains.id());
-  CHECK(other.type() == grains.type());
+  CHECK((other.type() == grains.type()));
   CHECK(other.box() == grains.box());
 }

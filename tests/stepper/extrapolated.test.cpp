@@ -1,77 +1,7 @@
 // Extrapolated steps: the order of every column, what a step costs, what a failed one leaves.
-#include <phistep/phistep.hpp>
-#include <phistep/stepper/extrapolated.hpp>
+#include "stepper/extrapolated_cases.hpp"
 
-#include <cmath>
-#include <stdexcept>
-
-#include "problems/dahlquist.hpp"
-#include "problems/forced.hpp"
-#include "problems/hires.hpp"
-#include "problems/kepler.hpp"
-#include "problems/march.hpp"
-#include "problems/pendulum_flow.hpp"
-#include "problems/robertson.hpp"
-#include "support/catch.hpp"
-
-using namespace phistep;
-using problems::distance;
-using problems::march;
-using problems::PendulumFlow;
-using Vec = Eigen::VectorXd;
-
-namespace {
-
-/// One halving, from both sides: with columns in the numerator, more would leave the range between error constant and rounding.
-template <class Error>
-void check_order(Error&& error, int n, double order, double tolerance = 0.15) {
-  const double coarse = error(n), fine = error(2 * n), observed = std::log2(coarse / fine);
-  CAPTURE(n, coarse, fine, observed, order);
-  CHECK(std::abs(observed - order) <= tolerance);
-}
-
-/// A pendulum with quadratic drag, and its Jacobian by hand: differences would end the order at 1e-8.
-template <class T>
-struct Pendulum {
-  using One = Eigen::Matrix<T, 1, 1>;
-  using Two = Eigen::Matrix<T, 2, 1>;
-  One operator()(const One& r, const One& v) const {
-    using std::sin;
-    return One{-2 * sin(r[0]) - v[0] - v[0] * v[0] / 4};
-  }
-  [[nodiscard]] MotionJacobian<One, One> jacobian(const One& r, const One& v) const {
-    using std::cos;
-    return {One{-2 * cos(r[0])}, One{-1 - v[0] / 2}};
-  }
-};
-template <class T>
-struct Swing {
-  using One = Eigen::Matrix<T, 1, 1>;
-  One operator()(const One& r) const {
-    using std::sin;
-    return One{-sin(r[0])};
-  }
-};
-
-/// NaN in its k-th call.
-struct Failing {
-  std::int64_t* left;
-  Eigen::Vector3d operator()(const Eigen::Vector3d& y) const {
-    Eigen::Vector3d f = problems::Robertson{}(y);
-    if (--*left == 0) f[1] = std::nan("");
-    return f;
-  }
-  [[nodiscard]] Eigen::Matrix3d jacobian(const Eigen::Vector3d& y) const { return problems::Robertson{}.jacobian(y); }
-};
-
-struct DynamicHires {
-  Vec operator()(const Vec& y) const { return problems::Hires{}(problems::Hires::State(y)); }
-  [[nodiscard]] Eigen::MatrixXd jacobian(const Vec& y) const {
-    return problems::Hires{}.jacobian(problems::Hires::State(y));
-  }
-};
-
-}  // namespace
+using namespace extrapolated_cases;
 
 // Errors are differences to the same run with eight times the steps: 8^{-k} of them, 2e-4 of the order at k = 1 …
 TEST_CASE("column k has order k, linearly implicit: a flow and a damped motion, in long double") {
@@ -87,15 +17,6 @@ TEST_CASE("column k has order k, linearly implicit: a flow and a damped motion, 
     };
     const auto exact = flow(10, 200);
     check_order([&](int steps) { return distance(flow(k, steps), exact); }, n, k);
-    using One = typename Pendulum<T>::One;
-    const Motion<One> z{One{T(1)}, One{T(0.5)}};
-    const auto motion = [&](int columns, int steps) {
-      PhiStepper stepper{z, Pendulum<T>{}, extrapolated(backward_euler, columns)};
-      return march(stepper, z, T(0), T(2), steps);
-    };
-    const auto moved = motion(10, 200);
-    CHECK(std::abs(static_cast<double>(moved.r[0] - exact[0])) <= 1e-17);
-    check_order([&](int steps) { return distance(motion(k, steps), moved); }, n, k);
   }
 }
 
@@ -121,56 +42,27 @@ TEST_CASE("column k has order 2k, explicit: Gragg's rule for a flow, Verlet's fo
   }
 }
 
-// Jacobians by differences: 1e-8 of h² a step. What is above that shows the order.
-TEST_CASE("non-autonomous, with masses: orders 2 to 4 as they are") {
-  using Flow = problems::ForcedFlow<>;
-  using Moved = problems::ForcedMotion<>;
-  for (int k = 2; k <= 4; ++k) {
-    CAPTURE(k);
-    const auto flow = [&](auto scheme, int steps) {
-      const auto y = Flow::exact(0);
-      PhiStepper stepper{y, Flow{}, scheme, capacity(Flow::capacity)};
-      return distance(march(stepper, y, 0.0, 2.0, steps), Flow::exact(2));
-    };
-    const auto motion = [&](auto scheme, int steps) {
-      const auto y = Moved::exact(0);
-      PhiStepper stepper{y, Moved{}, scheme, mass(Moved::mass)};
-      return distance(march(stepper, y, 0.0, 2.0, steps), Moved::exact(2));
-    };
-    const int n = k == 4 ? 40 : 160;
-    check_order([&](int steps) { return flow(extrapolated(backward_euler, k), steps); }, n, k);
-    check_order([&](int steps) { return motion(extrapolated(backward_euler, k), steps); }, n, k);
-    if (k == 4) continue;
-    check_order([&](int steps) { return flow(extrapolated(forward_euler, k), steps); }, 40, 2 * k);
-    check_order([&](int steps) { return motion(extrapolated(forward_euler, k), steps); }, 40, 2 * k);
-  }
-}
-
 TEST_CASE("what a step of k columns costs, exactly") {
   // Rows of 2, 3, 4, 6 substeps; Ψ(t, y) serves the first of each.
-  auto y = problems::Hires::start();
-  PhiStepper implicit{y, problems::Hires{}, extrapolated(backward_euler, 4)};
+  std::int64_t never = 0;
+  Eigen::Vector3d y = problems::Robertson::start();
+  PhiStepper implicit{y, Failing{&never}, extrapolated(backward_euler, 4)};
   REQUIRE(implicit.step(y, 0.0, 1e-3));
   CHECK(implicit.statistics().force_calls == 1 + 1 + 2 + 3 + 5);
   CHECK(implicit.statistics().jacobians == 1);
   CHECK(implicit.statistics().factorizations == 4);
   CHECK(implicit.statistics().solves == 2 + 3 + 4 + 6);
-  // … and not where Ψ uses time.
-  auto z = problems::ForcedFlow<>::exact(0);
-  PhiStepper timed{z, [](const Eigen::Vector2d& x, double t) -> Eigen::Vector2d { return -x * t; },
-                   extrapolated(forward_euler, 3)};
-  REQUIRE(timed.step(z, 0.0, 1e-3));
-  CHECK(timed.statistics().force_calls == 1 + 1 + 3 + 5);  // 2, 4, 6
-  const problems::Kepler kepler;
-  auto r = kepler.start();
-  PhiStepper verlet{r, kepler, extrapolated(velocity_verlet, 3)};
-  REQUIRE(verlet.step(r, 0.0, 1e-3));
+  using T = long double;
+  using One = Swing<T>::One;
+  Motion<One> r{One{T(1)}, One{T(0.5)}};
+  PhiStepper verlet{r, Swing<T>{}, extrapolated(velocity_verlet, 3)};
+  REQUIRE(verlet.step(r, T(0), T(1e-3)));
   CHECK(verlet.statistics().force_calls == 1 + 2 + 4 + 6);
   CHECK(verlet.statistics().factorizations == 0);
   // Watched, rows 1 and 2 compare Newton's second correction with the first: a solve each, no call.
-  auto x = problems::Hires::start();
-  PhiStepper watched{x, problems::Hires{}, extrapolated(backward_euler, 4)};
-  Trace<problems::Hires::State> trace;
+  Eigen::Vector3d x = problems::Robertson::start();
+  PhiStepper watched{x, Failing{&never}, extrapolated(backward_euler, 4)};
+  Trace<Eigen::Vector3d> trace;
   trace.resize(x);
   trace.weight.setOnes();
   trace.rtol = 1e-6;
@@ -178,43 +70,6 @@ TEST_CASE("what a step of k columns costs, exactly") {
   CHECK(watched.statistics().force_calls == 1 + 1 + 2 + 3 + 5);
   CHECK(watched.statistics().solves == 2 + 3 + 4 + 6 + 2);
   CHECK(x == y);
-}
-
-TEST_CASE("rows side by side are the rows one after the other; a motion is its first-order system") {
-  // The inverse of W and its LU factors differ by rounding times the condition of M − hJ, some 1e3.
-  problems::Hires::State y = problems::Hires::start();
-  Vec z = y;
-  PhiStepper lanes{y, problems::Hires{}, extrapolated(backward_euler, 6)};
-  PhiStepper rows{z, DynamicHires{}, extrapolated(backward_euler, 6)};
-  for (int k = 0; k < 20; ++k) {
-    problems::step(lanes, y, 0.05 * k, 0.05);
-    problems::step(rows, z, 0.05 * k, 0.05);
-  }
-  CHECK((y - z).lpNorm<Eigen::Infinity>() <= 1e-12);
-  CHECK(rows.statistics() == lanes.statistics());
-  using One = Eigen::Matrix<double, 1, 1>;
-  Motion<One> motion{One{1.0}, One{0.5}};
-  Eigen::Vector2d flow{1, 0.5};
-  motion = march(PhiStepper{motion, Pendulum<double>{}, extrapolated(backward_euler, 5)}, motion, 0.0, 2.0, 20);
-  flow = march(PhiStepper{flow, PendulumFlow<double>{}, extrapolated(backward_euler, 5)}, flow, 0.0, 2.0, 20);
-  CHECK(std::abs(motion.r[0] - flow[0]) <= 1e-14);
-  CHECK(std::abs(motion.v[0] - flow[1]) <= 1e-14);
-}
-
-TEST_CASE("a mass matrix is what multiplies y'") {
-  const Eigen::Matrix2d M{{2.0, 0.3}, {0.1, 1.5}};
-  const auto run = [&](auto scheme, auto force, auto... masses) {
-    Eigen::Vector2d y{1, 0.5};
-    return march(PhiStepper{y, force, scheme, masses...}, y, 0.0, 2.0, 10);
-  };
-  const auto premultiplied = [M](const Eigen::Vector2d& y) -> Eigen::Vector2d { return M * PendulumFlow<double>{}(y); };
-  for (int k = 1; k <= 5; k += 2) {
-    // The Jacobian by differences: 1e-8 of what a step changes by.
-    const auto scheme = extrapolated(backward_euler, k);
-    CHECK(distance(run(scheme, premultiplied, capacity(M)), run(scheme, PendulumFlow<double>{})) <= 1e-7);
-    const auto gragg = extrapolated(forward_euler, k);
-    CHECK(distance(run(gragg, premultiplied, capacity(M)), run(gragg, PendulumFlow<double>{})) <= 1e-14);
-  }
 }
 
 TEST_CASE("a force that fails in any call of a step leaves every bit, and says so") {
@@ -253,4 +108,24 @@ TEST_CASE("a force that fails in any call of a step leaves every bit, and says s
 TEST_CASE("no columns, too many columns") {
   CHECK_THROWS_AS(extrapolated(backward_euler, -1), std::invalid_argument);
   CHECK_THROWS_AS(extrapolated(backward_euler, most_columns + 1), std::invalid_argument);
+}
+
+// All ten problems are in extrapolated_row.full.cpp and extrapolated_row_motions.full.cpp.
+TEST_CASE("the error is proportional to the tolerance, from 1e-2 to where double ends") {
+  std::int64_t never = 0;
+  double first = 0, last = 0;
+  for (int digits = 2; digits <= 12; ++digits) {
+    const double rtol = std::pow(10.0, -digits);
+    Eigen::Vector3d y = problems::Robertson::start();
+    PhiStepper stepper{y, Failing{&never}, extrapolated(backward_euler)};
+    const auto report = integrate(stepper, y, {0, 40}, tolerance{.rtol = rtol, .atol = rtol * 1e-6});
+    CAPTURE(rtol, report.message());
+    REQUIRE(report);
+    const Eigen::Array3d exact = problems::Robertson::exact().array();
+    last = ((y.array() - exact).abs() / (exact.abs() + 1e-6)).maxCoeff();
+    if (digits == 2) first = last;
+    CHECK(last <= 10 * 1.4 * rtol);  // κ = 1.4
+  }
+  CHECK(std::log10(first / last) / 10 >= 0.8);
+  CHECK(std::log10(first / last) / 10 <= 1.15);
 }

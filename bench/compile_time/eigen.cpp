@@ -1,0 +1,2 @@
+// What everything else is compared with.
+#include <Eigen/Dense>

@@ -1,0 +1,2 @@
+// The headers alone.
+#include <phistep/phistep.hpp>

@@ -1,0 +1,74 @@
+// advise, on real problems. The quick half is advise.test.cpp.
+#include "advise_cases.hpp"
+#include "problems/brusselator_1d.hpp"
+#include "problems/kepler.hpp"
+#include "problems/robertson.hpp"
+#include "problems/van_der_pol.hpp"
+
+using namespace advise_cases;
+
+TEST_CASE("the rate is found where it is: in a decay, an oscillation, after a transient, in any units") {
+  using Plain = Motion<Eigen::Vector2d>;
+  for (const double unit : {1.0, 1e-9, 1e9}) {
+    Plain y{Eigen::Vector2d(unit, 0), Eigen::Vector2d(0, 300 * unit)};
+    Plain weight = y;
+    ErrorNorm<Plain> norm;
+    REQUIRE(norm.begin(tolerance{.rtol = 1e-2}, y));
+    norm.weigh(y, weight);
+    for (const double zeta : {0.0, 50.0}) {
+      PhiStepper stepper{y, Oscillator{300, zeta}, tr_bdf2};
+      SpectralRadius<Plain> radius{y};
+      const double rho = radius([&](double t, const Plain& x, Plain& out) { return stepper.slope(t, x, out); }, 0.0, y,
+                                weight, 1e-2, 8);
+      // |λ| = ω undamped, ζω + √(ζ²−1) ω damped; differences of √u.
+      const double exact = zeta == 0 ? 300 : 300 * (zeta + std::sqrt(zeta * zeta - 1));
+      CHECK(rho == Approx(exact).epsilon(1e-3));
+    }
+  }
+  // Robertson's reaction: 0.04 at the start, thousands after a millisecond.
+  using problems::Robertson;
+  Robertson force;
+  const auto y = Robertson::start();
+  const auto found =
+      probe_stiffness(y, force, {0.0, Robertson::end}, tolerance{.rtol = 1e-6, .atol = 1e-12}, UnitMasses{});
+  CHECK(found.known);
+  CHECK(found.covered == 1);
+  CHECK(found.rate > 2000);
+  CHECK(found.rate < 4000);
+  CHECK(found.ratio() > 100);
+}
+
+TEST_CASE("a span that the pilot does not see whole is said to be so") {
+  const problems::Kepler kepler;
+  const auto advice = advise(kepler.start(), kepler, {0.0, 6000.0}, tolerance{.rtol = 1e-6});
+  CHECK(advice.stiffness.covered < 0.1);
+  CHECK(advice.stiffness.ratio() == 1);
+  CHECK_THAT(advice.message(), contains("rkn86") && contains("% of the span"));
+}
+
+TEST_CASE("real problems get what wins on their diagrams") {
+  const auto stiff = [](double rtol) {
+    return advise(problems::Robertson::start(), problems::Robertson{}, {0.0, 40.0},
+                  tolerance{.rtol = rtol, .atol = 1e-6 * rtol})
+        .scheme;
+  };
+  CHECK(stiff(1e-2) == "rodas4");
+  CHECK(stiff(1e-9) == "radau");
+  using B = problems::Brusselator1D;
+  CHECK(advise(B::start(), B{}, {0.0, 1.0}, tolerance{.rtol = 1e-5}).scheme == "rodas5p");
+  using V = problems::VanDerPol;
+  CHECK(advise(V::start(), V{}, {0.0, V::end}, tolerance{.rtol = 1e-6}).scheme ==
+        "extrapolated(phistep::forward_euler)");
+}
+
+TEST_CASE("a force that throws or is not finite is no reason to throw") {
+  const Eigen::Vector2d y{1, 1};
+  const auto thrower = [](const Eigen::Vector2d&) -> Eigen::Vector2d { throw std::runtime_error("no"); };
+  CHECK_THAT(advise(y, thrower, {0.0, 1.0}).message(), contains("could not be found out"));
+  const auto nan = [](const Eigen::Vector2d&) -> Eigen::Vector2d { return {NAN, NAN}; };
+  const auto advice = advise(y, nan, {0.0, 1.0});
+  CHECK_FALSE(advice.stiffness.known);
+  std::ostringstream text;
+  text << advice;
+  CHECK(text.str() == advice.message());
+}

@@ -1,0 +1,46 @@
+#pragma once
+
+// What advise.test.cpp and its full half share.
+
+#include <phistep/advise.hpp>
+#include <phistep/sparse.hpp>
+
+#include <cmath>
+#include <sstream>
+#include <string>
+
+#include "support/catch.hpp"
+
+namespace advise_cases {
+
+using namespace phistep;
+
+/// A scene of n unknowns, without its stiffness.
+inline AdvisedProblem scene(std::int64_t n, double rtol, Structure structure = Structure::dense) {
+  AdvisedProblem s;
+  s.unknowns = n;
+  s.rtol = rtol;
+  s.structure = structure;
+  s.has_jacobian = true;
+  return s;
+}
+/// Explicit steps for each implicit one: `ratio`.
+inline Stiffness stiffness(double ratio) {
+  Stiffness s;
+  s.known = true;
+  s.covered = 1;
+  s.steps = 100;
+  s.turns = 300 * ratio;
+  s.rate = 1;
+  return s;
+}
+inline std::string choice(const AdvisedProblem& s, double ratio) { return decide(s, stiffness(ratio)).scheme; }
+
+/// r'' = −ω² r − 2ζω v
+struct Oscillator {
+  double omega, zeta;
+  using Vec = Eigen::Vector2d;
+  Vec operator()(const Vec& r, const Vec& v) const { return -omega * omega * r - 2 * zeta * omega * v; }
+};
+
+}  // namespace advise_cases

@@ -1,0 +1,113 @@
+// No heap allocation of ours in `step` after construction: bands, blocks, sparse and Krylov solvers. The quick half:
+// step.test.cpp.
+#define EIGEN_RUNTIME_NO_MALLOC  // a second, independent witness: Eigen asserts where it allocates
+#include "allocation/step_cases.hpp"
+
+#include <phistep/autodiff.hpp>
+#include <phistep/krylov.hpp>
+
+#include <Eigen/IterativeLinearSolvers>
+#include <Eigen/SparseCholesky>
+
+#include <iostream>
+#include <string>
+
+struct BlockChain : AnalyticChain {
+  [[maybe_unused]] static constexpr Structure structure = Structure::block_tridiagonal;
+  [[maybe_unused]] static constexpr int block = 3;
+};
+struct PatternedChain : Chain {
+  static constexpr Structure structure = Structure::banded;
+  [[nodiscard]] static ColumnPattern pattern(Eigen::Index n) { return band_pattern(n, 1, 1); }
+};
+TEST_CASE("bands, blocks and differences by colour: nothing after the first step, which finds the band") {
+  const auto check = [](auto force, Eigen::Index n) {
+    Dynamic y = Dynamic::LinSpaced(n, -1, 1);
+    PhiStepper stepper{y, force, trapezoidal};
+    CHECK(allocations(y, stepper, 1) == 0);
+    CHECK(stepper.statistics().factorizations >= 11);
+  };
+  check(BandedChain{}, 500);
+  check(BlockChain{}, 499);
+  check(BlockChain{}, 501);
+  check(PatternedChain{}, 500);
+  auto y = motion(500);
+  PhiStepper stepper{y, PatternedChain{}, trapezoidal};
+  CHECK(allocations(y, stepper, 1) == 0);
+}
+
+TEST_CASE("LDLᵀ: solves, and checks of symmetry, allocate nothing; Eigen's factorisations do") {
+  const auto check = [](auto system) {
+    constexpr int n = 100;
+    const auto masses = [](auto&& put) {
+      for (int i = 0; i < n; ++i) put(i, i, 1.0);
+    };
+    Statistics counts;
+    Dynamic x = Dynamic::LinSpaced(n, -1, 1);
+    std::int64_t in_factors = 0, in_solves = 0;
+    system.resize(n);
+    for (int k = 0; k < 10; ++k) {
+      heap::count = 0, heap::counting = k > 0;
+      system.clear();
+      AnalyticChain{}.add_jacobian(0, FirstOrderView<Dynamic, UnitMass>{x, {}}, system);
+      const Outcome factorized = system.factorize(masses, 0.1 + 0.01 * k, 0.0, counts);
+      in_factors += heap::count;
+      heap::count = 0, heap::counting = k > 0;
+      const Outcome solved = system.solve(x);
+      heap::counting = false;
+      in_solves += heap::count;
+      REQUIRE((factorized == Outcome::success && solved == Outcome::success));
+    }
+    CHECK(counts.analyses == 1);
+    CHECK(in_solves == 0);
+    std::cout << "LDLT, LLT           : " << in_factors << " allocations in 9 factorizations of n = 100\n";
+    CHECK(in_factors <= 9 * 5);
+  };
+  using Sparse = Eigen::SparseMatrix<double>;
+  check(SymmetricSparseSystem<double, false>{});
+  check(SparseSystem<double, Eigen::SimplicialLDLT<Sparse>>{});
+  check(SparseSystem<double, Eigen::SimplicialLLT<Sparse>>{});
+  check(SparseSystem<double, Eigen::SimplicialLDLT<Sparse, Eigen::Upper, Eigen::NaturalOrdering<int>>>{});
+}
+
+// Not ours: printed, so that a reader knows; only the order of magnitude is asserted.
+TEST_CASE("what Eigen's sparse solvers allocate") {
+  const auto print = [](const std::string& name, auto solver) {
+    Dynamic y = Dynamic::LinSpaced(100, -1, 1);
+    PhiStepper stepper{y, SparseChain{}, trapezoidal, solver};
+    const std::int64_t count = allocations(y, stepper);
+    std::cout << name << ": " << count << " allocations in 10 steps of n = 100 (" << stepper.statistics().factorizations
+              << " factorizations, " << stepper.statistics().solves << " solves)\n";
+    if (PHISTEP_TEST_COUNTS_MALLOC) CHECK(count > 0);
+    CHECK(count < 10000);
+  };
+  print("SparseLU            ", newton<Eigen::SparseLU<Eigen::SparseMatrix<double>>>());
+  print("SimplicialLDLT      ", newton<Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>>());
+  print("conjugate gradients ",
+        newton<Eigen::ConjugateGradient<Eigen::SparseMatrix<double>, Eigen::Lower | Eigen::Upper>>());
+}
+TEST_CASE("what Eigen's Krylov solvers allocate without a matrix") {
+  Dynamic y = Dynamic::LinSpaced(100, -1, 1);
+  PhiStepper stepper{y, AnalyticChain{}, trapezoidal, newton<MatrixFree<Eigen::BiCGSTAB>>()};
+  const std::int64_t count = allocations(y, stepper);
+  const Statistics& s = stepper.statistics();
+  std::cout << "matrix-free BiCGSTAB : " << count << " allocations in 10 steps of n = 100 (" << s.solves << " solves, "
+            << s.linear_iterations << " iterations)\n";
+  // Its vectors, made in every solve, and what its preconditioner returns: two vectors an iteration, none by a product.
+  CHECK(count <= 20 * s.solves + 2 * s.linear_iterations);
+}
+TEST_CASE("what automatic differentiation of a dynamic state allocates") {
+  const auto force = autodiff([](const auto& y) {
+    std::remove_cvref_t<decltype(y)> f = y;
+    for (Eigen::Index i = 0; i < y.size(); ++i) f[i] = -y[i] * y[i] * y[i];
+    return f;
+  });
+  Dynamic y = Dynamic::LinSpaced(30, 1, 2);
+  PhiStepper stepper{y, force, trapezoidal};
+  const std::int64_t count = allocations(y, stepper);
+  const Statistics& s = stepper.statistics();
+  std::cout << "autodiff, n = 30    : " << count << " allocations in 10 steps (" << s.jacobians << " Jacobians, "
+            << s.force_calls << " force calls, which return by value)\n";
+  // One a call is the user's; the rest are the dual vectors (argument and result, four chunks of eight) and J.
+  CHECK(count - s.force_calls <= 12 * s.jacobians);
+}

@@ -1,0 +1,31 @@
+// The contract of a stepper, for schemes of high order: more states. The quick half: high_order.test.cpp.
+#include <phistep/phistep.hpp>
+
+#include "contract/states.hpp"
+#include "contract/stepper_battery.hpp"
+#include "support/catch.hpp"
+
+using namespace phistep;
+using namespace states;
+
+TEST_CASE("linear stages") {
+  check_contract<FirstOrder<Fixed>>(rodas4, 4);
+  check_contract<SecondOrder<Dynamic>>(rodas5p, 5);
+}
+TEST_CASE("explicit motion") {
+  check_contract<SecondOrder<Dynamic>>(srkn6b, 4);
+  check_contract<SecondOrder<Fixed>>(srkn11b, 6);
+  check_contract<SecondOrder<Dynamic>>(rkn86, 8);
+  check_contract<SecondOrder<Columns>>(rkn1210, 12);
+  check_contract<SecondOrder<Dynamic>>(composed(velocity_verlet), 8);
+}
+TEST_CASE("schemes that choose their order") {
+  const auto stiff = extrapolated(backward_euler);
+  const auto order = [](const auto& state, auto scheme) { return PhiStepper{state, Pull{}, scheme}.order(); };
+  check_contract<FirstOrder<Fixed>>(radau, 5);
+  check_contract<SecondOrder<Dynamic>>(radau, 5);
+  check_contract<FirstOrder<Fixed>>(stiff, order(FirstOrder<Fixed>{}.state, stiff));
+  check_contract<SecondOrder<Dynamic>>(stiff, order(SecondOrder<Dynamic>{}.state, stiff));
+  const auto even = extrapolated(velocity_verlet);
+  check_contract<SecondOrder<Dynamic>>(even, order(SecondOrder<Dynamic>{}.state, even));
+}

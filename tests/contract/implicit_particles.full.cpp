@@ -1,0 +1,55 @@
+// Particles through the implicit solve: with a bonded net, and by backward Euler. The quick half:
+// implicit_particles.test.cpp.
+#include <phistep/particles.hpp>
+
+#include <cmath>
+#include <string_view>
+#include <vector>
+
+#include "contract/implicit_particles_cases.hpp"
+#include "support/catch.hpp"
+
+using namespace phistep;
+using namespace implicit_particles;
+
+TEST_CASE("a step with a solve is the step of the formula") {
+  Atoms atoms = crystal(0.3);
+  const Atoms start = atoms;
+  constexpr double dt = 0.02;
+  const auto check = [&](auto scheme, double phi) {
+    atoms = start;
+    PhiStepper stepper{atoms, argon(), scheme};
+    REQUIRE(stepper.step(atoms, 0.0, dt));
+    Pairs force = argon();
+    const auto psi = [&](const Atoms& y) {
+      const auto masses = Atoms::masses(y);
+      Atoms::Rate out = make_rate<Atoms>(y);
+      NeighborMemory memory;
+      force.add(0.0, Atoms::view(y, masses), memory, out);
+      return out.force;
+    };
+    const Eigen::Matrix3Xd mean = phi * psi(atoms) + (1 - phi) * psi(start);
+    // Newton stops where rounding does: forces are of the order of 1e2.
+    CHECK((atoms.v - start.v - dt * mean).cwiseAbs().maxCoeff() < 1e-12);
+    CHECK((atoms.r - start.r - dt * start.v - phi * dt * dt * mean).cwiseAbs().maxCoeff() < 1e-13);
+  };
+  check(trapezoidal, 0.5);
+  check(backward_euler, 1.0);
+}
+
+TEST_CASE("a bonded net among repelling particles is one solve") {
+  Atoms atoms = crystal(0.1);
+  std::vector<Spring> bonds;
+  for (int k = 0; k + 1 < 216; ++k)
+    if (k % 6 != 5) bonds.push_back({k, k + 1, 1e6, std::pow(2.0, 1.0 / 6)});
+  auto force = argon() + spring_network<3>(bonds);
+  PhiStepper stepper{atoms, force, backward_euler};
+  CHECK(std::string_view{stepper.solver_name()} == "block-Jacobi conjugate gradients on the edge operator");
+  for (int n = 0; n < 20; ++n) {
+    const StepReport report = stepper.step(atoms, 0.01 * n, 0.01);  // 7 times the explicit limit of the bonds
+    INFO(report.message());
+    REQUIRE(report);
+  }
+  // Backward Euler damps what it doesn't resolve: the bonds are at rest.
+  for (const Spring& s : bonds) CHECK(std::abs((atoms.r.col(s.i) - atoms.r.col(s.j)).norm() - s.length) < 1e-4);
+}

@@ -1,0 +1,75 @@
+// First-order problems, restarted anywhere: banded and sparse systems. The quick half: restart.test.cpp.
+#include <phistep/sparse.hpp>
+
+#include <Eigen/IterativeLinearSolvers>
+#include <Eigen/SparseCholesky>
+
+#include <utility>
+
+#include "contract/restart.hpp"
+#include "contract/restart_cases.hpp"
+#include "contract/states.hpp"
+#include "support/catch.hpp"
+
+using namespace phistep;
+using namespace restart_cases;
+
+TEST_CASE("banded, block tridiagonal and sparse systems restart to the same bits") {
+  for (const Steps& s : {even, uneven}) {
+    check(s, start, steps(banded(chain, 1, 1), tr_bdf2, tolerant()));
+    check(s, start, steps(block_tridiagonal<2>(chain), tr_bdf2, tolerant()));
+    check(s, start, steps(sparsity(chain, tangent(start()).sparseView().eval()), tr_bdf2, tolerant()));
+    const Statistics lu = check(s, start, steps(WithSparseJacobian{}, tr_bdf2, tolerant()));
+    CHECK(lu.analyses == 1);
+    CHECK(lu.factorizations < lu.steps);
+  }
+  CHECK(check(even, start, steps(Thinning{}, trapezoidal)).analyses > 1);
+  check({1e-3}, start, steps(WithSparseJacobian{}, trapezoidal));
+}
+
+TEST_CASE("a chain whose blocks need pivoting restarts to the same bits") {
+  // W = 1 − Δt A has zeros where block elimination wants pivots.
+  Mat W = Mat::Identity(6, 6);
+  W(0, 0) = W(1, 1) = 0, W(0, 1) = 2, W(1, 0) = -1, W(2, 2) = 1e-13, W(2, 4) = W(4, 2) = 1;
+  const Mat A = Mat::Identity(6, 6) - W;
+  const auto force = block_tridiagonal<2>(
+      shared_force::OfState<Vec>([A](const Vec& y) -> Vec { return A * y - 1e-3 * y.cwiseProduct(y); }));
+  const auto s = check(
+      {1.0, true, 12}, [] { return start_of(6); }, steps(force, backward_euler, tolerant()));
+  CHECK(s.fallbacks > 0);
+}
+
+TEST_CASE("symmetric systems restart to the same bits, and so do the users' own solvers") {
+  const Statistics ldlt = check(uneven, start, steps(symmetric(Even{}), tr_bdf2, tolerant()));
+  CHECK(ldlt.fallbacks == 0);
+  CHECK(ldlt.analyses == 1);
+  // Growth at rates about 6, until the cubes catch it: W is indefinite at first, and definite later.
+  const Statistics lu = check({0.3, false, 40}, start, steps(symmetric(Even{9}), backward_euler, linearly_implicit()));
+  CHECK(lu.fallbacks > 0);
+  CHECK(lu.fallbacks < lu.factorizations);
+  CHECK(lu.analyses == 2);
+  check(uneven, start, steps(symmetric(Even{}), tr_bdf2, tolerant<Eigen::SimplicialLDLT<Sparse>>()));
+  check(uneven, start, steps(WithSparseJacobian{}, tr_bdf2, tolerant<Eigen::BiCGSTAB<Sparse>>()));
+}
+
+TEST_CASE("a stepper that is moved takes its factors along, whatever the solver") {
+  const auto run = [](auto solver) {
+    Vec y = start(), moved_y = start();
+    const auto make = steps(WithSparseJacobian{}, tr_bdf2, solver);
+    auto stepper = make(y);
+    auto first = make(moved_y);
+    for (int k = 0; k < 5; ++k) {
+      REQUIRE(stepper.step(y, k * 0.05, 0.05));
+      REQUIRE(first.step(moved_y, k * 0.05, 0.05));
+    }
+    auto second = std::move(first);
+    for (int k = 5; k < 10; ++k) {
+      REQUIRE(stepper.step(y, k * 0.05, 0.05));
+      REQUIRE(second.step(moved_y, k * 0.05, 0.05));
+    }
+    CHECK(states::same_bits(y, moved_y));
+    CHECK(stepper.statistics() == second.statistics());
+  };
+  run(tolerant());
+  run(tolerant<Eigen::BiCGSTAB<Sparse>>());  // refers to the matrix
+}

@@ -1,0 +1,33 @@
+// Motions, restarted anywhere: splits. The quick half: restart_motion.test.cpp.
+#include <phistep/phistep.hpp>
+#include <phistep/sparse.hpp>
+
+#include "contract/restart.hpp"
+#include "contract/restart_motion_cases.hpp"
+#include "contract/states.hpp"
+#include "problems/spring_net.hpp"
+#include "support/catch.hpp"
+
+using namespace phistep;
+using namespace restart_motion;
+using problems::SpringNet;
+
+namespace {
+
+auto masses() { return mass(SpringNet::masses()); }
+
+}  // namespace
+
+TEST_CASE("half kicks around an implicit step restart to the same bits") {
+  const auto gravity = at(forward_euler, UniformForce{Eigen::Vector2d{0.1, -1}});
+  const auto start = [] { return SpringNet::start(); };
+  const Statistics constant = check(uneven, start, steps(SpringNet::elastic() + gravity, trapezoidal, masses()));
+  CHECK(constant.kick_calls == 1);
+  for (const Steps& s : {even, uneven}) {
+    const Statistics pull = check(s, six, steps(Driven{} + at(forward_euler, Pull{}), tr_bdf2));
+    CHECK(pull.kick_calls == 61);
+    check(s, six, steps(Pull{} + at(forward_euler, Driven{}), phi(0.7)));
+    check(s, six, steps(Pull{} + at(forward_euler, Wind{}), trapezoidal));
+    check(s, six, steps(Pull{} + at(forward_euler, Driven{}), rannacher(3)));
+  }
+}

@@ -1,0 +1,133 @@
+// What injection.test.cpp and injection.full.cpp share.
+#pragma once
+
+#include <phistep/phistep.hpp>
+
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+#include "contract/states.hpp"
+#include "support/catch.hpp"
+
+using namespace phistep;
+using namespace states;
+
+namespace injection_cases {
+
+enum class Trouble { nan, inf, exception };
+
+/// Goes wrong at its `at`-th call, and with `lasting` ever after.
+struct Fault {
+  int calls = 0, at = -1;
+  bool lasting = true;
+  Trouble trouble = Trouble::nan;
+  Eigen::Index where = 4;
+
+  void strike(auto& f) {
+    const int call = calls++;
+    if (at < 0 || (lasting ? call < at : call != at)) return;
+    if (trouble == Trouble::exception) throw std::runtime_error("struck");
+    component(f, where) = trouble == Trouble::nan ? std::nan("") : HUGE_VAL;
+  }
+};
+struct Struck {  // f(r) or f(y)
+  Fault* fault;
+  auto operator()(const auto& r) const {
+    auto f = Pull{}(r);
+    fault->strike(f);
+    return f;
+  }
+};
+struct StruckDamped {  // f(r, v, t)
+  Fault* fault;
+  auto operator()(const auto& r, const auto& v, double t) const {
+    auto f = DampedPull{}(r, v, t);
+    fault->strike(f);
+    return f;
+  }
+};
+struct StruckAdding : ForceTerm {
+  Fault* fault;
+  explicit StruckAdding(Fault* f) : fault{f} {}
+  void add(double t, const auto& y, auto& out) const {
+    out.force += DampedPull{}(y.r, y.v, t);
+    fault->strike(out.force);
+  }
+};
+
+/// A stepper with its state and its fault, whatever their types.
+class Subject {
+ public:
+  Fault fault;
+  virtual ~Subject() = default;
+  [[nodiscard]] virtual StepReport step(double t, double dt) = 0;
+  virtual void edit() = 0;
+  [[nodiscard]] virtual Eigen::VectorXd numbers() const = 0;
+};
+template <class Case, class Force, class Scheme>
+class SubjectOf final : public Subject {
+ public:
+  explicit SubjectOf(const Scheme& scheme) : stepper_{case_.state, Force{&fault}, scheme} {}
+  StepReport step(double t, double dt) override { return stepper_.step(case_.state, t, dt); }
+  void edit() override { component(std::get<0>(Blocks<typename Case::State>::all(case_.state)), 1) += 0.01; }
+  Eigen::VectorXd numbers() const override { return states::numbers(case_.state); }
+
+ private:
+  Case case_;
+  PhiStepper<typename Case::State, Force, Scheme> stepper_;
+};
+
+/// The second step of a run, so that whatever may be carried is; edited, so that the state is not what the stepper left.
+inline void inject(const std::function<std::unique_ptr<Subject>()>& make, bool edited) {
+  int calls_of_a_step = 0;
+  Eigen::VectorXd good;
+  for (int at = -1; at < calls_of_a_step; ++at)
+    for (const bool lasting : {true, false})
+      for (const Trouble trouble : {Trouble::nan, Trouble::inf, Trouble::exception}) {
+        const auto subject = make();
+        REQUIRE(subject->step(0.1, 0.1));
+        if (edited) subject->edit();
+        subject->fault = {.at = at, .lasting = lasting, .trouble = trouble};
+        const Eigen::VectorXd before = subject->numbers();
+        CAPTURE(at, lasting, static_cast<int>(trouble));
+        if (at < 0) {
+          REQUIRE(subject->step(0.2, 0.1));
+          calls_of_a_step = subject->fault.calls;
+          good = subject->numbers();
+          continue;
+        }
+        try {
+          const StepReport report = subject->step(0.2, 0.1);
+          CHECK(trouble != Trouble::exception);
+          if (report) {  // Newton may step around a fault that passes, but never to another answer
+            CHECK_FALSE(lasting);
+            CHECK(distance(subject->numbers(), good) <= 1e-13);
+            continue;
+          }
+          CHECK((report.outcome() == Outcome::non_finite_force || report.outcome() == Outcome::non_finite_jacobian));
+          CHECK_THAT(report.message(), contains("t = 0.2") && contains("dt = 0.1") && contains("Try: "));
+          if (lasting && report.outcome() == Outcome::non_finite_force)
+            CHECK_THAT(report.message(), contains("component"));
+        } catch (const std::runtime_error& error) {
+          CHECK(trouble == Trouble::exception);
+          CHECK(error.what() == std::string("struck"));
+        }
+        CHECK(same_bits(subject->numbers(), before));
+        // And the stepper is none the worse for it.
+        subject->fault.at = -1;
+        REQUIRE(subject->step(0.2, 0.1));
+        CHECK(distance(subject->numbers(), good) <= 1e-13);
+      }
+  CHECK(calls_of_a_step > 0);
+}
+template <class Case, class Force, class Scheme>
+void inject(const Scheme& scheme) {
+  const auto make = [&scheme] { return std::make_unique<SubjectOf<Case, Force, Scheme>>(scheme); };
+  inject(make, false);
+  inject(make, true);
+}
+
+}  // namespace injection_cases

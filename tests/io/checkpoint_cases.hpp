@@ -1,0 +1,273 @@
+// Checkpoint files, tested by checkpoint.test.cpp and checkpoint.full.cpp with two programs. A Scene, declared before this
+// is included, has a State, start(n), make(y), which makes its stepper, first(y), a number of it, and counts the calls of
+// its force.
+#pragma once
+
+#include <phistep/io/checkpoint.hpp>
+#include <phistep/phistep.hpp>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <random>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "support/catch.hpp"
+
+using namespace phistep;
+namespace fs = std::filesystem;
+
+namespace checkpoint_cases {
+
+/// A folder that goes with the test.
+struct Folder {
+  fs::path path;
+  Folder() : path{fs::temp_directory_path() / ("phistep_checkpoint_" + std::to_string(std::random_device{}()))} {
+    fs::create_directory(path);
+  }
+  ~Folder() { fs::remove_all(path); }
+  Folder(const Folder&) = delete;
+  [[nodiscard]] fs::path operator/(const char* name) const { return path / name; }
+};
+
+inline std::string read(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+inline void write(const fs::path& path, const std::string& bytes) {
+  std::ofstream(path, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+}
+template <class... Parts>
+std::string bytes_of(const Parts&... parts) {
+  std::ostringstream out;
+  save_checkpoint(out, parts...);
+  return out.str();
+}
+template <class... Parts>
+void load_bytes(const std::string& bytes, Parts&... parts) {
+  std::istringstream in(bytes);
+  load_checkpoint(in, parts...);
+}
+/// The bytes with a checksum that fits.
+inline std::string sealed(std::string bytes) {
+  bytes.resize(bytes.size() - 8);
+  const std::uint64_t end = checksum(std::as_bytes(std::span(bytes)));
+  bytes.append(reinterpret_cast<const char*>(&end), sizeof end);
+  return bytes;
+}
+
+using State = Scene::State;
+
+/// A run that has made a few steps.
+struct Program {
+  State y;
+  double t = 0;
+  decltype(Scene::make(State{})) stepper;
+  explicit Program(int steps, Eigen::Index n = 2) : y{Scene::start(n)}, stepper{Scene::make(y)} {
+    for (int k = 0; k < steps; ++k) step();
+  }
+  void step() {
+    REQUIRE(stepper.step(y, t, 0.1));
+    t += 0.1;
+  }
+  [[nodiscard]] std::string bytes() const { return bytes_of(stepper, y, t); }
+};
+
+/// Can be written, not read.
+struct Grumpy {
+  void archive(auto& ar) { ar.check(!std::remove_reference_t<decltype(ar)>::reading); }
+};
+/// Can't be written once n > 0.
+struct Stubborn {
+  int n = 0;
+  void archive(auto& ar) {
+    if (n > 0) throw std::runtime_error("stubborn");
+    ar(n);
+  }
+};
+
+/// Refused, for this reason, with every bit as it was.
+inline void check_refused(const std::string& bytes, const std::string& why) {
+  Program run(2);
+  const std::string before = run.bytes();
+  try {
+    load_bytes(bytes, run.stepper, run.y, run.t);
+    FAIL_CHECK("accepted");
+  } catch (const CheckpointError& error) {
+    CHECK_THAT(error.what(), contains(why));
+  }
+  CHECK(run.bytes() == before);
+}
+
+inline void is_read_back() {
+  const Folder folder;
+  const fs::path path = folder / "run.checkpoint";
+  Program run(3);
+  std::vector<double> seen{1, 2, 3};
+  std::string note = "half way";
+  std::mt19937 random(4);
+  random.discard(5);
+
+  Program again(0);
+  std::vector<double> saw;
+  std::string noted;
+  std::mt19937 luck;
+  const auto load = [&] { return load_checkpoint(path, again.stepper, again.y, again.t, saw, noted, luck); };
+  CHECK_FALSE(load());
+  CHECK(again.bytes() == Program(0).bytes());
+
+  save_checkpoint(path, run.stepper, run.y, run.t, seen, note, random);
+  CHECK(load());
+  CHECK(again.bytes() == run.bytes());
+  CHECK(saw == seen);
+  CHECK(noted == note);
+  CHECK(luck == random);
+  CHECK(fs::directory_iterator(folder.path)->path() == path);  // nothing beside it
+}
+
+inline void one_after_another() {
+  Program a(1), b(3), to(0);
+  std::stringstream stream;
+  save_checkpoint(stream, a.stepper, a.y, a.t);
+  save_checkpoint(stream, b.stepper, b.y, b.t);
+  load_checkpoint(stream, to.stepper, to.y, to.t);
+  CHECK(to.bytes() == a.bytes());
+  load_checkpoint(stream, to.stepper, to.y, to.t);
+  CHECK(to.bytes() == b.bytes());
+}
+
+inline void goes_on_as_a_new_one() {
+  Program run(4), elsewhere(9);
+  load_bytes(run.bytes(), elsewhere.stepper, elsewhere.y, elsewhere.t);
+  for (int k = 0; k < 5; ++k) run.step(), elsewhere.step();
+  CHECK(elsewhere.bytes() == run.bytes());
+}
+
+inline void changed_bytes_are_refused() {
+  const std::string good = Program(3).bytes();
+  Program run(1);
+  const std::string before = run.bytes();
+  int accepted = 0, changed = 0;
+  for (std::size_t i = 0; i < good.size(); ++i)
+    for (int flip = 1; flip < 256; ++flip) {
+      std::string bad = good;
+      bad[i] = static_cast<char>(bad[i] ^ flip);
+      try {
+        load_bytes(bad, run.stepper, run.y, run.t);
+        ++accepted;
+      } catch (const CheckpointError&) {
+      }
+      if (flip % 51 == 0) changed += run.bytes() != before;
+    }
+  CHECK(accepted == 0);
+  CHECK(changed == 0);
+}
+
+inline void truncations_are_refused() {
+  const std::string good = Program(3).bytes();
+  for (std::size_t n = 0; n < good.size(); ++n)
+    check_refused(good.substr(0, n), n < 8 ? "is not a phistep checkpoint" : "is truncated");
+  const Folder folder;
+  write(folder / "long", good + "x");
+  Program run(1);
+  const std::string before = run.bytes();
+  CHECK_THROWS_WITH(static_cast<void>(load_checkpoint(folder / "long", run.stepper, run.y, run.t)),
+                    contains("goes on after its end") && contains("long"));
+  CHECK(run.bytes() == before);
+}
+
+inline void other_files_are_refused() {
+  std::string good = Program(3).bytes();
+  check_refused("", "is not a phistep checkpoint");
+  check_refused("t,y\n0,1\n0.1,0.9\nand so on, a table of numbers\n", "is not a phistep checkpoint");
+  std::string text = good;
+  text.erase(text.find('\r'), 1);  // what a transfer as text does
+  check_refused(text, "is not a phistep checkpoint");
+  std::string version = good;
+  ++version[8];
+  check_refused(sealed(version), "version 2 of the format, this program reads version 1");
+  std::string order = good;
+  std::reverse(order.begin() + 8, order.begin() + 12);
+  std::reverse(order.begin() + 12, order.begin() + 16);
+  check_refused(sealed(order), "another byte order");
+  std::string damaged = good;
+  damaged[damaged.size() / 2] ^= 1;
+  check_refused(damaged, "is damaged: its checksum is wrong");
+  const Folder folder;
+  Program run(1);
+  CHECK_THROWS_AS(static_cast<void>(load_checkpoint(folder.path, run.stepper, run.y, run.t)), CheckpointError);
+}
+
+inline void other_sizes_are_refused() {
+  for (const int steps : {0, 3}) {
+    const Program larger(steps, 3);
+    check_refused(larger.bytes(), "of another size");
+    const Program same(steps);
+    check_refused(bytes_of(same.stepper, larger.y, same.t),
+                  "of another size");  // found when the stepper is read already
+    check_refused(bytes_of(larger.stepper, same.y, same.t), "of another size");
+  }
+}
+
+inline void forged_bytes_are_refused_or_read() {
+  // With a checksum that fits: beyond it, only the reader's own care is left. (Sanitizers look on.)
+  const std::string good = Program(3).bytes();
+  std::mt19937 random(8);
+  int refused = 0;
+  for (std::size_t i = 32; i + 8 < good.size(); ++i)
+    for (const int value : {0, 1, 0x7f, 0xff}) {
+      std::string bad = good;
+      bad[i] = static_cast<char>(value);
+      Program run(1);
+      try {
+        load_bytes(sealed(bad), run.stepper, run.y, run.t);
+      } catch (const CheckpointError&) {
+        ++refused;
+      }
+    }
+  CHECK(refused > 0);
+}
+
+inline void edits_are_noticed() {
+  Program run(3);
+  const std::string bytes = run.bytes();
+  const auto calls_of_a_step = [&bytes](bool edited) {
+    Program again(0);
+    load_bytes(bytes, again.stepper, again.y, again.t);
+    if (edited) Scene::first(again.y) = std::nextafter(Scene::first(again.y), 2.0);
+    const auto before = again.stepper.statistics().force_calls;
+    again.step();
+    return std::pair{again.stepper.statistics().force_calls - before, again.bytes()};
+  };
+  const auto [untouched, same] = calls_of_a_step(false);
+  const auto [noticed, other] = calls_of_a_step(true);
+  CHECK(noticed == untouched + 1);  // Ψ at the edited state
+  CHECK(other != same);
+  run.step();
+  CHECK(run.bytes() == same);
+}
+
+inline void restarts_call_no_force() {
+  const std::string bytes = Program(3).bytes();
+  Program again(0);
+  Scene::calls = 0;
+  load_bytes(bytes, again.stepper, again.y, again.t);
+  CHECK(Scene::calls == 0);
+}
+
+inline void unwritten_ones_leave_the_old() {
+  const Folder folder;
+  const fs::path path = folder / "run.checkpoint";
+  save_checkpoint(path, Stubborn{0});
+  const std::string old = read(path);
+  CHECK_THROWS_WITH(save_checkpoint(path, Stubborn{1}), contains("stubborn"));
+  CHECK(read(path) == old);
+  CHECK_FALSE(fs::exists(folder / "run.checkpoint.part"));
+  CHECK_THROWS_WITH(save_checkpoint(folder / "no/such/folder", 1), contains("can't be written"));
+}
+
+}  // namespace checkpoint_cases

@@ -1,0 +1,35 @@
+// What jacobian.test.cpp and jacobian.full.cpp share.
+#pragma once
+
+#include <phistep/jacobian/analytic.hpp>
+#include <phistep/jacobian/autodiff.hpp>
+#include <phistep/jacobian/check_jacobian.hpp>
+#include <phistep/jacobian/differences.hpp>
+
+#include <cmath>
+#include <vector>
+
+#include "contract/states.hpp"
+#include "support/catch.hpp"
+
+using namespace phistep;
+using Vec = Eigen::VectorXd;
+using Mat = Eigen::MatrixXd;
+
+namespace jacobian_cases {
+
+/// ∂Ψ/∂y of a force whose entries the test sets.
+struct Given {
+  Mat J;
+  Vec operator()(const Vec& y) const { return Mat(true_J()) * y; }
+  static Mat true_J() { return (Mat(3, 3) << 1, 2, 0, -4, 5, 6, 0, 0, 1e-3).finished(); }
+  Mat jacobian(const Vec&) const { return J; }
+};
+struct Timed {
+  auto operator()(const auto& y, double t) const {
+    return typename std::remove_cvref_t<decltype(y)>::PlainObject(t * y);
+  }
+  Mat jacobian(const auto& y, double t) const { return t * Mat::Identity(y.size(), y.size()); }
+};
+
+}  // namespace jacobian_cases

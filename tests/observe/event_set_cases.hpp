@@ -1,0 +1,104 @@
+#pragma once
+
+// What event_set.test.cpp and its full half share.
+
+#include <phistep/observe/event_set.hpp>
+#include <phistep/state/motion.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <numbers>
+#include <random>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "support/catch.hpp"
+
+namespace event_set_cases {
+
+using namespace phistep;
+
+template <class Scalar>
+using One = Eigen::Matrix<Scalar, 1, 1>;
+template <class Scalar>
+using Ball = Motion<One<Scalar>>;
+
+/// The loop of event_set.hpp around a flow y(t + dt) = flow(t, dt, y), y' = slope(t, y).
+template <State S, class Flow, class Slope, class... Events>
+struct Loop {
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+  Flow flow;
+  Slope slope;
+  EventSet<S, Events...> events;
+  int steps = 0, resteps = 0;
+  Outcome outcome = Outcome::success;
+
+  Loop(const S&, Flow f, Slope s, Events&... e) : flow{f}, slope{s}, events{e...} {}
+
+  /// From t to t1; returns when it ended.
+  Scalar run(S& y, Scalar t, Scalar t1, Scalar dt) {
+    steps = resteps = 0;
+    outcome = events.begin(t, y);
+    return outcome == Outcome::success ? go_on(y, t, t1, dt) : t;
+  }
+  Scalar go_on(S& y, Scalar t, Scalar t1, Scalar dt) {
+    DenseOutput<S> dense;
+    while (outcome == Outcome::success && t != t1) {
+      const bool last = !(std::abs(t1 - t) > std::abs(dt));
+      const Scalar h = last ? t1 - t : dt, next = last ? t1 : t + dt;
+      Plain start;
+      copy_blocks<S>(start, y);
+      Plain end = flow(t, h, start);
+      const auto slopes = [&](Plain& s0, Plain& s1) {
+        s0 = slope(t, start);
+        s1 = slope(next, end);
+      };
+      dense.begin(t, h, next, start, end, DenseOutput<S>::Slopes::of(slopes));
+      ++steps;
+      const auto found = events.find(CompletedStep<S>(t, h, next, start, end, dense));
+      outcome = found.outcome;
+      if (outcome != Outcome::success) return t;
+      if (!found) {
+        copy_blocks<S>(y, end);
+        t = next;
+        continue;
+      }
+      const auto hit = events.refine(found, [&](Scalar to) {
+        end = flow(t, to - t, start);
+        return &end;
+      });
+      resteps += hit.resteps;
+      copy_blocks<S>(y, end);
+      t = hit.t;
+      outcome = std::isfinite(hit.g) ? events.happen(found, t, y) : Outcome::non_finite_event;
+    }
+    return t;
+  }
+};
+
+/// Free fall with g = 1, exactly.
+template <class Scalar>
+const auto fall = [](Scalar, Scalar dt, const Ball<Scalar>& y) {
+  return Ball<Scalar>{One<Scalar>{y.r(0) + dt * (y.v(0) - dt / 2)}, One<Scalar>{y.v(0) - dt}};
+};
+template <class Scalar>
+const auto falling = [](Scalar, const Ball<Scalar>& y) {
+  return Ball<Scalar>{y.v, One<Scalar>{Scalar(-1)}};
+};
+inline const auto height = [](const auto& y) { return y.r(0); };
+
+template <class Scalar>
+Ball<Scalar> ball(double r, double v) {
+  return {One<Scalar>{static_cast<Scalar>(r)}, One<Scalar>{static_cast<Scalar>(v)}};
+}
+
+/// x' = 1, so that events are functions of time.
+inline const auto clock_flow = [](double, double dt, const One<double>& y) { return One<double>{y(0) + dt}; };
+inline const auto clock_slope = [](double, const One<double>&) { return One<double>{1.0}; };
+
+}  // namespace event_set_cases

@@ -1,0 +1,35 @@
+// What particles.test.cpp and particles.full.cpp share.
+#pragma once
+
+#include <phistep/phistep.hpp>
+#include <phistep/state/particles.hpp>
+
+#include <limits>
+#include <type_traits>
+
+#include "support/catch.hpp"
+
+using namespace phistep;
+using Atoms = Particles<double, 3>;
+using Grains = Particles<double, 2, Spin>;
+using Spray = Particles<double, 3, Temperature>;
+
+static_assert(State<Atoms> && State<Grains> && State<Spray> && State<Particles<float, 3, Spin, Temperature>>);
+static_assert(solved_blocks<Atoms> == 1 && solved_blocks<Grains> == 2);
+static_assert(solved_blocks<Particles<float, 3, Spin, Temperature>> == 3);
+
+namespace particles_cases {
+inline Atoms three() {
+  Atoms atoms{Eigen::Matrix3Xd::Random(3, 3)};
+  atoms.v.setRandom();
+  return atoms;
+}
+inline const auto spring = [](const Eigen::Matrix3Xd& r) -> Eigen::Matrix3Xd { return -4.0 * r; };
+struct Brake : ForceTerm {
+  static constexpr bool uses_velocity = true, uses_time = false;
+  void add(auto, const auto& y, auto& out) const {
+    if constexpr (requires { y.omega; }) out.torque -= 2.0 * y.omega;
+    if constexpr (requires { y.temperature; }) out.heat.array() -= 3.0 * (y.temperature.array() - 20.0);
+  }
+};
+}  // namespace particles_cases
