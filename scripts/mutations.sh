@@ -1,12 +1,15 @@
 #!/bin/sh
-# sh scripts/mutations.sh [patch...]
+# sh scripts/mutations.sh [--near] [patch...]
 # Breaks a copy of the library on purpose, one patch of tests/mutations/ at a time (all of them, or those named), and says
 # which tier of the tests notices: first the tests of the broken header (tests/tests_of.txt), then the rest of the quick
 # tier, then what CI adds. Ends with an error if a break escapes. The copy and its build are in build/mutations; half a
-# minute a break where the header's own tests notice, and ccache helps.
+# minute a break where the header's own tests notice, and ccache helps. --near asks the header's own
+# quick and full tests alone, and calls what they miss "farther".
 set -eu
 cd "$(dirname "$0")/.."
 . scripts/setup.sh
+near_only=
+if [ "${1:-}" = --near ]; then near_only=yes && shift; fi
 [ $# -gt 0 ] || set -- tests/mutations/*.patch
 
 phistep_setup libeigen3-dev catch2 libsundials-dev patch
@@ -58,15 +61,18 @@ for patch in "$@"; do
   done
   caught=
   # shellcheck disable=SC2086
-  if these_notice $near || notices "-L ^quick\$" phistep_quick_tests; then
+  if these_notice $near || { [ -z "$near_only" ] && notices "-L ^quick\$" phistep_quick_tests; }; then
     tier=quick quick=$((quick + 1))
-  elif { [ -n "$near_full" ] && these_notice $near_full; } || notices "-L ^full\$" all; then
+  elif { [ -n "$near_full" ] && these_notice $near_full; } ||
+    { [ -z "$near_only" ] && notices "-L ^full\$" all; }; then
     tier=full full=$((full + 1))
   else
-    tier=ESCAPED escaped=$((escaped + 1))
+    tier=${near_only:+farther} escaped=$((escaped + 1))
+    tier=${tier:-ESCAPED}
   fi
   patch -s -R -p1 --no-backup-if-mismatch <"$file"
   printf '%-8s %-46s %4d s  %s\n' "$tier" "$name" $(($(date +%s) - started)) "$caught"
 done
-printf '%d breaks: %d noticed by the quick tier, %d by what CI adds, %d escaped\n' $((quick + full + escaped)) $quick $full $escaped
+printf '%d breaks: %d noticed by the quick tier, %d by what CI adds, %d by neither%s\n' $((quick + full + escaped)) $quick $full $escaped \
+  "${near_only:+ (of those near)}"
 [ $escaped -eq 0 ]

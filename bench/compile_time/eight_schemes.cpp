@@ -4,7 +4,7 @@
 #include <cmath>
 #include <iostream>
 
-using Vec = Eigen::Vector3d;
+using Vec = Eigen::VectorXd;
 
 const phistep::tolerance accuracy{.rtol = 1e-6, .atol = 1e-10};
 
@@ -18,12 +18,11 @@ int run(auto y, auto force, auto scheme, double t1) {
 int main() {
   const auto robertson = [](const Vec& y) -> Vec {
     const double slow = 0.04 * y[0], fast = 1e4 * y[1] * y[2], quadratic = 3e7 * y[1] * y[1];
-    return {fast - slow, slow - fast - quadratic, quadratic};
+    return Vec{{fast - slow, slow - fast - quadratic, quadratic}};
   };
-  const auto reaction = [&](auto scheme) { return run(Vec{1, 0, 0}, robertson, scheme, 40.0); };
-  using Angle = Eigen::Matrix<double, 1, 1>;
-  const auto pendulum = [](const Angle& r) -> Angle { return Angle{-std::sin(r[0])}; };
-  const auto motion = [&](auto scheme) { return run(phistep::Motion{Angle{1.0}, Angle{0.0}}, pendulum, scheme, 10.0); };
+  const auto reaction = [&](auto scheme) { return run(Vec{{1.0, 0.0, 0.0}}, robertson, scheme, 40.0); };
+  const auto pendulum = [](const Vec& r) -> Vec { return -r.array().sin(); };
+  const auto motion = [&](auto scheme) { return run(phistep::Motion{Vec{{1.0}}, Vec{{0.0}}}, pendulum, scheme, 10.0); };
   return reaction(phistep::trapezoidal) + reaction(phistep::tr_bdf2) + reaction(phistep::rodas4) +
          reaction(phistep::rodas5p) + reaction(phistep::radau) +
          reaction(phistep::extrapolated(phistep::backward_euler)) + motion(phistep::rkn86) +
