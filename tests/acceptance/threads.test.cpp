@@ -1,8 +1,8 @@
 // One thread or two: the same bits, through neighbour lists made anew. Implicit, and over long runs: threads.full.cpp.
 #include "acceptance/threads_cases.hpp"
 
-TEST_CASE("Lennard-Jones by velocity Verlet, 10,000 steps") {
-  // 1331 rows are three chunks: two threads share them. Here 300 steps.
+TEST_CASE("Lennard-Jones by velocity Verlet, 300 steps") {
+  // 1331 rows are three chunks: two threads share them.
   check(fluid(11), 300, 0.004, by([](const Atoms& y) {
           return PhiStepper{y, Pairs{LennardJones{}, 2.2, {.skin = 0.4}}, velocity_verlet};
         }));
