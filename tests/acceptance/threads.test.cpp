@@ -15,3 +15,18 @@ TEST_CASE("gravity among all") {
           return PhiStepper{y, AllPairs{SoftenedGravity{1.0, 0.1}}, velocity_verlet};
         }));
 }
+
+TEST_CASE("the energy of all pairs has the same bits with one thread, two and three") {
+  Atoms stars = fluid(11);  // several teams of 256
+  stars.set_box(Box<double, 3>::open()).set_mass(1e-3);
+  const auto energy = [&stars](int threads) {
+    omp_set_num_threads(threads);
+    const AllPairs gravity{SoftenedGravity{1.0, 0.1}};
+    const auto masses = Atoms::masses(stars);
+    return gravity.energy(0, Blocks<Atoms>::view(stars, masses));
+  };
+  const double one = energy(1);
+  CHECK(one < 0);
+  CHECK(energy(2) == one);
+  CHECK(energy(3) == one);
+}
