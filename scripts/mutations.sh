@@ -20,10 +20,7 @@ mkdir -p "$root/source"
 git ls-files --cached --others --exclude-standard | while read -r file; do [ ! -f "$file" ] || echo "$file"; done |
   tar -cf - -T - | tar -C "$root/source" -xf -
 cd "$root/source"
-# shellcheck disable=SC2086,SC2154
-cmake -S . -B "$root/build" -G "$generator" -DCMAKE_CXX_COMPILER="$CXX" -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_FLAGS_RELEASE=-O1 \
-  -DPHISTEP_BUILD_BENCH=OFF -DPHISTEP_FULL=ON -DPHISTEP_BUILD_EXAMPLES=ON $faster >"$root/configure.log" 2>&1 ||
-  { cat "$root/configure.log" >&2 && phistep_die "CMake stopped"; }
+phistep_configure_tests "$root/build" -DPHISTEP_FULL=ON -DPHISTEP_BUILD_EXAMPLES=ON
 go_on="-k"
 [ "$generator" != Ninja ] || go_on="-k 0"
 
@@ -42,7 +39,7 @@ notices() {
 these_notice() {
   names=$*
   # shellcheck disable=SC2046,SC2086
-  notices "-R ^($(echo $names | tr ' ' '|'))\$" $(printf 'test_%s\n' $names | tr -c 'a-zA-Z0-9_\n' _)
+  notices "-R ^($(echo $names | tr ' ' '|'))\$" $(phistep_targets_of $names)
 }
 
 quick=0 full=0 escaped=0
@@ -52,7 +49,7 @@ for patch in "$@"; do
   started=$(date +%s)
   patch -s -p1 --no-backup-if-mismatch <"$file" || phistep_die "$name does not apply"
   headers=$(sed -n 's|^+++ b/include/phistep/\([^[:space:]]*\).*|\1|p' "$file")
-  near=$(for header in $headers; do sed -n "s|^$header: *||p" tests/tests_of.txt; done)
+  near=$(for header in $headers; do phistep_tests_of "$header"; done)
   near_full=
   for test in $near; do
     for candidate in tests/"$test".full.cpp tests/"$test"_*.full.cpp; do

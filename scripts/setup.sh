@@ -139,12 +139,14 @@ phistep_configure() {
   grep -- '-- phistep: ' "$folder/configure.log" | sed 's/^-- //' || true
 }
 
-# phistep_configure_tests <cmake options...>: build/test, which quick and full tests share.
+# phistep_configure_tests <folder> <cmake options...>; build/test is what quick and full tests share.
 phistep_configure_tests() {
+  tests_folder=$1
+  shift
   # Optimised, but with Eigen's assertions on: Release would define NDEBUG. -O1 takes a quarter less time to compile than
   # -O2, at which stress.sh, and -O3, at which the preset `release` compiles.
   # shellcheck disable=SC2086
-  phistep_configure build/test -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_FLAGS_RELEASE=-O1 -DPHISTEP_BUILD_BENCH=OFF $faster "$@"
+  phistep_configure "$tests_folder" -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_FLAGS_RELEASE=-O1 -DPHISTEP_BUILD_BENCH=OFF $faster "$@"
 }
 
 # phistep_build_and_run <label> <ctest options...>: all that is configured in build/test, then the tests of that label.
@@ -153,4 +155,12 @@ phistep_build_and_run() {
   shift
   cmake --build build/test -j "$jobs" || phistep_die "the build failed; the first error above is the one to look at."
   ctest --test-dir build/test -j "$jobs" -L "^$label\$" --output-on-failure --no-tests=error "$@"
+}
+
+# phistep_tests_of <header>: its line in tests/tests_of.txt, empty if there is none. phistep_targets_of <tests...>: what builds them.
+phistep_tests_of() {
+  sed -n "s|^$1: *||p" tests/tests_of.txt
+}
+phistep_targets_of() {
+  printf 'test_%s\n' "$@" | tr -c 'a-zA-Z0-9_\n' _
 }
