@@ -58,6 +58,37 @@ TEST_CASE("is the same as the loop by hand, to the bit") {
   CHECK((a.r == b.r && a.v == b.v));
 }
 
+namespace {
+/// How far a body of speed 1 comes in frames of a given length, relative to the time that they take, and less 1.
+template <class Scalar>
+double lost(Scalar t0, double dt, double frame, int frames, auto&&... watch) {
+  using One = Eigen::Matrix<Scalar, 1, 1>;
+  Motion<One> y{One::Zero(), One::Ones()};
+  PhiStepper stepper{y, [](const One&) -> One { return One::Zero(); }, symplectic_euler};
+  const auto at = [&](int k) { return static_cast<Scalar>(static_cast<double>(t0) + k * frame); };
+  // What is asked for is what the clock can tell: the sum of frames as they are.
+  double time = 0;
+  for (int k = 0; k < frames; ++k) {
+    const RunReport report = integrate(stepper, y, {at(k), at(k + 1)}, fixed(dt), watch...);
+    REQUIRE(report);
+    time += static_cast<double>(at(k + 1) - at(k));
+  }
+  return std::abs(static_cast<double>(y.r[0]) / time - 1);
+}
+}  // namespace
+
+TEST_CASE("far from t = 0 no motion is lost, in frames of any length, nor between given times") {
+  CHECK(lost<double>(0, 1e-3, 1.0 / 60, 60) <= 1e-13);
+  CHECK(lost<float>(1000, 1e-3, 1.0 / 60, 60) <= 2e-5);
+  CHECK(lost<double>(1.7e9, 1e-5, 1.45e-5, 100) <= 1e-13);
+  CHECK(lost<double>(1.7e9, 1e-5, 1.01e-5, 100) <= 1e-13);
+  CHECK(lost<double>(1e15, 0.3, 1, 50) <= 1e-13);
+  CHECK(lost<double>(-1e15, 0.3, 1, 50) <= 1e-13);
+  std::vector<double> times;
+  for (int k = 1; k < 300; ++k) times.push_back(1.7e9 + k * 0.71e-5);
+  CHECK(lost<double>(1.7e9, 1e-5, 1e-3, 2, at_times(times, [](double, auto&) {})) <= 1e-12);
+}
+
 TEST_CASE("a short last step lands on t1") {
   Vec y(1, 2), z(1, 2);
   PhiStepper stepper{y, fading, phi(0.5)}, by_hand{z, fading, phi(0.5)};

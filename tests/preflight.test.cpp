@@ -21,6 +21,14 @@ PreflightReport ask_verlet(double dt, const PreflightOptions& options = {}) {
   PhiStepper stepper{y, spring_network<1>(chain(20, 400)), velocity_verlet, mass(1.0)};  // ω ≈ 40
   return preflight(stepper, y, dt, options);
 }
+/// Contacts that take a known time, and push nobody.
+struct Impacts : ForceTerm {
+  double time;
+  explicit Impacts(double of) : time{of} {}
+  void add(double, const auto&, auto&) const {}
+  void add_jacobian(double, const auto&, auto&) const {}
+  [[nodiscard]] double contact_time(const auto&) const { return time; }
+};
 /// r'' = K r + C r', without a stepper: each of those is compiled anew.
 LinearisedProblem linearised(const SparseRows& K, const SparseRows& C) {
   LinearisedProblem problem;
@@ -138,6 +146,16 @@ TEST_CASE("verdicts") {
   CHECK(ask_verlet(0.01, {.contact_time = 0.05}).verdict == Verdict::coarse);
   CHECK(mentions(ask_verlet(0.01, {.contact_time = 0.05}), "ten steps a contact"));
   CHECK(ask_verlet(0.01, {.contact_time = 0.05}).recommended.dt == Approx(0.005));
+}
+
+TEST_CASE("of several terms with contacts the shortest impact counts, unless the user names one") {
+  const auto y = chain_state(20);
+  PhiStepper stepper{y, Impacts{0.2} + spring_network<1>(chain(20, 400)) + Impacts{0.05} + Impacts{0.1},
+                     velocity_verlet};
+  const auto report = preflight(stepper, y, 0.01);
+  CHECK(report.steps_per_contact == Approx(5));
+  CHECK(report.verdict == Verdict::coarse);
+  CHECK(preflight(stepper, y, 0.01, {.contact_time = 0.4}).steps_per_contact == Approx(40));
 }
 
 TEST_CASE("accuracy: what is foretold is what happens") {

@@ -114,6 +114,18 @@ TEST_CASE("every scheme ends at t1 itself, near the truth, forward and backward"
   }
 }
 
+TEST_CASE("no step is longer than max_step, the last one neither") {
+  for (const double t1 : {1.0, 1.0005, 0.1005, -1.0005}) {
+    Vec y(1, 1);
+    const RunReport report =
+        euler()
+            .ride(y, fading, 1, {0, t1}, {.rtol = 0.5, .atol = 1e3, .first_step = 0.1, .max_step = 0.1}, {})
+            ->finish();
+    REQUIRE(report);
+    CHECK(report.largest_dt <= 0.1);
+  }
+}
+
 TEST_CASE("given times are hit to the last bit: random ones, forward and backward, fixed and controlled") {
   std::mt19937_64 random(7);
   std::uniform_real_distribution<double> any(-2, 3);

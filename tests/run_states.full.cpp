@@ -123,3 +123,33 @@ TEST_CASE("one particle that needs short steps rules them in the particle norm")
   CHECK_THAT(out.str(), contains("dt limited by       the error of component 37") && contains("of block") &&
                             contains("% of the steps"));
 }
+
+TEST_CASE("the particle norm rules the steps of every scheme") {
+  using Columns = Eigen::Matrix2Xd;
+  const auto force = [](const Columns& r) -> Columns {
+    Columns f = -r;
+    f.col(7) *= 400;  // ω = 20, and 24 others with ω = 1
+    return f;
+  };
+  const auto check = [&](const char* name, auto scheme, double rtol) {
+    const auto run = [&](Norm norm) {
+      Motion<Columns> y{Columns::Ones(2, 25), Columns::Zero(2, 25)};
+      PhiStepper stepper{y, force, scheme};
+      const RunReport report = integrate(stepper, y, {0, 5}, tolerance{.rtol = rtol, .norm = norm});
+      REQUIRE(report);
+      return std::pair{static_cast<double>(report.statistics.force_calls), std::abs(y.r(1, 7) - std::cos(100.0))};
+    };
+    const auto [few, poor] = run(Norm::rms);
+    const auto [many, good] = run(Norm::particle);
+    CAPTURE(name, few, many, poor, good);
+    CHECK(many > 1.05 * few);
+    CHECK(good < poor);
+  };
+  check("velocity_verlet", velocity_verlet, 1e-3);
+  check("trapezoidal", trapezoidal, 1e-3);
+  check("rodas4", rodas4, 1e-4);
+  check("radau", radau, 1e-5);
+  check("rkn86", rkn86, 1e-5);
+  check("extrapolated(velocity_verlet)", extrapolated(velocity_verlet), 1e-5);
+  check("extrapolated(forward_euler)", extrapolated(forward_euler), 1e-5);
+}

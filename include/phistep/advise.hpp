@@ -9,6 +9,8 @@
 /// the run-time-against-error diagrams (bench/work_precision), not of taste.
 #pragma once
 
+#include "phistep/core/version.hpp"  // first: it refuses what would break the others
+
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -17,7 +19,6 @@
 
 #include "phistep/control/error_norm.hpp"
 #include "phistep/control/tolerance.hpp"
-#include "phistep/core/version.hpp"
 #include "phistep/force/signature.hpp"
 #include "phistep/jacobian/differences.hpp"
 #include "phistep/preflight/advice.hpp"

@@ -3,6 +3,8 @@
 #pragma once
 
 // IWYU pragma: begin_exports
+#include "phistep/core/version.hpp"  // first: it refuses what would break the others
+
 #include "phistep/advise.hpp"
 #include "phistep/autodiff.hpp"
 #include "phistep/io.hpp"

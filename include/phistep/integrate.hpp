@@ -2,11 +2,12 @@
 /// The loop: stepper × pace × observers, all the way.
 #pragma once
 
+#include "phistep/core/version.hpp"  // first: it refuses what would break the others
+
 #include <type_traits>
 #include <utility>
 
 #include "phistep/control/fixed_step.hpp"
-#include "phistep/core/version.hpp"
 #include "phistep/run.hpp"
 #include "phistep/state/blocks.hpp"
 
@@ -18,11 +19,15 @@ namespace phistep::inline PHISTEP_ABI {
 ///                   observer callable as observer(step) sees a CompletedStep instead, from the first step on; begin(t0,
 ///                   state), if it has that, comes before. at_times and sampled look at given times, event at roots.
 /// @return outcome, time reached, counts; on failure the state is that of the last good step
-template <class Stepper, State S, class Control, class... Observers>
-RunReport integrate(Stepper& stepper, S& state, TimeSpan<std::type_identity_t<ScalarOf<S>>> span,
+template <class Stepper, class S, class Control, class... Observers>
+RunReport integrate(Stepper& stepper, S&& state, typename SpanOf<std::remove_reference_t<S>>::type span,
                     const Control& control, Observers&&... observers) {
-  return Run<Stepper, S, Control, Observers...>{stepper, state, span, control, std::forward<Observers>(observers)...}
-      .finish();
+  static_assert(StateRefusal<MutableState<S>>::is_said);
+  if constexpr (MutableState<S>)
+    return Run<Stepper, std::remove_reference_t<S>, Control, Observers...>{stepper, state, span, control,
+                                                                           std::forward<Observers>(observers)...}
+        .finish();
+  else return {};
 }
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -3,6 +3,8 @@
 #pragma once
 
 // IWYU pragma: begin_exports
+#include "phistep/core/version.hpp"  // first: it refuses what would break the others
+
 #include "phistep/io/checkpoint.hpp"
 #include "phistep/io/csv.hpp"
 #include "phistep/io/extended_xyz.hpp"

@@ -3,6 +3,8 @@
 #pragma once
 
 // IWYU pragma: begin_exports
+#include "phistep/core/version.hpp"  // first: it refuses what would break the others
+
 #include "phistep/force/all_pairs.hpp"
 #include "phistep/force/contact.hpp"
 #include "phistep/force/external_field.hpp"

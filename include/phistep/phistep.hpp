@@ -4,6 +4,8 @@
 #pragma once
 
 // IWYU pragma: begin_exports
+#include "phistep/core/version.hpp"  // first: it refuses what would break the others
+
 #include "phistep/control/fixed_step.hpp"
 #include "phistep/control/iteration_control.hpp"
 #include "phistep/control/tolerance.hpp"
@@ -11,7 +13,6 @@
 #include "phistep/core/phi.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/step_report.hpp"
-#include "phistep/core/version.hpp"
 #include "phistep/force/annotate.hpp"
 #include "phistep/force/at.hpp"
 #include "phistep/force/drag.hpp"

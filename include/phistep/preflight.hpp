@@ -11,6 +11,8 @@
 /// count changes, nothing is thrown.
 #pragma once
 
+#include "phistep/core/version.hpp"  // first: it refuses what would break the others
+
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
 
@@ -25,7 +27,6 @@
 #include <utility>
 #include <vector>
 
-#include "phistep/core/version.hpp"
 #include "phistep/force/evaluate.hpp"
 #include "phistep/force/signature.hpp"
 #include "phistep/force/sum.hpp"
@@ -149,12 +150,12 @@ template <State S, class Masses>
   if (!(largest_mass > 0)) largest_mass = 1;
   all.lumped /= largest_mass;
   if (!all.is_matrix) return all;
-  const bool small = n <= exact_spectrum_limit;
-  if (small) all.matrix.setZero(n, n);
+  const bool exact = n <= exact_spectrum_limit;
+  if (exact) all.matrix.setZero(n, n);
   bool positive = true;
   each([&](Index i, Index j, double m) {
     m /= largest_mass;
-    if (small) all.matrix(i, j) += m;
+    if (exact) all.matrix(i, j) += m;
     positive = positive && all.lumped[i] > 0;
     if (i != j) beside[i] += std::abs(m) / std::sqrt(all.lumped[i] * all.lumped[j]);
   });

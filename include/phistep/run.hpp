@@ -2,6 +2,8 @@
 /// A run, step by step: stepper × pace × observers. `integrate` is one that goes on to its end.
 #pragma once
 
+#include "phistep/core/version.hpp"  // first: it refuses what would break the others
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -23,7 +25,7 @@
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/step_report.hpp"
-#include "phistep/core/version.hpp"
+#include "phistep/force/evaluate.hpp"
 #include "phistep/observe/completed_step.hpp"
 #include "phistep/observe/dense_output.hpp"
 #include "phistep/observe/event.hpp"
@@ -32,7 +34,10 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/parts.hpp"
 #include "phistep/stepper/edit_guard.hpp"
+#include "phistep/stepper/extrapolation.hpp"
+#include "phistep/stepper/kernel.hpp"
 #include "phistep/stepper/step_doubling.hpp"
+#include "phistep/stepper/step_inside.hpp"
 #include "phistep/stepper/transaction.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -51,6 +56,27 @@ template <State S>
   return IterationPace<PlainState<S>>{control};
 }
 
+/// What a run takes as its control.
+template <class Control, class S>
+concept ControlOf = std::is_same_v<Control, FixedStep> || requires(const Control& control) {
+  pace_of<S>(control);
+};
+/// Whether the stepper may have been made for a state of this type.
+template <class Stepper, class S>
+inline constexpr bool fits_state = true;
+template <class Stepper, class S>
+  requires requires { typename Stepper::StateType; }
+inline constexpr bool fits_state<Stepper, S> = std::is_same_v<typename Stepper::StateType, S>;
+/// The times of a run; of no state, to be refused later.
+template <class S>
+struct SpanOf {
+  using type = TimeSpan<double>;
+};
+template <State S>
+struct SpanOf<S> {
+  using type = TimeSpan<ScalarOf<S>>;
+};
+
 /// A run from span.t0 to exactly span.t1 that stops between steps whenever the caller likes:
 ///
 ///     Run run{stepper, state, {0.0, 10.0}, tolerance{.rtol = 1e-6}, observers…};
@@ -58,7 +84,7 @@ template <State S>
 ///     std::cout << run.report();
 ///
 /// It refers to the stepper, the state and those observers that are given as lvalues: they must outlive it.
-template <class Stepper, State S, class Control, class... Observers>
+template <class Stepper, class S, class Control, class... Observers>
 class Run {
  public:
   using Scalar = ScalarOf<S>;
@@ -110,6 +136,11 @@ class Run {
     RunReport report = report_;
     report.t = static_cast<double>(t_);
     report.statistics = stepper_.statistics() - before_;
+    if constexpr (observed) {  // what it cost to look inside of steps was not done by the stepper itself
+      Statistics inside = report_.statistics;
+      inside.steps = inside.rejections = 0;
+      report.statistics = report.statistics + inside;
+    }
     if constexpr (!is_fixed) {
       // Where steps are doubled, the stepper counts three for each try.
       report.statistics.steps = report_.statistics.steps;
@@ -135,7 +166,8 @@ class Run {
       Scalar at{}, off{};
       in(at, off);
       in.check(std::min(span.t0, span.t1) <= at && at <= std::max(span.t0, span.t1));
-      in.check(std::abs(off) <= rounding(std::max(std::abs(span.t0), std::abs(span.t1))));
+      const Scalar largest = std::max(std::abs(span.t0), std::abs(span.t1));
+      in.check(std::abs(off) <= 2 * std::numeric_limits<Scalar>::epsilon() * largest);
       then();
       t = at, lost = off;
     }
@@ -155,7 +187,7 @@ class Run {
     std::apply(
         [&](auto&... observer) {
           f(self.stepper_, state, self.pace_, time, self.report_, self.before_, self.begun_, self.ended_, self.first_,
-            self.doubled_, self.edits_, self.events_, observer...);
+            self.edits_, self.events_, observer...);
         },
         observers);
   }
@@ -166,6 +198,13 @@ class Run {
   }
   using Pace = decltype(make_pace(std::declval<const Control&>()));
 
+  /// How a step was tried: without a look at its error, by a scheme that tells of its error, or in two halves.
+  enum class Way { plain, traced, doubled };
+  /// Where a step starts, for whoever goes back there.
+  struct Start {
+    Scalar t, lost;
+  };
+  using Found = typename EventsAmong<S, Observers...>::Found;
   /// What one step tries.
   struct Plan {
     Scalar end;            ///< [time] where it lands, the very number
@@ -184,15 +223,23 @@ class Run {
       if (origin == Origin::unknown && !is_as_left())
         if (!take_edits()) return false;
     if constexpr (observed) copy_blocks<S>(start_, state_);
-    if constexpr (has_events && can_go_back) before_step_.emplace(stepper_.checkpoint());
+    if constexpr (keeps_past)
+      if (has_events || !hermite_is_enough()) before_step_.emplace(stepper_.checkpoint());
+    const Start start{t_, lost_};
     for (bool failed = false;;) {
       if constexpr (!is_fixed)
         if (!pace_.may_try()) return end(Outcome::too_many_steps);
-      const Plan plan = this->plan();
-      const StepReport done = attempt(plan, origin);
+      Plan plan = this->plan();
+      Found found;
+      StepReport done = attempt(plan, origin);
+      if (done) {
+        move_time(plan);
+        if constexpr (has_events) done = cut_at_event(plan, start, found);
+        if (ended_) return false;
+      }
       if (done) {
         if (failed) report_.failure = {};
-        return complete(plan);
+        return complete(plan, start.t, found);
       }
       if (!may_retry(done, plan)) {
         // Where shorter and shorter steps fail, why they do is the story.
@@ -214,9 +261,9 @@ class Run {
       if (span_.t1 != span_.t0) {
         if (!is_finite(plain())) return end(Outcome::non_finite_state);
         if (const Outcome bad = set_up(); bad != Outcome::success) return end(bad);
-        const auto slope = [this](Scalar t, const Plain& y, Plain& out) { return stepper_.slope(t, y, out); };
+        const auto slope = [this](Scalar t, const Plain& y, Plain& out) { return this->slope(t, y, out); };
         if (const Outcome bad = pace_.start(span_, plain(), stepper_.order(), slope); bad != Outcome::success)
-          return end(bad);
+          return end(bad == Outcome::non_finite_force ? bad_slope_ : bad);
       }
     }
     const bool wanted = std::apply([this](auto&... observer) { return (this->greet(observer) && ...); }, observers_);
@@ -263,20 +310,22 @@ class Run {
       // A stop that rounding alone keeps from a node is that node, unless that is the end.
       const Scalar beyond = stop ? sign * (node - *stop) : Scalar{-1};
       const Scalar same = node == span_.t1 ? Scalar{0} : rounding(node);
-      if (beyond > same) return {*stop, *stop - t_, true, true};
+      if (beyond > same) return {*stop, pace_.length(t_, *stop), true, true};
       return {stop && -beyond <= same ? *stop : node, pace_.length(t_), true, false, true};
     } else {
       const Scalar stop = next_stop(sign).value_or(span_.t1);
-      const Scalar left = sign * (stop - t_), wanted = static_cast<Scalar>(pace_.propose());
+      const Scalar left = sign * (stop - t_ + lost_), wanted = static_cast<Scalar>(pace_.propose());
       // A stretch by a hundredth spares a tiny last step; two halves are better than one step and a bit.
       const Scalar stretched = std::min(static_cast<Scalar>(1.01) * wanted, static_cast<Scalar>(pace_.longest()));
-      if (left <= std::max(wanted, stretched) + rounding(stop)) return {stop, stop - t_, true, wanted > left};
+      if (left <= std::max(wanted, stretched) + rounding(stop)) return {stop, sign * left, true, wanted > left};
       if (left < 2 * wanted) return {t_ + sign * left / 2, sign * left / 2, false, true};
       return {t_ + sign * wanted, sign * wanted, false, false};
     }
   }
-  /// Times this near each other are one.
-  [[nodiscard]] static Scalar rounding(Scalar t) { return 8 * std::numeric_limits<Scalar>::epsilon() * std::abs(t); }
+  /// Times this near each other are one: by so much nodes and given times are off their numbers.
+  [[nodiscard]] Scalar rounding(Scalar t) const {
+    return std::numeric_limits<Scalar>::epsilon() * (std::abs(t) + std::abs(t - span_.t0));
+  }
   /// The nearest of all times at which somebody wants the run to stop, its end included.
   [[nodiscard]] std::optional<Scalar> next_stop(Scalar sign) const {
     std::optional<Scalar> nearest;
@@ -293,24 +342,29 @@ class Run {
   }
 
   [[nodiscard]] StepReport attempt(const Plan& plan, Origin origin) {
+    way_ = Way::plain;
     if constexpr (sees_error) {
       auto& trace = pace_.trace();
-      pace_.prepare(plain());
+      pace_.prepare(plain(), std::abs(static_cast<double>(plan.dt)));
       trace.wants_dense = observed;
-      traced_ = false;
-      // Between stops a rounding apart there is no error to be seen, and no half way.
-      if (plan.lands && std::abs(plan.dt) <= rounding(t_)) return plain_step(plan, origin);
+      // A step of a few ticks of the clock, where far longer ones are within the tolerance, tells of rounding alone.
+      const double length = std::abs(static_cast<double>(plan.dt));
+      if (plan.lands && length <= static_cast<double>(rounding(t_)) && 100 * length <= pace_.propose())
+        return plain_step(plan, origin);
       const auto accept = [this](const Plain& y, const Plain& next, const auto& told) {
         return pace_.judge(y, next, told.error);
       };
       if constexpr (can_trace<Stepper>)
         if (stepper_.estimates(trace)) {
-          doubled_ = false;
-          traced_ = true;
+          way_ = Way::traced;
           return stepper_.attempt(state_, t_, plan.dt, origin, trace, accept);
         }
-      doubled_ = true;
-      return doubling_.attempt(stepper_, state_, t_, plan.dt, origin, trace, accept);
+      // From one number to the next there is no half way.
+      if (const Scalar middle = t_ + plan.dt / 2; middle == t_ || middle == t_ + plan.dt)
+        return plain_step(plan, origin);
+      const StepReport done = doubling_.attempt(stepper_, state_, t_, plan.dt, origin, trace, accept);
+      if (done) way_ = Way::doubled;
+      return done;
     } else {
       return plain_step(plan, origin);
     }
@@ -341,44 +395,19 @@ class Run {
   }
 
   /// The step has become the state.
-  bool complete(const Plan& plan) {
-    const Scalar from = t_;
-    [[maybe_unused]] const Scalar lost = lost_;
-    slopes_are_finite_ = true;
-    if constexpr (is_fixed) {
-      t_ = plan.end;
-    } else {
-      pace_.accepted(std::abs(static_cast<double>(plan.dt)), plan.clipped, stepper_.history(), report_.limits);
-      move_time(plan);
-    }
-    Scalar dt = plan.dt;
-    [[maybe_unused]] typename EventsAmong<S, Observers...>::Found found;
-    if constexpr (has_events) {
-      try {
-        found = find_event(from, dt);
-        if (found.outcome != Outcome::success) return end(found.outcome);
-        if (found && !go_to(found, from, dt)) return end(outcome_);
-        if (found) events_.look(found, t_, state_);
-        if (!slopes_are_finite_) {  // where g passes zero between the step's ends, they say
-          go_back<true>(from);
-          return end(Outcome::non_finite_force);
-        }
-      } catch (...) {  // of g, or of the force: there was no step
-        go_back<true>(from);
-        lost_ = lost;
-        edits_.forget();  // nor is anything known of it
-        throw;
-      }
-    }
+  bool complete(const Plan& plan, Scalar from, [[maybe_unused]] const Found& found) {
+    const Scalar dt = plan.dt;
+    if constexpr (!is_fixed)
+      pace_.accepted(std::abs(static_cast<double>(dt)), plan.clipped, stepper_.history(), report_.limits);
     if constexpr (is_fixed)
-      if (plan.is_node && t_ == plan.end) pace_.reached(t_);
+      if (plan.is_node) pace_.reached(t_);
     first_ = false;
     const double length = std::abs(static_cast<double>(dt));
     ++report_.statistics.steps;
     report_.smallest_dt = report_.largest_dt == 0 ? length : std::min(report_.smallest_dt, length);
     report_.largest_dt = std::max(report_.largest_dt, length);
     if constexpr (sees_error || has_events) {
-      if (cut_ || alone_) edits_.forget();
+      if (alone_) edits_.forget();
       else edits_.remember(t_, plain());
     }
     if constexpr (has_events) {
@@ -404,45 +433,74 @@ class Run {
       return (watch(from, dt) || end(Outcome::stopped_by_observer)) && has_shown();
     }
   }
-  /// Whoever looked inside the step has seen what is no number, if its slopes are none.
-  [[nodiscard]] bool has_shown() { return slopes_are_finite_ || end(Outcome::non_finite_force); }
-
-  /// The first event of the step just done. Where some g is not finite, there was no step.
-  [[nodiscard]] auto find_event(Scalar from, Scalar dt) {
-    cut_ = false;
-    const auto slopes = [this, from](Plain& at_start, Plain& at_end) { know_slopes(from, at_start, at_end); };
-    begin_dense(from, dt, slopes);
-    const auto found = events_.find(CompletedStep<S>{from, dt, t_, start_, plain(), dense_});
-    if (found.outcome != Outcome::success) go_back(from);
-    return found;
+  /// Whoever looked inside the step has seen what is no number, if its slopes are none, or no step leads there.
+  [[nodiscard]] bool has_shown() {
+    if (looked_ != Outcome::success) return end(looked_);
+    return slopes_are_finite_ || end(bad_slope_);
   }
-  /// Does the step again, up to the event. False where it fails, with outcome_: the state is then that of the start.
-  [[nodiscard]] bool go_to(const auto& found, Scalar from, Scalar& dt) {
-    outcome_ = Outcome::non_finite_event;
-    const auto hit = events_.refine(found, [&](Scalar t) -> const Plain* {
-      go_back(from);
-      const StepReport done = stepper_.step(state_, from, t - from);
-      if (done) return &plain();
-      report_.failure = done.failure();
-      outcome_ = done.outcome();
-      return nullptr;
-    });
-    if (!std::isfinite(hit.g)) {
-      go_back(from);
-      return false;
+
+  /// Ends the step just done at its first event, if there is one: it is done again, shorter, and is then a step like any
+  /// other, of the same scheme and with the same error test, which may refuse it. Where there was no step after all, the
+  /// state and the stepper are those of its start; or else the run has ended.
+  [[nodiscard]] StepReport cut_at_event(Plan& plan, const Start& start, Found& found) {
+    try {
+      begin_looks(start.t, plan.dt);
+      const CompletedStep<S> step{start.t, plan.dt, t_, start_, plain(), dense_};
+      found = events_.find(step);
+      // Where the interpolant is far off, it may have roots of its own: then the search is done by real steps.
+      if constexpr (sees_error && looks_inside)
+        if ((found || found.outcome != Outcome::success) && found.root.t != t_ && !hermite_is_enough()) {
+          const bool trusted = trusts_interpolant(start.t, plan.dt);
+          dense_.check_by(DenseOutput<S>::Truth::of(look_), trusted);
+          if (!trusted) found = events_.find(step);
+        }
+      StepReport done{Outcome::success, 0, nullptr};
+      if (found) done = go_to(found, plan, start);
+      if (!done) return done;
+      if (found) events_.look(found, t_, state_);
+      if (found.outcome != Outcome::success) end(found.outcome);
+      else static_cast<void>(has_shown());  // where g passes zero inside the step, slopes that are none say so
+      if (ended_) go_back(start);
+      return done;
+    } catch (...) {  // of g, or of the force: there was no step
+      go_back<true>(start);
+      edits_.forget();  // nor is anything known of it
+      forget_solves();
+      throw;
     }
-    if (hit.resteps == 0) return true;
-    cut_ = true;
-    t_ = hit.t;
-    lost_ = Scalar{0};
-    dt = t_ - from;
-    return true;
+  }
+  /// Does the step again, up to the event.
+  [[nodiscard]] StepReport go_to(Found& found, Plan& plan, const Start& start) {
+    StepReport done{Outcome::success, 0, nullptr};
+    Plan shorter = plan;
+    const auto hit = events_.refine(found, [&](Scalar t) -> const Plain* {
+      go_back(start);
+      shorter = plan;
+      if (t != plan.end || !plan.lands) shorter = {t, length_to(t), true, true};
+      done = attempt(shorter, Origin::unknown);
+      if (!done) return nullptr;
+      move_time(shorter);
+      return &plain();
+    });
+    if (done && hit.resteps > 0) begin_dense(start.t, shorter.dt);
+    if (done && !std::isfinite(hit.g)) found.outcome = Outcome::non_finite_event;
+    if (hit.resteps > 0) plan = shorter;
+    if (!done) go_back(start);
+    return done;
+  }
+  /// From where the run stands to t.
+  [[nodiscard]] Scalar length_to(Scalar t) const {
+    if constexpr (is_fixed) return pace_.length(t_, t);
+    else return t - t_ + lost_;
   }
   /// @tparam for_good  nobody goes back another time: then nothing is allocated
   template <bool for_good = false>
-  void go_back(Scalar from) {
+  void go_back(const Start& start) {
     copy_blocks<S>(state_, start_);
-    t_ = from;
+    t_ = start.t;
+    lost_ = start.lost;
+    if constexpr (sees_error)
+      if (std::exchange(way_, Way::plain) == Way::doubled) pace_.trace().step_back();
     if constexpr (can_go_back && for_good) stepper_.restore(std::move(*before_step_));
     else if constexpr (can_go_back) stepper_.restore(*before_step_);
   }
@@ -460,43 +518,148 @@ class Run {
 
   [[nodiscard]] bool watch(Scalar from, Scalar dt) {
     if constexpr (observed) {
-      const auto slopes = [this, from](Plain& at_start, Plain& at_end) { know_slopes(from, at_start, at_end); };
-      begin_dense(from, dt, slopes);
+      if constexpr (!has_events) begin_looks(from, dt);
       const Plain* middle = nullptr;
       if constexpr (sees_error)
-        if (doubled_ && !cut_) middle = &doubling_.middle();
-      const CompletedStep<S> step{from, dt, t_, start_, plain(), dense_, middle};
+        if (way_ == Way::doubled) middle = &doubling_.middle();
+      if constexpr (looks_inside)
+        if (!hermite_is_enough() && !dense_.is_checked()) dense_.check_by(DenseOutput<S>::Truth::of(look_));
+      const CompletedStep<S, looks> step{from, dt, t_, start_, plain(), dense_, middle};
       return std::apply([&](auto&... observer) { return (watch_with(observer, step) && ...); }, observers_);
     } else {
       return std::apply([&](auto&... observer) { return (show(observer, t_, state_) && ...); }, observers_);
     }
   }
+  /// A step has been done that nobody has looked into.
+  void begin_looks(Scalar from, Scalar dt) {
+    slopes_are_finite_ = true;
+    looked_ = Outcome::success;
+    if constexpr (looks_inside) inside_.reset();
+    begin_dense(from, dt);
+  }
   /// The step just done, for whoever looks inside: by the scheme's own interpolant where it has one.
-  void begin_dense(Scalar from, Scalar dt, const auto& slopes) {
-    dense_.begin(from, dt, t_, start_, plain(), DenseOutput<S>::Slopes::of(slopes));
+  void begin_dense(Scalar from, Scalar dt) {
+    look_ = {this, from, dt};
+    const auto fill = [](void* self, Plain& at_start, Plain& at_end) {
+      static_cast<Run*>(self)->know_slopes(at_start, at_end);
+    };
+    dense_.begin(from, dt, t_, start_, plain(), {this, fill});
     if constexpr (interpolates)
-      if (traced_ && !cut_)
+      if (way_ == Way::traced)
         dense_.interpolate_by(
             &stepper_, [](const void* stepper, Scalar x, Scalar h, const Plain& y0, const Plain& y1, Plain& out) {
               static_cast<const Stepper*>(stepper)->interpolate(x, h, y0, y1, out);
             });
   }
   template <class Observer>
-  [[nodiscard]] bool watch_with(Observer& observer, const CompletedStep<S>& step) {
+  [[nodiscard]] bool watch_with(Observer& observer, const auto& step) {
     if constexpr (EventLike<Observer>) return true;
     else if constexpr (observes_steps<Observer, S>) return ask(observer, step);
     else return show(observer, t_, state_);
   }
-  /// Slopes at both ends of the step just done: the scheme's own where it told them, else two force calls.
-  void know_slopes(Scalar from, Plain& at_start, Plain& at_end) {
-    if constexpr (sees_error)
-      if (pace_.trace().dt_before != 0 && !doubled_ && !cut_) {
-        copy_blocks<S>(at_start, pace_.trace().before);
-        copy_blocks<S>(at_end, pace_.trace().start);
-        return;
+
+  /// What a look inside the step just done is checked against.
+  struct LookInside {
+    Run* run = nullptr;
+    Scalar from{}, dt{};
+    [[nodiscard]] bool trusts() { return run->trusts_interpolant(from, dt); }
+    void operator()(Scalar t, Plain& out) { run->really_go(from, t - from, out); }
+  };
+  /// Hermite's interpolant has an error of Δt⁴: less than steps of order 1 and 2 leave, unless a stiff component makes large
+  /// slopes of small errors.
+  [[nodiscard]] bool hermite_is_enough() const {
+    if constexpr (requires { requires Stepper::solves_nothing; }) return stepper_.order() <= 2;
+    else return false;
+  }
+  /// Whether the interpolant is right to half the tolerance, at two places where steps are done to learn it. (At one alone
+  /// its error may pass zero.) At a fixed Δt there is no measure, and no trust.
+  [[nodiscard]] bool trusts_interpolant(Scalar from, Scalar dt) {
+    if constexpr (!sees_error) {
+      return false;
+    } else {
+      constexpr auto places = [] {
+        if constexpr (requires { Stepper::doubtful_at; }) return Stepper::doubtful_at;
+        else return RowDefaults::doubtful_at;
+      }();
+      for (const double x : places) {
+        const Scalar t = from + static_cast<Scalar>(x) * dt;
+        copy_blocks<S>(off_, start_);
+        if (!really_go(from, t - from, off_)) return true;  // the run ends for it
+        for_each_block([](auto, auto& to, const auto& by) { to -= by; }, Blocks<S>::all(off_),
+                       Blocks<S>::all(dense_.interpolated(t)));
+        if (pace_.size(start_, plain(), off_) > 0.5) return false;
       }
-    slopes_are_finite_ = stepper_.slope(from, start_, at_start) && slopes_are_finite_;
-    slopes_are_finite_ = stepper_.slope(t_, plain(), at_end) && slopes_are_finite_;
+      return true;
+    }
+  }
+  /// out = y(from + dt) by a step from the start of the one just done. False where it fails, and the run ends with that.
+  bool really_go(Scalar from, Scalar dt, Plain& out) {
+    if (std::abs(dt) <= rounding(from)) {  // no step, and nothing to tell its ends apart
+      copy_blocks<S>(out, dense_.interpolated(from + dt));
+      return true;
+    }
+    if constexpr (can_go_back) {
+      if (!inside_) inside_.emplace(stepper_, *before_step_);
+    } else if (!inside_) {
+      inside_.emplace(stepper_, Nothing{});
+    }
+    const Statistics spent = inside_->spent();
+    copy_blocks<S>(end_, state_);
+    const auto leave = [&] {
+      copy_blocks<S>(state_, end_);
+      Statistics cost = inside_->spent() - spent;
+      cost.steps = cost.failed_steps = cost.rejections = 0;
+      report_.statistics = report_.statistics + cost;
+    };
+    copy_blocks<S>(state_, start_);
+    try {
+      const StepReport done = [&] {
+        if constexpr (!sees_error) {
+          return inside_->step(state_, from, dt);
+        } else {
+          const auto accept = [this](const Plain& y, const Plain& next, const Plain& error) {
+            return pace_.allows(y, next, error);
+          };
+          return inside_->step(state_, from, dt, pace_.trace(), accept);
+        }
+      }();
+      copy_blocks<S>(out, state_);
+      if (!done && looked_ == Outcome::success) {
+        looked_ = done.outcome();
+        report_.failure = done.failure();
+      }
+      leave();
+      return static_cast<bool>(done);
+    } catch (...) {
+      leave();
+      throw;
+    }
+  }
+  /// Slopes at both ends of the step just done: the scheme's own where it told them, else two force calls.
+  void know_slopes(Plain& at_start, Plain& at_end) {
+    if constexpr (sees_error)
+      if (way_ == Way::traced) {
+        const auto& trace = pace_.trace();
+        if (trace.has_slopes || trace.dt_before != 0) {  // not yet, or already what the next step starts from
+          copy_blocks<S>(at_start, trace.has_slopes ? trace.start : trace.before);
+          copy_blocks<S>(at_end, trace.has_slopes ? trace.end : trace.start);
+          return;
+        }
+      }
+    slopes_are_finite_ = slope(look_.from, start_, at_start) && slopes_are_finite_;
+    slopes_are_finite_ = slope(t_, plain(), at_end) && slopes_are_finite_;
+  }
+  /// By a force call. False, with bad_slope_: it is no slope.
+  [[nodiscard]] bool slope(Scalar t, const Plain& y, Plain& out) {
+    bad_slope_ = Outcome::non_finite_force;
+    try {
+      return stepper_.slope(t, y, out);
+    } catch (const WrongSize&) {
+      bad_slope_ = Outcome::wrong_size;
+      for_each_block([](auto, auto& block) { block.setConstant(std::numeric_limits<Scalar>::quiet_NaN()); },
+                     Blocks<S>::all(out));
+      return false;
+    }
   }
 
   /// The state as the stepper's own type: a Map's is gathered.
@@ -527,7 +690,13 @@ class Run {
     if constexpr (requires { requires Stepper::is_affine; }) return 2;
     else return 1.2;
   }
+  /// Where a run ends by a failure, what its tries have left goes with it.
+  void forget_solves() {
+    if constexpr (requires { stepper_.forget_solves(); }) stepper_.forget_solves();
+  }
   bool end(Outcome outcome) {
+    if (outcome != Outcome::success && outcome != Outcome::stopped_by_observer && outcome != Outcome::stopped_by_event)
+      forget_solves();
     ended_ = true;
     report_.outcome = outcome;
     return false;
@@ -537,10 +706,23 @@ class Run {
     else return Pace::sees_error;
   }();
   static constexpr bool interpolates = sees_error && requires { requires Stepper::interpolates; };
+  static constexpr Looks looks = [] {
+    if constexpr (requires { typename Stepper::SchemeType; })
+      if (is_extrapolated<typename Stepper::SchemeType>) return Looks::extrapolated;
+    return StepInside<Stepper, S>::is_possible ? Looks::may_look : Looks::not_copied;
+  }();
+  template <class Observer>
+  static constexpr bool may_look_inside = [] {
+    if constexpr (requires { requires Observer::looks_at_ends_alone; }) return false;
+    else return EventLike<Observer> || observes_steps<Observer, S>;
+  }();
+  static constexpr bool looks_inside =
+      looks == Looks::may_look && (may_look_inside<std::remove_reference_t<Observers>> || ...);
   struct Nothing {};
   static constexpr bool can_go_back = requires(Stepper & stepper) { stepper.restore(stepper.checkpoint()); };
+  static constexpr bool keeps_past = (has_events || looks_inside) && can_go_back;
   static auto checkpoint_of() {
-    if constexpr (has_events && can_go_back) return std::optional<decltype(std::declval<Stepper&>().checkpoint())>{};
+    if constexpr (keeps_past) return std::optional<decltype(std::declval<Stepper&>().checkpoint())>{};
     else return Nothing{};
   }
 
@@ -553,11 +735,13 @@ class Run {
   Statistics before_;
   Scalar t_, lost_{0};
   RunReport report_;
-  Outcome outcome_ = Outcome::success;
-  bool begun_ = false, ended_ = false, first_ = true, doubled_ = false, traced_ = false;
-  bool cut_ = false;               // the step just done is shorter than the one accepted: it ends at an event
-  bool alone_ = false;             // nobody has the state between steps
-  bool slopes_are_finite_ = true;  // of the step just done, as far as somebody asked
+  Outcome outcome_ = Outcome::success, bad_slope_ = Outcome::non_finite_force;
+  bool begun_ = false, ended_ = false, first_ = true;
+  Way way_ = Way::plain;               // of the last attempt
+  bool alone_ = false;                 // nobody has the state between steps
+  bool slopes_are_finite_ = true;      // of the step just done, as far as somebody asked
+  Outcome looked_ = Outcome::success;  // of the steps to where somebody looked inside
+  LookInside look_;                    // into the step that dense_ tells of
   std::int64_t changes_ = 0;
   EditGuard<S, false, false> edits_;
   [[no_unique_address]] std::conditional_t<sees_error, StepDoubling<Stepper, S>, Nothing> doubling_;
@@ -565,10 +749,33 @@ class Run {
   [[no_unique_address]] decltype(checkpoint_of()) before_step_;
   [[no_unique_address]] std::conditional_t<borrowed, Plain, Nothing> gathered_;
   [[no_unique_address]] std::conditional_t<observed, DenseOutput<S>, Nothing> dense_;
+  struct NoLook {};
+  [[no_unique_address]] std::conditional_t<looks_inside, Plain, NoLook> end_, off_;
+  [[no_unique_address]] std::conditional_t<looks_inside, std::optional<StepInside<Stepper, S>>, NoLook> inside_;
 };
 
-template <class Stepper, State S, class Control, class... Observers>
-Run(Stepper&, S&, TimeSpan<std::type_identity_t<ScalarOf<S>>>, const Control&, Observers&&...)
-    -> Run<Stepper, S, Control, Observers...>;
+/// No run: says why, and nothing else.
+template <class Stepper, class S, class Control, class... Observers>
+  requires(!MutableState<S&> || !ControlOf<Control, S> || !fits_state<Stepper, S>)
+class Run<Stepper, S, Control, Observers...> {
+  static_assert(StateRefusal<MutableState<S&>>::is_said);
+  static constexpr bool has_control = !MutableState<S&> || ControlOf<Control, S>,
+                        has_stepper = !MutableState<S&> || fits_state<Stepper, S>;
+  static_assert(
+      has_control,
+      "phistep: say how dt is chosen: fixed(0.1) for steps of 0.1, tolerance{.rtol = 1e-6}, iteration_control{...} "
+      "or smaller_of(...)");
+  static_assert(has_stepper, "phistep: the stepper was made for a state of another type");
+
+ public:
+  Run(Stepper&, S&, typename SpanOf<S>::type, const Control&, Observers&&...) {}
+  bool advance() { return false; }
+  RunReport finish() { return {}; }
+  [[nodiscard]] RunReport report() const { return {}; }
+};
+
+template <class Stepper, class S, class Control, class... Observers>
+Run(Stepper&, S&&, typename SpanOf<std::remove_reference_t<S>>::type, const Control&, Observers&&...)
+    -> Run<Stepper, std::remove_reference_t<S>, Control, Observers...>;
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -120,3 +120,38 @@ TEST_CASE("how soon events follow each other is part of a checkpoint") {
   const std::size_t bounces = std::get<2>(whole).size();
   for (std::size_t cut = 1; cut < bounces; ++cut) CHECK((play(cut) == whole));
 }
+
+TEST_CASE("which roots within one step are found is as event.hpp says") {
+  using One = Eigen::Matrix<double, 1, 1>;
+  // y = t; g has roots at the times given, changes sign at each, and is smooth.
+  const auto found = [](std::vector<double> roots, double dt, bool inside, Direction direction = Direction::both) {
+    One y{0};
+    PhiStepper stepper{y, [](const One&) -> One { return One{1}; }, forward_euler};
+    auto e = event(
+        [roots](double t, const One&) {
+          double g = 1;
+          for (const double root : roots) g *= t - root;
+          return g;
+        },
+        {.direction = direction, .inside = inside});
+    REQUIRE(integrate(stepper, y, {0, 1}, fixed(dt), e));
+    return e.times();
+  };
+  const auto is_near = [](const std::vector<double>& times, const std::vector<double>& roots) {
+    REQUIRE(times.size() == roots.size());
+    for (std::size_t k = 0; k < roots.size(); ++k) CHECK(std::abs(times[k] - roots[k]) <= 1e-12);
+  };
+  // One a step: all of them, without a look inside.
+  is_near(found({0.13, 0.38, 0.63, 0.88}, 0.25, false), {0.13, 0.38, 0.63, 0.88});
+  // Two in a step: with a look inside, in either direction.
+  is_near(found({0.3, 0.7}, 1, true), {0.3, 0.7});
+  is_near(found({0.3, 0.7}, 1, true, Direction::rising), {0.7});
+  is_near(found({0.3, 0.7}, 1, true, Direction::falling), {0.3});
+  is_near(found({0.3, 0.7}, 1, false), {});
+  // Three: one at least.
+  CHECK_FALSE(found({0.2, 0.5, 0.7}, 1, false).empty());
+  // Ten: none is promised, as many as steps are short enough for.
+  const std::vector<double> ten{0.05, 0.15, 0.25, 0.35, 0.45, 0.55, 0.65, 0.75, 0.85, 0.95};
+  is_near(found(ten, 1, false), {});
+  is_near(found(ten, 0.0625, false), ten);
+}

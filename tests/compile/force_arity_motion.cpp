@@ -1,4 +1,4 @@
-// expect: must be callable as f.r., f.r, v. or f.r, v, t.
+// expect: time comes last.* f.r., f.r, v. or f.r, v, t.
 #include <phistep/phistep.hpp>
 
 using Vec = Eigen::Vector2d;

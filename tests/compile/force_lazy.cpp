@@ -1,4 +1,5 @@
 // expect: the force returns a lazy Eigen expression
+// lines: 20
 #include <phistep/phistep.hpp>
 
 using Vec = Eigen::VectorXd;

@@ -1,5 +1,6 @@
 // The forms that a force may take: all forms, under all kinds of schemes. The quick half: force.test.cpp.
 #include <phistep/autodiff.hpp>
+#include <phistep/force/external_field.hpp>
 
 #include <cmath>
 #include <functional>
@@ -38,22 +39,60 @@ TEST_CASE("a force that can't be copied works by std::ref, and one that can only
   CHECK(distance(numbers(s.state), expected.explicit_) <= 1e-14);
 }
 
-TEST_CASE("a result of the wrong size throws and leaves the state") {
-  const auto check = [](auto force, auto scheme) {
+namespace {
+struct Resizing : ForceTerm {
+  void add(double, const auto&, auto& out) const { out.force = Vec::Zero(5); }
+};
+}  // namespace
+
+TEST_CASE("a result of the wrong size is an outcome and leaves the state") {
+  const auto check = [](auto force, auto scheme, int term = -1) {
     states::SecondOrder<Vec> s;
     const Vec before = numbers(s.state);
     PhiStepper stepper{s.state, force, scheme};
-    CHECK_THROWS_AS(stepper.step(s.state, 0, 0.1), std::invalid_argument);
+    const StepReport report = stepper.step(s.state, 0, 0.1);
+    CHECK(report.outcome() == Outcome::wrong_size);
+    CHECK(report.failure().term == term);
     CHECK(states::same_bits(numbers(s.state), before));
+    // In a run, too: at its start, inside of it, where somebody looks between its steps.
+    CHECK(integrate(stepper, s.state, {0, 1}, tolerance{}).outcome == Outcome::wrong_size);
+    CHECK(integrate(stepper, s.state, {0, 1}, fixed(0.1)).outcome == Outcome::wrong_size);
+    CHECK(states::same_bits(numbers(s.state), before));
+    Halving halving{PhiStepper{s.state, force, scheme}, 3};
+    CHECK(halving.step(s.state, 0, 0.1).outcome() == Outcome::wrong_size);
+    CHECK(halving.statistics().halvings == 0);  // no smaller step would do
   };
   const auto shorter = [](const Vec&) -> Vec { return Vec::Zero(5); };
   const auto longer = [](const Vec&) -> Vec { return Vec::Zero(7); };
   static Vec own = Vec::Zero(5);
   check(shorter, forward_euler), check(longer, velocity_verlet), check(shorter, trapezoidal);
   check([](const Vec&) -> const Vec& { return own; }, forward_euler);
+  check(shorter, rkn86), check(longer, rodas4), check(shorter, radau), check(longer, tr_bdf2);
+  check(term(pull) + term(shorter), velocity_verlet, 1);
+  check(Resizing{}, velocity_verlet), check(term(pull) + Resizing{}, trapezoidal, 1);
+}
+TEST_CASE("a result of the wrong size between a run's steps ends it with an outcome") {
+  states::SecondOrder<Vec> s;
+  int size = 6;
+  const auto force = [&size](const Vec& r) -> Vec { return Vec::Constant(size, -r[0]); };
+  PhiStepper stepper{s.state, force, velocity_verlet};
+  // Whoever looks inside of a step asks for its slopes.
+  const RunReport report = integrate(stepper, s.state, {0, 1}, fixed(0.25), [&size](const auto& step) {
+    if (step.t1() < 0.6) return;
+    size = 7;
+    static_cast<void>(step.at(step.t0() + 0.1));
+  });
+  CHECK(report.outcome == Outcome::wrong_size);
+  CHECK(report.t == 0.75);
+}
+TEST_CASE("a field of the wrong size is an outcome") {
+  states::SecondOrder<states::Columns> s;
+  const auto two = [](const Eigen::Vector3d&) -> Vec { return Vec::Zero(2); };
+  PhiStepper stepper{s.state, external_field<3>(two), velocity_verlet};
+  CHECK(stepper.step(s.state, 0, 0.1).outcome() == Outcome::wrong_size);
 }
 
-TEST_CASE("a Jacobian of the wrong size throws and leaves the state") {
+TEST_CASE("a Jacobian of the wrong size is an outcome and leaves the state") {
   struct Wrong : WithJacobian {
     MotionJacobian<Eigen::MatrixXd> jacobian(const Vec&, const Vec&) const {
       return {Eigen::MatrixXd::Zero(6, 6), Eigen::MatrixXd::Zero(5, 6)};
@@ -62,7 +101,9 @@ TEST_CASE("a Jacobian of the wrong size throws and leaves the state") {
   states::SecondOrder<Vec> s;
   const Vec before = numbers(s.state);
   PhiStepper stepper{s.state, Wrong{}, trapezoidal};
-  CHECK_THROWS_AS(stepper.step(s.state, 0, 0.1), std::invalid_argument);
+  const StepReport report = stepper.step(s.state, 0, 0.1);
+  CHECK(report.outcome() == Outcome::wrong_size);
+  CHECK_THAT(report.message(), contains("5 x 6"));
   CHECK(states::same_bits(numbers(s.state), before));
 }
 

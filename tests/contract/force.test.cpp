@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <stdexcept>
+#include <type_traits>
 
 #include "contract/force_cases.hpp"
 #include "contract/states.hpp"
@@ -56,6 +57,37 @@ TEST_CASE("arity alone decides: a body is never compiled with the wrong types") 
   CHECK(PhiStepper{y, timed, forward_euler}.step(y, 1, 0.1));
 }
 
+TEST_CASE("a user's force in terms and references, however they nest, is that force with all that it offers") {
+  AddingTimed adding;
+  const WithJacobian returning;
+  auto inner = term(std::ref(adding));
+  const auto once = std::ref(adding);
+  const auto is_adding = [](auto wrapped) {
+    static_assert(std::is_same_v<Unwrapped<decltype(wrapped)>, AddingTimed>);
+    return &unwrap(wrapped);
+  };
+  CHECK(is_adding(std::ref(adding)) == &adding);
+  CHECK(is_adding(inner) == &adding);
+  CHECK(is_adding(std::ref(inner)) == &adding);
+  CHECK(is_adding(std::cref(inner)) == &adding);
+  CHECK(is_adding(term(std::ref(inner))) == &adding);
+  CHECK(is_adding(at(forward_euler, std::ref(once))) == &adding);
+  CHECK(is_adding(term(at(forward_euler, inner))) == &adding);
+  static_assert(std::is_same_v<Unwrapped<decltype(term(std::cref(returning)))>, WithJacobian>);
+
+  Vec direct, by_reference, direct_kicks, kicks;
+  step_ten(adding, forward_euler, direct);
+  step_ten(term(std::ref(adding)), forward_euler, by_reference);
+  CHECK(distance(by_reference, direct) == 0);
+  step_ten(at(forward_euler, term(adding)) + LinearDrag{c}, trapezoidal, direct_kicks);
+  step_ten(at(forward_euler, std::ref(adding)) + LinearDrag{c}, trapezoidal, kicks);
+  CHECK(distance(kicks, direct_kicks) == 0);
+  const Statistics counts = step_ten(term(std::cref(returning)) + LinearDrag{0.0}, trapezoidal, by_reference);
+  const Statistics wanted = step_ten(term(returning) + LinearDrag{0.0}, trapezoidal, direct);
+  CHECK(counts.force_calls == wanted.force_calls);  // differences would be calls
+  CHECK(distance(by_reference, direct) == 0);
+}
+
 TEST_CASE("a force that can't be copied works by std::ref, and one that can only move is moved in") {
   struct Pinned {
     std::unique_ptr<double> stiffness = std::make_unique<double>(k);
@@ -70,11 +102,17 @@ TEST_CASE("a force that can't be copied works by std::ref, and one that can only
   CHECK(distance(numbers(s.state), expected) <= 1e-13);
 }
 
-TEST_CASE("a result of the wrong size throws and leaves the state") {
+TEST_CASE("a result of the wrong size is an outcome and leaves the state") {
   states::SecondOrder<Vec> s;
   const Vec before = numbers(s.state);
-  const auto longer = [](const Vec&) -> Vec { return Vec::Zero(7); };
-  PhiStepper stepper{s.state, longer, velocity_verlet};
-  CHECK_THROWS_AS(stepper.step(s.state, 0, 0.1), std::invalid_argument);
+  int size = 7;
+  const auto other = [&size](const Vec&) -> Vec { return Vec::Zero(size); };
+  PhiStepper stepper{s.state, other, velocity_verlet};
+  const StepReport report = stepper.step(s.state, 0.5, 0.1);
+  CHECK(report.outcome() == Outcome::wrong_size);
+  CHECK_THAT(report.message(), contains("7 x 1") && contains("t = 0.5") && contains("dt = 0.1") && contains("Try"));
   CHECK(states::same_bits(numbers(s.state), before));
+  CHECK(stepper.statistics().failed_steps == 1);
+  size = 6;
+  CHECK(stepper.step(s.state, 0.5, 0.1));
 }

@@ -24,6 +24,14 @@ const auto samples = [](std::vector<double>& log) {
     else log.push_back(y.r[0]);
   })};
 };
+/// Where nobody may look inside.
+const auto stops = [](std::vector<double>& log) {
+  return std::tuple{at_times({0.7, 1.4, 2.1, 20.0}, [&log](double t, const auto& y) {
+    log.push_back(t);
+    if constexpr (requires { y[0]; }) log.push_back(y[0]);
+    else log.push_back(y.r[0]);
+  })};
+};
 constexpr double rtol = 1e-5;
 const tolerance control{.rtol = rtol, .atol = 1e-4 * rtol};
 
@@ -38,6 +46,6 @@ TEST_CASE("Rosenbrock") {
 TEST_CASE("Nystrom pairs") { check(spring, steps(problems::HardeningSpring{}, rkn86), 20, control, samples); }
 TEST_CASE("Radau, extrapolation") {
   CHECK(check(hires, steps(problems::Hires{}, radau), 50, control, samples) > 10);
-  CHECK(check(hires, steps(problems::Hires{}, extrapolated(backward_euler)), 50, control, samples) > 10);
-  check(spring, steps(problems::HardeningSpring{}, extrapolated(velocity_verlet)), 20, control, samples);
+  CHECK(check(hires, steps(problems::Hires{}, extrapolated(backward_euler)), 50, control, stops) > 10);
+  check(spring, steps(problems::HardeningSpring{}, extrapolated(velocity_verlet)), 20, control, stops);
 }

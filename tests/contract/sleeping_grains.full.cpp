@@ -91,3 +91,31 @@ TEST_CASE("a ball that lands on a sleeping heap wakes it, and its blow goes thro
   CHECK(p_before > 3);
   CHECK(fastest > 0.5);
 }
+
+TEST_CASE("where all grains sleep, other radii, other gravity, a support that moves wake them all") {
+  const auto wakes = [](auto&& act) {
+    Grains grains = three();
+    grains.add([] {
+      Grains held{Vector3d{0, 20, 0.4999}};  // far away
+      held.set_mass(1.0).set_radius(R);
+      return held;
+    }());
+    grains.set_still({0, 0, 0, 1});
+    Sleeping stepper{PhiStepper{grains, slope_force(), symplectic_euler}, SleepOptions{.speed = 1e-3}};
+    int n = 0;
+    while (stepper.report().asleep < 3 && n < 60000) REQUIRE(stepper.step(grains, dt * n++, dt));
+    REQUIRE(stepper.report().asleep == 3);
+    for (int k = 0; k < 100; ++k) REQUIRE(stepper.step(grains, dt * n++, dt));
+    act(grains, stepper);
+    REQUIRE(stepper.step(grains, dt * n++, dt));
+    CHECK(stepper.report().asleep == 0);
+    const Eigen::Matrix3Xd before = grains.r;
+    for (int k = 0; k < 500; ++k) REQUIRE(stepper.step(grains, dt * n++, dt));
+    return (grains.r - before).colwise().norm().head(3).minCoeff();
+  };
+  // In 0.1 s, g makes 5 cm.
+  CHECK(wakes([](Grains& y, auto&) { y.set_radius(R / 2); }) > 0.02);
+  CHECK(wakes([](Grains&, auto& stepper) { std::get<2>(stepper.stepper().force().terms).g *= -1; }) > 0.02);
+  CHECK(wakes([](Grains& y, auto&) { y.r(1, 3) -= 1; }) >= 0);
+  CHECK(wakes([](Grains&, auto& stepper) { stepper.reset(); }) >= 0);
+}

@@ -68,6 +68,38 @@ TEST_CASE("columns of a matrix are a motion") {
   CHECK(same_bits(phase.reshaped(), run<SecondOrder<Dynamic>>(Pull{}, velocity_verlet)));
 }
 
+TEST_CASE("views that share memory are refused, those that stand between each other's numbers are not") {
+  std::vector<double> memory(64, 0.5);
+  double* const at = memory.data();
+  const auto make = [](auto state, auto force) {
+    PhiStepper stepper{state, force, velocity_verlet};
+    return stepper.step(state, 0, 0.1).outcome();
+  };
+  const auto refused = [&](auto state, auto force) {
+    CHECK_THROWS_WITH(make(state, force), contains("share memory"));
+    CHECK(memory == std::vector<double>(64, 0.5));
+  };
+  const auto fine = [&](auto state, auto force) { CHECK(make(state, force) == Outcome::success); };
+  refused(Motion{Mapped(at, 6), Mapped(at, 6)}, Pull{});
+  refused(Motion{Mapped(at, 6), Mapped(at + 5, 6)}, Pull{});
+  refused(Motion{Mapped(at + 3, 6), Mapped(at, 6)}, Pull{});
+  refused(Motion{Strided(at, 6), Strided(at + 2, 6)}, Pull{});
+  refused(Motion{Structs(at, 3, 2, Eigen::OuterStride<>(7)), Structs(at + 2, 3, 2, Eigen::OuterStride<>(7))}, Pull{});
+  refused(Motion{Structs(at, 3, 2, Eigen::OuterStride<>(2)), Structs(at + 32, 3, 2, Eigen::OuterStride<>(3))}, Pull{});
+
+  fine(Motion{Mapped(at, 6), Mapped(at + 6, 6)}, Pull{});
+  fine(Motion{Strided(at, 6), Strided(at + 1, 6)}, Pull{});
+  fine(Motion{Structs(at, 3, 2, Eigen::OuterStride<>(7)), Structs(at + 3, 3, 2, Eigen::OuterStride<>(7))}, Pull{});
+  // A stepper made for views of one size is made anew for those of another.
+  Motion<Mapped> state{Mapped(at, 2), Mapped(at + 2, 2)};
+  const auto pull = [](const Dynamic& r) -> Dynamic { return -r; };
+  PhiStepper stepper{state, pull, velocity_verlet};
+  REQUIRE(stepper.step(state, 0, 0.1));
+  new (&state.r) Mapped(at, 3);
+  new (&state.v) Mapped(at + 2, 3);
+  CHECK_THROWS_WITH(stepper.step(state, 0, 0.1), contains("share memory"));
+}
+
 TEST_CASE("a view of a view's memory moves with its stepper's failures: never") {
   SecondOrder<Strided> c;
   const auto before = c.home_r.memory;

@@ -24,14 +24,48 @@ TEST_CASE("times are t0 + n dt to the bit, and the last is t1") {
 TEST_CASE("a span of whole steps keeps the nominal dt to the end") {
   // 1/0.1, 0.3/0.1, 1.1/0.1 … are not whole in floating point; one factorisation a run depends on this.
   for (const double dt : {0.1, 0.01, 0.3, 1.0 / 3, 0.7, 1e-5})
-    for (const int n : {1, 2, 3, 7, 10, 11, 100, 999})
-      for (const double t0 : {0.0, 5.3, -17.1}) {
-        const auto g = grid(t0, t0 + n * dt, dt);
-        CAPTURE(dt, n, t0);
-        CHECK(g.steps() == n);
-        CHECK(g.step(n - 1) == dt);
-        CHECK(g.time(n) == t0 + n * dt);
-      }
+    for (const int n : {1, 2, 3, 7, 10, 11, 100, 999}) {
+      const auto g = grid(0, n * dt, dt);
+      CAPTURE(dt, n);
+      CHECK(g.steps() == n);
+      CHECK(g.step(n - 1) == dt);
+      CHECK(g.time(n) == n * dt);
+    }
+}
+
+TEST_CASE("far from t = 0 nothing of a span is lost, and whole steps stay whole") {
+  for (const double t0 : {0.0, 5.3, -17.1, 1e3, -1e6, 1.7e9, 1e15})
+    for (const double dt : {0.1, 0.01, 0.3, 1.0 / 3, 0.7, 1e-5})
+      for (const double sign : {1.0, -1.0})
+        for (const double wanted : {0.5, 1.0, 1.45, 2.0, 3.01, 7.0, 100.0, 999.5}) {
+          const double t1 = t0 + sign * wanted * dt, length = t1 - t0,
+                       spacing = std::nextafter(std::abs(t0) + 1000 * dt, HUGE_VAL) - std::abs(t0) - 1000 * dt;
+          const auto g = grid(t0, t1, dt);
+          CAPTURE(t0, t1, dt, wanted, sign);
+          if (dt < spacing) {
+            CHECK((t0 == t1 ? g.outcome() == Outcome::success : g.outcome() == Outcome::step_too_small));
+            continue;
+          }
+          if (length == 0) continue;
+          double sum = g.step(g.steps() - 1);
+          for (std::int64_t n = 0; n + 1 < g.steps(); ++n) CHECK(g.step(n) == std::copysign(dt, sign));
+          sum += static_cast<double>(g.steps() - 1) * std::copysign(dt, sign);
+          CHECK(std::abs(sum - length) <= 1e-15 * std::abs(length));
+          CHECK(std::abs(g.step(g.steps() - 1)) <= 1.01 * dt);
+          CHECK(g.step(g.steps() - 1) * sign > 0);
+          CHECK(g.time(g.steps()) == t1);
+          // Where the clock is fine enough to tell, whole steps are as many as were meant.
+          if (wanted == std::floor(wanted) && 1000 * spacing < dt)
+            CHECK(g.steps() == static_cast<std::int64_t>(wanted));
+        }
+}
+
+TEST_CASE("a step that the clock can't show is refused") {
+  CHECK(grid(1.7e9, 1.7e9 + 1, 1e-7).outcome() == Outcome::step_too_small);
+  CHECK(grid(1.7e9, 1.7e9 + 1e-3, 1e-5).outcome() == Outcome::success);
+  CHECK(grid(-1e16, -1e16 + 100, 1).outcome() == Outcome::step_too_small);
+  CHECK(grid(4, 4 - 1e-12, 1e-16).outcome() == Outcome::step_too_small);
+  CHECK(TimeGrid<float>({1000.0f, 1001.0f}, fixed(1e-5)).outcome() == Outcome::step_too_small);
 }
 
 TEST_CASE("what is left over is one shorter step") {
@@ -55,7 +89,6 @@ TEST_CASE("a span that runs backward is stepped backward, whatever the sign of d
     CHECK(g.time(1) == 2 - 0.3);
     CHECK(g.time(4) == 1);
   }
-  CHECK(grid(0, 1, -0.5).step(0) == 0.5);
 }
 
 TEST_CASE("an empty span has no steps and is no failure") {
@@ -95,4 +128,17 @@ TEST_CASE("float time does not drift") {
   CHECK(g.steps() == 10000);
   CHECK(g.time(9999) == 9999.0f * 0.1f);
   CHECK(g.time(10000) == 1000.0f);
+}
+
+TEST_CASE("a negative dt over a span that runs forward is refused, over one that runs backward both signs serve") {
+  const auto refused = grid(0, 1, -0.1);
+  CHECK(refused.outcome() == Outcome::invalid_step);
+  CHECK(refused.steps() == 0);
+  for (const double dt : {0.1, -0.1}) {
+    const auto back = grid(1, 0, dt);
+    CHECK(back.outcome() == Outcome::success);
+    CHECK(back.steps() == 10);
+    CHECK(back.step(0) == -0.1);
+  }
+  CHECK(grid(0, 1, 0.1).outcome() == Outcome::success);
 }

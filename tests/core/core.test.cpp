@@ -1,11 +1,16 @@
+#include <phistep/core/archive.hpp>
 #include <phistep/core/arithmetic.hpp>
 #include <phistep/core/fingerprint.hpp>
 #include <phistep/core/statistics.hpp>
 #include <phistep/core/step_report.hpp>
 #include <phistep/core/structure.hpp>
 
+#include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <numeric>
 #include <set>
 #include <sstream>
 #include <string>
@@ -145,7 +150,7 @@ TEST_CASE("fingerprints of float and long double see every bit too") {
 
 TEST_CASE("every outcome has words of its own, and every failure an advice") {
   std::set<std::string> texts;
-  for (int i = 0; i <= static_cast<int>(Outcome::events_accumulate); ++i) {
+  for (int i = 0; i <= static_cast<int>(Outcome::wrong_size); ++i) {
     const auto outcome = static_cast<Outcome>(i);
     CHECK(texts.insert(describe(outcome)).second);
     const bool needs_advice =
@@ -209,6 +214,26 @@ TEST_CASE("statistics subtract field by field and print their counts") {
   std::ostringstream out;
   out << a;
   CHECK_THAT(out.str(), contains("10  (and 2 failed)") && contains("30") && contains("70") && contains("80"));
+}
+
+TEST_CASE("every count is subtracted, added, printed and saved") {
+  std::array<std::int64_t, sizeof(Statistics) / sizeof(std::int64_t)> numbers;
+  std::iota(numbers.begin(), numbers.end(), 101);
+  const auto all = std::bit_cast<Statistics>(numbers);
+  CHECK(all - all == Statistics{});
+  const auto twice_each = std::bit_cast<decltype(numbers)>(all + all);
+  std::ostringstream out;
+  out << all;
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    CHECK(twice_each[i] == 2 * numbers[i]);
+    CHECK_THAT(out.str(), contains(std::to_string(numbers[i])));
+  }
+  Writer writer;
+  writer(all);
+  Reader reader{writer.bytes()};
+  Statistics read;
+  reader(read);
+  CHECK(read == all);
 }
 
 TEST_CASE("the structure of a sum holds that of both its terms") {

@@ -93,6 +93,8 @@ class Machine {
   [[nodiscard]] virtual RunReport report() const = 0;
   /// A new run from where this one stands to its end, with the same stepper.
   virtual void renew() = 0;
+  /// The same with a new stepper that has the same history, for a state of its own; null where there is no such stepper.
+  [[nodiscard]] virtual std::unique_ptr<Machine> fresh() const = 0;
   [[nodiscard]] virtual std::string save() const = 0;
   virtual void load(const std::string& bytes) = 0;
 };
@@ -114,8 +116,16 @@ class MachineOf final : public Machine {
 
  public:
   MachineOf(S start, const std::function<Stepper(S&)>& make, double t1, Control control, Observers observers)
-      : y_{std::move(start)}, stepper_{make(y_)}, t1_{t1}, control_{control}, observers_{observers()} {
-    begin(0);
+      : MachineOf{std::move(start), make, 0, t1, control, observers} {}
+  MachineOf(S start, const std::function<Stepper(S&)>& make, double t, double t1, Control control, Observers observers)
+      : make_{make},
+        make_observers_{observers},
+        y_{std::move(start)},
+        stepper_{make(y_)},
+        t1_{t1},
+        control_{control},
+        observers_{observers()} {
+    begin(t);
   }
   bool advance() override { return run_->advance(); }
   double time() const override { return run_->time(); }
@@ -128,6 +138,15 @@ class MachineOf final : public Machine {
   bool has_ended() const override { return run_->has_ended(); }
   RunReport report() const override { return run_->report(); }
   void renew() override { begin(run_->time()); }
+  std::unique_ptr<Machine> fresh() const override {
+    if constexpr (requires(Stepper & stepper) { stepper.restore(stepper.checkpoint()); }) {
+      auto other = std::make_unique<MachineOf>(y_, make_, run_->time(), t1_, control_, make_observers_);
+      other->stepper_.restore(stepper_.checkpoint());
+      return other;
+    } else {
+      return nullptr;
+    }
+  }
   std::string save() const override {
     std::ostringstream out;
     save_checkpoint(out, *run_);
@@ -148,6 +167,8 @@ class MachineOf final : public Machine {
         observers_);
   }
 
+  std::function<Stepper(S&)> make_;
+  Observers make_observers_;
   S y_;
   Stepper stepper_;
   double t1_;
@@ -176,6 +197,7 @@ struct Promise {
   double renewed = 0;      ///< … of a new run from where that one failed, or of one that found a way around the fault
   bool moves_on = false;   ///< who fails is called after the step: the step stands
   bool in_solver = false;  ///< a linear solver asks the force, and is then what fails
+  bool forgets = true;     ///< a run that goes on from a failure by a new one goes on as with a new stepper, to the bit
   bool leaks = false;      ///< Eigen 3.4 does, where memory ends while it copies a sparse matrix
 };
 
@@ -228,11 +250,12 @@ struct Trajectory {
   return all;
 }
 
-[[nodiscard]] inline bool is_told(const RunReport& report, Site site, const Promise& promise) {
+[[nodiscard]] inline bool is_told(const RunReport& report, Site site, Kind how, const Promise& promise) {
   const Outcome outcome = report.outcome;
   const std::string message = report.message();
   const bool in_a_step = report.failure.outcome == outcome;
   const bool kind = [&] {
+    if (how == Kind::size) return outcome == Outcome::wrong_size;
     switch (site) {
       case Site::force:
         return outcome == Outcome::non_finite_force || outcome == Outcome::non_finite_jacobian ||
@@ -270,6 +293,12 @@ inline void strike(const Make& make, const Trajectory& good, Site site, Kind kin
   std::string last = machine->bits();
   double t = machine->time();
   bool failed = false, around = false, renewed = false;
+  std::unique_ptr<Machine> fresh;  // from the last failure
+  const auto renew = [&] {
+    renewed = true;
+    if (promise.forgets) fresh = machine->fresh();
+    machine->renew();
+  };
   for (long calls = 0;; ++calls) {
     if (calls > 100000) return tally.blame(tally.stuck, what + ": never ends");
     const long hits = fault.hits;
@@ -277,8 +306,7 @@ inline void strike(const Make& make, const Trajectory& good, Site site, Kind kin
     try {
       more = machine->advance();
     } catch (const std::exception& error) {
-      const bool ours = dynamic_cast<const Struck*>(&error) != nullptr || kind == Kind::size;
-      if (!ours) tally.blame(tally.untold, what + ": throws " + error.what());
+      if (dynamic_cast<const Struck*>(&error) == nullptr) tally.blame(tally.untold, what + ": throws " + error.what());
       failed = true;
       ++tally.failures;
       const std::string now = machine->bits();
@@ -290,14 +318,15 @@ inline void strike(const Make& make, const Trajectory& good, Site site, Kind kin
       if (went) ++n;
       last = now, t = machine->time();
       fault.cure();
-      if (machine->has_ended()) machine->renew(), renewed = true;
+      fresh = nullptr;
+      if (machine->has_ended()) renew();
       continue;
     }
     if (!more && machine->report().outcome != Outcome::success) {
       failed = true;
       ++tally.failures;
       const RunReport report = machine->report();
-      if (!is_told(report, site, promise)) tally.blame(tally.untold, what + ": " + report.message());
+      if (!is_told(report, site, kind, promise)) tally.blame(tally.untold, what + ": " + report.message());
       const std::string now = machine->bits();
       const bool stands = now == last && machine->time() == t;
       // A new run doesn't know that it starts where an event has just happened: that one may happen again.
@@ -307,8 +336,7 @@ inline void strike(const Make& make, const Trajectory& good, Site site, Kind kin
       if (!stands) tally.blame(tally.changed, what + ": changes the state");
       if (fault.at < 0) return tally.blame(tally.stuck, what + ": " + report.message());
       fault.cure();
-      machine->renew();
-      renewed = true;
+      renew();
       continue;
     }
     if (fault.hits > hits) around = true, ++tally.survived;
@@ -316,6 +344,13 @@ inline void strike(const Make& make, const Trajectory& good, Site site, Kind kin
     last = machine->bits(), t = machine->time(), ++n;
     if (!failed && !around && n < good.bits.size() && last != good.bits[n])
       tally.blame(tally.changed, what + ": another run before the fault");
+  }
+  if (fresh) {
+    const long at = std::exchange(fault.at, -1);
+    while (fresh->advance()) {
+    }
+    fault.at = at;
+    if (fresh->bits() != machine->bits()) tally.blame(tally.otherwise, what + ": a new stepper ends with other bits");
   }
   if (machine->time() != good.times.back()) return tally.blame(tally.stuck, what + ": does not reach its end");
   const double allowed = around || renewed ? std::max(promise.renewed, promise.same_end) : promise.same_end;

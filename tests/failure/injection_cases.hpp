@@ -66,17 +66,29 @@ class Subject {
   [[nodiscard]] virtual StepReport step(double t, double dt) = 0;
   virtual void edit() = 0;
   [[nodiscard]] virtual Eigen::VectorXd numbers() const = 0;
+  /// Where a new stepper with the same history gets to.
+  [[nodiscard]] virtual Eigen::VectorXd fresh_step(double t, double dt) const = 0;
 };
 template <class Case, class Force, class Scheme>
 class SubjectOf final : public Subject {
  public:
-  explicit SubjectOf(const Scheme& scheme) : stepper_{case_.state, Force{&fault}, scheme} {}
+  explicit SubjectOf(const Scheme& scheme) : scheme_{scheme}, stepper_{case_.state, Force{&fault}, scheme} {}
   StepReport step(double t, double dt) override { return stepper_.step(case_.state, t, dt); }
   void edit() override { component(std::get<0>(Blocks<typename Case::State>::all(case_.state)), 1) += 0.01; }
   Eigen::VectorXd numbers() const override { return states::numbers(case_.state); }
+  Eigen::VectorXd fresh_step(double t, double dt) const override {
+    Fault none;
+    PlainState<typename Case::State> y;
+    copy_blocks<typename Case::State>(y, case_.state);
+    PhiStepper fresh{y, Force{&none}, scheme_};
+    static_assert(!remembers<Force>);
+    REQUIRE(fresh.step(y, t, dt));
+    return states::numbers(y);
+  }
 
  private:
   Case case_;
+  Scheme scheme_;
   PhiStepper<typename Case::State, Force, Scheme> stepper_;
 };
 
@@ -116,9 +128,11 @@ inline void inject(const std::function<std::unique_ptr<Subject>()>& make, bool e
           CHECK(error.what() == std::string("struck"));
         }
         CHECK(same_bits(subject->numbers(), before));
-        // And the stepper is none the worse for it.
+        // And the stepper is none the worse for it: it is a new one.
         subject->fault.at = -1;
+        const Eigen::VectorXd fresh = subject->fresh_step(0.2, 0.1);
         REQUIRE(subject->step(0.2, 0.1));
+        CHECK(same_bits(subject->numbers(), fresh));
         CHECK(distance(subject->numbers(), good) <= 1e-13);
       }
   CHECK(calls_of_a_step > 0);

@@ -103,6 +103,37 @@ TEST_CASE("types have the law of their pair") {
   CHECK_THROWS_AS(force.energy(0.0, view_of(three)), std::invalid_argument);
 }
 
+TEST_CASE("the tangent is that of all pairs of which one moves, whichever has the smaller index") {
+  Eigen::Matrix3Xd r(3, 3);
+  r << 0, 1.1, 0.2, 0, 0.1, 1.2, 0, -0.2, 0.3;
+  const auto tangent = [&](const std::vector<std::uint8_t>& still) {
+    Particles<double, 3> y{r};
+    y.set_still(still);
+    Dense dense{Eigen::MatrixXd::Zero(9, 9)};
+    Pairs{LennardJones{}, 3.0}.add_jacobian(0.0, view_of(y), NeighborMemory{}, dense);
+    return dense.K;
+  };
+  const Eigen::MatrixXd all = tangent({0, 0, 0});
+  for (unsigned held = 0; held < 8; ++held) {
+    CAPTURE(held);
+    const auto is_still = [held](Index i) { return held >> i & 1u; };
+    const Eigen::MatrixXd K = tangent({static_cast<std::uint8_t>(is_still(0)), static_cast<std::uint8_t>(is_still(1)),
+                                       static_cast<std::uint8_t>(is_still(2))});
+    for (Index i = 0; i < 3; ++i) {
+      Eigen::Matrix3d others = Eigen::Matrix3d::Zero();
+      for (Index j = 0; j < 3; ++j) {
+        if (i == j) continue;
+        const Eigen::Matrix3d pair = K.block<3, 3>(3 * i, 3 * j);
+        CHECK(pair == (is_still(i) && is_still(j) ? Eigen::Matrix3d(Eigen::Matrix3d::Zero())
+                                                  : Eigen::Matrix3d(all.block<3, 3>(3 * i, 3 * j))));
+        others += pair;
+      }
+      CHECK(K.block<3, 3>(3 * i, 3 * i) == -others);
+    }
+  }
+  CHECK(all.block<3, 3>(0, 3).norm() > 1);
+}
+
 TEST_CASE("still particles push, and are not pushed") {
   auto y = shaken<double, 3>(5, 1.1, 9, {true, true, true});
   Out<double, 3> all{Eigen::Matrix3Xd::Zero(3, y.size())}, some = all;

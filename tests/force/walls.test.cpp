@@ -82,6 +82,28 @@ TEST_CASE("a belt carries what lies on it") {
   CHECK(y.v(0, 0) == Approx(2).epsilon(1e-6));
 }
 
+TEST_CASE("a body that touches two walls has a spring at each: two grounds bear twice the mass to the bit") {
+  // Without dashpots the forces don't depend on the mass, and twice a number is exact.
+  const Hooke law{.stiffness = 1e4, .friction = 1e9, .tangential_damping = 0};
+  const auto run = [&](double m, auto walls) {
+    auto y = resting<Blocks3>(10, 1e4);
+    y.set_mass(m);
+    y.v(0, 0) = 0.01;
+    PhiStepper stepper{y, Gravity{Eigen::Vector3d(0, 0, -10)} + walls, symplectic_euler};
+    double farthest = 0;
+    for (int n = 0; n < 300; ++n) {
+      REQUIRE(stepper.step(y, n * 1e-3, 1e-3));
+      farthest = std::max(farthest, y.r(0, 0));
+    }
+    // v/ω with ω² = k_t/m, k_t = 2/7 k, and ωΔt = 0.05.
+    CHECK(farthest == Approx(0.01 / std::sqrt(2. / 7 * 1e4)).epsilon(0.01));
+    return y;
+  };
+  const auto one = run(1, Walls{law, ground}), two = run(2, Walls{law, ground, ground});
+  CHECK(one.r == two.r);
+  CHECK(one.v == two.v);
+}
+
 TEST_CASE("a solid box pushes out of its faces, edges and corners") {
   const double c = std::sqrt(0.5);
   SolidBox<3> box{.center = Eigen::Vector3d(1, 2, 3), .half = Eigen::Vector3d(1, 2, 3)};

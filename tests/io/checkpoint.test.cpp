@@ -57,3 +57,27 @@ TEST_CASE("nothing changes where what follows can't be read") {
   CHECK(to.bytes() == before);
   CHECK(extra == 0);
 }
+
+// A program is edited: an unrelated lambda is written before the force, whose type is called {lambda#2} from then on. A
+// checkpoint knows its parts by the spelling of their types, and refuses the same force as another program's. Fails until
+// checkpoints know their parts by shape, and by names that the user may give.
+TEST_CASE("a checkpoint is read after an unrelated lambda was written before the force", "[!shouldfail]") {
+  using Vec = Eigen::Vector2d;
+  const auto before_the_edit = [](const Vec& r) -> Vec { return -2 * r; };  // the same force twice: as it was called …
+  const auto after_the_edit = [](const Vec& r) -> Vec { return -2 * r; };   // … and as it is called now
+  const auto start = [](Motion<Vec>& y) { y = {Vec{1, 2}, Vec{0, 1}}; };
+  Motion<Vec> y, other;
+  start(y);
+  start(other);
+  double t = 0.1, other_t = 0;
+  PhiStepper stepper{y, before_the_edit, velocity_verlet};
+  REQUIRE(stepper.step(y, 0, 0.1));
+  const std::string bytes = bytes_of(stepper, y, t);
+  PhiStepper resumed{other, after_the_edit, velocity_verlet};
+  CHECK_NOTHROW(load_bytes(bytes, resumed, other, other_t));
+  CHECK(other_t == t);
+  CHECK((other.r == y.r && other.v == y.v));
+  REQUIRE(stepper.step(y, 0.1, 0.1));
+  REQUIRE(resumed.step(other, 0.1, 0.1));
+  CHECK((other.r == y.r && other.v == y.v));
+}

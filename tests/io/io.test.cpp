@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -65,6 +66,43 @@ TEST_CASE("progress shows the start and the end, and not every step between") {
   CHECK_THAT(text, contains("t = 0  0 %") && contains("t = 10  100 %"));
   CHECK(text.back() == '\n');
   CHECK(text.size() < 2000);
+}
+
+TEST_CASE("progress in a file or a pipe: a line for every tenth done, whatever the steps") {
+  const auto lines = [](int steps) {
+    std::ostringstream out;
+    auto bar = progress(out, 10.0);
+    for (int n = 0; n <= steps; ++n) bar(n == steps ? 10.0 : 10.0 / steps * n, 0);
+    CHECK_THAT(out.str(), !contains("\r"));
+    return out.str();
+  };
+  const std::string all = lines(100'000);
+  CHECK(std::count(all.begin(), all.end(), '\n') == 11);
+  CHECK_THAT(
+      all, contains("  t = 0  0 %\n  t = 1  10 %\n  t = 2  20 %\n") && contains("\n  t = 9  90 %\n  t = 10  100 %\n"));
+  CHECK(lines(3) == "  t = 0  0 %\n  t = 3.33333  33 %\n  t = 6.66667  67 %\n  t = 10  100 %\n");
+  CHECK(lines(1) == "  t = 0  0 %\n  t = 10  100 %\n");
+}
+
+TEST_CASE("progress in a file, used for a second run, starts anew") {
+  std::ostringstream out;
+  auto bar = progress(out, 1.0);
+  const auto run = [&bar](double t0) {  // as a run does
+    bar.begin(t0, 0);
+    for (const double t : {t0, (t0 + 1) / 2, 1.0}) bar(t, 0);
+  };
+  run(0), run(-1);
+  CHECK(out.str() == "  t = 0  0 %\n  t = 0.5  50 %\n  t = 1  100 %\n  t = -1  0 %\n  t = 0  50 %\n  t = 1  100 %\n");
+}
+
+TEST_CASE("progress on a terminal renews one line") {
+  std::ostringstream out;
+  Progress bar{out, 10.0, true};
+  for (int n = 0; n <= 1000; ++n) bar(n == 1000 ? 10.0 : 0.01 * n, 0);
+  const std::string text = out.str();
+  CHECK_THAT(text, contains("\r  t = 0  0 %  ") && contains("\r  t = 10  100 %  \n"));
+  CHECK(std::count(text.begin(), text.end(), '\n') == 1);
+  CHECK_FALSE(is_terminal(out));
 }
 
 TEST_CASE("progress without a known end shows no share") {
@@ -202,6 +240,14 @@ TEST_CASE("csv writes while a run goes on: the state, or columns of one's own") 
   CHECK(all.str() == "t,y0,y1\n0,1,2\n0.5,1,2\n");
   CHECK(own.str() == "t,\"energy, total\",steps\n0,5,0\n0.5,5,1\n");
   CHECK_THROWS_AS(whole(1.0, Eigen::VectorXd(Eigen::VectorXd::Zero(3))), std::invalid_argument);
+}
+
+TEST_CASE("names with commas, quotation marks or ends of lines are quoted, and their marks doubled") {
+  std::ostringstream out;
+  const auto one = [](double, const auto&) { return 1; };
+  auto columns = csv(out, column("the \"true\" energy", one), column("\"", one), column("a\nb", one), column("c", one));
+  columns(0.5, Eigen::Vector2d(1, 2));
+  CHECK(out.str() == "t,\"the \"\"true\"\" energy\",\"\"\"\",\"a\nb\",c\n0.5,1,1,1,1\n");
 }
 
 TEST_CASE("a table that can't be written says so") {

@@ -2,7 +2,9 @@
 
 #include <Eigen/Dense>
 
+#include <cmath>
 #include <limits>
+#include <vector>
 
 #include "support/catch.hpp"
 
@@ -88,4 +90,24 @@ TEST_CASE("nothing to solve takes no iteration; the cap ends it; an indefinite m
   CHECK(small.solve(bad, 1e-10, 100) == Cg::End::indefinite);
   auto worse = chain(3, -0.6);  // the middle block is −0.2
   CHECK_FALSE(small.precondition(worse, three));
+}
+
+TEST_CASE("a heavy node's large force doesn't hide what is left to do on light ones") {
+  auto A = chain(9, 50.0);
+  A.diagonal[0] = {1e12, 1e12, 0, 0};
+  Cg cg;
+  cg.resize(9);
+  std::vector<double> largest(9);
+  REQUIRE(cg.precondition(A, largest));
+  for (std::size_t i = 0; i < 9; ++i) cg.residual()[i] = {i == 0 ? 3e7 : 1.0, 0, 0, 0};
+  const auto b = cg.residual();
+  constexpr double rtol = 1e-3;  // a single iteration leaves that of the heavy one, and all of the others
+  REQUIRE(cg.solve(A, rtol, 100) == Cg::End::converged);
+  std::vector<Lanes<double>> y(9);
+  for (std::size_t i = 0; i < 9; ++i) y[i] = A.node(i, cg.solution()[i]);
+  static_cast<void>(A.add_edges(cg.solution().data(), y.data()));
+  // Σ r²/d ≤ rtol² Σ b²/d, where d is 1e12 for the heavy node, 51 for the last one and 101 for the others.
+  double left = 0, light = 0;
+  for (std::size_t i = 1; i < 9; ++i) left += (y[i] - b[i]).matrix().squaredNorm(), light += 1.0 / (i < 8 ? 101 : 51);
+  CHECK(std::sqrt(left) <= 1.001 * rtol * std::sqrt(101 * (900 + light)));
 }

@@ -1,5 +1,7 @@
 #include "linear/mass_cases.hpp"
 
+#include <phistep/state/body.hpp>
+
 using namespace mass_cases;
 
 TEST_CASE("a mass that is not finite and > 0 throws where it is written") {
@@ -39,6 +41,34 @@ TEST_CASE("all ways to write the same mass agree") {
   CHECK(distance(run<Case>(forward_euler, mass(each)), expected) <= 1e-13);
   CHECK(distance(run<Case>(forward_euler, mass(Eigen::MatrixXd(each.asDiagonal()))), expected) <= 1e-13);
   CHECK(distance(run<Case>(forward_euler, mass(1.0)), expected) > 0.01);
+}
+
+TEST_CASE("products with a mass are those with its entries, for every kind of mass") {
+  const auto check = [](const auto& bound) {
+    Eigen::Matrix<double, 6, 6> M = Eigen::Matrix<double, 6, 6>::Zero();
+    bound.for_each_entry(6, [&](Eigen::Index i, Eigen::Index j, auto m) { M(i, j) += static_cast<double>(m); });
+    const Eigen::VectorXd x{{1, -2, 3, -4, 5, -6}}, ones = Eigen::VectorXd::Ones(6);  // whole numbers: all is exact
+    Eigen::VectorXd out = ones;
+    bound.add_product([&x](Eigen::Index i) { return x[i]; }, out);
+    CHECK(out == ones + M * x);
+    bound.subtract_product(x, out);
+    CHECK(out == ones);
+    return M;
+  };
+  const Eigen::VectorXd block = Eigen::VectorXd::Zero(6), each{{1, 2, 3, 4, 5, 6}};
+  const Eigen::MatrixXd pairs = Eigen::MatrixXd::Zero(2, 3);
+  const auto first = [](const auto& list) { return std::get<0>(list.masses); };
+  CHECK(check(UnitMass{}) == Eigen::MatrixXd::Identity(6, 6));
+  CHECK(check(first(mass(3.0)).bind<double>(block)) == 3 * Eigen::MatrixXd::Identity(6, 6));
+  CHECK(check(first(mass(each)).bind<double>(block)) == Eigen::MatrixXd(each.asDiagonal()));
+  CHECK(check(first(mass(Eigen::Vector3d(1, 2, 5))).bind<double>(pairs)).diagonal() ==
+        Eigen::Vector<double, 6>{{1, 1, 2, 2, 5, 5}});
+  Eigen::MatrixXd full = Eigen::MatrixXd(each.asDiagonal());
+  full(0, 3) = full(3, 0) = -1;
+  full(5, 1) = 7;
+  CHECK(check(first(mass(full)).bind<double>(block)) == full);
+  CHECK(check(ParticleMasses<double, 2>{Eigen::VectorXd{{1, 2, 5}}, {}}).diagonal() ==
+        Eigen::Vector<double, 6>{{1, 1, 2, 2, 5, 5}});
 }
 
 TEMPLATE_TEST_CASE("a mass per particle is its components' mass", "", SecondOrder<FixedColumns>) {

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <random>
 #include <stdexcept>
 #include <tuple>
@@ -346,4 +347,41 @@ TEST_CASE("a memory that goes back takes the list with it, bit for bit") {
   neighbors = Neighbors<3>{};
   CHECK(restored.reference->positions == before.reference->positions);
   CHECK(rows(restored) == first);
+}
+
+TEST_CASE("a checkpoint holds a list's age; one whose numbers aren't finite is refused") {
+  const auto r = random_points<3>(20, 3, 6);
+  Neighbors<3> neighbors;
+  NeighborMemory memory;
+  static_cast<void>(neighbors.list(r.data(), 20, box(4, {true, true, true}), nobody, {1.0, 0.3}, memory));
+  const auto copied = [](const NeighborMemory& from) {
+    Writer out;
+    out(from);
+    out.finish();
+    NeighborMemory to;
+    Reader in{out.bytes()};
+    in(to);
+    in.finish();
+    return to;
+  };
+  for (const std::int32_t age : {-1, 0, 7}) {
+    memory.age = age;
+    CHECK(copied(memory).age == age);
+  }
+  memory.age = -2;
+  CHECK_THROWS_AS(copied(memory), CheckpointError);
+  const auto spoiled = [&](auto&& spoil) {
+    NeighborReference reference = *memory.reference;
+    spoil(reference);
+    NeighborMemory bad;
+    bad.reference = std::make_shared<const NeighborReference>(reference);
+    return bad;
+  };
+  CHECK_NOTHROW(copied(spoiled([](auto&) {})));
+  for (const double bad : {std::nan(""), HUGE_VAL}) {
+    // Where positions aren't numbers, nothing has moved from there: the list would serve for ever.
+    CHECK_THROWS_AS(copied(spoiled([bad](auto& x) { x.positions[31] = bad; })), CheckpointError);
+    CHECK_THROWS_AS(copied(spoiled([bad](auto& x) { x.domain.lower[1] = bad; })), CheckpointError);
+    CHECK_THROWS_AS(copied(spoiled([bad](auto& x) { x.domain.length[2] = bad; })), CheckpointError);
+  }
 }

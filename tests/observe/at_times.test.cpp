@@ -151,3 +151,41 @@ TEST_CASE("sampled: looks at whole steps, not at (t, state); a recorder by refer
   drive(sampler, 0, 0.2, 2);
   CHECK(recorder.size() == 5);
 }
+
+TEST_CASE("sampled: more often than time has numbers is refused at the start of a run") {
+  int calls = 0;
+  auto often = phistep::sampled(1e-12, [&](double, int) { ++calls; });
+  CHECK_THROWS_AS(often.begin(1e9, 0), std::invalid_argument);
+  CHECK_THROWS_AS(often.begin(-1e9f, 0), std::invalid_argument);
+  CHECK(calls == 0);
+  CHECK(often.begin(1e3, 0));
+  CHECK(calls == 1);
+}
+
+TEST_CASE("sampled: a checkpoint holds how far it has come; a time that isn't finite is refused") {
+  const auto copied = [](auto from, auto to) {
+    Writer out;
+    out(from);
+    out.finish();
+    Reader in{out.bytes()};
+    in(to);
+    in.finish();
+    return to;
+  };
+  const ListMarks<double> fresh({1.0, 2.0, 3.0});
+  ListMarks<double> marks = fresh;
+  CHECK_FALSE(marks.begin(0.5));
+  marks.pass(2.0);
+  CHECK(copied(marks, fresh).next(0.1) == 3.0);
+  const IntervalMarks unused(0.5);
+  IntervalMarks regular = unused;
+  CHECK(regular.begin(4.0));
+  regular.pass(4.5);
+  CHECK(copied(regular, unused).next(0.1) == 5.0);
+  for (const double bad : {std::nan(""), HUGE_VAL}) {
+    marks.pass(bad);
+    CHECK_THROWS_AS(copied(marks, fresh), CheckpointError);
+    static_cast<void>(regular.begin(bad));
+    CHECK_THROWS_AS(copied(regular, unused), CheckpointError);
+  }
+}

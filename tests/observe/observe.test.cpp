@@ -71,6 +71,44 @@ TEST_CASE("every: may edit the state") {
   CHECK(y == Eigen::Vector2d(4, 8));
 }
 
+TEST_CASE("every: goes on after a restart with the mark that it waited for") {
+  std::vector<double> seen;
+  const auto look = [&seen](double t, const auto&) { seen.push_back(t); };
+  const Eigen::Vector2d y(1, 2);
+  auto before = every(0.5, look), after = every(0.5, look);
+  for (const double t : {3.0, 3.25, 3.5}) CHECK(before(t, y));
+  Writer out;
+  before.save(out);
+  Reader in{out.bytes()};
+  after.load(in, [] {});
+  seen.clear();
+  for (const double t : {3.75, 4.0, 4.25, 4.75}) CHECK(after(t, y));
+  CHECK(seen == std::vector<double>{4.0, 4.75});
+}
+
+TEST_CASE("every: a checkpoint that can't be of it is refused, and changes nothing") {
+  const Eigen::Vector2d y(1, 2);
+  const auto load = [&](double start, long long next) {
+    int seen = 0;
+    auto observer = every(0.5, [&seen](double, const auto&) { ++seen; });
+    CHECK(observer(3.0, y));
+    Writer out;
+    out(start, next, false);
+    Reader in{out.bytes()};
+    try {
+      observer.load(in, [] {});
+    } catch (const CheckpointError&) {
+      CHECK(observer(3.25, y));
+      CHECK(seen == 1);
+      return false;
+    }
+    return true;
+  };
+  CHECK(load(3.0, 1));
+  for (const double bad : {std::nan(""), HUGE_VAL, -HUGE_VAL}) CHECK_FALSE(load(bad, 1));
+  for (const long long bad : {-1LL, (1LL << 53) + 1}) CHECK_FALSE(load(3.0, bad));
+}
+
 TEST_CASE("a recorder keeps all blocks of every state, one column a time") {
   Recorder<Motion<Eigen::Vector2d>> recorder;
   CHECK(recorder.size() == 0);

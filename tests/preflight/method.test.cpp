@@ -56,6 +56,23 @@ TEST_CASE("the limit of an undamped oscillation, from both sides") {
   }
 }
 
+TEST_CASE("the limit of a decay, from both sides") {
+  for (const double f : {0.0, 0.2, 0.4})
+    for (const std::complex<double> lambda :
+         {std::complex{-0.1, 0.0}, std::complex{-10.0, 0.0}, std::complex{-3.0, 4.0}, std::complex{-1.0, 1e3}}) {
+      const Method method{Kind::single, f, f};
+      const double limit = method.decay_limit(lambda);
+      CAPTURE(f, lambda, limit);
+      CHECK(std::abs(method.factor(0.9 * limit * lambda)) < 1);
+      CHECK(std::abs(method.factor(limit * lambda)) == Approx(1).epsilon(1e-12));
+      CHECK(std::abs(method.factor(1.1 * limit * lambda)) > 1);
+    }
+  CHECK(Method{Kind::single, 0, 0}.decay_limit(-10.0) == Approx(0.2).epsilon(1e-15));
+  CHECK(Method{Kind::single, 0, 0}.decay_limit({0, 10}) == 0);
+  CHECK(std::isinf(Method{Kind::single, 0.5, 0.5}.decay_limit(-10.0)));
+  CHECK(std::isinf(Method{Kind::two_stage, 0, 0}.decay_limit(-10.0)));
+}
+
 TEST_CASE("factor and oscillation are eigenvalues of the step") {
   for (const Method method : {Method{Kind::single, 0.3, 0.3}, Method{Kind::single, 0.5, 0.5},
                               Method{Kind::single, 1, 1}, Method{Kind::two_stage, 1, 1}, Method{Kind::verlet, 0.5, 0.5},

@@ -35,9 +35,7 @@ struct GasByTrapezoids : Gas {
 /// Tangents by differences remain in the result, not only in the way to it: as good as differences are.
 template <class Case>
 Promise linear_stages(const char* name) {
-  Promise of = promise<Case>(name, false, false, 1e5, 1, 6);
-  of.keeps_tangents = true;
-  return of;
+  return promise<Case>(name, false, false, 1e5, 1, 6);
 }
 Promise looking_ahead(Promise promise) {
   promise.looks_ahead = true;
@@ -63,8 +61,8 @@ TEST_CASE("whatever was done before, the next step is a fresh stepper's") {
            promise<DampedSwing<phi_07>>("phi = 0.7, Newton", false, false, 64, 1, 6),
            promise<Affinely>("affine, midpoint", false, false, 256, 4, 4),
            promise<Springs>("springs, CG", false, false, 256, 3, 3),
-           promise<GasByVerlet>("a gas, Verlet", false, true, 64, 1, 9),
-           promise<GasByTrapezoids>("a gas, trapezoidal", false, false, 64, 1, 9),
+           with_list(promise<GasByVerlet>("a gas, Verlet", false, true, 64, 1, 9)),
+           with_list(promise<GasByTrapezoids>("a gas, trapezoidal", false, false, 64, 1, 9)),
            promise<Grains>("grains with friction", true, true, 0, 1, 6),
        })
     property::report(std::string("any sequence of operations: ") + each.name, 3000,

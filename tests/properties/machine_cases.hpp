@@ -51,6 +51,12 @@ struct GasByVerlet : Gas {
   static auto stepper(const State& y, Mood* mood) { return PhiStepper{y, force(mood), velocity_verlet}; }
 };
 
+/// A list's reference positions are memory, which a fresh stepper hasn't.
+inline Promise with_list(Promise promise) {
+  promise.forgets = false;
+  return promise;
+}
+
 /// Grains that touch, rub and remember.
 struct Grains {
   static constexpr bool has_past = true;

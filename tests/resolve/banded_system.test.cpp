@@ -4,6 +4,9 @@
 #include "resolve/banded_system_cases.hpp"
 #include "support/shared_force.hpp"
 
+#include <algorithm>
+#include <random>
+
 #ifdef EIGEN_SPARSECORE_MODULE_H
 #error "phistep.hpp reaches Eigen/SparseCore"
 #endif
@@ -141,4 +144,32 @@ TEST_CASE("masses beside the diagonal widen the band") {
   Vec x = Eigen::Vector3d(6, 4, 5);
   REQUIRE(system.solve(x) == Outcome::success);
   CHECK((x - Eigen::Vector3d(1, 1, 1)).norm() <= 1e-15);
+}
+
+TEST_CASE("a matrix made again holds nothing of what exchanges of rows filled in before") {
+  constexpr int n = 12, lower = 2, upper = 1;
+  BandedSystem<double, false, true> system;
+  system.resize(n);
+  Statistics counts;
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> entry(-1, 1);
+  const auto masses = [](auto&& put) {
+    for (int i = 0; i < n; ++i) put(i, i, 0.25);
+  };
+  for (int again = 0; again < 4; ++again) {
+    Mat W = 0.25 * Mat::Identity(n, n);  // small beside the rest: rows change places
+    system.clear();
+    for (int j = 0; j < n; ++j)
+      for (int i = std::max(0, j - upper); i <= std::min(n - 1, j + lower); ++i) {
+        const double c = entry(random);
+        system.velocity(i, j, c);
+        W(i, j) -= c;
+      }
+    REQUIRE(system.factorize(masses, 1.0, 0.0, counts) == Outcome::success);
+    const Vec b = wave(n);
+    Vec x = b;
+    REQUIRE(system.solve(x) == Outcome::success);
+    CAPTURE(again);
+    CHECK((W * x - b).norm() <= 1e-14 * W.norm() * x.norm());
+  }
 }

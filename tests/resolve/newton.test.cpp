@@ -127,6 +127,27 @@ TEST_CASE("an old, far too stiff matrix does not pass for convergence") {
   }
 }
 
+TEST_CASE("no solve fails for what an earlier one has left") {
+  // With as few corrections as a new one needs: those on the old matrix don't count.
+  const auto F = [](double x) { return std::exp(x) - 2; };
+  const auto dF = [](double x) { return std::exp(x); };
+  int compared = 0;
+  for (const double rtol : {0.0, 1e-6})
+    for (const bool line_search : {false, true})
+      for (int most = 2; most <= 12; ++most)
+        for (const double slope : {1e-3, 0.3, -1.0, 40.0, 1e6}) {
+          const NewtonOptions options{.rtol = rtol, .atol = rtol, .max_iterations = most, .line_search = line_search};
+          Scalar fresh{F, dF, 3.0}, old{F, dF, 3.0};
+          if (fresh.solve(options) != Outcome::success) continue;
+          ++compared;
+          old.factors = true, old.slope = slope;
+          CAPTURE(rtol, line_search, most, slope);
+          CHECK(old.solve(options) == Outcome::success);
+          if (rtol == 0) CHECK(old.x == Approx(fresh.x).epsilon(1e-14));
+        }
+  CHECK(compared >= 50);
+}
+
 TEST_CASE("a cycle ends as stalled, not in a hang or in success") {
   Scalar eq{[](double x) { return x > 0 ? 1.0 : -1.0; }, [](double) { return 1.0; }, 0.5};
   CHECK(eq.solve() == Outcome::newton_stalled);

@@ -59,6 +59,27 @@ TEST_CASE("what is held still isn't moved, and a copy of the state keeps its pro
   CHECK((atoms.r.col(0) != before.r.col(0)));
 }
 
+TEST_CASE("who goes takes all that was its own along") {
+  Grains grains{Eigen::Matrix2Xd::Zero(2, 4)};
+  const Eigen::Vector4d number{1, 2, 3, 4};
+  for (Eigen::Index i = 0; i < 4; ++i) grains.r.col(i).setConstant(number[i]), grains.v.col(i).setConstant(-number[i]);
+  grains.omega = 10 * number.transpose();
+  grains.set_mass(number).set_radius(number / 8).set_type(Eigen::Vector4i{1, 2, 3, 4}).set_charge(-number);
+  grains.set_heat_capacity(2 * number).set_still({1, 0, 0, 1});
+  grains.erase(0);
+  const Eigen::Vector3d left{2, 3, 4};
+  CHECK(grains.r.row(1) == left.transpose());
+  CHECK(grains.v.row(0) == -left.transpose());
+  CHECK(grains.omega == 10 * left.transpose());
+  CHECK(grains.mass() == left);
+  CHECK(grains.radius() == left / 8);
+  CHECK(grains.type() == Eigen::Vector3i{2, 3, 4});
+  CHECK(grains.charge() == -left);
+  CHECK(grains.body().heat_capacity == 2 * left);
+  CHECK(grains.body().still == std::vector<std::uint8_t>{0, 0, 1});
+  CHECK(grains.id() == std::vector<std::int64_t>{1, 2, 3});
+}
+
 TEST_CASE("spin and temperature are blocks of their own") {
   Grains grains{Eigen::Matrix2Xd::Zero(2, 2)};
   CHECK_THROWS_AS((PhiStepper{grains, Brake{}, forward_euler}), std::invalid_argument);  // no radii, no inertia
@@ -86,6 +107,13 @@ TEST_CASE("properties that can't be name their particle, and change nothing") {
   CHECK(message([&] {
           atoms.set_radius(Eigen::Vector3d{1, 1, nan});
         }).find("radius of particle 2") != std::string::npos);
+  for (const double bad : {0.0, -0.5, nan, HUGE_VAL, -HUGE_VAL}) {
+    const Eigen::Vector3d second{1, bad, 1};
+    CHECK_THAT(message([&] { Atoms{atoms}.set_mass(second); }), contains("mass of particle 1"));
+    CHECK_THAT(message([&] { Atoms{atoms}.set_radius(second); }), contains("radius of particle 1"));
+    CHECK_THAT(message([&] { Atoms{atoms}.set_heat_capacity(second); }), contains("heat capacity of particle 1"));
+    CHECK((message([&] { Atoms{atoms}.set_charge(second); }) == "") == std::isfinite(bad));
+  }
   CHECK(message([&] { atoms.set_type(Eigen::Vector3i{0, 0, -1}); }).find("type of particle 2") != std::string::npos);
   CHECK(message([&] { atoms.set_mass(Eigen::Vector2d{1, 1}); }).find("2 values for 3") != std::string::npos);
   CHECK(message([&] {

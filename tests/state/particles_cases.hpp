@@ -4,8 +4,13 @@
 #include <phistep/phistep.hpp>
 #include <phistep/state/particles.hpp>
 
+#include <cmath>
+#include <cstdint>
 #include <limits>
+#include <stdexcept>
+#include <string>
 #include <type_traits>
+#include <vector>
 
 #include "support/catch.hpp"
 

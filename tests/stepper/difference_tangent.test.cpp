@@ -39,3 +39,10 @@ TEST_CASE("a resized state gets a pattern of its size; a pattern that can't fit 
   CHECK(stepper.step(u, 0.1, 0.1));  // under AddressSanitizer: nothing was left half resized
   CHECK_THROWS_AS((PhiStepper{longer, sparsity(heat, five), backward_euler, ldlt}), std::invalid_argument);
 }
+
+TEST_CASE("a dense Jacobian by differences of more than 1000 unknowns is refused, in words that name what to do") {
+  const Vec u = wave(1001);
+  for (const std::string cure : {"1001 unknowns", "sparsity(f, pattern)", "newton<MatrixFree<Eigen::BiCGSTAB>>()",
+                                 "<phistep/krylov.hpp>", "fixed_point()", "jacobian(...)"})
+    CHECK_THROWS_WITH((PhiStepper{u, heat, backward_euler}), contains(cure));
+}

@@ -41,6 +41,14 @@ TEST_CASE("an edit of long double's sign or exponent is seen") {
   }
 }
 
+TEST_CASE("an edit from +0 to -0 is seen, in small states and large ones") {
+  check_sign_of_zero<Eigen::Matrix<double, 1, 1>>(velocity_verlet, 1);
+  check_sign_of_zero<Eigen::Matrix<double, 3, 1>>(velocity_verlet, 3);
+  check_sign_of_zero<Eigen::Matrix<float, 3, 1>>(velocity_verlet, 3);
+  check_sign_of_zero<Eigen::Matrix<long double, 2, 1>>(velocity_verlet, 2);
+  check_sign_of_zero<Eigen::VectorXd>(velocity_verlet, 3);
+}
+
 TEST_CASE("an edit that leaves a contact does not meet the contact's tangent") {
   // Stiff for y > 0, soft for y < 0: what was kept from the stiff side must not pass for convergence.
   for (const double stiff : {1e4, 1e8, 1e13, 1e18}) {
@@ -68,4 +76,32 @@ TEST_CASE("an edit out of the old tangent's range fails no step that a fresh ste
   REQUIRE(fresh.step(z, 0, 0.5));
   REQUIRE(stepper.step(y, 0, 0.5));
   CHECK(distance(y, z) <= 1e-12);
+}
+
+TEST_CASE("what earlier solves have left makes no step fail that a fresh stepper takes") {
+  const auto check = [](const OfState& force, double before, double first_dt, double after, double dt,
+                        NewtonOptions options = {}) {
+    V1 y(before);
+    PhiStepper stepper{y, force, backward_euler, newton(options)};
+    REQUIRE(stepper.step(y, 0, first_dt));
+    y[0] = after;
+    V1 z = y;
+    PhiStepper fresh{z, force, backward_euler, newton(options)};
+    REQUIRE(fresh.step(z, 1, dt));
+    const StepReport report = stepper.step(y, 1, dt);
+    INFO(report.message());
+    CHECK(report);
+    CHECK((!report || distance(y, z) <= 1e-12));
+  };
+  // The kept Jacobian, +1 for y < 5, makes 1 - dt J = 0.
+  check([](const V1& y) -> V1 { return y[0] < 5 ? y : V1(10 - y[0]); }, 1, 0.5, 20, 1);
+  // … or throws the iterate out of the logarithm's domain, further than it can be taken back by halves.
+  check([](const V1& y) -> V1 { return V1(y[0] > 5 ? -1.0 : -1e6 * std::log(y[0])); }, 10, 1, 2, 1);
+  // … or costs corrections, of which a fresh stepper needs all that are allowed.
+  for (const int most : {4, 5, 6, 7, 8, 9, 10}) {
+    const OfState cubic = [](const V1& y) -> V1 { return -y.array().cube(); };
+    V1 y(30);
+    PhiStepper probe{y, cubic, backward_euler, newton({.max_iterations = most})};
+    if (probe.step(y, 1, 0.5)) check(cubic, 0.15, 0.01, 30, 0.5, {.max_iterations = most});
+  }
 }

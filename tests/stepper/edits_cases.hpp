@@ -74,4 +74,33 @@ void check_all(auto force) {
   };
   for_each_motion_scheme(each);
 }
+
+/// Ψ tells +0 from −0, as atan2, sqrt and 1/x do: what is known at +0 must not pass for what is known at −0.
+template <class V>
+struct SignOfZero {
+  using T = typename V::Scalar;
+  V operator()(const V& r) const {
+    V f = r;
+    for (Eigen::Index i = 0; i < r.size(); ++i) f[i] = std::copysign(T(1), r[i]);
+    return f;
+  }
+};
+/// From 0 exactly, at which every step ends that goes there and back; then an edit to −0.
+template <class V>
+void check_sign_of_zero(auto scheme, int size, double tolerance = 0) {
+  using T = typename V::Scalar;
+  Motion<V> y{V::Zero(size), V::Zero(size)};
+  PhiStepper stepper{y, SignOfZero<V>{}, scheme};
+  // r and v are set to what the last step left, but for a sign.
+  y.v.setConstant(-T(0.0625));
+  y.r.setConstant(T(0.0625) * T(0.125) - T(0.5) * T(0.125) * T(0.125));
+  REQUIRE(stepper.step(y, T(0), T(0.125)));
+  for (Eigen::Index i = 0; i < size; ++i) REQUIRE(y.r[i] == T(0));
+  y.r = -y.r;
+  auto z = y;
+  PhiStepper fresh{z, SignOfZero<V>{}, scheme};
+  REQUIRE(stepper.step(y, T(0.125), T(0.125)));
+  REQUIRE(fresh.step(z, T(0.125), T(0.125)));
+  CHECK(static_cast<double>((y.v - z.v).cwiseAbs().maxCoeff()) <= tolerance);
+}
 }  // namespace edits_cases

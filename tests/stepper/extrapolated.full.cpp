@@ -99,7 +99,9 @@ TEST_CASE("rows side by side are the rows one after the other; a motion is its f
     problems::step(rows, z, 0.05 * k, 0.05);
   }
   CHECK((y - z).lpNorm<Eigen::Infinity>() <= 1e-12);
-  CHECK(rows.statistics() == lanes.statistics());
+  Statistics counts = rows.statistics();
+  counts.checks = 0;  // the lanes' own factors are not checked
+  CHECK(counts == lanes.statistics());
   using One = Eigen::Matrix<double, 1, 1>;
   Motion<One> motion{One{1.0}, One{0.5}};
   Eigen::Vector2d flow{1, 0.5};

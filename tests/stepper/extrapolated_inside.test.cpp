@@ -1,13 +1,14 @@
-// What an extrapolated step tells of the solution between its ends.
-#include "problems/kepler.hpp"
-#include "stepper/extrapolated_inside_cases.hpp"
+// What an extrapolated step tells of the solution between its ends serves the search for events alone: nobody else may look
+// (compile/sampled_extrapolated, compile/step_at_extrapolated).
+#include <phistep/phistep.hpp>
+#include <phistep/stepper/extrapolated.hpp>
 
-TEST_CASE("inside of steps the solution is known to the tolerance, and at their ends as it is") {
-  const problems::Kepler kepler;
-  extrapolated_inside_cases::check_problem(problems::Case{"Kepler, e = 0.6, two periods", kepler, kepler.start(),
-                                                          kepler.exact(2 * problems::Kepler::period),
-                                                          2 * problems::Kepler::period, 1.0, false});
-}
+#include <cmath>
+
+#include "problems/kepler.hpp"
+#include "support/catch.hpp"
+
+using namespace phistep;
 
 TEST_CASE("an event cuts a step where it happens, to the accuracy of the run") {
   const problems::Kepler kepler;

@@ -134,3 +134,31 @@ TEST_CASE("where nothing fails, halving changes no bit and no count") {
   CHECK(states::same_bits(states::numbers(a.state), states::numbers(b.state)));
   CHECK(halving.statistics() == bare.statistics());
 }
+
+TEST_CASE("under a tolerance halving has the error estimate and the dense output of the stepper inside") {
+  const auto f = [](const Eigen::Vector2d& y) -> Eigen::Vector2d {
+    return {y[1], 10 * (1 - y[0] * y[0]) * y[1] - y[0]};
+  };
+  const auto run = [&](auto&& stepper) {
+    Eigen::Vector2d y(2, 0);
+    std::vector<double> seen;
+    const RunReport report =
+        integrate(stepper, y, {0, 5}, tolerance{.rtol = 1e-6}, sampled(0.3, [&](double, const Eigen::Vector2d& at) {
+                    seen.insert(seen.end(), {at[0], at[1]});
+                  }));
+    REQUIRE(report);
+    seen.insert(seen.end(), {y[0], y[1]});
+    return std::pair{report.statistics, seen};
+  };
+  const auto check = [&](const char* name, auto scheme) {
+    Eigen::Vector2d y(2, 0);
+    const auto [counts, seen] = run(PhiStepper{y, f, scheme});
+    const auto [halving_counts, halving_seen] = run(Halving{PhiStepper{y, f, scheme}});
+    CAPTURE(name);
+    CHECK(halving_counts == counts);
+    CHECK(halving_seen == seen);
+  };
+  check("rodas4", rodas4);
+  check("radau", radau);
+  check("trapezoidal", trapezoidal);
+}

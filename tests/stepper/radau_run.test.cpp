@@ -33,3 +33,22 @@ TEST_CASE("differences in place of a Jacobian, float, and where double precision
   PhiStepper beyond{z, problems::Robertson{}, radau};
   CHECK(integrate(beyond, z, {0, 40}, tolerance{.rtol = 1e-16, .atol = 1e-22}).outcome == Outcome::invalid_tolerance);
 }
+
+TEST_CASE("one particle that needs short steps rules Radau's steps in the particle norm") {
+  using Columns = Eigen::Matrix2Xd;
+  const Index n = 20;
+  const auto steps = [&](Norm norm) {
+    Motion<Columns> y{Columns::Ones(2, n), Columns::Zero(2, n)};
+    PhiStepper stepper{y,
+                       [](const Columns& r) -> Columns {
+                         Columns f = -r;
+                         f.col(7) *= 400;
+                         return f;
+                       },
+                       radau};
+    const RunReport report = integrate(stepper, y, {0, 10}, tolerance{.rtol = 1e-5, .norm = norm});
+    REQUIRE(report);
+    return static_cast<double>(report.statistics.steps);
+  };
+  CHECK(steps(Norm::particle) > 1.1 * steps(Norm::rms));
+}

@@ -13,6 +13,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <tuple>
 #include <type_traits>
 #include <utility>
@@ -88,19 +89,38 @@ class ErrorNorm {
     return all;
   }
 
+  /// A step of length dt [time] is to be tried.
+  void begin_try(double dt) {
+    dt_ = dt;
+    longest_ = std::max(longest_, dt);
+  }
   /// ‖e‖ with |y| the larger of |y(t)| and |y(t+Δt)|. An automatic atol forgets y⁺ again: the step may be rejected.
   [[nodiscard]] Measured operator()(const Plain& error, const Plain& y, const Plain& next) {
     const auto atol = atol_, largest = largest_;
     see(next);
+    if (kind_ == AbsoluteTolerance::Kind::automatic && dt_ > 0) leave_zero(largest, error);
     const Measured all = norm_ == Norm::rms ? over_all(error, y, next) : over_particles(error, y, next);
     atol_ = atol;
     largest_ = largest;
     return all;
   }
+  /// How much larger an error of one particle may be than the mean of all that an implicit solve looks at: √(n/components).
+  [[nodiscard]] double spread(const Plain& y) const {
+    if (norm_ == Norm::rms) return 1;
+    Index n = 0, fewest = std::numeric_limits<Index>::max();
+    for_each_block(
+        [&](auto, const auto& block) {
+          n += block.size();
+          const bool is_vector = std::remove_cvref_t<decltype(block)>::IsVectorAtCompileTime;
+          if (block.size() > 0) fewest = std::min(fewest, is_vector ? Index{1} : block.rows());
+        },
+        Blocks<Plain>::all(y));
+    return n == 0 ? 1 : std::sqrt(static_cast<double>(n) / static_cast<double>(fewest));
+  }
   /// ‖x‖ with given weights.
   [[nodiscard]] double operator()(const Plain& x, const Plain& weight) const { return weighted_rms(x, weight); }
 
-  void archive(auto& ar) { ar(largest_); }
+  void archive(auto& ar) { ar(largest_, longest_); }
 
  private:
   static constexpr std::size_t blocks = std::tuple_size_v<decltype(Blocks<Plain>::all(std::declval<Plain&>()))>;
@@ -119,6 +139,18 @@ class ErrorNorm {
           atol_[k] = rtol_ * largest_[k];
         },
         Blocks<Plain>::all(y));
+  }
+  /// A block that leaves zero has no size yet. Where its error is a share of y⁺ at any Δt, as behind a jump of the force or
+  /// under one that grows as a power of t, no step would do: what the slope y⁺/Δt makes of it in a tenth of the longest step
+  /// tried is a size, too.
+  void leave_zero(const auto& largest_before, const Plain& error) {
+    for_each_block(
+        [&](auto k, const auto& e) {
+          if (largest_before[k] != 0 || e.size() == 0) return;
+          const Scalar moved = std::max(largest_[k], static_cast<Scalar>(e.cwiseAbs().maxCoeff()));
+          atol_[k] = rtol_ * moved * static_cast<Scalar>(std::max(1.0, 0.1 * longest_ / dt_));
+        },
+        Blocks<Plain>::all(error));
   }
   [[nodiscard]] Scalar atol(std::size_t block, Index component) const {
     return components_.size() > 0 ? components_[component] : atol_[block];
@@ -216,6 +248,7 @@ class ErrorNorm {
   Norm norm_ = Norm::rms;
   Scalar rtol_{0};
   std::array<Scalar, blocks> atol_{}, largest_{};
+  double dt_ = 0, longest_ = 0;  // [time] of the try, of all tries
   Eigen::Matrix<Scalar, Eigen::Dynamic, 1> components_;
 };
 

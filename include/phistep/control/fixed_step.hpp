@@ -22,27 +22,29 @@ struct FixedStepOptions {
   std::int64_t max_steps = std::int64_t{1} << 53;  ///< a run of more steps is refused before it starts
 };
 
-/// |Δt| for every step but perhaps the last.
+/// Δt for every step but perhaps the last.
 struct FixedStep {
-  double dt;  ///< [time] its sign is that of t1 − t0
+  double dt;  ///< [time] positive; where t1 < t0, of either sign
   FixedStepOptions options;
 };
 
 /// `integrate(stepper, state, {t0, t1}, fixed(dt))`
 [[nodiscard]] constexpr FixedStep fixed(double dt, FixedStepOptions options = {}) { return {dt, options}; }
 
-/// The n+1 times of a run: t₀ + nΔt, then t₁ itself. Time is never a running sum, so it collects no error.
+/// Steps of Δt over a span of the length T = t₁ − t₀, and the n+1 times of their ends: t₀ + nΔt, then t₁ itself. Time is
+/// never a running sum, so it collects no error; and what is left over after whole steps is told from T − nΔt, not from
+/// times, so that a run far from t = 0 loses nothing of its motion.
 template <class Scalar>
 class TimeGrid {
  public:
   /// On a grid that can't be stepped, outcome() says why and steps() is 0.
   TimeGrid(TimeSpan<Scalar> span, const FixedStep& fixed) : span_{span}, dt_{static_cast<Scalar>(fixed.dt)} {
     const Scalar length = span.t1 - span.t0;
-    if (!std::isfinite(length) || !std::isfinite(dt_) || dt_ == Scalar{0}) {
+    if (!std::isfinite(length) || !std::isfinite(dt_) || dt_ == 0 || (dt_ < 0 && length > 0)) {
       outcome_ = Outcome::invalid_step;
       return;
     }
-    if (length == Scalar{0}) return;
+    if (length == 0) return;
     dt_ = std::copysign(dt_, length);
     const Scalar wanted = length / dt_;
     // However many are allowed: beyond 2⁵³ a step's number isn't one that a double has.
@@ -51,15 +53,12 @@ class TimeGrid {
       outcome_ = Outcome::too_many_steps;
       return;
     }
-    steps_ = static_cast<std::int64_t>(std::floor(wanted));
-    // What is left over after whole steps: nothing but rounding keeps the nominal Δt (one factorisation a run).
-    const Scalar rest = span.t1 - (span.t0 + static_cast<Scalar>(steps_) * dt_);
-    const Scalar rounding =
-        8 * std::numeric_limits<Scalar>::epsilon() * (std::abs(span.t0) + std::abs(span.t1) + std::abs(dt_));
-    if (steps_ == 0 || std::abs(rest) > rounding) {
-      ++steps_;
-      if (std::abs(std::abs(rest) - std::abs(dt_)) > rounding) last_ = rest;
+    const Scalar tick = spacing(std::max(std::abs(span.t0), std::abs(span.t1)));
+    if (std::abs(dt_) < tick) {
+      outcome_ = Outcome::step_too_small;
+      return;
     }
+    share_out(length, std::floor(wanted), tick);
     if (steps_ > fixed.options.max_steps) {
       outcome_ = Outcome::too_many_steps;
       steps_ = 0;
@@ -72,12 +71,38 @@ class TimeGrid {
     return n >= steps_ ? span_.t1 : span_.t0 + static_cast<Scalar>(n) * dt_;
   }
   /// The length of step n (0-based).
-  [[nodiscard]] Scalar step(std::int64_t n) const { return n + 1 == steps_ && last_ != Scalar{0} ? last_ : dt_; }
+  [[nodiscard]] Scalar step(std::int64_t n) const { return n + 1 == steps_ ? last_ : dt_; }
+  /// The length from node n to t, however coarse the clock is: t − t₀ − nΔt.
+  [[nodiscard]] Scalar from_node(std::int64_t n, Scalar t) const {
+    return n >= steps_ ? t - span_.t1 : std::fma(static_cast<Scalar>(-n), dt_, t - span_.t0);
+  }
 
  private:
+  /// The distance from t to the next number.
+  [[nodiscard]] static Scalar spacing(Scalar t) {
+    return std::nextafter(t, std::numeric_limits<Scalar>::infinity()) - t;
+  }
+  /// How many steps, and how long the last one is.
+  void share_out(Scalar length, Scalar whole, Scalar tick) {
+    const Scalar rest = std::fma(-whole, dt_, length);
+    // Δt, t₁ and their difference are rounded: a rest of that size is none, and one that near to Δt is Δt (one factorisation
+    // a run).
+    const Scalar rounding = 2 * std::numeric_limits<Scalar>::epsilon() * std::abs(length);
+    steps_ = static_cast<std::int64_t>(whole);
+    last_ = dt_;
+    if (whole > 0 && std::abs(rest) <= rounding) return;
+    // A rest that the clock can't show is done with the step before.
+    const bool is_unseen = std::abs(rest) < tick && std::abs(rest) <= std::abs(dt_) / 100;
+    if (whole > 0 && is_unseen) {
+      last_ = dt_ + rest;
+      return;
+    }
+    ++steps_;
+    if (std::abs(rest - dt_) > rounding) last_ = rest;
+  }
+
   TimeSpan<Scalar> span_;
-  Scalar dt_;
-  Scalar last_{0};  // length of a shorter last step; 0 where it isn't shorter
+  Scalar dt_, last_{0};
   std::int64_t steps_ = 0;
   Outcome outcome_ = Outcome::success;
 };

@@ -25,7 +25,13 @@ class GridPace {
   /// Where the step from t ends if nothing comes between.
   [[nodiscard]] Scalar end() const { return grid_->time(done_ + 1); }
   /// Its length: the nominal one from node to node, whose times differ by that only up to rounding.
-  [[nodiscard]] Scalar length(Scalar t) const { return t == node_ ? grid_->step(done_) : end() - t; }
+  [[nodiscard]] Scalar length(Scalar t) const {
+    return t == node_ ? grid_->step(done_) : -grid_->from_node(done_ + 1, t);
+  }
+  /// The length from t to a stop before the next node.
+  [[nodiscard]] Scalar length(Scalar t, Scalar stop) const {
+    return t == node_ ? grid_->from_node(done_, stop) : stop - t;
+  }
   [[nodiscard]] bool at_end() const { return done_ >= grid_->steps(); }
   /// The next node is reached, at t: its own time or one that is the same up to rounding.
   void reached(Scalar t) {

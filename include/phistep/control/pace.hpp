@@ -5,7 +5,7 @@
 ///     Outcome start(span, y, order, slope)     chooses a first length; slope(t, y, out) costs a force call
 ///     Scalar propose()                         |Δt| it would take next
 ///     double longest()                         |Δt| that no step may exceed
-///     prepare(y, trace), judge(…)              before and inside an attempt, where it wants to see the error
+///     prepare(y, dt), judge(…)                 before and inside an attempt, where it wants to see the error
 ///     accepted(dt, wanted, history)            the step has become the state
 ///     Outcome failed(outcome, dt)              success: try again with what propose() says now
 ///
@@ -130,16 +130,27 @@ class ErrorPace {
   [[nodiscard]] double longest() const { return step_.largest(); }
   [[nodiscard]] bool may_try() { return step_.may_try(); }
   [[nodiscard]] Trace<Plain>& trace() { return trace_; }
-  void prepare(const Plain& y) {
+  void prepare(const Plain& y, double dt) {
     error_ = {};
+    norm_.begin_try(dt);
     trace_.proposed = 0;
     // Without a scale for each component, a solve's own error can't be weighed: then to rounding.
-    trace_.newton_target = norm_.weigh(y, trace_.weight) ? newton_share * allowed_ : 0;
+    trace_.newton_target = norm_.weigh(y, trace_.weight) ? newton_share * allowed_ / norm_.spread(y) : 0;
+    trace_.norm = &norm_;
+    trace_.measure = [](void* norm, const Plain& error, const Plain& from, const Plain& to) {
+      return (*static_cast<ErrorNorm<Plain>*>(norm))(error, from, to).size;
+    };
   }
   /// Whether the step's error is allowed.
   [[nodiscard]] bool judge(const Plain& y, const Plain& next, const Plain& error) {
     error_ = norm_(error, y, next);
     return trace_.proposed != 0 || error_.size <= allowed_;  // who chooses Δt has judged
+  }
+  /// ‖e‖ in units of the tolerance, where e is what a state between y and next is off.
+  [[nodiscard]] double size(const Plain& y, const Plain& next, const Plain& e) { return norm_(e, y, next).size; }
+  /// Whether the error of a step that is not the one in hand is allowed.
+  [[nodiscard]] bool allows(const Plain& y, const Plain& next, const Plain& error) {
+    return norm_(error, y, next).size <= allowed_;
   }
   /// @param clipped  the step was shorter than proposed, because of a time to stop at
   void accepted(double dt, bool clipped, const Failure& history, Limits& limits) {

@@ -11,6 +11,24 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
+/// √(1/n Σ (x_i w_i)²)
+template <State Plain>
+[[nodiscard]] double weighted_rms(const Plain& x, const Plain& weight) {
+  using Wide = std::common_type_t<ScalarOf<Plain>, double>;  // squares of floats soon leave their range
+  Wide sum{0};
+  Index n = 0;
+  for_each_block(
+      [&](auto, const auto& of, const auto& w) {
+        for (Index i = 0; i < of.size(); ++i) {
+          const Wide part = static_cast<Wide>(of.data()[i] * w.data()[i]);
+          sum += part * part;
+        }
+        n += of.size();
+      },
+      Blocks<Plain>::all(x), Blocks<Plain>::all(weight));
+  return n == 0 ? 0 : std::sqrt(static_cast<double>(sum / static_cast<Wide>(n)));
+}
+
 /// @tparam Plain  the owning state; every member is shaped like it
 template <State Plain>
 struct Trace {
@@ -22,6 +40,9 @@ struct Trace {
   double newton_target =
       0;  ///< weighted RMS size of the error that an implicit solve may leave; 0: its own options rule
   bool wants_dense = false;  ///< somebody looks inside of steps: keep what interpolate() needs
+  void* norm = nullptr;      ///< the controller's norm, and …
+  double (*measure)(void* norm, const Plain& error, const Plain& y,
+                    const Plain& next) = nullptr;  ///< … how it measures
 
   // Carried from step to step. Whoever edits the state, or rejects a step after it was accepted, calls forget().
   bool knows_start = false;  ///< `start` holds y' where the next step starts
@@ -70,52 +91,15 @@ struct Trace {
     has_slopes = has_error = false;
   }
 
+  /// A step's error as the controller measures it, for schemes that judge their steps themselves: 1 is the tolerance.
+  [[nodiscard]] double size_of(const Plain& e, const Plain& y, const Plain& next) const {
+    return measure == nullptr ? weighted_rms(e, weight) : measure(norm, e, y, next);
+  }
+
   void archive(auto& ar) {
     ar(knows_start, dt_before);
     if (knows_start || dt_before != 0) ar.in_place(before, start);
   }
 };
-
-/// √(1/n Σ (x_i w_i)²)
-template <State Plain>
-[[nodiscard]] double weighted_rms(const Plain& x, const Plain& weight) {
-  using Wide = std::common_type_t<ScalarOf<Plain>, double>;  // squares of floats soon leave their range
-  Wide sum{0};
-  Index n = 0;
-  for_each_block(
-      [&](auto, const auto& of, const auto& w) {
-        for (Index i = 0; i < of.size(); ++i) {
-          const Wide part = static_cast<Wide>(of.data()[i] * w.data()[i]);
-          sum += part * part;
-        }
-        n += of.size();
-      },
-      Blocks<Plain>::all(x), Blocks<Plain>::all(weight));
-  return n == 0 ? 0 : std::sqrt(static_cast<double>(sum / static_cast<Wide>(n)));
-}
-/// The same of a step's error, with |y| in the weights the larger of |y(t)| and |y(t+Δt)|.
-template <State Plain>
-[[nodiscard]] double weighted_rms(const Plain& error, const Plain& y, const Plain& next, const Trace<Plain>& trace) {
-  using Scalar = ScalarOf<Plain>;
-  using Wide = std::common_type_t<Scalar, double>;
-  const Scalar rtol = static_cast<Scalar>(trace.rtol);
-  Wide sum{0};
-  Index n = 0;
-  for_each_block(
-      [&](auto, const auto& e, const auto& a, const auto& b, const auto& w) {
-        for (Index i = 0; i < e.size(); ++i) {
-          const Scalar growth = std::max(Scalar{0}, std::abs(b.data()[i]) - std::abs(a.data()[i]));
-          const Scalar weight = w.data()[i], x = e.data()[i];
-          // A weight of 0 says that atol and y are: then y⁺ alone is the measure.
-          const Scalar scaled = weight > 0 ? x * weight / (1 + rtol * growth * weight)
-                                : x == 0   ? Scalar{0}
-                                           : x / (rtol * growth);
-          sum += static_cast<Wide>(scaled) * static_cast<Wide>(scaled);
-        }
-        n += e.size();
-      },
-      Blocks<Plain>::all(error), Blocks<Plain>::all(y), Blocks<Plain>::all(next), Blocks<Plain>::all(trace.weight));
-  return n == 0 ? 0 : std::sqrt(static_cast<double>(sum / static_cast<Wide>(n)));
-}
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -128,6 +128,24 @@ class Fingerprint {
   std::uint64_t words_ = 0, rest_ = 0;
 };
 
+/// [bytes] that hold a number: an x87 long double has 10, and padding that nobody sets; others (16 bytes) have none.
+template <class Scalar>
+inline constexpr std::size_t number_bytes = sizeof(Scalar) > 8 && std::numeric_limits<Scalar>::digits == 64
+                                                ? 10
+                                                : sizeof(Scalar);
+
+/// Whether n numbers are the same by their bits: −0 is not +0, and a NaN is itself.
+template <class Scalar>
+[[nodiscard]] bool same_bits(const Scalar* a, const Scalar* b, std::ptrdiff_t n) {
+  if constexpr (number_bytes<Scalar> == sizeof(Scalar)) {
+    return n == 0 || std::memcmp(a, b, static_cast<std::size_t>(n) * sizeof(Scalar)) == 0;
+  } else {
+    for (std::ptrdiff_t i = 0; i < n; ++i)
+      if (std::memcmp(a + i, b + i, number_bytes<Scalar>) != 0) return false;
+    return true;
+  }
+}
+
 /// Of n numbers, by their bits and their order, on top of what was seen before (`seed`).
 template <class Scalar>
 [[nodiscard]] std::uint64_t fingerprint(const Scalar* x, std::ptrdiff_t n, std::uint64_t seed = 0) {
@@ -135,11 +153,9 @@ template <class Scalar>
   if constexpr (sizeof(Scalar) <= 8) {
     all.add(x, n * static_cast<std::ptrdiff_t>(sizeof(Scalar)));
   } else {
-    // An x87 long double is 10 bytes of number and padding that nobody sets; others (16 bytes) have none.
-    constexpr std::size_t used = std::numeric_limits<Scalar>::digits == 64 ? 10 : sizeof(Scalar);
     for (std::ptrdiff_t i = 0; i < n; ++i) {
       std::uint64_t words[2] = {0, 0};
-      std::memcpy(words, x + i, used);
+      std::memcpy(words, x + i, number_bytes<Scalar>);
       for (const std::uint64_t& word : words) all.add(&word, 8);
     }
   }

@@ -32,6 +32,8 @@ enum class Outcome : std::uint8_t {
   stopped_by_event,       ///< a terminal event occurred, or its handler asked for the end
   non_finite_event,       ///< an event's g is NaN or infinite
   events_accumulate,      ///< an event follows itself faster than time can tell (Zeno)
+  wrong_jacobian,         ///< a Jacobian that was supplied, or its declared pattern, isn't the force's
+  wrong_size,             ///< the force or its Jacobian returned another size than the state's
 };
 
 /// The outcome in a few words.
@@ -53,6 +55,8 @@ enum class Outcome : std::uint8_t {
       return "a force promised to be affine is not, or its Jacobian is wrong";
     case Outcome::not_symmetric:
       return "a tangent promised to be symmetric is not";
+    case Outcome::wrong_jacobian:
+      return "the Jacobian supplied, or the pattern declared for it, is not the force's";
     case Outcome::linear_solver_failed:
       return "the linear solver failed";
     case Outcome::newton_diverged:
@@ -81,6 +85,8 @@ enum class Outcome : std::uint8_t {
       return "the function of an event is not finite";
     case Outcome::events_accumulate:
       return "an event follows itself faster than time can tell";
+    case Outcome::wrong_size:
+      return "the force or its Jacobian has another size than the state";
   }
   return "unknown outcome";
 }
@@ -106,6 +112,9 @@ enum class Outcome : std::uint8_t {
       return "drop affine(...) from the force, or check its Jacobian (check_jacobian)";
     case Outcome::not_symmetric:
       return "drop symmetric(...) from the force (sliding friction is not), or correct its Jacobian";
+    case Outcome::wrong_jacobian:
+      return "check the Jacobian (check_jacobian) and the band or pattern, or let differences without a pattern "
+             "compute it";
     case Outcome::linear_solver_failed:
       return "loosen the iterative solver's tolerance, or use a direct solver";
     case Outcome::newton_diverged:
@@ -128,11 +137,14 @@ enum class Outcome : std::uint8_t {
              "block; "
              "0 <= min_step <= max_step";
     case Outcome::invalid_step:
-      return "dt must be finite and not 0, t must be finite";
+      return "dt must be finite and not 0, and not negative where the span runs forward; t must be finite";
     case Outcome::non_finite_event:
       return "check the event's g for a division by zero or a root of a negative number there";
     case Outcome::events_accumulate:
       return "let the handler end the run (return false) or switch to resting contact once the motion is slow enough";
+    case Outcome::wrong_size:
+      return "let the force return as many rows and columns as the state (its velocities) has, its Jacobian one of "
+             "each per unknown";
   }
   return "";
 }

@@ -28,11 +28,16 @@ struct Statistics {
   std::int64_t fallbacks = 0;          ///< solves whose indefinite tangent was clamped or solved by LU instead
   std::int64_t kick_calls = 0;         ///< evaluations of the terms at φ = 0 of a split scene, beside force_calls
   std::int64_t halvings = 0;           ///< steps replaced by two half steps
-  std::int64_t rejections = 0;         ///< steps that were solved but whose error was too large
-  std::int64_t sleeping = 0;           ///< particle-steps not computed, because the particle slept
+  std::int64_t checks = 0;      ///< evaluations of Ψ to check a supplied Jacobian or pattern, beside force_calls
+  std::int64_t rejections = 0;  ///< steps that were solved but whose error was too large
+  std::int64_t sleeping = 0;    ///< particle-steps not computed, because the particle slept
 
   friend constexpr Statistics operator-(Statistics a, const Statistics& b) {
     for_each(a, [&b](const char*, auto count, std::int64_t& value) { value -= b.*count; });
+    return a;
+  }
+  friend constexpr Statistics operator+(Statistics a, const Statistics& b) {
+    for_each(a, [&b](const char*, auto count, std::int64_t& value) { value += b.*count; });
     return a;
   }
   friend constexpr bool operator==(const Statistics&, const Statistics&) = default;
@@ -64,8 +69,8 @@ struct Statistics {
   [[nodiscard]] static constexpr bool is_special(Count count) {
     return count == &Statistics::analyses || count == &Statistics::active_iterations ||
            count == &Statistics::linear_iterations || count == &Statistics::fallbacks ||
-           count == &Statistics::kick_calls || count == &Statistics::halvings || count == &Statistics::rejections ||
-           count == &Statistics::sleeping;
+           count == &Statistics::kick_calls || count == &Statistics::halvings || count == &Statistics::checks ||
+           count == &Statistics::rejections || count == &Statistics::sleeping;
   }
   /// f(name padded to a column, which, its value)
   static constexpr void for_each(auto& s, auto&& f) {
@@ -82,6 +87,7 @@ struct Statistics {
     f("fallbacks           ", &Statistics::fallbacks, s.fallbacks);
     f("kick calls          ", &Statistics::kick_calls, s.kick_calls);
     f("halvings            ", &Statistics::halvings, s.halvings);
+    f("Jacobian checks     ", &Statistics::checks, s.checks);
     f("rejected steps      ", &Statistics::rejections, s.rejections);
     f("sleeping            ", &Statistics::sleeping, s.sleeping);
   }

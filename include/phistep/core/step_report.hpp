@@ -33,6 +33,8 @@ struct Failure {
   std::int64_t column = -1;                         ///< … of this particle
   std::int64_t particle = -1;                       ///< whose own equations failed, where each has its own
   int term = -1;                                    ///< which term of a sum, −1 = unknown or not a sum
+  std::int64_t returned_rows = -1;                  ///< of a result of the wrong size, −1 = there was none
+  std::int64_t returned_columns = -1;               ///< likewise
   int iterations = 0;                               ///< Newton or fixed-point iterations done
   std::array<double, history_length> increments{};  ///< relative size of each one's increment
 
@@ -43,7 +45,8 @@ struct Failure {
   }
 
   void archive(auto& ar) {
-    ar(outcome, t, dt, block, index, row, column, particle, term, iterations, increments);
+    ar(outcome, t, dt, block, index, row, column, particle, term, returned_rows, returned_columns, iterations,
+       increments);
     ar.check(0 <= iterations && iterations < 1 << 30);
   }
 
@@ -58,6 +61,8 @@ struct Failure {
     }
     if (particle >= 0 && column < 0) text += ", particle " + std::to_string(particle);
     if (term >= 0) text += ", from term " + std::to_string(term) + " of the sum";
+    if (returned_rows >= 0)
+      text += ": it is " + std::to_string(returned_rows) + " x " + std::to_string(returned_columns);
     std::snprintf(buffer, sizeof buffer, "; at t = %.9g, dt = %.9g", t, dt);
     text += buffer;
     if (iterations > 0) {

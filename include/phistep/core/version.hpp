@@ -13,6 +13,15 @@
 #define PHISTEP_VERSION_MINOR 1
 #define PHISTEP_VERSION_PATCH 0
 
+// The rest would only repeat these two in its own words: the missing header ends it.
+#if defined(min) || defined(max)
+#error "phistep: min and max are macros here (windows.h): define NOMINMAX before it is included"
+#include <see the error above>
+#endif
+#if !defined(__cpp_exceptions)
+#error "phistep: exceptions are needed; compile without -fno-exceptions (a failed step is a return value all the same)"
+#include <see the error above>
+#endif
 // Under -ffast-math or -ffinite-math-only the compiler may delete the checks for NaN and inf on which
 // "a failed step leaves the state untouched" rests.
 #if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__) || defined(_M_FP_FAST)
@@ -21,6 +30,16 @@
 #elif defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__)
 #error \
     "phistep: -funsafe-math-optimizations undoes compensated sums. Use -O3 -march=native -fno-math-errno -fno-trapping-math"
+#endif
+
+// g++ 12 and 13 warn of what their own AVX-512 functions leave undefined on purpose (bug 105593), wherever Eigen's loops end
+// up. They look at the warnings' state here, where those functions are first seen: so this header comes before Eigen.
+#if defined(__AVX512F__) && defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wuninitialized"
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#include <immintrin.h>
+#pragma GCC diagnostic pop
 #endif
 
 // Widest instruction set first; FMA is named because it changes the last bits of a result.

@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 
 #include <algorithm>
+#include <functional>
 #include <stdexcept>
 #include <string>
 #include <tuple>
@@ -22,9 +23,31 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
+struct NameAdd {
+  int add;
+};
+struct NameJacobian {
+  int jacobian;
+};
+/// Whether F has a member of the name that Name has, as signature.hpp's has_member_named_jacobian.
+template <class F, class Name>
+struct WithName : F, Name {};
+template <class F>
+inline constexpr bool is_called_only = true;
+template <class F>
+  requires(std::is_class_v<F> && !std::is_final_v<F>)
+inline constexpr bool is_called_only<std::reference_wrapper<F>> = requires {
+  &WithName<F, NameAdd>::add;
+  &WithName<F, NameJacobian>::jacobian;
+};
+
 /// A function as an object that can be inherited from.
 template <class F>
 struct Callable : F {
+  static_assert(
+      is_called_only<F>,
+      "phistep: an annotation of a std::ref would hide the force's members add and jacobian: annotate the force "
+      "itself, and take std::ref of that");
   explicit constexpr Callable(F f) : F(std::move(f)) {}
 };
 template <class F>
@@ -54,7 +77,8 @@ template <template <class> class Annotation, class... T>
                     std::move(sum.terms));
 }
 
-/// Ψ is an affine function of (r, v), or of y: Ψ = f(t) + K r + C v with K and C constant in time.
+/// Ψ is an affine function of (r, v), or of y: Ψ = f(t) + K r + C v with K and C constant in time. Checked at solves 1, 2, 4,
+/// 8 … with one matrix: what stops being affine between two of them is told at the later one.
 template <class F>
 struct Affine : Callable<F> {
   static constexpr bool is_affine = true;

@@ -15,6 +15,7 @@
 
 #include "phistep/core/phi.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/force/annotate.hpp"
 #include "phistep/force/signature.hpp"
 #include "phistep/force/sum.hpp"
 
@@ -22,7 +23,7 @@ namespace phistep::inline PHISTEP_ABI {
 
 /// A term and the scheme it is treated by.
 template <class Scheme, class F>
-struct At : ForceTerm {
+struct At : WrappedForce {
   F force;
   explicit constexpr At(F f) : force(std::move(f)) {}
 };
@@ -39,10 +40,6 @@ template <class Scheme, class... T>
                     std::move(sum.terms));
 }
 
-template <class Scheme, class F>
-[[nodiscard]] constexpr auto& unwrap(At<Scheme, F>& term) {
-  return unwrap(term.force);
-}
 template <template <class> class Annotation, class Scheme, class F>
 [[nodiscard]] constexpr auto annotate(At<Scheme, F> term) {
   auto annotated = annotate<Annotation>(std::move(term.force));

@@ -9,12 +9,14 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <utility>
 #include <vector>
 
+#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -55,6 +57,11 @@ struct SpringTable {
     for (const auto& x : roll.x) ar.check(x.empty() || x.size() == slip.x[0].size());
     for (const auto& x : roll.x) ar.check(x.size() == roll.x[0].size());
     ar.check(std::is_sorted(place.begin(), place.end()) && (place.empty() || place.front() >= 0));
+    for (const auto* lengths : {&slip, &roll})
+      for (const auto& x : lengths->x) {
+        ar.check(all_finite(x.data(), static_cast<std::ptrdiff_t>(x.size())));
+        for (std::size_t c = size(); c < x.size(); ++c) ar.check(x[c] == Scalar{0});
+      }
   }
   [[nodiscard]] bool fits(const auto& places) const {
     return place.empty() || static_cast<std::size_t>(place.back()) < places.places();
@@ -95,7 +102,10 @@ struct DormantSprings {
     std::array<Scalar, 3> slip, roll;  ///< as a sees them
   };
   std::vector<Contact> contacts;
-  void archive(auto& ar) { ar(contacts); }
+  void archive(auto& ar) {
+    ar(contacts);
+    for (const Contact& one : contacts) ar.check(all_finite(one.slip.data(), 3) && all_finite(one.roll.data(), 3));
+  }
 };
 
 /// The history of a force with contacts, as a value: copies share what they point to, which nobody changes.
@@ -154,6 +164,7 @@ struct ContactMemory {
     Table its_springs = springs ? *springs : Table{};
     DormantSprings<Scalar> its_dormant = dormant ? *dormant : DormantSprings<Scalar>{};
     ar(its_places, its_springs, its_dormant, time, step, lag);
+    ar.check(std::isfinite(time) && std::isfinite(step) && std::isfinite(lag));
     if constexpr (std::remove_reference_t<decltype(ar)>::reading) {
       ar.check(its_springs.fits(its_places));
       last.reset();

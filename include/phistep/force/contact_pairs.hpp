@@ -20,6 +20,7 @@
 #include <utility>
 #include <vector>
 
+#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/force/contact_memory.hpp"
 
@@ -137,6 +138,9 @@ struct ContactPairs {
     ar.check(second.size() == m && (n == 0 || row.size() == n + 1) && built_at.size() == 4 * n);
     ar.check(n == 0 || (m >= padding && row.front() == 0 && static_cast<std::size_t>(row.back()) == m - padding));
     ar.check(std::is_sorted(row.begin(), row.end()));
+    // From where a position isn't a number, nothing would ever have moved.
+    ar.check(all_finite(built_at.data(), static_cast<std::ptrdiff_t>(built_at.size())));
+    ar.check(std::isfinite(skin) && all_finite(period, 3));
     for (const auto* slots : {&first, &second})
       for (const std::int32_t s : *slots) ar.check(s >= 0 && static_cast<std::size_t>(s) < std::max<std::size_t>(n, 1));
   }

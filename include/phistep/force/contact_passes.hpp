@@ -458,11 +458,9 @@ class ContactPasses {
     const auto vi = gather4<P>(work_.velocity.data(), i), vj = gather4<P>(work_.velocity.data(), j);
     const auto ui = gather4<P>(work_.surface.data(), i), uj = gather4<P>(work_.surface.data(), j);
     const Triple<P> d = difference(ri, rj, period, inverse);
-    const P square = dot(d, d), reach = ri.w + rj.w;
-    const P distance = sqrt(square);
-    // Two centres in one point have no direction: no force, the symmetric choice.
-    const P one_over = select(square > P(0), P(1) / distance, P(0));
-    ContactPoint<P> at{one_over * d,
+    const P distance = sqrt(dot(d, d)), reach = ri.w + rj.w;
+    // Two centres in one point have no direction: no number, and so the step says it.
+    ContactPoint<P> at{(P(1) / distance) * d,
                        reach - distance,
                        has_full_arms<Law> ? P(1) : distance / reach,
                        {vi.x - vj.x, vi.y - vj.y, vi.z - vj.z},

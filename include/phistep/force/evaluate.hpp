@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 
+#include <array>
 #include <stdexcept>
 #include <string>
 #include <tuple>
@@ -38,33 +39,36 @@ constexpr void for_each_term(SumOfTerms& sum, Memory& memory, F&& f) {
 template <class F, class View, class Rate, class Scalar>
 [[nodiscard]] decltype(auto) returned_force(F& force, const View& y, Scalar t, const Rate& out) {
   using Traits = ForceTraits<F, View, Rate>;
-  using Result = decltype(call_with<Traits::arity>(force, y, t));
-  static_assert(PlainResult<Result>,
-                "phistep: the force returns a lazy Eigen expression, which would refer to dead temporaries; "
-                "give the lambda a return type (-> Vec) or end with .eval()");
-  using Block = std::remove_cvref_t<decltype(std::get<0>(Rate::blocks(out)))>;
-  using R = std::remove_cvref_t<Result>;
-  constexpr bool same_scalar = [] {
-    if constexpr (PlainResult<Result>) return std::is_same_v<typename R::Scalar, typename Block::Scalar>;
-    else return true;
-  }();
-  static_assert(same_scalar, "phistep: the force returns another scalar type than the state's");
-  if constexpr (PlainResult<Result>)
-    static_assert(R::SizeAtCompileTime == Eigen::Dynamic || Block::SizeAtCompileTime == Eigen::Dynamic ||
-                      (int{R::RowsAtCompileTime} == int{Block::RowsAtCompileTime} &&
-                       int{R::ColsAtCompileTime} == int{Block::ColsAtCompileTime}),
-                  "phistep: the force returns a vector of another size than the state's");
-  if constexpr (same_scalar) return call_with<Traits::arity>(force, y, t);
-  else return Block{};  // so that the one message above is the only one
+  static_assert(Refusal<Traits::fault, MotionLike<View>>::is_said);
+  if constexpr (Traits::valid) return call_with<Traits::arity>(force, y, t);
+  else return std::remove_cvref_t<decltype(std::get<0>(Rate::blocks(out)))>{};  // so that there is one message only
 }
 
-/// @throws std::invalid_argument where a force's result has another size than the block it belongs to.
+/// A result of the wrong size, outside of steps; in a step it becomes Outcome::wrong_size.
+struct WrongSize : std::invalid_argument {
+  Index rows, columns;  ///< of the result
+  WrongSize(const std::string& what, Index r, Index c) : std::invalid_argument{what}, rows{r}, columns{c} {}
+};
+[[noreturn, gnu::cold, gnu::noinline]] inline void throw_wrong_size(Index rows, Index columns, Index right_rows,
+                                                                    Index right_columns) {
+  throw WrongSize("phistep: the force returned " + std::to_string(rows) + " x " + std::to_string(columns) +
+                      " values, the state has " + std::to_string(right_rows) + " x " + std::to_string(right_columns),
+                  rows, columns);
+}
+
+/// @throws WrongSize where a force's result has another size than the block it belongs to.
 template <class Result, class Block>
 void check_result_size(const Result& result, const Block& block) {
   if (result.rows() != block.rows() || result.cols() != block.cols())
-    throw std::invalid_argument("phistep: the force returned " + std::to_string(result.rows()) + " x " +
-                                std::to_string(result.cols()) + " values, the state has " +
-                                std::to_string(block.rows()) + " x " + std::to_string(block.cols()));
+    throw_wrong_size(result.rows(), result.cols(), block.rows(), block.cols());
+}
+/// A force that adds must not make what it adds to another size. @throws WrongSize where it did
+template <class Block>
+void restore_size(Block& block, Index rows, Index columns) {
+  if (block.rows() == rows && block.cols() == columns) return;
+  const Index its_rows = block.rows(), its_columns = block.cols();
+  if constexpr (Block::SizeAtCompileTime == Eigen::Dynamic) block.setZero(rows, columns);
+  throw_wrong_size(its_rows, its_columns, rows, columns);
 }
 
 /// out += Ψ.
@@ -89,8 +93,16 @@ void add_force(F& force, Scalar t, const View& y, const Memory& memory, Rate& ou
 template <class F, class View, class Memory, class Rate, class Scalar>
 void assign_force(F& force, Scalar t, const View& y, const Memory& memory, Rate& out) {
   if constexpr (ForceTraits<F, View, Rate>::accumulates) {
-    for_each_block([](auto, auto& psi) { psi.setZero(); }, Rate::blocks(out));
+    std::array<Index, 2 * std::tuple_size_v<decltype(Rate::blocks(out))>> sizes;
+    for_each_block(
+        [&sizes](auto k, auto& psi) {
+          psi.setZero();
+          sizes[2 * k] = psi.rows(), sizes[2 * k + 1] = psi.cols();
+        },
+        Rate::blocks(out));
     add_force(force, t, y, memory, out);
+    for_each_block([&sizes](auto k, auto& psi) { restore_size(psi, sizes[2 * k], sizes[2 * k + 1]); },
+                   Rate::blocks(out));
   } else {
     auto& block = std::get<0>(Rate::blocks(out));
     const auto& result = returned_force(force, y, t, out);
@@ -115,15 +127,19 @@ void commit_force(F& force, Scalar t, const View& y, Memory& memory) {
   else if constexpr (remembers<F>) force.commit(t, y, memory);
 }
 
-/// Which term of a sum is not finite at (t, y); −1 where none is, or where the force is no sum.
+/// Which term of a sum is not finite at (t, y), or has the wrong size; −1 where none is, or where the force is no sum.
 template <class F, class View, class Memory, class Rate, class Scalar>
 [[nodiscard]] int offending_term(F& force, Scalar t, const View& y, const Memory& memory, Rate& scratch) {
   int found = -1;
   if constexpr (is_sum<F>)
     for_each_term(force, memory, [&](auto k, auto& part, const auto& its_memory) {
       if (found >= 0) return;
-      assign_force(part, t, y, its_memory, scratch);
-      if (first_non_finite(Rate::blocks(scratch))) found = static_cast<int>(k());
+      try {
+        assign_force(part, t, y, its_memory, scratch);
+        if (first_non_finite(Rate::blocks(scratch))) found = static_cast<int>(k());
+      } catch (const WrongSize&) {
+        found = static_cast<int>(k());
+      }
     });
   return found;
 }

@@ -11,6 +11,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/force/annotate.hpp"
 #include "phistep/force/energy.hpp"
+#include "phistep/force/evaluate.hpp"
 #include "phistep/force/local.hpp"
 #include "phistep/force/signature.hpp"
 #include "phistep/force/sum.hpp"
@@ -76,10 +77,16 @@ class ExternalField : public ForceTerm {
                     "components");
       for_each_position(y, [&](Eigen::Index at, const auto& r) {
         using Result = decltype(call<View>(r, t));
-        static_assert(PlainResult<Result>,
+        static_assert(!std::is_void_v<Result>,
+                      "phistep: the f of ExternalField{f} returns nothing; it must return a vector");
+        static_assert(PlainResult<Result> || std::is_void_v<Result>,
                       "phistep: the f of ExternalField{f} returns a lazy Eigen expression, which would refer to dead "
                       "temporaries; give the lambda a return type (-> Eigen::Vector3d)");
-        if constexpr (PlainResult<Result>) Eigen::Map<Vector<Scalar>>(out.force.data() + at) += call<View>(r, t);
+        if constexpr (PlainResult<Result>) {
+          const auto& f = call<View>(r, t);
+          check_result_size(f, r);
+          Eigen::Map<Vector<Scalar>>(out.force.data() + at) += f;
+        }
       });
     }
   }

@@ -86,7 +86,9 @@ class Local : public ForceTerm {
                   "first-order state as f(y_i) or f(y_i, t), with Eigen vectors of dim components");
     if constexpr (arity < View >> 0) {
       using Result = decltype(call_with<arity<View>>(unwrap(f_), std::declval<const Seen<View>&>(), t));
-      static_assert(PlainResult<Result>,
+      static_assert(!std::is_void_v<Result>,
+                    "phistep: the f of local<dim>(f) returns nothing; it must return a vector");
+      static_assert(PlainResult<Result> || std::is_void_v<Result>,
                     "phistep: the f of local<dim>(f) returns a lazy Eigen expression, which would refer to dead "
                     "temporaries; give the lambda a return type (-> Eigen::Vector3d) or end with .eval()");
       using R = std::remove_cvref_t<Result>;

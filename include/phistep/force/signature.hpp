@@ -182,6 +182,111 @@ concept AddsJacobian = requires(F& f, double t, const View& y, ProbeSink& sink) 
 template <class R>
 concept PlainResult = EigenDense<std::remove_cvref_t<R>>;
 
+/// Why a force can't be taken.
+enum class ForceFault {
+  none,
+  form,           ///< none of those accepted
+  member,         ///< a pointer to a member function
+  changes_state,  ///< takes a non-const reference
+  output,         ///< writes its result into an argument
+  time_first,
+  nothing,    ///< is returned
+  lazy,       ///< an expression is
+  no_vector,  ///< nor an expression
+  scalar,     ///< of another type than the state's
+  size        ///< likewise
+};
+
+template <class F, class... Arguments>
+[[nodiscard]] consteval bool writes_into() {
+  if constexpr (std::is_invocable_v<F&, Arguments...>) return std::is_void_v<std::invoke_result_t<F&, Arguments...>>;
+  else return false;
+}
+/// Why f can't be called. One question after the other: each compiles a generic lambda's body.
+template <class F, class View>
+[[nodiscard]] consteval ForceFault fault_of_form() {
+  if constexpr (std::is_member_pointer_v<F>) {
+    return ForceFault::member;
+  } else if constexpr (MotionLike<View>) {
+    using V = std::remove_cvref_t<decltype(std::declval<const View&>().r)>;
+    using T = typename ViewScalar<View>::type;
+    if constexpr (writes_into<F, V&, V&, V&, T>()) return ForceFault::output;
+    else if constexpr (writes_into<F, V&, V&, V&>()) return ForceFault::output;
+    else if constexpr (writes_into<F, V&, V&, T>()) return ForceFault::output;
+    else if constexpr (writes_into<F, V&, V&>()) return ForceFault::output;
+    else if constexpr (std::is_invocable_v<F&, V&, V&, T>) return ForceFault::changes_state;
+    else if constexpr (std::is_invocable_v<F&, V&, V&>) return ForceFault::changes_state;
+    else if constexpr (std::is_invocable_v<F&, V&>) return ForceFault::changes_state;
+    else if constexpr (std::is_invocable_v<F&, T, V&, V&>) return ForceFault::time_first;
+    else if constexpr (std::is_invocable_v<F&, T, V&>) return ForceFault::time_first;
+    else return ForceFault::form;
+  } else if constexpr (FirstOrderLike<View>) {
+    using Y = std::remove_cvref_t<decltype(std::declval<const View&>().y)>;
+    using T = typename ViewScalar<View>::type;
+    if constexpr (writes_into<F, Y&, Y&, T>()) return ForceFault::output;
+    else if constexpr (writes_into<F, T, Y&, Y&>()) return ForceFault::output;
+    else if constexpr (writes_into<F, Y&, Y&>()) return ForceFault::output;
+    else if constexpr (std::is_invocable_v<F&, Y&, T>) return ForceFault::changes_state;
+    else if constexpr (std::is_invocable_v<F&, Y&>) return ForceFault::changes_state;
+    else if constexpr (std::is_invocable_v<F&, T, Y&>) return ForceFault::time_first;
+    else return ForceFault::form;
+  } else {
+    return ForceFault::form;
+  }
+}
+/// Whether a result can stand in a block of the state's rate.
+template <class Result, class Block>
+[[nodiscard]] consteval ForceFault fault_of_result() {
+  using R = std::remove_cvref_t<Result>;
+  if constexpr (std::is_void_v<R>) {
+    return ForceFault::nothing;
+  } else if constexpr (!PlainResult<R>) {
+    return std::is_base_of_v<Eigen::EigenBase<R>, R> ? ForceFault::lazy : ForceFault::no_vector;
+  } else {
+    if (!std::is_same_v<typename R::Scalar, typename Block::Scalar>) return ForceFault::scalar;
+    const bool fits = R::SizeAtCompileTime == Eigen::Dynamic || Block::SizeAtCompileTime == Eigen::Dynamic ||
+                      (int{R::RowsAtCompileTime} == int{Block::RowsAtCompileTime} &&
+                       int{R::ColsAtCompileTime} == int{Block::ColsAtCompileTime});
+    return fits ? ForceFault::none : ForceFault::size;
+  }
+}
+/// Says what is wrong, and what to write instead.
+template <ForceFault fault, bool of_motion>
+struct Refusal {
+  static_assert(fault != ForceFault::form || !of_motion,
+                "phistep: the force of a motion must be callable as f(r), f(r, v) or f(r, v, t), or be a struct with "
+                "add(t, y, out)");
+  static_assert(fault != ForceFault::form || of_motion,
+                "phistep: the force of a first-order state must be callable as f(y) or f(y, t), or be a struct with "
+                "add(t, y, out)");
+  static_assert(fault != ForceFault::member,
+                "phistep: a member function needs its object: give a lambda, [&system](const Vec& y) -> Vec { return "
+                "system.rate(y); }");
+  static_assert(
+      fault != ForceFault::changes_state,
+      "phistep: the force takes the state by non-const reference; take it by const reference (const Vec&), or "
+      "wrap it in a lambda that does");
+  static_assert(fault != ForceFault::output,
+                "phistep: the force writes its result into an argument, as Odeint's f(y, dydt, t) does; wrap it in a "
+                "lambda that returns it: [](const Vec& y, double t) -> Vec { Vec dydt(y.size()); f(y, dydt, t); return "
+                "dydt; }");
+  static_assert(
+      fault != ForceFault::time_first,
+      "phistep: time comes last: a force must be callable as f(y) or f(y, t), that of a motion as f(r), f(r, v) "
+      "or f(r, v, t)");
+  static_assert(
+      fault != ForceFault::nothing,
+      "phistep: the force returns nothing; it must return a vector (-> Vec), or be a struct with add(t, y, out)");
+  static_assert(fault != ForceFault::lazy,
+                "phistep: the force returns a lazy Eigen expression, which would refer to dead temporaries; "
+                "give the lambda a return type (-> Vec) or end with .eval()");
+  static_assert(fault != ForceFault::no_vector,
+                "phistep: the force must return an Eigen vector or matrix like the state, not a number or a container");
+  static_assert(fault != ForceFault::scalar, "phistep: the force returns another scalar type than the state's");
+  static_assert(fault != ForceFault::size, "phistep: the force returns a vector of another size than the state's");
+  static constexpr bool is_said = true;
+};
+
 struct JacobianName {
   int jacobian;
 };
@@ -237,7 +342,15 @@ struct ForceTraits {
     if constexpr (accumulates) return 0;
     else return call_arity<F, View>();
   }();
-  static constexpr bool valid = accumulates || arity > 0;
+  static constexpr ForceFault fault = [] {
+    if constexpr (accumulates) return ForceFault::none;
+    else if constexpr (arity == 0) return fault_of_form<F, View>();
+    else
+      return fault_of_result<decltype(call_with<arity>(std::declval<F&>(), std::declval<const View&>(),
+                                                       typename ViewScalar<View>::type{})),
+                             std::remove_cvref_t<decltype(std::get<0>(Rate::blocks(std::declval<Rate&>())))>>();
+  }();
+  static constexpr bool valid = fault == ForceFault::none;
 
   static constexpr bool uses_velocity =
       says_uses_velocity<F, View>(accumulates || (MotionLike<View> ? arity >= 2 : true));
@@ -287,7 +400,12 @@ struct ForceTraits<Sum<T...>, View, Rate> {
   using Of = ForceTraits<Unwrapped<Part>, View, Rate>;
   static constexpr bool accumulates = true;
   static constexpr int arity = 0;
-  static constexpr bool valid = (Of<T>::valid && ...);
+  static constexpr ForceFault fault = [] {
+    ForceFault first = ForceFault::none;
+    ((first = first == ForceFault::none ? Of<T>::fault : first), ...);
+    return first;
+  }();
+  static constexpr bool valid = fault == ForceFault::none;
   static constexpr bool uses_velocity = (Of<T>::uses_velocity || ...);
   static constexpr bool uses_time = (Of<T>::uses_time || ...);
   static constexpr bool is_lookup = (Of<T>::is_lookup && ...);

@@ -124,9 +124,9 @@ class SpringLayout {
   /// Whether the new order leads all over the user's arrays. Positions are then copied in a pass of its own: two such
   /// streams at a time overtax the translation of addresses (10 ms a step rather than 6, at 333,000 particles).
   [[nodiscard]] bool jumps() const {
-    std::size_t far = 0;
-    for (std::size_t i = 1; i < user.size(); ++i) far += std::abs(user[i] - user[i - 1]) > 512 ? 1 : 0;
-    return far > user.size() / 4;
+    std::size_t distant = 0;
+    for (std::size_t i = 1; i < user.size(); ++i) distant += std::abs(user[i] - user[i - 1]) > 512 ? 1 : 0;
+    return distant > user.size() / 4;
   }
 
   void lay_out(const std::vector<std::size_t>& start, const std::vector<End>& ends, bool find_consecutive) {

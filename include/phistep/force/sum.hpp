@@ -13,13 +13,15 @@ namespace phistep::inline PHISTEP_ABI {
 
 /// Base of everything that `+` adds up.
 struct ForceTerm {};
+/// Base of terms that are nothing but their member `force`.
+struct WrappedForce : ForceTerm {};
 
 template <class T>
 concept Addable = std::is_base_of_v<ForceTerm, T>;
 
 /// Any force as a term, so that two lambdas add.
 template <class F>
-struct Term : ForceTerm {
+struct Term : WrappedForce {
   F force;
   explicit constexpr Term(F f) : force(std::move(f)) {}
 };
@@ -60,26 +62,18 @@ inline constexpr bool is_sum = false;
 template <class... T>
 inline constexpr bool is_sum<Sum<T...>> = true;
 
-/// The force behind a Term or a std::reference_wrapper.
+template <class F>
+inline constexpr bool is_reference_wrapper = false;
+template <class F>
+inline constexpr bool is_reference_wrapper<std::reference_wrapper<F>> = true;
+
+/// The force behind terms and std::reference_wrappers, however they nest.
 template <class F>
 [[nodiscard]] constexpr auto& unwrap(F& force) {
-  return force;
-}
-template <class F>
-[[nodiscard]] constexpr auto& unwrap(Term<F>& term) {
-  return unwrap(term.force);
-}
-template <class F>
-[[nodiscard]] constexpr auto& unwrap(const Term<F>& term) {
-  return unwrap(term.force);
-}
-template <class F>
-[[nodiscard]] constexpr auto& unwrap(std::reference_wrapper<F>& reference) {
-  return unwrap(reference.get());
-}
-template <class F>
-[[nodiscard]] constexpr auto& unwrap(const std::reference_wrapper<F>& reference) {
-  return unwrap(reference.get());
+  // One function, not overloads: from inside a std::reference_wrapper of a user's type, later ones would not be found.
+  if constexpr (is_reference_wrapper<std::remove_const_t<F>>) return unwrap(force.get());
+  else if constexpr (std::is_base_of_v<WrappedForce, F>) return unwrap(force.force);
+  else return force;
 }
 template <class F>
 using Unwrapped = std::remove_cvref_t<decltype(unwrap(std::declval<F&>()))>;

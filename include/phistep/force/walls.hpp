@@ -23,6 +23,7 @@
 #include <variant>
 #include <vector>
 
+#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/scratch.hpp"
 #include "phistep/core/simd.hpp"
 #include "phistep/core/simd_math.hpp"
@@ -93,6 +94,7 @@ struct WallSprings {
   void archive(auto& ar) {
     ar(wall, body, slip, roll);
     ar.check(body.size() == size() && slip.size() == 3 * size() && (roll.empty() || roll.size() == slip.size()));
+    for (const auto* x : {&slip, &roll}) ar.check(all_finite(x->data(), static_cast<std::ptrdiff_t>(x->size())));
   }
 };
 

@@ -59,7 +59,11 @@ static_assert(sizeof(CheckpointHeader) == 32 && std::has_unique_object_represent
 template <class... Parts>
 [[nodiscard]] std::uint64_t checksum_of_types() {
   std::string names;
+#ifdef __cpp_rtti
   ((names += typeid(Parts).name(), names += ';'), ...);
+#else
+  static_assert(sizeof...(Parts) == 0, "phistep: a checkpoint names its parts' types: compile without -fno-rtti");
+#endif
   return checksum(std::as_bytes(std::span(names)));
 }
 

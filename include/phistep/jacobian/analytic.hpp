@@ -16,7 +16,7 @@
 namespace phistep::inline PHISTEP_ABI {
 
 /// Calls put(i, j, value) for every stored entry of a dense or sparse matrix.
-/// @throws std::invalid_argument where the matrix isn't n×n (at compile time where the sizes are known).
+/// @throws WrongSize where the matrix isn't n×n (at compile time where the sizes are known).
 template <int static_n, class J>
 void for_each_entry(const J& jacobian, Index n, auto&& put) {
   if constexpr (std::is_base_of_v<Eigen::DenseBase<J>, J> && static_n != Eigen::Dynamic)
@@ -24,8 +24,9 @@ void for_each_entry(const J& jacobian, Index n, auto&& put) {
                       (J::ColsAtCompileTime == static_n || J::ColsAtCompileTime == Eigen::Dynamic),
                   "phistep: the force's Jacobian must have one row and one column per unknown");
   if (jacobian.rows() != n || jacobian.cols() != n)
-    throw std::invalid_argument("phistep: the force's Jacobian is " + std::to_string(jacobian.rows()) + " x " +
-                                std::to_string(jacobian.cols()) + ", there are " + std::to_string(n) + " unknowns");
+    throw WrongSize("phistep: the force's Jacobian is " + std::to_string(jacobian.rows()) + " x " +
+                        std::to_string(jacobian.cols()) + ", there are " + std::to_string(n) + " unknowns",
+                    jacobian.rows(), jacobian.cols());
   if constexpr (is_sparse_matrix<J>) {
     for (Index outer = 0; outer < jacobian.outerSize(); ++outer)
       for (typename J::InnerIterator entry(jacobian, outer); entry; ++entry)

@@ -101,22 +101,22 @@ class BandedLu {
   template <int w>
   void solve_narrow(Scalar* x) const {
     const Scalar* const band = column(0);
-    Scalar near[w] = {};  // x[k−1], x[k−2] …
-    const auto push = [&near](Scalar now) {
-      for (int d = w - 1; d > 0; --d) near[d] = near[d - 1];
-      near[0] = now;
+    Scalar recent[w] = {};  // x[k−1], x[k−2] …
+    const auto push = [&recent](Scalar now) {
+      for (int d = w - 1; d > 0; --d) recent[d] = recent[d - 1];
+      recent[0] = now;
     };
     for (Index k = 0; k < n_; ++k) {
       Scalar now = x[k];
       for (int d = w; d > 0; --d)
-        if (d <= k) now -= band[(k - d) * stride_ + d] * near[d - 1];
+        if (d <= k) now -= band[(k - d) * stride_ + d] * recent[d - 1];
       push(x[k] = now);
     }
-    for (Scalar& value : near) value = Scalar{0};
+    for (Scalar& value : recent) value = Scalar{0};
     for (Index k = n_ - 1; k >= 0; --k) {
       Scalar now = x[k];
       for (int d = w; d > 0; --d)
-        if (d < n_ - k) now -= band[(k + d) * stride_ - d] * near[d - 1];
+        if (d < n_ - k) now -= band[(k + d) * stride_ - d] * recent[d - 1];
       push(x[k] = now * inverse_pivot_[static_cast<std::size_t>(k)]);
     }
   }

@@ -61,14 +61,14 @@ class BlockCg {
     for (std::size_t i = 0; i < inverse_.size(); ++i) {
       Block& block = inverse_[i];
       largest[i] = Scalar{0};
-      Scalar small[dim][dim];
+      Scalar copy[dim][dim];
       for (int b = 0; b < dim; ++b)
-        for (int a = 0; a < dim; ++a) small[b][a] = block[static_cast<std::size_t>(b)][a];
-      for (int a = 0; a < dim; ++a) largest[i] = std::max(largest[i], std::abs(small[a][a]));
-      definite = invert_definite<dim>(small) && definite;
+        for (int a = 0; a < dim; ++a) copy[b][a] = block[static_cast<std::size_t>(b)][a];
+      for (int a = 0; a < dim; ++a) largest[i] = std::max(largest[i], std::abs(copy[a][a]));
+      definite = invert_definite<dim>(copy) && definite;
       for (int b = 0; b < dim; ++b) {
         block[static_cast<std::size_t>(b)].setZero();
-        for (int a = 0; a < dim; ++a) block[static_cast<std::size_t>(b)][a] = small[b][a];
+        for (int a = 0; a < dim; ++a) block[static_cast<std::size_t>(b)][a] = copy[b][a];
       }
     }
     return definite;

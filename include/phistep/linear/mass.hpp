@@ -214,4 +214,12 @@ template <class... M>
 /// M = 1 for every block.
 struct UnitMasses {};
 
+/// What a stepper takes as its mass.
+template <class T>
+inline constexpr bool is_mass_spec = false;
+template <>
+inline constexpr bool is_mass_spec<UnitMasses> = true;
+template <class... M>
+inline constexpr bool is_mass_spec<MassList<M...>> = true;
+
 }  // namespace phistep::inline PHISTEP_ABI

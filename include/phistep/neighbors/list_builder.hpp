@@ -69,7 +69,7 @@ class ListBuilder {
     chunk.rows = {static_cast<std::int32_t>(begin), static_cast<std::int32_t>(end)};
     chunk.tested = chunk.listed = 0;
     const Cells& cells = order_.cells();
-    std::array<Line, lines> near;
+    std::array<Line, lines> around;
     std::size_t cell = 0;
     bool fresh = true;
     std::int32_t used = 0;
@@ -82,11 +82,11 @@ class ListBuilder {
       if (fresh || row.slot >= cells[cell + 1].first) {
         if (fresh) cell = cell_of(row.slot);
         while (row.slot >= cells[cell + 1].first) ++cell;
-        find_lines(cells[cell].key, near, fresh);
+        find_lines(cells[cell].key, around, fresh);
         fresh = false;
       }
       std::int32_t candidates = 0;
-      for (const Line& line : near) candidates += line.last - line.first;
+      for (const Line& line : around) candidates += line.last - line.first;
       const auto needed = static_cast<std::size_t>(used) + static_cast<std::size_t>(candidates + list.pad + P::width);
       if (chunk.neighbors.size() < needed) {
         // As much as the rows so far let expect, or a few rows: an ample reserve would be a third of all memory.
@@ -100,10 +100,10 @@ class ListBuilder {
       for (std::size_t a = 0; a < dim; ++a) x[a] = P{order_.x(a)[row.slot]};
       for (std::size_t l = 0; l < lines; ++l) {
         if (l == lines / 2) {  // its own: around itself
-          out = filter(x, near[l].first, row.slot, square, out);
-          out = filter(x, row.slot + 1, near[l].last, square, out);
+          out = filter(x, around[l].first, row.slot, square, out);
+          out = filter(x, row.slot + 1, around[l].last, square, out);
         } else {
-          out = filter(x, near[l].first, near[l].last, square, out);
+          out = filter(x, around[l].first, around[l].last, square, out);
         }
       }
       row.first = used;
@@ -124,7 +124,7 @@ class ListBuilder {
   }
 
   /// The lines about a cell; their ends only advance while the cells do.
-  void find_lines(std::uint64_t key, std::array<Line, lines>& near, bool fresh) const {
+  void find_lines(std::uint64_t key, std::array<Line, lines>& around, bool fresh) const {
     const Cells& cells = order_.cells();
     const auto nx = static_cast<std::int64_t>(order_.cells_along(0)),
                ny = static_cast<std::int64_t>(order_.cells_along(1)),
@@ -135,7 +135,7 @@ class ListBuilder {
     std::size_t l = 0;
     for (std::int64_t dz = dim == 3 ? -reach : 0; dz <= (dim == 3 ? reach : 0); ++dz)
       for (std::int64_t dy = -reach; dy <= reach; ++dy, ++l) {
-        Line& line = near[l];
+        Line& line = around[l];
         const std::int64_t y = cy + dy, z = cz + dz;
         const std::int64_t line_key = (z * ny + y) * nx;
         const auto low = static_cast<std::uint64_t>(std::max<std::int64_t>(line_key + from_x, 0)),

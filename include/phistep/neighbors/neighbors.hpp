@@ -18,12 +18,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
+#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/neighbors/domain.hpp"
 #include "phistep/neighbors/list_builder.hpp"
@@ -37,7 +39,13 @@ struct NeighborReference {
   Domain domain;
   std::vector<std::uint8_t> still;  ///< as in Body
 
-  void archive(auto& ar) { ar(positions, domain.lower, domain.length, domain.periodic, still); }
+  void archive(auto& ar) {
+    ar(positions, domain.lower, domain.length, domain.periodic, still);
+    // From where a position isn't a number, nothing would ever have moved.
+    for (const auto& x : {std::span<const double>(positions), std::span<const double>(domain.lower),
+                          std::span<const double>(domain.length)})
+      ar.check(all_finite(x.data(), static_cast<std::ptrdiff_t>(x.size())));
+  }
 };
 
 /// `Memory` of a force on a neighbour list. Evaluations replace its reference when particles have moved too far; that

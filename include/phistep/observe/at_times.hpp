@@ -1,5 +1,5 @@
 /// @file
-/// Observers that look at given times: the run stops there (`at_times`), or is interpolated there (`sampled`).
+/// Observers that look at given times: the run stops there (`at_times`), or is looked into there (`sampled`).
 ///
 /// Both take the times in any order, twice given ones count once, those outside the run are never reached and so
 /// ignored. Runs may go backward. f(t, state) gets as t the very number given, and may return false to end the run.
@@ -90,8 +90,12 @@ class IntervalMarks {
     if (!(interval > 0) || !std::isfinite(interval))
       throw std::invalid_argument("phistep: sampled(interval, f) needs a finite interval > 0");
   }
+  /// @throws std::invalid_argument where the clock at t0 is coarser than the interval
   template <class Scalar>
   bool begin(Scalar t0) {
+    if (interval_ < std::nextafter(std::abs(t0), std::numeric_limits<Scalar>::infinity()) - std::abs(t0))
+      throw std::invalid_argument(
+          "phistep: sampled(interval, f): the interval is shorter than the distance of numbers at t0");
     start_ = t0;
     next_ = 1;
     return true;
@@ -137,14 +141,18 @@ class ListMarks {
   }
   void pass(auto mark) { passed_ = mark; }
   static void skip(auto /*t*/) {}
-  void archive(auto& ar) { ar(passed_); }
+  void archive(auto& ar) {
+    ar(passed_);
+    ar.check(std::isfinite(passed_));
+  }
 
  private:
   TimeList<Time> times_;
   long double passed_ = 0;
 };
 
-/// Shows f the state at marks by interpolation, which moves no step. At a step's end that is the state before edits.
+/// Shows f the state at marks inside of steps (CompletedStep::at), which moves no step. At a step's end that is the state
+/// before edits.
 template <class Marks, class F>
 class Sampled {
  public:
@@ -156,10 +164,10 @@ class Sampled {
     return !marks_.begin(t0) || goes_on(f_, t0, state);
   }
   /// All marks of t0 < t ≤ t1.
-  template <State S>
-  bool operator()(const CompletedStep<S>& step) {
+  template <State S, Looks looks>
+  bool operator()(const CompletedStep<S, looks>& step) {
     // A mark that lies after the end by rounding alone is on it: there may be no further step.
-    const auto slack = 4 * std::numeric_limits<ScalarOf<S>>::epsilon() * (std::abs(step.t0()) + std::abs(step.t1()));
+    const auto slack = std::numeric_limits<ScalarOf<S>>::epsilon() * std::max(std::abs(step.t0()), std::abs(step.t1()));
     while (const auto mark = marks_.next(step.dt())) {
       if (step.dt() > 0 ? *mark > step.t1() + slack : *mark < step.t1() - slack) return true;
       marks_.pass(*mark);
@@ -215,7 +223,7 @@ template <class Number, class F>
 }
 
 /// `integrate(…, sampled(0.1, [](double t, const auto& state) { … }))`: at t0 and at every multiple of the interval from
-/// there, interpolated. [time]
+/// there, without a stop (CompletedStep::at). [time]
 /// @throws std::invalid_argument unless the interval is finite and > 0
 template <class F>
 [[nodiscard]] auto sampled(double interval, F f) {

@@ -8,9 +8,12 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
+/// Whether somebody may look inside the steps of a stepper, or why not.
+enum class Looks { may_look, extrapolated, not_copied };
+
 /// Handed to observers that take one argument: `integrate(…, [](const auto& step) { … step.at(t) … })`. Valid during the
 /// call.
-template <State S>
+template <State S, Looks looks = Looks::may_look>
 class CompletedStep {
  public:
   using Scalar = ScalarOf<S>;
@@ -27,8 +30,18 @@ class CompletedStep {
   [[nodiscard]] Scalar dt() const { return dt_; }              ///< [time] nominal: t1 − t0 differs in its last bits
   [[nodiscard]] const Plain& start() const { return start_; }  ///< the state at t0, after all edits
   [[nodiscard]] const Plain& end() const { return end_; }      ///< the state at t1, before any edit
-  /// The state at t0 ≤ t ≤ t1. Valid until the next call.
-  [[nodiscard]] const Plain& at(Scalar t) const { return t == t1_ ? end_ : dense_.at(t); }
+  /// The state at t0 ≤ t ≤ t1, to the accuracy of the step: interpolated where that is known to be as good, else by a step
+  /// really done from t0 to t, which the run doesn't notice. Valid until the next call.
+  [[nodiscard]] const Plain& at(Scalar t) const {
+    static_assert(
+        looks != Looks::extrapolated,
+        "phistep: extrapolated(...) does not know the solution inside its steps: take at_times(...) in place of "
+        "sampled(...) or step.at(t), or another scheme");
+    static_assert(
+        looks != Looks::not_copied,
+        "phistep: to look inside its steps, a stepper must be copyable: give it the force as std::ref(force)");
+    return t == t1_ ? end_ : dense_.at(t);
+  }
   /// The state at t0 + dt/2 where two steps of half the length led from start to end, else null.
   [[nodiscard]] const Plain* middle() const { return middle_; }
 

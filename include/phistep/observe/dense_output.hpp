@@ -11,11 +11,15 @@
 ///               + h² x²(1−x)³/2 a0 + h² x³(1−x)²/2 a1                                    error ≤ h⁶ max|r⁽⁶⁾| / 46080
 ///
 /// Either is written from the nearer end, whose time differs from t without a rounding: so it meets both ends.
+///
+/// A scheme may be better than its interpolant: of higher order, or right where a stiff component makes of a small error a
+/// large slope. Where the run says so, a look inside is a step really done.
 #pragma once
 
 #include <Eigen/Core>
 
 #include <cmath>
+#include <optional>
 #include <tuple>
 #include <type_traits>
 
@@ -45,6 +49,20 @@ class DenseOutput {
     }
   };
 
+  /// What an interpolated state is checked against.
+  struct Truth {
+    void* self = nullptr;
+    bool (*trusts)(void*) = nullptr;                ///< asked once a step, at the first look inside
+    void (*fill)(void*, Scalar, Plain&) = nullptr;  ///< fill(self, t, y(t)), where it doesn't trust
+
+    /// Asks `f.trusts()` and `f(t, y(t))`; f must outlive the step.
+    template <class F>
+    [[nodiscard]] static Truth of(F& f) {
+      return {&f, [](void* judge) { return static_cast<F*>(judge)->trusts(); },
+              [](void* judge, Scalar t, Plain& out) { (*static_cast<F*>(judge))(t, out); }};
+    }
+  };
+
   DenseOutput() {
     for (Plain* y : {&slope0_, &slope1_, &value_})
       for_each_block(
@@ -68,6 +86,8 @@ class DenseOutput {
     slopes_ = slopes;
     known_ = false;
     inside_ = nullptr;
+    truth_ = {};
+    trusted_.reset();
   }
   /// y(t0 + x dt), 0 < x < 1, of the step just begun is `inside(self, x, dt, y0, y1, out)`, in place of Hermite's.
   using Inside = void (*)(const void*, Scalar, Scalar, const Plain&, const Plain&, Plain&);
@@ -76,11 +96,32 @@ class DenseOutput {
     inside_ = inside;
   }
 
+  /// From now on at(t) is checked; before, it interpolates.
+  /// @param trusted  what truth.trusts() would say, where that is known
+  void check_by(Truth truth, std::optional<bool> trusted = {}) {
+    truth_ = truth;
+    trusted_ = trusted;
+  }
+  [[nodiscard]] bool is_checked() const { return truth_.self != nullptr; }
+
   /// The state at t; at the ends, and beyond, that of the end, bit for bit. Valid until the next call.
   [[nodiscard]] const Plain& at(Scalar t) {
     const Scalar from_start = (t - t0_) / dt_, to_end = (t1_ - t) / dt_;
     if (from_start <= 0) return *start_;
     if (to_end <= 0) return *end_;
+    if (truth_.self != nullptr) {
+      if (!trusted_) trusted_ = truth_.trusts(truth_.self);
+      if (!*trusted_) {
+        copy_blocks<S>(value_, *start_);
+        truth_.fill(truth_.self, t, value_);
+        return value_;
+      }
+    }
+    return interpolated(t);
+  }
+  /// The same without a check, strictly inside.
+  [[nodiscard]] const Plain& interpolated(Scalar t) {
+    const Scalar from_start = (t - t0_) / dt_, to_end = (t1_ - t) / dt_;
     if (inside_ != nullptr) {
       copy_blocks<S>(value_, *start_);
       inside_(self_, from_start, dt_, *start_, *end_, value_);
@@ -102,8 +143,8 @@ class DenseOutput {
     known_ = true;
   }
 
-  void interpolate(Scalar x, Scalar h, const Plain& near, const Plain& near_slope, const Plain& far,
-                   const Plain& far_slope) {
+  void interpolate(Scalar x, Scalar h, const Plain& from, const Plain& from_slope, const Plain& to,
+                   const Plain& to_slope) {
     const Scalar z = 1 - x;
     const Scalar rise = x * x * (3 - 2 * x), near_rate = h * x * z * z, far_rate = -h * x * x * z;
     for_each_block(
@@ -111,14 +152,14 @@ class DenseOutput {
           if constexpr (Blocks<S>::drifts && k() == 0) return;
           else y = y0 + rise * (y1 - y0) + near_rate * d0 + far_rate * d1;
         },
-        Blocks<S>::all(value_), Blocks<S>::all(near), Blocks<S>::all(near_slope), Blocks<S>::all(far),
-        Blocks<S>::all(far_slope));
+        Blocks<S>::all(value_), Blocks<S>::all(from), Blocks<S>::all(from_slope), Blocks<S>::all(to),
+        Blocks<S>::all(to_slope));
     if constexpr (Blocks<S>::drifts) {
       const Scalar cube = x * x * x, drift = cube * (10 + x * (6 * x - 15));
       const Scalar near_drift = h * x * z * z * z * (1 + 3 * x), far_drift = -h * cube * z * (4 - 3 * x);
       const Scalar near_bend = h * h * x * x * z * z * z / 2, far_bend = h * h * cube * z * z / 2;
-      const auto &y0 = Blocks<S>::all(near), &d0 = Blocks<S>::all(near_slope);
-      const auto &y1 = Blocks<S>::all(far), &d1 = Blocks<S>::all(far_slope);
+      const auto &y0 = Blocks<S>::all(from), &d0 = Blocks<S>::all(from_slope);
+      const auto &y1 = Blocks<S>::all(to), &d1 = Blocks<S>::all(to_slope);
       std::get<0>(Blocks<S>::all(value_)) = std::get<0>(y0) + drift * (std::get<0>(y1) - std::get<0>(y0)) +
                                             near_drift * std::get<1>(y0) + far_drift * std::get<1>(y1) +
                                             near_bend * std::get<1>(d0) + far_bend * std::get<1>(d1);
@@ -131,6 +172,8 @@ class DenseOutput {
   Slopes slopes_;
   const void* self_ = nullptr;
   Inside inside_ = nullptr;
+  Truth truth_;
+  std::optional<bool> trusted_;
   Plain slope0_, slope1_, value_;
   bool known_ = false;
 };

@@ -107,6 +107,7 @@ class EnergyLedger {
   static_assert(!has_history<Force>, "phistep: EnergyLedger knows no energy balance of a force with a history");
 
  public:
+  static constexpr bool looks_at_ends_alone = true;  // of steps
   /// In at least double precision. [energy]
   using Energy = std::conditional_t<(sizeof(Scalar) > sizeof(double)), Scalar, double>;
 

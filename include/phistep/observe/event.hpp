@@ -3,6 +3,15 @@
 ///
 /// The handler finds the state on the root, up to rounding, and may edit it. What it leaves there at rest passes through:
 /// a ball that is stopped on the ground, with gravity on, falls on. Let the handler end such a run, or change the force.
+///
+/// Which roots are found. A step knows g at its start and at its end.
+/// - Signs that differ: one root between them is found. Of three or more, any of them, and those before it are passed over;
+///   the run goes on from the one found, and sees the others if they are not one step's again.
+/// - Equal signs: with `inside` (the default) g is asked a little inside of both ends. If |g| falls at the start and climbs
+///   at the end, its turning point is sought, and if g has the other sign there, the first of the two roots is found (in the
+///   wanted direction: else the second). Any other even number of roots, and two between ends where |g| doesn't turn so, are
+///   passed over. Without `inside`, all of them are.
+/// Where roots may lie nearer to each other than steps are long, keep steps shorter: max_step of a tolerance, or at_times.
 #pragma once
 
 #include <cmath>
@@ -21,8 +30,8 @@ namespace phistep::inline PHISTEP_ABI {
 struct EventOptions {
   Direction direction = Direction::both;  ///< which way g passes zero, as the run goes
   bool terminal = false;                  ///< the first one ends the run
-  /// Look for g that passes zero and comes back within one step: one or two more evaluations of g a step, at the price of
-  /// the interpolant's slopes.
+  /// Look for g that passes zero and comes back within one step, once: one or two more evaluations of g a step, at the
+  /// price of the interpolant's slopes.
   bool inside = true;
 };
 

@@ -47,7 +47,7 @@ class Every {
     long long next = 0;
     bool first = true;
     in(start, next, first);
-    in.check(0 <= next && next <= most);
+    in.check(std::isfinite(start) && 0 <= next && next <= most);
     load_parts(in, then);
     start_ = start, next_ = next, first_ = first;
   }

@@ -67,7 +67,7 @@ template <class = void>
 /// Stiff: who solves linear equations, and how many digits are wanted.
 template <class = void>
 void choose_stiff(const AdvisedProblem& scene, Advice& to) {
-  const bool small = scene.structure == Structure::dense && scene.unknowns <= few_unknowns;
+  const bool few = scene.structure == Structure::dense && scene.unknowns <= few_unknowns;
   if (scene.structure == Structure::network) {
     to.scheme = "tr_bdf2";
     to.reasons.push_back(
@@ -81,19 +81,14 @@ void choose_stiff(const AdvisedProblem& scene, Advice& to) {
   } else if (scene.rtol > 3e-4) {
     to.scheme = "rodas4";
     to.reasons.push_back("for few digits, six linear solves with one matrix and no iteration are the cheapest step");
-  } else if (scene.rtol > 1e-7 && (!small || scene.unknowns > 10)) {
+  } else if (scene.rtol > 1e-7 && (!few || scene.unknowns > 10)) {
     to.scheme = "rodas5p";
     to.reasons.push_back("with " + std::to_string(scene.unknowns) +
                          " unknowns the factorisation is what costs: order 5 has one for eight solves");
-  } else if (small) {
+  } else if (few) {
     to.scheme = "radau";
     to.reasons.push_back("at " + digits_of(scene.rtol) + " and " + std::to_string(scene.unknowns) +
                          " unknowns Radau's orders 5, 9 and 13 are ahead");
-  } else if (scene.structure == Structure::banded || scene.structure == Structure::block_tridiagonal) {
-    to.scheme = "extrapolated(phistep::backward_euler)";
-    to.reasons.push_back(
-        "at " + digits_of(scene.rtol) +
-        " linearly implicit Euler steps taken to high order are ahead where factors of a band are cheap");
   } else {
     to.scheme = "rodas5p";
     to.reasons.push_back("at " + digits_of(scene.rtol) +

@@ -212,15 +212,15 @@ class Assessment {
                  stiff{Method::Kind::two_stage, 1, 1};
     const double bears = spectrum_.bounded ? limit_of(explicit_method) : std::numeric_limits<double>::quiet_NaN();
     const double accurate = lambda == 0.0 ? always : explicit_method.accurate_dt(lambda, options_.accuracy);
-    const double small = std::min({accurate, 0.9 * bears, contact});  // NaN bears: see below
+    const double explicit_dt = std::min({accurate, 0.9 * bears, contact});  // NaN bears: see below
     const double large = std::min(lambda == 0.0 ? always : stiff.accurate_dt(lambda, options_.accuracy), contact);
     const std::string explicit_name = motion_ ? "velocity_verlet" : "forward_euler";
-    const bool can_be_explicit = bears > 0 && std::isfinite(small);
+    const bool can_be_explicit = bears > 0 && std::isfinite(explicit_dt);
     if (options_.period > 0 && std::isfinite(large)) {
       const double wanted = has_dt() ? std::min(report_.dt, large) : large;
-      if (can_be_explicit && wanted < 10 * small)
+      if (can_be_explicit && wanted < 10 * explicit_dt)
         report_.recommended = {
-            explicit_name, small,
+            explicit_name, explicit_dt,
             "One force call a step, and dt follows the fastest mode at a step that is not much shorter."};
       else
         report_.recommended = {"tr_bdf2", wanted,
@@ -228,7 +228,7 @@ class Assessment {
       return;
     }
     if (can_be_explicit)
-      report_.recommended = {explicit_name, small, "Resolves the fastest mode, if that is what you want to see."};
+      report_.recommended = {explicit_name, explicit_dt, "Resolves the fastest mode, if that is what you want to see."};
     const double wanted = std::min(has_dt() ? report_.dt : always, contact);
     if (std::isfinite(wanted)) {
       const PreflightAdvice damped{

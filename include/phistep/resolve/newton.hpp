@@ -107,12 +107,21 @@ class ConvergenceTest {
   /// RADAU5's rescaling of the tolerance for its stage equations.
   [[nodiscard]] static double reduced(double rtol) { return 0.1 * std::cbrt(rtol * rtol); }
 
+  /// Corrections of a solve at most; and whether there may be a k-th.
   [[nodiscard]] int limit() const { return limit_; }
+  [[nodiscard]] bool allows(int k) const { return k - in_vain_ <= limit_; }
   [[nodiscard]] bool is_to_rounding() const { return target_ == 0; }
   /// θ/(1−θ), for the next solve.
   [[nodiscard]] double rate() const { return rate_; }
   /// The largest ‖δ_{k+1}‖/‖δ_k‖ of one matrix before the last correction: small means that it will do for the next step.
   [[nodiscard]] double first_rate() const { return first_rate_; }
+  /// Whether it judges by the rate of an earlier solve.
+  [[nodiscard]] bool has_past() const { return last_rate_ != 0 && last_rate_ != slow_rate; }
+  /// The first k corrections count for nothing.
+  void start_over(int k) {
+    forget();
+    in_vain_ = k;
+  }
   /// The next correction has nothing to be compared with.
   void forget() {
     previous_ = 0;
@@ -149,8 +158,8 @@ class ConvergenceTest {
     if (target_ == 0 && trusted && settled && theta > 0.3 && is_at_plateau(size.resolution)) return Verdict::converged;
     if (theta > 1) return Verdict::growing;
     if (target_ == 0) return theta > slow_rate ? Verdict::slow : Verdict::go_on;
-    return theta >= 0.99 || remaining * std::pow(theta, limit_ - 1 - iteration) >= target_ ? Verdict::slow
-                                                                                           : Verdict::go_on;
+    const int left = limit_ - 1 - (iteration - in_vain_);
+    return theta >= 0.99 || remaining * std::pow(theta, left) >= target_ ? Verdict::slow : Verdict::go_on;
   }
 
  private:
@@ -161,7 +170,7 @@ class ConvergenceTest {
       0.05;  // to rounding, a new matrix is cheaper than corrections that fall no faster
   double round_off_, target_ = 0, previous_ = 0, first_rate_ = 0, last_rate_ = 0;
   double rate_ = 0;  // 0: not known, two corrections at least
-  int limit_;
+  int limit_, in_vain_ = 0;
 };
 
 /// Jacobian and factors serve the next step too where θ is at most this. To rounding a slow matrix costs many iterations:
@@ -182,28 +191,34 @@ class ConvergenceTest {
 ///   restart()                    goes back to where the iteration began
 ///   size() → Correction          of the last move
 ///   drop_jacobian()              the next iteration needs a fresh one
+/// @param k         corrections done before, and now
+/// @param inherits  earlier solves have left something that this one uses; false where it fails before it has used that
 template <class Equation>
-[[nodiscard]] Outcome iterate_newton(Equation& equation, ConvergenceTest& test, double keep_rate, bool line_search,
-                                     Failure& history) {
+[[nodiscard]] Outcome iterate_newton_once(Equation& equation, ConvergenceTest& test, double keep_rate, bool line_search,
+                                          Failure& history, int& k, bool& inherits) {
   using enum ConvergenceTest::Verdict;
   bool own = false;  // the matrix was made in this solve …
   double first = 0, last = 0, residual = 0;
   equation.restart();
-  for (int k = 1; k <= test.limit(); ++k) {
+  for (bool at_start = true; test.allows(k + 1); at_start = false) {
+    ++k;
     bool here = false;  // … and at this very iterate
     Outcome outcome = equation.residual();
     // An iterate may leave the force's domain (a root, a logarithm) though the solution lies inside.
-    for (int halvings = 0; outcome == Outcome::non_finite_force && k > 1 && halvings < 10; ++halvings) {
+    for (int halvings = 0; outcome == Outcome::non_finite_force && !at_start && halvings < 10; ++halvings) {
       equation.retreat();
       test.forget();  // the next correction is the other half by construction
       outcome = equation.residual();
     }
-    if (outcome != Outcome::success) return outcome;
+    if (outcome != Outcome::success) {
+      inherits = inherits && !at_start;
+      return outcome;
+    }
     if (line_search) {
       // Armijo's rule for F: a correction must shrink ‖M⁻¹F‖ by 1e-4 of what its length promises (Dennis & Schnabel,
       // Numerical Methods for Unconstrained Optimization and Nonlinear Equations, sect. 6.3).
       double size = equation.residual_size(), length = 1;
-      for (int halvings = 0; k > 1 && halvings < 4 && size > (1 - 1e-4 * length) * residual; ++halvings) {
+      for (int halvings = 0; !at_start && halvings < 4 && size > (1 - 1e-4 * length) * residual; ++halvings) {
         if (equation.residual_is_rounding()) break;
         equation.retreat();
         test.forget();
@@ -212,7 +227,7 @@ template <class Equation>
         size = equation.residual_size();
       }
       residual = size;
-      if (k > 1) equation.drop_jacobian();  // only the tangent of this very place points downhill
+      if (!at_start) equation.drop_jacobian();  // only the tangent of this very place points downhill
     }
     if (!equation.has_factors()) {
       here = !equation.has_jacobian();  // a new γ alone makes new factors of an old Jacobian
@@ -222,27 +237,24 @@ template <class Equation>
     }
     // What an iterative solver leaves may hide what is left to do: a stiff or heavy part's residual that of a soft one.
     constexpr bool is_inexact = requires { requires Equation::is_inexact; };
-    const bool trusted = (own && !(is_inexact && k == 1)) || equation.residual_is_rounding();
+    const bool trusted = (own && !(is_inexact && at_start)) || equation.residual_is_rounding();
     const bool noise = own && !here && test.is_to_rounding() && equation.residual_is_noise();
     const bool settled = noise || here || !own || !test.is_to_rounding();
     outcome = equation.correct();
     if (outcome != Outcome::success) return outcome;
     const Correction size = equation.size();
     history.record(size.relative);
-    (k == 1 ? first : last) = size.absolute;
+    (at_start ? first : last) = size.absolute;
     const auto verdict = test.judge(k, size, trusted, settled, noise);
     if (verdict == converged) {
       if (test.first_rate() > keep_rate) equation.drop_jacobian();
       return Outcome::success;
     }
     if (verdict == go_on) continue;
+    if (!own) return Outcome::newton_stalled;
     equation.drop_jacobian();
-    if (!own) {
-      // An old matrix may have thrown the iterate anywhere.
-      equation.restart();
-      test.forget();
-    } else if (verdict == growing && !here && !line_search) {
-      // So may one of an earlier iterate: from there, Newton might find another root.
+    if (verdict == growing && !here && !line_search) {
+      // A matrix of an earlier iterate may have thrown this one anywhere: from there, Newton might find another root.
       equation.undo();
       test.forget();
     }
@@ -250,6 +262,20 @@ template <class Equation>
   equation.drop_jacobian();
   // A cycle keeps its size: that is a stall.
   return last > 10 * first ? Outcome::newton_diverged : Outcome::newton_stalled;
+}
+
+/// The same, and where it fails with a matrix or a rate that earlier solves have left, again without them: no solve fails
+/// for what was before.
+template <class Equation>
+[[nodiscard]] Outcome iterate_newton(Equation& equation, ConvergenceTest& test, double keep_rate, bool line_search,
+                                     Failure& history) {
+  bool inherits = equation.has_jacobian() || equation.has_factors() || test.has_past();
+  int k = 0;
+  const Outcome outcome = iterate_newton_once(equation, test, keep_rate, line_search, history, k, inherits);
+  if (outcome == Outcome::success || !inherits) return outcome;
+  equation.drop_jacobian();
+  test.start_over(k);
+  return iterate_newton_once(equation, test, keep_rate, line_search, history, k, inherits);
 }
 
 template <class Equation>

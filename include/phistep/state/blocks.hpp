@@ -11,14 +11,18 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <cmath>
 #include <concepts>
+#include <cstddef>
 #include <cstdint>
 #include <tuple>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 #include "phistep/core/arithmetic.hpp"
+#include "phistep/core/fingerprint.hpp"
 #include "phistep/core/version.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -110,6 +114,21 @@ struct Blocks<S> {
 /// A state the steppers can advance.
 template <class S>
 concept State = EigenDense<S> || BlockStruct<S>;
+
+/// Whether S, the type of an argument, is a state that can be stepped.
+template <class S>
+concept MutableState = State<std::remove_reference_t<S>> && std::is_lvalue_reference_v<S>;
+
+/// Says what a state may be.
+template <bool is_state>
+struct StateRefusal {
+  static_assert(
+      is_state,
+      "phistep: the state must be an Eigen vector or matrix that can be changed, a Map of your array "
+      "(Eigen::Map<Eigen::VectorXd> y{x.data(), n} of a std::vector), Motion{r, v}, Particles or a struct with "
+      "blocks; give an expression a name (Eigen::VectorXd y = ...), make one number an Eigen::Vector<double, 1>");
+  static constexpr bool is_said = true;
+};
 
 template <State S>
 using PlainState = typename Blocks<S>::Plain;
@@ -208,12 +227,40 @@ void commit_blocks(S& state, PlainState<S>& next) {
       Blocks<S>::all(state), Blocks<S>::all(next));
 }
 
-template <State S, class A, class B>
-[[nodiscard]] bool equal_blocks(const A& a, const B& b) {
+/// Whether two blocks of one shape hold the same bits.
+template <EigenDense Block>
+[[nodiscard]] bool equal_bits(const Block& a, const Block& b) {
+  return same_bits(a.data(), b.data(), a.size());
+}
+/// … and whether all blocks of two states of one shape do.
+template <State S>
+[[nodiscard]] bool equal_blocks(const PlainState<S>& a, const PlainState<S>& b) {
   bool equal = true;
-  for_each_block([&equal](auto, const auto& x, const auto& y) { equal = equal && (x.array() == y.array()).all(); },
-                 Blocks<S>::all(a), Blocks<S>::all(b));
+  for_each_block([&equal](auto, const auto& x, const auto& y) { equal = equal && equal_bits(x, y); }, Blocks<S>::all(a),
+                 Blocks<S>::all(b));
   return equal;
+}
+
+/// Whether each number of a state has a place of its own. Those of views may lie in one another's: they would then be two
+/// unknowns with one value.
+template <State S>
+[[nodiscard]] bool has_own_places(const S& state) {
+  std::vector<std::pair<std::uintptr_t, std::uintptr_t>> pieces;  // from, to [bytes]: columns, or single numbers
+  for_each_block(
+      [&pieces](auto, const auto& x) {
+        const bool by_columns = x.rowStride() == 1;
+        for (Index j = 0; j < x.cols(); ++j)
+          for (Index i = 0; i < x.rows(); i += by_columns ? x.rows() : 1) {
+            const auto from = reinterpret_cast<std::uintptr_t>(x.data() + i * x.rowStride() + j * x.colStride());
+            const auto numbers = static_cast<std::uintptr_t>(by_columns ? x.rows() : 1);
+            pieces.push_back({from, from + numbers * sizeof(*x.data())});
+          }
+      },
+      Blocks<S>::all(state));
+  std::sort(pieces.begin(), pieces.end());
+  for (std::size_t k = 1; k < pieces.size(); ++k)
+    if (pieces[k].first < pieces[k - 1].second) return false;
+  return true;
 }
 
 /// Which component of which block is not finite; block −1 where all are.

@@ -39,11 +39,29 @@ struct Motion {
   }
 };
 
+/// No motion.
+template <class Vector>
+  requires(!requires { typename Vector::PlainObject; })
+struct Motion<Vector> {
+  static_assert(
+      !sizeof(Vector),
+      "phistep: Motion{r, v} takes Eigen vectors or matrices, or Maps of your arrays (Eigen::Map<Eigen::VectorXd> "
+      "r{x.data(), n}); one number is an Eigen::Vector<double, 1>");
+  Motion(const auto&... /*any*/) {}
+};
+
 /// Maps and Refs stay what they are; an expression such as `Vec::Zero()` becomes the vector it stands for.
 template <class Vector>
-using BlockStorage = std::conditional_t<EigenDense<Vector>, Vector, typename Vector::PlainObject>;
+struct BlockStorage {
+  using type = Vector;
+};
+template <class Expression>
+  requires(!EigenDense<Expression> && requires { typename Expression::PlainObject; })
+struct BlockStorage<Expression> {
+  using type = typename Expression::PlainObject;
+};
 
 template <class Position, class Velocity>
-Motion(const Position&, const Velocity&) -> Motion<BlockStorage<Position>>;
+Motion(const Position&, const Velocity&) -> Motion<typename BlockStorage<Position>::type>;
 
 }  // namespace phistep::inline PHISTEP_ABI

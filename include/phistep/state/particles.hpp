@@ -274,9 +274,7 @@ class Particles : public Extra::template Block<Number, dim>... {
     column.tail(added) = more;
   }
   [[nodiscard]] static bool same(const Body<Scalar, dim>& a, const Body<Scalar, dim>& b) {
-    const auto equal = [](const auto& x, const auto& y) {
-      return x.size() == y.size() && (x.array() == y.array()).all();
-    };
+    const auto equal = [](const auto& x, const auto& y) { return x.size() == y.size() && equal_bits(x, y); };
     return equal(a.mass, b.mass) && equal(a.radius, b.radius) && equal(a.type, b.type) && equal(a.charge, b.charge) &&
            equal(a.heat_capacity, b.heat_capacity) && a.id == b.id && a.still == b.still && a.box == b.box &&
            a.inertia_factor == b.inertia_factor && a.next_id == b.next_id;

@@ -17,7 +17,7 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// Remembers at which (t, y) a force was last evaluated: a small fixed state by value, a large one by its fingerprint.
+/// Remembers at which (t, y) a force was last evaluated, by y's bits: a small fixed state's own, a large one's fingerprint.
 /// With `position_only`, for forces that see r alone, edits of v do no harm and are not looked for.
 template <State S, bool position_only, bool uses_time>
 class EditGuard {
@@ -48,7 +48,7 @@ class EditGuard {
     if (kind_ != Kind::checked || !same_time(t)) return false;
     if constexpr (!by_value) return hash(y) == last_;
     else if constexpr (position_only)
-      return (std::get<0>(Blocks<S>::all(y)).array() == std::get<0>(Blocks<S>::all(last_)).array()).all();
+      return equal_bits(std::get<0>(Blocks<S>::all(y)), std::get<0>(Blocks<S>::all(last_)));
     else return equal_blocks<S>(y, last_);
   }
   /// The same, on the caller's word that the state is what the last step left.

@@ -191,7 +191,7 @@ class ExtrapolatedRow : public RowDefaults {
   [[nodiscard]] double inside_error(auto& step) const {
     Plain& e = step.trace->predicted;
     inside_.error(step.y, step.next, e);
-    return weighted_rms(e, step.y, step.next, *step.trace) / 10;
+    return step.trace->size_of(e, step.y, step.next) / 10;
   }
   /// ‖T_{j,j} − T_{j,j−1}‖
   [[nodiscard]] static double error(auto& step, Table& table, int j) {
@@ -202,7 +202,7 @@ class ExtrapolatedRow : public RowDefaults {
         },
         Blocks<S>::all(step.trace->error), Blocks<S>::all(step.next), Blocks<S>::all(step.y),
         Blocks<S>::all(table[at(j)]), Blocks<S>::all(table[at(j - 1)]));
-    return weighted_rms(step.trace->error, step.y, step.next, *step.trace);
+    return step.trace->size_of(step.trace->error, step.y, step.next);
   }
   template <class Kernel>
   [[nodiscard]] static Outcome finish(typename Kernel::Data& step, const Plain& moved) {

@@ -47,6 +47,7 @@ class FixedPointResolvent {
     residual_.setZero(n);
     anderson_.resize(n, options_.depth);
   }
+  static void forget() {}
   static void reset() {}
 
   /// In: Y = b; `guess` is where the iteration starts (its solved blocks count). Out: Y, and w = Y − b.
@@ -217,6 +218,9 @@ class VelocityResolvent {
   VelocityResolvent(const Plain& y, Rhs& rhs, const Newton<>& solver)
       : solver_{solver}, chosen_{choose(y, rhs, solver)} {}
   void resize(const Plain& y, Rhs& rhs) { chosen_ = choose(y, rhs, solver_); }
+  void forget() {
+    std::visit([](auto& one) { one.forget(); }, chosen_);
+  }
   void reset() {
     std::visit([](auto& one) { one.reset(); }, chosen_);
   }

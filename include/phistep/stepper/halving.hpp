@@ -5,6 +5,9 @@
 ///     phistep::Halving stepper{phistep::PhiStepper{cloth, springs, phistep::backward_euler}, 10};
 ///
 /// With Newton's fresh Jacobian, which is tried first, this is the ladder of retries: old matrix, new matrix, Δt/2, Δt/4, …
+///
+/// Where a tolerance controls Δt, a step that fails is tried again with a shorter one as it is: then the stepper inside does
+/// each step, with its own error estimate, dense output and counts.
 #pragma once
 
 #include <array>
@@ -13,6 +16,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "phistep/control/trace.hpp"
 #include "phistep/core/archive.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
@@ -20,6 +24,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/parts.hpp"
+#include "phistep/stepper/step_doubling.hpp"
 #include "phistep/stepper/transaction.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -58,7 +63,32 @@ class Halving {
   }
 
   [[nodiscard]] int order() const { return stepper_.order(); }
-  /// What a run controlled by its error asks beside steps.
+
+  // What a run controlled by its error asks beside steps: all that the stepper inside can tell.
+  static constexpr bool traces = can_trace<Stepper>;
+  static constexpr bool interpolates = requires { requires Stepper::interpolates; };
+  static constexpr bool refactorises = requires { requires Stepper::refactorises; };
+  static constexpr bool is_affine = requires { requires Stepper::is_affine; };
+  template <class Plain>
+  [[nodiscard]] bool estimates(const Trace<Plain>& trace) const requires traces {
+    return stepper_.estimates(trace);
+  }
+  template <class S, class Accept>
+  StepReport attempt(S& state, ScalarOf<S> t, ScalarOf<S> dt, Origin origin, Trace<PlainState<S>>& trace,
+                     Accept&& accept) requires traces {
+    const StepReport report = stepper_.attempt(state, t, dt, origin, trace, std::forward<Accept>(accept));
+    if (report) ++steps_;
+    else if (report.outcome() != Outcome::error_too_large) ++failed_steps_;
+    return report;
+  }
+  template <class Plain, class Scalar>
+  void interpolate(Scalar x, Scalar dt, const Plain& y0, const Plain& y1, Plain& out) const requires interpolates {
+    stepper_.interpolate(x, dt, y0, y1, out);
+  }
+  [[nodiscard]] int error_order() const requires requires(const Stepper& inner) { inner.error_order(); }
+  { return stepper_.error_order(); }
+  [[nodiscard]] std::int64_t changes() const requires requires(const Stepper& inner) { inner.changes(); }
+  { return stepper_.changes(); }
   template <class Plain, class Scalar>
   [[nodiscard]] bool slope(Scalar t, const Plain& y, Plain& out) {
     return stepper_.slope(t, y, out);
@@ -77,6 +107,9 @@ class Halving {
   [[nodiscard]] Stepper& stepper() { return stepper_; }
   [[nodiscard]] const Stepper& stepper() const { return stepper_; }
   void reset() { stepper_.reset(); }
+  /// As PhiStepper's.
+  void forget_solves() requires requires(Stepper& inner) { inner.forget_solves(); }
+  { stepper_.forget_solves(); }
   /// As PhiStepper's: whoever rejects a step takes back the force's history with it.
   [[nodiscard]] auto checkpoint() const requires requires(const Stepper& inner) { inner.checkpoint(); }
   { return stepper_.checkpoint(); }

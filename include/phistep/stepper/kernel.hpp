@@ -33,11 +33,13 @@
 ///                                                                (or trace() judges it, and sets trace.proposed)
 ///     static constexpr bool interpolates;                        it knows the solution inside the step just accepted:
 ///     interpolate(x, dt, y0, y1, out) const;                     out = y(t + x dt), 0 < x < 1
+///     static constexpr std::array<double, 2> doubtful_at;        two x where that is worst, to be checked by real steps
 ///
 /// and what it inherits from RowDefaults, where it keeps nothing from step to step. The φ-step's rows are in
 /// phi_stepper.hpp, the other schemes' in headers of their own.
 #pragma once
 
+#include <array>
 #include <type_traits>
 #include <utility>
 
@@ -86,6 +88,9 @@ struct RowDefaults {
   static void reset() {}     ///< the next step is the first
   static void accepted() {}  ///< the step just advanced has become the state
   static constexpr bool traces = false, interpolates = false;
+  /// Seven tenths of the largest error and more: of Hermite's interpolant, which goes as x²(1−x)², and as x(1−x)(1−2x) where
+  /// slopes are wrong; of collocation at Radau's 3, 5 or 7 nodes, which goes as ∫Π(x−c_i), and as xΠ(x−c_i) where it is stiff.
+  static constexpr std::array<double, 2> doubtful_at{0.35, 0.68};
 };
 
 /// The operations, bound to a right-hand side, a way to solve, and the transaction that a step is.
@@ -104,9 +109,17 @@ class Kernel {
     allocate(Transaction::copy_of(state));
   }
 
-  /// Runs `advance(Data&) → Outcome` as one step of the state.
-  StepReport run(S& state, Scalar t, Scalar dt, Origin origin, auto&& advance) {
-    return transaction_.run(rhs_, state, t, dt, origin, advance);
+  /// Runs `advance(Data&) → Outcome` as one step of the state. A step that fails leaves nothing behind.
+  /// @param keeps_tries  … unless it ends with an outcome: whoever tries again needs what is still true
+  StepReport run(S& state, Scalar t, Scalar dt, Origin origin, bool keeps_tries, auto&& advance) {
+    if constexpr (needs.solver || needs.stages) {
+      Unless done{*this};
+      const StepReport report = transaction_.run(rhs_, state, t, dt, origin, advance);
+      done.is = keeps_tries || report || !is_begun(report.outcome());
+      return report;
+    } else {
+      return transaction_.run(rhs_, state, t, dt, origin, advance);
+    }
   }
   /// Of the last step: the sizes of its solves' corrections.
   [[nodiscard]] const Failure& history() const { return transaction_.failure(); }
@@ -240,6 +253,8 @@ class Kernel {
     transaction_.reset();
     resolvent_.reset();
   }
+  /// Forgets what solves have left, and nothing else.
+  void forget_solves() { resolvent_.forget(); }
   /// Forgets Ψ alone.
   void forget_force() {
     transaction_.reset();
@@ -280,15 +295,35 @@ class Kernel {
     if constexpr (keeps_psi) kicked_by_ = make_rate<S>(y);
   }
 
+  /// What ends otherwise than well, by an exception as well, is forgotten.
+  struct Unless {
+    Kernel& kernel;
+    bool is = false;
+    ~Unless() {
+      if (!is) kernel.forget_solves();
+    }
+  };
+  /// A step that was refused for its arguments wasn't.
+  [[nodiscard]] static constexpr bool is_begun(Outcome outcome) {
+    return outcome != Outcome::invalid_step && outcome != Outcome::step_too_small;
+  }
+
   struct NoResolvent {
     NoResolvent(const auto&...) {}
+    static void forget() {}
     static void reset() {}
     static void resize(const auto&, const auto&) {}
     static void archive(auto&) {}
     static void restore(const auto&, const auto&) {}
   };
+  static_assert(
+      !needs.stages || requires { typename Solver::LinearSolver; },
+      "phistep: this scheme solves linear equations and iterates nothing: give it newton<LinearSolver>() or "
+      "newton<MatrixFree<Eigen::BiCGSTAB>>(), not fixed_point()");
   static auto resolvent_type() {
-    if constexpr (needs.stages) return std::type_identity<LinearStages<S, Rhs, typename Solver::LinearSolver>>{};
+    if constexpr (needs.stages && requires { typename Solver::LinearSolver; })
+      return std::type_identity<LinearStages<S, Rhs, typename Solver::LinearSolver>>{};
+    else if constexpr (needs.stages) return std::type_identity<LinearStages<S, Rhs, void>>{};
     else if constexpr (needs.solver) return ResolventFor<S, Rhs, Solver, needs.position>{};
     else return std::type_identity<NoResolvent>{};
   }

@@ -22,12 +22,14 @@
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/jacobian/product.hpp"
 #include "phistep/resolve/newton.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
 #include "phistep/stepper/difference_tangent.hpp"
 #include "phistep/stepper/linearisation.hpp"
 #include "phistep/stepper/right_hand_side.hpp"
+#include "phistep/stepper/tangent_check.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -40,6 +42,11 @@ class LinearStages {
   using Matrix = Linearisation<S, Rhs, LinearSolver, true, true>;
   static constexpr bool has_time = !Rhs::is_autonomous;
   static constexpr bool affine = Rhs::Traits::is_affine && !Matrix::matrix_free;
+  /// Whether J is what somebody supplied or declared: differences of the whole force promise nothing.
+  static constexpr bool is_promised = [] {
+    if constexpr (!Matrix::matrix_free) return affine || Matrix::analytic || Matrix::patterned;
+    else return ProductTraits<typename Rhs::Force, std::remove_cvref_t<typename Rhs::View>, Rate>::has_product;
+  }();
 
   /// @throws std::invalid_argument where a dense Jacobian of more than 1000 unknowns would be formed by differences.
   LinearStages(const Plain& y, Rhs& rhs, const auto& solver) : options_{solver.options} {
@@ -53,12 +60,19 @@ class LinearStages {
     psi_ = make_rate<S>(y);
     if constexpr (has_time) psi_t_ = later_ = make_rate<S>(y);
     x_.setZero(unknowns<S>(y));
+    if constexpr (is_promised) check_.resize(y);
     known_ = false;
   }
-  /// Forgets all that was known of the force.
-  void reset() {
-    matrix_.forget();
+  /// Forgets what solves have left.
+  void forget() {
+    matrix_.drop();
     known_ = false;
+  }
+  /// … and that the force is still the same.
+  void reset() {
+    forget();
+    matrix_.forget();
+    if constexpr (is_promised) check_.begin();
   }
   /// Forgets Ψ: the history may be another one.
   void forget_force() { known_ = false; }
@@ -67,7 +81,7 @@ class LinearStages {
   /// @param dt  [time] with its sign: over which Ψ is to be looked at
   [[nodiscard]] Outcome linearise(Rhs& rhs, Scalar t, Scalar dt, const Plain& y, Rate& psi,
                                   const Yardstick<Plain>& yardstick) {
-    if (known_ && t == t_ && equal_blocks<S>(y, y_)) {
+    if (known_ && same_bits(&t, &t_, 1) && equal_blocks<S>(y, y_)) {
       copy_rate(psi, psi_);
       return Outcome::success;
     }
@@ -82,6 +96,7 @@ class LinearStages {
     if (!affine || !matrix_.has_jacobian())
       if (const Outcome outcome = tangent(rhs, t, dt, y_, psi_, yardstick); outcome != Outcome::success) return outcome;
     known_ = !Rhs::has_history;
+    if constexpr (is_promised) check_.count();
     return Outcome::success;
   }
   /// J alone at (t, y), for an iteration that makes up for what it lacks. Differences look at psi, which is Ψ there.
@@ -96,9 +111,20 @@ class LinearStages {
   /// W = M − γC − γ²K
   [[nodiscard]] Outcome factorise(Rhs& rhs, Scalar gamma) {
     const Gamma<Scalar> both{gamma, gamma};
-    if constexpr (affine)
-      if (matrix_.has_factors_for(both)) return Outcome::success;
-    return matrix_.factorise(rhs, both, t_, y_, psi_, options_);
+    if (!affine || !matrix_.has_factors_for(both)) {
+      [[maybe_unused]] const auto patterns = rhs.statistics().analyses;
+      if (const Outcome outcome = matrix_.factorise(rhs, both, t_, y_, psi_, options_); outcome != Outcome::success)
+        return outcome;
+      if constexpr (is_promised)
+        if (patterns != rhs.statistics().analyses) check_.want();
+    }
+    if constexpr (is_promised)
+      if (check_.is_due()) {
+        const Outcome outcome = check_.look(rhs, matrix_, options_, gamma, t_, y_, psi_);
+        if (outcome != Outcome::success) reset();
+        return outcome;
+      }
+    return Outcome::success;
   }
   /// (1), in place, by (2) for motion: b_v in units of M v. Of small systems, what is not finite shows in x alone.
   [[nodiscard]] Outcome solve(Rhs& rhs, Scalar gamma, Plain& x) {
@@ -122,6 +148,7 @@ class LinearStages {
   /// For a checkpoint. What a rejected step left serves it alone, and is not in there.
   void archive(auto& ar) {
     if constexpr (affine) ar(matrix_);
+    if constexpr (is_promised) ar(check_);
     if constexpr (std::remove_reference_t<decltype(ar)>::reading) known_ = false;
   }
   void restore([[maybe_unused]] const Rhs& rhs, [[maybe_unused]] const Plain& y) {
@@ -156,6 +183,7 @@ class LinearStages {
   Rate psi_;  // … Ψ and J are known
   struct Nothing {};
   [[no_unique_address]] std::conditional_t<has_time, Rate, Nothing> psi_t_, later_;
+  [[no_unique_address]] std::conditional_t<is_promised, TangentCheck<S, Rhs>, Nothing> check_;
   Eigen::Matrix<Scalar, static_unknowns<S>, 1> x_;
   bool known_ = false;
 };

@@ -72,9 +72,12 @@ class Linearisation {
   void resize(const Plain& y, [[maybe_unused]] Rhs& rhs) {
     const Index n = unknowns<S>(y);
     if (!analytic && !patterned && !matrix_free && n > dense_difference_limit)
-      throw std::invalid_argument("phistep: the Jacobian of " + std::to_string(n) +
-                                  " unknowns by differences would be dense; give the force a member jacobian(...) "
-                                  "(sparse for large systems), or add_jacobian(...) to its terms");
+      throw std::invalid_argument(
+          "phistep: the Jacobian of " + std::to_string(n) +
+          " unknowns by differences would be dense. Name its pattern, sparsity(f, pattern); or form no "
+          "matrix, newton<MatrixFree<Eigen::BiCGSTAB>>() of <phistep/krylov.hpp> or, for mild "
+          "stiffness, fixed_point(); or give the force a member jacobian(...), its terms "
+          "add_jacobian(...)");
     if constexpr (!analytic) differences_.resize(y, rhs);  // may throw, so it comes before anything has a new size
     n_ = n;
     system_.resize(n);

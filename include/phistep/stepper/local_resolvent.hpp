@@ -118,9 +118,11 @@ class LocalResolvent {
     increment_.setZero(unknowns<S>(y));
     paces_.assign(static_cast<std::size_t>(increment_.size() / dim), {});
   }
+  /// Forgets what solves have left.
+  void forget() { std::fill(paces_.begin(), paces_.end(), Pace{}); }
   void reset() {
+    forget();
     newton_.reset();
-    std::fill(paces_.begin(), paces_.end(), Pace{});
   }
 
   /// In: Y = b; `guess` is where the iterations start. Out: Y, and w = Y − b.

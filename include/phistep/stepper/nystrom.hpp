@@ -145,6 +145,7 @@ class Row<Nystrom<Tableau, compensates>, S> : public RowDefaults {
   }
 
   static constexpr bool interpolates = true;
+  static constexpr std::array<double, 2> doubtful_at{Tableau::doubtful[0], Tableau::doubtful[1]};
   void interpolate(Scalar x, Scalar dt, const Plain& y0, const Plain& y1, Plain& out) const {
     NystromInterpolant<Tableau>::template at<S>(x, dt, y0, y1, k_, out);
   }

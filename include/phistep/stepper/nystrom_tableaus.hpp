@@ -14,6 +14,7 @@ namespace phistep::inline PHISTEP_ABI {
 struct Rkn86 {
   static constexpr int stages = 9, order = 8, error_order = 7;
   static constexpr int dense[] = {0, 3, 4, 5, 6, 8};  // stages to interpolate
+  static constexpr double doubtful[] = {0.22, 0.58};  // where v is then farthest off
   static constexpr bool first_is_last = true;
   static constexpr long double c[] = {0, 1.0L / 20, .1L, .3L, .5L, .7L, .9L, 1, 1};
   static constexpr long double a[][8] = {
@@ -57,6 +58,7 @@ struct Rkn86 {
 struct Rkn1210 {
   static constexpr int stages = 17, order = 12, error_order = 11;
   static constexpr int dense[] = {0, 7, 8, 9, 10, 11, 12, 13, 14, 16};  // stages to interpolate
+  static constexpr double doubtful[] = {0.12, 0.74};                    // where v is then farthest off
   static constexpr bool first_is_last = false;
   static constexpr long double c[] = {0,         1.0L / 50, 1.0L / 25,      .1L,      2.0L / 15, 4.0L / 25,
                                       1.0L / 20, 1.0L / 5,  1.0L / 4,       1.0L / 3, .5L,       5.0L / 9,

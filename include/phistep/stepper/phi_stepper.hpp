@@ -18,6 +18,7 @@
 ///     v⁺ = v½ + ½Δt M⁻¹Ψ(t+Δt, r⁺, v⁺)                  a resolve for v alone where Ψ depends on v              (8)
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <type_traits>
 #include <utility>
@@ -207,7 +208,7 @@ class Row<VelocityVerlet, S> : public RowDefaults {
 /// Steps a state S under a force F by the φ-method, or by any other scheme that is a row over the same kernel.
 /// @tparam MassSpec  what mass(…) or capacity(…) returned, UnitMasses for M = 1
 /// @tparam Solver    how the implicit equations are solved
-template <State S, class F, class Scheme, class MassSpec = UnitMasses, ImplicitSolver Solver = Newton<>>
+template <class S, class F, class Scheme, class MassSpec = UnitMasses, ImplicitSolver Solver = Newton<>>
 class PhiStepper {
   using Masses = decltype(bind_masses<S>(std::declval<const MassSpec&>(), std::declval<const PlainState<S>&>()));
   static constexpr bool split = is_split<Unwrapped<F>, Scheme>;
@@ -231,12 +232,7 @@ class PhiStepper {
     typename Row::Progress progress;
   };
 
-  static_assert(Traits::valid || !Rhs::drifts,
-                "phistep: the force of a motion must be callable as f(r), f(r, v) or f(r, v, t), or be a struct with "
-                "add(t, y, out)");
-  static_assert(Traits::valid || Rhs::drifts,
-                "phistep: the force of a first-order state must be callable as f(y) or f(y, t), or be a struct with "
-                "add(t, y, out)");
+  static_assert(Refusal<Traits::fault, Rhs::drifts>::is_said);
   static_assert(
       suits<Unwrapped<F>, Scheme>,
       "phistep: at(scheme, term) takes forward_euler or the stepper's own scheme (terms at other phi: not yet)");
@@ -260,7 +256,8 @@ class PhiStepper {
       : PhiStepper{state, std::move(psi), scheme, UnitMasses{}, solver} {}
 
   /// Advances the state from t to t + dt. [time] dt < 0 steps backward.
-  /// On any failure the state keeps every bit; an exception thrown by the force passes through, likewise.
+  /// On any failure the state keeps every bit; an exception thrown by the force passes through, likewise. The next step is
+  /// then that of a new stepper with the same history.
   StepReport step(S& state, Scalar t, Scalar dt) { return step(state, t, dt, Origin::unknown); }
 
   /// With Origin::unedited the caller vouches that the state is what the last step left, and saves the check.
@@ -269,7 +266,7 @@ class PhiStepper {
       if constexpr (static_unknowns<S> == Eigen::Dynamic)
         if (!kernel_.fits(state)) resize(state);
       const StepReport report =
-          kernel_.run(state, t, dt, origin, [this](auto& step) { return row_.advance(kernel_, step); });
+          kernel_.run(state, t, dt, origin, false, [this](auto& step) { return row_.advance(kernel_, step); });
       if (report) row_.accepted();
       return report;
     } else {
@@ -286,14 +283,15 @@ class PhiStepper {
     else return false;
   }
   /// A step that becomes the state only if accept(y, y⁺, trace) says so; otherwise Outcome::error_too_large, and the state
-  /// keeps every bit. The trace tells of the step what it can.
+  /// keeps every bit. The trace tells of the step what it can. What a failed try has found serves the next: whoever gives up
+  /// calls forget_solves().
   template <class Accept>
   StepReport attempt(S& state, Scalar t, Scalar dt, Origin origin, Trace<PlainState<S>>& trace,
                      Accept&& accept) requires traces {
     if constexpr (Traits::valid) {
       if constexpr (static_unknowns<S> == Eigen::Dynamic)
         if (!kernel_.fits(state)) resize(state);
-      const StepReport report = kernel_.run(state, t, dt, origin, [&](auto& step) {
+      const StepReport report = kernel_.run(state, t, dt, origin, true, [&](auto& step) {
         step.trace = &trace;
         trace.dt = dt;
         trace.has_slopes = trace.has_error = false;
@@ -320,10 +318,14 @@ class PhiStepper {
     if constexpr (requires { row_.error_order(); }) return row_.error_order();
     else return row_.order() + 1;
   }
+  /// Whether its steps solve no equations, so that stability keeps Δt within what slopes at both ends can tell.
+  static constexpr bool solves_nothing = !needs.solver && !needs.stages;
   /// Whether each step makes its matrix anew, so that keeping Δt spares nothing.
   static constexpr bool refactorises = needs.stages && !Traits::is_affine;
   /// Whether the scheme knows the solution inside the step just accepted better than its ends tell.
   static constexpr bool interpolates = Row::interpolates;
+  /// Where in a step its interpolant is worst.
+  static constexpr std::array<double, 2> doubtful_at = Row::doubtful_at;
   /// out = y(t + x dt), 0 < x < 1, of the step from y0 to y1 that `attempt` did last with trace.wants_dense.
   void interpolate(Scalar x, Scalar dt, const PlainState<S>& y0, const PlainState<S>& y1, PlainState<S>& out) const
       requires(interpolates) {
@@ -367,6 +369,8 @@ class PhiStepper {
   /// Reads what save() wrote for a stepper made alike; then() reads what follows. The next steps give the bits that the
   /// saved one would have given. @throws CheckpointError, before anything has changed
   void load(Reader& in, auto&& then) { load_parts(in, then, row_, kernel_); }
+  /// Forgets what solves have left, Jacobians and factors, as a step that fails does.
+  void forget_solves() { kernel_.forget_solves(); }
   /// Starts anew: forgets all that is carried from step to step (Ψ, Jacobian, factors), and that there were steps.
   /// Never needed after an edit of the state.
   void reset() {
@@ -398,6 +402,20 @@ class PhiStepper {
   Kernel kernel_;
   [[no_unique_address]] Row row_;
   std::int64_t changes_ = 0;
+};
+
+/// No stepper: says why, and nothing else.
+template <class S, class F, class Scheme, class MassSpec, ImplicitSolver Solver>
+  requires(!State<S> || !is_mass_spec<MassSpec>)
+class PhiStepper<S, F, Scheme, MassSpec, Solver> {
+ public:
+  static_assert(StateRefusal<State<S>>::is_said);
+  static_assert(
+      is_mass_spec<MassSpec>,
+      "phistep: after the scheme comes the mass, mass(2.0) or capacity(matrix), then the solver, newton(options) or "
+      "fixed_point()");
+  explicit PhiStepper(const S& /*state*/, const auto&... /*any*/) {}
+  StepReport step(auto&&... /*any*/) { return {}; }
 };
 
 template <class S, class F, class Scheme>

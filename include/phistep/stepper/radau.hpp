@@ -126,6 +126,9 @@ class Row<Radau, S> : public RowDefaults {
     terms_ = pending_terms_ = factored_ = 0;
   }
   void reset() { control_.forget(); }
+  using Progress = RadauControl<>;
+  [[nodiscard]] const Progress& progress() const { return control_; }
+  void resume(const Progress& progress) { control_ = progress; }
   void archive(auto& ar) {
     ar(control_, terms_, dt_);
     ar.check(terms_ >= 0 && terms_ <= 7);
@@ -159,8 +162,7 @@ class Row<Radau, S> : public RowDefaults {
   struct DenseOnly {
     static constexpr bool fits =
         Matrix::facts.structure <= Structure::diagonal || Matrix::facts.structure == Structure::dense;
-    static_assert(fits,
-                  "phistep: radau needs a dense Jacobian; for sparse ones take rodas4 or extrapolated(backward_euler)");
+    static_assert(fits, "phistep: radau needs a dense Jacobian; for banded and sparse ones take rodas5p");
   };
   template <int s, class Matrix, class Kernel>
   [[nodiscard]] Outcome prepare_dense(Kernel& kernel, typename Kernel::Data& step, const auto& masses) {
@@ -345,7 +347,7 @@ class Row<Radau, S> : public RowDefaults {
     }
     this->template estimate<s>(kernel, step, masses);
     bool success = false;
-    trace.proposed = control_.after(dt, weighted_rms(trace.error, step.y, step.next, trace), test, success);
+    trace.proposed = control_.after(dt, trace.size_of(trace.error, step.y, step.next), test, success);
     if (!success) return Outcome::error_too_large;
     keep<s>(step);
     return Outcome::success;

@@ -55,24 +55,29 @@ class NewtonResolvent {
   void resize(const Plain& y, Rhs& rhs) {
     matrix_.resize(y, rhs);  // may throw, so it comes first
     increment_.resize(y);
-    solved_ = 0;
-    pace_.first_rate = 0;
+    forget();
   }
 
   /// What solves leave for the next one to judge its corrections by.
   struct Pace {
-    double rate = 1, gamma_before = 1;  ///< θ/(1−θ) of the controlled solves so far, and γ of the last
-    double first_rate = 0;              ///< θ of the last solve to rounding; 0: there was none
+    double rate = 1;          ///< θ/(1−θ) of the controlled solves so far
+    double gamma_before = 0;  ///< γ of the last; 0: there was none
+    double first_rate = 0;    ///< θ of the last solve to rounding; 0: there was none
   };
   [[nodiscard]] Pace& pace() { return pace_; }
 
   /// Forgets Jacobian and factors.
   void drop() { matrix_.drop(); }
+  /// … and all else that solves have left.
+  void forget() {
+    drop();
+    solved_ = 0;
+    pace_ = {};
+  }
   /// … and that the force is still the same.
   void reset() {
+    forget();
     matrix_.forget();
-    solved_ = 0;
-    pace_.first_rate = 0;
   }
 
   /// In: Y = b; `guess` is where the iteration starts (its solved blocks count). Out: Y, and w = Y − b.
@@ -237,8 +242,9 @@ class NewtonResolvent {
   /// Where a smaller step is at hand, plain Newton has one try.
   [[nodiscard]] Outcome solve_controlled(Equation& equation, Failure& history) {
     // An old Jacobian contracts in proportion to γ, old factors no better than their own γ allows.
-    const double growth = std::abs(static_cast<double>(equation.gamma.force)) / pace_.gamma_before;
-    pace_.gamma_before = std::abs(static_cast<double>(equation.gamma.force));
+    const double gamma = std::abs(static_cast<double>(equation.gamma.force));
+    const double growth = pace_.gamma_before > 0 ? gamma / pace_.gamma_before : 1;
+    pace_.gamma_before = gamma;
     const double rate = std::max(pace_.rate * std::max(1.0, growth), matrix_.staleness(equation.gamma));
     ConvergenceTest test(equation.yardstick.target, options_.max_iterations, rate, round_off);
     const Outcome outcome =
@@ -321,7 +327,7 @@ class NewtonResolvent {
 };
 
 /// The resolvent behind each way to solve: Newton<…> here, others in headers of their own. All offer what NewtonResolvent
-/// does: resize, reset, resolve, add_increment, recover, archive, restore.
+/// does: resize, forget, reset, resolve, add_increment, recover, archive, restore.
 template <State S, class Rhs, class Solver, bool position>
 struct ResolventFor;
 template <State S, class Rhs, class LinearSolver, bool position>

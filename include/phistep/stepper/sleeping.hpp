@@ -9,8 +9,12 @@
 /// adds up, and when it would have made it faster than `speed` it wakes. (Not longer ago: who is held somewhere in a tiny
 /// vibration feels a constant force that would have moved it by F/k and no further.) So a blow wakes what it reaches, and
 /// an island sleeps on as long as everything around it does. One that a small force had been moving all along is looked at
-/// again when that would have made it as fast, then after twice that time, and so on. The whole scene asleep, a step is
-/// nothing at all. Whoever is edited by the user wakes, and all do where the force is (stepper().force(), reset()).
+/// again when that would have made it as fast, then after twice that time, and so on. Whoever is edited by the user wakes,
+/// and all do after stepper().force() and reset(). The whole scene asleep, a step is nothing at all: until anything is
+/// changed, the state, a support, a property of the bodies, which then wakes all.
+///
+/// Not seen: a force that changes with time by itself; and, as long as somebody is awake, that a body held by the user
+/// moves or goes, under one that sleeps.
 ///
 /// Nothing is dropped in silence: report() tells how much kinetic energy was removed and how much ∫|F|dt was not applied,
 /// and compare_sleep() runs a scene both ways and prints the difference in the user's own observables.
@@ -30,12 +34,14 @@
 #include <vector>
 
 #include "phistep/core/archive.hpp"
+#include "phistep/core/fingerprint.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/force/acting_pairs.hpp"
 #include "phistep/state/particles.hpp"
 #include "phistep/state/parts.hpp"
+#include "phistep/stepper/edit_guard.hpp"
 #include "phistep/stepper/sleep_report.hpp"
 #include "phistep/stepper/transaction.hpp"
 
@@ -65,11 +71,12 @@ class Sleeping {
   /// Advances the state from t to t + dt. [time] On failure it keeps every bit.
   StepReport step(S& state, Scalar t, Scalar dt, Origin origin = Origin::unknown) {
     if (options_.speed == 0) return stepper_.step(state, t, dt, origin);
-    adopt(state, origin);
-    if (put_off_) part(state, false);
+    if (is_all_asleep() && is_changed(state, t, origin)) wake_all();
     if constexpr (requires { stepper_.changes(); })
       if (std::exchange(changes_, stepper_.changes()) != stepper_.changes())
         wake_all();  // the force may be another one
+    adopt(state, origin);
+    if (put_off_) part(state, false);
     if (is_all_asleep() && std::isfinite(dt) && std::isfinite(t) && t + dt != t && clock_ + std::abs(dt) < review_) {
       clock_ += std::abs(dt);
       account(std::abs(dt));
@@ -79,7 +86,7 @@ class Sleeping {
     }
     const StepReport report = stepper_.step(state, t, dt, meddled_ ? Origin::unknown : origin);
     if (!report) return report;
-    meddled_ = false;
+    meddled_ = has_other_pairs_ = false;
     ++steps_;
     ++since_check_;
     clock_ += std::abs(dt);
@@ -112,10 +119,17 @@ class Sleeping {
   [[nodiscard]] const auto& masses() const { return stepper_.masses(); }
   [[nodiscard]] Stepper& stepper() { return stepper_; }
   [[nodiscard]] const Stepper& stepper() const { return stepper_; }
-  void reset() { stepper_.reset(); }
+  /// Wakes all, too.
+  void reset() {
+    stepper_.reset();
+    wake_all();
+  }
+  /// As PhiStepper's.
+  [[nodiscard]] std::int64_t changes() const requires requires(const Stepper& inner) { inner.changes(); }
+  { return stepper_.changes(); }
   void save(Writer& out) const {
     save_parts(out, who_, report_, id_, rest_, sample_, velocity_, push_, steps_, since_check_, clock_, checked_,
-               review_, impulse_rate_, meddled_, parted_, free_, deep_, stepper_);
+               review_, impulse_rate_, meddled_, parted_, free_, deep_, fell_asleep_as_, bodies_, stepper_);
   }
   void load(Reader& in, auto&& then) {
     std::vector<Sleeper> who;
@@ -127,11 +141,12 @@ class Sleeping {
     in.check(static_cast<Index>(id.size()) == n);
     for (const Vectors& x : vectors) in.check(x.cols() == n);
     load_parts(in, then, steps_, since_check_, clock_, checked_, review_, impulse_rate_, meddled_, parted_, free_,
-               deep_, stepper_);
+               deep_, fell_asleep_as_, bodies_, stepper_);
     who_ = std::move(who), report_ = report, id_ = std::move(id);
     rest_ = std::move(vectors[0]), sample_ = std::move(vectors[1]);
     velocity_ = std::move(vectors[2]), push_ = std::move(vectors[3]);
     body_ = 0;
+    if constexpr (requires { stepper_.changes(); }) changes_ = stepper_.changes();
   }
 
  private:
@@ -162,6 +177,16 @@ class Sleeping {
     return static_cast<Scalar>(options_.speed) * static_cast<Scalar>(options_.speed);
   }
 
+  /// Whether anything isn't as it was when the last one fell asleep.
+  [[nodiscard]] bool is_changed(const S& state, Scalar t, Origin origin) const {
+    if (body_ != state.body().serial && bodies_ != bits_of(state.body())) return true;
+    return origin != Origin::unedited && !fell_asleep_as_.holds(t, state);
+  }
+  [[nodiscard]] static std::uint64_t bits_of(const auto& body) {
+    Writer out;
+    out(body);
+    return fingerprint(out.bytes().data(), static_cast<std::ptrdiff_t>(out.bytes().size()));
+  }
   /// Follows what the user did to the particles since the last step.
   void adopt(S& state, Origin origin) {
     if (body_ != state.body().serial) {
@@ -177,14 +202,14 @@ class Sleeping {
       body_ = state.body().serial;
       parted_ = true;
     }
-    if (origin == Origin::unedited || report_.asleep == 0) return;
-    for (Index i = 0; i < state.size(); ++i) {
+    for (Index i = 0; i < state.size() && origin != Origin::unedited && report_.asleep > 0; ++i) {
       if (who(i).kind < Kind::watched) continue;
       bool same = (state.r.col(i).array() == rest_.col(i).array()).all() && (state.v.col(i).array() == 0).all();
       if constexpr (spins) same = same && (state.omega.col(i).array() == 0).all();
       if (!same) wake(i);
     }
-    if (parted_) part(state, false);
+    const auto is_flagged = [](const Sleeper& one) { return one.flagged; };
+    if (parted_ && (report_.asleep > 0 || std::any_of(who_.begin(), who_.end(), is_flagged))) part(state, false);
   }
   /// Particles came or went: ids grow from left to right.
   void match(const S& state) {
@@ -201,6 +226,7 @@ class Sleeping {
       rest.col(to) = rest_.col(from), sample.col(to) = sample_.col(from);
       velocity.col(to) = velocity_.col(from), push.col(to) = push_.col(from);
     }
+    has_other_pairs_ = true;
     who_ = std::move(now);
     rest_ = std::move(rest), sample_ = std::move(sample), velocity_ = std::move(velocity), push_ = std::move(push);
     id_ = std::move(id);
@@ -247,6 +273,9 @@ class Sleeping {
   }
 
   void wake_all() {
+    // None has been quiet for the steps that weren't done.
+    since_check_ = 0;
+    checked_ = clock_;
     for (Index i = 0; i < static_cast<Index>(who_.size()); ++i)
       if (who(i).kind >= Kind::watched) wake(i);
   }
@@ -352,10 +381,11 @@ class Sleeping {
   void part(S& state, bool leave_out) {
     parted_ = false;
     pair_changes_ = pair_changes_of(stepper_.force_to_look_at());
-    ring_.assign(who_.size(), std::uint8_t{9});
+    // Until the next step, nobody knows the pairs of particles that came or stayed: all are near to each other.
+    ring_.assign(who_.size(), has_other_pairs_ ? std::uint8_t{2} : std::uint8_t{9});
     for (std::size_t i = 0; i < who_.size(); ++i)
       if (who_[i].kind == Kind::awake) ring_[i] = 0;
-    for (std::uint8_t ring = 0; ring < 2; ++ring)
+    for (std::uint8_t ring = 0; ring < 2 && report_.asleep > 0 && !has_other_pairs_; ++ring)
       for_each_pair_of(stepper_.force_to_look_at(), stepper_.memory(), [&](Index i, Index j) {
         auto &a = ring_[static_cast<std::size_t>(i)], &b = ring_[static_cast<std::size_t>(j)];
         if (a == ring && b > ring + 1) b = static_cast<std::uint8_t>(ring + 1);
@@ -383,6 +413,9 @@ class Sleeping {
     put_off_ = false;
     body_ = state.body().serial;
     count();
+    if (!is_all_asleep()) return;
+    fell_asleep_as_.remember(Scalar{0}, state);
+    bodies_ = bits_of(state.body());
   }
 
   Stepper stepper_;
@@ -392,10 +425,13 @@ class Sleeping {
   Vectors rest_, sample_, velocity_, push_;  // where sleepers lie; r at the last check; v when it became quiet; Σ Δv
   std::vector<std::uint8_t> ring_;
   std::uint64_t body_ = 0;
+  EditGuard<S, false, false> fell_asleep_as_;  // and with these …
+  std::uint64_t bodies_ = 0;                   // … properties
   SleepReport report_;
   std::int64_t steps_ = 0, since_check_ = 0, free_ = 0, deep_ = 0, pair_changes_ = 0, changes_ = 0;
   double clock_ = 0, checked_ = 0, review_ = 0, impulse_rate_ = 0;
   bool meddled_ = false, parted_ = false, put_off_ = false;
+  bool has_other_pairs_ = false;  // than those that the force tells of
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -38,7 +38,7 @@ class SplitRow {
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
   using Traits = typename Rhs::KickTraits;
-  static_assert(Traits::valid, "phistep: a term in at(forward_euler, term) is not callable with this state");
+  static_assert(Refusal<Traits::fault, Rhs::drifts>::is_said);  // of a term in at(forward_euler, term)
 
   /// Ψ_e depends on what the kicks move.
   static constexpr bool couples = !Rhs::drifts || Traits::uses_velocity || Rhs::blocks > 1;

@@ -14,6 +14,7 @@
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/force/evaluate.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/stepper/edit_guard.hpp"
 #include "phistep/stepper/right_hand_side.hpp"
@@ -48,9 +49,14 @@ class Transaction {
   using Rate = RateOf<S>;
   using Data = StepData<Plain, Rate, Scalar>;
 
-  /// @throws std::invalid_argument where r and v of a motion differ in shape
+  /// @throws std::invalid_argument where r and v of a motion differ in shape, or views share memory
   explicit Transaction(const S& state) : next_{copy_of(state)}, psi_{make_rate<S>(next_)} {
-    if constexpr (borrowed) gathered_ = next_;
+    if constexpr (borrowed) {
+      if (!has_own_places(state))
+        throw std::invalid_argument(
+            "phistep: the state's views share memory: each of its numbers needs a place of its own");
+      gathered_ = next_;
+    }
   }
 
   template <class Advance>
@@ -58,16 +64,20 @@ class Transaction {
     failure_.iterations = 0;
     failure_.particle = -1;
     if (const Outcome bad = check(t, dt); bad != Outcome::success) return fail(rhs, bad, t, dt, next_, next_, psi_);
-    if constexpr (in_registers) {
-      Plain next;
-      if constexpr (carries) {
-        return run_on(rhs, state, t, dt, origin, advance, next, psi_);
+    try {
+      if constexpr (in_registers) {
+        Plain next;
+        if constexpr (carries) {
+          return run_on(rhs, state, t, dt, origin, advance, next, psi_);
+        } else {
+          Rate psi;
+          return run_on(rhs, state, t, dt, origin, advance, next, psi);
+        }
       } else {
-        Rate psi;
-        return run_on(rhs, state, t, dt, origin, advance, next, psi);
+        return run_on(rhs, state, t, dt, origin, advance, next_, psi_);
       }
-    } else {
-      return run_on(rhs, state, t, dt, origin, advance, next_, psi_);
+    } catch (const WrongSize& wrong) {
+      return fail(rhs, state, t, dt, wrong);
     }
   }
 
@@ -159,15 +169,22 @@ class Transaction {
     return {Outcome::success, failure_.iterations, nullptr};
   }
 
+  [[gnu::cold, gnu::noinline]] StepReport fail(Rhs& rhs, const S& state, Scalar t, Scalar dt, const WrongSize& wrong) {
+    copy_blocks<S>(next_, state);
+    return fail(rhs, Outcome::wrong_size, t, dt, next_, next_, psi_, &wrong);
+  }
   // Out of line: the compiler must not weigh this against inlining the step itself.
   [[gnu::cold, gnu::noinline]] StepReport fail(Rhs& rhs, Outcome outcome, Scalar t, Scalar dt, const Plain& y,
-                                               const Plain& next, const Rate& psi) {
+                                               const Plain& next, const Rate& psi, const WrongSize* wrong = nullptr) {
     ++rhs.statistics().failed_steps;
     Failure& f = failure_;
+    f.returned_rows = wrong != nullptr ? wrong->rows : -1;
+    f.returned_columns = wrong != nullptr ? wrong->columns : -1;
     f.t = static_cast<double>(t);
     f.dt = static_cast<double>(dt);
     f.term = -1;
     Offender where;
+    if (outcome == Outcome::wrong_size) f.term = rhs.offending_term(t, y);
     if (outcome == Outcome::non_finite_state || outcome == Outcome::non_finite_force) {
       if (where = first_non_finite(Blocks<S>::all(y)); where) {
         outcome = Outcome::non_finite_state;
