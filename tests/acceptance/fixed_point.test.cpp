@@ -76,6 +76,19 @@ TEST_CASE("no Jacobian, no matrix, no solve: one force call an iteration") {
   CHECK(s.force_calls == s.iterations);
 }
 
+TEST_CASE("acceleration begins each solve anew: as many iterations and the same bits as a fresh stepper's") {
+  Oscillator::State y = start();
+  PhiStepper stepper{y, Oscillator{1.0}, backward_euler, fixed_point()};
+  for (int k = 0; k < 5; ++k) {
+    Oscillator::State z = y;
+    PhiStepper fresh{z, Oscillator{1.0}, backward_euler, fixed_point()};
+    const StepReport one = stepper.step(y, 0, 0.3), other = fresh.step(z, 0, 0.3);
+    REQUIRE((one && other));
+    CHECK(one.iterations() == other.iterations());
+    CHECK((y.r == z.r && y.v == z.v));
+  }
+}
+
 TEST_CASE("far beyond the radius of contraction: ten digits of y, or a refusal") {
   // Acceleration solves for two unknowns at any |z| while rounding lets it. What it ends at must not be mapped once more:
   // that multiplies the rounding left by |φz|.

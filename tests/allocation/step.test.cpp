@@ -18,6 +18,7 @@ TEST_CASE("every scheme, dynamic motion, Newton by differences: nothing") {
   check_none(motion(30), Chain{}, forward_euler);
   check_none(motion(30), Chain{}, trapezoidal);
   check_none(motion(150), Chain{}, trapezoidal);
+  check_none(motion(30), Chain{}, backward_euler);
   check_none(motion(30), Chain{}, velocity_verlet);
 }
 TEST_CASE("schemes of high order, dynamic: nothing") { check_none(motion(30), Chain{}, rkn86); }

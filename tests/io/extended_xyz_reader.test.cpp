@@ -146,6 +146,9 @@ TEST_CASE("a malformed frame is told by its name, the line and what is wrong the
     CHECK_THAT(said, contains("grains.xyz, line " + std::to_string(one.line) + ":") && contains(one.why));
     CHECK((y.size() == 1 && &y.body() == body && frames.time() == 1));
   }
+  std::istringstream in("1\n\nX 0 0 1\n");
+  Particles<double, 2> plane;
+  CHECK_THROWS_WITH(read_extended_xyz(in, plane), contains("line 3") && contains("plane"));
   Atoms none;
   CHECK_THROWS_WITH(read_extended_xyz("no/such.xyz", none), contains("no/such.xyz"));
 }

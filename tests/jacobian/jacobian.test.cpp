@@ -113,6 +113,18 @@ TEST_CASE("a difference is taken with the increment really made, and undone to t
   CHECK(moved[2] == Approx(std::sqrt(std::numeric_limits<double>::epsilon())).epsilon(1e-6));
 }
 
+TEST_CASE("increments for differences follow the unit that the numbers are in") {
+  for (const double unit : {0x1p-80, 0x1p70}) {
+    Vec y(3);
+    y << 2, 0, -1e-4;
+    Vec scaled = unit * y;
+    std::vector<double> moved, moved_scaled;
+    for_each_difference(y, 2.0, [&](Eigen::Index, double delta) { moved.push_back(delta); });
+    for_each_difference(scaled, 2.0 * unit, [&](Eigen::Index, double delta) { moved_scaled.push_back(delta / unit); });
+    CHECK(moved_scaled == moved);
+  }
+}
+
 TEST_CASE("entries are emitted once each, and a matrix of the wrong size throws") {
   Mat seen = Mat::Zero(3, 3);
   for_each_entry<Eigen::Dynamic>(Given::true_J(), 3,

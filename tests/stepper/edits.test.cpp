@@ -25,6 +25,28 @@ TEST_CASE("Verlet to the bit: fixed, dynamic and mapped") {
     check<SecondOrder<Mapped>>(Pull{}, velocity_verlet, 0, seed);
   }
 }
+namespace {
+/// A spring that hardens with time.
+struct Hardening : ForceTerm {
+  static constexpr bool uses_velocity = false;
+  static void add(double t, const auto& at, auto& out) { out.force -= (1 + t) * at.r; }
+};
+}  // namespace
+
+TEST_CASE("a force that depends on time is not kept for another time") {
+  using Plane = Eigen::Vector2d;
+  Motion<Plane> y{Plane(1, 2), Plane(0, 1)};
+  PhiStepper stepper{y, Hardening{}, velocity_verlet};
+  REQUIRE(stepper.step(y, 0, 0.1));
+  REQUIRE(stepper.step(y, 0.1, 0.1));
+  CHECK(stepper.statistics().force_calls == 3);  // the end of one step is the start of the next
+  auto z = y;
+  PhiStepper fresh{z, Hardening{}, velocity_verlet};
+  REQUIRE(stepper.step(y, 5, 0.1));
+  REQUIRE(fresh.step(z, 5, 0.1));
+  CHECK((y.r == z.r && y.v == z.v));
+}
+
 TEST_CASE("an edit of long double's sign or exponent is seen") {
   using Long = Eigen::Matrix<long double, Eigen::Dynamic, 1>;
   Motion<Long> y{Long::Constant(3, 1.5L), Long::Zero(3)};

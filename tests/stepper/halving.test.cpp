@@ -110,6 +110,22 @@ TEST_CASE("a final failure after good parts leaves state and history to the bit,
   CHECK(problems::distance(y, z) <= 1e-15);
 }
 
+TEST_CASE("who takes back a step of Halving takes back the force's history") {
+  const double never = HUGE_VAL;
+  Motion<Eigen::Vector2d> y{Eigen::Vector2d::Ones(), Eigen::Vector2d::Constant(0.3)};
+  Halving stepper{PhiStepper{y, Sticky{&never, &never}, trapezoidal}, 3};
+  problems::step(stepper, y, 0.0, 0.1);
+  const auto kept = stepper.checkpoint();
+  const auto before = y;
+  problems::step(stepper, y, 0.1, 0.1);
+  const auto after = y;
+  y = before;
+  stepper.restore(kept);
+  CHECK(stepper.stepper().memory().commits == 1);
+  problems::step(stepper, y, 0.1, 0.1);
+  CHECK(states::same_bits(states::numbers(y), states::numbers(after)));
+}
+
 TEST_CASE("a failure leaves Rannacher's start where it was") {
   using V = Eigen::Matrix<double, 1, 1>;
   double nan_after = HUGE_VAL;
