@@ -35,7 +35,7 @@ void Table::rates(const std::string& row, long particles, double work, const std
     const double rate = work / e.median();
     const double fastest = work / *std::min_element(e.times.begin(), e.times.end());
     std::printf("  %-52s %9ld %2d  %9.3f %s", e.name.c_str(), particles, e.threads, rate / 1e6, unit.c_str());
-    for (const double yardstick : yardsticks) std::printf(" %5.2f x", rate / yardstick);
+    for (const double tolerance : yardsticks) std::printf(" %5.2f x", rate / tolerance);
     std::printf("   (best %.3f)\n", fastest / 1e6);
     figures_.push_back({row, e.name, particles, e.threads, "rate", unit, rate / 1e6});
   }

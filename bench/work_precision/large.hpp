@@ -2,7 +2,7 @@
 /// Stiff problems of many unknowns, banded or sparse.
 #pragma once
 
-#include <phistep/stepper/rodas.hpp>
+#include <phistep/schemes/rodas.hpp>
 
 #include "first_order.hpp"
 #include "phistep_rows.hpp"

@@ -2,8 +2,8 @@
 /// A few stiff unknowns: dense LU for everybody, fixed-size states for phistep.
 #pragma once
 
-#include <phistep/stepper/radau.hpp>
-#include <phistep/stepper/rodas.hpp>
+#include <phistep/schemes/radau/radau.hpp>
+#include <phistep/schemes/rodas.hpp>
 
 #include <type_traits>
 #include <utility>

@@ -9,7 +9,6 @@
 /// the run-time-against-error diagrams (bench/work_precision), not of taste.
 #pragma once
 
-#include "phistep/core/version.hpp"  // first: it refuses what would break the others
 
 #include <algorithm>
 #include <cmath>
@@ -19,16 +18,16 @@
 
 #include "phistep/control/error_norm.hpp"
 #include "phistep/control/tolerance.hpp"
+#include "phistep/equation/right_hand_side.hpp"
 #include "phistep/force/signature.hpp"
 #include "phistep/jacobian/differences.hpp"
 #include "phistep/preflight/advice.hpp"
 #include "phistep/preflight/stiffness.hpp"
 #include "phistep/run.hpp"
+#include "phistep/schemes/tr_bdf2.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
-#include "phistep/stepper/phi_stepper.hpp"
-#include "phistep/stepper/right_hand_side.hpp"
-#include "phistep/stepper/tr_bdf2.hpp"
+#include "phistep/step/phi_stepper.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

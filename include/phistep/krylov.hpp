@@ -3,10 +3,9 @@
 #pragma once
 
 // IWYU pragma: begin_exports
-#include "phistep/core/version.hpp"  // first: it refuses what would break the others
 
 #include "phistep/jacobian/product.hpp"
+#include "phistep/matrix/krylov_system.hpp"
 #include "phistep/phistep.hpp"
-#include "phistep/resolve/krylov_system.hpp"
-#include "phistep/stepper/tangent_product.hpp"
+#include "phistep/solve/tangent_product.hpp"
 // IWYU pragma: end_exports

@@ -3,7 +3,6 @@
 #pragma once
 
 // IWYU pragma: begin_exports
-#include "phistep/core/version.hpp"  // first: it refuses what would break the others
 
 #include "phistep/force/all_pairs.hpp"
 #include "phistep/force/contact.hpp"
@@ -13,7 +12,7 @@
 #include "phistep/force/walls.hpp"
 #include "phistep/observe/particle_sums.hpp"
 #include "phistep/phistep.hpp"
+#include "phistep/sleep/sleeping.hpp"
 #include "phistep/state/box.hpp"
 #include "phistep/state/particles.hpp"
-#include "phistep/stepper/sleeping.hpp"
 // IWYU pragma: end_exports

@@ -11,7 +11,6 @@
 /// count changes, nothing is thrown.
 #pragma once
 
-#include "phistep/core/version.hpp"  // first: it refuses what would break the others
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
@@ -27,6 +26,7 @@
 #include <utility>
 #include <vector>
 
+#include "phistep/equation/right_hand_side.hpp"
 #include "phistep/force/evaluate.hpp"
 #include "phistep/force/signature.hpp"
 #include "phistep/force/sum.hpp"
@@ -34,12 +34,11 @@
 #include "phistep/jacobian/differences.hpp"
 #include "phistep/preflight/assess.hpp"
 #include "phistep/preflight/report.hpp"
+#include "phistep/solve/difference_tangent.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
-#include "phistep/stepper/difference_tangent.hpp"
-#include "phistep/stepper/halving.hpp"
-#include "phistep/stepper/phi_stepper.hpp"
-#include "phistep/stepper/right_hand_side.hpp"
+#include "phistep/step/halving.hpp"
+#include "phistep/step/phi_stepper.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -106,7 +105,7 @@ template <State S, class F, class Masses>
     const auto compute = [&](ScalarOf<S> gamma) {
       sink.K.clear(), sink.C.clear();
       differences.begin();
-      differences.compute(rhs, {gamma, gamma}, t, y, psi, NewtonOptions{}, Yardstick<PlainState<S>>{}, sink);
+      differences.compute(rhs, {gamma, gamma}, t, y, psi, NewtonOptions{}, SolveTolerance<PlainState<S>>{}, sink);
       double k = 0, c = 0;
       for (const auto& entry : sink.K) k = std::max(k, std::abs(entry.value()));
       for (const auto& entry : sink.C) c = std::max(c, std::abs(entry.value()));

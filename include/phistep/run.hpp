@@ -2,7 +2,6 @@
 /// A run, step by step: stepper × pace × observers. `integrate` is one that goes on to its end.
 #pragma once
 
-#include "phistep/core/version.hpp"  // first: it refuses what would break the others
 
 #include <algorithm>
 #include <cmath>
@@ -31,14 +30,14 @@
 #include "phistep/observe/event.hpp"
 #include "phistep/observe/event_set.hpp"
 #include "phistep/observe/show.hpp"
+#include "phistep/problem/edit_guard.hpp"
+#include "phistep/problem/kernel.hpp"
+#include "phistep/problem/transaction.hpp"
+#include "phistep/schemes/extrapolation/extrapolation.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/parts.hpp"
-#include "phistep/stepper/edit_guard.hpp"
-#include "phistep/stepper/extrapolation.hpp"
-#include "phistep/stepper/kernel.hpp"
-#include "phistep/stepper/step_doubling.hpp"
-#include "phistep/stepper/step_inside.hpp"
-#include "phistep/stepper/transaction.hpp"
+#include "phistep/step/step_doubling.hpp"
+#include "phistep/step/step_inside.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -579,7 +578,7 @@ class Run {
     } else {
       constexpr auto places = [] {
         if constexpr (requires { Stepper::doubtful_at; }) return Stepper::doubtful_at;
-        else return RowDefaults::doubtful_at;
+        else return SchemeDefaults::doubtful_at;
       }();
       for (const double x : places) {
         const Scalar t = from + static_cast<Scalar>(x) * dt;

@@ -36,6 +36,9 @@ enum class Outcome : std::uint8_t {
   wrong_size,             ///< the force or its Jacobian returned another size than the state's
 };
 
+/// Whether a step or a part of it ended otherwise than well.
+[[nodiscard]] constexpr bool failed(Outcome outcome) { return outcome != Outcome::success; }
+
 /// The outcome in a few words.
 [[nodiscard]] constexpr const char* describe(Outcome outcome) {
   switch (outcome) {

@@ -1,7 +1,7 @@
 /// @file
 /// A term of a sum with a φ of its own: `springs + at(forward_euler, gravity)`.
 ///
-/// Terms at φ = 0 in an implicit scene enter as half kicks before and after the step of the rest (stepper/splitting.hpp):
+/// Terms at φ = 0 in an implicit scene enter as half kicks before and after the step of the rest (schemes/splitting.hpp):
 /// stable while Δt ω < 2 for their own frequency ω, however stiff the rest. The additive mix, (1−φ_j)Ψ_j beside φ_jΨ_j in
 /// one update, would be unstable without damping at any Δt.
 #pragma once

@@ -369,7 +369,7 @@ class EnergyLedger {
   [[nodiscard]] std::pair<Scalar, Scalar> weights() const {
     if constexpr (balance == EnergyBalance::verlet) return {Scalar{1} / 2, Scalar{1} / 2};
     else {
-      const Scheme& scheme = stepper_->row().scheme();
+      const Scheme& scheme = stepper_->working().scheme();
       return {scheme.force.template value<Scalar>(), scheme.drift.template value<Scalar>()};
     }
   }

@@ -1,7 +1,7 @@
 /// @file
 /// The longest Δt for which a scheme keeps bounded every mode of a linearised problem that doesn't grow by itself.
 ///
-/// With terms at φ = 0 as half kicks around an inner scheme of φ = ½ (stepper/splitting.hpp), positions obey
+/// With terms at φ = 0 as half kicks around an inner scheme of φ = ½ (schemes/splitting.hpp), positions obey
 /// (M + ¼Δt²K_s)(r⁺−2r+r⁻)/Δt² + C (r⁺−r⁻)/2Δt = −(K_s+K_e) r: a central difference, stable where Δt²K_e < 4M, whatever K_s.
 #pragma once
 

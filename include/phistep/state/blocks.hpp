@@ -141,15 +141,10 @@ inline constexpr std::size_t solved_blocks =
     std::tuple_size_v<decltype(Blocks<S>::solved(std::declval<PlainState<S>&>()))>;
 
 /// Calls f(k, block k of each tie) for every k.
-template <class F, class First, class... Rest>
+template <std::size_t k = 0, class F, class First, class... Rest>
 constexpr void for_each_block(F&& f, First&& first, Rest&&... rest) {
-  [&]<std::size_t... K>(std::index_sequence<K...>) {
-    auto one = [&]<std::size_t I>(std::integral_constant<std::size_t, I> k) {
-      f(k, std::get<I>(first), std::get<I>(rest)...);
-    };
-    (one(std::integral_constant<std::size_t, K>{}), ...);
-  }
-  (std::make_index_sequence<std::tuple_size_v<std::remove_cvref_t<First>>>{});
+  f(std::integral_constant<std::size_t, k>{}, std::get<k>(first), std::get<k>(rest)...);
+  if constexpr (k + 1 < std::tuple_size_v<std::remove_cvref_t<First>>) for_each_block<k + 1>(f, first, rest...);
 }
 
 /// Sum of the blocks' compile-time sizes, or Eigen::Dynamic.

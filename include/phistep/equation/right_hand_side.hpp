@@ -1,0 +1,316 @@
+/// @file
+/// M y' = Ψ(t, y): a force bound to a state's shape, its masses and its history. The primitive `evaluate`, and the
+/// explicit update built on it.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <cmath>
+#include <optional>
+#include <stdexcept>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+#include "phistep/core/archive.hpp"
+#include "phistep/core/arithmetic.hpp"
+#include "phistep/core/statistics.hpp"
+#include "phistep/core/structure.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/equation/gamma.hpp"
+#include "phistep/force/at.hpp"
+#include "phistep/force/evaluate.hpp"
+#include "phistep/force/signature.hpp"
+#include "phistep/linear/mass.hpp"
+#include "phistep/state/blocks.hpp"
+#include "phistep/state/parts.hpp"
+#include "phistep/state/unknowns.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// The masses of the solved blocks, bound to their sizes.
+template <State S, class... M, class Plain>
+[[nodiscard]] auto bind_masses(const MassList<M...>& list, const Plain& y) {
+  static_assert(sizeof...(M) == solved_blocks<S>, "phistep: give one mass per solved block of the state");
+  const auto blocks = Blocks<S>::solved(y);
+  return [&]<std::size_t... K>(std::index_sequence<K...>) {
+    return std::tuple{std::get<K>(list.masses).template bind<ScalarOf<S>>(std::get<K>(blocks))...};
+  }
+  (std::index_sequence_for<M...>{});
+}
+template <State S, class Plain>
+[[nodiscard]] auto bind_masses(const UnitMasses&, const Plain& y) {
+  if constexpr (requires { S::masses(y); }) return S::masses(y);  // the state has its own
+  else return []<std::size_t... K>(std::index_sequence<K...>) {
+      return std::tuple{(static_cast<void>(K), UnitMass{})...};
+    }
+  (std::make_index_sequence<solved_blocks<S>>{});
+}
+
+/// @tparam split  the force is a sum, some of whose terms enter as kicks: Ψ is then the sum of the others
+template <State S, class F, class MassTuple, bool split = false>
+class RightHandSide {
+  template <class Whole>
+  static auto rest_type() {
+    if constexpr (split) return std::type_identity<typename Parts<Whole>::Rest>{};
+    else return std::type_identity<Whole>{};
+  }
+  template <class Whole>
+  static auto kicks_type() {
+    if constexpr (split) return std::type_identity<typename Parts<Whole>::Kicks>{};
+    else return std::type_identity<Sum<>>{};
+  }
+
+ public:
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+  using Rate = RateOf<S>;
+  using Masses = MassTuple;
+  using Whole = Unwrapped<F>;
+  using Force = typename decltype(rest_type<Whole>())::type;
+  using Kicks = typename decltype(kicks_type<Whole>())::type;
+  /// Ψ is made of several terms among the kicks.
+  static constexpr bool gathers = [] {
+    if constexpr (split) return Parts<Whole>::template places<false>.size() != 1;
+    else return false;
+  }();
+  using View = decltype(Blocks<S>::view(std::declval<const Plain&>(), std::declval<const Masses&>()));
+  using Traits = ForceTraits<Force, std::remove_cvref_t<View>, Rate>;
+  using KickTraits = ForceTraits<Kicks, std::remove_cvref_t<View>, Rate>;
+  using Memory = MemoryOf<F>;
+
+  static constexpr bool remembers = phistep::remembers<F>, has_history = phistep::has_history<F>;
+  static constexpr bool drifts = Blocks<S>::drifts;
+  static constexpr std::size_t blocks = solved_blocks<S>;
+  static constexpr bool has_matrix_mass = []<std::size_t... K>(std::index_sequence<K...>) {
+    return (std::tuple_element_t<K, Masses>::is_matrix || ...);
+  }
+  (std::make_index_sequence<blocks>{});
+  static constexpr Structure mass_structure = []<std::size_t... K>(std::index_sequence<K...>) {
+    Structure all = Structure::none;
+    ((all = combine(all, std::tuple_element_t<K, Masses>::structure)), ...);
+    return all;
+  }
+  (std::make_index_sequence<blocks>{});
+  static constexpr bool is_autonomous = !Traits::uses_time;
+  /// Whether Ψ depends on the unknowns themselves, and not on r alone.
+  static constexpr bool couples_unknowns = !drifts || Traits::uses_velocity || blocks > 1;
+
+  RightHandSide(F f, Masses masses) : force_{std::move(f)}, masses_{std::move(masses)} {}
+
+  /// What Ψ is made of.
+  [[nodiscard]] auto& force() {
+    if constexpr (!split) return unwrap(force_);
+    else if constexpr (!gathers) return Parts<Whole>::template of<false>(unwrap(force_));
+    else return rest_.emplace(Parts<Whole>::template of<false>(unwrap(force_)));
+  }
+  /// The force as the user gave it, kicks included.
+  [[nodiscard]] auto& whole_force() { return unwrap(force_); }
+  [[nodiscard]] const Masses& masses() const { return masses_; }
+  [[nodiscard]] Statistics& statistics() { return statistics_; }
+  [[nodiscard]] const Statistics& statistics() const { return statistics_; }
+  [[nodiscard]] View view(const Plain& y) const { return Blocks<S>::view(y, masses_); }
+
+  /// The committed history, by value: part of a checkpoint.
+  [[nodiscard]] const Memory& memory() const { return committed_; }
+  void set_memory(Memory memory) { committed_ = std::move(memory); }
+  void save(Writer& out) const { save_parts(out, committed_, statistics_); }
+  void load(Reader& in, auto&& then) { load_parts(in, then, committed_, statistics_); }
+  /// The history that Ψ sees during a step.
+  [[nodiscard]] decltype(auto) trial_memory() const {
+    if constexpr (split) return Parts<Whole>::template memory<false>(trial_);
+    else return (trial_);
+  }
+  void begin(Scalar t, Scalar dt, const Plain& y) {
+    if constexpr (remembers) {
+      trial_ = committed_;
+      begin_force(whole_force(), t, dt, view(y), trial_);
+    }
+  }
+  void commit(Scalar t, const Plain& accepted) {
+    if constexpr (remembers) {
+      commit_force(whole_force(), t, view(accepted), trial_);
+      std::swap(committed_, trial_);
+    }
+  }
+
+  /// Ψ(t, y), as a tie of its blocks: of `psi`, or of the user's own array where the force returns a reference to one.
+  [[nodiscard]] auto evaluate(Scalar t, const Plain& y, Rate& psi) {
+    ++statistics_.force_calls;
+    if constexpr (returns_reference) {
+      const auto& result = returned_force(force(), view(y), t, psi);
+      check_result_size(result, std::get<0>(Rate::blocks(psi)));
+      return std::tie(result);
+    } else {
+      assign_force(force(), t, view(y), trial_memory(), psi);
+      return Rate::blocks(std::as_const(psi));
+    }
+  }
+  /// psi = Ψ(t, y), always copied.
+  void evaluate_into(Scalar t, const Plain& y, Rate& psi) {
+    ++statistics_.force_calls;
+    assign_force(force(), t, view(y), trial_memory(), psi);
+  }
+  /// psi = Ψ_e(t, y), the kicks.
+  void evaluate_kicks(Scalar t, const Plain& y, Rate& psi) {
+    ++statistics_.kick_calls;
+    auto&& kicks = Parts<Whole>::template of<true>(unwrap(force_));
+    assign_force(kicks, t, view(y), Parts<Whole>::template memory<true>(trial_), psi);
+  }
+
+  /// out = y' = (v, M⁻¹Ψ), by a force call. False: it isn't finite.
+  [[nodiscard]] bool slope(Scalar t, const Plain& y, Plain& out, Rate& psi) {
+    evaluate_into(t, y, psi);
+    if constexpr (drifts) std::get<0>(Blocks<S>::all(out)) = std::get<1>(Blocks<S>::all(y));
+    bool finite = true;
+    for_each_block(
+        [&finite](auto, auto& to, const auto& rate, const auto& mass) {
+          to = rate;
+          finite = all_finite(to.data(), to.size()) && finite;
+          if constexpr (std::remove_cvref_t<decltype(mass)>::is_matrix)
+            if (finite) mass.solve(flat(to));
+          const auto factor = mass.scaled(Scalar{1});
+          for (Index i = 0; i < to.size(); ++i) to.data()[i] = factor(i) * to.data()[i];
+        },
+        Blocks<S>::solved(out), Rate::blocks(psi), masses_);
+    return finite;
+  }
+  /// The same between steps, with the kicks of a split scene.
+  [[nodiscard]] bool whole_slope(Scalar t, const Plain& y, Plain& out, Rate& psi) {
+    begin(t, Scalar{0}, y);  // a force may make its history at its first step
+    bool finite = slope(t, y, out, psi);
+    if constexpr (split) {
+      evaluate_kicks(t, y, psi);
+      finite = kick(out, Scalar{1}, Rate::blocks(std::as_const(psi)), psi) && finite;
+    }
+    return finite;
+  }
+
+  /// out = y + γ M⁻¹Ψ, all blocks and the drift in one pass each; `out` may be y. False: something isn't finite.
+  template <bool with_drift = drifts, class Psi>
+  [[nodiscard]] bool advance(Plain& out, const Plain& y, const Advance<Scalar>& by, const Psi& psi,
+                             Rate& scratch) const {
+    if constexpr (has_matrix_mass) {
+      for_each_block(
+          [](auto, auto& to, const auto& from, const auto& mass) {
+            if (&to != &from) to = from;
+            // In storage order, as everywhere. M⁻¹ would spread a NaN over all components, and hide which one had it.
+            if constexpr (std::remove_cvref_t<decltype(mass)>::is_matrix)
+              if (all_finite(to.data(), to.size())) mass.solve(flat(to));
+          },
+          Rate::blocks(scratch), psi, masses_);
+      return advance_componentwise<with_drift>(out, y, by, Rate::blocks(std::as_const(scratch)));
+    } else {
+      return advance_componentwise<with_drift>(out, y, by, psi);
+    }
+  }
+
+  /// y.solved += γ M⁻¹Ψ.
+  template <class Psi>
+  [[nodiscard]] bool kick(Plain& y, Scalar gamma, const Psi& psi, Rate& scratch) const {
+    return advance<false>(y, y, {gamma, 0, 0}, psi, scratch);
+  }
+  /// r += h v.
+  void drift(Plain& y, Scalar h) const {
+    if constexpr (drifts) std::get<0>(Blocks<S>::all(y)) += h * std::get<1>(Blocks<S>::all(y));
+  }
+  [[nodiscard]] static bool is_finite(const Plain& y) {
+    bool finite = true;
+    for_each_block([&finite](auto, const auto& x) { finite = all_finite(x.data(), x.size()) && finite; },
+                   Blocks<S>::all(y));
+    return finite;
+  }
+  void rebind(Masses masses) { masses_ = std::move(masses); }
+
+  /// Which term of a sum spoils Ψ at (t, y), for messages; −1 where that can't be told.
+  [[nodiscard]] int offending_term(Scalar t, const Plain& y) {
+    Rate scratch = make_rate<S>(y);
+    try {
+      return phistep::offending_term(whole_force(), t, view(y), trial_, scratch);
+    } catch (...) {  // the caller is already reporting a failure; asking again must not add another
+      return -1;
+    }
+  }
+
+  /// Where Ψ was read from the user's own array, the workspace doesn't show it: look again.
+  [[nodiscard]] bool is_non_finite_at(Scalar t, const Plain& y, Offender& where) {
+    if constexpr (returns_reference) {
+      try {
+        Rate scratch = make_rate<S>(y);
+        assign_force(force(), t, view(y), trial_memory(), scratch);  // uncounted: part of the message, not of the step
+        where = first_non_finite(Rate::blocks(scratch));
+      } catch (...) {
+        return false;
+      }
+    }
+    return static_cast<bool>(where);
+  }
+
+  static constexpr bool returns_reference = [] {
+    if constexpr (Traits::accumulates || !Traits::valid || has_matrix_mass) {
+      return false;
+    } else {
+      using Result = decltype(call_with<Traits::arity>(std::declval<Force&>(), std::declval<View&>(), Scalar{}));
+      return std::is_lvalue_reference_v<Result> &&
+             std::is_same_v<std::remove_cvref_t<Result>,
+                            std::remove_cvref_t<decltype(std::get<0>(Rate::blocks(std::declval<Rate&>())))>>;
+    }
+  }();
+
+ private:
+  template <bool with_drift, class Psi>
+  [[nodiscard]] bool advance_componentwise(Plain& out, const Plain& y, const Advance<Scalar>& by,
+                                           const Psi& psi) const {
+    bool finite = true;
+    const auto kick = [&](auto k, auto& to, const auto& from, const auto& rate, const auto& mass) {
+      constexpr int size = std::remove_cvref_t<decltype(to)>::SizeAtCompileTime;
+      const auto factor = mass.scaled(by.kick);
+      const Input<Scalar> v{from.data()}, f{rate.data()};
+      if constexpr (with_drift && k == 0) {
+        const Input<Scalar> r{std::get<0>(Blocks<S>::all(y)).data()};
+        const auto kernel = [=, before = by.before, after = by.after](auto i, auto& v1, auto& r1) {
+          v1 = v[i] + factor(i) * f[i];
+          r1 = r[i] + (before * v[i] + after * v1);
+        };
+        finite =
+            update_sized<size>(&out == &y, to.size(), kernel, to.data(), std::get<0>(Blocks<S>::all(out)).data()) &&
+            finite;
+      } else {
+        const auto kernel = [=](auto i, auto& v1) { v1 = v[i] + factor(i) * f[i]; };
+        finite = update_sized<size>(&out == &y, to.size(), kernel, to.data()) && finite;
+      }
+    };
+    for_each_block(kick, Blocks<S>::solved(out), Blocks<S>::solved(y), psi, masses_);
+    return finite;
+  }
+
+  template <int size>
+  [[nodiscard]] static bool update_sized(bool in_place, Index n, const auto& kernel, auto*... out) {
+    if constexpr (size != Eigen::Dynamic && size <= 64) return update_unrolled<size>(kernel, out...);
+    else return in_place ? update_in_place(n, kernel, out...) : update(n, kernel, out...);
+  }
+
+  struct Nothing {};
+  F force_;
+  [[no_unique_address]] std::conditional_t<gathers, std::optional<Force>, Nothing> rest_;  // made anew at each use
+  [[no_unique_address]] Masses masses_;
+  [[no_unique_address]] Memory committed_{};
+  [[no_unique_address]] Memory trial_{};
+  Statistics statistics_;
+};
+
+/// put(i, j, m) for each entry of M over all unknowns: a function of `put` that refers to both arguments.
+template <State S>
+[[nodiscard]] auto each_mass_entry(const auto& rhs, const PlainState<S>& y) {
+  return [&rhs, &y](auto&& put) {
+    Index at = 0;
+    for_each_block(
+        [&](auto, const auto& block, const auto& mass) {
+          mass.for_each_entry(block.size(), [&](Index i, Index j, auto m) { put(at + i, at + j, m); });
+          at += block.size();
+        },
+        Blocks<S>::solved(y), rhs.masses());
+  };
+}
+
+}  // namespace phistep::inline PHISTEP_ABI

@@ -1,0 +1,86 @@
+/// @file
+/// The step's matrix W = M − γ_f C − γ_f γ_d K, banded: one-dimensional grids and chains.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <cmath>
+
+#include "phistep/core/outcome.hpp"
+#include "phistep/core/statistics.hpp"
+#include "phistep/core/structure.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/linear/banded_lu.hpp"
+#include "phistep/matrix/band_tangent.hpp"
+#include "phistep/matrix/dense_system.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// Banded W, factorised by LU with row pivoting. The bandwidths are those of the entries that arrive, masses included;
+/// after the first factorisation nothing is allocated unless one falls outside.
+template <class Scalar, bool has_K, bool has_C>
+class BandedSystem : public Sizes {
+ public:
+  [[nodiscard]] static const char* name() { return "banded LU"; }
+  using Index = Eigen::Index;
+  using Tangent = BandTangent<Scalar, has_K, has_C>;
+
+  /// @param lower,upper  a band that is expected, to spare its search
+  void resize(Index n, Index lower = 0, Index upper = 0) {
+    tangent_.resize(n, lower, upper);
+    lu_ = {};
+    knows_masses_ = false;
+  }
+
+  void clear() { tangent_.clear(); }
+  void position(Index i, Index j, Scalar x) { tangent_.position(i, j, x); }
+  void velocity(Index i, Index j, Scalar x) { tangent_.velocity(i, j, x); }
+  void rate(Index i, Index j, Scalar x) { tangent_.velocity(i, j, x); }
+  [[nodiscard]] bool is_finite() const { return tangent_.is_finite(); }
+  [[nodiscard]] const Tangent& tangent() const { return tangent_; }
+
+  [[nodiscard]] Outcome factorize(const auto& masses, Scalar gamma_force, Scalar gamma_drift, Statistics& statistics) {
+    if (!knows_masses_) masses([this](Index i, Index j, auto) { tangent_.include(i, j); });
+    knows_masses_ = true;
+    tangent_.settle();
+    const Index n = tangent_.rows(), lower = tangent_.lower(), upper = tangent_.upper();
+    if (lu_.rows() != n || lu_.lower() != lower || lu_.upper() != upper) lu_.resize(n, lower, upper);
+    else lu_.clear();
+    const typename Tangent::Part part{tangent_, gamma_force, gamma_drift};
+    for (Index j = 0; j < n; ++j) {
+      Scalar* const diagonal = lu_.column(j);
+      for (Index d = -upper; d <= lower; ++d) diagonal[d] = part(j + d, j);
+    }
+    masses([this](Index i, Index j, auto m) { lu_.column(j)[i - j] += static_cast<Scalar>(m); });
+    Scalar largest{0};
+    for (Index j = 0; j < n; ++j)
+      for (Index d = -upper; d <= lower; ++d) largest = std::max(largest, std::abs(lu_.column(j)[d]));
+    measure(static_cast<double>(gamma_force * gamma_drift), has_K ? static_cast<double>(tangent_.largest_K()) : 0,
+            static_cast<double>(largest));
+    ++statistics.factorizations;
+    return lu_.factorize() ? Outcome::success : Outcome::singular_matrix;
+  }
+  [[nodiscard]] Outcome solve(auto& x) {
+    lu_.solve_in_place(x);
+    return Outcome::success;
+  }
+  void add_position_product(Scalar factor, const auto& x, auto& out) const {
+    tangent_.add_position_product(factor, x, out);
+  }
+  static constexpr bool keeps_pattern = true;  // the band
+  void archive(auto& ar) { ar(tangent_, knows_masses_); }
+
+ private:
+  Tangent tangent_;
+  BandedLu<Scalar> lu_;
+  bool knows_masses_ = false;
+};
+
+template <MatrixFacts facts, class Scalar, int n>
+  requires(facts.structure == Structure::banded)
+struct SystemFor<facts, Scalar, n, void> {
+  using type = BandedSystem<Scalar, facts.has_K, facts.has_C>;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

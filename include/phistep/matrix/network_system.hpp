@@ -1,0 +1,342 @@
+/// @file
+/// The step's matrix W = M − γ_f C − γ_f γ_d K of particles that act on each other in pairs, as an EdgeOperator, solved
+/// by conjugate gradients.
+///
+/// A central pair's tangents are B = along n nᵀ + across (I − n nᵀ), for K and for C with one n, hence for W as well:
+///     along_W = γ_f (along_C + γ_d along_K),   across_W likewise,   a = across_W,   w = √|along_W − across_W| n.
+/// Only a negative across (a compressed spring) or along (a softening pair) can make W indefinite. Conjugate gradients see
+/// it as pᵀWp ≤ 0; W is then made again from the parts clamped at zero, which is definite: Newton converges more slowly,
+/// to the same solution (Teran et al., Robust quasistatic finite elements, SCA 2005, do so for elements).
+#pragma once
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "phistep/core/arithmetic.hpp"
+#include "phistep/core/outcome.hpp"
+#include "phistep/core/statistics.hpp"
+#include "phistep/core/structure.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/linear/block_cg.hpp"
+#include "phistep/linear/edge_operator.hpp"
+#include "phistep/linear/node_order.hpp"
+#include "phistep/matrix/dense_system.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// Relative residual of the linear solve inside Newton where the user names none: an inexact Newton iteration (Dembo,
+/// Eisenstat & Steihaug, SIAM J. Numer. Anal. 19, 1982) with a constant forcing term. Measured on cloths of 3,600
+/// particles at Δt²k/m = 1 and 100, iterated to rounding: 55 / 66 / 77 / 107 / 144 iterations of conjugate gradients a
+/// step with 1e-2 / 1e-3 / 1e-4 / 1e-6 / 1e-8, and 470 / 567 / 686 / 997 / 1353, for 8.8 / 7.1 / 6.1 / 5.7 / 5.7 of
+/// Newton; 1e-1 costs more of everything.
+inline constexpr double automatic_linear_rtol = 1e-2;
+
+template <class Scalar, int dim, bool has_K, bool has_C>
+class NetworkSystem : public Sizes {
+ public:
+  [[nodiscard]] static constexpr const char* name() { return "block-Jacobi conjugate gradients on the edge operator"; }
+
+  void resize(Eigen::Index n) {
+    unknowns_ = n;
+    const auto nodes = static_cast<std::size_t>((n + dim - 1) / dim);
+    W_ = {};
+    W_.diagonal.assign(nodes, Node::Zero());
+    mass_.assign(nodes, Node::Zero());
+    drift_.assign(nodes, Scalar{0});
+    diagonal_size_.assign(nodes, Scalar{0});
+    cg_.resize(nodes);
+    pairs_.clear();
+    tangents_.clear();
+    local_.clear();
+    has_coupling_ = false;
+    has_pattern_ = false;
+  }
+
+  void clear() {
+    written_ = 0;
+    if (!has_pattern_) pairs_.clear(), tangents_.clear();
+    std::fill(local_.begin(), local_.end(), Local{});
+  }
+  void position(Eigen::Index i, Eigen::Index j, Scalar x) {
+    if constexpr (has_K) local(i, j).K += x;
+  }
+  void velocity(Eigen::Index i, Eigen::Index j, Scalar x) {
+    if constexpr (has_C) local(i, j).C += x;
+  }
+  void rate(Eigen::Index i, Eigen::Index j, Scalar x) { velocity(i, j, x); }
+
+  /// The pair (i, j) of particles: ∂f_i/∂r_j = ∂f_j/∂r_i = −∂f_i/∂r_i = −∂f_j/∂r_j = K, and C likewise for velocities.
+  /// @param n  the unit vector along the pair, dim numbers
+  /// @throws std::invalid_argument where that is no pair of this state's particles
+  void edge(Eigen::Index i, Eigen::Index j, const Scalar* n, PairTangent<Scalar> K, PairTangent<Scalar> C = {}) {
+    const NodePair pair{static_cast<std::int32_t>(i), static_cast<std::int32_t>(j)};
+    if (has_pattern_ && (written_ >= pairs_.size() || pairs_[written_] != pair)) {
+      pairs_.resize(written_);
+      tangents_.resize(written_);
+      has_pattern_ = false;
+    }
+    if (!has_pattern_) {
+      const auto nodes = static_cast<Eigen::Index>(W_.nodes());
+      if (i < 0 || j < 0 || i >= nodes || j >= nodes || i == j)
+        throw std::invalid_argument("phistep: no pair of particles: " + std::to_string(i) + " and " +
+                                    std::to_string(j) + " of " + std::to_string(nodes));
+      pairs_.push_back(pair);
+      tangents_.emplace_back();
+    }
+    Tangent& tangent = tangents_[written_++];
+    for (int a = 0; a < dim; ++a) tangent.n[a] = n[a];
+    if constexpr (has_K) tangent.K = K;
+    if constexpr (has_C) tangent.C = C;
+  }
+
+  [[nodiscard]] bool is_finite() const {
+    FiniteWitness<Scalar> witness;
+    for (std::size_t e = 0; e < written_; ++e) {
+      const Tangent& t = tangents_[e];
+      for (const Scalar x : t.n) witness.see(x);
+      if constexpr (has_K) witness.see(t.K.along), witness.see(t.K.across);
+      if constexpr (has_C) witness.see(t.C.along), witness.see(t.C.across);
+    }
+    for (const Local& x : local_) witness.see(x.K), witness.see(x.C);
+    return witness.all_finite();
+  }
+
+  [[nodiscard]] Outcome factorize(const auto& masses, Scalar gamma_force, Scalar gamma_drift, Statistics& statistics) {
+    if (!has_pattern_ || written_ != pairs_.size()) make_pattern(statistics);
+    gamma_drift_ = gamma_drift;
+    ++statistics.factorizations;
+    // Where the last particle is incomplete, its missing components are unknowns of their own.
+    for (Node& m : mass_) m.template head<dim>().setOnes();
+    masses([this](Eigen::Index i, Eigen::Index, auto m) {
+      mass_[number_[static_cast<std::size_t>(i / dim)]][i % dim] = static_cast<Scalar>(m);
+    });
+    // Edges hold roots. Those of numbers like masses must be scaled exactly where the unit of mass is, by odd powers of two
+    // as well: W is multiplied by two for every other one.
+    scale_ = mass_.empty() || std::ilogb(mass_.front()[0]) % 2 == 0 ? Scalar{1} : Scalar{2};
+    for (Node& m : mass_) m *= scale_;
+    gamma_force_ = scale_ * gamma_force;
+    if (assemble(false)) return Outcome::success;
+    ++statistics.fallbacks;
+    return assemble(true) ? Outcome::success : Outcome::not_positive_definite;
+  }
+
+  /// @param rtol  relative residual at which to stop, 0: automatic
+  [[nodiscard]] Outcome solve(auto& x, double rtol, Statistics& statistics) {
+    const auto tolerance = static_cast<Scalar>(rtol > 0 ? rtol : automatic_linear_rtol);
+    for (int attempt = 0; attempt < 2; ++attempt) {
+      load(x);
+      const auto end = cg_.solve(W_, tolerance, iteration_limit());
+      statistics.linear_iterations += cg_.iterations();
+      if (end == BlockCg<Scalar, dim>::End::converged) {
+        unload(x);
+        return Outcome::success;
+      }
+      if (end == BlockCg<Scalar, dim>::End::gave_up || clamped_) break;
+      ++statistics.fallbacks;
+      if (!assemble(true)) break;
+    }
+    return Outcome::linear_solver_failed;
+  }
+  static constexpr bool keeps_pattern = true;  // and its numbering
+  void archive(auto& ar) {
+    ar(pairs_, tangents_, local_, has_pattern_, has_coupling_, clamped_);
+    const auto nodes = static_cast<std::int32_t>(W_.nodes());
+    ar.check(tangents_.size() == pairs_.size() && (local_.empty() || local_.size() == W_.nodes() * dim * dim));
+    for (const NodePair& pair : pairs_)
+      ar.check(0 <= pair.first && pair.first < nodes && 0 <= pair.second && pair.second < nodes &&
+               pair.first != pair.second);
+    if constexpr (std::remove_reference_t<decltype(ar)>::reading) {
+      written_ = pairs_.size();
+      W_.coupling.clear();
+    }
+  }
+  [[nodiscard]] Outcome restore(const auto& masses, Scalar gamma_force, Scalar gamma_drift, Statistics& statistics) {
+    if (!std::exchange(has_pattern_, false)) return Outcome::singular_matrix;  // nothing that factors could be made of
+    const bool clamped = clamped_;
+    const Outcome outcome = factorize(masses, gamma_force, gamma_drift, statistics);
+    if (outcome != Outcome::success || !clamped || clamped_) return outcome;
+    return assemble(true) ? Outcome::success : Outcome::not_positive_definite;
+  }
+
+ private:
+  using Operator = EdgeOperator<Scalar, dim>;
+  using Node = typename Operator::Node;
+  template <int>
+  struct Absent {};
+  struct Tangent {
+    Scalar n[dim];
+    [[no_unique_address]] std::conditional_t<has_K, PairTangent<Scalar>, Absent<0>> K;
+    [[no_unique_address]] std::conditional_t<has_C, PairTangent<Scalar>, Absent<1>> C;
+  };
+  struct Local {
+    Scalar K{0}, C{0};
+  };
+
+  [[nodiscard]] Local& local(Eigen::Index i, Eigen::Index j) {
+    if (i / dim != j / dim)
+      throw std::invalid_argument("phistep: a force whose pairs come as edges has an entry between particles " +
+                                  std::to_string(i / dim) + " and " + std::to_string(j / dim) +
+                                  "; its structure is not Structure::network");
+    if (local_.empty()) local_.assign(W_.nodes() * dim * dim, {});
+    has_coupling_ = has_coupling_ || i != j;
+    return local_[static_cast<std::size_t>((i / dim * dim + j % dim) * dim + i % dim)];
+  }
+
+  /// Numbers the nodes, and sorts the edges by their nodes.
+  void make_pattern(Statistics& statistics) {
+    has_pattern_ = false;  // not until all of this has been done: it may run out of memory
+    pairs_.resize(written_);
+    tangents_.resize(written_);
+    if (pairs_.size() > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()))
+      throw std::invalid_argument("phistep: too many pairs for one network");
+    const std::vector<std::int32_t> number = close_order(W_.nodes(), pairs_);
+    number_.assign(number.begin(), number.end());
+    std::vector<std::pair<NodePair, std::size_t>> sorted;
+    sorted.reserve(pairs_.size());
+    for (std::size_t e = 0; e < pairs_.size(); ++e)
+      sorted.push_back({std::minmax({number[static_cast<std::size_t>(pairs_[e].first)],
+                                     number[static_cast<std::size_t>(pairs_[e].second)]}),
+                        e});
+    std::sort(sorted.begin(), sorted.end());
+    W_.start.assign(W_.nodes() + 1, 0);
+    W_.neighbour.resize(sorted.size());
+    W_.edges.resize(sorted.size());
+    source_.resize(sorted.size());
+    W_.signs.assign(sorted.size(), Scalar{1});
+    for (std::size_t s = 0; s < sorted.size(); ++s) {
+      ++W_.start[static_cast<std::size_t>(sorted[s].first.first) + 1];
+      W_.neighbour[s] = sorted[s].first.second;
+      source_[s] = sorted[s].second;
+    }
+    for (std::size_t i = 0; i < W_.nodes(); ++i) W_.start[i + 1] += W_.start[i];
+    has_pattern_ = true;
+    ++statistics.analyses;
+  }
+
+  /// W and its preconditioner. False where a diagonal block is not positive definite.
+  [[nodiscard]] bool assemble(bool clamped) {
+    clamped_ = clamped;
+    fill_nodes(clamped);
+    W_.has_signs = false;
+    for (std::size_t s = 0; s < source_.size(); ++s) {
+      const Tangent& t = tangents_[source_[s]];
+      PairTangent<Scalar> B;
+      if constexpr (has_K) {
+        B = {gamma_drift_ * t.K.along, gamma_drift_ * t.K.across};
+        const Scalar size = std::max(std::abs(B.along), std::abs(B.across));
+        drift_[number_[static_cast<std::size_t>(pairs_[source_[s]].first)]] += size;
+        drift_[number_[static_cast<std::size_t>(pairs_[source_[s]].second)]] += size;
+      }
+      if constexpr (has_C) B.along += t.C.along, B.across += t.C.across;
+      B.along *= gamma_force_, B.across *= gamma_force_;
+      if (clamped) B.along = std::max(Scalar{0}, B.along), B.across = std::max(Scalar{0}, B.across);
+      const Scalar beyond = B.along - B.across, size = std::sqrt(std::abs(beyond));
+      W_.signs[s] = beyond < Scalar{0} ? Scalar{-1} : Scalar{1};
+      W_.has_signs = W_.has_signs || beyond < Scalar{0};
+      Node& edge = W_.edges[s];
+      edge.setZero();
+      for (int a = 0; a < dim; ++a) edge[a] = size * t.n[a];
+      edge[3] = B.across;
+    }
+    const bool definite = cg_.precondition(W_, diagonal_size_);
+    // Node by node: a heavy one must not hide how stiff the others are.
+    double share = 0, largest = 0;
+    for (std::size_t i = 0; i < drift_.size(); ++i) {
+      share = std::max(share, static_cast<double>(std::abs(gamma_force_) * drift_[i] / diagonal_size_[i]));
+      largest = std::max(largest, static_cast<double>(diagonal_size_[i]));
+    }
+    set(std::min(share, 1.0), largest / static_cast<double>(scale_));
+    return definite;
+  }
+
+  /// M − γ_f C − γ_f γ_d K of what acts on each particle alone; without C and K where clamped and not definite.
+  void fill_nodes(bool clamped) {
+    for (std::size_t i = 0; i < W_.nodes(); ++i) W_.diagonal[i] = mass_[i];
+    std::fill(drift_.begin(), drift_.end(), Scalar{0});
+    if (local_.empty()) return;
+    if (has_coupling_) W_.coupling.resize(W_.nodes());
+    for (std::size_t particle = 0; particle < W_.nodes(); ++particle) {
+      const std::size_t i = number_[particle];
+      Scalar N[dim][dim]{}, test[dim][dim];
+      for (int b = 0; b < dim; ++b)
+        for (int a = 0; a < dim; ++a) {
+          const Local& x = local_[(particle * dim + static_cast<std::size_t>(b)) * dim + static_cast<std::size_t>(a)];
+          drift_[i] = std::max(drift_[i], std::abs(gamma_drift_ * x.K));
+          test[b][a] = N[b][a] = (a == b ? mass_[i][a] : Scalar{0}) - gamma_force_ * (x.C + gamma_drift_ * x.K);
+        }
+      const bool keep = !clamped || invert_definite<dim>(test);
+      for (int b = 0; b < dim; ++b) {
+        if (keep) W_.diagonal[i][b] = N[b][b];
+        if (!has_coupling_) continue;
+        Node& column = W_.coupling[i][static_cast<std::size_t>(b)];
+        column.setZero();
+        for (int a = 0; a < dim; ++a) column[a] = keep ? N[b][a] : a == b ? mass_[i][a] : Scalar{0};
+      }
+    }
+  }
+
+  void load(const auto& x) {
+    auto& r = cg_.residual();
+    unit_ = to_unit_size(x.size() == 0 ? Scalar{0} : x.cwiseAbs().maxCoeff());
+    const Scalar by = scale_ * unit_;
+    for (std::size_t i = 0; i < W_.nodes(); ++i) {
+      Node& to = r[number_[i]];
+      to.setZero();
+      const auto at = static_cast<Eigen::Index>(i) * dim;
+      for (Eigen::Index a = 0; a < std::min<Eigen::Index>(dim, unknowns_ - at); ++a) to[a] = by * x[at + a];
+    }
+  }
+  void unload(auto& x) const {
+    for (std::size_t i = 0; i < W_.nodes(); ++i) {
+      const Node& from = cg_.solution()[number_[i]];
+      const auto at = static_cast<Eigen::Index>(i) * dim;
+      for (Eigen::Index a = 0; a < std::min<Eigen::Index>(dim, unknowns_ - at); ++a) x[at + a] = from[a] / unit_;
+    }
+  }
+  /// In exact arithmetic one iteration an unknown would do; rounding delays small stiff networks.
+  [[nodiscard]] int iteration_limit() const {
+    return static_cast<int>(std::min<Eigen::Index>(20 * unknowns_ + 100, 100000));
+  }
+
+  Eigen::Index unknowns_ = 0;
+  EdgeOperator<Scalar, dim> W_;
+  BlockCg<Scalar, dim> cg_;
+  std::vector<NodePair> pairs_;                // in the force's order, as are …
+  std::vector<Tangent> tangents_;              // … these
+  std::vector<Local> local_;                   // column-major blocks, particle by particle
+  std::vector<Node> mass_;                     // by node of W, as are …
+  std::vector<Scalar> drift_, diagonal_size_;  // … γ_d K and the largest entry of W's diagonal
+  std::vector<std::size_t> number_;            // node of W of each particle
+  std::vector<std::size_t> source_;            // of each edge of W in tangents_
+  Scalar gamma_force_{0}, gamma_drift_{0};     // the former times …
+  Scalar scale_{1};                            // … what W and its right-hand sides are multiplied by, and mass_
+  Scalar unit_{1};                             // … the latter also by this, their squares to be in range
+  std::size_t written_ = 0;
+  bool has_pattern_ = false, has_coupling_ = false, clamped_ = false;
+};
+
+/// Few unknowns, known at compile time: LU beats any iteration.
+inline constexpr int small_network = 24;
+
+template <MatrixFacts facts, class Scalar, int n>
+  requires(solves_by_edges(facts) && (n == Eigen::Dynamic || n > small_network))
+struct SystemFor<facts, Scalar, n, void> {
+  using type = NetworkSystem<Scalar, facts.block, facts.has_K, facts.has_C>;
+};
+template <MatrixFacts facts, class Scalar, int n>
+  requires(facts.structure == Structure::network && n != Eigen::Dynamic && n <= small_network)
+struct SystemFor<facts, Scalar, n, void> {
+  using type = DenseSystem<Scalar, n, facts.has_K, facts.has_C>;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

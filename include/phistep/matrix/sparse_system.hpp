@@ -1,0 +1,108 @@
+/// @file
+/// The step's matrix W = M − γ_f C − γ_f γ_d K, sparse, over any solver with Eigen's interface.
+#pragma once
+
+#include <Eigen/SparseCore>
+#include <Eigen/SparseLU>
+
+#include <type_traits>
+
+#include "phistep/core/arithmetic.hpp"
+#include "phistep/core/outcome.hpp"
+#include "phistep/core/statistics.hpp"
+#include "phistep/core/structure.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/linear/cholesky_solve.hpp"
+#include "phistep/matrix/dense_system.hpp"
+#include "phistep/matrix/own_solver.hpp"
+#include "phistep/matrix/sparse_assembly.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// Sparse W over any solver with Eigen's interface (analyzePattern, factorize, solve, info).
+template <class Scalar, class Solver>
+class SparseSystem : public AssembledSystem<Scalar> {
+ public:
+  using Matrix = Eigen::SparseMatrix<Scalar>;
+
+  void resize(Eigen::Index n) {
+    assembly_.resize(n);
+    solver_.drop();
+  }
+
+  /// False in a copy.
+  [[nodiscard]] bool has_solver() const { return static_cast<bool>(solver_); }
+
+  [[nodiscard]] Outcome factorize(const auto& masses, Scalar gamma_force, Scalar gamma_drift, Statistics& statistics) {
+    if (!solver_) {
+      solver_.make();
+      assembly_.forget_pattern();
+    }
+    try {
+      if (assembly_.update_pattern(masses)) {
+        solver_->analyzePattern(assembly_.matrix());
+        ++statistics.analyses;
+      }
+      assembly_.assemble(gamma_force, gamma_drift);
+      ++statistics.factorizations;
+      solver_->factorize(assembly_.matrix());
+    } catch (...) {  // of memory it didn't get: Eigen's solvers can't be used any more then
+      solver_.drop();
+      throw;
+    }
+    if (solver_->info() == Eigen::NumericalIssue) return failure_of_factors();
+    if (solver_->info() != Eigen::Success) return Outcome::linear_solver_failed;
+    if constexpr (SimplicialFactors<Solver>) {
+      work_.read(*solver_);
+      // SimplicialLDLT doesn't pivot and calls an indefinite matrix a success.
+      for (const Scalar pivot : work_.pivots())
+        if (!(pivot > Scalar{0})) return Outcome::not_positive_definite;
+    }
+    return Outcome::success;
+  }
+  [[nodiscard]] Outcome solve(auto& x) {
+    if constexpr (SimplicialFactors<Solver>) {
+      work_.solve_in_place(*solver_, x);
+    } else if constexpr (iterates) {
+      const Scalar by = to_unit_size(x.size() == 0 ? Scalar{0} : x.cwiseAbs().maxCoeff());  // the solver squares it
+      x *= by;
+      work_ = solver_->solve(x);
+      x = work_ / by;
+    } else {
+      work_ = solver_->solve(x);
+      x = work_;
+    }
+    return solver_->info() == Eigen::Success ? Outcome::success : Outcome::linear_solver_failed;
+  }
+  static constexpr bool keeps_pattern = true;  // and its analysis
+  void archive(auto& ar) { ar(assembly_, solver_); }
+  [[nodiscard]] Outcome restore(const auto& masses, Scalar gamma_force, Scalar gamma_drift, Statistics& statistics) {
+    return solver_ ? factorize(masses, gamma_force, gamma_drift, statistics) : Outcome::success;
+  }
+
+ private:
+  using AssembledSystem<Scalar>::assembly_;
+  static constexpr bool iterates = requires(const Solver& solver) { solver.iterations(); };
+
+  [[nodiscard]] static Outcome failure_of_factors() {
+    return SimplicialFactors<Solver> ? Outcome::not_positive_definite : Outcome::singular_matrix;
+  }
+
+  OwnSolver<Solver> solver_;
+  std::conditional_t<SimplicialFactors<Solver>, CholeskySolve<Scalar>, Eigen::Matrix<Scalar, Eigen::Dynamic, 1>> work_;
+};
+
+/// LU unless the user names a solver: right for every tangent, symmetric or not.
+template <MatrixFacts facts, class Scalar, int n>
+  requires((facts.structure == Structure::sparse && !facts.symmetric) ||
+           (facts.structure == Structure::network && n == Eigen::Dynamic && !solves_by_edges(facts)))
+struct SystemFor<facts, Scalar, n, void> {
+  using type = SparseSystem<Scalar, Eigen::SparseLU<Eigen::SparseMatrix<Scalar>>>;
+};
+template <MatrixFacts facts, class Scalar, int n, class Solver>
+  requires(!std::is_void_v<Solver>)
+struct SystemFor<facts, Scalar, n, Solver> {
+  using type = SparseSystem<Scalar, Solver>;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

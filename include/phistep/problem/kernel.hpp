@@ -1,0 +1,373 @@
+/// @file
+/// What every scheme is made of: few operations on one step's data, each counted, each guarded.
+///
+///     forward   next = y + γ M⁻¹Ψ(t, y), and for motion r drifted             evaluate
+///     kick      next = next + γ M⁻¹Ψ(t, next), where Ψ ignores what it moves  evaluate
+///     resolve   next = b on entry; M (next − b) = γ Ψ(t, next)                the implicit solve
+///     carry     Ψ(t, next) = M (next − b)/γ of the last resolve, for the next step: no evaluation
+///     filter    e ← (1 − γM⁻¹C − γ²M⁻¹K)⁻¹ e, with the last resolve's matrix
+///
+/// or, in place of resolves, linear stages (linear_stages.hpp):
+///
+///     linearise   Ψ, J (and Ψ_t) at (t, y)
+///     factorise   M − γJ
+///     solve       (M − γJ) x = b
+///
+/// A traced step (control/trace.hpp) also leaves its slopes in the trace: forward begins with start = y'(t), known from the
+/// step before or by a force call, and resolve ends with end = (next − b)/γ, the slope at its end.
+///
+/// A scheme is a text over them: `SchemeOn<Scheme, S>`, the scheme on states of type S, with
+///
+///     template <class Rhs> static constexpr KernelNeeds needs;   what it asks of the kernel
+///     SchemeOn(scheme, y)                                             y gives the sizes of what it keeps
+///     int order() const;
+///     Outcome step(kernel, step);                                fills step.next, leaves step.y; where `step` is
+///                                                                traced, also the trace: its slopes and its error
+///     static constexpr bool traces;                              it takes traced steps
+///     bool estimates(trace);                                     … with an estimate of the error, given this past
+///     int error_order() const;                                   … which goes as this power of Δt
+///                                                                (or step() judges it, and sets trace.proposed)
+///     static constexpr bool interpolates;                        it knows the solution inside the step just accepted:
+///     interpolate(x, dt, y0, y1, out) const;                     out = y(t + x dt), 0 < x < 1
+///     static constexpr std::array<double, 2> doubtful_at;        two x where that is worst, to be checked by real steps
+///
+/// and what it inherits from SchemeDefaults, where it keeps nothing from step to step.
+#pragma once
+
+#include <array>
+#include <type_traits>
+#include <utility>
+
+#include "phistep/control/trace.hpp"
+#include "phistep/core/archive.hpp"
+#include "phistep/core/outcome.hpp"
+#include "phistep/core/step_report.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/equation/right_hand_side.hpp"
+#include "phistep/matrix/dense_system.hpp"
+#include "phistep/problem/transaction.hpp"
+#include "phistep/solve/linear_stages.hpp"
+#include "phistep/solve/resolvent.hpp"
+#include "phistep/state/blocks.hpp"
+#include "phistep/state/combination.hpp"
+#include "phistep/state/parts.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// What a scheme asks of the kernel for a given right-hand side.
+struct KernelNeeds {
+  bool solver = false;   ///< it resolves where there is something to solve
+  bool position = true;  ///< … with γ_d ≠ 0, so that K matters
+  bool carries = false;  ///< it may leave Ψ(t+Δt) to the next step
+  bool stages = false;   ///< it solves linear equations instead
+};
+
+/// Whether Ψ(t+Δt) could be kept at all: a force with a history may have changed it by then, a look-up isn't worth it.
+template <class Rhs>
+inline constexpr bool can_carry = !Rhs::has_history && !Rhs::Traits::is_lookup;
+
+/// A scheme on states of type S, each in a header of its own (phistep.hpp includes all).
+template <class Scheme, State S>
+class SchemeOn {
+  static_assert(!sizeof(Scheme), "phistep: this is no scheme, or the header that defines it is not included");
+};
+
+/// Of a scheme that keeps nothing from step to step.
+struct SchemeDefaults {
+  /// How far a row has come since its start: part of a checkpoint.
+  struct Progress {};
+  [[nodiscard]] static Progress progress() { return {}; }
+  static void resume(Progress) {}
+  static void resize(const auto& /*y*/) {}
+  static void archive(auto& /*ar*/) {}
+  static void forget() {}    ///< nothing carried from step to step may be trusted
+  static void reset() {}     ///< the next step is the first
+  static void accepted() {}  ///< the step just advanced has become the state
+  static constexpr bool traces = false, interpolates = false;
+  /// Seven tenths of the largest error and more: of Hermite's interpolant, which goes as x²(1−x)², and as x(1−x)(1−2x) where
+  /// slopes are wrong; of collocation at Radau's 3, 5 or 7 nodes, which goes as ∫Π(x−c_i), and as xΠ(x−c_i) where it is stiff.
+  static constexpr std::array<double, 2> doubtful_at{0.35, 0.68};
+};
+
+/// The operations, bound to a right-hand side, a way to solve, and the transaction that a step is.
+template <State S, class RightHandSideOf, class Solver, KernelNeeds needs>
+class Kernel {
+ public:
+  using Rhs = RightHandSideOf;
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+  using Transaction = phistep::Transaction<S, Rhs, needs.carries>;
+  using Data = typename Transaction::Data;
+  using TracedData = typename Transaction::TracedData;
+  static constexpr bool carries = needs.carries;
+
+  Kernel(const S& state, Rhs rhs, const Solver& solver)
+      : rhs_{std::move(rhs)}, transaction_{state}, resolvent_{Transaction::copy_of(state), rhs_, solver} {
+    allocate(Transaction::copy_of(state));
+  }
+
+  /// Runs `advance(Data&) → Outcome` as one step of the state. A step that fails leaves nothing behind.
+  /// @param keeps_tries  … unless it ends with an outcome: whoever tries again needs what is still true
+  StepReport run(S& state, Scalar t, Scalar dt, Origin origin, bool keeps_tries, auto&& advance) {
+    if constexpr (needs.solver || needs.stages) {
+      Unless done{*this};
+      const StepReport report = transaction_.run(rhs_, state, t, dt, origin, advance);
+      done.is = keeps_tries || report || !is_begun(report.outcome());
+      return report;
+    } else {
+      return transaction_.run(rhs_, state, t, dt, origin, advance);
+    }
+  }
+  /// Of the last step: the sizes of its solves' corrections.
+  [[nodiscard]] const Failure& history() const { return transaction_.failure(); }
+
+  /// next = y + γ M⁻¹Ψ(t, y), r drifted
+  template <class Step>
+  [[nodiscard]] Outcome forward(Step& step, const Advance<Scalar>& by) {
+    if constexpr (Step::is_traced) {
+      if (const Outcome bad = start(step); failed(bad)) return bad;
+      assign<S>(step.next, in<S>(step.y) + by.kick * in<S>(step.trace.start));
+      return Outcome::success;
+    } else {
+      if (by.kick != 0) return kick_drift(step, by);
+      copy_blocks<S>(step.next, step.y);  // no weight on Ψ(t, y): it isn't evaluated
+      rhs_.drift(step.next, by.before);
+      return Outcome::success;
+    }
+  }
+  /// The same in one pass, whether the step is traced or not: next.v = v + γ M⁻¹Ψ(t, y), next.r = r + (before v + after v⁺)
+  [[nodiscard]] Outcome kick_drift(Data& step, const Advance<Scalar>& by) {
+    const bool finite = step.psi_known
+                            ? rhs_.advance(step.next, step.y, by, RateOf<S>::blocks(std::as_const(step.psi)), step.psi)
+                            : rhs_.advance(step.next, step.y, by, rhs_.evaluate(step.t, step.y, step.psi), step.psi);
+    // A matrix mass used psi as its scratch, and a reference to the user's array never filled it.
+    step.psi_known = !Rhs::has_matrix_mass && (step.psi_known || !Rhs::returns_reference);
+    return finite ? Outcome::success : Outcome::non_finite_state;
+  }
+  /// next = next + γ M⁻¹Ψ(t, next), where Ψ ignores what it moves
+  [[nodiscard]] Outcome kick(Data& step, Scalar gamma, Scalar t) {
+    const auto kicked = [&](const auto& psi) {
+      return rhs_.kick(step.next, gamma, psi, step.psi) ? Outcome::success : Outcome::non_finite_state;
+    };
+    if constexpr (!carries) return kicked(rhs_.evaluate(t, step.next, step.psi));
+    rhs_.evaluate_into(t, step.next, step.psi);  // a copy: the user's own array may change before the next step
+    if constexpr (keeps_psi) {
+      kicked_by_ = step.psi;  // psi goes on to the next step as Ψ, not as M⁻¹Ψ
+      const bool finite = rhs_.kick(step.next, gamma, RateOf<S>::blocks(std::as_const(kicked_by_)), kicked_by_);
+      return finite ? Outcome::success : Outcome::non_finite_state;
+    }
+    return kicked(RateOf<S>::blocks(std::as_const(step.psi)));
+  }
+  /// next = b on entry, the solution of M (next − b) = γ Ψ(t, next) on exit
+  template <class Step>
+  [[nodiscard]] Outcome resolve(Step& step, const Gamma<Scalar>& gamma, Scalar t) {
+    return resolve(step, gamma, t, step.y);
+  }
+  /// … sought from `guess`, which must not be `next`; in a traced step from the prediction where there is one, and then from
+  /// `guess` if the force doesn't exist there.
+  template <class Step>
+  [[nodiscard]] Outcome resolve(Step& step, const Gamma<Scalar>& gamma, Scalar t, const PlainState<S>& guess) {
+    if constexpr (Step::is_traced) {
+      Trace<Plain>& trace = step.trace;
+      copy_blocks<S>(trace.end, step.next);  // b
+      Outcome outcome = Outcome::non_finite_force;
+      if (std::exchange(step.has_prediction, false)) {
+        outcome = resolve_from(step, gamma, t, trace.predicted, &trace);
+        if (outcome == Outcome::non_finite_force || outcome == Outcome::non_finite_state)
+          copy_blocks<S>(step.next, trace.end);
+      }
+      if (outcome == Outcome::non_finite_force || outcome == Outcome::non_finite_state)
+        outcome = resolve_from(step, gamma, t, guess, &trace);
+      if (failed(outcome)) return outcome;
+      assign_solved<S>(trace.end, (in<S>(step.next) - in<S>(trace.end)) / gamma.force);
+      if constexpr (Rhs::drifts) position_of<S>(trace.end) = velocity_of<S>(step.next);
+      return outcome;
+    } else {
+      return resolve_from(step, gamma, t, guess, nullptr);
+    }
+  }
+  /// trace.start = y' at (t, y): no force call where the step before has left it.
+  [[nodiscard]] Outcome start(TracedData& step) {
+    Trace<Plain>& trace = step.trace;
+    if (trace.knows_start) return Outcome::success;
+    if (!rhs_.slope(step.t, step.y, trace.start, step.psi)) {
+      copy_blocks<S>(step.next, step.y);  // kept for the failure message
+      return Outcome::non_finite_force;
+    }
+    trace.knows_start = true;
+    return Outcome::success;
+  }
+  /// trace.end = y' at (t + Δt, next), by a force call
+  [[nodiscard]] Outcome end(TracedData& step) {
+    if (!Rhs::is_finite(step.next)) return Outcome::non_finite_state;
+    const bool finite = rhs_.slope(step.t + step.dt, step.next, step.trace.end, step.psi);
+    return finite ? Outcome::success : Outcome::non_finite_force;
+  }
+  /// Leaves Ψ(t + Δt, next), as the last resolve knows it, to the next step; a traced step has left it in the trace.
+  template <class Step>
+  void carry(Step& step, const Gamma<Scalar>& gamma) {
+    if constexpr (carries && !Step::is_traced) {
+      // Where the last resolve solved nothing, psi holds Ψ already.
+      if (Rhs::couples_unknowns || gamma.drift != 0) resolvent_.recover(rhs_, gamma.force, step.psi);
+      step.psi_next_known = true;
+    }
+  }
+  /// psi = Ψ(t, y); what is not finite in it shows in the step.
+  void evaluate(Scalar t, const Plain& y, RateOf<S>& psi) { rhs_.evaluate_into(t, y, psi); }
+  /// step.psi = Ψ(t, y), with J and, where has_time, Ψ_t there
+  template <class Step>
+  [[nodiscard]] Outcome linearise(Step& step) requires(needs.stages) {
+    const Outcome outcome = resolvent_.linearise(rhs_, step.t, step.dt, step.y, step.psi, allowed(step));
+    step.psi_known = outcome == Outcome::success;
+    if (outcome == Outcome::non_finite_force) copy_blocks<S>(step.next, step.y);  // kept for the failure message
+    return outcome;
+  }
+  static constexpr bool has_time = !Rhs::is_autonomous;
+  [[nodiscard]] const auto& psi_t() const requires(needs.stages&& has_time) { return resolvent_.psi_t(); }
+  /// M − γJ of the last linearisation, factorised
+  [[nodiscard]] Outcome factorise(Scalar gamma) requires(needs.stages) { return resolvent_.factorise(rhs_, gamma); }
+  /// (M − γJ) x = b, in place, for all blocks
+  [[nodiscard]] Outcome solve(Scalar gamma, Plain& x) requires(needs.stages) {
+    return resolvent_.solve(rhs_, gamma, x);
+  }
+  /// to.solved += factor M x
+  void add_mass_product(Plain& to, Scalar factor, const Plain& x) const {
+    for_each_block(
+        [factor](auto, auto& out, const auto& of, const auto& mass) {
+          mass.add_product([&](Index i) { return factor * of.data()[i]; }, out);
+        },
+        Blocks<S>::solved(to), Blocks<S>::solved(x), rhs_.masses());
+  }
+  /// The linear stages themselves, for schemes that want more of them.
+  [[nodiscard]] auto& stages() requires(needs.stages) { return resolvent_; }
+  /// Takes out of an error estimate what the scheme damps anyway (L. F. Shampine, ACM Trans. Math. Softw. 10 (1984) 291):
+  /// without it, stiff components that are long at rest would rule Δt. Solved blocks only: r is no stiff unknown.
+  [[nodiscard]] Outcome filter(Plain& error) {
+    if constexpr (needs.solver) return resolvent_.filter(rhs_, error);
+    else return Outcome::success;
+  }
+  /// next.solved += factor·(next − b) of the last resolve
+  void add_increment(Data& step, Scalar factor) const { resolvent_.add_increment(factor, step.next); }
+
+  /// How well a solve has to be done; empty: as the solver's options say.
+  template <class Step>
+  [[nodiscard]] static SolveTolerance<Plain> allowed(const Step& step) {
+    if constexpr (Step::is_traced) return allowed_by(&step.trace);
+    else if constexpr (requires { step.trace->weight; }) return allowed_by(step.trace);
+    else return {};
+  }
+  [[nodiscard]] const char* solver_name() const {
+    if constexpr (needs.solver || needs.stages) return resolvent_.solver_name();
+    else return "none";
+  }
+  [[nodiscard]] Rhs& rhs() { return rhs_; }
+  [[nodiscard]] const Rhs& rhs() const { return rhs_; }
+  [[nodiscard]] bool fits(const S& state) const { return !torn_ && transaction_.fits(state); }
+  /// Forgets all that is carried from step to step.
+  void reset() {
+    transaction_.reset();
+    resolvent_.reset();
+  }
+  /// Forgets what solves have left, and nothing else.
+  void forget_solves() { resolvent_.forget(); }
+  /// Forgets Ψ alone.
+  void forget_force() {
+    transaction_.reset();
+    if constexpr (needs.stages) resolvent_.forget_force();
+  }
+  void resize(const S& state, const PlainState<S>& copy, typename Rhs::Masses masses) {
+    Transaction fresh{state};
+    torn_ = true;  // if one of these throws, not even a state of the old size fits
+    resolvent_.resize(copy, rhs_);
+    rhs_.rebind(std::move(masses));
+    transaction_ = std::move(fresh);
+    allocate(copy);
+    torn_ = false;
+  }
+  /// For a checkpoint: history, counts, Ψ, Jacobian and factors.
+  void save(Writer& out) const {
+    save_parts(out, rhs_, transaction_);
+    out(resolvent_);
+  }
+  void load(Reader& in, auto&& then) {
+    load_parts(
+        in,
+        [&] {
+          auto fresh = resolvent_;
+          in(fresh);
+          fresh.restore(rhs_, transaction_.workspace());
+          then();
+          resolvent_ = std::move(fresh);
+        },
+        rhs_, transaction_);
+  }
+
+ private:
+  /// A kick whose Ψ is carried must not be scaled by a matrix mass in place.
+  static constexpr bool keeps_psi = carries && Rhs::has_matrix_mass;
+  struct Nothing {};
+  void allocate(const PlainState<S>& y) {
+    if constexpr (keeps_psi) kicked_by_ = make_rate<S>(y);
+  }
+
+  /// What ends otherwise than well, by an exception as well, is forgotten.
+  struct Unless {
+    Kernel& kernel;
+    bool is = false;
+    ~Unless() {
+      if (!is) kernel.forget_solves();
+    }
+  };
+  /// A step that was refused for its arguments wasn't.
+  [[nodiscard]] static constexpr bool is_begun(Outcome outcome) {
+    return outcome != Outcome::invalid_step && outcome != Outcome::step_too_small;
+  }
+
+  struct NoResolvent {
+    NoResolvent(const auto&...) {}
+    static void forget() {}
+    static void reset() {}
+    static void resize(const auto&, const auto&) {}
+    static void archive(auto&) {}
+    static void restore(const auto&, const auto&) {}
+  };
+  static_assert(
+      !needs.stages || requires { typename Solver::LinearSolver; },
+      "phistep: this scheme solves linear equations and iterates nothing: give it newton<LinearSolver>() or "
+      "newton<MatrixFree<Eigen::BiCGSTAB>>(), not fixed_point()");
+  static auto resolvent_type() {
+    if constexpr (needs.stages && requires { typename Solver::LinearSolver; })
+      return std::type_identity<LinearStages<S, Rhs, typename Solver::LinearSolver>>{};
+    else if constexpr (needs.stages) return std::type_identity<LinearStages<S, Rhs, void>>{};
+    else if constexpr (needs.solver) return ResolventFor<S, Rhs, Solver, needs.position>{};
+    else return std::type_identity<NoResolvent>{};
+  }
+
+  [[nodiscard]] Outcome resolve_from(Data& step, const Gamma<Scalar>& gamma, Scalar t, const PlainState<S>& guess,
+                                     const Trace<Plain>* trace) {
+    if constexpr (!Rhs::couples_unknowns)
+      if (gamma.drift == 0) return kick(step, gamma.force, t);
+    if constexpr (needs.solver) {
+      // Where the iteration starts from y itself, its first Ψ may be there already.
+      const bool psi_known = step.psi_known && Rhs::is_autonomous && !Rhs::drifts && &guess == &step.y;
+      step.psi_known = false;
+      const Outcome outcome = resolvent_.resolve(rhs_, gamma, t, step.next, guess, step.psi, transaction_.failure(),
+                                                 psi_known, allowed_by(trace));
+      if (failed(outcome)) return outcome;
+      return rhs_.is_finite(step.next) ? Outcome::success : Outcome::non_finite_state;
+    }
+    return Outcome::success;
+  }
+  [[nodiscard]] static SolveTolerance<Plain> allowed_by(const Trace<Plain>* trace) {
+    if (trace == nullptr) return {};
+    return {&trace->weight, trace->newton_target, trace->rtol};
+  }
+
+  Rhs rhs_;
+  Transaction transaction_;
+  [[no_unique_address]] typename decltype(resolvent_type())::type resolvent_;
+  [[no_unique_address]] std::conditional_t<keeps_psi, RateOf<S>, Nothing> kicked_by_;
+  bool torn_ = false;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

@@ -1,0 +1,226 @@
+/// @file
+/// A step is a transaction: it works beside the state, then commits everything or leaves everything as it was.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <cmath>
+#include <stdexcept>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+#include "phistep/control/trace.hpp"
+#include "phistep/core/outcome.hpp"
+#include "phistep/core/step_report.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/equation/right_hand_side.hpp"
+#include "phistep/force/evaluate.hpp"
+#include "phistep/problem/edit_guard.hpp"
+#include "phistep/state/blocks.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// Who vouches that the state is what the last step left.
+enum class Origin {
+  unknown,   ///< nobody: it is checked
+  unedited,  ///< the caller owns the loop
+};
+
+/// What a scheme works with during one step.
+template <class Plain, class Rate, class Scalar>
+struct StepData {
+  const Plain& y;   ///< the state at t
+  const Scalar t;   ///< [time]
+  const Scalar dt;  ///< [time]
+  Plain& next;      ///< becomes the state at t + Δt
+  Rate& psi;        ///< holds Ψ(t, y) if `psi_known`, else scratch
+  bool psi_known;
+  bool psi_next_known = false;  ///< the scheme leaves Ψ(t+Δt, next) in psi
+  static constexpr bool is_traced = false;
+};
+/// … of a step whose slopes and error a controller or dense output reads.
+template <class Plain, class Rate, class Scalar>
+struct TracedStepData : StepData<Plain, Rate, Scalar> {
+  Trace<Plain>& trace;
+  bool has_prediction = false;  ///< trace.predicted is where the next resolve starts
+  static constexpr bool is_traced = true;
+};
+
+/// Runs a scheme's `step(StepData&) → Outcome` on a state of type S. `carries`: the scheme may leave Ψ⁺ behind.
+template <State S, class Rhs, bool carries>
+class Transaction {
+ public:
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+  using Rate = RateOf<S>;
+  using Data = StepData<Plain, Rate, Scalar>;
+  using TracedData = TracedStepData<Plain, Rate, Scalar>;
+
+  /// @throws std::invalid_argument where r and v of a motion differ in shape, or views share memory
+  explicit Transaction(const S& state) : next_{copy_of(state)}, psi_{make_rate<S>(next_)} {
+    if constexpr (borrowed) {
+      if (!has_own_places(state))
+        throw std::invalid_argument(
+            "phistep: the state's views share memory: each of its numbers needs a place of its own");
+      gathered_ = next_;
+    }
+  }
+
+  template <class Advance>
+  StepReport run(Rhs& rhs, S& state, Scalar t, Scalar dt, Origin origin, Advance&& advance) {
+    failure_.iterations = 0;
+    failure_.particle = -1;
+    if (const Outcome bad = check(t, dt); bad != Outcome::success) return fail(rhs, bad, t, dt, next_, next_, psi_);
+    try {
+      if constexpr (in_registers) {
+        Plain next;
+        if constexpr (carries) {
+          return run_on(rhs, state, t, dt, origin, advance, next, psi_);
+        } else {
+          Rate psi;
+          return run_on(rhs, state, t, dt, origin, advance, next, psi);
+        }
+      } else {
+        return run_on(rhs, state, t, dt, origin, advance, next_, psi_);
+      }
+    } catch (const WrongSize& wrong) {
+      return fail(rhs, state, t, dt, wrong);
+    }
+  }
+
+  /// The story of the step that failed last.
+  [[nodiscard]] Failure& failure() { return failure_; }
+  [[nodiscard]] const Failure& failure() const { return failure_; }
+  void reset() { guard_.forget(); }
+  [[nodiscard]] bool fits(const S& state) const {
+    if constexpr (HasProperties<S>)
+      if (!S::same_properties(state, next_)) return false;
+    return same_shape<S>(state, next_);
+  }
+  /// A state of the right sizes.
+  [[nodiscard]] const Plain& workspace() const { return next_; }
+  /// For a checkpoint: Ψ, and where it holds.
+  void archive(auto& ar) {
+    ar.shape(next_);
+    if constexpr (carries) {
+      ar(guard_);
+      ar.in_place(psi_);
+    }
+  }
+  [[nodiscard]] static Plain copy_of(const S& state) {
+    Plain copy;
+    copy_blocks<S>(copy, state);
+    if constexpr (Blocks<S>::drifts) {
+      const auto &r = std::get<0>(Blocks<S>::all(copy)), &v = std::get<1>(Blocks<S>::all(copy));
+      if (r.rows() != v.rows() || r.cols() != v.cols())
+        throw std::invalid_argument("phistep: the positions and velocities of a motion differ in size");
+    }
+    return copy;
+  }
+
+ private:
+  /// A Map or Ref belongs to somebody else: it is read once, and written at the commit.
+  static constexpr bool borrowed = !std::is_same_v<S, Plain>;
+  static constexpr int size = static_size<decltype(Blocks<S>::all(std::declval<Plain&>()))>;
+  /// Small fixed states live in registers during the step: a workspace in memory doubles the cost of a bare update.
+  static constexpr bool in_registers = size != Eigen::Dynamic && size <= 64;
+
+  [[nodiscard]] static Outcome check(Scalar t, Scalar dt) {
+    if (!(std::isfinite(dt) && std::isfinite(t)) || dt == Scalar{0}) return Outcome::invalid_step;
+    return t + dt == t ? Outcome::step_too_small : Outcome::success;
+  }
+
+  template <class Advance>
+  StepReport run_on(Rhs& rhs, S& state, Scalar t, Scalar dt, Origin origin, Advance& advance, Plain& next, Rate& psi) {
+    if constexpr (borrowed) {
+      copy_blocks<S>(gathered_, state);
+      return run_from(rhs, gathered_, state, t, dt, origin, advance, next, psi);
+    } else {
+      return run_from(rhs, state, state, t, dt, origin, advance, next, psi);
+    }
+  }
+
+  template <class Advance>
+  StepReport run_from(Rhs& rhs, const Plain& y, S& state, Scalar t, Scalar dt, Origin origin, Advance& advance,
+                      Plain& next, Rate& psi) {
+    bool psi_known = false;
+    if constexpr (carries) {
+      psi_known = origin == Origin::unedited ? guard_.holds_unedited(t) : guard_.holds(t, y);
+      guard_.forget();  // an exception from here on leaves psi half-written
+    }
+    rhs.begin(t, dt, y);
+    Data data{y, t, dt, next, psi, psi_known};
+    const Outcome outcome = advance(data);
+    if (outcome != Outcome::success) {
+      if (outcome == Outcome::error_too_large) {
+        ++rhs.statistics().rejections;
+        return {outcome, failure_.iterations, nullptr};
+      }
+      if constexpr (in_registers) {
+        // fail() must not see addresses of what should stay in registers on the good path: it gets copies.
+        const Plain copy = y;
+        next_ = next;
+        if constexpr (!carries) psi_ = psi;
+        return fail(rhs, outcome, t, dt, copy, next_, psi_);
+      }
+      return fail(rhs, outcome, t, dt, y, next_, psi_);
+    }
+    rhs.commit(t + dt, next);
+    if constexpr (carries)
+      if (data.psi_next_known) {
+        if (origin == Origin::unedited) guard_.remember_unchecked(t + dt);
+        else guard_.remember(t + dt, next);
+      }
+    commit_blocks<S>(state, next);
+    ++rhs.statistics().steps;
+    return {Outcome::success, failure_.iterations, nullptr};
+  }
+
+  [[gnu::cold, gnu::noinline]] StepReport fail(Rhs& rhs, const S& state, Scalar t, Scalar dt, const WrongSize& wrong) {
+    copy_blocks<S>(next_, state);
+    return fail(rhs, Outcome::wrong_size, t, dt, next_, next_, psi_, &wrong);
+  }
+  // Out of line: the compiler must not weigh this against inlining the step itself.
+  [[gnu::cold, gnu::noinline]] StepReport fail(Rhs& rhs, Outcome outcome, Scalar t, Scalar dt, const Plain& y,
+                                               const Plain& next, const Rate& psi, const WrongSize* wrong = nullptr) {
+    ++rhs.statistics().failed_steps;
+    Failure& f = failure_;
+    f.returned_rows = wrong != nullptr ? wrong->rows : -1;
+    f.returned_columns = wrong != nullptr ? wrong->columns : -1;
+    f.t = static_cast<double>(t);
+    f.dt = static_cast<double>(dt);
+    f.term = -1;
+    Offender where;
+    if (outcome == Outcome::wrong_size) f.term = rhs.offending_term(t, y);
+    if (outcome == Outcome::non_finite_state || outcome == Outcome::non_finite_force) {
+      if (where = first_non_finite(Blocks<S>::all(y)); where) {
+        outcome = Outcome::non_finite_state;
+      } else if (where = first_non_finite(Rate::blocks(psi)); where || rhs.is_non_finite_at(t, y, where)) {
+        outcome = Outcome::non_finite_force;
+        where.block += Blocks<S>::drifts ? 1 : 0;
+        f.term = rhs.offending_term(t, y);
+        if (f.term < 0) f.term = rhs.offending_term(t + dt, next);
+      } else {
+        where = first_non_finite(Blocks<S>::all(next));
+      }
+      // What this step left there is no reason for the next one's failure.
+      for_each_block([](auto, auto& block) { block.setZero(); }, Rate::blocks(psi_));
+    }
+    f.outcome = outcome;
+    f.block = where.block;
+    f.index = where.index;
+    f.row = where.row;
+    f.column = where.column;
+    return {outcome, f.iterations, &f};
+  }
+
+  Plain next_;
+  Rate psi_;
+  struct Nothing {};
+  [[no_unique_address]] std::conditional_t<borrowed, Plain, Nothing> gathered_;
+  EditGuard<S, Blocks<S>::drifts && !Rhs::couples_unknowns, Rhs::Traits::uses_time> guard_;
+  Failure failure_;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

@@ -1,0 +1,45 @@
+/// @file
+/// Extrapolated schemes of variable order and step, as rows over the kernel:
+///
+///     PhiStepper stepper{y, force, extrapolated(backward_euler)};      stiff: linearly implicit Euler, column k of order k;
+///                                                                      deprecated in double (extrapolation.hpp says why)
+///     PhiStepper stepper{y, force, extrapolated(forward_euler)};       Gragg's explicit midpoint rule, order 2k
+///     PhiStepper stepper{y, force, extrapolated(velocity_verlet)};     motion whose force ignores v, order 2k
+///
+/// In double precision the Nyström pairs are ahead of the third (nystrom.hpp); it has no printed coefficients, and so serves
+/// any scalar to its last digits.
+///
+/// Under a tolerance each step chooses its columns and its length; without one it takes the columns given. The solution
+/// inside its steps is not known to their accuracy: `sampled` and `step.at(t)` do not compile, `at_times` serves.
+#pragma once
+
+#include "phistep/core/phi.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/problem/kernel.hpp"
+#include "phistep/schemes/extrapolation/extrapolated_explicit.hpp"
+#include "phistep/schemes/extrapolation/extrapolated_implicit.hpp"
+#include "phistep/schemes/extrapolation/extrapolated_row.hpp"
+#include "phistep/schemes/extrapolation/extrapolation.hpp"
+#include "phistep/state/blocks.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+template <State S>
+class SchemeOn<Extrapolated<SinglePhi<FixedPhi<1>>>, S> : public ExtrapolatedRow<S, ImplicitEulerBase<S>> {
+ public:
+  using ExtrapolatedRow<S, ImplicitEulerBase<S>>::ExtrapolatedRow;
+};
+
+template <State S>
+class SchemeOn<Extrapolated<SinglePhi<FixedPhi<0>>>, S> : public ExtrapolatedRow<S, GraggBase<S>> {
+ public:
+  using ExtrapolatedRow<S, GraggBase<S>>::ExtrapolatedRow;
+};
+
+template <State S>
+class SchemeOn<Extrapolated<VelocityVerlet>, S> : public ExtrapolatedRow<S, VerletBase<S>> {
+ public:
+  using ExtrapolatedRow<S, VerletBase<S>>::ExtrapolatedRow;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

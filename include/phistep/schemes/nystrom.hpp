@@ -1,0 +1,255 @@
+/// @file
+/// Explicit Runge-Kutta-Nyström pairs for motion under a force that ignores v, a(t, r) = M⁻¹Ψ(t, r):
+///
+///     r_i = r + c_i Δt v + Δt² Σ_{j<i} a_ij k_j,   k_i = a(t + c_i Δt, r_i)                                      (1)
+///     r⁺  = r + Δt v + Δt² Σ b_j k_j,              v⁺ = v + Δt Σ b'_j k_j                                        (2)
+///     e_r = Δt² Σ (b_j − b̂_j) k_j,                 e_v = Δt Σ (b'_j − b̂'_j) k_j                                  (3)
+///
+/// (Hairer, Nørsett & Wanner, Solving ODEs I, II.14; the pairs themselves are in nystrom_tableaus.hpp.) The step goes on
+/// with the formula of higher order, e is the error of the lower one. A last stage at r⁺ is the next step's first.
+///
+/// `compensated(rkn1210)` rounds r and v once a step, and tells the next step what that took from them. What is left are the
+/// roundings of the increments: for long runs at rounding level.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+#include "phistep/core/arithmetic.hpp"
+#include "phistep/core/outcome.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/problem/kernel.hpp"
+#include "phistep/schemes/acceleration.hpp"
+#include "phistep/schemes/carried_rounding.hpp"
+#include "phistep/schemes/nystrom_interpolant.hpp"
+#include "phistep/schemes/nystrom_tableaus.hpp"
+#include "phistep/schemes/weighted_sum.hpp"
+#include "phistep/state/blocks.hpp"
+#include "phistep/state/unknowns.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// A pair as a scheme.
+template <class Tableau, bool compensates = false>
+struct Nystrom {
+  static constexpr bool is_pair = true;  // it needs a motion
+  static constexpr bool is_explicit = true;
+  [[nodiscard]] static constexpr int order() { return Tableau::order; }
+};
+
+/// Order 8, estimate of order 6, eight force calls a step.
+inline constexpr Nystrom<Rkn86> rkn86{};
+/// Order 12, estimate of order 10, seventeen force calls a step: for smooth forces and many digits.
+inline constexpr Nystrom<Rkn1210> rkn1210{};
+
+/// The scheme with compensated sums.
+template <class Tableau, bool compensates>
+[[nodiscard]] constexpr Nystrom<Tableau, true> compensated(Nystrom<Tableau, compensates>) {
+  return {};
+}
+
+/// Weights of the k_j in (1), (2) and (3), as types, so that sums are unrolled, and zeros are left out.
+namespace nystrom {
+template <class Tableau, std::size_t i>
+struct Stage {
+  static constexpr std::size_t count = i;
+  static constexpr long double at(std::size_t j) { return Tableau::a[i][j]; }
+};
+template <class Tableau>
+struct Position {
+  static constexpr std::size_t count = Tableau::stages;
+  static constexpr long double at(std::size_t j) { return Tableau::b[j]; }
+};
+template <class Tableau>
+struct Velocity {
+  static constexpr std::size_t count = Tableau::stages;
+  static constexpr long double at(std::size_t j) { return Tableau::b_velocity[j]; }
+};
+template <class Tableau>
+struct PositionError {
+  static constexpr std::size_t count = Tableau::stages;
+  static constexpr long double at(std::size_t j) { return Tableau::b[j] - Tableau::b_hat[j]; }
+};
+template <class Tableau>
+struct VelocityError {
+  static constexpr std::size_t count = Tableau::stages;
+  static constexpr long double at(std::size_t j) { return Tableau::b_velocity[j] - Tableau::b_velocity_hat[j]; }
+};
+}  // namespace nystrom
+
+template <class Tableau, bool compensates, State S>
+class SchemeOn<Nystrom<Tableau, compensates>, S> : public SchemeDefaults {
+  static_assert(Blocks<S>::drifts,
+                "phistep: a Runge-Kutta-Nystrom pair needs a motion (r, v), not a first-order state");
+  static constexpr std::size_t stages = Tableau::stages, last = stages - 1;
+
+ public:
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+  using Rate = RateOf<S>;
+  template <class Rhs>
+  static constexpr KernelNeeds needs = [] {
+    static_assert(!Rhs::couples_unknowns,
+                  "phistep: a Runge-Kutta-Nystrom pair needs a force that ignores v: write f(r), or a struct with "
+                  "uses_velocity = false");
+    return KernelNeeds{.position = false, .carries = Tableau::first_is_last && can_carry<Rhs>};
+  }();
+
+  SchemeOn(Nystrom<Tableau, compensates>, const Plain& y) { resize(y); }
+  void resize(const Plain& y) {
+    k_.fill(make_rate<S>(y));
+    rounding_.resize(y);
+  }
+  [[nodiscard]] static int order() { return Tableau::order; }
+  /// The power of Δt in the estimate.
+  [[nodiscard]] static int error_order() { return Tableau::error_order; }
+
+  static constexpr bool traces = true;
+  [[nodiscard]] static bool estimates(const auto&) { return true; }
+
+  template <class Kernel, class Step>
+  [[nodiscard]] Outcome step(Kernel& kernel, Step& step) {
+    if (const Outcome bad = start(kernel, step); failed(bad)) return bad;
+    if (const Outcome bad = go(kernel.rhs(), step); failed(bad)) return bad;
+    if constexpr (Step::is_traced) return slopes_and_error(kernel, step);
+    step.psi_next_known = Kernel::carries;
+    return Outcome::success;
+  }
+  static constexpr bool interpolates = true;
+  static constexpr std::array<double, 2> doubtful_at{Tableau::doubtful[0], Tableau::doubtful[1]};
+  void interpolate(Scalar x, Scalar dt, const Plain& y0, const Plain& y1, Plain& out) const {
+    NystromInterpolant<Tableau>::template at<S>(x, dt, y0, y1, k_, out);
+  }
+
+  void archive(auto& ar) { ar(rounding_); }
+  void forget() { rounding_.forget(); }
+  void accepted() { rounding_.accepted(); }
+
+ private:
+  /// k_0 = M⁻¹Ψ(t, r), where it isn't known a force call
+  template <class Step>
+  [[nodiscard]] Outcome start(auto& kernel, Step& step) {
+    if constexpr (Step::is_traced) {
+      if (const Outcome bad = kernel.start(step); failed(bad)) return bad;
+      block(k_[0]) = velocity_of<S>(step.trace.start);
+      return Outcome::success;
+    } else {
+      if (!step.psi_known) kernel.rhs().evaluate_into(step.t, step.y, step.psi);
+      k_[0] = step.psi;
+      return accelerate(kernel.rhs(), k_[0]) ? Outcome::success : Outcome::non_finite_force;
+    }
+  }
+  /// The slope at the end, and (3)
+  [[nodiscard]] Outcome slopes_and_error(auto& kernel, auto& step) {
+    auto& trace = step.trace;
+    set<nystrom::PositionError<Tableau>>(position_of<S>(trace.error), step.dt * step.dt);
+    set<nystrom::VelocityError<Tableau>>(velocity_of<S>(trace.error), step.dt);
+    if constexpr (Tableau::first_is_last) {
+      position_of<S>(trace.end) = velocity_of<S>(step.next);
+      velocity_of<S>(trace.end) = block(k_[last]);
+    } else if (!kernel.rhs().slope(step.t + step.dt, step.next, trace.end, step.psi)) {
+      return Outcome::non_finite_force;
+    }
+    // A last stage beside r⁺ gives way to what is at r⁺, for interpolate().
+    if constexpr (!Tableau::first_is_last)
+      if (trace.wants_dense) block(k_[last]) = velocity_of<S>(trace.end);
+    trace.has_slopes = trace.has_error = true;
+    return Outcome::success;
+  }
+  [[nodiscard]] static auto& block(auto& k) { return std::get<0>(Rate::blocks(k)); }
+  static constexpr int size =
+      std::remove_cvref_t<decltype(std::get<0>(Rate::blocks(std::declval<Rate&>())))>::SizeAtCompileTime;
+
+  /// (1) from k_0, and (2)
+  template <class Rhs, class Data>
+  [[nodiscard]] Outcome go(Rhs& rhs, Data& step) {
+    rounding_.begin(step.y);
+    velocity_of<S>(step.next) = velocity_of<S>(step.y);  // for a view of the whole state: a(t, r) has no use for it
+    const bool arrived = [&]<std::size_t... i>(std::index_sequence<i...>) { return (stage<i + 1>(rhs, step) && ...); }
+    (std::make_index_sequence<last>{});
+    bool finite = arrived;
+    if (arrived) {
+      if constexpr (!Tableau::first_is_last) finite = move<nystrom::Position<Tableau>, true>(step, 1);
+      const auto kick = [dt = step.dt, sum = sum<nystrom::Velocity<Tableau>>()](auto i) { return dt * sum(i); };
+      finite = put<1, true>(step.next, step.y, kick) && finite;
+      rounding_.end(step.next);
+    }
+    if (finite) return Outcome::success;
+    blame(step);
+    return Outcome::non_finite_state;
+  }
+  template <std::size_t i, class Rhs, class Data>
+  [[nodiscard]] bool stage(Rhs& rhs, Data& step) {
+    constexpr bool at_end = i == last && Tableau::first_is_last;
+    if (!move<nystrom::Stage<Tableau, i>, at_end>(step, Tableau::c[i])) return false;
+    // The next step is told Ψ itself, without the mass.
+    rhs.evaluate_into(step.t + static_cast<Scalar>(Tableau::c[i]) * step.dt, step.next, at_end ? step.psi : k_[i]);
+    if constexpr (at_end) k_[i] = step.psi;
+    return accelerate(rhs, k_[i]);
+  }
+  /// psi = what the message looks at: the first k that isn't finite, among those that this step has filled.
+  template <class Data>
+  [[gnu::cold, gnu::noinline]] void blame(Data& step) const {
+    for (const Rate& k : k_)
+      if (first_non_finite(Rate::blocks(k))) {
+        step.psi = k;
+        return;
+      }
+  }
+
+  template <class Weights>
+  [[nodiscard]] auto sum() const {
+    return WeightedSum<Weights, Scalar, compensates>{k_};
+  }
+  /// next.r = r + c Δt v + Δt² Σ w_j k_j
+  template <class Weights, bool at_end, class Data>
+  [[nodiscard]] bool move(Data& step, long double c) {
+    const Input<Scalar> v{velocity_of<S>(step.y).data()};
+    const Scalar dt = step.dt, share = static_cast<Scalar>(c);
+    if constexpr (compensates) {
+      const auto rest = static_cast<Scalar>(c - static_cast<long double>(share));
+      const auto increment = [=, sum = sum<Weights>()](auto i) {
+        return dt * (share * v[i] + (rest * v[i] + dt * sum(i)));
+      };
+      return put<0, at_end>(step.next, step.y, increment);
+    } else {
+      const auto increment = [drift = share * dt, kick = dt * dt, v, sum = sum<Weights>()](auto i) {
+        return sum.add_to(drift * v[i], kick, i);
+      };
+      return put<0, at_end>(step.next, step.y, increment);
+    }
+  }
+  /// to = from + increment(i) in block n. False: it isn't finite.
+  template <std::size_t n, bool at_end>
+  [[nodiscard]] bool put(Plain& to, const Plain& from, auto increment) {
+    const Input<Scalar> y{std::get<n>(Blocks<S>::all(from)).data()};
+    auto& out = std::get<n>(Blocks<S>::all(to));
+    if constexpr (at_end && compensates) {
+      const Input<Scalar> lost{std::get<n>(Blocks<S>::all(rounding_.lost())).data()};
+      const auto kernel = [=](auto i, auto& y1, auto& lost1) {
+        const auto delta = increment(i) + lost[i];
+        y1 = y[i] + delta;
+        lost1 = delta - (y1 - y[i]);
+      };
+      return update_block<size>(out.size(), kernel, out.data(),
+                                std::get<n>(Blocks<S>::all(rounding_.next_lost())).data());
+    } else {
+      const auto kernel = [=](auto i, auto& y1) { y1 = y[i] + increment(i); };
+      return update_block<size>(out.size(), kernel, out.data());
+    }
+  }
+  /// e = factor Σ w_j k_j. Where that isn't finite, the norm of it will tell.
+  template <class Weights>
+  void set(auto& e, Scalar factor) {
+    const auto kernel = [factor, sum = sum<Weights>()](auto i, auto& to) { to = factor * sum(i); };
+    static_cast<void>(update_block<size>(e.size(), kernel, e.data()));
+  }
+
+  std::array<Rate, stages> k_;
+  [[no_unique_address]] CarriedRounding<S, compensates> rounding_;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

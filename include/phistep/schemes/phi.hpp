@@ -1,0 +1,112 @@
+/// @file
+/// One step of the φ-method for M y' = Ψ(t, y) and for motion m v' = Ψ(r, v, t), r' = v:
+///
+///     r(t+Δt) = r + v Δt + φ Δt²/m (φ Ψ(t+Δt) + (1−φ) Ψ(t))                                                    (1)
+///     v(t+Δt) = v +        Δt/m    (φ Ψ(t+Δt) + (1−φ) Ψ(t)),      0 ≤ φ ≤ 1                                     (2)
+///
+/// φ = 0 is forward Euler, φ = ½ the trapezoidal rule (which the source calls "midpoint"), φ = 1 backward Euler. With (2)
+/// in (1), r⁺ = r + Δt [(1−φ) v + φ v⁺]: both lines are one statement about y = (r, v), in either of two forms,
+///
+///     endpoint   b  = y + (1−φ)Δt M⁻¹Ψ(t, y)            forward Euler over (1−φ)Δt                              (3)
+///                y⁺ = b + φΔt M⁻¹Ψ(t+Δt, y⁺)            backward Euler over φΔt: a resolve                      (4)
+///     stage      Y  = y + φΔt M⁻¹Ψ(t+φΔt, Y)            the same two in the other order                         (5)
+///                y⁺ = Y + (1−φ)Δt M⁻¹Ψ(t+φΔt, Y)                                                                (6)
+///
+/// and with a pair (φ_force, φ_drift) of its own for v and for r. The local error of (4), y⁺ − y(t+Δt), is
+///
+///     e = (φ−½)Δt (y'⁺ − y') + (6φ−2) Δt³/12 y‴                                                                 (7)
+///
+/// of which the second part is all at φ = ½, and y‴ the second difference of three slopes: there, e is the difference to
+/// the Adams-Bashforth rule of order 2 by Milne's device (P. M. Gresho, R. L. Lee & R. L. Sani, in Recent Advances in
+/// Numerical Methods in Fluids 1 (1980) 27).
+#pragma once
+
+#include "phistep/core/outcome.hpp"
+#include "phistep/core/phi.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/matrix/dense_system.hpp"
+#include "phistep/problem/kernel.hpp"
+#include "phistep/schemes/error_estimate.hpp"
+#include "phistep/state/blocks.hpp"
+#include "phistep/state/combination.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+template <class Force, class Drift, Form form, State S>
+class SchemeOn<PhiScheme<Force, Drift, form>, S> : public SchemeDefaults {
+ public:
+  using Scheme = PhiScheme<Force, Drift, form>;
+  using Scalar = ScalarOf<S>;
+  /// The pair (φ, 0) without velocities solves nothing. Ψ⁺ serves the next step where it comes out of the solve and errors
+  /// in it die out: φ > ½ (an error in a reused Ψ is multiplied by −(1−φ)/φ each step).
+  template <class Rhs>
+  static constexpr KernelNeeds needs = [] {
+    const bool solver = !Scheme::is_explicit && (Rhs::couples_unknowns || !is_zero_phi<Drift>);
+    return KernelNeeds{.solver = solver, .carries = solver && form == Form::endpoint && can_carry<Rhs>};
+  }();
+  static constexpr bool traces = form == Form::endpoint && !Scheme::is_pair;
+
+  SchemeOn(Scheme scheme, const auto& /*y*/) : scheme_{scheme} {}
+  [[nodiscard]] const Scheme& scheme() const { return scheme_; }
+  [[nodiscard]] int order() const { return scheme_.order(); }
+  /// φ = ½ looks back a step.
+  [[nodiscard]] bool estimates(const auto& trace) const { return order() == 1 || trace.dt_before != 0; }
+
+  [[nodiscard]] Outcome step(auto& kernel, auto& step) const {
+    const Scalar dt = step.dt, phi = scheme_.force.template value<Scalar>(),
+                 drift = scheme_.drift.template value<Scalar>();
+    if (phi == 0) return euler(kernel, step, form == Form::stage ? 0 : drift);
+    if constexpr (Scheme::is_explicit) return Outcome::success;
+    else if constexpr (form == Form::stage) return stage(kernel, step, phi);
+    else {
+      const Gamma<Scalar> after{phi * dt, drift * dt};
+      if (const Outcome bad = kernel.forward(step, {(1 - phi) * dt, (1 - drift) * dt, 0}); failed(bad)) return bad;  // (3)
+      predict(step, dt);
+      if (const Outcome bad = kernel.resolve(step, after, step.t + dt); failed(bad)) return bad;  // (4)
+      if (phi > Scalar{0.5} && phi < 1) kernel.carry(step, after);
+      return error(kernel, step, phi);
+    }
+  }
+
+ private:
+  /// φ = 0: all of the step is forward Euler; (φ_f, φ_d) = (0, 1) drifts with the new velocity.
+  [[nodiscard]] Outcome euler(auto& kernel, auto& step, Scalar drift) const {
+    const Advance<Scalar> whole{step.dt, (1 - drift) * step.dt, drift * step.dt};
+    if constexpr (std::remove_cvref_t<decltype(step)>::is_traced) {
+      if (const Outcome bad = kernel.forward(step, whole); failed(bad)) return bad;
+      if (const Outcome bad = kernel.end(step); failed(bad)) return bad;
+      return error(kernel, step, 0);
+    } else {
+      return kernel.kick_drift(step, whole);
+    }
+  }
+  /// (5) and (6), the latter as y⁺ = Y + (1−φ)/φ (Y − y)
+  template <class Kernel>
+  [[nodiscard]] static Outcome stage(Kernel& kernel, typename Kernel::Data& step, Scalar phi) {
+    const Scalar dt = step.dt;
+    copy_blocks<S>(step.next, step.y);
+    if (const Outcome bad = kernel.resolve(step, {phi * dt, phi * dt}, step.t + phi * dt); failed(bad)) return bad;
+    kernel.rhs().drift(step.next, (1 - phi) * dt);
+    kernel.add_increment(step, (1 - phi) / phi);
+    return Kernel::Rhs::is_finite(step.next) ? Outcome::success : Outcome::non_finite_state;
+  }
+  /// (7)
+  template <class Step>
+  [[nodiscard]] Outcome error(auto& kernel, Step& step, Scalar phi) const {
+    if constexpr (Step::is_traced) {
+      auto& trace = step.trace;
+      trace.has_slopes = true;
+      trace.has_error = estimates(trace);
+      if (!trace.has_error) return Outcome::success;
+      assign<S>(trace.error, (phi - Scalar{0.5}) * step.dt * (in<S>(trace.end) - in<S>(trace.start)));
+      if (phi == 0) return Outcome::success;
+      if (phi < 1 && trace.dt_before != 0) add<S>(trace.error, milne(trace, step.dt, 6 * phi - 2));
+      return kernel.filter(trace.error);
+    }
+    return Outcome::success;
+  }
+
+  [[no_unique_address]] Scheme scheme_;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

@@ -1,0 +1,58 @@
+/// @file
+/// Rannacher's start (Rannacher, Numer. Math. 43 (1984) 309; Giles & Carter, J. Comput. Finance 9 (2006) 89): the first
+/// steps as two backward Euler half steps each,
+///
+///     y½ = y  + ½Δt M⁻¹Ψ(t+½Δt, y½),     y⁺ = y½ + ½Δt M⁻¹Ψ(t+Δt, y⁺),                                          (1)
+///
+/// then the trapezoidal rule, whose resolve has the coefficient ½Δt too: one matrix for the whole run.
+#pragma once
+
+#include "phistep/core/outcome.hpp"
+#include "phistep/core/phi.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/matrix/dense_system.hpp"
+#include "phistep/problem/kernel.hpp"
+#include "phistep/schemes/phi.hpp"
+#include "phistep/state/blocks.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+template <State S>
+class SchemeOn<Rannacher, S> : public SchemeDefaults {
+  using Trapezoidal = SchemeOn<SinglePhi<FixedPhi<1, 2>>, S>;
+
+ public:
+  using Scalar = ScalarOf<S>;
+  template <class Rhs>
+  static constexpr KernelNeeds needs{.solver = true};
+
+  SchemeOn(Rannacher scheme, const auto& y) : scheme_{scheme}, trapezoidal_{trapezoidal, y} {}
+  [[nodiscard]] static int order() { return Rannacher::order(); }
+
+  /// Steps of the start that have become the state.
+  using Progress = int;
+  [[nodiscard]] Progress progress() const { return done_; }
+  void resume(Progress done) { done_ = done; }
+  void archive(auto& ar) {
+    ar(done_);
+    ar.check(0 <= done_ && done_ <= scheme_.pairs);
+  }
+  void reset() { done_ = 0; }
+  void accepted() { done_ += done_ < scheme_.pairs; }
+
+  template <class Kernel>
+  [[nodiscard]] Outcome step(Kernel& kernel, typename Kernel::Data& step) const {
+    if (done_ >= scheme_.pairs) return trapezoidal_.step(kernel, step);
+    const Scalar half = step.dt / 2;
+    copy_blocks<S>(step.next, step.y);
+    if (const Outcome bad = kernel.resolve(step, {half, half}, step.t + half); failed(bad)) return bad;
+    return kernel.resolve(step, {half, half}, step.t + step.dt);  // (1)
+  }
+
+ private:
+  Rannacher scheme_;
+  [[no_unique_address]] Trapezoidal trapezoidal_;
+  int done_ = 0;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

@@ -1,0 +1,149 @@
+/// @file
+/// Terms at φ = 0 in an implicit scene, Ψ = Ψ_s + Ψ_e: Strang's splitting (SIAM J. Numer. Anal. 5 (1968) 506; with φ = ½
+/// inside it is IMEX of Zhang & Schlick, J. Comput. Chem. 14 (1993) 1212, and Stern & Grinspun, MMS 7 (2009) 1779),
+///
+///     v½ = v + ½Δt M⁻¹Ψ_e(t, r),   the scheme's step for Ψ_s from (r, v½) to (r⁺, v'),                           (1)
+///     v⁺ = v' + ½Δt M⁻¹Ψ_e(t+Δt, r⁺)                                                                             (2)
+///
+/// of order 2 where the inner scheme is, and with φ = ½ stable for Δt ω_e < 2 whatever Ψ_s. Ψ_e in (2) is the next step's
+/// in (1), so that a step calls Ψ_e once; a constant Ψ_e is called once for all. Where Ψ_e depends on what it moves (on v;
+/// on y of a first-order state), each half is one explicit midpoint step with t held, two calls:
+///
+///     k = y + ¼Δt M⁻¹Ψ_e(t, y),   y½ = y + ½Δt M⁻¹Ψ_e(t, k)                                                      (3)
+///
+/// Take φ = ½ inside. A scheme that damps stiff modes (φ > ½, TR-BDF2) takes away, step by step, what the kicks put into
+/// them: in the stiff limit it is then of order 1, and a stiff pendulum under gravity loses its swing.
+#pragma once
+
+#include <algorithm>
+#include <tuple>
+#include <type_traits>
+
+#include "phistep/core/arithmetic.hpp"
+#include "phistep/core/outcome.hpp"
+#include "phistep/core/structure.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/equation/right_hand_side.hpp"
+#include "phistep/problem/edit_guard.hpp"
+#include "phistep/problem/kernel.hpp"
+#include "phistep/problem/transaction.hpp"
+#include "phistep/state/blocks.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// Half kicks around another row.
+template <class Inner, State S, class Rhs>
+class SplitScheme {
+ public:
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+  using Traits = typename Rhs::KickTraits;
+  static_assert(Refusal<Traits::fault, Rhs::drifts>::is_said);  // of a term in at(forward_euler, term)
+
+  /// Ψ_e depends on what the kicks move.
+  static constexpr bool couples = !Rhs::drifts || Traits::uses_velocity || Rhs::blocks > 1;
+  static constexpr bool reuses = !couples && !Rhs::has_history;
+  static constexpr bool is_constant = reuses && !Traits::uses_time && Traits::structure == Structure::none;
+
+  /// The inner scheme may carry Ψ_s over the kicks where that ignores what they move.
+  template <class R>
+  static constexpr KernelNeeds needs = [] {
+    KernelNeeds inner = Inner::template needs<R>;
+    inner.carries = inner.carries && !R::couples_unknowns;
+    return inner;
+  }();
+
+  SplitScheme(const auto& scheme, const Plain& y) : inner_{scheme, y} { allocate(y); }
+  void resize(const Plain& y) {
+    inner_.resize(y);
+    allocate(y);
+  }
+  [[nodiscard]] int order() const { return std::min(2, inner_.order()); }
+  /// The scheme between the kicks.
+  [[nodiscard]] const Inner& inner() const { return inner_; }
+
+  using Progress = typename Inner::Progress;
+  [[nodiscard]] Progress progress() const { return inner_.progress(); }
+  void resume(Progress progress) { inner_.resume(progress); }
+  void archive(auto& ar) {
+    ar(inner_, guard_, known_);
+    ar.in_place(psi_);
+  }
+  static constexpr bool traces = false;  // to estimate its error, a split step is doubled
+  void reset() { inner_.reset(); }
+  void accepted() { inner_.accepted(); }
+  void forget() {
+    inner_.forget();
+    guard_.forget();
+    known_ = false;
+  }
+
+  template <class Kernel>
+  [[nodiscard]] Outcome step(Kernel& kernel, typename Kernel::Data& step) {
+    const Scalar half = step.dt / 2, t1 = step.t + step.dt;
+    // What a failed step leaves in psi_ is Ψ_e at the place that the guard names, and so may stay.
+    known_ = is_constant ? known_ : reuses && guard_.holds(step.t, step.y);
+    copy_blocks<S>(kicked_, step.y);
+    if (const Outcome outcome = kick(kernel.rhs(), step, kicked_, half, step.t); outcome != Outcome::success) {  // (1)
+      copy_blocks<S>(step.next, kicked_);  // what the message looks at
+      step.psi = psi_;
+      return outcome;
+    }
+    typename Kernel::Data inside{kicked_, step.t, step.dt, step.next, step.psi, step.psi_known};
+    if (const Outcome bad = inner_.step(kernel, inside); failed(bad)) return bad;
+    step.psi_next_known = inside.psi_next_known;
+    known_ = is_constant;
+    if (const Outcome outcome = kick(kernel.rhs(), step, step.next, half, t1); outcome != Outcome::success)
+      return outcome;  // (2)
+    if constexpr (reuses && !is_constant) guard_.remember(t1, step.next);
+    return Outcome::success;
+  }
+
+ private:
+  /// y.solved += γ M⁻¹Ψ_e(t, y), or the explicit midpoint rule for it
+  template <class Data>
+  [[nodiscard]] Outcome kick(Rhs& rhs, Data& step, Plain& y, Scalar gamma, Scalar t) {
+    if (!known_) {
+      if constexpr (reuses) guard_.forget();  // an exception leaves psi_ half written
+      rhs.evaluate_kicks(t, y, psi_);
+      if (!finite(step)) return Outcome::non_finite_force;
+      known_ = is_constant;
+    }
+    if constexpr (couples) {
+      copy_blocks<S>(middle_, y);
+      static_cast<void>(rhs.kick(middle_, gamma / 2, RateOf<S>::blocks(std::as_const(psi_)), scratch_));
+      rhs.evaluate_kicks(t, middle_, psi_);  // (3)
+      if (!finite(step)) return Outcome::non_finite_force;
+    }
+    return rhs.kick(y, gamma, RateOf<S>::blocks(std::as_const(psi_)), scratch_) ? Outcome::success
+                                                                                : Outcome::non_finite_state;
+  }
+  /// Looked at before it spoils what it is added to, so that the message finds the term.
+  template <class Data>
+  [[nodiscard]] bool finite(Data& step) const {
+    bool all = true;
+    for_each_block([&all](auto, const auto& x) { all = all_finite(x.data(), x.size()) && all; },
+                   RateOf<S>::blocks(psi_));
+    if (!all) step.psi = psi_;
+    return all;
+  }
+  void allocate(const Plain& y) {
+    kicked_ = y;
+    psi_ = make_rate<S>(y);
+    if constexpr (couples) middle_ = y;
+    // A fixed-size state is copied whole, and so filled whole.
+    if constexpr (Rhs::has_matrix_mass || static_unknowns<S> != Eigen::Dynamic) scratch_ = psi_;
+    guard_.forget();
+    known_ = false;
+  }
+
+  struct Nothing {};
+  Inner inner_;
+  Plain kicked_;
+  [[no_unique_address]] std::conditional_t<couples, Plain, Nothing> middle_;
+  RateOf<S> psi_, scratch_;  // scratch_: only matrix masses write it
+  EditGuard<S, true, Traits::uses_time> guard_;
+  bool known_ = false;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

@@ -1,0 +1,97 @@
+/// @file
+/// TR-BDF2 (Bank, Coughran, Fichtner, Grosse, Rose & Smith, IEEE Trans. Electron Devices 32 (1985) 1992; Hosea & Shampine,
+/// Appl. Numer. Math. 20 (1996) 21): the trapezoidal rule over γΔt, then BDF2 through y, Y and y⁺,
+///
+///     Y  = y + ½γΔt M⁻¹(Ψ(t, y) + Ψ(t+γΔt, Y))                                                                  (1)
+///     y⁺ = Y/(γ(2−γ)) − y (1−γ)²/(γ(2−γ)) + (1−γ)/(2−γ) Δt M⁻¹Ψ(t+Δt, y⁺)                                       (2)
+///
+/// With γ = 2−√2 both resolves have the coefficient a = ½γΔt = (1−γ)/(2−γ) Δt, and so one matrix. The weights in (2) sum to
+/// one: its explicit part is b = y + β (Y − y), β = 1/(γ(2−γ)) = (1+√2)/2, written so that rounding in the weights
+/// multiplies an increment, not y. For motion, r obeys the same row with v in place of M⁻¹Ψ.
+///
+/// With ζ = ½γz, R(z) = (1 + √2 ζ)/(1 − ζ)² vanishes at infinity, and e^z − R = −0.0404 z³ + O(z⁴).
+///
+/// Ψ⁺ = M (y⁺ − b)/a is the next step's Ψ, without a call. An error e in ΔtΨ changes Y by ½γe/(1−ζ) and y⁺ by
+/// β·½γe/(1−ζ)², and thus the next ΔtΨ⁺ = z y⁺ by βζe/(1−ζ)²: at most 0.61 e for every z that decays, 0.31 e for
+/// real ones, nothing for stiff ones. It dies out, so the reuse needs no refreshing (at φ = ½ the factor is 1).
+#pragma once
+
+#include <numbers>
+
+#include "phistep/core/outcome.hpp"
+#include "phistep/core/phi.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/matrix/dense_system.hpp"
+#include "phistep/problem/kernel.hpp"
+#include "phistep/schemes/error_estimate.hpp"
+#include "phistep/state/blocks.hpp"
+#include "phistep/state/combination.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+template <State S>
+class SchemeOn<TrBdf2, S> : public SchemeDefaults {
+ public:
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+  template <class Rhs>
+  static constexpr KernelNeeds needs{.solver = true, .carries = can_carry<Rhs>};
+
+  static constexpr Scalar gamma = Scalar{2} - std::numbers::sqrt2_v<Scalar>;
+  static constexpr Scalar beta = (Scalar{1} + std::numbers::sqrt2_v<Scalar>) / 2;
+
+  SchemeOn(TrBdf2, const Plain& y) : stage_{y} {}
+  void resize(const Plain& y) { stage_ = y; }
+  [[nodiscard]] static int order() { return TrBdf2::order(); }
+  static constexpr bool traces = true;
+  [[nodiscard]] static bool estimates(const auto&) { return true; }
+
+  [[nodiscard]] Outcome step(auto& kernel, auto& step) {
+    const Scalar dt = step.dt, a = gamma / 2 * dt;
+    const Gamma<Scalar> both{a, a};
+    if (const Outcome bad = kernel.forward(step, {a, a, 0}); failed(bad)) return bad;
+    predict(step, gamma * dt);
+    if (const Outcome bad = kernel.resolve(step, both, step.t + gamma * dt); failed(bad)) return bad;  // (1)
+    copy_blocks<S>(stage_, step.next);
+    assign<S>(step.next, in<S>(step.y) + beta * (in<S>(stage_) - in<S>(step.y)));
+    predict_end(step);
+    if (const Outcome bad = kernel.resolve(step, both, step.t + dt, stage_); failed(bad)) return bad;  // (2)
+    kernel.carry(step, both);
+    return error(kernel, step);
+  }
+
+  /// Y of the last step, at t + γΔt.
+  [[nodiscard]] const Plain& stage() const { return stage_; }
+
+ private:
+  /// The parabola through y, y' and Y' predicts y⁺ = y + Δt [y' + (Y' − y')/(2γ)]; before the first step, y' may be that of a
+  /// transient. trace.error keeps Y'.
+  template <class Step>
+  static void predict_end(Step& step) {
+    if constexpr (Step::is_traced) {
+      auto& trace = step.trace;
+      copy_blocks<S>(trace.error, trace.end);
+      if (trace.dt_before == 0) return;
+      const auto y = in<S>(step.y), start = in<S>(trace.start), middle = in<S>(trace.error);
+      assign<S>(trace.predicted, y + step.dt * (start + (middle - start) / (2 * gamma)));
+      step.has_prediction = true;
+    }
+  }
+  /// e = Δt [(4w−1)/3 y'(t) − 1/3 Y' + γ/3 y'⁺], w = √2/4: the difference to Hosea & Shampine's embedded formula of order 3.
+  template <class Step>
+  [[nodiscard]] static Outcome error(auto& kernel, Step& step) {
+    if constexpr (Step::is_traced) {
+      constexpr Scalar w = std::numbers::sqrt2_v<Scalar> / 4;
+      auto& trace = step.trace;
+      const auto start = in<S>(trace.start), middle = in<S>(trace.error), end = in<S>(trace.end);
+      assign<S>(trace.error, step.dt * ((4 * w - 1) / 3 * start - middle / Scalar{3} + gamma / 3 * end));
+      trace.has_slopes = trace.has_error = true;
+      return kernel.filter(trace.error);
+    }
+    return Outcome::success;
+  }
+
+  Plain stage_;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

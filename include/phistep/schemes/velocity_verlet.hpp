@@ -1,0 +1,68 @@
+/// @file
+/// Velocity Verlet: the pair (φ_force, φ_drift) = (0, 1) over Δt/2, then (1, 0) over Δt/2 (phi.hpp),
+///
+///     v½ = v + ½Δt M⁻¹Ψ(t, r, v),   r⁺ = r + Δt v½,                                                             (1)
+///     v⁺ = v½ + ½Δt M⁻¹Ψ(t+Δt, r⁺, v⁺)                  a resolve for v alone where Ψ depends on v              (2)
+///
+/// Its local error: of r, −Δt³/6 r‴ = −Δt²/6 (a⁺ − a); of v that of the trapezoidal rule.
+#pragma once
+
+#include "phistep/core/outcome.hpp"
+#include "phistep/core/phi.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/problem/kernel.hpp"
+#include "phistep/schemes/error_estimate.hpp"
+#include "phistep/state/blocks.hpp"
+#include "phistep/state/combination.hpp"
+#include "phistep/state/unknowns.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// Without velocities nothing is solved, and its second Ψ is the next step's first.
+template <State S>
+class SchemeOn<VelocityVerlet, S> : public SchemeDefaults {
+ public:
+  template <class Rhs>
+  static constexpr KernelNeeds needs{
+      .solver = Rhs::couples_unknowns, .position = false, .carries = !Rhs::couples_unknowns && can_carry<Rhs>};
+  static constexpr bool traces = true;
+
+  SchemeOn(VelocityVerlet, const auto& /*y*/) {}
+  [[nodiscard]] static VelocityVerlet scheme() { return {}; }
+  [[nodiscard]] static int order() { return VelocityVerlet::order(); }
+  [[nodiscard]] static bool estimates(const auto& trace) { return trace.dt_before != 0; }
+
+  template <class Kernel, class Step>
+  [[nodiscard]] static Outcome step(Kernel& kernel, Step& step) {
+    const ScalarOf<S> dt = step.dt, half = dt / 2;
+    if (const Outcome bad = kernel.kick_drift(step, {half, 0, dt}); failed(bad)) return bad;  // (1)
+    if constexpr (Step::is_traced) {
+      assign_solved<S>(step.trace.start, (in<S>(step.next) - in<S>(step.y)) / half);
+      position_of<S>(step.trace.start) = velocity_of<S>(step.y);
+      // The second half kick is predicted to be the first.
+      assign<S>(step.trace.predicted, in<S>(step.next) + (in<S>(step.next) - in<S>(step.y)));
+      step.has_prediction = true;
+    }
+    step.psi_next_known = Kernel::carries;
+    if (const Outcome bad = kernel.resolve(step, {half, 0}, step.t + dt); failed(bad)) return bad;  // (2)
+    return error(kernel, step);
+  }
+
+ private:
+  template <class Kernel, class Step>
+  [[nodiscard]] static Outcome error(Kernel& kernel, Step& step) {
+    if constexpr (Step::is_traced) {
+      auto& trace = step.trace;
+      trace.has_slopes = true;
+      trace.has_error = estimates(trace);
+      if (!trace.has_error) return Outcome::success;
+      assign_solved<S>(trace.error, milne(trace, step.dt));
+      position_of<S>(trace.error) =
+          (-step.dt * step.dt / 6) * (velocity_of<S>(trace.end) - velocity_of<S>(trace.start));
+      if (needs<typename Kernel::Rhs>.solver) return kernel.filter(trace.error);
+    }
+    return Outcome::success;
+  }
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

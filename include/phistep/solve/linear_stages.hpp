@@ -1,0 +1,191 @@
+/// @file
+/// What Rosenbrock schemes and linearly implicit extrapolation are made of: one linearisation a step, and linear resolves
+///
+///     (M − γJ) x = b                                                                                            (1)
+///
+/// with one or a few γ. For motion, J couples x = (x_r, x_v) by x_r' = x_v, so that (1) is n equations, not 2n:
+///
+///     x_r = b_r + γ x_v,     (M − γC − γ²K) x_v = b_v + γ K b_r                                                 (2)
+///
+/// (Hairer & Wanner, Solving ODEs II, sect. IV.7, eq. 7.4', and IV.9).
+#pragma once
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <type_traits>
+#include <utility>
+
+#include "phistep/core/arithmetic.hpp"
+#include "phistep/core/outcome.hpp"
+#include "phistep/core/statistics.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/equation/right_hand_side.hpp"
+#include "phistep/jacobian/product.hpp"
+#include "phistep/solve/difference_tangent.hpp"
+#include "phistep/solve/linearisation.hpp"
+#include "phistep/solve/newton.hpp"
+#include "phistep/solve/tangent_check.hpp"
+#include "phistep/state/blocks.hpp"
+#include "phistep/state/unknowns.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+template <State S, class Rhs, class LinearSolver>
+class LinearStages {
+ public:
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+  using Rate = RateOf<S>;
+  using Matrix = Linearisation<S, Rhs, LinearSolver, true, true>;
+  static constexpr bool has_time = !Rhs::is_autonomous;
+  static constexpr bool affine = Rhs::Traits::is_affine && !Matrix::matrix_free;
+  /// Whether J is what somebody supplied or declared: differences of the whole force promise nothing.
+  static constexpr bool is_promised = [] {
+    if constexpr (!Matrix::matrix_free) return affine || Matrix::analytic || Matrix::patterned;
+    else return ProductTraits<typename Rhs::Force, std::remove_cvref_t<typename Rhs::View>, Rate>::has_product;
+  }();
+
+  /// @throws std::invalid_argument where a dense Jacobian of more than 1000 unknowns would be formed by differences.
+  LinearStages(const Plain& y, Rhs& rhs, const auto& solver) : options_{solver.options} {
+    // No second correction makes up for what an iterative solver leaves.
+    if (Matrix::is_iterative && options_.linear_rtol == 0) options_.linear_rtol = std::max(1e-10, 16 * round_off);
+    resize(y, rhs);
+  }
+  void resize(const Plain& y, Rhs& rhs) {
+    matrix_.resize(y, rhs);  // may throw, so it comes first
+    y_ = y;
+    psi_ = make_rate<S>(y);
+    if constexpr (has_time) psi_t_ = later_ = make_rate<S>(y);
+    x_.setZero(unknowns<S>(y));
+    if constexpr (is_promised) check_.resize(y);
+    known_ = false;
+  }
+  /// Forgets what solves have left.
+  void forget() {
+    matrix_.drop();
+    known_ = false;
+  }
+  /// … and that the force is still the same.
+  void reset() {
+    forget();
+    matrix_.forget();
+    if constexpr (is_promised) check_.begin();
+  }
+  /// Forgets Ψ: the history may be another one.
+  void forget_force() { known_ = false; }
+
+  /// Ψ, J and, where the force uses time, Ψ_t at (t, y). A step that is tried again with another Δt finds them there.
+  /// @param dt  [time] with its sign: over which Ψ is to be looked at
+  [[nodiscard]] Outcome linearise(Rhs& rhs, Scalar t, Scalar dt, const Plain& y, Rate& psi,
+                                  const SolveTolerance<Plain>& allowed) {
+    if (known_ && same_bits(&t, &t_, 1) && equal_blocks<S>(y, y_)) {
+      copy_rate(psi, psi_);
+      return Outcome::success;
+    }
+    known_ = false;
+    t_ = t;
+    copy_blocks<S>(y_, y);
+    rhs.evaluate_into(t, y, psi);
+    if (first_non_finite(Rate::blocks(psi))) return Outcome::non_finite_force;
+    copy_rate(psi_, psi);
+    if constexpr (has_time)
+      if (const Outcome outcome = differ_in_time(rhs, t, dt, y); outcome != Outcome::success) return outcome;
+    if (!affine || !matrix_.has_jacobian())
+      if (const Outcome outcome = tangent(rhs, t, dt, y_, psi_, allowed); outcome != Outcome::success) return outcome;
+    known_ = !Rhs::has_history;
+    if constexpr (is_promised) check_.count();
+    return Outcome::success;
+  }
+  /// J alone at (t, y), for an iteration that makes up for what it lacks. Differences look at psi, which is Ψ there.
+  [[nodiscard]] Outcome tangent(Rhs& rhs, Scalar t, Scalar dt, const Plain& y, const Rate& psi,
+                                const SolveTolerance<Plain>& allowed) {
+    known_ = false;
+    matrix_.drop();
+    const Gamma<Scalar> gamma{dt, dt};
+    matrix_.begin(gamma, false);
+    return matrix_.linearise(rhs, gamma, t, y, psi, options_, allowed);
+  }
+  /// W = M − γC − γ²K
+  [[nodiscard]] Outcome factorise(Rhs& rhs, Scalar gamma) {
+    const Gamma<Scalar> both{gamma, gamma};
+    if (!affine || !matrix_.has_factors_for(both)) {
+      [[maybe_unused]] const auto patterns = rhs.statistics().analyses;
+      if (const Outcome outcome = matrix_.factorise(rhs, both, t_, y_, psi_, options_); outcome != Outcome::success)
+        return outcome;
+      if constexpr (is_promised)
+        if (patterns != rhs.statistics().analyses) check_.want();
+    }
+    if constexpr (is_promised)
+      if (check_.is_due()) {
+        const Outcome outcome = check_.look(rhs, matrix_, options_, gamma, t_, y_, psi_);
+        if (outcome != Outcome::success) reset();
+        return outcome;
+      }
+    return Outcome::success;
+  }
+  /// (1), in place, by (2) for motion: b_v in units of M v. Of small systems, what is not finite shows in x alone.
+  [[nodiscard]] Outcome solve(Rhs& rhs, Scalar gamma, Plain& x) {
+    if constexpr (Matrix::solves_in_registers && !Rhs::drifts && solved_blocks<S> == 1) {
+      auto unknown = flat(std::get<0>(Blocks<S>::solved(x)));
+      matrix_.solve_unchecked(unknown, rhs.statistics());
+      return Outcome::success;
+    }
+    for_each_solved<S>([this](Index at, const auto& block) { part(x_, at, block) = flat(block); }, std::as_const(x));
+    if constexpr (Rhs::drifts) matrix_.add_position_product(gamma, flat(position_of<S>(std::as_const(x))), x_);
+    if (const Outcome outcome = matrix_.solve(x_, options_, rhs.statistics()); outcome != Outcome::success)
+      return first_non_finite(Blocks<S>::all(x)) ? Outcome::non_finite_state : outcome;  // b was none: not W's fault
+    for_each_solved<S>([this](Index at, auto& block) { flat(block) = part(x_, at, block); }, x);
+    if constexpr (Rhs::drifts) position_of<S>(x) += gamma * velocity_of<S>(x);
+    return Outcome::success;
+  }
+  [[nodiscard]] const Rate& psi_t() const requires has_time { return psi_t_; }
+  [[nodiscard]] Matrix& matrix() { return matrix_; }
+
+  [[nodiscard]] const char* solver_name() const { return matrix_.name(); }
+  /// For a checkpoint. What a rejected step left serves it alone, and is not in there.
+  void archive(auto& ar) {
+    if constexpr (affine) ar(matrix_);
+    if constexpr (is_promised) ar(check_);
+    if constexpr (std::remove_reference_t<decltype(ar)>::reading) known_ = false;
+  }
+  void restore([[maybe_unused]] const Rhs& rhs, [[maybe_unused]] const Plain& y) {
+    if constexpr (affine) matrix_.restore(rhs, y);
+  }
+
+ private:
+  static constexpr double round_off = static_cast<double>(std::numeric_limits<Scalar>::epsilon());
+
+  /// Ψ_t = (−3Ψ(t) + 4Ψ(t+δ) − Ψ(t+2δ))/2δ: from inside the step, where the force is sure to be defined. With δ = u^¼ Δt,
+  /// rounding leaves 4u^¾ of ΔtΨ_t, and the formula u^½ of Δt³Ψ_ttt.
+  [[nodiscard]] Outcome differ_in_time(Rhs& rhs, Scalar t, Scalar dt, const Plain& y) requires has_time {
+    const Scalar u = std::numeric_limits<Scalar>::epsilon();
+    const Scalar least = 64 * u * std::abs(t), wanted = std::sqrt(std::sqrt(u)) * std::abs(dt);
+    const Scalar delta = (t + std::copysign(std::max(wanted, least), dt)) - t;
+    rhs.evaluate_into(t + delta, y, later_);
+    combine(psi_t_, Scalar{-3}, psi_, Scalar{4}, later_);
+    rhs.evaluate_into(t + 2 * delta, y, later_);
+    combine(psi_t_, Scalar{1}, psi_t_, Scalar{-1}, later_);
+    combine(psi_t_, 1 / (2 * delta), psi_t_, Scalar{0}, psi_t_);
+    return first_non_finite(Rate::blocks(psi_t_)) ? Outcome::non_finite_force : Outcome::success;
+  }
+  static void combine(Rate& to, Scalar a, const Rate& x, Scalar b, const Rate& z) {
+    for_each_block([a, b](auto, auto& out, const auto& p, const auto& q) { out = a * p + b * q; }, Rate::blocks(to),
+                   Rate::blocks(x), Rate::blocks(z));
+  }
+
+  NewtonOptions options_;
+  Matrix matrix_;
+  Plain y_;  // where …
+  Scalar t_{};
+  Rate psi_;  // … Ψ and J are known
+  struct Nothing {};
+  [[no_unique_address]] std::conditional_t<has_time, Rate, Nothing> psi_t_, later_;
+  [[no_unique_address]] std::conditional_t<is_promised, TangentCheck<S, Rhs>, Nothing> check_;
+  Eigen::Matrix<Scalar, static_unknowns<S>, 1> x_;
+  bool known_ = false;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

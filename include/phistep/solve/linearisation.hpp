@@ -1,0 +1,263 @@
+/// @file
+/// K = ∂Ψ/∂r, C = ∂Ψ/∂v (or ∂Ψ/∂y) and the factorised matrix W = M − γ_f C − γ_f γ_d K of a resolve: which system serves
+/// them is decided from the force's own traits, and what was made is kept while it serves.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+
+#include "phistep/core/archive.hpp"
+#include "phistep/core/arithmetic.hpp"
+#include "phistep/core/outcome.hpp"
+#include "phistep/core/statistics.hpp"
+#include "phistep/core/structure.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/equation/right_hand_side.hpp"
+#include "phistep/jacobian/analytic.hpp"
+#include "phistep/jacobian/differences.hpp"
+#include "phistep/matrix/dense_system.hpp"
+#include "phistep/matrix/local_system.hpp"
+#include "phistep/matrix/network_system.hpp"
+#include "phistep/matrix/static_sparse_system.hpp"
+#include "phistep/solve/difference_tangent.hpp"
+#include "phistep/state/blocks.hpp"
+#include "phistep/state/unknowns.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// Where the tangents come from that the force doesn't give entry by entry.
+template <State S, class Rhs, class LinearSolver, bool has_K, bool has_C>
+struct TangentSource {
+  using type = DifferenceTangent<S, Rhs, has_K, has_C>;
+};
+
+/// `position` = false serves resolves with γ_d = 0 only (Verlet's last half-kick): no K, and terms that ignore v are
+/// never asked for a tangent.
+/// @tparam stages  each factorisation serves several solves
+template <State S, class Rhs, class LinearSolver, bool position, bool stages = false>
+class Linearisation {
+ public:
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+  using Rate = RateOf<S>;
+  using Traits = typename Rhs::Traits;
+  static constexpr int n_static = static_unknowns<S>;
+  static constexpr bool has_K = Rhs::drifts && position;
+  static constexpr bool has_C = Rhs::couples_unknowns;
+  static constexpr bool matrix_free = is_matrix_free<LinearSolver>;
+  static constexpr bool analytic = !matrix_free && (position ? Traits::has_jacobian : Traits::has_velocity_jacobian);
+  static constexpr bool patterned = !matrix_free && !analytic && Traits::has_pattern;
+  static constexpr MatrixFacts facts = [] {
+    MatrixFacts all{.has_K = has_K,
+                    .has_C = has_C,
+                    .symmetric = Traits::is_symmetric,
+                    .constant = Traits::is_affine,
+                    .stages = stages,
+                    .block = Traits::block,
+                    .differenced = !analytic};
+    if (analytic || patterned) all.structure = position ? Traits::structure : Traits::velocity_structure;
+    all.structure = combine(all.structure, Rhs::mass_structure);
+    if (!std::is_void_v<LinearSolver>) all.structure = Structure::sparse;
+    if (all.structure == Structure::network) all.symmetric = analytic && Traits::is_symmetric_network;
+    return all;
+  }();
+  using System = typename SystemOf<facts, Scalar, n_static, LinearSolver, typename Rhs::Force,
+                                   (Rhs::mass_structure <= Structure::diagonal && solved_blocks<S> == 1)>::type;
+
+  /// @throws std::invalid_argument where a dense Jacobian of more than 1000 unknowns would be formed by differences.
+  void resize(const Plain& y, [[maybe_unused]] Rhs& rhs) {
+    const Index n = unknowns<S>(y);
+    if (!analytic && !patterned && !matrix_free && n > dense_difference_limit)
+      throw std::invalid_argument(
+          "phistep: the Jacobian of " + std::to_string(n) +
+          " unknowns by differences would be dense. Name its pattern, sparsity(f, pattern); or form no "
+          "matrix, newton<MatrixFree<Eigen::BiCGSTAB>>() of <phistep/krylov.hpp> or, for mild "
+          "stiffness, fixed_point(); or give the force a member jacobian(...), its terms "
+          "add_jacobian(...)");
+    if constexpr (!analytic) differences_.resize(y, rhs);  // may throw, so it comes before anything has a new size
+    n_ = n;
+    system_.resize(n);
+    drop();
+  }
+
+  /// A new solve with coefficients γ. Factors made for others serve where `allowed` says that the iteration need not
+  /// reach rounding and γ is near (CVODE's bound |γ/γ_p − 1| ≤ 0.3); corrections are then scaled.
+  void begin(const Gamma<Scalar>& gamma, bool tolerant) {
+    if constexpr (!analytic) differences_.begin();
+    if constexpr (matrix_free) system_.begin();
+    scale_ = Scalar{1};
+    if (!has_factors_ || gamma == factored_) return;
+    const Scalar ratio = gamma.force / factored_.force;
+    if (!tolerant || !(std::abs(ratio - 1) <= static_cast<Scalar>(0.3)) || gamma.drift != ratio * factored_.drift)
+      has_factors_ = false;
+    else scale_ = 2 / (1 + (has_K && !has_C ? ratio * ratio : ratio));
+  }
+  /// |γ/γ_p − 1| of factors made for γ_p: about what an iteration on them leaves of the error.
+  [[nodiscard]] double staleness(const Gamma<Scalar>& gamma) const {
+    return has_factors_ ? std::abs(static_cast<double>(gamma.force / factored_.force) - 1) : 0;
+  }
+  void drop() { has_jacobian_ = has_factors_ = false; }
+  /// The force may be another one: so may its pattern.
+  void forget() {
+    drop();
+    if constexpr (!analytic) differences_.forget_pattern();
+  }
+
+  /// Products are made at the iterate they serve: none are ever kept.
+  [[nodiscard]] bool has_jacobian() const { return !matrix_free && has_jacobian_; }
+  [[nodiscard]] bool has_factors() const {
+    if constexpr (matrix_free) return false;
+    else if constexpr (requires { system_.has_solver(); }) return has_factors_ && system_.has_solver();
+    else return has_factors_;
+  }
+  /// Factors, of a Jacobian at (t, Y) where none is kept. There, Ψ is psi.
+  [[nodiscard]] Outcome refresh(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& Y, const Rate& psi,
+                                const NewtonOptions& options, const SolveTolerance<Plain>& allowed) {
+    if (!has_jacobian())
+      if (const Outcome outcome = linearise(rhs, gamma, t, Y, psi, options, allowed); outcome != Outcome::success)
+        return outcome;
+    return factorize(rhs, gamma, Y);
+  }
+  /// x ← W⁻¹ x
+  [[nodiscard]] Outcome solve(auto& x, const NewtonOptions& options, Statistics& statistics) {
+    ++statistics.solves;
+    const Outcome outcome = [&] {
+      if constexpr (is_iterative) return system_.solve(x, options.linear_rtol, statistics);
+      else return system_.solve(x);
+    }();
+    if (outcome != Outcome::success) {
+      has_factors_ = false;  // who couldn't solve is not asked again with the same factors
+      return outcome;
+    }
+    if (scale_ != Scalar{1}) x *= scale_;
+    return all_finite(x.data(), x.size()) ? Outcome::success : Outcome::singular_matrix;
+  }
+  /// The same with factors of the very γ, by a small system that can only fail by what shows in x.
+  static constexpr bool solves_in_registers = !matrix_free && facts.structure == Structure::dense &&
+                                              n_static != Eigen::Dynamic && n_static <= small_dense_limit;
+  void solve_unchecked(auto& x, Statistics& statistics) requires solves_in_registers {
+    ++statistics.solves;
+    static_cast<void>(system_.solve(x));
+  }
+  /// A correction went further than the differences that made its matrix had looked: that matrix is gone.
+  [[nodiscard]] bool reached_too_far(const Plain& Y, const auto& correction) {
+    if constexpr (analytic) return false;
+    else {
+      const bool too_far = differences_.reached_too_far(Y, correction);
+      if (too_far) drop();
+      return too_far;
+    }
+  }
+
+  /// Whose block made W singular, −1 where that isn't known.
+  [[nodiscard]] std::int64_t singular_particle() const {
+    if constexpr (requires { system_.singular_particle(); }) return system_.singular_particle();
+    else return -1;
+  }
+  /// ‖γ_f γ_d K‖ / ‖W‖ and ‖W‖, largest entries.
+  [[nodiscard]] double drift_share() const { return system_.drift_share(); }
+  [[nodiscard]] double magnitude() const { return system_.magnitude(); }
+
+  /// How the linear equations are solved, in words.
+  [[nodiscard]] const char* name() const {
+    if constexpr (requires { system_.name(); }) return system_.name();
+    else if constexpr (facts.structure == Structure::dense) return "dense LU";
+    else if constexpr (facts.structure <= Structure::diagonal) return "component by component";
+    else if constexpr (std::is_void_v<LinearSolver>) return "sparse LU";
+    else return "a solver of the user's own";
+  }
+
+  /// The linear solver takes a tolerance, and leaves that much of its residual.
+  static constexpr bool is_iterative = requires(System & system, Eigen::Matrix<Scalar, n_static, 1>& x, Statistics& s) {
+    system.solve(x, 0.0, s);
+  };
+  /// For a checkpoint: K and C by their values, W and its factors by their γ. Products and differences of a force would
+  /// have to be asked for again, which a reader must not do: the force may count its calls, or throw.
+  void archive(auto& ar) {
+    bool factors = has_factors();  // not in a copy, where the solver can't be copied
+    ar(has_jacobian_, factors, factored_.force, factored_.drift);
+    if constexpr (std::remove_reference_t<decltype(ar)>::reading) has_factors_ = factors;
+    if constexpr (!analytic) ar(differences_);
+    // Where each Jacobian finds its own place, an unused one is not worth its bytes.
+    if constexpr (!matrix_free)
+      if (has_jacobian_ || requires { System::keeps_pattern; }) ar(system_);
+  }
+  /// Makes W and its factors from what archive() read, uncounted. @throws CheckpointError where there are none
+  void restore(const Rhs& rhs, const Plain& y) {
+    Statistics uncounted;
+    Outcome outcome = Outcome::success;
+    const auto masses = each_mass_entry<S>(rhs, y);
+    if constexpr (requires { system_.restore(masses, factored_.force, factored_.drift, uncounted); })
+      outcome = system_.restore(masses, factored_.force, factored_.drift, uncounted);
+    else if (has_factors_) outcome = system_.factorize(masses, factored_.force, factored_.drift, uncounted);
+    if (has_factors_ && outcome != Outcome::success)
+      throw CheckpointError(std::string("phistep: the checkpoint's Jacobian doesn't go with this stepper's masses: ") +
+                            describe(outcome));
+  }
+
+  /// K and C at (t, Y), where Ψ is psi. Of γ, differences need the ratio.
+  [[nodiscard]] Outcome linearise(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& Y, const Rate& psi,
+                                  const NewtonOptions& options, const SolveTolerance<Plain>& allowed) {
+    if constexpr (!matrix_free) ++rhs.statistics().jacobians;
+    has_jacobian_ = false;  // a force that throws leaves half of one
+    if constexpr (analytic) {
+      set_jacobian<position, Rate, n_static>(rhs.force(), t, rhs.view(Y), rhs.trial_memory(), n_, system_);
+    } else {
+      system_.clear();
+      differences_.compute(rhs, gamma, t, Y, psi, options, allowed, system_);
+    }
+    has_jacobian_ = system_.is_finite();
+    return has_jacobian_ ? Outcome::success : Outcome::non_finite_jacobian;
+  }
+  /// K and C as they are, for schemes that make matrices of their own.
+  [[nodiscard]] const System& system() const { return system_; }
+  /// Factors for γ of the tangents at hand; products are made ready at (t, Y).
+  [[nodiscard]] Outcome factorise(Rhs& rhs, const Gamma<Scalar>& gamma, [[maybe_unused]] Scalar t, const Plain& Y,
+                                  [[maybe_unused]] const Rate& psi, [[maybe_unused]] const NewtonOptions& options) {
+    if constexpr (matrix_free)
+      if (const Outcome outcome = linearise(rhs, gamma, t, Y, psi, options, {}); outcome != Outcome::success)
+        return outcome;
+    return factorize(rhs, gamma, Y);
+  }
+  [[nodiscard]] bool has_factors_for(const Gamma<Scalar>& gamma) const { return has_factors() && gamma == factored_; }
+  /// to = factor M − C − γK, where that is a dense matrix of fixed size.
+  static constexpr bool assembles = requires { typename System::Matrix; }
+  &&n_static != Eigen::Dynamic&& facts.structure == Structure::dense;
+  void assemble(const Rhs& rhs, const Plain& y, Scalar factor, Scalar gamma, auto& to) const requires assembles {
+    system_.assemble(each_mass_entry<S>(rhs, y), factor, gamma, to);
+  }
+  /// out += factor K x
+  void add_position_product(Scalar factor, const auto& x, auto& out) const {
+    static_assert(
+        requires { system_.add_position_product(factor, x, out); },
+        "phistep: this scheme multiplies with dPsi/dr, which the linear solver of this force can't do; name one "
+        "that can, newton<Eigen::SparseLU<Eigen::SparseMatrix<double>>>(), or take another scheme");
+    system_.add_position_product(factor, x, out);
+  }
+
+ private:
+  [[nodiscard]] Outcome factorize(Rhs& rhs, const Gamma<Scalar>& gamma, const Plain& Y) {
+    has_factors_ = false;
+    const Outcome outcome = system_.factorize(each_mass_entry<S>(rhs, Y), gamma.force, gamma.drift, rhs.statistics());
+    has_factors_ = outcome == Outcome::success;
+    factored_ = gamma;
+    scale_ = Scalar{1};
+    return outcome;
+  }
+
+  struct Absent {};
+  [[no_unique_address]] std::conditional_t<analytic, Absent,
+                                           typename TangentSource<S, Rhs, LinearSolver, has_K, has_C>::type>
+      differences_;
+  System system_;
+  Index n_ = 0;
+  Gamma<Scalar> factored_{};
+  Scalar scale_{1};
+  bool has_jacobian_ = false, has_factors_ = false;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

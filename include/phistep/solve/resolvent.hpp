@@ -1,0 +1,342 @@
+/// @file
+/// The only implicit solve there is: given b and γ, find Y with
+///
+///     M (Y − b) = γ_f Ψ(t, Y),     and for motion  Y.r = b.r + γ_d Y.v,
+///
+/// by Newton on the increment w = Y − b of the solved blocks alone, with the matrix W = M − γ_f C − γ_f γ_d K. An affine
+/// force needs one linear solve and no iteration; a linearly implicit step is content with one.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <utility>
+
+#include "phistep/core/arithmetic.hpp"
+#include "phistep/core/outcome.hpp"
+#include "phistep/core/step_report.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/equation/right_hand_side.hpp"
+#include "phistep/solve/increment.hpp"
+#include "phistep/solve/linearisation.hpp"
+#include "phistep/solve/newton.hpp"
+#include "phistep/state/blocks.hpp"
+#include "phistep/state/unknowns.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// How often a resolve corrects its iterate.
+enum class Corrections { until_converged, one };
+
+template <State S, class Rhs, class LinearSolver, bool position = true,
+          Corrections corrections = Corrections::until_converged>
+class NewtonResolvent {
+ public:
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+  using Rate = RateOf<S>;
+  using Matrix = Linearisation<S, Rhs, LinearSolver, position>;
+  static constexpr bool affine = Rhs::Traits::is_affine && !Matrix::matrix_free;
+
+  /// @throws std::invalid_argument where a dense Jacobian of more than 1000 unknowns would be formed by differences.
+  NewtonResolvent(const Plain& y, auto&& rhs, const auto& solver) : options_{solver.options} {
+    // One solve is all there is: it has to be as good as the answer.
+    if (Matrix::is_iterative && options_.linear_rtol == 0) {
+      if (affine) options_.linear_rtol = std::max(1e-12, 16 * round_off);
+      else if (corrections == Corrections::one) options_.linear_rtol = 1e-6;
+    }
+    resize(y, rhs);
+  }
+
+  void resize(const Plain& y, Rhs& rhs) {
+    matrix_.resize(y, rhs);  // may throw, so it comes first
+    increment_.resize(y);
+    forget();
+  }
+
+  /// What solves leave for the next one to judge its corrections by.
+  struct Pace {
+    double rate = 1;          ///< θ/(1−θ) of the controlled solves so far
+    double gamma_before = 0;  ///< γ of the last; 0: there was none
+    double first_rate = 0;    ///< θ of the last solve to rounding; 0: there was none
+  };
+  [[nodiscard]] Pace& pace() { return pace_; }
+
+  /// Forgets Jacobian and factors.
+  void drop() { matrix_.drop(); }
+  /// … and all else that solves have left.
+  void forget() {
+    drop();
+    solved_ = 0;
+    pace_ = {};
+  }
+  /// … and that the force is still the same.
+  void reset() {
+    forget();
+    matrix_.forget();
+  }
+
+  /// In: Y = b; `guess` is where the iteration starts (its solved blocks count). Out: Y, and w = Y − b.
+  /// @param psi_known  psi holds Ψ at the start of the iteration already
+  /// @param allowed  of a controlled run: says how well to solve, unless the options do
+  [[nodiscard]] Outcome resolve(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, Plain& Y, const Plain& guess, Rate& psi,
+                                Failure& history, bool psi_known = false, SolveTolerance<Plain> allowed = {}) {
+    increment_.set_base(Y);
+    if (options_.rtol > 0) allowed.target = 0;
+    // One solve on factors of another γ would not be corrected by a second.
+    matrix_.begin(gamma, (options_.rtol > 0 || allowed.target > 0) && !affine);
+    Equation equation{*this, rhs, gamma, t, Y, guess, psi, psi_known, allowed};
+    const Outcome outcome = solve(equation, history);
+    if (outcome == Outcome::singular_matrix) history.particle = matrix_.singular_particle();
+    return outcome;
+  }
+
+  /// e.solved ← W⁻¹ M e.solved, with the last resolve's matrix.
+  [[nodiscard]] Outcome filter(Rhs& rhs, Plain& e) {
+    auto& x = increment_.delta();
+    x.setZero();
+    for_each_block(
+        [&, at = Index{0}](auto, const auto& block, const auto& mass) mutable {
+          mass.subtract_product(flat(block), part(x, at, block));
+          at += block.size();
+        },
+        Blocks<S>::solved(std::as_const(e)), rhs.masses());
+    NewtonOptions roughly = options_;
+    roughly.linear_rtol = 0.05;
+    if (const Outcome outcome = matrix_.solve(x, roughly, rhs.statistics()); outcome != Outcome::success)
+      return outcome;
+    for_each_solved<S>([&x](Index at, auto& block) { flat(block) = -part(x, at, block); }, e);
+    return Outcome::success;
+  }
+
+  /// out.solved += factor·(Y − b) with the last resolve's increment.
+  void add_increment(Scalar factor, Plain& out) const { increment_.add_to(out, factor); }
+
+  /// Ψ(t, Y) of the last resolve, without a force call.
+  void recover(const Rhs& rhs, Scalar gamma_force, Rate& psi) const {
+    recover_force<S>(rhs, increment_.w(), gamma_force, psi);
+  }
+
+  /// How the linear equations inside are solved.
+  [[nodiscard]] const char* solver_name() const { return matrix_.name(); }
+
+  /// For a checkpoint: what outlives a solve.
+  void archive(auto& ar) { ar(matrix_, pace_, solved_); }
+  /// … and what archive() left out because it follows from the rest, for states like y.
+  void restore(const Rhs& rhs, const Plain& y) { matrix_.restore(rhs, y); }
+
+ private:
+  static constexpr double round_off = static_cast<double>(std::numeric_limits<Scalar>::epsilon());
+
+  /// What solve_newton iterates on.
+  struct Equation {
+    static constexpr bool is_inexact = Matrix::is_iterative;
+    NewtonResolvent& self;
+    Rhs& rhs;
+    const Gamma<Scalar>& gamma;
+    Scalar t;
+    Plain& Y;
+    const Plain& guess;
+    Rate& psi;
+    bool psi_known;
+    SolveTolerance<Plain> allowed;
+
+    void restart() { self.increment_.start(Y, guess, gamma.drift); }
+    /// γ_f Ψ(t, Y) − M w
+    [[nodiscard]] Outcome residual() {
+      if (!std::exchange(psi_known, false)) rhs.evaluate_into(t, Y, psi);
+      assemble_residual();
+      if (all_finite(F().data(), F().size())) return Outcome::success;
+      return first_non_finite(Rate::blocks(psi)) ? Outcome::non_finite_force : Outcome::non_finite_state;
+    }
+    void assemble_residual() {
+      for_each_rate([&](Index at, const auto& rate, const auto& mass) {
+        auto out = part(F(), at, rate);
+        out = gamma.force * flat(rate);
+        mass.subtract_product(part(self.increment_.w(), at, rate), out);
+      });
+    }
+    /// ‖M⁻¹F‖, by components; ‖F‖ under a matrix mass.
+    [[nodiscard]] double residual_size() {
+      const auto each = [&](auto&& f) {
+        for_each_rate([&](Index at, const auto& rate, const auto& mass) {
+          const auto inverse_mass = mass.scaled(Scalar{1});
+          for (Index i = 0; i < rate.size(); ++i) f(std::abs(static_cast<double>(inverse_mass(i) * F()[at + i])));
+        });
+      };
+      double most = 0, sum = 0;
+      each([&](double x) { most = std::max(most, x); });
+      if (most > 0)
+        each([&](double x) { sum += (x / most) * (x / most); });  // squares of velocities may leave the range
+      return most * std::sqrt(sum);
+    }
+    /// No larger than what rounding leaves of γ_f Ψ − M w where both cancel.
+    [[nodiscard]] bool residual_is_rounding() {
+      bool rounding = true;
+      for_each_rate([&](Index at, const auto& rate, const auto&) {
+        const double force = std::abs(static_cast<double>(gamma.force)) * largest(rate);
+        rounding = rounding && largest(part(F(), at, rate)) <= 8 * round_off * force;
+      });
+      return rounding;
+    }
+    [[nodiscard]] bool residual_is_noise() {
+      if constexpr (Matrix::matrix_free) return true;  // no matrix of an earlier iterate is ever used
+      else return largest(F()) <= 8 * round_off * self.terms_of(*this);
+    }
+    [[nodiscard]] bool has_jacobian() const { return self.matrix_.has_jacobian(); }
+    [[nodiscard]] bool has_factors() const { return self.matrix_.has_factors(); }
+    void drop_jacobian() { self.matrix_.drop(); }
+    [[nodiscard]] Outcome refresh() { return self.matrix_.refresh(rhs, gamma, t, Y, psi, self.options_, allowed); }
+    [[nodiscard]] Outcome solve() { return self.matrix_.solve(F(), self.options_, rhs.statistics()); }
+    [[nodiscard]] Outcome correct() {
+      if (const Outcome outcome = solve(); outcome != Outcome::success) return outcome;
+      while (self.matrix_.reached_too_far(Y, F())) {
+        assemble_residual();
+        if (Outcome outcome = refresh(); outcome != Outcome::success) return outcome;
+        if (Outcome outcome = solve(); outcome != Outcome::success) return outcome;
+      }
+      self.increment_.move(Y, gamma.drift);
+      return Outcome::success;
+    }
+    void retreat() { self.increment_.retreat(Y, gamma.drift); }
+    void undo() { self.increment_.undo(Y, gamma.drift); }
+    [[nodiscard]] Correction size() const {
+      if (allowed.target > 0) return self.increment_.weighted_size(*allowed.weight);
+      return self.increment_.size(Y, gamma.drift, self.matrix_.drift_share(), self.options_);
+    }
+    [[nodiscard]] auto& F() { return self.increment_.delta(); }
+    void for_each_rate(auto&& f) {
+      Index at = 0;
+      for_each_block(
+          [&](auto, const auto& rate, const auto& mass) {
+            f(at, rate, mass);
+            at += rate.size();
+          },
+          Rate::blocks(std::as_const(psi)), rhs.masses());
+    }
+  };
+
+  [[nodiscard]] Outcome solve(Equation& equation, Failure& history) {
+    if constexpr (affine) {
+      return solve_affine(equation);
+    } else if constexpr (corrections == Corrections::one) {
+      matrix_.drop();
+      equation.restart();
+      if (Outcome outcome = equation.residual(); outcome != Outcome::success) return outcome;
+      if (Outcome outcome = equation.refresh(); outcome != Outcome::success) return outcome;
+      return equation.correct();
+    } else {
+      const int before = history.iterations;
+      const Outcome outcome = equation.allowed.target > 0
+                                  ? solve_controlled(equation, history)
+                                  : solve_newton(equation, options_, round_off, history, pace_.first_rate);
+      equation.rhs.statistics().iterations += history.iterations - before;
+      return outcome;
+    }
+  }
+
+  /// Where a smaller step is at hand, plain Newton has one try.
+  [[nodiscard]] Outcome solve_controlled(Equation& equation, Failure& history) {
+    // An old Jacobian contracts in proportion to γ, old factors no better than their own γ allows.
+    const double gamma = std::abs(static_cast<double>(equation.gamma.force));
+    const double growth = pace_.gamma_before > 0 ? gamma / pace_.gamma_before : 1;
+    pace_.gamma_before = gamma;
+    const double rate = std::max(pace_.rate * std::max(1.0, growth), matrix_.staleness(equation.gamma));
+    ConvergenceTest test(equation.allowed.target, options_.max_iterations, rate, round_off);
+    const Outcome outcome =
+        iterate_newton(equation, test, keep_jacobian_rate({.rtol = 1}), options_.line_search, history);
+    pace_.rate = outcome == Outcome::success ? test.rate() : 1;
+    return outcome;
+  }
+
+  /// One solve. Trust, but verify: the residual left after solves 1, 2, 4, 8, … since the matrix was made must be rounding.
+  [[nodiscard]] Outcome solve_affine(Equation& equation) {
+    const auto start = [&](bool at_position) {
+      if constexpr (Rhs::drifts)
+        if (at_position) return increment_.start_at_position(equation.Y, equation.guess, equation.gamma.drift);
+      equation.restart();
+    };
+    bool at_position = matrix_.has_factors() && is_stiff(equation.gamma);
+    start(at_position);
+    if (Outcome outcome = equation.residual(); outcome != Outcome::success) return outcome;
+    if (!matrix_.has_factors()) {
+      solved_ = 0;
+      if (Outcome outcome = equation.refresh(); outcome != Outcome::success) return outcome;
+      if (is_stiff(equation.gamma) != at_position) {
+        at_position = !at_position;
+        start(at_position);
+        if (Outcome outcome = equation.residual(); outcome != Outcome::success) return outcome;
+      }
+    }
+    const bool looks = std::has_single_bit(solved_ + 1);
+    const double before = looks ? largest(equation.F()) : 0;
+    if (Outcome outcome = equation.solve(); outcome != Outcome::success) return outcome;
+    increment_.move_once(equation.Y, equation.gamma.drift, at_position);
+    ++solved_;
+    if (!looks) return Outcome::success;
+    if (Outcome outcome = equation.residual(); outcome != Outcome::success) return outcome;
+    if (largest(equation.F()) <= rounding_of(equation, before)) return Outcome::success;
+    matrix_.drop();
+    return Outcome::not_affine;
+  }
+  /// From a = √(γ_f γ_d) ω = 16 on, the displacement is the better unknown. From v, a step is two shears whatever rounding
+  /// did to W, so that at φ = ½ nothing drifts, but γv rounds r by a·u; from r, 1/W's rounding is in r and in v alike, and
+  /// the energy drifts by up to two roundings a step, always the same way: after (8a)² = 1e4 steps that is the greater evil.
+  [[nodiscard]] bool is_stiff(const Gamma<Scalar>& gamma) const {
+    constexpr double a_squared = 256;
+    return Rhs::drifts && gamma.drift != Scalar{0} && matrix_.drift_share() > a_squared / (1 + a_squared);
+  }
+  /// What rounding (and an iterative solver's tolerance) may leave of the residual.
+  [[nodiscard]] double rounding_of(Equation& equation, double before) const {
+    double allowed = 1e4 * round_off * terms_of(equation);
+    if constexpr (Matrix::is_iterative)
+      allowed += 10 * options_.linear_rtol * before * std::sqrt(static_cast<double>(increment_.w().size()));
+    return allowed;
+  }
+  /// The size of what the residual is made of: W times all that it is made for, and the force.
+  [[nodiscard]] double terms_of(Equation& equation) const {
+    double size = 0;
+    // The start counts, too: where Y is far smaller, the rounding of start + δ is what is left.
+    for_each_solved<S>(
+        [&](Index, const auto& y, const auto& base, const auto& start) {
+          size = std::max({size, largest(y), largest(base), largest(start)});
+        },
+        equation.Y, increment_.base(), equation.guess);
+    if constexpr (Rhs::drifts)
+      if (equation.gamma.drift != Scalar{0})
+        size =
+            std::max(size, matrix_.drift_share() *
+                               std::max(largest(position_of<S>(equation.Y)), largest(position_of<S>(equation.guess))) /
+                               std::abs(static_cast<double>(equation.gamma.drift)));
+    double terms = matrix_.magnitude() * size;
+    equation.for_each_rate([&](Index, const auto& rate, const auto&) {
+      terms = std::max(terms, std::abs(static_cast<double>(equation.gamma.force)) * largest(rate));
+    });
+    return terms;
+  }
+
+  NewtonOptions options_;
+  Increment<S> increment_;
+  Matrix matrix_;
+  Pace pace_;
+  std::uint64_t solved_ = 0;  // by the affine path since its matrix was made
+};
+
+/// The resolvent behind each way to solve: Newton<…> here, others in headers of their own. All offer what NewtonResolvent
+/// does: resize, forget, reset, resolve, add_increment, recover, archive, restore.
+template <State S, class Rhs, class Solver, bool position>
+struct ResolventFor;
+template <State S, class Rhs, class LinearSolver, bool position>
+struct ResolventFor<S, Rhs, Newton<LinearSolver>, position> {
+  using type = NewtonResolvent<S, Rhs, LinearSolver, position>;
+};
+template <State S, class Rhs, class LinearSolver, bool position>
+struct ResolventFor<S, Rhs, LinearlyImplicit<LinearSolver>, position> {
+  using type = NewtonResolvent<S, Rhs, LinearSolver, position, Corrections::one>;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

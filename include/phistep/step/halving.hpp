@@ -1,0 +1,192 @@
+/// @file
+/// A stepper around a stepper: where a step fails for a reason that a smaller one may cure, it is done as two half steps,
+/// each of them, if need be, as two quarter steps, and so on; all of it or nothing.
+///
+///     phistep::Halving stepper{phistep::PhiStepper{cloth, springs, phistep::backward_euler}, 10};
+///
+/// With Newton's fresh Jacobian, which is tried first, this is the ladder of retries: old matrix, new matrix, Δt/2, Δt/4, …
+///
+/// Where a tolerance controls Δt, a step that fails is tried again with a shorter one as it is: then the stepper inside does
+/// each step, with its own error estimate, dense output and counts.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <stdexcept>
+#include <utility>
+
+#include "phistep/control/trace.hpp"
+#include "phistep/core/archive.hpp"
+#include "phistep/core/outcome.hpp"
+#include "phistep/core/statistics.hpp"
+#include "phistep/core/step_report.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/problem/transaction.hpp"
+#include "phistep/state/blocks.hpp"
+#include "phistep/state/parts.hpp"
+#include "phistep/step/step_doubling.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+template <class Stepper>
+class Halving {
+ public:
+  /// @param halvings  the smallest step tried is Δt/2^halvings
+  /// @throws std::invalid_argument where halvings is negative
+  explicit Halving(Stepper stepper, int halvings = 10) : stepper_{std::move(stepper)}, deepest_{halvings} {
+    if (halvings < 0) throw std::invalid_argument("phistep: Halving needs a number of halvings >= 0");
+  }
+
+  /// Advances the state from t to t + dt. [time] On failure the state and the force's history keep every bit, and the
+  /// report is that of the smallest step that failed; an exception thrown by the force passes through, likewise.
+  template <class S>
+  StepReport step(S& state, ScalarOf<S> t, ScalarOf<S> dt, Origin origin = Origin::unknown) {
+    const StepReport whole = advance(state, t, dt, origin);
+    if (whole) ++steps_;
+    if (whole || deepest_ == 0 || !may_be_cured(whole.outcome()) || !is_finite(state)) return counted(whole);
+
+    Snapshot<S> before{*this, state};
+    const std::int64_t halvings = halvings_;
+    int iterations = whole.iterations();
+    try {
+      const StepReport halved = halve(state, t, dt, origin, 1, iterations);
+      if (halved) return ++steps_, StepReport{Outcome::success, iterations, nullptr};
+      before.restore(*this, state);
+      halvings_ = halvings;
+      return counted(halved);
+    } catch (...) {
+      before.restore(*this, state);
+      halvings_ = halvings;
+      throw;
+    }
+  }
+
+  [[nodiscard]] int order() const { return stepper_.order(); }
+
+  // What a run controlled by its error asks beside steps: all that the stepper inside can tell.
+  static constexpr bool traces = can_trace<Stepper>;
+  static constexpr bool interpolates = requires { requires Stepper::interpolates; };
+  static constexpr bool refactorises = requires { requires Stepper::refactorises; };
+  static constexpr bool is_affine = requires { requires Stepper::is_affine; };
+  template <class Plain>
+  [[nodiscard]] bool estimates(const Trace<Plain>& trace) const requires traces {
+    return stepper_.estimates(trace);
+  }
+  template <class S, class Accept>
+  StepReport attempt(S& state, ScalarOf<S> t, ScalarOf<S> dt, Origin origin, Trace<PlainState<S>>& trace,
+                     Accept&& accept) requires traces {
+    const StepReport report = stepper_.attempt(state, t, dt, origin, trace, std::forward<Accept>(accept));
+    if (report) ++steps_;
+    else if (report.outcome() != Outcome::error_too_large) ++failed_steps_;
+    return report;
+  }
+  template <class Plain, class Scalar>
+  void interpolate(Scalar x, Scalar dt, const Plain& y0, const Plain& y1, Plain& out) const requires interpolates {
+    stepper_.interpolate(x, dt, y0, y1, out);
+  }
+  [[nodiscard]] int error_order() const requires requires(const Stepper& inner) { inner.error_order(); }
+  { return stepper_.error_order(); }
+  [[nodiscard]] std::int64_t changes() const requires requires(const Stepper& inner) { inner.changes(); }
+  { return stepper_.changes(); }
+  template <class Plain, class Scalar>
+  [[nodiscard]] bool slope(Scalar t, const Plain& y, Plain& out) {
+    return stepper_.slope(t, y, out);
+  }
+  [[nodiscard]] const Failure& history() const { return stepper_.history(); }
+  [[nodiscard]] const char* solver_name() const { return stepper_.solver_name(); }
+  /// Steps are those asked for; each halving is one more that was made. All other counts are of the work done.
+  [[nodiscard]] Statistics statistics() const {
+    Statistics all = stepper_.statistics();
+    all.steps = steps_;
+    all.failed_steps = failed_steps_;
+    all.halvings = halvings_;
+    return all;
+  }
+  /// The stepper inside.
+  [[nodiscard]] Stepper& stepper() { return stepper_; }
+  [[nodiscard]] const Stepper& stepper() const { return stepper_; }
+  void reset() { stepper_.reset(); }
+  /// As PhiStepper's.
+  void forget_solves() requires requires(Stepper& inner) { inner.forget_solves(); }
+  { stepper_.forget_solves(); }
+  /// As PhiStepper's: whoever rejects a step takes back the force's history with it.
+  [[nodiscard]] auto checkpoint() const requires requires(const Stepper& inner) { inner.checkpoint(); }
+  { return stepper_.checkpoint(); }
+  template <class Past>
+  void restore(Past past) requires requires(Stepper& inner) {
+    inner.restore(std::move(past));
+  }
+  { stepper_.restore(std::move(past)); }
+  /// As PhiStepper's.
+  void save(Writer& out) const { save_parts(out, steps_, failed_steps_, halvings_, stepper_); }
+  void load(Reader& in, auto&& then) {
+    std::array<std::int64_t, 3> counts{};
+    in(counts);
+    for (const std::int64_t count : counts) in.check(can_be_count(count));
+    load_parts(in, then, stepper_);
+    steps_ = counts[0], failed_steps_ = counts[1], halvings_ = counts[2];
+  }
+
+ private:
+  /// What a failure takes the state and the stepper back to.
+  template <class S>
+  class Snapshot {
+   public:
+    Snapshot(const Halving& of, const S& state) : past_{of.past()} { copy_blocks<S>(state_, state); }
+    /// Once: it must not allocate, for want of memory may be why.
+    void restore(Halving& to, S& state) {
+      copy_blocks<S>(state, state_);
+      if constexpr (requires { to.stepper_.checkpoint(); }) to.stepper_.restore(std::move(past_));
+      else to.stepper_.reset();
+    }
+
+   private:
+    PlainState<S> state_;
+    decltype(std::declval<const Halving&>().past()) past_;
+  };
+  struct NoCheckpoint {};
+  [[nodiscard]] auto past() const {
+    if constexpr (requires { stepper_.checkpoint(); }) return stepper_.checkpoint();
+    else return NoCheckpoint{};
+  }
+
+  template <class S, class Scalar>
+  StepReport advance(S& state, Scalar t, Scalar dt, Origin origin) {
+    if constexpr (requires { stepper_.step(state, t, dt, origin); }) return stepper_.step(state, t, dt, origin);
+    else return stepper_.step(state, t, dt);
+  }
+
+  /// Both halves of a step that failed as a whole.
+  template <class S, class Scalar>
+  StepReport halve(S& state, Scalar t, Scalar dt, Origin origin, int depth, int& iterations) {
+    ++halvings_;
+    const Scalar half = dt / 2;
+    const StepReport first = part(state, t, half, origin, depth, iterations);
+    return first ? part(state, t + half, half, origin, depth, iterations) : first;
+  }
+  template <class S, class Scalar>
+  StepReport part(S& state, Scalar t, Scalar dt, Origin origin, int depth, int& iterations) {
+    const StepReport report = advance(state, t, dt, origin);
+    iterations += report.iterations();
+    if (report || depth == deepest_ || !may_be_cured(report.outcome())) return report;
+    return halve(state, t, dt, origin, depth + 1, iterations);
+  }
+
+  template <class S>
+  [[nodiscard]] static bool is_finite(const S& state) {
+    bool finite = true;
+    for_each_block([&finite](auto, const auto& x) { finite = finite && x.allFinite(); }, Blocks<S>::all(state));
+    return finite;
+  }
+  StepReport counted(const StepReport& report) {
+    failed_steps_ += report ? 0 : 1;
+    return report;
+  }
+
+  Stepper stepper_;
+  int deepest_;
+  std::int64_t steps_ = 0, failed_steps_ = 0, halvings_ = 0;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

@@ -1,0 +1,256 @@
+/// @file
+/// PhiStepper: the φ-method, and every other scheme, for a state under a force.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <type_traits>
+#include <utility>
+
+#include "phistep/core/archive.hpp"
+#include "phistep/core/phi.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/equation/right_hand_side.hpp"
+#include "phistep/force/at.hpp"
+#include "phistep/linear/mass.hpp"
+#include "phistep/problem/kernel.hpp"
+#include "phistep/problem/transaction.hpp"
+#include "phistep/schemes/splitting.hpp"
+#include "phistep/solve/fixed_point_resolvent.hpp"
+#include "phistep/solve/local_resolvent.hpp"
+#include "phistep/solve/newton.hpp"
+#include "phistep/state/blocks.hpp"
+#include "phistep/state/parts.hpp"
+#include "phistep/state/unknowns.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// Steps a state S under a force F by the φ-method, or by any other scheme.
+/// @tparam MassSpec  what mass(…) or capacity(…) returned, UnitMasses for M = 1
+/// @tparam Solver    how the implicit equations are solved
+template <class S, class F, class Scheme, class MassSpec = UnitMasses, ImplicitSolver Solver = Newton<>>
+class PhiStepper {
+  using Masses = decltype(bind_masses<S>(std::declval<const MassSpec&>(), std::declval<const PlainState<S>&>()));
+  static constexpr bool split = is_split<Unwrapped<F>, Scheme>;
+  using Rhs = RightHandSide<S, F, Masses, split>;
+  using Traits = typename Rhs::Traits;
+  using Alone = SchemeOn<Scheme, S>;
+  using Working = std::conditional_t<split, SplitScheme<Alone, S, Rhs>, Alone>;
+  static constexpr KernelNeeds needs = [] {
+    if constexpr (Traits::valid) return Working::template needs<Rhs>;
+    else return KernelNeeds{};
+  }();
+  using Kernel = phistep::Kernel<S, Rhs, Solver, needs>;
+
+ public:
+  using Scalar = ScalarOf<S>;
+  using StateType = S;
+  using SchemeType = Scheme;
+  /// What a repetition of the run from here needs to know beside the state.
+  struct Checkpoint {
+    typename Rhs::Memory memory;
+    typename Working::Progress progress;
+  };
+
+  static_assert(Refusal<Traits::fault, Rhs::drifts>::is_said);
+  static_assert(
+      suits<Unwrapped<F>, Scheme>,
+      "phistep: at(scheme, term) takes forward_euler or the stepper's own scheme (terms at other phi: not yet)");
+  static_assert(!is_at<F>, "phistep: at(scheme, term) marks a term of a sum, there is no sum here");
+  static_assert(
+      !Scheme::is_pair || Rhs::drifts,
+      "phistep: a pair (phi_force, phi_drift) and velocity_verlet need a motion (r, v), not a first-order state");
+
+  /// @param state   gives the sizes; it is not kept
+  /// @param psi     the force Ψ, copied; wrap it in std::ref to keep it outside
+  /// @param scheme  forward_euler, trapezoidal, backward_euler, midpoint, velocity_verlet, phi(0.7), tr_bdf2, …
+  /// @param mass    mass(m) or capacity(C); M = 1 if left out
+  /// @param solver  newton(options) or newton<LinearSolver>(options)
+  /// @throws std::invalid_argument where sizes or masses can't work
+  PhiStepper(const S& state, F psi, Scheme scheme, MassSpec mass = {}, Solver solver = {})
+      : scheme_{scheme},
+        mass_{std::move(mass)},
+        kernel_{state, Rhs{std::move(psi), bind_masses<S>(mass_, Kernel::Transaction::copy_of(state))}, solver},
+        working_{scheme, Kernel::Transaction::copy_of(state)} {}
+  PhiStepper(const S& state, F psi, Scheme scheme, Solver solver) requires std::is_same_v<MassSpec, UnitMasses>
+      : PhiStepper{state, std::move(psi), scheme, UnitMasses{}, solver} {}
+
+  /// Advances the state from t to t + dt. [time] dt < 0 steps backward.
+  /// On any failure the state keeps every bit; an exception thrown by the force passes through, likewise. The next step is
+  /// then that of a new stepper with the same history.
+  StepReport step(S& state, Scalar t, Scalar dt) { return step(state, t, dt, Origin::unknown); }
+
+  /// With Origin::unedited the caller vouches that the state is what the last step left, and saves the check.
+  StepReport step(S& state, Scalar t, Scalar dt, Origin origin) {
+    if constexpr (Traits::valid) {
+      if constexpr (static_unknowns<S> == Eigen::Dynamic)
+        if (!kernel_.fits(state)) resize(state);
+      const StepReport report =
+          kernel_.run(state, t, dt, origin, false, [this](auto& step) { return working_.step(kernel_, step); });
+      if (report) working_.accepted();
+      return report;
+    } else {
+      return {};
+    }
+  }
+
+  /// Whether `attempt` can say how large a step's error is: some schemes always, some once they have a past, some never
+  /// (StepDoubling serves those).
+  static constexpr bool traces = Working::traces;
+  static constexpr bool is_affine = Traits::is_affine;
+  [[nodiscard]] bool estimates(const Trace<PlainState<S>>& trace) const {
+    if constexpr (traces) return working_.estimates(trace);
+    else return false;
+  }
+  /// A step that becomes the state only if accept(y, y⁺, trace) says so; otherwise Outcome::error_too_large, and the state
+  /// keeps every bit. The trace tells of the step what it can. What a failed try has found serves the next: whoever gives up
+  /// calls forget_solves().
+  template <class Accept>
+  StepReport attempt(S& state, Scalar t, Scalar dt, Origin origin, Trace<PlainState<S>>& trace,
+                     Accept&& accept) requires traces {
+    if constexpr (Traits::valid) {
+      if constexpr (static_unknowns<S> == Eigen::Dynamic)
+        if (!kernel_.fits(state)) resize(state);
+      const StepReport report = kernel_.run(state, t, dt, origin, true, [&](auto& plain) {
+        typename Kernel::TracedData step{plain, trace};
+        trace.dt = dt;
+        trace.has_slopes = trace.has_error = false;
+        const Outcome outcome = working_.step(kernel_, step);
+        plain.psi_next_known = step.psi_next_known;
+        if (failed(outcome)) return outcome;
+        return accept(step.y, std::as_const(step.next), trace) ? Outcome::success : Outcome::error_too_large;
+      });
+      if (report) working_.accepted();
+      return report;
+    } else {
+      return {};
+    }
+  }
+  /// out = y' at (t, y): for motion v and M⁻¹Ψ. One force call; false where it isn't finite.
+  [[nodiscard]] bool slope(Scalar t, const PlainState<S>& y, PlainState<S>& out) {
+    RateOf<S> psi = make_rate<S>(y);
+    return kernel_.rhs().whole_slope(t, y, out, psi);
+  }
+  /// Of the last step: the sizes of its solves' corrections.
+  [[nodiscard]] const Failure& history() const { return kernel_.history(); }
+
+  [[nodiscard]] int order() const { return working_.order(); }
+  /// The power of Δt with which the error estimate of `attempt` goes.
+  [[nodiscard]] int error_order() const {
+    if constexpr (requires { working_.error_order(); }) return working_.error_order();
+    else return working_.order() + 1;
+  }
+  /// Whether its steps solve no equations, so that stability keeps Δt within what slopes at both ends can tell.
+  static constexpr bool solves_nothing = !needs.solver && !needs.stages;
+  /// Whether each step makes its matrix anew, so that keeping Δt spares nothing.
+  static constexpr bool refactorises = needs.stages && !Traits::is_affine;
+  /// Whether the scheme knows the solution inside the step just accepted better than its ends tell.
+  static constexpr bool interpolates = Working::interpolates;
+  /// Where in a step its interpolant is worst.
+  static constexpr std::array<double, 2> doubtful_at = Working::doubtful_at;
+  /// out = y(t + x dt), 0 < x < 1, of the step from y0 to y1 that `attempt` did last with trace.wants_dense.
+  void interpolate(Scalar x, Scalar dt, const PlainState<S>& y0, const PlainState<S>& y1, PlainState<S>& out) const
+      requires(interpolates) {
+    working_.interpolate(x, dt, y0, y1, out);
+  }
+  [[nodiscard]] const Statistics& statistics() const { return kernel_.rhs().statistics(); }
+  /// How the library solves the linear equations of this scheme, force and mass; "none" where there are none.
+  [[nodiscard]] const char* solver_name() const { return kernel_.solver_name(); }
+  /// The scheme at work: stage values of the last step, where it has some.
+  [[nodiscard]] const Working& working() const { return working_; }
+
+  /// M of the solved blocks, one bound mass each.
+  [[nodiscard]] const Masses& masses() const { return kernel_.rhs().masses(); }
+
+  [[nodiscard]] const Scheme& scheme() const { return scheme_; }
+  [[nodiscard]] const MassSpec& mass() const { return mass_; }
+  /// The force, to be called and not to be changed: nothing is forgotten.
+  [[nodiscard]] auto& force_to_look_at() { return kernel_.rhs().whole_force(); }
+  /// The force, to change its parameters between steps; what was known of the old one is forgotten.
+  [[nodiscard]] auto& force() {
+    forget();
+    return kernel_.rhs().whole_force();
+  }
+  /// The committed history of a force with memory.
+  [[nodiscard]] const auto& memory() const { return kernel_.rhs().memory(); }
+  void set_memory(typename Rhs::Memory memory) {
+    kernel_.rhs().set_memory(std::move(memory));
+    forget();
+  }
+  [[nodiscard]] Checkpoint checkpoint() const { return {memory(), working_.progress()}; }
+  /// Matrices stay: what they are worth shows in the next solve.
+  void restore(Checkpoint checkpoint) {
+    kernel_.rhs().set_memory(std::move(checkpoint.memory));
+    kernel_.forget_force();
+    working_.forget();
+    working_.resume(checkpoint.progress);
+  }
+  /// Writes all that later steps depend on beside the state and the parameters given here: the history, how far the scheme
+  /// has come, Ψ, Jacobian and factors where they are carried from step to step, and the counts.
+  void save(Writer& out) const { save_parts(out, working_, kernel_); }
+  /// Reads what save() wrote for a stepper made alike; then() reads what follows. The next steps give the bits that the
+  /// saved one would have given. @throws CheckpointError, before anything has changed
+  void load(Reader& in, auto&& then) { load_parts(in, then, working_, kernel_); }
+  /// Forgets what solves have left, Jacobians and factors, as a step that fails does.
+  void forget_solves() { kernel_.forget_solves(); }
+  /// Starts anew: forgets all that is carried from step to step (Ψ, Jacobian, factors), and that there were steps.
+  /// Never needed after an edit of the state.
+  void reset() {
+    forget();
+    working_.reset();
+  }
+
+  /// How often something was forgotten by request: who keeps slopes of this force has to forget them, too.
+  [[nodiscard]] std::int64_t changes() const { return changes_; }
+
+ private:
+  void forget() {
+    ++changes_;
+    kernel_.reset();
+    working_.forget();
+  }
+  void resize(const S& state) {
+    // What may throw comes first: a stepper half resized would write out of bounds at the next step.
+    const auto copy = Kernel::Transaction::copy_of(state);
+    auto masses = bind_masses<S>(mass_, copy);
+    Working fresh = working_;
+    fresh.resize(copy);
+    kernel_.resize(state, copy, std::move(masses));
+    working_ = std::move(fresh);
+  }
+
+  [[no_unique_address]] Scheme scheme_;
+  [[no_unique_address]] MassSpec mass_;
+  Kernel kernel_;
+  [[no_unique_address]] Working working_;
+  std::int64_t changes_ = 0;
+};
+
+/// No stepper: says why, and nothing else.
+template <class S, class F, class Scheme, class MassSpec, ImplicitSolver Solver>
+  requires(!State<S> || !is_mass_spec<MassSpec>)
+class PhiStepper<S, F, Scheme, MassSpec, Solver> {
+ public:
+  static_assert(StateRefusal<State<S>>::is_said);
+  static_assert(
+      is_mass_spec<MassSpec>,
+      "phistep: after the scheme comes the mass, mass(2.0) or capacity(matrix), then the solver, newton(options) or "
+      "fixed_point()");
+  explicit PhiStepper(const S& /*state*/, const auto&... /*any*/) {}
+  StepReport step(auto&&... /*any*/) { return {}; }
+};
+
+template <class S, class F, class Scheme>
+PhiStepper(const S&, F, Scheme) -> PhiStepper<S, F, Scheme>;
+template <class S, class F, class Scheme>
+PhiStepper(const S&, F, Scheme, UnitMasses) -> PhiStepper<S, F, Scheme>;
+template <class S, class F, class Scheme, class... M>
+PhiStepper(const S&, F, Scheme, MassList<M...>) -> PhiStepper<S, F, Scheme, MassList<M...>>;
+template <class S, class F, class Scheme, ImplicitSolver Solver>
+PhiStepper(const S&, F, Scheme, Solver) -> PhiStepper<S, F, Scheme, UnitMasses, Solver>;
+template <class S, class F, class Scheme, ImplicitSolver Solver>
+PhiStepper(const S&, F, Scheme, UnitMasses, Solver) -> PhiStepper<S, F, Scheme, UnitMasses, Solver>;
+template <class S, class F, class Scheme, class... M, ImplicitSolver Solver>
+PhiStepper(const S&, F, Scheme, MassList<M...>, Solver) -> PhiStepper<S, F, Scheme, MassList<M...>, Solver>;
+
+}  // namespace phistep::inline PHISTEP_ABI

@@ -1,0 +1,111 @@
+// TR-BDF2: one factorisation, two solves a step, L-stable, order 2.
+#include "schemes/tr_bdf2_cases.hpp"
+#include "support/shared_force.hpp"
+
+using namespace tr_bdf2_cases;
+
+using V2 = Eigen::Vector2d;
+
+TEST_CASE("order 2: first order, motion with damping, both non-autonomous, nonlinear, with a mass") {
+  using Flow = problems::ForcedFlow<>;
+  check_order(errors(50,
+                     [](int steps) {
+                       const auto y = Flow::exact(0);
+                       PhiStepper stepper{y, Flow{}, tr_bdf2, capacity(Flow::capacity)};
+                       return distance(march(stepper, y, 0.0, 2.0, steps), Flow::exact(2));
+                     }),
+              2);
+}
+
+TEST_CASE("R(z) is the formula, vanishes at infinity, and has the error constant -0.0404") {
+  // Three roundings of numbers of size 1 in b, each amplified by at most β: 4 u max(1, |R|), and Newton's last digit.
+  for (const double z : {-1e-3, -0.1, -1.0, -5.0, -40.0, -1e3, -1e6, 0.5}) {
+    CAPTURE(z);
+    CHECK(std::abs(amplification(z) - formula(z)) <= 8 * 1.2e-16 * std::max(1.0, std::abs(formula(z))));
+  }
+  CHECK(std::abs(amplification(-1e10)) < 1e-9);
+  CHECK(amplification(-1e10) == Approx(formula(-1e10)).epsilon(1e-12));  // the few digits left are right too
+  // e^z − R = c z³ (1 + O(z)): the next term is 0.5 % at this z, rounding 1e-16/8e-9·… below it.
+  const double z = -5e-3;
+  const double constant = (std::expm1(z) - (amplification(z) - 1)) / (z * z * z);
+  CHECK(constant == Approx(-0.0404401).epsilon(0.01));
+}
+
+TEST_CASE("an oscillator loses energy by the formula, at fourth order") {
+  // |R(iωΔt)|² = (1+2η²)/(1+η²)², η = γωΔt/2; the damping ratio is η⁴/(2ωΔt) to leading order.
+  using V = Eigen::Matrix<double, 1, 1>;
+  for (const double a : {0.01, 0.3, 1.0, 10.0, 1e4}) {  // a = ωΔt, ω = 2
+    Motion<V> y{V(0.3), V(-0.8)};
+    PhiStepper stepper{y, [](const V& r) -> V { return -12.0 * r; }, tr_bdf2, mass(3.0)};
+    const auto energy = [&y] { return 4 * y.r.squaredNorm() + y.v.squaredNorm(); };
+    const double before = energy(), eta = a * (1 - std::sqrt(0.5));
+    problems::step(stepper, y, 0.0, a / 2);
+    const double expected = (1 + 2 * eta * eta) / std::pow(1 + eta * eta, 2);
+    CAPTURE(a);
+    CHECK(expected == Approx(std::norm(formula(std::complex<double>(0, a)))).epsilon(1e-12));
+    // b = y + β(Y−y) cancels by a factor of a at most, in r and in v.
+    CHECK(std::abs(energy() / before - expected) <= 50 * 1.2e-16 * std::max(1.0, a));
+  }
+}
+
+TEST_CASE("exact counts: one Jacobian, one factorisation a run; the force at the end serves the next step") {
+  const shared_force::OfState<V2> pull = [](const V2& y) -> V2 { return -4 * y; };
+  const auto count = [](V2 y, auto force) {
+    PhiStepper stepper{y, force, tr_bdf2};
+    for (int k = 0; k < n; ++k) problems::step(stepper, y, 0.01 * k, 0.01);
+    return stepper.statistics();
+  };
+  const Statistics s = count(V2(1, 2), pull);
+  CHECK(s.steps == n);
+  CHECK(s.jacobians == 1);
+  CHECK(s.factorizations == 1);
+  // Two for the Jacobian, one at the start of the run, else only residuals, of which the first starts from a known Ψ.
+  CHECK(s.force_calls == 2 + 1 + s.iterations - n);
+  CHECK(s.solves == s.iterations);
+  CHECK(s.iterations <= 4 * n + 2);
+  // Affine: one solve for each resolve, and a residual to check it after solves 1, 2, 4, 8, 16 and 32.
+  const Statistics promised = count(V2(1, 2), affine(pull));
+  CHECK(promised.solves == 2 * n);
+  CHECK(promised.iterations == 0);
+  CHECK(promised.force_calls == 2 + 1 + n + 6);
+}
+
+TEST_CASE("the force carried over stays good: ten thousand steps, stiff and not, as with a fresh force") {
+  const shared_force::OfState<V2> two = [](const V2& y) -> V2 { return {-1e6 * (y[0] - y[1]), -0.1 * y[1]}; };
+  Eigen::Vector2d carried{2, 1}, fresh = carried;
+  PhiStepper a{carried, two, tr_bdf2}, b{fresh, two, tr_bdf2};
+  double worst = 0;
+  for (int k = 0; k < 10000; ++k) {
+    problems::step(a, carried, 0.0, 0.01);
+    b.reset();
+    problems::step(b, fresh, 0.0, 0.01);
+    worst = std::max(worst, (carried - fresh).cwiseAbs().maxCoeff());
+  }
+  CHECK(a.statistics().force_calls < b.statistics().force_calls);
+  // A random walk of 1e4 roundings of numbers ≤ 1 would end at 1e-14, a drift at 1e-12.
+  CHECK(worst <= 1e-13);
+}
+
+TEST_CASE("the stage values give the embedded estimate, which is of order 3 per step") {
+  // y⁺ − ŷ⁺ = Σ (b_i − b̂_i) Δt k_i with b = (w, w, γ/2), b̂ = ((1−w)/3, (3w+1)/3, γ/6), w = √2/4.
+  const double g = 2 - std::sqrt(2.0), w = std::sqrt(2.0) / 4;
+  using Flow = problems::ForcedFlow<>;
+  const auto both = [&](double h) {
+    auto y = Flow::exact(0.3);
+    const auto y0 = y;
+    PhiStepper stepper{y, Flow{}, tr_bdf2, capacity(Flow::capacity)};
+    problems::step(stepper, y, 0.3, h);
+    const auto& stage = stepper.working().stage();
+    Flow::State slope;
+    REQUIRE(stepper.slope(0.3, y0, slope));
+    const auto base = (y0 + g / 2 * h * slope).eval();
+    const auto b = (y0 + stepper.working().beta * (stage - y0)).eval();
+    const auto estimate = (((4 * w - 1) / 3 * (base - y0) - (stage - base) / 3 + g / 3 * (y - b)) / (g / 2)).eval();
+    return std::pair{distance(y, Flow::exact(0.3 + h)), distance(estimate, Flow::State::Zero())};
+  };
+  const auto [error, estimate] = both(0.01);
+  const auto [error2, estimate2] = both(0.005);
+  CHECK(std::log2(estimate / estimate2) == Approx(3).margin(0.1));
+  CHECK(estimate / error == Approx(1).margin(0.1));  // it is the error, up to one more order
+  CHECK(std::log2(error / error2) == Approx(3).margin(0.1));
+}
