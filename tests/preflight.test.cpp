@@ -79,6 +79,22 @@ TEST_CASE("stable at preflight's dt, not at 1.5 times it: first order") {
   CHECK(report.unringing_dt == Approx(1.0 / 200).epsilon(1e-3));
 }
 
+TEST_CASE("schemes without a formula are known by their own steps") {
+  // rodas4 is of order 4 and L-stable; rkn86's polynomial grows without bound.
+  const Method stiff = method_of(rodas4);
+  for (const std::complex<double> z : {std::complex{-0.1, 0.0}, std::complex{0.05, 0.08}})
+    CHECK(std::abs(stiff.factor(z) - std::exp(z)) < 0.05 * std::pow(std::abs(z), 5));
+  CHECK(std::abs(stiff.factor(-1e6)) < 1e-4);
+  CHECK(stiff.is_a_stable());
+  const auto y = chain_state(20);
+  const auto report = check_scene("chain, rkn86", PhiStepper{y, spring_network<1>(chain(20, 300)), rkn86, mass(2.0)}, y);
+  CHECK(report.stable_dt > 0);
+  Vec u = Vec::LinSpaced(3, 0.0, 1.0);
+  const auto decay = [](const Vec& x) -> Vec { return -50 * x; };
+  PhiStepper stepper{u, decay, rodas4};
+  CHECK(std::isinf(preflight(stepper, u, 1.0).stable_dt));
+}
+
 TEST_CASE("every structure gives the same bound") {
   for (const int n : {50, 300}) {
     const auto y = chain_state(n);

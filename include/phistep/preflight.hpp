@@ -17,6 +17,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <exception>
 #include <functional>
 #include <limits>
@@ -28,6 +29,7 @@
 
 #include "phistep/equation/right_hand_side.hpp"
 #include "phistep/force/evaluate.hpp"
+#include "phistep/force/linear.hpp"
 #include "phistep/force/signature.hpp"
 #include "phistep/force/sum.hpp"
 #include "phistep/jacobian/analytic.hpp"
@@ -36,6 +38,7 @@
 #include "phistep/preflight/report.hpp"
 #include "phistep/solve/difference_tangent.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/motion.hpp"
 #include "phistep/state/unknowns.hpp"
 #include "phistep/step/halving.hpp"
 #include "phistep/step/phi_stepper.hpp"
@@ -186,19 +189,66 @@ template <class F, class D, Form form>
   }
   return stage + short_number(f) + ")";
 }
+/// What a scheme calls itself.
+template <class Scheme>
+[[nodiscard]] std::string scheme_name(const Scheme& scheme) {
+  if constexpr (requires { scheme.name(); }) return scheme.name();
+  else if constexpr (requires { scheme.base; }) return "extrapolated(" + scheme_name(scheme.base) + ")";
+  else if constexpr (requires { scheme.scheme; }) return "composed(" + scheme_name(scheme.scheme) + ")";
+  else return "this scheme";
+}
 [[nodiscard]] inline std::string scheme_name(VelocityVerlet) { return "velocity_verlet"; }
 [[nodiscard]] inline std::string scheme_name(TrBdf2) { return "tr_bdf2"; }
 [[nodiscard]] inline std::string scheme_name(Rannacher) { return "rannacher"; }
 
 /// What Δt and the stepper's scheme will do to this force, these masses and this state.
+/// One oscillator r'' = −a² r.
+struct TestOscillator : ForceTerm {
+  double a_squared;
+  static constexpr bool uses_velocity = false, uses_time = false, is_affine = true;
+  explicit TestOscillator(double a) : a_squared{a * a} {}
+  void add(auto /*t*/, const auto& y, auto& out) const { out.force -= a_squared * y.r; }
+  void add_jacobian(auto /*t*/, const auto& /*y*/, auto& sink) const { sink.position(0, 0, -a_squared); }
+};
+/// A scheme that no formula of method.hpp describes: as its own steps tell, of y' = z y, z = x + iy as a 2×2 matrix, or of an
+/// oscillator where it takes motions alone. NaN where such a step fails.
+template <class Scheme>
+[[nodiscard]] Method method_of(const Scheme& scheme) {
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  Method method;
+  if constexpr (Scheme::is_pair) {
+    method.kind = Method::Kind::motion;
+    method.step_of = [scheme, nan](double a) {
+      using One = Eigen::Matrix<double, 1, 1>;
+      Eigen::Matrix2d G;
+      for (int j = 0; j < 2; ++j) {
+        Motion<One> y{One(j == 0 ? 1.0 : 0.0), One(j == 0 ? 0.0 : 1.0)};
+        PhiStepper stepper{y, TestOscillator{a}, scheme};
+        if (stepper.step(y, 0, 1)) G.col(j) << y.r, y.v;
+        else G.setConstant(nan);
+      }
+      return G;
+    };
+  } else {
+    method.kind = Method::Kind::rational;
+    if constexpr (requires { Scheme::is_a_stable; }) method.a_stable = Scheme::is_a_stable;
+    method.R = [scheme, nan](std::complex<double> z) -> std::complex<double> {
+      Eigen::Matrix2d A;
+      A << z.real(), -z.imag(), z.imag(), z.real();
+      Eigen::Vector2d y{1, 0};
+      PhiStepper stepper{y, linear(A), scheme};
+      if (!stepper.step(y, 0, 1)) return {nan, nan};
+      return {y[0], y[1]};
+    };
+  }
+  return method;
+}
+
 /// @param dt  [time] the step you have in mind
 template <State S, class F, class Scheme, class MassSpec, ImplicitSolver Solver>
 [[nodiscard]] PreflightReport preflight(PhiStepper<S, F, Scheme, MassSpec, Solver>& stepper, const S& state, double dt,
                                         const PreflightOptions& options = {}) {
   using Scalar = ScalarOf<S>;
-  static_assert(
-      requires(const Scheme& scheme) { method_of(scheme); },
-      "phistep: preflight doesn't know this scheme; overload method_of(scheme) and scheme_name(scheme) for it");
   PreflightReport report;
   report.dt = dt;
   const bool valid = dt > 0 && std::isfinite(dt);

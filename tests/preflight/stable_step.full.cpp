@@ -75,7 +75,7 @@ double check(const LinearisedProblem& problem, const Method& method) {
   return longer;
 }
 
-constexpr Method verlet{Kind::verlet, 0.5, 0.5}, kick_drift{Kind::pair, 0, 1}, drift_kick{Kind::pair, 1, 0},
+const Method verlet{Kind::verlet, 0.5, 0.5}, kick_drift{Kind::pair, 0, 1}, drift_kick{Kind::pair, 1, 0},
     euler{Kind::single, 0, 0}, quarter{Kind::single, 0.25, 0.25}, half{Kind::single, 0.5, 0.5},
     pair{Kind::pair, 0.2, 0.9};
 

@@ -118,10 +118,7 @@ class Assessment {
     report_.fastest_factor = std::abs(g);
     report_.rings = lambda.imag() == 0 && g.real() < 0;
     if (motion_ || !(spectrum_.real_decay > 0 || spectrum_.exact) || !is_real()) return;
-    // R(z) ≥ 0; TR-BDF2's zero is at ζ = −1/√2.
-    const double zero =
-        method_.kind == Method::Kind::two_stage ? 1 / (std::numbers::sqrt2 - 1) : 1 / (1 - method_.force);
-    report_.unringing_dt = zero / spectrum_.radius;
+    report_.unringing_dt = method_.sign_limit() / spectrum_.radius;
     const SparseRows& J = problem_.whole.C;
     double own = 0;
     bool mixes =

@@ -9,6 +9,9 @@
 /// is the central difference (r⁺−2r+r⁻)/Δt² + C (r⁺−r⁻)/2Δt + K r = 0, whose energy
 /// ½uᵀ(1 − Δt²K/4)u + ½ r̄ᵀK r̄ falls by Δt uᵀC u a step: stable for ωΔt < 2 with any C + Cᵀ ≥ 0. For (0, 1) and (1, 0) the mass
 /// in it is 1 ∓ ½ΔtC instead: ω²Δt² + 2cΔt < 4, and ωΔt < 2, for symmetric C ≥ 0.
+///
+/// Of any other scheme R(z), or its matrix for an oscillation, is what its own step makes of y' = zy, or of r'' = −a²r, and
+/// where it ends to be stable is looked for along a ray, in steps of a hundredth: to a growth of 1e-9 a step.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,6 +20,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <functional>
 #include <limits>
 #include <numbers>
 
@@ -27,16 +31,31 @@ namespace phistep::inline PHISTEP_ABI {
 
 /// A scheme as numbers.
 struct Method {
-  enum class Kind { single, pair, verlet, two_stage };
+  enum class Kind {
+    single,     ///< (1)
+    pair,       ///< (3)
+    verlet,     ///<
+    two_stage,  ///< (2)
+    rational,   ///< some other R(z)
+    motion      ///< of a motion alone, known by what it does to an oscillation
+  };
   Kind kind = Kind::single;
   double force = 0, drift = 0;  ///< φ_force and φ_drift; φ twice where there is one
+  bool a_stable = false;        ///< `rational`: by proof
+  std::function<std::complex<double>(std::complex<double>)> R{};  ///< `rational`
+  std::function<Eigen::Matrix2d(double)> step_of{};               ///< `motion`: of (r, v) at a = ω, Δt = 1
 
-  [[nodiscard]] bool is_single() const { return kind == Kind::single || kind == Kind::two_stage; }
+  [[nodiscard]] bool is_single() const {
+    return kind == Kind::single || kind == Kind::two_stage || kind == Kind::rational;
+  }
   /// Stable for every mode that doesn't grow, at any Δt.
-  [[nodiscard]] bool is_a_stable() const { return kind == Kind::two_stage || (kind == Kind::single && force >= 0.5); }
+  [[nodiscard]] bool is_a_stable() const {
+    return kind == Kind::two_stage || (kind == Kind::single && force >= 0.5) || a_stable;
+  }
 
   /// The factor of one step on a mode e^{λt}, z = λΔt; for kinds with one R.
   [[nodiscard]] std::complex<double> factor(std::complex<double> z) const {
+    if (kind == Kind::rational) return R(z);
     if (kind == Kind::two_stage) {
       const std::complex<double> zeta = 0.5 * (2 - std::numbers::sqrt2) * z;
       return (1.0 + std::numbers::sqrt2 * zeta) / ((1.0 - zeta) * (1.0 - zeta));
@@ -46,17 +65,22 @@ struct Method {
   /// The factor of one step on an undamped oscillation, a = ωΔt.
   [[nodiscard]] std::complex<double> oscillation(double a) const {
     if (is_single()) return factor({0, a});
+    if (kind == Kind::motion) {
+      const Eigen::Matrix2d G = step_of(a);
+      return larger_eigenvalue(G.trace(), G.determinant());
+    }
     const double d = kind == Kind::verlet ? 1 : 1 + force * drift * a * a, s = kind == Kind::verlet ? 1 : force + drift;
     const double trace = 2 - s * a * a / d, det = 1 + (1 - s) * a * a / d;
-    const double square = det - trace * trace / 4;
-    if (square >= 0) return {trace / 2, std::sqrt(square)};
-    return trace / 2 + std::copysign(std::sqrt(-square), trace);
+    return larger_eigenvalue(trace, det);
   }
   /// ωΔt up to which an undamped oscillation stays bounded: infinite, or 0 for never.
   [[nodiscard]] double oscillation_limit() const {
     constexpr double always = std::numeric_limits<double>::infinity();
     if (kind == Kind::verlet) return 2;
-    if (is_single()) return is_a_stable() ? always : 0;
+    if (is_a_stable()) return always;
+    if (kind == Kind::rational || kind == Kind::motion)
+      return end_of([this](double a) { return std::abs(oscillation(a)) <= 1 + growth; });
+    if (is_single()) return 0;
     if (force + drift < 1 - 1e-12) return 0;
     const double product = (2 * force - 1) * (1 - 2 * drift);
     return product > 0 ? 2 / std::sqrt(product) : always;
@@ -64,6 +88,10 @@ struct Method {
   /// Δt up to which a mode e^{λt} that doesn't grow stays bounded; for kinds with one R.
   [[nodiscard]] double decay_limit(std::complex<double> lambda) const {
     if (is_a_stable()) return std::numeric_limits<double>::infinity();
+    if (kind == Kind::rational) {
+      const double size = std::abs(lambda);
+      return end_of([&](double x) { return std::abs(R(x / size * lambda)) <= 1 + growth; }) / size;
+    }
     return std::max(0.0, -2 * lambda.real()) / ((1 - 2 * force) * std::norm(lambda));
   }
   /// Relative error of the exponent that a step gives to e^{λt}: that of the period (real part) and, for oscillations, the
@@ -85,6 +113,33 @@ struct Method {
       (std::abs(exponent_error(a / size * lambda)) <= accuracy ? low : high) = a;
     }
     return low / size;
+  }
+  /// |z| on the negative real axis up to which R(z) is positive: no mode changes its sign from step to step.
+  [[nodiscard]] double sign_limit() const {
+    if (kind == Kind::rational) return end_of([this](double x) { return R(-x).real() >= 0; });
+    return kind == Kind::two_stage ? 1 / (std::numbers::sqrt2 - 1) : 1 / (1 - force);  // TR-BDF2: at ζ = −1/√2
+  }
+
+ private:
+  static constexpr double growth = 1e-9;  ///< of a step that counts as stable, where no formula tells
+  /// Where `holds` ends: 0, up to 1e4, or never.
+  [[nodiscard]] static double end_of(auto&& holds) {
+    double low = 0, high = 0.02;
+    for (; holds(high); high *= 1.01) {
+      low = high;
+      if (high > 1e4) return std::numeric_limits<double>::infinity();
+    }
+    if (low == 0) return 0;
+    for (int k = 0; k < 30; ++k) {
+      const double middle = (low + high) / 2;
+      (holds(middle) ? low : high) = middle;
+    }
+    return low;
+  }
+  [[nodiscard]] static std::complex<double> larger_eigenvalue(double trace, double det) {
+    const double square = det - trace * trace / 4;
+    if (square >= 0) return {trace / 2, std::sqrt(square)};
+    return trace / 2 + std::copysign(std::sqrt(-square), trace);
   }
 };
 

@@ -89,9 +89,14 @@ template <class = void>
       for (const auto lambda : s.eigenvalues) {
         const double size = std::abs(lambda);
         if (size <= (motion ? 1e-6 : 1e-10) * s.radius || lambda.real() > 1e-10 * size) continue;
-        dt = std::min(dt, lambda.real() >= -1e-9 * size ? 0 : method.decay_limit(lambda));
+        const bool oscillates = lambda.real() >= -1e-9 * size;
+        dt = std::min(dt, oscillates ? method.oscillation_limit() / size : method.decay_limit(lambda));
       }
       return dt;
+    }
+    if (method.kind == Method::Kind::rational) {
+      if (motion && !s.has_C && s.oscillates) return method.oscillation_limit() / std::sqrt(s.stiffness);
+      return !motion && s.real_decay > 0 && s.up == 0 ? method.decay_limit(-s.real_decay) : unknown;
     }
     const double width = 1 - 2 * method.force;
     if (motion) {
@@ -109,6 +114,7 @@ template <class = void>
     const double limit = method.oscillation_limit();
     return limit == 0 ? 0 : s.stiffness == 0 ? always : limit / std::sqrt(s.stiffness);
   }
+  if (method.kind == Method::Kind::motion) return unknown;
   if (s.exact && problem.whole.K.cols() + problem.whole.C.rows() <= step_matrix_limit)
     return scan_for_stable_step(method, problem, s);
   if (!s.oscillates || !s.dissipative) return unknown;
@@ -129,6 +135,7 @@ template <class = void>
   const Spectrum kicks = spectrum_of(problem.kicks, problem.masses, problem.block, problem.tolerance);
   if (half && whole.oscillates && whole.dissipative && !kicks.has_C && kicks.bounded && kicks.oscillates)
     return 2 / std::sqrt(kicks.stiffness);
+  if (method.kind == Method::Kind::rational || method.kind == Method::Kind::motion) return unknown;
   if (whole.exact && problem.whole.K.cols() + problem.whole.C.rows() <= step_matrix_limit)
     return scan_for_stable_step(method, problem, whole);
   return unknown;

@@ -34,15 +34,18 @@ struct KickDrift {
   static constexpr bool is_pair = true;  // it needs a motion
   static constexpr bool is_explicit = true;
   [[nodiscard]] static constexpr int order() { return Table::order; }
+  [[nodiscard]] static constexpr const char* name() { return Table::name; }
 };
 
 struct Srkn6b {
+  static constexpr const char* name = "srkn6b";
   static constexpr int order = 4;
   static constexpr std::size_t drifts = 6;
   static constexpr long double b[] = {.0829844064174052L, .396309801498368L, -.0390563049223486L};
   static constexpr long double a[] = {.245298957184271L, .604872665711080L};
 };
 struct Srkn11b {
+  static constexpr const char* name = "srkn11b";
   static constexpr int order = 6;
   static constexpr std::size_t drifts = 11;
   static constexpr long double b[] = {.0414649985182624L, .198128671918067L, -.0400061921041533L, .0752539843015807L,

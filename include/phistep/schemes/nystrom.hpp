@@ -38,6 +38,7 @@ struct Nystrom {
   static constexpr bool is_pair = true;  // it needs a motion
   static constexpr bool is_explicit = true;
   [[nodiscard]] static constexpr int order() { return Tableau::order; }
+  [[nodiscard]] static constexpr const char* name() { return Tableau::name; }
 };
 
 /// Order 8, estimate of order 6, eight force calls a step.

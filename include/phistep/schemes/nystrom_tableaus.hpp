@@ -12,6 +12,7 @@ namespace phistep::inline PHISTEP_ABI {
 
 /// RKN8(6)9FM: order 8 and 6, nine stages, the last at r⁺.
 struct Rkn86 {
+  static constexpr const char* name = "rkn86";
   static constexpr int stages = 9, order = 8, error_order = 7;
   static constexpr int dense[] = {0, 3, 4, 5, 6, 8};  // stages to interpolate
   static constexpr double doubtful[] = {0.22, 0.58};  // where v is then farthest off
@@ -56,6 +57,7 @@ struct Rkn86 {
 
 /// RKN12(10)17M: order 12 and 10, seventeen stages.
 struct Rkn1210 {
+  static constexpr const char* name = "rkn1210";
   static constexpr int stages = 17, order = 12, error_order = 11;
   static constexpr int dense[] = {0, 7, 8, 9, 10, 11, 12, 13, 14, 16};  // stages to interpolate
   static constexpr double doubtful[] = {0.12, 0.74};                    // where v is then farthest off

@@ -13,12 +13,15 @@ template <class Tableau>
 struct Rosenbrock {
   static constexpr bool is_pair = false;
   static constexpr bool is_explicit = false;
+  static constexpr bool is_a_stable = true;
   [[nodiscard]] static constexpr int order() { return Tableau::order; }
+  [[nodiscard]] static constexpr const char* name() { return Tableau::name; }
 };
 
 /// RODAS of order 4(3), six stages, six force calls: Hairer & Wanner, Solving ODEs II, sect. IV.10, and their program's
 /// dense output of order 3.
 struct Rodas4 {
+  static constexpr const char* name = "rodas4";
   static constexpr int stages = 6, order = 4, dense = 2;
   static constexpr long double gamma = 0.25L;
   static constexpr long double a[stages][stages] = {
@@ -45,6 +48,7 @@ struct Rodas4 {
 /// Rodas5P of order 5(4), eight stages, eight force calls, and a dense output of order 4: G. Steinebach, BIT Numer. Math.
 /// 63 (2023) 27. Keeps its order on Prothero and Robinson's problem and semi-discretised parabolic ones better than others.
 struct Rodas5P {
+  static constexpr const char* name = "rodas5p";
   static constexpr int stages = 8, order = 5, dense = 3;
   static constexpr long double gamma = 0.21193756319429014L;
   static constexpr long double a[stages][stages] = {

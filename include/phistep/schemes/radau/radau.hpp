@@ -42,6 +42,8 @@ namespace phistep::inline PHISTEP_ABI {
 struct Radau {
   static constexpr bool is_pair = false;
   static constexpr bool is_explicit = false;
+  static constexpr bool is_a_stable = true;
+  [[nodiscard]] static constexpr const char* name() { return "radau"; }
   int stages = 0;  ///< 3, 5 or 7: orders 5, 9 and 13; 0: chosen
 
   /// @throws std::invalid_argument unless s is 3, 5 or 7
