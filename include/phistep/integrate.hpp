@@ -22,7 +22,7 @@ namespace phistep::inline PHISTEP_ABI {
 template <class Stepper, class S, class Control, class... Observers>
 RunReport integrate(Stepper& stepper, S&& state, typename SpanOf<std::remove_reference_t<S>>::type span,
                     const Control& control, Observers&&... observers) {
-  static_assert(StateRefusal<MutableState<S>>::is_said);
+  static_assert(StateRefusal<MutableState<S>, std::remove_reference_t<S>>::is_said);
   if constexpr (MutableState<S>)
     return Run<Stepper, std::remove_reference_t<S>, Control, Observers...>{stepper, state, span, control,
                                                                            std::forward<Observers>(observers)...}

@@ -757,7 +757,7 @@ class Run {
 template <class Stepper, class S, class Control, class... Observers>
   requires(!MutableState<S&> || !ControlOf<Control, S> || !fits_state<Stepper, S>)
 class Run<Stepper, S, Control, Observers...> {
-  static_assert(StateRefusal<MutableState<S&>>::is_said);
+  static_assert(StateRefusal<MutableState<S&>, S>::is_said);
   static constexpr bool has_control = !MutableState<S&> || ControlOf<Control, S>,
                         has_stepper = !MutableState<S&> || fits_state<Stepper, S>;
   static_assert(

@@ -111,19 +111,40 @@ struct Blocks<S> {
   }
 };
 
+/// The numbers of a state, as its first block has them.
+template <class S>
+struct NumberOf {};
+template <EigenDense S>
+struct NumberOf<S> {
+  using type = typename S::Scalar;
+};
+template <BlockStruct S>
+struct NumberOf<S> {
+  using type = typename std::remove_cvref_t<std::tuple_element_t<0, decltype(S::blocks(std::declval<S&>()))>>::Scalar;
+};
+/// It would be a state but for its numbers: complex ones, integers, those of automatic differentiation.
+template <class S>
+inline constexpr bool has_other_numbers = false;
+template <class S>
+  requires requires { typename NumberOf<S>::type; }
+inline constexpr bool has_other_numbers<S> = !std::is_floating_point_v<typename NumberOf<S>::type>;
+
 /// A state the steppers can advance.
 template <class S>
-concept State = EigenDense<S> || BlockStruct<S>;
+concept State = (EigenDense<S> || BlockStruct<S>)&&!has_other_numbers<S>;
 
 /// Whether S, the type of an argument, is a state that can be stepped.
 template <class S>
 concept MutableState = State<std::remove_reference_t<S>> && std::is_lvalue_reference_v<S>;
 
 /// Says what a state may be.
-template <bool is_state>
+template <bool is_state, class S>
 struct StateRefusal {
+  static_assert(is_state || !has_other_numbers<S>,
+                "phistep: the state's numbers must be float, double or long double. A complex state is a real one of twice "
+                "its length, its real parts before its imaginary ones; a derivative by a parameter is a second block");
   static_assert(
-      is_state,
+      is_state || has_other_numbers<S>,
       "phistep: the state must be an Eigen vector or matrix that can be changed, a Map of your array "
       "(Eigen::Map<Eigen::VectorXd> y{x.data(), n} of a std::vector), Motion{r, v}, Particles or a struct with "
       "blocks; give an expression a name (Eigen::VectorXd y = ...), make one number an Eigen::Vector<double, 1>");

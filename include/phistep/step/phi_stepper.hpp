@@ -231,7 +231,7 @@ template <class S, class F, class Scheme, class MassSpec, ImplicitSolver Solver>
   requires(!State<S> || !is_mass_spec<MassSpec>)
 class PhiStepper<S, F, Scheme, MassSpec, Solver> {
  public:
-  static_assert(StateRefusal<State<S>>::is_said);
+  static_assert(StateRefusal<State<S>, S>::is_said);
   static_assert(
       is_mass_spec<MassSpec>,
       "phistep: after the scheme comes the mass, mass(2.0) or capacity(matrix), then the solver, newton(options) or "
