@@ -87,7 +87,8 @@ TEST_CASE("schemes without a formula are known by their own steps") {
   CHECK(std::abs(stiff.factor(-1e6)) < 1e-4);
   CHECK(stiff.is_a_stable());
   const auto y = chain_state(20);
-  const auto report = check_scene("chain, rkn86", PhiStepper{y, spring_network<1>(chain(20, 300)), rkn86, mass(2.0)}, y);
+  const auto report =
+      check_scene("chain, rkn86", PhiStepper{y, spring_network<1>(chain(20, 300)), rkn86, mass(2.0)}, y);
   CHECK(report.stable_dt > 0);
   Vec u = Vec::LinSpaced(3, 0.0, 1.0);
   const auto decay = [](const Vec& x) -> Vec { return -50 * x; };

@@ -9,11 +9,11 @@
 #include <limits>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <tuple>
 #include <type_traits>
 #include <utility>
 
+#include "phistep/control/control_of.hpp"
 #include "phistep/control/fixed_step.hpp"
 #include "phistep/control/grid_pace.hpp"
 #include "phistep/control/iteration_control.hpp"
@@ -29,6 +29,7 @@
 #include "phistep/observe/dense_output.hpp"
 #include "phistep/observe/event.hpp"
 #include "phistep/observe/event_set.hpp"
+#include "phistep/observe/interpolant_trust.hpp"
 #include "phistep/observe/show.hpp"
 #include "phistep/problem/edit_guard.hpp"
 #include "phistep/problem/kernel.hpp"
@@ -36,30 +37,12 @@
 #include "phistep/schemes/extrapolation/extrapolation.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/parts.hpp"
+#include "phistep/step/error_law.hpp"
 #include "phistep/step/step_doubling.hpp"
 #include "phistep/step/step_inside.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// The pace that a control asks for.
-template <State S>
-[[nodiscard]] ErrorPace<PlainState<S>> pace_of(const tolerance& control) {
-  return ErrorPace<PlainState<S>>{control};
-}
-template <State S>
-[[nodiscard]] ErrorPace<PlainState<S>> pace_of(const SmallerOf& control) {
-  return ErrorPace<PlainState<S>>{control};
-}
-template <State S>
-[[nodiscard]] IterationPace<PlainState<S>> pace_of(const iteration_control& control) {
-  return IterationPace<PlainState<S>>{control};
-}
-
-/// What a run takes as its control.
-template <class Control, class S>
-concept ControlOf = std::is_same_v<Control, FixedStep> || requires(const Control& control) {
-  pace_of<S>(control);
-};
 /// Whether the stepper may have been made for a state of this type.
 template <class Stepper, class S>
 inline constexpr bool fits_state = true;
@@ -108,7 +91,7 @@ class Run {
   bool advance() { return step(true); }
   /// All the way.
   RunReport finish() {
-    // From here on, nobody but the observers has the state between steps: where there are none, nobody.
+    // From here on only observers can edit the state between steps.
     alone_ = sizeof...(Observers) == 0;
     for (bool edited = true; step(edited);) edited = !alone_;
     return report();
@@ -186,7 +169,7 @@ class Run {
     std::apply(
         [&](auto&... observer) {
           f(self.stepper_, state, self.pace_, time, self.report_, self.before_, self.begun_, self.ended_, self.first_,
-            self.edits_, self.events_, observer...);
+            self.edits_, self.events_, self.trust_, observer...);
         },
         observers);
   }
@@ -199,7 +182,7 @@ class Run {
 
   /// How a step was tried: without a look at its error, by a scheme that tells of its error, or in two halves.
   enum class Way { plain, traced, doubled };
-  /// Where a step starts, for whoever goes back there.
+  /// Where a step starts: what go_back() restores.
   struct Start {
     Scalar t, lost;
   };
@@ -271,8 +254,9 @@ class Run {
     begun_ = true;  // an exception of the force or of an observer leaves it to be done again
     return armed == Outcome::success || end(armed);
   }
-  /// Somebody may have edited the state: nothing that was known of it holds. False where that ends the run.
+  /// After a possible edit of the state: forgets what was kept of it. False where that ends the run.
   bool take_edits() {
+    trust_.forget();
     if constexpr (sees_error)
       if (!pace_.edited(plain())) return end(Outcome::invalid_tolerance);
     const Outcome armed = first_ ? Outcome::success : events_.rearm(t_, state_);
@@ -283,7 +267,7 @@ class Run {
     if constexpr (is_fixed) {
       return pace_.begin(span_);
     } else {
-      return pace_.begin(span_, plain(), error_law());
+      return pace_.begin(span_, plain(), error_law(stepper_));
     }
   }
   template <class Observer>
@@ -325,7 +309,7 @@ class Run {
   [[nodiscard]] Scalar rounding(Scalar t) const {
     return std::numeric_limits<Scalar>::epsilon() * (std::abs(t) + std::abs(t - span_.t0));
   }
-  /// The nearest of all times at which somebody wants the run to stop, its end included.
+  /// The nearest of all times at which an observer wants the run to stop.
   [[nodiscard]] std::optional<Scalar> next_stop(Scalar sign) const {
     std::optional<Scalar> nearest;
     const auto consider = [&](const auto& observer) {
@@ -432,7 +416,7 @@ class Run {
       return (watch(from, dt) || end(Outcome::stopped_by_observer)) && has_shown();
     }
   }
-  /// Whoever looked inside the step has seen what is no number, if its slopes are none, or no step leads there.
+  /// False, and the run ends, where a state inside the step was asked for and its slopes or the step to it failed.
   [[nodiscard]] bool has_shown() {
     if (looked_ != Outcome::success) return end(looked_);
     return slopes_are_finite_ || end(bad_slope_);
@@ -492,7 +476,7 @@ class Run {
     if constexpr (is_fixed) return pace_.length(t_, t);
     else return t - t_ + lost_;
   }
-  /// @tparam for_good  nobody goes back another time: then nothing is allocated
+  /// @tparam for_good  the last time that this step is undone: the checkpoint is moved, nothing is allocated
   template <bool for_good = false>
   void go_back(const Start& start) {
     copy_blocks<S>(state_, start_);
@@ -529,14 +513,15 @@ class Run {
       return std::apply([&](auto&... observer) { return (show(observer, t_, state_) && ...); }, observers_);
     }
   }
-  /// A step has been done that nobody has looked into.
+  /// After a step: no state inside it has been asked for.
   void begin_looks(Scalar from, Scalar dt) {
     slopes_are_finite_ = true;
     looked_ = Outcome::success;
     if constexpr (looks_inside) inside_.reset();
+    trust_.step();
     begin_dense(from, dt);
   }
-  /// The step just done, for whoever looks inside: by the scheme's own interpolant where it has one.
+  /// Prepares dense output of the step just done, by the scheme's own interpolant where it has one.
   void begin_dense(Scalar from, Scalar dt) {
     look_ = {this, from, dt};
     const auto fill = [](void* self, Plain& at_start, Plain& at_end) {
@@ -557,7 +542,7 @@ class Run {
     else return show(observer, t_, state_);
   }
 
-  /// What a look inside the step just done is checked against.
+  /// Checks states inside the step just done by steps that end there.
   struct LookInside {
     Run* run = nullptr;
     Scalar from{}, dt{};
@@ -580,15 +565,20 @@ class Run {
         if constexpr (requires { Stepper::doubtful_at; }) return Stepper::doubtful_at;
         else return SchemeDefaults::doubtful_at;
       }();
+      const double length = std::abs(static_cast<double>(dt));
+      if (const std::optional<bool> known = trust_.known(length)) return *known;
+      double worst = 0;
       for (const double x : places) {
+        if (!(worst <= 0.5)) break;
         const Scalar t = from + static_cast<Scalar>(x) * dt;
         copy_blocks<S>(off_, start_);
         if (!really_go(from, t - from, off_)) return true;  // the run ends for it
         for_each_block([](auto, auto& to, const auto& by) { to -= by; }, Blocks<S>::all(off_),
                        Blocks<S>::all(dense_.interpolated(t)));
-        if (pace_.size(start_, plain(), off_) > 0.5) return false;
+        const double size = pace_.size(start_, plain(), off_);
+        worst = size <= worst ? worst : size;  // NaN, too
       }
-      return true;
+      return trust_.check(length, worst);
     }
   }
   /// out = y(from + dt) by a step from the start of the one just done. False where it fails, and the run ends with that.
@@ -671,24 +661,6 @@ class Run {
     }
   }
   [[nodiscard]] static bool is_finite(const Plain& y) { return !first_non_finite(Blocks<S>::all(y)); }
-  [[nodiscard]] ErrorLaw error_law() const {
-    ErrorLaw law{stepper_.order(), stepper_.order() + 1, dead_band(), StepFilter::H211b};
-    if constexpr (requires { stepper_.error_order(); }) law.error_order = stepper_.error_order();
-    if constexpr (requires { requires Stepper::refactorises; }) law.filter = StepFilter::predictive;
-    else if (law.dead_band > 1) law.filter = StepFilter::PI42;
-    else if (law.order >= 6) law.filter = StepFilter::predictive;  // where Δt changes by a fifth, errors do by a decade
-    return law;
-  }
-  /// By how much Δt has to grow to be worth new factors: without a matrix, at once; Newton makes do with old ones within
-  /// limits; an affine step can't, and a factorisation is then most of what it costs.
-  [[nodiscard]] double dead_band() const {
-    if constexpr (requires { requires Stepper::refactorises; }) return 1;
-    if constexpr (requires { stepper_.solver_name(); })
-      if (const std::string_view name{stepper_.solver_name()}; name == "none" || name == "fixed-point iteration")
-        return 1;
-    if constexpr (requires { requires Stepper::is_affine; }) return 2;
-    else return 1.2;
-  }
   /// Where a run ends by a failure, what its tries have left goes with it.
   void forget_solves() {
     if constexpr (requires { stepper_.forget_solves(); }) stepper_.forget_solves();
@@ -737,9 +709,10 @@ class Run {
   Outcome outcome_ = Outcome::success, bad_slope_ = Outcome::non_finite_force;
   bool begun_ = false, ended_ = false, first_ = true;
   Way way_ = Way::plain;               // of the last attempt
-  bool alone_ = false;                 // nobody has the state between steps
-  bool slopes_are_finite_ = true;      // of the step just done, as far as somebody asked
-  Outcome looked_ = Outcome::success;  // of the steps to where somebody looked inside
+  bool alone_ = false;                 // no observers: the state cannot be edited between steps
+  bool slopes_are_finite_ = true;      // of the step just done, if they were computed
+  Outcome looked_ = Outcome::success;  // of the steps to states asked for inside the step
+  InterpolantTrust trust_;
   LookInside look_;                    // into the step that dense_ tells of
   std::int64_t changes_ = 0;
   EditGuard<S, false, false> edits_;

@@ -75,8 +75,8 @@ TEST_CASE("the limit of a decay, from both sides") {
 
 TEST_CASE("factor and oscillation are eigenvalues of the step") {
   for (const Method& method : {Method{Kind::single, 0.3, 0.3}, Method{Kind::single, 0.5, 0.5},
-                              Method{Kind::single, 1, 1}, Method{Kind::two_stage, 1, 1}, Method{Kind::verlet, 0.5, 0.5},
-                              Method{Kind::pair, 0, 1}, Method{Kind::pair, 0.3, 0.9}})
+                               Method{Kind::single, 1, 1}, Method{Kind::two_stage, 1, 1},
+                               Method{Kind::verlet, 0.5, 0.5}, Method{Kind::pair, 0, 1}, Method{Kind::pair, 0.3, 0.9}})
     for (const double a : {0.01, 0.5, 1.5, 3.0}) {
       CHECK(std::abs(method.oscillation(a)) == Approx(radius(method, oscillator(1, 0), a)).epsilon(1e-12));
       if (method.is_single())

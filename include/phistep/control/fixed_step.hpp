@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/version.hpp"
 
@@ -78,10 +79,6 @@ class TimeGrid {
   }
 
  private:
-  /// The distance from t to the next number.
-  [[nodiscard]] static Scalar spacing(Scalar t) {
-    return std::nextafter(t, std::numeric_limits<Scalar>::infinity()) - t;
-  }
   /// How many steps, and how long the last one is.
   void share_out(Scalar length, Scalar whole, Scalar tick) {
     const Scalar rest = std::fma(-whole, dt_, length);

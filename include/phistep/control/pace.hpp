@@ -144,13 +144,13 @@ class ErrorPace {
   /// Whether the step's error is allowed.
   [[nodiscard]] bool judge(const Plain& y, const Plain& next, const Plain& error) {
     error_ = norm_(error, y, next);
-    return trace_.proposed != 0 || error_.size <= allowed_;  // who chooses Δt has judged
+    return trace_.proposed != 0 || error_.size <= allowed_;  // a scheme that proposes Δt has judged
   }
   /// ‖e‖ in units of the tolerance, where e is what a state between y and next is off.
   [[nodiscard]] double size(const Plain& y, const Plain& next, const Plain& e) { return norm_(e, y, next).size; }
   /// Whether the error of a step that is not the one in hand is allowed.
   [[nodiscard]] bool allows(const Plain& y, const Plain& next, const Plain& error) {
-    return norm_(error, y, next).size <= allowed_;
+    return size(y, next, error) <= allowed_;
   }
   /// @param clipped  the step was shorter than proposed, because of a time to stop at
   void accepted(double dt, bool clipped, const Failure& history, Limits& limits) {

@@ -1,6 +1,6 @@
 /// @file
 /// What a step tells of itself beside its end: the seam between steppers, which fill it, and controllers, predictors and
-/// dense output, which read it. Steps that nobody watches have none.
+/// dense output, which read it. Steps without these have none.
 #pragma once
 
 #include <algorithm>
@@ -39,12 +39,12 @@ struct Trace {
   double rtol = 0;  ///< the one in `weight`
   double newton_target =
       0;  ///< weighted RMS size of the error that an implicit solve may leave; 0: its own options rule
-  bool wants_dense = false;  ///< somebody looks inside of steps: keep what interpolate() needs
+  bool wants_dense = false;  ///< dense output is read: keep what interpolate() needs
   void* norm = nullptr;      ///< the controller's norm, and …
   double (*measure)(void* norm, const Plain& error, const Plain& y,
                     const Plain& next) = nullptr;  ///< … how it measures
 
-  // Carried from step to step. Whoever edits the state, or rejects a step after it was accepted, calls forget().
+  // Carried from step to step. After an edit of the state, or of a step rejected after it was accepted: forget().
   bool knows_start = false;  ///< `start` holds y' where the next step starts
   Scalar dt_before{0};       ///< [time] length of the step before, 0: there was none
   Plain before;              ///< y' where that step started

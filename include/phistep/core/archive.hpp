@@ -13,7 +13,7 @@
 ///     ar.check(ok)      what was read can be true
 ///     Ar::reading       with Ar the archive's type: the direction
 ///
-/// Bytes are input that nobody vouches for: every size is checked against what is left before anything is allocated.
+/// Bytes are untrusted input: every size is checked against what is left before anything is allocated.
 /// Writer and reader also hash which kinds of values pass them; finish() compares, so that bytes of another layout are
 /// refused though their number may fit.
 #pragma once
@@ -162,7 +162,7 @@ class Archive {
     }
     self().move(x, n);
   }
-  /// An x87 long double: ten bytes of number, and padding that nobody sets.
+  /// An x87 long double: ten bytes of number, and padding that is never set.
   template <class T>
   void wide(T* x, std::size_t n) {
     for (std::size_t i = 0; i < n; ++i) {

@@ -251,6 +251,12 @@ template <class Scalar>
   }
 }
 
+/// The distance from |x| to the next number.
+template <class Scalar>
+[[nodiscard]] Scalar spacing(Scalar x) {
+  return std::nextafter(std::abs(x), std::numeric_limits<Scalar>::infinity()) - std::abs(x);
+}
+
 /// True where every one of the n values is finite.
 template <class Scalar>
 [[nodiscard]] bool all_finite(const Scalar* x, std::ptrdiff_t n) {

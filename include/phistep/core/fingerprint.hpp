@@ -1,5 +1,5 @@
 /// @file
-/// A 64-bit fingerprint of an array: tells whether somebody edited the state between two steps.
+/// A 64-bit fingerprint of an array: detects edits of the state between two steps.
 ///
 ///     Σᵢ lo(zᵢ) · hi(zᵢ) mod 2⁶⁴,   zᵢ = wordᵢ + (i+1)·φ,   lo and hi: the 32-bit halves, φ = 2⁶⁴/golden ratio
 ///
@@ -128,7 +128,7 @@ class Fingerprint {
   std::uint64_t words_ = 0, rest_ = 0;
 };
 
-/// [bytes] that hold a number: an x87 long double has 10, and padding that nobody sets; others (16 bytes) have none.
+/// [bytes] that hold a number: an x87 long double has 10, and padding that is never set; others (16 bytes) have none.
 template <class Scalar>
 inline constexpr std::size_t number_bytes = sizeof(Scalar) > 8 && std::numeric_limits<Scalar>::digits == 64
                                                 ? 10

@@ -32,7 +32,7 @@ void for_each_pair_of(F& force, const Memory& memory, Pair&& pair) {
   else if constexpr (requires { force.for_each_pair(memory, pair); }) force.for_each_pair(memory, pair);
 }
 
-/// A number that changes where for_each_pair_of changes; −1 where nobody knows.
+/// A number that changes where for_each_pair_of changes; −1 where unknown.
 template <class F>
 [[nodiscard]] std::int64_t pair_changes_of(F& force) {
   if constexpr (is_sum<F>) {

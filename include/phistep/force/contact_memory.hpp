@@ -68,7 +68,7 @@ struct SpringTable {
   }
 };
 
-/// Shared objects that are made again in place once nobody else holds them.
+/// Shared objects that are made again in place once no copy holds them.
 template <class T>
 class Recycled {
  public:
@@ -94,7 +94,7 @@ class Recycled {
   std::size_t next_ = 0;
 };
 
-/// Springs of contacts that nobody computes for now, because all that they join is held still: kept until it moves again.
+/// Springs of contacts that are not computed for now, because both bodies are held still: kept until it moves again.
 template <class Scalar>
 struct DormantSprings {
   struct Contact {
@@ -108,7 +108,7 @@ struct DormantSprings {
   }
 };
 
-/// The history of a force with contacts, as a value: copies share what they point to, which nobody changes.
+/// The history of a force with contacts, as a value: copies share what they point to, which is never changed.
 /// @tparam Places  enumerates where there may be contacts
 /// @tparam Table   their springs
 template <class Scalar, class Places, class Table = SpringTable<Scalar>>

@@ -3,7 +3,7 @@
 ///
 /// As in the best of the kernels written by hand (bench/particles/gravity_hand.cpp), one array a coordinate; of a pair one
 /// particle stands in a lane, the other, of four taken at once, in all lanes, so that each f serves both and nothing is
-/// scattered. Blocks of particles meet as teams in a tournament, where nobody plays twice in a round: a round's games may run
+/// scattered. Blocks of particles meet as teams in a tournament, where none plays twice in a round: a round's games may run
 /// on any number of threads, and every sum is taken in the same order.
 #pragma once
 
@@ -213,7 +213,7 @@ class PairTournament {
       // The square on the diagonal, one by one; `serve` does what lies beside it.
       const std::ptrdiff_t square_first = first + (i - first) / granule * granule;
       for (std::ptrdiff_t j = square_first; j < std::min(square_first + granule, movers_); ++j)
-        take(j, [&](P k) { return select(numbers == P{j - i}, P{0}, k); });  // nobody acts on itself
+        take(j, [&](P k) { return select(numbers == P{j - i}, P{0}, k); });  // no force on itself
       for (std::ptrdiff_t j = moving_; j < moving_ + others_; ++j) take(j, [](P k) { return k; });
       unrolled<dim>([&](auto a) { mine[a].store_aligned(sum(a) + i); });
     }

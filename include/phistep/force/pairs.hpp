@@ -147,7 +147,7 @@ class Pairs : public ForceTerm {
     std::vector<double> partial;
   };
 
-  /// Motions have nobody who is held.
+  /// No particle of a Motion is held still.
   [[nodiscard]] static bool is_still(const auto& y, [[maybe_unused]] std::int32_t i) {
     if constexpr (requires { y.body.still; }) return y.body.is_still(i);
     else return false;
@@ -161,7 +161,7 @@ class Pairs : public ForceTerm {
     return static_cast<Scalar>(range_.cutoff * range_.cutoff);
   }
 
-  /// The list, with everybody's place.
+  /// The list, with the place of each particle.
   template <class S>
   const NeighborList& gather(const auto& y, const Memory* memory) const {
     using Scalar = typename S::Scalar;
@@ -171,8 +171,8 @@ class Pairs : public ForceTerm {
     if (!(limit<Scalar>() >= std::numeric_limits<Scalar>::min() && range_.cutoff < far_away<Scalar>() / 2))
       throw std::invalid_argument("phistep: a cutoff whose square these numbers can't hold");
     Domain domain;
-    static const std::vector<std::uint8_t> nobody;
-    const std::vector<std::uint8_t>* still = &nobody;
+    static const std::vector<std::uint8_t> none;
+    const std::vector<std::uint8_t>* still = &none;
     if constexpr (requires { y.body.box; }) domain = domain_of(y.body.box), still = &y.body.still;
     NeighborRange range = range_;
     range.pad = native_width<Scalar>;
@@ -219,7 +219,7 @@ class Pairs : public ForceTerm {
     using P = typename S::Pack;
     const NeighborList& list = gather<S>(y, memory.reference ? &memory : nullptr);
     work_.partial.assign(list.chunk_count, 0);
-    // A row sees every pair of two that move twice, one with somebody who stands still once.
+    // A row sees every pair of two that move twice, one with a particle held still once.
     bool all_move = true;
     if constexpr (requires { y.body.still; }) all_move = y.body.still.empty();
     for_each_row(list, [&](const NeighborList::Row& row, const std::int32_t* neighbors, std::size_t chunk) {

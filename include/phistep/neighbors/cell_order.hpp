@@ -152,7 +152,7 @@ class CellOrder {
         n_[a] = static_cast<std::uint64_t>(cells) + 1;
         continue;
       }
-      // Somebody is far away: the window is laid about the middle particle.
+      // A particle is far away: the window is laid about the middle particle.
       std::vector<double> all;
       for (std::size_t e = 0; e < n; ++e)
         if (const double x = entry(e).x[a]; std::isfinite(x)) all.push_back(x);

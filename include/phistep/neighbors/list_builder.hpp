@@ -75,7 +75,7 @@ class ListBuilder {
     std::int32_t used = 0;
     for (std::size_t r = begin; r < end; ++r) {
       NeighborList::Row& row = list.rows[r];
-      if (row.slot >= cells.back().first) {  // not a number: near nobody
+      if (row.slot >= cells.back().first) {  // not a number: near no other
         row.first = used, row.count = 0;
         continue;
       }

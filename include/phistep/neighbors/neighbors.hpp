@@ -117,7 +117,7 @@ class Neighbors {
                            const NeighborMemory& memory) {
     if (!serves(memory.reference.get(), r, particles, domain, still, range, memory.age)) {
       memory.age = memory.reference == nullptr ? 0 : -1;  // the first is made before a step, others at its end
-      // The list of just these positions may be at hand: somebody asked for an energy there.
+      // The list of just these positions may be at hand: an energy was asked for there.
       const bool known = built_ != nullptr && built_->domain == domain && built_->still == still &&
                          built_->positions.size() == static_cast<std::size_t>(particles) * dim &&
                          std::equal(built_->positions.begin(), built_->positions.end(), r, [](double x, Scalar y) {

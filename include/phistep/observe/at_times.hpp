@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "phistep/core/archive.hpp"
+#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/observe/completed_step.hpp"
@@ -93,7 +94,7 @@ class IntervalMarks {
   /// @throws std::invalid_argument where the clock at t0 is coarser than the interval
   template <class Scalar>
   bool begin(Scalar t0) {
-    if (interval_ < std::nextafter(std::abs(t0), std::numeric_limits<Scalar>::infinity()) - std::abs(t0))
+    if (interval_ < spacing(t0))
       throw std::invalid_argument(
           "phistep: sampled(interval, f): the interval is shorter than the distance of numbers at t0");
     start_ = t0;

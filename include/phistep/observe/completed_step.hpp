@@ -8,7 +8,7 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// Whether somebody may look inside the steps of a stepper, or why not.
+/// Whether states inside the steps of a stepper can be had, or why not.
 enum class Looks { may_look, extrapolated, not_copied };
 
 /// Handed to observers that take one argument: `integrate(…, [](const auto& step) { … step.at(t) … })`. Valid during the
@@ -19,7 +19,7 @@ class CompletedStep {
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
 
-  /// @param dense  interpolates between start and end; asked for slopes only when somebody looks in between
+  /// @param dense  interpolates between start and end; computes slopes only if a state in between is asked for
   /// @param middle  the state at t0 + dt/2, where the step was done as two halves
   CompletedStep(Scalar t0, Scalar dt, Scalar t1, const Plain& start, const Plain& end, DenseOutput<S>& dense,
                 const Plain* middle = nullptr)

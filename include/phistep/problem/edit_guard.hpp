@@ -1,5 +1,5 @@
 /// @file
-/// Ψ(t+Δt) of one step may serve as Ψ(t) of the next, unless somebody edited the state in between. The guard tells.
+/// Ψ(t+Δt) of one step may serve as Ψ(t) of the next, unless the state was edited in between, which the guard detects.
 #pragma once
 
 #include <Eigen/Core>

@@ -107,7 +107,7 @@ class Kernel {
   }
 
   /// Runs `advance(Data&) → Outcome` as one step of the state. A step that fails leaves nothing behind.
-  /// @param keeps_tries  … unless it ends with an outcome: whoever tries again needs what is still true
+  /// @param keeps_tries  … unless it ends with an outcome: the next, shorter try reuses Jacobian and factors
   StepReport run(S& state, Scalar t, Scalar dt, Origin origin, bool keeps_tries, auto&& advance) {
     if constexpr (needs.solver || needs.stages) {
       Unless done{*this};
@@ -255,6 +255,11 @@ class Kernel {
     if constexpr (Step::is_traced) return allowed_by(&step.trace);
     else if constexpr (requires { step.trace->weight; }) return allowed_by(step.trace);
     else return {};
+  }
+  [[nodiscard]] bool keeps_factors() const {
+    if constexpr (needs.stages) return true;
+    else if constexpr (needs.solver) return resolvent_.keeps_factors();
+    else return false;
   }
   [[nodiscard]] const char* solver_name() const {
     if constexpr (needs.solver || needs.stages) return resolvent_.solver_name();

@@ -21,9 +21,9 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// Who vouches that the state is what the last step left.
+/// Whether the state is known to be what the last step left.
 enum class Origin {
-  unknown,   ///< nobody: it is checked
+  unknown,   ///< not known: it is checked
   unedited,  ///< the caller owns the loop
 };
 
@@ -120,7 +120,7 @@ class Transaction {
   }
 
  private:
-  /// A Map or Ref belongs to somebody else: it is read once, and written at the commit.
+  /// A Map or Ref refers to the user's memory: it is read once, and written at the commit.
   static constexpr bool borrowed = !std::is_same_v<S, Plain>;
   static constexpr int size = static_size<decltype(Blocks<S>::all(std::declval<Plain&>()))>;
   /// Small fixed states live in registers during the step: a workspace in memory doubles the cost of a bare update.
@@ -204,7 +204,7 @@ class Transaction {
       } else {
         where = first_non_finite(Blocks<S>::all(next));
       }
-      // What this step left there is no reason for the next one's failure.
+      // Cleared: must not appear in the next failure report.
       for_each_block([](auto, auto& block) { block.setZero(); }, Rate::blocks(psi_));
     }
     f.outcome = outcome;

@@ -28,17 +28,7 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
-struct Suzuki4 {
-  static constexpr int order = 4;
-  static constexpr std::size_t count = 5;
-  static constexpr long double gamma[] = {.4144907717943757L, .4144907717943757L};
-};
-struct KahanLi6 {
-  static constexpr int order = 6;
-  static constexpr std::size_t count = 9;
-  static constexpr long double gamma[] = {.39216144400731413928L, .33259913678935943860L, -.70624617255763935981L,
-                                          .08221359629355080023L};
-};
+/// γ_1 … γ_8
 struct KahanLi8 {
   static constexpr int order = 8;
   static constexpr std::size_t count = 17;
@@ -48,21 +38,21 @@ struct KahanLi8 {
 };
 
 /// (1) over a scheme.
-template <class Scheme, class Table>
+template <class Scheme>
 struct Composed {
   static constexpr bool is_pair = Scheme::is_pair;
   static constexpr bool is_explicit = Scheme::is_explicit;
   [[no_unique_address]] Scheme scheme;
-  [[nodiscard]] static constexpr int order() { return Table::order; }
+  [[nodiscard]] static constexpr int order() { return KahanLi8::order; }
 };
 /// Velocity Verlet, the trapezoidal rule or the midpoint rule to order 8.
 template <class Scheme>
-[[nodiscard]] constexpr Composed<Scheme, KahanLi8> composed(Scheme scheme) {
+[[nodiscard]] constexpr Composed<Scheme> composed(Scheme scheme) {
   return {scheme};
 }
 
-template <class Scheme, class Table, State S>
-class SchemeOn<Composed<Scheme, Table>, S> : public SchemeDefaults {
+template <class Scheme, State S>
+class SchemeOn<Composed<Scheme>, S> : public SchemeDefaults {
   using Inner = SchemeOn<Scheme, S>;
 
  public:
@@ -71,19 +61,19 @@ class SchemeOn<Composed<Scheme, Table>, S> : public SchemeDefaults {
   template <class Rhs>
   static constexpr KernelNeeds needs = Inner::template needs<Rhs>;
 
-  SchemeOn(const Composed<Scheme, Table>& composed, const Plain& y) : inner_{composed.scheme, y}, from_{y} {}
+  SchemeOn(const Composed<Scheme>& composed, const Plain& y) : inner_{composed.scheme, y}, from_{y} {}
   void resize(const Plain& y) {
     inner_.resize(y);
     from_ = y;
   }
-  [[nodiscard]] static int order() { return Table::order; }
+  [[nodiscard]] static int order() { return KahanLi8::order; }
 
   template <class Kernel>
   [[nodiscard]] Outcome step(Kernel& kernel, typename Kernel::Data& step) {
     copy_blocks<S>(step.next, step.y);
     bool psi_known = step.psi_known;
     Scalar share{0};
-    for (std::size_t i = 0; i < Table::count; ++i) {
+    for (std::size_t i = 0; i < KahanLi8::count; ++i) {
       copy_blocks<S>(from_, step.next);
       typename Kernel::Data substep{from_,    step.t + share * step.dt, gamma(i) * step.dt, step.next, step.psi,
                                     psi_known};
@@ -96,11 +86,11 @@ class SchemeOn<Composed<Scheme, Table>, S> : public SchemeDefaults {
   }
 
   [[nodiscard]] static constexpr Scalar gamma(std::size_t i) {
-    constexpr std::size_t given = std::size(Table::gamma);
-    const std::size_t from_end = i < Table::count - 1 - i ? i : Table::count - 1 - i;
-    if (from_end < given) return static_cast<Scalar>(Table::gamma[from_end]);
+    constexpr std::size_t given = std::size(KahanLi8::gamma);
+    const std::size_t from_end = i < KahanLi8::count - 1 - i ? i : KahanLi8::count - 1 - i;
+    if (from_end < given) return static_cast<Scalar>(KahanLi8::gamma[from_end]);
     Scalar sum{0};
-    for (const long double x : Table::gamma) sum += static_cast<Scalar>(x);
+    for (const long double x : KahanLi8::gamma) sum += static_cast<Scalar>(x);
     return 1 - 2 * sum;
   }
 

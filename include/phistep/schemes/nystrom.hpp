@@ -191,7 +191,7 @@ class SchemeOn<Nystrom<Tableau, compensates>, S> : public SchemeDefaults {
     if constexpr (at_end) k_[i] = step.psi;
     return accelerate(rhs, k_[i]);
   }
-  /// psi = what the message looks at: the first k that isn't finite, among those that this step has filled.
+  /// psi: kept for the failure message: the first k that isn't finite, among those that this step has filled.
   template <class Data>
   [[gnu::cold, gnu::noinline]] void blame(Data& step) const {
     for (const Rate& k : k_)

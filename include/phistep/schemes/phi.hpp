@@ -60,7 +60,8 @@ class SchemeOn<PhiScheme<Force, Drift, form>, S> : public SchemeDefaults {
     else if constexpr (form == Form::stage) return stage(kernel, step, phi);
     else {
       const Gamma<Scalar> after{phi * dt, drift * dt};
-      if (const Outcome bad = kernel.forward(step, {(1 - phi) * dt, (1 - drift) * dt, 0}); failed(bad)) return bad;  // (3)
+      if (const Outcome bad = kernel.forward(step, {(1 - phi) * dt, (1 - drift) * dt, 0}); failed(bad))
+        return bad;  // (3)
       predict(step, dt);
       if (const Outcome bad = kernel.resolve(step, after, step.t + dt); failed(bad)) return bad;  // (4)
       if (phi > Scalar{0.5} && phi < 1) kernel.carry(step, after);

@@ -85,7 +85,7 @@ class SplitScheme {
     known_ = is_constant ? known_ : reuses && guard_.holds(step.t, step.y);
     copy_blocks<S>(kicked_, step.y);
     if (const Outcome outcome = kick(kernel.rhs(), step, kicked_, half, step.t); outcome != Outcome::success) {  // (1)
-      copy_blocks<S>(step.next, kicked_);  // what the message looks at
+      copy_blocks<S>(step.next, kicked_);  // kept for the failure message
       step.psi = psi_;
       return outcome;
     }

@@ -4,16 +4,16 @@
 ///     Sleeping stepper{PhiStepper{grains, force, symplectic_euler}, SleepOptions{.speed = 1e-3}};
 ///
 /// A particle falls asleep when it has been slower than `speed` for `steps` steps, by its velocity and by the way it has
-/// come. It is then held where it is. Those whose neighbours sleep as well are not computed at all; those near somebody
+/// come. It is then held where it is. Those whose neighbours sleep as well are not computed at all; those near a particle that is
 /// awake are watched: they take part in each step, and are put back after it. What pushed one during the last `steps` steps
 /// adds up, and when it would have made it faster than `speed` it wakes. (Not longer ago: who is held somewhere in a tiny
 /// vibration feels a constant force that would have moved it by F/k and no further.) So a blow wakes what it reaches, and
 /// an island sleeps on as long as everything around it does. One that a small force had been moving all along is looked at
-/// again when that would have made it as fast, then after twice that time, and so on. Whoever is edited by the user wakes,
+/// again when that would have made it as fast, then after twice that time, and so on. A particle that the user edits wakes,
 /// and all do after stepper().force() and reset(). The whole scene asleep, a step is nothing at all: until anything is
 /// changed, the state, a support, a property of the bodies, which then wakes all.
 ///
-/// Not seen: a force that changes with time by itself; and, as long as somebody is awake, that a body held by the user
+/// Not seen: a force that changes with time by itself; and, as long as a particle is awake, that a body held by the user
 /// moves or goes, under one that sleeps.
 ///
 /// Nothing is dropped in silence: report() tells how much kinetic energy was removed and how much ∫|F|dt was not applied,
@@ -113,6 +113,7 @@ class Sleeping {
     return i < static_cast<Index>(who_.size()) && who_[static_cast<std::size_t>(i)].kind >= Kind::watched;
   }
   [[nodiscard]] const char* solver_name() const { return stepper_.solver_name(); }
+  [[nodiscard]] bool keeps_factors() const { return stepper_.keeps_factors(); }
   /// As PhiStepper's.
   [[nodiscard]] auto& force_to_look_at() { return stepper_.force_to_look_at(); }
   [[nodiscard]] const auto& memory() const { return stepper_.memory(); }
@@ -153,7 +154,7 @@ class Sleeping {
   enum class Kind : std::uint8_t {
     held,     // by the user
     awake,    //
-    watched,  // asleep, near somebody awake
+    watched,  // asleep, near a particle that is awake
     deep      // asleep, not computed
   };
   struct Sleeper {
@@ -295,7 +296,7 @@ class Sleeping {
       if (push_.col(i).squaredNorm() > speed_squared()) wake(i);
     }
   }
-  /// Whoever may touch a sleeper before the pairs change again is among them: only then it has to be watched.
+  /// All particles that may touch a sleeper before the pairs change again are among them: only then it has to be watched.
   [[nodiscard]] bool have_pairs_changed() {
     const std::int64_t changes = pair_changes_of(stepper_.force_to_look_at());
     return changes < 0 || changes != pair_changes_;
@@ -376,12 +377,12 @@ class Sleeping {
       put_off_ = true;
     }
   }
-  /// Parts sleepers into those within two neighbours of somebody awake and the others. Who must be watched is so at once.
+  /// Parts sleepers into those within two neighbours of a particle that is awake, watched from now on, and the others.
   /// Each change of who is computed costs a search for neighbours, so that those who needn't be are left out many at a time.
   void part(S& state, bool leave_out) {
     parted_ = false;
     pair_changes_ = pair_changes_of(stepper_.force_to_look_at());
-    // Until the next step, nobody knows the pairs of particles that came or stayed: all are near to each other.
+    // Until the next step the pairs of particles that came or stayed are unknown: all count as near to each other.
     ring_.assign(who_.size(), has_other_pairs_ ? std::uint8_t{2} : std::uint8_t{9});
     for (std::size_t i = 0; i < who_.size(); ++i)
       if (who_[i].kind == Kind::awake) ring_[i] = 0;

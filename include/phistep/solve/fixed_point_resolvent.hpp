@@ -89,6 +89,7 @@ class FixedPointResolvent {
   /// There is no matrix, and nothing stiff: the estimate stays what it is.
   [[nodiscard]] static Outcome filter(const Rhs&, const Plain&) { return Outcome::success; }
 
+  [[nodiscard]] static bool keeps_factors() { return false; }
   [[nodiscard]] static const char* solver_name() { return "fixed-point iteration"; }
   static void archive(auto& /*ar*/) {}
   static void restore(const auto&, const auto&) {}
@@ -226,11 +227,14 @@ class VelocityResolvent {
   }
   [[nodiscard]] Outcome resolve(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, Plain& Y, const Plain& guess, Rate& psi,
                                 Failure& history, bool psi_known = false, SolveTolerance<Plain> allowed = {}) {
-    return std::visit(
-        [&](auto& one) { return one.resolve(rhs, gamma, t, Y, guess, psi, history, psi_known, allowed); }, chosen_);
+    return std::visit([&](auto& one) { return one.resolve(rhs, gamma, t, Y, guess, psi, history, psi_known, allowed); },
+                      chosen_);
   }
   [[nodiscard]] Outcome filter(Rhs& rhs, Plain& e) {
     return std::visit([&](auto& one) { return one.filter(rhs, e); }, chosen_);
+  }
+  [[nodiscard]] bool keeps_factors() const {
+    return std::visit([](const auto& one) { return one.keeps_factors(); }, chosen_);
   }
   [[nodiscard]] const char* solver_name() const {
     return std::visit([](const auto& one) { return one.solver_name(); }, chosen_);

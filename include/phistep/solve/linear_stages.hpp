@@ -42,7 +42,7 @@ class LinearStages {
   using Matrix = Linearisation<S, Rhs, LinearSolver, true, true>;
   static constexpr bool has_time = !Rhs::is_autonomous;
   static constexpr bool affine = Rhs::Traits::is_affine && !Matrix::matrix_free;
-  /// Whether J is what somebody supplied or declared: differences of the whole force promise nothing.
+  /// Whether J was supplied or its pattern declared by the user, and so has to be checked.
   static constexpr bool is_promised = [] {
     if constexpr (!Matrix::matrix_free) return affine || Matrix::analytic || Matrix::patterned;
     else return ProductTraits<typename Rhs::Force, std::remove_cvref_t<typename Rhs::View>, Rate>::has_product;

@@ -178,6 +178,7 @@ class LocalResolvent {
   /// The particles' factors are gone: the estimate stays what it is.
   [[nodiscard]] static Outcome filter(const Rhs&, const Plain&) { return Outcome::success; }
 
+  [[nodiscard]] static bool keeps_factors() { return true; }
   [[nodiscard]] static const char* solver_name() { return "particle by particle"; }
   void archive(auto& ar) {
     const auto particles = paces_.size();

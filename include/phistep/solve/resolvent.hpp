@@ -123,6 +123,7 @@ class NewtonResolvent {
 
   /// How the linear equations inside are solved.
   [[nodiscard]] const char* solver_name() const { return matrix_.name(); }
+  [[nodiscard]] static bool keeps_factors() { return true; }
 
   /// For a checkpoint: what outlives a solve.
   void archive(auto& ar) { ar(matrix_, pace_, solved_); }

@@ -140,9 +140,10 @@ concept MutableState = State<std::remove_reference_t<S>> && std::is_lvalue_refer
 /// Says what a state may be.
 template <bool is_state, class S>
 struct StateRefusal {
-  static_assert(is_state || !has_other_numbers<S>,
-                "phistep: the state's numbers must be float, double or long double. A complex state is a real one of twice "
-                "its length, its real parts before its imaginary ones; a derivative by a parameter is a second block");
+  static_assert(
+      is_state || !has_other_numbers<S>,
+      "phistep: the state's numbers must be float, double or long double. A complex state is a real one of twice "
+      "its length, its real parts before its imaginary ones; a derivative by a parameter is a second block");
   static_assert(
       is_state || has_other_numbers<S>,
       "phistep: the state must be an Eigen vector or matrix that can be changed, a Map of your array "

@@ -95,6 +95,8 @@ class Halving {
   }
   [[nodiscard]] const Failure& history() const { return stepper_.history(); }
   [[nodiscard]] const char* solver_name() const { return stepper_.solver_name(); }
+  [[nodiscard]] bool keeps_factors() const requires requires(const Stepper& inner) { inner.keeps_factors(); }
+  { return stepper_.keeps_factors(); }
   /// Steps are those asked for; each halving is one more that was made. All other counts are of the work done.
   [[nodiscard]] Statistics statistics() const {
     Statistics all = stepper_.statistics();
@@ -110,7 +112,7 @@ class Halving {
   /// As PhiStepper's.
   void forget_solves() requires requires(Stepper& inner) { inner.forget_solves(); }
   { stepper_.forget_solves(); }
-  /// As PhiStepper's: whoever rejects a step takes back the force's history with it.
+  /// As PhiStepper's: to reject a step restores the force's history too.
   [[nodiscard]] auto checkpoint() const requires requires(const Stepper& inner) { inner.checkpoint(); }
   { return stepper_.checkpoint(); }
   template <class Past>

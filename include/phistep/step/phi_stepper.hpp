@@ -80,7 +80,7 @@ class PhiStepper {
   /// then that of a new stepper with the same history.
   StepReport step(S& state, Scalar t, Scalar dt) { return step(state, t, dt, Origin::unknown); }
 
-  /// With Origin::unedited the caller vouches that the state is what the last step left, and saves the check.
+  /// Origin::unedited: the state is what the last step left; saves the check for edits.
   StepReport step(S& state, Scalar t, Scalar dt, Origin origin) {
     if constexpr (Traits::valid) {
       if constexpr (static_unknowns<S> == Eigen::Dynamic)
@@ -103,7 +103,7 @@ class PhiStepper {
     else return false;
   }
   /// A step that becomes the state only if accept(y, y⁺, trace) says so; otherwise Outcome::error_too_large, and the state
-  /// keeps every bit. The trace tells of the step what it can. What a failed try has found serves the next: whoever gives up
+  /// keeps every bit. The trace tells of the step what it can. What a failed try has found serves the next; after the last, call
   /// calls forget_solves().
   template <class Accept>
   StepReport attempt(S& state, Scalar t, Scalar dt, Origin origin, Trace<PlainState<S>>& trace,
@@ -156,6 +156,8 @@ class PhiStepper {
   [[nodiscard]] const Statistics& statistics() const { return kernel_.rhs().statistics(); }
   /// How the library solves the linear equations of this scheme, force and mass; "none" where there are none.
   [[nodiscard]] const char* solver_name() const { return kernel_.solver_name(); }
+  /// Whether a constant Δt spares factorisations.
+  [[nodiscard]] bool keeps_factors() const { return kernel_.keeps_factors(); }
   /// The scheme at work: stage values of the last step, where it has some.
   [[nodiscard]] const Working& working() const { return working_; }
 
@@ -200,7 +202,7 @@ class PhiStepper {
     working_.reset();
   }
 
-  /// How often something was forgotten by request: who keeps slopes of this force has to forget them, too.
+  /// Counts requests to forget: slopes of this force kept elsewhere are stale where it has changed.
   [[nodiscard]] std::int64_t changes() const { return changes_; }
 
  private:

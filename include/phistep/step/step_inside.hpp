@@ -1,6 +1,6 @@
 /// @file
 /// The state inside a step that has been done, by a shorter step from the same start: by a copy of the stepper, so that the
-/// run goes on as if nobody had looked. Under a tolerance its error is tested as that of any step, and where it fails it
+/// run goes on without a change. Under a tolerance its error is tested as that of any step, and where it fails it
 /// is done as two halves.
 #pragma once
 

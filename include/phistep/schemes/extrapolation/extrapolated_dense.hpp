@@ -179,7 +179,7 @@ class DenseImplicitEuler {
   Kernel& kernel_;
   Data& step_;
   const Rate& start_;  // Ψ(t, y)
-  Inside* inside_;     // null: nobody looks inside
+  Inside* inside_;     // null: no dense output
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

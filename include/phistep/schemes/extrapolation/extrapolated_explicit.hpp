@@ -223,8 +223,8 @@ class ExplicitBase {
     return Outcome::non_finite_force;
   }
   template <class Kernel>
-  [[nodiscard]] Outcome rows(Kernel& kernel, RowData<Kernel>& step, auto& ends, const auto& substeps, int from,
-                             int to, double& theta, auto* /*inside*/) {
+  [[nodiscard]] Outcome rows(Kernel& kernel, RowData<Kernel>& step, auto& ends, const auto& substeps, int from, int to,
+                             double& theta, auto* /*inside*/) {
     using LaneMethod = ExplicitRows<S, Kernel, Rule<S>>;
     LaneMethod method{kernel, step, slope_, slopes_};
     if constexpr (LaneMethod::on_stack) {

@@ -133,8 +133,8 @@ class ImplicitEulerBase {
   }
   /// ends[j] = T_{j,1} for from ≤ j ≤ to, unless theta > 1
   template <class Kernel>
-  [[nodiscard]] Outcome rows(Kernel& kernel, RowData<Kernel>& step, auto& ends, const auto& substeps, int from,
-                             int to, double& theta, auto* inside) {
+  [[nodiscard]] Outcome rows(Kernel& kernel, RowData<Kernel>& step, auto& ends, const auto& substeps, int from, int to,
+                             double& theta, auto* inside) {
     using Inside = std::remove_pointer_t<decltype(inside)>;
     if constexpr (has_small_dense_stages<S, Kernel>) {
       using LaneMethod = DenseImplicitEuler<S, Kernel, Inside>;

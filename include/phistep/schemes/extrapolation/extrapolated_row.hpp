@@ -194,7 +194,7 @@ class ExtrapolatedRow : public SchemeDefaults {
     past_ = order.rejected(halve);
     step.trace.proposed = past_.wanted;
   }
-  /// Error inside the step, in units of ten tolerances: where somebody looks, it must not be more. (Hairer & Wanner's
+  /// Error inside the step, in units of ten tolerances: with dense output it must not exceed 1. (Hairer & Wanner's
   /// program ODEX, too, shortens steps for its dense output.)
   [[nodiscard]] double inside_error(auto& step) const {
     Plain& e = step.trace.predicted;

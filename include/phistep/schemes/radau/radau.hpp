@@ -106,7 +106,7 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
   [[nodiscard]] Outcome to_the_end(Kernel& kernel, auto& step) {
     pending_terms_ = 0;
     has_jacobian_ = false;
-    copy_blocks<S>(step.next, step.y);  // what a message looks at where nothing comes of the step
+    copy_blocks<S>(step.next, step.y);  // kept for the failure message
     return with_stages((order() + 1) / 2, [&](auto s) { return this->template advance_with<s>(kernel, step); });
   }
 
@@ -180,12 +180,12 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
       if constexpr (!Matrix::analytic) {
         kernel.evaluate(step.t, step.y, step.psi);
         if (first_non_finite(RateOf<S>::blocks(std::as_const(step.psi)))) {
-          copy_blocks<S>(step.next, step.y);  // what the message looks at
+          copy_blocks<S>(step.next, step.y);  // kept for the failure message
           return Outcome::non_finite_force;
         }
       }
-      if (const Outcome outcome = kernel.stages().tangent(kernel.rhs(), step.t, step.dt, step.y, step.psi,
-                                                           kernel.allowed(step));
+      if (const Outcome outcome =
+              kernel.stages().tangent(kernel.rhs(), step.t, step.dt, step.y, step.psi, kernel.allowed(step));
           failed(outcome))
         return outcome;
       has_jacobian_ = true;

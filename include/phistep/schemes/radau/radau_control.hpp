@@ -73,7 +73,7 @@ class RadauIteration {
   double size_ = 0, last_ = 0, contraction_ = 0, shrink_ = 0.5;
 };
 
-/// The same to rounding, for steps that nobody watches: sizes are relative, and stop falling at the noise in Ψ.
+/// The same to rounding, for steps without error control: sizes are relative, and stop falling at the noise in Ψ.
 template <class = void>
 class RoundingIteration {
  public:
