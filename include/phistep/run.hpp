@@ -2,7 +2,6 @@
 /// A run, step by step: stepper × pace × observers. `integrate` is one that goes on to its end.
 #pragma once
 
-
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -38,6 +37,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/parts.hpp"
 #include "phistep/step/error_law.hpp"
+#include "phistep/step/parts_inside.hpp"
 #include "phistep/step/step_doubling.hpp"
 #include "phistep/step/step_inside.hpp"
 
@@ -169,7 +169,7 @@ class Run {
     std::apply(
         [&](auto&... observer) {
           f(self.stepper_, state, self.pace_, time, self.report_, self.before_, self.begun_, self.ended_, self.first_,
-            self.edits_, self.events_, self.trust_, observer...);
+            self.edits_, self.events_, self.trust_, self.parts_trust_, observer...);
         },
         observers);
   }
@@ -257,6 +257,7 @@ class Run {
   /// After a possible edit of the state: forgets what was kept of it. False where that ends the run.
   bool take_edits() {
     trust_.forget();
+    parts_trust_.forget();
     if constexpr (sees_error)
       if (!pace_.edited(plain())) return end(Outcome::invalid_tolerance);
     const Outcome armed = first_ ? Outcome::success : events_.rearm(t_, state_);
@@ -517,8 +518,9 @@ class Run {
   void begin_looks(Scalar from, Scalar dt) {
     slopes_are_finite_ = true;
     looked_ = Outcome::success;
-    if constexpr (looks_inside) inside_.reset();
+    if constexpr (looks_inside) inside_.reset(), parts_.reset(), looks_ = 0;
     trust_.step();
+    parts_trust_.step();
     begin_dense(from, dt);
   }
   /// Prepares dense output of the step just done, by the scheme's own interpolant where it has one.
@@ -547,7 +549,9 @@ class Run {
     Run* run = nullptr;
     Scalar from{}, dt{};
     [[nodiscard]] bool trusts() { return run->trusts_interpolant(from, dt); }
-    void operator()(Scalar t, Plain& out) { run->really_go(from, t - from, out); }
+    void operator()(Scalar t, Plain& out) {
+      if (!run->go_by_parts(from, dt, t, out)) run->really_go(from, t - from, out);
+    }
   };
   /// Hermite's interpolant has an error of Δt⁴: less than steps of order 1 and 2 leave, unless a stiff component makes large
   /// slopes of small errors.
@@ -561,14 +565,10 @@ class Run {
     if constexpr (!sees_error) {
       return false;
     } else {
-      constexpr auto places = [] {
-        if constexpr (requires { Stepper::doubtful_at; }) return Stepper::doubtful_at;
-        else return SchemeDefaults::doubtful_at;
-      }();
       const double length = std::abs(static_cast<double>(dt));
       if (const std::optional<bool> known = trust_.known(length)) return *known;
       double worst = 0;
-      for (const double x : places) {
+      for (const double x : doubtful_places) {
         if (!(worst <= 0.5)) break;
         const Scalar t = from + static_cast<Scalar>(x) * dt;
         copy_blocks<S>(off_, start_);
@@ -581,6 +581,55 @@ class Run {
       return trust_.check(length, worst);
     }
   }
+  /// out = y(t) by the interpolants of parts of the step just done, from the third state on that is asked for. False where
+  /// these are not right either.
+  bool go_by_parts(Scalar from, Scalar dt, Scalar t, Plain& out) {
+    if constexpr (!sees_error || !looks_inside) {
+      return false;
+    } else {
+      const int parts = trust_.parts();
+      const Scalar length = dt / static_cast<Scalar>(std::max(parts, 1));
+      const auto size = std::abs(static_cast<double>(length));
+      if (++looks_ <= 2 || parts == 0 || parts_trust_.known(size) == false) return false;
+      if (!parts_ || parts_->is_past(t)) {
+        if constexpr (can_go_back) parts_.emplace(stepper_, *before_step_, start_, from, dt, parts, pace_.trace());
+        else parts_.emplace(stepper_, Nothing{}, start_, from, dt, parts, pace_.trace());
+      }
+      const auto at = [&](Scalar time, Plain& to) {
+        const Statistics spent = parts_->spent();
+        copy_blocks<S>(end_, state_);
+        const auto leave = [&] { this->leave(parts_->spent() - spent); };
+        try {
+          const bool is_done = parts_->at(
+              state_, time, to,
+              [this](const Plain& y, const Plain& next, const Plain& error) { return pace_.allows(y, next, error); });
+          leave();
+          return is_done;
+        } catch (...) {
+          leave();
+          throw;
+        }
+      };
+      if (!parts_trust_.known(size)) {
+        double worst = 0;
+        for (const double x : doubtful_places) {
+          const Scalar place = from + static_cast<Scalar>(x) * length;
+          if (!at(place, off_) || !really_go(from, place - from, out)) return false;
+          for_each_block([](auto, auto& to, const auto& by) { to -= by; }, Blocks<S>::all(off_), Blocks<S>::all(out));
+          const double error = pace_.size(start_, plain(), off_);
+          worst = error <= worst ? worst : error;  // NaN, too
+        }
+        if (!parts_trust_.check(size, worst)) return false;
+      }
+      return at(t, out);
+    }
+  }
+  /// The state is again that at the step's end, and what it has cost to leave it is counted.
+  void leave(Statistics cost) {
+    copy_blocks<S>(state_, end_);
+    cost.steps = cost.failed_steps = cost.rejections = 0;
+    report_.statistics = report_.statistics + cost;
+  }
   /// out = y(from + dt) by a step from the start of the one just done. False where it fails, and the run ends with that.
   bool really_go(Scalar from, Scalar dt, Plain& out) {
     if (std::abs(dt) <= rounding(from)) {  // no step, and nothing to tell its ends apart
@@ -590,16 +639,11 @@ class Run {
     if constexpr (can_go_back) {
       if (!inside_) inside_.emplace(stepper_, *before_step_);
     } else if (!inside_) {
-      inside_.emplace(stepper_, Nothing{});
+      inside_.emplace(stepper_, typename StepInside<Stepper, S>::NoPast{});
     }
     const Statistics spent = inside_->spent();
     copy_blocks<S>(end_, state_);
-    const auto leave = [&] {
-      copy_blocks<S>(state_, end_);
-      Statistics cost = inside_->spent() - spent;
-      cost.steps = cost.failed_steps = cost.rejections = 0;
-      report_.statistics = report_.statistics + cost;
-    };
+    const auto leave = [&] { this->leave(inside_->spent() - spent); };
     copy_blocks<S>(state_, start_);
     try {
       const StepReport done = [&] {
@@ -676,6 +720,11 @@ class Run {
     if constexpr (is_fixed) return false;
     else return Pace::sees_error;
   }();
+  /// Where an interpolant is worst.
+  static constexpr auto doubtful_places = [] {
+    if constexpr (requires { Stepper::doubtful_at; }) return Stepper::doubtful_at;
+    else return SchemeDefaults::doubtful_at;
+  }();
   static constexpr bool interpolates = sees_error && requires { requires Stepper::interpolates; };
   static constexpr Looks looks = [] {
     if constexpr (requires { typename Stepper::SchemeType; })
@@ -708,12 +757,13 @@ class Run {
   RunReport report_;
   Outcome outcome_ = Outcome::success, bad_slope_ = Outcome::non_finite_force;
   bool begun_ = false, ended_ = false, first_ = true;
-  Way way_ = Way::plain;               // of the last attempt
-  bool alone_ = false;                 // no observers: the state cannot be edited between steps
-  bool slopes_are_finite_ = true;      // of the step just done, if they were computed
-  Outcome looked_ = Outcome::success;  // of the steps to states asked for inside the step
-  InterpolantTrust trust_;
-  LookInside look_;                    // into the step that dense_ tells of
+  Way way_ = Way::plain;                  // of the last attempt
+  bool alone_ = false;                    // no observers: the state cannot be edited between steps
+  bool slopes_are_finite_ = true;         // of the step just done, if they were computed
+  Outcome looked_ = Outcome::success;     // of the steps to states asked for inside the step
+  InterpolantTrust trust_, parts_trust_;  // in the interpolant of a step, and of its parts
+  int looks_ = 0;                         // at states inside the step just done, where its interpolant is off
+  LookInside look_;                       // into the step that dense_ tells of
   std::int64_t changes_ = 0;
   EditGuard<S, false, false> edits_;
   [[no_unique_address]] std::conditional_t<sees_error, StepDoubling<Stepper, S>, Nothing> doubling_;
@@ -724,6 +774,11 @@ class Run {
   struct NoLook {};
   [[no_unique_address]] std::conditional_t<looks_inside, Plain, NoLook> end_, off_;
   [[no_unique_address]] std::conditional_t<looks_inside, std::optional<StepInside<Stepper, S>>, NoLook> inside_;
+  struct NoParts {
+    static void reset() {}
+  };
+  [[no_unique_address]] std::conditional_t<looks_inside && sees_error, std::optional<PartsInside<Stepper, S>>, NoParts>
+      parts_;
 };
 
 /// No run: says why, and nothing else.

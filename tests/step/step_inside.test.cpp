@@ -141,6 +141,45 @@ TEST_CASE("a look starts from the history that the step started from, and leaves
   CHECK(stepper.memory().steps == 4);
 }
 
+TEST_CASE("each of several looks into one step starts from the history that the step started from") {
+  Eigen::Matrix<double, 1, 1> y(1.0), z(1.0);
+  PhiStepper stepper{y, Counter{}, backward_euler}, other{z, Counter{}, backward_euler};
+  const auto at = [](const auto& step, std::initializer_list<double> places) {
+    double last = 0;
+    for (const double x : places) last = step.at(step.t0() + x * step.dt())[0];
+    return last;
+  };
+  std::vector<double> many, one;
+  REQUIRE(integrate(stepper, y, {0, 0.4}, fixed(0.1), [&](const auto& step) {
+    many.push_back(at(step, {0.2, 0.9, 0.6}));
+  }));
+  REQUIRE(integrate(other, z, {0, 0.4}, fixed(0.1), [&](const auto& step) { one.push_back(at(step, {0.6})); }));
+  CHECK(many == one);
+}
+
+TEST_CASE("many looks into one step under a tolerance cost the parts of it, not a step each") {
+  const auto calls = [](int looks) {
+    Motion<Vec> y{{1, 0}, {0, 1.2}};
+    const auto kepler = [](const Vec& r) -> Vec { return -r / std::pow(r.norm(), 3); };
+    PhiStepper stepper{y, kepler, rkn86};
+    double worst = 0;
+    const auto look = [&](const auto& step) {
+      for (int k = 1; k < looks; ++k) {
+        const double share = static_cast<double>(k) / looks, t = step.t0() + share * step.dt();
+        Motion<Vec> alone = step.start();
+        PhiStepper fresh{alone, kepler, rkn86};
+        REQUIRE(integrate(fresh, alone, {step.t0(), t}, tolerance{.rtol = 1e-12}));
+        worst = std::max(worst, (step.at(t).v - alone.v).norm());
+      }
+    };
+    const RunReport report = integrate(stepper, y, {0, 10}, tolerance{.rtol = 1e-8}, look);
+    REQUIRE(report);
+    CHECK(worst <= 4e-8);  // a look is right to half the tolerance, at places; velocities are of size 1
+    return static_cast<double>(report.statistics.force_calls);
+  };
+  CHECK(calls(40) < 8 * calls(1));  // one step each would be 40
+}
+
 TEST_CASE("a view of the user's memory shows the step's end before and after a look") {
   double memory[2] = {1, 0.5};
   Eigen::Map<Vec> y{memory};

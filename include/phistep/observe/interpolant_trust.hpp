@@ -1,6 +1,6 @@
 /// @file
 /// How long a check of the interpolant holds. A check compares it with steps that end inside the step (run.hpp), which is
-/// twice the work of the step itself: where its result was clear, it holds for 1, 2, 4 and then 8 steps, as long as Δt stays
+/// twice the work of the step itself: where its result was clear, it holds for 1, 2, then 4 steps, as long as Δt stays
 /// about the same.
 #pragma once
 
@@ -26,23 +26,30 @@ class InterpolantTrust {
   /// A check has found the interpolant off by `error`, in units of the tolerance: right is half of that or less.
   bool check(double dt, double error) {
     is_right_ = error <= 0.5;
-    // The error goes as Δt⁴ or faster: from a fifth of what is right it gets there by less than the 1.25 above, 1.25⁴ = 2.4.
-    const bool is_clear = error <= 0.1 || !(error <= 2.5);
-    steps_ = is_clear ? std::clamp(2 * steps_, 1, 8) : 0;
+    // Clear is ten times less or more than that. The 1.25 above makes 1.25⁴ = 2.4 of an error that goes as Δt⁴.
+    const bool is_clear = error <= 0.05 || !(error <= 5);
+    steps_ = is_clear ? std::clamp(2 * steps_, 1, 4) : 0;
     left_ = steps_;
     dt_ = dt;
+    error_ = error;
     is_fresh_ = true;
     return is_right_;
+  }
+  /// Into how many parts a step has to be divided for their interpolants to be right by the law of Δt⁴, 8 at most; 0: more.
+  [[nodiscard]] int parts() const {
+    for (const int m : {2, 4, 8})
+      if (error_ <= 0.2 * m * m * m * m) return m;
+    return 0;
   }
   void forget() { *this = {}; }
 
   void archive(auto& ar) {
-    ar(dt_, steps_, left_, is_right_, is_fresh_);
-    ar.check(dt_ >= 0 && 0 <= left_ && left_ <= steps_ && steps_ <= 8);
+    ar(dt_, error_, steps_, left_, is_right_, is_fresh_);
+    ar.check(dt_ >= 0 && 0 <= left_ && left_ <= steps_ && steps_ <= 4);
   }
 
  private:
-  double dt_ = 0;  // [time] of the step that was checked
+  double dt_ = 0, error_ = 0;  // of the step that was checked [time], [tolerance]
   int steps_ = 0, left_ = 0;
   bool is_right_ = false, is_fresh_ = false;
 };

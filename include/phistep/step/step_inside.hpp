@@ -26,19 +26,27 @@ class StepInside {
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
   static constexpr bool is_possible = std::is_copy_constructible_v<Stepper>;
+  static constexpr bool can_go_back = requires(Stepper & stepper) { stepper.restore(stepper.checkpoint()); };
+  struct NoPast {};
+  using Past = typename decltype([] {
+    if constexpr (can_go_back) return std::type_identity<decltype(std::declval<Stepper&>().checkpoint())>{};
+    else return std::type_identity<NoPast>{};
+  }())::type;
 
   /// @param stepper  as the step left it
   /// @param past     its checkpoint before that step
-  explicit StepInside(const Stepper& stepper, const auto& past) : stepper_{stepper}, before_{stepper_.statistics()} {
-    if constexpr (requires { stepper_.restore(past); }) stepper_.restore(past);
-    else if constexpr (requires { stepper_.reset(); }) stepper_.reset();
-  }
+  explicit StepInside(const Stepper& stepper, const Past& past)
+      : stepper_{stepper}, past_{past}, before_{stepper_.statistics()} {}
   /// state = y(t + dt) from y(t), by one step at a fixed Δt.
-  [[nodiscard]] StepReport step(S& state, Scalar t, Scalar dt) { return stepper_.step(state, t, dt); }
+  [[nodiscard]] StepReport step(S& state, Scalar t, Scalar dt) {
+    restart();
+    return stepper_.step(state, t, dt);
+  }
   /// … by as many as the error asks for.
   /// @param watched  the run's, whose tolerances hold
   template <class Accept>
   [[nodiscard]] StepReport step(S& state, Scalar t, Scalar dt, const Trace<Plain>& watched, Accept&& accept) {
+    restart();
     trace_ = watched;
     trace_.wants_dense = false;
     return part(state, t, dt, accept, 0);
@@ -69,7 +77,14 @@ class StepInside {
     return doubling_->attempt(stepper_, state, t, dt, Origin::unknown, trace_, judge);
   }
 
+  /// The history is that of the step's start.
+  void restart() {
+    if constexpr (can_go_back) stepper_.restore(past_);
+    else if constexpr (requires { stepper_.reset(); }) stepper_.reset();
+  }
+
   Stepper stepper_;
+  [[no_unique_address]] Past past_;
   Statistics before_;
   Trace<Plain> trace_;
   std::optional<StepDoubling<Stepper, S>> doubling_;
