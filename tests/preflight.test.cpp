@@ -86,6 +86,8 @@ TEST_CASE("schemes without a formula are known by their own steps") {
     CHECK(std::abs(stiff.factor(z) - std::exp(z)) < 0.05 * std::pow(std::abs(z), 5));
   CHECK(std::abs(stiff.factor(-1e6)) < 1e-4);
   CHECK(stiff.is_a_stable());
+  // A window of growth, from 3.14146 to 3.14234: docs/stability.md, section 1.
+  CHECK(method_of(srkn11b).oscillation_limit() == Approx(3.14146).epsilon(1e-5));
   const auto y = chain_state(20);
   const auto report =
       check_scene("chain, rkn86", PhiStepper{y, spring_network<1>(chain(20, 300)), rkn86, mass(2.0)}, y);

@@ -11,7 +11,7 @@
 /// in it is 1 ∓ ½ΔtC instead: ω²Δt² + 2cΔt < 4, and ωΔt < 2, for symmetric C ≥ 0.
 ///
 /// Of any other scheme R(z), or its matrix for an oscillation, is what its own step makes of y' = zy, or of r'' = −a²r, and
-/// where it ends to be stable is looked for along a ray, in steps of a hundredth: to a growth of 1e-9 a step.
+/// where it ends to be stable is looked for along a ray, in steps of a hundredth and less: to a growth of 1e-9 a step.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,6 +23,8 @@
 #include <functional>
 #include <limits>
 #include <numbers>
+#include <tuple>
+#include <utility>
 
 #include "phistep/core/phi.hpp"
 #include "phistep/core/version.hpp"
@@ -79,7 +81,12 @@ struct Method {
     if (kind == Kind::verlet) return 2;
     if (is_a_stable()) return always;
     if (kind == Kind::rational || kind == Kind::motion)
-      return end_of([this](double a) { return std::abs(oscillation(a)) <= 1 + growth; });
+      return end_of([this](double a) {
+        const std::complex<double> g = oscillation(a);
+        // Where the phase of a step nears kπ a motion may have windows of growth, 3e-4 of ωΔt wide.
+        const bool is_near = kind == Kind::motion && a > 1 && std::abs(g.real()) > 0.9;
+        return std::pair{std::abs(g) <= 1 + growth, is_near ? 1.00005 : 1.01};
+      });
     if (is_single()) return 0;
     if (force + drift < 1 - 1e-12) return 0;
     const double product = (2 * force - 1) * (1 - 2 * drift);
@@ -90,7 +97,7 @@ struct Method {
     if (is_a_stable()) return std::numeric_limits<double>::infinity();
     if (kind == Kind::rational) {
       const double size = std::abs(lambda);
-      return end_of([&](double x) { return std::abs(R(x / size * lambda)) <= 1 + growth; }) / size;
+      return end_of([&](double x) { return std::pair{std::abs(R(x / size * lambda)) <= 1 + growth, 1.01}; }) / size;
     }
     return std::max(0.0, -2 * lambda.real()) / ((1 - 2 * force) * std::norm(lambda));
   }
@@ -116,23 +123,24 @@ struct Method {
   }
   /// |z| on the negative real axis up to which R(z) is positive: no mode changes its sign from step to step.
   [[nodiscard]] double sign_limit() const {
-    if (kind == Kind::rational) return end_of([this](double x) { return R(-x).real() >= 0; });
+    if (kind == Kind::rational) return end_of([this](double x) { return std::pair{R(-x).real() >= 0, 1.01}; });
     return kind == Kind::two_stage ? 1 / (std::numbers::sqrt2 - 1) : 1 / (1 - force);  // TR-BDF2: at ζ = −1/√2
   }
 
  private:
   static constexpr double growth = 1e-9;  ///< of a step that counts as stable, where no formula tells
-  /// Where `holds` ends: 0, up to 1e4, or never.
-  [[nodiscard]] static double end_of(auto&& holds) {
+  /// Where look(x) → (whether it holds, factor to the next x) ends: 0, up to 1e4, or never.
+  [[nodiscard]] static double end_of(auto&& look) {
     double low = 0, high = 0.02;
-    for (; holds(high); high *= 1.01) {
+    for (auto [holds, factor] = look(high); holds; std::tie(holds, factor) = look(high)) {
       low = high;
+      high *= factor;
       if (high > 1e4) return std::numeric_limits<double>::infinity();
     }
     if (low == 0) return 0;
     for (int k = 0; k < 30; ++k) {
       const double middle = (low + high) / 2;
-      (holds(middle) ? low : high) = middle;
+      (look(middle).first ? low : high) = middle;
     }
     return low;
   }
