@@ -2,7 +2,8 @@
 /// ∂Ψ/∂y by forward differences: the increments, one force call a column. (One a group of columns: coloring.hpp.)
 ///
 /// Increments are √u·max(|y_j|, scale/16), with the scale taken from the block itself, so that no fixed length or unit
-/// enters (constants such as 1e-5 break for atoms in metres); u is the unit round-off.
+/// enters (constants such as 1e-5 break for atoms in metres); u is the unit round-off. No increment is below the least
+/// normal number: of a state that has decayed to subnormal ones it would be zero.
 #pragma once
 
 #include <Eigen/Core>
@@ -25,7 +26,7 @@ template <bool affine, class Scalar>
 [[nodiscard]] Scalar move_by_increment(Scalar& x, Scalar scale) {
   const Scalar kept = x;
   const Scalar relative = affine ? Scalar{1} : std::sqrt(std::numeric_limits<Scalar>::epsilon());
-  x = kept + relative * std::max(std::abs(kept), scale / Scalar{16});
+  x = kept + std::max(relative * std::max(std::abs(kept), scale / Scalar{16}), std::numeric_limits<Scalar>::min());
   // The increment as stored: exact, where the one wanted is off by a rounding.
   const volatile Scalar moved = x;
   return moved - kept;

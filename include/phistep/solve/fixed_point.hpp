@@ -82,7 +82,7 @@ class FixedPointTest {
       without_progress_ = 0;
     } else if (++without_progress_ >= (is_at_plateau(now) ? 2 : patience_)) {
       // What no longer falls, and is this small, is rounding in Ψ.
-      if (target_ == 0 && is_at_plateau(now)) return Verdict::converged;
+      if (is_at_plateau(now)) return Verdict::converged;
       return now > 1.01 * best_ ? Verdict::diverged : Verdict::stalled;  // a cycle keeps its size
     }
     return iteration >= limit_ ? Verdict::stalled : Verdict::go_on;

@@ -136,9 +136,11 @@ class FixedPointResolvent {
           if constexpr (Rhs::drifts)
             if (k == 0 && gamma.drift != Scalar{0})
               size = std::max(size, largest(position_of<S>(base_)) / std::abs(static_cast<double>(gamma.drift)));
+          // Of subnormal numbers the inverse would be infinite.
+          size = size > 0 ? std::max(size, static_cast<double>(std::numeric_limits<Scalar>::min())) : 1;
           int exponent = 0;
-          if (size > 0) std::frexp(size, &exponent);
-          sizes_[k] = size > 0 ? size : 1;
+          std::frexp(size, &exponent);
+          sizes_[k] = size;
           scale_[k++] = std::ldexp(Scalar{1}, -exponent);
         },
         Y, base_);
@@ -171,6 +173,7 @@ class FixedPointResolvent {
     Correction worst;
     const double rtol = options_.rtol > 0 ? ConvergenceTest::reduced(options_.rtol) : 0;
     const double atol = options_.rtol > 0 ? rtol * options_.atol / options_.rtol : 0;
+    constexpr auto least = static_cast<double>(std::numeric_limits<Scalar>::min());
     double sum = 0;
     std::size_t k = 0;
     for_each_solved<S>(
@@ -178,12 +181,12 @@ class FixedPointResolvent {
           const double delta = largest(part(residual_, at, y)), size = largest(y);
           worst.absolute = std::max(worst.absolute, delta);
           worst.resolution = std::max(worst.resolution, delta / sizes_[k++]);
-          if (delta > 0) worst.relative = std::max(worst.relative, size > 0 ? delta / size : 1.0);
+          if (delta > 0) worst.relative = std::max(worst.relative, relative_size<Scalar>(delta, size));
           if (rtol > 0)
             for (Index i = 0; i < y.size(); ++i) {
               const double of = static_cast<double>(std::max(std::abs(y.data()[i]), std::abs(base.data()[i])));
               const double f = static_cast<double>(residual_[at + i]);
-              if (f != 0) sum += std::pow(f / (atol + rtol * of), 2);
+              if (f != 0) sum += std::pow(f / std::max(atol + rtol * of, least), 2);
             }
         },
         Y, base_);

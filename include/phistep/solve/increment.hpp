@@ -16,6 +16,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "phistep/core/version.hpp"
 #include "phistep/solve/newton.hpp"
@@ -124,8 +125,8 @@ class Increment {
           first = false;
           worst.absolute = std::max(worst.absolute, delta);
           if (delta > 0) {
-            worst.relative = std::max(worst.relative, size > 0 ? delta / size : 1.0);
-            worst.resolution = std::max(worst.resolution, resolution > 0 ? delta / resolution : 1.0);
+            worst.relative = std::max(worst.relative, relative_size<Scalar>(delta, size));
+            worst.resolution = std::max(worst.resolution, relative_size<Scalar>(delta, resolution));
           }
         },
         Y, base_);
@@ -176,13 +177,14 @@ class Increment {
 
   [[nodiscard]] Correction weighted_size(const Plain& Y, const NewtonOptions& options) const {
     const double rtol = ConvergenceTest::reduced(options.rtol), atol = rtol * options.atol / options.rtol;
+    constexpr auto least = static_cast<double>(std::numeric_limits<Scalar>::min());
     double sum = 0;
     for_each_solved<S>(
         [&](Index at, const auto& y, const auto& base) {
           for (Index i = 0; i < y.size(); ++i) {
             const double size = static_cast<double>(std::max(std::abs(y.data()[i]), std::abs(base.data()[i])));
             const double delta = static_cast<double>(last_move_[at + i]);
-            if (delta != 0) sum += std::pow(delta / (atol + rtol * size), 2);
+            if (delta != 0) sum += std::pow(delta / std::max(atol + rtol * size, least), 2);
           }
         },
         Y, base_);

@@ -26,6 +26,14 @@ struct Correction {
   double absolute = 0;    ///< ‖δ‖ itself
 };
 
+/// δ relative to the size of what it corrects, 1 where that is nothing. Subnormal numbers are all rounded alike: there, it is
+/// relative to the least normal one.
+template <class Scalar>
+[[nodiscard]] double relative_size(double delta, double size) {
+  constexpr auto least = static_cast<double>(std::numeric_limits<Scalar>::min());
+  return size > 0 ? delta / std::max(size, least) : 1.0;
+}
+
 /// One solve's judgement of its corrections.
 class ConvergenceTest {
  public:

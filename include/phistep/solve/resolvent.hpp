@@ -300,7 +300,7 @@ class NewtonResolvent {
   }
   /// The size of what the residual is made of: W times all that it is made for, and the force.
   [[nodiscard]] double terms_of(Equation& equation) const {
-    double size = 0;
+    auto size = static_cast<double>(std::numeric_limits<Scalar>::min());  // below, rounding doesn't shrink any more
     // The start counts, too: where Y is far smaller, the rounding of start + δ is what is left.
     for_each_solved<S>(
         [&](Index, const auto& y, const auto& base, const auto& start) {

@@ -292,7 +292,8 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
                 largest = std::max(largest, std::abs(work_.z(static_cast<std::size_t>(at + i))[j]));
             }
             for (Index i = 0; i < y.size(); ++i)
-              weight_[static_cast<std::size_t>(at + i)] = largest > 0 ? 1 / largest : Scalar{1};
+              weight_[static_cast<std::size_t>(at + i)] =
+                  largest > 0 ? 1 / std::max(largest, std::numeric_limits<Scalar>::min()) : Scalar{1};
             has_scale = has_scale && largest > 0;
           },
           step.y);
