@@ -53,6 +53,7 @@ class PartsInside {
   /// @param state  scratch
   template <class Accept>
   [[nodiscard]] bool at(S& state, Scalar t, Plain& out, Accept&& accept) {
+    if (has_given_up_) return false;
     while (done_ == 0 || (done_ < parts_ && (t - t0_) / length_ > static_cast<Scalar>(done_)))
       if (!step(state, accept)) return false;
     copy_blocks<S>(out, dense_.at(t));
@@ -62,6 +63,9 @@ class PartsInside {
   [[nodiscard]] Statistics spent() const { return stepper_.statistics() - before_; }
 
  private:
+  static constexpr bool interpolates = requires { requires Stepper::interpolates; };
+
+  /// The next part. Where it fails, all is as before, or given up for good.
   bool step(S& state, auto& accept) {
     if constexpr (can_trace<Stepper>) {
       if (done_ > 0) {
@@ -75,19 +79,18 @@ class PartsInside {
         return traced.proposed != 0 || accept(y, next, traced.error);  // a scheme that proposes Δt has judged
       };
       if (!stepper_.attempt(state, t, length_, Origin::unknown, trace_, judge)) return false;
+      if (!interpolates && !trace_.has_slopes) return !(has_given_up_ = true);
       copy_blocks<S>(next_, state);
+      ++done_;
       if (trace_.has_slopes) {
         copy_blocks<S>(slope0_, trace_.start);
         copy_blocks<S>(slope1_, trace_.end);
-      } else if (!stepper_.slope(t, y_, slope0_) || !stepper_.slope(t + length_, next_, slope1_)) {
-        return false;
       }
-      ++done_;
       dense_.begin(t, length_, y_, next_, {this, [](void* self, Plain& at_start, Plain& at_end) {
                                              copy_blocks<S>(at_start, static_cast<PartsInside*>(self)->slope0_);
                                              copy_blocks<S>(at_end, static_cast<PartsInside*>(self)->slope1_);
                                            }});
-      if constexpr (requires { requires Stepper::interpolates; })
+      if constexpr (interpolates)
         dense_.interpolate_by(
             &stepper_, [](const void* stepper, Scalar x, Scalar h, const Plain& y0, const Plain& y1, Plain& out) {
               static_cast<const Stepper*>(stepper)->interpolate(x, h, y0, y1, out);
@@ -103,6 +106,7 @@ class PartsInside {
   Trace<Plain> trace_;
   Scalar t0_, length_;
   int parts_, done_ = 0;
+  bool has_given_up_ = false;
   Plain y_, next_, slope0_, slope1_;  // of the part that was done last
   DenseOutput<S> dense_;
 };
