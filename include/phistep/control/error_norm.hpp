@@ -173,8 +173,11 @@ class ErrorNorm {
             for (Index row = 0; row < e.rows(); ++row) {
               const Index i = e.IsRowMajor ? row * e.cols() + column : column * e.rows() + row;
               const Scalar size = std::max(std::abs(a.data()[i]), std::abs(b.data()[i]));
-              const Scalar x = e.data()[i];
-              f(k, e, row, i, x == 0 ? Wide{0} : square(x / (atol(k, at + i) + rtol_ * size)));
+              const Scalar x = e.data()[i], allowed = atol(k, at + i) + rtol_ * size;
+              // Less than the least normal number: no estimate of an error can be told from zero.
+              if (size > 0 && allowed < std::numeric_limits<Scalar>::min())
+                f(k, e, row, i, std::numeric_limits<Wide>::infinity());
+              else f(k, e, row, i, x == 0 ? Wide{0} : square(x / allowed));
             }
           at += e.size();
         },
