@@ -178,3 +178,24 @@ TEST_CASE("annotations reach the terms inside at") {
   using Second = ForceTraits<Unwrapped<Parts<Force>::Kicks>, MotionView<Vec, UnitMass>, Motion<Vec>::Rate>;
   static_assert(First::is_affine && Second::is_affine);
 }
+
+TEST_CASE("a split scene is sampled, at a fixed dt and under a tolerance") {
+  using Plane = Eigen::Vector2d;
+  const auto samples = [](auto control) {
+    Motion<Plane> y{{1, 0}, {0, 1}};
+    const auto spring = [](const Plane& r) -> Plane { return -4 * r; };
+    PhiStepper stepper{y, term(spring) + at(forward_euler, Gravity{Plane(0, -1)}), trapezoidal};
+    int seen = 0;
+    double worst = 0;
+    const RunReport report =
+        integrate(stepper, y, {0, 1}, control, sampled(0.07, [&](double t, const Motion<Plane>& x) {
+                    ++seen;
+                    worst = std::max(worst, std::abs(x.r[0] - std::cos(2 * t)));
+                  }));
+    CHECK(report);
+    CHECK(worst < 1e-3);
+    return seen;
+  };
+  CHECK(samples(fixed(0.02)) == 15);
+  CHECK(samples(tolerance{.rtol = 1e-5}) == 15);
+}

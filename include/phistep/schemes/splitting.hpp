@@ -33,7 +33,7 @@ namespace phistep::inline PHISTEP_ABI {
 
 /// Half kicks around another row.
 template <class Inner, State S, class Rhs>
-class SplitScheme {
+class SplitScheme : public SchemeDefaults {
  public:
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
