@@ -343,7 +343,7 @@ class Run {
           way_ = Way::traced;
           return stepper_.attempt(state_, t_, plan.dt, origin, trace, accept);
         }
-      // From one number to the next there is no half way.
+      // Neighbouring floating-point times have no midpoint: the step cannot be halved.
       if (const Scalar middle = t_ + plan.dt / 2; middle == t_ || middle == t_ + plan.dt)
         return plain_step(plan, origin);
       const StepReport done = doubling_.attempt(stepper_, state_, t_, plan.dt, origin, trace, accept);
@@ -560,7 +560,7 @@ class Run {
     else return false;
   }
   /// Whether the interpolant is right to half the tolerance, at two places where steps are done to learn it. (At one alone
-  /// its error may pass zero.) At a fixed Δt there is no measure, and no trust.
+  /// its error may pass zero.) At a fixed Δt there is no tolerance to compare with: always false.
   [[nodiscard]] bool trusts_interpolant(Scalar from, Scalar dt) {
     if constexpr (!sees_error) {
       return false;

@@ -104,7 +104,7 @@ class ErrorNorm {
     largest_ = largest;
     return all;
   }
-  /// How much larger an error of one particle may be than the mean of all that an implicit solve looks at: √(n/components).
+  /// The largest ratio of one particle's error to the RMS norm over all components, which implicit solves use: √(n/components).
   [[nodiscard]] double spread(const Plain& y) const {
     if (norm_ == Norm::rms) return 1;
     Index n = 0, fewest = std::numeric_limits<Index>::max();

@@ -33,7 +33,7 @@ struct FixedStep {
 [[nodiscard]] constexpr FixedStep fixed(double dt, FixedStepOptions options = {}) { return {dt, options}; }
 
 /// Steps of Δt over a span of the length T = t₁ − t₀, and the n+1 times of their ends: t₀ + nΔt, then t₁ itself. Time is
-/// never a running sum, so it collects no error; and what is left over after whole steps is told from T − nΔt, not from
+/// never a running sum, so it collects no error; and the remainder after whole steps is computed as T − nΔt, not from
 /// times, so that a run far from t = 0 loses nothing of its motion.
 template <class Scalar>
 class TimeGrid {

@@ -78,7 +78,7 @@ template <template <class> class Annotation, class... T>
 }
 
 /// Ψ is an affine function of (r, v), or of y: Ψ = f(t) + K r + C v with K and C constant in time. Checked at solves 1, 2, 4,
-/// 8 … with one matrix: what stops being affine between two of them is told at the later one.
+/// 8 … with one matrix: a force that stops being affine between two checks is reported at the later one.
 template <class F>
 struct Affine : Callable<F> {
   static constexpr bool is_affine = true;

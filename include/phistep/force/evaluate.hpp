@@ -127,7 +127,7 @@ void commit_force(F& force, Scalar t, const View& y, Memory& memory) {
   else if constexpr (remembers<F>) force.commit(t, y, memory);
 }
 
-/// Which term of a sum is not finite at (t, y), or has the wrong size; −1 where none is, or where the force is no sum.
+/// Which term of a sum is not finite at (t, y), or has the wrong size; −1 if none is, or if the force is not a sum.
 template <class F, class View, class Memory, class Rate, class Scalar>
 [[nodiscard]] int offending_term(F& force, Scalar t, const View& y, const Memory& memory, Rate& scratch) {
   int found = -1;
