@@ -35,6 +35,56 @@ TEMPLATE_TEST_CASE("events: a bouncing ball meets every bounce up to the Zeno ti
     }
 }
 
+TEST_CASE("events: crossings that come in close pairs, far from t = 0, are no series that accumulates") {
+  // g grazes its level: up and down again within 0.006, then a long way to the next pair. The clock is the state, so that
+  // the times are known: cos(2 pi x) = 1 - 2e-4 at x = k -+ 0.003183.
+  const double near = std::acos(1 - 2e-4) / (2 * std::numbers::pi);
+  for (const double t0 : {0.0, 32768.0, 0x1p30})
+    for (const Direction direction : {Direction::both, Direction::rising, Direction::falling})
+      for (const double start : {0.5, 0.999 - near}) {
+        CAPTURE(t0, static_cast<int>(direction), start);
+        auto graze = event([](const auto& y) { return std::cos(2 * std::numbers::pi * y(0)) - (1 - 2e-4); },
+                           {.direction = direction});
+        One<double> y{start};
+        Loop loop(y, clock_flow, clock_slope, graze);
+        CHECK(loop.run(y, t0, t0 + 5, 0.0625) == t0 + 5);
+        CHECK(loop.outcome == Outcome::success);
+        std::vector<double> expected;
+        for (int k = 1; k <= 5; ++k) {
+          if (direction != Direction::falling) expected.push_back(t0 - start + k - near);
+          if (direction != Direction::rising) expected.push_back(t0 - start + k + near);
+        }
+        CAPTURE(graze.times(), expected);
+        REQUIRE(graze.times().size() == expected.size());
+        for (std::size_t k = 0; k < expected.size(); ++k)
+          CHECK(std::abs(graze.times()[k] - expected[k]) <= 64 * 0x1p-53 * (t0 + 5) + 1e-9);
+      }
+}
+
+TEST_CASE("events: switchings to and fro that accumulate are told") {
+  // A particle under u = -+1, switched on the curve x + c v|v| = 0 (Fuller): the times between switchings are a
+  // geometric series, and g changes its sign the other way each time.
+  using Scalar = double;
+  const double c = 0.4446;
+  double u = -1;
+  auto curve =
+      event([c](const auto& b) { return b.r(0) + c * b.v(0) * std::abs(b.v(0)); }, {}, [&u](Scalar, auto&) { u = -u; });
+  const auto flow = [&u](Scalar, Scalar dt, const Ball<Scalar>& b) {
+    return Ball<Scalar>{One<Scalar>{b.r(0) + dt * (b.v(0) + u * dt / 2)}, One<Scalar>{b.v(0) + u * dt}};
+  };
+  const auto slope = [&u](Scalar, const Ball<Scalar>& b) { return Ball<Scalar>{b.v, One<Scalar>{u}}; };
+  for (const double dt : {0.01, 0.3}) {
+    CAPTURE(dt);
+    u = -1;
+    Ball<Scalar> y = ball<Scalar>(1, 0);
+    Loop loop(y, flow, slope, curve);
+    loop.run(y, 0, 1e3, dt);
+    CHECK(loop.outcome == Outcome::events_accumulate);
+    CHECK(curve.times().size() > 10);
+    CHECK(std::abs(y.r(0)) + std::abs(y.v(0)) <= 1e-6);
+  }
+}
+
 TEST_CASE("events: which direction, and that a terminal one ends the run at its time") {
   Ball<double> y = ball<double>(0, 1);  // up at 0, down at 2
   auto up = event([](const auto& b) { return b.r(0) - 0.375; }, {.direction = Direction::rising});

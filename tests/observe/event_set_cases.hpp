@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <limits>
 #include <numbers>
+#include <numbers>
 #include <random>
 #include <string>
 #include <tuple>

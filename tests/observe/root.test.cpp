@@ -131,6 +131,11 @@ TEST_CASE("root: g that is zero at the end has its root there") {
     REQUIRE(root.kind == Kind::found);
     CHECK(root.t == t1);
   }
+  // Dips through zero and comes back to it at the end: the first root all the same, or the one that is wanted.
+  const auto dip = [](double t) { return (t - 1.25) * (t - 1.5); };
+  CHECK(std::abs(search(1.0, 1.5, dip).t - 1.25) <= allowed(1.25));
+  CHECK(search(1.0, 1.5, dip, Direction::rising).t == 1.5);
+  CHECK(search(1.0, 1.5, [](double t) { return (t - 1.5) * (t - 1.5); }).t == 1.5);  // touches it there
 }
 
 TEST_CASE("root: a ball on the ground that is thrown up, in steps up to 1e4 times its flight") {

@@ -44,15 +44,24 @@ namespace phistep::inline PHISTEP_ABI {
 /// What an event remembers between steps.
 template <class Scalar>
 struct Armed {
-  Scalar g{};              ///< where the run stands
-  Scalar last{};           ///< [time] when it happened last, or the run began
-  Scalar interval{};       ///< [time] between the last two of these
-  std::int64_t count = 0;  ///< how often it happened in this run
+  /// Its crossings in one direction.
+  struct Crossings {
+    Scalar last{};           ///< [time] of the last, or when the run began
+    Scalar interval{};       ///< [time] between the last two of these
+    std::int64_t count = 0;  ///< in this run
+
+    void archive(auto& ar) {
+      ar(last, interval, count);
+      ar.check(can_be_count(count));
+    }
+  };
+  Scalar g{};  ///< where the run stands
+  Crossings rising, falling;
   Standing standing = Standing::unknown;
 
   void archive(auto& ar) {
-    ar(g, last, interval, count, standing);
-    ar.check(standing <= Standing::unknown && can_be_count(count));
+    ar(g, rising, falling, standing);
+    ar.check(standing <= Standing::unknown);
   }
 };
 
@@ -79,7 +88,7 @@ class EventSet {
 
   [[nodiscard]] Outcome begin(Scalar t, const S& state) {
     each([&](auto k, auto& event) {
-      memory_[k] = {.last = t};
+      memory_[k] = {.rising = {.last = t}, .falling = {.last = t}};
       event.begin();
     });
     return rearm(t, state);
@@ -158,7 +167,7 @@ class EventSet {
     bool goes_on = true, accumulate = false;
     each([&](auto k, auto& event) {
       if (!happens_[k]) return;
-      accumulate = count(memory_[k], t) || accumulate;
+      accumulate = count(roots_[k].start_sign < 0 ? memory_[k].rising : memory_[k].falling, t) || accumulate;
       goes_on = event.happened(t, state) && goes_on;
     });
     const Outcome outcome = rearm(t, state);
@@ -194,13 +203,15 @@ class EventSet {
     const Direction wanted = event.options().direction;
     return sign_of(g) == -from && (wanted == Direction::both || static_cast<int>(wanted) == -from);
   }
-  /// Counts an event at t. True where the search may miss one soon: if the intervals go on shrinking as they did, the one
-  /// after next is shorter than 64 probes. (What rounding left of g at this event, seen in time, grows by that ratio.)
-  [[nodiscard]] static bool count(Armed<Scalar>& armed, Scalar t) {
-    const Scalar now = std::abs(t - armed.last), before = armed.interval;
-    armed.last = t;
-    armed.interval = now;
-    if (armed.count++ == 0) return false;
+  /// Counts a crossing at t. True where the search may miss one soon: if the intervals go on shrinking as they did, the
+  /// one after next is shorter than 64 probes. (What rounding left of g at this event, seen in time, grows by that ratio.)
+  /// Intervals are those between crossings in one direction: a g that grazes zero crosses it to and fro within a short
+  /// time, and then not for long.
+  [[nodiscard]] static bool count(typename Armed<Scalar>::Crossings& crossings, Scalar t) {
+    const Scalar now = std::abs(t - crossings.last), before = crossings.interval;
+    crossings.last = t;
+    crossings.interval = now;
+    if (crossings.count++ == 0) return false;
     const Scalar ratio = before > now ? now / before : Scalar{1};
     return now * ratio * ratio <= 64 * first_probe(t, now);
   }

@@ -118,12 +118,13 @@ class RootSearch {
     root.start_sign = s;
     root.start = from.t;
     if (s == 0) return root;
-    if (sign_of(end_.g) != s) return wants(wanted, -s) ? close(root, from, end_) : root;
-    if (!inside) return root;
-    const Sample<Scalar> turn = turning_point(from);
-    if (failed_) return not_finite(turn.t);
-    if (sign_of(turn.g) != -s) return root;
-    return wants(wanted, -s) ? close(root, from, turn) : close(root, turn, end_);
+    const bool differs = sign_of(end_.g) != s;
+    if (inside && (!differs || end_.g == 0)) {
+      const Sample<Scalar> turn = turning_point(from);
+      if (failed_) return not_finite(turn.t);
+      if (sign_of(turn.g) == -s) return wants(wanted, -s) ? close(root, from, turn) : close(root, turn, end_);
+    }
+    return differs && wants(wanted, -s) ? close(root, from, end_) : root;
   }
 
  private:
