@@ -3,6 +3,7 @@
 ///
 /// Force on i from the spring (i, j) with d = r_j − r_i, ℓ = |d|, n = d/ℓ:   f = [k (ℓ − L) + c n·(v_j − v_i)] n
 /// and its tangent along and across n:  ∂f/∂r_j = B = k n nᵀ + k (1 − L/ℓ) (I − n nᵀ), without the dashpot's part in r.
+/// Where ℓ = 0, n is not defined and f = 0, the mean over all n: such a spring pushes again as soon as its ends differ.
 #pragma once
 
 #include <Eigen/Core>
