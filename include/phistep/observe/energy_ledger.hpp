@@ -21,11 +21,22 @@
 /// add up to ΔE. For a linear undamped force and φ_f = φ_d, (3) is −(φ−½)(Δvᵀ M Δv − Δrᵀ K Δr), K = ∂Ψ/∂r. Velocity Verlet
 /// kicks with Ψ̄ = ½(Ψ+Ψ⁺) and drifts with v + ½hM⁻¹Ψ: in its (3), (h²/4)(Ψ⁺−Ψ)ᵀM⁻¹Ψ̄ stands for the second part, and
 /// ½hρᵀM⁻¹Ψ̄ joins the solver's.
+///
+/// Of any other scheme, and of a split step, (1) is not known. There
+///
+///     damping   ∫ vᵀD dt,     external  ∫ vᵀX dt + W,   W = ΔV + ∫ vᵀF dt where V depends on t                   (4)
+///     scheme    ΔE less these: what is left
+///
+/// by Gauss and Lobatto's rule on the way through the step (observe/step_path.hpp), of order 6, at two force calls more a
+/// step, none where there is neither D nor X. Where a step doesn't resolve a part (the rule is off the work of its mean,
+/// Δrᵀ(D₀+D₁)/2, by more than half of ∫|vᵀD| dt), that mean counts.
 #pragma once
 
 #include <Eigen/Core>
 
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <limits>
@@ -39,8 +50,8 @@
 #include "phistep/core/version.hpp"
 #include "phistep/force/at.hpp"
 #include "phistep/force/energy.hpp"
-#include "phistep/force/evaluate.hpp"
-#include "phistep/force/signature.hpp"
+#include "phistep/observe/force_parts.hpp"
+#include "phistep/observe/step_path.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
 
@@ -62,10 +73,10 @@ class CompensatedSum {
   Scalar sum_{0}, lost_{0};
 };
 
-/// The form of a scheme's energy balance: which force and velocity (1) has.
-enum class EnergyBalance { none, endpoint, stage, verlet };
+/// The form of a scheme's energy balance: which force and velocity (1) has; `rest`: (4).
+enum class EnergyBalance { rest, endpoint, stage, verlet };
 template <class Scheme>
-inline constexpr EnergyBalance energy_balance = EnergyBalance::none;
+inline constexpr EnergyBalance energy_balance = EnergyBalance::rest;
 template <class Force, class Drift>
 inline constexpr EnergyBalance energy_balance<PhiScheme<Force, Drift, Form::endpoint>> = EnergyBalance::endpoint;
 template <class Force, class Drift>
@@ -81,7 +92,7 @@ inline constexpr EnergyBalance energy_balance<VelocityVerlet> = EnergyBalance::v
 ///
 /// Terms have an energy by a member `energy(t, y)` or by `with_energy(f, V)`; one without that ignores the velocity counts
 /// as external. One force call a step (two where a term with an energy also uses the velocity), counted here and not in
-/// the stepper's statistics.
+/// the stepper's statistics; by (4) three (six), or none.
 /// @tparam Stepper  a PhiStepper of a motion; it must outlive the ledger and stay where it is
 template <class Stepper>
 class EnergyLedger {
@@ -92,18 +103,14 @@ class EnergyLedger {
   using Plain = PlainState<S>;
   using Rate = RateOf<S>;
   using Scalar = ScalarOf<S>;
-  using Force = std::remove_reference_t<decltype(std::declval<Stepper&>().force())>;
-  using Masses = std::remove_reference_t<decltype(std::declval<Stepper&>().masses())>;
-  using View = std::remove_cvref_t<decltype(Blocks<S>::view(std::declval<const Plain&>(), std::declval<Masses&>()))>;
-  static constexpr EnergyBalance balance = energy_balance<Scheme>;
+  using Splitter = ForceSplitter<Stepper>;
+  using Force = typename Splitter::Force;
+  using Parts = ForceParts<Rate>;
+  using Block = typename Parts::Block;
+  static constexpr EnergyBalance balance =
+      is_split<std::remove_const_t<Force>, Scheme> ? EnergyBalance::rest : energy_balance<Scheme>;
 
   static_assert(Blocks<S>::drifts, "phistep: EnergyLedger needs a motion (r, v): a first-order state has no energy");
-  static_assert(
-      balance != EnergyBalance::none,
-      "phistep: EnergyLedger knows no energy balance of this scheme: it takes the phi-schemes, their pairs and "
-      "stage forms, and velocity_verlet");
-  static_assert(!is_split<std::remove_const_t<Force>, Scheme>,
-                "phistep: EnergyLedger knows no energy balance of a step split by at(forward_euler, term)");
   static_assert(!has_history<Force>, "phistep: EnergyLedger knows no energy balance of a force with a history");
 
  public:
@@ -111,7 +118,7 @@ class EnergyLedger {
   /// In at least double precision. [energy]
   using Energy = std::conditional_t<(sizeof(Scalar) > sizeof(double)), Scalar, double>;
 
-  explicit EnergyLedger(Stepper& stepper) : stepper_{&stepper}, force_{&stepper.force()} {}
+  explicit EnergyLedger(Stepper& stepper) : stepper_{&stepper}, force_{stepper} {}
 
   /// Opens the books: called by a run at its start.
   template <class State>
@@ -162,9 +169,8 @@ class EnergyLedger {
     in(read.books_, read.end_);
     read.allocate();
     in(read.before_.conservative, read.before_.damping, read.before_.external);
-    for (Rate* rate : {&read.before_.conservative, &read.before_.damping, &read.before_.external})
-      in.check(Forces::of(*rate).rows() == velocity_of<S>(read.end_).rows() &&
-               Forces::of(*rate).cols() == velocity_of<S>(read.end_).cols());
+    for (const Block* block : {&read.before_.F(), &read.before_.D(), &read.before_.X()})
+      in.check(block->rows() == velocity_of<S>(read.end_).rows() && block->cols() == velocity_of<S>(read.end_).cols());
     then();
     *this = std::move(read);
   }
@@ -203,7 +209,7 @@ class EnergyLedger {
                   static_cast<long long>(ledger.books_.steps));
     out << line;
     print("at the start", ledger.start());
-    print("scheme", ledger.scheme());
+    print(balance == EnergyBalance::rest ? "scheme (the rest)" : "scheme", ledger.scheme());
     print("damping", ledger.damping());
     print("external work", ledger.external());
     print("solver", ledger.solver());
@@ -215,18 +221,7 @@ class EnergyLedger {
   }
 
  private:
-  using Block = std::remove_cvref_t<decltype(std::get<0>(Rate::blocks(std::declval<Rate&>())))>;  // like v
-  template <class F>
-  using TraitsOf = ForceTraits<std::remove_const_t<F>, View, Rate>;
-  /// By what (1) is split into accounts.
-  struct Forces {
-    Rate conservative, damping, external;
-    static Block& of(Rate& rate) { return std::get<0>(Rate::blocks(rate)); }
-    void for_each(auto&& f) { f(of(conservative)), f(of(damping)), f(of(external)); }
-  };
-
-  [[nodiscard]] View view(const Plain& y) const { return Blocks<S>::view(y, stepper_->masses()); }
-  [[nodiscard]] const auto& mass() const { return std::get<0>(stepper_->masses()); }
+  [[nodiscard]] const auto& mass() const { return force_.mass(); }
   [[nodiscard]] bool same_time(Scalar t) const {
     return std::abs(t - books_.t) <=
            8 * std::numeric_limits<Scalar>::epsilon() * std::max(std::abs(t), std::abs(books_.t));
@@ -237,10 +232,9 @@ class EnergyLedger {
 
   void allocate() {
     const Block& v = velocity_of<S>(end_);
-    for (Forces* forces : {&before_, &after_, &mean_})
-      for (Rate* rate : {&forces->conservative, &forces->damping, &forces->external}) *rate = make_rate<S>(end_);
-    part_ = make_rate<S>(end_);
-    if constexpr (uses.velocity) still_ = end_;
+    for (Parts* parts : {&before_, &after_, &mean_})
+      for (Rate* rate : {&parts->conservative, &parts->damping, &parts->external}) *rate = make_rate<S>(end_);
+    force_.resize(end_);
     for (Block* block : {&psi_, &residual_, &dr_, &dv_, &middle_, &slack_}) block->resizeLike(v);
   }
   /// Kinetic and potential energy of a state at t.
@@ -251,12 +245,10 @@ class EnergyLedger {
       twice += static_cast<Energy>(v[i]) * static_cast<Energy>(m) * static_cast<Energy>(v[j]);
     });
     books_.kinetic = twice / 2;
-    books_.potential = potential_at(t, y);
+    books_.potential = potential(t, y);
     books_.t = t;
   }
-  [[nodiscard]] Energy potential_at(Scalar t, const Plain& y) {
-    return static_cast<Energy>(potential_energy(*force_, t, view(y), stepper_->memory()));
-  }
+  [[nodiscard]] Energy potential(Scalar t, const Plain& y) { return static_cast<Energy>(force_.potential(t, y)); }
   void book_edit(Scalar t, const Plain& y) {
     const Energy before = energy();
     if (!same_shape<S>(end_, y)) copy_blocks<S>(end_, y), allocate();
@@ -265,61 +257,27 @@ class EnergyLedger {
     books_.known = false;
   }
 
-  /// What the terms with an energy use besides r.
-  struct Uses {
-    bool velocity, time;
-  };
-  template <class F>
-  struct UsesOf {
-    static constexpr bool counts = HasEnergy<F, View>;
-    static constexpr Uses value{counts && TraitsOf<F>::uses_velocity, counts&& TraitsOf<F>::uses_time};
-  };
-  template <class... T>
-  struct UsesOf<Sum<T...>> {
-    static constexpr Uses value{(UsesOf<Unwrapped<T>>::value.velocity || ...),
-                                (UsesOf<Unwrapped<T>>::value.time || ...)};
-  };
-  static constexpr Uses uses = UsesOf<std::remove_const_t<Force>>::value;
-
   void evaluate_start(Scalar t, const Plain& y) {
+    if constexpr (balance == EnergyBalance::rest)
+      if (force_.is_conservative()) return;
     if constexpr (balance != EnergyBalance::stage) evaluate(t, y, before_);
   }
-  void evaluate(Scalar t, const Plain& y, Forces& to) {
-    books_.force_calls += uses.velocity ? 2 : 1;
-    if constexpr (uses.velocity) {
-      copy_blocks<S>(still_, y);
-      velocity_of<S>(still_).setZero();
-    }
-    for (Rate* rate : {&to.conservative, &to.damping, &to.external})
-      for_each_block([](auto, auto& psi) { psi.setZero(); }, Rate::blocks(*rate));
-    add(*force_, t, y, stepper_->memory(), to);
-  }
-  template <class F, class Memory>
-  void add(F& force, Scalar t, const Plain& y, const Memory& memory, Forces& to) {
-    if constexpr (is_sum<std::remove_const_t<F>>) {
-      for_each_term(force, memory, [&](auto, auto& term, const auto& its) { add(term, t, y, its, to); });
-    } else if (!has_energy<View>(force)) {
-      add_force(force, t, view(y), memory, TraitsOf<F>::uses_velocity ? to.damping : to.external);
-    } else if constexpr (UsesOf<F>::value.velocity) {
-      assign_force(force, t, view(still_), memory, part_);
-      Forces::of(to.conservative) += Forces::of(part_);
-      Forces::of(to.damping) -= Forces::of(part_);
-      add_force(force, t, view(y), memory, to.damping);
-    } else {
-      add_force(force, t, view(y), memory, to.conservative);
-    }
-  }
+  void evaluate(Scalar t, const Plain& y, Parts& to) { books_.force_calls += force_.evaluate(t, y, to); }
   /// mean = a·after + (1−a)·before
   void blend(Scalar a) {
-    const auto mix = [a](Rate& to, Rate& from, Rate& at_end) {
-      Forces::of(to) = a * Forces::of(at_end) + (1 - a) * Forces::of(from);
-    };
-    mix(mean_.conservative, before_.conservative, after_.conservative);
-    mix(mean_.damping, before_.damping, after_.damping);
-    mix(mean_.external, before_.external, after_.external);
+    mean_.F() = a * after_.F() + (1 - a) * before_.F();
+    mean_.D() = a * after_.D() + (1 - a) * before_.D();
+    mean_.X() = a * after_.X() + (1 - a) * before_.X();
   }
 
   void book(Scalar t0, Scalar t1, Scalar h, const Plain& y0, const Plain& y1) {
+    if constexpr (balance == EnergyBalance::rest) book_rest(t0, t1, h, y0, y1);
+    else book_balance(t0, t1, h, y0, y1);
+    std::swap(before_, after_);
+    books_.known = true;
+  }
+  /// (2) and (3)
+  void book_balance(Scalar t0, Scalar t1, Scalar h, const Plain& y0, const Plain& y1) {
     const Block &v0 = velocity_of<S>(y0), &v1 = velocity_of<S>(y1);
     const auto [phi, drift] = weights();
     if constexpr (balance == EnergyBalance::stage) {
@@ -330,7 +288,7 @@ class EnergyLedger {
       evaluate(t1, y1, after_);
       blend(phi);
     }
-    psi_ = Forces::of(mean_.conservative) + Forces::of(mean_.damping) + Forces::of(mean_.external);
+    psi_ = mean_.sum();
     dr_ = position_of<S>(y1) - position_of<S>(y0);
     dv_ = v1 - v0;
     middle_ = (v0 + v1) / 2;
@@ -339,12 +297,12 @@ class EnergyLedger {
 
     Energy scheme, solver = dot(middle_, residual_);
     if constexpr (balance == EnergyBalance::verlet) {
-      divide_by_mass(sum_of(before_), slack_);
+      divide_by_mass(before_.sum(), slack_);
       slack_ = dr_ - h * v0 - h * (h / 2 * slack_);  // δ
       solver -= dot(slack_, psi_);
       divide_by_mass(psi_, slack_);
       solver += static_cast<Energy>(h) / 2 * dot(residual_, slack_);
-      residual_ = sum_of(after_) - sum_of(before_);
+      residual_ = after_.sum() - before_.sum();
       scheme = static_cast<Energy>(h) * static_cast<Energy>(h) / 4 * dot(residual_, slack_);
     } else {
       slack_ = dr_ - h * (drift * v1 + (1 - drift) * v0);  // δ
@@ -355,15 +313,54 @@ class EnergyLedger {
     const Energy before = books_.potential;
     look(t1, y1);
     Energy timed{0};
-    if constexpr (uses.time) timed = ((potential_at(t1, y0) - before) + (books_.potential - potential_at(t0, y1))) / 2;
-    books_.scheme.add(books_.potential - before - timed + dot(dr_, Forces::of(mean_.conservative)));
+    if constexpr (Splitter::uses.time)
+      timed = ((potential(t1, y0) - before) + (books_.potential - potential(t0, y1))) / 2;
+    books_.scheme.add(books_.potential - before - timed + dot(dr_, mean_.F()));
     books_.scheme.add(scheme);
-    books_.damping.add(dot(dr_, Forces::of(mean_.damping)));
-    books_.external.add(dot(dr_, Forces::of(mean_.external)));
+    books_.damping.add(dot(dr_, mean_.D()));
+    books_.external.add(dot(dr_, mean_.X()));
     books_.external.add(timed);
     books_.solver.add(solver);
-    std::swap(before_, after_);
-    books_.known = true;
+  }
+  /// (4)
+  void book_rest(Scalar t0, Scalar t1, Scalar h, const Plain& y0, const Plain& y1) {
+    const Energy before = energy(), potential_before = books_.potential;
+    look(t1, y1);
+    Energy damping{0}, external{0};
+    if (!force_.is_conservative()) {
+      evaluate(t1, y1, after_);
+      const auto [F, D, X] = work(t0, h, y0, y1);
+      damping = D;
+      external = X;
+      if constexpr (Splitter::uses.time) external += books_.potential - potential_before + F;
+    }
+    books_.damping.add(damping);
+    books_.external.add(external);
+    for (const Energy x : {energy(), -before, -damping, -external}) books_.scheme.add(x);
+  }
+  /// ∫ vᵀF dt, ∫ vᵀD dt and ∫ vᵀX dt
+  [[nodiscard]] std::array<Energy, 3> work(Scalar t0, Scalar h, const Plain& y0, const Plain& y1) {
+    std::array<Energy, 3> integral{}, size{}, mean{};
+    const auto add = [&](double weight, const Block& v, Parts& parts) {
+      const Energy share = static_cast<Energy>(h) * static_cast<Energy>(weight);
+      const std::array power{dot(v, parts.F()), dot(v, parts.D()), dot(v, parts.X())};
+      for (std::size_t k = 0; k < 3; ++k) integral[k] += share * power[k], size[k] += std::abs(share * power[k]);
+    };
+    add(lobatto_end, velocity_of<S>(y0), before_);
+    add(lobatto_end, velocity_of<S>(y1), after_);
+    divide_by_mass(before_.sum(), middle_);
+    divide_by_mass(after_.sum(), slack_);
+    for (const double x : lobatto_nodes) {
+      place_between<S>(static_cast<Scalar>(x), h, y0, middle_, y1, slack_, end_);
+      evaluate(t0 + static_cast<Scalar>(x) * h, end_, mean_);
+      add(lobatto_inner, velocity_of<S>(end_), mean_);
+    }
+    blend(Scalar{0.5});
+    dr_ = position_of<S>(y1) - position_of<S>(y0);
+    mean = {dot(dr_, mean_.F()), dot(dr_, mean_.D()), dot(dr_, mean_.X())};
+    for (std::size_t k = 0; k < 3; ++k)
+      if (!(std::abs(integral[k] - mean[k]) <= size[k] / 2)) integral[k] = mean[k];
+    return integral;
   }
   /// (φ_f, φ_d)
   [[nodiscard]] std::pair<Scalar, Scalar> weights() const {
@@ -372,9 +369,6 @@ class EnergyLedger {
       const Scheme& scheme = stepper_->working().scheme();
       return {scheme.force.template value<Scalar>(), scheme.drift.template value<Scalar>()};
     }
-  }
-  [[nodiscard]] static auto sum_of(Forces& forces) {
-    return Forces::of(forces.conservative) + Forces::of(forces.damping) + Forces::of(forces.external);
   }
   /// out = M⁻¹ f
   void divide_by_mass(const auto& f, Block& out) const {
@@ -419,11 +413,10 @@ class EnergyLedger {
   }
 
   Stepper* stepper_;
-  Force* force_;
+  Splitter force_;
   Books books_;
-  Plain end_ = no_state(), still_ = end_;  // the last step's end, and (while a step is booked) the stage
-  Rate part_ = no_rate();
-  Forces before_{part_, part_, part_}, after_ = before_, mean_ = before_;
+  Plain end_ = no_state();  // the last step's end, and (while a step is booked) a place inside it
+  Parts before_{no_rate(), no_rate(), no_rate()}, after_ = before_, mean_ = before_;
   Block psi_ = no_block(), residual_ = psi_, dr_ = psi_, dv_ = psi_, middle_ = psi_, slack_ = psi_;
 };
 
