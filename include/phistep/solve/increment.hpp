@@ -49,88 +49,90 @@ class Increment {
   static constexpr bool drifts = Blocks<S>::drifts;
 
   void resize(const Plain& y) {
-    const Index n = unknowns<S>(y);
-    base_ = y;
-    w_.setZero(n);
-    delta_.setZero(n);
-    last_move_.setZero(n);
+    for (Unknown* x : {&base_, &Y_, &w_, &delta_, &last_move_}) x->setZero(unknowns<S>(y));
+    if constexpr (drifts) r_ = base_r_ = decltype(r_)::Zero(position_of<S>(y).size());
   }
 
-  void set_base(const Plain& b) { copy_blocks<S>(base_, b); }
-  [[nodiscard]] const Plain& base() const { return base_; }
+  /// b, and γ_d of a motion, whose r is b.r + γ_d v.
+  void begin(const Plain& b, Scalar gamma_drift) {
+    take_unknowns<S>(base_, b);
+    if constexpr (drifts) base_r_ = flat(position_of<S>(b));
+    gamma_drift_ = gamma_drift;
+  }
+  [[nodiscard]] const Unknown& base() const { return base_; }
+  /// The unknowns of Y.
+  [[nodiscard]] const Unknown& iterate() const { return Y_; }
   [[nodiscard]] const Unknown& w() const { return w_; }
   /// The residual before the linear solve, the correction after it.
   [[nodiscard]] Unknown& delta() { return delta_; }
   [[nodiscard]] const Unknown& delta() const { return delta_; }
 
   /// Y.solved = guess.solved; r follows from v.
-  void start(Plain& Y, const Plain& guess, Scalar gamma_drift) {
-    for_each_solved<S>(
-        [this](Index at, auto& y, const auto& from, const auto& base) {
-          part(w_, at, y) = flat(from) - flat(base);
-          y = from;
-        },
-        Y, guess, base_);
-    if constexpr (drifts) position_of<S>(Y) = position_of<S>(base_) + gamma_drift * velocity_of<S>(Y);
+  void start(Plain& Y, const Plain& guess) {
+    take_unknowns<S>(Y_, guess);
+    w_ = Y_ - base_;
+    if constexpr (drifts) r_ = base_r_ + gamma_drift_ * velocity();
+    put(Y);
   }
   /// The same with Y.r = guess.r, v following from r.
-  void start_at_position(Plain& Y, const Plain& guess, Scalar gamma_drift) requires drifts {
-    start(Y, guess, gamma_drift);
-    auto &r = position_of<S>(Y), &v = velocity_of<S>(Y);
-    r = position_of<S>(guess);
-    v = (r - position_of<S>(base_)) / gamma_drift;
-    part(w_, 0, v) = flat(v) - flat(velocity_of<S>(base_));
+  void start_at_position(Plain& Y, const Plain& guess) requires drifts {
+    take_unknowns<S>(Y_, guess);
+    w_ = Y_ - base_;
+    r_ = flat(position_of<S>(guess));
+    velocity() = (r_ - base_r_) / gamma_drift_;
+    velocity_part(w_) = velocity() - velocity_part(base_);
+    put(Y);
   }
 
   /// Y ← Y + δ by the rule in the file's head.
-  void move(Plain& Y, Scalar gamma_drift) {
+  void move(Plain& Y) {
     last_move_ = delta_;
-    apply(Y, gamma_drift);
+    apply(Y);
   }
   /// Y ← Y + δ as it stands: the only correction there is.
-  void move_once(Plain& Y, Scalar gamma_drift, bool at_position) {
+  void move_once(Plain& Y, bool at_position) {
     w_ += delta_;
-    for_each_solved<S>([this](Index at, auto& y) { flat(y) += part(delta_, at, y); }, Y);
+    Y_ += delta_;
     if constexpr (drifts) {
-      auto &r = position_of<S>(Y), &v = velocity_of<S>(Y);
-      if (at_position) flat(r) += gamma_drift * part(delta_, 0, v);
-      else r = position_of<S>(base_) + gamma_drift * v;
+      if (at_position) r_ += gamma_drift_ * velocity_part(delta_);
+      else r_ = base_r_ + gamma_drift_ * velocity();
     }
+    put(Y);
   }
   /// Takes back half of the last move.
-  void retreat(Plain& Y, Scalar gamma_drift) {
+  void retreat(Plain& Y) {
     last_move_ *= Scalar{0.5};
-    undo(Y, gamma_drift);
+    undo(Y);
   }
-  void undo(Plain& Y, Scalar gamma_drift) {
+  void undo(Plain& Y) {
     delta_ = -last_move_;
-    apply(Y, gamma_drift);
+    apply(Y);
   }
 
   /// @param drift_share  the system's ‖γ_f γ_d K‖ / ‖W‖
-  [[nodiscard]] Correction size(const Plain& Y, Scalar gamma_drift, double drift_share,
-                                const NewtonOptions& options) const {
-    if (options.rtol > 0) return weighted_size(Y, options);
+  [[nodiscard]] Correction size(const Plain& Y, double drift_share, const NewtonOptions& options) const {
+    if (options.rtol > 0) return weighted_size(options);
+    // Rounding of r reaches δ through K alone: all of it where springs are stiff, nothing where there are none.
+    double rounding = drift_size(drift_share);
     Correction worst;
-    bool first = true;
     for_each_solved<S>(
-        [&](Index at, const auto& y, const auto& base) {
-          const double delta = largest(part(last_move_, at, y)), size = largest(y);
-          double resolution = std::max(size, largest(base));
-          // Rounding of r reaches δ through K alone: all of it where springs are stiff, nothing where there are none.
-          if constexpr (drifts)
-            if (first && gamma_drift != Scalar{0})
-              resolution = std::max(
-                  resolution, drift_share * largest(position_of<S>(Y)) / std::abs(static_cast<double>(gamma_drift)));
-          first = false;
+        [&](Index at, const auto& y) {
+          const double delta = largest(part(last_move_, at, y)), size = largest(part(Y_, at, y));
+          const double resolution = std::max({size, largest(part(base_, at, y)), std::exchange(rounding, 0)});
           worst.absolute = std::max(worst.absolute, delta);
           if (delta > 0) {
             worst.relative = std::max(worst.relative, relative_size<Scalar>(delta, size));
             worst.resolution = std::max(worst.resolution, relative_size<Scalar>(delta, resolution));
           }
         },
-        Y, base_);
+        Y);
     return worst;
+  }
+  /// ‖r‖/γ_d times the share of it that the solve sees, 0 where nothing drifts.
+  [[nodiscard]] double drift_size(double drift_share) const {
+    if constexpr (drifts)
+      if (gamma_drift_ != Scalar{0}) return drift_share * largest(r_) / std::abs(static_cast<double>(gamma_drift_));
+    return 0;
   }
 
   /// The same in the norm of a controlled run. @param weight  its solved blocks count
@@ -148,52 +150,54 @@ class Increment {
   }
 
  private:
-  void apply(Plain& Y, Scalar gamma_drift) {
+  /// Of the unknowns, those of v: the first.
+  [[nodiscard]] auto velocity_part(auto& x) const {
+    return x.template head<std::remove_cvref_t<decltype(r_)>::SizeAtCompileTime>(r_.size());
+  }
+  [[nodiscard]] auto velocity() { return velocity_part(Y_); }
+
+  void apply(Plain& Y) {
     w_ += delta_;
-    for_each_solved<S>(
-        [this](Index at, auto& y, const auto& base) {
-          for (Index i = 0; i < y.size(); ++i)
-            y.data()[i] = refined(base.data()[i], w_[at + i], y.data()[i], delta_[at + i]);
-        },
-        Y, base_);
-    if constexpr (drifts) {
-      Scalar *const r = position_of<S>(Y).data(), *const v = velocity_of<S>(Y).data();
-      const Scalar* const base = position_of<S>(base_).data();
-      for (Index i = 0; i < position_of<S>(Y).size(); ++i) {
-        const Scalar sum = base[i] + gamma_drift * v[i];
-        if (std::abs(sum) < std::abs(base[i]) / 2) {
-          r[i] += gamma_drift * delta_[i];
-          v[i] = (r[i] - base[i]) / gamma_drift;  // no digits lost here: r is small beside its base
+    for (Index i = 0; i < Y_.size(); ++i) {
+      const Scalar sum = base_[i] + w_[i];
+      Y_[i] = std::abs(sum) < std::abs(base_[i]) / 2 ? Y_[i] + delta_[i] : sum;
+    }
+    if constexpr (drifts)
+      for (Index i = 0; i < r_.size(); ++i) {
+        const Scalar sum = base_r_[i] + gamma_drift_ * Y_[i];
+        if (std::abs(sum) < std::abs(base_r_[i]) / 2) {
+          r_[i] += gamma_drift_ * delta_[i];
+          Y_[i] = (r_[i] - base_r_[i]) / gamma_drift_;  // no digits lost here: r is small beside its base
         } else {
-          r[i] = sum;
+          r_[i] = sum;
         }
       }
-    }
+    put(Y);
   }
-  [[nodiscard]] static Scalar refined(Scalar base, Scalar increment, Scalar iterate, Scalar correction) {
-    const Scalar sum = base + increment;
-    return std::abs(sum) < std::abs(base) / 2 ? iterate + correction : sum;
+  void put(Plain& Y) const {
+    put_unknowns<S>(Y_, Y);
+    if constexpr (drifts) flat(position_of<S>(Y)) = r_;
   }
 
-  [[nodiscard]] Correction weighted_size(const Plain& Y, const NewtonOptions& options) const {
+  [[nodiscard]] Correction weighted_size(const NewtonOptions& options) const {
     const double rtol = ConvergenceTest::reduced(options.rtol), atol = rtol * options.atol / options.rtol;
     constexpr auto least = static_cast<double>(std::numeric_limits<Scalar>::min());
     double sum = 0;
-    for_each_solved<S>(
-        [&](Index at, const auto& y, const auto& base) {
-          for (Index i = 0; i < y.size(); ++i) {
-            const double size = static_cast<double>(std::max(std::abs(y.data()[i]), std::abs(base.data()[i])));
-            const double delta = static_cast<double>(last_move_[at + i]);
-            if (delta != 0) sum += std::pow(delta / std::max(atol + rtol * size, least), 2);
-          }
-        },
-        Y, base_);
+    for (Index i = 0; i < Y_.size(); ++i) {
+      const double size = static_cast<double>(std::max(std::abs(Y_[i]), std::abs(base_[i])));
+      const double delta = static_cast<double>(last_move_[i]);
+      if (delta != 0) sum += std::pow(delta / std::max(atol + rtol * size, least), 2);
+    }
     const double norm = std::sqrt(sum / std::max(1.0, static_cast<double>(last_move_.size())));
     return {norm, norm, largest(last_move_)};
   }
 
-  Plain base_;
-  Unknown w_, delta_, last_move_;
+  struct Nothing {};
+  using Position = decltype(flat(position_of<S>(std::declval<Plain&>())));
+  Unknown base_, Y_, w_, delta_, last_move_;
+  [[no_unique_address]] std::conditional_t<drifts, Eigen::Matrix<Scalar, Position::SizeAtCompileTime, 1>, Nothing>
+      base_r_, r_;
+  Scalar gamma_drift_{};
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

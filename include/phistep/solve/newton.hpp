@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "phistep/core/implicit_solver.hpp"
 #include "phistep/core/outcome.hpp"
@@ -147,8 +148,8 @@ class ConvergenceTest {
 /// @param k         corrections done before, and now
 /// @param inherits  earlier solves have left something that this one uses; false where it fails before it has used that
 template <class Equation>
-[[nodiscard]] Outcome iterate_newton_once(Equation& equation, ConvergenceTest& test, double keep_rate, bool line_search,
-                                          Failure& history, int& k, bool& inherits) {
+[[nodiscard]] Outcome iterate_newton(Equation& equation, ConvergenceTest& test, double keep_rate, bool line_search,
+                                     Failure& history, int& k, bool& inherits) {
   using enum ConvergenceTest::Verdict;
   bool own = false;  // the matrix was made in this solve …
   double first = 0, last = 0, residual = 0;
@@ -220,36 +221,32 @@ template <class Equation>
 /// The same, and where it fails with a matrix or a rate that earlier solves have left, again without them: no solve fails
 /// for what was before.
 template <class Equation>
-[[nodiscard]] Outcome iterate_newton(Equation& equation, ConvergenceTest& test, double keep_rate, bool line_search,
-                                     Failure& history) {
+[[nodiscard]] Outcome solve_newton(Equation& equation, ConvergenceTest& test, double keep_rate, bool line_search,
+                                   Failure& history) {
   bool inherits = equation.has_jacobian() || equation.has_factors() || test.has_past();
-  int k = 0;
-  const Outcome outcome = iterate_newton_once(equation, test, keep_rate, line_search, history, k, inherits);
-  if (outcome == Outcome::success || !inherits) return outcome;
-  equation.drop_jacobian();
-  test.start_over(k);
-  return iterate_newton_once(equation, test, keep_rate, line_search, history, k, inherits);
+  for (int k = 0;; test.start_over(k)) {
+    const Outcome outcome = iterate_newton(equation, test, keep_rate, line_search, history, k, inherits);
+    if (outcome == Outcome::success || !std::exchange(inherits, false)) return outcome;
+    equation.drop_jacobian();
+  }
 }
 
-template <class Equation>
-[[nodiscard]] Outcome iterate_newton(Equation& equation, const NewtonOptions& options, double round_off,
-                                     bool line_search, Failure& history, double& rate) {
-  ConvergenceTest test(options, round_off, rate);
-  const Outcome outcome = iterate_newton(equation, test, keep_jacobian_rate(options), line_search, history);
-  rate = outcome == Outcome::success ? test.first_rate() : 0;
-  return outcome;
-}
-
-/// The same, and a second time with damped corrections where the plain ones diverge, cycle or leave the domain.
+/// To rounding, or to the options' tolerance: a second time with damped corrections where plain ones diverge, cycle or leave
+/// the domain.
 /// @param rate  how fast the first corrections of the solve before fell, and now of this; 0: not known
 template <class Equation>
 [[nodiscard]] Outcome solve_newton(Equation& equation, const NewtonOptions& options, double round_off, Failure& history,
                                    double& rate) {
-  const Outcome outcome = iterate_newton(equation, options, round_off, options.line_search, history, rate);
-  const bool curable = outcome == Outcome::newton_diverged || outcome == Outcome::newton_stalled;
-  if (!curable || options.line_search) return outcome;
-  const Outcome damped = iterate_newton(equation, options, round_off, true, history, rate);
-  return damped == Outcome::success ? damped : outcome;
+  Outcome first = Outcome::success;
+  for (bool line_search = options.line_search;; line_search = true) {
+    ConvergenceTest test(options, round_off, rate);
+    const Outcome outcome = solve_newton(equation, test, keep_jacobian_rate(options), line_search, history);
+    rate = outcome == Outcome::success ? test.first_rate() : 0;
+    if (outcome == Outcome::success) return outcome;
+    if (first != Outcome::success) return first;
+    if (line_search || (outcome != Outcome::newton_diverged && outcome != Outcome::newton_stalled)) return outcome;
+    first = outcome;
+  }
 }
 
 }  // namespace phistep::inline PHISTEP_ABI

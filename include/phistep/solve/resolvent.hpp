@@ -85,7 +85,7 @@ class NewtonResolvent {
   /// @param allowed  of a controlled run: says how well to solve, unless the options do
   [[nodiscard]] Outcome resolve(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, Plain& Y, const Plain& guess, Rate& psi,
                                 Failure& history, bool psi_known = false, SolveTolerance<Plain> allowed = {}) {
-    increment_.set_base(Y);
+    increment_.begin(Y, gamma.drift);
     if (options_.rtol > 0) allowed.target = 0;
     // One solve on factors of another γ would not be corrected by a second.
     matrix_.begin(gamma, (options_.rtol > 0 || allowed.target > 0) && !affine);
@@ -146,7 +146,7 @@ class NewtonResolvent {
     bool psi_known;
     SolveTolerance<Plain> allowed;
 
-    void restart() { self.increment_.start(Y, guess, gamma.drift); }
+    void restart() { self.increment_.start(Y, guess); }
     /// γ_f Ψ(t, Y) − M w
     [[nodiscard]] Outcome residual() {
       if (!std::exchange(psi_known, false)) rhs.evaluate_into(t, Y, psi);
@@ -200,14 +200,14 @@ class NewtonResolvent {
         if (Outcome outcome = refresh(); outcome != Outcome::success) return outcome;
         if (Outcome outcome = solve(); outcome != Outcome::success) return outcome;
       }
-      self.increment_.move(Y, gamma.drift);
+      self.increment_.move(Y);
       return Outcome::success;
     }
-    void retreat() { self.increment_.retreat(Y, gamma.drift); }
-    void undo() { self.increment_.undo(Y, gamma.drift); }
+    void retreat() { self.increment_.retreat(Y); }
+    void undo() { self.increment_.undo(Y); }
     [[nodiscard]] Correction size() const {
       if (allowed.target > 0) return self.increment_.weighted_size(*allowed.weight);
-      return self.increment_.size(Y, gamma.drift, self.matrix_.drift_share(), self.options_);
+      return self.increment_.size(Y, self.matrix_.drift_share(), self.options_);
     }
     [[nodiscard]] auto& F() { return self.increment_.delta(); }
     void for_each_rate(auto&& f) {
@@ -249,7 +249,7 @@ class NewtonResolvent {
     const double rate = std::max(pace_.rate * std::max(1.0, growth), matrix_.staleness(equation.gamma));
     ConvergenceTest test(equation.allowed.target, options_.max_iterations, rate, round_off);
     const Outcome outcome =
-        iterate_newton(equation, test, keep_jacobian_rate({.rtol = 1}), options_.line_search, history);
+        solve_newton(equation, test, keep_jacobian_rate({.rtol = 1}), options_.line_search, history);
     pace_.rate = outcome == Outcome::success ? test.rate() : 1;
     return outcome;
   }
@@ -258,7 +258,7 @@ class NewtonResolvent {
   [[nodiscard]] Outcome solve_affine(Equation& equation) {
     const auto start = [&](bool at_position) {
       if constexpr (Rhs::drifts)
-        if (at_position) return increment_.start_at_position(equation.Y, equation.guess, equation.gamma.drift);
+        if (at_position) return increment_.start_at_position(equation.Y, equation.guess);
       equation.restart();
     };
     bool at_position = matrix_.has_factors() && is_stiff(equation.gamma);
@@ -276,7 +276,7 @@ class NewtonResolvent {
     const bool looks = std::has_single_bit(solved_ + 1);
     const double before = looks ? largest(equation.F()) : 0;
     if (Outcome outcome = equation.solve(); outcome != Outcome::success) return outcome;
-    increment_.move_once(equation.Y, equation.gamma.drift, at_position);
+    increment_.move_once(equation.Y, at_position);
     ++solved_;
     if (!looks) return Outcome::success;
     if (Outcome outcome = equation.residual(); outcome != Outcome::success) return outcome;
@@ -302,17 +302,13 @@ class NewtonResolvent {
   [[nodiscard]] double terms_of(Equation& equation) const {
     auto size = static_cast<double>(std::numeric_limits<Scalar>::min());  // below, rounding doesn't shrink any more
     // The start counts, too: where Y is far smaller, the rounding of start + δ is what is left.
-    for_each_solved<S>(
-        [&](Index, const auto& y, const auto& base, const auto& start) {
-          size = std::max({size, largest(y), largest(base), largest(start)});
-        },
-        equation.Y, increment_.base(), equation.guess);
+    size = std::max({size, largest(increment_.iterate()), largest(increment_.base()),
+                     increment_.drift_size(matrix_.drift_share())});
+    for_each_solved<S>([&size](Index, const auto& start) { size = std::max(size, largest(start)); }, equation.guess);
     if constexpr (Rhs::drifts)
       if (equation.gamma.drift != Scalar{0})
-        size =
-            std::max(size, matrix_.drift_share() *
-                               std::max(largest(position_of<S>(equation.Y)), largest(position_of<S>(equation.guess))) /
-                               std::abs(static_cast<double>(equation.gamma.drift)));
+        size = std::max(size, matrix_.drift_share() * largest(position_of<S>(equation.guess)) /
+                                  std::abs(static_cast<double>(equation.gamma.drift)));
     double terms = matrix_.magnitude() * size;
     equation.for_each_rate([&](Index, const auto& rate, const auto&) {
       terms = std::max(terms, std::abs(static_cast<double>(equation.gamma.force)) * largest(rate));

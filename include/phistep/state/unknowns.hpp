@@ -37,6 +37,16 @@ void for_each_solved(auto&& f, Plains&... states) {
       Blocks<S>::solved(states)...);
 }
 
+/// x = the unknowns of y, one after the other; and back.
+template <State S>
+void take_unknowns(auto& x, const PlainState<S>& y) {
+  for_each_solved<S>([&x](Index at, const auto& block) { part(x, at, block) = flat(block); }, y);
+}
+template <State S>
+void put_unknowns(const auto& x, PlainState<S>& y) {
+  for_each_solved<S>([&x](Index at, auto& block) { flat(block) = part(x, at, block); }, y);
+}
+
 /// The largest magnitude in a block, 0 for an empty one.
 [[nodiscard]] double largest(const auto& x) {
   return x.size() == 0 ? 0.0 : static_cast<double>(x.cwiseAbs().maxCoeff());
