@@ -49,8 +49,9 @@ class Increment {
   static constexpr bool drifts = Blocks<S>::drifts;
 
   void resize(const Plain& y) {
-    for (Unknown* x : {&base_, &Y_, &w_, &delta_, &last_move_}) x->setZero(unknowns<S>(y));
-    if constexpr (drifts) r_ = base_r_ = decltype(r_)::Zero(position_of<S>(y).size());
+    for (Unknown* x : {&base_, &w_, &delta_, &last_move_}) x->setZero(unknowns<S>(y));
+    if constexpr (!in_one_piece) gathered_ = base_;
+    if constexpr (drifts) base_r_ = flat(position_of<S>(y));
   }
 
   /// b, and γ_d of a motion, whose r is b.r + γ_d v.
@@ -60,8 +61,6 @@ class Increment {
     gamma_drift_ = gamma_drift;
   }
   [[nodiscard]] const Unknown& base() const { return base_; }
-  /// The unknowns of Y.
-  [[nodiscard]] const Unknown& iterate() const { return Y_; }
   [[nodiscard]] const Unknown& w() const { return w_; }
   /// The residual before the linear solve, the correction after it.
   [[nodiscard]] Unknown& delta() { return delta_; }
@@ -69,18 +68,23 @@ class Increment {
 
   /// Y.solved = guess.solved; r follows from v.
   void start(Plain& Y, const Plain& guess) {
-    take_unknowns<S>(Y_, guess);
-    w_ = Y_ - base_;
-    if constexpr (drifts) r_ = base_r_ + gamma_drift_ * velocity();
+    auto x = iterate(Y);
+    take_unknowns<S>(x, guess);
+    w_ = x - base_;
+    if constexpr (drifts) {
+      auto r = flat(position_of<S>(Y));
+      r = base_r_ + gamma_drift_ * x.head(r.size());
+    }
     put(Y);
   }
   /// The same with Y.r = guess.r, v following from r.
   void start_at_position(Plain& Y, const Plain& guess) requires drifts {
-    take_unknowns<S>(Y_, guess);
-    w_ = Y_ - base_;
-    r_ = flat(position_of<S>(guess));
-    velocity() = (r_ - base_r_) / gamma_drift_;
-    velocity_part(w_) = velocity() - velocity_part(base_);
+    auto x = iterate(Y);
+    auto r = flat(position_of<S>(Y));
+    take_unknowns<S>(x, guess);
+    r = flat(position_of<S>(guess));
+    x.head(r.size()) = (r - base_r_) / gamma_drift_;
+    w_ = x - base_;
     put(Y);
   }
 
@@ -91,11 +95,13 @@ class Increment {
   }
   /// Y ← Y + δ as it stands: the only correction there is.
   void move_once(Plain& Y, bool at_position) {
+    auto x = iterate(Y);
     w_ += delta_;
-    Y_ += delta_;
+    x += delta_;
     if constexpr (drifts) {
-      if (at_position) r_ += gamma_drift_ * velocity_part(delta_);
-      else r_ = base_r_ + gamma_drift_ * velocity();
+      auto r = flat(position_of<S>(Y));
+      if (at_position) r += gamma_drift_ * delta_.head(r.size());
+      else r = base_r_ + gamma_drift_ * x.head(r.size());
     }
     put(Y);
   }
@@ -111,14 +117,14 @@ class Increment {
 
   /// @param drift_share  the system's ‖γ_f γ_d K‖ / ‖W‖
   [[nodiscard]] Correction size(const Plain& Y, double drift_share, const NewtonOptions& options) const {
-    if (options.rtol > 0) return weighted_size(options);
+    if (options.rtol > 0) return weighted_size(Y, options);
     // Rounding of r reaches δ through K alone: all of it where springs are stiff, nothing where there are none.
-    double rounding = drift_size(drift_share);
+    double rounding = drift_size(Y, drift_share);
     Correction worst;
     for_each_solved<S>(
         [&](Index at, const auto& y) {
-          const double delta = largest(part(last_move_, at, y)), size = largest(part(Y_, at, y));
-          const double resolution = std::max({size, largest(part(base_, at, y)), std::exchange(rounding, 0)});
+          const double delta = largest(part(last_move_, at, y)), size = largest(y);
+          const double resolution = std::max(std::max(size, largest(part(base_, at, y))), std::exchange(rounding, 0));
           worst.absolute = std::max(worst.absolute, delta);
           if (delta > 0) {
             worst.relative = std::max(worst.relative, relative_size<Scalar>(delta, size));
@@ -129,9 +135,10 @@ class Increment {
     return worst;
   }
   /// ‖r‖/γ_d times the share of it that the solve sees, 0 where nothing drifts.
-  [[nodiscard]] double drift_size(double drift_share) const {
+  [[nodiscard]] double drift_size(const Plain& Y, double drift_share) const {
     if constexpr (drifts)
-      if (gamma_drift_ != Scalar{0}) return drift_share * largest(r_) / std::abs(static_cast<double>(gamma_drift_));
+      if (gamma_drift_ != Scalar{0})
+        return drift_share * largest(position_of<S>(Y)) / std::abs(static_cast<double>(gamma_drift_));
     return 0;
   }
 
@@ -150,53 +157,60 @@ class Increment {
   }
 
  private:
-  /// Of the unknowns, those of v: the first.
-  [[nodiscard]] auto velocity_part(auto& x) const {
-    return x.template head<std::remove_cvref_t<decltype(r_)>::SizeAtCompileTime>(r_.size());
-  }
-  [[nodiscard]] auto velocity() { return velocity_part(Y_); }
-
-  void apply(Plain& Y) {
-    w_ += delta_;
-    for (Index i = 0; i < Y_.size(); ++i) {
-      const Scalar sum = base_[i] + w_[i];
-      Y_[i] = std::abs(sum) < std::abs(base_[i]) / 2 ? Y_[i] + delta_[i] : sum;
-    }
-    if constexpr (drifts)
-      for (Index i = 0; i < r_.size(); ++i) {
-        const Scalar sum = base_r_[i] + gamma_drift_ * Y_[i];
-        if (std::abs(sum) < std::abs(base_r_[i]) / 2) {
-          r_[i] += gamma_drift_ * delta_[i];
-          Y_[i] = (r_[i] - base_r_[i]) / gamma_drift_;  // no digits lost here: r is small beside its base
-        } else {
-          r_[i] = sum;
-        }
-      }
-    put(Y);
+  static constexpr bool in_one_piece = solved_blocks<S> == 1;
+  /// The unknowns of Y where they lie, or, of several blocks, gathered: put() writes those back.
+  [[nodiscard]] auto iterate(Plain& Y) {
+    if constexpr (in_one_piece) return flat(std::get<0>(Blocks<S>::solved(Y)));
+    else return flat(gathered_);
   }
   void put(Plain& Y) const {
-    put_unknowns<S>(Y_, Y);
-    if constexpr (drifts) flat(position_of<S>(Y)) = r_;
+    if constexpr (!in_one_piece) put_unknowns<S>(gathered_, Y);
   }
 
-  [[nodiscard]] Correction weighted_size(const NewtonOptions& options) const {
+  void apply(Plain& Y) {
+    auto x = iterate(Y);
+    w_ += delta_;
+    for (Index i = 0; i < x.size(); ++i) {
+      const Scalar sum = base_[i] + w_[i];
+      x[i] = std::abs(sum) < std::abs(base_[i]) / 2 ? x[i] + delta_[i] : sum;
+    }
+    if constexpr (drifts) {
+      auto r = flat(position_of<S>(Y));
+      for (Index i = 0; i < r.size(); ++i) {
+        const Scalar sum = base_r_[i] + gamma_drift_ * x[i];
+        if (std::abs(sum) < std::abs(base_r_[i]) / 2) {
+          r[i] += gamma_drift_ * delta_[i];
+          x[i] = (r[i] - base_r_[i]) / gamma_drift_;  // no digits lost here: r is small beside its base
+        } else {
+          r[i] = sum;
+        }
+      }
+    }
+    put(Y);
+  }
+
+  [[nodiscard]] Correction weighted_size(const Plain& Y, const NewtonOptions& options) const {
     const double rtol = ConvergenceTest::reduced(options.rtol), atol = rtol * options.atol / options.rtol;
     constexpr auto least = static_cast<double>(std::numeric_limits<Scalar>::min());
     double sum = 0;
-    for (Index i = 0; i < Y_.size(); ++i) {
-      const double size = static_cast<double>(std::max(std::abs(Y_[i]), std::abs(base_[i])));
-      const double delta = static_cast<double>(last_move_[i]);
-      if (delta != 0) sum += std::pow(delta / std::max(atol + rtol * size, least), 2);
-    }
+    for_each_solved<S>(
+        [&](Index at, const auto& y) {
+          for (Index i = 0; i < y.size(); ++i) {
+            const double size = static_cast<double>(std::max(std::abs(y.data()[i]), std::abs(base_[at + i])));
+            const double delta = static_cast<double>(last_move_[at + i]);
+            if (delta != 0) sum += std::pow(delta / std::max(atol + rtol * size, least), 2);
+          }
+        },
+        Y);
     const double norm = std::sqrt(sum / std::max(1.0, static_cast<double>(last_move_.size())));
     return {norm, norm, largest(last_move_)};
   }
 
   struct Nothing {};
-  using Position = decltype(flat(position_of<S>(std::declval<Plain&>())));
-  Unknown base_, Y_, w_, delta_, last_move_;
-  [[no_unique_address]] std::conditional_t<drifts, Eigen::Matrix<Scalar, Position::SizeAtCompileTime, 1>, Nothing>
-      base_r_, r_;
+  using Position = Eigen::Matrix<Scalar, decltype(flat(position_of<S>(std::declval<Plain&>())))::SizeAtCompileTime, 1>;
+  Unknown base_, w_, delta_, last_move_;
+  [[no_unique_address]] std::conditional_t<drifts, Position, Nothing> base_r_;
+  [[no_unique_address]] std::conditional_t<in_one_piece, Nothing, Unknown> gathered_;
   Scalar gamma_drift_{};
 };
 

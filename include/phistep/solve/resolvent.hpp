@@ -302,13 +302,13 @@ class NewtonResolvent {
   [[nodiscard]] double terms_of(Equation& equation) const {
     auto size = static_cast<double>(std::numeric_limits<Scalar>::min());  // below, rounding doesn't shrink any more
     // The start counts, too: where Y is far smaller, the rounding of start + δ is what is left.
-    size = std::max({size, largest(increment_.iterate()), largest(increment_.base()),
-                     increment_.drift_size(matrix_.drift_share())});
-    for_each_solved<S>([&size](Index, const auto& start) { size = std::max(size, largest(start)); }, equation.guess);
-    if constexpr (Rhs::drifts)
-      if (equation.gamma.drift != Scalar{0})
-        size = std::max(size, matrix_.drift_share() * largest(position_of<S>(equation.guess)) /
-                                  std::abs(static_cast<double>(equation.gamma.drift)));
+    size = std::max({size, largest(increment_.base()), increment_.drift_size(equation.Y, matrix_.drift_share()),
+                     increment_.drift_size(equation.guess, matrix_.drift_share())});
+    for_each_solved<S>(
+        [&size](Index, const auto& y, const auto& start) {
+          size = std::max({size, largest(y), largest(start)});
+        },
+        equation.Y, equation.guess);
     double terms = matrix_.magnitude() * size;
     equation.for_each_rate([&](Index, const auto& rate, const auto&) {
       terms = std::max(terms, std::abs(static_cast<double>(equation.gamma.force)) * largest(rate));
