@@ -13,6 +13,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/linear/banded_lu.hpp"
 #include "phistep/matrix/band_tangent.hpp"
+#include "phistep/matrix/choice.hpp"
 #include "phistep/matrix/dense_system.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -22,7 +23,6 @@ namespace phistep::inline PHISTEP_ABI {
 template <class Scalar, bool has_K, bool has_C>
 class BandedSystem : public Sizes {
  public:
-  [[nodiscard]] static const char* name() { return "banded LU"; }
   using Index = Eigen::Index;
   using Tangent = BandTangent<Scalar, has_K, has_C>;
 
@@ -77,9 +77,8 @@ class BandedSystem : public Sizes {
   bool knows_masses_ = false;
 };
 
-template <MatrixFacts facts, class Scalar, int n>
-  requires(facts.structure == Structure::banded)
-struct SystemFor<facts, Scalar, n, void> {
+template <MatrixFacts facts, class Scalar, class Solver, class Force>
+struct SystemFor<SystemKind::banded, facts, Scalar, Solver, Force> {
   using type = BandedSystem<Scalar, facts.has_K, facts.has_C>;
 };
 

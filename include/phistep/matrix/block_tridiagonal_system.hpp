@@ -17,6 +17,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/linear/block_tridiagonal_lu.hpp"
 #include "phistep/matrix/banded_system.hpp"
+#include "phistep/matrix/choice.hpp"
 #include "phistep/matrix/dense_system.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -25,7 +26,6 @@ namespace phistep::inline PHISTEP_ABI {
 template <class Scalar, int b, bool has_K, bool has_C>
 class BlockTridiagonalSystem : public Sizes {
  public:
-  [[nodiscard]] static const char* name() { return "block tridiagonal LU"; }
   using Index = Eigen::Index;
 
   void resize(Index n) {
@@ -128,9 +128,8 @@ class BlockTridiagonalSystem : public Sizes {
   bool beyond_ = false, by_blocks_ = false;
 };
 
-template <MatrixFacts facts, class Scalar, int n>
-  requires(facts.structure == Structure::block_tridiagonal)
-struct SystemFor<facts, Scalar, n, void> {
+template <MatrixFacts facts, class Scalar, class Solver, class Force>
+struct SystemFor<SystemKind::block_tridiagonal, facts, Scalar, Solver, Force> {
   static_assert(facts.block > 0, "phistep: a block tridiagonal force must say its block: static constexpr int block");
   using type = BlockTridiagonalSystem<Scalar, facts.block, facts.has_K, facts.has_C>;
 };

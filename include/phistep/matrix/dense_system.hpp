@@ -25,18 +25,9 @@
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/linear/dense_solver.hpp"
+#include "phistep/matrix/choice.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
-
-/// Which system serves a matrix of n unknowns; the sparse ones come with <phistep/sparse.hpp>. `Solver` is the linear
-/// solver that the user named, void where the library chooses.
-template <MatrixFacts facts, class Scalar, int n, class Solver>
-struct SystemFor {
-  static_assert(facts.structure != Structure::sparse && facts.structure != Structure::network,
-                "phistep: this force has a sparse Jacobian: #include <phistep/sparse.hpp>");
-  static_assert(facts.structure == Structure::sparse || facts.structure == Structure::network,
-                "phistep: a linear solver of one's own needs a sparse Jacobian, and <phistep/sparse.hpp>");
-};
 
 /// How large the entries of W are, and how much of them K makes.
 class Sizes {
@@ -186,15 +177,13 @@ class DiagonalSystem : public Sizes {
   Vector K_, C_, inverse_;
 };
 
-template <MatrixFacts facts, class Scalar, int n>
-  requires(facts.structure == Structure::dense)
-struct SystemFor<facts, Scalar, n, void> {
-  using type = DenseSystem<Scalar, n, facts.has_K, facts.has_C, facts.constant, facts.stages>;
+template <MatrixFacts facts, class Scalar, class Solver, class Force>
+struct SystemFor<SystemKind::dense, facts, Scalar, Solver, Force> {
+  using type = DenseSystem<Scalar, facts.n, facts.has_K, facts.has_C, facts.constant, facts.stages>;
 };
-template <MatrixFacts facts, class Scalar, int n>
-  requires(facts.structure <= Structure::diagonal)
-struct SystemFor<facts, Scalar, n, void> {
-  using type = DiagonalSystem<Scalar, n, facts.has_K, facts.has_C>;
+template <MatrixFacts facts, class Scalar, class Solver, class Force>
+struct SystemFor<SystemKind::diagonal, facts, Scalar, Solver, Force> {
+  using type = DiagonalSystem<Scalar, facts.n, facts.has_K, facts.has_C>;
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -21,6 +21,7 @@
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/matrix/choice.hpp"
 #include "phistep/matrix/dense_system.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -117,7 +118,6 @@ class KrylovSystem {
   static void clear() {}
   [[nodiscard]] static bool is_finite() { return true; }
   [[nodiscard]] static double drift_share() { return 1; }  // unknown: as if springs were stiff
-  [[nodiscard]] static const char* name() { return "Krylov iterations on products"; }
 
   /// W of this Newton iterate, good for one solve.
   /// @param source     what multiplies: apply(x, out) sets out = W x
@@ -182,8 +182,8 @@ class KrylovSystem {
   double precision_ = 0, last_norm_ = 0, last_eta_ = 0;
 };
 
-template <MatrixFacts facts, class Scalar, int n, template <class, class> class Solver, class Preconditioner>
-struct SystemFor<facts, Scalar, n, MatrixFree<Solver, Preconditioner>> {
+template <MatrixFacts facts, class Scalar, template <class, class> class Solver, class Preconditioner, class Force>
+struct SystemFor<SystemKind::matrix_free, facts, Scalar, MatrixFree<Solver, Preconditioner>, Force> {
   using type = KrylovSystem<Scalar, Solver, Preconditioner>;
 };
 

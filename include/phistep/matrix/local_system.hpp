@@ -19,6 +19,7 @@
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/linear/dense_lu.hpp"
+#include "phistep/matrix/choice.hpp"
 #include "phistep/matrix/dense_system.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -27,7 +28,6 @@ namespace phistep::inline PHISTEP_ABI {
 template <class Scalar, int d, bool has_K, bool has_C>
 class LocalSystem : public Sizes {
  public:
-  [[nodiscard]] static const char* name() { return "LU of each particle's block"; }
   void resize(Eigen::Index n) {
     const Eigen::Index particles = (n + d - 1) / d;
     if constexpr (has_K) K_.setZero(particles * d * d);
@@ -106,16 +106,9 @@ class LocalSystem : public Sizes {
   Eigen::Index n_ = 0, singular_ = -1;
 };
 
-template <MatrixFacts facts, class Scalar, int n>
-  requires(facts.structure == Structure::local && facts.block > 0 && facts.block != n)
-struct SystemFor<facts, Scalar, n, void> {
+template <MatrixFacts facts, class Scalar, class Solver, class Force>
+struct SystemFor<SystemKind::particles, facts, Scalar, Solver, Force> {
   using type = LocalSystem<Scalar, facts.block, facts.has_K, facts.has_C>;
-};
-/// A single particle.
-template <MatrixFacts facts, class Scalar, int n>
-  requires(facts.structure == Structure::local && facts.block > 0 && facts.block == n)
-struct SystemFor<facts, Scalar, n, void> {
-  using type = DenseSystem<Scalar, n, facts.has_K, facts.has_C>;
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -30,6 +30,7 @@
 #include "phistep/linear/block_cg.hpp"
 #include "phistep/linear/edge_operator.hpp"
 #include "phistep/linear/node_order.hpp"
+#include "phistep/matrix/choice.hpp"
 #include "phistep/matrix/dense_system.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -44,8 +45,6 @@ inline constexpr double automatic_linear_rtol = 1e-2;
 template <class Scalar, int dim, bool has_K, bool has_C>
 class NetworkSystem : public Sizes {
  public:
-  [[nodiscard]] static constexpr const char* name() { return "block-Jacobi conjugate gradients on the edge operator"; }
-
   void resize(Eigen::Index n) {
     unknowns_ = n;
     const auto nodes = static_cast<std::size_t>((n + dim - 1) / dim);
@@ -325,18 +324,9 @@ class NetworkSystem : public Sizes {
   bool has_pattern_ = false, has_coupling_ = false, clamped_ = false;
 };
 
-/// Few unknowns, known at compile time: LU beats any iteration.
-inline constexpr int small_network = 24;
-
-template <MatrixFacts facts, class Scalar, int n>
-  requires(solves_by_edges(facts) && (n == Eigen::Dynamic || n > small_network))
-struct SystemFor<facts, Scalar, n, void> {
+template <MatrixFacts facts, class Scalar, class Solver, class Force>
+struct SystemFor<SystemKind::edges, facts, Scalar, Solver, Force> {
   using type = NetworkSystem<Scalar, facts.block, facts.has_K, facts.has_C>;
-};
-template <MatrixFacts facts, class Scalar, int n>
-  requires(facts.structure == Structure::network && n != Eigen::Dynamic && n <= small_network)
-struct SystemFor<facts, Scalar, n, void> {
-  using type = DenseSystem<Scalar, n, facts.has_K, facts.has_C>;
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -13,6 +13,7 @@
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/linear/cholesky_solve.hpp"
+#include "phistep/matrix/choice.hpp"
 #include "phistep/matrix/dense_system.hpp"
 #include "phistep/matrix/own_solver.hpp"
 #include "phistep/matrix/sparse_assembly.hpp"
@@ -93,15 +94,12 @@ class SparseSystem : public AssembledSystem<Scalar> {
 };
 
 /// LU unless the user names a solver: right for every tangent, symmetric or not.
-template <MatrixFacts facts, class Scalar, int n>
-  requires((facts.structure == Structure::sparse && !facts.symmetric) ||
-           (facts.structure == Structure::network && n == Eigen::Dynamic && !solves_by_edges(facts)))
-struct SystemFor<facts, Scalar, n, void> {
+template <MatrixFacts facts, class Scalar, class Solver, class Force>
+struct SystemFor<SystemKind::sparse, facts, Scalar, Solver, Force> {
   using type = SparseSystem<Scalar, Eigen::SparseLU<Eigen::SparseMatrix<Scalar>>>;
 };
-template <MatrixFacts facts, class Scalar, int n, class Solver>
-  requires(!std::is_void_v<Solver>)
-struct SystemFor<facts, Scalar, n, Solver> {
+template <MatrixFacts facts, class Scalar, class Solver, class Force>
+struct SystemFor<SystemKind::own, facts, Scalar, Solver, Force> {
   using type = SparseSystem<Scalar, Solver>;
 };
 

@@ -21,6 +21,7 @@
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/linear/static_sparse_lu.hpp"
+#include "phistep/matrix/choice.hpp"
 #include "phistep/matrix/dense_system.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -45,7 +46,6 @@ class StaticSparseSystem : public Sizes {
   using Lu = StaticSparseLu<Scalar, n, Pattern>;
 
  public:
-  [[nodiscard]] static const char* name() { return "LU by a pattern known at compile time"; }
   void resize(Eigen::Index) {
     clear();
     looked_ = false;
@@ -121,14 +121,9 @@ class StaticSparseSystem : public Sizes {
   bool looked_ = false;
 };
 
-/// The system behind a matrix: that of a pattern known at compile time, where it pays.
-template <MatrixFacts facts, class Scalar, int n, class LinearSolver, class Force, bool diagonal_mass>
-struct SystemOf : SystemFor<facts, Scalar, n, LinearSolver> {};
-template <MatrixFacts facts, class Scalar, int n, class Force>
-  requires(facts.structure == Structure::dense && !facts.has_K && facts.has_C && !facts.differenced &&
-           has_sparse_pattern<Force, n>)
-struct SystemOf<facts, Scalar, n, void, Force, true> {
-  using type = StaticSparseSystem<Scalar, n, PatternOf<Force>, facts.constant>;
+template <MatrixFacts facts, class Scalar, class Solver, class Force>
+struct SystemFor<SystemKind::static_pattern, facts, Scalar, Solver, Force> {
+  using type = StaticSparseSystem<Scalar, facts.n, PatternOf<Force>, facts.constant>;
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

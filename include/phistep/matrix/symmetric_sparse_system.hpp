@@ -19,6 +19,7 @@
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/linear/cholesky_solve.hpp"
+#include "phistep/matrix/choice.hpp"
 #include "phistep/matrix/dense_system.hpp"
 #include "phistep/matrix/own_solver.hpp"
 #include "phistep/matrix/sparse_assembly.hpp"
@@ -37,7 +38,6 @@ class SymmetricSparseSystem : public AssembledSystem<Scalar, true> {
     lu_.drop();
   }
 
-  [[nodiscard]] static const char* name() { return "sparse LDLT"; }
   /// False in a copy.
   [[nodiscard]] bool has_solver() const { return static_cast<bool>(ldlt_); }
 
@@ -129,9 +129,8 @@ class SymmetricSparseSystem : public AssembledSystem<Scalar, true> {
   bool definite_ = false;
 };
 
-template <MatrixFacts facts, class Scalar, int n>
-  requires(facts.structure == Structure::sparse && facts.symmetric)
-struct SystemFor<facts, Scalar, n, void> {
+template <MatrixFacts facts, class Scalar, class Solver, class Force>
+struct SystemFor<SystemKind::symmetric_sparse, facts, Scalar, Solver, Force> {
   using type = SymmetricSparseSystem<Scalar, facts.differenced>;
 };
 

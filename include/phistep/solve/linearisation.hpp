@@ -19,6 +19,7 @@
 #include "phistep/equation/right_hand_side.hpp"
 #include "phistep/jacobian/analytic.hpp"
 #include "phistep/jacobian/differences.hpp"
+#include "phistep/matrix/choice.hpp"
 #include "phistep/matrix/dense_system.hpp"
 #include "phistep/matrix/local_system.hpp"
 #include "phistep/matrix/network_system.hpp"
@@ -52,21 +53,27 @@ class Linearisation {
   static constexpr bool analytic = !matrix_free && (position ? Traits::has_jacobian : Traits::has_velocity_jacobian);
   static constexpr bool patterned = !matrix_free && !analytic && Traits::has_pattern;
   static constexpr MatrixFacts facts = [] {
-    MatrixFacts all{.has_K = has_K,
+    MatrixFacts all{.n = n_static,
+                    .has_K = has_K,
                     .has_C = has_C,
                     .symmetric = Traits::is_symmetric,
                     .constant = Traits::is_affine,
                     .stages = stages,
                     .block = Traits::block,
-                    .differenced = !analytic};
+                    .differenced = !analytic,
+                    .own_solver = !matrix_free && !std::is_void_v<LinearSolver>,
+                    .matrix_free = matrix_free};
     if (analytic || patterned) all.structure = position ? Traits::structure : Traits::velocity_structure;
     all.structure = combine(all.structure, Rhs::mass_structure);
     if (!std::is_void_v<LinearSolver>) all.structure = Structure::sparse;
     if (all.structure == Structure::network) all.symmetric = analytic && Traits::is_symmetric_network;
+    if constexpr (!has_K && has_C && analytic && solved_blocks<S> == 1)
+      all.static_pattern =
+          Rhs::mass_structure <= Structure::diagonal && has_sparse_pattern<typename Rhs::Force, n_static>;
     return all;
   }();
-  using System = typename SystemOf<facts, Scalar, n_static, LinearSolver, typename Rhs::Force,
-                                   (Rhs::mass_structure <= Structure::diagonal && solved_blocks<S> == 1)>::type;
+  static constexpr const SystemRow& row = system_row(facts);
+  using System = typename SystemFor<row.kind, facts, Scalar, LinearSolver, typename Rhs::Force>::type;
 
   /// @throws std::invalid_argument where a dense Jacobian of more than 1000 unknowns would be formed by differences.
   void resize(const Plain& y, [[maybe_unused]] Rhs& rhs) {
@@ -137,8 +144,9 @@ class Linearisation {
     return all_finite(x.data(), x.size()) ? Outcome::success : Outcome::singular_matrix;
   }
   /// The same with factors of the very γ, by a small system that can only fail by what shows in x.
-  static constexpr bool solves_in_registers = !matrix_free && facts.structure == Structure::dense &&
-                                              n_static != Eigen::Dynamic && n_static <= small_dense_limit;
+  static constexpr bool solves_in_registers =
+      (row.kind == SystemKind::dense || row.kind == SystemKind::static_pattern) && n_static != Eigen::Dynamic &&
+      n_static <= small_dense_limit;
   void solve_unchecked(auto& x, Statistics& statistics) requires solves_in_registers {
     ++statistics.solves;
     static_cast<void>(system_.solve(x));
@@ -163,13 +171,7 @@ class Linearisation {
   [[nodiscard]] double magnitude() const { return system_.magnitude(); }
 
   /// How the linear equations are solved, in words.
-  [[nodiscard]] const char* name() const {
-    if constexpr (requires { system_.name(); }) return system_.name();
-    else if constexpr (facts.structure == Structure::dense) return "dense LU";
-    else if constexpr (facts.structure <= Structure::diagonal) return "component by component";
-    else if constexpr (std::is_void_v<LinearSolver>) return "sparse LU";
-    else return "a solver of the user's own";
-  }
+  [[nodiscard]] static const char* name() { return row.name; }
 
   /// The linear solver takes a tolerance, and leaves that much of its residual.
   static constexpr bool is_iterative = requires(System & system, Eigen::Matrix<Scalar, n_static, 1>& x, Statistics& s) {
@@ -225,8 +227,7 @@ class Linearisation {
   }
   [[nodiscard]] bool has_factors_for(const Gamma<Scalar>& gamma) const { return has_factors() && gamma == factored_; }
   /// to = factor M − C − γK, where that is a dense matrix of fixed size.
-  static constexpr bool assembles = requires { typename System::Matrix; }
-  &&n_static != Eigen::Dynamic&& facts.structure == Structure::dense;
+  static constexpr bool assembles = row.kind == SystemKind::dense && n_static != Eigen::Dynamic;
   void assemble(const Rhs& rhs, const Plain& y, Scalar factor, Scalar gamma, auto& to) const requires assembles {
     system_.assemble(each_mass_entry<S>(rhs, y), factor, gamma, to);
   }
