@@ -73,16 +73,17 @@ class Transaction {
     failure_.particle = -1;
     if (const Outcome bad = check(t, dt); bad != Outcome::success) return fail(rhs, bad, t, dt, next_, next_, psi_);
     try {
+      const Plain& y = read(state);
       if constexpr (in_registers) {
         Plain next;
         if constexpr (carries) {
-          return run_on(rhs, state, t, dt, origin, advance, next, psi_);
+          return run_from(rhs, y, state, t, dt, origin, advance, next, psi_);
         } else {
           Rate psi;
-          return run_on(rhs, state, t, dt, origin, advance, next, psi);
+          return run_from(rhs, y, state, t, dt, origin, advance, next, psi);
         }
       } else {
-        return run_on(rhs, state, t, dt, origin, advance, next_, psi_);
+        return run_from(rhs, y, state, t, dt, origin, advance, next_, psi_);
       }
     } catch (const WrongSize& wrong) {
       return fail(rhs, state, t, dt, wrong);
@@ -131,13 +132,12 @@ class Transaction {
     return t + dt == t ? Outcome::step_too_small : Outcome::success;
   }
 
-  template <class Advance>
-  StepReport run_on(Rhs& rhs, S& state, Scalar t, Scalar dt, Origin origin, Advance& advance, Plain& next, Rate& psi) {
+  [[nodiscard]] const Plain& read(const S& state) {
     if constexpr (borrowed) {
       copy_blocks<S>(gathered_, state);
-      return run_from(rhs, gathered_, state, t, dt, origin, advance, next, psi);
+      return gathered_;
     } else {
-      return run_from(rhs, state, state, t, dt, origin, advance, next, psi);
+      return state;
     }
   }
 
