@@ -7,7 +7,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/control/fixed_step.hpp"
+#include "phistep/control/run_arguments.hpp"
 #include "phistep/run.hpp"
 #include "phistep/state/blocks.hpp"
 

@@ -2,9 +2,8 @@
 /// What a run takes as its control, and the controller made of it.
 #pragma once
 
-#include <type_traits>
-
 #include "phistep/control/fixed_step.hpp"
+#include "phistep/control/grid_pace.hpp"
 #include "phistep/control/iteration_control.hpp"
 #include "phistep/control/pace.hpp"
 #include "phistep/control/tolerance.hpp"
@@ -14,6 +13,10 @@
 namespace phistep::inline PHISTEP_ABI {
 
 /// The pace that a control asks for.
+template <State S>
+[[nodiscard]] GridPace<ScalarOf<S>> pace_of(const FixedStep& control) {
+  return GridPace<ScalarOf<S>>{control};
+}
 template <State S>
 [[nodiscard]] ErrorPace<PlainState<S>> pace_of(const tolerance& control) {
   return ErrorPace<PlainState<S>>{control};
@@ -29,7 +32,7 @@ template <State S>
 
 /// What a run takes as its control.
 template <class Control, class S>
-concept ControlOf = std::is_same_v<Control, FixedStep> || requires(const Control& control) {
+concept ControlOf = requires(const Control& control) {
   pace_of<S>(control);
 };
 }  // namespace phistep::inline PHISTEP_ABI

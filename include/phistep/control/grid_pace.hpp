@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "phistep/control/fixed_step.hpp"
+#include "phistep/control/run_clock.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/version.hpp"
 
@@ -15,6 +16,8 @@ namespace phistep::inline PHISTEP_ABI {
 template <class Scalar>
 class GridPace {
  public:
+  static constexpr bool sees_error = false;
+
   explicit GridPace(const FixedStep& control) : control_{control} {}
   [[nodiscard]] Outcome begin(TimeSpan<Scalar> span) {
     grid_.emplace(span, control_);
@@ -22,21 +25,27 @@ class GridPace {
     node_ = span.t0;
     return grid_->outcome();
   }
-  /// Where the step from t ends if nothing comes between.
-  [[nodiscard]] Scalar end() const { return grid_->time(done_ + 1); }
-  /// Its length: the nominal one from node to node, whose times differ by that only up to rounding.
-  [[nodiscard]] Scalar length(Scalar t) const {
-    return t == node_ ? grid_->step(done_) : -grid_->from_node(done_ + 1, t);
+  /// To the next node, or to a stop before it.
+  [[nodiscard]] Landing<Scalar> plan(const RunClock<Scalar>& clock, std::optional<Scalar> stop) const {
+    const Scalar node = grid_->time(done_ + 1), t = clock.t();
+    // A stop that rounding alone keeps from a node is that node, unless that is the end.
+    const Scalar beyond = stop ? clock.sign() * (node - *stop) : Scalar{-1};
+    const Scalar same = node == clock.span().t1 ? Scalar{0} : clock.rounding(node);
+    if (beyond > same) return {*stop, length(t, *stop), true, true};
+    // From node to node Δt is the nominal one: their times differ by that only up to rounding.
+    const Scalar whole = t == node_ ? grid_->step(done_) : -grid_->from_node(done_ + 1, t);
+    return {stop && -beyond <= same ? *stop : node, whole, true, false, true};
   }
   /// The length from t to a stop before the next node.
   [[nodiscard]] Scalar length(Scalar t, Scalar stop) const {
     return t == node_ ? grid_->from_node(done_, stop) : stop - t;
   }
   [[nodiscard]] bool at_end() const { return done_ >= grid_->steps(); }
-  /// The next node is reached, at t: its own time or one that is the same up to rounding.
-  void reached(Scalar t) {
+  /// The step has become the state. A node is reached at its own time or at one that is the same up to rounding.
+  void accepted(const Landing<Scalar>& landed) {
+    if (!landed.is_node) return;
     ++done_;
-    node_ = t;
+    node_ = landed.end;
   }
   void archive(auto& ar) {
     ar(done_, node_);

@@ -3,8 +3,8 @@
 ///
 ///     Outcome begin(span, y, law)              reads the options
 ///     Outcome start(span, y, order, slope)     chooses a first length; slope(t, y, out) costs a force call
-///     Scalar propose()                         |Δt| it would take next
-///     double longest()                         |Δt| that no step may exceed
+///     double propose()                         |Δt| it would take next
+///     Landing plan(clock, stop)                where the next step is to land, at a stop or before
 ///     prepare(y, dt), judge(…)                 before and inside an attempt, where it wants to see the error
 ///     accepted(dt, wanted, history)            the step has become the state
 ///     Outcome failed(outcome, dt)              success: try again with what propose() says now
@@ -15,6 +15,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "phistep/control/error_norm.hpp"
@@ -22,6 +23,7 @@
 #include "phistep/control/fixed_step.hpp"
 #include "phistep/control/iteration_control.hpp"
 #include "phistep/control/limits.hpp"
+#include "phistep/control/run_clock.hpp"
 #include "phistep/control/step_filter.hpp"
 #include "phistep/control/tolerance.hpp"
 #include "phistep/control/trace.hpp"
@@ -54,7 +56,9 @@ class VariableStep {
   }
   [[nodiscard]] double size() const { return std::min(std::max(size_, smallest_), largest_); }
   [[nodiscard]] bool is_capped() const { return size_ >= largest_; }
-  [[nodiscard]] double largest() const { return largest_; }
+  [[nodiscard]] Landing<Scalar> plan(const RunClock<Scalar>& clock, std::optional<Scalar> stop) const {
+    return clock.toward(stop.value_or(clock.span().t1), static_cast<Scalar>(size()), static_cast<Scalar>(largest_));
+  }
   void set(double size) { size_ = size; }
   void accepted() { failures_ = 0; }
   /// A step of length dt is not to be: shorter ones, or the end.
@@ -127,7 +131,9 @@ class ErrorPace {
   }
 
   [[nodiscard]] double propose() const { return step_.size(); }
-  [[nodiscard]] double longest() const { return step_.largest(); }
+  [[nodiscard]] Landing<Scalar> plan(const RunClock<Scalar>& clock, std::optional<Scalar> stop) const {
+    return step_.plan(clock, stop);
+  }
   [[nodiscard]] bool may_try() { return step_.may_try(); }
   [[nodiscard]] Trace<Plain>& trace() { return trace_; }
   void prepare(const Plain& y, double dt) {
@@ -149,8 +155,8 @@ class ErrorPace {
   /// ‖e‖ in units of the tolerance, where e is what a state between y and next is off.
   [[nodiscard]] double size(const Plain& y, const Plain& next, const Plain& e) { return norm_(e, y, next).size; }
   /// Whether the error of a step that is not the one in hand is allowed.
-  [[nodiscard]] bool allows(const Plain& y, const Plain& next, const Plain& error) {
-    return size(y, next, error) <= allowed_;
+  [[nodiscard]] bool allows(const Plain& y, const Plain& next, const Trace<Plain>& told) {
+    return told.proposed != 0 || size(y, next, told.error) <= allowed_;  // a scheme that proposes Δt has judged
   }
   /// @param clipped  the step was shorter than proposed, because of a time to stop at
   void accepted(double dt, bool clipped, const Failure& history, Limits& limits) {
@@ -230,7 +236,9 @@ class IterationPace {
     return Outcome::success;
   }
   [[nodiscard]] double propose() const { return step_.size(); }
-  [[nodiscard]] double longest() const { return step_.largest(); }
+  [[nodiscard]] Landing<Scalar> plan(const RunClock<Scalar>& clock, std::optional<Scalar> stop) const {
+    return step_.plan(clock, stop);
+  }
   [[nodiscard]] bool may_try() { return step_.may_try(); }
   void accepted(double dt, bool clipped, const Failure& history, Limits& limits) {
     step_.accepted();

@@ -89,11 +89,16 @@ class DenseOutput {
     truth_ = {};
     trusted_.reset();
   }
-  /// y(t0 + x dt), 0 < x < 1, of the step just begun is `inside(self, x, dt, y0, y1, out)`, in place of Hermite's.
-  using Inside = void (*)(const void*, Scalar, Scalar, const Plain&, const Plain&, Plain&);
-  void interpolate_by(const void* self, Inside inside) {
-    self_ = self;
-    inside_ = inside;
+  /// The step just begun was done by this stepper: where it knows y(t0 + x dt), 0 < x < 1, that is taken in place of
+  /// Hermite's interpolant. The stepper must outlive the step, and do no other meanwhile.
+  template <class Stepper>
+  void interpolate_by(const Stepper& stepper) {
+    if constexpr (requires { requires Stepper::interpolates; }) {
+      self_ = &stepper;
+      inside_ = [](const void* self, Scalar x, Scalar dt, const Plain& y0, const Plain& y1, Plain& out) {
+        static_cast<const Stepper*>(self)->interpolate(x, dt, y0, y1, out);
+      };
+    }
   }
 
   /// From now on at(t) is checked; before, it interpolates.
@@ -171,7 +176,7 @@ class DenseOutput {
   const Plain* end_ = nullptr;
   Slopes slopes_;
   const void* self_ = nullptr;
-  Inside inside_ = nullptr;
+  void (*inside_)(const void*, Scalar, Scalar, const Plain&, const Plain&, Plain&) = nullptr;
   Truth truth_;
   std::optional<bool> trusted_;
   Plain slope0_, slope1_, value_;

@@ -1,5 +1,5 @@
 /// @file
-/// How long a check of the interpolant holds. A check compares it with steps that end inside the step (run.hpp), which is
+/// How long a check of the interpolant holds. A check compares it with steps that end inside the step (look_inside.hpp), which is
 /// twice the work of the step itself: where its result was clear, it holds for 1, 2, then 4 steps, as long as Δt stays
 /// about the same.
 #pragma once
@@ -52,6 +52,15 @@ class InterpolantTrust {
   double dt_ = 0, error_ = 0;  // of the step that was checked [time], [tolerance]
   int steps_ = 0, left_ = 0;
   bool is_right_ = false, is_fresh_ = false;
+};
+
+/// In the interpolant of a whole step, and in those of its parts.
+struct TrustInside {
+  InterpolantTrust whole, parts;
+
+  void step() { whole.step(), parts.step(); }
+  void forget() { whole.forget(), parts.forget(); }
+  void archive(auto& ar) { ar(whole, parts); }
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -5,8 +5,6 @@
 #pragma once
 
 #include <optional>
-#include <type_traits>
-#include <utility>
 
 #include "phistep/control/trace.hpp"
 #include "phistep/core/outcome.hpp"
@@ -16,6 +14,7 @@
 #include "phistep/problem/edit_guard.hpp"
 #include "phistep/problem/transaction.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/step/past.hpp"
 #include "phistep/step/step_doubling.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -25,66 +24,50 @@ class StepInside {
  public:
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
-  static constexpr bool is_possible = std::is_copy_constructible_v<Stepper>;
-  static constexpr bool can_go_back = requires(Stepper & stepper) { stepper.restore(stepper.checkpoint()); };
-  struct NoPast {};
-  using Past = typename decltype([] {
-    if constexpr (can_go_back) return std::type_identity<decltype(std::declval<Stepper&>().checkpoint())>{};
-    else return std::type_identity<NoPast>{};
-  }())::type;
 
   /// @param stepper  as the step left it
   /// @param past     its checkpoint before that step
-  explicit StepInside(const Stepper& stepper, const Past& past)
+  explicit StepInside(const Stepper& stepper, const Past<Stepper>& past)
       : stepper_{stepper}, past_{past}, before_{stepper_.statistics()} {}
-  /// state = y(t + dt) from y(t), by one step at a fixed Δt.
-  [[nodiscard]] StepReport step(S& state, Scalar t, Scalar dt) {
-    restart();
-    return stepper_.step(state, t, dt);
-  }
-  /// … by as many as the error asks for.
-  /// @param watched  the run's, whose tolerances hold
-  template <class Accept>
-  [[nodiscard]] StepReport step(S& state, Scalar t, Scalar dt, const Trace<Plain>& watched, Accept&& accept) {
-    restart();
-    trace_ = watched;
-    trace_.wants_dense = false;
-    return part(state, t, dt, accept, 0);
+  /// state = y(t + dt) from y(t), by one step at a fixed Δt, or by as many as the error asks for.
+  /// @param pace  the run's, whose tolerances hold
+  template <class Pace>
+  [[nodiscard]] StepReport step(S& state, Scalar t, Scalar dt, Pace& pace) {
+    go_back(stepper_, past_);
+    if constexpr (Pace::sees_error) {
+      trace_ = pace.trace();
+      trace_.wants_dense = false;
+      return part(state, t, dt, pace, 0);
+    } else {
+      return stepper_.step(state, t, dt);
+    }
   }
   /// What it has cost so far.
   [[nodiscard]] Statistics spent() const { return stepper_.statistics() - before_; }
 
  private:
-  StepReport part(S& state, Scalar t, Scalar dt, auto& accept, int halvings) {
+  StepReport part(S& state, Scalar t, Scalar dt, auto& pace, int halvings) {
     trace_.forget();
-    const StepReport done = attempt(state, t, dt, accept);
+    const StepReport done = attempt(state, t, dt, pace);
     const bool may_halve = done.outcome() == Outcome::error_too_large || may_be_cured(done.outcome());
     if (done || halvings == 20 || !may_halve) return done;
     const Scalar half = dt / 2;
-    const StepReport first = part(state, t, half, accept, halvings + 1);
-    return first ? part(state, t + half, half, accept, halvings + 1) : first;
+    const StepReport first = part(state, t, half, pace, halvings + 1);
+    return first ? part(state, t + half, half, pace, halvings + 1) : first;
   }
-  StepReport attempt(S& state, Scalar t, Scalar dt, auto& accept) {
-    const auto judge = [&](const Plain& y, const Plain& next, const auto& told) {
-      return told.proposed != 0 || accept(y, next, told.error);  // who chooses Δt has judged
-    };
+  StepReport attempt(S& state, Scalar t, Scalar dt, auto& pace) {
+    const auto allows = [&](const Plain& y, const Plain& next, const auto& told) { return pace.allows(y, next, told); };
     if constexpr (can_trace<Stepper>)
-      if (stepper_.estimates(trace_)) return stepper_.attempt(state, t, dt, Origin::unknown, trace_, judge);
+      if (stepper_.estimates(trace_)) return stepper_.attempt(state, t, dt, Origin::unknown, trace_, allows);
     doubling_.emplace();
     Plain like;
     copy_blocks<S>(like, state);
     doubling_->resize(like);
-    return doubling_->attempt(stepper_, state, t, dt, Origin::unknown, trace_, judge);
-  }
-
-  /// The history is that of the step's start.
-  void restart() {
-    if constexpr (can_go_back) stepper_.restore(past_);
-    else if constexpr (requires { stepper_.reset(); }) stepper_.reset();
+    return doubling_->attempt(stepper_, state, t, dt, Origin::unknown, trace_, allows);
   }
 
   Stepper stepper_;
-  [[no_unique_address]] Past past_;
+  [[no_unique_address]] Past<Stepper> past_;
   Statistics before_;
   Trace<Plain> trace_;
   std::optional<StepDoubling<Stepper, S>> doubling_;

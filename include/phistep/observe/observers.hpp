@@ -1,0 +1,96 @@
+/// @file
+/// The observers of a run, as one.
+#pragma once
+
+#include <optional>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+#include "phistep/core/archive.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/observe/event.hpp"
+#include "phistep/observe/event_set.hpp"
+#include "phistep/observe/goes_on.hpp"
+#include "phistep/observe/show.hpp"
+#include "phistep/state/blocks.hpp"
+#include "phistep/state/parts.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// @tparam Observers  references where they were given as lvalues
+template <State S, class... Observers>
+class ObserverList {
+  template <class Observer>
+  static constexpr bool sees_steps = EventLike<Observer> || observes_steps<Observer, S>;
+  template <class Observer>
+  static constexpr bool looks_at_ends_alone = requires {
+    requires Observer::looks_at_ends_alone;
+  };
+
+ public:
+  using Scalar = ScalarOf<S>;
+
+  explicit ObserverList(Observers&&... observers) : observers_{std::forward<Observers>(observers)...} {}
+
+  static constexpr bool has_events = (EventLike<Observers> || ...);
+  /// Some are shown whole steps.
+  static constexpr bool see_steps = (sees_steps<std::remove_reference_t<Observers>> || ...);
+  /// … and may ask for states inside them.
+  static constexpr bool may_look_inside =
+      ((sees_steps<std::remove_reference_t<Observers>> && !looks_at_ends_alone<std::remove_reference_t<Observers>>) ||
+       ...);
+
+  /// Before the first step. False where one asks for the end of the run.
+  [[nodiscard]] bool begin(Scalar t, S& state) {
+    const auto greet = [&]<class Observer>(Observer& observer) {
+      if constexpr (requires { observer.begin(t, state); }) {
+        const auto begin = [&] { return observer.begin(t, state); };
+        if (!ask(begin)) return false;
+      }
+      if constexpr (sees_steps<Observer>) return true;
+      else return show(observer, t, state);
+    };
+    return std::apply([&](auto&... observer) { return (greet(observer) && ...); }, observers_);
+  }
+  /// After a step, which those that look at whole ones are shown. False where one asks for the end of the run.
+  [[nodiscard]] bool look(Scalar t, S& state, [[maybe_unused]] const auto& step) {
+    const auto show_to = [&]<class Observer>(Observer& observer) {
+      if constexpr (EventLike<Observer>) return true;
+      else if constexpr (sees_steps<Observer>) return ask(observer, step);
+      else return show(observer, t, state);
+    };
+    return std::apply([&](auto&... observer) { return (show_to(observer) && ...); }, observers_);
+  }
+  /// The nearest of all times at which one wants the run to stop, strictly between now and its end. [time]
+  [[nodiscard]] std::optional<Scalar> next_stop(Scalar t, Scalar end) const {
+    const Scalar sign = end < t ? Scalar{-1} : Scalar{1};
+    std::optional<Scalar> nearest;
+    const auto consider = [&](const auto& observer) {
+      if constexpr (requires { observer.next_stop(t, sign); }) {
+        const std::optional<Scalar> stop = observer.next_stop(t, sign);
+        if (stop && sign * (*stop - t) > 0 && sign * (end - *stop) > 0 && (!nearest || sign * (*nearest - *stop) > 0))
+          nearest = stop;
+      }
+    };
+    std::apply([&](const auto&... observer) { (consider(observer), ...); }, observers_);
+    return nearest;
+  }
+  [[nodiscard]] auto events() {
+    return std::apply([](auto&... observer) { return tie_events(observer...); }, observers_);
+  }
+  /// Those that a checkpoint holds, tied.
+  [[nodiscard]] static auto kept(auto& list) {
+    const auto kept_of = []<class Observer>(Observer& observer) {
+      if constexpr (Restorable<std::remove_const_t<Observer>> || detail::Archived<std::remove_const_t<Observer>>)
+        return std::tie(observer);
+      else return std::tuple<>{};
+    };
+    return std::apply([&](auto&... observer) { return std::tuple_cat(kept_of(observer)...); }, list.observers_);
+  }
+
+ private:
+  std::tuple<Observers...> observers_;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

@@ -1,0 +1,237 @@
+/// @file
+/// States inside the step that a run has just done. They come from the interpolant where that is right to half the
+/// tolerance, which steps that end inside tell; else from the interpolants of 2, 4 or 8 parts of the step, from the third
+/// state on and where these are right; else from a step really done (step_inside.hpp).
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <type_traits>
+
+#include "phistep/control/run_report.hpp"
+#include "phistep/core/outcome.hpp"
+#include "phistep/core/statistics.hpp"
+#include "phistep/core/step_report.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/force/evaluate.hpp"
+#include "phistep/observe/dense_output.hpp"
+#include "phistep/observe/interpolant_trust.hpp"
+#include "phistep/problem/kernel.hpp"
+#include "phistep/state/blocks.hpp"
+#include "phistep/state/combination.hpp"
+#include "phistep/step/parts_inside.hpp"
+#include "phistep/step/step_inside.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// Hermite's interpolant has an error of Δt⁴: less than steps of order 1 and 2 leave, unless a stiff component makes large
+/// slopes of small errors.
+template <class Stepper>
+[[nodiscard]] bool hermite_is_enough([[maybe_unused]] const Stepper& stepper) {
+  if constexpr (requires { requires Stepper::solves_nothing; }) return stepper.order() <= 2;
+  else return false;
+}
+/// Where in a step a stepper's interpolant is worst.
+template <class Stepper>
+inline constexpr auto doubtful_places = SchemeDefaults::doubtful_at;
+template <class Stepper>
+  requires requires { Stepper::doubtful_at; }
+inline constexpr auto doubtful_places<Stepper> = Stepper::doubtful_at;
+
+/// out = y' at (t, y) by a force call: success, non_finite_force or wrong_size.
+template <State S, class Stepper>
+[[nodiscard]] Outcome slope_of(Stepper& stepper, ScalarOf<S> t, const PlainState<S>& y, PlainState<S>& out) {
+  try {
+    return stepper.slope(t, y, out) ? Outcome::success : Outcome::non_finite_force;
+  } catch (const WrongSize&) {
+    for_each_block([](auto, auto& block) { block.setConstant(std::numeric_limits<ScalarOf<S>>::quiet_NaN()); },
+                   Blocks<S>::all(out));
+    return Outcome::wrong_size;
+  }
+}
+
+/// @tparam Attempt     a StepAttempt
+/// @tparam does_steps  steps may be done inside; else states come from Hermite's interpolant
+template <class Attempt, bool does_steps>
+class LookInside {
+ public:
+  using Stepper = typename Attempt::StepperType;
+  using S = typename Attempt::StateType;
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+
+  /// @param report  the run's: it counts what looks cost, and tells why one failed
+  LookInside(Attempt& step, TrustInside& trust, RunReport& report) : step_{step}, trust_{trust}, report_{report} {}
+
+  /// The step has been done, and no state inside it asked for.
+  void begin(Scalar dt) {
+    slopes_ = looked_ = Outcome::success;
+    if constexpr (does_steps) work_.inside.reset(), work_.parts.reset(), work_.looks = 0;
+    trust_.step();
+    begin_again(dt);
+  }
+  /// It has been done again, to an earlier end.
+  void begin_again(Scalar dt) {
+    dt_ = dt;
+    dense_.begin(step_.t0(), dt, step_.clock().t(), step_.start(), step_.plain(), DenseOutput<S>::Slopes::of(*this));
+    if (step_.is_traced()) dense_.interpolate_by(step_.stepper());
+  }
+  [[nodiscard]] DenseOutput<S>& dense() { return dense_; }
+  /// From here on states inside are checked, where there is a doubt.
+  void check() {
+    if constexpr (does_steps)
+      if (!hermite_is_enough(step_.stepper()) && !dense_.is_checked())
+        dense_.check_by(DenseOutput<S>::Truth::of(*this));
+  }
+  /// The same; true where those seen so far were off.
+  [[nodiscard]] bool was_off() {
+    if constexpr (does_steps && sees_error) {
+      if (hermite_is_enough(step_.stepper())) return false;
+      const bool trusted = trusts();
+      dense_.check_by(DenseOutput<S>::Truth::of(*this), trusted);
+      return !trusted;
+    } else {
+      return false;
+    }
+  }
+  /// How the looks went: a failure, of a slope or of the step to a state, ends the run.
+  [[nodiscard]] Outcome outcome() const { return failed(looked_) ? looked_ : slopes_; }
+
+  /// Whether the interpolant is right to half the tolerance, at two places where steps are done to learn it. (At one alone
+  /// its error may pass zero.) At a fixed Δt there is no tolerance to compare with: always false.
+  [[nodiscard]] bool trusts() {
+    if constexpr (sees_error) {
+      const double length = std::abs(static_cast<double>(dt_));
+      if (const std::optional<bool> known = trust_.whole.known(length)) return *known;
+      const std::optional<double> worst = worst_error(dt_, 0.5, [this](Scalar t) { return &dense_.interpolated(t); });
+      return !worst || trust_.whole.check(length, *worst);  // a step that fails ends the run
+    } else {
+      return false;
+    }
+  }
+  /// out = y(t), not by the interpolant of the whole step.
+  void operator()(Scalar t, Plain& out) {
+    if (!look_by_parts(t, out)) static_cast<void>(go_to(t, out));
+  }
+  /// Slopes at both ends: the scheme's own where it told them, else by two force calls.
+  void operator()(Plain& at_start, Plain& at_end) {
+    if constexpr (sees_error)
+      if (step_.is_traced()) {
+        const auto& trace = step_.pace().trace();
+        if (trace.has_slopes || trace.dt_before != 0) {  // not yet, or already what the next step starts from
+          copy_blocks<S>(at_start, trace.has_slopes ? trace.start : trace.before);
+          copy_blocks<S>(at_end, trace.has_slopes ? trace.end : trace.start);
+          return;
+        }
+      }
+    const Outcome first = slope_of<S>(step_.stepper(), step_.t0(), step_.start(), at_start);
+    const Outcome last = slope_of<S>(step_.stepper(), step_.clock().t(), step_.plain(), at_end);
+    slopes_ = failed(first) ? first : last;
+  }
+
+ private:
+  static constexpr bool sees_error = Attempt::PaceType::sees_error;
+
+  /// Keeps the state while a step inside works in it; then puts it back, and books the cost.
+  template <class Worker>
+  class Visit {
+   public:
+    Visit(LookInside& look, const Worker& worker) : look_{look}, worker_{worker}, before_{worker.spent()} {
+      copy_blocks<S>(look.work_.end, look.step_.state());
+    }
+    ~Visit() {
+      copy_blocks<S>(look_.step_.state(), look_.work_.end);
+      Statistics cost = worker_.spent() - before_;
+      cost.steps = cost.failed_steps = cost.rejections = 0;
+      look_.report_.statistics = look_.report_.statistics + cost;
+    }
+    Visit(const Visit&) = delete;
+    Visit& operator=(const Visit&) = delete;
+
+   private:
+    LookInside& look_;
+    const Worker& worker_;
+    Statistics before_;
+  };
+
+  /// The largest error, in tolerances, of *guess(t) at the doubtful places of so long a part of the step, by steps to there.
+  /// Empty where there is no guess, or a step fails.
+  [[nodiscard]] std::optional<double> worst_error(Scalar length, double enough, auto&& guess) {
+    double worst = 0;
+    for (const double x : doubtful_places<Stepper>) {
+      if (!(worst <= enough)) break;
+      const Scalar t = step_.t0() + static_cast<Scalar>(x) * length;
+      const Plain* guessed = guess(t);
+      if (guessed == nullptr || !go_to(t, work_.off)) return {};
+      assign<S>(work_.off, in<S>(*guessed) - in<S>(work_.off));
+      const double error = step_.pace().size(step_.start(), step_.plain(), work_.off);
+      worst = error <= worst ? worst : error;  // NaN, too
+    }
+    return worst;
+  }
+  /// out = y(t) by the interpolants of parts. False where these are not right either.
+  [[nodiscard]] bool look_by_parts([[maybe_unused]] Scalar t, [[maybe_unused]] Plain& out) {
+    if constexpr (sees_error) {
+      const int count = trust_.whole.parts();
+      const Scalar length = dt_ / static_cast<Scalar>(std::max(count, 1));
+      const double size = std::abs(static_cast<double>(length));
+      if (++work_.looks <= 2 || count == 0 || trust_.parts.known(size) == false) return false;
+      auto& parts = work_.parts;
+      if (!parts || parts->is_past(t))
+        parts.emplace(step_.stepper(), step_.past(), step_.start(), step_.t0(), dt_, count, step_.pace().trace());
+      const auto at = [&](Scalar time) {
+        const Visit visit{*this, *parts};
+        return parts->at(step_.state(), time, step_.pace());
+      };
+      if (!trust_.parts.known(size)) {
+        const std::optional<double> worst = worst_error(length, std::numeric_limits<double>::infinity(), at);
+        if (!worst || !trust_.parts.check(size, *worst)) return false;
+      }
+      const Plain* found = at(t);
+      if (found != nullptr) copy_blocks<S>(out, *found);
+      return found != nullptr;
+    } else {
+      return false;
+    }
+  }
+  /// out = y(t) by a step from the start. False where it fails, and the run ends with that.
+  [[nodiscard]] bool go_to(Scalar t, Plain& out) {
+    const Scalar from = step_.t0(), dt = t - from;
+    if (std::abs(dt) <= step_.clock().rounding(from)) {  // no step, and nothing to tell its ends apart
+      copy_blocks<S>(out, dense_.interpolated(from + dt));
+      return true;
+    }
+    auto& inside = work_.inside;
+    if (!inside) inside.emplace(step_.stepper(), step_.past());
+    const Visit visit{*this, *inside};
+    copy_blocks<S>(step_.state(), step_.start());
+    const StepReport done = inside->step(step_.state(), from, dt, step_.pace());
+    copy_blocks<S>(out, step_.state());
+    if (!done && !failed(looked_)) {
+      looked_ = done.outcome();
+      report_.failure = done.failure();
+    }
+    return static_cast<bool>(done);
+  }
+
+  struct Work {
+    std::optional<StepInside<Stepper, S>> inside;
+    std::optional<PartsInside<Stepper, S>> parts;
+    int looks = 0;   // at states that the interpolant of the whole step can't tell
+    Plain end, off;  // the state at the step's end, while others are in its place; scratch
+  };
+  struct Nothing {};
+
+  Attempt& step_;
+  TrustInside& trust_;
+  RunReport& report_;
+  Scalar dt_{};
+  DenseOutput<S> dense_;
+  Outcome slopes_ = Outcome::success;  // of the step just done, if they were computed
+  Outcome looked_ = Outcome::success;  // of steps to states inside
+  [[no_unique_address]] std::conditional_t<does_steps, Work, Nothing> work_;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

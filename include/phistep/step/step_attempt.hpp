@@ -1,0 +1,150 @@
+/// @file
+/// The step that a run is about to do: where it starts, how it is tried, and the way back to its start.
+#pragma once
+
+#include <cmath>
+#include <optional>
+#include <type_traits>
+#include <utility>
+
+#include "phistep/control/fixed_step.hpp"
+#include "phistep/control/run_clock.hpp"
+#include "phistep/core/step_report.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/problem/transaction.hpp"
+#include "phistep/state/blocks.hpp"
+#include "phistep/step/past.hpp"
+#include "phistep/step/step_doubling.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// @tparam Pace         of the run: it judges steps where it sees their error
+/// @tparam keeps_start  the step can be undone, and looked into
+template <class Stepper, State S, class Pace, bool keeps_start>
+class StepAttempt {
+ public:
+  using StepperType = Stepper;
+  using StateType = S;
+  using PaceType = Pace;
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+
+  StepAttempt(Stepper& stepper, S& state, TimeSpan<Scalar> span, Pace pace)
+      : stepper_{stepper}, state_{state}, pace_{std::move(pace)}, clock_{span}, from_{clock_} {}
+
+  /// A step starts where the run stands.
+  /// @param keeps_past  the stepper's history is kept, too
+  void begin([[maybe_unused]] bool keeps_past) {
+    if constexpr (keeps_start) {
+      from_ = clock_;
+      copy_blocks<S>(start_, state_);
+      if (keeps_past) past_.emplace(past_of(stepper_));
+    }
+  }
+  /// Tries it. A step that is done is the state, and the clock has moved.
+  [[nodiscard]] StepReport attempt(const Landing<Scalar>& to, Origin origin) {
+    way_ = Way::plain;
+    const StepReport done = attempt_in_a_way(to, origin);
+    if (done) clock_.move(to);
+    return done;
+  }
+  /// State, clock and history are again those of the step's start.
+  void undo() { put_back(*past_); }
+  /// The same where there will be no other try: it allocates nothing, and what tries have left goes with the step.
+  void undo_for_good() {
+    put_back(std::move(*past_));
+    forget_solves();
+  }
+  void forget_solves() {
+    if constexpr (requires { stepper_.forget_solves(); }) stepper_.forget_solves();
+  }
+
+  [[nodiscard]] Stepper& stepper() const { return stepper_; }
+  [[nodiscard]] S& state() const { return state_; }
+  [[nodiscard]] Pace& pace() { return pace_; }
+  [[nodiscard]] const Pace& pace() const { return pace_; }
+  [[nodiscard]] RunClock<Scalar>& clock() { return clock_; }
+  [[nodiscard]] const RunClock<Scalar>& clock() const { return clock_; }
+  /// The state as the stepper's own type: a Map's is gathered.
+  [[nodiscard]] const Plain& plain() {
+    if constexpr (std::is_same_v<S, Plain>) {
+      return state_;
+    } else {
+      copy_blocks<S>(gathered_, state_);
+      return gathered_;
+    }
+  }
+  [[nodiscard]] Scalar t0() const { return from_.t(); }        ///< [time] where the step started
+  [[nodiscard]] const Plain& start() const { return start_; }  ///< the state there
+  [[nodiscard]] const Past<Stepper>& past() const { return *past_; }
+  /// From where the run stands to a time inside the step.
+  [[nodiscard]] Scalar length_to(Scalar t) const {
+    if constexpr (requires { pace_.length(t, t); }) return pace_.length(clock_.t(), t);
+    else return clock_.length_to(t);
+  }
+  /// Whether the stepper told of the step's error and, where it can, slopes.
+  [[nodiscard]] bool is_traced() const { return way_ == Way::traced; }
+  /// The state half way, where the step was done as two halves; else null.
+  [[nodiscard]] const Plain* middle() const {
+    if constexpr (Pace::sees_error)
+      if (way_ == Way::doubled) return &doubling_.middle();
+    return nullptr;
+  }
+
+ private:
+  /// How a step was tried: without a look at its error, by a scheme that tells of its error, or in two halves.
+  enum class Way { plain, traced, doubled };
+  struct Nothing {};
+
+  void put_back(auto&& past) {
+    copy_blocks<S>(state_, start_);
+    clock_ = from_;
+    if constexpr (Pace::sees_error)
+      if (std::exchange(way_, Way::plain) == Way::doubled) pace_.trace().step_back();
+    if constexpr (can_go_back<Stepper>) go_back(stepper_, std::forward<decltype(past)>(past));
+  }
+  [[nodiscard]] StepReport attempt_in_a_way(const Landing<Scalar>& to, Origin origin) {
+    if constexpr (Pace::sees_error) {
+      auto& trace = pace_.trace();
+      const Scalar t = clock_.t();
+      const double length = std::abs(static_cast<double>(to.dt));
+      pace_.prepare(plain(), length);
+      trace.wants_dense = keeps_start;
+      // A step of a few ticks of the clock, where far longer ones are within the tolerance, tells of rounding alone.
+      if (to.lands && length <= static_cast<double>(clock_.rounding(t)) && 100 * length <= pace_.propose())
+        return plain_step(to, origin);
+      const auto accept = [this](const Plain& y, const Plain& next, const auto& told) {
+        return pace_.judge(y, next, told.error);
+      };
+      if constexpr (can_trace<Stepper>)
+        if (stepper_.estimates(trace)) {
+          way_ = Way::traced;
+          return stepper_.attempt(state_, t, to.dt, origin, trace, accept);
+        }
+      // Neighbouring floating-point times have no midpoint: the step cannot be halved.
+      if (const Scalar middle = t + to.dt / 2; middle == t || middle == t + to.dt) return plain_step(to, origin);
+      const StepReport done = doubling_.attempt(stepper_, state_, t, to.dt, origin, trace, accept);
+      if (done) way_ = Way::doubled;
+      return done;
+    } else {
+      return plain_step(to, origin);
+    }
+  }
+  [[nodiscard]] StepReport plain_step(const Landing<Scalar>& to, [[maybe_unused]] Origin origin) {
+    if constexpr (requires { stepper_.step(state_, to.dt, to.dt, origin); })
+      return stepper_.step(state_, clock_.t(), to.dt, origin);
+    else return stepper_.step(state_, clock_.t(), to.dt);
+  }
+
+  Stepper& stepper_;
+  S& state_;
+  Pace pace_;
+  RunClock<Scalar> clock_, from_;
+  Way way_ = Way::plain;  // of the last attempt
+  [[no_unique_address]] std::conditional_t<keeps_start, Plain, Nothing> start_;
+  [[no_unique_address]] std::conditional_t<keeps_start, std::optional<Past<Stepper>>, Nothing> past_;
+  [[no_unique_address]] std::conditional_t<Pace::sees_error, StepDoubling<Stepper, S>, Nothing> doubling_;
+  [[no_unique_address]] std::conditional_t<std::is_same_v<S, Plain>, Nothing, Plain> gathered_;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI
