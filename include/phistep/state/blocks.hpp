@@ -203,6 +203,11 @@ template <State S>
   return rate;
 }
 
+template <class Tie>
+void set_zero(const Tie& blocks) {
+  for_each_block([](auto, auto& block) { block.setZero(); }, blocks);
+}
+
 template <State S, class A, class B>
 [[nodiscard]] bool same_shape(const A& a, const B& b) {
   bool same = true;

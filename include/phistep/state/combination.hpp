@@ -98,6 +98,7 @@ struct Nothing {};
 template <State S, class Weights, class Before, std::size_t count>
 struct Sum : Expression {
   using Used = NonZero<Weights, ScalarOf<S>>;
+  static_assert(Used::count > 0);
   const std::array<PlainState<S>, count>& x;
   [[no_unique_address]] Before before;
   template <std::size_t k>
@@ -137,6 +138,16 @@ template <IsExpression A, class Scalar>
 [[nodiscard]] Joined<std::divides<>, A, Number<Scalar>> operator/(const A& a, Scalar divisor) {
   return {a, Number{divisor}};
 }
+
+/// Each block of a tie becomes that of the expression, counted from `first`.
+template <std::size_t first, std::size_t... k, class Tie, class X>
+[[gnu::always_inline]] inline void assign_from(const Tie& to, const X& expression, std::index_sequence<k...>) {
+  ((std::get<k>(to) = expression.template block<first + k>()), ...);
+}
+template <std::size_t first, class Tie, class X>
+[[gnu::always_inline]] inline void assign_from(const Tie& to, const X& expression) {
+  assign_from<first>(to, expression, std::make_index_sequence<std::tuple_size_v<Tie>>{});
+}
 }  // namespace combination
 
 /// A state in an expression.
@@ -159,25 +170,22 @@ template <State S, class Weights, std::size_t count>
 
 /// to = expression, block by block.
 template <State S, class To, combination::IsExpression X>
-void assign(To& to, const X& expression) {
-  for_each_block([&](auto k, auto& block) { block = expression.template block<k()>(); }, Blocks<S>::all(to));
+[[gnu::always_inline]] inline void assign(To& to, const X& expression) {
+  combination::assign_from<0>(Blocks<S>::all(to), expression);
 }
 /// to += expression
 template <State S, class To, combination::IsExpression X>
-void add(To& to, const X& expression) {
-  for_each_block([&](auto k, auto& block) { block += expression.template block<k()>(); }, Blocks<S>::all(to));
+[[gnu::always_inline]] inline void add(To& to, const X& expression) {
+  assign<S>(to, in<S>(to) + expression);
 }
 /// The same for the solved blocks alone (not for the r of a motion).
 template <State S, class To, combination::IsExpression X>
-void assign_solved(To& to, const X& expression) {
-  constexpr std::size_t first = combination::first_solved<S>;
-  for_each_block([&](auto k, auto& block) { block = expression.template block<k() + first>(); }, Blocks<S>::solved(to));
+[[gnu::always_inline]] inline void assign_solved(To& to, const X& expression) {
+  combination::assign_from<combination::first_solved<S>>(Blocks<S>::solved(to), expression);
 }
 template <State S, class To, combination::IsExpression X>
-void add_solved(To& to, const X& expression) {
-  constexpr std::size_t first = combination::first_solved<S>;
-  for_each_block([&](auto k, auto& block) { block += expression.template block<k() + first>(); },
-                 Blocks<S>::solved(to));
+[[gnu::always_inline]] inline void add_solved(To& to, const X& expression) {
+  assign_solved<S>(to, in<S>(to) + expression);
 }
 
 }  // namespace phistep::inline PHISTEP_ABI
