@@ -52,8 +52,7 @@ class ErrorNorm {
     const auto given = wanted.atol.values();
     for (const double atol : given)
       if (!(atol >= 0) || !std::isfinite(atol)) return false;
-    Index n = 0;
-    for_each_block([&n](auto, const auto& block) { n += block.size(); }, Blocks<Plain>::all(y));
+    const Index n = count_of(Blocks<Plain>::all(y));
     if (kind_ == per_block && given.size() != blocks) return false;
     if (kind_ == per_component && static_cast<Index>(given.size()) != n) return false;
     components_.resize(kind_ == per_component ? n : 0);
@@ -69,8 +68,7 @@ class ErrorNorm {
 
   /// Whether y, whose size has changed, is still one that the atol given can be for.
   [[nodiscard]] bool fits(const Plain& y) const {
-    Index n = 0;
-    for_each_block([&n](auto, const auto& block) { n += block.size(); }, Blocks<Plain>::all(y));
+    const Index n = count_of(Blocks<Plain>::all(y));
     return kind_ != AbsoluteTolerance::Kind::per_component || components_.size() == n;
   }
 

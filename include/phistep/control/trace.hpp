@@ -64,7 +64,7 @@ struct Trace {
   void resize(const Plain& y) {
     for (Plain* x : {&weight, &before, &start, &end, &error, &predicted}) {
       *x = y;
-      for_each_block([](auto, auto& block) { block.setZero(); }, Blocks<Plain>::all(*x));
+      set_zero(Blocks<Plain>::all(*x));
     }
     forget();
   }
