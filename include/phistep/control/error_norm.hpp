@@ -20,6 +20,7 @@
 
 #include "phistep/control/tolerance.hpp"
 #include "phistep/control/trace.hpp"
+#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
 
@@ -173,8 +174,7 @@ class ErrorNorm {
               const Scalar size = std::max(std::abs(a.data()[i]), std::abs(b.data()[i]));
               const Scalar x = e.data()[i], allowed = atol(k, at + i) + rtol_ * size;
               // Less than the least normal number: no estimate of an error can be told from zero.
-              if (size > 0 && allowed < std::numeric_limits<Scalar>::min())
-                f(k, e, row, i, std::numeric_limits<Wide>::infinity());
+              if (size > 0 && allowed < least_normal<Scalar>) f(k, e, row, i, std::numeric_limits<Wide>::infinity());
               else f(k, e, row, i, x == 0 ? Wide{0} : square(x / allowed));
             }
           at += e.size();

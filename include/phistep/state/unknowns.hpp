@@ -7,6 +7,7 @@
 #include <tuple>
 #include <type_traits>
 
+#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
 
@@ -35,11 +36,6 @@ void for_each_solved(auto&& f, Plains&... states) {
         at += first.size();
       },
       Blocks<S>::solved(states)...);
-}
-
-/// The largest magnitude in a block, 0 for an empty one.
-[[nodiscard]] double largest(const auto& x) {
-  return x.size() == 0 ? 0.0 : static_cast<double>(x.cwiseAbs().maxCoeff());
 }
 
 template <State S>

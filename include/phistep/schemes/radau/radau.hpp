@@ -28,6 +28,7 @@
 #include <utility>
 #include <vector>
 
+#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
@@ -272,7 +273,7 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
             }
             for (Index i = 0; i < y.size(); ++i)
               weight_[static_cast<std::size_t>(at + i)] =
-                  largest > 0 ? 1 / std::max(largest, std::numeric_limits<Scalar>::min()) : Scalar{1};
+                  largest > 0 ? 1 / at_least_normal<Scalar>(largest) : Scalar{1};
             has_scale = has_scale && largest > 0;
           },
           step.y);
