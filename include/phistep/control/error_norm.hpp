@@ -20,6 +20,7 @@
 
 #include "phistep/control/tolerance.hpp"
 #include "phistep/control/trace.hpp"
+#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
 
@@ -52,8 +53,7 @@ class ErrorNorm {
     const auto given = wanted.atol.values();
     for (const double atol : given)
       if (!(atol >= 0) || !std::isfinite(atol)) return false;
-    Index n = 0;
-    for_each_block([&n](auto, const auto& block) { n += block.size(); }, Blocks<Plain>::all(y));
+    const Index n = count_of(Blocks<Plain>::all(y));
     if (kind_ == per_block && given.size() != blocks) return false;
     if (kind_ == per_component && static_cast<Index>(given.size()) != n) return false;
     components_.resize(kind_ == per_component ? n : 0);
@@ -69,8 +69,7 @@ class ErrorNorm {
 
   /// Whether y, whose size has changed, is still one that the atol given can be for.
   [[nodiscard]] bool fits(const Plain& y) const {
-    Index n = 0;
-    for_each_block([&n](auto, const auto& block) { n += block.size(); }, Blocks<Plain>::all(y));
+    const Index n = count_of(Blocks<Plain>::all(y));
     return kind_ != AbsoluteTolerance::Kind::per_component || components_.size() == n;
   }
 
@@ -175,8 +174,7 @@ class ErrorNorm {
               const Scalar size = std::max(std::abs(a.data()[i]), std::abs(b.data()[i]));
               const Scalar x = e.data()[i], allowed = atol(k, at + i) + rtol_ * size;
               // Less than the least normal number: no estimate of an error can be told from zero.
-              if (size > 0 && allowed < std::numeric_limits<Scalar>::min())
-                f(k, e, row, i, std::numeric_limits<Wide>::infinity());
+              if (size > 0 && allowed < least_normal<Scalar>) f(k, e, row, i, std::numeric_limits<Wide>::infinity());
               else f(k, e, row, i, x == 0 ? Wide{0} : square(x / allowed));
             }
           at += e.size();

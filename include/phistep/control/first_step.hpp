@@ -13,6 +13,7 @@
 #include "phistep/control/error_norm.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/combination.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -34,10 +35,9 @@ template <State Plain>
   double curvature = -1;
   for (int tries = 0; tries < 40 && curvature < 0; ++tries) {
     const Scalar signed_h = static_cast<Scalar>(std::copysign(h, static_cast<double>(length)));
-    for_each_block([signed_h](auto, auto& to, const auto& from, const auto& f) { to = from + signed_h * f; },
-                   Blocks<Plain>::all(probe), Blocks<Plain>::all(y), Blocks<Plain>::all(f0));
+    assign<Plain>(probe, in<Plain>(y) + signed_h * in<Plain>(f0));
     if (slope(t + signed_h, probe, f1)) {
-      for_each_block([](auto, auto& a, const auto& b) { a -= b; }, Blocks<Plain>::all(f1), Blocks<Plain>::all(f0));
+      assign<Plain>(f1, in<Plain>(f1) - in<Plain>(f0));
       curvature = norm(f1, weight) / h;
     } else {
       h /= 16;  // the probe left the force's domain

@@ -27,6 +27,7 @@
 #include "phistep/control/step_filter.hpp"
 #include "phistep/control/tolerance.hpp"
 #include "phistep/control/trace.hpp"
+#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/version.hpp"
@@ -66,7 +67,7 @@ class VariableStep {
     if (why != Outcome::error_too_large && ++failures_ > 20) return why;
     size_ = by * dt;
     // At t = 0 the clock goes on for ever.
-    const bool is_none = size_ < static_cast<double>(std::numeric_limits<Scalar>::min());
+    const bool is_none = size_ < static_cast<double>(least_normal<Scalar>);
     return size_ < smallest_ || is_none ? Outcome::step_too_small : Outcome::success;
   }
   /// One more try.

@@ -8,26 +8,9 @@
 
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/norms.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
-
-/// √(1/n Σ (x_i w_i)²)
-template <State Plain>
-[[nodiscard]] double weighted_rms(const Plain& x, const Plain& weight) {
-  using Wide = std::common_type_t<ScalarOf<Plain>, double>;  // squares of floats soon leave their range
-  Wide sum{0};
-  Index n = 0;
-  for_each_block(
-      [&](auto, const auto& of, const auto& w) {
-        for (Index i = 0; i < of.size(); ++i) {
-          const Wide part = static_cast<Wide>(of.data()[i] * w.data()[i]);
-          sum += part * part;
-        }
-        n += of.size();
-      },
-      Blocks<Plain>::all(x), Blocks<Plain>::all(weight));
-  return n == 0 ? 0 : std::sqrt(static_cast<double>(sum / static_cast<Wide>(n)));
-}
 
 /// @tparam Plain  the owning state; every member is shaped like it
 template <State Plain>
@@ -64,7 +47,7 @@ struct Trace {
   void resize(const Plain& y) {
     for (Plain* x : {&weight, &before, &start, &end, &error, &predicted}) {
       *x = y;
-      for_each_block([](auto, auto& block) { block.setZero(); }, Blocks<Plain>::all(*x));
+      set_zero(Blocks<Plain>::all(*x));
     }
     forget();
   }

@@ -223,6 +223,24 @@ template <std::ptrdiff_t n, class Kernel, class Scalar, std::same_as<Scalar>... 
   return witness == Scalar{0};
 }
 
+/// Subnormal numbers below it are all rounded alike, and have no finite inverse.
+template <class Scalar>
+inline constexpr Scalar least_normal = std::numeric_limits<Scalar>::min();
+
+/// x as a divisor for numbers of type Scalar.
+template <class Scalar, class Number>
+[[nodiscard]] Number at_least_normal(Number x) {
+  return std::max(x, static_cast<Number>(least_normal<Scalar>));
+}
+
+/// The largest magnitude in a vector or matrix, 0 in an empty one.
+template <class Block>
+[[nodiscard]] typename Block::Scalar max_abs(const Block& x) {
+  return x.size() == 0 ? typename Block::Scalar{0} : x.cwiseAbs().maxCoeff();
+}
+/// … as a double.
+[[nodiscard]] double largest(const auto& x) { return static_cast<double>(max_abs(x)); }
+
 /// A power of two that brings numbers up to this size to about one, so that their squares stay in range: 1 for 0, and for
 /// what is not finite.
 template <class Scalar>
@@ -240,7 +258,7 @@ struct PowerAndRest {
 };
 template <class Scalar>
 [[nodiscard]] PowerAndRest<Scalar> split_power(Scalar x) {
-  if (!(x >= std::numeric_limits<Scalar>::min()) || !(x <= std::numeric_limits<Scalar>::max())) return {x, Scalar{1}};
+  if (!(x >= least_normal<Scalar>) || !(x <= std::numeric_limits<Scalar>::max())) return {x, Scalar{1}};
   if constexpr (std::is_same_v<Scalar, double>) {
     constexpr std::uint64_t exponent = 0x7ff0000000000000, one = 0x3ff0000000000000;
     const auto bits = std::bit_cast<std::uint64_t>(x);

@@ -214,12 +214,7 @@ class RightHandSide {
   void drift(Plain& y, Scalar h) const {
     if constexpr (drifts) std::get<0>(Blocks<S>::all(y)) += h * std::get<1>(Blocks<S>::all(y));
   }
-  [[nodiscard]] static bool is_finite(const Plain& y) {
-    bool finite = true;
-    for_each_block([&finite](auto, const auto& x) { finite = all_finite(x.data(), x.size()) && finite; },
-                   Blocks<S>::all(y));
-    return finite;
-  }
+  [[nodiscard]] static bool is_finite(const Plain& y) { return all_finite(Blocks<S>::all(y)); }
   void rebind(Masses masses) { masses_ = std::move(masses); }
 
   /// Which term of a sum spoils Ψ at (t, y), for messages; −1 where that can't be told.

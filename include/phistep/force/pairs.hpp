@@ -19,6 +19,7 @@
 #include <utility>
 #include <vector>
 
+#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/dual.hpp"
 #include "phistep/core/scratch.hpp"
 #include "phistep/core/simd.hpp"
@@ -168,7 +169,7 @@ class Pairs : public ForceTerm {
     constexpr int dim = S::dim;
     const Eigen::Index n = y.r.size() / dim;
     const Scalar* const r = y.r.data();
-    if (!(limit<Scalar>() >= std::numeric_limits<Scalar>::min() && range_.cutoff < far_away<Scalar>() / 2))
+    if (!(limit<Scalar>() >= least_normal<Scalar> && range_.cutoff < far_away<Scalar>() / 2))
       throw std::invalid_argument("phistep: a cutoff whose square these numbers can't hold");
     Domain domain;
     static const std::vector<std::uint8_t> none;

@@ -129,8 +129,7 @@ class Csv {
   template <class Scalar, State S>
   void operator()(Scalar t, const S& state) {
     Index size = 0;
-    if constexpr (sizeof...(F) == 0)
-      for_each_block([&size](auto, const auto& block) { size += block.size(); }, Blocks<S>::all(state));
+    if constexpr (sizeof...(F) == 0) size = count_of(Blocks<S>::all(state));
     if (!named_) {
       write_header(state);
       size_ = size;

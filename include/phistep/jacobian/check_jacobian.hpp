@@ -12,6 +12,7 @@
 #include <tuple>
 #include <utility>
 
+#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/force/evaluate.hpp"
 #include "phistep/force/signature.hpp"
@@ -79,7 +80,7 @@ template <State S, class F>
 
   Rate above = make_rate<S>(y), below = above;
   const auto difference = [&](auto& block, Index at, auto& into) {
-    const Scalar scale = block.size() > 0 ? block.cwiseAbs().maxCoeff() : Scalar{0};
+    const Scalar scale = max_abs(block);
     for (Index j = 0; j < block.size(); ++j) {
       Scalar& x = block.data()[j];
       const Scalar kept = x;

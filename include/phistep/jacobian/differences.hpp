@@ -13,6 +13,7 @@
 #include <limits>
 #include <type_traits>
 
+#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -26,7 +27,7 @@ template <bool affine, class Scalar>
 [[nodiscard]] Scalar move_by_increment(Scalar& x, Scalar scale) {
   const Scalar kept = x;
   const Scalar relative = affine ? Scalar{1} : std::sqrt(std::numeric_limits<Scalar>::epsilon());
-  x = kept + std::max(relative * std::max(std::abs(kept), scale / Scalar{16}), std::numeric_limits<Scalar>::min());
+  x = kept + at_least_normal<Scalar>(relative * std::max(std::abs(kept), scale / Scalar{16}));
   // The increment as stored: exact, where the one wanted is off by a rounding.
   const volatile Scalar moved = x;
   return moved - kept;

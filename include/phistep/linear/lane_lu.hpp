@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/simd.hpp"
 #include "phistep/core/version.hpp"
 
@@ -133,7 +134,7 @@ class LaneLu {
       Number* const top = &(*this)(k, 0);
       const Real size_of_pivot = top[k].norm();
       // A square that leaves the range is no pivot either.
-      good = good && all_at_least(size_of_pivot, Real{std::numeric_limits<Scalar>::min()}) &&
+      good = good && all_at_least(size_of_pivot, Real{least_normal<Scalar>}) &&
              all_at_least(Real{std::numeric_limits<Scalar>::max()}, size_of_pivot);
       const Number inverse = top[k].inverse();
       if constexpr (inverts) {

@@ -118,9 +118,8 @@ class BandTangent {
   };
   /// The largest entry of K, 0 where there is none.
   [[nodiscard]] double largest_K() const {
-    if constexpr (has_K)
-      if (K_.size() > 0) return static_cast<double>(K_.cwiseAbs().maxCoeff());
-    return 0;
+    if constexpr (has_K) return largest(K_);
+    else return 0;
   }
 
  private:

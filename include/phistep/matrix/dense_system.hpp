@@ -45,9 +45,8 @@ class Sizes {
 };
 
 [[nodiscard]] double largest_of(const auto& matrix) {
-  if constexpr (requires { matrix.cwiseAbs(); })
-    if (matrix.size() > 0) return static_cast<double>(matrix.cwiseAbs().maxCoeff());
-  return 0;
+  if constexpr (requires { matrix.cwiseAbs(); }) return largest(matrix);
+  else return 0;
 }
 
 /// The largest |K_ij|/|W_ij| of largest entries row by row: a heavy component must not hide how stiff the others are.

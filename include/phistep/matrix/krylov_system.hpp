@@ -139,7 +139,7 @@ class KrylovSystem {
   /// @param rtol  relative residual at which to stop, 0: by Eisenstat and Walker
   [[nodiscard]] Outcome solve(auto& x, double rtol, Statistics& statistics) {
     using Chosen = std::conditional_t<std::is_void_v<Preconditioner>, DiagonalOfW<Scalar>, Preconditioner>;
-    const Scalar by = to_unit_size(x.size() == 0 ? Scalar{0} : x.cwiseAbs().maxCoeff());  // the solver squares it
+    const Scalar by = to_unit_size(max_abs(x));  // the solver squares it
     residual_ = by * x;
     const double norm = static_cast<double>(residual_.norm()) / static_cast<double>(by);
     if (norm == 0) return Outcome::success;

@@ -286,7 +286,7 @@ class NetworkSystem : public Sizes {
 
   void load(const auto& x) {
     auto& r = cg_.residual();
-    unit_ = to_unit_size(x.size() == 0 ? Scalar{0} : x.cwiseAbs().maxCoeff());
+    unit_ = to_unit_size(max_abs(x));
     const Scalar by = scale_ * unit_;
     for (std::size_t i = 0; i < W_.nodes(); ++i) {
       Node& to = r[number_[i]];

@@ -65,7 +65,7 @@ class SparseSystem : public AssembledSystem<Scalar> {
     if constexpr (SimplicialFactors<Solver>) {
       work_.solve_in_place(*solver_, x);
     } else if constexpr (iterates) {
-      const Scalar by = to_unit_size(x.size() == 0 ? Scalar{0} : x.cwiseAbs().maxCoeff());  // the solver squares it
+      const Scalar by = to_unit_size(max_abs(x));  // the solver squares it
       x *= by;
       work_ = solver_->solve(x);
       x = work_ / by;

@@ -53,6 +53,7 @@
 #include "phistep/observe/force_parts.hpp"
 #include "phistep/observe/step_path.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/combination.hpp"
 #include "phistep/state/unknowns.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -281,8 +282,7 @@ class EnergyLedger {
     const Block &v0 = velocity_of<S>(y0), &v1 = velocity_of<S>(y1);
     const auto [phi, drift] = weights();
     if constexpr (balance == EnergyBalance::stage) {
-      for_each_block([p = phi](auto, auto& y, const auto& from, const auto& to) { y = p * to + (1 - p) * from; },
-                     Blocks<S>::all(end_), Blocks<S>::all(y0), Blocks<S>::all(y1));
+      assign<S>(end_, phi * in<S>(y1) + (1 - phi) * in<S>(y0));
       evaluate(t0 + phi * h, end_, mean_);
     } else {
       evaluate(t1, y1, after_);
@@ -399,7 +399,7 @@ class EnergyLedger {
   template <class T>
   [[nodiscard]] static T zero(auto blocks) {
     T x;
-    for_each_block([](auto, auto& block) { block.setZero(); }, blocks(x));
+    set_zero(blocks(x));
     return x;
   }
   [[nodiscard]] static Rate no_rate() {

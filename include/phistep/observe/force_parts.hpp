@@ -69,8 +69,8 @@ class ForceSplitter {
   /// The stepper must outlive this and stay where it is.
   explicit ForceSplitter(Stepper& stepper) : stepper_{&stepper}, force_{&stepper.force()} {
     // A copy may be made before they are filled.
-    for_each_block([](auto, auto& psi) { psi.setZero(); }, Rate::blocks(part_));
-    for_each_block([](auto, auto& block) { block.setZero(); }, Blocks<S>::all(still_));
+    set_zero(Rate::blocks(part_));
+    set_zero(Blocks<S>::all(still_));
   }
 
   void resize(const Plain& y) {
@@ -91,8 +91,7 @@ class ForceSplitter {
       copy_blocks<S>(still_, y);
       velocity_of<S>(still_).setZero();
     }
-    for (Rate* rate : {&to.conservative, &to.damping, &to.external})
-      for_each_block([](auto, auto& psi) { psi.setZero(); }, Rate::blocks(*rate));
+    for (Rate* rate : {&to.conservative, &to.damping, &to.external}) set_zero(Rate::blocks(*rate));
     add(*force_, t, y, stepper_->memory(), to);
     return uses.velocity ? 2 : 1;
   }

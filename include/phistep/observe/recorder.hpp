@@ -70,9 +70,7 @@ class Recorder {
 
   /// Room for n times in all, for states shaped like this one.
   void reserve(Index n, const S& state) {
-    std::size_t numbers = 0;
-    for_each_block([&numbers](auto, const auto& block) { numbers += static_cast<std::size_t>(block.size()); },
-                   Blocks<S>::all(state));
+    const auto numbers = static_cast<std::size_t>(count_of(Blocks<S>::all(state)));
     times_.reserve(static_cast<std::size_t>(n));
     values_.reserve(static_cast<std::size_t>(n) * numbers);
   }

@@ -26,6 +26,7 @@
 #include <tuple>
 #include <utility>
 
+#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/phi.hpp"
 #include "phistep/core/version.hpp"
 
@@ -167,7 +168,7 @@ struct DenseSystemMatrices {
   double s = 1;
   /// Measures r in other units, so that r' and u' come out alike: eigenvalues would drown in K otherwise. A power of two.
   void balance() {
-    const double top = K.size() > 0 ? K.cwiseAbs().maxCoeff() : 0;
+    const double top = largest(K);
     if (!(top > 0)) return;
     s = std::exp2(std::floor(std::log2(top) / 2));
     K /= s;

@@ -13,6 +13,7 @@
 #include "phistep/control/trace.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/combination.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -37,12 +38,10 @@ class SpectralRadius {
   using Scalar = ScalarOf<Plain>;
   explicit SpectralRadius(const Plain& y) : direction_{y}, slope_{y}, moved_{y} {
     std::uint64_t random = 88172645463325252u;
-    for_each_block(
-        [&random](auto, auto& block) {
-          for (Index i = 0; i < block.size(); ++i) {
-            random ^= random << 13, random ^= random >> 7, random ^= random << 17;
-            block.data()[i] = static_cast<Scalar>(static_cast<double>(random >> 11) / 9007199254740992.0 - 0.5);
-          }
+    for_each_number(
+        [&random](auto, Scalar& x) {
+          random ^= random << 13, random ^= random >> 7, random ^= random << 17;
+          x = static_cast<Scalar>(static_cast<double>(random >> 11) / 9007199254740992.0 - 0.5);
         },
         Blocks<Plain>::all(direction_));
   }
@@ -61,11 +60,10 @@ class SpectralRadius {
         const double size = weighted_rms(direction_, weight);
         if (!(size > 0) || !std::isfinite(size)) return rho;
         const auto by = static_cast<Scalar>(reach / size), back = static_cast<Scalar>(1 / reach);
-        for_each_block([by](auto, auto& to, const auto& from, const auto& d) { to = from + by * d; },
-                       Blocks<Plain>::all(moved_), Blocks<Plain>::all(y), Blocks<Plain>::all(direction_));
+        assign<Plain>(moved_, in<Plain>(y) + by * in<Plain>(direction_));
         if (!f(t, moved_, direction_)) return rho;
-        for_each_block([back](auto, auto& d, const auto& f0) { d = back * (d - f0); }, Blocks<Plain>::all(direction_),
-                       Blocks<Plain>::all(slope_));  // the product with a direction of size 1
+        // the product with a direction of size 1
+        assign<Plain>(direction_, back * (in<Plain>(direction_) - in<Plain>(slope_)));
         grown *= weighted_rms(direction_, weight);
       }
       rho = std::sqrt(grown);
@@ -78,10 +76,9 @@ class SpectralRadius {
   void scale_by_weights(const Plain& weight) {
     if (scaled_) return;
     scaled_ = true;
-    for_each_block(
-        [](auto, auto& d, const auto& w) {
-          for (Index i = 0; i < d.size(); ++i)
-            if (w.data()[i] > 0) d.data()[i] /= w.data()[i];
+    for_each_number(
+        [](auto, Scalar& d, Scalar w) {
+          if (w > 0) d /= w;
         },
         Blocks<Plain>::all(direction_), Blocks<Plain>::all(weight));
   }

@@ -27,7 +27,7 @@ class EditGuard {
 
   EditGuard() {
     // A copied stepper copies this: it must not read what was never written.
-    if constexpr (by_value) for_each_block([](auto, auto& block) { block.setZero(); }, Blocks<S>::all(last_));
+    if constexpr (by_value) set_zero(Blocks<S>::all(last_));
   }
 
   void forget() { kind_ = Kind::nothing; }

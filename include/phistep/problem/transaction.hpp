@@ -205,7 +205,7 @@ class Transaction {
         where = first_non_finite(Blocks<S>::all(next));
       }
       // Cleared: must not appear in the next failure report.
-      for_each_block([](auto, auto& block) { block.setZero(); }, Rate::blocks(psi_));
+      set_zero(Rate::blocks(psi_));
     }
     f.outcome = outcome;
     f.block = where.block;

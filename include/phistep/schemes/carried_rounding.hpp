@@ -29,7 +29,7 @@ class CarriedRounding {
   void begin(const Plain& y) {
     if (known_ && equal_blocks<S>(y, end_)) return;
     known_ = false;
-    for_each_block([](auto, auto& block) { block.setZero(); }, Blocks<S>::all(lost_));
+    set_zero(Blocks<S>::all(lost_));
   }
   [[nodiscard]] const Plain& lost() const { return lost_; }
   [[nodiscard]] Plain& next_lost() { return next_lost_; }

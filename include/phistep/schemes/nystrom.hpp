@@ -28,6 +28,7 @@
 #include "phistep/schemes/nystrom_tableaus.hpp"
 #include "phistep/schemes/weighted_sum.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/combination.hpp"
 #include "phistep/state/unknowns.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -55,10 +56,7 @@ template <class Tableau, bool compensates>
 /// Weights of the k_j in (1), (2) and (3), as types, so that sums are unrolled, and zeros are left out.
 namespace nystrom {
 template <class Tableau, std::size_t i>
-struct Stage {
-  static constexpr std::size_t count = i;
-  static constexpr long double at(std::size_t j) { return Tableau::a[i][j]; }
-};
+using Stage = TableRow<Tableau::a, i, i>;
 template <class Tableau>
 struct Position {
   static constexpr std::size_t count = Tableau::stages;

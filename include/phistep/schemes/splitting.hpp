@@ -121,9 +121,7 @@ class SplitScheme : public SchemeDefaults {
   /// Looked at before it spoils what it is added to, so that the message finds the term.
   template <class Data>
   [[nodiscard]] bool finite(Data& step) const {
-    bool all = true;
-    for_each_block([&all](auto, const auto& x) { all = all_finite(x.data(), x.size()) && all; },
-                   RateOf<S>::blocks(psi_));
+    const bool all = all_finite(RateOf<S>::blocks(psi_));
     if (!all) step.psi = psi_;
     return all;
   }

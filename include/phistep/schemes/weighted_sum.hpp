@@ -11,6 +11,7 @@
 
 #include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/state/combination.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -18,23 +19,13 @@ namespace phistep::inline PHISTEP_ABI {
 /// @tparam exact    with what Scalar's weights lack: as an error of each step alike, that would add up in long runs
 template <class Weights, class Scalar, bool exact = false>
 class WeightedSum {
-  static constexpr std::size_t used = [] {
-    std::size_t n = 0;
-    for (std::size_t j = 0; j < Weights::count; ++j) n += Weights::at(j) != 0 ? 1 : 0;
-    return n;
-  }();
-  static constexpr auto places = [] {
-    std::array<std::size_t, used> at{};
-    std::size_t n = 0;
-    for (std::size_t j = 0; j < Weights::count; ++j)
-      if (Weights::at(j) != 0) at[n++] = j;
-    return at;
-  }();
+  using Used = NonZero<Weights, Scalar>;
+  static constexpr std::size_t used = Used::count;
   template <std::size_t n>
-  static constexpr Scalar high = static_cast<Scalar>(Weights::at(places[n]));
+  static constexpr Scalar high = Used::template of<n>;
   template <std::size_t n>
-  static constexpr Scalar low = static_cast<Scalar>(Weights::at(places[n]) - static_cast<long double>(high<n>));
-  using All = std::make_index_sequence<used>;
+  static constexpr Scalar low = static_cast<Scalar>(Weights::at(Used::places[n]) - static_cast<long double>(high<n>));
+  using All = typename Used::Indices;
 
  public:
   template <class Rate, std::size_t stages>
@@ -51,7 +42,7 @@ class WeightedSum {
  private:
   template <class Rate, std::size_t stages, std::size_t... n>
   WeightedSum(const std::array<Rate, stages>& k, std::index_sequence<n...>)
-      : k_{{{std::get<0>(Rate::blocks(k[places[n]])).data()}...}} {}
+      : k_{{{std::get<0>(Rate::blocks(k[Used::places[n]])).data()}...}} {}
   template <std::size_t... n>
   [[gnu::always_inline]] auto sum(auto i, std::index_sequence<n...>) const {
     if constexpr (exact) {

@@ -186,12 +186,41 @@ inline constexpr int static_size = []<std::size_t... K>(std::index_sequence<K...
 template <State S>
 inline constexpr int static_unknowns = static_size<decltype(Blocks<S>::solved(std::declval<PlainState<S>&>()))>;
 
+template <class Tie>
+void set_zero(const Tie& blocks) {
+  for_each_block([](auto, auto& block) { block.setZero(); }, blocks);
+}
+/// How many numbers they hold.
+template <class Tie>
+[[nodiscard]] Index count_of(const Tie& blocks) {
+  Index n = 0;
+  for_each_block([&n](auto, const auto& block) { n += block.size(); }, blocks);
+  return n;
+}
+/// Whether all numbers are finite, of blocks without gaps.
+template <class Tie>
+[[nodiscard]] bool all_finite(const Tie& blocks) {
+  bool finite = true;
+  for_each_block([&finite](auto, const auto& x) { finite = all_finite(x.data(), x.size()) && finite; }, blocks);
+  return finite;
+}
+/// f(i, number i of each tie) for all numbers, one block after the other, each in storage order.
+template <class... Ties>
+void for_each_number(auto&& f, const Ties&... ties) {
+  std::size_t at = 0;
+  for_each_block(
+      [&f, &at](auto, auto& first, auto&... rest) {
+        const auto n = static_cast<std::size_t>(first.size());
+        for (std::size_t i = 0; i < n; ++i) f(at + i, first.data()[i], rest.data()[i]...);
+        at += n;
+      },
+      ties...);
+}
+
 /// Number of unknowns of the implicit solve.
 template <State S, class Y>
 [[nodiscard]] Index unknowns(const Y& y) {
-  Index n = 0;
-  for_each_block([&n](auto, const auto& block) { n += block.size(); }, Blocks<S>::solved(y));
-  return n;
+  return count_of(Blocks<S>::solved(y));
 }
 
 /// A rate of the right shape for y, zero.

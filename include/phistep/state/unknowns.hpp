@@ -7,6 +7,7 @@
 #include <tuple>
 #include <type_traits>
 
+#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
 
@@ -45,11 +46,6 @@ void take_unknowns(auto& x, const PlainState<S>& y) {
 template <State S>
 void put_unknowns(const auto& x, PlainState<S>& y) {
   for_each_solved<S>([&x](Index at, auto& block) { flat(block) = part(x, at, block); }, y);
-}
-
-/// The largest magnitude in a block, 0 for an empty one.
-[[nodiscard]] double largest(const auto& x) {
-  return x.size() == 0 ? 0.0 : static_cast<double>(x.cwiseAbs().maxCoeff());
 }
 
 template <State S>

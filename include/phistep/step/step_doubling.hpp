@@ -18,6 +18,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/problem/transaction.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/combination.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -73,8 +74,7 @@ class StepDoubling {
       }
       copy_blocks<S>(next_, state);
       const Scalar by = 1 / (std::exp2(static_cast<Scalar>(stepper.order())) - 1);
-      for_each_block([by](auto, auto& e, const auto& once, const auto& twice) { e = by * (once - twice); },
-                     Blocks<S>::all(trace.error), Blocks<S>::all(whole_), Blocks<S>::all(next_));
+      assign<S>(trace.error, by * (in<S>(whole_) - in<S>(next_)));  // (1)
       trace.has_error = true;
       if (accept(std::as_const(start_), std::as_const(next_), trace)) return {Outcome::success, iterations, nullptr};
       take_back();

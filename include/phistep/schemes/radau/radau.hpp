@@ -23,10 +23,12 @@
 #include <cstddef>
 #include <limits>
 #include <stdexcept>
+#include <tuple>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
+#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
@@ -90,17 +92,15 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
   }
   /// The collocation polynomial of the step just accepted.
   void interpolate(Scalar x, Scalar, const Plain&, const Plain& y1, Plain& out) const {
-    const auto add = [&](const auto& powers, std::size_t at, const auto& y, auto& to) {
-      for (Index i = 0; i < y.size(); ++i) {
+    const auto add = [&](const auto& powers) {
+      return [&](std::size_t i, Scalar y, Scalar& to) {
         Scalar sum{0};
-        for (auto m = static_cast<std::size_t>(terms_); m-- > 0;)
-          sum = (x - 1) * (sum + powers[at + static_cast<std::size_t>(i)][m]);
-        to.data()[i] = y.data()[i] + sum;
-      }
+        for (auto m = static_cast<std::size_t>(terms_); m-- > 0;) sum = (x - 1) * (sum + powers[i][m]);
+        to = y + sum;
+      };
     };
-    if constexpr (drifts) add(position_powers_, 0, position_of<S>(y1), position_of<S>(out));
-    for_each_solved<S>([&](Index at, const auto& y, auto& to) { add(powers_, static_cast<std::size_t>(at), y, to); },
-                       y1, out);
+    if constexpr (drifts) for_each_number(add(position_powers_), positions(y1), positions(out));
+    for_each_number(add(powers_), solved(y1), solved(out));
   }
   template <class Kernel>
   [[nodiscard]] Outcome to_the_end(Kernel& kernel, auto& step) {
@@ -152,6 +152,9 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
   using Numbers = typename Work::template Each<Scalar>;
   static constexpr double round_off = static_cast<double>(std::numeric_limits<Scalar>::epsilon()) / 2;
 
+  [[nodiscard]] static auto solved(auto& y) { return Blocks<S>::solved(y); }
+  [[nodiscard]] static auto positions(auto& y) { return std::tie(position_of<S>(y)); }
+  [[nodiscard]] static auto velocities(auto& y) { return std::tie(velocity_of<S>(y)); }
   [[nodiscard]] static Outcome with_stages(int s, auto&& f) {
     if (s == 3) return f(std::integral_constant<int, 3>{});
     if (s == 5) return f(std::integral_constant<int, 5>{});
@@ -207,27 +210,16 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
     for (std::size_t j = 0; j < s; ++j) {
       to_stage(step, j);
       kernel.evaluate(step.t + radau_constants<Scalar, s>.c[j] * step.dt, step.next, step.psi);
-      Index at = 0;
-      for_each_block(
-          [&](auto, const auto& psi) {
-            for (Index i = 0; i < psi.size(); ++i) work_.psi(static_cast<std::size_t>(at + i))[j] = psi.data()[i];
-            at += psi.size();
-          },
-          RateOf<S>::blocks(std::as_const(step.psi)));
+      for_each_number([&](std::size_t i, Scalar psi) { work_.psi(i)[j] = psi; }, RateOf<S>::blocks(step.psi));
     }
   }
   /// next = Y_j
   void to_stage(auto& step, std::size_t j) {
     if constexpr (drifts)
-      for (Index i = 0; i < position_of<S>(step.y).size(); ++i)
-        position_of<S>(step.next).data()[i] =
-            position_of<S>(step.y).data()[i] + work_.r(static_cast<std::size_t>(i))[j];
-    for_each_solved<S>(
-        [&](Index at, const auto& y, auto& to) {
-          for (Index i = 0; i < y.size(); ++i)
-            to.data()[i] = y.data()[i] + work_.z(static_cast<std::size_t>(at + i))[j];
-        },
-        step.y, step.next);
+      for_each_number([&](std::size_t i, Scalar y, Scalar& to) { to = y + work_.r(i)[j]; }, positions(step.y),
+                      positions(step.next));
+    for_each_number([&](std::size_t i, Scalar y, Scalar& to) { to = y + work_.z(i)[j]; }, solved(step.y),
+                    solved(step.next));
   }
   /// Which stage has made an iteration fail, for the message: its Ψ is in psi, where it isn't finite.
   template <int s, class Kernel>
@@ -237,13 +229,7 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
       for (std::size_t i = 0; i < n_; ++i) finite = finite && std::isfinite(work_.psi(i)[j]);
       if (finite) continue;
       to_stage(step, j);
-      Index at = 0;
-      for_each_block(
-          [&](auto, auto& psi) {
-            for (Index i = 0; i < psi.size(); ++i) psi.data()[i] = work_.psi(static_cast<std::size_t>(at + i))[j];
-            at += psi.size();
-          },
-          RateOf<S>::blocks(step.psi));
+      for_each_number([&](std::size_t i, Scalar& psi) { psi = work_.psi(i)[j]; }, RateOf<S>::blocks(step.psi));
       return Outcome::non_finite_force;
     }
     static_cast<void>(kernel);
@@ -253,17 +239,11 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
   template <int s>
   void add_increment(auto& step) {
     if constexpr (drifts)
-      for (Index i = 0; i < position_of<S>(step.y).size(); ++i)
-        position_of<S>(step.next).data()[i] =
-            position_of<S>(step.y).data()[i] + work_.template position_increment<s>(step.dt,
-                                                                                    velocity_of<S>(step.y).data()[i],
-                                                                                    static_cast<std::size_t>(i));
-    for_each_solved<S>(
-        [&](Index at, const auto& y, auto& to) {
-          for (Index i = 0; i < y.size(); ++i)
-            to.data()[i] = y.data()[i] + work_.increment(static_cast<std::size_t>(at + i));
-        },
-        step.y, step.next);
+      for_each_number([&](std::size_t i, Scalar r, Scalar v,
+                          Scalar& to) { to = r + work_.template position_increment<s>(step.dt, v, i); },
+                      positions(step.y), velocities(step.y), positions(step.next));
+    for_each_number([&](std::size_t i, Scalar y, Scalar& to) { to = y + work_.increment(i); }, solved(step.y),
+                    solved(step.next));
   }
 
   template <int s, class Kernel>
@@ -293,7 +273,7 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
             }
             for (Index i = 0; i < y.size(); ++i)
               weight_[static_cast<std::size_t>(at + i)] =
-                  largest > 0 ? 1 / std::max(largest, std::numeric_limits<Scalar>::min()) : Scalar{1};
+                  largest > 0 ? 1 / at_least_normal<Scalar>(largest) : Scalar{1};
             has_scale = has_scale && largest > 0;
           },
           step.y);
@@ -330,11 +310,7 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
     }
     if (terms_ > 0) work_.template predict<s>(powers_, terms_, step.dt / dt_);
     else work_.clear();
-    for_each_solved<S>(
-        [&](Index at, const auto& weight) {
-          for (Index i = 0; i < weight.size(); ++i) weight_[static_cast<std::size_t>(at + i)] = weight.data()[i];
-        },
-        trace.weight);
+    for_each_number([&](std::size_t i, Scalar weight) { weight_[i] = weight; }, solved(trace.weight));
     RadauIteration<> test = control_.iteration(round_off);
     Judgement verdict = Judgement::go_on;
     while (verdict == Judgement::go_on) {
@@ -364,24 +340,20 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
   void estimate(Kernel& kernel, auto& step, const auto& masses) {
     auto& trace = step.trace;
     const Scalar h = step.dt, by = radau_constants<Scalar, s>.mu.re[0] * h;
-    for_each_solved<S>(
-        [&](Index at, const auto& start) {
-          for (Index i = 0; i < start.size(); ++i) {
-            const auto k = static_cast<std::size_t>(at + i);
-            slope_[k] = start.data()[i] - work_.template slope_at_start<s>(k) / h;
-            error_[k] = 0;
-          }
+    for_each_number(
+        [&](std::size_t i, Scalar start) {
+          slope_[i] = start - work_.template slope_at_start<s>(i) / h;
+          error_[i] = 0;
         },
-        trace.start);
+        solved(trace.start));
     masses([this](auto i, auto j, auto m) {
       error_[static_cast<std::size_t>(i)] += static_cast<Scalar>(m) * slope_[static_cast<std::size_t>(j)];
     });
     if constexpr (drifts) {
-      auto& e_r = position_of<S>(trace.error);
-      const auto& v = velocity_of<S>(step.y);
-      for (Index j = 0; j < e_r.size(); ++j)
-        e_r.data()[j] =
-            v.data()[j] - work_.template position_slope_at_start<s>(h, v.data()[j], static_cast<std::size_t>(j)) / h;
+      const auto& e_r = position_of<S>(trace.error);
+      for_each_number(
+          [&](std::size_t j, Scalar& e, Scalar v) { e = v - work_.template position_slope_at_start<s>(h, v, j) / h; },
+          positions(trace.error), velocities(step.y));
       const auto& K = kernel.stages().matrix().system().K();
       for (std::size_t i = 0; i < n_; ++i)
         for (Index j = 0; j < e_r.size(); ++j)
@@ -389,16 +361,9 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
     }
     ++kernel.rhs().statistics().solves;
     work_.solve_real(error_);
-    for_each_solved<S>(
-        [&](Index at, auto& e) {
-          for (Index i = 0; i < e.size(); ++i) e.data()[i] = error_[static_cast<std::size_t>(at + i)];
-        },
-        trace.error);
-    if constexpr (drifts) {
-      auto& e_r = position_of<S>(trace.error);
-      for (Index i = 0; i < e_r.size(); ++i)
-        e_r.data()[i] = by * (e_r.data()[i] + velocity_of<S>(trace.error).data()[i]);
-    }
+    for_each_number([&](std::size_t i, Scalar& e) { e = error_[i]; }, solved(trace.error));
+    if constexpr (drifts)
+      position_of<S>(trace.error) = by * (position_of<S>(trace.error) + velocity_of<S>(trace.error));
     trace.has_error = true;
   }
   /// The polynomial, for the next step, and y' at this one's end.
@@ -408,12 +373,7 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
     work_.template to_powers<s>(next_powers_);
     pending_terms_ = s;
     pending_dt_ = step.dt;
-    for_each_solved<S>(
-        [&](Index at, auto& end) {
-          for (Index i = 0; i < end.size(); ++i)
-            end.data()[i] = next_powers_[static_cast<std::size_t>(at + i)][0] / step.dt;
-        },
-        trace.end);
+    for_each_number([&](std::size_t i, Scalar& end) { end = next_powers_[i][0] / step.dt; }, solved(trace.end));
     if constexpr (drifts) {
       position_of<S>(trace.end) = velocity_of<S>(std::as_const(step.next));
       if (trace.wants_dense)
