@@ -71,6 +71,7 @@ class Run {
  public:
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
+  static constexpr const char* part_name = "run";
 
   Run(Stepper& stepper, S& state, TimeSpan<std::type_identity_t<Scalar>> span, const Control& control,
       Observers&&... observers)
@@ -98,10 +99,12 @@ class Run {
   }
 
   /// The run, its stepper and its state: with the same options, forces and observers, a run that loads this goes on with
-  /// the bits that this one goes on with. Of the observers, those that can be archived are.
+  /// the bits that this one goes on with after forget_unsaved(). Of the observers, those that can be archived are.
   void save(Writer& out) const {
     with_parts(*this, [&out](auto&... part) { save_parts(out, part...); });
   }
+  /// As PhiStepper's.
+  void forget_unsaved() requires HasUnsaved<Stepper> { stepper_.forget_unsaved(); }
   /// @throws CheckpointError, before anything has changed
   template <class Then>
   void load(Reader& in, Then&& then) {
@@ -142,11 +145,11 @@ class Run {
   struct TimePart {
     T &t, &lost;
     TimeSpan<Scalar> span;
-    void save(Writer& out) const { out(t, lost); }
+    void save(Writer& out) const { out("t", t, "lost", lost); }
     template <class Then>
     void load(Reader& in, Then&& then) {
       Scalar at{}, off{};
-      in(at, off);
+      in("t", at, "lost", off);
       in.check(std::min(span.t0, span.t1) <= at && at <= std::max(span.t0, span.t1));
       const Scalar largest = std::max(std::abs(span.t0), std::abs(span.t1));
       in.check(std::abs(off) <= 2 * std::numeric_limits<Scalar>::epsilon() * largest);
@@ -157,7 +160,6 @@ class Run {
   /// f(every part of a checkpoint …)
   template <class Self, class F>
   static void with_parts(Self& self, F&& f) {
-    StatePart<S> state{self.state_};
     TimePart<std::remove_reference_t<decltype((self.t_))>> time{self.t_, self.lost_, self.span_};
     const auto kept = [](auto& observer) {
       using Observer = std::remove_cvref_t<decltype(observer)>;
@@ -168,8 +170,10 @@ class Run {
         std::apply([&](auto&... observer) { return std::tuple_cat(kept(observer)...); }, self.observers_);
     std::apply(
         [&](auto&... observer) {
-          f(self.stepper_, state, self.pace_, time, self.report_, self.before_, self.begun_, self.ended_, self.first_,
-            self.edits_, self.events_, self.trust_, self.parts_trust_, observer...);
+          f("clock", time, "state", self.state_, "stepper", self.stepper_, "control", self.pace_, "report",
+            self.report_, "counts_before", self.before_, "begun", self.begun_, "ended", self.ended_, "first",
+            self.first_, "left_at", self.edits_, "armed", self.events_, "trust", self.trust_, "parts_trust",
+            self.parts_trust_, observer...);
         },
         observers);
   }

@@ -51,7 +51,7 @@ struct Armed {
   Standing standing = Standing::unknown;
 
   void archive(auto& ar) {
-    ar(g, last, interval, count, standing);
+    ar("g", g, "last", last, "interval", interval, "count", count, "standing", standing);
     ar.check(standing <= Standing::unknown && can_be_count(count));
   }
 };
@@ -168,10 +168,10 @@ class EventSet {
 
   [[nodiscard]] const Memory& memory() const { return memory_; }
   void set_memory(const Memory& memory) { memory_ = memory; }
-  void save(Writer& out) const { save_parts(out, memory_); }
+  void save(Writer& out) const { save_parts(out, "events", memory_); }
   template <class Then>
   void load(Reader& in, Then&& then) {
-    load_parts(in, then, memory_);
+    load_parts(in, then, "events", memory_);
   }
 
  private:

@@ -289,22 +289,17 @@ class Kernel {
     allocate(copy);
     torn_ = false;
   }
-  /// For a checkpoint: history, counts, Ψ, Jacobian and factors.
+  /// For a checkpoint: history, counts, Ψ.
   void save(Writer& out) const {
-    save_parts(out, rhs_, transaction_);
-    out(resolvent_);
+    out.fact("state", transaction_.shape());
+    if constexpr (saves_psi) save_parts(out, "psi", transaction_);
+    save_parts(out, "force", rhs_);
   }
   void load(Reader& in, auto&& then) {
-    load_parts(
-        in,
-        [&] {
-          auto fresh = resolvent_;
-          in(fresh);
-          fresh.restore(rhs_, transaction_.workspace());
-          then();
-          resolvent_ = std::move(fresh);
-        },
-        rhs_, transaction_);
+    in.fact("state", transaction_.shape());
+    if constexpr (saves_psi) load_parts(in, then, "psi", transaction_, "force", rhs_);
+    else load_parts(in, then, "force", rhs_);
+    if constexpr (has_unsaved) forget_unsaved();
   }
 
  private:
@@ -333,8 +328,6 @@ class Kernel {
     static void forget() {}
     static void reset() {}
     static void resize(const auto&, const auto&) {}
-    static void archive(auto&) {}
-    static void restore(const auto&, const auto&) {}
   };
   static_assert(
       !needs.stages || requires { typename Solver::LinearSolver; },
@@ -348,6 +341,19 @@ class Kernel {
     else return std::type_identity<NoResolvent>{};
   }
 
+  using Resolvent = typename decltype(resolvent_type())::type;
+
+ public:
+  static constexpr bool has_unsaved = requires(Resolvent & resolvent) { resolvent.forget_unsaved(); };
+  /// Forgets what save() leaves out: Jacobian, factors, patterns, what solves have learnt, and Ψ as a solve has left it:
+  /// off by what that solve is, it is nothing to make a new Jacobian by differences with.
+  void forget_unsaved() requires(has_unsaved) {
+    resolvent_.forget_unsaved();
+    transaction_.reset();
+  }
+
+ private:
+  static constexpr bool saves_psi = carries && !has_unsaved;
   [[nodiscard]] Outcome resolve_from(Data& step, const Gamma<Scalar>& gamma, Scalar t, const PlainState<S>& guess,
                                      const Trace<Plain>* trace) {
     if constexpr (!Rhs::couples_unknowns)
@@ -370,7 +376,7 @@ class Kernel {
 
   Rhs rhs_;
   Transaction transaction_;
-  [[no_unique_address]] typename decltype(resolvent_type())::type resolvent_;
+  [[no_unique_address]] Resolvent resolvent_;
   [[no_unique_address]] std::conditional_t<keeps_psi, RateOf<S>, Nothing> kicked_by_;
   bool torn_ = false;
 };

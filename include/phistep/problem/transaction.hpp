@@ -6,11 +6,13 @@
 
 #include <cmath>
 #include <stdexcept>
+#include <string>
 #include <tuple>
 #include <type_traits>
 #include <utility>
 
 #include "phistep/control/trace.hpp"
+#include "phistep/core/archive.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/version.hpp"
@@ -102,11 +104,18 @@ class Transaction {
   [[nodiscard]] const Plain& workspace() const { return next_; }
   /// For a checkpoint: Ψ, and where it holds.
   void archive(auto& ar) {
-    ar.shape(next_);
-    if constexpr (carries) {
-      ar(guard_);
-      ar.in_place(psi_);
-    }
+    ar("known_at", guard_);
+    ar.in_place("value", psi_);
+  }
+  /// What states it is for, in words.
+  [[nodiscard]] std::string shape() const {
+    std::string all;
+    for_each_block(
+        [&all](auto, const auto& block) {
+          all += (all.empty() ? "" : ", ") + std::to_string(block.rows()) + " x " + std::to_string(block.cols());
+        },
+        Blocks<S>::all(next_));
+    return all + " of " + detail::kind_of<Scalar>().words();
   }
   [[nodiscard]] static Plain copy_of(const S& state) {
     Plain copy;
