@@ -89,6 +89,11 @@ struct SchemeDefaults {
   static constexpr std::array<double, 2> doubtful_at{0.35, 0.68};
 };
 
+template <class Solver>
+inline constexpr bool is_linearly_implicit = false;
+template <class LinearSolver>
+inline constexpr bool is_linearly_implicit<LinearlyImplicit<LinearSolver>> = true;
+
 /// The operations, bound to a right-hand side, a way to solve, and the transaction that a step is.
 template <State S, class RightHandSideOf, class Solver, KernelNeeds needs>
 class Kernel {
@@ -96,10 +101,11 @@ class Kernel {
   using Rhs = RightHandSideOf;
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
-  using Transaction = phistep::Transaction<S, Rhs, needs.carries>;
+  /// One correction leaves a tangent's Ψ, which nobody has compared with the force: carried, it would never be.
+  static constexpr bool carries = needs.carries && !is_linearly_implicit<Solver>;
+  using Transaction = phistep::Transaction<S, Rhs, carries>;
   using Data = typename Transaction::Data;
   using TracedData = typename Transaction::TracedData;
-  static constexpr bool carries = needs.carries;
 
   Kernel(const S& state, Rhs rhs, const Solver& solver)
       : rhs_{std::move(rhs)}, transaction_{state}, resolvent_{Transaction::copy_of(state), rhs_, solver} {
