@@ -43,8 +43,9 @@ TEST_CASE("spring networks solved by conjugate gradients restart to the same bit
   CHECK(kept.jacobians < kept.steps);
   CHECK(kept.analyses == 1);
   check(uneven, start, steps(SpringNet::damped(), backward_euler, masses()));
-  const Statistics clamped =
-      check(loosely({0.2, false, 40}), pressed, steps(SpringNet::elastic(), tr_bdf2, masses(), tolerant()));
+  // Pressed springs buckle: what a solve leaves grows with that.
+  const Statistics clamped = check({.dt = 0.2, .even = false, .count = 40, .near = 1}, pressed,
+                                   steps(SpringNet::elastic(), tr_bdf2, masses(), tolerant()));
   CHECK(clamped.fallbacks > 0);
   check(loosely(uneven), start, steps(SpringNet::elastic() + Driven{}, trapezoidal, masses(), tolerant()));
 }

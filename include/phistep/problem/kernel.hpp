@@ -366,7 +366,9 @@ class Kernel {
       if (gamma.drift == 0) return kick(step, gamma.force, t);
     if constexpr (needs.solver) {
       // Where the iteration starts from y itself, its first Ψ may be there already.
-      const bool psi_known = step.psi_known && Rhs::is_autonomous && !Rhs::drifts && &guess == &step.y;
+      bool psi_known = step.psi_known && Rhs::is_autonomous && !Rhs::drifts && &guess == &step.y;
+      if constexpr (requires { resolvent_.wants_differences(); })
+        psi_known = psi_known && !(step.psi_carried && resolvent_.wants_differences());
       step.psi_known = false;
       const Outcome outcome = resolvent_.resolve(rhs_, gamma, t, step.next, guess, step.psi, transaction_.failure(),
                                                  psi_known, allowed_by(trace));

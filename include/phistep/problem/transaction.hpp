@@ -38,7 +38,8 @@ struct StepData {
   Plain& next;      ///< becomes the state at t + Δt
   Rate& psi;        ///< holds Ψ(t, y) if `psi_known`, else scratch
   bool psi_known;
-  bool psi_next_known = false;  ///< the scheme leaves Ψ(t+Δt, next) in psi
+  bool psi_next_known = false;   ///< the scheme leaves Ψ(t+Δt, next) in psi
+  bool psi_carried = psi_known;  ///< it comes from the step before, to what that has solved
   static constexpr bool is_traced = false;
 };
 /// … of a step whose slopes and error a controller or dense output reads.
