@@ -27,10 +27,11 @@ constexpr double speed = 0.1, frame = 20, coupling = 60, grip = 400, hold = 4;  
 
 /// Dry friction: pulls to an anchor that rides on the belt, with `hold` at most.
 struct Friction : phistep::ForceTerm {
+  static constexpr const char* name = "friction";
   struct Memory {
     Vec anchor;      // [m]
     long slips = 0;  // steps in which one or more gave way
-    void archive(auto& ar) { ar(anchor, slips); }
+    void archive(auto& ar) { ar("anchor", anchor, "slips", slips); }
   };
   static constexpr bool uses_velocity = false, uses_time = false;
 

@@ -11,7 +11,6 @@
 /// count changes, nothing is thrown.
 #pragma once
 
-
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
 
@@ -193,13 +192,8 @@ template <class F, class D, Form form>
 template <class Scheme>
 [[nodiscard]] std::string scheme_name(const Scheme& scheme) {
   if constexpr (requires { scheme.name(); }) return scheme.name();
-  else if constexpr (requires { scheme.base; }) return "extrapolated(" + scheme_name(scheme.base) + ")";
-  else if constexpr (requires { scheme.scheme; }) return "composed(" + scheme_name(scheme.scheme) + ")";
   else return "this scheme";
 }
-[[nodiscard]] inline std::string scheme_name(VelocityVerlet) { return "velocity_verlet"; }
-[[nodiscard]] inline std::string scheme_name(TrBdf2) { return "tr_bdf2"; }
-[[nodiscard]] inline std::string scheme_name(Rannacher) { return "rannacher"; }
 
 /// What Δt and the stepper's scheme will do to this force, these masses and this state.
 /// One oscillator r'' = −a² r.

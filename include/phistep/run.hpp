@@ -46,6 +46,7 @@ class Run {
  public:
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
+  static constexpr const char* part_name = "run";
 
   Run(Stepper& stepper, S& state, TimeSpan<std::type_identity_t<Scalar>> span, const Control& control,
       Observers&&... observers)
@@ -69,10 +70,12 @@ class Run {
   }
 
   /// The run, its stepper and its state: with the same options, forces and observers, a run that loads this goes on with
-  /// the bits that this one goes on with. Of the observers, those that can be archived are.
+  /// the bits that this one goes on with after forget_unsaved(). Of the observers, those that can be archived are.
   void save(Writer& out) const {
     with_parts(*this, [&out](auto&... part) { save_parts(out, part...); });
   }
+  /// As PhiStepper's.
+  void forget_unsaved() requires HasUnsaved<Stepper> { stepper_.forget_unsaved(); }
   /// @throws CheckpointError, before anything has changed
   template <class Then>
   void load(Reader& in, Then&& then) {
@@ -125,11 +128,11 @@ class Run {
   /// f(every part of a checkpoint …)
   template <class Self, class F>
   static void with_parts(Self& self, F&& f) {
-    StatePart<S> state{self.state_};
     std::apply(
         [&](auto&... observer) {
-          f(self.stepper_, state, self.step_.pace(), self.step_.clock(), self.report_, self.before_, self.begun_,
-            self.ended_, self.first_, self.edits_, self.events_, self.trust_, observer...);
+          f("clock", self.step_.clock(), "state", self.state_, "stepper", self.stepper_, "control", self.step_.pace(),
+            "report", self.report_, "counts_before", self.before_, "begun", self.begun_, "ended", self.ended_, "first",
+            self.first_, "left_at", self.edits_, "armed", self.events_, "trust", self.trust_, observer...);
         },
         Watchers::kept(self.observers_));
   }

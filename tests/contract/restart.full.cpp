@@ -20,12 +20,13 @@ TEST_CASE("explicit and implicit schemes restart to the same bits") {
   });
 }
 
-TEST_CASE("a carried force is carried over a restart") {
-  // φ > ½ and TR-BDF2 recover Ψ from the resolve: evaluated again it would have other bits.
-  const Statistics s = check(even, start, steps(chain, phi(0.7), linearly_implicit()));
-  // n columns a step, and the first step's Ψ; all others are carried.
-  CHECK(s.force_calls == 1 + 60 * n);
-  check(uneven, start, steps(WithJacobian{}, tr_bdf2));
+TEST_CASE("a carried force") {
+  // φ > ½ and TR-BDF2 recover Ψ from the resolve: by a fixed point, it goes on over a restart; where a Jacobian is to be
+  // made anew, so is Ψ.
+  const Statistics s = check(even, start, steps(chain, phi(0.7), fixed_point()));
+  CHECK(s.force_calls == s.iterations - 59);  // each step's first is there already, but that of the first step
+  check(loosely(uneven), start, steps(WithJacobian{}, tr_bdf2));
+  check(even, start, steps(chain, phi(0.7), linearly_implicit()));
 }
 
 TEST_CASE("Jacobians that are kept to rounding survive a restart") {
@@ -38,9 +39,9 @@ TEST_CASE("Jacobians that are kept to rounding survive a restart") {
 }
 
 TEST_CASE("Jacobians and scaled factors that are kept to a tolerance survive a restart") {
-  const auto differences = check(uneven, start, steps(chain, tr_bdf2, tolerant()));
-  const auto analytic = check(uneven, start, steps(WithJacobian{}, tr_bdf2, tolerant()));
-  const auto automatic = check(uneven, start, steps(autodiff(Chain{}), tr_bdf2, tolerant()));
+  const auto differences = check(loosely(uneven), start, steps(chain, tr_bdf2, tolerant()));
+  const auto analytic = check(loosely(uneven), start, steps(WithJacobian{}, tr_bdf2, tolerant()));
+  const auto automatic = check(loosely(uneven), start, steps(autodiff(Chain{}), tr_bdf2, tolerant()));
   for (const Statistics& s : {differences, analytic, automatic}) {
     CHECK(s.jacobians < s.steps);
     CHECK(s.factorizations < s.steps);  // of 60 lengths, two resolves each
@@ -49,7 +50,7 @@ TEST_CASE("Jacobians and scaled factors that are kept to a tolerance survive a r
 
 TEST_CASE("Rannacher's start goes on where it was") {
   check(even, start, steps(chain, rannacher(3)));
-  check(uneven, start, steps(WithJacobian{}, rannacher(2), tolerant()));
+  check(loosely(uneven), start, steps(WithJacobian{}, rannacher(2), tolerant()));
 }
 
 TEST_CASE("states that live in somebody's own memory") {
@@ -60,7 +61,7 @@ TEST_CASE("states that live in somebody's own memory") {
     return homes.back()->block(states::positions);
   };
   const auto force = [](const Vec& y) -> Vec { return Chain{}(y); };
-  check(uneven, mapped, steps(force, tr_bdf2, tolerant()));
+  check(loosely(uneven), mapped, steps(force, tr_bdf2, tolerant()));
   std::vector<std::unique_ptr<states::Home<states::Strided>>> strided_homes;
   const auto strided = [&strided_homes] {
     strided_homes.push_back(std::make_unique<states::Home<states::Strided>>());
@@ -68,7 +69,11 @@ TEST_CASE("states that live in somebody's own memory") {
   };
   check(uneven, strided, steps(force, phi(0.7)));
   check(
-      uneven, [] { return states::RowMajor(states::RowMajor::Random(3, 2)); }, steps(states::Pull{}, tr_bdf2));
+      uneven,
+      [] {
+        return states::RowMajor{{0.1, -0.4}, {0.9, 0.3}, {-0.7, 0.2}};
+      },
+      steps(states::Pull{}, tr_bdf2));
 }
 
 TEST_CASE("halving goes on with its counts") {

@@ -16,6 +16,7 @@ namespace restart_motion {
 
 using namespace phistep;
 using restart::check;
+using restart::loosely;
 using restart::Steps;
 using Vec = Eigen::VectorXd;
 using Eigen::Matrix3d;
@@ -77,11 +78,12 @@ inline Motion<Matrix3Xd> crowd() {
 
 /// Pulls to anchors that follow once the stretch exceeds `slip`.
 struct Slider : ForceTerm {
+  static constexpr const char* name = "slider";
   struct Memory {
     Vec anchor;
     int commits = 0;
     std::vector<double> slips;
-    void archive(auto& ar) { ar(anchor, commits, slips); }
+    void archive(auto& ar) { ar("anchor", anchor, "commits", commits, "slips", slips); }
   };
   static constexpr bool uses_velocity = false, uses_time = false;
   double k = 30, slip = 0.05;
@@ -98,6 +100,7 @@ struct Slider : ForceTerm {
 };
 /// A kick drawn anew for each step.
 struct Noise : ForceTerm {
+  static constexpr const char* name = "noise";
   struct Memory {
     std::mt19937_64 random{5};
     double kick = 0;

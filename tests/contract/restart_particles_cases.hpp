@@ -13,6 +13,7 @@ namespace restart_particles {
 
 using namespace phistep;
 using restart::check;
+using restart::loosely;
 using restart::Steps;
 using Atoms = Particles<double, 3>;
 

@@ -33,6 +33,9 @@ struct Subject {
   // The run as a part of a checkpoint.
   virtual void save(Writer& out) const = 0;
   virtual void load(Reader& in, const std::function<void()>& then) = 0;
+  virtual void forget_unsaved() = 0;
+  [[nodiscard]] virtual bool has_unsaved() const = 0;
+  [[nodiscard]] virtual double apart(const Subject& other) const = 0;
   [[nodiscard]] virtual std::string bytes_of_state() const = 0;
   [[nodiscard]] virtual Statistics statistics() const = 0;  ///< the stepper's own
   std::vector<double> log;
@@ -64,50 +67,76 @@ class Whole<State, Stepper, Control, std::tuple<O...>> final : public Subject {
   RunReport finish() override { return run_.finish(); }
   void save(Writer& out) const override { run_.save(out); }
   void load(Reader& in, const std::function<void()>& then) override { run_.load(in, then); }
+  void forget_unsaved() override {
+    if constexpr (HasUnsaved<TheRun>) run_.forget_unsaved();
+  }
+  [[nodiscard]] bool has_unsaved() const override { return HasUnsaved<TheRun>; }
+  [[nodiscard]] double apart(const Subject& other) const override {
+    return restart::apart(y_, static_cast<const Whole&>(other).y_);
+  }
   [[nodiscard]] std::string bytes_of_state() const override { return restart::bytes(y_); }
   [[nodiscard]] Statistics statistics() const override { return stepper_.statistics(); }
 };
 
 inline constexpr auto nobody = [](std::vector<double>&) { return std::tuple<>{}; };
 
+/// To the end.
+inline RunReport go_on(Subject& run, bool at_once) {
+  if (at_once) return run.finish();
+  while (run.advance()) {
+  }
+  return run.report();
+}
+
 /// Runs to its end, and again from 100 random places, each time with everything made anew. What the observers see after a
-/// restart must be the rest of what they saw in the unbroken run. Returns the longest step over the shortest.
-inline double check_subjects(const std::function<std::unique_ptr<Subject>()>& make) {
+/// restart must be the rest of what they saw in the run that saved. Returns the longest step over the shortest.
+/// @param near  how far from the run that never saved, where saving forgets anything
+inline double check_subjects(const std::function<std::unique_ptr<Subject>()>& make, double near) {
   const auto unbroken = make();
+  const bool forgets = unbroken->has_unsaved();
   std::vector<std::string> checkpoints;
-  std::vector<std::size_t> logged;
   do {
     checkpoints.push_back(restart::bytes(*unbroken));
-    logged.push_back(unbroken->log.size());
   } while (unbroken->advance());
   const RunReport report = unbroken->report();
   INFO(report.message());
   REQUIRE(report);
-  const std::string end = restart::bytes(*unbroken), end_of_state = unbroken->bytes_of_state();
+  if (!forgets) {
+    const auto saver = make();
+    do {
+      static_cast<void>(restart::saved(*saver));
+    } while (saver->advance());
+    CHECK(restart::bytes(*saver) == restart::bytes(*unbroken));
+    CHECK(saver->log == unbroken->log);
+  }
 
   std::mt19937 random(restart::seed());
   std::uniform_int_distribution<std::size_t> anywhere(0, checkpoints.size() - 1);
   int wrong_ends = 0, wrong_bits = 0, wrong_counts = 0, wrong_logs = 0, wrong_copies = 0;
-  for (std::size_t k = 0; k < 103; ++k) {
+  double off = 0;
+  const std::size_t places = forgets ? 41 : 103;
+  for (std::size_t k = 0; k < places; ++k) {
     const std::size_t place = k < 3 ? k : anywhere(random);
-    const auto again = make();
+    const bool at_once = k % 2 == 1;
+    const auto again = make(), saver = make();
     restart::load(checkpoints[place], *again);
     wrong_copies += restart::bytes(*again) != checkpoints[place];
-    RunReport then;
-    if (k % 2 == 0) {
-      while (again->advance()) {
-      }
-      then = again->report();
-    } else {
-      then = again->finish();
-    }
+    for (std::size_t n = 0; n < place; ++n) static_cast<void>(saver->advance());
+    wrong_copies += restart::saved(*saver) != checkpoints[place];
+    const std::size_t logged = saver->log.size();
+    const RunReport then = go_on(*again, at_once), other = go_on(*saver, at_once);
     wrong_ends += !then || then.t != report.t;
-    wrong_bits += again->bytes_of_state() != end_of_state;
-    wrong_counts += then.statistics != report.statistics || again->statistics() != unbroken->statistics();
-    // finish() vouches for the state where advance() looks: inside, the two differ in that.
-    if (k % 2 == 0) wrong_bits += restart::bytes(*again) != end;
-    const auto rest = unbroken->log.begin() + static_cast<std::ptrdiff_t>(logged[place]);
-    wrong_logs += again->log != std::vector<double>(rest, unbroken->log.end());
+    wrong_bits +=
+        again->bytes_of_state() != saver->bytes_of_state() || restart::bytes(*again) != restart::bytes(*saver);
+    wrong_counts += then.statistics != other.statistics || again->statistics() != saver->statistics();
+    if (!forgets) {
+      // finish() vouches for the state where advance() looks: inside, the two differ in that.
+      wrong_bits += saver->bytes_of_state() != unbroken->bytes_of_state();
+      wrong_counts += other.statistics != report.statistics;
+    }
+    off = std::max(off, again->apart(*unbroken));
+    const auto rest = saver->log.begin() + static_cast<std::ptrdiff_t>(logged);
+    wrong_logs += again->log != std::vector<double>(rest, saver->log.end());
   }
   CAPTURE(restart::seed());
   CHECK(wrong_ends == 0);
@@ -115,7 +144,16 @@ inline double check_subjects(const std::function<std::unique_ptr<Subject>()>& ma
   CHECK(wrong_counts == 0);
   CHECK(wrong_logs == 0);
   CHECK(wrong_copies == 0);
+  CHECK(off <= near);
   return report.largest_dt / report.smallest_dt;
+}
+
+/// How far a run may be from another one that is controlled alike.
+template <class Control>
+double nearness(const Control& control) {
+  if constexpr (requires { control.rtol; }) return 10 * control.rtol;
+  else if constexpr (requires { control.error; }) return 10 * control.error.rtol;
+  else return 1e-6;
 }
 
 template <class Start, class Make, class Control, class Observers = decltype(nobody)>
@@ -124,9 +162,11 @@ double check(const Start& start, const Make& make, double t1, const Control& con
   using State = std::invoke_result_t<const Start&>;
   using Stepper = std::invoke_result_t<const Make&, State&>;
   using Seen = std::invoke_result_t<const Observers&, std::vector<double>&>;
-  return check_subjects([&]() -> std::unique_ptr<Subject> {
-    return std::make_unique<Whole<State, Stepper, Control, Seen>>(start, make, t1, control, observers);
-  });
+  return check_subjects(
+      [&]() -> std::unique_ptr<Subject> {
+        return std::make_unique<Whole<State, Stepper, Control, Seen>>(start, make, t1, control, observers);
+      },
+      nearness(control));
 }
 
 template <class F, class... More>

@@ -22,6 +22,7 @@ inline const auto positive = [] { return Vec(Vec::LinSpaced(3, 0.5, 2)); };
 
 /// Slides where the pull is too strong.
 struct Slider : ForceTerm {
+  static constexpr const char* name = "slider";
   struct Memory {
     Vec anchor;
     void archive(auto& ar) { ar(anchor); }

@@ -42,7 +42,7 @@ TEST_CASE("a recorder and a ledger go on with what they have") {
   };
   Program unbroken;
   for (int k = 0; k < 9; ++k) REQUIRE(unbroken.run.advance());
-  const std::string half_way = restart::bytes(unbroken.run);
+  const std::string half_way = restart::saved(unbroken.run);
   REQUIRE(unbroken.run.finish());
   Program again;
   std::istringstream in(half_way);

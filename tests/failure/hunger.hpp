@@ -90,20 +90,20 @@ inline std::int64_t live_once(const Make& make, const Trajectory& good, std::int
           if (machine->bits() != last || machine->time() != t) tally.blame(tally.changed, what + ": save changes it");
           bytes = machine->save();
         }
-        const std::string whole = machine->save();
+        const std::string whole = machine->look();
         if (whole != bytes) tally.blame(tally.otherwise, what + ": saves something else");
         // Loading the past fails, or succeeds: nothing in between.
         const std::string& past = good.checkpoints[n - 1];
         const Act loaded = fed([&] { machine->load(past); });
         if (loaded == Act::other) tally.blame(tally.untold, what + " while loading: not std::bad_alloc");
-        const std::string is = machine->save();
+        const std::string is = machine->look();
         if (loaded != Act::done) {
           ++tally.failures;
           cure();
           if (is != whole) tally.blame(tally.changed, what + ": half a checkpoint is loaded");
         }
         machine->load(bytes);
-        if (machine->save() != bytes) tally.blame(tally.otherwise, what + ": loads something else");
+        if (machine->look() != bytes) tally.blame(tally.otherwise, what + ": loads something else");
         if (machine->bits() != last) tally.blame(tally.changed, what + ": a checkpoint changes the state");
       }
     }

@@ -43,6 +43,7 @@ struct Wanted {
   bool event = false, times = false;                                  // these move steps
   bool samples = false, idle_event = false, writes = false;           // these don't,
   bool halving = false, map = false, restart = false, fault = false;  // nor do these
+  bool saves = false;
   double level = 0;
   std::vector<double> at;
   int middle = 0;  ///< the step after which a checkpoint is taken
@@ -100,9 +101,10 @@ Went go(const Flow& flow, Scheme scheme, const Wanted& wanted) {
               }
             };
             while (advance(run)) {
-              if (wanted.restart && ++steps == wanted.middle) {
+              if ((wanted.restart || wanted.saves) && ++steps == wanted.middle) {
                 std::stringstream file;
                 save_checkpoint(file, run);
+                if (!wanted.restart) continue;
                 auto fresh_stepper = make_stepper(state);
                 auto fresh_observers = make_observers();
                 state = State(State::Zero());
@@ -164,6 +166,8 @@ void pair_up(Source& source, Scheme scheme, double finest) {
   if (source.flag("far")) all.t0 = plain.t0 = all.controlled ? 0 : std::exp2(source.integer("2^t0", 0, 40));
   Wanted near = plain;
   near.t0 = 0;
+  near.saves = all.restart;  // saving forgets Jacobians
+  near.middle = all.middle;
   double t = 0.1;
   for (int k = 0; k < 5; ++k, t += source.real("gap", 0.05, 0.5))
     if (t < 2) all.at.push_back(all.t0 + (all.backward ? -t : t));

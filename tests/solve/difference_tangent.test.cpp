@@ -1,6 +1,9 @@
 // Differences by colour: as few force calls as the pattern allows, and the steps that analytic tangents give.
 #include <Eigen/SparseCholesky>
+
+#include "problems/march.hpp"
 #include "solve/difference_tangent_cases.hpp"
+#include "support/shared_force.hpp"
 
 using namespace difference_tangent_cases;
 
@@ -45,4 +48,19 @@ TEST_CASE("a dense Jacobian by differences of more than 1000 unknowns is refused
   for (const std::string cure : {"1001 unknowns", "sparsity(f, pattern)", "newton<MatrixFree<Eigen::BiCGSTAB>>()",
                                  "<phistep/krylov.hpp>", "fixed_point()", "jacobian(...)"})
     CHECK_THROWS_WITH((PhiStepper{u, heat, backward_euler}), contains(cure));
+}
+
+TEST_CASE("differences are taken from the force itself, not from what a solve has left of it") {
+  // phi > 1/2 carries the force from solve to solve, off by what solves to a tolerance leave. A Jacobian by differences
+  // from there was off by that over the increment: Newton converged on it, to something else.
+  using V2 = Eigen::Vector2d;
+  const shared_force::OfState<V2> f = [](const V2& x) -> V2 { return -2 * x - x.cwiseProduct(x); };
+  const auto end = [&](auto solver) {
+    V2 y(1, 2);
+    PhiStepper stepper{y, f, phi(0.7), solver};
+    for (int n = 0; n < 10; ++n) problems::step(stepper, y, 0.1 * n, 0.1);
+    return y;
+  };
+  const V2 tight = end(newton()), loose = end(newton({.rtol = 1e-4, .atol = 1e-6}));
+  CHECK((loose - tight).norm() < 1e-4 * tight.norm());
 }

@@ -43,6 +43,28 @@ TEST_CASE("linearly implicit: the scheme's order, with damping too") {
   convergence::check_order(errors(trapezoidal), 2);
 }
 
+TEST_CASE("linearly implicit: between trapezoidal and backward Euler, each step asks the force itself") {
+  // phi > 1/2 carries what its solve knows of the force. After one correction that is a tangent's: carried on, the force
+  // was never asked again, and differences were made from what it is not.
+  const OfState f = [](const V2& x) -> V2 { return -2 * x - x.cwiseProduct(x); };
+  const auto end = [&](int steps, Statistics& work) {
+    V2 y(1, 2);
+    PhiStepper stepper{y, f, phi(0.7), linearly_implicit()};
+    for (int n = 0; n < steps; ++n) problems::step(stepper, y, 1.0 * n / steps, 1.0 / steps);
+    work = stepper.statistics();
+    return y;
+  };
+  // y' = -2y - y², 1/y + 1/2 grows by e² in the unit of time.
+  const auto exact = [](double y) { return 1 / ((1 / y + 0.5) * std::exp(2.0) - 0.5); };
+  const V2 truth(exact(1), exact(2));
+  Statistics work;
+  const double coarse = (end(50, work) - truth).norm(), fine = (end(100, work) - truth).norm();
+  CHECK(coarse / fine > 1.9);
+  CHECK(coarse / fine < 2.2);
+  CHECK(fine < 5e-3);
+  CHECK(work.force_calls == 100 + 2 * 100);
+}
+
 TEST_CASE("linearly implicit: stable at any stiffness, and nothing is lost where the matrix is singular") {
   V2 y(1, 1);
   const OfState f = [](const V2& x) -> V2 { return -1e8 * x.array().cube(); };

@@ -119,7 +119,11 @@ class ErrorNorm {
   /// ‖x‖ with given weights.
   [[nodiscard]] double operator()(const Plain& x, const Plain& weight) const { return weighted_rms(x, weight); }
 
-  void archive(auto& ar) { ar(largest_, longest_); }
+  void archive(auto& ar) {
+    ar("largest", largest_, "longest", longest_);
+    for (const Scalar x : largest_) ar.check(x >= 0 && std::isfinite(x));
+    ar.check(longest_ >= 0 && std::isfinite(longest_));
+  }
 
  private:
   static constexpr std::size_t blocks = std::tuple_size_v<decltype(Blocks<Plain>::all(std::declval<Plain&>()))>;

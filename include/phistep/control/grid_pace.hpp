@@ -48,8 +48,8 @@ class GridPace {
     node_ = landed.end;
   }
   void archive(auto& ar) {
-    ar(done_, node_);
-    ar.check(0 <= done_ && (!grid_ || done_ <= grid_->steps()));
+    ar("done", done_, "node", node_);
+    ar.check(0 <= done_ && std::isfinite(node_) && (!grid_ || done_ <= grid_->steps()));
   }
 
  private:

@@ -26,6 +26,11 @@ struct Limit {
   LimitedBy by = LimitedBy::nobody;
   Component where;
   std::int64_t steps = 0;
+
+  void archive(auto& ar) {
+    ar("by", by, "block", where.block, "index", where.index, "steps", steps);
+    ar.check(by <= LimitedBy::stop && can_be_count(steps));
+  }
 };
 
 /// The most frequent reasons of a run, in bounded memory: the newcomer takes the place of the rarest (A. Metwally,
@@ -80,11 +85,7 @@ class Limits {
   }
 
   void archive(auto& ar) {
-    for (Limit& x : slots_) {
-      ar(x.by, x.where.block, x.where.index, x.steps);
-      ar.check(can_be_count(x.steps));
-    }
-    ar(steps_);
+    ar("reasons", slots_, "steps", steps_);
     ar.check(can_be_count(steps_));
   }
 

@@ -74,8 +74,8 @@ class VariableStep {
   [[nodiscard]] bool may_try() { return left_-- > 0; }
 
   void archive(auto& ar) {
-    ar(size_, left_, failures_);
-    ar.check(-1 <= left_ && 0 <= failures_ && failures_ <= 21);
+    ar("size", size_, "left", left_, "failures", failures_);
+    ar.check(size_ >= 0 && std::isfinite(size_) && -1 <= left_ && 0 <= failures_ && failures_ <= 21);
   }
 
  private:
@@ -202,7 +202,7 @@ class ErrorPace {
     return norm_.fits(y);
   }
 
-  void archive(auto& ar) { ar(norm_, size_, step_, trace_); }
+  void archive(auto& ar) { ar("norm", norm_, "filter", size_, "step", step_, "trace", trace_); }
 
  private:
   /// Of the error allowed to a step: what its solves may leave of theirs.
@@ -253,7 +253,7 @@ class IterationPace {
     return step_.shorten(why, dt, std::min(0.5, iteration_factor(history, wanted_)));
   }
 
-  void archive(auto& ar) { ar(step_); }
+  void archive(auto& ar) { ar("step", step_); }
 
  private:
   iteration_control wanted_;

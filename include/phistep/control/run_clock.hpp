@@ -61,11 +61,11 @@ class RunClock {
   }
 
   /// It lies within the span, and what its sum has lost is a rounding of it.
-  void save(Writer& out) const { out(t_, lost_); }
+  void save(Writer& out) const { out("t", t_, "lost", lost_); }
   template <class Then>
   void load(Reader& in, Then&& then) {
     Scalar at{}, off{};
-    in(at, off);
+    in("t", at, "lost", off);
     in.check(std::min(span_.t0, span_.t1) <= at && at <= std::max(span_.t0, span_.t1));
     const Scalar largest = std::max(std::abs(span_.t0), std::abs(span_.t1));
     in.check(std::abs(off) <= 2 * std::numeric_limits<Scalar>::epsilon() * largest);

@@ -24,7 +24,10 @@ struct [[nodiscard]] RunReport {
   Limits limits;                           ///< what kept a controlled run's steps from being longer
 
   [[nodiscard]] explicit operator bool() const { return outcome == Outcome::success; }
-  void archive(auto& ar) { ar(outcome, t, statistics, failure, smallest_dt, largest_dt, limits); }
+  void archive(auto& ar) {
+    ar("outcome", outcome, "t", t, "counts", statistics, "failure", failure, "smallest_dt", smallest_dt, "largest_dt",
+       largest_dt, "limits", limits);
+  }
   /// What happened, where, and what to try.
   [[nodiscard]] std::string message() const {
     if (outcome == Outcome::success) return explain(outcome);

@@ -79,8 +79,9 @@ class StepSize {
   }
 
   void archive(auto& ar) {
-    ar(past_, newest_, ratio_, seen_, rejected_);
-    ar.check(newest_ < 3 && 0 <= seen_ && seen_ <= 3);
+    ar("past", past_, "newest", newest_, "ratio", ratio_, "seen", seen_, "rejected", rejected_);
+    ar.check(newest_ < 3 && 0 <= seen_ && seen_ <= 3 && std::isfinite(ratio_));
+    for (const double x : past_) ar.check(std::isfinite(x) && (filter_ != StepFilter::predictive || x >= 0));
   }
 
  private:

@@ -80,8 +80,11 @@ struct Trace {
   }
 
   void archive(auto& ar) {
-    ar(knows_start, dt_before);
-    if (knows_start || dt_before != 0) ar.in_place(before, start);
+    ar("knows_start", knows_start, "dt_before", dt_before);
+    ar.check(std::isfinite(dt_before));
+    if (knows_start || dt_before != 0) ar.in_place("before", before, "start", start);
+    if (knows_start) ar.check(!first_non_finite(Blocks<Plain>::all(start)));
+    if (dt_before != 0) ar.check(!first_non_finite(Blocks<Plain>::all(before)));
   }
 };
 

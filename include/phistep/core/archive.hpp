@@ -1,36 +1,49 @@
 /// @file
-/// A binary archive: values to bytes and back, bit for bit. One member serves both directions,
+/// Named values to bytes and back. One member serves both directions,
 ///
-///     void archive(auto& ar) { ar(anchor, slip, kappa); }
+///     void archive(auto& ar) { ar("anchor", anchor, "slip", slip); }
 ///
-/// and must not change anything while it writes. Archived without one: numbers, enums, std::array, vector, string, pair,
-/// tuple and optional of what can be archived, Eigen's dense types, structs of blocks (see state/blocks.hpp), empty types,
-/// and other trivially copyable types by their bytes: those must hold no pointers.
+/// and must not change anything while it writes. A name may be left out: the value is then called by its place, 0, 1, ….
+/// Archived without one: numbers, enums, std::array, vector, string, pair, tuple and optional of what can be archived,
+/// Eigen's dense types, structs of blocks (see state/blocks.hpp), random engines (with <sstream>), empty types.
 ///
 /// Beside `ar(…)` there are
-///     ar.in_place(x…)   x keeps its shape, and any other shape in the bytes is an error
-///     ar.shape(x…)      the shape alone, likewise
-///     ar.check(ok)      what was read can be true
-///     Ar::reading       with Ar the archive's type: the direction
+///     ar.in_place(x…)        x keeps its shape, and any other shape in the bytes is an error
+///     ar.fact(name, text)    what has to be the same where it is read
+///     ar.check(ok)           what was read can be true
+///     Ar::reading            with Ar the archive's type: the direction
+///
+/// Each value says what it is, for programs that know nothing of these types. All is little-endian:
+///
+///     bytes    what
+///     1        b  bool     i  signed     u  unsigned     f  IEEE float     w  two f8 whose sum is the number
+///              t  text     {  a section begins     }  it ends
+///     1        bytes of one number: 1, 2, 4, 8, for w 16; 0 of sections
+///     1        how many sizes: 0 of one number or a struct, 1 of a list, 2 of a matrix
+///     1        length of the name
+///     …        name
+///     8 each   sizes: of a matrix rows, columns; of a section how many values are in it
+///     …        the numbers, a matrix's column by column
 ///
 /// Bytes are untrusted input: every size is checked against what is left before anything is allocated.
-/// Writer and reader also hash which kinds of values pass them; finish() compares, so that bytes of another layout are
-/// refused though their number may fit.
 #pragma once
 
 #include <Eigen/Core>
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <functional>
+#include <iosfwd>
 #include <limits>
 #include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <tuple>
 #include <type_traits>
 #include <utility>
@@ -50,22 +63,17 @@ class Writer;
 
 namespace detail {
 template <class T>
+inline constexpr bool is_name = std::is_same_v<std::decay_t<T>, const char*> || std::is_same_v<std::decay_t<T>, char*>;
+template <class T>
 inline constexpr bool is_list = false;
 template <class T, class A>
 inline constexpr bool is_list<std::vector<T, A>> = true;
-template <class C, class T, class A>
-inline constexpr bool is_list<std::basic_string<C, T, A>> = true;
 template <class T>
 inline constexpr bool is_optional = false;
 template <class T>
 inline constexpr bool is_optional<std::optional<T>> = true;
 template <class T>
-inline constexpr bool is_pointer_like =
-    std::is_pointer_v<T> || std::is_member_pointer_v<T> || std::is_null_pointer_v<T>;
-template <class T>
-inline constexpr bool is_pointer_like<std::reference_wrapper<T>> = true;
-template <class T, std::size_t n>
-inline constexpr bool is_pointer_like<std::span<T, n>> = true;
+inline constexpr bool is_number = std::is_arithmetic_v<T> || std::is_enum_v<T>;
 
 template <class T>
 concept Archived = requires(T& x, Writer& ar) {
@@ -81,253 +89,504 @@ template <class T>
 concept TupleLike = requires {
   std::tuple_size<T>::value;
 };
-/// By their bytes, many at once.
 template <class T>
-inline constexpr bool is_flat =
-    std::is_trivially_copyable_v<T> && !std::is_empty_v<T> && !is_pointer_like<T> && !std::is_same_v<T, bool> &&
-    !std::is_same_v<T, long double> && !Archived<T> && !Dense<T> && !Blocked<T> && !TupleLike<T> && !is_optional<T>;
+concept RandomEngine = requires(T& x) {
+  typename T::result_type;
+  T::min();
+  T::max();
+  x.discard(1ULL);
+};
+
+/// What a record says of its numbers.
+struct Kind {
+  char letter = '{';
+  std::uint8_t width = 0;
+  friend bool operator==(const Kind&, const Kind&) = default;
+  [[nodiscard]] bool is_integer() const { return letter == 'i' || letter == 'u'; }
+  [[nodiscard]] std::string words() const {
+    return letter == '{' ? "a section" : letter == 't' ? "text" : letter + std::to_string(width);
+  }
+};
+template <class T>
+[[nodiscard]] constexpr Kind kind_of() {
+  if constexpr (std::is_enum_v<T>) return kind_of<std::underlying_type_t<T>>();
+  else if constexpr (std::is_same_v<T, bool>) return {'b', 1};
+  else if constexpr (std::is_integral_v<T>) return {std::is_signed_v<T> ? 'i' : 'u', sizeof(T)};
+  else {
+    constexpr int digits = std::numeric_limits<T>::digits;
+    static_assert(std::is_floating_point_v<T> && digits <= 106, "phistep: numbers of this type can't be archived");
+    return digits > 53 ? Kind{'w', 16} : Kind{'f', sizeof(T)};
+  }
+}
+/// Of a number in memory, made little-endian or back.
+template <class T>
+void turn(T& x) {
+  if constexpr (std::endian::native != std::endian::little) {
+    auto bytes = std::bit_cast<std::array<std::byte, sizeof(T)>>(x);
+    std::reverse(bytes.begin(), bytes.end());
+    x = std::bit_cast<T>(bytes);
+  }
+}
 }  // namespace detail
 
-/// What both directions share: how a type falls into numbers. `Self` moves bytes: move(pointer, count).
+/// What both directions share: how a type falls into records.
 template <class Self>
 class Archive {
  public:
   template <class... T>
   void operator()(T&&... parts) {
-    (part<false>(parts), ...);
+    values<false>(parts...);
   }
   template <class... T>
   void in_place(T&&... parts) {
-    (part<true>(parts), ...);
+    values<true>(parts...);
   }
-  template <class... T>
-  void shape(const T&... parts) {
-    (shape_of(parts), ...);
-  }
-
- protected:
-  [[nodiscard]] std::uint64_t layout() const { return layout_; }
-
- private:
-  enum class Kind : std::uint64_t { number = 1, boolean, wide, bytes, list, optional, dense };
-
-  [[nodiscard]] Self& self() { return static_cast<Self&>(*this); }
-  void passes(Kind kind, std::size_t detail) {
-    layout_ = (layout_ ^ (static_cast<std::uint64_t>(kind) << 32 | detail)) * 0x9e3779b97f4a7c15u;
-    layout_ ^= layout_ >> 29;
-  }
-
-  template <bool fixed, class T>
-  void part(T& x) {
+  template <bool fixed = false, class T>
+  void value(std::string_view name, T& x) {
     using V = std::remove_const_t<T>;
     if constexpr (detail::Archived<V>) {
+      self().open(name);
       const_cast<V&>(x).archive(self());
+      self().close();
     } else if constexpr (detail::Dense<V>) {
-      dense<fixed>(x);
+      dense<fixed>(name, x);
     } else if constexpr (detail::Blocked<V>) {
-      std::apply([this](auto&... block) { (this->template part<fixed>(block), ...); }, V::blocks(x));
+      self().open(name);
+      std::apply([this](auto&... block) { (this->template value<fixed>(this->template name_of<V>(), block), ...); },
+                 V::blocks(x));
+      self().close();
+    } else if constexpr (std::is_same_v<V, std::string>) {
+      text(name, x);
     } else if constexpr (detail::is_list<V>) {
-      list(x);
+      list(name, x);
     } else if constexpr (detail::is_optional<V>) {
       bool has = x.has_value();
-      passes(Kind::optional, 0);
-      boolean(has);
+      self().open(name);
+      value("has", has);
       if constexpr (Self::reading) {
         x.reset();
         if (has) x.emplace();
       }
-      if (has) part<fixed>(*x);
+      if (has) value<fixed>("value", *x);
+      self().close();
     } else if constexpr (detail::TupleLike<V> && requires { x.begin(); }) {
-      for (auto& element : x) part<fixed>(element);
+      array<fixed>(name, x);
     } else if constexpr (detail::TupleLike<V>) {
-      std::apply([this](auto&... element) { (this->template part<fixed>(element), ...); }, x);
-    } else if constexpr (std::is_same_v<V, bool>) {
-      boolean(x);
-    } else if constexpr (!std::is_empty_v<V>) {
-      static_assert(std::is_trivially_copyable_v<V> && !detail::is_pointer_like<V>,
-                    "phistep: this type can't be archived: give it void archive(auto& ar) { ar(its, members); }");
-      if constexpr (std::is_trivially_copyable_v<V> && !detail::is_pointer_like<V>) values(&x, 1);
-    }
-  }
-
-  /// n of one type that is its bytes; their number is known to the reader.
-  template <class T>
-  void values(T* x, std::size_t n) {
-    using V = std::remove_const_t<T>;
-    if constexpr (std::is_floating_point_v<V>) {
-      passes(Kind::number, sizeof(V) << 16 | static_cast<std::size_t>(std::numeric_limits<V>::digits));
-      if constexpr (std::numeric_limits<V>::digits == 64) return wide(x, n);
+      self().open(name);
+      std::apply([this](auto&... element) { this->template values<fixed>(element...); }, x);
+      self().close();
+    } else if constexpr (detail::is_number<V>) {
+      std::array<std::uint64_t, 2> size{1, 1};
+      self().template head<V>(name, 0, size);
+      self().data(&x, 1);
+    } else if constexpr (detail::RandomEngine<V>) {
+      engine(name, x);
     } else {
-      passes(std::is_class_v<V> ? Kind::bytes : Kind::number, sizeof(V) << 1 | (std::is_signed_v<V> ? 1u : 0u));
-    }
-    self().move(x, n);
-  }
-  /// An x87 long double: ten bytes of number, and padding that is never set.
-  template <class T>
-  void wide(T* x, std::size_t n) {
-    for (std::size_t i = 0; i < n; ++i) {
-      std::array<std::byte, 16> bytes{};
-      if constexpr (!Self::reading) std::memcpy(bytes.data(), x + i, 10);
-      self().move(bytes.data(), bytes.size());
-      if constexpr (Self::reading) std::memcpy(static_cast<void*>(x + i), bytes.data(), 10);
+      static_assert(std::is_empty_v<V>,
+                    "phistep: this type can't be archived: give it void archive(auto& ar) { ar(its, members); }");
     }
   }
-  template <class T>
-  void boolean(T& x) {
-    passes(Kind::boolean, 0);
-    std::uint8_t byte = x ? 1 : 0;
-    self().move(&byte, 1);
-    self().check(byte <= 1);
-    if constexpr (Self::reading) x = byte == 1;
+  /// A list of structs, as a list for each of the members named: columns("who", list, "kind", &Sleeper::kind, …).
+  template <class List, class... Members>
+  void columns(std::string_view name, List& list, const Members&... members) {
+    self().open(name);
+    bool is_first = true;
+    column(is_first, list, members...);
+    self().close();
+  }
+  /// The name of a value that has none.
+  [[nodiscard]] std::string ordinal() { return std::to_string(counts_.back()++); }
+
+ protected:
+  void enter() { counts_.push_back(0); }
+  void leave() { counts_.pop_back(); }
+  [[nodiscard]] std::size_t depth() const { return counts_.size() - 1; }
+
+ private:
+  [[nodiscard]] Self& self() { return static_cast<Self&>(*this); }
+
+  template <bool fixed>
+  void values() {}
+  template <bool fixed, class First, class... Rest>
+  void values(First& first, Rest&... rest) {
+    if constexpr (detail::is_name<First>) named<fixed>(first, rest...);
+    else named<fixed>(ordinal(), first, rest...);
+  }
+  template <bool fixed, class T, class... Rest>
+  void named(std::string_view name, T& x, Rest&... rest) {
+    value<fixed>(name, x);
+    values<fixed>(rest...);
+  }
+  /// Of a struct's next block.
+  template <class V>
+  [[nodiscard]] std::string name_of() {
+    if constexpr (requires { V::block_names; }) return V::block_names[counts_.back()++];
+    else return ordinal();
   }
 
+  template <class List>
+  void column(bool&, List&) {}
+  template <class List, class T, class M, class... Rest>
+  void column(bool& is_first, List& list, const char* name, M T::*member, const Rest&... rest) {
+    constexpr std::size_t each = [] {
+      if constexpr (detail::TupleLike<M>) return std::tuple_size_v<M>;
+      else return std::size_t{1};
+    }();
+    const auto at = [](auto& x, [[maybe_unused]] std::size_t k) -> auto& {
+      if constexpr (detail::TupleLike<M>) return x[k];
+      else return x;
+    };
+    std::vector<std::remove_cvref_t<decltype(at(std::declval<M&>(), 0))>> all;
+    if constexpr (!Self::reading) {
+      all.reserve(each * list.size());
+      for (const T& x : list)
+        for (std::size_t k = 0; k < each; ++k) all.push_back(at(x.*member, k));
+    }
+    this->list(name, all);
+    if constexpr (Self::reading) {
+      if (std::exchange(is_first, false)) list.assign(all.size() / each, T{});
+      self().check(all.size() == each * list.size());
+      for (std::size_t i = 0; i < all.size(); ++i) at(list[i / each].*member, i % each) = all[i];
+    }
+    column(is_first, list, rest...);
+  }
+  void text(std::string_view name, auto& x) {
+    std::array<std::uint64_t, 2> size{x.size(), 1};
+    self().template head<char>(name, 1, size, {'t', 1});
+    if constexpr (Self::reading) x.resize(static_cast<std::size_t>(size[0]));
+    self().data(x.data(), x.size());
+  }
+  /// As the standard writes them: they go on in the same way elsewhere.
+  template <class Out = std::ostringstream, class In = std::istringstream, class T>
+  void engine(std::string_view name, T& x) {
+    std::string state;
+    if constexpr (!Self::reading) {
+      Out out;
+      out.imbue(decltype(out.getloc())::classic());
+      out << x;
+      state = out.str();
+    }
+    text(name, state);
+    if constexpr (Self::reading) {
+      In in(state);
+      in.imbue(decltype(in.getloc())::classic());
+      in >> x;
+      self().check(static_cast<bool>(in));
+    }
+  }
   template <class T>
-  void list(T& x) {
+  void list(std::string_view name, T& x) {
     using V = typename T::value_type;
     static_assert(!std::is_empty_v<V>, "phistep: a list of empty objects can't be archived");
-    passes(Kind::list, 0);
-    auto n = static_cast<std::uint64_t>(x.size());
-    values(&n, 1);
-    self().template expect<V>(n);
-    if constexpr (detail::is_flat<V>) {
-      if constexpr (Self::reading) x.resize(static_cast<std::size_t>(n));
-      values(x.data(), static_cast<std::size_t>(n));
-    } else if constexpr (Self::reading) {
-      x.clear();  // grows with what is really there
-      for (std::uint64_t i = 0; i < n; ++i) {
-        V element{};
-        part<false>(element);
-        x.push_back(std::move(element));
+    std::array<std::uint64_t, 2> size{x.size(), 1};
+    if constexpr (detail::is_number<V>) {
+      self().template head<V>(name, 1, size);
+      if constexpr (Self::reading) x.resize(static_cast<std::size_t>(size[0]));
+      if constexpr (std::is_same_v<V, bool>) {
+        for (std::size_t i = 0; i < x.size(); ++i) {
+          bool bit = x[i];
+          self().data(&bit, 1);
+          if constexpr (Self::reading) x[i] = bit;
+        }
+      } else {
+        self().data(x.data(), x.size());
       }
     } else {
-      for (auto&& element : std::as_const(x)) part<false>(element);
+      self().open(name, &size[0]);
+      if constexpr (Self::reading) {
+        x.clear();  // grows with what is really there
+        for (std::uint64_t i = 0; i < size[0]; ++i) {
+          V element{};
+          values<false>(element);
+          x.push_back(std::move(element));
+        }
+      } else {
+        for (auto& element : x) values<false>(element);
+      }
+      self().close();
     }
   }
-
-  template <class T>
-  void shape_of(const T& x) {
-    if constexpr (detail::Dense<T>) {
-      std::int64_t rows = x.rows(), cols = x.cols();
-      dimensions(rows, cols);
-      self().check_shape(rows, cols, x.rows(), x.cols());
+  template <bool fixed, class T>
+  void array(std::string_view name, T& x) {
+    using V = std::remove_const_t<typename T::value_type>;
+    std::array<std::uint64_t, 2> size{x.size(), 1};
+    if constexpr (detail::is_number<V>) {
+      self().template head<V>(name, 1, size);
+      self().fits(name, size, x.size(), 1);
+      self().data(x.data(), x.size());
     } else {
-      std::apply([this](const auto&... block) { (this->shape_of(block), ...); }, T::blocks(x));
+      self().open(name, &size[0]);
+      self().fits(name, size, x.size(), 1);
+      for (auto& element : x) values<fixed>(element);
+      self().close();
     }
-  }
-  void dimensions(std::int64_t& rows, std::int64_t& cols) {
-    passes(Kind::dense, 0);
-    values(&rows, 1);
-    values(&cols, 1);
   }
 
   template <bool fixed, class T>
-  void dense(T& x) {
+  void dense(std::string_view name, T& x) {
     using V = std::remove_const_t<T>;
     using Scalar = typename V::Scalar;
-    static_assert(std::is_trivially_copyable_v<Scalar>, "phistep: a matrix of such numbers can't be archived");
     constexpr bool plain = std::is_base_of_v<Eigen::PlainObjectBase<V>, V>;
-    std::int64_t rows = x.rows(), cols = x.cols();
-    dimensions(rows, cols);
+    std::array<std::uint64_t, 2> size{static_cast<std::uint64_t>(x.rows()), static_cast<std::uint64_t>(x.cols())};
+    self().template head<Scalar>(name, 2, size);
     if constexpr (Self::reading) {
+      const auto bound = [](Eigen::Index own, std::uint64_t there) {
+        return own == Eigen::Dynamic ? there : static_cast<std::uint64_t>(own);
+      };
       if constexpr (fixed || !plain || V::SizeAtCompileTime != Eigen::Dynamic) {
-        self().check_shape(rows, cols, x.rows(), x.cols());
+        self().fits(name, size, static_cast<std::uint64_t>(x.rows()), static_cast<std::uint64_t>(x.cols()));
       } else {
-        constexpr std::int64_t own_rows = V::RowsAtCompileTime, own_cols = V::ColsAtCompileTime;
-        self().check_shape(rows, cols, own_rows == Eigen::Dynamic ? rows : own_rows,
-                           own_cols == Eigen::Dynamic ? cols : own_cols);
-        self().check(rows >= 0 && cols >= 0);
-        self().check(V::MaxRowsAtCompileTime == Eigen::Dynamic || rows <= V::MaxRowsAtCompileTime);
-        self().check(V::MaxColsAtCompileTime == Eigen::Dynamic || cols <= V::MaxColsAtCompileTime);
-        if (rows > 0) self().check(cols <= std::numeric_limits<std::int64_t>::max() / rows);
-        self().template expect<Scalar>(static_cast<std::uint64_t>(rows * cols));
-        x.resize(rows, cols);
+        self().fits(name, size, bound(V::RowsAtCompileTime, size[0]), bound(V::ColsAtCompileTime, size[1]));
+        self().fits(name, size, std::min(size[0], bound(V::MaxRowsAtCompileTime, size[0])),
+                    std::min(size[1], bound(V::MaxColsAtCompileTime, size[1])));
+        x.resize(static_cast<Eigen::Index>(size[0]), static_cast<Eigen::Index>(size[1]));
       }
     }
-    if constexpr (plain) {
-      values(x.data(), static_cast<std::size_t>(x.size()));
+    if constexpr (plain && (!V::IsRowMajor || V::IsVectorAtCompileTime)) {
+      self().data(x.data(), static_cast<std::size_t>(x.size()));
     } else {
-      // A view may have gaps: its numbers pass through a column, in storage order.
-      typename V::PlainObject copy(rows, cols);
+      // A view may have gaps, and rows may come first: its numbers pass through a matrix of columns.
+      Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic> copy(x.rows(), x.cols());
       if constexpr (!Self::reading) copy = x;
-      values(copy.data(), static_cast<std::size_t>(copy.size()));
+      self().data(copy.data(), static_cast<std::size_t>(copy.size()));
       if constexpr (Self::reading) x = copy;
     }
   }
 
-  std::uint64_t layout_ = 0;
+  std::vector<std::size_t> counts_{0};  // of values without a name, section by section
 };
 
-/// Values to bytes: `Writer out; out(x, y);`
+/// Values to bytes: `Writer out; out("x", x, "y", y);`
 class Writer : public Archive<Writer> {
  public:
   static constexpr bool reading = false;
 
-  /// Ends the archive with the hash of its layout.
-  void finish() {
-    const std::uint64_t end = layout();
-    move(&end, 1);
-  }
   [[nodiscard]] std::span<const std::byte> bytes() const { return bytes_; }
 
+  void open(std::string_view name, const std::uint64_t* count = nullptr) {
+    record(name, {}, count != nullptr ? 1 : 0, {count != nullptr ? *count : 0, 1});
+    enter();
+  }
+  void close() {
+    leave();
+    record({}, {'}', 0}, 0, {});
+  }
+  void fact(std::string_view name, std::string_view text) {
+    const std::string copy(text);
+    value(name, copy);
+  }
   static void check(bool) {}
 
  private:
   friend class Archive<Writer>;
-  template <class T>
-  void move(const T* x, std::size_t n) {
-    const auto* const first = reinterpret_cast<const std::byte*>(x);
-    bytes_.insert(bytes_.end(), first, first + n * sizeof(T));
+  using Size = std::array<std::uint64_t, 2>;
+
+  void record(std::string_view name, detail::Kind kind, std::uint8_t rank, const Size& size) {
+    if (name.size() > 255)
+      throw CheckpointError("phistep: this name is too long for a checkpoint: " + std::string(name));
+    const std::array<std::uint8_t, 4> head{static_cast<std::uint8_t>(kind.letter), kind.width, rank,
+                                           static_cast<std::uint8_t>(name.size())};
+    raw(head.data(), head.size());
+    raw(name.data(), name.size());
+    raw(size.data(), rank);
   }
   template <class T>
-  static void expect(std::uint64_t) {}
-  static void check_shape(std::int64_t, std::int64_t, std::int64_t, std::int64_t) {}
+  void head(std::string_view name, std::uint8_t rank, const Size& size, detail::Kind kind = detail::kind_of<T>()) {
+    record(name, kind, rank, size);
+  }
+  template <class T>
+  void data(const T* x, std::size_t n) {
+    if constexpr (detail::kind_of<T>().letter == 'w') {
+      for (std::size_t i = 0; i < n; ++i) {
+        const auto high = static_cast<double>(x[i]);
+        const double low = std::isfinite(high) ? static_cast<double>(x[i] - static_cast<T>(high)) : 0.0;
+        if (std::isfinite(x[i]) && static_cast<T>(high) + static_cast<T>(low) != x[i])
+          throw CheckpointError("phistep: a long double beyond the range of double can't be in a checkpoint");
+        raw(std::array{high, low}.data(), 2);
+      }
+    } else {
+      raw(x, n);
+    }
+  }
+  template <class T>
+  void raw(const T* x, std::size_t n) {
+    if constexpr (std::endian::native == std::endian::little || sizeof(T) == 1) {
+      const auto* const first = reinterpret_cast<const std::byte*>(x);
+      bytes_.insert(bytes_.end(), first, first + n * sizeof(T));
+    } else {
+      for (std::size_t i = 0; i < n; ++i) {
+        T one = x[i];
+        detail::turn(one);
+        const auto bytes = std::bit_cast<std::array<std::byte, sizeof(T)>>(one);
+        bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
+      }
+    }
+  }
+  static void fits(std::string_view, const Size&, std::uint64_t, std::uint64_t) {}
 
   std::vector<std::byte> bytes_;
 };
 
-/// Bytes to values: `Reader in{bytes}; in(x, y);`. Throws CheckpointError where they don't fit; what was read before
-/// then is changed, so read into copies.
+/// Bytes to values: `Reader in{bytes}; in("x", x, "y", y);`. Throws CheckpointError where they don't fit; what was read
+/// before then is changed, so read into copies.
 class Reader : public Archive<Reader> {
  public:
   static constexpr bool reading = true;
 
   explicit Reader(std::span<const std::byte> bytes) : rest_{bytes} {}
 
-  /// All has been read, and was of the layout that was written.
-  void finish() {
-    const std::uint64_t mine = layout();
-    std::uint64_t theirs = 0;
-    move(&theirs, 1);
-    if (!rest_.empty() || mine != theirs)
-      throw CheckpointError("phistep: the checkpoint is laid out otherwise: another object wrote it");
+  void open(std::string_view name, std::uint64_t* count = nullptr) {
+    Size size{};
+    expect(name, {}, count != nullptr ? 1 : 0, size);
+    if (count != nullptr) {
+      if (size[0] > rest_.size() / 4) too_early(name);  // a record each, at least
+      *count = size[0];
+    }
+    path_.emplace_back(name);
+    enter();
+  }
+  void close() {
+    const Record next = record({});
+    if (next.kind.letter != '}') left_over(next.name);
+    leave();
+    path_.pop_back();
+  }
+  void fact(std::string_view name, std::string_view text) {
+    std::string there;
+    value(name, there);
+    if (there != text)
+      refuse("the checkpoint's " + path(name) + " is \"" + there + "\", here it is \"" + std::string(text) + '"');
   }
   void check(bool ok) const {
-    if (!ok) throw CheckpointError("phistep: the checkpoint holds values that can't be: another object wrote it");
+    if (!ok) refuse("the checkpoint's " + path({}) + " holds values that can't be");
+  }
+  /// All has been read.
+  void finish() {
+    if (!rest_.empty()) left_over(record({}).name);
   }
 
  private:
   friend class Archive<Reader>;
+  using Size = std::array<std::uint64_t, 2>;
+  struct Record {
+    detail::Kind kind;
+    std::uint8_t rank;
+    std::string name;
+  };
+
+  [[noreturn]] static void refuse(const std::string& why) { throw CheckpointError("phistep: " + why); }
+  [[noreturn]] void too_early(std::string_view name) const {
+    refuse("the checkpoint ends too early, at " + path(name));
+  }
+  [[noreturn]] void left_over(std::string_view name) const {
+    refuse("the checkpoint holds " + path(name) + ", which this program has no place for");
+  }
+  /// Sections and name, as a path.
+  [[nodiscard]] std::string path(std::string_view name) const {
+    std::string all;
+    for (const std::string& section : path_) all += section + '/';
+    all += name;
+    if (!all.empty() && all.back() == '/') all.pop_back();
+    return all;
+  }
+
+  [[nodiscard]] Record record(std::string_view wanted) {
+    std::array<std::uint8_t, 4> head{};
+    if (rest_.empty() && path_.empty()) refuse("the checkpoint has no " + path(wanted));
+    if (rest_.size() < head.size()) too_early(wanted);
+    std::memcpy(head.data(), rest_.data(), head.size());
+    rest_ = rest_.subspan(head.size());
+    if (rest_.size() < head[3]) too_early(wanted);
+    const std::string name(reinterpret_cast<const char*>(rest_.data()), head[3]);
+    rest_ = rest_.subspan(head[3]);
+    return {{static_cast<char>(head[0]), head[1]}, head[2], name};
+  }
+  void expect(std::string_view name, detail::Kind kind, std::uint8_t rank, Size& size) {
+    const Record next = record(name);
+    if (next.kind.letter == '}') refuse("the checkpoint has no " + path(name));
+    if (next.name != name)
+      refuse("the checkpoint has no " + path(name) + ": where it should be there is " + path(next.name));
+    const bool same = next.kind == kind || (next.kind.is_integer() && kind.is_integer());
+    if (!same || next.rank != rank) {
+      const auto words = [](detail::Kind of, int sizes) {
+        return of.words() + (sizes == 0 || of.letter == 't' ? "" : sizes == 1 ? ", a list" : ", a matrix");
+      };
+      refuse("the checkpoint's " + path(name) + " is of another kind: " + words(next.kind, next.rank) + " there, " +
+             words(kind, rank) + " here");
+    }
+    if (rest_.size() < rank * sizeof(std::uint64_t)) too_early(name);
+    raw(size.data(), rank);
+    kind_ = next.kind;
+  }
   template <class T>
-  void move(T* x, std::size_t n) {
-    expect<T>(n);
-    if (n > 0) std::memcpy(static_cast<void*>(x), rest_.data(), n * sizeof(T));
+  void head(std::string_view name, std::uint8_t rank, Size& size, detail::Kind kind = detail::kind_of<T>()) {
+    size = {1, 1};
+    expect(name, kind, rank, size);
+    const bool has_width =
+        kind_ == kind || kind_.width == 1 || kind_.width == 2 || kind_.width == 4 || kind_.width == 8;
+    if (!has_width) refuse("the checkpoint's " + path(name) + " is of another kind: " + kind_.words());
+    constexpr std::uint64_t limit = std::numeric_limits<std::int32_t>::max();
+    const std::uint64_t most = rest_.size() / kind_.width;
+    const bool is_empty = size[0] == 0 || size[1] == 0;
+    if (is_empty ? std::max(size[0], size[1]) > limit : size[0] > most || size[1] > most / size[0]) too_early(name);
+  }
+  /// n numbers of the record at hand; head() has seen that they are there.
+  template <class T>
+  void data(T* x, std::size_t n) {
+    constexpr detail::Kind kind = detail::kind_of<T>();
+    if constexpr (kind.letter == 'w') {
+      for (std::size_t i = 0; i < n; ++i) {
+        std::array<double, 2> parts{};
+        raw(parts.data(), 2);
+        x[i] = parts[1] == 0 ? static_cast<T>(parts[0]) : static_cast<T>(parts[0]) + static_cast<T>(parts[1]);
+      }
+    } else if constexpr (kind.letter == 'b') {
+      for (std::size_t i = 0; i < n; ++i) {
+        std::uint8_t byte = 0;
+        raw(&byte, 1);
+        check(byte <= 1);
+        x[i] = byte == 1;
+      }
+    } else if (kind_ == kind || kind_.letter == 't') {
+      raw(x, n);
+    } else if constexpr (kind.letter == 'i' || kind.letter == 'u') {
+      for (std::size_t i = 0; i < n; ++i) x[i] = integer<T>();
+    }
+  }
+  /// An integer of another size than the writer's.
+  template <class T>
+  [[nodiscard]] T integer() {
+    std::array<std::uint8_t, 8> bytes{};
+    std::memcpy(bytes.data(), rest_.data(), kind_.width);
+    rest_ = rest_.subspan(kind_.width);
+    const bool negative = kind_.letter == 'i' && bytes[kind_.width - 1u] >= 128;
+    std::uint64_t bits = negative ? ~std::uint64_t{0} : 0;
+    for (unsigned k = kind_.width; k-- > 0;) bits = bits << 8 | bytes[k];
+    const T value = static_cast<T>(bits);
+    // Read back, it is the same number.
+    using Wide = std::conditional_t<detail::kind_of<T>().letter == 'i', std::int64_t, std::uint64_t>;
+    const auto wide = static_cast<Wide>(value);
+    check(static_cast<std::uint64_t>(wide) == bits && (std::is_signed_v<Wide> ? (wide < 0) == negative : !negative));
+    return value;
+  }
+  template <class T>
+  void raw(T* x, std::size_t n) {
+    if (n == 0) return;
+    std::memcpy(static_cast<void*>(x), rest_.data(), n * sizeof(T));
     rest_ = rest_.subspan(n * sizeof(T));
+    if constexpr (sizeof(T) > 1)
+      for (std::size_t i = 0; std::endian::native != std::endian::little && i < n; ++i) detail::turn(x[i]);
   }
-  /// n values of type T are still there: at least a byte each.
-  template <class T>
-  void expect(std::uint64_t n) const {
-    constexpr std::size_t least = detail::is_flat<T> ? sizeof(T) : 1;
-    if (n > rest_.size() / least)
-      throw CheckpointError("phistep: the checkpoint ends too early: another object wrote it");
-  }
-  static void check_shape(std::int64_t rows, std::int64_t cols, std::int64_t own_rows, std::int64_t own_cols) {
-    if (rows == own_rows && cols == own_cols) return;
-    throw CheckpointError("phistep: the checkpoint is of another size: it holds " + std::to_string(rows) + " x " +
-                          std::to_string(cols) + " numbers where there is room for " + std::to_string(own_rows) +
-                          " x " + std::to_string(own_cols));
+  void fits(std::string_view name, const Size& size, std::uint64_t rows, std::uint64_t columns) const {
+    if (size[0] == rows && size[1] == columns) return;
+    const auto words = [](std::uint64_t r, std::uint64_t c) { return std::to_string(r) + " x " + std::to_string(c); };
+    refuse("the checkpoint's " + path(name) + " is of another size: " + words(size[0], size[1]) + " there, " +
+           words(rows, columns) + " here");
   }
 
   std::span<const std::byte> rest_;
+  std::vector<std::string> path_;
+  detail::Kind kind_;
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -49,6 +49,12 @@ inline constexpr bool is_zero_phi = false;
 template <int Denominator>
 inline constexpr bool is_zero_phi<FixedPhi<0, Denominator>> = true;
 
+/// True where φ is halves/2 by type.
+template <class Phi, int halves>
+inline constexpr bool fixes = false;
+template <int Numerator, int Denominator, int halves>
+inline constexpr bool fixes<FixedPhi<Numerator, Denominator>, halves> = 2 * Numerator == halves* Denominator;
+
 /// Where the force is evaluated: at both ends of the step, blended (the source's form), or once at a stage inside it.
 enum class Form { endpoint, stage };
 
@@ -65,6 +71,15 @@ struct PhiScheme {
   [[nodiscard]] constexpr int order() const {
     return force.template value<double>() == 0.5 && drift.template value<double>() == 0.5 ? 2 : 1;
   }
+  [[nodiscard]] static constexpr const char* name() {
+    constexpr bool stage = form == Form::stage;
+    if (fixes<Force, 0> && fixes<Drift, 0>) return "forward_euler";
+    if (fixes<Force, 1> && fixes<Drift, 1>) return stage ? "midpoint" : "trapezoidal";
+    if (fixes<Force, 2> && fixes<Drift, 2>) return "backward_euler";
+    if (fixes<Force, 0> && fixes<Drift, 2>) return "symplectic_euler";
+    if (fixes<Force, 2> && fixes<Drift, 0>) return "symplectic_euler_adjoint";
+    return is_pair ? "a pair of phi" : stage ? "phi_stage" : "phi";
+  }
 };
 
 /// Velocity Verlet: (0,1) over Δt/2, then (1,0) over Δt/2, fused. Order 2; symplectic where the force ignores v.
@@ -72,6 +87,7 @@ struct VelocityVerlet {
   static constexpr Form form = Form::endpoint;
   static constexpr bool is_pair = true;
   static constexpr bool is_explicit = true;
+  [[nodiscard]] static constexpr const char* name() { return "velocity_verlet"; }
   [[nodiscard]] static constexpr int order() { return 2; }
 };
 
@@ -80,6 +96,7 @@ struct VelocityVerlet {
 struct TrBdf2 {
   static constexpr bool is_pair = false;
   static constexpr bool is_explicit = false;
+  [[nodiscard]] static constexpr const char* name() { return "tr_bdf2"; }
   [[nodiscard]] static constexpr int order() { return 2; }
 };
 
@@ -91,6 +108,7 @@ struct Rannacher {
   static constexpr bool is_explicit = false;
   int pairs = 1;  ///< of half steps: 1 for a jump in the data, 2 for a point source (Dirac's δ)
 
+  [[nodiscard]] static constexpr const char* name() { return "rannacher"; }
   [[nodiscard]] static constexpr int order() { return 2; }
   /// @throws std::invalid_argument where n is negative
   [[nodiscard]] constexpr Rannacher operator()(int n) const {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string_view>
 
 #include "phistep/core/version.hpp"
 
@@ -43,8 +44,10 @@ struct Statistics {
   friend constexpr bool operator==(const Statistics&, const Statistics&) = default;
 
   void archive(auto& ar) {
-    for_each(*this, [&ar](const char*, auto, std::int64_t& value) {
-      ar(value);
+    for_each(*this, [&ar](const char* name, auto, std::int64_t& value) {
+      std::string_view label(name);
+      label = label.substr(0, label.find_last_not_of(' ') + 1);
+      ar.value(label, value);
       ar.check(can_be_count(value));
     });
   }

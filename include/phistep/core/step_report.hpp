@@ -45,8 +45,9 @@ struct Failure {
   }
 
   void archive(auto& ar) {
-    ar(outcome, t, dt, block, index, row, column, particle, term, returned_rows, returned_columns, iterations,
-       increments);
+    ar("outcome", outcome, "t", t, "dt", dt, "block", block, "index", index, "row", row, "column", column, "particle",
+       particle, "term", term, "returned_rows", returned_rows, "returned_columns", returned_columns, "iterations",
+       iterations, "increments", increments);
     ar.check(0 <= iterations && iterations < 1 << 30);
   }
 

@@ -114,8 +114,15 @@ class RightHandSide {
   /// The committed history, by value: part of a checkpoint.
   [[nodiscard]] const Memory& memory() const { return committed_; }
   void set_memory(Memory memory) { committed_ = std::move(memory); }
-  void save(Writer& out) const { save_parts(out, committed_, statistics_); }
-  void load(Reader& in, auto&& then) { load_parts(in, then, committed_, statistics_); }
+  void save(Writer& out) const {
+    save_parts(out, "memory", MemoryArchive<Whole, const Memory>{&committed_}, "counts", statistics_);
+  }
+  void load(Reader& in, auto&& then) {
+    Memory read = committed_;
+    MemoryArchive<Whole> memory{&read};
+    load_parts(in, then, "memory", memory, "counts", statistics_);
+    committed_ = std::move(read);
+  }
   /// The history that Ψ sees during a step.
   [[nodiscard]] decltype(auto) trial_memory() const {
     if constexpr (split) return Parts<Whole>::template memory<false>(trial_);

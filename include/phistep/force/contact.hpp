@@ -38,6 +38,7 @@ class Contact : public ForceTerm {
  public:
   using Pairs = ContactPairs<Scalar>;
   using Springs = SpringTable<Scalar>;
+  static constexpr const char* name = "contact";  ///< of its memory, in checkpoints
   using Memory = ContactMemory<Scalar, Pairs>;
   // Through its memory the force depends on the time since the springs were known.
   static constexpr bool uses_velocity = true, uses_time = true;

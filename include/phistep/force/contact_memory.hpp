@@ -31,7 +31,7 @@ struct SpringTable {
     void resize(std::size_t n) {
       for (auto& a : x) a.resize(n);
     }
-    void archive(auto& ar) { ar(x); }
+    void archive(auto& ar) { ar("x", x); }
   };
   static constexpr std::size_t padding = 32;
 
@@ -52,7 +52,7 @@ struct SpringTable {
         if (!x.empty()) std::fill(x.begin() + static_cast<std::ptrdiff_t>(size()), x.end(), Scalar{0});
   }
   void archive(auto& ar) {
-    ar(place, slip, roll);
+    ar("place", place, "slip", slip, "roll", roll);
     for (const auto& x : slip.x) ar.check(x.size() == size() + padding || (size() == 0 && x.empty()));
     for (const auto& x : roll.x) ar.check(x.empty() || x.size() == slip.x[0].size());
     for (const auto& x : roll.x) ar.check(x.size() == roll.x[0].size());
@@ -103,7 +103,8 @@ struct DormantSprings {
   };
   std::vector<Contact> contacts;
   void archive(auto& ar) {
-    ar(contacts);
+    ar.columns("contacts", contacts, "a", &Contact::a, "b", &Contact::b, "slip", &Contact::slip, "roll",
+               &Contact::roll);
     for (const Contact& one : contacts) ar.check(all_finite(one.slip.data(), 3) && all_finite(one.roll.data(), 3));
   }
 };
@@ -163,7 +164,7 @@ struct ContactMemory {
     Places its_places = places ? *places : Places{};
     Table its_springs = springs ? *springs : Table{};
     DormantSprings<Scalar> its_dormant = dormant ? *dormant : DormantSprings<Scalar>{};
-    ar(its_places, its_springs, its_dormant, time, step, lag);
+    ar("places", its_places, "springs", its_springs, "dormant", its_dormant, "time", time, "step", step, "lag", lag);
     ar.check(std::isfinite(time) && std::isfinite(step) && std::isfinite(lag));
     if constexpr (std::remove_reference_t<decltype(ar)>::reading) {
       ar.check(its_springs.fits(its_places));

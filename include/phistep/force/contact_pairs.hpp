@@ -73,7 +73,7 @@ struct ContactBodies {
     return true;
   }
   void archive(auto& ar) {
-    ar(particle, id, radius, inverse_mass, type);
+    ar("particle", particle, "id", id, "radius", radius, "inverse_mass", inverse_mass, "type", type);
     const std::size_t n = size();
     ar.check(id.size() == n && radius.size() == n && inverse_mass.size() == n && type.size() == n);
     std::vector<std::uint8_t> seen(n, 0);
@@ -133,7 +133,8 @@ struct ContactPairs {
   }
 
   void archive(auto& ar) {
-    ar(bodies, first, second, row, built_at, skin, period[0], period[1], period[2]);
+    ar("bodies", bodies, "first", first, "second", second, "row", row, "built_at", built_at, "skin", skin);
+    ar("period_x", period[0], "period_y", period[1], "period_z", period[2]);
     const std::size_t n = bodies.size(), m = first.size();
     ar.check(second.size() == m && (n == 0 || row.size() == n + 1) && built_at.size() == 4 * n);
     ar.check(n == 0 || (m >= padding && row.front() == 0 && static_cast<std::size_t>(row.back()) == m - padding));

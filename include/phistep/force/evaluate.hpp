@@ -7,6 +7,7 @@
 #include <array>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <tuple>
 #include <type_traits>
 #include <utility>
@@ -126,6 +127,29 @@ void commit_force(F& force, Scalar t, const View& y, Memory& memory) {
     for_each_term(force, memory, [&](auto, auto& part, auto& its_memory) { commit_force(part, t, y, its_memory); });
   else if constexpr (remembers<F>) force.commit(t, y, memory);
 }
+
+/// The memory of a force, for a checkpoint: a section for each term that has one, by the term's name.
+template <class F, class Memory = MemoryOf<F>>
+struct MemoryArchive {
+  Memory* memory;
+  void archive(auto& ar) { archive_terms<F>(ar, *memory); }
+
+ private:
+  template <class Part>
+  static void archive_terms(auto& ar, auto& its_memory) {
+    if constexpr (is_sum<Part>) {
+      [&]<class... T, std::size_t... K>(std::type_identity<Sum<T...>>, std::index_sequence<K...>) {
+        (archive_terms<Unwrapped<T>>(ar, memory_of_term<K>(its_memory)), ...);
+      }(std::type_identity<Part>{}, std::make_index_sequence<std::tuple_size_v<decltype(Part::terms)>>{});
+    } else if constexpr (remembers<Part>) {
+      constexpr bool has_name = requires { std::string_view(Part::name); };
+      static_assert(has_name,
+                    "phistep: a force with a Memory needs a name to be in a checkpoint: static constexpr const char* "
+                    "name = \"friction\";");
+      if constexpr (has_name) ar.value(Part::name, its_memory);
+    }
+  }
+};
 
 /// Which term of a sum is not finite at (t, y), or has the wrong size; −1 if none is, or if the force is not a sum.
 template <class F, class View, class Memory, class Rate, class Scalar>

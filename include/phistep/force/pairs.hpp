@@ -65,6 +65,7 @@ class Pairs : public ForceTerm {
   || requires(const Law& l, typename Shape<View>::Scalar x) { l.energy(x, x, x); };
 
  public:
+  static constexpr const char* name = "pairs";  ///< of its memory, in checkpoints
   using Memory = NeighborMemory;
   static constexpr bool uses_velocity = false, uses_time = false;
   static constexpr Structure structure = Structure::network;

@@ -77,7 +77,7 @@ template <class Vector, int dim = Vector::SizeAtCompileTime>
 template <class Scalar>
 struct WallBodies {
   ContactBodies<Scalar> bodies;
-  void archive(auto& ar) { ar(bodies); }
+  void archive(auto& ar) { ar("bodies", bodies); }
 };
 /// The springs of those that touch a wall, sorted by wall and body.
 template <class Scalar>
@@ -92,7 +92,7 @@ struct WallSprings {
                        [&](std::int32_t i) { return i >= 0 && static_cast<std::size_t>(i) < of.bodies.size(); });
   }
   void archive(auto& ar) {
-    ar(wall, body, slip, roll);
+    ar("wall", wall, "body", body, "slip", slip, "roll", roll);
     ar.check(body.size() == size() && slip.size() == 3 * size() && (roll.empty() || roll.size() == slip.size()));
     for (const auto* x : {&slip, &roll}) ar.check(all_finite(x->data(), static_cast<std::ptrdiff_t>(x->size())));
   }
@@ -104,6 +104,7 @@ template <class Law, int dim = 3, class Scalar = double>
 class Walls : public ForceTerm {
  public:
   using Springs = WallSprings<Scalar>;
+  static constexpr const char* name = "walls";  ///< of its memory, in checkpoints
   using Memory = ContactMemory<Scalar, WallBodies<Scalar>, Springs>;
   // Through its memory the force depends on the time since the springs were known.
   static constexpr bool acts_on_each = true;

@@ -83,19 +83,6 @@ class BandTangent {
   [[nodiscard]] Index lower() const { return lower_; }
   [[nodiscard]] Index upper() const { return upper_; }
   [[nodiscard]] Index width() const { return lower_ + upper_ + 1; }
-  /// For a checkpoint.
-  void archive(auto& ar) {
-    const Index widest = std::max({n_ - 1, lower_, upper_});
-    ar(lower_, upper_);
-    ar.check(0 <= lower_ && lower_ <= widest && 0 <= upper_ && upper_ <= widest);
-    if constexpr (std::remove_reference_t<decltype(ar)>::reading) {
-      if constexpr (has_K) K_.resize(width(), n_);
-      if constexpr (has_C) C_.resize(width(), n_);
-      outside_.clear();
-    }
-    ar.in_place(K_, C_);
-  }
-
   /// out += factor K x
   void add_position_product(Scalar factor, const auto& x, auto& out) const {
     if constexpr (has_K)

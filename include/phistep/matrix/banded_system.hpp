@@ -68,8 +68,6 @@ class BandedSystem : public Sizes {
   void add_position_product(Scalar factor, const auto& x, auto& out) const {
     tangent_.add_position_product(factor, x, out);
   }
-  static constexpr bool keeps_pattern = true;  // the band
-  void archive(auto& ar) { ar(tangent_, knows_masses_); }
 
  private:
   Tangent tangent_;

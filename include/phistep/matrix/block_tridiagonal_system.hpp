@@ -76,11 +76,6 @@ class BlockTridiagonalSystem : public Sizes {
   void add_position_product(Scalar factor, const auto& x, auto& out) const {
     band_.add_position_product(factor, x, out);
   }
-  static constexpr bool keeps_pattern = true;  // the band
-  void archive(auto& ar) {
-    ar(band_, beyond_);
-    ar.check(std::min(band_.tangent().lower(), band_.tangent().upper()) >= 2 * b - 1);
-  }
 
  private:
   [[nodiscard]] static bool is_inside(Index i, Index j) {

@@ -120,7 +120,6 @@ class DenseSystem : public Sizes {
   /// The tangents as they are.
   [[nodiscard]] const auto& K() const { return K_; }
   [[nodiscard]] const auto& C() const { return C_; }
-  void archive(auto& ar) { ar.in_place(K_, C_); }
 
  private:
   struct Absent {};
@@ -170,7 +169,6 @@ class DiagonalSystem : public Sizes {
   }
   [[nodiscard]] const Vector& K() const { return K_; }
   [[nodiscard]] const Vector& C() const { return C_; }
-  void archive(auto& ar) { ar.in_place(K_, C_); }
 
  private:
   Vector K_, C_, inverse_;

@@ -86,7 +86,6 @@ class LocalSystem : public Sizes {
     }
     return Outcome::success;
   }
-  void archive(auto& ar) { ar.in_place(K_, C_); }
   /// The particle whose block had no inverse at the last failure, −1 before.
   [[nodiscard]] Eigen::Index singular_particle() const { return singular_; }
 

@@ -146,26 +146,8 @@ class NetworkSystem : public Sizes {
     }
     return Outcome::linear_solver_failed;
   }
-  static constexpr bool keeps_pattern = true;  // and its numbering
-  void archive(auto& ar) {
-    ar(pairs_, tangents_, local_, has_pattern_, has_coupling_, clamped_);
-    const auto nodes = static_cast<std::int32_t>(W_.nodes());
-    ar.check(tangents_.size() == pairs_.size() && (local_.empty() || local_.size() == W_.nodes() * dim * dim));
-    for (const NodePair& pair : pairs_)
-      ar.check(0 <= pair.first && pair.first < nodes && 0 <= pair.second && pair.second < nodes &&
-               pair.first != pair.second);
-    if constexpr (std::remove_reference_t<decltype(ar)>::reading) {
-      written_ = pairs_.size();
-      W_.coupling.clear();
-    }
-  }
-  [[nodiscard]] Outcome restore(const auto& masses, Scalar gamma_force, Scalar gamma_drift, Statistics& statistics) {
-    if (!std::exchange(has_pattern_, false)) return Outcome::singular_matrix;  // nothing that factors could be made of
-    const bool clamped = clamped_;
-    const Outcome outcome = factorize(masses, gamma_force, gamma_drift, statistics);
-    if (outcome != Outcome::success || !clamped || clamped_) return outcome;
-    return assemble(true) ? Outcome::success : Outcome::not_positive_definite;
-  }
+  /// … and its numbering.
+  void forget_pattern() { has_pattern_ = has_coupling_ = false; }
 
  private:
   using Operator = EdgeOperator<Scalar, dim>;

@@ -25,13 +25,6 @@ class OwnSolver {
 
   void make() { value_ = std::make_unique<Solver>(); }
   void drop() { value_ = nullptr; }
-  /// Whether there is one: its reader makes a new one.
-  void archive(auto& ar) {
-    bool exists = value_ != nullptr;
-    ar(exists);
-    if constexpr (std::remove_reference_t<decltype(ar)>::reading)
-      value_ = exists ? std::make_unique<Solver>() : nullptr;
-  }
   [[nodiscard]] Solver& operator*() const { return *value_; }
   [[nodiscard]] Solver* operator->() const { return value_.get(); }
   [[nodiscard]] explicit operator bool() const { return value_ != nullptr; }

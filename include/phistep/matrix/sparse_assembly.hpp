@@ -65,16 +65,6 @@ class SparseAssembly : public Sizes {
     make_pattern(masses);
     return true;
   }
-  /// For a checkpoint: the entries; the next update_pattern makes their slots.
-  void archive(auto& ar) {
-    ar(entries_);
-    for (const Entry& entry : entries_)
-      ar.check(0 <= entry.i && entry.i < W_.rows() && 0 <= entry.j && entry.j < W_.cols());
-    if constexpr (std::remove_reference_t<decltype(ar)>::reading) {
-      written_ = entries_.size();
-      has_slots_ = false;
-    }
-  }
   /// Makes the next update_pattern make a new one.
   void forget_pattern() { has_slots_ = false; }
 

@@ -75,11 +75,8 @@ class SparseSystem : public AssembledSystem<Scalar> {
     }
     return solver_->info() == Eigen::Success ? Outcome::success : Outcome::linear_solver_failed;
   }
-  static constexpr bool keeps_pattern = true;  // and its analysis
-  void archive(auto& ar) { ar(assembly_, solver_); }
-  [[nodiscard]] Outcome restore(const auto& masses, Scalar gamma_force, Scalar gamma_drift, Statistics& statistics) {
-    return solver_ ? factorize(masses, gamma_force, gamma_drift, statistics) : Outcome::success;
-  }
+  /// … and its analysis.
+  void forget_pattern() { solver_.drop(); }
 
  private:
   using AssembledSystem<Scalar>::assembly_;

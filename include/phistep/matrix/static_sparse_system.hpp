@@ -100,7 +100,6 @@ class StaticSparseSystem : public Sizes {
   struct Nothing {};
   [[nodiscard]] static Nothing K() { return {}; }
   [[nodiscard]] Rates C() const { return {C_}; }
-  void archive(auto& ar) { ar(C_); }
 
  private:
   /// Where a slot lies in a matrix by columns.

@@ -59,14 +59,10 @@ class SymmetricSparseSystem : public AssembledSystem<Scalar, true> {
     x = work_;
     return lu_->info() == Eigen::Success ? Outcome::success : Outcome::linear_solver_failed;
   }
-  static constexpr bool keeps_pattern = true;  // and its analysis
-  void archive(auto& ar) { ar(assembly_, ldlt_, lu_); }
-  [[nodiscard]] Outcome restore(const auto& masses, Scalar gamma_force, Scalar gamma_drift, Statistics& statistics) {
-    if (!ldlt_) return Outcome::success;
-    const bool had_lu = static_cast<bool>(lu_);
-    const Outcome outcome = factorize(masses, gamma_force, gamma_drift, statistics);
-    if (had_lu && !lu_) analyse_for_lu(statistics);
-    return outcome;
+  /// … and its analyses.
+  void forget_pattern() {
+    ldlt_.drop();
+    lu_.drop();
   }
 
  private:

@@ -40,7 +40,8 @@ struct NeighborReference {
   std::vector<std::uint8_t> still;  ///< as in Body
 
   void archive(auto& ar) {
-    ar(positions, domain.lower, domain.length, domain.periodic, still);
+    ar("positions", positions, "lower", domain.lower, "length", domain.length, "periodic", domain.periodic, "still",
+       still);
     // From where a position isn't a number, nothing would ever have moved.
     for (const auto& x : {std::span<const double>(positions), std::span<const double>(domain.lower),
                           std::span<const double>(domain.length)})
@@ -58,15 +59,15 @@ struct NeighborMemory {
   void archive(auto& ar) {
     using Ar = std::remove_cvref_t<decltype(ar)>;
     bool has = reference != nullptr;
-    ar(has, age);
+    ar("has_list", has, "age", age);
     ar.check(age >= -1);
     if constexpr (Ar::reading) {
       auto read = has ? std::make_shared<NeighborReference>() : nullptr;
-      if (has) ar(*read);
+      if (has) ar("list", *read);
       reference = std::move(read);
     } else if (has) {
       NeighborReference copy = *reference;
-      ar(copy);
+      ar("list", copy);
     }
   }
 };

@@ -114,7 +114,7 @@ class IntervalMarks {
     next_ = std::max(next_, static_cast<long long>(std::min(behind, static_cast<long double>(most))));
   }
   void archive(auto& ar) {
-    ar(start_, next_);
+    ar("start", start_, "next", next_);
     ar.check(next_ >= 1 && can_be_count(next_) && std::isfinite(start_));
   }
 
@@ -143,7 +143,7 @@ class ListMarks {
   void pass(auto mark) { passed_ = mark; }
   static void skip(auto /*t*/) {}
   void archive(auto& ar) {
-    ar(passed_);
+    ar("passed", passed_);
     ar.check(std::isfinite(passed_));
   }
 
@@ -183,10 +183,10 @@ class Sampled {
   }
 
   /// How far it has come, for a checkpoint.
-  void save(Writer& out) const { save_parts(out, marks_); }
+  void save(Writer& out) const { save_parts(out, "marks", marks_); }
   template <class Then>
   void load(Reader& in, Then&& then) {
-    load_parts(in, then, marks_);
+    load_parts(in, then, "marks", marks_);
   }
 
  private:

@@ -68,7 +68,7 @@ class CompensatedSum {
     sum_ = sum;
   }
   [[nodiscard]] Scalar value() const { return sum_ + lost_; }
-  void archive(auto& ar) { ar(sum_, lost_); }
+  void archive(auto& ar) { ar("sum", sum_, "lost", lost_); }
 
  private:
   Scalar sum_{0}, lost_{0};
@@ -163,13 +163,16 @@ class EnergyLedger {
   }
 
   /// For a checkpoint: the books, where they stand, and Ψ there.
-  void save(Writer& out) const { out(books_, end_, before_.conservative, before_.damping, before_.external); }
+  void save(Writer& out) const {
+    out("books", books_, "end", end_, "conservative", before_.conservative, "damping", before_.damping, "external",
+        before_.external);
+  }
   template <class Then>
   void load(Reader& in, Then&& then) {
     EnergyLedger read = *this;
-    in(read.books_, read.end_);
+    in("books", read.books_, "end", read.end_);
     read.allocate();
-    in(read.before_.conservative, read.before_.damping, read.before_.external);
+    in("conservative", read.before_.conservative, "damping", read.before_.damping, "external", read.before_.external);
     for (const Block* block : {&read.before_.F(), &read.before_.D(), &read.before_.X()})
       in.check(block->rows() == velocity_of<S>(read.end_).rows() && block->cols() == velocity_of<S>(read.end_).cols());
     then();
@@ -390,8 +393,9 @@ class EnergyLedger {
     bool begun = false, known = false;
 
     void archive(auto& ar) {
-      ar(kinetic, potential, start, largest, largest_closure, scheme, damping, external, solver, edits);
-      ar(t, steps, force_calls, begun, known);
+      ar("kinetic", kinetic, "potential", potential, "start", start, "largest", largest, "largest_closure",
+         largest_closure, "scheme", scheme, "damping", damping, "external", external, "solver", solver, "edits", edits);
+      ar("t", t, "steps", steps, "force_calls", force_calls, "begun", begun, "known", known);
       ar.check(can_be_count(steps) && can_be_count(force_calls));
     }
   };

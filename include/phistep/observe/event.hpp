@@ -83,10 +83,10 @@ class Event {
   [[nodiscard]] const std::vector<double>& times() const { return times_; }
 
   /// Its times, for a checkpoint.
-  void save(Writer& out) const { save_parts(out, times_); }
+  void save(Writer& out) const { save_parts(out, "times", times_); }
   template <class Then>
   void load(Reader& in, Then&& then) {
-    load_parts(in, then, times_);
+    load_parts(in, then, "times", times_);
   }
 
  private:

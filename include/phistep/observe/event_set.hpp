@@ -51,7 +51,7 @@ struct Armed {
     std::int64_t count = 0;  ///< in this run
 
     void archive(auto& ar) {
-      ar(last, interval, count);
+      ar("last", last, "interval", interval, "count", count);
       ar.check(can_be_count(count));
     }
   };
@@ -60,7 +60,7 @@ struct Armed {
   Standing standing = Standing::unknown;
 
   void archive(auto& ar) {
-    ar(g, rising, falling, standing);
+    ar("g", g, "rising", rising, "falling", falling, "standing", standing);
     ar.check(standing <= Standing::unknown);
   }
 };
@@ -177,10 +177,10 @@ class EventSet {
 
   [[nodiscard]] const Memory& memory() const { return memory_; }
   void set_memory(const Memory& memory) { memory_ = memory; }
-  void save(Writer& out) const { save_parts(out, memory_); }
+  void save(Writer& out) const { save_parts(out, "events", memory_); }
   template <class Then>
   void load(Reader& in, Then&& then) {
-    load_parts(in, then, memory_);
+    load_parts(in, then, "events", memory_);
   }
 
  private:

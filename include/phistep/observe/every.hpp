@@ -40,13 +40,13 @@ class Every {
     return ask(f_, t, state);
   }
   /// Which mark it waits for, for a checkpoint.
-  void save(Writer& out) const { save_parts(out, start_, next_, first_); }
+  void save(Writer& out) const { save_parts(out, "start", start_, "next", next_, "first", first_); }
   template <class Then>
   void load(Reader& in, Then&& then) {
     double start = 0;
     long long next = 0;
     bool first = true;
-    in(start, next, first);
+    in("start", start, "next", next, "first", first);
     in.check(std::isfinite(start) && 0 <= next && next <= most);
     load_parts(in, then);
     start_ = start, next_ = next, first_ = first;

@@ -44,7 +44,7 @@ class InterpolantTrust {
   void forget() { *this = {}; }
 
   void archive(auto& ar) {
-    ar(dt_, error_, steps_, left_, is_right_, is_fresh_);
+    ar("dt", dt_, "error", error_, "steps", steps_, "left", left_, "is_right", is_right_, "is_fresh", is_fresh_);
     ar.check(dt_ >= 0 && 0 <= left_ && left_ <= steps_ && steps_ <= 4);
   }
 
@@ -60,7 +60,7 @@ struct TrustInside {
 
   void step() { whole.step(), parts.step(); }
   void forget() { whole.forget(), parts.forget(); }
-  void archive(auto& ar) { ar(whole, parts); }
+  void archive(auto& ar) { ar("whole", whole, "parts", parts); }
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -76,7 +76,7 @@ class Recorder {
   }
   /// All that it has, for a checkpoint.
   void archive(auto& ar) {
-    ar(times_, values_, shapes_);
+    ar("times", times_, "values", values_, "shapes", shapes_);
     const auto all = static_cast<Index>(values_.size());
     Index numbers = 0;
     for (const Shape& shape : shapes_) {
@@ -95,6 +95,7 @@ class Recorder {
   struct Shape {
     Index rows = 0, cols = 0;
     [[nodiscard]] Index size() const { return rows * cols; }
+    void archive(auto& ar) { ar("rows", rows, "cols", cols); }
     bool operator==(const Shape&) const = default;
   };
   static void grow(std::vector<Scalar>& list, std::size_t by) {

@@ -56,7 +56,7 @@ class EditGuard {
 
   /// For a checkpoint. After it the guard knows the saved state, by its bits, and no other.
   void archive(auto& ar) {
-    ar(kind_, t_, last_);
+    ar("kind", kind_, "t", t_, "y", last_);
     ar.check(kind_ <= Kind::checked);
   }
 

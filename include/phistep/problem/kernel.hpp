@@ -89,6 +89,11 @@ struct SchemeDefaults {
   static constexpr std::array<double, 2> doubtful_at{0.35, 0.68};
 };
 
+template <class Solver>
+inline constexpr bool is_linearly_implicit = false;
+template <class LinearSolver>
+inline constexpr bool is_linearly_implicit<LinearlyImplicit<LinearSolver>> = true;
+
 /// The operations, bound to a right-hand side, a way to solve, and the transaction that a step is.
 template <State S, class RightHandSideOf, class Solver, KernelNeeds needs>
 class Kernel {
@@ -96,10 +101,11 @@ class Kernel {
   using Rhs = RightHandSideOf;
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
-  using Transaction = phistep::Transaction<S, Rhs, needs.carries>;
+  /// One correction leaves a tangent's Ψ, which nobody has compared with the force: carried, it would never be.
+  static constexpr bool carries = needs.carries && !is_linearly_implicit<Solver>;
+  using Transaction = phistep::Transaction<S, Rhs, carries>;
   using Data = typename Transaction::Data;
   using TracedData = typename Transaction::TracedData;
-  static constexpr bool carries = needs.carries;
 
   Kernel(const S& state, Rhs rhs, const Solver& solver)
       : rhs_{std::move(rhs)}, transaction_{state}, resolvent_{Transaction::copy_of(state), rhs_, solver} {
@@ -289,22 +295,17 @@ class Kernel {
     allocate(copy);
     torn_ = false;
   }
-  /// For a checkpoint: history, counts, Ψ, Jacobian and factors.
+  /// For a checkpoint: history, counts, Ψ.
   void save(Writer& out) const {
-    save_parts(out, rhs_, transaction_);
-    out(resolvent_);
+    out.fact("state", transaction_.shape());
+    if constexpr (saves_psi) save_parts(out, "psi", transaction_);
+    save_parts(out, "force", rhs_);
   }
   void load(Reader& in, auto&& then) {
-    load_parts(
-        in,
-        [&] {
-          auto fresh = resolvent_;
-          in(fresh);
-          fresh.restore(rhs_, transaction_.workspace());
-          then();
-          resolvent_ = std::move(fresh);
-        },
-        rhs_, transaction_);
+    in.fact("state", transaction_.shape());
+    if constexpr (saves_psi) load_parts(in, then, "psi", transaction_, "force", rhs_);
+    else load_parts(in, then, "force", rhs_);
+    if constexpr (has_unsaved) forget_unsaved();
   }
 
  private:
@@ -333,8 +334,6 @@ class Kernel {
     static void forget() {}
     static void reset() {}
     static void resize(const auto&, const auto&) {}
-    static void archive(auto&) {}
-    static void restore(const auto&, const auto&) {}
   };
   static_assert(
       !needs.stages || requires { typename Solver::LinearSolver; },
@@ -348,13 +347,28 @@ class Kernel {
     else return std::type_identity<NoResolvent>{};
   }
 
+  using Resolvent = typename decltype(resolvent_type())::type;
+
+ public:
+  static constexpr bool has_unsaved = requires(Resolvent & resolvent) { resolvent.forget_unsaved(); };
+  /// Forgets what save() leaves out: Jacobian, factors, patterns, what solves have learnt, and Ψ as a solve has left it:
+  /// off by what that solve is, it is nothing to make a new Jacobian by differences with.
+  void forget_unsaved() requires(has_unsaved) {
+    resolvent_.forget_unsaved();
+    transaction_.reset();
+  }
+
+ private:
+  static constexpr bool saves_psi = carries && !has_unsaved;
   [[nodiscard]] Outcome resolve_from(Data& step, const Gamma<Scalar>& gamma, Scalar t, const PlainState<S>& guess,
                                      const Trace<Plain>* trace) {
     if constexpr (!Rhs::couples_unknowns)
       if (gamma.drift == 0) return kick(step, gamma.force, t);
     if constexpr (needs.solver) {
       // Where the iteration starts from y itself, its first Ψ may be there already.
-      const bool psi_known = step.psi_known && Rhs::is_autonomous && !Rhs::drifts && &guess == &step.y;
+      bool psi_known = step.psi_known && Rhs::is_autonomous && !Rhs::drifts && &guess == &step.y;
+      if constexpr (requires { resolvent_.wants_differences(); })
+        psi_known = psi_known && !(step.psi_carried && resolvent_.wants_differences());
       step.psi_known = false;
       const Outcome outcome = resolvent_.resolve(rhs_, gamma, t, step.next, guess, step.psi, transaction_.failure(),
                                                  psi_known, allowed_by(trace));
@@ -370,7 +384,7 @@ class Kernel {
 
   Rhs rhs_;
   Transaction transaction_;
-  [[no_unique_address]] typename decltype(resolvent_type())::type resolvent_;
+  [[no_unique_address]] Resolvent resolvent_;
   [[no_unique_address]] std::conditional_t<keeps_psi, RateOf<S>, Nothing> kicked_by_;
   bool torn_ = false;
 };

@@ -6,11 +6,13 @@
 
 #include <cmath>
 #include <stdexcept>
+#include <string>
 #include <tuple>
 #include <type_traits>
 #include <utility>
 
 #include "phistep/control/trace.hpp"
+#include "phistep/core/archive.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/version.hpp"
@@ -36,7 +38,8 @@ struct StepData {
   Plain& next;      ///< becomes the state at t + Δt
   Rate& psi;        ///< holds Ψ(t, y) if `psi_known`, else scratch
   bool psi_known;
-  bool psi_next_known = false;  ///< the scheme leaves Ψ(t+Δt, next) in psi
+  bool psi_next_known = false;   ///< the scheme leaves Ψ(t+Δt, next) in psi
+  bool psi_carried = psi_known;  ///< it comes from the step before, to what that has solved
   static constexpr bool is_traced = false;
 };
 /// … of a step whose slopes and error a controller or dense output reads.
@@ -103,11 +106,18 @@ class Transaction {
   [[nodiscard]] const Plain& workspace() const { return next_; }
   /// For a checkpoint: Ψ, and where it holds.
   void archive(auto& ar) {
-    ar.shape(next_);
-    if constexpr (carries) {
-      ar(guard_);
-      ar.in_place(psi_);
-    }
+    ar("known_at", guard_);
+    ar.in_place("value", psi_);
+  }
+  /// What states it is for, in words.
+  [[nodiscard]] std::string shape() const {
+    std::string all;
+    for_each_block(
+        [&all](auto, const auto& block) {
+          all += (all.empty() ? "" : ", ") + std::to_string(block.rows()) + " x " + std::to_string(block.cols());
+        },
+        Blocks<S>::all(next_));
+    return all + " of " + detail::kind_of<Scalar>().words();
   }
   [[nodiscard]] static Plain copy_of(const S& state) {
     Plain copy;

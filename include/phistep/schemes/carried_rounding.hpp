@@ -42,8 +42,8 @@ class CarriedRounding {
   }
   void forget() { known_ = false; }
   void archive(auto& ar) {
-    ar(known_);
-    if (known_) ar.in_place(lost_, end_);
+    ar("known", known_);
+    if (known_) ar.in_place("lost", lost_, "of", end_);
   }
 
  private:

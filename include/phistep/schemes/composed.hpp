@@ -18,6 +18,7 @@
 
 #include <cstddef>
 #include <iterator>
+#include <string>
 
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/phi.hpp"
@@ -44,6 +45,7 @@ struct Composed {
   static constexpr bool is_explicit = Scheme::is_explicit;
   [[no_unique_address]] Scheme scheme;
   [[nodiscard]] static constexpr int order() { return KahanLi8::order; }
+  [[nodiscard]] static std::string name() { return std::string("composed(") + Scheme::name() + ")"; }
 };
 /// Velocity Verlet, the trapezoidal rule or the midpoint rule to order 8.
 template <class Scheme>

@@ -123,7 +123,7 @@ class SchemeOn<Nystrom<Tableau, compensates>, S> : public SchemeDefaults {
     NystromInterpolant<Tableau>::template at<S>(x, dt, y0, y1, k_, out);
   }
 
-  void archive(auto& ar) { ar(rounding_); }
+  void archive(auto& ar) { ar("rounding", rounding_); }
   void forget() { rounding_.forget(); }
   void accepted() { rounding_.accepted(); }
 

@@ -34,7 +34,7 @@ class SchemeOn<Rannacher, S> : public SchemeDefaults {
   [[nodiscard]] Progress progress() const { return done_; }
   void resume(Progress done) { done_ = done; }
   void archive(auto& ar) {
-    ar(done_);
+    ar("done", done_);
     ar.check(0 <= done_ && done_ <= scheme_.pairs);
   }
   void reset() { done_ = 0; }

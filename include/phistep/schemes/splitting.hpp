@@ -66,8 +66,8 @@ class SplitScheme : public SchemeDefaults {
   [[nodiscard]] Progress progress() const { return inner_.progress(); }
   void resume(Progress progress) { inner_.resume(progress); }
   void archive(auto& ar) {
-    ar(inner_, guard_, known_);
-    ar.in_place(psi_);
+    ar("inner", inner_, "known_at", guard_, "known", known_);
+    ar.in_place("kicks", psi_);
   }
   static constexpr bool traces = false;  // to estimate its error, a split step is doubled
   void reset() { inner_.reset(); }

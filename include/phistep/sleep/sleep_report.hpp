@@ -27,7 +27,8 @@ struct SleepReport {
   double impulse_not_applied = 0;  ///< Σ∫|F|dt over sleepers [force·time]
 
   void archive(auto& ar) {
-    ar(asleep, fell_asleep, woken, skipped, energy_removed, impulse_not_applied);
+    ar("asleep", asleep, "fell_asleep", fell_asleep, "woken", woken, "skipped", skipped, "energy_removed",
+       energy_removed, "impulse_not_applied", impulse_not_applied);
     for (const std::int64_t count : {asleep, fell_asleep, woken, skipped}) ar.check(can_be_count(count));
   }
 

@@ -50,6 +50,7 @@ namespace phistep::inline PHISTEP_ABI {
 template <class Stepper>
 class Sleeping {
  public:
+  static constexpr const char* part_name = "stepper";
   using S = typename Stepper::StateType;
   using StateType = S;
   using Scalar = ScalarOf<S>;
@@ -128,21 +129,25 @@ class Sleeping {
   /// As PhiStepper's.
   [[nodiscard]] std::int64_t changes() const requires requires(const Stepper& inner) { inner.changes(); }
   { return stepper_.changes(); }
+  void forget_unsaved() requires HasUnsaved<Stepper> { stepper_.forget_unsaved(); }
   void save(Writer& out) const {
-    save_parts(out, who_, report_, id_, rest_, sample_, velocity_, push_, steps_, since_check_, clock_, checked_,
-               review_, impulse_rate_, meddled_, parted_, free_, deep_, fell_asleep_as_, bodies_, stepper_);
+    archive_sleepers(out, who_);
+    save_parts(out, "report", report_, "id", id_, "rest", rest_, "sample", sample_, "velocity", velocity_, "push",
+               push_);
+    with_counters(*this, [&out](auto&... part) { save_parts(out, part...); });
   }
   void load(Reader& in, auto&& then) {
     std::vector<Sleeper> who;
     SleepReport report;
     std::vector<std::int64_t> id;
     std::array<Vectors, 4> vectors;
-    in(who, report, id, vectors);
+    archive_sleepers(in, who);
+    in("report", report, "id", id, "rest", vectors[0], "sample", vectors[1], "velocity", vectors[2], "push",
+       vectors[3]);
     const auto n = static_cast<Index>(who.size());
     in.check(static_cast<Index>(id.size()) == n);
     for (const Vectors& x : vectors) in.check(x.cols() == n);
-    load_parts(in, then, steps_, since_check_, clock_, checked_, review_, impulse_rate_, meddled_, parted_, free_,
-               deep_, fell_asleep_as_, bodies_, stepper_);
+    with_counters(*this, [&](auto&... part) { load_parts(in, then, part...); });
     who_ = std::move(who), report_ = report, id_ = std::move(id);
     rest_ = std::move(vectors[0]), sample_ = std::move(vectors[1]);
     velocity_ = std::move(vectors[2]), push_ = std::move(vectors[3]);
@@ -165,12 +170,19 @@ class Sleeping {
     double impulse = 0;      // [force·time/time] |F| left out while deep
     double since = 0;        // on clock_ [time] it has been quiet
     double expires = 0;      // on clock_ [time]
-
-    void archive(auto& ar) {
-      ar(kind, flagged, naps, quiet, impulse, since, expires);
-      ar.check(kind <= Kind::deep && 0 <= naps && naps <= 30 && 0 <= quiet && quiet < 1 << 30);
-    }
   };
+  static void archive_sleepers(auto& ar, auto& who) {
+    ar.columns("who", who, "kind", &Sleeper::kind, "flagged", &Sleeper::flagged, "naps", &Sleeper::naps, "quiet",
+               &Sleeper::quiet, "impulse", &Sleeper::impulse, "since", &Sleeper::since, "expires", &Sleeper::expires);
+    for (const Sleeper& x : who)
+      ar.check(x.kind <= Kind::deep && 0 <= x.naps && x.naps <= 30 && 0 <= x.quiet && x.quiet < 1 << 30);
+  }
+  static void with_counters(auto& self, auto&& f) {
+    f("steps", self.steps_, "since_check", self.since_check_, "clock", self.clock_, "checked", self.checked_, "review",
+      self.review_, "impulse_rate", self.impulse_rate_, "meddled", self.meddled_, "parted", self.parted_, "free",
+      self.free_, "deep", self.deep_, "fell_asleep_as", self.fell_asleep_as_, "bodies", self.bodies_, "stepper",
+      self.stepper_);
+  }
 
   [[nodiscard]] Sleeper& who(Index i) { return who_[static_cast<std::size_t>(i)]; }
   [[nodiscard]] bool is_all_asleep() const { return free_ == report_.asleep && !parted_ && free_ > 0; }

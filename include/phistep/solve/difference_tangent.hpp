@@ -46,9 +46,6 @@ class DifferenceTangent {
   /// A new solve: nothing is known of how far it moves.
   void begin() { kick_limit_.fill(std::numeric_limits<double>::infinity()); }
 
-  /// For a checkpoint: a kept matrix's reach, which the next solve still looks at.
-  void archive(auto& ar) { ar(kick_used_); }
-
   /// Puts K and C at (t, Y), where Ψ is psi, into the system.
   void compute(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& Y, const Rate& psi,
                const NewtonOptions& options, const SolveTolerance<Plain>& allowed, auto& system) {

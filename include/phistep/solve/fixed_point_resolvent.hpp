@@ -91,8 +91,6 @@ class FixedPointResolvent {
 
   [[nodiscard]] static bool keeps_factors() { return false; }
   [[nodiscard]] static const char* solver_name() { return "fixed-point iteration"; }
-  static void archive(auto& /*ar*/) {}
-  static void restore(const auto&, const auto&) {}
 
   /// out.solved += factor·(Y − b) with the last resolve's increment.
   void add_increment(Scalar factor, Plain& out) const {
@@ -228,6 +226,7 @@ class VelocityResolvent {
   void reset() {
     std::visit([](auto& one) { one.reset(); }, chosen_);
   }
+  void forget_unsaved() { reset(); }
   [[nodiscard]] Outcome resolve(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, Plain& Y, const Plain& guess, Rate& psi,
                                 Failure& history, bool psi_known = false, SolveTolerance<Plain> allowed = {}) {
     return std::visit([&](auto& one) { return one.resolve(rhs, gamma, t, Y, guess, psi, history, psi_known, allowed); },
@@ -247,12 +246,6 @@ class VelocityResolvent {
   }
   void recover(const Rhs& rhs, Scalar gamma_force, Rate& psi) const {
     std::visit([&](const auto& one) { one.recover(rhs, gamma_force, psi); }, chosen_);
-  }
-  void archive(auto& ar) {
-    std::visit([&ar](auto& one) { ar(one); }, chosen_);
-  }
-  void restore(const Rhs& rhs, const Plain& y) {
-    std::visit([&](auto& one) { one.restore(rhs, y); }, chosen_);
   }
 
  private:

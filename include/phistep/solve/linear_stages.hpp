@@ -74,6 +74,11 @@ class LinearStages {
     matrix_.forget();
     if constexpr (is_promised) check_.begin();
   }
+  /// … and the matrix's pattern: all that a new one hasn't.
+  void forget_unsaved() {
+    reset();
+    matrix_.forget_pattern();
+  }
   /// Forgets Ψ: the history may be another one.
   void forget_force() { known_ = false; }
 
@@ -145,15 +150,6 @@ class LinearStages {
   [[nodiscard]] Matrix& matrix() { return matrix_; }
 
   [[nodiscard]] const char* solver_name() const { return matrix_.name(); }
-  /// For a checkpoint. What a rejected step left serves it alone, and is not in there.
-  void archive(auto& ar) {
-    if constexpr (affine) ar(matrix_);
-    if constexpr (is_promised) ar(check_);
-    if constexpr (std::remove_reference_t<decltype(ar)>::reading) known_ = false;
-  }
-  void restore([[maybe_unused]] const Rhs& rhs, [[maybe_unused]] const Plain& y) {
-    if constexpr (affine) matrix_.restore(rhs, y);
-  }
 
  private:
   static constexpr double round_off = static_cast<double>(std::numeric_limits<Scalar>::epsilon());

@@ -113,6 +113,11 @@ class Linearisation {
     drop();
     if constexpr (!analytic) differences_.forget_pattern();
   }
+  /// … and the matrix's own pattern, with what was found out about it.
+  void forget_pattern() {
+    forget();
+    if constexpr (requires { system_.forget_pattern(); }) system_.forget_pattern();
+  }
 
   /// Products are made at the iterate they serve: none are ever kept.
   [[nodiscard]] bool has_jacobian() const { return !matrix_free && has_jacobian_; }
@@ -177,30 +182,6 @@ class Linearisation {
   static constexpr bool is_iterative = requires(System & system, Eigen::Matrix<Scalar, n_static, 1>& x, Statistics& s) {
     system.solve(x, 0.0, s);
   };
-  /// For a checkpoint: K and C by their values, W and its factors by their γ. Products and differences of a force would
-  /// have to be asked for again, which a reader must not do: the force may count its calls, or throw.
-  void archive(auto& ar) {
-    bool factors = has_factors();  // not in a copy, where the solver can't be copied
-    ar(has_jacobian_, factors, factored_.force, factored_.drift);
-    if constexpr (std::remove_reference_t<decltype(ar)>::reading) has_factors_ = factors;
-    if constexpr (!analytic) ar(differences_);
-    // Where each Jacobian finds its own place, an unused one is not worth its bytes.
-    if constexpr (!matrix_free)
-      if (has_jacobian_ || requires { System::keeps_pattern; }) ar(system_);
-  }
-  /// Makes W and its factors from what archive() read, uncounted. @throws CheckpointError where there are none
-  void restore(const Rhs& rhs, const Plain& y) {
-    Statistics uncounted;
-    Outcome outcome = Outcome::success;
-    const auto masses = each_mass_entry<S>(rhs, y);
-    if constexpr (requires { system_.restore(masses, factored_.force, factored_.drift, uncounted); })
-      outcome = system_.restore(masses, factored_.force, factored_.drift, uncounted);
-    else if (has_factors_) outcome = system_.factorize(masses, factored_.force, factored_.drift, uncounted);
-    if (has_factors_ && outcome != Outcome::success)
-      throw CheckpointError(std::string("phistep: the checkpoint's Jacobian doesn't go with this stepper's masses: ") +
-                            describe(outcome));
-  }
-
   /// K and C at (t, Y), where Ψ is psi. Of γ, differences need the ratio.
   [[nodiscard]] Outcome linearise(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& Y, const Rate& psi,
                                   const NewtonOptions& options, const SolveTolerance<Plain>& allowed) {

@@ -124,6 +124,7 @@ class LocalResolvent {
     forget();
     newton_.reset();
   }
+  void forget_unsaved() { reset(); }
 
   /// In: Y = b; `guess` is where the iterations start. Out: Y, and w = Y − b.
   [[nodiscard]] Outcome resolve(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, Plain& Y, const Plain& guess, Rate& psi,
@@ -180,12 +181,6 @@ class LocalResolvent {
 
   [[nodiscard]] static bool keeps_factors() { return true; }
   [[nodiscard]] static const char* solver_name() { return "particle by particle"; }
-  void archive(auto& ar) {
-    const auto particles = paces_.size();
-    ar(paces_);
-    ar.check(paces_.size() == particles);
-  }
-  static void restore(const auto&, const auto&) {}
 
   /// out.solved += factor·(Y − b) with the last resolve's increment.
   void add_increment(Scalar factor, Plain& out) const {

@@ -66,6 +66,11 @@ class NewtonResolvent {
   };
   [[nodiscard]] Pace& pace() { return pace_; }
 
+  /// Whether the next solve begins with differences, for which it has to know Ψ itself: one that a solve has left is off by
+  /// what that solve is.
+  [[nodiscard]] bool wants_differences() const {
+    return !Matrix::analytic && !Matrix::matrix_free && !matrix_.has_jacobian();
+  }
   /// Forgets Jacobian and factors.
   void drop() { matrix_.drop(); }
   /// … and all else that solves have left.
@@ -78,6 +83,11 @@ class NewtonResolvent {
   void reset() {
     forget();
     matrix_.forget();
+  }
+  /// … and the matrix's pattern: all that a new one hasn't.
+  void forget_unsaved() {
+    forget();
+    matrix_.forget_pattern();
   }
 
   /// In: Y = b; `guess` is where the iteration starts (its solved blocks count). Out: Y, and w = Y − b.
@@ -124,11 +134,6 @@ class NewtonResolvent {
   /// How the linear equations inside are solved.
   [[nodiscard]] const char* solver_name() const { return matrix_.name(); }
   [[nodiscard]] static bool keeps_factors() { return true; }
-
-  /// For a checkpoint: what outlives a solve.
-  void archive(auto& ar) { ar(matrix_, pace_, solved_); }
-  /// … and what archive() left out because it follows from the rest, for states like y.
-  void restore(const Rhs& rhs, const Plain& y) { matrix_.restore(rhs, y); }
 
  private:
   static constexpr double round_off = static_cast<double>(std::numeric_limits<Scalar>::epsilon());
@@ -324,7 +329,7 @@ class NewtonResolvent {
 };
 
 /// The resolvent behind each way to solve: Newton<…> here, others in headers of their own. All offer what NewtonResolvent
-/// does: resize, forget, reset, resolve, add_increment, recover, archive, restore.
+/// does: resize, forget, reset, resolve, add_increment, recover; and forget_unsaved where solves leave anything.
 template <State S, class Rhs, class Solver, bool position>
 struct ResolventFor;
 template <State S, class Rhs, class LinearSolver, bool position>

@@ -50,10 +50,6 @@ class TangentCheck {
   void count() { due_ = due_ || std::has_single_bit(++seen_); }
   void want() { due_ = true; }
   [[nodiscard]] bool is_due() const { return due_; }
-  void archive(auto& ar) {
-    ar(seen_, due_);
-    ar.check(seen_ < std::uint64_t{1} << 56);
-  }
 
   /// (1) at (t, y), where Ψ is psi, with the factors at hand. Counted as `checks`, and as nothing else.
   [[nodiscard]] Outcome look(Rhs& rhs, auto& matrix, const NewtonOptions& options, Scalar gamma, Scalar t,

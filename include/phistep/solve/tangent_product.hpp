@@ -45,7 +45,6 @@ class TangentProduct {
   }
   static void begin() {}
   static void forget_pattern() {}
-  static void archive(auto& /*ar*/) {}
   [[nodiscard]] static bool reached_too_far(const auto&, const auto&) { return false; }
 
   /// Serves products at (t, Y), where Ψ is psi, to the system's next solve.

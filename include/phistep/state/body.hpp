@@ -70,7 +70,8 @@ struct Body {
   }
 
   void archive(auto& ar) {
-    ar(mass, radius, type, charge, heat_capacity, id, still, box, inertia_factor, next_id);
+    ar("mass", mass, "radius", radius, "type", type, "charge", charge, "heat_capacity", heat_capacity, "id", id,
+       "still", still, "box", box, "inertia_factor", inertia_factor, "next_id", next_id);
     const auto n = static_cast<std::size_t>(mass.size());
     ar.check(id.size() == n && (still.empty() || still.size() == n));
     ar.check(next_id >= 0 && next_id < largest_id + largest_id / 2);

@@ -67,7 +67,7 @@ struct Box {
     return d;
   }
 
-  void archive(auto& ar) { ar(lower, upper, is_periodic); }
+  void archive(auto& ar) { ar("lower", lower, "upper", upper, "is_periodic", is_periodic); }
   friend bool operator==(const Box& a, const Box& b) {
     return a.lower == b.lower && a.upper == b.upper && a.is_periodic == b.is_periodic;
   }

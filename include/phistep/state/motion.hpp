@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 
+#include <array>
 #include <tuple>
 
 #include "phistep/core/version.hpp"
@@ -29,6 +30,7 @@ struct Motion {
   using Plain = Motion<typename Vector::PlainObject>;
   static constexpr bool drifts = true;
   static auto blocks(auto& y) { return std::tie(y.r, y.v); }
+  static constexpr std::array block_names{"r", "v"};
   struct Rate {
     typename Vector::PlainObject force;  ///< Ψ [force], shaped like v
     static auto blocks(auto& psi) { return std::tie(psi.force); }

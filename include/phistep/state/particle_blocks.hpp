@@ -14,6 +14,7 @@ namespace phistep::inline PHISTEP_ABI {
 
 /// Particles that turn: I dω/dt = torque.
 struct Spin {
+  static constexpr const char* name = "omega";
   static constexpr int rows(int dim) { return dim == 3 ? 3 : 1; }
   template <class Scalar, int dim>
   struct Block {
@@ -42,6 +43,7 @@ struct Spin {
 
 /// Particles with a temperature: c dT/dt = heat.
 struct Temperature {
+  static constexpr const char* name = "temperature";
   template <class Scalar, int dim>
   struct Block {
     Eigen::Matrix<Scalar, 1, Eigen::Dynamic> temperature;  ///< [temperature]

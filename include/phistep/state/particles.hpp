@@ -225,14 +225,15 @@ class Particles : public Extra::template Block<Number, dim>... {
   }
 
   void archive(auto& ar) {
-    ar(r, v, Extra::block(*this)...);
+    ar("r", r, "v", v);
+    (ar.value(Extra::name, Extra::block(*this)), ...);
     if constexpr (std::remove_reference_t<decltype(ar)>::reading) {
       Body<Scalar, dim> body;
-      ar(body);
+      ar("body", body);
       for_each_block([&](auto, const auto& block) { ar.check(block.cols() == body.size()); }, blocks(*this));
       if (body_ == nullptr || !same(body, *body_)) hold(std::move(body));
     } else {
-      ar(*body_);
+      ar("body", *body_);
     }
   }
 

@@ -8,10 +8,15 @@
 ///
 /// where load reads everything into temporaries, calls then(), which reads and checks what follows, and only after that
 /// changes itself, without throwing. Loads nest in one another in this way, so that the last byte is checked before the
-/// first part changes.
+/// first part changes. Names precede the parts they belong to: save_parts(out, "t", t, "count", count).
+///
+/// What a part holds beside, Jacobians and factors, it has `void forget_unsaved()` for: who saves calls it, and load does.
+/// The run that saved and the run that resumes are then the same.
 #pragma once
 
 #include <concepts>
+#include <string>
+#include <string_view>
 #include <utility>
 
 #include "phistep/core/archive.hpp"
@@ -26,13 +31,44 @@ concept Restorable = requires(T& x, const T& same, Writer& out, Reader& in, void
   same.save(out);
   x.load(in, then);
 };
+/// An object that holds more than a checkpoint does.
+template <class T>
+concept HasUnsaved = requires(T& x) {
+  x.forget_unsaved();
+};
+
+namespace detail {
+/// Of a part without a name before it: its type's, else its place.
+template <class Part>
+[[nodiscard]] std::string default_name(auto& archive) {
+  const std::string place = archive.ordinal();
+  if constexpr (requires { Part::part_name; }) return Part::part_name;
+  else return place;
+}
+template <class Part>
+void save_part(Writer& out, std::string_view name, const Part& part) {
+  if constexpr (Restorable<Part>) {
+    out.open(name);
+    part.save(out);
+    out.close();
+  } else {
+    out.value(name, part);
+  }
+}
+}  // namespace detail
 
 inline void save_parts(Writer&) {}
 template <class First, class... Rest>
 void save_parts(Writer& out, const First& first, const Rest&... rest) {
-  if constexpr (Restorable<First>) first.save(out);
-  else out(first);
-  save_parts(out, rest...);
+  if constexpr (detail::is_name<First>) {
+    [&](const auto& part, const auto&... others) {
+      detail::save_part(out, first, part);
+      save_parts(out, others...);
+    }(rest...);
+  } else {
+    detail::save_part(out, detail::default_name<First>(out), first);
+    save_parts(out, rest...);
+  }
 }
 
 template <std::invocable Then>
@@ -40,34 +76,36 @@ void load_parts(Reader& /*in*/, Then&& then) {
   then();
 }
 template <std::invocable Then, class First, class... Rest>
-void load_parts(Reader& in, Then&& then, First& first, Rest&... rest) {
-  if constexpr (Restorable<First>) {
-    first.load(in, [&] { load_parts(in, then, rest...); });
-  } else {
-    First copy = first;
-    in(copy);
+void load_parts(Reader& in, Then&& then, First& first, Rest&... rest);
+
+namespace detail {
+template <class Then, class Part, class... Rest>
+void load_part(Reader& in, std::string_view name, Then& then, Part& part, Rest&... rest) {
+  if constexpr (Restorable<Part>) {
+    in.open(name);
+    part.load(in, [&] {
+      in.close();
+      load_parts(in, then, rest...);
+    });
+  } else if constexpr (State<Part>) {  // keeps its shape, and a Map or Ref is written through
+    PlainState<Part> copy;
+    copy_blocks<Part>(copy, part);
+    in.value<true>(name, copy);
     load_parts(in, then, rest...);
-    first = std::move(copy);
+    copy_blocks<Part>(part, copy);
+  } else {
+    Part copy = part;
+    in.value(name, copy);
+    load_parts(in, then, rest...);
+    part = std::move(copy);
   }
 }
+}  // namespace detail
 
-/// A state as a part: it keeps its shape, and a Map or Ref is written through.
-template <State S>
-class StatePart {
- public:
-  explicit StatePart(S& state) : state_{&state} {}
-  void save(Writer& out) const { out(*state_); }
-  template <class Then>
-  void load(Reader& in, Then&& then) {
-    PlainState<S> copy;
-    copy_blocks<S>(copy, *state_);
-    in.in_place(copy);
-    then();
-    copy_blocks<S>(*state_, copy);
-  }
-
- private:
-  S* state_;
-};
+template <std::invocable Then, class First, class... Rest>
+void load_parts(Reader& in, Then&& then, First& first, Rest&... rest) {
+  if constexpr (detail::is_name<First>) detail::load_part(in, first, then, rest...);
+  else detail::load_part(in, detail::default_name<First>(in), then, first, rest...);
+}
 
 }  // namespace phistep::inline PHISTEP_ABI

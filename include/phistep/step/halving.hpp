@@ -32,6 +32,7 @@ namespace phistep::inline PHISTEP_ABI {
 template <class Stepper>
 class Halving {
  public:
+  static constexpr const char* part_name = "stepper";
   /// @param halvings  the smallest step tried is Δt/2^halvings
   /// @throws std::invalid_argument where halvings is negative
   explicit Halving(Stepper stepper, int halvings = 10) : stepper_{std::move(stepper)}, deepest_{halvings} {
@@ -121,12 +122,15 @@ class Halving {
   }
   { stepper_.restore(std::move(past)); }
   /// As PhiStepper's.
-  void save(Writer& out) const { save_parts(out, steps_, failed_steps_, halvings_, stepper_); }
+  void forget_unsaved() requires HasUnsaved<Stepper> { stepper_.forget_unsaved(); }
+  void save(Writer& out) const {
+    save_parts(out, "counts", std::array{steps_, failed_steps_, halvings_}, "stepper", stepper_);
+  }
   void load(Reader& in, auto&& then) {
     std::array<std::int64_t, 3> counts{};
-    in(counts);
+    in("counts", counts);
     for (const std::int64_t count : counts) in.check(can_be_count(count));
-    load_parts(in, then, stepper_);
+    load_parts(in, then, "stepper", stepper_);
     steps_ = counts[0], failed_steps_ = counts[1], halvings_ = counts[2];
   }
 

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
 #include <type_traits>
 #include <utility>
 
@@ -46,6 +47,7 @@ class PhiStepper {
   using Scalar = ScalarOf<S>;
   using StateType = S;
   using SchemeType = Scheme;
+  static constexpr const char* part_name = "stepper";
   /// What a repetition of the run from here needs to know beside the state.
   struct Checkpoint {
     typename Rhs::Memory memory;
@@ -187,12 +189,22 @@ class PhiStepper {
     working_.forget();
     working_.resume(checkpoint.progress);
   }
-  /// Writes all that later steps depend on beside the state and the parameters given here: the history, how far the scheme
-  /// has come, Ψ, Jacobian and factors where they are carried from step to step, and the counts.
-  void save(Writer& out) const { save_parts(out, working_, kernel_); }
+  /// Writes what later steps depend on beside the state and the parameters given here: the history, how far the scheme has
+  /// come, Ψ where it is carried from step to step, and the counts.
+  void save(Writer& out) const {
+    out.fact("scheme", type_of_scheme());
+    save_parts(out, "progress", working_);
+    kernel_.save(out);
+  }
   /// Reads what save() wrote for a stepper made alike; then() reads what follows. The next steps give the bits that the
-  /// saved one would have given. @throws CheckpointError, before anything has changed
-  void load(Reader& in, auto&& then) { load_parts(in, then, working_, kernel_); }
+  /// saved one gives after forget_unsaved(). @throws CheckpointError, before anything has changed
+  void load(Reader& in, auto&& then) {
+    in.fact("scheme", type_of_scheme());
+    load_parts(
+        in, [&] { kernel_.load(in, then); }, "progress", working_);
+  }
+  /// Forgets what save() leaves out, Jacobians, factors and their patterns: save_checkpoint calls it once all is written.
+  void forget_unsaved() requires(Kernel::has_unsaved) { kernel_.forget_unsaved(); }
   /// Forgets what solves have left, Jacobians and factors, as a step that fails does.
   void forget_solves() { kernel_.forget_solves(); }
   /// Starts anew: forgets all that is carried from step to step (Ψ, Jacobian, factors), and that there were steps.
@@ -206,6 +218,11 @@ class PhiStepper {
   [[nodiscard]] std::int64_t changes() const { return changes_; }
 
  private:
+  /// Without parameters, which are the program's.
+  [[nodiscard]] static std::string type_of_scheme() {
+    if constexpr (requires { Scheme::name(); }) return Scheme::name();
+    else return "a scheme of the user's own";
+  }
   void forget() {
     ++changes_;
     kernel_.reset();

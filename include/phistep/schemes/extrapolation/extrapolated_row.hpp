@@ -151,7 +151,7 @@ class ExtrapolatedRow : public SchemeDefaults {
   [[nodiscard]] const Progress& progress() const { return past_; }
   void resume(const Progress& progress) { past_ = progress; }
   void archive(auto& ar) {
-    ar(past_, columns_);
+    ar("order", past_, "columns", columns_);
     ar.check(0 <= columns_ && columns_ <= columns);
   }
   void reset() {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <stdexcept>
+#include <string>
 
 #include "phistep/core/phi.hpp"
 #include "phistep/core/version.hpp"
@@ -15,6 +16,7 @@ template <class Base>
 struct Extrapolated {
   static constexpr bool is_pair = Base::is_pair;
   static constexpr bool is_explicit = Base::is_explicit;
+  [[nodiscard]] static std::string name() { return std::string("extrapolated(") + Base::name() + ")"; }
   [[no_unique_address]] Base base;
   int columns = 0;  ///< of each step, 0: as many as the error asks for
 };

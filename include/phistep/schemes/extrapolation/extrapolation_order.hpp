@@ -52,8 +52,9 @@ class ExtrapolationOrder {
     int below_column = 0;
 
     void archive(auto& ar) {
-      ar(target, last, steady, patience, rejected, limited, unlimited, inside, inside_h, wanted, below, below_h,
-         below_column);
+      ar("target", target, "last", last, "steady", steady, "patience", patience, "rejected", rejected, "limited",
+         limited, "unlimited", unlimited, "inside", inside, "inside_h", inside_h, "wanted", wanted, "below", below,
+         "below_h", below_h, "below_column", below_column);
       for (const int column : {target, last, below_column}) ar.check(0 <= column && column <= columns);
       ar.check(0 <= steady && steady < 1 << 30 && 1 <= patience && patience <= 64 && 0 <= unlimited && unlimited <= 16);
     }

@@ -137,7 +137,7 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
   [[nodiscard]] const Progress& progress() const { return control_; }
   void resume(const Progress& progress) { control_ = progress; }
   void archive(auto& ar) {
-    ar(control_, terms_, dt_);
+    ar("control", control_, "terms", terms_, "dt", dt_);
     ar.check(terms_ >= 0 && terms_ <= 7);
     if (terms_ > 0)
       for (std::size_t i = 0; i < n_; ++i) ar(powers_[i]);

@@ -161,7 +161,8 @@ class RadauControl {
     rejected_ = false;
   }
   void archive(auto& ar) {
-    ar(stages_, rtol_, allowed_, dt_before_, error_before_, rate_, rejected_);
+    ar("stages", stages_, "rtol", rtol_, "allowed", allowed_, "dt_before", dt_before_, "error_before", error_before_,
+       "rate", rate_, "rejected", rejected_);
     ar.check(stages_ == 0 || stages_ == 3 || stages_ == 5 || stages_ == 7);
   }
 
