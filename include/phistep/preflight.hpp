@@ -210,7 +210,7 @@ template <class Scheme>
 [[nodiscard]] Method method_of(const Scheme& scheme) {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   Method method;
-  if constexpr (Scheme::is_pair) {
+  if constexpr (Scheme::facts.motion_only) {
     method.kind = Method::Kind::motion;
     method.step_of = [scheme, nan](double a) {
       using One = Eigen::Matrix<double, 1, 1>;
@@ -225,7 +225,7 @@ template <class Scheme>
     };
   } else {
     method.kind = Method::Kind::rational;
-    if constexpr (requires { Scheme::is_a_stable; }) method.a_stable = Scheme::is_a_stable;
+    method.a_stable = Scheme::facts.is_a_stable;
     method.R = [scheme, nan](std::complex<double> z) -> std::complex<double> {
       Eigen::Matrix2d A;
       A << z.real(), -z.imag(), z.imag(), z.real();

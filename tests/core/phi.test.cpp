@@ -9,9 +9,11 @@
 using namespace phistep;
 
 static_assert(std::is_empty_v<decltype(forward_euler)> && std::is_empty_v<decltype(velocity_verlet)>);
-static_assert(forward_euler.is_explicit && !trapezoidal.is_explicit && !phi(0.0).is_explicit);
-static_assert(symplectic_euler.is_explicit && symplectic_euler.is_pair && !symplectic_euler_adjoint.is_explicit);
-static_assert(!trapezoidal.is_pair && !phi(0.5).is_pair && phi(0.5, 0.5).is_pair && velocity_verlet.is_pair);
+static_assert(forward_euler.facts.is_explicit && !trapezoidal.facts.is_explicit && !phi(0.0).facts.is_explicit);
+static_assert(symplectic_euler.facts.is_explicit && symplectic_euler.facts.motion_only &&
+              symplectic_euler_adjoint.facts.is_explicit);
+static_assert(!trapezoidal.facts.motion_only && !phi(0.5).facts.motion_only && phi(0.5, 0.5).facts.motion_only &&
+              velocity_verlet.facts.motion_only);
 static_assert(trapezoidal.form == Form::endpoint && midpoint.form == Form::stage);
 static_assert(trapezoidal.force.value<long double>() == 0.5L && backward_euler.drift.value<float>() == 1.0f);
 

@@ -80,7 +80,7 @@ TEST_CASE("Kepler: symplectic schemes keep the angular momentum to rounding and 
     const auto errors = follow(name, scheme, a_period, steps);
     const auto E = errors.energy.trend(), L = errors.momentum.trend();
     const std::string which = figures::text(steps) + " steps: ";
-    if constexpr (decltype(scheme)::is_explicit) {
+    if constexpr (decltype(scheme)::facts.is_explicit) {
       // Kicks along r, drifts along v: each rounds r × v by 2u at most, of up to |r||v| = 1.25 L where that is largest. Five
       // deviations of a walk of the 4 steps by 11 in a step.
       figures::at_most(5 * 2 * 1.25 * u * std::sqrt(steps * 11), L.worst, name + " keeps the angular momentum",

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <type_traits>
 
+#include "phistep/core/scheme_facts.hpp"
 #include "phistep/core/version.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -62,8 +63,14 @@ enum class Form { endpoint, stage };
 template <class Force, class Drift, Form form_>
 struct PhiScheme {
   static constexpr Form form = form_;
-  static constexpr bool is_pair = !std::is_same_v<Force, Drift>;
-  static constexpr bool is_explicit = is_zero_phi<Force>;
+  static constexpr SchemeFacts facts{
+      .motion_only = !std::is_same_v<Force, Drift>,
+      .is_explicit = is_zero_phi<Force> || is_zero_phi<Drift>,
+      .is_symplectic = (fixes<Force, 0> && fixes<Drift, 2>) || (fixes<Force, 2> && fixes<Drift, 0>) ||
+                       (form == Form::stage && fixes<Force, 1>),
+      .is_a_stable = std::is_same_v<Force, Drift> && (fixes<Force, 1> || fixes<Force, 2>),
+      .is_l_stable = std::is_same_v<Force, Drift> && fixes<Force, 2>,
+      .energy = form == Form::stage ? EnergyBalance::stage : EnergyBalance::endpoint};
   [[no_unique_address]] Force force;
   [[no_unique_address]] Drift drift;
 
@@ -78,15 +85,18 @@ struct PhiScheme {
     if (fixes<Force, 2> && fixes<Drift, 2>) return "backward_euler";
     if (fixes<Force, 0> && fixes<Drift, 2>) return "symplectic_euler";
     if (fixes<Force, 2> && fixes<Drift, 0>) return "symplectic_euler_adjoint";
-    return is_pair ? "a pair of phi" : stage ? "phi_stage" : "phi";
+    return facts.motion_only ? "a pair of phi" : stage ? "phi_stage" : "phi";
   }
 };
 
 /// Velocity Verlet: (0,1) over Δt/2, then (1,0) over Δt/2, fused. Order 2; symplectic where the force ignores v.
 struct VelocityVerlet {
-  static constexpr Form form = Form::endpoint;
-  static constexpr bool is_pair = true;
-  static constexpr bool is_explicit = true;
+  static constexpr SchemeFacts facts{.motion_only = true,
+                                     .is_explicit = true,
+                                     .is_symplectic = true,
+                                     .is_a_stable = false,
+                                     .is_l_stable = false,
+                                     .energy = EnergyBalance::verlet};
   [[nodiscard]] static constexpr const char* name() { return "velocity_verlet"; }
   [[nodiscard]] static constexpr int order() { return 2; }
 };
@@ -94,8 +104,12 @@ struct VelocityVerlet {
 /// TR-BDF2: the trapezoidal rule over γΔt, then the second backward difference formula to the end of the step, γ = 2−√2.
 /// Order 2, L-stable: it damps what it can't resolve, and has half the trapezoidal rule's error at twice its solves.
 struct TrBdf2 {
-  static constexpr bool is_pair = false;
-  static constexpr bool is_explicit = false;
+  static constexpr SchemeFacts facts{.motion_only = false,
+                                     .is_explicit = false,
+                                     .is_symplectic = false,
+                                     .is_a_stable = true,
+                                     .is_l_stable = true,
+                                     .energy = EnergyBalance::rest};
   [[nodiscard]] static constexpr const char* name() { return "tr_bdf2"; }
   [[nodiscard]] static constexpr int order() { return 2; }
 };
@@ -104,8 +118,12 @@ struct TrBdf2 {
 /// trapezoidal rule. The half steps damp what the trapezoidal rule would let ring, a jump in the data say, at no cost in
 /// order and with the same matrix. First means: since the stepper was made or reset.
 struct Rannacher {
-  static constexpr bool is_pair = false;
-  static constexpr bool is_explicit = false;
+  static constexpr SchemeFacts facts{.motion_only = false,
+                                     .is_explicit = false,
+                                     .is_symplectic = false,
+                                     .is_a_stable = true,
+                                     .is_l_stable = false,
+                                     .energy = EnergyBalance::rest};
   int pairs = 1;  ///< of half steps: 1 for a jump in the data, 2 for a point source (Dirac's δ)
 
   [[nodiscard]] static constexpr const char* name() { return "rannacher"; }

@@ -45,7 +45,7 @@
 #include <utility>
 
 #include "phistep/core/archive.hpp"
-#include "phistep/core/phi.hpp"
+#include "phistep/core/scheme_facts.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/force/at.hpp"
@@ -74,17 +74,6 @@ class CompensatedSum {
   Scalar sum_{0}, lost_{0};
 };
 
-/// The form of a scheme's energy balance: which force and velocity (1) has; `rest`: (4).
-enum class EnergyBalance { rest, endpoint, stage, verlet };
-template <class Scheme>
-inline constexpr EnergyBalance energy_balance = EnergyBalance::rest;
-template <class Force, class Drift>
-inline constexpr EnergyBalance energy_balance<PhiScheme<Force, Drift, Form::endpoint>> = EnergyBalance::endpoint;
-template <class Force, class Drift>
-inline constexpr EnergyBalance energy_balance<PhiScheme<Force, Drift, Form::stage>> = EnergyBalance::stage;
-template <>
-inline constexpr EnergyBalance energy_balance<VelocityVerlet> = EnergyBalance::verlet;
-
 /// An observer of completed steps:
 ///
 ///     EnergyLedger ledger{stepper};
@@ -108,8 +97,9 @@ class EnergyLedger {
   using Force = typename Splitter::Force;
   using Parts = ForceParts<Rate>;
   using Block = typename Parts::Block;
-  static constexpr EnergyBalance balance =
-      is_split<std::remove_const_t<Force>, Scheme> ? EnergyBalance::rest : energy_balance<Scheme>;
+  static constexpr EnergyBalance balance = is_split<std::remove_const_t<Force>, Scheme>
+                                               ? EnergyBalance::rest
+                                               : static_cast<EnergyBalance>(Scheme::facts.energy);
 
   static_assert(Blocks<S>::drifts, "phistep: EnergyLedger needs a motion (r, v): a first-order state has no energy");
   static_assert(!has_history<Force>, "phistep: EnergyLedger knows no energy balance of a force with a history");

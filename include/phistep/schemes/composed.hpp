@@ -22,6 +22,7 @@
 
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/phi.hpp"
+#include "phistep/core/scheme_facts.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/problem/kernel.hpp"
 #include "phistep/schemes/velocity_verlet.hpp"
@@ -41,8 +42,12 @@ struct KahanLi8 {
 /// (1) over a scheme.
 template <class Scheme>
 struct Composed {
-  static constexpr bool is_pair = Scheme::is_pair;
-  static constexpr bool is_explicit = Scheme::is_explicit;
+  static constexpr SchemeFacts facts{.motion_only = Scheme::facts.motion_only,
+                                     .is_explicit = Scheme::facts.is_explicit,
+                                     .is_symplectic = Scheme::facts.is_symplectic,
+                                     .is_a_stable = false,  // some substeps go backward
+                                     .is_l_stable = false,
+                                     .energy = EnergyBalance::rest};
   [[no_unique_address]] Scheme scheme;
   [[nodiscard]] static constexpr int order() { return KahanLi8::order; }
   [[nodiscard]] static std::string name() { return std::string("composed(") + Scheme::name() + ")"; }

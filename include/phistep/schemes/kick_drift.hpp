@@ -20,6 +20,7 @@
 
 #include "phistep/core/arithmetic.hpp"
 #include "phistep/core/outcome.hpp"
+#include "phistep/core/scheme_facts.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/problem/kernel.hpp"
 #include "phistep/schemes/acceleration.hpp"
@@ -31,8 +32,12 @@ namespace phistep::inline PHISTEP_ABI {
 /// (1) with a table's coefficients: kicks b_1 … from the first to the centre, drifts a_1 … likewise.
 template <class Table>
 struct KickDrift {
-  static constexpr bool is_pair = true;  // it needs a motion
-  static constexpr bool is_explicit = true;
+  static constexpr SchemeFacts facts{.motion_only = true,
+                                     .is_explicit = true,
+                                     .is_symplectic = true,
+                                     .is_a_stable = false,
+                                     .is_l_stable = false,
+                                     .energy = EnergyBalance::rest};
   [[nodiscard]] static constexpr int order() { return Table::order; }
   [[nodiscard]] static constexpr const char* name() { return Table::name; }
 };

@@ -20,6 +20,7 @@
 
 #include "phistep/core/arithmetic.hpp"
 #include "phistep/core/outcome.hpp"
+#include "phistep/core/scheme_facts.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/problem/kernel.hpp"
 #include "phistep/schemes/acceleration.hpp"
@@ -36,8 +37,12 @@ namespace phistep::inline PHISTEP_ABI {
 /// A pair as a scheme.
 template <class Tableau, bool compensates = false>
 struct Nystrom {
-  static constexpr bool is_pair = true;  // it needs a motion
-  static constexpr bool is_explicit = true;
+  static constexpr SchemeFacts facts{.motion_only = true,
+                                     .is_explicit = true,
+                                     .is_symplectic = false,
+                                     .is_a_stable = false,
+                                     .is_l_stable = false,
+                                     .energy = EnergyBalance::rest};
   [[nodiscard]] static constexpr int order() { return Tableau::order; }
   [[nodiscard]] static constexpr const char* name() { return Tableau::name; }
 };

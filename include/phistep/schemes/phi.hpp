@@ -41,10 +41,10 @@ class SchemeOn<PhiScheme<Force, Drift, form>, S> : public SchemeDefaults {
   /// in it die out: φ > ½ (an error in a reused Ψ is multiplied by −(1−φ)/φ each step).
   template <class Rhs>
   static constexpr KernelNeeds needs = [] {
-    const bool solver = !Scheme::is_explicit && (Rhs::couples_unknowns || !is_zero_phi<Drift>);
+    const bool solver = !is_zero_phi<Force> && (Rhs::couples_unknowns || !is_zero_phi<Drift>);
     return KernelNeeds{.solver = solver, .carries = solver && form == Form::endpoint && can_carry<Rhs>};
   }();
-  static constexpr bool traces = form == Form::endpoint && !Scheme::is_pair;
+  static constexpr bool traces = form == Form::endpoint && !Scheme::facts.motion_only;
 
   SchemeOn(Scheme scheme, const auto& /*y*/) : scheme_{scheme} {}
   [[nodiscard]] const Scheme& scheme() const { return scheme_; }
@@ -56,7 +56,7 @@ class SchemeOn<PhiScheme<Force, Drift, form>, S> : public SchemeDefaults {
     const Scalar dt = step.dt, phi = scheme_.force.template value<Scalar>(),
                  drift = scheme_.drift.template value<Scalar>();
     if (phi == 0) return euler(kernel, step, form == Form::stage ? 0 : drift);
-    if constexpr (Scheme::is_explicit) return Outcome::success;
+    if constexpr (is_zero_phi<Force>) return Outcome::success;
     else if constexpr (form == Form::stage) return stage(kernel, step, phi);
     else {
       const Gamma<Scalar> after{phi * dt, drift * dt};

@@ -4,6 +4,7 @@
 /// the weights of a dense output.
 #pragma once
 
+#include "phistep/core/scheme_facts.hpp"
 #include "phistep/core/version.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -11,9 +12,12 @@ namespace phistep::inline PHISTEP_ABI {
 /// A Rosenbrock scheme of s stages. @tparam Tableau  Rodas4 or Rodas5P
 template <class Tableau>
 struct Rosenbrock {
-  static constexpr bool is_pair = false;
-  static constexpr bool is_explicit = false;
-  static constexpr bool is_a_stable = true;
+  static constexpr SchemeFacts facts{.motion_only = false,
+                                     .is_explicit = false,
+                                     .is_symplectic = false,
+                                     .is_a_stable = true,
+                                     .is_l_stable = true,
+                                     .energy = EnergyBalance::rest};
   [[nodiscard]] static constexpr int order() { return Tableau::order; }
   [[nodiscard]] static constexpr const char* name() { return Tableau::name; }
 };

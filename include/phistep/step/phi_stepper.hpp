@@ -60,7 +60,7 @@ class PhiStepper {
       "phistep: at(scheme, term) takes forward_euler or the stepper's own scheme (terms at other phi: not yet)");
   static_assert(!is_at<F>, "phistep: at(scheme, term) marks a term of a sum, there is no sum here");
   static_assert(
-      !Scheme::is_pair || Rhs::drifts,
+      !Scheme::facts.motion_only || Rhs::drifts,
       "phistep: a pair (phi_force, phi_drift) and velocity_verlet need a motion (r, v), not a first-order state");
 
   /// @param state   gives the sizes; it is not kept

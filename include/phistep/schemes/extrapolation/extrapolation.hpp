@@ -6,6 +6,7 @@
 #include <string>
 
 #include "phistep/core/phi.hpp"
+#include "phistep/core/scheme_facts.hpp"
 #include "phistep/core/version.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -14,8 +15,12 @@ namespace phistep::inline PHISTEP_ABI {
 /// @tparam Base  the scheme of the substeps
 template <class Base>
 struct Extrapolated {
-  static constexpr bool is_pair = Base::is_pair;
-  static constexpr bool is_explicit = Base::is_explicit;
+  static constexpr SchemeFacts facts{.motion_only = Base::facts.motion_only,
+                                     .is_explicit = Base::facts.is_explicit,
+                                     .is_symplectic = false,
+                                     .is_a_stable = false,
+                                     .is_l_stable = false,
+                                     .energy = EnergyBalance::rest};
   [[nodiscard]] static std::string name() { return std::string("extrapolated(") + Base::name() + ")"; }
   [[no_unique_address]] Base base;
   int columns = 0;  ///< of each step, 0: as many as the error asks for

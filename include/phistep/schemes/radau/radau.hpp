@@ -30,6 +30,7 @@
 
 #include "phistep/core/arithmetic.hpp"
 #include "phistep/core/outcome.hpp"
+#include "phistep/core/scheme_facts.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/problem/kernel.hpp"
@@ -42,9 +43,12 @@ namespace phistep::inline PHISTEP_ABI {
 
 /// Radau IIA: `radau` chooses order and step; `radau(5)` has 5 stages. Without a controller `radau` has 3.
 struct Radau {
-  static constexpr bool is_pair = false;
-  static constexpr bool is_explicit = false;
-  static constexpr bool is_a_stable = true;
+  static constexpr SchemeFacts facts{.motion_only = false,
+                                     .is_explicit = false,
+                                     .is_symplectic = false,
+                                     .is_a_stable = true,
+                                     .is_l_stable = true,
+                                     .energy = EnergyBalance::rest};
   [[nodiscard]] static constexpr const char* name() { return "radau"; }
   int stages = 0;  ///< 3, 5 or 7: orders 5, 9 and 13; 0: chosen
 

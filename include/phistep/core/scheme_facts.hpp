@@ -1,0 +1,39 @@
+/// @file
+/// What the type of a scheme says of it: one constexpr value, `Scheme::facts`, without defaults, so that a scheme, or a
+/// scheme around a scheme, that forgets one doesn't compile. What depends on a value (the order of radau(5), φ given at
+/// run time) is a member function.
+#pragma once
+
+#include "phistep/core/version.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// A fact: has no default.
+template <class T>
+class Fact {
+ public:
+  constexpr Fact(T value) : value_{value} {}  // NOLINT: .is_explicit = true
+  constexpr operator T() const { return value_; }
+
+ private:
+  T value_;
+};
+
+/// Which force and which velocity a scheme's energy balance has (observe/energy_ledger.hpp).
+enum class EnergyBalance {
+  rest,      ///< none is known: the scheme's account is what the others leave
+  endpoint,  ///< both ends, weighted by φ
+  stage,     ///< the stage
+  verlet     ///< velocity Verlet's
+};
+
+struct SchemeFacts {
+  Fact<bool> motion_only;    ///< treats r and v differently: it takes no first-order state
+  Fact<bool> is_explicit;    ///< solves nothing where the force ignores v
+  Fact<bool> is_symplectic;  ///< where the force ignores v
+  Fact<bool> is_a_stable;    ///< |R(z)| ≤ 1 for Re z ≤ 0
+  Fact<bool> is_l_stable;    ///< … and R(∞) = 0
+  Fact<EnergyBalance> energy;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI
