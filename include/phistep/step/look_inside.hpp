@@ -182,7 +182,7 @@ class LookInside {
       if (!parts.has_begun() || parts.is_past(t))
         parts.begin(step_.stepper(), step_.past(), step_.start(), step_.t0(), dt_, count, step_.pace().trace());
       const auto at = [&](Scalar time) {
-        const Visit visit{*this, parts};
+        const Visit<PartsInside<Stepper, S>> visit{*this, parts};
         return parts.at(step_.state(), time, step_.pace());
       };
       if (!trust_.parts.known(size)) {
@@ -205,7 +205,7 @@ class LookInside {
     }
     auto& inside = work_.inside;
     if (!inside.has_begun()) inside.begin(step_.stepper(), step_.past());
-    const Visit visit{*this, inside};
+    const Visit<StepInside<Stepper, S>> visit{*this, inside};
     copy_blocks<S>(step_.state(), step_.start());
     const StepReport done = inside.step(step_.state(), from, dt, step_.pace());
     copy_blocks<S>(out, step_.state());
