@@ -67,3 +67,7 @@ TEST_CASE("controlled runs, after their first steps: nothing") {
   for (const auto filter : {StepFilter::automatic, StepFilter::H312PID})
     check_none_run(motion(30), Chain{}, velocity_verlet, tolerance{.rtol = 1e-4, .filter = filter});
 }
+TEST_CASE("sampled runs, after their first steps: nothing") {
+  check_none_sampled(motion(30), Chain{}, velocity_verlet, tolerance{.rtol = 1e-5}, 0.0002);
+  check_none_sampled(motion(30), Chain{}, trapezoidal, fixed(0.05), 0.002);
+}

@@ -34,3 +34,19 @@ TEST_CASE("controlled runs, after their first steps: nothing") {
                  tolerance{.rtol = 1e-4, .atol = Dynamic(Dynamic::Ones(60) * 1e-4)});
   check_none_run(motion(30), Chain{}, trapezoidal, iteration_control{.first_step = 0.01, .max_step = 0.05});
 }
+TEST_CASE("sampled runs, after their first steps: nothing") {
+  const tolerance control{.rtol = 1e-5, .max_step = 0.05};
+  const Dynamic y = Dynamic::LinSpaced(30, -1, 1);
+  check_none_sampled(motion(30), DampedChain{}, trapezoidal, control, 0.0005);
+  check_none_sampled(y, AnalyticChain{}, tr_bdf2, control, 0.0005);
+  check_none_sampled(y, AnalyticChain{}, rodas4, control, 0.002);
+  check_none_sampled(y, AnalyticChain{}, radau, control, 0.002);
+  check_none_sampled(motion(30), Chain{}, rkn86, control, 0.002);
+  check_none_sampled(motion(30), Chain{}, velocity_verlet, fixed(0.05), 0.002);
+  check_none_sampled(motion(30), Chain{}, trapezoidal, fixed(0.05), 0.002);
+  // A lambda with captures can't be assigned: the stepper's copy makes it anew in its place.
+  Dynamic psi(30);
+  const double stiffness = 2;
+  const auto captures = [&psi, stiffness](const Dynamic& x) -> const Dynamic& { return psi = -stiffness * x; };
+  check_none_sampled(y, captures, trapezoidal, control, 0.0005);
+}

@@ -59,5 +59,16 @@ void check_none_run(S state, auto force, auto scheme, const auto& control) {
   Run run{stepper, state, {0.0, 2.0}, control};
   check_run([&run] { return run.advance(); }, [&run] { return run.report(); });
 }
+/// Looks into every step: the first come from a step done there, those after the second from parts of the step.
+template <class S>
+void check_none_sampled(S state, auto force, auto scheme, const auto& control, double every) {
+  PhiStepper stepper{state, force, scheme};
+  std::int64_t looks = 0;
+  Run run{stepper, state, {0.0, 2.0}, control, sampled(every, [&looks](double, const S&) { ++looks; })};
+  for (int n = 0; n < 9; ++n) REQUIRE(run.advance());
+  check_run([&run] { return run.advance(); }, [&run] { return run.report(); });
+  CAPTURE(looks);
+  CHECK(looks > 4 * run.report().statistics.steps);
+}
 
 }  // namespace

@@ -14,6 +14,7 @@
 
 #include "phistep/core/archive.hpp"
 #include "phistep/core/arithmetic.hpp"
+#include "phistep/core/assignable.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
@@ -100,12 +101,12 @@ class RightHandSide {
 
   /// What Ψ is made of.
   [[nodiscard]] auto& force() {
-    if constexpr (!split) return unwrap(force_);
-    else if constexpr (!gathers) return Parts<Whole>::template of<false>(unwrap(force_));
-    else return rest_.emplace(Parts<Whole>::template of<false>(unwrap(force_)));
+    if constexpr (!split) return unwrap(*force_);
+    else if constexpr (!gathers) return Parts<Whole>::template of<false>(unwrap(*force_));
+    else return rest_.emplace(Parts<Whole>::template of<false>(unwrap(*force_)));
   }
   /// The force as the user gave it, kicks included.
-  [[nodiscard]] auto& whole_force() { return unwrap(force_); }
+  [[nodiscard]] auto& whole_force() { return unwrap(*force_); }
   [[nodiscard]] const Masses& masses() const { return masses_; }
   [[nodiscard]] Statistics& statistics() { return statistics_; }
   [[nodiscard]] const Statistics& statistics() const { return statistics_; }
@@ -161,7 +162,7 @@ class RightHandSide {
   /// psi = Ψ_e(t, y), the kicks.
   void evaluate_kicks(Scalar t, const Plain& y, Rate& psi) {
     ++statistics_.kick_calls;
-    auto&& kicks = Parts<Whole>::template of<true>(unwrap(force_));
+    auto&& kicks = Parts<Whole>::template of<true>(unwrap(*force_));
     assign_force(kicks, t, view(y), Parts<Whole>::template memory<true>(trial_), psi);
   }
 
@@ -293,7 +294,7 @@ class RightHandSide {
   }
 
   struct Nothing {};
-  F force_;
+  Assignable<F> force_;
   [[no_unique_address]] std::conditional_t<gathers, std::optional<Force>, Nothing> rest_;  // made anew at each use
   [[no_unique_address]] Masses masses_;
   [[no_unique_address]] Memory committed_{};

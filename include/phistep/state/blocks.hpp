@@ -223,12 +223,16 @@ template <State S, class Y>
   return count_of(Blocks<S>::solved(y));
 }
 
-/// A rate of the right shape for y, zero.
+/// The rate has the right shape for y, and is zero.
+template <State S>
+void reset_rate(RateOf<S>& rate, const PlainState<S>& y) {
+  for_each_block([](auto, auto& psi, const auto& block) { psi.setZero(block.rows(), block.cols()); },
+                 RateOf<S>::blocks(rate), Blocks<S>::solved(y));
+}
 template <State S>
 [[nodiscard]] RateOf<S> make_rate(const PlainState<S>& y) {
   RateOf<S> rate;
-  for_each_block([](auto, auto& psi, const auto& block) { psi.setZero(block.rows(), block.cols()); },
-                 RateOf<S>::blocks(rate), Blocks<S>::solved(y));
+  reset_rate<S>(rate, y);
   return rate;
 }
 

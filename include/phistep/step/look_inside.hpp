@@ -68,7 +68,7 @@ class LookInside {
   /// The step has been done, and no state inside it asked for.
   void begin(Scalar dt) {
     slopes_ = looked_ = Outcome::success;
-    if constexpr (does_steps) work_.inside.reset(), work_.parts.reset(), work_.looks = 0;
+    if constexpr (does_steps) work_.inside.end(), work_.parts.end(), work_.looks = 0;
     trust_.step();
     begin_again(dt);
   }
@@ -179,11 +179,11 @@ class LookInside {
       const double size = std::abs(static_cast<double>(length));
       if (++work_.looks <= 2 || count == 0 || trust_.parts.known(size) == false) return false;
       auto& parts = work_.parts;
-      if (!parts || parts->is_past(t))
-        parts.emplace(step_.stepper(), step_.past(), step_.start(), step_.t0(), dt_, count, step_.pace().trace());
+      if (!parts.has_begun() || parts.is_past(t))
+        parts.begin(step_.stepper(), step_.past(), step_.start(), step_.t0(), dt_, count, step_.pace().trace());
       const auto at = [&](Scalar time) {
-        const Visit visit{*this, *parts};
-        return parts->at(step_.state(), time, step_.pace());
+        const Visit<PartsInside<Stepper, S>> visit{*this, parts};
+        return parts.at(step_.state(), time, step_.pace());
       };
       if (!trust_.parts.known(size)) {
         const std::optional<double> worst = worst_error(length, std::numeric_limits<double>::infinity(), at);
@@ -204,10 +204,10 @@ class LookInside {
       return true;
     }
     auto& inside = work_.inside;
-    if (!inside) inside.emplace(step_.stepper(), step_.past());
-    const Visit visit{*this, *inside};
+    if (!inside.has_begun()) inside.begin(step_.stepper(), step_.past());
+    const Visit<StepInside<Stepper, S>> visit{*this, inside};
     copy_blocks<S>(step_.state(), step_.start());
-    const StepReport done = inside->step(step_.state(), from, dt, step_.pace());
+    const StepReport done = inside.step(step_.state(), from, dt, step_.pace());
     copy_blocks<S>(out, step_.state());
     if (!done && !failed(looked_)) {
       looked_ = done.outcome();
@@ -217,8 +217,8 @@ class LookInside {
   }
 
   struct Work {
-    std::optional<StepInside<Stepper, S>> inside;
-    std::optional<PartsInside<Stepper, S>> parts;
+    StepInside<Stepper, S> inside;
+    PartsInside<Stepper, S> parts;
     int looks = 0;   // at states that the interpolant of the whole step can't tell
     Plain end, off;  // the state at the step's end, while others are in its place; scratch
   };

@@ -11,6 +11,7 @@
 #include "phistep/problem/transaction.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/step/past.hpp"
+#include "phistep/step/spare_stepper.hpp"
 #include "phistep/step/step_doubling.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -22,25 +23,32 @@ class PartsInside {
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
 
-  /// The step from `start` at t0 to t0 + dt, in so many parts.
+  PartsInside() = default;
+  PartsInside(const PartsInside&) = delete;
+  PartsInside& operator=(const PartsInside&) = delete;
+
+  /// The step from `start` at t0 to t0 + dt has been done, and is to be done again in so many parts.
   /// @param stepper  as the step left it
   /// @param past     its checkpoint before that step
   /// @param trace    the run's, whose tolerances hold
-  PartsInside(const Stepper& stepper, const Past<Stepper>& past, const Plain& start, Scalar t0, Scalar dt, int parts,
-              const Trace<Plain>& trace)
-      : stepper_{stepper},
-        before_{stepper_.statistics()},
-        trace_{trace},
-        t0_{t0},
-        length_{dt / static_cast<Scalar>(parts)},
-        parts_{parts} {
-    go_back(stepper_, past);
+  void begin(const Stepper& stepper, const Past<Stepper>& past, const Plain& start, Scalar t0, Scalar dt, int parts,
+             const Trace<Plain>& trace) {
+    end();
+    spare_.copy(stepper);
+    go_back(*spare_, past);
+    trace_ = trace;
     trace_.forget();
     trace_.wants_dense = true;
     y_ = next_ = slope0_ = slope1_ = start;
+    t0_ = t0;
+    length_ = dt / static_cast<Scalar>(parts);
+    done_ = 0;
+    has_given_up_ = false;
+    parts_ = parts;
   }
-  PartsInside(const PartsInside&) = delete;
-  PartsInside& operator=(const PartsInside&) = delete;
+  /// Until then there is none to look into.
+  [[nodiscard]] bool has_begun() const { return parts_ > 0; }
+  void end() { parts_ = 0; }
 
   /// Whether t lies in a part that this one has already gone past.
   [[nodiscard]] bool is_past(Scalar t) const { return (t - t0_) / length_ < static_cast<Scalar>(done_ - 1); }
@@ -52,8 +60,8 @@ class PartsInside {
       if (!step(state, pace)) return nullptr;
     return &dense_.at(t);
   }
-  /// What it has cost so far.
-  [[nodiscard]] Statistics spent() const { return stepper_.statistics() - before_; }
+  /// What looks into this step have cost so far.
+  [[nodiscard]] Statistics spent() const { return spare_.spent(); }
 
   /// y' at both ends of the part that was done last.
   void operator()(Plain& at_start, Plain& at_end) const {
@@ -71,13 +79,13 @@ class PartsInside {
         trace_.advance();
         copy_blocks<S>(y_, next_);
       }
-      if (!stepper_.estimates(trace_)) return false;
+      if (!spare_->estimates(trace_)) return false;
       const Scalar t = t0_ + static_cast<Scalar>(done_) * length_;
       copy_blocks<S>(state, y_);
       const auto allows = [&](const Plain& y, const Plain& next, const auto& told) {
         return pace.allows(y, next, told);
       };
-      if (!stepper_.attempt(state, t, length_, Origin::unknown, trace_, allows)) return false;
+      if (!spare_->attempt(state, t, length_, Origin::unknown, trace_, allows)) return false;
       if (!interpolates && !trace_.has_slopes) return !(has_given_up_ = true);
       copy_blocks<S>(next_, state);
       ++done_;
@@ -86,18 +94,17 @@ class PartsInside {
         copy_blocks<S>(slope1_, trace_.end);
       }
       dense_.begin(t, length_, y_, next_, DenseOutput<S>::Slopes::of(*this));
-      dense_.interpolate_by(stepper_);
+      dense_.interpolate_by(*spare_);
       return true;
     } else {
       return false;
     }
   }
 
-  Stepper stepper_;
-  Statistics before_;
+  SpareStepper<Stepper> spare_;
   Trace<Plain> trace_;
-  Scalar t0_, length_;
-  int parts_, done_ = 0;
+  Scalar t0_{}, length_{};
+  int parts_ = 0, done_ = 0;
   bool has_given_up_ = false;
   Plain y_, next_, slope0_, slope1_;  // of the part that was done last
   DenseOutput<S> dense_;

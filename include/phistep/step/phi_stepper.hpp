@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -130,8 +131,9 @@ class PhiStepper {
   }
   /// out = y' at (t, y): for motion v and M⁻¹Ψ. One force call; false where it isn't finite.
   [[nodiscard]] bool slope(Scalar t, const PlainState<S>& y, PlainState<S>& out) {
-    RateOf<S> psi = make_rate<S>(y);
-    return kernel_.rhs().whole_slope(t, y, out, psi);
+    if (!slope_psi_) slope_psi_.emplace();
+    reset_rate<S>(*slope_psi_, y);
+    return kernel_.rhs().whole_slope(t, y, out, *slope_psi_);
   }
   /// Of the last step: the sizes of its solves' corrections.
   [[nodiscard]] const Failure& history() const { return kernel_.history(); }
@@ -242,6 +244,7 @@ class PhiStepper {
   [[no_unique_address]] MassSpec mass_;
   Kernel kernel_;
   [[no_unique_address]] Working working_;
+  std::optional<RateOf<S>> slope_psi_;  // scratch, kept for the next slope
   std::int64_t changes_ = 0;
 };
 

@@ -4,8 +4,6 @@
 /// is done as two halves.
 #pragma once
 
-#include <optional>
-
 #include "phistep/control/trace.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
@@ -15,6 +13,7 @@
 #include "phistep/problem/transaction.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/step/past.hpp"
+#include "phistep/step/spare_stepper.hpp"
 #include "phistep/step/step_doubling.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -25,25 +24,31 @@ class StepInside {
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
 
+  /// The step has been done.
   /// @param stepper  as the step left it
-  /// @param past     its checkpoint before that step
-  explicit StepInside(const Stepper& stepper, const Past<Stepper>& past)
-      : stepper_{stepper}, past_{past}, before_{stepper_.statistics()} {}
+  /// @param past     its checkpoint before that step, to which this refers
+  void begin(const Stepper& stepper, const Past<Stepper>& past) {
+    spare_.copy(stepper);
+    past_ = &past;
+  }
+  /// Until then there is none to look into.
+  [[nodiscard]] bool has_begun() const { return past_ != nullptr; }
+  void end() { past_ = nullptr; }
   /// state = y(t + dt) from y(t), by one step at a fixed Δt, or by as many as the error asks for.
   /// @param pace  the run's, whose tolerances hold
   template <class Pace>
   [[nodiscard]] StepReport step(S& state, Scalar t, Scalar dt, Pace& pace) {
-    go_back(stepper_, past_);
+    go_back(*spare_, *past_);
     if constexpr (Pace::sees_error) {
       trace_ = pace.trace();
       trace_.wants_dense = false;
       return part(state, t, dt, pace, 0);
     } else {
-      return stepper_.step(state, t, dt);
+      return spare_->step(state, t, dt);
     }
   }
-  /// What it has cost so far.
-  [[nodiscard]] Statistics spent() const { return stepper_.statistics() - before_; }
+  /// What looks into this step have cost so far.
+  [[nodiscard]] Statistics spent() const { return spare_.spent(); }
 
  private:
   StepReport part(S& state, Scalar t, Scalar dt, auto& pace, int halvings) {
@@ -58,19 +63,14 @@ class StepInside {
   StepReport attempt(S& state, Scalar t, Scalar dt, auto& pace) {
     const auto allows = [&](const Plain& y, const Plain& next, const auto& told) { return pace.allows(y, next, told); };
     if constexpr (can_trace<Stepper>)
-      if (stepper_.estimates(trace_)) return stepper_.attempt(state, t, dt, Origin::unknown, trace_, allows);
-    doubling_.emplace();
-    Plain like;
-    copy_blocks<S>(like, state);
-    doubling_->resize(like);
-    return doubling_->attempt(stepper_, state, t, dt, Origin::unknown, trace_, allows);
+      if (spare_->estimates(trace_)) return spare_->attempt(state, t, dt, Origin::unknown, trace_, allows);
+    return doubling_.attempt(*spare_, state, t, dt, Origin::unknown, trace_, allows);
   }
 
-  Stepper stepper_;
-  [[no_unique_address]] Past<Stepper> past_;
-  Statistics before_;
+  SpareStepper<Stepper> spare_;
+  const Past<Stepper>* past_ = nullptr;
   Trace<Plain> trace_;
-  std::optional<StepDoubling<Stepper, S>> doubling_;
+  StepDoubling<Stepper, S> doubling_;
 };
 
 }  // namespace phistep::inline PHISTEP_ABI
