@@ -17,29 +17,18 @@
 #include <utility>
 #include <vector>
 
+#include "phistep/core/member_named.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/force/sum.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
-struct NameAdd {
-  int add;
-};
-struct NameJacobian {
-  int jacobian;
-};
-/// Whether F has a member of the name that Name has, as signature.hpp's has_member_named_jacobian.
-template <class F, class Name>
-struct WithName : F, Name {};
 template <class F>
 inline constexpr bool is_called_only = true;
 template <class F>
-  requires(std::is_class_v<F> && !std::is_final_v<F>)
-inline constexpr bool is_called_only<std::reference_wrapper<F>> = requires {
-  &WithName<F, NameAdd>::add;
-  &WithName<F, NameJacobian>::jacobian;
-};
+inline constexpr bool is_called_only<std::reference_wrapper<F>> =
+    !has_member_named<F, NameAdd> && !has_member_named<F, NameJacobian>;
 
 /// A function as an object that can be inherited from.
 template <class F>

@@ -10,6 +10,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "phistep/core/member_named.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/force/sum.hpp"
@@ -287,18 +288,6 @@ struct Refusal {
   static constexpr bool is_said = true;
 };
 
-struct JacobianName {
-  int jacobian;
-};
-template <class F>
-struct WithJacobianName : F, JacobianName {};
-/// Whether F has any member of that name, be it a template or overloaded: with two of them, the name is ambiguous.
-template <class F>
-inline constexpr bool has_member_named_jacobian = false;
-template <class F>
-  requires(std::is_class_v<F> && !std::is_final_v<F>)
-inline constexpr bool has_member_named_jacobian<F> = !requires { &WithJacobianName<F>::jacobian; };
-
 /// What a force says about itself by a static member (a template where it depends on the kind of state); `otherwise`
 /// where it is silent.
 template <class F, class View>
@@ -367,7 +356,7 @@ struct ForceTraits {
   static constexpr bool returns_jacobian = phistep::returns_jacobian<F, View, arity>();
   static constexpr bool has_jacobian = returns_jacobian || AddsJacobian<F, View>;
   static constexpr bool has_velocity_jacobian = has_jacobian || !uses_velocity;
-  static_assert(has_jacobian || !has_member_named_jacobian<F>,
+  static_assert(has_jacobian || !has_member_named<F, NameJacobian>,
                 "phistep: the force's member jacobian(...) must take the same arguments as the force itself");
 
   static constexpr Structure structure = [] {

@@ -17,6 +17,7 @@
 
 #include <type_traits>
 
+#include "phistep/core/member_named.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/force/evaluate.hpp"
 #include "phistep/force/signature.hpp"
@@ -32,23 +33,11 @@ concept AppliesJacobian = requires(F& f, double t, const View& y, const View& x,
   f.apply_jacobian(t, y, memory, x, out);
 };
 
-struct ApplyJacobianName {
-  int apply_jacobian;
-};
-template <class F>
-struct WithApplyJacobianName : F, ApplyJacobianName {};
-/// Whether F has any member of that name, as has_member_named_jacobian.
-template <class F>
-inline constexpr bool has_member_named_apply_jacobian = false;
-template <class F>
-  requires(std::is_class_v<F> && !std::is_final_v<F>)
-inline constexpr bool has_member_named_apply_jacobian<F> = !requires { &WithApplyJacobianName<F>::apply_jacobian; };
-
 /// Whether F knows its Jacobian's products, and its diagonal.
 template <class F, class View, class Rate>
 struct ProductTraits {
   static constexpr bool applies = AppliesJacobian<F, View, Rate>;
-  static_assert(applies || !has_member_named_apply_jacobian<F>,
+  static_assert(applies || !has_member_named<F, NameApplyJacobian>,
                 "phistep: a force's apply_jacobian must take (t, y, x, out): the time, the state, a direction seen as "
                 "the state is, and the rate to add to");
   static constexpr bool has_product = applies || ForceTraits<F, View, Rate>::has_jacobian;

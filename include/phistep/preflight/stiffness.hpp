@@ -7,11 +7,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 
 #include "phistep/control/trace.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/core/xorshift.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/combination.hpp"
 
@@ -37,13 +37,9 @@ class SpectralRadius {
  public:
   using Scalar = ScalarOf<Plain>;
   explicit SpectralRadius(const Plain& y) : direction_{y}, slope_{y}, moved_{y} {
-    std::uint64_t random = 88172645463325252u;
-    for_each_number(
-        [&random](auto, Scalar& x) {
-          random ^= random << 13, random ^= random >> 7, random ^= random << 17;
-          x = static_cast<Scalar>(static_cast<double>(random >> 11) / 9007199254740992.0 - 0.5);
-        },
-        Blocks<Plain>::all(direction_));
+    Xorshift random{88172645463325252u};
+    for_each_number([&random](auto, Scalar& x) { x = static_cast<Scalar>(random.number() - 0.5); },
+                    Blocks<Plain>::all(direction_));
   }
 
   /// At (t, y). @param f  f(t, y, out) → bool: out = y'. @param weight  1/(atol + rtol|y|), whose rtol is `rtol`

@@ -22,9 +22,11 @@
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/core/xorshift.hpp"
 #include "phistep/equation/right_hand_side.hpp"
 #include "phistep/solve/newton.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/combination.hpp"
 #include "phistep/state/unknowns.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -115,15 +117,9 @@ class TangentCheck {
           velocity_of<S>(size_).data()[i] = static_cast<Scalar>(largest(position_of<S>(y))) / std::abs(gamma);
       }
     }
-    std::uint64_t random = 0x9e3779b97f4a7c15u * (seen_ + 1);
-    for_each_block(
-        [&](auto, auto& to, const auto& size) {
-          for (Index i = 0; i < to.size(); ++i) {
-            random ^= random << 13, random ^= random >> 7, random ^= random << 17;
-            to.data()[i] = (random & 1) != 0 ? size.data()[i] : -size.data()[i];
-          }
-        },
-        Blocks<S>::solved(direction_), Blocks<S>::solved(size_));
+    Xorshift random{0x9e3779b97f4a7c15u * (seen_ + 1)};
+    for_each_number([&random](auto, Scalar& to, Scalar size) { to = random.sign(size); }, Blocks<S>::solved(direction_),
+                    Blocks<S>::solved(size_));
     multiply(rhs, direction_, b_);
   }
   /// out = M x
@@ -145,35 +141,25 @@ class TangentCheck {
   /// ε: the component that moves farthest, for its size, moves by the cube root of a rounding.
   [[nodiscard]] Scalar step_length() const {
     Scalar most{0};
-    for_each_block(
-        [&most](auto, const auto& x, const auto& size) {
-          for (Index i = 0; i < x.size(); ++i)
-            if (size.data()[i] > 0) most = std::max(most, std::abs(x.data()[i]) / size.data()[i]);
+    for_each_number(
+        [&most](auto, Scalar x, Scalar size) {
+          if (size > 0) most = std::max(most, std::abs(x) / size);
         },
         Blocks<S>::all(direction_), Blocks<S>::all(size_));
     return most > 0 && std::isfinite(most) ? std::cbrt(std::numeric_limits<Scalar>::epsilon()) / most : Scalar{0};
   }
   /// The largest change of Ψ where every component of y is a rounding or two off.
   [[nodiscard]] double noise_of(Rhs& rhs, Scalar t, const Plain& y, const Rate& psi) {
-    std::uint64_t random = 0x2545f4914f6cdd1du * (seen_ + 1);
-    for_each_block(
-        [&](auto, auto& to, const auto& from) {
-          for (Index i = 0; i < from.size(); ++i) {
-            random ^= random << 13, random ^= random >> 7, random ^= random << 17;
-            const Scalar by =
-                (random & 1) != 0 ? std::numeric_limits<Scalar>::epsilon() : -std::numeric_limits<Scalar>::epsilon();
-            to.data()[i] = from.data()[i] * (1 + by);
-          }
-        },
-        Blocks<S>::all(probe_), Blocks<S>::all(y));
+    Xorshift random{0x2545f4914f6cdd1du * (seen_ + 1)};
+    const Scalar u = std::numeric_limits<Scalar>::epsilon();
+    for_each_number([&random, u](auto, Scalar& to, Scalar from) { to = from * (1 + random.sign(u)); },
+                    Blocks<S>::all(probe_), Blocks<S>::all(y));
     ask(rhs, t);
     double most = 0;
-    for_each_block(
-        [&most](auto, const auto& there, const auto& here) {
-          for (Index i = 0; i < there.size(); ++i) {
-            const double change = std::abs(static_cast<double>(there.data()[i] - here.data()[i]));
-            most = std::isnan(change) ? change : std::max(most, change);
-          }
+    for_each_number(
+        [&most](auto, Scalar there, Scalar here) {
+          const double change = std::abs(static_cast<double>(there - here));
+          most = std::isnan(change) ? change : std::max(most, change);
         },
         Rate::blocks(rate_), Rate::blocks(psi));
     return most;
@@ -186,17 +172,11 @@ class TangentCheck {
   }
   /// measured = γ [Ψ(t, y + εx) − Ψ(t, y)]/ε. False where Ψ isn't finite there.
   [[nodiscard]] bool measure(Rhs& rhs, Scalar gamma, Scalar t, const Plain& y, const Rate& psi, Scalar step) {
-    for_each_block([step](auto, auto& to, const auto& from, const auto& x) { to = from + step * x; },
-                   Blocks<S>::all(probe_), Blocks<S>::all(y), Blocks<S>::all(direction_));
+    assign<S>(probe_, in<S>(y) + step * in<S>(direction_));
     ask(rhs, t);
-    Index at = 0;
-    for_each_block(
-        [&](auto, const auto& there, const auto& here) {
-          for (Index i = 0; i < there.size(); ++i)
-            measured_[at + i] = gamma / step * (there.data()[i] - here.data()[i]);
-          at += there.size();
-        },
-        Rate::blocks(rate_), Rate::blocks(psi));
+    auto* to = measured_.data();
+    for_each_number([to, by = gamma / step](auto i, Scalar there, Scalar here) { to[i] = by * (there - here); },
+                    Rate::blocks(rate_), Rate::blocks(psi));
     return all_finite(measured_.data(), measured_.size());
   }
   /// Block by block, to a thousandth of the largest component, and to what rounding and a bend of Ψ leave.
