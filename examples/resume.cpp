@@ -5,8 +5,9 @@
 // hangs on all before it, so that a run with the least difference soon slips elsewhere.
 //
 // The program writes a checkpoint now and then, and is cut off in the middle without a warning. Started again, it finds
-// the file and goes on. It ends where a run without the break ends, in every bit: positions, velocities, anchors, counts,
-// though the steps' lengths were chosen by their error. Taken up from positions and velocities alone it ends elsewhere.
+// the file and goes on. It ends where a run without the break ends that wrote its checkpoints likewise, in every bit:
+// positions, velocities, anchors, counts, though the steps' lengths were chosen by their error. Taken up from positions
+// and velocities alone it ends elsewhere.
 //
 // Run: resume [--short] [--out DIR]
 #include <phistep/io.hpp>

@@ -190,7 +190,6 @@ TEST_CASE("a run with events and samples goes on from a checkpoint to the same b
       for (int n = 0; n < cut && run.advance(); ++n) {
       }
       run.save(out);
-      out.finish();
     }));
     const auto times = with_run(after, [&](auto& run) {
       Reader in{out.bytes()};

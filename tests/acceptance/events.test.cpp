@@ -105,7 +105,6 @@ TEST_CASE("how soon events follow each other is part of a checkpoint") {
     }
     Writer out;
     first.save(out);
-    out.finish();
     Ball again{One{0}, One{0}};
     PhiStepper other{again, weight, velocity_verlet};
     auto rebound = bounce;

@@ -158,7 +158,7 @@ void checkpoints(const std::string& save, const std::string& load) {
     if (!save.empty()) save_checkpoint(std::filesystem::path(save), all);
   });
   const State resumed = run([&](auto& all) { load_checkpoint(file, all); });
-  answer("checkpoint: the bits of the unbroken run", unbroken.r == resumed.r && unbroken.v == resumed.v);
+  answer("checkpoint: the bits of the run that saved", unbroken.r == resumed.r && unbroken.v == resumed.v);
   answer("checkpoint: x", unbroken.r[0], kepler.exact(3).r[0], 1e-6);
   if (load.empty()) return;
   try {

@@ -72,6 +72,7 @@ namespace {
 
 /// A spring whose anchor follows: a history.
 struct Slider : ForceTerm {
+  static constexpr const char* name = "slider";
   struct Memory {
     Vec anchor;
     int commits = 0;

@@ -99,6 +99,7 @@ struct Kick : ForceTerm {  // beside other terms; spoils what they have added
 };
 /// Slides where the pull is too strong: a history.
 struct Slider : ForceTerm {
+  static constexpr const char* name = "slider";
   struct Memory {
     Vec anchor;
     void archive(auto& ar) { ar(anchor); }

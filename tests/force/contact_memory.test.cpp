@@ -18,7 +18,6 @@ template <class T>
 T copied(const T& from) {
   Writer out;
   out(from);
-  out.finish();
   T to;
   Reader in{out.bytes()};
   in(to);

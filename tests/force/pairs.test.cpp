@@ -232,7 +232,6 @@ TEST_CASE("a rejected step leaves no trace, and a checkpoint continues bit for b
     Writer out;
     auto memory = stepper.memory();
     out(memory);
-    out.finish();
     NeighborMemory restored;
     Reader in{out.bytes()};
     in(restored);

@@ -25,7 +25,7 @@ namespace {
 template <class... Parts>
 std::string bytes_of(const Parts&... parts) {
   std::ostringstream out;
-  save_checkpoint(out, parts...);
+  detail::write_checkpoint(out, parts...);
   return out.str();
 }
 template <class... Parts>
@@ -233,8 +233,8 @@ void edit(std::string& text, std::size_t first, Bytes& by) {
 }
 /// With the length and the checksum that fit.
 std::string sealed(std::string text) {
-  const std::uint64_t length = text.size() - sizeof(detail::CheckpointHeader);
-  std::memcpy(text.data() + offsetof(detail::CheckpointHeader, length), &length, sizeof length);
+  const std::uint64_t length = text.size() - detail::checkpoint_head;
+  std::memcpy(text.data() + 16, &length, sizeof length);
   const std::uint64_t end = checksum(std::as_bytes(std::span(text)));
   return text.append(reinterpret_cast<const char*>(&end), sizeof end);
 }
@@ -259,10 +259,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     for (int k = 0; k < 4 && in.left() > 0; ++k) edit(text, 0, in);
     is_sealed = false;
   } else if (mode == 1) {  // arbitrary parts
-    text.replace(sizeof(detail::CheckpointHeader), std::string::npos, reinterpret_cast<const char*>(in.rest()),
+    text.replace(detail::checkpoint_head, std::string::npos, reinterpret_cast<const char*>(in.rest()),
                  in.left());
   } else {
-    for (int k = 0; k < 6 && in.left() > 0; ++k) edit(text, sizeof(detail::CheckpointHeader), in);
+    for (int k = 0; k < 6 && in.left() > 0; ++k) edit(text, detail::checkpoint_head, in);
   }
   if (is_sealed) text = sealed(std::move(text));
 

@@ -6,7 +6,7 @@ namespace checkpoint_cases {
 struct Scene {
   using State = Eigen::VectorXd;
   static inline int calls = 0;
-  static constexpr int carried = 0;
+  static constexpr int carried = 0;  // differences ask for it again
   struct Decay {
     State operator()(const State& y) const {
       ++calls;

@@ -333,7 +333,6 @@ TEST_CASE("a memory that goes back takes the list with it, bit for bit") {
   Writer out;
   NeighborMemory copy = before;
   out(copy);
-  out.finish();
   NeighborMemory restored;
   Reader in{out.bytes()};
   in(restored);
@@ -357,7 +356,6 @@ TEST_CASE("a checkpoint holds a list's age; one whose numbers aren't finite is r
   const auto copied = [](const NeighborMemory& from) {
     Writer out;
     out(from);
-    out.finish();
     NeighborMemory to;
     Reader in{out.bytes()};
     in(to);

@@ -166,7 +166,6 @@ TEST_CASE("sampled: a checkpoint holds how far it has come; a time that isn't fi
   const auto copied = [](auto from, auto to) {
     Writer out;
     out(from);
-    out.finish();
     Reader in{out.bytes()};
     in(to);
     in.finish();

@@ -93,7 +93,7 @@ TEST_CASE("every: a checkpoint that can't be of it is refused, and changes nothi
     auto observer = every(0.5, [&seen](double, const auto&) { ++seen; });
     CHECK(observer(3.0, y));
     Writer out;
-    out(start, next, false);
+    out("start", start, "next", next, "first", false);
     Reader in{out.bytes()};
     try {
       observer.load(in, [] {});

@@ -19,6 +19,7 @@ struct Pile : ForceTerm {
   double k = 1000, c = 20;
   std::int64_t* rows = nullptr;  // counts particles whose force was computed
   static constexpr bool uses_velocity = true, uses_time = false;
+  static constexpr const char* name = "watcher";
   struct Memory {
     static constexpr bool is_cache = true;
     mutable Eigen::Matrix2Xd seen;
@@ -195,7 +196,6 @@ TEST_CASE("where everything sleeps and nothing is changed, nothing wakes, not af
   for (int k = 0; k < 10; ++k) REQUIRE(stepper.step(grains, dt * n++, dt));
   Writer out;
   save_parts(out, stepper, grains);
-  out.finish();
   const auto twin = [&](auto&& edit) {
     Grains again = columns(2);
     Sleeping other{PhiStepper{again, scene(), symplectic_euler}, SleepOptions{.speed = 1e-3}};
@@ -254,7 +254,6 @@ TEST_CASE("a checkpoint in the middle of sleep goes on with the same bits") {
   REQUIRE(stepper.report().asleep > 0);
   Writer out;
   save_parts(out, stepper, grains);
-  out.finish();
   run(grains, stepper, 5200, 6200);
 
   Grains again = columns(3);

@@ -5,7 +5,7 @@
 
 using namespace local_resolvent_cases;
 
-TEST_CASE("a checkpoint has the pace of each particle's solves: the next step's bits are the same") {
+TEST_CASE("saving forgets the pace of each particle's solves, as a restart does: the next step's bits are the same") {
   const auto check = [](auto go) {
     Motion<Matrix3Xd> y = crowd(14), z = y;
     PhiStepper stepper{y, local<3>(WellWithJacobian{}), backward_euler},

@@ -156,7 +156,6 @@ TEST_CASE("a checkpoint holds properties, and restores another number of particl
   grains.erase(2);
   Writer out;
   out(grains);
-  out.finish();
   Grains other{Eigen::Matrix2Xd::Zero(2, 1)};
   Reader in{out.bytes()};
   in(other);

@@ -298,14 +298,14 @@ class Kernel {
   /// For a checkpoint: history, counts, Ψ.
   void save(Writer& out) const {
     out.fact("state", transaction_.shape());
-    if constexpr (saves_psi) save_parts(out, "psi", transaction_);
+    if constexpr (carries) save_parts(out, "psi", transaction_);
     save_parts(out, "force", rhs_);
   }
   void load(Reader& in, auto&& then) {
     in.fact("state", transaction_.shape());
-    if constexpr (saves_psi) load_parts(in, then, "psi", transaction_, "force", rhs_);
+    if constexpr (carries) load_parts(in, then, "psi", transaction_, "force", rhs_);
     else load_parts(in, then, "force", rhs_);
-    if constexpr (has_unsaved) forget_unsaved();
+    if constexpr (has_unsaved) resolvent_.forget_unsaved();
   }
 
  private:
@@ -351,15 +351,10 @@ class Kernel {
 
  public:
   static constexpr bool has_unsaved = requires(Resolvent & resolvent) { resolvent.forget_unsaved(); };
-  /// Forgets what save() leaves out: Jacobian, factors, patterns, what solves have learnt, and Ψ as a solve has left it:
-  /// off by what that solve is, it is nothing to make a new Jacobian by differences with.
-  void forget_unsaved() requires(has_unsaved) {
-    resolvent_.forget_unsaved();
-    transaction_.reset();
-  }
+  /// Forgets what save() leaves out: Jacobian, factors, patterns, and what solves have learnt.
+  void forget_unsaved() requires(has_unsaved) { resolvent_.forget_unsaved(); }
 
  private:
-  static constexpr bool saves_psi = carries && !has_unsaved;
   [[nodiscard]] Outcome resolve_from(Data& step, const Gamma<Scalar>& gamma, Scalar t, const PlainState<S>& guess,
                                      const Trace<Plain>* trace) {
     if constexpr (!Rhs::couples_unknowns)
