@@ -32,7 +32,7 @@ void check_none_watched(S state, auto force, auto scheme, const auto&... more) {
     const auto judge = [n](const auto&...) { return n % 3 != 2; };
     StepReport step;
     bool direct = false;
-    if constexpr (can_trace<decltype(stepper)>) {
+    if constexpr (facts_of<std::remove_cvref_t<decltype(stepper)>>.traces) {
       direct = stepper.estimates(trace);
       if (direct) step = stepper.attempt(state, 0.1 * n, 0.02 + 0.001 * n, Origin::unknown, trace, judge);
     }

@@ -70,7 +70,7 @@ class Body final : public Subject {
   }
   using Stepper = decltype(make(std::declval<const S&>(), std::declval<const Force&>(), std::declval<const Scheme&>()));
   static constexpr bool traced = [] {
-    if constexpr (watched) return Stepper::traces;
+    if constexpr (watched) return Stepper::facts.traces;
     else return false;
   }();
 

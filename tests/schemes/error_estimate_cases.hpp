@@ -82,8 +82,8 @@ std::vector<double> misjudged(auto make, const S& last, double t, double h) {
     const S before = y, exact = solution(slope, before, t, dt);
     StepReport done;
     bool direct = false;
-    if constexpr (can_trace<Stepper>) direct = stepper.estimates(trace);
-    if constexpr (can_trace<Stepper>)
+    if constexpr (facts_of<Stepper>.traces) direct = stepper.estimates(trace);
+    if constexpr (facts_of<Stepper>.traces)
       if (direct) done = stepper.attempt(y, t, dt, Origin::unknown, trace, yes);
     if (!direct) done = doubling.attempt(stepper, y, t, dt, Origin::unknown, trace, yes);
     if (!done || !trace.has_error) throw std::runtime_error(done.message());

@@ -178,3 +178,17 @@ TEST_CASE("under a tolerance halving has the error estimate and the dense output
   check("radau", radau);
   check("trapezoidal", trapezoidal);
 }
+
+TEST_CASE("at a fixed step an explicit scheme inside is interpolated as it is alone") {
+  const auto calls = [](auto&& stepper, Motion<Eigen::Vector2d> y) {
+    int samples = 0;
+    const RunReport report =
+        integrate(stepper, y, {0, 1}, fixed(0.1), sampled(0.013, [&](double, const auto&) { ++samples; }));
+    REQUIRE(report);
+    CHECK(samples == 77);
+    return report.statistics.force_calls;
+  };
+  const auto pull = [](const Eigen::Vector2d& r) -> Eigen::Vector2d { return -r; };
+  const Motion<Eigen::Vector2d> y{{1, 0}, {0, 1}};
+  CHECK(calls(Halving{PhiStepper{y, pull, velocity_verlet}}, y) == calls(PhiStepper{y, pull, velocity_verlet}, y));
+}

@@ -10,13 +10,10 @@ namespace phistep::inline PHISTEP_ABI {
 
 /// A fact: has no default.
 template <class T>
-class Fact {
- public:
-  constexpr Fact(T value) : value_{value} {}  // NOLINT: .is_explicit = true
-  constexpr operator T() const { return value_; }
-
- private:
-  T value_;
+struct Fact {
+  T value;
+  constexpr Fact(T x) : value{x} {}  // NOLINT: .is_explicit = true
+  constexpr operator T() const { return value; }
 };
 
 /// Which force and which velocity a scheme's energy balance has (observe/energy_ledger.hpp).

@@ -23,6 +23,7 @@
 #include <tuple>
 #include <type_traits>
 
+#include "phistep/core/stepper_facts.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
 
@@ -93,7 +94,7 @@ class DenseOutput {
   /// Hermite's interpolant. The stepper must outlive the step, and do no other meanwhile.
   template <class Stepper>
   void interpolate_by(const Stepper& stepper) {
-    if constexpr (requires { requires Stepper::interpolates; }) {
+    if constexpr (facts_of<Stepper>.interpolates) {
       self_ = &stepper;
       inside_ = [](const void* self, Scalar x, Scalar dt, const Plain& y0, const Plain& y1, Plain& out) {
         static_cast<const Stepper*>(self)->interpolate(x, dt, y0, y1, out);

@@ -97,9 +97,8 @@ class EnergyLedger {
   using Force = typename Splitter::Force;
   using Parts = ForceParts<Rate>;
   using Block = typename Parts::Block;
-  static constexpr EnergyBalance balance = is_split<std::remove_const_t<Force>, Scheme>
-                                               ? EnergyBalance::rest
-                                               : static_cast<EnergyBalance>(Scheme::facts.energy);
+  static constexpr EnergyBalance balance =
+      is_split<std::remove_const_t<Force>, Scheme> ? EnergyBalance::rest : Scheme::facts.energy.value;
 
   static_assert(Blocks<S>::drifts, "phistep: EnergyLedger needs a motion (r, v): a first-order state has no energy");
   static_assert(!has_history<Force>, "phistep: EnergyLedger knows no energy balance of a force with a history");

@@ -42,6 +42,7 @@
 #include "phistep/core/archive.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/step_report.hpp"
+#include "phistep/core/stepper_facts.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/equation/right_hand_side.hpp"
 #include "phistep/matrix/dense_system.hpp"
@@ -84,9 +85,7 @@ struct SchemeDefaults {
   static void reset() {}     ///< the next step is the first
   static void accepted() {}  ///< the step just advanced has become the state
   static constexpr bool traces = false, interpolates = false;
-  /// Seven tenths of the largest error and more: of Hermite's interpolant, which goes as x²(1−x)², and as x(1−x)(1−2x) where
-  /// slopes are wrong; of collocation at Radau's 3, 5 or 7 nodes, which goes as ∫Π(x−c_i), and as xΠ(x−c_i) where it is stiff.
-  static constexpr std::array<double, 2> doubtful_at{0.35, 0.68};
+  static constexpr std::array<double, 2> doubtful_at = usually_doubtful;
 };
 
 template <class Solver>

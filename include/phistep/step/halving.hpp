@@ -21,6 +21,7 @@
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/step_report.hpp"
+#include "phistep/core/stepper_facts.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/problem/transaction.hpp"
 #include "phistep/state/blocks.hpp"
@@ -66,24 +67,27 @@ class Halving {
   [[nodiscard]] int order() const { return stepper_.order(); }
 
   // What a run controlled by its error asks beside steps: all that the stepper inside can tell.
-  static constexpr bool traces = can_trace<Stepper>;
-  static constexpr bool interpolates = requires { requires Stepper::interpolates; };
-  static constexpr bool refactorises = requires { requires Stepper::refactorises; };
-  static constexpr bool is_affine = requires { requires Stepper::is_affine; };
+  static constexpr StepperFacts facts{.traces = facts_of<Stepper>.traces,
+                                      .interpolates = facts_of<Stepper>.interpolates,
+                                      .solves_nothing = facts_of<Stepper>.solves_nothing,
+                                      .refactorises = facts_of<Stepper>.refactorises,
+                                      .is_affine = facts_of<Stepper>.is_affine,
+                                      .doubtful_at = facts_of<Stepper>.doubtful_at};
   template <class Plain>
-  [[nodiscard]] bool estimates(const Trace<Plain>& trace) const requires traces {
+  [[nodiscard]] bool estimates(const Trace<Plain>& trace) const requires(facts.traces.value) {
     return stepper_.estimates(trace);
   }
   template <class S, class Accept>
   StepReport attempt(S& state, ScalarOf<S> t, ScalarOf<S> dt, Origin origin, Trace<PlainState<S>>& trace,
-                     Accept&& accept) requires traces {
+                     Accept&& accept) requires(facts.traces.value) {
     const StepReport report = stepper_.attempt(state, t, dt, origin, trace, std::forward<Accept>(accept));
     if (report) ++steps_;
     else if (report.outcome() != Outcome::error_too_large) ++failed_steps_;
     return report;
   }
   template <class Plain, class Scalar>
-  void interpolate(Scalar x, Scalar dt, const Plain& y0, const Plain& y1, Plain& out) const requires interpolates {
+  void interpolate(Scalar x, Scalar dt, const Plain& y0, const Plain& y1, Plain& out) const
+      requires(facts.interpolates.value) {
     stepper_.interpolate(x, dt, y0, y1, out);
   }
   [[nodiscard]] int error_order() const requires requires(const Stepper& inner) { inner.error_order(); }

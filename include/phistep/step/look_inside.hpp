@@ -14,6 +14,7 @@
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/step_report.hpp"
+#include "phistep/core/stepper_facts.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/force/evaluate.hpp"
 #include "phistep/observe/dense_output.hpp"
@@ -30,16 +31,9 @@ namespace phistep::inline PHISTEP_ABI {
 /// slopes of small errors.
 template <class Stepper>
 [[nodiscard]] bool hermite_is_enough([[maybe_unused]] const Stepper& stepper) {
-  if constexpr (requires { requires Stepper::solves_nothing; }) return stepper.order() <= 2;
+  if constexpr (facts_of<Stepper>.solves_nothing) return stepper.order() <= 2;
   else return false;
 }
-/// Where in a step a stepper's interpolant is worst.
-template <class Stepper>
-inline constexpr auto doubtful_places = SchemeDefaults::doubtful_at;
-template <class Stepper>
-  requires requires { Stepper::doubtful_at; }
-inline constexpr auto doubtful_places<Stepper> = Stepper::doubtful_at;
-
 /// out = y' at (t, y) by a force call: success, non_finite_force or wrong_size.
 template <State S, class Stepper>
 [[nodiscard]] Outcome slope_of(Stepper& stepper, ScalarOf<S> t, const PlainState<S>& y, PlainState<S>& out) {
@@ -160,7 +154,7 @@ class LookInside {
   /// Empty where there is no guess, or a step fails.
   [[nodiscard]] std::optional<double> worst_error(Scalar length, double enough, auto&& guess) {
     double worst = 0;
-    for (const double x : doubtful_places<Stepper>) {
+    for (const double x : facts_of<Stepper>.doubtful_at.value) {
       if (!(worst <= enough)) break;
       const Scalar t = step_.t0() + static_cast<Scalar>(x) * length;
       const Plain* guessed = guess(t);

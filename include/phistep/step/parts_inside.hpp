@@ -6,6 +6,7 @@
 
 #include "phistep/control/trace.hpp"
 #include "phistep/core/statistics.hpp"
+#include "phistep/core/stepper_facts.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/observe/dense_output.hpp"
 #include "phistep/problem/transaction.hpp"
@@ -70,11 +71,11 @@ class PartsInside {
   }
 
  private:
-  static constexpr bool interpolates = requires { requires Stepper::interpolates; };
+  static constexpr bool interpolates = facts_of<Stepper>.interpolates;
 
   /// The next part. Where it fails, all is as before, or given up for good.
   bool step(S& state, auto& pace) {
-    if constexpr (can_trace<Stepper>) {
+    if constexpr (facts_of<Stepper>.traces) {
       if (done_ > 0) {
         trace_.advance();
         copy_blocks<S>(y_, next_);

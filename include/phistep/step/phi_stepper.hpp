@@ -11,6 +11,7 @@
 
 #include "phistep/core/archive.hpp"
 #include "phistep/core/phi.hpp"
+#include "phistep/core/stepper_facts.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/equation/right_hand_side.hpp"
 #include "phistep/force/at.hpp"
@@ -97,12 +98,16 @@ class PhiStepper {
     }
   }
 
-  /// Whether `attempt` can say how large a step's error is: some schemes always, some once they have a past, some never
+  static constexpr StepperFacts facts{.traces = Working::traces,
+                                      .interpolates = Working::interpolates,
+                                      .solves_nothing = !needs.solver && !needs.stages,
+                                      .refactorises = needs.stages && !Traits::is_affine,
+                                      .is_affine = Traits::is_affine,
+                                      .doubtful_at = Working::doubtful_at};
+  /// Whether `attempt` can say how large this step's error is: some schemes always, some once they have a past, some never
   /// (StepDoubling serves those).
-  static constexpr bool traces = Working::traces;
-  static constexpr bool is_affine = Traits::is_affine;
   [[nodiscard]] bool estimates(const Trace<PlainState<S>>& trace) const {
-    if constexpr (traces) return working_.estimates(trace);
+    if constexpr (facts.traces) return working_.estimates(trace);
     else return false;
   }
   /// A step that becomes the state only if accept(y, y⁺, trace) says so; otherwise Outcome::error_too_large, and the state
@@ -110,7 +115,7 @@ class PhiStepper {
   /// calls forget_solves().
   template <class Accept>
   StepReport attempt(S& state, Scalar t, Scalar dt, Origin origin, Trace<PlainState<S>>& trace,
-                     Accept&& accept) requires traces {
+                     Accept&& accept) requires(facts.traces.value) {
     if constexpr (Traits::valid) {
       if constexpr (static_unknowns<S> == Eigen::Dynamic)
         if (!kernel_.fits(state)) resize(state);
@@ -144,17 +149,9 @@ class PhiStepper {
     if constexpr (requires { working_.error_order(); }) return working_.error_order();
     else return working_.order() + 1;
   }
-  /// Whether its steps solve no equations, so that stability keeps Δt within what slopes at both ends can tell.
-  static constexpr bool solves_nothing = !needs.solver && !needs.stages;
-  /// Whether each step makes its matrix anew, so that keeping Δt spares nothing.
-  static constexpr bool refactorises = needs.stages && !Traits::is_affine;
-  /// Whether the scheme knows the solution inside the step just accepted better than its ends tell.
-  static constexpr bool interpolates = Working::interpolates;
-  /// Where in a step its interpolant is worst.
-  static constexpr std::array<double, 2> doubtful_at = Working::doubtful_at;
   /// out = y(t + x dt), 0 < x < 1, of the step from y0 to y1 that `attempt` did last with trace.wants_dense.
   void interpolate(Scalar x, Scalar dt, const PlainState<S>& y0, const PlainState<S>& y1, PlainState<S>& out) const
-      requires(interpolates) {
+      requires(facts.interpolates.value) {
     working_.interpolate(x, dt, y0, y1, out);
   }
   [[nodiscard]] const Statistics& statistics() const { return kernel_.rhs().statistics(); }

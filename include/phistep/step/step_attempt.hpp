@@ -10,6 +10,7 @@
 #include "phistep/control/fixed_step.hpp"
 #include "phistep/control/run_clock.hpp"
 #include "phistep/core/step_report.hpp"
+#include "phistep/core/stepper_facts.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/problem/transaction.hpp"
 #include "phistep/state/blocks.hpp"
@@ -116,7 +117,7 @@ class StepAttempt {
       const auto accept = [this](const Plain& y, const Plain& next, const auto& told) {
         return pace_.judge(y, next, told.error);
       };
-      if constexpr (can_trace<Stepper>)
+      if constexpr (facts_of<Stepper>.traces)
         if (stepper_.estimates(trace)) {
           way_ = Way::traced;
           return stepper_.attempt(state_, t, to.dt, origin, trace, accept);

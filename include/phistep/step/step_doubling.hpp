@@ -15,18 +15,13 @@
 #include "phistep/control/trace.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/step_report.hpp"
+#include "phistep/core/stepper_facts.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/problem/transaction.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/combination.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
-
-/// Whether a stepper can tell of its steps.
-template <class Stepper>
-inline constexpr bool can_trace = requires {
-  requires Stepper::traces;
-};
 
 /// `attempt` for any stepper.
 template <class Stepper, State S>
@@ -95,7 +90,7 @@ class StepDoubling {
   }
   /// A step that is accepted as it is.
   static StepReport one(Stepper& stepper, S& state, Scalar t, Scalar dt, Origin origin, Trace<Plain>& trace) {
-    if constexpr (can_trace<Stepper>)
+    if constexpr (facts_of<Stepper>.traces)
       return stepper.attempt(state, t, dt, origin, trace, [](const auto&...) { return true; });
     else if constexpr (requires { stepper.step(state, t, dt, origin); }) return stepper.step(state, t, dt, origin);
     else return stepper.step(state, t, dt);

@@ -8,6 +8,7 @@
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/step_report.hpp"
+#include "phistep/core/stepper_facts.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/problem/edit_guard.hpp"
 #include "phistep/problem/transaction.hpp"
@@ -62,7 +63,7 @@ class StepInside {
   }
   StepReport attempt(S& state, Scalar t, Scalar dt, auto& pace) {
     const auto allows = [&](const Plain& y, const Plain& next, const auto& told) { return pace.allows(y, next, told); };
-    if constexpr (can_trace<Stepper>)
+    if constexpr (facts_of<Stepper>.traces)
       if (spare_->estimates(trace_)) return spare_->attempt(state, t, dt, Origin::unknown, trace_, allows);
     return doubling_.attempt(*spare_, state, t, dt, Origin::unknown, trace_, allows);
   }
