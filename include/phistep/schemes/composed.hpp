@@ -17,12 +17,12 @@
 #pragma once
 
 #include <cstddef>
-#include <iterator>
 
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/phi.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/problem/kernel.hpp"
+#include "phistep/schemes/symmetric_coefficients.hpp"
 #include "phistep/schemes/velocity_verlet.hpp"
 #include "phistep/state/blocks.hpp"
 
@@ -86,12 +86,7 @@ class SchemeOn<Composed<Scheme>, S> : public SchemeDefaults {
   }
 
   [[nodiscard]] static constexpr Scalar gamma(std::size_t i) {
-    constexpr std::size_t given = std::size(KahanLi8::gamma);
-    const std::size_t from_end = i < KahanLi8::count - 1 - i ? i : KahanLi8::count - 1 - i;
-    if (from_end < given) return static_cast<Scalar>(KahanLi8::gamma[from_end]);
-    Scalar sum{0};
-    for (const long double x : KahanLi8::gamma) sum += static_cast<Scalar>(x);
-    return 1 - 2 * sum;
+    return symmetric_coefficient<Scalar>(KahanLi8::gamma, KahanLi8::count, i);
   }
 
  private:
