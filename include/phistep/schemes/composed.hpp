@@ -17,7 +17,6 @@
 #pragma once
 
 #include <cstddef>
-#include <iterator>
 #include <string>
 
 #include "phistep/core/outcome.hpp"
@@ -25,6 +24,7 @@
 #include "phistep/core/scheme_facts.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/problem/kernel.hpp"
+#include "phistep/schemes/symmetric_coefficients.hpp"
 #include "phistep/schemes/velocity_verlet.hpp"
 #include "phistep/state/blocks.hpp"
 
@@ -93,12 +93,7 @@ class SchemeOn<Composed<Scheme>, S> : public SchemeDefaults {
   }
 
   [[nodiscard]] static constexpr Scalar gamma(std::size_t i) {
-    constexpr std::size_t given = std::size(KahanLi8::gamma);
-    const std::size_t from_end = i < KahanLi8::count - 1 - i ? i : KahanLi8::count - 1 - i;
-    if (from_end < given) return static_cast<Scalar>(KahanLi8::gamma[from_end]);
-    Scalar sum{0};
-    for (const long double x : KahanLi8::gamma) sum += static_cast<Scalar>(x);
-    return 1 - 2 * sum;
+    return symmetric_coefficient<Scalar>(KahanLi8::gamma, KahanLi8::count, i);
   }
 
  private:

@@ -24,6 +24,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/problem/kernel.hpp"
 #include "phistep/schemes/acceleration.hpp"
+#include "phistep/schemes/symmetric_coefficients.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
 
@@ -100,9 +101,13 @@ class SchemeOn<KickDrift<Table>, S> : public SchemeDefaults {
   }
 
   /// a_{i+1}
-  [[nodiscard]] static constexpr Scalar drift(std::size_t i) { return symmetric(Table::a, Table::drifts, i); }
+  [[nodiscard]] static constexpr Scalar drift(std::size_t i) {
+    return symmetric_coefficient<Scalar>(Table::a, Table::drifts, i);
+  }
   /// b_{i+1}
-  [[nodiscard]] static constexpr Scalar kick(std::size_t i) { return symmetric(Table::b, Table::drifts + 1, i); }
+  [[nodiscard]] static constexpr Scalar kick(std::size_t i) {
+    return symmetric_coefficient<Scalar>(Table::b, Table::drifts + 1, i);
+  }
 
  private:
   /// v += b a, r += h v, in one pass
@@ -114,16 +119,6 @@ class SchemeOn<KickDrift<Table>, S> : public SchemeDefaults {
       r1 = r0[i] + h * v1;
     };
     return update_block<std::remove_cvref_t<decltype(v)>::SizeAtCompileTime>(v.size(), kernel, v.data(), r.data());
-  }
-  /// Coefficient i of n that sum to one: those given, from both ends, and in the centre what they leave.
-  template <std::size_t given>
-  [[nodiscard]] static constexpr Scalar symmetric(const long double (&coefficients)[given], std::size_t n,
-                                                  std::size_t i) {
-    const std::size_t from_end = i < n - 1 - i ? i : n - 1 - i;
-    if (from_end < given) return static_cast<Scalar>(coefficients[from_end]);
-    Scalar sum{0};
-    for (const long double x : coefficients) sum += static_cast<Scalar>(x);
-    return n % 2 == 1 ? 1 - 2 * sum : Scalar{0.5L} - sum;
   }
 };
 

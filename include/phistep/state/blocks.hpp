@@ -206,7 +206,7 @@ template <class Tie>
 }
 /// f(i, number i of each tie) for all numbers, one block after the other, each in storage order.
 template <class... Ties>
-void for_each_number(auto&& f, const Ties&... ties) {
+[[gnu::always_inline]] inline void for_each_number(auto&& f, const Ties&... ties) {
   std::size_t at = 0;
   for_each_block(
       [&f, &at](auto, auto& first, auto&... rest) {
