@@ -107,6 +107,17 @@ TEST_CASE("a whole number of steps costs one factorisation of a linear scene") {
   CHECK(report.statistics.jacobians == 1);
 }
 
+TEST_CASE(
+    "frames of whole steps cost one factorisation, too, though their lengths differ by the rounding of their times") {
+  for (const double t0 : {0.0, 5.0, 1000.0}) {
+    Vec y(1, 2);
+    PhiStepper stepper{y, [](const Vec& x) -> Vec { return -x.array().cube(); }, phi(0.5)};
+    for (int k = 0; k < 60; ++k) REQUIRE(integrate(stepper, y, {t0 + k / 60.0, t0 + (k + 1) / 60.0}, fixed(1.0 / 240)));
+    CHECK(stepper.statistics().steps == 240);
+    CHECK(stepper.statistics().factorizations == stepper.statistics().jacobians);
+  }
+}
+
 TEST_CASE("forth and back returns to the start") {
   Y y = start();
   PhiStepper stepper{y, pull, velocity_verlet};

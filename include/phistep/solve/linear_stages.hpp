@@ -110,7 +110,7 @@ class LinearStages {
     known_ = false;
     matrix_.drop();
     const Gamma<Scalar> gamma{dt, dt};
-    matrix_.begin(gamma, false);
+    matrix_.begin(gamma, Scalar{0});
     return matrix_.linearise(rhs, gamma, t, y, psi, options_, allowed);
   }
   /// W = M − γC − γ²K

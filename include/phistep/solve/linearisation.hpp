@@ -91,16 +91,15 @@ class Linearisation {
     drop();
   }
 
-  /// A new solve with coefficients γ. Factors made for others serve where `allowed` says that the iteration need not
-  /// reach rounding and γ is near (CVODE's bound |γ/γ_p − 1| ≤ 0.3); corrections are then scaled.
-  void begin(const Gamma<Scalar>& gamma, bool tolerant) {
+  /// A new solve with coefficients γ. Factors made for others, γ_p, serve where |γ/γ_p − 1| ≤ near; corrections are then
+  /// scaled.
+  void begin(const Gamma<Scalar>& gamma, Scalar near) {
     if constexpr (!analytic) differences_.begin();
     if constexpr (matrix_free) system_.begin();
     scale_ = Scalar{1};
     if (!has_factors_ || gamma == factored_) return;
     const Scalar ratio = gamma.force / factored_.force;
-    if (!tolerant || !(std::abs(ratio - 1) <= static_cast<Scalar>(0.3)) || gamma.drift != ratio * factored_.drift)
-      has_factors_ = false;
+    if (!(std::abs(ratio - 1) <= near) || gamma.drift != ratio * factored_.drift) has_factors_ = false;
     else scale_ = 2 / (1 + (has_K && !has_C ? ratio * ratio : ratio));
   }
   /// |γ/γ_p − 1| of factors made for γ_p: about what an iteration on them leaves of the error.

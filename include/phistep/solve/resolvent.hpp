@@ -97,8 +97,10 @@ class NewtonResolvent {
                                 Failure& history, bool psi_known = false, SolveTolerance<Plain> allowed = {}) {
     increment_.begin(Y, gamma.drift);
     if (options_.rtol > 0) allowed.target = 0;
-    // One solve on factors of another γ would not be corrected by a second.
-    matrix_.begin(gamma, (options_.rtol > 0 || allowed.target > 0) && !affine);
+    // One solve on factors of another γ would not be corrected by a second. Iterations to rounding make do with those of a γ
+    // that is the same up to rounding, others with CVODE's bound.
+    const bool is_tolerant = options_.rtol > 0 || allowed.target > 0;
+    matrix_.begin(gamma, affine ? Scalar{0} : is_tolerant ? Scalar{3} / 10 : static_cast<Scalar>(std::sqrt(round_off)));
     Equation equation{*this, rhs, gamma, t, Y, guess, psi, psi_known, allowed};
     const Outcome outcome = solve(equation, history);
     if (outcome == Outcome::singular_matrix) history.particle = matrix_.singular_particle();
