@@ -37,8 +37,6 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
-#include <cstdio>
 #include <limits>
 #include <tuple>
 #include <type_traits>
@@ -46,10 +44,10 @@
 
 #include "phistep/core/archive.hpp"
 #include "phistep/core/scheme_facts.hpp"
-#include "phistep/core/statistics.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/force/at.hpp"
 #include "phistep/force/energy.hpp"
+#include "phistep/observe/energy_books.hpp"
 #include "phistep/observe/force_parts.hpp"
 #include "phistep/observe/step_path.hpp"
 #include "phistep/state/blocks.hpp"
@@ -58,21 +56,14 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// A sum that keeps what rounding takes from it (Neumaier, ZAMM 54 (1974) 39).
-template <class Scalar>
-class CompensatedSum {
- public:
-  void add(Scalar x) {
-    const Scalar sum = sum_ + x;
-    lost_ += std::abs(sum_) >= std::abs(x) ? (sum_ - sum) + x : (x - sum) + sum_;
-    sum_ = sum;
-  }
-  [[nodiscard]] Scalar value() const { return sum_ + lost_; }
-  void archive(auto& ar) { ar("sum", sum_, "lost", lost_); }
-
- private:
-  Scalar sum_{0}, lost_{0};
-};
+/// The form of a stepper's energy balance.
+template <class Stepper>
+inline constexpr EnergyBalance balance_of =
+    is_split<std::remove_const_t<typename ForceSplitter<Stepper>::Force>, typename Stepper::SchemeType>
+        ? EnergyBalance::rest
+        : Stepper::SchemeType::facts.energy.value;
+template <class Stepper>
+using EnergyBooksOf = EnergyBooks<ScalarOf<typename Stepper::StateType>, balance_of<Stepper> == EnergyBalance::rest>;
 
 /// An observer of completed steps:
 ///
@@ -85,7 +76,7 @@ class CompensatedSum {
 /// the stepper's statistics; by (4) three (six), or none.
 /// @tparam Stepper  a PhiStepper of a motion; it must outlive the ledger and stay where it is
 template <class Stepper>
-class EnergyLedger {
+class EnergyLedger : public EnergyBooksOf<Stepper> {
   static_assert(
       requires { typename Stepper::SchemeType; }, "phistep: EnergyLedger takes a PhiStepper, not a stepper around one");
   using S = typename Stepper::StateType;
@@ -97,16 +88,17 @@ class EnergyLedger {
   using Force = typename Splitter::Force;
   using Parts = ForceParts<Rate>;
   using Block = typename Parts::Block;
-  static constexpr EnergyBalance balance =
-      is_split<std::remove_const_t<Force>, Scheme> ? EnergyBalance::rest : Scheme::facts.energy.value;
+  static constexpr EnergyBalance balance = balance_of<Stepper>;
+  using Books = EnergyBooksOf<Stepper>;
+  using Books::books_;
 
   static_assert(Blocks<S>::drifts, "phistep: EnergyLedger needs a motion (r, v): a first-order state has no energy");
   static_assert(!has_history<Force>, "phistep: EnergyLedger knows no energy balance of a force with a history");
 
  public:
   static constexpr bool looks_at_ends_alone = true;  // of steps
-  /// In at least double precision. [energy]
-  using Energy = std::conditional_t<(sizeof(Scalar) > sizeof(double)), Scalar, double>;
+  using Energy = typename Books::Energy;
+  using Books::energy, Books::closure;
 
   explicit EnergyLedger(Stepper& stepper) : stepper_{&stepper}, force_{stepper} {}
 
@@ -168,51 +160,6 @@ class EnergyLedger {
     *this = std::move(read);
   }
 
-  [[nodiscard]] Energy energy() const { return books_.kinetic + books_.potential; }  ///< E at the end of the last step
-  [[nodiscard]] Energy kinetic() const { return books_.kinetic; }
-  [[nodiscard]] Energy potential() const { return books_.potential; }
-  [[nodiscard]] Energy start() const { return books_.start; }                ///< E where the books were opened
-  [[nodiscard]] Energy scheme() const { return books_.scheme.value(); }      ///< put in by the scheme (< 0: taken)
-  [[nodiscard]] Energy damping() const { return books_.damping.value(); }    ///< … by forces that use the velocity
-  [[nodiscard]] Energy external() const { return books_.external.value(); }  ///< … by forces without potential
-  [[nodiscard]] Energy solver() const { return books_.solver.value(); }      ///< … by what the solver left unsolved
-  [[nodiscard]] Energy edits() const { return books_.edits.value(); }  ///< … between steps: a bounce, a thermostat
-  /// What all accounts together leave unexplained: rounding.
-  [[nodiscard]] Energy closure() const {
-    CompensatedSum<Energy> rest;
-    for (const Energy x : {energy(), -start(), -scheme(), -damping(), -external(), -solver(), -edits()}) rest.add(x);
-    return rest.value();
-  }
-  [[nodiscard]] Energy largest_closure() const { return books_.largest_closure; }  ///< in magnitude, of all steps
-  /// The largest |E| met: what the accounts are printed relative to.
-  [[nodiscard]] Energy largest_energy() const { return books_.largest; }
-  [[nodiscard]] std::int64_t steps() const { return books_.steps; }
-  [[nodiscard]] std::int64_t force_calls() const { return books_.force_calls; }  ///< the ledger's own
-
-  template <class OStream>
-    requires requires(OStream& out) { out << ""; }
-  friend OStream& operator<<(OStream& out, const EnergyLedger& ledger) {
-    char line[128];
-    const auto print = [&](const char* name, Energy x) {
-      const double energy = static_cast<double>(x), scale = static_cast<double>(ledger.books_.largest);
-      std::snprintf(line, sizeof line, "  %-20s%16.8e%14.1e\n", name, energy, scale > 0 ? energy / scale : 0.0);
-      out << line;
-    };
-    std::snprintf(line, sizeof line, "energy over %lld steps      [energy]   of max |E|\n",
-                  static_cast<long long>(ledger.books_.steps));
-    out << line;
-    print("at the start", ledger.start());
-    print(balance == EnergyBalance::rest ? "scheme (the rest)" : "scheme", ledger.scheme());
-    print("damping", ledger.damping());
-    print("external work", ledger.external());
-    print("solver", ledger.solver());
-    print("edits", ledger.edits());
-    print("at the end", ledger.energy());
-    print("closure", ledger.closure());
-    print("largest closure", ledger.largest_closure());
-    return out;
-  }
-
  private:
   [[nodiscard]] const auto& mass() const { return force_.mass(); }
   [[nodiscard]] bool same_time(Scalar t) const {
@@ -238,10 +185,10 @@ class EnergyLedger {
       twice += static_cast<Energy>(v[i]) * static_cast<Energy>(m) * static_cast<Energy>(v[j]);
     });
     books_.kinetic = twice / 2;
-    books_.potential = potential(t, y);
+    books_.potential = potential_at(t, y);
     books_.t = t;
   }
-  [[nodiscard]] Energy potential(Scalar t, const Plain& y) { return static_cast<Energy>(force_.potential(t, y)); }
+  [[nodiscard]] Energy potential_at(Scalar t, const Plain& y) { return static_cast<Energy>(force_.potential(t, y)); }
   void book_edit(Scalar t, const Plain& y) {
     const Energy before = energy();
     if (!same_shape<S>(end_, y)) copy_blocks<S>(end_, y), allocate();
@@ -306,7 +253,7 @@ class EnergyLedger {
     look(t1, y1);
     Energy timed{0};
     if constexpr (Splitter::uses.time)
-      timed = ((potential(t1, y0) - before) + (books_.potential - potential(t0, y1))) / 2;
+      timed = ((potential_at(t1, y0) - before) + (books_.potential - potential_at(t0, y1))) / 2;
     books_.scheme.add(books_.potential - before - timed + dot(dr_, mean_.F()));
     books_.scheme.add(scheme);
     books_.damping.add(dot(dr_, mean_.D()));
@@ -373,21 +320,6 @@ class EnergyLedger {
     }
   }
 
-  /// What begins anew with each run.
-  struct Books {
-    Energy kinetic{0}, potential{0}, start{0}, largest{0}, largest_closure{0};
-    CompensatedSum<Energy> scheme, damping, external, solver, edits;
-    Scalar t{};
-    std::int64_t steps = 0, force_calls = 0;
-    bool begun = false, known = false;
-
-    void archive(auto& ar) {
-      ar("kinetic", kinetic, "potential", potential, "start", start, "largest", largest, "largest_closure",
-         largest_closure, "scheme", scheme, "damping", damping, "external", external, "solver", solver, "edits", edits);
-      ar("t", t, "steps", steps, "force_calls", force_calls, "begun", begun, "known", known);
-      ar.check(can_be_count(steps) && can_be_count(force_calls));
-    }
-  };
   /// Blocks that may be copied before they are filled.
   template <class T>
   [[nodiscard]] static T zero(auto blocks) {
@@ -407,7 +339,6 @@ class EnergyLedger {
 
   Stepper* stepper_;
   Splitter force_;
-  Books books_;
   Plain end_ = no_state();  // the last step's end, and (while a step is booked) a place inside it
   Parts before_{no_rate(), no_rate(), no_rate()}, after_ = before_, mean_ = before_;
   Block psi_ = no_block(), residual_ = psi_, dr_ = psi_, dv_ = psi_, middle_ = psi_, slack_ = psi_;

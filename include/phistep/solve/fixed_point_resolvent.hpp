@@ -135,7 +135,7 @@ class FixedPointResolvent {
             if (k == 0 && gamma.drift != Scalar{0})
               size = std::max(size, largest(position_of<S>(base_)) / std::abs(static_cast<double>(gamma.drift)));
           // Of subnormal numbers the inverse would be infinite.
-          size = size > 0 ? std::max(size, static_cast<double>(std::numeric_limits<Scalar>::min())) : 1;
+          size = size > 0 ? at_least_normal<Scalar>(size) : 1;
           int exponent = 0;
           std::frexp(size, &exponent);
           sizes_[k] = size;
@@ -171,7 +171,6 @@ class FixedPointResolvent {
     Correction worst;
     const double rtol = options_.rtol > 0 ? ConvergenceTest::reduced(options_.rtol) : 0;
     const double atol = options_.rtol > 0 ? rtol * options_.atol / options_.rtol : 0;
-    constexpr auto least = static_cast<double>(std::numeric_limits<Scalar>::min());
     double sum = 0;
     std::size_t k = 0;
     for_each_solved<S>(
@@ -184,7 +183,7 @@ class FixedPointResolvent {
             for (Index i = 0; i < y.size(); ++i) {
               const double of = static_cast<double>(std::max(std::abs(y.data()[i]), std::abs(base.data()[i])));
               const double f = static_cast<double>(residual_[at + i]);
-              if (f != 0) sum += std::pow(f / std::max(atol + rtol * of, least), 2);
+              if (f != 0) sum += std::pow(f / at_least_normal<Scalar>(atol + rtol * of), 2);
             }
         },
         Y, base_);

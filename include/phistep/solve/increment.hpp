@@ -16,8 +16,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <tuple>
+#include <type_traits>
+#include <utility>
 
+#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/solve/newton.hpp"
 #include "phistep/state/blocks.hpp"
@@ -191,14 +194,13 @@ class Increment {
 
   [[nodiscard]] Correction weighted_size(const Plain& Y, const NewtonOptions& options) const {
     const double rtol = ConvergenceTest::reduced(options.rtol), atol = rtol * options.atol / options.rtol;
-    constexpr auto least = static_cast<double>(std::numeric_limits<Scalar>::min());
     double sum = 0;
     for_each_solved<S>(
         [&](Index at, const auto& y) {
           for (Index i = 0; i < y.size(); ++i) {
             const double size = static_cast<double>(std::max(std::abs(y.data()[i]), std::abs(base_[at + i])));
             const double delta = static_cast<double>(last_move_[at + i]);
-            if (delta != 0) sum += std::pow(delta / std::max(atol + rtol * size, least), 2);
+            if (delta != 0) sum += std::pow(delta / at_least_normal<Scalar>(atol + rtol * size), 2);
           }
         },
         Y);

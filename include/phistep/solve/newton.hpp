@@ -13,6 +13,7 @@
 #include <limits>
 #include <utility>
 
+#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/implicit_solver.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/step_report.hpp"
@@ -31,8 +32,7 @@ struct Correction {
 /// relative to the least normal one.
 template <class Scalar>
 [[nodiscard]] double relative_size(double delta, double size) {
-  constexpr auto least = static_cast<double>(std::numeric_limits<Scalar>::min());
-  return size > 0 ? delta / std::max(size, least) : 1.0;
+  return size > 0 ? delta / at_least_normal<Scalar>(size) : 1.0;
 }
 
 /// One solve's judgement of its corrections.

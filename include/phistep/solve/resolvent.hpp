@@ -307,7 +307,7 @@ class NewtonResolvent {
   }
   /// The size of what the residual is made of: W times all that it is made for, and the force.
   [[nodiscard]] double terms_of(Equation& equation) const {
-    auto size = static_cast<double>(std::numeric_limits<Scalar>::min());  // below, rounding doesn't shrink any more
+    auto size = static_cast<double>(least_normal<Scalar>);  // below, rounding doesn't shrink any more
     // The start counts, too: where Y is far smaller, the rounding of start + δ is what is left.
     size = std::max({size, largest(increment_.base()), increment_.drift_size(equation.Y, matrix_.drift_share()),
                      increment_.drift_size(equation.guess, matrix_.drift_share())});
