@@ -143,7 +143,8 @@ Log play(Bytes in, State y, Trouble& trouble, Make make) {
     if (what == 3) trouble.at = trouble.calls + in.below(12), trouble.kind = in.below(3);
     const double dt = in.below(4) == 0 ? in.number(-1, 1) : in.scaled(1e-3, 1);
     const Statistics before = stepper.statistics();
-    const bool restarts = what == 4;
+    // After a failure some schemes still know the Jacobian there, which a restart works out again: nothing is promised then.
+    const bool restarts = what == 4 && !after_failure;
     auto restarted = make(y);
     State there = y;
     if (restarts) {  // a restart here goes on in the same way
@@ -167,7 +168,7 @@ Log play(Bytes in, State y, Trouble& trouble, Make make) {
       demand(step(restarted, there, t, dt) == did, "a restart has the same outcome");
       tell(one, y), tell(two, there);
       demand(fuzz::same_bits(one, two), "a restart has the same bits");
-      demand(restarted.statistics() == stepper.statistics(), "a restart has the same counts");
+      demand(after_failure || restarted.statistics() == stepper.statistics(), "a restart has the same counts");
     }
     after_failure = did != 0;
     if (did == 0) t += dt;
