@@ -118,6 +118,19 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("… and of a linear scene, whose answer is as if all steps had one length") {
+  for (const double t0 : {0.0, 5.0, 1000.0}) {
+    Vec y(1, 2), z = y;
+    const auto decay_alone = affine([](const Vec& x) -> Vec { return -2 * x; });
+    PhiStepper stepper{y, decay_alone, phi(0.5)}, by_hand{z, decay_alone, phi(0.5)};
+    for (int k = 0; k < 60; ++k) REQUIRE(integrate(stepper, y, {t0 + k / 60.0, t0 + (k + 1) / 60.0}, fixed(1.0 / 240)));
+    for (int k = 0; k < 240; ++k) REQUIRE(by_hand.step(z, 0, 1.0 / 240));
+    CHECK(stepper.statistics().steps == 240);
+    CHECK(stepper.statistics().factorizations == 1);
+    CHECK((y - z).norm() <= 1e-15 * (60 + 240 * t0));  // the lengths of the frames are known to a rounding of t
+  }
+}
+
 TEST_CASE("forth and back returns to the start") {
   Y y = start();
   PhiStepper stepper{y, pull, velocity_verlet};

@@ -99,7 +99,8 @@ class Linearisation {
     scale_ = Scalar{1};
     if (!has_factors_ || gamma == factored_) return;
     const Scalar ratio = gamma.force / factored_.force;
-    if (!(std::abs(ratio - 1) <= near) || gamma.drift != ratio * factored_.drift) has_factors_ = false;
+    const bool is_similar = gamma.drift * factored_.force == gamma.force * factored_.drift;
+    if (!(std::abs(ratio - 1) <= near) || !is_similar) has_factors_ = false;
     else scale_ = 2 / (1 + (has_K && !has_C ? ratio * ratio : ratio));
   }
   /// |γ/γ_p − 1| of factors made for γ_p: about what an iteration on them leaves of the error.

@@ -97,10 +97,10 @@ class NewtonResolvent {
                                 Failure& history, bool psi_known = false, SolveTolerance<Plain> allowed = {}) {
     increment_.begin(Y, gamma.drift);
     if (options_.rtol > 0) allowed.target = 0;
-    // One solve on factors of another γ would not be corrected by a second. Iterations to rounding make do with those of a γ
-    // that is the same up to rounding, others with CVODE's bound.
-    const bool is_tolerant = options_.rtol > 0 || allowed.target > 0;
-    matrix_.begin(gamma, affine ? Scalar{0} : is_tolerant ? Scalar{3} / 10 : static_cast<Scalar>(std::sqrt(round_off)));
+    // Factors of a γ that is the same up to rounding (frames away from t = 0) serve always, to a tolerance those within
+    // CVODE's bound.
+    const bool is_tolerant = !affine && (options_.rtol > 0 || allowed.target > 0);
+    matrix_.begin(gamma, is_tolerant ? Scalar{3} / 10 : static_cast<Scalar>(std::sqrt(round_off)));
     Equation equation{*this, rhs, gamma, t, Y, guess, psi, psi_known, allowed};
     const Outcome outcome = solve(equation, history);
     if (outcome == Outcome::singular_matrix) history.particle = matrix_.singular_particle();
@@ -284,6 +284,11 @@ class NewtonResolvent {
     const double before = looks ? largest(equation.F()) : 0;
     if (Outcome outcome = equation.solve(); outcome != Outcome::success) return outcome;
     increment_.move_once(equation.Y, at_position);
+    if (matrix_.staleness(equation.gamma) > 0) {  // a second solve corrects what factors of another γ have left
+      if (Outcome outcome = equation.residual(); outcome != Outcome::success) return outcome;
+      if (Outcome outcome = equation.solve(); outcome != Outcome::success) return outcome;
+      increment_.move_once(equation.Y, at_position);
+    }
     ++solved_;
     if (!looks) return Outcome::success;
     if (Outcome outcome = equation.residual(); outcome != Outcome::success) return outcome;
