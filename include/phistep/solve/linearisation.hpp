@@ -68,6 +68,13 @@ class Linearisation {
   using System = typename SystemOf<facts, Scalar, n_static, LinearSolver, typename Rhs::Force,
                                    (Rhs::mass_structure <= Structure::diagonal && solved_blocks<S> == 1)>::type;
 
+  /// Tangents or their products come from differences of the force.
+  static constexpr bool takes_differences = [] {
+    using Source = typename TangentSource<S, Rhs, LinearSolver, has_K, has_C>::type;
+    if constexpr (matrix_free) return !Source::Products::has_product;
+    else return !analytic;
+  }();
+
   /// @throws std::invalid_argument where a dense Jacobian of more than 1000 unknowns would be formed by differences.
   void resize(const Plain& y, [[maybe_unused]] Rhs& rhs) {
     const Index n = unknowns<S>(y);
