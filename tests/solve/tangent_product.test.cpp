@@ -1,5 +1,6 @@
 // Newton without a matrix: products from the force, from automatic differentiation, from differences.
 #include "solve/tangent_product_cases.hpp"
+#include "support/shared_force.hpp"
 
 using namespace tangent_product_cases;
 
@@ -90,4 +91,20 @@ TEST_CASE("a preconditioner of one's own, and a tolerance") {
   REQUIRE(tight.step(z, 0, 1e-3));
   CHECK(loose.statistics().linear_iterations < tight.statistics().linear_iterations);
   CHECK((y - z).norm() <= 1e-4 * z.norm());
+}
+
+TEST_CASE("products by differences are taken from the force itself, not from what a solve has left of it") {
+  const shared_force::OfState<Vec> f = [](const Vec& x) -> Vec { return -2 * x - x.cwiseProduct(x); };
+  const auto end = [&](auto solver) {
+    Vec y = Vec::LinSpaced(2, 1, 2);
+    PhiStepper stepper{y, f, phi(0.7), solver};
+    for (int n = 0; n < 10; ++n) {
+      const StepReport report = stepper.step(y, 0.1 * n, 0.1);
+      INFO(report.message());
+      REQUIRE(report);
+    }
+    return y;
+  };
+  const Vec tight = end(newton()), loose = end(newton<MatrixFree<Eigen::BiCGSTAB>>({.rtol = 1e-4, .atol = 1e-6}));
+  CHECK((loose - tight).norm() < 1e-4 * tight.norm());
 }

@@ -75,6 +75,13 @@ class Linearisation {
   static constexpr const SystemRow& row = system_row(facts);
   using System = typename SystemFor<row.kind, facts, Scalar, LinearSolver, typename Rhs::Force>::type;
 
+  /// Tangents or their products come from differences of the force.
+  static constexpr bool takes_differences = [] {
+    using Source = typename TangentSource<S, Rhs, LinearSolver, has_K, has_C>::type;
+    if constexpr (matrix_free) return !Source::Products::has_product;
+    else return !analytic;
+  }();
+
   /// @throws std::invalid_argument where a dense Jacobian of more than 1000 unknowns would be formed by differences.
   void resize(const Plain& y, [[maybe_unused]] Rhs& rhs) {
     const Index n = unknowns<S>(y);

@@ -68,9 +68,7 @@ class NewtonResolvent {
 
   /// Whether the next solve begins with differences, for which it has to know Ψ itself: one that a solve has left is off by
   /// what that solve is.
-  [[nodiscard]] bool wants_differences() const {
-    return !Matrix::analytic && !Matrix::matrix_free && !matrix_.has_jacobian();
-  }
+  [[nodiscard]] bool wants_differences() const { return Matrix::takes_differences && !matrix_.has_jacobian(); }
   /// Forgets Jacobian and factors.
   void drop() { matrix_.drop(); }
   /// … and all else that solves have left.
