@@ -108,3 +108,11 @@ TEST_CASE("products by differences are taken from the force itself, not from wha
   const Vec tight = end(newton()), loose = end(newton<MatrixFree<Eigen::BiCGSTAB>>({.rtol = 1e-4, .atol = 1e-6}));
   CHECK((loose - tight).norm() < 1e-4 * tight.norm());
 }
+
+TEST_CASE("a state of few unknowns, known at compile time") {
+  Eigen::Vector2d y{1, 2};
+  PhiStepper stepper{y, [](const Eigen::Vector2d& x) -> Eigen::Vector2d { return -2 * x; }, trapezoidal,
+                     newton<MatrixFree<Eigen::BiCGSTAB>>()};
+  problems::step(stepper, y, 0.0, 0.1);
+  CHECK((y - Eigen::Vector2d(1, 2) * (0.9 / 1.1)).norm() <= 1e-14);
+}

@@ -111,6 +111,7 @@ class KrylovSystem {
     x_.setZero(n);
     product_.setZero(n);
     residual_.setZero(n);
+    solution_.setZero(n);
     begin();
   }
   /// A new Newton iteration.
@@ -153,8 +154,8 @@ class KrylovSystem {
     solver.setMaxIterations(std::min<Eigen::Index>(2 * residual_.size(), iteration_limit));
     solver.compute(W);
     if (solver.info() != Eigen::Success) return Outcome::linear_solver_failed;
-    x = solver.solve(residual_);
-    x /= by;
+    solution_ = solver.solve(residual_);  // not x: Eigen takes no operator's product with vectors of few rows
+    x = solution_ / by;
     statistics.linear_iterations += static_cast<std::int64_t>(solver.iterations());
     if (!all_finite(product_.data(), product_.size())) return Outcome::non_finite_jacobian;
     return solver.info() == Eigen::Success ? Outcome::success : Outcome::linear_solver_failed;
@@ -174,7 +175,7 @@ class KrylovSystem {
     return last_eta_;
   }
 
-  Vector x_, product_, residual_;
+  Vector x_, product_, residual_, solution_;
   void* source_ = nullptr;
   void (*apply_)(void*, const Vector&, Vector&) = nullptr;
   const Vector* diagonal_ = nullptr;
