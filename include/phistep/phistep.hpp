@@ -33,6 +33,7 @@
 #include "phistep/observe/event.hpp"
 #include "phistep/observe/every.hpp"
 #include "phistep/observe/recorder.hpp"
+#include "phistep/preflight/check_force.hpp"
 #include "phistep/run.hpp"
 #include "phistep/schemes/composed.hpp"
 #include "phistep/schemes/extrapolation/extrapolated.hpp"
