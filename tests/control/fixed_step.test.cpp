@@ -142,3 +142,12 @@ TEST_CASE("a negative dt over a span that runs forward is refused, over one that
   }
   CHECK(grid(0, 1, 0.1).outcome() == Outcome::success);
 }
+
+TEST_CASE("frames of whole steps have as many steps as at t = 0, wherever they lie") {
+  for (const double t0 : {0.0, 0.3, 5.0, 1000.0, 1e6})
+    for (int k = 0; k < 600; ++k) {
+      const TimeGrid<double> grid{{t0 + k / 60.0, t0 + (k + 1) / 60.0}, fixed(1.0 / 240)};
+      CAPTURE(t0, k);
+      CHECK(grid.steps() == 4);
+    }
+}
