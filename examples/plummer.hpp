@@ -4,7 +4,7 @@
 // R. Wielen, Astron. Astrophys. 37 (1974) 183, in N-body units: G = 1, total mass 1, energy −1/4 (potential −1/2,
 // kinetic 1/4), which makes a = 3π/16 and the crossing time 2√2.
 
-#include <phistep/force/all_pairs.hpp>
+#include <phistep/pairs/all_pairs.hpp>
 #include <phistep/state/particles.hpp>
 
 #include <cmath>

@@ -7,7 +7,7 @@
 /// the mean of the two velocities around it.
 #include <phistep/phistep.hpp>
 
-#include <phistep/force/contact.hpp>
+#include <phistep/contacts/contact.hpp>
 #include <phistep/io/lammps_data.hpp>
 #include <phistep/state/particles.hpp>
 

@@ -1,6 +1,6 @@
 #include "gravity.hpp"
 
-#include <phistep/force/all_pairs.hpp>
+#include <phistep/pairs/all_pairs.hpp>
 #include <phistep/state/particles.hpp>
 
 #include <algorithm>

@@ -4,7 +4,7 @@
 
 #include <phistep/phistep.hpp>
 
-#include <phistep/force/pairs.hpp>
+#include <phistep/pairs/pairs.hpp>
 #include <phistep/state/particles.hpp>
 
 #include <functional>

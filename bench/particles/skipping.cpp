@@ -2,8 +2,8 @@
 /// What is skipped, switched on and off: grains that came to rest on a floor, left alone or hit by one that falls.
 #include <phistep/phistep.hpp>
 
-#include <phistep/force/contact.hpp>
-#include <phistep/force/walls.hpp>
+#include <phistep/contacts/contact.hpp>
+#include <phistep/contacts/walls.hpp>
 #include <phistep/particles.hpp>
 
 #include <cmath>

@@ -4,13 +4,13 @@
 
 // IWYU pragma: begin_exports
 
-#include "phistep/force/all_pairs.hpp"
-#include "phistep/force/contact.hpp"
+#include "phistep/contacts/contact.hpp"
+#include "phistep/contacts/walls.hpp"
 #include "phistep/force/external_field.hpp"
-#include "phistep/force/pair_laws.hpp"
-#include "phistep/force/pairs.hpp"
-#include "phistep/force/walls.hpp"
 #include "phistep/observe/particle_sums.hpp"
+#include "phistep/pairs/all_pairs.hpp"
+#include "phistep/pairs/pair_laws.hpp"
+#include "phistep/pairs/pairs.hpp"
 #include "phistep/phistep.hpp"
 #include "phistep/sleep/sleeping.hpp"
 #include "phistep/state/box.hpp"

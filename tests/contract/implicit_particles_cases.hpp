@@ -2,7 +2,7 @@
 
 // A crystal that the tests of implicit particles share, quick and full.
 
-#include <phistep/force/pairs.hpp>
+#include <phistep/pairs/pairs.hpp>
 #include <phistep/particles.hpp>
 
 #include <cmath>

@@ -38,7 +38,7 @@
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/force/acting_pairs.hpp"
+#include "phistep/pairs/acting_pairs.hpp"
 #include "phistep/problem/edit_guard.hpp"
 #include "phistep/problem/transaction.hpp"
 #include "phistep/sleep/sleep_report.hpp"

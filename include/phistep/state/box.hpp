@@ -1,5 +1,5 @@
 /// @file
-/// The region that particles live in: along each axis open or periodic. Walls are force terms (force/walls.hpp).
+/// The region that particles live in: along each axis open or periodic. Walls are force terms (contacts/walls.hpp).
 #pragma once
 
 #include <Eigen/Core>

@@ -1,0 +1,311 @@
+/// @file
+/// Short-range forces between all pairs closer than a cutoff, by any law.
+///
+/// f_i = Σ_j g(r²) d,  d = r_i − r_j (the images in a periodic box included),  r = |d| < r_c,  g = F/r as in pair_laws.hpp
+/// ∂f_i/∂r_j = −[g I + 2 g'(r²) d dᵀ] = K_along n nᵀ + K_across (I − n nᵀ),  K_along = −(g + 2r² g'), K_across = −g
+#pragma once
+
+#include <Eigen/Core>
+
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "phistep/core/arithmetic.hpp"
+#include "phistep/core/dual.hpp"
+#include "phistep/core/scratch.hpp"
+#include "phistep/core/simd.hpp"
+#include "phistep/core/simd_math.hpp"
+#include "phistep/core/structure.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/force/signature.hpp"
+#include "phistep/force/sum.hpp"
+#include "phistep/neighbors/neighbors.hpp"
+#include "phistep/neighbors/places.hpp"
+#include "phistep/pairs/pair_laws.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+struct PairOptions {
+  double skin = 0;      ///< [length] listed beyond the cutoff; 0: 0.16 of the cutoff
+  ListPolicy policy{};  ///< when the list is made anew
+};
+
+/// @tparam Law   see pair_laws.hpp
+/// @tparam flat  dimensions of a state whose positions are one flat vector; 0: they are a dim × N matrix
+template <class Law, int flat = 0>
+class Pairs : public ForceTerm {
+  template <class View>
+  struct ShapeOf {
+    using Positions = std::remove_cvref_t<decltype(std::declval<View>().r)>;
+    using Scalar = typename Positions::Scalar;
+    static constexpr int dim = flat != 0 ? flat : int{Positions::RowsAtCompileTime};
+    static_assert(dim == 2 || dim == 3,
+                  "phistep: Pairs needs particles as columns of a 2 x N or 3 x N matrix; for one flat vector write "
+                  "pairs<dim>(law, cutoff)");
+    static_assert(!Positions::IsRowMajor || Positions::IsVectorAtCompileTime,
+                  "phistep: Pairs needs particles as columns of a column-major matrix");
+    static constexpr bool tagged = !std::is_invocable_v<const Law&, Scalar>;
+    using Pack = phistep::Pack<Scalar, native_width<Scalar>>;
+  };
+  template <class View>
+  using Shape = ShapeOf<std::remove_cvref_t<View>>;
+  template <class View>
+  static constexpr bool offers_energy = requires(const Law& l, typename Shape<View>::Scalar x) {
+    l.energy(x);
+  }
+  || requires(const Law& l, typename Shape<View>::Scalar x) { l.energy(x, x, x); };
+
+ public:
+  static constexpr const char* name = "pairs";  ///< of its memory, in checkpoints
+  using Memory = NeighborMemory;
+  static constexpr bool uses_velocity = false, uses_time = false;
+  static constexpr Structure structure = Structure::network;
+  static constexpr bool has_edges = true, is_symmetric = true;
+  static constexpr int block = flat;  // where that is 0, the state's
+
+  Law law;
+
+  /// @param cutoff  r_c [length]: no force from there on
+  /// @throws std::invalid_argument unless it is finite and > 0, and the skin finite and >= 0
+  explicit Pairs(Law pair_law, double cutoff, PairOptions options = {})
+      : law(std::move(pair_law)), range_{cutoff, options.skin == 0 ? 0.16 * cutoff : options.skin, options.policy} {
+    range_.check();
+  }
+
+  void add(auto /*t*/, const auto& y, const Memory& memory, auto& out) const {
+    using S = Shape<decltype(y)>;
+    using P = typename S::Pack;
+    using Scalar = typename S::Scalar;
+    const NeighborList& list = gather<S>(y, &memory);
+    Scalar* const force = out.force.data();
+    for_each_row(list, [&](const NeighborList::Row& row, const std::int32_t* neighbors, std::size_t) {
+      Scalar* const to = force + std::ptrdiff_t{S::dim} * list.slots[static_cast<std::size_t>(row.slot)].particle;
+      prefetch(to);
+      P f[S::dim];
+      for (P& component : f) component = P{0};
+      for_each_pack<S, P>(row, neighbors, list.padded(row.count), [&](const P* d, P r2, auto&&... tags) {
+        const P g = select(r2 < P{limit<Scalar>()}, P{law(r2, tags...)}, P{0});
+        for (int a = 0; a < S::dim; ++a) f[a] = fma(g, d[a], f[a]);
+      });
+      const Scalar* const x = place<Scalar>(row.slot);
+      for (int a = 0; a < S::dim; ++a) to[a] += sum(f[a]) + (x[a] - x[a]);  // NaN where the position is none
+    });
+  }
+  void commit(auto /*t*/, const auto& /*y*/, Memory& memory) const {
+    memory.age += memory.age < std::numeric_limits<std::int32_t>::max();
+  }
+
+  /// Σ V over all pairs [energy], without those of two particles that are both still. With the memory of a stepper by its
+  /// list, without by the one at hand if that serves; neither changes the run.
+  template <class View>
+    requires offers_energy<View>
+  [[nodiscard]] auto energy(auto /*t*/, const View& y, const Memory& memory = {}) const {
+    return total(y, memory, [this](auto, auto r2, auto... tags) { return law.energy(r2, tags...); });
+  }
+  /// Σ r·f over the same pairs [energy], for the pressure: p V = N k T + Σ/dim
+  [[nodiscard]] auto virial(auto /*t*/, const auto& y, const Memory& memory = {}) const {
+    return total(y, memory, [this](auto, auto r2, auto... tags) { return r2 * law(r2, tags...); });
+  }
+  /// How many of them are closer than the cutoff. With the memory of an unchecked list: without those that it misses.
+  [[nodiscard]] std::uint64_t pairs_inside(const auto& y, const Memory& memory = {}) const {
+    return static_cast<std::uint64_t>(total(y, memory, [](auto one, auto&&...) { return one; }));
+  }
+
+  /// Every listed pair, those beyond the cutoff with tangents of 0: what couples to what changes with the list alone.
+  void add_jacobian(auto /*t*/, const auto& y, const Memory& memory, auto& sink) const { put_edges(y, &memory, sink); }
+  void add_jacobian(auto /*t*/, const auto& y, auto& sink) const { put_edges(y, nullptr, sink); }
+
+  /// f(i, j) for every listed pair, by the user's indices: all that may act before pair_changes() changes.
+  void for_each_pair(const Memory& /*memory*/, auto&& f) const {
+    for (const NeighborList* list : {&work_.two.current(), &work_.three.current()})
+      for (std::size_t k = 0; k < list->rows.size(); ++k) {
+        const auto i = Eigen::Index{list->slots[static_cast<std::size_t>(list->rows[k].slot)].particle};
+        for (const std::int32_t slot : list->neighbors(k))
+          f(i, Eigen::Index{list->slots[static_cast<std::size_t>(slot)].particle});
+      }
+  }
+  [[nodiscard]] std::uint64_t pair_changes() const { return rebuilds(); }
+  [[nodiscard]] double cutoff() const { return range_.cutoff; }
+  [[nodiscard]] double skin() const { return range_.skin; }
+  /// Lists made so far; distances computed and neighbours found by the last one.
+  [[nodiscard]] std::uint64_t rebuilds() const { return work_.three.rebuilds() + work_.two.rebuilds(); }
+  [[nodiscard]] std::uint64_t pairs_tested() const { return work_.three.pairs_tested() + work_.two.pairs_tested(); }
+  [[nodiscard]] std::uint64_t pairs_listed() const { return work_.three.pairs_listed() + work_.two.pairs_listed(); }
+
+ private:
+  struct Work {
+    Neighbors<2> two;
+    Neighbors<3> three;
+    std::tuple<Places<float>, Places<double>, Places<long double>> places;
+    std::vector<double> partial;
+  };
+
+  /// No particle of a Motion is held still.
+  [[nodiscard]] static bool is_still(const auto& y, [[maybe_unused]] std::int32_t i) {
+    if constexpr (requires { y.body.still; }) return y.body.is_still(i);
+    else return false;
+  }
+  template <class Scalar>
+  [[nodiscard]] const Scalar* place(std::int32_t slot) const {
+    return std::get<Places<Scalar>>(work_.places).data() + std::ptrdiff_t{4} * slot;
+  }
+  template <class Scalar>
+  [[nodiscard]] Scalar limit() const {
+    return static_cast<Scalar>(range_.cutoff * range_.cutoff);
+  }
+
+  /// The list, with the place of each particle.
+  template <class S>
+  const NeighborList& gather(const auto& y, const Memory* memory) const {
+    using Scalar = typename S::Scalar;
+    constexpr int dim = S::dim;
+    const Eigen::Index n = y.r.size() / dim;
+    const Scalar* const r = y.r.data();
+    if (!(limit<Scalar>() >= least_normal<Scalar> && range_.cutoff < far_away<Scalar>() / 2))
+      throw std::invalid_argument("phistep: a cutoff whose square these numbers can't hold");
+    Domain domain;
+    static const std::vector<std::uint8_t> none;
+    const std::vector<std::uint8_t>* still = &none;
+    if constexpr (requires { y.body.box; }) domain = domain_of(y.body.box), still = &y.body.still;
+    NeighborRange range = range_;
+    range.pad = native_width<Scalar>;
+    auto& neighbors = [this]() -> auto& {
+      if constexpr (dim == 3) return work_.three;
+      else return work_.two;
+    }
+    ();
+    const NeighborList& list =
+        memory ? neighbors.list(r, n, domain, *still, range, *memory) : neighbors.list(r, n, domain, *still, range);
+    auto& places = std::get<Places<Scalar>>(work_.places);
+    gather_places<dim>(list, r, domain, places);
+    if constexpr (S::tagged)  // by one thread: it may throw
+      for (std::size_t s = 0; s < list.slots.size(); ++s) {
+        const std::ptrdiff_t particle = list.slots[s].particle;
+        places(3, static_cast<Eigen::Index>(s)) = static_cast<Scalar>(law.tag(y.body, particle));
+      }
+    return list;
+  }
+
+  /// f(d, r²[, tag_i, tag_j]) for `count` neighbours, as many at once as a P holds.
+  template <class S, class P>
+  void for_each_pack(const NeighborList::Row& row, const std::int32_t* neighbors, std::int32_t count, auto&& f) const {
+    using Scalar = typename S::Scalar;
+    const Scalar* const all = place<Scalar>(0);
+    const Scalar* const own = place<Scalar>(row.slot);
+    P x[S::dim];
+    for (int a = 0; a < S::dim; ++a) x[a] = P{own[a]};
+    for (std::int32_t q = 0; q < count; q += P::width) {
+      const FourPacks<P> other = gather4<P>(all, neighbors + q);
+      P d[3] = {x[0] - other.x, x[1] - other.y, P{0}};
+      P r2 = fma(d[0], d[0], d[1] * d[1]);
+      if constexpr (S::dim == 3) d[2] = x[2] - other.z, r2 = fma(d[2], d[2], r2);
+      if constexpr (S::tagged) f(d, r2, P{own[3]}, other.w);
+      else f(d, r2);
+    }
+  }
+
+  /// Σ over pairs of value(1, r²[, tags]), each once.
+  template <class View>
+  [[nodiscard]] auto total(const View& y, Memory memory, auto&& value) const {
+    using S = Shape<View>;
+    using Scalar = typename S::Scalar;
+    using P = typename S::Pack;
+    const NeighborList& list = gather<S>(y, memory.reference ? &memory : nullptr);
+    work_.partial.assign(list.chunk_count, 0);
+    // A row sees every pair of two that move twice, one with a particle held still once.
+    bool all_move = true;
+    if constexpr (requires { y.body.still; }) all_move = y.body.still.empty();
+    for_each_row(list, [&](const NeighborList::Row& row, const std::int32_t* neighbors, std::size_t chunk) {
+      double& to = work_.partial[chunk];
+      const auto inside = [&]<class Q>(const Q*, Q r2, auto... tags) {
+        return select(r2 < Q{limit<Scalar>()}, Q{value(Q{1}, r2, tags...)}, Q{0});
+      };
+      if (all_move) {
+        P row_sum{0};
+        for_each_pack<S, P>(row, neighbors, list.padded(row.count),
+                            [&](const P* d, P r2, auto... tags) { row_sum += inside(d, r2, tags...); });
+        to += static_cast<double>(sum(row_sum)) / 2;
+      } else {
+        using One = phistep::Pack<Scalar, 1>;
+        const std::int32_t* at = neighbors;
+        for_each_pack<S, One>(row, neighbors, row.count, [&](const One* d, One r2, auto... tags) {
+          const bool once = is_still(y, list.slots[static_cast<std::size_t>(*at++)].particle);
+          to += static_cast<double>(inside(d, r2, tags...)[0]) / (once ? 1 : 2);
+        });
+      }
+      const Scalar* const x = place<Scalar>(row.slot);
+      for (int a = 0; a < S::dim; ++a) to += static_cast<double>(x[a] - x[a]);
+    });
+    double all = 0;
+    for (const double part : work_.partial) all += part;
+    return static_cast<Scalar>(all);
+  }
+
+  void put_edges(const auto& y, const Memory* memory, auto& sink) const {
+    using S = Shape<decltype(y)>;
+    using Scalar = typename S::Scalar;
+    const NeighborList& list = gather<S>(y, memory);
+    for (std::size_t k = 0; k < list.rows.size(); ++k) {
+      const std::int32_t own = list.rows[k].slot, i = list.slots[static_cast<std::size_t>(own)].particle;
+      const Scalar* const xi = place<Scalar>(own);
+      for (const std::int32_t slot : list.neighbors(k)) {
+        const std::int32_t j = list.slots[static_cast<std::size_t>(slot)].particle;
+        if (j == i || (j < i && !is_still(y, j))) continue;  // an own image moves along
+        const Scalar* const xj = place<Scalar>(slot);
+        Scalar n[S::dim];
+        Scalar r2{0};
+        for (int a = 0; a < S::dim; ++a) n[a] = xj[a] - xi[a], r2 += n[a] * n[a];
+        PairTangent<Scalar> K;
+        if (!(r2 >= limit<Scalar>())) {
+          const Dual<Scalar> g = [&] {
+            const Dual<Scalar> variable{r2, Scalar{1}};
+            if constexpr (S::tagged) return Dual<Scalar>{law(variable, xi[3], xj[3])};
+            else return Dual<Scalar>{law(variable)};
+          }();
+          K = {-(g.x + 2 * r2 * g.slope), -g.x};
+        }
+        const Scalar inverse = r2 > 0 ? 1 / std::sqrt(r2) : Scalar{0};
+        for (Scalar& component : n) component *= inverse;
+        put_edge<S>(sink, i, j, n, K);
+      }
+    }
+  }
+  /// As an edge where the sink takes one, else ∂f_i/∂r_j = B and the other three blocks that Newton's third law makes of it.
+  template <class S>
+  static void put_edge(auto& sink, Eigen::Index i, Eigen::Index j, const auto* n, const auto& K) {
+    using Scalar = typename S::Scalar;
+    constexpr int dim = S::dim;
+    if constexpr (requires { sink.edge(i, j, n, K, PairTangent<Scalar>{}); }) {
+      sink.edge(i, j, n, K, PairTangent<Scalar>{});
+    } else {
+      for (int b = 0; b < dim; ++b)
+        for (int a = 0; a < dim; ++a) {
+          const Scalar along = n[a] * n[b], B = K.along * along + K.across * (Scalar(a == b) - along);
+          sink.position(dim * i + a, dim * j + b, B);
+          sink.position(dim * j + a, dim * i + b, B);
+          sink.position(dim * i + a, dim * i + b, -B);
+          sink.position(dim * j + a, dim * j + b, -B);
+        }
+    }
+  }
+
+  NeighborRange range_;
+  mutable Scratch<Work> work_;
+};
+
+/// For positions in one flat vector (x₀ y₀ [z₀] x₁ …).
+template <int dim, class Law>
+[[nodiscard]] Pairs<Law, dim> pairs(Law law, double cutoff, PairOptions options = {}) {
+  return Pairs<Law, dim>{std::move(law), cutoff, options};
+}
+
+}  // namespace phistep::inline PHISTEP_ABI

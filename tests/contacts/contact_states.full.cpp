@@ -1,0 +1,124 @@
+// Contacts of bodies of other kinds, and in implicit steps. The quick half is contact.test.cpp.
+#include "contacts/contact_cases.hpp"
+
+using namespace contact_cases;
+
+TEST_CASE("contacts keep momentum and angular momentum") {
+  // Kick, then drift: the forces on a pair are opposite, and their torques make up for their moment, at the positions that
+  // both see. A few roundings a step of numbers of order 100: 1e-11 over 400 steps.
+  const auto check = [](auto law) {
+    Grains y = jumble(3, 12, 1.2);
+    const Eigen::Vector3d p0 = y.v * y.mass(), l0 = angular_momentum(y);
+    PhiStepper stepper{y, Contact{law}, symplectic_euler};
+    std::int64_t contacts = 0;
+    for (int n = 0; n < 400; ++n) {
+      REQUIRE(stepper.step(y, n * 1e-3, 1e-3));
+      contacts += stepper.force().statistics().touching;
+    }
+    CHECK(contacts > 300);
+    CHECK((y.v * y.mass() - p0).norm() < 1e-11);
+    CHECK((angular_momentum(y) - l0).norm() < 1e-11);
+  };
+  check(rough);
+  check(Hooke{.stiffness = 1e3, .restitution = 0.7, .friction = 0.4, .rolling_friction = 0.1});
+  check(Hertz{.modulus = 1e4, .shear_modulus = 7e3, .restitution = 0.7, .friction = 0.4, .rolling_friction = 0.1});
+}
+
+TEST_CASE("in the plane bodies do what they do in space") {
+  Grains y = jumble(11, 10, 1.2);
+  y.r.row(2).setZero(), y.v.row(2).setZero(), y.omega.topRows(2).setZero();
+  Particles<double, 2, Spin> z{y.r.topRows(2)};
+  z.v = y.v.topRows(2), z.omega = y.omega.row(2);
+  z.set_mass(y.mass()).set_radius(y.radius());
+  PhiStepper space{y, Contact{rough}, symplectic_euler};
+  PhiStepper plane{z, Contact{rough}, symplectic_euler};
+  for (int n = 0; n < 200; ++n) {
+    REQUIRE(space.step(y, n * 1e-3, 1e-3));
+    REQUIRE(plane.step(z, n * 1e-3, 1e-3));
+  }
+  CHECK((y.r.topRows(2) == z.r && y.v.topRows(2) == z.v && y.omega.row(2) == z.omega));
+}
+
+TEST_CASE("bodies of float") {
+  Grains y = jumble(15, 10, 1.2);
+  Particles<float, 3, Spin> z{y.r.cast<float>()};
+  z.v = y.v.cast<float>(), z.omega = y.omega.cast<float>();
+  z.set_mass(y.mass().cast<float>().eval()).set_radius(y.radius().cast<float>().eval());
+  PhiStepper a{y, Contact{rough}, symplectic_euler};
+  PhiStepper b{z, Contact<Hooke, float>{rough}, symplectic_euler};
+  for (int n = 0; n < 60; ++n) {
+    REQUIRE(a.step(y, n * 1e-3, 1e-3));
+    REQUIRE(b.step(z, static_cast<float>(n) * 1e-3f, 1e-3f));
+  }
+  CHECK((y.r - z.r.cast<double>()).norm() < 1e-4);
+}
+
+TEST_CASE("every pair of types has its law") {
+  // Two soft ones, and a soft with a hard one, pushed together alike.
+  const auto push = [](int a, int b) {
+    Matrix r(3, 2);
+    r << 0, 0.99, 0, 0, 0, 0;
+    auto y = bodies(r);
+    y.set_type(Eigen::Vector2i(a, b));
+    Materials<Hooke> materials{2, Hooke{.stiffness = 100}};
+    materials.set(0, 1, Hooke{.stiffness = 1000});
+    PhiStepper stepper{y, Contact{materials}, symplectic_euler};
+    REQUIRE(stepper.step(y, 0, 1));
+    return y.v(0, 1);
+  };
+  CHECK(push(0, 0) == Approx(1));
+  CHECK(push(1, 0) == Approx(10));
+  CHECK(push(0, 1) == Approx(10));
+  CHECK(push(1, 1) == Approx(1));
+}
+
+TEST_CASE("what can't work is said, with the body's number") {
+  Matrix r(3, 3);
+  r << 0, 2, 4, 0, 0, 0, 0, 0, 0;
+  const auto step = [](auto& y, const auto& contact) {
+    PhiStepper stepper{y, contact, symplectic_euler};
+    return stepper.step(y, 0, 1e-3);
+  };
+  Particles<double, 3> bare{r};
+  CHECK_THROWS_WITH(step(bare, Contact{rough}), contains("radii"));
+  for (const double bad : {0.0, -1.0, std::nan(""), HUGE_VAL}) {
+    CHECK_THROWS_WITH(bare.set_radius(Eigen::Vector3d(1, bad, 1)), contains("particle 1"));
+    CHECK_THROWS_WITH(bare.set_mass(Eigen::Vector3d(1, 1, bad)), contains("particle 2"));
+    CHECK_THROWS_WITH(Contact{Hooke{.stiffness = bad}}, contains("stiffness"));
+    CHECK_THROWS_WITH(Contact{Hertz{.modulus = bad}}, contains("modulus"));
+  }
+  for (const double bad : {0.0, -0.1, 1.0001, std::nan("")})
+    CHECK_THROWS_WITH(Contact(Hooke{.stiffness = 1, .restitution = bad}), contains("restitution"));
+  CHECK_THROWS_WITH(Contact(Hooke{.stiffness = 1, .friction = -1}), contains("friction"));
+  CHECK_THROWS_WITH(Contact(rough, -1), contains("skin"));
+  auto typed = bodies(r);
+  typed.set_type(Eigen::Vector3i(0, 1, 2));
+  CHECK_THROWS_WITH(step(typed, Contact{Materials<Hooke>{2, rough}}), contains("particle 2"));
+  auto lost = bodies(r);
+  lost.r(1, 2) = std::nan("");
+  const StepReport report = step(lost, Contact{rough});
+  CHECK_FALSE(report);
+  Grains none{Matrix(3, 0)};
+  none.set_radius(1.0);
+  CHECK_NOTHROW(step(none, Contact{rough}));
+  Matrix same = Matrix::Zero(3, 2);
+  auto one_place = bodies(same);
+  CHECK(step(one_place, Contact{rough}).outcome() == Outcome::non_finite_force);  // no direction is theirs
+  CHECK(one_place.v.norm() == 0);
+}
+
+TEST_CASE("a pile settles by implicit steps of many times an impact") {
+  // Backward Euler at φ = 1 on a column of three bodies that weigh on each other and on one that is held.
+  Matrix r(3, 4);
+  r << 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 2, 3;
+  auto y = bodies<Smooth>(r);
+  y.set_still({1, 0, 0, 0});
+  const double g = 10, k = 1e4;
+  PhiStepper stepper{y, Gravity{Eigen::Vector3d(0, 0, -g)} + Contact{Hooke{.stiffness = k, .restitution = 0.5}},
+                     backward_euler};
+  const double dt = 0.1;  // of 0.022 that an impact lasts
+  for (int n = 0; n < 60; ++n) REQUIRE(stepper.step(y, n * dt, dt));
+  // Each spring carries what is above it.
+  for (int i = 1; i < 4; ++i) CHECK(1 - (y.r(2, i) - y.r(2, i - 1)) == Approx((4 - i) * g / k).epsilon(1e-9));
+  CHECK(y.v.norm() < 1e-9);
+}

@@ -1,0 +1,380 @@
+// Pair forces: against all pairs, differences, known counts; their lists as memory of a stepper.
+#include "pairs/pairs_cases.hpp"
+
+using namespace pairs_cases;
+
+TEST_CASE("pair forces are those of a sum over all pairs") {
+  const LennardJones law{0.7, 1.1};
+  for (const auto& periodic :
+       {std::array{false, false, false}, std::array{true, true, true}, std::array{true, false, true}}) {
+    check_forces(shaken<double, 3>(7, 1.25, 1, periodic), law, 2.5);
+    check_forces(shaken<float, 2>(13, 1.25, 4, periodic), law, 2.5);
+  }
+}
+
+TEST_CASE("a law of the user's own is as good") {
+  const auto own = [](auto r2) {
+    const auto y = reciprocal(r2), y3 = y * y * y;
+    return y * y3 * (12 * 4.0 * y3 - 6 * 4.0);
+  };
+  const auto y = shaken<double, 3>(6, 1.2, 5, {true, true, true});
+  Out<double, 3> a{Eigen::Matrix3Xd::Zero(3, y.size())}, b = a;
+  NeighborMemory memory;
+  Pairs{own, 2.0}.add(0.0, view_of(y), memory, a);
+  Pairs{LennardJones{}, 2.0}.add(0.0, view_of(y), NeighborMemory{}, b);
+  CHECK(a.force == b.force);
+}
+
+TEST_CASE("momentum is conserved, to rounding") {
+  const auto y = shaken<double, 3>(8, 1.1, 6, {true, true, true});
+  Out<double, 3> out{Eigen::Matrix3Xd::Zero(3, y.size())};
+  Pairs{LennardJones{}, 2.5}.add(0.0, view_of(y), NeighborMemory{}, out);
+  // Each pair's two forces differ by the rounding of its two distances (see above); some 20 forces act on each.
+  const double bound = 400 * 20 * 2.3e-16 * static_cast<double>(y.size()) * out.force.cwiseAbs().maxCoeff();
+  CHECK(out.force.rowwise().sum().norm() < bound);
+}
+
+TEST_CASE("forces are minus the slope of the energy, tangents that of the forces") {
+  const auto check = [](const auto& law, double cutoff) {
+    auto y = shaken<double, 3>(4, 1.15, 7, {true, true, false});
+    y.set_charge(Eigen::VectorXd(Eigen::VectorXd::LinSpaced(y.size(), -1, 1)));
+    Eigen::VectorXi type(y.size());
+    for (Index i = 0; i < y.size(); ++i) type[i] = static_cast<int>(i % 2);
+    y.set_type(type);
+    // Nobody crosses the cutoff, where laws jump, by h = 1e-5: the test's own condition.
+    const Pairs force{law, cutoff};
+    const auto psi = [&] {
+      Out<double, 3> out{Eigen::Matrix3Xd::Zero(3, y.size())};
+      force.add(0.0, view_of(y), NeighborMemory{}, out);
+      return out.force;
+    };
+    Dense dense{Eigen::MatrixXd::Zero(y.r.size(), y.r.size())};
+    force.add_jacobian(0.0, view_of(y), NeighborMemory{}, dense);
+    const Eigen::Matrix3Xd at = psi();
+    const double size = at.cwiseAbs().maxCoeff(), stiffness = dense.K.cwiseAbs().maxCoeff();
+    CHECK(dense.K.isApprox(dense.K.transpose(), 1e-12));
+    constexpr double h = 1e-5;
+    for (const Index k : {0, 7, 50, 100}) {
+      const double x = y.r.data()[k];
+      y.r.data()[k] = x + h;
+      const double up = force.energy(0.0, view_of(y));
+      const Eigen::Matrix3Xd above = psi();
+      y.r.data()[k] = x - h;
+      const double down = force.energy(0.0, view_of(y));
+      const Eigen::Matrix3Xd below = psi();
+      y.r.data()[k] = x;
+      // Central differences: h² F''/6 with F'' ≈ 200 F/r² for r^−13, r ≥ 0.7: 1e-8; rounding ε V/h with V ≈ 100 F: 2e-9.
+      CHECK(std::abs((down - up) / (2 * h) - at.data()[k]) < 3e-8 * (size + stiffness));
+      const Eigen::Matrix3Xd slope = (above - below) / (2 * h);
+      const Eigen::Map<const Eigen::VectorXd> column(slope.data(), slope.size());
+      CHECK((column - dense.K.col(k)).cwiseAbs().maxCoeff() < 3e-7 * stiffness);
+    }
+  };
+  check(LennardJones{0.5, 0.9}.shifted(2.1), 2.1);
+  check(ScreenedCharges{2.0, 0.8}, 2.1);
+}
+
+TEST_CASE("laws at known distances") {
+  CHECK(LennardJones{2, 3}.energy(9.0) == Approx(0).margin(1e-15));
+  const double r2 = 9 * std::cbrt(2.0);  // (2^(1/6) σ)²
+  CHECK(LennardJones{2, 3}.energy(r2) == Approx(-2).epsilon(1e-14));
+  CHECK(LennardJones{2, 3}(r2) == Approx(0).margin(1e-14));
+  CHECK(LennardJones{2, 3}.shifted(7).energy(49.0) == Approx(0).margin(1e-16));
+  CHECK(Yukawa{3, 2}.energy(4.0) == Approx(1.5 * std::exp(-1.0)).epsilon(1e-15));
+  CHECK(NearField{5, 2, 7, 4}(4.0) * 2 == Approx(7 / 16. - 5 / 4.).epsilon(1e-15));
+  CHECK(SoftSphere{3, 2}.energy(0.0) == 3);
+  CHECK(SoftSphere{3, 2}(4.0) == 0);
+}
+
+TEST_CASE("types have the law of their pair") {
+  auto y = shaken<double, 3>(2, 1.0, 8, {}, 0);
+  y.r = y.r.leftCols(3).eval();
+  Eigen::Matrix3Xd r(3, 3);
+  r << 0, 1, 3, 0, 0, 0, 0, 0, 0;
+  Particles<double, 3> three{r};
+  three.set_type(Eigen::Vector3i(0, 1, 1));
+  const Pairs force{ByType<LennardJones>{{{1, 1}, {2, 1.1}, {2, 1.1}, {3, 1.2}}}, 10.0};
+  const double expected =
+      LennardJones{2, 1.1}.energy(1.0) + LennardJones{2, 1.1}.energy(9.0) + LennardJones{3, 1.2}.energy(4.0);
+  CHECK(force.energy(0.0, view_of(three)) == Approx(expected).epsilon(1e-14));
+  CHECK_THROWS_AS((ByType<LennardJones>{{{1, 1}, {2, 1.1}, {2, 1.2}, {3, 1.2}}}), std::invalid_argument);
+  CHECK_THROWS_AS((ByType<LennardJones>{{{1, 1}, {2, 1.1}, {2, 1.2}}}), std::invalid_argument);
+  three.set_type(Eigen::Vector3i(0, 2, 1));
+  CHECK_THROWS_AS(force.energy(0.0, view_of(three)), std::invalid_argument);
+}
+
+TEST_CASE("the tangent is that of all pairs of which one moves, whichever has the smaller index") {
+  Eigen::Matrix3Xd r(3, 3);
+  r << 0, 1.1, 0.2, 0, 0.1, 1.2, 0, -0.2, 0.3;
+  const auto tangent = [&](const std::vector<std::uint8_t>& still) {
+    Particles<double, 3> y{r};
+    y.set_still(still);
+    Dense dense{Eigen::MatrixXd::Zero(9, 9)};
+    Pairs{LennardJones{}, 3.0}.add_jacobian(0.0, view_of(y), NeighborMemory{}, dense);
+    return dense.K;
+  };
+  const Eigen::MatrixXd all = tangent({0, 0, 0});
+  for (unsigned held = 0; held < 8; ++held) {
+    CAPTURE(held);
+    const auto is_still = [held](Index i) { return held >> i & 1u; };
+    const Eigen::MatrixXd K = tangent({static_cast<std::uint8_t>(is_still(0)), static_cast<std::uint8_t>(is_still(1)),
+                                       static_cast<std::uint8_t>(is_still(2))});
+    for (Index i = 0; i < 3; ++i) {
+      Eigen::Matrix3d others = Eigen::Matrix3d::Zero();
+      for (Index j = 0; j < 3; ++j) {
+        if (i == j) continue;
+        const Eigen::Matrix3d pair = K.block<3, 3>(3 * i, 3 * j);
+        CHECK(pair == (is_still(i) && is_still(j) ? Eigen::Matrix3d(Eigen::Matrix3d::Zero())
+                                                  : Eigen::Matrix3d(all.block<3, 3>(3 * i, 3 * j))));
+        others += pair;
+      }
+      CHECK(K.block<3, 3>(3 * i, 3 * i) == -others);
+    }
+  }
+  CHECK(all.block<3, 3>(0, 3).norm() > 1);
+}
+
+TEST_CASE("still particles push, and are not pushed") {
+  auto y = shaken<double, 3>(5, 1.1, 9, {true, true, true});
+  Out<double, 3> all{Eigen::Matrix3Xd::Zero(3, y.size())}, some = all;
+  const Pairs force{LennardJones{}, 2.0};
+  force.add(0.0, view_of(y), NeighborMemory{}, all);
+  const double energy = force.energy(0.0, view_of(y));
+  const auto inside = force.pairs_inside(view_of(y));
+  std::vector<std::uint8_t> still(static_cast<std::size_t>(y.size()));
+  for (std::size_t i = 0; i < still.size(); i += 2) still[i] = 1;
+  y.set_still(still);
+  force.add(0.0, view_of(y), NeighborMemory{}, some);
+  for (Index i = 0; i < y.size(); ++i)
+    if (still[static_cast<std::size_t>(i)]) CHECK(some.force.col(i).norm() == 0);
+    else CHECK((some.force.col(i) - all.force.col(i)).norm() <= 1e-13 * all.force.col(i).norm());
+  // What is left out are the pairs of two still ones.
+  double left_out = 0;
+  std::uint64_t pairs = 0;
+  for (Index i = 0; i < y.size(); i += 2)
+    for (Index j = 0; j < i; j += 2) {
+      const double r2 = y.body().box.nearest(y.r.col(i) - y.r.col(j)).squaredNorm();
+      if (r2 < 4) left_out += LennardJones{}.energy(r2), ++pairs;
+    }
+  CHECK(force.energy(0.0, view_of(y)) == Approx(energy - left_out).epsilon(1e-12));
+  CHECK(force.pairs_inside(view_of(y)) == inside - pairs);
+  // All asleep: nothing is tested, listed or added.
+  y.set_still(std::vector<std::uint8_t>(still.size(), 1));
+  force.add(0.0, view_of(y), NeighborMemory{}, some);
+  CHECK(force.pairs_tested() == 0);
+}
+
+TEST_CASE("counts on a lattice: neighbours of face-centred cubes") {
+  // Neighbours at a/√2 (12), a (6), a √(3/2) (24), a √2 (12), a √(5/2) (24).
+  constexpr int n = 4;
+  Eigen::Matrix3Xd r(3, 4 * n * n * n);
+  Index k = 0;
+  for (int z = 0; z < n; ++z)
+    for (int y = 0; y < n; ++y)
+      for (int x = 0; x < n; ++x)
+        for (const auto& q : {std::array{0., 0., 0.}, {.5, .5, 0.}, {.5, 0., .5}, {0., .5, .5}})
+          r.col(k++) = 1.6 * Eigen::Vector3d(x + q[0], y + q[1], z + q[2]);
+  Particles<double, 3> y{r};
+  y.set_box(Box<double, 3>::periodic({0, 0, 0}, Eigen::Vector3d::Constant(1.6 * n)));
+  const Pairs force{LennardJones{}, 1.6 * 1.3, {.skin = 1.6 * 0.2}};
+  Out<double, 3> out{Eigen::Matrix3Xd::Zero(3, y.size())};
+  force.add(0.0, view_of(y), NeighborMemory{}, out);
+  CHECK(force.pairs_listed() == 54u * 256);
+  CHECK(force.pairs_inside(view_of(y)) == 42u * 256 / 2);
+  CHECK(force.rebuilds() == 1);
+  // By symmetry there is no force: what remains are roundings of 42 forces F ≤ 40.
+  CHECK(out.force.cwiseAbs().maxCoeff() < 42 * 40 * 14 * 6.4 * 2.3e-16);
+}
+
+TEST_CASE("the virial is the energy's answer to a change of volume") {
+  auto y = shaken<double, 3>(5, 1.15, 10, {true, true, true});
+  const Pairs force{SoftSphere{3.0, 2.0}, 2.0};  // smooth at the cutoff
+  const double virial = force.virial(0.0, view_of(y));
+  const auto scaled = [&](double s) {
+    auto z = y;
+    z.r *= s;
+    z.set_box(Box<double, 3>::periodic({0, 0, 0}, s * y.body().box.upper));
+    return force.energy(0.0, view_of(z));
+  };
+  constexpr double h = 1e-5;  // −dV/d ln s = Σ r·f; error h² V''' ≈ 1e-10 · 1e3 V
+  CHECK((scaled(1 - h) - scaled(1 + h)) / (2 * h) == Approx(virial).epsilon(1e-7));
+}
+
+TEST_CASE("velocity Verlet asks once a step, and allocates nothing between lists") {
+  auto y = hot(1);
+  Pairs force{LennardJones{}, 2.5, {.skin = 0.3}};
+  PhiStepper stepper{y, force, velocity_verlet};
+  REQUIRE(stepper.step(y, 0, 0.004));
+  std::int64_t quiet = 0;
+  for (int n = 1; n < 200; ++n) {
+    const std::uint64_t before = stepper.force_to_look_at().rebuilds();
+    heap::count = 0;
+    heap::counting = true;
+    const bool good = static_cast<bool>(stepper.step(y, 0.004 * n, 0.004));
+    heap::counting = false;
+    REQUIRE(good);
+    if (stepper.force_to_look_at().rebuilds() != before) continue;
+    ++quiet;
+    CHECK(heap::count == 0);
+  }
+  CHECK(stepper.statistics().force_calls == 201);
+  CHECK(quiet > 150);
+  CHECK(stepper.force_to_look_at().rebuilds() == 200u - static_cast<std::uint64_t>(quiet));
+}
+
+TEST_CASE("a rejected step leaves no trace, and a checkpoint continues bit for bit") {
+  auto y = hot(2);
+  PhiStepper stepper{y, Pairs{LennardJones{}, 2.5, {.skin = 0.3}}, velocity_verlet};
+  for (int n = 0; n < 13; ++n) REQUIRE(stepper.step(y, 0.004 * n, 0.004));
+  auto z = y;
+  PhiStepper other{z, Pairs{LennardJones{}, 2.5, {.skin = 0.3}}, velocity_verlet};
+  {  // what a checkpoint holds of it
+    Writer out;
+    auto memory = stepper.memory();
+    out(memory);
+    NeighborMemory restored;
+    Reader in{out.bytes()};
+    in(restored);
+    in.finish();
+    other.set_memory(restored);
+  }
+  // A trial that is far too long: lists are made for where it goes, and go with it.
+  const auto kept = y;
+  const auto memory = stepper.memory();
+  REQUIRE(stepper.step(y, 0.052, 0.06));
+  REQUIRE(stepper.memory().reference != memory.reference);
+  y = kept;
+  stepper.set_memory(memory);
+  for (int n = 13; n < 60; ++n) {
+    REQUIRE(stepper.step(y, 0.004 * n, 0.004));
+    REQUIRE(other.step(z, 0.004 * n, 0.004));
+  }
+  CHECK((y.r == z.r && y.v == z.v));
+}
+
+TEST_CASE("an unchecked list misses pairs, and they can be counted") {
+  const auto missed = [](ListPolicy policy) {
+    auto y = hot(8);
+    Pairs force{LennardJones{}, 2.5, {.skin = 0.1, .policy = policy}};
+    const Pairs all{LennardJones{}, 2.5};
+    PhiStepper stepper{y, force, velocity_verlet};
+    std::uint64_t sum = 0;
+    for (int n = 0; n < 40; ++n) {
+      REQUIRE(stepper.step(y, 0.004 * n, 0.004));
+      sum += all.pairs_inside(view_of(y)) - stepper.force_to_look_at().pairs_inside(view_of(y), stepper.memory());
+    }
+    return sum;
+  };
+  CHECK(missed({}) == 0);
+  CHECK(missed(ListPolicy::unchecked_every(20)) > 0);
+}
+
+TEST_CASE("who asks for an energy elsewhere does not change the run") {
+  const auto run = [](bool asks) {
+    auto y = hot(9);
+    Pairs force{LennardJones{}, 2.5};
+    PhiStepper stepper{y, force, velocity_verlet};
+    for (int n = 0; n < 40; ++n) {
+      REQUIRE(stepper.step(y, 0.004 * n, 0.004));
+      auto elsewhere = y;
+      elsewhere.r.col(n).array() += 3;
+      if (asks) CHECK(std::isfinite(stepper.force_to_look_at().energy(0.0, view_of(elsewhere), stepper.memory())));
+    }
+    return y.r;
+  };
+  CHECK(run(false) == run(true));
+}
+
+TEST_CASE("what cannot be is refused, or named") {
+  CHECK_THROWS_AS((Pairs{LennardJones{}, 0.0}), std::invalid_argument);
+  CHECK_THROWS_AS((Pairs{LennardJones{}, -1.0}), std::invalid_argument);
+  CHECK_THROWS_AS((Pairs{LennardJones{}, std::nan("")}), std::invalid_argument);
+  CHECK_THROWS_AS((Pairs{LennardJones{}, HUGE_VAL}), std::invalid_argument);
+  for (const double cutoff : {1e-30, 1e30}) {
+    const auto few = shaken<float, 3>(2, 1.0, 12, {});
+    CHECK_THROWS_AS((Pairs{LennardJones{}, cutoff}.energy(0.0, view_of(few))), std::invalid_argument);
+  }
+  CHECK_THROWS_AS((Pairs{LennardJones{}, 2.5, {.skin = -0.1}}), std::invalid_argument);
+  CHECK_THROWS_AS((Pairs{LennardJones{}, 2.5, {.skin = std::nan("")}}), std::invalid_argument);
+  {
+    auto small = shaken<double, 3>(2, 1.0, 12, {true, true, true});
+    PhiStepper stepper{small, Pairs{LennardJones{}, 2.5}, velocity_verlet};
+    CHECK_THROWS_AS(stepper.step(small, 0, 0.001), std::invalid_argument);
+  }
+  {  // two at one place
+    auto y = hot(4);
+    y.r.col(100) = y.r.col(57);
+    const auto kept = y;
+    PhiStepper stepper{y, Pairs{LennardJones{}, 2.5}, velocity_verlet};
+    const auto report = stepper.step(y, 0, 0.001);
+    REQUIRE_FALSE(report);
+    CHECK(report.outcome() == Outcome::non_finite_force);
+    CHECK(report.message().find("57") != std::string::npos);
+    CHECK((y.r == kept.r && y.v == kept.v));
+  }
+  {
+    auto y = hot(5);
+    y.r(1, 33) = std::nan("");
+    PhiStepper stepper{y, Pairs{LennardJones{}, 2.5}, velocity_verlet};
+    const auto report = stepper.step(y, 0, 0.001);
+    REQUIRE_FALSE(report);
+    CHECK(report.outcome() == Outcome::non_finite_state);
+    CHECK(report.message().find("33") != std::string::npos);
+  }
+  for (const int n : {0, 1}) {
+    Particles<double, 3> few{Eigen::Matrix3Xd::Zero(3, n)};
+    PhiStepper stepper{few, Pairs{LennardJones{}, 2.5}, velocity_verlet};
+    CHECK(stepper.step(few, 0, 0.001));
+  }
+}
+
+TEST_CASE("units are free: powers of two change no bit") {
+  const auto run = [](double length, double energy) {
+    auto y = hot(6);
+    y.r *= length;
+    y.set_box(Box<double, 3>::periodic({0, 0, 0}, length * y.body().box.upper));
+    const double time = 0.5 * length;  // v in units of 2: energy is m v² = 4
+    y.v *= length / time;
+    PhiStepper stepper{y, Pairs{LennardJones{energy, length}, 2.5 * length}, velocity_verlet};
+    for (int n = 0; n < 40; ++n) REQUIRE(stepper.step(y, n * 0.004 * time, 0.004 * time));
+    return Eigen::Matrix3Xd(y.r / length);
+  };
+  CHECK(run(0x1p-20, 4.0) == run(0x1p30, 4.0));
+}
+
+TEST_CASE("one thread and two: the same bits") {
+  const auto run = [](int threads) {
+    omp_set_num_threads(threads);
+    auto y = hot(7);
+    const Pairs measure{LennardJones{}, 2.5};
+    PhiStepper stepper{y, Pairs{LennardJones{}, 2.5}, velocity_verlet};
+    for (int n = 0; n < 100; ++n) REQUIRE(stepper.step(y, n * 0.004, 0.004));
+    return std::tuple{y.r, y.v, measure.energy(0.0, view_of(y))};
+  };
+  CHECK(run(1) == run(2));
+  CHECK(run(1) == run(3));
+}
+
+TEST_CASE("a law that throws in a thread of many: the exception passes, the atoms stay, the next step goes on") {
+  Eigen::Matrix3Xd r(3, 4096);
+  for (Eigen::Index k = 0; k < r.cols(); ++k)
+    r.col(k) << 1.1 * static_cast<double>(k % 16), 1.1 * static_cast<double>(k / 16 % 16),
+        1.1 * static_cast<double>(k / 256);
+  static std::atomic<long> calls{0};
+  constexpr long fatal = 2000;
+  const auto law = [](auto r2) {
+    if (++calls == fatal) throw std::runtime_error("no such distance");
+    return decltype(r2){1} / (r2 * r2);
+  };
+  const auto check = [&](auto force) {
+    Particles<double, 3> atoms{r}, twin{r};
+    PhiStepper stepper{atoms, force, velocity_verlet}, other{twin, force, velocity_verlet};
+    calls = 0;
+    CHECK_THROWS_WITH(stepper.step(atoms, 0, 1e-3), "no such distance");
+    CHECK((atoms.r == r && atoms.v.isZero(0)));
+    REQUIRE(stepper.step(atoms, 0, 1e-3));
+    REQUIRE(other.step(twin, 0, 1e-3));
+    CHECK((atoms.r == twin.r && atoms.v == twin.v));
+  };
+  check(Pairs{law, 1.8});
+}
