@@ -15,8 +15,8 @@
 #include <string>
 #include <vector>
 
-#include "preflight/assess_cases.hpp"
 #include "problems/heat.hpp"
+#include "study/assess_cases.hpp"
 #include "support/catch.hpp"
 
 namespace preflight_cases {

@@ -9,7 +9,6 @@
 /// the run-time-against-error diagrams (bench/work_precision), not of taste.
 #pragma once
 
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -21,13 +20,13 @@
 #include "phistep/equation/right_hand_side.hpp"
 #include "phistep/force/signature.hpp"
 #include "phistep/jacobian/differences.hpp"
-#include "phistep/preflight/advice.hpp"
-#include "phistep/preflight/stiffness.hpp"
 #include "phistep/run.hpp"
 #include "phistep/schemes/tr_bdf2.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
 #include "phistep/step/phi_stepper.hpp"
+#include "phistep/study/advice.hpp"
+#include "phistep/study/stiffness.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

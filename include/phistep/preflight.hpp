@@ -33,14 +33,14 @@
 #include "phistep/force/sum.hpp"
 #include "phistep/jacobian/analytic.hpp"
 #include "phistep/jacobian/differences.hpp"
-#include "phistep/preflight/assess.hpp"
-#include "phistep/preflight/report.hpp"
 #include "phistep/solve/difference_tangent.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/motion.hpp"
 #include "phistep/state/unknowns.hpp"
 #include "phistep/step/halving.hpp"
 #include "phistep/step/phi_stepper.hpp"
+#include "phistep/study/assess.hpp"
+#include "phistep/study/report.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

@@ -3,8 +3,8 @@
 
 #include <phistep/force/springs.hpp>
 
-#include <phistep/jacobian/check_jacobian.hpp>
 #include <phistep/state/motion.hpp>
+#include <phistep/study/check_jacobian.hpp>
 
 #include <Eigen/Core>
 

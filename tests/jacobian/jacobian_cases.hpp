@@ -3,8 +3,8 @@
 
 #include <phistep/jacobian/analytic.hpp>
 #include <phistep/jacobian/autodiff.hpp>
-#include <phistep/jacobian/check_jacobian.hpp>
 #include <phistep/jacobian/differences.hpp>
+#include <phistep/study/check_jacobian.hpp>
 
 #include <cmath>
 #include <vector>

@@ -16,7 +16,7 @@ struct Fact {
   constexpr operator T() const { return value; }
 };
 
-/// Which force and which velocity a scheme's energy balance has (observe/energy_ledger.hpp).
+/// Which force and which velocity a scheme's energy balance has (study/energy_ledger.hpp).
 enum class EnergyBalance {
   rest,      ///< none is known: the scheme's account is what the others leave
   endpoint,  ///< both ends, weighted by φ

@@ -4,7 +4,7 @@
 ///     auto energy(auto t, const auto& y) const;        // V(t, r) [energy], −∂V/∂r being the term's force at v = 0
 ///
 /// beside `add`, seeing the same view (with a memory, energy(t, y, memory), if it likes). Nothing in a step asks for it;
-/// observe/energy_ledger.hpp does.
+/// study/energy_ledger.hpp does.
 #pragma once
 
 #include <concepts>

@@ -1,5 +1,5 @@
 // Bounds of eigenvalues: never below the eigenvalue, and where theory says so equal to it.
-#include "preflight/spectral_bound_cases.hpp"
+#include "study/spectral_bound_cases.hpp"
 
 using namespace spectral_bound_cases;
 

@@ -15,8 +15,8 @@
 #include <vector>
 
 #include "phistep/core/version.hpp"
-#include "phistep/preflight/method.hpp"
-#include "phistep/preflight/spectral_bound.hpp"
+#include "phistep/study/method.hpp"
+#include "phistep/study/spectral_bound.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

@@ -3,7 +3,7 @@
 // What method.test.cpp and its full half share.
 
 #include <phistep/phistep.hpp>
-#include <phistep/preflight/method.hpp>
+#include <phistep/study/method.hpp>
 
 #include <cmath>
 #include <complex>

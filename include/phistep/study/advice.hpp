@@ -11,8 +11,8 @@
 
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/preflight/report.hpp"
-#include "phistep/preflight/stiffness.hpp"
+#include "phistep/study/report.hpp"
+#include "phistep/study/stiffness.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

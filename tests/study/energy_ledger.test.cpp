@@ -1,5 +1,5 @@
 // Every account of the energy ledger against a formula of its own, and all of them together against rounding.
-#include "observe/energy_ledger_cases.hpp"
+#include "study/energy_ledger_cases.hpp"
 #include "support/shared_force.hpp"
 
 using namespace energy_ledger_cases;

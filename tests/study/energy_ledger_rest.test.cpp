@@ -1,5 +1,5 @@
 // The energy ledger of schemes whose balance is not known: damping and external work by quadrature, the scheme's the rest.
-#include "observe/energy_ledger_cases.hpp"
+#include "study/energy_ledger_cases.hpp"
 
 using namespace energy_ledger_cases;
 

@@ -2,7 +2,7 @@
 // What is guaranteed from bounds, against the spectral radius of the step's own matrix: random problems whose stiffness and
 // damping don't commute. And that it is guaranteed where it can be.
 #include <phistep/phistep.hpp>
-#include <phistep/preflight/stable_step.hpp>
+#include <phistep/study/stable_step.hpp>
 
 #include <algorithm>
 #include <cmath>

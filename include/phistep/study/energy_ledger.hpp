@@ -27,7 +27,7 @@
 ///     damping   ∫ vᵀD dt,     external  ∫ vᵀX dt + W,   W = ΔV + ∫ vᵀF dt where V depends on t                   (4)
 ///     scheme    ΔE less these: what is left
 ///
-/// by Gauss and Lobatto's rule on the way through the step (observe/step_path.hpp), of order 6, at two force calls more a
+/// by Gauss and Lobatto's rule on the way through the step (study/step_path.hpp), of order 6, at two force calls more a
 /// step, none where there is neither D nor X. Where a step doesn't resolve a part (the rule is off the work of its mean,
 /// Δrᵀ(D₀+D₁)/2, by more than half of ∫|vᵀD| dt), that mean counts.
 #pragma once
@@ -47,12 +47,12 @@
 #include "phistep/core/version.hpp"
 #include "phistep/force/at.hpp"
 #include "phistep/force/energy.hpp"
-#include "phistep/observe/energy_books.hpp"
-#include "phistep/observe/force_parts.hpp"
-#include "phistep/observe/step_path.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/combination.hpp"
 #include "phistep/state/unknowns.hpp"
+#include "phistep/study/energy_books.hpp"
+#include "phistep/study/force_parts.hpp"
+#include "phistep/study/step_path.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

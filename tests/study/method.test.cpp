@@ -1,5 +1,5 @@
 // Schemes as numbers, against the steppers themselves and against the spectral radius of a step's matrix.
-#include "preflight/method_cases.hpp"
+#include "study/method_cases.hpp"
 
 using namespace method_cases;
 

@@ -1,7 +1,7 @@
 // spectral_bound against 1000 random matrices. The quick half is spectral_bound.test.cpp.
-#include <phistep/preflight/spectrum.hpp>
+#include <phistep/study/spectrum.hpp>
 
-#include "preflight/spectral_bound_cases.hpp"
+#include "study/spectral_bound_cases.hpp"
 
 using namespace spectral_bound_cases;
 

@@ -13,8 +13,8 @@
 #include <limits>
 
 #include "phistep/core/version.hpp"
-#include "phistep/preflight/method.hpp"
-#include "phistep/preflight/spectrum.hpp"
+#include "phistep/study/method.hpp"
+#include "phistep/study/spectrum.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

@@ -2,7 +2,7 @@
 
 // What spectral_bound.test.cpp and its full half share.
 
-#include <phistep/preflight/spectral_bound.hpp>
+#include <phistep/study/spectral_bound.hpp>
 
 #include <algorithm>
 #include <cmath>

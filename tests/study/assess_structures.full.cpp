@@ -1,5 +1,5 @@
 // assess, its dear cases: every structure, and states of every kind. The quick half is tests/preflight.test.cpp.
-#include "preflight/assess_cases.hpp"
+#include "study/assess_cases.hpp"
 
 using namespace assess_cases;
 

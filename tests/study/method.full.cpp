@@ -1,5 +1,5 @@
 // method: every scheme, step by step. The quick half is method.test.cpp.
-#include "preflight/method_cases.hpp"
+#include "study/method_cases.hpp"
 
 using namespace method_cases;
 

@@ -17,10 +17,10 @@
 #include <utility>
 
 #include "phistep/core/version.hpp"
-#include "phistep/preflight/method.hpp"
-#include "phistep/preflight/report.hpp"
-#include "phistep/preflight/spectrum.hpp"
-#include "phistep/preflight/stable_step.hpp"
+#include "phistep/study/method.hpp"
+#include "phistep/study/report.hpp"
+#include "phistep/study/spectrum.hpp"
+#include "phistep/study/stable_step.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

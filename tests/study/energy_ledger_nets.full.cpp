@@ -1,5 +1,5 @@
 // energy_ledger, every scheme: nets of springs. The quick half is energy_ledger.test.cpp.
-#include "observe/energy_ledger_cases.hpp"
+#include "study/energy_ledger_cases.hpp"
 
 using namespace energy_ledger_cases;
 

@@ -1,6 +1,6 @@
 // energy_ledger: masses that are matrices; states and scalars are in energy_ledger_scalars.full.cpp.
 // The quick half is energy_ledger.test.cpp.
-#include "observe/energy_ledger_cases.hpp"
+#include "study/energy_ledger_cases.hpp"
 
 using namespace energy_ledger_cases;
 
