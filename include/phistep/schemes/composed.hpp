@@ -50,7 +50,10 @@ struct Composed {
                                      .energy = EnergyBalance::rest};
   [[no_unique_address]] Scheme scheme;
   [[nodiscard]] static constexpr int order() { return KahanLi8::order; }
-  [[nodiscard]] static std::string name() { return std::string("composed(") + Scheme::name() + ")"; }
+  [[nodiscard]] static std::string name() {
+    std::string name = "composed(";  // by +, g++ 12 warns of an overlap that isn't there
+    return name.append(Scheme::name()).append(1, ')');
+  }
 };
 /// Velocity Verlet, the trapezoidal rule or the midpoint rule to order 8.
 template <class Scheme>

@@ -21,7 +21,10 @@ struct Extrapolated {
                                      .is_a_stable = false,
                                      .is_l_stable = false,
                                      .energy = EnergyBalance::rest};
-  [[nodiscard]] static std::string name() { return std::string("extrapolated(") + Base::name() + ")"; }
+  [[nodiscard]] static std::string name() {
+    std::string name = "extrapolated(";
+    return name.append(Base::name()).append(1, ')');
+  }
   [[no_unique_address]] Base base;
   int columns = 0;  ///< of each step, 0: as many as the error asks for
 };
