@@ -98,16 +98,16 @@ class Linearisation {
     drop();
   }
 
-  /// A new solve with coefficients γ. Factors made for others, γ_p, serve where |γ/γ_p − 1| ≤ near; corrections are then
+  /// A new solve with coefficients γ. Factors made for others, γ_p, serve where |γ/γ_p − 1| ≤ within; corrections are then
   /// scaled.
-  void begin(const Gamma<Scalar>& gamma, Scalar near) {
+  void begin(const Gamma<Scalar>& gamma, Scalar within) {
     if constexpr (!analytic) differences_.begin();
     if constexpr (matrix_free) system_.begin();
     scale_ = Scalar{1};
     if (!has_factors_ || gamma == factored_) return;
     const Scalar ratio = gamma.force / factored_.force;
     const bool is_similar = gamma.drift * factored_.force == gamma.force * factored_.drift;
-    if (!(std::abs(ratio - 1) <= near) || !is_similar) has_factors_ = false;
+    if (!(std::abs(ratio - 1) <= within) || !is_similar) has_factors_ = false;
     else scale_ = 2 / (1 + (has_K && !has_C ? ratio * ratio : ratio));
   }
   /// |γ/γ_p − 1| of factors made for γ_p: about what an iteration on them leaves of the error.
