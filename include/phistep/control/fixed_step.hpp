@@ -88,7 +88,7 @@ class TimeGrid {
     steps_ = static_cast<std::int64_t>(whole);
     last_ = dt_;
     if (whole > 0 && std::abs(rest) <= rounding) return;
-    // A rest that is no more than the rounding of both times is done with the step before.
+    // Up to the rounding of t₀ and t₁ the rest is added to the last step.
     const bool is_unseen = std::abs(rest) <= 2 * tick && std::abs(rest) <= std::abs(dt_) / 100;
     if (whole > 0 && is_unseen) {
       last_ = dt_ + rest;

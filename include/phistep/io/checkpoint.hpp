@@ -2,7 +2,7 @@
 /// Checkpoints: a run's parts in a file, from which a program that has the same goes on.
 ///
 ///     save_checkpoint("run.checkpoint", run);                  // now and then
-///     load_checkpoint("run.checkpoint", run);                  // at the next start; false where there is no such file
+///     load_checkpoint("run.checkpoint", run);                  // at the next start; false if the file does not exist
 ///
 /// Any parts may follow: steppers, states, numbers, vectors, what has `void archive(auto& ar)`, each with a name before it
 /// or called by its place: save_checkpoint(file, "stepper", stepper, "y", y, "t", t).

@@ -100,7 +100,7 @@ class Kernel {
   using Rhs = RightHandSideOf;
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
-  /// One correction leaves a tangent's Ψ, which nobody has compared with the force: carried, it would never be.
+  /// One correction leaves the linearised Ψ. Carrying it would replace every later force call by a linearisation.
   static constexpr bool carries = needs.carries && !is_linearly_implicit<Solver>;
   using Transaction = phistep::Transaction<S, Rhs, carries>;
   using Data = typename Transaction::Data;

@@ -10,7 +10,7 @@
 /// changes itself, without throwing. Loads nest in one another in this way, so that the last byte is checked before the
 /// first part changes. Names precede the parts they belong to: save_parts(out, "t", t, "count", count).
 ///
-/// What a part holds beside, Jacobians and factors, it has `void forget_unsaved()` for: who saves calls it, and load does.
+/// A part that holds more than it saves (Jacobians, factors) has `void forget_unsaved()`, called after saving and loading.
 /// The run that saved and the run that resumes are then the same.
 #pragma once
 

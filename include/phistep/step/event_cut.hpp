@@ -26,7 +26,7 @@ class EventCut {
   EventCut(Attempt& step, Look& look, Events& events) : step_{step}, look_{look}, events_{events} {}
 
   /// The step that led to `to` has been done. If an event is found, `to` is where that is.
-  /// @param found  its outcome, where that is no success, ends the run
+  /// @param found  the first event; the run ends if its outcome is not success
   /// @return the step's; unless it is a success, or where the run ends, or g or the force throws, all is as at its start
   [[nodiscard]] StepReport operator()(Landing<Scalar>& to, Found& found) {
     try {

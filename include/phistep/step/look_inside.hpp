@@ -94,7 +94,7 @@ class LookInside {
   [[nodiscard]] Outcome outcome() const { return failed(looked_) ? looked_ : slopes_; }
 
   /// Whether the interpolant is right to half the tolerance, at two places where steps are done to learn it. (At one alone
-  /// its error may pass zero.) At a fixed Δt there is no tolerance to compare with: always false.
+  /// its error may pass zero.) False at a fixed Δt, which has no tolerance.
   [[nodiscard]] bool trusts() {
     if constexpr (sees_error) {
       const double length = std::abs(static_cast<double>(dt_));
