@@ -213,7 +213,8 @@ class Kernel {
   void carry(Step& step, const Gamma<Scalar>& gamma) {
     if constexpr (carries && !Step::is_traced) {
       // Where the last resolve solved nothing, psi holds Ψ already.
-      if (Rhs::couples_unknowns || gamma.drift != 0) resolvent_.recover(rhs_, gamma.force, step.psi);
+      if (Rhs::couples_unknowns || gamma.drift != 0)
+        recover_force<S>(rhs_, resolvent_.increment(), gamma.force, step.psi);
       step.psi_next_known = true;
     }
   }
@@ -252,7 +253,7 @@ class Kernel {
     else return Outcome::success;
   }
   /// next.solved += factor·(next − b) of the last resolve
-  void add_increment(Data& step, Scalar factor) const { resolvent_.add_increment(factor, step.next); }
+  void add_increment(Data& step, Scalar factor) const { add_unknowns<S>(step.next, factor, resolvent_.increment()); }
 
   /// How well a solve has to be done; empty: as the solver's options say.
   template <class Step>
