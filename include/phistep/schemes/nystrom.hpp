@@ -18,7 +18,6 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/scheme_facts.hpp"
 #include "phistep/core/version.hpp"
@@ -28,6 +27,7 @@
 #include "phistep/schemes/nystrom_interpolant.hpp"
 #include "phistep/schemes/nystrom_tableaus.hpp"
 #include "phistep/schemes/weighted_sum.hpp"
+#include "phistep/simd/update.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/combination.hpp"
 #include "phistep/state/unknowns.hpp"

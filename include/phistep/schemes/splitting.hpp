@@ -19,7 +19,6 @@
 #include <tuple>
 #include <type_traits>
 
-#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
@@ -27,6 +26,7 @@
 #include "phistep/problem/edit_guard.hpp"
 #include "phistep/problem/kernel.hpp"
 #include "phistep/problem/transaction.hpp"
+#include "phistep/simd/update.hpp"
 #include "phistep/state/blocks.hpp"
 
 namespace phistep::inline PHISTEP_ABI {

@@ -7,7 +7,6 @@
 #include <tuple>
 #include <type_traits>
 
-#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
 

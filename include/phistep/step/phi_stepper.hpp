@@ -9,7 +9,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/core/archive.hpp"
+#include "phistep/archive/archive.hpp"
 #include "phistep/core/phi.hpp"
 #include "phistep/core/stepper_facts.hpp"
 #include "phistep/core/version.hpp"
