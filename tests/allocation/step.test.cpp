@@ -64,7 +64,7 @@ TEST_CASE("watched, rejected and doubled steps: nothing") {
   check_none_watched(motion(30), Chain{}, velocity_verlet);  // estimates by itself
 }
 TEST_CASE("controlled runs, after their first steps: nothing") {
-  for (const auto filter : {StepFilter::automatic, StepFilter::H312PID})
+  for (const auto filter : {StepFilter::automatic, StepFilter::predictive})
     check_none_run(motion(30), Chain{}, velocity_verlet, tolerance{.rtol = 1e-4, .filter = filter});
 }
 TEST_CASE("sampled runs, after their first steps: nothing") {

@@ -23,7 +23,7 @@ TEST_CASE("high order for motion: nothing") {
   check_none_run(motion(30), Chain{}, rkn86, tolerance{.rtol = 1e-11});
 }
 TEST_CASE("controlled runs, after their first steps: nothing") {
-  for (const auto filter : {StepFilter::automatic, StepFilter::H312PID}) {
+  for (const auto filter : {StepFilter::automatic, StepFilter::predictive}) {
     const tolerance control{.rtol = 1e-4, .filter = filter};
     check_none_run(motion(30), Chain{}, velocity_verlet, control);
     check_none_run(motion(30), DampedChain{}, trapezoidal, control);

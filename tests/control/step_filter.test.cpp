@@ -12,7 +12,13 @@ using namespace phistep;
 
 namespace {
 
-constexpr std::array filters{StepFilter::elementary, StepFilter::PI42, StepFilter::H211b, StepFilter::H312PID};
+constexpr std::array filters{StepFilter::PI42, StepFilter::H211b};
+
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wdeprecated-declarations"
+static_assert(StepFilter::elementary == StepFilter::PI42 && StepFilter::H312PID == StepFilter::H211b,
+              "names of filters that are gone go on, for a version, as the nearest one");
+#pragma GCC diagnostic pop
 
 double limited(double rho) { return std::max(0.2, 1 + std::atan(rho - 1)); }
 
@@ -50,14 +56,10 @@ TEST_CASE("the filters are their formulas") {
       before = got;
     }
   };
-  check(StepFilter::elementary, 0, [&](int n, double) { return std::pow(eps(n), 1 / k); });
   check(StepFilter::PI42, 1,
         [&](int n, double) { return std::pow(eps(n), 3 / (5 * k)) * std::pow(eps(n - 1), -1 / (5 * k)); });
   check(StepFilter::H211b, 1, [&](int n, double before) {
     return std::pow(eps(n), 1 / (4 * k)) * std::pow(eps(n - 1), 1 / (4 * k)) * std::pow(before, -0.25);
-  });
-  check(StepFilter::H312PID, 2, [&](int n, double) {
-    return std::pow(eps(n), 1 / (18 * k)) * std::pow(eps(n - 1), 1 / (9 * k)) * std::pow(eps(n - 2), 1 / (18 * k));
   });
 }
 
@@ -67,7 +69,6 @@ TEST_CASE("an error that goes as h^k brings every filter to rest, from above and
       for (const double start : {1e-4, 0.03, 3.0}) {
         CAPTURE(static_cast<int>(filter), k, start);
         const double c = 700, rest = std::pow(0.8 / c, 1.0 / k);
-        // H312PID's slowest mode: ρ^3 = 1 − (1 + 2ρ + ρ²)/18 …, |root| = 0.93: 0.93^300 = 3e-10.
         const auto h = run(filter, k, 1, start, 400, [&](int) { return c; });
         CHECK(h.back() == Approx(rest).epsilon(1e-8));
         for (std::size_t n = h.size() - 100; n < h.size(); ++n) CHECK(h[n] == Approx(rest).epsilon(1e-6));
@@ -93,22 +94,26 @@ TEST_CASE("a slowly varying error is followed without oscillation or rejections"
 }
 
 TEST_CASE("a random error of 20 % is passed on smaller than it came, by the calm filters") {
-  // Spectra of Söderlind 2003, fig. 3: elementary passes all of it on, H211b a fraction.
-  const auto roughness = [](StepFilter filter) {
-    std::uint64_t seed = 12345;
-    const auto noise = [&seed](int) {
-      seed = seed * 6364136223846793005u + 1442695040888963407u;
-      return 100 * std::exp(0.2 * (static_cast<double>(seed >> 11) / 9007199254740992.0 - 0.5));
-    };
-    const auto h = run(filter, 3, 1, 0.2, 4000, noise);
+  const auto roughness = [](const std::vector<double>& h) {
     double sum = 0;
     for (std::size_t n = 1000; n + 1 < h.size(); ++n) sum += std::pow(std::log(h[n + 1] / h[n]), 2);
     return std::sqrt(sum / static_cast<double>(h.size() - 1001));
   };
-  const double all = roughness(StepFilter::elementary);
-  CHECK(roughness(StepFilter::PI42) < 0.8 * all);
-  CHECK(roughness(StepFilter::H211b) < 0.3 * all);
-  CHECK(roughness(StepFilter::H312PID) < 0.3 * all);
+  const auto noise = [] {
+    return [seed = std::uint64_t{12345}](int) mutable {
+      seed = seed * 6364136223846793005u + 1442695040888963407u;
+      return 100 * std::exp(0.2 * (static_cast<double>(seed >> 11) / 9007199254740992.0 - 0.5));
+    };
+  };
+  // Spectra of Söderlind 2003, fig. 3: Δt ← Δt ε^{1/k} passes all of it on, H211b a fraction.
+  std::vector<double> direct{0.2};
+  for (auto c = noise(); direct.size() < 4000;) {
+    const double h = direct.back();
+    direct.push_back(h * limited(std::cbrt(0.8 / (c(0) * std::pow(h, 3)))));
+  }
+  const double all = roughness(direct);
+  CHECK(roughness(run(StepFilter::PI42, 3, 1, 0.2, 4000, noise())) < 0.8 * all);
+  CHECK(roughness(run(StepFilter::H211b, 3, 1, 0.2, 4000, noise())) < 0.3 * all);
 }
 
 TEST_CASE("within the dead band a growth keeps the length, to the bit") {

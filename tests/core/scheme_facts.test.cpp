@@ -14,7 +14,9 @@ using namespace scheme_facts_cases;
 namespace {
 
 using Vec = Eigen::VectorXd;
-static_assert(!std::is_default_constructible_v<SchemeFacts>, "a fact that is left out doesn't compile");
+static_assert(!std::is_default_constructible_v<SchemeFacts> && !std::is_default_constructible_v<ExplicitMotion> &&
+                  !std::is_default_constructible_v<AStable>,
+              "a fact that is left out doesn't compile");
 
 template <class Scheme>
 std::string line(const Scheme& scheme, const std::string& name) {

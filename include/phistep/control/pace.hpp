@@ -13,9 +13,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <limits>
-#include <optional>
 #include <utility>
 
 #include "phistep/control/error_norm.hpp"
@@ -23,11 +21,10 @@
 #include "phistep/control/fixed_step.hpp"
 #include "phistep/control/iteration_control.hpp"
 #include "phistep/control/limits.hpp"
-#include "phistep/control/run_clock.hpp"
 #include "phistep/control/step_filter.hpp"
 #include "phistep/control/tolerance.hpp"
 #include "phistep/control/trace.hpp"
-#include "phistep/core/arithmetic.hpp"
+#include "phistep/control/variable_step.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/version.hpp"
@@ -43,50 +40,11 @@ struct ErrorLaw {
   StepFilter filter = StepFilter::H211b;  ///< the one that suits, unless the user names another
 };
 
-/// What both controlled paces share: a length, its bounds, and what a failed step does to it.
-template <class Scalar>
-class VariableStep {
- public:
-  [[nodiscard]] Outcome begin(double smallest, double largest, std::int64_t max_tries) {
-    if (!(smallest >= 0) || !(largest > 0) || !(smallest <= largest) || max_tries < 0)
-      return Outcome::invalid_tolerance;
-    smallest_ = smallest;
-    largest_ = largest;
-    left_ = max_tries;
-    return Outcome::success;
-  }
-  [[nodiscard]] double size() const { return std::min(std::max(size_, smallest_), largest_); }
-  [[nodiscard]] bool is_capped() const { return size_ >= largest_; }
-  [[nodiscard]] Landing<Scalar> plan(const RunClock<Scalar>& clock, std::optional<Scalar> stop) const {
-    return clock.toward(stop.value_or(clock.span().t1), static_cast<Scalar>(size()), static_cast<Scalar>(largest_));
-  }
-  void set(double size) { size_ = size; }
-  void accepted() { failures_ = 0; }
-  /// A step of length dt is not to be: shorter ones, or the end.
-  [[nodiscard]] Outcome shorten(Outcome why, double dt, double by) {
-    if (why != Outcome::error_too_large && ++failures_ > 20) return why;
-    size_ = by * dt;
-    // At t = 0 the clock goes on for ever.
-    const bool is_none = size_ < static_cast<double>(least_normal<Scalar>);
-    return size_ < smallest_ || is_none ? Outcome::step_too_small : Outcome::success;
-  }
-  /// One more try.
-  [[nodiscard]] bool may_try() { return left_-- > 0; }
-
-  void archive(auto& ar) {
-    ar("size", size_, "left", left_, "failures", failures_);
-    ar.check(size_ >= 0 && std::isfinite(size_) && -1 <= left_ && 0 <= failures_ && failures_ <= 21);
-  }
-
- private:
-  double size_ = 0, smallest_ = 0, largest_ = std::numeric_limits<double>::infinity();
-  std::int64_t left_ = 0;
-  int failures_ = 0;
-};
-
 /// `tolerance{…}`, alone or with an iteration_control.
 template <State S>
-class ErrorPace {
+class ErrorPace : public VariableStep<ScalarOf<S>> {
+  using Length = VariableStep<ScalarOf<S>>;
+
  public:
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
@@ -112,9 +70,9 @@ class ErrorPace {
         StepSize{wanted_.filter == StepFilter::automatic ? law.filter : wanted_.filter, law.error_order, law.dead_band};
     trace_.resize(y);
     trace_.rtol = wanted_.rtol;
-    return step_.begin(std::max(wanted_.min_step, counts_ ? iterations_.min_step : wanted_.min_step),
-                       std::min(wanted_.max_step, counts_ ? iterations_.max_step : wanted_.max_step),
-                       std::min(wanted_.max_steps, counts_ ? iterations_.max_steps : wanted_.max_steps));
+    return Length::bound(std::max(wanted_.min_step, counts_ ? iterations_.min_step : wanted_.min_step),
+                         std::min(wanted_.max_step, counts_ ? iterations_.max_step : wanted_.max_step),
+                         std::min(wanted_.max_steps, counts_ ? iterations_.max_steps : wanted_.max_steps));
   }
   [[nodiscard]] Outcome start(TimeSpan<Scalar> span, const Plain& y, int order, auto&& slope) {
     double first = wanted_.first_step;
@@ -127,15 +85,10 @@ class ErrorPace {
       first = std::max(first, static_cast<double>(std::min(tick, std::abs(span.t1 - span.t0))));
     }
     if (counts_ && iterations_.first_step > 0) first = std::min(first, iterations_.first_step);
-    step_.set(first);
+    Length::set(first);
     return Outcome::success;
   }
 
-  [[nodiscard]] double propose() const { return step_.size(); }
-  [[nodiscard]] Landing<Scalar> plan(const RunClock<Scalar>& clock, std::optional<Scalar> stop) const {
-    return step_.plan(clock, stop);
-  }
-  [[nodiscard]] bool may_try() { return step_.may_try(); }
   [[nodiscard]] Trace<Plain>& trace() { return trace_; }
   void prepare(const Plain& y, double dt) {
     error_ = {};
@@ -161,10 +114,9 @@ class ErrorPace {
   }
   /// @param clipped  the step was shorter than proposed, because of a time to stop at
   void accepted(double dt, bool clipped, const Failure& history, Limits& limits) {
-    step_.accepted();
     const double proposed = std::exchange(trace_.proposed, 0);
     trace_.advance();
-    const bool was_capped = step_.is_capped();
+    const bool was_capped = Length::is_capped();
     double by = proposed > 0 ? proposed / dt : size_.accepted(error_.size * per_allowed_);
     bool by_iterations = false;
     if (counts_) {
@@ -174,24 +126,24 @@ class ErrorPace {
     }
     if (clipped) {
       size_.forget();
-      step_.set(std::max(step_.size(), by * dt));
+      Length::set(std::max(Length::propose(), by * dt));
       // After a step that short, slopes by (y⁺ − b)/φΔt are rounding for the next.
-      if (100 * dt < step_.size()) trace_.forget();
+      if (100 * dt < Length::propose()) trace_.forget();
       return limits.count(LimitedBy::stop);
     }
-    step_.set(by * dt);
+    Length::set(by * dt);
     if (was_capped) limits.count(LimitedBy::max_step);
     else if (by_iterations) limits.count(LimitedBy::iterations);
     else limits.count(LimitedBy::error, error_.worst);
   }
   [[nodiscard]] Outcome failed(Outcome why, double dt, const Failure&, Limits& limits) {
     if (const double proposed = std::exchange(trace_.proposed, 0); proposed > 0 && proposed < dt)
-      return step_.shorten(why, dt, proposed / dt);
-    if (why == Outcome::error_too_large) return step_.shorten(why, dt, size_.rejected(error_.size / allowed_));
+      return Length::shorten(why, dt, proposed / dt);
+    if (why == Outcome::error_too_large) return Length::shorten(why, dt, size_.rejected(error_.size / allowed_));
     if (!may_be_cured(why)) return why;
     limits.count(LimitedBy::iterations);
     size_.forget();
-    return step_.shorten(why, dt, 0.25);
+    return Length::shorten(why, dt, 0.25);
   }
   /// The state isn't what the last step left. False where it outgrew the tolerances given.
   [[nodiscard]] bool edited(const Plain& y) {
@@ -202,7 +154,7 @@ class ErrorPace {
     return norm_.fits(y);
   }
 
-  void archive(auto& ar) { ar("norm", norm_, "filter", size_, "step", step_, "trace", trace_); }
+  void archive(auto& ar) { ar("norm", norm_, "filter", size_, "step", static_cast<Length&>(*this), "trace", trace_); }
 
  private:
   /// Of the error allowed to a step: what its solves may leave of theirs.
@@ -213,7 +165,6 @@ class ErrorPace {
   bool counts_ = false;
   ErrorNorm<Plain> norm_;
   StepSize size_;
-  VariableStep<Scalar> step_;
   Trace<Plain> trace_;
   Measured error_;
   double allowed_ = 1, per_allowed_ = 1;
@@ -221,7 +172,9 @@ class ErrorPace {
 
 /// `iteration_control{…}` alone.
 template <State S>
-class IterationPace {
+class IterationPace : public VariableStep<ScalarOf<S>> {
+  using Length = VariableStep<ScalarOf<S>>;
+
  public:
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
@@ -230,34 +183,27 @@ class IterationPace {
   explicit IterationPace(const iteration_control& wanted) : wanted_{wanted} {}
   [[nodiscard]] Outcome begin(TimeSpan<Scalar>, const Plain&, const ErrorLaw&) {
     if (!(wanted_.first_step > 0) || !can_work(wanted_)) return Outcome::invalid_tolerance;
-    return step_.begin(wanted_.min_step, wanted_.max_step, wanted_.max_steps);
+    return Length::bound(wanted_.min_step, wanted_.max_step, wanted_.max_steps);
   }
   [[nodiscard]] Outcome start(TimeSpan<Scalar> span, const Plain&, int, auto&&) {
-    step_.set(std::min(wanted_.first_step, std::abs(static_cast<double>(span.t1 - span.t0))));
+    Length::set(std::min(wanted_.first_step, std::abs(static_cast<double>(span.t1 - span.t0))));
     return Outcome::success;
   }
-  [[nodiscard]] double propose() const { return step_.size(); }
-  [[nodiscard]] Landing<Scalar> plan(const RunClock<Scalar>& clock, std::optional<Scalar> stop) const {
-    return step_.plan(clock, stop);
-  }
-  [[nodiscard]] bool may_try() { return step_.may_try(); }
   void accepted(double dt, bool clipped, const Failure& history, Limits& limits) {
-    step_.accepted();
-    const bool was_capped = step_.is_capped();
+    const bool was_capped = Length::is_capped();
     const double next = iteration_factor(history, wanted_) * dt;
-    step_.set(clipped ? std::max(step_.size(), next) : next);
+    Length::set(clipped ? std::max(Length::propose(), next) : next);
     limits.count(clipped ? LimitedBy::stop : was_capped ? LimitedBy::max_step : LimitedBy::iterations);
   }
   [[nodiscard]] Outcome failed(Outcome why, double dt, const Failure& history, Limits&) {
     if (!may_be_cured(why)) return why;
-    return step_.shorten(why, dt, std::min(0.5, iteration_factor(history, wanted_)));
+    return Length::shorten(why, dt, std::min(0.5, iteration_factor(history, wanted_)));
   }
 
-  void archive(auto& ar) { ar("step", step_); }
+  void archive(auto& ar) { ar("step", static_cast<Length&>(*this)); }
 
  private:
   iteration_control wanted_;
-  VariableStep<Scalar> step_;
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -2,7 +2,7 @@
 /// The next step's length from the errors of the last ones: digital filters of G. Söderlind, ACM Trans. Math. Softw. 29
 /// (2003) 1, table III; with ε = 1/‖e‖ (relative to what is allowed) and k the order of e in Δt,
 ///
-///     ρ_n = ε_n^{β₁/k} ε_{n−1}^{β₂/k} ε_{n−2}^{β₃/k} ρ_{n−1}^{−α₂},     Δt_{n+1} = ρ Δt_n.                       (1)
+///     ρ_n = ε_n^{β₁/k} ε_{n−1}^{β₂/k} ρ_{n−1}^{−α₂},     Δt_{n+1} = ρ Δt_n.                                     (1)
 ///
 /// Limited smoothly by 1 + atan(ρ − 1) (G. Söderlind & L. Wang, J. Comput. Appl. Math. 185 (2006) 225), which never
 /// exceeds 2.57; or, where errors change by decades from step to step as in stiff problems, with the trend of the last
@@ -12,7 +12,6 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 
@@ -23,11 +22,11 @@ namespace phistep::inline PHISTEP_ABI {
 /// Which filter.
 enum class StepFilter : std::uint8_t {
   automatic,  ///< PI42 with a dead band where Δt costs a factorisation, predictive where each step does, H211b elsewhere
-  elementary,  ///< ρ = ε^{1/k}: reacts to everything
-  PI42,        ///< proportional-integral: calm, for implicit steps
-  H211b,       ///< smoothest steps, with b = 4
-  H312PID,     ///< of third order
+  PI42,       ///< proportional-integral: calm, for implicit steps
+  H211b,      ///< smoothest steps, with b = 4
   predictive,  ///< (2): sees a boundary layer coming
+  elementary [[deprecated("phistep: StepFilter::elementary is PI42 now; leave the filter out")]] = PI42,
+  H312PID [[deprecated("phistep: StepFilter::H312PID is H211b now, as smooth")]] = H211b
 };
 
 /// The controller's memory.
@@ -37,21 +36,21 @@ class StepSize {
   /// @param dead_band       a growth by less than this keeps Δt, and with it the factorised matrix; 1: none
   StepSize(StepFilter filter, int order_of_error, double dead_band)
       : filter_{filter},
-        weights_{weights(filter)},
+        weights_{filter == StepFilter::H211b ? Weights{1.0 / 4, 1.0 / 4, 1.0 / 4} : Weights{3.0 / 5, -1.0 / 5, 0}},
         k_{order_of_error},
         per_k_{1.0 / order_of_error},
         dead_band_{dead_band > 1 ? std::log2(dead_band) : 0},
         root_of_hundredth_{filter == StepFilter::predictive ? root(0.01) : 0} {}
-  StepSize() : StepSize{StepFilter::elementary, 1, 1} {}
+  StepSize() : StepSize{StepFilter::PI42, 1, 1} {}
 
   /// ρ after a step that was accepted with ‖e‖ ≤ 1.
   [[nodiscard]] double accepted(double error) {
     if (filter_ == StepFilter::predictive) return predicted(error);
     // In logarithms, (1) is a sum: one of them and one exponential in place of five powers, and often not even that.
-    newest_ = newest_ == 2 ? 0 : newest_ + 1;
-    const double now = past_[newest_] = -std::log2(std::max(error, smallest) * (1 / safety)) * per_k_;
-    seen_ = std::min(seen_ + 1, 3);
-    const double grown = seen_ < weights_.reach ? now : filtered();
+    const double now = -std::log2(std::max(error, smallest) * (1 / safety)) * per_k_;
+    const double grown = seen_ ? weights_.now * now + weights_.before * past_ - weights_.ratio * ratio_ : now;
+    past_ = now;
+    seen_ = true;
     double ratio = 1;
     if (dead_band_ == 0) ratio = limited(grown);
     // Where a new length costs, it has to be worth it, and then to last.
@@ -61,7 +60,7 @@ class StepSize {
     if (rejected_) ratio = std::min(ratio, 1.0);
     rejected_ = false;
     ratio = std::max(ratio, 0.2);
-    if (weights_.alpha != 0) ratio_ = std::log2(ratio);
+    if (weights_.ratio != 0) ratio_ = std::log2(ratio);
     return ratio;
   }
   /// ρ after a step that was rejected with ‖e‖ > 1.
@@ -74,28 +73,27 @@ class StepSize {
   }
   /// Something else than (1) ruled the last Δt.
   void forget() {
-    seen_ = 0;
+    seen_ = false;
     ratio_ = 0;
   }
 
   void archive(auto& ar) {
-    ar("past", past_, "newest", newest_, "ratio", ratio_, "seen", seen_, "rejected", rejected_);
-    ar.check(newest_ < 3 && 0 <= seen_ && seen_ <= 3 && std::isfinite(ratio_));
-    for (const double x : past_) ar.check(std::isfinite(x) && (filter_ != StepFilter::predictive || x >= 0));
+    ar("past", past_, "ratio", ratio_, "seen", seen_, "rejected", rejected_);
+    ar.check(std::isfinite(past_) && std::isfinite(ratio_) && (filter_ != StepFilter::predictive || past_ >= 0));
   }
 
  private:
   static constexpr double safety = 0.8;      ///< on the error: aim below what is allowed
   static constexpr double smallest = 1e-10;  ///< an error this small is none
 
-  /// (2), with past_[0] the root of the last accepted ‖e‖ and ratio_ what Δt was multiplied by since
+  /// (2), with past_ the root of the last accepted ‖e‖ and ratio_ what Δt was multiplied by since
   [[nodiscard]] double predicted(double error) {
     const double size = root(std::max(error, smallest)), inverse = 1 / size;
-    const double trend = seen_ > 0 ? std::min(1.0, ratio_ * past_[0] * inverse) : 1;
+    const double trend = seen_ ? std::min(1.0, ratio_ * past_ * inverse) : 1;
     ratio_ = std::clamp(0.9 * inverse * trend, 0.2, rejected_ ? 1.0 : 6.0);
     rejected_ = false;
-    past_[0] = std::max(size, root_of_hundredth_);  // one lucky step makes no trend
-    seen_ = 1;
+    past_ = std::max(size, root_of_hundredth_);  // one lucky step makes no trend
+    seen_ = true;
     return ratio_;
   }
   /// x^{1/k}, by what the compiler can see through where there is something.
@@ -111,40 +109,17 @@ class StepSize {
   }
 
   struct Weights {
-    std::array<double, 3> beta;
-    double alpha;
-    int reach;  ///< how many errors it needs
+    double now, before, ratio;  ///< β₁, β₂, α₂
   };
-  /// log₂ ε^{1/k} of the step `back` steps ago.
-  [[nodiscard]] double past(unsigned back) const { return past_[newest_ < back ? newest_ + 3 - back : newest_ - back]; }
-  /// log₂ ρ of (1)
-  [[nodiscard]] double filtered() const {
-    const auto& b = weights_.beta;
-    return b[0] * past(0) + b[1] * past(1) + b[2] * past(2) - weights_.alpha * ratio_;
-  }
   [[nodiscard]] static double limited(double growth) { return 1 + std::atan(std::exp2(growth) - 1); }
-  [[nodiscard]] static Weights weights(StepFilter filter) {
-    switch (filter) {
-      case StepFilter::PI42:
-        return {{3.0 / 5, -1.0 / 5, 0}, 0, 2};
-      case StepFilter::H211b:
-        return {{1.0 / 4, 1.0 / 4, 0}, 1.0 / 4, 2};
-      case StepFilter::H312PID:
-        return {{1.0 / 18, 2.0 / 18, 1.0 / 18}, 0, 3};
-      default:
-        return {{1, 0, 0}, 0, 1};
-    }
-  }
 
   StepFilter filter_;
   Weights weights_;
   int k_;
   double per_k_, dead_band_, root_of_hundredth_;  ///< 1/k; log₂ of the dead band; 0.01^{1/k}
-  std::array<double, 3> past_{0, 0, 0};           ///< log₂ ε^{1/k}
-  unsigned newest_ = 0;  ///< goes round: moving numbers just written would wait for the writing
-  double ratio_ = 0;     ///< log₂ ρ_{n−1}; (2): ρ
-  int seen_ = 0;
-  bool rejected_ = false;
+  double past_ = 0;                               ///< log₂ ε_{n−1}^{1/k}
+  double ratio_ = 0;                              ///< log₂ ρ_{n−1}; (2): ρ
+  bool seen_ = false, rejected_ = false;
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -91,12 +91,7 @@ struct PhiScheme {
 
 /// Velocity Verlet: (0,1) over Δt/2, then (1,0) over Δt/2, fused. Order 2; symplectic where the force ignores v.
 struct VelocityVerlet {
-  static constexpr SchemeFacts facts{.motion_only = true,
-                                     .is_explicit = true,
-                                     .is_symplectic = true,
-                                     .is_a_stable = false,
-                                     .is_l_stable = false,
-                                     .energy = EnergyBalance::verlet};
+  static constexpr SchemeFacts facts = ExplicitMotion{.is_symplectic = true, .energy = EnergyBalance::verlet};
   [[nodiscard]] static constexpr const char* name() { return "velocity_verlet"; }
   [[nodiscard]] static constexpr int order() { return 2; }
 };
@@ -104,12 +99,7 @@ struct VelocityVerlet {
 /// TR-BDF2: the trapezoidal rule over γΔt, then the second backward difference formula to the end of the step, γ = 2−√2.
 /// Order 2, L-stable: it damps what it can't resolve, and has half the trapezoidal rule's error at twice its solves.
 struct TrBdf2 {
-  static constexpr SchemeFacts facts{.motion_only = false,
-                                     .is_explicit = false,
-                                     .is_symplectic = false,
-                                     .is_a_stable = true,
-                                     .is_l_stable = true,
-                                     .energy = EnergyBalance::rest};
+  static constexpr SchemeFacts facts = AStable{.is_l_stable = true, .energy = EnergyBalance::rest};
   [[nodiscard]] static constexpr const char* name() { return "tr_bdf2"; }
   [[nodiscard]] static constexpr int order() { return 2; }
 };
@@ -118,12 +108,7 @@ struct TrBdf2 {
 /// trapezoidal rule. The half steps damp what the trapezoidal rule would let ring, a jump in the data say, at no cost in
 /// order and with the same matrix. First means: since the stepper was made or reset.
 struct Rannacher {
-  static constexpr SchemeFacts facts{.motion_only = false,
-                                     .is_explicit = false,
-                                     .is_symplectic = false,
-                                     .is_a_stable = true,
-                                     .is_l_stable = false,
-                                     .energy = EnergyBalance::rest};
+  static constexpr SchemeFacts facts = AStable{.is_l_stable = false, .energy = EnergyBalance::rest};
   int pairs = 1;  ///< of half steps: 1 for a jump in the data, 2 for a point source (Dirac's δ)
 
   [[nodiscard]] static constexpr const char* name() { return "rannacher"; }

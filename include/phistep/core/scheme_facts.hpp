@@ -33,4 +33,31 @@ struct SchemeFacts {
   Fact<EnergyBalance> energy;
 };
 
+/// An explicit scheme of motion, and what is left to say of it.
+struct ExplicitMotion {
+  Fact<bool> is_symplectic;
+  Fact<EnergyBalance> energy;
+  constexpr operator SchemeFacts() const {  // NOLINT: facts = ExplicitMotion{…}
+    return {.motion_only = true,
+            .is_explicit = true,
+            .is_symplectic = is_symplectic,
+            .is_a_stable = false,
+            .is_l_stable = false,
+            .energy = energy};
+  }
+};
+/// An implicit scheme for any state, A-stable and not symplectic.
+struct AStable {
+  Fact<bool> is_l_stable;
+  Fact<EnergyBalance> energy;
+  constexpr operator SchemeFacts() const {  // NOLINT: facts = AStable{…}
+    return {.motion_only = false,
+            .is_explicit = false,
+            .is_symplectic = false,
+            .is_a_stable = true,
+            .is_l_stable = is_l_stable,
+            .energy = energy};
+  }
+};
+
 }  // namespace phistep::inline PHISTEP_ABI

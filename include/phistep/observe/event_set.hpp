@@ -23,7 +23,6 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <limits>
 #include <tuple>
 #include <type_traits>
@@ -31,7 +30,6 @@
 
 #include "phistep/archive/archive.hpp"
 #include "phistep/core/outcome.hpp"
-#include "phistep/core/statistics.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/observe/completed_step.hpp"
 #include "phistep/observe/event.hpp"
@@ -46,14 +44,11 @@ template <class Scalar>
 struct Armed {
   /// Its crossings in one direction.
   struct Crossings {
-    Scalar last{};           ///< [time] of the last, or when the run began
-    Scalar interval{};       ///< [time] between the last two of these
-    std::int64_t count = 0;  ///< in this run
+    Scalar last{};      ///< [time] of the last, or when the run began
+    Scalar interval{};  ///< [time] between the last two of these
+    bool any = false;   ///< in this run
 
-    void archive(auto& ar) {
-      ar("last", last, "interval", interval, "count", count);
-      ar.check(can_be_count(count));
-    }
+    void archive(auto& ar) { ar("last", last, "interval", interval, "any", any); }
   };
   Scalar g{};  ///< where the run stands
   Crossings rising, falling;
@@ -167,7 +162,7 @@ class EventSet {
     bool goes_on = true, accumulate = false;
     each([&](auto k, auto& event) {
       if (!happens_[k]) return;
-      accumulate = count(roots_[k].start_sign < 0 ? memory_[k].rising : memory_[k].falling, t) || accumulate;
+      accumulate = note(roots_[k].start_sign < 0 ? memory_[k].rising : memory_[k].falling, t) || accumulate;
       goes_on = event.happened(t, state) && goes_on;
     });
     const Outcome outcome = rearm(t, state);
@@ -203,15 +198,15 @@ class EventSet {
     const Direction wanted = event.options().direction;
     return sign_of(g) == -from && (wanted == Direction::both || static_cast<int>(wanted) == -from);
   }
-  /// Counts a crossing at t. True where the search may miss one soon: if the intervals go on shrinking as they did, the
+  /// Notes a crossing at t. True where the search may miss one soon: if the intervals go on shrinking as they did, the
   /// one after next is shorter than 64 probes. (What rounding left of g at this event, seen in time, grows by that ratio.)
   /// Intervals are those between crossings in one direction: a g that grazes zero crosses it to and fro within a short
   /// time, and then not for long.
-  [[nodiscard]] static bool count(typename Armed<Scalar>::Crossings& crossings, Scalar t) {
+  [[nodiscard]] static bool note(typename Armed<Scalar>::Crossings& crossings, Scalar t) {
     const Scalar now = std::abs(t - crossings.last), before = crossings.interval;
     crossings.last = t;
     crossings.interval = now;
-    if (crossings.count++ == 0) return false;
+    if (!std::exchange(crossings.any, true)) return false;
     const Scalar ratio = before > now ? now / before : Scalar{1};
     return now * ratio * ratio <= 64 * first_probe(t, now);
   }

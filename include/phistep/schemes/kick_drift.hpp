@@ -33,12 +33,7 @@ namespace phistep::inline PHISTEP_ABI {
 /// (1) with a table's coefficients: kicks b_1 … from the first to the centre, drifts a_1 … likewise.
 template <class Table>
 struct KickDrift {
-  static constexpr SchemeFacts facts{.motion_only = true,
-                                     .is_explicit = true,
-                                     .is_symplectic = true,
-                                     .is_a_stable = false,
-                                     .is_l_stable = false,
-                                     .energy = EnergyBalance::rest};
+  static constexpr SchemeFacts facts = ExplicitMotion{.is_symplectic = true, .energy = EnergyBalance::rest};
   [[nodiscard]] static constexpr int order() { return Table::order; }
   [[nodiscard]] static constexpr const char* name() { return Table::name; }
 };

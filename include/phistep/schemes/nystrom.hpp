@@ -37,12 +37,7 @@ namespace phistep::inline PHISTEP_ABI {
 /// A pair as a scheme.
 template <class Tableau, bool compensates = false>
 struct Nystrom {
-  static constexpr SchemeFacts facts{.motion_only = true,
-                                     .is_explicit = true,
-                                     .is_symplectic = false,
-                                     .is_a_stable = false,
-                                     .is_l_stable = false,
-                                     .energy = EnergyBalance::rest};
+  static constexpr SchemeFacts facts = ExplicitMotion{.is_symplectic = false, .energy = EnergyBalance::rest};
   [[nodiscard]] static constexpr int order() { return Tableau::order; }
   [[nodiscard]] static constexpr const char* name() { return Tableau::name; }
 };

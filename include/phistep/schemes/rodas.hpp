@@ -12,12 +12,7 @@ namespace phistep::inline PHISTEP_ABI {
 /// A Rosenbrock scheme of s stages. @tparam Tableau  Rodas4 or Rodas5P
 template <class Tableau>
 struct Rosenbrock {
-  static constexpr SchemeFacts facts{.motion_only = false,
-                                     .is_explicit = false,
-                                     .is_symplectic = false,
-                                     .is_a_stable = true,
-                                     .is_l_stable = true,
-                                     .energy = EnergyBalance::rest};
+  static constexpr SchemeFacts facts = AStable{.is_l_stable = true, .energy = EnergyBalance::rest};
   [[nodiscard]] static constexpr int order() { return Tableau::order; }
   [[nodiscard]] static constexpr const char* name() { return Tableau::name; }
 };

@@ -282,13 +282,16 @@ template <EigenDense Block>
 [[nodiscard]] bool equal_bits(const Block& a, const Block& b) {
   return same_bits(a.data(), b.data(), a.size());
 }
-/// … and whether all blocks of two states of one shape do.
+/// … and whether all blocks of two ties of one shape do.
+template <class... A, class... B>
+[[nodiscard]] bool equal_bits(const std::tuple<A...>& a, const std::tuple<B...>& b) {
+  bool equal = true;
+  for_each_block([&equal](auto, const auto& x, const auto& y) { equal = equal && equal_bits(x, y); }, a, b);
+  return equal;
+}
 template <State S>
 [[nodiscard]] bool equal_blocks(const PlainState<S>& a, const PlainState<S>& b) {
-  bool equal = true;
-  for_each_block([&equal](auto, const auto& x, const auto& y) { equal = equal && equal_bits(x, y); }, Blocks<S>::all(a),
-                 Blocks<S>::all(b));
-  return equal;
+  return equal_bits(Blocks<S>::all(a), Blocks<S>::all(b));
 }
 
 /// Whether each number of a state has a place of its own. Those of views may lie in one another's: they would then be two

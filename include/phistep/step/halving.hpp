@@ -26,7 +26,7 @@
 #include "phistep/problem/transaction.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/parts.hpp"
-#include "phistep/step/step_doubling.hpp"
+#include "phistep/step/any_stepper.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -44,22 +44,29 @@ class Halving {
   /// report is that of the smallest step that failed; an exception thrown by the force passes through, likewise.
   template <class S>
   StepReport step(S& state, ScalarOf<S> t, ScalarOf<S> dt, Origin origin = Origin::unknown) {
-    const StepReport whole = advance(state, t, dt, origin);
+    const StepReport whole = do_step(stepper_, state, t, dt, origin);
     if (whole) ++steps_;
-    if (whole || deepest_ == 0 || !may_be_cured(whole.outcome()) || !is_finite(state)) return counted(whole);
+    if (whole || deepest_ == 0 || !may_be_cured(whole.outcome()) || first_non_finite(Blocks<S>::all(state)))
+      return counted(whole);
 
-    Snapshot<S> before{*this, state};
+    PlainState<S> start;
+    copy_blocks<S>(start, state);
+    Past<Stepper> past = past_of(stepper_);
     const std::int64_t halvings = halvings_;
     int iterations = whole.iterations();
+    // It must not allocate: for want of memory may be why.
+    const auto take_back = [&] {
+      copy_blocks<S>(state, start);
+      go_back(stepper_, std::move(past));
+      halvings_ = halvings;
+    };
     try {
       const StepReport halved = halve(state, t, dt, origin, 1, iterations);
       if (halved) return ++steps_, StepReport{Outcome::success, iterations, nullptr};
-      before.restore(*this, state);
-      halvings_ = halvings;
+      take_back();
       return counted(halved);
     } catch (...) {
-      before.restore(*this, state);
-      halvings_ = halvings;
+      take_back();
       throw;
     }
   }
@@ -120,10 +127,7 @@ class Halving {
   /// As PhiStepper's: to reject a step restores the force's history too.
   [[nodiscard]] auto checkpoint() const requires requires(const Stepper& inner) { inner.checkpoint(); }
   { return stepper_.checkpoint(); }
-  template <class Past>
-  void restore(Past past) requires requires(Stepper& inner) {
-    inner.restore(std::move(past));
-  }
+  void restore(auto past) requires requires(Stepper& inner) { inner.restore(std::move(past)); }
   { stepper_.restore(std::move(past)); }
   /// As PhiStepper's.
   void forget_unsaved() requires HasUnsaved<Stepper> { stepper_.forget_unsaved(); }
@@ -139,34 +143,6 @@ class Halving {
   }
 
  private:
-  /// What a failure takes the state and the stepper back to.
-  template <class S>
-  class Snapshot {
-   public:
-    Snapshot(const Halving& of, const S& state) : past_{of.past()} { copy_blocks<S>(state_, state); }
-    /// Once: it must not allocate, for want of memory may be why.
-    void restore(Halving& to, S& state) {
-      copy_blocks<S>(state, state_);
-      if constexpr (requires { to.stepper_.checkpoint(); }) to.stepper_.restore(std::move(past_));
-      else to.stepper_.reset();
-    }
-
-   private:
-    PlainState<S> state_;
-    decltype(std::declval<const Halving&>().past()) past_;
-  };
-  struct NoCheckpoint {};
-  [[nodiscard]] auto past() const {
-    if constexpr (requires { stepper_.checkpoint(); }) return stepper_.checkpoint();
-    else return NoCheckpoint{};
-  }
-
-  template <class S, class Scalar>
-  StepReport advance(S& state, Scalar t, Scalar dt, Origin origin) {
-    if constexpr (requires { stepper_.step(state, t, dt, origin); }) return stepper_.step(state, t, dt, origin);
-    else return stepper_.step(state, t, dt);
-  }
-
   /// Both halves of a step that failed as a whole.
   template <class S, class Scalar>
   StepReport halve(S& state, Scalar t, Scalar dt, Origin origin, int depth, int& iterations) {
@@ -177,18 +153,12 @@ class Halving {
   }
   template <class S, class Scalar>
   StepReport part(S& state, Scalar t, Scalar dt, Origin origin, int depth, int& iterations) {
-    const StepReport report = advance(state, t, dt, origin);
+    const StepReport report = do_step(stepper_, state, t, dt, origin);
     iterations += report.iterations();
     if (report || depth == deepest_ || !may_be_cured(report.outcome())) return report;
     return halve(state, t, dt, origin, depth + 1, iterations);
   }
 
-  template <class S>
-  [[nodiscard]] static bool is_finite(const S& state) {
-    bool finite = true;
-    for_each_block([&finite](auto, const auto& x) { finite = finite && x.allFinite(); }, Blocks<S>::all(state));
-    return finite;
-  }
   StepReport counted(const StepReport& report) {
     failed_steps_ += report ? 0 : 1;
     return report;

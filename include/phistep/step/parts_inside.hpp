@@ -11,7 +11,7 @@
 #include "phistep/observe/dense_output.hpp"
 #include "phistep/problem/transaction.hpp"
 #include "phistep/state/blocks.hpp"
-#include "phistep/step/past.hpp"
+#include "phistep/step/any_stepper.hpp"
 #include "phistep/step/spare_stepper.hpp"
 #include "phistep/step/step_doubling.hpp"
 

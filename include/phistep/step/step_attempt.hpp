@@ -14,7 +14,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/problem/transaction.hpp"
 #include "phistep/state/blocks.hpp"
-#include "phistep/step/past.hpp"
+#include "phistep/step/any_stepper.hpp"
 #include "phistep/step/step_doubling.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -113,7 +113,7 @@ class StepAttempt {
       trace.wants_dense = keeps_start;
       // A step of a few ticks of the clock, where far longer ones are within the tolerance, tells of rounding alone.
       if (to.lands && length <= static_cast<double>(clock_.rounding(t)) && 100 * length <= pace_.propose())
-        return plain_step(to, origin);
+        return do_step(stepper_, state_, clock_.t(), to.dt, origin);
       const auto accept = [this](const Plain& y, const Plain& next, const auto& told) {
         return pace_.judge(y, next, told.error);
       };
@@ -123,18 +123,14 @@ class StepAttempt {
           return stepper_.attempt(state_, t, to.dt, origin, trace, accept);
         }
       // Neighbouring floating-point times have no midpoint: the step cannot be halved.
-      if (const Scalar middle = t + to.dt / 2; middle == t || middle == t + to.dt) return plain_step(to, origin);
+      if (const Scalar middle = t + to.dt / 2; middle == t || middle == t + to.dt)
+        return do_step(stepper_, state_, clock_.t(), to.dt, origin);
       const StepReport done = doubling_.attempt(stepper_, state_, t, to.dt, origin, trace, accept);
       if (done) way_ = Way::doubled;
       return done;
     } else {
-      return plain_step(to, origin);
+      return do_step(stepper_, state_, clock_.t(), to.dt, origin);
     }
-  }
-  [[nodiscard]] StepReport plain_step(const Landing<Scalar>& to, [[maybe_unused]] Origin origin) {
-    if constexpr (requires { stepper_.step(state_, to.dt, to.dt, origin); })
-      return stepper_.step(state_, clock_.t(), to.dt, origin);
-    else return stepper_.step(state_, clock_.t(), to.dt);
   }
 
   Stepper& stepper_;

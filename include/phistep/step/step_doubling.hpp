@@ -20,6 +20,7 @@
 #include "phistep/problem/transaction.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/combination.hpp"
+#include "phistep/step/any_stepper.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -37,12 +38,11 @@ class StepDoubling {
   StepReport attempt(Stepper& stepper, S& state, Scalar t, Scalar dt, Origin origin, Trace<Plain>& trace,
                      Accept&& accept) {
     copy_blocks<S>(start_, state);
-    auto past = checkpoint(stepper);
+    Past<Stepper> past = past_of(stepper);
     bool half_way = false;
     const auto put_back = [&](auto&& to) {
       copy_blocks<S>(state, start_);
-      if constexpr (requires { stepper.checkpoint(); }) stepper.restore(std::forward<decltype(to)>(to));
-      else stepper.reset();
+      go_back(stepper, std::forward<decltype(to)>(to));
       if (std::exchange(half_way, false)) trace.step_back();
     };
     // For good, and without allocating: it may be for want of memory.
@@ -83,17 +83,11 @@ class StepDoubling {
   [[nodiscard]] const Plain& middle() const { return middle_; }
 
  private:
-  struct NoCheckpoint {};
-  [[nodiscard]] static auto checkpoint(const Stepper& stepper) {
-    if constexpr (requires { stepper.checkpoint(); }) return stepper.checkpoint();
-    else return NoCheckpoint{};
-  }
   /// A step that is accepted as it is.
   static StepReport one(Stepper& stepper, S& state, Scalar t, Scalar dt, Origin origin, Trace<Plain>& trace) {
     if constexpr (facts_of<Stepper>.traces)
       return stepper.attempt(state, t, dt, origin, trace, [](const auto&...) { return true; });
-    else if constexpr (requires { stepper.step(state, t, dt, origin); }) return stepper.step(state, t, dt, origin);
-    else return stepper.step(state, t, dt);
+    else return do_step(stepper, state, t, dt, origin);
   }
 
   Plain start_, whole_, middle_, next_;

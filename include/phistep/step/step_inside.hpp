@@ -13,7 +13,7 @@
 #include "phistep/problem/edit_guard.hpp"
 #include "phistep/problem/transaction.hpp"
 #include "phistep/state/blocks.hpp"
-#include "phistep/step/past.hpp"
+#include "phistep/step/any_stepper.hpp"
 #include "phistep/step/spare_stepper.hpp"
 #include "phistep/step/step_doubling.hpp"
 

@@ -74,12 +74,7 @@ template <State S, class F>
     assign_force(force, t, Blocks<S>::view(y, masses), memory, psi);
     return psi;
   };
-  const auto same = [](const Rate& a, const Rate& b) {
-    bool equal = true;
-    for_each_block([&equal](auto, const auto& x, const auto& z) { equal = equal && equal_bits(x, z); }, Rate::blocks(a),
-                   Rate::blocks(b));
-    return equal;
-  };
+  const auto same = [](const Rate& a, const Rate& b) { return equal_bits(Rate::blocks(a), Rate::blocks(b)); };
 
   constexpr std::size_t blocks = std::tuple_size_v<decltype(Blocks<S>::all(y))>;
   ForceCheck<blocks> check;

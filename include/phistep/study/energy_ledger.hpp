@@ -100,7 +100,10 @@ class EnergyLedger : public EnergyBooksOf<Stepper> {
   using Energy = typename Books::Energy;
   using Books::energy, Books::closure;
 
-  explicit EnergyLedger(Stepper& stepper) : stepper_{&stepper}, force_{stepper} {}
+  explicit EnergyLedger(Stepper& stepper) : stepper_{&stepper}, force_{stepper} {
+    set_zero(Blocks<S>::all(end_));  // a copy may be made before the books are opened
+    allocate();
+  }
 
   /// Opens the books: called by a run at its start.
   template <class State>
@@ -173,9 +176,9 @@ class EnergyLedger : public EnergyBooksOf<Stepper> {
   void allocate() {
     const Block& v = velocity_of<S>(end_);
     for (Parts* parts : {&before_, &after_, &mean_})
-      for (Rate* rate : {&parts->conservative, &parts->damping, &parts->external}) *rate = make_rate<S>(end_);
+      parts->conservative = parts->damping = parts->external = make_rate<S>(end_);
     force_.resize(end_);
-    for (Block* block : {&psi_, &residual_, &dr_, &dv_, &middle_, &slack_}) block->resizeLike(v);
+    for (Block* block : {&psi_, &residual_, &dr_, &dv_, &middle_, &slack_}) block->setZero(v.rows(), v.cols());
   }
   /// Kinetic and potential energy of a state at t.
   void look(Scalar t, const Plain& y) {
@@ -320,28 +323,11 @@ class EnergyLedger : public EnergyBooksOf<Stepper> {
     }
   }
 
-  /// Blocks that may be copied before they are filled.
-  template <class T>
-  [[nodiscard]] static T zero(auto blocks) {
-    T x;
-    set_zero(blocks(x));
-    return x;
-  }
-  [[nodiscard]] static Rate no_rate() {
-    return zero<Rate>([](Rate& rate) { return Rate::blocks(rate); });
-  }
-  [[nodiscard]] static Plain no_state() {
-    return zero<Plain>([](Plain& y) { return Blocks<S>::all(y); });
-  }
-  [[nodiscard]] static Block no_block() {
-    return zero<Block>([](Block& block) { return std::tie(block); });
-  }
-
   Stepper* stepper_;
   Splitter force_;
-  Plain end_ = no_state();  // the last step's end, and (while a step is booked) a place inside it
-  Parts before_{no_rate(), no_rate(), no_rate()}, after_ = before_, mean_ = before_;
-  Block psi_ = no_block(), residual_ = psi_, dr_ = psi_, dv_ = psi_, middle_ = psi_, slack_ = psi_;
+  Plain end_;  // the last step's end, and (while a step is booked) a place inside it
+  Parts before_, after_, mean_;
+  Block psi_, residual_, dr_, dv_, middle_, slack_;
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -43,12 +43,7 @@ namespace phistep::inline PHISTEP_ABI {
 
 /// Radau IIA: `radau` chooses order and step; `radau(5)` has 5 stages. Without a controller `radau` has 3.
 struct Radau {
-  static constexpr SchemeFacts facts{.motion_only = false,
-                                     .is_explicit = false,
-                                     .is_symplectic = false,
-                                     .is_a_stable = true,
-                                     .is_l_stable = true,
-                                     .energy = EnergyBalance::rest};
+  static constexpr SchemeFacts facts = AStable{.is_l_stable = true, .energy = EnergyBalance::rest};
   [[nodiscard]] static constexpr const char* name() { return "radau"; }
   int stages = 0;  ///< 3, 5 or 7: orders 5, 9 and 13; 0: chosen
 

@@ -1,12 +1,21 @@
 /// @file
-/// The way back: what a stepper remembers of its history, and how it returns there.
+/// What a run does with any stepper, a user's own too: a step, and the way back to what it remembered of its history.
 #pragma once
 
 #include <utility>
 
+#include "phistep/core/step_report.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/problem/transaction.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
+
+/// A step without a look at its error.
+template <class Stepper, class S, class Scalar>
+StepReport do_step(Stepper& stepper, S& state, Scalar t, Scalar dt, [[maybe_unused]] Origin origin) {
+  if constexpr (requires { stepper.step(state, t, dt, origin); }) return stepper.step(state, t, dt, origin);
+  else return stepper.step(state, t, dt);
+}
 
 template <class Stepper>
 inline constexpr bool can_go_back = requires(Stepper& stepper) {
