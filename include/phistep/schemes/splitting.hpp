@@ -24,8 +24,8 @@
 #include "phistep/core/version.hpp"
 #include "phistep/equation/right_hand_side.hpp"
 #include "phistep/problem/edit_guard.hpp"
-#include "phistep/problem/kernel.hpp"
 #include "phistep/problem/transaction.hpp"
+#include "phistep/schemes/scheme_on.hpp"
 #include "phistep/simd/update.hpp"
 #include "phistep/state/blocks.hpp"
 

@@ -33,9 +33,9 @@
 #include "phistep/core/scheme_facts.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/problem/kernel.hpp"
 #include "phistep/schemes/radau/radau_control.hpp"
 #include "phistep/schemes/radau/radau_stages.hpp"
+#include "phistep/schemes/scheme_on.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
 
