@@ -126,6 +126,7 @@ class FixedPointResolvent {
   }
   /// ⟨a, b⟩ with each block in units of its size.
   [[nodiscard]] Scalar inner(const Plain& Y, const auto& a, const auto& b) const {
+    if constexpr (Rhs::blocks == 1) return (scale_[0] * a).dot(scale_[0] * b);
     Scalar sum{0};
     std::size_t k = 0;
     for_each_solved<S>(
