@@ -37,6 +37,37 @@ struct NoDrifts {
 };
 static_assert(!State<NoRate> && !State<NoDrifts>);
 
+// ---- Scheme ---------------------------------------------------------------------------------------------------------
+using PlainRhs = RightHandSide<Fixed, Fixed (*)(const Fixed&), std::tuple<UnitMass>>;
+using PlainKernel = Kernel<Fixed, PlainRhs, Newton<>, KernelNeeds{.solver = true}>;
+using Trapezoidal = SchemeOn<std::remove_const_t<decltype(trapezoidal)>, Fixed>;
+static_assert(StepsOn<Trapezoidal, Fixed, PlainKernel> && Trapezoidal::traces);
+
+struct Still1 : SchemeDefaults {  // a scheme that goes nowhere
+  static Outcome step(auto&, auto&) { return Outcome::success; }
+  static int order() { return 0; }
+};
+static_assert(StepsOn<Still1, Fixed, PlainKernel>);
+struct Orderless : SchemeDefaults {
+  static Outcome step(auto&, auto&) { return Outcome::success; }
+};
+struct NoOutcome : Still1 {
+  static bool step(auto&, auto&) { return true; }
+};
+struct Boaster : Still1 {  // traces, and can't say whether it knows an error
+  static constexpr bool traces = true;
+};
+struct Guesser : Still1 {  // interpolates, and has nothing to do it with
+  static constexpr bool interpolates = true;
+};
+static_assert(!StepsOn<Orderless, Fixed, PlainKernel> && !StepsOn<NoOutcome, Fixed, PlainKernel>);
+static_assert(!StepsOn<Boaster, Fixed, PlainKernel> && !StepsOn<Guesser, Fixed, PlainKernel>);
+
+// ---- Mass -----------------------------------------------------------------------------------------------------------
+static_assert(BoundMass<UnitMass, double> && BoundMass<ScalarMass<float>, float> &&
+              BoundMass<DiagonalMass<double>, double> && BoundMass<DenseMass<double>, double>);
+static_assert(!BoundMass<double, double> && !BoundMass<Fixed, double>);
+
 // ---- Force ----------------------------------------------------------------------------------------------------------
 using Moving = MotionView<Dynamic, UnitMass>;
 using Still = FirstOrderView<Dynamic, UnitMass>;

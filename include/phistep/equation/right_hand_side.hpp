@@ -79,6 +79,9 @@ class RightHandSide {
   using Traits = ForceTraits<Force, std::remove_cvref_t<View>, Rate>;
   using KickTraits = ForceTraits<Kicks, std::remove_cvref_t<View>, Rate>;
   using Memory = MemoryOf<F>;
+  static_assert([]<class... M>(std::type_identity<std::tuple<M...>>) {
+    return (BoundMass<M, Scalar> && ...);
+  }(std::type_identity<MassTuple>{}));
 
   static constexpr bool remembers = phistep::remembers<F>, has_history = phistep::has_history<F>;
   static constexpr bool drifts = Blocks<S>::drifts;

@@ -2,16 +2,13 @@
 /// M in m v' = Ψ and M y' = Ψ: unit, scalar, per component or a matrix. What isn't there costs nothing.
 ///
 /// The user writes mass(x) or capacity(x); the stepper binds it to its state: checked, in the state's scalar, expanded
-/// to one value a component. A bound mass offers
-///   scaled(h)           i ↦ h/m_i, for the explicit update (a matrix: solve first, then h)
-///   subtract_product    out −= M x
-///   for_each_entry      f(i, j, M_ij), to assemble M − γJ
-///   add_product(x, out) out += M x with x(j) a function of the component
+/// to one value a component.
 #pragma once
 
 #include <Eigen/Core>
 
 #include <cmath>
+#include <concepts>
 #include <stdexcept>
 #include <string>
 #include <tuple>
@@ -24,6 +21,17 @@
 #include "phistep/simd/update.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
+
+/// A mass bound to a block of n components.
+template <class Mass, class Scalar>
+concept BoundMass = requires(const Mass& M, Scalar h, Eigen::Matrix<Scalar, Eigen::Dynamic, 1>& x, Eigen::Index n) {
+  { Mass::structure } -> std::convertible_to<Structure>;
+  { Mass::is_matrix } -> std::convertible_to<bool>;              // then there is M.solve(x): x ← M⁻¹ x
+  { M.scaled(h)(n) } -> std::convertible_to<Scalar>;             // i ↦ h/m_i, for the explicit update; of a matrix h
+  M.subtract_product(x, x);                                      // the second −= M times the first
+  M.add_product([](Eigen::Index) { return Scalar{}; }, x);       // x += M times a function of the component
+  M.for_each_entry(n, [](Eigen::Index, Eigen::Index, auto) {});  // f(i, j, M_ij), to assemble M − γJ
+};
 
 /// h/m for every component alike.
 template <class Scalar>

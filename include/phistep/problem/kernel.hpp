@@ -307,6 +307,7 @@ class Kernel {
   }
 
   using Resolvent = typename decltype(resolvent_type())::type;
+  static_assert(needs.stages || !needs.solver || Resolves<Resolvent, S, Rhs>);
 
  public:
   static constexpr bool has_unsaved = requires(Resolvent & resolvent) { resolvent.forget_unsaved(); };

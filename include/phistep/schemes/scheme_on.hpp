@@ -3,21 +3,16 @@
 ///
 ///     template <class Rhs> static constexpr KernelNeeds needs;   what it asks of the kernel
 ///     SchemeOn(scheme, y)                                        y gives the sizes of what it keeps
-///     int order() const;
-///     Outcome step(kernel, step);                                fills step.next, leaves step.y; where `step` is
-///                                                                traced, also the trace: its slopes and its error
-///     static constexpr bool traces;                              it takes traced steps
-///     bool estimates(trace);                                     … with an estimate of the error, given this past
-///     int error_order() const;                                   … which goes as this power of Δt
-///                                                                (or step() judges it, and sets trace.proposed)
-///     static constexpr bool interpolates;                        it knows the solution inside the step just accepted:
-///     interpolate(x, dt, y0, y1, out) const;                     out = y(t + x dt), 0 < x < 1
-///     static constexpr std::array<double, 2> doubtful_at;        two x where that is worst, to be checked by real steps
 ///
-/// and what it inherits from SchemeDefaults, where it keeps nothing from step to step.
+/// and what the concept StepsOn lists: of that it inherits most from SchemeDefaults, where it keeps nothing from step to
+/// step. One that takes traced steps may know more:
+///
+///     int error_order() const;   its estimate goes as this power of Δt, if not as that of order() + 1
+///                                (or step() judges it, and sets trace.proposed)
 #pragma once
 
 #include <array>
+#include <concepts>
 
 #include "phistep/core/stepper_facts.hpp"
 #include "phistep/core/version.hpp"
@@ -46,5 +41,35 @@ struct SchemeDefaults {
   static constexpr bool traces = false, interpolates = false;
   static constexpr std::array<double, 2> doubtful_at = usually_doubtful;
 };
+
+/// A scheme's text takes steps of states of type S, with a kernel.
+template <class Text, class S, class Kernel>
+concept TakesSteps = requires(Text& text, Kernel& kernel, typename Kernel::Data& step, const PlainState<S>& y,
+                              typename Text::Progress progress) {
+  { text.step(kernel, step) } -> std::same_as<Outcome>;  // fills step.next, leaves step.y
+  { text.order() } -> std::convertible_to<int>;
+  { text.progress() } -> std::convertible_to<typename Text::Progress>;
+  text.resume(progress);
+  text.resize(y);
+  text.accepted();
+  text.forget();
+  text.reset();
+};
+/// It takes traced steps, which fill the trace, too: slopes and error.
+template <class Text, class Kernel>
+concept TakesTracedSteps = requires(Text& text, Kernel& kernel, typename Kernel::TracedData& step) {
+  { text.step(kernel, step) } -> std::same_as<Outcome>;
+  { text.estimates(step.trace) } -> std::convertible_to<bool>;  // whether it knows an error, given this past
+};
+/// It knows the solution inside the step that it did last.
+template <class Text, class S>
+concept Interpolates = requires(const Text& text, ScalarOf<S> x, const PlainState<S>& y, PlainState<S>& out) {
+  text.interpolate(x, x, y, y, out);                        // out = y(t + x Δt), 0 < x < 1, of the step from y to y
+  { Text::doubtful_at[0] } -> std::convertible_to<double>;  // where that is worst, to be checked by real steps
+};
+/// … and does what it says of itself.
+template <class Text, class S, class Kernel>
+concept StepsOn = TakesSteps<Text, S, Kernel> &&
+    (!Text::traces || TakesTracedSteps<Text, Kernel>)&&(!Text::interpolates || Interpolates<Text, S>);
 
 }  // namespace phistep::inline PHISTEP_ABI

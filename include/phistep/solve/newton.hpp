@@ -2,6 +2,7 @@
 /// Newton's iteration. It knows residuals, corrections and their sizes, never time.
 #pragma once
 
+#include <concepts>
 #include <utility>
 
 #include "phistep/core/implicit_solver.hpp"
@@ -18,21 +19,29 @@ namespace phistep::inline PHISTEP_ABI {
   return options.rtol > 0 ? 0.05 : 1e-3;
 }
 
-/// Solves F(Y) = 0. The equation offers
-///   residual() → Outcome         F at the current iterate; non_finite_force where Ψ isn't
-///   residual_size() → double     ‖M⁻¹F‖, for the line search
-///   residual_is_rounding()       whether F is no larger than the rounding in its parts
-///   residual_is_noise()          … or in what these were made of, the positions of stiff springs say
-///   has_jacobian(), has_factors()
-///   refresh() → Outcome          the matrix, factorised (its Jacobian made anew if dropped)
-///   correct() → Outcome          solves W δ = F and moves the iterate by δ
-///   retreat(), undo()            takes back half of the last move, or all of it
-///   restart()                    goes back to where the iteration began
-///   size() → Correction          of the last move
-///   drop_jacobian()              the next iteration needs a fresh one
+/// F(Y) = 0, with Newton's matrix W, as the iteration sees it.
+template <class Equation>
+concept NewtonEquation = requires(Equation& F) {
+  { F.residual() } -> std::same_as<Outcome>;           // F at the current iterate; non_finite_force where Ψ isn't
+  { F.residual_size() } -> std::same_as<double>;       // ‖M⁻¹F‖, for the line search
+  { F.residual_is_rounding() } -> std::same_as<bool>;  // no larger than the rounding in its parts
+  {
+    F.residual_is_noise()
+    } -> std::same_as<bool>;  // … or in what these were made of, the positions of stiff springs say
+  { F.has_jacobian() } -> std::same_as<bool>;
+  { F.has_factors() } -> std::same_as<bool>;
+  { F.refresh() } -> std::same_as<Outcome>;  // W, factorised, its Jacobian made anew if dropped
+  { F.correct() } -> std::same_as<Outcome>;  // solves W δ = F and moves the iterate by δ
+  { F.size() } -> std::same_as<Correction>;  // of the last move
+  F.retreat();                               // takes back half of the last move
+  F.undo();                                  // … all of it
+  F.restart();                               // goes back to where the iteration began
+  F.drop_jacobian();                         // the next iteration needs a fresh one
+};
+
 /// @param k         corrections done before, and now
 /// @param inherits  earlier solves have left something that this one uses; false where it fails before it has used that
-template <class Equation>
+template <NewtonEquation Equation>
 [[nodiscard]] Outcome iterate_newton(Equation& equation, ConvergenceTest& test, double keep_rate, bool line_search,
                                      Failure& history, int& k, bool& inherits) {
   using enum Judgement;
@@ -103,7 +112,7 @@ template <class Equation>
 
 /// The same, and where it fails with a matrix or a rate that earlier solves have left, again without them: no solve fails
 /// for what was before.
-template <class Equation>
+template <NewtonEquation Equation>
 [[nodiscard]] Outcome solve_newton(Equation& equation, ConvergenceTest& test, double keep_rate, bool line_search,
                                    Failure& history) {
   bool inherits = equation.has_jacobian() || equation.has_factors() || test.has_past();
@@ -117,7 +126,7 @@ template <class Equation>
 /// To rounding, or to the options' tolerance: a second time with damped corrections where plain ones diverge, cycle or leave
 /// the domain.
 /// @param rate  how fast the first corrections of the solve before fell, and now of this; 0: not known
-template <class Equation>
+template <NewtonEquation Equation>
 [[nodiscard]] Outcome solve_newton(Equation& equation, const NewtonOptions& options, double round_off, Failure& history,
                                    double& rate) {
   Outcome first = Outcome::success;

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <concepts>
 #include <cstdint>
 #include <limits>
 #include <utility>
@@ -269,8 +270,23 @@ class NewtonResolvent {
   std::uint64_t solved_ = 0;  // by the affine path since its matrix was made
 };
 
-/// The resolvent behind each way to solve: Newton<…> here, others in headers of their own. All offer what NewtonResolvent
-/// does: resize, forget, reset, resolve, increment; and forget_unsaved where solves leave anything.
+/// What serves a kernel's resolves; where solves leave anything, it has forget_unsaved(), too.
+template <class Resolvent, class S, class Rhs>
+concept Resolves = requires(Resolvent& one, Rhs& rhs, const Gamma<ScalarOf<S>>& gamma, ScalarOf<S> t, PlainState<S>& Y,
+                            const PlainState<S>& guess, RateOf<S>& psi, Failure& history) {
+  {
+    one.resolve(rhs, gamma, t, Y, guess, psi, history, false, SolveTolerance<PlainState<S>>{})
+    } -> std::same_as<Outcome>;
+  { one.filter(rhs, Y) } -> std::same_as<Outcome>;  // of an error estimate, with the last resolve's matrix
+  { one.increment()[Index{}] } -> std::convertible_to<ScalarOf<S>>;  // Y − b of the last resolve
+  { one.keeps_factors() } -> std::same_as<bool>;                     // whether a constant Δt spares factorisations
+  { one.solver_name() } -> std::same_as<const char*>;
+  one.resize(guess, rhs);
+  one.forget();  // what solves have left
+  one.reset();   // … and that the force is still the same
+};
+
+/// The resolvent behind each way to solve: Newton<…> here, others in headers of their own.
 template <State S, class Rhs, class Solver, bool position>
 struct ResolventFor;
 template <State S, class Rhs, class LinearSolver, bool position>
