@@ -64,8 +64,7 @@ class DenseLu<Scalar, size> {
   /// False where a pivot is zero, not finite or too small to have a reciprocal. The factors overwrite matrix().
   [[nodiscard]] bool factorize() {
     for (int i = 0; i < size; ++i) order_[i] = i;
-    if constexpr (has_columns<Scalar>) eliminate_columns(std::make_integer_sequence<int, size>{});
-    else eliminate();
+    eliminate(std::make_integer_sequence<int, size>{});
     return all_invertible(inverse_pivot_);
   }
 
@@ -104,21 +103,8 @@ class DenseLu<Scalar, size> {
     std::swap(order_[i], order_[j]);
   }
 
-  void eliminate() {
-    using std::abs;
-    Scalar* const a = lu_.data();
-    for (int k = 0; k < size; ++k) {
-      for (int i = k + 1; i < size; ++i)
-        if (abs(a[i + k * size]) > abs(a[k + k * size])) exchange(i, k);
-      const Scalar inverse = inverse_pivot_[k] = Scalar{1} / a[k + k * size];
-      for (int i = k + 1; i < size; ++i) a[i + k * size] *= inverse;
-      for (int j = k + 1; j < size; ++j)
-        for (int i = k + 1; i < size; ++i) a[i + j * size] -= a[i + k * size] * a[k + j * size];
-    }
-  }
-
   template <int... k>
-  void eliminate_columns(std::integer_sequence<int, k...>) {
+  void eliminate(std::integer_sequence<int, k...>) {
     int pivot = Column<Scalar, size>(lu_.data()).largest();
     (eliminate_column<k>(pivot), ...);
   }

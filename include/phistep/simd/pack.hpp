@@ -10,6 +10,7 @@
 /// more to include, and libc++ lacks it.
 #pragma once
 
+#include <bit>
 #include <cmath>
 #include <concepts>
 #include <cstdint>
@@ -274,6 +275,29 @@ template <class Scalar, int width>
   else return P{m.lanes ? a.x : b.x};
 }
 
+/// Bit by bit.
+template <class Scalar, int width, class F>
+[[nodiscard]] Pack<Scalar, width> bitwise(Pack<Scalar, width> a, Pack<Scalar, width> b, F f) {
+  using P = Pack<Scalar, width>;
+  if constexpr (detail::in_register<Scalar, width>) {
+    using Integers = typename detail::Storage<Scalar, width>::Integers;
+    return P{
+        reinterpret_cast<typename P::Register>(f(reinterpret_cast<Integers>(a.x), reinterpret_cast<Integers>(b.x)))};
+  } else {
+    using Integer = detail::IntegerLike<Scalar>;
+    return P::make(
+        [&](int l) { return std::bit_cast<Scalar>(f(std::bit_cast<Integer>(a[l]), std::bit_cast<Integer>(b[l]))); });
+  }
+}
+template <class Scalar, int width>
+[[nodiscard]] Pack<Scalar, width> bit_and(Pack<Scalar, width> a, Pack<Scalar, width> b) {
+  return bitwise(a, b, [](auto x, auto y) { return x & y; });
+}
+template <class Scalar, int width>
+[[nodiscard]] Pack<Scalar, width> bit_or(Pack<Scalar, width> a, Pack<Scalar, width> b) {
+  return bitwise(a, b, [](auto x, auto y) { return x | y; });
+}
+
 /// True in the first n lanes: the tail of an array.
 template <class Pack>
 [[nodiscard]] typename Pack::Truth first_lanes(std::ptrdiff_t n) {
@@ -285,9 +309,9 @@ template <class Pack>
            Pack(n < Pack::width ? n : std::ptrdiff_t{Pack::width});
 }
 
-/// The lanes added up, always as a tree of halves: (l, l + width/2) first.
-template <class Scalar, int width>
-[[nodiscard]] Scalar sum(Pack<Scalar, width> a) {
+/// f of the lanes, two at a time, always as a tree of halves: (l, l + width/2) first.
+template <class Scalar, int width, class F>
+[[nodiscard]] Scalar fold(Pack<Scalar, width> a, F f) {
   if constexpr (width == 1) return a[0];
   else {
     constexpr int half = width / 2;
@@ -295,14 +319,20 @@ template <class Scalar, int width>
 #if defined(__GNUC__)
     if constexpr (detail::in_register<Scalar, half> && detail::in_register<Scalar, width>)
       return [&]<int... l>(std::integer_sequence<int, l...>) {
-        return sum(Half{__builtin_shufflevector(a.x, a.x, l...)} +
-                   Half{__builtin_shufflevector(a.x, a.x, (l + half)...)});
+        return fold(
+            f(Half{__builtin_shufflevector(a.x, a.x, l...)}, Half{__builtin_shufflevector(a.x, a.x, (l + half)...)}),
+            f);
       }
     (std::make_integer_sequence<int, half>{});
     else
 #endif
-        return sum(Half::make([&](int l) { return a[l] + a[l + half]; }));
+        return fold(f(Half::make([&](int l) { return a[l]; }), Half::make([&](int l) { return a[l + half]; })), f);
   }
+}
+/// The lanes added up.
+template <class Scalar, int width>
+[[nodiscard]] Scalar sum(Pack<Scalar, width> a) {
+  return fold(a, [](auto x, auto y) { return x + y; });
 }
 
 /// Four numbers of each of `width` structs.

@@ -146,6 +146,11 @@ template <class Scalar, int width>
 [[nodiscard]] Pack<Scalar, width> max(Pack<Scalar, width> a, std::type_identity_t<Pack<Scalar, width>> b) {
   return select(a < b, b, a);
 }
+/// The greater one; b where one of them is NaN.
+template <class Scalar, int width>
+[[nodiscard]] Pack<Scalar, width> larger(Pack<Scalar, width> a, Pack<Scalar, width> b) {
+  return select(a > b, a, b);
+}
 template <class Scalar, int width>
 [[nodiscard]] Pack<Scalar, width> abs(Pack<Scalar, width> a) {
   return max(a, -a) + Scalar{0};  // −0 + 0 = 0
