@@ -200,28 +200,22 @@ class DenseLu<Scalar, size> {
   }
 
   void solve_in_place(auto&& x) const {
+    // `fma`, not left to the compiler, which would round once here and twice there, wherever x lies.
     Scalar y[size];
     unrolled<size>([&](auto i) {
       y[i] = at(i, 0) * x[0];
-      if constexpr (size > 1) y[i] = plus_product(y[i], at(i, 1), x[1]);
-      if constexpr (size > 2) y[i] = plus_product(y[i], at(i, 2), x[2]);
+      if constexpr (size > 1) y[i] = fma(at(i, 1), x[1], y[i]);
+      if constexpr (size > 2) y[i] = fma(at(i, 2), x[2], y[i]);
     });
     if constexpr (size > 2) {
-      y[1] = plus_product(y[1], -upper_[2], y[2]);
-      y[0] = plus_product(y[0], -upper_[1], y[2]);
+      y[1] = fma(-upper_[2], y[2], y[1]);
+      y[0] = fma(-upper_[1], y[2], y[0]);
     }
-    if constexpr (size > 1) y[0] = plus_product(y[0], -upper_[0], y[1]);
+    if constexpr (size > 1) y[0] = fma(-upper_[0], y[1], y[0]);
     unrolled<size>([&](auto i) { x[int{i}] = y[i]; });
   }
 
  private:
-  /// sum + a b. Said, not left to the compiler, which would round once here and twice there, wherever x lies.
-  [[nodiscard]] static Scalar plus_product(Scalar sum, Scalar a, Scalar b) {
-#if !defined(PHISTEP_NO_SIMD) && (defined(__FMA__) || defined(__AVX512F__) || defined(__ARM_FEATURE_FMA))
-    if constexpr (sizeof(Scalar) <= 8) return std::fma(a, b, sum);
-#endif
-    return sum + a * b;
-  }
   [[nodiscard]] Scalar& at(int i, int j) { return a_.data()[i + j * size]; }
   [[nodiscard]] Scalar at(int i, int j) const { return a_.data()[i + j * size]; }
 

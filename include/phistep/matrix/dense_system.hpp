@@ -8,11 +8,8 @@
 ///   solve(x)                                 x ← W⁻¹ x
 ///   drift_share()                            ‖γ_f γ_d K‖ / ‖W‖, row by row or of all: how much of r the solve sees
 ///   magnitude()                              ‖W‖, largest entry
-///   archive(ar)                              the tangents for a checkpoint, from which factorize() makes W again
-/// most
+/// and most
 ///   add_position_product(a, x, out)          out += a K x
-/// and those that keep more than one Jacobian's tangents (`keeps_pattern`)
-///   restore(masses, γ_f, γ_d, statistics)    after archive(): all that was there, even where no factors were
 #pragma once
 
 #include <Eigen/Core>
