@@ -43,6 +43,7 @@
 #include <utility>
 #include <vector>
 
+#include "phistep/archive/archive_kinds.hpp"
 #include "phistep/archive/archive_layout.hpp"
 #include "phistep/core/version.hpp"
 

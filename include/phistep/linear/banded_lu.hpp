@@ -39,6 +39,12 @@ class BandedLu {
   /// The diagonal entry of column j; the entry d rows below it is at [d], −u ≤ d ≤ ℓ.
   [[nodiscard]] Scalar* column(Index j) { return band_.data() + j * stride_ + lower_ + upper_; }
   [[nodiscard]] const Scalar* column(Index j) const { return band_.data() + j * stride_ + lower_ + upper_; }
+  /// The matrix without room for fill: the entry (i, j) in row u + i − j, column j.
+  [[nodiscard]] auto band() {
+    using Stride = Eigen::OuterStride<>;
+    return Eigen::Map<Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>, 0, Stride>(
+        band_.data() + lower_, lower_ + upper_ + 1, n_, Stride(stride_));
+  }
 
   /// False where a pivot is zero or not finite. The factors overwrite the matrix.
   [[nodiscard]] bool factorize() {

@@ -30,43 +30,33 @@ class DenseInverse {
   [[nodiscard]] bool factorize() {
     Scalar reciprocal[size];
     int pivots[size];
-    // Up to 3 rows, packets gain nothing.
-    if constexpr (size > 3 && has_columns<Scalar>)
-      invert_columns(reciprocal, pivots, std::make_integer_sequence<int, size>{});
-    else invert(reciprocal, pivots);
+    if constexpr (size <= 3) invert(reciprocal, pivots);
+    else invert(reciprocal, pivots, std::make_integer_sequence<int, size>{});
     return all_invertible(reciprocal);
   }
 
   [[gnu::always_inline]] void solve_in_place(auto&& x) const {
     const Scalar* const a = a_.data();
-    if constexpr (has_columns<Scalar>) {
-      using Sum = Column<Scalar, size>;
-      // Few packets would wait for their own last addition: two sums then.
-      constexpr int sums = size > 3 && Sum::packets <= 4 ? 2 : 1;
-      Sum even(a);
-      even.scale(x[0]);
-      if constexpr (sums == 2) {
-        Sum odd(a + size);
-        odd.scale(x[1]);
-        for (int j = 2; j + 1 < size; j += 2) {
-          even.add(x[j], Sum(a + j * size));
-          odd.add(x[j + 1], Sum(a + (j + 1) * size));
-        }
-        if constexpr (size % 2 == 1) even.add(x[size - 1], Sum(a + (size - 1) * size));
-        even.add(odd);
-      } else {
-        for (int j = 1; j < size; ++j) even.add(x[j], Sum(a + j * size));
+    using Sum = Column<Scalar, size>;
+    // Few packs would wait for their own last addition: two sums then.
+    constexpr int sums = size > 3 && Sum::packs <= 4 ? 2 : 1;
+    Sum even(a);
+    even.scale(x[0]);
+    if constexpr (sums == 2) {
+      Sum odd(a + size);
+      odd.scale(x[1]);
+      for (int j = 2; j + 1 < size; j += 2) {
+        even.add(x[j], Sum(a + j * size));
+        odd.add(x[j + 1], Sum(a + (j + 1) * size));
       }
-      Scalar beside[size];
-      even.store(beside);
-      for (int i = 0; i < size; ++i) x[i] = beside[i];
+      if constexpr (size % 2 == 1) even.add(x[size - 1], Sum(a + (size - 1) * size));
+      even.add(odd);
     } else {
-      Scalar sum[size];
-      for (int i = 0; i < size; ++i) sum[i] = a[i] * x[0];
-      for (int j = 1; j < size; ++j)
-        for (int i = 0; i < size; ++i) sum[i] += a[i + j * size] * x[j];
-      for (int i = 0; i < size; ++i) x[i] = sum[i];
+      for (int j = 1; j < size; ++j) even.add(x[j], Sum(a + j * size));
     }
+    Scalar beside[size];
+    even.store(beside);
+    for (int i = 0; i < size; ++i) x[i] = beside[i];
   }
 
  private:
@@ -77,52 +67,39 @@ class DenseInverse {
 
   // Step k solves row k for its unknown: with p = a_kk, column k becomes f, f_k = 1/p, f_i = −a_ik/p, and every other
   // column j, its a_kj put aside and set to zero, receives a_kj f.
-  void invert(Scalar (&reciprocal)[size], int (&pivots)[size]) {
+  // Up to 3 rows lie in registers, copied number by number.
+  void invert(Scalar (&reciprocals)[size], int (&pivots)[size]) {
     using std::abs;
-    // Up to 3 rows lie in registers, copied number by number; of 3, the first exchange is made by the copy.
-    constexpr int beside = size <= 3 ? size : 0;
-    constexpr bool gathers = size == 3;
-    Scalar copy[beside * beside + 1];
-    [[maybe_unused]] int top = 0;
-    if constexpr (gathers)
-      unrolled<beside>([&](auto i) {
-        if (abs(a_.data()[i]) > abs(a_.data()[top])) top = i;
+    Scalar a[size][size];  // by columns
+    unrolled<size>([&](auto j) { unrolled<size>([&](auto i) { a[j][i] = a_.data()[i + j * size]; }); });
+    unrolled<size>([&](auto k) {
+      pivots[k] = k;
+      unrolled<size>([&](auto i) {
+        if (i > k && abs(a[k][i]) > abs(a[k][pivots[k]])) pivots[k] = i;
       });
-    unrolled<beside>([&](auto i) {
-      const int from = i == 0 ? top : i == top ? 0 : int{i};
-      unrolled<beside>([&](auto j) { copy[i + j * size] = a_.data()[from + j * size]; });
-    });
-    Scalar* const a = beside > 0 ? copy : a_.data();
-    each<size>([&](auto k) {
-      pivots[k] = gathers && k == 0 ? top : int{k};
-      if (!gathers || k > 0) {
-        each<size>([&](auto i) {
-          if (i > k && abs(a[i + k * size]) > abs(a[pivots[k] + k * size])) pivots[k] = i;
-        });
-        each<size>([&](auto i) {
-          if (i > k && i == pivots[k]) each<size>([&](auto j) { std::swap(a[i + j * size], a[k + j * size]); });
-        });
-      }
-      const Scalar inverse = reciprocal[k] = Scalar{1} / a[k + k * size];
-      each<size>([&](auto i) { a[i + k * size] *= i == k ? Scalar{0} : -inverse; });
-      a[k + k * size] = inverse;
-      each<size>([&](auto j) {
+      unrolled<size>([&](auto i) {
+        if (i > k && i == pivots[k]) unrolled<size>([&](auto j) { std::swap(a[j][i], a[j][k]); });
+      });
+      const Scalar inverse = reciprocals[k] = Scalar{1} / a[k][k];
+      unrolled<size>([&](auto i) { a[k][i] *= i == k ? Scalar{0} : -inverse; });
+      a[k][k] = inverse;
+      unrolled<size>([&](auto j) {
         if (j == k) return;
-        const Scalar u = a[k + j * size];
-        each<size>([&](auto i) { a[i + j * size] = (i == k ? Scalar{0} : a[i + j * size]) + a[i + k * size] * u; });
+        const Scalar u = a[j][k];
+        unrolled<size>([&](auto i) { a[j][i] = (i == k ? Scalar{0} : a[j][i]) + a[k][i] * u; });
       });
     });
-    each<size>([&](auto back) {
+    unrolled<size>([&](auto back) {
       const auto k = size - 1 - back;
-      each<size>([&](auto j) {
-        if (j > k && j == pivots[k]) each<size>([&](auto i) { std::swap(a[i + k * size], a[i + j * size]); });
+      unrolled<size>([&](auto j) {
+        if (j > k && j == pivots[k]) unrolled<size>([&](auto i) { std::swap(a[k][i], a[j][i]); });
       });
     });
-    unrolled<beside * beside>([&](auto i) { a_.data()[i] = copy[i]; });
+    unrolled<size>([&](auto j) { unrolled<size>([&](auto i) { a_.data()[i + j * size] = a[j][i]; }); });
   }
 
   template <int... k>
-  void invert_columns(Scalar (&reciprocal)[size], int (&pivots)[size], std::integer_sequence<int, k...>) {
+  void invert(Scalar (&reciprocal)[size], int (&pivots)[size], std::integer_sequence<int, k...>) {
     int pivot = Column<Scalar, size>(a_.data()).largest();
     (invert_column<k>(reciprocal, pivots, pivot), ...);
     // The inverse of the matrix with its rows exchanged: its columns go back, last exchange first.

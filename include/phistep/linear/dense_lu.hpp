@@ -64,8 +64,7 @@ class DenseLu<Scalar, size> {
   /// False where a pivot is zero, not finite or too small to have a reciprocal. The factors overwrite matrix().
   [[nodiscard]] bool factorize() {
     for (int i = 0; i < size; ++i) order_[i] = i;
-    if constexpr (has_columns<Scalar>) eliminate_columns(std::make_integer_sequence<int, size>{});
-    else eliminate();
+    eliminate(std::make_integer_sequence<int, size>{});
     return all_invertible(inverse_pivot_);
   }
 
@@ -104,21 +103,8 @@ class DenseLu<Scalar, size> {
     std::swap(order_[i], order_[j]);
   }
 
-  void eliminate() {
-    using std::abs;
-    Scalar* const a = lu_.data();
-    for (int k = 0; k < size; ++k) {
-      for (int i = k + 1; i < size; ++i)
-        if (abs(a[i + k * size]) > abs(a[k + k * size])) exchange(i, k);
-      const Scalar inverse = inverse_pivot_[k] = Scalar{1} / a[k + k * size];
-      for (int i = k + 1; i < size; ++i) a[i + k * size] *= inverse;
-      for (int j = k + 1; j < size; ++j)
-        for (int i = k + 1; i < size; ++i) a[i + j * size] -= a[i + k * size] * a[k + j * size];
-    }
-  }
-
   template <int... k>
-  void eliminate_columns(std::integer_sequence<int, k...>) {
+  void eliminate(std::integer_sequence<int, k...>) {
     int pivot = Column<Scalar, size>(lu_.data()).largest();
     (eliminate_column<k>(pivot), ...);
   }
@@ -214,28 +200,22 @@ class DenseLu<Scalar, size> {
   }
 
   void solve_in_place(auto&& x) const {
+    // `fma`, not left to the compiler, which would round once here and twice there, wherever x lies.
     Scalar y[size];
     unrolled<size>([&](auto i) {
       y[i] = at(i, 0) * x[0];
-      if constexpr (size > 1) y[i] = plus_product(y[i], at(i, 1), x[1]);
-      if constexpr (size > 2) y[i] = plus_product(y[i], at(i, 2), x[2]);
+      if constexpr (size > 1) y[i] = fma(at(i, 1), x[1], y[i]);
+      if constexpr (size > 2) y[i] = fma(at(i, 2), x[2], y[i]);
     });
     if constexpr (size > 2) {
-      y[1] = plus_product(y[1], -upper_[2], y[2]);
-      y[0] = plus_product(y[0], -upper_[1], y[2]);
+      y[1] = fma(-upper_[2], y[2], y[1]);
+      y[0] = fma(-upper_[1], y[2], y[0]);
     }
-    if constexpr (size > 1) y[0] = plus_product(y[0], -upper_[0], y[1]);
+    if constexpr (size > 1) y[0] = fma(-upper_[0], y[1], y[0]);
     unrolled<size>([&](auto i) { x[int{i}] = y[i]; });
   }
 
  private:
-  /// sum + a b. Said, not left to the compiler, which would round once here and twice there, wherever x lies.
-  [[nodiscard]] static Scalar plus_product(Scalar sum, Scalar a, Scalar b) {
-#if !defined(PHISTEP_NO_SIMD) && (defined(__FMA__) || defined(__AVX512F__) || defined(__ARM_FEATURE_FMA))
-    if constexpr (sizeof(Scalar) <= 8) return std::fma(a, b, sum);
-#endif
-    return sum + a * b;
-  }
   [[nodiscard]] Scalar& at(int i, int j) { return a_.data()[i + j * size]; }
   [[nodiscard]] Scalar at(int i, int j) const { return a_.data()[i + j * size]; }
 

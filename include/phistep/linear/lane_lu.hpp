@@ -17,7 +17,7 @@
 
 #include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/simd/pack.hpp"
+#include "phistep/simd/pack_math.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -57,10 +57,6 @@ struct PackPair {
     return all_at_least(a.low, b.low) && all_at_least(a.high, b.high);
   }
 };
-template <class Scalar, int width>
-[[nodiscard]] Pack<Scalar, width> larger(Pack<Scalar, width> a, Pack<Scalar, width> b) {
-  return select(a > b, a, b);
-}
 /// False for NaN.
 template <class Scalar, int width>
 [[nodiscard]] bool all_at_least(Pack<Scalar, width> a, Pack<Scalar, width> b) {

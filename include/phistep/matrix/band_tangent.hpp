@@ -6,12 +6,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <type_traits>
 #include <vector>
 
 #include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/simd/update.hpp"
+#include "phistep/matrix/tangents.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -24,24 +23,22 @@ class BandTangent {
 
   void resize(Index n, Index lower = 0, Index upper = 0) {
     n_ = n, lower_ = lower, upper_ = upper;
-    if constexpr (has_K) K_.setZero(width(), n);
-    if constexpr (has_C) C_.setZero(width(), n);
+    band_.resize(width(), n);
     outside_.clear();
   }
   void clear() {
-    if constexpr (has_K) K_.setZero();
-    if constexpr (has_C) C_.setZero();
+    band_.clear();
     outside_.clear();
   }
   void position(Index i, Index j, Scalar x) {
     if constexpr (has_K) {
-      if (is_inside(i, j)) K_(upper_ + i - j, j) += x;
+      if (is_inside(i, j)) band_.K(upper_ + i - j, j) += x;
       else outside_.push_back({i, j, x, Scalar{0}});
     }
   }
   void velocity(Index i, Index j, Scalar x) {
     if constexpr (has_C) {
-      if (is_inside(i, j)) C_(upper_ + i - j, j) += x;
+      if (is_inside(i, j)) band_.C(upper_ + i - j, j) += x;
       else outside_.push_back({i, j, Scalar{0}, x});
     }
   }
@@ -50,9 +47,7 @@ class BandTangent {
     if (!is_inside(i, j)) outside_.push_back({i, j, Scalar{0}, Scalar{0}});
   }
   [[nodiscard]] bool is_finite() const {
-    bool finite = true;
-    if constexpr (has_K) finite = finite && all_finite(K_.data(), K_.size());
-    if constexpr (has_C) finite = finite && all_finite(C_.data(), C_.size());
+    bool finite = band_.is_finite();
     for (const Entry& entry : outside_) finite = finite && std::isfinite(entry.K) && std::isfinite(entry.C);
     return finite;
   }
@@ -65,17 +60,15 @@ class BandTangent {
       lower = std::max(lower, entry.i - entry.j);
       upper = std::max(upper, entry.j - entry.i);
     }
-    const auto widen = [&](Matrix& band) {
+    band_.for_each([&](Matrix& band) {
       Matrix wider = Matrix::Zero(lower + upper + 1, n_);
       wider.middleRows(upper - upper_, width()) = band;
       band.swap(wider);
-    };
-    if constexpr (has_K) widen(K_);
-    if constexpr (has_C) widen(C_);
+    });
     lower_ = lower, upper_ = upper;
     for (const Entry& entry : outside_) {
-      if constexpr (has_K) K_(upper_ + entry.i - entry.j, entry.j) += entry.K;
-      if constexpr (has_C) C_(upper_ + entry.i - entry.j, entry.j) += entry.C;
+      if constexpr (has_K) band_.K(upper_ + entry.i - entry.j, entry.j) += entry.K;
+      if constexpr (has_C) band_.C(upper_ + entry.i - entry.j, entry.j) += entry.C;
     }
     outside_ = {};
   }
@@ -89,31 +82,29 @@ class BandTangent {
     if constexpr (has_K)
       for (Index j = 0; j < n_; ++j)
         for (Index i = std::max<Index>(0, j - upper_); i <= std::min(n_ - 1, j + lower_); ++i)
-          out[i] += factor * K_(upper_ + i - j, j) * x[j];
+          out[i] += factor * band_.K(upper_ + i - j, j) * x[j];
   }
 
-  /// The part −γ_f (C + γ_d K) of W.
-  struct Part {
-    const BandTangent& tangent;
-    Scalar gamma_force, gamma_drift;
-    [[nodiscard]] Scalar operator()(Index i, Index j) const {
-      const Index at = j * tangent.width() + tangent.upper_ + i - j;
-      if constexpr (has_K && has_C) return -gamma_force * (tangent.C_.data()[at] + gamma_drift * tangent.K_.data()[at]);
-      else if constexpr (has_K) return (-gamma_force * gamma_drift) * tangent.K_.data()[at];
-      else if constexpr (has_C) return -gamma_force * tangent.C_.data()[at];
-      else return Scalar{0};
-    }
-  };
+  /// −γ_f (C + γ_d K): the entry (i, j) in row upper + i − j, column j.
+  [[nodiscard]] auto part(Scalar gamma_force, Scalar gamma_drift) const { return band_.part(gamma_force, gamma_drift); }
+  /// Its b×b block from (i, j) on, which has to lie within the band: a block's columns are one entry less apart than the band's.
+  template <int b>
+  [[nodiscard]] auto block(Index i, Index j, Scalar gamma_force, Scalar gamma_drift) const {
+    using Stride = Eigen::OuterStride<>;
+    using Block = Eigen::Map<const Eigen::Matrix<Scalar, b, b>, 0, Stride>;
+    return band_.part(gamma_force, gamma_drift,
+                      [at = j * width() + upper_ + i - j, stride = width() - 1](const Matrix& band) {
+                        return Block(band.data() + at, Stride(stride));
+                      });
+  }
   /// The largest entry of K, 0 where there is none.
   [[nodiscard]] double largest_K() const {
-    if constexpr (has_K) return largest(K_);
+    if constexpr (has_K) return largest(band_.K);
     else return 0;
   }
 
  private:
   using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
-  template <int>
-  struct Nothing {};
   struct Entry {
     Index i, j;
     Scalar K, C;
@@ -121,8 +112,7 @@ class BandTangent {
   [[nodiscard]] bool is_inside(Index i, Index j) const { return i - j <= lower_ && j - i <= upper_; }
 
   Index n_ = 0, lower_ = 0, upper_ = 0;
-  [[no_unique_address]] std::conditional_t<has_K, Matrix, Nothing<0>> K_;  // row upper + i − j, column j
-  [[no_unique_address]] std::conditional_t<has_C, Matrix, Nothing<1>> C_;
+  Tangents<Matrix, has_K, has_C> band_;  // row upper + i − j, column j
   std::vector<Entry> outside_;
 };
 

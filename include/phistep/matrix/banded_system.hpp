@@ -4,9 +4,7 @@
 
 #include <Eigen/Core>
 
-#include <algorithm>
-#include <cmath>
-
+#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/structure.hpp"
@@ -47,17 +45,9 @@ class BandedSystem : public Sizes {
     const Index n = tangent_.rows(), lower = tangent_.lower(), upper = tangent_.upper();
     if (lu_.rows() != n || lu_.lower() != lower || lu_.upper() != upper) lu_.resize(n, lower, upper);
     else lu_.clear();
-    const typename Tangent::Part part{tangent_, gamma_force, gamma_drift};
-    for (Index j = 0; j < n; ++j) {
-      Scalar* const diagonal = lu_.column(j);
-      for (Index d = -upper; d <= lower; ++d) diagonal[d] = part(j + d, j);
-    }
+    lu_.band() = tangent_.part(gamma_force, gamma_drift);
     masses([this](Index i, Index j, auto m) { lu_.column(j)[i - j] += static_cast<Scalar>(m); });
-    Scalar largest{0};
-    for (Index j = 0; j < n; ++j)
-      for (Index d = -upper; d <= lower; ++d) largest = std::max(largest, std::abs(lu_.column(j)[d]));
-    measure(static_cast<double>(gamma_force * gamma_drift), has_K ? static_cast<double>(tangent_.largest_K()) : 0,
-            static_cast<double>(largest));
+    measure(static_cast<double>(gamma_force * gamma_drift), tangent_.largest_K(), largest(lu_.band()));
     ++statistics.factorizations;
     return lu_.factorize() ? Outcome::success : Outcome::singular_matrix;
   }

@@ -85,12 +85,21 @@ class BlockTridiagonalSystem : public Sizes {
   /// False where the masses have entries outside the blocks.
   [[nodiscard]] bool assemble(const auto& masses, Scalar gamma_force, Scalar gamma_drift) {
     const auto& tangent = band_.tangent();
-    const typename BandedSystem<Scalar, has_K, has_C>::Tangent::Part part{tangent, gamma_force, gamma_drift};
     const Index n = tangent.rows(), blocks = lu_.blocks();
+    const auto fill = [&](auto& to, Index k, Index l) {
+      const Index rows = std::min<Index>(b, n - k * b), columns = std::min<Index>(b, n - l * b);
+      const auto part = tangent.template block<b>(k * b, l * b, gamma_force, gamma_drift);
+      if (rows == b && columns == b) {
+        to = part;
+      } else {
+        to.setZero();
+        to.topLeftCorner(rows, columns) = part.topLeftCorner(rows, columns);
+      }
+    };
     for (Index k = 0; k < blocks; ++k) {
-      fill(lu_.diagonal(k), k, k, part, n);
-      if (k > 0) fill(lu_.lower(k), k, k - 1, part, n);
-      if (k + 1 < blocks) fill(lu_.upper(k), k, k + 1, part, n);
+      fill(lu_.diagonal(k), k, k);
+      if (k > 0) fill(lu_.lower(k), k, k - 1);
+      if (k + 1 < blocks) fill(lu_.upper(k), k, k + 1);
     }
     for (Index i = n % b; i > 0 && i < b; ++i) lu_.diagonal(blocks - 1)(i, i) = Scalar{1};
     bool inside = true;
@@ -101,21 +110,10 @@ class BlockTridiagonalSystem : public Sizes {
     // Large off-diagonal blocks alone would make K's share look larger than it is: the careful side.
     Scalar largest{0};
     for (Index k = 0; k < blocks; ++k) largest = std::max(largest, lu_.diagonal(k).cwiseAbs().maxCoeff());
-    measure(static_cast<double>(gamma_force * gamma_drift), has_K ? static_cast<double>(tangent.largest_K()) : 0,
-            static_cast<double>(largest));
+    measure(static_cast<double>(gamma_force * gamma_drift), tangent.largest_K(), static_cast<double>(largest));
     return inside;
   }
   [[nodiscard]] auto& block(Index k, Index l) { return l < k ? lu_.lower(k) : l > k ? lu_.upper(k) : lu_.diagonal(k); }
-  static void fill(auto& to, Index k, Index l, const auto& part, Index n) {
-    if ((std::max(k, l) + 1) * b <= n) {
-      for (int c = 0; c < b; ++c)
-        for (int r = 0; r < b; ++r) to(r, c) = part(k * b + r, l * b + c);
-    } else {
-      to.setZero();
-      for (Index c = 0; c < std::min<Index>(b, n - l * b); ++c)
-        for (Index r = 0; r < std::min<Index>(b, n - k * b); ++r) to(r, c) = part(k * b + r, l * b + c);
-    }
-  }
 
   BandedSystem<Scalar, has_K, has_C> band_;  // keeps K and C, and solves where the blocks can't
   BlockTridiagonalLu<Scalar, b> lu_;

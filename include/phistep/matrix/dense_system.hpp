@@ -1,18 +1,15 @@
 /// @file
 /// The step's matrix W = M − γ_f C − γ_f γ_d K, dense or diagonal: its tangents, its factors, its solve.
 ///
-/// K = ∂Ψ/∂r and C = ∂Ψ/∂v (or ∂Ψ/∂y) are kept apart from W, so that a new γ costs no new Jacobian. Every system offers
+/// Every system offers
 ///   resize(n)
 ///   clear, position/velocity/rate(i, j, x)   the sink of a Jacobian
 ///   factorize(masses, γ_f, γ_d, statistics)  W and its factors
 ///   solve(x)                                 x ← W⁻¹ x
 ///   drift_share()                            ‖γ_f γ_d K‖ / ‖W‖, row by row or of all: how much of r the solve sees
 ///   magnitude()                              ‖W‖, largest entry
-///   archive(ar)                              the tangents for a checkpoint, from which factorize() makes W again
-/// most
+/// and most
 ///   add_position_product(a, x, out)          out += a K x
-/// and those that keep more than one Jacobian's tangents (`keeps_pattern`)
-///   restore(masses, γ_f, γ_d, statistics)    after archive(): all that was there, even where no factors were
 #pragma once
 
 #include <Eigen/Core>
@@ -26,7 +23,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/linear/dense_solver.hpp"
 #include "phistep/matrix/choice.hpp"
-#include "phistep/simd/update.hpp"
+#include "phistep/matrix/tangents.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -67,39 +64,28 @@ class DenseSystem : public Sizes {
   using Matrix = Eigen::Matrix<Scalar, n, n>;
   void resize(Eigen::Index size) {
     lu_.resize(size);
-    if constexpr (has_K) K_.setZero(size, size);
-    if constexpr (has_C) C_.setZero(size, size);
+    tangents_.resize(size, size);
   }
 
-  void clear() {
-    if constexpr (has_K) K_.setZero();
-    if constexpr (has_C) C_.setZero();
-  }
+  void clear() { tangents_.clear(); }
   void position(Eigen::Index i, Eigen::Index j, Scalar x) {
-    if constexpr (has_K) K_(i, j) += x;
+    if constexpr (has_K) tangents_.K(i, j) += x;
   }
   void velocity(Eigen::Index i, Eigen::Index j, Scalar x) {
-    if constexpr (has_C) C_(i, j) += x;
+    if constexpr (has_C) tangents_.C(i, j) += x;
   }
   void rate(Eigen::Index i, Eigen::Index j, Scalar x) { velocity(i, j, x); }
   /// The whole of C at once, in place of clear() and rate().
-  void set_rates(const Eigen::Matrix<Scalar, n, n>& C) requires(!has_K && has_C && n != Eigen::Dynamic) { C_ = C; }
-  [[nodiscard]] bool is_finite() const {
-    bool finite = true;
-    if constexpr (has_K) finite = finite && all_finite(K_.data(), K_.size());
-    if constexpr (has_C) finite = finite && all_finite(C_.data(), C_.size());
-    return finite;
-  }
+  void set_rates(const Matrix& C) requires(!has_K && has_C && n != Eigen::Dynamic) { tangents_.C = C; }
+  [[nodiscard]] bool is_finite() const { return tangents_.is_finite(); }
 
   [[nodiscard]] Outcome factorize(const auto& masses, Scalar gamma_force, Scalar gamma_drift, Statistics& statistics) {
     Matrix& W = lu_.matrix();
-    if constexpr (has_K && has_C) W = -gamma_force * (C_ + gamma_drift * K_);
-    else if constexpr (has_K) W = (-gamma_force * gamma_drift) * K_;
-    else W = -gamma_force * C_;
+    W = tangents_.part(gamma_force, gamma_drift);
     masses([&W](Eigen::Index i, Eigen::Index j, auto m) { W(i, j) += static_cast<Scalar>(m); });
     // Only a drift's share and an affine force's residual are ever asked for.
     if constexpr (has_K || constant)
-      set(std::abs(static_cast<double>(gamma_force * gamma_drift)) * largest_share_of(K_, W), largest_of(W));
+      set(std::abs(static_cast<double>(gamma_force * gamma_drift)) * largest_share_of(tangents_.K, W), largest_of(W));
     ++statistics.factorizations;
     return lu_.factorize() ? Outcome::success : Outcome::singular_matrix;
   }
@@ -109,23 +95,19 @@ class DenseSystem : public Sizes {
   }
   /// out += factor K x
   void add_position_product(Scalar factor, const auto& x, auto& out) const {
-    if constexpr (has_K) out.noalias() += factor * (K_ * x);
+    if constexpr (has_K) out.noalias() += factor * (tangents_.K * x);
   }
   /// to = factor M − C − γK, for those who keep factors of their own
-  void assemble(const auto& masses, Scalar factor, [[maybe_unused]] Scalar gamma, Matrix& to) const {
-    if constexpr (has_K && has_C) to = -C_ - gamma * K_;
-    else if constexpr (has_K) to = -gamma * K_;
-    else to = -C_;
+  void assemble(const auto& masses, Scalar factor, Scalar gamma, Matrix& to) const {
+    to = tangents_.part(Scalar{1}, gamma);
     masses([&to, factor](Eigen::Index i, Eigen::Index j, auto m) { to(i, j) += factor * static_cast<Scalar>(m); });
   }
   /// The tangents as they are.
-  [[nodiscard]] const auto& K() const { return K_; }
-  [[nodiscard]] const auto& C() const { return C_; }
+  [[nodiscard]] const auto& K() const { return tangents_.K; }
+  [[nodiscard]] const auto& C() const { return tangents_.C; }
 
  private:
-  struct Absent {};
-  [[no_unique_address]] std::conditional_t<has_K, Matrix, Absent> K_;
-  [[no_unique_address]] std::conditional_t<has_C, Eigen::Matrix<Scalar, n, n>, Absent> C_;
+  Tangents<Matrix, has_K, has_C> tangents_;
   SmallDenseSolver<Scalar, n, constant ? Solves::many : stages ? Solves::several : Solves::few> lu_;
 };
 
@@ -135,24 +117,20 @@ class DiagonalSystem : public Sizes {
  public:
   using Vector = Eigen::Matrix<Scalar, n, 1>;
   void resize(Eigen::Index size) {
-    K_.setZero(size);
-    C_.setZero(size);
+    tangents_.resize(size);
     inverse_.setZero(size);
   }
 
-  void clear() {
-    K_.setZero();
-    C_.setZero();
-  }
-  void position(Eigen::Index i, Eigen::Index, Scalar x) { K_[i] += x; }
-  void velocity(Eigen::Index i, Eigen::Index, Scalar x) { C_[i] += x; }
-  void rate(Eigen::Index i, Eigen::Index, Scalar x) { C_[i] += x; }
-  [[nodiscard]] bool is_finite() const { return all_finite(K_.data(), K_.size()) && all_finite(C_.data(), C_.size()); }
+  void clear() { tangents_.clear(); }
+  void position(Eigen::Index i, Eigen::Index, Scalar x) { tangents_.K[i] += x; }
+  void velocity(Eigen::Index i, Eigen::Index, Scalar x) { tangents_.C[i] += x; }
+  void rate(Eigen::Index i, Eigen::Index, Scalar x) { tangents_.C[i] += x; }
+  [[nodiscard]] bool is_finite() const { return tangents_.is_finite(); }
 
   [[nodiscard]] Outcome factorize(const auto& masses, Scalar gamma_force, Scalar gamma_drift, Statistics& statistics) {
-    inverse_ = -gamma_force * (C_ + gamma_drift * K_);
+    inverse_ = tangents_.part(gamma_force, gamma_drift);
     masses([this](Eigen::Index i, Eigen::Index, auto m) { inverse_[i] += static_cast<Scalar>(m); });
-    set(std::abs(static_cast<double>(gamma_force * gamma_drift)) * largest_share_of(K_, inverse_),
+    set(std::abs(static_cast<double>(gamma_force * gamma_drift)) * largest_share_of(tangents_.K, inverse_),
         largest_of(inverse_));
     ++statistics.factorizations;
     for (Eigen::Index i = 0; i < inverse_.size(); ++i) {
@@ -166,13 +144,14 @@ class DiagonalSystem : public Sizes {
     return Outcome::success;
   }
   void add_position_product(Scalar factor, const auto& x, auto& out) const {
-    out.array() += factor * K_.array() * x.array();
+    out.array() += factor * tangents_.K.array() * x.array();
   }
-  [[nodiscard]] const Vector& K() const { return K_; }
-  [[nodiscard]] const Vector& C() const { return C_; }
+  [[nodiscard]] const Vector& K() const { return tangents_.K; }
+  [[nodiscard]] const Vector& C() const { return tangents_.C; }
 
  private:
-  Vector K_, C_, inverse_;
+  Tangents<Vector, true, true> tangents_;
+  Vector inverse_;
 };
 
 template <MatrixFacts facts, class Scalar, class Solver, class Force>

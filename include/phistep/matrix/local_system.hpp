@@ -20,7 +20,7 @@
 #include "phistep/linear/dense_lu.hpp"
 #include "phistep/matrix/choice.hpp"
 #include "phistep/matrix/dense_system.hpp"
-#include "phistep/simd/update.hpp"
+#include "phistep/matrix/tangents.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -30,8 +30,7 @@ class LocalSystem : public Sizes {
  public:
   void resize(Eigen::Index n) {
     const Eigen::Index particles = (n + d - 1) / d;
-    if constexpr (has_K) K_.setZero(particles * d * d);
-    if constexpr (has_C) C_.setZero(particles * d * d);
+    tangents_.resize(particles * d * d);
     W_.setZero(particles * d * d);
     lu_.resize(static_cast<std::size_t>(particles));
     for (auto& lu : lu_) lu.resize(d);
@@ -39,32 +38,21 @@ class LocalSystem : public Sizes {
     singular_ = -1;
   }
 
-  void clear() {
-    if constexpr (has_K) K_.setZero();
-    if constexpr (has_C) C_.setZero();
-  }
+  void clear() { tangents_.clear(); }
   void position(Eigen::Index i, Eigen::Index j, Scalar x) {
-    if constexpr (has_K) K_[slot(i, j)] += x;
+    if constexpr (has_K) tangents_.K[slot(i, j)] += x;
   }
   void velocity(Eigen::Index i, Eigen::Index j, Scalar x) {
-    if constexpr (has_C) C_[slot(i, j)] += x;
+    if constexpr (has_C) tangents_.C[slot(i, j)] += x;
   }
   void rate(Eigen::Index i, Eigen::Index j, Scalar x) { velocity(i, j, x); }
-  [[nodiscard]] bool is_finite() const {
-    bool finite = true;
-    if constexpr (has_K) finite = finite && all_finite(K_.data(), K_.size());
-    if constexpr (has_C) finite = finite && all_finite(C_.data(), C_.size());
-    return finite;
-  }
+  [[nodiscard]] bool is_finite() const { return tangents_.is_finite(); }
 
   [[nodiscard]] Outcome factorize(const auto& masses, Scalar gamma_force, Scalar gamma_drift, Statistics& statistics) {
-    if constexpr (has_K && has_C) W_ = -gamma_force * (C_ + gamma_drift * K_);
-    else if constexpr (has_K) W_ = (-gamma_force * gamma_drift) * K_;
-    else if constexpr (has_C) W_ = -gamma_force * C_;
-    else W_.setZero();
+    W_ = tangents_.part(gamma_force, gamma_drift);
     masses([this](Eigen::Index i, Eigen::Index j, auto m) { W_[slot(i, j)] += static_cast<Scalar>(m); });
     for (Eigen::Index i = n_; i % d != 0; ++i) W_[slot(i, i)] = Scalar{1};  // rows beyond an incomplete last block
-    measure(static_cast<double>(gamma_force * gamma_drift), largest_of(K_), largest_of(W_));
+    measure(static_cast<double>(gamma_force * gamma_drift), largest_of(tangents_.K), largest_of(W_));
     ++statistics.factorizations;
     for (std::size_t p = 0; p < lu_.size(); ++p) {
       lu_[p].matrix() = Eigen::Map<const Block>(W_.data() + static_cast<Eigen::Index>(p) * d * d);
@@ -96,10 +84,7 @@ class LocalSystem : public Sizes {
     return (i / d * d + j % d) * d + i % d;  // particle, column, row
   }
 
-  struct NoK {};
-  struct NoC {};
-  [[no_unique_address]] std::conditional_t<has_K, Array, NoK> K_;
-  [[no_unique_address]] std::conditional_t<has_C, Array, NoC> C_;
+  Tangents<Array, has_K, has_C> tangents_;
   Array W_;
   std::vector<DenseLu<Scalar, d>> lu_;
   Eigen::Index n_ = 0, singular_ = -1;

@@ -34,7 +34,8 @@ struct StayingMatrix : Eigen::SparseMatrix<Scalar> {
   ~StayingMatrix() = default;
 };
 
-/// The sink of a sparse Jacobian. With `symmetric` every entry's transpose has a slot too, and W can be checked.
+/// What every sparse system is towards forces, and its W. With `symmetric` every entry's transpose has a slot too, and W can
+/// be checked.
 template <class Scalar, bool symmetric = false>
 class SparseAssembly : public Sizes {
  public:
@@ -53,12 +54,19 @@ class SparseAssembly : public Sizes {
   }
   void position(Eigen::Index i, Eigen::Index j, Scalar x) { put(i, j, {x, Scalar{0}}); }
   void velocity(Eigen::Index i, Eigen::Index j, Scalar x) { put(i, j, {Scalar{0}, x}); }
+  void rate(Eigen::Index i, Eigen::Index j, Scalar x) { velocity(i, j, x); }
   [[nodiscard]] bool is_finite() const {
     FiniteWitness<Scalar> witness;
     for (const Entry& entry : entries_) witness.see(entry.value.K), witness.see(entry.value.C);
     return witness.all_finite();
   }
+  /// out += factor K x
+  void add_position_product(Scalar factor, const auto& x, auto& out) const {
+    for (const Entry& entry : entries_) out[entry.i] += factor * entry.value.K * x[entry.j];
+  }
 
+ protected:
+  [[nodiscard]] const Matrix& matrix() const { return W_; }
   /// Makes the pattern where there is none that fits. True: it is new, and wants an analysis.
   [[nodiscard]] bool update_pattern(const auto& masses) {
     if (has_slots_ && written_ == entries_.size()) return false;
@@ -86,11 +94,6 @@ class SparseAssembly : public Sizes {
       largest = std::max(largest, static_cast<double>(largest_w));
     }
     set(share, largest);
-  }
-  [[nodiscard]] const Matrix& matrix() const { return W_; }
-  /// out += factor K x
-  void add_position_product(Scalar factor, const auto& x, auto& out) const {
-    for (const Entry& entry : entries_) out[entry.i] += factor * entry.value.K * x[entry.j];
   }
 
   /// Whether each |W_ij − W_ji| ≤ tolerance · (the largest entry of columns i and j).
@@ -199,25 +202,6 @@ class SparseAssembly : public Sizes {
   std::vector<Scalar> largest_;                    // of each column
   std::size_t written_ = 0;
   bool has_slots_ = false;
-};
-
-/// What every sparse system is towards forces and resolvents, by way of its assembly.
-template <class Scalar, bool symmetric = false>
-class AssembledSystem {
- public:
-  void clear() { assembly_.clear(); }
-  void position(Eigen::Index i, Eigen::Index j, Scalar x) { assembly_.position(i, j, x); }
-  void velocity(Eigen::Index i, Eigen::Index j, Scalar x) { assembly_.velocity(i, j, x); }
-  void rate(Eigen::Index i, Eigen::Index j, Scalar x) { assembly_.velocity(i, j, x); }
-  [[nodiscard]] bool is_finite() const { return assembly_.is_finite(); }
-  [[nodiscard]] double drift_share() const { return assembly_.drift_share(); }
-  [[nodiscard]] double magnitude() const { return assembly_.magnitude(); }
-  void add_position_product(Scalar factor, const auto& x, auto& out) const {
-    assembly_.add_position_product(factor, x, out);
-  }
-
- protected:
-  SparseAssembly<Scalar, symmetric> assembly_;
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -22,12 +22,14 @@ namespace phistep::inline PHISTEP_ABI {
 
 /// Sparse W over any solver with Eigen's interface (analyzePattern, factorize, solve, info).
 template <class Scalar, class Solver>
-class SparseSystem : public AssembledSystem<Scalar> {
+class SparseSystem : public SparseAssembly<Scalar> {
+  using Assembly = SparseAssembly<Scalar>;
+
  public:
   using Matrix = Eigen::SparseMatrix<Scalar>;
 
   void resize(Eigen::Index n) {
-    assembly_.resize(n);
+    Assembly::resize(n);
     solver_.drop();
   }
 
@@ -37,16 +39,16 @@ class SparseSystem : public AssembledSystem<Scalar> {
   [[nodiscard]] Outcome factorize(const auto& masses, Scalar gamma_force, Scalar gamma_drift, Statistics& statistics) {
     if (!solver_) {
       solver_.make();
-      assembly_.forget_pattern();
+      Assembly::forget_pattern();
     }
     try {
-      if (assembly_.update_pattern(masses)) {
-        solver_->analyzePattern(assembly_.matrix());
+      if (this->update_pattern(masses)) {
+        solver_->analyzePattern(this->matrix());
         ++statistics.analyses;
       }
-      assembly_.assemble(gamma_force, gamma_drift);
+      this->assemble(gamma_force, gamma_drift);
       ++statistics.factorizations;
-      solver_->factorize(assembly_.matrix());
+      solver_->factorize(this->matrix());
     } catch (...) {  // of memory it didn't get: Eigen's solvers can't be used any more then
       solver_.drop();
       throw;
@@ -79,7 +81,6 @@ class SparseSystem : public AssembledSystem<Scalar> {
   void forget_pattern() { solver_.drop(); }
 
  private:
-  using AssembledSystem<Scalar>::assembly_;
   static constexpr bool iterates = requires(const Solver& solver) { solver.iterations(); };
 
   [[nodiscard]] static Outcome failure_of_factors() {

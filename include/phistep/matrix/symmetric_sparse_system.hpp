@@ -28,14 +28,15 @@ namespace phistep::inline PHISTEP_ABI {
 
 /// @tparam differenced  K and C are differences, and symmetric no closer than these are exact
 template <class Scalar, bool differenced>
-class SymmetricSparseSystem : public AssembledSystem<Scalar, true> {
+class SymmetricSparseSystem : public SparseAssembly<Scalar, true> {
+  using Assembly = SparseAssembly<Scalar, true>;
+
  public:
   using Matrix = Eigen::SparseMatrix<Scalar>;
 
   void resize(Eigen::Index n) {
-    assembly_.resize(n);
-    ldlt_.drop();
-    lu_.drop();
+    Assembly::resize(n);
+    forget_pattern();
   }
 
   /// False in a copy.
@@ -45,8 +46,7 @@ class SymmetricSparseSystem : public AssembledSystem<Scalar, true> {
     try {
       return try_to_factorize(masses, gamma_force, gamma_drift, statistics);
     } catch (...) {  // of memory they didn't get: Eigen's solvers can't be used any more then
-      ldlt_.drop();
-      lu_.drop();
+      forget_pattern();
       throw;
     }
   }
@@ -66,21 +66,19 @@ class SymmetricSparseSystem : public AssembledSystem<Scalar, true> {
   }
 
  private:
-  using AssembledSystem<Scalar, true>::assembly_;
-
   [[nodiscard]] Outcome try_to_factorize(const auto& masses, Scalar gamma_force, Scalar gamma_drift,
                                          Statistics& statistics) {
     if (!ldlt_) {
       ldlt_.make();
-      assembly_.forget_pattern();
+      Assembly::forget_pattern();
     }
-    if (assembly_.update_pattern(masses)) {
-      ldlt_->analyzePattern(assembly_.matrix());
+    if (this->update_pattern(masses)) {
+      ldlt_->analyzePattern(this->matrix());
       lu_.drop();
       ++statistics.analyses;
     }
-    assembly_.assemble(gamma_force, gamma_drift);
-    if (!assembly_.is_symmetric(tolerance())) return Outcome::not_symmetric;
+    this->assemble(gamma_force, gamma_drift);
+    if (!this->is_symmetric(tolerance())) return Outcome::not_symmetric;
     ++statistics.factorizations;
     definite_ = factorize_definite();
     return definite_ ? Outcome::success : factorize_by_lu(statistics);
@@ -94,27 +92,26 @@ class SymmetricSparseSystem : public AssembledSystem<Scalar, true> {
   }
   /// False where a pivot isn't positive, or is nothing but the rounding of what it is the rest of.
   [[nodiscard]] bool factorize_definite() {
-    const Eigen::Index n = assembly_.matrix().cols();
+    const Eigen::Index n = this->matrix().cols();
     for (Eigen::Index i = 0; i < n; ++i)
-      if (!(assembly_.diagonal(i) > Scalar{0})) return false;
-    ldlt_->factorize(assembly_.matrix());
+      if (!(this->diagonal(i) > Scalar{0})) return false;
+    ldlt_->factorize(this->matrix());
     if (ldlt_->info() != Eigen::Success) return false;
     const auto& place = ldlt_->permutationP().indices();
     by_ldlt_.read(*ldlt_);
     for (Eigen::Index i = 0; i < n; ++i)
-      if (!(by_ldlt_.pivots()[place[i]] > 16 * std::numeric_limits<Scalar>::epsilon() * assembly_.diagonal(i)))
+      if (!(by_ldlt_.pivots()[place[i]] > 16 * std::numeric_limits<Scalar>::epsilon() * this->diagonal(i)))
         return false;
     return true;
   }
-  void analyse_for_lu(Statistics& statistics) {
-    lu_.make();
-    lu_->analyzePattern(assembly_.matrix());
-    ++statistics.analyses;
-  }
   [[nodiscard]] Outcome factorize_by_lu(Statistics& statistics) {
     ++statistics.fallbacks;
-    if (!lu_) analyse_for_lu(statistics);
-    lu_->factorize(assembly_.matrix());
+    if (!lu_) {
+      lu_.make();
+      lu_->analyzePattern(this->matrix());
+      ++statistics.analyses;
+    }
+    lu_->factorize(this->matrix());
     return lu_->info() == Eigen::Success ? Outcome::success : Outcome::singular_matrix;
   }
 

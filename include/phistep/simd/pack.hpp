@@ -10,7 +10,7 @@
 /// more to include, and libc++ lacks it.
 #pragma once
 
-#include <cmath>
+#include <bit>
 #include <concepts>
 #include <cstdint>
 #include <cstring>
@@ -18,158 +18,9 @@
 #include <utility>
 
 #include "phistep/core/version.hpp"
-
-#if defined(__AVX__)
-#include <immintrin.h>
-#elif defined(__SSE2__)
-#include <emmintrin.h>
-#endif
+#include "phistep/simd/mask.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
-
-/// [bytes] of the widest register, 0 where packs are arrays.
-#if defined(PHISTEP_NO_SIMD) || !defined(__GNUC__)
-inline constexpr int simd_bytes = 0;
-#elif defined(__AVX512F__)
-inline constexpr int simd_bytes = 64;
-#elif defined(__AVX__)
-inline constexpr int simd_bytes = 32;
-#elif defined(__SSE2__) || (defined(__ARM_NEON) && defined(__aarch64__))
-inline constexpr int simd_bytes = 16;
-#else
-inline constexpr int simd_bytes = 0;
-#endif
-
-/// Lanes of the widest register: 1 where there is none.
-template <class Scalar>
-inline constexpr int native_width = simd_bytes > 0 && (std::is_same_v<Scalar, double> || std::is_same_v<Scalar, float>)
-                                        ? simd_bytes / static_cast<int>(sizeof(Scalar))
-                                        : 1;
-
-namespace detail {
-
-/// What a compiler's vector does, without one.
-template <class T, int width>
-struct Lanes {
-  T lane[width];
-  constexpr T operator[](int i) const { return lane[i]; }
-  constexpr T& operator[](int i) { return lane[i]; }
-  template <class F, class... A>
-  static constexpr auto map(F f, const A&... a) {
-    Lanes<decltype(f(a[0]...)), width> out{};
-    for (int i = 0; i < width; ++i) out.lane[i] = f(a[i]...);
-    return out;
-  }
-  friend constexpr Lanes operator-(Lanes a) {
-    return map([](T x) { return -x; }, a);
-  }
-  friend constexpr Lanes operator+(Lanes a, Lanes b) {
-    return map([](T x, T y) { return x + y; }, a, b);
-  }
-  friend constexpr Lanes operator-(Lanes a, Lanes b) {
-    return map([](T x, T y) { return x - y; }, a, b);
-  }
-  friend constexpr Lanes operator*(Lanes a, Lanes b) {
-    return map([](T x, T y) { return x * y; }, a, b);
-  }
-  friend constexpr Lanes operator/(Lanes a, Lanes b) {
-    return map([](T x, T y) { return x / y; }, a, b);
-  }
-};
-
-template <class Scalar, int width>
-inline constexpr bool in_register = static_cast<int>(sizeof(Scalar)) * width <= simd_bytes&& width > 1;
-template <class Scalar>
-using IntegerLike = std::conditional_t<sizeof(Scalar) == 4, std::int32_t, std::int64_t>;
-
-/// AVX-512 keeps a bit a lane, the others a whole integer of ones or zeros, arrays a bool.
-enum class MaskKind { bits, integers, bools };
-template <class Scalar, int width>
-inline constexpr MaskKind mask_kind = !in_register<Scalar, width>    ? MaskKind::bools
-                                      : sizeof(Scalar) * width == 64 ? MaskKind::bits
-                                                                     : MaskKind::integers;
-
-template <class Scalar, int width, MaskKind = mask_kind<Scalar, width>>
-struct Storage {
-  using Register = Lanes<Scalar, width>;
-  using Bits = Lanes<bool, width>;
-};
-#if defined(__GNUC__)
-// Three times, because g++ drops the vector attribute of a template's argument.
-template <class Scalar, int width>
-struct Storage<Scalar, width, MaskKind::integers> {
-  typedef Scalar Register __attribute__((vector_size(sizeof(Scalar) * width)));
-  typedef IntegerLike<Scalar> Integers __attribute__((vector_size(sizeof(Scalar) * width)));
-  typedef IntegerLike<Scalar> Bits __attribute__((vector_size(sizeof(Scalar) * width)));
-};
-template <class Scalar, int width>
-struct Storage<Scalar, width, MaskKind::bits> {
-  typedef Scalar Register __attribute__((vector_size(sizeof(Scalar) * width)));
-  typedef IntegerLike<Scalar> Integers __attribute__((vector_size(sizeof(Scalar) * width)));
-  using Bits = std::conditional_t<width == 8, std::uint8_t, std::uint16_t>;
-};
-#endif
-
-}  // namespace detail
-
-/// A truth value a lane.
-template <class Scalar, int width>
-struct Mask {
-  static constexpr auto kind = detail::mask_kind<Scalar, width>;
-  using Bits = typename detail::Storage<Scalar, width>::Bits;
-  Bits lanes;
-
-  [[nodiscard]] friend Mask operator&(Mask a, Mask b) {
-    if constexpr (kind == detail::MaskKind::bools)
-      return {Bits::map([](bool p, bool q) { return p && q; }, a.lanes, b.lanes)};
-    else return {static_cast<Bits>(a.lanes & b.lanes)};
-  }
-  [[nodiscard]] friend Mask operator|(Mask a, Mask b) {
-    if constexpr (kind == detail::MaskKind::bools)
-      return {Bits::map([](bool p, bool q) { return p || q; }, a.lanes, b.lanes)};
-    else return {static_cast<Bits>(a.lanes | b.lanes)};
-  }
-  [[nodiscard]] friend Mask operator!(Mask a) {
-    if constexpr (kind == detail::MaskKind::bools) return {Bits::map([](bool p) { return !p; }, a.lanes)};
-    else return {static_cast<Bits>(~a.lanes)};
-  }
-  [[nodiscard]] friend Mask operator&&(Mask a, Mask b) { return a & b; }
-  [[nodiscard]] friend Mask operator||(Mask a, Mask b) { return a | b; }
-  /// Bit l: lane l.
-  [[nodiscard]] unsigned bits() const {
-    if constexpr (kind == detail::MaskKind::bits) return lanes;
-#if defined(__SSE2__)
-    else if constexpr (kind == detail::MaskKind::integers && sizeof(Bits) == 16) {
-      if constexpr (width == 2) return static_cast<unsigned>(_mm_movemask_pd(reinterpret_cast<__m128d>(lanes)));
-      else return static_cast<unsigned>(_mm_movemask_ps(reinterpret_cast<__m128>(lanes)));
-    }
-#endif
-#if defined(__AVX__)
-    else if constexpr (kind == detail::MaskKind::integers && sizeof(Bits) == 32) {
-      if constexpr (width == 4) return static_cast<unsigned>(_mm256_movemask_pd(reinterpret_cast<__m256d>(lanes)));
-      else return static_cast<unsigned>(_mm256_movemask_ps(reinterpret_cast<__m256>(lanes)));
-    }
-#endif
-    else {
-      unsigned all = 0;
-      for (int l = 0; l < width; ++l) all |= (lanes[l] ? 1u : 0u) << l;
-      return all;
-    }
-  }
-  [[nodiscard]] bool operator[](int lane) const { return bits() >> lane & 1u; }
-};
-template <class Scalar, int width>
-[[nodiscard]] bool any(Mask<Scalar, width> m) {
-  return m.bits() != 0;
-}
-template <class Scalar, int width>
-[[nodiscard]] bool all(Mask<Scalar, width> m) {
-  return m.bits() == (1u << width) - 1;
-}
-template <class Scalar, int width>
-[[nodiscard]] bool none(Mask<Scalar, width> m) {
-  return m.bits() == 0;
-}
 
 /// `width` numbers.
 template <class Scalar_, int width_>
@@ -274,6 +125,29 @@ template <class Scalar, int width>
   else return P{m.lanes ? a.x : b.x};
 }
 
+/// Bit by bit.
+template <class Scalar, int width, class F>
+[[nodiscard]] Pack<Scalar, width> bitwise(Pack<Scalar, width> a, Pack<Scalar, width> b, F f) {
+  using P = Pack<Scalar, width>;
+  if constexpr (detail::in_register<Scalar, width>) {
+    using Integers = typename detail::Storage<Scalar, width>::Integers;
+    return P{
+        reinterpret_cast<typename P::Register>(f(reinterpret_cast<Integers>(a.x), reinterpret_cast<Integers>(b.x)))};
+  } else {
+    using Integer = detail::IntegerLike<Scalar>;
+    return P::make(
+        [&](int l) { return std::bit_cast<Scalar>(f(std::bit_cast<Integer>(a[l]), std::bit_cast<Integer>(b[l]))); });
+  }
+}
+template <class Scalar, int width>
+[[nodiscard]] Pack<Scalar, width> bit_and(Pack<Scalar, width> a, Pack<Scalar, width> b) {
+  return bitwise(a, b, [](auto x, auto y) { return x & y; });
+}
+template <class Scalar, int width>
+[[nodiscard]] Pack<Scalar, width> bit_or(Pack<Scalar, width> a, Pack<Scalar, width> b) {
+  return bitwise(a, b, [](auto x, auto y) { return x | y; });
+}
+
 /// True in the first n lanes: the tail of an array.
 template <class Pack>
 [[nodiscard]] typename Pack::Truth first_lanes(std::ptrdiff_t n) {
@@ -285,9 +159,9 @@ template <class Pack>
            Pack(n < Pack::width ? n : std::ptrdiff_t{Pack::width});
 }
 
-/// The lanes added up, always as a tree of halves: (l, l + width/2) first.
-template <class Scalar, int width>
-[[nodiscard]] Scalar sum(Pack<Scalar, width> a) {
+/// f of the lanes, two at a time, always as a tree of halves: (l, l + width/2) first.
+template <class Scalar, int width, class F>
+[[nodiscard]] Scalar fold(Pack<Scalar, width> a, F f) {
   if constexpr (width == 1) return a[0];
   else {
     constexpr int half = width / 2;
@@ -295,14 +169,20 @@ template <class Scalar, int width>
 #if defined(__GNUC__)
     if constexpr (detail::in_register<Scalar, half> && detail::in_register<Scalar, width>)
       return [&]<int... l>(std::integer_sequence<int, l...>) {
-        return sum(Half{__builtin_shufflevector(a.x, a.x, l...)} +
-                   Half{__builtin_shufflevector(a.x, a.x, (l + half)...)});
+        return fold(
+            f(Half{__builtin_shufflevector(a.x, a.x, l...)}, Half{__builtin_shufflevector(a.x, a.x, (l + half)...)}),
+            f);
       }
     (std::make_integer_sequence<int, half>{});
     else
 #endif
-        return sum(Half::make([&](int l) { return a[l] + a[l + half]; }));
+        return fold(f(Half::make([&](int l) { return a[l]; }), Half::make([&](int l) { return a[l + half]; })), f);
   }
+}
+/// The lanes added up.
+template <class Scalar, int width>
+[[nodiscard]] Scalar sum(Pack<Scalar, width> a) {
+  return fold(a, [](auto x, auto y) { return x + y; });
 }
 
 /// Four numbers of each of `width` structs.

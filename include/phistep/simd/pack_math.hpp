@@ -12,18 +12,8 @@
 #include "phistep/core/version.hpp"
 #include "phistep/simd/pack.hpp"
 
-#if !defined(PHISTEP_NO_SIMD) && (defined(__FMA__) || defined(__AVX512F__) || defined(__ARM_FEATURE_FMA))
-#define PHISTEP_DETAIL_FMA 1
-#else
-#define PHISTEP_DETAIL_FMA 0
-#endif
-
 namespace phistep::inline PHISTEP_ABI {
 
-template <class P>
-inline constexpr bool is_pack = false;
-template <class Scalar, int width>
-inline constexpr bool is_pack<Pack<Scalar, width>> = true;
 /// The numbers in a T: itself, or a pack's.
 template <class T>
 struct ScalarIn {
@@ -34,7 +24,9 @@ struct ScalarIn<Pack<Scalar, width>> {
   using type = Scalar;
 };
 template <class T>
-concept PackOrNumber = is_pack<T> || std::floating_point<T>;
+inline constexpr bool is_pack = !std::is_same_v<T, typename ScalarIn<T>::type>;
+template <class T>
+concept PackOrNumber = std::floating_point<typename ScalarIn<T>::type>;
 
 // Plain numbers. Templates, so that they give way to the C library's where both are visible.
 template <std::floating_point T>
@@ -71,8 +63,10 @@ template <std::floating_point T>
 /// a b + c, rounded once where that costs nothing.
 template <std::floating_point T>
 [[nodiscard]] T fma(T a, T b, T c) {
-  if constexpr (PHISTEP_DETAIL_FMA != 0 && sizeof(T) <= 8) return std::fma(a, b, c);
-  else return a * b + c;
+#if !defined(PHISTEP_NO_SIMD) && (defined(__FMA__) || defined(__AVX512F__) || defined(__ARM_FEATURE_FMA))
+  if constexpr (sizeof(T) <= 8) return std::fma(a, b, c);
+#endif
+  return a * b + c;
 }
 template <std::floating_point T>
 [[nodiscard]] T reciprocal(T a) {
@@ -145,6 +139,11 @@ template <class Scalar, int width>
 template <class Scalar, int width>
 [[nodiscard]] Pack<Scalar, width> max(Pack<Scalar, width> a, std::type_identity_t<Pack<Scalar, width>> b) {
   return select(a < b, b, a);
+}
+/// The greater one; b where one of them is NaN.
+template <class Scalar, int width>
+[[nodiscard]] Pack<Scalar, width> larger(Pack<Scalar, width> a, Pack<Scalar, width> b) {
+  return select(a > b, a, b);
 }
 template <class Scalar, int width>
 [[nodiscard]] Pack<Scalar, width> abs(Pack<Scalar, width> a) {

@@ -22,9 +22,9 @@
 #include <utility>
 
 #include "phistep/core/version.hpp"
+#include "phistep/simd/pack.hpp"
 
-#if defined(__SSE2__) || defined(_M_X64)
-#include <emmintrin.h>
+#if defined(__SSE2__) && defined(__GNUC__) && !defined(PHISTEP_NO_SIMD)
 #define PHISTEP_DETAIL_STREAMS 1
 #else
 #define PHISTEP_DETAIL_STREAMS 0
@@ -75,31 +75,9 @@ struct PacketIndex {
 #if PHISTEP_DETAIL_STREAMS
 /// 16 bytes of numbers: wide enough where memory is the limit, and a line's stores are joined in the write buffers.
 template <class Scalar>
-struct Packet;
-template <>
-struct Packet<double> {
-  __m128d x;
-  static Packet load(const double* p) { return {_mm_loadu_pd(p)}; }
-  void store(double* p) const { _mm_storeu_pd(p, x); }
-  void stream(double* p) const { _mm_stream_pd(p, x); }
-  friend Packet operator+(Packet a, Packet b) { return {_mm_add_pd(a.x, b.x)}; }
-  friend Packet operator-(Packet a, Packet b) { return {_mm_sub_pd(a.x, b.x)}; }
-  friend Packet operator*(Packet a, Packet b) { return {_mm_mul_pd(a.x, b.x)}; }
-  friend Packet operator*(double a, Packet b) { return {_mm_mul_pd(_mm_set1_pd(a), b.x)}; }
-  friend Packet operator|(Packet a, Packet b) { return {_mm_or_pd(a.x, b.x)}; }
-};
-template <>
-struct Packet<float> {
-  __m128 x;
-  static Packet load(const float* p) { return {_mm_loadu_ps(p)}; }
-  void store(float* p) const { _mm_storeu_ps(p, x); }
-  void stream(float* p) const { _mm_stream_ps(p, x); }
-  friend Packet operator+(Packet a, Packet b) { return {_mm_add_ps(a.x, b.x)}; }
-  friend Packet operator-(Packet a, Packet b) { return {_mm_sub_ps(a.x, b.x)}; }
-  friend Packet operator*(Packet a, Packet b) { return {_mm_mul_ps(a.x, b.x)}; }
-  friend Packet operator*(float a, Packet b) { return {_mm_mul_ps(_mm_set1_ps(a), b.x)}; }
-  friend Packet operator|(Packet a, Packet b) { return {_mm_or_ps(a.x, b.x)}; }
-};
+using Packet = Pack<Scalar, 16 / static_cast<int>(sizeof(Scalar))>;
+inline void stream(Packet<double> x, double* p) { _mm_stream_pd(p, x.x); }
+inline void stream(Packet<float> x, float* p) { _mm_stream_ps(p, x.x); }
 #endif
 
 /// An array that a kernel reads, as numbers or as packets.
@@ -156,26 +134,24 @@ inline bool is_packet_aligned(const void* p) { return reinterpret_cast<std::uint
 template <class Kernel, class Scalar, std::same_as<Scalar>... Scalars>
 [[nodiscard]] FiniteWitness<Scalar> fill_streaming(std::ptrdiff_t n, Kernel kernel, Scalar* to, Scalars*... more) {
   constexpr std::ptrdiff_t width = 16 / sizeof(Scalar), line = 64 / sizeof(Scalar);
-  auto troubles = Packet<Scalar>{};
+  Packet<Scalar> troubles{0};  // a NaN where one of the outputs is not finite
   const auto compute = [&](std::ptrdiff_t i, auto put) {
     [&](Packet<Scalar> x, auto... y) {
       kernel(PacketIndex{i}, x, y...);
       put(x, to + i);
       (put(y, more + i), ...);
-      troubles = troubles | (x - x);
-      ((troubles = troubles | (y - y)), ...);
+      troubles += x - x;
+      ((troubles += y - y), ...);
     }(Packet<Scalar>{}, Packet<Scalars>{}...);
   };
   std::ptrdiff_t i = 0;
   for (; i + line <= n; i += line)
-    for (std::ptrdiff_t j = i; j < i + line; j += width) compute(j, [](auto x, Scalar* p) { x.stream(p); });
+    for (std::ptrdiff_t j = i; j < i + line; j += width) compute(j, [](auto x, Scalar* p) { stream(x, p); });
   _mm_sfence();  // streamed stores are ordered with nothing: another thread may read the result next
   // The rest as packets too, the last of them overlapping: a number's bits must not depend on where it stands.
   for (; i < n; i += width) compute(i + width <= n ? i : n - width, [](auto x, Scalar* p) { x.store(p); });
-  Scalar lanes[width];
-  troubles.store(lanes);
   FiniteWitness<Scalar> witness;
-  for (const Scalar x : lanes) witness.see(x);
+  witness.see(sum(troubles));
   return witness;
 }
 #endif
