@@ -253,7 +253,7 @@ class Run {
       look_.check();
       return observers_.look(
           time(), state_,
-          CompletedStep<S, looks>{step_.t0(), dt, time(), step_.start(), step_.plain(), look_.dense(), step_.middle()});
+          CompletedStep<S, looks>{step_.t0(), dt, time(), step_.start(), step_.plain(), look_, step_.middle()});
     } else {
       return observers_.look(time(), state_, Unseen{});
     }

@@ -13,13 +13,12 @@
 /// Either is written from the nearer end, whose time differs from t without a rounding: so it meets both ends.
 ///
 /// A scheme may be better than its interpolant: of higher order, or right where a stiff component makes of a small error a
-/// large slope. Where the run says so, a look inside is a step really done.
+/// large slope. Then a look inside is a step really done (step/look_inside.hpp).
 #pragma once
 
 #include <Eigen/Core>
 
 #include <cmath>
-#include <optional>
 #include <tuple>
 #include <type_traits>
 
@@ -50,27 +49,8 @@ class DenseOutput {
     }
   };
 
-  /// What an interpolated state is checked against.
-  struct Truth {
-    void* self = nullptr;
-    bool (*trusts)(void*) = nullptr;                ///< asked once a step, at the first look inside
-    void (*fill)(void*, Scalar, Plain&) = nullptr;  ///< fill(self, t, y(t)), where it doesn't trust
-
-    /// Asks `f.trusts()` and `f(t, y(t))`; f must outlive the step.
-    template <class F>
-    [[nodiscard]] static Truth of(F& f) {
-      return {&f, [](void* judge) { return static_cast<F*>(judge)->trusts(); },
-              [](void* judge, Scalar t, Plain& out) { (*static_cast<F*>(judge))(t, out); }};
-    }
-  };
-
   DenseOutput() {
-    for (Plain* y : {&slope0_, &slope1_, &value_})
-      for_each_block(
-          [](auto, auto& block) {
-            if constexpr (std::remove_cvref_t<decltype(block)>::SizeAtCompileTime != Eigen::Dynamic) block.setZero();
-          },
-          Blocks<S>::all(*y));
+    for (Plain* y : {&slope0_, &slope1_, &value_}) set_zero(Blocks<S>::all(*y));
   }
 
   /// The step from t0 to t0 + dt. [time] Refers to `start` and `end` until the next one begins.
@@ -87,8 +67,6 @@ class DenseOutput {
     slopes_ = slopes;
     known_ = false;
     inside_ = nullptr;
-    truth_ = {};
-    trusted_.reset();
   }
   /// The step just begun was done by this stepper: where it knows y(t0 + x dt), 0 < x < 1, that is taken in place of
   /// Hermite's interpolant. The stepper must outlive the step, and do no other meanwhile.
@@ -102,32 +80,13 @@ class DenseOutput {
     }
   }
 
-  /// From now on at(t) is checked; before, it interpolates.
-  /// @param trusted  what truth.trusts() would say, where that is known
-  void check_by(Truth truth, std::optional<bool> trusted = {}) {
-    truth_ = truth;
-    trusted_ = trusted;
-  }
-  [[nodiscard]] bool is_checked() const { return truth_.self != nullptr; }
-
+  /// Strictly between the ends.
+  [[nodiscard]] bool is_inside(Scalar t) const { return (t - t0_) / dt_ > 0 && (t1_ - t) / dt_ > 0; }
   /// The state at t; at the ends, and beyond, that of the end, bit for bit. Valid until the next call.
   [[nodiscard]] const Plain& at(Scalar t) {
     const Scalar from_start = (t - t0_) / dt_, to_end = (t1_ - t) / dt_;
     if (from_start <= 0) return *start_;
     if (to_end <= 0) return *end_;
-    if (truth_.self != nullptr) {
-      if (!trusted_) trusted_ = truth_.trusts(truth_.self);
-      if (!*trusted_) {
-        copy_blocks<S>(value_, *start_);
-        truth_.fill(truth_.self, t, value_);
-        return value_;
-      }
-    }
-    return interpolated(t);
-  }
-  /// The same without a check, strictly inside.
-  [[nodiscard]] const Plain& interpolated(Scalar t) {
-    const Scalar from_start = (t - t0_) / dt_, to_end = (t1_ - t) / dt_;
     if (inside_ != nullptr) {
       copy_blocks<S>(value_, *start_);
       inside_(self_, from_start, dt_, *start_, *end_, value_);
@@ -178,8 +137,6 @@ class DenseOutput {
   Slopes slopes_;
   const void* self_ = nullptr;
   void (*inside_)(const void*, Scalar, Scalar, const Plain&, const Plain&, Plain&) = nullptr;
-  Truth truth_;
-  std::optional<bool> trusted_;
   Plain slope0_, slope1_, value_;
   bool known_ = false;
 };
