@@ -16,12 +16,12 @@
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/stepper_facts.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/force/evaluate.hpp"
 #include "phistep/observe/dense_output.hpp"
 #include "phistep/observe/interpolant_trust.hpp"
 #include "phistep/problem/kernel.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/combination.hpp"
+#include "phistep/step/any_stepper.hpp"
 #include "phistep/step/parts_inside.hpp"
 #include "phistep/step/step_inside.hpp"
 
@@ -34,18 +34,6 @@ template <class Stepper>
   if constexpr (facts_of<Stepper>.solves_nothing) return stepper.order() <= 2;
   else return false;
 }
-/// out = y' at (t, y) by a force call: success, non_finite_force or wrong_size.
-template <State S, class Stepper>
-[[nodiscard]] Outcome slope_of(Stepper& stepper, ScalarOf<S> t, const PlainState<S>& y, PlainState<S>& out) {
-  try {
-    return stepper.slope(t, y, out) ? Outcome::success : Outcome::non_finite_force;
-  } catch (const WrongSize&) {
-    for_each_block([](auto, auto& block) { block.setConstant(std::numeric_limits<ScalarOf<S>>::quiet_NaN()); },
-                   Blocks<S>::all(out));
-    return Outcome::wrong_size;
-  }
-}
-
 /// @tparam Attempt     a StepAttempt
 /// @tparam does_steps  steps may be done inside; else states come from Hermite's interpolant
 template <class Attempt, bool does_steps>
