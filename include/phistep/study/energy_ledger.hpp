@@ -147,20 +147,11 @@ class EnergyLedger : public EnergyBooksOf<Stepper> {
   }
 
   /// For a checkpoint: the books, where they stand, and Ψ there.
-  void save(Writer& out) const {
-    out("books", books_, "end", end_, "conservative", before_.conservative, "damping", before_.damping, "external",
-        before_.external);
-  }
-  template <class Then>
-  void load(Reader& in, Then&& then) {
-    EnergyLedger read = *this;
-    in("books", read.books_, "end", read.end_);
-    read.allocate();
-    in("conservative", read.before_.conservative, "damping", read.before_.damping, "external", read.before_.external);
-    for (const Block* block : {&read.before_.F(), &read.before_.D(), &read.before_.X()})
-      in.check(block->rows() == velocity_of<S>(read.end_).rows() && block->cols() == velocity_of<S>(read.end_).cols());
-    then();
-    *this = std::move(read);
+  template <class Ar>
+  void archive(Ar& ar) {
+    ar("books", books_, "end", end_);
+    if constexpr (Ar::reading) allocate();
+    ar.in_place("conservative", before_.conservative, "damping", before_.damping, "external", before_.external);
   }
 
  private:
@@ -171,6 +162,11 @@ class EnergyLedger : public EnergyBooksOf<Stepper> {
   }
   [[nodiscard]] static Energy dot(const Block& a, const Block& b) {
     return flat(a).template cast<Energy>().dot(flat(b).template cast<Energy>());
+  }
+
+  /// aᵀF, aᵀD and aᵀX
+  [[nodiscard]] static std::array<Energy, 3> products(const Block& a, Parts& parts) {
+    return {dot(a, parts.F()), dot(a, parts.D()), dot(a, parts.X())};
   }
 
   void allocate() {
@@ -257,10 +253,11 @@ class EnergyLedger : public EnergyBooksOf<Stepper> {
     Energy timed{0};
     if constexpr (Splitter::uses.time)
       timed = ((potential_at(t1, y0) - before) + (books_.potential - potential_at(t0, y1))) / 2;
-    books_.scheme.add(books_.potential - before - timed + dot(dr_, mean_.F()));
+    const auto [F, D, X] = products(dr_, mean_);
+    books_.scheme.add(books_.potential - before - timed + F);
     books_.scheme.add(scheme);
-    books_.damping.add(dot(dr_, mean_.D()));
-    books_.external.add(dot(dr_, mean_.X()));
+    books_.damping.add(D);
+    books_.external.add(X);
     books_.external.add(timed);
     books_.solver.add(solver);
   }
@@ -282,10 +279,10 @@ class EnergyLedger : public EnergyBooksOf<Stepper> {
   }
   /// ∫ vᵀF dt, ∫ vᵀD dt and ∫ vᵀX dt
   [[nodiscard]] std::array<Energy, 3> work(Scalar t0, Scalar h, const Plain& y0, const Plain& y1) {
-    std::array<Energy, 3> integral{}, size{}, mean{};
+    std::array<Energy, 3> integral{}, size{};
     const auto add = [&](double weight, const Block& v, Parts& parts) {
       const Energy share = static_cast<Energy>(h) * static_cast<Energy>(weight);
-      const std::array power{dot(v, parts.F()), dot(v, parts.D()), dot(v, parts.X())};
+      const auto power = products(v, parts);
       for (std::size_t k = 0; k < 3; ++k) integral[k] += share * power[k], size[k] += std::abs(share * power[k]);
     };
     add(lobatto_end, velocity_of<S>(y0), before_);
@@ -299,7 +296,7 @@ class EnergyLedger : public EnergyBooksOf<Stepper> {
     }
     blend(Scalar{0.5});
     dr_ = position_of<S>(y1) - position_of<S>(y0);
-    mean = {dot(dr_, mean_.F()), dot(dr_, mean_.D()), dot(dr_, mean_.X())};
+    const auto mean = products(dr_, mean_);
     for (std::size_t k = 0; k < 3; ++k)
       if (!(std::abs(integral[k] - mean[k]) <= size[k] / 2)) integral[k] = mean[k];
     return integral;
