@@ -1,6 +1,6 @@
 #include "../examples/plummer.hpp"
 
-#include <phistep/core/simd.hpp>
+#include <phistep/simd/pack.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -36,7 +36,7 @@
 #include "phistep/schemes/extrapolation/extrapolated.hpp"
 #include "phistep/schemes/extrapolation/extrapolation.hpp"
 #include "phistep/schemes/kick_drift.hpp"
-#include "phistep/schemes/nystrom.hpp"
+#include "phistep/schemes/nystrom/nystrom.hpp"
 #include "phistep/schemes/phi.hpp"
 #include "phistep/schemes/radau/radau.hpp"
 #include "phistep/schemes/rannacher.hpp"

@@ -9,12 +9,12 @@
 #include <type_traits>
 #include <utility>
 
+#include "phistep/archive/archive.hpp"
 #include "phistep/control/control_of.hpp"
 #include "phistep/control/fixed_step.hpp"
 #include "phistep/control/run_arguments.hpp"
 #include "phistep/control/run_clock.hpp"
 #include "phistep/control/run_report.hpp"
-#include "phistep/core/archive.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/step_report.hpp"

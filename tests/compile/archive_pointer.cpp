@@ -1,5 +1,5 @@
 // expect: this type can't be archived
-#include <phistep/core/archive.hpp>
+#include <phistep/archive/archive.hpp>
 
 struct Node {
 #ifdef MUST_FAIL

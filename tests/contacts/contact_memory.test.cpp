@@ -1,8 +1,8 @@
 // The memory of contacts as bytes: what comes back, and what is refused.
+#include <phistep/archive/archive.hpp>
 #include <phistep/contacts/contact_memory.hpp>
 #include <phistep/contacts/contact_pairs.hpp>
 #include <phistep/contacts/walls.hpp>
-#include <phistep/core/archive.hpp>
 
 #include <cmath>
 #include <memory>

@@ -1,5 +1,5 @@
 // Neighbour lists: what is listed, what it costs, and when it is made anew.
-#include <phistep/core/archive.hpp>
+#include <phistep/archive/archive.hpp>
 #include <phistep/neighbors/neighbors.hpp>
 #include <phistep/state/box.hpp>
 

@@ -1,7 +1,7 @@
 // How long a check of the interpolant holds.
 #include <phistep/observe/interpolant_trust.hpp>
 //
-#include <phistep/core/archive.hpp>
+#include <phistep/archive/archive.hpp>
 
 #include <cmath>
 #include <optional>

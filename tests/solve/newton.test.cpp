@@ -96,7 +96,7 @@ TEST_CASE("where the root is zero, corrections that fall as fast as the iterate 
 
 TEST_CASE("a first correction that was right by luck doesn't end a solve") {
   // 1e-3, then 1e-10, which promises 1e-17: but what if the matrix is good for 1e-3 a time and no more?
-  using enum ConvergenceTest::Verdict;
+  using enum Judgement;
   constexpr double round_off = std::numeric_limits<double>::epsilon();
   const auto judged = [&](double last_rate, double second) {
     ConvergenceTest test({}, round_off, last_rate);
@@ -223,7 +223,7 @@ TEST_CASE("with a tolerance it stops earlier") {
 }
 
 TEST_CASE("RADAU5's tolerance for the stage equations") {
-  CHECK(ConvergenceTest::reduced(1e-6) == Approx(1e-5));
+  CHECK(solve_rtol(1e-6) == Approx(1e-5));
   CHECK(ConvergenceTest({}, 1e-16).limit() == 25);
   CHECK(ConvergenceTest({.rtol = 1e-6}, 1e-16).limit() == 7);
   CHECK(ConvergenceTest({.max_iterations = 3}, 1e-16).limit() == 3);

@@ -16,8 +16,8 @@
 #include <utility>
 #include <vector>
 
-#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/simd/update.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

@@ -26,10 +26,10 @@
 #include "phistep/contacts/contact_pairs.hpp"
 #include "phistep/contacts/contact_search.hpp"
 #include "phistep/core/scratch.hpp"
-#include "phistep/core/simd.hpp"
-#include "phistep/core/simd_math.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/simd/pack.hpp"
+#include "phistep/simd/pack_math.hpp"
 
 #ifdef _OPENMP
 #include <omp.h>

@@ -14,11 +14,11 @@
 #include <vector>
 
 #include "phistep/contacts/contact_pairs.hpp"
-#include "phistep/core/simd_math.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/neighbors/domain.hpp"
 #include "phistep/neighbors/list_builder.hpp"
 #include "phistep/neighbors/neighbor_list.hpp"
+#include "phistep/simd/pack_math.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

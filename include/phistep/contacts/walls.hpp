@@ -28,13 +28,13 @@
 #include "phistep/contacts/contact_memory.hpp"
 #include "phistep/contacts/contact_pairs.hpp"
 #include "phistep/contacts/contact_tangent.hpp"
-#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/scratch.hpp"
-#include "phistep/core/simd.hpp"
-#include "phistep/core/simd_math.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/force/sum.hpp"
+#include "phistep/simd/pack.hpp"
+#include "phistep/simd/pack_math.hpp"
+#include "phistep/simd/update.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

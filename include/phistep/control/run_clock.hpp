@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "phistep/archive/archive.hpp"
 #include "phistep/control/fixed_step.hpp"
-#include "phistep/core/archive.hpp"
 #include "phistep/core/version.hpp"
 
 namespace phistep::inline PHISTEP_ABI {

@@ -41,6 +41,11 @@ struct Statistics {
     for_each(a, [&b](const char*, auto count, std::int64_t& value) { value += b.*count; });
     return a;
   }
+  /// Each count the larger of two.
+  [[nodiscard]] friend constexpr Statistics largest_of(Statistics a, const Statistics& b) {
+    for_each(a, [&b](const char*, auto count, std::int64_t& value) { value = value < b.*count ? b.*count : value; });
+    return a;
+  }
   friend constexpr bool operator==(const Statistics&, const Statistics&) = default;
 
   void archive(auto& ar) {

@@ -12,8 +12,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/core/archive.hpp"
-#include "phistep/core/arithmetic.hpp"
+#include "phistep/archive/archive.hpp"
 #include "phistep/core/assignable.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/structure.hpp"
@@ -23,6 +22,7 @@
 #include "phistep/force/evaluate.hpp"
 #include "phistep/force/signature.hpp"
 #include "phistep/linear/mass.hpp"
+#include "phistep/simd/update.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/parts.hpp"
 #include "phistep/state/unknowns.hpp"

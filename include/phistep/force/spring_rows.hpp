@@ -17,10 +17,10 @@
 #include <utility>
 #include <vector>
 
-#include "phistep/core/simd.hpp"
-#include "phistep/core/simd_math.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/force/spring_layout.hpp"
+#include "phistep/simd/pack.hpp"
+#include "phistep/simd/pack_math.hpp"
 
 #ifdef _OPENMP
 #include <omp.h>

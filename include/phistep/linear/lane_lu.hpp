@@ -16,8 +16,8 @@
 #include <vector>
 
 #include "phistep/core/arithmetic.hpp"
-#include "phistep/core/simd.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/simd/pack.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

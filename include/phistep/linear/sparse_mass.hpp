@@ -10,10 +10,10 @@
 #include <string>
 #include <utility>
 
-#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/linear/mass.hpp"
+#include "phistep/simd/update.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

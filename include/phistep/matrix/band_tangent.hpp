@@ -11,6 +11,7 @@
 
 #include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/simd/update.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

@@ -26,6 +26,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/linear/dense_solver.hpp"
 #include "phistep/matrix/choice.hpp"
+#include "phistep/simd/update.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

@@ -23,6 +23,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/matrix/choice.hpp"
 #include "phistep/matrix/dense_system.hpp"
+#include "phistep/simd/update.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

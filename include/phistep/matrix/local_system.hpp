@@ -13,7 +13,6 @@
 #include <type_traits>
 #include <vector>
 
-#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/structure.hpp"
@@ -21,6 +20,7 @@
 #include "phistep/linear/dense_lu.hpp"
 #include "phistep/matrix/choice.hpp"
 #include "phistep/matrix/dense_system.hpp"
+#include "phistep/simd/update.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

@@ -13,9 +13,9 @@
 #include <type_traits>
 #include <vector>
 
-#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/matrix/dense_system.hpp"
+#include "phistep/simd/update.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

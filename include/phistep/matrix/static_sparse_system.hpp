@@ -15,7 +15,6 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/structure.hpp"
@@ -23,6 +22,7 @@
 #include "phistep/linear/static_sparse_lu.hpp"
 #include "phistep/matrix/choice.hpp"
 #include "phistep/matrix/dense_system.hpp"
+#include "phistep/simd/update.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

@@ -11,12 +11,12 @@
 #include <vector>
 
 #include "phistep/core/relay.hpp"
-#include "phistep/core/simd.hpp"
-#include "phistep/core/simd_math.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/neighbors/cell_order.hpp"
 #include "phistep/neighbors/domain.hpp"
 #include "phistep/neighbors/neighbor_list.hpp"
+#include "phistep/simd/pack.hpp"
+#include "phistep/simd/pack_math.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

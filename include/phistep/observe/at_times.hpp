@@ -16,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-#include "phistep/core/archive.hpp"
+#include "phistep/archive/archive.hpp"
 #include "phistep/core/arithmetic.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/version.hpp"

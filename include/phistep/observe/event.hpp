@@ -19,7 +19,7 @@
 #include <utility>
 #include <vector>
 
-#include "phistep/core/archive.hpp"
+#include "phistep/archive/archive.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/observe/goes_on.hpp"
 #include "phistep/observe/root.hpp"

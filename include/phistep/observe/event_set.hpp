@@ -28,7 +28,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/core/archive.hpp"
+#include "phistep/archive/archive.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/observe/completed_step.hpp"

@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "phistep/core/archive.hpp"
+#include "phistep/archive/archive.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/observe/goes_on.hpp"
 #include "phistep/state/parts.hpp"

@@ -7,7 +7,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/core/archive.hpp"
+#include "phistep/archive/archive.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/observe/event.hpp"
 #include "phistep/observe/event_set.hpp"

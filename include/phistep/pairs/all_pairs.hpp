@@ -15,13 +15,13 @@
 #include <utility>
 #include <vector>
 
-#include "phistep/core/dual.hpp"
-#include "phistep/core/simd_math.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/force/sum.hpp"
 #include "phistep/linear/mass.hpp"
 #include "phistep/pairs/pair_tournament.hpp"
+#include "phistep/simd/dual.hpp"
+#include "phistep/simd/pack_math.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

@@ -21,8 +21,8 @@
 #include <utility>
 #include <vector>
 
-#include "phistep/core/simd_math.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/simd/pack_math.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

@@ -16,9 +16,9 @@
 #include <vector>
 
 #include "phistep/core/relay.hpp"
-#include "phistep/core/simd.hpp"
-#include "phistep/core/simd_math.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/simd/pack.hpp"
+#include "phistep/simd/pack_math.hpp"
 
 namespace phistep::inline PHISTEP_ABI::detail {
 

@@ -20,10 +20,7 @@
 #include <vector>
 
 #include "phistep/core/arithmetic.hpp"
-#include "phistep/core/dual.hpp"
 #include "phistep/core/scratch.hpp"
-#include "phistep/core/simd.hpp"
-#include "phistep/core/simd_math.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/force/signature.hpp"
@@ -31,6 +28,9 @@
 #include "phistep/neighbors/neighbors.hpp"
 #include "phistep/neighbors/places.hpp"
 #include "phistep/pairs/pair_laws.hpp"
+#include "phistep/simd/dual.hpp"
+#include "phistep/simd/pack.hpp"
+#include "phistep/simd/pack_math.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

@@ -11,8 +11,8 @@
 #include <tuple>
 #include <type_traits>
 
-#include "phistep/core/fingerprint.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/simd/fingerprint.hpp"
 #include "phistep/state/blocks.hpp"
 
 namespace phistep::inline PHISTEP_ABI {

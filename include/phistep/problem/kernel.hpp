@@ -15,37 +15,17 @@
 ///
 /// A traced step (control/trace.hpp) also leaves its slopes in the trace: forward begins with start = y'(t), known from the
 /// step before or by a force call, and resolve ends with end = (next − b)/γ, the slope at its end.
-///
-/// A scheme is a text over them: `SchemeOn<Scheme, S>`, the scheme on states of type S, with
-///
-///     template <class Rhs> static constexpr KernelNeeds needs;   what it asks of the kernel
-///     SchemeOn(scheme, y)                                             y gives the sizes of what it keeps
-///     int order() const;
-///     Outcome step(kernel, step);                                fills step.next, leaves step.y; where `step` is
-///                                                                traced, also the trace: its slopes and its error
-///     static constexpr bool traces;                              it takes traced steps
-///     bool estimates(trace);                                     … with an estimate of the error, given this past
-///     int error_order() const;                                   … which goes as this power of Δt
-///                                                                (or step() judges it, and sets trace.proposed)
-///     static constexpr bool interpolates;                        it knows the solution inside the step just accepted:
-///     interpolate(x, dt, y0, y1, out) const;                     out = y(t + x dt), 0 < x < 1
-///     static constexpr std::array<double, 2> doubtful_at;        two x where that is worst, to be checked by real steps
-///
-/// and what it inherits from SchemeDefaults, where it keeps nothing from step to step.
 #pragma once
 
-#include <array>
 #include <type_traits>
 #include <utility>
 
+#include "phistep/archive/archive.hpp"
 #include "phistep/control/trace.hpp"
-#include "phistep/core/archive.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/step_report.hpp"
-#include "phistep/core/stepper_facts.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/equation/right_hand_side.hpp"
-#include "phistep/matrix/dense_system.hpp"
 #include "phistep/problem/transaction.hpp"
 #include "phistep/solve/linear_stages.hpp"
 #include "phistep/solve/resolvent.hpp"
@@ -66,27 +46,6 @@ struct KernelNeeds {
 /// Whether Ψ(t+Δt) could be kept at all: a force with a history may have changed it by then, a look-up isn't worth it.
 template <class Rhs>
 inline constexpr bool can_carry = !Rhs::has_history && !Rhs::Traits::is_lookup;
-
-/// A scheme on states of type S, each in a header of its own (phistep.hpp includes all).
-template <class Scheme, State S>
-class SchemeOn {
-  static_assert(!sizeof(Scheme), "phistep: this is no scheme, or the header that defines it is not included");
-};
-
-/// Of a scheme that keeps nothing from step to step.
-struct SchemeDefaults {
-  /// How far a row has come since its start: part of a checkpoint.
-  struct Progress {};
-  [[nodiscard]] static Progress progress() { return {}; }
-  static void resume(Progress) {}
-  static void resize(const auto& /*y*/) {}
-  static void archive(auto& /*ar*/) {}
-  static void forget() {}    ///< nothing carried from step to step may be trusted
-  static void reset() {}     ///< the next step is the first
-  static void accepted() {}  ///< the step just advanced has become the state
-  static constexpr bool traces = false, interpolates = false;
-  static constexpr std::array<double, 2> doubtful_at = usually_doubtful;
-};
 
 template <class Solver>
 inline constexpr bool is_linearly_implicit = false;
@@ -213,7 +172,8 @@ class Kernel {
   void carry(Step& step, const Gamma<Scalar>& gamma) {
     if constexpr (carries && !Step::is_traced) {
       // Where the last resolve solved nothing, psi holds Ψ already.
-      if (Rhs::couples_unknowns || gamma.drift != 0) resolvent_.recover(rhs_, gamma.force, step.psi);
+      if (Rhs::couples_unknowns || gamma.drift != 0)
+        recover_force<S>(rhs_, resolvent_.increment(), gamma.force, step.psi);
       step.psi_next_known = true;
     }
   }
@@ -252,7 +212,7 @@ class Kernel {
     else return Outcome::success;
   }
   /// next.solved += factor·(next − b) of the last resolve
-  void add_increment(Data& step, Scalar factor) const { resolvent_.add_increment(factor, step.next); }
+  void add_increment(Data& step, Scalar factor) const { add_unknowns<S>(step.next, factor, resolvent_.increment()); }
 
   /// How well a solve has to be done; empty: as the solver's options say.
   template <class Step>

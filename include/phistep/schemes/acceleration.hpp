@@ -7,9 +7,9 @@
 #include <tuple>
 #include <type_traits>
 
-#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/linear/mass.hpp"
+#include "phistep/simd/update.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
 

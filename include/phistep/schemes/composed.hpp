@@ -23,7 +23,7 @@
 #include "phistep/core/phi.hpp"
 #include "phistep/core/scheme_facts.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/problem/kernel.hpp"
+#include "phistep/schemes/scheme_on.hpp"
 #include "phistep/schemes/symmetric_coefficients.hpp"
 #include "phistep/schemes/velocity_verlet.hpp"
 #include "phistep/state/blocks.hpp"

@@ -18,13 +18,13 @@
 #include <tuple>
 #include <type_traits>
 
-#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/scheme_facts.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/problem/kernel.hpp"
 #include "phistep/schemes/acceleration.hpp"
+#include "phistep/schemes/scheme_on.hpp"
 #include "phistep/schemes/symmetric_coefficients.hpp"
+#include "phistep/simd/update.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
 

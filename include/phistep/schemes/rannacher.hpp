@@ -10,9 +10,8 @@
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/phi.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/matrix/dense_system.hpp"
-#include "phistep/problem/kernel.hpp"
 #include "phistep/schemes/phi.hpp"
+#include "phistep/schemes/scheme_on.hpp"
 #include "phistep/state/blocks.hpp"
 
 namespace phistep::inline PHISTEP_ABI {

@@ -17,8 +17,8 @@
 
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/problem/kernel.hpp"
 #include "phistep/schemes/rodas.hpp"
+#include "phistep/schemes/scheme_on.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/combination.hpp"
 #include "phistep/state/unknowns.hpp"

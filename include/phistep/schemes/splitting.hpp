@@ -19,14 +19,14 @@
 #include <tuple>
 #include <type_traits>
 
-#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/equation/right_hand_side.hpp"
 #include "phistep/problem/edit_guard.hpp"
-#include "phistep/problem/kernel.hpp"
 #include "phistep/problem/transaction.hpp"
+#include "phistep/schemes/scheme_on.hpp"
+#include "phistep/simd/update.hpp"
 #include "phistep/state/blocks.hpp"
 
 namespace phistep::inline PHISTEP_ABI {

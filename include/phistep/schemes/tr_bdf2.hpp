@@ -22,8 +22,8 @@
 #include "phistep/core/phi.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/matrix/dense_system.hpp"
-#include "phistep/problem/kernel.hpp"
 #include "phistep/schemes/error_estimate.hpp"
+#include "phistep/schemes/scheme_on.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/combination.hpp"
 

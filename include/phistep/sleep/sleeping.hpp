@@ -33,14 +33,14 @@
 #include <utility>
 #include <vector>
 
-#include "phistep/core/archive.hpp"
-#include "phistep/core/fingerprint.hpp"
+#include "phistep/archive/archive.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/pairs/acting_pairs.hpp"
 #include "phistep/problem/edit_guard.hpp"
 #include "phistep/problem/transaction.hpp"
+#include "phistep/simd/fingerprint.hpp"
 #include "phistep/sleep/sleep_report.hpp"
 #include "phistep/state/particles.hpp"
 #include "phistep/state/parts.hpp"

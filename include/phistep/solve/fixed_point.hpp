@@ -23,7 +23,7 @@
 
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/solve/newton.hpp"
+#include "phistep/solve/convergence.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -48,50 +48,41 @@ struct FixedPoint {
   return {options};
 }
 
-/// Judges one solve by the sizes of its residuals f_k.
+/// The judge of one solve by the sizes of its residuals f_k.
 class FixedPointTest {
  public:
-  enum class Verdict { go_on, converged, diverged, stalled };
-
   /// @param target  of a controlled run, in whose norm sizes then are; 0: the options rule
   FixedPointTest(const FixedPointOptions& options, double round_off, double target = 0)
-      : round_off_{round_off}, patience_{options.depth == 0 ? 3 : options.depth + 5} {
-    if (options.rtol > 0) {
-      const double rtol = ConvergenceTest::reduced(options.rtol);
-      target_ = std::max(10 * round_off / rtol, std::min(0.03, std::sqrt(rtol)));
-    }
-    if (target > 0) target_ = target;
-    limit_ = options.max_iterations > 0 ? options.max_iterations : target_ > 0 ? 25 : 200;
-  }
+      : round_off_{round_off},
+        target_{target > 0 ? target : solve_target(options.rtol, round_off)},
+        patience_{options.depth == 0 ? 3 : options.depth + 5},
+        limit_{options.max_iterations > 0 ? options.max_iterations
+               : target_ > 0              ? 25
+                                          : 200} {}
 
   /// @param stretches  the solve will end at w_k, not at its image: f_k itself has to be small
-  [[nodiscard]] Verdict judge(int iteration, const Correction& size, bool stretches = false) {
+  [[nodiscard]] Judgement judge(int iteration, const Correction& size, bool stretches = false) {
     // Y may pass through zero on its way: progress is measured beside all that stands still, too.
-    const double now = size.resolution, rate = previous_ > 0 ? now / previous_ : 1;
+    const double now = size.resolution, theta = previous_ > 0 ? now / previous_ : 1;
     // Acceleration makes lucky strikes: the slower of two successive rates counts.
-    const double slower = std::max(rate, patience_ > 3 ? last_rate_ : rate);
+    const double slower = std::max(theta, patience_ > 3 ? last_rate_ : theta);
     previous_ = now;
-    last_rate_ = rate;
-    if (now == 0) return Verdict::converged;
-    if (slower < 1) {
-      const double left = std::max(slower / (1 - slower), stretches ? 1.0 : 0.0) * size.relative;
-      if (left <= (target_ > 0 ? target_ : round_off_)) return Verdict::converged;
-    }
+    last_rate_ = theta;
+    if (now == 0) return Judgement::converged;
+    const double left = std::max(error_left(slower, size.relative), stretches ? size.relative : 0.0);
+    if (left <= (target_ > 0 ? target_ : round_off_)) return Judgement::converged;
     if (now < best_) {
       best_ = now;
       without_progress_ = 0;
-    } else if (++without_progress_ >= (is_at_plateau(now) ? 2 : patience_)) {
-      // What no longer falls, and is this small, is rounding in Ψ.
-      if (is_at_plateau(now)) return Verdict::converged;
-      return now > 1.01 * best_ ? Verdict::diverged : Verdict::stalled;  // a cycle keeps its size
+    } else if (++without_progress_ >= (may_be_rounding(now, round_off_) ? 2 : patience_)) {
+      if (may_be_rounding(now, round_off_)) return Judgement::converged;
+      return now > 1.01 * best_ ? Judgement::growing : Judgement::slow;  // a cycle keeps its size
     }
-    return iteration >= limit_ ? Verdict::stalled : Verdict::go_on;
+    return iteration >= limit_ ? Judgement::slow : Judgement::go_on;
   }
 
  private:
-  [[nodiscard]] bool is_at_plateau(double size) const { return size * size * size <= round_off_ * round_off_; }
-
-  double round_off_, target_ = 0, previous_ = 0, last_rate_ = 1, best_ = std::numeric_limits<double>::infinity();
+  double round_off_, target_, previous_ = 0, last_rate_ = 1, best_ = std::numeric_limits<double>::infinity();
   int patience_, limit_, without_progress_ = 0;
 };
 

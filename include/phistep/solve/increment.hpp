@@ -16,13 +16,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
 #include <type_traits>
 #include <utility>
 
 #include "phistep/core/arithmetic.hpp"
+#include "phistep/core/implicit_solver.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/solve/newton.hpp"
+#include "phistep/solve/convergence.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
 
@@ -31,16 +31,39 @@ namespace phistep::inline PHISTEP_ABI {
 /// Ψ(t, Y) = M w/γ_f of a resolve with the increment w: known without a force call.
 template <State S>
 void recover_force(const auto& rhs, const auto& w, ScalarOf<S> gamma_force, RateOf<S>& psi) {
-  Index at = 0;
-  for_each_block(
-      [&](auto, auto& block, const auto& mass) {
+  for_each_part(
+      [&](Index at, auto& block, const auto& mass) {
         auto rate = flat(block);
         rate.setZero();
         mass.subtract_product(part(w, at, block), rate);
         rate *= ScalarOf<S>{-1} / gamma_force;
-        at += block.size();
       },
       RateOf<S>::blocks(psi), rhs.masses());
+}
+
+/// √(1/n Σ (x_i w_i)²) of n unknowns, in a controlled run's weights.
+template <State S>
+[[nodiscard]] double rms_of_unknowns(const auto& x, const PlainState<S>& weight) {
+  ScalarOf<S> sum{0};
+  for_each_solved<S>([&](Index at, const auto& w) { sum += flat(w).cwiseProduct(part(x, at, w)).squaredNorm(); },
+                     weight);
+  return std::sqrt(static_cast<double>(sum) / std::max(1.0, static_cast<double>(x.size())));
+}
+/// … in those of a solver with a tolerance of its own, 1/(atol + rtol max(|Y|, |b|)).
+template <State S>
+[[nodiscard]] double rms_of_unknowns(const auto& x, const PlainState<S>& Y, const auto& base, const auto& options) {
+  const double rtol = solve_rtol(options.rtol), atol = rtol * options.atol / options.rtol;
+  double sum = 0;
+  for_each_solved<S>(
+      [&](Index at, const auto& y) {
+        for (Index i = 0; i < y.size(); ++i) {
+          const double size = static_cast<double>(std::max(std::abs(y.data()[i]), std::abs(base[at + i])));
+          const double of = static_cast<double>(x[at + i]);
+          if (of != 0) sum += std::pow(of / at_least_normal<ScalarOf<S>>(atol + rtol * size), 2);
+        }
+      },
+      Y);
+  return std::sqrt(sum / std::max(1.0, static_cast<double>(x.size())));
 }
 
 template <State S>
@@ -51,33 +74,29 @@ class Increment {
   using Unknown = Eigen::Matrix<Scalar, static_unknowns<S>, 1>;
   static constexpr bool drifts = Blocks<S>::drifts;
 
+  Unknown base;   ///< b
+  Unknown w;      ///< Y − b
+  Unknown delta;  ///< the residual before the linear solve, the correction after it
+
   void resize(const Plain& y) {
-    for (Unknown* x : {&base_, &w_, &delta_, &last_move_}) x->setZero(unknowns<S>(y));
-    if constexpr (!in_one_piece) gathered_ = base_;
+    for (Unknown* x : {&base, &w, &delta, &last_move_}) x->setZero(unknowns<S>(y));
+    if constexpr (!in_one_piece) gathered_ = base;
     if constexpr (drifts) base_r_ = flat(position_of<S>(y));
   }
 
   /// b, and γ_d of a motion, whose r is b.r + γ_d v.
   void begin(const Plain& b, Scalar gamma_drift) {
-    take_unknowns<S>(base_, b);
+    take_unknowns<S>(base, b);
     if constexpr (drifts) base_r_ = flat(position_of<S>(b));
     gamma_drift_ = gamma_drift;
   }
-  [[nodiscard]] const Unknown& base() const { return base_; }
-  [[nodiscard]] const Unknown& w() const { return w_; }
-  /// The residual before the linear solve, the correction after it.
-  [[nodiscard]] Unknown& delta() { return delta_; }
-  [[nodiscard]] const Unknown& delta() const { return delta_; }
 
   /// Y.solved = guess.solved; r follows from v.
   void start(Plain& Y, const Plain& guess) {
     auto x = iterate(Y);
     take_unknowns<S>(x, guess);
-    w_ = x - base_;
-    if constexpr (drifts) {
-      auto r = flat(position_of<S>(Y));
-      r = base_r_ + gamma_drift_ * x.head(r.size());
-    }
+    w = x - base;
+    drift(x, Y);
     put(Y);
   }
   /// The same with Y.r = guess.r, v following from r.
@@ -87,24 +106,31 @@ class Increment {
     take_unknowns<S>(x, guess);
     r = flat(position_of<S>(guess));
     x.head(r.size()) = (r - base_r_) / gamma_drift_;
-    w_ = x - base_;
+    w = x - base;
     put(Y);
   }
 
+  /// Y = b + w for this w.
+  void place(Plain& Y) {
+    auto x = iterate(Y);
+    x = base + w;
+    drift(x, Y);
+    put(Y);
+  }
   /// Y ← Y + δ by the rule in the file's head.
   void move(Plain& Y) {
-    last_move_ = delta_;
+    last_move_ = delta;
     apply(Y);
   }
   /// Y ← Y + δ as it stands: the only correction there is.
   void move_once(Plain& Y, bool at_position) {
     auto x = iterate(Y);
-    w_ += delta_;
-    x += delta_;
+    w += delta;
+    x += delta;
     if constexpr (drifts) {
       auto r = flat(position_of<S>(Y));
-      if (at_position) r += gamma_drift_ * delta_.head(r.size());
-      else r = base_r_ + gamma_drift_ * x.head(r.size());
+      if (at_position) r += gamma_drift_ * delta.head(r.size());
+      else drift(x, Y);
     }
     put(Y);
   }
@@ -114,28 +140,36 @@ class Increment {
     undo(Y);
   }
   void undo(Plain& Y) {
-    delta_ = -last_move_;
+    delta = -last_move_;
     apply(Y);
   }
 
-  /// @param drift_share  the system's ‖γ_f γ_d K‖ / ‖W‖
+  /// Of the last move. @param drift_share  the system's ‖γ_f γ_d K‖ / ‖W‖
   [[nodiscard]] Correction size(const Plain& Y, double drift_share, const NewtonOptions& options) const {
-    if (options.rtol > 0) return weighted_size(Y, options);
+    if (options.rtol > 0) {
+      const double norm = rms_of_unknowns<S>(last_move_, Y, base, options);
+      return {norm, norm, largest(last_move_)};
+    }
     // Rounding of r reaches δ through K alone: all of it where springs are stiff, nothing where there are none.
     double rounding = drift_size(Y, drift_share);
     Correction worst;
     for_each_solved<S>(
         [&](Index at, const auto& y) {
-          const double delta = largest(part(last_move_, at, y)), size = largest(y);
-          const double resolution = std::max(std::max(size, largest(part(base_, at, y))), std::exchange(rounding, 0));
-          worst.absolute = std::max(worst.absolute, delta);
-          if (delta > 0) {
-            worst.relative = std::max(worst.relative, relative_size<Scalar>(delta, size));
-            worst.resolution = std::max(worst.resolution, relative_size<Scalar>(delta, resolution));
+          const double of = largest(part(last_move_, at, y)), size = largest(y);
+          const double resolution = std::max(std::max(size, largest(part(base, at, y))), std::exchange(rounding, 0));
+          worst.absolute = std::max(worst.absolute, of);
+          if (of > 0) {
+            worst.relative = std::max(worst.relative, relative_size<Scalar>(of, size));
+            worst.resolution = std::max(worst.resolution, relative_size<Scalar>(of, resolution));
           }
         },
         Y);
     return worst;
+  }
+  /// The same in the norm of a controlled run. @param weight  its solved blocks count
+  [[nodiscard]] Correction size(const Plain& weight) const {
+    const double norm = rms_of_unknowns<S>(last_move_, weight);
+    return {norm, norm, norm};
   }
   /// ‖r‖/γ_d times the share of it that the solve sees, 0 where nothing drifts.
   [[nodiscard]] double drift_size(const Plain& Y, double drift_share) const {
@@ -143,20 +177,6 @@ class Increment {
       if (gamma_drift_ != Scalar{0})
         return drift_share * largest(position_of<S>(Y)) / std::abs(static_cast<double>(gamma_drift_));
     return 0;
-  }
-
-  /// The same in the norm of a controlled run. @param weight  its solved blocks count
-  [[nodiscard]] Correction weighted_size(const Plain& weight) const {
-    Scalar sum{0};
-    for_each_solved<S>(
-        [&](Index at, const auto& w) { sum += flat(w).cwiseProduct(part(last_move_, at, w)).squaredNorm(); }, weight);
-    const double norm = std::sqrt(static_cast<double>(sum) / std::max(1.0, static_cast<double>(last_move_.size())));
-    return {norm, norm, norm};
-  }
-
-  /// out.solved += factor·w
-  void add_to(Plain& out, Scalar factor) const {
-    for_each_solved<S>([&](Index at, auto& y) { flat(y) += factor * part(w_, at, y); }, out);
   }
 
  private:
@@ -169,20 +189,27 @@ class Increment {
   void put(Plain& Y) const {
     if constexpr (!in_one_piece) put_unknowns<S>(gathered_, Y);
   }
+  /// r = b.r + γ_d v
+  void drift(const auto& x, Plain& Y) const {
+    if constexpr (drifts) {
+      auto r = flat(position_of<S>(Y));
+      r = base_r_ + gamma_drift_ * x.head(r.size());
+    }
+  }
 
   void apply(Plain& Y) {
     auto x = iterate(Y);
-    w_ += delta_;
+    w += delta;
     for (Index i = 0; i < x.size(); ++i) {
-      const Scalar sum = base_[i] + w_[i];
-      x[i] = std::abs(sum) < std::abs(base_[i]) / 2 ? x[i] + delta_[i] : sum;
+      const Scalar sum = base[i] + w[i];
+      x[i] = std::abs(sum) < std::abs(base[i]) / 2 ? x[i] + delta[i] : sum;
     }
     if constexpr (drifts) {
       auto r = flat(position_of<S>(Y));
       for (Index i = 0; i < r.size(); ++i) {
         const Scalar sum = base_r_[i] + gamma_drift_ * x[i];
         if (std::abs(sum) < std::abs(base_r_[i]) / 2) {
-          r[i] += gamma_drift_ * delta_[i];
+          r[i] += gamma_drift_ * delta[i];
           x[i] = (r[i] - base_r_[i]) / gamma_drift_;  // no digits lost here: r is small beside its base
         } else {
           r[i] = sum;
@@ -192,25 +219,9 @@ class Increment {
     put(Y);
   }
 
-  [[nodiscard]] Correction weighted_size(const Plain& Y, const NewtonOptions& options) const {
-    const double rtol = ConvergenceTest::reduced(options.rtol), atol = rtol * options.atol / options.rtol;
-    double sum = 0;
-    for_each_solved<S>(
-        [&](Index at, const auto& y) {
-          for (Index i = 0; i < y.size(); ++i) {
-            const double size = static_cast<double>(std::max(std::abs(y.data()[i]), std::abs(base_[at + i])));
-            const double delta = static_cast<double>(last_move_[at + i]);
-            if (delta != 0) sum += std::pow(delta / at_least_normal<Scalar>(atol + rtol * size), 2);
-          }
-        },
-        Y);
-    const double norm = std::sqrt(sum / std::max(1.0, static_cast<double>(last_move_.size())));
-    return {norm, norm, largest(last_move_)};
-  }
-
   struct Nothing {};
   using Position = Eigen::Matrix<Scalar, decltype(flat(position_of<S>(std::declval<Plain&>())))::SizeAtCompileTime, 1>;
-  Unknown base_, w_, delta_, last_move_;
+  Unknown last_move_;
   [[no_unique_address]] std::conditional_t<drifts, Position, Nothing> base_r_;
   [[no_unique_address]] std::conditional_t<in_one_piece, Nothing, Unknown> gathered_;
   Scalar gamma_drift_{};

@@ -10,8 +10,7 @@
 #include <string>
 #include <type_traits>
 
-#include "phistep/core/archive.hpp"
-#include "phistep/core/arithmetic.hpp"
+#include "phistep/archive/archive.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/structure.hpp"
@@ -24,6 +23,7 @@
 #include "phistep/matrix/local_system.hpp"
 #include "phistep/matrix/network_system.hpp"
 #include "phistep/matrix/static_sparse_system.hpp"
+#include "phistep/simd/update.hpp"
 #include "phistep/solve/difference_tangent.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"

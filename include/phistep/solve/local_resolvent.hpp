@@ -136,7 +136,7 @@ class LocalResolvent {
     Outcome outcome = Outcome::success;
     for (Index at = 0; at < increment_.size() && outcome == Outcome::success; at += dim) {
       if constexpr (each_has_its_mass) one_rhs.rebind(std::tuple{mass_of_particle<dim>(std::get<0>(rhs.masses()), at)});
-      One y, from, moved, weight;
+      One y, from, weight;
       if (allowed.target > 0) read(*allowed.weight, at, weight);
       typename Blocks<One>::Rate rate;
       read(Y, at, y);
@@ -152,25 +152,14 @@ class LocalResolvent {
       write(y, at, Y);
       for_each_block([at](auto, const auto& one, auto& all) { flat(all).template segment<dim>(at) = one; },
                      Blocks<One>::Rate::blocks(rate), Rate::blocks(psi));
-      solved_part(moved).setZero();
-      newton_.add_increment(Scalar{1}, moved);
-      increment_.template segment<dim>(at) = solved_part(moved);
+      increment_.template segment<dim>(at) = newton_.increment();
 
       rhs.statistics().active_iterations += spent.iterations;
-      most.force_calls = std::max(most.force_calls, spent.force_calls);
-      most.jacobians = std::max(most.jacobians, spent.jacobians);
-      most.factorizations = std::max(most.factorizations, spent.factorizations);
-      most.solves = std::max(most.solves, spent.solves);
-      most.iterations = std::max(most.iterations, spent.iterations);
+      most = largest_of(most, spent);
       if (outcome != Outcome::success) history.particle = at / dim;
       if (story_.iterations > hardest_.iterations || outcome != Outcome::success) hardest_ = story_;
     }
-    Statistics& all = rhs.statistics();
-    all.force_calls += most.force_calls;
-    all.jacobians += most.jacobians;
-    all.factorizations += most.factorizations;
-    all.solves += most.solves;
-    all.iterations += most.iterations;
+    rhs.statistics() = rhs.statistics() + most;
     for (int k = 0; k < hardest_.iterations; ++k)
       history.record(hardest_.increments[std::min(static_cast<std::size_t>(k), Failure::history_length - 1)]);
     return outcome;
@@ -182,14 +171,8 @@ class LocalResolvent {
   [[nodiscard]] static bool keeps_factors() { return true; }
   [[nodiscard]] static const char* solver_name() { return "particle by particle"; }
 
-  /// out.solved += factor·(Y − b) with the last resolve's increment.
-  void add_increment(Scalar factor, Plain& out) const {
-    for_each_solved<S>([&](Index at, auto& y) { flat(y) += factor * part(increment_, at, y); }, out);
-  }
-  /// Ψ(t, Y) of the last resolve, without a force call.
-  void recover(const Rhs& rhs, Scalar gamma_force, Rate& psi) const {
-    recover_force<S>(rhs, increment_, gamma_force, psi);
-  }
+  /// Y − b of the last resolve.
+  [[nodiscard]] const auto& increment() const { return increment_; }
 
  private:
   [[nodiscard]] static OneRhs bind(Rhs& rhs) {
@@ -200,7 +183,7 @@ class LocalResolvent {
   }
   [[nodiscard]] static One at_rest() {
     One one;
-    for_each_block([](auto, auto& block) { block.setZero(); }, Blocks<One>::all(one));
+    set_zero(Blocks<One>::all(one));
     return one;
   }
   static void read(const Plain& all, Index at, One& one) {
@@ -211,7 +194,6 @@ class LocalResolvent {
     for_each_block([at](auto, const auto& from, auto& to) { flat(to).template segment<dim>(at) = from; },
                    Blocks<One>::all(one), Blocks<S>::all(all));
   }
-  [[nodiscard]] static Vector& solved_part(One& one) { return std::get<0>(Blocks<One>::solved(one)); }
 
   Own newton_;
   std::vector<Pace> paces_;

@@ -21,9 +21,11 @@
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/equation/right_hand_side.hpp"
+#include "phistep/simd/update.hpp"
 #include "phistep/solve/increment.hpp"
 #include "phistep/solve/linearisation.hpp"
 #include "phistep/solve/newton.hpp"
+#include "phistep/solve/residual.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
 
@@ -99,7 +101,7 @@ class NewtonResolvent {
     // CVODE's bound.
     const bool is_tolerant = !affine && (options_.rtol > 0 || allowed.target > 0);
     matrix_.begin(gamma, is_tolerant ? Scalar{3} / 10 : static_cast<Scalar>(std::sqrt(round_off)));
-    Equation equation{*this, rhs, gamma, t, Y, guess, psi, psi_known, allowed};
+    Equation equation{*this, rhs, gamma, t, Y, guess, psi, allowed, {rhs, gamma, t, psi, psi_known, increment_}};
     const Outcome outcome = solve(equation, history);
     if (outcome == Outcome::singular_matrix) history.particle = matrix_.singular_particle();
     return outcome;
@@ -107,29 +109,20 @@ class NewtonResolvent {
 
   /// e.solved ← W⁻¹ M e.solved, with the last resolve's matrix.
   [[nodiscard]] Outcome filter(Rhs& rhs, Plain& e) {
-    auto& x = increment_.delta();
+    auto& x = increment_.delta;
     x.setZero();
-    for_each_block(
-        [&, at = Index{0}](auto, const auto& block, const auto& mass) mutable {
-          mass.subtract_product(flat(block), part(x, at, block));
-          at += block.size();
-        },
-        Blocks<S>::solved(std::as_const(e)), rhs.masses());
+    for_each_part([&x](Index at, const auto& block,
+                       const auto& mass) { mass.subtract_product(-flat(block), part(x, at, block)); },
+                  Blocks<S>::solved(std::as_const(e)), rhs.masses());
     NewtonOptions roughly = options_;
     roughly.linear_rtol = 0.05;
-    if (const Outcome outcome = matrix_.solve(x, roughly, rhs.statistics()); outcome != Outcome::success)
-      return outcome;
-    for_each_solved<S>([&x](Index at, auto& block) { flat(block) = -part(x, at, block); }, e);
+    if (const Outcome bad = matrix_.solve(x, roughly, rhs.statistics()); failed(bad)) return bad;
+    put_unknowns<S>(x, e);
     return Outcome::success;
   }
 
-  /// out.solved += factor·(Y − b) with the last resolve's increment.
-  void add_increment(Scalar factor, Plain& out) const { increment_.add_to(out, factor); }
-
-  /// Ψ(t, Y) of the last resolve, without a force call.
-  void recover(const Rhs& rhs, Scalar gamma_force, Rate& psi) const {
-    recover_force<S>(rhs, increment_.w(), gamma_force, psi);
-  }
+  /// Y − b of the last resolve.
+  [[nodiscard]] const auto& increment() const { return increment_.w; }
 
   /// How the linear equations inside are solved.
   [[nodiscard]] const char* solver_name() const { return matrix_.name(); }
@@ -148,62 +141,32 @@ class NewtonResolvent {
     Plain& Y;
     const Plain& guess;
     Rate& psi;
-    bool psi_known;
     SolveTolerance<Plain> allowed;
+    Residual<S, Rhs> F;
 
     void restart() { self.increment_.start(Y, guess); }
-    /// γ_f Ψ(t, Y) − M w
-    [[nodiscard]] Outcome residual() {
-      if (!std::exchange(psi_known, false)) rhs.evaluate_into(t, Y, psi);
-      assemble_residual();
-      if (all_finite(F().data(), F().size())) return Outcome::success;
-      return first_non_finite(Rate::blocks(psi)) ? Outcome::non_finite_force : Outcome::non_finite_state;
-    }
-    void assemble_residual() {
-      for_each_rate([&](Index at, const auto& rate, const auto& mass) {
-        auto out = part(F(), at, rate);
-        out = gamma.force * flat(rate);
-        mass.subtract_product(part(self.increment_.w(), at, rate), out);
-      });
-    }
-    /// ‖M⁻¹F‖, by components; ‖F‖ under a matrix mass.
-    [[nodiscard]] double residual_size() {
-      const auto each = [&](auto&& f) {
-        for_each_rate([&](Index at, const auto& rate, const auto& mass) {
-          const auto inverse_mass = mass.scaled(Scalar{1});
-          for (Index i = 0; i < rate.size(); ++i) f(std::abs(static_cast<double>(inverse_mass(i) * F()[at + i])));
-        });
-      };
-      double most = 0, sum = 0;
-      each([&](double x) { most = std::max(most, x); });
-      if (most > 0)
-        each([&](double x) { sum += (x / most) * (x / most); });  // squares of velocities may leave the range
-      return most * std::sqrt(sum);
-    }
-    /// No larger than what rounding leaves of γ_f Ψ − M w where both cancel.
-    [[nodiscard]] bool residual_is_rounding() {
-      bool rounding = true;
-      for_each_rate([&](Index at, const auto& rate, const auto&) {
-        const double force = std::abs(static_cast<double>(gamma.force)) * largest(rate);
-        rounding = rounding && largest(part(F(), at, rate)) <= 8 * round_off * force;
-      });
-      return rounding;
-    }
-    [[nodiscard]] bool residual_is_noise() {
+    [[nodiscard]] Outcome residual() { return F.evaluate(Y); }
+    [[nodiscard]] double residual_size() const { return F.size(); }
+    [[nodiscard]] bool residual_is_rounding() const { return F.is_rounding(); }
+    [[nodiscard]] bool residual_is_noise() const {
       if constexpr (Matrix::matrix_free) return true;  // no matrix of an earlier iterate is ever used
-      else return largest(F()) <= 8 * round_off * self.terms_of(*this);
+      else return largest(self.increment_.delta) <= 8 * round_off * terms();
+    }
+    /// The size of what F is made of.
+    [[nodiscard]] double terms() const {
+      return F.terms(Y, guess, self.matrix_.magnitude(), self.matrix_.drift_share());
     }
     [[nodiscard]] bool has_jacobian() const { return self.matrix_.has_jacobian(); }
     [[nodiscard]] bool has_factors() const { return self.matrix_.has_factors(); }
     void drop_jacobian() { self.matrix_.drop(); }
     [[nodiscard]] Outcome refresh() { return self.matrix_.refresh(rhs, gamma, t, Y, psi, self.options_, allowed); }
-    [[nodiscard]] Outcome solve() { return self.matrix_.solve(F(), self.options_, rhs.statistics()); }
+    [[nodiscard]] Outcome solve() { return self.matrix_.solve(self.increment_.delta, self.options_, rhs.statistics()); }
     [[nodiscard]] Outcome correct() {
-      if (const Outcome outcome = solve(); outcome != Outcome::success) return outcome;
-      while (self.matrix_.reached_too_far(Y, F())) {
-        assemble_residual();
-        if (Outcome outcome = refresh(); outcome != Outcome::success) return outcome;
-        if (Outcome outcome = solve(); outcome != Outcome::success) return outcome;
+      if (const Outcome bad = solve(); failed(bad)) return bad;
+      while (self.matrix_.reached_too_far(Y, self.increment_.delta)) {
+        F.assemble();
+        if (const Outcome bad = refresh(); failed(bad)) return bad;
+        if (const Outcome bad = solve(); failed(bad)) return bad;
       }
       self.increment_.move(Y);
       return Outcome::success;
@@ -211,18 +174,8 @@ class NewtonResolvent {
     void retreat() { self.increment_.retreat(Y); }
     void undo() { self.increment_.undo(Y); }
     [[nodiscard]] Correction size() const {
-      if (allowed.target > 0) return self.increment_.weighted_size(*allowed.weight);
+      if (allowed.target > 0) return self.increment_.size(*allowed.weight);
       return self.increment_.size(Y, self.matrix_.drift_share(), self.options_);
-    }
-    [[nodiscard]] auto& F() { return self.increment_.delta(); }
-    void for_each_rate(auto&& f) {
-      Index at = 0;
-      for_each_block(
-          [&](auto, const auto& rate, const auto& mass) {
-            f(at, rate, mass);
-            at += rate.size();
-          },
-          Rate::blocks(std::as_const(psi)), rhs.masses());
     }
   };
 
@@ -232,8 +185,8 @@ class NewtonResolvent {
     } else if constexpr (corrections == Corrections::one) {
       matrix_.drop();
       equation.restart();
-      if (Outcome outcome = equation.residual(); outcome != Outcome::success) return outcome;
-      if (Outcome outcome = equation.refresh(); outcome != Outcome::success) return outcome;
+      if (const Outcome bad = equation.residual(); failed(bad)) return bad;
+      if (const Outcome bad = equation.refresh(); failed(bad)) return bad;
       return equation.correct();
     } else {
       const int before = history.iterations;
@@ -268,29 +221,29 @@ class NewtonResolvent {
     };
     bool at_position = matrix_.has_factors() && is_stiff(equation.gamma);
     start(at_position);
-    if (Outcome outcome = equation.residual(); outcome != Outcome::success) return outcome;
+    if (const Outcome bad = equation.residual(); failed(bad)) return bad;
     if (!matrix_.has_factors()) {
       solved_ = 0;
-      if (Outcome outcome = equation.refresh(); outcome != Outcome::success) return outcome;
+      if (const Outcome bad = equation.refresh(); failed(bad)) return bad;
       if (is_stiff(equation.gamma) != at_position) {
         at_position = !at_position;
         start(at_position);
-        if (Outcome outcome = equation.residual(); outcome != Outcome::success) return outcome;
+        if (const Outcome bad = equation.residual(); failed(bad)) return bad;
       }
     }
     const bool looks = std::has_single_bit(solved_ + 1);
-    const double before = looks ? largest(equation.F()) : 0;
-    if (Outcome outcome = equation.solve(); outcome != Outcome::success) return outcome;
+    const double before = looks ? largest(increment_.delta) : 0;
+    if (const Outcome bad = equation.solve(); failed(bad)) return bad;
     increment_.move_once(equation.Y, at_position);
     if (matrix_.staleness(equation.gamma) > 0) {  // a second solve corrects what factors of another γ have left
-      if (Outcome outcome = equation.residual(); outcome != Outcome::success) return outcome;
-      if (Outcome outcome = equation.solve(); outcome != Outcome::success) return outcome;
+      if (const Outcome bad = equation.residual(); failed(bad)) return bad;
+      if (const Outcome bad = equation.solve(); failed(bad)) return bad;
       increment_.move_once(equation.Y, at_position);
     }
     ++solved_;
     if (!looks) return Outcome::success;
-    if (Outcome outcome = equation.residual(); outcome != Outcome::success) return outcome;
-    if (largest(equation.F()) <= rounding_of(equation, before)) return Outcome::success;
+    if (const Outcome bad = equation.residual(); failed(bad)) return bad;
+    if (largest(increment_.delta) <= rounding_of(equation, before)) return Outcome::success;
     matrix_.drop();
     return Outcome::not_affine;
   }
@@ -302,28 +255,11 @@ class NewtonResolvent {
     return Rhs::drifts && gamma.drift != Scalar{0} && matrix_.drift_share() > a_squared / (1 + a_squared);
   }
   /// What rounding (and an iterative solver's tolerance) may leave of the residual.
-  [[nodiscard]] double rounding_of(Equation& equation, double before) const {
-    double allowed = 1e4 * round_off * terms_of(equation);
+  [[nodiscard]] double rounding_of(const Equation& equation, double before) const {
+    double allowed = 1e4 * round_off * equation.terms();
     if constexpr (Matrix::is_iterative)
-      allowed += 10 * options_.linear_rtol * before * std::sqrt(static_cast<double>(increment_.w().size()));
+      allowed += 10 * options_.linear_rtol * before * std::sqrt(static_cast<double>(increment_.w.size()));
     return allowed;
-  }
-  /// The size of what the residual is made of: W times all that it is made for, and the force.
-  [[nodiscard]] double terms_of(Equation& equation) const {
-    auto size = static_cast<double>(least_normal<Scalar>);  // below, rounding doesn't shrink any more
-    // The start counts, too: where Y is far smaller, the rounding of start + δ is what is left.
-    size = std::max({size, largest(increment_.base()), increment_.drift_size(equation.Y, matrix_.drift_share()),
-                     increment_.drift_size(equation.guess, matrix_.drift_share())});
-    for_each_solved<S>(
-        [&size](Index, const auto& y, const auto& start) {
-          size = std::max({size, largest(y), largest(start)});
-        },
-        equation.Y, equation.guess);
-    double terms = matrix_.magnitude() * size;
-    equation.for_each_rate([&](Index, const auto& rate, const auto&) {
-      terms = std::max(terms, std::abs(static_cast<double>(equation.gamma.force)) * largest(rate));
-    });
-    return terms;
   }
 
   NewtonOptions options_;
@@ -334,7 +270,7 @@ class NewtonResolvent {
 };
 
 /// The resolvent behind each way to solve: Newton<…> here, others in headers of their own. All offer what NewtonResolvent
-/// does: resize, forget, reset, resolve, add_increment, recover; and forget_unsaved where solves leave anything.
+/// does: resize, forget, reset, resolve, increment; and forget_unsaved where solves leave anything.
 template <State S, class Rhs, class Solver, bool position>
 struct ResolventFor;
 template <State S, class Rhs, class LinearSolver, bool position>

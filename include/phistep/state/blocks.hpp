@@ -21,9 +21,9 @@
 #include <utility>
 #include <vector>
 
-#include "phistep/core/arithmetic.hpp"
-#include "phistep/core/fingerprint.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/simd/fingerprint.hpp"
+#include "phistep/simd/update.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

@@ -13,9 +13,9 @@
 #include <utility>
 #include <vector>
 
-#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/simd/update.hpp"
 #include "phistep/state/box.hpp"
 
 namespace phistep::inline PHISTEP_ABI {

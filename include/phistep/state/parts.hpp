@@ -19,7 +19,7 @@
 #include <string_view>
 #include <utility>
 
-#include "phistep/core/archive.hpp"
+#include "phistep/archive/archive.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
 

@@ -7,7 +7,6 @@
 #include <tuple>
 #include <type_traits>
 
-#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
 
@@ -26,16 +25,21 @@ template <class Vector, class Block>
   return all.template segment<Block::SizeAtCompileTime>(at, block.size());
 }
 
-/// f(offset of the block among the unknowns, that block of each state), for every solved block.
-template <State S, class... Plains>
-void for_each_solved(auto&& f, Plains&... states) {
+/// f(offset of block k among the unknowns, block k of each tie) for every k; of masses, that of block k.
+template <class... Ties>
+void for_each_part(auto&& f, const Ties&... ties) {
   Index at = 0;
   for_each_block(
       [&](auto, auto& first, auto&... rest) {
         f(at, first, rest...);
         at += first.size();
       },
-      Blocks<S>::solved(states)...);
+      ties...);
+}
+/// The same for the solved blocks of each state.
+template <State S, class... Plains>
+void for_each_solved(auto&& f, Plains&... states) {
+  for_each_part(f, Blocks<S>::solved(states)...);
 }
 
 /// x = the unknowns of y, one after the other; and back.
@@ -46,6 +50,12 @@ void take_unknowns(auto& x, const PlainState<S>& y) {
 template <State S>
 void put_unknowns(const auto& x, PlainState<S>& y) {
   for_each_solved<S>([&x](Index at, auto& block) { flat(block) = part(x, at, block); }, y);
+}
+
+/// y.solved += factor x
+template <State S>
+void add_unknowns(PlainState<S>& y, ScalarOf<S> factor, const auto& x) {
+  for_each_solved<S>([&](Index at, auto& block) { flat(block) += factor * part(x, at, block); }, y);
 }
 
 template <State S>

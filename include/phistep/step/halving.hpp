@@ -16,8 +16,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "phistep/archive/archive.hpp"
 #include "phistep/control/trace.hpp"
-#include "phistep/core/archive.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/step_report.hpp"

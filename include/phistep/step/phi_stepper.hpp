@@ -9,7 +9,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/core/archive.hpp"
+#include "phistep/archive/archive.hpp"
 #include "phistep/core/phi.hpp"
 #include "phistep/core/stepper_facts.hpp"
 #include "phistep/core/version.hpp"
@@ -18,6 +18,7 @@
 #include "phistep/linear/mass.hpp"
 #include "phistep/problem/kernel.hpp"
 #include "phistep/problem/transaction.hpp"
+#include "phistep/schemes/scheme_on.hpp"
 #include "phistep/schemes/splitting.hpp"
 #include "phistep/solve/fixed_point_resolvent.hpp"
 #include "phistep/solve/local_resolvent.hpp"

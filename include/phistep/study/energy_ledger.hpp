@@ -42,7 +42,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/core/archive.hpp"
+#include "phistep/archive/archive.hpp"
 #include "phistep/core/scheme_facts.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/force/at.hpp"

@@ -15,11 +15,11 @@
 
 #include "phistep/core/phi.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/problem/kernel.hpp"
 #include "phistep/schemes/extrapolation/extrapolated_explicit.hpp"
 #include "phistep/schemes/extrapolation/extrapolated_implicit.hpp"
 #include "phistep/schemes/extrapolation/extrapolated_row.hpp"
 #include "phistep/schemes/extrapolation/extrapolation.hpp"
+#include "phistep/schemes/scheme_on.hpp"
 #include "phistep/state/blocks.hpp"
 
 namespace phistep::inline PHISTEP_ABI {

@@ -21,12 +21,12 @@
 #include "phistep/control/trace.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/problem/kernel.hpp"
 #include "phistep/schemes/extrapolation/extrapolated_inside.hpp"
 #include "phistep/schemes/extrapolation/extrapolated_lanes.hpp"
 #include "phistep/schemes/extrapolation/extrapolation.hpp"
 #include "phistep/schemes/extrapolation/extrapolation_order.hpp"
 #include "phistep/schemes/extrapolation/extrapolation_table.hpp"
+#include "phistep/schemes/scheme_on.hpp"
 #include "phistep/state/blocks.hpp"
 
 namespace phistep::inline PHISTEP_ABI {

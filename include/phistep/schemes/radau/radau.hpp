@@ -33,9 +33,9 @@
 #include "phistep/core/scheme_facts.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/problem/kernel.hpp"
 #include "phistep/schemes/radau/radau_control.hpp"
 #include "phistep/schemes/radau/radau_stages.hpp"
+#include "phistep/schemes/scheme_on.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
 
@@ -221,8 +221,8 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
                     solved(step.next));
   }
   /// Which stage has made an iteration fail, for the message: its Ψ is in psi, where it isn't finite.
-  template <int s, class Kernel>
-  [[gnu::cold, gnu::noinline]] Outcome blame(Kernel& kernel, auto& step, Outcome otherwise) {
+  template <int s>
+  [[gnu::cold, gnu::noinline]] Outcome blame(auto& step, Judgement judgement) {
     for (std::size_t j = 0; j < s; ++j) {
       bool finite = true;
       for (std::size_t i = 0; i < n_; ++i) finite = finite && std::isfinite(work_.psi(i)[j]);
@@ -231,8 +231,7 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
       for_each_number([&](std::size_t i, Scalar& psi) { psi = work_.psi(i)[j]; }, RateOf<S>::blocks(step.psi));
       return Outcome::non_finite_force;
     }
-    static_cast<void>(kernel);
-    return otherwise;
+    return judgement == Judgement::growing ? Outcome::newton_diverged : Outcome::newton_stalled;
   }
   /// next = y + Z_s
   template <int s>
@@ -256,10 +255,9 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
   /// Iterates until only rounding is left, block by block in units of the largest component.
   template <int s, class Kernel>
   [[nodiscard]] Outcome to_rounding(Kernel& kernel, auto& step, const auto& masses) {
-    using Judgement = typename RadauIteration<>::Judgement;
     RoundingIteration<> test{round_off};
-    Judgement verdict = Judgement::go_on;
-    for (bool first = true; verdict == Judgement::go_on; first = false) {
+    Judgement judgement = Judgement::go_on;
+    for (bool first = true; judgement == Judgement::go_on; first = false) {
       bool has_scale = true;
       this->template evaluate<s>(kernel, step);
       for_each_solved<S>(
@@ -278,12 +276,10 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
           step.y);
       const double size = this->template correction<s>(kernel, masses);
       // From rest, the first correction is what the next is measured by: its own size would be a number with a unit.
-      if (has_scale || !first) verdict = test.judge(size);
-      else if (!std::isfinite(size)) verdict = Judgement::failed;
+      if (has_scale || !first) judgement = test.judge(size);
+      else if (!std::isfinite(size)) judgement = Judgement::slow;
     }
-    if (verdict == Judgement::failed)
-      return this->template blame<s>(kernel, step,
-                                     test.contraction() > 1 ? Outcome::newton_diverged : Outcome::newton_stalled);
+    if (judgement != Judgement::converged) return this->template blame<s>(step, judgement);
     this->template add_increment<s>(step);
     return Kernel::Rhs::is_finite(step.next) ? Outcome::success : Outcome::non_finite_state;
   }
@@ -298,7 +294,6 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
 
   template <int s, class Kernel>
   [[nodiscard]] Outcome trace_with(Kernel& kernel, auto& step) {
-    using Judgement = typename RadauIteration<>::Judgement;
     auto& trace = step.trace;
     const double dt = std::abs(static_cast<double>(step.dt));
     const auto masses = each_mass_entry<S>(kernel.rhs(), step.y);
@@ -311,15 +306,14 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
     else work_.clear();
     for_each_number([&](std::size_t i, Scalar weight) { weight_[i] = weight; }, solved(trace.weight));
     RadauIteration<> test = control_.iteration(round_off);
-    Judgement verdict = Judgement::go_on;
-    while (verdict == Judgement::go_on) {
+    Judgement judgement = Judgement::go_on;
+    while (judgement == Judgement::go_on) {
       this->template evaluate<s>(kernel, step);
-      verdict = test.judge(this->template correction<s>(kernel, masses));
+      judgement = test.judge(this->template correction<s>(kernel, masses));
     }
-    if (verdict == Judgement::failed) {
+    if (judgement != Judgement::converged) {
       trace.proposed = control_.failed(dt, test.shrink());
-      return this->template blame<s>(kernel, step,
-                                     test.contraction() > 1 ? Outcome::newton_diverged : Outcome::newton_stalled);
+      return this->template blame<s>(step, judgement);
     }
     this->template add_increment<s>(step);
     if (!Kernel::Rhs::is_finite(step.next)) {

@@ -13,18 +13,16 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 
 #include "phistep/core/version.hpp"
+#include "phistep/solve/convergence.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// One solve's simplified Newton iteration, by the sizes of its corrections.
+/// The judge of one solve by simplified Newton iteration, by the sizes of its corrections.
 template <class = void>
 class RadauIteration {
  public:
-  enum class Judgement { go_on, converged, failed };
-
   /// @param target  the size of the error that may be left
   /// @param rate    θ/(1−θ) as the solve before left it
   RadauIteration(double target, double rate, int limit)
@@ -32,22 +30,22 @@ class RadauIteration {
 
   [[nodiscard]] Judgement judge(double size) {
     ++count_;
-    if (!std::isfinite(size)) return Judgement::failed;
+    if (!std::isfinite(size)) return failed();
     if (count_ > 1) {
       const double now = size / size_;
       contraction_ = count_ == 2 ? now : std::max(now, std::sqrt(now * last_));
       last_ = now;
-      if (size > 0 && contraction_ >= 0.99) return Judgement::failed;
-      rate_ = contraction_ / (1 - contraction_);
+      if (size > 0 && contraction_ >= 0.99) return failed();
+      rate_ = error_left(contraction_, 1);
       const int left = limit_ - 1 - count_;
       if (const double at_end = rate_ * size * power(contraction_, left) / target_; left >= 0 && at_end >= 1) {
         shrink_ = 0.8 * std::pow(std::min(at_end, 20.0), -1.0 / (4 + left));
-        return Judgement::failed;
+        return failed();
       }
     }
     size_ = size;
     if (rate_ * size <= target_) return Judgement::converged;
-    return count_ < limit_ ? Judgement::go_on : Judgement::failed;
+    return count_ < limit_ ? Judgement::go_on : failed();
   }
   [[nodiscard]] int count() const { return count_; }
   [[nodiscard]] int limit() const { return limit_; }
@@ -58,6 +56,7 @@ class RadauIteration {
   [[nodiscard]] double shrink() const { return shrink_; }
 
  private:
+  [[nodiscard]] Judgement failed() const { return contraction_ > 1 ? Judgement::growing : Judgement::slow; }
   /// x^¾: an old rate counts less and less. HW II p. 121 has x^0.8, which takes longer to compute.
   [[nodiscard]] static double aged(double x) { return std::sqrt(x * std::sqrt(x)); }
   /// xⁿ, 1 where n < 0
@@ -77,28 +76,25 @@ class RadauIteration {
 template <class = void>
 class RoundingIteration {
  public:
-  using Judgement = typename RadauIteration<>::Judgement;
   explicit RoundingIteration(double round_off) : round_off_{round_off} {}
 
   [[nodiscard]] Judgement judge(double size) {
+    constexpr int limit = 50;
     ++count_;
-    if (!std::isfinite(size)) return Judgement::failed;
     if (size == 0) return Judgement::converged;
+    const double theta = count_ > 1 ? size / size_ : 0;
+    if (!std::isfinite(size)) return theta > 1 ? Judgement::growing : Judgement::slow;
     if (count_ > 1) {
-      contraction_ = size / size_;
-      if (contraction_ < 1 && contraction_ / (1 - contraction_) * size <= round_off_) return Judgement::converged;
-      if (contraction_ > 0.3 && size * size * size <= round_off_ * round_off_) return Judgement::converged;
-      if (count_ > 3 && contraction_ > 2) return Judgement::failed;
+      if (error_left(theta, size) <= round_off_) return Judgement::converged;
+      if (theta > 0.3 && may_be_rounding(size, round_off_)) return Judgement::converged;
+      if (count_ > 3 && theta > 2) return Judgement::growing;
     }
     size_ = size;
-    return count_ < limit ? Judgement::go_on : Judgement::failed;
+    return count_ < limit ? Judgement::go_on : Judgement::slow;
   }
-  [[nodiscard]] int count() const { return count_; }
-  [[nodiscard]] double contraction() const { return contraction_; }
 
  private:
-  static constexpr int limit = 50;
-  double round_off_, size_ = 0, contraction_ = 0;
+  double round_off_, size_ = 0;
   int count_ = 0;
 };
 

@@ -1,6 +1,6 @@
 #pragma once
 
-// What the quick and the full half of schemes/nystrom share.
+// What the quick and the full half of schemes/nystrom/nystrom share.
 #include <phistep/phistep.hpp>
 
 #include <cmath>

@@ -43,7 +43,7 @@
 #include <utility>
 #include <vector>
 
-#include "phistep/core/archive_layout.hpp"
+#include "phistep/archive/archive_layout.hpp"
 #include "phistep/core/version.hpp"
 
 namespace phistep::inline PHISTEP_ABI {

@@ -1,5 +1,5 @@
 // Compensated sums: long runs at rounding level, states that were edited, restarts.
-#include "schemes/carried_rounding_cases.hpp"
+#include "schemes/nystrom/carried_rounding_cases.hpp"
 
 using namespace carried_rounding_cases;
 

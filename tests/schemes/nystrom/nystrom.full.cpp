@@ -2,7 +2,7 @@
 #include "contract/restart.hpp"
 #include "problems/ten.hpp"
 
-#include "schemes/nystrom_cases.hpp"
+#include "schemes/nystrom/nystrom_cases.hpp"
 
 using namespace nystrom_cases;
 

@@ -1,7 +1,7 @@
 // Compensated sums: restarts; the quick half is carried_rounding.test.cpp.
 #include "contract/restart.hpp"
 
-#include "schemes/carried_rounding_cases.hpp"
+#include "schemes/nystrom/carried_rounding_cases.hpp"
 
 using namespace carried_rounding_cases;
 

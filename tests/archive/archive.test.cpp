@@ -1,6 +1,6 @@
 // The archive: every kind of value to bytes and back, and bytes that nobody vouches for.
-#include <phistep/core/archive.hpp>
-#include <phistep/core/checksum.hpp>
+#include <phistep/archive/archive.hpp>
+#include <phistep/archive/checksum.hpp>
 
 #include <array>
 #include <bit>

@@ -18,16 +18,16 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/scheme_facts.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/problem/kernel.hpp"
 #include "phistep/schemes/acceleration.hpp"
-#include "phistep/schemes/carried_rounding.hpp"
-#include "phistep/schemes/nystrom_interpolant.hpp"
-#include "phistep/schemes/nystrom_tableaus.hpp"
-#include "phistep/schemes/weighted_sum.hpp"
+#include "phistep/schemes/nystrom/carried_rounding.hpp"
+#include "phistep/schemes/nystrom/nystrom_interpolant.hpp"
+#include "phistep/schemes/nystrom/nystrom_tableaus.hpp"
+#include "phistep/schemes/nystrom/weighted_sum.hpp"
+#include "phistep/schemes/scheme_on.hpp"
+#include "phistep/simd/update.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/combination.hpp"
 #include "phistep/state/unknowns.hpp"

@@ -1,5 +1,5 @@
 // Runge-Kutta-Nyström pairs: conditions, orders, counts, masses, interpolation, tolerances, failures.
-#include "schemes/nystrom_cases.hpp"
+#include "schemes/nystrom/nystrom_cases.hpp"
 
 using namespace nystrom_cases;
 

@@ -9,8 +9,8 @@
 #include <tuple>
 #include <utility>
 
-#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/simd/update.hpp"
 #include "phistep/state/combination.hpp"
 
 namespace phistep::inline PHISTEP_ABI {

@@ -9,8 +9,8 @@
 #include <limits>
 #include <type_traits>
 
-#include "phistep/core/simd.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/simd/pack.hpp"
 
 #if !defined(PHISTEP_NO_SIMD) && (defined(__FMA__) || defined(__AVX512F__) || defined(__ARM_FEATURE_FMA))
 #define PHISTEP_DETAIL_FMA 1
@@ -118,7 +118,7 @@ template <class Scalar, int width>
   [[maybe_unused]] constexpr auto bytes = sizeof(Scalar) * width;
   [[maybe_unused]] constexpr bool in_register = detail::in_register<Scalar, width>;
 #if defined(__AVX512F__)
-  // Masked by all ones: see core/fingerprint.hpp.
+  // Masked by all ones: see simd/fingerprint.hpp.
   if constexpr (in_register && bytes == 64 && width == 8) return P{_mm512_maskz_sqrt_pd(0xff, a.x)};
   else if constexpr (in_register && bytes == 64) return P{_mm512_maskz_sqrt_ps(0xffff, a.x)};
   else

@@ -7,8 +7,8 @@
 #include <concepts>
 #include <type_traits>
 
-#include "phistep/core/simd_math.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/simd/pack_math.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

@@ -1,5 +1,5 @@
-#include <phistep/core/simd.hpp>
-#include <phistep/core/simd_math.hpp>
+#include <phistep/simd/pack.hpp>
+#include <phistep/simd/pack_math.hpp>
 
 #include <cmath>
 #include <limits>

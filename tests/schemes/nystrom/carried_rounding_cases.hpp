@@ -1,6 +1,6 @@
 #pragma once
 
-// What the quick and the full half of schemes/carried_rounding share.
+// What the quick and the full half of schemes/nystrom/carried_rounding share.
 #include <phistep/phistep.hpp>
 
 #include <algorithm>
