@@ -14,6 +14,7 @@
 #include "phistep/force/energy.hpp"
 #include "phistep/force/evaluate.hpp"
 #include "phistep/force/signature.hpp"
+#include "phistep/force/sum.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
 
@@ -83,7 +84,11 @@ class ForceSplitter {
     return static_cast<Scalar>(potential_energy(*force_, t, view(y), stepper_->memory()));
   }
   /// Whether there is no D and no X, and F doesn't depend on t: the energy is what V says.
-  [[nodiscard]] bool is_conservative() const { return !uses.velocity && !uses.time && all_have_energy(*force_); }
+  [[nodiscard]] bool is_conservative() const {
+    bool all = !uses.velocity && !uses.time;
+    for_each_summand(*force_, [&all](auto& term) { all = all && has_energy<View>(term); });
+    return all;
+  }
 
   /// F, D and X at (t, y). @returns how many force calls that was
   int evaluate(Scalar t, const Plain& y, ForceParts<Rate>& to) {
@@ -98,12 +103,6 @@ class ForceSplitter {
 
  private:
   [[nodiscard]] View view(const Plain& y) const { return Blocks<S>::view(y, stepper_->masses()); }
-  template <class F>
-  [[nodiscard]] static bool all_have_energy(F& force) {
-    if constexpr (is_sum<std::remove_const_t<F>>)
-      return std::apply([](auto&... term) { return (all_have_energy(unwrap(term)) && ...); }, force.terms);
-    else return has_energy<View>(force);
-  }
   template <class F, class Memory>
   void add(F& force, Scalar t, const Plain& y, const Memory& memory, ForceParts<Rate>& to) {
     if constexpr (is_sum<std::remove_const_t<F>>) {
