@@ -127,13 +127,11 @@ template <State S, class Masses>
   all.lumped.setZero(n);
   Eigen::VectorXd beside = Eigen::VectorXd::Zero(n);  // Σ_{j≠i} |M_ij|/√(M_ii M_jj)
   const auto each = [&](auto&& put) {
-    Index at = 0;
-    for_each_block(
-        [&](auto, const auto& block, const auto& mass) {
+    for_each_part(
+        [&](Index at, const auto& block, const auto& mass) {
           all.is_matrix = all.is_matrix || std::remove_cvref_t<decltype(mass)>::is_matrix;
           mass.for_each_entry(block.size(),
                               [&](Index i, Index j, auto m) { put(at + i, at + j, static_cast<double>(m)); });
-          at += block.size();
         },
         Blocks<S>::solved(y), masses);
   };

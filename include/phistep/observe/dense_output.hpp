@@ -16,15 +16,13 @@
 /// large slope. Then a look inside is a step really done (step/look_inside.hpp).
 #pragma once
 
-#include <Eigen/Core>
-
-#include <cmath>
-#include <tuple>
 #include <type_traits>
 
 #include "phistep/core/stepper_facts.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/combination.hpp"
+#include "phistep/state/unknowns.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -112,22 +110,16 @@ class DenseOutput {
                    const Plain& to_slope) {
     const Scalar z = 1 - x;
     const Scalar rise = x * x * (3 - 2 * x), near_rate = h * x * z * z, far_rate = -h * x * x * z;
-    for_each_block(
-        [&](auto k, auto& y, const auto& y0, const auto& d0, const auto& y1, const auto& d1) {
-          if constexpr (Blocks<S>::drifts && k() == 0) return;
-          else y = y0 + rise * (y1 - y0) + near_rate * d0 + far_rate * d1;
-        },
-        Blocks<S>::all(value_), Blocks<S>::all(from), Blocks<S>::all(from_slope), Blocks<S>::all(to),
-        Blocks<S>::all(to_slope));
+    const auto y0 = in<S>(from), y1 = in<S>(to), d0 = in<S>(from_slope), d1 = in<S>(to_slope);
+    assign_solved<S>(value_, y0 + rise * (y1 - y0) + near_rate * d0 + far_rate * d1);
     if constexpr (Blocks<S>::drifts) {
       const Scalar cube = x * x * x, drift = cube * (10 + x * (6 * x - 15));
       const Scalar near_drift = h * x * z * z * z * (1 + 3 * x), far_drift = -h * cube * z * (4 - 3 * x);
       const Scalar near_bend = h * h * x * x * z * z * z / 2, far_bend = h * h * cube * z * z / 2;
-      const auto &y0 = Blocks<S>::all(from), &d0 = Blocks<S>::all(from_slope);
-      const auto &y1 = Blocks<S>::all(to), &d1 = Blocks<S>::all(to_slope);
-      std::get<0>(Blocks<S>::all(value_)) = std::get<0>(y0) + drift * (std::get<0>(y1) - std::get<0>(y0)) +
-                                            near_drift * std::get<1>(y0) + far_drift * std::get<1>(y1) +
-                                            near_bend * std::get<1>(d0) + far_bend * std::get<1>(d1);
+      const auto &r0 = position_of<S>(from), &r1 = position_of<S>(to), &v0 = velocity_of<S>(from),
+                 &v1 = velocity_of<S>(to), &a0 = velocity_of<S>(from_slope), &a1 = velocity_of<S>(to_slope);
+      position_of<S>(value_) =
+          r0 + drift * (r1 - r0) + near_drift * v0 + far_drift * v1 + near_bend * a0 + far_bend * a1;
     }
   }
 

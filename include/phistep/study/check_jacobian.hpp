@@ -18,6 +18,7 @@
 #include "phistep/force/signature.hpp"
 #include "phistep/jacobian/analytic.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/unknowns.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -93,10 +94,8 @@ template <State S, class F>
                       Rate::blocks(above), Rate::blocks(below));
     }
   };
-  if constexpr (Blocks<S>::drifts) difference(std::get<0>(Blocks<S>::all(y)), 0, differenced.K);
-  Index at = 0;
-  for_each_block([&](auto, auto& block) { difference(block, at, differenced.C), at += block.size(); },
-                 Blocks<S>::solved(y));
+  if constexpr (Blocks<S>::drifts) difference(position_of<S>(y), 0, differenced.K);
+  for_each_solved<S>([&](Index at, auto& block) { difference(block, at, differenced.C); }, y);
 
   JacobianCheck check;
   check.matrix = Blocks<S>::drifts ? 'K' : 'J';
