@@ -10,7 +10,9 @@
 #include <tuple>
 #include <type_traits>
 
+#include "phistep/core/scheme_facts.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/force/at.hpp"
 #include "phistep/force/energy.hpp"
 #include "phistep/force/evaluate.hpp"
 #include "phistep/force/signature.hpp"
@@ -64,6 +66,10 @@ class ForceSplitter {
   };
 
  public:
+  /// The form of the stepper's energy balance.
+  static constexpr EnergyBalance balance = is_split<std::remove_const_t<Force>, typename Stepper::SchemeType>
+                                               ? EnergyBalance::rest
+                                               : Stepper::SchemeType::facts.energy.value;
   /// What the terms with an energy use besides r.
   static constexpr Uses uses = UsesOf<std::remove_const_t<Force>>::value;
 
@@ -79,6 +85,26 @@ class ForceSplitter {
     if constexpr (uses.velocity) still_ = y;
   }
   [[nodiscard]] const auto& mass() const { return std::get<0>(stepper_->masses()); }
+  /// out = M⁻¹ f
+  void accelerate(const auto& f, auto& out) const {
+    out = f;
+    if constexpr (std::remove_cvref_t<decltype(mass())>::is_matrix) {
+      mass().solve(flat(out));
+    } else {
+      const auto factor = mass().scaled(Scalar{1});
+      for (Index i = 0; i < out.size(); ++i) out.data()[i] *= factor(i);
+    }
+  }
+  /// ½ vᵀMv [energy]
+  template <class Energy>
+  [[nodiscard]] Energy kinetic(const Plain& y) const {
+    const Scalar* const v = velocity_of<S>(y).data();
+    Energy twice{0};
+    mass().for_each_entry(velocity_of<S>(y).size(), [&](Index i, Index j, auto m) {
+      twice += static_cast<Energy>(v[i]) * static_cast<Energy>(m) * static_cast<Energy>(v[j]);
+    });
+    return twice / 2;
+  }
   /// V(t, y) [energy]
   [[nodiscard]] Scalar potential(Scalar t, const Plain& y) {
     return static_cast<Scalar>(potential_energy(*force_, t, view(y), stepper_->memory()));
