@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "phistep/archive/archive.hpp"
-#include "phistep/control/control_of.hpp"
 #include "phistep/control/fixed_step.hpp"
 #include "phistep/control/run_arguments.hpp"
 #include "phistep/control/run_clock.hpp"
