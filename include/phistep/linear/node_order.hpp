@@ -16,8 +16,9 @@ namespace phistep::inline PHISTEP_ABI {
 using NodePair = std::pair<std::int32_t, std::int32_t>;
 
 /// Cuthill and McKee's order (Proc. 24th ACM Nat. Conf., 1969): breadth first, fewest neighbours first. Returns the new
-/// number of each node.
-[[nodiscard]] inline std::vector<std::int32_t> cuthill_mckee(std::size_t nodes, const std::vector<NodePair>& edges) {
+/// number of each node. @tparam Pairs  templates, so that who has no graph doesn't compile the sorting
+template <class Pairs = std::vector<NodePair>>
+[[nodiscard]] std::vector<std::int32_t> cuthill_mckee(std::size_t nodes, const Pairs& edges) {
   std::vector<std::int32_t> start(nodes + 1, 0), neighbours(2 * edges.size());
   for (const auto& [i, j] : edges) ++start[static_cast<std::size_t>(i) + 1], ++start[static_cast<std::size_t>(j) + 1];
   for (std::size_t i = 0; i < nodes; ++i) start[i + 1] += start[i];
@@ -56,7 +57,8 @@ using NodePair = std::pair<std::int32_t, std::int32_t>;
 }
 
 /// The given numbers where they keep neighbours about as close as Cuthill and McKee's would, else theirs.
-[[nodiscard]] inline std::vector<std::int32_t> close_order(std::size_t nodes, const std::vector<NodePair>& edges) {
+template <class Pairs = std::vector<NodePair>>
+[[nodiscard]] std::vector<std::int32_t> close_order(std::size_t nodes, const Pairs& edges) {
   std::vector<std::int32_t> given(nodes);
   for (std::size_t i = 0; i < nodes; ++i) given[i] = static_cast<std::int32_t>(i);
   const auto span = [&](const std::vector<std::int32_t>& number) {
