@@ -40,14 +40,10 @@ template <State S, class F, class MassSpec>
   scene.unknowns = unknowns<S>(y);
   scene.is_motion = Rhs::drifts;
   scene.uses_velocity = Rhs::drifts && Rhs::couples_unknowns;
-  scene.uses_time = Traits::uses_time;
-  scene.is_affine = Traits::is_affine;
   scene.has_history = Rhs::has_history;
   scene.has_jacobian = Traits::has_jacobian;
   scene.has_pattern = Traits::has_pattern;
-  scene.has_matrix_mass = Rhs::has_matrix_mass;
   scene.structure = Traits::has_jacobian || Traits::has_pattern ? Traits::structure : Structure::dense;
-  scene.is_fixed_size = static_unknowns<S> != Eigen::Dynamic;
   scene.digits = std::numeric_limits<ScalarOf<S>>::digits10;
   return scene;
 }
@@ -107,7 +103,6 @@ template <State S, class F, class MassSpec = UnitMasses>
   copy_blocks<S>(y, start);
   AdvisedProblem scene = scene_of<S, F>(y, mass);
   scene.rtol = wanted.rtol;
-  scene.span = std::abs(static_cast<double>(span.t1 - span.t0));
   Stiffness stiffness;
   try {
     stiffness = probe_stiffness(start, unwrap(force), span, wanted, mass);

@@ -47,20 +47,13 @@ namespace phistep::inline PHISTEP_ABI {
 /// [time] of the shortest impact of those terms that know theirs, by a member contact_time(y); 0 where none does.
 template <class F, class View>
 [[nodiscard]] double shortest_contact(F& force, const View& y) {
-  if constexpr (is_sum<std::remove_const_t<F>>) {
-    double shortest = 0;
-    std::apply(
-        [&](auto&... term) {
-          for (const double one : {0.0, shortest_contact(unwrap(term), y)...})
-            if (one > 0 && (shortest == 0 || one < shortest)) shortest = one;
-        },
-        force.terms);
-    return shortest;
-  } else if constexpr (requires { force.contact_time(y); }) {
-    return static_cast<double>(force.contact_time(y));
-  } else {
-    return 0;
-  }
+  double shortest = 0;
+  for_each_summand(force, [&](auto& term) {
+    if constexpr (requires { term.contact_time(y); })
+      if (const auto one = static_cast<double>(term.contact_time(y)); one > 0 && (shortest == 0 || one < shortest))
+        shortest = one;
+  });
+  return shortest;
 }
 
 /// Collects the entries of ∂Ψ/∂r and ∂Ψ/∂v (or ∂Ψ/∂y), divided by the largest mass.
@@ -134,13 +127,11 @@ template <State S, class Masses>
   all.lumped.setZero(n);
   Eigen::VectorXd beside = Eigen::VectorXd::Zero(n);  // Σ_{j≠i} |M_ij|/√(M_ii M_jj)
   const auto each = [&](auto&& put) {
-    Index at = 0;
-    for_each_block(
-        [&](auto, const auto& block, const auto& mass) {
+    for_each_part(
+        [&](Index at, const auto& block, const auto& mass) {
           all.is_matrix = all.is_matrix || std::remove_cvref_t<decltype(mass)>::is_matrix;
           mass.for_each_entry(block.size(),
                               [&](Index i, Index j, auto m) { put(at + i, at + j, static_cast<double>(m)); });
-          at += block.size();
         },
         Blocks<S>::solved(y), masses);
   };
@@ -174,19 +165,12 @@ template <State S, class Traits>
   return 0;
 }
 
+/// What a user writes for it.
 template <class F, class D, Form form>
 [[nodiscard]] std::string scheme_name(const PhiScheme<F, D, form>& scheme) {
   const double f = scheme.force.template value<double>(), d = scheme.drift.template value<double>();
-  const std::string stage = form == Form::stage ? "phi_stage(" : "phi(";
-  if (f != d) return "phi(" + short_number(f) + ", " + short_number(d) + ")";
-  if (form == Form::endpoint) {
-    if (f == 0) return "forward_euler";
-    if (f == 0.5) return "trapezoidal";
-    if (f == 1) return "backward_euler";
-  } else if (f == 0.5) {
-    return "midpoint";
-  }
-  return stage + short_number(f) + ")";
+  if (const std::string name = scheme.name(); !name.starts_with("phi") && !name.starts_with("a pair")) return name;
+  return (form == Form::stage ? "phi_stage(" : "phi(") + short_number(f) + (f == d ? "" : ", " + short_number(d)) + ')';
 }
 /// What a scheme calls itself.
 template <class Scheme>
@@ -195,7 +179,6 @@ template <class Scheme>
   else return "this scheme";
 }
 
-/// What Δt and the stepper's scheme will do to this force, these masses and this state.
 /// One oscillator r'' = −a² r.
 struct TestOscillator : ForceTerm {
   double a_squared;
@@ -238,6 +221,7 @@ template <class Scheme>
   return method;
 }
 
+/// What Δt and the stepper's scheme will do to this force, these masses and this state.
 /// @param dt  [time] the step you have in mind
 template <State S, class F, class Scheme, class MassSpec, ImplicitSolver Solver>
 [[nodiscard]] PreflightReport preflight(PhiStepper<S, F, Scheme, MassSpec, Solver>& stepper, const S& state, double dt,

@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "phistep/archive/archive.hpp"
-#include "phistep/control/control_of.hpp"
 #include "phistep/control/fixed_step.hpp"
 #include "phistep/control/run_arguments.hpp"
 #include "phistep/control/run_clock.hpp"
@@ -27,7 +26,6 @@
 #include "phistep/schemes/extrapolation/extrapolation.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/parts.hpp"
-#include "phistep/step/error_law.hpp"
 #include "phistep/step/event_cut.hpp"
 #include "phistep/step/look_inside.hpp"
 #include "phistep/step/step_attempt.hpp"
@@ -79,7 +77,7 @@ class Run {
   /// @throws CheckpointError, before anything has changed
   template <class Then>
   void load(Reader& in, Then&& then) {
-    if (!begun_ && set_up() != Outcome::success)
+    if (!begun_ && step_.set_up() != Outcome::success)
       throw CheckpointError("phistep: this run can't go on, its options can't work");
     with_parts(*this, [&in, &then](auto&... part) { load_parts(in, then, part...); });
     // What was done to the stepper before is undone by what it has loaded.
@@ -97,7 +95,7 @@ class Run {
       inside.steps = inside.rejections = 0;
       report.statistics = report.statistics + inside;
     }
-    if constexpr (!is_fixed) {
+    if constexpr (Pace::varies) {
       // Where steps are doubled, the stepper counts three for each try.
       report.statistics.steps = report_.statistics.steps;
       report.statistics.rejections = report_.statistics.rejections;
@@ -110,7 +108,6 @@ class Run {
   using Pace = decltype(pace_of<S>(std::declval<const Control&>()));
   using Events = EventsAmong<S, Observers...>;
   using Found = typename Events::Found;
-  static constexpr bool is_fixed = std::is_same_v<Control, FixedStep>;
   static constexpr bool has_events = Watchers::has_events, observed = Watchers::see_steps;
   static constexpr bool minds_edits = Pace::sees_error || has_events;
   static constexpr Looks looks = [] {
@@ -139,13 +136,12 @@ class Run {
 
   bool step(bool may_be_edited) {
     if (ended_ || (!begun_ && !begin())) return false;
-    if (is_at_end()) return end(Outcome::success);
+    if (step_.is_at_end()) return end(Outcome::success);
     const Origin origin = may_be_edited || first_ ? Origin::unknown : Origin::unedited;
     if (minds_edits && origin == Origin::unknown && !take_edits()) return false;
     step_.begin(has_events || (looks_inside && !hermite_is_enough(stepper_)));
     for (bool has_failed = false;;) {
-      if constexpr (!is_fixed)
-        if (!step_.pace().may_try()) return end(Outcome::too_many_steps);
+      if (!step_.pace().may_try()) return end(Outcome::too_many_steps);
       Landing<Scalar> to = step_.pace().plan(step_.clock(), observers_.next_stop(time(), step_.clock().span().t1));
       Found found;
       StepReport done = step_.attempt(to, origin);
@@ -159,7 +155,7 @@ class Run {
         if (has_failed) report_.failure = {};
         return complete(to, found);
       }
-      const Outcome outcome = retry(done, to);
+      const Outcome outcome = step_.retry(done.outcome(), to, report_.limits);
       // Where shorter and shorter steps fail, why they do is the story.
       if (outcome == Outcome::step_too_small && has_failed) return end(report_.failure.outcome);
       has_failed = done.outcome() != Outcome::error_too_large;
@@ -170,40 +166,12 @@ class Run {
   }
 
   bool begin() {
-    if (const Outcome bad = begin_pace(); failed(bad)) return end(bad);
+    if (const Outcome bad = step_.begin_run(); failed(bad)) return end(bad);
     if (!observers_.begin(time(), state_)) return end(Outcome::stopped_by_observer);
     const Outcome armed = events_.begin(time(), state_);
     begun_ = true;  // an exception of the force or of an observer leaves it to be done again
     return !failed(armed) || end(armed);
   }
-  [[nodiscard]] Outcome begin_pace() {
-    if constexpr (is_fixed) {
-      return set_up();
-    } else {
-      const auto [t0, t1] = step_.clock().span();
-      if (!std::isfinite(t1 - t0)) return Outcome::invalid_step;
-      if (t1 == t0) return Outcome::success;
-      if (first_non_finite(Blocks<S>::all(step_.plain()))) return Outcome::non_finite_state;
-      if (const Outcome bad = set_up(); failed(bad)) return bad;
-      Outcome told = Outcome::success;
-      const auto slope = [&](Scalar t, const Plain& y, Plain& out) {
-        told = slope_of<S>(stepper_, t, y, out);
-        return !failed(told);
-      };
-      const Outcome bad = step_.pace().start(step_.clock().span(), step_.plain(), stepper_.order(), slope);
-      return bad == Outcome::non_finite_force && failed(told) ? told : bad;
-    }
-  }
-  /// All that begins a run but force calls.
-  [[nodiscard]] Outcome set_up() {
-    if constexpr (is_fixed) return step_.pace().begin(step_.clock().span());
-    else return step_.pace().begin(step_.clock().span(), step_.plain(), error_law(stepper_));
-  }
-  [[nodiscard]] bool is_at_end() const {
-    if constexpr (is_fixed) return step_.pace().at_end();
-    else return step_.clock().is_at_end();
-  }
-
   /// Where state or stepper are not what the last step left: forgets what was kept of them. False where that ends the run.
   bool take_edits() {
     bool same = edits_.holds(time(), step_.plain());
@@ -216,19 +184,10 @@ class Run {
     const Outcome armed = first_ ? Outcome::success : events_.rearm(time(), state_);
     return !failed(armed) || end(armed);
   }
-  /// After a step that failed: success where the pace has a shorter one, else how the run ends.
-  [[nodiscard]] Outcome retry(const StepReport& done, const Landing<Scalar>& to) {
-    if constexpr (is_fixed) return done.outcome();
-    else
-      return step_.pace().failed(done.outcome(), std::abs(static_cast<double>(to.dt)), stepper_.history(),
-                                 report_.limits);
-  }
-
   /// The step has become the state.
   bool complete(const Landing<Scalar>& to, const Found& found) {
     const double length = std::abs(static_cast<double>(to.dt));
-    if constexpr (is_fixed) step_.pace().accepted(to);
-    else step_.pace().accepted(length, to.clipped, stepper_.history(), report_.limits);
+    step_.accepted(to, report_.limits);
     first_ = false;
     ++report_.statistics.steps;
     report_.smallest_dt = report_.largest_dt == 0 ? length : std::min(report_.smallest_dt, length);
@@ -253,7 +212,7 @@ class Run {
       look_.check();
       return observers_.look(
           time(), state_,
-          CompletedStep<S, looks>{step_.t0(), dt, time(), step_.start(), step_.plain(), look_.dense(), step_.middle()});
+          CompletedStep<S, looks>{step_.t0(), dt, time(), step_.start(), step_.plain(), look_, step_.middle()});
     } else {
       return observers_.look(time(), state_, Unseen{});
     }

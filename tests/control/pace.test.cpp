@@ -15,7 +15,7 @@ bool decay(double, const Vec& y, Vec& out) { return out = -y, true; }
 
 template <class Pace>
 Pace begun(Pace pace) {
-  REQUIRE(pace.begin(span, start, ErrorLaw{}) == Outcome::success);
+  REQUIRE(pace.begin(start, ErrorLaw{}) == Outcome::success);
   REQUIRE(pace.start(span, start, 1, decay) == Outcome::success);
   return pace;
 }
@@ -28,12 +28,12 @@ TEST_CASE("a step cut short by a time to stop at says nothing of the next: the l
     REQUIRE(pace.propose() == 0.5);
     Limits limits;
     for (const double cut : {1e-2, 1e-9}) {
-      pace.accepted(cut, true, quick, limits);
+      pace.accepted({.end = cut, .dt = cut, .lands = true, .clipped = true}, quick, limits);
       CHECK(pace.propose() == 0.5);
       CHECK(limits.most().by == LimitedBy::stop);
     }
     // Only slightly cut, it may have been short for its error: the next one is longer.
-    pace.accepted(0.45, true, quick, limits);
+    pace.accepted({.end = 0.45, .dt = 0.45, .lands = true, .clipped = true}, quick, limits);
     CHECK(pace.propose() > 0.5);
     CHECK(pace.propose() <= 2.5);
   };

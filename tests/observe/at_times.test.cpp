@@ -1,4 +1,5 @@
 #include <phistep/observe/at_times.hpp>
+#include <phistep/observe/dense_output.hpp>
 #include <phistep/observe/recorder.hpp>
 #include <phistep/state/motion.hpp>
 

@@ -2,6 +2,7 @@
 
 // What event_set.test.cpp and its full half share.
 
+#include <phistep/observe/dense_output.hpp>
 #include <phistep/observe/event_set.hpp>
 #include <phistep/state/motion.hpp>
 

@@ -16,7 +16,7 @@ namespace phistep::inline PHISTEP_ABI {
 template <class Scalar>
 class GridPace {
  public:
-  static constexpr bool sees_error = false;
+  static constexpr bool sees_error = false, varies = false;
 
   explicit GridPace(const FixedStep& control) : control_{control} {}
   [[nodiscard]] Outcome begin(TimeSpan<Scalar> span) {
@@ -40,7 +40,8 @@ class GridPace {
   [[nodiscard]] Scalar length(Scalar t, Scalar stop) const {
     return t == node_ ? grid_->from_node(done_, stop) : stop - t;
   }
-  [[nodiscard]] bool at_end() const { return done_ >= grid_->steps(); }
+  [[nodiscard]] bool is_at_end(const RunClock<Scalar>&) const { return done_ >= grid_->steps(); }
+  [[nodiscard]] static bool may_try() { return true; }
   /// The step has become the state. A node is reached at its own time or at one that is the same up to rounding.
   void accepted(const Landing<Scalar>& landed) {
     if (!landed.is_node) return;

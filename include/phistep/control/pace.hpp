@@ -1,14 +1,14 @@
 /// @file
-/// How long the steps of a run are: what a Run asks between its steps. A pace
+/// How long the steps of a run are: what a Run asks between its steps. A pace that varies
 ///
-///     Outcome begin(span, y, law)              reads the options
+///     Outcome begin(y, law)                    reads the options
 ///     Outcome start(span, y, order, slope)     chooses a first length; slope(t, y, out) costs a force call
 ///     double propose()                         |Δt| it would take next
+///     bool is_at_end(clock), may_try()         whether the run is done; whether there may be another try
 ///     Landing plan(clock, stop)                where the next step is to land, at a stop or before
 ///     prepare(y, dt), judge(…)                 before and inside an attempt, where it wants to see the error
-///     accepted(dt, wanted, history)            the step has become the state
-///     Outcome failed(outcome, dt)              success: try again with what propose() says now
-///
+///     accepted(to, history, limits)            the step has become the state
+///     Outcome failed(outcome, to, …)           success: try again with what plan() says now
 #pragma once
 
 #include <algorithm>
@@ -21,6 +21,7 @@
 #include "phistep/control/fixed_step.hpp"
 #include "phistep/control/iteration_control.hpp"
 #include "phistep/control/limits.hpp"
+#include "phistep/control/run_clock.hpp"
 #include "phistep/control/step_filter.hpp"
 #include "phistep/control/tolerance.hpp"
 #include "phistep/control/trace.hpp"
@@ -53,7 +54,7 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
   explicit ErrorPace(tolerance wanted) : wanted_{std::move(wanted)} {}
   explicit ErrorPace(const SmallerOf& both) : wanted_{both.error}, iterations_{both.iterations}, counts_{true} {}
 
-  [[nodiscard]] Outcome begin(TimeSpan<Scalar>, const Plain& y, const ErrorLaw& law) {
+  [[nodiscard]] Outcome begin(const Plain& y, const ErrorLaw& law) {
     constexpr double round_off = static_cast<double>(std::numeric_limits<Scalar>::epsilon());
     if (!norm_.begin(wanted_, y)) return Outcome::invalid_tolerance;
     // Estimates that go as the error at the end does, Δt^p, are held to the tolerance as they are.
@@ -112,8 +113,8 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
   [[nodiscard]] bool allows(const Plain& y, const Plain& next, const Trace<Plain>& told) {
     return told.proposed != 0 || size(y, next, told.error) <= allowed_;  // a scheme that proposes Δt has judged
   }
-  /// @param clipped  the step was shorter than proposed, because of a time to stop at
-  void accepted(double dt, bool clipped, const Failure& history, Limits& limits) {
+  void accepted(const Landing<Scalar>& to, const Failure& history, Limits& limits) {
+    const double dt = std::abs(static_cast<double>(to.dt));
     const double proposed = std::exchange(trace_.proposed, 0);
     trace_.advance();
     const bool was_capped = Length::is_capped();
@@ -124,7 +125,7 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
       by_iterations = lambda < by;
       by = std::min(by, lambda);
     }
-    if (clipped) {
+    if (to.clipped) {
       size_.forget();
       Length::set(std::max(Length::propose(), by * dt));
       // After a step that short, slopes by (y⁺ − b)/φΔt are rounding for the next.
@@ -136,7 +137,8 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
     else if (by_iterations) limits.count(LimitedBy::iterations);
     else limits.count(LimitedBy::error, error_.worst);
   }
-  [[nodiscard]] Outcome failed(Outcome why, double dt, const Failure&, Limits& limits) {
+  [[nodiscard]] Outcome failed(Outcome why, const Landing<Scalar>& to, const Failure&, Limits& limits) {
+    const double dt = std::abs(static_cast<double>(to.dt));
     if (const double proposed = std::exchange(trace_.proposed, 0); proposed > 0 && proposed < dt)
       return Length::shorten(why, dt, proposed / dt);
     if (why == Outcome::error_too_large) return Length::shorten(why, dt, size_.rejected(error_.size / allowed_));
@@ -181,7 +183,7 @@ class IterationPace : public VariableStep<ScalarOf<S>> {
   static constexpr bool sees_error = false;
 
   explicit IterationPace(const iteration_control& wanted) : wanted_{wanted} {}
-  [[nodiscard]] Outcome begin(TimeSpan<Scalar>, const Plain&, const ErrorLaw&) {
+  [[nodiscard]] Outcome begin(const Plain&, const ErrorLaw&) {
     if (!(wanted_.first_step > 0) || !can_work(wanted_)) return Outcome::invalid_tolerance;
     return Length::bound(wanted_.min_step, wanted_.max_step, wanted_.max_steps);
   }
@@ -189,15 +191,16 @@ class IterationPace : public VariableStep<ScalarOf<S>> {
     Length::set(std::min(wanted_.first_step, std::abs(static_cast<double>(span.t1 - span.t0))));
     return Outcome::success;
   }
-  void accepted(double dt, bool clipped, const Failure& history, Limits& limits) {
+  void accepted(const Landing<Scalar>& to, const Failure& history, Limits& limits) {
     const bool was_capped = Length::is_capped();
-    const double next = iteration_factor(history, wanted_) * dt;
-    Length::set(clipped ? std::max(Length::propose(), next) : next);
-    limits.count(clipped ? LimitedBy::stop : was_capped ? LimitedBy::max_step : LimitedBy::iterations);
+    const double next = iteration_factor(history, wanted_) * std::abs(static_cast<double>(to.dt));
+    Length::set(to.clipped ? std::max(Length::propose(), next) : next);
+    limits.count(to.clipped ? LimitedBy::stop : was_capped ? LimitedBy::max_step : LimitedBy::iterations);
   }
-  [[nodiscard]] Outcome failed(Outcome why, double dt, const Failure& history, Limits&) {
+  [[nodiscard]] Outcome failed(Outcome why, const Landing<Scalar>& to, const Failure& history, Limits&) {
     if (!may_be_cured(why)) return why;
-    return Length::shorten(why, dt, std::min(0.5, iteration_factor(history, wanted_)));
+    return Length::shorten(why, std::abs(static_cast<double>(to.dt)),
+                           std::min(0.5, iteration_factor(history, wanted_)));
   }
 
   void archive(auto& ar) { ar("step", static_cast<Length&>(*this)); }

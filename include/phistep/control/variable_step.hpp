@@ -18,12 +18,15 @@ namespace phistep::inline PHISTEP_ABI {
 template <class Scalar>
 class VariableStep {
  public:
+  static constexpr bool varies = true;
+
   /// |Δt| it would take next. [time]
   [[nodiscard]] double propose() const { return std::min(std::max(size_, smallest_), largest_); }
   /// Where the next step is to land, at a stop or before.
   [[nodiscard]] Landing<Scalar> plan(const RunClock<Scalar>& clock, std::optional<Scalar> stop) const {
     return clock.toward(stop.value_or(clock.span().t1), static_cast<Scalar>(propose()), static_cast<Scalar>(largest_));
   }
+  [[nodiscard]] static bool is_at_end(const RunClock<Scalar>& clock) { return clock.is_at_end(); }
   /// One more try.
   [[nodiscard]] bool may_try() { return left_-- > 0; }
 

@@ -75,6 +75,13 @@ template <class F>
   else if constexpr (std::is_base_of_v<WrappedForce, F>) return unwrap(force.force);
   else return force;
 }
+/// f(term) for every term of a force; for itself where it is no sum.
+template <class F>
+constexpr void for_each_summand(F& force, auto&& f) {
+  if constexpr (is_sum<std::remove_const_t<F>>)
+    std::apply([&f](auto&... term) { (for_each_summand(unwrap(term), f), ...); }, force.terms);
+  else f(force);
+}
 template <class F>
 using Unwrapped = std::remove_cvref_t<decltype(unwrap(std::declval<F&>()))>;
 

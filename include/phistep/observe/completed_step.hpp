@@ -3,7 +3,6 @@
 #pragma once
 
 #include "phistep/core/version.hpp"
-#include "phistep/observe/dense_output.hpp"
 #include "phistep/state/blocks.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -19,11 +18,14 @@ class CompletedStep {
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
 
-  /// @param dense  interpolates between start and end; computes slopes only if a state in between is asked for
+  /// @param inside  inside.at(t) is the state in between: a DenseOutput, or a run's LookInside
   /// @param middle  the state at t0 + dt/2, where the step was done as two halves
-  CompletedStep(Scalar t0, Scalar dt, Scalar t1, const Plain& start, const Plain& end, DenseOutput<S>& dense,
+  template <class Inside>
+  CompletedStep(Scalar t0, Scalar dt, Scalar t1, const Plain& start, const Plain& end, Inside& inside,
                 const Plain* middle = nullptr)
-      : t0_{t0}, dt_{dt}, t1_{t1}, start_{start}, end_{end}, dense_{dense}, middle_{middle} {}
+      : t0_{t0}, dt_{dt}, t1_{t1}, start_{start}, end_{end}, inside_{&inside}, middle_{middle} {
+    at_ = [](void* self, Scalar t) -> const Plain& { return static_cast<Inside*>(self)->at(t); };
+  }
 
   [[nodiscard]] Scalar t0() const { return t0_; }              ///< [time]
   [[nodiscard]] Scalar t1() const { return t1_; }              ///< [time]
@@ -40,7 +42,7 @@ class CompletedStep {
     static_assert(
         looks != Looks::not_copied,
         "phistep: to look inside its steps, a stepper must be copyable: give it the force as std::ref(force)");
-    return t == t1_ ? end_ : dense_.at(t);
+    return t == t1_ ? end_ : at_(inside_, t);
   }
   /// The state at t0 + dt/2 where two steps of half the length led from start to end, else null.
   [[nodiscard]] const Plain* middle() const { return middle_; }
@@ -49,7 +51,8 @@ class CompletedStep {
   Scalar t0_, dt_, t1_;
   const Plain& start_;
   const Plain& end_;
-  DenseOutput<S>& dense_;
+  void* inside_;
+  const Plain& (*at_)(void*, Scalar);
   const Plain* middle_;
 };
 

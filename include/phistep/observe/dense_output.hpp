@@ -13,19 +13,16 @@
 /// Either is written from the nearer end, whose time differs from t without a rounding: so it meets both ends.
 ///
 /// A scheme may be better than its interpolant: of higher order, or right where a stiff component makes of a small error a
-/// large slope. Where the run says so, a look inside is a step really done.
+/// large slope. Then a look inside is a step really done (step/look_inside.hpp).
 #pragma once
 
-#include <Eigen/Core>
-
-#include <cmath>
-#include <optional>
-#include <tuple>
 #include <type_traits>
 
 #include "phistep/core/stepper_facts.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/combination.hpp"
+#include "phistep/state/unknowns.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -50,27 +47,8 @@ class DenseOutput {
     }
   };
 
-  /// What an interpolated state is checked against.
-  struct Truth {
-    void* self = nullptr;
-    bool (*trusts)(void*) = nullptr;                ///< asked once a step, at the first look inside
-    void (*fill)(void*, Scalar, Plain&) = nullptr;  ///< fill(self, t, y(t)), where it doesn't trust
-
-    /// Asks `f.trusts()` and `f(t, y(t))`; f must outlive the step.
-    template <class F>
-    [[nodiscard]] static Truth of(F& f) {
-      return {&f, [](void* judge) { return static_cast<F*>(judge)->trusts(); },
-              [](void* judge, Scalar t, Plain& out) { (*static_cast<F*>(judge))(t, out); }};
-    }
-  };
-
   DenseOutput() {
-    for (Plain* y : {&slope0_, &slope1_, &value_})
-      for_each_block(
-          [](auto, auto& block) {
-            if constexpr (std::remove_cvref_t<decltype(block)>::SizeAtCompileTime != Eigen::Dynamic) block.setZero();
-          },
-          Blocks<S>::all(*y));
+    for (Plain* y : {&slope0_, &slope1_, &value_}) set_zero(Blocks<S>::all(*y));
   }
 
   /// The step from t0 to t0 + dt. [time] Refers to `start` and `end` until the next one begins.
@@ -87,8 +65,6 @@ class DenseOutput {
     slopes_ = slopes;
     known_ = false;
     inside_ = nullptr;
-    truth_ = {};
-    trusted_.reset();
   }
   /// The step just begun was done by this stepper: where it knows y(t0 + x dt), 0 < x < 1, that is taken in place of
   /// Hermite's interpolant. The stepper must outlive the step, and do no other meanwhile.
@@ -102,32 +78,13 @@ class DenseOutput {
     }
   }
 
-  /// From now on at(t) is checked; before, it interpolates.
-  /// @param trusted  what truth.trusts() would say, where that is known
-  void check_by(Truth truth, std::optional<bool> trusted = {}) {
-    truth_ = truth;
-    trusted_ = trusted;
-  }
-  [[nodiscard]] bool is_checked() const { return truth_.self != nullptr; }
-
+  /// Strictly between the ends.
+  [[nodiscard]] bool is_inside(Scalar t) const { return (t - t0_) / dt_ > 0 && (t1_ - t) / dt_ > 0; }
   /// The state at t; at the ends, and beyond, that of the end, bit for bit. Valid until the next call.
   [[nodiscard]] const Plain& at(Scalar t) {
     const Scalar from_start = (t - t0_) / dt_, to_end = (t1_ - t) / dt_;
     if (from_start <= 0) return *start_;
     if (to_end <= 0) return *end_;
-    if (truth_.self != nullptr) {
-      if (!trusted_) trusted_ = truth_.trusts(truth_.self);
-      if (!*trusted_) {
-        copy_blocks<S>(value_, *start_);
-        truth_.fill(truth_.self, t, value_);
-        return value_;
-      }
-    }
-    return interpolated(t);
-  }
-  /// The same without a check, strictly inside.
-  [[nodiscard]] const Plain& interpolated(Scalar t) {
-    const Scalar from_start = (t - t0_) / dt_, to_end = (t1_ - t) / dt_;
     if (inside_ != nullptr) {
       copy_blocks<S>(value_, *start_);
       inside_(self_, from_start, dt_, *start_, *end_, value_);
@@ -153,22 +110,16 @@ class DenseOutput {
                    const Plain& to_slope) {
     const Scalar z = 1 - x;
     const Scalar rise = x * x * (3 - 2 * x), near_rate = h * x * z * z, far_rate = -h * x * x * z;
-    for_each_block(
-        [&](auto k, auto& y, const auto& y0, const auto& d0, const auto& y1, const auto& d1) {
-          if constexpr (Blocks<S>::drifts && k() == 0) return;
-          else y = y0 + rise * (y1 - y0) + near_rate * d0 + far_rate * d1;
-        },
-        Blocks<S>::all(value_), Blocks<S>::all(from), Blocks<S>::all(from_slope), Blocks<S>::all(to),
-        Blocks<S>::all(to_slope));
+    const auto y0 = in<S>(from), y1 = in<S>(to), d0 = in<S>(from_slope), d1 = in<S>(to_slope);
+    assign_solved<S>(value_, y0 + rise * (y1 - y0) + near_rate * d0 + far_rate * d1);
     if constexpr (Blocks<S>::drifts) {
       const Scalar cube = x * x * x, drift = cube * (10 + x * (6 * x - 15));
       const Scalar near_drift = h * x * z * z * z * (1 + 3 * x), far_drift = -h * cube * z * (4 - 3 * x);
       const Scalar near_bend = h * h * x * x * z * z * z / 2, far_bend = h * h * cube * z * z / 2;
-      const auto &y0 = Blocks<S>::all(from), &d0 = Blocks<S>::all(from_slope);
-      const auto &y1 = Blocks<S>::all(to), &d1 = Blocks<S>::all(to_slope);
-      std::get<0>(Blocks<S>::all(value_)) = std::get<0>(y0) + drift * (std::get<0>(y1) - std::get<0>(y0)) +
-                                            near_drift * std::get<1>(y0) + far_drift * std::get<1>(y1) +
-                                            near_bend * std::get<1>(d0) + far_bend * std::get<1>(d1);
+      const auto &r0 = position_of<S>(from), &r1 = position_of<S>(to), &v0 = velocity_of<S>(from),
+                 &v1 = velocity_of<S>(to), &a0 = velocity_of<S>(from_slope), &a1 = velocity_of<S>(to_slope);
+      position_of<S>(value_) =
+          r0 + drift * (r1 - r0) + near_drift * v0 + far_drift * v1 + near_bend * a0 + far_bend * a1;
     }
   }
 
@@ -178,8 +129,6 @@ class DenseOutput {
   Slopes slopes_;
   const void* self_ = nullptr;
   void (*inside_)(const void*, Scalar, Scalar, const Plain&, const Plain&, Plain&) = nullptr;
-  Truth truth_;
-  std::optional<bool> trusted_;
   Plain slope0_, slope1_, value_;
   bool known_ = false;
 };

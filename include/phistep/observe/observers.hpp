@@ -1,5 +1,5 @@
 /// @file
-/// The observers of a run, as one.
+/// The observers of a run, as one, and how it asks each.
 #pragma once
 
 #include <optional>
@@ -9,14 +9,31 @@
 
 #include "phistep/archive/archive.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/observe/completed_step.hpp"
 #include "phistep/observe/event.hpp"
 #include "phistep/observe/event_set.hpp"
 #include "phistep/observe/goes_on.hpp"
-#include "phistep/observe/show.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/parts.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
+
+/// An observer that looks at whole steps.
+template <class Observer, class S>
+inline constexpr bool observes_steps = std::is_invocable_v<Observer&, const CompletedStep<S>&>;
+
+/// Shows (t, state) to one observer.
+template <class Observer, class Scalar, class S>
+[[nodiscard]] bool show(Observer& observer, Scalar t, S& state) {
+  static_assert(!std::is_const_v<Observer> || std::is_invocable_v<Observer&, Scalar, S&>,
+                "phistep: this observer changes as it observes, so it can't be const");
+  static_assert(
+      std::is_const_v<Observer> || std::is_invocable_v<Observer&, Scalar, S&>,
+      "phistep: an observer must be callable as observer(t, state) or observer(step), returning nothing or false "
+      "to stop");
+  if constexpr (!std::is_invocable_v<Observer&, Scalar, S&>) return false;
+  else return ask(observer, t, state);
+}
 
 /// @tparam Observers  references where they were given as lvalues
 template <State S, class... Observers>

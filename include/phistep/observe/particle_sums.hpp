@@ -10,6 +10,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/force/energy.hpp"
 #include "phistep/force/evaluate.hpp"
+#include "phistep/force/sum.hpp"
 #include "phistep/state/particles.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -65,13 +66,11 @@ template <class Scalar, int dim, class... Extra>
 /// Σ r·f over the pairs of those terms that have a virial(t, y) [energy]
 template <class F, class View, class Scalar>
 [[nodiscard]] Scalar virial_of(F& force, Scalar t, const View& y) {
-  if constexpr (is_sum<std::remove_const_t<F>>) {
-    return std::apply([&](auto&... term) { return (Scalar{0} + ... + virial_of(unwrap(term), t, y)); }, force.terms);
-  } else if constexpr (requires { force.virial(t, y); }) {
-    return static_cast<Scalar>(force.virial(t, y));
-  } else {
-    return 0;
-  }
+  Scalar sum{0};
+  for_each_summand(force, [&](auto& term) {
+    if constexpr (requires { term.virial(t, y); }) sum += static_cast<Scalar>(term.virial(t, y));
+  });
+  return sum;
 }
 /// (2 E_kin + Σ r·f)/(dim V) of particles in a periodic box [force/length^(dim−1)]; NaN where an axis is open
 template <class Stepper, class Scalar, int dim, class... Extra>

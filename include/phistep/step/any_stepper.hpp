@@ -1,12 +1,16 @@
 /// @file
-/// What a run does with any stepper, a user's own too: a step, and the way back to what it remembered of its history.
+/// What a run asks of any stepper, a user's own too: a step, a slope, and the way back to what it remembered of its history.
 #pragma once
 
+#include <limits>
 #include <utility>
 
+#include "phistep/core/outcome.hpp"
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/force/evaluate.hpp"
 #include "phistep/problem/transaction.hpp"
+#include "phistep/state/blocks.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -15,6 +19,17 @@ template <class Stepper, class S, class Scalar>
 StepReport do_step(Stepper& stepper, S& state, Scalar t, Scalar dt, [[maybe_unused]] Origin origin) {
   if constexpr (requires { stepper.step(state, t, dt, origin); }) return stepper.step(state, t, dt, origin);
   else return stepper.step(state, t, dt);
+}
+
+/// out = y' at (t, y) by a force call: success, non_finite_force or wrong_size.
+template <State S, class Stepper>
+[[nodiscard]] Outcome slope_of(Stepper& stepper, ScalarOf<S> t, const PlainState<S>& y, PlainState<S>& out) {
+  try {
+    return stepper.slope(t, y, out) ? Outcome::success : Outcome::non_finite_force;
+  } catch (const WrongSize&) {
+    for_each_number([](auto, auto& x) { x = std::numeric_limits<ScalarOf<S>>::quiet_NaN(); }, Blocks<S>::all(out));
+    return Outcome::wrong_size;
+  }
 }
 
 template <class Stepper>

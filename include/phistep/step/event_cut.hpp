@@ -32,7 +32,7 @@ class EventCut {
     try {
       look_.begin(to.dt);
       const CompletedStep<typename Attempt::StateType> step{step_.t0(),    to.dt,         step_.clock().t(),
-                                                            step_.start(), step_.plain(), look_.dense()};
+                                                            step_.start(), step_.plain(), look_};
       found = events_.find(step);
       // Where the interpolant is far off, it may have roots of its own: then the search is done by real steps.
       if ((found || failed(found.outcome)) && found.root.t != step.t1() && look_.was_off()) found = events_.find(step);

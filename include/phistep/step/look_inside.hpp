@@ -16,12 +16,12 @@
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/stepper_facts.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/force/evaluate.hpp"
 #include "phistep/observe/dense_output.hpp"
 #include "phistep/observe/interpolant_trust.hpp"
 #include "phistep/problem/kernel.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/combination.hpp"
+#include "phistep/step/any_stepper.hpp"
 #include "phistep/step/parts_inside.hpp"
 #include "phistep/step/step_inside.hpp"
 
@@ -34,18 +34,6 @@ template <class Stepper>
   if constexpr (facts_of<Stepper>.solves_nothing) return stepper.order() <= 2;
   else return false;
 }
-/// out = y' at (t, y) by a force call: success, non_finite_force or wrong_size.
-template <State S, class Stepper>
-[[nodiscard]] Outcome slope_of(Stepper& stepper, ScalarOf<S> t, const PlainState<S>& y, PlainState<S>& out) {
-  try {
-    return stepper.slope(t, y, out) ? Outcome::success : Outcome::non_finite_force;
-  } catch (const WrongSize&) {
-    for_each_block([](auto, auto& block) { block.setConstant(std::numeric_limits<ScalarOf<S>>::quiet_NaN()); },
-                   Blocks<S>::all(out));
-    return Outcome::wrong_size;
-  }
-}
-
 /// @tparam Attempt     a StepAttempt
 /// @tparam does_steps  steps may be done inside; else states come from Hermite's interpolant
 template <class Attempt, bool does_steps>
@@ -69,23 +57,33 @@ class LookInside {
   /// It has been done again, to an earlier end.
   void begin_again(Scalar dt) {
     dt_ = dt;
+    is_checked_ = false;
+    trusted_.reset();
     dense_.begin(step_.t0(), dt, step_.clock().t(), step_.start(), step_.plain(), DenseOutput<S>::Slopes::of(*this));
     if (step_.is_traced()) dense_.interpolate_by(step_.stepper());
   }
-  [[nodiscard]] DenseOutput<S>& dense() { return dense_; }
+  /// The state at t; valid until the next call.
+  [[nodiscard]] const Plain& at(Scalar t) {
+    if constexpr (does_steps)
+      if (is_checked_ && dense_.is_inside(t)) {
+        if (!trusted_) trusted_ = trusts();
+        if (!*trusted_) {
+          if (!look_by_parts(t, work_.found)) static_cast<void>(go_to(t, work_.found));
+          return work_.found;
+        }
+      }
+    return dense_.at(t);
+  }
   /// From here on states inside are checked, where there is a doubt.
   void check() {
-    if constexpr (does_steps)
-      if (!hermite_is_enough(step_.stepper()) && !dense_.is_checked())
-        dense_.check_by(DenseOutput<S>::Truth::of(*this));
+    if constexpr (does_steps) is_checked_ = !hermite_is_enough(step_.stepper());
   }
   /// The same; true where those seen so far were off.
   [[nodiscard]] bool was_off() {
     if constexpr (does_steps && sees_error) {
-      if (hermite_is_enough(step_.stepper())) return false;
-      const bool trusted = trusts();
-      dense_.check_by(DenseOutput<S>::Truth::of(*this), trusted);
-      return !trusted;
+      check();
+      if (is_checked_) trusted_ = trusts();
+      return is_checked_ && !*trusted_;
     } else {
       return false;
     }
@@ -93,22 +91,6 @@ class LookInside {
   /// How the looks went: a failure, of a slope or of the step to a state, ends the run.
   [[nodiscard]] Outcome outcome() const { return failed(looked_) ? looked_ : slopes_; }
 
-  /// Whether the interpolant is right to half the tolerance, at two places where steps are done to learn it. (At one alone
-  /// its error may pass zero.) False at a fixed Δt, which has no tolerance.
-  [[nodiscard]] bool trusts() {
-    if constexpr (sees_error) {
-      const double length = std::abs(static_cast<double>(dt_));
-      if (const std::optional<bool> known = trust_.whole.known(length)) return *known;
-      const std::optional<double> worst = worst_error(dt_, 0.5, [this](Scalar t) { return &dense_.interpolated(t); });
-      return !worst || trust_.whole.check(length, *worst);  // a step that fails ends the run
-    } else {
-      return false;
-    }
-  }
-  /// out = y(t), not by the interpolant of the whole step.
-  void operator()(Scalar t, Plain& out) {
-    if (!look_by_parts(t, out)) static_cast<void>(go_to(t, out));
-  }
   /// Slopes at both ends: the scheme's own where it told them, else by two force calls.
   void operator()(Plain& at_start, Plain& at_end) {
     if constexpr (sees_error)
@@ -128,6 +110,18 @@ class LookInside {
  private:
   static constexpr bool sees_error = Attempt::PaceType::sees_error;
 
+  /// Whether the interpolant is right to half the tolerance, at two places where steps are done to learn it. (At one alone
+  /// its error may pass zero.) False at a fixed Δt, which has no tolerance.
+  [[nodiscard]] bool trusts() {
+    if constexpr (sees_error) {
+      const double length = std::abs(static_cast<double>(dt_));
+      if (const std::optional<bool> known = trust_.whole.known(length)) return *known;
+      const std::optional<double> worst = worst_error(dt_, 0.5, [this](Scalar t) { return &dense_.at(t); });
+      return !worst || trust_.whole.check(length, *worst);  // a step that fails ends the run
+    } else {
+      return false;
+    }
+  }
   /// Keeps the state while a step inside works in it; then puts it back, and books the cost.
   template <class Worker>
   class Visit {
@@ -194,7 +188,7 @@ class LookInside {
   [[nodiscard]] bool go_to(Scalar t, Plain& out) {
     const Scalar from = step_.t0(), dt = t - from;
     if (std::abs(dt) <= step_.clock().rounding(from)) {  // no step, and nothing to tell its ends apart
-      copy_blocks<S>(out, dense_.interpolated(from + dt));
+      copy_blocks<S>(out, dense_.at(from + dt));
       return true;
     }
     auto& inside = work_.inside;
@@ -213,8 +207,9 @@ class LookInside {
   struct Work {
     StepInside<Stepper, S> inside;
     PartsInside<Stepper, S> parts;
-    int looks = 0;   // at states that the interpolant of the whole step can't tell
-    Plain end, off;  // the state at the step's end, while others are in its place; scratch
+    int looks = 0;     // at states that the interpolant of the whole step can't tell
+    Plain end;         // the state at the step's end, while others are in its place
+    Plain found, off;  // the state last asked for; scratch
   };
   struct Nothing {};
 
@@ -223,6 +218,8 @@ class LookInside {
   RunReport& report_;
   Scalar dt_{};
   DenseOutput<S> dense_;
+  bool is_checked_ = false;            // states inside are more than interpolated
+  std::optional<bool> trusted_;        // what was found of this step's interpolant
   Outcome slopes_ = Outcome::success;  // of the step just done, if they were computed
   Outcome looked_ = Outcome::success;  // of steps to states inside
   [[no_unique_address]] std::conditional_t<does_steps, Work, Nothing> work_;

@@ -1,5 +1,5 @@
 /// @file
-/// The step that a run is about to do: where it starts, how it is tried, and the way back to its start.
+/// The step that a run is about to do: how long it is, where it starts, how it is tried, and the way back to its start.
 #pragma once
 
 #include <cmath>
@@ -8,13 +8,16 @@
 #include <utility>
 
 #include "phistep/control/fixed_step.hpp"
+#include "phistep/control/limits.hpp"
 #include "phistep/control/run_clock.hpp"
+#include "phistep/core/outcome.hpp"
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/stepper_facts.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/problem/transaction.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/step/any_stepper.hpp"
+#include "phistep/step/error_law.hpp"
 #include "phistep/step/step_doubling.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -32,6 +35,43 @@ class StepAttempt {
 
   StepAttempt(Stepper& stepper, S& state, TimeSpan<Scalar> span, Pace pace)
       : stepper_{stepper}, state_{state}, pace_{std::move(pace)}, clock_{span}, from_{clock_} {}
+
+  /// All that begins a run but force calls.
+  [[nodiscard]] Outcome set_up() {
+    if constexpr (Pace::varies) return pace_.begin(plain(), error_law(stepper_));
+    else return pace_.begin(clock_.span());
+  }
+  /// The run begins.
+  [[nodiscard]] Outcome begin_run() {
+    if constexpr (Pace::varies) {
+      const auto [t0, t1] = clock_.span();
+      if (!std::isfinite(t1 - t0)) return Outcome::invalid_step;
+      if (t1 == t0) return Outcome::success;
+      if (first_non_finite(Blocks<S>::all(plain()))) return Outcome::non_finite_state;
+      if (const Outcome bad = set_up(); failed(bad)) return bad;
+      Outcome told = Outcome::success;
+      const auto slope = [&](Scalar t, const Plain& y, Plain& out) {
+        told = slope_of<S>(stepper_, t, y, out);
+        return !failed(told);
+      };
+      const Outcome bad = pace_.start(clock_.span(), plain(), stepper_.order(), slope);
+      return bad == Outcome::non_finite_force && failed(told) ? told : bad;
+    } else {
+      return set_up();
+    }
+  }
+  [[nodiscard]] bool is_at_end() const { return pace_.is_at_end(clock_); }
+  /// A step has become the state.
+  void accepted(const Landing<Scalar>& to, [[maybe_unused]] Limits& limits) {
+    if constexpr (Pace::varies) pace_.accepted(to, stepper_.history(), limits);
+    else pace_.accepted(to);
+  }
+  /// After a try that failed: success where the pace has a shorter one, else how the run ends.
+  [[nodiscard]] Outcome retry(Outcome why, [[maybe_unused]] const Landing<Scalar>& to,
+                              [[maybe_unused]] Limits& limits) {
+    if constexpr (Pace::varies) return pace_.failed(why, to, stepper_.history(), limits);
+    else return why;
+  }
 
   /// A step starts where the run stands.
   /// @param keeps_past  the stepper's history is kept, too

@@ -19,11 +19,9 @@ namespace phistep::inline PHISTEP_ABI {
 /// What the choice depends on, beside the stiffness.
 struct AdvisedProblem {
   std::int64_t unknowns = 0;  ///< solved for: n for a motion, whose r and v are 2n numbers
-  bool is_motion = false, uses_velocity = false, uses_time = false, is_affine = false, has_history = false;
-  bool has_jacobian = false, has_pattern = false, has_matrix_mass = false, is_fixed_size = false;
+  bool is_motion = false, uses_velocity = false, has_history = false, has_jacobian = false, has_pattern = false;
   Structure structure = Structure::dense;
   double rtol = 1e-4;
-  double span = 0;  ///< [time]
   int digits = 15;  ///< of the scalar
 };
 

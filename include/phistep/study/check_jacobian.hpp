@@ -9,16 +9,16 @@
 #include <cstdio>
 #include <limits>
 #include <string>
-#include <tuple>
 #include <utility>
 
 #include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/equation/right_hand_side.hpp"
 #include "phistep/force/evaluate.hpp"
 #include "phistep/force/signature.hpp"
 #include "phistep/jacobian/analytic.hpp"
-#include "phistep/linear/mass.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/unknowns.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -65,10 +65,7 @@ template <State S, class F>
   copy_blocks<S>(y, state);
   auto& force = unwrap(force_given);
   using Force = std::remove_cvref_t<decltype(force)>;
-  const auto masses = []<std::size_t... K>(std::index_sequence<K...>) {
-    return std::tuple{(static_cast<void>(K), UnitMass{})...};
-  }
-  (std::make_index_sequence<solved_blocks<S>>{});
+  const auto masses = bind_masses<S>(UnitMasses{}, y);
   using View = std::remove_cvref_t<decltype(Blocks<S>::view(y, masses))>;
   static_assert(ForceTraits<Force, View, Rate>::has_jacobian, "phistep: check_jacobian needs a force with a Jacobian");
 
@@ -93,18 +90,12 @@ template <State S, class F>
       const Scalar width = up - x;
       assign_force(force, t, Blocks<S>::view(y, masses), memory, below);
       x = kept;
-      Index row = 0;
-      for_each_block(
-          [&](auto, const auto& a, const auto& b) {
-            for (Index i = 0; i < a.size(); ++i) into(row++, at + j) = (a.data()[i] - b.data()[i]) / width;
-          },
-          Rate::blocks(above), Rate::blocks(below));
+      for_each_number([&](auto i, Scalar a, Scalar b) { into(static_cast<Index>(i), at + j) = (a - b) / width; },
+                      Rate::blocks(above), Rate::blocks(below));
     }
   };
-  if constexpr (Blocks<S>::drifts) difference(std::get<0>(Blocks<S>::all(y)), 0, differenced.K);
-  Index at = 0;
-  for_each_block([&](auto, auto& block) { difference(block, at, differenced.C), at += block.size(); },
-                 Blocks<S>::solved(y));
+  if constexpr (Blocks<S>::drifts) difference(position_of<S>(y), 0, differenced.K);
+  for_each_solved<S>([&](Index at, auto& block) { difference(block, at, differenced.C); }, y);
 
   JacobianCheck check;
   check.matrix = Blocks<S>::drifts ? 'K' : 'J';

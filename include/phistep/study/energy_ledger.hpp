@@ -28,8 +28,7 @@
 ///     scheme    ΔE less these: what is left
 ///
 /// by Gauss and Lobatto's rule on the way through the step (study/step_path.hpp), of order 6, at two force calls more a
-/// step, none where there is neither D nor X. Where a step doesn't resolve a part (the rule is off the work of its mean,
-/// Δrᵀ(D₀+D₁)/2, by more than half of ∫|vᵀD| dt), that mean counts.
+/// step, none where there is neither D nor X. Where a step doesn't resolve a part, the work of its mean counts, Δrᵀ(D₀+D₁)/2.
 #pragma once
 
 #include <Eigen/Core>
@@ -38,14 +37,12 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
-#include <tuple>
 #include <type_traits>
 #include <utility>
 
 #include "phistep/archive/archive.hpp"
 #include "phistep/core/scheme_facts.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/force/at.hpp"
 #include "phistep/force/energy.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/combination.hpp"
@@ -56,14 +53,9 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// The form of a stepper's energy balance.
 template <class Stepper>
-inline constexpr EnergyBalance balance_of =
-    is_split<std::remove_const_t<typename ForceSplitter<Stepper>::Force>, typename Stepper::SchemeType>
-        ? EnergyBalance::rest
-        : Stepper::SchemeType::facts.energy.value;
-template <class Stepper>
-using EnergyBooksOf = EnergyBooks<ScalarOf<typename Stepper::StateType>, balance_of<Stepper> == EnergyBalance::rest>;
+using EnergyBooksOf =
+    EnergyBooks<ScalarOf<typename Stepper::StateType>, ForceSplitter<Stepper>::balance == EnergyBalance::rest>;
 
 /// An observer of completed steps:
 ///
@@ -88,7 +80,7 @@ class EnergyLedger : public EnergyBooksOf<Stepper> {
   using Force = typename Splitter::Force;
   using Parts = ForceParts<Rate>;
   using Block = typename Parts::Block;
-  static constexpr EnergyBalance balance = balance_of<Stepper>;
+  static constexpr EnergyBalance balance = Splitter::balance;
   using Books = EnergyBooksOf<Stepper>;
   using Books::books_;
 
@@ -147,30 +139,25 @@ class EnergyLedger : public EnergyBooksOf<Stepper> {
   }
 
   /// For a checkpoint: the books, where they stand, and Ψ there.
-  void save(Writer& out) const {
-    out("books", books_, "end", end_, "conservative", before_.conservative, "damping", before_.damping, "external",
-        before_.external);
-  }
-  template <class Then>
-  void load(Reader& in, Then&& then) {
-    EnergyLedger read = *this;
-    in("books", read.books_, "end", read.end_);
-    read.allocate();
-    in("conservative", read.before_.conservative, "damping", read.before_.damping, "external", read.before_.external);
-    for (const Block* block : {&read.before_.F(), &read.before_.D(), &read.before_.X()})
-      in.check(block->rows() == velocity_of<S>(read.end_).rows() && block->cols() == velocity_of<S>(read.end_).cols());
-    then();
-    *this = std::move(read);
+  template <class Ar>
+  void archive(Ar& ar) {
+    ar("books", books_, "end", end_);
+    if constexpr (Ar::reading) allocate();
+    ar.in_place("conservative", before_.conservative, "damping", before_.damping, "external", before_.external);
   }
 
  private:
-  [[nodiscard]] const auto& mass() const { return force_.mass(); }
   [[nodiscard]] bool same_time(Scalar t) const {
     return std::abs(t - books_.t) <=
            8 * std::numeric_limits<Scalar>::epsilon() * std::max(std::abs(t), std::abs(books_.t));
   }
   [[nodiscard]] static Energy dot(const Block& a, const Block& b) {
     return flat(a).template cast<Energy>().dot(flat(b).template cast<Energy>());
+  }
+
+  /// aᵀF, aᵀD and aᵀX
+  [[nodiscard]] static std::array<Energy, 3> products(const Block& a, Parts& parts) {
+    return {dot(a, parts.F()), dot(a, parts.D()), dot(a, parts.X())};
   }
 
   void allocate() {
@@ -182,12 +169,7 @@ class EnergyLedger : public EnergyBooksOf<Stepper> {
   }
   /// Kinetic and potential energy of a state at t.
   void look(Scalar t, const Plain& y) {
-    const Scalar* const v = velocity_of<S>(y).data();
-    Energy twice{0};
-    mass().for_each_entry(velocity_of<S>(y).size(), [&](Index i, Index j, auto m) {
-      twice += static_cast<Energy>(v[i]) * static_cast<Energy>(m) * static_cast<Energy>(v[j]);
-    });
-    books_.kinetic = twice / 2;
+    books_.kinetic = force_.template kinetic<Energy>(y);
     books_.potential = potential_at(t, y);
     books_.t = t;
   }
@@ -235,14 +217,14 @@ class EnergyLedger : public EnergyBooksOf<Stepper> {
     dv_ = v1 - v0;
     middle_ = (v0 + v1) / 2;
     residual_ = -h * psi_;
-    mass().subtract_product(-flat(dv_), flat(residual_));  // ρ
+    force_.mass().subtract_product(-flat(dv_), flat(residual_));  // ρ
 
     Energy scheme, solver = dot(middle_, residual_);
     if constexpr (balance == EnergyBalance::verlet) {
-      divide_by_mass(before_.sum(), slack_);
+      force_.accelerate(before_.sum(), slack_);
       slack_ = dr_ - h * v0 - h * (h / 2 * slack_);  // δ
       solver -= dot(slack_, psi_);
-      divide_by_mass(psi_, slack_);
+      force_.accelerate(psi_, slack_);
       solver += static_cast<Energy>(h) / 2 * dot(residual_, slack_);
       residual_ = after_.sum() - before_.sum();
       scheme = static_cast<Energy>(h) * static_cast<Energy>(h) / 4 * dot(residual_, slack_);
@@ -257,10 +239,11 @@ class EnergyLedger : public EnergyBooksOf<Stepper> {
     Energy timed{0};
     if constexpr (Splitter::uses.time)
       timed = ((potential_at(t1, y0) - before) + (books_.potential - potential_at(t0, y1))) / 2;
-    books_.scheme.add(books_.potential - before - timed + dot(dr_, mean_.F()));
+    const auto [F, D, X] = products(dr_, mean_);
+    books_.scheme.add(books_.potential - before - timed + F);
     books_.scheme.add(scheme);
-    books_.damping.add(dot(dr_, mean_.D()));
-    books_.external.add(dot(dr_, mean_.X()));
+    books_.damping.add(D);
+    books_.external.add(X);
     books_.external.add(timed);
     books_.solver.add(solver);
   }
@@ -282,27 +265,15 @@ class EnergyLedger : public EnergyBooksOf<Stepper> {
   }
   /// ∫ vᵀF dt, ∫ vᵀD dt and ∫ vᵀX dt
   [[nodiscard]] std::array<Energy, 3> work(Scalar t0, Scalar h, const Plain& y0, const Plain& y1) {
-    std::array<Energy, 3> integral{}, size{}, mean{};
-    const auto add = [&](double weight, const Block& v, Parts& parts) {
-      const Energy share = static_cast<Energy>(h) * static_cast<Energy>(weight);
-      const std::array power{dot(v, parts.F()), dot(v, parts.D()), dot(v, parts.X())};
-      for (std::size_t k = 0; k < 3; ++k) integral[k] += share * power[k], size[k] += std::abs(share * power[k]);
-    };
-    add(lobatto_end, velocity_of<S>(y0), before_);
-    add(lobatto_end, velocity_of<S>(y1), after_);
-    divide_by_mass(before_.sum(), middle_);
-    divide_by_mass(after_.sum(), slack_);
-    for (const double x : lobatto_nodes) {
-      place_between<S>(static_cast<Scalar>(x), h, y0, middle_, y1, slack_, end_);
-      evaluate(t0 + static_cast<Scalar>(x) * h, end_, mean_);
-      add(lobatto_inner, velocity_of<S>(end_), mean_);
-    }
+    force_.accelerate(before_.sum(), middle_);
+    force_.accelerate(after_.sum(), slack_);
     blend(Scalar{0.5});
     dr_ = position_of<S>(y1) - position_of<S>(y0);
-    mean = {dot(dr_, mean_.F()), dot(dr_, mean_.D()), dot(dr_, mean_.X())};
-    for (std::size_t k = 0; k < 3; ++k)
-      if (!(std::abs(integral[k] - mean[k]) <= size[k] / 2)) integral[k] = mean[k];
-    return integral;
+    const auto mean = products(dr_, mean_);
+    return integrate_on_path<S>(h, y0, middle_, y1, slack_, end_, mean, [&](double x, const Plain& y) {
+      if (x != 0 && x != 1) evaluate(t0 + static_cast<Scalar>(x) * h, y, mean_);
+      return products(velocity_of<S>(y), x == 0 ? before_ : x == 1 ? after_ : mean_);
+    });
   }
   /// (φ_f, φ_d)
   [[nodiscard]] std::pair<Scalar, Scalar> weights() const {
@@ -310,16 +281,6 @@ class EnergyLedger : public EnergyBooksOf<Stepper> {
     else {
       const Scheme& scheme = stepper_->working().scheme();
       return {scheme.force.template value<Scalar>(), scheme.drift.template value<Scalar>()};
-    }
-  }
-  /// out = M⁻¹ f
-  void divide_by_mass(const auto& f, Block& out) const {
-    out = f;
-    if constexpr (std::remove_cvref_t<decltype(mass())>::is_matrix) {
-      mass().solve(flat(out));
-    } else {
-      const auto factor = mass().scaled(Scalar{1});
-      for (Index i = 0; i < out.size(); ++i) out.data()[i] *= factor(i);
     }
   }
 

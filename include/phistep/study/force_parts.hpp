@@ -10,10 +10,13 @@
 #include <tuple>
 #include <type_traits>
 
+#include "phistep/core/scheme_facts.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/force/at.hpp"
 #include "phistep/force/energy.hpp"
 #include "phistep/force/evaluate.hpp"
 #include "phistep/force/signature.hpp"
+#include "phistep/force/sum.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
 
@@ -63,6 +66,10 @@ class ForceSplitter {
   };
 
  public:
+  /// The form of the stepper's energy balance.
+  static constexpr EnergyBalance balance = is_split<std::remove_const_t<Force>, typename Stepper::SchemeType>
+                                               ? EnergyBalance::rest
+                                               : Stepper::SchemeType::facts.energy.value;
   /// What the terms with an energy use besides r.
   static constexpr Uses uses = UsesOf<std::remove_const_t<Force>>::value;
 
@@ -78,12 +85,36 @@ class ForceSplitter {
     if constexpr (uses.velocity) still_ = y;
   }
   [[nodiscard]] const auto& mass() const { return std::get<0>(stepper_->masses()); }
+  /// out = M⁻¹ f
+  void accelerate(const auto& f, auto& out) const {
+    out = f;
+    if constexpr (std::remove_cvref_t<decltype(mass())>::is_matrix) {
+      mass().solve(flat(out));
+    } else {
+      const auto factor = mass().scaled(Scalar{1});
+      for (Index i = 0; i < out.size(); ++i) out.data()[i] *= factor(i);
+    }
+  }
+  /// ½ vᵀMv [energy]
+  template <class Energy>
+  [[nodiscard]] Energy kinetic(const Plain& y) const {
+    const Scalar* const v = velocity_of<S>(y).data();
+    Energy twice{0};
+    mass().for_each_entry(velocity_of<S>(y).size(), [&](Index i, Index j, auto m) {
+      twice += static_cast<Energy>(v[i]) * static_cast<Energy>(m) * static_cast<Energy>(v[j]);
+    });
+    return twice / 2;
+  }
   /// V(t, y) [energy]
   [[nodiscard]] Scalar potential(Scalar t, const Plain& y) {
     return static_cast<Scalar>(potential_energy(*force_, t, view(y), stepper_->memory()));
   }
   /// Whether there is no D and no X, and F doesn't depend on t: the energy is what V says.
-  [[nodiscard]] bool is_conservative() const { return !uses.velocity && !uses.time && all_have_energy(*force_); }
+  [[nodiscard]] bool is_conservative() const {
+    bool all = !uses.velocity && !uses.time;
+    for_each_summand(*force_, [&all](auto& term) { all = all && has_energy<View>(term); });
+    return all;
+  }
 
   /// F, D and X at (t, y). @returns how many force calls that was
   int evaluate(Scalar t, const Plain& y, ForceParts<Rate>& to) {
@@ -98,12 +129,6 @@ class ForceSplitter {
 
  private:
   [[nodiscard]] View view(const Plain& y) const { return Blocks<S>::view(y, stepper_->masses()); }
-  template <class F>
-  [[nodiscard]] static bool all_have_energy(F& force) {
-    if constexpr (is_sum<std::remove_const_t<F>>)
-      return std::apply([](auto&... term) { return (all_have_energy(unwrap(term)) && ...); }, force.terms);
-    else return has_energy<View>(force);
-  }
   template <class F, class Memory>
   void add(F& force, Scalar t, const Plain& y, const Memory& memory, ForceParts<Rate>& to) {
     if constexpr (is_sum<std::remove_const_t<F>>) {

@@ -87,7 +87,7 @@ template <class = void>
   return system;
 }
 
-/// λ of A u = λ M u for symmetric A and M > 0, ascending; `component`: where the mode of the largest |λ| is largest.
+/// λ of A u = λ M u for the symmetric part of A and M > 0, ascending; `component`: where the mode of the largest |λ| is largest.
 template <class = void>
 [[nodiscard]] Eigen::VectorXd symmetric_eigenvalues(const SparseRows& A, const PreflightMasses& masses,
                                                     Eigen::Index& component) {
@@ -156,9 +156,8 @@ template <class = void>
     Eigen::Index where = -1;
     const Eigen::MatrixXd sum = system.C + system.C.transpose();  // dissipative in the sense of the masses: below
     for (const auto lambda : eigenvalues_of(system.C)) s.damping = std::max(s.damping, std::abs(lambda));
-    Tangent half{{}, SparseRows((tangent.C + SparseRows(tangent.C.transpose())) / 2)};
     const Eigen::VectorXd values =
-        symmetric_mass ? symmetric_eigenvalues(half.C, masses, where) : Eigen::VectorXd::Ones(n);
+        symmetric_mass ? symmetric_eigenvalues(tangent.C, masses, where) : Eigen::VectorXd::Ones(n);
     s.dissipative = values.maxCoeff() <= tolerance * sum.cwiseAbs().maxCoeff();
     if (p == 0) s.eigenvalues = eigenvalues_of(system.C);
     system.C.cwiseAbs().rowwise().sum().maxCoeff(&where);
