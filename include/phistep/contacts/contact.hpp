@@ -61,9 +61,7 @@ class Contact : public ForceTerm {
     passes_.give(y, out, *memory.places);
   }
   void commit(auto t, const auto& y, Memory& memory) const {
-    if (memory.accept_single()) return;
-    memory.remember(t, passes_.evaluate(t, y, memory));
-    memory.accept_last();
+    memory.commit([&] { return passes_.evaluate(t, y, memory); });
   }
   /// Of the springs, normal and tangential and of rolling [energy].
   [[nodiscard]] Scalar energy(auto t, const auto& y, const Memory& memory) const {
