@@ -90,7 +90,7 @@ class Contact : public ForceTerm {
     const auto springs = passes_.evaluate(t, y, copy);
     passes_.for_each_tangent(*copy.places, *springs, copy.elapsed(t),
                              [&](Eigen::Index i, Eigen::Index j, const Scalar* n, const auto& K, const auto& C) {
-                               put_pair_tangent<dim>(sink, i, j, n, K, C);
+                               put_pair<dim, true>(sink, i, j, n, K, C);
                              });
   }
 
