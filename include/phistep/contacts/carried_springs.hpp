@@ -1,5 +1,5 @@
 /// @file
-/// How springs get from one table to the next, where bodies or the pairs that are looked at change.
+/// How springs get from one table to the next where bodies, or the list of pairs, change.
 #pragma once
 
 #include <algorithm>

@@ -94,7 +94,7 @@ class Contact : public ForceTerm {
                              });
   }
 
-  /// [time] of the shortest impact between two of these bodies, at the speeds that they have now (preflight asks).
+  /// [time] of the shortest impact between two of these bodies, at the speeds that they have now: for preflight.
   [[nodiscard]] double contact_time(const auto& y) const { return shortest_impact<Law>(passes_.materials(), y, 0.5); }
 
   [[nodiscard]] const ContactStatistics& statistics() const { return passes_.statistics(); }

@@ -1,5 +1,5 @@
 /// @file
-/// The bodies that contacts remember: their properties then, and who they were.
+/// The bodies that contacts remember: their identities and properties.
 #pragma once
 
 #include <Eigen/Core>

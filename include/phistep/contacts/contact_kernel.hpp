@@ -56,7 +56,7 @@ struct Triple {
   }
 };
 
-/// A contact before its law is asked.
+/// The geometry and velocities of a contact: what its law needs.
 template <class P>
 struct ContactPoint {
   Triple<P> n;          ///< unit, from j to i

@@ -63,7 +63,7 @@ struct ContactNumbers {
   T least;                                ///< F_n ≥ this: 0, or −∞ where the contact may pull
 };
 
-/// What a law says of one contact.
+/// The answer of a law for one contact.
 template <class T>
 struct ContactResponse {
   T normal;                ///< F_n [force]

@@ -1,5 +1,5 @@
 /// @file
-/// What contacts remember: who is near whom, and how far the springs of those that touch are stretched.
+/// What contacts remember: where bodies may touch, and how far the springs of those that do are stretched.
 ///
 /// A spring's length ξ is known at a time t_c. An evaluation at (t_e, Y) starts from it and never changes it, whatever
 /// Newton asks for and however often a step is rejected: it leaves its own ξ(t_e) beside. Where a step was made of one
@@ -79,7 +79,8 @@ struct ContactMemory {
     last_time = t;
     ++evaluations;
   }
-  /// At the end of an accepted step. @param springs_now  computes them for the accepted state, where no evaluation was alone
+  /// At the end of an accepted step. @param springs_now  computes them for the accepted state; called where there
+  /// were several evaluations
   void commit(auto&& springs_now) {
     if (evaluations > 1) {
       springs = springs_now();
@@ -114,7 +115,7 @@ struct ContactMemory {
       last.reset();
       body = 0;
       evaluations = 0;
-      // Compared with what the particles are when they are seen again.
+      // The next evaluation compares them with its particles.
       places = std::make_shared<const Places>(std::move(its_places));
       springs = std::make_shared<const Table>(std::move(its_springs));
       dormant = std::make_shared<const DormantSprings<Scalar>>(std::move(its_dormant));

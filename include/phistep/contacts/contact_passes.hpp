@@ -37,7 +37,7 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// What contacts did, for those who count.
+/// The work of a force of contacts so far.
 struct ContactStatistics {
   std::int64_t evaluations = 0;  ///< passes over the pairs
   std::int64_t rebuilds = 0;     ///< times the pairs were found anew
@@ -227,7 +227,7 @@ class ContactPasses {
     const auto ui = gather4<P>(slots.surface.data(), i), uj = gather4<P>(slots.surface.data(), j);
     const Triple<P> d = nearest({ri.x - rj.x, ri.y - rj.y, ri.z - rj.z});
     const P distance = sqrt(dot(d, d)), reach = ri.w + rj.w;
-    // Two centres in one point have no direction: no number, and so the step says it.
+    // Two centres in one point have no direction: NaN, which the step reports.
     ContactPoint<P> at{(P(1) / distance) * d,
                        reach - distance,
                        has_full_arms<Law> ? P(1) : distance / reach,

@@ -54,7 +54,7 @@ struct ContactSlots {
         v[a] = y.v(a, i);
         moved += (x[a] - from[a]) * (x[a] - from[a]);
       }
-      largest = largest < moved ? moved : largest;  // a NaN is near to nothing: its force says so
+      largest = largest < moved ? moved : largest;  // a NaN touches nothing; its force becomes NaN
       if constexpr (requires { y.omega; }) {
         if constexpr (dim == 3)
           for (int a = 0; a < 3; ++a) u[a] = radius * y.omega(a, i);

@@ -55,7 +55,7 @@ class TouchingWalls {
             Eigen::Matrix<Scalar, dim, 1> n;
             for (Eigen::Index i = 0; i < y.r.cols(); ++i) {
               const Scalar radius = y.body.radius[i], distance = approach<Scalar, dim>(wall, y.r.col(i), n);
-              // Not a number: it touches, so that the force says so.
+              // A position that is NaN touches, so that its force becomes NaN.
               if (distance >= radius || y.body.is_still(i)) continue;
               table.place.push_back(
                   WallBodies<Scalar>::place(static_cast<std::int64_t>(k), static_cast<std::int32_t>(i)));

@@ -25,7 +25,7 @@ struct Plane {
   Vector velocity = Vector::Zero();  ///< [length/time] of its surface, as of a conveyor: the plane stays
   int type = 0;                      ///< in the table of materials
 };
-/// A solid box, turned as one likes: a slab, a step, a chute's side. Bodies are outside.
+/// A solid box in any orientation: a slab, a step, a chute's side. Bodies are outside.
 template <int dim = 3>
 struct SolidBox {
   using Vector = Eigen::Matrix<double, dim, 1>;

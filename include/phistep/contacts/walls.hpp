@@ -120,7 +120,7 @@ class Walls : public ForceTerm {
     }
   }
 
-  /// [time] of the shortest impact of one of these bodies on a wall, at the speeds that they have now (preflight asks).
+  /// [time] of the shortest impact of one of these bodies on a wall, at the speeds that they have now: for preflight.
   [[nodiscard]] double contact_time(const auto& y) const { return shortest_impact<Law>(materials_, y, 1.0); }
 
   /// Bodies and walls that touched at the last evaluation.

@@ -78,7 +78,7 @@ concept Accumulating = requires(F& f, double t, const View& y, Rate& out) {
 }
 || requires(F& f, double t, const View& y, const MemoryOf<F>& memory, Rate& out) { f.add(t, y, memory, out); };
 
-/// An Eigen sparse matrix, told without including Eigen/Sparse.
+/// An Eigen sparse matrix, recognised without including Eigen/Sparse.
 template <class J>
 inline constexpr bool is_sparse_matrix = requires(const J& j) {
   j.outerIndexPtr();

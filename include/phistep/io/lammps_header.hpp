@@ -56,7 +56,7 @@ struct LammpsHeader {
   std::array<Scalar, 3> lower{Scalar(-0.5), Scalar(-0.5), Scalar(-0.5)};  ///< LAMMPS' own
   std::array<Scalar, 3> upper{Scalar(0.5), Scalar(0.5), Scalar(0.5)};
 
-  /// Takes what one line says.
+  /// Reads one line.
   void take(LammpsText& text) {
     // Numbers, then words that say what they are.
     std::vector<std::string_view> values;

@@ -1,5 +1,5 @@
 /// @file
-/// What a LAMMPS data file says, line by line; io/lammps_data.hpp is its face.
+/// Reads a LAMMPS data file, section by section; io/lammps_data.hpp is its face.
 #pragma once
 
 #include <Eigen/Core>
@@ -133,7 +133,7 @@ class LammpsParser {
     const std::size_t type = type_index(header_.types, "type");
     masses_.push_back({type, positive("mass"), text_.line_number()});
   }
-  /// Once as many lines were read as there are types: what a header says is worth no memory.
+  /// Memory is taken only now: a header may announce any number of types, but these lines were read.
   void sort_masses() {
     type_mass_.resize(static_cast<std::size_t>(header_.types), Scalar{0});
     for (const TypeMass& entry : masses_) {
@@ -182,7 +182,7 @@ class LammpsParser {
     const Scalar radius = row.diameter / 2;
     return Scalar{4} / 3 * std::numbers::pi_v<Scalar> * radius * radius * radius * row.density;
   }
-  /// Only atomic lines can be told from all others by their length.
+  /// Only atomic lines have a length of their own.
   void guess_style() {
     const std::string_view line = text_.rest();
     int words = 0;

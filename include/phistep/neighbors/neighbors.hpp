@@ -5,9 +5,9 @@
 /// if the two together moved by more than the skin: while the two largest |r − R| add up to at most the skin, no pair
 /// is missed [as in LAMMPS' `neigh_modify check yes`, which doubles the largest].
 ///
-/// The list is a pure function of R, the box and who stands still. These are the memory, a value: a step that is rejected
-/// takes it back, a checkpoint holds it, and the list comes back bit for bit. The list itself is a cache: kept once, by
-/// the force term, in buffers that serve again.
+/// The list is a pure function of R, the box and which particles are held still. These are the memory, a value: a rejected
+/// step takes it back, a checkpoint holds it, and the list comes back bit for bit. The list itself is a cache: kept once,
+/// by the force term, in buffers that serve again.
 #pragma once
 
 #include <Eigen/Core>
@@ -118,7 +118,7 @@ class Neighbors {
                            const NeighborMemory& memory) {
     if (!serves(memory.reference.get(), r, particles, domain, still, range, memory.age)) {
       memory.age = memory.reference == nullptr ? 0 : -1;  // the first is made before a step, others at its end
-      // The list of just these positions may be at hand: an energy was asked for there.
+      // The list of just these positions may be at hand: from an energy computed there.
       const bool known = built_ != nullptr && built_->domain == domain && built_->still == still &&
                          built_->positions.size() == static_cast<std::size_t>(particles) * dim &&
                          std::equal(built_->positions.begin(), built_->positions.end(), r, [](double x, Scalar y) {
@@ -130,7 +130,7 @@ class Neighbors {
     if (built_ != memory.reference || !(range_ == key(range))) build(memory.reference, range);
     return list_;
   }
-  /// The same for who only looks, and must not change what is remembered: the list at hand, if it serves.
+  /// The same without a memory, which nothing changes: by the list at hand, if that serves.
   template <class Scalar>
   const NeighborList& list(const Scalar* r, Eigen::Index particles, const Domain& domain,
                            const std::vector<std::uint8_t>& still, const NeighborRange& range) {
@@ -216,7 +216,7 @@ class Neighbors {
                                     std::to_string(from.domain.length[a]));
       };
       if (range.cutoff > from.domain.length[a]) refuse("cutoff", range.cutoff);
-      // Eight images are looked at: a list that served for longer ways would miss pairs.
+      // Eight images are searched: with a longer reach pairs would be missed.
       if (range.cutoff + range.skin > 6 * from.domain.length[a]) refuse("skin", range.skin);
     }
     try {

@@ -63,7 +63,7 @@ struct Sleepers {
   double impulse_rate = 0;          ///< [force] Σ of those deep
   std::int64_t since_check = 0;     ///< steps
   bool meddled = false;             ///< the state was changed after the step
-  bool changed = false;             ///< others sleep than when neighbours were last told apart
+  bool changed = false;             ///< since sleepers were last parted into watched and deep
 
   explicit Sleepers(SleepOptions given) : options{given} {}
   [[nodiscard]] Sleeper& operator[](Index i) { return all[static_cast<std::size_t>(i)]; }

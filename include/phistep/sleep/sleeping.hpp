@@ -1,5 +1,5 @@
 /// @file
-/// A stepper around a stepper that leaves particles at rest alone, within a budget, and says what that cost.
+/// A stepper around a stepper that doesn't compute particles at rest, within limits, and reports what that cost.
 ///
 ///     Sleeping stepper{PhiStepper{grains, force, symplectic_euler}, SleepOptions{.speed = 1e-3}};
 ///
@@ -16,7 +16,7 @@
 /// Not seen: a force that changes with time by itself; and, as long as a particle is awake, that a body held by the user
 /// moves or goes, under one that sleeps.
 ///
-/// Nothing is dropped in silence: report() tells how much kinetic energy was removed and how much ∫|F|dt was not applied,
+/// Nothing is dropped in silence: report() has how much kinetic energy was removed and how much ∫|F|dt was not applied,
 /// and compare_sleep() runs a scene both ways and prints the difference in the user's own observables.
 #pragma once
 
@@ -232,7 +232,7 @@ class Sleeping {
     }
   }
   /// Parts sleepers into those within two neighbours of a particle that is awake, watched from now on, and the others.
-  /// Each change of who is computed costs a search for neighbours, so that those who needn't be are left out many at a time.
+  /// Each change of what is computed costs a search for neighbours: particles are left out many at a time.
   void part(S& state, bool leave_out) {
     sleepers_.changed = false;
     pair_changes_ = pair_changes_of(stepper_.force_to_look_at());
@@ -281,7 +281,7 @@ class Sleeping {
   std::uint64_t bodies_ = 0;                   // … properties
   std::int64_t steps_ = 0, pair_changes_ = 0, changes_ = 0;
   bool put_off_ = false;
-  bool has_other_pairs_ = false;  // than those that the force tells of
+  bool has_other_pairs_ = false;  // than those of the force's last evaluation
 };
 
 }  // namespace phistep::inline PHISTEP_ABI
