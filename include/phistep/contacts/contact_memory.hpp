@@ -8,43 +8,16 @@
 #pragma once
 
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <type_traits>
 #include <utility>
-#include <vector>
 
 #include "phistep/contacts/carried_springs.hpp"
 #include "phistep/contacts/spring_table.hpp"
 #include "phistep/core/version.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
-
-/// Shared objects that are made again in place once no copy holds them.
-template <class T>
-class Recycled {
- public:
-  Recycled() = default;
-  Recycled(const Recycled&) {}  // a copied force starts with none
-  Recycled(Recycled&&) noexcept = default;
-  Recycled& operator=(const Recycled&) { return *this; }
-  Recycled& operator=(Recycled&&) noexcept = default;
-  ~Recycled() = default;
-
-  [[nodiscard]] std::shared_ptr<T> take() {
-    for (auto& one : kept_)
-      if (one.use_count() == 1) return one;
-    auto made = std::make_shared<T>();
-    if (kept_.size() < 4)
-      kept_.push_back(made);  // the committed one, the trial's, the one before, one for a checkpoint
-    else kept_[next_++ % kept_.size()] = made;
-    return made;
-  }
-
- private:
-  std::vector<std::shared_ptr<T>> kept_;
-  std::size_t next_ = 0;
-};
 
 /// The history of a force with contacts, as a value: copies share what they point to, which is never changed.
 /// @tparam Places  enumerates where there may be contacts

@@ -28,6 +28,7 @@
 #include "phistep/contacts/slot_sums.hpp"
 #include "phistep/contacts/spring_table.hpp"
 #include "phistep/contacts/touching_pairs.hpp"
+#include "phistep/core/recycled.hpp"
 #include "phistep/core/scratch.hpp"
 #include "phistep/core/simd.hpp"
 #include "phistep/core/simd_math.hpp"

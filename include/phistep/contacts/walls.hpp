@@ -29,6 +29,7 @@
 #include "phistep/contacts/spring_table.hpp"
 #include "phistep/contacts/touching_walls.hpp"
 #include "phistep/contacts/wall_shapes.hpp"
+#include "phistep/core/recycled.hpp"
 #include "phistep/core/scratch.hpp"
 #include "phistep/core/simd.hpp"
 #include "phistep/core/structure.hpp"

@@ -26,6 +26,7 @@
 #include <vector>
 
 #include "phistep/core/arithmetic.hpp"
+#include "phistep/core/recycled.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/neighbors/domain.hpp"
 #include "phistep/neighbors/list_builder.hpp"
@@ -189,16 +190,7 @@ class Neighbors {
   std::shared_ptr<const NeighborReference> remember(const Scalar* r, Eigen::Index particles, const Domain& domain,
                                                     const std::vector<std::uint8_t>& still) {
     built_.reset();
-    std::shared_ptr<NeighborReference> reference;
-    for (auto& known : pool_)
-      if (known.use_count() == 1) {
-        reference = known;
-        break;
-      }
-    if (reference == nullptr) {
-      reference = std::make_shared<NeighborReference>();
-      pool_.push_back(reference);
-    }
+    std::shared_ptr<NeighborReference> reference = pool_.take();
     reference->positions.assign(r, r + particles * dim);
     reference->domain = domain;
     reference->still = still;
@@ -235,7 +227,7 @@ class Neighbors {
   NeighborList list_;
   std::shared_ptr<const NeighborReference> built_;  // what list_ was made from
   Key range_{};
-  std::vector<std::shared_ptr<NeighborReference>> pool_;
+  Recycled<NeighborReference> pool_;
   std::uint64_t rebuilds_ = 0;
 };
 
