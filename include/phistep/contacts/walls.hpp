@@ -74,9 +74,9 @@ class Walls : public ForceTerm {
     memory.begin(t, dt);
   }
   void add(auto t, const auto& y, const Memory& memory, auto& out) const {
-    memory.remember(t, evaluate(t, y, memory, [&out](Eigen::Index i, const auto& force, const auto& torque) {
+    memory.remember(t, evaluate(t, y, memory, [&](Eigen::Index i, const Scalar* force, const Scalar* torque) {
                       for (int a = 0; a < dim; ++a) out.force(a, i) += force[a];
-                      if constexpr (requires { out.torque; }) {
+                      if constexpr (requires { y.omega; }) {
                         if constexpr (dim == 3)
                           for (int a = 0; a < 3; ++a) out.torque(a, i) += torque[a];
                         else out.torque(0, i) += torque[2];
@@ -250,7 +250,7 @@ class Walls : public ForceTerm {
       if constexpr (rolls) torque = torque + f.torque;
       const auto lane = [](const Triple<P>& x, int l) { return std::array<Scalar, 3>{x.x[l], x.y[l], x.z[l]}; };
       for (int l = 0; l < static_cast<int>(lanes); ++l)
-        put(Eigen::Index{Places::body_of(place(l))}, lane(f.force, l), lane(torque, l));
+        put(Eigen::Index{Places::body_of(place(l))}, lane(f.force, l).data(), lane(torque, l).data());
     }
   }
 
