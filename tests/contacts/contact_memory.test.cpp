@@ -3,6 +3,9 @@
 #include <phistep/contacts/contact_memory.hpp>
 #include <phistep/contacts/contact_pairs.hpp>
 #include <phistep/contacts/walls.hpp>
+#include <phistep/contacts/spring_table.hpp>
+#include <phistep/contacts/touching_walls.hpp>
+#include <phistep/archive/archive.hpp>
 
 #include <cmath>
 #include <memory>
@@ -39,8 +42,9 @@ void check_refused(const T& good, auto&&... number) {
   (spoil(number), ...);
 }
 
-SpringTable<double> one_contact() {
-  SpringTable<double> table;
+template <class Place = std::int32_t>
+SpringTable<double, Place> one_contact() {
+  SpringTable<double, Place> table;
   table.resize(1, true);
   table.close();
   table.place[0] = 3;
@@ -51,7 +55,7 @@ SpringTable<double> one_contact() {
 }  // namespace
 
 TEST_CASE("what contacts remember is finite, or no memory of theirs") {
-  using Memory = ContactMemory<double, WallBodies<double>, WallSprings<double>>;
+  using Memory = ContactMemory<double, WallBodies<double>, std::int64_t>;
   Memory memory;
   memory.time = 3, memory.step = 0.5, memory.lag = 0.125;
   const Memory again = copied(memory);
@@ -73,10 +77,10 @@ TEST_CASE("what contacts remember is finite, or no memory of theirs") {
       Dormant{{{1, 2, {1, 2, 3}, {4, 5, 6}}}}, [](Dormant& d) -> double& { return d.contacts[0].slip[0]; },
       [](Dormant& d) -> double& { return d.contacts[0].roll[2]; });
 
-  using Springs = WallSprings<double>;
+  using Springs = SpringTable<double, std::int64_t>;
   check_refused(
-      Springs{{0}, {0}, {1, 2, 3}, {4, 5, 6}}, [](Springs& s) -> double& { return s.slip[2]; },
-      [](Springs& s) -> double& { return s.roll[0]; });
+      one_contact<std::int64_t>(), [](Springs& s) -> double& { return s.slip.x[2][0]; },
+      [](Springs& s) -> double& { return s.roll.x[0][0]; });
 }
 
 TEST_CASE("a new contact finds unstretched springs behind the last one, in a checkpoint as well") {

@@ -164,6 +164,24 @@ TEST_CASE("walls remember across checkpoints and when bodies go") {
   CHECK(one.omega.norm() > 0.1);
 }
 
+TEST_CASE("walls of fewer materials than a checkpoint's particles have are refused") {
+  const auto start = [] {
+    auto y = resting<Blocks3>(10, 1e4);
+    y.set_type(Eigen::VectorXi::Constant(1, 2));
+    return y;
+  };
+  const Gravity down{Eigen::Vector3d(0, 0, -10)};
+  const Hooke law{.stiffness = 1e4};
+  auto y = start(), z = start();
+  PhiStepper three{y, down + Walls{Materials<Hooke>{3, law}, ground}, symplectic_euler};
+  PhiStepper two{z, down + Walls{Materials<Hooke>{2, law}, ground}, symplectic_euler};
+  REQUIRE(three.step(y, 0, 1e-3));
+  std::stringstream file;
+  save_checkpoint(file, y, three);
+  load_checkpoint(file, z, two);
+  CHECK_THROWS_WITH(two.step(z, 1e-3, 1e-3), contains("particle 0 is of type 2"));
+}
+
 TEST_CASE("walls that can't be are refused") {
   const Hooke law{.stiffness = 1};
   CHECK_THROWS_WITH(Walls(law, Plane<3>{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()}), contains("wall 0"));

@@ -61,9 +61,7 @@ class Contact : public ForceTerm {
     passes_.give(y, out, *memory.places);
   }
   void commit(auto t, const auto& y, Memory& memory) const {
-    if (memory.accept_single()) return;
-    memory.remember(t, passes_.evaluate(t, y, memory));
-    memory.accept_last();
+    memory.commit([&] { return passes_.evaluate(t, y, memory); });
   }
   /// Of the springs, normal and tangential and of rolling [energy].
   [[nodiscard]] Scalar energy(auto t, const auto& y, const Memory& memory) const {
@@ -92,11 +90,11 @@ class Contact : public ForceTerm {
     const auto springs = passes_.evaluate(t, y, copy);
     passes_.for_each_tangent(*copy.places, *springs, copy.elapsed(t),
                              [&](Eigen::Index i, Eigen::Index j, const Scalar* n, const auto& K, const auto& C) {
-                               put_pair_tangent<dim>(sink, i, j, n, K, C);
+                               put_pair<dim, true>(sink, i, j, n, K, C);
                              });
   }
 
-  /// [time] of the shortest impact between two of these bodies, at the speeds that they have now (preflight asks).
+  /// [time] of the shortest impact between two of these bodies, at the speeds that they have now: for preflight.
   [[nodiscard]] double contact_time(const auto& y) const { return shortest_impact<Law>(passes_.materials(), y, 0.5); }
 
   [[nodiscard]] const ContactStatistics& statistics() const { return passes_.statistics(); }

@@ -43,17 +43,6 @@ template <class P>
           all(&N::friction),  all(&N::rolling_friction), all(&N::rolling_stiffness),    all(&N::least)};
 }
 
-/// Energy of a contact's springs; slip and roll are three numbers each, or none [energy].
-template <class Law, class Scalar>
-[[nodiscard]] Scalar stored_energy(const ContactNumbers<Scalar>& c, Scalar overlap, Scalar rho, const Scalar* slip,
-                                   const Scalar* roll) {
-  const auto square = [](const Scalar* x) {
-    return x == nullptr ? Scalar{0} : x[0] * x[0] + x[1] * x[1] + x[2] * x[2];
-  };
-  const Scalar across = Law::response(c, overlap, Scalar{0}, Scalar{1}, rho).tangential_stiffness;
-  return Law::spring(c, overlap, rho).first + (across * square(slip) + c.rolling_stiffness * square(roll)) / 2;
-}
-
 /// Three numbers or packs of them.
 template <class P>
 struct Triple {
@@ -67,7 +56,7 @@ struct Triple {
   }
 };
 
-/// A contact before its law is asked.
+/// The geometry and velocities of a contact: what its law needs.
 template <class P>
 struct ContactPoint {
   Triple<P> n;          ///< unit, from j to i
@@ -92,6 +81,15 @@ struct ContactForce {
   Triple<P> twist;   ///< R_i·twist is i's torque, R_j·twist is j's
   Triple<P> torque;  ///< of rolling, on i; −torque on j
 };
+
+/// Energy of a contact's springs [energy].
+template <class Law, class Scalar>
+[[nodiscard]] Scalar stored_energy(const ContactNumbers<Scalar>& c, Scalar overlap, Scalar rho,
+                                   const ContactSprings<Scalar>& springs) {
+  const Scalar across = Law::response(c, overlap, Scalar{0}, Scalar{1}, rho).tangential_stiffness;
+  return Law::spring(c, overlap, rho).first +
+         (across * dot(springs.slip, springs.slip) + c.rolling_stiffness * dot(springs.roll, springs.roll)) / 2;
+}
 
 /// (2): a spring and dashpot that slide at the force `most`.
 template <class P>

@@ -63,7 +63,7 @@ struct ContactNumbers {
   T least;                                ///< F_n ≥ this: 0, or −∞ where the contact may pull
 };
 
-/// What a law says of one contact.
+/// The answer of a law for one contact.
 template <class T>
 struct ContactResponse {
   T normal;                ///< F_n [force]
@@ -215,13 +215,11 @@ struct GranHooke {
     return {c.stiffness * overlap - c.damping * mass * parting, c.tangential_stiffness, c.tangential_damping * mass};
   }
   template <class T>
-  [[nodiscard]] static std::pair<T, T> spring(const ContactNumbers<T>& c, T overlap, T /*rho*/) {
-    return {c.stiffness * overlap * overlap / 2, c.stiffness};
+  [[nodiscard]] static std::pair<T, T> spring(const ContactNumbers<T>& c, T overlap, T rho) {
+    return Hooke::spring(c, overlap, rho);
   }
-  /// [time] that an undamped impact lasts, at that speed.
-  [[nodiscard]] static double impact(const ContactNumbers<double>& c, double mass, double /*radius*/,
-                                     double /*speed*/) {
-    return std::numbers::pi * std::sqrt(mass / c.stiffness);
+  [[nodiscard]] static double impact(const ContactNumbers<double>& c, double mass, double radius, double speed) {
+    return Hooke::impact(c, mass, radius, speed);
   }
 };
 /// Torques act on the arms R_i and R_j, not on those to a common point.
@@ -261,11 +259,14 @@ class Materials {
   [[nodiscard]] bool rolls() const {
     return std::any_of(table_.begin(), table_.end(), [](const auto& c) { return c.rolling_friction > 0; });
   }
+  [[nodiscard]] bool has(int type) const { return types_ == 0 || (0 <= type && type < types_); }
   /// @throws std::invalid_argument that names the particle whose type isn't in the table
-  void check_type(int type, std::ptrdiff_t particle) const {
-    if (types_ > 0 && (type < 0 || type >= types_))
-      throw std::invalid_argument("phistep: particle " + std::to_string(particle) + " is of type " +
-                                  std::to_string(type) + ", the table of materials has " + std::to_string(types_));
+  void check_types(const auto& body) const {
+    for (std::ptrdiff_t i = 0; i < body.size(); ++i)
+      if (!has(body.type_of(i)))
+        throw std::invalid_argument("phistep: particle " + std::to_string(i) + " is of type " +
+                                    std::to_string(body.type_of(i)) + ", the table of materials has " +
+                                    std::to_string(types_));
   }
 
  private:

@@ -5,112 +5,25 @@
 /// held still has no pair with another one.
 #pragma once
 
-#include <Eigen/Core>
-
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <memory>
-#include <stdexcept>
-#include <string>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
+#include "phistep/contacts/carried_springs.hpp"
+#include "phistep/contacts/contact_bodies.hpp"
+#include "phistep/contacts/contact_kernel.hpp"
 #include "phistep/contacts/contact_memory.hpp"
+#include "phistep/contacts/spring_table.hpp"
+#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/simd/pack_math.hpp"
 #include "phistep/simd/update.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
-
-/// @throws std::invalid_argument where contacts can't be computed for these bodies
-template <class Body>
-void check_bodies(const Body& body, std::ptrdiff_t count) {
-  if (body.radius.size() != count)
-    throw std::invalid_argument("phistep: contacts need the radii of the particles: set_radius(…)");
-  for (Eigen::Index i = 0; i < body.radius.size(); ++i)
-    if (!(body.radius[i] > 0) || !std::isfinite(body.radius[i]) || !(body.mass[i] > 0) || !std::isfinite(body.mass[i]))
-      throw std::invalid_argument("phistep: the radius and mass of particle " + std::to_string(i) +
-                                  " must be finite and > 0");
-}
-
-/// The properties of bodies that contacts use, in slots.
-template <class Scalar>
-struct ContactBodies {
-  std::vector<std::int32_t> particle;  ///< the user's index of a slot's
-  std::vector<std::int64_t> id;        ///< and its identity
-  std::vector<std::int32_t> slot;      ///< of each particle
-  std::vector<Scalar> radius, inverse_radius, inverse_mass;
-  std::vector<std::int32_t> type;
-
-  [[nodiscard]] std::size_t size() const { return particle.size(); }
-  void assign(const auto& body, std::vector<std::int32_t> order) {
-    particle = std::move(order);
-    const std::size_t n = particle.size();
-    id.resize(n), radius.resize(n), inverse_mass.resize(n), type.resize(n);
-    for (std::size_t s = 0; s < n; ++s) {
-      const Eigen::Index i = particle[s];
-      id[s] = body.id[static_cast<std::size_t>(i)];
-      radius[s] = static_cast<Scalar>(body.radius[i]);
-      inverse_mass[s] = body.is_still(i) ? Scalar{0} : Scalar{1} / static_cast<Scalar>(body.mass[i]);
-      type[s] = body.type_of(i);
-    }
-    derive();
-  }
-  /// Whether these are that body's.
-  [[nodiscard]] bool are(const auto& body) const {
-    if (static_cast<std::size_t>(body.size()) != size() || body.radius.size() != body.size()) return false;
-    for (std::size_t s = 0; s < size(); ++s) {
-      const Eigen::Index i = particle[s];
-      const Scalar inverse = body.is_still(i) ? Scalar{0} : Scalar{1} / static_cast<Scalar>(body.mass[i]);
-      if (id[s] != body.id[static_cast<std::size_t>(i)] || radius[s] != static_cast<Scalar>(body.radius[i]) ||
-          inverse_mass[s] != inverse || type[s] != body.type_of(i))
-        return false;
-    }
-    return true;
-  }
-  void archive(auto& ar) {
-    ar("particle", particle, "id", id, "radius", radius, "inverse_mass", inverse_mass, "type", type);
-    const std::size_t n = size();
-    ar.check(id.size() == n && radius.size() == n && inverse_mass.size() == n && type.size() == n);
-    std::vector<std::uint8_t> seen(n, 0);
-    for (const std::int32_t i : particle) {
-      ar.check(i >= 0 && static_cast<std::size_t>(i) < n && seen[static_cast<std::size_t>(i)] == 0);
-      seen[static_cast<std::size_t>(i)] = 1;
-    }
-    derive();
-  }
-
- private:
-  void derive() {
-    slot.resize(size());
-    inverse_radius.resize(size());
-    for (std::size_t s = 0; s < size(); ++s) {
-      slot[static_cast<std::size_t>(particle[s])] = static_cast<std::int32_t>(s);
-      inverse_radius[s] = Scalar{1} / radius[s];
-    }
-  }
-};
-
-/// Where the body of an identity stands.
-class SlotsById {
- public:
-  explicit SlotsById(const std::vector<std::int64_t>& ids) : sorted_(ids.size()) {
-    for (std::size_t s = 0; s < ids.size(); ++s) sorted_[s] = {ids[s], static_cast<std::int32_t>(s)};
-    std::sort(sorted_.begin(), sorted_.end());
-  }
-  /// −1: it isn't there.
-  [[nodiscard]] std::int32_t operator()(std::int64_t id) const {
-    const auto at = std::lower_bound(sorted_.begin(), sorted_.end(), std::pair{id, std::int32_t{0}});
-    return at != sorted_.end() && at->first == id ? at->second : -1;
-  }
-
- private:
-  std::vector<std::pair<std::int64_t, std::int32_t>> sorted_;
-};
 
 template <class Scalar>
 struct ContactPairs {
@@ -124,6 +37,7 @@ struct ContactPairs {
   Scalar period[3] = {0, 0, 0};             ///< 0: the axis is open [length]
 
   [[nodiscard]] std::size_t places() const { return first.size() < padding ? 0 : first.size() - padding; }
+  [[nodiscard]] bool has(std::int32_t place) const { return static_cast<std::size_t>(place) < places(); }
   /// The pair of two slots, or −1.
   [[nodiscard]] std::ptrdiff_t find(std::int32_t a, std::int32_t b) const {
     const auto begin = second.begin() + row[static_cast<std::size_t>(a)],
@@ -147,11 +61,28 @@ struct ContactPairs {
   }
 };
 
-/// x less the nearest multiple of the period; an axis without one has 0 for both.
+/// Differences of two places, less the nearest multiple of each axis' period.
+/// @tparam P  numbers or packs
 template <class P>
-[[nodiscard]] P nearest_image(P x, P period, P inverse) {
-  return x - period * nearest_integer(x * inverse);
-}
+class NearestImage {
+ public:
+  /// @param period  0 where the axis is open
+  template <class Scalar>
+  explicit NearestImage(const Scalar (&period)[3])
+      : period_{period[0], period[1], period[2]}, inverse_{of(period[0]), of(period[1]), of(period[2])} {}
+  [[nodiscard]] Triple<P> operator()(const Triple<P>& d) const {
+    const auto nearest = [](P x, P period, P inverse) { return x - period * nearest_integer(x * inverse); };
+    return {nearest(d.x, period_.x, inverse_.x), nearest(d.y, period_.y, inverse_.y),
+            nearest(d.z, period_.z, inverse_.z)};
+  }
+
+ private:
+  template <class Scalar>
+  [[nodiscard]] static P of(Scalar period) {
+    return P(period > 0 ? Scalar{1} / period : Scalar{0});
+  }
+  Triple<P> period_, inverse_;
+};
 
 /// Springs of the same contacts, found by the bodies' identities, in the places of other pairs. New ones begin unstretched.
 /// Those of pairs that are listed no more because both bodies are held still lie dormant from then on, until one moves.
@@ -160,32 +91,21 @@ template <class P>
 /// @param dormant      those known so far, or none; replaced where they change
 template <class Scalar>
 void carry_springs(const ContactPairs<Scalar>& from, const SpringTable<Scalar>& old, const ContactPairs<Scalar>& to,
-                   SpringTable<Scalar>& springs, bool rolls, bool same_bodies,
+                   SpringTable<Scalar>& table, bool rolls, bool same_bodies,
                    std::shared_ptr<const DormantSprings<Scalar>>& dormant) {
-  using Three = std::array<Scalar, 3>;
-  struct Kept {
-    std::int32_t place;
-    Three slip, roll;
-  };
-  std::vector<Kept> kept;
-  kept.reserve(old.size());
-  DormantSprings<Scalar> asleep;
+  using Carried = CarriedSprings<SpringTable<Scalar>>;
+  Carried carried;
   const auto is_still = [&to](std::int32_t slot) {
     return !(to.bodies.inverse_mass[static_cast<std::size_t>(slot)] > Scalar{0});
   };
   // Springs belong to the pair in the order of slots.
-  const auto carry = [&](std::int32_t i, std::int32_t j, Three slip, Three roll) {
+  const auto carry = [&](std::int32_t i, std::int32_t j, ContactSprings<Scalar> springs) {
     if (i < 0 || j < 0) return;
-    const std::ptrdiff_t place = to.find(std::min(i, j), std::max(i, j));
-    if (place < 0 && !(is_still(i) && is_still(j))) return;
-    if (i > j)
-      for (std::size_t a = 0; a < 3; ++a) slip[a] = -slip[a], roll[a] = -roll[a];
-    if (place >= 0) {
-      kept.push_back({static_cast<std::int32_t>(place), slip, roll});
-    } else {
-      const auto a = static_cast<std::size_t>(std::min(i, j)), b = static_cast<std::size_t>(std::max(i, j));
-      asleep.contacts.push_back({to.bodies.id[a], to.bodies.id[b], slip, roll});
-    }
+    if (i > j) std::swap(i, j), springs = {Scalar{-1} * springs.slip, Scalar{-1} * springs.roll};
+    const std::ptrdiff_t place = to.find(i, j);
+    if (place >= 0) carried.carry_to(static_cast<std::int32_t>(place), springs);
+    else if (is_still(i) && is_still(j))
+      carried.lay_down(to.bodies.id[static_cast<std::size_t>(i)], to.bodies.id[static_cast<std::size_t>(j)], springs);
   };
 
   std::vector<std::int32_t> slot(from.bodies.size(), -1);  // where a slot's body stands now
@@ -194,32 +114,17 @@ void carry_springs(const ContactPairs<Scalar>& from, const SpringTable<Scalar>& 
     const SlotsById by_id{to.bodies.id};
     for (std::size_t s = 0; s < slot.size(); ++s) slot[s] = by_id(from.bodies.id[s]);
     if (has_dormant)
-      for (const auto& one : dormant->contacts) carry(by_id(one.a), by_id(one.b), one.slip, one.roll);
+      Carried::for_each(
+          *dormant, [&](std::int64_t a, std::int64_t b, const auto& springs) { carry(by_id(a), by_id(b), springs); });
   } else {
     for (std::size_t s = 0; s < slot.size(); ++s)
       slot[s] = to.bodies.slot[static_cast<std::size_t>(from.bodies.particle[s])];
   }
-  for (std::size_t c = 0; c < old.size(); ++c) {
+  Carried::for_each(old, [&](std::size_t c, const auto& springs) {
     const auto p = static_cast<std::size_t>(old.place[c]);
-    Three slip{}, roll{};
-    for (std::size_t a = 0; a < 3; ++a) {
-      slip[a] = old.slip.x[a][c];
-      if (old.rolls()) roll[a] = old.roll.x[a][c];
-    }
-    carry(slot[static_cast<std::size_t>(from.first[p])], slot[static_cast<std::size_t>(from.second[p])], slip, roll);
-  }
-  std::sort(kept.begin(), kept.end(), [](const Kept& a, const Kept& b) { return a.place < b.place; });
-  springs.resize(kept.size(), rolls);
-  for (std::size_t c = 0; c < kept.size(); ++c) {
-    springs.place[c] = kept[c].place;
-    for (std::size_t a = 0; a < 3; ++a) {
-      springs.slip.x[a][c] = kept[c].slip[a];
-      if (rolls) springs.roll.x[a][c] = kept[c].roll[a];
-    }
-  }
-  springs.close();
-  if (has_dormant || !asleep.contacts.empty())
-    dormant = std::make_shared<const DormantSprings<Scalar>>(std::move(asleep));
+    carry(slot[static_cast<std::size_t>(from.first[p])], slot[static_cast<std::size_t>(from.second[p])], springs);
+  });
+  carried.finish(table, rolls, dormant);
 }
 
 }  // namespace phistep::inline PHISTEP_ABI

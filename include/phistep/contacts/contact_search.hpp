@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "phistep/contacts/contact_kernel.hpp"
 #include "phistep/contacts/contact_pairs.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/neighbors/domain.hpp"
@@ -80,8 +81,7 @@ class ContactSearch {
     const std::size_t n = pairs.bodies.size();
     found_.clear();
     pairs.row.assign(n + 1, 0);
-    Scalar inverse[3];
-    for (std::size_t a = 0; a < 3; ++a) inverse[a] = pairs.period[a] > 0 ? Scalar{1} / pairs.period[a] : Scalar{0};
+    const NearestImage<Scalar> nearest{pairs.period};
     for (std::size_t r = 0; r < list_.rows.size(); ++r) {
       const std::int32_t i =
           slot_[static_cast<std::size_t>(list_.slots[static_cast<std::size_t>(list_.rows[r].slot)].particle)];
@@ -92,14 +92,10 @@ class ContactSearch {
         const bool has_row = pairs.bodies.inverse_mass[q] > 0;  // then the pair is in that row, too
         if (i == j || (has_row && j < i)) continue;
         if (sizes_differ) {
-          Scalar square{0};
-          for (std::size_t a = 0; a < 3; ++a) {
-            const Scalar d =
-                nearest_image(pairs.built_at[4 * p + a] - pairs.built_at[4 * q + a], pairs.period[a], inverse[a]);
-            square += d * d;
-          }
+          const Scalar *const x = &pairs.built_at[4 * p], *const o = &pairs.built_at[4 * q];
+          const Triple<Scalar> d = nearest({x[0] - o[0], x[1] - o[1], x[2] - o[2]});
           const Scalar reach = pairs.bodies.radius[p] + pairs.bodies.radius[q] + skin;
-          if (!(square < reach * reach)) continue;
+          if (!(dot(d, d) < reach * reach)) continue;
         }
         found_.push_back(std::minmax(i, j));
         ++pairs.row[static_cast<std::size_t>(std::min(i, j)) + 1];

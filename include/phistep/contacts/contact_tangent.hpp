@@ -10,11 +10,7 @@
 /// Newton then converges linearly, to the same solution.
 #pragma once
 
-#include <Eigen/Core>
-
 #include <cmath>
-#include <numbers>
-#include <type_traits>
 
 #include "phistep/contacts/contact_kernel.hpp"
 #include "phistep/contacts/contact_law.hpp"
@@ -41,30 +37,6 @@ void contact_tangent(const ContactNumbers<Scalar>& c, const Triple<Scalar>& n, S
   if (pushes)
     C.along = Law::response(c, overlap, Scalar{0}, w, rho).normal - Law::response(c, overlap, Scalar{1}, w, rho).normal;
   if (sticks) C.across = law.tangential_stiffness * elapsed + law.tangential_damping;
-}
-
-struct TangentEntry {
-  Eigen::Index row, column;
-  int sign;
-};
-/// As an edge where the sink takes one, else ∂f_i/∂r_j = B and the other three blocks that Newton's third law makes of it.
-template <int dim, class Scalar>
-void put_pair_tangent(auto& sink, Eigen::Index i, Eigen::Index j, const Scalar* n, const PairTangent<Scalar>& K,
-                      const PairTangent<Scalar>& C) {
-  if constexpr (requires { sink.edge(i, j, n, K, C); }) {
-    sink.edge(i, j, n, K, C);
-  } else {
-    for (int b = 0; b < dim; ++b)
-      for (int a = 0; a < dim; ++a) {
-        const Scalar along = n[a] * n[b], across = Scalar(a == b) - along;
-        const Scalar B = K.along * along + K.across * across, D = C.along * along + C.across * across;
-        for (const auto& [p, q, sign] :
-             {TangentEntry{i, j, 1}, TangentEntry{j, i, 1}, TangentEntry{i, i, -1}, TangentEntry{j, j, -1}}) {
-          sink.position(dim * p + a, dim * q + b, static_cast<Scalar>(sign) * B);
-          sink.velocity(dim * p + a, dim * q + b, static_cast<Scalar>(sign) * D);
-        }
-      }
-  }
 }
 
 /// [time] of the shortest impact among bodies of these materials at the speeds that they have; 0 where none is known.

@@ -75,7 +75,7 @@ struct Affine : Callable<F> {
 };
 /// Promises that f is affine in the state, with coefficients that never change: the step's matrix is then factorised once
 /// while Δt stays, and every step is one linear solve. A promise that isn't kept gives wrong answers; check_jacobian at two
-/// states tells.
+/// states finds it.
 template <class F>
 [[nodiscard]] constexpr auto affine(F f) {
   return annotate<Affine>(std::move(f));
@@ -100,12 +100,13 @@ struct ColumnPattern {
   [[nodiscard]] Eigen::Index columns() const { return static_cast<Eigen::Index>(start.size()) - 1; }
 };
 
-/// Entries from `lower` below to `upper` above the diagonal of an n×n matrix.
-[[nodiscard]] inline ColumnPattern band_pattern(Eigen::Index n, Eigen::Index lower, Eigen::Index upper) {
+/// Entries from `lower` below to `upper` above the diagonal of an n×n matrix, both in blocks of b × b.
+[[nodiscard]] inline ColumnPattern band_pattern(Eigen::Index n, Eigen::Index lower, Eigen::Index upper,
+                                                Eigen::Index b = 1) {
   ColumnPattern pattern;
   for (Eigen::Index j = 0; j < n; ++j) {
-    for (Eigen::Index i = std::max<Eigen::Index>(0, j - upper); i < std::min(n, j + lower + 1); ++i)
-      pattern.row.push_back(i);
+    const Eigen::Index first = std::max<Eigen::Index>(0, j / b - upper) * b;
+    for (Eigen::Index i = first; i < std::min(n, (j / b + lower + 1) * b); ++i) pattern.row.push_back(i);
     pattern.start.push_back(static_cast<Eigen::Index>(pattern.row.size()));
   }
   return pattern;
@@ -171,15 +172,7 @@ struct BlockTridiagonal : Callable<F> {
   static constexpr Structure structure = Structure::block_tridiagonal;
   static constexpr int block = b;
   using Callable<F>::Callable;
-  [[nodiscard]] static ColumnPattern pattern(Eigen::Index n) {
-    ColumnPattern pattern;
-    for (Eigen::Index j = 0; j < n; ++j) {
-      const Eigen::Index first = std::max<Eigen::Index>(0, (j / b - 1) * b), last = std::min(n, (j / b + 2) * b);
-      for (Eigen::Index i = first; i < last; ++i) pattern.row.push_back(i);
-      pattern.start.push_back(static_cast<Eigen::Index>(pattern.row.size()));
-    }
-    return pattern;
-  }
+  [[nodiscard]] static ColumnPattern pattern(Eigen::Index n) { return band_pattern(n, 1, 1, b); }
 };
 /// Declares that the state is a chain of groups of b components, each depending on itself and its two neighbours only.
 template <int b, class F>

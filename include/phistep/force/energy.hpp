@@ -3,7 +3,7 @@
 ///
 ///     auto energy(auto t, const auto& y) const;        // V(t, r) [energy], −∂V/∂r being the term's force at v = 0
 ///
-/// beside `add`, seeing the same view (with a memory, energy(t, y, memory), if it likes). Nothing in a step asks for it;
+/// beside `add`, with the same view; a term with a memory may take it as well, energy(t, y, memory). No step calls it;
 /// study/energy_ledger.hpp does.
 #pragma once
 
@@ -20,7 +20,7 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// A force term with a potential energy. (One that can tell only from its numbers says so by `bool has_energy() const`.)
+/// A force term with a potential energy. (Where that depends on its numbers, `bool has_energy() const` answers.)
 template <class F, class View>
 concept HasEnergy = requires(F& f, typename ViewScalar<View>::type t, const View& y) {
   { f.energy(t, y) } -> std::convertible_to<typename ViewScalar<View>::type>;

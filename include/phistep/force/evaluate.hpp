@@ -1,5 +1,5 @@
 /// @file
-/// Ψ of any force into a rate: the only place that knows that a force may return or add, remember or not.
+/// Ψ of any force into a rate: the only place where forces that return and forces that add, with and without memory, differ.
 #pragma once
 
 #include <Eigen/Core>

@@ -115,7 +115,7 @@ class ExternalField : public ForceTerm {
   }
 
   /// Blocks on the diagonal.
-  [[nodiscard]] static ColumnPattern pattern(Eigen::Index n) { return Local<dim, F>::pattern(n); }
+  [[nodiscard]] static ColumnPattern pattern(Eigen::Index n) { return band_pattern(n, 0, 0, dim); }
 
   /// f itself, to change its parameters.
   [[nodiscard]] auto& function() { return unwrap(f_); }

@@ -5,7 +5,6 @@
 
 #include <Eigen/Core>
 
-#include <algorithm>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
@@ -140,15 +139,8 @@ class Local : public ForceTerm {
     return sum;
   }
 
-  /// Blocks on the diagonal: `dim` differences tell them all.
-  [[nodiscard]] static ColumnPattern pattern(Index n) {
-    ColumnPattern pattern;
-    for (Index j = 0; j < n; ++j) {
-      for (Index i = j / dim * dim; i < std::min(n, j / dim * dim + dim); ++i) pattern.row.push_back(i);
-      pattern.start.push_back(static_cast<Index>(pattern.row.size()));
-    }
-    return pattern;
-  }
+  /// Blocks on the diagonal: `dim` differences give them all.
+  [[nodiscard]] static ColumnPattern pattern(Index n) { return band_pattern(n, 0, 0, dim); }
 
   /// f itself, to change its parameters.
   [[nodiscard]] auto& function() { return unwrap(f_); }

@@ -1,6 +1,5 @@
 /// @file
-/// What a force needs and offers, read from its own signature: arity alone decides, so no body is ever instantiated
-/// with the wrong types.
+/// What a force needs and offers, read from its own signature and members.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,6 +12,7 @@
 #include "phistep/core/member_named.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/force/arity.hpp"
 #include "phistep/force/sum.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/motion.hpp"
@@ -64,24 +64,6 @@ inline constexpr bool is_cache<std::tuple<Memory...>> = (is_cache<Memory> && ...
 template <class F>
 inline constexpr bool has_history = !is_cache<MemoryOf<F>>;
 
-template <class View>
-concept FirstOrderLike = requires(const View& view) {
-  view.y;
-}
-&&!requires(const View& view) { view.r; };
-template <class View>
-concept MotionLike = requires(const View& view) {
-  view.r;
-  view.v;
-};
-template <class View>
-struct ViewScalar {
-  using type = typename std::remove_cvref_t<decltype([](const View& view) -> decltype(auto) {
-    if constexpr (MotionLike<View>) return (view.r);
-    else return (view.y);
-  }(std::declval<const View&>()))>::Scalar;
-};
-
 /// Accepts every entry; the shape that `add_jacobian` is probed with.
 struct ProbeSink {
   void position(Index, Index, double) {}
@@ -96,74 +78,7 @@ concept Accumulating = requires(F& f, double t, const View& y, Rate& out) {
 }
 || requires(F& f, double t, const View& y, const MemoryOf<F>& memory, Rate& out) { f.add(t, y, memory, out); };
 
-/// Number of arguments of a force that is called and returns, 0 where no accepted form fits.
-template <class F, class View>
-[[nodiscard]] consteval int call_arity() {
-  if constexpr (MotionLike<View>) {
-    using V = decltype(std::declval<const View&>().r);
-    using T = typename ViewScalar<View>::type;
-    if constexpr (std::is_invocable_v<F&, V, V, T>) return 3;
-    else if constexpr (std::is_invocable_v<F&, V, V>) return 2;
-    else if constexpr (std::is_invocable_v<F&, V>) return 1;
-    else return 0;
-  } else if constexpr (FirstOrderLike<View>) {
-    using Y = decltype(std::declval<const View&>().y);
-    using T = typename ViewScalar<View>::type;
-    if constexpr (std::is_invocable_v<F&, Y, T>) return 2;
-    else if constexpr (std::is_invocable_v<F&, Y>) return 1;
-    else return 0;
-  } else {
-    return 0;
-  }
-}
-
-/// Calls f with as many of (r, v, t) or (y, t) as it takes.
-template <int arity, class View, class Scalar>
-[[nodiscard]] decltype(auto) call_with(auto&& f, const View& y, Scalar t) {
-  if constexpr (MotionLike<View>) {
-    if constexpr (arity == 3) return f(y.r, y.v, t);
-    else if constexpr (arity == 2) return f(y.r, y.v);
-    else return f(y.r);
-  } else {
-    if constexpr (arity == 2) return f(y.y, t);
-    else return f(y.y);
-  }
-}
-
-/// Calls f.jacobian with the force's own arguments.
-template <int arity, class F, class View, class Scalar>
-[[nodiscard]] decltype(auto) call_jacobian(F& f, const View& y, Scalar t) {
-  if constexpr (MotionLike<View>) {
-    if constexpr (arity == 3) return f.jacobian(y.r, y.v, t);
-    else if constexpr (arity == 2) return f.jacobian(y.r, y.v);
-    else return f.jacobian(y.r);
-  } else {
-    if constexpr (arity == 2) return f.jacobian(y.y, t);
-    else return f.jacobian(y.y);
-  }
-}
-
-/// True where f.jacobian takes the force's own arguments.
-template <class F, class View, int arity, class T = typename ViewScalar<View>::type>
-[[nodiscard]] consteval bool returns_jacobian() {
-  if constexpr (MotionLike<View> && arity == 3) return requires(F & f, const View& y, T t) {
-      f.jacobian(y.r, y.v, t);
-    };
-  else if constexpr (MotionLike<View> && arity == 2) return requires(F & f, const View& y) {
-      f.jacobian(y.r, y.v);
-    };
-  else if constexpr (MotionLike<View> && arity == 1) return requires(F & f, const View& y) {
-      f.jacobian(y.r);
-    };
-  else if constexpr (FirstOrderLike<View> && arity == 2) return requires(F & f, const View& y, T t) {
-      f.jacobian(y.y, t);
-    };
-  else if constexpr (FirstOrderLike<View> && arity == 1) return requires(F & f, const View& y) {
-      f.jacobian(y.y);
-    };
-  else return false;
-}
-/// An Eigen sparse matrix, told without including Eigen/Sparse.
+/// An Eigen sparse matrix, recognised without including Eigen/Sparse.
 template <class J>
 inline constexpr bool is_sparse_matrix = requires(const J& j) {
   j.outerIndexPtr();
@@ -177,115 +92,6 @@ concept AddsJacobian = requires(F& f, double t, const View& y, ProbeSink& sink) 
 }
 || requires(F& f, double t, const View& y, const MemoryOf<F>& memory, ProbeSink& sink) {
   f.add_jacobian(t, y, memory, sink);
-};
-
-/// Owning Eigen objects, and views of memory that outlives the call; not an expression that refers to dead temporaries.
-template <class R>
-concept PlainResult = EigenDense<std::remove_cvref_t<R>>;
-
-/// Why a force can't be taken.
-enum class ForceFault {
-  none,
-  form,           ///< none of those accepted
-  member,         ///< a pointer to a member function
-  changes_state,  ///< takes a non-const reference
-  output,         ///< writes its result into an argument
-  time_first,
-  nothing,    ///< is returned
-  lazy,       ///< an expression is
-  no_vector,  ///< nor an expression
-  scalar,     ///< of another type than the state's
-  size        ///< likewise
-};
-
-template <class F, class... Arguments>
-[[nodiscard]] consteval bool writes_into() {
-  if constexpr (std::is_invocable_v<F&, Arguments...>) return std::is_void_v<std::invoke_result_t<F&, Arguments...>>;
-  else return false;
-}
-/// Why f can't be called. One question after the other: each compiles a generic lambda's body.
-template <class F, class View>
-[[nodiscard]] consteval ForceFault fault_of_form() {
-  if constexpr (std::is_member_pointer_v<F>) {
-    return ForceFault::member;
-  } else if constexpr (MotionLike<View>) {
-    using V = std::remove_cvref_t<decltype(std::declval<const View&>().r)>;
-    using T = typename ViewScalar<View>::type;
-    if constexpr (writes_into<F, V&, V&, V&, T>()) return ForceFault::output;
-    else if constexpr (writes_into<F, V&, V&, V&>()) return ForceFault::output;
-    else if constexpr (writes_into<F, V&, V&, T>()) return ForceFault::output;
-    else if constexpr (writes_into<F, V&, V&>()) return ForceFault::output;
-    else if constexpr (std::is_invocable_v<F&, V&, V&, T>) return ForceFault::changes_state;
-    else if constexpr (std::is_invocable_v<F&, V&, V&>) return ForceFault::changes_state;
-    else if constexpr (std::is_invocable_v<F&, V&>) return ForceFault::changes_state;
-    else if constexpr (std::is_invocable_v<F&, T, V&, V&>) return ForceFault::time_first;
-    else if constexpr (std::is_invocable_v<F&, T, V&>) return ForceFault::time_first;
-    else return ForceFault::form;
-  } else if constexpr (FirstOrderLike<View>) {
-    using Y = std::remove_cvref_t<decltype(std::declval<const View&>().y)>;
-    using T = typename ViewScalar<View>::type;
-    if constexpr (writes_into<F, Y&, Y&, T>()) return ForceFault::output;
-    else if constexpr (writes_into<F, T, Y&, Y&>()) return ForceFault::output;
-    else if constexpr (writes_into<F, Y&, Y&>()) return ForceFault::output;
-    else if constexpr (std::is_invocable_v<F&, Y&, T>) return ForceFault::changes_state;
-    else if constexpr (std::is_invocable_v<F&, Y&>) return ForceFault::changes_state;
-    else if constexpr (std::is_invocable_v<F&, T, Y&>) return ForceFault::time_first;
-    else return ForceFault::form;
-  } else {
-    return ForceFault::form;
-  }
-}
-/// Whether a result can stand in a block of the state's rate.
-template <class Result, class Block>
-[[nodiscard]] consteval ForceFault fault_of_result() {
-  using R = std::remove_cvref_t<Result>;
-  if constexpr (std::is_void_v<R>) {
-    return ForceFault::nothing;
-  } else if constexpr (!PlainResult<R>) {
-    return std::is_base_of_v<Eigen::EigenBase<R>, R> ? ForceFault::lazy : ForceFault::no_vector;
-  } else {
-    if (!std::is_same_v<typename R::Scalar, typename Block::Scalar>) return ForceFault::scalar;
-    const bool fits = R::SizeAtCompileTime == Eigen::Dynamic || Block::SizeAtCompileTime == Eigen::Dynamic ||
-                      (int{R::RowsAtCompileTime} == int{Block::RowsAtCompileTime} &&
-                       int{R::ColsAtCompileTime} == int{Block::ColsAtCompileTime});
-    return fits ? ForceFault::none : ForceFault::size;
-  }
-}
-/// Says what is wrong, and what to write instead.
-template <ForceFault fault, bool of_motion>
-struct Refusal {
-  static_assert(fault != ForceFault::form || !of_motion,
-                "phistep: the force of a motion must be callable as f(r), f(r, v) or f(r, v, t), or be a struct with "
-                "add(t, y, out)");
-  static_assert(fault != ForceFault::form || of_motion,
-                "phistep: the force of a first-order state must be callable as f(y) or f(y, t), or be a struct with "
-                "add(t, y, out)");
-  static_assert(fault != ForceFault::member,
-                "phistep: a member function needs its object: give a lambda, [&system](const Vec& y) -> Vec { return "
-                "system.rate(y); }");
-  static_assert(
-      fault != ForceFault::changes_state,
-      "phistep: the force takes the state by non-const reference; take it by const reference (const Vec&), or "
-      "wrap it in a lambda that does");
-  static_assert(fault != ForceFault::output,
-                "phistep: the force writes its result into an argument, as Odeint's f(y, dydt, t) does; wrap it in a "
-                "lambda that returns it: [](const Vec& y, double t) -> Vec { Vec dydt(y.size()); f(y, dydt, t); return "
-                "dydt; }");
-  static_assert(
-      fault != ForceFault::time_first,
-      "phistep: time comes last: a force must be callable as f(y) or f(y, t), that of a motion as f(r), f(r, v) "
-      "or f(r, v, t)");
-  static_assert(
-      fault != ForceFault::nothing,
-      "phistep: the force returns nothing; it must return a vector (-> Vec), or be a struct with add(t, y, out)");
-  static_assert(fault != ForceFault::lazy,
-                "phistep: the force returns a lazy Eigen expression, which would refer to dead temporaries; "
-                "give the lambda a return type (-> Vec) or end with .eval()");
-  static_assert(fault != ForceFault::no_vector,
-                "phistep: the force must return an Eigen vector or matrix like the state, not a number or a container");
-  static_assert(fault != ForceFault::scalar, "phistep: the force returns another scalar type than the state's");
-  static_assert(fault != ForceFault::size, "phistep: the force returns a vector of another size than the state's");
-  static constexpr bool is_said = true;
 };
 
 /// What a force says about itself by a static member (a template where it depends on the kind of state); `otherwise`
@@ -413,16 +219,13 @@ struct ForceTraits<Sum<T...>, View, Rate> {
   static constexpr bool returns_jacobian = false;
   static constexpr bool has_jacobian = (Of<T>::has_jacobian && ...);
   static constexpr bool has_velocity_jacobian = (Of<T>::has_velocity_jacobian && ...);
-  static constexpr Structure structure = [] {
+  static constexpr auto joined = [](auto... of) {
     Structure all = Structure::none;
-    ((all = combine(all, Of<T>::structure)), ...);
+    ((all = combine(all, of)), ...);
     return blocks_agree ? all : combine(all, Structure::sparse);
-  }();
-  static constexpr Structure velocity_structure = [] {
-    Structure all = Structure::none;
-    ((all = combine(all, Of<T>::velocity_structure)), ...);
-    return blocks_agree ? all : combine(all, Structure::sparse);
-  }();
+  };
+  static constexpr Structure structure = joined(Of<T>::structure...);
+  static constexpr Structure velocity_structure = joined(Of<T>::velocity_structure...);
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -200,22 +200,11 @@ struct SpringNetwork : ForceTerm {
           Eigen::Map<const Vector>(y.v.data() + dim * s.j) - Eigen::Map<const Vector>(y.v.data() + dim * s.i);
       const Vector dv_across = across * dv;
       B += C.along * inverse * (direction.dot(dv) * across + direction * dv_across.transpose());
-      put(sink, s, (C.along * along).eval(), [](auto& to, auto i, auto j, auto x) { to.velocity(i, j, x); });
+      const Block D = C.along * along;
+      put_pair_blocks<dim>(s.i, s.j, D, [&sink](auto i, auto j, Scalar x) { sink.velocity(i, j, x); });
     }
-    put(sink, s, B, [](auto& to, auto i, auto j, auto x) { to.position(i, j, x); });
+    put_pair_blocks<dim>(s.i, s.j, B, [&sink](auto i, auto j, Scalar x) { sink.position(i, j, x); });
   }
-  /// ∂f_i/∂r_j = B, and the other three blocks that Newton's third law makes of it.
-  static void put(auto& sink, const Spring& s, const auto& B, auto&& entry) {
-    const Eigen::Index i = dim * s.i, j = dim * s.j;
-    for (int b = 0; b < dim; ++b)
-      for (int a = 0; a < dim; ++a) {
-        entry(sink, i + a, j + b, B(a, b));
-        entry(sink, j + a, i + b, B(a, b));
-        entry(sink, i + a, i + b, -B(a, b));
-        entry(sink, j + a, j + b, -B(a, b));
-      }
-  }
-
   void for_each_sorted(auto&& f) const {
     if (sorted_.empty())
       for (const Spring& s : springs) f(s);

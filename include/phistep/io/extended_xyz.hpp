@@ -27,7 +27,7 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// What a frame says beside positions and velocities.
+/// What a frame holds beside positions and velocities.
 struct FrameInfo {
   std::vector<std::string> species{"X"};  ///< one for all, or one a particle; of Particles: one for all, or one a type
   bool periodic = false;                  ///< whether there is a lattice; Particles have a box that says it

@@ -128,7 +128,7 @@ template <class P>
       if (!(upper > lower)) upper = lower + 1;
     }
     lattice(a, a) = upper - lower;
-    // Rounding may have lost the other side: then it is told, too.
+    // Lower side + length may be rounded: then the upper side is written as well.
     is_rounded = is_rounded || lower + lattice(a, a) != upper;
     if (a > 0) sides += ' ';
     append_number(sides, upper);

@@ -1,5 +1,5 @@
 /// @file
-/// What a LAMMPS data file says, line by line; io/lammps_data.hpp is its face.
+/// Reads a LAMMPS data file, section by section; io/lammps_data.hpp is its face.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "phistep/core/version.hpp"
-#include "phistep/io/text_reader.hpp"
+#include "phistep/io/lammps_header.hpp"
 #include "phistep/state/particles.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -79,87 +79,19 @@ class LammpsParser {
 
   [[nodiscard]] LammpsData<P> read() {
     if (!text_.next_line()) text_.fail("the file is empty");  // LAMMPS skips the first line, whatever it says
-    bool more = next();
-    while (more && !starts_section()) header(), more = next();
-    if (atoms_ < 0) text_.fail("the header should say how many atoms there are: \"32000 atoms\"");
+    bool more = text_.next();
+    while (more && !text_.starts_section()) header_.take(text_), more = text_.next();
+    if (header_.atoms < 0) text_.fail("the header should say how many atoms there are: \"32000 atoms\"");
     while (more) more = section(std::string(text_.rest()));
-    if (!has_atoms_ && atoms_ > 0) text_.fail("the section Atoms is missing");
+    if (!has_atoms_ && header_.atoms > 0) text_.fail("the section Atoms is missing");
     return result();
   }
 
  private:
-  /// The next line that isn't blank, without its comment.
-  bool next() {
-    while (text_.next_line()) {
-      std::string_view line = text_.rest();
-      comment_ = {};
-      if (const auto hash = line.find('#'); hash != line.npos) {
-        comment_ = line.substr(hash + 1);
-        line = line.substr(0, hash);
-      }
-      while (!line.empty() && std::isspace(static_cast<unsigned char>(line.back()))) line.remove_suffix(1);
-      text_.set_rest(line);
-      if (!text_.skip_blanks()) return true;
-    }
-    return false;
-  }
-  [[nodiscard]] bool starts_section() const { return std::isalpha(static_cast<unsigned char>(text_.rest().front())); }
-
-  void header() {
-    // Numbers, then words that say what they are.
-    std::vector<std::string_view> values;
-    while (!text_.skip_blanks() && !std::isalpha(static_cast<unsigned char>(text_.rest().front())))
-      values.push_back(text_.word());
-    std::string key;
-    while (!text_.skip_blanks()) (key += key.empty() ? "" : " ") += text_.word();
-    const auto needs = [&](std::size_t n) {
-      if (values.size() != n) text_.fail(std::to_string(n) + " number(s) should stand before \"" + key + '"');
-    };
-    const auto count = [&](std::int64_t& to) {
-      needs(1);
-      to = text_.template as_number<std::int64_t>(values[0], key.c_str());
-      if (to < 0) text_.fail("there can't be fewer than 0 " + key);
-    };
-    static constexpr std::string_view sides[] = {"xlo xhi", "ylo yhi", "zlo zhi"};
-    static constexpr std::string_view others[] = {"angles",
-                                                  "dihedrals",
-                                                  "impropers",
-                                                  "angle types",
-                                                  "dihedral types",
-                                                  "improper types",
-                                                  "ellipsoids",
-                                                  "lines",
-                                                  "triangles",
-                                                  "bodies",
-                                                  "extra bond per atom",
-                                                  "extra angle per atom",
-                                                  "extra dihedral per atom",
-                                                  "extra improper per atom",
-                                                  "extra special per atom"};
-    if (key == "atoms") count(atoms_);
-    else if (key == "atom types") count(types_);
-    else if (key == "bonds") count(bonds_);
-    else if (key == "bond types") count(bond_types_);
-    else if (const auto side = std::find(std::begin(sides), std::end(sides), key); side != std::end(sides)) {
-      needs(2);
-      const auto a = static_cast<std::size_t>(side - std::begin(sides));
-      lower_[a] = text_.template as_number<Scalar>(values[0], "lower side");
-      upper_[a] = text_.template as_number<Scalar>(values[1], "upper side");
-      if (!(upper_[a] > lower_[a]) || !std::isfinite(upper_[a] - lower_[a]))
-        text_.fail("the box has no extent, or none that numbers hold: " + key);
-    } else if (key == "xy xz yz") {
-      needs(3);
-      for (const std::string_view tilt : values)
-        if (text_.template as_number<Scalar>(tilt, "tilt") != 0) text_.fail("a box with a tilt isn't known here");
-    } else if (std::find(std::begin(others), std::end(others), key) == std::end(others)) {
-      text_.fail("nothing is known of \"" + key + '"');
-    }
-  }
-
   /// Reads one section and the line after it; false at the end of the file.
   bool section(const std::string& name) {
     if (name == "Masses") {
-      const bool more = each(name, types_, [this](std::int64_t) { mass(); });
+      const bool more = each(name, header_.types, [this] { mass(); });
       sort_masses();
       return more;
     }
@@ -167,43 +99,43 @@ class LammpsParser {
       if (has_atoms_) text_.fail("a second section Atoms");
       has_atoms_ = true;
       choose_style();
-      const bool more = each(name, atoms_, [this](std::int64_t) { atom(); });
+      const bool more = each(name, header_.atoms, [this] { atom(); });
       sort();
       return more;
     }
     if (name == "Velocities" || name == "Bonds") {
       if (!has_atoms_) text_.fail("the section " + name + " comes before Atoms");
-      if (name == "Bonds") return each(name, bonds_, [this](std::int64_t) { bond(); });
-      return each(name, atoms_, [this](std::int64_t) { velocity(); });
+      if (name == "Bonds") return each(name, header_.bonds, [this] { bond(); });
+      return each(name, header_.atoms, [this] { velocity(); });
     }
     static constexpr std::string_view others[] = {"Angles", "Dihedrals", "Impropers", "Ellipsoids",
                                                   "Lines",  "Triangles", "Bodies"};
     if (std::find(std::begin(others), std::end(others), name) == std::end(others) && !name.ends_with(" Coeffs") &&
         !name.ends_with(" Type Labels"))
       text_.fail("\"" + name + "\" is no section of a LAMMPS data file");
-    bool more = next();
-    while (more && !starts_section()) more = next();
+    bool more = text_.next();
+    while (more && !text_.starts_section()) more = text_.next();
     return more;
   }
   bool each(const std::string& name, std::int64_t lines, auto&& read_line) {
     for (std::int64_t k = 0; k < lines; ++k) {
-      if (!next() || starts_section())
+      if (!text_.next() || text_.starts_section())
         text_.fail(name + " ends after " + std::to_string(k) + " of " + std::to_string(lines) + " lines");
-      read_line(k);
+      read_line();
       text_.end_line();
     }
-    if (!next()) return false;
-    if (!starts_section()) text_.fail(name + " has more than the " + std::to_string(lines) + " lines announced");
+    if (!text_.next()) return false;
+    if (!text_.starts_section()) text_.fail(name + " has more than the " + std::to_string(lines) + " lines announced");
     return true;
   }
 
   void mass() {
-    const std::size_t type = type_index(types_, "type");
+    const std::size_t type = type_index(header_.types, "type");
     masses_.push_back({type, positive("mass"), text_.line_number()});
   }
-  /// Once as many lines were read as there are types: what a header says is worth no memory.
+  /// Memory is taken only now: a header may announce any number of types, but these lines were read.
   void sort_masses() {
-    type_mass_.resize(static_cast<std::size_t>(types_), Scalar{0});
+    type_mass_.resize(static_cast<std::size_t>(header_.types), Scalar{0});
     for (const TypeMass& entry : masses_) {
       if (type_mass_[entry.type] > 0) text_.fail_at(entry.line, "a second mass of this type");
       type_mass_[entry.type] = entry.mass;
@@ -212,9 +144,7 @@ class LammpsParser {
   }
   void choose_style() {
     std::string style = options_.style;
-    std::string_view said = comment_;
-    while (!said.empty() && std::isspace(static_cast<unsigned char>(said.front()))) said.remove_prefix(1);
-    said = said.substr(0, said.find_first_of(" \t"));
+    const std::string_view said = text_.first_of_comment();
     if (style.empty()) style = said;
     if (style != said && !said.empty()) text_.fail("the file says style " + std::string(said) + ", not " + style);
     // i id, t type, m molecule, q charge, d diameter, r density, x position
@@ -230,28 +160,14 @@ class LammpsParser {
     if (columns_.empty()) guess_style();
     Row row{};
     row.line = text_.line_number();
-    for (const char column : columns_) switch (column) {
-        case 'i':
-          row.id = text_.template number<std::int64_t>("id");
-          break;
-        case 't':
-          row.type = static_cast<int>(type_index(types_, "type"));
-          break;
-        case 'm':
-          row.molecule = text_.template number<std::int64_t>("molecule");
-          break;
-        case 'q':
-          row.charge = text_.template number<Scalar>("charge");
-          break;
-        case 'd':
-          row.diameter = positive("diameter");
-          break;
-        case 'r':
-          row.density = positive("density");
-          break;
-        default:
-          vector(row.x, "coordinate");
-      }
+    for (const char column : columns_)
+      if (column == 'i') row.id = text_.template number<std::int64_t>("id");
+      else if (column == 't') row.type = static_cast<int>(type_index(header_.types, "type"));
+      else if (column == 'm') row.molecule = text_.template number<std::int64_t>("molecule");
+      else if (column == 'q') row.charge = text_.template number<Scalar>("charge");
+      else if (column == 'd') row.diameter = positive("diameter");
+      else if (column == 'r') row.density = positive("density");
+      else vector(row.x, "coordinate");
     if (row.id <= 0 || row.id >= largest_id) text_.fail("an id must be > 0 and < 2^62");
     if (row.diameter > 0 && !(std::isfinite(mass_of(row)) && mass_of(row) > 0))
       text_.fail("a mass of 4/3 pi r^3 density that numbers can't hold");
@@ -266,7 +182,7 @@ class LammpsParser {
     const Scalar radius = row.diameter / 2;
     return Scalar{4} / 3 * std::numbers::pi_v<Scalar> * radius * radius * radius * row.density;
   }
-  /// Only atomic lines can be told from all others by their length.
+  /// Only atomic lines have a length of their own.
   void guess_style() {
     const std::string_view line = text_.rest();
     int words = 0;
@@ -301,7 +217,7 @@ class LammpsParser {
   }
   void bond() {
     (void)text_.template number<std::int64_t>("id");
-    const auto type = static_cast<int>(type_index(bond_types_, "bond type"));
+    const auto type = static_cast<int>(type_index(header_.bond_types, "bond type"));
     const auto i = &row_of(text_.template number<std::int64_t>("atom")) - rows_.data();
     const auto j = &row_of(text_.template number<std::int64_t>("atom")) - rows_.data();
     if (i == j) text_.fail("a bond of an atom with itself");
@@ -362,20 +278,17 @@ class LammpsParser {
           atoms.omega(a, j) = rows_[static_cast<std::size_t>(j)].omega[static_cast<std::size_t>(dim == 3 ? a : 2)];
     Box<Scalar, dim> box;
     for (std::size_t a = 0; a < dim; ++a) {
-      box.lower[static_cast<Eigen::Index>(a)] = lower_[a];
-      box.upper[static_cast<Eigen::Index>(a)] = upper_[a];
+      box.lower[static_cast<Eigen::Index>(a)] = header_.lower[a];
+      box.upper[static_cast<Eigen::Index>(a)] = header_.upper[a];
       box.is_periodic[a] = options_.periodic[a];
     }
     atoms.set_box(box);
     return {std::move(atoms), std::move(result_bonds_), std::move(type_mass_), std::move(molecule), std::move(image)};
   }
 
-  TextReader text_;
+  LammpsText text_;
   const LammpsOptions& options_;
-  std::string_view comment_;
-  std::int64_t atoms_ = -1, types_ = 0, bonds_ = 0, bond_types_ = 0;
-  std::array<Scalar, 3> lower_{Scalar(-0.5), Scalar(-0.5), Scalar(-0.5)};  // LAMMPS' own
-  std::array<Scalar, 3> upper_{Scalar(0.5), Scalar(0.5), Scalar(0.5)};
+  LammpsHeader<Scalar> header_;
   bool has_atoms_ = false, has_images_ = false;
   std::string columns_;
   std::vector<Row> rows_;

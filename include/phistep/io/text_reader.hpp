@@ -1,5 +1,5 @@
 /// @file
-/// A text read line by line and word by word; what is wrong with it is told with the place.
+/// A text read line by line and word by word; errors name the line.
 #pragma once
 
 #include <algorithm>
@@ -23,7 +23,8 @@ namespace phistep::inline PHISTEP_ABI {
 
 namespace detail {
 
-/// std::from_chars for those who lack it (libc++ 14 has it for whole numbers only): strtod, which reads more, and knows a locale.
+/// std::from_chars where the library lacks it (libc++ 14 has it for whole numbers only): by strtod, which accepts more and
+/// depends on the locale.
 template <std::floating_point Number>
 std::from_chars_result from_chars_by_strtod(const char* first, const char* last, Number& x) {
   std::string text(first, last);
@@ -110,7 +111,7 @@ class TextReader {
     Number x{};
     const char* first = text.data();
     const char* const last = first + text.size();
-    if (text.size() > 1 && text[0] == '+' && text[1] != '-') ++first;  // from_chars knows no plus
+    if (text.size() > 1 && text[0] == '+' && text[1] != '-') ++first;  // from_chars takes no plus
     auto [end, error] = detail::from_chars(first, last, x);
     if constexpr (std::is_floating_point_v<Number>) {
       // A number too small for its type is 0, as it is everywhere else.

@@ -1,6 +1,6 @@
 /// @file
-/// From positions to a neighbour list: a pure function of positions, domain and who stands still, whatever the number of
-/// threads.
+/// From positions to a neighbour list: a pure function of positions, domain and which particles are held still, whatever
+/// the number of threads.
 #pragma once
 
 #include <algorithm>

@@ -5,9 +5,9 @@
 /// if the two together moved by more than the skin: while the two largest |r − R| add up to at most the skin, no pair
 /// is missed [as in LAMMPS' `neigh_modify check yes`, which doubles the largest].
 ///
-/// The list is a pure function of R, the box and who stands still. These are the memory, a value: a step that is rejected
-/// takes it back, a checkpoint holds it, and the list comes back bit for bit. The list itself is a cache: kept once, by
-/// the force term, in buffers that serve again.
+/// The list is a pure function of R, the box and which particles are held still. These are the memory, a value: a rejected
+/// step takes it back, a checkpoint holds it, and the list comes back bit for bit. The list itself is a cache: kept once,
+/// by the force term, in buffers that serve again.
 #pragma once
 
 #include <Eigen/Core>
@@ -25,6 +25,8 @@
 #include <utility>
 #include <vector>
 
+#include "phistep/core/arithmetic.hpp"
+#include "phistep/core/recycled.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/neighbors/domain.hpp"
 #include "phistep/neighbors/list_builder.hpp"
@@ -118,7 +120,7 @@ class Neighbors {
                            const NeighborMemory& memory) {
     if (!serves(memory.reference.get(), r, particles, domain, still, range, memory.age)) {
       memory.age = memory.reference == nullptr ? 0 : -1;  // the first is made before a step, others at its end
-      // The list of just these positions may be at hand: an energy was asked for there.
+      // The list of just these positions may be at hand: from an energy computed there.
       const bool known = built_ != nullptr && built_->domain == domain && built_->still == still &&
                          built_->positions.size() == static_cast<std::size_t>(particles) * dim &&
                          std::equal(built_->positions.begin(), built_->positions.end(), r, [](double x, Scalar y) {
@@ -130,7 +132,7 @@ class Neighbors {
     if (built_ != memory.reference || !(range_ == key(range))) build(memory.reference, range);
     return list_;
   }
-  /// The same for who only looks, and must not change what is remembered: the list at hand, if it serves.
+  /// The same without a memory, which nothing changes: by the list at hand, if that serves.
   template <class Scalar>
   const NeighborList& list(const Scalar* r, Eigen::Index particles, const Domain& domain,
                            const std::vector<std::uint8_t>& still, const NeighborRange& range) {
@@ -189,16 +191,7 @@ class Neighbors {
   std::shared_ptr<const NeighborReference> remember(const Scalar* r, Eigen::Index particles, const Domain& domain,
                                                     const std::vector<std::uint8_t>& still) {
     built_.reset();
-    std::shared_ptr<NeighborReference> reference;
-    for (auto& known : pool_)
-      if (known.use_count() == 1) {
-        reference = known;
-        break;
-      }
-    if (reference == nullptr) {
-      reference = std::make_shared<NeighborReference>();
-      pool_.push_back(reference);
-    }
+    std::shared_ptr<NeighborReference> reference = pool_.take();
     reference->positions.assign(r, r + particles * dim);
     reference->domain = domain;
     reference->still = still;
@@ -216,7 +209,7 @@ class Neighbors {
                                     std::to_string(from.domain.length[a]));
       };
       if (range.cutoff > from.domain.length[a]) refuse("cutoff", range.cutoff);
-      // Eight images are looked at: a list that served for longer ways would miss pairs.
+      // Eight images are searched: with a longer reach pairs would be missed.
       if (range.cutoff + range.skin > 6 * from.domain.length[a]) refuse("skin", range.skin);
     }
     try {
@@ -235,7 +228,7 @@ class Neighbors {
   NeighborList list_;
   std::shared_ptr<const NeighborReference> built_;  // what list_ was made from
   Key range_{};
-  std::vector<std::shared_ptr<NeighborReference>> pool_;
+  Recycled<NeighborReference> pool_;
   std::uint64_t rebuilds_ = 0;
 };
 

@@ -1,5 +1,5 @@
 /// @file
-/// Who may act on whom: what a term of a force tells those who want to leave particles out.
+/// Which particles a term of a force may let act on each other: needed where some are left out.
 #pragma once
 
 #include <cstdint>

@@ -88,7 +88,8 @@ inline constexpr PairWeight pair_weight<Law> = Law::weight;
 ///     auto heavy = all_pairs<PairWeight::mass>([](auto r2) { return -rsqrt(r2); });
 ///
 /// For Particles, and for motions of dim × N matrices, in open space. Particles held still act, but get no force. Two at one
-/// place get NaN or infinity where the law has no limit, which the step reports with the first of the two. So does one at no finite place; the others' forces leave it out.
+/// place get NaN or infinity where the law has no limit, which the step reports with the first of the two. So does one at no
+/// finite place; the others' forces leave it out.
 /// A law may have energy(r²) as well: then the term has an energy. Each copy of the term has a workspace of its own; one
 /// object serves one caller at a time.
 template <class Law, PairWeight weight = pair_weight<Law>>
@@ -99,7 +100,7 @@ class AllPairs : public ForceTerm {
   static constexpr bool uses_velocity = false, uses_time = false, is_symmetric = true;
   static constexpr Structure structure = Structure::dense;
 
-  /// @throws std::invalid_argument where the law says that its numbers can't be
+  /// @throws std::invalid_argument where the law's numbers are invalid
   explicit AllPairs(Law l) : law{std::move(l)} {
     if constexpr (requires { law.is_valid(); })
       if (!law.is_valid())

@@ -275,29 +275,10 @@ class Pairs : public ForceTerm {
         }
         const Scalar inverse = r2 > 0 ? 1 / std::sqrt(r2) : Scalar{0};
         for (Scalar& component : n) component *= inverse;
-        put_edge<S>(sink, i, j, n, K);
+        put_pair<S::dim, false>(sink, Eigen::Index{i}, Eigen::Index{j}, n, K, {});
       }
     }
   }
-  /// As an edge where the sink takes one, else ∂f_i/∂r_j = B and the other three blocks that Newton's third law makes of it.
-  template <class S>
-  static void put_edge(auto& sink, Eigen::Index i, Eigen::Index j, const auto* n, const auto& K) {
-    using Scalar = typename S::Scalar;
-    constexpr int dim = S::dim;
-    if constexpr (requires { sink.edge(i, j, n, K, PairTangent<Scalar>{}); }) {
-      sink.edge(i, j, n, K, PairTangent<Scalar>{});
-    } else {
-      for (int b = 0; b < dim; ++b)
-        for (int a = 0; a < dim; ++a) {
-          const Scalar along = n[a] * n[b], B = K.along * along + K.across * (Scalar(a == b) - along);
-          sink.position(dim * i + a, dim * j + b, B);
-          sink.position(dim * j + a, dim * i + b, B);
-          sink.position(dim * i + a, dim * i + b, -B);
-          sink.position(dim * j + a, dim * j + b, -B);
-        }
-    }
-  }
-
   NeighborRange range_;
   mutable Scratch<Work> work_;
 };

@@ -14,7 +14,7 @@ struct SleepOptions {
   double speed =
       0;  ///< [length/time] below which a particle counts as at rest, and the change that wakes it; 0: none sleeps
   int steps = 100;  ///< for so many steps
-  int every = 25;   ///< who may fall asleep is looked at every so many steps
+  int every = 25;   ///< steps between two checks of who may fall asleep
 };
 
 /// What sleep has saved and cost since the stepper was made.
@@ -41,7 +41,7 @@ struct SleepReport {
   }
 };
 
-/// Runs a scene with sleeping and without, and prints how far that moves what the user looks at.
+/// Runs a scene with sleeping and without, and prints the difference in the user's observables.
 /// @param scene        scene(options) runs it all and returns what the observables are read from
 /// @param observables  pairs of a name and a function of that result to a number
 template <class OStream, class Scene, class... Observable>

@@ -1,0 +1,140 @@
+/// @file
+/// The sums of contacts' forces on each body, by slots, and back into the user's order. A body's forces add up in the order
+/// of its pairs, whatever the number of threads.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <type_traits>
+#include <vector>
+
+#include "phistep/contacts/contact_kernel.hpp"
+#include "phistep/contacts/contact_pairs.hpp"
+#include "phistep/contacts/contact_slots.hpp"
+#include "phistep/contacts/touching_pairs.hpp"
+#include "phistep/core/shares.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/neighbors/places.hpp"
+#include "phistep/simd/pack.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// A workspace, its buffers serve again.
+template <class Scalar>
+class SlotSums {
+  using P = Pack<Scalar, native_width<Scalar>>;
+  /// On a slot: in one cache line (where they are double).
+  struct alignas(8 * sizeof(Scalar)) Sum {
+    Scalar force[4], twist[4];
+  };
+  /// Of one contact.
+  struct Effect {
+    Scalar force[3], twist[3], torque[3];
+  };
+
+ public:
+  /// @param force_of  c ↦ ContactForce of the contacts c, c + 1, … of a pack
+  /// @param place     of each contact, the number of its pair
+  template <bool spins, bool rolls>
+  [[gnu::flatten]] void add_up(const ContactPairs<Scalar>& pairs, const TouchingPairs<Scalar>& contacts,
+                               const std::vector<std::int32_t>& place, auto&& force_of) {
+    const std::size_t count = place.size(), n = pairs.bodies.size();
+    constexpr std::size_t width = P::width;
+    const std::int32_t *const i = contacts.i.data(), *const j = contacts.j.data();
+    sum_.assign(n, Sum{});
+    torque_.assign(rolls ? 4 * n : 0, Scalar{0});
+    if (Shares::threads() == 1) {
+      for (std::size_t c = 0; c < count; c += width) {
+        const ContactForce<P> f = force_of(c);
+        for (std::size_t l = 0; l < width && c + l < count; ++l) {
+          const Effect effect = lane<spins, rolls>(f, l);
+          put<rolls>(effect, 1, static_cast<std::size_t>(i[c + l]));
+          put<rolls>(effect, -1, static_cast<std::size_t>(j[c + l]));
+        }
+      }
+      return;
+    }
+    // Each thread keeps its contacts' forces; then each adds up those on its own bodies, in the same order.
+    effects_.resize(count);
+#ifdef _OPENMP
+#pragma omp parallel for schedule(static)
+#endif
+    for (std::size_t c = 0; c < count; c += width) {
+      const ContactForce<P> f = force_of(c);
+      for (std::size_t l = 0; l < width && c + l < count; ++l) effects_[c + l] = lane<spins, rolls>(f, l);
+    }
+    const Shares shares{n};
+#ifdef _OPENMP
+#pragma omp parallel for schedule(static, 1)
+#endif
+    for (std::size_t t = 0; t < Shares::threads(); ++t) {
+      const std::size_t low = shares.begin(t), high = shares.end(t);
+      const auto first_of = [&](std::size_t slot) {
+        return static_cast<std::size_t>(std::lower_bound(place.begin(), place.end(), pairs.row[slot]) - place.begin());
+      };
+      const std::size_t begin = first_of(low), end = first_of(high);
+      for (std::size_t c = 0; c < end; ++c) {
+        const auto other = static_cast<std::size_t>(j[c]);
+        if (c >= begin) put<rolls>(effects_[c], 1, static_cast<std::size_t>(i[c]));
+        if (other >= low && other < high) put<rolls>(effects_[c], -1, other);
+      }
+    }
+  }
+  void prefetch_slot(std::int32_t slot) const { prefetch(&sum_[static_cast<std::size_t>(slot)]); }
+
+  /// Adds the sums to the user's forces and torques.
+  template <class View>
+  void give(const View& y, const ContactBodies<Scalar>& bodies, auto& out) const {
+    constexpr int dim = std::remove_cvref_t<decltype(y.r)>::RowsAtCompileTime;
+    constexpr std::size_t ahead = ContactSlots<Scalar>::ahead;
+    const bool turned = !torque_.empty();
+    const std::size_t n = bodies.size();
+#ifdef _OPENMP
+#pragma omp parallel for schedule(static)
+#endif
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto s = static_cast<std::size_t>(bodies.slot[i]);
+      const auto column = static_cast<Eigen::Index>(i);
+      if (i + ahead < n) prefetch_slot(bodies.slot[i + ahead]);
+      const Sum& of = sum_[s];
+      // x − x: 0, or NaN for a body whose place is not a number, which touches nothing
+      for (int a = 0; a < dim; ++a) out.force(a, column) += of.force[a] + (y.r(a, column) - y.r(a, column));
+      if constexpr (requires { y.omega; }) {
+        const Scalar radius = y.body.radius[column];
+        const auto torque = [&](int a) {
+          return radius * of.twist[a] + (turned ? torque_[4 * s + static_cast<std::size_t>(a)] : Scalar{0});
+        };
+        if constexpr (dim == 3)
+          for (int a = 0; a < 3; ++a) out.torque(a, column) += torque(a);
+        else out.torque(0, column) += torque(2);
+      }
+    }
+  }
+
+ private:
+  template <bool spins, bool rolls>
+  [[nodiscard]] static Effect lane(const ContactForce<P>& f, std::size_t l) {
+    const int k = static_cast<int>(l);
+    Effect out{{f.force.x[k], f.force.y[k], f.force.z[k]}, {}, {}};
+    if constexpr (spins) out.twist[0] = f.twist.x[k], out.twist[1] = f.twist.y[k], out.twist[2] = f.twist.z[k];
+    if constexpr (rolls) out.torque[0] = f.torque.x[k], out.torque[1] = f.torque.y[k], out.torque[2] = f.torque.z[k];
+    return out;
+  }
+  /// On i with the sign 1, on j with −1.
+  template <bool rolls>
+  void put(const Effect& effect, Scalar sign, std::size_t slot) {
+    Sum& to = sum_[slot];
+    for (std::size_t a = 0; a < 3; ++a) to.force[a] += sign * effect.force[a], to.twist[a] += effect.twist[a];
+    if constexpr (rolls)
+      for (std::size_t a = 0; a < 3; ++a) torque_[4 * slot + a] += sign * effect.torque[a];
+  }
+
+  std::vector<Sum> sum_;         // of each slot
+  std::vector<Scalar> torque_;   // of rolling, 4 a slot, or none
+  std::vector<Effect> effects_;  // of each contact, where threads share the work
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

@@ -1,0 +1,94 @@
+/// @file
+/// Which of the pairs touch: by positions alone.
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "phistep/contacts/contact_kernel.hpp"
+#include "phistep/contacts/contact_pairs.hpp"
+#include "phistep/contacts/contact_slots.hpp"
+#include "phistep/contacts/spring_table.hpp"
+#include "phistep/core/shares.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/simd/pack.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// A workspace, its buffers serve again.
+template <class Scalar>
+class TouchingPairs {
+  static constexpr int width = native_width<Scalar>;
+  using P = Pack<Scalar, width>;
+  using Pairs = ContactPairs<Scalar>;
+  using Springs = SpringTable<Scalar>;
+
+ public:
+  std::vector<std::int32_t> from;  ///< of each contact, where its springs stand in the table before
+  std::vector<std::int32_t> i, j;  ///< and its slots
+
+  /// Fills the table with the contacts' places, and makes room for their springs.
+  void find(const Pairs& pairs, const ContactSlots<Scalar>& slots, const Springs& before, Springs& table,
+            bool with_roll) {
+    const std::size_t count = pairs.places();
+    const Shares shares{count, width};
+    auto& contact = table.place;
+    for (auto* array : {&contact, &from, &i, &j}) array->resize(count + width);
+    found_.assign(Shares::threads(), 0);
+    // Threads write where their own pairs stand; then the gaps are closed.
+#ifdef _OPENMP
+#pragma omp parallel for schedule(static, 1)
+#endif
+    for (std::size_t t = 0; t < found_.size(); ++t)
+      found_[t] = find(pairs, slots, before, shares.begin(t), shares.end(t), contact.data());
+    std::size_t found = found_[0];
+    for (std::size_t t = 1; t < found_.size(); ++t) {
+      const auto begin = static_cast<std::ptrdiff_t>(shares.begin(t)),
+                 end = begin + static_cast<std::ptrdiff_t>(found_[t]);
+      for (auto* array : {&contact, &from, &i, &j})
+        std::copy(array->begin() + begin, array->begin() + end, array->begin() + static_cast<std::ptrdiff_t>(found));
+      found += found_[t];
+    }
+    table.resize(found, with_roll);
+    // Whole packs: those beyond the last contact repeat its slots, and find springs that are unstretched.
+    std::fill_n(from.begin() + static_cast<std::ptrdiff_t>(found), width, static_cast<std::int32_t>(before.size()));
+    for (auto* array : {&i, &j})
+      std::fill_n(array->begin() + static_cast<std::ptrdiff_t>(found), width, found > 0 ? (*array)[found - 1] : 0);
+  }
+
+ private:
+  /// Among the pairs begin … end − 1; returns how many.
+  [[gnu::flatten]] std::size_t find(const Pairs& pairs, const ContactSlots<Scalar>& slots, const Springs& before,
+                                    std::size_t begin, std::size_t end, std::int32_t* contact) {
+    SpringFinder springs_of{before.place, static_cast<std::int32_t>(begin)};
+    const Scalar* const position = slots.position.data();
+    std::int32_t *const to_from = from.data(), *const to_i = i.data(), *const to_j = j.data();
+    std::size_t found = begin;
+    const NearestImage<P> nearest{pairs.period};
+    for (std::size_t p = begin; p < end; p += width) {
+      const auto a = gather4<P>(position, &pairs.first[p]);
+      const auto b = gather4<P>(position, &pairs.second[p]);
+      const Triple<P> d = nearest({a.x - b.x, a.y - b.y, a.z - b.z});
+      const P reach = a.w + b.w;
+      unsigned touching = (dot(d, d) < reach * reach).bits();
+      if (end - p < width) touching &= (1u << (end - p)) - 1u;
+      while (touching != 0) {
+        const auto place = static_cast<std::int32_t>(p) + std::countr_zero(touching);
+        touching &= touching - 1;
+        contact[found] = place;
+        to_from[found] = springs_of(place);
+        to_i[found] = pairs.first[static_cast<std::size_t>(place)];
+        to_j[found] = pairs.second[static_cast<std::size_t>(place)];
+        ++found;
+      }
+    }
+    return found - begin;
+  }
+
+  std::vector<std::size_t> found_;  // contacts, by each thread
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

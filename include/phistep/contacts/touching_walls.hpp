@@ -1,0 +1,89 @@
+/// @file
+/// Which bodies touch which walls, and where.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <cstddef>
+#include <cstdint>
+#include <variant>
+#include <vector>
+
+#include "phistep/contacts/contact_bodies.hpp"
+#include "phistep/contacts/spring_table.hpp"
+#include "phistep/contacts/wall_shapes.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/simd/pack.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// The bodies that walls remember, in the user's order. A place is the number of a wall and that of a body.
+template <class Scalar>
+struct WallBodies {
+  ContactBodies<Scalar> bodies;
+
+  [[nodiscard]] static std::int64_t place(std::int64_t wall, std::int32_t body) { return wall << 32 | body; }
+  [[nodiscard]] static std::int32_t wall_of(std::int64_t place) { return static_cast<std::int32_t>(place >> 32); }
+  [[nodiscard]] static std::int32_t body_of(std::int64_t place) { return static_cast<std::int32_t>(place); }
+  [[nodiscard]] bool has(std::int64_t place) const {
+    return body_of(place) >= 0 && static_cast<std::size_t>(body_of(place)) < bodies.size();
+  }
+  void archive(auto& ar) { ar("bodies", bodies); }
+};
+
+/// A workspace, its buffers serve again.
+template <class Scalar, int dim>
+class TouchingWalls {
+  using Springs = SpringTable<Scalar, std::int64_t>;
+
+ public:
+  // One number a contact each, and as many more as fill its pack.
+  std::vector<Scalar> nx, ny, nz, overlap, arm, rho, w;  ///< as in ContactPoint
+  std::vector<std::int32_t> from;                        ///< where its springs stand in the table before
+
+  [[nodiscard]] std::int64_t count() const { return count_; }
+
+  /// Fills the table with the contacts' places, and makes room for their springs.
+  void find(const std::vector<Wall<dim>>& walls, const auto& y, const Springs& before, Springs& table, bool with_roll) {
+    for_each_number([](auto& x) { x.clear(); });
+    from.clear();
+    table.place.clear();
+    SpringFinder springs_of{before.place, std::int64_t{0}};
+    for (std::size_t k = 0; k < walls.size(); ++k)
+      std::visit(
+          [&](const auto& wall) {
+            Eigen::Matrix<Scalar, dim, 1> n;
+            for (Eigen::Index i = 0; i < y.r.cols(); ++i) {
+              const Scalar radius = y.body.radius[i], distance = approach<Scalar, dim>(wall, y.r.col(i), n);
+              // A position that is NaN touches, so that its force becomes NaN.
+              if (distance >= radius || y.body.is_still(i)) continue;
+              table.place.push_back(
+                  WallBodies<Scalar>::place(static_cast<std::int64_t>(k), static_cast<std::int32_t>(i)));
+              from.push_back(springs_of(table.place.back()));
+              nx.push_back(n[0]);
+              ny.push_back(n[1]);
+              nz.push_back(dim == 3 ? n[dim - 1] : Scalar{0});
+              overlap.push_back(radius - distance);
+              arm.push_back(distance / radius);
+              rho.push_back(Scalar{1} / radius);
+              w.push_back(Scalar{1} / y.body.mass[i]);
+            }
+          },
+          walls[k]);
+    const std::size_t found = table.place.size();
+    count_ = static_cast<std::int64_t>(found);
+    table.resize(found, with_roll);
+    // A whole pack more, with numbers that do no harm.
+    constexpr std::size_t width = native_width<Scalar>;
+    for_each_number([&](auto& x) { x.resize(found + width, Scalar{1}); });
+    from.resize(found + width, static_cast<std::int32_t>(before.size()));
+  }
+
+ private:
+  void for_each_number(auto&& f) {
+    for (auto* x : {&nx, &ny, &nz, &overlap, &arm, &rho, &w}) f(*x);
+  }
+  std::int64_t count_ = 0;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

@@ -1,0 +1,39 @@
+/// @file
+/// Shared objects whose memory serves again.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include "phistep/core/version.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// Hands out objects that are held by no other any more, as they were left, or new ones.
+template <class T>
+class Recycled {
+ public:
+  Recycled() = default;
+  Recycled(const Recycled&) {}  // a copy starts with none
+  Recycled(Recycled&&) noexcept = default;
+  Recycled& operator=(const Recycled&) { return *this; }
+  Recycled& operator=(Recycled&&) noexcept = default;
+  ~Recycled() = default;
+
+  [[nodiscard]] std::shared_ptr<T> take() {
+    for (auto& one : kept_)
+      if (one.use_count() == 1) return one;
+    auto made = std::make_shared<T>();
+    if (kept_.size() < 4)
+      kept_.push_back(made);  // the committed one, the trial's, the one before, one for a checkpoint
+    else kept_[next_++ % kept_.size()] = made;
+    return made;
+  }
+
+ private:
+  std::vector<std::shared_ptr<T>> kept_;
+  std::size_t next_ = 0;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI
