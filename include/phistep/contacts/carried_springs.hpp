@@ -12,8 +12,8 @@
 
 #include "phistep/contacts/contact_kernel.hpp"
 #include "phistep/contacts/spring_table.hpp"
-#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/simd/update.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

@@ -18,7 +18,6 @@
 #include "phistep/contacts/contact_kernel.hpp"
 #include "phistep/contacts/contact_memory.hpp"
 #include "phistep/contacts/spring_table.hpp"
-#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/simd/pack_math.hpp"
 #include "phistep/simd/update.hpp"

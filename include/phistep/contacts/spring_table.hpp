@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "phistep/contacts/contact_kernel.hpp"
-#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/simd/update.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

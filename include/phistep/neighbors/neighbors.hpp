@@ -25,7 +25,6 @@
 #include <utility>
 #include <vector>
 
-#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/recycled.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/neighbors/domain.hpp"

@@ -15,6 +15,7 @@
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/equation/gamma.hpp"
+#include "phistep/simd/update.hpp"
 #include "phistep/solve/increment.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
