@@ -44,6 +44,19 @@ class EdgeOperator {
 
   [[nodiscard]] std::size_t nodes() const { return diagonal.size(); }
 
+  /// Makes room for the edges between the nodes sorted[e].first, (i, j) with i < j, in this order.
+  void connect(const auto& sorted) {
+    start.assign(nodes() + 1, 0);
+    neighbour.resize(sorted.size());
+    edges.resize(sorted.size());
+    signs.assign(sorted.size(), Scalar{1});
+    for (std::size_t e = 0; e < sorted.size(); ++e) {
+      ++start[static_cast<std::size_t>(sorted[e].first.first) + 1];
+      neighbour[e] = sorted[e].first.second;
+    }
+    for (std::size_t i = 0; i < nodes(); ++i) start[i + 1] += start[i];
+  }
+
   /// N_i x
   [[nodiscard, gnu::always_inline]] inline Node node(std::size_t i, const Node& x) const {
     if (coupling.empty()) return diagonal[i] * x;

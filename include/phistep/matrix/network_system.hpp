@@ -37,29 +37,21 @@
 namespace phistep::inline PHISTEP_ABI {
 
 /// Relative residual of the linear solve inside Newton where the user names none: an inexact Newton iteration (Dembo,
-/// Eisenstat & Steihaug, SIAM J. Numer. Anal. 19, 1982) with a constant forcing term. Measured on cloths of 3,600
-/// particles at Δt²k/m = 1 and 100, iterated to rounding: 55 / 66 / 77 / 107 / 144 iterations of conjugate gradients a
-/// step with 1e-2 / 1e-3 / 1e-4 / 1e-6 / 1e-8, and 470 / 567 / 686 / 997 / 1353, for 8.8 / 7.1 / 6.1 / 5.7 / 5.7 of
-/// Newton; 1e-1 costs more of everything.
+/// Eisenstat & Steihaug, SIAM J. Numer. Anal. 19, 1982) with a constant forcing term. Measured in docs/solvers.md.
 inline constexpr double automatic_linear_rtol = 1e-2;
 
 template <class Scalar, int dim, bool has_K, bool has_C>
 class NetworkSystem : public Sizes {
  public:
   void resize(Eigen::Index n) {
+    *this = {};
     unknowns_ = n;
     const auto nodes = static_cast<std::size_t>((n + dim - 1) / dim);
-    W_ = {};
     W_.diagonal.assign(nodes, Node::Zero());
     mass_.assign(nodes, Node::Zero());
     drift_.assign(nodes, Scalar{0});
     diagonal_size_.assign(nodes, Scalar{0});
     cg_.resize(nodes);
-    pairs_.clear();
-    tangents_.clear();
-    local_.clear();
-    has_coupling_ = false;
-    has_pattern_ = false;
   }
 
   void clear() {
@@ -190,17 +182,9 @@ class NetworkSystem : public Sizes {
                                      number[static_cast<std::size_t>(pairs_[e].second)]}),
                         e});
     std::sort(sorted.begin(), sorted.end());
-    W_.start.assign(W_.nodes() + 1, 0);
-    W_.neighbour.resize(sorted.size());
-    W_.edges.resize(sorted.size());
+    W_.connect(sorted);
     source_.resize(sorted.size());
-    W_.signs.assign(sorted.size(), Scalar{1});
-    for (std::size_t s = 0; s < sorted.size(); ++s) {
-      ++W_.start[static_cast<std::size_t>(sorted[s].first.first) + 1];
-      W_.neighbour[s] = sorted[s].first.second;
-      source_[s] = sorted[s].second;
-    }
-    for (std::size_t i = 0; i < W_.nodes(); ++i) W_.start[i + 1] += W_.start[i];
+    for (std::size_t s = 0; s < sorted.size(); ++s) source_[s] = sorted[s].second;
     has_pattern_ = true;
     ++statistics.analyses;
   }
@@ -267,23 +251,21 @@ class NetworkSystem : public Sizes {
     }
   }
 
+  /// f(node of W, component, index among the unknowns)
+  void for_each_unknown(auto f) const {
+    Eigen::Index at = 0;
+    for (const std::size_t i : number_)
+      for (Eigen::Index a = 0; a < dim && at < unknowns_; ++a, ++at) f(i, a, at);
+  }
   void load(const auto& x) {
     auto& r = cg_.residual();
     unit_ = to_unit_size(max_abs(x));
-    const Scalar by = scale_ * unit_;
-    for (std::size_t i = 0; i < W_.nodes(); ++i) {
-      Node& to = r[number_[i]];
-      to.setZero();
-      const auto at = static_cast<Eigen::Index>(i) * dim;
-      for (Eigen::Index a = 0; a < std::min<Eigen::Index>(dim, unknowns_ - at); ++a) to[a] = by * x[at + a];
-    }
+    for (Node& to : r) to.setZero();
+    for_each_unknown(
+        [&, by = scale_ * unit_](std::size_t i, Eigen::Index a, Eigen::Index at) { r[i][a] = by * x[at]; });
   }
   void unload(auto& x) const {
-    for (std::size_t i = 0; i < W_.nodes(); ++i) {
-      const Node& from = cg_.solution()[number_[i]];
-      const auto at = static_cast<Eigen::Index>(i) * dim;
-      for (Eigen::Index a = 0; a < std::min<Eigen::Index>(dim, unknowns_ - at); ++a) x[at + a] = from[a] / unit_;
-    }
+    for_each_unknown([&](std::size_t i, Eigen::Index a, Eigen::Index at) { x[at] = cg_.solution()[i][a] / unit_; });
   }
   /// In exact arithmetic one iteration an unknown would do; rounding delays small stiff networks.
   [[nodiscard]] int iteration_limit() const {

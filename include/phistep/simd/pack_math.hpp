@@ -109,24 +109,23 @@ template <class Scalar, int width>
 template <class Scalar, int width>
 [[nodiscard]] Pack<Scalar, width> sqrt(Pack<Scalar, width> a) {
   using P = Pack<Scalar, width>;
-  [[maybe_unused]] constexpr auto bytes = sizeof(Scalar) * width;
-  [[maybe_unused]] constexpr bool in_register = detail::in_register<Scalar, width>;
+  [[maybe_unused]] constexpr auto bytes = detail::in_register<Scalar, width> ? sizeof(Scalar) * width : 0;
 #if defined(__AVX512F__)
   // Masked by all ones: see simd/fingerprint.hpp.
-  if constexpr (in_register && bytes == 64 && width == 8) return P{_mm512_maskz_sqrt_pd(0xff, a.x)};
-  else if constexpr (in_register && bytes == 64) return P{_mm512_maskz_sqrt_ps(0xffff, a.x)};
+  if constexpr (bytes == 64 && width == 8) return P{_mm512_maskz_sqrt_pd(0xff, a.x)};
+  else if constexpr (bytes == 64) return P{_mm512_maskz_sqrt_ps(0xffff, a.x)};
   else
 #endif
 #if defined(__AVX__)
-      if constexpr (in_register && bytes == 32 && width == 4)
+      if constexpr (bytes == 32 && width == 4)
     return P{_mm256_sqrt_pd(a.x)};
-  else if constexpr (in_register && bytes == 32) return P{_mm256_sqrt_ps(a.x)};
+  else if constexpr (bytes == 32) return P{_mm256_sqrt_ps(a.x)};
   else
 #endif
 #if defined(__SSE2__)
-      if constexpr (in_register && bytes == 16 && width == 2)
+      if constexpr (bytes == 16 && width == 2)
     return P{_mm_sqrt_pd(a.x)};
-  else if constexpr (in_register && bytes == 16) return P{_mm_sqrt_ps(a.x)};
+  else if constexpr (bytes == 16) return P{_mm_sqrt_ps(a.x)};
   else
 #endif
     return P::make([&](int l) { return std::sqrt(a[l]); });
