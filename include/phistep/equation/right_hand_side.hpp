@@ -309,11 +309,9 @@ class RightHandSide {
 template <State S>
 [[nodiscard]] auto each_mass_entry(const auto& rhs, const PlainState<S>& y) {
   return [&rhs, &y](auto&& put) {
-    Index at = 0;
-    for_each_block(
-        [&](auto, const auto& block, const auto& mass) {
+    for_each_part(
+        [&put](Index at, const auto& block, const auto& mass) {
           mass.for_each_entry(block.size(), [&](Index i, Index j, auto m) { put(at + i, at + j, m); });
-          at += block.size();
         },
         Blocks<S>::solved(y), rhs.masses());
   };

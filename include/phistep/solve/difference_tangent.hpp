@@ -161,13 +161,8 @@ class DifferenceTangent {
   }
   /// f(i, Ψ_i of the probe, Ψ_i of psi)
   void for_each_rate(const Rate& psi, auto&& f) const {
-    Index at = 0;
-    for_each_block(
-        [&](auto, const auto& now, const auto& before) {
-          for (Index i = 0; i < now.size(); ++i) f(at + i, now.data()[i], before.data()[i]);
-          at += now.size();
-        },
-        Rate::blocks(probe_rate_), Rate::blocks(psi));
+    for_each_number([&f](std::size_t i, Scalar now, Scalar before) { f(static_cast<Index>(i), now, before); },
+                    Rate::blocks(probe_rate_), Rate::blocks(psi));
   }
   /// f(block, column, component of the block) for a colour's columns that lie in the blocks.
   void for_each_moved(Index color, const auto& blocks, auto&& f) const {

@@ -28,6 +28,7 @@
 #include "phistep/solve/newton.hpp"
 #include "phistep/solve/tangent_check.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/combination.hpp"
 #include "phistep/state/unknowns.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -137,11 +138,11 @@ class LinearStages {
       matrix_.solve_unchecked(unknown, rhs.statistics());
       return Outcome::success;
     }
-    for_each_solved<S>([this](Index at, const auto& block) { part(x_, at, block) = flat(block); }, std::as_const(x));
+    take_unknowns<S>(x_, x);
     if constexpr (Rhs::drifts) matrix_.add_position_product(gamma, flat(position_of<S>(std::as_const(x))), x_);
     if (const Outcome outcome = matrix_.solve(x_, options_, rhs.statistics()); outcome != Outcome::success)
       return first_non_finite(Blocks<S>::all(x)) ? Outcome::non_finite_state : outcome;  // b was none: not W's fault
-    for_each_solved<S>([this](Index at, auto& block) { flat(block) = part(x_, at, block); }, x);
+    put_unknowns<S>(x_, x);
     if constexpr (Rhs::drifts) position_of<S>(x) += gamma * velocity_of<S>(x);
     return Outcome::success;
   }
@@ -160,15 +161,10 @@ class LinearStages {
     const Scalar least = 64 * u * std::abs(t), wanted = std::sqrt(std::sqrt(u)) * std::abs(dt);
     const Scalar delta = (t + std::copysign(std::max(wanted, least), dt)) - t;
     rhs.evaluate_into(t + delta, y, later_);
-    combine(psi_t_, Scalar{-3}, psi_, Scalar{4}, later_);
+    assign_rate<S>(psi_t_, Scalar{-3} * in_rate<S>(psi_) + Scalar{4} * in_rate<S>(later_));
     rhs.evaluate_into(t + 2 * delta, y, later_);
-    combine(psi_t_, Scalar{1}, psi_t_, Scalar{-1}, later_);
-    combine(psi_t_, 1 / (2 * delta), psi_t_, Scalar{0}, psi_t_);
+    assign_rate<S>(psi_t_, (1 / (2 * delta)) * (in_rate<S>(psi_t_) - in_rate<S>(later_)));
     return first_non_finite(Rate::blocks(psi_t_)) ? Outcome::non_finite_force : Outcome::success;
-  }
-  static void combine(Rate& to, Scalar a, const Rate& x, Scalar b, const Rate& z) {
-    for_each_block([a, b](auto, auto& out, const auto& p, const auto& q) { out = a * p + b * q; }, Rate::blocks(to),
-                   Rate::blocks(x), Rate::blocks(z));
   }
 
   NewtonOptions options_;

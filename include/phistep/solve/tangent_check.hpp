@@ -131,12 +131,11 @@ class TangentCheck {
           mass.add_product([&](Index i) { return of.data()[i]; }, to);
         },
         Blocks<S>::solved(probe_), Blocks<S>::solved(x), rhs.masses());
-    for_each_solved<S>([&out](Index at, const auto& block) { part(out, at, block) = flat(block); },
-                       std::as_const(probe_));
+    take_unknowns<S>(out, probe_);
   }
   /// The direction that was solved for.
   void set_direction(Scalar gamma) {
-    for_each_solved<S>([this](Index at, auto& block) { flat(block) = part(tangent_, at, block); }, direction_);
+    put_unknowns<S>(tangent_, direction_);
     if constexpr (Rhs::drifts) position_of<S>(direction_) = gamma * velocity_of<S>(direction_);
   }
   /// ε: the component that moves farthest, for its size, moves by the cube root of a rounding.

@@ -23,6 +23,7 @@
 #include "phistep/solve/linearisation.hpp"
 #include "phistep/solve/newton.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/combination.hpp"
 #include "phistep/state/unknowns.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -66,28 +67,26 @@ class TangentProduct {
 
   /// out = W x
   void apply(const Vector& x, Vector& out) {
-    for_each_solved<S>([&x](Index at, auto& block) { flat(block) = part(x, at, block); }, direction_);
+    put_unknowns<S>(x, direction_);
     if constexpr (Rhs::drifts) {
       if constexpr (has_K) position_of<S>(direction_) = gamma_.drift * velocity_of<S>(direction_);
       else position_of<S>(direction_).setZero();
     }
     if constexpr (Products::has_product) multiply(x);
     else if (!differ()) return out.setZero(), void();
-    Index at = 0;
-    for_each_block(
-        [&](auto, const auto& block, const auto& mass) {
+    for_each_part(
+        [&](Index at, const auto& block, const auto& mass) {
           auto product = part(out, at, block);
           product = gamma_.force * flat(block);
           mass.subtract_product(part(x, at, block), product);
           product = -product;
-          at += block.size();
         },
         Rate::blocks(std::as_const(rate_)), rhs_->masses());
   }
 
  private:
   void multiply(const Vector& x) {
-    for_each_block([](auto, auto& block) { block.setZero(); }, Rate::blocks(rate_));
+    set_zero(Rate::blocks(rate_));
     // Entries are numbered through all unknowns, wherever their blocks lie.
     entries_.setZero();
     ProductSink<Scalar> sink{nullptr, x.data(), entries_.data()};
@@ -96,13 +95,7 @@ class TangentProduct {
                                                  rhs_->view(direction_), diagonal_.size(), rate_, sink);
     for_each_block([](auto, const auto& product, const auto& of) { check_result_size(product, of); },
                    Rate::blocks(std::as_const(rate_)), Rate::blocks(std::as_const(psi_)));
-    Index at = 0;
-    for_each_block(
-        [&](auto, auto& block) {
-          flat(block) += part(entries_, at, block);
-          at += block.size();
-        },
-        Rate::blocks(rate_));
+    for_each_part([this](Index at, auto& block) { flat(block) += part(entries_, at, block); }, Rate::blocks(rate_));
   }
 
   /// False where there is no direction.
@@ -128,12 +121,9 @@ class TangentProduct {
     if (!std::isfinite(reach)) return false;
     const auto epsilon =
         static_cast<Scalar>(std::sqrt(static_cast<double>(std::numeric_limits<Scalar>::epsilon())) * reach);
-    for_each_block([&](auto, auto& probe, const auto& y, const auto& x) { probe = y + epsilon * x; },
-                   Blocks<S>::all(probe_), Blocks<S>::all(std::as_const(Y_)),
-                   Blocks<S>::all(std::as_const(direction_)));
+    assign<S>(probe_, in<S>(Y_) + epsilon * in<S>(direction_));
     rhs_->evaluate_into(t_, probe_, rate_);
-    for_each_block([&](auto, auto& moved, const auto& still) { moved = (moved - still) / epsilon; },
-                   Rate::blocks(rate_), Rate::blocks(std::as_const(psi_)));
+    assign_rate<S>(rate_, (in_rate<S>(rate_) - in_rate<S>(psi_)) / epsilon);
     return true;
   }
 
@@ -184,15 +174,9 @@ class TangentProduct {
   };
   void compute_diagonal() {
     diagonal_.setZero();
-    Index at = 0;
-    for_each_block(
-        [&](auto, const auto& block, const auto& mass) {
-          mass.for_each_entry(block.size(), [&](Index i, Index j, auto m) {
-            if (i == j) diagonal_[at + i] += static_cast<Scalar>(m);
-          });
-          at += block.size();
-        },
-        Rate::blocks(std::as_const(psi_)), rhs_->masses());
+    each_mass_entry<S>(*rhs_, Y_)([this](Index i, Index j, auto m) {
+      if (i == j) diagonal_[i] += static_cast<Scalar>(m);
+    });
     DiagonalSink sink{diagonal_, gamma_};
     add_diagonal<has_K || !Rhs::drifts, n_static, Rate>(rhs_->force(), t_, rhs_->view(Y_), rhs_->trial_memory(),
                                                         diagonal_.size(), sink);

@@ -183,6 +183,11 @@ template <State S, class To, combination::IsExpression X>
 [[gnu::always_inline]] inline void assign_solved(To& to, const X& expression) {
   combination::assign_from<combination::first_solved<S>>(Blocks<S>::solved(to), expression);
 }
+/// … and for a rate.
+template <State S, combination::IsExpression X>
+[[gnu::always_inline]] inline void assign_rate(RateOf<S>& to, const X& expression) {
+  combination::assign_from<combination::first_solved<S>>(RateOf<S>::blocks(to), expression);
+}
 template <State S, class To, combination::IsExpression X>
 [[gnu::always_inline]] inline void add_solved(To& to, const X& expression) {
   assign_solved<S>(to, in<S>(to) + expression);
