@@ -93,14 +93,16 @@ class ScalarMass {
   T mass_;
 };
 
-/// A mass a component, or a mass a column (a particle) of a matrix-shaped block.
-template <class T>
+/// A mass a component, or a mass a column (a particle) of a matrix-shaped block; n of them, if that is known.
+template <class T, int n = Eigen::Dynamic>
 class DiagonalMass {
+  using Vector = Eigen::Matrix<T, n, 1>;
+
  public:
   static constexpr Structure structure = Structure::diagonal;
   static constexpr bool is_matrix = false;
   /// @throws std::invalid_argument unless every mass is finite and > 0.
-  explicit DiagonalMass(Eigen::Matrix<T, Eigen::Dynamic, 1> masses) : mass_{std::move(masses)} {
+  explicit DiagonalMass(Vector masses) : mass_{std::move(masses)} {
     for (const T m : mass_) static_cast<void>(checked_mass(m));
     inverse_ = mass_.cwiseInverse();
   }
@@ -120,21 +122,25 @@ class DiagonalMass {
     return DiagonalMass<Scalar>{std::move(all)};
   }
   [[nodiscard]] ComponentFactor<T> scaled(T h) const { return {h, {inverse_.data()}}; }
-  /// The masses of components at … at + n − 1, and their inverses.
-  template <int n>
-  [[nodiscard]] auto segment(Eigen::Index at) const {
-    return std::pair{mass_.template segment<n>(at), inverse_.template segment<n>(at)};
+  /// That of a particle alone, whose dim components begin at `at`.
+  template <int dim>
+  [[nodiscard]] DiagonalMass<T, dim> particle(Eigen::Index at) const {
+    return {mass_.template segment<dim>(at), inverse_.template segment<dim>(at)};
   }
   void subtract_product(const auto& x, auto&& out) const { out -= mass_.cwiseProduct(x); }
-  void for_each_entry(Eigen::Index n, auto&& f) const {
-    for (Eigen::Index i = 0; i < n; ++i) f(i, i, mass_[i]);
+  void for_each_entry(Eigen::Index, auto&& f) const {
+    for (Eigen::Index i = 0; i < mass_.size(); ++i) f(i, i, mass_[i]);
   }
   void add_product(auto&& x, auto& out) const {
     for (Eigen::Index i = 0; i < out.size(); ++i) out.data()[i] += mass_[i] * x(i);
   }
 
  private:
-  Eigen::Matrix<T, Eigen::Dynamic, 1> mass_, inverse_;
+  template <class, int>
+  friend class DiagonalMass;
+  DiagonalMass(Vector mass, Vector inverse) : mass_{std::move(mass)}, inverse_{std::move(inverse)} {}
+
+  Vector mass_, inverse_;
 };
 
 /// A dense mass matrix, factorised once.

@@ -35,26 +35,6 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// The masses of one particle's components.
-template <class Scalar, int dim>
-class ParticleMass {
- public:
-  static constexpr Structure structure = Structure::diagonal;
-  static constexpr bool is_matrix = false;
-  explicit ParticleMass(const auto& segment) : mass_{segment.first}, inverse_{segment.second} {}
-  [[nodiscard]] ComponentFactor<Scalar> scaled(Scalar h) const { return {h, {inverse_.data()}}; }
-  void subtract_product(const auto& x, auto&& out) const { out -= mass_.cwiseProduct(x); }
-  void for_each_entry(Eigen::Index n, auto&& f) const {
-    for (Eigen::Index i = 0; i < n; ++i) f(i, i, mass_[i]);
-  }
-  void add_product(auto&& x, auto& out) const {
-    for (Eigen::Index i = 0; i < out.size(); ++i) out.data()[i] += mass_[i] * x(i);
-  }
-
- private:
-  Eigen::Matrix<Scalar, dim, 1> mass_, inverse_;
-};
-
 /// What the mass of all is for the particle whose components begin at `at`.
 template <int dim, class Mass>
 [[nodiscard]] auto mass_of_particle(const Mass& mass, Index /*at*/) {
@@ -62,7 +42,7 @@ template <int dim, class Mass>
 }
 template <int dim, class T>
 [[nodiscard]] auto mass_of_particle(const DiagonalMass<T>& mass, Index at) {
-  return ParticleMass<T, dim>{mass.template segment<dim>(at)};
+  return mass.template particle<dim>(at);
 }
 
 /// One particle's share of a state: void where S has blocks that a particle can't be cut out of.
@@ -177,8 +157,7 @@ class LocalResolvent {
  private:
   [[nodiscard]] static OneRhs bind(Rhs& rhs) {
     // A state of no particles has no first mass.
-    if constexpr (each_has_its_mass)
-      return {std::ref(rhs.force()), std::tuple{OneMass{std::pair{Vector::Ones(), Vector::Ones()}}}};
+    if constexpr (each_has_its_mass) return {std::ref(rhs.force()), std::tuple{OneMass{Vector::Ones()}}};
     else return {std::ref(rhs.force()), std::tuple{std::get<0>(rhs.masses())}};
   }
   [[nodiscard]] static One at_rest() {
