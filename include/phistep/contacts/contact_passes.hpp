@@ -17,6 +17,7 @@
 #include <memory>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 #include "phistep/contacts/contact_kernel.hpp"
 #include "phistep/contacts/contact_law.hpp"
