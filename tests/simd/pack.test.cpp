@@ -95,6 +95,23 @@ TEMPLATE_TEST_CASE("a sum is a tree of halves", "", WIDTHS) {
   CHECK(sum(a) == tree[0]);
 }
 
+TEMPLATE_TEST_CASE("bits lane by lane, and of two the larger: the second where one is no number", "", WIDTHS) {
+  using P = TestType;
+  using Scalar = typename P::Scalar;
+  const Scalar nan = std::numeric_limits<Scalar>::quiet_NaN();
+  const P a = P::make([](int l) { return static_cast<Scalar>(l % 2 == 0 ? l + 1 : -l - 1); });
+  const P sign = bit_and(a, P{Scalar{-0.0}}), size = larger(a, -a);
+  for (int l = 0; l < P::width; ++l) {
+    CAPTURE(l);
+    CHECK(std::signbit(sign[l]) == (l % 2 == 1));
+    CHECK(size[l] == static_cast<Scalar>(l + 1));
+    CHECK(bit_or(size, sign)[l] == a[l]);
+    CHECK(larger(P{nan}, a)[l] == a[l]);
+    CHECK(std::isnan(larger(a, P{nan})[l]));
+  }
+  CHECK(fold(size, [](auto x, auto y) { return larger(x, y); }) == static_cast<Scalar>(P::width));
+}
+
 TEMPLATE_TEST_CASE("gather4 transposes structs from anywhere", "", WIDTHS) {
   using P = TestType;
   using Scalar = typename P::Scalar;
