@@ -37,7 +37,6 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/motion.hpp"
 #include "phistep/state/unknowns.hpp"
-#include "phistep/step/halving.hpp"
 #include "phistep/step/phi_stepper.hpp"
 #include "phistep/study/assess.hpp"
 #include "phistep/study/report.hpp"
@@ -286,10 +285,12 @@ template <State S, class F, class Scheme, class MassSpec, ImplicitSolver Solver>
   }
   return report;
 }
-template <class Stepper, class S>
-[[nodiscard]] PreflightReport preflight(Halving<Stepper>& stepper, const S& state, double dt,
+/// Of a stepper around a stepper: what the one inside does.
+template <class Stepper, State S>
+  requires requires(Stepper& outer) { outer.stepper(); }
+[[nodiscard]] PreflightReport preflight(Stepper& outer, const S& state, double dt,
                                         const PreflightOptions& options = {}) {
-  return preflight(stepper.stepper(), state, dt, options);
+  return preflight(outer.stepper(), state, dt, options);
 }
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -134,6 +134,11 @@ TEST_CASE("nothing is stepped and no count changes") {
   Halving halving{PhiStepper{before, ChainForce{3}, velocity_verlet}, 3};
   CHECK(preflight(halving, before, 0.1).whole.frequency ==
         Approx(2 * std::sqrt(3) * std::cos(std::numbers::pi / 24)).epsilon(1e-6));
+  struct Around {  // a user's own stepper around a stepper
+    decltype(halving)& inside;
+    [[nodiscard]] auto& stepper() const { return inside.stepper(); }
+  } around{halving};
+  CHECK(preflight(around, before, 0.1).whole.frequency == preflight(halving, before, 0.1).whole.frequency);
 }
 
 TEST_CASE("the text holds the numbers") {

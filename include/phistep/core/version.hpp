@@ -10,7 +10,7 @@
 /// with and without OpenMP, whose loops differ, and without packs (PHISTEP_NO_SIMD).
 
 #define PHISTEP_VERSION_MAJOR 0
-#define PHISTEP_VERSION_MINOR 1
+#define PHISTEP_VERSION_MINOR 2
 #define PHISTEP_VERSION_PATCH 0
 
 // The rest would only repeat these two in its own words: the missing header ends it.
@@ -76,7 +76,7 @@
 #define PHISTEP_DETAIL_PASTE(major, minor, isa, packs, threads) v##major##_##minor##_##isa##packs##threads
 #define PHISTEP_DETAIL_ABI(major, minor, isa, packs, threads) PHISTEP_DETAIL_PASTE(major, minor, isa, packs, threads)
 
-/// Name of the inline namespace, for example `v0_1_avx2_fma`.
+/// Name of the inline namespace, for example `v0_2_avx2_fma`.
 #define PHISTEP_ABI                                                                                          \
   PHISTEP_DETAIL_ABI(PHISTEP_VERSION_MAJOR, PHISTEP_VERSION_MINOR, PHISTEP_DETAIL_ISA, PHISTEP_DETAIL_PACKS, \
                      PHISTEP_DETAIL_THREADS)

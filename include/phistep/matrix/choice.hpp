@@ -54,7 +54,7 @@ struct SystemRow {
 /// Few unknowns, known at compile time: there, LU beats any iteration.
 inline constexpr int small_network = 24;
 
-inline constexpr std::array<SystemRow, 11> systems{{
+inline constexpr auto systems = std::to_array<SystemRow>({
     {SystemKind::matrix_free, "Krylov iterations on products", "any, with `newton<MatrixFree<…>>()`",
      [](const MatrixFacts& W) { return W.matrix_free; }},
     {SystemKind::own, "a solver of the user's own", "any, with `newton<Solver>()`",
@@ -86,7 +86,7 @@ inline constexpr std::array<SystemRow, 11> systems{{
      [](const MatrixFacts& W) { return W.structure == Structure::sparse && W.symmetric; }},
     {SystemKind::sparse, "sparse LU", "all others: `sparsity`, sparse `jacobian`s, other networks",
      [](const MatrixFacts&) { return true; }},
-}};
+});
 
 [[nodiscard]] constexpr const SystemRow& system_row(const MatrixFacts& W) {
   for (const SystemRow& row : systems)

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <limits>
+#include <type_traits>
 #include <utility>
 
 #include "phistep/core/outcome.hpp"
@@ -37,10 +38,20 @@ inline constexpr bool can_go_back = requires(Stepper& stepper) {
   stepper.restore(stepper.checkpoint());
 };
 
+/// A stepper around one that can go back, and can't itself: a step rejected would leave its history behind.
+template <class Stepper>
+inline constexpr bool hides_past = false;
+template <class Stepper>
+  requires requires(Stepper& outer) { outer.stepper(); }
+inline constexpr bool hides_past<Stepper> =
+    !can_go_back<Stepper> && can_go_back<std::remove_reference_t<decltype(std::declval<Stepper&>().stepper())>>;
+
 /// Of a stepper that can't go back.
 struct NoPast {};
 template <class Stepper>
 [[nodiscard]] auto past_of(const Stepper& stepper) {
+  static_assert(!hides_past<Stepper>,
+                "phistep: a stepper around a stepper needs checkpoint() and restore(past) of the one inside");
   if constexpr (can_go_back<Stepper>) return stepper.checkpoint();
   else return NoPast{};
 }
