@@ -68,6 +68,15 @@ static_assert(BoundMass<UnitMass, double> && BoundMass<ScalarMass<float>, float>
               BoundMass<DiagonalMass<double>, double> && BoundMass<DenseMass<double>, double>);
 static_assert(!BoundMass<double, double> && !BoundMass<Fixed, double>);
 
+// ---- Linear system --------------------------------------------------------------------------------------------------
+static_assert(LinearSystem<DenseSystem<double, 3, true, true>, double, 3> &&
+              TakesEntries<DenseSystem<double, 3, true, true>, double>);
+static_assert(LinearSystem<DiagonalSystem<float, Eigen::Dynamic, true, false>, float>);
+struct Unsolved : DiagonalSystem<double, Eigen::Dynamic, true, true> {
+  void solve(auto& x) { x.setZero(); }  // says nothing of how it went
+};
+static_assert(!LinearSystem<Unsolved, double> && TakesEntries<Unsolved, double>);
+
 // ---- Force ----------------------------------------------------------------------------------------------------------
 using Moving = MotionView<Dynamic, UnitMass>;
 using Still = FirstOrderView<Dynamic, UnitMass>;

@@ -1,14 +1,6 @@
 /// @file
-/// The step's matrix W = M − γ_f C − γ_f γ_d K, dense or diagonal: its tangents, its factors, its solve.
-///
-/// Every system offers
-///   resize(n)
-///   clear, position/velocity/rate(i, j, x)   the sink of a Jacobian
-///   factorize(masses, γ_f, γ_d, statistics)  W and its factors
-///   solve(x)                                 x ← W⁻¹ x
-///   drift_share()                            ‖γ_f γ_d K‖ / ‖W‖, row by row or of all: how much of r the solve sees
-///   magnitude()                              ‖W‖, largest entry
-/// and most
+/// The step's matrix W = M − γ_f C − γ_f γ_d K, dense or diagonal: a LinearSystem (linear_system.hpp) that takes entries,
+/// and as most do multiplies with K,
 ///   add_position_product(a, x, out)          out += a K x
 #pragma once
 

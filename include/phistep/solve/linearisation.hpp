@@ -20,6 +20,7 @@
 #include "phistep/jacobian/differences.hpp"
 #include "phistep/matrix/choice.hpp"
 #include "phistep/matrix/dense_system.hpp"
+#include "phistep/matrix/linear_system.hpp"
 #include "phistep/matrix/local_system.hpp"
 #include "phistep/matrix/network_system.hpp"
 #include "phistep/matrix/static_sparse_system.hpp"
@@ -74,6 +75,7 @@ class Linearisation {
   }();
   static constexpr const SystemRow& row = system_row(facts);
   using System = typename SystemFor<row.kind, facts, Scalar, LinearSolver, typename Rhs::Force>::type;
+  static_assert(LinearSystem<System, Scalar, n_static>);
 
   /// Tangents or their products come from differences of the force.
   static constexpr bool takes_differences = [] {
@@ -186,9 +188,7 @@ class Linearisation {
   [[nodiscard]] static const char* name() { return row.name; }
 
   /// The linear solver takes a tolerance, and leaves that much of its residual.
-  static constexpr bool is_iterative = requires(System & system, Eigen::Matrix<Scalar, n_static, 1>& x, Statistics& s) {
-    system.solve(x, 0.0, s);
-  };
+  static constexpr bool is_iterative = SolvesToTolerance<System, Eigen::Matrix<Scalar, n_static, 1>>;
   /// K and C at (t, Y), where Ψ is psi. Of γ, differences need the ratio.
   [[nodiscard]] Outcome linearise(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& Y, const Rate& psi,
                                   const NewtonOptions& options, const SolveTolerance<Plain>& allowed) {
