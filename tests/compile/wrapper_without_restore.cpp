@@ -1,4 +1,4 @@
-// expect: needs checkpoint\(\) and restore\(past\) of the one inside
+// expect: then needs checkpoint\(\) and restore\(past\) of the one inside
 #include <phistep/phistep.hpp>
 
 using One = Eigen::Matrix<double, 1, 1>;

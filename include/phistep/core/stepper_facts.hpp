@@ -15,7 +15,7 @@ struct StepperFacts {
   Fact<bool> traces;          ///< it has `attempt`, which can tell how large a step's error is
   Fact<bool> interpolates;    ///< it knows the solution inside the step just accepted better than its ends tell
   Fact<bool> solves_nothing;  ///< stability keeps Δt within what slopes at both ends can tell
-  Fact<bool> refactorises;    ///< each step makes its matrix anew, so that keeping Δt spares nothing
+  Fact<bool> refactorizes;    ///< each step makes its matrix anew, so that keeping Δt spares nothing
   Fact<bool> is_affine;       ///< one factorisation serves all steps of one Δt
   Fact<std::array<double, 2>> doubtful_at;  ///< where in a step, 0 < x < 1, its interpolant is worst
 };
@@ -29,7 +29,7 @@ template <class Stepper>
 inline constexpr StepperFacts facts_of{.traces = false,
                                        .interpolates = false,
                                        .solves_nothing = false,
-                                       .refactorises = false,
+                                       .refactorizes = false,
                                        .is_affine = false,
                                        .doubtful_at = usually_doubtful};
 template <class Stepper>

@@ -10,7 +10,7 @@
 /// or, in place of resolves, linear stages (linear_stages.hpp):
 ///
 ///     linearise   Ψ, J (and Ψ_t) at (t, y)
-///     factorise   M − γJ
+///     factorize   M − γJ
 ///     solve       (M − γJ) x = b
 ///
 /// A traced step (control/trace.hpp) also leaves its slopes in the trace: forward begins with start = y'(t), known from the
@@ -190,7 +190,7 @@ class Kernel {
   static constexpr bool has_time = !Rhs::is_autonomous;
   [[nodiscard]] const auto& psi_t() const requires(needs.stages&& has_time) { return resolvent_.psi_t(); }
   /// M − γJ of the last linearisation, factorised
-  [[nodiscard]] Outcome factorise(Scalar gamma) requires(needs.stages) { return resolvent_.factorise(rhs_, gamma); }
+  [[nodiscard]] Outcome factorize(Scalar gamma) requires(needs.stages) { return resolvent_.factorize(rhs_, gamma); }
   /// (M − γJ) x = b, in place, for all blocks
   [[nodiscard]] Outcome solve(Scalar gamma, Plain& x) requires(needs.stages) {
     return resolvent_.solve(rhs_, gamma, x);

@@ -102,7 +102,7 @@ class SchemeOn<Rosenbrock<Tableau>, S> : public SchemeDefaults {
   [[nodiscard]] static Outcome all(Kernel& kernel, auto& step, auto& u, Plain& weighted, std::index_sequence<i...>) {
     if (const Outcome outcome = kernel.linearise(step); outcome != Outcome::success) return outcome;
     const Scalar gamma = static_cast<Scalar>(Tableau::gamma) * step.dt;
-    if (const Outcome outcome = kernel.factorise(gamma); outcome != Outcome::success) return outcome;
+    if (const Outcome outcome = kernel.factorize(gamma); outcome != Outcome::success) return outcome;
     Outcome outcome = Outcome::success;
     static_cast<void>(((outcome = stage<i>(kernel, step, gamma, u, weighted), outcome == Outcome::success) && ...));
     if (outcome != Outcome::success) return outcome;

@@ -114,11 +114,11 @@ class LinearStages {
     return matrix_.linearise(rhs, gamma, t, y, psi, options_, allowed);
   }
   /// W = M − γC − γ²K
-  [[nodiscard]] Outcome factorise(Rhs& rhs, Scalar gamma) {
+  [[nodiscard]] Outcome factorize(Rhs& rhs, Scalar gamma) {
     const Gamma<Scalar> both{gamma, gamma};
     if (!affine || !matrix_.has_factors_for(both)) {
       [[maybe_unused]] const auto patterns = rhs.statistics().analyses;
-      if (const Outcome outcome = matrix_.factorise(rhs, both, t_, y_, psi_, options_); outcome != Outcome::success)
+      if (const Outcome outcome = matrix_.factorize(rhs, both, t_, y_, psi_, options_); outcome != Outcome::success)
         return outcome;
       if constexpr (is_promised)
         if (patterns != rhs.statistics().analyses) check_.want();

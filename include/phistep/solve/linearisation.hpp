@@ -141,7 +141,7 @@ class Linearisation {
     if (!has_jacobian())
       if (const Outcome outcome = linearise(rhs, gamma, t, Y, psi, options, allowed); outcome != Outcome::success)
         return outcome;
-    return factorize(rhs, gamma, Y);
+    return make_factors(rhs, gamma, Y);
   }
   /// x ← W⁻¹ x
   [[nodiscard]] Outcome solve(auto& x, const NewtonOptions& options, Statistics& statistics) {
@@ -206,12 +206,12 @@ class Linearisation {
   /// K and C as they are, for schemes that make matrices of their own.
   [[nodiscard]] const System& system() const { return system_; }
   /// Factors for γ of the tangents at hand; products are made ready at (t, Y).
-  [[nodiscard]] Outcome factorise(Rhs& rhs, const Gamma<Scalar>& gamma, [[maybe_unused]] Scalar t, const Plain& Y,
+  [[nodiscard]] Outcome factorize(Rhs& rhs, const Gamma<Scalar>& gamma, [[maybe_unused]] Scalar t, const Plain& Y,
                                   [[maybe_unused]] const Rate& psi, [[maybe_unused]] const NewtonOptions& options) {
     if constexpr (matrix_free)
       if (const Outcome outcome = linearise(rhs, gamma, t, Y, psi, options, {}); outcome != Outcome::success)
         return outcome;
-    return factorize(rhs, gamma, Y);
+    return make_factors(rhs, gamma, Y);
   }
   [[nodiscard]] bool has_factors_for(const Gamma<Scalar>& gamma) const { return has_factors() && gamma == factored_; }
   /// to = factor M − C − γK, where that is a dense matrix of fixed size.
@@ -229,7 +229,7 @@ class Linearisation {
   }
 
  private:
-  [[nodiscard]] Outcome factorize(Rhs& rhs, const Gamma<Scalar>& gamma, const Plain& Y) {
+  [[nodiscard]] Outcome make_factors(Rhs& rhs, const Gamma<Scalar>& gamma, const Plain& Y) {
     has_factors_ = false;
     const Outcome outcome = system_.factorize(each_mass_entry<S>(rhs, Y), gamma.force, gamma.drift, rhs.statistics());
     has_factors_ = outcome == Outcome::success;

@@ -25,6 +25,11 @@ StepReport do_step(Stepper& stepper, S& state, Scalar t, Scalar dt, [[maybe_unus
 /// out = y' at (t, y) by a force call: success, non_finite_force or wrong_size.
 template <State S, class Stepper>
 [[nodiscard]] Outcome slope_of(Stepper& stepper, ScalarOf<S> t, const PlainState<S>& y, PlainState<S>& out) {
+  static_assert(
+      requires { stepper.slope(t, y, out); },
+      "phistep: this stepper has no slope(t, y, out) (Sleeping hasn't): it takes fixed steps, without events and "
+      "without "
+      "samples inside of steps");
   try {
     return stepper.slope(t, y, out) ? Outcome::success : Outcome::non_finite_force;
   } catch (const WrongSize&) {
@@ -50,17 +55,24 @@ inline constexpr bool hides_past<Stepper> =
 struct NoPast {};
 template <class Stepper>
 [[nodiscard]] auto past_of(const Stepper& stepper) {
-  static_assert(!hides_past<Stepper>,
-                "phistep: a stepper around a stepper needs checkpoint() and restore(past) of the one inside");
   if constexpr (can_go_back<Stepper>) return stepper.checkpoint();
   else return NoPast{};
 }
 template <class Stepper>
 using Past = decltype(past_of(std::declval<const Stepper&>()));
 
+/// Steps of this stepper may be undone.
+template <class Stepper>
+constexpr void require_past() {
+  static_assert(
+      !hides_past<Stepper>,
+      "phistep: events, samples and tolerances may undo a step: a stepper around a stepper then needs checkpoint() "
+      "and restore(past) of the one inside (Sleeping has none: it takes fixed steps alone)");
+}
 /// The stepper's history is again `past`, or starts anew. A past that is moved from makes it allocate nothing.
 template <class Stepper, class PastOfIt>
 void go_back(Stepper& stepper, [[maybe_unused]] PastOfIt&& past) {
+  require_past<Stepper>();
   if constexpr (can_go_back<Stepper>) stepper.restore(std::forward<PastOfIt>(past));
   else if constexpr (requires { stepper.reset(); }) stepper.reset();
 }

@@ -13,7 +13,7 @@ namespace phistep::inline PHISTEP_ABI {
 /// limits; an affine step can't, and a factorisation is then most of what it costs.
 template <class Stepper>
 [[nodiscard]] double dead_band(const Stepper& stepper) {
-  if constexpr (facts_of<Stepper>.refactorises) return 1;
+  if constexpr (facts_of<Stepper>.refactorizes) return 1;
   if constexpr (requires { stepper.keeps_factors(); })
     if (!stepper.keeps_factors()) return 1;
   if constexpr (facts_of<Stepper>.is_affine) return 2;
@@ -24,7 +24,7 @@ template <class Stepper>
 [[nodiscard]] ErrorLaw error_law(const Stepper& stepper) {
   ErrorLaw law{stepper.order(), stepper.order() + 1, dead_band(stepper), StepFilter::H211b};
   if constexpr (requires { stepper.error_order(); }) law.error_order = stepper.error_order();
-  if constexpr (facts_of<Stepper>.refactorises) law.filter = StepFilter::predictive;
+  if constexpr (facts_of<Stepper>.refactorizes) law.filter = StepFilter::predictive;
   else if (law.dead_band > 1) law.filter = StepFilter::PI42;
   else if (law.order >= 6) law.filter = StepFilter::predictive;  // where Δt changes by a fifth, errors do by a decade
   return law;

@@ -77,7 +77,7 @@ class Halving {
   static constexpr StepperFacts facts{.traces = facts_of<Stepper>.traces,
                                       .interpolates = facts_of<Stepper>.interpolates,
                                       .solves_nothing = facts_of<Stepper>.solves_nothing,
-                                      .refactorises = facts_of<Stepper>.refactorises,
+                                      .refactorizes = facts_of<Stepper>.refactorizes,
                                       .is_affine = facts_of<Stepper>.is_affine,
                                       .doubtful_at = facts_of<Stepper>.doubtful_at};
   template <class Plain>

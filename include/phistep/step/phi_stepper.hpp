@@ -103,7 +103,7 @@ class PhiStepper {
   static constexpr StepperFacts facts{.traces = Working::traces,
                                       .interpolates = Working::interpolates,
                                       .solves_nothing = !needs.solver && !needs.stages,
-                                      .refactorises = needs.stages && !Traits::is_affine,
+                                      .refactorizes = needs.stages && !Traits::is_affine,
                                       .is_affine = Traits::is_affine,
                                       .doubtful_at = Working::doubtful_at};
   /// Whether `attempt` can say how large this step's error is: some schemes always, some once they have a past, some never

@@ -142,6 +142,7 @@ class StepAttempt {
     clock_ = from_;
     if constexpr (Pace::sees_error)
       if (std::exchange(way_, Way::plain) == Way::doubled) pace_.trace().step_back();
+    require_past<Stepper>();
     if constexpr (can_go_back<Stepper>) go_back(stepper_, std::forward<decltype(past)>(past));
   }
   [[nodiscard]] StepReport attempt_in_a_way(const Landing<Scalar>& to, Origin origin) {

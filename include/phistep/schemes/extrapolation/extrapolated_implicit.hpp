@@ -52,7 +52,7 @@ class ImplicitEulerRows {
  private:
   [[nodiscard]] Outcome row(Plain& moved, int substeps, int j, double& theta) {
     const Scalar h = step_.dt / static_cast<Scalar>(substeps);
-    if (const Outcome outcome = kernel_.factorise(h); outcome != Outcome::success) return outcome;
+    if (const Outcome outcome = kernel_.factorize(h); outcome != Outcome::success) return outcome;
     for_each_block([](auto, auto& to) { to.setZero(); }, Blocks<S>::all(moved));
     bool known = !Kernel::has_time;
     if (known) copy_rate(step_.psi, start_);

@@ -195,7 +195,7 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
     if (factored_ == s && factored_dt_ == step.dt) return Outcome::success;
     ++kernel.rhs().statistics().factorizations;
     const auto& system = matrix.system();
-    const bool good = work_.template factorise<s>(step.dt, system.K(), system.C(), masses);
+    const bool good = work_.template factorize<s>(step.dt, system.K(), system.C(), masses);
     factored_ = good ? s : 0;
     factored_dt_ = step.dt;
     return good ? Outcome::success : Outcome::singular_matrix;

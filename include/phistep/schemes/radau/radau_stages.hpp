@@ -113,7 +113,7 @@ class RadauStages {
   /// The matrices of (1); masses(put) calls put(i, j, m) for each entry of M. False where one is singular.
   /// All is multiplied by a power of two near h/M, so that squares of entries stay in range in any units.
   template <int s>
-  [[nodiscard]] bool factorise(Scalar h, const auto& K, const auto& C, const auto& masses) {
+  [[nodiscard]] bool factorize(Scalar h, const auto& K, const auto& C, const auto& masses) {
     constexpr auto& k = radau_constants<Scalar, s>;
     constexpr bool has_K = exists<decltype(K)>, has_C = exists<decltype(C)>;
     Scalar heaviest{0};
