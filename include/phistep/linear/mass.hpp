@@ -22,16 +22,28 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// A mass bound to a block of n components.
+/// A mass that is a number for each component; or a matrix, which solves for M⁻¹ x.
 template <class Mass, class Scalar>
-concept BoundMass = requires(const Mass& M, Scalar h, Eigen::Matrix<Scalar, Eigen::Dynamic, 1>& x, Eigen::Index n) {
+concept MassByComponent = requires(const Mass& M, Eigen::Index component) {
+  { M[component] } -> std::convertible_to<Scalar>;
+};
+template <class Mass, class Scalar>
+concept SolvesMass = requires(const Mass& M, Eigen::Matrix<Scalar, Eigen::Dynamic, 1>& x) {
+  M.solve(x);  // x ← M⁻¹ x
+};
+template <class Mass, class Scalar>
+concept MultipliesMass = requires(const Mass& M, Scalar h, Eigen::Matrix<Scalar, Eigen::Dynamic, 1>& x,
+                                  Eigen::Index n) {
   { Mass::structure } -> std::convertible_to<Structure>;
-  { Mass::is_matrix } -> std::convertible_to<bool>;              // then there is M.solve(x): x ← M⁻¹ x
   { M.scaled(h)(n) } -> std::convertible_to<Scalar>;             // i ↦ h/m_i, for the explicit update; of a matrix h
   M.subtract_product(x, x);                                      // the second −= M times the first
   M.add_product([](Eigen::Index) { return Scalar{}; }, x);       // x += M times a function of the component
-  M.for_each_entry(n, [](Eigen::Index, Eigen::Index, auto) {});  // f(i, j, M_ij), to assemble M − γJ
+  M.for_each_entry(n, [](Eigen::Index, Eigen::Index, auto) {});  // f(i, j, M_ij) of the first n, to assemble M − γJ
 };
+/// A mass bound to a block of components.
+template <class Mass, class Scalar>
+concept BoundMass = MultipliesMass<Mass, Scalar> &&
+    (Mass::is_matrix ? SolvesMass<Mass, Scalar> : MassByComponent<Mass, Scalar>);
 
 /// h/m for every component alike.
 template <class Scalar>
@@ -52,6 +64,7 @@ struct UnitMass {
   [[nodiscard]] static UniformFactor<Scalar> scaled(Scalar h) {
     return {h};
   }
+  [[nodiscard]] int operator[](Eigen::Index) const { return 1; }
   static void subtract_product(const auto& x, auto&& out) { out -= x; }
   static void for_each_entry(Eigen::Index n, auto&& f) {
     for (Eigen::Index i = 0; i < n; ++i) f(i, i, 1);
@@ -81,6 +94,7 @@ class ScalarMass {
     return ScalarMass<Scalar>{static_cast<Scalar>(mass_)};
   }
   [[nodiscard]] UniformFactor<T> scaled(T h) const { return {h / mass_}; }
+  [[nodiscard]] T operator[](Eigen::Index) const { return mass_; }
   void subtract_product(const auto& x, auto&& out) const { out -= mass_ * x; }
   void for_each_entry(Eigen::Index n, auto&& f) const {
     for (Eigen::Index i = 0; i < n; ++i) f(i, i, mass_);
@@ -93,10 +107,11 @@ class ScalarMass {
   T mass_;
 };
 
-/// A mass a component, or a mass a column (a particle) of a matrix-shaped block; n of them, if that is known.
-template <class T, int n = Eigen::Dynamic>
+/// A mass a component, or a mass a column (a particle) of a matrix-shaped block.
+/// @tparam size  how many, if that is known
+template <class T, int size = Eigen::Dynamic>
 class DiagonalMass {
-  using Vector = Eigen::Matrix<T, n, 1>;
+  using Vector = Eigen::Matrix<T, size, 1>;
 
  public:
   static constexpr Structure structure = Structure::diagonal;
@@ -122,14 +137,15 @@ class DiagonalMass {
     return DiagonalMass<Scalar>{std::move(all)};
   }
   [[nodiscard]] ComponentFactor<T> scaled(T h) const { return {h, {inverse_.data()}}; }
+  [[nodiscard]] T operator[](Eigen::Index component) const { return mass_[component]; }
   /// That of a particle alone, whose dim components begin at `at`.
   template <int dim>
   [[nodiscard]] DiagonalMass<T, dim> particle(Eigen::Index at) const {
     return {mass_.template segment<dim>(at), inverse_.template segment<dim>(at)};
   }
   void subtract_product(const auto& x, auto&& out) const { out -= mass_.cwiseProduct(x); }
-  void for_each_entry(Eigen::Index, auto&& f) const {
-    for (Eigen::Index i = 0; i < mass_.size(); ++i) f(i, i, mass_[i]);
+  void for_each_entry(Eigen::Index n, auto&& f) const {
+    for (Eigen::Index i = 0; i < n; ++i) f(i, i, mass_[i]);
   }
   void add_product(auto&& x, auto& out) const {
     for (Eigen::Index i = 0; i < out.size(); ++i) out.data()[i] += mass_[i] * x(i);

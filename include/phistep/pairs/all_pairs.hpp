@@ -213,16 +213,8 @@ class AllPairs : public ForceTerm {
     } else {
       using Mass = std::remove_cvref_t<decltype(y.mass)>;
       static_assert(!Mass::is_matrix, "phistep: AllPairs needs a mass a particle, not a mass matrix");
-      if constexpr (requires { y.mass.template segment<1>(0); }) {
-        // One a component, of which a particle's first is taken.
-        return [&mass = y.mass, dim = y.r.rows()](Eigen::Index i) -> Scalar {
-          return mass.template segment<1>(dim * i).first[0];
-        };
-      } else {
-        Scalar one{1};
-        y.mass.for_each_entry(1, [&one](auto, auto, auto m) { one = static_cast<Scalar>(m); });
-        return [one](Eigen::Index) { return one; };
-      }
+      // Of the masses of a particle's components, the first.
+      return [&mass = y.mass, dim = y.r.rows()](Eigen::Index i) { return static_cast<Scalar>(mass[dim * i]); };
     }
   }
 

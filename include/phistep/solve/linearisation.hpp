@@ -75,7 +75,8 @@ class Linearisation {
   }();
   static constexpr const SystemRow& row = system_row(facts);
   using System = typename SystemFor<row.kind, facts, Scalar, LinearSolver, typename Rhs::Force>::type;
-  static_assert(LinearSystem<System, Scalar, n_static>);
+  static_assert(LinearSystem<System, Scalar, n_static>,
+                "phistep: this system lacks what the concept LinearSystem (phistep/matrix/linear_system.hpp) asks for");
 
   /// Tangents or their products come from differences of the force.
   static constexpr bool takes_differences = [] {

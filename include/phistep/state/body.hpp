@@ -119,6 +119,7 @@ class ParticleMasses {
 
   /// [mass] of particle i
   [[nodiscard]] Scalar of(Eigen::Index i) const { return mass_[i]; }
+  [[nodiscard]] Scalar operator[](Eigen::Index component) const { return mass_[component / rows]; }
   [[nodiscard]] ComponentFactor<Scalar> scaled(Scalar h) const { return {h, {inverse_.data()}}; }
   void subtract_product(const auto& x, auto&& out) const {
     for (Eigen::Index i = 0; i < out.size(); ++i) out[i] -= inertia(i) * x[i];
@@ -128,13 +129,6 @@ class ParticleMasses {
   }
   void add_product(auto&& x, auto& out) const {
     for (Eigen::Index i = 0; i < out.size(); ++i) out.data()[i] += mass_[i / rows] * x(i);
-  }
-  /// The masses of components at … at + n − 1, and their inverses.
-  template <int n>
-  [[nodiscard]] auto segment(Eigen::Index at) const {
-    Eigen::Matrix<Scalar, n, 1> some;
-    for (int a = 0; a < n; ++a) some[a] = inertia(at + a);
-    return std::pair<Eigen::Matrix<Scalar, n, 1>, Eigen::Matrix<Scalar, n, 1>>{some, inverse_.template segment<n>(at)};
   }
 
  private:

@@ -58,7 +58,9 @@ class PhiStepper {
   };
 
   static_assert(Refusal<Traits::fault, Rhs::drifts>::is_said);
-  static_assert(!Traits::valid || StepsOn<Working, S, Kernel>);
+  static_assert(
+      !Traits::valid || StepsOn<Working, S, Kernel>,
+      "phistep: this scheme's SchemeOn lacks what the concept StepsOn (phistep/schemes/scheme_on.hpp) asks for");
   static_assert(
       suits<Unwrapped<F>, Scheme>,
       "phistep: at(scheme, term) takes forward_euler or the stepper's own scheme (terms at other phi: not yet)");
