@@ -10,7 +10,7 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// Hands out objects that are held by no other any more, as they were left, or new ones.
+/// Hands out objects that nobody else holds any more, as they were left, or new ones.
 template <class T>
 class Recycled {
  public:

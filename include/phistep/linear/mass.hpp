@@ -22,15 +22,17 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// A mass that is a number for each component; or a matrix, which solves for M⁻¹ x.
+/// A mass that has a number for each component.
 template <class Mass, class Scalar>
 concept MassByComponent = requires(const Mass& M, Eigen::Index component) {
   { M[component] } -> std::convertible_to<Scalar>;
 };
+/// A mass matrix.
 template <class Mass, class Scalar>
 concept SolvesMass = requires(const Mass& M, Eigen::Matrix<Scalar, Eigen::Dynamic, 1>& x) {
   M.solve(x);  // x ← M⁻¹ x
 };
+/// What both can do.
 template <class Mass, class Scalar>
 concept MultipliesMass = requires(const Mass& M, Scalar h, Eigen::Matrix<Scalar, Eigen::Dynamic, 1>& x,
                                   Eigen::Index n) {

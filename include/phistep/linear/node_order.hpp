@@ -16,7 +16,7 @@ namespace phistep::inline PHISTEP_ABI {
 using NodePair = std::pair<std::int32_t, std::int32_t>;
 
 /// Cuthill and McKee's order (Proc. 24th ACM Nat. Conf., 1969): breadth first, fewest neighbours first. Returns the new
-/// number of each node. @tparam Pairs  templates, so that who has no graph doesn't compile the sorting
+/// number of each node. (A template, so that programs without a graph don't compile the sorting.)
 template <class Pairs = std::vector<NodePair>>
 [[nodiscard]] std::vector<std::int32_t> cuthill_mckee(std::size_t nodes, const Pairs& edges) {
   std::vector<std::int32_t> start(nodes + 1, 0), neighbours(2 * edges.size());

@@ -37,6 +37,7 @@ concept SolvesToTolerance = requires(System& W, Vector& x, double rtol, Statisti
   { W.solve(x, rtol, counts) } -> std::same_as<Outcome>;
 };
 
+/// Makes factors of W out of its tangents.
 template <class System, class Scalar>
 concept Factorizes = requires(System& W, Eigen::Index size, Scalar gamma, const EachEntry& masses, Statistics& counts) {
   W.resize(size);
