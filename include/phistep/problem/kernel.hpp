@@ -41,6 +41,7 @@ struct KernelNeeds {
   bool position = true;  ///< … with γ_d ≠ 0, so that K matters
   bool carries = false;  ///< it may leave Ψ(t+Δt) to the next step
   bool stages = false;   ///< it solves linear equations instead
+  int passes = 0;        ///< explicit: 1, a step is one kick_drift; 2, a kick follows it and ends the step; 0, neither
 };
 
 /// Whether Ψ(t+Δt) could be kept at all: a force with a history may have changed it by then, a look-up isn't worth it.
