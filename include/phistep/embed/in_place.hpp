@@ -29,18 +29,12 @@
 namespace phistep::inline PHISTEP_ABI {
 
 namespace detail {
-/// What a step keeps of the arrays, to put it back.
-template <class Plain, class Rate>
-struct Kept {
-  Plain y;
-  Rate rate;  ///< one block
-};
 /// @throws std::invalid_argument where the blocks differ in shape or share memory
 template <class First, class... More>
 void check_places(const First& first, const More&... more) {
   if (((more.count != first.count) || ...))
     throw std::invalid_argument("phistep: the arrays of a state in place differ in length");
-  if (!has_own_places(std::tie(first, more...)))
+  if (!have_own_places(first, more...))
     throw std::invalid_argument(
         "phistep: the arrays of a state in place share memory: each number, of the forces too, needs a place of its "
         "own");
@@ -58,33 +52,23 @@ class ArraysInPlace {
   /// Keeps a copy of what the arrays hold.
   const Plain& hold() {
     is_held_ = true;
-    copy_blocks<Self>(kept_.y, self());
-    keep_rate();
-    return kept_.y;
-  }
-  void keep_rate() { assign_block(kept_.rate, self().rate()); }
-  /// Room for what the arrays hold now.
-  void fit() {
-    const auto rate = self().rate();
-    if (kept_.rate.rows() != rate.rows() || kept_.rate.cols() != rate.cols()) hold();
+    copy_blocks<Self>(y_, self());
+    assign_block(rate_, self().rate());
+    return y_;
   }
   /// The arrays hold what they held, every bit.
   void put_back() {
-    copy_blocks<Self>(self(), kept_.y);
-    put_back_rate();
-  }
-  void put_back_rate() {
+    copy_blocks<Self>(self(), std::as_const(y_));
     auto rate = self().rate();
-    if (rate.count == (Rate::ColsAtCompileTime == 1 ? kept_.rate.rows() : kept_.rate.cols()))
-      assign_block(rate, std::as_const(kept_.rate));
+    if (rate.size() == rate_.size()) assign_block(rate, std::as_const(rate_));
   }
   void release() { is_held_ = false; }
   [[nodiscard]] bool is_held() const { return is_held_; }
-  [[nodiscard]] auto& kept() { return kept_; }
 
  private:
   [[nodiscard]] Self& self() { return static_cast<Self&>(*this); }
-  detail::Kept<Plain, Rate> kept_;
+  Plain y_;
+  Rate rate_;
   bool is_held_ = false;
 };
 
@@ -114,8 +98,6 @@ class MotionInPlace
     detail::check_places(r.now(), v.now(), f.now());
     r_source_ = r, v_source_ = v, f_source_ = f;
     look();
-    this->hold();
-    this->release();
   }
 
   /// The force of a routine that computes Ψ(r), or Ψ(r, t): void() or void(Scalar t).
@@ -171,8 +153,6 @@ class VectorInPlace : public ArraysInPlace<VectorInPlace<Y, F>, typename decltyp
     detail::check_places(y.now(), rate.now());
     y_source_ = y, f_source_ = rate;
     look();
-    this->hold();
-    this->release();
   }
 
   /// The force of a routine that computes Ψ(y), or Ψ(y, t): void() or void(Scalar t).

@@ -14,11 +14,13 @@
 #include <array>
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
 #include <cstring>
 #include <iterator>
 #include <memory>
 #include <stdexcept>
 #include <type_traits>
+#include <vector>
 
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
@@ -58,6 +60,13 @@ struct NumbersOf<T> {
   using Scalar = decltype(T::x);
   static constexpr int count = sizeof(T) % sizeof(Scalar) == 0 ? static_cast<int>(sizeof(T) / sizeof(Scalar)) : 0;
 };
+
+/// [vectors] Arrays in place are worked on in pieces of this length, which stay in the first cache; a multiple of what
+/// fingerprints take.
+template <int D>
+inline constexpr Index places_chunk = D == 1   ? 512
+                                      : D == 2 ? 256
+                                               : 128;
 
 /// n vectors of D numbers in memory of somebody else: component d of vector p at `at[d] + p·stride`. As a matrix it has one
 /// column a vector; for D = 1 it is a vector.
@@ -119,18 +128,12 @@ class Places {
       }
     }
   }
-  /// f(from, numbers) for each piece of memory: as few as there are
-  void for_each_piece(auto&& f) const {
-    if (is_contiguous()) {
-      if (count > 0) f(at[0], D * count);
-    } else {
-      const bool adjacent = is_adjacent();
-      for (std::size_t d = 0; d < (adjacent ? 1 : D); ++d) {
-        if (stride == 1 && count > 0) f(at[d], count);
-        else
-          for (Index p = 0; p < count; ++p) f(at[d] + p * stride, adjacent ? Index{D} : Index{1});
-      }
-    }
+  /// f(first byte, bytes, stride [bytes]) for each row of pieces of equal length, of `count` pieces
+  void for_each_row(auto&& f) const {
+    const bool adjacent = is_adjacent();
+    for (std::size_t d = 0; d < (adjacent ? 1 : D); ++d)
+      f(reinterpret_cast<std::uintptr_t>(at[d]), (adjacent ? D : 1) * sizeof(T),
+        static_cast<std::uintptr_t>(stride) * sizeof(T));
   }
 };
 
@@ -142,6 +145,36 @@ void assign_block(Block& to, const Places<T, D>& from) {
 template <class T, int D, class Block>
 void assign_block(Places<T, D>& to, const Block& from) {
   to.scatter(from.data(), 0, to.count);
+}
+
+/// Whether each number of these has a place of its own. Rows of pieces that lie between one another, as members of structs
+/// do, have one stride.
+template <class First, class... More>
+[[nodiscard]] bool have_own_places(const First& first, const More&... more) {
+  struct Row {
+    std::uintptr_t from, bytes, stride, to;
+  };
+  std::vector<Row> rows;
+  const auto n = static_cast<std::uintptr_t>(first.count);
+  if (n == 0) return true;
+  const auto add = [&rows, n](std::uintptr_t from, std::uintptr_t bytes, std::uintptr_t stride) {
+    rows.push_back({from, bytes, stride, from + (n - 1) * stride + bytes});
+  };
+  first.for_each_row(add);
+  (more.for_each_row(add), ...);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const Row& a = rows[i];
+    if (n > 1 && a.bytes > a.stride) return false;
+    for (std::size_t j = 0; j < i; ++j) {
+      const Row& b = rows[j];
+      if (a.to <= b.from || b.to <= a.from) continue;
+      if (a.stride != b.stride) return false;
+      const Row &low = a.from < b.from ? a : b, &high = a.from < b.from ? b : a;
+      const std::uintptr_t gap = (high.from - low.from) % a.stride;  // from a piece of `low` to the next of `high`
+      if (n == 1 || gap < low.bytes || gap + high.bytes > a.stride) return false;
+    }
+  }
+  return true;
 }
 
 /// Something that says where vectors lie, now.

@@ -19,9 +19,6 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// [vectors] Arrays in place are worked on in pieces that stay in the first cache; a multiple of what fingerprints take.
-inline constexpr Index places_chunk = 128;
-
 /// Of all numbers of a tie of places, by bits and order.
 template <class Tie>
 [[nodiscard]] std::uint64_t fingerprint_of_places(const Tie& blocks) {
@@ -29,9 +26,10 @@ template <class Tie>
   for_each_block(
       [&all](auto, const auto& x) {
         using Block = std::remove_cvref_t<decltype(x)>;
-        typename Block::Scalar piece[places_chunk * Block::dim];
-        for (Index p = 0; p < x.count; p += places_chunk) {
-          const Index m = std::min(places_chunk, x.count - p);
+        constexpr Index chunk = places_chunk<Block::dim>;
+        typename Block::Scalar piece[chunk * Block::dim];
+        for (Index p = 0; p < x.count; p += chunk) {
+          const Index m = std::min(chunk, x.count - p);
           x.gather(p, m, piece);
           all = fingerprint(piece, m * Block::dim, all);
         }

@@ -16,10 +16,9 @@ template <class Scalar, class Factor>
 struct Kick {
   Input<Scalar> v, psi;
   Factor factor;
+  Kick(const Scalar* v0, const Scalar* f, Factor scale) : v{v0}, psi{f}, factor{scale} {}
   void operator()(auto i, auto& v1) const { v1 = v[i] + factor(i) * psi[i]; }
 };
-template <class Scalar, class Factor>
-Kick(const Scalar*, const Scalar*, Factor) -> Kick<Scalar, Factor>;
 
 /// (2)
 template <class Scalar, class Factor>
@@ -27,12 +26,12 @@ struct KickAndDrift {
   Input<Scalar> r, v, psi;
   Factor factor;
   Scalar before, after;  ///< [time]
+  KickAndDrift(const Scalar* r0, const Scalar* v0, const Scalar* f, Factor scale, Scalar drift_before,
+               Scalar drift_after)
+      : r{r0}, v{v0}, psi{f}, factor{scale}, before{drift_before}, after{drift_after} {}
   void operator()(auto i, auto& v1, auto& r1) const {
     v1 = v[i] + factor(i) * psi[i];
     r1 = r[i] + (before * v[i] + after * v1);
   }
 };
-template <class Scalar, class Factor>
-KickAndDrift(const Scalar*, const Scalar*, const Scalar*, Factor, Scalar, Scalar) -> KickAndDrift<Scalar, Factor>;
-
 }  // namespace phistep::inline PHISTEP_ABI

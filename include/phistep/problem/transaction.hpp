@@ -62,11 +62,11 @@ class Transaction {
 
   /// @throws std::invalid_argument where r and v of a motion differ in shape, or views share memory
   explicit Transaction(const S& state) : next_{copy_of(state)}, psi_{make_rate<S>(next_)} {
-    if constexpr (borrowed) {
+    if constexpr (borrowed && !ShowsTrials<S>) {
       if (!has_own_places(Blocks<S>::all(state)))
         throw std::invalid_argument(
             "phistep: the state's views share memory: each of its numbers needs a place of its own");
-      if constexpr (!ShowsTrials<S>) gathered_ = next_;
+      gathered_ = next_;
     }
   }
 
@@ -79,13 +79,13 @@ class Transaction {
   /// A step that did not begin.
   StepReport refuse(Rhs& rhs, Outcome why, Scalar t, Scalar dt) { return fail(rhs, why, t, dt, next_, next_, psi_); }
   /// For the report of a step done elsewhere: what it had come to …
-  void show(const S& state, const auto& psi) {
+  void show_end(const S& state, const auto& psi) {
     copy_blocks<S>(next_, state);
     assign_block(std::get<0>(Rate::blocks(psi_)), psi);
   }
-  /// … and the report.
-  StepReport report_shown(Rhs& rhs, Outcome outcome, Scalar t, Scalar dt, const Plain& y) {
-    return fail(rhs, outcome, t, dt, y, next_, psi_);
+  /// … and the report, once the state is put back.
+  StepReport report_shown(Rhs& rhs, Outcome outcome, Scalar t, Scalar dt, const S& state) {
+    return fail(rhs, outcome, t, dt, copy_of(state), next_, psi_);
   }
 
   template <class Advance>

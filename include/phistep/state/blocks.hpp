@@ -318,14 +318,10 @@ template <class Tie>
   };
   for_each_block(
       [&add](auto, const auto& x) {
-        if constexpr (requires { x.for_each_piece(add); }) {
-          x.for_each_piece(add);
-        } else {
-          const bool by_columns = x.rowStride() == 1;
-          for (Index j = 0; j < x.cols(); ++j)
-            for (Index i = 0; i < x.rows(); i += by_columns ? x.rows() : 1)
-              add(x.data() + i * x.rowStride() + j * x.colStride(), by_columns ? x.rows() : 1);
-        }
+        const bool by_columns = x.rowStride() == 1;
+        for (Index j = 0; j < x.cols(); ++j)
+          for (Index i = 0; i < x.rows(); i += by_columns ? x.rows() : 1)
+            add(x.data() + i * x.rowStride() + j * x.colStride(), by_columns ? x.rows() : 1);
       },
       blocks);
   std::sort(pieces.begin(), pieces.end());

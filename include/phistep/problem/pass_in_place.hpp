@@ -1,0 +1,188 @@
+/// @file
+/// One explicit pass over arrays in place: piece by piece, what it overwrites kept in a log, results written where their
+/// arguments were.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+#include "phistep/core/version.hpp"
+#include "phistep/embed/places.hpp"
+#include "phistep/embed/undo_log.hpp"
+#include "phistep/equation/explicit_update.hpp"
+#include "phistep/equation/gamma.hpp"
+#include "phistep/simd/fingerprint.hpp"
+#include "phistep/simd/update.hpp"
+#include "phistep/state/blocks.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// @tparam Factor  component ↦ h/m, components counted vector by vector
+template <State S, class Factor>
+class PassInPlace {
+  static constexpr bool drifts = Blocks<S>::drifts;
+  using Block = std::remove_cvref_t<decltype(std::declval<S&>().rate())>;
+  static constexpr Index dim = Block::dim, chunk = places_chunk<Block::dim>;
+
+ public:
+  using Scalar = ScalarOf<S>;
+  using Piece = typename UndoLog<S>::Piece;
+
+  /// @param psi  Ψ from a log of this layout, null: from the arrays
+  PassInPlace(S& state, Factor factor, const Advance<Scalar>& by, const Scalar* psi)
+      : v_{std::get < drifts ? 1 : 0 > (Blocks<S>::all(state))},
+        r_{std::get<0>(Blocks<S>::all(state))},
+        psi_{state.rate()},
+        factor_{factor},
+        by_{by},
+        known_{psi} {}
+
+  /// False where a result isn't finite.
+  /// @tparam keeps_state  it is a step's first pass: r and v are kept, and positions move
+  /// @param looks         at the bits of the positions
+  template <bool keeps_state, bool keeps_psi>
+  [[nodiscard]] bool run(UndoLog<S>& log, bool looks) {
+    typename UndoLog<S>::Writer writer{log};
+    bool finite = true;
+    for (Index p = 0; p < psi_.count; p += chunk) {
+      const Index m = std::min(chunk, psi_.count - p), at = p * dim;
+      const Piece kept = writer.begin(at);
+      switch (log.layout()) {
+        case Layout::contiguous:
+          finite = span<keeps_state, keeps_psi>(0, at, m * dim, at, 1, kept) && finite;
+          break;
+        case Layout::components:
+          for (Index d = 0; d < dim; ++d)
+            finite = span<keeps_state, keeps_psi>(d, p, m, at + d * m, dim, from(kept, d * m)) && finite;
+          break;
+        case Layout::strided:
+          finite = vectors<keeps_state, keeps_psi>(p, m, kept) && finite;
+          break;
+      }
+      if (keeps_state && drifts && looks) {
+        found_ = fingerprint(kept.r, m * dim, found_);
+        Scalar moved[chunk * dim];
+        look_at(log.layout(), p, m, moved);
+        left_ = fingerprint(moved, m * dim, left_);
+      }
+      writer.end(at, m * dim, keeps_state, keeps_psi);
+    }
+    writer.close(keeps_state, keeps_psi);
+    return finite;
+  }
+  /// The positions before and after, by their bits.
+  [[nodiscard]] std::uint64_t found() const { return found_; }
+  [[nodiscard]] std::uint64_t left() const { return left_; }
+
+ private:
+  [[nodiscard]] static Piece from(const Piece& piece, Index i) {
+    return {drifts ? piece.r + i : nullptr, piece.v + i, piece.psi + i};
+  }
+
+  /// Neighbours in each array from these on, and where the log keeps them.
+  struct At {
+    Scalar *v, *r;
+    const Scalar* psi;
+    Piece kept;
+  };
+  /// The update of number i, from such places on, which keeps what it overwrites; as (v⁺, r⁺) or as v⁺ alone.
+  template <bool keeps_state, bool keeps_psi>
+  [[nodiscard, gnu::always_inline]] auto update_from(const At& at, const auto& factor) const {
+    return [ =, by = by_ ](auto i, auto& v1, auto&... r1) __attribute__((always_inline)) {
+      if constexpr (keeps_state) keep(i, at.v, at.kept.v);
+      if constexpr (keeps_psi) keep(i, at.psi, at.kept.psi);
+      if constexpr (sizeof...(r1) == 0) {
+        phistep::Kick{at.v, at.psi, factor}(i, v1);
+      } else {
+        keep(i, at.r, at.kept.r);
+        KickAndDrift{at.r, at.v, at.psi, factor, by.before, by.after}(i, v1, r1...);
+      }
+    };
+  }
+  static void keep(Index i, const Scalar* from, Scalar* to) { to[i] = from[i]; }
+#if PHISTEP_DETAIL_STREAMS
+  static void keep(PacketIndex i, const Scalar* from, Scalar* to) { Input{from}[i].store(to + i.first); }
+#endif
+
+  /// n neighbours in each array, from number `at` of component d on; `logged`: where the log has them.
+  template <bool keeps_state, bool keeps_psi>
+  [[nodiscard]] bool span(Index d, Index at, Index n, Index logged, Index stride, const Piece& kept) const {
+    const auto c = static_cast<std::size_t>(d);
+    Scalar* const v = v_.at[c] + at;
+    Scalar* const r = r_.at[c] + at;
+    const At all{v, r, known_ != nullptr ? known_ + logged : psi_.at[c] + at, kept};
+    const auto update = [&](const auto& factor) {
+      const auto kernel = update_from<keeps_state, keeps_psi>(all, factor);
+      if constexpr (keeps_state && drifts) return update_in_place(n, kernel, v, r);
+      else return update_in_place(n, kernel, v);
+    };
+    if (stride == 1) return update([f = factor_, at](auto i) { return f(i + at); });
+    return update([f = factor_, first = at * stride + d, stride](Index i) { return f(first + i * stride); });
+  }
+
+  /// m vectors from p on, wherever their numbers are.
+  template <bool keeps_state, bool keeps_psi>
+  [[nodiscard]] bool vectors(Index p, Index m, const Piece& kept) const {
+    FiniteWitness<Scalar> witness;
+    if (v_.is_adjacent() && r_.is_adjacent() && psi_.is_adjacent()) {
+      At at{v_.at[0] + p * v_.stride, r_.at[0] + p * r_.stride,
+            known_ != nullptr ? known_ + p * dim : psi_.at[0] + p * psi_.stride, kept};
+      const Index psi_stride = known_ != nullptr ? dim : psi_.stride;
+      for (Index i = 0; i < m; ++i) {
+        witness.see(vector<keeps_state, keeps_psi>(at, (p + i) * dim));
+        at = {at.v + v_.stride, at.r + r_.stride, at.psi + psi_stride, from(at.kept, dim)};
+      }
+    } else {
+      for (Index i = 0, k = 0; i < m; ++i)
+        for (std::size_t d = 0; d < dim; ++d, ++k) {
+          const At at{v_.at[d] + (p + i) * v_.stride, r_.at[d] + (p + i) * r_.stride,
+                      known_ != nullptr ? known_ + p * dim + k : psi_.at[d] + (p + i) * psi_.stride, from(kept, k)};
+          witness.see(number<keeps_state, keeps_psi>(at, p * dim + k, 0));
+        }
+    }
+    return witness.all_finite();
+  }
+  /// One vector of adjacent numbers.
+  template <bool keeps_state, bool keeps_psi>
+  [[nodiscard, gnu::always_inline]] FiniteWitness<Scalar> vector(const At& at, Index component) const {
+    FiniteWitness<Scalar> witness;
+    [&]<std::size_t... d>(std::index_sequence<d...>) __attribute__((always_inline)) {
+      (witness.see(number<keeps_state, keeps_psi>(at, component, Index{d})), ...);
+    }
+    (std::make_index_sequence<static_cast<std::size_t>(dim)>{});
+    return witness;
+  }
+  template <bool keeps_state, bool keeps_psi>
+  [[nodiscard, gnu::always_inline]] FiniteWitness<Scalar> number(const At& at, Index component, Index i) const {
+    FiniteWitness<Scalar> witness;
+    const auto update = update_from<keeps_state, keeps_psi>(
+        at, [ f = factor_, component ](Index j) __attribute__((always_inline)) { return f(component + j); });
+    Scalar v1;
+    if constexpr (keeps_state && drifts) {
+      Scalar r1;
+      update(i, v1, r1);
+      witness.see(at.r[i] = r1);
+    } else {
+      update(i, v1);
+    }
+    witness.see(at.v[i] = v1);
+    return witness;
+  }
+  /// The positions, in the log's order.
+  void look_at(Layout layout, Index p, Index m, Scalar* to) const {
+    if (layout != Layout::components) return r_.gather(p, m, to);
+    for (std::size_t d = 0; d < dim; ++d) std::copy_n(r_.at[d] + p, m, to + static_cast<Index>(d) * m);
+  }
+
+  Block v_, r_, psi_;
+  Factor factor_;
+  Advance<Scalar> by_;
+  const Scalar* known_;
+  std::uint64_t found_ = 0, left_ = 0;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI
