@@ -1,8 +1,6 @@
 // What docs/embedding.md says of forces, steppers and an existing program's own arrays. The products are in promises.full.cpp.
 #include "embedding/promises_cases.hpp"
 //
-#include <phistep/sparse.hpp>
-
 #include <array>
 #include <functional>
 #include <memory>
@@ -287,4 +285,68 @@ TEST_CASE(
   CHECK(report.outcome() == Outcome::non_finite_force);
   CHECK(report.failure().term != 0);
   CHECK((good == 0 && bad == 0));
+}
+
+// ---- checkpoints of the state alone, output, threads --------------------------------------------------------------------
+
+TEST_CASE("from r, v and t alone: Euler and Verlet go on with the same bits, Newton's schemes to rounding") {
+  check_same_bits(symplectic_euler);
+  check_same_bits(velocity_verlet);
+  check_rounding(midpoint);
+}
+
+TEST_CASE("from r, v and t alone, Verlet under a force that uses t: the same bits, but for the rounding of t") {
+  // Ψ was evaluated at 5Δt + Δt, and is evaluated at 6Δt: of 0.1 these differ by a rounding, of 1/16 they don't.
+  CHECK(continued<Driven>(0.0625, 6, false, velocity_verlet).same_bits == 28);
+  const Continued tenths = continued<Driven>(0.1, 6, false, velocity_verlet);
+  CHECK(tenths.same_bits < 28);
+  CHECK(tenths.apart < 1e-14);
+  CHECK(continued<Driven>(0.1, 6, true, velocity_verlet).same_bits == 28);
+}
+
+TEST_CASE("a loop by hand, integrate and Run with the program's own output between steps: the same bits") {
+  Diary diary;
+  Y a = start, b = start, c = start;
+  PhiStepper by_hand{a, Anchored{&diary}, velocity_verlet}, whole{b, Anchored{&diary}, velocity_verlet},
+      in_steps{c, Anchored{&diary}, velocity_verlet};
+  std::vector<double> one, other, third;
+  for (int n = 0; n < 20; ++n) {
+    REQUIRE(by_hand.step(a, 0.1 * n, 0.1));
+    one.push_back(a.r[0]);
+  }
+  REQUIRE(integrate(whole, b, {0, 2}, fixed(0.1), [&](double, const Y& y) { other.push_back(y.r[0]); }));
+  Run run{in_steps, c, {0, 2}, fixed(0.1)};
+  while (run.advance()) third.push_back(c.r[0]);
+  REQUIRE(run.report());
+  other.erase(other.begin(), other.end() - 20);  // an observer may also see the start
+  CHECK(one == other);
+  CHECK(one == third);
+}
+
+TEST_CASE("two steppers in two threads: the bits of one after the other") {
+  struct Ends {
+    Y verlet, newton;
+  };
+  const auto steps = [](Diary& diary) {
+    Ends end{start, start};
+    PhiStepper a{end.verlet, Anchored{&diary}, velocity_verlet};
+    PhiStepper b{end.newton, Anchored{&diary}, midpoint};
+    bool good = true;
+    for (int n = 0; n < 2000; ++n)
+      good = a.step(end.verlet, 0.01 * n, 0.01) && b.step(end.newton, 0.01 * n, 0.01) && good;
+    return good ? end : Ends{};
+  };
+  Diary alone;
+  const Ends expected = steps(alone);
+  std::array<Ends, 2> found;
+  std::array<Diary, 2> diaries;
+  {
+    std::array<std::thread, 2> threads;
+    for (std::size_t k = 0; k < 2; ++k) threads[k] = std::thread([&, k] { found[k] = steps(diaries[k]); });
+    for (auto& thread : threads) thread.join();
+  }
+  for (std::size_t k = 0; k < 2; ++k) {
+    CHECK((same(found[k].verlet, expected.verlet) && same(found[k].newton, expected.newton)));
+    CHECK(diaries[k].calls == alone.calls);
+  }
 }
