@@ -111,6 +111,32 @@ TEST_CASE("particles may be removed and added between steps: the next step is a 
   CHECK(same(a, b));
 }
 
+TEST_CASE("an observer may remove particles: the steps of a loop by hand that does") {
+  const auto leave = [](Cloud& y, Eigen::Index n) {
+    const Cloud all = y;
+    y.r = all.r.leftCols(n), y.v = all.v.leftCols(n);
+  };
+  Cloud a = cloud(8), b = a, c = a;
+  PhiStepper by_hand{a, Repulsion{}, velocity_verlet}, observed{b, Repulsion{}, velocity_verlet};
+  for (int n = 0; n < 10; ++n) {
+    REQUIRE(by_hand.step(a, 0.1 * n, 0.1));
+    if (n == 4) leave(a, 5);
+  }
+  int step = -1;  // the start is shown too
+  REQUIRE(integrate(observed, b, {0, 1}, fixed(0.1), [&](double, Cloud& y) {
+    if (++step == 5) leave(y, 5);
+  }));
+  CHECK(same(a, b));
+  // Under a tolerance the controller's past has another size, too.
+  PhiStepper controlled{c, Repulsion{}, velocity_verlet};
+  int steps = 0;
+  REQUIRE(integrate(controlled, c, {0, 2}, tolerance{.rtol = 1e-4, .atol = 1e-6}, [&](double, Cloud& y) {
+    if (++steps == 5) leave(y, 3);
+    if (steps == 9) y = cloud(20);
+  }));
+  CHECK((c.r.cols() == 20 && c.r.allFinite()));
+}
+
 TEST_CASE("a Map is placed anew over arrays that have moved or shrunk") {
   std::vector<double> x{1, 2, 3, 4}, v{0, 0, 1, 1};
   const auto size = [&] { return static_cast<Eigen::Index>(x.size()); };

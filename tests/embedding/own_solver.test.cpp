@@ -35,10 +35,12 @@ struct Thomas {
   using Matrix = Eigen::SparseMatrix<double>;
   static inline int analyses = 0, factorizations = 0, solves = 0;
   static inline double off = 0;
+  static inline bool compressed = true;
 
   void analyzePattern(const Matrix&) { ++analyses; }
   void factorize(const Matrix& W) {
     ++factorizations;
+    compressed = compressed && W.isCompressed();
     const Eigen::Index n = W.rows();
     below.setZero(n), above.setZero(n), pivot.setZero(n);
     for (Eigen::Index j = 0; j < n; ++j)
@@ -92,6 +94,7 @@ TEST_CASE("a program's own linear solver: newton<Solver>() uses it, and only it"
   CHECK(own.solver == std::string("a solver of the user's own"));
   CHECK((own.r - library.r).cwiseAbs().maxCoeff() < 1e-14);
   CHECK(Thomas::analyses == 1);
+  CHECK(Thomas::compressed);
   CHECK((Thomas::factorizations == own.statistics.factorizations && Thomas::factorizations > 0));
   CHECK((Thomas::solves == own.statistics.solves && Thomas::solves > Thomas::factorizations));
 }

@@ -225,3 +225,14 @@ TEST_CASE("no force is called with a state that isn't finite: explicit schemes, 
   check_never_called_with_nan<Anchored>(midpoint, fixed_point());
   check_never_called_with_nan<Damped>(midpoint, fixed_point());
 }
+
+TEST_CASE("no force is called with a state that isn't finite: runs under a tolerance") {
+  check_runs_never_call_with_nan<Anchored>(forward_euler);
+  check_runs_never_call_with_nan<Anchored>(velocity_verlet);
+  check_runs_never_call_with_nan<Damped>(velocity_verlet);
+  check_runs_never_call_with_nan<Anchored>(symplectic_euler);
+  check_runs_never_call_with_nan<Anchored>(rkn86);
+  check_runs_never_call_with_nan<Anchored>(backward_euler);
+  check_runs_never_call_with_nan<Damped>(trapezoidal);
+  check_runs_never_call_with_nan<Anchored>(midpoint);
+}

@@ -155,4 +155,19 @@ void check_never_called_with_nan(auto scheme, const auto&... more) {
   CHECK(kept == failed_steps);
 }
 
+/// The same in runs under a tolerance.
+template <class F>
+void check_runs_never_call_with_nan(auto scheme, const auto&... more) {
+  int failed_runs = 0, bad = 0;
+  for (int at = 1; at <= 40; ++at) {
+    Diary diary{.nan_from = at};
+    Y y = start;
+    PhiStepper stepper{y, F{&diary}, scheme, more...};
+    failed_runs += integrate(stepper, y, {0, 5}, tolerance{.rtol = 1e-4, .atol = 1e-6}) ? 0 : 1;
+    bad += diary.not_finite;
+  }
+  CHECK(bad == 0);
+  CHECK(failed_runs == 40);
+}
+
 }  // namespace promises_cases
