@@ -17,6 +17,7 @@
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/equation/explicit_update.hpp"
 #include "phistep/equation/gamma.hpp"
 #include "phistep/force/at.hpp"
 #include "phistep/force/evaluate.hpp"
@@ -271,18 +272,14 @@ class RightHandSide {
     const auto kick = [&](auto k, auto& to, const auto& from, const auto& rate, const auto& mass) {
       constexpr int size = std::remove_cvref_t<decltype(to)>::SizeAtCompileTime;
       const auto factor = mass.scaled(by.kick);
-      const Input<Scalar> v{from.data()}, f{rate.data()};
       if constexpr (with_drift && k == 0) {
-        const Input<Scalar> r{std::get<0>(Blocks<S>::all(y)).data()};
-        const auto kernel = [=, before = by.before, after = by.after](auto i, auto& v1, auto& r1) {
-          v1 = v[i] + factor(i) * f[i];
-          r1 = r[i] + (before * v[i] + after * v1);
-        };
+        const Scalar* const r = std::get<0>(Blocks<S>::all(y)).data();
+        const KickAndDrift kernel{r, from.data(), rate.data(), factor, by.before, by.after};
         finite =
             update_sized<size>(&out == &y, to.size(), kernel, to.data(), std::get<0>(Blocks<S>::all(out)).data()) &&
             finite;
       } else {
-        const auto kernel = [=](auto i, auto& v1) { v1 = v[i] + factor(i) * f[i]; };
+        const phistep::Kick kernel{from.data(), rate.data(), factor};
         finite = update_sized<size>(&out == &y, to.size(), kernel, to.data()) && finite;
       }
     };

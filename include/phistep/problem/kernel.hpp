@@ -26,6 +26,7 @@
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/equation/right_hand_side.hpp"
+#include "phistep/problem/in_place_step.hpp"
 #include "phistep/problem/transaction.hpp"
 #include "phistep/solve/linear_stages.hpp"
 #include "phistep/solve/resolvent.hpp"
@@ -41,6 +42,7 @@ struct KernelNeeds {
   bool position = true;  ///< … with γ_d ≠ 0, so that K matters
   bool carries = false;  ///< it may leave Ψ(t+Δt) to the next step
   bool stages = false;   ///< it solves linear equations instead
+  int passes = 0;        ///< explicit: 1, a step is one kick_drift; 2, a kick follows it and ends the step; 0, neither
 };
 
 /// Whether Ψ(t+Δt) could be kept at all: a force with a history may have changed it by then, a look-up isn't worth it.
@@ -73,6 +75,7 @@ class Kernel {
   /// Runs `advance(Data&) → Outcome` as one step of the state. A step that fails leaves nothing behind.
   /// @param keeps_tries  … unless it ends with an outcome: the next, shorter try reuses Jacobian and factors
   StepReport run(S& state, Scalar t, Scalar dt, Origin origin, bool keeps_tries, auto&& advance) {
+    if constexpr (steps_in_place) in_place_.forget();
     if constexpr (needs.solver || needs.stages) {
       Unless done{*this};
       const StepReport report = transaction_.run(rhs_, state, t, dt, origin, advance);
@@ -81,6 +84,14 @@ class Kernel {
     } else {
       return transaction_.run(rhs_, state, t, dt, origin, advance);
     }
+  }
+  /// A scheme of one or two passes under the routine of a state in place: no copies.
+  static constexpr bool steps_in_place =
+      needs.passes > 0 && !Rhs::has_matrix_mass && is_routine_of<S, typename Rhs::Whole>;
+  [[nodiscard]] bool can_step_in_place(const S& state) { return in_place_.can(rhs_, state); }
+  StepReport run_in_place(S& state, Scalar t, Scalar dt, Origin origin, auto&& advance) {
+    transaction_.reset();
+    return in_place_.run(rhs_, transaction_, state, t, dt, origin, advance);
   }
   /// Of the last step: the sizes of its solves' corrections.
   [[nodiscard]] const Failure& history() const { return transaction_.failure(); }
@@ -235,7 +246,7 @@ class Kernel {
   [[nodiscard]] bool fits(const S& state) const { return !torn_ && transaction_.fits(state); }
   /// Forgets all that is carried from step to step.
   void reset() {
-    transaction_.reset();
+    forget_force();
     resolvent_.reset();
   }
   /// Forgets what solves have left, and nothing else.
@@ -243,6 +254,7 @@ class Kernel {
   /// Forgets Ψ alone.
   void forget_force() {
     transaction_.reset();
+    if constexpr (steps_in_place) in_place_.forget();
     if constexpr (needs.stages) resolvent_.forget_force();
   }
   void resize(const S& state, const PlainState<S>& copy, typename Rhs::Masses masses) {
@@ -251,6 +263,7 @@ class Kernel {
     resolvent_.resize(copy, rhs_);
     rhs_.rebind(std::move(masses));
     transaction_ = std::move(fresh);
+    if constexpr (steps_in_place) in_place_.forget();
     allocate(copy);
     torn_ = false;
   }
@@ -339,6 +352,11 @@ class Kernel {
 
   Rhs rhs_;
   Transaction transaction_;
+  static auto in_place_type() {
+    if constexpr (steps_in_place) return std::type_identity<InPlaceStep<S, Rhs, needs.passes>>{};
+    else return std::type_identity<Nothing>{};
+  }
+  [[no_unique_address]] typename decltype(in_place_type())::type in_place_;
   [[no_unique_address]] Resolvent resolvent_;
   [[no_unique_address]] std::conditional_t<keeps_psi, RateOf<S>, Nothing> kicked_by_;
   bool torn_ = false;

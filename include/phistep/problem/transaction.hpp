@@ -63,19 +63,36 @@ class Transaction {
   /// @throws std::invalid_argument where r and v of a motion differ in shape, or views share memory
   explicit Transaction(const S& state) : next_{copy_of(state)}, psi_{make_rate<S>(next_)} {
     if constexpr (borrowed) {
-      if (!has_own_places(state))
+      if (!has_own_places(Blocks<S>::all(state)))
         throw std::invalid_argument(
             "phistep: the state's views share memory: each of its numbers needs a place of its own");
-      gathered_ = next_;
+      if constexpr (!ShowsTrials<S>) gathered_ = next_;
     }
+  }
+
+  /// A step begins: success, or why it can't.
+  [[nodiscard]] Outcome open(Scalar t, Scalar dt) {
+    failure_.iterations = 0;
+    failure_.particle = -1;
+    return check(t, dt);
+  }
+  /// A step that did not begin.
+  StepReport refuse(Rhs& rhs, Outcome why, Scalar t, Scalar dt) { return fail(rhs, why, t, dt, next_, next_, psi_); }
+  /// For the report of a step done elsewhere: what it had come to …
+  void show(const S& state, const auto& psi) {
+    copy_blocks<S>(next_, state);
+    assign_block(std::get<0>(Rate::blocks(psi_)), psi);
+  }
+  /// … and the report.
+  StepReport report_shown(Rhs& rhs, Outcome outcome, Scalar t, Scalar dt, const Plain& y) {
+    return fail(rhs, outcome, t, dt, y, next_, psi_);
   }
 
   template <class Advance>
   StepReport run(Rhs& rhs, S& state, Scalar t, Scalar dt, Origin origin, Advance&& advance) {
-    failure_.iterations = 0;
-    failure_.particle = -1;
-    if (const Outcome bad = check(t, dt); bad != Outcome::success) return fail(rhs, bad, t, dt, next_, next_, psi_);
+    if (const Outcome bad = open(t, dt); failed(bad)) return refuse(rhs, bad, t, dt);
     try {
+      [[maybe_unused]] Held held{state};
       const Plain& y = read(state);
       if constexpr (in_registers) {
         Plain next;
@@ -86,7 +103,9 @@ class Transaction {
           return run_from(rhs, y, state, t, dt, origin, advance, next, psi);
         }
       } else {
-        return run_from(rhs, y, state, t, dt, origin, advance, next_, psi_);
+        const StepReport report = run_from(rhs, y, state, t, dt, origin, advance, next_, psi_);
+        held.is_done = static_cast<bool>(report);
+        return report;
       }
     } catch (const WrongSize& wrong) {
       return fail(rhs, state, t, dt, wrong);
@@ -142,14 +161,27 @@ class Transaction {
     return t + dt == t ? Outcome::step_too_small : Outcome::success;
   }
 
-  [[nodiscard]] const Plain& read(const S& state) {
-    if constexpr (borrowed) {
+  [[nodiscard]] const Plain& read(S& state) {
+    if constexpr (ShowsTrials<S>) {
+      return state.hold();
+    } else if constexpr (borrowed) {
       copy_blocks<S>(gathered_, state);
       return gathered_;
     } else {
       return state;
     }
   }
+
+  /// Takes trial states back out of the user's arrays, unless the step is done; after an exception as well.
+  struct Held {
+    S& state;
+    bool is_done = false;
+    ~Held() requires ShowsTrials<S> {
+      if (!is_done) state.put_back();
+      state.release();
+    }
+    ~Held() = default;
+  };
 
   template <class Advance>
   StepReport run_from(Rhs& rhs, const Plain& y, S& state, Scalar t, Scalar dt, Origin origin, Advance& advance,
@@ -236,7 +268,7 @@ class Transaction {
   Plain next_;
   Rate psi_;
   struct Nothing {};
-  [[no_unique_address]] std::conditional_t<borrowed, Plain, Nothing> gathered_;
+  [[no_unique_address]] std::conditional_t<borrowed && !ShowsTrials<S>, Plain, Nothing> gathered_;
   EditGuard<S, Blocks<S>::drifts && !Rhs::couples_unknowns, Rhs::Traits::uses_time> guard_;
   Failure failure_;
 };

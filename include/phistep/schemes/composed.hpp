@@ -69,7 +69,11 @@ class SchemeOn<Composed<Scheme>, S> : public SchemeDefaults {
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
   template <class Rhs>
-  static constexpr KernelNeeds needs = Inner::template needs<Rhs>;
+  static constexpr KernelNeeds needs = [] {
+    KernelNeeds inner = Inner::template needs<Rhs>;
+    inner.passes = 0;
+    return inner;
+  }();
 
   SchemeOn(const Composed<Scheme>& composed, const Plain& y) : inner_{composed.scheme, y}, from_{y} {}
   void resize(const Plain& y) {

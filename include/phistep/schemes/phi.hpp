@@ -42,7 +42,9 @@ class SchemeOn<PhiScheme<Force, Drift, form>, S> : public SchemeDefaults {
   template <class Rhs>
   static constexpr KernelNeeds needs = [] {
     const bool solver = !is_zero_phi<Force> && (Rhs::couples_unknowns || !is_zero_phi<Drift>);
-    return KernelNeeds{.solver = solver, .carries = solver && form == Form::endpoint && can_carry<Rhs>};
+    return KernelNeeds{.solver = solver,
+                       .carries = solver && form == Form::endpoint && can_carry<Rhs>,
+                       .passes = is_zero_phi<Force> ? 1 : 0};
   }();
   static constexpr bool traces = form == Form::endpoint && !Scheme::facts.motion_only;
 

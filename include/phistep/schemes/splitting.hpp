@@ -50,6 +50,7 @@ class SplitScheme : public SchemeDefaults {
   static constexpr KernelNeeds needs = [] {
     KernelNeeds inner = Inner::template needs<R>;
     inner.carries = inner.carries && !R::couples_unknowns;
+    inner.passes = 0;
     return inner;
   }();
 

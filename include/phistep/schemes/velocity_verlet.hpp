@@ -23,8 +23,10 @@ template <State S>
 class SchemeOn<VelocityVerlet, S> : public SchemeDefaults {
  public:
   template <class Rhs>
-  static constexpr KernelNeeds needs{
-      .solver = Rhs::couples_unknowns, .position = false, .carries = !Rhs::couples_unknowns && can_carry<Rhs>};
+  static constexpr KernelNeeds needs{.solver = Rhs::couples_unknowns,
+                                     .position = false,
+                                     .carries = !Rhs::couples_unknowns && can_carry<Rhs>,
+                                     .passes = Rhs::couples_unknowns ? 0 : 2};
   static constexpr bool traces = true;
 
   SchemeOn(VelocityVerlet, const auto& /*y*/) {}

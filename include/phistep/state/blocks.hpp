@@ -251,11 +251,24 @@ concept HasProperties = requires(S& to, const S& from) {
   { S::same_properties(from, from) } -> std::convertible_to<bool>;
 };
 
+/// A state in arrays that the force reads by itself: trial states are shown there, and taken back unless the step is done.
+template <class S>
+concept ShowsTrials = State<S> && requires(S& state) {
+  { state.hold() } -> std::same_as<const PlainState<S>&>;  // a copy of what the arrays hold now
+  state.put_back();                                        // the arrays hold that again
+  state.release();                                         // the step is over
+};
+
+/// to = from, for blocks of any kind.
+template <class To, class From>
+void assign_block(To& to, const From& from) {
+  to = from;
+}
 /// to = from, block by block; allocates only where the sizes differ.
 template <State S, class To, class From>
 void copy_blocks(To& to, const From& from) {
   if constexpr (HasProperties<S>) S::share_properties(to, from);
-  for_each_block([](auto, auto& x, const auto& y) { x = y; }, Blocks<S>::all(to), Blocks<S>::all(from));
+  for_each_block([](auto, auto& x, const auto& y) { assign_block(x, y); }, Blocks<S>::all(to), Blocks<S>::all(from));
 }
 
 template <class Rate>
@@ -272,7 +285,7 @@ void commit_blocks(S& state, PlainState<S>& next) {
         if constexpr (std::is_same_v<Block, std::remove_cvref_t<decltype(y)>> &&
                       Block::SizeAtCompileTime == Eigen::Dynamic)
           x.swap(y);
-        else x = y;
+        else assign_block(x, std::as_const(y));
       },
       Blocks<S>::all(state), Blocks<S>::all(next));
 }
@@ -294,22 +307,27 @@ template <State S>
   return equal_bits(Blocks<S>::all(a), Blocks<S>::all(b));
 }
 
-/// Whether each number of a state has a place of its own. Those of views may lie in one another's: they would then be two
-/// unknowns with one value.
-template <State S>
-[[nodiscard]] bool has_own_places(const S& state) {
+/// Whether each number of some blocks has a place of its own. Those of views may lie in one another's: they would then be
+/// two unknowns with one value.
+template <class Tie>
+[[nodiscard]] bool has_own_places(const Tie& blocks) {
   std::vector<std::pair<std::uintptr_t, std::uintptr_t>> pieces;  // from, to [bytes]: columns, or single numbers
+  const auto add = [&pieces](const auto* first, Index numbers) {
+    const auto from = reinterpret_cast<std::uintptr_t>(first);
+    pieces.push_back({from, from + static_cast<std::uintptr_t>(numbers) * sizeof(*first)});
+  };
   for_each_block(
-      [&pieces](auto, const auto& x) {
-        const bool by_columns = x.rowStride() == 1;
-        for (Index j = 0; j < x.cols(); ++j)
-          for (Index i = 0; i < x.rows(); i += by_columns ? x.rows() : 1) {
-            const auto from = reinterpret_cast<std::uintptr_t>(x.data() + i * x.rowStride() + j * x.colStride());
-            const auto numbers = static_cast<std::uintptr_t>(by_columns ? x.rows() : 1);
-            pieces.push_back({from, from + numbers * sizeof(*x.data())});
-          }
+      [&add](auto, const auto& x) {
+        if constexpr (requires { x.for_each_piece(add); }) {
+          x.for_each_piece(add);
+        } else {
+          const bool by_columns = x.rowStride() == 1;
+          for (Index j = 0; j < x.cols(); ++j)
+            for (Index i = 0; i < x.rows(); i += by_columns ? x.rows() : 1)
+              add(x.data() + i * x.rowStride() + j * x.colStride(), by_columns ? x.rows() : 1);
+        }
       },
-      Blocks<S>::all(state));
+      blocks);
   std::sort(pieces.begin(), pieces.end());
   for (std::size_t k = 1; k < pieces.size(); ++k)
     if (pieces[k].first < pieces[k - 1].second) return false;

@@ -93,8 +93,7 @@ class PhiStepper {
     if constexpr (Traits::valid) {
       if constexpr (static_unknowns<S> == Eigen::Dynamic)
         if (!kernel_.fits(state)) resize(state);
-      const StepReport report =
-          kernel_.run(state, t, dt, origin, false, [this](auto& step) { return working_.step(kernel_, step); });
+      const StepReport report = run(state, t, dt, origin);
       if (report) working_.accepted();
       return report;
     } else {
@@ -221,6 +220,13 @@ class PhiStepper {
   [[nodiscard]] std::int64_t changes() const { return changes_; }
 
  private:
+  StepReport run(S& state, Scalar t, Scalar dt, Origin origin) {
+    if constexpr (Kernel::steps_in_place)
+      if (kernel_.can_step_in_place(state))
+        return kernel_.run_in_place(state, t, dt, origin,
+                                    [this](auto& kernel, auto& step) { return working_.step(kernel, step); });
+    return kernel_.run(state, t, dt, origin, false, [this](auto& step) { return working_.step(kernel_, step); });
+  }
   /// Without parameters, which are the program's.
   [[nodiscard]] static std::string type_of_scheme() {
     if constexpr (requires { Scheme::name(); }) return Scheme::name();
