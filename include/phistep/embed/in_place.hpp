@@ -65,18 +65,28 @@ class ArraysInPlace {
   void keep_rate() { assign_block(kept_.rate, self().rate()); }
   /// Room for what the arrays hold now.
   void fit() {
-    const auto rate = self().rate();
-    if (kept_.rate.rows() != rate.rows() || kept_.rate.cols() != rate.cols()) hold();
+    if (has_kept_lengths()) return;
+    copy_blocks<Self>(kept_.y, self());
+    keep_rate();
   }
-  /// The arrays hold what they held, every bit.
+  /// Whether all arrays are as long as they were when their numbers were kept.
+  [[nodiscard]] bool has_kept_lengths() const noexcept {
+    try {
+      return static_cast<const Self&>(*this).has_length(Rate::ColsAtCompileTime == 1 ? kept_.rate.rows()
+                                                                                     : kept_.rate.cols());
+    } catch (...) {  // the arrays of the components differ
+      return false;
+    }
+  }
+  /// The arrays hold what they held, every bit. Where their lengths have changed they stay as they are.
   void put_back() {
+    if (!has_kept_lengths()) return;
     copy_blocks<Self>(self(), kept_.y);
     put_back_rate();
   }
   void put_back_rate() {
     auto rate = self().rate();
-    if (rate.count == (Rate::ColsAtCompileTime == 1 ? kept_.rate.rows() : kept_.rate.cols()))
-      assign_block(rate, std::as_const(kept_.rate));
+    assign_block(rate, std::as_const(kept_.rate));
   }
   void release() { is_held_ = false; }
   [[nodiscard]] bool is_held() const { return is_held_; }
@@ -135,6 +145,9 @@ class MotionInPlace
   }
   /// Where the forces are.
   [[nodiscard]] Block rate() const { return f_source_.now(); }
+  [[nodiscard]] bool has_length(Index n) const {
+    return r_source_.now().count == n && v_source_.now().count == n && f_source_.now().count == n;
+  }
 
  private:
   /// Where the arrays are now. @throws std::invalid_argument where they differ in length
@@ -187,6 +200,7 @@ class VectorInPlace : public ArraysInPlace<VectorInPlace<Y, F>, typename decltyp
   }
   /// Where the rates are.
   [[nodiscard]] Block rate() const { return f_source_.now(); }
+  [[nodiscard]] bool has_length(Index n) const { return y_source_.now().count == n && f_source_.now().count == n; }
 
  private:
   void look() const {

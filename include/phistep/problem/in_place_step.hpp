@@ -131,8 +131,9 @@ class InPlaceStep {
   };
 
   void put_back(S& state) {
-    if (is_kept_) copy_blocks<S>(state, std::as_const(state.kept().y));
-    if (is_rate_kept_) state.put_back_rate();
+    const bool fits = state.has_kept_lengths();
+    if (is_kept_ && fits) copy_blocks<S>(state, std::as_const(state.kept().y));
+    if (is_rate_kept_ && fits) state.put_back_rate();
     is_kept_ = is_rate_kept_ = false;
   }
   /// The arrays' forces are Ψ of what else they hold.
