@@ -16,10 +16,9 @@ template <class Scalar, class Factor>
 struct Kick {
   Input<Scalar> v, psi;
   Factor factor;
+  Kick(const Scalar* from, const Scalar* force, Factor h_by_m) : v{from}, psi{force}, factor{h_by_m} {}
   void operator()(auto i, auto& v1) const { v1 = v[i] + factor(i) * psi[i]; }
 };
-template <class Scalar, class Factor>
-Kick(const Scalar*, const Scalar*, Factor) -> Kick<Scalar, Factor>;
 
 /// (2)
 template <class Scalar, class Factor>
@@ -27,12 +26,13 @@ struct KickAndDrift {
   Input<Scalar> r, v, psi;
   Factor factor;
   Scalar before, after;  ///< [time]
+  KickAndDrift(const Scalar* from_r, const Scalar* from_v, const Scalar* force, Factor h_by_m, Scalar h_before,
+               Scalar h_after)
+      : r{from_r}, v{from_v}, psi{force}, factor{h_by_m}, before{h_before}, after{h_after} {}
   void operator()(auto i, auto& v1, auto& r1) const {
     v1 = v[i] + factor(i) * psi[i];
     r1 = r[i] + (before * v[i] + after * v1);
   }
 };
-template <class Scalar, class Factor>
-KickAndDrift(const Scalar*, const Scalar*, const Scalar*, Factor, Scalar, Scalar) -> KickAndDrift<Scalar, Factor>;
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -176,11 +176,12 @@ class Transaction {
   struct Held {
     S& state;
     bool is_done = false;
-    ~Held() requires ShowsTrials<S> {
-      if (!is_done) state.put_back();
-      state.release();
+    ~Held() {
+      if constexpr (ShowsTrials<S>) {
+        if (!is_done) state.put_back();
+        state.release();
+      }
     }
-    ~Held() = default;
   };
 
   template <class Advance>
