@@ -19,6 +19,20 @@ TEST_CASE("calls a step: one for the Eulers and Verlet, and one more in Verlet's
   CHECK(calls_of_steps<Driven>(velocity_verlet) == steps_of(2, 1));
 }
 
+TEST_CASE(
+    "a force that reads the state that the program steps, not its argument, is wrong with midpoint, and told on "
+    "request") {
+  Y y = start, right = start;
+  const auto own = [&y](const Vec&) -> Vec { return -4 * y.r; };
+  CHECK(!check_force(own, y).sees_state());
+  PhiStepper stepper{y, own, midpoint, fixed_point()};
+  PhiStepper other{right, [](const Vec& r) -> Vec { return -4 * r; }, midpoint, fixed_point()};
+  const auto energy = [](const Y& at) { return at.v.squaredNorm() / 2 + 2 * at.r.squaredNorm(); };
+  for (int n = 0; n < 400; ++n) REQUIRE((stepper.step(y, 0.05 * n, 0.05) && other.step(right, 0.05 * n, 0.05)));
+  CHECK(energy(right) == Approx(energy(start)).epsilon(1e-12));
+  CHECK(energy(y) > 1.5 * energy(start));
+}
+
 TEST_CASE("calls a step: compositions and Nystrom pairs") {
   CHECK(calls_of_steps<Anchored>(srkn6b) == steps_of(7, 6));
   CHECK(calls_of_steps<Anchored>(srkn11b) == steps_of(12, 11));
