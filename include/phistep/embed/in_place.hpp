@@ -52,15 +52,27 @@ class ArraysInPlace {
   /// Keeps a copy of what the arrays hold.
   const Plain& hold() {
     is_held_ = true;
+    note_length();
     copy_blocks<Self>(y_, self());
     assign_block(rate_, self().rate());
     return y_;
   }
-  /// The arrays hold what they held, every bit.
+  /// A step begins, or a call outside of steps.
+  void note_length() { length_ = self().rate().count; }
+  /// Whether all arrays are as long as they were then.
+  [[nodiscard]] bool has_kept_length() const noexcept {
+    try {
+      return static_cast<const Self&>(*this).has_length(length_);
+    } catch (...) {  // the arrays of the components differ
+      return false;
+    }
+  }
+  /// The arrays hold what they held, every bit. Where their lengths have changed they stay as they are.
   void put_back() {
+    if (!has_kept_length()) return;
     copy_blocks<Self>(self(), std::as_const(y_));
     auto rate = self().rate();
-    if (rate.size() == rate_.size()) assign_block(rate, std::as_const(rate_));
+    assign_block(rate, std::as_const(rate_));
   }
   void release() { is_held_ = false; }
   [[nodiscard]] bool is_held() const { return is_held_; }
@@ -69,6 +81,7 @@ class ArraysInPlace {
   [[nodiscard]] Self& self() { return static_cast<Self&>(*this); }
   Plain y_;
   Rate rate_;
+  Index length_ = 0;
   bool is_held_ = false;
 };
 
@@ -117,6 +130,9 @@ class MotionInPlace
   }
   /// Where the forces are.
   [[nodiscard]] Block rate() const { return f_source_.now(); }
+  [[nodiscard]] bool has_length(Index n) const {
+    return r_source_.now().count == n && v_source_.now().count == n && f_source_.now().count == n;
+  }
 
  private:
   /// Where the arrays are now. @throws std::invalid_argument where they differ in length
@@ -167,6 +183,7 @@ class VectorInPlace : public ArraysInPlace<VectorInPlace<Y, F>, typename decltyp
   }
   /// Where the rates are.
   [[nodiscard]] Block rate() const { return f_source_.now(); }
+  [[nodiscard]] bool has_length(Index n) const { return y_source_.now().count == n && f_source_.now().count == n; }
 
  private:
   void look() const {

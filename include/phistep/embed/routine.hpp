@@ -61,7 +61,6 @@ class RoutineForce : public ForceTerm {
     call(t);
     const auto psi = arrays_->rate();
     auto& to = std::get<0>(std::remove_cvref_t<decltype(out)>::blocks(out));
-    if (psi.size() != to.size()) throw std::logic_error("phistep: the routine changed the length of its arrays");
     for (Index p = 0, k = 0; p < psi.count; ++p)
       for (Index d = 0; d < psi.dim; ++d, ++k) to.data()[k] += psi.at[static_cast<std::size_t>(d)][p * psi.stride];
   }
@@ -94,6 +93,10 @@ class RoutineForce : public ForceTerm {
   void run(auto t) {
     if constexpr (uses_time) routine_(t);
     else routine_();
+    if (!arrays_->has_kept_length())
+      throw std::logic_error(
+          "phistep: the routine changed the number of particles, and the arrays stay as it left them: add and remove "
+          "particles between steps");
   }
   /// The trial state, as far as the routine reads it.
   void show(const auto& y) {

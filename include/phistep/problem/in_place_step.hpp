@@ -62,6 +62,7 @@ class InPlaceStep {
   StepReport run(Rhs& rhs, Transaction& transaction, S& state, Scalar t, Scalar dt, Origin origin, Advance&& advance) {
     if (const Outcome bad = transaction.open(t, dt); failed(bad)) return transaction.refuse(rhs, bad, t, dt);
     rhs_ = &rhs;
+    state.note_length();
     if (!log_.begin(state)) known_ = Known::nothing;
     Data data{state, t, dt, origin};
     Undo undo{*this, state};
@@ -115,7 +116,8 @@ class InPlaceStep {
     void now() {
       is_done = true;
       step.known_ = Known::nothing;
-      step.log_.put_back(state);
+      if (state.has_kept_length()) step.log_.put_back(state);
+      else step.log_.forget();
     }
     ~Undo() {
       if (!is_done) now();

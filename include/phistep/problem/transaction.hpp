@@ -176,11 +176,12 @@ class Transaction {
   struct Held {
     S& state;
     bool is_done = false;
-    ~Held() requires ShowsTrials<S> {
-      if (!is_done) state.put_back();
-      state.release();
+    ~Held() {
+      if constexpr (ShowsTrials<S>) {
+        if (!is_done) state.put_back();
+        state.release();
+      }
     }
-    ~Held() = default;
   };
 
   template <class Advance>
@@ -242,7 +243,7 @@ class Transaction {
         outcome = Outcome::non_finite_force;
         where.block += Blocks<S>::drifts ? 1 : 0;
         f.term = rhs.offending_term(t, y);
-        if (f.term < 0) f.term = rhs.offending_term(t + dt, next);
+        if (f.term < 0 && is_seen_finite(next)) f.term = rhs.offending_term(t + dt, next);
       } else {
         where = first_non_finite(Blocks<S>::all(next));
       }
@@ -255,6 +256,14 @@ class Transaction {
     f.row = where.row;
     f.column = where.column;
     return {outcome, f.iterations, &f};
+  }
+
+  /// Whether a force sees finite numbers at y. Elsewhere any term is NaN, and the first would be blamed.
+  [[nodiscard]] static bool is_seen_finite(const Plain& y) {
+    constexpr bool sees_r_alone =
+        Blocks<S>::drifts && !Rhs::couples_unknowns && std::is_same_v<typename Rhs::Force, typename Rhs::Whole>;
+    if constexpr (sees_r_alone) return !first_non_finite(std::tie(std::get<0>(Blocks<S>::all(y))));
+    else return !first_non_finite(Blocks<S>::all(y));
   }
 
   Plain next_;

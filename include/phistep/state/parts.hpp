@@ -51,6 +51,10 @@ void save_part(Writer& out, std::string_view name, const Part& part) {
     out.open(name);
     part.save(out);
     out.close();
+  } else if constexpr (ShowsTrials<Part>) {  // arrays of a code, in the order of its particles
+    PlainState<Part> copy;
+    copy_blocks<Part>(copy, part);
+    out.value(name, copy);
   } else {
     out.value(name, part);
   }
