@@ -4,6 +4,8 @@
 // and the lines marked // + are all that is new. A ring of beads of different masses, joined by springs, spins freely:
 // with the same Δt, the loop by hand gains energy, and another scheme of the library is one word away.
 //
+// A force that reads and writes the program's own arrays, rather than its argument: existing_code.cpp.
+//
 // Run: own_particles [--short] [--out DIR]
 #include <phistep/phistep.hpp>  // +
 
