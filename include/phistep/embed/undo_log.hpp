@@ -32,7 +32,7 @@ class UndoLog {
   static constexpr bool drifts = Blocks<S>::drifts;
 
   /// A step begins. False where the arrays have another length than in the step before.
-  bool begin(S& state) {
+  bool begin(const S& state) {
     const auto rate = state.rate();
     const Index n = rate.size();
     const Layout now = layout(state);
@@ -115,7 +115,7 @@ class UndoLog {
  private:
   using Numbers = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
 
-  [[nodiscard]] static Layout layout(S& state) {
+  [[nodiscard]] static Layout layout(const S& state) {
     auto blocks = Blocks<S>::all(state);
     if constexpr (drifts) return layout_of(std::get<0>(blocks), std::get<1>(blocks), state.rate());
     else return layout_of(std::get<0>(blocks), state.rate());

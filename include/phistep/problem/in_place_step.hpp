@@ -50,6 +50,7 @@ class InPlaceStep {
     static constexpr bool is_traced = false;
   };
 
+  explicit InPlaceStep(const S& state) { log_.begin(state); }
   /// The force's arrays are those of the state.
   [[nodiscard]] static bool can(Rhs& rhs, const S& state) { return rhs.force().arrays() == &state; }
   /// Nothing is known of where the next step starts.

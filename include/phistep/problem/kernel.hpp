@@ -67,9 +67,10 @@ class Kernel {
   using Data = typename Transaction::Data;
   using TracedData = typename Transaction::TracedData;
 
-  Kernel(const S& state, Rhs rhs, const Solver& solver)
-      : rhs_{std::move(rhs)}, transaction_{state}, resolvent_{Transaction::copy_of(state), rhs_, solver} {
-    allocate(Transaction::copy_of(state));
+  /// @param copy  of the state
+  Kernel(const S& state, const Plain& copy, Rhs rhs, const Solver& solver)
+      : rhs_{std::move(rhs)}, transaction_{state, copy}, in_place_{state}, resolvent_{copy, rhs_, solver} {
+    allocate(copy);
   }
 
   /// Runs `advance(Data&) → Outcome` as one step of the state. A step that fails leaves nothing behind.
@@ -258,7 +259,7 @@ class Kernel {
     if constexpr (needs.stages) resolvent_.forget_force();
   }
   void resize(const S& state, const PlainState<S>& copy, typename Rhs::Masses masses) {
-    Transaction fresh{state};
+    Transaction fresh{state, copy};
     torn_ = true;  // if one of these throws, not even a state of the old size fits
     resolvent_.resize(copy, rhs_);
     rhs_.rebind(std::move(masses));
@@ -301,6 +302,9 @@ class Kernel {
     return outcome != Outcome::invalid_step && outcome != Outcome::step_too_small;
   }
 
+  struct NotInPlace {
+    explicit NotInPlace(const S&) {}
+  };
   struct NoResolvent {
     NoResolvent(const auto&...) {}
     static void forget() {}
@@ -354,7 +358,7 @@ class Kernel {
   Transaction transaction_;
   static auto in_place_type() {
     if constexpr (steps_in_place) return std::type_identity<InPlaceStep<S, Rhs, needs.passes>>{};
-    else return std::type_identity<Nothing>{};
+    else return std::type_identity<NotInPlace>{};
   }
   [[no_unique_address]] typename decltype(in_place_type())::type in_place_;
   [[no_unique_address]] Resolvent resolvent_;

@@ -61,7 +61,9 @@ class Transaction {
   using TracedData = TracedStepData<Plain, Rate, Scalar>;
 
   /// @throws std::invalid_argument where r and v of a motion differ in shape, or views share memory
-  explicit Transaction(const S& state) : next_{copy_of(state)}, psi_{make_rate<S>(next_)} {
+  explicit Transaction(const S& state) : Transaction{state, copy_of(state)} {}
+  /// … with a copy of it at hand.
+  Transaction(const S& state, const Plain& copy) : next_{copy}, psi_{make_rate<S>(next_)} {
     if constexpr (borrowed && !ShowsTrials<S>) {
       if (!has_own_places(Blocks<S>::all(state)))
         throw std::invalid_argument(

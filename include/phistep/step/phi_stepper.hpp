@@ -76,10 +76,7 @@ class PhiStepper {
   /// @param solver  newton(options) or newton<LinearSolver>(options)
   /// @throws std::invalid_argument where sizes or masses can't work
   PhiStepper(const S& state, F psi, Scheme scheme, MassSpec mass = {}, Solver solver = {})
-      : scheme_{scheme},
-        mass_{std::move(mass)},
-        kernel_{state, Rhs{std::move(psi), bind_masses<S>(mass_, Kernel::Transaction::copy_of(state))}, solver},
-        working_{scheme, Kernel::Transaction::copy_of(state)} {}
+      : PhiStepper{Kernel::Transaction::copy_of(state), state, std::move(psi), scheme, std::move(mass), solver} {}
   PhiStepper(const S& state, F psi, Scheme scheme, Solver solver) requires std::is_same_v<MassSpec, UnitMasses>
       : PhiStepper{state, std::move(psi), scheme, UnitMasses{}, solver} {}
 
@@ -220,6 +217,11 @@ class PhiStepper {
   [[nodiscard]] std::int64_t changes() const { return changes_; }
 
  private:
+  PhiStepper(const PlainState<S>& copy, const S& state, F psi, Scheme scheme, MassSpec mass, Solver solver)
+      : scheme_{scheme},
+        mass_{std::move(mass)},
+        kernel_{state, copy, Rhs{std::move(psi), bind_masses<S>(mass_, copy)}, solver},
+        working_{scheme, copy} {}
   StepReport run(S& state, Scalar t, Scalar dt, Origin origin) {
     if constexpr (Kernel::steps_in_place)
       if (kernel_.can_step_in_place(state))
