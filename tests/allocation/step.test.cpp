@@ -1,6 +1,11 @@
 // No heap allocation of ours in `step` after construction. Counts every allocation that Eigen or the library could
 // make. In short: one scheme of each kind, one solver of each kind. All of them: step*.full.cpp.
 #define EIGEN_RUNTIME_NO_MALLOC  // a second, independent witness: Eigen asserts where it allocates
+#include <phistep/in_place.hpp>
+
+#include <array>
+#include <vector>
+
 #include "allocation/step_watched.hpp"
 
 #if PHISTEP_TEST_COUNTS_MALLOC
@@ -33,6 +38,21 @@ TEST_CASE("views, matrices, arrays of structs: nothing") {
   states::SecondOrder<states::Columns> columns;
   PhiStepper stepper{columns.state, Chain{}, velocity_verlet};
   CHECK(allocations(columns.state, stepper) == 0);
+}
+TEST_CASE("states in place: nothing") {
+  std::vector<std::array<double, 3>> r(50), v(50), f(50);
+  MotionInPlace state{places(r), places(v), places(f)};
+  const auto force = [&] {
+    for (std::size_t i = 0; i < r.size(); ++i)
+      for (std::size_t d = 0; d < 3; ++d) f[i][d] = 1 - r[i][d];
+  };
+  const auto check = [&](auto scheme, auto solver) {
+    PhiStepper stepper{state, state.force_of_r(force), scheme, solver};
+    CHECK(allocations(state, stepper) == 0);
+  };
+  check(forward_euler, newton());
+  check(velocity_verlet, newton());
+  check(srkn6b, newton());
 }
 TEST_CASE("springs by Verlet: nothing") {
   check_none(motion(30), spring_network<3>({{0, 1, 5, 0.1}, {1, 2, 5, 0.1}}), velocity_verlet);

@@ -53,9 +53,13 @@ class ArraysInPlace {
   const Plain& hold() {
     is_held_ = true;
     note_length();
-    copy_blocks<Self>(y_, self());
-    assign_block(rate_, self().rate());
+    reserve();
     return y_;
+  }
+  /// Makes room for it.
+  void reserve() const {
+    copy_blocks<Self>(y_, static_cast<const Self&>(*this));
+    assign_block(rate_, static_cast<const Self&>(*this).rate());
   }
   /// A step begins, or a call outside of steps.
   void note_length() { length_ = self().rate().count; }
@@ -79,8 +83,8 @@ class ArraysInPlace {
 
  private:
   [[nodiscard]] Self& self() { return static_cast<Self&>(*this); }
-  Plain y_;
-  Rate rate_;
+  mutable Plain y_;
+  mutable Rate rate_;
   Index length_ = 0;
   bool is_held_ = false;
 };

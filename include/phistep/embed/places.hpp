@@ -30,7 +30,12 @@ namespace phistep::inline PHISTEP_ABI {
 /// The numbers of an object that is nothing but numbers of one type: their type and how many.
 template <class T>
 struct NumbersOf {
-  static constexpr int count = 0;
+  using Scalar = double;
+  static_assert(
+      !sizeof(T),
+      "phistep: places(...) takes what is made of numbers of one type: double, double[3], std::array<double, 3>, a "
+      "fixed Eigen vector, or struct Vec3 { double x, y, z; }");
+  static constexpr int count = 1;
 };
 template <std::floating_point T>
 struct NumbersOf<T> {
@@ -50,15 +55,21 @@ struct NumbersOf<std::array<T, n>> {
 template <EigenDense T>
 struct NumbersOf<T> {
   using Scalar = typename T::Scalar;
-  static constexpr int count =
-      sizeof(T) == sizeof(Scalar) * std::size_t{T::SizeAtCompileTime} ? T::SizeAtCompileTime : 0;
+  static_assert(sizeof(T) == sizeof(Scalar) * std::size_t{T::SizeAtCompileTime},
+                "phistep: places(...) takes Eigen vectors of a fixed size, without padding");
+  static constexpr int count = T::SizeAtCompileTime;
 };
-/// struct Vec3 { double x, y, z; }
+/// struct Vec3 { double x, y, z; }, or without z, or with w
 template <class T>
   requires(!EigenDense<T> && std::is_trivially_copyable_v<T> && std::floating_point<decltype(T::x)>)
 struct NumbersOf<T> {
   using Scalar = decltype(T::x);
-  static constexpr int count = sizeof(T) % sizeof(Scalar) == 0 ? static_cast<int>(sizeof(T) / sizeof(Scalar)) : 0;
+  static constexpr int count =
+      1 + (requires { T::y; } ? 1 : 0) + (requires { T::z; } ? 1 : 0) + (requires { T::w; } ? 1 : 0);
+  static_assert(
+      sizeof(T) == count * sizeof(Scalar),
+      "phistep: places(...) takes structs of x, y, z (and w) alone; three adjacent members of a larger one are "
+      "places<3>(&first[0].x, n, stride)");
 };
 
 /// [vectors] Arrays in place are worked on in pieces of this length, which stay in the first cache; a multiple of what
@@ -185,13 +196,6 @@ concept PlacesSource = requires(const T& source) {
 };
 
 namespace detail {
-template <class Numbers>
-constexpr void check_numbers() {
-  static_assert(
-      Numbers::count > 0,
-      "phistep: places(...) takes what is made of numbers of one type: double, double[3], std::array<double, 3>, a "
-      "fixed Eigen vector, or struct Vec3 { double x, y, z; }");
-}
 /// The address of a number in an object that is nothing but numbers.
 template <class Scalar, class T>
 [[nodiscard]] Scalar* first_number(T* object) {
@@ -274,7 +278,6 @@ concept HoldsElements = requires(T& all) {
 
 template <class T>
 [[nodiscard]] PointerPlaces<T> places(T* first, Index n) {
-  detail::check_numbers<NumbersOf<T>>();
   return {first, n};
 }
 template <int D, std::floating_point Scalar>
@@ -283,12 +286,10 @@ template <int D, std::floating_point Scalar>
 }
 template <HoldsElements Container>
 [[nodiscard]] ElementPlaces<Container> places(Container& all) {
-  detail::check_numbers<NumbersOf<typename ElementPlaces<Container>::Element>>();
   return {&all};
 }
 template <HoldsElements Container, class Struct, class Member>
 [[nodiscard]] MemberPlaces<Container, Struct, Member> places(Container& all, Member Struct::*member) {
-  detail::check_numbers<NumbersOf<Member>>();
   return {&all, member};
 }
 template <HoldsElements Container, std::same_as<Container>... More>

@@ -17,6 +17,13 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
+/// Whether Ψ at a time serves at another: t₀ + (n+1)Δt and (t₀ + nΔt) + Δt differ in their last bits; Ψ doesn't care.
+template <bool uses_time, class Scalar>
+[[nodiscard]] bool same_time(Scalar t, Scalar known) {
+  if constexpr (!uses_time) return true;
+  else return std::abs(t - known) <= 8 * std::numeric_limits<Scalar>::epsilon() * std::max(std::abs(t), std::abs(known));
+}
+
 /// Remembers at which (t, y) a force was last evaluated, by y's bits: a small fixed state's own, a large one's fingerprint.
 /// With `position_only`, for forces that see r alone, edits of v do no harm and are not looked for.
 template <State S, bool position_only, bool uses_time>
@@ -45,14 +52,14 @@ class EditGuard {
     else last_ = hash(y);
   }
   [[nodiscard]] bool holds(Scalar t, const Plain& y) const {
-    if (kind_ != Kind::checked || !same_time(t)) return false;
+    if (kind_ != Kind::checked || !same_time<uses_time>(t, t_)) return false;
     if constexpr (!by_value) return hash(y) == last_;
     else if constexpr (position_only)
       return equal_bits(std::get<0>(Blocks<S>::all(y)), std::get<0>(Blocks<S>::all(last_)));
     else return equal_blocks<S>(y, last_);
   }
   /// The same, on the caller's word that the state is what the last step left.
-  [[nodiscard]] bool holds_unedited(Scalar t) const { return kind_ != Kind::nothing && same_time(t); }
+  [[nodiscard]] bool holds_unedited(Scalar t) const { return kind_ != Kind::nothing && same_time<uses_time>(t, t_); }
 
   /// For a checkpoint. After it the guard knows the saved state, by its bits, and no other.
   void archive(auto& ar) {
@@ -65,11 +72,6 @@ class EditGuard {
   static constexpr int size = static_size<decltype(Blocks<S>::all(std::declval<Plain&>()))>;
   static constexpr bool by_value = size != Eigen::Dynamic && size <= 64;
 
-  /// t₀ + (n+1)Δt and (t₀ + nΔt) + Δt differ in their last bits; Ψ doesn't care.
-  [[nodiscard]] bool same_time(Scalar t) const {
-    if constexpr (!uses_time) return true;
-    else return std::abs(t - t_) <= 8 * std::numeric_limits<Scalar>::epsilon() * std::max(std::abs(t), std::abs(t_));
-  }
   [[nodiscard]] static std::uint64_t hash(const Plain& y) {
     std::uint64_t all = 0;
     for_each_block(

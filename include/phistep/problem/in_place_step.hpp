@@ -7,11 +7,8 @@
 /// and what it keeps puts the arrays back if the step fails.
 #pragma once
 
-#include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <tuple>
 #include <type_traits>
 #include <utility>
@@ -22,6 +19,7 @@
 #include "phistep/embed/routine.hpp"
 #include "phistep/embed/undo_log.hpp"
 #include "phistep/equation/gamma.hpp"
+#include "phistep/problem/edit_guard.hpp"
 #include "phistep/problem/pass_in_place.hpp"
 #include "phistep/problem/transaction.hpp"
 #include "phistep/state/blocks.hpp"
@@ -82,7 +80,8 @@ class InPlaceStep {
   /// The state is y + γ M⁻¹Ψ(t, y), r drifted.
   [[nodiscard]] Outcome kick_drift(Data& step, const Advance<Scalar>& by) {
     const bool looks = carries && step.origin != Origin::unedited;
-    bool known = known_ != Known::nothing && (!looks || known_ == Known::checked) && same_time(step.t);
+    bool known = known_ != Known::nothing && (!looks || known_ == Known::checked) &&
+                 same_time<Rhs::Traits::uses_time>(step.t, t_);
     known_ = Known::nothing;
     bool finite = true;
     if (known) {
@@ -131,10 +130,6 @@ class InPlaceStep {
     if (rhs_->force().looks_next()) log_.keep_state(state);
     ++rhs_->statistics().force_calls;
     rhs_->force().call(t);
-  }
-  [[nodiscard]] bool same_time(Scalar t) const {
-    if constexpr (!Rhs::Traits::uses_time) return true;
-    else return std::abs(t - t_) <= 8 * std::numeric_limits<Scalar>::epsilon() * std::max(std::abs(t), std::abs(t_));
   }
   template <bool keeps_state, bool keeps_psi>
   [[nodiscard]] bool pass(Data& step, const Advance<Scalar>& by, bool looks, const Scalar* psi) {

@@ -71,6 +71,7 @@ class Kernel {
   Kernel(const S& state, const Plain& copy, Rhs rhs, const Solver& solver)
       : rhs_{std::move(rhs)}, transaction_{state, copy}, in_place_{state}, resolvent_{copy, rhs_, solver} {
     allocate(copy);
+    if constexpr (ShowsTrials<S> && !steps_in_place) state.reserve();
   }
 
   /// Runs `advance(Data&) → Outcome` as one step of the state. A step that fails leaves nothing behind.

@@ -82,12 +82,15 @@ class Transaction {
   StepReport refuse(Rhs& rhs, Outcome why, Scalar t, Scalar dt) { return fail(rhs, why, t, dt, next_, next_, psi_); }
   /// For the report of a step done elsewhere: what it had come to …
   void show_end(const S& state, const auto& psi) {
-    copy_blocks<S>(next_, state);
+    end_ = first_non_finite(Blocks<S>::all(state));
     assign_block(std::get<0>(Rate::blocks(psi_)), psi);
   }
   /// … and the report, once the state is put back.
   StepReport report_shown(Rhs& rhs, Outcome outcome, Scalar t, Scalar dt, const S& state) {
-    return fail(rhs, outcome, t, dt, copy_of(state), next_, psi_);
+    copy_blocks<S>(next_, state);
+    const StepReport report = fail(rhs, outcome, t, dt, next_, next_, psi_);
+    if (failure_.block < 0) blame(end_);
+    return report;
   }
 
   template <class Advance>
@@ -253,11 +256,14 @@ class Transaction {
       set_zero(Rate::blocks(psi_));
     }
     f.outcome = outcome;
-    f.block = where.block;
-    f.index = where.index;
-    f.row = where.row;
-    f.column = where.column;
+    blame(where);
     return {outcome, f.iterations, &f};
+  }
+  void blame(const Offender& where) {
+    failure_.block = where.block;
+    failure_.index = where.index;
+    failure_.row = where.row;
+    failure_.column = where.column;
   }
 
   /// Whether a force sees finite numbers at y. Elsewhere any term is NaN, and the first would be blamed.
@@ -274,6 +280,7 @@ class Transaction {
   [[no_unique_address]] std::conditional_t<borrowed && !ShowsTrials<S>, Plain, Nothing> gathered_;
   EditGuard<S, Blocks<S>::drifts && !Rhs::couples_unknowns, Rhs::Traits::uses_time> guard_;
   Failure failure_;
+  [[no_unique_address]] std::conditional_t<ShowsTrials<S>, Offender, Nothing> end_;
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -255,6 +255,7 @@ concept HasProperties = requires(S& to, const S& from) {
 template <class S>
 concept ShowsTrials = State<S> && requires(S& state) {
   { state.hold() } -> std::same_as<const PlainState<S>&>;  // a copy of what the arrays hold now
+  state.reserve();                                         // room for it
   state.put_back();                                        // the arrays hold that again
   state.release();                                         // the step is over
 };
