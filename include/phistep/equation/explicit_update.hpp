@@ -19,7 +19,7 @@ struct Kick {
   void operator()(auto i, auto& v1) const { v1 = v[i] + factor(i) * psi[i]; }
 };
 template <class Scalar, class Factor>
-Kick(const Scalar*, const Scalar*, Factor) -> Kick<Scalar, Factor>;
+Kick(Input<Scalar>, Input<Scalar>, Factor) -> Kick<Scalar, Factor>;
 
 /// (2)
 template <class Scalar, class Factor>
@@ -33,6 +33,6 @@ struct KickAndDrift {
   }
 };
 template <class Scalar, class Factor>
-KickAndDrift(const Scalar*, const Scalar*, const Scalar*, Factor, Scalar, Scalar) -> KickAndDrift<Scalar, Factor>;
+KickAndDrift(Input<Scalar>, Input<Scalar>, Input<Scalar>, Factor, Scalar, Scalar) -> KickAndDrift<Scalar, Factor>;
 
 }  // namespace phistep::inline PHISTEP_ABI

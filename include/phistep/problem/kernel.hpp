@@ -26,6 +26,7 @@
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/equation/right_hand_side.hpp"
+#include "phistep/problem/in_place_update.hpp"
 #include "phistep/problem/transaction.hpp"
 #include "phistep/solve/linear_stages.hpp"
 #include "phistep/solve/resolvent.hpp"
@@ -74,6 +75,7 @@ class Kernel {
   /// Runs `advance(Data&) → Outcome` as one step of the state. A step that fails leaves nothing behind.
   /// @param keeps_tries  … unless it ends with an outcome: the next, shorter try reuses Jacobian and factors
   StepReport run(S& state, Scalar t, Scalar dt, Origin origin, bool keeps_tries, auto&& advance) {
+    if constexpr (writes_in_place) in_place_.begin(keeps_tries ? nullptr : &state, origin == Origin::unedited);
     if constexpr (needs.solver || needs.stages) {
       Unless done{*this};
       const StepReport report = transaction_.run(rhs_, state, t, dt, origin, advance);
@@ -102,9 +104,13 @@ class Kernel {
   }
   /// The same in one pass, whether the step is traced or not: next.v = v + γ M⁻¹Ψ(t, y), next.r = r + (before v + after v⁺)
   [[nodiscard]] Outcome kick_drift(Data& step, const Advance<Scalar>& by) {
-    const bool finite = step.psi_known
-                            ? rhs_.advance(step.next, step.y, by, RateOf<S>::blocks(std::as_const(step.psi)), step.psi)
-                            : rhs_.advance(step.next, step.y, by, rhs_.evaluate(step.t, step.y, step.psi), step.psi);
+    const auto advance = [&](const auto& psi) {
+      if constexpr (writes_in_place)
+        if ((step.is_state_next = in_place_.advance(rhs_, step.y, by, psi))) return true;
+      return rhs_.advance(step.next, step.y, by, psi, step.psi);
+    };
+    const bool finite = step.psi_known ? advance(RateOf<S>::blocks(std::as_const(step.psi)))
+                                       : advance(rhs_.evaluate(step.t, step.y, step.psi));
     // A matrix mass used psi as its scratch, and a reference to the user's array never filled it.
     step.psi_known = !Rhs::has_matrix_mass && (step.psi_known || !Rhs::returns_reference);
     return finite ? Outcome::success : Outcome::non_finite_state;
@@ -237,6 +243,7 @@ class Kernel {
   /// Forgets all that is carried from step to step.
   void reset() {
     transaction_.reset();
+    in_place_.forget();
     resolvent_.reset();
   }
   /// Forgets what solves have left, and nothing else.
@@ -244,6 +251,7 @@ class Kernel {
   /// Forgets Ψ alone.
   void forget_force() {
     transaction_.reset();
+    in_place_.forget();
     if constexpr (needs.stages) resolvent_.forget_force();
   }
   void resize(const S& state, const PlainState<S>& copy, typename Rhs::Masses masses) {
@@ -252,6 +260,7 @@ class Kernel {
     resolvent_.resize(copy, rhs_);
     rhs_.rebind(std::move(masses));
     transaction_ = std::move(fresh);
+    in_place_.forget();
     allocate(copy);
     torn_ = false;
   }
@@ -265,13 +274,18 @@ class Kernel {
     in.fact("state", transaction_.shape());
     if constexpr (carries) load_parts(in, then, "psi", transaction_, "force", rhs_);
     else load_parts(in, then, "force", rhs_);
+    in_place_.forget();
     if constexpr (has_unsaved) resolvent_.forget_unsaved();
   }
 
  private:
   /// A kick whose Ψ is carried must not be scaled by a matrix mass in place.
   static constexpr bool keeps_psi = carries && Rhs::has_matrix_mass;
-  struct Nothing {};
+  static constexpr bool writes_in_place =
+      needs.passes == 1 && InPlaceUpdate<S, Rhs>::template serves<Transaction::in_registers>;
+  struct Nothing {
+    static void forget() {}
+  };
   void allocate(const PlainState<S>& y) {
     if constexpr (keeps_psi) kicked_by_ = make_rate<S>(y);
   }
@@ -342,6 +356,7 @@ class Kernel {
   Transaction transaction_;
   [[no_unique_address]] Resolvent resolvent_;
   [[no_unique_address]] std::conditional_t<keeps_psi, RateOf<S>, Nothing> kicked_by_;
+  [[no_unique_address]] std::conditional_t<writes_in_place, InPlaceUpdate<S, Rhs>, Nothing> in_place_;
   bool torn_ = false;
 };
 
