@@ -1,6 +1,7 @@
 #include "hand.hpp"
 
 #include <bit>
+#include <cmath>
 #include <cstdint>
 
 #if defined(__SSE2__) || defined(_M_X64)
@@ -228,6 +229,62 @@ bool hand_verlet_guarded_streaming(VectorXd& r, VectorXd& v, const VectorXd& f, 
 #else
   return hand_verlet_guarded(r, v, f, mass, dt, next);
 #endif
+}
+
+void hand_chain_force(const VectorXd& r, VectorXd& f, const Chain& chain) {
+  const In x = r.data();
+  const Out force = f.data();
+  const Index n = r.size();
+  for (Index i = 0; i < n; i += 3) force[i] = chain.pull, force[i + 1] = 0, force[i + 2] = 0;
+  for (const Chain::Tie& tie : chain.ties) {
+    const Index i = 3 * tie.i, j = 3 * tie.j;
+    const double d[] = {x[j] - x[i], x[j + 1] - x[i + 1], x[j + 2] - x[i + 2]};
+    const double length = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    const double tension = tie.stiffness * (length - tie.length) / length;
+    for (int a = 0; a < 3; ++a) {
+      force[i + a] += tension * d[a];
+      force[j + a] -= tension * d[a];
+    }
+  }
+}
+void hand_chain_euler(VectorXd& r, VectorXd& v, VectorXd& f, const Chain& chain, double mass, double dt) {
+  hand_chain_force(r, f, chain);
+  hand_euler(r, v, f, mass, dt);
+}
+void hand_chain_verlet(VectorXd& r, VectorXd& v, VectorXd& f, const Chain& chain, double mass, double dt) {
+  const Out x = r.data(), u = v.data();
+  const Index n = r.size();
+  const double a = dt / 2 / mass;
+  for (Index i = 0; i < n; ++i) {
+    u[i] += a * f.data()[i];
+    x[i] += dt * u[i];
+  }
+  hand_chain_force(r, f, chain);
+  for (Index i = 0; i < n; ++i) u[i] += a * f.data()[i];
+}
+
+void hand_bodies_euler(std::vector<Body>& bodies, double dt) {
+  for (Body& b : bodies) {
+    const double a = dt / b.mass;
+    for (int k = 0; k < 3; ++k) {
+      b.r[k] += dt * b.v[k];
+      b.v[k] += a * b.f[k];
+    }
+  }
+}
+void hand_bodies_verlet(std::vector<Body>& bodies, double dt) {
+  for (Body& b : bodies) {
+    const double a = dt / 2 / b.mass;
+    for (int k = 0; k < 3; ++k) {
+      b.v[k] += a * b.f[k];
+      b.r[k] += dt * b.v[k];
+    }
+  }
+  force_call();
+  for (Body& b : bodies) {
+    const double a = dt / 2 / b.mass;
+    for (int k = 0; k < 3; ++k) b.v[k] += a * b.f[k];
+  }
 }
 
 Vector3d hand_lorenz_doubles(Vector3d start, double dt, long steps) {

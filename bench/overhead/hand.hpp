@@ -7,6 +7,8 @@
 
 #include <Eigen/Core>
 
+#include <vector>
+
 namespace overhead {
 
 /// Where a guarded step writes; becomes the state.
@@ -30,6 +32,29 @@ void eigen_verlet(Eigen::VectorXd& r, Eigen::VectorXd& v, const Eigen::VectorXd&
                                        double dt, Beside& next);
 [[nodiscard]] bool hand_verlet_guarded_streaming(Eigen::VectorXd& r, Eigen::VectorXd& v, const Eigen::VectorXd& f,
                                                  double mass, double dt, Beside& next);
+
+// Particles tied by a list of springs, under a uniform force; unguarded, in place. Verlet's f is that at r.
+struct Chain {
+  struct Tie {
+    Eigen::Index i, j;
+    double stiffness, length;
+  };
+  std::vector<Tie> ties;
+  double pull;
+};
+void hand_chain_force(const Eigen::VectorXd& r, Eigen::VectorXd& f, const Chain& chain);
+void hand_chain_euler(Eigen::VectorXd& r, Eigen::VectorXd& v, Eigen::VectorXd& f, const Chain& chain, double mass,
+                      double dt);
+void hand_chain_verlet(Eigen::VectorXd& r, Eigen::VectorXd& v, Eigen::VectorXd& f, const Chain& chain, double mass,
+                       double dt);
+
+// An existing code's array of structs, its force given in them.
+struct Body {
+  double r[3], v[3], f[3], mass, radius, charge;
+};
+static_assert(sizeof(Body) == 96);
+void hand_bodies_euler(std::vector<Body>& bodies, double dt);
+void hand_bodies_verlet(std::vector<Body>& bodies, double dt);
 
 // `steps` steps of small fixed states. A guarded run ends at the first step that would not be finite.
 /// Forward Euler for the Lorenz system (σ = 10, ρ = 28, β = 8/3): three doubles, or Eigen's Vector3d.

@@ -1,8 +1,9 @@
 /// @file
 /// The bare update: what a step costs beside the force. The force array is given, so that nothing but the update is timed.
 ///
-/// Rows: the best hand loops (unguarded in place; guarded: nothing lost on failure), phistep, Boost.Odeint. Answers are
-/// compared before anything is timed. Rows of one size are interleaved at random and repeated; read the medians.
+/// Rows: the best hand loops (unguarded in place; guarded: nothing lost on failure), phistep by step() and by integrate(),
+/// Boost.Odeint. `chain`: a force that the library sums itself, against the same loop by hand. `bodies`: an array of structs
+/// of 96 bytes, by Maps with a stride, against the old loop over them. Answers are compared before anything is timed. Rows of one size are interleaved at random and repeated; read the medians.
 ///     bench_overhead [--benchmark_filter=…]
 #include <benchmark/benchmark.h>
 
@@ -30,9 +31,9 @@ struct Scene {
       : r(VectorXd::LinSpaced(3 * particles, -1, 1)), v(r.array().cos()), f(r.array().sin()) {}
 };
 
-void per_particle(benchmark::State& run, Eigen::Index particles) {
+void per_particle(benchmark::State& run, Eigen::Index particles, int steps) {
   run.counters["ns/particle"] =
-      benchmark::Counter(static_cast<double>(particles) * 1e-9 * static_cast<double>(run.iterations()),
+      benchmark::Counter(static_cast<double>(particles * steps) * 1e-9 * static_cast<double>(run.iterations()),
                          benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
 
@@ -43,9 +44,44 @@ struct Given {
   const VectorXd& operator()(const VectorXd&) const { return *f; }
 };
 
-/// A step function that owns what it steps.
+/// A chain of springs in the library's own terms, and as the hand loop has it.
+constexpr double stiffness = 3.0, rest = 0.5, pull = 0.1;
+auto chain_terms(Eigen::Index particles) {
+  std::vector<phistep::Spring> springs;
+  for (Eigen::Index i = 0; i + 1 < particles; ++i) springs.push_back({i, i + 1, stiffness, rest});
+  return phistep::UniformForce{Eigen::Vector3d{pull, 0, 0}} + phistep::SpringNetwork<3>{std::move(springs)};
+}
+overhead::Chain chain_of(Eigen::Index particles) {
+  overhead::Chain chain{{}, pull};
+  for (Eigen::Index i = 0; i + 1 < particles; ++i) chain.ties.push_back({i, i + 1, stiffness, rest});
+  return chain;
+}
+
+/// r, v and f of an array of structs.
+using Column = Eigen::Map<Eigen::Matrix3Xd, 0, Eigen::OuterStride<12>>;
+Column column(std::vector<overhead::Body>& bodies, double (overhead::Body::*member)[3]) {
+  return {bodies.front().*member, 3, static_cast<Eigen::Index>(bodies.size())};
+}
+std::vector<overhead::Body> bodies_of(const Scene& s) {
+  std::vector<overhead::Body> bodies(static_cast<std::size_t>(s.r.size() / 3));
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    bodies[i].mass = mass;
+    for (int k = 0; k < 3; ++k) {
+      const auto at = 3 * static_cast<Eigen::Index>(i) + k;
+      bodies[i].r[k] = s.r[at], bodies[i].v[k] = s.v[at], bodies[i].f[k] = s.f[at];
+    }
+  }
+  return bodies;
+}
+struct GivenInBodies {
+  Column f;
+  static constexpr bool is_lookup = true;
+  const Column& operator()(const Eigen::Matrix3Xd&) const { return f; }
+};
+
+/// A function that owns what it steps, `steps` steps a call.
 template <class Make>
-void add(const std::string& name, Eigen::Index particles, Make make) {
+void add(const std::string& name, Eigen::Index particles, Make make, int steps = 1) {
   benchmark::RegisterBenchmark((name + "/N=" + std::to_string(particles)).c_str(), [=](benchmark::State& run) {
     const Scene scene(particles);
     auto step = make(scene);
@@ -54,7 +90,7 @@ void add(const std::string& name, Eigen::Index particles, Make make) {
       step();
       benchmark::ClobberMemory();
     }
-    per_particle(run, particles);
+    per_particle(run, particles, steps);
   });
 }
 
@@ -68,6 +104,58 @@ auto phistep_row(Scheme scheme) {
       if (!stepper.step(state, 0.0, dt)) std::abort();
     };
   };
+}
+
+/// The same steps without edits between them.
+constexpr int run_steps = 50;
+void run_all(auto& stepper, auto& state) {
+  if (!phistep::integrate(stepper, state, {0.0, run_steps * dt}, phistep::fixed(dt))) std::abort();
+}
+template <class Scheme>
+auto phistep_run_row(Scheme scheme) {
+  return [scheme](const Scene& s) {
+    auto force = std::make_shared<VectorXd>(s.f);
+    phistep::Motion state{s.r, s.v};
+    phistep::PhiStepper stepper{state, Given{force.get()}, scheme, phistep::mass(mass)};
+    return [state, stepper, force]() mutable { run_all(stepper, state); };
+  };
+}
+template <class Scheme>
+auto chain_row(Scheme scheme, bool runs) {
+  return [scheme, runs](const Scene& s) {
+    phistep::Motion state{s.r, s.v};
+    phistep::PhiStepper stepper{state, chain_terms(s.r.size() / 3), scheme, phistep::mass(mass)};
+    return [state, stepper, runs]() mutable {
+      if (runs) run_all(stepper, state);
+      else if (!stepper.step(state, 0.0, dt)) std::abort();
+    };
+  };
+}
+template <class Loop>
+auto hand_chain_row(Loop loop) {
+  return [loop](const Scene& s) {
+    VectorXd f(s.r.size());
+    const auto chain = chain_of(s.r.size() / 3);
+    overhead::hand_chain_force(s.r, f, chain);
+    return [loop, r = s.r, v = s.v, f, chain]() mutable { loop(r, v, f, chain, mass, dt); };
+  };
+}
+template <class Scheme>
+auto bodies_row(Scheme scheme, bool runs) {
+  return [scheme, runs](const Scene& s) {
+    const auto bodies = std::make_shared<std::vector<overhead::Body>>(bodies_of(s));
+    using overhead::Body;
+    phistep::Motion state{column(*bodies, &Body::r), column(*bodies, &Body::v)};
+    phistep::PhiStepper stepper{state, GivenInBodies{column(*bodies, &Body::f)}, scheme, phistep::mass(mass)};
+    return [state, stepper, bodies, runs]() mutable {
+      if (runs) run_all(stepper, state);
+      else if (!stepper.step(state, 0.0, dt)) std::abort();
+    };
+  };
+}
+template <class Loop>
+auto hand_bodies_row(Loop loop) {
+  return [loop](const Scene& s) { return [loop, bodies = bodies_of(s)]() mutable { loop(bodies, dt); }; };
 }
 
 template <class Loop>
@@ -104,6 +192,28 @@ void compare() {
     }
     wrong |= differ(state.r, state.v, r, v) || differ(state.r, state.v, r1, v1);
   };
+  const auto check_codes = [&](auto scheme, auto chain_loop, auto bodies_loop) {
+    VectorXd r = s.r, v = s.v, f(s.r.size());
+    const auto chain = chain_of(1000);
+    overhead::hand_chain_force(r, f, chain);
+    phistep::Motion state{s.r, s.v};
+    phistep::PhiStepper stepper{state, chain_terms(1000), scheme, phistep::mass(mass)};
+    auto old = bodies_of(s), bodies = old;
+    phistep::Motion columns{column(bodies, &overhead::Body::r), column(bodies, &overhead::Body::v)};
+    phistep::PhiStepper embedded{columns, GivenInBodies{column(bodies, &overhead::Body::f)}, scheme,
+                                 phistep::mass(mass)};
+    for (int n = 0; n < run_steps; ++n) {
+      chain_loop(r, v, f, chain, mass, dt);
+      bodies_loop(old, dt);
+    }
+    run_all(stepper, state);
+    run_all(embedded, columns);
+    wrong |= !((state.r - r).norm() <= 1e-12 * r.norm() && (state.v - v).norm() <= 1e-12 * v.norm());
+    wrong |= (column(old, &overhead::Body::r) - columns.r).norm() > 1e-12 * r.norm() ||
+             (column(old, &overhead::Body::v) - columns.v).norm() > 1e-12 * v.norm();
+  };
+  check_codes(phistep::forward_euler, overhead::hand_chain_euler, overhead::hand_bodies_euler);
+  check_codes(phistep::velocity_verlet, overhead::hand_chain_verlet, overhead::hand_bodies_verlet);
   check(phistep::forward_euler, overhead::hand_euler, overhead::hand_euler_guarded);
   check(phistep::velocity_verlet, overhead::hand_verlet, overhead::hand_verlet_guarded);
 #ifdef BENCH_HAS_ODEINT
@@ -152,11 +262,25 @@ int main(int argc, char** argv) {
     add("euler/hand_guarded", n, beside(overhead::hand_euler_guarded));
     if (n >= 1000000) add("euler/hand_guarded_streaming", n, beside(overhead::hand_euler_guarded_streaming));
     add("euler/phistep", n, phistep_row(phistep::forward_euler));
+    add("euler/phistep_run", n, phistep_run_row(phistep::forward_euler), run_steps);
     add("verlet/hand_unguarded", n, in_place(overhead::hand_verlet));
     add("verlet/eigen_unguarded", n, in_place(overhead::eigen_verlet));
     add("verlet/hand_guarded", n, beside(overhead::hand_verlet_guarded));
     if (n >= 1000000) add("verlet/hand_guarded_streaming", n, beside(overhead::hand_verlet_guarded_streaming));
     add("verlet/phistep", n, phistep_row(phistep::velocity_verlet));
+    add("verlet/phistep_run", n, phistep_run_row(phistep::velocity_verlet), run_steps);
+    add("chain_euler/hand_unguarded", n, hand_chain_row(overhead::hand_chain_euler));
+    add("chain_euler/phistep", n, chain_row(phistep::forward_euler, false));
+    add("chain_euler/phistep_run", n, chain_row(phistep::forward_euler, true), run_steps);
+    add("chain_verlet/hand_unguarded", n, hand_chain_row(overhead::hand_chain_verlet));
+    add("chain_verlet/phistep", n, chain_row(phistep::velocity_verlet, false));
+    add("chain_verlet/phistep_run", n, chain_row(phistep::velocity_verlet, true), run_steps);
+    add("bodies_euler/hand_unguarded", n, hand_bodies_row(overhead::hand_bodies_euler));
+    add("bodies_euler/phistep", n, bodies_row(phistep::forward_euler, false));
+    add("bodies_euler/phistep_run", n, bodies_row(phistep::forward_euler, true), run_steps);
+    add("bodies_verlet/hand_unguarded", n, hand_bodies_row(overhead::hand_bodies_verlet));
+    add("bodies_verlet/phistep", n, bodies_row(phistep::velocity_verlet, false));
+    add("bodies_verlet/phistep_run", n, bodies_row(phistep::velocity_verlet, true), run_steps);
 #ifdef BENCH_HAS_ODEINT
     const auto odeint = [](auto make) {
       return [make](const Scene& s) {

@@ -1,4 +1,6 @@
 #include <phistep/simd/fingerprint.hpp>
+#include <phistep/simd/last_cache.hpp>
+#include <phistep/simd/magnitude.hpp>
 #include <phistep/simd/update.hpp>
 
 #include <algorithm>
@@ -53,7 +55,7 @@ TEMPLATE_TEST_CASE("update writes every element and finds one bad value at every
 
 // From some length on the outputs of a kernel for packets bypass the caches, where they are aligned.
 TEST_CASE("update does the same to large arrays, whatever their length and alignment") {
-  const std::ptrdiff_t large = 2 * stream_from / static_cast<std::ptrdiff_t>(sizeof(double));
+  const std::ptrdiff_t large = 2 * stream_from() / static_cast<std::ptrdiff_t>(sizeof(double));
   std::vector<double> in(static_cast<std::size_t>(large)), a(in.size()), b(in.size());
   for (std::size_t i = 0; i < in.size(); ++i) in[i] = static_cast<double>(i);
   std::vector<double> other = in;
@@ -82,6 +84,63 @@ TEST_CASE("update does the same to large arrays, whatever their length and align
           value = kept;
         }
     }
+}
+
+TEST_CASE("the last cache is one that there is, and is asked for once") {
+  CHECK(last_cache() >= std::ptrdiff_t{64} << 10);
+  CHECK(last_cache() <= std::ptrdiff_t{4} << 30);
+  CHECK(stream_from() == last_cache() / 16 * 3);
+}
+
+// A kernel for packets: on the baseline numbers come two at a time, and an odd one alone.
+TEMPLATE_TEST_CASE("update in place, watched or not, is the same at every length", "", float, double, long double) {
+  const auto inf = std::numeric_limits<TestType>::infinity();
+  for (std::ptrdiff_t n = 0; n <= 40; ++n) {
+    std::vector<TestType> x(static_cast<std::size_t>(n)), y(x.size());
+    for (std::size_t i = 0; i < x.size(); ++i) x[i] = static_cast<TestType>(i + 1), y[i] = -3 * x[i];
+    const auto first = x, second = y;
+    const Input in{static_cast<const TestType*>(x.data())}, more{static_cast<const TestType*>(y.data())};
+    const auto swap_and_double = [in, more](auto i, auto& a, auto& b) { a = more[i] + more[i], b = in[i] + in[i]; };
+    CAPTURE(n);
+    CHECK(update_in_place(n, swap_and_double, x.data(), y.data()));
+    update_in_place_unwatched(n, swap_and_double, x.data(), y.data());
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      CHECK(x[i] == 4 * first[i]);
+      CHECK(y[i] == 4 * second[i]);
+    }
+    for (std::size_t i = 0; i < x.size(); ++i)
+      for (auto* const array : {&x, &y}) {
+        CAPTURE(i);
+        const TestType kept = std::exchange((*array)[i], inf);
+        CHECK_FALSE(update_in_place(n, swap_and_double, x.data(), y.data()));
+        std::swap(x, y);  // the infinity went to the other one
+        (*array)[i] = kept;
+      }
+  }
+}
+
+TEMPLATE_TEST_CASE("the sum of magnitudes is a bound, and not finite where a number isn't", "", float, double,
+                   long double) {
+  using Limits = std::numeric_limits<TestType>;
+  for (std::ptrdiff_t n = 0; n <= 100; ++n) {
+    std::vector<TestType> x(static_cast<std::size_t>(n));
+    for (std::size_t i = 0; i < x.size(); ++i) x[i] = static_cast<TestType>(i) * (i % 2 == 0 ? 1 : -1);
+    const auto sum = [&] { return sum_of_magnitudes(static_cast<const TestType*>(x.data()), n); };
+    CAPTURE(n);
+    CHECK(sum() == static_cast<TestType>(n * (n - 1) / 2));
+    for (TestType& value : x) {
+      const TestType kept = value;
+      for (const TestType one : {Limits::max(), Limits::lowest(), Limits::denorm_min(), -TestType{1e30f}}) {
+        value = one;
+        CHECK(sum() >= std::abs(one));
+      }
+      for (const TestType bad : {Limits::quiet_NaN(), -Limits::quiet_NaN(), Limits::infinity(), -Limits::infinity()}) {
+        value = bad;
+        CHECK_FALSE(std::isfinite(sum()));
+      }
+      value = kept;
+    }
+  }
 }
 
 TEST_CASE("an output of update may be its input") {

@@ -89,7 +89,7 @@ class UndoLog {
 
    public:
     explicit Writer(UndoLog& log)
-        : log_{log}, streams_{log.psi_.size() >= stream_from / static_cast<Index>(sizeof(Scalar))} {}
+        : log_{log}, streams_{log.psi_.size() >= stream_from() / static_cast<Index>(sizeof(Scalar))} {}
     [[nodiscard]] Piece begin(Index at) {
       if (streams_) return {r_, v_, psi_};
       return {log_.r_.data() + at, log_.v_.data() + at, log_.psi_next_.data() + at};

@@ -16,7 +16,7 @@ template <class Scalar, class Factor>
 struct Kick {
   Input<Scalar> v, psi;
   Factor factor;
-  Kick(const Scalar* v0, const Scalar* f, Factor scale) : v{v0}, psi{f}, factor{scale} {}
+  Kick(Input<Scalar> v0, Input<Scalar> f, Factor scale) : v{v0}, psi{f}, factor{scale} {}
   void operator()(auto i, auto& v1) const { v1 = v[i] + factor(i) * psi[i]; }
 };
 
@@ -26,7 +26,7 @@ struct KickAndDrift {
   Input<Scalar> r, v, psi;
   Factor factor;
   Scalar before, after;  ///< [time]
-  KickAndDrift(const Scalar* r0, const Scalar* v0, const Scalar* f, Factor scale, Scalar drift_before,
+  KickAndDrift(Input<Scalar> r0, Input<Scalar> v0, Input<Scalar> f, Factor scale, Scalar drift_before,
                Scalar drift_after)
       : r{r0}, v{v0}, psi{f}, factor{scale}, before{drift_before}, after{drift_after} {}
   void operator()(auto i, auto& v1, auto& r1) const {

@@ -217,6 +217,25 @@ class RightHandSide {
     }
   }
 
+  /// … without a matrix for a mass: put(kernel, block of out…) for every pass that this takes (explicit_update.hpp), its blocks
+  /// those of a state or of a view of one.
+  template <bool with_drift = drifts, class Out>
+  void for_each_update(const Plain& y, const Advance<Scalar>& by, const auto& psi, auto&& put, Out& out) const {
+    for_each_block(
+        [&](auto k, auto& to, const auto& from, const auto& rate, const auto& mass) {
+          const auto factor = mass.scaled(by.kick);
+          if constexpr (with_drift && k == 0) {
+            const Scalar* const r = std::get<0>(Blocks<S>::all(y)).data();
+            const KickAndDrift kernel{Input{r}, Input{from.data()}, Input{rate.data()}, factor, by.before, by.after};
+            put(kernel, to, std::get<0>(Blocks<S>::all(out)));
+          } else {
+            const phistep::Kick kernel{Input{from.data()}, Input{rate.data()}, factor};
+            put(kernel, to);
+          }
+        },
+        Blocks<S>::solved(out), Blocks<S>::solved(y), psi, masses_);
+  }
+
   /// y.solved += γ M⁻¹Ψ.
   template <class Psi>
   [[nodiscard]] bool kick(Plain& y, Scalar gamma, const Psi& psi, Rate& scratch) const {
@@ -269,21 +288,13 @@ class RightHandSide {
   [[nodiscard]] bool advance_componentwise(Plain& out, const Plain& y, const Advance<Scalar>& by,
                                            const Psi& psi) const {
     bool finite = true;
-    const auto kick = [&](auto k, auto& to, const auto& from, const auto& rate, const auto& mass) {
-      constexpr int size = std::remove_cvref_t<decltype(to)>::SizeAtCompileTime;
-      const auto factor = mass.scaled(by.kick);
-      if constexpr (with_drift && k == 0) {
-        const Scalar* const r = std::get<0>(Blocks<S>::all(y)).data();
-        const KickAndDrift kernel{r, from.data(), rate.data(), factor, by.before, by.after};
-        finite =
-            update_sized<size>(&out == &y, to.size(), kernel, to.data(), std::get<0>(Blocks<S>::all(out)).data()) &&
-            finite;
-      } else {
-        const phistep::Kick kernel{from.data(), rate.data(), factor};
-        finite = update_sized<size>(&out == &y, to.size(), kernel, to.data()) && finite;
-      }
-    };
-    for_each_block(kick, Blocks<S>::solved(out), Blocks<S>::solved(y), psi, masses_);
+    for_each_update<with_drift>(
+        y, by, psi,
+        [&](const auto& kernel, auto& to, auto&... position) {
+          constexpr int size = std::remove_cvref_t<decltype(to)>::SizeAtCompileTime;
+          finite = update_sized<size>(&out == &y, to.size(), kernel, to.data(), position.data()...) && finite;
+        },
+        out);
     return finite;
   }
 

@@ -40,6 +40,14 @@ struct UniformForce : ForceTerm {
     if constexpr (requires { out.force; }) {
       using Force = std::remove_cvref_t<decltype(out.force)>;
       check_pattern(F, out.force, "UniformForce's F");
+      constexpr Eigen::Index d = Vector::SizeAtCompileTime;
+      if constexpr (d > 0 && (!Force::IsRowMajor || Force::IsVectorAtCompileTime)) {  // no division in the loop
+        const Eigen::Matrix<typename Force::Scalar, int{d}, 1> each =
+            F.reshaped().template cast<typename Force::Scalar>();
+        for (Eigen::Index i = 0; i < out.force.size(); i += d)
+          for (Eigen::Index k = 0; k < d; ++k) out.force.data()[i + k] += each[k];
+        return;
+      }
       for (Eigen::Index i = 0; i < out.force.size(); ++i)
         out.force.data()[i] += static_cast<typename Force::Scalar>(
             F[component_of<Force>(i, out.force.rows(), out.force.cols()) % F.size()]);

@@ -27,6 +27,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/equation/right_hand_side.hpp"
 #include "phistep/problem/in_place_step.hpp"
+#include "phistep/problem/in_place_update.hpp"
 #include "phistep/problem/transaction.hpp"
 #include "phistep/solve/linear_stages.hpp"
 #include "phistep/solve/resolvent.hpp"
@@ -69,7 +70,7 @@ class Kernel {
 
   /// @param copy  of the state
   Kernel(const S& state, const Plain& copy, Rhs rhs, const Solver& solver)
-      : rhs_{std::move(rhs)}, transaction_{state, copy}, in_place_{state}, resolvent_{copy, rhs_, solver} {
+      : rhs_{std::move(rhs)}, transaction_{state, copy}, arrays_{state}, resolvent_{copy, rhs_, solver} {
     allocate(copy);
     if constexpr (ShowsTrials<S> && !steps_in_place) state.reserve();
   }
@@ -77,7 +78,8 @@ class Kernel {
   /// Runs `advance(Data&) → Outcome` as one step of the state. A step that fails leaves nothing behind.
   /// @param keeps_tries  … unless it ends with an outcome: the next, shorter try reuses Jacobian and factors
   StepReport run(S& state, Scalar t, Scalar dt, Origin origin, bool keeps_tries, auto&& advance) {
-    if constexpr (steps_in_place) in_place_.forget();
+    if constexpr (steps_in_place) arrays_.forget();
+    if constexpr (writes_in_place) in_place_.begin(keeps_tries ? nullptr : &state, origin == Origin::unedited);
     if constexpr (needs.solver || needs.stages) {
       Unless done{*this};
       const StepReport report = transaction_.run(rhs_, state, t, dt, origin, advance);
@@ -90,10 +92,10 @@ class Kernel {
   /// A scheme of one or two passes under the routine of a state in place: no copies.
   static constexpr bool steps_in_place =
       needs.passes > 0 && !Rhs::has_matrix_mass && is_routine_of<S, typename Rhs::Whole>;
-  [[nodiscard]] bool can_step_in_place(const S& state) { return in_place_.can(rhs_, state); }
+  [[nodiscard]] bool can_step_in_place(const S& state) { return arrays_.can(rhs_, state); }
   StepReport run_in_place(S& state, Scalar t, Scalar dt, Origin origin, auto&& advance) {
     transaction_.reset();
-    return in_place_.run(rhs_, transaction_, state, t, dt, origin, advance);
+    return arrays_.run(rhs_, transaction_, state, t, dt, origin, advance);
   }
   /// Of the last step: the sizes of its solves' corrections.
   [[nodiscard]] const Failure& history() const { return transaction_.failure(); }
@@ -114,9 +116,13 @@ class Kernel {
   }
   /// The same in one pass, whether the step is traced or not: next.v = v + γ M⁻¹Ψ(t, y), next.r = r + (before v + after v⁺)
   [[nodiscard]] Outcome kick_drift(Data& step, const Advance<Scalar>& by) {
-    const bool finite = step.psi_known
-                            ? rhs_.advance(step.next, step.y, by, RateOf<S>::blocks(std::as_const(step.psi)), step.psi)
-                            : rhs_.advance(step.next, step.y, by, rhs_.evaluate(step.t, step.y, step.psi), step.psi);
+    const auto advance = [&](const auto& psi) {
+      if constexpr (writes_in_place)
+        if ((step.is_state_next = in_place_.advance(rhs_, step.y, by, psi))) return true;
+      return rhs_.advance(step.next, step.y, by, psi, step.psi);
+    };
+    const bool finite = step.psi_known ? advance(RateOf<S>::blocks(std::as_const(step.psi)))
+                                       : advance(rhs_.evaluate(step.t, step.y, step.psi));
     // A matrix mass used psi as its scratch, and a reference to the user's array never filled it.
     step.psi_known = !Rhs::has_matrix_mass && (step.psi_known || !Rhs::returns_reference);
     return finite ? Outcome::success : Outcome::non_finite_state;
@@ -256,7 +262,8 @@ class Kernel {
   /// Forgets Ψ alone.
   void forget_force() {
     transaction_.reset();
-    if constexpr (steps_in_place) in_place_.forget();
+    if constexpr (steps_in_place) arrays_.forget();
+    in_place_.forget();
     if constexpr (needs.stages) resolvent_.forget_force();
   }
   void resize(const S& state, const PlainState<S>& copy, typename Rhs::Masses masses) {
@@ -265,7 +272,8 @@ class Kernel {
     resolvent_.resize(copy, rhs_);
     rhs_.rebind(std::move(masses));
     transaction_ = std::move(fresh);
-    if constexpr (steps_in_place) in_place_.forget();
+    if constexpr (steps_in_place) arrays_.forget();
+    in_place_.forget();
     allocate(copy);
     torn_ = false;
   }
@@ -279,13 +287,18 @@ class Kernel {
     in.fact("state", transaction_.shape());
     if constexpr (carries) load_parts(in, then, "psi", transaction_, "force", rhs_);
     else load_parts(in, then, "force", rhs_);
+    in_place_.forget();
     if constexpr (has_unsaved) resolvent_.forget_unsaved();
   }
 
  private:
   /// A kick whose Ψ is carried must not be scaled by a matrix mass in place.
   static constexpr bool keeps_psi = carries && Rhs::has_matrix_mass;
-  struct Nothing {};
+  static constexpr bool writes_in_place =
+      needs.passes == 1 && !ShowsTrials<S> && InPlaceUpdate<S, Rhs>::template serves<Transaction::in_registers>;
+  struct Nothing {
+    static void forget() {}
+  };
   void allocate(const PlainState<S>& y) {
     if constexpr (keeps_psi) kicked_by_ = make_rate<S>(y);
   }
@@ -357,13 +370,14 @@ class Kernel {
 
   Rhs rhs_;
   Transaction transaction_;
-  static auto in_place_type() {
+  static auto arrays_type() {
     if constexpr (steps_in_place) return std::type_identity<InPlaceStep<S, Rhs, needs.passes>>{};
     else return std::type_identity<NotInPlace>{};
   }
-  [[no_unique_address]] typename decltype(in_place_type())::type in_place_;
+  [[no_unique_address]] typename decltype(arrays_type())::type arrays_;
   [[no_unique_address]] Resolvent resolvent_;
   [[no_unique_address]] std::conditional_t<keeps_psi, RateOf<S>, Nothing> kicked_by_;
+  [[no_unique_address]] std::conditional_t<writes_in_place, InPlaceUpdate<S, Rhs>, Nothing> in_place_;
   bool torn_ = false;
 };
 

@@ -96,10 +96,11 @@ class PassInPlace {
       if constexpr (keeps_state) keep(i, at.v, at.kept.v);
       if constexpr (keeps_psi) keep(i, at.psi, at.kept.psi);
       if constexpr (sizeof...(r1) == 0) {
-        phistep::Kick{at.v, at.psi, factor}(i, v1);
+        phistep::Kick{Input<Scalar>{at.v}, Input<Scalar>{at.psi}, factor}(i, v1);
       } else {
         keep(i, at.r, at.kept.r);
-        KickAndDrift{at.r, at.v, at.psi, factor, by.before, by.after}(i, v1, r1...);
+        KickAndDrift{Input<Scalar>{at.r}, Input<Scalar>{at.v}, Input<Scalar>{at.psi}, factor, by.before, by.after}(
+            i, v1, r1...);
       }
     };
   }
@@ -115,13 +116,16 @@ class PassInPlace {
     Scalar* const v = v_.at[c] + at;
     Scalar* const r = r_.at[c] + at;
     const At all{v, r, known_ != nullptr ? known_ + logged : psi_.at[c] + at, kept};
-    const auto update = [&](const auto& factor) {
-      const auto kernel = update_from<keeps_state, keeps_psi>(all, factor);
+    const auto update = [&](const auto& kernel) {
       if constexpr (keeps_state && drifts) return update_in_place(n, kernel, v, r);
       else return update_in_place(n, kernel, v);
     };
-    if (stride == 1) return update([f = factor_, at](auto i) { return f(i + at); });
-    return update([f = factor_, first = at * stride + d, stride](Index i) { return f(first + i * stride); });
+    if (stride == 1)
+      return update(update_from<keeps_state, keeps_psi>(all, [f = factor_, at](auto i) { return f(i + at); }));
+    // Factors of a component alone are no neighbours: no packets.
+    const auto apart = [f = factor_, first = at * stride + d, stride](Index i) { return f(first + i * stride); };
+    return update(
+        [kernel = update_from<keeps_state, keeps_psi>(all, apart)](Index i, auto&... out) { kernel(i, out...); });
   }
 
   /// m vectors from p on, wherever their numbers are.

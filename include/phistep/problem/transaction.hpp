@@ -20,6 +20,7 @@
 #include "phistep/force/evaluate.hpp"
 #include "phistep/problem/edit_guard.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/copy_views.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -40,6 +41,7 @@ struct StepData {
   bool psi_known;
   bool psi_next_known = false;   ///< the scheme leaves Ψ(t+Δt, next) in psi
   bool psi_carried = psi_known;  ///< it comes from the step before, to what that has solved
+  bool is_state_next = false;    ///< the state is what next would be, nothing is left to commit
   static constexpr bool is_traced = false;
 };
 /// … of a step whose slopes and error a controller or dense output reads.
@@ -143,6 +145,11 @@ class Transaction {
         Blocks<S>::all(next_));
     return all + " of " + detail::kind_of<Scalar>().words();
   }
+  /// Small fixed states live in registers during the step: a workspace in memory doubles the cost of a bare update.
+  static constexpr bool in_registers = [] {
+    constexpr int size = static_size<decltype(Blocks<S>::all(std::declval<Plain&>()))>;
+    return size != Eigen::Dynamic && size <= 64;
+  }();
   [[nodiscard]] static Plain copy_of(const S& state) {
     Plain copy;
     copy_blocks<S>(copy, state);
@@ -157,9 +164,6 @@ class Transaction {
  private:
   /// A Map or Ref refers to the user's memory: it is read once, and written at the commit.
   static constexpr bool borrowed = !std::is_same_v<S, Plain>;
-  static constexpr int size = static_size<decltype(Blocks<S>::all(std::declval<Plain&>()))>;
-  /// Small fixed states live in registers during the step: a workspace in memory doubles the cost of a bare update.
-  static constexpr bool in_registers = size != Eigen::Dynamic && size <= 64;
 
   [[nodiscard]] static Outcome check(Scalar t, Scalar dt) {
     if (!(std::isfinite(dt) && std::isfinite(t)) || dt == Scalar{0}) return Outcome::invalid_step;
@@ -170,7 +174,8 @@ class Transaction {
     if constexpr (ShowsTrials<S>) {
       return state.hold();
     } else if constexpr (borrowed) {
-      copy_blocks<S>(gathered_, state);
+      if constexpr (in_registers) copy_blocks<S>(gathered_, state);
+      else copy_views<S>(gathered_, state);
       return gathered_;
     } else {
       return state;
@@ -220,7 +225,11 @@ class Transaction {
         if (origin == Origin::unedited) guard_.remember_unchecked(t + dt);
         else guard_.remember(t + dt, next);
       }
-    commit_blocks<S>(state, next);
+    if constexpr (borrowed && !in_registers && !ShowsTrials<S>) {
+      if (!data.is_state_next) copy_views<S>(state, std::as_const(next));
+    } else if (!data.is_state_next) {
+      commit_blocks<S>(state, next);
+    }
     ++rhs.statistics().steps;
     return {Outcome::success, failure_.iterations, nullptr};
   }

@@ -1,0 +1,42 @@
+/// @file
+/// How large the last cache is that this processor's cores share: what is larger is written past it.
+#pragma once
+
+#include <cstddef>
+#include <initializer_list>
+
+#if (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__)
+#include <cpuid.h>
+#endif
+
+#include "phistep/core/version.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// [bytes] Size of the last-level cache that this core reaches; 32 MiB where the processor doesn't tell.
+///
+/// Asked of the processor itself: sysconf(_SC_LEVEL3_CACHE_SIZE) of glibc 2.36 answers 320 MiB on an EPYC of ten times 32,
+/// where a core reaches one of them.
+[[nodiscard]] inline std::ptrdiff_t last_cache() {
+  static const std::ptrdiff_t size = [] {
+    std::ptrdiff_t largest = 0;
+#if (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__)
+    // Intel's leaf of caches and AMD's: the same fields, one cache a subleaf; a processor knows one of them.
+    for (const unsigned leaf : {0x4u, 0x8000001du})
+      for (unsigned cache = 0; cache < 8; ++cache) {
+        unsigned a = 0, b = 0, c = 0, d = 0;
+        if (__get_cpuid_count(leaf, cache, &a, &b, &c, &d) == 0 || (a & 0x1f) == 0) break;
+        const auto field = [](unsigned word, int from, unsigned mask) {
+          return static_cast<std::ptrdiff_t>((word >> from) & mask) + 1;
+        };
+        const std::ptrdiff_t ways = field(b, 22, 0x3ff), partitions = field(b, 12, 0x3ff), line = field(b, 0, 0xfff);
+        const std::ptrdiff_t bytes = ways * partitions * line * (static_cast<std::ptrdiff_t>(c) + 1);
+        if (bytes > largest) largest = bytes;
+      }
+#endif
+    return largest > 0 ? largest : std::ptrdiff_t{32} << 20;
+  }();
+  return size;
+}
+
+}  // namespace phistep::inline PHISTEP_ABI
