@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "phistep/core/version.hpp"
-#include "phistep/embed/places.hpp"
+#include "phistep/embed/strided_block.hpp"
 #include "phistep/force/sum.hpp"
 #include "phistep/simd/fingerprint.hpp"
 #include "phistep/state/blocks.hpp"

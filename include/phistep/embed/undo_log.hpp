@@ -9,8 +9,7 @@
 #include <utility>
 
 #include "phistep/core/version.hpp"
-#include "phistep/embed/places.hpp"
-#include "phistep/simd/update.hpp"
+#include "phistep/embed/strided_block.hpp"
 #include "phistep/state/blocks.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -79,38 +78,18 @@ class UndoLog {
   [[nodiscard]] Layout layout() const { return layout_; }
   [[nodiscard]] const Scalar* psi() const { return psi_.data(); }
 
-  /// For a pass: where it keeps what it overwrites of a piece. Beyond the caches that is a buffer, and `end` streams it out.
+  /// For a pass: where it keeps what it overwrites, from number `at` on. (To stream it past the caches gains nothing.)
   struct Piece {
     Scalar *r, *v, *psi;
   };
-  class Writer {
-    static constexpr int dim = std::remove_cvref_t<decltype(std::declval<S&>().rate())>::dim;
-    static constexpr Index room = places_chunk<dim> * dim;
-
-   public:
-    explicit Writer(UndoLog& log)
-        : log_{log}, streams_{log.psi_.size() >= stream_from() / static_cast<Index>(sizeof(Scalar))} {}
-    [[nodiscard]] Piece begin(Index at) {
-      if (streams_) return {r_, v_, psi_};
-      return {log_.r_.data() + at, log_.v_.data() + at, log_.psi_next_.data() + at};
-    }
-    void end(Index at, Index n, bool has_state, bool has_psi) {
-      if (!streams_) return;
-      if (has_state && drifts) stream_out(r_, log_.r_.data() + at, n);
-      if (has_state) stream_out(v_, log_.v_.data() + at, n);
-      if (has_psi) stream_out(psi_, log_.psi_next_.data() + at, n);
-    }
-    void close(bool has_state, bool has_psi) {
-      if (streams_) finish_streams();
-      if (has_state) log_.has_state_ = true;
-      if (has_psi) log_.has_next_ = true;
-    }
-
-   private:
-    UndoLog& log_;
-    bool streams_;
-    alignas(64) Scalar r_[room], v_[room], psi_[room];
-  };
+  [[nodiscard]] Piece piece(Index at) {
+    return {drifts ? r_.data() + at : nullptr, v_.data() + at, psi_next_.data() + at};
+  }
+  /// A pass has kept these.
+  void kept(bool state, bool psi) {
+    has_state_ = has_state_ || state;
+    has_next_ = has_next_ || psi;
+  }
 
  private:
   using Numbers = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;

@@ -28,6 +28,7 @@
 #include "phistep/equation/right_hand_side.hpp"
 #include "phistep/problem/in_place_step.hpp"
 #include "phistep/problem/in_place_update.hpp"
+#include "phistep/problem/kernel_needs.hpp"
 #include "phistep/problem/transaction.hpp"
 #include "phistep/solve/linear_stages.hpp"
 #include "phistep/solve/resolvent.hpp"
@@ -36,24 +37,6 @@
 #include "phistep/state/parts.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
-
-/// What a scheme asks of the kernel for a given right-hand side.
-struct KernelNeeds {
-  bool solver = false;   ///< it resolves where there is something to solve
-  bool position = true;  ///< … with γ_d ≠ 0, so that K matters
-  bool carries = false;  ///< it may leave Ψ(t+Δt) to the next step
-  bool stages = false;   ///< it solves linear equations instead
-  int passes = 0;        ///< explicit: 1, a step is one kick_drift; 2, a kick follows it and ends the step; 0, neither
-};
-
-/// Whether Ψ(t+Δt) could be kept at all: a force with a history may have changed it by then, a look-up isn't worth it.
-template <class Rhs>
-inline constexpr bool can_carry = !Rhs::has_history && !Rhs::Traits::is_lookup;
-
-template <class Solver>
-inline constexpr bool is_linearly_implicit = false;
-template <class LinearSolver>
-inline constexpr bool is_linearly_implicit<LinearlyImplicit<LinearSolver>> = true;
 
 /// The operations, bound to a right-hand side, a way to solve, and the transaction that a step is.
 template <State S, class RightHandSideOf, class Solver, KernelNeeds needs>

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "phistep/core/version.hpp"
-#include "phistep/embed/places.hpp"
+#include "phistep/embed/strided_block.hpp"
 #include "phistep/embed/undo_log.hpp"
 #include "phistep/equation/explicit_update.hpp"
 #include "phistep/equation/gamma.hpp"
@@ -46,11 +46,10 @@ class PassInPlace {
   /// @param looks         at the bits of the positions
   template <bool keeps_state, bool keeps_psi>
   [[nodiscard]] bool run(UndoLog<S>& log, bool looks) {
-    typename UndoLog<S>::Writer writer{log};
     bool finite = true;
     for (Index p = 0; p < psi_.count; p += chunk) {
       const Index m = std::min(chunk, psi_.count - p), at = p * dim;
-      const Piece kept = writer.begin(at);
+      const Piece kept = log.piece(at);
       switch (log.layout()) {
         case Layout::contiguous:
           finite = span<keeps_state, keeps_psi>(0, at, m * dim, at, 1, kept) && finite;
@@ -69,9 +68,8 @@ class PassInPlace {
         look_at(log.layout(), p, m, moved);
         left_ = fingerprint(moved, m * dim, left_);
       }
-      writer.end(at, m * dim, keeps_state, keeps_psi);
     }
-    writer.close(keeps_state, keeps_psi);
+    log.kept(keeps_state, keeps_psi);
     return finite;
   }
   /// The positions before and after, by their bits.
@@ -131,13 +129,13 @@ class PassInPlace {
   /// m vectors from p on, wherever their numbers are.
   template <bool keeps_state, bool keeps_psi>
   [[nodiscard]] bool vectors(Index p, Index m, const Piece& kept) const {
-    FiniteWitness<Scalar> witness;
+    Witness witness;
     if (v_.is_adjacent() && r_.is_adjacent() && psi_.is_adjacent()) {
       At at{v_.at[0] + p * v_.stride, r_.at[0] + p * r_.stride,
             known_ != nullptr ? known_ + p * dim : psi_.at[0] + p * psi_.stride, kept};
       const Index psi_stride = known_ != nullptr ? dim : psi_.stride;
       for (Index i = 0; i < m; ++i) {
-        witness.see(vector<keeps_state, keeps_psi>(at, (p + i) * dim));
+        vector<keeps_state, keeps_psi>(at, (p + i) * dim, witness);
         at = {at.v + v_.stride, at.r + r_.stride, at.psi + psi_stride, from(at.kept, dim)};
       }
     } else {
@@ -145,36 +143,63 @@ class PassInPlace {
         for (std::size_t d = 0; d < dim; ++d, ++k) {
           const At at{v_.at[d] + (p + i) * v_.stride, r_.at[d] + (p + i) * r_.stride,
                       known_ != nullptr ? known_ + p * dim + k : psi_.at[d] + (p + i) * psi_.stride, from(kept, k)};
-          witness.see(number<keeps_state, keeps_psi>(at, p * dim + k, 0));
+          numbers<keeps_state, keeps_psi, Scalar>(at, p * dim + k, Index{0}, witness);
         }
     }
     return witness.all_finite();
   }
-  /// One vector of adjacent numbers.
+  /// Of numbers, and of packets.
+  struct Witness {
+    FiniteWitness<Scalar> scalars;
+#if PHISTEP_DETAIL_STREAMS
+    static constexpr bool has_packets = sizeof(Scalar) == 8;
+    std::conditional_t<has_packets, Packet<double>, int> packets{0};
+    void see(Packet<double> x) { packets = bit_or(packets, x - x); }
+    [[nodiscard]] bool all_finite() const {
+      FiniteWitness<Scalar> all = scalars;
+      if constexpr (has_packets) all.see(packets[0]), all.see(packets[1]);
+      return all.all_finite();
+    }
+#else
+    static constexpr bool has_packets = false;
+    [[nodiscard]] bool all_finite() const { return scalars.all_finite(); }
+#endif
+    void see(Scalar x) { scalars.see(x); }
+  };
+  /// One vector of adjacent numbers, two at a time where there are registers for that.
   template <bool keeps_state, bool keeps_psi>
-  [[nodiscard, gnu::always_inline]] FiniteWitness<Scalar> vector(const At& at, Index component) const {
-    FiniteWitness<Scalar> witness;
+  [[gnu::always_inline]] void vector(const At& at, Index component, Witness& witness) const {
+#if PHISTEP_DETAIL_STREAMS
+    if constexpr (Witness::has_packets && dim == 3) {
+      numbers<keeps_state, keeps_psi, Packet<Scalar>>(at, component, PacketIndex{0}, witness);
+      numbers<keeps_state, keeps_psi, Scalar>(at, component, Index{2}, witness);
+      return;
+    }
+#endif
     [&]<std::size_t... d>(std::index_sequence<d...>) __attribute__((always_inline)) {
-      (witness.see(number<keeps_state, keeps_psi>(at, component, Index{d})), ...);
+      (numbers<keeps_state, keeps_psi, Scalar>(at, component, Index{d}, witness), ...);
     }
     (std::make_index_sequence<static_cast<std::size_t>(dim)>{});
-    return witness;
   }
-  template <bool keeps_state, bool keeps_psi>
-  [[nodiscard, gnu::always_inline]] FiniteWitness<Scalar> number(const At& at, Index component, Index i) const {
-    FiniteWitness<Scalar> witness;
-    const auto update = update_from<keeps_state, keeps_psi>(
-        at, [ f = factor_, component ](Index j) __attribute__((always_inline)) { return f(component + j); });
-    Scalar v1;
+  static void put(Index i, Scalar x, Scalar* to) { to[i] = x; }
+#if PHISTEP_DETAIL_STREAMS
+  static void put(PacketIndex i, Packet<Scalar> x, Scalar* to) { x.store(to + i.first); }
+#endif
+  template <bool keeps_state, bool keeps_psi, class Number>
+  [[gnu::always_inline]] void numbers(const At& at, Index component, auto i, Witness& witness) const {
+    const auto factor = [ f = factor_, component ](auto j) __attribute__((always_inline)) { return f(j + component); };
+    const auto update = update_from<keeps_state, keeps_psi>(at, factor);
+    Number v1{};
     if constexpr (keeps_state && drifts) {
-      Scalar r1;
+      Number r1{};
       update(i, v1, r1);
-      witness.see(at.r[i] = r1);
+      put(i, r1, at.r);
+      witness.see(r1);
     } else {
       update(i, v1);
     }
-    witness.see(at.v[i] = v1);
-    return witness;
+    put(i, v1, at.v);
+    witness.see(v1);
   }
   /// The positions, in the log's order.
   void look_at(Layout layout, Index p, Index m, Scalar* to) const {

@@ -203,27 +203,6 @@ template <class Kernel, class Scalar, std::same_as<Scalar>... Scalars>
 #endif
 }  // namespace detail
 
-/// to[i] = from[i], past the caches where it can be. After the last of several: finish_streams().
-template <class Scalar>
-void stream_out(const Scalar* from, Scalar* to, std::ptrdiff_t n) {
-#if PHISTEP_DETAIL_STREAMS
-  if constexpr (sizeof(Scalar) == 4 || sizeof(Scalar) == 8) {
-    constexpr std::ptrdiff_t width = 16 / sizeof(Scalar);
-    if (n % width == 0 && detail::is_packet_aligned(to)) {
-      for (std::ptrdiff_t i = 0; i < n; i += width) stream(Packet<Scalar>::load(from + i), to + i);
-      return;
-    }
-  }
-#endif
-  for (std::ptrdiff_t i = 0; i < n; ++i) to[i] = from[i];
-}
-/// Streamed stores are ordered with nothing: another thread may read the result next.
-inline void finish_streams() {
-#if PHISTEP_DETAIL_STREAMS
-  _mm_sfence();
-#endif
-}
-
 /// kernel(i, x…) sets each x from the inputs at i alone; out…[i] = x…, for 0 ≤ i < n. Returns whether all are finite.
 /// An output may be an input, as a whole.
 template <class Kernel, class Scalar, std::same_as<Scalar>... Scalars>
