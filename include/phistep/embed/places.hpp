@@ -51,8 +51,8 @@ struct PointerPlaces {
                                                             Numbers::count, n);
   }
   template <class Scalar, int D>
-  [[nodiscard]] static Places<Scalar, D> evenly(Scalar* at, Index stride, Index n) {
-    Places<Scalar, D> all;
+  [[nodiscard]] static StridedBlock<Scalar, D> evenly(Scalar* at, Index stride, Index n) {
+    StridedBlock<Scalar, D> all;
     for (std::size_t d = 0; d < D; ++d) all.at[d] = at + d;
     all.stride = stride, all.count = n;
     return all;
@@ -95,7 +95,7 @@ struct ComponentPlaces {
   std::array<Container*, D> components;
   /// @throws std::invalid_argument where they differ in length
   [[nodiscard]] auto now() const {
-    Places<std::remove_reference_t<decltype(*std::data(*components[0]))>, D> all;
+    StridedBlock<std::remove_reference_t<decltype(*std::data(*components[0]))>, D> all;
     all.stride = 1, all.count = static_cast<Index>(std::size(*components[0]));
     for (std::size_t d = 0; d < D; ++d) {
       if (static_cast<Index>(std::size(*components[d])) != all.count)

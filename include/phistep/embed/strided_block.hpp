@@ -27,7 +27,7 @@ inline constexpr Index places_chunk = D == 1   ? 512
 /// n vectors of D numbers in memory of somebody else: component d of vector p at `at[d] + p·stride`. As a matrix it has one
 /// column a vector; for D = 1 it is a vector.
 template <std::floating_point T, int D>
-class Places {
+class StridedBlock {
  public:
   using Scalar = T;
   using Plain = std::conditional_t<D == 1, Eigen::Matrix<T, Eigen::Dynamic, 1>, Eigen::Matrix<T, D, Eigen::Dynamic>>;
@@ -94,12 +94,12 @@ class Places {
 };
 
 template <class T, int D, class Block>
-void assign_block(Block& to, const Places<T, D>& from) {
+void assign_block(Block& to, const StridedBlock<T, D>& from) {
   if (to.rows() != from.rows() || to.cols() != from.cols()) to.resize(from.rows(), from.cols());
   from.gather(0, from.count, to.data());
 }
 template <class T, int D, class Block>
-void assign_block(Places<T, D>& to, const Block& from) {
+void assign_block(StridedBlock<T, D>& to, const Block& from) {
   to.scatter(from.data(), 0, to.count);
 }
 

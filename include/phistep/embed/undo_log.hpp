@@ -100,19 +100,19 @@ class UndoLog {
     else return layout_of(std::get<0>(blocks), state.rate());
   }
   template <class T, int D>
-  void take(const Places<T, D>& from, Numbers& to) const {
+  void take(const StridedBlock<T, D>& from, Numbers& to) const {
     each(
         from, to.data(), [](const T* place, T* kept, Index n) { std::copy_n(place, n, kept); },
         [&from](T* kept, Index p, Index m) { from.gather(p, m, kept); });
   }
   template <class T, int D>
-  void give(const Numbers& from, const Places<T, D>& to) const {
+  void give(const Numbers& from, const StridedBlock<T, D>& to) const {
     each(
         to, from.data(), [](T* place, const T* kept, Index n) { std::copy_n(kept, n, place); },
         [&to](const T* kept, Index p, Index m) { to.scatter(kept, p, m); });
   }
   template <class T, int D>
-  void each(const Places<T, D>& places, auto* kept, auto&& span, auto&& vectors) const {
+  void each(const StridedBlock<T, D>& places, auto* kept, auto&& span, auto&& vectors) const {
     for (Index p = 0; p < places.count; p += places_chunk<D>) {
       const Index m = std::min(places_chunk<D>, places.count - p);
       if (layout_ != Layout::components) vectors(kept + p * D, p, m);

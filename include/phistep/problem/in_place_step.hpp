@@ -89,6 +89,7 @@ class InPlaceStep {
       finite = pass<true, !carries>(step, by, looks, log_.psi());
       if (looks && found_ != left) {  // edited since
         log_.put_back_state(step.state);
+        log_.forget();
         known = false;
       }
     }
