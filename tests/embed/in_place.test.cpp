@@ -178,6 +178,43 @@ TEST_CASE("in place: tolerances and events", "[embed]") {
   CHECK(code.calls == scratch.calls);
 }
 
+TEST_CASE("in place: a routine is a term among others, and a stepper one among wrappers", "[embed]") {
+  Structs code(30), alone(30), halved(30);
+  auto state = in_place(code), other = in_place(alone), third = in_place(halved);
+  const auto falling = [&alone] {
+    alone.forces();
+    for (auto& bead : alone.beads) bead.f[2] += 2.0 * -9.81;
+  };
+  phistep::PhiStepper stepper{
+      state, state.force_of_r([&code] { code.forces(); }) + phistep::Gravity{Eigen::Vector3d(0, 0, -9.81)},
+      phistep::velocity_verlet, phistep::mass(2.0)};
+  phistep::PhiStepper one{other, other.force_of_r(falling), phistep::velocity_verlet, phistep::mass(2.0)};
+  REQUIRE(phistep::integrate(stepper, state, {0.0, 0.2}, phistep::fixed(dt)));
+  REQUIRE(phistep::integrate(one, other, {0.0, 0.2}, phistep::fixed(dt)));
+  CHECK(code.state() == alone.state());
+  CHECK(code.calls == alone.calls);
+
+  phistep::Halving halving{
+      phistep::PhiStepper{third, third.force_of_r([&halved] { halved.forces(); }), phistep::velocity_verlet}};
+  halved.fault = {Fault::Kind::nan, 3};  // in the second step, which is then done as two
+  for (int n = 0; n < 4; ++n) REQUIRE(halving.step(third, n * dt, dt));
+  CHECK(halved.calls > 6);
+}
+
+TEST_CASE("in place: the message of a step that fails names the particle", "[embed]") {
+  Rows code(30);
+  auto state = in_place(code);
+  phistep::PhiStepper stepper{state, state.force_of_r([&code] { code.forces(); }), phistep::velocity_verlet};
+  code.fault = {Fault::Kind::nan, 2};
+  CHECK(stepper.step(state, 0, dt).message().find("particle 15, row 1") != std::string::npos);
+  code.v(3, 0) = 1.5e308;
+  code.f(3, 0) = 0;
+  const auto report = stepper.step(state, 0, 10.0);
+  CHECK(report.outcome() == phistep::Outcome::non_finite_state);
+  CHECK(report.message().find("particle 3, row 0") != std::string::npos);
+  CHECK(code.v(3, 0) == 1.5e308);
+}
+
 TEST_CASE("in place: outside of steps a call puts the arrays back", "[embed]") {
   Structs code(10);
   auto state = in_place(code);
