@@ -29,6 +29,7 @@ class UndoLog {
  public:
   using Scalar = ScalarOf<S>;
   static constexpr bool drifts = Blocks<S>::drifts;
+  static constexpr std::size_t solved = drifts ? 1 : 0;  ///< which block
 
   /// A step begins. False where the arrays have another length than in the step before.
   bool begin(const S& state) {
@@ -62,13 +63,13 @@ class UndoLog {
     if (std::exchange(has_state_, true)) return;
     auto blocks = Blocks<S>::all(state);
     if constexpr (drifts) take(std::get<0>(blocks), r_);
-    take(std::get < drifts ? 1 : 0 > (blocks), v_);
+    take(std::get<solved>(blocks), v_);
   }
   void put_back_state(S& state) {
     if (!std::exchange(has_state_, false)) return;
     auto blocks = Blocks<S>::all(state);
     if constexpr (drifts) give(r_, std::get<0>(blocks));
-    give(v_, std::get < drifts ? 1 : 0 > (blocks));
+    give(v_, std::get<solved>(blocks));
   }
   void put_back(S& state) {
     put_back_state(state);

@@ -34,7 +34,7 @@ class PassInPlace {
 
   /// @param psi  Ψ from a log of this layout, null: from the arrays
   PassInPlace(S& state, Factor factor, const Advance<Scalar>& by, const Scalar* psi)
-      : v_{std::get < drifts ? 1 : 0 > (Blocks<S>::all(state))},
+      : v_{std::get<UndoLog<S>::solved>(Blocks<S>::all(state))},
         r_{std::get<0>(Blocks<S>::all(state))},
         psi_{state.rate()},
         factor_{factor},
@@ -90,7 +90,7 @@ class PassInPlace {
   /// The update of number i, from such places on, which keeps what it overwrites; as (v⁺, r⁺) or as v⁺ alone.
   template <bool keeps_state, bool keeps_psi>
   [[nodiscard, gnu::always_inline]] auto update_from(const At& at, const auto& factor) const {
-    return [ =, by = by_ ](auto i, auto& v1, auto&... r1) __attribute__((always_inline)) {
+    return [=, by = by_](auto i, auto& v1, auto&... r1) __attribute__((always_inline)) {
       if constexpr (keeps_state) keep(i, at.v, at.kept.v);
       if constexpr (keeps_psi) keep(i, at.psi, at.kept.psi);
       if constexpr (sizeof...(r1) == 0) {
@@ -187,7 +187,7 @@ class PassInPlace {
 #endif
   template <bool keeps_state, bool keeps_psi, class Number>
   [[gnu::always_inline]] void numbers(const At& at, Index component, auto i, Witness& witness) const {
-    const auto factor = [ f = factor_, component ](auto j) __attribute__((always_inline)) { return f(j + component); };
+    const auto factor = [f = factor_, component](auto j) __attribute__((always_inline)) { return f(j + component); };
     const auto update = update_from<keeps_state, keeps_psi>(at, factor);
     Number v1{};
     if constexpr (keeps_state && drifts) {
