@@ -21,7 +21,8 @@ namespace phistep::inline PHISTEP_ABI {
 template <bool uses_time, class Scalar>
 [[nodiscard]] bool same_time(Scalar t, Scalar known) {
   if constexpr (!uses_time) return true;
-  else return std::abs(t - known) <= 8 * std::numeric_limits<Scalar>::epsilon() * std::max(std::abs(t), std::abs(known));
+  else
+    return std::abs(t - known) <= 8 * std::numeric_limits<Scalar>::epsilon() * std::max(std::abs(t), std::abs(known));
 }
 
 /// Remembers at which (t, y) a force was last evaluated, by y's bits: a small fixed state's own, a large one's fingerprint.

@@ -90,7 +90,8 @@ class PassInPlace {
   /// The update of number i, from such places on, which keeps what it overwrites; as (v⁺, r⁺) or as v⁺ alone.
   template <bool keeps_state, bool keeps_psi>
   [[nodiscard, gnu::always_inline]] auto update_from(const At& at, const auto& factor) const {
-    return [=, by = by_](auto i, auto& v1, auto&... r1) __attribute__((always_inline)) {
+    const Advance<Scalar> by = by_;
+    return [=](auto i, auto& v1, auto&... r1) __attribute__((always_inline)) {
       if constexpr (keeps_state) keep(i, at.v, at.kept.v);
       if constexpr (keeps_psi) keep(i, at.psi, at.kept.psi);
       if constexpr (sizeof...(r1) == 0) {
@@ -187,7 +188,8 @@ class PassInPlace {
 #endif
   template <bool keeps_state, bool keeps_psi, class Number>
   [[gnu::always_inline]] void numbers(const At& at, Index component, auto i, Witness& witness) const {
-    const auto factor = [f = factor_, component](auto j) __attribute__((always_inline)) { return f(j + component); };
+    const Factor f = factor_;
+    const auto factor = [=](auto j) __attribute__((always_inline)) { return f(j + component); };
     const auto update = update_from<keeps_state, keeps_psi>(at, factor);
     Number v1{};
     if constexpr (keeps_state && drifts) {
