@@ -217,7 +217,7 @@ class PhiStepper {
   [[nodiscard]] std::int64_t changes() const { return changes_; }
 
  private:
-  PhiStepper(const PlainState<S>& copy, const S& state, F psi, Scheme scheme, MassSpec mass, Solver solver)
+  PhiStepper(const PlainState<S>& copy, const S& state, F&& psi, Scheme scheme, MassSpec&& mass, Solver solver)
       : scheme_{scheme},
         mass_{std::move(mass)},
         kernel_{state, copy, Rhs{std::move(psi), bind_masses<S>(mass_, copy)}, solver},
