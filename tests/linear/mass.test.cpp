@@ -34,6 +34,17 @@ TEST_CASE("as many masses as the state has neither components nor particles thro
   }
 }
 
+TEST_CASE("one particle may have its mass as one of a list") {
+  const phistep::Motion<Eigen::Matrix3Xd> y{Eigen::Matrix3Xd::Zero(3, 1), Eigen::Matrix3Xd::Ones(3, 1)};
+  auto one = y, list = y;
+  const auto fall = [](const Eigen::Matrix3Xd& r) -> Eigen::Matrix3Xd { return Eigen::Matrix3Xd::Ones(3, r.cols()); };
+  phistep::PhiStepper a{one, fall, phistep::symplectic_euler, phistep::mass(4.0)};
+  phistep::PhiStepper b{list, fall, phistep::symplectic_euler, phistep::mass(Eigen::VectorXd::Constant(1, 4.0))};
+  REQUIRE(a.step(one, 0, 0.5));
+  REQUIRE(b.step(list, 0, 0.5));
+  CHECK(one.v == list.v);
+}
+
 TEST_CASE("all ways to write the same mass agree") {
   using Case = SecondOrder<Dynamic>;
   const Eigen::VectorXd each = Eigen::VectorXd::Constant(6, 2.0);

@@ -129,7 +129,7 @@ class DiagonalMass {
     Eigen::Matrix<Scalar, Eigen::Dynamic, 1> all(block.size());
     if (mass_.size() == block.size()) {
       all = mass_.template cast<Scalar>();
-    } else if (block.cols() > 1 && mass_.size() == block.cols()) {
+    } else if (!Block::IsVectorAtCompileTime && mass_.size() == block.cols()) {
       for (Eigen::Index i = 0; i < block.size(); ++i)
         all[i] = static_cast<Scalar>(mass_[Block::IsRowMajor ? i % block.cols() : i / block.rows()]);
     } else {
