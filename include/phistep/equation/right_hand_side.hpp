@@ -31,15 +31,6 @@
 namespace phistep::inline PHISTEP_ABI {
 
 /// The masses of the solved blocks, bound to their sizes.
-template <State S, class... M, class Plain>
-[[nodiscard]] auto bind_masses(const MassList<M...>& list, const Plain& y) {
-  static_assert(sizeof...(M) == solved_blocks<S>, "phistep: give one mass per solved block of the state");
-  const auto blocks = Blocks<S>::solved(y);
-  return [&]<std::size_t... K>(std::index_sequence<K...>) {
-    return std::tuple{std::get<K>(list.masses).template bind<ScalarOf<S>>(std::get<K>(blocks))...};
-  }
-  (std::index_sequence_for<M...>{});
-}
 template <State S, class Plain>
 [[nodiscard]] auto bind_masses(const UnitMasses&, const Plain& y) {
   if constexpr (requires { S::masses(y); }) return S::masses(y);  // the state has its own
@@ -47,6 +38,19 @@ template <State S, class Plain>
       return std::tuple{(static_cast<void>(K), UnitMass{})...};
     }
   (std::make_index_sequence<solved_blocks<S>>{});
+}
+template <State S, class... M, class Plain>
+[[nodiscard]] auto bind_masses(const MassList<M...>& list, const Plain& y) {
+  static_assert(sizeof...(M) == solved_blocks<S>, "phistep: give one mass per solved block of the state");
+  if constexpr (sizeof...(M) == solved_blocks<S>) {
+    const auto blocks = Blocks<S>::solved(y);
+    return [&]<std::size_t... K>(std::index_sequence<K...>) {
+      return std::tuple{std::get<K>(list.masses).template bind<ScalarOf<S>>(std::get<K>(blocks))...};
+    }
+    (std::index_sequence_for<M...>{});
+  } else {
+    return bind_masses<S>(UnitMasses{}, y);  // so that there is one message only
+  }
 }
 
 /// @tparam split  the force is a sum, some of whose terms enter as kicks: Ψ is then the sum of the others
