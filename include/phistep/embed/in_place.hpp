@@ -41,7 +41,8 @@ void check_places(const First& first, const More&... more) {
 }
 }  // namespace detail
 
-/// What both kinds of states in place do with their arrays. `Self` has `all()`, a tie of its blocks, and `rate()`.
+/// What both kinds of states in place do with their arrays. `Self` has `blocks(y)`, a tie of its blocks, `rate()` and
+/// `has_length(n)`.
 template <class Self, class Plain, class Rate>
 class ArraysInPlace {
  public:
@@ -56,7 +57,7 @@ class ArraysInPlace {
     reserve();
     return y_;
   }
-  /// Makes room for it.
+  /// Makes room for it, by a copy.
   void reserve() const {
     copy_blocks<Self>(y_, static_cast<const Self&>(*this));
     assign_block(rate_, static_cast<const Self&>(*this).rate());

@@ -1,5 +1,5 @@
 /// @file
-/// A block of a state whose numbers lie in memory of somebody else, at one stride for each component.
+/// A block of a state whose numbers lie in the caller's memory, at one stride for each component.
 #pragma once
 
 #include <Eigen/Core>
@@ -24,7 +24,7 @@ inline constexpr Index places_chunk = D == 1   ? 512
                                       : D == 2 ? 256
                                                : 128;
 
-/// n vectors of D numbers in memory of somebody else: component d of vector p at `at[d] + p·stride`. As a matrix it has one
+/// n vectors of D numbers in the caller's memory: component d of vector p at `at[d] + p·stride`. As a matrix it has one
 /// column a vector; for D = 1 it is a vector.
 template <std::floating_point T, int D>
 class StridedBlock {

@@ -61,7 +61,7 @@ class Kernel {
   /// Runs `advance(Data&) → Outcome` as one step of the state. A step that fails leaves nothing behind.
   /// @param keeps_tries  … unless it ends with an outcome: the next, shorter try reuses Jacobian and factors
   StepReport run(S& state, Scalar t, Scalar dt, Origin origin, bool keeps_tries, auto&& advance) {
-    if constexpr (steps_in_place) arrays_.forget();
+    arrays_.forget();
     if constexpr (writes_in_place) in_place_.begin(keeps_tries ? nullptr : &state, origin == Origin::unedited);
     if constexpr (needs.solver || needs.stages) {
       Unless done{*this};
@@ -245,8 +245,7 @@ class Kernel {
   /// Forgets Ψ alone.
   void forget_force() {
     transaction_.reset();
-    if constexpr (steps_in_place) arrays_.forget();
-    in_place_.forget();
+    forget_passes();
     if constexpr (needs.stages) resolvent_.forget_force();
   }
   void resize(const S& state, const PlainState<S>& copy, typename Rhs::Masses masses) {
@@ -255,8 +254,7 @@ class Kernel {
     resolvent_.resize(copy, rhs_);
     rhs_.rebind(std::move(masses));
     transaction_ = std::move(fresh);
-    if constexpr (steps_in_place) arrays_.forget();
-    in_place_.forget();
+    forget_passes();
     allocate(copy);
     torn_ = false;
   }
@@ -270,7 +268,7 @@ class Kernel {
     in.fact("state", transaction_.shape());
     if constexpr (carries) load_parts(in, then, "psi", transaction_, "force", rhs_);
     else load_parts(in, then, "force", rhs_);
-    in_place_.forget();
+    forget_passes();
     if constexpr (has_unsaved) resolvent_.forget_unsaved();
   }
 
@@ -282,6 +280,11 @@ class Kernel {
   struct Nothing {
     static void forget() {}
   };
+  /// What steps of passes know of where the next one starts.
+  void forget_passes() {
+    arrays_.forget();
+    in_place_.forget();
+  }
   void allocate(const PlainState<S>& y) {
     if constexpr (keeps_psi) kicked_by_ = make_rate<S>(y);
   }
@@ -301,6 +304,7 @@ class Kernel {
 
   struct NotInPlace {
     explicit NotInPlace(const S&) {}
+    static void forget() {}
   };
   struct NoResolvent {
     NoResolvent(const auto&...) {}

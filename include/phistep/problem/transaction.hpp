@@ -63,11 +63,10 @@ class Transaction {
   using TracedData = TracedStepData<Plain, Rate, Scalar>;
 
   /// @throws std::invalid_argument where r and v of a motion differ in shape, or views share memory
-  explicit Transaction(const S& state) : Transaction{state, copy_of(state)} {}
-  /// … with a copy of it at hand.
+  /// @param copy  of the state
   Transaction(const S& state, const Plain& copy) : next_{copy}, psi_{make_rate<S>(next_)} {
     if constexpr (borrowed && !ShowsTrials<S>) {
-      if (!has_own_places(Blocks<S>::all(state)))
+      if (!has_own_places(state))
         throw std::invalid_argument(
             "phistep: the state's views share memory: each of its numbers needs a place of its own");
       gathered_ = next_;

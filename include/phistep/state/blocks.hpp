@@ -308,23 +308,22 @@ template <State S>
   return equal_bits(Blocks<S>::all(a), Blocks<S>::all(b));
 }
 
-/// Whether each number of some blocks has a place of its own. Those of views may lie in one another's: they would then be
-/// two unknowns with one value.
-template <class Tie>
-[[nodiscard]] bool has_own_places(const Tie& blocks) {
+/// Whether each number of a state has a place of its own. Those of views may lie in one another's: they would then be two
+/// unknowns with one value.
+template <State S>
+[[nodiscard]] bool has_own_places(const S& state) {
   std::vector<std::pair<std::uintptr_t, std::uintptr_t>> pieces;  // from, to [bytes]: columns, or single numbers
-  const auto add = [&pieces](const auto* first, Index numbers) {
-    const auto from = reinterpret_cast<std::uintptr_t>(first);
-    pieces.push_back({from, from + static_cast<std::uintptr_t>(numbers) * sizeof(*first)});
-  };
   for_each_block(
-      [&add](auto, const auto& x) {
+      [&pieces](auto, const auto& x) {
         const bool by_columns = x.rowStride() == 1;
         for (Index j = 0; j < x.cols(); ++j)
-          for (Index i = 0; i < x.rows(); i += by_columns ? x.rows() : 1)
-            add(x.data() + i * x.rowStride() + j * x.colStride(), by_columns ? x.rows() : 1);
+          for (Index i = 0; i < x.rows(); i += by_columns ? x.rows() : 1) {
+            const auto from = reinterpret_cast<std::uintptr_t>(x.data() + i * x.rowStride() + j * x.colStride());
+            const auto numbers = static_cast<std::uintptr_t>(by_columns ? x.rows() : 1);
+            pieces.push_back({from, from + numbers * sizeof(*x.data())});
+          }
       },
-      blocks);
+      Blocks<S>::all(state));
   std::sort(pieces.begin(), pieces.end());
   for (std::size_t k = 1; k < pieces.size(); ++k)
     if (pieces[k].first < pieces[k - 1].second) return false;
