@@ -7,5 +7,6 @@ cd "$(dirname "$0")/.."
 . scripts/setup.sh
 
 phistep_setup libeigen3-dev catch2 libsundials-dev
+phistep_vtk_from_pip
 phistep_configure_tests build/test -DPHISTEP_FULL=ON -DPHISTEP_BUILD_EXAMPLES=ON
 phistep_build_and_run full "$@"
