@@ -42,6 +42,17 @@ TEST_CASE("a log: ten lines, one for each tenth done, whatever the steps, with d
   CHECK(shown(0, 10, 1, false, 10) == "  100 %  t = 10  dt = 10  took 0:10\n");
 }
 
+TEST_CASE("a log: a step that ends at a tenth but for its last bits is there") {
+  std::ostringstream out;
+  Progress bar{out, 0.2, false, [] { return 0.0; }};
+  double t = 0;
+  bar(t, 0);
+  for (int n = 1; n <= 100; ++n) t = n == 100 ? 0.2 : t + 0.002, bar(t, 0);
+  CHECK(lines(out.str()) == 10);
+  for (int tenth = 1; tenth <= 10; ++tenth)
+    CHECK_THAT(out.str(), contains("  " + std::to_string(10 * tenth) + " %  t"));
+}
+
 TEST_CASE("a terminal: one line with a bar, renewed five times a second, ended by a line break") {
   const std::string all = shown(0, 16, 1024, true, 16);
   CHECK(lines(all) == 1);

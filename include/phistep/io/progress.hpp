@@ -87,10 +87,10 @@ class Progress {
     const bool done = t == end_ && t != start_, is_known = std::isfinite(end_) && end_ != start_;
     const double share = is_known ? (t - start_) / (end_ - start_) : 0, dt = t - last_;
     last_ = t;
-    const bool is_due = terminal_ || !is_known ? clock >= due_ : 10 * share >= tenths_ + 1;
+    const bool is_due = terminal_ || !is_known ? clock >= due_ : 10 * share + rounding >= tenths_ + 1;
     const bool is_first = std::exchange(first_, false);
     if (!is_due && !done) return;
-    tenths_ = std::floor(10 * share);
+    tenths_ = std::floor(10 * share + rounding);
     due_ = clock + (terminal_ ? 0.2 : std::max(clock - began_, 1.0));
     std::string line = is_known ? share_text(share) : "  t = " + number(t);
     if (is_known) {
@@ -103,9 +103,9 @@ class Progress {
   }
   [[nodiscard]] std::string share_text(double share) const {
     const double s = std::clamp(share, 0.0, 1.0);
-    const std::string percent = std::to_string(std::lround(std::floor(100 * s + 1e-9))) + " %";
+    const std::string percent = std::to_string(std::lround(std::floor(100 * s + rounding))) + " %";
     if (!terminal_) return "  " + percent;
-    const auto full = static_cast<std::size_t>(static_cast<double>(bar) * s + 1e-9);
+    const auto full = static_cast<std::size_t>(static_cast<double>(bar) * s + rounding);
     std::string text = "  [" + std::string(full, '=') + (full < bar ? ">" : "");
     text.append(full < bar ? bar - full - 1 : 0, ' ');
     return text + "]" + std::string(percent.size() < 5 ? 6 - percent.size() : 1, ' ') + percent;
@@ -128,6 +128,7 @@ class Progress {
   }
 
   static constexpr std::size_t bar = 24;
+  static constexpr double rounding = 1e-9;  // a step that ends at a tenth may miss it by its last bits
 
   std::ostream* out_;
   double end_;
