@@ -1,7 +1,7 @@
 # cmake -DEXAMPLES_DIR=<examples> -P check_gallery.cmake
 #
 # examples/README.md has a section "## <name>" for each examples/<name>.cpp and no other, with the command that runs it, and a
-# picture or its printed output; each picture is there, is named, and has at most 120 kB.
+# picture or its printed output ("… prints:" and a fence); each picture is there, is named, and has at most 120 kB.
 
 cmake_minimum_required(VERSION 3.25)
 
@@ -40,7 +40,7 @@ foreach(heading IN LISTS headings)
   if(NOT section MATCHES "build/examples/${name} ")
     problem("section ${name} doesn't say build/examples/${name} …, which runs it")
   endif()
-  if(NOT section MATCHES "images/" AND NOT section MATCHES "\n```text\n")
+  if(NOT section MATCHES "images/" AND NOT section MATCHES " prints?:\n\n```\n")
     problem("section ${name} has neither a picture nor printed output")
   endif()
 endforeach()
