@@ -109,8 +109,8 @@ int main(int argc, char** argv) {
     print(name, "points", "-", list(y.r)), print(name, "point", "velocity", list(y.v));
     print(name, "time", "-", std::vector<double>{t});
   };
-  const auto report = integrate(stepper, moving, {0.0, 1.0}, fixed(0.03), sampled(0.2, vtk_series(folder / "run")),
-                                sampled(0.2, note));
+  const auto report =
+      integrate(stepper, moving, {0.0, 1.0}, fixed(0.03), sampled(0.2, vtk_series(folder / "run")), sampled(0.2, note));
   print("run.pvd", "series", "-", times);
   return report ? 0 : 1;
 }
