@@ -116,6 +116,7 @@ class VtkCollection {
     return text + "\" part=\"0\" file=\"" + detail::escaped(detail::utf8(folder_.filename() / name(k))) + "\"/>\n";
   }
   void write() {
+    is_written_ = false;
     std::string text =
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n  <Collection>\n";
     for (std::size_t k = 0; k < times_.size(); ++k) text += entry(k, times_[k]);
