@@ -68,6 +68,15 @@ TEST_CASE("a terminal: one line with a bar, renewed five times a second, ended b
   }
 }
 
+TEST_CASE("an end missed by rounding is the end, once") {
+  std::ostringstream out;
+  Progress bar{out, 1, true, [] { return 0.0; }};
+  for (const double t : {0.0, 1 - 1e-12, 1.0}) bar(t, 0);
+  CHECK_THAT(out.str(), contains("100 %  t = 1  dt = 1  took 0:00"));
+  CHECK(lines(out.str()) == 1);
+  CHECK(out.str().back() == '\n');
+}
+
 TEST_CASE("on a terminal a shorter line covers the longer one before it") {
   std::ostringstream out;
   double clock = 0;

@@ -83,9 +83,11 @@ class Progress {
   }
 
   void look(double t, double clock) {
-    if (first_) start_ = last_ = t, began_ = due_ = clock, tenths_ = 0, width_ = 0;
-    const bool done = t == end_ && t != start_, is_known = std::isfinite(end_) && end_ != start_;
+    if (first_) start_ = last_ = t, began_ = due_ = clock, tenths_ = 0, width_ = 0, is_done_ = false;
+    const bool is_known = std::isfinite(end_) && end_ != start_;
     const double share = is_known ? (t - start_) / (end_ - start_) : 0, dt = t - last_;
+    const bool done = is_known && share + rounding >= 1;
+    if (done && std::exchange(is_done_, done)) return;
     last_ = t;
     const bool is_due = terminal_ || !is_known ? clock >= due_ : 10 * share + rounding >= tenths_ + 1;
     const bool is_first = std::exchange(first_, false);
@@ -132,7 +134,7 @@ class Progress {
 
   std::ostream* out_;
   double end_;
-  bool terminal_, first_ = true;
+  bool terminal_, first_ = true, is_done_ = false;
   Clock clock_;
   double start_ = 0, last_ = 0, began_ = 0, due_ = 0, tenths_ = 0;
   std::size_t width_ = 0;
