@@ -27,6 +27,16 @@ def plain(element):
     return re.sub(r"\s+", " ", "".join(element.itertext())).strip() if element is not None else ""
 
 
+def lead(para):
+    """The text of a paragraph up to its first block of code or list."""
+    text = para.text or ""
+    for child in para:
+        if child.tag in ("verbatim", "programlisting", "itemizedlist", "parameterlist", "simplesect"):
+            break
+        text += "".join(child.itertext()) + (child.tail or "")
+    return re.sub(r"\s+", " ", text).strip()
+
+
 def markdown(element, depth=0):
     """A docstring as Markdown: paragraphs, code, lists; parameters are told apart by their own function."""
     if element is None:
@@ -76,7 +86,7 @@ class Entry:
         first = plain(self.element.find("briefdescription"))
         detail = self.element.find("detaileddescription")
         if not first and detail is not None and detail.find("para") is not None:
-            first = plain(detail.find("para"))
+            first = lead(detail.find("para"))
         return re.split(r"(?<![A-Z]\.)(?<!eq\.)(?<!sect\.)(?<=[.;:]) (?=[A-Z`(])", first)[0].rstrip(".:;")
 
     def described(self, kind):
