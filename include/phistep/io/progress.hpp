@@ -61,10 +61,10 @@ class Progress {
  public:
   using Clock = std::function<double()>;
 
-  /// @param end       the run's t1 [time]; NaN if unknown
+  /// @param end  the run's t1 [time]; NaN if unknown
+  explicit Progress(std::ostream& out, double end = std::nan("")) : Progress{out, end, is_terminal(out)} {}
   /// @param terminal  whether out is one
   /// @param clock     seconds since any moment; for tests
-  explicit Progress(std::ostream& out, double end = std::nan("")) : Progress{out, end, is_terminal(out)} {}
   Progress(std::ostream& out, double end, bool terminal, Clock clock = seconds)
       : out_{&out}, end_{end}, terminal_{terminal}, clock_{std::move(clock)} {}
 
