@@ -9,6 +9,29 @@ TEST_CASE("assignment: every scheme reaches the closed form, at orders 1 and 2")
   check_order(phistep::phi(1), 1, 100);
 }
 
+TEST_CASE("assignment: theta at dt, 2 dt and 3 dt is what the solution's expressions say") {
+  constexpr double rho = 1000, C = 2, B = 5000, x = 0.8, a = 0.3, I = 4, start = 300, dt = 0.3;
+  using One = Eigen::Vector<double, 1>;
+  const auto rate = [](const One&, double t) -> One { return One{-B * std::cos(2 * t) * x + rho * a * I}; };
+  const auto by = [&](double phi, int steps) {
+    One theta{start};
+    phistep::PhiStepper stepper{theta, rate, phistep::phi(phi), phistep::capacity(rho * C)};
+    return problems::march(stepper, theta, 0.0, steps * dt, steps)[0];
+  };
+  // A: θ + Δt (φ Ψ(t+Δt) + (1−φ) Ψ(t)); B: of φ = 0 the cosines add up to 1, 1 + cos 2Δt, 1 + cos 2Δt + cos 4Δt.
+  const auto cosine = [](int n) { return std::cos(2 * n * dt); };
+  for (const double phi : {0.0, 0.5, 1.0}) {
+    double cosines = 0;
+    for (int n = 1; n <= 3; ++n) {
+      cosines += phi * cosine(n) + (1 - phi) * cosine(n - 1);
+      CAPTURE(phi, n);
+      CHECK(by(phi, n) == Approx(start + dt * (-B * cosines / (rho * C) * x + n * a * I / C)).epsilon(1e-15));
+    }
+  }
+  const double at_3_dt = start + dt * (-B * (1 + cosine(1) + cosine(2)) / (rho * C) * x + 3 * a * I / C);
+  CHECK(by(0, 3) == Approx(at_3_dt).epsilon(1e-15));
+}
+
 TEST_CASE("assignment: the error is that of the quadrature rule, to its first term") {
   // Sums of h cos(2kh): φ at the end, 1−φ at the start. Error (φ−½) h [g(1) − g(0)] and h²/12 [g'(1) − g'(0)] with
   // g = −B cos(2t) x/(ρC); the next term is O(h) of these.

@@ -11,6 +11,43 @@ TEST_CASE("a step satisfies the source's equations (1.12) and (1.13)") {
   }
 }
 
+TEST_CASE("derivation: what the source's equations (1.2) to (1.13) leave out is of the order that they state") {
+  // A motion known at all times: r = sin(1.3 t + 0.4), v = r', a = v' = Ψ/m, and b = a'.
+  const auto at = [](double t, int derivative) {
+    return std::pow(1.3, derivative) * std::sin(1.3 * t + 0.4 + derivative * std::acos(0.0));
+  };
+  const auto order = [](auto&& left_out) { return std::log2(left_out(0.02) / left_out(0.01)); };
+  const double t = 0.3;
+  for (const double phi : {0.0, 0.25, 0.5, 0.8, 1.0}) {
+    CAPTURE(phi);
+    const double more = phi == 0.5 ? 1 : 0;  // of the hat in Ô: one order is gained at φ = ½
+    for (const int k : {0, 1}) {             // r in (1.7) to (1.9), v in (1.2) to (1.4)
+      const auto taylor = [&](double dt, double to) {
+        const double from = t + phi * dt, by = to - from;
+        return at(from, k) + by * at(from, k + 1) + by * by / 2 * at(from, k + 2) - at(to, k);
+      };
+      if (phi < 1)
+        CHECK(order([&](double dt) { return taylor(dt, t + dt); }) == Approx(3).margin(0.05));        // (1.2), (1.7)
+      if (phi > 0) CHECK(order([&](double dt) { return taylor(dt, t); }) == Approx(3).margin(0.05));  // (1.3), (1.8)
+      const auto slope = [&](double dt) { return (at(t + dt, k) - at(t, k)) / dt - at(t + phi * dt, k + 1); };
+      CHECK(order(slope) == Approx(1 + more).margin(0.05));                                      // (1.4), (1.9)
+      CHECK(order([&](double dt) { return dt * slope(dt); }) == Approx(2 + more).margin(0.05));  // (1.5)
+      CHECK(slope(1e-3) == Approx((0.5 - phi) * 1e-3 * at(t, k + 2)).margin(1e-6));              // its first term
+    }
+    const auto weighted = [&](double dt, int k) { return phi * at(t + dt, k) + (1 - phi) * at(t, k); };
+    if (phi > 0 && phi < 1)
+      for (const int k : {1, 2})  // (1.6) of v, (1.12) of Ψ
+        CHECK(order([&](double dt) { return weighted(dt, k) - at(t + phi * dt, k); }) == Approx(2).margin(0.05));
+    const auto moved = [&](double dt, double by) { return at(t + dt, 0) - at(t, 0) - by; };
+    CHECK(order([&](double dt) { return moved(dt, dt * weighted(dt, 1)); }) ==
+          Approx(2 + more).margin(0.05));  // (1.10)
+    CHECK(order([&](double dt) { return moved(dt, dt * at(t, 1) + phi * dt * dt * at(t + phi * dt, 2)); }) ==
+          Approx(2 + more).margin(0.05));  // (1.11)
+    CHECK(order([&](double dt) { return moved(dt, dt * at(t, 1) + phi * dt * dt * weighted(dt, 2)); }) ==
+          Approx(2 + more).margin(0.05));  // (1.13)
+  }
+}
+
 TEST_CASE("a stage step evaluates the force once, at t + phi h on the chord") {
   for (const double phi : phis) {
     const double residual = worst_residual(by(phistep::phi_stage(phi)), stage(phi));
