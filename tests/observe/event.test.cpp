@@ -44,7 +44,7 @@ TEST_CASE("event: ends the run where it is terminal, or where its handler says s
   auto handled = event(g, {}, [](double, One& state) { state *= 2; });
   CHECK(handled.happened(0.0, y));
   CHECK(y(0) == 2);
-  auto asks = event(g, {}, [](double t, const One&) { return t < 1; });
+  auto asks = event(g, [](double t, const One&) { return t < 1; });  // options left out
   CHECK(asks.happened(0.5, y));
   CHECK_FALSE(asks.happened(1.5, y));
   auto both = event(g, {.terminal = true}, [](double, One& state) { state *= 2; });

@@ -114,5 +114,11 @@ template <class G, class Handler>
 [[nodiscard]] Event<G, Handler> event(G function, EventOptions options, Handler handler) {
   return {std::move(function), options, std::move(handler)};
 }
+/// The same, both ways and not terminal: `event(g, handler)`.
+template <class G, class Handler>
+  requires(!std::is_convertible_v<Handler, EventOptions>)
+[[nodiscard]] Event<G, Handler> event(G function, Handler handler) {
+  return {std::move(function), EventOptions{}, std::move(handler)};
+}
 
 }  // namespace phistep::inline PHISTEP_ABI
