@@ -27,6 +27,7 @@ python3 scripts/gather_pages.py build/docs/pages
 python3 scripts/reference.py --xml build/docs/doxygen/xml --site build/docs/pages/reference
 rm -rf build/docs/site
 cp docs/mkdocs.yml build/docs/mkdocs.yml
+cp docs/site.css build/docs/pages/site.css
 NO_MKDOCS_2_WARNING=1 mkdocs build --quiet --strict --config-file build/docs/mkdocs.yml
 cp -R build/docs/doxygen/html build/docs/site/headers
 echo "phistep: the site is in $PWD/build/docs/site/index.html"

@@ -27,6 +27,16 @@ def plain(element):
     return re.sub(r"\s+", " ", "".join(element.itertext())).strip() if element is not None else ""
 
 
+def lead(para):
+    """The text of a paragraph up to its first block of code or list."""
+    text = para.text or ""
+    for child in para:
+        if child.tag in ("verbatim", "programlisting", "itemizedlist", "parameterlist", "simplesect"):
+            break
+        text += "".join(child.itertext()) + (child.tail or "")
+    return re.sub(r"\s+", " ", text).strip()
+
+
 def markdown(element, depth=0):
     """A docstring as Markdown: paragraphs, code, lists; parameters are told apart by their own function."""
     if element is None:
@@ -72,8 +82,12 @@ class Entry:
         return (brief + "\n\n" + detail).strip()
 
     def brief(self):
-        text = plain(self.element.find("briefdescription")) or plain(self.element.find("detaileddescription"))
-        return re.split(r"(?<=[.;:]) ", text)[0].rstrip(".:;")
+        """The docstring's first sentence: a period after a single capital or an abbreviation ends none."""
+        first = plain(self.element.find("briefdescription"))
+        detail = self.element.find("detaileddescription")
+        if not first and detail is not None and detail.find("para") is not None:
+            first = lead(detail.find("para"))
+        return re.split(r"(?<![A-Z]\.)(?<!eq\.)(?<!sect\.)(?<=[.;:]) (?=[A-Z`(])", first)[0].rstrip(".:;")
 
     def described(self, kind):
         """[(names, text)] of a parameterlist: param, exception, tparam."""
@@ -233,9 +247,10 @@ def section_of(entries, name, used, said):
         fields = [m for m in entry.members if m.kind == "variable"]
         if fields:
             text += "| field | default | |\n|---|---|---|\n"
+            shared = {f.line(): f.docstring() for f in fields if f.docstring()}  # `double a, b;  ///< …` is said of b
             for field in fields:
                 default = plain(field.element.find("initializer")).lstrip("= ").replace("|", "\\|")
-                what = field.docstring().replace("\n\n", " ").replace("\n", " ").replace("|", "\\|")
+                what = shared.get(field.line(), "").replace("\n\n", " ").replace("\n", " ").replace("|", "\\|")
                 text += f"| `{plain(field.element.find('type'))} {field.name}` | {'`' + default + '`' if default else ''} | {what} |\n"
             text += "\n"
         members = [m for m in entry.members if m.kind == "function" and m.docstring()]
@@ -286,6 +301,9 @@ def main():
             if not used:
                 problems.append(f"{name}: no page shows an example of it")
             for entry in entries[name]:
+                for value in entry.element.findall("enumvalue"):
+                    if not plain(value.find("briefdescription")) + plain(value.find("detaileddescription")):
+                        problems.append(f"{name}::{value.findtext('name')}: has no docstring ({entry.header})")
                 said = {m.line() for m in entry.members if m.docstring()}  # `double a, b;  ///< …` is said of b
                 for member in entry.members:
                     if member.kind == "variable" and not member.docstring() and member.line() not in said:
