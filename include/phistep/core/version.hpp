@@ -13,7 +13,11 @@
 #define PHISTEP_VERSION_MINOR 2
 #define PHISTEP_VERSION_PATCH 0
 
-// The rest would only repeat these two in its own words: the missing header ends it.
+// The rest would only repeat these in its own words: the missing header ends it.
+#if (defined(_MSVC_LANG) && _MSVC_LANG <= 201703L) || (!defined(_MSVC_LANG) && __cplusplus <= 201703L)
+#error "phistep: C++20 is needed: compile with -std=c++20 (MSVC: /std:c++20)"
+#include <see the error above>
+#endif
 #if defined(min) || defined(max)
 #error "phistep: min and max are macros here (windows.h): define NOMINMAX before it is included"
 #include <see the error above>

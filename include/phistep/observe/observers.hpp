@@ -47,6 +47,8 @@ class ObserverList {
 
  public:
   using Scalar = ScalarOf<S>;
+  static_assert(((!EventLike<Observers> || !std::is_const_v<std::remove_reference_t<Observers>>)&&...),
+                "phistep: an event keeps the times at which it occurred, so it can't be const");
 
   explicit ObserverList(Observers&&... observers) : observers_{std::forward<Observers>(observers)...} {}
 

@@ -57,6 +57,9 @@ class Pairs : public ForceTerm {
                   "phistep: Pairs needs particles as columns of a column-major matrix");
     static constexpr bool tagged = !std::is_invocable_v<const Law&, Scalar>;
     using Pack = phistep::Pack<Scalar, native_width<Scalar>>;
+    static_assert(
+        std::is_invocable_v<const Law&, Pack> || std::is_invocable_v<const Law&, Pack, Pack, Pack>,
+        "phistep: a pair law takes r^2 of several pairs at once and returns F/r: [](auto r2) { return ...; }");
   };
   template <class View>
   using Shape = ShapeOf<std::remove_cvref_t<View>>;
