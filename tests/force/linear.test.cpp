@@ -17,6 +17,13 @@ TEST_CASE("linear(K, C) is K r + C v, dense or sparse, and its Jacobian is K and
   CHECK(check_jacobian(linear(K, C), y));
 }
 
+TEST_CASE("linear(-S) keeps the matrix, not the expression, which refers to S") {
+  const Sparse S = Mat(Mat::Identity(2, 2)).sparseView();
+  static_assert(std::is_same_v<decltype(linear(-Mat(2, 2))), LinearForce<Mat>>);
+  static_assert(std::is_same_v<decltype(linear(Mat(2, 2), -2 * Mat(2, 2))), LinearForce<Mat, Mat>>);
+  CHECK(linear(-S).K.coeff(1, 1) == -1);
+}
+
 TEST_CASE("matrices that don't fit are refused, before anything is written") {
   CHECK_THROWS_AS(linear(Mat(2, 3)), std::invalid_argument);
   CHECK_THROWS_AS(linear(Mat(Mat::Identity(2, 2)), Mat(Mat::Identity(3, 3))), std::invalid_argument);

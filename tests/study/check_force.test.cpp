@@ -37,6 +37,14 @@ TEST_CASE("check_force: a force that reads its argument passes, and what it depe
   CHECK_THAT(first_order.message(), contains("depends on y"));
 }
 
+TEST_CASE("check_force and check_jacobian take a force that is const: a sum, a local one") {
+  const auto sum = linear(-Eigen::MatrixXd::Identity(6, 6)) + LinearDrag{0.3};
+  CHECK(check_force(sum, at_rest).depends_on == std::array{true, true});
+  CHECK(check_jacobian(sum, at_rest));
+  const auto wells = local<3>([](const Eigen::Vector3d& r) -> Eigen::Vector3d { return -r.squaredNorm() * r; });
+  CHECK(check_force(wells, at_rest));
+}
+
 TEST_CASE("check_force: a force that reads the arrays of the code around it is told") {
   OldCode code;
   const auto its_own = [&code](const Vec&) -> Vec {

@@ -107,15 +107,20 @@ struct LinearForce : ForceTerm {
   }
 };
 
-/// Ψ = K r, or K y. @throws std::invalid_argument unless K is square
+/// The matrix that an expression makes: −S itself would refer to S, which may be gone before the force is called.
 template <class Matrix>
-[[nodiscard]] LinearForce<Matrix> linear(Matrix K) {
-  return LinearForce<Matrix>{std::move(K)};
+using PlainMatrix = typename Matrix::PlainObject;
+
+/// Ψ = K r, or K y; K is a matrix or an expression, `linear(-stiffness)`. @throws std::invalid_argument unless K is square
+template <class Matrix>
+[[nodiscard]] LinearForce<PlainMatrix<Matrix>> linear(Matrix K) {
+  return LinearForce<PlainMatrix<Matrix>>{PlainMatrix<Matrix>(std::move(K))};
 }
 /// Ψ = K r + C v. @throws std::invalid_argument unless K and C are square and of one size
 template <class MatrixK, class MatrixC>
-[[nodiscard]] LinearForce<MatrixK, MatrixC> linear(MatrixK K, MatrixC C) {
-  return LinearForce<MatrixK, MatrixC>{std::move(K), std::move(C)};
+[[nodiscard]] LinearForce<PlainMatrix<MatrixK>, PlainMatrix<MatrixC>> linear(MatrixK K, MatrixC C) {
+  return LinearForce<PlainMatrix<MatrixK>, PlainMatrix<MatrixC>>{PlainMatrix<MatrixK>(std::move(K)),
+                                                                 PlainMatrix<MatrixC>(std::move(C))};
 }
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -84,5 +84,11 @@ constexpr void for_each_summand(F& force, auto&& f) {
 }
 template <class F>
 using Unwrapped = std::remove_cvref_t<decltype(unwrap(std::declval<F&>()))>;
+/// A force as a stepper keeps it: not const. Of a const one a copy, where it can be copied.
+template <class F>
+[[nodiscard]] constexpr decltype(auto) changeable(F& force) {
+  if constexpr (std::is_const_v<F> && std::is_copy_constructible_v<F>) return std::remove_const_t<F>(force);
+  else return (force);
+}
 
 }  // namespace phistep::inline PHISTEP_ABI

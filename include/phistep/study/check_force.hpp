@@ -62,7 +62,7 @@ template <State S, class F>
 [[nodiscard]] auto check_force(F&& force_given, const S& state, ScalarOf<S> t = 0) {
   using Scalar = ScalarOf<S>;
   using Rate = RateOf<S>;
-  auto& force = unwrap(force_given);
+  auto&& force = changeable(unwrap(force_given));
   using Force = std::remove_cvref_t<decltype(force)>;
   PlainState<S> y;
   copy_blocks<S>(y, state);

@@ -63,7 +63,7 @@ template <State S, class F>
   using Rate = RateOf<S>;
   Plain y;
   copy_blocks<S>(y, state);
-  auto& force = unwrap(force_given);
+  auto&& force = changeable(unwrap(force_given));
   using Force = std::remove_cvref_t<decltype(force)>;
   const auto masses = bind_masses<S>(UnitMasses{}, y);
   using View = std::remove_cvref_t<decltype(Blocks<S>::view(y, masses))>;
