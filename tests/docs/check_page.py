@@ -32,6 +32,7 @@ import sys
 FENCE = re.compile(r"^( *)(```+|~~~+)(\w*)[^\n]*\n(.*?)^\1\2 *$", re.M | re.S)
 DIRECTIVE = re.compile(r"<!-- *(prelude|setup|continues|compile only|fails|flags|needs|file|run)\b:?(.*?)-->", re.S)
 NAMESPACE_SCOPE = re.compile(r"(struct|class|template|#include|using|namespace|inline|constexpr)\b")
+ANY_LINES = r"(?:[^\n]*\n)*"
 WARNINGS = "-Wall -Wextra -Wpedantic -Wconversion -Wshadow".split()
 
 
@@ -72,9 +73,9 @@ def blocks_of(page):
 
 
 def matches(shown, printed):
-    pattern = re.escape(shown.rstrip())
-    pattern = re.sub(r"(?m)^…$", ".*", pattern).replace("…", r"[^\n]*")
-    return re.fullmatch(pattern, printed.rstrip(), re.S) is not None
+    """Whether they are the same, "…" being any rest of a word or line, and a line of its own any lines."""
+    lines = [ANY_LINES if line == "…" else re.escape(line).replace("…", r"[^\n]*") + r"\n" for line in shown.rstrip().split("\n")]
+    return re.fullmatch("".join(lines), printed.rstrip() + "\n") is not None
 
 
 class Checker:

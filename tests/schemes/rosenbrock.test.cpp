@@ -1,4 +1,5 @@
 // Rosenbrock schemes: their order conditions, their order, what a step costs, and what it leaves of stiff components.
+#include <phistep/particles.hpp>
 #include <phistep/phistep.hpp>
 
 #include <array>
@@ -170,6 +171,24 @@ TEST_CASE("order 4 and 5: a flow and a damped motion, nonlinear, non-autonomous,
                        return distance(march(stepper, y, 0.0, 2.0, n), Moved::exact(2));
                      }),
               4, 0.2);
+}
+
+namespace {
+struct SpringsAndCooling : ForceTerm {
+  static void add(double, const auto& y, auto& out) {
+    out.force -= 4 * y.r;
+    out.heat -= 2 * y.temperature;
+  }
+};
+}  // namespace
+
+TEST_CASE("particles that heat up: more unknowns than positions") {
+  Particles<double, 3, Temperature> y{Eigen::Matrix3Xd::Constant(3, 4, 1.0)};
+  y.temperature.setConstant(1);
+  PhiStepper stepper{y, SpringsAndCooling{}, rodas4};
+  for (int n = 0; n < 100; ++n) problems::step(stepper, y, 0.01 * n, 0.01);
+  CHECK((y.r.array() - std::cos(2.0)).abs().maxCoeff() < 1e-7);
+  CHECK((y.temperature.array() - std::exp(-2.0)).abs().maxCoeff() < 1e-7);
 }
 
 TEST_CASE("what a step costs, and what a rejected one leaves for the next try") {

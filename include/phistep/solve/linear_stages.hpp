@@ -60,6 +60,7 @@ class LinearStages {
     psi_ = make_rate<S>(y);
     if constexpr (has_time) psi_t_ = later_ = make_rate<S>(y);
     x_.setZero(unknowns<S>(y));
+    if constexpr (solved_blocks<S> != 1) positions_ = x_;
     if constexpr (is_promised) check_.resize(y);
     known_ = false;
   }
@@ -139,7 +140,7 @@ class LinearStages {
       return Outcome::success;
     }
     take_unknowns<S>(x_, x);
-    if constexpr (Rhs::drifts) matrix_.add_position_product(gamma, flat(position_of<S>(std::as_const(x))), x_);
+    if constexpr (Rhs::drifts) add_position_product(gamma, flat(position_of<S>(std::as_const(x))));
     if (const Outcome outcome = matrix_.solve(x_, options_, rhs.statistics()); outcome != Outcome::success)
       return first_non_finite(Blocks<S>::all(x)) ? Outcome::non_finite_state : outcome;  // b was none: not W's fault
     put_unknowns<S>(x_, x);
@@ -167,6 +168,16 @@ class LinearStages {
     return first_non_finite(Rate::blocks(psi_t_)) ? Outcome::non_finite_force : Outcome::success;
   }
 
+  /// x_ += γ K r. K has a column for each unknown: those of the positions come first, all others are zero.
+  void add_position_product(Scalar gamma, const auto& r) {
+    if constexpr (solved_blocks<S> == 1) {
+      matrix_.add_position_product(gamma, r, x_);
+    } else {
+      positions_.head(r.size()) = r;
+      matrix_.add_position_product(gamma, positions_, x_);
+    }
+  }
+
   NewtonOptions options_;
   Matrix matrix_;
   Plain y_;  // where …
@@ -176,6 +187,7 @@ class LinearStages {
   [[no_unique_address]] std::conditional_t<has_time, Rate, Nothing> psi_t_, later_;
   [[no_unique_address]] std::conditional_t<is_promised, TangentCheck<S, Rhs>, Nothing> check_;
   Eigen::Matrix<Scalar, static_unknowns<S>, 1> x_;
+  Eigen::Matrix<Scalar, solved_blocks<S> == 1 ? 0 : static_unknowns<S>, 1> positions_;  // and zeros
   bool known_ = false;
 };
 
