@@ -30,7 +30,7 @@ import subprocess
 import sys
 
 FENCE = re.compile(r"^( *)(```+|~~~+)(\w*)[^\n]*\n(.*?)^\1\2 *$", re.M | re.S)
-DIRECTIVE = re.compile(r"<!-- *(prelude|setup|continues|compile only|fails|flags:|needs:|file:|run)\b(.*?)-->", re.S)
+DIRECTIVE = re.compile(r"<!-- *(prelude|setup|continues|compile only|fails|flags|needs|file|run)\b:?(.*?)-->", re.S)
 NAMESPACE_SCOPE = re.compile(r"(struct|class|template|#include|using|namespace|inline|constexpr)\b")
 WARNINGS = "-Wall -Wextra -Wpedantic -Wconversion -Wshadow".split()
 
@@ -50,7 +50,7 @@ def blocks_of(page):
     for start, m in sorted(marks, key=lambda mark: mark[0]):
         line = page.count("\n", 0, start) + 1
         if m.re is DIRECTIVE:
-            name, value = m.group(1).rstrip(":"), m.group(2)
+            name, value = m.group(1), m.group(2)
             if name == "prelude":
                 found.append(Block(line, "prelude", value))
             elif name == "setup":

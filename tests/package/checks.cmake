@@ -1,0 +1,53 @@
+# Included by project(ball), the page's project, after which checks() looks at what its CMakeLists.txt has made.
+
+add_compile_options(${BALL_WARNINGS})
+
+function(checks)
+  if(BALL_HOW MATCHES "add_subdirectory|fetch")
+    # A consumer pays for the headers only: no tests, examples or warnings of ours arrive with them.
+    foreach(target phistep_dev phistep_catch2)
+      if(TARGET ${target})
+        message(FATAL_ERROR "${target} leaks into a project that only uses the library")
+      endif()
+    endforeach()
+    return()
+  endif()
+
+  get_target_property(include_dirs phistep::phistep INTERFACE_INCLUDE_DIRECTORIES)
+  foreach(dir ${include_dirs})
+    string(REGEX REPLACE "^\\$<BUILD_INTERFACE:(.*)>$" "\\1" dir "${dir}")
+    string(FIND "${dir}" "${BALL_PREFIX}/" start)
+    if(NOT start EQUAL 0)
+      message(FATAL_ERROR "the installed package points outside its prefix ${BALL_PREFIX}: ${dir}")
+    endif()
+  endforeach()
+
+  if(BALL_HOW STREQUAL "components")
+    get_target_property(libraries phistep::openmp INTERFACE_LINK_LIBRARIES)
+    if(NOT "OpenMP::OpenMP_CXX" IN_LIST libraries OR NOT "phistep::phistep" IN_LIST libraries)
+      message(FATAL_ERROR "phistep::openmp links ${libraries}")
+    endif()
+  endif()
+endfunction()
+
+if(BALL_HOW MATCHES "find_package|components|deb")
+  # Another minor version is another API before 1.0: it must not be served by this one.
+  foreach(other 0.1 0.9)
+    find_package(phistep ${other} QUIET)
+    if(phistep_FOUND)
+      message(FATAL_ERROR "phistep ${phistep_VERSION} passed for version ${other}")
+    endif()
+  endforeach()
+  unset(phistep_DIR CACHE)
+
+  find_package(phistep QUIET COMPONENTS petsc)
+  if(phistep_FOUND OR NOT phistep_NOT_FOUND_MESSAGE MATCHES "has no component petsc; it has: openmp")
+    message(FATAL_ERROR "a component that isn't there: found ${phistep_FOUND}, \"${phistep_NOT_FOUND_MESSAGE}\"")
+  endif()
+  find_package(phistep QUIET OPTIONAL_COMPONENTS petsc)
+  if(NOT phistep_FOUND OR phistep_petsc_FOUND)
+    message(FATAL_ERROR "an optional component that isn't there: \"${phistep_NOT_FOUND_MESSAGE}\"")
+  endif()
+  unset(phistep_NOT_FOUND_MESSAGE)
+endif()
+cmake_language(DEFER CALL checks)
