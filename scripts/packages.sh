@@ -11,7 +11,10 @@ die() {
   printf '\npackages: %s\n' "$*" >&2
   exit 1
 }
-apt() { DEBIAN_FRONTEND=noninteractive apt-get -qq -o DPkg::Lock::Timeout=300 "$@" >>"$work/apt.log" 2>&1 || { tail -n 20 "$work/apt.log"; die "apt-get $*"; }; }
+apt() {
+  DEBIAN_FRONTEND=noninteractive apt-get -qq -o DPkg::Lock::Timeout=300 "$@" >>"$work/apt.log" 2>&1 ||
+    { tail -n 20 "$work/apt.log"; die "apt-get $*"; }
+}
 packages() { dpkg-query -W -f '${Package}\n' | sort; }
 
 [ "$(id -u)" -eq 0 ] && command -v apt-get >/dev/null || die "this needs root and apt"

@@ -89,7 +89,8 @@ file(WRITE "${work}/bin/g++" "#!/bin/sh\nexec '${COMPILER}' ${warning_flags} \"$
 # The ball's project is configured with the compiler, Eigen and generator of the tests, and looked at by checks.cmake.
 set(given "-G '${GENERATOR}' '-DCMAKE_MAKE_PROGRAM=${MAKE_PROGRAM}' '-DCMAKE_CXX_COMPILER=${COMPILER}' -DPHISTEP_FETCH=OFF \
 -DCMAKE_FIND_USE_PACKAGE_REGISTRY=OFF '-DBALL_WARNINGS=${warnings}' \
-'-DCMAKE_PROJECT_ball_INCLUDE=${CMAKE_CURRENT_LIST_DIR}/checks.cmake' -DBALL_HOW=${HOW} '-DBALL_PREFIX=${work}/home/.local' --no-warn-unused-cli")
+'-DCMAKE_PROJECT_ball_INCLUDE=${CMAKE_CURRENT_LIST_DIR}/checks.cmake' -DBALL_HOW=${HOW} \
+'-DBALL_PREFIX=${work}/home/.local' --no-warn-unused-cli")
 if(EIGEN_DIR)
   string(APPEND given " '-DEigen3_DIR=${EIGEN_DIR}'")
 endif()
