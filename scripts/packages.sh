@@ -1,8 +1,9 @@
 #!/bin/sh
-# sh scripts/packages.sh
+# sh scripts/packages.sh [find_package deb ...]
 # Tries docs/install.md on a bare Debian or Ubuntu, as root: each way of tests/package/, by the page's own commands; then the Debian
 # package on the machine as it was before, by apt alone. It installs and REMOVES packages: take a container or a fresh machine.
-# By hand, before a release; the ways themselves are in CI too (scripts/full.sh).
+# All ways take some minutes; `find_package deb` are the two that the last part needs. By hand, before a release; the ways themselves
+# are in CI too (scripts/full.sh).
 set -eu
 cd "$(dirname "$0")/.."
 root=$PWD
@@ -32,7 +33,7 @@ packages >"$work/before"
 apt update
 apt install -y --no-install-recommends g++ cmake make git pkg-config libeigen3-dev
 took "installed g++, CMake, git, pkg-config, Eigen"
-ways=$(sed -n 's/^foreach(how \(.*\))$/\1/p' tests/CMakeLists.txt)
+ways=${*:-$(sed -n 's/^foreach(how \(.*\))$/\1/p' tests/CMakeLists.txt)}
 [ -n "$ways" ] || die "no ways are listed in tests/CMakeLists.txt"
 for way in $ways; do
   cmake -DHOW="$way" -DPHISTEP_DIR="$root" -DWORK_DIR="$work" -DGENERATOR="Unix Makefiles" -DMAKE_PROGRAM="$(command -v make)" \
