@@ -51,7 +51,10 @@ cp "$work/find_package/CMakeLists.txt" "$work/user"
 packages >"$work/after"
 # shellcheck disable=SC2046
 apt purge -y $(comm -13 "$work/before" "$work/after")
-[ ! -e /usr/include/eigen3 ] && ! command -v g++ >/dev/null && ! command -v cmake >/dev/null || die "the machine isn't bare again"
+for path in /usr/include/eigen3/Eigen/Core /usr/bin/g++ /usr/bin/cmake /usr/bin/pkg-config; do
+  [ ! -e "$path" ] || die "$path is still here"
+done
+hash -r
 took "all of that removed"
 
 cd "$work/user"
