@@ -8,7 +8,7 @@ set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
 set(CPACK_PACKAGE_DESCRIPTION "A C++20 header-only library that steps vectors of Eigen, and motion, in time: explicit and
 implicit schemes, events, checkpoints, many particles.")
 set(CPACK_RESOURCE_FILE_LICENSE "${PROJECT_SOURCE_DIR}/LICENSE")
-set(CPACK_PACKAGE_FILE_NAME "phistep-${PROJECT_VERSION}")
+set(CPACK_PACKAGE_FILE_NAME "phistep-${PROJECT_VERSION}-install")  # not the name of the archive of the sources
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
   OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
 
