@@ -6,7 +6,8 @@
 // lattice's distances at first, then shells that fade out.
 //
 // Run: argon_melt [--short] [--out DIR] [--cells CELLS]       (4 CELLS³ atoms)
-// Frames: argon_melt.xyz opens in OVITO and ASE               Picture: python3 plot/plot_argon_melt.py [DIR]
+// Frames: argon_melt.xyz opens in OVITO and ASE, argon_melt.pvd in ParaView and PyVista
+// Picture: python3 plot/plot_argon_melt.py [DIR]
 #include <phistep/io.hpp>
 #include <phistep/particles.hpp>
 
@@ -67,6 +68,7 @@ int main(int argc, char** argv) {
   const phistep::Pairs argon{phistep::LennardJones{}.shifted(cutoff), cutoff};
   phistep::PhiStepper stepper{atoms, argon, phistep::velocity_verlet};
   phistep::EnergyLedger ledger{stepper};
+  auto series = phistep::vtk_series(options.out / "argon_melt", phistep::VtkPoints{.wrapped = true}, {.single = true});
 
   auto curves = options.file("argon_melt.csv"), shells = options.file("argon_melt_gr.csv"),
        frames = options.file("argon_melt.xyz");
@@ -88,7 +90,8 @@ int main(int argc, char** argv) {
   const auto report =
       phistep::integrate(stepper, atoms, {0, t1}, phistep::fixed(dt), ledger, phistep::progress(std::cerr, t1),
                          phistep::every(0.02, look), phistep::every(t1 / 10, write_shells),
-                         phistep::every(t1 / 5, phistep::extended_xyz(frames, {.species = {"Ar"}, .wrapped = true})));
+                         phistep::every(t1 / 5, phistep::extended_xyz(frames, {.species = {"Ar"}, .wrapped = true})),
+                         phistep::sampled(t1 / 20, series));
   const double seconds = double(std::clock() - began) / CLOCKS_PER_SEC;
   std::cout << report << ledger;
   std::printf("%.2f million atom-steps/s, %g neighbour lists. It is %.1f K warm; energy changed by %.1e of itself.\n",

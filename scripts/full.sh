@@ -1,11 +1,12 @@
 #!/bin/sh
 # sh scripts/full.sh [ctest options]
 # What CI adds after scripts/test.sh, in the same build: the full matrices (tests/**/*.full.cpp), every header alone, all
-# examples, the fuzzers' corpora, the package as other projects meet it. CXX chooses the compiler.
+# examples, the pages' code, the fuzzers' corpora, the package as other projects meet it. CXX chooses the compiler.
 set -eu
 cd "$(dirname "$0")/.."
 . scripts/setup.sh
 
-phistep_setup libeigen3-dev catch2 libsundials-dev
+phistep_setup libeigen3-dev catch2 libsundials-dev libboost-dev python3
+phistep_vtk_from_pip
 phistep_configure_tests build/test -DPHISTEP_FULL=ON -DPHISTEP_BUILD_EXAMPLES=ON
 phistep_build_and_run full "$@"

@@ -124,6 +124,22 @@ phistep_cmake_from_pip() {
   export PATH
 }
 
+# VTK's readers for the test full/io/read_vtk, from PyPI, inside build/. Without them the test is skipped, visibly.
+phistep_vtk_from_pip() {
+  for python in build/tools/bin/python python3; do
+    if "$python" -c 'import vtkmodules.vtkIOXML' >/dev/null 2>&1; then return 0; fi
+  done
+  [ -z "${PHISTEP_NO_INSTALL:-}" ] || return 0
+  phistep_install python3-venv
+  echo "phistep: fetching VTK's readers into build/tools"
+  if ! {
+    { [ -x build/tools/bin/python ] || python3 -m venv build/tools; } &&
+      build/tools/bin/python -m pip install -q --no-deps --retries 1 --timeout 20 vtk
+  } >>"$phistep_log" 2>&1; then
+    echo "phistep: no VTK from PyPI (why: $phistep_log); full/io/read_vtk is skipped"
+  fi
+}
+
 # phistep_configure <folder> <cmake options...>; another compiler or generator than last time starts afresh, because
 # CMake cannot change either in place.
 phistep_configure() {

@@ -6,6 +6,6 @@ set -eu
 cd "$(dirname "$0")/.."
 . scripts/setup.sh
 
-phistep_setup libeigen3-dev catch2 libsundials-dev
+phistep_setup libeigen3-dev catch2 libsundials-dev python3
 phistep_configure_tests build/test -DPHISTEP_FULL=OFF -DPHISTEP_BUILD_EXAMPLES=OFF
 phistep_build_and_run quick "$@"

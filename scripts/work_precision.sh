@@ -1,7 +1,7 @@
 #!/bin/sh
 # sh scripts/work_precision.sh [options of bench_work_precision, such as --quick or --problem hires]
 # Builds phistep and its rivals, measures run time against error, and leaves table, diagrams and summary in out/; a run of
-# everything (no options) puts the summary into README.md, between its two work_precision marks. For figures that mean
+# everything (no options) puts the summary into docs/speed.md, between its two work_precision marks. For figures that mean
 # something, on a quiet machine.
 set -eu
 cd "$(dirname "$0")/.."
@@ -24,10 +24,10 @@ for candidate in "${PYTHON:-python3}" /usr/bin/python3; do
 done
 
 if [ $# -eq 0 ]; then
-  grep -q '<!-- work_precision begins -->' README.md || phistep_die "README.md has no work_precision marks"
+  grep -q '<!-- work_precision begins -->' docs/speed.md || phistep_die "docs/speed.md has no work_precision marks"
   awk '/<!-- work_precision begins -->/ { print; print ""; while ((getline line < "out/work_precision.md") > 0) print line; print ""; inside = 1 }
        /<!-- work_precision ends -->/ { inside = 0 }
-       !inside' README.md >out/README.md
-  mv out/README.md README.md
-  echo "phistep: README.md has the new figures"
+       !inside' docs/speed.md >out/speed.md
+  mv out/speed.md docs/speed.md
+  echo "phistep: docs/speed.md has the new figures"
 fi

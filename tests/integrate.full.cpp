@@ -63,7 +63,7 @@ TEST_CASE("a view of the user's own array is integrated in place") {
   CHECK(memory[1] == z[1]);
 }
 
-// The first program of the README, to the letter but for its output.
+// A first program.
 
 TEST_CASE("the 15-line program") {
   auto pull = [](const Vec& r) -> Vec { return -400.0 * r; };

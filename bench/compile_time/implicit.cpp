@@ -1,4 +1,4 @@
-// The README's first program: a spring, by the trapezoidal rule.
+// A first program: a spring, by the trapezoidal rule.
 #include <phistep/phistep.hpp>
 
 #include <iostream>

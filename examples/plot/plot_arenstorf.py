@@ -12,7 +12,7 @@ left.plot([1 - 0.012277471], [0], "o", color=GREY, markersize=5)
 left.annotate("earth", (-0.012, 0.08), color=GREY, fontsize=10, ha="center")
 left.annotate("moon", (1.02, 0.06), color=GREY, fontsize=10)
 left.set(xlabel="x [earth-moon distances]", ylabel="y", title="One period", aspect="equal")
-left.legend(fontsize=10, loc="lower left")
+left.legend(fontsize=10, loc="upper right")
 
 right.semilogy([r["t"] for r in steps], [r["dt"] for r in steps], color=BLUE, linewidth=1.2)
 right.set(xlabel="t [months / 2π]", ylabel="Δt", title="The step it takes, rtol = 1e-6")

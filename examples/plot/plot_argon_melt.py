@@ -25,7 +25,7 @@ for time, colour, label in ((times[0], GREY, "crystal (clipped)"), (times[-1], B
                  linewidth=0.8 if colour == GREY else 2.2, alpha=0.7 if colour == GREY else 1)
 axes[2].axhline(1, color="black", linewidth=0.7)
 axes[2].set(xlabel="r [Å]", ylabel="g(r)", ylim=(0, 3.6), xlim=(2, 17), title="radial distribution")
-axes[2].legend(loc="upper right")
+axes[2].legend(loc="upper right", frameon=True, framealpha=1, edgecolor="none")
 
 t = [row["t_ps"] for row in rows]
 axes[3].plot(t, [row["temperature_K"] for row in rows], color=RED)

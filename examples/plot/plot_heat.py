@@ -22,7 +22,7 @@ for axes, values, title in ((left, ringing, "φ = ½ alone: rings"), (middle, cu
     mesh = axes.pcolormesh(centimetres, centimetres, values, cmap=colours, norm=norm, shading="nearest")
     axes.contour(centimetres, centimetres, k, levels=[200], colors="white", linewidths=0.8, linestyles="--")
     axes.set(xlabel="x [cm]", ylabel="y [cm]", title=title, aspect="equal")
-figure.colorbar(mesh, ax=[left, middle], label="θ above the edges [K] (blue: colder than they are)", extend="min", shrink=0.95)
+figure.colorbar(mesh, ax=[left, middle], label="θ above the edges [K]; blue: below 0", extend="min", shrink=0.95)
 steel = [x for x, conductivity in zip(centimetres, k[0]) if conductivity < 200]
 right.axvspan(steel[0], steel[-1], color=GREY, alpha=0.15, linewidth=0)
 right.text(steel[-1] + 0.15, 0.45, "steel", ha="left", color=GREY, transform=right.get_xaxis_transform())

@@ -16,5 +16,6 @@ for scheme in dict.fromkeys(r["scheme"] for r in work):
                  label=scheme)
 right.invert_xaxis()
 right.set(xlabel="relative error at the end", ylabel="time [µs]", title="Run time against error")
-right.legend(fontsize=9)
+right.set_ylim(top=6 * right.get_ylim()[1])  # room for the legend
+right.legend(fontsize=9, loc="upper right")
 save(figure, "oregonator.png")

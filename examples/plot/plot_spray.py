@@ -4,8 +4,9 @@ import numpy
 from style import BLUE, RED, frames, plt, read, save
 
 landed = read("spray_plate.csv")
-figure, axes = plt.subplots(1, 4, figsize=(20, 5.4), layout="constrained", gridspec_kw={"width_ratios": (1, 1, 1.1, 1.1)})
-for panel, name, title in zip(axes, ("spray_neutral", "spray_charged"), ("no charges", "charged to 50 % of Rayleigh's limit")):
+figure, axes = plt.subplots(1, 4, figsize=(18, 5.4), layout="constrained", gridspec_kw={"width_ratios": (0.8, 0.8, 1, 1)})
+figure.get_layout_engine().set(wspace=0.06)
+for panel, name, title in zip(axes, ("spray_neutral", "spray_charged"), ("no charges", "charged to 50 %\nof Rayleigh's limit")):
     time, columns = list(frames(f"{name}.xyz"))[-1]
     x, y, z = 100 * columns["pos"].T
     order = numpy.argsort(y)
@@ -13,7 +14,7 @@ for panel, name, title in zip(axes, ("spray_neutral", "spray_charged"), ("no cha
                          cmap="inferno", vmin=20, vmax=90, linewidths=0)
     panel.axhline(-25, color="#bbb", linewidth=4)
     panel.set(xlim=(-7.5, 7.5), ylim=(-25.6, 0.5), xlabel="x [cm]", ylabel="z [cm]", facecolor="#14141f", aspect="equal",
-              title=f"{title}, t = {1e3 * time:.0f} ms")
+              title=title)
     panel.grid(False)
 figure.colorbar(dots, ax=axes[1], label="temperature [°C]", shrink=0.9)
 

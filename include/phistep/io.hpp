@@ -11,4 +11,5 @@
 #include "phistep/io/extended_xyz_reader.hpp"
 #include "phistep/io/lammps_data.hpp"
 #include "phistep/io/progress.hpp"
+#include "phistep/io/vtk.hpp"
 // IWYU pragma: end_exports

@@ -74,7 +74,7 @@ class Run {
   }
   /// As PhiStepper's.
   void forget_unsaved() requires HasUnsaved<Stepper> { stepper_.forget_unsaved(); }
-  /// @throws CheckpointError, before anything has changed
+  /// @throws CheckpointError before anything has changed
   template <class Then>
   void load(Reader& in, Then&& then) {
     if (!begun_ && step_.set_up() != Outcome::success)

@@ -1,4 +1,4 @@
-// The README's programs about particles, as they stand there.
+// Programs about particles as a user writes them.
 #include "concepts/particles_cases.hpp"
 
 TEST_CASE("stars") {

@@ -1,4 +1,4 @@
-// The facts of the schemes, as docs/schemes.md has them. (That they are true: scheme_facts.full.cpp.)
+// The facts of the schemes, as docs/reference/schemes.md has them. (That they are true: scheme_facts.full.cpp.)
 #include "core/scheme_facts_cases.hpp"
 
 #include <filesystem>
@@ -36,13 +36,13 @@ std::string line(const Scheme& scheme, const std::string& name) {
 
 }  // namespace
 
-TEST_CASE("docs/schemes.md has the schemes' facts") {
+TEST_CASE("docs/reference/schemes.md has the schemes' facts") {
   std::string table =
       "| scheme | order | states | where the force ignores v | stable for all decay | symplectic | estimates its error "
       "| "
       "interpolant of its own |\n|---|---|---|---|---|---|---|---|\n";
   for_each_scheme([&table](const auto& scheme, const char* name) { table += line(scheme, name); });
-  std::ifstream in(std::filesystem::path(__FILE__).parent_path() / "../../docs/schemes.md");
+  std::ifstream in(std::filesystem::path(__FILE__).parent_path() / "../../docs/reference/schemes.md");
   REQUIRE(in);
   const std::string text{std::istreambuf_iterator<char>(in), {}};
   INFO("it should have\n" << table);

@@ -57,68 +57,6 @@ TEST_CASE("shapes that are no frame throw, and so does a stream that fails") {
   CHECK_THROWS_AS(write_extended_xyz(out, 0, r, r), std::runtime_error);
 }
 
-TEST_CASE("progress shows the start and the end, and not every step between") {
-  std::ostringstream out;
-  auto bar = progress(out, 10.0);
-  const Eigen::Vector2d y(1, 2);
-  for (int n = 0; n <= 1000; ++n) bar(n == 1000 ? 10.0 : 0.01 * n, y);
-  const std::string text = out.str();
-  CHECK_THAT(text, contains("t = 0  0 %") && contains("t = 10  100 %"));
-  CHECK(text.back() == '\n');
-  CHECK(text.size() < 2000);
-}
-
-TEST_CASE("progress in a file or a pipe: a line for every tenth done, whatever the steps") {
-  const auto lines = [](int steps) {
-    std::ostringstream out;
-    auto bar = progress(out, 10.0);
-    for (int n = 0; n <= steps; ++n) bar(n == steps ? 10.0 : 10.0 / steps * n, 0);
-    CHECK_THAT(out.str(), !contains("\r"));
-    return out.str();
-  };
-  const std::string all = lines(100'000);
-  CHECK(std::count(all.begin(), all.end(), '\n') == 11);
-  CHECK_THAT(
-      all, contains("  t = 0  0 %\n  t = 1  10 %\n  t = 2  20 %\n") && contains("\n  t = 9  90 %\n  t = 10  100 %\n"));
-  CHECK(lines(3) == "  t = 0  0 %\n  t = 3.33333  33 %\n  t = 6.66667  67 %\n  t = 10  100 %\n");
-  CHECK(lines(1) == "  t = 0  0 %\n  t = 10  100 %\n");
-}
-
-TEST_CASE("progress in a file, used for a second run, starts anew") {
-  std::ostringstream out;
-  auto bar = progress(out, 1.0);
-  const auto run = [&bar](double t0) {  // as a run does
-    bar.begin(t0, 0);
-    for (const double t : {t0, (t0 + 1) / 2, 1.0}) bar(t, 0);
-  };
-  run(0), run(-1);
-  CHECK(out.str() == "  t = 0  0 %\n  t = 0.5  50 %\n  t = 1  100 %\n  t = -1  0 %\n  t = 0  50 %\n  t = 1  100 %\n");
-}
-
-TEST_CASE("progress on a terminal renews one line") {
-  std::ostringstream out;
-  Progress bar{out, 10.0, true};
-  for (int n = 0; n <= 1000; ++n) bar(n == 1000 ? 10.0 : 0.01 * n, 0);
-  const std::string text = out.str();
-  CHECK_THAT(text, contains("\r  t = 0  0 %  ") && contains("\r  t = 10  100 %  \n"));
-  CHECK(std::count(text.begin(), text.end(), '\n') == 1);
-  CHECK_FALSE(is_terminal(out));
-}
-
-TEST_CASE("progress without a known end shows no share") {
-  std::ostringstream out;
-  auto bar = progress(out);
-  bar(2.0, Eigen::Vector2d(1, 2));
-  CHECK_THAT(out.str(), contains("t = 2") && !contains("%"));
-}
-
-TEST_CASE("progress backward") {
-  std::ostringstream out;
-  auto bar = progress(out, 0.0);
-  bar(4.0, 0), bar(0.0, 0);
-  CHECK_THAT(out.str(), contains("t = 4  0 %") && contains("t = 0  100 %"));
-}
-
 TEST_CASE("an extended XYZ frame: a species a particle, a lattice, columns of one's own") {
   std::ostringstream out;
   const Eigen::Matrix2d r = (Eigen::Matrix2d() << 1, 3, 2, 4).finished();

@@ -1,4 +1,4 @@
-// Which linear system serves which matrix: the table, row by row, and as docs/solvers.md has it.
+// Which linear system serves which matrix: the table, row by row, and as docs/reference/solvers.md has it.
 #include <phistep/matrix/choice.hpp>
 
 #include <filesystem>
@@ -54,8 +54,8 @@ TEST_CASE("choice: each row is the first that takes some matrix") {
   CHECK(names.size() == systems.size());
 }
 
-TEST_CASE("choice: docs/solvers.md has this table") {
-  const auto page = std::filesystem::path(__FILE__).parent_path() / "../../docs/solvers.md";
+TEST_CASE("choice: docs/reference/solvers.md has this table") {
+  const auto page = std::filesystem::path(__FILE__).parent_path() / "../../docs/reference/solvers.md";
   std::ifstream in(page);
   REQUIRE(in);
   const std::string text{std::istreambuf_iterator<char>(in), {}};

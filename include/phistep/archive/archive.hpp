@@ -5,7 +5,7 @@
 ///
 /// and must not change anything while it writes. A name may be left out: the value is then called by its place, 0, 1, ….
 /// Archived without one: numbers, enums, std::array, vector, string, pair, tuple and optional of what can be archived,
-/// Eigen's dense types, structs of blocks (see state/blocks.hpp), random engines (with <sstream>), empty types.
+/// Eigen's dense types, structs of blocks (see state/blocks.hpp), random engines (through a string stream), empty types.
 ///
 /// Beside `ar(…)` there are
 ///     ar.in_place(x…)        x keeps its shape, and any other shape in the bytes is an error

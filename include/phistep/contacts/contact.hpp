@@ -31,6 +31,7 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
+/// The forces between spheres that touch, friction and rolling resistance included.
 /// @tparam Law     Hooke, Hertz, GranHooke, or a type like them
 /// @tparam Scalar  the state's
 template <class Law, class Scalar = double>

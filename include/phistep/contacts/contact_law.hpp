@@ -107,8 +107,7 @@ struct Hooke {
             k * detail::checked(rolling_stiffness, "rolling stiffness", false),
             detail::least_force(*this)};
   }
-  /// @param w    1/m*
-  /// @param rho  1/R*
+  /// @param w  1/m*
   template <class P>
   [[nodiscard]] static ContactResponse<P> response(const ContactNumbers<P>& c, P overlap, P parting, P w, P /*rho*/) {
     using std::sqrt;

@@ -40,6 +40,7 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
+/// The forces between spheres and walls, by the laws of contact.
 /// @tparam Law     Hooke, Hertz, GranHooke, or a type like them
 /// @tparam Scalar  the state's
 template <class Law, int dim = 3, class Scalar = double>

@@ -41,6 +41,7 @@ struct SmallerOf {
   tolerance error;
   iteration_control iterations;
 };
+/// Both controllers: each step is the shorter of the two that they ask for.
 [[nodiscard]] inline SmallerOf smaller_of(tolerance error, iteration_control iterations) { return {error, iterations}; }
 
 /// Λ_K after a solve in K corrections of the sizes in `history`, within [0.1, 2]. Rounding must not pass for slow

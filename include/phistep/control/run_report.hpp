@@ -16,11 +16,11 @@ namespace phistep::inline PHISTEP_ABI {
 
 /// How a run ended, and what it did. Contextually true where it reached t1.
 struct [[nodiscard]] RunReport {
-  Outcome outcome = Outcome::success;
+  Outcome outcome = Outcome::success;      ///< why the run ended; success: at t1
   double t = 0;                            ///< [time] where the state stands now
   Statistics statistics;                   ///< of this run alone
   Failure failure;                         ///< of the step that ended the run, if one did
-  double smallest_dt = 0, largest_dt = 0;  ///< [time] of the steps taken
+  double smallest_dt = 0, largest_dt = 0;  ///< [time] the shortest and the longest step taken
   Limits limits;                           ///< what kept a controlled run's steps from being longer
 
   [[nodiscard]] explicit operator bool() const { return outcome == Outcome::success; }

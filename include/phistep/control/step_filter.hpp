@@ -25,7 +25,9 @@ enum class StepFilter : std::uint8_t {
   PI42,       ///< proportional-integral: calm, for implicit steps
   H211b,      ///< smoothest steps, with b = 4
   predictive,  ///< (2): sees a boundary layer coming
+  /// deprecated: PI42
   elementary [[deprecated("phistep: StepFilter::elementary is PI42 now; leave the filter out")]] = PI42,
+  /// deprecated: H211b
   H312PID [[deprecated("phistep: StepFilter::H312PID is H211b now, as smooth")]] = H211b
 };
 

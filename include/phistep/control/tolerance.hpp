@@ -76,13 +76,13 @@ enum class Norm : std::uint8_t {
 
 /// A run controlled by its error. All of it may be left out.
 struct tolerance {
-  double rtol = 1e-4;           ///< relative error wanted of the result, 0 < rtol < 1
-  AbsoluteTolerance atol = {};  ///< absolute error wanted
-  Norm norm = Norm::rms;
-  StepFilter filter = StepFilter::automatic;
+  double rtol = 1e-4;                                         ///< relative error wanted of the result, 0 < rtol < 1
+  AbsoluteTolerance atol = {};                                ///< absolute error wanted
+  Norm norm = Norm::rms;                                      ///< how the errors of the components become one number
+  StepFilter filter = StepFilter::automatic;                  ///< how Δt follows the error; automatic: by the scheme
   double first_step = 0;                                      ///< [time] 0: chosen from the force
   double min_step = 0;                                        ///< [time] a smaller one ends the run
-  double max_step = std::numeric_limits<double>::infinity();  ///< [time]
+  double max_step = std::numeric_limits<double>::infinity();  ///< [time] no step is longer
   std::int64_t max_steps = 10'000'000;                        ///< tries, the rejected ones included
 };
 

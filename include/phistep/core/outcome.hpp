@@ -10,7 +10,7 @@ namespace phistep::inline PHISTEP_ABI {
 
 /// How a step or a run ended.
 enum class Outcome : std::uint8_t {
-  success,
+  success,                ///< the step was done; the run has reached t1
   non_finite_state,       ///< the state given, or the state reached, holds a NaN or an infinity
   non_finite_force,       ///< Ψ does
   non_finite_jacobian,    ///< ∂Ψ/∂y does

@@ -47,7 +47,7 @@ void put_pair_blocks(auto i, auto j, auto&& B, auto&& entry) {
     }
 }
 /// A pair's tangents K = ∂f_i/∂r_j and C = ∂f_i/∂v_j, as an edge where the sink takes one, else as entries.
-/// @param has_C  whether the force depends on velocities
+/// @tparam has_C  whether the force depends on velocities
 template <int dim, bool has_C, class Scalar>
 void put_pair(auto& sink, auto i, auto j, const Scalar* n, const PairTangent<Scalar>& K, const PairTangent<Scalar>& C) {
   if constexpr (requires { sink.edge(i, j, n, K, C); }) {

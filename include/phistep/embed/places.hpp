@@ -113,22 +113,27 @@ concept HoldsElements = requires(T& all) {
   std::size(all);
 };
 
+/// Where n vectors or numbers lie, from a pointer on.
 template <class T>
 [[nodiscard]] PointerPlaces<T> places(T* first, Index n) {
   return {first, n};
 }
+/// n times D adjacent numbers, `stride` numbers apart.
 template <int D, std::floating_point Scalar>
 [[nodiscard]] StridedPlaces<Scalar, D> places(Scalar* first, Index n, Index stride) {
   return {first, n, stride};
 }
+/// The elements of a container: vectors or numbers.
 template <HoldsElements Container>
 [[nodiscard]] ElementPlaces<Container> places(Container& all) {
   return {&all};
 }
+/// A member of each struct in a container.
 template <HoldsElements Container, class Struct, class Member>
 [[nodiscard]] MemberPlaces<Container, Struct, Member> places(Container& all, Member Struct::*member) {
   return {&all, member};
 }
+/// A container of numbers for each component.
 template <HoldsElements Container, std::same_as<Container>... More>
   requires(sizeof...(More) > 0 &&
            std::floating_point<std::remove_reference_t<decltype(*std::data(std::declval<Container&>()))>>)

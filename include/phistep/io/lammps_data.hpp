@@ -23,6 +23,7 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
+/// What a LAMMPS data file holds: particles, box, bonds, masses of types.
 /// @param name  of the stream, for errors
 /// @throws std::runtime_error that names the line, where the text isn't a LAMMPS data file of a known style
 template <class P = Particles<double, 3>>
@@ -30,6 +31,8 @@ template <class P = Particles<double, 3>>
                                              std::string name = "LAMMPS data") {
   return LammpsParser<P>{in, std::move(name), options}.read();
 }
+/// The same from the file of this name.
+/// @throws std::runtime_error where it cannot be opened, or its text is wrong
 template <class P = Particles<double, 3>>
 [[nodiscard]] LammpsData<P> read_lammps_data(const std::string& path, const LammpsOptions& options = {}) {
   std::ifstream in(path, std::ios::binary);

@@ -1,6 +1,6 @@
 /// @file
 /// Which linear system serves W = M − γ_f C − γ_f γ_d K: of `systems`, the first row that takes what is known of W at compile
-/// time. A new system is a header of its own and a row here; the table of docs/solvers.md is printed from these.
+/// time. A new system is a header of its own and a row here; the table of docs/reference/solvers.md is printed from these.
 #pragma once
 
 #include <Eigen/Core>

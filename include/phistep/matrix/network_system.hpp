@@ -37,7 +37,7 @@
 namespace phistep::inline PHISTEP_ABI {
 
 /// Relative residual of the linear solve inside Newton where the user names none: an inexact Newton iteration (Dembo,
-/// Eisenstat & Steihaug, SIAM J. Numer. Anal. 19, 1982) with a constant forcing term. Measured in docs/solvers.md.
+/// Eisenstat & Steihaug, SIAM J. Numer. Anal. 19, 1982) with a constant forcing term. Measured in docs/reference/solvers.md.
 inline constexpr double automatic_linear_rtol = 1e-2;
 
 template <class Scalar, int dim, bool has_K, bool has_C>

@@ -27,6 +27,7 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
+/// Which roots of g count, and what they do.
 struct EventOptions {
   Direction direction = Direction::both;  ///< which way g passes zero, as the run goes
   bool terminal = false;                  ///< the first one ends the run
@@ -103,11 +104,12 @@ concept EventLike = requires {
 
 /// `integrate(…, event([](const auto& y) { return y.r.z(); }, {.direction = Direction::falling}, bounce))`
 /// @param function  g(state) or g(t, state) → a number; of a Map's state it sees the owning twin
-/// @param handler   called as handler(t, state) when g passes zero; it may edit the state, and return false to end the run
 template <class G>
 [[nodiscard]] Event<G> event(G function, EventOptions options = {}) {
   return {std::move(function), options, NoHandler{}};
 }
+/// The same with a handler.
+/// @param handler   called as handler(t, state) when g passes zero; it may edit the state, and return false to end the run
 template <class G, class Handler>
 [[nodiscard]] Event<G, Handler> event(G function, EventOptions options, Handler handler) {
   return {std::move(function), options, std::move(handler)};

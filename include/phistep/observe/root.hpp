@@ -20,7 +20,11 @@
 namespace phistep::inline PHISTEP_ABI {
 
 /// Which way g passes zero as the run goes. A backward run meets a function that grows with t as a falling one.
-enum class Direction : std::int8_t { falling = -1, both = 0, rising = 1 };
+enum class Direction : std::int8_t {
+  falling = -1,  ///< from plus to minus
+  both = 0,      ///< either way
+  rising = 1,    ///< from minus to plus
+};
 
 /// How g(t0) is to be read.
 enum class Standing : std::uint8_t {

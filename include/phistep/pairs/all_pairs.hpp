@@ -95,7 +95,7 @@ inline constexpr PairWeight pair_weight<Law> = Law::weight;
 template <class Law, PairWeight weight = pair_weight<Law>>
 class AllPairs : public ForceTerm {
  public:
-  Law law;
+  Law law;  ///< g(r²) = F/r, and its energy where it has one
 
   static constexpr bool uses_velocity = false, uses_time = false, is_symmetric = true;
   static constexpr Structure structure = Structure::dense;

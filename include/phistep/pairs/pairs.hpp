@@ -34,11 +34,13 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
+/// Of the neighbour list behind a Pairs term.
 struct PairOptions {
   double skin = 0;      ///< [length] listed beyond the cutoff; 0: 0.16 of the cutoff
   ListPolicy policy{};  ///< when the list is made anew
 };
 
+/// The force of a law between all pairs closer than a cutoff.
 /// @tparam Law   see pair_laws.hpp
 /// @tparam flat  dimensions of a state whose positions are one flat vector; 0: they are a dim × N matrix
 template <class Law, int flat = 0>
@@ -72,7 +74,7 @@ class Pairs : public ForceTerm {
   static constexpr bool has_edges = true, is_symmetric = true;
   static constexpr int block = flat;  // where that is 0, the state's
 
-  Law law;
+  Law law;  ///< g(r²) = F/r, and its energy where it has one
 
   /// @param cutoff  r_c [length]: no force from there on
   /// @throws std::invalid_argument unless it is finite and > 0, and the skin finite and >= 0

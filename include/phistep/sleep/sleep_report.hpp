@@ -10,6 +10,7 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
+/// When particles fall asleep.
 struct SleepOptions {
   double speed =
       0;  ///< [length/time] below which a particle counts as at rest, and the change that wakes it; 0: none sleeps

@@ -46,6 +46,7 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
+/// A stepper that does not compute particles at rest, and reports what that cost.
 template <class Stepper>
 class Sleeping {
  public:

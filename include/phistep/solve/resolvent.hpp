@@ -286,7 +286,7 @@ concept Resolves = requires(Resolvent& one, Rhs& rhs, const Gamma<ScalarOf<S>>& 
   one.reset();   // … and that the force is still the same
 };
 
-/// The resolvent behind each way to solve: Newton<…> here, others in headers of their own.
+/// The resolvent behind each way to solve: Newton's here, others in headers of their own.
 template <State S, class Rhs, class Solver, bool position>
 struct ResolventFor;
 template <State S, class Rhs, class LinearSolver, bool position>

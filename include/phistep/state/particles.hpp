@@ -46,6 +46,8 @@ struct ParticleView : Extra::template ViewBlock<Scalar, dim>... {
       : Extra::template ViewBlock<Scalar, dim>(y)..., r{y.r}, v{y.v}, mass{masses}, body{y.body()} {}
 };
 
+/// A motion of N particles: positions r and velocities v, dim × N, and what each body has: a mass, and, where it is set, a
+/// radius, a type, a charge; the box around them.
 /// @tparam dim    2 or 3
 /// @tparam Extra  Spin, Temperature: blocks that are integrated beside r and v
 template <class Number, int dim, class... Extra>

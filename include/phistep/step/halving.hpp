@@ -30,6 +30,7 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
+/// A stepper that does a failed step again as two half steps, these as quarter steps, and so on: all of it or nothing.
 template <class Stepper>
 class Halving {
  public:

@@ -196,7 +196,7 @@ class PhiStepper {
     kernel_.save(out);
   }
   /// Reads what save() wrote for a stepper made alike; then() reads what follows. The next steps give the bits that the
-  /// saved one gives after forget_unsaved(). @throws CheckpointError, before anything has changed
+  /// saved one gives after forget_unsaved(). @throws CheckpointError before anything has changed
   void load(Reader& in, auto&& then) {
     in.fact("scheme", type_of_scheme());
     load_parts(

@@ -31,7 +31,7 @@ struct Advice {
   std::string control;                ///< "phistep::tolerance{.rtol = 1e-06}" or "phistep::fixed(dt)"
   std::vector<std::string> reasons;   ///< a sentence each
   std::vector<std::string> warnings;  ///< what the tolerance or the scene does not bear
-  Stiffness stiffness;
+  Stiffness stiffness;                ///< what was measured along the solution
 
   /// The lines of code.
   [[nodiscard]] std::string code() const {

@@ -24,12 +24,12 @@ namespace phistep::inline PHISTEP_ABI {
 
 /// The worst entry of a Jacobian against differences. Contextually true where all entries agree.
 struct JacobianCheck {
-  bool agrees = true;
-  char matrix = 'J';  ///< 'J' = ∂Ψ/∂y, 'K' = ∂Ψ/∂r, 'C' = ∂Ψ/∂v
-  Eigen::Index row = 0, column = 0;
-  double given = 0;        ///< the force's own value of that entry
-  double differenced = 0;  ///< what central differences make of it
-  double error = 0;        ///< their distance, relative to the largest entry of the row
+  bool agrees = true;                ///< to the tolerance asked for
+  char matrix = 'J';                 ///< 'J' = ∂Ψ/∂y, 'K' = ∂Ψ/∂r, 'C' = ∂Ψ/∂v
+  Eigen::Index row = 0, column = 0;  ///< of the worst entry
+  double given = 0;                  ///< the force's own value of that entry
+  double differenced = 0;            ///< what central differences make of it
+  double error = 0;                  ///< their distance, relative to the largest entry of the row
 
   [[nodiscard]] explicit operator bool() const { return agrees; }
   [[nodiscard]] std::string message() const {

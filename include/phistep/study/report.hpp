@@ -38,6 +38,7 @@ enum class Verdict : std::uint8_t {
   return "";
 }
 
+/// What preflight should look at.
 struct PreflightOptions {
   double period = 0;  ///< [time] of the motion that you want to see; first order: its time constant. 0: the fastest
   double contact_time = 0;  ///< [time] of the shortest impact; 0: what the force's terms say, if they know
@@ -77,9 +78,10 @@ inline std::string PreflightAdvice::code() const {
          short_number(dt) + "))";
 }
 
+/// What preflight found. Contextually true where the step asked about is fine.
 struct PreflightReport {
-  Verdict verdict = Verdict::unknown;
-  double dt = 0;  ///< [time] the one asked about
+  Verdict verdict = Verdict::unknown;  ///< of the step asked about
+  double dt = 0;                       ///< [time] the one asked about
   double stable_dt =
       std::numeric_limits<double>::quiet_NaN();  ///< [time] stable up to here (a thousandth below the limit);
                                                  ///< infinite: always, 0: never, NaN: not known
@@ -90,8 +92,8 @@ struct PreflightReport {
   double growth = 0;  ///< [1/time] of the exact solution's fastest growing mode, where known
 
   // Of the motion asked about, the fastest if none was:
-  double period = 0;  ///< [time] (first order: time constant)
-  double steps_per_period = 0;
+  double period = 0;             ///< [time] (first order: time constant)
+  double steps_per_period = 0;   ///< period / dt
   double phase_error = 0;        ///< relative error of its rate: of the period, with the sign of the frequency's error
   double added_damping = 0;      ///< damping ratio that the scheme adds
   double energy_per_period = 1;  ///< factor on its energy in one period, by the scheme alone
@@ -104,7 +106,7 @@ struct PreflightReport {
 
   double steps_per_contact = 0;            ///< 0: no contact time given
   std::string finding;                     ///< what will happen, in a sentence or two
-  PreflightAdvice recommended, otherwise;  ///< `otherwise`: if the fastest modes don't matter
+  PreflightAdvice recommended, otherwise;  ///< what to write instead; `otherwise`: if the fastest modes don't matter
 
   [[nodiscard]] explicit operator bool() const { return verdict == Verdict::fine; }
 

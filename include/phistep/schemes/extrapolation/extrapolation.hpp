@@ -37,10 +37,11 @@ inline constexpr bool is_extrapolated<Extrapolated<Base>> = true;
 /// Columns that a table has room for, and that a step without error control takes.
 inline constexpr int most_columns = 12, usual_columns = 4;
 
-/// extrapolated(backward_euler)    stiff equations, linearly implicit: order j in column j. Deprecated in double precision,
-///                                 see below
-/// extrapolated(forward_euler)     Gragg's rule: order 2j in column j
-/// extrapolated(velocity_verlet)   motion whose force ignores v: order 2j
+/// A scheme of variable order, made of the results of many short steps of a simple one:
+///
+///     extrapolated(forward_euler)     not stiff: Gragg's rule, order 2j in column j of the table
+///     extrapolated(velocity_verlet)   motion whose force ignores v: order 2j
+///     extrapolated(backward_euler)    stiff, linearly implicit: order j; deprecated in double precision
 ///
 /// extrapolated(backward_euler) reports successes that are wrong: near an equilibrium of components of very different size,
 /// the table magnifies the roundings of its columns, and the error estimate, a difference of two entries that share them,

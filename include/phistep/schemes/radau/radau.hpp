@@ -53,6 +53,7 @@ struct Radau {
     return {s};
   }
 };
+/// The scheme to write: `radau`, or `radau(5)`.
 inline constexpr Radau radau{};
 
 template <State S>
