@@ -1,13 +1,14 @@
 # Eigen3::Eigen, the only public dependency: the caller's target, else the installed one, else the pinned download.
-# GLOBAL, because a project that adds this one as a folder links to it from outside.
+# IMPORTED_GLOBAL, because a project that adds this one as a folder links to it from outside (GLOBAL is known from CMake 3.24 on).
 
 if(TARGET Eigen3::Eigen)
   return()
 endif()
 
 foreach(major 3.4 5)
-  find_package(Eigen3 ${major} CONFIG QUIET GLOBAL)
+  find_package(Eigen3 ${major} CONFIG QUIET)
   if(Eigen3_FOUND)
+    set_target_properties(Eigen3::Eigen PROPERTIES IMPORTED_GLOBAL TRUE)
     message(STATUS "phistep: Eigen ${Eigen3_VERSION} (${Eigen3_DIR})")
     return()
   endif()
@@ -41,4 +42,5 @@ file(WRITE "${eigen_package}/Eigen3ConfigVersion.cmake"
   "  set(PACKAGE_VERSION_COMPATIBLE TRUE)\n"
   "endif()\n")
 set(Eigen3_DIR "${eigen_package}" CACHE PATH "Eigen, downloaded" FORCE)
-find_package(Eigen3 3.4 CONFIG REQUIRED GLOBAL)
+find_package(Eigen3 3.4 CONFIG REQUIRED)
+set_target_properties(Eigen3::Eigen PROPERTIES IMPORTED_GLOBAL TRUE)

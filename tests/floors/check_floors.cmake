@@ -104,6 +104,13 @@ foreach(header ${headers})
     endif()
   endforeach()
 
+  # What only g++ and clang know stands within an #if that asks for them: another compiler is to read the headers too.
+  file(STRINGS "${root}/${header}" dialect REGEX "__attribute__|__builtin_|__asm|__extension__|__restrict" ENCODING UTF-8)
+  file(STRINGS "${root}/${header}" asked REGEX "^[ \t]*#.*__GNUC__" ENCODING UTF-8)
+  if(dialect AND NOT asked)
+    problem("${header}: what only g++ and clang know, without an #if of __GNUC__")
+  endif()
+
   if(room STREQUAL "umbrella")
     file(STRINGS "${root}/${header}" code REGEX "^[ \t]*[^ \t/#]" ENCODING UTF-8)
     file(STRINGS "${root}/${header}" directives REGEX "^[ \t]*#" ENCODING UTF-8)

@@ -42,4 +42,5 @@ plant(iostream core/b.hpp "#  include <iostream>" "phistep.hpp reaches <iostream
 plant(quotes core/a.hpp "#include \"b.hpp\"" "core/a.hpp: \"b.hpp\" should be")
 plant(missing core/a.hpp "#include <phistep/core/gone.hpp>" "core/gone.hpp, which does not exist")
 plant(new_folder magic/x.hpp "" "magic/x.hpp: .magic. has no floor")
+plant(dialect core/a.hpp "__attribute__((unused)) static int x;" "core/a.hpp: what only g\\+\\+ and clang know")
 plant(busy_umbrella phistep.hpp "inline int x = 0;" "phistep.hpp: an umbrella holds includes only")

@@ -1,59 +1,209 @@
-# Configures, builds and runs a small project outside this one that uses phistep in one of three ways (HOW):
-# an installed copy, add_subdirectory, or nothing but -isystem include. No network is needed for any. Warnings that the
-# headers don't avoid must not reach those who turn them on for their own code.
+# Uses phistep from outside, in one of the ways of docs/install.md (HOW), by the page's own text: what stands there after
+# `<!-- package HOW: file -->` is written to that file, the shell commands after `<!-- package HOW -->` are run in one shell, and
+# the ball has to print what the page says. phistep/ is a copy of what is installed, fetched and packed; no network is needed.
+# Warnings that the headers don't avoid must not reach those who turn them on for their own code.
 
-cmake_minimum_required(VERSION 3.25)
+cmake_minimum_required(VERSION 3.22)
+
+set(warnings -Wno-unknown-warning-option -Wall -Wextra -Weffc++ -Wfloat-equal -Wuseless-cast -Wdouble-promotion -Wconversion
+  -Wshadow -Werror)
+set(work "${WORK_DIR}/${HOW}")
+set(page "${PHISTEP_DIR}/docs/install.md")
+file(REMOVE_RECURSE "${work}")
+file(MAKE_DIRECTORY "${work}/bin" "${work}/home" "${work}/phistep")
+file(COPY "${PHISTEP_DIR}/include" "${PHISTEP_DIR}/cmake" "${PHISTEP_DIR}/CMakeLists.txt" "${PHISTEP_DIR}/LICENSE"
+  DESTINATION "${work}/phistep")
+file(COPY "${PHISTEP_DIR}/scripts/single_header.cmake" DESTINATION "${work}/phistep/scripts")
+
+set(include_flags)
+foreach(dir ${SYSTEM_DIRS})
+  list(APPEND include_flags -isystem "${dir}")
+endforeach()
 
 function(run what)
-  execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  execute_process(COMMAND ${ARGN} WORKING_DIRECTORY "${work}" RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
   if(NOT result EQUAL 0)
     list(JOIN ARGN " " command)
     message(NOTICE "${output}")
     message(FATAL_ERROR "${what} failed (${result}): ${command}")
   endif()
   message(STATUS "${what}: done")
+  set(output "${output}" PARENT_SCOPE)
 endfunction()
 
-set(warnings -Wno-unknown-warning-option -Wall -Wextra -Weffc++ -Wfloat-equal -Wuseless-cast -Wdouble-promotion -Wconversion
-  -Wshadow -Werror)
-set(work "${WORK_DIR}/${HOW}")
-file(REMOVE_RECURSE "${work}")
-file(MAKE_DIRECTORY "${work}")
+macro(skip_without program)
+  find_program(found_${program} ${program})
+  if(NOT found_${program})
+    message(NOTICE "skipped: there is no ${program}")
+    return()
+  endif()
+endmacro()
 
-if(HOW STREQUAL "plain_include")
-  set(flags ${warnings} -isystem "${PHISTEP_DIR}/include")
-  foreach(dir ${SYSTEM_DIRS})
-    list(APPEND flags -isystem "${dir}")
-  endforeach()
-  run("compile" "${COMPILER}" -std=c++20 ${flags} "${CMAKE_CURRENT_LIST_DIR}/main.cpp" -o "${work}/consumer")
-  run("run" "${work}/consumer")
+# ---- the page --------------------------------------------------------------------------------------------------------
+
+# fenced_block(<variable> <text>): the first fenced block of the text, and the rest after it.
+function(fenced_block variable text)
+  string(FIND "${text}" "\n```" start)
+  math(EXPR start "${start} + 4")
+  string(SUBSTRING "${text}" ${start} -1 text)
+  string(FIND "${text}" "\n" start)
+  math(EXPR start "${start} + 1")
+  string(FIND "${text}" "\n```" end)
+  math(EXPR length "${end} + 1 - ${start}")
+  string(SUBSTRING "${text}" ${start} ${length} found)
+  math(EXPR end "${end} + 4")
+  string(SUBSTRING "${text}" ${end} -1 rest)
+  set(${variable} "${found}" PARENT_SCOPE)
+  set(rest "${rest}" PARENT_SCOPE)
+endfunction()
+
+file(READ "${page}" text)
+fenced_block(ball "${text}")
+fenced_block(printed "${rest}")
+file(WRITE "${work}/ball.cpp" "${ball}")
+
+set(commands)
+while(text MATCHES "<!-- package ([a-z_]+)(: ([A-Za-z.]+))? -->")
+  set(directive "${CMAKE_MATCH_0}")
+  set(way "${CMAKE_MATCH_1}")
+  set(file "${CMAKE_MATCH_3}")
+  string(FIND "${text}" "${directive}" start)
+  string(SUBSTRING "${text}" ${start} -1 text)
+  fenced_block(body "${text}")
+  set(text "${rest}")
+  if(way STREQUAL HOW AND file)
+    file(WRITE "${work}/${file}" "${body}")
+  elseif(NOT file AND (way STREQUAL HOW OR (HOW STREQUAL "fetch_archive" AND way STREQUAL "fetch_content")))
+    string(APPEND commands "${body}")
+  endif()
+endwhile()
+if(NOT commands)
+  message(FATAL_ERROR "${page} says nothing about ${HOW}")
+endif()
+
+# ---- what the page's commands meet -----------------------------------------------------------------------------------
+
+list(JOIN warnings " " warning_flags)
+list(JOIN include_flags " " include_flags_text)
+file(WRITE "${work}/bin/g++" "#!/bin/sh\nexec '${COMPILER}' ${warning_flags} \"$@\" ${include_flags_text}\n")
+# The ball's project is configured with the compiler, Eigen and generator of the tests, and looked at by checks.cmake.
+set(given "-G '${GENERATOR}' '-DCMAKE_MAKE_PROGRAM=${MAKE_PROGRAM}' '-DCMAKE_CXX_COMPILER=${COMPILER}' -DPHISTEP_FETCH=OFF \
+-DCMAKE_FIND_USE_PACKAGE_REGISTRY=OFF '-DBALL_WARNINGS=${warnings}' \
+'-DCMAKE_PROJECT_ball_INCLUDE=${CMAKE_CURRENT_LIST_DIR}/checks.cmake' -DBALL_HOW=${HOW} \
+'-DBALL_PREFIX=${work}/home/.local' --no-warn-unused-cli")
+if(EIGEN_DIR)
+  string(APPEND given " '-DEigen3_DIR=${EIGEN_DIR}'")
+endif()
+file(WRITE "${work}/bin/cmake" "#!/bin/sh\ncase \" $* \" in\n  *' -S '*) exec '${CMAKE_COMMAND}' ${given} \"$@\" ;;\n\
+  *) exec '${CMAKE_COMMAND}' \"$@\" ;;\nesac\n")
+get_filename_component(cmake_folder "${CMAKE_COMMAND}" DIRECTORY)
+file(WRITE "${work}/bin/cpack" "#!/bin/sh\nexec '${cmake_folder}/cpack' \"$@\"\n")
+file(CHMOD "${work}/bin/g++" "${work}/bin/cmake" "${work}/bin/cpack" PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE)
+
+# run_commands(<text>): as the page has them.
+function(run_commands what commands)
+  file(WRITE "${work}/commands.sh" "set -eux\n${commands}")
+  run("${what}" "${CMAKE_COMMAND}" -E env "HOME=${work}/home" "PATH=${work}/bin:$ENV{PATH}" sh "${work}/commands.sh")
+  string(FIND "${output}" "${printed}" start)
+  if(ARGC LESS 3 AND start EQUAL -1)
+    message(FATAL_ERROR "${what} prints\n${output}\nwhere the page shows\n${printed}")
+  endif()
+endfunction()
+
+# replace(<from> <to>): in CMakeLists.txt, an address of the page by one that is here.
+function(replace from to)
+  file(READ "${work}/CMakeLists.txt" text)
+  string(REPLACE "${from}" "${to}" changed "${text}")
+  if(changed STREQUAL text)
+    message(FATAL_ERROR "the page's text for ${HOW} has no ${from}")
+  endif()
+  file(WRITE "${work}/CMakeLists.txt" "${changed}")
+endfunction()
+
+# ---- the ways --------------------------------------------------------------------------------------------------------
+
+if(HOW STREQUAL "fetch_content")
+  skip_without(git)
+  set(git git -C "${work}/phistep" -c user.name=test -c user.email=test@localhost)
+  run("make a repository" ${git} init -q -b main)
+  run("add" ${git} add .)
+  run("commit" ${git} commit -q -m test)
+  file(RENAME "${work}/phistep" "${work}/elsewhere")
+  replace("https://example.org/phistep.git" "file://${work}/elsewhere")
+elseif(HOW STREQUAL "fetch_archive")
+  file(RENAME "${work}/phistep" "${work}/phistep-0.2.0")
+  run("make an archive" "${CMAKE_COMMAND}" -E tar czf phistep.tar.gz phistep-0.2.0)
+  file(REMOVE_RECURSE "${work}/phistep-0.2.0")
+  file(SHA256 "${work}/phistep.tar.gz" sum)
+  replace("https://example.org/phistep-0.2.0.tar.gz" "${work}/phistep.tar.gz")
+  replace("0000000000000000000000000000000000000000000000000000000000000000" "${sum}")
+elseif(HOW STREQUAL "downloaded_eigen")
+  list(GET SYSTEM_DIRS 0 eigen)
+  file(MAKE_DIRECTORY "${work}/eigen-3.4.0")
+  file(COPY "${eigen}/Eigen" "${eigen}/unsupported" DESTINATION "${work}/eigen-3.4.0")
+  run("make an archive" "${CMAKE_COMMAND}" -E tar czf eigen-3.4.0.tar.gz eigen-3.4.0)
+  file(REMOVE_RECURSE "${work}/eigen-3.4.0")
+  file(WRITE "${work}/bin/g++" "#!/bin/sh\nexec '${COMPILER}' ${warning_flags} \"$@\"\n")
+elseif(HOW STREQUAL "pkg_config")
+  skip_without(pkg-config)
+  execute_process(COMMAND pkg-config --exists "eigen3 >= 3.4" RESULT_VARIABLE result)
+  if(NOT result EQUAL 0)
+    message(NOTICE "skipped: pkg-config finds no eigen3")
+    return()
+  endif()
+  file(WRITE "${work}/bin/g++" "#!/bin/sh\nexec '${COMPILER}' ${warning_flags} \"$@\"\n")
+elseif(HOW STREQUAL "deb")
+  skip_without(dpkg-deb)
+endif()
+
+if(HOW STREQUAL "deb")
+  # Unpacked into the prefix of the way by find_package, and found there.
+  run_commands("make the package" "${commands}" no_output)
+  run("unpack" sh -c "dpkg-deb -x phistep-build/phistep_*_all.deb root")
+  run("look at it" sh -c "dpkg-deb -f phistep-build/phistep_*_all.deb Depends Architecture")
+  if(NOT output MATCHES "libeigen3-dev" OR NOT output MATCHES "Architecture: all")
+    message(FATAL_ERROR "the package's fields:\n${output}")
+  endif()
+  file(MAKE_DIRECTORY "${work}/home")
+  file(RENAME "${work}/root/usr" "${work}/home/.local")
+  file(READ "${page}" text)
+  string(FIND "${text}" "<!-- package find_package: CMakeLists.txt -->" start)
+  string(SUBSTRING "${text}" ${start} -1 text)
+  fenced_block(body "${text}")
+  file(WRITE "${work}/CMakeLists.txt" "${body}")
+  fenced_block(commands "${rest}")
+endif()
+run_commands("build and run" "${commands}")
+
+if(HOW STREQUAL "by_hand")
   # g++ 12 takes its own AVX-512 functions for uninitialised wherever they end up, system headers or not.
   execute_process(COMMAND "${COMPILER}" -dumpmachine OUTPUT_VARIABLE machine)
   if(machine MATCHES "^x86_64")
-    run("compile for AVX-512" "${COMPILER}" -std=c++20 ${flags} -O3 -march=skylake-avx512 -c
-      "${CMAKE_CURRENT_LIST_DIR}/implicit.cpp" -o "${work}/implicit.o")
+    run("compile for AVX-512" "${COMPILER}" -std=c++20 ${warnings} -isystem "${work}/phistep/include" ${include_flags}
+      -O3 -march=skylake-avx512 -c "${CMAKE_CURRENT_LIST_DIR}/implicit.cpp" -o "${work}/implicit.o")
   endif()
-  return()
+elseif(HOW STREQUAL "pkg_config")
+  run("move" "${CMAKE_COMMAND}" -E rename home/.local moved)
+  run("ask where it has moved" "${CMAKE_COMMAND}" -E env "PKG_CONFIG_PATH=${work}/moved/share/pkgconfig"
+    pkg-config --cflags phistep)
+  if(NOT output MATCHES "/moved/")
+    message(FATAL_ERROR "phistep.pc has a fixed path: ${output}")
+  endif()
+elseif(HOW STREQUAL "single_header")
+  # All examples, with a forwarder in place of each header that they name. g++ takes the precompiled header by itself.
+  file(GLOB_RECURSE headers RELATIVE "${PHISTEP_DIR}/include/phistep" "${PHISTEP_DIR}/include/phistep/*.hpp")
+  list(REMOVE_ITEM headers phistep.hpp)
+  foreach(header ${headers})
+    file(WRITE "${work}/single/phistep/${header}" "#include \"${work}/single/phistep/phistep.hpp\"\n")
+  endforeach()
+  execute_process(COMMAND "${COMPILER}" --version OUTPUT_VARIABLE version)
+  if(version MATCHES "Free Software Foundation")
+    run("precompile" "${COMPILER}" -std=c++20 -w ${include_flags} -x c++-header single/phistep/phistep.hpp
+      -o single/phistep/phistep.hpp.gch)
+  endif()
+  file(GLOB examples "${PHISTEP_DIR}/examples/*.cpp")
+  foreach(example ${examples})
+    run("${example}" "${COMPILER}" -std=c++20 -w -fsyntax-only "-DEXAMPLE_DATA_DIR=\"\"" -I single ${include_flags} "${example}")
+  endforeach()
+  file(REMOVE "${work}/single/phistep/phistep.hpp.gch")
 endif()
-
-set(options -G "${GENERATOR}" "-DCMAKE_MAKE_PROGRAM=${MAKE_PROGRAM}" "-DCMAKE_CXX_COMPILER=${COMPILER}"
-  -DCMAKE_BUILD_TYPE=Debug -DFETCHCONTENT_FULLY_DISCONNECTED=ON)
-list(JOIN warnings " " flags)
-list(APPEND options "-DCMAKE_CXX_FLAGS=${flags}")
-if(EIGEN_DIR)
-  list(APPEND options "-DEigen3_DIR=${EIGEN_DIR}")
-endif()
-
-if(HOW STREQUAL "find_package")
-  run("configure phistep" "${CMAKE_COMMAND}" -S "${PHISTEP_DIR}" -B "${work}/phistep" ${options}
-    -DPHISTEP_BUILD_TESTS=OFF -DPHISTEP_BUILD_EXAMPLES=OFF -DPHISTEP_BUILD_BENCH=OFF
-    "-DCMAKE_INSTALL_PREFIX=${work}/prefix")
-  run("install phistep" "${CMAKE_COMMAND}" --install "${work}/phistep")
-  list(APPEND options "-DCMAKE_PREFIX_PATH=${work}/prefix" -DCMAKE_FIND_USE_PACKAGE_REGISTRY=OFF)
-else()
-  list(APPEND options "-DPHISTEP_DIR=${PHISTEP_DIR}")
-endif()
-
-run("configure" "${CMAKE_COMMAND}" -S "${CMAKE_CURRENT_LIST_DIR}/${HOW}" -B "${work}/build" ${options})
-run("build" "${CMAKE_COMMAND}" --build "${work}/build")
-run("run" "${CMAKE_CTEST_COMMAND}" --test-dir "${work}/build" --output-on-failure --no-tests=error)

@@ -19,6 +19,13 @@
 #include "phistep/simd/update.hpp"
 #include "phistep/state/blocks.hpp"
 
+/// After the parameters of a lambda.
+#if defined(__GNUC__)
+#define PHISTEP_DETAIL_INLINED __attribute__((always_inline))
+#else
+#define PHISTEP_DETAIL_INLINED
+#endif
+
 namespace phistep::inline PHISTEP_ABI {
 
 /// @tparam Factor  component ↦ h/m, components counted vector by vector
@@ -91,7 +98,7 @@ class PassInPlace {
   template <bool keeps_state, bool keeps_psi>
   [[nodiscard, gnu::always_inline]] auto update_from(const At& at, const auto& factor) const {
     const Advance<Scalar> by = by_;
-    return [=](auto i, auto& v1, auto&... r1) __attribute__((always_inline)) {
+    return [=](auto i, auto& v1, auto&... r1) PHISTEP_DETAIL_INLINED {
       if constexpr (keeps_state) keep(i, at.v, at.kept.v);
       if constexpr (keeps_psi) keep(i, at.psi, at.kept.psi);
       if constexpr (sizeof...(r1) == 0) {
@@ -177,7 +184,7 @@ class PassInPlace {
       return;
     }
 #endif
-    [&]<std::size_t... d>(std::index_sequence<d...>) __attribute__((always_inline)) {
+    [&]<std::size_t... d>(std::index_sequence<d...>) PHISTEP_DETAIL_INLINED {
       (numbers<keeps_state, keeps_psi, Scalar>(at, component, Index{d}, witness), ...);
     }
     (std::make_index_sequence<static_cast<std::size_t>(dim)>{});
@@ -189,7 +196,7 @@ class PassInPlace {
   template <bool keeps_state, bool keeps_psi, class Number>
   [[gnu::always_inline]] void numbers(const At& at, Index component, auto i, Witness& witness) const {
     const Factor f = factor_;
-    const auto factor = [=](auto j) __attribute__((always_inline)) { return f(j + component); };
+    const auto factor = [=](auto j) PHISTEP_DETAIL_INLINED { return f(j + component); };
     const auto update = update_from<keeps_state, keeps_psi>(at, factor);
     Number v1{};
     if constexpr (keeps_state && drifts) {
@@ -217,3 +224,5 @@ class PassInPlace {
 };
 
 }  // namespace phistep::inline PHISTEP_ABI
+
+#undef PHISTEP_DETAIL_INLINED
