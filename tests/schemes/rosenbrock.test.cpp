@@ -191,6 +191,35 @@ TEST_CASE("particles that heat up: more unknowns than positions") {
   CHECK((y.temperature.array() - std::exp(-2.0)).abs().maxCoeff() < 1e-7);
 }
 
+TEST_CASE("particles held still: their force says nothing of the Jacobian") {
+  Particles<double, 3> chain{Eigen::Matrix3Xd{{0, 1.2, 2.1}, {0, 0, 0}, {0, 0, 0}}};
+  chain.set_still({1, 0, 0});
+  const auto force = [](const Eigen::Matrix3Xd& r) -> Eigen::Matrix3Xd {  // springs of length 1, nonlinear
+    Eigen::Matrix3Xd f = Eigen::Matrix3Xd::Zero(3, 3);
+    for (int i = 0; i < 2; ++i) {
+      const Eigen::Vector3d d = r.col(i + 1) - r.col(i), pull = 10 * (d.norm() - 1) * d.normalized();
+      f.col(i) += pull, f.col(i + 1) -= pull;
+    }
+    return f;
+  };
+  // A Jacobian that is supplied is checked; a gravity that is affine has one.
+  PhiStepper falling{chain, Gravity{Eigen::Vector3d{0, 0, -9.81}}, rodas4};
+  auto fallen = chain;
+  REQUIRE(integrate(falling, fallen, {0.0, 1.0}, fixed(0.1)));
+  CHECK(falling.statistics().checks > 0);
+  CHECK(fallen.r.col(0).norm() <= 1e-30);
+  CHECK(fallen.r(2, 1) == Approx(-9.81 / 2).epsilon(1e-12));
+  PhiStepper pulled{chain, banded(force, 8, 8), rodas4};
+  auto bound = chain;
+  REQUIRE(integrate(pulled, bound, {0.0, 1.0}, tolerance{.rtol = 1e-8}));
+  CHECK(pulled.statistics().checks > 0);
+  PhiStepper reference{chain, force, radau};
+  auto other = chain;
+  REQUIRE(integrate(reference, other, {0.0, 1.0}, tolerance{.rtol = 1e-10}));
+  CHECK((bound.r - other.r).norm() <= 1e-6);
+  CHECK(bound.r.col(0).norm() <= 1e-30);
+}
+
 TEST_CASE("what a step costs, and what a rejected one leaves for the next try") {
   using Linear = problems::ComplexDahlquist;
   const Linear force{{-2.0, 1.0}};

@@ -66,6 +66,7 @@ class TangentCheck {
     multiply(rhs, direction_, tangent_);
     const double cancelled = largest(tangent_) + largest(b_);
     tangent_ -= b_;
+    leave_out_held(rhs, tangent_);
     const Scalar step = step_length();
     if (!(step > 0)) return Outcome::success;  // nothing moves: there is nothing to look at
     const Rounding rounding{
@@ -133,6 +134,17 @@ class TangentCheck {
         Blocks<S>::solved(probe_), Blocks<S>::solved(x), rhs.masses());
     take_unknowns<S>(out, probe_);
   }
+  /// Zeros for what is held still: no force moves it, and in W its mass is not the one in M x.
+  void leave_out_held(const Rhs& rhs, Unknown& x) const {
+    for_each_block(
+        [&, at = Index{0}](auto, const auto& block, const auto& mass) mutable {
+          const auto factor = mass.scaled(Scalar{1});
+          for (Index i = 0; i < block.size(); ++i)
+            if (factor(i) == 0) x[at + i] = 0;
+          at += block.size();
+        },
+        Blocks<S>::solved(direction_), rhs.masses());
+  }
   /// The direction that was solved for.
   void set_direction(Scalar gamma) {
     put_unknowns<S>(tangent_, direction_);
@@ -177,6 +189,7 @@ class TangentCheck {
     auto* to = measured_.data();
     for_each_number([to, by = gamma / step](auto i, Scalar there, Scalar here) { to[i] = by * (there - here); },
                     Rate::blocks(rate_), Rate::blocks(psi));
+    leave_out_held(rhs, measured_);
     return all_finite(measured_.data(), measured_.size());
   }
   /// Block by block, to a thousandth of the largest component, and to what rounding and a bend of Ψ leave.
