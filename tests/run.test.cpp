@@ -332,9 +332,29 @@ TEST_CASE("observers that stop a controlled run, of both kinds, in order") {
         return order.size() < 9;
       },
       [&](double, const Vec&) { order += 'c'; });
-  CHECK(order == "acabcabcab");
+  CHECK(order == "acbacbacb");  // those of whole steps first: the others may edit
   CHECK(report.outcome == Outcome::stopped_by_observer);
   CHECK(report.t == last);
+}
+
+TEST_CASE("an observer of steps sees their ends before any edit, wherever it stands in the list") {
+  Vec y = decayed(0);
+  PhiStepper stepper{y, fading, phi(0.5), capacity(1.0)};
+  Vec last = y;
+  double jumped = 0;
+  REQUIRE(integrate(
+      stepper, y, {0, 1}, fixed(0.25), [](double, Vec& state) { state *= 2; },
+      [&](const CompletedStep<Vec>& step) {
+        CHECK(step.start() == 2 * last);
+        CHECK(step.end().norm() < step.start().norm());  // it fades: not doubled
+        jumped += step.end().norm();
+        last = step.end();
+      },
+      sampled(0.25, [&](double t, const Vec& state) {
+        if (t > 0) jumped -= state.norm();
+      })));
+  CHECK(y == 2 * last);
+  CHECK(jumped == 0);
 }
 
 TEST_CASE("views of the user's own memory, controlled") {

@@ -215,30 +215,44 @@ template <TimeRange Range>
 /// the state there. [time]
 /// @throws std::invalid_argument where a time is not finite
 template <TimeRange Range, class F>
-[[nodiscard]] auto at_times(const Range& times, F f) {
-  return AtTimes(to_times(times), std::move(f));
+[[nodiscard]] auto at_times(const Range& times, F&& f) {
+  static_assert(!copies_a_record<F>, "phistep: at_times(times, recorder) would fill a copy: write std::ref(recorder)");
+  return AtTimes(to_times(times), std::decay_t<F>(std::forward<F>(f)));
 }
 template <class Number, class F>
-[[nodiscard]] auto at_times(std::initializer_list<Number> times, F f) {
-  return AtTimes(to_times(times), std::move(f));
+[[nodiscard]] auto at_times(std::initializer_list<Number> times, F&& f) {
+  return at_times<std::initializer_list<Number>>(times, std::forward<F>(f));
+}
+/// Integers and fractions mixed.
+template <class F>
+[[nodiscard]] auto at_times(std::initializer_list<double> times, F&& f) {
+  return at_times<std::initializer_list<double>>(times, std::forward<F>(f));
 }
 
 /// `integrate(…, sampled(0.1, [](double t, const auto& state) { … }))`: at t0 and at every multiple of the interval from
 /// there, without a stop (CompletedStep::at). [time]
 /// @throws std::invalid_argument unless the interval is finite and > 0
 template <class F>
-[[nodiscard]] auto sampled(double interval, F f) {
-  return Sampled(IntervalMarks(interval), std::move(f));
+[[nodiscard]] auto sampled(double interval, F&& f) {
+  static_assert(!copies_a_record<F>,
+                "phistep: sampled(interval, recorder) would fill a copy: write std::ref(recorder)");
+  return Sampled(IntervalMarks(interval), std::decay_t<F>(std::forward<F>(f)));
 }
 /// … or at given times.
 /// @throws std::invalid_argument where one is not finite
 template <TimeRange Range, class F>
-[[nodiscard]] auto sampled(const Range& times, F f) {
-  return Sampled(ListMarks(to_times(times)), std::move(f));
+[[nodiscard]] auto sampled(const Range& times, F&& f) {
+  static_assert(!copies_a_record<F>, "phistep: sampled(times, recorder) would fill a copy: write std::ref(recorder)");
+  return Sampled(ListMarks(to_times(times)), std::decay_t<F>(std::forward<F>(f)));
 }
 template <class Number, class F>
-[[nodiscard]] auto sampled(std::initializer_list<Number> times, F f) {
-  return Sampled(ListMarks(to_times(times)), std::move(f));
+[[nodiscard]] auto sampled(std::initializer_list<Number> times, F&& f) {
+  return sampled<std::initializer_list<Number>>(times, std::forward<F>(f));
+}
+/// Integers and fractions mixed.
+template <class F>
+[[nodiscard]] auto sampled(std::initializer_list<double> times, F&& f) {
+  return sampled<std::initializer_list<double>>(times, std::forward<F>(f));
 }
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <type_traits>
 #include <utility>
 
 #include "phistep/archive/archive.hpp"
@@ -64,8 +65,9 @@ class Every {
 
 /// `integrate(…, every(0.1, [](double t, const auto& state) { … }))`. [time]
 template <class F>
-[[nodiscard]] Every<F> every(double interval, F f) {
-  return Every<F>{interval, std::move(f)};
+[[nodiscard]] auto every(double interval, F&& f) {
+  static_assert(!copies_a_record<F>, "phistep: every(interval, recorder) would fill a copy: write std::ref(recorder)");
+  return Every<std::decay_t<F>>{interval, std::forward<F>(f)};
 }
 
 }  // namespace phistep::inline PHISTEP_ABI

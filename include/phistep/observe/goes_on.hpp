@@ -9,6 +9,12 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
+/// f is an observer that keeps what it sees, given as an lvalue where a copy is made: the copy would keep it.
+template <class F>
+inline constexpr bool copies_a_record = std::is_lvalue_reference_v<F>&& requires {
+  typename std::remove_cvref_t<F>::KeepsStates;
+};
+
 /// f(args…); true where f returns nothing, or something true.
 template <class F, class... Args>
 [[nodiscard]] bool ask(F& f, Args&&... args) {

@@ -72,14 +72,19 @@ class ObserverList {
     };
     return std::apply([&](auto&... observer) { return (greet(observer) && ...); }, observers_);
   }
-  /// After a step, which those that look at whole ones are shown. False where one asks for the end of the run.
+  /// After a step: those that look at whole steps first, as the others may edit the state. False where one asks for the
+  /// end of the run.
   [[nodiscard]] bool look(Scalar t, S& state, [[maybe_unused]] const auto& step) {
-    const auto show_to = [&]<class Observer>(Observer& observer) {
-      if constexpr (EventLike<Observer>) return true;
-      else if constexpr (sees_steps<Observer>) return ask(observer, step);
+    const auto show_step = [&]<class Observer>(Observer& observer) {
+      if constexpr (sees_steps<Observer> && !EventLike<Observer>) return ask(observer, step);
+      else return true;
+    };
+    const auto show_end = [&]<class Observer>(Observer& observer) {
+      if constexpr (sees_steps<Observer>) return true;
       else return show(observer, t, state);
     };
-    return std::apply([&](auto&... observer) { return (show_to(observer) && ...); }, observers_);
+    return std::apply([&](auto&... observer) { return (show_step(observer) && ...) && (show_end(observer) && ...); },
+                      observers_);
   }
   /// The nearest of all times at which one wants the run to stop, strictly between now and its end. [time]
   [[nodiscard]] std::optional<Scalar> next_stop(Scalar t, Scalar end) const {

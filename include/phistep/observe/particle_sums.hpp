@@ -56,7 +56,8 @@ template <class Scalar, int dim, class... Extra>
   }
   return sum;
 }
-/// 2 E_kin/(dim (N − 1) k_B), that of the motion beside a common drift [temperature]; 0 for fewer than two particles
+/// 2 E_kin/(dim (N − 1) k_B) [temperature]; 0 for fewer than two particles. The degrees of freedom are those of a constant
+/// momentum, taken for zero: where all particles drift, the drift counts as heat.
 template <class Scalar, int dim, class... Extra>
 [[nodiscard]] Scalar temperature(const Particles<Scalar, dim, Extra...>& y, Scalar k_B = 1) {
   if (y.size() < 2) return 0;

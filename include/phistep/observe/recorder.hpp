@@ -23,6 +23,7 @@ template <State S>
 class Recorder {
  public:
   using Scalar = ScalarOf<S>;
+  using KeepsStates = void;
   static constexpr std::size_t blocks = std::tuple_size_v<decltype(Blocks<S>::all(std::declval<PlainState<S>&>()))>;
 
   /// @throws std::invalid_argument where the state has another shape than those before it.
