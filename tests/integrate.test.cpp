@@ -99,7 +99,7 @@ TEST_CASE("a short last step lands on t1") {
   CHECK((y - z).norm() <= 1e-15);
 }
 
-TEST_CASE("a whole number of steps costs one factorisation of a linear scene") {
+TEST_CASE("a whole number of steps costs one factorization of a linear scene") {
   Vec y(1, 2);
   PhiStepper stepper{y, fading, phi(0.5)};
   const RunReport report = go(stepper, y, {0, 10}, fixed(0.1));  // 10/0.1 is not a whole number in bits
@@ -108,7 +108,7 @@ TEST_CASE("a whole number of steps costs one factorisation of a linear scene") {
 }
 
 TEST_CASE(
-    "frames of whole steps cost one factorisation, too, though their lengths differ by the rounding of their times") {
+    "frames of whole steps cost one factorization, too, though their lengths differ by the rounding of their times") {
   for (const double t0 : {0.0, 5.0, 1000.0}) {
     Vec y(1, 2);
     PhiStepper stepper{y, [](const Vec& x) -> Vec { return -x.array().cube(); }, phi(0.5)};

@@ -179,7 +179,7 @@ TEST_CASE("stops between grid points leave the grid of a fixed run where it is")
   CHECK(seen[10] == 8 * 0.1);
 }
 
-TEST_CASE("a stop on the grid, but for rounding, costs no factorisation") {
+TEST_CASE("a stop on the grid, but for rounding, costs no factorization") {
   const auto run = [](Watch<Vec> watch) {
     Vec y(1, 2);
     return fixed_ride(y, fading, 1, {0, 10}, 0.1, std::move(watch))->finish().statistics;

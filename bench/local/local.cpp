@@ -47,15 +47,15 @@ long hand_step(State& y) {
     const Vector3d bv = v + h * well(r, v), br = r + h * v;
     Vector3d w = v - bv;
     double last = 0;
-    bool factorised = false;
+    bool factorized = false;
     for (int m = 0; m < 25; ++m) {
       const Vector3d rn = br + h * (bv + w), vn = bv + w;
       Vector3d delta = h * well(rn, vn) - w;
-      if (!factorised) {
+      if (!factorized) {
         const auto J = well.jacobian(rn, vn);
         lu.matrix() = Matrix3d::Identity() - h * J.C - h * h * J.K;
         if (!lu.factorize()) std::abort();
-        factorised = true;
+        factorized = true;
       }
       lu.solve_in_place(delta);
       w += delta;
@@ -65,7 +65,7 @@ long hand_step(State& y) {
       last = size;
       if (size == 0 || (theta < 1 && theta / (1 - theta) * size <= 2.2e-16)) break;
       if (theta > 0.3 && size <= 3.7e-11 && m > 0) break;
-      if (theta > 0.05 && m > 0) factorised = false;
+      if (theta > 0.05 && m > 0) factorized = false;
     }
     y.v.col(i) = bv + w;
     y.r.col(i) = br + h * (bv + w);

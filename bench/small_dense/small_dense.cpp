@@ -1,7 +1,7 @@
 /// @file
-/// Factorisation and solve of dense n×n systems, n = 2 … 20: phistep's LU and inverse, the same by hand, Eigen, SUNDIALS.
+/// Factorization and solve of dense n×n systems, n = 2 … 20: phistep's LU and inverse, the same by hand, Eigen, SUNDIALS.
 ///
-/// factor    copies one matrix into the solver and factorises it; its pivots lie on the diagonal, so no branch surprises
+/// factor    copies one matrix into the solver and factorizes it; its pivots lie on the diagonal, so no branch surprises
 /// pivoting  the same for 8 matrices in turn whose pivots lie anywhere, each elsewhere
 /// solve     copies the right-hand side and solves; one call may overlap the next
 /// chained   each solve waits for the answer of the one before, as Newton's corrections do

@@ -41,7 +41,7 @@ template <class Problem>
   using Rows = truth::StiffRows<truth::Dense<Problem>>;
   truth::tell(table, truth::Path<Rows>{{{end, Rows{}}}, a, 1e-14L}, start.template cast<truth::Real>());
   PhistepRows rows{table, start, [](const auto& y, auto scheme, std::size_t) {
-                     // Radau factorises complex matrices, without the pattern.
+                     // Radau factorizes complex matrices, without the pattern.
                      if constexpr (std::is_same_v<decltype(scheme), phistep::Radau>)
                        return phistep::PhiStepper{y, Problem{}, scheme};
                      else return phistep::PhiStepper{y, WithPattern<Problem>{}, scheme};

@@ -36,7 +36,7 @@ TEST_CASE("bands, blocks and differences by colour: nothing after the first step
   CHECK(allocations(y, stepper, 1) == 0);
 }
 
-TEST_CASE("LDLᵀ: solves, and checks of symmetry, allocate nothing; Eigen's factorisations do") {
+TEST_CASE("LDLᵀ: solves, and checks of symmetry, allocate nothing; Eigen's factorizations do") {
   const auto check = [](auto system) {
     constexpr int n = 100;
     const auto masses = [](auto&& put) {

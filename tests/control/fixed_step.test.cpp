@@ -22,7 +22,7 @@ TEST_CASE("times are t0 + n dt to the bit, and the last is t1") {
 }
 
 TEST_CASE("a span of whole steps keeps the nominal dt to the end") {
-  // 1/0.1, 0.3/0.1, 1.1/0.1 … are not whole in floating point; one factorisation a run depends on this.
+  // 1/0.1, 0.3/0.1, 1.1/0.1 … are not whole in floating point; one factorization a run depends on this.
   for (const double dt : {0.1, 0.01, 0.3, 1.0 / 3, 0.7, 1e-5})
     for (const int n : {1, 2, 3, 7, 10, 11, 100, 999}) {
       const auto g = grid(0, n * dt, dt);

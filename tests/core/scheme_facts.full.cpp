@@ -47,7 +47,7 @@ double area(const Scheme& scheme) {
 
 }  // namespace
 
-TEST_CASE("facts: who is explicit factorises nothing, who isn't does") {
+TEST_CASE("facts: who is explicit factorizes nothing, who isn't does") {
   for_each_scheme([](const auto& scheme, const char* name) {
     CAPTURE(name);
     Motion<One> y{One{1.0}, One{0.0}};

@@ -41,7 +41,7 @@ struct SparseDecay {
     return -J;
   }
 };
-/// LU whose analysis, factorisation or solve fails when told so.
+/// LU whose analysis, factorization or solve fails when told so.
 struct Fragile : Eigen::SparseLU<Eigen::SparseMatrix<double>> {
   using Base = Eigen::SparseLU<Eigen::SparseMatrix<double>>;
   bool refuses = false;

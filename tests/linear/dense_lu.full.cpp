@@ -31,7 +31,7 @@ TEST_CASE("Eigen's LU behind the same door") {
   for (const int n : {1, 5, 23}) check(n, dense::subject<DenseLu<double, Eigen::Dynamic>>(n));
 }
 
-TEST_CASE("factorising allocates nothing") {
+TEST_CASE("factorizing allocates nothing") {
   DenseLu<double, 20> lu;
   lu.matrix() = dense::matrix("permuted", 20, 1, 0, 0).cast<double>();
   Eigen::Matrix<double, 20, 1> x = Eigen::Matrix<double, 20, 1>::Ones();

@@ -30,7 +30,7 @@ TEST_CASE("equal rows need no exchange, a larger one does") {
   CHECK(lu.matrix()(3, 3) == -16.0 / 3);
 }
 
-TEST_CASE("factorising again after a singular matrix works") {
+TEST_CASE("factorizing again after a singular matrix works") {
   DenseLu<double, 2> lu;
   lu.matrix() << 1, 2, 2, 4;
   CHECK_FALSE(lu.factorize());
@@ -41,7 +41,7 @@ TEST_CASE("factorising again after a singular matrix works") {
   CHECK(x == Eigen::Vector2d(1, 1));
 }
 
-TEST_CASE("factorising allocates nothing") {
+TEST_CASE("factorizing allocates nothing") {
   DenseLu<double, 9> lu;
   lu.matrix() = dense::matrix("permuted", 9, 1, 0, 0).cast<double>();
   Eigen::Matrix<double, 9, 1> x = Eigen::Matrix<double, 9, 1>::Ones();

@@ -38,7 +38,7 @@ Vec heat(const Vec& u) {
 
 }  // namespace
 
-TEST_CASE("banded(f, 1, 1) just works: three force calls a Jacobian, one factorisation, no analysis") {
+TEST_CASE("banded(f, 1, 1) just works: three force calls a Jacobian, one factorization, no analysis") {
   constexpr int n = 200;
   Vec u = wave(n);
   const Statistics s = steps(u, banded(Rate{heat}, 1, 1), backward_euler, 3);

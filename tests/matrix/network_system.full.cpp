@@ -101,7 +101,7 @@ TEST_CASE("a net in a random numbering gives the same motion, and the same bits 
   CHECK((z.v - renumber(y.v)).norm() <= 1e-12 * (y.v.norm() + y.r.norm() / 0.2));
 }
 
-TEST_CASE("exact counts: a linear net is one Jacobian, one analysis, and one factorisation a step length") {
+TEST_CASE("exact counts: a linear net is one Jacobian, one analysis, and one factorization a step length") {
   Net<3> net(40);
   for (Spring& s : net.springs) s.length = 0;  // f = k d: linear
   auto y = net.state;

@@ -28,7 +28,7 @@ TEST_CASE("a force that names its Jacobian's pattern is solved by it, and to the
   CHECK(std::string_view(PhiStepper{y, Dense{}, backward_euler}.solver_name()) == "dense LU");
 }
 
-TEST_CASE("an affine force with a pattern: one factorisation, and a wrong matrix shows") {
+TEST_CASE("an affine force with a pattern: one factorization, and a wrong matrix shows") {
   Vec y = start();
   PhiStepper stepper{y, Conserving{}, backward_euler};
   for (int k = 0; k < 4; ++k) REQUIRE(stepper.step(y, 0.1 * k, 0.1));

@@ -10,7 +10,7 @@ namespace {
 constexpr auto linearly_implicit_extrapolated = extrapolated(backward_euler);
 constexpr auto composed_verlet = composed(velocity_verlet);
 
-/// One factorisation a run.
+/// One factorization a run.
 struct Affinely : SecondOrder {
   static auto stepper(const Motion<Vec>& y, Mood* mood) {
     const Eigen::Index n = y.r.size();

@@ -1,5 +1,5 @@
 // Full: the quick comparison with CVODE is reference/stiff.test.cpp.
-// How often a stiff run makes a Jacobian, a factorisation and an iteration, beside CVODE on the same steps.
+// How often a stiff run makes a Jacobian, a factorization and an iteration, beside CVODE on the same steps.
 
 #include <phistep/phistep.hpp>
 
@@ -27,9 +27,9 @@ phistep::Statistics follow(const Problem& problem, const Vec& start, const refer
 }
 
 /// Found, at rtol 1e-3, 1e-5, 1e-7 (CVODE's in brackets):
-///   HIRES      226, 356, 671 steps: Jacobians 39 (8), 65 (10), 151 (14); factorisations 68 (57), 116 (78), 225 (120);
+///   HIRES      226, 356, 671 steps: Jacobians 39 (8), 65 (10), 151 (14); factorizations 68 (57), 116 (78), 225 (120);
 ///              iterations 621 (389), 1248 (552), 2784 (963)
-///   Robertson  253, 372, 876 steps: Jacobians 36 (6), 41 (7), 52 (16); factorisations 76 (53), 95 (62), 164 (144);
+///   Robertson  253, 372, 876 steps: Jacobians 36 (6), 41 (7), 52 (16); factorizations 76 (53), 95 (62), 164 (144);
 ///              iterations 567 (369), 1182 (526), 3227 (1203)
 /// Bounds are shares of the steps, or multiples of CVODE's count: those found, rounded up.
 struct Bounds {
@@ -54,14 +54,14 @@ void compare(const Problem& problem, const Vec& start, double end, double rtol, 
 
 }  // namespace
 
-TEST_CASE("HIRES: Jacobians and factorisations serve several steps, at changing steps too") {
+TEST_CASE("HIRES: Jacobians and factorizations serve several steps, at changing steps too") {
   using problems::Hires;
   compare(Hires{}, Hires::start(), Hires::end, 1e-3, 1e-3 * 1e-4, {0.25, 2, 3});
   compare(Hires{}, Hires::start(), Hires::end, 1e-5, 1e-5 * 1e-4, {0.25, 2, 3});
   compare(Hires{}, Hires::start(), Hires::end, 1e-7, 1e-7 * 1e-4, {0.25, 2, 3});
 }
 
-TEST_CASE("Robertson: Jacobians and factorisations serve several steps, at changing steps too") {
+TEST_CASE("Robertson: Jacobians and factorizations serve several steps, at changing steps too") {
   using problems::Robertson;
   compare(Robertson{}, Robertson::start(), 1e4, 1e-3, 1e-3 * 1e-6, {0.25, 2, 3});
   compare(Robertson{}, Robertson::start(), 1e4, 1e-5, 1e-5 * 1e-6, {0.25, 2, 3});

@@ -41,7 +41,7 @@ TEST_CASE("order 2: a motion with a temperature, all blocks by the same row") {
   check_order(errors(50, [&](int steps) { return (run(steps) - reference).norm(); }), 2);
 }
 
-TEST_CASE("exact counts: one Jacobian, one factorisation a run; the force at the end serves the next step") {
+TEST_CASE("exact counts: one Jacobian, one factorization a run; the force at the end serves the next step") {
   const auto count = [](auto y, auto force) {
     PhiStepper stepper{y, force, tr_bdf2};
     for (int k = 0; k < n; ++k) problems::step(stepper, y, 0.01 * k, 0.01);

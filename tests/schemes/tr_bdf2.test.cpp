@@ -1,4 +1,4 @@
-// TR-BDF2: one factorisation, two solves a step, L-stable, order 2.
+// TR-BDF2: one factorization, two solves a step, L-stable, order 2.
 #include "schemes/tr_bdf2_cases.hpp"
 #include "support/shared_force.hpp"
 
@@ -48,7 +48,7 @@ TEST_CASE("an oscillator loses energy by the formula, at fourth order") {
   }
 }
 
-TEST_CASE("exact counts: one Jacobian, one factorisation a run; the force at the end serves the next step") {
+TEST_CASE("exact counts: one Jacobian, one factorization a run; the force at the end serves the next step") {
   const shared_force::OfState<V2> pull = [](const V2& y) -> V2 { return -4 * y; };
   const auto count = [](V2 y, auto force) {
     PhiStepper stepper{y, force, tr_bdf2};

@@ -21,7 +21,7 @@ const Motion<Vec> start{Vec::Constant(2, 1.0), Vec::Constant(2, 0.3)};
 
 }  // namespace
 
-TEST_CASE("linearly implicit: one Jacobian, one factorisation, one solve a step, no iteration") {
+TEST_CASE("linearly implicit: one Jacobian, one factorization, one solve a step, no iteration") {
   Motion<Vec> y = start;
   PhiStepper stepper{y, Pendulum{}, backward_euler, linearly_implicit()};
   for (int n = 0; n < 10; ++n) problems::step(stepper, y, 0.1 * n, 0.1);

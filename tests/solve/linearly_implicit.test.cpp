@@ -18,7 +18,7 @@ const OfState pendulum = [](const V2& r) -> V2 { return -r.array().sin(); };
 const Motion<V2> from{V2(1, 1), V2(0.3, 0.3)};
 }  // namespace
 
-TEST_CASE("linearly implicit: one Jacobian, one factorisation, one solve a step, no iteration") {
+TEST_CASE("linearly implicit: one Jacobian, one factorization, one solve a step, no iteration") {
   Motion<V2> y = from;
   PhiStepper stepper{y, pendulum, backward_euler, linearly_implicit()};
   for (int n = 0; n < 10; ++n) problems::step(stepper, y, 0.1 * n, 0.1);

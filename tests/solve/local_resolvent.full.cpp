@@ -82,7 +82,7 @@ TEST_CASE("a flat vector of particles, and groups of a first-order state") {
   }
 }
 
-TEST_CASE("an affine local force is factorised once a run, without any matrix between particles") {
+TEST_CASE("an affine local force is factorized once a run, without any matrix between particles") {
   Motion<Matrix3Xd> y = crowd(1000);
   struct Spring {
     Vector3d operator()(const Vector3d& r) const { return Vector3d(-1, -2, -3).cwiseProduct(r); }

@@ -3,7 +3,7 @@
 
 using namespace affine_cases;
 
-TEST_CASE("an affine run factorises once and solves once a step") {
+TEST_CASE("an affine run factorizes once and solves once a step") {
   const Vec theta = Vec::LinSpaced(20, 1, 2);
   const Y motion{theta, -theta};
   const auto exact = [](const Statistics& s, int force_calls) {

@@ -1,4 +1,4 @@
-// Affine forces: one factorisation a run, one solve a step, no iterations; and a promise that is checked.
+// Affine forces: one factorization a run, one solve a step, no iterations; and a promise that is checked.
 #include <phistep/phistep.hpp>
 
 #include <cmath>
@@ -29,7 +29,7 @@ Square rod() { return Square{{-32, 16, 0}, {16, -32, 16}, {0, 16, -32}}; }
 }  // namespace
 
 // Fixed sizes: LU of a dynamic or a sparse matrix costs seconds to compile.
-TEST_CASE("an affine run factorises once and solves once a step") {
+TEST_CASE("an affine run factorizes once and solves once a step") {
   const Three theta(1, 1.5, 2);
   const auto exact = [](const Statistics& s, int force_calls) {
     CHECK(s.factorizations == 1);

@@ -82,7 +82,7 @@ TEST_CASE("phi > 1/2 in endpoint form reuses the force at the end of the last st
   }
 }
 
-TEST_CASE("a linear scene: one Jacobian and one factorisation a run, at most two solves a step") {
+TEST_CASE("a linear scene: one Jacobian and one factorization a run, at most two solves a step") {
   int calls = 0;
   const auto check = [](const Statistics& s) {
     CHECK(s.jacobians == 1);
@@ -97,7 +97,7 @@ TEST_CASE("a linear scene: one Jacobian and one factorisation a run, at most two
   check(by_integrate(Vec(Vec::LinSpaced(5, 1, 2)), decay, trapezoidal));
 }
 
-TEST_CASE("a new dt refactorises, but takes no new Jacobian") {
+TEST_CASE("a new dt refactorizes, but takes no new Jacobian") {
   int calls = 0;
   Y y = start();
   PhiStepper stepper{y, WithJacobian{{&calls}}, trapezoidal};

@@ -29,7 +29,7 @@ struct HardErrorJacobian {
 };
 }  // namespace
 
-TEST_CASE("sparse heat: one analysis, one Jacobian, one factorisation a run") {
+TEST_CASE("sparse heat: one analysis, one Jacobian, one factorization a run") {
   struct Heat {
     Eigen::SparseMatrix<double> A;
     Vec operator()(const Vec& T) const { return A * T; }

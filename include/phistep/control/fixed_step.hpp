@@ -82,7 +82,7 @@ class TimeGrid {
   /// How many steps, and how long the last one is.
   void share_out(Scalar length, Scalar whole, Scalar tick) {
     const Scalar rest = std::fma(-whole, dt_, length);
-    // Δt, t₁ and their difference are rounded: a rest of that size is none, and one that near to Δt is Δt (one factorisation
+    // Δt, t₁ and their difference are rounded: a rest of that size is none, and one that near to Δt is Δt (one factorization
     // a run).
     const Scalar rounding = 2 * std::numeric_limits<Scalar>::epsilon() * std::abs(length);
     steps_ = static_cast<std::int64_t>(whole);

@@ -37,7 +37,7 @@ namespace phistep::inline PHISTEP_ABI {
 struct ErrorLaw {
   int order = 1;                          ///< of the scheme
   int error_order = 2;                    ///< the power of Δt with which its estimate goes
-  double dead_band = 1;                   ///< see StepSize; more than 1 where a kept Δt spares a factorisation
+  double dead_band = 1;                   ///< see StepSize; more than 1 where a kept Δt spares a factorization
   StepFilter filter = StepFilter::H211b;  ///< the one that suits, unless the user names another
 };
 

@@ -21,7 +21,7 @@ namespace phistep::inline PHISTEP_ABI {
 
 /// Which filter.
 enum class StepFilter : std::uint8_t {
-  automatic,  ///< PI42 with a dead band where Δt costs a factorisation, predictive where each step does, H211b elsewhere
+  automatic,  ///< PI42 with a dead band where Δt costs a factorization, predictive where each step does, H211b elsewhere
   PI42,       ///< proportional-integral: calm, for implicit steps
   H211b,      ///< smoothest steps, with b = 4
   predictive,  ///< (2): sees a boundary layer coming
@@ -35,7 +35,7 @@ enum class StepFilter : std::uint8_t {
 class StepSize {
  public:
   /// @param order_of_error  k
-  /// @param dead_band       a growth by less than this keeps Δt, and with it the factorised matrix; 1: none
+  /// @param dead_band       a growth by less than this keeps Δt, and with it the factorized matrix; 1: none
   StepSize(StepFilter filter, int order_of_error, double dead_band)
       : filter_{filter},
         weights_{filter == StepFilter::H211b ? Weights{1.0 / 4, 1.0 / 4, 1.0 / 4} : Weights{3.0 / 5, -1.0 / 5, 0}},

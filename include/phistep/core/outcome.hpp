@@ -14,7 +14,7 @@ enum class Outcome : std::uint8_t {
   non_finite_state,       ///< the state given, or the state reached, holds a NaN or an infinity
   non_finite_force,       ///< Ψ does
   non_finite_jacobian,    ///< ∂Ψ/∂y does
-  singular_matrix,        ///< M − γC − γ²K could not be factorised
+  singular_matrix,        ///< M − γC − γ²K could not be factorized
   not_positive_definite,  ///< a symmetric solver met a matrix that is indefinite
   not_affine,             ///< a force promised to be affine isn't, or its Jacobian is wrong
   not_symmetric,          ///< a tangent promised to be symmetric isn't

@@ -16,7 +16,7 @@ struct StepperFacts {
   Fact<bool> interpolates;    ///< it knows the solution inside the step just accepted better than its ends tell
   Fact<bool> solves_nothing;  ///< stability keeps Δt within what slopes at both ends can tell
   Fact<bool> refactorizes;    ///< each step makes its matrix anew, so that keeping Δt spares nothing
-  Fact<bool> is_affine;       ///< one factorisation serves all steps of one Δt
+  Fact<bool> is_affine;       ///< one factorization serves all steps of one Δt
   Fact<std::array<double, 2>> doubtful_at;  ///< where in a step, 0 < x < 1, its interpolant is worst
 };
 

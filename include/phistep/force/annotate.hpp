@@ -73,7 +73,7 @@ struct Affine : Callable<F> {
   static constexpr bool is_affine = true;
   using Callable<F>::Callable;
 };
-/// Promises that f is affine in the state, with coefficients that never change: the step's matrix is then factorised once
+/// Promises that f is affine in the state, with coefficients that never change: the step's matrix is then factorized once
 /// while Δt stays, and every step is one linear solve. A promise that isn't kept gives wrong answers; check_jacobian at two
 /// states finds it.
 template <class F>

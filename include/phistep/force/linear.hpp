@@ -1,5 +1,5 @@
 /// @file
-/// Forces given as matrices. They are affine by construction: one factorisation serves a whole run of constant Δt, and a
+/// Forces given as matrices. They are affine by construction: one factorization serves a whole run of constant Δt, and a
 /// step is one linear solve.
 #pragma once
 

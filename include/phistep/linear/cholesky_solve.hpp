@@ -20,13 +20,13 @@ concept SimplicialFactors = requires(const Solver& solver) {
   solver.permutationPinv();
 };
 
-/// Solves Pᵀ L D Lᵀ P x = b (D = 1 for LLᵀ). read(solver) after each factorisation, then solve_in_place(solver, x).
+/// Solves Pᵀ L D Lᵀ P x = b (D = 1 for LLᵀ). read(solver) after each factorization, then solve_in_place(solver, x).
 template <class Scalar>
 class CholeskySolve {
  public:
   using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
 
-  /// Eigen hands D out by value only: one copy a factorisation instead of one a solve.
+  /// Eigen hands D out by value only: one copy a factorization instead of one a solve.
   template <SimplicialFactors Solver>
   void read(const Solver& solver) {
     if constexpr (requires { solver.vectorD(); }) pivots_ = solver.vectorD();

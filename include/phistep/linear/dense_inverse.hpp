@@ -139,7 +139,7 @@ class DenseInverse {
     }
   }
 
-  Matrix a_ = Matrix::Zero();  // a stepper is copied before it has factorised anything
+  Matrix a_ = Matrix::Zero();  // a stepper is copied before it has factorized anything
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

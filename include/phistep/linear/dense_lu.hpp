@@ -135,7 +135,7 @@ class DenseLu<Scalar, size> {
     }
   }
 
-  // A stepper is copied before it has factorised anything: it must not read what was never written.
+  // A stepper is copied before it has factorized anything: it must not read what was never written.
   Matrix lu_ = Matrix::Zero();
   Scalar inverse_pivot_[size]{};
   int order_[size]{};
@@ -219,7 +219,7 @@ class DenseLu<Scalar, size> {
   [[nodiscard]] Scalar& at(int i, int j) { return a_.data()[i + j * size]; }
   [[nodiscard]] Scalar at(int i, int j) const { return a_.data()[i + j * size]; }
 
-  // A stepper is copied before it has factorised anything: it must not read what was never written.
+  // A stepper is copied before it has factorized anything: it must not read what was never written.
   Matrix a_ = Matrix::Zero();  // D⁻¹L⁻¹P, D the diagonal of U
   Scalar upper_[3]{};          // D⁻¹U at (0,1), (0,2), (1,2)
 };

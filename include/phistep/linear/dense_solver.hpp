@@ -1,7 +1,7 @@
 /// @file
 /// Which dense solver is the faster one for a size, and for how many solves its factors will serve.
 ///
-/// Factorisation and one solve in ns, the next solve waiting for this one's answer (double, Zen 4, g++ 12; bench/small_dense):
+/// Factorization and one solve in ns, the next solve waiting for this one's answer (double, Zen 4, g++ 12; bench/small_dense):
 ///
 ///         -O2 (SSE2)                           -O3 -march=native
 ///     n   LU           inverse     even after  LU           inverse     even after
@@ -26,7 +26,7 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// How a factorisation of fixed size is best kept. Dynamic and large sizes have LU alone.
+/// How a factorization of fixed size is best kept. Dynamic and large sizes have LU alone.
 enum class Solves { few, several, many };
 template <int size, Solves solves>
 inline constexpr bool prefers_inverse = size > 0 && size <= small_dense_limit &&
@@ -42,7 +42,7 @@ struct SmallDenseSolverFor<Scalar, size, solves, true> {
   using type = DenseInverse<Scalar, size>;
 };
 
-/// @tparam solves  many: one factorisation a run (affine forces); several: one a step of several stages; few: Newton's
+/// @tparam solves  many: one factorization a run (affine forces); several: one a step of several stages; few: Newton's
 template <class Scalar, int size, Solves solves>
 using SmallDenseSolver = typename SmallDenseSolverFor<Scalar, size, solves>::type;
 

@@ -1,5 +1,5 @@
 /// @file
-/// Several complex matrices of one shape factorised side by side, one a lane: W_l x_l = b_l, l = 0 … lanes − 1.
+/// Several complex matrices of one shape factorized side by side, one a lane: W_l x_l = b_l, l = 0 … lanes − 1.
 ///
 /// The lanes are W_l = λ_l M − J of an implicit Runge-Kutta method, whose entries are alike in size: they share their rows'
 /// exchanges, chosen so that the worst lane's pivot is largest beside that lane's best. Each operation is then the same for

@@ -161,7 +161,7 @@ class DiagonalMass {
   Vector mass_, inverse_;
 };
 
-/// A dense mass matrix, factorised once.
+/// A dense mass matrix, factorized once.
 template <class T>
 class DenseMass {
  public:

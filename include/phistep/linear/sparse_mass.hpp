@@ -17,7 +17,7 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// A sparse M, factorised once. Eigen's sparse solve allocates a vector a call.
+/// A sparse M, factorized once. Eigen's sparse solve allocates a vector a call.
 template <class T>
 class SparseMass {
  public:

@@ -4,7 +4,7 @@
 ///
 /// Pivots lie on the diagonal, in the order of least fill (H. M. Markowitz, Management Sci. 3 (1957) 255: the pivot with
 /// the fewest (r−1)(c−1), r and c being the entries left in its row and column). W = M − γJ of stable equations seldom needs
-/// others. Where a multiplier exceeds `largest_multiplier` all the same, the factorisation is done again as a dense one with
+/// others. Where a multiplier exceeds `largest_multiplier` all the same, the factorization is done again as a dense one with
 /// row pivoting: slower, and no less accurate (threshold pivoting, I. S. Duff, A. M. Erisman & J. K. Reid, Direct Methods
 /// for Sparse Matrices, sect. 5.2).
 #pragma once
@@ -136,7 +136,7 @@ class StaticSparseLu {
     Scalar y[n];
     unrolled_rows(x, y, std::make_integer_sequence<int, n>{});
   }
-  /// Whether the last factorisation had to choose its pivots.
+  /// Whether the last factorization had to choose its pivots.
   [[nodiscard]] bool is_dense() const { return is_dense_; }
 
  private:

@@ -16,8 +16,8 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// Banded W, factorised by LU with row pivoting. The bandwidths are those of the entries that arrive, masses included;
-/// after the first factorisation nothing is allocated unless one falls outside.
+/// Banded W, factorized by LU with row pivoting. The bandwidths are those of the entries that arrive, masses included;
+/// after the first factorization nothing is allocated unless one falls outside.
 template <class Scalar, bool has_K, bool has_C>
 class BandedSystem : public Sizes {
  public:

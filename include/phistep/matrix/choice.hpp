@@ -19,8 +19,8 @@ struct MatrixFacts {
   bool has_K = false;           ///< ∂Ψ/∂r is there
   bool has_C = false;           ///< ∂Ψ/∂v (or ∂Ψ/∂y) is there
   bool symmetric = false;       ///< K, C and M are
-  bool constant = false;        ///< the force is affine: K and C never change, one factorisation serves many solves
-  bool stages = false;          ///< each factorisation serves several solves
+  bool constant = false;        ///< the force is affine: K and C never change, one factorization serves many solves
+  bool stages = false;          ///< each factorization serves several solves
   int block = 0;                ///< rows of a particle's or a chain link's block, 0 where there is none
   bool differenced = false;     ///< K and C are made by differences: symmetric, if at all, only to their accuracy
   bool static_pattern = false;  ///< the entries of W are known one by one, and spare half of an elimination

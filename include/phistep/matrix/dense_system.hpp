@@ -48,7 +48,7 @@ class Sizes {
   return 0;
 }
 
-/// Dense W. @tparam constant  one factorisation serves many solves: an inverse pays where n is small
+/// Dense W. @tparam constant  one factorization serves many solves: an inverse pays where n is small
 /// @tparam stages  one serves several
 template <class Scalar, int n, bool has_K, bool has_C, bool constant = false, bool stages = false>
 class DenseSystem : public Sizes {

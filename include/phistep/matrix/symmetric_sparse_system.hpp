@@ -2,8 +2,8 @@
 /// The step's matrix W = M − γ_f C − γ_f γ_d K of a force that promises symmetric tangents, sparse.
 ///
 /// LDLᵀ without pivoting serves while W is positive definite, which D > 0 tells: half the work of LU and less fill. It
-/// reads the lower triangle alone, so that the promise is checked at each factorisation. Where W is indefinite (compressed
-/// springs) or nearly singular, an LU with pivoting of the same W serves for that factorisation, counted in
+/// reads the lower triangle alone, so that the promise is checked at each factorization. Where W is indefinite (compressed
+/// springs) or nearly singular, an LU with pivoting of the same W serves for that factorization, counted in
 /// Statistics::fallbacks; LDLᵀ is tried again at the next.
 #pragma once
 

@@ -191,7 +191,7 @@ class Kernel {
   }
   static constexpr bool has_time = !Rhs::is_autonomous;
   [[nodiscard]] const auto& psi_t() const requires(needs.stages&& has_time) { return resolvent_.psi_t(); }
-  /// M − γJ of the last linearisation, factorised
+  /// M − γJ of the last linearisation, factorized
   [[nodiscard]] Outcome factorize(Scalar gamma) requires(needs.stages) { return resolvent_.factorize(rhs_, gamma); }
   /// (M − γJ) x = b, in place, for all blocks
   [[nodiscard]] Outcome solve(Scalar gamma, Plain& x) requires(needs.stages) {

@@ -90,7 +90,7 @@ struct Rodas5P {
        -59.78993625266729L, -0.15582684282751913L, 4.883087185713722L}};
 };
 
-/// Order 4, stiff problems at 2 to 4 digits: a step is a Jacobian, a factorisation and six linear solves, no iteration.
+/// Order 4, stiff problems at 2 to 4 digits: a step is a Jacobian, a factorization and six linear solves, no iteration.
 inline constexpr Rosenbrock<Rodas4> rodas4{};
 /// Order 5, stiff problems at 4 to 8 digits where there are many unknowns: eight solves.
 inline constexpr Rosenbrock<Rodas5P> rodas5p{};

@@ -1,5 +1,5 @@
 /// @file
-/// K = ∂Ψ/∂r, C = ∂Ψ/∂v (or ∂Ψ/∂y) and the factorised matrix W = M − γ_f C − γ_f γ_d K of a resolve: which system serves
+/// K = ∂Ψ/∂r, C = ∂Ψ/∂v (or ∂Ψ/∂y) and the factorized matrix W = M − γ_f C − γ_f γ_d K of a resolve: which system serves
 /// them is decided from the force's own traits, and what was made is kept while it serves.
 #pragma once
 
@@ -39,7 +39,7 @@ struct TangentSource {
 
 /// `position` = false serves resolves with γ_d = 0 only (Verlet's last half-kick): no K, and terms that ignore v are
 /// never asked for a tangent.
-/// @tparam stages  each factorisation serves several solves
+/// @tparam stages  each factorization serves several solves
 template <State S, class Rhs, class LinearSolver, bool position, bool stages = false>
 class Linearisation {
  public:

@@ -30,7 +30,7 @@ concept NewtonEquation = requires(Equation& F) {
     } -> std::same_as<bool>;  // … or in what these were made of, the positions of stiff springs say
   { F.has_jacobian() } -> std::same_as<bool>;
   { F.has_factors() } -> std::same_as<bool>;
-  { F.refresh() } -> std::same_as<Outcome>;  // W, factorised, its Jacobian made anew if dropped
+  { F.refresh() } -> std::same_as<Outcome>;  // W, factorized, its Jacobian made anew if dropped
   { F.correct() } -> std::same_as<Outcome>;  // solves W δ = F and moves the iterate by δ
   { F.size() } -> std::same_as<Correction>;  // of the last move
   F.retreat();                               // takes back half of the last move

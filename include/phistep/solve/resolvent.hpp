@@ -279,7 +279,7 @@ concept Resolves = requires(Resolvent& one, Rhs& rhs, const Gamma<ScalarOf<S>>& 
     } -> std::same_as<Outcome>;
   { one.filter(rhs, Y) } -> std::same_as<Outcome>;  // of an error estimate, with the last resolve's matrix
   { one.increment()[Index{}] } -> std::convertible_to<ScalarOf<S>>;  // Y − b of the last resolve
-  { one.keeps_factors() } -> std::same_as<bool>;                     // whether a constant Δt spares factorisations
+  { one.keeps_factors() } -> std::same_as<bool>;                     // whether a constant Δt spares factorizations
   { one.solver_name() } -> std::same_as<const char*>;
   one.resize(guess, rhs);
   one.forget();  // what solves have left

@@ -10,7 +10,7 @@
 namespace phistep::inline PHISTEP_ABI {
 
 /// By how much Δt has to grow to be worth new factors: without a matrix, at once; Newton makes do with old ones within
-/// limits; an affine step can't, and a factorisation is then most of what it costs.
+/// limits; an affine step can't, and a factorization is then most of what it costs.
 template <class Stepper>
 [[nodiscard]] double dead_band(const Stepper& stepper) {
   if constexpr (facts_of<Stepper>.refactorizes) return 1;

@@ -157,7 +157,7 @@ class PhiStepper {
   [[nodiscard]] const Statistics& statistics() const { return kernel_.rhs().statistics(); }
   /// How the library solves the linear equations of this scheme, force and mass; "none" where there are none.
   [[nodiscard]] const char* solver_name() const { return kernel_.solver_name(); }
-  /// Whether a constant Δt spares factorisations.
+  /// Whether a constant Δt spares factorizations.
   [[nodiscard]] bool keeps_factors() const { return kernel_.keeps_factors(); }
   /// The scheme at work: stage values of the last step, where it has some.
   [[nodiscard]] const Working& working() const { return working_; }

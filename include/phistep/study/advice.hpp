@@ -82,7 +82,7 @@ void choose_stiff(const AdvisedProblem& scene, Advice& to) {
   } else if (scene.rtol > 1e-7 && (!few || scene.unknowns > 10)) {
     to.scheme = "rodas5p";
     to.reasons.push_back("with " + std::to_string(scene.unknowns) +
-                         " unknowns the factorisation is what costs: order 5 has one for eight solves");
+                         " unknowns the factorization is what costs: order 5 has one for eight solves");
   } else if (few) {
     to.scheme = "radau";
     to.reasons.push_back("at " + digits_of(scene.rtol) + " and " + std::to_string(scene.unknowns) +
@@ -90,7 +90,7 @@ void choose_stiff(const AdvisedProblem& scene, Advice& to) {
   } else {
     to.scheme = "rodas5p";
     to.reasons.push_back("at " + digits_of(scene.rtol) +
-                         " a higher order would pay, but not the factorisations that it takes");
+                         " a higher order would pay, but not the factorizations that it takes");
   }
 }
 /// Not stiff: what the force looks at, and how many digits are wanted.

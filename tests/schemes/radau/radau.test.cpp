@@ -153,7 +153,7 @@ TEST_CASE("a motion is the first-order system of twice its unknowns, step by ste
   }
 }
 
-TEST_CASE("exact counts: s force calls an iteration, one Jacobian and one factorisation a step") {
+TEST_CASE("exact counts: s force calls an iteration, one Jacobian and one factorization a step") {
   const auto y = problems::VanDerPol::start();
   auto now = y;
   PhiStepper stepper{y, problems::VanDerPol{}, radau(5)};

@@ -1,6 +1,6 @@
 /// @file
 /// Rows of linearly implicit Euler steps (extrapolated_implicit.hpp) where W is a dense matrix of few unknowns: in lanes,
-/// each with an inverse of its own. Ten and more solves a factorisation are worth it at every size (linear/dense_solver.hpp).
+/// each with an inverse of its own. Ten and more solves a factorization are worth it at every size (linear/dense_solver.hpp).
 #pragma once
 
 #include <Eigen/Core>

@@ -118,7 +118,7 @@ class ImplicitEulerBase {
   static constexpr bool needs_stages = true;
   template <int columns>
   static constexpr auto numbers = bulirsch_numbers<columns>();
-  /// What a row costs beside its substeps, in substeps (a force call and a solve): a factorisation (bench/small_dense).
+  /// What a row costs beside its substeps, in substeps (a force call and a solve): a factorization (bench/small_dense).
   static constexpr double row_work = [] {
     constexpr int n = static_unknowns<S>;
     return n == Eigen::Dynamic ? 8 : n <= 2 ? 2 : n <= 8 ? 4 : 10;
