@@ -129,8 +129,8 @@ template <State S, class Masses>
     for_each_part(
         [&](Index at, const auto& block, const auto& mass) {
           all.is_matrix = all.is_matrix || std::remove_cvref_t<decltype(mass)>::is_matrix;
-          mass.for_each_entry(block.size(),
-                              [&](Index i, Index j, auto m) { put(at + i, at + j, static_cast<double>(m)); });
+          for_each_inertia(mass, block.size(),
+                           [&](Index i, Index j, auto m) { put(at + i, at + j, static_cast<double>(m)); });
         },
         Blocks<S>::solved(y), masses);
   };

@@ -9,6 +9,33 @@
 
 using namespace phistep;
 
+TEST_CASE("bodies held still: their energies are those of their masses, and what carries them does work from outside") {
+  for (const double carried : {0.0, 0.5}) {
+    Eigen::Matrix3Xd r{{0, 0.3}, {0, 0}, {1, 0}}, v{{carried, 0}, {0, 0}, {0, 0}};
+    Particles<double, 3> two{r, v};
+    two.set_mass(0.5).set_still({1, 0});
+    const auto force = spring_network<3>({{0, 1, 100, 1}}) + Gravity{Eigen::Vector3d{0, 0, -9.81}};
+    const double spring = 100 * std::pow((r.col(1) - r.col(0)).norm() - 1, 2) / 2;
+    const auto check = [&](auto scheme) {
+      auto y = two;
+      PhiStepper stepper{y, force, scheme};
+      EnergyLedger ledger{stepper};
+      CHECK(potential_energy(stepper, y) == Approx(0.5 * 9.81 + spring));
+      REQUIRE(integrate(stepper, y, {0, 1}, fixed(0.001), ledger));
+      CHECK(ledger.start() == Approx(0.5 * 9.81 + spring + carried * carried / 4));
+      CHECK(ledger.kinetic() == Approx(kinetic_energy(y)));
+      CHECK(std::abs(ledger.closure()) <= 1e-12);
+      CHECK(std::abs(ledger.solver()) <= 1e-12);
+      CHECK(std::abs(ledger.external()) >= (carried > 0 ? 0.01 : 0.0));
+      if (carried == 0) CHECK(std::abs(ledger.external()) <= 1e-25);
+      return ledger.external();
+    };
+    const double by_verlet = check(velocity_verlet), by_midpoint = check(midpoint), by_half = check(trapezoidal);
+    CHECK(by_midpoint == Approx(by_verlet).epsilon(1e-3).margin(1e-12));
+    CHECK(by_half == Approx(by_verlet).epsilon(1e-3).margin(1e-12));
+  }
+}
+
 TEST_CASE("a force with a neighbour list: the ledger closes, and changes no bit of the run") {
   Eigen::Matrix3Xd r(3, 27);
   for (Eigen::Index i = 0; i < 27; ++i)

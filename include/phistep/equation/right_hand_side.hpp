@@ -323,7 +323,7 @@ template <State S>
   return [&rhs, &y](auto&& put) {
     for_each_part(
         [&put](Index at, const auto& block, const auto& mass) {
-          mass.for_each_entry(block.size(), [&](Index i, Index j, auto m) { put(at + i, at + j, m); });
+          for_each_inertia(mass, block.size(), [&](Index i, Index j, auto m) { put(at + i, at + j, m); });
         },
         Blocks<S>::solved(y), rhs.masses());
   };

@@ -40,12 +40,18 @@ concept MultipliesMass = requires(const Mass& M, Scalar h, Eigen::Matrix<Scalar,
   { M.scaled(h)(n) } -> std::convertible_to<Scalar>;             // i ↦ h/m_i, for the explicit update; of a matrix h
   M.subtract_product(x, x);                                      // the second −= M times the first
   M.add_product([](Eigen::Index) { return Scalar{}; }, x);       // x += M times a function of the component
-  M.for_each_entry(n, [](Eigen::Index, Eigen::Index, auto) {});  // f(i, j, M_ij) of the first n, to assemble M − γJ
+  M.for_each_entry(n, [](Eigen::Index, Eigen::Index, auto) {});  // f(i, j, M_ij) of the first n
 };
 /// A mass bound to a block of components.
 template <class Mass, class Scalar>
 concept BoundMass = MultipliesMass<Mass, Scalar> &&
     (Mass::is_matrix ? SolvesMass<Mass, Scalar> : MassByComponent<Mass, Scalar>);
+
+/// f(i, j, M_ij) of the first n, to assemble M − γJ: what is held still is as heavy as subtract_product takes it.
+void for_each_inertia(const auto& mass, Eigen::Index n, auto&& f) {
+  if constexpr (requires { mass.for_each_inertia(n, f); }) mass.for_each_inertia(n, f);
+  else mass.for_each_entry(n, f);
+}
 
 /// h/m for every component alike.
 template <class Scalar>

@@ -125,6 +125,9 @@ class ParticleMasses {
     for (Eigen::Index i = 0; i < out.size(); ++i) out[i] -= inertia(i) * x[i];
   }
   void for_each_entry(Eigen::Index n, auto&& f) const {
+    for (Eigen::Index i = 0; i < n; ++i) f(i, i, mass_[i / rows]);
+  }
+  void for_each_inertia(Eigen::Index n, auto&& f) const {
     for (Eigen::Index i = 0; i < n; ++i) f(i, i, inertia(i));
   }
   void add_product(auto&& x, auto& out) const {

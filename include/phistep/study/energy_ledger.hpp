@@ -218,6 +218,7 @@ class EnergyLedger : public EnergyBooksOf<Stepper> {
     middle_ = (v0 + v1) / 2;
     residual_ = -h * psi_;
     force_.mass().subtract_product(-flat(dv_), flat(residual_));  // ρ
+    const Energy carried = take_carried(h);
 
     Energy scheme, solver = dot(middle_, residual_);
     if constexpr (balance == EnergyBalance::verlet) {
@@ -245,7 +246,21 @@ class EnergyLedger : public EnergyBooksOf<Stepper> {
     books_.damping.add(D);
     books_.external.add(X);
     books_.external.add(timed);
+    books_.external.add(carried);
     books_.solver.add(solver);
+  }
+  /// The work on bodies that are held at a velocity by what carries them: −h v̄ᵀΨ_φ. There, ρ is no error.
+  [[nodiscard]] Energy take_carried(Scalar h) {
+    Energy work{0};
+    if constexpr (!std::remove_cvref_t<decltype(force_.mass())>::is_matrix) {
+      const auto factor = force_.mass().scaled(Scalar{1});
+      for (Index i = 0; i < residual_.size(); ++i)
+        if (factor(i) == 0) {
+          work -= static_cast<Energy>(h) * static_cast<Energy>(middle_.data()[i]) * static_cast<Energy>(psi_.data()[i]);
+          residual_.data()[i] = 0;
+        }
+    }
+    return work;
   }
   /// (4)
   void book_rest(Scalar t0, Scalar t1, Scalar h, const Plain& y0, const Plain& y1) {
