@@ -212,6 +212,15 @@ def pages():
     return found
 
 
+def users(code, name):
+    """The pages whose code uses the library's name, not another of that spelling: std::sqrt, a member, a variable. Where none
+    qualifies it, those that let its arguments find it."""
+    plain = rf"(?<!std::)(?<!\.)\b{name}\b"
+    qualified = rf"\bphistep::(?:\w+::)?{name}\b"
+    found = [p for p, text in code.items() if re.search(plain if "using namespace phistep" in text else qualified, text)]
+    return found or [p for p, text in code.items() if re.search(plain, text)]
+
+
 def link(path, start, on_site=False):
     """From a page in the folder `start` of docs/. On the site, what lies beside docs/ lies in it."""
     if on_site and ROOT / "docs" not in path.parents:
@@ -294,7 +303,7 @@ def main():
                 problems.append(f"{name}: no such name in the headers")
                 lines.append(line)
                 continue
-            used = [page for page, text in code.items() if re.search(rf"\b{name}\b", text)]
+            used = users(code, name)
             documented = [e for e in entries[name] if e.docstring()]
             if not documented:
                 problems.append(f"{name}: has no docstring ({entries[name][0].header})")
@@ -335,7 +344,7 @@ def main():
             for name in names:
                 if name in entries:
                     header = entries[name][0].header
-                    used = [p for p, t in code.items() if re.search(rf"\b{name}\b", t)]
+                    used = users(code, name)
                     page += section_of(entries, name, used, "" if header in told else headers.get(header, ""))
                     told.add(header)
                     text = text.replace(f"| `{name}` |", f"| [`{name}`](api/{slug}.md#{name.lower()}) |", 1)
