@@ -87,7 +87,9 @@ class Entry:
         detail = self.element.find("detaileddescription")
         if not first and detail is not None and detail.find("para") is not None:
             first = lead(detail.find("para"))
-        return re.split(r"(?<![A-Z]\.)(?<!eq\.)(?<!sect\.)(?<=[.;:]) (?=[A-Z`(])", first)[0].rstrip(".:;")
+        sentences = re.split(r"(?<![A-Z]\.)(?<!eq\.)(?<!sect\.)(?<!Proc\.)(?<=[.;:]) (?=[A-Z`(])", first)
+        short = sentences[0] if len(sentences[0]) > 20 else " ".join(sentences[:2])  # "φ = 1." says little
+        return short.rstrip(".:;")
 
     def described(self, kind):
         """[(names, text)] of a parameterlist: param, exception, tparam."""
@@ -317,7 +319,7 @@ def main():
                 for member in entry.members:
                     if member.kind == "variable" and not member.docstring() and member.line() not in said:
                         problems.append(f"{name}::{member.name}: has no docstring ({entry.header})")
-            brief = documented[0].brief().replace("|", "\\|") if documented else ""
+            brief = max(documented, key=lambda e: (not getattr(e, "specialised", False), len(e.docstring()))).brief().replace("|", "\\|") if documented else ""
             where = ", ".join(f"[{title(p)}]({link(p, 'reference')})" for p in used[:3])
             line = f"| `{name}` | {brief} | `{umbrella_of(entries[name][0].header)}.hpp` | {where} |"
         lines.append(line)

@@ -93,6 +93,7 @@ template <State S, class F, class MassSpec>
   return found;
 }
 
+/// The scheme and the control to take for a run, with reasons, from the types and from a pilot run.
 /// @param start   [the state's units] where the run begins
 /// @param force   as the stepper will have it; called, not changed
 /// @param wanted  what the run will be asked for

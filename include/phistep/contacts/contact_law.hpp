@@ -187,7 +187,7 @@ struct Hertz {
   }
 };
 
-/// (3): LAMMPS' pair style gran/hooke/history to the letter: damping proportional to m*, a contact that may pull, torques
+/// LAMMPS' pair style gran/hooke/history to the letter, (3): damping proportional to m*, a contact that may pull, torques
 /// on the arms R_i and R_j. The sum of torques then differs from that of the forces by δ F_t; the laws above use arms
 /// that meet between the two bodies, and keep the angular momentum.
 struct GranHooke {

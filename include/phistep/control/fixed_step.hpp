@@ -29,7 +29,9 @@ struct FixedStep {
   FixedStepOptions options;
 };
 
-/// `integrate(stepper, state, {t0, t1}, fixed(dt))`
+/// One Δt for the whole run: `integrate(stepper, state, {t0, t1}, fixed(dt))`.
+/// @param dt       [time] finite and not 0, or the run ends with Outcome::invalid_step
+/// @param options  .max_steps: 2⁵³ unless given
 [[nodiscard]] constexpr FixedStep fixed(double dt, FixedStepOptions options = {}) { return {dt, options}; }
 
 /// Steps of Δt over a span of the length T = t₁ − t₀, and the n+1 times of their ends: t₀ + nΔt, then t₁ itself. Time is

@@ -19,7 +19,7 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// Which filter.
+/// How Δt follows the errors of the last steps.
 enum class StepFilter : std::uint8_t {
   automatic,  ///< PI42 with a dead band where Δt costs a factorization, predictive where each step does, H211b elsewhere
   PI42,       ///< proportional-integral: calm, for implicit steps

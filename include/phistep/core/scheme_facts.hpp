@@ -24,13 +24,14 @@ enum class EnergyBalance {
   verlet     ///< velocity Verlet's
 };
 
+/// What the type of a scheme says of it.
 struct SchemeFacts {
-  Fact<bool> motion_only;    ///< treats r and v differently: it takes no first-order state
-  Fact<bool> is_explicit;    ///< solves nothing where the force ignores v
-  Fact<bool> is_symplectic;  ///< where the force ignores v
-  Fact<bool> is_a_stable;    ///< |R(z)| ≤ 1 for Re z ≤ 0
-  Fact<bool> is_l_stable;    ///< … and R(∞) = 0
-  Fact<EnergyBalance> energy;
+  Fact<bool> motion_only;      ///< treats r and v differently: it takes no first-order state
+  Fact<bool> is_explicit;      ///< solves nothing where the force ignores v
+  Fact<bool> is_symplectic;    ///< where the force ignores v
+  Fact<bool> is_a_stable;      ///< |R(z)| ≤ 1 for Re z ≤ 0
+  Fact<bool> is_l_stable;      ///< … and R(∞) = 0
+  Fact<EnergyBalance> energy;  ///< which formulas the energy ledger has for it
 };
 
 /// An explicit scheme of motion, and what is left to say of it.

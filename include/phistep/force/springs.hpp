@@ -52,7 +52,7 @@ class SpringList {
 struct NoDamping {};
 /// A dashpot beside every spring: c [force·time/length], along the spring.
 struct SpringDamping {
-  double c;
+  double c;  ///< [force·time/length]
 };
 
 /// Springs between the particles of a motion whose positions are a flat vector (x₀ y₀ [z₀] x₁ …) or a dim×N matrix.

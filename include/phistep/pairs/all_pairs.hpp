@@ -53,7 +53,7 @@ struct SoftenedGravity {
 
 /// k (r² + ε²)^(−3/2) between charges: k = 1/(4π ε₀) in SI units.
 struct Coulomb {
-  double k;            ///< [force·length²/charge²]
+  double k;            ///< [force·length²/charge²]; in SI 8.98755e9 N m²/C²
   double epsilon = 0;  ///< softening ε [length]
   static constexpr PairWeight weight = PairWeight::charge;
 

@@ -21,7 +21,7 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// A scheme on states of type S, each in a header of its own (phistep.hpp includes all).
+/// A scheme's step on states of type S, specialized for each scheme, each in a header of its own (phistep.hpp includes all).
 template <class Scheme, State S>
 class SchemeOn {
   static_assert(!sizeof(Scheme), "phistep: this is no scheme, or the header that defines it is not included");

@@ -20,7 +20,7 @@ struct MotionView {
   const Mass& mass;  ///< m in m v' = Ψ
 };
 
-/// A second-order state. `Vector` is any Eigen vector or matrix (3×N: one column a particle), owning or a Map of the
+/// Positions and velocities, the state of m r'' = Ψ(r, v, t). `Vector` is any Eigen vector or matrix (3×N: one column a particle), owning or a Map of the
 /// user's own arrays, which are then stepped in place.
 template <class Vector>
 struct Motion {

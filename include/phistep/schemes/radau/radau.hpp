@@ -53,7 +53,7 @@ struct Radau {
     return {s};
   }
 };
-/// The scheme to write: `radau`, or `radau(5)`.
+/// Radau IIA for stiff problems at many digits: `radau` chooses its order, `radau(5)` has five stages.
 inline constexpr Radau radau{};
 
 template <State S>
