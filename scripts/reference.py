@@ -89,7 +89,7 @@ class Entry:
             first = lead(detail.find("para"))
         sentences = re.split(r"(?<![A-Z]\.)(?<!eq\.)(?<!sect\.)(?<!Proc\.)(?<=[.;:]) (?=[A-Z`(])", first)
         short = sentences[0] if len(sentences[0]) > 20 else " ".join(sentences[:2])  # "φ = 1." says little
-        return short.rstrip(".:;")
+        return re.sub(r"\. \[\w+\]$", "", short).rstrip(".:;")
 
     def described(self, kind):
         """[(names, text)] of a parameterlist: param, exception, tparam."""
