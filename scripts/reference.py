@@ -12,6 +12,7 @@ pages whose code uses it. It fails where
 defaults, docstrings, examples.
 """
 import argparse
+import functools
 import os
 import pathlib
 import re
@@ -74,7 +75,7 @@ class Entry:
 
     def __init__(self, name, kind, element, header):
         self.name, self.kind, self.element, self.header = name, kind, element, header
-        self.members = []
+        self.members, self.specialised = [], False
 
     def docstring(self):
         brief = markdown(self.element.find("briefdescription")).strip()
@@ -175,17 +176,14 @@ def read_entries(xml):
 def umbrella_of(header):
     """The first umbrella from which a header is reached."""
     for umbrella in UMBRELLAS:
-        if header in reached(f"phistep/{umbrella}.hpp", set()):
+        if header in reached(f"phistep/{umbrella}.hpp"):
             return umbrella
     return header.removeprefix("phistep/").removesuffix(".hpp")
 
 
-REACHED = {}
-
-
-def reached(header, seen):
-    if header in REACHED:
-        return REACHED[header]
+@functools.cache
+def reached(header):
+    """A header and all that it includes."""
     todo, seen = [header], {header}
     while todo:
         text = (ROOT / "include" / todo.pop()).read_text(encoding="utf-8")
@@ -193,7 +191,6 @@ def reached(header, seen):
             if included not in seen:
                 seen.add(included)
                 todo.append(included)
-    REACHED[header] = seen
     return seen
 
 
@@ -237,7 +234,7 @@ def title(page):
 def section_of(entries, name, used, said):
     """The section of one name on the site; `said`: what its header says, empty if said already."""
     text = f"\n## `{name}`\n\n"
-    found = [e for e in entries[name] if not getattr(e, "specialised", False)] or entries[name]
+    found = [e for e in entries[name] if not e.specialised] or entries[name]
     text += f"`#include <phistep/{umbrella_of(found[0].header)}.hpp>` · {found[0].header}\n\n"
     if said:
         text += said + "\n\n"
@@ -319,7 +316,7 @@ def main():
                 for member in entry.members:
                     if member.kind == "variable" and not member.docstring() and member.line() not in said:
                         problems.append(f"{name}::{member.name}: has no docstring ({entry.header})")
-            brief = max(documented, key=lambda e: (not getattr(e, "specialised", False), len(e.docstring()))).brief().replace("|", "\\|") if documented else ""
+            brief = max(documented, key=lambda e: (not e.specialised, len(e.docstring()))).brief().replace("|", "\\|") if documented else ""
             where = ", ".join(f"[{title(p)}]({link(p, 'reference')})" for p in used[:3])
             line = f"| `{name}` | {brief} | `{umbrella_of(entries[name][0].header)}.hpp` | {where} |"
         lines.append(line)

@@ -5,21 +5,7 @@
 
 cmake_minimum_required(VERSION 3.25)
 
-set(problems 0)
-function(problem text)
-  math(EXPR count "${problems} + 1")
-  set(problems ${count} PARENT_SCOPE)
-  message(NOTICE "${text}")
-endfunction()
-
-# Semicolons and brackets would make lists of their own.
-function(read_plain path out)
-  file(READ "${path}" text)
-  string(REPLACE ";" "," text "${text}")
-  string(REPLACE "[" "(" text "${text}")
-  string(REPLACE "]" ")" text "${text}")
-  set(${out} "${text}" PARENT_SCOPE)
-endfunction()
+include("${CMAKE_CURRENT_LIST_DIR}/../support/problems.cmake")
 
 read_plain("${HEADER}" header)
 read_plain("${PAGE}" page)

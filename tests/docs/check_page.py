@@ -168,7 +168,7 @@ class Checker:
 
     def fragments(self, blocks):
         """One unit of all fragments; `#line` leads the compiler's messages to the page."""
-        unit, bodies, prelude, last = ["#include <cstdio>\n"], [], "", None
+        unit, group, prelude = ["#include <cstdio>\n"], None, ""  # of texts, and of groups of blocks that share a scope
         for block in blocks:
             here = f'#line {block.line + 1} "{self.page}"\n'
             if block.kind == "prelude":
@@ -187,30 +187,27 @@ class Checker:
                 prelude += block.text + "\n"
             else:
                 self.count("fragments")
-                if "continues" in block.directives and last is not None:
-                    last = [last[0] + [block], last[1]]
-                    bodies[-1] = last
+                if "continues" in block.directives and group is not None:
+                    group.append(block)
                 else:
-                    last = [[block], len(unit)]
-                    bodies.append(last)
-                    unit.append(last)
-        if not bodies and len(unit) == 1:
+                    group = [block]
+                    unit.append(group)
+        if len(unit) == 1:
             return
         text, calls = "", ""
         for part in unit:
             if isinstance(part, str):
                 text += part
                 continue
-            group = next(b for b in bodies if b[1] == part[1])[0]
-            number = group[0].line
+            number = part[0].line
             text += f"static void fragment_{number}() {{\n"
-            for block in group:
+            for block in part:
                 if "setup" in block.directives:
                     text += block.directives["setup"] + "\n"
                 text += f'std::printf("\\036{block.line}\\n"); std::fflush(stdout);\n'
                 text += f'#line {block.line + 1} "{self.page}"\n{block.text}\n'
             text += "}\n"
-            if any("compile only" in block.directives for block in group):
+            if any("compile only" in block.directives for block in part):
                 calls += f"  if (false) fragment_{number}();\n"
             else:
                 calls += f"  fragment_{number}();\n  std::cout.flush();\n"

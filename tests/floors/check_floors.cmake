@@ -37,12 +37,7 @@ set(umbrellas phistep.hpp sparse.hpp autodiff.hpp krylov.hpp particles.hpp in_pl
 # What a user of phistep.hpp must not pay for. The middle three include sparse matrices by the back door.
 set(too_heavy "^(Eigen/(Sparse.*|Eigen|OrderingMethods|IterativeLinearSolvers|.*Support)|unsupported/.*|iostream)$")
 
-set(problems 0)
-function(problem text)
-  math(EXPR count "${problems} + 1")
-  set(problems ${count} PARENT_SCOPE)
-  message(NOTICE "${text}")
-endfunction()
+include("${CMAKE_CURRENT_LIST_DIR}/../support/problems.cmake")
 
 # The room is the folder; a header that lies in no folder is a room of its own, and the umbrellas share one.
 function(room_of header out)

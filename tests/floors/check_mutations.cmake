@@ -5,12 +5,7 @@
 
 cmake_minimum_required(VERSION 3.25)
 
-set(problems 0)
-function(problem text)
-  math(EXPR count "${problems} + 1")
-  set(problems ${count} PARENT_SCOPE)
-  message(NOTICE "${text}")
-endfunction()
+include("${CMAKE_CURRENT_LIST_DIR}/../support/problems.cmake")
 
 find_program(patch patch)
 file(GLOB patches "${SOURCE_DIR}/tests/mutations/*.patch")

@@ -4,12 +4,7 @@
 
 cmake_minimum_required(VERSION 3.25)
 
-set(problems 0)
-function(problem text)
-  math(EXPR count "${problems} + 1")
-  set(problems ${count} PARENT_SCOPE)
-  message(NOTICE "${text}")
-endfunction()
+include("${CMAKE_CURRENT_LIST_DIR}/../support/problems.cmake")
 
 cmake_path(ABSOLUTE_PATH INCLUDE_DIR)
 cmake_path(ABSOLUTE_PATH TESTS_DIR)
