@@ -12,7 +12,6 @@ What the page holds (a directive is an HTML comment of its own, before the block
     ```diff                    a program before and after: both compile, and print the same
     <!-- prelude ... -->       hidden code at namespace scope, for all fragments that follow
     <!-- setup ... -->         hidden first lines of the next fragment
-    <!-- continues -->         the next fragment goes on in the scope of the one before
     <!-- compile only -->      compiled, not run
     <!-- fails -->             must not compile; the compiler's message has every line of the ```text block that follows
     <!-- flags: -fopenmp -->   more flags for the next program
@@ -30,7 +29,7 @@ import subprocess
 import sys
 
 FENCE = re.compile(r"^( *)(```+|~~~+)(\w*)[^\n]*\n(.*?)^\1\2 *$", re.M | re.S)
-DIRECTIVE = re.compile(r"<!-- *(prelude|setup|continues|compile only|fails|flags|needs|file|run)\b:?(.*?)-->", re.S)
+DIRECTIVE = re.compile(r"<!-- *(prelude|setup|compile only|fails|flags|needs|file|run)\b:?(.*?)-->", re.S)
 NAMESPACE_SCOPE = re.compile(r"(struct|class|template|#include|using|namespace|inline|constexpr)\b")
 ANY_LINES = r"(?:[^\n]*\n)*"
 WARNINGS = "-Wall -Wextra -Wpedantic -Wconversion -Wshadow".split()
@@ -168,7 +167,7 @@ class Checker:
 
     def fragments(self, blocks):
         """One unit of all fragments; `#line` leads the compiler's messages to the page."""
-        unit, group, prelude = ["#include <cstdio>\n"], None, ""  # of texts, and of groups of blocks that share a scope
+        unit, prelude = ["#include <cstdio>\n"], ""  # of texts, and of blocks that are bodies of functions
         for block in blocks:
             here = f'#line {block.line + 1} "{self.page}"\n'
             if block.kind == "prelude":
@@ -187,11 +186,7 @@ class Checker:
                 prelude += block.text + "\n"
             else:
                 self.count("fragments")
-                if "continues" in block.directives and group is not None:
-                    group.append(block)
-                else:
-                    group = [block]
-                    unit.append(group)
+                unit.append(block)
         if len(unit) == 1:
             return
         text, calls = "", ""
@@ -199,18 +194,13 @@ class Checker:
             if isinstance(part, str):
                 text += part
                 continue
-            number = part[0].line
-            text += f"static void fragment_{number}() {{\n"
-            for block in part:
-                if "setup" in block.directives:
-                    text += block.directives["setup"] + "\n"
-                text += f'std::printf("\\036{block.line}\\n"); std::fflush(stdout);\n'
-                text += f'#line {block.line + 1} "{self.page}"\n{block.text}\n'
-            text += "}\n"
-            if any("compile only" in block.directives for block in part):
-                calls += f"  if (false) fragment_{number}();\n"
+            text += f"static void fragment_{part.line}() {{\n" + part.directives.get("setup", "") + "\n"
+            text += f'std::printf("\\036{part.line}\\n"); std::fflush(stdout);\n'
+            text += f'#line {part.line + 1} "{self.page}"\n{part.text}\n}}\n'
+            if "compile only" in part.directives:
+                calls += f"  if (false) fragment_{part.line}();\n"
             else:
-                calls += f"  fragment_{number}();\n  std::cout.flush();\n"
+                calls += f"  fragment_{part.line}();\n  std::cout.flush();\n"
         source = self.write("fragments.cpp", "#include <iostream>\n" + text + "int main() {\n" + calls + "}\n")
         # A fragment may show a declaration for itself: what it leaves unused is no fault.
         flags = [f for block in blocks for f in block.directives.get("flags", "").split() if "int main" not in block.text]
