@@ -94,6 +94,10 @@ class Halving {
     return report;
   }
   template <class Plain, class Scalar>
+  [[nodiscard]] bool know_inside(Scalar dt, const Plain& y0) requires(facts.interpolates.value) {
+    return stepper_.know_inside(dt, y0);
+  }
+  template <class Plain, class Scalar>
   void interpolate(Scalar x, Scalar dt, const Plain& y0, const Plain& y1, Plain& out) const
       requires(facts.interpolates.value) {
     stepper_.interpolate(x, dt, y0, y1, out);
