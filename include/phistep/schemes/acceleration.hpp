@@ -37,8 +37,8 @@ template <class Rhs>
 /// kernel(i, x…) for every component of a block, out…[i] = x…; whether all are finite. `size` is the block's at compile
 /// time: a loop of known length is vectorised where many statements in a row are not, and a pair is stored as one.
 template <int size>
-[[nodiscard]] bool update_block(Index n, const auto& kernel, auto*... out) {
-  if constexpr (size == 1) return update_unrolled<1>(kernel, out...);
+[[nodiscard, gnu::always_inline]] inline bool update_block(Index n, const auto& kernel, auto*... out) {
+  if constexpr (0 < size && size <= 8) return update_unrolled<size>(kernel, out...);
   else if constexpr (size != Eigen::Dynamic) return update_in_place(size, kernel, out...);
   else return update_in_place(n, kernel, out...);
 }

@@ -78,6 +78,7 @@ class Halving {
   static constexpr StepperFacts facts{.traces = facts_of<Stepper>.traces,
                                       .interpolates = facts_of<Stepper>.interpolates,
                                       .solves_nothing = facts_of<Stepper>.solves_nothing,
+                                      .reads_weights = facts_of<Stepper>.reads_weights,
                                       .refactorizes = facts_of<Stepper>.refactorizes,
                                       .is_affine = facts_of<Stepper>.is_affine,
                                       .doubtful_at = facts_of<Stepper>.doubtful_at};

@@ -101,6 +101,7 @@ class PhiStepper {
   static constexpr StepperFacts facts{.traces = Working::traces,
                                       .interpolates = Working::interpolates,
                                       .solves_nothing = !needs.solver && !needs.stages,
+                                      .reads_weights = needs.solver || needs.stages || Working::reads_weights,
                                       .refactorizes = needs.stages && !Traits::is_affine,
                                       .is_affine = Traits::is_affine,
                                       .doubtful_at = Working::doubtful_at};
