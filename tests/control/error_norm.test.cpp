@@ -53,7 +53,7 @@ TEST_CASE("absolute tolerances: everywhere, per block, per component in storage 
   const Eigen::Vector4d each(1, 2, 3, 4);
   CHECK((weights(each) - relative).isApprox(each, 1e-14));
   CHECK((weights(std::vector<double>{1, 2, 3, 4}) - relative).isApprox(each, 1e-14));
-  CHECK((weights({}) - relative).isApprox(Eigen::Vector4d(0.04, 0.04, 2, 2), 1e-14));
+  CHECK((weights({}) - relative).isApprox(Eigen::Vector4d(0.01, 0.04, 0.02, 2), 1e-14));
 }
 
 TEST_CASE("tolerances that can't work are refused") {
@@ -73,19 +73,55 @@ TEST_CASE("tolerances that can't work are refused") {
   CHECK(works({.atol = Vec(Vec::Zero(4))}, y));
 }
 
-TEST_CASE("an automatic atol follows the largest magnitude of its block that was reached") {
+TEST_CASE("an automatic atol follows the largest magnitude of the component, and of the block where it is a matrix") {
   const Vec small = Eigen::Vector2d(1, 0), large = Eigen::Vector2d(0, 50), e = Eigen::Vector2d(0, 1e-3);
   auto norm = norm_of<Vec>({.rtol = 0.01}, small);
   Vec weight = small;
   norm.weigh(small, weight);
   CHECK(1 / weight[0] == Approx(0.02));
-  CHECK(1 / weight[1] == Approx(0.01));
+  CHECK(1 / weight[1] == Approx(1e-4));
   norm.weigh(large, weight);
-  CHECK(1 / weight[0] == Approx(0.5));
+  CHECK(1 / weight[0] == Approx(0.01));
   CHECK(1 / weight[1] == Approx(1.0));
   norm.weigh(small, weight);
   CHECK(1 / weight[1] == Approx(0.5));  // it remembers
   CHECK(norm(e, small, small).size == Approx(1e-3 / 0.5 / std::sqrt(2.0)));
+
+  const Columns one = small.replicate(1, 1).transpose().replicate(3, 1);
+  auto of_columns = norm_of<Columns>({.rtol = 0.01}, one);
+  Columns weights = one;
+  of_columns.weigh(one, weights);
+  CHECK((weights.cwiseInverse().row(0) - Eigen::RowVector2d(0.02, 0.01)).norm() < 1e-15);
+}
+
+TEMPLATE_TEST_CASE(
+    "a component that has never been 1 % of the others is weighed as 1 % of them; one that has, by itself", "", Vec,
+    Eigen::Vector3d) {
+  const double rtol = 1e-3;
+  const auto scale = [](ErrorNorm<TestType>& norm, const TestType& y, int i) {
+    TestType e = TestType::Zero(3);
+    e[i] = 1;
+    return 1 / (std::sqrt(3.0) * norm(e, y, y).size);
+  };
+  TestType y = Eigen::Vector3d(2, 1e-9, 0.5), weight = y;
+  auto norm = norm_of<TestType>({.rtol = rtol}, y);
+  norm.weigh(y, weight);
+  CHECK(scale(norm, y, 0) == Approx(rtol * (2 + 2)));
+  CHECK(scale(norm, y, 1) == Approx(rtol * (0.02 + 1e-9)));
+  CHECK(scale(norm, y, 2) == Approx(rtol * (0.5 + 0.5)));
+  for (int i = 0; i < 3; ++i) CHECK(1 / weight[i] == Approx(scale(norm, y, i)));
+  // Van der Pol's y' jumps to a million: y, which has been as large as y' once, stays worth its digits, noise doesn't become it.
+  const TestType jump = Eigen::Vector3d(2, 1e-9, 1e6);
+  CHECK(scale(norm, jump, 0) == Approx(rtol * 4));
+  CHECK(scale(norm, jump, 1) == Approx(rtol * 1e4));
+  norm.weigh(jump, weight);
+  CHECK(1 / weight[0] == Approx(rtol * 4));
+  CHECK(1 / weight[1] == Approx(rtol * 1e4));
+  // It grows out of the noise: from then on by itself, also when it is small again.
+  y = Eigen::Vector3d(2, 5e4, 1e6);
+  norm.weigh(y, weight);
+  y[1] = 0;
+  CHECK(scale(norm, y, 1) == Approx(rtol * 5e4));
 }
 
 TEST_CASE("a try that overshot and was rejected leaves no mark on an automatic atol") {
@@ -106,7 +142,7 @@ TEST_CASE("a state that starts at zero is measured by what it becomes") {
   Vec weight = zero;
   norm.weigh(zero, weight);
   CHECK(weight == zero);
-  const double a = 0.01 / (0.02 + 0.005), b = 0.01 / (0.02 + 0.02);
+  const double a = 0.01 / (0.005 + 0.005), b = 0.01 / (0.02 + 0.02);
   CHECK(norm(e, zero, next).size == Approx(std::hypot(a, b) / std::sqrt(2.0)));
   // No error is none, an error in nothing is infinite.
   CHECK(norm_of<Vec>({.rtol = 0.01, .atol = 0.0}, zero)(zero, zero, zero).size == 0);

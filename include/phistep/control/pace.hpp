@@ -98,7 +98,7 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
     norm_.begin_try(dt);
     trace_.proposed = 0;
     // Without a scale for each component, a solve's own error can't be weighed: then to rounding.
-    if (!reads_weights_) norm_.see(y);
+    if (!reads_weights_) norm_.remember(y);
     else trace_.newton_target = norm_.weigh(y, trace_.weight) ? newton_share * allowed_ / norm_.spread(y) : 0;
     trace_.norm = &norm_;
     trace_.measure = [](void* norm, const Plain& error, const Plain& from, const Plain& to) {
