@@ -1,5 +1,6 @@
 /// Differential-algebraic equations of index 1, M y' = Ψ(t, y) with a singular M, each with its Jacobian and its solution at
-/// the end. References: phistep (rodas5p, rtol 1e-13, long double) and IDA (rtol 1e-12) agree to the digits that a test asks for.
+/// the end. Robertson: rodas5p at rtol 1e-13, with which IDA at 1e-10 agrees to 1e-10; the amplifier: the test set's, with
+/// which rodas5p at 1e-13 agrees to 1e-11.
 #pragma once
 
 #include <Eigen/Core>
@@ -39,7 +40,7 @@ struct TransistorAmplifier {
   using State = Eigen::Vector<double, n>;
   static constexpr double Ub = 6, R0 = 1000, R = 9000, alpha = 0.99;
   static State start() { return {0, Ub / 2, Ub / 2, Ub, Ub / 2, Ub / 2, Ub, 0}; }  // [V]
-  static Eigen::Matrix<double, n, n> mass() {                                       // [F]
+  static Eigen::Matrix<double, n, n> mass() {                                      // [F]
     Eigen::Matrix<double, n, n> M = Eigen::Matrix<double, n, n>::Zero();
     M.block<2, 2>(0, 0) << -1e-6, 1e-6, 1e-6, -1e-6;
     M(2, 2) = -2e-6;
@@ -107,7 +108,10 @@ struct CartesianPendulum {
     put(4, 0, -2 * y[4] * y[0]), put(4, 1, -2 * y[4] * y[1] - gravity);
     put(4, 2, 2 * y[2]), put(4, 3, 2 * y[3]), put(4, 4, -(y[0] * y[0] + y[1] * y[1]));
   }
-  static State end() { return State::Zero(); }
+  /// By the angle's equation φ'' = −g sin φ, by Taylor series of 25 digits.
+  static State end() {
+    return {0.7935661953433217, -0.6084839304437915, 2.102437874436126, 2.741935393010509, 17.907682072960784};
+  }
 };
 
 /// Ψ and its Jacobian as phistep takes them.

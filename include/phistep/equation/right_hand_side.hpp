@@ -137,8 +137,8 @@ class RightHandSide {
   }
   /// x ← what M doesn't see of it.
   void keep_unseen(Plain& x) const {
-    for_each_block([](auto, auto& block, const auto& mass) { keep<true>(mass, flat(block)); },
-                   Blocks<S>::solved(x), masses_);
+    for_each_block([](auto, auto& block, const auto& mass) { keep<true>(mass, flat(block)); }, Blocks<S>::solved(x),
+                   masses_);
   }
   [[nodiscard]] Statistics& statistics() { return statistics_; }
   [[nodiscard]] const Statistics& statistics() const { return statistics_; }

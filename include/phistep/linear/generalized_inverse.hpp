@@ -28,29 +28,43 @@ template <class T>
   return 8 * static_cast<T>(std::max<Eigen::Index>(n, 1)) * std::numeric_limits<T>::epsilon();
 }
 
-/// Powers of two that scale rows and columns of a matrix to a largest entry of about one; 1 for those that are zero.
+/// Powers of two that scale rows and columns of a matrix to largest entries of about one, 1 for those that are zero (D. Ruiz,
+/// Rutherford Appleton Laboratory, report RAL-TR-2001-034): roots of the largest entries, both sides at once.
 template <class T>
 struct Equilibrium {
   using Vector = Eigen::Matrix<T, Eigen::Dynamic, 1>;
   Vector rows, columns;
+  Vector resolution;  ///< 1/rows; 0 for rows of zeros
 
-  /// @param for_each  for_each(f) calls f(i, j, M_ij)
-  Equilibrium(Eigen::Index n, auto&& for_each) : rows{Vector::Ones(n)}, columns{Vector::Ones(n)} {
-    for (int pass = 0; pass < 3; ++pass) {
-      scale(rows, for_each, [](Eigen::Index i, Eigen::Index) { return i; });
-      scale(columns, for_each, [](Eigen::Index, Eigen::Index j) { return j; });
+  /// @param for_each  for_each(f) calls f(i, j, M_ij) for the entries that aren't zero
+  Equilibrium(Eigen::Index n, auto&& for_each) : rows{Vector::Ones(n)}, columns{Vector::Ones(n)}, resolution(n) {
+    Vector row(n), column(n);
+    for (int pass = 0; pass < 12; ++pass) {
+      row.setZero(), column.setZero();
+      for_each([&](Eigen::Index i, Eigen::Index j, T m) {
+        const T size = std::abs(rows[i] * m * columns[j]);
+        row[i] = std::max(row[i], size);
+        column[j] = std::max(column[j], size);
+      });
+      shrink(rows, row), shrink(columns, column);
     }
+    for (Eigen::Index i = 0; i < n; ++i) resolution[i] = row[i] > 0 ? 1 / rows[i] : T{0};
+  }
+
+  /// What rounding leaves of b − M G b is nothing.
+  void drop_rounding(auto&& left, const auto& b) const {
+    T size{0};
+    for (Eigen::Index i = 0; i < left.size(); ++i)
+      if (resolution[i] > 0) size = std::max(size, std::abs(b[i]) * rows[i]);
+    const T rounding = rank_threshold<T>(left.size()) * size;
+    for (Eigen::Index i = 0; i < left.size(); ++i)
+      if (std::abs(left[i]) <= rounding * resolution[i]) left[i] = 0;
   }
 
  private:
-  void scale(Vector& by, auto& for_each, auto&& index) {
-    Vector most = Vector::Zero(by.size());
-    for_each([&](Eigen::Index i, Eigen::Index j, T m) {
-      T& at = most[index(i, j)];
-      at = std::max(at, std::abs(rows[i] * m * columns[j]));
-    });
+  static void shrink(Vector& by, const Vector& most) {
     for (Eigen::Index i = 0; i < by.size(); ++i)
-      if (most[i] > 0) by[i] = std::ldexp(by[i], -std::ilogb(most[i]));
+      if (most[i] > 0) by[i] = std::ldexp(by[i], -static_cast<int>(std::lround(std::log2(most[i]) / 2)));
   }
 };
 
@@ -75,6 +89,7 @@ class DenseGeneralizedInverse {
   [[nodiscard]] Eigen::Index dependent() const {
     return rank() < qr_.cols() ? static_cast<Eigen::Index>(qr_.colsPermutation().indices()[rank()]) : -1;
   }
+  [[nodiscard]] const Equilibrium<T>& scales() const { return scales_; }
   /// x ← G x
   void solve(auto&& x) const {
     Eigen::Matrix<T, Eigen::Dynamic, 1> scaled = scales_.rows.cwiseProduct(x);

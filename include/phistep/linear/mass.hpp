@@ -222,12 +222,12 @@ class DenseMass {
   }
   [[nodiscard]] Eigen::Index algebraic() const { return range_ ? range_->dependent() : -1; }
   void keep_unexplained(auto&& x) const {
-    Eigen::Matrix<T, Eigen::Dynamic, 1> explained = x;
+    const Eigen::Matrix<T, Eigen::Dynamic, 1> b = x;
+    Eigen::Matrix<T, Eigen::Dynamic, 1> explained = b;
     solve(explained);
-    const Eigen::Matrix<T, Eigen::Dynamic, 1> rounding = rank_threshold<T>(x.size()) * (mass_.cwiseAbs() * explained.cwiseAbs());
     x -= mass_ * explained;
-    for (Eigen::Index i = 0; i < x.size(); ++i)
-      if (std::abs(x[i]) <= rounding[i]) x[i] = 0;
+    if (range_) range_->scales().drop_rounding(x, b);
+    else x.setZero();
   }
   void keep_unseen(auto&& x) const {
     Eigen::Matrix<T, Eigen::Dynamic, 1> seen = mass_ * x;

@@ -42,6 +42,7 @@ class SparseGeneralizedInverse {
   [[nodiscard]] Eigen::Index dependent() const {
     return rank() < qr_.cols() ? static_cast<Eigen::Index>(qr_.colsPermutation().indices()[rank()]) : -1;
   }
+  [[nodiscard]] const Equilibrium<T>& scales() const { return scales_; }
   /// x ← G x
   void solve(auto&& x) const {
     const Eigen::Matrix<T, Eigen::Dynamic, 1> scaled = scales_.rows.cwiseProduct(x);
@@ -90,12 +91,12 @@ class SparseMass {
   }
   [[nodiscard]] Eigen::Index algebraic() const { return range_ ? range_->dependent() : -1; }
   void keep_unexplained(auto&& x) const {
-    Vector explained = x;
+    const Vector b = x;
+    Vector explained = b;
     solve(explained);
-    const Vector rounding = rank_threshold<T>(x.size()) * (mass_.cwiseAbs() * explained.cwiseAbs());
     x -= mass_ * explained;
-    for (Eigen::Index i = 0; i < x.size(); ++i)
-      if (std::abs(x[i]) <= rounding[i]) x[i] = 0;
+    if (range_) range_->scales().drop_rounding(x, b);
+    else x.setZero();
   }
   void keep_unseen(auto&& x) const {
     Vector seen = mass_ * x;
@@ -127,7 +128,7 @@ class SparseMass {
   }
 
   Matrix mass_;
-  std::shared_ptr<Eigen::SparseLU<Matrix>> lu_;  // Eigen's SparseLU can't be copied or moved
+  std::shared_ptr<Eigen::SparseLU<Matrix>> lu_;               // Eigen's SparseLU can't be copied or moved
   std::shared_ptr<const SparseGeneralizedInverse<T>> range_;  // where it is singular
 };
 

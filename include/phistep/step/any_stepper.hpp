@@ -44,8 +44,7 @@ void complete_slopes(const Stepper& stepper, const PlainState<S>& y0, const Plai
                      PlainState<S>& slope0, PlainState<S>& slope1) {
   if constexpr (requires { stepper.complete_slopes(y0, y1, dt, slope0, slope1); })
     stepper.complete_slopes(y0, y1, dt, slope0, slope1);
-  else if constexpr (requires { stepper.stepper(); })
-    complete_slopes<S>(stepper.stepper(), y0, y1, dt, slope0, slope1);
+  else if constexpr (requires { stepper.stepper(); }) complete_slopes<S>(stepper.stepper(), y0, y1, dt, slope0, slope1);
 }
 
 template <class Stepper>

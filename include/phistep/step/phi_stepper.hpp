@@ -155,6 +155,8 @@ class PhiStepper {
     if (finite) kernel_.rhs().keep_unexplained(rate);
     return finite;
   }
+  /// x ← what M doesn't see of it
+  void keep_unseen(PlainState<S>& x) const { kernel_.rhs().keep_unseen(x); }
   /// To slopes by force calls at both ends of a step: what M doesn't see moves from y0 to y1 along the chord.
   void complete_slopes(const PlainState<S>& y0, const PlainState<S>& y1, Scalar dt, PlainState<S>& slope0,
                        PlainState<S>& slope1) const {
@@ -257,14 +259,16 @@ class PhiStepper {
       for_each_mass([](const auto& mass) {
         if constexpr (MayBeSingular<std::remove_cvref_t<decltype(mass)>>)
           if (mass.algebraic() >= 0)
-            throw std::invalid_argument("phistep: a mass of motion must be > 0, and a mass matrix invertible: component " +
-                                        std::to_string(mass.algebraic()));
+            throw std::invalid_argument(
+                "phistep: a mass of motion must be > 0, and a mass matrix invertible: component " +
+                std::to_string(mass.algebraic()));
       });
     } else if constexpr (Rhs::may_be_singular) {
       const Offender at = kernel_.rhs().algebraic();
       if (!at) return;
       bool takes = false;
-      if constexpr (requires { typename Solver::LinearSolver; } && requires { working_.takes_singular_mass(); })
+      if constexpr (
+          requires { typename Solver::LinearSolver; } && requires { working_.takes_singular_mass(); })
         takes = working_.takes_singular_mass();
       if (takes) return;
       throw std::invalid_argument(

@@ -29,8 +29,8 @@ namespace phistep::inline PHISTEP_ABI {
 
 /// What make_consistent may change.
 struct ConsistentOptions {
-  std::vector<Eigen::Index> fixed;  ///< components that stay, as many as M has rank; none named: M y stays
-  int max_iterations = 50;          ///< of Newton's method
+  std::vector<Eigen::Index> fixed{};  ///< components that stay, as many as M has rank; none named: M y stays
+  int max_iterations = 50;            ///< of Newton's method
 };
 
 /// How it went. Contextually true on success.
@@ -57,7 +57,8 @@ class ConsistentSolve {
 
   /// @param residual  residual(x, out) → bool: out = P Ψ at x, false where that isn't finite
   /// @param M         n×n
-  [[nodiscard]] ConsistentReport operator()(Vector& x, auto&& residual, const Matrix& M,
+  /// @param project   project(δ) leaves of a correction what M doesn't see
+  [[nodiscard]] ConsistentReport operator()(Vector& x, auto&& residual, const Matrix& M, auto&& project,
                                             const ConsistentOptions& options) {
     ConsistentReport report;
     Vector r(x.size()), next, tried, delta, after;
@@ -71,6 +72,7 @@ class ConsistentSolve {
         if (each == 0) each = 1;
       if (const Outcome bad = linearise(x, r, residual, M, options); failed(bad)) return report.outcome = bad, report;
       delta = solve(r);
+      project(delta);
       const double size = size_of(delta);
       report.last_correction = size;
       if (!std::isfinite(size)) return report.outcome = Outcome::singular_matrix, report;
@@ -119,8 +121,8 @@ class ConsistentSolve {
     }
     // In units of their own: columns by what x is, rows by their largest entry.
     Matrix A(n, static_cast<Eigen::Index>(free_.size()));
-    for (Eigen::Index k = 0; k < A.cols(); ++k) A.col(k) = D.col(free_[static_cast<std::size_t>(k)]) *
-                                                           scale_[free_[static_cast<std::size_t>(k)]];
+    for (Eigen::Index k = 0; k < A.cols(); ++k)
+      A.col(k) = D.col(free_[static_cast<std::size_t>(k)]) * scale_[free_[static_cast<std::size_t>(k)]];
     rows_.setOnes(n);
     for (Eigen::Index i = 0; i < n; ++i)
       if (const Scalar most = A.cols() > 0 ? A.row(i).cwiseAbs().maxCoeff() : Scalar{0}; most > 0) rows_[i] = 1 / most;
@@ -168,7 +170,8 @@ template <class Stepper, State S>
     using Scalar = ScalarOf<S>;
     const Index n = unknowns<S>(state);
     if (!stepper.solves_algebraic())
-      throw std::invalid_argument("phistep: make_consistent needs a singular M: here all components have an equation y'");
+      throw std::invalid_argument(
+          "phistep: make_consistent needs a singular M: here all components have an equation y'");
     if (n > 1000) throw std::invalid_argument("phistep: make_consistent takes dense matrices of at most 1000 unknowns");
     for (const Index i : options.fixed)
       if (i < 0 || i >= n)
@@ -179,7 +182,8 @@ template <class Stepper, State S>
     copy_blocks<S>(y, state);
     for_each_part(
         [&M](Index at, const auto& block, const auto& mass) {
-          mass.for_each_entry(block.size(), [&](Index i, Index j, auto m) { M(at + i, at + j) += static_cast<Scalar>(m); });
+          mass.for_each_entry(block.size(),
+                              [&](Index i, Index j, auto m) { M(at + i, at + j) += static_cast<Scalar>(m); });
         },
         Blocks<S>::solved(y), stepper.masses());
     typename Solve::Vector x(n);
@@ -193,7 +197,18 @@ template <class Stepper, State S>
                     RateOf<S>::blocks(rate));
       return true;
     };
-    const ConsistentReport report = Solve{}(x, residual, M, options);
+    ConsistentOptions all = options;
+    if (all.fixed.empty() && M.isDiagonal(Scalar{0}))
+      for (Index i = 0; i < n; ++i)
+        if (M(i, i) != 0) all.fixed.push_back(i);
+    // What M sees of a correction is rounding.
+    const auto project = [&](auto& correction) {
+      if (!all.fixed.empty()) return;
+      put_unknowns<S>(correction, y);
+      stepper.keep_unseen(y);
+      take_unknowns<S>(correction, y);
+    };
+    const ConsistentReport report = Solve{}(x, residual, M, project, all);
     if (report) {
       put_unknowns<S>(x, y);
       copy_blocks<S>(state, y);
