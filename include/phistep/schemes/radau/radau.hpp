@@ -31,7 +31,6 @@
 #include "phistep/core/arithmetic.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/scheme_facts.hpp"
-#include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/schemes/radau/radau_control.hpp"
 #include "phistep/schemes/radau/radau_stages.hpp"
@@ -62,7 +61,7 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
   template <class Rhs>
-  static constexpr KernelNeeds needs{.stages = true};
+  static constexpr KernelNeeds needs{.stages = true, .shifted = true};
 
   SchemeOn(Radau scheme, const Plain& y) : scheme_{scheme}, control_{scheme.stages} { resize(y); }
   void resize(const Plain& y) {
@@ -163,24 +162,11 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
   /// J and the matrices of the stage equations.
   template <int s, class Kernel>
   [[nodiscard]] Outcome prepare(Kernel& kernel, auto& step, const auto& masses) {
-    using Matrix = typename std::remove_cvref_t<decltype(kernel.stages())>::Matrix;
-    if constexpr (!DenseOnly<Matrix>::fits) return Outcome::singular_matrix;
-    else return this->template prepare_dense<s, Matrix>(kernel, step, masses);
-  }
-  /// Said once, for all numbers of stages.
-  template <class Matrix>
-  struct DenseOnly {
-    static constexpr bool fits =
-        Matrix::facts.structure <= Structure::diagonal || Matrix::facts.structure == Structure::dense;
-    static_assert(fits, "phistep: radau needs a dense Jacobian; for banded and sparse ones take rodas5p");
-  };
-  template <int s, class Matrix, class Kernel>
-  [[nodiscard]] Outcome prepare_dense(Kernel& kernel, auto& step, const auto& masses) {
     constexpr bool affine = Kernel::Rhs::Traits::is_affine;
-    auto& matrix = kernel.stages().matrix();
-    if (affine ? !matrix.has_jacobian() : !has_jacobian_) {
+    auto& matrices = kernel.stages();
+    if (!matrices.has_jacobian() || (!affine && !has_jacobian_)) {
       factored_ = 0;
-      if constexpr (!Matrix::analytic) {
+      if constexpr (!matrices.analytic) {
         kernel.evaluate(step.t, step.y, step.psi);
         if (first_non_finite(RateOf<S>::blocks(std::as_const(step.psi)))) {
           copy_blocks<S>(step.next, step.y);  // kept for the failure message
@@ -188,18 +174,16 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
         }
       }
       if (const Outcome outcome =
-              kernel.stages().tangent(kernel.rhs(), step.t, step.dt, step.y, step.psi, kernel.allowed(step));
+              matrices.tangent(kernel.rhs(), step.t, step.dt, step.y, step.psi, kernel.allowed(step));
           failed(outcome))
         return outcome;
       has_jacobian_ = true;
     }
     if (factored_ == s && factored_dt_ == step.dt) return Outcome::success;
-    ++kernel.rhs().statistics().factorizations;
-    const auto& system = matrix.system();
-    const bool good = work_.template factorize<s>(step.dt, system.K(), system.C(), masses);
-    factored_ = good ? s : 0;
+    const Outcome outcome = matrices.factorize(kernel.rhs(), work_.template shift<s>(step.dt, masses), masses);
+    factored_ = failed(outcome) ? 0 : s;
     factored_dt_ = step.dt;
-    return good ? Outcome::success : Outcome::singular_matrix;
+    return outcome;
   }
 
   /// Ψ at every stage.
@@ -289,7 +273,7 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
   [[nodiscard]] double correction(Kernel& kernel, const auto& masses) {
     ++kernel.rhs().statistics().solves;
     ++kernel.rhs().statistics().iterations;
-    const auto sum = work_.template correct<s>(masses, weight_);
+    const auto sum = work_.template correct<s>(kernel.stages(), masses, weight_);
     return n_ == 0 ? 0 : std::sqrt(static_cast<double>(sum) / static_cast<double>(s * n_));
   }
 
@@ -344,17 +328,13 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
       error_[static_cast<std::size_t>(i)] += static_cast<Scalar>(m) * slope_[static_cast<std::size_t>(j)];
     });
     if constexpr (drifts) {
-      const auto& e_r = position_of<S>(trace.error);
       for_each_number(
           [&](std::size_t j, Scalar& e, Scalar v) { e = v - work_.template position_slope_at_start<s>(h, v, j) / h; },
           positions(trace.error), velocities(step.y));
-      const auto& K = kernel.stages().matrix().system().K();
-      for (std::size_t i = 0; i < n_; ++i)
-        for (Index j = 0; j < e_r.size(); ++j)
-          error_[i] += by * Work::entry(K, static_cast<int>(i), static_cast<int>(j)) * e_r.data()[j];
+      kernel.stages().add_position_product(by, position_of<S>(trace.error), error_);
     }
     ++kernel.rhs().statistics().solves;
-    work_.solve_real(error_);
+    work_.solve_real(kernel.stages(), error_);
     for_each_number([&](std::size_t i, Scalar& e) { e = error_[i]; }, solved(trace.error));
     if constexpr (drifts)
       position_of<S>(trace.error) = by * (position_of<S>(trace.error) + velocity_of<S>(trace.error));
