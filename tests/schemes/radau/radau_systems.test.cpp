@@ -21,7 +21,8 @@ template <Structure of>
 struct Chain : ForceTerm {
   static constexpr Structure structure = of;
   static constexpr int block = 2;
-  double D = 40;
+  double D;
+  explicit Chain(double diffusion = 40) : D{diffusion} {}
   static Vec start(int n = 12) { return Vec::LinSpaced(n, 1, -0.5); }
   void add(auto t, const auto& state, auto& out) const {
     const auto& y = state.y;
@@ -76,6 +77,41 @@ struct Beads : ForceTerm {
       if (i + 1 < n) sink.position(i, i + 1, 30);
     }
   }
+};
+
+/// Particles in the plane, each held by its own spring and slowed by v².
+struct Anchored : ForceTerm {
+  static constexpr Structure structure = Structure::local;
+  static constexpr int block = 2;
+  void add(auto /*t*/, const auto& state, auto& out) const {
+    for (Eigen::Index i = 0; i < state.r.size(); ++i) {
+      const double r = state.r.data()[i], v = state.v.data()[i];
+      out.force.data()[i] += -100 * r - v * std::abs(v);
+    }
+  }
+  void add_jacobian(auto /*t*/, const auto& state, auto& sink) const {
+    for (Eigen::Index i = 0; i < state.r.size(); ++i) {
+      sink.position(i, i, -100);
+      sink.velocity(i, i, -2 * std::abs(state.v.data()[i]));
+    }
+  }
+};
+/// y' = λy
+struct Grow : ForceTerm {
+  double lambda;
+  explicit Grow(double l) : lambda{l} {}
+  void add(auto, const auto& state, auto& out) const { out.rate += lambda * state.y; }
+  void add_jacobian(auto, const auto& state, auto& sink) const {
+    for (Eigen::Index i = 0; i < state.y.size(); ++i) sink.rate(i, i, lambda);
+  }
+};
+struct Band : Grow {
+  static constexpr Structure structure = Structure::banded;
+  using Grow::Grow;
+};
+struct Net : Grow {
+  static constexpr Structure structure = Structure::sparse;
+  using Grow::Grow;
 };
 
 struct Ended {
@@ -158,7 +194,7 @@ TEST_CASE("motions: bands, chains, sparse matrices, networks of springs") {
     for (const Spring& s : SpringNet::springs()) {
       const Eigen::Vector2d d = r.segment<2>(2 * s.j) - r.segment<2>(2 * s.i), n = d.normalized();
       const Eigen::Vector2d u = v.segment<2>(2 * s.j) - v.segment<2>(2 * s.i);
-      const Eigen::Vector2d pull = (s.stiffness * (d.norm() - s.rest) + 0.3 * n.dot(u)) * n;
+      const Eigen::Vector2d pull = (s.stiffness * (d.norm() - s.length) + 0.3 * n.dot(u)) * n;
       f.segment<2>(2 * s.i) += pull;
       f.segment<2>(2 * s.j) -= pull;
     }
@@ -187,9 +223,9 @@ TEST_CASE("orders 5 and 9 over every system") {
   };
   // D = 1: little of it is stiff.
   const auto all = [&](int stages, int least, double expected) {
-    order(Chain<Structure::banded>{.D = 1}, Chain<Structure::banded>::start(), stages, least, expected);
-    order(Chain<Structure::block_tridiagonal>{.D = 1}, Chain<Structure::banded>::start(), stages, least, expected);
-    order(Chain<Structure::sparse>{.D = 1}, Chain<Structure::banded>::start(), stages, least, expected);
+    order(Chain<Structure::banded>(1), Chain<Structure::banded>::start(), stages, least, expected);
+    order(Chain<Structure::block_tridiagonal>(1), Chain<Structure::banded>::start(), stages, least, expected);
+    order(Chain<Structure::sparse>(1), Chain<Structure::banded>::start(), stages, least, expected);
   };
   all(3, 4, 5);
   all(5, 1, 9);
@@ -197,17 +233,17 @@ TEST_CASE("orders 5 and 9 over every system") {
   order(Beads<Structure::sparse>{}, Beads<Structure::banded>::start(), 3, 20, 5);
 }
 
-TEST_CASE("local blocks and diagonals, large ones") {
+TEST_CASE("local blocks, many of them") {
   using Columns = Eigen::Matrix2Xd;
-  const auto spin = [](const Columns& r, const Columns& v) -> Columns { return -100 * r - r.cwiseProduct(v); };
   Motion<Columns> y{Columns::Random(2, 400), Columns::Zero(2, 400)};
-  auto one = y;
-  const auto alone = local(spin);
-  PhiStepper stepper{y, alone, radau};
-  REQUIRE(integrate(stepper, y, {0, 1}, tolerance{.rtol = 1e-8}));
-  PhiStepper other{one, alone, rodas5p};
-  REQUIRE(integrate(other, one, {0, 1}, tolerance{.rtol = 1e-10}));
-  CHECK((y.r - one.r).cwiseAbs().maxCoeff() <= 1e-6);
+  auto other = y;
+  PhiStepper alone{y, Anchored{}, radau};
+  PhiStepper reference{other, Anchored{}, rodas5p};
+  const RunReport report = integrate(alone, y, {0, 1}, tolerance{.rtol = 1e-8});
+  REQUIRE(report);
+  CHECK(report.statistics.jacobians < 100);
+  REQUIRE(integrate(reference, other, {0, 1}, tolerance{.rtol = 1e-10}));
+  CHECK((y.r - other.r).cwiseAbs().maxCoeff() <= 1e-6);
 }
 
 TEST_CASE("a failure leaves the state, and the next step is as if it had not been") {
@@ -223,22 +259,6 @@ TEST_CASE("a failure leaves the state, and the next step is as if it had not bee
   CHECK((y.array() - std::exp(-0.1)).abs().maxCoeff() <= 1e-9);
   // 1/λ₀ h J = 1: the real matrix is singular, as a band and sparse.
   const double growth = radau_constants<double, 3>.lambda.re[0];
-  struct Grow : ForceTerm {
-    double lambda;
-    explicit Grow(double l) : lambda{l} {}
-    void add(auto, const auto& state, auto& out) const { out.rate += lambda * state.y; }
-    void add_jacobian(auto, const auto& state, auto& sink) const {
-      for (Eigen::Index i = 0; i < state.y.size(); ++i) sink.rate(i, i, lambda);
-    }
-  };
-  struct Band : Grow {
-    static constexpr Structure structure = Structure::banded;
-    using Grow::Grow;
-  };
-  struct Net : Grow {
-    static constexpr Structure structure = Structure::sparse;
-    using Grow::Grow;
-  };
   Vec x = Vec::Ones(3);
   CHECK(PhiStepper{x, Band{growth}, radau(3)}.step(x, 0, 1).outcome() == Outcome::singular_matrix);
   CHECK(PhiStepper{x, Net{growth}, radau(3)}.step(x, 0, 1).outcome() == Outcome::singular_matrix);
