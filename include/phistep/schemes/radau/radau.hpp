@@ -104,7 +104,7 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
   template <class Kernel>
   [[nodiscard]] Outcome to_the_end(Kernel& kernel, auto& step) {
     pending_terms_ = 0;
-    has_jacobian_ = false;
+    is_fresh_ = keeps_ = false;
     copy_blocks<S>(step.next, step.y);  // kept for the failure message
     return with_stages((order() + 1) / 2, [&](auto s) { return this->template advance_with<s>(kernel, step); });
   }
@@ -114,21 +114,22 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
     auto& trace = step.trace;
     copy_blocks<S>(step.next, step.y);  // as above
     const bool edited = !trace.knows_start;
-    if (edited) has_jacobian_ = false;
+    if (edited) is_fresh_ = keeps_ = false;
     if (trace.dt_before == 0) terms_ = 0;
     if (const Outcome outcome = kernel.start(step); outcome != Outcome::success) return outcome;
     control_.begin(trace.rtol, edited);
     return with_stages(control_.stages(), [&](auto s) { return this->template trace_with<s>(kernel, step); });
   }
   void accepted() {
-    has_jacobian_ = false;
+    is_fresh_ = false;
+    keeps_ = pending_keeps_;
     terms_ = pending_terms_;
     dt_ = pending_dt_;
     std::swap(powers_, next_powers_);
     if constexpr (drifts) std::swap(position_powers_, next_position_powers_);
   }
   void forget() {
-    has_jacobian_ = false;
+    is_fresh_ = keeps_ = false;
     terms_ = pending_terms_ = factored_ = 0;
   }
   void reset() { control_.forget(); }
@@ -140,7 +141,7 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
     ar.check(terms_ >= 0 && terms_ <= 7);
     if (terms_ > 0)
       for (std::size_t i = 0; i < n_; ++i) ar(powers_[i]);
-    if constexpr (std::remove_reference_t<decltype(ar)>::reading) has_jacobian_ = false, factored_ = 0;
+    if constexpr (std::remove_reference_t<decltype(ar)>::reading) is_fresh_ = keeps_ = false, factored_ = 0;
   }
 
  private:
@@ -164,7 +165,7 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
   [[nodiscard]] Outcome prepare(Kernel& kernel, auto& step, const auto& masses) {
     constexpr bool affine = Kernel::Rhs::Traits::is_affine;
     auto& matrices = kernel.stages();
-    if (!matrices.has_jacobian() || (!affine && !has_jacobian_)) {
+    if (!matrices.has_jacobian() || (!affine && !is_fresh_ && !keeps_)) {
       factored_ = 0;
       if constexpr (!matrices.analytic) {
         kernel.evaluate(step.t, step.y, step.psi);
@@ -177,7 +178,7 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
               matrices.tangent(kernel.rhs(), step.t, step.dt, step.y, step.psi, kernel.allowed(step));
           failed(outcome))
         return outcome;
-      has_jacobian_ = true;
+      is_fresh_ = true;
     }
     if (factored_ == s && factored_dt_ == step.dt) return Outcome::success;
     const Outcome outcome = matrices.factorize(kernel.rhs(), work_.template shift<s>(step.dt, masses), masses);
@@ -296,6 +297,10 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
       this->template evaluate<s>(kernel, step);
       judgement = test.judge(this->template correction<s>(kernel, masses));
     }
+    if (judgement != Judgement::converged && keeps_ && !is_fresh_) {
+      keeps_ = false;  // an older J's fault, perhaps
+      return this->template trace_with<s>(kernel, step);
+    }
     if (judgement != Judgement::converged) {
       trace.proposed = control_.failed(dt, test.shrink());
       return this->template blame<s>(step, judgement);
@@ -307,7 +312,10 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
     }
     this->template estimate<s>(kernel, step, masses);
     bool success = false;
-    trace.proposed = control_.after(dt, trace.size_of(trace.error, step.y, step.next), test, success);
+    // A Jacobian that the force gives costs less than the iterations that an old one would add.
+    pending_keeps_ = !std::remove_cvref_t<decltype(kernel.stages())>::analytic && control_.is_fast(test);
+    trace.proposed =
+        control_.after(dt, trace.size_of(trace.error, step.y, step.next), test, pending_keeps_, success);
     if (!success) return Outcome::error_too_large;
     keep<s>(step);
     return Outcome::success;
@@ -366,7 +374,7 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
   Numbers weight_{}, slope_{}, error_{};
   Scalar dt_{0}, pending_dt_{0}, factored_dt_{0};  // [time]
   int terms_ = 0, pending_terms_ = 0, factored_ = 0;
-  bool has_jacobian_ = false;
+  bool is_fresh_ = false, keeps_ = false, pending_keeps_ = false;  // J: of this step's start, of an earlier one
 };
 
 }  // namespace phistep::inline PHISTEP_ABI
