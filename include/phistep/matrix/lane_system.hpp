@@ -12,6 +12,7 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <cstddef>
 #include <type_traits>
 
@@ -21,6 +22,7 @@
 #include "phistep/linear/lane_banded_lu.hpp"
 #include "phistep/linear/lane_lu.hpp"
 #include "phistep/matrix/choice.hpp"
+#include "phistep/matrix/tangents.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -130,11 +132,12 @@ class BandedLaneSystem {
 
   void resize(Index) { lu_ = {}; }
   [[nodiscard]] Outcome factorize(auto& system, const auto& masses, const Shift& shift, Statistics& statistics) {
-    const auto [n, lower, upper] = system.band(masses);
-    if (lu_.rows() != n || lu_.lower() != lower || lu_.upper() != upper) lu_.resize(n, lower, upper);
+    const BandWidth most = system.band(masses);
+    if (lu_.rows() != most.n || lu_.lower() > most.lower || lu_.upper() > most.upper) lu_.resize(most.n, 0, 0);
+    if (lu_.lower() < most.lower || lu_.upper() < most.upper) widen(system, masses);
     lu_.clear();
     system.for_each_tangent([&](Index i, Index j, Scalar K, Scalar C) {
-      lu_.column(j)[i - j] = shift.template of_tangents<facts>(K, C);
+      if (is_inside(i, j)) lu_.column(j)[i - j] = shift.template of_tangents<facts>(K, C);
     });
     masses([&](Index i, Index j, auto m) { shift.add_mass(lu_.column(j)[i - j], static_cast<Scalar>(m)); });
     ++statistics.factorizations;
@@ -146,6 +149,21 @@ class BandedLaneSystem {
   }
 
  private:
+  [[nodiscard]] bool is_inside(Index i, Index j) const { return i - j <= lu_.lower() && j - i <= lu_.upper(); }
+  /// To the diagonals that aren't zero: a chain of b×b blocks need not fill all 2b − 1 on either side.
+  void widen(auto& system, const auto& masses) {
+    Index lower = lu_.lower(), upper = lu_.upper();
+    const auto include = [&](Index i, Index j) {
+      lower = std::max(lower, i - j);
+      upper = std::max(upper, j - i);
+    };
+    system.for_each_tangent([&](Index i, Index j, Scalar K, Scalar C) {
+      if (K != Scalar{0} || C != Scalar{0}) include(i, j);
+    });
+    masses([&](Index i, Index j, auto) { include(i, j); });
+    if (lower != lu_.lower() || upper != lu_.upper()) lu_.resize(lu_.rows(), lower, upper);
+  }
+
   LaneBandedLu<Scalar, lanes> lu_;
 };
 

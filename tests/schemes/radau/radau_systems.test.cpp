@@ -4,8 +4,9 @@
 
 #include <cmath>
 #include <limits>
-#include <sstream>
+#include <tuple>
 
+#include "contract/restart_run.hpp"
 #include "problems/march.hpp"
 #include "problems/spring_net.hpp"
 #include "support/catch.hpp"
@@ -263,4 +264,14 @@ TEST_CASE("a failure leaves the state, and the next step is as if it had not bee
   CHECK(PhiStepper{x, Band{growth}, radau(3)}.step(x, 0, 1).outcome() == Outcome::singular_matrix);
   CHECK(PhiStepper{x, Net{growth}, radau(3)}.step(x, 0, 1).outcome() == Outcome::singular_matrix);
   CHECK(x == Vec::Ones(3));
+}
+
+TEST_CASE("checkpoints: the run that saved and the one that resumes agree bit for bit") {
+  const tolerance control{.rtol = 1e-7, .atol = 1e-9};
+  const auto nobody = [](auto&) { return std::tuple<>{}; };
+  const auto start = [] { return Chain<Structure::sparse>::start(); };
+  restart_run::check(start, restart_run::steps(Chain<Structure::sparse>{}, radau), 2, control, nobody);
+  restart_run::check(start, restart_run::steps(banded(chain, 1, 1), radau), 2, control, nobody);  // its J is kept
+  restart_run::check([] { return Beads<Structure::banded>::start(); },
+                     restart_run::steps(Beads<Structure::banded>{}, radau), 2, control, nobody);
 }

@@ -314,8 +314,7 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
     bool success = false;
     // A Jacobian that the force gives costs less than the iterations that an old one would add.
     pending_keeps_ = !std::remove_cvref_t<decltype(kernel.stages())>::analytic && control_.is_fast(test);
-    trace.proposed =
-        control_.after(dt, trace.size_of(trace.error, step.y, step.next), test, pending_keeps_, success);
+    trace.proposed = control_.after(dt, trace.size_of(trace.error, step.y, step.next), test, pending_keeps_, success);
     if (!success) return Outcome::error_too_large;
     keep<s>(step);
     return Outcome::success;

@@ -180,7 +180,8 @@ class RadauStages {
     }
     masses([this](auto i, auto j, auto m) {
       const Real by{static_cast<Scalar>(m)};
-      delta_[static_cast<std::size_t>(i)].subtract({shift_.mass.re * by, shift_.mass.im * by}, w_[static_cast<std::size_t>(j)]);
+      delta_[static_cast<std::size_t>(i)].subtract({shift_.mass.re * by, shift_.mass.im * by},
+                                                   w_[static_cast<std::size_t>(j)]);
     });
     matrices.solve_in_place(delta_.data());
     using Wide = std::common_type_t<Scalar, double>;
