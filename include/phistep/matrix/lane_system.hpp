@@ -145,7 +145,8 @@ class BandedLaneSystem {
   }
   void solve_in_place(Number* x) { lu_.solve_in_place(x); }
   void add_position_product(auto& system, Scalar factor, const auto& x, auto& out) const {
-    system.add_position_product(factor, ZerosBeyond{x}, out);
+    Eigen::Map<Eigen::Matrix<Scalar, Eigen::Dynamic, 1>> to(out.data(), static_cast<Eigen::Index>(out.size()));
+    system.add_position_product(factor, ZerosBeyond{x}, to);
   }
 
  private:
