@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -88,17 +89,29 @@ class ErrorNorm {
     return all;
   }
 
+  /// The automatic atol follows the largest magnitudes so far.
+  void see(const Plain& y) {
+    if (kind_ != AbsoluteTolerance::Kind::automatic) return;
+    for_each_block(
+        [this](auto k, const auto& block) {
+          if (block.size() == 0) return;
+          largest_[k] = std::max(largest_[k], static_cast<Scalar>(block.cwiseAbs().maxCoeff()));
+          atol_[k] = rtol_ * largest_[k];
+        },
+        Blocks<Plain>::all(y));
+  }
   /// A step of length dt [time] is to be tried.
   void begin_try(double dt) {
     dt_ = dt;
     longest_ = std::max(longest_, dt);
   }
   /// ‖e‖ with |y| the larger of |y(t)| and |y(t+Δt)|. An automatic atol forgets y⁺ again: the step may be rejected.
-  [[nodiscard]] Measured operator()(const Plain& error, const Plain& y, const Plain& next) {
+  [[nodiscard, gnu::always_inline]] inline Measured operator()(const Plain& error, const Plain& y, const Plain& next) {
+    if (kind_ != AbsoluteTolerance::Kind::automatic) return measure(error, y, next);
     const auto atol = atol_, largest = largest_;
     see(next);
-    if (kind_ == AbsoluteTolerance::Kind::automatic && dt_ > 0) leave_zero(largest, error);
-    const Measured all = norm_ == Norm::rms ? over_all(error, y, next) : over_particles(error, y, next);
+    if (dt_ > 0) leave_zero(largest, error);
+    const Measured all = measure(error, y, next);
     atol_ = atol;
     largest_ = largest;
     return all;
@@ -132,17 +145,6 @@ class ErrorNorm {
   using Wide = std::common_type_t<Scalar, double>;  // squares of floats soon leave their range
   static constexpr Wide square(Scalar x) { return static_cast<Wide>(x) * static_cast<Wide>(x); }
 
-  /// The automatic atol follows the largest magnitudes so far.
-  void see(const Plain& y) {
-    if (kind_ != AbsoluteTolerance::Kind::automatic) return;
-    for_each_block(
-        [this](auto k, const auto& block) {
-          if (block.size() == 0) return;
-          largest_[k] = std::max(largest_[k], static_cast<Scalar>(block.cwiseAbs().maxCoeff()));
-          atol_[k] = rtol_ * largest_[k];
-        },
-        Blocks<Plain>::all(y));
-  }
   /// A block that leaves zero has no size yet. Where its error is a share of y⁺ at any Δt, as behind a jump of the force or
   /// under one that grows as a power of t, no step would do: what the slope y⁺/Δt makes of it in a tenth of the longest step
   /// tried is a size, too.
@@ -185,10 +187,17 @@ class ErrorNorm {
         },
         Blocks<Plain>::all(error), Blocks<Plain>::all(y), Blocks<Plain>::all(next));
   }
+  [[nodiscard, gnu::always_inline]] inline Measured measure(const Plain& error, const Plain& y,
+                                                            const Plain& next) const {
+    if (norm_ != Norm::rms) return over_particles(error, y, next);
+    if constexpr (is_small) {
+      bool has_scales = components_.size() == 0;
+      for (const Scalar atol : atol_) has_scales = has_scales && atol > 0;
+      if (has_scales) return over_few(error, y, next);
+    }
+    return over_all(error, y, next);
+  }
   [[nodiscard]] Measured over_all(const Plain& error, const Plain& y, const Plain& next) const {
-    if constexpr (is_small)
-      if (components_.size() == 0 && std::all_of(atol_.begin(), atol_.end(), [](Scalar atol) { return atol > 0; }))
-        return over_few(error, y, next);
     Wide sum{0}, most{-1};
     Index n = 0;
     Measured all;
@@ -200,32 +209,34 @@ class ErrorNorm {
     all.size = n == 0 ? 0 : std::sqrt(static_cast<double>(sum) / static_cast<double>(n));
     return all;
   }
-  /// The same without a branch, for the few numbers of a small fixed state: no scale is 0 here.
-  [[nodiscard]] Measured over_few(const Plain& error, const Plain& y, const Plain& next) const {
-    Wide sum{0}, most{-1};
+  /// The same without a branch, for the few numbers of a small fixed state: no scale is 0 here. Numbers that are not
+  /// negative are ordered as their bits are, of which the last six give way to the place of the number.
+  [[nodiscard, gnu::always_inline]] inline Measured over_few(const Plain& error, const Plain& y,
+                                                             const Plain& next) const {
+    double sum = 0;
+    std::uint64_t most = 0, place = 0;
     Measured all;
     for_each_block(
-        [&](auto k, const auto& e, const auto& a, const auto& b) {
+        [&](auto k, const auto& e, const auto& a, const auto& b) __attribute__((always_inline)) {
           constexpr int n = std::remove_cvref_t<decltype(e)>::SizeAtCompileTime;
-          if constexpr (n > 0) {
-            using Few = Eigen::Map<const Eigen::Array<Scalar, n, 1>>;
-            const Few x(e.data()), start(a.data()), end(b.data());
-            const Eigen::Array<Wide, n, 1> squares =
-                (x / (atol_[k] + rtol_ * start.abs().max(end.abs()))).template cast<Wide>().square();
-            sum += squares.sum();
-            const Wide largest = squares.maxCoeff();
-            if (!(largest > most)) return;
-            most = largest;
-            all.worst.block = static_cast<std::int64_t>(k());
-            [&]<int... i>(std::integer_sequence<int, i...>) {
-              all.worst.index = -1;
-              static_cast<void>(((squares[i] == largest && (all.worst.index = i, true)) || ...));
-            }
+          const std::uint64_t before = most;
+          const auto look = [&](int i) __attribute__((always_inline)) {
+            const Scalar size = std::max(std::abs(a.data()[i]), std::abs(b.data()[i]));
+            const auto x = static_cast<double>(square(e.data()[i] / (atol_[k] + rtol_ * size)));
+            sum += x;
+            most = std::max(most, (std::bit_cast<std::uint64_t>(x) & ~std::uint64_t{63}) | static_cast<unsigned>(i));
+          };
+          if constexpr (n <= 8) {
+            [&look]<int... i>(std::integer_sequence<int, i...>) __attribute__((always_inline)) { (look(i), ...); }
             (std::make_integer_sequence<int, n>{});
+          } else {
+            for (int i = 0; i < n; ++i) look(i);
           }
+          if (k == 0 || most > before) place = k;
         },
         Blocks<Plain>::all(error), Blocks<Plain>::all(y), Blocks<Plain>::all(next));
-    all.size = std::sqrt(static_cast<double>(sum) * (1.0 / size_of_few));
+    all.size = std::sqrt(sum * (1.0 / size_of_few));
+    all.worst = {static_cast<std::int64_t>(place), static_cast<std::int64_t>(most & 63)};
     return all;
   }
   [[nodiscard]] Measured over_particles(const Plain& error, const Plain& y, const Plain& next) const {

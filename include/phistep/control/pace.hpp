@@ -38,6 +38,7 @@ struct ErrorLaw {
   int order = 1;                          ///< of the scheme
   int error_order = 2;                    ///< the power of Δt with which its estimate goes
   double dead_band = 1;                   ///< see StepSize; more than 1 where a kept Δt spares a factorization
+  bool reads_weights = true;              ///< steps read trace.weight
   StepFilter filter = StepFilter::H211b;  ///< the one that suits, unless the user names another
 };
 
@@ -58,6 +59,7 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
     constexpr double round_off = static_cast<double>(std::numeric_limits<Scalar>::epsilon());
     if (!norm_.begin(wanted_, y)) return Outcome::invalid_tolerance;
     // Estimates that go as the error at the end does, Δt^p, are held to the tolerance as they are.
+    reads_weights_ = law.reads_weights;
     allowed_ = law.error_order == law.order
                    ? 1
                    : std::pow(wanted_.rtol, (law.error_order - law.order) / static_cast<double>(law.order));
@@ -96,7 +98,8 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
     norm_.begin_try(dt);
     trace_.proposed = 0;
     // Without a scale for each component, a solve's own error can't be weighed: then to rounding.
-    trace_.newton_target = norm_.weigh(y, trace_.weight) ? newton_share * allowed_ / norm_.spread(y) : 0;
+    if (!reads_weights_) norm_.see(y);
+    else trace_.newton_target = norm_.weigh(y, trace_.weight) ? newton_share * allowed_ / norm_.spread(y) : 0;
     trace_.norm = &norm_;
     trace_.measure = [](void* norm, const Plain& error, const Plain& from, const Plain& to) {
       return (*static_cast<ErrorNorm<Plain>*>(norm))(error, from, to).size;
@@ -164,7 +167,7 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
 
   tolerance wanted_;
   iteration_control iterations_;
-  bool counts_ = false;
+  bool counts_ = false, reads_weights_ = true;
   ErrorNorm<Plain> norm_;
   StepSize size_;
   Trace<Plain> trace_;

@@ -60,8 +60,12 @@ struct Trace {
   /// The step has become the state.
   void advance() {
     if (!has_slopes) return forget();
-    for_each_block([](auto, auto& a, auto& b, auto& c) { a.swap(b), b.swap(c); }, Blocks<Plain>::all(before),
-                   Blocks<Plain>::all(start), Blocks<Plain>::all(end));
+    for_each_block(
+        [](auto, auto& a, auto& b, auto& c) {
+          if constexpr (std::remove_cvref_t<decltype(a)>::SizeAtCompileTime != Eigen::Dynamic) a = b, b = c;
+          else a.swap(b), b.swap(c);
+        },
+        Blocks<Plain>::all(before), Blocks<Plain>::all(start), Blocks<Plain>::all(end));
     dt_before = dt;
     knows_start = true;
     has_slopes = has_error = false;

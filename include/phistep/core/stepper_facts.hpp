@@ -15,6 +15,7 @@ struct StepperFacts {
   Fact<bool> traces;          ///< it has `attempt`, which can tell how large a step's error is
   Fact<bool> interpolates;    ///< it knows the solution inside the step just accepted better than its ends tell
   Fact<bool> solves_nothing;  ///< stability keeps Δt within what slopes at both ends can tell
+  Fact<bool> reads_weights;   ///< its steps read trace.weight: solves to the tolerance, estimates of its own
   Fact<bool> refactorizes;    ///< each step makes its matrix anew, so that keeping Δt spares nothing
   Fact<bool> is_affine;       ///< one factorization serves all steps of one Δt
   Fact<std::array<double, 2>> doubtful_at;  ///< where in a step, 0 < x < 1, its interpolant is worst
@@ -29,6 +30,7 @@ template <class Stepper>
 inline constexpr StepperFacts facts_of{.traces = false,
                                        .interpolates = false,
                                        .solves_nothing = false,
+                                       .reads_weights = true,
                                        .refactorizes = false,
                                        .is_affine = false,
                                        .doubtful_at = usually_doubtful};

@@ -114,6 +114,7 @@ class LookInside {
   /// its error may pass zero.) False at a fixed Δt, which has no tolerance.
   [[nodiscard]] bool trusts() {
     if constexpr (sees_error) {
+      if (!dense_.is_known_inside()) return false;
       const double length = std::abs(static_cast<double>(dt_));
       if (const std::optional<bool> known = trust_.whole.known(length)) return *known;
       const std::optional<double> worst = worst_error(dt_, 0.5, [this](Scalar t) { return &dense_.at(t); });

@@ -25,7 +25,7 @@
 #include "phistep/schemes/nystrom/carried_rounding.hpp"
 #include "phistep/schemes/nystrom/nystrom_interpolant.hpp"
 #include "phistep/schemes/nystrom/nystrom_tableaus.hpp"
-#include "phistep/schemes/nystrom/weighted_sum.hpp"
+#include "phistep/schemes/weighted_sum.hpp"
 #include "phistep/schemes/scheme_on.hpp"
 #include "phistep/simd/update.hpp"
 #include "phistep/state/blocks.hpp"

@@ -17,7 +17,8 @@ namespace phistep::inline PHISTEP_ABI {
 
 /// @tparam Weights  count, and at(j) = w_j as a long double
 /// @tparam exact    with what Scalar's weights lack: as an error of each step alike, that would add up in long runs
-template <class Weights, class Scalar, bool exact = false>
+/// @tparam block    of the rates k_j
+template <class Weights, class Scalar, bool exact = false, std::size_t block = 0>
 class WeightedSum {
   using Used = NonZero<Weights, Scalar>;
   static constexpr std::size_t used = Used::count;
@@ -28,6 +29,7 @@ class WeightedSum {
   using All = typename Used::Indices;
 
  public:
+  static constexpr bool is_empty = used == 0;
   template <class Rate, std::size_t stages>
   explicit WeightedSum(const std::array<Rate, stages>& k) : WeightedSum{k, All{}} {}
 
@@ -42,7 +44,7 @@ class WeightedSum {
  private:
   template <class Rate, std::size_t stages, std::size_t... n>
   WeightedSum(const std::array<Rate, stages>& k, std::index_sequence<n...>)
-      : k_{{{std::get<0>(Rate::blocks(k[Used::places[n]])).data()}...}} {}
+      : k_{{{std::get<block>(Rate::blocks(k[Used::places[n]])).data()}...}} {}
   template <std::size_t... n>
   [[gnu::always_inline]] auto sum(auto i, std::index_sequence<n...>) const {
     if constexpr (exact) {
