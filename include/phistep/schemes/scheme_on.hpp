@@ -38,7 +38,7 @@ struct SchemeDefaults {
   static void forget() {}    ///< nothing carried from step to step may be trusted
   static void reset() {}     ///< the next step is the first
   static void accepted() {}  ///< the step just advanced has become the state
-  static constexpr bool traces = false, interpolates = false, reads_weights = false;
+  static constexpr bool traces = false, interpolates = false, is_sure_inside = false, reads_weights = false;
   static constexpr std::array<double, 2> doubtful_at = usually_doubtful;
 };
 

@@ -77,6 +77,7 @@ class Halving {
   // What a run controlled by its error asks beside steps: all that the stepper inside can tell.
   static constexpr StepperFacts facts{.traces = facts_of<Stepper>.traces,
                                       .interpolates = facts_of<Stepper>.interpolates,
+                                      .is_sure_inside = facts_of<Stepper>.is_sure_inside,
                                       .solves_nothing = facts_of<Stepper>.solves_nothing,
                                       .reads_weights = facts_of<Stepper>.reads_weights,
                                       .refactorizes = facts_of<Stepper>.refactorizes,

@@ -100,6 +100,7 @@ class PhiStepper {
 
   static constexpr StepperFacts facts{.traces = Working::traces,
                                       .interpolates = Working::interpolates,
+                                      .is_sure_inside = Working::is_sure_inside,
                                       .solves_nothing = !needs.solver && !needs.stages,
                                       .reads_weights = needs.solver || needs.stages || Working::reads_weights,
                                       .refactorizes = needs.stages && !Traits::is_affine,

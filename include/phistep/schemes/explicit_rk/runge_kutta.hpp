@@ -120,7 +120,7 @@ class SchemeOn<RungeKutta<Tableau>, S> : public SchemeDefaults {
     return Outcome::success;
   }
 
-  static constexpr bool interpolates = true;
+  static constexpr bool interpolates = true, is_sure_inside = Tableau::is_sure_inside;
   static constexpr std::array<double, 2> doubtful_at{Tableau::doubtful[0], Tableau::doubtful[1]};
   /// Calls the force at the stages that dense output needs beyond those of the step from y0 just accepted. False where it
   /// isn't finite there.
