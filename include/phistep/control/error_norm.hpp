@@ -217,17 +217,17 @@ class ErrorNorm {
     std::uint64_t most = 0, place = 0;
     Measured all;
     for_each_block(
-        [&](auto k, const auto& e, const auto& a, const auto& b) __attribute__((always_inline)) {
+        [&](auto k, const auto& e, const auto& a, const auto& b) {
           constexpr int n = std::remove_cvref_t<decltype(e)>::SizeAtCompileTime;
           const std::uint64_t before = most;
-          const auto look = [&](int i) __attribute__((always_inline)) {
+          const auto look = [&](int i) {
             const Scalar size = std::max(std::abs(a.data()[i]), std::abs(b.data()[i]));
             const auto x = static_cast<double>(square(e.data()[i] / (atol_[k] + rtol_ * size)));
             sum += x;
             most = std::max(most, (std::bit_cast<std::uint64_t>(x) & ~std::uint64_t{63}) | static_cast<unsigned>(i));
           };
           if constexpr (n <= 8) {
-            [&look]<int... i>(std::integer_sequence<int, i...>) __attribute__((always_inline)) { (look(i), ...); }
+            [&look]<int... i>(std::integer_sequence<int, i...>) { (look(i), ...); }
             (std::make_integer_sequence<int, n>{});
           } else {
             for (int i = 0; i < n; ++i) look(i);

@@ -6,8 +6,8 @@
 ///     e   = Δt Σ (b_j − b̂_j) k_j                                                                                (3)
 ///
 /// (Hairer, Nørsett & Wanner, Solving ODEs I, sect. II.4, II.5; the pairs themselves are in runge_kutta_tableaus.hpp.) The step
-/// goes on with the formula of higher order, e is the error of the lower one. A pair of order 8 with two estimates e₅ and e₃
-/// takes e₅ |e₅|/√(e₅² + 0.01 e₃²), component by component, which goes as Δt⁸ (eq. II.10.17).
+/// goes on with the formula of higher order, e is the error of the lower one. A pair with two of these, e₅ and e₃ of orders 5 and
+/// 3, has the estimate ‖e₅‖²/√(‖e₅‖² + 0.01 ‖e₃‖²), which goes as Δt⁸ (eq. II.10.17).
 ///
 /// The slope of a motion's r is v, at stage j the sum (1) of the k: r needs no slopes of its own,
 ///
@@ -61,10 +61,8 @@ struct Error {
 /// The same for the formula of order 3.
 template <class Tableau>
 struct ErrorOfOrder3 {
-  static constexpr std::size_t count = std::size(Tableau::e);
-  static constexpr long double at(std::size_t j) {
-    return Tableau::a[Tableau::end][j] - (j < std::size(Tableau::b_3) ? Tableau::b_3[j] : 0);
-  }
+  static constexpr std::size_t count = Tableau::end;
+  static constexpr long double at(std::size_t j) { return Tableau::a[Tableau::end][j] - Tableau::b_3[j]; }
 };
 /// (4): the weights of the k_l where those of the slopes are w_j.
 template <class Tableau, class Weights>
@@ -100,6 +98,8 @@ class SchemeOn<RungeKutta<Tableau>, S> : public SchemeDefaults {
   [[nodiscard]] static int error_order() { return Tableau::error_order; }
 
   static constexpr bool traces = true;
+  static constexpr bool has_two_estimates = requires { Tableau::b_3; };
+  static constexpr bool reads_weights = has_two_estimates;
   [[nodiscard]] static bool estimates(const auto&) { return true; }
 
   template <class Kernel, class Step>
@@ -181,27 +181,39 @@ class SchemeOn<RungeKutta<Tableau>, S> : public SchemeDefaults {
       if constexpr (drifts) position_of<S>(trace.end) = velocity_of<S>(step.next);
       trace.has_slopes = true;
     }
+    const Scalar dt = step.dt;
+    double high = 0, low = 0;  // squares of ‖e₅‖ and ‖e₃‖
+    const auto of_block = [&]<class Weights, class Low, std::size_t k>(Scalar by, auto& e, const auto& weight) {
+      const auto kernel = [by, sum = sum<Weights, k>()](auto i, auto& to) { to = by * sum(i); };
+      // Where it isn't finite, the norm of it will tell.
+      static_cast<void>(update_block<size_of<decltype(e)>>(e.size(), kernel, e.data()));
+      if constexpr (has_two_estimates)
+        for (Index i = 0; i < e.size(); ++i) {
+          const Scalar w = weight.data()[i];
+          high += square(w * e.data()[i]);
+          low += square(w * (by * sum<Low, k>()(i)));
+        }
+    };
+    using High = runge_kutta::Error<Tableau>;
+    using Low = typename decltype(low_weights())::type;
     for_each_block(
-        [&](auto k, auto& e) {
-          constexpr int size = size_of<decltype(e)>;
-          using Weights = runge_kutta::Error<Tableau>;
-          static_cast<void>(update_block<size>(e.size(), error<k, Weights>(step.dt), e.data()));
-          if constexpr (drifts && k == 0) {
-            using OfR = runge_kutta::OfPositions<Tableau, Weights>;
-            auto& r = position_of<S>(trace.error);
-            static_cast<void>(update_block<size>(r.size(), error<k, OfR>(step.dt * step.dt), r.data()));
-          }
+        [&](auto k, auto& e, const auto& weight) {
+          of_block.template operator()<High, Low, k>(dt, e, weight);
+          if constexpr (drifts && k == 0)
+            of_block.template
+            operator()<runge_kutta::OfPositions<Tableau, High>, runge_kutta::OfPositions<Tableau, Low>, k>(
+                dt * dt, position_of<S>(trace.error), position_of<S>(trace.weight));
         },
-        Blocks<S>::solved(trace.error));
+        Blocks<S>::solved(trace.error), Blocks<S>::solved(trace.weight));
+    if (high > 0) trace.error_scale = 1 / std::sqrt(1 + 0.01 * (low / high));
     trace.has_error = true;
     return Outcome::success;
   }
-  /// (3) of one component. Where that isn't finite, the norm of it will tell.
-  template <std::size_t k, class Weights>
-  [[nodiscard]] auto error(Scalar by) const {
-    return [by, sum = sum<Weights, k>()](auto i, auto& e) { e = by * sum(i); };
+  [[nodiscard]] static double square(Scalar x) { return static_cast<double>(x) * static_cast<double>(x); }
+  [[nodiscard]] static auto low_weights() {
+    if constexpr (has_two_estimates) return std::type_identity<runge_kutta::ErrorOfOrder3<Tableau>>{};
+    else return std::type_identity<runge_kutta::Error<Tableau>>{};
   }
-
   /// out = y + Δt Σ_j a_ij k_j, by (4) for r. False: it isn't finite.
   template <std::size_t i>
   [[nodiscard]] bool move(Scalar dt, const Plain& y, Plain& out) const {

@@ -40,8 +40,9 @@ struct Tsit5 {
                                                     47.37952196281927892869151L, -34.870657861496607934924307L, 2.5L}};
 };
 
-/// Order 8(5,3), twelve force calls a step, dense output of order 7 by three more: J. R. Dormand & P. J. Prince's stages with
-/// the estimates of E. Hairer (Hairer, Nørsett & Wanner, Solving ODEs I, sect. II.5, eq. 5.20, and II.10, their program DOP853).
+/// Order 8(5,3), twelve force calls a step, dense output of order 7 by three more: the stages of J. R. Dormand & P. J. Prince and
+/// the estimates and dense output of E. Hairer's program DOP853 (Hairer, Nørsett & Wanner, Solving ODEs I, sect. II.5, eq. 5.20,
+/// II.10 and its appendix).
 struct Dop853 {
   static constexpr const char* name = "dop853";
   static constexpr int order = 8, error_order = 8;
@@ -101,7 +102,6 @@ struct Dop853 {
       {-4.28896301583791923408573538692e-1L, 0, 0, 0, 0, -4.69762141536116384314449447206L,
        7.68342119606259904184240953878L, 4.06898981839711007970213554331L, 3.56727187455281109270669543021e-1L, 0, 0, 0,
        -1.39902416515901462129418009734e-3L, 2.9475147891527723389556272149L, -9.15095847217987001081870187138L}};
-  /// Of order 5, and …
   static constexpr long double e[] = {0.1312004499419488073250102996e-1L,
                                       0,
                                       0,
@@ -114,9 +114,9 @@ struct Dop853 {
                                       0.3341791187130174790297318841L,
                                       0.8192320648511571246570742613e-1L,
                                       -0.2235530786388629525884427845e-1L};
-  /// … of order 3: what b has beyond (0.244…, 0.733…, 0.0220…) on stages 0, 8, 11.
-  static constexpr long double b_3[] = {31.0L / 127, 0, 0,         0, 0, 0, 0, 0, 0.733846688281611857341361741547L,
-                                        0,           0, 3.0L / 136};
+  /// The formula of order 3.
+  static constexpr long double b_3[end] = {31.0L / 127, 0, 0,         0, 0, 0, 0, 0, 0.733846688281611857341361741547L,
+                                           0,           0, 3.0L / 136};
   static constexpr long double inside[][stages] = {
       {-0.84289382761090128651353491142e1L, 0, 0, 0, 0, 0.56671495351937776962531783590L,
        -0.30689499459498916912797304727e1L, 0.23846676565120698287728149680e1L, 0.21170345824450282767155149946e1L,
