@@ -348,6 +348,7 @@ class Kernel {
       return std::type_identity<ShiftedStages<S, Rhs, typename Solver::LinearSolver>>{};
     else if constexpr (needs.stages && requires { typename Solver::LinearSolver; })
       return std::type_identity<LinearStages<S, Rhs, typename Solver::LinearSolver>>{};
+    else if constexpr (needs.shifted) return std::type_identity<ShiftedStages<S, Rhs, void>>{};
     else if constexpr (needs.stages) return std::type_identity<LinearStages<S, Rhs, void>>{};
     else if constexpr (needs.solver) return ResolventFor<S, Rhs, Solver, needs.position>{};
     else return std::type_identity<NoResolvent>{};
