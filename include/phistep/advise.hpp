@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <stdexcept>
 #include <type_traits>
 #include <utility>
 
@@ -102,6 +103,10 @@ template <State S, class F, class MassSpec = UnitMasses>
                             const tolerance& wanted = {}, const MassSpec& mass = {}) {
   PlainState<S> y;
   copy_blocks<S>(y, start);
+  if (is_singular(bind_masses<S>(mass, y)))
+    throw std::invalid_argument(
+        "phistep: M is singular: advise compares no schemes for differential-algebraic equations; take rodas5p or "
+        "rodas4");
   AdvisedProblem scene = scene_of<S, F>(y, mass);
   scene.rtol = wanted.rtol;
   Stiffness stiffness;

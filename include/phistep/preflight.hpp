@@ -20,6 +20,7 @@
 #include <exception>
 #include <functional>
 #include <limits>
+#include <stdexcept>
 #include <string>
 #include <tuple>
 #include <type_traits>
@@ -242,6 +243,8 @@ template <State S, class F, class Scheme, class MassSpec, ImplicitSolver Solver>
     auto& force = stepper.force_to_look_at();
     using Whole = std::remove_cvref_t<decltype(force)>;
     const auto masses = bind_masses<S>(stepper.mass(), y);
+    if (is_singular(masses))
+      throw std::invalid_argument("M is singular: preflight judges no differential-algebraic equations.");
     using Rhs = RightHandSide<S, std::reference_wrapper<Whole>, std::remove_cvref_t<decltype(masses)>>;
     double largest_mass = 1;
     LinearisedProblem problem;

@@ -1,4 +1,5 @@
 // Differential-algebraic equations of index 1: orders, references, and what a run has around them.
+#include <phistep/advise.hpp>
 #include <phistep/io.hpp>
 #include <phistep/phistep.hpp>
 #include <phistep/sparse.hpp>
@@ -176,6 +177,11 @@ TEST_CASE("a run goes on from a checkpoint bit for bit") {
   check(tr_bdf2, tolerance{.rtol = 1e-4});
   check(tr_bdf2, fixed(0.1));
   check(backward_euler, fixed(0.1));
+}
+
+TEST_CASE("no scheme is advised for a singular M") {
+  Three y = exact(0);
+  CHECK_THROWS_WITH(advise(y, known, {0.0, 1.0}, {}, capacity(one_of_three)), contains("M is singular"));
 }
 
 TEST_CASE("exact counts of a fixed Δt") {

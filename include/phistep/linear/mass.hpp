@@ -60,6 +60,16 @@ concept MayBeSingular = requires(const Mass& M, Eigen::Matrix<double, Eigen::Dyn
   M.keep_unseen(x);                                        // x ← x − G M x: what M doesn't see
 };
 
+/// Whether one of the masses of a state's blocks is singular.
+template <class... Masses>
+[[nodiscard]] bool is_singular([[maybe_unused]] const std::tuple<Masses...>& masses) {
+  const auto singular = [](const auto& mass) {
+    if constexpr (MayBeSingular<std::remove_cvref_t<decltype(mass)>>) return mass.algebraic() >= 0;
+    else return false;
+  };
+  return std::apply([&](const auto&... mass) { return (singular(mass) || ...); }, masses);
+}
+
 /// f(i, j, M_ij) of the first n, to assemble M − γJ: what is held still is as heavy as subtract_product takes it.
 void for_each_inertia(const auto& mass, Eigen::Index n, auto&& f) {
   if constexpr (requires { mass.for_each_inertia(n, f); }) mass.for_each_inertia(n, f);
@@ -139,9 +149,12 @@ class DiagonalMass {
   static constexpr Structure structure = Structure::diagonal;
   static constexpr bool is_matrix = false;
   /// @throws std::invalid_argument unless every mass is finite and > 0, or 0.
-  explicit DiagonalMass(Vector masses) : mass_{std::move(masses)}, inverse_{mass_} {
-    for (T& m : inverse_)
-      if (m != 0) m = 1 / checked_mass(m);
+  explicit DiagonalMass(Vector masses) : mass_{std::move(masses)} {
+    for (const T m : mass_)
+      if (m != 0) static_cast<void>(checked_mass(m));
+    inverse_ = mass_.cwiseInverse();
+    for (Eigen::Index i = 0; i < mass_.size(); ++i)
+      if (mass_[i] == 0) inverse_[i] = 0;
   }
   /// @throws std::invalid_argument where the number of masses is neither the block's size nor its number of columns.
   template <class Scalar, class Block>

@@ -9,7 +9,9 @@
 
 #include <Eigen/Core>
 
+#include <cstddef>
 #include <type_traits>
+#include <vector>
 
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/version.hpp"
@@ -62,7 +64,30 @@ class ShiftedStages {
   }
   /// All W_l of the J at hand.
   [[nodiscard]] Outcome factorize(Rhs& rhs, const Shift& shift, const auto& masses) {
+    real_ = shift.mass.re[0];
     return lanes_.factorize(matrix_.system(), masses, shift, rhs.statistics());
+  }
+  /// (M − γJ) x = b, in place, for first-order states: by the first lane, whose γ = h/λ is real.
+  [[nodiscard]] Outcome solve(Rhs& rhs, Scalar /*gamma*/, Plain& x) {
+    using Number = typename Shift::Number;
+    using Real = typename Shift::Real;
+    ++rhs.statistics().solves;
+    one_.resize(static_cast<std::size_t>(unknowns<S>(x)), Number{});
+    for_each_solved<S>(
+        [&](Index at, const auto& block) {
+          for (Index i = 0; i < block.size(); ++i) {
+            Scalar first[lanes]{real_ * block.data()[i]};
+            one_[static_cast<std::size_t>(at + i)] = {Real::load(first), Real{Scalar{0}}};
+          }
+        },
+        x);
+    lanes_.solve_in_place(one_.data());
+    for_each_solved<S>(
+        [&](Index at, auto& block) {
+          for (Index i = 0; i < block.size(); ++i) block.data()[i] = one_[static_cast<std::size_t>(at + i)].re[0];
+        },
+        x);
+    return Outcome::success;
   }
   /// x ← W⁻¹ x
   void solve_in_place(typename Shift::Number* x) { lanes_.solve_in_place(x); }
@@ -77,6 +102,8 @@ class ShiftedStages {
   NewtonOptions options_;
   Matrix matrix_;
   Lanes lanes_;
+  std::vector<typename Shift::Number> one_;  // a right-hand side
+  Scalar real_{1};                           // λ/h of the first lane
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

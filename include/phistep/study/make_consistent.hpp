@@ -35,9 +35,9 @@ struct ConsistentOptions {
 
 /// How it went. Contextually true on success.
 struct ConsistentReport {
-  Outcome outcome = Outcome::success;
-  int iterations = 0;
-  double last_correction = 0;  ///< relative size of Newton's last correction
+  Outcome outcome = Outcome::success;  ///< success, or why the state is unchanged
+  int iterations = 0;                  ///< of Newton's method
+  double last_correction = 0;          ///< relative size of Newton's last correction
 
   [[nodiscard]] explicit operator bool() const { return outcome == Outcome::success; }
   [[nodiscard]] std::string message() const {

@@ -77,6 +77,7 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
   /// It judges its errors itself.
   [[nodiscard]] int error_order() const { return order(); }
 
+  [[nodiscard]] static bool takes_singular_mass() { return true; }
   static constexpr bool traces = true, interpolates = true;
   [[nodiscard]] static bool estimates(const auto&) { return true; }
   /// Traced: solved to the tolerance, with order and step length chosen; else to rounding.
@@ -153,10 +154,17 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
     if (s == 5) return f(std::integral_constant<int, 5>{});
     return f(std::integral_constant<int, 7>{});
   }
+  /// h/λ₀, of the real matrix
+  template <int s>
+  [[nodiscard]] static Gamma<Scalar> real_gamma(Scalar h) {
+    const Scalar gamma = radau_constants<Scalar, s>.mu.re[0] * h;
+    return {gamma, gamma};
+  }
   template <int s, class Kernel>
   [[nodiscard]] Outcome advance_with(Kernel& kernel, auto& step) {
     const auto masses = each_mass_entry<S>(kernel.rhs(), step.y);
     if (const Outcome bad = solver_.template prepare<s>(kernel, step, masses); failed(bad)) return bad;
+    if (const Outcome bad = kernel.check_start(step, real_gamma<s>(step.dt)); failed(bad)) return bad;
     solver_.work().clear();
     const Judgement judgement = solver_.template iterate_to_rounding<s>(kernel, step, masses);
     if (judgement != Judgement::converged) return solver_.template blame<s>(step, judgement);
@@ -173,6 +181,7 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
       trace.proposed = control_.failed(dt, 0.5);
       return bad;
     }
+    if (const Outcome bad = kernel.check_start(step, real_gamma<s>(step.dt)); failed(bad)) return bad;
     if (terms_ > 0) solver_.work().template predict<s>(powers_, terms_, step.dt / dt_);
     else solver_.work().clear();
     RadauIteration<> test = control_.iteration(Solver::round_off);
