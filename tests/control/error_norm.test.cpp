@@ -35,7 +35,7 @@ TEST_CASE("rms over all components, weighted by the larger of both ends") {
   auto norm = norm_of<Vec>({.rtol = 1e-2, .atol = 1e-3}, y);
   const double a = 1e-3 / (1e-3 + 3e-2), b = 2e-3 / (1e-3 + 2e-2), c = 3e-3 / (1e-3 + 0.5e-2);
   const Measured got = norm(e, y, next);
-  CHECK(got.size == Approx(std::sqrt((a * a + b * b + c * c) / 3)).epsilon(1e-15));
+  CHECK(got.size() == Approx(std::sqrt((a * a + b * b + c * c) / 3)).epsilon(1e-15));
   CHECK(got.worst == Component{0, 2});
 }
 
@@ -85,7 +85,7 @@ TEST_CASE("an automatic atol follows the largest magnitude of the component, and
   CHECK(1 / weight[1] == Approx(1.0));
   norm.weigh(small, weight);
   CHECK(1 / weight[1] == Approx(0.5));  // it remembers
-  CHECK(norm(e, small, small).size == Approx(1e-3 / 0.5 / std::sqrt(2.0)));
+  CHECK(norm(e, small, small).size() == Approx(1e-3 / 0.5 / std::sqrt(2.0)));
 
   const Columns one = small.replicate(1, 1).transpose().replicate(3, 1);
   auto of_columns = norm_of<Columns>({.rtol = 0.01}, one);
@@ -101,7 +101,7 @@ TEMPLATE_TEST_CASE(
   const auto scale = [](ErrorNorm<TestType>& norm, const TestType& y, int i) {
     TestType e = TestType::Zero(3);
     e[i] = 1;
-    return 1 / (std::sqrt(3.0) * norm(e, y, y).size);
+    return 1 / (std::sqrt(3.0) * norm(e, y, y).size());
   };
   TestType y = Eigen::Vector3d(2, 1e-9, 0.5), weight = y;
   auto norm = norm_of<TestType>({.rtol = rtol}, y);
@@ -130,10 +130,10 @@ TEST_CASE("a try that overshot and was rejected leaves no mark on an automatic a
   Vec weight = y, expected = y;
   norm.weigh(y, weight);
   fresh.weigh(y, expected);
-  CHECK(norm(wild, y, wild).size > 1);
+  CHECK(norm(wild, y, wild).size() > 1);
   norm.weigh(y, weight);
   CHECK(weight == expected);
-  CHECK(norm(e, y, y).size == fresh(e, y, y).size);
+  CHECK(norm(e, y, y).size() == fresh(e, y, y).size());
 }
 
 TEST_CASE("a state that starts at zero is measured by what it becomes") {
@@ -143,10 +143,10 @@ TEST_CASE("a state that starts at zero is measured by what it becomes") {
   norm.weigh(zero, weight);
   CHECK(weight == zero);
   const double a = 0.01 / (0.005 + 0.005), b = 0.01 / (0.02 + 0.02);
-  CHECK(norm(e, zero, next).size == Approx(std::hypot(a, b) / std::sqrt(2.0)));
+  CHECK(norm(e, zero, next).size() == Approx(std::hypot(a, b) / std::sqrt(2.0)));
   // No error is none, an error in nothing is infinite.
-  CHECK(norm_of<Vec>({.rtol = 0.01, .atol = 0.0}, zero)(zero, zero, zero).size == 0);
-  CHECK(norm_of<Vec>({.rtol = 0.01, .atol = 0.0}, zero)(e, zero, zero).size == inf);
+  CHECK(norm_of<Vec>({.rtol = 0.01, .atol = 0.0}, zero)(zero, zero, zero).size() == 0);
+  CHECK(norm_of<Vec>({.rtol = 0.01, .atol = 0.0}, zero)(e, zero, zero).size() == inf);
 }
 
 TEST_CASE("one bad particle of ten thousand shows in the particle norm alone") {
@@ -157,9 +157,9 @@ TEST_CASE("one bad particle of ten thousand shows in the particle norm alone") {
   e.v(2, 777) = 0.5;
   auto rms = norm_of<Motion<Columns>>({.rtol = 0.01, .atol = 0.0}, y);
   auto particle = norm_of<Motion<Columns>>({.rtol = 0.01, .atol = 0.0, .norm = Norm::particle}, y);
-  CHECK(rms(e, y, y).size < 0.5);
+  CHECK(rms(e, y, y).size() < 0.5);
   const Measured got = particle(e, y, y);
-  CHECK(got.size == Approx(std::sqrt((1e4 + 0.25e4) / 3)).epsilon(1e-6));
+  CHECK(got.size() == Approx(std::sqrt((1e4 + 0.25e4) / 3)).epsilon(1e-6));
   CHECK(got.worst == Component{1, 3 * 777 + 1});
 }
 
@@ -171,17 +171,17 @@ TEST_CASE("a particle is a column, however the block is stored") {
   e(0, 4) = 0.045;
   auto norm = norm_of<RowMajor>({.rtol = 0.01, .atol = 0.0, .norm = Norm::particle}, y);
   const Measured got = norm(e, y, y);
-  CHECK(got.size == Approx(5 / std::sqrt(3.0)));
+  CHECK(got.size() == Approx(5 / std::sqrt(3.0)));
   CHECK(got.worst == Component{0, 1 * n + 2});  // storage order
 }
 
 TEST_CASE("a single particle is one, in a matrix; in a vector each component stands for itself") {
   const Columns one = Columns::Ones(3, 1);
   const Columns e = (Columns(3, 1) << 0.03, 0.04, 0).finished();
-  CHECK(norm_of<Columns>({.rtol = 0.01, .atol = 0.0, .norm = Norm::particle}, one)(e, one, one).size ==
+  CHECK(norm_of<Columns>({.rtol = 0.01, .atol = 0.0, .norm = Norm::particle}, one)(e, one, one).size() ==
         Approx(5 / std::sqrt(3.0)));
   const Vec y = Vec::Ones(3), d = e.col(0);
-  CHECK(norm_of<Vec>({.rtol = 0.01, .atol = 0.0, .norm = Norm::particle}, y)(d, y, y).size == Approx(4));
+  CHECK(norm_of<Vec>({.rtol = 0.01, .atol = 0.0, .norm = Norm::particle}, y)(d, y, y).size() == Approx(4));
 }
 
 TEST_CASE("an error that is no number is never small") {
@@ -191,16 +191,16 @@ TEST_CASE("an error that is no number is never small") {
       Columns e = Columns::Constant(3, 4, 1e-9);
       e.data()[k] = NaN;
       auto norm = norm_of<Columns>({.rtol = 0.01, .atol = 0.0, .norm = which}, y);
-      CHECK_FALSE(norm(e, y, y).size <= 1);
+      CHECK_FALSE(norm(e, y, y).size() <= 1);
     }
   const Columns all = Columns::Constant(3, 4, NaN);
-  CHECK_FALSE(norm_of<Columns>({.norm = Norm::particle}, y)(all, y, y).size <= 1);
+  CHECK_FALSE(norm_of<Columns>({.norm = Norm::particle}, y)(all, y, y).size() <= 1);
 }
 
 TEST_CASE("an empty state has no error") {
   const Vec none(0);
-  CHECK(norm_of<Vec>({}, none)(none, none, none).size == 0);
-  CHECK(norm_of<Vec>({.norm = Norm::particle}, none)(none, none, none).size == 0);
+  CHECK(norm_of<Vec>({}, none)(none, none, none).size() == 0);
+  CHECK(norm_of<Vec>({.norm = Norm::particle}, none)(none, none, none).size() == 0);
 }
 
 TEST_CASE("floats far from one neither overflow nor vanish") {
@@ -208,6 +208,6 @@ TEST_CASE("floats far from one neither overflow nor vanish") {
   using V = Eigen::VectorXf;
   const V y = V::Constant(2, 1);
   auto norm = norm_of<V>({.rtol = 0.01, .atol = 0.0}, y);
-  CHECK(norm(V::Constant(2, 1e23f), y, y).size == Approx(1e25).epsilon(1e-5));
-  CHECK(norm(V::Constant(2, 1e-27f), y, y).size == Approx(1e-25).epsilon(1e-5));
+  CHECK(norm(V::Constant(2, 1e23f), y, y).size() == Approx(1e25).epsilon(1e-5));
+  CHECK(norm(V::Constant(2, 1e-27f), y, y).size() == Approx(1e-25).epsilon(1e-5));
 }

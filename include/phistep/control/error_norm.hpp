@@ -42,8 +42,9 @@ struct Component {
 
 /// A size, and the component that contributes most to it.
 struct Measured {
-  double size = 0;
+  double square = 0;
   Component worst;
+  [[nodiscard]] double size() const { return std::sqrt(square); }
 };
 
 template <State Plain>
@@ -241,7 +242,8 @@ class ErrorNorm {
     if constexpr (is_small) {
       bool has_scales = components_.size() == 0;
       for (const Scalar atol : atol_) has_scales = has_scales && atol > 0;
-      if (has_scales) return over_few(error, y, next);
+      const bool automatic = kind_ == AbsoluteTolerance::Kind::automatic;
+      if (has_scales) return automatic ? over_few<true>(error, y, next) : over_few<false>(error, y, next);
     }
     return over_all(error, y, next);
   }
@@ -254,11 +256,12 @@ class ErrorNorm {
       ++n;
       if (x > most) most = x, all.worst = {static_cast<std::int64_t>(k()), i};
     });
-    all.size = n == 0 ? 0 : std::sqrt(static_cast<double>(sum) / static_cast<double>(n));
+    all.square = n == 0 ? 0 : static_cast<double>(sum) / static_cast<double>(n);
     return all;
   }
   /// The same without a branch, for the few numbers of a small fixed state: no scale is 0 here. Numbers that are not
   /// negative are ordered as their bits are, of which the last six give way to the place of the number.
+  template <bool automatic>
   [[nodiscard, gnu::always_inline]] inline Measured over_few(const Plain& error, const Plain& y,
                                                              const Plain& next) const {
     double sum = 0;
@@ -271,7 +274,8 @@ class ErrorNorm {
           const std::uint64_t before = most;
           const auto look = [&](int i) {
             const Scalar size = std::max(std::abs(a.data()[i]), std::abs(b.data()[i]));
-            const Scalar allowed = atol<decltype(e)>(k, at + i, size) + rtol_ * size;
+            const Scalar atol = automatic ? this->template atol<decltype(e)>(k, at + i, size) : atol_[k];
+            const Scalar allowed = atol + rtol_ * size;
             const auto x = static_cast<double>(square(e.data()[i] / allowed));
             sum += x;
             most = std::max(most, (std::bit_cast<std::uint64_t>(x) & ~std::uint64_t{63}) | static_cast<unsigned>(i));
@@ -286,7 +290,7 @@ class ErrorNorm {
           at += n;
         },
         Blocks<Plain>::all(error), Blocks<Plain>::all(y), Blocks<Plain>::all(next));
-    all.size = std::sqrt(sum * (1.0 / size_of_few));
+    all.square = sum * (1.0 / size_of_few);
     all.worst = {static_cast<std::int64_t>(place), static_cast<std::int64_t>(most & 63)};
     return all;
   }
@@ -307,7 +311,7 @@ class ErrorNorm {
         most = std::isnan(most) ? most : mean;  // once NaN, for good
       }
     });
-    all.size = most < 0 ? 0 : std::sqrt(static_cast<double>(most));
+    all.square = most < 0 ? 0 : static_cast<double>(most);
     return all;
   }
 

@@ -35,12 +35,25 @@ template <class Rhs>
 }
 
 /// kernel(i, x…) for every component of a block, out…[i] = x…; whether all are finite. `size` is the block's at compile
-/// time: a loop of known length is vectorised where many statements in a row are not, and a pair is stored as one.
+/// time: a few numbers are unrolled; up to 64 are a plain loop of known length. Packets would wait there for numbers that a
+/// force has just written one by one: such loads are not forwarded from the stores.
 template <int size>
 [[nodiscard, gnu::always_inline]] inline bool update_block(Index n, const auto& kernel, auto*... out) {
-  if constexpr (0 < size && size <= 8) return update_unrolled<size>(kernel, out...);
-  else if constexpr (size != Eigen::Dynamic) return update_in_place(size, kernel, out...);
-  else return update_in_place(n, kernel, out...);
+  if constexpr (0 < size && size <= 8) {
+    return update_unrolled<size>(kernel, out...);
+  } else if constexpr (0 < size && size <= 64) {
+    FiniteWitness<std::common_type_t<std::remove_cvref_t<decltype(*out)>...>> witness;
+    const auto one = [&](Index i, auto... x) __attribute__((always_inline)) {
+      kernel(i, x...);
+      ((out[i] = x), ...);
+      (witness.see(x), ...);
+    };
+    PHISTEP_DETAIL_ELEMENTWISE
+    for (Index i = 0; i < size; ++i) one(i, std::remove_cvref_t<decltype(*out)>{}...);
+    return witness.all_finite();
+  } else {
+    return update_in_place(n, kernel, out...);
+  }
 }
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -254,6 +254,26 @@ TEST_CASE("a state that overflows is named, whatever the last step left in the w
   CHECK(y == Eigen::Vector3d{1e308, 1, 1});
 }
 
+TEST_CASE("where stability ends, on both axes") {
+  const auto factor = [](auto scheme, double real, double imaginary) {  // |R(z)|^1000
+    Eigen::Vector2d y{1, 0};
+    const auto force = [=](const Eigen::Vector2d& x) -> Eigen::Vector2d {
+      return {real * x[0] - imaginary * x[1], imaginary * x[0] + real * x[1]};
+    };
+    PhiStepper stepper{y, force, scheme};
+    for (int n = 0; n < 1000; ++n) problems::step(stepper, y, 1.0 * n, 1.0);
+    return y.norm();
+  };
+  CHECK(factor(tsit5, -3.50, 0) < 1);
+  CHECK(factor(tsit5, -3.52, 0) > 1);
+  CHECK(factor(dop853, -6.38, 0) < 1);
+  CHECK(factor(dop853, -6.41, 0) > 1);
+  CHECK(factor(dop853, 0, 5.95) < 1);
+  CHECK(factor(dop853, 0, 5.98) > 1);
+  CHECK(factor(tsit5, 0, 0.47) <= 1 + 1e-6);
+  CHECK(factor(tsit5, 0, 0.8) > 1 + 1e-6);
+}
+
 TEST_CASE("units that are powers of two change no bit") {
   const auto go = [](auto scheme, double length, double time) {
     Eigen::Vector2d y = Eigen::Vector2d{2, 3} * length;

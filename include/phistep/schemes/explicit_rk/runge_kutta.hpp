@@ -249,7 +249,7 @@ class SchemeOn<RungeKutta<Tableau>, S> : public SchemeDefaults {
   }
   template <class Weights, std::size_t k>
   [[nodiscard]] auto sum() const {
-    return WeightedSum<Weights, Scalar, false, k>{k_};
+    return WeightedSum<Weights, Rate, false, k>{k_};
   }
   template <class Block>
   static constexpr int size_of = std::remove_cvref_t<Block>::SizeAtCompileTime;

@@ -201,7 +201,7 @@ class SchemeOn<Nystrom<Tableau, compensates>, S> : public SchemeDefaults {
 
   template <class Weights>
   [[nodiscard]] auto sum() const {
-    return WeightedSum<Weights, Scalar, compensates>{k_};
+    return WeightedSum<Weights, Rate, compensates>{k_};
   }
   /// next.r = r + c Δt v + Δt² Σ w_j k_j
   template <class Weights, bool at_end, class Data>
