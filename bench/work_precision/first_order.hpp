@@ -10,7 +10,7 @@
 
 namespace work_precision {
 
-/// Force: with static `rate` and `entries`, or static `acceleration`, or a term (`add`, `add_jacobian`); S: the state that
+/// Force: with static `rate` and `entries`, of y or of t and y, or static `acceleration`, or a term (`add`, `add_jacobian`); S: the state that
 /// phistep steps; masses: one a component of r.
 template <class S, class Force>
 class FirstOrder {
@@ -39,6 +39,8 @@ class FirstOrder {
   void rate(double t, const double* y, double* out) const {
     if constexpr (requires { Force::rate(y, out); }) {
       Force::rate(y, out);
+    } else if constexpr (requires { Force::rate(t, y, out); }) {
+      Force::rate(t, y, out);
     } else if constexpr (drifts) {
       using V = std::remove_cvref_t<decltype(start_.r)>;
       const auto n = start_.r.size();
@@ -66,6 +68,8 @@ class FirstOrder {
   void jacobian([[maybe_unused]] double t, const double* y, auto&& put) const {
     if constexpr (requires { Force::entries(y, put); }) {
       Force::entries(y, put);
+    } else if constexpr (requires { Force::entries(t, y, put); }) {
+      Force::entries(t, y, put);
     } else if constexpr (requires(double* out) { Force::acceleration(y, out); }) {
       return;
     } else if constexpr (drifts) {

@@ -68,7 +68,7 @@ void gsl(Table& table) {
   };
   if (table.system.shape == Shape::dense) {
     add("msbdf", gsl_odeiv2_step_msbdf);
-    add("bsimp", gsl_odeiv2_step_bsimp);
+    if (!table.system.is_driven) add("bsimp", gsl_odeiv2_step_bsimp);  // needs df/dt
   }
   if (table.system.shape == Shape::explicit_) {
     add("rk8pd", gsl_odeiv2_step_rk8pd);

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "odeint.hpp"
+#include "problems/e5.hpp"
 #include "problems/hires.hpp"
 #include "problems/oregonator.hpp"
 #include "problems/pollution.hpp"
@@ -65,6 +66,7 @@ void add(Table& table) {
 
 void add_stiff(Table& table) {
   if (table.name == "robertson" || table.name == "robertson_late") add<problems::Robertson>(table);
+  if (table.name == "e5" || table.name == "e5_late") add<problems::E5>(table);
   if (table.name == "van_der_pol") add<problems::Relaxation>(table);
   if (table.name == "hires") add<problems::Hires>(table);
   if (table.name == "oregonator") add<problems::Oregonator>(table);

@@ -19,6 +19,7 @@ namespace work_precision {
 void add_stiff(auto& rows) {
   rows.controlled("TR-BDF2", phistep::tr_bdf2, -7);
   rows.controlled("Rodas4", phistep::rodas4);
+  rows.controlled("Rodas4P2", phistep::rodas4p2);
   rows.controlled("Rodas5P", phistep::rodas5p);
   rows.controlled("extrapolated Euler", phistep::extrapolated(phistep::backward_euler));
   rows.controlled("Radau", phistep::radau);

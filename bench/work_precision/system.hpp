@@ -31,6 +31,7 @@ struct System {
   std::vector<Leg> legs;
   Rate rate;
   Entries entries = nullptr;
+  bool is_driven = false;                      ///< f uses t
   std::vector<std::pair<int, int>> pattern{};  ///< (i, j) of the parts of ∂f/∂y: those at one place add up
 
   [[nodiscard]] int size() const { return static_cast<int>(start.size()); }

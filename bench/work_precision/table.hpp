@@ -103,6 +103,12 @@ struct Table {
 [[nodiscard]] Table hires();
 [[nodiscard]] Table oregonator();
 [[nodiscard]] Table pollution();
+[[nodiscard]] Table e5();
+[[nodiscard]] Table e5_late();
+[[nodiscard]] Table ring_modulator();
+[[nodiscard]] Table beam();
+[[nodiscard]] Table cusp();
+[[nodiscard]] Table plate();
 [[nodiscard]] Table kepler();
 [[nodiscard]] Table pleiades();
 [[nodiscard]] Table outer_solar_system();

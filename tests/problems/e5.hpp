@@ -38,6 +38,10 @@ struct E5 {
   [[nodiscard]] static State at_1e5() {
     return {7.48132082242932e-06, 2.37347815612061e-12, 2.21235866895818e-12, 1.61119487162434e-13};
   }
+  /// At t = 1e11, in quadruple precision.
+  [[nodiscard]] static State at_1e11() {
+    return {3.76930822529560559e-49, 1.01925825681427061e-20, 1.01925825681427061e-20, 3.73990122497746449e-65};
+  }
   /// At t = 1e13, by Radau IIA of 7 and 9 stages in quadruple precision; y₁ and y₄ are below 1e-200. The printed values
   /// violate y₂ = y₃ + y₄ and are off by 7e-4.
   [[nodiscard]] static State exact() { return {0, 8.86123352129108424e-23, 8.86123352129108424e-23, 0}; }
