@@ -53,4 +53,5 @@
 #include "phistep/study/check_force.hpp"
 #include "phistep/study/check_jacobian.hpp"
 #include "phistep/study/energy_ledger.hpp"
+#include "phistep/study/make_consistent.hpp"
 // IWYU pragma: end_exports

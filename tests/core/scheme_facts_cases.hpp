@@ -28,6 +28,7 @@ void for_each_scheme(auto&& f) {
   f(tr_bdf2, "tr_bdf2");
   f(rannacher, "rannacher");
   f(rodas4, "rodas4");
+  f(rodas4p2, "rodas4p2");
   f(rodas5p, "rodas5p");
   f(radau, "radau");
 }

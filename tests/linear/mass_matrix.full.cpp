@@ -30,9 +30,9 @@ TEST_CASE("as many masses as the state has neither components nor particles thro
   }
 }
 
-TEST_CASE("a mass matrix that is singular, not square or not finite throws") {
+TEST_CASE("a mass matrix that is not square or not finite throws") {
   Eigen::MatrixXd m = Eigen::MatrixXd::Identity(3, 3);
-  for (const double bad : {0.0, NaN, inf}) {
+  for (const double bad : {NaN, inf}) {
     m(1, 1) = bad;
     CAPTURE(bad);
     CHECK_THROWS_AS(mass(m), std::invalid_argument);

@@ -98,21 +98,21 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
     norm_.begin_try(dt);
     trace_.proposed = 0;
     // Without a scale for each component, a solve's own error can't be weighed: then to rounding.
-    if (!reads_weights_) norm_.see(y);
+    if (!reads_weights_) norm_.remember(y);
     else trace_.newton_target = norm_.weigh(y, trace_.weight) ? newton_share * allowed_ / norm_.spread(y) : 0;
     trace_.norm = &norm_;
     trace_.measure = [](void* norm, const Plain& error, const Plain& from, const Plain& to) {
-      return (*static_cast<ErrorNorm<Plain>*>(norm))(error, from, to).size;
+      return (*static_cast<ErrorNorm<Plain>*>(norm))(error, from, to).size();
     };
   }
   /// Whether the step's error is allowed.
   [[nodiscard]] bool judge(const Plain& y, const Plain& next, const Trace<Plain>& told) {
     error_ = norm_(told.error, y, next);
-    error_.size *= told.error_scale;
-    return trace_.proposed != 0 || error_.size <= allowed_;  // a scheme that proposes Δt has judged
+    error_.square *= told.error_scale * told.error_scale;
+    return trace_.proposed != 0 || error_.square <= allowed_ * allowed_;  // a scheme that proposes Δt has judged
   }
   /// ‖e‖ in units of the tolerance, where e is what a state between y and next is off.
-  [[nodiscard]] double size(const Plain& y, const Plain& next, const Plain& e) { return norm_(e, y, next).size; }
+  [[nodiscard]] double size(const Plain& y, const Plain& next, const Plain& e) { return norm_(e, y, next).size(); }
   /// Whether the error of a step that is not the one in hand is allowed.
   [[nodiscard]] bool allows(const Plain& y, const Plain& next, const Trace<Plain>& told) {
     return told.proposed != 0 ||
@@ -123,7 +123,7 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
     const double proposed = std::exchange(trace_.proposed, 0);
     trace_.advance();
     const bool was_capped = Length::is_capped();
-    double by = proposed > 0 ? proposed / dt : size_.accepted(error_.size * per_allowed_);
+    double by = proposed > 0 ? proposed / dt : size_.accepted_square(error_.square * per_allowed_ * per_allowed_);
     bool by_iterations = false;
     if (counts_) {
       const double lambda = iteration_factor(history, iterations_);
@@ -146,7 +146,7 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
     const double dt = std::abs(static_cast<double>(to.dt));
     if (const double proposed = std::exchange(trace_.proposed, 0); proposed > 0 && proposed < dt)
       return Length::shorten(why, dt, proposed / dt);
-    if (why == Outcome::error_too_large) return Length::shorten(why, dt, size_.rejected(error_.size / allowed_));
+    if (why == Outcome::error_too_large) return Length::shorten(why, dt, size_.rejected(error_.size() / allowed_));
     if (!may_be_cured(why)) return why;
     limits.count(LimitedBy::iterations);
     size_.forget();

@@ -44,9 +44,13 @@ class StepSize {
         dead_band_{dead_band > 1 ? std::log2(dead_band) : 0} {}
   StepSize() : StepSize{StepFilter::PI42, 1, 1} {}
 
+  /// ρ after a step that was accepted with ‖e‖² ≤ 1.
+  [[nodiscard]] double accepted_square(double square) {
+    return filter_ == StepFilter::predictive ? predicted(square) : accepted(std::sqrt(square));
+  }
   /// ρ after a step that was accepted with ‖e‖ ≤ 1.
   [[nodiscard]] double accepted(double error) {
-    if (filter_ == StepFilter::predictive) return predicted(error);
+    if (filter_ == StepFilter::predictive) return predicted(error * error);
     // In logarithms, (1) is a sum: one of them and one exponential in place of five powers, and often not even that.
     const double now = -std::log2(std::max(error, smallest) * (1 / safety)) * per_k_;
     const double grown = seen_ ? weights_.now * now + weights_.before * past_ - weights_.ratio * ratio_ : now;
@@ -91,10 +95,10 @@ class StepSize {
   static constexpr double log2_of_fifth = -2.321928094887362;
 
   /// (2) in logarithms, with past_ that of the root of the last accepted ‖e‖ and ratio_ that of what Δt was multiplied by since
-  [[nodiscard]] double predicted(double error) {
+  [[nodiscard]] double predicted(double square) {
     constexpr double log2_of_09 = -0.15200309344504997, log2_of_6 = 2.584962500721156,
                      log2_of_hundredth = -6.643856189774724;
-    const double now = short_log2(std::max(error, smallest)) * per_k_;
+    const double now = short_log2(std::max(square, smallest * smallest)) * (per_k_ / 2);
     const double change = ratio_ + past_ - now,
                  trend = seen_ ? (change - std::abs(change)) / 2 : 0;  // no larger than 0
     ratio_ = std::clamp(log2_of_09 - now + trend, log2_of_fifth, rejected_ ? 0.0 : log2_of_6);

@@ -34,6 +34,7 @@ enum class Outcome : std::uint8_t {
   events_accumulate,      ///< an event follows itself faster than time can tell (Zeno)
   wrong_jacobian,         ///< a Jacobian that was supplied, or its declared pattern, isn't the force's
   wrong_size,             ///< the force or its Jacobian returned another size than the state's
+  inconsistent_start,     ///< the state given doesn't satisfy the algebraic equations
 };
 
 /// Whether a step or a part of it ended otherwise than well.
@@ -90,6 +91,8 @@ enum class Outcome : std::uint8_t {
       return "an event follows itself faster than time can tell";
     case Outcome::wrong_size:
       return "the force or its Jacobian has another size than the state";
+    case Outcome::inconsistent_start:
+      return "the state given does not satisfy the algebraic equations";
   }
   return "unknown outcome";
 }
@@ -148,6 +151,8 @@ enum class Outcome : std::uint8_t {
     case Outcome::wrong_size:
       return "let the force return as many rows and columns as the state (its velocities) has, its Jacobian one of "
              "each per unknown";
+    case Outcome::inconsistent_start:
+      return "solve for the algebraic components first: make_consistent(stepper, state, t)";
   }
   return "";
 }

@@ -101,6 +101,11 @@ class RightHandSide {
     return all;
   }
   (std::make_index_sequence<blocks>{});
+  /// M may turn out to be singular, so that some of the equations are algebraic.
+  static constexpr bool may_be_singular = []<std::size_t... K>(std::index_sequence<K...>) {
+    return !drifts && (MayBeSingular<std::tuple_element_t<K, Masses>> || ...);
+  }
+  (std::make_index_sequence<blocks>{});
   static constexpr bool is_autonomous = !Traits::uses_time;
   /// Whether Ψ depends on the unknowns themselves, and not on r alone.
   static constexpr bool couples_unknowns = !drifts || Traits::uses_velocity || blocks > 1;
@@ -116,6 +121,25 @@ class RightHandSide {
   /// The force as the user gave it, kicks included.
   [[nodiscard]] auto& whole_force() { return unwrap(*force_); }
   [[nodiscard]] const Masses& masses() const { return masses_; }
+  /// A component without an equation for its rate, named by block and index; none where M is regular.
+  [[nodiscard]] Offender algebraic() const {
+    Offender found;
+    for_each_masses([&found](auto k, const auto& mass) {
+      if constexpr (MayBeSingular<std::remove_cvref_t<decltype(mass)>>)
+        if (const Index i = mass.algebraic(); i >= 0 && !found) found.block = k, found.index = i;
+    });
+    return found;
+  }
+  /// psi ← what is no M y': what the algebraic equations leave.
+  void keep_unexplained(Rate& psi) const {
+    for_each_block([](auto, auto& rate, const auto& mass) { keep<false>(mass, flat(rate)); }, Rate::blocks(psi),
+                   masses_);
+  }
+  /// x ← what M doesn't see of it.
+  void keep_unseen(Plain& x) const {
+    for_each_block([](auto, auto& block, const auto& mass) { keep<true>(mass, flat(block)); }, Blocks<S>::solved(x),
+                   masses_);
+  }
   [[nodiscard]] Statistics& statistics() { return statistics_; }
   [[nodiscard]] const Statistics& statistics() const { return statistics_; }
   [[nodiscard]] View view(const Plain& y) const { return Blocks<S>::view(y, masses_); }
@@ -288,6 +312,18 @@ class RightHandSide {
   }();
 
  private:
+  void for_each_masses(auto&& f) const {
+    [&]<std::size_t... K>(std::index_sequence<K...>) {
+      (f(std::integral_constant<std::size_t, K>{}, std::get<K>(masses_)), ...);
+    }
+    (std::make_index_sequence<blocks>{});
+  }
+  template <bool unseen>
+  static void keep(const auto& mass, auto&& x) {
+    if constexpr (!MayBeSingular<std::remove_cvref_t<decltype(mass)>>) x.setZero();
+    else if constexpr (unseen) mass.keep_unseen(x);
+    else mass.keep_unexplained(x);
+  }
   template <bool with_drift, class Psi>
   [[nodiscard]] bool advance_componentwise(Plain& out, const Plain& y, const Advance<Scalar>& by,
                                            const Psi& psi) const {

@@ -37,6 +37,11 @@ class DenseLu {
     // The sum finds NaN, which a minimum may step over.
     return matrix_.rows() == 0 || (std::isfinite(Scalar{1} / pivots.minCoeff()) && std::isfinite(pivots.sum()));
   }
+  /// Smallest pivot beside the largest.
+  [[nodiscard]] Scalar pivot_ratio() const {
+    const auto pivots = lu_.matrixLU().diagonal().array().abs();
+    return matrix_.rows() == 0 ? Scalar{1} : pivots.minCoeff() / pivots.maxCoeff();
+  }
   void solve_in_place(auto&& x) const {
     // By hand: Eigen's solve() into its own right-hand side makes a temporary.
     const auto& order = lu_.permutationP().indices();

@@ -3,12 +3,16 @@
 ///
 /// The user writes mass(x) or capacity(x); the stepper binds it to its state: checked, in the state's scalar, expanded
 /// to one value a component.
+///
+/// M of M y' = Ψ may be singular: a zero among diagonal masses, a matrix of lower rank. What stands for M⁻¹ is then G with
+/// M G M = M (generalized_inverse.hpp), and of a diagonal 1/m, 0 for m = 0. Which schemes can do with that they say.
 #pragma once
 
 #include <Eigen/Core>
 
 #include <cmath>
 #include <concepts>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <tuple>
@@ -18,6 +22,7 @@
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/linear/dense_lu.hpp"
+#include "phistep/linear/generalized_inverse.hpp"
 #include "phistep/simd/update.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -46,6 +51,14 @@ concept MultipliesMass = requires(const Mass& M, Scalar h, Eigen::Matrix<Scalar,
 template <class Mass, class Scalar>
 concept BoundMass = MultipliesMass<Mass, Scalar> &&
     (Mass::is_matrix ? SolvesMass<Mass, Scalar> : MassByComponent<Mass, Scalar>);
+
+/// A mass that may be singular.
+template <class Mass>
+concept MayBeSingular = requires(const Mass& M, Eigen::Matrix<double, Eigen::Dynamic, 1>& x) {
+  { M.algebraic() } -> std::convertible_to<Eigen::Index>;  // a component that has none, −1: M is regular
+  M.keep_unexplained(x);                                   // x ← x − M G x: what is no M y'
+  M.keep_unseen(x);                                        // x ← x − G M x: what M doesn't see
+};
 
 /// f(i, j, M_ij) of the first n, to assemble M − γJ: what is held still is as heavy as subtract_product takes it.
 void for_each_inertia(const auto& mass, Eigen::Index n, auto&& f) {
@@ -115,7 +128,8 @@ class ScalarMass {
   T mass_;
 };
 
-/// A mass a component, or a mass a column (a particle) of a matrix-shaped block.
+/// A mass a component, or a mass a column (a particle) of a matrix-shaped block. Components without mass, m = 0, are
+/// algebraic.
 /// @tparam size  how many, if that is known
 template <class T, int size = Eigen::Dynamic>
 class DiagonalMass {
@@ -124,10 +138,10 @@ class DiagonalMass {
  public:
   static constexpr Structure structure = Structure::diagonal;
   static constexpr bool is_matrix = false;
-  /// @throws std::invalid_argument unless every mass is finite and > 0.
-  explicit DiagonalMass(Vector masses) : mass_{std::move(masses)} {
-    for (const T m : mass_) static_cast<void>(checked_mass(m));
-    inverse_ = mass_.cwiseInverse();
+  /// @throws std::invalid_argument unless every mass is finite and > 0, or 0.
+  explicit DiagonalMass(Vector masses) : mass_{std::move(masses)}, inverse_{mass_} {
+    for (T& m : inverse_)
+      if (m != 0) m = 1 / checked_mass(m);
   }
   /// @throws std::invalid_argument where the number of masses is neither the block's size nor its number of columns.
   template <class Scalar, class Block>
@@ -146,6 +160,16 @@ class DiagonalMass {
   }
   [[nodiscard]] ComponentFactor<T> scaled(T h) const { return {h, {inverse_.data()}}; }
   [[nodiscard]] T operator[](Eigen::Index component) const { return mass_[component]; }
+  [[nodiscard]] Eigen::Index algebraic() const {
+    for (Eigen::Index i = 0; i < mass_.size(); ++i)
+      if (mass_[i] == 0) return i;
+    return -1;
+  }
+  void keep_unexplained(auto&& x) const {
+    for (Eigen::Index i = 0; i < x.size(); ++i)
+      if (mass_[i] != 0) x[i] = 0;
+  }
+  void keep_unseen(auto&& x) const { keep_unexplained(x); }
   /// That of a particle alone, whose dim components begin at `at`.
   template <int dim>
   [[nodiscard]] DiagonalMass<T, dim> particle(Eigen::Index at) const {
@@ -167,20 +191,22 @@ class DiagonalMass {
   Vector mass_, inverse_;
 };
 
-/// A dense mass matrix, factorized once.
+/// A dense mass matrix, factorized once. It is singular where rounding of its entries explains a pivot (generalized_inverse.hpp).
 template <class T>
 class DenseMass {
  public:
   static constexpr Structure structure = Structure::dense;
   static constexpr bool is_matrix = true;
   using Matrix = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic>;
-  /// @throws std::invalid_argument unless the matrix is square, finite and invertible.
+  /// @throws std::invalid_argument unless the matrix is square and finite.
   explicit DenseMass(Matrix mass) : mass_{std::move(mass)} {
     if (mass_.rows() != mass_.cols()) throw std::invalid_argument("phistep: a mass matrix must be square");
+    if (!mass_.allFinite()) throw std::invalid_argument("phistep: a mass matrix must be finite");
     lu_.resize(mass_.rows());
     lu_.matrix() = mass_;
-    if (!mass_.allFinite() || !lu_.factorize())
-      throw std::invalid_argument("phistep: a mass matrix must be finite and invertible");
+    if (lu_.factorize() && lu_.pivot_ratio() > T(1e-6)) return;
+    auto range = std::make_shared<DenseGeneralizedInverse<T>>(mass_);  // badly scaled, or singular
+    if (range->rank() < mass_.rows() || !lu_.factorize()) range_ = std::move(range);
   }
   template <class Scalar, class Block>
   [[nodiscard]] DenseMass<Scalar> bind(const Block& block) const {
@@ -190,7 +216,24 @@ class DenseMass {
     return DenseMass<Scalar>{mass_.template cast<Scalar>()};
   }
   /// x ← M⁻¹ x
-  void solve(auto&& x) const { lu_.solve_in_place(x); }
+  void solve(auto&& x) const {
+    if (range_) range_->solve(x);
+    else lu_.solve_in_place(x);
+  }
+  [[nodiscard]] Eigen::Index algebraic() const { return range_ ? range_->dependent() : -1; }
+  void keep_unexplained(auto&& x) const {
+    const Eigen::Matrix<T, Eigen::Dynamic, 1> b = x;
+    Eigen::Matrix<T, Eigen::Dynamic, 1> explained = b;
+    solve(explained);
+    x -= mass_ * explained;
+    if (range_) range_->scales().drop_rounding(x, b);
+    else x.setZero();
+  }
+  void keep_unseen(auto&& x) const {
+    Eigen::Matrix<T, Eigen::Dynamic, 1> seen = mass_ * x;
+    solve(seen);
+    x -= seen;
+  }
   [[nodiscard]] static UniformFactor<T> scaled(T h) { return {h}; }
   void subtract_product(const auto& x, auto&& out) const { out.noalias() -= mass_ * x; }
   void for_each_entry(Eigen::Index n, auto&& f) const {
@@ -205,6 +248,7 @@ class DenseMass {
  private:
   Matrix mass_;
   DenseLu<T, Eigen::Dynamic> lu_;
+  std::shared_ptr<const DenseGeneralizedInverse<T>> range_;  // where it is singular
 };
 
 /// The masses of a state's solved blocks, as the user gave them.
@@ -237,14 +281,16 @@ struct MassKind<T> {
 
 /// The mass m of m v' = Ψ: a number, a vector (one a component, or one a particle of a 3×N state) or a matrix; one
 /// argument per solved block where a state couples several. [mass]
-/// @throws std::invalid_argument where a mass is not finite or not > 0, or a matrix is singular.
+/// @throws std::invalid_argument where a mass is not finite or is negative, a matrix not finite or not square. Zeros and
+/// singular matrices are for M y' = Ψ under the schemes that take them: any other stepper throws at its construction.
 template <class... M>
   requires(sizeof...(M) > 0)
 [[nodiscard]] auto mass(const M&... masses) {
   return MassList<typename MassKind<M>::type...>{{MassKind<M>::make(masses)...}};
 }
 
-/// The same under its first-order name: the capacity M of M y' = Ψ, say ρc.
+/// The same under its first-order name: the capacity M of M y' = Ψ, say ρc. Where it is singular, zeros on the diagonal or a
+/// matrix of lower rank, this is a differential-algebraic equation (docs/first_order.md).
 template <class... M>
   requires(sizeof...(M) > 0)
 [[nodiscard]] auto capacity(const M&... capacities) { return mass(capacities...); }

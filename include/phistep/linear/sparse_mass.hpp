@@ -4,7 +4,10 @@
 
 #include <Eigen/SparseCore>
 #include <Eigen/SparseLU>
+#include <Eigen/SparseQR>
 
+#include <algorithm>
+#include <cmath>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -12,10 +15,45 @@
 
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/core/xorshift.hpp"
+#include "phistep/linear/generalized_inverse.hpp"
 #include "phistep/linear/mass.hpp"
 #include "phistep/simd/update.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
+
+/// G of a sparse M (generalized_inverse.hpp).
+template <class T>
+class SparseGeneralizedInverse {
+ public:
+  using Matrix = Eigen::SparseMatrix<T>;
+  explicit SparseGeneralizedInverse(const Matrix& M)
+      : scales_{M.rows(), [&M](auto&& f) {
+                  for (Eigen::Index outer = 0; outer < M.outerSize(); ++outer)
+                    for (typename Matrix::InnerIterator entry(M, outer); entry; ++entry)
+                      if (entry.value() != 0) f(entry.row(), entry.col(), entry.value());
+                }} {
+    Matrix scaled = scales_.rows.asDiagonal() * M * scales_.columns.asDiagonal();
+    scaled.makeCompressed();
+    qr_.setPivotThreshold(rank_threshold<T>(M.rows()));  // columns are about as long as one
+    qr_.compute(scaled);
+  }
+  [[nodiscard]] Eigen::Index rank() const { return qr_.rank(); }
+  [[nodiscard]] Eigen::Index dependent() const {
+    return rank() < qr_.cols() ? static_cast<Eigen::Index>(qr_.colsPermutation().indices()[rank()]) : -1;
+  }
+  [[nodiscard]] const Equilibrium<T>& scales() const { return scales_; }
+  /// x ← G x
+  void solve(auto&& x) const {
+    const Eigen::Matrix<T, Eigen::Dynamic, 1> scaled = scales_.rows.cwiseProduct(x);
+    const Eigen::Matrix<T, Eigen::Dynamic, 1> found = qr_.solve(scaled);
+    x = scales_.columns.cwiseProduct(found);
+  }
+
+ private:
+  Equilibrium<T> scales_;
+  Eigen::SparseQR<Matrix, Eigen::COLAMDOrdering<int>> qr_;
+};
 
 /// A sparse M, factorized once. Eigen's sparse solve allocates a vector a call.
 template <class T>
@@ -24,13 +62,20 @@ class SparseMass {
   static constexpr bool is_matrix = true;
   static constexpr Structure structure = Structure::sparse;
   using Matrix = Eigen::SparseMatrix<T>;
-  /// @throws std::invalid_argument unless the matrix is square, finite and invertible.
-  explicit SparseMass(Matrix mass) : mass_{std::move(mass)}, lu_{std::make_shared<Eigen::SparseLU<Matrix>>()} {
+  using Vector = Eigen::Matrix<T, Eigen::Dynamic, 1>;
+  /// @throws std::invalid_argument unless the matrix is square and finite.
+  explicit SparseMass(Matrix mass) : mass_{std::move(mass)} {
     mass_.makeCompressed();
-    const bool usable = mass_.rows() == mass_.cols() && all_finite(mass_.valuePtr(), mass_.nonZeros());
-    if (usable) lu_->compute(mass_);
-    if (!usable || lu_->info() != Eigen::Success)
-      throw std::invalid_argument("phistep: a mass matrix must be square, finite and invertible");
+    if (mass_.rows() != mass_.cols() || !all_finite(mass_.valuePtr(), mass_.nonZeros()))
+      throw std::invalid_argument("phistep: a mass matrix must be square and finite");
+    auto lu = std::make_shared<Eigen::SparseLU<Matrix>>();
+    lu->compute(mass_);
+    const bool factorized = lu->info() == Eigen::Success;
+    if (!factorized || is_doubtful(*lu)) {
+      auto range = std::make_shared<SparseGeneralizedInverse<T>>(mass_);
+      if (!factorized || range->rank() < mass_.rows()) range_ = std::move(range);
+    }
+    if (!range_) lu_ = std::move(lu);
   }
   template <class Scalar, class Block>
   [[nodiscard]] SparseMass<Scalar> bind(const Block& block) const {
@@ -40,7 +85,24 @@ class SparseMass {
     return SparseMass<Scalar>{Eigen::SparseMatrix<Scalar>(mass_.template cast<Scalar>())};
   }
   /// x ← M⁻¹ x
-  void solve(auto&& x) const { x = lu_->solve(x).eval(); }
+  void solve(auto&& x) const {
+    if (range_) range_->solve(x);
+    else x = lu_->solve(x).eval();
+  }
+  [[nodiscard]] Eigen::Index algebraic() const { return range_ ? range_->dependent() : -1; }
+  void keep_unexplained(auto&& x) const {
+    const Vector b = x;
+    Vector explained = b;
+    solve(explained);
+    x -= mass_ * explained;
+    if (range_) range_->scales().drop_rounding(x, b);
+    else x.setZero();
+  }
+  void keep_unseen(auto&& x) const {
+    Vector seen = mass_ * x;
+    solve(seen);
+    x -= seen;
+  }
   [[nodiscard]] static UniformFactor<T> scaled(T h) { return {h}; }
   void subtract_product(const auto& x, auto&& out) const { out -= mass_ * x; }
   void for_each_entry(Eigen::Index, auto&& f) const {
@@ -53,8 +115,21 @@ class SparseMass {
   }
 
  private:
+  /// Factors of a singular matrix blow a vector up. Bad scales do, too: the QR of the scaled matrix tells.
+  [[nodiscard]] bool is_doubtful(const Eigen::SparseLU<Matrix>& lu) const {
+    if (mass_.rows() == 0) return false;
+    Xorshift random{0x9e3779b97f4a7c15u};
+    Vector x(mass_.rows());
+    for (T& each : x) each = random.sign(T{1});
+    T largest{0};
+    for (Eigen::Index k = 0; k < mass_.nonZeros(); ++k) largest = std::max(largest, std::abs(mass_.valuePtr()[k]));
+    x = lu.solve(x).eval();
+    return !(x.cwiseAbs().maxCoeff() * largest < T(1e6));
+  }
+
   Matrix mass_;
-  std::shared_ptr<Eigen::SparseLU<Matrix>> lu_;  // Eigen's SparseLU can't be copied or moved
+  std::shared_ptr<Eigen::SparseLU<Matrix>> lu_;               // Eigen's SparseLU can't be copied or moved
+  std::shared_ptr<const SparseGeneralizedInverse<T>> range_;  // where it is singular
 };
 
 template <class T, int options, class StorageIndex>

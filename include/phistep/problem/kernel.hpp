@@ -26,12 +26,14 @@
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/equation/right_hand_side.hpp"
+#include "phistep/problem/algebraic_start.hpp"
 #include "phistep/problem/in_place_step.hpp"
 #include "phistep/problem/in_place_update.hpp"
 #include "phistep/problem/kernel_needs.hpp"
 #include "phistep/problem/transaction.hpp"
 #include "phistep/solve/linear_stages.hpp"
 #include "phistep/solve/resolvent.hpp"
+#include "phistep/solve/shifted_stages.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/combination.hpp"
 #include "phistep/state/parts.hpp"
@@ -55,6 +57,7 @@ class Kernel {
   Kernel(const S& state, const Plain& copy, Rhs rhs, const Solver& solver)
       : rhs_{std::move(rhs)}, transaction_{state, copy}, arrays_{state}, resolvent_{copy, rhs_, solver} {
     allocate(copy);
+    if constexpr (Rhs::may_be_singular) algebra_.bind(rhs_, copy);
     if constexpr (ShowsTrials<S> && !steps_in_place) state.reserve();
   }
 
@@ -66,6 +69,8 @@ class Kernel {
     if constexpr (needs.solver || needs.stages) {
       Unless done{*this};
       const StepReport report = transaction_.run(rhs_, state, t, dt, origin, advance);
+      if constexpr (Rhs::may_be_singular)
+        if (report && algebra_.has_any()) algebra_.reached(t + dt, state);
       done.is = keeps_tries || report || !is_begun(report.outcome());
       return report;
     } else {
@@ -161,7 +166,27 @@ class Kernel {
       return Outcome::non_finite_force;
     }
     trace.knows_start = true;
+    if constexpr (Rhs::may_be_singular) algebra_.lacks_start = algebra_.has_any();
     return Outcome::success;
+  }
+  /// Of a singular M, a start that does not satisfy the algebraic equations is refused (algebraic_start.hpp): once, with W for
+  /// the step's first γ.
+  template <class Step>
+  [[nodiscard]] Outcome check_start(Step& step, const Gamma<Scalar>& gamma) {
+    if constexpr (Rhs::may_be_singular)
+      if (algebra_.has_any() && algebra_.is_due(step.t, step.dt, step.y)) return look_at_start(step, gamma);
+    return Outcome::success;
+  }
+  /// M⁻¹Ψ says nothing of the slope of what M doesn't see. Where the step before hasn't either, it is that of the parabola
+  /// through both ends with the slope at the second.
+  void complete_start([[maybe_unused]] TracedData& step) {
+    if constexpr (Rhs::may_be_singular) {
+      if (!std::exchange(algebra_.lacks_start, false)) return;
+      const auto y = in<S>(step.y), next = in<S>(step.next), end = in<S>(step.trace.end);
+      assign<S>(algebra_.response, (2 / step.dt) * (next - y) - end);
+      rhs_.keep_unseen(algebra_.response);
+      add<S>(step.trace.start, in<S>(algebra_.response));
+    }
   }
   /// trace.end = y' at (t + Δt, next), by a force call
   [[nodiscard]] Outcome end(TracedData& step) {
@@ -239,6 +264,7 @@ class Kernel {
   void reset() {
     forget_force();
     resolvent_.reset();
+    if constexpr (Rhs::may_be_singular) algebra_.forget();
   }
   /// Forgets what solves have left, and nothing else.
   void forget_solves() { resolvent_.forget(); }
@@ -256,6 +282,7 @@ class Kernel {
     transaction_ = std::move(fresh);
     forget_passes();
     allocate(copy);
+    if constexpr (Rhs::may_be_singular) algebra_.bind(rhs_, copy);
     torn_ = false;
   }
   /// For a checkpoint: history, counts, Ψ.
@@ -269,7 +296,7 @@ class Kernel {
     if constexpr (carries) load_parts(in, then, "psi", transaction_, "force", rhs_);
     else load_parts(in, then, "force", rhs_);
     forget_passes();
-    if constexpr (has_unsaved) resolvent_.forget_unsaved();
+    if constexpr (has_unsaved) forget_unsaved();
   }
 
  private:
@@ -317,7 +344,9 @@ class Kernel {
       "phistep: this scheme solves linear equations and iterates nothing: give it newton<LinearSolver>() or "
       "newton<MatrixFree<Eigen::BiCGSTAB>>(), not fixed_point()");
   static auto resolvent_type() {
-    if constexpr (needs.stages && requires { typename Solver::LinearSolver; })
+    if constexpr (needs.shifted && requires { typename Solver::LinearSolver; })
+      return std::type_identity<ShiftedStages<S, Rhs, typename Solver::LinearSolver>>{};
+    else if constexpr (needs.stages && requires { typename Solver::LinearSolver; })
       return std::type_identity<LinearStages<S, Rhs, typename Solver::LinearSolver>>{};
     else if constexpr (needs.stages) return std::type_identity<LinearStages<S, Rhs, void>>{};
     else if constexpr (needs.solver) return ResolventFor<S, Rhs, Solver, needs.position>{};
@@ -330,9 +359,54 @@ class Kernel {
  public:
   static constexpr bool has_unsaved = requires(Resolvent & resolvent) { resolvent.forget_unsaved(); };
   /// Forgets what save() leaves out: Jacobian, factors, patterns, and what solves have learnt.
-  void forget_unsaved() requires(has_unsaved) { resolvent_.forget_unsaved(); }
+  void forget_unsaved() requires(has_unsaved) {
+    resolvent_.forget_unsaved();
+    if constexpr (Rhs::may_be_singular) algebra_.forget();
+  }
 
  private:
+  template <class Step>
+  [[nodiscard]] Outcome look_at_start(Step& step, const Gamma<Scalar>& gamma) {
+    if constexpr (!needs.stages) {
+      if (!step.psi_known) rhs_.evaluate_into(step.t, step.y, step.psi);
+      step.psi_known = true;
+    }
+    copy_blocks<S>(step.next, step.y);  // kept for the failure message
+    if (first_non_finite(RateOf<S>::blocks(step.psi))) return Outcome::non_finite_force;
+    if (algebra_.leaves_residual(rhs_, step.psi)) {
+      if (const Outcome bad = respond(step, gamma); failed(bad)) return bad;
+      const Plain* weight = nullptr;
+      bool small = false;
+      if constexpr (Step::is_traced) {
+        weight = &step.trace.weight;
+        small = step.trace.size_of(algebra_.response, step.y, step.y) <= 1;
+      } else {
+        small = algebra_.is_small(step.y);
+      }
+      if (!small) {
+        transaction_.accuse(algebra_.worst(step.y, weight));
+        return Outcome::inconsistent_start;
+      }
+    }
+    algebra_.passed(step.t, step.y);
+    return Outcome::success;
+  }
+  /// response = W⁻¹ γ residual
+  template <class Step>
+  [[nodiscard]] Outcome respond(Step& step, const Gamma<Scalar>& gamma) {
+    if constexpr (needs.stages) {
+      set_zero(Blocks<S>::all(algebra_.response));
+      assign_solved<S>(algebra_.response, gamma.force * in_rate<S>(algebra_.residual));
+      return resolvent_.solve(rhs_, gamma.force, algebra_.response);
+    } else if constexpr (requires { typename Resolvent::Matrix; }) {
+      return resolvent_.respond(rhs_, gamma, step.t, step.y, step.psi, algebra_.residual, algebra_.response,
+                                allowed(step));
+    } else {
+      set_zero(Blocks<S>::all(algebra_.response));  // particle by particle: Newton has to tell
+      return Outcome::success;
+    }
+  }
+
   [[nodiscard]] Outcome resolve_from(Data& step, const Gamma<Scalar>& gamma, Scalar t, const PlainState<S>& guess,
                                      const Trace<Plain>* trace) {
     if constexpr (!Rhs::couples_unknowns)
@@ -364,6 +438,7 @@ class Kernel {
   [[no_unique_address]] typename decltype(arrays_type())::type arrays_;
   [[no_unique_address]] Resolvent resolvent_;
   [[no_unique_address]] std::conditional_t<keeps_psi, RateOf<S>, Nothing> kicked_by_;
+  [[no_unique_address]] std::conditional_t<Rhs::may_be_singular, AlgebraicStart<S, Rhs>, Nothing> algebra_;
   [[no_unique_address]] std::conditional_t<writes_in_place, InPlaceUpdate<S, Rhs>, Nothing> in_place_;
   bool torn_ = false;
 };

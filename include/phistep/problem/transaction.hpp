@@ -118,6 +118,8 @@ class Transaction {
     }
   }
 
+  /// Outcome::inconsistent_start will be about this component.
+  void accuse(const Offender& component) { accused_ = component; }
   /// The story of the step that failed last.
   [[nodiscard]] Failure& failure() { return failure_; }
   [[nodiscard]] const Failure& failure() const { return failure_; }
@@ -263,6 +265,7 @@ class Transaction {
       // Cleared: must not appear in the next failure report.
       set_zero(Rate::blocks(psi_));
     }
+    if (outcome == Outcome::inconsistent_start) where = accused_;
     f.outcome = outcome;
     blame(where);
     return {outcome, f.iterations, &f};
@@ -288,6 +291,7 @@ class Transaction {
   [[no_unique_address]] std::conditional_t<borrowed && !ShowsTrials<S>, Plain, Nothing> gathered_;
   EditGuard<S, Blocks<S>::drifts && !Rhs::couples_unknowns, Rhs::Traits::uses_time> guard_;
   Failure failure_;
+  Offender accused_;
   [[no_unique_address]] std::conditional_t<ShowsTrials<S>, Offender, Nothing> end_;
 };
 

@@ -51,6 +51,10 @@ class SchemeOn<PhiScheme<Force, Drift, form>, S> : public SchemeDefaults {
   SchemeOn(Scheme scheme, const auto& /*y*/) : scheme_{scheme} {}
   [[nodiscard]] const Scheme& scheme() const { return scheme_; }
   [[nodiscard]] int order() const { return scheme_.order(); }
+  /// φ = 1 looks at nothing of where it starts but M y.
+  [[nodiscard]] bool takes_singular_mass() const {
+    return scheme_.force.template value<double>() == 1 && scheme_.drift.template value<double>() == 1;
+  }
   /// φ = ½ looks back a step.
   [[nodiscard]] bool estimates(const auto& trace) const { return order() == 1 || trace.dt_before != 0; }
 
@@ -62,6 +66,8 @@ class SchemeOn<PhiScheme<Force, Drift, form>, S> : public SchemeDefaults {
     else if constexpr (form == Form::stage) return stage(kernel, step, phi);
     else {
       const Gamma<Scalar> after{phi * dt, drift * dt};
+      if constexpr (std::remove_cvref_t<decltype(step)>::is_traced)
+        if (const Outcome bad = kernel.check_start(step, after); failed(bad)) return bad;
       if (const Outcome bad = kernel.forward(step, {(1 - phi) * dt, (1 - drift) * dt, 0}); failed(bad))
         return bad;  // (3)
       predict(step, dt);
@@ -99,6 +105,7 @@ class SchemeOn<PhiScheme<Force, Drift, form>, S> : public SchemeDefaults {
     if constexpr (Step::is_traced) {
       auto& trace = step.trace;
       trace.has_slopes = true;
+      kernel.complete_start(step);
       trace.has_error = estimates(trace);
       if (!trace.has_error) return Outcome::success;
       assign<S>(trace.error, (phi - Scalar{0.5}) * step.dt * (in<S>(trace.end) - in<S>(trace.start)));

@@ -42,6 +42,7 @@ class SchemeOn<Rosenbrock<Tableau>, S> : public SchemeDefaults {
   [[nodiscard]] static int order() { return Tableau::order; }
   [[nodiscard]] static int error_order() { return Tableau::order; }
 
+  [[nodiscard]] static bool takes_singular_mass() { return true; }
   static constexpr bool traces = true;
   [[nodiscard]] static bool estimates(const auto&) { return true; }
 
@@ -103,6 +104,7 @@ class SchemeOn<Rosenbrock<Tableau>, S> : public SchemeDefaults {
     if (const Outcome outcome = kernel.linearise(step); outcome != Outcome::success) return outcome;
     const Scalar gamma = static_cast<Scalar>(Tableau::gamma) * step.dt;
     if (const Outcome outcome = kernel.factorize(gamma); outcome != Outcome::success) return outcome;
+    if (const Outcome bad = kernel.check_start(step, {gamma, gamma}); failed(bad)) return bad;
     Outcome outcome = Outcome::success;
     static_cast<void>(((outcome = stage<i>(kernel, step, gamma, u, weighted), outcome == Outcome::success) && ...));
     if (outcome != Outcome::success) return outcome;

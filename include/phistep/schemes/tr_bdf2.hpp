@@ -43,12 +43,14 @@ class SchemeOn<TrBdf2, S> : public SchemeDefaults {
   SchemeOn(TrBdf2, const Plain& y) : stage_{y} {}
   void resize(const Plain& y) { stage_ = y; }
   [[nodiscard]] static int order() { return TrBdf2::order(); }
+  [[nodiscard]] static bool takes_singular_mass() { return true; }
   static constexpr bool traces = true;
   [[nodiscard]] static bool estimates(const auto&) { return true; }
 
   [[nodiscard]] Outcome step(auto& kernel, auto& step) {
     const Scalar dt = step.dt, a = gamma / 2 * dt;
     const Gamma<Scalar> both{a, a};
+    if (const Outcome bad = kernel.check_start(step, both); failed(bad)) return bad;
     if (const Outcome bad = kernel.forward(step, {a, a, 0}); failed(bad)) return bad;
     predict(step, gamma * dt);
     if (const Outcome bad = kernel.resolve(step, both, step.t + gamma * dt); failed(bad)) return bad;  // (1)
@@ -86,6 +88,7 @@ class SchemeOn<TrBdf2, S> : public SchemeDefaults {
       const auto start = in<S>(trace.start), middle = in<S>(trace.error), end = in<S>(trace.end);
       assign<S>(trace.error, step.dt * ((4 * w - 1) / 3 * start - middle / Scalar{3} + gamma / 3 * end));
       trace.has_slopes = trace.has_error = true;
+      kernel.complete_start(step);
       return kernel.filter(trace.error);
     }
     return Outcome::success;

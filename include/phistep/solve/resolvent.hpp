@@ -122,6 +122,22 @@ class NewtonResolvent {
     return Outcome::success;
   }
 
+  /// rate ← W⁻¹ γ rate, as unknowns in x, with W at (t, y), where Ψ is psi.
+  [[nodiscard]] Outcome respond(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& y, const Rate& psi,
+                                const Rate& rate, Plain& x, const SolveTolerance<Plain>& allowed) {
+    matrix_.begin(gamma, Scalar{0});
+    if (!matrix_.has_factors())
+      if (const Outcome bad = matrix_.refresh(rhs, gamma, t, y, psi, options_, allowed); failed(bad)) return bad;
+    auto& of = increment_.delta;
+    for_each_part([&](Index at, const auto& block) { part(of, at, block) = gamma.force * flat(block); },
+                  Rate::blocks(rate));
+    NewtonOptions roughly = options_;
+    roughly.linear_rtol = 0.05;
+    if (const Outcome bad = matrix_.solve(of, roughly, rhs.statistics()); failed(bad)) return bad;
+    put_unknowns<S>(of, x);
+    return Outcome::success;
+  }
+
   /// Y − b of the last resolve.
   [[nodiscard]] const auto& increment() const { return increment_.w; }
 

@@ -38,6 +38,15 @@ template <State S, class Stepper>
   }
 }
 
+/// What such slopes at both ends of a step lack where M is singular.
+template <State S, class Stepper>
+void complete_slopes(const Stepper& stepper, const PlainState<S>& y0, const PlainState<S>& y1, ScalarOf<S> dt,
+                     PlainState<S>& slope0, PlainState<S>& slope1) {
+  if constexpr (requires { stepper.complete_slopes(y0, y1, dt, slope0, slope1); })
+    stepper.complete_slopes(y0, y1, dt, slope0, slope1);
+  else if constexpr (requires { stepper.stepper(); }) complete_slopes<S>(stepper.stepper(), y0, y1, dt, slope0, slope1);
+}
+
 template <class Stepper>
 inline constexpr bool can_go_back = requires(Stepper& stepper) {
   stepper.restore(stepper.checkpoint());

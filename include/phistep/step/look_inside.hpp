@@ -107,6 +107,7 @@ class LookInside {
     const Outcome first = slope_of<S>(step_.stepper(), step_.t0(), step_.start(), at_start);
     const Outcome last = slope_of<S>(step_.stepper(), step_.clock().t(), step_.plain(), at_end);
     slopes_ = failed(first) ? first : last;
+    complete_slopes<S>(step_.stepper(), step_.start(), step_.plain(), dt_, at_start, at_end);
   }
 
  private:

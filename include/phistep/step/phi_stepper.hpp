@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -24,6 +25,7 @@
 #include "phistep/solve/local_resolvent.hpp"
 #include "phistep/solve/newton.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/combination.hpp"
 #include "phistep/state/parts.hpp"
 #include "phistep/state/unknowns.hpp"
 
@@ -143,6 +145,33 @@ class PhiStepper {
     reset_rate<S>(*slope_psi_, y);
     return kernel_.rhs().whole_slope(t, y, out, *slope_psi_);
   }
+  /// M is singular: some of the equations are algebraic.
+  [[nodiscard]] bool solves_algebraic() const {
+    if constexpr (Rhs::may_be_singular) return static_cast<bool>(kernel_.rhs().algebraic());
+    else return false;
+  }
+  /// rate = what is no M y' in Ψ(t, y): what the algebraic equations leave. One force call; false where Ψ isn't finite.
+  [[nodiscard]] bool algebraic_residual(Scalar t, const PlainState<S>& y, RateOf<S>& rate) {
+    kernel_.rhs().begin(t, Scalar{0}, y);
+    kernel_.rhs().evaluate_into(t, y, rate);
+    const bool finite = !first_non_finite(RateOf<S>::blocks(rate));
+    if (finite) kernel_.rhs().keep_unexplained(rate);
+    return finite;
+  }
+  /// x ← what M doesn't see of it
+  void keep_unseen(PlainState<S>& x) const { kernel_.rhs().keep_unseen(x); }
+  /// To slopes by force calls at both ends of a step: what M doesn't see moves from y0 to y1 along the chord.
+  void complete_slopes(const PlainState<S>& y0, const PlainState<S>& y1, Scalar dt, PlainState<S>& slope0,
+                       PlainState<S>& slope1) const {
+    if constexpr (Rhs::may_be_singular)
+      if (solves_algebraic()) {
+        PlainState<S> chord = y0;
+        assign<S>(chord, (in<S>(y1) - in<S>(y0)) / dt);
+        kernel_.rhs().keep_unseen(chord);
+        add<S>(slope0, in<S>(chord));
+        add<S>(slope1, in<S>(chord));
+      }
+  }
   /// Of the last step: the sizes of its solves' corrections.
   [[nodiscard]] const Failure& history() const { return kernel_.history(); }
 
@@ -231,7 +260,36 @@ class PhiStepper {
       : scheme_{scheme},
         mass_{std::move(mass)},
         kernel_{state, copy, Rhs{std::move(psi), bind_masses<S>(mass_, copy)}, solver},
-        working_{scheme, copy} {}
+        working_{scheme, copy} {
+    refuse_singular_mass();
+  }
+  /// @throws std::invalid_argument where M is singular and the scheme or its solver needs M⁻¹
+  void refuse_singular_mass() const {
+    if constexpr (Rhs::drifts) {
+      for_each_mass([](const auto& mass) {
+        if constexpr (MayBeSingular<std::remove_cvref_t<decltype(mass)>>)
+          if (mass.algebraic() >= 0)
+            throw std::invalid_argument(
+                "phistep: a mass of motion must be > 0, and a mass matrix invertible: component " +
+                std::to_string(mass.algebraic()));
+      });
+    } else if constexpr (Rhs::may_be_singular) {
+      const Offender at = kernel_.rhs().algebraic();
+      if (!at) return;
+      bool takes = false;
+      if constexpr (
+          requires { typename Solver::LinearSolver; } && requires { working_.takes_singular_mass(); })
+        takes = working_.takes_singular_mass();
+      if (takes) return;
+      throw std::invalid_argument(
+          "phistep: M is singular (component " + std::to_string(at.index) + " of block " + std::to_string(at.block) +
+          " is algebraic) and " + type_of_scheme() +
+          ", or its solver, needs its inverse: take rodas4, rodas5p, tr_bdf2 or backward_euler with newton()");
+    }
+  }
+  void for_each_mass(auto&& f) const {
+    std::apply([&f](const auto&... mass) { (f(mass), ...); }, kernel_.rhs().masses());
+  }
   StepReport run(S& state, Scalar t, Scalar dt, Origin origin) {
     if constexpr (Kernel::steps_in_place)
       if (kernel_.can_step_in_place(state))
@@ -257,6 +315,7 @@ class PhiStepper {
     fresh.resize(copy);
     kernel_.resize(state, copy, std::move(masses));
     working_ = std::move(fresh);
+    refuse_singular_mass();
   }
 
   [[no_unique_address]] Scheme scheme_;
