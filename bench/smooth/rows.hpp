@@ -7,9 +7,10 @@
 #include <Eigen/Core>
 
 #include <algorithm>
+#include <string>
 #include <type_traits>
+#include <utility>
 
-#include "../work_precision/phistep_rows.hpp"
 #include "tables.hpp"
 
 namespace work_precision::smooth {
@@ -65,6 +66,41 @@ struct Callback {
   static void jacobian(double, const double*, auto&&) {}  // not stiff: no solver asks for it
 };
 
+/// phistep's methods on one problem: each stepper serves one call of `integrate`, as in a user's program.
+template <class S, class Force>
+class Rows {
+ public:
+  Rows(Table& table, S start) : table_{table}, start_{std::move(start)} {}
+  void controlled(const std::string& name, auto scheme) {
+    table_.methods.push_back(
+        {"phistep", name, "rtol", tolerances(),
+         [start = start_, end = table_.system.end(), a = table_.system.a, scheme](double rtol, Film*) {
+           S y = start;
+           phistep::PhiStepper stepper{y, Force{}, scheme};
+           const auto report =
+               phistep::integrate(stepper, y, {0.0, end}, phistep::tolerance{.rtol = rtol, .atol = a * rtol});
+           if (!report) return Answer{};
+           const phistep::Statistics& work = report.statistics;
+           return Answer{stacked(y), static_cast<std::int64_t>(work.steps),
+                         static_cast<std::int64_t>(work.force_calls)};
+         }});
+  }
+
+ private:
+  [[nodiscard]] static Eigen::VectorXd stacked(const S& y) {
+    if constexpr (phistep::EigenDense<S>) {
+      return y;
+    } else {
+      Eigen::VectorXd x(2 * y.r.size());
+      x << y.r, y.v;
+      return x;
+    }
+  }
+
+  Table& table_;
+  S start_;
+};
+
 template <class P>
 [[nodiscard]] Table table_of(P) {
   constexpr auto n = static_cast<int>(P::n);
@@ -72,18 +108,14 @@ template <class P>
   Table table{P::name, P::title, Eigen::Map<const Eigen::VectorXd>(exact.data(), n),
               system_of(Shape::explicit_, 1.0, P::end, Callback<P>{})};
   const Eigen::VectorXd start = Callback<P>::start();
-  const auto make = [](auto force) {
-    return [force](const auto& y, auto scheme, std::size_t) { return phistep::PhiStepper{y, force, scheme}; };
-  };
   using State = typename Flow<P>::State;
-  PhistepRows flow{table, State(start), make(Flow<P>{})};
+  Rows<State, Flow<P>> flow{table, start};
   add_explicit(flow, "");
   if constexpr (n % 2 == 0 && (
                                   requires(double* x) { P::acceleration(x, x); } ||
                                   requires(double* x) { P::acceleration(x, x, x); })) {
     using Vector = typename Acceleration<P>::Vector;
-    PhistepRows motion{table, phistep::Motion<Vector>{Vector(start.head(n / 2)), Vector(start.tail(n / 2))},
-                       make(Acceleration<P>{})};
+    Rows<phistep::Motion<Vector>, Acceleration<P>> motion{table, {start.head(n / 2), start.tail(n / 2)}};
     if constexpr (requires(double* x) { P::acceleration(x, x); }) add_nystrom(motion);
     else add_explicit(motion, ", f(r, v)");
   }
