@@ -63,6 +63,7 @@ void check_orders(Scheme scheme, double order, int n) {
 TEST_CASE("orders of convergence, differential and algebraic components apart") {
   check_orders(rodas4, 4, 64);
   check_orders(rodas5p, 5, 16);
+  check_orders(radau, 5, 8);
   check_orders(tr_bdf2, 2, 40);
   check_orders(backward_euler, 1, 80);
   check_orders(phi_stage(1.0), 1, 80);
@@ -85,7 +86,7 @@ TEST_CASE("schemes that need M⁻¹ refuse a singular M and name a component") {
   refused(extrapolated(backward_euler));
   refused(backward_euler, fixed_point());
   const auto taken = [&y](auto scheme) { PhiStepper{y, known, scheme, capacity(one_of_three)}; };
-  taken(rodas4), taken(rodas5p), taken(tr_bdf2), taken(backward_euler), taken(phi(1.0)), taken(phi_stage(1.0));
+  taken(rodas4), taken(rodas5p), taken(tr_bdf2), taken(backward_euler), taken(phi(1.0)), taken(phi_stage(1.0)), taken(radau);
   // Motion has none: its masses are what forces act on.
   const Motion m{Three::Zero().eval(), Three::Zero().eval()};
   const auto pull = [](const Three& r) -> Three { return -r; };
@@ -105,14 +106,17 @@ TEST_CASE("Robertson's reactions, the transistor amplifier and a pendulum come t
   const AutonomousDaeForce<RobertsonDae> robertson;
   CHECK(error(RobertsonDae{}, robertson, rodas4, 1e-6, 1e-6) <= 1e-6);
   CHECK(error(RobertsonDae{}, robertson, rodas5p, 1e-10, 1e-6) <= 1e-9);
+  CHECK(error(RobertsonDae{}, robertson, radau, 1e-7, 1e-6) <= 1e-7);
   CHECK(error(RobertsonDae{}, robertson, tr_bdf2, 1e-4, 1e-6) <= 1e-4);
   const AutonomousDaeForce<CartesianPendulum> pendulum;
   CHECK(error(CartesianPendulum{}, pendulum, rodas4, 1e-6, 1) <= 1e-5);
   CHECK(error(CartesianPendulum{}, pendulum, rodas5p, 1e-10, 1) <= 1e-9);
+  CHECK(error(CartesianPendulum{}, pendulum, radau, 1e-8, 1) <= 1e-6);
   CHECK(error(CartesianPendulum{}, pendulum, tr_bdf2, 1e-4, 1) <= 1e-3);
   const DaeForce<TransistorAmplifier> amplifier;
   CHECK(error(TransistorAmplifier{}, amplifier, rodas4, 1e-4, 1) <= 1e-4);
   CHECK(error(TransistorAmplifier{}, amplifier, rodas5p, 1e-4, 1) <= 1e-4);
+  CHECK(error(TransistorAmplifier{}, amplifier, radau, 1e-6, 1) <= 1e-5);
   CHECK(error(TransistorAmplifier{}, amplifier, tr_bdf2, 1e-3, 1) <= 1e-3);
 }
 
@@ -130,6 +134,7 @@ TEST_CASE("the error goes with the tolerance, algebraic components included") {
   };
   check(rodas4, 1e-9, 10);
   check(rodas5p, 1e-9, 10);
+  check(radau, 1e-9, 10);
   check(tr_bdf2, 1e-6, 10);
   check(backward_euler, 1e-4, 10);
   check(phi_stage(1.0), 1e-4, 10);

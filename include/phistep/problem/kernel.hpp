@@ -368,7 +368,7 @@ class Kernel {
  private:
   template <class Step>
   [[nodiscard]] Outcome look_at_start(Step& step, const Gamma<Scalar>& gamma) {
-    if constexpr (!needs.stages) {
+    if constexpr (!needs.stages || needs.shifted) {
       if (!step.psi_known) rhs_.evaluate_into(step.t, step.y, step.psi);
       step.psi_known = true;
     }
