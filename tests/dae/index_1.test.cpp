@@ -62,6 +62,7 @@ void check_orders(Scheme scheme, double order, int n) {
 
 TEST_CASE("orders of convergence, differential and algebraic components apart") {
   check_orders(rodas4, 4, 64);
+  check_orders(rodas4p2, 4, 64);
   check_orders(rodas5p, 5, 16);
   check_orders(radau, 5, 8);
   check_orders(tr_bdf2, 2, 40);
