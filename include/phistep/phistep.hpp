@@ -33,6 +33,7 @@
 #include "phistep/observe/recorder.hpp"
 #include "phistep/run.hpp"
 #include "phistep/schemes/composed.hpp"
+#include "phistep/schemes/explicit_rk/runge_kutta.hpp"
 #include "phistep/schemes/extrapolation/extrapolated.hpp"
 #include "phistep/schemes/extrapolation/extrapolation.hpp"
 #include "phistep/schemes/kick_drift.hpp"

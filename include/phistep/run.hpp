@@ -139,7 +139,7 @@ class Run {
     if (step_.is_at_end()) return end(Outcome::success);
     const Origin origin = may_be_edited || first_ ? Origin::unknown : Origin::unedited;
     if (minds_edits && origin == Origin::unknown && !take_edits()) return false;
-    step_.begin(has_events || (looks_inside && !hermite_is_enough(stepper_)));
+    step_.begin(has_events || (looks_inside && !is_sure_inside<Pace::sees_error>(stepper_)));
     for (bool has_failed = false;;) {
       if (!step_.pace().may_try()) return end(Outcome::too_many_steps);
       Landing<Scalar> to = step_.pace().plan(step_.clock(), observers_.next_stop(time(), step_.clock().span().t1));

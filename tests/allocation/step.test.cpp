@@ -26,7 +26,10 @@ TEST_CASE("every scheme, dynamic motion, Newton by differences: nothing") {
   check_none(motion(30), Chain{}, backward_euler);
   check_none(motion(30), Chain{}, velocity_verlet);
 }
-TEST_CASE("schemes of high order, dynamic: nothing") { check_none(motion(30), Chain{}, rkn86); }
+TEST_CASE("schemes of high order, dynamic: nothing") {
+  check_none(motion(30), Chain{}, rkn86);
+  check_none(motion(30), Chain{}, tsit5);
+}
 TEST_CASE("velocities, masses of every kind, a sum, a tolerance: nothing") {
   check_none(motion(30), Chain{}, trapezoidal, newton({.rtol = 1e-6, .atol = 1e-9}));
 }

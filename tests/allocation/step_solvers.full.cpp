@@ -36,6 +36,19 @@ TEST_CASE("bands, blocks and differences by colour: nothing after the first step
   CHECK(allocations(y, stepper, 1) == 0);
 }
 
+TEST_CASE("Radau over bands, blocks and sparse matrices: nothing after the first step, which finds the pattern") {
+  const auto check = [](auto force, Eigen::Index n) {
+    Dynamic y = Dynamic::LinSpaced(n, -1, 1);
+    PhiStepper stepper{y, force, radau};
+    CHECK(allocations(y, stepper, 1) == 0);
+    CHECK(stepper.statistics().factorizations >= 11);
+  };
+  check(BandedChain{}, 200);
+  check(BlockChain{}, 199);
+  check(PatternedChain{}, 200);
+  check(SparseChain{}, 200);
+}
+
 TEST_CASE("LDLᵀ: solves, and checks of symmetry, allocate nothing; Eigen's factorizations do") {
   const auto check = [](auto system) {
     constexpr int n = 100;

@@ -12,6 +12,10 @@ TEST_CASE("linear stages") {
   check_contract<FirstOrder<Fixed>>(rodas4, 4);
   check_contract<SecondOrder<Dynamic>>(rodas5p, 5);
 }
+TEST_CASE("explicit Runge-Kutta") {
+  check_contract<FirstOrder<Dynamic>>(dop853, 8);
+  check_contract<SecondOrder<Columns>>(tsit5, 5);
+}
 TEST_CASE("explicit motion") {
   check_contract<SecondOrder<Dynamic>>(srkn6b, 4);
   check_contract<SecondOrder<Fixed>>(srkn11b, 6);

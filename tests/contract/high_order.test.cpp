@@ -9,6 +9,10 @@ using namespace phistep;
 using namespace states;
 
 TEST_CASE("linear stages") { check_contract<FirstOrder<Fixed>>(rodas4, 4); }
+TEST_CASE("explicit Runge-Kutta") {
+  check_contract<FirstOrder<Fixed>>(tsit5, 5);
+  check_contract<SecondOrder<Fixed>>(dop853, 8);
+}
 TEST_CASE("explicit motion") {
   check_contract<SecondOrder<Fixed>>(srkn11b, 6);
   check_contract<SecondOrder<Fixed>>(rkn86, 8);

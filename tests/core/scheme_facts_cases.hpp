@@ -23,9 +23,12 @@ void for_each_scheme(auto&& f) {
   f(composed(velocity_verlet), "composed(velocity_verlet)");
   f(rkn86, "rkn86");
   f(rkn1210, "rkn1210");
+  f(tsit5, "tsit5");
+  f(dop853, "dop853");
   f(tr_bdf2, "tr_bdf2");
   f(rannacher, "rannacher");
   f(rodas4, "rodas4");
+  f(rodas4p2, "rodas4p2");
   f(rodas5p, "rodas5p");
   f(radau, "radau");
 }

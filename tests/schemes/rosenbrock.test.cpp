@@ -13,6 +13,7 @@
 #include "problems/dahlquist.hpp"
 #include "problems/forced.hpp"
 #include "problems/march.hpp"
+#include "problems/prothero_robinson.hpp"
 #include "support/catch.hpp"
 
 using namespace phistep;
@@ -150,6 +151,7 @@ TEST_CASE("the order conditions of all trees, for the step and for its embedded 
   REQUIRE(trees(6).size() == 20);
   // Printed to 16 digits, some of them of numbers around 300.
   check_conditions<Rodas4>(1e-12);
+  check_conditions<Rodas4P2>(1e-12);
   check_conditions<Rodas5P>(1e-12);
 }
 
@@ -171,6 +173,45 @@ TEST_CASE("order 4 and 5: a flow and a damped motion, nonlinear, non-autonomous,
                        return distance(march(stepper, y, 0.0, 2.0, n), Moved::exact(2));
                      }),
               4, 0.2);
+  check_order(errors(20,
+                     [](int n) {
+                       const auto y = Flow::exact(0);
+                       PhiStepper stepper{y, Flow{}, rodas4p2, capacity(Flow::capacity)};
+                       return distance(march(stepper, y, 0.0, 2.0, n), Flow::exact(2));
+                     }),
+              4, 0.2);
+}
+
+TEST_CASE("driven by time and stiff: rodas4's estimate goes as the step, those of rodas4p2 and rodas5p as its cube") {
+  using P = problems::ProtheroRobinson;
+  const auto order = [](auto scheme) {
+    const auto estimate = [&](double h) {
+      P::State y = P::exact(1);
+      PhiStepper stepper{y, P{-1e7}, scheme};
+      Trace<P::State> trace;
+      trace.resize(y);
+      REQUIRE(stepper.attempt(y, 1.0, h, Origin::unknown, trace, [](auto&...) { return true; }));
+      return std::abs(trace.error[0]);
+    };
+    return std::log2(estimate(0.02) / estimate(0.01));
+  };
+  const double of_4 = order(rodas4), of_4p2 = order(rodas4p2), of_5p = order(rodas5p);
+  CAPTURE(of_4, of_4p2, of_5p);
+  CHECK(std::abs(of_4 - 1) < 0.2);
+  CHECK(of_4p2 > 2.8);
+  CHECK(of_5p > 2.8);
+  const auto steps = [](auto scheme, double rtol) {
+    P::State y = P::exact(0);
+    PhiStepper stepper{y, P{-1e3}, scheme};
+    const RunReport report = integrate(stepper, y, {0, 10}, tolerance{.rtol = rtol, .atol = rtol});
+    REQUIRE(report);
+    CHECK(std::abs(y[0] - P::exact(10)[0]) < 5 * rtol);
+    return report.statistics.steps;
+  };
+  for (const double rtol : {1e-6, 1e-8}) {
+    CAPTURE(rtol, steps(rodas4, rtol), steps(rodas4p2, rtol), steps(rodas5p, rtol));
+    CHECK(steps(rodas4p2, rtol) < steps(rodas4, rtol) / 3);
+  }
 }
 
 namespace {
@@ -272,10 +313,10 @@ TEST_CASE("L-stable: nothing is left of what is infinitely stiff, and nothing gr
 
 TEST_CASE("dense output: order 3 and 4 inside the step, and its ends") {
   using Flow = problems::ForcedFlow<>;
-  const auto error = [&](int n) {
+  const auto error = [](auto scheme, int n) {
     double worst = 0;
     auto y = Flow::exact(0);
-    PhiStepper stepper{y, Flow{}, rodas5p, capacity(Flow::capacity)};
+    PhiStepper stepper{y, Flow{}, scheme, capacity(Flow::capacity)};
     Trace<Flow::State> trace;
     trace.resize(y);
     trace.wants_dense = true;
@@ -295,5 +336,6 @@ TEST_CASE("dense output: order 3 and 4 inside the step, and its ends") {
     return worst;
   };
   // A continuous extension of order q leaves h^{q+1} inside of one step.
-  check_order(errors(20, error), 5, 0.2);
+  check_order(errors(20, [&](int n) { return error(rodas5p, n); }), 5, 0.2);
+  check_order(errors(20, [&](int n) { return error(rodas4p2, n); }), 4, 0.2);
 }

@@ -5,12 +5,20 @@
 ///
 /// over all n components of all blocks (Hairer, Nørsett & Wanner, Solving ODEs I, eq. II.4.11), or the largest such mean
 /// over one particle's components.
+///
+/// An automatic atol of a vector's component is
+///
+///     atol_i = rtol max_t |y_i|,   and rtol/100 max_t ‖y‖∞ while |y_i| has always been less than ‖y‖∞/100:      (2)
+///
+/// components may differ in units and sizes, but one that is zero has errors of the size of the others' errors, and nothing
+/// can be asked relative to those. In a matrix, whose columns are particles, all components are of one kind: rtol max_t ‖y‖∞.
 #pragma once
 
 #include <Eigen/Core>
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -34,8 +42,9 @@ struct Component {
 
 /// A size, and the component that contributes most to it.
 struct Measured {
-  double size = 0;
+  double square = 0;
   Component worst;
+  [[nodiscard]] double size() const { return std::sqrt(square); }
 };
 
 template <State Plain>
@@ -64,6 +73,7 @@ class ErrorNorm {
                  : kind_ == per_block ? static_cast<Scalar>(given[k])
                                       : Scalar{0};
     largest_.fill(Scalar{0});
+    own_.setZero();
     return true;
   }
 
@@ -76,7 +86,7 @@ class ErrorNorm {
   /// weight = 1/(atol + rtol |y|), and 0 where both are 0: the error of such a component is measured with y⁺. False where
   /// there are any.
   bool weigh(const Plain& y, Plain& weight) {
-    see(y);
+    remember(y);
     bool all = true;
     each(
         y,
@@ -88,17 +98,38 @@ class ErrorNorm {
     return all;
   }
 
+  /// The automatic atol (2) follows the largest magnitudes so far.
+  void remember(const Plain& y) {
+    if (kind_ != AbsoluteTolerance::Kind::automatic) return;
+    see(y);
+    if constexpr (has_vectors) {
+      if (const Index n = count_of(Blocks<Plain>::all(y)); own_.size() != n)
+        own_.setZero(n);  // or y's size has changed
+      Index at = 0;
+      for_each_block(
+          [&](auto k, const auto& block) {
+            if constexpr (by_component<decltype(block)>)
+              for (Index i = 0; i < block.size(); ++i) {
+                const Scalar size = std::abs(block.data()[i]), own = own_[at + i];
+                own_[at + i] = own > 0 || size >= faint * largest_[k] ? std::max(own, size) : Scalar{0};
+              }
+            at += block.size();
+          },
+          Blocks<Plain>::all(y));
+    }
+  }
   /// A step of length dt [time] is to be tried.
   void begin_try(double dt) {
     dt_ = dt;
     longest_ = std::max(longest_, dt);
   }
   /// ‖e‖ with |y| the larger of |y(t)| and |y(t+Δt)|. An automatic atol forgets y⁺ again: the step may be rejected.
-  [[nodiscard]] Measured operator()(const Plain& error, const Plain& y, const Plain& next) {
+  [[nodiscard, gnu::always_inline]] inline Measured operator()(const Plain& error, const Plain& y, const Plain& next) {
+    if (kind_ != AbsoluteTolerance::Kind::automatic) return measure(error, y, next);
     const auto atol = atol_, largest = largest_;
     see(next);
-    if (kind_ == AbsoluteTolerance::Kind::automatic && dt_ > 0) leave_zero(largest, error);
-    const Measured all = norm_ == Norm::rms ? over_all(error, y, next) : over_particles(error, y, next);
+    if (dt_ > 0) leave_zero(largest, error);
+    const Measured all = measure(error, y, next);
     atol_ = atol;
     largest_ = largest;
     return all;
@@ -123,23 +154,32 @@ class ErrorNorm {
     ar("largest", largest_, "longest", longest_);
     for (const Scalar x : largest_) ar.check(x >= 0 && std::isfinite(x));
     ar.check(longest_ >= 0 && std::isfinite(longest_));
+    if constexpr (has_vectors) {
+      ar("own", own_);
+      for (const Scalar x : own_) ar.check(x >= 0 && std::isfinite(x));
+    }
   }
 
  private:
   static constexpr std::size_t blocks = std::tuple_size_v<decltype(Blocks<Plain>::all(std::declval<Plain&>()))>;
   static constexpr int size_of_few = static_size<decltype(Blocks<Plain>::all(std::declval<Plain&>()))>;
   static constexpr bool is_small = size_of_few > 0 && size_of_few <= 64;
+  template <class Block>
+  static constexpr bool by_component = std::remove_cvref_t<Block>::IsVectorAtCompileTime;
+  static constexpr bool has_vectors = []<class... B>(std::type_identity<std::tuple<B...>>) {
+    return (by_component<B> || ...);
+  }(std::type_identity<decltype(Blocks<Plain>::all(std::declval<Plain&>()))>{});
+  /// Of the block's largest magnitude: a component that has never been more may be nothing but errors.
+  static constexpr Scalar faint{Scalar(0.01L)};
   using Wide = std::common_type_t<Scalar, double>;  // squares of floats soon leave their range
   static constexpr Wide square(Scalar x) { return static_cast<Wide>(x) * static_cast<Wide>(x); }
 
-  /// The automatic atol follows the largest magnitudes so far.
   void see(const Plain& y) {
-    if (kind_ != AbsoluteTolerance::Kind::automatic) return;
     for_each_block(
         [this](auto k, const auto& block) {
           if (block.size() == 0) return;
           largest_[k] = std::max(largest_[k], static_cast<Scalar>(block.cwiseAbs().maxCoeff()));
-          atol_[k] = rtol_ * largest_[k];
+          atol_[k] = rtol_ * (by_component<decltype(block)> ? faint : Scalar{1}) * largest_[k];
         },
         Blocks<Plain>::all(y));
   }
@@ -155,14 +195,25 @@ class ErrorNorm {
         },
         Blocks<Plain>::all(error));
   }
-  [[nodiscard]] Scalar atol(std::size_t block, Index component) const {
-    return components_.size() > 0 ? components_[component] : atol_[block];
+  /// @param size  the component's magnitude now
+  template <class Block>
+  [[nodiscard]] Scalar atol(std::size_t block, Index component, Scalar size) const {
+    if (components_.size() > 0) return components_[component];
+    if constexpr (by_component<Block>)
+      if (kind_ == AbsoluteTolerance::Kind::automatic) {
+        const Scalar own = own_[component];
+        return std::max(own > 0 ? Scalar{0} : atol_[block], rtol_ * std::max(own, size));
+      }
+    return atol_[block];
   }
   void each(const Plain& y, auto&& f, Plain& out) {
     Index at = 0;
     for_each_block(
         [&](auto k, const auto& from, auto& to) {
-          for (Index i = 0; i < from.size(); ++i) to.data()[i] = f(atol(k, at + i) + rtol_ * std::abs(from.data()[i]));
+          for (Index i = 0; i < from.size(); ++i) {
+            const Scalar size = std::abs(from.data()[i]);
+            to.data()[i] = f(atol<decltype(from)>(k, at + i, size) + rtol_ * size);
+          }
           at += from.size();
         },
         Blocks<Plain>::all(y), Blocks<Plain>::all(out));
@@ -176,7 +227,7 @@ class ErrorNorm {
             for (Index row = 0; row < e.rows(); ++row) {
               const Index i = e.IsRowMajor ? row * e.cols() + column : column * e.rows() + row;
               const Scalar size = std::max(std::abs(a.data()[i]), std::abs(b.data()[i]));
-              const Scalar x = e.data()[i], allowed = atol(k, at + i) + rtol_ * size;
+              const Scalar x = e.data()[i], allowed = atol<decltype(e)>(k, at + i, size) + rtol_ * size;
               // Less than the least normal number: no estimate of an error can be told from zero.
               if (size > 0 && allowed < least_normal<Scalar>) f(k, e, row, i, std::numeric_limits<Wide>::infinity());
               else f(k, e, row, i, x == 0 ? Wide{0} : square(x / allowed));
@@ -185,10 +236,18 @@ class ErrorNorm {
         },
         Blocks<Plain>::all(error), Blocks<Plain>::all(y), Blocks<Plain>::all(next));
   }
+  [[nodiscard, gnu::always_inline]] inline Measured measure(const Plain& error, const Plain& y,
+                                                            const Plain& next) const {
+    if (norm_ != Norm::rms) return over_particles(error, y, next);
+    if constexpr (is_small) {
+      bool has_scales = components_.size() == 0;
+      for (const Scalar atol : atol_) has_scales = has_scales && atol > 0;
+      const bool automatic = kind_ == AbsoluteTolerance::Kind::automatic;
+      if (has_scales) return automatic ? over_few<true>(error, y, next) : over_few<false>(error, y, next);
+    }
+    return over_all(error, y, next);
+  }
   [[nodiscard]] Measured over_all(const Plain& error, const Plain& y, const Plain& next) const {
-    if constexpr (is_small)
-      if (components_.size() == 0 && std::all_of(atol_.begin(), atol_.end(), [](Scalar atol) { return atol > 0; }))
-        return over_few(error, y, next);
     Wide sum{0}, most{-1};
     Index n = 0;
     Measured all;
@@ -197,35 +256,42 @@ class ErrorNorm {
       ++n;
       if (x > most) most = x, all.worst = {static_cast<std::int64_t>(k()), i};
     });
-    all.size = n == 0 ? 0 : std::sqrt(static_cast<double>(sum) / static_cast<double>(n));
+    all.square = n == 0 ? 0 : static_cast<double>(sum) / static_cast<double>(n);
     return all;
   }
-  /// The same without a branch, for the few numbers of a small fixed state: no scale is 0 here.
-  [[nodiscard]] Measured over_few(const Plain& error, const Plain& y, const Plain& next) const {
-    Wide sum{0}, most{-1};
+  /// The same without a branch, for the few numbers of a small fixed state: no scale is 0 here. Numbers that are not
+  /// negative are ordered as their bits are, of which the last six give way to the place of the number.
+  template <bool automatic>
+  [[nodiscard, gnu::always_inline]] inline Measured over_few(const Plain& error, const Plain& y,
+                                                             const Plain& next) const {
+    double sum = 0;
+    std::uint64_t most = 0, place = 0;
+    Index at = 0;
     Measured all;
     for_each_block(
         [&](auto k, const auto& e, const auto& a, const auto& b) {
           constexpr int n = std::remove_cvref_t<decltype(e)>::SizeAtCompileTime;
-          if constexpr (n > 0) {
-            using Few = Eigen::Map<const Eigen::Array<Scalar, n, 1>>;
-            const Few x(e.data()), start(a.data()), end(b.data());
-            const Eigen::Array<Wide, n, 1> squares =
-                (x / (atol_[k] + rtol_ * start.abs().max(end.abs()))).template cast<Wide>().square();
-            sum += squares.sum();
-            const Wide largest = squares.maxCoeff();
-            if (!(largest > most)) return;
-            most = largest;
-            all.worst.block = static_cast<std::int64_t>(k());
-            [&]<int... i>(std::integer_sequence<int, i...>) {
-              all.worst.index = -1;
-              static_cast<void>(((squares[i] == largest && (all.worst.index = i, true)) || ...));
-            }
+          const std::uint64_t before = most;
+          const auto look = [&](int i) {
+            const Scalar size = std::max(std::abs(a.data()[i]), std::abs(b.data()[i]));
+            const Scalar atol = automatic ? this->template atol<decltype(e)>(k, at + i, size) : atol_[k];
+            const Scalar allowed = atol + rtol_ * size;
+            const auto x = static_cast<double>(square(e.data()[i] / allowed));
+            sum += x;
+            most = std::max(most, (std::bit_cast<std::uint64_t>(x) & ~std::uint64_t{63}) | static_cast<unsigned>(i));
+          };
+          if constexpr (n <= 8) {
+            [&look]<int... i>(std::integer_sequence<int, i...>) { (look(i), ...); }
             (std::make_integer_sequence<int, n>{});
+          } else {
+            for (int i = 0; i < n; ++i) look(i);
           }
+          if (k == 0 || most > before) place = k;
+          at += n;
         },
         Blocks<Plain>::all(error), Blocks<Plain>::all(y), Blocks<Plain>::all(next));
-    all.size = std::sqrt(static_cast<double>(sum) * (1.0 / size_of_few));
+    all.square = sum * (1.0 / size_of_few);
+    all.worst = {static_cast<std::int64_t>(place), static_cast<std::int64_t>(most & 63)};
     return all;
   }
   [[nodiscard]] Measured over_particles(const Plain& error, const Plain& y, const Plain& next) const {
@@ -245,7 +311,7 @@ class ErrorNorm {
         most = std::isnan(most) ? most : mean;  // once NaN, for good
       }
     });
-    all.size = most < 0 ? 0 : std::sqrt(static_cast<double>(most));
+    all.square = most < 0 ? 0 : static_cast<double>(most);
     return all;
   }
 
@@ -253,7 +319,9 @@ class ErrorNorm {
   Norm norm_ = Norm::rms;
   Scalar rtol_{0};
   std::array<Scalar, blocks> atol_{}, largest_{};
-  double dt_ = 0, longest_ = 0;  // [time] of the try, of all tries
+  using Each = Eigen::Matrix<Scalar, is_small ? size_of_few : Eigen::Dynamic, 1>;
+  Each own_ = Each::Zero(is_small ? size_of_few : 0);  // (2): 0 where there is none
+  double dt_ = 0, longest_ = 0;                        // [time] of the try, of all tries
   Eigen::Matrix<Scalar, Eigen::Dynamic, 1> components_;
 };
 

@@ -40,19 +40,8 @@ class Limits {
   void count(LimitedBy by, Component where = {}) {
     ++steps_;
     // Most often it is the one that it was before.
-    if (slots_[last_].by == by && slots_[last_].where == where) {
-      ++slots_[last_].steps;
-      return;
-    }
-    auto slot =
-        std::find_if(slots_.begin(), slots_.end(), [&](const Limit& x) { return x.by == by && x.where == where; });
-    if (slot == slots_.end()) {
-      slot = std::min_element(slots_.begin(), slots_.end(), [](auto& a, auto& b) { return a.steps < b.steps; });
-      slot->by = by;
-      slot->where = where;
-    }
-    ++slot->steps;
-    last_ = static_cast<std::size_t>(slot - slots_.begin());
+    if (slots_[last_].by != by || slots_[last_].where != where) find(by, where);
+    ++slots_[last_].steps;
   }
   /// The most frequent reason.
   [[nodiscard]] Limit most() const {
@@ -90,6 +79,17 @@ class Limits {
   }
 
  private:
+  [[gnu::noinline]] void find(LimitedBy by, Component where) {
+    auto slot =
+        std::find_if(slots_.begin(), slots_.end(), [&](const Limit& x) { return x.by == by && x.where == where; });
+    if (slot == slots_.end()) {
+      slot = std::min_element(slots_.begin(), slots_.end(), [](auto& a, auto& b) { return a.steps < b.steps; });
+      slot->by = by;
+      slot->where = where;
+    }
+    last_ = static_cast<std::size_t>(slot - slots_.begin());
+  }
+
   std::array<Limit, 8> slots_{};
   std::size_t last_ = 0;
   std::int64_t steps_ = 0;

@@ -38,6 +38,7 @@ struct ErrorLaw {
   int order = 1;                          ///< of the scheme
   int error_order = 2;                    ///< the power of Δt with which its estimate goes
   double dead_band = 1;                   ///< see StepSize; more than 1 where a kept Δt spares a factorization
+  bool reads_weights = true;              ///< steps read trace.weight
   StepFilter filter = StepFilter::H211b;  ///< the one that suits, unless the user names another
 };
 
@@ -58,6 +59,7 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
     constexpr double round_off = static_cast<double>(std::numeric_limits<Scalar>::epsilon());
     if (!norm_.begin(wanted_, y)) return Outcome::invalid_tolerance;
     // Estimates that go as the error at the end does, Δt^p, are held to the tolerance as they are.
+    reads_weights_ = law.reads_weights;
     allowed_ = law.error_order == law.order
                    ? 1
                    : std::pow(wanted_.rtol, (law.error_order - law.order) / static_cast<double>(law.order));
@@ -96,29 +98,32 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
     norm_.begin_try(dt);
     trace_.proposed = 0;
     // Without a scale for each component, a solve's own error can't be weighed: then to rounding.
-    trace_.newton_target = norm_.weigh(y, trace_.weight) ? newton_share * allowed_ / norm_.spread(y) : 0;
+    if (!reads_weights_) norm_.remember(y);
+    else trace_.newton_target = norm_.weigh(y, trace_.weight) ? newton_share * allowed_ / norm_.spread(y) : 0;
     trace_.norm = &norm_;
     trace_.measure = [](void* norm, const Plain& error, const Plain& from, const Plain& to) {
-      return (*static_cast<ErrorNorm<Plain>*>(norm))(error, from, to).size;
+      return (*static_cast<ErrorNorm<Plain>*>(norm))(error, from, to).size();
     };
   }
   /// Whether the step's error is allowed.
-  [[nodiscard]] bool judge(const Plain& y, const Plain& next, const Plain& error) {
-    error_ = norm_(error, y, next);
-    return trace_.proposed != 0 || error_.size <= allowed_;  // a scheme that proposes Δt has judged
+  [[nodiscard]] bool judge(const Plain& y, const Plain& next, const Trace<Plain>& told) {
+    error_ = norm_(told.error, y, next);
+    error_.square *= told.error_scale * told.error_scale;
+    return trace_.proposed != 0 || error_.square <= allowed_ * allowed_;  // a scheme that proposes Δt has judged
   }
   /// ‖e‖ in units of the tolerance, where e is what a state between y and next is off.
-  [[nodiscard]] double size(const Plain& y, const Plain& next, const Plain& e) { return norm_(e, y, next).size; }
+  [[nodiscard]] double size(const Plain& y, const Plain& next, const Plain& e) { return norm_(e, y, next).size(); }
   /// Whether the error of a step that is not the one in hand is allowed.
   [[nodiscard]] bool allows(const Plain& y, const Plain& next, const Trace<Plain>& told) {
-    return told.proposed != 0 || size(y, next, told.error) <= allowed_;  // a scheme that proposes Δt has judged
+    return told.proposed != 0 ||
+           told.error_scale * size(y, next, told.error) <= allowed_;  // a scheme that proposes Δt has judged
   }
   void accepted(const Landing<Scalar>& to, const Failure& history, Limits& limits) {
     const double dt = std::abs(static_cast<double>(to.dt));
     const double proposed = std::exchange(trace_.proposed, 0);
     trace_.advance();
     const bool was_capped = Length::is_capped();
-    double by = proposed > 0 ? proposed / dt : size_.accepted(error_.size * per_allowed_);
+    double by = proposed > 0 ? proposed / dt : size_.accepted_square(error_.square * per_allowed_ * per_allowed_);
     bool by_iterations = false;
     if (counts_) {
       const double lambda = iteration_factor(history, iterations_);
@@ -141,7 +146,7 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
     const double dt = std::abs(static_cast<double>(to.dt));
     if (const double proposed = std::exchange(trace_.proposed, 0); proposed > 0 && proposed < dt)
       return Length::shorten(why, dt, proposed / dt);
-    if (why == Outcome::error_too_large) return Length::shorten(why, dt, size_.rejected(error_.size / allowed_));
+    if (why == Outcome::error_too_large) return Length::shorten(why, dt, size_.rejected(error_.size() / allowed_));
     if (!may_be_cured(why)) return why;
     limits.count(LimitedBy::iterations);
     size_.forget();
@@ -164,7 +169,7 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
 
   tolerance wanted_;
   iteration_control iterations_;
-  bool counts_ = false;
+  bool counts_ = false, reads_weights_ = true;
   ErrorNorm<Plain> norm_;
   StepSize size_;
   Trace<Plain> trace_;

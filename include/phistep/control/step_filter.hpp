@@ -15,6 +15,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "phistep/control/short_logarithm.hpp"
 #include "phistep/core/version.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -39,15 +40,17 @@ class StepSize {
   StepSize(StepFilter filter, int order_of_error, double dead_band)
       : filter_{filter},
         weights_{filter == StepFilter::H211b ? Weights{1.0 / 4, 1.0 / 4, 1.0 / 4} : Weights{3.0 / 5, -1.0 / 5, 0}},
-        k_{order_of_error},
         per_k_{1.0 / order_of_error},
-        dead_band_{dead_band > 1 ? std::log2(dead_band) : 0},
-        root_of_hundredth_{filter == StepFilter::predictive ? root(0.01) : 0} {}
+        dead_band_{dead_band > 1 ? std::log2(dead_band) : 0} {}
   StepSize() : StepSize{StepFilter::PI42, 1, 1} {}
 
+  /// ρ after a step that was accepted with ‖e‖² ≤ 1.
+  [[nodiscard]] double accepted_square(double square) {
+    return filter_ == StepFilter::predictive ? predicted(square) : accepted(std::sqrt(square));
+  }
   /// ρ after a step that was accepted with ‖e‖ ≤ 1.
   [[nodiscard]] double accepted(double error) {
-    if (filter_ == StepFilter::predictive) return predicted(error);
+    if (filter_ == StepFilter::predictive) return predicted(error * error);
     // In logarithms, (1) is a sum: one of them and one exponential in place of five powers, and often not even that.
     const double now = -std::log2(std::max(error, smallest) * (1 / safety)) * per_k_;
     const double grown = seen_ ? weights_.now * now + weights_.before * past_ - weights_.ratio * ratio_ : now;
@@ -68,7 +71,8 @@ class StepSize {
   /// ρ after a step that was rejected with ‖e‖ > 1.
   [[nodiscard]] double rejected(double error) {
     const double ratio = std::clamp(std::isfinite(error) ? std::pow(safety / error, per_k_) : 0.2, 0.2, 0.9);
-    if (filter_ == StepFilter::predictive) ratio_ *= ratio;  // the last accepted step is still the one to compare with
+    if (filter_ == StepFilter::predictive)
+      ratio_ += std::log2(ratio);  // the last accepted step is still the one to compare with
     else forget();
     rejected_ = true;
     return ratio;
@@ -81,35 +85,28 @@ class StepSize {
 
   void archive(auto& ar) {
     ar("past", past_, "ratio", ratio_, "seen", seen_, "rejected", rejected_);
-    ar.check(std::isfinite(past_) && std::isfinite(ratio_) && (filter_ != StepFilter::predictive || past_ >= 0));
+    ar.check(std::isfinite(past_) && std::isfinite(ratio_));
   }
 
  private:
   static constexpr double safety = 0.8;      ///< on the error: aim below what is allowed
   static constexpr double smallest = 1e-10;  ///< an error this small is none
 
-  /// (2), with past_ the root of the last accepted ‖e‖ and ratio_ what Δt was multiplied by since
-  [[nodiscard]] double predicted(double error) {
-    const double size = root(std::max(error, smallest)), inverse = 1 / size;
-    const double trend = seen_ ? std::min(1.0, ratio_ * past_ * inverse) : 1;
-    ratio_ = std::clamp(0.9 * inverse * trend, 0.2, rejected_ ? 1.0 : 6.0);
-    rejected_ = false;
-    past_ = std::max(size, root_of_hundredth_);  // one lucky step makes no trend
-    seen_ = true;
-    return ratio_;
-  }
-  /// x^{1/k}, by what the compiler can see through where there is something.
-  [[nodiscard]] double root(double x) const {
-    switch (k_) {
-      case 2:
-        return std::sqrt(x);
-      case 4:
-        return std::sqrt(std::sqrt(x));
-      default:
-        return std::exp2(std::log2(x) * per_k_);
-    }
-  }
+  static constexpr double log2_of_fifth = -2.321928094887362;
 
+  /// (2) in logarithms, with past_ that of the root of the last accepted ‖e‖ and ratio_ that of what Δt was multiplied by since
+  [[nodiscard]] double predicted(double square) {
+    constexpr double log2_of_09 = -0.15200309344504997, log2_of_6 = 2.584962500721156,
+                     log2_of_hundredth = -6.643856189774724;
+    const double now = short_log2(std::max(square, smallest * smallest)) * (per_k_ / 2);
+    const double change = ratio_ + past_ - now,
+                 trend = seen_ ? (change - std::abs(change)) / 2 : 0;  // no larger than 0
+    ratio_ = std::clamp(log2_of_09 - now + trend, log2_of_fifth, rejected_ ? 0.0 : log2_of_6);
+    rejected_ = false;
+    past_ = std::max(now, log2_of_hundredth * per_k_);  // one lucky step makes no trend
+    seen_ = true;
+    return short_exp2(ratio_);
+  }
   struct Weights {
     double now, before, ratio;  ///< β₁, β₂, α₂
   };
@@ -117,10 +114,9 @@ class StepSize {
 
   StepFilter filter_;
   Weights weights_;
-  int k_;
-  double per_k_, dead_band_, root_of_hundredth_;  ///< 1/k; log₂ of the dead band; 0.01^{1/k}
-  double past_ = 0;                               ///< log₂ ε_{n−1}^{1/k}
-  double ratio_ = 0;                              ///< log₂ ρ_{n−1}; (2): ρ
+  double per_k_, dead_band_;  ///< 1/k; log₂ of the dead band
+  double past_ = 0;           ///< log₂ ε_{n−1}^{1/k}; (2): its negative
+  double ratio_ = 0;          ///< log₂ ρ_{n−1}
   bool seen_ = false, rejected_ = false;
 };
 

@@ -27,7 +27,8 @@
 namespace phistep::inline PHISTEP_ABI {
 
 /// The error below which relative accuracy of a component doesn't matter, in its own units. Left out: rtol times the
-/// largest magnitude that the component's block has had so far in the run.
+/// largest magnitude so far in the run, in a vector that of the component (or 1 % of the vector's, where it has never been
+/// more than that), in a matrix, whose columns are particles, that of the block.
 class AbsoluteTolerance {
  public:
   enum class Kind : std::uint8_t { automatic, everywhere, per_block, per_component };

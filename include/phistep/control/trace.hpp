@@ -36,7 +36,8 @@ struct Trace {
   Plain start;              ///< y' at t (for motion: v, M⁻¹Ψ)
   Plain end;                ///< y' at t + Δt
   Scalar dt{0};             ///< [time] Δt
-  Plain error;              ///< estimate of the local error
+  Plain error;              ///< the estimate of the local error …
+  double error_scale = 1;   ///< … is this times `error`
   bool has_slopes = false;  ///< `start` and `end` are filled
   bool has_error = false;   ///< `error` is filled
   double proposed = 0;  ///< [time] |Δt| that a step which chooses it itself wants next, accepted or not; 0: it doesn't
@@ -60,8 +61,12 @@ struct Trace {
   /// The step has become the state.
   void advance() {
     if (!has_slopes) return forget();
-    for_each_block([](auto, auto& a, auto& b, auto& c) { a.swap(b), b.swap(c); }, Blocks<Plain>::all(before),
-                   Blocks<Plain>::all(start), Blocks<Plain>::all(end));
+    for_each_block(
+        [](auto, auto& a, auto& b, auto& c) {
+          if constexpr (std::remove_cvref_t<decltype(a)>::SizeAtCompileTime != Eigen::Dynamic) a = b, b = c;
+          else a.swap(b), b.swap(c);
+        },
+        Blocks<Plain>::all(before), Blocks<Plain>::all(start), Blocks<Plain>::all(end));
     dt_before = dt;
     knows_start = true;
     has_slopes = has_error = false;

@@ -47,6 +47,18 @@ struct ExplicitMotion {
             .energy = energy};
   }
 };
+/// An explicit scheme for any state under any force, and what is left to say of it.
+struct ExplicitOfAny {
+  Fact<EnergyBalance> energy;
+  constexpr operator SchemeFacts() const {  // NOLINT: facts = ExplicitOfAny{…}
+    return {.motion_only = false,
+            .is_explicit = true,
+            .is_symplectic = false,
+            .is_a_stable = false,
+            .is_l_stable = false,
+            .energy = energy};
+  }
+};
 /// An implicit scheme for any state, A-stable and not symplectic.
 struct AStable {
   Fact<bool> is_l_stable;

@@ -14,7 +14,9 @@ namespace phistep::inline PHISTEP_ABI {
 struct StepperFacts {
   Fact<bool> traces;          ///< it has `attempt`, which can tell how large a step's error is
   Fact<bool> interpolates;    ///< it knows the solution inside the step just accepted better than its ends tell
+  Fact<bool> is_sure_inside;  ///< … to what its estimate of a step's error allows, with no need of a check
   Fact<bool> solves_nothing;  ///< stability keeps Δt within what slopes at both ends can tell
+  Fact<bool> reads_weights;   ///< its steps read trace.weight: solves to the tolerance, estimates of its own
   Fact<bool> refactorizes;    ///< each step makes its matrix anew, so that keeping Δt spares nothing
   Fact<bool> is_affine;       ///< one factorization serves all steps of one Δt
   Fact<std::array<double, 2>> doubtful_at;  ///< where in a step, 0 < x < 1, its interpolant is worst
@@ -28,7 +30,9 @@ inline constexpr std::array<double, 2> usually_doubtful{0.35, 0.68};
 template <class Stepper>
 inline constexpr StepperFacts facts_of{.traces = false,
                                        .interpolates = false,
+                                       .is_sure_inside = false,
                                        .solves_nothing = false,
+                                       .reads_weights = true,
                                        .refactorizes = false,
                                        .is_affine = false,
                                        .doubtful_at = usually_doubtful};

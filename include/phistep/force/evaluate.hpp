@@ -5,6 +5,8 @@
 #include <Eigen/Core>
 
 #include <array>
+#include <memory>
+#include <new>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -106,9 +108,17 @@ void assign_force(F& force, Scalar t, const View& y, const Memory& memory, Rate&
                    Rate::blocks(out));
   } else {
     auto& block = std::get<0>(Rate::blocks(out));
-    const auto& result = returned_force(force, y, t, out);
-    check_result_size(result, block);
-    block = result;
+    using Block = std::remove_cvref_t<decltype(block)>;
+    if constexpr (Block::SizeAtCompileTime != Eigen::Dynamic && std::is_trivially_destructible_v<Block> &&
+                  std::is_same_v<decltype(returned_force(force, y, t, out)), Block>) {
+      // In its place: a copy would load by packets what the force has just written by single numbers, and such loads
+      // wait until the stores have left the store buffer.
+      ::new (static_cast<void*>(std::addressof(block))) Block(returned_force(force, y, t, out));
+    } else {
+      const auto& result = returned_force(force, y, t, out);
+      check_result_size(result, block);
+      block = result;
+    }
   }
 }
 

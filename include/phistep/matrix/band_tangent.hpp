@@ -85,6 +85,17 @@ class BandTangent {
           out[i] += factor * band_.K(upper_ + i - j, j) * x[j];
   }
 
+  /// f(i, j, K_ij, C_ij) for each entry inside the band
+  void for_each_entry(auto&& f) const {
+    for (Index j = 0; j < n_; ++j)
+      for (Index i = std::max<Index>(0, j - upper_); i <= std::min(n_ - 1, j + lower_); ++i) {
+        Scalar K{0}, C{0};
+        if constexpr (has_K) K = band_.K(upper_ + i - j, j);
+        if constexpr (has_C) C = band_.C(upper_ + i - j, j);
+        f(i, j, K, C);
+      }
+  }
+
   /// −γ_f (C + γ_d K): the entry (i, j) in row upper + i − j, column j.
   [[nodiscard]] auto part(Scalar gamma_force, Scalar gamma_drift) const { return band_.part(gamma_force, gamma_drift); }
   /// Its b×b block from (i, j) on, which has to lie within the band: a block's columns are one entry less apart than the band's.

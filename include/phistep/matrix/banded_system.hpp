@@ -38,11 +38,16 @@ class BandedSystem : public Sizes {
   [[nodiscard]] bool is_finite() const { return tangent_.is_finite(); }
   [[nodiscard]] const Tangent& tangent() const { return tangent_; }
 
-  [[nodiscard]] Outcome factorize(const auto& masses, Scalar gamma_force, Scalar gamma_drift, Statistics& statistics) {
+  /// The band of W, settled.
+  [[nodiscard]] BandWidth band(const auto& masses) {
     if (!knows_masses_) masses([this](Index i, Index j, auto) { tangent_.include(i, j); });
     knows_masses_ = true;
     tangent_.settle();
-    const Index n = tangent_.rows(), lower = tangent_.lower(), upper = tangent_.upper();
+    return {tangent_.rows(), tangent_.lower(), tangent_.upper()};
+  }
+  void for_each_tangent(auto&& f) const { tangent_.for_each_entry(f); }
+  [[nodiscard]] Outcome factorize(const auto& masses, Scalar gamma_force, Scalar gamma_drift, Statistics& statistics) {
+    const auto [n, lower, upper] = band(masses);
     if (lu_.rows() != n || lu_.lower() != lower || lu_.upper() != upper) lu_.resize(n, lower, upper);
     else lu_.clear();
     lu_.band() = tangent_.part(gamma_force, gamma_drift);

@@ -73,6 +73,8 @@ class BlockTridiagonalSystem : public Sizes {
     }
     return Outcome::success;
   }
+  [[nodiscard]] BandWidth band(const auto& masses) { return band_.band(masses); }
+  void for_each_tangent(auto&& f) const { band_.for_each_tangent(f); }
   void add_position_product(Scalar factor, const auto& x, auto& out) const {
     band_.add_position_product(factor, x, out);
   }

@@ -21,6 +21,7 @@ struct MatrixFacts {
   bool symmetric = false;       ///< K, C and M are
   bool constant = false;        ///< the force is affine: K and C never change, one factorization serves many solves
   bool stages = false;          ///< each factorization serves several solves
+  bool shifted = false;         ///< with K and C several complex matrices are factorized (lane_system.hpp)
   int block = 0;                ///< rows of a particle's or a chain link's block, 0 where there is none
   bool differenced = false;     ///< K and C are made by differences: symmetric, if at all, only to their accuracy
   bool static_pattern = false;  ///< the entries of W are known one by one, and spare half of an elimination
@@ -69,7 +70,7 @@ inline constexpr auto systems = std::to_array<SystemRow>({
     {SystemKind::edges, "block-Jacobi conjugate gradients on the edge operator",
      "symmetric networks of springs and pairs, more than 24 unknowns",
      [](const MatrixFacts& W) {
-       return W.structure == Structure::network && W.symmetric && 1 <= W.block && W.block <= 3 &&
+       return !W.shifted && W.structure == Structure::network && W.symmetric && 1 <= W.block && W.block <= 3 &&
               (W.n == Eigen::Dynamic || W.n > small_network);
      }},
     {SystemKind::dense, "dense LU",

@@ -135,6 +135,10 @@ class DiagonalSystem : public Sizes {
     x.array() *= inverse_.array();
     return Outcome::success;
   }
+  [[nodiscard]] BandWidth band(const auto& /*masses*/) const { return {inverse_.size(), 0, 0}; }
+  void for_each_tangent(auto&& f) const {
+    for (Eigen::Index i = 0; i < inverse_.size(); ++i) f(i, i, tangents_.K[i], tangents_.C[i]);
+  }
   void add_position_product(Scalar factor, const auto& x, auto& out) const {
     out.array() += factor * tangents_.K.array() * x.array();
   }

@@ -74,6 +74,21 @@ class LocalSystem : public Sizes {
     }
     return Outcome::success;
   }
+  [[nodiscard]] BandWidth band(const auto& /*masses*/) const { return {n_, d - 1, d - 1}; }
+  void for_each_tangent(auto&& f) const {
+    for (Eigen::Index j = 0; j < n_; ++j)
+      for (Eigen::Index i = j / d * d; i < std::min<Eigen::Index>(n_, j / d * d + d); ++i) {
+        Scalar K{0}, C{0};
+        if constexpr (has_K) K = tangents_.K[slot(i, j)];
+        if constexpr (has_C) C = tangents_.C[slot(i, j)];
+        f(i, j, K, C);
+      }
+  }
+  /// out += factor K x
+  void add_position_product(Scalar factor, const auto& x, auto& out) const {
+    if constexpr (has_K)
+      for_each_tangent([&](Eigen::Index i, Eigen::Index j, Scalar K, Scalar) { out[i] += factor * K * x[j]; });
+  }
   /// The particle whose block had no inverse at the last failure, −1 before.
   [[nodiscard]] Eigen::Index singular_particle() const { return singular_; }
 

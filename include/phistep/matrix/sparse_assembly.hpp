@@ -65,6 +65,13 @@ class SparseAssembly : public Sizes {
     for (const Entry& entry : entries_) out[entry.i] += factor * entry.value.K * x[entry.j];
   }
 
+  /// For those who make matrices of their own: the pattern of W, settled; true: it is new. Then K, C and M slot by slot.
+  [[nodiscard]] bool settle(const auto& masses) { return update_pattern(masses); }
+  [[nodiscard]] const Matrix& pattern() const { return W_; }
+  void for_each_slot(auto&& f) const {
+    for (std::size_t p = 0; p < values_.size(); ++p) f(p, values_[p].K, values_[p].C, mass_values_[p]);
+  }
+
  protected:
   [[nodiscard]] const Matrix& matrix() const { return W_; }
   /// Makes the pattern where there is none that fits. True: it is new, and wants an analysis.

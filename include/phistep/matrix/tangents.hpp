@@ -2,12 +2,18 @@
 /// K = ∂Ψ/∂r and C = ∂Ψ/∂v (or ∂Ψ/∂y) side by side, and their part of W = M − γ_f C − γ_f γ_d K.
 #pragma once
 
+#include <cstddef>
 #include <type_traits>
 
 #include "phistep/core/version.hpp"
 #include "phistep/simd/update.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
+
+/// n rows with `lower` diagonals below the main one and `upper` above.
+struct BandWidth {
+  std::ptrdiff_t n = 0, lower = 0, upper = 0;
+};
 
 /// K and C in Eigen arrays of any shape, kept apart from W so that a new γ costs no new Jacobian. One that is always zero isn't
 /// there; where neither would be, a C of zeros is.

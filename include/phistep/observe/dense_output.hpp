@@ -64,18 +64,31 @@ class DenseOutput {
     end_ = &end;
     slopes_ = slopes;
     known_ = false;
+    knows_inside_ = true;
     inside_ = nullptr;
   }
   /// The step just begun was done by this stepper: where it knows y(t0 + x dt), 0 < x < 1, that is taken in place of
   /// Hermite's interpolant. The stepper must outlive the step, and do no other meanwhile.
   template <class Stepper>
-  void interpolate_by(const Stepper& stepper) {
+  void interpolate_by(Stepper& stepper) {
     if constexpr (facts_of<Stepper>.interpolates) {
       self_ = &stepper;
+      asked_ = false;
+      know_inside_ = [](void* self, Scalar dt, const Plain& y0) {
+        if constexpr (requires(Stepper& x) { x.know_inside(dt, y0); })
+          return static_cast<Stepper*>(self)->know_inside(dt, y0);
+        else return true;
+      };
       inside_ = [](const void* self, Scalar x, Scalar dt, const Plain& y0, const Plain& y1, Plain& out) {
         static_cast<const Stepper*>(self)->interpolate(x, dt, y0, y1, out);
       };
     }
+  }
+  /// Whether the stepper, if there is one that should, knows the solution inside: it may call the force to learn it.
+  [[nodiscard]] bool is_known_inside() {
+    if (inside_ == nullptr || asked_) return knows_inside_;
+    asked_ = true;
+    return knows_inside_ = know_inside_(self_, dt_, *start_);
   }
 
   /// Strictly between the ends.
@@ -85,7 +98,7 @@ class DenseOutput {
     const Scalar from_start = (t - t0_) / dt_, to_end = (t1_ - t) / dt_;
     if (from_start <= 0) return *start_;
     if (to_end <= 0) return *end_;
-    if (inside_ != nullptr) {
+    if (inside_ != nullptr && is_known_inside()) {
       copy_blocks<S>(value_, *start_);
       inside_(self_, from_start, dt_, *start_, *end_, value_);
       return value_;
@@ -127,7 +140,9 @@ class DenseOutput {
   const Plain* start_ = nullptr;
   const Plain* end_ = nullptr;
   Slopes slopes_;
-  const void* self_ = nullptr;
+  void* self_ = nullptr;
+  bool asked_ = false, knows_inside_ = true;
+  bool (*know_inside_)(void*, Scalar, const Plain&) = nullptr;
   void (*inside_)(const void*, Scalar, Scalar, const Plain&, const Plain&, Plain&) = nullptr;
   Plain slope0_, slope1_, value_;
   bool known_ = false;

@@ -33,6 +33,7 @@
 #include "phistep/problem/transaction.hpp"
 #include "phistep/solve/linear_stages.hpp"
 #include "phistep/solve/resolvent.hpp"
+#include "phistep/solve/shifted_stages.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/combination.hpp"
 #include "phistep/state/parts.hpp"
@@ -343,8 +344,11 @@ class Kernel {
       "phistep: this scheme solves linear equations and iterates nothing: give it newton<LinearSolver>() or "
       "newton<MatrixFree<Eigen::BiCGSTAB>>(), not fixed_point()");
   static auto resolvent_type() {
-    if constexpr (needs.stages && requires { typename Solver::LinearSolver; })
+    if constexpr (needs.shifted && requires { typename Solver::LinearSolver; })
+      return std::type_identity<ShiftedStages<S, Rhs, typename Solver::LinearSolver>>{};
+    else if constexpr (needs.stages && requires { typename Solver::LinearSolver; })
       return std::type_identity<LinearStages<S, Rhs, typename Solver::LinearSolver>>{};
+    else if constexpr (needs.shifted) return std::type_identity<ShiftedStages<S, Rhs, void>>{};
     else if constexpr (needs.stages) return std::type_identity<LinearStages<S, Rhs, void>>{};
     else if constexpr (needs.solver) return ResolventFor<S, Rhs, Solver, needs.position>{};
     else return std::type_identity<NoResolvent>{};

@@ -13,6 +13,7 @@ struct KernelNeeds {
   bool position = true;  ///< … with γ_d ≠ 0, so that K matters
   bool carries = false;  ///< it may leave Ψ(t+Δt) to the next step
   bool stages = false;   ///< it solves linear equations instead
+  bool shifted = false;  ///< … with several complex matrices
   int passes = 0;        ///< explicit: 1, a step is one kick_drift; 2, a kick follows it and ends the step; 0, neither
 };
 

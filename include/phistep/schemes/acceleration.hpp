@@ -15,31 +15,45 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// Ψ ← M⁻¹Ψ of a motion. False where a mass matrix would spread what isn't finite over all components.
+/// Ψ ← M⁻¹Ψ, all blocks. False where a mass matrix would spread what isn't finite over all components.
 template <class Rhs>
 [[nodiscard]] bool accelerate(const Rhs& rhs, typename Rhs::Rate& psi) {
-  using Mass = std::tuple_element_t<0, typename Rhs::Masses>;
-  if constexpr (!std::is_same_v<Mass, UnitMass>) {
-    const Mass& mass = std::get<0>(rhs.masses());
-    auto& a = std::get<0>(Rhs::Rate::blocks(psi));
-    if constexpr (Mass::is_matrix) {
-      if (!all_finite(a.data(), a.size())) return false;
-      mass.solve(flat(a));
-    } else {
-      const auto factor = mass.scaled(typename Rhs::Scalar{1});
-      for (Index i = 0; i < a.size(); ++i) a.data()[i] = factor(i) * a.data()[i];
-    }
-  }
-  return true;
+  bool good = true;
+  for_each_block(
+      [&good](auto, auto& a, const auto& mass) {
+        using Mass = std::remove_cvref_t<decltype(mass)>;
+        if constexpr (Mass::is_matrix) {
+          good = all_finite(a.data(), a.size()) && good;
+          if (good) mass.solve(flat(a));
+        } else if constexpr (!std::is_same_v<Mass, UnitMass>) {
+          const auto factor = mass.scaled(typename Rhs::Scalar{1});
+          for (Index i = 0; i < a.size(); ++i) a.data()[i] = factor(i) * a.data()[i];
+        }
+      },
+      Rhs::Rate::blocks(psi), rhs.masses());
+  return good;
 }
 
 /// kernel(i, x…) for every component of a block, out…[i] = x…; whether all are finite. `size` is the block's at compile
-/// time: a loop of known length is vectorised where many statements in a row are not, and a pair is stored as one.
+/// time: a few numbers are unrolled; up to 64 are a plain loop of known length. Packets would wait there for numbers that a
+/// force has just written one by one: such loads are not forwarded from the stores.
 template <int size>
-[[nodiscard]] bool update_block(Index n, const auto& kernel, auto*... out) {
-  if constexpr (size == 1) return update_unrolled<1>(kernel, out...);
-  else if constexpr (size != Eigen::Dynamic) return update_in_place(size, kernel, out...);
-  else return update_in_place(n, kernel, out...);
+[[nodiscard, gnu::always_inline]] inline bool update_block(Index n, const auto& kernel, auto*... out) {
+  if constexpr (0 < size && size <= 8) {
+    return update_unrolled<size>(kernel, out...);
+  } else if constexpr (0 < size && size <= 64) {
+    FiniteWitness<std::common_type_t<std::remove_cvref_t<decltype(*out)>...>> witness;
+    const auto one = [&](Index i, auto... x) __attribute__((always_inline)) {
+      kernel(i, x...);
+      ((out[i] = x), ...);
+      (witness.see(x), ...);
+    };
+    PHISTEP_DETAIL_ELEMENTWISE
+    for (Index i = 0; i < size; ++i) one(i, std::remove_cvref_t<decltype(*out)>{}...);
+    return witness.all_finite();
+  } else {
+    return update_in_place(n, kernel, out...);
+  }
 }
 
 }  // namespace phistep::inline PHISTEP_ABI

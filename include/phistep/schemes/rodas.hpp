@@ -9,7 +9,7 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// A Rosenbrock scheme of s stages. @tparam Tableau  Rodas4 or Rodas5P
+/// A Rosenbrock scheme of s stages. @tparam Tableau  Rodas4, Rodas4P2 or Rodas5P
 template <class Tableau>
 struct Rosenbrock {
   static constexpr SchemeFacts facts = AStable{.is_l_stable = true, .energy = EnergyBalance::rest};
@@ -42,6 +42,35 @@ struct Rodas4 {
   static constexpr long double inside[dense][stages] = {
       {10.12623508344586L, -7.487995877610167L, -34.80091861555747L, -7.992771707568823L, 1.025137723295662L},
       {-0.6762803392801253L, 6.087714651680015L, 16.43084320892478L, 24.76722511418386L, -6.594389125716872L}};
+};
+
+/// Rodas4P2 of order 4(3), six stages, six force calls, and a dense output of order 3: G. Steinebach, "Improvement of
+/// Rosenbrock-Wanner method RODASP", in: T. Reis et al., Progress in Differential-Algebraic Equations II (Springer 2020)
+/// 165. Also fulfils the conditions of Prothero and Robinson's problem and of semi-discretised parabolic ones, so that neither
+/// the step nor its estimate loses order where the stiff part is driven by time.
+struct Rodas4P2 {
+  static constexpr const char* name = "rodas4p2";
+  static constexpr int stages = 6, order = 4, dense = 2;
+  static constexpr long double gamma = 0.25L;
+  static constexpr long double a[stages][stages] = {
+      {},
+      {3},
+      {0.906377755268814L, -0.189707390391685L},
+      {3.758617027739064L, 1.161741776019525L, -0.849258085312803L},
+      {7.089566927282776L, 4.573591406461604L, -8.423496976860259L, -0.959280113459775L},
+      {7.089566927282776L, 4.573591406461604L, -8.423496976860259L, -0.959280113459775L, 1}};
+  static constexpr long double c[stages][stages] = {
+      {},
+      {-12},
+      {-6.354581592719008L, 0.338972550544623L},
+      {-8.575016317114033L, -7.606483992117508L, 12.224997650124820L},
+      {-5.888975457523102L, -8.157396617841821L, 24.805546872612922L, 12.790401512796979L},
+      {-4.408651676063871L, -6.692003137674639L, 24.625568527593117L, 16.627521966636085L, -5.714285714285718L}};
+  static constexpr long double alpha[stages] = {0, 0.75L, 0.321448134013046L, 0.519745732277726L, 1, 1};
+  static constexpr long double gammas[stages] = {0.25L, -0.5L, -0.189532918363016L, 0.085612108792769L, 0, 0};
+  static constexpr long double inside[dense][stages] = {
+      {-5.323528268423303L, -10.042123754867493L, 17.175254928256965L, -5.079931171878093L, -0.016185991706112L},
+      {6.984505741529879L, 6.914061169603662L, -0.849178943070653L, 18.104410789349338L, -3.516963011559032L}};
 };
 
 /// Rodas5P of order 5(4), eight stages, eight force calls, and a dense output of order 4: G. Steinebach, BIT Numer. Math.
@@ -92,6 +121,8 @@ struct Rodas5P {
 
 /// Order 4, stiff problems at 2 to 4 digits: a step is a Jacobian, a factorization and six linear solves, no iteration.
 inline constexpr Rosenbrock<Rodas4> rodas4{};
+/// Order 4, stiff problems at 2 to 4 digits, also those that are driven by time: in place of `rodas4`, at the same cost a step.
+inline constexpr Rosenbrock<Rodas4P2> rodas4p2{};
 /// Order 5, stiff problems at 4 to 8 digits where there are many unknowns: eight solves.
 inline constexpr Rosenbrock<Rodas5P> rodas5p{};
 

@@ -38,8 +38,8 @@ struct SchemeDefaults {
   static void forget() {}    ///< nothing carried from step to step may be trusted
   static void reset() {}     ///< the next step is the first
   static void accepted() {}  ///< the step just advanced has become the state
+  static constexpr bool traces = false, interpolates = false, is_sure_inside = false, reads_weights = false;
   [[nodiscard]] static bool takes_singular_mass() { return false; }  ///< M y' = Ψ with a singular M: never asks for M⁻¹
-  static constexpr bool traces = false, interpolates = false;
   static constexpr std::array<double, 2> doubtful_at = usually_doubtful;
 };
 

@@ -229,17 +229,17 @@ template <class Kernel, class Scalar, std::same_as<Scalar>... Scalars>
 
 /// `update` for the few numbers of a small fixed state, known at compile time and unrolled: it stays in registers.
 template <std::ptrdiff_t n, class Kernel, class Scalar, std::same_as<Scalar>... Scalars>
-[[nodiscard]] bool update_unrolled(Kernel kernel, Scalar* out, Scalars*... more) {
+[[nodiscard, gnu::always_inline]] inline bool update_unrolled(Kernel kernel, Scalar* out, Scalars*... more) {
   // A sum of 0·x beats the bit test here: one dependent chain less, and no move between register files.
   Scalar witness{0};
-  const auto one = [&](std::ptrdiff_t i, Scalar x, Scalars... y) {
+  const auto one = [&](std::ptrdiff_t i, Scalar x, Scalars... y) __attribute__((always_inline)) {
     kernel(i, x, y...);
     out[i] = x;
     ((more[i] = y), ...);
     witness += Scalar{0} * x;
     ((witness += Scalar{0} * y), ...);
   };
-  [&]<std::size_t... i>(std::index_sequence<i...>) {
+  [&]<std::size_t... i>(std::index_sequence<i...>) __attribute__((always_inline)) {
     (one(static_cast<std::ptrdiff_t>(i), Scalar{}, Scalars{}...), ...);
   }
   (std::make_index_sequence<static_cast<std::size_t>(n)>{});

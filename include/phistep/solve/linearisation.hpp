@@ -40,7 +40,8 @@ struct TangentSource {
 /// `position` = false serves resolves with γ_d = 0 only (Verlet's last half-kick): no K, and terms that ignore v are
 /// never asked for a tangent.
 /// @tparam stages  each factorization serves several solves
-template <State S, class Rhs, class LinearSolver, bool position, bool stages = false>
+/// @tparam shifted  others factorize, with K and C
+template <State S, class Rhs, class LinearSolver, bool position, bool stages = false, bool shifted = false>
 class Linearisation {
  public:
   using Scalar = ScalarOf<S>;
@@ -60,6 +61,7 @@ class Linearisation {
                     .symmetric = Traits::is_symmetric,
                     .constant = Traits::is_affine,
                     .stages = stages,
+                    .shifted = shifted,
                     .block = Traits::block,
                     .differenced = !analytic,
                     .own_solver = !matrix_free && !std::is_void_v<LinearSolver>,
@@ -205,7 +207,7 @@ class Linearisation {
     return has_jacobian_ ? Outcome::success : Outcome::non_finite_jacobian;
   }
   /// K and C as they are, for schemes that make matrices of their own.
-  [[nodiscard]] const System& system() const { return system_; }
+  [[nodiscard]] System& system() { return system_; }
   /// Factors for γ of the tangents at hand; products are made ready at (t, Y).
   [[nodiscard]] Outcome factorize(Rhs& rhs, const Gamma<Scalar>& gamma, [[maybe_unused]] Scalar t, const Plain& Y,
                                   [[maybe_unused]] const Rate& psi, [[maybe_unused]] const NewtonOptions& options) {

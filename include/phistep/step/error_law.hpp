@@ -22,11 +22,12 @@ template <class Stepper>
 
 template <class Stepper>
 [[nodiscard]] ErrorLaw error_law(const Stepper& stepper) {
-  ErrorLaw law{stepper.order(), stepper.order() + 1, dead_band(stepper), StepFilter::H211b};
+  ErrorLaw law{stepper.order(), stepper.order() + 1, dead_band(stepper), facts_of<Stepper>.reads_weights,
+               StepFilter::H211b};
   if constexpr (requires { stepper.error_order(); }) law.error_order = stepper.error_order();
   if constexpr (facts_of<Stepper>.refactorizes) law.filter = StepFilter::predictive;
   else if (law.dead_band > 1) law.filter = StepFilter::PI42;
-  else if (law.order >= 6) law.filter = StepFilter::predictive;  // where Δt changes by a fifth, errors do by a decade
+  else if (law.order >= 5) law.filter = StepFilter::predictive;  // where Δt changes by a fifth, errors do by a decade
   return law;
 }
 

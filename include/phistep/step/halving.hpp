@@ -77,7 +77,9 @@ class Halving {
   // What a run controlled by its error asks beside steps: all that the stepper inside can tell.
   static constexpr StepperFacts facts{.traces = facts_of<Stepper>.traces,
                                       .interpolates = facts_of<Stepper>.interpolates,
+                                      .is_sure_inside = facts_of<Stepper>.is_sure_inside,
                                       .solves_nothing = facts_of<Stepper>.solves_nothing,
+                                      .reads_weights = facts_of<Stepper>.reads_weights,
                                       .refactorizes = facts_of<Stepper>.refactorizes,
                                       .is_affine = facts_of<Stepper>.is_affine,
                                       .doubtful_at = facts_of<Stepper>.doubtful_at};
@@ -92,6 +94,10 @@ class Halving {
     if (report) ++steps_;
     else if (report.outcome() != Outcome::error_too_large) ++failed_steps_;
     return report;
+  }
+  template <class Plain, class Scalar>
+  [[nodiscard]] bool know_inside(Scalar dt, const Plain& y0) requires(facts.interpolates.value) {
+    return stepper_.know_inside(dt, y0);
   }
   template <class Plain, class Scalar>
   void interpolate(Scalar x, Scalar dt, const Plain& y0, const Plain& y1, Plain& out) const

@@ -27,11 +27,13 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// Hermite's interpolant has an error of Δt⁴: less than steps of order 1 and 2 leave, unless a stiff component makes large
-/// slopes of small errors.
-template <class Stepper>
-[[nodiscard]] bool hermite_is_enough([[maybe_unused]] const Stepper& stepper) {
-  if constexpr (facts_of<Stepper>.solves_nothing) return stepper.order() <= 2;
+/// Whether the interpolant needs no check: by its scheme's word; or Hermite's, whose error of Δt⁴ is less than steps of order 1
+/// and 2 leave, unless a stiff component makes large slopes of small errors.
+/// @tparam sees_error  the run's steps are traced
+template <bool sees_error, class Stepper>
+[[nodiscard]] bool is_sure_inside([[maybe_unused]] const Stepper& stepper) {
+  if constexpr (sees_error && facts_of<Stepper>.is_sure_inside) return true;
+  else if constexpr (facts_of<Stepper>.solves_nothing) return stepper.order() <= 2;
   else return false;
 }
 /// @tparam Attempt     a StepAttempt
@@ -76,7 +78,7 @@ class LookInside {
   }
   /// From here on states inside are checked, where there is a doubt.
   void check() {
-    if constexpr (does_steps) is_checked_ = !hermite_is_enough(step_.stepper());
+    if constexpr (does_steps) is_checked_ = !is_sure_inside<sees_error>(step_.stepper());
   }
   /// The same; true where those seen so far were off.
   [[nodiscard]] bool was_off() {
@@ -115,6 +117,7 @@ class LookInside {
   /// its error may pass zero.) False at a fixed Δt, which has no tolerance.
   [[nodiscard]] bool trusts() {
     if constexpr (sees_error) {
+      if (!dense_.is_known_inside()) return false;
       const double length = std::abs(static_cast<double>(dt_));
       if (const std::optional<bool> known = trust_.whole.known(length)) return *known;
       const std::optional<double> worst = worst_error(dt_, 0.5, [this](Scalar t) { return &dense_.at(t); });

@@ -102,7 +102,9 @@ class PhiStepper {
 
   static constexpr StepperFacts facts{.traces = Working::traces,
                                       .interpolates = Working::interpolates,
+                                      .is_sure_inside = Working::is_sure_inside,
                                       .solves_nothing = !needs.solver && !needs.stages,
+                                      .reads_weights = needs.solver || needs.stages || Working::reads_weights,
                                       .refactorizes = needs.stages && !Traits::is_affine,
                                       .is_affine = Traits::is_affine,
                                       .doubtful_at = Working::doubtful_at};
@@ -125,6 +127,7 @@ class PhiStepper {
         typename Kernel::TracedData step{plain, trace};
         trace.dt = dt;
         trace.has_slopes = trace.has_error = false;
+        trace.error_scale = 1;
         const Outcome outcome = working_.step(kernel_, step);
         plain.psi_next_known = step.psi_next_known;
         if (failed(outcome)) return outcome;
@@ -178,7 +181,14 @@ class PhiStepper {
     if constexpr (requires { working_.error_order(); }) return working_.error_order();
     else return working_.order() + 1;
   }
-  /// out = y(t + x dt), 0 < x < 1, of the step from y0 to y1 that `attempt` did last with trace.wants_dense.
+  /// Calls the force where `interpolate` needs more of the step from y0 that `attempt` did last with trace.wants_dense. False
+  /// where it isn't finite there: then nothing better than the ends is known inside.
+  [[nodiscard]] bool know_inside([[maybe_unused]] Scalar dt, [[maybe_unused]] const PlainState<S>& y0) {
+    if constexpr (requires { working_.know_inside(kernel_.rhs(), dt, y0); })
+      return working_.know_inside(kernel_.rhs(), dt, y0);
+    else return true;
+  }
+  /// out = y(t + x dt), 0 < x < 1, of the step from y0 to y1 that `know_inside` was asked about.
   void interpolate(Scalar x, Scalar dt, const PlainState<S>& y0, const PlainState<S>& y1, PlainState<S>& out) const
       requires(facts.interpolates.value) {
     working_.interpolate(x, dt, y0, y1, out);

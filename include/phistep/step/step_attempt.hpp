@@ -156,7 +156,7 @@ class StepAttempt {
       if (to.lands && length <= static_cast<double>(clock_.rounding(t)) && 100 * length <= pace_.propose())
         return do_step(stepper_, state_, clock_.t(), to.dt, origin);
       const auto accept = [this](const Plain& y, const Plain& next, const auto& told) {
-        return pace_.judge(y, next, told.error);
+        return pace_.judge(y, next, told);
       };
       if constexpr (facts_of<Stepper>.traces)
         if (stepper_.estimates(trace)) {

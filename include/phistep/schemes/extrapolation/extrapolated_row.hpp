@@ -76,7 +76,7 @@ class ExtrapolatedRow : public SchemeDefaults {
     });
   }
 
-  static constexpr bool traces = true;
+  static constexpr bool traces = true, reads_weights = true;
   /// One column alone has nothing to be compared with.
   [[nodiscard]] bool estimates(const auto&) const { return fixed_ != 1; }
 

@@ -25,7 +25,7 @@
 #include "phistep/schemes/nystrom/carried_rounding.hpp"
 #include "phistep/schemes/nystrom/nystrom_interpolant.hpp"
 #include "phistep/schemes/nystrom/nystrom_tableaus.hpp"
-#include "phistep/schemes/nystrom/weighted_sum.hpp"
+#include "phistep/schemes/weighted_sum.hpp"
 #include "phistep/schemes/scheme_on.hpp"
 #include "phistep/simd/update.hpp"
 #include "phistep/state/blocks.hpp"
@@ -201,7 +201,7 @@ class SchemeOn<Nystrom<Tableau, compensates>, S> : public SchemeDefaults {
 
   template <class Weights>
   [[nodiscard]] auto sum() const {
-    return WeightedSum<Weights, Scalar, compensates>{k_};
+    return WeightedSum<Weights, Rate, compensates>{k_};
   }
   /// next.r = r + c Δt v + Δt² Σ w_j k_j
   template <class Weights, bool at_end, class Data>

@@ -5,7 +5,7 @@
 ///     M Z_i = h Σ_j a_ij Ψ(t + c_j h, y + Z_j),     y⁺ = y + Z_s                                                (1)
 ///
 /// L-stable and stiffly accurate, for stiff problems at many digits. Solved by simplified Newton iterations
-/// (radau_stages.hpp) from the collocation polynomial u of the step before, whose coefficients about the step's end are
+/// (radau_solver.hpp) from the collocation polynomial u of the step before, whose coefficients about the step's end are
 /// also the dense output (order s) and y' there. The error of a step is estimated by
 ///
 ///     e = (λ₀/h M − J)⁻¹ M (y'(t) − u'(t)),                                                                     (2)
@@ -17,24 +17,19 @@
 
 #include <Eigen/Core>
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <stdexcept>
 #include <tuple>
 #include <type_traits>
 #include <utility>
-#include <vector>
 
-#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/scheme_facts.hpp"
-#include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/schemes/radau/radau_constants.hpp"
 #include "phistep/schemes/radau/radau_control.hpp"
-#include "phistep/schemes/radau/radau_stages.hpp"
+#include "phistep/schemes/radau/radau_solver.hpp"
 #include "phistep/schemes/scheme_on.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
@@ -62,20 +57,20 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
   template <class Rhs>
-  static constexpr KernelNeeds needs{.stages = true};
+  static constexpr KernelNeeds needs{.stages = true, .shifted = true};
 
   SchemeOn(Radau scheme, const Plain& y) : scheme_{scheme}, control_{scheme.stages} { resize(y); }
   void resize(const Plain& y) {
-    n_ = static_cast<std::size_t>(unknowns<S>(y));
-    if constexpr (!is_fixed) {
-      for (auto* x : {&powers_, &next_powers_}) x->assign(n_, {});
-      for (auto* x : {&weight_, &slope_, &error_}) x->assign(n_, Scalar{0});
+    solver_.resize(y);
+    if constexpr (!Work::is_fixed) {
+      const std::size_t n = solver_.n();
+      for (auto* x : {&powers_, &next_powers_}) x->assign(n, {});
+      for (auto* x : {&slope_, &error_}) x->assign(n, Scalar{0});
       if constexpr (drifts) {
         const auto n_r = static_cast<std::size_t>(position_of<S>(y).size());
         for (auto* x : {&position_powers_, &next_position_powers_}) x->assign(n_r, {});
       }
     }
-    work_.resize(static_cast<Index>(n_));
     forget();
   }
   [[nodiscard]] int order() const { return 2 * (scheme_.stages == 0 ? 3 : scheme_.stages) - 1; }
@@ -105,7 +100,7 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
   template <class Kernel>
   [[nodiscard]] Outcome to_the_end(Kernel& kernel, auto& step) {
     pending_terms_ = 0;
-    has_jacobian_ = false;
+    solver_.begin();
     copy_blocks<S>(step.next, step.y);  // kept for the failure message
     return with_stages((order() + 1) / 2, [&](auto s) { return this->template advance_with<s>(kernel, step); });
   }
@@ -115,22 +110,22 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
     auto& trace = step.trace;
     copy_blocks<S>(step.next, step.y);  // as above
     const bool edited = !trace.knows_start;
-    if (edited) has_jacobian_ = false;
+    if (edited) solver_.begin();
     if (trace.dt_before == 0) terms_ = 0;
     if (const Outcome outcome = kernel.start(step); outcome != Outcome::success) return outcome;
     control_.begin(trace.rtol, edited);
     return with_stages(control_.stages(), [&](auto s) { return this->template trace_with<s>(kernel, step); });
   }
   void accepted() {
-    has_jacobian_ = false;
+    solver_.accept(pending_keeps_);
     terms_ = pending_terms_;
     dt_ = pending_dt_;
     std::swap(powers_, next_powers_);
     if constexpr (drifts) std::swap(position_powers_, next_position_powers_);
   }
   void forget() {
-    has_jacobian_ = false;
-    terms_ = pending_terms_ = factored_ = 0;
+    solver_.forget();
+    terms_ = pending_terms_ = 0;
   }
   void reset() { control_.forget(); }
   using Progress = RadauControl<>;
@@ -140,17 +135,15 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
     ar("control", control_, "terms", terms_, "dt", dt_);
     ar.check(terms_ >= 0 && terms_ <= 7);
     if (terms_ > 0)
-      for (std::size_t i = 0; i < n_; ++i) ar(powers_[i]);
-    if constexpr (std::remove_reference_t<decltype(ar)>::reading) has_jacobian_ = false, factored_ = 0;
+      for (std::size_t i = 0; i < solver_.n(); ++i) ar(powers_[i]);
+    if constexpr (std::remove_reference_t<decltype(ar)>::reading) solver_.forget();
   }
 
  private:
-  static constexpr int n_static = static_unknowns<S>;
-  static constexpr bool drifts = Blocks<S>::drifts, is_fixed = n_static != Eigen::Dynamic;
-  using Work = RadauStages<Scalar, n_static>;
+  using Solver = RadauSolver<S>;
+  using Work = typename Solver::Work;
+  static constexpr bool drifts = Blocks<S>::drifts;
   using Powers = typename Work::template Each<typename Work::Row>;
-  using Numbers = typename Work::template Each<Scalar>;
-  static constexpr double round_off = static_cast<double>(std::numeric_limits<Scalar>::epsilon()) / 2;
 
   [[nodiscard]] static auto solved(auto& y) { return Blocks<S>::solved(y); }
   [[nodiscard]] static auto positions(auto& y) { return std::tie(position_of<S>(y)); }
@@ -160,170 +153,45 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
     if (s == 5) return f(std::integral_constant<int, 5>{});
     return f(std::integral_constant<int, 7>{});
   }
-  /// J and the matrices of the stage equations.
-  template <int s, class Kernel>
-  [[nodiscard]] Outcome prepare(Kernel& kernel, auto& step, const auto& masses) {
-    using Matrix = typename std::remove_cvref_t<decltype(kernel.stages())>::Matrix;
-    if constexpr (!DenseOnly<Matrix>::fits) return Outcome::singular_matrix;
-    else return this->template prepare_dense<s, Matrix>(kernel, step, masses);
-  }
-  /// Said once, for all numbers of stages.
-  template <class Matrix>
-  struct DenseOnly {
-    static constexpr bool fits =
-        Matrix::facts.structure <= Structure::diagonal || Matrix::facts.structure == Structure::dense;
-    static_assert(fits, "phistep: radau needs a dense Jacobian; for banded and sparse ones take rodas5p");
-  };
-  template <int s, class Matrix, class Kernel>
-  [[nodiscard]] Outcome prepare_dense(Kernel& kernel, auto& step, const auto& masses) {
-    constexpr bool affine = Kernel::Rhs::Traits::is_affine;
-    auto& matrix = kernel.stages().matrix();
-    if (affine ? !matrix.has_jacobian() : !has_jacobian_) {
-      factored_ = 0;
-      if constexpr (!Matrix::analytic) {
-        kernel.evaluate(step.t, step.y, step.psi);
-        if (first_non_finite(RateOf<S>::blocks(std::as_const(step.psi)))) {
-          copy_blocks<S>(step.next, step.y);  // kept for the failure message
-          return Outcome::non_finite_force;
-        }
-      }
-      if (const Outcome outcome =
-              kernel.stages().tangent(kernel.rhs(), step.t, step.dt, step.y, step.psi, kernel.allowed(step));
-          failed(outcome))
-        return outcome;
-      has_jacobian_ = true;
-    }
-    if (factored_ == s && factored_dt_ == step.dt) return Outcome::success;
-    ++kernel.rhs().statistics().factorizations;
-    const auto& system = matrix.system();
-    const bool good = work_.template factorize<s>(step.dt, system.K(), system.C(), masses);
-    factored_ = good ? s : 0;
-    factored_dt_ = step.dt;
-    return good ? Outcome::success : Outcome::singular_matrix;
-  }
-
-  /// Ψ at every stage.
-  template <int s, class Kernel>
-  void evaluate(Kernel& kernel, auto& step) {
-    work_.template to_stages<s>();
-    if constexpr (drifts) work_.template to_positions<s>(step.dt, velocity_of<S>(step.y));
-    for (std::size_t j = 0; j < s; ++j) {
-      to_stage(step, j);
-      kernel.evaluate(step.t + radau_constants<Scalar, s>.c[j] * step.dt, step.next, step.psi);
-      for_each_number([&](std::size_t i, Scalar psi) { work_.psi(i)[j] = psi; }, RateOf<S>::blocks(step.psi));
-    }
-  }
-  /// next = Y_j
-  void to_stage(auto& step, std::size_t j) {
-    if constexpr (drifts)
-      for_each_number([&](std::size_t i, Scalar y, Scalar& to) { to = y + work_.r(i)[j]; }, positions(step.y),
-                      positions(step.next));
-    for_each_number([&](std::size_t i, Scalar y, Scalar& to) { to = y + work_.z(i)[j]; }, solved(step.y),
-                    solved(step.next));
-  }
-  /// Which stage has made an iteration fail, for the message: its Ψ is in psi, where it isn't finite.
-  template <int s>
-  [[gnu::cold, gnu::noinline]] Outcome blame(auto& step, Judgement judgement) {
-    for (std::size_t j = 0; j < s; ++j) {
-      bool finite = true;
-      for (std::size_t i = 0; i < n_; ++i) finite = finite && std::isfinite(work_.psi(i)[j]);
-      if (finite) continue;
-      to_stage(step, j);
-      for_each_number([&](std::size_t i, Scalar& psi) { psi = work_.psi(i)[j]; }, RateOf<S>::blocks(step.psi));
-      return Outcome::non_finite_force;
-    }
-    return judgement == Judgement::growing ? Outcome::newton_diverged : Outcome::newton_stalled;
-  }
-  /// next = y + Z_s
-  template <int s>
-  void add_increment(auto& step) {
-    if constexpr (drifts)
-      for_each_number([&](std::size_t i, Scalar r, Scalar v,
-                          Scalar& to) { to = r + work_.template position_increment<s>(step.dt, v, i); },
-                      positions(step.y), velocities(step.y), positions(step.next));
-    for_each_number([&](std::size_t i, Scalar y, Scalar& to) { to = y + work_.increment(i); }, solved(step.y),
-                    solved(step.next));
-  }
-
   template <int s, class Kernel>
   [[nodiscard]] Outcome advance_with(Kernel& kernel, auto& step) {
     const auto masses = each_mass_entry<S>(kernel.rhs(), step.y);
-    if (const Outcome outcome = this->template prepare<s>(kernel, step, masses); outcome != Outcome::success)
-      return outcome;
-    work_.clear();
-    return to_rounding<s>(kernel, step, masses);
-  }
-  /// Iterates until only rounding is left, block by block in units of the largest component.
-  template <int s, class Kernel>
-  [[nodiscard]] Outcome to_rounding(Kernel& kernel, auto& step, const auto& masses) {
-    RoundingIteration<> test{round_off};
-    Judgement judgement = Judgement::go_on;
-    for (bool first = true; judgement == Judgement::go_on; first = false) {
-      bool has_scale = true;
-      this->template evaluate<s>(kernel, step);
-      for_each_solved<S>(
-          [&](Index at, const auto& y) {
-            Scalar largest{0};
-            for (Index i = 0; i < y.size(); ++i) {
-              largest = std::max(largest, std::abs(y.data()[i]));
-              for (std::size_t j = 0; j < s; ++j)
-                largest = std::max(largest, std::abs(work_.z(static_cast<std::size_t>(at + i))[j]));
-            }
-            for (Index i = 0; i < y.size(); ++i)
-              weight_[static_cast<std::size_t>(at + i)] =
-                  largest > 0 ? 1 / at_least_normal<Scalar>(largest) : Scalar{1};
-            has_scale = has_scale && largest > 0;
-          },
-          step.y);
-      const double size = this->template correction<s>(kernel, masses);
-      // From rest, the first correction is what the next is measured by: its own size would be a number with a unit.
-      if (has_scale || !first) judgement = test.judge(size);
-      else if (!std::isfinite(size)) judgement = Judgement::slow;
-    }
-    if (judgement != Judgement::converged) return this->template blame<s>(step, judgement);
-    this->template add_increment<s>(step);
+    if (const Outcome bad = solver_.template prepare<s>(kernel, step, masses); failed(bad)) return bad;
+    solver_.work().clear();
+    const Judgement judgement = solver_.template iterate_to_rounding<s>(kernel, step, masses);
+    if (judgement != Judgement::converged) return solver_.template blame<s>(step, judgement);
+    solver_.template add_increment<s>(step);
     return Kernel::Rhs::is_finite(step.next) ? Outcome::success : Outcome::non_finite_state;
   }
-  /// ‖δ‖ of one iteration.
-  template <int s, class Kernel>
-  [[nodiscard]] double correction(Kernel& kernel, const auto& masses) {
-    ++kernel.rhs().statistics().solves;
-    ++kernel.rhs().statistics().iterations;
-    const auto sum = work_.template correct<s>(masses, weight_);
-    return n_ == 0 ? 0 : std::sqrt(static_cast<double>(sum) / static_cast<double>(s * n_));
-  }
-
   template <int s, class Kernel>
   [[nodiscard]] Outcome trace_with(Kernel& kernel, auto& step) {
     auto& trace = step.trace;
     const double dt = std::abs(static_cast<double>(step.dt));
     const auto masses = each_mass_entry<S>(kernel.rhs(), step.y);
     pending_terms_ = 0;
-    if (const Outcome outcome = this->template prepare<s>(kernel, step, masses); outcome != Outcome::success) {
+    if (const Outcome bad = solver_.template prepare<s>(kernel, step, masses); failed(bad)) {
       trace.proposed = control_.failed(dt, 0.5);
-      return outcome;
+      return bad;
     }
-    if (terms_ > 0) work_.template predict<s>(powers_, terms_, step.dt / dt_);
-    else work_.clear();
-    for_each_number([&](std::size_t i, Scalar weight) { weight_[i] = weight; }, solved(trace.weight));
-    RadauIteration<> test = control_.iteration(round_off);
-    Judgement judgement = Judgement::go_on;
-    while (judgement == Judgement::go_on) {
-      this->template evaluate<s>(kernel, step);
-      judgement = test.judge(this->template correction<s>(kernel, masses));
-    }
+    if (terms_ > 0) solver_.work().template predict<s>(powers_, terms_, step.dt / dt_);
+    else solver_.work().clear();
+    RadauIteration<> test = control_.iteration(Solver::round_off);
+    const Judgement judgement = solver_.template iterate<s>(kernel, step, masses, trace.weight, test);
     if (judgement != Judgement::converged) {
+      if (solver_.drop_old()) return this->template trace_with<s>(kernel, step);
       trace.proposed = control_.failed(dt, test.shrink());
-      return this->template blame<s>(step, judgement);
+      return solver_.template blame<s>(step, judgement);
     }
-    this->template add_increment<s>(step);
+    solver_.template add_increment<s>(step);
     if (!Kernel::Rhs::is_finite(step.next)) {
       trace.proposed = control_.failed(dt, 0.5);
       return Outcome::non_finite_state;
     }
     this->template estimate<s>(kernel, step, masses);
     bool success = false;
-    trace.proposed = control_.after(dt, trace.size_of(trace.error, step.y, step.next), test, success);
+    // A Jacobian that the force gives costs less than the iterations that an old one would add.
+    pending_keeps_ = !std::remove_cvref_t<decltype(kernel.stages())>::analytic && control_.is_fast(test);
+    trace.proposed = control_.after(dt, trace.size_of(trace.error, step.y, step.next), test, pending_keeps_, success);
     if (!success) return Outcome::error_too_large;
     keep<s>(step);
     return Outcome::success;
@@ -336,7 +204,7 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
     const Scalar h = step.dt, by = radau_constants<Scalar, s>.mu.re[0] * h;
     for_each_number(
         [&](std::size_t i, Scalar start) {
-          slope_[i] = start - work_.template slope_at_start<s>(i) / h;
+          slope_[i] = start - solver_.work().template slope_at_start<s>(i) / h;
           error_[i] = 0;
         },
         solved(trace.start));
@@ -344,17 +212,13 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
       error_[static_cast<std::size_t>(i)] += static_cast<Scalar>(m) * slope_[static_cast<std::size_t>(j)];
     });
     if constexpr (drifts) {
-      const auto& e_r = position_of<S>(trace.error);
-      for_each_number(
-          [&](std::size_t j, Scalar& e, Scalar v) { e = v - work_.template position_slope_at_start<s>(h, v, j) / h; },
-          positions(trace.error), velocities(step.y));
-      const auto& K = kernel.stages().matrix().system().K();
-      for (std::size_t i = 0; i < n_; ++i)
-        for (Index j = 0; j < e_r.size(); ++j)
-          error_[i] += by * Work::entry(K, static_cast<int>(i), static_cast<int>(j)) * e_r.data()[j];
+      for_each_number([&](std::size_t j, Scalar& e,
+                          Scalar v) { e = v - solver_.work().template position_slope_at_start<s>(h, v, j) / h; },
+                      positions(trace.error), velocities(step.y));
+      kernel.stages().add_position_product(by, position_of<S>(trace.error), error_);
     }
     ++kernel.rhs().statistics().solves;
-    work_.solve_real(error_);
+    solver_.work().solve_real(kernel.stages(), error_);
     for_each_number([&](std::size_t i, Scalar& e) { e = error_[i]; }, solved(trace.error));
     if constexpr (drifts)
       position_of<S>(trace.error) = by * (position_of<S>(trace.error) + velocity_of<S>(trace.error));
@@ -364,14 +228,14 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
   template <int s>
   void keep(auto& step) {
     auto& trace = step.trace;
-    work_.template to_powers<s>(next_powers_);
+    solver_.work().template to_powers<s>(next_powers_);
     pending_terms_ = s;
     pending_dt_ = step.dt;
     for_each_number([&](std::size_t i, Scalar& end) { end = next_powers_[i][0] / step.dt; }, solved(trace.end));
     if constexpr (drifts) {
       position_of<S>(trace.end) = velocity_of<S>(std::as_const(step.next));
       if (trace.wants_dense)
-        work_.template positions_to_powers<s>(step.dt, velocity_of<S>(step.y), next_position_powers_);
+        solver_.work().template positions_to_powers<s>(step.dt, velocity_of<S>(step.y), next_position_powers_);
     }
     trace.has_slopes = true;
   }
@@ -379,14 +243,13 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
   struct Nothing {};
   Radau scheme_;
   RadauControl<> control_;
-  Work work_;
-  std::size_t n_ = 0;
+  Solver solver_;
   Powers powers_{}, next_powers_{};  // of the step accepted last, of the one in hand
   [[no_unique_address]] std::conditional_t<drifts, Powers, Nothing> position_powers_{}, next_position_powers_{};
-  Numbers weight_{}, slope_{}, error_{};
-  Scalar dt_{0}, pending_dt_{0}, factored_dt_{0};  // [time]
-  int terms_ = 0, pending_terms_ = 0, factored_ = 0;
-  bool has_jacobian_ = false;
+  typename Solver::Numbers slope_{}, error_{};
+  Scalar dt_{0}, pending_dt_{0};  // [time]
+  int terms_ = 0, pending_terms_ = 0;
+  bool pending_keeps_ = false;
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -7,7 +7,7 @@
 /// one real and (s−1)/2 complex systems of n equations. First order: K = 0, C = Ψ_y. For motion the positions follow,
 /// Z^r_i = c_i h v + (h/λ w)_i, so that these are n equations for v, and not 2n.
 ///
-/// All four lanes are worked on at once (linear/lane_lu.hpp); a method with fewer leaves the others zero.
+/// All four lanes are worked on at once (matrix/lane_system.hpp); a method with fewer leaves the others zero.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,78 +21,18 @@
 
 #include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/linear/lane_lu.hpp"
-#include "phistep/schemes/radau/radau_tableau.hpp"
+#include "phistep/matrix/lane_system.hpp"
+#include "phistep/schemes/radau/radau_constants.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// The tableau in the working precision, a row of lanes or of stages at a time.
-template <class Scalar, int s>
-struct RadauConstants {
-  static constexpr int lanes = 4, used = (s + 1) / 2, most = 7;
-  static constexpr int rows = s <= 4 ? 4 : 8;
-  using Lanes = std::array<Scalar, lanes>;
-  using Stages = std::array<Scalar, rows>;
-  struct ByLane {
-    Lanes re{}, im{};
-  };
-  struct ByStage {
-    Stages re{}, im{};  ///< of what Re(w) and Im(w) are multiplied by
-  };
-  ByLane mu, lambda;                       ///< eigenvalues of A, and their reciprocals
-  std::array<ByLane, s> into_lanes;        ///< T⁻¹
-  std::array<ByLane, most> powers;         ///< T⁻¹ of z_j = c_j^{m+1}
-  std::array<ByStage, lanes> into_stages;  ///< T
-  std::array<ByStage, lanes> into_powers;  ///< a_m of u(1 + x) − u(1) = Σ a_m x^{m+1}
-  ByLane start;                            ///< h u'(0)
-  std::array<Scalar, s> c{};
-
-  constexpr RadauConstants() {
-    const auto& table = radau_tableau<s>;
-    for (std::size_t l = 0; l < lanes; ++l) {
-      const auto eigenvalue = table.mu[l < used ? l : 0];  // a lane without work still has a matrix
-      put(mu, l, eigenvalue);
-      put(lambda, l, radau_detail::Complex{1, 0} / eigenvalue);
-      if (l >= used) continue;
-      radau_detail::Complex slope{};
-      for (std::size_t j = 0; j < s; ++j) {
-        put(into_lanes[j], l, table.T_inverse[l][j]);
-        into_stages[l].re[j] = static_cast<Scalar>(table.T[j][l].re);
-        into_stages[l].im[j] = static_cast<Scalar>(-table.T[j][l].im);
-        into_powers[l].re[j] = static_cast<Scalar>(table.taylor[j][l].re);
-        into_powers[l].im[j] = static_cast<Scalar>(-table.taylor[j][l].im);
-        slope = slope + (j % 2 == 0 ? 1 : -1) * static_cast<radau_detail::Real>(j + 1) * table.taylor[j][l];
-      }
-      start.re[l] = static_cast<Scalar>(slope.re);
-      start.im[l] = static_cast<Scalar>(-slope.im);
-      for (std::size_t m = 0; m < most; ++m) {
-        radau_detail::Complex w{};
-        for (std::size_t j = 0; j < s; ++j) {
-          radau_detail::Real c_j = 1;
-          for (std::size_t k = 0; k <= m; ++k) c_j *= table.c[j];
-          w = w + c_j * table.T_inverse[l][j];
-        }
-        put(powers[m], l, w);
-      }
-    }
-    for (std::size_t j = 0; j < s; ++j) c[j] = static_cast<Scalar>(table.c[j]);
-  }
-
- private:
-  static constexpr void put(ByLane& to, std::size_t l, radau_detail::Complex z) {
-    to.re[l] = static_cast<Scalar>(z.re);
-    to.im[l] = static_cast<Scalar>(z.im);
-  }
-};
-template <class Scalar, int s>
-inline constexpr RadauConstants<Scalar, s> radau_constants{};
-
-/// Matrices and unknowns of (1). @tparam n  unknowns, or Eigen::Dynamic
+/// The unknowns of (1), and what its matrices are made of. @tparam n  unknowns, or Eigen::Dynamic
 template <class Scalar, int n_static>
 class RadauStages {
  public:
   static constexpr int lanes = 4, most = 8;
-  using Number = ComplexPack<Scalar, lanes>;
+  using Shift = LaneShift<Scalar, lanes>;
+  using Number = typename Shift::Number;
   using Real = typename Number::Real;
   /// A number a stage, or a coefficient a power.
   using Row = std::array<Scalar, most>;
@@ -101,8 +41,7 @@ class RadauStages {
   using Each =
       std::conditional_t<is_fixed, std::array<T, static_cast<std::size_t>(is_fixed ? n_static : 1)>, std::vector<T>>;
 
-  void resize(Eigen::Index n) {
-    lu_.resize(n);
+  void resize([[maybe_unused]] Eigen::Index n) {
     if constexpr (!is_fixed) {
       for (auto* x : {&w_, &delta_}) x->assign(static_cast<std::size_t>(n), Number{});
       for (auto* x : {&z_, &psi_, &r_}) x->assign(static_cast<std::size_t>(n), Row{});
@@ -110,40 +49,21 @@ class RadauStages {
   }
   [[nodiscard]] std::size_t n() const { return w_.size(); }
 
-  /// The matrices of (1); masses(put) calls put(i, j, m) for each entry of M. False where one is singular.
-  /// All is multiplied by a power of two near h/M, so that squares of entries stay in range in any units.
+  /// What makes the matrices of (1); masses(put) calls put(i, j, m) for each entry of M. All is multiplied by a power of two
+  /// near h/M, so that squares of entries stay in range in any units.
   template <int s>
-  [[nodiscard]] bool factorize(Scalar h, const auto& K, const auto& C, const auto& masses) {
+  [[nodiscard]] const Shift& shift(Scalar h, const auto& masses) {
     constexpr auto& k = radau_constants<Scalar, s>;
-    constexpr bool has_K = exists<decltype(K)>, has_C = exists<decltype(C)>;
     Scalar heaviest{0};
     masses([&heaviest](auto, auto, auto m) {
       heaviest = std::max(heaviest, static_cast<Scalar>(std::abs(static_cast<Scalar>(m))));
     });
     int exponent = 0;
     static_cast<void>(std::frexp(h / heaviest, &exponent));
-    scale_ = std::ldexp(Scalar{1}, exponent);
-    const int n = static_cast<int>(this->n());
-    [[maybe_unused]] const Real by_re = load(k.mu.re) * Real{-h * scale_}, by_im = load(k.mu.im) * Real{-h * scale_};
-    for (int i = 0; i < n; ++i)
-      for (int j = 0; j < n; ++j) {
-        Number& to = lu_(i, j);
-        if constexpr (has_C) to.re = Real{-scale_ * entry(C, i, j)};
-        else to.re = Real{Scalar{0}};
-        to.im = Real{Scalar{0}};
-        if constexpr (has_K) {
-          const Real k_ij{entry(K, i, j)};
-          to.re = to.re + by_re * k_ij;
-          to.im = by_im * k_ij;
-        }
-      }
-    lambda_ = {load(k.lambda.re) * Real{scale_ / h}, load(k.lambda.im) * Real{scale_ / h}};
-    masses([this](auto i, auto j, auto m) {
-      Number& to = lu_(static_cast<int>(i), static_cast<int>(j));
-      to.re = to.re + Real{static_cast<Scalar>(m)} * lambda_.re;
-      to.im = to.im + Real{static_cast<Scalar>(m)} * lambda_.im;
-    });
-    return lu_.factorize();
+    shift_.force = std::ldexp(Scalar{1}, exponent);
+    shift_.drift = {load(k.mu.re) * Real{-h * shift_.force}, load(k.mu.im) * Real{-h * shift_.force}};
+    shift_.mass = {load(k.lambda.re) * Real{shift_.force / h}, load(k.lambda.im) * Real{shift_.force / h}};
+    return shift_;
   }
 
   /// Z = 0
@@ -186,7 +106,7 @@ class RadauStages {
   /// The corrections δ of (1), added to w. Returns Σ |w_i δ_il|², w_i the weight of component i: squares of what has a unit
   /// would leave the range.
   template <int s>
-  [[nodiscard]] auto correct(const auto& masses, const auto& weight) {
+  [[nodiscard]] auto correct(auto& matrices, const auto& masses, const auto& weight) {
     constexpr auto& k = radau_constants<Scalar, s>;
     for (std::size_t i = 0; i < n(); ++i) {
       Real re{Scalar{0}}, im{Scalar{0}};
@@ -195,13 +115,14 @@ class RadauStages {
         re = re + x * load(k.into_lanes[j].re);
         im = im + x * load(k.into_lanes[j].im);
       }
-      delta_[i] = {re * Real{scale_}, im * Real{scale_}};
+      delta_[i] = {re * Real{shift_.force}, im * Real{shift_.force}};
     }
     masses([this](auto i, auto j, auto m) {
       const Real by{static_cast<Scalar>(m)};
-      delta_[static_cast<std::size_t>(i)].subtract({lambda_.re * by, lambda_.im * by}, w_[static_cast<std::size_t>(j)]);
+      delta_[static_cast<std::size_t>(i)].subtract({shift_.mass.re * by, shift_.mass.im * by},
+                                                   w_[static_cast<std::size_t>(j)]);
     });
-    lu_.solve_in_place(delta_.data());
+    matrices.solve_in_place(delta_.data());
     using Wide = std::common_type_t<Scalar, double>;
     Wide all{0};
     for (std::size_t i = 0; i < n(); ++i) {
@@ -243,24 +164,13 @@ class RadauStages {
       powers[i][0] += h * v.data()[i];
     }
   }
-  /// Whether a tangent is there at all: a force may ignore v.
-  template <class Tangent>
-  static constexpr bool exists = requires(const Tangent& K) {
-    K.size();
-  };
-  /// Of a matrix, or of one that is kept as its diagonal.
-  [[nodiscard]] static Scalar entry(const auto& matrix, int i, int j) {
-    if constexpr (std::remove_cvref_t<decltype(matrix)>::IsVectorAtCompileTime && n_static != 1)
-      return i == j ? matrix[i] : Scalar{0};
-    else return matrix(i, j);
-  }
   /// x ← (λ₀/h M − C − h/λ₀ K)⁻¹ x with the real eigenvalue λ₀
-  void solve_real(auto& x) {
+  void solve_real(auto& matrices, auto& x) {
     for (std::size_t i = 0; i < n(); ++i) {
-      const std::array<Scalar, lanes> first{scale_ * x[i]};
+      const std::array<Scalar, lanes> first{shift_.force * x[i]};
       delta_[i] = {load(first), Real{Scalar{0}}};
     }
-    lu_.solve_in_place(delta_.data());
+    matrices.solve_in_place(delta_.data());
     for (std::size_t i = 0; i < n(); ++i) x[i] = delta_[i].re[0];
   }
 
@@ -299,11 +209,9 @@ class RadauStages {
     }
   }
 
-  LaneLu<Scalar, n_static, lanes> lu_;
   Each<Number> w_, delta_;
   Each<Row> z_, psi_, r_;
-  Number lambda_{};
-  Scalar scale_{1};
+  Shift shift_{};
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

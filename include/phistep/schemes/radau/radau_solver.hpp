@@ -1,0 +1,197 @@
+/// @file
+/// The equations of a Radau IIA step, (1) of radau.hpp, solved: its Jacobian and matrices, kept while they serve; the simplified
+/// Newton iteration of radau_stages.hpp, to a tolerance or to rounding. What the matrices look like is the kernel's affair
+/// (solve/shifted_stages.hpp).
+#pragma once
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+#include "phistep/core/arithmetic.hpp"
+#include "phistep/core/outcome.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/schemes/radau/radau_constants.hpp"
+#include "phistep/schemes/radau/radau_control.hpp"
+#include "phistep/schemes/radau/radau_stages.hpp"
+#include "phistep/schemes/scheme_on.hpp"
+#include "phistep/state/blocks.hpp"
+#include "phistep/state/unknowns.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+template <State S>
+class RadauSolver {
+ public:
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+  static constexpr bool drifts = Blocks<S>::drifts;
+  using Work = RadauStages<Scalar, static_unknowns<S>>;
+  using Numbers = typename Work::template Each<Scalar>;
+  static constexpr double round_off = static_cast<double>(std::numeric_limits<Scalar>::epsilon()) / 2;
+
+  void resize(const Plain& y) {
+    n_ = static_cast<std::size_t>(unknowns<S>(y));
+    if constexpr (!Work::is_fixed) weight_.assign(n_, Scalar{0});
+    work_.resize(static_cast<Index>(n_));
+    forget();
+  }
+  [[nodiscard]] std::size_t n() const { return n_; }
+  /// The unknowns themselves: to be set before an iteration, to be read after it.
+  [[nodiscard]] Work& work() { return work_; }
+
+  /// The next step starts somewhere else.
+  void begin() { is_fresh_ = keeps_ = false; }
+  /// … where this one ended. @param keeps  J may serve there, too
+  void accept(bool keeps) {
+    is_fresh_ = false;
+    keeps_ = keeps;
+  }
+  void forget() {
+    begin();
+    factored_ = 0;
+  }
+  /// J is another step's. It isn't used again.
+  [[nodiscard]] bool drop_old() { return !is_fresh_ && std::exchange(keeps_, false); }
+
+  /// J and the matrices of the stage equations.
+  template <int s, class Kernel>
+  [[nodiscard]] Outcome prepare(Kernel& kernel, auto& step, const auto& masses) {
+    constexpr bool affine = Kernel::Rhs::Traits::is_affine;
+    auto& matrices = kernel.stages();
+    using Stages = std::remove_cvref_t<decltype(matrices)>;
+    if (!matrices.has_jacobian() || (!affine && !is_fresh_ && !keeps_)) {
+      factored_ = 0;
+      if constexpr (!Stages::analytic) {
+        kernel.evaluate(step.t, step.y, step.psi);
+        if (first_non_finite(RateOf<S>::blocks(std::as_const(step.psi)))) {
+          copy_blocks<S>(step.next, step.y);  // kept for the failure message
+          return Outcome::non_finite_force;
+        }
+      }
+      if (const Outcome outcome =
+              matrices.tangent(kernel.rhs(), step.t, step.dt, step.y, step.psi, kernel.allowed(step));
+          failed(outcome))
+        return outcome;
+      is_fresh_ = true;
+    }
+    if (factored_ == s && factored_dt_ == step.dt) return Outcome::success;
+    const Outcome outcome = matrices.factorize(kernel.rhs(), work_.template shift<s>(step.dt, masses), masses);
+    factored_ = failed(outcome) ? 0 : s;
+    factored_dt_ = step.dt;
+    return outcome;
+  }
+
+  /// Iterates while `test` says so, with the weights given.
+  template <int s, class Kernel>
+  [[nodiscard]] Judgement iterate(Kernel& kernel, auto& step, const auto& masses, const Plain& weight,
+                                  RadauIteration<>& test) {
+    for_each_number([&](std::size_t i, Scalar w) { weight_[i] = w; }, solved(weight));
+    Judgement judgement = Judgement::go_on;
+    while (judgement == Judgement::go_on) {
+      this->template evaluate<s>(kernel, step);
+      judgement = test.judge(this->template correction<s>(kernel, masses));
+    }
+    return judgement;
+  }
+  /// Iterates until only rounding is left, block by block in units of the largest component.
+  template <int s, class Kernel>
+  [[nodiscard]] Judgement iterate_to_rounding(Kernel& kernel, auto& step, const auto& masses) {
+    RoundingIteration<> test{round_off};
+    Judgement judgement = Judgement::go_on;
+    for (bool first = true; judgement == Judgement::go_on; first = false) {
+      bool has_scale = true;
+      this->template evaluate<s>(kernel, step);
+      for_each_solved<S>(
+          [&](Index at, const auto& y) {
+            Scalar largest{0};
+            for (Index i = 0; i < y.size(); ++i) {
+              largest = std::max(largest, std::abs(y.data()[i]));
+              for (std::size_t j = 0; j < s; ++j)
+                largest = std::max(largest, std::abs(work_.z(static_cast<std::size_t>(at + i))[j]));
+            }
+            for (Index i = 0; i < y.size(); ++i)
+              weight_[static_cast<std::size_t>(at + i)] =
+                  largest > 0 ? 1 / at_least_normal<Scalar>(largest) : Scalar{1};
+            has_scale = has_scale && largest > 0;
+          },
+          step.y);
+      const double size = this->template correction<s>(kernel, masses);
+      // From rest, the first correction is what the next is measured by: its own size would be a number with a unit.
+      if (has_scale || !first) judgement = test.judge(size);
+      else if (!std::isfinite(size)) judgement = Judgement::slow;
+    }
+    return judgement;
+  }
+  /// Which stage has made an iteration fail, for the message: its Ψ is in psi, where it isn't finite.
+  template <int s>
+  [[gnu::cold, gnu::noinline]] Outcome blame(auto& step, Judgement judgement) {
+    for (std::size_t j = 0; j < s; ++j) {
+      bool finite = true;
+      for (std::size_t i = 0; i < n_; ++i) finite = finite && std::isfinite(work_.psi(i)[j]);
+      if (finite) continue;
+      to_stage(step, j);
+      for_each_number([&](std::size_t i, Scalar& psi) { psi = work_.psi(i)[j]; }, RateOf<S>::blocks(step.psi));
+      return Outcome::non_finite_force;
+    }
+    return judgement == Judgement::growing ? Outcome::newton_diverged : Outcome::newton_stalled;
+  }
+  /// next = y + Z_s
+  template <int s>
+  void add_increment(auto& step) {
+    if constexpr (drifts)
+      for_each_number([&](std::size_t i, Scalar r, Scalar v,
+                          Scalar& to) { to = r + work_.template position_increment<s>(step.dt, v, i); },
+                      positions(step.y), velocities(step.y), positions(step.next));
+    for_each_number([&](std::size_t i, Scalar y, Scalar& to) { to = y + work_.increment(i); }, solved(step.y),
+                    solved(step.next));
+  }
+
+ private:
+  [[nodiscard]] static auto solved(auto& y) { return Blocks<S>::solved(y); }
+  [[nodiscard]] static auto positions(auto& y) { return std::tie(position_of<S>(y)); }
+  [[nodiscard]] static auto velocities(auto& y) { return std::tie(velocity_of<S>(y)); }
+
+  /// Ψ at every stage.
+  template <int s, class Kernel>
+  void evaluate(Kernel& kernel, auto& step) {
+    work_.template to_stages<s>();
+    if constexpr (drifts) work_.template to_positions<s>(step.dt, velocity_of<S>(step.y));
+    for (std::size_t j = 0; j < s; ++j) {
+      to_stage(step, j);
+      kernel.evaluate(step.t + radau_constants<Scalar, s>.c[j] * step.dt, step.next, step.psi);
+      for_each_number([&](std::size_t i, Scalar psi) { work_.psi(i)[j] = psi; }, RateOf<S>::blocks(step.psi));
+    }
+  }
+  /// next = Y_j
+  void to_stage(auto& step, std::size_t j) {
+    if constexpr (drifts)
+      for_each_number([&](std::size_t i, Scalar y, Scalar& to) { to = y + work_.r(i)[j]; }, positions(step.y),
+                      positions(step.next));
+    for_each_number([&](std::size_t i, Scalar y, Scalar& to) { to = y + work_.z(i)[j]; }, solved(step.y),
+                    solved(step.next));
+  }
+  /// ‖δ‖ of one iteration.
+  template <int s, class Kernel>
+  [[nodiscard]] double correction(Kernel& kernel, const auto& masses) {
+    ++kernel.rhs().statistics().solves;
+    ++kernel.rhs().statistics().iterations;
+    const auto sum = work_.template correct<s>(kernel.stages(), masses, weight_);
+    return n_ == 0 ? 0 : std::sqrt(static_cast<double>(sum) / static_cast<double>(s * n_));
+  }
+
+  Work work_;
+  std::size_t n_ = 0;
+  Numbers weight_{};
+  Scalar factored_dt_{0};                  // [time]
+  int factored_ = 0;                       // stages of the factors at hand
+  bool is_fresh_ = false, keeps_ = false;  // J: of this step's start, of an earlier one
+};
+
+}  // namespace phistep::inline PHISTEP_ABI
