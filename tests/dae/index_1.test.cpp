@@ -87,7 +87,8 @@ TEST_CASE("schemes that need M⁻¹ refuse a singular M and name a component") {
   refused(extrapolated(backward_euler));
   refused(backward_euler, fixed_point());
   const auto taken = [&y](auto scheme) { PhiStepper{y, known, scheme, capacity(one_of_three)}; };
-  taken(rodas4), taken(rodas5p), taken(tr_bdf2), taken(backward_euler), taken(phi(1.0)), taken(phi_stage(1.0)), taken(radau);
+  taken(rodas4), taken(rodas5p), taken(tr_bdf2), taken(backward_euler), taken(phi(1.0)), taken(phi_stage(1.0)),
+      taken(radau);
   // Motion has none: its masses are what forces act on.
   const Motion m{Three::Zero().eval(), Three::Zero().eval()};
   const auto pull = [](const Three& r) -> Three { return -r; };

@@ -75,7 +75,7 @@ class DenseOutput {
       self_ = &stepper;
       asked_ = false;
       know_inside_ = [](void* self, Scalar dt, const Plain& y0) {
-        if constexpr (requires(Stepper& x) { x.know_inside(dt, y0); })
+        if constexpr (requires(Stepper & x) { x.know_inside(dt, y0); })
           return static_cast<Stepper*>(self)->know_inside(dt, y0);
         else return true;
       };

@@ -43,7 +43,7 @@ template <int size>
     return update_unrolled<size>(kernel, out...);
   } else if constexpr (0 < size && size <= 64) {
     FiniteWitness<std::common_type_t<std::remove_cvref_t<decltype(*out)>...>> witness;
-    const auto one = [&](Index i, auto... x) __attribute__((always_inline)) {
+    const auto one = [&](Index i, auto... x) {
       kernel(i, x...);
       ((out[i] = x), ...);
       (witness.see(x), ...);
