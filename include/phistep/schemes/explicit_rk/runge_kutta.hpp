@@ -183,28 +183,33 @@ class SchemeOn<RungeKutta<Tableau>, S> : public SchemeDefaults {
     }
     const Scalar dt = step.dt;
     double high = 0, low = 0;  // squares of ‖e₅‖ and ‖e₃‖
-    const auto of_block = [&]<class Weights, class Low, std::size_t k>(Scalar by, auto& e, const auto& weight) {
-      const auto kernel = [by, sum = sum<Weights, k>()](auto i, auto& to) { to = by * sum(i); };
-      // Where it isn't finite, the norm of it will tell.
-      static_cast<void>(update_block<size_of<decltype(e)>>(e.size(), kernel, e.data()));
-      if constexpr (has_two_estimates)
+    const auto of_block = [&]<class Weights, class Low, std::size_t k>(Scalar by, auto& e, auto& e3,
+                                                                       const auto& weight) {
+      const auto put = [by](auto weights, auto& to) {
+        const auto kernel = [by, weights](auto i, auto& x) { x = by * weights(i); };
+        // Where it isn't finite, the norm of it will tell.
+        static_cast<void>(update_block<size_of<decltype(to)>>(to.size(), kernel, to.data()));
+      };
+      put(sum<Weights, k>(), e);
+      if constexpr (has_two_estimates) {
+        put(sum<Low, k>(), e3);
         for (Index i = 0; i < e.size(); ++i) {
-          const Scalar w = weight.data()[i];
-          high += square(w * e.data()[i]);
-          low += square(w * (by * sum<Low, k>()(i)));
+          high += square(weight.data()[i] * e.data()[i]);
+          low += square(weight.data()[i] * e3.data()[i]);
         }
+      }
     };
     using High = runge_kutta::Error<Tableau>;
     using Low = typename decltype(low_weights())::type;
     for_each_block(
-        [&](auto k, auto& e, const auto& weight) {
-          of_block.template operator()<High, Low, k>(dt, e, weight);
+        [&](auto k, auto& e, auto& e3, const auto& weight) {
+          of_block.template operator()<High, Low, k>(dt, e, e3, weight);
           if constexpr (drifts && k == 0)
             of_block.template
             operator()<runge_kutta::OfPositions<Tableau, High>, runge_kutta::OfPositions<Tableau, Low>, k>(
-                dt * dt, position_of<S>(trace.error), position_of<S>(trace.weight));
+                dt * dt, position_of<S>(trace.error), position_of<S>(trace.predicted), position_of<S>(trace.weight));
         },
-        Blocks<S>::solved(trace.error), Blocks<S>::solved(trace.weight));
+        Blocks<S>::solved(trace.error), Blocks<S>::solved(trace.predicted), Blocks<S>::solved(trace.weight));
     if (high > 0) trace.error_scale = 1 / std::sqrt(1 + 0.01 * (low / high));
     trace.has_error = true;
     return Outcome::success;
