@@ -106,7 +106,7 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
     };
   }
   /// Whether the step's error is allowed.
-  [[nodiscard]] bool judge(const Plain& y, const Plain& next, const Trace<Plain>& told) {
+  [[nodiscard, gnu::always_inline]] inline bool judge(const Plain& y, const Plain& next, const Trace<Plain>& told) {
     error_ = norm_(told.error, y, next);
     error_.square *= told.error_scale * told.error_scale;
     return trace_.proposed != 0 || error_.square <= allowed_ * allowed_;  // a scheme that proposes Δt has judged
@@ -118,7 +118,7 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
     return told.proposed != 0 ||
            told.error_scale * size(y, next, told.error) <= allowed_;  // a scheme that proposes Δt has judged
   }
-  void accepted(const Landing<Scalar>& to, const Failure& history, Limits& limits) {
+  [[gnu::always_inline]] inline void accepted(const Landing<Scalar>& to, const Failure& history, Limits& limits) {
     const double dt = std::abs(static_cast<double>(to.dt));
     const double proposed = std::exchange(trace_.proposed, 0);
     trace_.advance();

@@ -45,7 +45,7 @@ class StepSize {
   StepSize() : StepSize{StepFilter::PI42, 1, 1} {}
 
   /// ρ after a step that was accepted with ‖e‖² ≤ 1.
-  [[nodiscard]] double accepted_square(double square) {
+  [[nodiscard, gnu::always_inline]] inline double accepted_square(double square) {
     return filter_ == StepFilter::predictive ? predicted(square) : accepted(std::sqrt(square));
   }
   /// ρ after a step that was accepted with ‖e‖ ≤ 1.
@@ -95,7 +95,7 @@ class StepSize {
   static constexpr double log2_of_fifth = -2.321928094887362;
 
   /// (2) in logarithms, with past_ that of the root of the last accepted ‖e‖ and ratio_ that of what Δt was multiplied by since
-  [[nodiscard]] double predicted(double square) {
+  [[nodiscard, gnu::always_inline]] inline double predicted(double square) {
     constexpr double log2_of_09 = -0.15200309344504997, log2_of_6 = 2.584962500721156,
                      log2_of_hundredth = -6.643856189774724;
     const double now = short_log2(std::max(square, smallest * smallest)) * (per_k_ / 2);

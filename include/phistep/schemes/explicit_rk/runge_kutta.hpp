@@ -142,6 +142,8 @@ class SchemeOn<RungeKutta<Tableau>, S> : public SchemeDefaults {
  private:
   template <std::size_t i>
   using Row = runge_kutta::Stage<Tableau, i>;
+  template <class Weights>
+  using OfPositions = runge_kutta::OfPositions<Tableau, Weights>;
 
   /// k_0 = M⁻¹Ψ(t, y), where it isn't known a force call
   template <class Step>
@@ -222,28 +224,32 @@ class SchemeOn<RungeKutta<Tableau>, S> : public SchemeDefaults {
   /// out = y + Δt Σ_j a_ij k_j, by (4) for r. False: it isn't finite.
   template <std::size_t i>
   [[nodiscard]] bool move(Scalar dt, const Plain& y, Plain& out) const {
-    bool finite = true;
-    for_each_block(
-        [&](auto k, auto& to, const auto& from) {
-          constexpr int size = size_of<decltype(to)>;
-          const Input<Scalar> start{from.data()};
-          const auto solved = [=, sum = sum<Row<i>, k>()](auto n) { return moved<i == end>(start[n], dt, sum, n); };
-          if constexpr (drifts && k == 0) {
-            const Input<Scalar> r{position_of<S>(y).data()};
-            const Scalar drift = static_cast<Scalar>(Tableau::c[i]) * dt, kick = dt * dt;
-            const auto kernel = [=, sum = sum<runge_kutta::OfPositions<Tableau, Row<i>>, k>()](auto n, auto& r1,
-                                                                                               auto& v1) {
-              r1 = r[n] + moved<false>(drift * start[n], kick, sum, n);
-              v1 = solved(n);
-            };
-            finite = update_block<size>(to.size(), kernel, position_of<S>(out).data(), to.data()) && finite;
-          } else {
-            const auto kernel = [=](auto n, auto& y1) { y1 = solved(n); };
-            finite = update_block<size>(to.size(), kernel, to.data()) && finite;
-          }
-        },
-        Blocks<S>::solved(out), Blocks<S>::solved(y));
-    return finite;
+    if constexpr (solved_blocks<S> == 1) return move_block<i, 0>(dt, y, out);  // g++ inlines it so
+    return [&]<std::size_t... k>(std::index_sequence<k...>) {
+      bool finite = true;
+      ((finite = move_block<i, k>(dt, y, out) && finite), ...);
+      return finite;
+    }
+    (std::make_index_sequence<solved_blocks<S>>{});
+  }
+  template <std::size_t i, std::size_t k>
+  [[nodiscard, gnu::always_inline]] inline bool move_block(Scalar dt, const Plain& y, Plain& out) const {
+    auto&& to = std::get<k>(Blocks<S>::solved(out));
+    constexpr int size = size_of<decltype(to)>;
+    const Input<Scalar> start{std::get<k>(Blocks<S>::solved(y)).data()};
+    const auto solved = [=, sum = sum<Row<i>, k>()](auto n) { return moved<i == end>(start[n], dt, sum, n); };
+    if constexpr (drifts && k == 0) {
+      const Input<Scalar> r{position_of<S>(y).data()};
+      const Scalar drift = static_cast<Scalar>(Tableau::c[i]) * dt, kick = dt * dt;
+      const auto kernel = [=, sum = sum<OfPositions<Row<i>>, k>()](auto n, auto& r1, auto& v1) {
+        r1 = r[n] + moved<false>(drift * start[n], kick, sum, n);
+        v1 = solved(n);
+      };
+      return update_block<size>(to.size(), kernel, position_of<S>(out).data(), to.data());
+    } else {
+      const auto kernel = [=](auto n, auto& y1) { y1 = solved(n); };
+      return update_block<size>(to.size(), kernel, to.data());
+    }
   }
   /// x + h Σ_j w_j k_j: at the step's end with one rounding of x.
   template <bool at_end>
