@@ -91,6 +91,7 @@ class SchemeOn<RungeKutta<Tableau>, S> : public SchemeDefaults {
   SchemeOn(RungeKutta<Tableau>, const Plain& y) { resize(y); }
   void resize(const Plain& y) {
     k_.fill(make_rate<S>(y));
+    inside_ = y;
     known_ = 0;
   }
   [[nodiscard]] static int order() { return Tableau::order; }
@@ -128,9 +129,9 @@ class SchemeOn<RungeKutta<Tableau>, S> : public SchemeDefaults {
     if (known_ == stages) return true;
     if (known_ < end) return false;
     rhs.begin(t_, dt, y0);
-    Plain y = y0;
+    copy_blocks<S>(inside_, y0);  // what a view of the whole state shares
     return [&]<std::size_t... i>(std::index_sequence<i...>) {
-      return ((known_ > end + i || stage<end + i>(rhs, t_, dt, y0, y)) && ...);
+      return ((known_ > end + i || stage<end + i>(rhs, t_, dt, y0, inside_)) && ...);
     }
     (std::make_index_sequence<stages - end>{}) && all_finite(Rate::blocks(k_[stages - 1])) && (known_ = stages, true);
   }
@@ -275,6 +276,7 @@ class SchemeOn<RungeKutta<Tableau>, S> : public SchemeDefaults {
   }
 
   std::array<Rate, stages> k_;
+  Plain inside_;           // scratch of know_inside
   Scalar t_{0};            // [time] where the step started
   std::size_t known_ = 0;  // so many of the k_j belong to the step done last
 };
