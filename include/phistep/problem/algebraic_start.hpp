@@ -67,10 +67,11 @@ class AlgebraicStart {
   }
   /// Whether the response (1) is small beside y, to a millionth of each block.
   [[nodiscard]] bool is_small(const Plain& y) const {
-    bool small = true;
-    for_each_block([&](auto, const auto& x, const auto& of) { small = small && largest(x) <= 1e-6 * largest(of); },
-                   Blocks<S>::solved(response), Blocks<S>::solved(y));
-    return small;
+    bool all_small = true;
+    for_each_block(
+        [&](auto, const auto& x, const auto& of) { all_small = all_small && largest(x) <= 1e-6 * largest(of); },
+        Blocks<S>::solved(response), Blocks<S>::solved(y));
+    return all_small;
   }
   /// The component that (1) moves most, by its weight or beside its block.
   [[nodiscard]] Offender worst(const Plain& y, const Plain* weight) const {

@@ -377,14 +377,14 @@ class Kernel {
     if (algebra_.leaves_residual(rhs_, step.psi)) {
       if (const Outcome bad = respond(step, gamma); failed(bad)) return bad;
       const Plain* weight = nullptr;
-      bool small = false;
+      bool is_allowed = false;
       if constexpr (Step::is_traced) {
         weight = &step.trace.weight;
-        small = step.trace.size_of(algebra_.response, step.y, step.y) <= 1;
+        is_allowed = step.trace.size_of(algebra_.response, step.y, step.y) <= 1;
       } else {
-        small = algebra_.is_small(step.y);
+        is_allowed = algebra_.is_small(step.y);
       }
-      if (!small) {
+      if (!is_allowed) {
         transaction_.accuse(algebra_.worst(step.y, weight));
         return Outcome::inconsistent_start;
       }
