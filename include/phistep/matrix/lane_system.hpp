@@ -121,6 +121,12 @@ struct ZerosBeyond {
 };
 template <class Vector>
 ZerosBeyond(const Vector&) -> ZerosBeyond<Vector>;
+/// out += factor K x, x of the positions.
+template <class Scalar>
+void add_padded_product(auto& system, Scalar factor, const auto& x, auto& out) {
+  Eigen::Map<Eigen::Matrix<Scalar, Eigen::Dynamic, 1>> to(out.data(), static_cast<Eigen::Index>(out.size()));
+  system.add_position_product(factor, ZerosBeyond{x}, to);
+}
 
 /// A band: of a system that has band(masses), what its width() is, and for_each_tangent(f), which calls f(i, j, K, C).
 template <MatrixFacts facts, class Scalar, int lanes>
@@ -145,8 +151,7 @@ class BandedLaneSystem {
   }
   void solve_in_place(Number* x) { lu_.solve_in_place(x); }
   void add_position_product(auto& system, Scalar factor, const auto& x, auto& out) const {
-    Eigen::Map<Eigen::Matrix<Scalar, Eigen::Dynamic, 1>> to(out.data(), static_cast<Eigen::Index>(out.size()));
-    system.add_position_product(factor, ZerosBeyond{x}, to);
+    add_padded_product(system, factor, x, out);
   }
 
  private:

@@ -65,7 +65,7 @@ class SparseAssembly : public Sizes {
     for (const Entry& entry : entries_) out[entry.i] += factor * entry.value.K * x[entry.j];
   }
 
-  /// For those who make matrices of their own: the pattern of W, settled; true: it is new. Then K, C and M slot by slot.
+  /// For those who make matrices of their own: completes the pattern of W, and returns whether it is a new one. Then K, C and M slot by slot.
   [[nodiscard]] bool settle(const auto& masses) { return update_pattern(masses); }
   [[nodiscard]] const Matrix& pattern() const { return W_; }
   void for_each_slot(auto&& f) const {

@@ -41,8 +41,7 @@ class SparseLaneSystem {
   }
   void solve_in_place(Number* x) { lu_.solve_in_place(x); }
   void add_position_product(auto& system, Scalar factor, const auto& x, auto& out) const {
-    Eigen::Map<Eigen::Matrix<Scalar, Eigen::Dynamic, 1>> to(out.data(), static_cast<Eigen::Index>(out.size()));
-    system.add_position_product(factor, ZerosBeyond{x}, to);
+    add_padded_product(system, factor, x, out);
   }
 
  private:

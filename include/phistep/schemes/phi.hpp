@@ -51,7 +51,7 @@ class SchemeOn<PhiScheme<Force, Drift, form>, S> : public SchemeDefaults {
   SchemeOn(Scheme scheme, const auto& /*y*/) : scheme_{scheme} {}
   [[nodiscard]] const Scheme& scheme() const { return scheme_; }
   [[nodiscard]] int order() const { return scheme_.order(); }
-  /// φ = 1 looks at nothing of where it starts but M y.
+  /// At φ = 1 a step depends on its start by M y alone.
   [[nodiscard]] bool takes_singular_mass() const {
     return scheme_.force.template value<double>() == 1 && scheme_.drift.template value<double>() == 1;
   }

@@ -208,8 +208,7 @@ class SchemeOn<RungeKutta<Tableau>, S> : public SchemeDefaults {
         [&](auto k, auto& e, auto& e3, const auto& weight) {
           of_block.template operator()<High, Low, k>(dt, e, e3, weight);
           if constexpr (drifts && k == 0)
-            of_block.template
-            operator()<runge_kutta::OfPositions<Tableau, High>, runge_kutta::OfPositions<Tableau, Low>, k>(
+            of_block.template operator()<OfPositions<High>, OfPositions<Low>, k>(
                 dt * dt, position_of<S>(trace.error), position_of<S>(trace.predicted), position_of<S>(trace.weight));
         },
         Blocks<S>::solved(trace.error), Blocks<S>::solved(trace.predicted), Blocks<S>::solved(trace.weight));

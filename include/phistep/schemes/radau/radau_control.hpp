@@ -121,8 +121,8 @@ class RadauControl {
     return {std::max(share, 10 * round_off / rtol_), rate_, stages_ == 3 ? 7 : stages_ == 5 ? 12 : 17};
   }
 
-  /// Whether the iteration's Jacobian may serve the next step, too (HW II, p. 121, who has θ ≤ 0.001; beyond 0.03 it costs more
-  /// iterations than differences).
+  /// Whether the iteration's Jacobian may serve the next step, too: where its contraction θ is 0.03 or less. Hairer & Wanner,
+  /// Solving ODEs II, p. 121, ask for 0.001; above 0.03 an old Jacobian costs more iterations than a new one costs force calls.
   [[nodiscard]] static bool is_fast(const RadauIteration<>& solve) { return solve.contraction() <= 0.03; }
   /// |Δt| to be proposed after a step whose error is `error`, in units of what is wanted; `success` if that is kept.
   /// @param keeps  the Jacobian serves on: so do its factors, where Δt would hardly grow
