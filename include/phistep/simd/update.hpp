@@ -227,7 +227,8 @@ template <class Kernel, class Scalar, std::same_as<Scalar>... Scalars>
   return detail::fill<FiniteWitness<Scalar>>(n, kernel, out, more...).all_finite();
 }
 
-/// `update` for the few numbers of a small fixed state, known at compile time and unrolled: it stays in registers.
+/// `update` for the few numbers of a small fixed state, known at compile time and unrolled: it stays in registers. Written in
+/// packets, as they will be read: a packet that was written number by number is waited for.
 template <std::ptrdiff_t n, class Kernel, class Scalar, std::same_as<Scalar>... Scalars>
 [[nodiscard, gnu::always_inline]] inline bool update_unrolled(Kernel kernel, Scalar* out, Scalars*... more) {
   // A sum of 0·x beats the bit test here: one dependent chain less, and no move between register files.
@@ -239,10 +240,30 @@ template <std::ptrdiff_t n, class Kernel, class Scalar, std::same_as<Scalar>... 
     witness += Scalar{0} * x;
     ((witness += Scalar{0} * y), ...);
   };
+  constexpr auto width = []() -> std::ptrdiff_t {
+#if PHISTEP_DETAIL_PACKETS
+    if (detail::takes_packets<Kernel, Scalar, Scalars...>) return Packet<Scalar>::width;
+#endif
+    return 1;
+  }();
   [&]<std::size_t... i>(std::index_sequence<i...>) __attribute__((always_inline)) {
-    (one(static_cast<std::ptrdiff_t>(i), Scalar{}, Scalars{}...), ...);
+#if PHISTEP_DETAIL_PACKETS
+    if constexpr (width > 1 && n >= width) {
+      Packet<Scalar> troubles{0};
+      (detail::fill_packet<FiniteWitness<Scalar>>(
+           static_cast<std::ptrdiff_t>(i) * width, kernel,
+           [](auto x, Scalar* p) __attribute__((always_inline)) { x.store(p); }, troubles, out, more...),
+       ...);
+      witness += sum(troubles);
+    }
+#endif
   }
-  (std::make_index_sequence<static_cast<std::size_t>(n)>{});
+  (std::make_index_sequence<static_cast<std::size_t>(n / width)>{});
+  constexpr std::ptrdiff_t rest = width > 1 ? n / width * width : 0;
+  [&]<std::size_t... i>(std::index_sequence<i...>) __attribute__((always_inline)) {
+    (one(rest + static_cast<std::ptrdiff_t>(i), Scalar{}, Scalars{}...), ...);
+  }
+  (std::make_index_sequence<static_cast<std::size_t>(n - rest)>{});
   return witness == Scalar{0};
 }
 
