@@ -1,0 +1,151 @@
+/// @file
+/// Which scheme suits a problem: one function of what is known of it before a step. Limits and digits are where the diagrams
+/// of run time against error (bench/work_precision) cross.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "phistep/core/structure.hpp"
+#include "phistep/core/version.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// What the choice depends on, beside the stiffness.
+struct AdvisedProblem {
+  std::int64_t unknowns = 0;  ///< solved for: n for a motion, whose r and v are 2n numbers
+  bool is_motion = false, uses_velocity = false, has_history = false, has_jacobian = false, has_pattern = false;
+  Structure structure = Structure::dense;
+  double rtol = 1e-4;
+  int digits = 15;  ///< of the scalar
+};
+
+/// The schemes among which is chosen.
+enum class SuitableScheme : std::uint8_t {
+  tsitouras_5,
+  dormand_prince_8,
+  nystrom_8,
+  nystrom_12,
+  verlet,
+  rodas_4,
+  rodas_5p,
+  radau_iia,
+  tr_bdf_2
+};
+/// As a user writes it: "rodas5p".
+[[nodiscard]] constexpr const char* name_of(SuitableScheme scheme) {
+  using enum SuitableScheme;
+  switch (scheme) {
+    case tsitouras_5:
+      return "tsit5";
+    case dormand_prince_8:
+      return "dop853";
+    case nystrom_8:
+      return "rkn86";
+    case nystrom_12:
+      return "rkn1210";
+    case verlet:
+      return "velocity_verlet";
+    case rodas_4:
+      return "rodas4";
+    case rodas_5p:
+      return "rodas5p";
+    case radau_iia:
+      return "radau";
+    case tr_bdf_2:
+      break;
+  }
+  return "tr_bdf2";
+}
+
+/// Why it is that scheme.
+enum class SchemeReason : std::uint8_t {
+  history,              ///< contacts: impacts are resolved by steps of equal length
+  fewest_calls,         ///< explicit, of first order or with v in the force
+  fewest_calls_motion,  ///< explicit, for a force that ignores v
+  many_particles,       ///< few digits of many particles
+  pairs,                ///< springs, solved by conjugate gradients
+  no_jacobian,          ///< many unknowns, neither Jacobian nor pattern
+  cheapest_step,        ///< few digits
+  high_order,           ///< many digits
+  factorization         ///< the factorization is what costs
+};
+
+/// A scheme, and why.
+struct SchemeChoice {
+  SuitableScheme scheme = SuitableScheme::tsitouras_5;
+  SchemeReason why = SchemeReason::fewest_calls;
+  friend bool operator==(const SchemeChoice&, const SchemeChoice&) = default;
+};
+
+/// Up to here a matrix is dense in the caches, and its factors cost as much as a few force calls.
+inline constexpr std::int64_t few_unknowns = 50;
+
+/// The largest rtol at which radau's orders pay for its iterations, 0 where they never do: the 1-D Brusselator of 100 to 1e4
+/// points (bands), reaction and diffusion on grids of 400 to 3600 (sparse), the small problems of bench/work_precision (dense).
+[[nodiscard]] constexpr double radau_from(const AdvisedProblem& scene) {
+  if (scene.structure == Structure::sparse) return 1e-4;
+  if (scene.structure != Structure::dense) return 1e-6;
+  return scene.unknowns <= 10 ? 3e-4 : scene.unknowns <= few_unknowns ? 1e-7 : 0;
+}
+
+/// Stiff: who solves linear equations, and how many digits are wanted.
+[[nodiscard]] constexpr SchemeChoice suitable_implicit(const AdvisedProblem& scene) {
+  using enum SuitableScheme;
+  if (scene.structure == Structure::network) return {tr_bdf_2, SchemeReason::pairs};
+  if (!scene.has_jacobian && !scene.has_pattern && scene.unknowns > few_unknowns)
+    return {tr_bdf_2, SchemeReason::no_jacobian};
+  if (scene.rtol > 3e-4) return {rodas_4, SchemeReason::cheapest_step};
+  if (scene.rtol <= radau_from(scene)) return {radau_iia, SchemeReason::high_order};
+  return {rodas_5p, SchemeReason::factorization};
+}
+/// Not stiff: what the force looks at, and how many digits are wanted.
+[[nodiscard]] constexpr SchemeChoice suitable_explicit(const AdvisedProblem& scene) {
+  using enum SuitableScheme;
+  if (!scene.is_motion || scene.uses_velocity)
+    return {scene.rtol > 3e-5 ? tsitouras_5 : dormand_prince_8, SchemeReason::fewest_calls};
+  if (scene.rtol >= 1e-3 && scene.unknowns > 1000) return {verlet, SchemeReason::many_particles};
+  return {scene.rtol > 1e-8 ? nystrom_8 : nystrom_12, SchemeReason::fewest_calls_motion};
+}
+[[nodiscard]] constexpr SchemeChoice suitable_scheme(const AdvisedProblem& scene, bool is_stiff) {
+  if (scene.has_history) return {SuitableScheme::verlet, SchemeReason::history};
+  return is_stiff ? suitable_implicit(scene) : suitable_explicit(scene);
+}
+
+/// The reason as a sentence.
+/// @param tolerance  "a tolerance of 1e-06"
+template <class = void>
+[[nodiscard]] std::string sentence_of(const SchemeChoice& choice, const AdvisedProblem& scene,
+                                      const std::string& tolerance) {
+  using enum SuitableScheme;
+  const std::string n = std::to_string(scene.unknowns);
+  switch (choice.why) {
+    case SchemeReason::history:
+      return "its force has a history (contacts, friction): steps that resolve an impact, of equal length; "
+             "phistep::preflight says how long";
+    case SchemeReason::fewest_calls:
+      return std::string(scene.is_motion ? "its force depends on v" : "it is of first order") +
+             ": an explicit Runge-Kutta pair of order " + (choice.scheme == tsitouras_5 ? "5" : "8") +
+             " needs the fewest force calls at " + tolerance;
+    case SchemeReason::fewest_calls_motion:
+      return "its force ignores v: a Runge-Kutta-Nystrom pair of order " +
+             std::string(choice.scheme == nystrom_8 ? "8" : "12") + " needs the fewest force calls at " + tolerance;
+    case SchemeReason::many_particles:
+      return "many particles at few digits: one force call a step, and a bounded error of the energy at fixed dt";
+    case SchemeReason::pairs:
+      return "its bonds are solved by conjugate gradients, which serve schemes that resolve; TR-BDF2 damps what it "
+             "can't resolve";
+    case SchemeReason::no_jacobian:
+      return "it has neither a Jacobian nor a pattern: one of " + n +
+             " unknowns by differences costs as many force calls, and TR-BDF2 keeps it for many steps";
+    case SchemeReason::cheapest_step:
+      return "for few digits, six linear solves with one matrix and no iteration are the cheapest step";
+    case SchemeReason::high_order:
+      return "at " + tolerance + " and " + n + " unknowns Radau's orders 5, 9 and 13 are ahead";
+    case SchemeReason::factorization:
+      break;
+  }
+  return "with " + n + " unknowns the factorization is what costs: order 5 has one for eight solves";
+}
+
+}  // namespace phistep::inline PHISTEP_ABI
