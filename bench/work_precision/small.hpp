@@ -47,6 +47,7 @@ template <class Problem>
                      else return phistep::PhiStepper{y, WithPattern<Problem>{}, scheme};
                    }};
   add_stiff(rows);
+  rows.estimate_kappa(phistep::rodas5p);
   return table;
 }
 
