@@ -41,19 +41,48 @@ TEST_CASE("real problems get what wins on their diagrams") {
   CHECK(stiff.stiffness.covered == 1);
   CHECK(stiff.stiffness.rate == Approx(1e6).epsilon(0.1));
   CHECK(stiff.stiffness.ratio() > 100);
-  CHECK((stiff.scheme == "rodas4" || stiff.scheme == "radau" || stiff.scheme == "rodas5p"));
+  CHECK((stiff.scheme == "rodas4p2" || stiff.scheme == "radau" || stiff.scheme == "rodas5p"));
   CHECK(slow.stiffness.ratio() < 2);
   CHECK(slow.scheme == "tsit5");
 }
 
 TEST_CASE("the rules, one by one") {
-  CHECK(choice(scene(3, 1e-3), 100) == "rodas4");
-  CHECK(choice(scene(3, 1e-6), 100) == "radau");
+  // A problem of the diagrams each, with the digits at which its best scheme changes.
+  CHECK(choice(scene(3, 1e-3), 100) == "rodas4p2");
+  CHECK(choice(scene(3, 1e-4), 100) == "rodas5p");
+  CHECK(choice(scene(3, 1e-5), 100) == "radau");
+  AdvisedProblem pollution = scene(20, 1e-2);
+  pollution.has_sparse_lu = true;
+  CHECK(choice(pollution, 100) == "rodas4p2");
+  pollution.rtol = 1e-9;
+  CHECK(choice(pollution, 100) == "rodas5p");
+  pollution.rtol = 1e-11;
+  CHECK(choice(pollution, 100) == "radau");
   CHECK(choice(scene(20, 1e-6), 100) == "rodas5p");
-  CHECK(choice(scene(20, 1e-9), 100) == "radau");
+  CHECK(choice(scene(20, 1e-7), 100) == "radau");
+  AdvisedProblem modulator = scene(15, 1e-2);
+  modulator.is_driven = true;
+  CHECK(choice(modulator, 100) == "rodas4p2");
+  modulator.rtol = 1e-3;
+  CHECK(choice(modulator, 100) == "radau");
+  AdvisedProblem beam = scene(80, 1e-2);
+  beam.has_jacobian = false;
+  CHECK(choice(beam, 100) == "rodas4p2");
+  beam.rtol = 1e-5;
+  CHECK(choice(beam, 100) == "rodas5p");
+  beam.rtol = 1e-6;
+  CHECK(choice(beam, 100) == "radau");
+  CHECK(choice(scene(1000, 1e-2, Structure::block_tridiagonal), 100) == "rodas4p2");
   CHECK(choice(scene(1000, 1e-5, Structure::banded), 100) == "rodas5p");
-  CHECK(choice(scene(1000, 1e-9, Structure::banded), 100) == "radau");
-  CHECK(choice(scene(1000, 1e-5, Structure::sparse), 100) == "radau");
+  CHECK(choice(scene(1000, 1e-6, Structure::banded), 100) == "radau");
+  CHECK(choice(scene(96, 1e-2, Structure::sparse), 100) == "radau");
+  CHECK(choice(scene(1000, 1e-3, Structure::sparse), 100) == "rodas5p");
+  CHECK(choice(scene(1000, 1e-4, Structure::sparse), 100) == "radau");
+  AdvisedProblem heat = scene(4096, 1e-7, Structure::sparse);
+  heat.is_affine = true;
+  CHECK(choice(heat, 100) == "rodas5p");
+  heat.rtol = 1e-8;
+  CHECK(choice(heat, 100) == "radau");
   CHECK(choice(scene(1000, 1e-3, Structure::network), 100) == "tr_bdf2");
   AdvisedProblem blind = scene(5000, 1e-6);
   blind.has_jacobian = false;

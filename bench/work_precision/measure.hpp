@@ -157,8 +157,8 @@ inline void write(std::ostream& csv, const Measured& measured) {
 inline void print(const Measured& measured) {
   constexpr double wanted[] = {1e-3, 1e-6, 1e-9};
   const double kappa = measured.table.kappa;
-  std::printf("  kappa = %.3g\n  %-28s %10s %10s %10s   %10s %10s %10s   %s\n", kappa, "us to an error of", "1e-3", "1e-6",
-              "1e-9", "over time:", "1e-6", "1e-9", "wrong");
+  std::printf("  kappa = %.3g\n  %-28s %10s %10s %10s   %10s %10s %10s   %s\n", kappa, "us to an error of", "1e-3",
+              "1e-6", "1e-9", "over time:", "1e-6", "1e-9", "wrong");
   for (std::size_t m = 0; m < measured.points.size(); ++m) {
     const auto& points = measured.points[m];
     if (points.empty()) continue;

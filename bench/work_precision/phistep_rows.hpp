@@ -51,7 +51,7 @@ class PhistepRows {
   }
 
   /// κ where it isn't known yet: by how much a relative error made at the start, or at one of seven later times, is magnified
-    /// until the end, at worst of three random ones. A bound from below, found by `scheme` at a tight tolerance.
+  /// until the end, at worst of three random ones. A bound from below, found by `scheme` at a tight tolerance.
   void estimate_kappa(auto scheme, double rtol = 1e-9) {
     if (table_.kappa > 0) return;
     constexpr int intervals = 8, tries = 3;
@@ -74,7 +74,8 @@ class PhistepRows {
         if constexpr (phistep::EigenDense<S>) shift(moved);
         else shift(moved.r), shift(moved.v);
         if (!run_.go(scheme, moved, from, run_.ends.back(), a, rtol)) return;
-        kappa = std::max(kappa, ((stacked(moved) - stacked(right)).array().abs() / weight(stacked(right))).maxCoeff() / by);
+        kappa =
+            std::max(kappa, ((stacked(moved) - stacked(right)).array().abs() / weight(stacked(right))).maxCoeff() / by);
       }
       if (!run_.go(scheme, y, from, run_.ends.back() * (k + 1) / intervals, a, rtol)) return;
     }

@@ -109,7 +109,8 @@ int main(int argc, char** argv) {
     else if (std::strcmp(argv[i], "--conditioning") == 0) conditioning = true;
     else {
       std::printf(
-          "bench_work_precision [--problem NAME] [--method TEXT] [--library NAME] [--out DIR] [--rounds N] [--quick] [--ends] "
+          "bench_work_precision [--problem NAME] [--method TEXT] [--library NAME] [--out DIR] [--rounds N] [--quick] "
+          "[--ends] "
           "[--commit TEXT] | --conditioning\nproblems:");
       for (const Entry& entry : problems) std::printf(" %s", entry.name);
       std::printf("\n");

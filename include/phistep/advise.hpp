@@ -44,6 +44,10 @@ template <State S, class F, class MassSpec>
   scene.has_history = Rhs::has_history;
   scene.has_jacobian = Traits::has_jacobian;
   scene.has_pattern = Traits::has_pattern;
+  scene.is_affine = Traits::is_affine;
+  scene.is_driven = Traits::uses_time;
+  if constexpr (requires { std::remove_cvref_t<F>::jacobian_pattern; })
+    scene.has_sparse_lu = has_sparse_pattern<std::remove_cvref_t<F>, static_unknowns<S>>;
   scene.structure = Traits::has_jacobian || Traits::has_pattern ? Traits::structure : Structure::dense;
   scene.digits = std::numeric_limits<ScalarOf<S>>::digits10;
   return scene;
@@ -106,7 +110,7 @@ template <State S, class F, class MassSpec = UnitMasses>
   if (is_singular(bind_masses<S>(mass, y)))
     throw std::invalid_argument(
         "phistep: M is singular: advise compares no schemes for differential-algebraic equations; take rodas5p or "
-        "rodas4");
+        "rodas4p2");
   AdvisedProblem scene = scene_of<S, F>(y, mass);
   scene.rtol = wanted.rtol;
   Stiffness stiffness;
