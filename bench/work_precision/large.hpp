@@ -17,7 +17,6 @@ void add_large(auto& rows, double tightest) {
   rows.controlled("Rodas4", phistep::rodas4);
   rows.controlled("Rodas4P2", phistep::rodas4p2);
   rows.controlled("Rodas5P", phistep::rodas5p);
-  rows.controlled("extrapolated Euler", phistep::extrapolated(phistep::backward_euler));
 }
 
 }  // namespace work_precision

@@ -68,8 +68,8 @@ class PhistepRows {
             while (film->times[k] < t) ++k;
             film->put(k, stacked(now).data());
           };
-          // Motions stop there, as explicit rivals do, and so does extrapolation; the others look inside their steps.
-          if constexpr (phistep::EigenDense<S> && !phistep::is_extrapolated<decltype(scheme)>)
+          // Motions stop there, as explicit rivals do; the others look inside their steps.
+          if constexpr (phistep::EigenDense<S>)
             report = phistep::integrate(stepper, y, span, control, phistep::sampled(film->times, take));
           else report = phistep::integrate(stepper, y, span, control, phistep::at_times(film->times, take));
         } else {
