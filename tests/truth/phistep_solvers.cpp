@@ -20,16 +20,15 @@ Solver ours(const char* name, auto scheme, double tightest, bool (*suits)(const 
 /// What advise says, done.
 Answer advised(const std::vector<Solver>& solvers, const Problem& problem, double rtol) {
   const auto take = [&](const std::string& scheme) -> Answer {
-    static const std::map<std::string, std::string> names{
-        {"rodas4", "Rodas4"},
-        {"rodas5p", "Rodas5P"},
-        {"radau", "Radau"},
-        {"tr_bdf2", "TR-BDF2"},
-        {"rkn86", "RKN 8(6)"},
-        {"rkn1210", "RKN 12(10)"},
-        {"velocity_verlet", "velocity Verlet"},
-        {"tsit5", "tsit5"},
-        {"dop853", "dop853"}};
+    static const std::map<std::string, std::string> names{{"rodas4", "Rodas4"},
+                                                          {"rodas5p", "Rodas5P"},
+                                                          {"radau", "Radau"},
+                                                          {"tr_bdf2", "TR-BDF2"},
+                                                          {"rkn86", "RKN 8(6)"},
+                                                          {"rkn1210", "RKN 12(10)"},
+                                                          {"velocity_verlet", "velocity Verlet"},
+                                                          {"tsit5", "tsit5"},
+                                                          {"dop853", "dop853"}};
     const auto name = names.find(scheme);
     if (name != names.end())
       for (const Solver& solver : solvers)

@@ -61,15 +61,16 @@ template <class Base>
 /// roundings of its columns, and the error estimate, a difference of two entries that share them, does not see it. On E5
 /// (Hairer & Wanner's test set) the end at t = 1e5 is off by 430 rtol at rtol 1e-10, and at t = 1e11 by more than the
 /// solution itself at every rtol from 1e-2 to 1e-11.
-[[nodiscard, deprecated("phistep: extrapolated(backward_euler) leaves in 0.3: take radau or rodas5p")]]
-constexpr Extrapolated<SinglePhi<FixedPhi<1>>> extrapolated(SinglePhi<FixedPhi<1>> base, int columns = 0) {
+[[nodiscard,
+  deprecated("phistep: leaves in 0.3, take radau or rodas5p")]] constexpr Extrapolated<SinglePhi<FixedPhi<1>>>
+extrapolated(SinglePhi<FixedPhi<1>> base, int columns = 0) {
   return extrapolated<SinglePhi<FixedPhi<1>>>(base, columns);
 }
 
 /// Velocity Verlet, extrapolated: order 2j in column j, motion whose force ignores v. Deprecated, leaves in 0.3: take rkn86
 /// or rkn1210; beyond long double, extrapolated(forward_euler).
-[[nodiscard, deprecated("phistep: extrapolated(velocity_verlet) leaves in 0.3: take rkn86 or rkn1210")]]
-constexpr Extrapolated<VelocityVerlet> extrapolated(VelocityVerlet base, int columns = 0) {
+[[nodiscard, deprecated("phistep: leaves in 0.3, take rkn86 or rkn1210")]] constexpr Extrapolated<VelocityVerlet>
+extrapolated(VelocityVerlet base, int columns = 0) {
   return extrapolated<VelocityVerlet>(base, columns);
 }
 
