@@ -70,7 +70,7 @@ TEST_CASE("orders 5 and 8, of first order and for motion, and of the estimates")
     trace.weight.setOnes();
     double size = 0;
     const auto look = [&](const auto&, const auto&, const auto& told) {
-      size = told.error_scale * static_cast<double>(told.error.norm());
+      size = std::sqrt(told.error_scale_square) * static_cast<double>(told.error.norm());
       return true;
     };
     REQUIRE(stepper.attempt(y, 0.4L, h, Origin::unknown, trace, look));
