@@ -85,7 +85,14 @@ class RadauSolver {
     const Outcome outcome = matrices.factorize(kernel.rhs(), work_.template shift<s>(step.dt, masses), masses);
     factored_ = failed(outcome) ? 0 : s;
     factored_dt_ = step.dt;
-    return outcome;
+    if (failed(outcome) || !is_fresh_) return outcome;
+    const Outcome checked =
+        matrices.check(kernel.rhs(), radau_constants<Scalar, s>.mu.re[0] * step.dt, step.t, step.y, step.psi);
+    if (failed(checked)) {
+      forget();
+      if (checked == Outcome::non_finite_force) copy_blocks<S>(step.next, step.y);  // kept for the failure message
+    }
+    return checked;
   }
 
   /// Iterates while `test` says so, with the weights given.
