@@ -17,11 +17,13 @@
 #include <utility>
 
 #include "phistep/control/error_norm.hpp"
+#include "phistep/control/spectral_radius.hpp"
 #include "phistep/control/tolerance.hpp"
 #include "phistep/equation/right_hand_side.hpp"
 #include "phistep/force/signature.hpp"
 #include "phistep/jacobian/differences.hpp"
 #include "phistep/run.hpp"
+#include "phistep/schemes/advised_problem.hpp"
 #include "phistep/schemes/tr_bdf2.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
@@ -30,24 +32,6 @@
 #include "phistep/study/stiffness.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
-
-/// What the types say of a problem.
-template <State S, class F, class MassSpec>
-[[nodiscard]] AdvisedProblem scene_of(const PlainState<S>& y, const MassSpec& mass) {
-  using Masses = decltype(bind_masses<S>(mass, y));
-  using Rhs = RightHandSide<S, F, Masses>;
-  using Traits = typename Rhs::Traits;
-  AdvisedProblem scene;
-  scene.unknowns = unknowns<S>(y);
-  scene.is_motion = Rhs::drifts;
-  scene.uses_velocity = Rhs::drifts && Rhs::couples_unknowns;
-  scene.has_history = Rhs::has_history;
-  scene.has_jacobian = Traits::has_jacobian;
-  scene.has_pattern = Traits::has_pattern;
-  scene.structure = Traits::has_jacobian || Traits::has_pattern ? Traits::structure : Structure::dense;
-  scene.digits = std::numeric_limits<ScalarOf<S>>::digits10;
-  return scene;
-}
 
 /// Coarse steps of TR-BDF2 along the solution, and ρ at some of them.
 template <State S, class F, class MassSpec>

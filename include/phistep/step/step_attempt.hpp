@@ -76,6 +76,7 @@ class StepAttempt {
   /// A step starts where the run stands.
   /// @param keeps_past  the stepper's history is kept, too
   void begin([[maybe_unused]] bool keeps_past) {
+    choose_scheme();
     if constexpr (keeps_start) {
       from_ = clock_;
       copy_blocks<S>(start_, state_);
@@ -145,6 +146,15 @@ class StepAttempt {
     require_past<Stepper>();
     if constexpr (can_go_back<Stepper>) go_back(stepper_, std::forward<decltype(past)>(past));
   }
+  /// A stepper that chooses its scheme does so here, where no step is under way.
+  void choose_scheme() {
+    if constexpr (Pace::sees_error && ChoosesScheme<Stepper, S, Pace>) {
+      if (const auto longest = stepper_.choose(state_, plain(), clock_, pace_))
+        pace_.change(error_law(stepper_), *longest);
+      else if (scheme_ != stepper_.active()) pace_.obey(error_law(stepper_));  // a run that resumes
+      scheme_ = stepper_.active();
+    }
+  }
   [[nodiscard]] StepReport attempt_in_a_way(const Landing<Scalar>& to, Origin origin) {
     if constexpr (Pace::sees_error) {
       auto& trace = pace_.trace();
@@ -179,6 +189,7 @@ class StepAttempt {
   Pace pace_;
   RunClock<Scalar> clock_, from_;
   Way way_ = Way::plain;  // of the last attempt
+  int scheme_ = -1;       // that the pace obeys, of a stepper that chooses
   [[no_unique_address]] std::conditional_t<keeps_start, Plain, Nothing> start_;
   [[no_unique_address]] std::conditional_t<keeps_start, std::optional<Past<Stepper>>, Nothing> past_;
   [[no_unique_address]] std::conditional_t<Pace::sees_error, StepDoubling<Stepper, S>, Nothing> doubling_;
