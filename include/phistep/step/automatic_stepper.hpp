@@ -76,16 +76,24 @@ class AutomaticStepper {
     return visit(*this, [&](auto& scheme) { return scheme.step(state, t, dt, origin); });
   }
 
-  /// Before each step of a run: looks whether another scheme would serve better, and takes it. @param pace  of the run
+  /// Where a run begins, its first step proposed: takes an implicit scheme where that step says stiff. Of the first run only.
+  /// @param pace  of the run. @return whether it did: the first step is then to be proposed anew
+  [[nodiscard]] bool begin_run(const S& state, const Plain& y, const RunClock<Scalar>& clock, auto& pace) {
+    if (is_bound_ || !at_start_) return false;
+    const RateSeen seen = look_at_rate(y, clock, pace);
+    at_start_ = false;
+    return watch_.starts_stiff(seen) && change(state, clock.t(), seen, true);
+  }
+  /// Before each step of a run: looks whether another scheme would serve better, and takes it.
   /// @return [time] the longest step that a new scheme should begin with, nothing where it stays
   [[nodiscard]] std::optional<double> choose(const S& state, const Plain& y, const RunClock<Scalar>& clock, auto& pace) {
-    if (is_bound_) return {};
-    if (done_ > 0) watch_.accepted(pace.propose()), steps_ += std::exchange(done_, 0);
-    if (!at_start_ && !watch_.is_due()) return {};
+    if (is_bound_ || done_ == 0) return {};
+    watch_.accepted(pace.propose());
+    steps_ += std::exchange(done_, 0);
+    if (!watch_.is_due()) return {};
     const RateSeen seen = look_at_rate(y, clock, pace);
-    const bool at_start = std::exchange(at_start_, false);
-    if (at_start ? !watch_.starts_stiff(seen) : !watch_.judge(seen)) return {};
-    return change(state, clock.t(), seen, at_start);
+    if (!watch_.judge(seen) || !change(state, clock.t(), seen, false)) return {};
+    return watch_.is_implicit() ? seen.dt : watch_.stable_step(seen.rate);
   }
   /// The number of the scheme at work.
   [[nodiscard]] int active() const { return static_cast<int>(steppers_.index()); }
@@ -273,12 +281,13 @@ class AutomaticStepper {
     const int k = Set::index_of(suitable_explicit(problem_).scheme, 0);
     return k < Schemes::explicit_schemes ? k : 0;
   }
-  /// The first implicit scheme where the rules name one that is not compiled, the last, which keeps its Jacobian, where that
-  /// is what is dear.
+  /// The scheme of the rules, or the last where that is not compiled.
   [[nodiscard]] int implicit_index() const {
-    const SchemeChoice choice = suitable_implicit(problem_);
     constexpr int first = Schemes::explicit_schemes, last = static_cast<int>(Set::all.size()) - 1;
-    return std::max(first, Set::index_of(choice.scheme, choice.why == SchemeReason::no_jacobian ? last : first));
+    AdvisedProblem problem = problem_;
+    problem.has_jacobian = problem.has_jacobian || can_be_implicit();
+    const int k = Set::index_of(suitable_implicit(problem).scheme, last);
+    return k < first ? last : k;
   }
   /// Whether there can be a matrix.
   [[nodiscard]] bool can_be_implicit() const {
@@ -326,15 +335,15 @@ class AutomaticStepper {
     knows_before_ = true;
     return seen;
   }
-  /// Takes the scheme of the other kind.
-  [[nodiscard]] std::optional<double> change(const S& state, Scalar t, const RateSeen& seen, bool at_start) {
+  /// Takes the scheme of the other kind, if it can.
+  [[nodiscard]] bool change(const S& state, Scalar t, const RateSeen& seen, bool at_start) {
     const bool to_implicit = !watch_.is_implicit();
     SchemeUse use{.scheme = scheme(), .t = static_cast<double>(t), .step = steps_, .rate = seen.rate, .dt = seen.dt};
     if (to_implicit && !can_be_implicit()) {
       use.cause = SchemeCause::stays_explicit;
       is_bound_ = true;
       uses_.add(use);
-      return {};
+      return false;
     }
     Steppers fresh = make(to_implicit ? implicit_index() : explicit_index(), state);
     retired_ = statistics();
@@ -345,7 +354,7 @@ class AutomaticStepper {
     use.scheme = scheme();
     use.cause = at_start ? SchemeCause::stiff_start : to_implicit ? SchemeCause::stiff : SchemeCause::eased;
     uses_.add(use);
-    return to_implicit ? seen.dt : watch_.stable_step(seen.rate);
+    return true;
   }
   /// A state of the right sizes.
   [[nodiscard]] const S& sample() const {

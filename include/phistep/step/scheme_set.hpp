@@ -29,6 +29,7 @@ template <SuitableScheme scheme>
   else if constexpr (scheme == SuitableScheme::dormand_prince_8) return dop853;
   else if constexpr (scheme == SuitableScheme::nystrom_8) return rkn86;
   else if constexpr (scheme == SuitableScheme::nystrom_12) return rkn1210;
+  else if constexpr (scheme == SuitableScheme::rodas_4) return rodas4;
   else if constexpr (scheme == SuitableScheme::radau_iia) return radau;
   else if constexpr (scheme == SuitableScheme::tr_bdf_2) return tr_bdf2;
   else return rodas5p;
@@ -54,9 +55,9 @@ template <bool is_nystrom, bool is_network>
 [[nodiscard]] constexpr auto scheme_set() {
   using enum SuitableScheme;
   if constexpr (is_nystrom && is_network) return SchemeSet<nystrom_8, nystrom_12, tr_bdf_2>{};
-  else if constexpr (is_nystrom) return SchemeSet<nystrom_8, nystrom_12, rodas_5p, radau_iia>{};
+  else if constexpr (is_nystrom) return SchemeSet<nystrom_8, nystrom_12, rodas_4, rodas_5p, radau_iia>{};
   else if constexpr (is_network) return SchemeSet<tsitouras_5, dormand_prince_8, tr_bdf_2>{};
-  else return SchemeSet<tsitouras_5, dormand_prince_8, rodas_5p, radau_iia>{};
+  else return SchemeSet<tsitouras_5, dormand_prince_8, rodas_4, rodas_5p, radau_iia>{};
 }
 
 /// Of a state S under a force F with a mass.

@@ -36,7 +36,7 @@ struct SchemeUse {
 
   /// "rodas5p from t = 0.012, step 34: stiff, ..."
   [[nodiscard]] std::string message() const {
-    char text[160];
+    char text[320];
     const char* const name = name_of(scheme);
     switch (cause) {
       case SchemeCause::start:

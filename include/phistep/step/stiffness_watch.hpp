@@ -67,7 +67,7 @@ class StiffnessWatch {
   void change() {
     // A spell that was short was not worth it: the next time more is asked for.
     int& needs = implicit_ ? needs_stiff_ : needs_eased_;
-    needs = spell_ < 40 ? std::min(2 * needs, 64) : spell_ > 400 ? 1 : needs;
+    needs = spell_ < 40 ? std::min(2 * needs, 8) : spell_ > 400 ? 1 : needs;
     implicit_ = !implicit_;
     start_spell();
   }
@@ -87,16 +87,16 @@ class StiffnessWatch {
   }
 
  private:
-  /// What explicit steps would be left is worth more than 20 implicit ones.
+  /// What explicit steps would be left is worth more than 8 implicit ones.
   [[nodiscard]] bool pays(const RateSeen& seen) const {
-    return seen.left * seen.rate / rivals_.bound * rivals_.explicit_cost > 20 * rivals_.implicit_cost;
+    return seen.left * seen.rate / rivals_.bound * rivals_.explicit_cost > 8 * rivals_.implicit_cost;
   }
   [[nodiscard]] bool is_stiff(const RateSeen& seen) {
     const double share = seen.rate * seen.dt / rivals_.bound;
     if (!pays(seen)) hits_ = 0;
     else if (share > 0.5 && seen.change < 0.5) hits_ += 2;
     else if (share > 0.75) hits_ += 1;
-    else hits_ = 0;
+    else hits_ = std::max(0, hits_ - 1);  // Δt swings about its bound
     period_ = hits_ > 0 ? 2 : share > 0.2 ? 25 : 50;
     return hits_ >= 3 * needs_stiff_;
   }
@@ -105,8 +105,8 @@ class StiffnessWatch {
                  gain = rivals_.implicit_cost / (steps * rivals_.explicit_cost);
     if (seen.rate > 0 && gain > 1.5) ++hits_;
     else hits_ = 0;
-    period_ = hits_ > 0 ? 2 : gain > 0.05 ? 10 : 40;
-    return hits_ >= 3 * needs_eased_;
+    period_ = hits_ > 0 ? 3 : gain > 0.05 ? 10 : 40;
+    return hits_ >= 4 * needs_eased_;
   }
   void start_spell() {
     rejected_ = false;
