@@ -29,7 +29,8 @@ int count = 0, misses = 0, advised_count = 0, advised_misses = 0;
     if (before_time > 0 && error >= before_error) continue;
     if (error <= wanted) {
       if (before_time == 0) return time;
-      return before_time * std::pow(time / before_time, std::log(before_error / wanted) / std::log(before_error / error));
+      return before_time *
+             std::pow(time / before_time, std::log(before_error / wanted) / std::log(before_error / error));
     }
     before_time = time;
     before_error = error;
@@ -115,8 +116,8 @@ int main(int argc, char** argv) {
   van_der_pol();
   motions();
   fields();
-  std::printf("automatic: geometric mean %.3f of the best, %d of %d beyond 1.3 x + 2 us\n", std::exp(logs / count), misses,
-              count);
+  std::printf("automatic: geometric mean %.3f of the best, %d of %d beyond 1.3 x + 2 us\n", std::exp(logs / count),
+              misses, count);
   std::printf("advised:   geometric mean %.3f of the best, %d of %d beyond 1.3 x\n",
               std::exp(logs_of_advised / advised_count), advised_misses, advised_count);
 }

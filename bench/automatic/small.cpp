@@ -21,7 +21,8 @@ void automatic::small_problems() {
   measure(problem("Brusselator", Brusselator::start(), Brusselator{}, Brusselator::end, Brusselator::exact(), 1.0));
   measure(problem("HIRES", Hires::start(), Hires{}, Hires::end, Hires::exact(), 1e-4));
   measure(problem("Robertson to 40", Robertson::start(), Robertson{}, Robertson::end, Robertson::exact(), 1e-6));
-  measure(problem("Robertson to 1e11", Robertson::start(), Robertson{}, Robertson::late, Robertson::exact_late(), 1e-8));
+  measure(
+      problem("Robertson to 1e11", Robertson::start(), Robertson{}, Robertson::late, Robertson::exact_late(), 1e-8));
   measure(problem("Oregonator", Oregonator::start(), Oregonator{}, Oregonator::end, Oregonator::exact(), 1e-6));
   measure(problem("E5 to 1e5", E5::start(), E5{}, 1e5, E5::at_1e5(), 1e-12));
   measure(problem("E5 to 1e11", E5::start(), E5{}, 1e11, E5::at_1e11(), 1e-22));

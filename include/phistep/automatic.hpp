@@ -44,7 +44,7 @@ struct [[nodiscard]] AutomaticReport : RunReport {
 /// @param observers  as with a stepper
 /// @return outcome, time reached, counts, schemes; on failure y is that of the last good step
 template <State S, class F, class MassSpec, class... Observers>
-  requires is_mass_spec<MassSpec>
+  requires(is_mass_spec<MassSpec>)
 AutomaticReport integrate(S& y, F&& force, const MassSpec& mass, TimeSpan<std::type_identity_t<ScalarOf<S>>> span,
                           const tolerance& wanted, Observers&&... observers) {
   auto outside = std::ref(unwrap(force));  // not copied
@@ -57,6 +57,16 @@ template <State S, class F, class... Observers>
 AutomaticReport integrate(S& y, F&& force, TimeSpan<std::type_identity_t<ScalarOf<S>>> span, const tolerance& wanted,
                           Observers&&... observers) {
   return integrate(y, force, UnitMasses{}, span, wanted, std::forward<Observers>(observers)...);
+}
+
+/// No run: says why.
+template <State S, class F, class Control, class... Observers>
+  requires(!is_mass_spec<std::remove_cvref_t<Control>> && !std::is_convertible_v<Control, const tolerance&>)
+AutomaticReport integrate(S&, F&&, TimeSpan<std::type_identity_t<ScalarOf<S>>>, const Control&, Observers&&...) {
+  static_assert(!sizeof(Control),
+                "phistep: integrate without a stepper chooses dt by its error: tolerance{.rtol = 1e-6}; other controls "
+                "take a PhiStepper");
+  return {};
 }
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -118,8 +118,8 @@ class StepSize {
   StepFilter filter_{};
   Weights weights_{};
   double per_k_ = 1, dead_band_ = 0;  ///< 1/k; log₂ of the dead band
-  double past_ = 0;           ///< log₂ ε_{n−1}^{1/k}; (2): its negative
-  double ratio_ = 0;          ///< log₂ ρ_{n−1}
+  double past_ = 0;                   ///< log₂ ε_{n−1}^{1/k}; (2): its negative
+  double ratio_ = 0;                  ///< log₂ ρ_{n−1}
   bool seen_ = false, rejected_ = false;
 };
 

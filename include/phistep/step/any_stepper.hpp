@@ -54,8 +54,8 @@ void complete_slopes(const Stepper& stepper, const PlainState<S>& y0, const Plai
 /// is to be proposed anew, for another scheme; choose(…), before each step, → [time] the longest step that its new scheme may
 /// begin with, or nothing where it keeps its scheme.
 template <class Stepper, class S, class Pace>
-concept ChoosesScheme = requires(Stepper& stepper, S& state, const PlainState<S>& y,
-                                 const RunClock<ScalarOf<S>>& clock, Pace& pace) {
+concept ChoosesScheme = requires(Stepper& stepper, S& state, const PlainState<S>& y, const RunClock<ScalarOf<S>>& clock,
+                                 Pace& pace) {
   { stepper.begin_run(state, y, clock, pace) } -> std::same_as<bool>;
   { stepper.choose(state, y, clock, pace) } -> std::same_as<std::optional<double>>;
   { stepper.active() } -> std::same_as<int>;

@@ -86,7 +86,8 @@ class AutomaticStepper {
   }
   /// Before each step of a run: looks whether another scheme would serve better, and takes it.
   /// @return [time] the longest step that a new scheme should begin with, nothing where it stays
-  [[nodiscard]] std::optional<double> choose(const S& state, const Plain& y, const RunClock<Scalar>& clock, auto& pace) {
+  [[nodiscard]] std::optional<double> choose(const S& state, const Plain& y, const RunClock<Scalar>& clock,
+                                             auto& pace) {
     if (is_bound_ || done_ == 0) return {};
     watch_.accepted(pace.propose());
     steps_ += std::exchange(done_, 0);
@@ -100,7 +101,10 @@ class AutomaticStepper {
   [[nodiscard]] SuitableScheme scheme() const { return Set::all[steppers_.index()]; }
   /// What it took, when and why.
   [[nodiscard]] const SchemeUses& uses() const { return uses_; }
-  [[nodiscard]] const AdvisedProblem& problem() const { return problem_; }
+  /// The last look at the rate.
+  [[nodiscard]] const RateSeen& seen() const { return seen_; }
+  /// Whether it is, or would be if it could, at an implicit scheme.
+  [[nodiscard]] bool is_stiff() const { return watch_.is_implicit() || is_kept_explicit_; }
 
   // What a run controlled by its error asks beside steps: what the scheme at work can tell.
   static constexpr StepperFacts facts{.traces = true,
@@ -163,13 +167,16 @@ class AutomaticStepper {
     return visit(*this, [](auto& scheme) { return scheme.keeps_factors(); });
   }
   /// Of all schemes that were at work.
-  [[nodiscard]] Statistics statistics() const { return retired_ + visit(*this, [](auto& scheme) -> Statistics { return scheme.statistics(); }); }
+  [[nodiscard]] Statistics statistics() const {
+    return retired_ + visit(*this, [](auto& scheme) -> Statistics { return scheme.statistics(); });
+  }
   [[nodiscard]] std::int64_t changes() const {
     return changes_ + visit(*this, [](auto& scheme) { return scheme.changes(); });
   }
   /// The force of the scheme at work, to be called and not to be changed.
   [[nodiscard]] auto& force_to_look_at() {
-    return visit(*this, [](auto& scheme) -> auto& { return scheme.force_to_look_at(); });
+    return visit(
+        *this, [](auto& scheme) -> auto& { return scheme.force_to_look_at(); });
   }
 
   [[nodiscard]] Checkpoint checkpoint() const {
@@ -220,8 +227,8 @@ class AutomaticStepper {
     steppers_ = std::move(fresh);
     watch_ = kept.watch, uses_ = std::move(kept.uses), radius_ = std::move(kept.radius), retired_ = kept.retired;
     before_ = std::move(kept.before);
-    steps_ = kept.steps, done_ = kept.done, changes_ = kept.changes, knows_before_ = kept.knows_before, at_start_ = kept.at_start,
-    is_bound_ = kept.is_bound;
+    steps_ = kept.steps, done_ = kept.done, changes_ = kept.changes, knows_before_ = kept.knows_before,
+    at_start_ = kept.at_start, is_bound_ = kept.is_bound;
   }
 
  private:
@@ -249,8 +256,8 @@ class AutomaticStepper {
     std::int64_t steps, done, changes;
     bool knows_before, at_start, is_bound;
     void archive(auto& ar) {
-      ar("active", active, "watch", watch, "uses", uses, "radius", radius, "retired", retired, "steps", steps, "done", done, "changes",
-         changes, "knows_before", knows_before, "at_start", at_start, "is_bound", is_bound);
+      ar("active", active, "watch", watch, "uses", uses, "radius", radius, "retired", retired, "steps", steps, "done",
+         done, "changes", changes, "knows_before", knows_before, "at_start", at_start, "is_bound", is_bound);
       ar.in_place("before", before);
       ar.check(can_be_count(steps) && can_be_count(done));
     }
@@ -293,9 +300,7 @@ class AutomaticStepper {
   [[nodiscard]] bool can_be_implicit() const {
     return problem_.has_jacobian || problem_.has_pattern || problem_.unknowns <= dense_difference_limit;
   }
-  [[nodiscard]] Steppers make(int k, const S& state) const {
-    return make_from<0>(at(k), state);
-  }
+  [[nodiscard]] Steppers make(int k, const S& state) const { return make_from<0>(at(k), state); }
   template <std::size_t i>
   [[nodiscard]] Steppers make_from(std::size_t k, const S& state) const {
     if constexpr (i + 1 < Set::all.size())
@@ -333,7 +338,7 @@ class AutomaticStepper {
     }
     copy_blocks<Plain>(before_, now);
     knows_before_ = true;
-    return seen;
+    return seen_ = seen;
   }
   /// Takes the scheme of the other kind, if it can.
   [[nodiscard]] bool change(const S& state, Scalar t, const RateSeen& seen, bool at_start) {
@@ -341,7 +346,7 @@ class AutomaticStepper {
     SchemeUse use{.scheme = scheme(), .t = static_cast<double>(t), .step = steps_, .rate = seen.rate, .dt = seen.dt};
     if (to_implicit && !can_be_implicit()) {
       use.cause = SchemeCause::stays_explicit;
-      is_bound_ = true;
+      is_bound_ = is_kept_explicit_ = true;
       uses_.add(use);
       return false;
     }
@@ -379,7 +384,8 @@ class AutomaticStepper {
   SchemeUses uses_;
   Statistics retired_;
   std::int64_t steps_ = 0, done_ = 0, changes_ = 0;  ///< steps seen, steps since; changes of the schemes before
-  bool knows_before_ = false, at_start_ = true;
+  RateSeen seen_;
+  bool knows_before_ = false, at_start_ = true, is_kept_explicit_ = false;
 };
 
 template <class S, class F>

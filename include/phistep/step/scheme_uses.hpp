@@ -17,12 +17,12 @@ namespace phistep::inline PHISTEP_ABI {
 
 /// Why a scheme was taken.
 enum class SchemeCause : std::uint8_t {
-  start,         ///< the run begins, nothing is known of its stiffness
-  stiff_start,   ///< the first step that the error allows is far beyond what an explicit scheme bears
-  algebraic,     ///< M is singular
-  stiff,         ///< stability, not the error, limited Δt
-  eased,         ///< an explicit scheme would do it for less
-  stays_explicit ///< it is stiff, but an implicit scheme can't serve: no Jacobian, no pattern, too many unknowns
+  start,          ///< the run begins, nothing is known of its stiffness
+  stiff_start,    ///< the first step that the error allows is far beyond what an explicit scheme bears
+  algebraic,      ///< M is singular
+  stiff,          ///< stability, not the error, limited Δt
+  eased,          ///< an explicit scheme would do it for less
+  stays_explicit  ///< it is stiff, but an implicit scheme can't serve: no Jacobian, no pattern, too many unknowns
 };
 
 /// A scheme that a run took.
@@ -46,9 +46,8 @@ struct SchemeUse {
         std::snprintf(text, sizeof text, "%s from t = %.6g: some equations are algebraic (M is singular)", name, t);
         break;
       case SchemeCause::stiff_start:
-        std::snprintf(text, sizeof text,
-                      "%s from t = %.6g: stiff, the error allows dt = %.3g where |lambda| dt = %.3g", name, t, dt,
-                      rate * dt);
+        std::snprintf(text, sizeof text, "%s from t = %.6g: stiff, the error allows dt = %.3g where |lambda| dt = %.3g",
+                      name, t, dt, rate * dt);
         break;
       case SchemeCause::stiff:
         std::snprintf(text, sizeof text,
@@ -56,15 +55,17 @@ struct SchemeUse {
                       static_cast<long long>(step), dt, rate);
         break;
       case SchemeCause::eased:
-        std::snprintf(text, sizeof text,
-                      "%s from t = %.6g, step %lld: not stiff any more, |lambda| dt = %.3g is cheaper by explicit steps",
-                      name, t, static_cast<long long>(step), rate * dt);
+        std::snprintf(
+            text, sizeof text,
+            "%s from t = %.6g, step %lld: not stiff any more, |lambda| dt = %.3g is cheaper by explicit steps", name, t,
+            static_cast<long long>(step), rate * dt);
         break;
       case SchemeCause::stays_explicit:
-        std::snprintf(text, sizeof text,
-                      "%s goes on at t = %.6g, step %lld, although it is stiff (|lambda| = %.3g): a Jacobian of so many "
-                      "unknowns takes a member jacobian(...) or sparsity(force, pattern)",
-                      name, t, static_cast<long long>(step), rate);
+        std::snprintf(
+            text, sizeof text,
+            "%s goes on at t = %.6g, step %lld, although it is stiff (|lambda| = %.3g): a Jacobian of so many "
+            "unknowns takes a member jacobian(...) or sparsity(force, pattern)",
+            name, t, static_cast<long long>(step), rate);
         break;
     }
     return text;
