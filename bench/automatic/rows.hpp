@@ -36,7 +36,7 @@ struct Problem {
   std::vector<Ladder> hand;
   Ladder automatic;
   std::function<std::string(double rtol)> advised, told;  ///< the scheme that advise names; what the automatic run took
-  double tightest = 1e-10;
+  double tightest = 1e-12;
 };
 void measure(Problem problem);
 

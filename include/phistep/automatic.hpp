@@ -16,7 +16,6 @@
 
 #include "phistep/control/run_report.hpp"
 #include "phistep/control/tolerance.hpp"
-#include "phistep/integrate.hpp"
 #include "phistep/linear/mass.hpp"
 #include "phistep/run.hpp"
 #include "phistep/state/blocks.hpp"
@@ -49,9 +48,10 @@ AutomaticReport integrate(S& y, F&& force, const MassSpec& mass, TimeSpan<std::t
                           const tolerance& wanted, Observers&&... observers) {
   auto outside = std::ref(unwrap(force));  // not copied
   AutomaticStepper<S, decltype(outside), MassSpec> stepper{y, outside, wanted.rtol, mass};
-  AutomaticReport report{integrate(stepper, y, span, wanted, std::forward<Observers>(observers)...), {}};
-  report.schemes = stepper.uses();
-  return report;
+  Run<decltype(stepper), S, tolerance, Observers...> run{stepper, y, span, wanted,
+                                                         std::forward<Observers>(observers)...};
+  const RunReport report = run.finish();
+  return {report, stepper.uses()};
 }
 template <State S, class F, class... Observers>
 AutomaticReport integrate(S& y, F&& force, TimeSpan<std::type_identity_t<ScalarOf<S>>> span, const tolerance& wanted,

@@ -30,9 +30,9 @@ set(floor_of_preflight.hpp 9)
 set(floor_of_run.hpp 9)
 set(floor_of_integrate.hpp 10)
 set(floor_of_advise.hpp 10)
-set(floor_of_automatic.hpp 11)
+set(floor_of_automatic.hpp 10)
 set(floor_of_io 10)
-set(floor_of_umbrella 12)
+set(floor_of_umbrella 11)
 set(umbrellas phistep.hpp sparse.hpp autodiff.hpp krylov.hpp particles.hpp in_place.hpp io.hpp all.hpp)
 
 # What a user of phistep.hpp must not pay for. The middle three include sparse matrices by the back door.
