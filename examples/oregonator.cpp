@@ -68,7 +68,6 @@ int main(int argc, char** argv) {
   race("tr_bdf2", phistep::tr_bdf2, options.is_short ? 1e-4 : 1e-6);
   race("rodas4", phistep::rodas4, 1e-7);
   race("rodas5p", phistep::rodas5p, 1e-8);
-  race("extrapolated(backward_euler)", phistep::extrapolated(phistep::backward_euler), 1e-8);
   race("radau", phistep::radau, 1e-10);
 
   Vec y = Clock::start();

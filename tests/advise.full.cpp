@@ -2,10 +2,25 @@
 #include "advise_cases.hpp"
 #include "problems/brusselator_1d.hpp"
 #include "problems/kepler.hpp"
+#include "problems/pollution.hpp"
 #include "problems/robertson.hpp"
 #include "problems/van_der_pol.hpp"
 
 using namespace advise_cases;
+
+namespace {
+
+struct WithPattern : problems::Pollution {
+  static constexpr auto jacobian_pattern =
+      pattern_of<20>([](const auto& y, auto&& put) { problems::Pollution::entries(y, put); });
+};
+/// Twelve unknowns that follow the time, stiffly.
+struct Driven {
+  using State = Eigen::Matrix<double, 12, 1>;
+  State operator()(const State& y, double t) const { return (std::cos(t) - y.array()).matrix() * 1e4; }
+};
+
+}  // namespace
 
 TEST_CASE("the rate is found where it is: in a decay, an oscillation, after a transient, in any units") {
   using Plain = Motion<Eigen::Vector2d>;
@@ -49,10 +64,17 @@ TEST_CASE("real problems get what wins on their diagrams") {
                   tolerance{.rtol = rtol, .atol = 1e-6 * rtol})
         .scheme;
   };
-  CHECK(stiff(1e-2) == "rodas4");
+  CHECK(stiff(1e-2) == "rodas4p2");
   CHECK(stiff(1e-9) == "radau");
   using B = problems::Brusselator1D;
   CHECK(advise(B::start(), B{}, {0.0, 1.0}, tolerance{.rtol = 1e-5}).scheme == "rodas5p");
+  CHECK(advise(B::start(), B{}, {0.0, 1.0}, tolerance{.rtol = 1e-6}).scheme == "radau");
+  using P = problems::Pollution;
+  const auto digits = tolerance{.rtol = 1e-8, .atol = 1e-12};
+  CHECK(advise(P::start(), WithPattern{}, {0.0, P::end}, digits).scheme == "rodas5p");
+  CHECK(advise(P::start(), P{}, {0.0, P::end}, digits).scheme == "radau");
+  const Driven::State rest = Driven::State::Zero();
+  CHECK(advise(rest, Driven{}, {0.0, 1.0}, tolerance{.rtol = 1e-3, .atol = 1e-3}).scheme == "radau");
   using V = problems::VanDerPol;
   CHECK(advise(V::start(), V{}, {0.0, V::end}, tolerance{.rtol = 1e-6}).scheme == "dop853");
 }

@@ -41,20 +41,49 @@ TEST_CASE("real problems get what wins on their diagrams") {
   CHECK(stiff.stiffness.is_stiff);
   CHECK(stiff.stiffness.rate == Approx(1e6).epsilon(0.1));
   CHECK(stiff.stiffness.steps < 30);
-  CHECK((stiff.scheme == "rodas4" || stiff.scheme == "radau" || stiff.scheme == "rodas5p"));
+  CHECK((stiff.scheme == "rodas4p2" || stiff.scheme == "radau" || stiff.scheme == "rodas5p"));
   CHECK(slow.stiffness.known);
   CHECK_FALSE(slow.stiffness.is_stiff);
   CHECK(slow.scheme == "tsit5");
 }
 
 TEST_CASE("the rules, one by one") {
-  CHECK(choice(scene(3, 1e-3), true) == "rodas4");
-  CHECK(choice(scene(3, 1e-6), true) == "radau");
+  // A problem of the diagrams each, with the digits at which its best scheme changes.
+  CHECK(choice(scene(3, 1e-3), true) == "rodas4p2");
+  CHECK(choice(scene(3, 1e-4), true) == "rodas5p");
+  CHECK(choice(scene(3, 1e-5), true) == "radau");
+  AdvisedProblem pollution = scene(20, 1e-2);
+  pollution.has_sparse_lu = true;
+  CHECK(choice(pollution, true) == "rodas4p2");
+  pollution.rtol = 1e-9;
+  CHECK(choice(pollution, true) == "rodas5p");
+  pollution.rtol = 1e-11;
+  CHECK(choice(pollution, true) == "radau");
   CHECK(choice(scene(20, 1e-6), true) == "rodas5p");
-  CHECK(choice(scene(20, 1e-9), true) == "radau");
+  CHECK(choice(scene(20, 1e-7), true) == "radau");
+  AdvisedProblem modulator = scene(15, 1e-2);
+  modulator.is_driven = true;
+  CHECK(choice(modulator, true) == "rodas4p2");
+  modulator.rtol = 1e-3;
+  CHECK(choice(modulator, true) == "radau");
+  AdvisedProblem beam = scene(80, 1e-2);
+  beam.has_jacobian = false;
+  CHECK(choice(beam, true) == "rodas4p2");
+  beam.rtol = 1e-5;
+  CHECK(choice(beam, true) == "rodas5p");
+  beam.rtol = 1e-6;
+  CHECK(choice(beam, true) == "radau");
+  CHECK(choice(scene(1000, 1e-2, Structure::block_tridiagonal), true) == "rodas4p2");
   CHECK(choice(scene(1000, 1e-5, Structure::banded), true) == "rodas5p");
-  CHECK(choice(scene(1000, 1e-9, Structure::banded), true) == "radau");
-  CHECK(choice(scene(1000, 1e-5, Structure::sparse), true) == "radau");
+  CHECK(choice(scene(1000, 1e-6, Structure::banded), true) == "radau");
+  CHECK(choice(scene(96, 1e-2, Structure::sparse), true) == "radau");
+  CHECK(choice(scene(1000, 1e-3, Structure::sparse), true) == "rodas5p");
+  CHECK(choice(scene(1000, 1e-4, Structure::sparse), true) == "radau");
+  AdvisedProblem heat = scene(4096, 1e-7, Structure::sparse);
+  heat.is_affine = true;
+  CHECK(choice(heat, true) == "rodas5p");
+  heat.rtol = 1e-8;
+  CHECK(choice(heat, true) == "radau");
   CHECK(choice(scene(1000, 1e-3, Structure::network), true) == "tr_bdf2");
   AdvisedProblem blind = scene(5000, 1e-6);
   blind.has_jacobian = false;

@@ -93,6 +93,7 @@ template <class S, class F, class Mass = phistep::UnitMasses>
   }
   if constexpr (!is_network) {
     by_hand("rodas4", phistep::rodas4);
+    by_hand("rodas4p2", phistep::rodas4p2);
     by_hand("rodas5p", phistep::rodas5p);
     by_hand("radau", phistep::radau);
   }

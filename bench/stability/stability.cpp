@@ -76,8 +76,8 @@ struct Swinging {
           {"rodas5p", decay(rodas5p), -8, 16, 12},
           {"radau, order 5", decay(radau(3)), -8, 16, 12},
           {"radau, order 9", decay(radau(5)), -12, 28, 20},
-          {"extrapolated(backward_euler, 4)", decay(extrapolated(backward_euler, 4)), -12, 28, 20},
-          {"extrapolated(forward_euler, 4)", decay(extrapolated(forward_euler, 4)), -7, 3, 5}};
+          {"tsit5", decay(tsit5), -7, 3, 5},
+          {"dop853", decay(dop853), -7, 3, 5}};
 }
 [[nodiscard]] std::vector<Swinging> swinging() {
   using namespace phistep;

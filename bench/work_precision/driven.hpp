@@ -44,7 +44,22 @@ template <class Problem>
   rows.controlled("Rodas4P2", phistep::rodas4p2, -9);
   rows.controlled("Rodas5P", phistep::rodas5p, -10);
   rows.controlled("Radau", phistep::radau);
+  rows.estimate_kappa(phistep::radau);
   return table;
 }
+
+/// The same as a term of the force, whose matrix is sparse. Needs <phistep/sparse.hpp>.
+template <class Problem>
+struct SparseTerm : phistep::ForceTerm {
+  static constexpr phistep::Structure structure = phistep::Structure::sparse;
+  void add(double t, const auto& y, auto& out) const {
+    typename Problem::State rate(y.y.size());
+    Problem::rate(t, y.y, rate);
+    out.rate += rate;
+  }
+  void add_jacobian(double t, const auto& y, auto& sink) const {
+    Problem::entries(t, y.y, [&sink](auto i, auto j, double x) { sink.rate(i, j, x); });
+  }
+};
 
 }  // namespace work_precision

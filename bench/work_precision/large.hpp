@@ -2,6 +2,7 @@
 /// Stiff problems of many unknowns, banded or sparse.
 #pragma once
 
+#include <phistep/schemes/radau/radau.hpp>
 #include <phistep/schemes/rodas.hpp>
 
 #include "first_order.hpp"
@@ -17,7 +18,8 @@ void add_large(auto& rows, double tightest) {
   rows.controlled("Rodas4", phistep::rodas4);
   rows.controlled("Rodas4P2", phistep::rodas4p2);
   rows.controlled("Rodas5P", phistep::rodas5p);
-  rows.controlled("extrapolated Euler", phistep::extrapolated(phistep::backward_euler));
+  rows.controlled("Radau", phistep::radau);
+  rows.estimate_kappa(phistep::radau, 1e-8);
 }
 
 }  // namespace work_precision

@@ -148,11 +148,17 @@ inline void write(std::ostream& csv, const Measured& measured) {
   csv.flush();
 }
 
-/// Who needs how long.
+/// A run that said "success" and is off by more than 100 κ rtol.
+[[nodiscard]] inline bool is_wrong(const Point& point, double kappa) {
+  return point.succeeded() && !(point.error <= 100 * kappa * point.parameter);
+}
+
+/// Who needs how long, and how often a success is none.
 inline void print(const Measured& measured) {
   constexpr double wanted[] = {1e-3, 1e-6, 1e-9};
-  std::printf("  %-28s %10s %10s %10s   %10s %10s %10s\n", "us to an error of", "1e-3", "1e-6", "1e-9",
-              "over time:", "1e-6", "1e-9");
+  const double kappa = measured.table.kappa;
+  std::printf("  kappa = %.3g\n  %-28s %10s %10s %10s   %10s %10s %10s   %s\n", kappa, "us to an error of", "1e-3",
+              "1e-6", "1e-9", "over time:", "1e-6", "1e-9", "wrong");
   for (std::size_t m = 0; m < measured.points.size(); ++m) {
     const auto& points = measured.points[m];
     if (points.empty()) continue;
@@ -164,6 +170,12 @@ inline void print(const Measured& measured) {
         else std::printf(" %10s", "-");
       }
       std::printf("  ");
+    }
+    if (kappa > 0 && measured.table.methods[m].parameter == "rtol") {
+      const auto wrong = [&](const Point& point) { return is_wrong(point, kappa); };
+      std::printf(" %d", static_cast<int>(std::count_if(points.begin(), points.end(), wrong)));
+      for (const Point& point : points)
+        if (wrong(point)) std::printf(" (rtol %.0e: %.2g)", point.parameter, point.error);
     }
     std::printf("\n");
   }

@@ -14,7 +14,6 @@ namespace work_precision {
 /// phistep's schemes for conservative motions.
 void add_motion(auto& rows) {
   rows.controlled("velocity Verlet", phistep::velocity_verlet, -7);
-  rows.controlled("extrapolated Verlet", phistep::extrapolated(phistep::velocity_verlet));
   rows.controlled("RKN 8(6)", phistep::rkn86);
   rows.controlled("RKN 12(10)", phistep::rkn1210);
 }

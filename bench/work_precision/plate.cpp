@@ -36,5 +36,6 @@ work_precision::Table work_precision::plate() {
       }};
   rows.controlled("Rodas4P2, banded motion", phistep::rodas4p2);
   rows.controlled("Rodas5P, banded motion", phistep::rodas5p);
+  rows.controlled("Radau, banded motion", phistep::radau);
   return table;
 }

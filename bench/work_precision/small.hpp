@@ -21,7 +21,6 @@ void add_stiff(auto& rows) {
   rows.controlled("Rodas4", phistep::rodas4);
   rows.controlled("Rodas4P2", phistep::rodas4p2);
   rows.controlled("Rodas5P", phistep::rodas5p);
-  rows.controlled("extrapolated Euler", phistep::extrapolated(phistep::backward_euler));
   rows.controlled("Radau", phistep::radau);
 }
 
@@ -48,6 +47,7 @@ template <class Problem>
                      else return phistep::PhiStepper{y, WithPattern<Problem>{}, scheme};
                    }};
   add_stiff(rows);
+  rows.estimate_kappa(phistep::rodas5p);
   return table;
 }
 

@@ -80,7 +80,7 @@ struct Share {
       for (const Point& point : measured.points[m])
         if (point.succeeded()) {
           ++share.all;
-          share.bad += !(point.error <= 100 * measured.table.kappa * point.parameter);
+          share.bad += is_wrong(point, measured.table.kappa);
         }
     }
   }

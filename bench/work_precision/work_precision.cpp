@@ -1,7 +1,7 @@
 /// @file
 /// Run time against error, problem by problem: phistep's schemes and their rivals.
-///     bench_work_precision [--problem NAME] [--method TEXT] [--library NAME] [--out DIR] [--rounds N] [--quick] [--list]
-///                          [--commit TEXT] | --conditioning
+///     bench_work_precision [--problem NAME] [--method TEXT] [--library NAME] [--out DIR] [--rounds N] [--quick] [--ends]
+///                          [--list] [--commit TEXT] | --conditioning
 ///
 /// CPU time of the thread, set-up included; the runs of a problem take turns, and the median of the rounds counts. Errors: at
 /// the end time, and the largest over 100 log-spaced times, which a second run of the same settings finds, untimed: it
@@ -105,10 +105,12 @@ int main(int argc, char** argv) {
     else if (is("--rounds")) options.rounds = std::max(1, std::atoi(argv[++i]));
     else if (is("--commit")) commit = argv[++i];
     else if (std::strcmp(argv[i], "--quick") == 0) options.be_quick();
+    else if (std::strcmp(argv[i], "--ends") == 0) options.films = false;
     else if (std::strcmp(argv[i], "--conditioning") == 0) conditioning = true;
     else {
       std::printf(
           "bench_work_precision [--problem NAME] [--method TEXT] [--library NAME] [--out DIR] [--rounds N] [--quick] "
+          "[--ends] "
           "[--commit TEXT] | --conditioning\nproblems:");
       for (const Entry& entry : problems) std::printf(" %s", entry.name);
       std::printf("\n");

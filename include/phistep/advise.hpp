@@ -68,7 +68,7 @@ template <State S, class F, class MassSpec = UnitMasses>
   if (is_singular(bind_masses<S>(mass, y)))
     throw std::invalid_argument(
         "phistep: M is singular: advise compares no schemes for differential-algebraic equations; take rodas5p or "
-        "rodas4");
+        "rodas4p2");
   AdvisedProblem scene = scene_of<S, F>(y, mass);
   scene.rtol = wanted.rtol;
   Stiffness stiffness;

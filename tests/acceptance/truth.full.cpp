@@ -9,6 +9,7 @@ namespace {
 
 void check(const Problem& problem) {
   check(problem, "Radau", [](const Problem& p, double rtol) { return run<Force>(p, phistep::radau, rtol); });
+  check(problem, "Rodas4P2", [](const Problem& p, double rtol) { return run<Force>(p, phistep::rodas4p2, rtol); });
   check(problem, "Rodas5P", [](const Problem& p, double rtol) { return run<Force>(p, phistep::rodas5p, rtol); });
 }
 

@@ -28,7 +28,7 @@ using Scheme = Answer (*)(const Problem&, double rtol);
     CAPTURE(seed(), problem.name, problem.kappa, name, rtol, result.share, result.drift);
     CHECK(result.share >= 0);  // none fails here
     CHECK(result.share <= 100);
-    // Mass is kept, to what rounding makes of f; found: 13, where the extrapolation's weights magnify it.
+    // Mass is kept, to what rounding makes of f.
     CHECK(result.roundings <= 100);
   }
 }

@@ -77,7 +77,8 @@ TEST_CASE("LDLᵀ: solves, and checks of symmetry, allocate nothing; Eigen's fac
     CHECK(in_factors <= 9 * 5);
   };
   using Sparse = Eigen::SparseMatrix<double>;
-  check(SymmetricSparseSystem<double, false>{});
+  check(SymmetricSparseSystem<double, Symmetry::promised, false>{});
+  check(SymmetricSparseSystem<double, Symmetry::sought, false>{});
   check(SparseSystem<double, Eigen::SimplicialLDLT<Sparse>>{});
   check(SparseSystem<double, Eigen::SimplicialLLT<Sparse>>{});
   check(SparseSystem<double, Eigen::SimplicialLDLT<Sparse, Eigen::Upper, Eigen::NaturalOrdering<int>>>{});

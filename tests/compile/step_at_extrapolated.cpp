@@ -5,7 +5,7 @@ int main() {
   const auto decay = [](const Eigen::Vector2d& y) -> Eigen::Vector2d { return -y; };
   Eigen::Vector2d y(1, 2);
 #ifdef MUST_FAIL
-  phistep::PhiStepper stepper{y, decay, phistep::extrapolated(phistep::backward_euler)};
+  phistep::PhiStepper stepper{y, decay, phistep::extrapolated(phistep::forward_euler)};
 #else
   phistep::PhiStepper stepper{y, decay, phistep::rodas5p};
 #endif

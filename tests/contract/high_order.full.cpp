@@ -24,12 +24,10 @@ TEST_CASE("explicit motion") {
   check_contract<SecondOrder<Dynamic>>(composed(velocity_verlet), 8);
 }
 TEST_CASE("schemes that choose their order") {
-  const auto stiff = extrapolated(backward_euler);
   const auto order = [](const auto& state, auto scheme) { return PhiStepper{state, Pull{}, scheme}.order(); };
   check_contract<FirstOrder<Fixed>>(radau, 5);
   check_contract<SecondOrder<Dynamic>>(radau, 5);
-  check_contract<FirstOrder<Fixed>>(stiff, order(FirstOrder<Fixed>{}.state, stiff));
-  check_contract<SecondOrder<Dynamic>>(stiff, order(SecondOrder<Dynamic>{}.state, stiff));
-  const auto even = extrapolated(velocity_verlet);
-  check_contract<SecondOrder<Dynamic>>(even, order(SecondOrder<Dynamic>{}.state, even));
+  const auto gragg = extrapolated(forward_euler);
+  check_contract<FirstOrder<Dynamic>>(gragg, order(FirstOrder<Dynamic>{}.state, gragg));
+  check_contract<SecondOrder<Dynamic>>(gragg, order(SecondOrder<Dynamic>{}.state, gragg));
 }

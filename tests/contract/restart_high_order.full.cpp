@@ -47,6 +47,5 @@ TEST_CASE("Runge-Kutta pairs") { check(spring, steps(problems::HardeningSpring{}
 TEST_CASE("Nystrom pairs") { check(spring, steps(problems::HardeningSpring{}, rkn86), 20, control, samples); }
 TEST_CASE("Radau, extrapolation") {
   CHECK(check(hires, steps(problems::Hires{}, radau), 50, control, samples) > 10);
-  CHECK(check(hires, steps(problems::Hires{}, extrapolated(backward_euler)), 50, control, stops) > 10);
-  check(spring, steps(problems::HardeningSpring{}, extrapolated(velocity_verlet)), 20, control, stops);
+  check(spring, steps(problems::HardeningSpring{}, extrapolated(forward_euler)), 20, control, stops);
 }

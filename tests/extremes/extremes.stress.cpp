@@ -134,11 +134,6 @@ TEST_CASE("dt omega from 1e-8 to 1e8: schemes that are stable for all") {
                    "largest amplitude / first: " + all.largest.whose);
   figures::at_most(1e-12, all.slow.value, "dt*omega 1e-8 ... 3.7e8, stable schemes: the slow part's digits",
                    "change by the fast part: " + all.slow.whose);
-  // A(α) with α = 89.8° (its fifth column): what isn't damped at all grows, slowly.
-  double largest = 0;
-  for (const double a : decades()) largest = std::max(largest, sweep(extrapolated(backward_euler), a, 2000).largest);
-  figures::told(largest, "extrapolated Euler feeds undamped oscillations",
-                "factor in 2000 steps, at the worst dt*omega");
 }
 
 TEST_CASE("dt omega from 1e-8 to 1e8: schemes with a limit") {
@@ -149,8 +144,10 @@ TEST_CASE("dt omega from 1e-8 to 1e8: schemes with a limit") {
   conditional(all, "SRKN11b", srkn11b, 1, 30);
   conditional(all, "RKN 8(6)", rkn86, 1, 30);
   conditional(all, "RKN 12(10)", rkn1210, 1, 30);
+  conditional(all, "tsit5", tsit5, 1, 30);
+  conditional(all, "dop853", dop853, 1, 30);
   figures::at_most(0, all.failures.value, "dt*omega: calm below the limit, an outcome beyond it",
-                   "6 explicit schemes, worst: " + all.failures.whose);
+                   "8 explicit schemes, worst: " + all.failures.whose);
   figures::at_most(3, all.largest.value, "dt*omega below the limit: bounded",
                    "largest amplitude / first: " + all.largest.whose);
   figures::at_most(1e-12, all.slow.value, "dt*omega below the limit: the slow part's digits",
@@ -229,10 +226,13 @@ void encounters(const std::string& name, auto scheme, double loosest, bool promi
 
 TEST_CASE("close encounters down to 1e-8, and head-on") {
   // Below rtol = κu with κ = 1/q nothing is promised; above, of what order the scheme is decides how long it takes.
+  // An error of rtol/q in an energy of ½ may leave an orbit of the size of q, with too many turns to follow: where the promised
+  // error is as large, at rtol = 1e-6, schemes are left out that came to that.
   encounters("RKN 8(6)", rkn86, 1e-8);
   encounters("RKN 12(10)", rkn1210, 1e-6);
-  encounters("extrapolated Verlet", extrapolated(velocity_verlet), 1e-6);
-  encounters("Gragg-Bulirsch-Stoer", extrapolated(forward_euler), 1e-6, false);  // up to a hundred times that
+  encounters("tsit5", tsit5, 1e-6);
+  encounters("dop853", dop853, 1e-8);
+  encounters("Gragg-Bulirsch-Stoer", extrapolated(forward_euler), 1e-8, false);  // up to a hundred times that
   encounters("Radau", radau, 1e-6);
 }
 
@@ -260,7 +260,8 @@ TEST_CASE("a problem of any size: y' = -y²/s from y = s, s = 1e-300 ... 1e300")
   run("trapezoidal", trapezoidal, 1e-5);
   run("Rodas4", rodas4, 1e-5);
   run("Radau", radau, 1e-7);
-  run("extrapolated Euler", extrapolated(backward_euler), 1e-7);
+  run("tsit5", tsit5, 1e-5);
+  run("dop853", dop853, 1e-7);
 }
 
 // ---- odd but legal ---------------------------------------------------------------------------------------------------
@@ -348,7 +349,8 @@ TEST_CASE("odd but legal input: the answer, or an outcome that says why") {
   odd_inputs("trapezoidal", trapezoidal);
   odd_inputs("Rodas4", rodas4);
   odd_inputs("Radau", radau);
-  odd_inputs("extrapolated Euler", extrapolated(backward_euler));
+  odd_inputs("tsit5", tsit5);
+  odd_inputs("dop853", dop853);
 }
 
 // ---- denormal numbers ------------------------------------------------------------------------------------------------

@@ -20,7 +20,7 @@ auto with(auto f, auto... more) {
 }
 const std::vector<Kind> numbers{Kind::nan, Kind::inf, Kind::exception};
 
-struct Kick : ForceTerm {  // beside other terms; spoils what they have added
+struct Push : ForceTerm {  // beside other terms; spoils what they have added
   static constexpr bool uses_velocity = false, uses_time = false;
   void add(double, const auto&, auto& out) const {
     if (fault.strikes(Site::force)) out.force.data()[1] = fault.bad();
@@ -87,7 +87,7 @@ TEST_CASE("many particles: lists and friction are what they were") {
     using Number = decltype(r2);
     return fault.strikes(Site::solver) ? Number{1.0} * Number{fault.bad()} : Number{1.0} / (r2 * r2);
   };
-  const auto lennard_jones = Pairs{LennardJones{}, 1.8, {.skin = 0.1}} + Kick{};
+  const auto lennard_jones = Pairs{LennardJones{}, 1.8, {.skin = 0.1}} + Push{};
   group.add("gas, Verlet", machine(gas, with(lennard_jones, velocity_verlet), 0.08, fixed(0.01)), Site::force, numbers,
             {.renewed = 1e-13});
   group.add("gas, trapezoidal", machine(gas, with(lennard_jones, trapezoidal), 0.04, fixed(0.01)), Site::force, numbers,
@@ -96,7 +96,7 @@ TEST_CASE("many particles: lists and friction are what they were") {
             machine(gas, with(Pairs{law, 1.8, {.skin = 0.1}}, velocity_verlet), 0.04, fixed(0.01)), Site::solver,
             {Kind::exception}, {}, 37);
 
-  const auto friction = rubbing() + Kick{};
+  const auto friction = rubbing() + Push{};
   group.add("grains, symplectic Euler", machine(shower, with(friction, symplectic_euler), 0.03, fixed(1e-3)),
             Site::force, numbers, {.renewed = 1e-12});
   group.add("grains, forward Euler", machine(shower, with(friction, forward_euler), 0.03, fixed(1e-3)), Site::force,

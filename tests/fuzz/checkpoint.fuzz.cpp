@@ -171,9 +171,7 @@ void with_program(int which, auto&& f) {
     case 4:
       return f(controlled(y, tolerance{}, [](const Vec& x) { return PhiStepper{x, Decay{}, radau}; }));
     case 5:
-      return f(controlled(y, tolerance{}, [](const Vec& x) {
-        return PhiStepper{x, Decay{}, extrapolated(backward_euler)};
-      }));
+      return f(controlled(y, tolerance{}, [](const Vec& x) { return PhiStepper{x, Decay{}, tsit5}; }));
     case 6:
       return f(steps(grains(), 1e-3, [&law](const auto& x) {
         const auto force = Contact{law} +

@@ -39,13 +39,17 @@ TEST_CASE("choice: each row is the first that takes some matrix") {
   static_assert(kind({.structure = network, .symmetric = true, .block = 3}) == SystemKind::edges);
   static_assert(kind({.structure = network, .n = 24, .symmetric = true, .block = 3}) == SystemKind::dense);
   static_assert(kind({.structure = network, .n = 27, .symmetric = true, .block = 3}) == SystemKind::edges);
-  static_assert(kind({.structure = network, .block = 3}) == SystemKind::sparse);  // dashpots that don't act symmetrically
-  static_assert(kind({.structure = network, .symmetric = true, .block = 4}) == SystemKind::sparse);
-  static_assert(kind({.structure = network, .n = 27, .block = 3}) == SystemKind::sparse);
+  static_assert(kind({.structure = network, .block = 3}) == SystemKind::sparse_either);  // dashpots, say
+  static_assert(kind({.structure = network, .symmetric = true, .block = 4}) == SystemKind::sparse_either);
+  static_assert(kind({.structure = network, .n = 27, .block = 3}) == SystemKind::sparse_either);
   static_assert(kind({.structure = block_tridiagonal, .block = 2}) == SystemKind::block_tridiagonal);
   static_assert(kind({.structure = banded, .symmetric = true}) == SystemKind::banded);
   static_assert(kind({.structure = sparse, .symmetric = true}) == SystemKind::symmetric_sparse);
-  static_assert(kind({.structure = sparse}) == SystemKind::sparse);
+  static_assert(kind({.structure = sparse}) == SystemKind::sparse_either);
+  static_assert(kind({.structure = sparse, .iterated = true, .differenced = true}) == SystemKind::sparse_either);
+  static_assert(kind({.structure = sparse, .constant = true, .differenced = true}) == SystemKind::sparse_either);
+  static_assert(kind({.structure = sparse, .stages = true, .differenced = true}) == SystemKind::sparse);
+  static_assert(kind({.structure = sparse, .iterated = true, .shifted = true}) == SystemKind::sparse);
 
   std::set<SystemKind> kinds;
   std::set<std::string_view> names;

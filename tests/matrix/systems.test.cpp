@@ -5,18 +5,18 @@
 using namespace systems_cases;
 
 TEMPLATE_TEST_CASE("solves with W, again with new values, again with a new pattern", "", DenseFixed, DenseDynamic,
-                   Diagonal, Banded, Blocks1, Blocks3, Blocks5, Lu, SymmetricSparse, Ldlt) {
+                   Diagonal, Banded, Blocks1, Blocks3, Blocks5, Lu, SymmetricSparse, SeekingSymmetry, Ldlt) {
   SystemOf<TestType> system;
   check_new_values_and_patterns(system);
 }
 
-TEMPLATE_TEST_CASE("an unchanged pattern is analysed once", "", Lu, SymmetricSparse, Ldlt) {
+TEMPLATE_TEST_CASE("an unchanged pattern is analysed once", "", Lu, SymmetricSparse, SeekingSymmetry, Ldlt) {
   SystemOf<TestType> system;
   check_one_analysis(system);
 }
 
 TEMPLATE_TEST_CASE("says that a matrix is singular", "", DenseFixed, DenseDynamic, Diagonal, Banded, Blocks1, Blocks3,
-                   Blocks5, Lu, SymmetricSparse) {
+                   Blocks5, Lu, SymmetricSparse, SeekingSymmetry) {
   SystemOf<TestType> system;
   check_singular(system);
 }
@@ -118,4 +118,36 @@ TEST_CASE("rounding doesn't break the promise") {
   W(0, 4) = 1e-15;
   CHECK(factorize(system, W, counts) == Outcome::success);
   CHECK(counts.fallbacks == 0);
+}
+
+TEST_CASE("symmetry that nobody has promised is found, and LU serves from where it ends") {
+  SystemOf<SeekingSymmetry> system;
+  Statistics counts;
+  const Mat W = band(5, 2);
+  const auto solve_with = [&](const Mat& A, const char* name) {
+    REQUIRE(factorize(system, A, counts) == Outcome::success);
+    CHECK(std::string(system.system.name()) == name);
+    check_solution(system, A);
+  };
+  CHECK(std::string(system.system.name()) == "sparse LDLT or LU");
+  solve_with(W, "sparse LDLT, found symmetric");
+  Mat rounded = W;
+  rounded(3, 4) += 8e-16;
+  solve_with(rounded, "sparse LDLT, found symmetric");
+  CHECK(counts.fallbacks == 0);
+  CHECK(counts.analyses == 1);
+  Mat A = W;
+  SECTION("where an entry differs by more than rounding") { A(3, 4) += 1e-13; }
+  SECTION("where W is indefinite") { A = band(1, 2); }
+  SECTION("where an entry has no transpose") { A(0, 4) = 0.5; }
+  SECTION("where a transpose has no entry, in the last column") { A(0, n - 1) = 1e-3; }
+  SECTION("where the two patterns have as many entries in each column") { A(0, 4) = A(4, 7) = A(7, 0) = 1e-3; }
+  solve_with(A, "sparse LU");
+  CHECK(counts.fallbacks == 1);
+  CHECK(counts.analyses == 2);
+  solve_with(W, "sparse LU");
+  system.system.seek_again();
+  solve_with(W, "sparse LDLT, found symmetric");
+  CHECK(counts.fallbacks == 1);
+  CHECK(counts.factorizations == 5);
 }

@@ -35,7 +35,8 @@ using Blocks3 = BlockTridiagonalSystem<double, 3, true, true>;
 using Blocks5 = BlockTridiagonalSystem<double, 5, true, true>;  // the last block isn't full
 using Lu = SparseSystem<double, Eigen::SparseLU<Sparse>>;
 using Ldlt = SparseSystem<double, Eigen::SimplicialLDLT<Sparse>>;
-using SymmetricSparse = SymmetricSparseSystem<double, false>;
+using SymmetricSparse = SymmetricSparseSystem<double, Symmetry::promised, false>;
+using SeekingSymmetry = SymmetricSparseSystem<double, Symmetry::sought, false>;
 
 template <class System>
 inline constexpr bool is_diagonal = std::is_same_v<System, Diagonal>;

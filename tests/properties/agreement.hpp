@@ -191,7 +191,7 @@ inline void runs(Source& source) {
     return integrate(stepper, end, {t0, t1}, control, watch);
   };
   RunReport report;
-  switch (source.one_of("scheme", {"TR-BDF2", "Rodas5P", "trapezoidal", "extrapolated"})) {
+  switch (source.one_of("scheme", {"TR-BDF2", "Rodas5P", "trapezoidal", "Radau"})) {
     case 0:
       report = by(tr_bdf2);
       break;
@@ -202,7 +202,7 @@ inline void runs(Source& source) {
       report = by(trapezoidal);
       break;
     default:
-      report = by(extrapolated(backward_euler));
+      report = by(radau);
   }
   if (!report) throw property::Broken("a run fails: " + report.message());
   source.require(report.t == t1 && last == t1, "a run ends elsewhere");

@@ -7,7 +7,6 @@ using namespace machine;
 
 namespace {
 
-constexpr auto linearly_implicit_extrapolated = extrapolated(backward_euler);
 constexpr auto composed_verlet = composed(velocity_verlet);
 
 /// One factorization a run.
@@ -52,7 +51,7 @@ TEST_CASE("whatever was done before, the next step is a fresh stepper's") {
            promise<Starts>("Rannacher's start", false, false, 64, 1, 6),
            linear_stages<Flow<rodas4>>("Rodas4"),
            promise<Flow<radau>>("Radau", false, false, 256, 1, 6),
-           linear_stages<Flow<linearly_implicit_extrapolated>>("extrapolated Euler"),
+           promise<Flow<tsit5>>("tsit5", false, true, 64, 1, 6),
            promise<Swing<velocity_verlet>>("velocity Verlet", true, true, 0, 1, 6),
            promise<Swing<srkn6b>>("srkn6b", false, true, 64, 1, 6),
            looking_ahead(promise<Swing<rkn86>>("RKN 8(6)", false, true, 64, 1, 6)),

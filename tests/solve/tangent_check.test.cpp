@@ -1,5 +1,6 @@
 // A Jacobian that was supplied, or a pattern that was declared, is checked where nothing iterates on it.
 #include <phistep/phistep.hpp>
+#include <phistep/schemes/radau/radau.hpp>
 #include <phistep/sparse.hpp>
 
 #include <cmath>
@@ -65,8 +66,8 @@ std::pair<Outcome, int> march(Stepper& stepper, S& y, double dt, int steps = 100
 
 }  // namespace
 
-TEST_CASE("a supplied Jacobian that is wrong ends the first Rosenbrock step, whose state stays") {
-  const auto check = [](auto scheme) {
+TEST_CASE("a supplied Jacobian that is wrong ends the first step that is made with it, whose state stays") {
+  const auto check = [](auto scheme, std::int64_t calls) {
     for (const double by : {0.5, 2.0, 0.0, -1.0, 1.01}) {
       Plane y(2, 0.3);
       PhiStepper stepper{y, Relaxing{by}, scheme};
@@ -78,11 +79,23 @@ TEST_CASE("a supplied Jacobian that is wrong ends the first Rosenbrock step, who
     Plane y(2, 0.3);
     PhiStepper stepper{y, Relaxing{}, scheme};
     CHECK(march(stepper, y, 1e-3) == std::pair{Outcome::success, 100});
-    CHECK(stepper.statistics().checks == 7);  // steps 1, 2, 4 … 64, one call each
+    CHECK(stepper.statistics().checks == calls);
     CHECK(stepper.statistics().jacobians == 100);
   };
-  check(rodas4);
-  check(rodas5p);
+  check(rodas4p2, 7);  // steps 1, 2, 4 … 64, one call each
+  check(rodas5p, 7);
+  check(radau(3), 14);  // Ψ at the step's start is one more
+  check(radau(7), 14);
+}
+
+TEST_CASE("radau under a tolerance tells a wrong Jacobian, which would damp its estimate") {
+  for (const double by : {0.5, 2.0, 100.0, 1.01, 1.0}) {
+    Plane y(2, 0.3);
+    PhiStepper stepper{y, Relaxing{by}, radau};
+    CAPTURE(by);
+    const RunReport report = integrate(stepper, y, {0, 1}, tolerance{.rtol = 1e-6});
+    CHECK(report.outcome == (by == 1 ? Outcome::success : Outcome::wrong_jacobian));
+  }
 }
 
 TEST_CASE("a band that is too narrow is told, one that is not passes") {
@@ -92,6 +105,8 @@ TEST_CASE("a band that is too narrow is told, one that is not passes") {
     PhiStepper stepper{y, banded(Cells{far}, 1, 1), rodas4};
     CAPTURE(far);
     CHECK(march(stepper, y, 1e-2).first == (far > 0 ? Outcome::wrong_jacobian : Outcome::success));
+    PhiStepper implicit{y, banded(Cells{far}, 1, 1), radau};
+    CHECK(march(implicit, y, 1e-2, 3).first == (far > 0 ? Outcome::wrong_jacobian : Outcome::success));
   }
 }
 
@@ -103,6 +118,9 @@ TEST_CASE("the tangents of a motion: either may be wrong") {
       CAPTURE(K, C, rests);
       const bool right = K == 1 && C == 1;
       CHECK(march(stepper, y, 0.1).first == (right ? Outcome::success : Outcome::wrong_jacobian));
+      Motion<Plane> z{Plane(1, 0.5), rests ? Plane(0, 0) : Plane(0.2, -0.3)};
+      PhiStepper implicit{z, Pendulum{K, C}, radau};
+      CHECK(march(implicit, z, 0.1).first == (right ? Outcome::success : Outcome::wrong_jacobian));
     }
   }
 }

@@ -85,6 +85,19 @@ struct Resolved {
   return y;
 }
 
+template <class Tableau>
+[[nodiscard]] Number explicit_rk(const Number& y, const Number& z) {
+  std::vector<Number> k;
+  for (std::size_t i = 0;; ++i) {
+    Number moved{0};
+    for (std::size_t j = 0; j < i; ++j)
+      if (Tableau::a[i][j] != 0) moved = moved + scaled(Tableau::a[i][j], k[j]);
+    const Number Y = y + moved;
+    if (i == Tableau::end) return Y;
+    k.push_back(z * Y);
+  }
+}
+
 /// A coefficient printed with sixteen digits: half a unit of the last is at most 5e-16 = 4.5 u of it.
 [[nodiscard]] inline Number published(Real coefficient, const Number& x) {
   Number out = scaled(coefficient, x);
@@ -154,23 +167,6 @@ template <int s>
     row.push_back(last);
   }
   return row.back();
-}
-[[nodiscard]] inline Number extrapolated_euler(const Number& y, const Number& z, int columns) {
-  const std::vector<int> n = theory::bulirsch(columns);
-  std::vector<Number> ends;
-  for (const int substeps : n) {
-    const Number h = scaled(1 / static_cast<Real>(substeps), z), W = Number{1} - h;
-    Number moved{0};
-    for (int i = 0; i < substeps; ++i) {
-      const Number here{moved.x};
-      Number next = here + solved(W, h * (y + here));
-      next.e += moved.e / W.size();  // what was wrong before is damped, too
-      next.peak = std::max(next.peak, moved.peak);
-      moved = next;
-    }
-    ends.push_back(moved);
-  }
-  return y + neville(ends, n, 1);
 }
 [[nodiscard]] inline Number extrapolated_gragg(const Number& y, const Number& z, int columns) {
   const std::vector<int> n = theory::even(columns);

@@ -1,4 +1,4 @@
-// The atlas for motion, stiff schemes and extrapolation: TR-BDF2, Rannacher's start, Rosenbrock, Radau.
+// The atlas for motion, stiff schemes, explicit Runge-Kutta and extrapolation: TR-BDF2, Rannacher's start, Rosenbrock, Radau.
 
 #include <phistep/phistep.hpp>
 
@@ -16,6 +16,7 @@ const std::vector<Entry>& all() {
     subjects::add_two_solves(made);
     subjects::add_rosenbrock(made);
     subjects::add_radau(made);
+    subjects::add_runge_kutta(made);
     subjects::add_extrapolated(made);
     return made;
   }();

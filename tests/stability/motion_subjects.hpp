@@ -87,6 +87,19 @@ template <class Tableau>
   }
   return out;
 }
+template <class Tableau>
+[[nodiscard]] Motion explicit_rk(const Law& law, const Motion& y) {
+  std::vector<Motion> k;
+  for (std::size_t i = 0;; ++i) {
+    Motion moved{Number{0}, Number{0}};
+    for (std::size_t j = 0; j < i; ++j)
+      if (Tableau::a[i][j] != 0)
+        moved = {moved.r + scaled(Tableau::a[i][j], k[j].r), moved.v + scaled(Tableau::a[i][j], k[j].v)};
+    const Motion Y{y.r + moved.r, y.v + moved.v};
+    if (i == Tableau::end) return Y;
+    k.push_back({Y.v, law(Y.r, Y.v)});
+  }
+}
 /// (M + γc + γ²k) x_v = b_v − γk b_r,  x_r = b_r + γ x_v
 [[nodiscard]] inline Motion solve_linear(const Law& law, const Motion& b, Real gamma) {
   const Real W = 1 + gamma * law.c + gamma * gamma * law.k;
@@ -135,22 +148,6 @@ template <class Tableau>
   const Motion moved = neville(ends, n, power);
   return {y.r + moved.r, y.v + moved.v};
 }
-[[nodiscard]] inline Motion euler_row(const Law& law, const Motion& y, int n) {
-  const Real h = 1 / static_cast<Real>(n);
-  Motion moved{Number{0}, Number{0}};
-  for (int i = 0; i < n; ++i) {
-    const Number r = y.r + Number{moved.r.x}, v = y.v + Number{moved.v.x};
-    const Motion delta = solve_linear(law, {scaled(h, v), scaled(h, law(r, v))}, h);
-    Motion next{Number{}, Number{moved.v.x} + delta.v};
-    next.r = Number{moved.r.x} + scaled(h, y.v + next.v);
-    // What was wrong before goes on by (1 − hA)⁻¹.
-    const Real W = 1 + h * law.c + h * h * law.k;
-    next.r.e += ((1 + h * law.c) * moved.r.e + h * moved.v.e) / W;
-    next.v.e += (h * law.k * moved.r.e + moved.v.e) / W;
-    moved = next;
-  }
-  return moved;
-}
 [[nodiscard]] inline Motion gragg_row(const Law& law, const Motion& y, int n) {
   const Real h = 1 / static_cast<Real>(n);
   Motion before{Number{0}, Number{0}}, now{scaled(h, y.v), scaled(h, law(y.r, y.v))};
@@ -161,17 +158,6 @@ template <class Tableau>
     now = next;
   }
   return now;
-}
-[[nodiscard]] inline Motion verlet_row(const Law& law, const Motion& y, int n) {
-  const Real h = 1 / static_cast<Real>(n);
-  Motion moved{Number{0}, scaled(h / 2, law(y.r, y.v))};
-  Number a;
-  for (int i = 0; i < n; ++i) {
-    moved.r = moved.r + scaled(h, y.v + moved.v);
-    a = law(y.r + moved.r, y.v);
-    moved.v = moved.v + scaled(h, a);
-  }
-  return {moved.r, moved.v - scaled(h / 2, a)};
 }
 /// As for y' = λy (models.hpp), with the lanes (1/μ + c + μk) w, and R = r + A V.
 template <int s>
@@ -253,26 +239,6 @@ inline const std::vector<Real> kicks6 = symmetric({.0829844064174052L, .39630980
   Matrix P{{{1, 0}, {0, 1}}};
   for (const Real share : stability::theory::kahan_li()) P = product(verlet(k, c, share), P);
   return P;
-}
-/// P − 1 = Σ c_j (P_j − 1), P_j = n_j steps of Verlet.
-[[nodiscard]] inline Matrix extrapolated_verlet(Real k, int columns) {
-  const std::vector<int> n = stability::theory::even(columns);
-  const std::vector<Real> weights = stability::theory::extrapolation_weights(n, 2);
-  Matrix sum{{{1, 0}, {0, 1}}};
-  for (std::size_t j = 0; j < n.size(); ++j) {
-    const Matrix one = verlet(k, 0, 1 / static_cast<Real>(n[j]));
-    Matrix less = one;  // of one step, less 1
-    less[0][0] = less[1][1] = -k / static_cast<Real>(n[j] * n[j]) / 2;
-    Matrix all{};
-    for (int i = 0; i < n[j]; ++i) {
-      const Matrix more = product(less, all);
-      for (std::size_t p = 0; p < 2; ++p)
-        for (std::size_t q = 0; q < 2; ++q) all[p][q] += less[p][q] + more[p][q];
-    }
-    for (std::size_t p = 0; p < 2; ++p)
-      for (std::size_t q = 0; q < 2; ++q) sum[p][q] += weights[j] * all[p][q];
-  }
-  return sum;
 }
 /// A Nyström tableau's own polynomials in k, in extended precision.
 template <class Tableau>
@@ -406,17 +372,21 @@ void add_nystrom(auto& all) {
       all, "rkn", 16, "rkn1210", of<false>(rkn1210), [](Real k, Real) { return maps::nystrom<Rkn1210>(k); },
       [](const Law& law, const bounds::Motion& y) { return bounds::nystrom<Rkn1210>(law, y); }, false);
 }
+void add_runge_kutta(auto& all) {
+  using namespace phistep;
+  add(
+      all, "explicit Runge-Kutta", 8, "tsit5", of(tsit5),
+      [](Real k, Real c) { return maps::of([](Complex z) { return theory::explicit_rk<Tsit5>(z); }, k, c); },
+      [](const Law& law, const bounds::Motion& y) { return bounds::explicit_rk<Tsit5>(law, y); }, true);
+  add(
+      all, "explicit Runge-Kutta", 8, "dop853", of(dop853),
+      [](Real k, Real c) { return maps::of([](Complex z) { return theory::explicit_rk<Dop853>(z); }, k, c); },
+      [](const Law& law, const bounds::Motion& y) { return bounds::explicit_rk<Dop853>(law, y); }, true);
+}
 void add_extrapolated(auto& all) {
   using namespace phistep;
   for (const int k : {1, 2, 4, 6, 8}) {
     const std::string columns = ", " + std::to_string(k) + ")";
-    add(
-        all, "extrapolated(velocity_verlet)", 12, "extrapolated(velocity_verlet" + columns,
-        of<false>(extrapolated(velocity_verlet, k)), [k](Real s, Real) { return maps::extrapolated_verlet(s, k); },
-        [k](const Law& law, const bounds::Motion& y) {
-          return bounds::extrapolated(law, y, theory::even(k), 2, bounds::verlet_row);
-        },
-        false);
     add(
         all, "extrapolated(forward_euler)", 8, "extrapolated(forward_euler" + columns,
         of(extrapolated(forward_euler, k)),
@@ -425,17 +395,6 @@ void add_extrapolated(auto& all) {
           return bounds::extrapolated(law, y, theory::even(k), 2, bounds::gragg_row);
         },
         true);
-    add(
-        all, "extrapolated(backward_euler)", 16, "extrapolated(backward_euler" + columns,
-        of(extrapolated(backward_euler, k)),
-        [k](Real s, Real c) { return maps::of([k](Complex z) { return theory::extrapolated_euler(z, k); }, s, c); },
-        [k](const Law& law, const bounds::Motion& y) {
-          return bounds::extrapolated(law, y, theory::bulirsch(k), 1, bounds::euler_row);
-        },
-        true);
-    // Σ c_j T_j, with large c_j.
-    for (const Real c : theory::extrapolation_weights(theory::bulirsch(k), 1))
-      all.back().subject.theory += 0x1p-60L * std::abs(c);
   }
 }
 void add_rosenbrock(auto& all) {

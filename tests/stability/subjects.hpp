@@ -165,17 +165,20 @@ void add_radau(auto& all) {
   add_radau_of<7>(all);
 }
 
+void add_runge_kutta(auto& all) {
+  using namespace phistep;
+  all.push_back(entry(
+      "explicit Runge-Kutta", 1.0 / 8, "tsit5", stepping(PhiStepper{zero, Decay{}, tsit5}),
+      [](Complex z) { return theory::explicit_rk<Tsit5>(z); },
+      [](Complex z) { return models::explicit_rk<Tsit5>(Number{1}, z); }, {}));
+  all.push_back(entry(
+      "explicit Runge-Kutta", 1.0 / 8, "dop853", stepping(PhiStepper{zero, Decay{}, dop853}),
+      [](Complex z) { return theory::explicit_rk<Dop853>(z); },
+      [](Complex z) { return models::explicit_rk<Dop853>(Number{1}, z); }, {}));
+}
+
 void add_extrapolated(auto& all) {
   using namespace phistep;
-  for (const int k : {1, 2, 3, 4, 5, 6, 8, 12}) {
-    std::vector<Complex> poles;
-    for (const int n : theory::bulirsch(k)) poles.push_back(Complex{static_cast<Real>(n)});
-    all.push_back(entry(
-        "extrapolated(backward_euler)", 1.0 / 4, "extrapolated(backward_euler, " + std::to_string(k) + ")",
-        stepping(PhiStepper{zero, Decay{}, extrapolated(backward_euler, k)}),
-        [k](Complex z) { return theory::extrapolated_euler(z, k); },
-        [k](Complex z) { return models::extrapolated_euler(Number{1}, z, k); }, std::move(poles)));
-  }
   for (const int k : {1, 2, 3, 4, 6, 8, 12})
     all.push_back(entry(
         "extrapolated(forward_euler)", 1.0 / 8, "extrapolated(forward_euler, " + std::to_string(k) + ")",

@@ -101,6 +101,20 @@ template <class Z>
   return horner(p, z) / horner(q, z);
 }
 
+/// HW II, IV.2: of an explicit Runge-Kutta tableau, stage by stage.
+template <class Tableau, class Z>
+[[nodiscard]] Z explicit_rk(const Z& z) {
+  std::vector<Z> k;
+  for (std::size_t i = 0; i <= Tableau::end; ++i) {
+    Z Y(1);
+    for (std::size_t j = 0; j < i; ++j)
+      if (Tableau::a[i][j] != 0) Y = Y + Z(Tableau::a[i][j]) * k[j];
+    if (i == Tableau::end) return Y;
+    k.push_back(z * Y);
+  }
+  return Z(0);
+}
+
 /// Weights of T_{k,k} = Σ_j c_j T_{j,1}: Lagrange's polynomial in n^−p, at 0.
 [[nodiscard]] inline std::vector<Real> extrapolation_weights(const std::vector<int>& n, int power) {
   std::vector<Real> c;
@@ -116,33 +130,14 @@ template <class Z>
   }
   return c;
 }
-[[nodiscard]] inline std::vector<int> bulirsch(int columns) {
-  std::vector<int> n{2, 3, 4};
-  for (std::size_t k = 3; k < static_cast<std::size_t>(columns); ++k) n.push_back(2 * n[k - 2]);
-  n.resize(static_cast<std::size_t>(columns));
-  return n;
-}
 [[nodiscard]] inline std::vector<int> even(int columns) {
   std::vector<int> n;
   for (int k = 1; k <= columns; ++k) n.push_back(2 * k);
   return n;
 }
 
-/// HW II, IV.9: R_{j,1} = (1 − z/n_j)^{−n_j}. As 1 + Σ c_j (R_{j,1} − 1), because the c_j sum to 1 and are large.
-template <class Z>
-[[nodiscard]] Z extrapolated_euler(const Z& z, int columns) {
-  const std::vector<int> n = bulirsch(columns);
-  const std::vector<Real> c = extrapolation_weights(n, 1);
-  Z sum(0);
-  for (std::size_t j = 0; j < n.size(); ++j) {
-    const Z h = Z(1 / static_cast<Real>(n[j])) * z;
-    Z less_one(0);
-    for (int i = 0; i < n[j]; ++i) less_one = (less_one + h) / (Z(1) - h);
-    sum = sum + Z(c[j]) * less_one;
-  }
-  return Z(1) + sum;
-}
-/// HNW I, II.9: z_{i+1} = z_{i−1} + 2hλ z_i after a step of forward Euler.
+/// HNW I, II.9: z_{i+1} = z_{i−1} + 2hλ z_i after a step of forward Euler. As 1 + Σ c_j (…), because the c_j sum to 1 and are
+/// large.
 template <class Z>
 [[nodiscard]] Z extrapolated_gragg(const Z& z, int columns) {
   const std::vector<int> n = even(columns);

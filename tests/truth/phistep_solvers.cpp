@@ -20,16 +20,15 @@ Solver ours(const char* name, auto scheme, double tightest, bool (*suits)(const 
 /// What advise says, done.
 Answer advised(const std::vector<Solver>& solvers, const Problem& problem, double rtol) {
   const auto take = [&](const std::string& scheme) -> Answer {
-    static const std::map<std::string, std::string> names{
-        {"rodas4", "Rodas4"},
-        {"rodas5p", "Rodas5P"},
-        {"radau", "Radau"},
-        {"tr_bdf2", "TR-BDF2"},
-        {"rkn86", "RKN 8(6)"},
-        {"rkn1210", "RKN 12(10)"},
-        {"velocity_verlet", "velocity Verlet"},
-        {"extrapolated(phistep::backward_euler)", "extrapolated Euler"},
-        {"extrapolated(phistep::forward_euler)", "extrapolated midpoint"}};
+    static const std::map<std::string, std::string> names{{"rodas4", "Rodas4"},
+                                                          {"rodas5p", "Rodas5P"},
+                                                          {"radau", "Radau"},
+                                                          {"tr_bdf2", "TR-BDF2"},
+                                                          {"rkn86", "RKN 8(6)"},
+                                                          {"rkn1210", "RKN 12(10)"},
+                                                          {"velocity_verlet", "velocity Verlet"},
+                                                          {"tsit5", "tsit5"},
+                                                          {"dop853", "dop853"}};
     const auto name = names.find(scheme);
     if (name != names.end())
       for (const Solver& solver : solvers)
@@ -53,12 +52,12 @@ std::vector<Solver> phistep_solvers() {
   all.push_back(ours<Force>("Rodas4", rodas4, 1e-12, has_jacobian));
   all.push_back(ours<Force>("Rodas5P", rodas5p, 1e-12, has_jacobian));
   all.push_back(ours<Force>("Radau", radau, 1e-12, has_jacobian));
-  all.push_back(ours<Force>("extrapolated Euler", extrapolated(backward_euler), 1e-12, has_jacobian));
   all.push_back(ours<Force>("TR-BDF2", tr_bdf2, 1e-7, has_jacobian));
   all.push_back(ours<Force>("trapezoidal", trapezoidal, 1e-6, has_jacobian));
   all.push_back(ours<Force>("backward Euler", backward_euler, 1e-3, has_jacobian));
   all.push_back(ours<BareForce>("Rodas5P, differences", rodas5p, 1e-12, has_jacobian));
-  all.push_back(ours<Force>("extrapolated midpoint", extrapolated(forward_euler), 1e-12, is_not_stiff));
+  all.push_back(ours<Force>("tsit5", tsit5, 1e-12, is_not_stiff));
+  all.push_back(ours<Force>("dop853", dop853, 1e-12, is_not_stiff));
   all.push_back(ours<Acceleration>("velocity Verlet", velocity_verlet, 1e-6, is_motion));
   all.push_back(ours<Acceleration>("RKN 8(6)", rkn86, 1e-12, is_motion));
   all.push_back(ours<Acceleration>("RKN 12(10)", rkn1210, 1e-12, is_motion));

@@ -5,13 +5,6 @@
 ///
 /// over all n components of all blocks (Hairer, Nørsett & Wanner, Solving ODEs I, eq. II.4.11), or the largest such mean
 /// over one particle's components.
-///
-/// An automatic atol of a vector's component is
-///
-///     atol_i = rtol max_t |y_i|,   and rtol/100 max_t ‖y‖∞ while |y_i| has always been less than ‖y‖∞/100:      (2)
-///
-/// components may differ in units and sizes, but one that is zero has errors of the size of the others' errors, and nothing
-/// can be asked relative to those. In a matrix, whose columns are particles, all components are of one kind: rtol max_t ‖y‖∞.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,10 +15,11 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <tuple>
 #include <type_traits>
 #include <utility>
 
+#include "phistep/control/automatic_atol.hpp"
+#include "phistep/control/measured.hpp"
 #include "phistep/control/tolerance.hpp"
 #include "phistep/control/trace.hpp"
 #include "phistep/core/arithmetic.hpp"
@@ -33,19 +27,6 @@
 #include "phistep/state/blocks.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
-
-/// A component of a state.
-struct Component {
-  std::int64_t block = -1, index = -1;
-  friend bool operator==(const Component&, const Component&) = default;
-};
-
-/// A size, and the component that contributes most to it.
-struct Measured {
-  double square = 0;
-  Component worst;
-  [[nodiscard]] double size() const { return std::sqrt(square); }
-};
 
 template <State Plain>
 class ErrorNorm {
@@ -60,8 +41,7 @@ class ErrorNorm {
     rtol_ = static_cast<Scalar>(wanted.rtol);
     if (!(wanted.rtol > 0 && wanted.rtol < 1)) return false;
     const auto given = wanted.atol.values();
-    for (const double atol : given)
-      if (!(atol >= 0) || !std::isfinite(atol)) return false;
+    if (!std::all_of(given.begin(), given.end(), [](double x) { return x >= 0 && std::isfinite(x); })) return false;
     const Index n = count_of(Blocks<Plain>::all(y));
     if (kind_ == per_block && given.size() != blocks) return false;
     if (kind_ == per_component && static_cast<Index>(given.size()) != n) return false;
@@ -69,11 +49,8 @@ class ErrorNorm {
     for (Index i = 0; i < components_.size(); ++i)
       components_[i] = static_cast<Scalar>(given[static_cast<std::size_t>(i)]);
     for (std::size_t k = 0; k < blocks; ++k)
-      atol_[k] = kind_ == everywhere  ? static_cast<Scalar>(given[0])
-                 : kind_ == per_block ? static_cast<Scalar>(given[k])
-                                      : Scalar{0};
-    largest_.fill(Scalar{0});
-    own_.setZero();
+      if (kind_ == everywhere || kind_ == per_block) atol_[k] = static_cast<Scalar>(given[kind_ == per_block ? k : 0]);
+    automatic_.begin(rtol_);
     return true;
   }
 
@@ -98,40 +75,19 @@ class ErrorNorm {
     return all;
   }
 
-  /// The automatic atol (2) follows the largest magnitudes so far.
+  /// An automatic atol follows the largest magnitudes so far.
   void remember(const Plain& y) {
-    if (kind_ != AbsoluteTolerance::Kind::automatic) return;
-    see(y);
-    if constexpr (has_vectors) {
-      if (const Index n = count_of(Blocks<Plain>::all(y)); own_.size() != n)
-        own_.setZero(n);  // or y's size has changed
-      Index at = 0;
-      for_each_block(
-          [&](auto k, const auto& block) {
-            if constexpr (by_component<decltype(block)>)
-              for (Index i = 0; i < block.size(); ++i) {
-                const Scalar size = std::abs(block.data()[i]), own = own_[at + i];
-                own_[at + i] = own > 0 || size >= faint * largest_[k] ? std::max(own, size) : Scalar{0};
-              }
-            at += block.size();
-          },
-          Blocks<Plain>::all(y));
-    }
+    if (kind_ == AbsoluteTolerance::Kind::automatic) automatic_.remember(y);
   }
   /// A step of length dt [time] is to be tried.
-  void begin_try(double dt) {
-    dt_ = dt;
-    longest_ = std::max(longest_, dt);
-  }
+  void begin_try(double dt) { automatic_.begin_try(dt); }
   /// ‖e‖ with |y| the larger of |y(t)| and |y(t+Δt)|. An automatic atol forgets y⁺ again: the step may be rejected.
   [[nodiscard, gnu::always_inline]] inline Measured operator()(const Plain& error, const Plain& y, const Plain& next) {
     if (kind_ != AbsoluteTolerance::Kind::automatic) return measure(error, y, next);
-    const auto atol = atol_, largest = largest_;
-    see(next);
-    if (dt_ > 0) leave_zero(largest, error);
+    const auto before = automatic_.sizes();
+    automatic_.see_end(next, error);
     const Measured all = measure(error, y, next);
-    atol_ = atol;
-    largest_ = largest;
+    automatic_.restore(before);
     return all;
   }
   /// The largest ratio of one particle's error to the RMS norm over all components, which implicit solves use: √(n/components).
@@ -150,60 +106,21 @@ class ErrorNorm {
   /// ‖x‖ with given weights.
   [[nodiscard]] double operator()(const Plain& x, const Plain& weight) const { return weighted_rms(x, weight); }
 
-  void archive(auto& ar) {
-    ar("largest", largest_, "longest", longest_);
-    for (const Scalar x : largest_) ar.check(x >= 0 && std::isfinite(x));
-    ar.check(longest_ >= 0 && std::isfinite(longest_));
-    if constexpr (has_vectors) {
-      ar("own", own_);
-      for (const Scalar x : own_) ar.check(x >= 0 && std::isfinite(x));
-    }
-  }
+  void archive(auto& ar) { automatic_.archive(ar); }
 
  private:
-  static constexpr std::size_t blocks = std::tuple_size_v<decltype(Blocks<Plain>::all(std::declval<Plain&>()))>;
-  static constexpr int size_of_few = static_size<decltype(Blocks<Plain>::all(std::declval<Plain&>()))>;
-  static constexpr bool is_small = size_of_few > 0 && size_of_few <= 64;
-  template <class Block>
-  static constexpr bool by_component = std::remove_cvref_t<Block>::IsVectorAtCompileTime;
-  static constexpr bool has_vectors = []<class... B>(std::type_identity<std::tuple<B...>>) {
-    return (by_component<B> || ...);
-  }(std::type_identity<decltype(Blocks<Plain>::all(std::declval<Plain&>()))>{});
-  /// Of the block's largest magnitude: a component that has never been more may be nothing but errors.
-  static constexpr Scalar faint{Scalar(0.01L)};
+  using Automatic = AutomaticAtol<Plain>;
+  static constexpr std::size_t blocks = Automatic::blocks;
+  static constexpr int size_of_few = Automatic::size_of_few;
+  static constexpr bool is_small = Automatic::is_small;
   using Wide = std::common_type_t<Scalar, double>;  // squares of floats soon leave their range
   static constexpr Wide square(Scalar x) { return static_cast<Wide>(x) * static_cast<Wide>(x); }
 
-  void see(const Plain& y) {
-    for_each_block(
-        [this](auto k, const auto& block) {
-          if (block.size() == 0) return;
-          largest_[k] = std::max(largest_[k], static_cast<Scalar>(block.cwiseAbs().maxCoeff()));
-          atol_[k] = rtol_ * (by_component<decltype(block)> ? faint : Scalar{1}) * largest_[k];
-        },
-        Blocks<Plain>::all(y));
-  }
-  /// A block that leaves zero has no size yet. Where its error is a share of y⁺ at any Δt, as behind a jump of the force or
-  /// under one that grows as a power of t, no step would do: what the slope y⁺/Δt makes of it in a tenth of the longest step
-  /// tried is a size, too.
-  void leave_zero(const auto& largest_before, const Plain& error) {
-    for_each_block(
-        [&](auto k, const auto& e) {
-          if (largest_before[k] != 0 || e.size() == 0) return;
-          const Scalar moved = std::max(largest_[k], static_cast<Scalar>(e.cwiseAbs().maxCoeff()));
-          atol_[k] = rtol_ * moved * static_cast<Scalar>(std::max(1.0, 0.1 * longest_ / dt_));
-        },
-        Blocks<Plain>::all(error));
-  }
   /// @param size  the component's magnitude now
   template <class Block>
   [[nodiscard]] Scalar atol(std::size_t block, Index component, Scalar size) const {
     if (components_.size() > 0) return components_[component];
-    if constexpr (by_component<Block>)
-      if (kind_ == AbsoluteTolerance::Kind::automatic) {
-        const Scalar own = own_[component];
-        return std::max(own > 0 ? Scalar{0} : atol_[block], rtol_ * std::max(own, size));
-      }
+    if (kind_ == AbsoluteTolerance::Kind::automatic) return automatic_.template at<Block>(block, component, size);
     return atol_[block];
   }
   void each(const Plain& y, auto&& f, Plain& out) {
@@ -240,9 +157,9 @@ class ErrorNorm {
                                                             const Plain& next) const {
     if (norm_ != Norm::rms) return over_particles(error, y, next);
     if constexpr (is_small) {
-      bool has_scales = components_.size() == 0;
-      for (const Scalar atol : atol_) has_scales = has_scales && atol > 0;
       const bool automatic = kind_ == AbsoluteTolerance::Kind::automatic;
+      bool has_scales = components_.size() == 0;
+      for (const Scalar atol : automatic ? automatic_.sizes().atol : atol_) has_scales = has_scales && atol > 0;
       if (has_scales) return automatic ? over_few<true>(error, y, next) : over_few<false>(error, y, next);
     }
     return over_all(error, y, next);
@@ -274,7 +191,7 @@ class ErrorNorm {
           const std::uint64_t before = most;
           const auto look = [&](int i) {
             const Scalar size = std::max(std::abs(a.data()[i]), std::abs(b.data()[i]));
-            const Scalar atol = automatic ? this->template atol<decltype(e)>(k, at + i, size) : atol_[k];
+            const Scalar atol = automatic ? automatic_.template at<decltype(e)>(k, at + i, size) : atol_[k];
             const Scalar allowed = atol + rtol_ * size;
             const auto x = static_cast<double>(square(e.data()[i] / allowed));
             sum += x;
@@ -318,10 +235,8 @@ class ErrorNorm {
   AbsoluteTolerance::Kind kind_ = AbsoluteTolerance::Kind::automatic;
   Norm norm_ = Norm::rms;
   Scalar rtol_{0};
-  std::array<Scalar, blocks> atol_{}, largest_{};
-  using Each = Eigen::Matrix<Scalar, is_small ? size_of_few : Eigen::Dynamic, 1>;
-  Each own_ = Each::Zero(is_small ? size_of_few : 0);  // (2): 0 where there is none
-  double dt_ = 0, longest_ = 0;                        // [time] of the try, of all tries
+  std::array<Scalar, blocks> atol_{};  // given
+  Automatic automatic_;
   Eigen::Matrix<Scalar, Eigen::Dynamic, 1> components_;
 };
 

@@ -10,7 +10,7 @@
 namespace phistep::inline PHISTEP_ABI {
 
 /// log₂ x of a finite normal x > 0: that of its power of two, and a polynomial for what is left, between √½ and √2.
-[[nodiscard]] inline double short_log2(double x) {
+[[nodiscard, gnu::always_inline]] inline double short_log2(double x) {
   constexpr std::uint64_t root_of_half = 0x3fe6a09e667f3bcd;
   const auto bits = std::bit_cast<std::uint64_t>(x);
   const std::int64_t power = static_cast<std::int64_t>(bits - root_of_half) >> 52;
@@ -22,7 +22,7 @@ namespace phistep::inline PHISTEP_ABI {
   return static_cast<double>(power) + t * (low + s * s * high);
 }
 /// 2^x for |x| < 1000: 2 to the nearest integer, and a polynomial for what is left.
-[[nodiscard]] inline double short_exp2(double x) {
+[[nodiscard, gnu::always_inline]] inline double short_exp2(double x) {
   constexpr double integers = 6755399441055744;  // 1.5·2⁵²: numbers beside it have no fraction
   const double rounded = x + integers, t = x - (rounded - integers), s = t * t;
   const double low =

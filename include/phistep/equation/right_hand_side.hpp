@@ -325,8 +325,8 @@ class RightHandSide {
     else mass.keep_unexplained(x);
   }
   template <bool with_drift, class Psi>
-  [[nodiscard]] bool advance_componentwise(Plain& out, const Plain& y, const Advance<Scalar>& by,
-                                           const Psi& psi) const {
+  [[nodiscard, gnu::always_inline]] inline bool advance_componentwise(Plain& out, const Plain& y,
+                                                                      const Advance<Scalar>& by, const Psi& psi) const {
     bool finite = true;
     for_each_update<with_drift>(
         y, by, psi,

@@ -21,6 +21,7 @@ struct MatrixFacts {
   bool symmetric = false;       ///< K, C and M are
   bool constant = false;        ///< the force is affine: K and C never change, one factorization serves many solves
   bool stages = false;          ///< each factorization serves several solves
+  bool iterated = false;        ///< Newton's iteration corrects what the matrix's error leaves
   bool shifted = false;         ///< with K and C several complex matrices are factorized (lane_system.hpp)
   int block = 0;                ///< rows of a particle's or a chain link's block, 0 where there is none
   bool differenced = false;     ///< K and C are made by differences: symmetric, if at all, only to their accuracy
@@ -41,6 +42,7 @@ enum class SystemKind {
   block_tridiagonal,
   banded,
   symmetric_sparse,
+  sparse_either,
   sparse
 };
 
@@ -85,7 +87,10 @@ inline constexpr auto systems = std::to_array<SystemRow>({
      [](const MatrixFacts& W) { return W.structure == Structure::banded; }},
     {SystemKind::symmetric_sparse, "sparse LDLT", "`symmetric` sparse ones; LU where it turns out indefinite",
      [](const MatrixFacts& W) { return W.structure == Structure::sparse && W.symmetric; }},
-    {SystemKind::sparse, "sparse LU", "all others: `sparsity`, sparse `jacobian`s, other networks",
+    {SystemKind::sparse_either, "sparse LDLT or LU",
+     "other sparse ones: LDLT while W is found symmetric and positive definite, LU from then on",
+     [](const MatrixFacts& W) { return !W.shifted && (W.iterated || !W.differenced || W.constant); }},
+    {SystemKind::sparse, "sparse LU", "all others: patterns in linear stages, which aren't iterated, by differences",
      [](const MatrixFacts&) { return true; }},
 });
 

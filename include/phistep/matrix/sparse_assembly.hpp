@@ -34,9 +34,9 @@ struct StayingMatrix : Eigen::SparseMatrix<Scalar> {
   ~StayingMatrix() = default;
 };
 
-/// What every sparse system is towards forces, and its W. With `symmetric` every entry's transpose has a slot too, and W can
-/// be checked.
-template <class Scalar, bool symmetric = false>
+/// What every sparse system is towards forces, and its W.
+/// @tparam adds_transposes  every entry's transpose has a slot, too
+template <class Scalar, bool adds_transposes = false>
 class SparseAssembly : public Sizes {
  public:
   using Matrix = Eigen::SparseMatrix<Scalar>;
@@ -103,32 +103,41 @@ class SparseAssembly : public Sizes {
     set(share, largest);
   }
 
-  /// Whether each |W_ij − W_ji| ≤ tolerance · (the largest entry of columns i and j).
-  [[nodiscard]] bool is_symmetric(Scalar tolerance) requires symmetric {
+  /// Whether each W_ij has a slot for W_ji and |W_ij − W_ji| ≤ tolerance · (the largest entry of columns i and j). In one pass:
+  /// row by row, the transposes of the columns' entries come in the order in which they are stored.
+  [[nodiscard]] bool is_symmetric(Scalar tolerance) {
     const auto *const outer = W_.outerIndexPtr(), *const inner = W_.innerIndexPtr();
     const Scalar* const w = W_.valuePtr();
-    for (Eigen::Index j = 0; j < W_.cols(); ++j) {
+    const Eigen::Index n = W_.cols();
+    columns_.resize(static_cast<std::size_t>(n));
+    for (Eigen::Index j = 0; j < n; ++j) {
       Scalar largest{0};
       for (auto p = outer[j]; p < outer[j + 1]; ++p) largest = std::max(largest, std::abs(w[p]));
-      largest_[static_cast<std::size_t>(j)] = largest;
+      columns_[static_cast<std::size_t>(j)] = {largest, Scalar{0}, outer[j]};
     }
-    for (Eigen::Index j = 0; j < W_.cols(); ++j)
+    for (Eigen::Index j = 0; j < n; ++j) {
+      Column& here = columns_[static_cast<std::size_t>(j)];
       for (auto p = outer[j]; p < outer[j + 1]; ++p) {
-        const Scalar apart = std::abs(w[p] - w[transpose_[static_cast<std::size_t>(p)]]);
-        if (apart >
-            tolerance * std::max(largest_[static_cast<std::size_t>(j)], largest_[static_cast<std::size_t>(inner[p])]))
-          return false;
+        const auto i = inner[p];
+        Column& there = columns_[static_cast<std::size_t>(i)];
+        const auto q = there.next++;
+        if (q >= outer[i + 1] || inner[q] != j) return false;
+        if (!(std::abs(w[p] - w[q]) <= tolerance * std::max(here.largest, there.largest))) return false;
+        if (i == j) here.diagonal = w[p];
       }
+    }
     return true;
   }
-  /// W_ii
-  [[nodiscard]] Scalar diagonal(Eigen::Index i) const requires symmetric {
-    return W_.valuePtr()[diagonal_[static_cast<std::size_t>(i)]];
-  }
+  /// W_ii, of a W that was found symmetric.
+  [[nodiscard]] Scalar diagonal(Eigen::Index i) const { return columns_[static_cast<std::size_t>(i)].diagonal; }
 
  private:
   struct Tangent {
     Scalar K{0}, C{0};
+  };
+  struct Column {
+    Scalar largest, diagonal;
+    typename Matrix::StorageIndex next;  // slot whose transpose has not come yet
   };
   struct Entry {
     Eigen::Index i, j;
@@ -157,10 +166,10 @@ class SparseAssembly : public Sizes {
     std::vector<Eigen::Triplet<Scalar>> triplets;
     const auto add = [&triplets](Eigen::Index i, Eigen::Index j) {
       triplets.emplace_back(index(i), index(j), Scalar{0});
-      if (symmetric && i != j) triplets.emplace_back(index(j), index(i), Scalar{0});
+      if (adds_transposes && i != j) triplets.emplace_back(index(j), index(i), Scalar{0});
     };
     entries_.resize(written_);
-    triplets.reserve((symmetric ? 2 : 1) * entries_.size());
+    triplets.reserve((adds_transposes ? 2 : 1) * entries_.size());
     for (const Entry& entry : entries_) add(entry.i, entry.j);
     masses([&](Eigen::Index i, Eigen::Index j, auto) { add(i, j); });
     for (Eigen::Index i = 0; i < W_.rows(); ++i) add(i, i);
@@ -178,19 +187,7 @@ class SparseAssembly : public Sizes {
       values_[entry.slot].C += entry.value.C;
     }
     masses([&](Eigen::Index i, Eigen::Index j, auto m) { mass_values_[slot(i, j)] += static_cast<Scalar>(m); });
-    if constexpr (symmetric) find_transposes(slots);
     has_slots_ = true;
-  }
-  void find_transposes(std::size_t slots) {
-    const auto n = static_cast<std::size_t>(W_.cols());
-    transpose_.resize(slots);
-    diagonal_.resize(n);
-    largest_.resize(n);
-    for (Eigen::Index j = 0; j < W_.cols(); ++j) {
-      for (auto p = W_.outerIndexPtr()[j]; p < W_.outerIndexPtr()[j + 1]; ++p)
-        transpose_[static_cast<std::size_t>(p)] = slot(j, W_.innerIndexPtr()[p]);
-      diagonal_[static_cast<std::size_t>(j)] = slot(j, j);
-    }
   }
   [[nodiscard]] static typename Matrix::StorageIndex index(Eigen::Index i) {
     return static_cast<typename Matrix::StorageIndex>(i);
@@ -205,8 +202,7 @@ class SparseAssembly : public Sizes {
   std::vector<Entry> entries_;   // in the force's order
   std::vector<Tangent> values_;  // by slot of W
   std::vector<Scalar> mass_values_;
-  std::vector<std::size_t> transpose_, diagonal_;  // slots of W_ji by that of W_ij, and of W_ii
-  std::vector<Scalar> largest_;                    // of each column
+  std::vector<Column> columns_;  // of is_symmetric
   std::size_t written_ = 0;
   bool has_slots_ = false;
 };

@@ -103,31 +103,23 @@ class Kernel {
     }
   }
   /// The same in one pass, whether the step is traced or not: next.v = v + γ M⁻¹Ψ(t, y), next.r = r + (before v + after v⁺)
-  [[nodiscard]] Outcome kick_drift(Data& step, const Advance<Scalar>& by) {
-    const auto advance = [&](const auto& psi) {
-      if constexpr (writes_in_place)
-        if ((step.is_state_next = in_place_.advance(rhs_, step.y, by, psi))) return true;
-      return rhs_.advance(step.next, step.y, by, psi, step.psi);
-    };
-    const bool finite = step.psi_known ? advance(RateOf<S>::blocks(std::as_const(step.psi)))
-                                       : advance(rhs_.evaluate(step.t, step.y, step.psi));
+  [[nodiscard, gnu::always_inline]] inline Outcome kick_drift(Data& step, const Advance<Scalar>& by) {
+    const bool finite = step.psi_known ? advance_by(step, by, RateOf<S>::blocks(std::as_const(step.psi)))
+                                       : advance_by(step, by, rhs_.evaluate(step.t, step.y, step.psi));
     // A matrix mass used psi as its scratch, and a reference to the user's array never filled it.
     step.psi_known = !Rhs::has_matrix_mass && (step.psi_known || !Rhs::returns_reference);
     return finite ? Outcome::success : Outcome::non_finite_state;
   }
   /// next = next + γ M⁻¹Ψ(t, next), where Ψ ignores what it moves
-  [[nodiscard]] Outcome kick(Data& step, Scalar gamma, Scalar t) {
-    const auto kicked = [&](const auto& psi) {
-      return rhs_.kick(step.next, gamma, psi, step.psi) ? Outcome::success : Outcome::non_finite_state;
-    };
-    if constexpr (!carries) return kicked(rhs_.evaluate(t, step.next, step.psi));
+  [[nodiscard, gnu::always_inline]] inline Outcome kick(Data& step, Scalar gamma, Scalar t) {
+    if constexpr (!carries) return kick_by(step, gamma, rhs_.evaluate(t, step.next, step.psi));
     rhs_.evaluate_into(t, step.next, step.psi);  // a copy: the user's own array may change before the next step
     if constexpr (keeps_psi) {
       kicked_by_ = step.psi;  // psi goes on to the next step as Ψ, not as M⁻¹Ψ
       const bool finite = rhs_.kick(step.next, gamma, RateOf<S>::blocks(std::as_const(kicked_by_)), kicked_by_);
       return finite ? Outcome::success : Outcome::non_finite_state;
     }
-    return kicked(RateOf<S>::blocks(std::as_const(step.psi)));
+    return kick_by(step, gamma, RateOf<S>::blocks(std::as_const(step.psi)));
   }
   /// next = b on entry, the solution of M (next − b) = γ Ψ(t, next) on exit
   template <class Step>
@@ -329,6 +321,15 @@ class Kernel {
     return outcome != Outcome::invalid_step && outcome != Outcome::step_too_small;
   }
 
+  [[nodiscard, gnu::always_inline]] inline bool advance_by(Data& step, const Advance<Scalar>& by, const auto& psi) {
+    if constexpr (writes_in_place)
+      if ((step.is_state_next = in_place_.advance(rhs_, step.y, by, psi))) return true;
+    return rhs_.advance(step.next, step.y, by, psi, step.psi);
+  }
+  [[nodiscard, gnu::always_inline]] inline Outcome kick_by(Data& step, Scalar gamma, const auto& psi) {
+    return rhs_.kick(step.next, gamma, psi, step.psi) ? Outcome::success : Outcome::non_finite_state;
+  }
+
   struct NotInPlace {
     explicit NotInPlace(const S&) {}
     static void forget() {}
@@ -408,8 +409,8 @@ class Kernel {
     }
   }
 
-  [[nodiscard]] Outcome resolve_from(Data& step, const Gamma<Scalar>& gamma, Scalar t, const PlainState<S>& guess,
-                                     const Trace<Plain>* trace) {
+  [[nodiscard, gnu::always_inline]] inline Outcome resolve_from(Data& step, const Gamma<Scalar>& gamma, Scalar t,
+                                                                const PlainState<S>& guess, const Trace<Plain>* trace) {
     if constexpr (!Rhs::couples_unknowns)
       if (gamma.drift == 0) return kick(step, gamma.force, t);
     if constexpr (needs.solver) {

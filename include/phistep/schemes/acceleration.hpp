@@ -40,7 +40,7 @@ template <class Rhs>
 template <int size>
 [[nodiscard, gnu::always_inline]] inline bool update_block(Index n, const auto& kernel, auto*... out) {
   if constexpr (0 < size && size <= 8) {
-    return update_unrolled<size>(kernel, out...);
+    return update_one_by_one<size>(kernel, out...);
   } else if constexpr (0 < size && size <= 64) {
     FiniteWitness<std::common_type_t<std::remove_cvref_t<decltype(*out)>...>> witness;
     const auto one = [&](Index i, auto... x) {

@@ -7,7 +7,9 @@
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/equation/right_hand_side.hpp"
+#include "phistep/force/sum.hpp"
 #include "phistep/linear/mass.hpp"
+#include "phistep/matrix/static_sparse_system.hpp"
 #include "phistep/schemes/choice.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
@@ -28,6 +30,10 @@ template <State S, class F, class MassSpec>
   scene.has_history = Rhs::has_history;
   scene.has_jacobian = Traits::has_jacobian;
   scene.has_pattern = Traits::has_pattern;
+  scene.is_affine = Traits::is_affine;
+  scene.is_driven = Traits::uses_time;
+  if constexpr (requires { Unwrapped<F>::jacobian_pattern; })
+    scene.has_sparse_lu = has_sparse_pattern<Unwrapped<F>, static_unknowns<S>>;
   scene.structure = Traits::has_jacobian || Traits::has_pattern ? Traits::structure : Structure::dense;
   scene.digits = std::numeric_limits<ScalarOf<S>>::digits10;
   return scene;

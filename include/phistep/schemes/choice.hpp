@@ -15,6 +15,9 @@ namespace phistep::inline PHISTEP_ABI {
 struct AdvisedProblem {
   std::int64_t unknowns = 0;  ///< solved for: n for a motion, whose r and v are 2n numbers
   bool is_motion = false, uses_velocity = false, has_history = false, has_jacobian = false, has_pattern = false;
+  bool is_affine = false;      ///< one matrix all along
+  bool is_driven = false;      ///< the force uses the time
+  bool has_sparse_lu = false;  ///< dense by structure, eliminated by a `jacobian_pattern`
   Structure structure = Structure::dense;
   double rtol = 1e-4;
   int digits = 15;  ///< of the scalar
@@ -27,7 +30,7 @@ enum class SuitableScheme : std::uint8_t {
   nystrom_8,
   nystrom_12,
   verlet,
-  rodas_4,
+  rodas_4,  ///< Rodas4P2, of order 4
   rodas_5p,
   radau_iia,
   tr_bdf_2
@@ -47,7 +50,7 @@ enum class SuitableScheme : std::uint8_t {
     case verlet:
       return "velocity_verlet";
     case rodas_4:
-      return "rodas4";
+      return "rodas4p2";
     case rodas_5p:
       return "rodas5p";
     case radau_iia:
@@ -80,23 +83,42 @@ struct SchemeChoice {
 
 /// Up to here a matrix is dense in the caches, and its factors cost as much as a few force calls.
 inline constexpr std::int64_t few_unknowns = 50;
+/// Up to here a dense Jacobian by differences and its factors are worth a step of high order (measured: 80 to 96 unknowns).
+inline constexpr std::int64_t dense_unknowns = 200;
 
-/// The largest rtol at which radau's orders pay for its iterations, 0 where they never do: the 1-D Brusselator of 100 to 1e4
-/// points (bands), reaction and diffusion on grids of 400 to 3600 (sparse), the small problems of bench/work_precision (dense).
-[[nodiscard]] constexpr double radau_from(const AdvisedProblem& scene) {
-  if (scene.structure == Structure::sparse) return 1e-4;
-  if (scene.structure != Structure::dense) return 1e-6;
-  return scene.unknowns <= 10 ? 3e-4 : scene.unknowns <= few_unknowns ? 1e-7 : 0;
+/// Where the diagrams cross: from `cheap` on rodas4p2's six stages win, from `high` down radau's orders, between them rodas5p.
+struct StiffLimits {
+  double cheap, high;  ///< of rtol
+};
+[[nodiscard]] constexpr StiffLimits stiff_limits(const AdvisedProblem& scene) {
+  const bool many = scene.unknowns > dense_unknowns;
+  switch (scene.structure) {
+    case Structure::sparse:
+      // A matrix a run: Rosenbrock steps reuse it, and radau's complex ones are worth it for many digits only.
+      if (scene.is_affine) return {2e-3, 3e-8};
+      return many ? StiffLimits{2e-3, 1e-4} : StiffLimits{3e-2, 3e-2};  // grids in the plane; Cusp
+    case Structure::dense:
+      break;
+    default:
+      return {2e-3, 3e-6};  // Brusselator and medical Akzo, chains of blocks; Plate, a band
+  }
+  if (scene.has_sparse_lu) return {5e-4, 3e-11};  // Pollution: radau has no such elimination
+  if (scene.unknowns <= 10) return {5e-4, 3e-5};  // Robertson, van der Pol, HIRES, Oregonator, E5
+  if (scene.unknowns <= few_unknowns)
+    return scene.is_driven ? StiffLimits{3e-3, 3e-3}
+                           : StiffLimits{5e-4, 1e-7};  // ring modulator; Pollution as a dense problem
+  return {2e-3, 3e-6};                                 // Beam, Cusp and Plate as dense problems
 }
 
 /// Stiff: who solves linear equations, and how many digits are wanted.
 [[nodiscard]] constexpr SchemeChoice suitable_implicit(const AdvisedProblem& scene) {
   using enum SuitableScheme;
   if (scene.structure == Structure::network) return {tr_bdf_2, SchemeReason::pairs};
-  if (!scene.has_jacobian && !scene.has_pattern && scene.unknowns > few_unknowns)
+  if (!scene.has_jacobian && !scene.has_pattern && scene.unknowns > dense_unknowns)
     return {tr_bdf_2, SchemeReason::no_jacobian};
-  if (scene.rtol > 3e-4) return {rodas_4, SchemeReason::cheapest_step};
-  if (scene.rtol <= radau_from(scene)) return {radau_iia, SchemeReason::high_order};
+  const StiffLimits limits = stiff_limits(scene);
+  if (scene.rtol <= limits.high) return {radau_iia, SchemeReason::high_order};
+  if (scene.rtol >= limits.cheap) return {rodas_4, SchemeReason::cheapest_step};
   return {rodas_5p, SchemeReason::factorization};
 }
 /// Not stiff: what the force looks at, and how many digits are wanted.

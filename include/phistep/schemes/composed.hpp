@@ -13,7 +13,7 @@
 ///
 /// **Not with dissipation.** Some γ_i are negative, as they must be beyond order 2: such a substep goes backward in time, and
 /// what friction damps forward grows there, by e^{c|γ_i|Δt}; an implicit one meets 1 − φλγ_iΔt = 0. Friction that is slow
-/// beside Δt does no harm, stiff friction blows up: there extrapolated(…), tr_bdf2 or a Rosenbrock scheme serves.
+/// beside Δt does no harm, stiff friction blows up: there tr_bdf2 or a Rosenbrock scheme serves.
 #pragma once
 
 #include <cstddef>

@@ -98,7 +98,13 @@ class Fingerprint {
     const auto* p = static_cast<const unsigned char*>(data);
     const auto stride = Words::spread(static_cast<std::uint64_t>(unroll * Words::count) * phi);
     for (; bytes >= granule; bytes -= granule, p += granule) accumulate(p, stride);
-    for (; bytes > 0; bytes -= 8, p += 8) {  // the last piece's rest, a word at a time: the same for every width
+    // The last piece's rest, a register and then a word at a time: the same for every width.
+    if constexpr (Words::count > 1)
+      for (int u = 0; bytes >= 8 * Words::count; ++u, bytes -= 8 * Words::count, p += 8 * Words::count) {
+        sum_[u] = Words::add(sum_[u], Words::halves(Words::add(Words::load(p), key_[u])));
+        words_ += Words::count;
+      }
+    for (; bytes > 0; bytes -= 8, p += 8) {
       std::uint64_t word = 0;
       std::memcpy(&word, p, bytes < 8 ? static_cast<std::size_t>(bytes) : 8);
       const std::uint64_t z = word + (++words_) * phi;

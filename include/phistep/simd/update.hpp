@@ -227,9 +227,11 @@ template <class Kernel, class Scalar, std::same_as<Scalar>... Scalars>
   return detail::fill<FiniteWitness<Scalar>>(n, kernel, out, more...).all_finite();
 }
 
-/// `update` for the few numbers of a small fixed state, known at compile time and unrolled: it stays in registers.
-template <std::ptrdiff_t n, class Kernel, class Scalar, std::same_as<Scalar>... Scalars>
-[[nodiscard, gnu::always_inline]] inline bool update_unrolled(Kernel kernel, Scalar* out, Scalars*... more) {
+/// `update` for the few numbers of a small fixed state, known at compile time and unrolled: it stays in registers. Number by
+/// number, for inputs that were just written so: a packet of them would be waited for.
+/// @tparam from  the first number
+template <std::ptrdiff_t n, std::ptrdiff_t from = 0, class Kernel, class Scalar, std::same_as<Scalar>... Scalars>
+[[nodiscard, gnu::always_inline]] inline bool update_one_by_one(Kernel kernel, Scalar* out, Scalars*... more) {
   // A sum of 0·x beats the bit test here: one dependent chain less, and no move between register files.
   Scalar witness{0};
   const auto one = [&](std::ptrdiff_t i, Scalar x, Scalars... y) __attribute__((always_inline)) {
@@ -240,10 +242,30 @@ template <std::ptrdiff_t n, class Kernel, class Scalar, std::same_as<Scalar>... 
     ((witness += Scalar{0} * y), ...);
   };
   [&]<std::size_t... i>(std::index_sequence<i...>) __attribute__((always_inline)) {
-    (one(static_cast<std::ptrdiff_t>(i), Scalar{}, Scalars{}...), ...);
+    (one(from + static_cast<std::ptrdiff_t>(i), Scalar{}, Scalars{}...), ...);
   }
-  (std::make_index_sequence<static_cast<std::size_t>(n)>{});
+  (std::make_index_sequence<static_cast<std::size_t>(n - from)>{});
   return witness == Scalar{0};
+}
+/// The same in packets, for inputs that were written in packets, and outputs that will be read so.
+template <std::ptrdiff_t n, class Kernel, class Scalar, std::same_as<Scalar>... Scalars>
+[[nodiscard, gnu::always_inline]] inline bool update_unrolled(Kernel kernel, Scalar* out, Scalars*... more) {
+#if PHISTEP_DETAIL_PACKETS
+  if constexpr (detail::takes_packets<Kernel, Scalar, Scalars...>) {
+    constexpr std::ptrdiff_t width = Packet<Scalar>::width, packets = n / width;
+    Packet<Scalar> troubles{0};
+    [&]<std::size_t... i>(std::index_sequence<i...>) __attribute__((always_inline)) {
+      (detail::fill_packet<FiniteWitness<Scalar>>(
+           static_cast<std::ptrdiff_t>(i) * width, kernel,
+           [](auto x, Scalar* p) __attribute__((always_inline)) { x.store(p); }, troubles, out, more...),
+       ...);
+    }
+    (std::make_index_sequence<static_cast<std::size_t>(packets)>{});
+    const bool good = packets == 0 || Scalar{0} * sum(troubles) == Scalar{0};
+    return update_one_by_one<n, packets * width>(kernel, out, more...) && good;
+  }
+#endif
+  return update_one_by_one<n>(kernel, out, more...);
 }
 
 /// True where every one of the n values is finite.

@@ -66,7 +66,7 @@ class LinearStages {
   }
   /// Forgets what solves have left.
   void forget() {
-    matrix_.drop();
+    matrix_.forget_solves();
     known_ = false;
   }
   /// … and that the force is still the same.

@@ -41,7 +41,9 @@ struct TangentSource {
 /// never asked for a tangent.
 /// @tparam stages  each factorization serves several solves
 /// @tparam shifted  others factorize, with K and C
-template <State S, class Rhs, class LinearSolver, bool position, bool stages = false, bool shifted = false>
+/// @tparam iterated  solves are corrected until they fit
+template <State S, class Rhs, class LinearSolver, bool position, bool stages = false, bool shifted = false,
+          bool iterated = !stages>
 class Linearisation {
  public:
   using Scalar = ScalarOf<S>;
@@ -61,6 +63,7 @@ class Linearisation {
                     .symmetric = Traits::is_symmetric,
                     .constant = Traits::is_affine,
                     .stages = stages,
+                    .iterated = iterated,
                     .shifted = shifted,
                     .block = Traits::block,
                     .differenced = !analytic,
@@ -120,9 +123,14 @@ class Linearisation {
     return has_factors_ ? std::abs(static_cast<double>(gamma.force / factored_.force) - 1) : 0;
   }
   void drop() { has_jacobian_ = has_factors_ = false; }
+  /// … and what solves have found out about W.
+  void forget_solves() {
+    drop();
+    if constexpr (requires { system_.seek_again(); }) system_.seek_again();
+  }
   /// The force may be another one: so may its pattern.
   void forget() {
-    drop();
+    forget_solves();
     if constexpr (!analytic) differences_.forget_pattern();
   }
   /// … and the matrix's own pattern, with what was found out about it.
@@ -188,7 +196,10 @@ class Linearisation {
   [[nodiscard]] double magnitude() const { return system_.magnitude(); }
 
   /// How the linear equations are solved, in words.
-  [[nodiscard]] static const char* name() { return row.name; }
+  [[nodiscard]] const char* name() const {
+    if constexpr (requires { system_.name(); }) return system_.name();
+    else return row.name;
+  }
 
   /// The linear solver takes a tolerance, and leaves that much of its residual.
   static constexpr bool is_iterative = SolvesToTolerance<System, Eigen::Matrix<Scalar, n_static, 1>>;

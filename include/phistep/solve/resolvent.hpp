@@ -42,7 +42,7 @@ class NewtonResolvent {
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
   using Rate = RateOf<S>;
-  using Matrix = Linearisation<S, Rhs, LinearSolver, position>;
+  using Matrix = Linearisation<S, Rhs, LinearSolver, position, false, false, corrections != Corrections::one>;
   static constexpr bool affine = Rhs::Traits::is_affine && !Matrix::matrix_free;
 
   /// @throws std::invalid_argument where a dense Jacobian of more than 1000 unknowns would be formed by differences.
@@ -76,7 +76,7 @@ class NewtonResolvent {
   void drop() { matrix_.drop(); }
   /// … and all else that solves have left.
   void forget() {
-    drop();
+    matrix_.forget_solves();
     solved_ = 0;
     pace_ = {};
   }

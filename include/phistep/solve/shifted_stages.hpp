@@ -11,14 +11,17 @@
 
 #include <cstddef>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "phistep/core/outcome.hpp"
+#include "phistep/core/statistics.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/equation/right_hand_side.hpp"
 #include "phistep/matrix/lane_system.hpp"
 #include "phistep/solve/linearisation.hpp"
 #include "phistep/solve/newton.hpp"
+#include "phistep/solve/tangent_check.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
 
@@ -35,20 +38,28 @@ class ShiftedStages {
   using Lanes = LaneSystem<Matrix::row.kind, Matrix::facts, Scalar, lanes>;
   using Shift = LaneShift<Scalar, lanes>;
   static constexpr bool analytic = Matrix::analytic;
+  /// Whether J was supplied or its pattern declared by the user. An iteration makes up for some of its errors, but the error
+  /// estimate is damped by it: too large a J would hide errors.
+  static constexpr bool is_promised = Rhs::Traits::is_affine || Matrix::analytic || Matrix::patterned;
 
   /// @throws std::invalid_argument where a dense Jacobian of more than 1000 unknowns would be formed by differences.
   ShiftedStages(const Plain& y, Rhs& rhs, const auto& solver) : options_{solver.options} { resize(y, rhs); }
   void resize(const Plain& y, Rhs& rhs) {
     matrix_.resize(y, rhs);  // may throw, so it comes first
     lanes_.resize(unknowns<S>(y));
+    if constexpr (is_promised) check_.resize(y);
   }
   /// Forgets what solves have left.
   void forget() { matrix_.drop(); }
   /// … and that the force is still the same.
-  void reset() { matrix_.forget(); }
+  void reset() {
+    matrix_.forget();
+    if constexpr (is_promised) check_.begin();
+  }
   /// … and the matrix's pattern: all that a new one hasn't.
   void forget_unsaved() {
     matrix_.forget_pattern();
+    if constexpr (is_promised) check_.begin();
     if constexpr (requires { lanes_.forget_pattern(); }) lanes_.forget_pattern();
   }
   static void forget_force() {}
@@ -60,6 +71,7 @@ class ShiftedStages {
     matrix_.drop();
     const Gamma<Scalar> gamma{dt, dt};
     matrix_.begin(gamma, Scalar{0});
+    if constexpr (is_promised) check_.count();
     return matrix_.linearise(rhs, gamma, t, y, psi, options_, allowed);
   }
   /// All W_l of the J at hand.
@@ -69,24 +81,24 @@ class ShiftedStages {
   }
   /// (M − γJ) x = b, in place, for first-order states: by the first lane, whose γ = h/λ is real.
   [[nodiscard]] Outcome solve(Rhs& rhs, Scalar /*gamma*/, Plain& x) {
-    using Number = typename Shift::Number;
-    using Real = typename Shift::Real;
     ++rhs.statistics().solves;
-    one_.resize(static_cast<std::size_t>(unknowns<S>(x)), Number{});
-    for_each_solved<S>(
-        [&](Index at, const auto& block) {
-          for (Index i = 0; i < block.size(); ++i) {
-            Scalar first[lanes]{real_ * block.data()[i]};
-            one_[static_cast<std::size_t>(at + i)] = {Real::load(first), Real{Scalar{0}}};
-          }
-        },
-        x);
-    lanes_.solve_in_place(one_.data());
-    for_each_solved<S>(
-        [&](Index at, auto& block) {
-          for (Index i = 0; i < block.size(); ++i) block.data()[i] = one_[static_cast<std::size_t>(at + i)].re[0];
-        },
-        x);
+    solve_first(unknowns<S>(x), [&](auto&& f) { for_each_number(f, Blocks<S>::solved(x)); });
+    return Outcome::success;
+  }
+  /// Whether J, made at (t, y), is the force's own there (tangent_check.hpp): some of the matrices only. Writes Ψ to psi.
+  /// @param gamma  h/λ of the first lane, whose factors are at hand
+  [[nodiscard]] Outcome check(Rhs& rhs, Scalar gamma, Scalar t, const Plain& y, Rate& psi) {
+    if constexpr (is_promised) {
+      if (!check_.is_due()) return Outcome::success;
+      rhs.evaluate_into(t, y, psi);
+      --rhs.statistics().force_calls;
+      ++rhs.statistics().checks;
+      if (first_non_finite(Rate::blocks(std::as_const(psi)))) return Outcome::non_finite_force;
+      FirstLane first{*this};
+      const Outcome outcome = check_.look(rhs, first, options_, gamma, t, y, psi);
+      if (outcome != Outcome::success) reset();
+      return outcome;
+    }
     return Outcome::success;
   }
   /// x ← W⁻¹ x
@@ -99,7 +111,32 @@ class ShiftedStages {
   [[nodiscard]] const char* solver_name() const { return matrix_.name(); }
 
  private:
+  /// What TangentCheck solves with.
+  struct FirstLane {
+    ShiftedStages& self;
+    [[nodiscard]] Outcome solve(auto& x, const NewtonOptions&, Statistics&) {
+      self.solve_first(x.size(), [&x](auto&& f) {
+        for (Index i = 0; i < x.size(); ++i) f(static_cast<std::size_t>(i), x[i]);
+      });
+      return Outcome::success;
+    }
+  };
+  /// (M − γC − γ²K) x = b, in place. for_each(f) calls f(i, x_i).
+  void solve_first(Index n, auto&& for_each) {
+    using Number = typename Shift::Number;
+    using Real = typename Shift::Real;
+    one_.resize(static_cast<std::size_t>(n), Number{});
+    for_each([this](std::size_t i, Scalar& x) {
+      Scalar first[lanes]{real_ * x};
+      one_[i] = {Real::load(first), Real{Scalar{0}}};
+    });
+    lanes_.solve_in_place(one_.data());
+    for_each([this](std::size_t i, Scalar& x) { x = one_[i].re[0]; });
+  }
+
+  struct Nothing {};
   NewtonOptions options_;
+  [[no_unique_address]] std::conditional_t<is_promised, TangentCheck<S, Rhs>, Nothing> check_;
   Matrix matrix_;
   Lanes lanes_;
   std::vector<typename Shift::Number> one_;  // a right-hand side

@@ -164,7 +164,7 @@ inline constexpr std::size_t solved_blocks =
 
 /// Calls f(k, block k of each tie) for every k.
 template <std::size_t k = 0, class F, class First, class... Rest>
-constexpr void for_each_block(F&& f, First&& first, Rest&&... rest) {
+[[gnu::always_inline]] constexpr void for_each_block(F&& f, First&& first, Rest&&... rest) {
   f(std::integral_constant<std::size_t, k>{}, std::get<k>(first), std::get<k>(rest)...);
   if constexpr (k + 1 < std::tuple_size_v<std::remove_cvref_t<First>>) for_each_block<k + 1>(f, first, rest...);
 }

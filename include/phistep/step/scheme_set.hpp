@@ -29,7 +29,7 @@ template <SuitableScheme scheme>
   else if constexpr (scheme == SuitableScheme::dormand_prince_8) return dop853;
   else if constexpr (scheme == SuitableScheme::nystrom_8) return rkn86;
   else if constexpr (scheme == SuitableScheme::nystrom_12) return rkn1210;
-  else if constexpr (scheme == SuitableScheme::rodas_4) return rodas4;
+  else if constexpr (scheme == SuitableScheme::rodas_4) return rodas4p2;
   else if constexpr (scheme == SuitableScheme::radau_iia) return radau;
   else if constexpr (scheme == SuitableScheme::tr_bdf_2) return tr_bdf2;
   else return rodas5p;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "contract/states.hpp"
@@ -70,7 +71,7 @@ TEST_CASE("orders 5 and 8, of first order and for motion, and of the estimates")
     trace.weight.setOnes();
     double size = 0;
     const auto look = [&](const auto&, const auto&, const auto& told) {
-      size = told.error_scale * static_cast<double>(told.error.norm());
+      size = std::sqrt(told.error_scale_square) * static_cast<double>(told.error.norm());
       return true;
     };
     REQUIRE(stepper.attempt(y, 0.4L, h, Origin::unknown, trace, look));
@@ -78,6 +79,35 @@ TEST_CASE("orders 5 and 8, of first order and for motion, and of the estimates")
   };
   CHECK(std::log2(estimate(tsit5, 0.02L) / estimate(tsit5, 0.01L)) == Approx(5).margin(0.1));
   CHECK(std::log2(estimate(dop853, 0.04L) / estimate(dop853, 0.02L)) == Approx(8).margin(0.2));
+}
+
+TEST_CASE("a motion's estimate is that of its vector (r, v), r and v alike") {
+  const auto estimate = [](auto stepper, auto y) {
+    Trace<decltype(y)> trace;
+    trace.resize(y);
+    for_each_block([](auto, auto& weight) { weight.setOnes(); }, Blocks<decltype(y)>::all(trace.weight));
+    double scale = 0;
+    auto error = y;
+    const auto look = [&](const auto&, const auto&, const auto& told) {
+      error = told.error;
+      scale = told.error_scale_square;
+      return true;
+    };
+    REQUIRE(stepper.attempt(y, 0.4, 0.5, Origin::unknown, trace, look));
+    return std::pair{error, scale};
+  };
+  const auto check = [&](auto scheme) {
+    const Motion<Eigen::Vector2d> y{{1, 0.2}, {-0.3, 0.5}};
+    Eigen::Vector4d z;
+    z << y.r, y.v;
+    const auto [motion, of_motion] = estimate(PhiStepper{y, Swing{}, scheme, mass(2.5)}, y);
+    const auto [vector, of_vector] = estimate(PhiStepper{z, AsOne{2.5}, scheme}, z);
+    CHECK((motion.r - vector.head<2>()).norm() <= 1e-6 * vector.head<2>().norm());
+    CHECK((motion.v - vector.tail<2>()).norm() <= 1e-6 * vector.tail<2>().norm());
+    CHECK(of_motion == Approx(of_vector).epsilon(1e-6));
+  };
+  check(tsit5);
+  check(dop853);
 }
 
 TEST_CASE("the weights of r are those of v, summed: a motion steps as its vector (r, v) does") {

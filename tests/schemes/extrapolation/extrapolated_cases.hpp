@@ -16,6 +16,8 @@
 #include "problems/robertson.hpp"
 #include "support/catch.hpp"
 
+#pragma GCC diagnostic ignored "-Wdeprecated-declarations"  // of two kinds, which leave in 0.3
+
 using namespace phistep;
 using problems::distance;
 using problems::march;

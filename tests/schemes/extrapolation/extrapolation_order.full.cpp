@@ -18,6 +18,8 @@
 #include "problems/pendulum_flow.hpp"
 #include "support/catch.hpp"
 
+#pragma GCC diagnostic ignored "-Wdeprecated-declarations"  // of two kinds, which leave in 0.3
+
 using namespace phistep;
 using problems::distance;
 using problems::march;

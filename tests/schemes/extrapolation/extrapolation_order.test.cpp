@@ -12,6 +12,8 @@
 #include "support/catch.hpp"
 #include "support/shared_force.hpp"
 
+#pragma GCC diagnostic ignored "-Wdeprecated-declarations"  // of two kinds, which leave in 0.3
+
 using namespace phistep;
 
 namespace {

@@ -1,4 +1,5 @@
 // Radau IIA under control of its error: tolerance, order, dense output, restarts.
+#include "problems/e5.hpp"
 #include "schemes/radau/radau_run_cases.hpp"
 
 using namespace radau_run_cases;
@@ -51,4 +52,17 @@ TEST_CASE("one particle that needs short steps rules Radau's steps in the partic
     return static_cast<double>(report.statistics.steps);
   };
   CHECK(steps(Norm::particle) > 1.1 * steps(Norm::rms));
+}
+
+TEST_CASE("E5 to 1e11: components that fall by ten decades keep what rounding leaves of y2 = y3 + y4") {
+  // One rounding of 1.5e-10, where y2 is largest, is 1.9e-6 of what is left at the end.
+  using P = problems::E5;
+  const P::State exact = P::at_1e11();
+  for (const double rtol : {1e-7, 1e-8, 1e-9, 1e-10, 1e-11}) {
+    P::State y = P::start();
+    PhiStepper stepper{y, P{}, radau};
+    CAPTURE(rtol);
+    REQUIRE(integrate(stepper, y, {0, 1e11}, tolerance{.rtol = rtol, .atol = 1e-22 * rtol}));
+    CHECK((y - exact).cwiseQuotient(exact).segment<2>(1).cwiseAbs().maxCoeff() <= 4 * 1.9e-6);
+  }
 }

@@ -1,13 +1,12 @@
 /// @file
 /// Extrapolated schemes of variable order and step, as rows over the kernel:
 ///
-///     PhiStepper stepper{y, force, extrapolated(backward_euler)};      stiff: linearly implicit Euler, column k of order k;
-///                                                                      deprecated in double (extrapolation.hpp says why)
-///     PhiStepper stepper{y, force, extrapolated(forward_euler)};       Gragg's explicit midpoint rule, order 2k
-///     PhiStepper stepper{y, force, extrapolated(velocity_verlet)};     motion whose force ignores v, order 2k
+///     PhiStepper stepper{y, force, extrapolated(forward_euler)};       Gragg's explicit midpoint rule, column k of order 2k
+///     PhiStepper stepper{y, force, extrapolated(backward_euler)};      deprecated: linearly implicit Euler, order k
+///     PhiStepper stepper{y, force, extrapolated(velocity_verlet)};     deprecated: motion whose force ignores v, order 2k
 ///
-/// In double precision the Nyström pairs are ahead of the third (nystrom.hpp); it has no printed coefficients, and so serves
-/// any scalar to its last digits.
+/// The first has no printed coefficients, and so serves any scalar to its last digits (extrapolation.hpp says what replaces
+/// the others).
 ///
 /// Under a tolerance each step chooses its columns and its length; without one it takes the columns given. The solution
 /// inside its steps is not known to their accuracy: `sampled` and `step.at(t)` do not compile, `at_times` serves.

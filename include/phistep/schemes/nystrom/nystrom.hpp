@@ -22,11 +22,11 @@
 #include "phistep/core/scheme_facts.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/schemes/acceleration.hpp"
+#include "phistep/schemes/explicit_stages.hpp"
 #include "phistep/schemes/nystrom/carried_rounding.hpp"
 #include "phistep/schemes/nystrom/nystrom_interpolant.hpp"
 #include "phistep/schemes/nystrom/nystrom_tableaus.hpp"
 #include "phistep/schemes/scheme_on.hpp"
-#include "phistep/schemes/weighted_sum.hpp"
 #include "phistep/simd/update.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/combination.hpp"
@@ -99,7 +99,7 @@ class SchemeOn<Nystrom<Tableau, compensates>, S> : public SchemeDefaults {
 
   SchemeOn(Nystrom<Tableau, compensates>, const Plain& y) { resize(y); }
   void resize(const Plain& y) {
-    k_.fill(make_rate<S>(y));
+    k_.resize(y);
     rounding_.resize(y);
   }
   [[nodiscard]] static int order() { return Tableau::order; }
@@ -111,7 +111,7 @@ class SchemeOn<Nystrom<Tableau, compensates>, S> : public SchemeDefaults {
 
   template <class Kernel, class Step>
   [[nodiscard]] Outcome step(Kernel& kernel, Step& step) {
-    if (const Outcome bad = start(kernel, step); failed(bad)) return bad;
+    if (const Outcome bad = k_.start(kernel, step); failed(bad)) return bad;
     if (const Outcome bad = go(kernel.rhs(), step); failed(bad)) return bad;
     if constexpr (Step::is_traced) return slopes_and_error(kernel, step);
     step.psi_next_known = Kernel::carries;
@@ -120,7 +120,7 @@ class SchemeOn<Nystrom<Tableau, compensates>, S> : public SchemeDefaults {
   static constexpr bool interpolates = true;
   static constexpr std::array<double, 2> doubtful_at{Tableau::doubtful[0], Tableau::doubtful[1]};
   void interpolate(Scalar x, Scalar dt, const Plain& y0, const Plain& y1, Plain& out) const {
-    NystromInterpolant<Tableau>::template at<S>(x, dt, y0, y1, k_, out);
+    NystromInterpolant<Tableau>::template at<S>(x, dt, y0, y1, k_.all(), out);
   }
 
   void archive(auto& ar) { ar("rounding", rounding_); }
@@ -128,24 +128,11 @@ class SchemeOn<Nystrom<Tableau, compensates>, S> : public SchemeDefaults {
   void accepted() { rounding_.accepted(); }
 
  private:
-  /// k_0 = M⁻¹Ψ(t, r), where it isn't known a force call
-  template <class Step>
-  [[nodiscard]] Outcome start(auto& kernel, Step& step) {
-    if constexpr (Step::is_traced) {
-      if (const Outcome bad = kernel.start(step); failed(bad)) return bad;
-      block(k_[0]) = velocity_of<S>(step.trace.start);
-      return Outcome::success;
-    } else {
-      if (!step.psi_known) kernel.rhs().evaluate_into(step.t, step.y, step.psi);
-      k_[0] = step.psi;
-      return accelerate(kernel.rhs(), k_[0]) ? Outcome::success : Outcome::non_finite_force;
-    }
-  }
   /// The slope at the end, and (3)
   [[nodiscard]] Outcome slopes_and_error(auto& kernel, auto& step) {
     auto& trace = step.trace;
-    set<nystrom::PositionError<Tableau>>(position_of<S>(trace.error), step.dt * step.dt);
-    set<nystrom::VelocityError<Tableau>>(velocity_of<S>(trace.error), step.dt);
+    k_.template put<nystrom::PositionError<Tableau>>(step.dt * step.dt, position_of<S>(trace.error));
+    k_.template put<nystrom::VelocityError<Tableau>>(step.dt, velocity_of<S>(trace.error));
     if constexpr (Tableau::first_is_last) {
       position_of<S>(trace.end) = velocity_of<S>(step.next);
       velocity_of<S>(trace.end) = block(k_[last]);
@@ -172,12 +159,14 @@ class SchemeOn<Nystrom<Tableau, compensates>, S> : public SchemeDefaults {
     bool finite = arrived;
     if (arrived) {
       if constexpr (!Tableau::first_is_last) finite = move<nystrom::Position<Tableau>, true>(step, 1);
-      const auto kick = [dt = step.dt, sum = sum<nystrom::Velocity<Tableau>>()](auto i) { return dt * sum(i); };
+      const auto kick = [dt = step.dt, sum = k_.template sum<nystrom::Velocity<Tableau>>()](auto i) {
+        return dt * sum(i);
+      };
       finite = put<1, true>(step.next, step.y, kick) && finite;
       rounding_.end(step.next);
     }
     if (finite) return Outcome::success;
-    blame(step);
+    k_.blame(step.psi);
     return Outcome::non_finite_state;
   }
   template <std::size_t i, class Rhs, class Data>
@@ -189,20 +178,6 @@ class SchemeOn<Nystrom<Tableau, compensates>, S> : public SchemeDefaults {
     if constexpr (at_end) k_[i] = step.psi;
     return accelerate(rhs, k_[i]);
   }
-  /// psi: kept for the failure message: the first k that isn't finite, among those that this step has filled.
-  template <class Data>
-  [[gnu::cold, gnu::noinline]] void blame(Data& step) const {
-    for (const Rate& k : k_)
-      if (first_non_finite(Rate::blocks(k))) {
-        step.psi = k;
-        return;
-      }
-  }
-
-  template <class Weights>
-  [[nodiscard]] auto sum() const {
-    return WeightedSum<Weights, Rate, compensates>{k_};
-  }
   /// next.r = r + c Δt v + Δt² Σ w_j k_j
   template <class Weights, bool at_end, class Data>
   [[nodiscard]] bool move(Data& step, long double c) {
@@ -210,12 +185,12 @@ class SchemeOn<Nystrom<Tableau, compensates>, S> : public SchemeDefaults {
     const Scalar dt = step.dt, share = static_cast<Scalar>(c);
     if constexpr (compensates) {
       const auto rest = static_cast<Scalar>(c - static_cast<long double>(share));
-      const auto increment = [=, sum = sum<Weights>()](auto i) {
+      const auto increment = [=, sum = k_.template sum<Weights>()](auto i) {
         return dt * (share * v[i] + (rest * v[i] + dt * sum(i)));
       };
       return put<0, at_end>(step.next, step.y, increment);
     } else {
-      const auto increment = [drift = share * dt, kick = dt * dt, v, sum = sum<Weights>()](auto i) {
+      const auto increment = [drift = share * dt, kick = dt * dt, v, sum = k_.template sum<Weights>()](auto i) {
         return sum.add_to(drift * v[i], kick, i);
       };
       return put<0, at_end>(step.next, step.y, increment);
@@ -240,14 +215,7 @@ class SchemeOn<Nystrom<Tableau, compensates>, S> : public SchemeDefaults {
       return update_block<size>(out.size(), kernel, out.data());
     }
   }
-  /// e = factor Σ w_j k_j. Where that isn't finite, the norm of it will tell.
-  template <class Weights>
-  void set(auto& e, Scalar factor) {
-    const auto kernel = [factor, sum = sum<Weights>()](auto i, auto& to) { to = factor * sum(i); };
-    static_cast<void>(update_block<size>(e.size(), kernel, e.data()));
-  }
-
-  std::array<Rate, stages> k_;
+  ExplicitStages<S, stages, compensates> k_;
   [[no_unique_address]] CarriedRounding<S, compensates> rounding_;
 };
 

@@ -29,6 +29,7 @@ struct RadauConstants {
   std::array<ByStage, lanes> into_stages;  ///< T
   std::array<ByStage, lanes> into_powers;  ///< a_m of u(1 + x) − u(1) = Σ a_m x^{m+1}
   ByLane start;                            ///< h u'(0)
+  std::array<Stages, s> slopes{};          ///< A⁻¹, column by column: h u'(c_i) = Σ_j (A⁻¹)_ij z_j
   std::array<Scalar, s> c{};
 
   constexpr RadauConstants() {
@@ -59,10 +60,26 @@ struct RadauConstants {
         put(powers[m], l, w);
       }
     }
-    for (std::size_t j = 0; j < s; ++j) c[j] = static_cast<Scalar>(table.c[j]);
+    for (std::size_t j = 0; j < s; ++j) {
+      c[j] = static_cast<Scalar>(table.c[j]);
+      for (std::size_t i = 0; i < s; ++i) slopes[j][i] = static_cast<Scalar>(slope(table.c, i, j));
+    }
   }
 
  private:
+  /// l_j'(c_i) of Lagrange's polynomials through 0, c_1 … c_s: what A⁻¹ is, right in each entry.
+  static constexpr radau_detail::Real slope(const auto& c, std::size_t i, std::size_t j) {
+    if (i == j) {
+      radau_detail::Real sum = 1 / c[j];
+      for (std::size_t m = 0; m < s; ++m)
+        if (m != j) sum += 1 / (c[j] - c[m]);
+      return sum;
+    }
+    radau_detail::Real product = c[i] / (c[j] * (c[j] - c[i]));
+    for (std::size_t m = 0; m < s; ++m)
+      if (m != i && m != j) product *= (c[i] - c[m]) / (c[j] - c[m]);
+    return product;
+  }
   static constexpr void put(ByLane& to, std::size_t l, radau_detail::Complex z) {
     to.re[l] = static_cast<Scalar>(z.re);
     to.im[l] = static_cast<Scalar>(z.im);

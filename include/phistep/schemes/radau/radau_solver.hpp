@@ -85,7 +85,14 @@ class RadauSolver {
     const Outcome outcome = matrices.factorize(kernel.rhs(), work_.template shift<s>(step.dt, masses), masses);
     factored_ = failed(outcome) ? 0 : s;
     factored_dt_ = step.dt;
-    return outcome;
+    if (failed(outcome) || !is_fresh_) return outcome;
+    const Outcome checked =
+        matrices.check(kernel.rhs(), radau_constants<Scalar, s>.mu.re[0] * step.dt, step.t, step.y, step.psi);
+    if (failed(checked)) {
+      forget();
+      if (checked == Outcome::non_finite_force) copy_blocks<S>(step.next, step.y);  // kept for the failure message
+    }
+    return checked;
   }
 
   /// Iterates while `test` says so, with the weights given.
@@ -93,6 +100,7 @@ class RadauSolver {
   [[nodiscard]] Judgement iterate(Kernel& kernel, auto& step, const auto& masses, const Plain& weight,
                                   RadauIteration<>& test) {
     for_each_number([&](std::size_t i, Scalar w) { weight_[i] = w; }, solved(weight));
+    work_.template to_stages<s>();
     Judgement judgement = Judgement::go_on;
     while (judgement == Judgement::go_on) {
       this->template evaluate<s>(kernel, step);
@@ -104,6 +112,7 @@ class RadauSolver {
   template <int s, class Kernel>
   [[nodiscard]] Judgement iterate_to_rounding(Kernel& kernel, auto& step, const auto& masses) {
     RoundingIteration<> test{round_off};
+    work_.template to_stages<s>();
     Judgement judgement = Judgement::go_on;
     for (bool first = true; judgement == Judgement::go_on; first = false) {
       bool has_scale = true;
@@ -149,8 +158,8 @@ class RadauSolver {
       for_each_number([&](std::size_t i, Scalar r, Scalar v,
                           Scalar& to) { to = r + work_.template position_increment<s>(step.dt, v, i); },
                       positions(step.y), velocities(step.y), positions(step.next));
-    for_each_number([&](std::size_t i, Scalar y, Scalar& to) { to = y + work_.increment(i); }, solved(step.y),
-                    solved(step.next));
+    for_each_number([&](std::size_t i, Scalar y, Scalar& to) { to = y + work_.template increment<s>(i); },
+                    solved(step.y), solved(step.next));
   }
 
  private:
@@ -161,7 +170,6 @@ class RadauSolver {
   /// Ψ at every stage.
   template <int s, class Kernel>
   void evaluate(Kernel& kernel, auto& step) {
-    work_.template to_stages<s>();
     if constexpr (drifts) work_.template to_positions<s>(step.dt, velocity_of<S>(step.y));
     for (std::size_t j = 0; j < s; ++j) {
       to_stage(step, j);

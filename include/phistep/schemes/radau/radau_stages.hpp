@@ -4,7 +4,12 @@
 ///
 ///     (λ_l/h M − C − h/λ_l K) δ_l = (T⁻¹ Ψ(Y))_l − λ_l/h M w_l,      w_l ← w_l + δ_l                             (1)
 ///
-/// one real and (s−1)/2 complex systems of n equations. First order: K = 0, C = Ψ_y. For motion the positions follow,
+/// one real and (s−1)/2 complex systems of n equations. T and T⁻¹ magnify rounding (their entries' product goes up to 2e3 for
+/// s = 7), so that Z is kept beside w, and the right side of (1) is T⁻¹ of what the stage equations themselves leave,
+///
+///     Ψ(Y_i) − M/h Σ_j (A⁻¹)_ij Z_j,      Z ← Z + T δ:                                                          (2)
+///
+/// as the iteration converges, T and T⁻¹ work on numbers that vanish. First order: K = 0, C = Ψ_y. For motion the positions follow,
 /// Z^r_i = c_i h v + (h/λ w)_i, so that these are n equations for v, and not 2n.
 ///
 /// All four lanes are worked on at once (matrix/lane_system.hpp); a method with fewer leaves the others zero.
@@ -44,7 +49,7 @@ class RadauStages {
   void resize([[maybe_unused]] Eigen::Index n) {
     if constexpr (!is_fixed) {
       for (auto* x : {&w_, &delta_}) x->assign(static_cast<std::size_t>(n), Number{});
-      for (auto* x : {&z_, &psi_, &r_}) x->assign(static_cast<std::size_t>(n), Row{});
+      for (auto* x : {&z_, &psi_, &r_, &left_}) x->assign(static_cast<std::size_t>(n), Row{});
     }
   }
   [[nodiscard]] std::size_t n() const { return w_.size(); }
@@ -61,6 +66,7 @@ class RadauStages {
     int exponent = 0;
     static_cast<void>(std::frexp(h / heaviest, &exponent));
     shift_.force = std::ldexp(Scalar{1}, exponent);
+    per_h_ = 1 / h;
     shift_.drift = {load(k.mu.re) * Real{-h * shift_.force}, load(k.mu.im) * Real{-h * shift_.force}};
     shift_.mass = {load(k.lambda.re) * Real{shift_.force / h}, load(k.lambda.im) * Real{shift_.force / h}};
     return shift_;
@@ -83,7 +89,7 @@ class RadauStages {
       w_[i] = {re, im};
     }
   }
-  /// z(i) holds component i of Z_1 … Z_s.
+  /// Z of w, to begin with: z(i) holds component i of Z_1 … Z_s.
   template <int s>
   void to_stages() {
     for (std::size_t i = 0; i < n(); ++i) apply(w_[i], radau_constants<Scalar, s>.into_stages, z_[i]);
@@ -103,31 +109,32 @@ class RadauStages {
   }
   [[nodiscard]] const Row& r(std::size_t i) const { return r_[i]; }
 
-  /// The corrections δ of (1), added to w. Returns Σ |w_i δ_il|², w_i the weight of component i: squares of what has a unit
-  /// would leave the range.
+  /// The corrections δ of (1), by (2), added to w and to Z. Returns Σ |w_i δ_il|², w_i the weight of component i: squares of
+  /// what has a unit would leave the range.
   template <int s>
   [[nodiscard]] auto correct(auto& matrices, const auto& masses, const auto& weight) {
     constexpr auto& k = radau_constants<Scalar, s>;
+    for (std::size_t i = 0; i < n(); ++i) left_[i] = {};
+    masses([this](auto i, auto j, auto m) {
+      subtract_slopes<s>(static_cast<Scalar>(m) * per_h_, z_[static_cast<std::size_t>(j)],
+                         left_[static_cast<std::size_t>(i)]);
+    });
     for (std::size_t i = 0; i < n(); ++i) {
       Real re{Scalar{0}}, im{Scalar{0}};
       for (std::size_t j = 0; j < s; ++j) {
-        const Real x{psi_[i][j]};
+        const Real x{psi_[i][j] + left_[i][j]};
         re = re + x * load(k.into_lanes[j].re);
         im = im + x * load(k.into_lanes[j].im);
       }
       delta_[i] = {re * Real{shift_.force}, im * Real{shift_.force}};
     }
-    masses([this](auto i, auto j, auto m) {
-      const Real by{static_cast<Scalar>(m)};
-      delta_[static_cast<std::size_t>(i)].subtract({shift_.mass.re * by, shift_.mass.im * by},
-                                                   w_[static_cast<std::size_t>(j)]);
-    });
     matrices.solve_in_place(delta_.data());
     using Wide = std::common_type_t<Scalar, double>;
     Wide all{0};
     for (std::size_t i = 0; i < n(); ++i) {
       w_[i].re = w_[i].re + delta_[i].re;
       w_[i].im = w_[i].im + delta_[i].im;
+      apply<true>(delta_[i], k.into_stages, z_[i]);
       const auto [power, rest] = split_power(weight[i]);
       const Real by{power};
       all += static_cast<Wide>(sum(Number{delta_[i].re * by, delta_[i].im * by}.norm())) * static_cast<Wide>(rest) *
@@ -137,7 +144,10 @@ class RadauStages {
   }
 
   /// Z_s, component i: what the step adds to y.
-  [[nodiscard]] Scalar increment(std::size_t i) const { return sum(w_[i].re); }
+  template <int s>
+  [[nodiscard]] Scalar increment(std::size_t i) const {
+    return z_[i][s - 1];
+  }
   /// … and for motion to r.
   template <int s>
   [[nodiscard]] Scalar position_increment(Scalar h, Scalar v, std::size_t i) const {
@@ -190,8 +200,19 @@ class RadauStages {
   [[nodiscard]] static Scalar dot(const Number& w, const ByLane& by) {
     return sum(w.re * load(by.re) + w.im * load(by.im));
   }
-  /// Σ_l (Re w_l re_l + Im w_l im_l), a number a stage.
-  template <class ByStage>
+  /// left −= by A⁻¹ z, of one component
+  template <int s>
+  static void subtract_slopes(Scalar by, const Row& z, Row& left) {
+    constexpr auto& k = radau_constants<Scalar, s>;
+    using Part = WidePack<Scalar, 4>;
+    for (std::size_t at = 0; at < static_cast<std::size_t>(k.rows); at += 4) {
+      Part sum = Part{z[0]} * Part::load(k.slopes[0].data() + at);
+      for (std::size_t j = 1; j < s; ++j) sum = sum + Part{z[j]} * Part::load(k.slopes[j].data() + at);
+      (Part::load(left.data() + at) - Part{by} * sum).store(left.data() + at);
+    }
+  }
+  /// Σ_l (Re w_l re_l + Im w_l im_l), a number a stage. @tparam adds  to what is there
+  template <bool adds = false, class ByStage>
   static void apply(const Number& w, const std::array<ByStage, lanes>& by, Row& out) {
     constexpr std::size_t rows = std::tuple_size_v<decltype(ByStage::re)>;
     constexpr std::size_t used = rows == 4 ? 2 : lanes;
@@ -205,13 +226,15 @@ class RadauStages {
         x = x + Part{re[l]} * Part::load(by[l].re.data() + at);
         x = x + Part{im[l]} * Part::load(by[l].im.data() + at);
       }
+      if constexpr (adds) x = x + Part::load(out.data() + at);
       x.store(out.data() + at);
     }
   }
 
   Each<Number> w_, delta_;
-  Each<Row> z_, psi_, r_;
+  Each<Row> z_, psi_, r_, left_;
   Shift shift_{};
+  Scalar per_h_{1};  // [1/time]
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

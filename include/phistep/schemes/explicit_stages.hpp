@@ -1,0 +1,83 @@
+/// @file
+/// The stages of an explicit pair, Runge-Kutta's or Nyström's: their slopes k_j = M⁻¹Ψ, how the first of them comes about, sums
+/// of them with weights known at compile time, and to which of them a failure is due.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+#include "phistep/core/outcome.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/schemes/acceleration.hpp"
+#include "phistep/schemes/weighted_sum.hpp"
+#include "phistep/state/blocks.hpp"
+#include "phistep/state/unknowns.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// @tparam exact  sums with what Scalar's weights lack (weighted_sum.hpp)
+template <State S, std::size_t stages, bool exact = false>
+class ExplicitStages {
+ public:
+  using Scalar = ScalarOf<S>;
+  using Rate = RateOf<S>;
+  template <class Block>
+  static constexpr int size_of = std::remove_cvref_t<Block>::SizeAtCompileTime;
+
+  void resize(const PlainState<S>& y) { k_.fill(make_rate<S>(y)); }
+  [[nodiscard]] Rate& operator[](std::size_t j) { return k_[j]; }
+  [[nodiscard]] const Rate& operator[](std::size_t j) const { return k_[j]; }
+  [[nodiscard]] const std::array<Rate, stages>& all() const { return k_; }
+
+  /// k_0 = M⁻¹Ψ(t, y), where it isn't known a force call.
+  template <class Kernel, class Step>
+  [[nodiscard]] Outcome start(Kernel& kernel, Step& step) {
+    if constexpr (Step::is_traced) {
+      if (const Outcome bad = kernel.start(step); failed(bad)) return bad;
+      for_each_block([](auto, auto& k, const auto& slope) { k = slope; }, Rate::blocks(k_[0]),
+                     Blocks<S>::solved(step.trace.start));
+      return Outcome::success;
+    } else {
+      if (!Kernel::carries || !step.psi_known) kernel.rhs().evaluate_into(step.t, step.y, k_[0]);
+      else k_[0] = step.psi;
+      if constexpr (Kernel::carries)
+        if (!step.psi_known) step.psi = k_[0];
+      if (accelerate(kernel.rhs(), k_[0])) return Outcome::success;
+      step.psi = k_[0];
+      return Outcome::non_finite_force;
+    }
+  }
+  /// k_j = M⁻¹Ψ(t, Y). False: it isn't finite.
+  [[nodiscard]] bool evaluate(auto& rhs, std::size_t j, Scalar t, const PlainState<S>& Y) {
+    rhs.evaluate_into(t, Y, k_[j]);
+    return accelerate(rhs, k_[j]);
+  }
+  /// Σ_j w_j k_j of a block, for a kernel of update_block.
+  template <class Weights, std::size_t block = 0>
+  [[nodiscard]] auto sum() const {
+    return WeightedSum<Weights, Rate, exact, block>{k_};
+  }
+  /// to = factor Σ_j w_j k_j: an error. Where it isn't finite, the norm of it will tell.
+  template <class Weights, std::size_t block = 0>
+  void put(Scalar factor, auto& to) const {
+    const auto kernel = [factor, sum = sum<Weights, block>()](auto i, auto& x) { x = factor * sum(i); };
+    static_cast<void>(update_block<size_of<decltype(to)>>(to.size(), kernel, to.data()));
+  }
+  /// psi: kept for the failure message: the first k that isn't finite.
+  [[gnu::cold, gnu::noinline]] void blame(Rate& psi) const {
+    psi = k_[0];
+    for (const Rate& k : k_)
+      if (first_non_finite(Rate::blocks(k))) {
+        psi = k;
+        return;
+      }
+  }
+
+ private:
+  std::array<Rate, stages> k_;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI
