@@ -24,17 +24,16 @@ inline AdvisedProblem scene(std::int64_t n, double rtol, Structure structure = S
   s.has_jacobian = true;
   return s;
 }
-/// Explicit steps for each implicit one: `ratio`.
-inline Stiffness stiffness(double ratio) {
+inline Stiffness stiffness(bool is_stiff) {
   Stiffness s;
   s.known = true;
+  s.is_stiff = is_stiff;
   s.covered = 1;
   s.steps = 100;
-  s.turns = 300 * ratio;
-  s.rate = 1;
+  s.rate = s.dt = 1;
   return s;
 }
-inline std::string choice(const AdvisedProblem& s, double ratio) { return decide(s, stiffness(ratio)).scheme; }
+inline std::string choice(const AdvisedProblem& s, bool is_stiff) { return decide(s, stiffness(is_stiff)).scheme; }
 
 /// r'' = −ω² r − 2ζω v
 struct Oscillator {

@@ -7,6 +7,7 @@
 
 #include "phistep/advise.hpp"
 #include "phistep/autodiff.hpp"
+#include "phistep/automatic.hpp"
 #include "phistep/in_place.hpp"
 #include "phistep/io.hpp"
 #include "phistep/krylov.hpp"

@@ -20,6 +20,7 @@ namespace phistep::inline PHISTEP_ABI {
 ///                   state), if it has that, comes before. at_times and sampled look at given times, event at roots.
 /// @return outcome, time reached, counts; on failure the state is that of the last good step
 template <class Stepper, class S, class Control, class... Observers>
+  requires(!State<Stepper>)
 RunReport integrate(Stepper& stepper, S&& state, typename SpanOf<std::remove_reference_t<S>>::type span,
                     const Control& control, Observers&&... observers) {
   static_assert(StateRefusal<MutableState<S>, std::remove_reference_t<S>>::is_said);

@@ -58,19 +58,13 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
   [[nodiscard]] Outcome begin(const Plain& y, const ErrorLaw& law) {
     constexpr double round_off = static_cast<double>(std::numeric_limits<Scalar>::epsilon());
     if (!norm_.begin(wanted_, y)) return Outcome::invalid_tolerance;
-    // Estimates that go as the error at the end does, Δt^p, are held to the tolerance as they are.
-    reads_weights_ = law.reads_weights;
-    allowed_ = law.error_order == law.order
-                   ? 1
-                   : std::pow(wanted_.rtol, (law.error_order - law.order) / static_cast<double>(law.order));
-    per_allowed_ = 1 / allowed_;
+    size_ = {};
+    obey(law);
     // An error of a few roundings can't be told from rounding; where stages are combined with weights of up to a hundred,
     // as high orders do, one of some dozens.
     const double least = (law.error_order <= law.order ? 64 : 8) * round_off;
     if (wanted_.rtol * std::min(allowed_, 1.0) < least || !(wanted_.first_step >= 0)) return Outcome::invalid_tolerance;
     if (counts_ && !can_work(iterations_)) return Outcome::invalid_tolerance;
-    size_ =
-        StepSize{wanted_.filter == StepFilter::automatic ? law.filter : wanted_.filter, law.error_order, law.dead_band};
     trace_.resize(y);
     trace_.rtol = wanted_.rtol;
     return Length::bound(std::max(wanted_.min_step, counts_ ? iterations_.min_step : wanted_.min_step),
@@ -151,6 +145,28 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
     limits.count(LimitedBy::iterations);
     size_.forget();
     return Length::shorten(why, dt, 0.25);
+  }
+  /// The steps to come are another scheme's, which knows nothing of those before. @param longest  [time] of the first
+  void change(const ErrorLaw& law, double longest) {
+    obey(law);
+    size_.forget();
+    trace_.forget();
+    Length::set(std::min(Length::propose(), longest));
+  }
+  /// As a run that resumes finds it, with a stepper that had changed its scheme.
+  void obey(const ErrorLaw& law) {
+    // Estimates that go as the error at the end does, Δt^p, are held to the tolerance as they are.
+    reads_weights_ = law.reads_weights;
+    allowed_ = law.error_order == law.order
+                   ? 1
+                   : std::pow(wanted_.rtol, (law.error_order - law.order) / static_cast<double>(law.order));
+    per_allowed_ = 1 / allowed_;
+    size_.obey(wanted_.filter == StepFilter::automatic ? law.filter : wanted_.filter, law.error_order, law.dead_band);
+  }
+  /// weight = 1/(atol + rtol |y|), 0 where both are 0. @return rtol
+  double weigh(const Plain& y, Plain& weight) {
+    norm_.weigh(y, weight);
+    return wanted_.rtol;
   }
   /// The state isn't what the last step left. False where it outgrew the tolerances given.
   [[nodiscard]] bool edited(const Plain& y) {

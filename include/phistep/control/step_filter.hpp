@@ -37,12 +37,15 @@ class StepSize {
  public:
   /// @param order_of_error  k
   /// @param dead_band       a growth by less than this keeps Δt, and with it the factorized matrix; 1: none
-  StepSize(StepFilter filter, int order_of_error, double dead_band)
-      : filter_{filter},
-        weights_{filter == StepFilter::H211b ? Weights{1.0 / 4, 1.0 / 4, 1.0 / 4} : Weights{3.0 / 5, -1.0 / 5, 0}},
-        per_k_{1.0 / order_of_error},
-        dead_band_{dead_band > 1 ? std::log2(dead_band) : 0} {}
+  StepSize(StepFilter filter, int order_of_error, double dead_band) { obey(filter, order_of_error, dead_band); }
   StepSize() : StepSize{StepFilter::PI42, 1, 1} {}
+  /// The same for the steps to come; what is known of those before stays.
+  void obey(StepFilter filter, int order_of_error, double dead_band) {
+    filter_ = filter;
+    weights_ = filter == StepFilter::H211b ? Weights{1.0 / 4, 1.0 / 4, 1.0 / 4} : Weights{3.0 / 5, -1.0 / 5, 0};
+    per_k_ = 1.0 / order_of_error;
+    dead_band_ = dead_band > 1 ? std::log2(dead_band) : 0;
+  }
 
   /// ρ after a step that was accepted with ‖e‖² ≤ 1.
   [[nodiscard, gnu::always_inline]] inline double accepted_square(double square) {
@@ -112,11 +115,11 @@ class StepSize {
   };
   [[nodiscard]] static double limited(double growth) { return 1 + std::atan(std::exp2(growth) - 1); }
 
-  StepFilter filter_;
-  Weights weights_;
-  double per_k_, dead_band_;  ///< 1/k; log₂ of the dead band
-  double past_ = 0;           ///< log₂ ε_{n−1}^{1/k}; (2): its negative
-  double ratio_ = 0;          ///< log₂ ρ_{n−1}
+  StepFilter filter_{};
+  Weights weights_{};
+  double per_k_ = 1, dead_band_ = 0;  ///< 1/k; log₂ of the dead band
+  double past_ = 0;                   ///< log₂ ε_{n−1}^{1/k}; (2): its negative
+  double ratio_ = 0;                  ///< log₂ ρ_{n−1}
   bool seen_ = false, rejected_ = false;
 };
 

@@ -2,10 +2,13 @@
 /// What a run asks of any stepper, a user's own too: a step, a slope, and the way back to what it remembered of its history.
 #pragma once
 
+#include <concepts>
 #include <limits>
+#include <optional>
 #include <type_traits>
 #include <utility>
 
+#include "phistep/control/run_clock.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/version.hpp"
@@ -46,6 +49,17 @@ void complete_slopes(const Stepper& stepper, const PlainState<S>& y0, const Plai
     stepper.complete_slopes(y0, y1, dt, slope0, slope1);
   else if constexpr (requires { stepper.stepper(); }) complete_slopes<S>(stepper.stepper(), y0, y1, dt, slope0, slope1);
 }
+
+/// A stepper that chooses its scheme, of which it is number active() that is at work: begin_run(…) → whether the run's first step
+/// is to be proposed anew, for another scheme; choose(…), before each step, → [time] the longest step that its new scheme may
+/// begin with, or nothing where it keeps its scheme.
+template <class Stepper, class S, class Pace>
+concept ChoosesScheme = requires(Stepper& stepper, S& state, const PlainState<S>& y, const RunClock<ScalarOf<S>>& clock,
+                                 Pace& pace) {
+  { stepper.begin_run(state, y, clock, pace) } -> std::same_as<bool>;
+  { stepper.choose(state, y, clock, pace) } -> std::same_as<std::optional<double>>;
+  { stepper.active() } -> std::same_as<int>;
+};
 
 template <class Stepper>
 inline constexpr bool can_go_back = requires(Stepper& stepper) {

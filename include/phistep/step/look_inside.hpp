@@ -33,6 +33,7 @@ namespace phistep::inline PHISTEP_ABI {
 template <bool sees_error, class Stepper>
 [[nodiscard]] bool is_sure_inside([[maybe_unused]] const Stepper& stepper) {
   if constexpr (sees_error && facts_of<Stepper>.is_sure_inside) return true;
+  else if constexpr (sees_error && requires { stepper.is_sure_inside(); }) return stepper.is_sure_inside();
   else if constexpr (facts_of<Stepper>.solves_nothing) return stepper.order() <= 2;
   else return false;
 }

@@ -38,6 +38,7 @@ class StepAttempt {
 
   /// All that begins a run but force calls.
   [[nodiscard]] Outcome set_up() {
+    if constexpr (chooses) scheme_ = stepper_.active();
     if constexpr (Pace::varies) return pace_.begin(plain(), error_law(stepper_));
     else return pace_.begin(clock_.span());
   }
@@ -54,7 +55,12 @@ class StepAttempt {
         told = slope_of<S>(stepper_, t, y, out);
         return !failed(told);
       };
-      const Outcome bad = pace_.start(clock_.span(), plain(), stepper_.order(), slope);
+      Outcome bad = pace_.start(clock_.span(), plain(), stepper_.order(), slope);
+      if constexpr (chooses)
+        if (!failed(bad) && stepper_.begin_run(state_, plain(), clock_, pace_)) {
+          if (const Outcome other = set_up(); failed(other)) return other;
+          bad = pace_.start(clock_.span(), plain(), stepper_.order(), slope);
+        }
       return bad == Outcome::non_finite_force && failed(told) ? told : bad;
     } else {
       return set_up();
@@ -76,6 +82,7 @@ class StepAttempt {
   /// A step starts where the run stands.
   /// @param keeps_past  the stepper's history is kept, too
   void begin([[maybe_unused]] bool keeps_past) {
+    choose_scheme();
     if constexpr (keeps_start) {
       from_ = clock_;
       copy_blocks<S>(start_, state_);
@@ -136,6 +143,7 @@ class StepAttempt {
   /// How a step was tried: without a look at its error, by a scheme that tells of its error, or in two halves.
   enum class Way { plain, traced, doubled };
   struct Nothing {};
+  static constexpr bool chooses = Pace::sees_error && ChoosesScheme<Stepper, S, Pace>;
 
   void put_back(auto&& past) {
     copy_blocks<S>(state_, start_);
@@ -144,6 +152,15 @@ class StepAttempt {
       if (std::exchange(way_, Way::plain) == Way::doubled) pace_.trace().step_back();
     require_past<Stepper>();
     if constexpr (can_go_back<Stepper>) go_back(stepper_, std::forward<decltype(past)>(past));
+  }
+  /// A stepper that chooses its scheme does so here, where no step is under way.
+  void choose_scheme() {
+    if constexpr (chooses) {
+      if (const auto longest = stepper_.choose(state_, plain(), clock_, pace_))
+        pace_.change(error_law(stepper_), *longest);
+      else if (scheme_ != stepper_.active()) pace_.obey(error_law(stepper_));  // a run that resumes
+      scheme_ = stepper_.active();
+    }
   }
   [[nodiscard]] StepReport attempt_in_a_way(const Landing<Scalar>& to, Origin origin) {
     if constexpr (Pace::sees_error) {
@@ -179,6 +196,7 @@ class StepAttempt {
   Pace pace_;
   RunClock<Scalar> clock_, from_;
   Way way_ = Way::plain;  // of the last attempt
+  int scheme_ = -1;       // that the pace obeys, of a stepper that chooses
   [[no_unique_address]] std::conditional_t<keeps_start, Plain, Nothing> start_;
   [[no_unique_address]] std::conditional_t<keeps_start, std::optional<Past<Stepper>>, Nothing> past_;
   [[no_unique_address]] std::conditional_t<Pace::sees_error, StepDoubling<Stepper, S>, Nothing> doubling_;

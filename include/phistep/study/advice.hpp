@@ -50,19 +50,17 @@ template <class = void>
   const std::string wanted = "a tolerance of " + short_number(scene.rtol);
   if (scene.rtol < 10 * u)
     to.warnings.push_back(wanted + " is below what a number of " + std::to_string(scene.digits) + " digits can hold");
-  const bool stiff = stiffness.known && stiffness.ratio() > 3;
-  const SchemeChoice choice = suitable_scheme(scene, stiff);
+  const SchemeChoice choice = suitable_scheme(scene, stiffness.is_stiff);
   if (choice.why == SchemeReason::history) to.control = "phistep::fixed(dt)";
   else if (stiffness.known) {
-    std::string text = stiff ? "it is stiff: " : "it is not stiff: ";
-    text += "|lambda| goes up to " + short_number(stiffness.rate) +
-            " along the solution, where an explicit scheme would need " + short_number(stiffness.turns / 3) +
-            " steps to be stable, and an implicit one " + short_number(stiffness.steps) + " to be right to " +
-            short_number(stiffness.tolerance);
-    if (stiffness.covered < 1) text += " (seen: the first " + short_number(100 * stiffness.covered) + " % of the span)";
+    std::string text = stiffness.is_stiff ? "it is stiff: " : "it is not stiff: ";
+    text += "|lambda| = " + short_number(stiffness.rate);
+    text += stiffness.is_stiff ? " limits explicit steps to dt = " : ", and the error limits steps to dt = ";
+    text += short_number(stiffness.dt) + " (seen: " + std::to_string(stiffness.steps) + " steps, the first " +
+            short_number(100 * stiffness.covered) + " % of the span)";
     to.reasons.push_back(text);
   } else {
-    to.warnings.push_back("how stiff it is could not be found out: the pilot did not get anywhere");
+    to.warnings.push_back("how stiff it is could not be found out: the run's first steps failed");
   }
   to.scheme = name_of(choice.scheme);
   to.reasons.push_back(sentence_of(choice, scene, wanted));

@@ -1,0 +1,123 @@
+/// @file
+/// How much is lost by not choosing: integrate(y, f, …) beside each scheme picked by hand, at equal error.
+///     bench_automatic [--problem TEXT] [--longest SECONDS] [--told RTOL]
+///
+/// CPU time of the thread, all of a run included; the least of five rounds in turns; the time to an error on the line between
+/// two tolerances of a ladder by half decades.
+#include <cstdlib>
+#include <cstring>
+
+#include "rows.hpp"
+
+namespace automatic {
+namespace {
+
+std::string only;
+double longest = 0.3;  // [s] tighter rungs are left out after one that takes longer
+double told = 0;
+double logs = 0, logs_of_advised = 0;
+int count = 0, misses = 0, advised_count = 0, advised_misses = 0;
+
+/// The least time in which the error is at most `wanted`, on the front of runs that no other beats in both.
+[[nodiscard]] std::optional<double> time_to(double wanted, const Ladder& ladder) {
+  std::vector<std::pair<double, double>> front;
+  for (const Rung& rung : ladder.rungs)
+    if (rung.error < 0.3) front.emplace_back(rung.seconds, std::max(rung.error, 1e-16));
+  std::sort(front.begin(), front.end());
+  double before_time = 0, before_error = 0;
+  for (const auto& [time, error] : front) {
+    if (before_time > 0 && error >= before_error) continue;
+    if (error <= wanted) {
+      if (before_time == 0) return time;
+      return before_time *
+             std::pow(time / before_time, std::log(before_error / wanted) / std::log(before_error / error));
+    }
+    before_time = time;
+    before_error = error;
+  }
+  return std::nullopt;
+}
+/// The tolerance at which the ladder has that error, about.
+[[nodiscard]] double rtol_for(double wanted, const Ladder& ladder) {
+  for (const Rung& rung : ladder.rungs)
+    if (rung.error <= wanted) return rung.rtol;
+  return ladder.rungs.back().rtol;
+}
+
+}  // namespace
+
+void measure(Problem problem) {
+  if (problem.name.find(only) == std::string::npos) return;
+  if (told > 0) {
+    std::printf("%s\n%s", problem.name.c_str(), problem.told(told).c_str());
+    return;
+  }
+  std::vector<Ladder*> all{&problem.automatic};
+  for (Ladder& ladder : problem.hand) all.push_back(&ladder);
+  for (Ladder* ladder : all)
+    for (double k = 2; k <= -std::log10(problem.tightest) + 0.1; k += 0.5) {
+      Rung rung{std::pow(10.0, -k)};
+      const double start = now();
+      rung.error = ladder->run(rung.rtol);
+      rung.seconds = now() - start;
+      if (std::isfinite(rung.error)) ladder->rungs.push_back(rung);
+      if (rung.seconds > longest) break;
+    }
+  for (int round = 0; round < 5; ++round)
+    for (Ladder* ladder : all)
+      for (Rung& rung : ladder->rungs) {
+        const int repeats = std::max(1, static_cast<int>(1e-3 / rung.seconds));
+        const double start = now();
+        for (int k = 0; k < repeats; ++k) static_cast<void>(ladder->run(rung.rtol));
+        rung.seconds = std::min(rung.seconds, (now() - start) / repeats);
+      }
+  std::printf("%s\n", problem.name.c_str());
+  for (const double wanted : {1e-3, 1e-6, 1e-9}) {
+    const Ladder* best = nullptr;
+    double least = INFINITY;
+    for (const Ladder& ladder : problem.hand)
+      if (const auto time = time_to(wanted, ladder); time && *time < least) least = *time, best = &ladder;
+    if (best == nullptr) continue;
+    const std::string advised = problem.advised(rtol_for(wanted, problem.automatic));
+    const auto time = time_to(wanted, problem.automatic);
+    std::printf("  %.0e  %-8s %10.2f us", wanted, best->name.c_str(), 1e6 * least);
+    if (time) {
+      const double ratio = std::max((*time - 2e-6) / least, 0.0), plain = *time / least;
+      std::printf("   automatic %10.2f us  %5.2f x%s", 1e6 * *time, plain, ratio > 1.3 ? "  <- miss" : "");
+      logs += std::log(plain), ++count;
+      misses += ratio > 1.3;
+    } else {
+      std::printf("   automatic not reached  <- miss");
+      ++count, ++misses;
+    }
+    for (const Ladder& ladder : problem.hand)
+      if (ladder.name == advised) {
+        const auto its = time_to(wanted, ladder);
+        const double ratio = its ? *its / least : 99;
+        std::printf("   advised %-8s %5.2f x%s", advised.c_str(), ratio, ratio > 1.3 ? "  <- miss" : "");
+        logs_of_advised += std::log(ratio), ++advised_count;
+        advised_misses += ratio > 1.3;
+      }
+    std::printf("\n");
+  }
+  std::fflush(stdout);
+}
+
+}  // namespace automatic
+
+int main(int argc, char** argv) {
+  using namespace automatic;
+  for (int i = 1; i + 1 < argc; i += 2) {
+    if (std::strcmp(argv[i], "--problem") == 0) only = argv[i + 1];
+    else if (std::strcmp(argv[i], "--longest") == 0) longest = std::atof(argv[i + 1]);
+    else if (std::strcmp(argv[i], "--told") == 0) told = std::atof(argv[i + 1]);
+  }
+  small_problems();
+  van_der_pol();
+  motions();
+  fields();
+  std::printf("automatic: geometric mean %.3f of the best, %d of %d beyond 1.3 x + 2 us\n", std::exp(logs / count),
+              misses, count);
+  std::printf("advised:   geometric mean %.3f of the best, %d of %d beyond 1.3 x\n",
+              std::exp(logs_of_advised / advised_count), advised_misses, advised_count);
+}

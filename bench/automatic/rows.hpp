@@ -1,0 +1,124 @@
+/// @file
+/// One problem: schemes picked by hand beside the automatic choice, at equal error.
+#pragma once
+
+#include <phistep/advise.hpp>
+#include <phistep/automatic.hpp>
+#include <phistep/phistep.hpp>
+#include <phistep/schemes/radau/radau.hpp>
+#include <phistep/schemes/rodas.hpp>
+
+#include <time.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <functional>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace automatic {
+
+/// One rung of a ladder of tolerances.
+struct Rung {
+  double rtol = 0, error = INFINITY, seconds = INFINITY;
+};
+struct Ladder {
+  std::string name;
+  std::function<double(double rtol)> run;  ///< → the error at the end, infinite where it failed
+  std::vector<Rung> rungs{};
+};
+struct Problem {
+  std::string name;
+  std::vector<Ladder> hand;
+  Ladder automatic;
+  std::function<std::string(double rtol)> advised, told;  ///< the scheme that advise names; what the automatic run took
+  double tightest = 1e-12;
+};
+void measure(Problem problem);
+
+[[nodiscard]] inline double now() {
+  timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+template <class S>
+[[nodiscard]] Eigen::VectorXd stacked(const S& y) {
+  if constexpr (phistep::EigenDense<S>) {
+    return y;
+  } else {
+    Eigen::VectorXd x(2 * y.r.size());
+    x << y.r.reshaped(), y.v.reshaped();
+    return x;
+  }
+}
+
+/// @param a      atol = a·rtol; errors are max |y_i − exact_i|/(|exact_i| + a)
+/// @param samples  the components that `exact` holds; empty: all
+template <class S, class F, class Mass = phistep::UnitMasses>
+[[nodiscard]] Problem problem(const char* name, S start, F force, double end, Eigen::VectorXd exact, double a,
+                              Mass mass = {}, std::vector<Eigen::Index> samples = {}) {
+  using phistep::integrate, phistep::tolerance;
+  const auto error = [exact, a, samples](const S& y) {
+    const Eigen::VectorXd x = stacked(y);
+    double largest = 0;
+    for (Eigen::Index k = 0; k < exact.size(); ++k) {
+      const double is = x[samples.empty() ? k : samples[static_cast<std::size_t>(k)]];
+      if (!std::isfinite(is)) return double{INFINITY};
+      largest = std::max(largest, std::abs(is - exact[k]) / (std::abs(exact[k]) + a));
+    }
+    return largest;
+  };
+  Problem all{name, {}, {}, {}, {}};
+  const auto by_hand = [&](const char* scheme_name, auto scheme) {
+    all.hand.push_back({scheme_name, [=](double rtol) {
+                          S y = start;
+                          phistep::PhiStepper stepper{y, std::ref(force), scheme, mass};
+                          const tolerance wanted{.rtol = rtol, .atol = a * rtol, .max_steps = 1'000'000};
+                          return integrate(stepper, y, {0.0, end}, wanted) ? error(y) : double{INFINITY};
+                        }});
+  };
+  using Rhs = typename phistep::SchemesFor<S, F, Mass>::Rhs;
+  constexpr bool is_network = phistep::SchemesFor<S, F, Mass>::is_network;
+  if constexpr (Rhs::drifts && !Rhs::couples_unknowns) {
+    by_hand("rkn86", phistep::rkn86);
+    by_hand("rkn1210", phistep::rkn1210);
+  } else {
+    by_hand("tsit5", phistep::tsit5);
+    by_hand("dop853", phistep::dop853);
+  }
+  if constexpr (!is_network) {
+    by_hand("rodas4", phistep::rodas4);
+    by_hand("rodas4p2", phistep::rodas4p2);
+    by_hand("rodas5p", phistep::rodas5p);
+    by_hand("radau", phistep::radau);
+  }
+  by_hand("tr_bdf2", phistep::tr_bdf2);
+  const auto run = [=](double rtol, S& y) {
+    return integrate(y, force, mass, {0.0, end}, tolerance{.rtol = rtol, .atol = a * rtol, .max_steps = 1'000'000});
+  };
+  all.automatic = {"automatic", [=](double rtol) {
+                     S y = start;
+                     return run(rtol, y) ? error(y) : double{INFINITY};
+                   }};
+  all.told = [=](double rtol) {
+    S y = start;
+    return run(rtol, y).schemes.message();
+  };
+  all.advised = [=](double rtol) {
+    return phistep::advise(start, force, {0.0, end}, tolerance{.rtol = rtol, .atol = a * rtol}, mass).scheme;
+  };
+  return all;
+}
+
+// One file a group of problems.
+void small_problems();
+void van_der_pol();
+void motions();
+void fields();
+
+}  // namespace automatic

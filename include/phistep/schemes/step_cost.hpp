@@ -1,0 +1,66 @@
+/// @file
+/// What a step of each scheme costs, and how far stability lets an explicit one go: a model of calls and operations, so that
+/// no choice depends on a clock.
+#pragma once
+
+#include "phistep/core/structure.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/schemes/choice.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// |λΔt| up to which an explicit scheme's step is stable, for a real λ < 0 or, of motion, ±iω: where |R| = 1.
+[[nodiscard]] constexpr double stability_bound(SuitableScheme scheme) {
+  switch (scheme) {
+    case SuitableScheme::tsitouras_5:
+      return 3.4;
+    case SuitableScheme::dormand_prince_8:
+      return 6.3;
+    case SuitableScheme::nystrom_8:
+      return 3.6;
+    case SuitableScheme::nystrom_12:
+      return 8.3;
+    default:
+      return 2;
+  }
+}
+
+/// [ns, about, on one core of this decade] of a step of n unknowns, where a force call costs 5 + 2n. Dense factorizations and
+/// solves are those measured for n = 3 … 20; of bands and of sparse matrices ten entries a row are supposed.
+[[nodiscard]] constexpr double step_cost(SuitableScheme scheme, const AdvisedProblem& scene) {
+  const auto n = static_cast<double>(scene.unknowns);
+  const double call = 5 + 2 * n;
+  const auto explicit_step = [&](double calls) { return 25 + calls * (call + 0.1 * calls * n); };
+  const bool is_dense = scene.structure == Structure::dense;
+  const double factors = is_dense                               ? 10 + n * n * (1.7 + 0.13 * n)
+                         : scene.structure == Structure::sparse ? 600 * n
+                                                                : 60 * n,
+               solve = is_dense ? 5 + n * (5 + 0.5 * n) : 25 * n,
+               jacobian = scene.has_jacobian ? 2 * call : (is_dense ? n : 10) * call;
+  const auto linear_stages = [&](double stages) {
+    return 40 + stages * (call + solve + 0.1 * stages * n) + jacobian + factors;
+  };
+  switch (scheme) {
+    case SuitableScheme::tsitouras_5:
+      return explicit_step(6);
+    case SuitableScheme::dormand_prince_8:
+      return explicit_step(12);
+    case SuitableScheme::nystrom_8:
+      return explicit_step(8);
+    case SuitableScheme::nystrom_12:
+      return explicit_step(17);
+    case SuitableScheme::verlet:
+      return explicit_step(1);
+    case SuitableScheme::rodas_4:
+      return linear_stages(6);
+    case SuitableScheme::rodas_5p:
+      return linear_stages(8);
+    case SuitableScheme::radau_iia:
+      return 3 * factors + jacobian + 5 * 6 * (call + solve);
+    case SuitableScheme::tr_bdf_2:
+      break;
+  }
+  return jacobian + factors + 6 * (call + solve);
+}
+
+}  // namespace phistep::inline PHISTEP_ABI
