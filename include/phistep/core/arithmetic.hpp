@@ -36,8 +36,8 @@ template <class Block>
 template <class Scalar>
 [[nodiscard]] Scalar to_unit_size(Scalar size) {
   if (!(size > Scalar{0}) || !std::isfinite(size)) return Scalar{1};
-  using Limits = std::numeric_limits<Scalar>;
-  return std::ldexp(Scalar{1}, std::clamp(-std::ilogb(size), Limits::min_exponent - 1, Limits::max_exponent - 1));
+  using Numbers = std::numeric_limits<Scalar>;
+  return std::ldexp(Scalar{1}, std::clamp(-std::ilogb(size), Numbers::min_exponent - 1, Numbers::max_exponent - 1));
 }
 
 /// x = power · rest, a power of two and 1 ≤ rest < 2. What is squared beside x may be multiplied by the one before and by the

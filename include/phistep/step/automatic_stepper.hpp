@@ -60,9 +60,7 @@ class AutomaticStepper {
   using Plain = PlainState<S>;
   using StateType = S;
   static constexpr const char* part_name = "stepper";
-  using Checkpoint = decltype([]<class... Stepper>(std::type_identity<std::variant<Stepper...>>) {
-    return std::type_identity<std::variant<typename Stepper::Checkpoint...>>{};
-  }(std::type_identity<Steppers>{}))::type;
+  using Checkpoint = typename CheckpointOfAny<Steppers>::type;
 
   /// @param state  gives the sizes; views are kept, other states are not
   /// @param force  copied for each scheme that is taken; wrap it in std::ref to keep it outside
@@ -186,8 +184,7 @@ class AutomaticStepper {
   void restore(Checkpoint checkpoint) {
     visit(*this, [&]<class Stepper>(Stepper& scheme) {
       using Past = typename Stepper::Checkpoint;
-      if constexpr (requires(std::size_t k) { std::get<Past>(checkpoint); })
-        scheme.restore(std::get<Past>(std::move(checkpoint)));
+      scheme.restore(std::get<Past>(std::move(checkpoint)));
     });
   }
   void forget_solves() {

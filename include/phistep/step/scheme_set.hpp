@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <type_traits>
+#include <utility>
 #include <variant>
 
 #include "phistep/core/structure.hpp"
@@ -47,6 +48,14 @@ struct SchemeSet {
   }
   template <class S, class F, class MassSpec>
   using Steppers = std::variant<PhiStepper<S, F, std::remove_const_t<decltype(scheme_named<names>())>, MassSpec>...>;
+};
+
+/// The checkpoint of whichever stepper is at work.
+template <class Steppers>
+struct CheckpointOfAny;
+template <class... Stepper>
+struct CheckpointOfAny<std::variant<Stepper...>> {
+  using type = std::variant<typename Stepper::Checkpoint...>;
 };
 
 /// Two explicit schemes come first, then the implicit ones. Pairs of particles are solved by conjugate gradients, which serve
