@@ -5,6 +5,7 @@
 // IWYU pragma: begin_exports
 
 #include "phistep/linear/sparse_mass.hpp"
+#include "phistep/matrix/factor_cost.hpp"
 #include "phistep/matrix/sparse_lane_system.hpp"
 #include "phistep/matrix/sparse_system.hpp"
 #include "phistep/matrix/symmetric_sparse_system.hpp"

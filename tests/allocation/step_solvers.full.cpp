@@ -84,6 +84,19 @@ TEST_CASE("LDLᵀ: solves, and checks of symmetry, allocate nothing; Eigen's fac
   check(SparseSystem<double, Eigen::SimplicialLDLT<Sparse, Eigen::Upper, Eigen::NaturalOrdering<int>>>{});
 }
 
+TEST_CASE("preconditioned Krylov methods: nothing after the first step") {
+  const auto check = [](auto solver) {
+    Dynamic y = Dynamic::LinSpaced(100, -1, 1);
+    PhiStepper stepper{y, SparseChain{}, trapezoidal, solver};
+    CHECK(allocations(y, stepper, 1) == 0);
+    CHECK(stepper.statistics().linear_iterations > 0);
+    CHECK(stepper.statistics().factorizations == 1);
+  };
+  check(newton<PreconditionedCg<IncompleteCholesky>>());
+  check(newton<PreconditionedBicgstab<>>());
+  check(newton<PreconditionedGmres<>>());
+}
+
 // Not ours: printed, so that a reader knows; only the order of magnitude is asserted.
 TEST_CASE("what Eigen's sparse solvers allocate") {
   const auto print = [](const std::string& name, auto solver) {

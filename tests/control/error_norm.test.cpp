@@ -125,7 +125,9 @@ TEMPLATE_TEST_CASE(
 }
 
 TEST_CASE("a try that overshot and was rejected leaves no mark on an automatic atol") {
-  const Vec y = Eigen::Vector2d(1, 0.5), wild = Eigen::Vector2d(1e30, -1e30), e = Eigen::Vector2d(1e-3, 1e-3);
+  // The last component has no size of its own: its atol is the block's.
+  const Vec y = Eigen::Vector3d(1, 0.5, 0), wild = Eigen::Vector3d(1e30, -1e30, 1e30),
+            e = Eigen::Vector3d(1e-3, 1e-3, 1e-3);
   auto norm = norm_of<Vec>({.rtol = 0.01}, y), fresh = norm;
   Vec weight = y, expected = y;
   norm.weigh(y, weight);

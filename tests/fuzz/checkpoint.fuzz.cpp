@@ -257,8 +257,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     for (int k = 0; k < 4 && in.left() > 0; ++k) edit(text, 0, in);
     is_sealed = false;
   } else if (mode == 1) {  // arbitrary parts
-    text.replace(detail::checkpoint_head, std::string::npos, reinterpret_cast<const char*>(in.rest()),
-                 in.left());
+    text.replace(detail::checkpoint_head, std::string::npos, reinterpret_cast<const char*>(in.rest()), in.left());
   } else {
     for (int k = 0; k < 6 && in.left() > 0; ++k) edit(text, detail::checkpoint_head, in);
   }

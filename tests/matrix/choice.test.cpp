@@ -28,6 +28,7 @@ std::string as_markdown() {
 TEST_CASE("choice: each row is the first that takes some matrix") {
   using enum Structure;
   static_assert(kind({.structure = sparse, .matrix_free = true}) == SystemKind::matrix_free);
+  static_assert(kind({.structure = sparse, .own_solver = true, .preconditioned = true}) == SystemKind::preconditioned);
   static_assert(kind({.structure = none, .own_solver = true}) == SystemKind::own);
   static_assert(kind({.structure = none}) == SystemKind::diagonal);
   static_assert(kind({.structure = diagonal, .n = 3}) == SystemKind::diagonal);

@@ -146,7 +146,7 @@ TEST_CASE("symmetry that nobody has promised is found, and LU serves from where 
   CHECK(counts.fallbacks == 1);
   CHECK(counts.analyses == 2);
   solve_with(W, "sparse LU");
-  system.system.seek_again();
+  system.system.begin_anew();
   solve_with(W, "sparse LDLT, found symmetric");
   CHECK(counts.fallbacks == 1);
   CHECK(counts.factorizations == 5);

@@ -2,6 +2,8 @@
 /// How the implicit equations are solved: the last argument of a stepper, and what a controlled run asks of a solve.
 #pragma once
 
+#include <utility>
+
 #include "phistep/core/version.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -21,12 +23,24 @@ concept ImplicitSolver = requires {
   requires T::is_implicit_solver;
 };
 
+/// Whether a linear solver is a preconditioned Krylov method on a sparse matrix.
+template <class Solver>
+inline constexpr bool is_preconditioned_krylov = false;
+
 /// Newton's iteration: `Solver` is a class with Eigen's sparse solver interface, void the library's own choice.
 template <class Solver = void>
 struct Newton {
   static constexpr bool is_implicit_solver = true;
   using LinearSolver = Solver;
   NewtonOptions options;
+};
+template <class Solver>
+  requires is_preconditioned_krylov<Solver>
+struct Newton<Solver> {
+  static constexpr bool is_implicit_solver = true;
+  using LinearSolver = Solver;
+  NewtonOptions options;
+  Solver linear{};  ///< holds the preconditioner to copy
 };
 
 /// Whether a linear solver wants products with W in place of a matrix.
@@ -37,6 +51,12 @@ inline constexpr bool is_matrix_free = false;
 template <class Solver = void>
 [[nodiscard]] constexpr Newton<Solver> newton(NewtonOptions options = {}) {
   return {options};
+}
+/// … with a preconditioner that holds something, `newton(PreconditionedGmres<P>{mine})`.
+template <class Solver>
+  requires is_preconditioned_krylov<Solver>
+[[nodiscard]] constexpr Newton<Solver> newton(Solver linear, NewtonOptions options = {}) {
+  return {options, std::move(linear)};
 }
 
 /// One Newton correction with a fresh Jacobian, accepted as it is: the linearly implicit step. Order as the scheme's for

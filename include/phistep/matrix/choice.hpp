@@ -28,11 +28,13 @@ struct MatrixFacts {
   bool static_pattern = false;  ///< the entries of W are known one by one, and spare half of an elimination
   bool own_solver = false;      ///< the user named a class with Eigen's sparse solver interface
   bool matrix_free = false;     ///< … or one that wants products in place of a matrix
+  bool preconditioned = false;  ///< … or a preconditioned Krylov method
 };
 
 /// The systems.
 enum class SystemKind {
   matrix_free,
+  preconditioned,
   own,
   diagonal,
   particles,
@@ -60,6 +62,8 @@ inline constexpr int small_network = 24;
 inline constexpr auto systems = std::to_array<SystemRow>({
     {SystemKind::matrix_free, "Krylov iterations on products", "any, with `newton<MatrixFree<…>>()`",
      [](const MatrixFacts& W) { return W.matrix_free; }},
+    {SystemKind::preconditioned, "preconditioned Krylov iterations",
+     "sparse ones, with `newton<PreconditionedGmres<…>>()`", [](const MatrixFacts& W) { return W.preconditioned; }},
     {SystemKind::own, "a solver of the user's own", "any, with `newton<Solver>()`",
      [](const MatrixFacts& W) { return W.own_solver; }},
     {SystemKind::diagonal, "component by component", "each component depends on itself only",

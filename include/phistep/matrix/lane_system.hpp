@@ -55,7 +55,7 @@ inline constexpr int small_lanes = 32;
 
 template <SystemKind kind, MatrixFacts facts, class Scalar, int lanes>
 class LaneSystem {
-  static constexpr bool iterates = kind == SystemKind::matrix_free || kind == SystemKind::own;
+  static constexpr bool iterates = kind <= SystemKind::own;  // the first three
   static_assert(!iterates,
                 "phistep: radau factorizes complex matrices, which Krylov iterations and solvers of the user's own "
                 "don't: leave the linear solver to it (no newton<…>()), or take rodas5p");

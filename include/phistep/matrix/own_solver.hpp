@@ -23,7 +23,7 @@ class OwnSolver {
   OwnSolver& operator=(OwnSolver&&) noexcept = default;
   ~OwnSolver() = default;
 
-  void make() { value_ = std::make_unique<Solver>(); }
+  void make(const auto&... from) { value_ = std::make_unique<Solver>(from...); }
   void drop() { value_ = nullptr; }
   [[nodiscard]] Solver& operator*() const { return *value_; }
   [[nodiscard]] Solver* operator->() const { return value_.get(); }

@@ -52,7 +52,7 @@ class SymmetricSparseSystem : public SparseAssembly<Scalar, symmetry == Symmetry
   /// False in a copy.
   [[nodiscard]] bool has_solver() const { return definite_ ? static_cast<bool>(ldlt_) : static_cast<bool>(lu_); }
   /// LDLᵀ may serve again: the force may be another one.
-  void seek_again() requires(sought) { by_lu_ = is_known_ = false; }
+  void begin_anew() requires(sought) { by_lu_ = is_known_ = false; }
   [[nodiscard]] const char* name() const requires(sought) {
     return !is_known_ ? "sparse LDLT or LU" : definite_ ? "sparse LDLT, found symmetric" : "sparse LU";
   }
@@ -79,7 +79,7 @@ class SymmetricSparseSystem : public SparseAssembly<Scalar, symmetry == Symmetry
     ldlt_.drop();
     lu_.drop();
     Assembly::forget_pattern();
-    if constexpr (sought) seek_again();
+    if constexpr (sought) begin_anew();
   }
 
  private:

@@ -50,8 +50,10 @@ class LinearStages {
 
   /// @throws std::invalid_argument where a dense Jacobian of more than 1000 unknowns would be formed by differences.
   LinearStages(const Plain& y, Rhs& rhs, const auto& solver) : options_{solver.options} {
+    is_told_ = options_.linear_rtol > 0;
     // No second correction makes up for what an iterative solver leaves.
     if (Matrix::is_iterative && options_.linear_rtol == 0) options_.linear_rtol = std::max(1e-10, 16 * round_off);
+    matrix_.take(solver);
     resize(y, rhs);
   }
   void resize(const Plain& y, Rhs& rhs) {
@@ -87,6 +89,7 @@ class LinearStages {
   /// @param dt  [time] with its sign: over which Ψ is to be looked at
   [[nodiscard]] Outcome linearise(Rhs& rhs, Scalar t, Scalar dt, const Plain& y, Rate& psi,
                                   const SolveTolerance<Plain>& allowed) {
+    allowed_ = is_told_ ? SolveTolerance<Plain>{} : allowed;
     if (known_ && same_bits(&t, &t_, 1) && equal_blocks<S>(y, y_)) {
       copy_rate(psi, psi_);
       return Outcome::success;
@@ -109,6 +112,7 @@ class LinearStages {
   [[nodiscard]] Outcome tangent(Rhs& rhs, Scalar t, Scalar dt, const Plain& y, const Rate& psi,
                                 const SolveTolerance<Plain>& allowed) {
     known_ = false;
+    allowed_ = is_told_ ? SolveTolerance<Plain>{} : allowed;
     matrix_.drop();
     const Gamma<Scalar> gamma{dt, dt};
     matrix_.begin(gamma, Scalar{0});
@@ -141,7 +145,7 @@ class LinearStages {
     }
     take_unknowns<S>(x_, x);
     if constexpr (Rhs::drifts) add_position_product(gamma, flat(position_of<S>(std::as_const(x))));
-    if (const Outcome outcome = matrix_.solve(x_, options_, rhs.statistics()); outcome != Outcome::success)
+    if (const Outcome outcome = matrix_.solve(x_, options_, rhs.statistics(), allowed_); outcome != Outcome::success)
       return first_non_finite(Blocks<S>::all(x)) ? Outcome::non_finite_state : outcome;  // b was none: not W's fault
     put_unknowns<S>(x_, x);
     if constexpr (Rhs::drifts) position_of<S>(x) += gamma * velocity_of<S>(x);
@@ -188,7 +192,8 @@ class LinearStages {
   [[no_unique_address]] std::conditional_t<is_promised, TangentCheck<S, Rhs>, Nothing> check_;
   Eigen::Matrix<Scalar, static_unknowns<S>, 1> x_;
   Eigen::Matrix<Scalar, solved_blocks<S> == 1 ? 0 : static_unknowns<S>, 1> positions_;  // and zeros
-  bool known_ = false;
+  SolveTolerance<Plain> allowed_;                                                       // of the step at hand
+  bool known_ = false, is_told_ = false;  // …; the options say how well to solve
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

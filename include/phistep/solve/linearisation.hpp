@@ -5,7 +5,9 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
@@ -25,6 +27,7 @@
 #include "phistep/matrix/network_system.hpp"
 #include "phistep/matrix/static_sparse_system.hpp"
 #include "phistep/simd/update.hpp"
+#include "phistep/solve/convergence.hpp"
 #include "phistep/solve/difference_tangent.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
@@ -68,7 +71,8 @@ class Linearisation {
                     .block = Traits::block,
                     .differenced = !analytic,
                     .own_solver = !matrix_free && !std::is_void_v<LinearSolver>,
-                    .matrix_free = matrix_free};
+                    .matrix_free = matrix_free,
+                    .preconditioned = is_preconditioned_krylov<LinearSolver>};
     if (analytic || patterned) all.structure = position ? Traits::structure : Traits::velocity_structure;
     all.structure = combine(all.structure, Rhs::mass_structure);
     if (!std::is_void_v<LinearSolver>) all.structure = Structure::sparse;
@@ -106,6 +110,10 @@ class Linearisation {
     drop();
   }
 
+  /// What the last argument of a stepper holds.
+  void take(const auto& solver) {
+    if constexpr (requires { system_.take(solver.linear); }) system_.take(solver.linear);
+  }
   /// A new solve with coefficients γ. Factors made for others, γ_p, serve where |γ/γ_p − 1| ≤ within; corrections are then
   /// scaled.
   void begin(const Gamma<Scalar>& gamma, Scalar within) {
@@ -113,6 +121,7 @@ class Linearisation {
     if constexpr (matrix_free) system_.begin();
     scale_ = Scalar{1};
     if (!has_factors_ || gamma == factored_) return;
+    if constexpr (follows_tolerance) within = std::min(within, Scalar{8} * std::numeric_limits<Scalar>::epsilon());
     const Scalar ratio = gamma.force / factored_.force;
     const bool is_similar = gamma.drift * factored_.force == gamma.force * factored_.drift;
     if (!(std::abs(ratio - 1) <= within) || !is_similar) has_factors_ = false;
@@ -126,7 +135,7 @@ class Linearisation {
   /// … and what solves have found out about W.
   void forget_solves() {
     drop();
-    if constexpr (requires { system_.seek_again(); }) system_.seek_again();
+    if constexpr (requires { system_.begin_anew(); }) system_.begin_anew();
   }
   /// The force may be another one: so may its pattern.
   void forget() {
@@ -154,10 +163,18 @@ class Linearisation {
         return outcome;
     return make_factors(rhs, gamma, Y);
   }
-  /// x ← W⁻¹ x
-  [[nodiscard]] Outcome solve(auto& x, const NewtonOptions& options, Statistics& statistics) {
+  /// x ← W⁻¹ x. @param allowed  of a controlled run: rules where the options don't
+  [[nodiscard]] Outcome solve(auto& x, const NewtonOptions& options, Statistics& statistics,
+                              [[maybe_unused]] const SolveTolerance<Plain>& allowed = {}) {
     ++statistics.solves;
     const Outcome outcome = [&] {
+      if constexpr (follows_tolerance)
+        if (allowed.target > 0 && (stages || options.linear_rtol == 0))
+          return system_.solve_within(
+              x, (stages ? 0.3 : 1.0) * inexact_share * allowed.target,
+              [&](auto& weights) { take_unknowns<S>(weights, *allowed.weight); }, statistics);
+      if constexpr (matrix_free)
+        if (allowed.target > 0 && options.linear_rtol == 0) return system_.solve(x, inexact_share, statistics);
       if constexpr (is_iterative) return system_.solve(x, options.linear_rtol, statistics);
       else return system_.solve(x);
     }();
@@ -202,6 +219,7 @@ class Linearisation {
   }
 
   /// The linear solver takes a tolerance, and leaves that much of its residual.
+  static constexpr bool follows_tolerance = is_preconditioned_krylov<LinearSolver>;
   static constexpr bool is_iterative = SolvesToTolerance<System, Eigen::Matrix<Scalar, n_static, 1>>;
   /// K and C at (t, Y), where Ψ is psi. Of γ, differences need the ratio.
   [[nodiscard]] Outcome linearise(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& Y, const Rate& psi,

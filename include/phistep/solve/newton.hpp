@@ -84,7 +84,9 @@ template <NewtonEquation Equation>
     }
     // What an iterative solver leaves may hide what is left to do: a stiff or heavy part's residual that of a soft one.
     constexpr bool is_inexact = requires { requires Equation::is_inexact; };
-    const bool trusted = (own && !(is_inexact && at_start)) || equation.residual_is_rounding();
+    // To a tolerance its solve ends at once where the residual is small enough: then no correction is needed.
+    const bool trusted =
+        (is_inexact ? (own && !at_start) || !test.is_to_rounding() : own) || equation.residual_is_rounding();
     const bool noise = own && !here && test.is_to_rounding() && equation.residual_is_noise();
     const bool settled = noise || here || !own || !test.is_to_rounding();
     if (const Outcome bad = equation.correct(); failed(bad)) return bad;

@@ -43,7 +43,7 @@ class NewtonResolvent {
   using Plain = PlainState<S>;
   using Rate = RateOf<S>;
   using Matrix = Linearisation<S, Rhs, LinearSolver, position, false, false, corrections != Corrections::one>;
-  static constexpr bool affine = Rhs::Traits::is_affine && !Matrix::matrix_free;
+  static constexpr bool affine = Rhs::Traits::is_affine && !Matrix::matrix_free && !Matrix::follows_tolerance;
 
   /// @throws std::invalid_argument where a dense Jacobian of more than 1000 unknowns would be formed by differences.
   NewtonResolvent(const Plain& y, auto&& rhs, const auto& solver) : options_{solver.options} {
@@ -52,6 +52,7 @@ class NewtonResolvent {
       if (affine) options_.linear_rtol = std::max(1e-12, 16 * round_off);
       else if (corrections == Corrections::one) options_.linear_rtol = 1e-6;
     }
+    matrix_.take(solver);
     resize(y, rhs);
   }
 
@@ -177,7 +178,9 @@ class NewtonResolvent {
     [[nodiscard]] bool has_factors() const { return self.matrix_.has_factors(); }
     void drop_jacobian() { self.matrix_.drop(); }
     [[nodiscard]] Outcome refresh() { return self.matrix_.refresh(rhs, gamma, t, Y, psi, self.options_, allowed); }
-    [[nodiscard]] Outcome solve() { return self.matrix_.solve(self.increment_.delta, self.options_, rhs.statistics()); }
+    [[nodiscard]] Outcome solve() {
+      return self.matrix_.solve(self.increment_.delta, self.options_, rhs.statistics(), allowed);
+    }
     [[nodiscard]] Outcome correct() {
       if (const Outcome bad = solve(); failed(bad)) return bad;
       while (self.matrix_.reached_too_far(Y, self.increment_.delta)) {

@@ -70,7 +70,7 @@ class TangentCheck {
     const Scalar step = step_length();
     if (!(step > 0)) return Outcome::success;  // nothing moves: there is nothing to look at
     const Rounding rounding{
-        unit * cancelled + options.linear_rtol * std::sqrt(static_cast<double>(b_.size())) * largest(b_),
+        16 * unit * cancelled + options.linear_rtol * std::sqrt(static_cast<double>(b_.size())) * largest(b_),
         16 * unit * std::abs(static_cast<double>(gamma / step))};
     const bool right = measure(rhs, gamma, t, y, psi, step);
     if (right && agrees(measured_, 0, psi, rounding)) return Outcome::success;

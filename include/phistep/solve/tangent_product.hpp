@@ -18,7 +18,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/equation/right_hand_side.hpp"
 #include "phistep/jacobian/product.hpp"
-#include "phistep/matrix/krylov_system.hpp"
+#include "phistep/krylov/product_system.hpp"
 #include "phistep/solve/difference_tangent.hpp"
 #include "phistep/solve/linearisation.hpp"
 #include "phistep/solve/newton.hpp"

@@ -102,8 +102,8 @@ TEST_CASE("a motion's estimate is that of its vector (r, v), r and v alike") {
     z << y.r, y.v;
     const auto [motion, of_motion] = estimate(PhiStepper{y, Swing{}, scheme, mass(2.5)}, y);
     const auto [vector, of_vector] = estimate(PhiStepper{z, AsOne{2.5}, scheme}, z);
-    CHECK((motion.r - vector.head<2>()).norm() <= 1e-6 * vector.head<2>().norm());
-    CHECK((motion.v - vector.tail<2>()).norm() <= 1e-6 * vector.tail<2>().norm());
+    CHECK((motion.r - vector.head(2)).norm() <= 1e-6 * vector.head(2).norm());
+    CHECK((motion.v - vector.tail(2)).norm() <= 1e-6 * vector.tail(2).norm());
     CHECK(of_motion == Approx(of_vector).epsilon(1e-6));
   };
   check(tsit5);

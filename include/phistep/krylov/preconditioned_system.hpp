@@ -1,0 +1,201 @@
+/// @file
+/// The step's matrix W = M − γ_f C − γ_f γ_d K, sparse, solved by a preconditioned Krylov method:
+///
+///     newton<PreconditionedCg<ModifiedIncompleteCholesky<>>>()    W symmetric positive definite
+///     newton<PreconditionedBicgstab<Eigen::IncompleteLUT<double>>>()
+///     newton<PreconditionedGmres<>>()                             by W's diagonal
+///
+/// A preconditioner is a class with the interface of Eigen's: analyzePattern(W) for each new pattern, factorize(W), solve(b),
+/// info(); with solve_in_place(x) no vector is made. It need not fit W: the same one serves for the next W while γ stays within a factor of two of the one it was made
+/// for and the iterations don't double. One that has factorize(W, γ_f, γ_d) in place of factorize(W) is called for every W,
+/// and decides for itself, as a multigrid that keeps its hierarchy. Statistics::factorizations counts these calls.
+///
+/// A controlled run says how well each solve has to be done: the preconditioned residual, in the run's norm, is to be a
+/// twentieth of what the nonlinear solve may leave (A. C. Hindmarsh et al., ACM Trans. Math. Softw. 31 (2005) 363, sect. 2.1).
+/// Without one, a relative residual counts, NewtonOptions::linear_rtol.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/IterativeLinearSolvers>
+#include <Eigen/SparseCore>
+
+#include <algorithm>
+#include <cmath>
+#include <concepts>
+#include <type_traits>
+
+#include "phistep/core/arithmetic.hpp"
+#include "phistep/core/implicit_solver.hpp"
+#include "phistep/core/outcome.hpp"
+#include "phistep/core/statistics.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/krylov/methods.hpp"
+#include "phistep/krylov/modified_incomplete_cholesky.hpp"
+#include "phistep/matrix/choice.hpp"
+#include "phistep/matrix/own_solver.hpp"
+#include "phistep/matrix/sparse_assembly.hpp"
+#include "phistep/simd/update.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// Eigen's, without a permutation: on grids numbered row by row it needs fewer iterations than with one.
+using IncompleteCholesky = Eigen::IncompleteCholesky<double, Eigen::Lower, Eigen::NaturalOrdering<int>>;
+
+/// The last argument of a stepper, `newton<PreconditionedCg<P>>()`, or with a preconditioner that holds something,
+/// `newton(PreconditionedCg<P>{mine})`, which is copied.
+template <KrylovMethod which, class P>
+struct PreconditionedKrylov {
+  static constexpr KrylovMethod method = which;
+  using Preconditioner = P;
+  struct Nothing {};
+  static constexpr bool is_copied = std::copy_constructible<P>;
+  [[no_unique_address]] std::conditional_t<is_copied, P, Nothing> preconditioner{};
+};
+template <class P = Eigen::DiagonalPreconditioner<double>>
+using PreconditionedCg = PreconditionedKrylov<KrylovMethod::conjugate_gradients, P>;
+template <class P = Eigen::DiagonalPreconditioner<double>>
+using PreconditionedBicgstab = PreconditionedKrylov<KrylovMethod::bicgstab, P>;
+template <class P = Eigen::DiagonalPreconditioner<double>>
+using PreconditionedGmres = PreconditionedKrylov<KrylovMethod::gmres, P>;
+
+template <KrylovMethod method, class P>
+inline constexpr bool is_preconditioned_krylov<PreconditionedKrylov<method, P>> = true;
+
+/// A preconditioner that is told of every γ.
+template <class P, class Matrix>
+concept ToldOfGamma = requires(P& p, const Matrix& W) {
+  p.factorize(W, W.coeff(0, 0), W.coeff(0, 0));
+};
+
+template <class Scalar, class Linear>
+class PreconditionedSystem : public SparseAssembly<Scalar> {
+  using Assembly = SparseAssembly<Scalar>;
+  using P = typename Linear::Preconditioner;
+
+ public:
+  using Matrix = Eigen::SparseMatrix<Scalar>;
+  using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
+  static constexpr bool is_symmetric = Linear::method == KrylovMethod::conjugate_gradients;
+  /// W is assembled for each γ: no factors of another one serve.
+  static constexpr bool follows_gamma = true;
+
+  void take(const Linear& linear) { given_ = linear; }
+  void resize(Eigen::Index n) {
+    Assembly::resize(n);
+    p_.drop();
+    r_.setZero(n);
+    iteration_.resize(n);
+  }
+  [[nodiscard]] bool has_solver() const { return static_cast<bool>(p_); }
+  void forget_pattern() {
+    p_.drop();
+    Assembly::forget_pattern();
+  }
+  /// The next W gets a preconditioner of its own.
+  void begin_anew() { is_tired_ = true; }
+
+  [[nodiscard]] Outcome factorize(const auto& masses, Scalar gamma_force, Scalar gamma_drift, Statistics& statistics) {
+    try {
+      if (!p_) Assembly::forget_pattern();
+      bool is_due = this->update_pattern(masses);
+      this->assemble(gamma_force, gamma_drift);
+      if (is_due) {
+        if constexpr (Linear::is_copied) p_.make(given_.preconditioner);
+        else p_.make();
+        if constexpr (requires { p_->analyzePattern(this->matrix()); }) p_->analyzePattern(this->matrix());
+        ++statistics.analyses;
+      }
+      const Scalar ratio = gamma_force / made_for_;
+      is_due = is_due || is_tired_ || !(ratio >= Scalar{0.5} && ratio <= Scalar{2});
+      if constexpr (ToldOfGamma<P, Matrix>) p_->factorize(this->matrix(), gamma_force, gamma_drift);
+      else if (is_due) p_->factorize(this->matrix());
+      else return Outcome::success;
+      ++statistics.factorizations;
+    } catch (...) {
+      p_.drop();
+      throw;
+    }
+    made_for_ = gamma_force;
+    is_tired_ = false;
+    usual_ = -1;
+    if constexpr (requires { p_->info(); })
+      if (p_->info() != Eigen::Success) {
+        is_tired_ = true;
+        return is_symmetric ? Outcome::not_positive_definite : Outcome::linear_solver_failed;
+      }
+    return Outcome::success;
+  }
+
+  /// x ← W⁻¹ x to a relative residual. @param rtol  0: 1e-4
+  [[nodiscard]] Outcome solve(auto& x, double rtol, Statistics& statistics) {
+    if (rtol == 0) rtol = 1e-4;
+    weights_.resize(0);
+    const Scalar by = to_unit_size(max_abs(x));
+    b_ = by * x;
+    const Scalar size = b_.norm();
+    x.setZero();
+    if (size == Scalar{0}) return Outcome::success;
+    r_ = b_;
+    // (1) is a size of the error; that of the residual itself decides here.
+    double left = 1;
+    for (int round = 0; round < 6; ++round) {
+      if (const Outcome bad = iterate({0, std::min(0.5, 0.5 * rtol / left)}, x, statistics); failed(bad)) return bad;
+      multiply(x, r_);
+      r_ = b_ - r_;
+      left = static_cast<double>(r_.norm() / size);
+      if (left <= rtol) break;
+    }
+    x /= by;
+    return left <= rtol ? Outcome::success : Outcome::linear_solver_failed;
+  }
+  /// … to an error of about `absolute` in the weighted norm. @param weigh  weigh(w) sets the weights
+  [[nodiscard]] Outcome solve_within(auto& x, double absolute, auto&& weigh, Statistics& statistics) {
+    weights_.resize(r_.size());
+    weigh(weights_);
+    r_ = x;
+    x.setZero();
+    return iterate({absolute, 8 * static_cast<double>(Eigen::NumTraits<Scalar>::epsilon())}, x, statistics);
+  }
+
+  // For the methods.
+  void multiply(const auto& x, Vector& out) const {
+    if constexpr (is_symmetric) out.noalias() = this->matrix().transpose() * x;  // by dot products
+    else out.noalias() = this->matrix() * x;
+  }
+  void precondition(const Vector& x, Vector& out) const {
+    if constexpr (requires { p_->solve_in_place(out); }) {
+      out = x;
+      p_->solve_in_place(out);
+    } else {
+      out = p_->solve(x);
+    }
+  }
+  [[nodiscard]] const Vector& weights() const { return weights_; }
+
+ private:
+  [[nodiscard]] Outcome iterate(KrylovGoal goal, auto& x, Statistics& statistics) {
+    goal.max_iterations = static_cast<int>(std::clamp<Eigen::Index>(2 * r_.size(), 10, 1000));
+    const KrylovEnd end = iteration_.solve(*this, goal, r_, x);
+    statistics.linear_iterations += end.iterations;
+    if (usual_ < 0) usual_ = end.iterations;
+    else if (end.iterations > 2 * usual_ + 4) is_tired_ = true;
+    if (end.converged) return Outcome::success;
+    is_tired_ = true;
+    return all_finite(x.data(), x.size()) ? Outcome::linear_solver_failed : Outcome::singular_matrix;
+  }
+
+  Linear given_;
+  OwnSolver<P> p_;
+  KrylovIteration<Scalar, Linear::method> iteration_;
+  Vector r_, b_, weights_;
+  Scalar made_for_{};      // γ_f
+  int usual_ = -1;         // iterations of the first solve with this preconditioner
+  bool is_tired_ = false;  // it wants to be made anew
+};
+
+template <MatrixFacts facts, class Scalar, class Solver, class Force>
+struct SystemFor<SystemKind::preconditioned, facts, Scalar, Solver, Force> {
+  using type = PreconditionedSystem<Scalar, Solver>;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI
