@@ -72,9 +72,9 @@ class AutomaticAtol {
     see(next);
     if (dt_ > 0) leave_zero(before, error);
   }
-  /// @param block, Block  the component's, by number and type
-  /// @param component     over all blocks
-  /// @param size          |y_i|, the larger of both ends
+  /// @tparam Block     the block it is in
+  /// @param component  its number, over all blocks; block: that of its block
+  /// @param size       |y_i|, the larger of both ends
   template <class Block>
   [[nodiscard]] Scalar at(std::size_t block, Index component, Scalar size) const {
     if constexpr (by_component<Block>) {
