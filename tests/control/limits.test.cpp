@@ -41,6 +41,7 @@ TEST_CASE("every reason has a name") {
   CHECK_THAT(only(LimitedBy::iterations), contains("iterations of the implicit solve, in 100 %"));
   CHECK_THAT(only(LimitedBy::max_step), contains("max_step"));
   CHECK_THAT(only(LimitedBy::stop), contains("times to stop at"));
+  CHECK_THAT(only(LimitedBy::not_finite), contains("a force or a state that is not finite"));
 }
 
 TEST_CASE("in bounded memory, whatever is frequent enough is found") {

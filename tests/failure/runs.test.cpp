@@ -135,6 +135,7 @@ TEST_CASE("a force that is no number from a time on: named, and the run ends bef
     PhiStepper stepper{y, force, scheme};
     const RunReport report = integrate(stepper, y, {0, 1}, tolerance{.rtol = 1e-4, .max_steps = 10'000});
     check_before_nan(report, y);
+    CHECK(report.limits.most().by == LimitedBy::not_finite);
   });
 }
 

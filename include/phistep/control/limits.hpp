@@ -18,7 +18,8 @@ enum class LimitedBy : std::uint8_t {
   error,       ///< of the component named
   iterations,  ///< the implicit solve: too many, or it failed
   max_step,
-  stop,  ///< a time at which the run was to stop
+  stop,       ///< a time at which the run was to stop
+  not_finite  ///< a longer step met a force or a state that isn't
 };
 
 /// One reason, and the number of steps that it shortened.
@@ -29,7 +30,7 @@ struct Limit {
 
   void archive(auto& ar) {
     ar("by", by, "block", where.block, "index", where.index, "steps", steps);
-    ar.check(by <= LimitedBy::stop && can_be_count(steps));
+    ar.check(by <= LimitedBy::not_finite && can_be_count(steps));
   }
 };
 
@@ -65,6 +66,9 @@ class Limits {
         break;
       case LimitedBy::max_step:
         out << "max_step";
+        break;
+      case LimitedBy::not_finite:
+        out << "a force or a state that is not finite";
         break;
       default:
         out << "the times to stop at";

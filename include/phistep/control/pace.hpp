@@ -142,7 +142,8 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
       return Length::shorten(why, dt, proposed / dt);
     if (why == Outcome::error_too_large) return Length::shorten(why, dt, size_.rejected(error_.size() / allowed_));
     if (!may_be_cured(why)) return why;
-    limits.count(LimitedBy::iterations);
+    const bool is_finite = why != Outcome::non_finite_force && why != Outcome::non_finite_state;
+    limits.count(is_finite ? LimitedBy::iterations : LimitedBy::not_finite);
     size_.forget();
     return Length::shorten(why, dt, 0.25);
   }
