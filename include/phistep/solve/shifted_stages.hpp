@@ -48,6 +48,7 @@ class ShiftedStages {
     matrix_.resize(y, rhs);  // may throw, so it comes first
     lanes_.resize(unknowns<S>(y));
     if constexpr (is_promised) check_.resize(y);
+    if constexpr (is_promised || !Rhs::drifts) one_.assign(static_cast<std::size_t>(unknowns<S>(y)), {});
   }
   /// Forgets what solves have left.
   void forget() { matrix_.drop(); }
@@ -82,7 +83,7 @@ class ShiftedStages {
   /// (M − γJ) x = b, in place, for first-order states: by the first lane, whose γ = h/λ is real.
   [[nodiscard]] Outcome solve(Rhs& rhs, Scalar /*gamma*/, Plain& x) {
     ++rhs.statistics().solves;
-    solve_first(unknowns<S>(x), [&](auto&& f) { for_each_number(f, Blocks<S>::solved(x)); });
+    solve_first([&](auto&& f) { for_each_number(f, Blocks<S>::solved(x)); });
     return Outcome::success;
   }
   /// Whether J, made at (t, y), is the force's own there (tangent_check.hpp): some of the matrices only. Writes Ψ to psi.
@@ -115,17 +116,15 @@ class ShiftedStages {
   struct FirstLane {
     ShiftedStages& self;
     [[nodiscard]] Outcome solve(auto& x, const NewtonOptions&, Statistics&) {
-      self.solve_first(x.size(), [&x](auto&& f) {
+      self.solve_first([&x](auto&& f) {
         for (Index i = 0; i < x.size(); ++i) f(static_cast<std::size_t>(i), x[i]);
       });
       return Outcome::success;
     }
   };
   /// (M − γC − γ²K) x = b, in place. for_each(f) calls f(i, x_i).
-  void solve_first(Index n, auto&& for_each) {
-    using Number = typename Shift::Number;
+  void solve_first(auto&& for_each) {
     using Real = typename Shift::Real;
-    one_.resize(static_cast<std::size_t>(n), Number{});
     for_each([this](std::size_t i, Scalar& x) {
       Scalar first[lanes]{real_ * x};
       one_[i] = {Real::load(first), Real{Scalar{0}}};
