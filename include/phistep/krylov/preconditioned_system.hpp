@@ -6,9 +6,10 @@
 ///     newton<PreconditionedGmres<>>()                             by W's diagonal
 ///
 /// A preconditioner is a class with the interface of Eigen's: analyzePattern(W) for each new pattern, factorize(W), solve(b),
-/// info(); with solve_in_place(x) no vector is made. It need not fit W: the same one serves for the next W while γ stays within a factor of two of the one it was made
-/// for and the iterations don't double. One that has factorize(W, γ_f, γ_d) in place of factorize(W) is called for every W,
-/// and decides for itself, as a multigrid that keeps its hierarchy. Statistics::factorizations counts these calls.
+/// info(); with solve_in_place(x) no vector is made. It need not fit W: the same one serves for the next W while γ stays
+/// within a factor of two of the one it was made for and the iterations don't double. One that has factorize(W, γ_f, γ_d) in
+/// place of factorize(W) is called for every W, and decides for itself, as a multigrid that keeps its hierarchy.
+/// Statistics::factorizations counts these calls.
 ///
 /// A controlled run says how well each solve has to be done: the preconditioned residual, in the run's norm, is to be a
 /// twentieth of what the nonlinear solve may leave (A. C. Hindmarsh et al., ACM Trans. Math. Softw. 31 (2005) 363, sect. 2.1).
