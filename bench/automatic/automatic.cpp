@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "../equal_error.hpp"
 #include "rows.hpp"
 
 namespace automatic {
@@ -18,24 +19,11 @@ double told = 0;
 double logs = 0, logs_of_advised = 0;
 int count = 0, misses = 0, advised_count = 0, advised_misses = 0;
 
-/// The least time in which the error is at most `wanted`, on the front of runs that no other beats in both.
 [[nodiscard]] std::optional<double> time_to(double wanted, const Ladder& ladder) {
-  std::vector<std::pair<double, double>> front;
+  std::vector<std::pair<double, double>> runs;
   for (const Rung& rung : ladder.rungs)
-    if (rung.error < 0.3) front.emplace_back(rung.seconds, std::max(rung.error, 1e-16));
-  std::sort(front.begin(), front.end());
-  double before_time = 0, before_error = 0;
-  for (const auto& [time, error] : front) {
-    if (before_time > 0 && error >= before_error) continue;
-    if (error <= wanted) {
-      if (before_time == 0) return time;
-      return before_time *
-             std::pow(time / before_time, std::log(before_error / wanted) / std::log(before_error / error));
-    }
-    before_time = time;
-    before_error = error;
-  }
-  return std::nullopt;
+    if (rung.error < 0.3) runs.emplace_back(rung.seconds, rung.error);
+  return bench::time_to_error(wanted, std::move(runs));
 }
 /// The tolerance at which the ladder has that error, about.
 [[nodiscard]] double rtol_for(double wanted, const Ladder& ladder) {

@@ -20,6 +20,8 @@
 #include <utility>
 #include <vector>
 
+#include "../stacked.hpp"
+
 namespace automatic {
 
 /// One rung of a ladder of tolerances.
@@ -46,16 +48,7 @@ void measure(Problem problem);
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
-template <class S>
-[[nodiscard]] Eigen::VectorXd stacked(const S& y) {
-  if constexpr (phistep::EigenDense<S>) {
-    return y;
-  } else {
-    Eigen::VectorXd x(2 * y.r.size());
-    x << y.r.reshaped(), y.v.reshaped();
-    return x;
-  }
-}
+using bench::stacked;
 
 /// @param a      atol = a·rtol; errors are max |y_i − exact_i|/(|exact_i| + a)
 /// @param samples  the components that `exact` holds; empty: all

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "../equal_error.hpp"
 #include "rows.hpp"
 
 namespace bench {
@@ -20,27 +21,13 @@ struct Rung {
   Entrant entrant{};
 };
 
-/// The least time in which `method` has an error of at most `wanted`: between two rungs by a straight line through the
-/// logarithms.
+/// The least time in which `method` has an error of at most `wanted` (equal_error.hpp).
 [[nodiscard]] inline std::optional<double> time_to(double wanted, const std::string& method,
                                                    const std::vector<Rung>& rungs) {
-  std::vector<std::pair<double, double>> front;
+  std::vector<std::pair<double, double>> runs;
   for (const Rung& rung : rungs)
-    if (rung.method == method && !rung.entrant.times.empty())
-      front.emplace_back(rung.entrant.median(), std::max(rung.error, 1e-16));
-  std::sort(front.begin(), front.end());
-  double before_time = 0, before_error = 0;
-  for (const auto& [time, error] : front) {
-    if (before_time > 0 && error >= before_error) continue;
-    if (error <= wanted) {
-      if (before_time == 0) return time;
-      return before_time *
-             std::pow(time / before_time, std::log(before_error / wanted) / std::log(before_error / error));
-    }
-    before_time = time;
-    before_error = error;
-  }
-  return std::nullopt;
+    if (rung.method == method && !rung.entrant.times.empty()) runs.emplace_back(rung.entrant.median(), rung.error);
+  return time_to_error(wanted, std::move(runs));
 }
 
 /// Medians of all rungs, in turns.

@@ -11,6 +11,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "../stacked.hpp"
 #include "tables.hpp"
 
 namespace work_precision::smooth {
@@ -81,22 +82,12 @@ class Rows {
                phistep::integrate(stepper, y, {0.0, end}, phistep::tolerance{.rtol = rtol, .atol = a * rtol});
            if (!report) return Answer{};
            const phistep::Statistics& work = report.statistics;
-           return Answer{stacked(y), static_cast<std::int64_t>(work.steps),
+           return Answer{bench::stacked(y), static_cast<std::int64_t>(work.steps),
                          static_cast<std::int64_t>(work.force_calls)};
          }});
   }
 
  private:
-  [[nodiscard]] static Eigen::VectorXd stacked(const S& y) {
-    if constexpr (phistep::EigenDense<S>) {
-      return y;
-    } else {
-      Eigen::VectorXd x(2 * y.r.size());
-      x << y.r, y.v;
-      return x;
-    }
-  }
-
   Table& table_;
   S start_;
 };

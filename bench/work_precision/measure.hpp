@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "../equal_error.hpp"
 #include "table.hpp"
 
 namespace work_precision {
@@ -108,27 +109,13 @@ struct Measured {
   return measured;
 }
 
-/// The least time in which a method's error is at most `wanted`: on the front of its runs that no other beats in both, and
-/// between two of them by a straight line through the logarithms. Nothing where it isn't reached.
+/// The least time in which a method's error is at most `wanted` (equal_error.hpp).
 [[nodiscard]] inline std::optional<double> time_to(double wanted, const std::vector<Point>& points,
                                                    double Point::*error_of = &Point::error) {
-  std::vector<std::pair<double, double>> front;  // (time, error)
+  std::vector<std::pair<double, double>> runs;
   for (const Point& point : points)
-    if (point.is_timed() && std::isfinite(point.*error_of))
-      front.emplace_back(point.seconds(), std::max(point.*error_of, 1e-16));
-  std::sort(front.begin(), front.end());
-  double before_time = 0, before_error = 0;
-  for (const auto& [time, error] : front) {
-    if (before_time > 0 && error >= before_error) continue;
-    if (error <= wanted) {
-      if (before_time == 0) return time;
-      const double share = std::log(before_error / wanted) / std::log(before_error / error);
-      return before_time * std::pow(time / before_time, share);
-    }
-    before_time = time;
-    before_error = error;
-  }
-  return std::nullopt;
+    if (point.is_timed() && std::isfinite(point.*error_of)) runs.emplace_back(point.seconds(), point.*error_of);
+  return bench::time_to_error(wanted, std::move(runs));
 }
 
 inline void write_header(std::ostream& csv) {

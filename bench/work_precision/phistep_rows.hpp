@@ -11,21 +11,12 @@
 #include <utility>
 #include <vector>
 
+#include "../stacked.hpp"
 #include "table.hpp"
 
 namespace work_precision {
 
-/// The state as one vector, r before v.
-template <class S>
-[[nodiscard]] Eigen::VectorXd stacked(const S& y) {
-  if constexpr (phistep::EigenDense<S>) {
-    return y;
-  } else {
-    Eigen::VectorXd x(2 * y.r.size());
-    x << y.r.reshaped(), y.v.reshaped();
-    return x;
-  }
-}
+using bench::stacked;
 
 /// phistep's methods on one problem. A scheme more is a line more: `rows.controlled("TR-BDF2", phistep::tr_bdf2)`.
 /// @tparam Make  (state, scheme, leg) → stepper
