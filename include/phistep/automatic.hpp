@@ -1,11 +1,11 @@
 /// @file
-/// integrate without a stepper, for those who don't want to know schemes:
+/// integrate without a stepper: the scheme is chosen, and changed where stiffness comes or goes:
 ///
 ///     auto report = phistep::integrate(y, robertson, {0.0, 1e11}, phistep::tolerance{.rtol = 1e-6, .atol = 1e-14});
 ///     std::cout << report;      // how it went, which schemes it took, when and why
 ///
-/// It begins with an explicit scheme and changes where stiffness comes or goes (step/automatic_stepper.hpp). Observers, events
-/// and samples are as with a stepper. For checkpoints, make the stepper yourself: AutomaticStepper and Run.
+/// It begins with an explicit scheme unless the start is stiff (step/automatic_stepper.hpp). Observers, events and samples are as
+/// with a stepper. For checkpoints, make the stepper yourself: AutomaticStepper and Run.
 #pragma once
 
 #include "phistep/core/version.hpp"  // first: it refuses what would break the others

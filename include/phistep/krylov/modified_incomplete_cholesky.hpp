@@ -92,7 +92,7 @@ class ModifiedIncompleteCholesky {
         else if (w.row() > j) l_[p++] = w.value();
       }
   }
-  /// w_ik −= x, on the diagonal where there is no such entry.
+  /// w_ik −= x; where the pattern has no such entry, both diagonal entries take omega x instead.
   void subtract(int i, int k, Scalar x) {
     const auto first = row_.begin() + start_[at(k)], last = row_.begin() + start_[at(k + 1)];
     const auto place = std::lower_bound(first, last, i);

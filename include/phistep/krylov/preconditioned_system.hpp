@@ -62,7 +62,7 @@ using PreconditionedGmres = PreconditionedKrylov<KrylovMethod::gmres, P>;
 template <KrylovMethod method, class P>
 inline constexpr bool is_preconditioned_krylov<PreconditionedKrylov<method, P>> = true;
 
-/// A preconditioner that is told of every γ.
+/// A preconditioner whose factorize takes the γ of each W.
 template <class P, class Matrix>
 concept ToldOfGamma = requires(P& p, const Matrix& W) {
   p.factorize(W, W.coeff(0, 0), W.coeff(0, 0));

@@ -113,8 +113,8 @@ class SymmetricSparseSystem : public SparseAssembly<Scalar, symmetry == Symmetry
   }
 
   /// Entries are sums whose terms may be added in another order than their transposes' and cancel to a thousandth; a
-  /// broken promise shows in the first digits. Differences have half of the digits, less where a force bends strongly. What
-  /// nobody has promised has to be closer.
+  /// broken promise shows in the first digits. Differences have half of the digits, less where a force bends strongly. Without
+  /// a promise the bound is tighter.
   [[nodiscard]] static Scalar tolerance() {
     constexpr Scalar epsilon = std::numeric_limits<Scalar>::epsilon();
     if constexpr (sought) return differenced ? 64 * std::sqrt(epsilon) : 16 * epsilon;

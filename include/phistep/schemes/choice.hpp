@@ -110,7 +110,7 @@ struct StiffLimits {
   return {2e-3, 3e-6};                                 // Beam, Cusp and Plate as dense problems
 }
 
-/// Stiff: who solves linear equations, and how many digits are wanted.
+/// For stiff problems, by the structure of the matrix, its size and the tolerance.
 [[nodiscard]] constexpr SchemeChoice suitable_implicit(const AdvisedProblem& scene) {
   using enum SuitableScheme;
   if (scene.structure == Structure::network) return {tr_bdf_2, SchemeReason::pairs};
@@ -121,7 +121,7 @@ struct StiffLimits {
   if (scene.rtol >= limits.cheap) return {rodas_4, SchemeReason::cheapest_step};
   return {rodas_5p, SchemeReason::factorization};
 }
-/// Not stiff: what the force looks at, and how many digits are wanted.
+/// For problems that are not stiff, by the arguments of the force and the tolerance.
 [[nodiscard]] constexpr SchemeChoice suitable_explicit(const AdvisedProblem& scene) {
   using enum SuitableScheme;
   if (!scene.is_motion || scene.uses_velocity)

@@ -77,32 +77,32 @@ class AutomaticStepper {
   /// Where a run begins, its first step proposed: takes an implicit scheme where that step says stiff. Of the first run only.
   /// @param pace  of the run. @return whether it did: the first step is then to be proposed anew
   [[nodiscard]] bool begin_run(const S& state, const Plain& y, const RunClock<Scalar>& clock, auto& pace) {
-    if (is_bound_ || !at_start_) return false;
+    if (course_.is_bound || !course_.at_start) return false;
     const RateSeen seen = look_at_rate(y, clock, pace);
-    at_start_ = false;
-    return watch_.starts_stiff(seen) && change(state, clock.t(), seen, true);
+    course_.at_start = false;
+    return course_.watch.starts_stiff(seen) && change(state, clock.t(), seen, true);
   }
   /// Before each step of a run: looks whether another scheme would serve better, and takes it.
   /// @return [time] the longest step that a new scheme should begin with, nothing where it stays
   [[nodiscard]] std::optional<double> choose(const S& state, const Plain& y, const RunClock<Scalar>& clock,
                                              auto& pace) {
-    if (is_bound_ || done_ == 0) return {};
-    watch_.accepted(pace.propose());
-    steps_ += std::exchange(done_, 0);
-    if (!watch_.is_due()) return {};
+    if (course_.is_bound || course_.done == 0) return {};
+    course_.watch.accepted(pace.propose());
+    course_.steps += std::exchange(course_.done, 0);
+    if (!course_.watch.is_due()) return {};
     const RateSeen seen = look_at_rate(y, clock, pace);
-    if (!watch_.judge(seen) || !change(state, clock.t(), seen, false)) return {};
-    return watch_.is_implicit() ? seen.dt : watch_.stable_step(seen.rate);
+    if (!course_.watch.judge(seen) || !change(state, clock.t(), seen, false)) return {};
+    return course_.watch.is_implicit() ? seen.dt : course_.watch.stable_step(seen.rate);
   }
   /// The number of the scheme at work.
   [[nodiscard]] int active() const { return static_cast<int>(steppers_.index()); }
   [[nodiscard]] SuitableScheme scheme() const { return Set::all[steppers_.index()]; }
   /// What it took, when and why.
-  [[nodiscard]] const SchemeUses& uses() const { return uses_; }
+  [[nodiscard]] const SchemeUses& uses() const { return course_.uses; }
   /// The last look at the rate.
   [[nodiscard]] const RateSeen& seen() const { return seen_; }
   /// Whether it is, or would be if it could, at an implicit scheme.
-  [[nodiscard]] bool is_stiff() const { return watch_.is_implicit() || is_kept_explicit_; }
+  [[nodiscard]] bool is_stiff() const { return course_.watch.is_implicit() || is_kept_explicit_; }
 
   // What a run controlled by its error asks beside steps: what the scheme at work can tell.
   static constexpr StepperFacts facts{.traces = true,
@@ -120,8 +120,8 @@ class AutomaticStepper {
   StepReport attempt(S& state, Scalar t, Scalar dt, Origin origin, Trace<Plain>& trace, Accept&& accept) {
     const StepReport report =
         visit(*this, [&](auto& scheme) { return scheme.attempt(state, t, dt, origin, trace, accept); });
-    if (report) ++done_;
-    else if (report.outcome() == Outcome::error_too_large) watch_.rejected();
+    if (report) ++course_.done;
+    else if (report.outcome() == Outcome::error_too_large) course_.watch.rejected();
     return report;
   }
   /// As PhiStepper's; false, too, where the scheme at work has no interpolant of its own.
@@ -166,10 +166,10 @@ class AutomaticStepper {
   }
   /// Of all schemes that were at work.
   [[nodiscard]] Statistics statistics() const {
-    return retired_ + visit(*this, [](auto& scheme) -> Statistics { return scheme.statistics(); });
+    return course_.retired + visit(*this, [](auto& scheme) -> Statistics { return scheme.statistics(); });
   }
   [[nodiscard]] std::int64_t changes() const {
-    return changes_ + visit(*this, [](auto& scheme) { return scheme.changes(); });
+    return course_.changes + visit(*this, [](auto& scheme) { return scheme.changes(); });
   }
   /// The force of the scheme at work, to be called and not to be changed.
   [[nodiscard]] auto& force_to_look_at() {
@@ -201,17 +201,17 @@ class AutomaticStepper {
   }
   /// As PhiStepper's, with which scheme is at work, and what led to it.
   void save(Writer& out) const {
-    const Kept kept{*this};
-    save_parts(out, "chosen", kept);
+    save_parts(out, "active", active(), "course", course_);
     out.open("scheme");
     visit(*this, [&out](auto& scheme) { scheme.save(out); });
     out.close();
   }
   void load(Reader& in, auto&& then) {
-    Kept kept{*this};
-    in("chosen", kept);
-    in.check(0 <= kept.active && kept.active < static_cast<int>(Set::all.size()));
-    Steppers fresh = make(kept.active, sample());
+    int active = 0;
+    Course course = course_;
+    in("active", active, "course", course);
+    in.check(0 <= active && active < static_cast<int>(Set::all.size()));
+    Steppers fresh = make(active, sample());
     std::visit(
         [&](auto& scheme) {
           in.open("scheme");
@@ -222,39 +222,25 @@ class AutomaticStepper {
         },
         fresh);
     steppers_ = std::move(fresh);
-    watch_ = kept.watch, uses_ = std::move(kept.uses), radius_ = std::move(kept.radius), retired_ = kept.retired;
-    before_ = std::move(kept.before);
-    steps_ = kept.steps, done_ = kept.done, changes_ = kept.changes, knows_before_ = kept.knows_before,
-    at_start_ = kept.at_start, is_bound_ = kept.is_bound;
+    course_ = std::move(course);
   }
 
  private:
   /// What a checkpoint holds beside the scheme at work.
-  struct Kept {
-    explicit Kept(const AutomaticStepper& of)
-        : active{of.active()},
-          watch{of.watch_},
-          uses{of.uses_},
-          radius{of.radius_},
-          before{of.before_},
-          retired{of.retired_},
-          steps{of.steps_},
-          done{of.done_},
-          changes{of.changes_},
-          knows_before{of.knows_before_},
-          at_start{of.at_start_},
-          is_bound{of.is_bound_} {}
-    int active;
+  struct Course {
     StiffnessWatch watch;
-    SchemeUses uses;
     SpectralRadius<Plain> radius;
-    Plain before;
-    Statistics retired;
-    std::int64_t steps, done, changes;
-    bool knows_before, at_start, is_bound;
+    Plain before;          ///< y' at the last look
+    bool is_bound;         ///< to the scheme at work
+    bool at_start = true;  ///< of the first run
+    bool knows_before = false;
+    SchemeUses uses{};
+    Statistics retired{};              ///< of the schemes before
+    std::int64_t changes = 0;          ///< of the forces of these
+    std::int64_t steps = 0, done = 0;  ///< steps seen, steps since
     void archive(auto& ar) {
-      ar("active", active, "watch", watch, "uses", uses, "radius", radius, "retired", retired, "steps", steps, "done",
-         done, "changes", changes, "knows_before", knows_before, "at_start", at_start, "is_bound", is_bound);
+      ar("watch", watch, "uses", uses, "radius", radius, "retired", retired, "steps", steps, "done", done, "changes",
+         changes, "knows_before", knows_before, "at_start", at_start, "is_bound", is_bound);
       ar.in_place("before", before);
       ar.check(can_be_count(steps) && can_be_count(done));
     }
@@ -263,16 +249,23 @@ class AutomaticStepper {
   AutomaticStepper(Plain&& copy, const S& state, F&& force, double rtol, MassSpec&& mass)
       : force_{std::move(force)},
         mass_{std::move(mass)},
-        problem_{scene_of<S, F>(copy, mass_)},
-        is_bound_{is_singular(bind_masses<S>(mass_, copy))},
-        steppers_{make((problem_.rtol = rtol, is_bound_ ? implicit_index() : explicit_index()), state)},
-        view_{state},
-        radius_{copy},
-        before_{copy},
-        watch_{RivalSteps{stability_bound(Set::all[at(explicit_index())]),
-                          step_cost(Set::all[at(explicit_index())], problem_),
-                          step_cost(Set::all[at(implicit_index())], problem_)}} {
-    uses_.add({.scheme = scheme(), .cause = is_bound_ ? SchemeCause::algebraic : SchemeCause::start});
+        problem_{problem_of(copy, mass_, rtol)},
+        course_{.watch = StiffnessWatch{rivals()},
+                .radius = SpectralRadius<Plain>{copy},
+                .before = copy,
+                .is_bound = is_singular(bind_masses<S>(mass_, copy))},
+        steppers_{make(course_.is_bound ? implicit_index() : explicit_index(), state)},
+        view_{state} {
+    course_.uses.add({.scheme = scheme(), .cause = course_.is_bound ? SchemeCause::algebraic : SchemeCause::start});
+  }
+  [[nodiscard]] static AdvisedProblem problem_of(const Plain& y, const MassSpec& mass, double rtol) {
+    AdvisedProblem problem = scene_of<S, F>(y, mass);
+    problem.rtol = rtol;
+    return problem;
+  }
+  [[nodiscard]] RivalSteps rivals() const {
+    const SuitableScheme taken = Set::all[at(explicit_index())];
+    return {stability_bound(taken), step_cost(taken, problem_), step_cost(Set::all[at(implicit_index())], problem_)};
   }
   [[nodiscard]] static Plain plain_of(const S& state) {
     Plain copy;
@@ -314,54 +307,55 @@ class AutomaticStepper {
 
   /// The rate at (t, y), in the weights of the run: its direction is the error's where that is stiffness's, else the last one's.
   [[nodiscard]] RateSeen look_at_rate(const Plain& y, const RunClock<Scalar>& clock, auto& pace) {
-    if (!same_shape<Plain>(before_, y)) {
-      radius_ = SpectralRadius<Plain>{y};
-      before_ = y;
-      knows_before_ = false;
+    if (!same_shape<Plain>(course_.before, y)) {
+      course_.radius = SpectralRadius<Plain>{y};
+      course_.before = y;
+      course_.knows_before = false;
     }
     auto& trace = pace.trace();
     const double rtol = pace.weigh(y, trace.weight);
-    if (!at_start_ && !watch_.is_implicit()) radius_.start_along(trace.error, trace.weight);
+    if (!course_.at_start && !course_.watch.is_implicit()) course_.radius.start_along(trace.error, trace.weight);
     const auto slope = [this](Scalar t, const Plain& x, Plain& out) { return this->slope(t, x, out); };
     RateSeen seen;
-    seen.rate = radius_(slope, clock.t(), y, trace.weight, rtol, at_start_ ? 2 : 1);
+    seen.rate = course_.radius(slope, clock.t(), y, trace.weight, rtol, course_.at_start ? 2 : 1);
     seen.dt = pace.propose();
     seen.left = std::abs(static_cast<double>(clock.length_to(clock.span().t1)));
-    const Plain& now = radius_.slope();
-    if (knows_before_) {
-      const double size = std::max(weighted_rms(now, trace.weight), weighted_rms(before_, trace.weight));
-      assign<Plain>(before_, in<Plain>(before_) - in<Plain>(now));
-      if (size > 0) seen.change = weighted_rms(before_, trace.weight) / size;
+    const Plain& now = course_.radius.slope();
+    if (course_.knows_before) {
+      const double size = std::max(weighted_rms(now, trace.weight), weighted_rms(course_.before, trace.weight));
+      assign<Plain>(course_.before, in<Plain>(course_.before) - in<Plain>(now));
+      if (size > 0) seen.change = weighted_rms(course_.before, trace.weight) / size;
     }
-    copy_blocks<Plain>(before_, now);
-    knows_before_ = true;
+    copy_blocks<Plain>(course_.before, now);
+    course_.knows_before = true;
     return seen_ = seen;
   }
   /// Takes the scheme of the other kind, if it can.
   [[nodiscard]] bool change(const S& state, Scalar t, const RateSeen& seen, bool at_start) {
-    const bool to_implicit = !watch_.is_implicit();
-    SchemeUse use{.scheme = scheme(), .t = static_cast<double>(t), .step = steps_, .rate = seen.rate, .dt = seen.dt};
+    const bool to_implicit = !course_.watch.is_implicit();
+    SchemeUse use{
+        .scheme = scheme(), .t = static_cast<double>(t), .step = course_.steps, .rate = seen.rate, .dt = seen.dt};
     if (to_implicit && !can_be_implicit()) {
       use.cause = SchemeCause::stays_explicit;
-      is_bound_ = is_kept_explicit_ = true;
-      uses_.add(use);
+      course_.is_bound = is_kept_explicit_ = true;
+      course_.uses.add(use);
       return false;
     }
     Steppers fresh = make(to_implicit ? implicit_index() : explicit_index(), state);
-    retired_ = statistics();
-    changes_ = changes();
+    course_.retired = statistics();
+    course_.changes = changes();
     steppers_ = std::move(fresh);
-    if (at_start) watch_.begin_implicit();
-    else watch_.change();
+    if (at_start) course_.watch.begin_implicit();
+    else course_.watch.change();
     use.scheme = scheme();
     use.cause = at_start ? SchemeCause::stiff_start : to_implicit ? SchemeCause::stiff : SchemeCause::eased;
-    uses_.add(use);
+    course_.uses.add(use);
     return true;
   }
   /// A state of the right sizes.
   [[nodiscard]] const S& sample() const {
     if constexpr (is_view) return view_;
-    else return before_;
+    else return course_.before;
   }
 
   struct Nothing {
@@ -372,17 +366,11 @@ class AutomaticStepper {
   F force_;
   [[no_unique_address]] MassSpec mass_;
   AdvisedProblem problem_;
-  bool is_bound_;  ///< to the scheme at work
+  Course course_;
   Steppers steppers_;
   [[no_unique_address]] std::conditional_t<is_view, S, Nothing> view_;
-  SpectralRadius<Plain> radius_;
-  Plain before_;  ///< y' at the last look
-  StiffnessWatch watch_;
-  SchemeUses uses_;
-  Statistics retired_;
-  std::int64_t steps_ = 0, done_ = 0, changes_ = 0;  ///< steps seen, steps since; changes of the schemes before
   RateSeen seen_;
-  bool knows_before_ = false, at_start_ = true, is_kept_explicit_ = false;
+  bool is_kept_explicit_ = false;
 };
 
 template <class S, class F>
