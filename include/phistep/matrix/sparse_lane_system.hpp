@@ -9,7 +9,7 @@
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/linear/lane_sparse_lu.hpp"
+#include "phistep/linear/lanes/lane_sparse_lu.hpp"
 #include "phistep/matrix/choice.hpp"
 #include "phistep/matrix/lane_system.hpp"
 
