@@ -114,7 +114,7 @@ class ContactSearch {
       std::sort(pairs.second.begin() + pairs.row[s], pairs.second.begin() + pairs.row[s + 1]);
   }
 
-  ListBuilder<dim, 1> builder_;  // few bodies reach so far: larger cells
+  ListBuilder<dim> builder_;
   NeighborList list_;
   std::vector<double> positions_;
   std::vector<std::int32_t> slot_, next_;

@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
@@ -36,7 +37,7 @@ namespace phistep::inline PHISTEP_ABI {
 
 /// Of the neighbour list behind a Pairs term.
 struct PairOptions {
-  double skin = 0;      ///< [length] listed beyond the cutoff; 0: 0.16 of the cutoff
+  double skin = 0;      ///< [length] listed beyond the cutoff; 0: it finds its own width (skin.hpp), from 0.16 r_c on
   ListPolicy policy{};  ///< when the list is made anew
 };
 
@@ -82,7 +83,9 @@ class Pairs : public ForceTerm {
   /// @param cutoff  r_c [length]: no force from there on
   /// @throws std::invalid_argument unless it is finite and > 0, and the skin finite and >= 0
   explicit Pairs(Law pair_law, double cutoff, PairOptions options = {})
-      : law(std::move(pair_law)), range_{cutoff, options.skin == 0 ? 0.16 * cutoff : options.skin, options.policy} {
+      : law(std::move(pair_law)),
+        range_{cutoff, options.skin == 0 ? 0.16 * cutoff : options.skin, options.policy, 1,
+               options.skin == 0 && options.policy.every == 0} {
     range_.check();
   }
 
@@ -140,7 +143,11 @@ class Pairs : public ForceTerm {
   }
   [[nodiscard]] std::uint64_t pair_changes() const { return rebuilds(); }
   [[nodiscard]] double cutoff() const { return range_.cutoff; }
-  [[nodiscard]] double skin() const { return range_.skin; }
+  /// Of the list in use; before the first, the one it starts with.
+  [[nodiscard]] double skin() const {
+    const double now = std::max(work_.three.skin(), work_.two.skin());
+    return now > 0 ? now : range_.skin;
+  }
   /// Lists made so far; distances computed and neighbours found by the last one.
   [[nodiscard]] std::uint64_t rebuilds() const { return work_.three.rebuilds() + work_.two.rebuilds(); }
   [[nodiscard]] std::uint64_t pairs_tested() const { return work_.three.pairs_tested() + work_.two.pairs_tested(); }
@@ -259,6 +266,7 @@ class Pairs : public ForceTerm {
     using S = Shape<decltype(y)>;
     using Scalar = typename S::Scalar;
     const NeighborList& list = gather<S>(y, memory);
+    if (memory != nullptr) memory->is_pattern = true;
     for (std::size_t k = 0; k < list.rows.size(); ++k) {
       const std::int32_t own = list.rows[k].slot, i = list.slots[static_cast<std::size_t>(own)].particle;
       const Scalar* const xi = place<Scalar>(own);
