@@ -97,3 +97,10 @@ TEST_CASE("Dormand and Prince 8(5,3) meets all conditions of its orders") {
   check_order<Dop853>(lower<runge_kutta::ErrorOfOrder3<Dop853>>(b<Dop853>()), 3);
   check_inside<Dop853>(7);
 }
+
+TEST_CASE("Verner 8(7) meets all conditions of its orders") {
+  check_rows<Verner87>();
+  check_order<Verner87>(b<Verner87>(), 8);
+  check_order<Verner87>(lower<runge_kutta::Error<Verner87>>(b<Verner87>()), 7);
+  check_inside<Verner87>(7);
+}
