@@ -33,7 +33,7 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// An explicit pair as a scheme. @tparam Tableau  Tsit5 or Dop853
+/// An explicit pair as a scheme. @tparam Tableau  Tsit5 or Verner87
 template <class Tableau>
 struct RungeKutta {
   static constexpr SchemeFacts facts = ExplicitOfAny{.energy = EnergyBalance::rest};
@@ -43,8 +43,6 @@ struct RungeKutta {
 
 /// Order 5, six force calls a step: smooth problems that are not stiff, at 2 to 6 digits.
 inline constexpr RungeKutta<Tsit5> tsit5{};
-/// Order 8, twelve force calls a step: smooth problems that are not stiff, at 6 digits and more.
-inline constexpr RungeKutta<Dop853> dop853{};
 /// Order 8, twelve force calls a step of given length, thirteen where its error is estimated: smooth problems that are not stiff,
 /// at 4 digits and more.
 inline constexpr RungeKutta<Verner87> verner87{};
@@ -80,7 +78,6 @@ class SchemeOn<RungeKutta<Tableau>, S> : public SchemeDefaults {
   [[nodiscard]] static int error_order() { return Tableau::error_order; }
 
   static constexpr bool traces = true;
-  static constexpr bool reads_weights = Estimate::has_two;
   [[nodiscard]] static bool estimates(const auto&) { return true; }
 
   template <class Kernel, class Step>
