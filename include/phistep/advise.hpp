@@ -33,10 +33,10 @@ namespace phistep::inline PHISTEP_ABI {
 /// the choice hardly changes.
 template <State S, class F, class MassSpec>
 [[nodiscard]] Stiffness begin_automatic_run(S& y, F& force, TimeSpan<ScalarOf<S>> span, const tolerance& wanted,
-                                            const MassSpec& mass) {
+                                            const AdvisedProblem& scene, const MassSpec& mass) {
   constexpr std::int64_t fewest = 12, most = 200;
   auto outside = std::ref(force);
-  AutomaticStepper<S, decltype(outside), MassSpec> stepper{y, outside, wanted.rtol, mass};
+  AutomaticStepper<S, decltype(outside), MassSpec> stepper{y, outside, scene, mass};
   Run run{stepper, y, span, wanted};
   const double whole = std::abs(static_cast<double>(span.t1 - span.t0));
   Stiffness found;
@@ -69,11 +69,10 @@ template <State S, class F, class MassSpec = UnitMasses>
     throw std::invalid_argument(
         "phistep: M is singular: advise compares no schemes for differential-algebraic equations; take rodas5p or "
         "rodas4p2");
-  AdvisedProblem scene = scene_of<S, F>(y, mass);
-  scene.rtol = wanted.rtol;
+  const AdvisedProblem scene = scene_of<S, F>(y, mass, wanted.rtol);
   Stiffness stiffness;
   if constexpr (!SchemesFor<Plain, F, MassSpec>::Rhs::has_history) try {
-      stiffness = begin_automatic_run(y, unwrap(force), span, wanted, mass);
+      stiffness = begin_automatic_run(y, unwrap(force), span, wanted, scene, mass);
     } catch (const std::exception&) {  // the force threw: then nothing is known of its stiffness
     }
   return decide(scene, stiffness);

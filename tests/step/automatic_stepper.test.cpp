@@ -1,6 +1,7 @@
 // The stepper that chooses its scheme: failures, checkpoints, allocations, masses, motions. integrate without it: automatic.
 #define EIGEN_RUNTIME_NO_MALLOC
 #include "allocation/step_cases.hpp"
+#include "problems/drum.hpp"
 #include "step/automatic_cases.hpp"
 
 #include "phistep/archive/archive.hpp"
@@ -18,6 +19,11 @@ struct Reaction : ForceTerm {
     out[0] += b - a, out[1] += a - b - c, out[2] += c;
   }
   void add(auto /*t*/, const auto& state, auto& out) const { rate(state.y, out.rate); }
+};
+/// y' = −10⁶ (y − 1)
+struct Relaxing : ForceTerm {
+  static constexpr bool uses_time = false;
+  void add(auto /*t*/, const auto& state, auto& out) const { out.rate.array() -= 1e6 * (state.y.array() - 1); }
 };
 const TimeSpan<double> span{0.0, 1e6};
 
@@ -130,6 +136,49 @@ TEST_CASE("motion: the pair that ignores v, to the bit; stiff bonds: an implicit
   REQUIRE(other);
   CHECK(other.schemes.count() == 2);
   CHECK(z.r[1] == Approx(std::cos(5.0)).epsilon(1e-5));
+}
+
+TEST_CASE("a net of stiff springs and dashpots: TR-BDF2 on conjugate gradients, to the tolerance") {
+  using problems::Drum;
+  Drum::State y = Drum::start();
+  const auto report = integrate(y, Drum::force(), mass(Drum::masses()), {0.0, Drum::end}, {.rtol = 1e-4, .atol = 1e-4});
+  REQUIRE(report);
+  REQUIRE(report.schemes.count() == 2);
+  CHECK(report.schemes.list()[1].scheme == SuitableScheme::tr_bdf_2);
+  CHECK(report.schemes.list()[1].rate > 4e4);  // 1.6e5, seen from below
+  CHECK(report.statistics.linear_iterations > 100);
+  CHECK(report.statistics.steps < 1000);  // explicit ones: 40,000
+  const Dynamic exact = Drum::exact();
+  const auto samples = Drum::samples();
+  const Eigen::Index n = y.r.size();
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    const double is = samples[k] < n ? y.r[samples[k]] : y.v[samples[k] - n];
+    CHECK(std::abs(is - exact[static_cast<Eigen::Index>(k)]) < 1e-2);
+  }
+}
+
+TEST_CASE("stiff, but no matrix can be had: explicit on, and a resumed run knows why") {
+  // 1001 unknowns, neither Jacobian nor pattern.
+  struct Kept {
+    Dynamic y = Dynamic::Zero(1001);
+    AutomaticStepper<Dynamic, Relaxing> stepper{y, Relaxing{}, 1e-4};
+    Run<decltype(stepper), Dynamic, tolerance> run{stepper, y, {0.0, 1.0}, tolerance{.rtol = 1e-4}};
+  };
+  Kept first, other;
+  for (int k = 0; k < 60; ++k) REQUIRE(first.run.advance());
+  REQUIRE(first.stepper.uses().count() == 2);
+  CHECK(first.stepper.uses().list()[1].cause == SchemeCause::stays_explicit);
+  CHECK(first.stepper.is_stiff());
+  Writer out;
+  first.run.save(out);
+  first.run.forget_unsaved();
+  Reader in{out.bytes()};
+  other.run.load(in, [] {});
+  CHECK(other.stepper.is_stiff());
+  for (int k = 0; k < 100; ++k) REQUIRE((first.run.advance() && other.run.advance()));
+  CHECK(other.y == first.y);
+  CHECK(other.stepper.statistics() == first.stepper.statistics());
+  CHECK(other.stepper.uses().message() == first.stepper.uses().message());
 }
 
 TEST_CASE("a singular M: implicit from the start, and for good") {

@@ -17,9 +17,10 @@
 namespace phistep::inline PHISTEP_ABI {
 
 /// What the types say of a problem.
-/// @param y  gives the number of unknowns
+/// @param y     gives the number of unknowns
+/// @param rtol  that a run will be asked for
 template <State S, class F, class MassSpec>
-[[nodiscard]] AdvisedProblem scene_of(const PlainState<S>& y, const MassSpec& mass) {
+[[nodiscard]] AdvisedProblem scene_of(const PlainState<S>& y, const MassSpec& mass, double rtol) {
   using Masses = decltype(bind_masses<S>(mass, y));
   using Rhs = RightHandSide<S, F, Masses>;
   using Traits = typename Rhs::Traits;
@@ -35,6 +36,7 @@ template <State S, class F, class MassSpec>
   if constexpr (requires { Unwrapped<F>::jacobian_pattern; })
     scene.has_sparse_lu = has_sparse_pattern<Unwrapped<F>, static_unknowns<S>>;
   scene.structure = Traits::has_jacobian || Traits::has_pattern ? Traits::structure : Structure::dense;
+  scene.rtol = rtol;
   scene.digits = std::numeric_limits<ScalarOf<S>>::digits10;
   return scene;
 }

@@ -11,15 +11,19 @@
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/equation/right_hand_side.hpp"
+#include "phistep/jacobian/differences.hpp"
 #include "phistep/linear/mass.hpp"
 #include "phistep/schemes/choice.hpp"
 #include "phistep/schemes/explicit_rk/runge_kutta.hpp"
 #include "phistep/schemes/nystrom/nystrom.hpp"
 #include "phistep/schemes/radau/radau.hpp"
 #include "phistep/schemes/rosenbrock.hpp"
+#include "phistep/schemes/step_cost.hpp"
 #include "phistep/schemes/tr_bdf2.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/step/active_stepper.hpp"
 #include "phistep/step/phi_stepper.hpp"
+#include "phistep/step/stiffness_watch.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -40,22 +44,15 @@ template <SuitableScheme scheme>
 template <SuitableScheme... names>
 struct SchemeSet {
   static constexpr std::array all{names...};
-  /// Number k of a name; where it is not among them, of what stands in for it: `instead`.
+  /// Number of a name; where it is not among them, of what stands in for it: `instead`.
   [[nodiscard]] static constexpr int index_of(SuitableScheme name, int instead) {
     for (std::size_t k = 0; k < all.size(); ++k)
       if (all[k] == name) return static_cast<int>(k);
     return instead;
   }
+  /// One of the schemes at a time.
   template <class S, class F, class MassSpec>
-  using Steppers = std::variant<PhiStepper<S, F, std::remove_const_t<decltype(scheme_named<names>())>, MassSpec>...>;
-};
-
-/// The checkpoint of whichever stepper is at work.
-template <class Steppers>
-struct CheckpointOfAny;
-template <class... Stepper>
-struct CheckpointOfAny<std::variant<Stepper...>> {
-  using type = std::variant<typename Stepper::Checkpoint...>;
+  using Stepper = ActiveStepper<S, PhiStepper<S, F, std::remove_const_t<decltype(scheme_named<names>())>, MassSpec>...>;
 };
 
 /// Two explicit schemes come first, then the implicit ones. Pairs of particles are solved by conjugate gradients, which serve
@@ -77,8 +74,36 @@ struct SchemesFor {
   static constexpr bool is_network = Rhs::Traits::structure == Structure::network && !Rhs::has_matrix_mass,
                         is_nystrom = Rhs::drifts && !Rhs::couples_unknowns;
   using Set = decltype(scheme_set<is_nystrom, is_network>());
-  using Steppers = typename Set::template Steppers<S, F, MassSpec>;
-  static constexpr int explicit_schemes = 2;
+  using Stepper = typename Set::template Stepper<S, F, MassSpec>;
+  static constexpr int explicit_count = 2, count = static_cast<int>(Set::all.size());
+
+  // The numbers of the schemes that the rules name; where one is not compiled, of what stands in for it.
+  [[nodiscard]] static int suitable_explicit(const AdvisedProblem& problem) {
+    const int k = Set::index_of(phistep::suitable_explicit(problem).scheme, 0);
+    return k < explicit_count ? k : 0;
+  }
+  [[nodiscard]] static int suitable_implicit(AdvisedProblem problem) {
+    problem.has_jacobian = problem.has_jacobian || can_be_implicit(problem);
+    const int k = Set::index_of(phistep::suitable_implicit(problem).scheme, count - 1);
+    return k < explicit_count ? count - 1 : k;
+  }
+  /// Whether there can be a matrix.
+  [[nodiscard]] static bool can_be_implicit(const AdvisedProblem& problem) {
+    return problem.has_jacobian || problem.has_pattern || problem.unknowns <= dense_difference_limit;
+  }
+  /// What StiffnessWatch compares.
+  [[nodiscard]] static RivalSteps rivals(const AdvisedProblem& problem) {
+    const SuitableScheme one = Set::all[static_cast<std::size_t>(suitable_explicit(problem))],
+                         other = Set::all[static_cast<std::size_t>(suitable_implicit(problem))];
+    return {stability_bound(one), step_cost(one, problem), step_cost(other, problem)};
+  }
+  /// Number k of the schemes, as a stepper.
+  template <std::size_t i = 0>
+  [[nodiscard]] static typename Stepper::Steppers make(int k, const S& state, const F& force, const MassSpec& mass) {
+    if constexpr (i + 1 < Set::all.size())
+      if (static_cast<std::size_t>(k) != i) return make<i + 1>(k, state, force, mass);
+    return typename Stepper::Steppers{std::in_place_index<i>, state, force, scheme_named<Set::all[i]>(), mass};
+  }
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -22,6 +22,7 @@ struct RateSeen {
   double dt = 0;      ///< [time] the step just done, or about to be done where there was none
   double left = 0;    ///< [time] to the end of the run
   double change = 1;  ///< of y' since the look before, relative; 1: not known
+  void archive(auto& ar) { ar("rate", rate, "dt", dt, "left", left, "change", change); }
 };
 
 /// Two schemes as numbers.

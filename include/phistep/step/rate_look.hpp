@@ -1,0 +1,68 @@
+/// @file
+/// A look at the rate ρ = |λ|max of ∂y'/∂y where a run stands, for the rules of stiffness_watch.hpp: along which direction, in
+/// which weights, and how much y' has changed since the look before.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "phistep/control/run_clock.hpp"
+#include "phistep/control/spectral_radius.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/state/blocks.hpp"
+#include "phistep/state/combination.hpp"
+#include "phistep/state/norms.hpp"
+#include "phistep/step/stiffness_watch.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+template <State Plain>
+class RateLook {
+ public:
+  using Scalar = ScalarOf<Plain>;
+  /// @param y  gives the sizes
+  explicit RateLook(const Plain& y) : radius_{y}, slope_before_{y} {}
+
+  /// At (t, y), in the weights of the run. The first look makes five calls, later ones three: their direction is at hand.
+  /// @param slope        slope(t, y, out) → bool: out = y'
+  /// @param is_explicit  the scheme at work: then the error of its last step lies along the fastest mode, if stability limits it
+  const RateSeen& operator()(auto&& slope, const Plain& y, const RunClock<Scalar>& clock, auto& pace,
+                             bool is_explicit) {
+    if (!same_shape<Plain>(slope_before_, y)) *this = RateLook{y};
+    auto& trace = pace.trace();
+    const double rtol = pace.weigh(y, trace.weight);
+    if (has_looked_ && is_explicit) radius_.start_along(trace.error, trace.weight);
+    seen_ = {.rate = radius_(slope, clock.t(), y, trace.weight, rtol, has_looked_ ? 1 : 2),
+             .dt = pace.propose(),
+             .left = std::abs(static_cast<double>(clock.length_to(clock.span().t1)))};
+    if (has_looked_) seen_.change = change_to(radius_.slope(), trace.weight);
+    copy_blocks<Plain>(slope_before_, radius_.slope());
+    has_looked_ = true;
+    return seen_;
+  }
+  [[nodiscard]] bool has_looked() const { return has_looked_; }
+  /// What the last look found.
+  [[nodiscard]] const RateSeen& seen() const { return seen_; }
+  /// A state of the right sizes.
+  [[nodiscard]] const Plain& sample() const { return slope_before_; }
+
+  void archive(auto& ar) {
+    ar("radius", radius_, "seen", seen_, "has_looked", has_looked_);
+    ar.in_place("slope_before", slope_before_);
+  }
+
+ private:
+  /// ‖y'₁ − y'₀‖ / the larger of both; y'₀ is lost.
+  [[nodiscard]] double change_to(const Plain& now, const Plain& weight) {
+    const double size = std::max(weighted_rms(now, weight), weighted_rms(slope_before_, weight));
+    assign<Plain>(slope_before_, in<Plain>(slope_before_) - in<Plain>(now));
+    return size > 0 ? weighted_rms(slope_before_, weight) / size : 1;
+  }
+
+  SpectralRadius<Plain> radius_;
+  Plain slope_before_;  ///< y' at the last look
+  RateSeen seen_;
+  bool has_looked_ = false;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI
