@@ -115,8 +115,8 @@ class RespaScheme : public SchemeDefaults {
     guard_.forget();  // an exception leaves Ψ_s half written
     bool psi_known = step.psi_known;
     for (int i = 0; i < steps; ++i, std::swap(now, next)) {
+      begin_histories(rhs, i, h, time(i), *now);
       if (const Outcome bad = begin_levels(rhs, i, h, time(i), *now); failed(bad)) return end(step, *now, bad);  // (1)
-      rhs.begin_rest(time(i), h, *now);
       typename Kernel::Data inside{*now, time(i), h, *next, step.psi, psi_known};
       if (const Outcome bad = inner_.step(kernel, inside); failed(bad)) return end(step, *next, bad);  // (2)
       psi_known = inside.psi_next_known;
@@ -143,13 +143,20 @@ class RespaScheme : public SchemeDefaults {
     }
   };
 
+  /// All that begin here, before any Ψ: a failure message may ask every term.
+  void begin_histories(Rhs& rhs, int i, Scalar h, Scalar t, const Plain& y) {
+    rhs.begin_rest(t, h, y);
+    static_cast<void>(for_each_due(rhs, i, [&](Level&, auto& term, auto& memory) {
+      begin_force(unwrap(term), t, static_cast<Scalar>(term.k()) * h, rhs.view(y), memory);
+      return Outcome::success;
+    }));
+  }
   /// (1), of the terms due at inner step i
   [[nodiscard]] Outcome begin_levels(Rhs& rhs, int i, Scalar h, Scalar t, Plain& y) {
+    if constexpr (halves == 2) return Outcome::success;
     return for_each_due(rhs, i, [&](Level& level, auto& term, auto& memory) {
-      const Scalar dt = static_cast<Scalar>(term.k()) * h;
-      begin_force(unwrap(term), t, dt, rhs.view(y), memory);
-      if constexpr (halves == 2) return Outcome::success;
-      const Outcome outcome = kick(rhs, level, term, memory, t, y, (2 - halves) * dt / 2);
+      const Outcome outcome =
+          kick(rhs, level, term, memory, t, y, (2 - halves) * static_cast<Scalar>(term.k()) * h / 2);
       level.known = false;
       return outcome;
     });
