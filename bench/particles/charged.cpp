@@ -33,8 +33,9 @@ Drop cold_drop(Eigen::Index n) {
   std::vector<Eigen::Index> order(static_cast<std::size_t>(melt.size()));
   std::iota(order.begin(), order.end(), 0);
   const auto distance = [&](Eigen::Index i) { return (melt.r.col(i) - middle).squaredNorm(); };
-  std::nth_element(order.begin(), order.begin() + n, order.end(),
-                   [&](auto a, auto b) { return std::pair{distance(a), a} < std::pair{distance(b), b}; });
+  std::nth_element(order.begin(), order.begin() + n, order.end(), [&](auto a, auto b) {
+    return std::pair{distance(a), a} < std::pair{distance(b), b};
+  });
   order.resize(static_cast<std::size_t>(n));
   std::sort(order.begin(), order.end());
   Eigen::Matrix3Xd r(3, n), v(3, n);
@@ -87,13 +88,13 @@ void charged(const Options& options, Table& table) {
   {
     phistep::PhiStepper stepper{drop, bonds() + phistep::seldom(k, charges()), phistep::velocity_verlet};
     for (int i = 0; i < (options.is_short ? 20 : 60); ++i)
-      if (const auto report = stepper.step(drop, i * k * h, k * h); !report)
-        throw std::runtime_error(report.message());
+      if (const auto report = stepper.step(drop, i * k * h, k * h); !report) throw std::runtime_error(report.message());
   }
   const Result all = run(drop, bonds() + charges(), h, k * outer, k, 1);
   const Result seldom = run(drop, bonds() + phistep::seldom(k, charges()), k * h, outer, 1, 1);
   std::printf(
-      "  rms of the energy, of the kinetic: %.3e at every step, %.3e once in %d; Coulomb calls %lld and %lld; %.3f s and %.3f s\n",
+      "  rms of the energy, of the kinetic: %.3e at every step, %.3e once in %d; Coulomb calls %lld and %lld; %.3f s "
+      "and %.3f s\n",
       all.error, seldom.error, k, static_cast<long long>(all.slow_calls), static_cast<long long>(seldom.slow_calls),
       all.seconds, seldom.seconds);
   // An error of order 2: what the longer steps must be shortened by.
@@ -101,14 +102,16 @@ void charged(const Options& options, Table& table) {
   std::printf("  speed at equal error: %.2f\n", all.seconds / (seldom.seconds * shorter));
   std::vector<Entrant> entrants;
   for (int threads = 1; threads <= options.threads; threads *= 2) {
-    entrants.push_back({"Coulomb at every step",
-                        [&drop, outer, threads] { return run(drop, bonds() + charges(), h, 8 * outer, 8 * outer, threads).seconds; },
-                        threads});
-    entrants.push_back({"Coulomb once in 8 inner steps",
-                        [&drop, outer, threads] {
-                          return run(drop, bonds() + phistep::seldom(8, charges()), 8 * h, outer, outer, threads).seconds;
-                        },
-                        threads});
+    entrants.push_back(
+        {"Coulomb at every step",
+         [&drop, outer, threads] { return run(drop, bonds() + charges(), h, 8 * outer, 8 * outer, threads).seconds; },
+         threads});
+    entrants.push_back(
+        {"Coulomb once in 8 inner steps",
+         [&drop, outer, threads] {
+           return run(drop, bonds() + phistep::seldom(8, charges()), 8 * h, outer, outer, threads).seconds;
+         },
+         threads});
   }
   take_turns(entrants, options.rounds);
   table.rates("charged", n, static_cast<double>(n) * k * outer, "M atom-steps/s", entrants, {"Coulomb at every step"});

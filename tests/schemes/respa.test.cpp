@@ -137,9 +137,9 @@ TEST_CASE("no energy drifts away; where an outer step is half a period of the fa
     using V1 = Eigen::Matrix<double, 1, 1>;
     Motion<V1> y{V1(1), V1(0)};
     const double s = 0.04 * omega * omega;
-    PhiStepper stepper{y,
-                       term([=](const V1& r) -> V1 { return -omega * omega * r; }) +
-                           seldom(8, [=](const V1& r) -> V1 { return -s * r; }),
+    PhiStepper stepper{y, term([=](const V1& r) -> V1 {
+                            return -omega * omega * r;
+                          }) + seldom(8, [=](const V1& r) -> V1 { return -s * r; }),
                        velocity_verlet};
     double most = 0;
     for (int n = 0; n < steps; ++n) {
@@ -173,10 +173,9 @@ struct Calls {
 Calls calls(auto scheme, int steps, const std::vector<int>& edits = {}) {
   Calls all;
   Motion<Vec> y{Vec::Ones(4), Vec::Zero(4)};
-  PhiStepper stepper{y,
-                     term(Counted{&all.seen[0], 20}) + seldom(2, Counted{&all.seen[1], 2}) +
-                         seldom(8, Counted{&all.seen[2], 1}),
-                     scheme};
+  PhiStepper stepper{
+      y, term(Counted{&all.seen[0], 20}) + seldom(2, Counted{&all.seen[1], 2}) + seldom(8, Counted{&all.seen[2], 1}),
+      scheme};
   for (int n = 0; n < steps; ++n) {
     for (const int edit : edits)
       if (edit == n) y.r[2] += 0.01;
@@ -395,8 +394,8 @@ TEST_CASE("a fault at any call inside a step: state, histories and their counts 
     const auto pull = [](const Vec& r) -> Vec { return struck<Vec>(Site::force, Vec(-5 * r)); };
     return PhiStepper{y, term(pull) + seldom(2, pull) + seldom(4, pull), symplectic_euler};
   };
-  const Tally sizes = every_call("sizes", machine(six, pulls, 0.3, fixed(0.1)), Site::force, {Kind::size, Kind::exception},
-                                 {.same_end = 1e-13, .renewed = 1e-12});
+  const Tally sizes = every_call("sizes", machine(six, pulls, 0.3, fixed(0.1)), Site::force,
+                                 {Kind::size, Kind::exception}, {.same_end = 1e-13, .renewed = 1e-12});
   INFO(sizes.first);
   CHECK(sizes.clean());
   CHECK(sizes.failures > 40);
@@ -436,7 +435,7 @@ TEST_CASE("an event cuts the outer step: the state there is that of a step of it
   PhiStepper stepper{y, levels(2, 8), velocity_verlet};
   double found = 0;
   auto stop = event([](const auto& state) { return state.r[0] - 0.3; }, {.terminal = true},
-                          [&](double t, const auto&) { found = t; });
+                    [&](double t, const auto&) { found = t; });
   const RunReport report = integrate(stepper, y, {0.0, 2.0}, fixed(0.2), stop);
   CHECK(report.outcome == Outcome::stopped_by_event);
   CHECK(std::abs(y.r[0] - 0.3) < 1e-9);
@@ -492,7 +491,8 @@ TEST_CASE("the energy ledger's books close, with the energies of slow terms in t
   const auto energy_of = [](double k) { return [k](const V2& r) { return k / 2 * r.squaredNorm(); }; };
   const auto force_of = [](double k) { return [k](const V2& r) -> V2 { return -k * r; }; };
   Motion<V2> y = start();
-  PhiStepper stepper{y, term(with_energy(force_of(20), energy_of(20))) + seldom(4, with_energy(force_of(1), energy_of(1))),
+  PhiStepper stepper{y,
+                     term(with_energy(force_of(20), energy_of(20))) + seldom(4, with_energy(force_of(1), energy_of(1))),
                      velocity_verlet};
   EnergyLedger ledger{stepper};
   REQUIRE(integrate(stepper, y, {0.0, 20.0}, fixed(0.2), ledger));

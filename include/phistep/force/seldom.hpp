@@ -98,8 +98,9 @@ struct SeldomRefusal<Sum<T...>> {
   static constexpr bool has_any = (is_seldom<T> || ...);
   static_assert((!has_seldom<Unwrapped<T>> && ...),
                 "phistep: seldom(k, term) marks a term of the stepper's own sum: write fast + seldom(8, slow)");
-  static_assert(!has_any || !(is_seldom<T> && ...),
-                "phistep: all terms are seldom(k, term), and nothing is left for the inner steps: leave the fastest as it is");
+  static_assert(
+      !has_any || !(is_seldom<T> && ...),
+      "phistep: all terms are seldom(k, term), and nothing is left for the inner steps: leave the fastest as it is");
   static_assert(!has_any || ((is_seldom<T> || !is_kick<T>)&&...),
                 "phistep: seldom(k, term) and at(forward_euler, term) can't be in one sum");
   static constexpr bool is_said = true;

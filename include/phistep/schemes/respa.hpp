@@ -44,10 +44,10 @@ template <class Scheme>
 inline constexpr int slow_halves = -1;
 template <>
 inline constexpr int slow_halves<VelocityVerlet> = 1;
-template <class Force, class Drift>
-  requires(PhiScheme<Force, Drift, Form::endpoint>::facts.motion_only.value &&
-           PhiScheme<Force, Drift, Form::endpoint>::facts.is_symplectic.value)
-inline constexpr int slow_halves<PhiScheme<Force, Drift, Form::endpoint>> = fixes<Force, 0> ? 0 : 2;
+template <>
+inline constexpr int slow_halves<std::remove_const_t<decltype(symplectic_euler)>> = 0;
+template <>
+inline constexpr int slow_halves<std::remove_const_t<decltype(symplectic_euler_adjoint)>> = 2;
 
 /// Whether a stepper of that scheme takes a force as it is.
 template <class F, class Scheme>
@@ -68,13 +68,15 @@ class RespaScheme : public SchemeDefaults {
   using Plain = PlainState<S>;
   using Traits = typename Rhs::KickTraits;
   static_assert(Refusal<Traits::fault, Rhs::drifts>::is_said);
-  static_assert(!Traits::valid || !Traits::uses_velocity,
-                "phistep: a term of seldom(k, term) must ignore v: f(r), or a struct with uses_velocity = false; drag and "
-                "friction belong to the fast terms");
+  static_assert(
+      !Traits::valid || !Traits::uses_velocity,
+      "phistep: a term of seldom(k, term) must ignore v: f(r), or a struct with uses_velocity = false; drag and "
+      "friction belong to the fast terms");
   static_assert(Rhs::blocks == 1, "phistep: seldom(k, term) needs a motion (r, v) and no other unknowns");
-  static_assert(!Rhs::slow_terms_have_history,
-                "phistep: a term of seldom(k, term) may remember nothing but a neighbour list: friction springs belong to the "
-                "fast terms");
+  static_assert(
+      !Rhs::slow_terms_have_history,
+      "phistep: a term of seldom(k, term) may remember nothing but a neighbour list: friction springs belong to the "
+      "fast terms");
 
   template <class R>
   static constexpr KernelNeeds needs = [] {
@@ -93,9 +95,7 @@ class RespaScheme : public SchemeDefaults {
   /// Evaluations of slow term j, in the order of the sum.
   [[nodiscard]] std::int64_t calls(std::size_t j) const { return levels_[j].calls; }
 
-  void archive(auto& ar) {
-    ar("inner", inner_, "known_at", guard_, "levels", levels_);
-  }
+  void archive(auto& ar) { ar("inner", inner_, "known_at", guard_, "levels", levels_); }
   void forget() {
     inner_.forget();
     forget_slow();

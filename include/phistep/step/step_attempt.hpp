@@ -35,10 +35,9 @@ inline constexpr bool has_inner_steps = [] {
 /// @tparam keeps_start  the step can be undone, and looked into
 template <class Stepper, State S, class Pace, bool keeps_start>
 class StepAttempt {
-  static_assert(
-      !Pace::varies || !has_inner_steps<Stepper>,
-      "phistep: seldom(k, term) takes steps of one length, fixed(dt): a step that changes would meet resonances, and nothing "
-      "tells its error");
+  static_assert(!Pace::varies || !has_inner_steps<Stepper>,
+                "phistep: seldom(k, term) takes steps of one length, fixed(dt): a step that changes would meet "
+                "resonances, and nothing tells its error");
 
  public:
   using StepperType = Stepper;

@@ -153,12 +153,14 @@ class Assessment {
                                : "The force has no Jacobian, and there are too many unknowns for differences: give it "
                                  "jacobian(...) or add_jacobian(...).");
     if (report_.verdict == Verdict::unstable)
-      say(!problem_.slow.empty() ? "The outer step is " + short_number(dt / report_.stable_dt) +
-                                       " times what is stable: it comes to half a period of the fast motion, which the slow "
-                                       "terms then drive."
-          : report_.stable_dt == 0 ? "Never stable without damping: phi < 1/2 adds energy to every vibration, at any dt."
-                                 : "The stiffest mode grows without bound: dt is " +
-                                       short_number(dt / report_.stable_dt) + " times what is stable.");
+      say(!problem_.slow.empty()
+              ? "The outer step is " + short_number(dt / report_.stable_dt) +
+                    " times what is stable: it comes to half a period of the fast motion, which the slow "
+                    "terms then drive."
+          : report_.stable_dt == 0
+              ? "Never stable without damping: phi < 1/2 adds energy to every vibration, at any dt."
+              : "The stiffest mode grows without bound: dt is " + short_number(dt / report_.stable_dt) +
+                    " times what is stable.");
     if (!has_dt()) return;
     const bool stable = dt <= report_.stable_dt;
     const double fast = std::abs(fastest()) * dt / report_.inner_steps;
@@ -201,13 +203,13 @@ class Assessment {
     if (!problem_.slow.empty() && report_.verdict != Verdict::fine) {
       const double dt = std::min(report_.accurate_dt, 0.9 * report_.stable_dt);
       if (std::isfinite(dt))
-        report_.recommended = {scheme_, dt, "The outer step, of " + std::to_string(report_.inner_steps) +
-                                                " inner steps; a smaller k leaves them longer."};
+        report_.recommended = {scheme_, dt,
+                               "The outer step, of " + std::to_string(report_.inner_steps) +
+                                   " inner steps; a smaller k leaves them longer."};
       return;
     }
     if (report_.verdict == Verdict::fine) {
-      const bool rings =
-          std::abs(fastest()) * report_.dt / report_.inner_steps > 1 && report_.fastest_factor > 0.9;
+      const bool rings = std::abs(fastest()) * report_.dt / report_.inner_steps > 1 && report_.fastest_factor > 0.9;
       report_.recommended = {
           scheme_, report_.dt,
           rings ? "Keep it, if nothing excites the fastest modes; tr_bdf2 would damp them." : "Keep it."};

@@ -41,9 +41,7 @@ struct LinearisedProblem {
     return all;
   }
   /// Weight of a slow kick at the beginning of its inner steps.
-  [[nodiscard]] double begin_weight() const {
-    return inner.kind == Method::Kind::verlet ? 0.5 : 1 - inner.force;
-  }
+  [[nodiscard]] double begin_weight() const { return inner.kind == Method::Kind::verlet ? 0.5 : 1 - inner.force; }
 };
 
 /// Up to this size the matrix of a step may be looked at for many Δt.
@@ -132,13 +130,13 @@ template <class = void>
     slow.back().K /= rest.s;
   }
   const Eigen::Index n = rest.size();
-  return scan_for_stable_step(
-      whole, outer_step_limit(a.stiffness, b.stiffness, steps), [&](double dt) -> Eigen::MatrixXd {
-        return outer_step_matrix<Eigen::MatrixXd>(
-            Eigen::MatrixXd::Identity(n, n), dt, every, problem.begin_weight(),
-            [&](double h) { return step_matrix(problem.inner, rest, h); },
-            [&](std::size_t j, double gamma) { return kick_matrix(slow[j], gamma); });
-      });
+  return scan_for_stable_step(whole, outer_step_limit(a.stiffness, b.stiffness, steps),
+                              [&](double dt) -> Eigen::MatrixXd {
+                                return outer_step_matrix<Eigen::MatrixXd>(
+                                    Eigen::MatrixXd::Identity(n, n), dt, every, problem.begin_weight(),
+                                    [&](double h) { return step_matrix(problem.inner, rest, h); },
+                                    [&](std::size_t j, double gamma) { return kick_matrix(slow[j], gamma); });
+                              });
 }
 
 /// Without kicks. NaN: nothing is guaranteed. 0: never.
