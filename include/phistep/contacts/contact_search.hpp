@@ -48,6 +48,7 @@ class ContactSearch {
     else list_.slots.clear();
     place(n, domain, body, pairs);
     pairs.skin = skin;
+    pairs.number = next_body_serial();
     pairs.built_at.assign(static_cast<std::size_t>(4 * n), Scalar{0});
     for (std::size_t s = 0; s < pairs.bodies.size(); ++s)
       for (int a = 0; a < dim; ++a)

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 
 #include <cmath>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <tuple>
@@ -25,6 +26,7 @@
 #include "phistep/force/signature.hpp"
 #include "phistep/linear/mass.hpp"
 #include "phistep/simd/update.hpp"
+#include "phistep/state/active_set.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/parts.hpp"
 #include "phistep/state/unknowns.hpp"
@@ -110,6 +112,10 @@ class RightHandSide {
     return !drifts && (MayBeSingular<std::tuple_element_t<K, Masses>> || ...);
   }
   (std::make_index_sequence<blocks>{});
+  static constexpr bool takes_active =
+      requires(std::tuple_element_t<0, Masses>& mass, std::shared_ptr<const ActiveSet> active) {
+    mass.set_active(active);
+  };
   static constexpr bool is_autonomous = !Traits::uses_time;
   /// Whether Ψ depends on the unknowns themselves, and not on r alone.
   static constexpr bool couples_unknowns = !drifts || Traits::uses_velocity || blocks > 1;
@@ -301,6 +307,19 @@ class RightHandSide {
   }
   [[nodiscard]] static bool is_finite(const Plain& y) { return all_finite(Blocks<S>::all(y)); }
   void rebind(Masses masses) { masses_ = std::move(masses); }
+  /// Who is computed from now on (state/active_set.hpp), where masses tell. True where somebody is that was not before.
+  bool set_active(const std::shared_ptr<const ActiveSet>& active) requires takes_active {
+    bool more = false;
+    std::apply(
+        [&](auto&... mass) {
+          const auto set = [&](auto& one) {
+            if constexpr (requires { one.set_active(active); }) more = one.set_active(active) || more;
+          };
+          (set(mass), ...);
+        },
+        masses_);
+    return more;
+  }
 
   /// Which term of a sum spoils Ψ at (t, y), for messages; −1 where that can't be told.
   [[nodiscard]] int offending_term(Scalar t, const Plain& y) {

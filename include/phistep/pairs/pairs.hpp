@@ -32,6 +32,7 @@
 #include "phistep/simd/dual.hpp"
 #include "phistep/simd/pack.hpp"
 #include "phistep/simd/pack_math.hpp"
+#include "phistep/state/active_set.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -95,8 +96,11 @@ class Pairs : public ForceTerm {
     using Scalar = typename S::Scalar;
     const NeighborList& list = gather<S>(y, &memory);
     Scalar* const force = out.force.data();
+    const ActiveSet* const active = active_set(y);
     for_each_row(list, [&](const NeighborList::Row& row, const std::int32_t* neighbors, std::size_t) {
-      Scalar* const to = force + std::ptrdiff_t{S::dim} * list.slots[static_cast<std::size_t>(row.slot)].particle;
+      const std::int32_t particle = list.slots[static_cast<std::size_t>(row.slot)].particle;
+      if (active != nullptr && !active->has(particle)) return;
+      Scalar* const to = force + std::ptrdiff_t{S::dim} * particle;
       prefetch(to);
       P f[S::dim];
       for (P& component : f) component = P{0};

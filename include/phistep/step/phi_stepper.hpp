@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -25,6 +26,7 @@
 #include "phistep/solve/fixed_point_resolvent.hpp"
 #include "phistep/solve/local_resolvent.hpp"
 #include "phistep/solve/newton.hpp"
+#include "phistep/state/active_set.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/combination.hpp"
 #include "phistep/state/parts.hpp"
@@ -224,6 +226,11 @@ class PhiStepper {
   /// The scheme at work: stage values of the last step, where it has some.
   [[nodiscard]] const Working& working() const { return working_; }
 
+  /// Who is computed from now on (state/active_set.hpp); null: all. The force stays the same: slopes kept elsewhere hold.
+  void set_active(std::shared_ptr<const ActiveSet> active) requires Rhs::takes_active {
+    active_ = std::move(active);
+    follow_active();
+  }
   /// M of the solved blocks, one bound mass each.
   [[nodiscard]] const Masses& masses() const { return kernel_.rhs().masses(); }
 
@@ -338,12 +345,21 @@ class PhiStepper {
     fresh.resize(copy);
     kernel_.resize(state, copy, std::move(masses));
     working_ = std::move(fresh);
+    if constexpr (Rhs::takes_active) follow_active();
     refuse_singular_mass();
+  }
+  void follow_active() {
+    kernel_.forget_solves();
+    if (!kernel_.rhs().set_active(active_)) return;
+    kernel_.forget_force();
+    working_.forget();
   }
 
   [[no_unique_address]] Scheme scheme_;
   [[no_unique_address]] MassSpec mass_;
   Kernel kernel_;
+  struct Nothing {};
+  [[no_unique_address]] std::conditional_t<Rhs::takes_active, std::shared_ptr<const ActiveSet>, Nothing> active_;
   [[no_unique_address]] Working working_;
   std::optional<RateOf<S>> slope_psi_;  // scratch, kept for the next slope
   std::int64_t changes_ = 0;
