@@ -97,7 +97,7 @@ TEST_CASE("the rules, one by one") {
   motion.rtol = 1e-10;
   CHECK(choice(motion, false) == "rkn1210");
   motion.uses_velocity = true;
-  CHECK(choice(motion, false) == "verner87");
+  CHECK(choice(motion, false) == "dop853");
   motion.rtol = 1e-4;
   CHECK(choice(motion, false) == "tsit5");
   motion.uses_velocity = false, motion.rtol = 1e-3, motion.unknowns = 30000;

@@ -82,7 +82,7 @@ template <class S, class F, class Mass = phistep::UnitMasses>
     by_hand("rkn1210", phistep::rkn1210);
   } else {
     by_hand("tsit5", phistep::tsit5);
-    by_hand("verner87", phistep::verner87);
+    by_hand("dop853", phistep::dop853);
   }
   if constexpr (!is_network) {
     by_hand("rodas4", phistep::rodas4);

@@ -19,7 +19,7 @@ namespace work_precision::smooth {
 /// phistep's schemes for any f(y, t) and f(r, v).
 void add_explicit(auto& rows, const std::string& form) {
   rows.controlled("tsit5" + form, phistep::tsit5);
-  rows.controlled("verner87" + form, phistep::verner87);
+  rows.controlled("dop853" + form, phistep::dop853);
   rows.controlled("extrapolated midpoint" + form, phistep::extrapolated(phistep::forward_euler));
 }
 /// … and for f(r).

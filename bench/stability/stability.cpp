@@ -77,7 +77,7 @@ struct Swinging {
           {"radau, order 5", decay(radau(3)), -8, 16, 12},
           {"radau, order 9", decay(radau(5)), -12, 28, 20},
           {"tsit5", decay(tsit5), -7, 3, 5},
-          {"verner87", decay(verner87), -7, 3, 5}};
+          {"dop853", decay(dop853), -7, 3, 5}};
 }
 [[nodiscard]] std::vector<Swinging> swinging() {
   using namespace phistep;

@@ -18,7 +18,7 @@ namespace {
 /// f(name, scheme) for each scheme of any y' = f(y, t). One more is one line more.
 [[maybe_unused]] void for_each_explicit(auto&& f) {
   f("tsit5", phistep::tsit5);
-  f("verner87", phistep::verner87);
+  f("dop853", phistep::dop853);
   f("extrapolated midpoint", phistep::extrapolated(phistep::forward_euler));
 }
 /// … and for each of conservative motions.

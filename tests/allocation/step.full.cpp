@@ -29,7 +29,7 @@ TEST_CASE("schemes of high order, dynamic: nothing") {
   check_none(y, Chain{}, extrapolated(forward_euler));
   check_none(motion(30), Chain{}, extrapolated(forward_euler));
   check_none(motion(30), Chain{}, rkn86);
-  check_none(motion(30), Chain{}, verner87);
+  check_none(motion(30), Chain{}, dop853);
   check_none(motion(30), Chain{}, srkn11b);
   check_none(motion(30), DampedChain{}, composed(velocity_verlet));
 }

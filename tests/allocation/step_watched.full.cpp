@@ -21,7 +21,7 @@ TEST_CASE("high order for motion: nothing") {
   check_none(motion(30), Chain{}, compensated(rkn1210), mass(Eigen::MatrixXd(2 * Eigen::MatrixXd::Identity(30, 30))));
   check_none_watched(motion(30), Chain{}, rkn86, mass(Dynamic::LinSpaced(30, 1, 2)));
   check_none_run(motion(30), Chain{}, rkn86, tolerance{.rtol = 1e-11});
-  check_none_run(motion(30), Chain{}, verner87, tolerance{.rtol = 1e-11});
+  check_none_run(motion(30), Chain{}, dop853, tolerance{.rtol = 1e-11});
 }
 TEST_CASE("controlled runs, after their first steps: nothing") {
   for (const auto filter : {StepFilter::automatic, StepFilter::predictive}) {
@@ -43,7 +43,7 @@ TEST_CASE("sampled runs, after their first steps: nothing") {
   check_none_sampled(y, AnalyticChain{}, rodas4, control, 0.002);
   check_none_sampled(y, AnalyticChain{}, radau, control, 0.002);
   check_none_sampled(motion(30), Chain{}, rkn86, control, 0.002);
-  check_none_sampled(motion(30), Chain{}, verner87, control, 0.002);
+  check_none_sampled(motion(30), Chain{}, dop853, control, 0.002);
   check_none_sampled(motion(30), Chain{}, velocity_verlet, fixed(0.05), 0.002);
   check_none_sampled(motion(30), Chain{}, trapezoidal, fixed(0.05), 0.002);
   // A lambda with captures can't be assigned: the stepper's copy makes it anew in its place.

@@ -13,7 +13,7 @@ TEST_CASE("linear stages") {
   check_contract<SecondOrder<Dynamic>>(rodas5p, 5);
 }
 TEST_CASE("explicit Runge-Kutta") {
-  check_contract<FirstOrder<Dynamic>>(verner87, 8);
+  check_contract<FirstOrder<Dynamic>>(dop853, 8);
   check_contract<SecondOrder<Columns>>(tsit5, 5);
 }
 TEST_CASE("explicit motion") {

@@ -11,7 +11,7 @@ using namespace states;
 TEST_CASE("linear stages") { check_contract<FirstOrder<Fixed>>(rodas4, 4); }
 TEST_CASE("explicit Runge-Kutta") {
   check_contract<FirstOrder<Fixed>>(tsit5, 5);
-  check_contract<SecondOrder<Fixed>>(verner87, 8);
+  check_contract<SecondOrder<Fixed>>(dop853, 8);
 }
 TEST_CASE("explicit motion") {
   check_contract<SecondOrder<Fixed>>(srkn11b, 6);

@@ -43,7 +43,7 @@ TEST_CASE("Rosenbrock") {
   const Eigen::Matrix3d K{{-3.0, 1.0, 0.0}, {1.0, -2.0, 0.5}, {0.0, 0.5, -1.0}};
   check([] { return Eigen::Vector3d(1, 2, 3); }, steps(linear(K), rodas4), 5, control, samples);  // keeps its Jacobian
 }
-TEST_CASE("Runge-Kutta pairs") { check(spring, steps(problems::HardeningSpring{}, verner87), 20, control, samples); }
+TEST_CASE("Runge-Kutta pairs") { check(spring, steps(problems::HardeningSpring{}, dop853), 20, control, samples); }
 TEST_CASE("Nystrom pairs") { check(spring, steps(problems::HardeningSpring{}, rkn86), 20, control, samples); }
 TEST_CASE("Radau, extrapolation") {
   CHECK(check(hires, steps(problems::Hires{}, radau), 50, control, samples) > 10);

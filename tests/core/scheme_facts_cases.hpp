@@ -24,7 +24,7 @@ void for_each_scheme(auto&& f) {
   f(rkn86, "rkn86");
   f(rkn1210, "rkn1210");
   f(tsit5, "tsit5");
-  f(verner87, "verner87");
+  f(dop853, "dop853");
   f(tr_bdf2, "tr_bdf2");
   f(rannacher, "rannacher");
   f(rodas4, "rodas4");

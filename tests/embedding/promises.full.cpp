@@ -39,7 +39,7 @@ TEST_CASE("calls a step: compositions and Nystrom pairs") {
   CHECK(calls_of_steps<Anchored>(composed(velocity_verlet)) == steps_of(18, 17));
   CHECK(calls_of_steps<Anchored>(rkn86) == steps_of(9, 8));
   CHECK(calls_of_steps<Anchored>(tsit5) == steps_of(6, 6));
-  CHECK(calls_of_steps<Anchored>(verner87) == steps_of(12, 12));
+  CHECK(calls_of_steps<Anchored>(dop853) == steps_of(12, 12));
   CHECK(calls_of_steps<Anchored>(rkn1210) == steps_of(17, 17));
 }
 
@@ -232,7 +232,7 @@ TEST_CASE("no force is called with a state that isn't finite: explicit schemes, 
   check_never_called_with_nan<Anchored>(rkn86);
   check_never_called_with_nan<Anchored>(rkn1210);
   check_never_called_with_nan<Anchored>(tsit5);
-  check_never_called_with_nan<Damped>(verner87);
+  check_never_called_with_nan<Damped>(dop853);
   check_never_called_with_nan<Anchored>(backward_euler);
   check_never_called_with_nan<Damped>(backward_euler);
   check_never_called_with_nan<Anchored>(midpoint);
@@ -251,7 +251,7 @@ TEST_CASE("no force is called with a state that isn't finite: runs under a toler
   check_runs_never_call_with_nan<Anchored>(symplectic_euler);
   check_runs_never_call_with_nan<Anchored>(rkn86);
   check_runs_never_call_with_nan<Damped>(tsit5);
-  check_runs_never_call_with_nan<Anchored>(verner87);
+  check_runs_never_call_with_nan<Anchored>(dop853);
   check_runs_never_call_with_nan<Anchored>(backward_euler);
   check_runs_never_call_with_nan<Damped>(trapezoidal);
   check_runs_never_call_with_nan<Anchored>(midpoint);

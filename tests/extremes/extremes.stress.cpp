@@ -145,7 +145,7 @@ TEST_CASE("dt omega from 1e-8 to 1e8: schemes with a limit") {
   conditional(all, "RKN 8(6)", rkn86, 1, 30);
   conditional(all, "RKN 12(10)", rkn1210, 1, 30);
   conditional(all, "tsit5", tsit5, 1, 30);
-  conditional(all, "verner87", verner87, 1, 30);
+  conditional(all, "dop853", dop853, 1, 30);
   figures::at_most(0, all.failures.value, "dt*omega: calm below the limit, an outcome beyond it",
                    "8 explicit schemes, worst: " + all.failures.whose);
   figures::at_most(3, all.largest.value, "dt*omega below the limit: bounded",
@@ -231,7 +231,7 @@ TEST_CASE("close encounters down to 1e-8, and head-on") {
   encounters("RKN 8(6)", rkn86, 1e-8);
   encounters("RKN 12(10)", rkn1210, 1e-6);
   encounters("tsit5", tsit5, 1e-6);
-  encounters("verner87", verner87, 1e-8);
+  encounters("dop853", dop853, 1e-8);
   encounters("Gragg-Bulirsch-Stoer", extrapolated(forward_euler), 1e-8, false);  // up to a hundred times that
   encounters("Radau", radau, 1e-6);
 }
@@ -261,7 +261,7 @@ TEST_CASE("a problem of any size: y' = -y²/s from y = s, s = 1e-300 ... 1e300")
   run("Rodas4", rodas4, 1e-5);
   run("Radau", radau, 1e-7);
   run("tsit5", tsit5, 1e-5);
-  run("verner87", verner87, 1e-7);
+  run("dop853", dop853, 1e-7);
 }
 
 // ---- odd but legal ---------------------------------------------------------------------------------------------------
@@ -350,7 +350,7 @@ TEST_CASE("odd but legal input: the answer, or an outcome that says why") {
   odd_inputs("Rodas4", rodas4);
   odd_inputs("Radau", radau);
   odd_inputs("tsit5", tsit5);
-  odd_inputs("verner87", verner87);
+  odd_inputs("dop853", dop853);
 }
 
 // ---- denormal numbers ------------------------------------------------------------------------------------------------

@@ -187,7 +187,7 @@ TEST_CASE("controlled runs") {
   go("rodas4", flow, with(Driven{}, rodas4), control);
   go("radau", flow, with(Driven{}, radau), control);
   go("tsit5", flow, with(Driven{}, tsit5), control);
-  go("verner87", motion, with(Damped{}, verner87), control);
+  go("dop853", motion, with(Damped{}, dop853), control);
   go("rkn86", motion, with(Pull{}, rkn86), control);
   go("iteration_control", flow, with(Chain{}, trapezoidal, fixed_point()),
      iteration_control{.first_step = 0.05, .order = 1, .max_step = 0.1});

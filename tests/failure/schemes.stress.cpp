@@ -61,8 +61,8 @@ TEST_CASE("schemes that iterate nothing: the same bits after any failure") {
   group.add("srkn11b", motion, Still{}, srkn11b);
   group.add("tsit5", flow, Driven{}, tsit5);
   group.add("tsit5, motion", motion, Damped{}, tsit5);
-  group.add("verner87", flow, Driven{}, verner87);
-  group.add("verner87, motion", motion, Damped{}, verner87);
+  group.add("dop853", flow, Driven{}, dop853);
+  group.add("dop853, motion", motion, Damped{}, dop853);
   group.add("extrapolated(forward_euler)", flow, Driven{}, extrapolated(forward_euler));
   group.tell();
 }

@@ -213,7 +213,7 @@ void run(Bytes& in) {
       case 5:
         return play_with(radau);
       case 6:
-        return play_with(verner87);
+        return play_with(dop853);
       default:
         return play_with(rannacher);
     }

@@ -41,7 +41,7 @@ TEST_CASE("atlas, first order, high order: sectors, far ends, axes, orders") {
   read_off(of("radau(5)"), {90, 0});
   read_off(of("radau(7)"), {90, 0});
   read_off(of("tsit5"), {NAN, NAN, 5});
-  read_off(of("verner87"));
+  read_off(of("dop853"));
   for (const int k : {1, 2, 3, 4, 6, 8, 12})
     read_off(of(("extrapolated(forward_euler, " + std::to_string(k) + ")").c_str()),
              {NAN, NAN, k <= 4 ? 2.0 * k : double{NAN}});

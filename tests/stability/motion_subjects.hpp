@@ -379,9 +379,9 @@ void add_runge_kutta(auto& all) {
       [](Real k, Real c) { return maps::of([](Complex z) { return theory::explicit_rk<Tsit5>(z); }, k, c); },
       [](const Law& law, const bounds::Motion& y) { return bounds::explicit_rk<Tsit5>(law, y); }, true);
   add(
-      all, "explicit Runge-Kutta", 8, "verner87", of(verner87),
-      [](Real k, Real c) { return maps::of([](Complex z) { return theory::explicit_rk<Verner87>(z); }, k, c); },
-      [](const Law& law, const bounds::Motion& y) { return bounds::explicit_rk<Verner87>(law, y); }, true);
+      all, "explicit Runge-Kutta", 8, "dop853", of(dop853),
+      [](Real k, Real c) { return maps::of([](Complex z) { return theory::explicit_rk<Dop853>(z); }, k, c); },
+      [](const Law& law, const bounds::Motion& y) { return bounds::explicit_rk<Dop853>(law, y); }, true);
 }
 void add_extrapolated(auto& all) {
   using namespace phistep;

@@ -172,9 +172,9 @@ void add_runge_kutta(auto& all) {
       [](Complex z) { return theory::explicit_rk<Tsit5>(z); },
       [](Complex z) { return models::explicit_rk<Tsit5>(Number{1}, z); }, {}));
   all.push_back(entry(
-      "explicit Runge-Kutta", 1.0 / 8, "verner87", stepping(PhiStepper{zero, Decay{}, verner87}),
-      [](Complex z) { return theory::explicit_rk<Verner87>(z); },
-      [](Complex z) { return models::explicit_rk<Verner87>(Number{1}, z); }, {}));
+      "explicit Runge-Kutta", 1.0 / 8, "dop853", stepping(PhiStepper{zero, Decay{}, dop853}),
+      [](Complex z) { return theory::explicit_rk<Dop853>(z); },
+      [](Complex z) { return models::explicit_rk<Dop853>(Number{1}, z); }, {}));
 }
 
 void add_extrapolated(auto& all) {

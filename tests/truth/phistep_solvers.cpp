@@ -28,7 +28,7 @@ Answer advised(const std::vector<Solver>& solvers, const Problem& problem, doubl
                                                           {"rkn1210", "RKN 12(10)"},
                                                           {"velocity_verlet", "velocity Verlet"},
                                                           {"tsit5", "tsit5"},
-                                                          {"verner87", "verner87"}};
+                                                          {"dop853", "dop853"}};
     const auto name = names.find(scheme);
     if (name != names.end())
       for (const Solver& solver : solvers)
@@ -57,7 +57,7 @@ std::vector<Solver> phistep_solvers() {
   all.push_back(ours<Force>("backward Euler", backward_euler, 1e-3, has_jacobian));
   all.push_back(ours<BareForce>("Rodas5P, differences", rodas5p, 1e-12, has_jacobian));
   all.push_back(ours<Force>("tsit5", tsit5, 1e-12, is_not_stiff));
-  all.push_back(ours<Force>("verner87", verner87, 1e-12, is_not_stiff));
+  all.push_back(ours<Force>("dop853", dop853, 1e-12, is_not_stiff));
   all.push_back(ours<Acceleration>("velocity Verlet", velocity_verlet, 1e-6, is_motion));
   all.push_back(ours<Acceleration>("RKN 8(6)", rkn86, 1e-12, is_motion));
   all.push_back(ours<Acceleration>("RKN 12(10)", rkn1210, 1e-12, is_motion));

@@ -102,13 +102,15 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
   /// Whether the step's error is allowed.
   [[nodiscard, gnu::always_inline]] inline bool judge(const Plain& y, const Plain& next, const Trace<Plain>& told) {
     error_ = norm_(told.error, y, next);
+    error_.square *= told.error_scale_square;
     return trace_.proposed != 0 || error_.square <= allowed_ * allowed_;  // a scheme that proposes Δt has judged
   }
   /// ‖e‖ in units of the tolerance, where e is what a state between y and next is off.
   [[nodiscard]] double size(const Plain& y, const Plain& next, const Plain& e) { return norm_(e, y, next).size(); }
   /// Whether the error of a step that is not the one in hand is allowed.
   [[nodiscard]] bool allows(const Plain& y, const Plain& next, const Trace<Plain>& told) {
-    return told.proposed != 0 || size(y, next, told.error) <= allowed_;  // a scheme that proposes Δt has judged
+    return told.proposed != 0 || std::sqrt(told.error_scale_square) * size(y, next, told.error) <=
+                                     allowed_;  // a scheme that proposes Δt has judged
   }
   [[gnu::always_inline]] inline void accepted(const Landing<Scalar>& to, const Failure& history, Limits& limits) {
     const double dt = std::abs(static_cast<double>(to.dt));

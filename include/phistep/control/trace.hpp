@@ -33,12 +33,13 @@ struct Trace {
   Plain before;              ///< y' where that step started
 
   // Written by the step. Slopes by the scheme's own relations, not by force calls: stiff components keep their digits.
-  Plain start;              ///< y' at t (for motion: v, M⁻¹Ψ)
-  Plain end;                ///< y' at t + Δt
-  Scalar dt{0};             ///< [time] Δt
-  Plain error;              ///< the estimate of the local error
-  bool has_slopes = false;  ///< `start` and `end` are filled
-  bool has_error = false;   ///< `error` is filled
+  Plain start;                    ///< y' at t (for motion: v, M⁻¹Ψ)
+  Plain end;                      ///< y' at t + Δt
+  Scalar dt{0};                   ///< [time] Δt
+  Plain error;                    ///< the estimate of the local error …
+  double error_scale_square = 1;  ///< … of which the square is this times that of `error`
+  bool has_slopes = false;        ///< `start` and `end` are filled
+  bool has_error = false;         ///< `error` is filled
   double proposed = 0;  ///< [time] |Δt| that a step which chooses it itself wants next, accepted or not; 0: it doesn't
 
   Plain predicted;  ///< scratch: where an implicit solve may start

@@ -26,7 +26,7 @@ struct AdvisedProblem {
 /// The schemes among which is chosen.
 enum class SuitableScheme : std::uint8_t {
   tsitouras_5,
-  verner_8,
+  dormand_prince_8,
   nystrom_8,
   nystrom_12,
   verlet,
@@ -41,8 +41,8 @@ enum class SuitableScheme : std::uint8_t {
   switch (scheme) {
     case tsitouras_5:
       return "tsit5";
-    case verner_8:
-      return "verner87";
+    case dormand_prince_8:
+      return "dop853";
     case nystrom_8:
       return "rkn86";
     case nystrom_12:
@@ -125,7 +125,7 @@ struct StiffLimits {
 [[nodiscard]] constexpr SchemeChoice suitable_explicit(const AdvisedProblem& scene) {
   using enum SuitableScheme;
   if (!scene.is_motion || scene.uses_velocity)
-    return {scene.rtol > 3e-5 ? tsitouras_5 : verner_8, SchemeReason::fewest_calls};
+    return {scene.rtol > 3e-5 ? tsitouras_5 : dormand_prince_8, SchemeReason::fewest_calls};
   if (scene.rtol >= 1e-3 && scene.unknowns > 1000) return {verlet, SchemeReason::many_particles};
   return {scene.rtol > 1e-8 ? nystrom_8 : nystrom_12, SchemeReason::fewest_calls_motion};
 }

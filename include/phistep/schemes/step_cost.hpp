@@ -14,8 +14,8 @@ namespace phistep::inline PHISTEP_ABI {
   switch (scheme) {
     case SuitableScheme::tsitouras_5:
       return 3.4;
-    case SuitableScheme::verner_8:
-      return 5.8;
+    case SuitableScheme::dormand_prince_8:
+      return 6.3;
     case SuitableScheme::nystrom_8:
       return 3.6;
     case SuitableScheme::nystrom_12:
@@ -43,8 +43,8 @@ namespace phistep::inline PHISTEP_ABI {
   switch (scheme) {
     case SuitableScheme::tsitouras_5:
       return explicit_step(6);
-    case SuitableScheme::verner_8:
-      return explicit_step(13);
+    case SuitableScheme::dormand_prince_8:
+      return explicit_step(12);
     case SuitableScheme::nystrom_8:
       return explicit_step(8);
     case SuitableScheme::nystrom_12:

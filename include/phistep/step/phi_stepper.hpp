@@ -139,6 +139,7 @@ class PhiStepper {
         typename Kernel::TracedData step{plain, trace};
         trace.dt = dt;
         trace.has_slopes = trace.has_error = false;
+        trace.error_scale_square = 1;
         const Outcome outcome = working_.step(kernel_, step);
         plain.psi_next_known = step.psi_next_known;
         if (failed(outcome)) return outcome;

@@ -31,7 +31,7 @@ namespace phistep::inline PHISTEP_ABI {
 template <SuitableScheme scheme>
 [[nodiscard]] constexpr auto scheme_named() {
   if constexpr (scheme == SuitableScheme::tsitouras_5) return tsit5;
-  else if constexpr (scheme == SuitableScheme::verner_8) return verner87;
+  else if constexpr (scheme == SuitableScheme::dormand_prince_8) return dop853;
   else if constexpr (scheme == SuitableScheme::nystrom_8) return rkn86;
   else if constexpr (scheme == SuitableScheme::nystrom_12) return rkn1210;
   else if constexpr (scheme == SuitableScheme::rodas_4) return rodas4p2;
@@ -62,8 +62,8 @@ template <bool is_nystrom, bool is_network>
   using enum SuitableScheme;
   if constexpr (is_nystrom && is_network) return SchemeSet<nystrom_8, nystrom_12, tr_bdf_2>{};
   else if constexpr (is_nystrom) return SchemeSet<nystrom_8, nystrom_12, rodas_4, rodas_5p, radau_iia>{};
-  else if constexpr (is_network) return SchemeSet<tsitouras_5, verner_8, tr_bdf_2>{};
-  else return SchemeSet<tsitouras_5, verner_8, rodas_4, rodas_5p, radau_iia>{};
+  else if constexpr (is_network) return SchemeSet<tsitouras_5, dormand_prince_8, tr_bdf_2>{};
+  else return SchemeSet<tsitouras_5, dormand_prince_8, rodas_4, rodas_5p, radau_iia>{};
 }
 
 /// Of a state S under a force F with a mass.

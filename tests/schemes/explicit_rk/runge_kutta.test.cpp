@@ -34,9 +34,9 @@ struct Driven : ForceTerm {
   static Vec3 pull(const Vec3& y) { return {y[1] * y[2], -y[0] * y[2], -y[0] * y[1] - y[2]}; }
 };
 template <class Scheme>
-double error_of(Scheme scheme, int n, L end = 3) {
+double error_of(Scheme scheme, int n) {
   const Vec3 y = Driven::exact(0);
-  return distance(march(PhiStepper{y, Driven{}, scheme}, y, L{0}, end, n), Driven::exact(end));
+  return distance(march(PhiStepper{y, Driven{}, scheme}, y, L{0}, L{3}, n), Driven::exact(3));
 }
 /// A motion under a force of r, v and t, and the same as a vector (r, v) of first order.
 struct Swing {
@@ -60,11 +60,9 @@ Eigen::Vector2d prey(const Eigen::Vector2d& y) { return {y[0] * (1.5 - y[1]), y[
 
 TEST_CASE("orders 5 and 8, of first order and for motion, and of the estimates") {
   check_order(errors(96, [](int n) { return error_of(tsit5, n); }), 5, 0.15);
+  check_order(errors(10, [](int n) { return error_of(dop853, n); }), 8, 0.5);
   check_order(errors(24, [](int n) { return problems::error_at_end<L>(tsit5, n); }), 5, 0.2);
-  // Coarser steps converge faster than they should, finer ones meet long double's rounding.
-  CHECK(std::log2(error_of(verner87, 48, 6) / error_of(verner87, 96, 6)) == Approx(8).margin(0.5));
-  CHECK(std::log2(problems::error_at_end<L>(verner87, 24) / problems::error_at_end<L>(verner87, 48)) ==
-        Approx(8).margin(0.3));
+  check_order(errors(10, [](int n) { return problems::error_at_end<L>(dop853, n); }), 8, 0.25);
   const auto estimate = [](auto scheme, L h) {
     Vec3 y = Driven::exact(0.4L);
     PhiStepper stepper{y, Driven{}, scheme};
@@ -73,14 +71,14 @@ TEST_CASE("orders 5 and 8, of first order and for motion, and of the estimates")
     trace.weight.setOnes();
     double size = 0;
     const auto look = [&](const auto&, const auto&, const auto& told) {
-      size = static_cast<double>(told.error.norm());
+      size = std::sqrt(told.error_scale_square) * static_cast<double>(told.error.norm());
       return true;
     };
     REQUIRE(stepper.attempt(y, 0.4L, h, Origin::unknown, trace, look));
     return size;
   };
   CHECK(std::log2(estimate(tsit5, 0.02L) / estimate(tsit5, 0.01L)) == Approx(5).margin(0.1));
-  CHECK(std::log2(estimate(verner87, 0.08L) / estimate(verner87, 0.04L)) == Approx(8).margin(0.2));
+  CHECK(std::log2(estimate(dop853, 0.04L) / estimate(dop853, 0.02L)) == Approx(8).margin(0.2));
 }
 
 TEST_CASE("a motion's estimate is that of its vector (r, v), r and v alike") {
@@ -88,26 +86,28 @@ TEST_CASE("a motion's estimate is that of its vector (r, v), r and v alike") {
     Trace<decltype(y)> trace;
     trace.resize(y);
     for_each_block([](auto, auto& weight) { weight.setOnes(); }, Blocks<decltype(y)>::all(trace.weight));
+    double scale = 0;
     auto error = y;
     const auto look = [&](const auto&, const auto&, const auto& told) {
       error = told.error;
+      scale = told.error_scale_square;
       return true;
     };
     REQUIRE(stepper.attempt(y, 0.4, 0.5, Origin::unknown, trace, look));
-    return error;
+    return std::pair{error, scale};
   };
-  const auto check = [&](auto scheme, double rounding) {
+  const auto check = [&](auto scheme) {
     const Motion<Eigen::Vector2d> y{{1, 0.2}, {-0.3, 0.5}};
     Eigen::Vector4d z;
     z << y.r, y.v;
-    const auto motion = estimate(PhiStepper{y, Swing{}, scheme, mass(2.5)}, y);
-    const auto vector = estimate(PhiStepper{z, AsOne{2.5}, scheme}, z);
-    CHECK((motion.r - vector.head(2)).norm() <= rounding);
-    CHECK((motion.v - vector.tail(2)).norm() <= rounding);
-    CHECK(vector.norm() > 1e4 * rounding);
+    const auto [motion, of_motion] = estimate(PhiStepper{y, Swing{}, scheme, mass(2.5)}, y);
+    const auto [vector, of_vector] = estimate(PhiStepper{z, AsOne{2.5}, scheme}, z);
+    CHECK((motion.r - vector.head(2)).norm() <= 1e-6 * vector.head(2).norm());
+    CHECK((motion.v - vector.tail(2)).norm() <= 1e-6 * vector.tail(2).norm());
+    CHECK(of_motion == Approx(of_vector).epsilon(1e-6));
   };
-  check(tsit5, 1e-15);
-  check(verner87, 1e-13);  // weights up to 23 · 123
+  check(tsit5);
+  check(dop853);
 }
 
 TEST_CASE("the weights of r are those of v, summed: a motion steps as its vector (r, v) does") {
@@ -121,7 +121,7 @@ TEST_CASE("the weights of r are those of v, summed: a motion steps as its vector
       problems::step(motion, y, 0.1 * n, 0.1);
       problems::step(vector, z, 0.1 * n, 0.1);
     }
-    CHECK((y.r - z.head<2>()).norm() + (y.v - z.tail<2>()).norm() <= 4e-14);
+    CHECK((y.r - z.head<2>()).norm() + (y.v - z.tail<2>()).norm() <= 1e-14);
     Eigen::Matrix2d M;
     M << 2, 0.5, 0.5, 1;
     Motion<Eigen::Vector2d> a{{1, 0.2}, {-0.3, 0.5}},
@@ -138,10 +138,10 @@ TEST_CASE("the weights of r are those of v, summed: a motion steps as its vector
     }
     CHECK(distance(a, b) <= 1e-14);
   };
-  check(tsit5), check(verner87);
+  check(tsit5), check(dop853);
 }
 
-TEST_CASE("force calls: six and twelve a step, thirteen with its error, and no other") {
+TEST_CASE("force calls: six and twelve a step, the last one for the next, and no other") {
   const auto fixed_calls = [](auto scheme) {
     Eigen::Vector2d y{2, 3};
     PhiStepper stepper{y, prey, scheme};
@@ -149,7 +149,7 @@ TEST_CASE("force calls: six and twelve a step, thirteen with its error, and no o
     return stepper.statistics().force_calls;
   };
   CHECK(fixed_calls(tsit5) == 60);
-  CHECK(fixed_calls(verner87) == 120);
+  CHECK(fixed_calls(dop853) == 120);
   const auto run = [](auto scheme, auto&&... observers) {
     Eigen::Vector2d y{2, 3};
     PhiStepper stepper{y, prey, scheme};
@@ -158,15 +158,15 @@ TEST_CASE("force calls: six and twelve a step, thirteen with its error, and no o
     return report.statistics;
   };
   // The first step asks for its slope, and choosing its length for two more; a try that is rejected keeps its slope.
-  const Statistics five = run(tsit5), eight = run(verner87);
+  const Statistics five = run(tsit5), eight = run(dop853);
   CHECK(five.force_calls == 3 + 6 * (five.steps + five.rejections));
-  CHECK(eight.force_calls == 2 + 13 * eight.steps + 12 * eight.rejections);
+  CHECK(eight.force_calls == 2 + 12 * eight.steps + 11 * eight.rejections);
   CHECK(five.jacobians + five.factorizations + five.solves == 0);
   // Looked into, Tsitouras' pair costs no call more; that of order 8 three in a step that is asked, and its checks.
   const Statistics looked = run(tsit5, sampled(0.01, [](double, const auto&) {}));
   CHECK(looked.force_calls == five.force_calls);
-  const auto once = run(verner87, sampled(10.0, [](double, const auto&) {}));
-  CHECK(once.force_calls == 2 + 13 * (once.steps + once.rejections) + 1);
+  const auto once = run(dop853, sampled(10.0, [](double, const auto&) {}));
+  CHECK(once.force_calls == 2 + 12 * (once.steps + once.rejections) + 1);
 }
 
 TEST_CASE("inside a step: of orders 4 and 7, in y, r and v") {
@@ -189,7 +189,7 @@ TEST_CASE("inside a step: of orders 4 and 7, in y, r and v") {
     return worst;
   };
   CHECK(std::log2(inside(tsit5, 0.04L) / inside(tsit5, 0.02L)) == Approx(5).margin(0.15));
-  CHECK(std::log2(inside(verner87, 0.1L) / inside(verner87, 0.05L)) == Approx(8).margin(0.3));
+  CHECK(std::log2(inside(dop853, 0.1L) / inside(dop853, 0.05L)) == Approx(8).margin(0.3));
   const auto of_motion = [](auto scheme, L h) {
     using Problem = problems::DrivenMotion<L>;
     auto y = Problem::exact(0.3L), out = y;
@@ -211,7 +211,7 @@ TEST_CASE("inside a step: of orders 4 and 7, in y, r and v") {
   };
   const Eigen::Array2d five = (of_motion(tsit5, 0.04L) / of_motion(tsit5, 0.02L)).log() / std::log(2.0);
   CHECK((five - 5).abs().maxCoeff() <= 0.3);
-  const Eigen::Array2d eight = (of_motion(verner87, 0.2L) / of_motion(verner87, 0.1L)).log() / std::log(2.0);
+  const Eigen::Array2d eight = (of_motion(dop853, 0.2L) / of_motion(dop853, 0.1L)).log() / std::log(2.0);
   CHECK((eight - 8).abs().maxCoeff() <= 0.5);
 }
 
@@ -223,7 +223,7 @@ TEST_CASE("errors follow the tolerance, and samples are no worse than three time
       PhiStepper stepper{y, prey, scheme};
       double worst_end = 0, worst_sample = 0;
       Eigen::Vector2d exact{2, 3};
-      PhiStepper fine{exact, prey, verner87};
+      PhiStepper fine{exact, prey, dop853};
       double t = 0;
       const auto go_to = [&](double to) {
         if (to > t) REQUIRE(integrate(fine, exact, {t, to}, tolerance{.rtol = 1e-13, .atol = 1e-14}));
@@ -247,7 +247,31 @@ TEST_CASE("errors follow the tolerance, and samples are no worse than three time
     }
     for (std::size_t k = 1; k < ends.size(); ++k) CHECK(ends[k] <= ends[k - 1] / 10);
   };
-  check(tsit5, 1e-11), check(verner87, 1e-11);
+  check(tsit5, 1e-11), check(dop853, 1e-11);
+}
+
+TEST_CASE("a force that jumps, wherever in a step: its error is seen") {
+  // An estimate whose weights cancel among the stages before the jump, as in Verner's 8(7), is off by thousands of rtol.
+  const auto worst = [](auto scheme, double rtol) {
+    double largest = 0;
+    for (int i = 0; i < 100; ++i) {
+      const double jump = 3 + 0.02 * i, end = 8, since = end - jump;
+      const auto force = [=](const Eigen::Vector2d& y, double t) -> Eigen::Vector2d {
+        return {y[1], (t > jump ? 1 : 0) - y[0]};
+      };
+      Eigen::Vector2d y{1, 0};
+      PhiStepper stepper{y, force, scheme};
+      REQUIRE(integrate(stepper, y, {0.0, end}, tolerance{.rtol = rtol, .atol = rtol}));
+      const Eigen::Vector2d exact{std::cos(end) + 1 - std::cos(since), std::sin(since) - std::sin(end)};
+      largest = std::max(largest, (y - exact).norm() / rtol);
+    }
+    return largest;
+  };
+  for (const double rtol : {1e-3, 1e-6, 1e-9}) {
+    CAPTURE(rtol);
+    CHECK(worst(dop853, rtol) <= 100);
+    CHECK(worst(tsit5, rtol) <= 300);  // its weights before 0.327 cancel to a sixtieth
+  }
 }
 
 TEST_CASE("a force that fails in the middle of a step leaves the state as it was, and is never called with it") {
@@ -273,7 +297,7 @@ TEST_CASE("a force that fails in the middle of a step leaves the state as it was
         CHECK_FALSE(saw);
       }
   };
-  check(tsit5), check(verner87);
+  check(tsit5), check(dop853);
 }
 
 TEST_CASE("a state that overflows is named, whatever the last step left in the workspace") {
@@ -296,10 +320,10 @@ TEST_CASE("where stability ends, on both axes") {
   };
   CHECK(factor(tsit5, -3.50, 0) < 1);
   CHECK(factor(tsit5, -3.52, 0) > 1);
-  CHECK(factor(verner87, -5.85, 0) < 1);
-  CHECK(factor(verner87, -5.88, 0) > 1);
-  CHECK(factor(verner87, 0, 0.8) <= 1 + 1e-6);
-  CHECK(factor(verner87, 0, 1.5) > 1 + 1e-6);
+  CHECK(factor(dop853, -6.38, 0) < 1);
+  CHECK(factor(dop853, -6.41, 0) > 1);
+  CHECK(factor(dop853, 0, 5.95) < 1);
+  CHECK(factor(dop853, 0, 5.98) > 1);
   CHECK(factor(tsit5, 0, 0.47) <= 1 + 1e-6);
   CHECK(factor(tsit5, 0, 0.8) > 1 + 1e-6);
 }
@@ -315,5 +339,5 @@ TEST_CASE("units that are powers of two change no bit") {
     return Eigen::Vector2d{y / length};
   };
   CHECK(go(tsit5, 1, 1) == go(tsit5, 0x1p-300, 0x1p20));
-  CHECK(go(verner87, 1, 1) == go(verner87, 0x1p300, 0x1p-30));
+  CHECK(go(dop853, 1, 1) == go(dop853, 0x1p300, 0x1p-30));
 }

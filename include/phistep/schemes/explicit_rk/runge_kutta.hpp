@@ -33,7 +33,7 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// An explicit pair as a scheme. @tparam Tableau  Tsit5 or Verner87
+/// An explicit pair as a scheme. @tparam Tableau  Tsit5 or Dop853
 template <class Tableau>
 struct RungeKutta {
   static constexpr SchemeFacts facts = ExplicitOfAny{.energy = EnergyBalance::rest};
@@ -43,19 +43,12 @@ struct RungeKutta {
 
 /// Order 5, six force calls a step: smooth problems that are not stiff, at 2 to 6 digits.
 inline constexpr RungeKutta<Tsit5> tsit5{};
-/// Order 8, twelve force calls a step of given length, thirteen where its error is estimated: smooth problems that are not stiff,
-/// at 4 digits and more.
-inline constexpr RungeKutta<Verner87> verner87{};
+/// Order 8, twelve force calls a step: smooth problems that are not stiff, at 6 digits and more.
+inline constexpr RungeKutta<Dop853> dop853{};
 
 template <class Tableau, State S>
 class SchemeOn<RungeKutta<Tableau>, S> : public SchemeDefaults {
   static constexpr std::size_t end = Tableau::end, stages = Tableau::stages;
-  /// So many stages are in y⁺; those up to `end` are in the estimate alone.
-  static constexpr std::size_t used = [] {
-    std::size_t n = end;
-    while (Tableau::a[end][n - 1] == 0) --n;
-    return n;
-  }();
   static constexpr bool drifts = Blocks<S>::drifts;
   using Estimate = RungeKuttaEstimate<Tableau, S>;
   using Rate = RateOf<S>;
@@ -78,6 +71,7 @@ class SchemeOn<RungeKutta<Tableau>, S> : public SchemeDefaults {
   [[nodiscard]] static int error_order() { return Tableau::error_order; }
 
   static constexpr bool traces = true;
+  static constexpr bool reads_weights = Estimate::has_two;
   [[nodiscard]] static bool estimates(const auto&) { return true; }
 
   template <class Kernel, class Step>
@@ -88,7 +82,7 @@ class SchemeOn<RungeKutta<Tableau>, S> : public SchemeDefaults {
     const bool arrived = [&]<std::size_t... i>(std::index_sequence<i...>) {
       return (stage<i + 1>(kernel.rhs(), step.t, step.dt, step.y, step.next) && ...);
     }
-    (std::make_index_sequence<(Step::is_traced ? end : used) - 1>{}) && move<end>(step.dt, step.y, step.next);
+    (std::make_index_sequence<end - 1>{}) && move<end>(step.dt, step.y, step.next);
     if (!arrived) {
       k_.blame(step.psi);
       return Outcome::non_finite_state;

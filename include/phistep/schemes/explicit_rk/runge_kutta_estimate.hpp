@@ -3,7 +3,8 @@
 ///
 ///     e = Δt Σ (b_j − b̂_j) k_j                                                                                  (1)
 ///
-/// (Hairer, Nørsett & Wanner, Solving ODEs I, eq. II.4.6). That of a motion's r follows from the k, too: its slopes are the
+/// A pair with two of these, e₅ and e₃ of orders 5 and 3, has the estimate ‖e₅‖²/√(‖e₅‖² + 0.01 ‖e₃‖²), which goes as Δt⁸
+/// (Hairer, Nørsett & Wanner, Solving ODEs I, eq. II.10.17). That of a motion's r follows from the k, too: its slopes are the
 /// velocities of the stages (eq. II.14.5).
 #pragma once
 
@@ -27,6 +28,12 @@ struct Error {
   static constexpr std::size_t count = std::size(Tableau::e);
   static constexpr long double at(std::size_t j) { return Tableau::e[j]; }
 };
+/// The same for the formula of order 3.
+template <class Tableau>
+struct ErrorOfOrder3 {
+  static constexpr std::size_t count = Tableau::end;
+  static constexpr long double at(std::size_t j) { return Tableau::a[Tableau::end][j] - Tableau::b_3[j]; }
+};
 /// The weights of the k_l in a sum over a motion's velocities, with weights w_j: Σ_j w_j a_jl.
 template <class Tableau, class Weights>
 struct OfPositions {
@@ -39,16 +46,54 @@ struct OfPositions {
 };
 }  // namespace runge_kutta
 
+/// @tparam Tableau  with e, and b_3 where there are two estimates
 template <class Tableau, State S>
-struct RungeKuttaEstimate {
-  static constexpr bool needs_end = std::size(Tableau::e) > Tableau::end;  ///< … k⁺
+class RungeKuttaEstimate {
+  using Scalar = ScalarOf<S>;
+  using Stages = ExplicitStages<S, Tableau::stages>;
 
-  [[gnu::always_inline]] static void tell(const ExplicitStages<S, Tableau::stages>& k, ScalarOf<S> dt, auto& trace) {
-    using Error = runge_kutta::Error<Tableau>;
-    for_each_block([&](auto block, auto& e) { k.template put<Error, block>(dt, e); }, Blocks<S>::solved(trace.error));
-    if constexpr (Blocks<S>::drifts)
-      k.template put<runge_kutta::OfPositions<Tableau, Error>>(dt * dt, position_of<S>(trace.error));
+ public:
+  static constexpr bool has_two = requires { Tableau::b_3; };
+  static constexpr bool needs_end = runge_kutta::Error<Tableau>::count > Tableau::end;  ///< … k⁺
+
+  /// Error and, of two estimates, its factor.
+  [[gnu::always_inline]] static void tell(const Stages& k, Scalar dt, auto& trace) {
+    using High = runge_kutta::Error<Tableau>;
+    using Low = typename decltype(low_weights())::type;
+    Squares all;
+    for_each_block(
+        [&](auto block, auto& e, auto& e3, const auto& weight) {
+          of_block<High, Low, block>(k, dt, e, e3, weight, all);
+          if constexpr (Blocks<S>::drifts && block == 0)
+            of_block<runge_kutta::OfPositions<Tableau, High>, runge_kutta::OfPositions<Tableau, Low>, block>(
+                k, dt * dt, position_of<S>(trace.error), position_of<S>(trace.predicted), position_of<S>(trace.weight),
+                all);
+        },
+        Blocks<S>::solved(trace.error), Blocks<S>::solved(trace.predicted), Blocks<S>::solved(trace.weight));
+    if (all.high > 0) trace.error_scale_square = all.high / (all.high + 0.01 * all.low);
     trace.has_error = true;
+  }
+
+ private:
+  struct Squares {
+    double high = 0, low = 0;  ///< of ‖e₅‖ and ‖e₃‖
+  };
+  [[nodiscard]] static auto low_weights() {
+    if constexpr (has_two) return std::type_identity<runge_kutta::ErrorOfOrder3<Tableau>>{};
+    else return std::type_identity<runge_kutta::Error<Tableau>>{};
+  }
+  [[nodiscard]] static double square(Scalar x) { return static_cast<double>(x) * static_cast<double>(x); }
+  template <class High, class Low, std::size_t block>
+  [[gnu::always_inline]] static void of_block(const Stages& k, Scalar by, auto& e, auto& e3, const auto& weight,
+                                              Squares& all) {
+    k.template put<High, block>(by, e);
+    if constexpr (has_two) {
+      k.template put<Low, block>(by, e3);
+      for (Index i = 0; i < e.size(); ++i) {
+        all.high += square(weight.data()[i] * e.data()[i]);
+        all.low += square(weight.data()[i] * e3.data()[i]);
+      }
+    }
   }
 };
 

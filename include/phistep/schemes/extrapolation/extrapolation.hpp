@@ -41,7 +41,7 @@ inline constexpr int most_columns = 12, usual_columns = 4;
 ///
 ///     PhiStepper stepper{y, force, extrapolated(forward_euler)};
 ///
-/// It has no printed coefficients, and so serves scalars of any number of digits. In double precision verner87 knows the
+/// It has no printed coefficients, and so serves scalars of any number of digits. In double precision dop853 knows the
 /// solution inside its steps and is quicker as a rule; this one wins where many digits are asked of a force that is rough
 /// beside Δt (DETEST's B4 to 1e-9: 1.8 times as fast; Lorenz to 1e-6: 1.35), and reported no wrong success there. Motion
 /// whose force ignores v has rkn1210.
