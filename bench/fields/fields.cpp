@@ -8,6 +8,7 @@
 // 1e-3, the steps, the linear iterations and the live heap in bytes an unknown. References: Rodas4 at 1e-8.
 
 #include <malloc.h>
+#include <phistep/automatic.hpp>
 #include <phistep/integrate.hpp>
 #include <phistep/krylov.hpp>
 #include <phistep/schemes/rodas.hpp>
@@ -63,6 +64,21 @@ Done run(const ReactionDiffusion& problem, auto scheme, auto solver, double rtol
   done.steps = report.statistics.steps;
   done.iterations = report.statistics.linear_iterations;
   done.good = static_cast<bool>(report);
+  return done;
+}
+
+/// The chooser's pick.
+Done run_automatic(const ReactionDiffusion& problem, double rtol, bool is_told = false) {
+  Done done{.y = problem.start()};
+  const double before = heap(), from = now();
+  AutomaticStepper stepper{done.y, problems::ReactionDiffusionTerm{problem}, rtol};
+  const auto report = integrate(stepper, done.y, {0.0, end}, tolerance{.rtol = rtol, .atol = 1e-2 * rtol});
+  done.seconds = now() - from;
+  done.bytes = (heap() - before) / static_cast<double>(problem.size());
+  done.steps = report.statistics.steps;
+  done.iterations = report.statistics.linear_iterations;
+  done.good = static_cast<bool>(report);
+  if (is_told) std::printf("%s", stepper.uses().message().c_str());
   return done;
 }
 
@@ -172,6 +188,7 @@ std::vector<Row> rows_of(const ReactionDiffusion& p) {
   const auto add = [&](const char* name, auto scheme, auto solver) {
     rows.push_back({name, [=](double rtol) { return run(p, scheme, solver, rtol); }});
   };
+  rows.push_back({"automatic", [p](double rtol) { return run_automatic(p, rtol); }});
   const bool fits = p.dim == 2 ? p.m <= 256 : p.m <= 20;
   if (fits) add("TR-BDF2, LDLT", tr_bdf2, newton());
   add("TR-BDF2, CG + IC", tr_bdf2, newton<Ic>());
@@ -217,6 +234,7 @@ void table(const ReactionDiffusion& problem, const std::string& only) {
   const Vec reference = run(problem, rodas4, newton<PreconditionedCg<ModifiedIncompleteCholesky<>>>(), 1e-8).y;
   std::printf("\n%d-D, %td a side, %td unknowns\n%-26s %12s %12s %8s %8s %10s\n", problem.dim, problem.m,
               problem.size(), "", "s at 1e-3", "s at 1e-5", "steps", "linear", "bytes/n");
+  static_cast<void>(run_automatic(problem, 1e-3, true));
   for (const Row& row : rows_of(problem)) {
     if (row.name.find(only) == std::string::npos) continue;
     std::vector<Point> points;

@@ -31,9 +31,10 @@ namespace phistep::inline PHISTEP_ABI {
 
 /// The beginning of an automatic run, until it changes to an implicit scheme, or a tenth of it is done, or 200 steps, after which
 /// the choice hardly changes.
+/// @param scene  gains what the run has counted
 template <State S, class F, class MassSpec>
 [[nodiscard]] Stiffness begin_automatic_run(S& y, F& force, TimeSpan<ScalarOf<S>> span, const tolerance& wanted,
-                                            const AdvisedProblem& scene, const MassSpec& mass) {
+                                            AdvisedProblem& scene, const MassSpec& mass) {
   constexpr std::int64_t fewest = 12, most = 200;
   auto outside = std::ref(force);
   AutomaticStepper<S, decltype(outside), MassSpec> stepper{y, outside, scene, mass};
@@ -48,6 +49,7 @@ template <State S, class F, class MassSpec>
     if (stepper.is_stiff() || found.steps >= most || (found.steps >= fewest && done > 0.1 * (done + to_come))) break;
   }
   found.known = found.known || whole == 0;
+  scene = stepper.problem();
   const RateSeen& seen = stepper.seen();
   found.is_stiff = stepper.is_stiff();
   found.rate = seen.rate, found.dt = seen.dt, found.turns = seen.rate * whole;
@@ -69,7 +71,7 @@ template <State S, class F, class MassSpec = UnitMasses>
     throw std::invalid_argument(
         "phistep: M is singular: advise compares no schemes for differential-algebraic equations; take rodas5p or "
         "rodas4p2");
-  const AdvisedProblem scene = scene_of<S, F>(y, mass, wanted.rtol);
+  AdvisedProblem scene = scene_of<S, F>(y, mass, wanted.rtol);
   Stiffness stiffness;
   if constexpr (!SchemesFor<Plain, F, MassSpec>::Rhs::has_history) try {
       stiffness = begin_automatic_run(y, unwrap(force), span, wanted, scene, mass);

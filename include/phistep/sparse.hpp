@@ -10,4 +10,5 @@
 #include "phistep/matrix/sparse_system.hpp"
 #include "phistep/matrix/symmetric_sparse_system.hpp"
 #include "phistep/phistep.hpp"
+#include "phistep/step/field_matrix.hpp"
 // IWYU pragma: end_exports

@@ -3,6 +3,8 @@
 /// of run time against error (bench/work_precision) cross.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <string>
 
@@ -10,6 +12,14 @@
 #include "phistep/core/version.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
+
+/// What a look at a sparse Jacobian has counted (step/field_matrix.hpp).
+struct FieldCounts {
+  double entries = -1;  ///< of L, below its diagonal, an unknown; < 0: not counted
+  double products = 0;  ///< Σ c² over the columns of L with c entries each, an unknown
+  double row = 0;       ///< entries of W an unknown
+  bool is_symmetric = false;
+};
 
 /// What the choice depends on, beside the stiffness.
 struct AdvisedProblem {
@@ -20,7 +30,9 @@ struct AdvisedProblem {
   bool has_sparse_lu = false;  ///< dense by structure, eliminated by a `jacobian_pattern`
   Structure structure = Structure::dense;
   double rtol = 1e-4;
-  int digits = 15;  ///< of the scalar
+  int digits = 15;    ///< of the scalar
+  double turns = 0;   ///< |λ|max times what is left of the run, once it has been looked at
+  FieldCounts field;  ///< where conjugate gradients can serve
 };
 
 /// The schemes among which is chosen.
@@ -33,7 +45,9 @@ enum class SuitableScheme : std::uint8_t {
   rodas_4,  ///< Rodas4P2, of order 4
   rodas_5p,
   radau_iia,
-  tr_bdf_2
+  tr_bdf_2,
+  rodas_4_cg,  ///< the same on conjugate gradients, preconditioned by modified incomplete factors
+  rodas_5p_cg
 };
 /// As a user writes it: "rodas5p".
 [[nodiscard]] constexpr const char* name_of(SuitableScheme scheme) {
@@ -50,8 +64,10 @@ enum class SuitableScheme : std::uint8_t {
     case verlet:
       return "velocity_verlet";
     case rodas_4:
+    case rodas_4_cg:
       return "rodas4p2";
     case rodas_5p:
+    case rodas_5p_cg:
       return "rodas5p";
     case radau_iia:
       return "radau";
@@ -59,6 +75,11 @@ enum class SuitableScheme : std::uint8_t {
       break;
   }
   return "tr_bdf2";
+}
+
+/// Whether its linear equations are solved by conjugate gradients.
+[[nodiscard]] constexpr bool is_by_cg(SuitableScheme scheme) {
+  return scheme == SuitableScheme::rodas_4_cg || scheme == SuitableScheme::rodas_5p_cg;
 }
 
 /// Why it is that scheme.
@@ -71,7 +92,8 @@ enum class SchemeReason : std::uint8_t {
   no_jacobian,          ///< many unknowns, neither Jacobian nor pattern
   cheapest_step,        ///< few digits
   high_order,           ///< many digits
-  factorization         ///< the factorization is what costs
+  factorization,        ///< the factorization is what costs
+  fill                  ///< it would cost more than conjugate gradients
 };
 
 /// A scheme, and why.
@@ -110,13 +132,35 @@ struct StiffLimits {
   return {2e-3, 3e-6};                                 // Beam, Cusp and Plate as dense problems
 }
 
+/// Multiplications of a step of six stages, an unknown. By L D Lᵀ: c²/2 a column of L, and two an entry and solve. By
+/// conjugate gradients: three times W's entries an iteration (W, its incomplete factors, six vectors), of which modified
+/// incomplete factors need some (ρ·γ)^¼ a solve (I. Gustafsson, BIT 18 (1978) 142): 4 on 64² points, 18 on 512².
+struct FieldCost {
+  double by_factors, by_cg;
+};
+[[nodiscard]] inline FieldCost field_cost(const AdvisedProblem& scene) {
+  constexpr double stages = 6;
+  const FieldCounts& W = scene.field;
+  const double factorizations = scene.is_affine ? 0.25 : 1;  // they serve while Δt stays
+  return {factorizations * W.products / 2 + stages * 2 * W.entries,
+          stages * std::max(2.0, 0.7 * std::sqrt(std::sqrt(scene.turns))) * 3 * W.row};
+}
+/// Whether conjugate gradients can serve, and cost less.
+[[nodiscard]] inline bool is_for_cg(const AdvisedProblem& scene) {
+  if (scene.field.entries < 0 || !scene.field.is_symmetric) return false;
+  const FieldCost cost = field_cost(scene);
+  return cost.by_cg < cost.by_factors;
+}
+
 /// For stiff problems, by the structure of the matrix, its size and the tolerance.
-[[nodiscard]] constexpr SchemeChoice suitable_implicit(const AdvisedProblem& scene) {
+[[nodiscard]] inline SchemeChoice suitable_implicit(const AdvisedProblem& scene) {
   using enum SuitableScheme;
   if (scene.structure == Structure::network) return {tr_bdf_2, SchemeReason::pairs};
   if (!scene.has_jacobian && !scene.has_pattern && scene.unknowns > dense_unknowns)
     return {tr_bdf_2, SchemeReason::no_jacobian};
   const StiffLimits limits = stiff_limits(scene);
+  // radau's matrices are complex, and unsymmetric: no conjugate gradients.
+  if (is_for_cg(scene)) return {scene.rtol >= limits.cheap ? rodas_4_cg : rodas_5p_cg, SchemeReason::fill};
   if (scene.rtol <= limits.high) return {radau_iia, SchemeReason::high_order};
   if (scene.rtol >= limits.cheap) return {rodas_4, SchemeReason::cheapest_step};
   return {rodas_5p, SchemeReason::factorization};
@@ -129,7 +173,7 @@ struct StiffLimits {
   if (scene.rtol >= 1e-3 && scene.unknowns > 1000) return {verlet, SchemeReason::many_particles};
   return {scene.rtol > 1e-8 ? nystrom_8 : nystrom_12, SchemeReason::fewest_calls_motion};
 }
-[[nodiscard]] constexpr SchemeChoice suitable_scheme(const AdvisedProblem& scene, bool is_stiff) {
+[[nodiscard]] inline SchemeChoice suitable_scheme(const AdvisedProblem& scene, bool is_stiff) {
   if (scene.has_history) return {SuitableScheme::verlet, SchemeReason::history};
   return is_stiff ? suitable_implicit(scene) : suitable_explicit(scene);
 }
@@ -164,6 +208,11 @@ template <class = void>
       return "for few digits, six linear solves with one matrix and no iteration are the cheapest step";
     case SchemeReason::high_order:
       return "at " + tolerance + " and " + n + " unknowns Radau's orders 5, 9 and 13 are ahead";
+    case SchemeReason::fill:
+      return "a factorization would have " + std::to_string(static_cast<int>(scene.field.entries)) +
+             " entries of L an unknown and " + std::to_string(static_cast<int>(field_cost(scene).by_factors)) +
+             " multiplications a step, conjugate gradients about " +
+             std::to_string(static_cast<int>(field_cost(scene).by_cg));
     case SchemeReason::factorization:
       break;
   }

@@ -26,16 +26,22 @@ namespace phistep::inline PHISTEP_ABI {
 }
 
 /// [ns, about, on one core of this decade] of a step of n unknowns, where a force call costs 5 + 2n. Dense factorizations and
-/// solves are those measured for n = 3 … 20; of bands and of sparse matrices ten entries a row are supposed.
-[[nodiscard]] constexpr double step_cost(SuitableScheme scheme, const AdvisedProblem& scene) {
+/// solves are those measured for n = 3 … 20; of bands ten entries a row are supposed, of
+/// sparse matrices the fill of 64² points, until it is counted.
+[[nodiscard]] inline double step_cost(SuitableScheme scheme, const AdvisedProblem& scene) {
   const auto n = static_cast<double>(scene.unknowns);
   const double call = 5 + 2 * n;
   const auto explicit_step = [&](double calls) { return 25 + calls * (call + 0.1 * calls * n); };
   const bool is_dense = scene.structure == Structure::dense;
+  const FieldCounts& field = scene.field;
+  const bool is_counted = field.entries >= 0;
   const double factors = is_dense                               ? 10 + n * n * (1.7 + 0.13 * n)
-                         : scene.structure == Structure::sparse ? 600 * n
+                         : is_counted                           ? n * field.products / 2
+                         : scene.structure == Structure::sparse ? 300 * n
                                                                 : 60 * n,
-               solve = is_dense ? 5 + n * (5 + 0.5 * n) : 25 * n,
+               solve = is_dense     ? 5 + n * (5 + 0.5 * n)
+                       : is_counted ? 2 * n * field.entries
+                                    : 25 * n,
                jacobian = scene.has_jacobian ? 2 * call : (is_dense ? n : 10) * call;
   const auto linear_stages = [&](double stages) {
     return 40 + stages * (call + solve + 0.1 * stages * n) + jacobian + factors;
@@ -55,6 +61,9 @@ namespace phistep::inline PHISTEP_ABI {
       return linear_stages(6);
     case SuitableScheme::rodas_5p:
       return linear_stages(8);
+    case SuitableScheme::rodas_4_cg:
+    case SuitableScheme::rodas_5p_cg:
+      return 6 * call + jacobian + n * field_cost(scene).by_cg;
     case SuitableScheme::radau_iia:
       return 3 * factors + jacobian + 5 * 6 * (call + solve);
     case SuitableScheme::tr_bdf_2:

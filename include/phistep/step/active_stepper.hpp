@@ -115,10 +115,12 @@ class ActiveStepper {
       return Checkpoint{std::in_place_index<number>, at_work.checkpoint()};
     });
   }
-  /// To a point since which the same stepper is at work.
+  /// To a point that another stepper may have known: then this one has nothing from there.
   void restore(Checkpoint checkpoint) {
-    visit_numbered(*this,
-                   [&](auto number, auto& at_work) { at_work.restore(std::get<number>(std::move(checkpoint))); });
+    visit_numbered(*this, [&](auto number, auto& at_work) {
+      if (auto* const past = std::get_if<number>(&checkpoint)) at_work.restore(std::move(*past));
+      else at_work.reset();
+    });
   }
   void forget_solves() {
     visit(*this, [](auto& at_work) { at_work.forget_solves(); });

@@ -67,7 +67,7 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
   [[nodiscard]] bool begin_run(const S& state, const Plain& y, const RunClock<Scalar>& clock, auto& pace) {
     if (course_.is_bound || course_.look.has_looked()) return false;
     const RateSeen& seen = look(y, clock, pace);
-    return course_.watch.starts_stiff(seen) && change(state, clock.t(), seen, SchemeCause::stiff_start);
+    return course_.watch.starts_stiff(seen) && change(state, y, clock.t(), seen, SchemeCause::stiff_start);
   }
   /// Before each step of a run: looks whether another scheme would serve better, and takes it.
   /// @return [time] the longest step that a new scheme should begin with, nothing where it stays
@@ -79,10 +79,12 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
     if (!course_.watch.is_due()) return {};
     const RateSeen& seen = look(y, clock, pace);
     const SchemeCause cause = course_.watch.is_implicit() ? SchemeCause::eased : SchemeCause::stiff;
-    if (!course_.watch.judge(seen) || !change(state, clock.t(), seen, cause)) return {};
+    if (!course_.watch.judge(seen) || !change(state, y, clock.t(), seen, cause)) return {};
     return course_.watch.is_implicit() ? seen.dt : course_.watch.stable_step(seen.rate);
   }
   [[nodiscard]] SuitableScheme scheme() const { return Schemes::Set::all[static_cast<std::size_t>(this->active())]; }
+  /// What the choice depends on.
+  [[nodiscard]] const AdvisedProblem& problem() const { return problem_; }
   /// What it took, when and why.
   [[nodiscard]] const SchemeUses& uses() const { return course_.uses; }
   /// The last look at the rate.
@@ -92,7 +94,11 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
 
   template <class Accept>
   StepReport attempt(S& state, Scalar t, Scalar dt, Origin origin, Trace<Plain>& trace, Accept&& accept) {
-    const StepReport report = Base::attempt(state, t, dt, origin, trace, accept);
+    StepReport report = Base::attempt(state, t, dt, origin, trace, accept);
+    if (is_by_cg(scheme()) && shows_unsuited_cg(report.outcome())) {
+      use_direct_solver(state, t);
+      report = Base::attempt(state, t, dt, origin, trace, accept);
+    }
     if (report) ++course_.done;
     else if (report.outcome() == Outcome::error_too_large) course_.watch.rejected();
     return report;
@@ -129,14 +135,15 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
   struct Course {
     StiffnessWatch watch;
     RateLook<Plain> look;
-    bool is_bound;  ///< to the scheme at work, although or because it is stiff
+    bool is_bound;           ///< to the scheme at work, although or because it is stiff
+    bool is_direct = false;  ///< conjugate gradients have failed: no more of them
     SchemeUses uses{};
     Statistics retired{};              ///< of the schemes before
     std::int64_t changes = 0;          ///< of the forces of these
     std::int64_t steps = 0, done = 0;  ///< steps seen, steps since
     void archive(auto& ar) {
       ar("watch", watch, "look", look, "uses", uses, "retired", retired, "steps", steps, "done", done, "changes",
-         changes, "is_bound", is_bound);
+         changes, "is_bound", is_bound, "is_direct", is_direct);
       ar.check(can_be_count(steps) && can_be_count(done));
     }
   };
@@ -169,27 +176,50 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
     return course_.look(slope, y, clock, pace, !course_.watch.is_implicit());
   }
   /// Takes the scheme of the other kind, if it can.
-  [[nodiscard]] bool change(const S& state, Scalar t, const RateSeen& seen, SchemeCause cause) {
-    SchemeUse use{
-        .scheme = scheme(), .t = static_cast<double>(t), .step = course_.steps, .rate = seen.rate, .dt = seen.dt};
-    if (cause != SchemeCause::eased && !Schemes::can_be_implicit(problem_)) {
-      use.cause = SchemeCause::stays_explicit;
+  [[nodiscard]] bool change(const S& state, const Plain& y, Scalar t, const RateSeen& seen, SchemeCause cause) {
+    const bool to_explicit = cause == SchemeCause::eased;
+    if (!to_explicit && !Schemes::can_be_implicit(problem_)) {
       course_.is_bound = true;
-      course_.uses.add(use);
+      note(t, seen, SchemeCause::stays_explicit);
       return false;
     }
-    const int next =
-        cause == SchemeCause::eased ? Schemes::suitable_explicit(problem_) : Schemes::suitable_implicit(problem_);
-    Steppers fresh = Schemes::make(next, state, force_, mass_);
+    if (!to_explicit) count_fill(y, t, seen);
+    replace_by(to_explicit ? Schemes::suitable_explicit(problem_) : Schemes::suitable_implicit(problem_), state);
+    if (cause == SchemeCause::stiff_start) course_.watch.begin_implicit();
+    else course_.watch.change();
+    note(t, seen, cause);
+    return true;
+  }
+  /// W is not, or no longer, symmetric and positive definite; a Jacobian is checked by solves, too.
+  [[nodiscard]] static bool shows_unsuited_cg(Outcome outcome) {
+    return outcome == Outcome::linear_solver_failed || outcome == Outcome::not_positive_definite ||
+           outcome == Outcome::not_symmetric || outcome == Outcome::wrong_jacobian;
+  }
+  /// From now on, in place of conjugate gradients.
+  void use_direct_solver(const S& state, Scalar t) {
+    course_.is_direct = true;
+    problem_.field = {};
+    replace_by(Schemes::suitable_implicit(problem_), state);
+    note(t, seen(), SchemeCause::unsolved);
+  }
+  /// Of a large sparse matrix: what a factorization would cost.
+  void count_fill(const Plain& y, Scalar t, const RateSeen& seen) {
+    if constexpr (Schemes::is_field) {
+      problem_.turns = seen.rate * seen.left;
+      if (course_.is_direct) problem_.field = {};
+      else problem_.field = FieldMatrix<Scalar>::template look<S>(force_, mass_, t, y, course_.retired);
+      course_.watch.set_implicit_cost(Schemes::rivals(problem_).implicit_cost);
+    }
+  }
+  void replace_by(int scheme, const S& state) {
+    Steppers fresh = Schemes::make(scheme, state, force_, mass_);
     course_.retired = statistics();
     course_.changes = changes();
     this->replace(std::move(fresh));
-    if (cause == SchemeCause::stiff_start) course_.watch.begin_implicit();
-    else course_.watch.change();
-    use.scheme = scheme();
-    use.cause = cause;
-    course_.uses.add(use);
-    return true;
+  }
+  void note(Scalar t, const RateSeen& seen, SchemeCause cause) {
+    const double entries = course_.watch.is_implicit() ? problem_.field.entries : -1;
+    course_.uses.add({scheme(), cause, static_cast<double>(t), course_.steps, seen.rate, seen.dt, entries});
   }
   /// A state of the right sizes.
   [[nodiscard]] const S& sample() const {

@@ -8,6 +8,7 @@
 #include <utility>
 #include <variant>
 
+#include "phistep/core/implicit_solver.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/equation/right_hand_side.hpp"
@@ -21,6 +22,7 @@
 #include "phistep/schemes/step_cost.hpp"
 #include "phistep/schemes/tr_bdf2.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/unknowns.hpp"
 #include "phistep/step/active_stepper.hpp"
 #include "phistep/step/phi_stepper.hpp"
 #include "phistep/step/stiffness_watch.hpp"
@@ -34,11 +36,25 @@ template <SuitableScheme scheme>
   else if constexpr (scheme == SuitableScheme::dormand_prince_8) return dop853;
   else if constexpr (scheme == SuitableScheme::nystrom_8) return rkn86;
   else if constexpr (scheme == SuitableScheme::nystrom_12) return rkn1210;
-  else if constexpr (scheme == SuitableScheme::rodas_4) return rodas4p2;
+  else if constexpr (scheme == SuitableScheme::rodas_4 || scheme == SuitableScheme::rodas_4_cg) return rodas4p2;
   else if constexpr (scheme == SuitableScheme::radau_iia) return radau;
   else if constexpr (scheme == SuitableScheme::tr_bdf_2) return tr_bdf2;
   else return rodas5p;
 }
+
+/// Of <phistep/sparse.hpp>: the solver of large fields, and what has to be counted to choose it.
+template <class Scalar>
+struct FieldMatrix;
+
+/// How a scheme's implicit equations are solved, as the type.
+template <SuitableScheme scheme, class Scalar>
+[[nodiscard]] constexpr auto solver_named() {
+  if constexpr (is_by_cg(scheme)) return typename FieldMatrix<Scalar>::Solver{};
+  else return newton();
+}
+template <SuitableScheme scheme, class S, class F, class MassSpec>
+using StepperNamed = PhiStepper<S, F, std::remove_const_t<decltype(scheme_named<scheme>())>, MassSpec,
+                                decltype(solver_named<scheme, ScalarOf<S>>())>;
 
 /// Names of schemes.
 template <SuitableScheme... names>
@@ -52,18 +68,29 @@ struct SchemeSet {
   }
   /// One of the schemes at a time.
   template <class S, class F, class MassSpec>
-  using Stepper = ActiveStepper<S, PhiStepper<S, F, std::remove_const_t<decltype(scheme_named<names>())>, MassSpec>...>;
+  using Stepper = ActiveStepper<S, StepperNamed<names, S, F, MassSpec>...>;
 };
 
-/// Two explicit schemes come first, then the implicit ones. Pairs of particles are solved by conjugate gradients, which serve
-/// schemes that resolve.
-template <bool is_nystrom, bool is_network>
-[[nodiscard]] constexpr auto scheme_set() {
+template <SuitableScheme... a, SuitableScheme... b>
+[[nodiscard]] constexpr SchemeSet<a..., b...> operator+(SchemeSet<a...>, SchemeSet<b...>) {
+  return {};
+}
+
+/// For motion under a force that ignores v, or for any other state.
+template <bool is_nystrom>
+[[nodiscard]] constexpr auto explicit_schemes() {
   using enum SuitableScheme;
-  if constexpr (is_nystrom && is_network) return SchemeSet<nystrom_8, nystrom_12, tr_bdf_2>{};
-  else if constexpr (is_nystrom) return SchemeSet<nystrom_8, nystrom_12, rodas_4, rodas_5p, radau_iia>{};
-  else if constexpr (is_network) return SchemeSet<tsitouras_5, dormand_prince_8, tr_bdf_2>{};
-  else return SchemeSet<tsitouras_5, dormand_prince_8, rodas_4, rodas_5p, radau_iia>{};
+  if constexpr (is_nystrom) return SchemeSet<nystrom_8, nystrom_12>{};
+  else return SchemeSet<tsitouras_5, dormand_prince_8>{};
+}
+/// Pairs of particles are solved by conjugate gradients, which serve schemes that resolve; large sparse matrices by direct
+/// solvers or by conjugate gradients.
+template <bool is_network, bool is_field>
+[[nodiscard]] constexpr auto implicit_schemes() {
+  using enum SuitableScheme;
+  if constexpr (is_network) return SchemeSet<tr_bdf_2>{};
+  else if constexpr (is_field) return SchemeSet<rodas_4, rodas_5p, radau_iia, rodas_4_cg, rodas_5p_cg>{};
+  else return SchemeSet<rodas_4, rodas_5p, radau_iia>{};
 }
 
 /// Of a state S under a force F with a mass.
@@ -72,8 +99,11 @@ struct SchemesFor {
   using Masses = decltype(bind_masses<S>(std::declval<const MassSpec&>(), std::declval<const PlainState<S>&>()));
   using Rhs = RightHandSide<S, F, Masses>;
   static constexpr bool is_network = Rhs::Traits::structure == Structure::network && !Rhs::has_matrix_mass,
-                        is_nystrom = Rhs::drifts && !Rhs::couples_unknowns;
-  using Set = decltype(scheme_set<is_nystrom, is_network>());
+                        is_nystrom = Rhs::drifts && !Rhs::couples_unknowns,
+                        is_field = (Rhs::Traits::has_jacobian || Rhs::Traits::has_pattern) &&
+                                   combine(Rhs::Traits::structure, Rhs::mass_structure) == Structure::sparse &&
+                                   static_unknowns<S> == Eigen::Dynamic;
+  using Set = decltype(explicit_schemes<is_nystrom>() + implicit_schemes<is_network, is_field>());
   using Stepper = typename Set::template Stepper<S, F, MassSpec>;
   static constexpr int explicit_count = 2, count = static_cast<int>(Set::all.size());
 
@@ -84,8 +114,9 @@ struct SchemesFor {
   }
   [[nodiscard]] static int suitable_implicit(AdvisedProblem problem) {
     problem.has_jacobian = problem.has_jacobian || can_be_implicit(problem);
-    const int k = Set::index_of(phistep::suitable_implicit(problem).scheme, count - 1);
-    return k < explicit_count ? count - 1 : k;
+    constexpr int last = Set::index_of(is_network ? SuitableScheme::tr_bdf_2 : SuitableScheme::radau_iia, 0);
+    const int k = Set::index_of(phistep::suitable_implicit(problem).scheme, last);
+    return k < explicit_count ? last : k;
   }
   /// Whether there can be a matrix.
   [[nodiscard]] static bool can_be_implicit(const AdvisedProblem& problem) {
@@ -102,7 +133,9 @@ struct SchemesFor {
   [[nodiscard]] static typename Stepper::Steppers make(int k, const S& state, const F& force, const MassSpec& mass) {
     if constexpr (i + 1 < Set::all.size())
       if (static_cast<std::size_t>(k) != i) return make<i + 1>(k, state, force, mass);
-    return typename Stepper::Steppers{std::in_place_index<i>, state, force, scheme_named<Set::all[i]>(), mass};
+    constexpr SuitableScheme name = Set::all[i];
+    return typename Stepper::Steppers{std::in_place_index<i>, state, force,
+                                      scheme_named<name>(),   mass,  solver_named<name, ScalarOf<S>>()};
   }
 };
 

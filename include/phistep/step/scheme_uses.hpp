@@ -22,6 +22,7 @@ enum class SchemeCause : std::uint8_t {
   algebraic,      ///< M is singular
   stiff,          ///< stability, not the error, limited Δt
   eased,          ///< an explicit scheme would do it for less
+  unsolved,       ///< conjugate gradients failed: W is not, or no longer, symmetric and positive definite
   stays_explicit  ///< it is stiff, but an implicit scheme can't serve: no Jacobian, no pattern, too many unknowns
 };
 
@@ -33,9 +34,20 @@ struct SchemeUse {
   std::int64_t step = 0;  ///< after so many steps of the run
   double rate = 0;        ///< [1/time] |λ|max of ∂y'/∂y there, 0: not looked at
   double dt = 0;          ///< [time] of the steps there
+  double entries = -1;    ///< of L an unknown, where a factorization's fill was counted
 
-  /// "rodas5p from t = 0.012, step 34: stiff, ..."
+  /// "rodas5p from t = 0.012, step 34: stiff, …"
   [[nodiscard]] std::string message() const {
+    std::string all = reason();
+    if (entries < 0) return all;
+    char text[120];
+    std::snprintf(text, sizeof text, "; %s, a factorization has %.1f entries of L an unknown",
+                  is_by_cg(scheme) ? "conjugate gradients" : "direct solver", entries);
+    return all + text;
+  }
+
+ private:
+  [[nodiscard]] std::string reason() const {
     char text[320];
     const char* const name = name_of(scheme);
     switch (cause) {
@@ -59,6 +71,10 @@ struct SchemeUse {
             text, sizeof text,
             "%s from t = %.6g, step %lld: not stiff any more, |lambda| dt = %.3g is cheaper by explicit steps", name, t,
             static_cast<long long>(step), rate * dt);
+        break;
+      case SchemeCause::unsolved:
+        std::snprintf(text, sizeof text, "%s by a direct solver from t = %.6g, step %lld: conjugate gradients failed",
+                      name, t, static_cast<long long>(step));
         break;
       case SchemeCause::stays_explicit:
         std::snprintf(
@@ -94,11 +110,11 @@ class SchemeUses {
 
   void archive(auto& ar) {
     ar.columns("uses", uses_, "scheme", &SchemeUse::scheme, "cause", &SchemeUse::cause, "t", &SchemeUse::t, "step",
-               &SchemeUse::step, "rate", &SchemeUse::rate, "dt", &SchemeUse::dt);
+               &SchemeUse::step, "rate", &SchemeUse::rate, "dt", &SchemeUse::dt, "entries", &SchemeUse::entries);
     ar("count", count_);
     ar.check(uses_.size() <= kept && can_be_count(count_));
     for (const SchemeUse& use : uses_)
-      ar.check(use.scheme <= SuitableScheme::tr_bdf_2 && use.cause <= SchemeCause::stays_explicit &&
+      ar.check(use.scheme <= SuitableScheme::rodas_5p_cg && use.cause <= SchemeCause::stays_explicit &&
                can_be_count(use.step));
   }
 

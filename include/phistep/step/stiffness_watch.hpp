@@ -40,6 +40,9 @@ class StiffnessWatch {
   /// Steps done since the scheme changed.
   [[nodiscard]] std::int64_t spell() const { return spell_; }
 
+  /// What an implicit step costs, once its matrix is known.
+  void set_implicit_cost(double cost) { rivals_.implicit_cost = cost; }
+
   /// A step has been done. @param next  [time] of the one to come
   void accepted(double next) {
     ++spell_, ++since_;
@@ -82,7 +85,8 @@ class StiffnessWatch {
 
   void archive(auto& ar) {
     ar("implicit", implicit_, "rejected", rejected_, "spell", spell_, "since", since_, "steady", steady_, "period",
-       period_, "hits", hits_, "needs_stiff", needs_stiff_, "needs_eased", needs_eased_, "reference", reference_);
+       period_, "hits", hits_, "needs_stiff", needs_stiff_, "needs_eased", needs_eased_, "reference", reference_,
+       "implicit_cost", rivals_.implicit_cost);
     ar.check(spell_ >= 0 && since_ >= 0 && steady_ >= 0 && period_ >= 0 && hits_ >= 0 && needs_stiff_ >= 1 &&
              needs_eased_ >= 1 && std::isfinite(reference_));
   }

@@ -16,6 +16,7 @@ namespace phistep::inline PHISTEP_ABI {
 /// A stepper to take, and why.
 struct Advice {
   std::string scheme;                 ///< "rodas5p", …
+  std::string solver;                 ///< "phistep::newton<…>()"; empty: the library's own choice
   std::string control;                ///< "phistep::tolerance{.rtol = 1e-06}" or "phistep::fixed(dt)"
   std::vector<std::string> reasons;   ///< a sentence each
   std::vector<std::string> warnings;  ///< what the tolerance or the scene does not bear
@@ -23,7 +24,7 @@ struct Advice {
 
   /// The lines of code.
   [[nodiscard]] std::string code() const {
-    return "phistep::PhiStepper stepper{state, force, phistep::" + scheme +
+    return "phistep::PhiStepper stepper{state, force, phistep::" + scheme + (solver.empty() ? "" : ", ") + solver +
            "};\nphistep::integrate(stepper, state, {t0, t1}, " + control + ");\n";
   }
   [[nodiscard]] std::string message() const {
@@ -63,6 +64,8 @@ template <class = void>
     to.warnings.push_back("how stiff it is could not be found out: the run's first steps failed");
   }
   to.scheme = name_of(choice.scheme);
+  if (is_by_cg(choice.scheme))
+    to.solver = "phistep::newton<phistep::PreconditionedCg<phistep::ModifiedIncompleteCholesky<>>>()";
   to.reasons.push_back(sentence_of(choice, scene, wanted));
   if (choice.why == SchemeReason::no_jacobian)
     to.warnings.push_back("a member jacobian(...), or sparsity(force, pattern), would open the way to rodas5p");
