@@ -1,8 +1,8 @@
 // A drop of 2000 ions: Lennard-Jones forces between near ones at every inner step, Coulomb forces of all pairs once in k.
 //
-// The Coulomb force of every pair costs twenty times what the near ones do, and changes ten times as slowly. With
+// The Coulomb force of all pairs costs five times what the near ones do, and changes ten times as slowly. With
 // seldom(k, charges) it is called once in k inner steps (r-RESPA): symplectic and of order 2 as velocity Verlet is, the same
-// error of the energy, a fifth of the time for k = 8. Too long an outer step resonates with the fast motion: preflight says
+// error of the energy, a quarter of the time for k = 8. Too long an outer step resonates with the fast motion: preflight says
 // where that begins, for 60 of the ions.
 //
 // Run: charged_drop [--short] [--out DIR] [--ions N]
@@ -67,6 +67,6 @@ int main(int argc, char** argv) {
 
   Ions few = drop_of(60);
   phistep::PhiStepper stepper{few, near_ones + phistep::seldom(8, charges), phistep::velocity_verlet};
-  std::cout << '\n' << phistep::preflight(stepper, few, 8 * h);
+  std::cout << "\nOf 60 ions, k = 8:\n" << phistep::preflight(stepper, few, 8 * h);
   return 0;
 }
