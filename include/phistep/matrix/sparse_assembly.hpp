@@ -218,8 +218,9 @@ class SparseAssembly : public Sizes {
   [[nodiscard]] const Slot* outer() const { return W_.outerIndexPtr(); }
   [[nodiscard]] const Slot* inner() const { return W_.innerIndexPtr(); }
   [[nodiscard]] std::size_t slot(Eigen::Index i, Eigen::Index j) const {
-    const Slot *const first = inner() + outer()[j], *const last = inner() + outer()[j + 1];
-    return static_cast<std::size_t>(std::lower_bound(first, last, static_cast<Slot>(i)) - inner());
+    const Slot *p = inner() + outer()[j], *const last = inner() + outer()[j + 1];
+    for (int k = 0; k < 8 && p != last && *p < i; ++k) ++p;  // most columns are short
+    return static_cast<std::size_t>(std::lower_bound(p, last, static_cast<Slot>(i)) - inner());
   }
 
   StayingMatrix<Scalar> W_;
