@@ -30,11 +30,16 @@ class ComputedPairs {
   template <class Scalar>
   [[nodiscard]] PairRange of(const ContactPairs<Scalar>& pairs, const ActiveSet* active) {
     if (active == nullptr) return {pairs.first.data(), pairs.second.data(), nullptr, pairs.places()};
-    if (pairs_ != pairs.number || set_ != active->number()) find(pairs, *active);
+    know(pairs, *active);
     return {first_.data(), second_.data(), place_.data(), place_.size() - ContactPairs<Scalar>::padding};
   }
-  /// The slots of the bodies in those pairs, ascending.
+  template <class Scalar>
+  void know(const ContactPairs<Scalar>& pairs, const ActiveSet& active) {
+    if (pairs_ != pairs.number || set_ != active.number()) find(pairs, active);
+  }
+  /// The slots of the bodies in those pairs, ascending; and those of the others that are held, and may move all the same.
   [[nodiscard]] const std::vector<std::int32_t>& slots() const { return slots_; }
+  [[nodiscard]] const std::vector<std::int32_t>& held() const { return held_; }
 
  private:
   template <class Scalar>
@@ -63,13 +68,14 @@ class ComputedPairs {
       array->resize(found);
       array->resize(found + ContactPairs<Scalar>::padding, 0);
     }
-    slots_.clear();
+    slots_.clear(), held_.clear();
     for (std::size_t s = 0; s < n; ++s)
       if (is_met_[s] != 0) slots_.push_back(static_cast<std::int32_t>(s));
+      else if (!(pairs.bodies.inverse_mass[s] > Scalar{0})) held_.push_back(static_cast<std::int32_t>(s));
     pairs_ = pairs.number, set_ = active.number();
   }
 
-  std::vector<std::int32_t> first_, second_, place_, slots_;
+  std::vector<std::int32_t> first_, second_, place_, slots_, held_;
   std::vector<std::uint8_t> is_, is_met_;  // by slot: in the set; in a pair
   std::uint64_t pairs_ = 0, set_ = 0;
 };

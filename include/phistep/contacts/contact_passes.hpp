@@ -67,7 +67,7 @@ class ContactPasses {
   std::shared_ptr<Springs> evaluate(Scalar t, const View& y, const Memory& memory, const ActiveSet* active) const {
     constexpr bool spins = requires { y.omega; };
     const bool rolls = spins && materials_.rolls();
-    prepare(y, memory, rolls);
+    prepare(y, memory, rolls, active);
     const Pairs& pairs = *memory.places;
     memory.part(
         number_of(active), [&](std::int32_t place) { return pairs.has_any(place, *active); }, tables_);
@@ -163,7 +163,7 @@ class ContactPasses {
 
   /// Fills the slots, and finds the pairs anew where they don't serve.
   template <class View>
-  void prepare(const View& y, const Memory& memory, bool rolls) const {
+  void prepare(const View& y, const Memory& memory, bool rolls, const ActiveSet* active) const {
     const auto& body = y.body;
     bool serves = memory.places != nullptr;
     if (serves && memory.body != body.serial) {
@@ -174,10 +174,14 @@ class ContactPasses {
       }
     }
     serves = serves && memory.places->bodies.size() == static_cast<std::size_t>(y.r.cols()) &&
-             work_.slots.gather(y, *memory.places);
+             gather(y, *memory.places, active);
     if (serves) return;
     find_pairs(y, memory, rolls);
-    static_cast<void>(work_.slots.gather(y, *memory.places));
+    static_cast<void>(gather(y, *memory.places, active));
+  }
+  [[nodiscard]] bool gather(const auto& y, const Pairs& pairs, const ActiveSet* active) const {
+    if (active != nullptr) work_.computed.know(pairs, *active);
+    return work_.slots.gather(y, pairs, active == nullptr ? nullptr : &work_.computed);
   }
   template <class View>
   void find_pairs(const View& y, const Memory& memory, bool rolls) const {

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <cstdint>
@@ -116,11 +117,18 @@ class ParticleMasses {
                                     " must be finite and > 0, and so must one over it");
       set_inverse(i);
     }
+    if (std::find_if(still.begin(), still.end(), [](auto held) { return held != 0; }) == still.end()) return;
+    std::vector<std::uint8_t> moves(still.size());
+    for (std::size_t i = 0; i < still.size(); ++i) moves[i] = still[i] != 0 ? 0 : 1;
+    auto movers = std::make_shared<ActiveSet>();
+    movers->assign(moves, next_body_serial());
+    movers_ = active_ = std::move(movers);
   }
 
-  /// Who is computed from now on; null, or a set of other particles: all. True where somebody is that was not before.
+  /// Who is computed from now on, nobody held; null, or a set of other particles: all that move. True where somebody is that
+  /// was not before.
   bool set_active(std::shared_ptr<const ActiveSet> now) {
-    if (now && now->size() != mass_.size()) now.reset();
+    if (!now || now->size() != mass_.size()) now = movers_;
     const std::shared_ptr<const ActiveSet> before = std::exchange(active_, std::move(now));
     if (before == active_) return false;
     bool more = false;
@@ -163,7 +171,7 @@ class ParticleMasses {
 
   Column mass_, inverse_;
   std::vector<std::uint8_t> still_;
-  std::shared_ptr<const ActiveSet> active_;
+  std::shared_ptr<const ActiveSet> movers_, active_;  // those not held, none: all; of them, those computed
 };
 
 }  // namespace phistep::inline PHISTEP_ABI
