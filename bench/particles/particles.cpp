@@ -35,6 +35,7 @@ const Row rows[] = {
     {"springs", "Spring sheet, symplectic Euler, three orders of input", bench::springs},
     {"drift", "Argon: error and energy against time over a ladder of dt", bench::drift},
     {"skipping", "A bed of grains at rest: sleeping on against off", bench::skipping},
+    {"charged", "Charged Lennard-Jones drop: Coulomb of all pairs once in 8 inner steps", bench::charged},
     {"bonded", "Beam of bonded particles: implicit against explicit at equal error", bench::bonded},
 };
 

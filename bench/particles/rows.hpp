@@ -99,6 +99,7 @@ void grains(const Options& options, Table& table);
 void gravity(const Options& options, Table& table);
 void drift(const Options& options, Table& table);
 void skipping(const Options& options, Table& table);
+void charged(const Options& options, Table& table);
 void bonded(const Options& options, Table& table);
 
 }  // namespace bench

@@ -19,6 +19,7 @@
 #include "phistep/force/gravity.hpp"
 #include "phistep/force/linear.hpp"
 #include "phistep/force/local.hpp"
+#include "phistep/force/seldom.hpp"
 #include "phistep/force/springs.hpp"
 #include "phistep/force/sum.hpp"
 #include "phistep/force/uniform_force.hpp"

@@ -30,6 +30,7 @@
 #include "phistep/equation/right_hand_side.hpp"
 #include "phistep/force/evaluate.hpp"
 #include "phistep/force/linear.hpp"
+#include "phistep/force/seldom.hpp"
 #include "phistep/force/signature.hpp"
 #include "phistep/force/sum.hpp"
 #include "phistep/jacobian/analytic.hpp"
@@ -221,6 +222,36 @@ template <class Scheme>
   return method;
 }
 
+/// With slow terms: what an outer step does to an oscillation of which each term has a part as large as its own stiffness.
+template <class = void>
+[[nodiscard]] Method describe_slow(const LinearisedProblem& problem, PreflightReport& report) {
+  const auto stiffness = [&](const Tangent& tangent) {
+    return spectrum_of(tangent, problem.masses, problem.block, problem.tolerance).stiffness;
+  };
+  const std::vector<int> every = problem.every();
+  const double fast = stiffness(problem.rest);
+  std::vector<double> slow;
+  double sum = fast;
+  for (const LinearisedProblem::Slow& one : problem.slow) sum += slow.emplace_back(stiffness(one.tangent));
+  report.inner_steps = *std::max_element(every.begin(), every.end());
+  const bool one_level = std::all_of(every.begin(), every.end(), [&](int k) { return k == report.inner_steps; });
+  if (one_level && report.dt > 0 && problem.whole.known)
+    report.most_k = most_inner_steps(fast, sum - fast, report.dt / report.inner_steps);
+  Method method;
+  method.kind = Method::Kind::motion;
+  method.step_of = [=, inner = problem.inner, begin = problem.begin_weight()](double a) {
+    const auto kick = [](double gamma, double square) { return Eigen::Matrix2d{{1, 0}, {-gamma * square, 1}}; };
+    const auto part = [&](double of) { return sum > 0 ? a * a * of / sum : a * a; };
+    return outer_step_matrix<Eigen::Matrix2d>(
+        Eigen::Matrix2d::Identity(), 1, every, begin,
+        [&](double h) -> Eigen::Matrix2d {
+          return kick((1 - begin) * h, part(fast)) * Eigen::Matrix2d{{1, h}, {0, 1}} * kick(begin * h, part(fast));
+        },
+        [&](std::size_t j, double gamma) { return kick(gamma, part(slow[j])); });
+  };
+  return method;
+}
+
 /// What Δt and the stepper's scheme will do to this force, these masses and this state.
 /// @param dt  [time] the step you have in mind
 template <State S, class F, class Scheme, class MassSpec, ImplicitSolver Solver>
@@ -267,11 +298,18 @@ template <State S, class F, class Scheme, class MassSpec, ImplicitSolver Solver>
         const Tangent tangent = linearise(part, memory);
         const Spectrum s = spectrum_of(tangent, problem.masses, problem.block, problem.tolerance);
         report.terms.push_back(term_report(tangent, s, problem.block));
-        report.terms.back().is_kick = kick;
+        const auto& marked = std::get<k()>(force.terms);
+        constexpr bool is_slow = is_seldom<std::remove_cvref_t<decltype(marked)>>;
+        report.terms.back().is_kick = kick && !is_slow;
         if (s.radius > stiffest) report.stiffest = static_cast<int>(k()), stiffest = s.radius;
         add(problem.whole, tangent);
-        add(kick ? problem.kicks : problem.rest, tangent);
-        problem.has_kicks = problem.has_kicks || kick;
+        if constexpr (is_slow) {
+          report.terms.back().k = marked.k();
+          problem.slow.push_back({tangent, marked.k()});
+        } else {
+          add(kick ? problem.kicks : problem.rest, tangent);
+          problem.has_kicks = problem.has_kicks || kick;
+        }
       });
       if (problem.rest.C.rows() == 0)
         problem.rest = {SparseRows(problem.whole.K.rows(), problem.whole.K.cols()),
@@ -281,7 +319,9 @@ template <State S, class F, class Scheme, class MassSpec, ImplicitSolver Solver>
     }
     PreflightOptions asked = options;
     if (asked.contact_time == 0) asked.contact_time = shortest_contact(force, Blocks<S>::view(y, masses));
-    Assessment<>{problem, method_of(stepper.scheme()), scheme_name(stepper.scheme()), asked, report}.run();
+    problem.inner = method_of(stepper.scheme());
+    const Method method = problem.slow.empty() ? problem.inner : describe_slow(problem, report);
+    Assessment<>{problem, method, scheme_name(stepper.scheme()), asked, report}.run();
   } catch (const std::exception& error) {
     report.verdict = valid ? Verdict::unknown : Verdict::invalid;
     report.finding = error.what();

@@ -10,6 +10,9 @@ TEST_CASE("split terms, Rannacher's start, a step around a step: nothing") {
   check_none(motion(30), Chain{} + at(forward_euler, DampedChain{}), midpoint,
              mass(Eigen::MatrixXd(2 * Eigen::MatrixXd::Identity(30, 30))));
   check_none(motion(30), Chain{}, rannacher(3));
+  check_none(motion(30), Chain{} + seldom(2, Chain{}) + seldom(4, Gravity{Eigen::Vector3d(0, 0, -1)}), velocity_verlet,
+             mass(Dynamic::LinSpaced(30, 1, 2)));
+  check_none(motion(30), DampedChain{} + seldom(3, Chain{}), velocity_verlet);
   auto y = motion(30);
   Halving halving{PhiStepper{y, Chain{}, trapezoidal}};
   CHECK(allocations(y, halving) == 0);

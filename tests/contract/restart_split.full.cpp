@@ -31,3 +31,16 @@ TEST_CASE("half kicks around an implicit step restart to the same bits") {
     check(s, six, steps(Pull{} + at(forward_euler, Driven{}), rannacher(3)));
   }
 }
+
+TEST_CASE("slow terms restart to the same bits: levels, schemes, histories among the fast terms") {
+  for (const Steps& s : {even, uneven}) {
+    const Statistics pull = check(s, six, steps(Driven{} + seldom(4, Pull{}), velocity_verlet));
+    CHECK(pull.kick_calls == 61);
+    CHECK(pull.force_calls == 241);
+    check(s, six, steps(Pull{} + seldom(2, Pull{}) + seldom(6, Driven{}), velocity_verlet));
+    check(s, six, steps(Wind{} + seldom(3, Driven{}), velocity_verlet));
+    check(s, six, steps(Pull{} + seldom(3, Driven{}), symplectic_euler));
+    check(s, six, steps(Pull{} + seldom(2, Driven{}), symplectic_euler_adjoint));
+    check(s, six, steps(Slider{} + Pull{} + seldom(2, Driven{}), velocity_verlet));
+  }
+}

@@ -18,3 +18,13 @@ TEST_CASE("a split scene: trouble in the kicks, trouble in the rest") {
   check_contract<FirstOrder<Fixed>>(midpoint, 2, kicks);
   check_contract<FirstOrder<Dynamic>>(backward_euler, 1, kicks);
 }
+
+TEST_CASE("slow terms: trouble among them, trouble in the inner steps") {
+  const auto slow = [](Moody moody) { return term(Pull{}) + seldom(4, moody); };
+  const auto fast = [](Moody moody) { return seldom(2, Pull{}) + term(moody) + seldom(4, Pull{}); };
+  check_contract<SecondOrder<Dynamic>>(velocity_verlet, 2, slow);
+  check_contract<SecondOrder<Dynamic>>(velocity_verlet, 2, fast);
+  check_contract<SecondOrder<Strided>>(velocity_verlet, 2, slow);
+  check_contract<SecondOrder<Columns>>(symplectic_euler, 1, fast);
+  check_contract<SecondOrder<Fixed>>(symplectic_euler_adjoint, 1, slow);
+}

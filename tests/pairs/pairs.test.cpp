@@ -252,6 +252,58 @@ TEST_CASE("a rejected step leaves no trace, and a checkpoint continues bit for b
   CHECK((y.r == z.r && y.v == z.v));
 }
 
+namespace {
+/// n³ atoms far apart, that fly.
+Particles<double, 3> gas(int n) {
+  auto y = shaken<double, 3>(n, 3.5, 3, {true, true, true}, 0.05);
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  y.v = y.v.unaryExpr([&](double) { return 1.5 * normal(random); });
+  return y;
+}
+}  // namespace
+
+TEST_CASE("a skin finds its width: fewer lists, no pair missed, the same bits from a checkpoint") {
+  const double cutoff = 1.5;
+  auto y = gas(8), fixed_y = gas(8);
+  PhiStepper stepper{y, Pairs{LennardJones{}, cutoff}, velocity_verlet};
+  PhiStepper fixed_one{fixed_y, Pairs{LennardJones{}, cutoff, {.skin = 0.16 * cutoff}}, velocity_verlet};
+  CHECK(stepper.force_to_look_at().skin() == 0.16 * cutoff);
+  const auto go = [](auto& one, auto& state, int from, int to) {
+    for (int n = from; n < to; ++n) REQUIRE(one.step(state, 0.005 * n, 0.005));
+  };
+  go(stepper, y, 0, 150), go(fixed_one, fixed_y, 0, 150);
+  CHECK(stepper.force_to_look_at().skin() > 2 * 0.16 * cutoff);
+  CHECK(3 * stepper.force_to_look_at().rebuilds() < fixed_one.force_to_look_at().rebuilds());
+  const Pairs all{LennardJones{}, cutoff};
+  CHECK(all.pairs_inside(view_of(y)) == stepper.force_to_look_at().pairs_inside(view_of(y), stepper.memory()));
+  CHECK((y.r - fixed_y.r).cwiseAbs().maxCoeff() < 1e-9);  // the same but for rounding
+
+  auto z = y;
+  PhiStepper resumed{z, Pairs{LennardJones{}, cutoff}, velocity_verlet};
+  {
+    Writer out;
+    auto memory = stepper.memory();
+    out(memory);
+    NeighborMemory restored;
+    Reader in{out.bytes()};
+    in(restored);
+    in.finish();
+    resumed.set_memory(restored);
+  }
+  go(stepper, y, 150, 300), go(resumed, z, 150, 300);
+  CHECK((y.r == z.r && y.v == z.v));
+  CHECK(stepper.force_to_look_at().skin() == resumed.force_to_look_at().skin());
+}
+
+TEST_CASE("a matrix with an entry for each pair keeps the skin") {
+  auto y = gas(3);
+  PhiStepper stepper{y, Pairs{LennardJones{}, 1.5}, trapezoidal};
+  for (int n = 0; n < 100; ++n) REQUIRE(stepper.step(y, 0.005 * n, 0.005));
+  CHECK(stepper.force_to_look_at().rebuilds() > 5);
+  CHECK(stepper.force_to_look_at().skin() == 0.16 * 1.5);
+}
+
 TEST_CASE("an unchecked list misses pairs, and they can be counted") {
   const auto missed = [](ListPolicy policy) {
     auto y = hot(8);

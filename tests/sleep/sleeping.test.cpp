@@ -213,8 +213,7 @@ TEST_CASE("where everything sleeps and nothing is changed, nothing wakes, not af
   REQUIRE(stepper.step(grains, dt * n, dt));
   CHECK(stepper.report().asleep == 8);
 }
-// Where somebody is awake, nobody asks what became of those that are held: sleeping gets another design.
-TEST_CASE("a support that goes while somebody else is awake wakes what lay on it", "[!shouldfail]") {
+TEST_CASE("a support that goes while somebody else is awake wakes what lay on it") {
   Grains grains = columns(1);
   grains.r.row(1).array() += 50;
   grains.add(Grains{(Eigen::Matrix2Xd(2, 2) << 0, 20, 49.51, 1e6).finished()});  // the support, and one that falls

@@ -28,6 +28,7 @@
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/force/sum.hpp"
+#include "phistep/state/active_set.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -57,21 +58,22 @@ class Contact : public ForceTerm {
     memory.begin(t, dt);
   }
   void add(auto t, const auto& y, const Memory& memory, auto& out) const {
-    const auto springs = passes_.evaluate(t, y, memory);
+    const auto springs = passes_.evaluate(t, y, memory, active_set(y));
     memory.remember(t, springs);
     passes_.give(y, out, *memory.places);
   }
   void commit(auto t, const auto& y, Memory& memory) const {
-    memory.commit([&] { return passes_.evaluate(t, y, memory); });
+    memory.commit([&] { return passes_.evaluate(t, y, memory, active_set(y)); });
   }
   /// Of the springs, normal and tangential and of rolling [energy].
   [[nodiscard]] Scalar energy(auto t, const auto& y, const Memory& memory) const {
     const Memory copy = memory;
-    const auto springs = passes_.evaluate(t, y, copy);
+    const auto springs = passes_.evaluate(t, y, copy, nullptr);
     return passes_.energy(*copy.places, *springs);
   }
 
-  /// f(i, j) for every pair that may touch before pair_changes() changes, by the user's indices.
+  /// f(i, j) for every pair that may touch before pair_changes() changes, by the user's indices; none acts before it does.
+  static constexpr bool acts_by_touch = true;
   void for_each_pair(const Memory& memory, auto&& f) const {
     if (memory.places == nullptr) return;
     const auto& pairs = *memory.places;
@@ -88,7 +90,7 @@ class Contact : public ForceTerm {
   void add_jacobian(auto t, const View& y, const Memory& memory, Sink& sink) const {
     constexpr int dim = std::remove_cvref_t<decltype(y.r)>::RowsAtCompileTime;
     const Memory copy = memory;
-    const auto springs = passes_.evaluate(t, y, copy);
+    const auto springs = passes_.evaluate(t, y, copy, active_set(y));
     passes_.for_each_tangent(*copy.places, *springs, copy.elapsed(t),
                              [&](Eigen::Index i, Eigen::Index j, const Scalar* n, const auto& K, const auto& C) {
                                put_pair<dim, true>(sink, i, j, n, K, C);

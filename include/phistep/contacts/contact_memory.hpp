@@ -14,7 +14,9 @@
 #include <utility>
 
 #include "phistep/contacts/carried_springs.hpp"
+#include "phistep/contacts/resting_springs.hpp"
 #include "phistep/contacts/spring_table.hpp"
+#include "phistep/core/recycled.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/simd/update.hpp"
 
@@ -33,12 +35,14 @@ struct ContactMemory {
   mutable std::shared_ptr<const Table> springs;                   ///< ξ(t_c), for `places`
   mutable std::shared_ptr<const Table> last;                      ///< ξ(t_e) of the last evaluation, likewise
   mutable std::shared_ptr<const DormantSprings<Scalar>> dormant;  ///< of none, where there is nothing
-  mutable std::uint64_t body = 0;        ///< serial number of what `places` were enumerated for
-  mutable Scalar last_time = 0;          ///< t_e
-  mutable std::int64_t evaluations = 0;  ///< since the step began
-  Scalar time = 0;                       ///< where the step began, or the last one ended
-  Scalar step = 0;                       ///< Δt
-  Scalar lag = 0;                        ///< time − t_c
+  mutable std::shared_ptr<const Table> resting;  ///< of contacts left out for now, or none; in no other of these tables
+  mutable std::uint64_t active = 0;              ///< number of the set that `springs` are those of; 0: all
+  mutable std::uint64_t body = 0;                ///< serial number of what `places` were enumerated for
+  mutable Scalar last_time = 0;                  ///< t_e
+  mutable std::int64_t evaluations = 0;          ///< since the step began
+  Scalar time = 0;                               ///< where the step began, or the last one ended
+  Scalar step = 0;                               ///< Δt
+  Scalar lag = 0;                                ///< time − t_c
 
   void begin(Scalar t, Scalar dt) {
     time = t;
@@ -68,10 +72,31 @@ struct ContactMemory {
     time += step;
     last.reset();
   }
+  /// From now on those of a set's contacts are computed.
+  /// @param number       of the set; 0: all
+  /// @param is_computed  of a place; not asked where all are
+  /// @param tables       makes room for them
+  void part(std::uint64_t number, auto&& is_computed, RecycledSprings<Table>& tables) const {
+    if (number == active || springs == nullptr) return;
+    const Table none;
+    auto computed = tables.take(), left_out = tables.take();
+    part_springs(
+        *springs, resting ? *resting : none, [&](Place place) { return number == 0 || is_computed(place); }, *computed,
+        *left_out);
+    springs = std::move(computed);
+    resting = number == 0 ? nullptr : std::move(left_out);
+    active = number;
+  }
+  /// All of them are computed again.
+  void join(RecycledSprings<Table>& tables) const {
+    part(
+        0, [](auto) { return true; }, tables);
+  }
   /// The places serve bodies that were copied or came with a checkpoint, too; the springs may be another force's.
-  void adopt(std::uint64_t serial, bool rolls) const {
+  void adopt(std::uint64_t serial, bool rolls, RecycledSprings<Table>& tables) const {
     body = serial;
     if (springs->rolls() == rolls) return;
+    join(tables);
     auto with_or_without = std::make_shared<Table>(*springs);
     with_or_without->resize(springs->size(), rolls);
     with_or_without->close();
@@ -80,14 +105,18 @@ struct ContactMemory {
 
   void archive(auto& ar) {
     Places its_places = places ? *places : Places{};
-    Table its_springs = springs ? *springs : Table{};
+    ContactMemory whole = *this;
+    RecycledSprings<Table> tables;
+    whole.join(tables);
+    Table its_springs = springs ? *whole.springs : Table{};
     DormantSprings<Scalar> its_dormant = dormant ? *dormant : DormantSprings<Scalar>{};
     ar("places", its_places, "springs", its_springs, "dormant", its_dormant, "time", time, "step", step, "lag", lag);
     ar.check(std::isfinite(time) && std::isfinite(step) && std::isfinite(lag));
     if constexpr (std::remove_reference_t<decltype(ar)>::reading) {
       for (const auto place : its_springs.place) ar.check(its_places.has(place));
       last.reset();
-      body = 0;
+      resting.reset();
+      active = body = 0;
       evaluations = 0;
       // The next evaluation compares them with its particles.
       places = std::make_shared<const Places>(std::move(its_places));

@@ -21,6 +21,8 @@
 #include "phistep/core/version.hpp"
 #include "phistep/simd/pack_math.hpp"
 #include "phistep/simd/update.hpp"
+#include "phistep/state/active_set.hpp"
+#include "phistep/state/body.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -29,14 +31,21 @@ struct ContactPairs {
   static constexpr std::size_t padding = 16;  ///< entries beyond the last pair, readable: a pack more
 
   ContactBodies<Scalar> bodies;
-  std::vector<std::int32_t> first, second;  ///< slots, of each pair and of the padding
-  std::vector<std::int32_t> row;            ///< pairs of slot s: row[s] … row[s + 1] − 1
-  std::vector<Scalar> built_at;             ///< positions when the pairs were found, 4 a slot: x, y, z, 0 [length]
-  Scalar skin = 0;                          ///< pairs within R_i + R_j + skin are here [length]
-  Scalar period[3] = {0, 0, 0};             ///< 0: the axis is open [length]
+  std::vector<std::int32_t> first, second;    ///< slots, of each pair and of the padding
+  std::vector<std::int32_t> row;              ///< pairs of slot s: row[s] … row[s + 1] − 1
+  std::vector<Scalar> built_at;               ///< positions when the pairs were found, 4 a slot: x, y, z, 0 [length]
+  Scalar skin = 0;                            ///< pairs within R_i + R_j + skin are here [length]
+  Scalar period[3] = {0, 0, 0};               ///< 0: the axis is open [length]
+  std::uint64_t number = next_body_serial();  ///< other pairs, another number
 
   [[nodiscard]] std::size_t places() const { return first.size() < padding ? 0 : first.size() - padding; }
   [[nodiscard]] bool has(std::int32_t place) const { return static_cast<std::size_t>(place) < places(); }
+  /// Whether one of a pair's bodies is in the set.
+  [[nodiscard]] bool has_any(std::int32_t place, const ActiveSet& set) const {
+    const auto p = static_cast<std::size_t>(place);
+    const auto is = [&](std::int32_t slot) { return set.has(bodies.particle[static_cast<std::size_t>(slot)]); };
+    return is(first[p]) || is(second[p]);
+  }
   /// The pair of two slots, or −1.
   [[nodiscard]] std::ptrdiff_t find(std::int32_t a, std::int32_t b) const {
     const auto begin = second.begin() + row[static_cast<std::size_t>(a)],

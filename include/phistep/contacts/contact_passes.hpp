@@ -19,6 +19,7 @@
 #include <utility>
 #include <vector>
 
+#include "phistep/contacts/computed_pairs.hpp"
 #include "phistep/contacts/contact_kernel.hpp"
 #include "phistep/contacts/contact_law.hpp"
 #include "phistep/contacts/contact_memory.hpp"
@@ -36,6 +37,7 @@
 #include "phistep/neighbors/places.hpp"
 #include "phistep/simd/pack.hpp"
 #include "phistep/simd/pack_math.hpp"
+#include "phistep/state/active_set.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -60,16 +62,21 @@ class ContactPasses {
   [[nodiscard]] const Materials<Law>& materials() const { return materials_; }
 
   /// Springs at (t, y); forces and torques lie in the workspace.
+  /// @param active  those that are computed, with all that acts on them; null: all
   template <class View>
-  std::shared_ptr<Springs> evaluate(Scalar t, const View& y, const Memory& memory) const {
+  std::shared_ptr<Springs> evaluate(Scalar t, const View& y, const Memory& memory, const ActiveSet* active) const {
     constexpr bool spins = requires { y.omega; };
     const bool rolls = spins && materials_.rolls();
-    prepare(y, memory, rolls);
+    prepare(y, memory, rolls, active);
     const Pairs& pairs = *memory.places;
+    memory.part(
+        number_of(active), [&](std::int32_t place) { return pairs.has_any(place, *active); }, tables_);
+    const PairRange range = work_.computed.of(pairs, active);
     std::shared_ptr<Springs> springs = tables_.take();
     ++statistics_.evaluations;
-    work_.touching.find(pairs, work_.slots, *memory.springs, *springs, rolls);
-    statistics_.pairs = static_cast<std::int64_t>(pairs.places());
+    work_.touching.find(pairs.period, range, work_.slots, *memory.springs, *springs, rolls);
+    work_.sums.clear(pairs.bodies.size(), active ? &work_.computed.slots() : nullptr, rolls);
+    statistics_.pairs = static_cast<std::int64_t>(range.count);
     statistics_.touching = static_cast<std::int64_t>(springs->size());
     const auto compute = [&](auto&& numbers) {
       if (rolls) add_up<spins, spins>(pairs, *memory.springs, *springs, memory.elapsed(t), numbers);
@@ -87,7 +94,7 @@ class ContactPasses {
   /// From slots to the user's order.
   template <class View>
   void give(const View& y, auto& out, const Pairs& pairs) const {
-    work_.sums.give(y, pairs.bodies, out);
+    work_.sums.give(y, pairs.bodies, out, active_set(y));
   }
 
   /// Σ of the energies stored in the springs.
@@ -149,27 +156,32 @@ class ContactPasses {
     ContactSlots<Scalar> slots;
     TouchingPairs<Scalar> touching;
     SlotSums<Scalar> sums;
+    ComputedPairs computed;
     ContactSearch<Scalar, 2> plane;
     ContactSearch<Scalar, 3> space;
   };
 
   /// Fills the slots, and finds the pairs anew where they don't serve.
   template <class View>
-  void prepare(const View& y, const Memory& memory, bool rolls) const {
+  void prepare(const View& y, const Memory& memory, bool rolls, const ActiveSet* active) const {
     const auto& body = y.body;
     bool serves = memory.places != nullptr;
     if (serves && memory.body != body.serial) {
       serves = memory.places->bodies.are(body) && same_box(*memory.places, body.box);
       if (serves) {
         materials_.check_types(body);
-        memory.adopt(body.serial, rolls);
+        memory.adopt(body.serial, rolls, tables_);
       }
     }
     serves = serves && memory.places->bodies.size() == static_cast<std::size_t>(y.r.cols()) &&
-             work_.slots.gather(y, *memory.places);
+             gather(y, *memory.places, active);
     if (serves) return;
     find_pairs(y, memory, rolls);
-    static_cast<void>(work_.slots.gather(y, *memory.places));
+    static_cast<void>(gather(y, *memory.places, active));
+  }
+  [[nodiscard]] bool gather(const auto& y, const Pairs& pairs, const ActiveSet* active) const {
+    if (active != nullptr) work_.computed.know(pairs, *active);
+    return work_.slots.gather(y, pairs, active == nullptr ? nullptr : &work_.computed);
   }
   template <class View>
   void find_pairs(const View& y, const Memory& memory, bool rolls) const {
@@ -177,6 +189,7 @@ class ContactPasses {
     check_bodies(body, y.r.cols());
     materials_.check_types(body);
     ++statistics_.rebuilds;
+    memory.join(tables_);
     auto pairs = pools_.take();
     Scalar skin = static_cast<Scalar>(skin_);
     if (skin == Scalar{0} && y.r.cols() > 0) skin = static_cast<Scalar>(0.6) * body.radius.mean();
@@ -251,7 +264,7 @@ class ContactPasses {
   Materials<Law> materials_;
   double skin_;
   mutable Scratch<Workspace> work_;
-  mutable Recycled<Springs> tables_;
+  mutable RecycledSprings<Springs> tables_;
   mutable Recycled<Pairs> pools_;
   mutable ContactStatistics statistics_;
 };

@@ -48,6 +48,7 @@ class ContactSearch {
     else list_.slots.clear();
     place(n, domain, body, pairs);
     pairs.skin = skin;
+    pairs.number = next_body_serial();
     pairs.built_at.assign(static_cast<std::size_t>(4 * n), Scalar{0});
     for (std::size_t s = 0; s < pairs.bodies.size(); ++s)
       for (int a = 0; a < dim; ++a)
@@ -114,7 +115,7 @@ class ContactSearch {
       std::sort(pairs.second.begin() + pairs.row[s], pairs.second.begin() + pairs.row[s + 1]);
   }
 
-  ListBuilder<dim, 1> builder_;  // few bodies reach so far: larger cells
+  ListBuilder<dim> builder_;
   NeighborList list_;
   std::vector<double> positions_;
   std::vector<std::int32_t> slot_, next_;

@@ -19,6 +19,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/neighbors/places.hpp"
 #include "phistep/simd/pack.hpp"
+#include "phistep/state/active_set.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -36,6 +37,21 @@ class SlotSums {
   };
 
  public:
+  /// Before add_up: the sums of some slots are 0, those of the others of no interest; null: of all.
+  void clear(std::size_t n, const std::vector<std::int32_t>* slots, bool rolls) {
+    if (slots == nullptr) {
+      sum_.assign(n, Sum{});
+      torque_.assign(rolls ? 4 * n : 0, Scalar{0});
+      return;
+    }
+    sum_.resize(n);
+    torque_.resize(rolls ? 4 * n : 0);
+    for (const std::int32_t slot : *slots) {
+      const auto s = static_cast<std::size_t>(slot);
+      sum_[s] = Sum{};
+      if (rolls) std::fill_n(torque_.begin() + static_cast<std::ptrdiff_t>(4 * s), 4, Scalar{0});
+    }
+  }
   /// @param force_of  c ↦ ContactForce of the contacts c, c + 1, … of a pack
   /// @param place     of each contact, the number of its pair
   template <bool spins, bool rolls>
@@ -44,8 +60,6 @@ class SlotSums {
     const std::size_t count = place.size(), n = pairs.bodies.size();
     constexpr std::size_t width = P::width;
     const std::int32_t *const i = contacts.i.data(), *const j = contacts.j.data();
-    sum_.assign(n, Sum{});
-    torque_.assign(rolls ? 4 * n : 0, Scalar{0});
     if (Shares::threads() == 1) {
       for (std::size_t c = 0; c < count; c += width) {
         const ContactForce<P> f = force_of(c);
@@ -86,19 +100,23 @@ class SlotSums {
   void prefetch_slot(std::int32_t slot) const { prefetch(&sum_[static_cast<std::size_t>(slot)]); }
 
   /// Adds the sums to the user's forces and torques.
+  /// @param active  on these; null: on all
   template <class View>
-  void give(const View& y, const ContactBodies<Scalar>& bodies, auto& out) const {
+  void give(const View& y, const ContactBodies<Scalar>& bodies, auto& out, const ActiveSet* active) const {
     constexpr int dim = std::remove_cvref_t<decltype(y.r)>::RowsAtCompileTime;
     constexpr std::size_t ahead = ContactSlots<Scalar>::ahead;
     const bool turned = !torque_.empty();
-    const std::size_t n = bodies.size();
+    const std::int32_t* const list = active == nullptr ? nullptr : active->list().data();
+    const std::size_t n = active == nullptr ? bodies.size() : active->list().size();
+    const auto body = [list](std::size_t k) { return list == nullptr ? k : static_cast<std::size_t>(list[k]); };
 #ifdef _OPENMP
 #pragma omp parallel for schedule(static)
 #endif
-    for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t k = 0; k < n; ++k) {
+      const std::size_t i = body(k);
       const auto s = static_cast<std::size_t>(bodies.slot[i]);
       const auto column = static_cast<Eigen::Index>(i);
-      if (i + ahead < n) prefetch_slot(bodies.slot[i + ahead]);
+      if (k + ahead < n) prefetch_slot(bodies.slot[body(k + ahead)]);
       const Sum& of = sum_[s];
       // x − x: 0, or NaN for a body whose place is not a number, which touches nothing
       for (int a = 0; a < dim; ++a) out.force(a, column) += of.force[a] + (y.r(a, column) - y.r(a, column));

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "phistep/contacts/computed_pairs.hpp"
 #include "phistep/contacts/contact_kernel.hpp"
 #include "phistep/contacts/contact_pairs.hpp"
 #include "phistep/contacts/contact_slots.hpp"
@@ -23,7 +24,6 @@ template <class Scalar>
 class TouchingPairs {
   static constexpr int width = native_width<Scalar>;
   using P = Pack<Scalar, width>;
-  using Pairs = ContactPairs<Scalar>;
   using Springs = SpringTable<Scalar>;
 
  public:
@@ -31,9 +31,11 @@ class TouchingPairs {
   std::vector<std::int32_t> i, j;  ///< and its slots
 
   /// Fills the table with the contacts' places, and makes room for their springs.
-  void find(const Pairs& pairs, const ContactSlots<Scalar>& slots, const Springs& before, Springs& table,
-            bool with_roll) {
-    const std::size_t count = pairs.places();
+  /// @param period  of the box, as in ContactPairs
+  void find(const Scalar (&period)[3], const PairRange& pairs, const ContactSlots<Scalar>& slots, const Springs& before,
+            Springs& table, bool with_roll) {
+    const std::size_t count = pairs.count;
+    const NearestImage<P> nearest{period};
     const Shares shares{count, width};
     auto& contact = table.place;
     for (auto* array : {&contact, &from, &i, &j}) array->resize(count + width);
@@ -43,7 +45,7 @@ class TouchingPairs {
 #pragma omp parallel for schedule(static, 1)
 #endif
     for (std::size_t t = 0; t < found_.size(); ++t)
-      found_[t] = find(pairs, slots, before, shares.begin(t), shares.end(t), contact.data());
+      found_[t] = find(nearest, pairs, slots, before, shares.begin(t), shares.end(t), contact.data());
     std::size_t found = found_[0];
     for (std::size_t t = 1; t < found_.size(); ++t) {
       const auto begin = static_cast<std::ptrdiff_t>(shares.begin(t)),
@@ -61,13 +63,13 @@ class TouchingPairs {
 
  private:
   /// Among the pairs begin … end − 1; returns how many.
-  [[gnu::flatten]] std::size_t find(const Pairs& pairs, const ContactSlots<Scalar>& slots, const Springs& before,
-                                    std::size_t begin, std::size_t end, std::int32_t* contact) {
-    SpringFinder springs_of{before.place, static_cast<std::int32_t>(begin)};
+  [[gnu::flatten]] std::size_t find(const NearestImage<P>& nearest, const PairRange& pairs,
+                                    const ContactSlots<Scalar>& slots, const Springs& before, std::size_t begin,
+                                    std::size_t end, std::int32_t* contact) {
+    SpringFinder springs_of{before.place, begin < end ? pairs.number(begin) : 0};
     const Scalar* const position = slots.position.data();
     std::int32_t *const to_from = from.data(), *const to_i = i.data(), *const to_j = j.data();
     std::size_t found = begin;
-    const NearestImage<P> nearest{pairs.period};
     for (std::size_t p = begin; p < end; p += width) {
       const auto a = gather4<P>(position, &pairs.first[p]);
       const auto b = gather4<P>(position, &pairs.second[p]);
@@ -76,12 +78,13 @@ class TouchingPairs {
       unsigned touching = (dot(d, d) < reach * reach).bits();
       if (end - p < width) touching &= (1u << (end - p)) - 1u;
       while (touching != 0) {
-        const auto place = static_cast<std::int32_t>(p) + std::countr_zero(touching);
+        const std::size_t at = p + static_cast<std::size_t>(std::countr_zero(touching));
         touching &= touching - 1;
+        const std::int32_t place = pairs.number(at);
         contact[found] = place;
         to_from[found] = springs_of(place);
-        to_i[found] = pairs.first[static_cast<std::size_t>(place)];
-        to_j[found] = pairs.second[static_cast<std::size_t>(place)];
+        to_i[found] = pairs.first[at];
+        to_j[found] = pairs.second[at];
         ++found;
       }
     }

@@ -14,6 +14,7 @@
 #include "phistep/contacts/wall_shapes.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/simd/pack.hpp"
+#include "phistep/state/active_set.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -44,7 +45,9 @@ class TouchingWalls {
   [[nodiscard]] std::int64_t count() const { return count_; }
 
   /// Fills the table with the contacts' places, and makes room for their springs.
-  void find(const std::vector<Wall<dim>>& walls, const auto& y, const Springs& before, Springs& table, bool with_roll) {
+  /// @param active  of these bodies; null: of all
+  void find(const std::vector<Wall<dim>>& walls, const auto& y, const ActiveSet* active, const Springs& before,
+            Springs& table, bool with_roll) {
     for_each_number([](auto& x) { x.clear(); });
     from.clear();
     table.place.clear();
@@ -53,7 +56,9 @@ class TouchingWalls {
       std::visit(
           [&](const auto& wall) {
             Eigen::Matrix<Scalar, dim, 1> n;
-            for (Eigen::Index i = 0; i < y.r.cols(); ++i) {
+            const Eigen::Index bodies = active ? static_cast<Eigen::Index>(active->list().size()) : y.r.cols();
+            for (Eigen::Index b = 0; b < bodies; ++b) {
+              const Eigen::Index i = active ? Eigen::Index{active->list()[static_cast<std::size_t>(b)]} : b;
               const Scalar radius = y.body.radius[i], distance = approach<Scalar, dim>(wall, y.r.col(i), n);
               // A position that is NaN touches, so that its force becomes NaN.
               if (distance >= radius || y.body.is_still(i)) continue;

@@ -37,6 +37,7 @@
 #include "phistep/simd/pack.hpp"
 #include "phistep/simd/pack_math.hpp"
 #include "phistep/simd/update.hpp"
+#include "phistep/state/active_set.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -77,22 +78,23 @@ class Walls : public ForceTerm {
     memory.begin(t, dt);
   }
   void add(auto t, const auto& y, const Memory& memory, auto& out) const {
-    memory.remember(t, evaluate(t, y, memory, [&](Eigen::Index i, const Scalar* force, const Scalar* torque) {
-                      for (int a = 0; a < dim; ++a) out.force(a, i) += force[a];
-                      if constexpr (requires { y.omega; }) {
-                        if constexpr (dim == 3)
-                          for (int a = 0; a < 3; ++a) out.torque(a, i) += torque[a];
-                        else out.torque(0, i) += torque[2];
-                      }
-                    }));
+    memory.remember(
+        t, evaluate(t, y, memory, active_set(y), [&](Eigen::Index i, const Scalar* force, const Scalar* torque) {
+          for (int a = 0; a < dim; ++a) out.force(a, i) += force[a];
+          if constexpr (requires { y.omega; }) {
+            if constexpr (dim == 3)
+              for (int a = 0; a < 3; ++a) out.torque(a, i) += torque[a];
+            else out.torque(0, i) += torque[2];
+          }
+        }));
   }
   void commit(auto t, const auto& y, Memory& memory) const {
-    memory.commit([&] { return evaluate(t, y, memory); });
+    memory.commit([&] { return evaluate(t, y, memory, active_set(y)); });
   }
   /// Of the springs, normal and tangential and of rolling [energy].
   [[nodiscard]] Scalar energy(auto t, const auto& y, const Memory& memory) const {
     const Memory copy = memory;
-    const auto springs = evaluate(t, y, copy);
+    const auto springs = evaluate(t, y, copy, nullptr);
     Scalar sum{0};
     for (std::size_t c = 0; c < springs->size(); ++c)
       sum += stored_energy<Law, Scalar>(broadcast_numbers<Scalar>(numbers(y, springs->place[c])), touch_.overlap[c],
@@ -104,7 +106,7 @@ class Walls : public ForceTerm {
     requires(!requires(const View& y) { y.omega; })
   void add_jacobian(auto t, const View& y, const Memory& memory, Sink& sink) const {
     const Memory copy = memory;
-    const auto springs = evaluate(t, y, copy);
+    const auto springs = evaluate(t, y, copy, active_set(y));
     for (std::size_t c = 0; c < springs->size(); ++c) {
       const std::int64_t place = springs->place[c];
       const Eigen::Index i = Places::body_of(place);
@@ -161,14 +163,18 @@ class Walls : public ForceTerm {
     void operator()(auto&&...) const {}
   };
   /// Springs at (t, y); put(i, force, torque) for each contact.
+  /// @param active  of these bodies; null: of all
   template <class View, class Put = Nowhere>
-  std::shared_ptr<Springs> evaluate(Scalar t, const View& y, const Memory& memory, const Put& put = {}) const {
+  std::shared_ptr<Springs> evaluate(Scalar t, const View& y, const Memory& memory, const ActiveSet* active,
+                                    const Put& put = {}) const {
     constexpr bool spins = requires { y.omega; };
     const bool rolls = spins && materials_.rolls();
     check_view(y);
     prepare(y, memory, rolls);
+    memory.part(
+        number_of(active), [active](std::int64_t place) { return active->has(Places::body_of(place)); }, tables_);
     auto springs = tables_.take();
-    touch_.find(walls_, y, *memory.springs, *springs, rolls);
+    touch_.find(walls_, y, active, *memory.springs, *springs, rolls);
     if (rolls) compute<spins, spins>(y, *memory.springs, *springs, memory.elapsed(t), put);
     else compute<spins, false>(y, *memory.springs, *springs, memory.elapsed(t), put);
     springs->close();
@@ -182,8 +188,9 @@ class Walls : public ForceTerm {
         memory.places->bodies.size() == static_cast<std::size_t>(y.r.cols()))
       return;
     materials_.check_types(body);
-    if (memory.places && memory.places->bodies.are(body)) return memory.adopt(body.serial, rolls);
+    if (memory.places && memory.places->bodies.are(body)) return memory.adopt(body.serial, rolls, tables_);
     check_bodies(body, y.r.cols());
+    memory.join(tables_);
     std::vector<std::int32_t> order(static_cast<std::size_t>(y.r.cols()));
     std::iota(order.begin(), order.end(), 0);
     auto places = std::make_shared<Places>();
@@ -260,7 +267,7 @@ class Walls : public ForceTerm {
   Materials<Law> materials_;
   std::vector<Wall<dim>> walls_;
   mutable Scratch<TouchingWalls<Scalar, dim>> touch_;
-  mutable Recycled<Springs> tables_;
+  mutable RecycledSprings<Springs> tables_;
 };
 template <class Law, int dim>
 Walls(const Law&, std::vector<Wall<dim>>) -> Walls<Law, dim>;

@@ -11,7 +11,8 @@
 namespace phistep::inline PHISTEP_ABI {
 
 /// Hands out objects that nobody else holds any more, as they were left, or new ones.
-template <class T>
+/// @tparam most  kept: the committed one, the trial's, the one before, one for a checkpoint
+template <class T, std::size_t most = 4>
 class Recycled {
  public:
   Recycled() = default;
@@ -25,8 +26,7 @@ class Recycled {
     for (auto& one : kept_)
       if (one.use_count() == 1) return one;
     auto made = std::make_shared<T>();
-    if (kept_.size() < 4)
-      kept_.push_back(made);  // the committed one, the trial's, the one before, one for a checkpoint
+    if (kept_.size() < most) kept_.push_back(made);
     else kept_[next_++ % kept_.size()] = made;
     return made;
   }

@@ -27,8 +27,8 @@ struct Statistics {
   std::int64_t active_iterations = 0;
   std::int64_t linear_iterations = 0;  ///< iterations of an iterative linear solver
   std::int64_t fallbacks = 0;          ///< solves whose indefinite tangent was clamped or solved by LU instead
-  std::int64_t kick_calls = 0;         ///< evaluations of the terms at φ = 0 of a split scene, beside force_calls
-  std::int64_t halvings = 0;           ///< steps replaced by two half steps
+  std::int64_t kick_calls = 0;  ///< evaluations of terms that enter as kicks (at φ = 0, seldom), beside force_calls
+  std::int64_t halvings = 0;    ///< steps replaced by two half steps
   std::int64_t checks = 0;      ///< evaluations of Ψ to check a supplied Jacobian or pattern, beside force_calls
   std::int64_t rejections = 0;  ///< steps that were solved but whose error was too large
   std::int64_t sleeping = 0;    ///< particle-steps not computed, because the particle slept

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 
 #include <cmath>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <tuple>
@@ -21,9 +22,11 @@
 #include "phistep/equation/gamma.hpp"
 #include "phistep/force/at.hpp"
 #include "phistep/force/evaluate.hpp"
+#include "phistep/force/seldom.hpp"
 #include "phistep/force/signature.hpp"
 #include "phistep/linear/mass.hpp"
 #include "phistep/simd/update.hpp"
+#include "phistep/state/active_set.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/parts.hpp"
 #include "phistep/state/unknowns.hpp"
@@ -89,6 +92,9 @@ class RightHandSide {
   }(std::type_identity<MassTuple>{}));
 
   static constexpr bool remembers = phistep::remembers<F>, has_history = phistep::has_history<F>;
+  /// The kicks are slow terms (force/seldom.hpp): a step has inner steps, and each term's history begins and ends with its own.
+  static constexpr bool has_inner_steps = split && has_seldom<Whole>;
+  static constexpr bool slow_terms_have_history = split && phistep::has_history<Kicks>;
   static constexpr bool drifts = Blocks<S>::drifts;
   static constexpr std::size_t blocks = solved_blocks<S>;
   static constexpr bool has_matrix_mass = []<std::size_t... K>(std::index_sequence<K...>) {
@@ -106,6 +112,10 @@ class RightHandSide {
     return !drifts && (MayBeSingular<std::tuple_element_t<K, Masses>> || ...);
   }
   (std::make_index_sequence<blocks>{});
+  static constexpr bool takes_active =
+      requires(std::tuple_element_t<0, Masses>& mass, std::shared_ptr<const ActiveSet> active) {
+    mass.set_active(active);
+  };
   static constexpr bool is_autonomous = !Traits::uses_time;
   /// Whether Ψ depends on the unknowns themselves, and not on r alone.
   static constexpr bool couples_unknowns = !drifts || Traits::uses_velocity || blocks > 1;
@@ -164,14 +174,35 @@ class RightHandSide {
   void begin(Scalar t, Scalar dt, const Plain& y) {
     if constexpr (remembers) {
       trial_ = committed_;
-      begin_force(whole_force(), t, dt, view(y), trial_);
+      if constexpr (!has_inner_steps) begin_force(whole_force(), t, dt, view(y), trial_);
     }
   }
   void commit(Scalar t, const Plain& accepted) {
     if constexpr (remembers) {
-      commit_force(whole_force(), t, view(accepted), trial_);
+      if constexpr (!has_inner_steps) commit_force(whole_force(), t, view(accepted), trial_);
       std::swap(committed_, trial_);
     }
+  }
+  /// An inner step begins, or is done: within the trial history, so that the committed one outlives a step that fails.
+  void begin_rest(Scalar t, Scalar dt, const Plain& y) {
+    if constexpr (remembers) {
+      auto&& memory = Parts<Whole>::template memory<false>(trial_);
+      begin_force(force(), t, dt, view(y), memory);
+    }
+  }
+  void commit_rest(Scalar t, const Plain& accepted) {
+    if constexpr (remembers) {
+      auto&& memory = Parts<Whole>::template memory<false>(trial_);
+      commit_force(force(), t, view(accepted), memory);
+    }
+  }
+  /// f(j, slow term j, its trial history)
+  void for_each_seldom(auto&& f) {
+    constexpr auto places = Parts<Whole>::template places<true>;
+    [&]<std::size_t... J>(std::index_sequence<J...>) {
+      (f(J, std::get<places[J]>(whole_force().terms), memory_of_term<places[J]>(trial_)), ...);
+    }
+    (std::make_index_sequence<places.size()>{});
   }
 
   /// Ψ(t, y), as a tie of its blocks: of `psi`, or of the user's own array where the force returns a reference to one.
@@ -218,6 +249,7 @@ class RightHandSide {
   /// The same between steps, with the kicks of a split scene.
   [[nodiscard]] bool whole_slope(Scalar t, const Plain& y, Plain& out, Rate& psi) {
     begin(t, Scalar{0}, y);  // a force may make its history at its first step
+    if constexpr (remembers && has_inner_steps) begin_force(whole_force(), t, Scalar{0}, view(y), trial_);
     bool finite = slope(t, y, out, psi);
     if constexpr (split) {
       evaluate_kicks(t, y, psi);
@@ -275,6 +307,19 @@ class RightHandSide {
   }
   [[nodiscard]] static bool is_finite(const Plain& y) { return all_finite(Blocks<S>::all(y)); }
   void rebind(Masses masses) { masses_ = std::move(masses); }
+  /// Who is computed from now on (state/active_set.hpp), where masses tell. True where somebody is that was not before.
+  bool set_active(const std::shared_ptr<const ActiveSet>& active) requires takes_active {
+    bool more = false;
+    std::apply(
+        [&](auto&... mass) {
+          const auto set = [&](auto& one) {
+            if constexpr (requires { one.set_active(active); }) more = one.set_active(active) || more;
+          };
+          (set(mass), ...);
+        },
+        masses_);
+    return more;
+  }
 
   /// Which term of a sum spoils Ψ at (t, y), for messages; −1 where that can't be told.
   [[nodiscard]] int offending_term(Scalar t, const Plain& y) {

@@ -53,7 +53,7 @@ inline constexpr bool is_at = false;
 template <class Scheme, class F>
 inline constexpr bool is_at<At<Scheme, F>> = true;
 
-/// Whether a term enters as half kicks.
+/// Whether a term enters as kicks, apart from the others: here, and where it is called seldom (seldom.hpp).
 template <class T>
 inline constexpr bool is_kick = false;
 template <class F>
@@ -106,9 +106,9 @@ struct Parts<Sum<T...>> {
   }
   /// The history that goes with it.
   template <bool kicks, class Memory>
-  [[nodiscard]] static constexpr decltype(auto) memory(const Memory& all) {
+  [[nodiscard]] static constexpr decltype(auto) memory(Memory& all) {
     constexpr auto at = places<kicks>;
-    if constexpr (std::is_same_v<Memory, NoMemory>) {
+    if constexpr (std::is_same_v<std::remove_const_t<Memory>, NoMemory>) {
       return (all);
     } else if constexpr (at.size() == 1) {
       return (std::get<at[0]>(all));

@@ -26,6 +26,7 @@ class ModifiedIncompleteCholesky {
   using Scalar = Number;
   using Matrix = Eigen::SparseMatrix<Scalar>;
   using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
+  static constexpr Scalar omega = Scalar{98} / 100;
 
   /// The lower triangle's pattern.
   void analyzePattern(const Matrix& W) {
@@ -82,7 +83,6 @@ class ModifiedIncompleteCholesky {
   [[nodiscard]] Eigen::ComputationInfo info() const { return is_definite_ ? Eigen::Success : Eigen::NumericalIssue; }
 
  private:
-  static constexpr Scalar omega = Scalar{98} / 100;
   [[nodiscard]] static std::size_t at(int i) { return static_cast<std::size_t>(i); }
   void read(const Matrix& W) {
     std::size_t p = 0;

@@ -30,6 +30,7 @@
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/krylov/eisenstat.hpp"
 #include "phistep/krylov/methods.hpp"
 #include "phistep/krylov/modified_incomplete_cholesky.hpp"
 #include "phistep/matrix/choice.hpp"
@@ -68,9 +69,9 @@ concept ToldOfGamma = requires(P& p, const Matrix& W) {
   p.factorize(W, W.coeff(0, 0), W.coeff(0, 0));
 };
 
-template <class Scalar, class Linear>
-class PreconditionedSystem : public SparseAssembly<Scalar> {
-  using Assembly = SparseAssembly<Scalar>;
+template <class Scalar, class Linear, bool has_K = true, bool has_C = true>
+class PreconditionedSystem : public SparseAssembly<Scalar, has_K, has_C> {
+  using Assembly = SparseAssembly<Scalar, has_K, has_C>;
   using P = typename Linear::Preconditioner;
 
  public:
@@ -83,13 +84,12 @@ class PreconditionedSystem : public SparseAssembly<Scalar> {
   void take(const Linear& linear) { given_ = linear; }
   void resize(Eigen::Index n) {
     Assembly::resize(n);
-    p_.drop();
-    r_.setZero(n);
-    iteration_.resize(n);
+    drop();
   }
-  [[nodiscard]] bool has_solver() const { return static_cast<bool>(p_); }
+  /// False in a copy that has a preconditioner to make.
+  [[nodiscard]] bool has_solver() const { return is_two_sided_ || p_; }
   void forget_pattern() {
-    p_.drop();
+    drop();
     Assembly::forget_pattern();
   }
   /// The next W gets a preconditioner of its own.
@@ -97,34 +97,26 @@ class PreconditionedSystem : public SparseAssembly<Scalar> {
 
   [[nodiscard]] Outcome factorize(const auto& masses, Scalar gamma_force, Scalar gamma_drift, Statistics& statistics) {
     try {
-      if (!p_) Assembly::forget_pattern();
-      bool is_due = this->update_pattern(masses);
-      this->assemble(gamma_force, gamma_drift);
-      if (is_due) {
-        if constexpr (Linear::is_copied) p_.make(given_.preconditioner);
-        else p_.make();
-        if constexpr (requires { p_->analyzePattern(this->matrix()); }) p_->analyzePattern(this->matrix());
-        ++statistics.analyses;
+      if (!has_solver()) Assembly::forget_pattern();
+      const bool is_new = this->update_pattern(masses);
+      this->assemble(masses, gamma_force, gamma_drift);
+      if constexpr (may_be_two_sided) {
+        if (is_new) {
+          p_.drop();
+          fits_ = two_sided_.analyze(this->matrix());
+          if (fits_) ++statistics.analyses;
+        }
+        const auto found = fits_ ? two_sided_.factorize(this->matrix()) : Two::Found::unsymmetric;
+        is_two_sided_ = found != Two::Found::unsymmetric;
+        if (is_two_sided_) ++statistics.factorizations;
+        if (found == Two::Found::indefinite) return Outcome::not_positive_definite;
+        if (is_two_sided_) return Outcome::success;
       }
-      const Scalar ratio = gamma_force / made_for_;
-      is_due = is_due || is_tired_ || !(ratio >= Scalar{0.5} && ratio <= Scalar{2});
-      if constexpr (ToldOfGamma<P, Matrix>) p_->factorize(this->matrix(), gamma_force, gamma_drift);
-      else if (is_due) p_->factorize(this->matrix());
-      else return Outcome::success;
-      ++statistics.factorizations;
+      return precondition_anew(is_new || !p_, gamma_force, gamma_drift, statistics);
     } catch (...) {
-      p_.drop();
+      drop();
       throw;
     }
-    made_for_ = gamma_force;
-    is_tired_ = false;
-    usual_ = -1;
-    if constexpr (requires { p_->info(); })
-      if (p_->info() != Eigen::Success) {
-        is_tired_ = true;
-        return is_symmetric ? Outcome::not_positive_definite : Outcome::linear_solver_failed;
-      }
-    return Outcome::success;
   }
 
   /// x ← W⁻¹ x to a relative residual. @param rtol  0: 1e-4
@@ -151,19 +143,34 @@ class PreconditionedSystem : public SparseAssembly<Scalar> {
   }
   /// … to an error of about `absolute` in the weighted norm. @param weigh  weigh(w) sets the weights
   [[nodiscard]] Outcome solve_within(auto& x, double absolute, auto&& weigh, Statistics& statistics) {
-    weights_.resize(r_.size());
+    const KrylovGoal goal{absolute, 8 * static_cast<double>(Eigen::NumTraits<Scalar>::epsilon())};
+    if constexpr (may_be_two_sided)
+      if (is_two_sided_) return finish(two_sided_.solve_within(with_limit(goal, x.size()), x, weigh), x, statistics);
+    weights_.resize(x.size());
     weigh(weights_);
     r_ = x;
     x.setZero();
-    return iterate({absolute, 8 * static_cast<double>(Eigen::NumTraits<Scalar>::epsilon())}, x, statistics);
+    return iterate(goal, x, statistics);
+  }
+
+  /// x ← P⁻¹ x, b ← W x
+  void approximate(auto& x, auto& b) {
+    if constexpr (may_be_two_sided)
+      if (is_two_sided_) {
+        two_sided_.precondition(x);
+        return multiply(x, b);
+      }
+    precondition(x, b);
+    x = b;
+    multiply(x, b);
   }
 
   // For the methods.
-  void multiply(const auto& x, Vector& out) const {
+  void multiply(const auto& x, auto& out) const {
     if constexpr (is_symmetric) out.noalias() = this->matrix().transpose() * x;  // by dot products
     else out.noalias() = this->matrix() * x;
   }
-  void precondition(const Vector& x, Vector& out) const {
+  void precondition(const auto& x, auto& out) const {
     if constexpr (requires { p_->solve_in_place(out); }) {
       out = x;
       p_->solve_in_place(out);
@@ -174,9 +181,49 @@ class PreconditionedSystem : public SparseAssembly<Scalar> {
   [[nodiscard]] const Vector& weights() const { return weights_; }
 
  private:
+  static constexpr bool may_be_two_sided = is_symmetric && std::same_as<P, ModifiedIncompleteCholesky<Scalar>>;
+  struct Nothing {};
+  using Two = std::conditional_t<may_be_two_sided, EisenstatCg<Scalar>, Nothing>;
+
+  void drop() {
+    p_.drop();
+    is_two_sided_ = false;
+  }
+  [[nodiscard]] Outcome precondition_anew(bool is_due, Scalar gamma_force, Scalar gamma_drift, Statistics& statistics) {
+    if (is_due) {
+      if constexpr (Linear::is_copied) p_.make(given_.preconditioner);
+      else p_.make();
+      if constexpr (requires { p_->analyzePattern(this->matrix()); }) p_->analyzePattern(this->matrix());
+      iteration_.resize(this->matrix().cols());
+      ++statistics.analyses;
+    }
+    const Scalar ratio = gamma_force / made_for_;
+    is_due = is_due || is_tired_ || !(ratio >= Scalar{0.5} && ratio <= Scalar{2});
+    if constexpr (ToldOfGamma<P, Matrix>) p_->factorize(this->matrix(), gamma_force, gamma_drift);
+    else if (is_due) p_->factorize(this->matrix());
+    else return Outcome::success;
+    ++statistics.factorizations;
+    made_for_ = gamma_force;
+    is_tired_ = false;
+    usual_ = -1;
+    if constexpr (requires { p_->info(); })
+      if (p_->info() != Eigen::Success) {
+        is_tired_ = true;
+        return is_symmetric ? Outcome::not_positive_definite : Outcome::linear_solver_failed;
+      }
+    return Outcome::success;
+  }
+  [[nodiscard]] static KrylovGoal with_limit(KrylovGoal goal, Eigen::Index n) {
+    goal.max_iterations = static_cast<int>(std::clamp<Eigen::Index>(2 * n, 10, 1000));
+    return goal;
+  }
   [[nodiscard]] Outcome iterate(KrylovGoal goal, auto& x, Statistics& statistics) {
-    goal.max_iterations = static_cast<int>(std::clamp<Eigen::Index>(2 * r_.size(), 10, 1000));
-    const KrylovEnd end = iteration_.solve(*this, goal, r_, x);
+    goal = with_limit(goal, x.size());
+    if constexpr (may_be_two_sided)
+      if (is_two_sided_) return finish(two_sided_.solve(goal, r_, x), x, statistics);
+    return finish(iteration_.solve(*this, goal, r_, x), x, statistics);
+  }
+  [[nodiscard]] Outcome finish(const KrylovEnd& end, const auto& x, Statistics& statistics) {
     statistics.linear_iterations += end.iterations;
     if (usual_ < 0) usual_ = end.iterations;
     else if (end.iterations > 2 * usual_ + 4) is_tired_ = true;
@@ -186,17 +233,19 @@ class PreconditionedSystem : public SparseAssembly<Scalar> {
   }
 
   Linear given_;
-  OwnSolver<P> p_;
+  [[no_unique_address]] Two two_sided_;  // where W's pattern fits
+  OwnSolver<P> p_;                       // elsewhere
   KrylovIteration<Scalar, Linear::method> iteration_;
   Vector r_, b_, weights_;
-  Scalar made_for_{};      // γ_f
-  int usual_ = -1;         // iterations of the first solve with this preconditioner
-  bool is_tired_ = false;  // it wants to be made anew
+  Scalar made_for_{};                         // γ_f
+  int usual_ = -1;                            // iterations of the first solve with this preconditioner
+  bool is_tired_ = false;                     // it wants to be made anew
+  bool fits_ = false, is_two_sided_ = false;  // two_sided_: W's pattern; the last W, too
 };
 
 template <MatrixFacts facts, class Scalar, class Solver, class Force>
 struct SystemFor<SystemKind::preconditioned, facts, Scalar, Solver, Force> {
-  using type = PreconditionedSystem<Scalar, Solver>;
+  using type = PreconditionedSystem<Scalar, Solver, facts.has_K, facts.has_C>;
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -19,8 +19,8 @@
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/linear/lane_banded_lu.hpp"
-#include "phistep/linear/lane_lu.hpp"
+#include "phistep/linear/lanes/lane_banded_lu.hpp"
+#include "phistep/linear/lanes/lane_lu.hpp"
 #include "phistep/matrix/choice.hpp"
 #include "phistep/matrix/tangents.hpp"
 

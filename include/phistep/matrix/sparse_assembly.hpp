@@ -2,105 +2,134 @@
 /// W = M − γ_f C − γ_f γ_d K as a sparse matrix, assembled from the entries that a force emits.
 ///
 /// A force emits its entries in an order of its own, usually the same each time. The first Jacobian records that order
-/// and the slot of each entry in W; later ones write straight into their slots, and the symbolic analysis is kept. An
+/// as the slot of each entry in W; later ones write straight into their slots, and the symbolic analysis is kept. An
 /// entry out of the recorded order starts a new pattern.
+///
+/// Memory: 12 bytes an entry of W, and 8 for each of K and C that is there; 4 bytes an entry that is emitted. M is read
+/// anew for each W.
 #pragma once
 
 #include <Eigen/SparseCore>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <type_traits>
+#include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "phistep/core/version.hpp"
 #include "phistep/matrix/dense_system.hpp"
+#include "phistep/matrix/sparse_pattern.hpp"
+#include "phistep/matrix/tangents.hpp"
 #include "phistep/simd/update.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// A sparse matrix whose arrays stay in place when it is moved. Eigen 3.4 copies them, and its iterative solvers, which
-/// refer to the arrays, would be left with freed ones.
-template <class Scalar>
-struct StayingMatrix : Eigen::SparseMatrix<Scalar> {
-  StayingMatrix() = default;
-  StayingMatrix(const StayingMatrix&) = default;
-  StayingMatrix(StayingMatrix&& other) noexcept { this->swap(other); }
-  StayingMatrix& operator=(const StayingMatrix&) = default;
-  StayingMatrix& operator=(StayingMatrix&& other) noexcept {
-    this->swap(other);
-    return *this;
-  }
-  ~StayingMatrix() = default;
-};
-
 /// What every sparse system is towards forces, and its W.
 /// @tparam adds_transposes  every entry's transpose has a slot, too
-template <class Scalar, bool adds_transposes = false>
+template <class Scalar, bool has_K = true, bool has_C = true, bool adds_transposes = false>
 class SparseAssembly : public Sizes {
  public:
   using Matrix = Eigen::SparseMatrix<Scalar>;
 
   void resize(Eigen::Index n) {
     W_.resize(n, n);
-    entries_.clear();
+    slots_.clear();
+    found_.clear();
+    written_ = 0;
     has_slots_ = false;
   }
 
   void clear() {
     written_ = 0;
-    if (has_slots_) std::fill(values_.begin(), values_.end(), Tangent{});
-    else entries_.clear();
+    if (has_slots_) tangents_.clear();
+    else found_.clear();
   }
-  void position(Eigen::Index i, Eigen::Index j, Scalar x) { put(i, j, {x, Scalar{0}}); }
-  void velocity(Eigen::Index i, Eigen::Index j, Scalar x) { put(i, j, {Scalar{0}, x}); }
+  void position(Eigen::Index i, Eigen::Index j, Scalar x) {
+    if constexpr (has_K) put<of_K>(i, j, tangents_.K, x);
+  }
+  void velocity(Eigen::Index i, Eigen::Index j, Scalar x) {
+    if constexpr (has_C) put<of_C>(i, j, tangents_.C, x);
+  }
   void rate(Eigen::Index i, Eigen::Index j, Scalar x) { velocity(i, j, x); }
   [[nodiscard]] bool is_finite() const {
+    if (has_slots_) return tangents_.is_finite();
     FiniteWitness<Scalar> witness;
-    for (const Entry& entry : entries_) witness.see(entry.value.K), witness.see(entry.value.C);
+    for (const Found& entry : found_)
+      for (const Scalar x : entry.x) witness.see(x);
     return witness.all_finite();
   }
   /// out += factor K x
   void add_position_product(Scalar factor, const auto& x, auto& out) const {
-    for (const Entry& entry : entries_) out[entry.i] += factor * entry.value.K * x[entry.j];
+    if constexpr (has_K) {
+      if (!has_slots_) {
+        for (const Found& entry : found_) out[entry.i] += factor * entry.x[of_K] * x[entry.j];
+      } else {
+        for (Eigen::Index j = 0; j < W_.cols(); ++j)
+          for (auto p = outer()[j]; p < outer()[j + 1]; ++p) out[inner()[p]] += factor * tangents_.K[p] * x[j];
+      }
+    }
   }
 
-  /// For those who make matrices of their own: completes the pattern of W, and returns whether it is a new one. Then K, C and M slot by slot.
+  /// For those who make matrices of their own: completes the pattern of W, and returns whether it is a new one. Then K and C, and M,
+  /// slot by slot.
   [[nodiscard]] bool settle(const auto& masses) { return update_pattern(masses); }
   [[nodiscard]] const Matrix& pattern() const { return W_; }
-  void for_each_slot(auto&& f) const {
-    for (std::size_t p = 0; p < values_.size(); ++p) f(p, values_[p].K, values_[p].C, mass_values_[p]);
+  void for_each_tangent(auto&& f) const {
+    for (Eigen::Index p = 0; p < W_.nonZeros(); ++p) {
+      Scalar K{0}, C{0};
+      if constexpr (has_K) K = tangents_.K[p];
+      if constexpr (has_C) C = tangents_.C[p];
+      f(static_cast<std::size_t>(p), K, C);
+    }
+  }
+  void for_each_mass(const auto& masses, auto&& f) const {
+    masses([&](Eigen::Index i, Eigen::Index j, auto m) { f(slot(i, j), static_cast<Scalar>(m)); });
   }
 
  protected:
   [[nodiscard]] const Matrix& matrix() const { return W_; }
   /// Makes the pattern where there is none that fits. True: it is new, and wants an analysis.
   [[nodiscard]] bool update_pattern(const auto& masses) {
-    if (has_slots_ && written_ == entries_.size()) return false;
+    if (has_slots_ && written_ == slots_.size()) return false;
+    forget_pattern();
     make_pattern(masses);
     return true;
   }
-  /// Makes the next update_pattern make a new one.
-  void forget_pattern() { has_slots_ = false; }
+  /// Makes the next update_pattern make a new one: the entries wait for it. Those of one slot have the sum in the first's place.
+  void forget_pattern() {
+    if (!has_slots_) return;
+    found_.clear();
+    found_.reserve(slots_.size());
+    for (std::size_t k = 0; k < written_; ++k) {
+      const Slot p = slots_[k];
+      const auto j = static_cast<Slot>(std::upper_bound(outer(), outer() + W_.cols() + 1, p) - outer() - 1);
+      Found& entry = found_.emplace_back(Found{{}, inner()[p], j});
+      if constexpr (has_K) entry.x[of_K] = std::exchange(tangents_.K[p], Scalar{0});
+      if constexpr (has_C) entry.x[of_C] = std::exchange(tangents_.C[p], Scalar{0});
+    }
+    has_slots_ = false;
+  }
 
   /// Fills W.
-  void assemble(Scalar gamma_force, Scalar gamma_drift) {
-    Scalar* const w = W_.valuePtr();
-    const auto* const outer = W_.outerIndexPtr();
-    double share = 0, largest = 0;
-    for (Eigen::Index j = 0; j < W_.cols(); ++j) {
-      // Column by column: a heavy component must not hide how stiff the others are.
-      Scalar largest_K{0}, largest_w{0};
-      for (auto p = static_cast<std::size_t>(outer[j]); p < static_cast<std::size_t>(outer[j + 1]); ++p) {
-        w[p] = mass_values_[p] - gamma_force * (values_[p].C + gamma_drift * values_[p].K);
-        largest_K = std::max(largest_K, std::abs(values_[p].K));
-        largest_w = std::max(largest_w, std::abs(w[p]));
+  void assemble(const auto& masses, Scalar gamma_force, Scalar gamma_drift) {
+    Eigen::Map<Vector> w{W_.valuePtr(), W_.nonZeros()};
+    w = tangents_.part(gamma_force, gamma_drift);
+    for_each_mass(masses, [&w](std::size_t p, Scalar m) { w[static_cast<Eigen::Index>(p)] += m; });
+    double share = 0;
+    if constexpr (has_K)
+      for (Eigen::Index j = 0; j < W_.cols(); ++j) {
+        // Column by column: a heavy component must not hide how stiff the others are.
+        Scalar largest_K{0}, largest_w{0};
+        for (auto p = outer()[j]; p < outer()[j + 1]; ++p) {
+          largest_K = std::max(largest_K, std::abs(tangents_.K[p]));
+          largest_w = std::max(largest_w, std::abs(w[p]));
+        }
+        if (largest_w > Scalar{0})
+          share = std::max(share, static_cast<double>(std::abs(gamma_force * gamma_drift) * largest_K / largest_w));
       }
-      if (largest_w > Scalar{0})
-        share = std::max(share, static_cast<double>(std::abs(gamma_force * gamma_drift) * largest_K / largest_w));
-      largest = std::max(largest, static_cast<double>(largest_w));
-    }
-    set(share, largest);
+    set(share, largest(w));
   }
 
   /// Whether each W_ij has a slot for W_ji and |W_ij − W_ji| ≤ tolerance · (the largest entry of columns i and j). In one pass:
@@ -132,78 +161,74 @@ class SparseAssembly : public Sizes {
   [[nodiscard]] Scalar diagonal(Eigen::Index i) const { return columns_[static_cast<std::size_t>(i)].diagonal; }
 
  private:
-  struct Tangent {
-    Scalar K{0}, C{0};
-  };
+  using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
+  using Slot = typename Matrix::StorageIndex;
   struct Column {
     Scalar largest, diagonal;
-    typename Matrix::StorageIndex next;  // slot whose transpose has not come yet
+    Slot next;  // slot whose transpose has not come yet
   };
-  struct Entry {
-    Eigen::Index i, j;
-    Tangent value;
-    std::size_t slot;
+  static constexpr std::size_t kinds = has_K && has_C ? 2 : 1, of_K = 0, of_C = kinds - 1;
+  struct Found {
+    std::array<Scalar, kinds> x;
+    Slot i, j;
   };
 
-  void put(Eigen::Index i, Eigen::Index j, Tangent x) {
+  template <std::size_t kind>
+  void put(Eigen::Index i, Eigen::Index j, Vector& tangent, Scalar x) {
     if (has_slots_) {
-      if (written_ < entries_.size() && entries_[written_].i == i && entries_[written_].j == j) {
-        Entry& entry = entries_[written_++];
-        entry.value = x;
-        values_[entry.slot].K += x.K;
-        values_[entry.slot].C += x.C;
-        return;
+      if (written_ < slots_.size() && 0 <= j && j < W_.cols()) {
+        const Slot p = slots_[written_];
+        if (inner()[p] == i && outer()[j] <= p && p < outer()[j + 1]) {
+          tangent[p] += x;
+          ++written_;
+          return;
+        }
       }
-      entries_.resize(written_);
-      has_slots_ = false;
+      forget_pattern();
     }
-    entries_.push_back({i, j, x, 0});
-    written_ = entries_.size();
+    found_.push_back({{}, static_cast<Slot>(i), static_cast<Slot>(j)});
+    found_.back().x[kind] = x;
   }
 
   void make_pattern(const auto& masses) {
-    has_slots_ = false;  // until all of this is done
-    std::vector<Eigen::Triplet<Scalar>> triplets;
-    const auto add = [&triplets](Eigen::Index i, Eigen::Index j) {
-      triplets.emplace_back(index(i), index(j), Scalar{0});
-      if (adds_transposes && i != j) triplets.emplace_back(index(j), index(i), Scalar{0});
-    };
-    entries_.resize(written_);
-    triplets.reserve((adds_transposes ? 2 : 1) * entries_.size());
-    for (const Entry& entry : entries_) add(entry.i, entry.j);
-    masses([&](Eigen::Index i, Eigen::Index j, auto) { add(i, j); });
-    for (Eigen::Index i = 0; i < W_.rows(); ++i) add(i, i);
-    StayingMatrix<Scalar> W;  // one that runs out of memory on the way is good for nothing but its destructor
-    W.resize(W_.rows(), W_.cols());
-    W.setFromTriplets(triplets.begin(), triplets.end());
-    W.makeCompressed();
-    W_.swap(W);
-    const auto slots = static_cast<std::size_t>(W_.nonZeros());
-    values_.assign(slots, {});
-    mass_values_.assign(slots, Scalar{0});
-    for (Entry& entry : entries_) {
-      entry.slot = slot(entry.i, entry.j);
-      values_[entry.slot].K += entry.value.K;
-      values_[entry.slot].C += entry.value.C;
+    SparsePattern pattern{W_.cols()};
+    pattern.make([&](auto&& add) {
+      const auto both = [&add](Eigen::Index i, Eigen::Index j) {
+        add(i, j);
+        if (adds_transposes && i != j) add(j, i);
+      };
+      for (const Found& entry : found_) both(entry.i, entry.j);
+      masses([&both](Eigen::Index i, Eigen::Index j, auto) { both(i, j); });
+      for (Eigen::Index i = 0; i < W_.cols(); ++i) add(i, i);
+    });
+    pattern.give_to(W_);
+    tangents_.resize(W_.nonZeros());
+    slots_.resize(found_.size());
+    for (std::size_t k = 0; k < found_.size(); ++k) {
+      const Found& entry = found_[k];
+      const auto p = static_cast<Slot>(slot(entry.i, entry.j));
+      slots_[k] = p;
+      if constexpr (has_K) tangents_.K[p] += entry.x[of_K];
+      if constexpr (has_C) tangents_.C[p] += entry.x[of_C];
     }
-    masses([&](Eigen::Index i, Eigen::Index j, auto m) { mass_values_[slot(i, j)] += static_cast<Scalar>(m); });
+    written_ = slots_.size();
+    std::vector<Found>{}.swap(found_);
     has_slots_ = true;
   }
-  [[nodiscard]] static typename Matrix::StorageIndex index(Eigen::Index i) {
-    return static_cast<typename Matrix::StorageIndex>(i);
-  }
+  [[nodiscard]] const Slot* outer() const { return W_.outerIndexPtr(); }
+  [[nodiscard]] const Slot* inner() const { return W_.innerIndexPtr(); }
   [[nodiscard]] std::size_t slot(Eigen::Index i, Eigen::Index j) const {
-    const auto* const rows = W_.innerIndexPtr();
-    const auto *const first = rows + W_.outerIndexPtr()[j], *const last = rows + W_.outerIndexPtr()[j + 1];
-    return static_cast<std::size_t>(std::lower_bound(first, last, index(i)) - rows);
+    const Slot *p = inner() + outer()[j], *const last = inner() + outer()[j + 1];
+    for (int k = 0; k < 8 && p != last && *p < i; ++k) ++p;  // most columns are short
+    return static_cast<std::size_t>(std::lower_bound(p, last, static_cast<Slot>(i)) - inner());
   }
 
   StayingMatrix<Scalar> W_;
-  std::vector<Entry> entries_;   // in the force's order
-  std::vector<Tangent> values_;  // by slot of W
-  std::vector<Scalar> mass_values_;
-  std::vector<Column> columns_;  // of is_symmetric
-  std::size_t written_ = 0;
+  Tangents<Vector, has_K, has_C> tangents_;  // by slot of W
+  std::vector<Slot> slots_;                  // of the force's entries, in its order
+  std::vector<Found> found_;                 // its entries, while there is no pattern
+  std::vector<Column> columns_;              // of is_symmetric
+  std::size_t written_ = 0;                  // entries with slots so far
   bool has_slots_ = false;
 };
 

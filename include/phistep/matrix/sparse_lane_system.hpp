@@ -9,7 +9,7 @@
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/linear/lane_sparse_lu.hpp"
+#include "phistep/linear/lanes/lane_sparse_lu.hpp"
 #include "phistep/matrix/choice.hpp"
 #include "phistep/matrix/lane_system.hpp"
 
@@ -32,10 +32,9 @@ class SparseLaneSystem {
       is_analyzed_ = true;
     }
     auto& W = lu_.values();
-    system.for_each_slot([&](std::size_t slot, Scalar K, Scalar C, Scalar m) {
-      W[slot] = shift.template of_tangents<facts>(K, C);
-      if (m != Scalar{0}) shift.add_mass(W[slot], m);
-    });
+    system.for_each_tangent(
+        [&](std::size_t slot, Scalar K, Scalar C) { W[slot] = shift.template of_tangents<facts>(K, C); });
+    system.for_each_mass(masses, [&](std::size_t slot, Scalar m) { shift.add_mass(W[slot], m); });
     ++statistics.factorizations;
     return lu_.factorize() ? Outcome::success : Outcome::singular_matrix;
   }

@@ -21,9 +21,9 @@
 namespace phistep::inline PHISTEP_ABI {
 
 /// Sparse W over any solver with Eigen's interface (analyzePattern, factorize, solve, info).
-template <class Scalar, class Solver>
-class SparseSystem : public SparseAssembly<Scalar> {
-  using Assembly = SparseAssembly<Scalar>;
+template <class Scalar, class Solver, bool has_K = true, bool has_C = true>
+class SparseSystem : public SparseAssembly<Scalar, has_K, has_C> {
+  using Assembly = SparseAssembly<Scalar, has_K, has_C>;
 
  public:
   using Matrix = Eigen::SparseMatrix<Scalar>;
@@ -46,7 +46,7 @@ class SparseSystem : public SparseAssembly<Scalar> {
         solver_->analyzePattern(this->matrix());
         ++statistics.analyses;
       }
-      this->assemble(gamma_force, gamma_drift);
+      this->assemble(masses, gamma_force, gamma_drift);
       ++statistics.factorizations;
       solver_->factorize(this->matrix());
     } catch (...) {  // of memory it didn't get: Eigen's solvers can't be used any more then
@@ -94,11 +94,11 @@ class SparseSystem : public SparseAssembly<Scalar> {
 /// LU unless the user names a solver: right for every tangent, symmetric or not.
 template <MatrixFacts facts, class Scalar, class Solver, class Force>
 struct SystemFor<SystemKind::sparse, facts, Scalar, Solver, Force> {
-  using type = SparseSystem<Scalar, Eigen::SparseLU<Eigen::SparseMatrix<Scalar>>>;
+  using type = SparseSystem<Scalar, Eigen::SparseLU<Eigen::SparseMatrix<Scalar>>, facts.has_K, facts.has_C>;
 };
 template <MatrixFacts facts, class Scalar, class Solver, class Force>
 struct SystemFor<SystemKind::own, facts, Scalar, Solver, Force> {
-  using type = SparseSystem<Scalar, Solver>;
+  using type = SparseSystem<Scalar, Solver, facts.has_K, facts.has_C>;
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -36,9 +36,9 @@ namespace phistep::inline PHISTEP_ABI {
 enum class Symmetry { promised, sought };
 
 /// @tparam differenced  K and C are differences, and symmetric no closer than these are exact
-template <class Scalar, Symmetry symmetry, bool differenced>
-class SymmetricSparseSystem : public SparseAssembly<Scalar, symmetry == Symmetry::promised> {
-  using Assembly = SparseAssembly<Scalar, symmetry == Symmetry::promised>;
+template <class Scalar, Symmetry symmetry, bool differenced, bool has_K = true, bool has_C = true>
+class SymmetricSparseSystem : public SparseAssembly<Scalar, has_K, has_C, symmetry == Symmetry::promised> {
+  using Assembly = SparseAssembly<Scalar, has_K, has_C, symmetry == Symmetry::promised>;
   static constexpr bool sought = symmetry == Symmetry::sought;
 
  public:
@@ -90,7 +90,7 @@ class SymmetricSparseSystem : public SparseAssembly<Scalar, symmetry == Symmetry
       ldlt_.drop();
       lu_.drop();
     }
-    this->assemble(gamma_force, gamma_drift);
+    this->assemble(masses, gamma_force, gamma_drift);
     if constexpr (sought) {
       ++statistics.factorizations;
       is_known_ = true;
@@ -159,12 +159,13 @@ class SymmetricSparseSystem : public SparseAssembly<Scalar, symmetry == Symmetry
 
 template <MatrixFacts facts, class Scalar, class Solver, class Force>
 struct SystemFor<SystemKind::symmetric_sparse, facts, Scalar, Solver, Force> {
-  using type = SymmetricSparseSystem<Scalar, Symmetry::promised, facts.differenced>;
+  using type = SymmetricSparseSystem<Scalar, Symmetry::promised, facts.differenced, facts.has_K, facts.has_C>;
 };
 /// Differences of an affine force are as exact as what it could supply.
 template <MatrixFacts facts, class Scalar, class Solver, class Force>
 struct SystemFor<SystemKind::sparse_either, facts, Scalar, Solver, Force> {
-  using type = SymmetricSparseSystem<Scalar, Symmetry::sought, facts.differenced && !facts.constant>;
+  using type =
+      SymmetricSparseSystem<Scalar, Symmetry::sought, facts.differenced && !facts.constant, facts.has_K, facts.has_C>;
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

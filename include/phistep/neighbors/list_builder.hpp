@@ -20,8 +20,7 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// @tparam cells_a_range  see CellOrder
-template <int dim, int cells_a_range = 2>
+template <int dim>
 class ListBuilder {
  public:
   /// @param r      dim × N [length]
@@ -51,10 +50,10 @@ class ListBuilder {
   }
 
  private:
-  static constexpr int reach = CellOrder<dim, cells_a_range>::reach, span = 2 * reach + 1;
-  static constexpr std::size_t lines = dim == 3 ? span * span : span;
+  static constexpr int reach_x = CellOrder<dim>::reach(0), reach = CellOrder<dim>::reach(1);
+  static constexpr std::size_t span = 2 * reach + 1, lines = dim == 3 ? span * span : span;
   using P = Pack<double, native_width<double>>;
-  using Cells = std::vector<typename CellOrder<dim, cells_a_range>::Cell>;
+  using Cells = std::vector<typename CellOrder<dim>::Cell>;
 
   /// The slots in a line of cells along x.
   struct Line {
@@ -131,7 +130,7 @@ class ListBuilder {
                nz = static_cast<std::int64_t>(order_.cells_along(2));
     const auto k = static_cast<std::int64_t>(key);
     const std::int64_t cx = k % nx, cy = k / nx % ny, cz = k / nx / ny;
-    const std::int64_t from_x = std::max<std::int64_t>(cx - reach, 0), to_x = std::min(cx + reach, nx - 1) + 1;
+    const std::int64_t from_x = std::max<std::int64_t>(cx - reach_x, 0), to_x = std::min(cx + reach_x, nx - 1) + 1;
     std::size_t l = 0;
     for (std::int64_t dz = dim == 3 ? -reach : 0; dz <= (dim == 3 ? reach : 0); ++dz)
       for (std::int64_t dy = -reach; dy <= reach; ++dy, ++l) {
@@ -185,7 +184,7 @@ class ListBuilder {
     return out;
   }
 
-  CellOrder<dim, cells_a_range> order_;
+  CellOrder<dim> order_;
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -17,6 +17,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <span>
 #include <stdexcept>
@@ -30,6 +31,7 @@
 #include "phistep/neighbors/domain.hpp"
 #include "phistep/neighbors/list_builder.hpp"
 #include "phistep/neighbors/neighbor_list.hpp"
+#include "phistep/neighbors/skin.hpp"
 #include "phistep/simd/update.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -38,11 +40,14 @@ namespace phistep::inline PHISTEP_ABI {
 struct NeighborReference {
   std::vector<double> positions;  ///< R, dim × N [length]
   Domain domain;
-  std::vector<std::uint8_t> still;  ///< as in Body
+  std::vector<std::uint8_t> still;               ///< as in Body
+  double skin = 0;                               ///< [length]
+  mutable std::uint64_t listed = 0, tested = 0;  ///< what the list took, once it has been made
 
   void archive(auto& ar) {
     ar("positions", positions, "lower", domain.lower, "length", domain.length, "periodic", domain.periodic, "still",
-       still);
+       still, "skin", skin, "listed", listed, "tested", tested);
+    ar.check(skin >= 0 && std::isfinite(skin));
     // From where a position isn't a number, nothing would ever have moved.
     for (const auto& x : {std::span<const double>(positions), std::span<const double>(domain.lower),
                           std::span<const double>(domain.length)})
@@ -55,12 +60,13 @@ struct NeighborReference {
 struct NeighborMemory {
   static constexpr bool is_cache = true;
   mutable std::shared_ptr<const NeighborReference> reference;
-  mutable std::int32_t age = 0;  ///< steps accepted since
+  mutable std::int32_t age = 0;     ///< steps accepted since
+  mutable bool is_pattern = false;  ///< a matrix has an entry for each pair listed: the skin stays as it is
 
   void archive(auto& ar) {
     using Ar = std::remove_cvref_t<decltype(ar)>;
     bool has = reference != nullptr;
-    ar("has_list", has, "age", age);
+    ar("has_list", has, "age", age, "is_pattern", is_pattern);
     ar.check(age >= -1);
     if constexpr (Ar::reading) {
       auto read = has ? std::make_shared<NeighborReference>() : nullptr;
@@ -87,6 +93,7 @@ struct NeighborRange {
   double skin;    ///< [length]
   ListPolicy policy{};
   std::int32_t pad = 1;
+  bool finds_skin = false;  ///< `skin` is where it starts from
 
   /// @throws std::invalid_argument where that can't be
   void check() const {
@@ -118,15 +125,17 @@ class Neighbors {
                            const std::vector<std::uint8_t>& still, const NeighborRange& range,
                            const NeighborMemory& memory) {
     if (!serves(memory.reference.get(), r, particles, domain, still, range, memory.age)) {
+      const double skin = skin_after(memory, particles, domain, still, range);
       memory.age = memory.reference == nullptr ? 0 : -1;  // the first is made before a step, others at its end
       // The list of just these positions may be at hand: from an energy computed there.
-      const bool known = built_ != nullptr && built_->domain == domain && built_->still == still &&
+      const bool known = built_ != nullptr && built_->skin == skin && built_->domain == domain &&
+                         built_->still == still &&
                          built_->positions.size() == static_cast<std::size_t>(particles) * dim &&
                          std::equal(built_->positions.begin(), built_->positions.end(), r, [](double x, Scalar y) {
                            return std::bit_cast<std::uint64_t>(x) ==
                                   std::bit_cast<std::uint64_t>(static_cast<double>(y));  // a checkpoint tells −0 from 0
                          });
-      memory.reference = known ? built_ : remember(r, particles, domain, still);
+      memory.reference = known ? built_ : remember(r, particles, domain, still, skin);
     }
     if (built_ != memory.reference || !(range_ == key(range))) build(memory.reference, range);
     return list_;
@@ -137,11 +146,13 @@ class Neighbors {
                            const std::vector<std::uint8_t>& still, const NeighborRange& range) {
     NeighborMemory memory;
     memory.reference = built_;
-    return list(r, particles, domain, still, {range.cutoff, range.skin, {}, range.pad}, memory);
+    const double skin = built_ != nullptr && range.finds_skin ? built_->skin : range.skin;
+    return list(r, particles, domain, still, {range.cutoff, skin, {}, range.pad}, memory);
   }
 
-  /// The list made last.
+  /// The list made last, and its skin: 0 before the first.
   [[nodiscard]] const NeighborList& current() const { return list_; }
+  [[nodiscard]] double skin() const { return built_ ? built_->skin : 0.0; }
   /// How many lists were made so far, and what they took.
   [[nodiscard]] std::uint64_t rebuilds() const { return rebuilds_; }
   [[nodiscard]] std::uint64_t pairs_tested() const { return list_.pairs_tested(); }
@@ -149,17 +160,37 @@ class Neighbors {
 
  private:
   using Key = std::pair<double, std::int32_t>;
-  [[nodiscard]] static Key key(const NeighborRange& range) { return {range.cutoff + range.skin, range.pad}; }
+  [[nodiscard]] static Key key(const NeighborRange& range) { return {range.cutoff, range.pad}; }
+
+  [[nodiscard]] static bool is_of(const NeighborReference* reference, Eigen::Index particles, const Domain& domain,
+                                  const std::vector<std::uint8_t>& still) {
+    return reference != nullptr && reference->positions.size() == static_cast<std::size_t>(particles) * dim &&
+           reference->domain == domain && reference->still == still;
+  }
 
   template <class Scalar>
   [[nodiscard]] static bool serves(const NeighborReference* reference, const Scalar* r, Eigen::Index particles,
                                    const Domain& domain, const std::vector<std::uint8_t>& still,
                                    const NeighborRange& range, std::int32_t age) {
-    if (reference == nullptr || reference->positions.size() != static_cast<std::size_t>(particles) * dim ||
-        reference->domain != domain || reference->still != still)
+    if (!is_of(reference, particles, domain, still) || (!range.finds_skin && reference->skin != range.skin))
       return false;
     if (range.policy.every > 0) return age < range.policy.every - 1;
-    return moved(reference->positions.data(), r, particles) <= range.skin;
+    return moved(reference->positions.data(), r, particles) <= reference->skin;
+  }
+
+  /// The skin for the next list, where the memory's has served its time.
+  [[nodiscard]] static double skin_after(const NeighborMemory& memory, Eigen::Index particles, const Domain& domain,
+                                         const std::vector<std::uint8_t>& still, const NeighborRange& range) {
+    const NeighborReference* const last = memory.reference.get();
+    if (!range.finds_skin || last == nullptr) return range.skin;
+    if (memory.is_pattern || particles == 0 || !is_of(last, particles, domain, still)) return last->skin;
+    double longest = std::numeric_limits<double>::infinity();  // fewer than two periods: images would be the most of it
+    for (std::size_t a = 0; a < dim; ++a)
+      if (domain.periodic[a]) longest = std::min(longest, domain.length[a] / 2 - range.cutoff);
+    const auto n = static_cast<double>(particles);
+    return next_skin<dim>(
+        range.cutoff, last->skin,
+        {static_cast<double>(last->listed) / n, static_cast<double>(last->tested) / n, memory.age + 1}, longest);
   }
 
   /// The sum of the two largest displacements. What is not a number has not moved: a new list would not help.
@@ -188,12 +219,13 @@ class Neighbors {
 
   template <class Scalar>
   std::shared_ptr<const NeighborReference> remember(const Scalar* r, Eigen::Index particles, const Domain& domain,
-                                                    const std::vector<std::uint8_t>& still) {
+                                                    const std::vector<std::uint8_t>& still, double skin) {
     built_.reset();
     std::shared_ptr<NeighborReference> reference = pool_.take();
     reference->positions.assign(r, r + particles * dim);
     reference->domain = domain;
     reference->still = still;
+    reference->skin = skin;
     return reference;
   }
 
@@ -209,16 +241,17 @@ class Neighbors {
       };
       if (range.cutoff > from.domain.length[a]) refuse("cutoff", range.cutoff);
       // Eight images are searched: with a longer reach pairs would be missed.
-      if (range.cutoff + range.skin > 6 * from.domain.length[a]) refuse("skin", range.skin);
+      if (range.cutoff + from.skin > 6 * from.domain.length[a]) refuse("skin", from.skin);
     }
     try {
       builder_.build(from.positions.data(), static_cast<std::int32_t>(from.positions.size() / dim), from.domain,
-                     from.still, range.cutoff + range.skin, range.pad, list_);
+                     from.still, range.cutoff + from.skin, range.pad, list_);
     } catch (...) {
       list_.rows.clear();  // current() must not lead to rows that were never filled
       throw;
     }
     ++rebuilds_;
+    from.listed = list_.pairs_listed(), from.tested = list_.pairs_tested();
     range_ = key(range);
     built_ = reference;
   }

@@ -16,7 +16,8 @@ namespace phistep::inline PHISTEP_ABI {
 
 /// Who may act on whom. A term of pairs offers `for_each_pair(memory, f)`, with f(i, j) called for every pair that acts or
 /// may soon act, indices being the user's, and `pair_changes()`, a number that changes where others may act from now on
-/// (without it, pairs are asked for at each step). One that acts on each particle by itself says `acts_on_each`.
+/// (without it, pairs are asked for at each step); `acts_by_touch` says that spheres apart don't act. One that acts on each
+/// particle by itself says `acts_on_each`.
 template <class F, int dim>
 inline constexpr bool tells_its_pairs = requires(F& f, const MemoryOf<F>& memory, void (*pair)(Index, Index)) {
   f.for_each_pair(memory, pair);
@@ -25,11 +26,14 @@ inline constexpr bool tells_its_pairs = requires(F& f, const MemoryOf<F>& memory
 template <class... T, int dim>
 inline constexpr bool tells_its_pairs<Sum<T...>, dim> = (tells_its_pairs<Unwrapped<T>, dim> && ...);
 
+/// pair(i, j, by_touch) for all.
 template <class F, class Memory, class Pair>
 void for_each_pair_of(F& force, const Memory& memory, Pair&& pair) {
+  constexpr bool by_touch = requires { requires F::acts_by_touch; };
+  const auto put = [&pair](Index i, Index j) { pair(i, j, by_touch); };
   if constexpr (is_sum<F>)
     for_each_term(force, memory, [&pair](auto, auto& term, const auto& its) { for_each_pair_of(term, its, pair); });
-  else if constexpr (requires { force.for_each_pair(memory, pair); }) force.for_each_pair(memory, pair);
+  else if constexpr (requires { force.for_each_pair(memory, put); }) force.for_each_pair(memory, put);
 }
 
 /// A number that changes where for_each_pair_of changes; −1 where unknown.

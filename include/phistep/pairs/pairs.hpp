@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
@@ -31,12 +32,13 @@
 #include "phistep/simd/dual.hpp"
 #include "phistep/simd/pack.hpp"
 #include "phistep/simd/pack_math.hpp"
+#include "phistep/state/active_set.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
 /// Of the neighbour list behind a Pairs term.
 struct PairOptions {
-  double skin = 0;      ///< [length] listed beyond the cutoff; 0: 0.16 of the cutoff
+  double skin = 0;      ///< [length] listed beyond the cutoff; 0: it finds its own width (skin.hpp), from 0.16 r_c on
   ListPolicy policy{};  ///< when the list is made anew
 };
 
@@ -82,7 +84,9 @@ class Pairs : public ForceTerm {
   /// @param cutoff  r_c [length]: no force from there on
   /// @throws std::invalid_argument unless it is finite and > 0, and the skin finite and >= 0
   explicit Pairs(Law pair_law, double cutoff, PairOptions options = {})
-      : law(std::move(pair_law)), range_{cutoff, options.skin == 0 ? 0.16 * cutoff : options.skin, options.policy} {
+      : law(std::move(pair_law)),
+        range_{cutoff, options.skin == 0 ? 0.16 * cutoff : options.skin, options.policy, 1,
+               options.skin == 0 && options.policy.every == 0} {
     range_.check();
   }
 
@@ -92,8 +96,11 @@ class Pairs : public ForceTerm {
     using Scalar = typename S::Scalar;
     const NeighborList& list = gather<S>(y, &memory);
     Scalar* const force = out.force.data();
+    const ActiveSet* const active = active_set(y);
     for_each_row(list, [&](const NeighborList::Row& row, const std::int32_t* neighbors, std::size_t) {
-      Scalar* const to = force + std::ptrdiff_t{S::dim} * list.slots[static_cast<std::size_t>(row.slot)].particle;
+      const std::int32_t particle = list.slots[static_cast<std::size_t>(row.slot)].particle;
+      if (active != nullptr && !active->has(particle)) return;
+      Scalar* const to = force + std::ptrdiff_t{S::dim} * particle;
       prefetch(to);
       P f[S::dim];
       for (P& component : f) component = P{0};
@@ -140,7 +147,11 @@ class Pairs : public ForceTerm {
   }
   [[nodiscard]] std::uint64_t pair_changes() const { return rebuilds(); }
   [[nodiscard]] double cutoff() const { return range_.cutoff; }
-  [[nodiscard]] double skin() const { return range_.skin; }
+  /// Of the list in use; before the first, the one it starts with.
+  [[nodiscard]] double skin() const {
+    const double now = std::max(work_.three.skin(), work_.two.skin());
+    return now > 0 ? now : range_.skin;
+  }
   /// Lists made so far; distances computed and neighbours found by the last one.
   [[nodiscard]] std::uint64_t rebuilds() const { return work_.three.rebuilds() + work_.two.rebuilds(); }
   [[nodiscard]] std::uint64_t pairs_tested() const { return work_.three.pairs_tested() + work_.two.pairs_tested(); }
@@ -259,6 +270,7 @@ class Pairs : public ForceTerm {
     using S = Shape<decltype(y)>;
     using Scalar = typename S::Scalar;
     const NeighborList& list = gather<S>(y, memory);
+    if (memory != nullptr) memory->is_pattern = true;
     for (std::size_t k = 0; k < list.rows.size(); ++k) {
       const std::int32_t own = list.rows[k].slot, i = list.slots[static_cast<std::size_t>(own)].particle;
       const Scalar* const xi = place<Scalar>(own);

@@ -39,6 +39,7 @@ struct SchemeDefaults {
   static void reset() {}     ///< the next step is the first
   static void accepted() {}  ///< the step just advanced has become the state
   static constexpr bool traces = false, interpolates = false, is_sure_inside = false, reads_weights = false;
+  static constexpr bool has_inner_steps = false;  ///< its slopes don't tell what is inside, nor whether Δt may change
   [[nodiscard]] static bool takes_singular_mass() { return false; }  ///< M y' = Ψ with a singular M: never asks for M⁻¹
   static constexpr std::array<double, 2> doubtful_at = usually_doubtful;
 };

@@ -25,7 +25,7 @@ struct SleepReport {
   std::int64_t woken = 0;          ///< how often one was woken
   std::int64_t skipped = 0;        ///< particle-steps that were not computed
   double energy_removed = 0;       ///< kinetic energy taken from those put to rest [energy]
-  double impulse_not_applied = 0;  ///< Σ∫|F|dt over sleepers [force·time]
+  double impulse_not_applied = 0;  ///< Σ∫|F|dt over sleepers, F what pushed each on the mean before [force·time]
 
   void archive(auto& ar) {
     ar("asleep", asleep, "fell_asleep", fell_asleep, "woken", woken, "skipped", skipped, "energy_removed",

@@ -3,18 +3,20 @@
 ///
 ///     Sleeping stepper{PhiStepper{grains, force, symplectic_euler}, SleepOptions{.speed = 1e-3}};
 ///
-/// A particle falls asleep when it has been slower than `speed` for `steps` steps, by its velocity and by the way it has
-/// come. It is then held where it is. Those whose neighbours sleep as well are not computed at all; those near a particle that is
-/// awake are watched: they take part in each step, and are put back after it. What pushed one during the last `steps` steps
-/// adds up, and when it would have made it faster than `speed` it wakes. (Not longer ago: who is held somewhere in a tiny
-/// vibration feels a constant force that would have moved it by F/k and no further.) So a blow wakes what it reaches, and
-/// an island sleeps on as long as everything around it does. One that a small force had been moving all along is looked at
-/// again when that would have made it as fast, then after twice that time, and so on. A particle that the user edits wakes,
-/// and all do after stepper().force() and reset(). The whole scene asleep, a step is nothing at all: until anything is
-/// changed, the state, a support, a property of the bodies, which then wakes all.
+/// A particle that has been slower than `speed` for `steps` steps, by its velocity and by the way it has come, is watched;
+/// if it touches nobody awake (is near, where the force doesn't act by touch) it falls asleep: it stays where it is, and no
+/// force on it is computed. Those watched move as any other, and as soon as one is faster than `speed`, or has come further
+/// than `speed` lets it between two checks, the sleepers that it touches are watched. So a blow goes through: it wakes what it
+/// reaches, and whom it doesn't reach sleeps on. One that a small force had been moving all along is looked at again when
+/// that would have made it as fast as `speed`, then after twice that time, and so on. A particle that the user edits wakes, or
+/// whose properties are changed; those beside a sleeper or a support that is moved or goes are watched. All wake after
+/// stepper().force() and reset(). The whole scene asleep, a step is nothing at all: until anything is changed, which
+/// then wakes all.
 ///
-/// Not seen: a force that changes with time by itself; and, as long as a particle is awake, that a body held by the user
-/// moves or goes, under one that sleeps.
+/// Who sleeps is left out of the stepper's active set (state/active_set.hpp): lists and springs stay over all. Where more
+/// than nine tenths would be computed anyway, nobody sleeps.
+///
+/// Not seen: a force that changes with time by itself.
 ///
 /// Nothing is dropped in silence: report() has how much kinetic energy was removed and how much ∫|F|dt was not applied,
 /// and compare_sleep() runs a scene both ways and prints the difference in the user's own observables.
@@ -25,6 +27,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <memory>
 #include <new>
 #include <stdexcept>
 #include <type_traits>
@@ -32,6 +35,7 @@
 #include <vector>
 
 #include "phistep/archive/archive.hpp"
+#include "phistep/core/recycled.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/version.hpp"
@@ -41,6 +45,8 @@
 #include "phistep/simd/fingerprint.hpp"
 #include "phistep/sleep/sleep_report.hpp"
 #include "phistep/sleep/sleepers.hpp"
+#include "phistep/sleep/touch_graph.hpp"
+#include "phistep/state/active_set.hpp"
 #include "phistep/state/particles.hpp"
 #include "phistep/state/parts.hpp"
 
@@ -77,7 +83,7 @@ class Sleeping {
       if (std::exchange(changes_, stepper_.changes()) != stepper_.changes())
         sleepers_.wake_all();  // the force may be another one
     adopt(state, origin);
-    if (put_off_) part(state, false);
+    if (put_off_) part(state);
     if (is_all_asleep() && std::isfinite(dt) && std::isfinite(t) && t + dt != t &&
         sleepers_.clock + std::abs(dt) < sleepers_.review) {
       ++steps_;
@@ -86,15 +92,14 @@ class Sleeping {
     }
     const StepReport report = stepper_.step(state, t, dt, sleepers_.meddled ? Origin::unknown : origin);
     if (!report) return report;
-    sleepers_.meddled = has_other_pairs_ = false;
+    sleepers_.meddled = false;
     ++steps_;
     sleepers_.pass(dt);
-    sleepers_.put_back(state);
-    if (sleepers_.since_check >= sleepers_.options.every) {
-      sleepers_.check(state);
-      part_if_possible(state, steps_ / sleepers_.options.every % 4 == 0);
-    } else if (sleepers_.changed || (sleepers_.report.asleep > 0 && have_pairs_changed())) {
-      part_if_possible(state, false);
+    try {
+      look_around(state, dt);
+    } catch (const std::bad_alloc&) {  // behind a step it is too late to fail: put off until the next
+      graph_.forget();
+      put_off_ = true;
     }
     return report;
   }
@@ -130,36 +135,37 @@ class Sleeping {
   void save(Writer& out) const {
     sleepers_.archive_all(out, sleepers_.all);
     save_parts(out, "report", sleepers_.report, "id", sleepers_.id, "rest", sleepers_.rest, "sample", sleepers_.sample,
-               "velocity", sleepers_.velocity, "push", sleepers_.push);
+               "velocity", sleepers_.velocity);
     with_counters(*this, [&out](auto&... part) { save_parts(out, part...); });
   }
   void load(Reader& in, auto&& then) {
     Sleepers<S> read{sleepers_.options};
     read.archive_all(in, read.all);
-    in("report", read.report, "id", read.id, "rest", read.rest, "sample", read.sample, "velocity", read.velocity,
-       "push", read.push);
+    in("report", read.report, "id", read.id, "rest", read.rest, "sample", read.sample, "velocity", read.velocity);
     const auto n = static_cast<Index>(read.all.size());
     in.check(static_cast<Index>(read.id.size()) == n);
-    for (const Vectors* x : {&read.rest, &read.sample, &read.velocity, &read.push}) in.check(x->cols() == n);
+    for (const Vectors* x : {&read.rest, &read.sample, &read.velocity}) in.check(x->cols() == n);
     with_counters(*this, [&](auto&... part) { load_parts(in, then, part...); });
     sleepers_.all = std::move(read.all), sleepers_.id = std::move(read.id), sleepers_.report = read.report;
     sleepers_.rest = std::move(read.rest), sleepers_.sample = std::move(read.sample);
-    sleepers_.velocity = std::move(read.velocity), sleepers_.push = std::move(read.push);
+    sleepers_.velocity = std::move(read.velocity);
     body_ = 0;
+    graph_.forget();
     if constexpr (requires { stepper_.changes(); }) changes_ = stepper_.changes();
   }
 
  private:
+  using Kind = Sleeper::Kind;
   static void with_counters(auto& self, auto&& f) {
     auto& sleepers = self.sleepers_;
     f("steps", self.steps_, "since_check", sleepers.since_check, "clock", sleepers.clock, "checked", sleepers.checked,
-      "review", sleepers.review, "impulse_rate", sleepers.impulse_rate, "meddled", sleepers.meddled, "parted",
-      sleepers.changed, "free", sleepers.free, "deep", sleepers.deep, "fell_asleep_as", self.fell_asleep_as_, "bodies",
-      self.bodies_, "stepper", self.stepper_);
+      "review", sleepers.review, "impulse_rate", sleepers.impulse_rate, "meddled", sleepers.meddled, "changed",
+      sleepers.changed, "free", sleepers.free, "fell_asleep_as", self.fell_asleep_as_, "bodies", self.bodies_, "scene",
+      self.scene_, "stepper", self.stepper_);
   }
 
   [[nodiscard]] bool is_all_asleep() const {
-    return sleepers_.free == sleepers_.report.asleep && !sleepers_.changed && sleepers_.free > 0;
+    return sleepers_.free == sleepers_.report.asleep && !sleepers_.changed && sleepers_.free > 0 && !supports_move_;
   }
 
   /// Whether anything isn't as it was when the last one fell asleep.
@@ -172,117 +178,194 @@ class Sleeping {
     out(body);
     return fingerprint(out.bytes().data(), static_cast<std::ptrdiff_t>(out.bytes().size()));
   }
+  [[nodiscard]] static std::uint64_t bits_of(const auto& body, Index i) {
+    const auto of = [i](const auto& column) { return column.size() == 0 ? 0 : static_cast<double>(column[i]); };
+    const double all[] = {of(body.mass), of(body.radius), of(body.type), of(body.charge)};
+    return fingerprint(all, 4);
+  }
   /// Follows what the user did to the particles since the last step.
   void adopt(S& state, Origin origin) {
-    if (body_ != state.body().serial) {
-      if (sleepers_.id != state.id()) {
-        sleepers_.match(state, [&] { wake_beside_the_erased(state); });
-        has_other_pairs_ = true;
-      }
-      // Flags that this stepper didn't set are the user's.
-      for (Index i = 0; i < state.size(); ++i) {
-        const bool held = state.body().is_still(i) && !sleepers_[i].flagged;
-        if (held) sleepers_[i].kind = Sleeper::Kind::held;
-        else if (sleepers_[i].kind == Sleeper::Kind::held) sleepers_[i] = Sleeper{};
-        else if (sleepers_[i].kind == Sleeper::Kind::deep && !state.body().is_still(i)) sleepers_.wake(i);
-      }
-      sleepers_.count();
-      body_ = state.body().serial;
-      sleepers_.changed = true;
-    }
-    for (Index i = 0; i < state.size() && origin != Origin::unedited && sleepers_.report.asleep > 0; ++i) {
-      if (!sleepers_[i].is_asleep()) continue;
-      bool same =
-          (state.r.col(i).array() == sleepers_.rest.col(i).array()).all() && (state.v.col(i).array() == 0).all();
-      if constexpr (spins) same = same && (state.omega.col(i).array() == 0).all();
-      if (!same) sleepers_.wake(i);
-    }
-    const auto is_flagged = [](const Sleeper& one) { return one.flagged; };
-    if (sleepers_.changed &&
-        (sleepers_.report.asleep > 0 || std::any_of(sleepers_.all.begin(), sleepers_.all.end(), is_flagged)))
-      part(state, false);
+    if (body_ != state.body().serial) adopt_bodies(state);
+    if (origin != Origin::unedited && sleepers_.report.asleep > 0) find_edits(state);
+    if (sleepers_.changed) part(state);
   }
-  /// The pairs are still those of the step before, and so are the indices.
+  void adopt_bodies(S& state) {
+    const auto& body = state.body();
+    if (sleepers_.id != state.id()) {
+      sleepers_.match(state, [&] { wake_beside_the_erased(state); });
+      graph_.forget();
+    }
+    Writer box;
+    box(body.box, body.inertia_factor);
+    const auto scene = fingerprint(box.bytes().data(), static_cast<std::ptrdiff_t>(box.bytes().size()));
+    if (std::exchange(scene_, scene) != scene) sleepers_.wake_all();
+    for (Index i = 0; i < state.size(); ++i) {
+      Sleeper& one = sleepers_[i];
+      const std::uint64_t bits = bits_of(body, i);
+      if (std::exchange(one.properties, bits) != bits && one.is_asleep()) sleepers_.wake(i, Kind::awake);
+      if (body.is_still(i)) {
+        if (one.kind != Kind::held) sleepers_.rest.col(i) = state.r.col(i);
+        one.kind = Kind::held;
+      } else if (one.kind == Kind::held) {
+        one = Sleeper{.properties = bits, .since = sleepers_.clock};
+      }
+    }
+    sleepers_.count();
+    body_ = body.serial;
+    sleepers_.changed = true;
+  }
+  /// Sleepers and supports that aren't where they were.
+  void find_edits(const S& state) {
+    for (Index i = 0; i < state.size(); ++i) {
+      Sleeper& one = sleepers_[i];
+      if (!one.is_asleep() && one.kind != Kind::held) continue;
+      const bool stays = (state.r.col(i).array() == sleepers_.rest.col(i).array()).all();
+      bool rests = (state.v.col(i).array() == 0).all();
+      if constexpr (spins) rests = rests && (state.omega.col(i).array() == 0).all();
+      if (one.is_asleep()) {
+        if (stays && rests) continue;
+        wake_beside(i);
+        sleepers_.wake(i, Kind::awake);
+      } else {
+        if (!stays && !one.moves) wake_beside(i);
+        if (rests == one.moves) sleepers_.changed = true;
+        sleepers_.rest.col(i) = state.r.col(i);
+      }
+    }
+  }
+  /// Whoever may touch i is watched.
+  void wake_beside(Index i) {
+    if (!graph_.is_of(sleepers_.size())) return sleepers_.wake_all();
+    for (const TouchGraph::Edge& edge : graph_.of(i))
+      if (sleepers_[edge.other].is_asleep()) sleepers_.wake(edge.other, Kind::watched);
+  }
+  /// The graph is still that of the step before, and so are the indices.
   void wake_beside_the_erased(const S& state) {
-    std::vector<std::uint8_t> is_gone(sleepers_.id.size(), std::uint8_t{1});
+    if (sleepers_.report.asleep == 0) return;
     std::size_t k = 0;
     for (std::size_t old = 0; old < sleepers_.id.size(); ++old) {
       while (k < state.id().size() && state.id()[k] < sleepers_.id[old]) ++k;
-      if (k < state.id().size() && state.id()[k] == sleepers_.id[old]) is_gone[old] = 0;
+      if (k < state.id().size() && state.id()[k] == sleepers_.id[old]) continue;
+      wake_beside(static_cast<Index>(old));
     }
-    const auto wake_other = [&](Index i, Index j) {
-      if (is_gone[static_cast<std::size_t>(i)] != 0 && sleepers_[j].is_asleep()) sleepers_.wake(j);
-    };
-    if (sleepers_.report.asleep > 0)
-      for_each_pair_of(stepper_.force_to_look_at(), stepper_.memory(), [&](Index i, Index j) {
-        if (std::max(i, j) >= static_cast<Index>(sleepers_.id.size())) return;
-        wake_other(i, j), wake_other(j, i);
-      });
   }
-  /// All particles that may touch a sleeper before the pairs change again are among them: only then it has to be watched.
-  [[nodiscard]] bool have_pairs_changed() {
+
+  /// After a step: who has become fast, whom that reaches, and from time to time who may sleep.
+  void look_around(S& state, Scalar dt) {
+    if (sleepers_.report.asleep > 0) {
+      if (!knows_pairs()) find_pairs(state), find_frontier(state);
+      watch(state, dt);
+    }
+    if (sleepers_.since_check >= sleepers_.options.every) {
+      sleepers_.check(state);
+      lull(state, dt);
+    }
+    if (sleepers_.changed) part(state);
+  }
+  [[nodiscard]] bool knows_pairs() {
     const std::int64_t changes = pair_changes_of(stepper_.force_to_look_at());
-    return changes < 0 || changes != pair_changes_;
+    return graph_.is_of(sleepers_.size()) && changes >= 0 && changes == pair_changes_;
   }
-  /// Behind a step it is too late to fail: without the memory for it, it is put off until the next.
-  void part_if_possible(S& state, bool leave_out) {
-    try {
-      part(state, leave_out);
-    } catch (const std::bad_alloc&) {
-      put_off_ = true;
-    }
-  }
-  /// Parts sleepers into those within two neighbours of a particle that is awake, watched from now on, and the others.
-  /// Each change of what is computed costs a search for neighbours: particles are left out many at a time.
-  void part(S& state, bool leave_out) {
-    sleepers_.changed = false;
+  void find_pairs(const S& state) {
+    graph_.build(state.size(),
+                 [this](auto&& f) { for_each_pair_of(stepper_.force_to_look_at(), stepper_.memory(), f); });
     pair_changes_ = pair_changes_of(stepper_.force_to_look_at());
-    // Until the next step the pairs of particles that came or stayed are unknown: all count as near to each other.
-    ring_.assign(sleepers_.all.size(), has_other_pairs_ ? std::uint8_t{2} : std::uint8_t{9});
-    for (std::size_t i = 0; i < sleepers_.all.size(); ++i)
-      if (sleepers_.all[i].kind == Sleeper::Kind::awake) ring_[i] = 0;
-    for (std::uint8_t ring = 0; ring < 2 && sleepers_.report.asleep > 0 && !has_other_pairs_; ++ring)
-      for_each_pair_of(stepper_.force_to_look_at(), stepper_.memory(), [&](Index i, Index j) {
-        auto &a = ring_[static_cast<std::size_t>(i)], &b = ring_[static_cast<std::size_t>(j)];
-        if (a == ring && b > ring + 1) b = static_cast<std::uint8_t>(ring + 1);
-        if (b == ring && a > ring + 1) a = static_cast<std::uint8_t>(ring + 1);
+  }
+  /// f(sleeper) for those on whom i acts.
+  void for_each_reached(const S& state, Index i, Scalar dt, auto&& f) {
+    for (const TouchGraph::Edge& edge : graph_.of(i))
+      if (sleepers_[edge.other].is_asleep() && TouchGraph::acts(state, i, edge, dt)) f(Index{edge.other});
+  }
+  void watch(const S& state, Scalar dt) {
+    const auto wake = [&](Index j) { sleepers_.wake(j, Kind::watched); };
+    for (const auto& [i, edge] : frontier_)
+      if (sleepers_[edge.other].is_asleep() && TouchGraph::acts(state, i, edge, dt)) wake(edge.other);
+    for (const std::int32_t i : watched_) {
+      Sleeper& one = sleepers_[i];
+      const bool fast = sleepers_.is_fast(state, i);
+      if (fast) one.kind = Kind::awake, one.quiet = 0, sleepers_.changed = true;
+      else if (!sleepers_.has_moved(state, i, dt)) continue;
+      sleepers_.rest.col(i) = state.r.col(i);
+      for_each_reached(state, i, dt, wake);
+    }
+  }
+  /// Puts to sleep who is watched and touches nobody awake.
+  void lull(S& state, Scalar dt) {
+    tired_.clear();
+    for (Index i = 0; i < state.size(); ++i)
+      if (sleepers_.may_sleep(state, i)) tired_.push_back(static_cast<std::int32_t>(i));
+    if (!tired_.empty() && !knows_pairs()) find_pairs(state);
+    std::erase_if(tired_, [&](Index i) {
+      const auto around = graph_.of(i);
+      return std::any_of(around.begin(), around.end(), [&](const TouchGraph::Edge& edge) {
+        return sleepers_[edge.other].disturbs() && TouchGraph::acts(state, i, edge, dt);
       });
-    leave_out = leave_out || sleepers_.report.asleep == sleepers_.free;
-    bool changed = false;
-    std::vector<std::uint8_t> still(sleepers_.all.size(), std::uint8_t{0});
-    bool any = false;
-    for (std::size_t i = 0; i < sleepers_.all.size(); ++i) {
-      Sleeper& one = sleepers_.all[i];
-      if (one.is_asleep()) {
-        if (ring_[i] <= 2) one.kind = Sleeper::Kind::watched;
-        else if (leave_out) one.kind = Sleeper::Kind::deep;
+    });
+    if (10 * (sleepers_.report.asleep + static_cast<std::int64_t>(tired_.size())) < sleepers_.free) {
+      if (sleepers_.report.asleep > 0)
+        for (Index i = 0; i < state.size(); ++i)
+          if (sleepers_[i].is_asleep()) sleepers_.wake(i, Kind::watched);
+      return;
+    }
+    for (const std::int32_t i : tired_) sleepers_.fall_asleep(state, i);
+  }
+  /// Makes the lists and the active set of who is awake, watched, asleep.
+  void part(S& state) {
+    put_off_ = true;  // until it is done
+    watched_.clear(), flags_.assign(sleepers_.all.size(), std::uint8_t{0});
+    supports_move_ = false;
+    for (Index i = 0; i < state.size(); ++i) {
+      Sleeper& one = sleepers_[i];
+      if (one.kind == Kind::watched) watched_.push_back(static_cast<std::int32_t>(i));
+      if (one.kind == Kind::held) {
+        one.moves = (state.v.col(i).array() != 0).any();
+        if constexpr (spins) one.moves = one.moves || (state.omega.col(i).array() != 0).any();
+        supports_move_ = supports_move_ || one.moves;
       }
-      one.flagged = one.kind == Sleeper::Kind::deep;
-      still[i] = one.kind == Sleeper::Kind::held || one.flagged ? 1 : 0;
-      any = any || still[i] != 0;
-      changed = changed || (still[i] != 0) != state.body().is_still(static_cast<Index>(i));
+      flags_[static_cast<std::size_t>(i)] = one.kind == Kind::awake || one.kind == Kind::watched ? 1 : 0;
     }
-    if (changed) {
-      if (!any) still.clear();
-      state.set_still(std::move(still));
-    }
-    put_off_ = false;
-    body_ = state.body().serial;
     sleepers_.count();
+    find_frontier(state);
+    if (sleepers_.report.asleep == 0) {
+      stepper_.set_active(nullptr);
+    } else {
+      const std::shared_ptr<ActiveSet> active = sets_.take();
+      active->assign(flags_, next_body_serial());
+      stepper_.set_active(active);
+    }
+    sleepers_.changed = put_off_ = false;
     if (!is_all_asleep()) return;
     fell_asleep_as_.remember(Scalar{0}, state);
     bodies_ = bits_of(state.body());
   }
+  /// Pairs of somebody awake with a sleeper.
+  void find_frontier(const S& state) {
+    frontier_.clear();
+    if (sleepers_.report.asleep == 0 || !graph_.is_of(state.size())) return;
+    for (Index i = 0; i < state.size(); ++i) {
+      if (!sleepers_[i].disturbs()) continue;
+      for (const TouchGraph::Edge& edge : graph_.of(i))
+        if (sleepers_[edge.other].is_asleep()) frontier_.push_back({static_cast<std::int32_t>(i), edge});
+    }
+  }
 
   Stepper stepper_;
   Sleepers<S> sleepers_;
-  std::vector<std::uint8_t> ring_;
-  std::uint64_t body_ = 0;
+  TouchGraph graph_;
+  struct Meeting {
+    std::int32_t mover;
+    TouchGraph::Edge edge;
+  };
+  std::vector<Meeting> frontier_;
+  std::vector<std::int32_t> watched_, tired_;
+  std::vector<std::uint8_t> flags_;
+  Recycled<ActiveSet> sets_;
+  std::uint64_t body_ = 0, scene_ = 0;
   EditGuard<S, false, false> fell_asleep_as_;  // and with these …
   std::uint64_t bodies_ = 0;                   // … properties
   std::int64_t steps_ = 0, pair_changes_ = 0, changes_ = 0;
   bool put_off_ = false;
-  bool has_other_pairs_ = false;  // than those of the force's last evaluation
+  bool supports_move_ = false;
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

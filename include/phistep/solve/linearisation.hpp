@@ -168,7 +168,7 @@ class Linearisation {
                               [[maybe_unused]] const SolveTolerance<Plain>& allowed = {}) {
     ++statistics.solves;
     const Outcome outcome = [&] {
-      if constexpr (follows_tolerance)
+      if constexpr (follows_tolerance || (matrix_free && stages))
         if (allowed.target > 0 && (stages || options.linear_rtol == 0))
           return system_.solve_within(
               x, (stages ? 0.3 : 1.0) * inexact_share * allowed.target,
@@ -185,6 +185,9 @@ class Linearisation {
     if (scale_ != Scalar{1}) x *= scale_;
     return all_finite(x.data(), x.size()) ? Outcome::success : Outcome::singular_matrix;
   }
+  /// x ← P⁻¹ x, b ← W x, with a preconditioner P.
+  void approximate(auto& x, auto& b) requires requires(System& system) { system.approximate(x, b); }
+  { system_.approximate(x, b); }
   /// The same with factors of the very γ, by a small system that can only fail by what shows in x.
   static constexpr bool solves_in_registers =
       (row.kind == SystemKind::dense || row.kind == SystemKind::static_pattern) && n_static != Eigen::Dynamic &&

@@ -5,7 +5,8 @@
 ///
 ///     W x = b   gives   γ J x = M x − b,   to be compared with   γ [Ψ(t, y + εx) − Ψ(t, y)]/ε                   (1)
 ///
-/// in one force call, whatever solves with W; where they disagree, in a second one on the other side, since Ψ may bend or
+/// in one force call, whatever solves with W; an iterative solver that can multiply with W takes the x of its preconditioner, and
+/// b = W x. Where they disagree, in a second one on the other side, since Ψ may bend or
 /// have a kink there, and in a third that tells how much of it is rounding. For motion x = (γx_v, x_v), and Jx is Cx_v + γKx_v.
 #pragma once
 
@@ -43,8 +44,8 @@ class TangentCheck {
   void resize(const Plain& y) {
     size_ = direction_ = probe_ = y;
     rate_ = make_rate<S>(y);
-    b_.setZero(unknowns<S>(y));
-    tangent_ = measured_ = b_;
+    tangent_.setZero(unknowns<S>(y));
+    measured_ = tangent_;
     begin();
   }
   /// Another force, or another pattern: all over again.
@@ -60,18 +61,25 @@ class TangentCheck {
     due_ = false;
     choose_sizes(rhs, gamma, y, psi);
     Statistics uncounted;
-    tangent_ = b_;
-    if (const Outcome outcome = matrix.solve(tangent_, options, uncounted); outcome != Outcome::success) return outcome;
+    Unknown& b = measured_;  // before anything is measured
+    tangent_ = b;
+    double rest = 0;
+    if constexpr (requires { matrix.approximate(tangent_, b); }) {
+      matrix.approximate(tangent_, b);
+    } else {
+      if (const Outcome outcome = matrix.solve(tangent_, options, uncounted); outcome != Outcome::success)
+        return outcome;
+      rest = options.linear_rtol * std::sqrt(static_cast<double>(b.size())) * largest(b);
+    }
+    const double size_of_b = largest(b);
     set_direction(gamma);
     multiply(rhs, direction_, tangent_);
-    const double cancelled = largest(tangent_) + largest(b_);
-    tangent_ -= b_;
+    const double cancelled = largest(tangent_) + size_of_b;
+    tangent_ -= b;
     leave_out_held(rhs, tangent_);
     const Scalar step = step_length();
     if (!(step > 0)) return Outcome::success;  // nothing moves: there is nothing to look at
-    const Rounding rounding{
-        16 * unit * cancelled + options.linear_rtol * std::sqrt(static_cast<double>(b_.size())) * largest(b_),
-        16 * unit * std::abs(static_cast<double>(gamma / step))};
+    const Rounding rounding{16 * unit * cancelled + rest, 16 * unit * std::abs(static_cast<double>(gamma / step))};
     const bool right = measure(rhs, gamma, t, y, psi, step);
     if (right && agrees(measured_, 0, psi, rounding)) return Outcome::success;
     const auto first = measured_;
@@ -96,7 +104,7 @@ class TangentCheck {
     double product, difference;
   };
 
-  /// A usual size for each component, what it is or how far a step moves it, and b = M s with these and random signs.
+  /// A usual size for each component, what it is or how far a step moves it, and b = M s with these and random signs: in measured_.
   void choose_sizes(const Rhs& rhs, Scalar gamma, const Plain& y, const Rate& psi) {
     for_each_block(
         [&](auto, auto& size, const auto& now, const auto& rate, const auto& mass) {
@@ -122,7 +130,7 @@ class TangentCheck {
     Xorshift random{0x9e3779b97f4a7c15u * (seen_ + 1)};
     for_each_number([&random](auto, Scalar& to, Scalar size) { to = random.sign(size); }, Blocks<S>::solved(direction_),
                     Blocks<S>::solved(size_));
-    multiply(rhs, direction_, b_);
+    multiply(rhs, direction_, measured_);
   }
   /// out = M x
   void multiply(const Rhs& rhs, const Plain& x, Unknown& out) {
@@ -215,7 +223,7 @@ class TangentCheck {
 
   Plain size_, direction_, probe_;
   Rate rate_;
-  Unknown b_, tangent_, measured_;
+  Unknown tangent_, measured_;
   std::uint64_t seen_ = 0;
   bool due_ = false;
 };

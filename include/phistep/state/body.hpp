@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <cstdint>
@@ -16,6 +17,7 @@
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/simd/update.hpp"
+#include "phistep/state/active_set.hpp"
 #include "phistep/state/box.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -95,7 +97,8 @@ struct Body {
 };
 
 /// M of one block: a mass (inertia, capacity) m a particle, the same for each of its `rows` components. Of particles held
-/// still the inverse is 0, so that no force moves them; their weight is that of their mass.
+/// still, and of those that are not computed, the inverse is 0, so that no force moves them; their weight is that of their
+/// mass.
 template <class Scalar, int rows>
 class ParticleMasses {
   using Column = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
@@ -107,15 +110,35 @@ class ParticleMasses {
   /// @param mass  [mass] of each particle, finite and > 0
   /// @throws std::invalid_argument where one isn't
   ParticleMasses(const Column& mass, const std::vector<std::uint8_t>& still)
-      : mass_(mass), inverse_(rows * mass.size()) {
+      : mass_(mass), inverse_(rows * mass.size()), still_(still) {
     for (Eigen::Index i = 0; i < mass_.size(); ++i) {
       if (!(mass_[i] > 0) || !std::isfinite(mass_[i]) || !std::isfinite(1 / mass_[i]))
         throw std::invalid_argument("phistep: the mass of particle " + std::to_string(i) +
                                     " must be finite and > 0, and so must one over it");
-      const bool held = !still.empty() && still[static_cast<std::size_t>(i)] != 0;
-      inverse_.template segment<rows>(rows * i).setConstant(held ? Scalar{0} : Scalar{1} / mass_[i]);
+      set_inverse(i);
     }
+    if (std::find_if(still.begin(), still.end(), [](auto held) { return held != 0; }) == still.end()) return;
+    std::vector<std::uint8_t> moves(still.size());
+    for (std::size_t i = 0; i < still.size(); ++i) moves[i] = still[i] != 0 ? 0 : 1;
+    auto movers = std::make_shared<ActiveSet>();
+    movers->assign(moves, next_body_serial());
+    movers_ = active_ = std::move(movers);
   }
+
+  /// Who is computed from now on, nobody held; null, or a set of other particles: all that move. True where somebody is that
+  /// was not before.
+  bool set_active(std::shared_ptr<const ActiveSet> now) {
+    if (!now || now->size() != mass_.size()) now = movers_;
+    const std::shared_ptr<const ActiveSet> before = std::exchange(active_, std::move(now));
+    if (before == active_) return false;
+    bool more = false;
+    for (Eigen::Index i = 0; i < mass_.size(); ++i) {
+      const bool was = !before || before->has(i), is = !active_ || active_->has(i);
+      if (was != is) set_inverse(i), more = more || is;
+    }
+    return more;
+  }
+  [[nodiscard]] const ActiveSet* active() const { return active_.get(); }
 
   /// [mass] of particle i
   [[nodiscard]] Scalar of(Eigen::Index i) const { return mass_[i]; }
@@ -141,7 +164,14 @@ class ParticleMasses {
     return inverse_[i] > 0 ? m : std::ldexp(m, sizeof(Scalar) == 4 ? 40 : 120);
   }
 
+  void set_inverse(Eigen::Index i) {
+    const bool held = (!still_.empty() && still_[static_cast<std::size_t>(i)] != 0) || (active_ && !active_->has(i));
+    inverse_.template segment<rows>(rows * i).setConstant(held ? Scalar{0} : Scalar{1} / mass_[i]);
+  }
+
   Column mass_, inverse_;
+  std::vector<std::uint8_t> still_;
+  std::shared_ptr<const ActiveSet> movers_, active_;  // those not held, none: all; of them, those computed
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

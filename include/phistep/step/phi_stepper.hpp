@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -19,11 +20,13 @@
 #include "phistep/linear/mass.hpp"
 #include "phistep/problem/kernel.hpp"
 #include "phistep/problem/transaction.hpp"
+#include "phistep/schemes/respa.hpp"
 #include "phistep/schemes/scheme_on.hpp"
 #include "phistep/schemes/splitting.hpp"
 #include "phistep/solve/fixed_point_resolvent.hpp"
 #include "phistep/solve/local_resolvent.hpp"
 #include "phistep/solve/newton.hpp"
+#include "phistep/state/active_set.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/combination.hpp"
 #include "phistep/state/parts.hpp"
@@ -41,7 +44,13 @@ class PhiStepper {
   using Rhs = RightHandSide<S, F, Masses, split>;
   using Traits = typename Rhs::Traits;
   using Alone = SchemeOn<Scheme, S>;
-  using Working = std::conditional_t<split, SplitScheme<Alone, S, Rhs>, Alone>;
+  static auto working_type() {
+    if constexpr (Rhs::has_inner_steps && slow_halves<Scheme> >= 0)
+      return std::type_identity<RespaScheme<Alone, S, Rhs, slow_halves<Scheme>>>{};
+    else if constexpr (split) return std::type_identity<SplitScheme<Alone, S, Rhs>>{};
+    else return std::type_identity<Alone>{};
+  }
+  using Working = typename decltype(working_type())::type;
   static constexpr KernelNeeds needs = [] {
     if constexpr (Traits::valid) return Working::template needs<Rhs>;
     else return KernelNeeds{};
@@ -66,6 +75,7 @@ class PhiStepper {
   static_assert(
       suits<Unwrapped<F>, Scheme>,
       "phistep: at(scheme, term) takes forward_euler or the stepper's own scheme (terms at other phi: not yet)");
+  static_assert(RespaRefusal<Unwrapped<F>, Scheme>::is_said);
   static_assert(!is_at<F>, "phistep: at(scheme, term) marks a term of a sum, there is no sum here");
   static_assert(
       !Scheme::facts.motion_only || Rhs::drifts,
@@ -100,10 +110,12 @@ class PhiStepper {
     }
   }
 
+  /// Some terms are called once in several inner steps (force/seldom.hpp).
+  static constexpr bool has_inner_steps = Working::has_inner_steps;
   static constexpr StepperFacts facts{.traces = Working::traces,
                                       .interpolates = Working::interpolates,
                                       .is_sure_inside = Working::is_sure_inside,
-                                      .solves_nothing = !needs.solver && !needs.stages,
+                                      .solves_nothing = !needs.solver && !needs.stages && !has_inner_steps,
                                       .reads_weights = needs.solver || needs.stages || Working::reads_weights,
                                       .refactorizes = needs.stages && !Traits::is_affine,
                                       .is_affine = Traits::is_affine,
@@ -194,6 +206,20 @@ class PhiStepper {
     working_.interpolate(x, dt, y0, y1, out);
   }
   [[nodiscard]] const Statistics& statistics() const { return kernel_.rhs().statistics(); }
+  /// Of a sum: how often each term was evaluated, in their order.
+  [[nodiscard]] auto calls_by_term() const requires is_sum<Unwrapped<F>> {
+    using Sum = Unwrapped<F>;
+    std::array<std::int64_t, std::tuple_size_v<decltype(Sum::terms)>> calls;
+    calls.fill(statistics().force_calls);
+    if constexpr (split) {
+      constexpr auto kicks = Parts<Sum>::template places<true>;
+      for (std::size_t j = 0; j < kicks.size(); ++j) {
+        if constexpr (has_inner_steps) calls[kicks[j]] = working_.calls(j);
+        else calls[kicks[j]] = statistics().kick_calls;
+      }
+    }
+    return calls;
+  }
   /// How the library solves the linear equations of this scheme, force and mass; "none" where there are none.
   [[nodiscard]] const char* solver_name() const { return kernel_.solver_name(); }
   /// Whether a constant Δt spares factorizations.
@@ -201,6 +227,11 @@ class PhiStepper {
   /// The scheme at work: stage values of the last step, where it has some.
   [[nodiscard]] const Working& working() const { return working_; }
 
+  /// Who is computed from now on (state/active_set.hpp); null: all. The force stays the same: slopes kept elsewhere hold.
+  void set_active(std::shared_ptr<const ActiveSet> active) requires Rhs::takes_active {
+    active_ = std::move(active);
+    follow_active();
+  }
   /// M of the solved blocks, one bound mass each.
   [[nodiscard]] const Masses& masses() const { return kernel_.rhs().masses(); }
 
@@ -315,12 +346,21 @@ class PhiStepper {
     fresh.resize(copy);
     kernel_.resize(state, copy, std::move(masses));
     working_ = std::move(fresh);
+    if constexpr (Rhs::takes_active) follow_active();
     refuse_singular_mass();
+  }
+  void follow_active() {
+    kernel_.forget_solves();
+    if (!kernel_.rhs().set_active(active_)) return;
+    kernel_.forget_force();
+    working_.forget();
   }
 
   [[no_unique_address]] Scheme scheme_;
   [[no_unique_address]] MassSpec mass_;
   Kernel kernel_;
+  struct Nothing {};
+  [[no_unique_address]] std::conditional_t<Rhs::takes_active, std::shared_ptr<const ActiveSet>, Nothing> active_;
   [[no_unique_address]] Working working_;
   std::optional<RateOf<S>> slope_psi_;  // scratch, kept for the next slope
   std::int64_t changes_ = 0;

@@ -22,10 +22,23 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
+/// Of a stepper, or of the one inside it: steps have inner steps, whose number ties them to one length.
+template <class Stepper>
+inline constexpr bool has_inner_steps = [] {
+  if constexpr (requires { Stepper::has_inner_steps; }) return Stepper::has_inner_steps;
+  else if constexpr (requires(Stepper & outer) { outer.stepper(); })
+    return has_inner_steps<std::remove_cvref_t<decltype(std::declval<Stepper&>().stepper())>>;
+  else return false;
+}();
+
 /// @tparam Pace         of the run: it judges steps where it sees their error
 /// @tparam keeps_start  the step can be undone, and looked into
 template <class Stepper, State S, class Pace, bool keeps_start>
 class StepAttempt {
+  static_assert(!Pace::varies || !has_inner_steps<Stepper>,
+                "phistep: seldom(k, term) takes steps of one length, fixed(dt): a step that changes would meet "
+                "resonances, and nothing tells its error");
+
  public:
   using StepperType = Stepper;
   using StateType = S;

@@ -153,12 +153,17 @@ class Assessment {
                                : "The force has no Jacobian, and there are too many unknowns for differences: give it "
                                  "jacobian(...) or add_jacobian(...).");
     if (report_.verdict == Verdict::unstable)
-      say(report_.stable_dt == 0 ? "Never stable without damping: phi < 1/2 adds energy to every vibration, at any dt."
-                                 : "The stiffest mode grows without bound: dt is " +
-                                       short_number(dt / report_.stable_dt) + " times what is stable.");
+      say(!problem_.slow.empty()
+              ? "The outer step is " + short_number(dt / report_.stable_dt) +
+                    " times what is stable: it comes to half a period of the fast motion, which the slow "
+                    "terms then drive."
+          : report_.stable_dt == 0
+              ? "Never stable without damping: phi < 1/2 adds energy to every vibration, at any dt."
+              : "The stiffest mode grows without bound: dt is " + short_number(dt / report_.stable_dt) +
+                    " times what is stable.");
     if (!has_dt()) return;
     const bool stable = dt <= report_.stable_dt;
-    const double fast = std::abs(fastest()) * dt;
+    const double fast = std::abs(fastest()) * dt / report_.inner_steps;
     if (stable && fast > 1) {
       const std::string factor = short_number(report_.fastest_factor);
       if (report_.fastest_factor > 0.9)
@@ -187,7 +192,7 @@ class Assessment {
   }
 
   [[nodiscard]] double limit_of(const Method& method) const {
-    if (problem_.has_kicks && !problem_.kicks.is_zero()) {
+    if ((problem_.has_kicks && !problem_.kicks.is_zero()) || !problem_.slow.empty()) {
       LinearisedProblem plain{problem_.whole, problem_.whole,     {},   problem_.masses,
                               problem_.block, problem_.tolerance, false};
       return below(stable_step(method, plain, spectrum_));
@@ -195,8 +200,16 @@ class Assessment {
     return below(stable_step(method, problem_, spectrum_));
   }
   void advise() {
+    if (!problem_.slow.empty() && report_.verdict != Verdict::fine) {
+      const double dt = std::min(report_.accurate_dt, 0.9 * report_.stable_dt);
+      if (std::isfinite(dt))
+        report_.recommended = {scheme_, dt,
+                               "The outer step, of " + std::to_string(report_.inner_steps) +
+                                   " inner steps; a smaller k leaves them longer."};
+      return;
+    }
     if (report_.verdict == Verdict::fine) {
-      const bool rings = std::abs(fastest()) * report_.dt > 1 && report_.fastest_factor > 0.9;
+      const bool rings = std::abs(fastest()) * report_.dt / report_.inner_steps > 1 && report_.fastest_factor > 0.9;
       report_.recommended = {
           scheme_, report_.dt,
           rings ? "Keep it, if nothing excites the fastest modes; tr_bdf2 would damp them." : "Keep it."};

@@ -37,6 +37,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <stdexcept>
 #include <type_traits>
 #include <utility>
 
@@ -92,7 +93,14 @@ class EnergyLedger : public EnergyBooksOf<Stepper> {
   using Energy = typename Books::Energy;
   using Books::energy, Books::closure;
 
+  /// @throws std::invalid_argument where terms are called seldom and others have no energy: the work of these is done within
+  ///         outer steps, whose ends don't tell it
   explicit EnergyLedger(Stepper& stepper) : stepper_{&stepper}, force_{stepper} {
+    if constexpr (requires { requires Stepper::has_inner_steps; })
+      if (!force_.is_conservative())
+        throw std::invalid_argument(
+            "phistep: with seldom(k, term), EnergyLedger takes forces with an energy alone: what drag and driving do, "
+            "they do within the outer steps, of which it sees the ends");
     set_zero(Blocks<S>::all(end_));  // a copy may be made before the books are opened
     allocate();
   }

@@ -55,6 +55,7 @@ struct PreflightTerm {
   bool known = true;            ///< false: no bound
   bool finite = true;           ///< false: Ψ or its Jacobian isn't
   bool is_kick = false;         ///< at(forward_euler, term)
+  int k = 1;                    ///< seldom(k, term): called once in k inner steps
   std::int64_t component = -1;  ///< where it is stiffest, in storage order of the unknowns
   std::int64_t particle = -1;   ///< whose component that is, where particles are known
 };
@@ -104,6 +105,10 @@ struct PreflightReport {
   double unringing_dt = 0;  ///< [time] up to which no mode changes sign from step to step, 0: not known
   double monotone_dt = 0;   ///< [time] of the discrete maximum principle: no new extremes; 0: not known
 
+  // With slow terms, seldom(k, term); dt is the outer step:
+  int inner_steps = 1;  ///< in one of dt
+  int most_k = 0;       ///< most inner steps of dt/inner_steps that the slow terms bear; 0: not known
+
   double steps_per_contact = 0;            ///< 0: no contact time given
   std::string finding;                     ///< what will happen, in a sentence or two
   PreflightAdvice recommended, otherwise;  ///< what to write instead; `otherwise`: if the fastest modes don't matter
@@ -129,6 +134,9 @@ struct PreflightReport {
     for (std::size_t k = 0; k < terms.size(); ++k)
       line(("term " + std::to_string(k)).c_str(),
            rates(terms[k]) + (static_cast<int>(k) == stiffest ? "  <- stiffest" : ""));
+    if (inner_steps > 1)
+      line("inner steps", std::to_string(inner_steps) + " of " + short_number(dt / inner_steps) +
+                              (most_k > 0 ? "; stable to k = " + std::to_string(most_k) + " of these" : ""));
     if (period > 0) {
       line("steps per period", short_number(steps_per_period) + " of " + short_number(period));
       line("period's error", short_number(-100 * phase_error) + " %");
@@ -165,6 +173,7 @@ struct PreflightReport {
     if (term.rate > 0 && term.particle >= 0) text += "at particle " + std::to_string(term.particle);
     else if (term.rate > 0 && term.component >= 0) text += "at component " + std::to_string(term.component);
     if (term.is_kick) text += "  (kicks)";
+    if (term.k > 1) text += "  (once in " + std::to_string(term.k) + " inner steps)";
     return text;
   }
 };

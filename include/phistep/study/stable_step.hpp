@@ -11,9 +11,11 @@
 #include <cmath>
 #include <complex>
 #include <limits>
+#include <vector>
 
 #include "phistep/core/version.hpp"
 #include "phistep/study/method.hpp"
+#include "phistep/study/slow_terms.hpp"
 #include "phistep/study/spectrum.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -25,6 +27,21 @@ struct LinearisedProblem {
   int block = 0;         ///< rows of a particle, 0: unknown
   double tolerance = 0;  ///< of symmetry: what differences leave of it
   bool has_kicks = false;
+  /// Terms called once in k inner steps, and the scheme of these; `rest` is then what each inner step calls.
+  struct Slow {
+    Tangent tangent;
+    int k;
+  };
+  std::vector<Slow> slow{};
+  Method inner{};
+
+  [[nodiscard]] std::vector<int> every() const {
+    std::vector<int> all;
+    for (const Slow& one : slow) all.push_back(one.k);
+    return all;
+  }
+  /// Weight of a slow kick at the beginning of its inner steps.
+  [[nodiscard]] double begin_weight() const { return inner.kind == Method::Kind::verlet ? 0.5 : 1 - inner.force; }
 };
 
 /// Up to this size the matrix of a step may be looked at for many Δt.
@@ -40,6 +57,31 @@ template <class = void>
 }
 
 /// By the spectral radius of the step's own matrix: Δt grows until it exceeds what the exact solution grows by.
+/// @param step_of  the matrix of a step of length h
+/// @param longest  [time] not beyond
+template <class = void>
+[[nodiscard]] double scan_for_stable_step(const Spectrum& whole, double longest, auto&& step_of) {
+  const auto stable = [&](double h) {
+    const Eigen::MatrixXd G = step_of(h);
+    if (!G.allFinite()) return false;
+    double radius = 0;
+    for (const auto lambda : eigenvalues_of(G)) radius = std::max(radius, std::abs(lambda));
+    // A double zero, two positions that move freely, comes out as 1 ± √u.
+    return radius <= std::exp(h * whole.growth) * (1 + 1e-6);
+  };
+  double low = std::min(0.02 / whole.radius, longest), high = low;
+  if (!stable(low)) return 0;
+  for (const double factor = std::isinf(longest) ? 1.2 : 1.05; stable(high); high = std::min(factor * high, longest)) {
+    low = high;
+    if (high >= longest) return longest;
+    if (high * whole.radius > 1e4) return std::numeric_limits<double>::infinity();
+  }
+  for (int k = 0; k < 12; ++k) {
+    const double middle = (low + high) / 2;
+    (stable(middle) ? low : high) = middle;
+  }
+  return low;
+}
 template <class = void>
 [[nodiscard]] double scan_for_stable_step(const Method& method, const LinearisedProblem& problem,
                                           const Spectrum& whole) {
@@ -50,29 +92,51 @@ template <class = void>
     kicks.s = rest.s;
     kicks.K /= rest.s;
   }
-  const auto stable = [&](double h) {
-    Eigen::MatrixXd G = step_matrix(method, rest, h);
-    if (problem.has_kicks) {
-      const Eigen::MatrixXd kick = kick_matrix(kicks, h / 2);
-      G = kick * G * kick;
-    }
-    if (!G.allFinite()) return false;
-    double radius = 0;
-    for (const auto lambda : eigenvalues_of(G)) radius = std::max(radius, std::abs(lambda));
-    // A double zero, two positions that move freely, comes out as 1 ± √u.
-    return radius <= std::exp(h * whole.growth) * (1 + 1e-6);
+  return scan_for_stable_step(whole, std::numeric_limits<double>::infinity(), [&](double h) -> Eigen::MatrixXd {
+    const Eigen::MatrixXd G = step_matrix(method, rest, h);
+    if (!problem.has_kicks) return G;
+    const Eigen::MatrixXd kick = kick_matrix(kicks, h / 2);
+    return kick * G * kick;
+  });
+}
+
+/// With slow terms, called once in k inner steps: by (3) of slow_terms.hpp for one k, else by the step's matrix, as far as
+/// (3) goes with all but the slowest for the fast ones: windows of growth, at resonances, begin there. NaN: nothing is guaranteed.
+template <class = void>
+[[nodiscard]] double stable_outer_step(const LinearisedProblem& problem, const Spectrum& whole) {
+  constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+  const std::vector<int> every = problem.every();
+  const int steps = *std::max_element(every.begin(), every.end());
+  const auto spectrum = [&](const Tangent& tangent) {
+    return spectrum_of(tangent, problem.masses, problem.block, problem.tolerance);
   };
-  double low = 0.02 / whole.radius, high = low;
-  if (!stable(low)) return 0;
-  for (; stable(high); high *= 1.2) {
-    low = high;
-    if (high * whole.radius > 1e4) return std::numeric_limits<double>::infinity();
+  Tangent faster = problem.rest, slowest{SparseRows(faster.K.rows(), faster.K.cols()), faster.C};
+  for (const LinearisedProblem::Slow& one : problem.slow) {
+    Tangent& to = one.k == steps ? slowest : faster;
+    to.K += one.tangent.K;
+    to.known = to.known && one.tangent.known;
   }
-  for (int k = 0; k < 12; ++k) {
-    const double middle = (low + high) / 2;
-    (stable(middle) ? low : high) = middle;
+  const bool one_level = std::all_of(every.begin(), every.end(), [steps](int k) { return k == steps; });
+  const Spectrum a = spectrum(faster), b = spectrum({slowest.K, SparseRows(slowest.C.rows(), slowest.C.cols())});
+  if (!whole.bounded || !a.bounded || !b.bounded) return unknown;
+  if (one_level && a.oscillates && b.oscillates && !a.has_C) return outer_step_limit(a.stiffness, b.stiffness, steps);
+  if (!whole.exact || problem.whole.K.cols() + problem.whole.C.rows() > step_matrix_limit) return unknown;
+  DenseSystemMatrices rest = divided(problem.rest, problem.masses);
+  rest.balance();
+  std::vector<DenseSystemMatrices> slow;
+  for (const LinearisedProblem::Slow& one : problem.slow) {
+    slow.push_back(divided(one.tangent, problem.masses));
+    slow.back().s = rest.s;
+    slow.back().K /= rest.s;
   }
-  return low;
+  const Eigen::Index n = rest.size();
+  return scan_for_stable_step(whole, outer_step_limit(a.stiffness, b.stiffness, steps),
+                              [&](double dt) -> Eigen::MatrixXd {
+                                return outer_step_matrix<Eigen::MatrixXd>(
+                                    Eigen::MatrixXd::Identity(n, n), dt, every, problem.begin_weight(),
+                                    [&](double h) { return step_matrix(problem.inner, rest, h); },
+                                    [&](std::size_t j, double gamma) { return kick_matrix(slow[j], gamma); });
+                              });
 }
 
 /// Without kicks. NaN: nothing is guaranteed. 0: never.
@@ -128,6 +192,7 @@ template <class = void>
 
 template <class = void>
 [[nodiscard]] double stable_step(const Method& method, const LinearisedProblem& problem, const Spectrum& whole) {
+  if (!problem.slow.empty()) return stable_outer_step(problem, whole);
   if (!problem.has_kicks || problem.kicks.is_zero()) return stable_step_of(method, problem, whole);
   constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
   if (!whole.bounded) return unknown;

@@ -250,6 +250,30 @@ TEST_CASE("errors follow the tolerance, and samples are no worse than three time
   check(tsit5, 1e-11), check(dop853, 1e-11);
 }
 
+TEST_CASE("a force that jumps, wherever in a step: its error is seen") {
+  // An estimate whose weights cancel among the stages before the jump, as in Verner's 8(7), is off by thousands of rtol.
+  const auto worst = [](auto scheme, double rtol) {
+    double largest = 0;
+    for (int i = 0; i < 100; ++i) {
+      const double jump = 3 + 0.02 * i, end = 8, since = end - jump;
+      const auto force = [=](const Eigen::Vector2d& y, double t) -> Eigen::Vector2d {
+        return {y[1], (t > jump ? 1 : 0) - y[0]};
+      };
+      Eigen::Vector2d y{1, 0};
+      PhiStepper stepper{y, force, scheme};
+      REQUIRE(integrate(stepper, y, {0.0, end}, tolerance{.rtol = rtol, .atol = rtol}));
+      const Eigen::Vector2d exact{std::cos(end) + 1 - std::cos(since), std::sin(since) - std::sin(end)};
+      largest = std::max(largest, (y - exact).norm() / rtol);
+    }
+    return largest;
+  };
+  for (const double rtol : {1e-3, 1e-6, 1e-9}) {
+    CAPTURE(rtol);
+    CHECK(worst(dop853, rtol) <= 100);
+    CHECK(worst(tsit5, rtol) <= 300);  // its weights before 0.327 cancel to a sixtieth
+  }
+}
+
 TEST_CASE("a force that fails in the middle of a step leaves the state as it was, and is never called with it") {
   const auto check = [](auto scheme) {
     for (const double value : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()})

@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "phistep/core/version.hpp"
-#include "phistep/linear/lane_pivot.hpp"
+#include "phistep/linear/lanes/lane_pivot.hpp"
 #include "phistep/simd/complex_pack.hpp"
 
 namespace phistep::inline PHISTEP_ABI {

@@ -1,7 +1,7 @@
 // What lane_lu.test.cpp and lane_lu.full.cpp share.
 #pragma once
 
-#include <phistep/linear/lane_lu.hpp>
+#include <phistep/linear/lanes/lane_lu.hpp>
 
 #include <Eigen/Core>
 #include <Eigen/LU>

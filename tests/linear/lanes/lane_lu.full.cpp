@@ -1,5 +1,5 @@
 // lane_lu: the full product and what is dear to compile. The quick half is lane_lu.test.cpp.
-#include "linear/lane_lu_cases.hpp"
+#include "linear/lanes/lane_lu_cases.hpp"
 
 using namespace lane_lu_cases;
 

@@ -1,5 +1,5 @@
 // Four complex matrices at once: each lane as good as pivoted elimination of that matrix alone.
-#include "linear/lane_lu_cases.hpp"
+#include "linear/lanes/lane_lu_cases.hpp"
 
 using namespace lane_lu_cases;
 

@@ -1,6 +1,6 @@
 // Complex band and sparse matrices side by side: each lane as good as pivoted elimination of that matrix alone.
-#include <phistep/linear/lane_banded_lu.hpp>
-#include <phistep/linear/lane_sparse_lu.hpp>
+#include <phistep/linear/lanes/lane_banded_lu.hpp>
+#include <phistep/linear/lanes/lane_sparse_lu.hpp>
 
 #include <Eigen/LU>
 
