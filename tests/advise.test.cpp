@@ -28,6 +28,7 @@ TEST_CASE("the rate is found where it is: in a decay, an oscillation, after a tr
       // |λ| = ω undamped, ζω + √(ζ²−1) ω damped; differences of √u.
       const double exact = zeta == 0 ? 300 : 300 * (zeta + std::sqrt(zeta * zeta - 1));
       CHECK(rho == Approx(exact).epsilon(1e-3));
+      CHECK(radius.turn() == Approx(zeta == 0 ? -1 : 1).epsilon(1e-3));
     }
   }
 }

@@ -1,11 +1,14 @@
 /// @file
-/// How much is lost by not choosing: integrate(y, f, …) beside each scheme picked by hand, at equal error.
+/// How much is lost by not choosing: integrate(y, f, …) beside each scheme picked by hand, at equal error, and beside LSODA
+/// (NUMBALSODA=<folder of liblsoda.so>) and CVODE on problems of at most 100 unknowns.
 ///     bench_automatic [--problem TEXT] [--longest SECONDS] [--told RTOL]
 ///
 /// CPU time of the thread, all of a run included; the least of five rounds in turns; the time to an error on the line between
 /// two tolerances of a ladder by half decades.
 #include <cstdlib>
 #include <cstring>
+#include <map>
+#include <numeric>
 
 #include "../equal_error.hpp"
 #include "rows.hpp"
@@ -17,6 +20,7 @@ std::string only;
 double longest = 0.3;  // [s] tighter rungs are left out after one that takes longer
 double told = 0;
 double logs = 0, logs_of_advised = 0;
+std::map<std::string, std::vector<double>> ahead;  // their time / ours, a rival each
 int count = 0, misses = 0, advised_count = 0, advised_misses = 0;
 
 [[nodiscard]] std::optional<double> time_to(double wanted, const Ladder& ladder) {
@@ -42,6 +46,7 @@ void measure(Problem problem) {
   }
   std::vector<Ladder*> all{&problem.automatic};
   for (Ladder& ladder : problem.hand) all.push_back(&ladder);
+  for (Ladder& ladder : problem.rivals) all.push_back(&ladder);
   for (Ladder* ladder : all)
     for (double k = 2; k <= -std::log10(problem.tightest) + 0.1; k += 0.5) {
       Rung rung{std::pow(10.0, -k)};
@@ -86,6 +91,13 @@ void measure(Problem problem) {
         logs_of_advised += std::log(ratio), ++advised_count;
         advised_misses += ratio > 1.3;
       }
+    for (const Ladder& rival : problem.rivals)
+      if (const auto its = time_to(wanted, rival); time && its) {
+        std::printf("   %s %.2f x", rival.name.c_str(), *its / *time);
+        ahead[rival.name].push_back(std::log(*its / *time));
+      } else if (time) {
+        std::printf("   %s not reached", rival.name.c_str());
+      }
     std::printf("\n");
   }
   std::fflush(stdout);
@@ -108,4 +120,8 @@ int main(int argc, char** argv) {
               misses, count);
   std::printf("advised:   geometric mean %.3f of the best, %d of %d beyond 1.3 x\n",
               std::exp(logs_of_advised / advised_count), advised_misses, advised_count);
+  for (const auto& [name, ratios] : ahead)
+    std::printf("%s: %.2f x as long as automatic, geometric mean of %zu rows, least %.2f\n", name.c_str(),
+                std::exp(std::accumulate(ratios.begin(), ratios.end(), 0.0) / static_cast<double>(ratios.size())),
+                ratios.size(), std::exp(*std::min_element(ratios.begin(), ratios.end())));
 }

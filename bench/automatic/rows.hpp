@@ -15,12 +15,15 @@
 #include <cstdint>
 #include <cstdio>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "../stacked.hpp"
+#include "rivals.hpp"
 
 namespace automatic {
 
@@ -35,10 +38,10 @@ struct Ladder {
 };
 struct Problem {
   std::string name;
-  std::vector<Ladder> hand;
+  std::vector<Ladder> hand, rivals;
   Ladder automatic;
   std::function<std::string(double rtol)> advised, told;  ///< the scheme that advise names; what the automatic run took
-  double tightest = 1e-12;
+  double tightest = 1e-13;
 };
 void measure(Problem problem);
 
@@ -50,14 +53,37 @@ void measure(Problem problem);
 
 using bench::stacked;
 
+/// y' on bare arrays.
+template <class S, class F>
+[[nodiscard]] std::function<void(double, const double*, double*)> bare_rate(const S& start, F force) {
+  if constexpr (phistep::EigenDense<S> && std::is_invocable_v<F, const S&>) {
+    return [force, y = start](double, const double* from, double* to) mutable {
+      std::copy(from, from + y.size(), y.data());
+      typename S::MapType(to, y.size()) = force(y);
+    };
+  } else if constexpr (phistep::EigenDense<S> && std::is_invocable_v<F, const S&, double>) {
+    return [force, y = start](double t, const double* from, double* to) mutable {
+      std::copy(from, from + y.size(), y.data());
+      typename S::MapType(to, y.size()) = force(y, t);
+    };
+  } else {  // motions and terms, as a stepper calls them
+    auto stepper = std::make_shared<phistep::PhiStepper<S, F, std::remove_const_t<decltype(phistep::tsit5)>>>(
+        start, force, phistep::tsit5);
+    return [stepper, y = start, out = start](double t, const double* from, double* to) mutable {
+      phistep::for_each_number([&](std::size_t k, double& x) { x = from[k]; }, phistep::Blocks<S>::all(y));
+      static_cast<void>(stepper->slope(t, y, out));
+      phistep::for_each_number([&](std::size_t k, double& x) { to[k] = x; }, phistep::Blocks<S>::all(out));
+    };
+  }
+}
+
 /// @param a      atol = a·rtol; errors are max |y_i − exact_i|/(|exact_i| + a)
 /// @param samples  the components that `exact` holds; empty: all
 template <class S, class F, class Mass = phistep::UnitMasses>
 [[nodiscard]] Problem problem(const char* name, S start, F force, double end, Eigen::VectorXd exact, double a,
                               Mass mass = {}, std::vector<Eigen::Index> samples = {}) {
   using phistep::integrate, phistep::tolerance;
-  const auto error = [exact, a, samples](const S& y) {
-    const Eigen::VectorXd x = stacked(y);
+  const auto error_of_vector = [exact, a, samples](const Eigen::VectorXd& x) {
     double largest = 0;
     for (Eigen::Index k = 0; k < exact.size(); ++k) {
       const double is = x[samples.empty() ? k : samples[static_cast<std::size_t>(k)]];
@@ -66,7 +92,8 @@ template <class S, class F, class Mass = phistep::UnitMasses>
     }
     return largest;
   };
-  Problem all{name, {}, {}, {}, {}};
+  const auto error = [error_of_vector](const S& y) { return error_of_vector(stacked(y)); };
+  Problem all{name, {}, {}, {}, {}, {}};
   const auto by_hand = [&](const char* scheme_name, auto scheme) {
     all.hand.push_back({scheme_name, [=](double rtol) {
                           S y = start;
@@ -105,6 +132,13 @@ template <class S, class F, class Mass = phistep::UnitMasses>
   all.advised = [=](double rtol) {
     return phistep::advise(start, force, {0.0, end}, tolerance{.rtol = rtol, .atol = a * rtol}, mass).scheme;
   };
+  if constexpr (std::is_same_v<Mass, phistep::UnitMasses>)
+    if (stacked(start).size() <= 100)
+      for (auto& [rival, its_run] : rivals_of({stacked(start), end, a, bare_rate(start, force)}))
+        all.rivals.push_back({rival, [error_of_vector, its_run = its_run](double rtol) {
+                                const Eigen::VectorXd y = its_run(rtol);
+                                return y.size() > 0 ? error_of_vector(y) : double{INFINITY};
+                              }});
   return all;
 }
 

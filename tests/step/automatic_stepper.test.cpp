@@ -236,3 +236,22 @@ TEST_CASE("when to look, and what is made of it: the rules of the watch") {
   for (int k = 0; k < 7; ++k) CHECK_FALSE(watch.judge({.rate = 6.3, .dt = 1, .left = 1e6}));
   CHECK(watch.judge({.rate = 6.3, .dt = 1, .left = 1e6}));
 }
+
+TEST_CASE("a fast oscillation at rest: tsit5 magnifies it from |z| = 0.5 on, so that it is stiff, and stays so") {
+  // r'' = −ω² (r − cos t) as a first-order state, along r = cos t: explicit steps would be 5e5.
+  const auto spring = [](const Vec& y, double t) -> Vec { return {y[1], -1e10 * (y[0] - std::cos(t)) - std::cos(t)}; };
+  for (const double rtol : {1e-2, 1e-4}) {
+    Vec y{1, 0};
+    const auto report = integrate(y, spring, {0.0, 5.0}, {.rtol = rtol, .atol = rtol, .max_steps = 5000});
+    REQUIRE(report);
+    CHECK(y[0] == Approx(std::cos(5.0)).margin(10 * rtol));
+    REQUIRE(report.schemes.count() == 2);
+    CHECK(report.schemes.list()[1].scheme == SuitableScheme::radau_iia);
+  }
+  StiffnessWatch watch{RivalSteps{3.4, 1.0, 10.0, 0.9}};
+  watch.begin_implicit();
+  const RateSeen fast{.rate = 2, .dt = 1, .left = 1e6, .turn = -1}, decaying{.rate = 2, .dt = 1, .left = 1e6};
+  for (int k = 0; k < 50; ++k) CHECK_FALSE(watch.judge(fast));
+  for (int k = 0; k < 3; ++k) CHECK_FALSE(watch.judge(decaying));
+  CHECK(watch.judge(decaying));
+}

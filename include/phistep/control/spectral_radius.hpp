@@ -20,7 +20,7 @@ template <State Plain>
 class SpectralRadius {
  public:
   using Scalar = ScalarOf<Plain>;
-  explicit SpectralRadius(const Plain& y) : direction_{y}, slope_{y}, moved_{y} {
+  explicit SpectralRadius(const Plain& y) : direction_{y}, slope_{y}, moved_{y}, first_{y} {
     Xorshift random{88172645463325252u};
     for_each_number([&random](auto, Scalar& x) { x = static_cast<Scalar>(random.number() - 0.5); },
                     Blocks<Plain>::all(direction_));
@@ -43,6 +43,7 @@ class SpectralRadius {
     scale_by_weights(weight);
     for (int k = 0; k < pairs; ++k) {
       double grown = 1;
+      copy_blocks<Plain>(first_, direction_);
       for (int half = 0; half < 2; ++half) {
         const double size = weighted_rms(direction_, weight);
         if (!(size > 0) || !std::isfinite(size)) return rho;
@@ -54,15 +55,27 @@ class SpectralRadius {
         grown *= weighted_rms(direction_, weight);
       }
       rho = std::sqrt(grown);
+      find_turn(weight);
     }
     return rho;
   }
+  /// cos 2θ of λ = ρ exp(iθ), about: 1 for a real λ, −1 for ±iω. Of the last estimate.
+  [[nodiscard]] double turn() const { return turn_; }
   /// y' at the y of the last estimate.
   [[nodiscard]] const Plain& slope() const { return slope_; }
 
   void archive(auto& ar) { ar("scaled", scaled_), ar.in_place("direction", direction_, "slope", slope_); }
 
  private:
+  /// J² d is λ² d: along d for a real λ, against it for ±iω. |u + w|² = 2 + 2 cos(u, w) of two of size 1.
+  void find_turn(const Plain& weight) {
+    const double before = weighted_rms(first_, weight), after = weighted_rms(direction_, weight);
+    if (!(before > 0 && after > 0)) return;
+    const auto a = static_cast<Scalar>(1 / before), b = static_cast<Scalar>(1 / after);
+    assign<Plain>(moved_, a * in<Plain>(first_) + b * in<Plain>(direction_));
+    const double sum = weighted_rms(moved_, weight);
+    turn_ = sum * sum / 2 - 1;
+  }
   /// The first direction is random in every component's own scale.
   void scale_by_weights(const Plain& weight) {
     if (scaled_) return;
@@ -74,7 +87,8 @@ class SpectralRadius {
         Blocks<Plain>::all(direction_), Blocks<Plain>::all(weight));
   }
 
-  Plain direction_, slope_, moved_;
+  Plain direction_, slope_, moved_, first_;
+  double turn_ = 1;
   bool scaled_ = false;
 };
 

@@ -30,9 +30,10 @@ struct AdvisedProblem {
   bool has_sparse_lu = false;  ///< dense by structure, eliminated by a `jacobian_pattern`
   Structure structure = Structure::dense;
   double rtol = 1e-4;
-  int digits = 15;    ///< of the scalar
-  double turns = 0;   ///< |λ|max times what is left of the run, once it has been looked at
-  FieldCounts field;  ///< where conjugate gradients can serve
+  int digits = 15;          ///< of the scalar
+  bool oscillates = false;  ///< the fastest modes do, once they have been looked at: λ near ±iω
+  double turns = 0;         ///< |λ|max times what is left of the run, once it has been looked at
+  FieldCounts field;        ///< where conjugate gradients can serve
 };
 
 /// The schemes among which is chosen.
@@ -93,6 +94,7 @@ enum class SchemeReason : std::uint8_t {
   cheapest_step,        ///< few digits
   high_order,           ///< many digits
   factorization,        ///< the factorization is what costs
+  oscillations,         ///< its error estimate damps the fast ones
   fill                  ///< it would cost more than conjugate gradients
 };
 
@@ -162,6 +164,8 @@ struct FieldCost {
   // radau's matrices are complex, and unsymmetric: no conjugate gradients.
   if (is_for_cg(scene)) return {scene.rtol >= limits.cheap ? rodas_4_cg : rodas_5p_cg, SchemeReason::fill};
   if (scene.rtol <= limits.high) return {radau_iia, SchemeReason::high_order};
+  // What an explicit start has left of fast oscillations, Rosenbrock's error estimates see for long, radau's damped one doesn't.
+  if (scene.oscillates && scene.structure != Structure::sparse) return {radau_iia, SchemeReason::oscillations};
   if (scene.rtol >= limits.cheap) return {rodas_4, SchemeReason::cheapest_step};
   return {rodas_5p, SchemeReason::factorization};
 }
@@ -208,6 +212,8 @@ template <class = void>
       return "for few digits, six linear solves with one matrix and no iteration are the cheapest step";
     case SchemeReason::high_order:
       return "at " + tolerance + " and " + n + " unknowns Radau's orders 5, 9 and 13 are ahead";
+    case SchemeReason::oscillations:
+      return "its fastest modes oscillate, which Radau damps, and its error estimate, too";
     case SchemeReason::fill:
       return "a factorization would have " + std::to_string(static_cast<int>(scene.field.entries)) +
              " entries of L an unknown and " + std::to_string(static_cast<int>(field_cost(scene).by_factors)) +

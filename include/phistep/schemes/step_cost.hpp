@@ -25,6 +25,13 @@ namespace phistep::inline PHISTEP_ABI {
   }
 }
 
+/// |ωΔt| up to which errors grow by less than 1e-4 a step for λ = ±iω: tsit5 is stable up to 0.5 only.
+[[nodiscard]] constexpr double turning_bound(SuitableScheme scheme) {
+  if (scheme == SuitableScheme::tsitouras_5) return 0.9;
+  if (scheme == SuitableScheme::dormand_prince_8) return 5.9;
+  return stability_bound(scheme);
+}
+
 /// [ns, about, on one core of this decade] of a step of n unknowns, where a force call costs 5 + 2n. Dense factorizations and
 /// solves are those measured for n = 3 … 20; of bands ten entries a row are supposed, of
 /// sparse matrices the fill of 64² points, until it is counted.

@@ -80,7 +80,7 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
     const RateSeen& seen = look(y, clock, pace);
     const SchemeCause cause = course_.watch.is_implicit() ? SchemeCause::eased : SchemeCause::stiff;
     if (!course_.watch.judge(seen) || !change(state, y, clock.t(), seen, cause)) return {};
-    return course_.watch.is_implicit() ? seen.dt : course_.watch.stable_step(seen.rate);
+    return course_.watch.is_implicit() ? seen.dt : course_.watch.stable_step(seen);
   }
   [[nodiscard]] SuitableScheme scheme() const { return Schemes::Set::all[static_cast<std::size_t>(this->active())]; }
   /// What the choice depends on.
@@ -183,6 +183,7 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
       note(t, seen, SchemeCause::stays_explicit);
       return false;
     }
+    problem_.oscillates = oscillates(seen);
     if (!to_explicit) count_fill(y, t, seen);
     replace_by(to_explicit ? Schemes::suitable_explicit(problem_) : Schemes::suitable_implicit(problem_), state);
     if (cause == SchemeCause::stiff_start) course_.watch.begin_implicit();

@@ -35,6 +35,7 @@ class RateLook {
     seen_ = {.rate = radius_(slope, clock.t(), y, trace.weight, rtol, has_looked_ ? 1 : 2),
              .dt = pace.propose(),
              .left = std::abs(static_cast<double>(clock.length_to(clock.span().t1)))};
+    seen_.turn = radius_.turn();
     if (has_looked_) seen_.change = change_to(radius_.slope(), trace.weight);
     copy_blocks<Plain>(slope_before_, radius_.slope());
     has_looked_ = true;
@@ -52,9 +53,10 @@ class RateLook {
   }
 
  private:
-  /// ‖y'₁ − y'₀‖ / the larger of both; y'₀ is lost.
+  /// ‖y'₁ − y'₀‖ / the larger of both; y'₀ is lost. What moves y by less than ten tolerances within 1/ρ is noise of the fastest
+  /// modes, and no change.
   [[nodiscard]] double change_to(const Plain& now, const Plain& weight) {
-    const double size = std::max(weighted_rms(now, weight), weighted_rms(slope_before_, weight));
+    const double size = std::max({weighted_rms(now, weight), weighted_rms(slope_before_, weight), 10 * seen_.rate});
     assign<Plain>(slope_before_, in<Plain>(slope_before_) - in<Plain>(now));
     return size > 0 ? weighted_rms(slope_before_, weight) / size : 1;
   }

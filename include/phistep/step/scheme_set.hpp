@@ -126,7 +126,7 @@ struct SchemesFor {
   [[nodiscard]] static RivalSteps rivals(const AdvisedProblem& problem) {
     const SuitableScheme one = Set::all[static_cast<std::size_t>(suitable_explicit(problem))],
                          other = Set::all[static_cast<std::size_t>(suitable_implicit(problem))];
-    return {stability_bound(one), step_cost(one, problem), step_cost(other, problem)};
+    return {stability_bound(one), step_cost(one, problem), step_cost(other, problem), turning_bound(one)};
   }
   /// Number k of the schemes, as a stepper.
   template <std::size_t i = 0>

@@ -22,14 +22,19 @@ struct RateSeen {
   double dt = 0;      ///< [time] the step just done, or about to be done where there was none
   double left = 0;    ///< [time] to the end of the run
   double change = 1;  ///< of y' since the look before, relative; 1: not known
-  void archive(auto& ar) { ar("rate", rate, "dt", dt, "left", left, "change", change); }
+  double turn = 1;    ///< cos 2θ of λ = ρ exp(iθ): −1 for ±iω
+  void archive(auto& ar) { ar("rate", rate, "dt", dt, "left", left, "change", change, "turn", turn); }
 };
+
+/// The fastest mode is no decay: |arg λ| within 30 degrees of 90.
+[[nodiscard]] inline bool oscillates(const RateSeen& seen) { return seen.turn < -0.5; }
 
 /// Two schemes as numbers.
 struct RivalSteps {
-  double bound = 3;          ///< β of the explicit one
+  double bound = 3;          ///< β of the explicit one, for a real λ
   double explicit_cost = 1;  ///< of a step
   double implicit_cost = 1;  ///< of a step, in the same unit
+  double turning_bound = 3;  ///< β for ±iω
 };
 
 class StiffnessWatch {
@@ -81,7 +86,7 @@ class StiffnessWatch {
     start_spell();
   }
   /// [time] of the first explicit step.
-  [[nodiscard]] double stable_step(double rate) const { return 0.7 * rivals_.bound / rate; }
+  [[nodiscard]] double stable_step(const RateSeen& seen) const { return 0.7 * bound_for(seen) / seen.rate; }
 
   void archive(auto& ar) {
     ar("implicit", implicit_, "rejected", rejected_, "spell", spell_, "since", since_, "steady", steady_, "period",
@@ -92,23 +97,27 @@ class StiffnessWatch {
   }
 
  private:
+  [[nodiscard]] double bound_for(const RateSeen& seen) const {
+    return oscillates(seen) ? rivals_.turning_bound : rivals_.bound;
+  }
   /// What explicit steps would be left is worth more than 8 implicit ones.
   [[nodiscard]] bool pays(const RateSeen& seen) const {
     return seen.left * seen.rate / rivals_.bound * rivals_.explicit_cost > 8 * rivals_.implicit_cost;
   }
   [[nodiscard]] bool is_stiff(const RateSeen& seen) {
-    const double share = seen.rate * seen.dt / rivals_.bound;
+    const double share = seen.rate * seen.dt / bound_for(seen);
     if (!pays(seen)) hits_ = 0;
     else if (share > 0.5 && seen.change < 0.5) hits_ += 2;
-    else if (share > 0.75) hits_ += 1;
-    else hits_ = std::max(0, hits_ - 1);  // Δt swings about its bound
+    else if (seen.rate * seen.dt > 0.75 * rivals_.bound) hits_ += 1;  // no resolved oscillation has such steps
+    else hits_ = std::max(0, hits_ - 1);                              // Δt swings about its bound
     period_ = hits_ > 0 ? 2 : share > 0.2 ? 25 : 50;
     return hits_ >= 3 * needs_stiff_;
   }
   [[nodiscard]] bool is_eased(const RateSeen& seen) {
-    const double steps = std::max(1.0, seen.rate * seen.dt / (0.7 * rivals_.bound)),
+    const double steps = std::max(1.0, seen.rate * seen.dt / (0.7 * bound_for(seen))),
                  gain = rivals_.implicit_cost / (steps * rivals_.explicit_cost);
-    if (seen.rate > 0 && gain > 1.5) ++hits_;
+    // Oscillations that an explicit scheme hardly damps stay once they are there: only such as are resolved are left to it.
+    if (seen.rate > 0 && gain > 1.5 && (steps == 1 || !oscillates(seen))) ++hits_;
     else hits_ = 0;
     period_ = hits_ > 0 ? 3 : gain > 0.05 ? 10 : 40;
     return hits_ >= 4 * needs_eased_;
