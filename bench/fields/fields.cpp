@@ -90,7 +90,7 @@ struct Rival {
   Sparse W;
   std::vector<double*> slots;
   P preconditioner;
-  Vec r, z;
+  Vec z;
   bool is_analyzed = false;
 
   struct View {
@@ -139,8 +139,9 @@ struct Rival {
   }
   static int solve(double, N_Vector, N_Vector, N_Vector r, N_Vector z, double, double, int, void* data) {
     auto& self = *static_cast<Rival*>(data);
-    self.r = self.map(r);
-    self.z = self.preconditioner.solve(self.r);
+    self.z = self.map(r);
+    if constexpr (requires { self.preconditioner.solve_in_place(self.z); }) self.preconditioner.solve_in_place(self.z);
+    else self.z = self.preconditioner.solve(self.z).eval();
     self.out(z) = self.z;
     return 0;
   }
