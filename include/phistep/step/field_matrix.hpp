@@ -67,7 +67,7 @@ struct FieldMatrix {
     auto& system = matrix.system();
     static_cast<void>(system.settle(each_mass_entry<S>(rhs, y)));
     Eigen::SparseMatrix<Scalar> C = system.pattern(), K = C;
-    system.for_each_slot([&](std::size_t p, Scalar k, Scalar c, Scalar) { K.valuePtr()[p] = k, C.valuePtr()[p] = c; });
+    system.for_each_tangent([&](std::size_t p, Scalar k, Scalar c) { K.valuePtr()[p] = k, C.valuePtr()[p] = c; });
     const Scalar tolerance = (Matrix::analytic ? 16 : 64) * (Matrix::analytic ? epsilon : std::sqrt(epsilon));
     counts.is_symmetric = is_symmetric(C, tolerance) && is_symmetric(K, tolerance);
     const FactorCost cost = factor_cost(C);
