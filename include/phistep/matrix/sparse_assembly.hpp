@@ -186,22 +186,15 @@ class SparseAssembly : public Sizes {
       }
       forget_pattern();
     }
+    // By less than the double: at this moment large fields take most memory.
+    if (found_.size() == found_.capacity())
+      found_.reserve(found_.size() + std::max(static_cast<std::size_t>(W_.cols()), found_.size() / 4));
     found_.push_back({{}, static_cast<Slot>(i), static_cast<Slot>(j)});
     found_.back().x[kind] = x;
   }
 
   void make_pattern(const auto& masses) {
-    SparsePattern pattern{W_.cols()};
-    pattern.make([&](auto&& add) {
-      const auto both = [&add](Eigen::Index i, Eigen::Index j) {
-        add(i, j);
-        if (adds_transposes && i != j) add(j, i);
-      };
-      for (const Found& entry : found_) both(entry.i, entry.j);
-      masses([&both](Eigen::Index i, Eigen::Index j, auto) { both(i, j); });
-      for (Eigen::Index i = 0; i < W_.cols(); ++i) add(i, i);
-    });
-    pattern.give_to(W_);
+    give_pattern(masses);
     tangents_.resize(W_.nonZeros());
     slots_.resize(found_.size());
     for (std::size_t k = 0; k < found_.size(); ++k) {
@@ -214,6 +207,19 @@ class SparseAssembly : public Sizes {
     written_ = slots_.size();
     std::vector<Found>{}.swap(found_);
     has_slots_ = true;
+  }
+  void give_pattern(const auto& masses) {
+    SparsePattern pattern{W_.cols()};
+    pattern.make([&](auto&& add) {
+      const auto both = [&add](Eigen::Index i, Eigen::Index j) {
+        add(i, j);
+        if (adds_transposes && i != j) add(j, i);
+      };
+      for (const Found& entry : found_) both(entry.i, entry.j);
+      masses([&both](Eigen::Index i, Eigen::Index j, auto) { both(i, j); });
+      for (Eigen::Index i = 0; i < W_.cols(); ++i) add(i, i);
+    });
+    pattern.give_to(W_);
   }
   [[nodiscard]] const Slot* outer() const { return W_.outerIndexPtr(); }
   [[nodiscard]] const Slot* inner() const { return W_.innerIndexPtr(); }
