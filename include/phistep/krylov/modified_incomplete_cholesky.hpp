@@ -20,6 +20,9 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
+/// W's incomplete Cholesky factors on its own pattern, dropped fill added to the diagonal, for grids:
+/// newton<PreconditionedCg<ModifiedIncompleteCholesky<>>>()
+/// @tparam Number  of the factors
 template <class Number = double>
 class ModifiedIncompleteCholesky {
  public:

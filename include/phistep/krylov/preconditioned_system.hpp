@@ -53,10 +53,13 @@ struct PreconditionedKrylov {
   static constexpr bool is_copied = std::copy_constructible<P>;
   [[no_unique_address]] std::conditional_t<is_copied, P, Nothing> preconditioner{};
 };
+/// Conjugate gradients, for symmetric positive definite W.
 template <class P = Eigen::DiagonalPreconditioner<double>>
 using PreconditionedCg = PreconditionedKrylov<KrylovMethod::conjugate_gradients, P>;
+/// BiCGSTAB, for any W: two products an iteration.
 template <class P = Eigen::DiagonalPreconditioner<double>>
 using PreconditionedBicgstab = PreconditionedKrylov<KrylovMethod::bicgstab, P>;
+/// GMRES, for any W: restarted after 30 vectors.
 template <class P = Eigen::DiagonalPreconditioner<double>>
 using PreconditionedGmres = PreconditionedKrylov<KrylovMethod::gmres, P>;
 
