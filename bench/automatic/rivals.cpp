@@ -1,12 +1,9 @@
 /// @file
-/// LSODA (a translation to C++, libraries of a Python package, in the folder that NUMBALSODA names) and CVODE.
+/// LSODA (a translation to C++) and CVODE.
 #include "rivals.hpp"
 
-#if __has_include(<dlfcn.h>)
-#include <dlfcn.h>
-#endif
+#include "../numbalsoda.hpp"
 
-#include <cstdlib>
 #include <memory>
 #include <string>
 
@@ -25,29 +22,18 @@ namespace {
 
 constexpr int most_steps = 200'000;
 
-#if __has_include(<dlfcn.h>)
-using Wrapper = void (*)(void (*)(double, double*, double*, double*), int n, double* y0, double* user, int times,
-                         double* t, double* out, double rtol, double atol, int most_steps, int* success);
-
-Wrapper lsoda() {
-  const char* const folder = std::getenv("NUMBALSODA");
-  if (folder == nullptr) return nullptr;
-  void* const handle = dlopen((std::string(folder) + "/liblsoda.so").c_str(), RTLD_NOW);
-  return handle == nullptr ? nullptr : reinterpret_cast<Wrapper>(dlsym(handle, "lsoda_wrapper"));
-}
 void rate_for_lsoda(double t, double* y, double* out, double* user) {
   reinterpret_cast<const BareProblem*>(user)->rate(t, y, out);
 }
-Eigen::VectorXd run_lsoda(Wrapper wrapper, BareProblem problem, double rtol) {
+Eigen::VectorXd run_lsoda(bench::Numbalsoda lsoda, BareProblem problem, double rtol) {
   const auto n = static_cast<int>(problem.start.size());
   Eigen::MatrixXd out(n, 2);
   double times[] = {0, problem.end};
   int success = 0;
-  wrapper(rate_for_lsoda, n, problem.start.data(), reinterpret_cast<double*>(&problem), 2, times, out.data(), rtol,
-          problem.a * rtol, most_steps, &success);
+  lsoda(rate_for_lsoda, n, problem.start.data(), reinterpret_cast<double*>(&problem), 2, times, out.data(), rtol,
+        problem.a * rtol, most_steps, &success);
   return success == 1 ? Eigen::VectorXd(out.col(1)) : Eigen::VectorXd();
 }
-#endif
 
 #ifdef BENCH_HAS_CVODE
 using namespace reference::detail;
@@ -90,13 +76,10 @@ Eigen::VectorXd run_cvode(bool is_stiff, BareProblem problem, double rtol) {
 
 }  // namespace
 
-std::vector<std::pair<std::string, RivalRun>> rivals_of([[maybe_unused]] const BareProblem& problem) {
+std::vector<std::pair<std::string, RivalRun>> rivals_of(const BareProblem& problem) {
   std::vector<std::pair<std::string, RivalRun>> all;
-#if __has_include(<dlfcn.h>)
-  static const Wrapper wrapper = lsoda();
-  if (wrapper != nullptr)
-    all.emplace_back("LSODA", [problem](double rtol) { return run_lsoda(wrapper, problem, rtol); });
-#endif
+  static const bench::Numbalsoda lsoda = bench::load_numbalsoda("lsoda");
+  if (lsoda != nullptr) all.emplace_back("LSODA", [problem](double rtol) { return run_lsoda(lsoda, problem, rtol); });
 #ifdef BENCH_HAS_CVODE
   all.emplace_back("CVODE", [problem](double rtol) { return run_cvode(true, problem, rtol); });
   all.emplace_back("CVODE Adams", [problem](double rtol) { return run_cvode(false, problem, rtol); });

@@ -54,32 +54,27 @@ double heap() {
 /// CPU seconds of this process: others may be at work on the machine.
 double now() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
-Done run(const ReactionDiffusion& problem, auto scheme, auto solver, double rtol) {
+/// A run by the stepper that make(y, term) gives.
+Done run(const ReactionDiffusion& problem, double rtol, auto&& make, bool is_told = false) {
   Done done{.y = problem.start()};
   const double before = heap(), from = now();
-  PhiStepper stepper{done.y, problems::ReactionDiffusionTerm{problem}, scheme, solver};
+  auto stepper = make(done.y, problems::ReactionDiffusionTerm{problem});
   const auto report = integrate(stepper, done.y, {0.0, end}, tolerance{.rtol = rtol, .atol = 1e-2 * rtol});
   done.seconds = now() - from;
   done.bytes = (heap() - before) / static_cast<double>(problem.size());
   done.steps = report.statistics.steps;
   done.iterations = report.statistics.linear_iterations;
   done.good = static_cast<bool>(report);
+  if constexpr (requires { stepper.uses(); })
+    if (is_told) std::printf("%s", stepper.uses().message().c_str());
   return done;
 }
-
+auto by_hand(auto scheme, auto solver) {
+  return [=](Vec& y, auto term) { return PhiStepper{y, term, scheme, solver}; };
+}
 /// The chooser's pick.
-Done run_automatic(const ReactionDiffusion& problem, double rtol, bool is_told = false) {
-  Done done{.y = problem.start()};
-  const double before = heap(), from = now();
-  AutomaticStepper stepper{done.y, problems::ReactionDiffusionTerm{problem}, rtol};
-  const auto report = integrate(stepper, done.y, {0.0, end}, tolerance{.rtol = rtol, .atol = 1e-2 * rtol});
-  done.seconds = now() - from;
-  done.bytes = (heap() - before) / static_cast<double>(problem.size());
-  done.steps = report.statistics.steps;
-  done.iterations = report.statistics.linear_iterations;
-  done.good = static_cast<bool>(report);
-  if (is_told) std::printf("%s", stepper.uses().message().c_str());
-  return done;
+auto by_choice(double rtol) {
+  return [rtol](Vec& y, auto term) { return AutomaticStepper{y, term, rtol}; };
 }
 
 #ifdef BENCH_HAS_SUNDIALS
@@ -187,9 +182,9 @@ std::vector<Row> rows_of(const ReactionDiffusion& p) {
   using Ilu = Eigen::IncompleteLUT<double>;
   std::vector<Row> rows;
   const auto add = [&](const char* name, auto scheme, auto solver) {
-    rows.push_back({name, [=](double rtol) { return run(p, scheme, solver, rtol); }});
+    rows.push_back({name, [=](double rtol) { return run(p, rtol, by_hand(scheme, solver)); }});
   };
-  rows.push_back({"automatic", [p](double rtol) { return run_automatic(p, rtol); }});
+  rows.push_back({"automatic", [p](double rtol) { return run(p, rtol, by_choice(rtol)); }});
   const bool fits = p.dim == 2 ? p.m <= 256 : p.m <= 20;
   if (fits) add("TR-BDF2, LDLT", tr_bdf2, newton());
   add("TR-BDF2, CG + IC", tr_bdf2, newton<Ic>());
@@ -232,10 +227,10 @@ double at(const std::vector<Point>& points, double error) {
 }
 
 void table(const ReactionDiffusion& problem, const std::string& only) {
-  const Vec reference = run(problem, rodas4, newton<PreconditionedCg<ModifiedIncompleteCholesky<>>>(), 1e-8).y;
+  const Vec reference = run(problem, 1e-8, by_hand(rodas4, newton<PreconditionedCg<ModifiedIncompleteCholesky<>>>())).y;
   std::printf("\n%d-D, %td a side, %td unknowns\n%-26s %12s %12s %8s %8s %10s\n", problem.dim, problem.m,
               problem.size(), "", "s at 1e-3", "s at 1e-5", "steps", "linear", "bytes/n");
-  static_cast<void>(run_automatic(problem, 1e-3, true));
+  static_cast<void>(run(problem, 1e-3, by_choice(1e-3), true));
   for (const Row& row : rows_of(problem)) {
     if (row.name.find(only) == std::string::npos) continue;
     std::vector<Point> points;

@@ -1,13 +1,10 @@
 /// @file
 /// DOP853 (E. Hairer's Fortran, in Jacob Williams' edition) and LSODA (a translation to C++), with compiled callbacks.
-#include "tables.hpp"
+#include "../numbalsoda.hpp"
 
-#if __has_include(<dlfcn.h>)
-#include <dlfcn.h>
-
-#include <cstdlib>
-#include <string>
 #include <utility>
+
+#include "tables.hpp"
 
 namespace work_precision::smooth {
 namespace {
@@ -23,25 +20,15 @@ void rate(double t, double* y, double* out, double* user) {
   static_cast<void>(data.system->rate(t, y, out, data.system->legs.front().self.get()));
 }
 
-using Wrapper = void (*)(void (*)(double, double*, double*, double*), int n, double* y0, double* user, int times,
-                         double* t, double* out, double rtol, double atol, int most_steps, int* success);
-
-Wrapper load(const char* library, const char* symbol) {
-  const char* const folder = std::getenv("NUMBALSODA");
-  if (folder == nullptr) return nullptr;
-  void* const handle = dlopen((std::string(folder) + '/' + library).c_str(), RTLD_NOW);
-  return handle == nullptr ? nullptr : reinterpret_cast<Wrapper>(dlsym(handle, symbol));
-}
-
-Answer run(Wrapper wrapper, const System& system, double rtol) {
+Answer run(bench::Numbalsoda solver, const System& system, double rtol) {
   const int n = system.size();
   Eigen::VectorXd y = system.start;
   Eigen::MatrixXd out(n, 2);
   double times[] = {0, system.end()};
   Data data{&system, 0};
   int success = 0;
-  wrapper(rate, n, y.data(), reinterpret_cast<double*>(&data), 2, times, out.data(), rtol, system.a * rtol,
-          static_cast<int>(system.most_steps()), &success);
+  solver(rate, n, y.data(), reinterpret_cast<double*>(&data), 2, times, out.data(), rtol, system.a * rtol,
+         static_cast<int>(system.most_steps()), &success);
   if (success != 1) return {};
   return {out.col(1), 0, data.calls};
 }
@@ -49,21 +36,18 @@ Answer run(Wrapper wrapper, const System& system, double rtol) {
 }  // namespace
 
 bool numbalsoda(Table& table) {
-  static const std::pair<const char*, Wrapper> rivals[] = {{"DOP853", load("libdop853.so", "dop853_wrapper")},
-                                                           {"LSODA", load("liblsoda.so", "lsoda_wrapper")}};
+  static const std::pair<const char*, bench::Numbalsoda> rivals[] = {{"DOP853", bench::load_numbalsoda("dop853")},
+                                                                     {"LSODA", bench::load_numbalsoda("lsoda")}};
   bool any = false;
-  for (const auto& [name, wrapper] : rivals) {
-    if (wrapper == nullptr) continue;
+  for (const auto& [name, solver] : rivals) {
+    if (solver == nullptr) continue;
     any = true;
     table.methods.push_back(
-        {name, name, "rtol", tolerances(), [system = table.system, wrapper = wrapper](double rtol, Film* film) {
-           return film != nullptr ? Answer{} : run(wrapper, system, rtol);
+        {name, name, "rtol", tolerances(), [system = table.system, solver = solver](double rtol, Film* film) {
+           return film != nullptr ? Answer{} : run(solver, system, rtol);
          }});
   }
   return any;
 }
 
 }  // namespace work_precision::smooth
-#else
-bool work_precision::smooth::numbalsoda(Table&) { return false; }
-#endif

@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "problems/reaction_diffusion.hpp"
+#include "krylov/grid.hpp"
 #include "support/catch.hpp"
 
 using namespace phistep;
@@ -17,15 +17,11 @@ using Sparse = Eigen::SparseMatrix<double>;
 
 namespace {
 
-/// M + γ (bed − Δ) on a grid.
-Sparse grid(Eigen::Index m, int dim, double gamma) {
-  const problems::ReactionDiffusion heat{.m = m, .dim = dim, .rate = 0};
-  Sparse W = -gamma * heat.pattern();
-  for (Eigen::Index i = 0; i < W.rows(); ++i) W.coeffRef(i, i) += 1 + 0.3 * static_cast<double>(i % 5);
-  W.makeCompressed();
-  return W;
+/// Masses that differ.
+Sparse uneven(Eigen::Index m, int dim, double gamma) {
+  return grid(m, dim, gamma, [](Eigen::Index i) { return 1 + 0.3 * static_cast<double>(i % 5); });
 }
-/// The same with its unknowns in an order of nobody's.
+/// The same with its unknowns in a random order.
 Sparse shuffled(const Sparse& W) {
   Eigen::PermutationMatrix<Eigen::Dynamic> P(W.rows());
   std::iota(P.indices().data(), P.indices().data() + W.rows(), 0);
@@ -47,7 +43,7 @@ using Two = EisenstatCg<double>;
 }  // namespace
 
 TEST_CASE("conjugate gradients with the factors themselves take the same iterations to the same x") {
-  for (const Sparse& W : {grid(24, 2, 0.1), grid(9, 3, 0.1), shuffled(grid(24, 2, 0.1)), grid(24, 2, 1e-6)}) {
+  for (const Sparse& W : {uneven(24, 2, 0.1), uneven(9, 3, 0.1), shuffled(uneven(24, 2, 0.1)), uneven(24, 2, 1e-6)}) {
     const Eigen::Index n = W.rows();
     const Vec b = Vec::LinSpaced(n, 0, 40).array().sin(), w = Vec::LinSpaced(n, 0.5, 3);
     ByFactors by{W, w};
@@ -84,7 +80,7 @@ TEST_CASE("conjugate gradients with the factors themselves take the same iterati
 }
 
 TEST_CASE("one that was made for another W of the same pattern is made anew") {
-  const Sparse first = grid(12, 2, 1), W = grid(12, 2, 1e-3);
+  const Sparse first = uneven(12, 2, 1), W = uneven(12, 2, 1e-3);
   Two two;
   REQUIRE(two.analyze(first));
   REQUIRE(two.factorize(first) == Two::Found::definite);
@@ -100,8 +96,8 @@ TEST_CASE("patterns whose factors have other entries than W are not taken, nor v
     W.makeCompressed();
     return Two{}.analyze(W);
   };
-  CHECK(takes(grid(5, 2, 1)));
-  CHECK(takes(grid(5, 3, 1)));
+  CHECK(takes(uneven(5, 2, 1)));
+  CHECK(takes(uneven(5, 3, 1)));
   Mat square = 4 * Mat::Identity(4, 4);  // a cycle of four has no triangle, with a diagonal it has two
   for (int i = 0; i < 4; ++i) square(i, (i + 1) % 4) = square((i + 1) % 4, i) = -1;
   CHECK(takes(square.sparseView()));
@@ -115,18 +111,18 @@ TEST_CASE("patterns whose factors have other entries than W are not taken, nor v
   CHECK_FALSE(takes(no_diagonal.sparseView()));
 
   Two two;
-  Sparse W = grid(5, 2, 1);
+  Sparse W = uneven(5, 2, 1);
   REQUIRE(two.analyze(W));
   W.coeffRef(7, 8) *= 1.01;
   CHECK(two.factorize(W) == Two::Found::unsymmetric);
-  W = grid(5, 2, 1);
+  W = uneven(5, 2, 1);
   W.coeffRef(7, 7) = -1;
   CHECK(two.factorize(W) == Two::Found::indefinite);
-  CHECK(two.factorize(grid(5, 2, 1)) == Two::Found::definite);
+  CHECK(two.factorize(uneven(5, 2, 1)) == Two::Found::definite);
 }
 
 TEST_CASE("an indefinite matrix with a positive diagonal is refused in the iteration") {
-  Sparse W = grid(8, 2, 1);
+  Sparse W = uneven(8, 2, 1);
   for (Eigen::Index i = 0; i < W.rows(); ++i) W.coeffRef(i, i) -= 200;
   Two two;
   REQUIRE(two.analyze(W));

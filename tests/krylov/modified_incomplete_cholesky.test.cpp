@@ -5,7 +5,7 @@
 #include <Eigen/IterativeLinearSolvers>
 #include <Eigen/LU>
 
-#include "problems/reaction_diffusion.hpp"
+#include "krylov/grid.hpp"
 #include "support/catch.hpp"
 
 using namespace phistep;
@@ -16,12 +16,8 @@ using Sparse = Eigen::SparseMatrix<double>;
 namespace {
 
 /// I − γ Δ on a grid.
-Sparse grid(Eigen::Index m, int dim, double gamma) {
-  const problems::ReactionDiffusion heat{.m = m, .dim = dim, .rate = 0};
-  Sparse W = -gamma * heat.pattern();
-  for (Eigen::Index i = 0; i < W.rows(); ++i) W.coeffRef(i, i) += 1;
-  W.makeCompressed();
-  return W;
+Sparse even(Eigen::Index m, int dim, double gamma) {
+  return grid(m, dim, gamma, [](Eigen::Index) { return 1; });
 }
 template <class P>
 struct By {
@@ -50,7 +46,7 @@ int iterations(const Sparse& W) {
 }  // namespace
 
 TEST_CASE("where nothing is dropped, the factors are exact") {
-  Sparse W = grid(30, 2, 1e-3);
+  Sparse W = even(30, 2, 1e-3);
   Mat tridiagonal = Mat(W).topLeftCorner(30, 30);  // one line of the grid
   Mat arrow = 9 * Mat::Identity(8, 8);
   arrow.row(7).setConstant(-1), arrow.col(7).setConstant(-1), arrow(7, 7) = 9;
@@ -65,7 +61,7 @@ TEST_CASE("where nothing is dropped, the factors are exact") {
 }
 
 TEST_CASE("with dropped fill, rows keep their sums but for two hundredths of what was dropped") {
-  const Sparse W = grid(12, 2, 1.0);
+  const Sparse W = even(12, 2, 1.0);
   ModifiedIncompleteCholesky<> p;
   p.compute(W);
   Eigen::IncompleteCholesky<double, Eigen::Lower, Eigen::NaturalOrdering<int>> plain(W);
@@ -77,7 +73,7 @@ TEST_CASE("conjugate gradients need fewer iterations, and the more so the larger
   using Modified = ModifiedIncompleteCholesky<>;
   using Plain = Eigen::IncompleteCholesky<double, Eigen::Lower, Eigen::NaturalOrdering<int>>;
   using Diagonal = Eigen::DiagonalPreconditioner<double>;
-  const Sparse coarse = grid(32, 2, 0.1), fine = grid(128, 2, 0.1), cube = grid(16, 3, 0.1);
+  const Sparse coarse = even(32, 2, 0.1), fine = even(128, 2, 0.1), cube = even(16, 3, 0.1);
   const int a = iterations<Modified>(coarse), b = iterations<Modified>(fine);
   CAPTURE(a, b, iterations<Plain>(coarse), iterations<Plain>(fine), iterations<Diagonal>(fine));
   CHECK(b <= 2.6 * a);  // four times the side: twice as many; plain ones four times

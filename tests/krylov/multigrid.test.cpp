@@ -6,7 +6,6 @@
 #include "problems/reaction_diffusion.hpp"
 #include "support/catch.hpp"
 
-#if __has_include(<amgcl/amg.hpp>) && __has_include(<boost/property_tree/ptree.hpp>)
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wall"
 #include <boost/range.hpp>
@@ -88,9 +87,3 @@ TEST_CASE("iterations a solve grow half as much with the grid as those of the di
   };
   CHECK(growth(newton<PreconditionedCg<Multigrid>>()) <= 0.5 * growth(newton<PreconditionedCg<>>()));
 }
-#else
-TEST_CASE("an algebraic multigrid fits the hook") {
-  SUCCEED("nothing to check");
-  WARN("skipped: the headers of AMGCL (and Boost's property tree) are not there");
-}
-#endif

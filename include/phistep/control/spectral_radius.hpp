@@ -36,6 +36,7 @@ class SpectralRadius {
   /// At (t, y): 1 + 2 pairs calls. @param f  f(t, y, out) → bool: out = y'. @param weight  1/(atol + rtol|y|), whose rtol is
   /// `rtol`. @return 0 where y' is not finite
   [[nodiscard]] double operator()(auto&& f, Scalar t, const Plain& y, const Plain& weight, double rtol, int pairs = 4) {
+    turn_ = 1;
     if (!f(t, y, slope_)) return 0;
     // Directions are measured in weights; a probe moves y by √u of |y| + atol/rtol.
     const double u = static_cast<double>(std::numeric_limits<Scalar>::epsilon()), reach = std::sqrt(u) / rtol;
@@ -59,7 +60,8 @@ class SpectralRadius {
     }
     return rho;
   }
-  /// cos 2θ of λ = ρ exp(iθ), about: 1 for a real λ, −1 for ±iω. Of the last estimate.
+  /// cos 2θ of λ = ρ exp(iθ), about: 1 for a real λ, −1 for ±iω. Of the last estimate; 1 where that one ended early. No
+  /// checkpoint has it: it is asked for after an estimate.
   [[nodiscard]] double turn() const { return turn_; }
   /// y' at the y of the last estimate.
   [[nodiscard]] const Plain& slope() const { return slope_; }

@@ -307,7 +307,8 @@ class RightHandSide {
   }
   [[nodiscard]] static bool is_finite(const Plain& y) { return all_finite(Blocks<S>::all(y)); }
   void rebind(Masses masses) { masses_ = std::move(masses); }
-  /// Who is computed from now on (state/active_set.hpp), where masses tell. True where somebody is that was not before.
+  /// The particles that are computed from now on (state/active_set.hpp): hands the set to the masses that take one. True where
+  /// it has a particle that the set before had not.
   bool set_active(const std::shared_ptr<const ActiveSet>& active) requires takes_active {
     bool more = false;
     std::apply(

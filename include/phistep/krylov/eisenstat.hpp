@@ -119,7 +119,8 @@ class EisenstatCg {
  private:
   [[nodiscard]] static std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
-  /// Whether each (i, j) has its (j, i), all have a diagonal, and there is no triangle.
+  /// Whether W's pattern is symmetric, with a full diagonal, and without triangles: entries (i, j), (j, k) and (i, k) of three
+  /// unknowns, where factors would have fill.
   [[nodiscard]] bool fits(const Matrix& W) {
     const Slot *const outer = W.outerIndexPtr(), *const inner = W.innerIndexPtr();
     const auto has = [&](Slot i, Slot j) { return std::binary_search(inner + outer[j], inner + outer[j + 1], i); };

@@ -72,8 +72,8 @@ class SparseAssembly : public Sizes {
     }
   }
 
-  /// For those who make matrices of their own: completes the pattern of W, and returns whether it is a new one. Then K and C, and M,
-  /// slot by slot.
+  /// Completes the pattern of W, and returns whether it is a new one. With pattern(), for_each_tangent() and for_each_mass() the
+  /// caller can then make matrices from K, C and M slot by slot.
   [[nodiscard]] bool settle(const auto& masses) { return update_pattern(masses); }
   [[nodiscard]] const Matrix& pattern() const { return W_; }
   void for_each_tangent(auto&& f) const {
@@ -232,7 +232,7 @@ class SparseAssembly : public Sizes {
   StayingMatrix<Scalar> W_;
   Tangents<Vector, has_K, has_C> tangents_;  // by slot of W
   std::vector<Slot> slots_;                  // of the force's entries, in its order
-  std::vector<Found> found_;                 // its entries, while there is no pattern
+  std::vector<Found> found_;                 // the force's entries, until the pattern is made of them
   std::vector<Column> columns_;              // of is_symmetric
   std::size_t written_ = 0;                  // entries with slots so far
   bool has_slots_ = false;
