@@ -3,6 +3,8 @@
 
 #include <Eigen/SparseCholesky>
 
+#include <vector>
+
 #include "problems/reaction_diffusion.hpp"
 #include "support/catch.hpp"
 
@@ -33,6 +35,34 @@ TEST_CASE("values and the missing half don't matter") {
   CHECK(all.entries == lower.entries);
   CHECK(all.entries == zeros.entries);
   CHECK(all.products == lower.products);
+}
+
+TEST_CASE("a part is counted until it says enough: a bound from below, exact where that never comes") {
+  const Sparse A = problems::ReactionDiffusion{.m = 64}.pattern();
+  const FactorCost all = factor_cost(A), half = factor_cost(neighbourhood(A, 512)),
+                   other = factor_cost(neighbourhood(A, 1024));
+  CHECK(half.unknowns == 512);
+  CHECK(0.4 * all.entries_an_unknown() < half.entries_an_unknown());
+  CHECK(half.entries_an_unknown() < other.entries_an_unknown());
+  CHECK(other.entries_an_unknown() < all.entries_an_unknown());
+  const auto until = [&A](double entries) {
+    return factor_cost(A, [entries](const FactorCost& part) { return part.entries_an_unknown() >= entries; });
+  };
+  CHECK(until(half.entries_an_unknown()).unknowns == 512);
+  CHECK(until(half.entries_an_unknown() + 0.01).unknowns == 1024);
+  CHECK(until(1e9).entries == all.entries);
+
+  // Pieces that are not connected, and a pattern of the diagonal alone, are gone through to the end.
+  Sparse twice(8192, 8192), diagonal(3000, 3000);
+  diagonal.setIdentity();
+  CHECK(neighbourhood(diagonal, 512).nonZeros() == 512);
+  std::vector<Eigen::Triplet<double>> entries;
+  for (Eigen::Index k = 0; k < A.cols(); ++k)
+    for (Sparse::InnerIterator a(A, k); a; ++a)
+      for (const Eigen::Index from : {Eigen::Index{0}, A.cols()}) entries.emplace_back(from + a.row(), from + k, 1.0);
+  twice.setFromTriplets(entries.begin(), entries.end());
+  CHECK(factor_cost(neighbourhood(twice, 8192)).entries == 2 * all.entries);
+  CHECK(factor_cost(neighbourhood(twice, 6000)).unknowns == 6000);
 }
 
 TEST_CASE("grids: the count is that of the factors, and grows as nested dissection's bounds say") {

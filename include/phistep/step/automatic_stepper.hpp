@@ -95,10 +95,11 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
   template <class Accept>
   StepReport attempt(S& state, Scalar t, Scalar dt, Origin origin, Trace<Plain>& trace, Accept&& accept) {
     StepReport report = Base::attempt(state, t, dt, origin, trace, accept);
-    if (is_by_cg(scheme()) && shows_unsuited_cg(report.outcome())) {
-      use_direct_solver(state, t);
-      report = Base::attempt(state, t, dt, origin, trace, accept);
-    }
+    if constexpr (Schemes::is_field)
+      if (is_by_cg(scheme()) && shows_unsuited_cg(report.outcome())) {
+        use_direct_solver(state, t);
+        report = Base::attempt(state, t, dt, origin, trace, accept);
+      }
     if (report) ++course_.done;
     else if (report.outcome() == Outcome::error_too_large) course_.watch.rejected();
     return report;
@@ -184,7 +185,7 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
       return false;
     }
     problem_.oscillates = oscillates(seen);
-    if (!to_explicit) count_fill(y, t, seen);
+    if (!to_explicit && !is_worth(y, t, seen)) return false;
     replace_by(to_explicit ? Schemes::suitable_explicit(problem_) : Schemes::suitable_implicit(problem_), state);
     if (cause == SchemeCause::stiff_start) course_.watch.begin_implicit();
     else course_.watch.change();
@@ -203,14 +204,15 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
     replace_by(Schemes::suitable_implicit(problem_), state);
     note(t, seen(), SchemeCause::unsolved);
   }
-  /// Of a large sparse matrix: what a factorization would cost.
-  void count_fill(const Plain& y, Scalar t, const RateSeen& seen) {
+  /// Whether an implicit scheme still pays when a large sparse matrix has been looked at: what its equations cost.
+  [[nodiscard]] bool is_worth(const Plain& y, Scalar t, const RateSeen& seen) {
     if constexpr (Schemes::is_field) {
       problem_.turns = seen.rate * seen.left;
       if (course_.is_direct) problem_.field = {};
-      else problem_.field = FieldMatrix<Scalar>::template look<S>(force_, mass_, t, y, course_.retired);
-      course_.watch.set_implicit_cost(Schemes::rivals(problem_).implicit_cost);
+      else problem_.field = FieldMatrix<Scalar>::template look<S>(force_, mass_, t, y, problem_, course_.retired);
+      course_.watch.set_implicit_cost(Schemes::rivals(problem_, false).implicit_cost);
     }
+    return course_.watch.pays(seen);
   }
   void replace_by(int scheme, const S& state) {
     Steppers fresh = Schemes::make(scheme, state, force_, mass_);

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "phistep/core/implicit_solver.hpp"
 #include "phistep/core/outcome.hpp"
@@ -26,17 +27,20 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// A comes as its pattern and its values. Whether |a_ij − a_ji| ≤ tolerance · (the largest entry), where both have a slot.
+/// Whether a_ij = a_ji within tolerance · (the largest entry), and both have a slot. Row by row: the transposes of the columns'
+/// entries come in the order in which they are stored.
 template <class Scalar>
 [[nodiscard]] bool is_symmetric(const Eigen::SparseMatrix<Scalar>& A, Scalar tolerance) {
-  const Eigen::SparseMatrix<Scalar> transposed = A.transpose();
-  const auto n = static_cast<std::size_t>(A.nonZeros());
-  if (!std::equal(A.innerIndexPtr(), A.innerIndexPtr() + n, transposed.innerIndexPtr())) return false;
+  const auto *const outer = A.outerIndexPtr(), *const inner = A.innerIndexPtr();
+  std::vector<typename Eigen::SparseMatrix<Scalar>::StorageIndex> next(outer, outer + A.cols());
   Scalar largest{0}, apart{0};
-  for (std::size_t k = 0; k < n; ++k) {
-    largest = std::max(largest, std::abs(A.valuePtr()[k]));
-    apart = std::max(apart, std::abs(A.valuePtr()[k] - transposed.valuePtr()[k]));
-  }
+  for (Eigen::Index j = 0; j < A.cols(); ++j)
+    for (auto p = outer[j]; p < outer[j + 1]; ++p) {
+      const auto q = next[static_cast<std::size_t>(inner[p])]++;
+      if (q >= outer[inner[p] + 1] || inner[q] != j) return false;
+      largest = std::max(largest, std::abs(A.valuePtr()[p]));
+      apart = std::max(apart, std::abs(A.valuePtr()[p] - A.valuePtr()[q]));
+    }
   return apart <= tolerance * largest;
 }
 
@@ -46,10 +50,13 @@ struct FieldMatrix {
   using Solver = Newton<PreconditionedCg<ModifiedIncompleteCholesky<Scalar>>>;
 
   /// Looks at K and C at (t, y): a Jacobian, and a force call for differences.
-  /// @param spent  adds what it has cost. @return entries < 0 where they are not finite
+  /// The fill is counted until it says that conjugate gradients cost less.
+  /// @param problem  what else is known of it
+  /// @param spent    adds what it has cost
+  /// @return entries < 0 where K or C are not finite
   template <State S, class F, class MassSpec>
   [[nodiscard]] static FieldCounts look(const F& force, const MassSpec& mass, Scalar t, const PlainState<S>& y,
-                                        Statistics& spent) {
+                                        AdvisedProblem problem, Statistics& spent) {
     using Masses = decltype(bind_masses<S>(mass, y));
     using Rhs = RightHandSide<S, F, Masses>;
     using Matrix = Linearisation<S, Rhs, void, true, true, true>;
@@ -66,15 +73,23 @@ struct FieldMatrix {
     if (failed(outcome)) return counts;
     auto& system = matrix.system();
     static_cast<void>(system.settle(each_mass_entry<S>(rhs, y)));
-    Eigen::SparseMatrix<Scalar> C = system.pattern(), K = C;
-    system.for_each_tangent([&](std::size_t p, Scalar k, Scalar c) { K.valuePtr()[p] = k, C.valuePtr()[p] = c; });
+    Eigen::SparseMatrix<Scalar> A = system.pattern();
     const Scalar tolerance = (Matrix::analytic ? 16 : 64) * (Matrix::analytic ? epsilon : std::sqrt(epsilon));
-    counts.is_symmetric = is_symmetric(C, tolerance) && is_symmetric(K, tolerance);
-    const FactorCost cost = factor_cost(C);
-    const auto n = static_cast<double>(std::max<Eigen::Index>(1, C.cols()));
-    counts.entries = cost.entries_an_unknown();
-    counts.products = cost.products_an_unknown();
-    counts.row = static_cast<double>(C.nonZeros()) / n;
+    counts.is_symmetric = true;
+    for (int of_K = 0; of_K <= (Rhs::drifts ? 1 : 0); ++of_K) {
+      system.for_each_tangent([&](std::size_t p, Scalar k, Scalar c) { A.valuePtr()[p] = of_K == 1 ? k : c; });
+      counts.is_symmetric = counts.is_symmetric && is_symmetric(A, tolerance);
+    }
+    counts.row = static_cast<double>(A.nonZeros()) / static_cast<double>(std::max<Eigen::Index>(1, A.cols()));
+    const auto set = [&counts](const FactorCost& cost) {
+      counts.entries = cost.entries_an_unknown();
+      counts.products = cost.products_an_unknown();
+    };
+    set(factor_cost(A, [&](const FactorCost& part) {
+      set(part);
+      problem.field = counts;
+      return is_for_cg(problem);
+    }));
     return counts;
   }
 };

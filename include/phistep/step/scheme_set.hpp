@@ -123,10 +123,12 @@ struct SchemesFor {
     return problem.has_jacobian || problem.has_pattern || problem.unknowns <= dense_difference_limit;
   }
   /// What StiffnessWatch compares.
-  [[nodiscard]] static RivalSteps rivals(const AdvisedProblem& problem) {
+  /// @param may_be_cg  a large sparse matrix has not been looked at yet, and is priced as one for conjugate gradients
+  [[nodiscard]] static RivalSteps rivals(const AdvisedProblem& problem, bool may_be_cg = is_field) {
     const SuitableScheme one = Set::all[static_cast<std::size_t>(suitable_explicit(problem))],
                          other = Set::all[static_cast<std::size_t>(suitable_implicit(problem))];
-    return {stability_bound(one), step_cost(one, problem), step_cost(other, problem), turning_bound(one)};
+    return {stability_bound(one), step_cost(one, problem),
+            step_cost(may_be_cg ? SuitableScheme::rodas_4_cg : other, problem), turning_bound(one)};
   }
   /// Number k of the schemes, as a stepper.
   template <std::size_t i = 0>

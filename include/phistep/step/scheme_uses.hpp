@@ -34,15 +34,16 @@ struct SchemeUse {
   std::int64_t step = 0;  ///< after so many steps of the run
   double rate = 0;        ///< [1/time] |λ|max of ∂y'/∂y there, 0: not looked at
   double dt = 0;          ///< [time] of the steps there
-  double entries = -1;    ///< of L an unknown, where a factorization's fill was counted
+  double entries = -1;  ///< of L an unknown, where a factorization's fill was counted; at least, by conjugate gradients
 
   /// "rodas5p from t = 0.012, step 34: stiff, …"
   [[nodiscard]] std::string message() const {
     std::string all = reason();
     if (entries < 0) return all;
     char text[120];
-    std::snprintf(text, sizeof text, "; %s, a factorization has %.1f entries of L an unknown",
-                  is_by_cg(scheme) ? "conjugate gradients" : "direct solver", entries);
+    std::snprintf(text, sizeof text, "; %s, a factorization has %s%.1f entries of L an unknown",
+                  is_by_cg(scheme) ? "conjugate gradients" : "direct solver", is_by_cg(scheme) ? "at least " : "",
+                  entries);
     return all + text;
   }
 

@@ -62,6 +62,10 @@ class StiffnessWatch {
     if (implicit_) return spell_ >= 8 && since_ >= period_;
     return steady_ >= 5 && since_ >= (rejected_ ? std::max(2, period_ / 3) : period_);
   }
+  /// Whether what explicit steps would be left is worth more than 8 implicit ones.
+  [[nodiscard]] bool pays(const RateSeen& seen) const {
+    return seen.left * seen.rate / rivals_.bound * rivals_.explicit_cost > 8 * rivals_.implicit_cost;
+  }
   /// At the start of a run: whether it should begin with an implicit scheme.
   [[nodiscard]] bool starts_stiff(const RateSeen& seen) const {
     return seen.rate * seen.dt > 5 * rivals_.bound && pays(seen);
@@ -99,10 +103,6 @@ class StiffnessWatch {
  private:
   [[nodiscard]] double bound_for(const RateSeen& seen) const {
     return oscillates(seen) ? rivals_.turning_bound : rivals_.bound;
-  }
-  /// What explicit steps would be left is worth more than 8 implicit ones.
-  [[nodiscard]] bool pays(const RateSeen& seen) const {
-    return seen.left * seen.rate / rivals_.bound * rivals_.explicit_cost > 8 * rivals_.implicit_cost;
   }
   [[nodiscard]] bool is_stiff(const RateSeen& seen) {
     const double share = seen.rate * seen.dt / bound_for(seen);
