@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 
 #include <cmath>
+#include <cstdint>
 #include <stdexcept>
 #include <string>
 #include <tuple>
@@ -94,27 +95,29 @@ class Transaction {
     return report;
   }
 
-  template <class Advance>
-  StepReport run(Rhs& rhs, S& state, Scalar t, Scalar dt, Origin origin, Advance&& advance) {
-    if (const Outcome bad = open(t, dt); failed(bad)) return refuse(rhs, bad, t, dt);
+  /// @param steps     one, or several where takes_several: the same bits as by a call for each
+  /// @param advance   (Data&) → Outcome
+  /// @param accepted  called after each
+  template <class Steps, class Advance, class Accepted>
+  StepReport run(Rhs& rhs, S& state, const Steps& steps, Origin origin, Advance&& advance, Accepted&& accepted) {
+    if (const Outcome bad = open(steps.t(0), steps.dt); failed(bad))
+      return refuse(rhs, bad, steps.t(0), steps.dt);
+    const std::int64_t before = rhs.statistics().steps;
     try {
       [[maybe_unused]] Held held{state};
-      const Plain& y = read(state);
       if constexpr (in_registers) {
-        Plain next;
-        if constexpr (carries) {
-          return run_from(rhs, y, state, t, dt, origin, advance, next, psi_);
-        } else {
-          Rate psi;
-          return run_from(rhs, y, state, t, dt, origin, advance, next, psi);
-        }
+        Plain y = read(state), next;
+        Rate psi;
+        if constexpr (carries) psi = psi_;
+        return run_from(rhs, y, state, steps, origin, advance, accepted, next, psi);
       } else {
-        const StepReport report = run_from(rhs, y, state, t, dt, origin, advance, next_, psi_);
+        const Plain& y = read(state);
+        const StepReport report = run_from(rhs, y, state, steps, origin, advance, accepted, next_, psi_);
         held.is_done = static_cast<bool>(report);
         return report;
       }
     } catch (const WrongSize& wrong) {
-      return fail(rhs, state, t, dt, wrong);
+      return fail(rhs, state, steps.t(rhs.statistics().steps - before), steps.dt, wrong);
     }
   }
 
@@ -151,6 +154,8 @@ class Transaction {
     constexpr int size = static_size<decltype(Blocks<S>::all(std::declval<Plain&>()))>;
     return size != Eigen::Dynamic && size <= 64;
   }();
+  /// Steps without anything between them go on from there.
+  static constexpr bool takes_several = in_registers && std::is_same_v<S, Plain>;
   [[nodiscard]] static Plain copy_of(const S& state) {
     Plain copy;
     copy_blocks<S>(copy, state);
@@ -195,44 +200,52 @@ class Transaction {
     }
   };
 
-  template <class Advance>
-  StepReport run_from(Rhs& rhs, const Plain& y, S& state, Scalar t, Scalar dt, Origin origin, Advance& advance,
-                      Plain& next, Rate& psi) {
+  template <class Steps, class Y, class Advance, class Accepted>
+  StepReport run_from(Rhs& rhs, Y& y, S& state, const Steps& steps, Origin origin, Advance& advance,
+                      Accepted& accepted, Plain& next, Rate& psi) {
     bool psi_known = false;
     if constexpr (carries) {
-      psi_known = origin == Origin::unedited ? guard_.holds_unedited(t) : guard_.holds(t, y);
+      psi_known = origin == Origin::unedited ? guard_.holds_unedited(steps.t(0)) : guard_.holds(steps.t(0), y);
       guard_.forget();  // an exception from here on leaves psi half-written
     }
-    rhs.begin(t, dt, y);
-    Data data{y, t, dt, next, psi, psi_known};
-    const Outcome outcome = advance(data);
-    if (outcome != Outcome::success) {
-      if (outcome == Outcome::error_too_large) {
-        ++rhs.statistics().rejections;
-        return {outcome, failure_.iterations, nullptr};
+    for (std::int64_t n = 0;;) {
+      const Scalar t = steps.t(n), dt = steps.dt;
+      rhs.begin(t, dt, y);
+      Data data{y, t, dt, next, psi, psi_known};
+      const Outcome outcome = advance(data);
+      if (outcome != Outcome::success) {
+        if (outcome == Outcome::error_too_large) {
+          ++rhs.statistics().rejections;
+          return {outcome, failure_.iterations, nullptr};
+        }
+        if constexpr (in_registers) {
+          // fail() must not see addresses of what should stay in registers on the good path: it gets copies.
+          const Plain copy = y;
+          next_ = next;
+          psi_ = psi;
+          return fail(rhs, outcome, t, dt, copy, next_, psi_);
+        }
+        return fail(rhs, outcome, t, dt, y, next_, psi_);
       }
-      if constexpr (in_registers) {
-        // fail() must not see addresses of what should stay in registers on the good path: it gets copies.
-        const Plain copy = y;
-        next_ = next;
-        if constexpr (!carries) psi_ = psi;
-        return fail(rhs, outcome, t, dt, copy, next_, psi_);
+      rhs.commit(t + dt, next);
+      psi_known = carries && data.psi_next_known;
+      const bool is_last = ++n == steps.count();
+      if constexpr (carries)
+        if (is_last && psi_known) {
+          if constexpr (in_registers) psi_ = psi;
+          if (origin == Origin::unedited) guard_.remember_unchecked(t + dt);
+          else guard_.remember(t + dt, next);
+        }
+      if constexpr (borrowed && !in_registers && !ShowsTrials<S>) {
+        if (!data.is_state_next) copy_views<S>(state, std::as_const(next));
+      } else if (!data.is_state_next) {
+        commit_blocks<S>(state, next);
       }
-      return fail(rhs, outcome, t, dt, y, next_, psi_);
+      ++rhs.statistics().steps;
+      accepted();
+      if (is_last) return {Outcome::success, failure_.iterations, nullptr};
+      if constexpr (takes_several) y = next;
     }
-    rhs.commit(t + dt, next);
-    if constexpr (carries)
-      if (data.psi_next_known) {
-        if (origin == Origin::unedited) guard_.remember_unchecked(t + dt);
-        else guard_.remember(t + dt, next);
-      }
-    if constexpr (borrowed && !in_registers && !ShowsTrials<S>) {
-      if (!data.is_state_next) copy_views<S>(state, std::as_const(next));
-    } else if (!data.is_state_next) {
-      commit_blocks<S>(state, next);
-    }
-    ++rhs.statistics().steps;
-    return {Outcome::success, failure_.iterations, nullptr};
   }
 
   [[gnu::cold, gnu::noinline]] StepReport fail(Rhs& rhs, const S& state, Scalar t, Scalar dt, const WrongSize& wrong) {
