@@ -31,6 +31,9 @@ struct Advance {
   Scalar kick;    ///< γ on M⁻¹Ψ
   Before before;  ///< on the velocity that the step starts from
   After after;    ///< on the velocity just computed
+  operator Advance<Scalar>() const requires(!std::is_same_v<Advance, Advance<Scalar>>) {
+    return {kick, static_cast<Scalar>(before), static_cast<Scalar>(after)};
+  }
 };
 template <class Scalar, class Before, class After>
 Advance(Scalar, Before, After) -> Advance<Scalar, Before, After>;

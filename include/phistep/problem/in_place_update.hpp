@@ -63,7 +63,7 @@ class InPlaceUpdate {
       if (!bounds_hold_) measure(rhs, y);
       if (!excludes_overflow(by, psi)) return false;
       rhs.for_each_update(
-          y, by, psi,
+          y, by, psi, rhs.masses(),
           [](const auto& kernel, auto& to, auto&... position) {
             update_in_place_unwatched(to.size(), kernel, to.data(), position.data()...);
           },
@@ -116,7 +116,7 @@ class InPlaceUpdate {
   [[nodiscard]] bool write_through(const Rhs& rhs, const Plain& y, const auto& by, const auto& psi) {
     bool finite = true;
     rhs.for_each_update(
-        y, by, psi, [&finite](const auto& kernel, auto&... to) { finite = finite && write(kernel, to...); }, *place_);
+        y, by, psi, rhs.masses(), [&finite](const auto& kernel, auto&... to) { finite = finite && write(kernel, to...); }, *place_);
     return finite;
   }
   template <class Kernel>

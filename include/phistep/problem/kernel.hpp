@@ -326,10 +326,10 @@ class Kernel {
   [[nodiscard, gnu::always_inline]] inline bool advance_by(Data& step, const auto& by, const auto& psi) {
     if constexpr (writes_in_place)
       if ((step.is_state_next = in_place_.advance(rhs_, step.y, by, psi))) return true;
-    return rhs_.advance(step.next, step.y, by, psi, step.psi);
+    return Rhs::advance(step.next, step.y, by, psi, step.psi, step.masses);
   }
   [[nodiscard, gnu::always_inline]] inline Outcome kick_by(Data& step, Scalar gamma, const auto& psi) {
-    return rhs_.kick(step.next, gamma, psi, step.psi) ? Outcome::success : Outcome::non_finite_state;
+    return Rhs::kick(step.next, gamma, psi, step.psi, step.masses) ? Outcome::success : Outcome::non_finite_state;
   }
 
   struct NotInPlace {

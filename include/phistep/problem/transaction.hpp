@@ -32,13 +32,14 @@ enum class Origin {
 };
 
 /// What a scheme works with during one step.
-template <class Plain, class Rate, class Scalar>
+template <class Plain, class Rate, class Scalar, class Masses>
 struct StepData {
   const Plain& y;   ///< the state at t
   const Scalar t;   ///< [time]
   const Scalar dt;  ///< [time]
   Plain& next;      ///< becomes the state at t + Δt
   Rate& psi;        ///< holds Ψ(t, y) if `psi_known`, else scratch
+  const Masses& masses;
   bool psi_known;
   bool psi_next_known = false;   ///< the scheme leaves Ψ(t+Δt, next) in psi
   bool psi_carried = psi_known;  ///< it comes from the step before, to what that has solved
@@ -46,8 +47,8 @@ struct StepData {
   static constexpr bool is_traced = false;
 };
 /// … of a step whose slopes and error a controller or dense output reads.
-template <class Plain, class Rate, class Scalar>
-struct TracedStepData : StepData<Plain, Rate, Scalar> {
+template <class Plain, class Rate, class Scalar, class Masses>
+struct TracedStepData : StepData<Plain, Rate, Scalar, Masses> {
   Trace<Plain>& trace;
   bool has_prediction = false;  ///< trace.predicted is where the next resolve starts
   static constexpr bool is_traced = true;
@@ -60,8 +61,8 @@ class Transaction {
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
   using Rate = RateOf<S>;
-  using Data = StepData<Plain, Rate, Scalar>;
-  using TracedData = TracedStepData<Plain, Rate, Scalar>;
+  using Data = StepData<Plain, Rate, Scalar, typename Rhs::Masses>;
+  using TracedData = TracedStepData<Plain, Rate, Scalar, typename Rhs::Masses>;
 
   /// @throws std::invalid_argument where r and v of a motion differ in shape, or views share memory
   /// @param copy  of the state
@@ -171,6 +172,12 @@ class Transaction {
   /// A Map or Ref refers to the user's memory: it is read once, and written at the commit.
   static constexpr bool borrowed = !std::is_same_v<S, Plain>;
 
+  /// With a small state goes a copy of its masses, or each step would divide by them anew: what is written to a state might be
+  /// theirs, for all that the compiler knows.
+  using Masses =
+      std::conditional_t<in_registers && std::is_trivially_copy_constructible_v<typename Rhs::Masses>,
+                         const typename Rhs::Masses, const typename Rhs::Masses&>;
+
   [[nodiscard]] static Outcome check(Scalar t, Scalar dt) {
     if (!(std::isfinite(dt) && std::isfinite(t)) || dt == Scalar{0}) return Outcome::invalid_step;
     return t + dt == t ? Outcome::step_too_small : Outcome::success;
@@ -208,10 +215,11 @@ class Transaction {
       psi_known = origin == Origin::unedited ? guard_.holds_unedited(steps.t(0)) : guard_.holds(steps.t(0), y);
       guard_.forget();  // an exception from here on leaves psi half-written
     }
+    Masses masses = rhs.masses();
     for (std::int64_t n = 0;;) {
       const Scalar t = steps.t(n), dt = steps.dt;
       rhs.begin(t, dt, y);
-      Data data{y, t, dt, next, psi, psi_known};
+      Data data{y, t, dt, next, psi, masses, psi_known};
       const Outcome outcome = advance(data);
       if (outcome != Outcome::success) {
         if (outcome == Outcome::error_too_large) {
