@@ -63,7 +63,7 @@ class Run {
   RunReport finish() {
     // From here on only observers can edit the state between steps.
     alone_ = sizeof...(Observers) == 0;
-    for (bool edited = true; step(edited);) edited = !alone_;
+    for (bool edited = true; step(edited) && go_on();) edited = !alone_;
     return report();
   }
 
@@ -116,6 +116,12 @@ class Run {
     return std::is_copy_constructible_v<Stepper> ? Looks::may_look : Looks::not_copied;
   }();
   static constexpr bool looks_inside = looks == Looks::may_look && Watchers::may_look_inside;
+  /// Without observers the stepper does steps of one length in one call.
+  static constexpr bool takes_several = [] {
+    if constexpr (requires { Stepper::takes_several; })
+      return Stepper::takes_several && !Pace::varies && sizeof...(Observers) == 0;
+    else return false;
+  }();
   using Attempt = StepAttempt<Stepper, S, Pace, observed>;
   struct Unseen {
     explicit Unseen(const auto&...) {}
@@ -165,6 +171,34 @@ class Run {
     }
   }
 
+  /// The steps of one length that lie ahead: nothing sees the states between them.
+  bool go_on() {
+    if constexpr (takes_several) {
+      if (ended_) return false;
+      const auto steps = step_.pace().ahead(step_.clock());
+      if (steps.count() == 0) return true;
+      const CountsSteps counts{*this, stepper_.statistics().steps};
+      const StepReport done = stepper_.steps(state_, steps, Origin::unedited);
+      if (done) return true;
+      report_.failure = done.failure();
+      return end(done.outcome());
+    } else {
+      return true;
+    }
+  }
+  /// What has been done when an exception ends it counts.
+  struct CountsSteps {
+    Run& run;
+    std::int64_t before;
+    ~CountsSteps() {
+      const std::int64_t n = run.stepper_.statistics().steps - before;
+      if (n == 0) return;
+      const Landing<Scalar> to = run.step_.pace().after(n);
+      run.step_.clock().move(to);
+      run.count(to);
+    }
+  };
+
   bool begin() {
     if (const Outcome bad = step_.begin_run(); failed(bad)) return end(bad);
     if (!observers_.begin(time(), state_)) return end(Outcome::stopped_by_observer);
@@ -184,14 +218,18 @@ class Run {
     const Outcome armed = first_ ? Outcome::success : events_.rearm(time(), state_);
     return !failed(armed) || end(armed);
   }
-  /// The step has become the state.
-  bool complete(const Landing<Scalar>& to, const Found& found) {
+  /// The step is done, or several.
+  void count(const Landing<Scalar>& to) {
     const double length = std::abs(static_cast<double>(to.dt));
     step_.accepted(to, report_.limits);
     first_ = false;
-    ++report_.statistics.steps;
+    report_.statistics.steps += to.steps;
     report_.smallest_dt = report_.largest_dt == 0 ? length : std::min(report_.smallest_dt, length);
     report_.largest_dt = std::max(report_.largest_dt, length);
+  }
+  /// The step has become the state.
+  bool complete(const Landing<Scalar>& to, const Found& found) {
+    count(to);
     if constexpr (minds_edits) {
       if (alone_) edits_.forget();
       else edits_.remember(time(), step_.plain());

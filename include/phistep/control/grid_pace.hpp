@@ -2,11 +2,13 @@
 /// The pace of runs with a fixed Δt.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 
 #include "phistep/control/fixed_step.hpp"
 #include "phistep/control/run_clock.hpp"
+#include "phistep/control/step_times.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/version.hpp"
 
@@ -36,6 +38,16 @@ class GridPace {
     const Scalar whole = t == node_ ? grid_->step(done_) : -grid_->from_node(done_ + 1, t);
     return {stop && -beyond <= same ? *stop : node, whole, true, false, true};
   }
+  /// The steps of one length from where the run stands: none where that is no node of the grid, by the very number.
+  [[nodiscard]] GridSteps<Scalar> ahead(const RunClock<Scalar>& clock) const {
+    const bool at_node = clock.t() == grid_->time(done_);
+    return {clock.span().t0, grid_->step(0), done_,
+            at_node ? std::max<std::int64_t>(grid_->steps() - 1 - done_, 0) : 0};
+  }
+  /// Where the first n of them end.
+  [[nodiscard]] Landing<Scalar> after(std::int64_t n) const {
+    return {grid_->time(done_ + n), grid_->step(done_), true, false, true, n};
+  }
   /// The length from t to a stop before the next node.
   [[nodiscard]] Scalar length(Scalar t, Scalar stop) const {
     return t == node_ ? grid_->from_node(done_, stop) : stop - t;
@@ -45,7 +57,7 @@ class GridPace {
   /// The step has become the state. A node is reached at its own time or at one that is the same up to rounding.
   void accepted(const Landing<Scalar>& landed) {
     if (!landed.is_node) return;
-    ++done_;
+    done_ += landed.steps;
     node_ = landed.end;
   }
   void archive(auto& ar) {

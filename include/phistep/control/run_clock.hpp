@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 #include "phistep/archive/archive.hpp"
@@ -12,14 +13,15 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// What one step tries.
+/// What one step tries, or several of one length.
 template <class Scalar>
 struct Landing {
   Scalar end;            ///< [time] where it lands, the very number
   Scalar dt;             ///< [time] nominal
   bool lands;            ///< `end` is a number given, not t + dt
   bool clipped;          ///< shorter than the pace wanted
-  bool is_node = false;  ///< `end` is the next node of a fixed grid
+  bool is_node = false;  ///< `end` is a node of a fixed grid
+  std::int64_t steps = 1;
 };
 
 template <class Scalar>

@@ -260,8 +260,8 @@ class RightHandSide {
 
   /// out = y + γ M⁻¹Ψ, all blocks and the drift in one pass each; `out` may be y. False: something isn't finite.
   template <bool with_drift = drifts, class Psi>
-  [[nodiscard]] bool advance(Plain& out, const Plain& y, const Advance<Scalar>& by, const Psi& psi,
-                             Rate& scratch) const {
+  [[nodiscard, gnu::always_inline]] static inline bool advance(Plain& out, const Plain& y, const auto& by,
+                                                               const Psi& psi, Rate& scratch, const Masses& masses) {
     if constexpr (has_matrix_mass) {
       for_each_block(
           [](auto, auto& to, const auto& from, const auto& mass) {
@@ -270,19 +270,20 @@ class RightHandSide {
             if constexpr (std::remove_cvref_t<decltype(mass)>::is_matrix)
               if (all_finite(to.data(), to.size())) mass.solve(flat(to));
           },
-          Rate::blocks(scratch), psi, masses_);
-      return advance_componentwise<with_drift>(out, y, by, Rate::blocks(std::as_const(scratch)));
+          Rate::blocks(scratch), psi, masses);
+      return advance_componentwise<with_drift>(out, y, by, Rate::blocks(std::as_const(scratch)), masses);
     } else {
-      return advance_componentwise<with_drift>(out, y, by, psi);
+      return advance_componentwise<with_drift>(out, y, by, psi, masses);
     }
   }
 
   /// … without a matrix for a mass: put(kernel, block of out…) for every pass that this takes (explicit_update.hpp), its blocks
   /// those of a state or of a view of one.
   template <bool with_drift = drifts, class Out>
-  void for_each_update(const Plain& y, const Advance<Scalar>& by, const auto& psi, auto&& put, Out& out) const {
+  [[gnu::always_inline]] static inline void for_each_update(const Plain& y, const auto& by, const auto& psi,
+                                                             const Masses& masses, auto&& put, Out& out) {
     for_each_block(
-        [&](auto k, auto& to, const auto& from, const auto& rate, const auto& mass) {
+        [&](auto k, auto& to, const auto& from, const auto& rate, const auto& mass) __attribute__((always_inline)) {
           const auto factor = mass.scaled(by.kick);
           if constexpr (with_drift && k == 0) {
             const Scalar* const r = std::get<0>(Blocks<S>::all(y)).data();
@@ -293,13 +294,18 @@ class RightHandSide {
             put(kernel, to);
           }
         },
-        Blocks<S>::solved(out), Blocks<S>::solved(y), psi, masses_);
+        Blocks<S>::solved(out), Blocks<S>::solved(y), psi, masses);
   }
 
   /// y.solved += γ M⁻¹Ψ.
   template <class Psi>
   [[nodiscard]] bool kick(Plain& y, Scalar gamma, const Psi& psi, Rate& scratch) const {
-    return advance<false>(y, y, {gamma, 0, 0}, psi, scratch);
+    return kick(y, gamma, psi, scratch, masses_);
+  }
+  template <class Psi>
+  [[nodiscard, gnu::always_inline]] static inline bool kick(Plain& y, Scalar gamma, const Psi& psi, Rate& scratch,
+                                                            const Masses& masses) {
+    return advance<false>(y, y, Advance{gamma, Zero{}, Zero{}}, psi, scratch, masses);
   }
   /// r += h v.
   void drift(Plain& y, Scalar h) const {
@@ -371,12 +377,12 @@ class RightHandSide {
     else mass.keep_unexplained(x);
   }
   template <bool with_drift, class Psi>
-  [[nodiscard, gnu::always_inline]] inline bool advance_componentwise(Plain& out, const Plain& y,
-                                                                      const Advance<Scalar>& by, const Psi& psi) const {
+  [[nodiscard, gnu::always_inline]] static inline bool advance_componentwise(Plain& out, const Plain& y, const auto& by,
+                                                                             const Psi& psi, const Masses& masses) {
     bool finite = true;
     for_each_update<with_drift>(
-        y, by, psi,
-        [&](const auto& kernel, auto& to, auto&... position) {
+        y, by, psi, masses,
+        [&](const auto& kernel, auto& to, auto&... position) __attribute__((always_inline)) {
           constexpr int size = std::remove_cvref_t<decltype(to)>::SizeAtCompileTime;
           finite = update_sized<size>(&out == &y, to.size(), kernel, to.data(), position.data()...) && finite;
         },
@@ -385,7 +391,7 @@ class RightHandSide {
   }
 
   template <int size>
-  [[nodiscard]] static bool update_sized(bool in_place, Index n, const auto& kernel, auto*... out) {
+  [[nodiscard, gnu::always_inline]] static inline bool update_sized(bool in_place, Index n, const auto& kernel, auto*... out) {
     if constexpr (size != Eigen::Dynamic && size <= 64) return update_unrolled<size>(kernel, out...);
     else return in_place ? update_in_place(n, kernel, out...) : update(n, kernel, out...);
   }

@@ -80,7 +80,7 @@ void for_each_inertia(const auto& mass, Eigen::Index n, auto&& f) {
 template <class Scalar>
 struct UniformFactor {
   Scalar factor;
-  Scalar operator()(auto) const { return factor; }
+  [[gnu::always_inline]] Scalar operator()(auto) const { return factor; }
 };
 
 /// M = 1: no divide, no multiply.

@@ -78,7 +78,7 @@ class InPlaceStep {
   }
 
   /// The state is y + γ M⁻¹Ψ(t, y), r drifted.
-  [[nodiscard]] Outcome kick_drift(Data& step, const Advance<Scalar>& by) {
+  [[nodiscard]] Outcome kick_drift(Data& step, const auto& by) {
     const bool looks = carries && step.origin != Origin::unedited;
     bool known = known_ != Known::nothing && (!looks || known_ == Known::checked) &&
                  same_time<Rhs::Traits::uses_time>(step.t, t_);
@@ -102,7 +102,7 @@ class InPlaceStep {
   /// The state's v is v + γ M⁻¹Ψ(t, r): the step's last pass.
   [[nodiscard]] Outcome resolve(Data& step, const Gamma<Scalar>& gamma, Scalar t) {
     evaluate(step.state, t);
-    if (!pass<false, true>(step, {gamma.force, 0, 0}, false, nullptr)) return Outcome::non_finite_state;
+    if (!pass<false, true>(step, Advance{gamma.force, Zero{}, Zero{}}, false, nullptr)) return Outcome::non_finite_state;
     known_ = step.origin == Origin::unedited ? Known::unchecked : Known::checked;
     t_ = t;
     return Outcome::success;
@@ -133,9 +133,9 @@ class InPlaceStep {
     rhs_->force().call(t);
   }
   template <bool keeps_state, bool keeps_psi>
-  [[nodiscard]] bool pass(Data& step, const Advance<Scalar>& by, bool looks, const Scalar* psi) {
+  [[nodiscard]] bool pass(Data& step, const auto& by, bool looks, const Scalar* psi) {
     const auto& mass = std::get<0>(rhs_->masses());
-    PassInPlace<S, std::remove_cvref_t<decltype(mass.scaled(by.kick))>> pass{step.state, mass.scaled(by.kick), by, psi};
+    PassInPlace<S, std::remove_cvref_t<decltype(mass.scaled(by.kick))>, std::remove_cvref_t<decltype(by)>> pass{step.state, mass.scaled(by.kick), by, psi};
     const bool finite = pass.template run<keeps_state, keeps_psi>(log_, looks);
     if constexpr (keeps_state) found_ = pass.found(), seen_ = pass.left();
     return finite;

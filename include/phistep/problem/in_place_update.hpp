@@ -51,7 +51,7 @@ class InPlaceUpdate {
   }
   /// True: the state is y + γ M⁻¹Ψ, and finite. False: nothing has changed, and the step has to be done beside it.
   /// @param y  the state, or what was gathered from it
-  [[nodiscard]] bool advance(const Rhs& rhs, const Plain& y, const Advance<Scalar>& by, const auto& psi) {
+  [[nodiscard]] bool advance(const Rhs& rhs, const Plain& y, const auto& by, const auto& psi) {
     if (place_ == nullptr) return false;
     if constexpr (!is_owned) {
       if (write_through(rhs, y, by, psi)) return true;
@@ -63,7 +63,7 @@ class InPlaceUpdate {
       if (!bounds_hold_) measure(rhs, y);
       if (!excludes_overflow(by, psi)) return false;
       rhs.for_each_update(
-          y, by, psi,
+          y, by, psi, rhs.masses(),
           [](const auto& kernel, auto& to, auto&... position) {
             update_in_place_unwatched(to.size(), kernel, to.data(), position.data()...);
           },
@@ -93,7 +93,7 @@ class InPlaceUpdate {
         Blocks<S>::solved(y), rhs.masses());
   }
   /// … and takes the bounds on to the end of the step.
-  [[nodiscard]] bool excludes_overflow(const Advance<Scalar>& by, const auto& psi) {
+  [[nodiscard]] bool excludes_overflow(const auto& by, const auto& psi) {
     constexpr Scalar rounding = 1 + 16 * std::numeric_limits<Scalar>::epsilon();
     bool excluded = true;
     const auto grow = [&excluded](Scalar& bound, Scalar more) {
@@ -106,17 +106,17 @@ class InPlaceUpdate {
           const Scalar before = v;
           grow(v, std::abs(by.kick) * largest_inverse_mass_[k] * sum_of_magnitudes(rate.data(), rate.size()));
           if constexpr (drifting == 1 && k == 0)
-            grow(largest_[0], std::abs(by.before) * before + std::abs(by.after) * v);
+            grow(largest_[0], std::abs(static_cast<Scalar>(by.before)) * before + std::abs(static_cast<Scalar>(by.after)) * v);
         },
         psi);
     return excluded;
   }
 
   /// False: something isn't finite (or the layout isn't served), and some places are written.
-  [[nodiscard]] bool write_through(const Rhs& rhs, const Plain& y, const Advance<Scalar>& by, const auto& psi) {
+  [[nodiscard]] bool write_through(const Rhs& rhs, const Plain& y, const auto& by, const auto& psi) {
     bool finite = true;
     rhs.for_each_update(
-        y, by, psi, [&finite](const auto& kernel, auto&... to) { finite = finite && write(kernel, to...); }, *place_);
+        y, by, psi, rhs.masses(), [&finite](const auto& kernel, auto&... to) { finite = finite && write(kernel, to...); }, *place_);
     return finite;
   }
   template <class Kernel>

@@ -63,20 +63,22 @@ class Kernel {
 
   /// Runs `advance(Data&) → Outcome` as one step of the state. A step that fails leaves nothing behind.
   /// @param keeps_tries  … unless it ends with an outcome: the next, shorter try reuses Jacobian and factors
-  StepReport run(S& state, Scalar t, Scalar dt, Origin origin, bool keeps_tries, auto&& advance) {
+  StepReport run(S& state, const auto& steps, Origin origin, bool keeps_tries, auto&& advance, auto&& accepted) {
     arrays_.forget();
     if constexpr (writes_in_place) in_place_.begin(keeps_tries ? nullptr : &state, origin == Origin::unedited);
     if constexpr (needs.solver || needs.stages) {
       Unless done{*this};
-      const StepReport report = transaction_.run(rhs_, state, t, dt, origin, advance);
+      const StepReport report = transaction_.run(rhs_, state, steps, origin, advance, accepted);
       if constexpr (Rhs::may_be_singular)
-        if (report && algebra_.has_any()) algebra_.reached(t + dt, state);
+        if (report && algebra_.has_any()) algebra_.reached(steps.t(0) + steps.dt, state);
       done.is = keeps_tries || report || !is_begun(report.outcome());
       return report;
     } else {
-      return transaction_.run(rhs_, state, t, dt, origin, advance);
+      return transaction_.run(rhs_, state, steps, origin, advance, accepted);
     }
   }
+  /// Several steps in a call.
+  static constexpr bool takes_several = Transaction::takes_several && !needs.solver && !needs.stages;
   /// A scheme of one or two passes under the routine of a state in place: no copies.
   static constexpr bool steps_in_place =
       needs.passes > 0 && !Rhs::has_matrix_mass && is_routine_of<S, typename Rhs::Whole>;
@@ -103,7 +105,7 @@ class Kernel {
     }
   }
   /// The same in one pass, whether the step is traced or not: next.v = v + γ M⁻¹Ψ(t, y), next.r = r + (before v + after v⁺)
-  [[nodiscard, gnu::always_inline]] inline Outcome kick_drift(Data& step, const Advance<Scalar>& by) {
+  [[nodiscard, gnu::always_inline]] inline Outcome kick_drift(Data& step, const auto& by) {
     const bool finite = step.psi_known ? advance_by(step, by, RateOf<S>::blocks(std::as_const(step.psi)))
                                        : advance_by(step, by, rhs_.evaluate(step.t, step.y, step.psi));
     // A matrix mass used psi as its scratch, and a reference to the user's array never filled it.
@@ -321,13 +323,13 @@ class Kernel {
     return outcome != Outcome::invalid_step && outcome != Outcome::step_too_small;
   }
 
-  [[nodiscard, gnu::always_inline]] inline bool advance_by(Data& step, const Advance<Scalar>& by, const auto& psi) {
+  [[nodiscard, gnu::always_inline]] inline bool advance_by(Data& step, const auto& by, const auto& psi) {
     if constexpr (writes_in_place)
       if ((step.is_state_next = in_place_.advance(rhs_, step.y, by, psi))) return true;
-    return rhs_.advance(step.next, step.y, by, psi, step.psi);
+    return Rhs::advance(step.next, step.y, by, psi, step.psi, step.masses);
   }
   [[nodiscard, gnu::always_inline]] inline Outcome kick_by(Data& step, Scalar gamma, const auto& psi) {
-    return rhs_.kick(step.next, gamma, psi, step.psi) ? Outcome::success : Outcome::non_finite_state;
+    return Rhs::kick(step.next, gamma, psi, step.psi, step.masses) ? Outcome::success : Outcome::non_finite_state;
   }
 
   struct NotInPlace {

@@ -29,7 +29,7 @@
 namespace phistep::inline PHISTEP_ABI {
 
 /// @tparam Factor  component ↦ h/m, components counted vector by vector
-template <State S, class Factor>
+template <State S, class Factor, class By>
 class PassInPlace {
   static constexpr bool drifts = Blocks<S>::drifts;
   using Block = std::remove_cvref_t<decltype(std::declval<S&>().rate())>;
@@ -40,7 +40,7 @@ class PassInPlace {
   using Piece = typename UndoLog<S>::Piece;
 
   /// @param psi  Ψ from a log of this layout, null: from the arrays
-  PassInPlace(S& state, Factor factor, const Advance<Scalar>& by, const Scalar* psi)
+  PassInPlace(S& state, Factor factor, const By& by, const Scalar* psi)
       : v_{std::get<UndoLog<S>::solved>(Blocks<S>::all(state))},
         r_{std::get<0>(Blocks<S>::all(state))},
         psi_{state.rate()},
@@ -97,7 +97,7 @@ class PassInPlace {
   /// The update of number i, from such places on, which keeps what it overwrites; as (v⁺, r⁺) or as v⁺ alone.
   template <bool keeps_state, bool keeps_psi>
   [[nodiscard, gnu::always_inline]] auto update_from(const At& at, const auto& factor) const {
-    const Advance<Scalar> by = by_;
+    const By by = by_;
     return [=](auto i, auto& v1, auto&... r1) PHISTEP_DETAIL_INLINED {
       if constexpr (keeps_state) keep(i, at.v, at.kept.v);
       if constexpr (keeps_psi) keep(i, at.psi, at.kept.psi);
@@ -218,7 +218,7 @@ class PassInPlace {
 
   Block v_, r_, psi_;
   Factor factor_;
-  Advance<Scalar> by_;
+  By by_;
   const Scalar* known_;
   std::uint64_t found_ = 0, left_ = 0;
 };

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 
 #include <cmath>
+#include <cstdint>
 #include <stdexcept>
 #include <string>
 #include <tuple>
@@ -31,13 +32,14 @@ enum class Origin {
 };
 
 /// What a scheme works with during one step.
-template <class Plain, class Rate, class Scalar>
+template <class Plain, class Rate, class Scalar, class Masses>
 struct StepData {
   const Plain& y;   ///< the state at t
   const Scalar t;   ///< [time]
   const Scalar dt;  ///< [time]
   Plain& next;      ///< becomes the state at t + Δt
   Rate& psi;        ///< holds Ψ(t, y) if `psi_known`, else scratch
+  const Masses& masses;
   bool psi_known;
   bool psi_next_known = false;   ///< the scheme leaves Ψ(t+Δt, next) in psi
   bool psi_carried = psi_known;  ///< it comes from the step before, to what that has solved
@@ -45,8 +47,8 @@ struct StepData {
   static constexpr bool is_traced = false;
 };
 /// … of a step whose slopes and error a controller or dense output reads.
-template <class Plain, class Rate, class Scalar>
-struct TracedStepData : StepData<Plain, Rate, Scalar> {
+template <class Plain, class Rate, class Scalar, class Masses>
+struct TracedStepData : StepData<Plain, Rate, Scalar, Masses> {
   Trace<Plain>& trace;
   bool has_prediction = false;  ///< trace.predicted is where the next resolve starts
   static constexpr bool is_traced = true;
@@ -59,8 +61,8 @@ class Transaction {
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
   using Rate = RateOf<S>;
-  using Data = StepData<Plain, Rate, Scalar>;
-  using TracedData = TracedStepData<Plain, Rate, Scalar>;
+  using Data = StepData<Plain, Rate, Scalar, typename Rhs::Masses>;
+  using TracedData = TracedStepData<Plain, Rate, Scalar, typename Rhs::Masses>;
 
   /// @throws std::invalid_argument where r and v of a motion differ in shape, or views share memory
   /// @param copy  of the state
@@ -94,27 +96,29 @@ class Transaction {
     return report;
   }
 
-  template <class Advance>
-  StepReport run(Rhs& rhs, S& state, Scalar t, Scalar dt, Origin origin, Advance&& advance) {
-    if (const Outcome bad = open(t, dt); failed(bad)) return refuse(rhs, bad, t, dt);
+  /// @param steps     one, or several where takes_several: the same bits as by a call for each
+  /// @param advance   (Data&) → Outcome
+  /// @param accepted  called after each
+  template <class Steps, class Advance, class Accepted>
+  StepReport run(Rhs& rhs, S& state, const Steps& steps, Origin origin, Advance&& advance, Accepted&& accepted) {
+    if (const Outcome bad = open(steps.t(0), steps.dt); failed(bad))
+      return refuse(rhs, bad, steps.t(0), steps.dt);
+    const std::int64_t before = rhs.statistics().steps;
     try {
       [[maybe_unused]] Held held{state};
-      const Plain& y = read(state);
       if constexpr (in_registers) {
-        Plain next;
-        if constexpr (carries) {
-          return run_from(rhs, y, state, t, dt, origin, advance, next, psi_);
-        } else {
-          Rate psi;
-          return run_from(rhs, y, state, t, dt, origin, advance, next, psi);
-        }
+        Plain y = read(state), next;
+        Rate psi;
+        if constexpr (carries) psi = psi_;
+        return run_from(rhs, y, state, steps, origin, advance, accepted, next, psi);
       } else {
-        const StepReport report = run_from(rhs, y, state, t, dt, origin, advance, next_, psi_);
+        const Plain& y = read(state);
+        const StepReport report = run_from(rhs, y, state, steps, origin, advance, accepted, next_, psi_);
         held.is_done = static_cast<bool>(report);
         return report;
       }
     } catch (const WrongSize& wrong) {
-      return fail(rhs, state, t, dt, wrong);
+      return fail(rhs, state, steps.t(rhs.statistics().steps - before), steps.dt, wrong);
     }
   }
 
@@ -151,6 +155,8 @@ class Transaction {
     constexpr int size = static_size<decltype(Blocks<S>::all(std::declval<Plain&>()))>;
     return size != Eigen::Dynamic && size <= 64;
   }();
+  /// Steps without anything between them go on from there.
+  static constexpr bool takes_several = in_registers && std::is_same_v<S, Plain>;
   [[nodiscard]] static Plain copy_of(const S& state) {
     Plain copy;
     copy_blocks<S>(copy, state);
@@ -165,6 +171,12 @@ class Transaction {
  private:
   /// A Map or Ref refers to the user's memory: it is read once, and written at the commit.
   static constexpr bool borrowed = !std::is_same_v<S, Plain>;
+
+  /// With a small state goes a copy of its masses, or each step would divide by them anew: what is written to a state might be
+  /// theirs, for all that the compiler knows.
+  using Masses =
+      std::conditional_t<in_registers && std::is_trivially_copy_constructible_v<typename Rhs::Masses>,
+                         const typename Rhs::Masses, const typename Rhs::Masses&>;
 
   [[nodiscard]] static Outcome check(Scalar t, Scalar dt) {
     if (!(std::isfinite(dt) && std::isfinite(t)) || dt == Scalar{0}) return Outcome::invalid_step;
@@ -195,44 +207,53 @@ class Transaction {
     }
   };
 
-  template <class Advance>
-  StepReport run_from(Rhs& rhs, const Plain& y, S& state, Scalar t, Scalar dt, Origin origin, Advance& advance,
-                      Plain& next, Rate& psi) {
+  template <class Steps, class Y, class Advance, class Accepted>
+  StepReport run_from(Rhs& rhs, Y& y, S& state, const Steps& steps, Origin origin, Advance& advance,
+                      Accepted& accepted, Plain& next, Rate& psi) {
     bool psi_known = false;
     if constexpr (carries) {
-      psi_known = origin == Origin::unedited ? guard_.holds_unedited(t) : guard_.holds(t, y);
+      psi_known = origin == Origin::unedited ? guard_.holds_unedited(steps.t(0)) : guard_.holds(steps.t(0), y);
       guard_.forget();  // an exception from here on leaves psi half-written
     }
-    rhs.begin(t, dt, y);
-    Data data{y, t, dt, next, psi, psi_known};
-    const Outcome outcome = advance(data);
-    if (outcome != Outcome::success) {
-      if (outcome == Outcome::error_too_large) {
-        ++rhs.statistics().rejections;
-        return {outcome, failure_.iterations, nullptr};
+    Masses masses = rhs.masses();
+    for (std::int64_t n = 0;;) {
+      const Scalar t = steps.t(n), dt = steps.dt;
+      rhs.begin(t, dt, y);
+      Data data{y, t, dt, next, psi, masses, psi_known};
+      const Outcome outcome = advance(data);
+      if (outcome != Outcome::success) {
+        if (outcome == Outcome::error_too_large) {
+          ++rhs.statistics().rejections;
+          return {outcome, failure_.iterations, nullptr};
+        }
+        if constexpr (in_registers) {
+          // fail() must not see addresses of what should stay in registers on the good path: it gets copies.
+          const Plain copy = y;
+          next_ = next;
+          psi_ = psi;
+          return fail(rhs, outcome, t, dt, copy, next_, psi_);
+        }
+        return fail(rhs, outcome, t, dt, y, next_, psi_);
       }
-      if constexpr (in_registers) {
-        // fail() must not see addresses of what should stay in registers on the good path: it gets copies.
-        const Plain copy = y;
-        next_ = next;
-        if constexpr (!carries) psi_ = psi;
-        return fail(rhs, outcome, t, dt, copy, next_, psi_);
+      rhs.commit(t + dt, next);
+      psi_known = carries && data.psi_next_known;
+      const bool is_last = ++n == steps.count();
+      if constexpr (carries)
+        if (is_last && psi_known) {
+          if constexpr (in_registers) psi_ = psi;
+          if (origin == Origin::unedited) guard_.remember_unchecked(t + dt);
+          else guard_.remember(t + dt, next);
+        }
+      if constexpr (borrowed && !in_registers && !ShowsTrials<S>) {
+        if (!data.is_state_next) copy_views<S>(state, std::as_const(next));
+      } else if (!data.is_state_next) {
+        commit_blocks<S>(state, next);
       }
-      return fail(rhs, outcome, t, dt, y, next_, psi_);
+      ++rhs.statistics().steps;
+      accepted();
+      if (is_last) return {Outcome::success, failure_.iterations, nullptr};
+      if constexpr (takes_several) y = next;
     }
-    rhs.commit(t + dt, next);
-    if constexpr (carries)
-      if (data.psi_next_known) {
-        if (origin == Origin::unedited) guard_.remember_unchecked(t + dt);
-        else guard_.remember(t + dt, next);
-      }
-    if constexpr (borrowed && !in_registers && !ShowsTrials<S>) {
-      if (!data.is_state_next) copy_views<S>(state, std::as_const(next));
-    } else if (!data.is_state_next) {
-      commit_blocks<S>(state, next);
-    }
-    ++rhs.statistics().steps;
-    return {Outcome::success, failure_.iterations, nullptr};
   }
 
   [[gnu::cold, gnu::noinline]] StepReport fail(Rhs& rhs, const S& state, Scalar t, Scalar dt, const WrongSize& wrong) {

@@ -58,7 +58,7 @@ class SchemeOn<PhiScheme<Force, Drift, form>, S> : public SchemeDefaults {
   /// φ = ½ looks back a step.
   [[nodiscard]] bool estimates(const auto& trace) const { return order() == 1 || trace.dt_before != 0; }
 
-  [[nodiscard]] Outcome step(auto& kernel, auto& step) const {
+  [[nodiscard, gnu::always_inline]] inline Outcome step(auto& kernel, auto& step) const {
     const Scalar dt = step.dt, phi = scheme_.force.template value<Scalar>(),
                  drift = scheme_.drift.template value<Scalar>();
     if (phi == 0) return euler(kernel, step, form == Form::stage ? 0 : drift);
@@ -79,8 +79,9 @@ class SchemeOn<PhiScheme<Force, Drift, form>, S> : public SchemeDefaults {
 
  private:
   /// φ = 0: all of the step is forward Euler; (φ_f, φ_d) = (0, 1) drifts with the new velocity.
-  [[nodiscard]] Outcome euler(auto& kernel, auto& step, Scalar drift) const {
-    const Advance<Scalar> whole{step.dt, (1 - drift) * step.dt, drift * step.dt};
+  [[nodiscard, gnu::always_inline]] inline Outcome euler(auto& kernel, auto& step, Scalar drift) const {
+    const Advance whole{step.dt, unless<fixes<Drift, 2>>((1 - drift) * step.dt),
+                        unless<is_zero_phi<Drift>>(drift * step.dt)};
     if constexpr (std::remove_cvref_t<decltype(step)>::is_traced) {
       if (const Outcome bad = kernel.forward(step, whole); failed(bad)) return bad;
       if (const Outcome bad = kernel.end(step); failed(bad)) return bad;

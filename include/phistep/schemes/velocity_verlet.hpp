@@ -37,7 +37,7 @@ class SchemeOn<VelocityVerlet, S> : public SchemeDefaults {
   template <class Kernel, class Step>
   [[nodiscard]] static Outcome step(Kernel& kernel, Step& step) {
     const ScalarOf<S> dt = step.dt, half = dt / 2;
-    if (const Outcome bad = kernel.kick_drift(step, {half, 0, dt}); failed(bad)) return bad;  // (1)
+    if (const Outcome bad = kernel.kick_drift(step, Advance{half, Zero{}, dt}); failed(bad)) return bad;  // (1)
     if constexpr (Step::is_traced) {
       assign_solved<S>(step.trace.start, (in<S>(step.next) - in<S>(step.y)) / half);
       position_of<S>(step.trace.start) = velocity_of<S>(step.y);

@@ -99,9 +99,9 @@ inline void stream(Packet<float> x, float* p) { _mm_stream_ps(p, x.x); }
 template <class Scalar>
 struct Input {
   const Scalar* data;
-  Scalar operator[](std::ptrdiff_t i) const { return data[i]; }
+  [[gnu::always_inline]] Scalar operator[](std::ptrdiff_t i) const { return data[i]; }
 #if PHISTEP_DETAIL_STREAMS
-  auto operator[](PacketIndex i) const { return Packet<Scalar>::load(data + i.first); }
+  [[gnu::always_inline]] auto operator[](PacketIndex i) const { return Packet<Scalar>::load(data + i.first); }
 #endif
 };
 template <class Scalar>
@@ -112,7 +112,7 @@ template <class Scalar>
 struct ComponentFactor {
   Scalar h;
   Input<Scalar> inverse_mass;
-  auto operator()(auto i) const { return h * inverse_mass[i]; }
+  [[gnu::always_inline]] auto operator()(auto i) const { return h * inverse_mass[i]; }
 };
 
 /// [bytes] Size of one array from which outputs bypass the caches: a step over five such arrays fills the last of them.
@@ -133,7 +133,7 @@ inline constexpr bool takes_packets<Kernel, Scalar, Scalars...> =
 template <class Witness, class Kernel, class Scalar, class... Scalars>
 [[gnu::always_inline]] inline void fill_packet(std::ptrdiff_t i, Kernel& kernel, auto put, Packet<Scalar>& troubles,
                                                Scalar* to, Scalars*... more) {
-  [&](Packet<Scalar> x, auto... y) {
+  [&](Packet<Scalar> x, auto... y) __attribute__((always_inline)) {
     kernel(PacketIndex{i}, x, y...);
     put(x, to + i);
     (put(y, more + i), ...);
@@ -250,7 +250,7 @@ template <std::ptrdiff_t n, std::ptrdiff_t from = 0, class Kernel, class Scalar,
 /// The same in packets, for inputs that were written in packets, and outputs that will be read so.
 template <std::ptrdiff_t n, class Kernel, class Scalar, std::same_as<Scalar>... Scalars>
 [[nodiscard, gnu::always_inline]] inline bool update_unrolled(Kernel kernel, Scalar* out, Scalars*... more) {
-#if PHISTEP_DETAIL_PACKETS
+#if PHISTEP_DETAIL_STREAMS && !defined(__clang__)
   if constexpr (detail::takes_packets<Kernel, Scalar, Scalars...>) {
     constexpr std::ptrdiff_t width = Packet<Scalar>::width, packets = n / width;
     Packet<Scalar> troubles{0};

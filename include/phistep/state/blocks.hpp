@@ -262,7 +262,7 @@ concept ShowsTrials = State<S> && requires(S& state) {
 
 /// to = from, for blocks of any kind.
 template <class To, class From>
-void assign_block(To& to, const From& from) {
+[[gnu::always_inline]] inline void assign_block(To& to, const From& from) {
   to = from;
 }
 /// to = from, block by block; allocates only where the sizes differ.
@@ -279,9 +279,9 @@ void copy_rate(Rate& to, const Rate& from) {
 
 /// Makes `next` the state: by swapping buffers where the state owns dynamic ones, else by copying.
 template <State S>
-void commit_blocks(S& state, PlainState<S>& next) {
+[[gnu::always_inline]] inline void commit_blocks(S& state, PlainState<S>& next) {
   for_each_block(
-      [](auto, auto& x, auto& y) {
+      [](auto, auto& x, auto& y) __attribute__((always_inline)) {
         using Block = std::remove_cvref_t<decltype(x)>;
         if constexpr (std::is_same_v<Block, std::remove_cvref_t<decltype(y)>> &&
                       Block::SizeAtCompileTime == Eigen::Dynamic)

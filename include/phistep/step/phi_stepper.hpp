@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "phistep/archive/archive.hpp"
+#include "phistep/control/step_times.hpp"
 #include "phistep/core/phi.hpp"
 #include "phistep/core/stepper_facts.hpp"
 #include "phistep/core/version.hpp"
@@ -98,13 +99,17 @@ class PhiStepper {
   StepReport step(S& state, Scalar t, Scalar dt) { return step(state, t, dt, Origin::unknown); }
 
   /// Origin::unedited: the state is what the last step left; saves the check for edits.
-  StepReport step(S& state, Scalar t, Scalar dt, Origin origin) {
+  StepReport step(S& state, Scalar t, Scalar dt, Origin origin) { return steps(state, OneStep<Scalar>{t, dt}, origin); }
+
+  /// Several steps can be done in one call: nothing is lost that their state need not be looked at in between.
+  static constexpr bool takes_several = Kernel::takes_several && !Rhs::has_inner_steps;
+  /// One step, or some where takes_several, each from where the one before ends. What statistics() count as steps are done.
+  template <class Steps>
+  StepReport steps(S& state, const Steps& all, Origin origin) {
     if constexpr (Traits::valid) {
       if constexpr (static_unknowns<S> == Eigen::Dynamic)
         if (!kernel_.fits(state)) resize(state);
-      const StepReport report = run(state, t, dt, origin);
-      if (report) working_.accepted();
-      return report;
+      return run(state, all, origin);
     } else {
       return {};
     }
@@ -135,7 +140,7 @@ class PhiStepper {
     if constexpr (Traits::valid) {
       if constexpr (static_unknowns<S> == Eigen::Dynamic)
         if (!kernel_.fits(state)) resize(state);
-      const StepReport report = kernel_.run(state, t, dt, origin, true, [&](auto& plain) {
+      const auto advance = [&](auto& plain) {
         typename Kernel::TracedData step{plain, trace};
         trace.dt = dt;
         trace.has_slopes = trace.has_error = false;
@@ -144,9 +149,8 @@ class PhiStepper {
         plain.psi_next_known = step.psi_next_known;
         if (failed(outcome)) return outcome;
         return accept(step.y, std::as_const(step.next), trace) ? Outcome::success : Outcome::error_too_large;
-      });
-      if (report) working_.accepted();
-      return report;
+      };
+      return kernel_.run(state, OneStep<Scalar>{t, dt}, origin, true, advance, [this] { working_.accepted(); });
     } else {
       return {};
     }
@@ -321,12 +325,26 @@ class PhiStepper {
   void for_each_mass(auto&& f) const {
     std::apply([&f](const auto&... mass) { (f(mass), ...); }, kernel_.rhs().masses());
   }
-  StepReport run(S& state, Scalar t, Scalar dt, Origin origin) {
+  /// Everything inlined, the force as well: only so do the compilers keep a small state in registers from step to step.
+  [[gnu::flatten]] StepReport run_inlined(S& state, const auto& all, Origin origin) {
+    return kernel_.run(
+        state, all, origin, false, [this](auto& step) { return working_.step(kernel_, step); },
+        [this] { working_.accepted(); });
+  }
+  StepReport run(S& state, const auto& all, Origin origin) {
+    if constexpr (takes_several && needs.passes > 0) return run_inlined(state, all, origin);
+    const auto accepted = [this] { working_.accepted(); };
     if constexpr (Kernel::steps_in_place)
-      if (kernel_.can_step_in_place(state))
-        return kernel_.run_in_place(state, t, dt, origin,
-                                    [this](auto& kernel, auto& step) { return working_.step(kernel, step); });
-    return kernel_.run(state, t, dt, origin, false, [this](auto& step) { return working_.step(kernel_, step); });
+      if (kernel_.can_step_in_place(state)) {
+        const StepReport report =
+            kernel_.run_in_place(state, all.t(0), all.dt, origin,
+                                 [this](auto& kernel, auto& step) { return working_.step(kernel, step); });
+        if (report) accepted();
+        return report;
+      }
+    return kernel_.run(
+        state, all, origin, false,
+        [this](auto& step) __attribute__((always_inline)) { return working_.step(kernel_, step); }, accepted);
   }
   /// Without parameters, which are the program's.
   [[nodiscard]] static std::string type_of_scheme() {
