@@ -34,4 +34,19 @@ class Shares {
   std::size_t n_, share_;
 };
 
+/// The part of 0 … n − 1 that the calling thread of a parallel region takes: begin … end − 1.
+struct TeamShare {
+  std::size_t begin, end;
+  /// @param unit  each share but the last is a multiple of it
+  explicit TeamShare(std::size_t n, std::size_t unit = 1) : begin{0}, end{n} {
+#ifdef _OPENMP
+    const auto team = static_cast<std::size_t>(omp_get_num_threads()),
+               me = static_cast<std::size_t>(omp_get_thread_num()), units = (n + unit - 1) / unit;
+    begin = std::min(n, units * me / team * unit), end = std::min(n, units * (me + 1) / team * unit);
+#else
+    static_cast<void>(unit);
+#endif
+  }
+};
+
 }  // namespace phistep::inline PHISTEP_ABI
