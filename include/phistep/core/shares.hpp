@@ -49,4 +49,25 @@ struct TeamShare {
   }
 };
 
+/// Numbers from which threads share a pass over them: waking them takes some 5 µs, the pass 0.2 to 1 ns a number.
+inline constexpr std::ptrdiff_t shared_from = std::ptrdiff_t{1} << 16;
+
+/// f(begin, end) for parts of 0 … n − 1, which threads take at the same time; in the caller's own thread f(0, n) where n is
+/// less than `least`. f must find the same whatever the parts are, and throw nothing.
+/// @param unit  parts begin at multiples of it
+void for_each_share(std::ptrdiff_t n, std::ptrdiff_t unit, const auto& f, std::ptrdiff_t least = shared_from) {
+#ifdef _OPENMP
+  if (n >= least) {
+#pragma omp parallel
+    {
+      const TeamShare part{static_cast<std::size_t>(n), static_cast<std::size_t>(unit)};
+      if (part.begin < part.end) f(static_cast<std::ptrdiff_t>(part.begin), static_cast<std::ptrdiff_t>(part.end));
+    }
+    return;
+  }
+#endif
+  static_cast<void>(unit), static_cast<void>(least);
+  f(std::ptrdiff_t{0}, n);
+}
+
 }  // namespace phistep::inline PHISTEP_ABI
