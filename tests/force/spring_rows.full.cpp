@@ -12,11 +12,7 @@ TEMPLATE_TEST_CASE_SIG("rows are the loop over springs, but for rounding", "", (
       y.r.col(springs[1].i) = y.r.col(springs[1].j);
       CHECK(error<Scalar, dim, false>(springs, y, forces<Scalar, dim, false>(springs, y)) <= 1);
       CHECK(error<Scalar, dim, true>(springs, y, forces<Scalar, dim, true>(springs, y)) <= 1);
-      std::shuffle(springs.begin(), springs.end(), std::mt19937(1));
-      std::vector<std::ptrdiff_t> name(static_cast<std::size_t>(side * side));
-      std::iota(name.begin(), name.end(), 0);
-      std::shuffle(name.begin(), name.end(), std::mt19937(2));
-      for (Spring& s : springs) s.i = name[static_cast<std::size_t>(s.i)], s.j = name[static_cast<std::size_t>(s.j)];
+      springs = renumbered(springs, side * side);
       CHECK(error<Scalar, dim, true>(springs, y, forces<Scalar, dim, true>(springs, y)) <= 1);
     }
 }

@@ -52,6 +52,16 @@ inline std::vector<Spring> springs_of(Mesh mesh, int side) {
   return springs;
 }
 
+/// The same springs in another order, between particles of which each has another number, below `particles`.
+inline std::vector<Spring> renumbered(std::vector<Spring> springs, int particles) {
+  std::shuffle(springs.begin(), springs.end(), std::mt19937(1));
+  std::vector<std::ptrdiff_t> name(static_cast<std::size_t>(particles));
+  std::iota(name.begin(), name.end(), 0);
+  std::shuffle(name.begin(), name.end(), std::mt19937(2));
+  for (Spring& s : springs) s.i = name[static_cast<std::size_t>(s.i)], s.j = name[static_cast<std::size_t>(s.j)];
+  return springs;
+}
+
 template <class Scalar, int dim>
 struct Points {
   using Vectors = Eigen::Matrix<Scalar, dim, Eigen::Dynamic>;

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "support/catch.hpp"
+#include "support/threads.hpp"
 
 using namespace phistep;
 
@@ -84,6 +85,43 @@ TEST_CASE("update does the same to large arrays, whatever their length and align
           value = kept;
         }
     }
+}
+
+TEST_CASE("threads share large arrays, in the caches and beyond, and change no bit") {
+  for (const std::ptrdiff_t n : {2 * shared_from + 61, stream_from() / std::ptrdiff_t{sizeof(double)} + 61}) {
+    std::vector<double> in(static_cast<std::size_t>(n)), out(in.size()), one;
+    for (std::size_t i = 0; i < in.size(); ++i) in[i] = std::sin(static_cast<double>(i));
+    const Input x0{static_cast<const double*>(in.data())};
+    const auto square = [=](auto i, auto& x) { x = 1.1 + x0[i] * x0[i]; };
+    std::uint64_t print = 0;
+    for (const int threads : {1, 2, 3, 5}) {
+      const phistep_test::Threads some{threads};
+      CAPTURE(n, threads);
+      std::fill(out.begin(), out.end(), -7);
+      CHECK(update(n, square, out.data()));
+      if (threads == 1) one = out;
+      CHECK(out == one);
+      std::fill(out.begin(), out.end(), -7);
+      CHECK(update_in_place(n, square, out.data()));
+      CHECK(out == one);
+      std::fill(out.begin(), out.end(), -7);
+      update_in_place_unwatched(n, square, out.data());
+      CHECK(out == one);
+      if (threads == 1) print = fingerprint(in.data(), n);
+      CHECK(fingerprint(in.data(), n) == print);
+      for (const std::ptrdiff_t where : {std::ptrdiff_t{0}, n / 2 - 1, n / 2, n - 1}) {
+        double& value = in[static_cast<std::size_t>(where)];
+        const double kept = std::exchange(value, std::nan(""));
+        CHECK_FALSE(update(n, square, out.data()));
+        CHECK_FALSE(update_in_place(n, square, out.data()));
+        CHECK(fingerprint(in.data(), n) != print);
+        value = kept;
+      }
+    }
+    Fingerprint whole;
+    whole.add(in.data(), n * std::ptrdiff_t{sizeof(double)});
+    CHECK(print == whole.value());
+  }
 }
 
 TEST_CASE("the last cache is one that there is, and is asked for once") {

@@ -220,7 +220,7 @@ class ContactPasses {
   template <bool spins, bool rolls>
   void add_up(const Pairs& pairs, const Springs& before, Springs& after, Scalar elapsed, auto& numbers) const {
     const NearestImage<P> nearest{pairs.period};
-    work_.sums.template add_up<spins, rolls>(pairs, work_.touching, after.place, [&](std::size_t c) {
+    work_.sums.template add_up<spins, rolls>(work_.touching, after.size(), [&](std::size_t c) {
       return force_of<spins, rolls>(nearest, before, after, elapsed, numbers, c);
     });
   }

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <type_traits>
 #include <vector>
 
@@ -40,7 +41,11 @@ class SlotSums {
   /// Before add_up: the sums of some slots are 0, those of the others of no interest; null: of all.
   void clear(std::size_t n, const std::vector<std::int32_t>* slots, bool rolls) {
     if (slots == nullptr) {
-      sum_.assign(n, Sum{});
+      sum_.resize(n);
+      const auto clear_part = [this](std::ptrdiff_t begin, std::ptrdiff_t end) {
+        std::fill(sum_.begin() + begin, sum_.begin() + end, Sum{});
+      };
+      for_each_share(static_cast<std::ptrdiff_t>(n), 1, clear_part, shared_from / 8);
       torque_.assign(rolls ? 4 * n : 0, Scalar{0});
       return;
     }
@@ -53,49 +58,47 @@ class SlotSums {
     }
   }
   /// @param force_of  c ↦ ContactForce of the contacts c, c + 1, … of a pack
-  /// @param place     of each contact, the number of its pair
   template <bool spins, bool rolls>
-  [[gnu::flatten]] void add_up(const ContactPairs<Scalar>& pairs, const TouchingPairs<Scalar>& contacts,
-                               const std::vector<std::int32_t>& place, auto&& force_of) {
-    const std::size_t count = place.size(), n = pairs.bodies.size();
-    constexpr std::size_t width = P::width;
+  void add_up(const TouchingPairs<Scalar>& contacts, std::size_t count, auto&& force_of) {
     const std::int32_t *const i = contacts.i.data(), *const j = contacts.j.data();
-    if (Shares::threads() == 1) {
-      for (std::size_t c = 0; c < count; c += width) {
-        const ContactForce<P> f = force_of(c);
-        for (std::size_t l = 0; l < width && c + l < count; ++l) {
-          const Effect effect = lane<spins, rolls>(f, l);
-          put<rolls>(effect, 1, static_cast<std::size_t>(i[c + l]));
-          put<rolls>(effect, -1, static_cast<std::size_t>(j[c + l]));
+    // A thread adds up on the bodies that its contacts have first, up to the next thread's first. What its contacts do to
+    // others is kept: these must come before the others' own.
+    constexpr std::int32_t beyond = std::numeric_limits<std::int32_t>::max();
+    const auto first_slot = [&](std::size_t c) { return c == 0 ? 0 : c < count ? i[c] : beyond; };
+    kept_.assign(Shares::threads(), {});
+    const auto by_threads = [&](auto&& part) { for_each_team_share(count, P::width, part, shared_from / 64); };
+    by_threads([&](const TeamShare& own) {
+      const std::int32_t high = first_slot(own.end);
+      std::size_t c = high == beyond ? own.end : own.begin;
+      while (c < own.end && i[c] < high && j[c] < high) ++c;
+      if (c < own.end) c -= (c - own.begin) % P::width;
+      kept_[own.number] = {c, own.end, 0};
+    });
+    std::size_t all = 0;
+    for (Kept& kept : kept_) kept.at = all, all += kept.end - kept.begin;
+    effects_.resize(all);
+    const auto effect = [&](const Kept& kept, std::size_t c) -> Effect& { return effects_[kept.at + c - kept.begin]; };
+    by_threads([&](const TeamShare& own) {
+      const Kept& kept = kept_[own.number];
+      for_each_effect<spins, rolls>(kept.begin, kept.end, force_of,
+                                    [&](std::size_t c, const Effect& its) { effect(kept, c) = its; });
+    });
+    by_threads([&](const TeamShare& own) {
+      const std::int32_t low = first_slot(own.begin), high = first_slot(own.end);
+      const auto put_kept = [&](const Kept& kept) {
+        for (std::size_t c = kept.begin; c < kept.end; ++c) {
+          if (i[c] >= low && i[c] < high) put<rolls>(effect(kept, c), 1, static_cast<std::size_t>(i[c]));
+          if (j[c] >= low && j[c] < high) put<rolls>(effect(kept, c), -1, static_cast<std::size_t>(j[c]));
         }
-      }
-      return;
-    }
-    // Each thread keeps its contacts' forces; then each adds up those on its own bodies, in the same order.
-    effects_.resize(count);
-#ifdef _OPENMP
-#pragma omp parallel for schedule(static)
-#endif
-    for (std::size_t c = 0; c < count; c += width) {
-      const ContactForce<P> f = force_of(c);
-      for (std::size_t l = 0; l < width && c + l < count; ++l) effects_[c + l] = lane<spins, rolls>(f, l);
-    }
-    const Shares shares{n};
-#ifdef _OPENMP
-#pragma omp parallel for schedule(static, 1)
-#endif
-    for (std::size_t t = 0; t < Shares::threads(); ++t) {
-      const std::size_t low = shares.begin(t), high = shares.end(t);
-      const auto first_of = [&](std::size_t slot) {
-        return static_cast<std::size_t>(std::lower_bound(place.begin(), place.end(), pairs.row[slot]) - place.begin());
       };
-      const std::size_t begin = first_of(low), end = first_of(high);
-      for (std::size_t c = 0; c < end; ++c) {
-        const auto other = static_cast<std::size_t>(j[c]);
-        if (c >= begin) put<rolls>(effects_[c], 1, static_cast<std::size_t>(i[c]));
-        if (other >= low && other < high) put<rolls>(effects_[c], -1, other);
-      }
-    }
+      for (std::size_t t = 0; t < own.number; ++t) put_kept(kept_[t]);
+      for_each_effect<spins, rolls>(own.begin, kept_[own.number].begin, force_of,
+                                    [&](std::size_t c, const Effect& its) {
+                                      put<rolls>(its, 1, static_cast<std::size_t>(i[c]));
+                                      put<rolls>(its, -1, static_cast<std::size_t>(j[c]));
+                                    });
+      put_kept(kept_[own.number]);
+    });
   }
   void prefetch_slot(std::int32_t slot) const { prefetch(&sum_[static_cast<std::size_t>(slot)]); }
 
@@ -133,6 +136,14 @@ class SlotSums {
   }
 
  private:
+  /// put(c, effect) for the contacts begin … end − 1.
+  template <bool spins, bool rolls>
+  [[gnu::flatten]] static void for_each_effect(std::size_t begin, std::size_t end, auto&& force_of, auto&& put) {
+    for (std::size_t c = begin; c < end; c += P::width) {
+      const ContactForce<P> force = force_of(c);
+      for (std::size_t l = 0; l < P::width && c + l < end; ++l) put(c + l, lane<spins, rolls>(force, l));
+    }
+  }
   template <bool spins, bool rolls>
   [[nodiscard]] static Effect lane(const ContactForce<P>& f, std::size_t l) {
     const int k = static_cast<int>(l);
@@ -150,9 +161,14 @@ class SlotSums {
       for (std::size_t a = 0; a < 3; ++a) torque_[4 * slot + a] += sign * effect.torque[a];
   }
 
-  std::vector<Sum> sum_;         // of each slot
-  std::vector<Scalar> torque_;   // of rolling, 4 a slot, or none
-  std::vector<Effect> effects_;  // of each contact, where threads share the work
+  std::vector<Sum> sum_;        // of each slot
+  std::vector<Scalar> torque_;  // of rolling, 4 a slot, or none
+  // Contacts of a thread whose effects are kept, and where in effects_.
+  struct Kept {
+    std::size_t begin = 0, end = 0, at = 0;
+  };
+  std::vector<Kept> kept_;
+  std::vector<Effect> effects_;
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

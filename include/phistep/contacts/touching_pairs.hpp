@@ -6,6 +6,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <vector>
 
 #include "phistep/contacts/computed_pairs.hpp"
@@ -46,14 +47,18 @@ class TouchingPairs {
 #endif
     for (std::size_t t = 0; t < found_.size(); ++t)
       found_[t] = find(nearest, pairs, slots, before, shares.begin(t), shares.end(t), contact.data());
-    std::size_t found = found_[0];
-    for (std::size_t t = 1; t < found_.size(); ++t) {
-      const auto begin = static_cast<std::ptrdiff_t>(shares.begin(t)),
-                 end = begin + static_cast<std::ptrdiff_t>(found_[t]);
-      for (auto* array : {&contact, &from, &i, &j})
-        std::copy(array->begin() + begin, array->begin() + end, array->begin() + static_cast<std::ptrdiff_t>(found));
-      found += found_[t];
+    std::vector<std::int32_t>* const arrays[] = {&contact, &from, &i, &j};
+#ifdef _OPENMP
+#pragma omp parallel for schedule(static, 1) if (found_.size() > 1)
+#endif
+    for (std::size_t a = 0; a < 4; ++a) {
+      auto to = arrays[a]->begin() + static_cast<std::ptrdiff_t>(found_[0]);
+      for (std::size_t t = 1; t < found_.size(); ++t) {
+        const auto begin = arrays[a]->begin() + static_cast<std::ptrdiff_t>(shares.begin(t));
+        to = std::copy(begin, begin + static_cast<std::ptrdiff_t>(found_[t]), to);
+      }
     }
+    const std::size_t found = std::accumulate(found_.begin(), found_.end(), std::size_t{0});
     table.resize(found, with_roll);
     // Whole packs: those beyond the last contact repeat its slots, and find springs that are unstretched.
     std::fill_n(from.begin() + static_cast<std::ptrdiff_t>(found), width, static_cast<std::int32_t>(before.size()));

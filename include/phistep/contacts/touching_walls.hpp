@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <variant>
@@ -12,6 +13,7 @@
 #include "phistep/contacts/contact_bodies.hpp"
 #include "phistep/contacts/spring_table.hpp"
 #include "phistep/contacts/wall_shapes.hpp"
+#include "phistep/core/shares.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/simd/pack.hpp"
 #include "phistep/state/active_set.hpp"
@@ -56,12 +58,8 @@ class TouchingWalls {
       std::visit(
           [&](const auto& wall) {
             Eigen::Matrix<Scalar, dim, 1> n;
-            const Eigen::Index bodies = active ? static_cast<Eigen::Index>(active->list().size()) : y.r.cols();
-            for (Eigen::Index b = 0; b < bodies; ++b) {
-              const Eigen::Index i = active ? Eigen::Index{active->list()[static_cast<std::size_t>(b)]} : b;
+            for_each_touching(wall, y, active, [&](Eigen::Index i) {
               const Scalar radius = y.body.radius[i], distance = approach<Scalar, dim>(wall, y.r.col(i), n);
-              // A position that is NaN touches, so that its force becomes NaN.
-              if (distance >= radius || y.body.is_still(i)) continue;
               table.place.push_back(
                   WallBodies<Scalar>::place(static_cast<std::int64_t>(k), static_cast<std::int32_t>(i)));
               from.push_back(springs_of(table.place.back()));
@@ -72,7 +70,7 @@ class TouchingWalls {
               arm.push_back(distance / radius);
               rho.push_back(Scalar{1} / radius);
               w.push_back(Scalar{1} / y.body.mass[i]);
-            }
+            });
           },
           walls[k]);
     const std::size_t found = table.place.size();
@@ -85,10 +83,34 @@ class TouchingWalls {
   }
 
  private:
+  /// f(i), ascending. Threads share the search.
+  void for_each_touching(const auto& wall, const auto& y, const ActiveSet* active, auto&& f) {
+    const std::size_t bodies = active ? active->list().size() : static_cast<std::size_t>(y.r.cols());
+    touching_.resize(bodies);
+    found_.assign(Shares::threads(), {});
+    for_each_team_share(
+        bodies, 1,
+        [&](const TeamShare& own) {
+          Eigen::Matrix<Scalar, dim, 1> n;
+          std::size_t end = own.begin;
+          for (std::size_t b = own.begin; b < own.end; ++b) {
+            const std::int32_t i = active ? active->list()[b] : static_cast<std::int32_t>(b);
+            // A position that is NaN touches, so that its force becomes NaN.
+            if (!(approach<Scalar, dim>(wall, y.r.col(i), n) >= y.body.radius[i]) && !y.body.is_still(i))
+              touching_[end++] = i;
+          }
+          found_[own.number] = {own.begin, end};
+        },
+        shared_from / 16);
+    for (const auto& [begin, end] : found_)
+      for (std::size_t b = begin; b < end; ++b) f(Eigen::Index{touching_[b]});
+  }
   void for_each_number(auto&& f) {
     for (auto* x : {&nx, &ny, &nz, &overlap, &arm, &rho, &w}) f(*x);
   }
   std::int64_t count_ = 0;
+  std::vector<std::int32_t> touching_;  // what each thread has found, from where its share begins
+  std::vector<std::array<std::size_t, 2>> found_;
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

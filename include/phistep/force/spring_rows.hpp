@@ -3,7 +3,9 @@
 /// twice and nothing is scattered. Threads then change no bit, and a row's arithmetic fills whole registers.
 ///
 /// Particles are renumbered once, in an order in which neighbours stand close (linear/node_order.hpp); positions are copied
-/// into that order a little before they are needed, and sums added to the user's force. As many rows as a register has lanes
+/// into that order a little before they are needed, and sums added to the user's force. Where that order leads all over the
+/// user's arrays, these are read and written in their own order, and what goes here and there is an array that is still in
+/// the caches: a pass before the sums and one after them. As many rows as a register has lanes
 /// make a chunk, padded to its longest row (SELL: Kreutzer et al., SIAM J. Sci. Comput. 36 (2014) C401). In a regular mesh
 /// the other ends of a column of a chunk mostly are consecutive particles: these need neither indices nor a gather.
 #pragma once
@@ -17,14 +19,12 @@
 #include <utility>
 #include <vector>
 
+#include "phistep/core/shares.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/force/spring_layout.hpp"
+#include "phistep/force/spring_stage.hpp"
 #include "phistep/simd/pack.hpp"
 #include "phistep/simd/pack_math.hpp"
-
-#ifdef _OPENMP
-#include <omp.h>
-#endif
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -35,6 +35,7 @@ class SpringRows {
   using P = Pack<Scalar, native_width<Scalar>>;
   using Vector = std::array<P, dim>;
   using Slot = std::int32_t;  // a particle's new number
+  using Stage = SpringStage<Scalar, dim, damped>;
   static constexpr bool may_be_quads = dim > 1 && dim <= 4;
   /// Springs from which threads are woken: that takes some 5 µs, a spring 3 ns.
   static constexpr std::size_t parallel_from = 10'000;
@@ -62,6 +63,7 @@ class SpringRows {
     // A gather from arrays of coordinates takes longer than one of whole particles.
     quads_ = at_.mixed;
     stride_ = (at_.chunk.size() - 1) * lanes;
+    stage_ = Stage{std::move(at_.place_of), stride_};
     place_.assign(stride_ * (quads_ ? 4 : dim) * (damped ? 2 : 1), Scalar{0});
   }
 
@@ -77,20 +79,21 @@ class SpringRows {
  private:
   template <bool quads>
   void add_to(const Scalar* r, const Scalar* v, const std::uint8_t* still, Scalar c, Scalar* f) {
-    const std::size_t chunks = at_.chunk.size() - 1;
 #ifdef _OPENMP
 #pragma omp parallel if (is_parallel_)
 #endif
     {
-      std::size_t first = 0, last = chunks;
-#ifdef _OPENMP
-      const auto team = static_cast<std::size_t>(omp_get_num_threads()),
-                 me = static_cast<std::size_t>(omp_get_thread_num());
-      first = chunks * me / team, last = chunks * (me + 1) / team;
-#endif
+      const TeamShare chunks{at_.chunk.size() - 1}, particles = stage_.share();
+      const std::size_t first = chunks.begin, last = chunks.end;
       // Positions a little ahead, while they are in the cache; what neighbouring threads need, before anything else.
       const std::size_t shared = last - first > at_.lead ? last - at_.lead : first;
       std::size_t next = std::min(first + at_.lead, shared);
+      if (!stage_.empty()) {
+        stage_.bring(particles, r, v);
+#ifdef _OPENMP
+#pragma omp barrier
+#endif
+      }
       for (std::size_t b = first; b < next; ++b) take<quads>(b, r, v);
       for (std::size_t b = shared; b < last; ++b) take<quads>(b, r, v);
 #ifdef _OPENMP
@@ -100,20 +103,28 @@ class SpringRows {
         if (next < shared) take<quads>(next++, r, v);
         add_chunk<quads>(b, still, c, f);
       }
+      if (!stage_.empty()) {
+#ifdef _OPENMP
+#pragma omp barrier
+#endif
+        stage_.give(particles, f);
+      }
     }
   }
 
   template <bool quads>
   void take(std::size_t chunk, const Scalar* r, const Scalar* v) {
     const std::size_t first = chunk * lanes, last = std::min(first + lanes, at_.user.size());
-    const auto copy = [&](const Scalar* from, Scalar* to) {
+    const auto copy = [&](const Scalar* user, const Scalar* staged, Scalar* to) {
+      const bool is_staged = !stage_.empty();
       for (std::size_t s = first; s < last; ++s) {
-        const Scalar* const x = from + std::ptrdiff_t{dim} * at_.user[s];
+        const Scalar* const x = is_staged ? staged + Stage::stride * static_cast<std::ptrdiff_t>(s)
+                                          : user + std::ptrdiff_t{dim} * at_.user[s];
         for (std::size_t a = 0; a < dim; ++a) to[quads ? 4 * s + a : a * stride_ + s] = x[a];
       }
     };
-    copy(r, place_.data());
-    if constexpr (damped) copy(v, velocities<quads>());
+    copy(r, stage_.r(), place_.data());
+    if constexpr (damped) copy(v, stage_.v(), velocities<quads>());
   }
   template <bool quads>
   [[nodiscard]] Scalar* velocities() {
@@ -166,9 +177,10 @@ class SpringRows {
   template <bool quads>
   [[gnu::flatten]] void add_chunk(std::size_t chunk, const std::uint8_t* still, Scalar c, Scalar* f) {
     const std::size_t first = chunk * lanes, last = std::min(first + lanes, at_.user.size());
-    if (still != nullptr &&
-        std::all_of(&at_.user[first], &at_.user[0] + last, [still](Slot i) { return still[i] != 0; }))
-      return;
+    const bool skips = still != nullptr &&
+                       std::all_of(&at_.user[first], &at_.user[0] + last, [still](Slot i) { return still[i] != 0; });
+    if (skips && !stage_.empty()) std::fill_n(stage_.sum(first), Stage::stride * lanes, Scalar{0});
+    if (skips) return;
     const Scalar* const place = place_.data();
     const Scalar* const velocity = velocities<quads>();
     const Vector r = consecutive<quads>(place, first);
@@ -198,6 +210,11 @@ class SpringRows {
     }
     std::array<std::array<Scalar, lanes>, dim> sums;
     each_axis([&](auto a) { sum[a].store(sums[a].data()); });
+    if (!stage_.empty()) {
+      for (std::size_t s = first; s < last; ++s)
+        for (std::size_t a = 0; a < dim; ++a) stage_.sum(s)[a] = sums[a][s - first];
+      return;
+    }
     for (std::size_t s = first; s < last; ++s) {
       Scalar* const to = f + std::ptrdiff_t{dim} * at_.user[s];
       for (std::size_t a = 0; a < dim; ++a) to[a] += sums[a][s - first];
@@ -209,6 +226,7 @@ class SpringRows {
   bool quads_ = false;         // whole particles side by side, four numbers each, rather than arrays of coordinates
   std::size_t stride_ = 0;     // places
   std::vector<Scalar> place_;  // positions, and velocities where damped, in the new order
+  Stage stage_;
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

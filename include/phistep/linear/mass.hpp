@@ -19,6 +19,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "phistep/core/shares.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/linear/dense_lu.hpp"
@@ -101,7 +102,9 @@ struct UnitMass {
     for (Eigen::Index i = 0; i < n; ++i) f(i, i, 1);
   }
   static void add_product(auto&& x, auto& out) {
-    for (Eigen::Index i = 0; i < out.size(); ++i) out.data()[i] += x(i);
+    for_each_share(out.size(), 64, [&](Eigen::Index begin, Eigen::Index end) {
+      for (Eigen::Index i = begin; i < end; ++i) out.data()[i] += x(i);
+    });
   }
 };
 
@@ -131,7 +134,9 @@ class ScalarMass {
     for (Eigen::Index i = 0; i < n; ++i) f(i, i, mass_);
   }
   void add_product(auto&& x, auto& out) const {
-    for (Eigen::Index i = 0; i < out.size(); ++i) out.data()[i] += mass_ * x(i);
+    for_each_share(out.size(), 64, [&](Eigen::Index begin, Eigen::Index end) {
+      for (Eigen::Index i = begin; i < end; ++i) out.data()[i] += mass_ * x(i);
+    });
   }
 
  private:
@@ -193,7 +198,9 @@ class DiagonalMass {
     for (Eigen::Index i = 0; i < n; ++i) f(i, i, mass_[i]);
   }
   void add_product(auto&& x, auto& out) const {
-    for (Eigen::Index i = 0; i < out.size(); ++i) out.data()[i] += mass_[i] * x(i);
+    for_each_share(out.size(), 64, [&](Eigen::Index begin, Eigen::Index end) {
+      for (Eigen::Index i = begin; i < end; ++i) out.data()[i] += mass_[i] * x(i);
+    });
   }
 
  private:

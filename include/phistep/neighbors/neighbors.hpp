@@ -19,6 +19,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <mutex>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -27,6 +28,7 @@
 #include <vector>
 
 #include "phistep/core/recycled.hpp"
+#include "phistep/core/shares.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/neighbors/domain.hpp"
 #include "phistep/neighbors/list_builder.hpp"
@@ -196,11 +198,35 @@ class Neighbors {
   /// The sum of the two largest displacements. What is not a number has not moved: a new list would not help.
   template <class Scalar>
   [[nodiscard]] static double moved(const double* from, const Scalar* to, Eigen::Index particles) {
+    Displacements all;
+    std::mutex one_at_a_time;
+    for_each_share(
+        particles, 256,
+        [&](Eigen::Index begin, Eigen::Index end) {
+          const Displacements some = displacements(from, to, begin, end);
+          const std::lock_guard lock{one_at_a_time};
+          all.see(some.first), all.see(some.second);
+        },
+        shared_from / dim);
+    return std::sqrt(all.first) + std::sqrt(all.second);
+  }
+  /// The two largest, squared.
+  struct Displacements {
     double first = 0, second = 0;
+    void see(double square) {
+      const double smaller = square < first ? square : first;
+      second = smaller > second ? smaller : second;
+      first = square > first ? square : first;
+    }
+  };
+  template <class Scalar>
+  [[nodiscard]] static Displacements displacements(const double* from, const Scalar* to, Eigen::Index begin,
+                                                   Eigen::Index end) {
+    Displacements all;
     constexpr Eigen::Index block = 256;
     double square[block];
-    for (Eigen::Index i = 0; i < particles; i += block) {
-      const Eigen::Index n = std::min(block, particles - i);
+    for (Eigen::Index i = begin; i < end; i += block) {
+      const Eigen::Index n = std::min(block, end - i);
       for (Eigen::Index j = 0; j < n; ++j) {
         square[j] = 0;
         for (Eigen::Index a = 0; a < dim; ++a) {
@@ -208,13 +234,9 @@ class Neighbors {
           square[j] += d * d;
         }
       }
-      for (Eigen::Index j = 0; j < n; ++j) {
-        const double smaller = square[j] < first ? square[j] : first;
-        second = smaller > second ? smaller : second;
-        first = square[j] > first ? square[j] : first;
-      }
+      for (Eigen::Index j = 0; j < n; ++j) all.see(square[j]);
     }
-    return std::sqrt(first) + std::sqrt(second);
+    return all;
   }
 
   template <class Scalar>

@@ -14,6 +14,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/neighbors/domain.hpp"
 #include "phistep/neighbors/neighbor_list.hpp"
+#include "phistep/simd/prefetch.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -26,14 +27,6 @@ using Places = Eigen::Matrix<Scalar, 4, Eigen::Dynamic>;
 template <class Scalar>
 [[nodiscard]] Scalar far_away() {
   return std::sqrt(std::numeric_limits<Scalar>::max()) / 4;
-}
-
-/// In the user's order, neighbours may be anywhere: with a million in random order, a step without it takes 1.5 times as
-/// long.
-inline void prefetch([[maybe_unused]] const void* p) {
-#if defined(__GNUC__)
-  __builtin_prefetch(p);
-#endif
 }
 
 /// @param r  dim × N [length], in the user's order

@@ -9,11 +9,13 @@
 /// vector width gives the same value, and a pass over blocks the value of a pass over the whole.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <limits>
 
+#include "phistep/core/shares.hpp"
 #include "phistep/core/version.hpp"
 
 #if defined(__AVX2__)
@@ -85,9 +87,10 @@ class Fingerprint {
   /// [bytes] Every piece but the last must be a multiple of this.
   static constexpr std::ptrdiff_t granule = 8 * unroll * Words::count;
 
-  Fingerprint() {
+  /// @param words  that stand before what will be added, a multiple of granule / 8
+  explicit Fingerprint(std::uint64_t words = 0) : words_{words} {
     std::uint64_t keys[unroll * Words::count];
-    for (std::uint64_t i = 0; i < unroll * Words::count; ++i) keys[i] = (i + 1) * phi;
+    for (std::uint64_t i = 0; i < unroll * Words::count; ++i) keys[i] = (words + i + 1) * phi;
     for (std::ptrdiff_t u = 0; u < unroll; ++u) {
       key_[u] = Words::load(keys + u * Words::count);
       sum_[u] = Words::spread(0);
@@ -131,7 +134,7 @@ class Fingerprint {
   }
 
   Words::Register key_[unroll], sum_[unroll];
-  std::uint64_t words_ = 0, rest_ = 0;
+  std::uint64_t words_, rest_ = 0;
 };
 
 /// [bytes] that hold a number: an x87 long double has 10, and padding that is never set; others (16 bytes) have none.
@@ -155,17 +158,25 @@ template <class Scalar>
 /// Of n numbers, by their bits and their order, on top of what was seen before (`seed`).
 template <class Scalar>
 [[nodiscard]] std::uint64_t fingerprint(const Scalar* x, std::ptrdiff_t n, std::uint64_t seed = 0) {
-  Fingerprint all;
+  constexpr std::uint64_t phi = 0x9e3779b97f4a7c15u;
   if constexpr (sizeof(Scalar) <= 8) {
-    all.add(x, n * static_cast<std::ptrdiff_t>(sizeof(Scalar)));
+    constexpr std::ptrdiff_t size = sizeof(Scalar);
+    std::atomic<std::uint64_t> sum = 0;
+    for_each_share(n, Fingerprint::granule / size, [&](std::ptrdiff_t first, std::ptrdiff_t end) {
+      Fingerprint part(static_cast<std::uint64_t>(first * size / 8));
+      part.add(x + first, (end - first) * size);
+      sum += part.value();
+    });
+    return seed * phi + sum;
   } else {
+    Fingerprint all;
     for (std::ptrdiff_t i = 0; i < n; ++i) {
       std::uint64_t words[2] = {0, 0};
       std::memcpy(words, x + i, number_bytes<Scalar>);
       for (const std::uint64_t& word : words) all.add(&word, 8);
     }
+    return seed * phi + all.value();
   }
-  return seed * 0x9e3779b97f4a7c15u + all.value();
 }
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -12,10 +12,12 @@
 ///    beside the state moves no more bytes than a loop in place. Compilers emit none by themselves, hence packets: the
 ///    kernel is generic in i, and sees numbers (i an index) or packets (i a PacketIndex). Filling a block in L1 by the
 ///    ordinary loop and streaming that out was 1.0 to 1.5 times slower, depending on the compiler.
+///  · Large arrays are shared by threads. Which thread writes a number changes none of its bits.
 ///  · g++ vectorises no loop of unknown length at -O2, so for its baseline it is given packets there too: the guarded update
 ///    takes 1.5 in place of 2.8 ns a particle. Not where it contracts to FMA: tail and packets must round alike.
 #pragma once
 
+#include <atomic>
 #include <bit>
 #include <concepts>
 #include <cstddef>
@@ -23,6 +25,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "phistep/core/shares.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/simd/last_cache.hpp"
 #include "phistep/simd/pack.hpp"
@@ -145,10 +148,10 @@ template <class Witness, class Kernel, class Scalar, class... Scalars>
 }
 #endif
 
-/// to[i] = kernel's outputs for i. They pass through locals, so that a kernel may write one output before it
+/// to[i] = kernel's outputs for first ≤ i < end. They pass through locals, so that a kernel may write one output before it
 /// reads an input of the same i, though both be one array.
 template <class Witness, class Kernel, class Scalar, std::same_as<Scalar>... Scalars>
-Witness fill(std::ptrdiff_t n, Kernel kernel, Scalar* to, Scalars*... more) {
+Witness fill(std::ptrdiff_t first, std::ptrdiff_t end, Kernel kernel, Scalar* to, Scalars*... more) {
   Witness witness;
   const auto one = [&](std::ptrdiff_t i, Scalar x, Scalars... y) {
     kernel(i, x, y...);
@@ -157,12 +160,11 @@ Witness fill(std::ptrdiff_t n, Kernel kernel, Scalar* to, Scalars*... more) {
     witness.see(x);
     (witness.see(y), ...);
   };
-  std::ptrdiff_t first = 0;
 #if PHISTEP_DETAIL_PACKETS
   if constexpr (takes_packets<Kernel, Scalar, Scalars...>) {
     constexpr std::ptrdiff_t width = Packet<Scalar>::width;
     Packet<Scalar> troubles{0};
-    for (; first + width <= n; first += width)
+    for (; first + width <= end; first += width)
       fill_packet<Witness>(
           first, kernel, [](auto x, Scalar* p) { x.store(p); }, troubles, to, more...);
     witness.see(sum(troubles));
@@ -170,9 +172,9 @@ Witness fill(std::ptrdiff_t n, Kernel kernel, Scalar* to, Scalars*... more) {
 #endif
   if constexpr (sizeof(Scalar) == 4 || sizeof(Scalar) == 8) {
     PHISTEP_DETAIL_ELEMENTWISE
-    for (std::ptrdiff_t i = first; i < n; ++i) one(i, Scalar{}, Scalars{}...);
+    for (std::ptrdiff_t i = first; i < end; ++i) one(i, Scalar{}, Scalars{}...);
   } else {  // no registers hold several long doubles
-    for (std::ptrdiff_t i = first; i < n; ++i) one(i, Scalar{}, Scalars{}...);
+    for (std::ptrdiff_t i = first; i < end; ++i) one(i, Scalar{}, Scalars{}...);
   }
   return witness;
 }
@@ -180,39 +182,52 @@ Witness fill(std::ptrdiff_t n, Kernel kernel, Scalar* to, Scalars*... more) {
 #if PHISTEP_DETAIL_STREAMS
 inline bool is_packet_aligned(const void* p) { return reinterpret_cast<std::uintptr_t>(p) % 16 == 0; }
 
-/// `update` by streaming stores, for n ≥ one line. Outputs sit on 16 bytes and are no inputs.
+/// The same by streaming stores, for one line or more. Outputs sit on 16 bytes and are no inputs.
 template <class Kernel, class Scalar, std::same_as<Scalar>... Scalars>
-[[nodiscard]] FiniteWitness<Scalar> fill_streaming(std::ptrdiff_t n, Kernel kernel, Scalar* to, Scalars*... more) {
+[[nodiscard]] FiniteWitness<Scalar> fill_streaming(std::ptrdiff_t i, std::ptrdiff_t end, Kernel kernel, Scalar* to,
+                                                   Scalars*... more) {
   using Witness = FiniteWitness<Scalar>;
   constexpr std::ptrdiff_t width = Packet<Scalar>::width, line = 64 / sizeof(Scalar);
   Packet<Scalar> troubles{0};
-  std::ptrdiff_t i = 0;
-  for (; i + line <= n; i += line)
+  for (; i + line <= end; i += line)
     for (std::ptrdiff_t j = i; j < i + line; j += width)
       fill_packet<Witness>(
           j, kernel, [](auto x, Scalar* p) { stream(x, p); }, troubles, to, more...);
   _mm_sfence();  // streamed stores are ordered with nothing: another thread may read the result next
   // The rest as packets too, the last of them overlapping: a number's bits must not depend on where it stands.
-  for (; i < n; i += width)
+  for (; i < end; i += width)
     fill_packet<Witness>(
-        i + width <= n ? i : n - width, kernel, [](auto x, Scalar* p) { x.store(p); }, troubles, to, more...);
+        i + width <= end ? i : end - width, kernel, [](auto x, Scalar* p) { x.store(p); }, troubles, to, more...);
   Witness witness;
   witness.see(sum(troubles));
   return witness;
 }
 #endif
+/// fill(first, end) → witness, for 0 … n − 1, by threads where that is much. Whether all numbers are finite.
+[[nodiscard]] inline bool fill_shares(std::ptrdiff_t n, const auto& fill) {
+  if (n < shared_from) return fill(std::ptrdiff_t{0}, n).all_finite();
+  std::atomic<bool> finite{true};
+  for_each_share(n, 64, [&](std::ptrdiff_t first, std::ptrdiff_t end) {
+    if (!fill(first, end).all_finite()) finite = false;
+  });
+  return finite;
+}
 }  // namespace detail
 
 /// kernel(i, x…) sets each x from the inputs at i alone; out…[i] = x…, for 0 ≤ i < n. Returns whether all are finite.
 /// An output may be an input, as a whole.
 template <class Kernel, class Scalar, std::same_as<Scalar>... Scalars>
 [[nodiscard]] bool update_in_place(std::ptrdiff_t n, Kernel kernel, Scalar* out, Scalars*... more) {
-  return detail::fill<FiniteWitness<Scalar>>(n, kernel, out, more...).all_finite();
+  return detail::fill_shares(n, [=](std::ptrdiff_t first, std::ptrdiff_t end) {
+    return detail::fill<FiniteWitness<Scalar>>(first, end, kernel, out, more...);
+  });
 }
 /// The same where every result is known to be finite.
 template <class Kernel, class Scalar, std::same_as<Scalar>... Scalars>
 void update_in_place_unwatched(std::ptrdiff_t n, Kernel kernel, Scalar* out, Scalars*... more) {
-  detail::fill<NoWitness<Scalar>>(n, kernel, out, more...);
+  for_each_share(n, 64, [=](std::ptrdiff_t first, std::ptrdiff_t end) {
+    detail::fill<NoWitness<Scalar>>(first, end, kernel, out, more...);
+  });
 }
 
 /// The same for outputs that overlap no input. A kernel for indices alone is accepted, but never streams.
@@ -222,9 +237,13 @@ template <class Kernel, class Scalar, std::same_as<Scalar>... Scalars>
   if constexpr (detail::takes_packets<Kernel, Scalar, Scalars...>)
     if (n >= stream_from() / static_cast<std::ptrdiff_t>(sizeof(Scalar)) && detail::is_packet_aligned(out) &&
         (detail::is_packet_aligned(more) && ...))
-      return detail::fill_streaming(n, kernel, out, more...).all_finite();
+      return detail::fill_shares(n, [=](std::ptrdiff_t first, std::ptrdiff_t end) {
+        return detail::fill_streaming(first, end, kernel, out, more...);
+      });
 #endif
-  return detail::fill<FiniteWitness<Scalar>>(n, kernel, out, more...).all_finite();
+  return detail::fill_shares(n, [=](std::ptrdiff_t first, std::ptrdiff_t end) {
+    return detail::fill<FiniteWitness<Scalar>>(first, end, kernel, out, more...);
+  });
 }
 
 /// `update` for the few numbers of a small fixed state, known at compile time and unrolled: it stays in registers. Number by

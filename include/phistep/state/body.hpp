@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "phistep/core/shares.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/simd/update.hpp"
@@ -154,7 +155,9 @@ class ParticleMasses {
     for (Eigen::Index i = 0; i < n; ++i) f(i, i, inertia(i));
   }
   void add_product(auto&& x, auto& out) const {
-    for (Eigen::Index i = 0; i < out.size(); ++i) out.data()[i] += mass_[i / rows] * x(i);
+    for_each_share(out.size(), 64, [&](Eigen::Index begin, Eigen::Index end) {
+      for (Eigen::Index i = begin; i < end; ++i) out.data()[i] += mass_[i / rows] * x(i);
+    });
   }
 
  private:
