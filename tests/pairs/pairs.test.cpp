@@ -12,6 +12,28 @@ TEST_CASE("pair forces are those of a sum over all pairs") {
   }
 }
 
+TEST_CASE("no law is asked beyond the cutoff, where it may under- or overflow") {
+  double farthest = 0;
+  const auto law = [&farthest](auto r2) {
+    if constexpr (is_pack<decltype(r2)>)
+      for (int l = 0; l < decltype(r2)::width; ++l) farthest = std::max(farthest, static_cast<double>(r2[l]));
+    return 1 / (r2 * r2);
+  };
+  const auto y = shaken<double, 3>(3, 1.0, 8, {}, 0);  // neighbours at 1, listed also those at √2 and √3
+  const Pairs force{law, 1.25, {.skin = 0.5}};
+  NeighborMemory memory;
+  Out<double, 3> out{Eigen::Matrix3Xd::Zero(3, 27)};
+  force.add(0.0, view_of(y), memory, out);
+  CHECK(force.pairs_listed() > 27 * 6);
+  CHECK(force.pairs_inside(y) == 54);
+  CHECK(out.force.col(13).norm() < 1e-12);
+  CHECK(out.force.col(0).isApprox(Eigen::Vector3d::Constant(-1)));
+  CHECK(farthest == 1.25 * 1.25);
+  farthest = 0;
+  CHECK(force.virial(0.0, view_of(y)) > 0);
+  CHECK(farthest == 1.25 * 1.25);
+}
+
 TEST_CASE("a law of the user's own is as good") {
   const auto own = [](auto r2) {
     const auto y = reciprocal(r2), y3 = y * y * y;

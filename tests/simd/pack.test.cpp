@@ -74,6 +74,12 @@ TEMPLATE_TEST_CASE("lanes: arithmetic, comparisons, select, loads", "", WIDTHS) 
     CHECK(fma(a, b, a)[l] == 4 * x);
   }
   CHECK(!std::signbit(abs(P{-0.0})[0]));
+  // As for numbers, b < a ? b : a: the first where neither is less.
+  constexpr auto not_a_number = std::numeric_limits<Scalar>::quiet_NaN();
+  CHECK(std::isnan(min(P{not_a_number}, P{1})[0]));
+  CHECK(min(P{1}, P{not_a_number})[P::width - 1] == 1);
+  CHECK(std::signbit(min(P{-0.0}, P{0.0})[0]));
+  CHECK(!std::signbit(min(P{0.0}, P{-0.0})[0]));
   a.store_aligned(memory);
   CHECK(all(P::load_aligned(memory) == a));
   for (int n = 0; n <= P::width + 1; ++n) CHECK(first_lanes<P>(n).bits() == (1u << std::min(n, P::width)) - 1);

@@ -17,6 +17,7 @@
 #include "phistep/neighbors/neighbor_list.hpp"
 #include "phistep/simd/pack.hpp"
 #include "phistep/simd/pack_math.hpp"
+#include "phistep/simd/unrolled.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -156,18 +157,21 @@ class ListBuilder {
 
   /// Appends those of the slots first … last − 1 that are closer to x than the range. Writes up to P::width − 1 beyond.
   std::int32_t* filter(const P* x, std::int32_t first, std::int32_t last, P square, std::int32_t* out) const {
+    const double* at[dim];
+    detail::unrolled<dim>([&](auto a) { at[a] = order_.x(a); });
     for (std::int32_t s = first; s < last; s += P::width) {
       P d2{0};
-      for (std::size_t a = 0; a < dim; ++a) {
-        const P d = x[a] - P::load(order_.x(a) + s);
+      detail::unrolled<dim>([&](auto a) {
+        const P d = x[a] - P::load(at[a] + s);
         d2 = fma(d, d, d2);
-      }
-      out = append((d2 < square) & first_lanes<P>(last - s), s, out);
+      });
+      unsigned bits = (d2 < square).bits();
+      if (last - s < P::width) bits &= (1u << (last - s)) - 1u;
+      out = append(bits, s, out);
     }
     return out;
   }
-  static std::int32_t* append(typename P::Truth mask, std::int32_t s, std::int32_t* out) {
-    const unsigned bits = mask.bits();
+  static std::int32_t* append(unsigned bits, std::int32_t s, std::int32_t* out) {
 #if defined(__AVX512F__) && defined(__AVX512VL__)
     if constexpr (P::width == 8) {
       const __m256i slots = _mm256_add_epi32(_mm256_set1_epi32(s), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
@@ -177,10 +181,10 @@ class ListBuilder {
       return out + std::popcount(bits);
     }
 #endif
-    for (int l = 0; l < P::width; ++l) {
+    detail::unrolled<P::width>([&](auto l) {
       *out = s + l;
       out += bits >> l & 1u;
-    }
+    });
     return out;
   }
 

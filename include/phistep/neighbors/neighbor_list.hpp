@@ -41,11 +41,11 @@ struct NeighborList {
   std::vector<Row> rows;      ///< in the slots' order
   std::vector<Chunk> chunks;  ///< the first `chunk_count` are in use
   std::size_t chunk_count = 0;
-  std::int32_t pad = 1;  ///< rows are filled up to a multiple of it
+  std::int32_t pad = 1;  ///< rows are filled up to a multiple of it; a power of two
   std::int32_t particles = 0;
 
   [[nodiscard]] std::int32_t dummy() const { return static_cast<std::int32_t>(slots.size()); }
-  [[nodiscard]] std::int32_t padded(std::int32_t count) const { return (count + pad - 1) / pad * pad; }
+  [[nodiscard]] std::int32_t padded(std::int32_t count) const { return (count + pad - 1) & -pad; }
   /// The neighbours of a row, without the dummies (which follow).
   [[nodiscard]] std::span<const std::int32_t> neighbors(std::size_t row) const {
     const Row& r = rows[row];

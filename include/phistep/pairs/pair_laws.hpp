@@ -3,7 +3,8 @@
 ///
 /// A law is called with r² and returns F/r, the force along the line through both divided by their distance,
 /// positive = repulsion: so that the force on i is (F/r)(r_i − r_j), and no root is taken where none is needed. From a
-/// potential V(r):  F/r = −V'(r)/r = −2 dV/d(r²). It is called with numbers, packs and duals, hence `auto`:
+/// potential V(r):  F/r = −V'(r)/r = −2 dV/d(r²). It is called with numbers, packs and duals, hence `auto`, and by Pairs
+/// with r² up to that of the cutoff only:
 ///
 ///     Pairs{[](auto r2) { return 3 / (r2 * r2); }, 2.5};
 ///

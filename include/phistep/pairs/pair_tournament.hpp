@@ -11,7 +11,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -19,17 +18,9 @@
 #include "phistep/core/version.hpp"
 #include "phistep/simd/pack.hpp"
 #include "phistep/simd/pack_math.hpp"
+#include "phistep/simd/unrolled.hpp"
 
 namespace phistep::inline PHISTEP_ABI::detail {
-
-/// f(0), f(1) … f(n − 1) with constants for arguments, so that arrays of packs stay in registers.
-template <int n, int k = 0, class F>
-[[gnu::always_inline]] inline void unrolled(F&& f) {
-  if constexpr (k < n) {
-    f(std::integral_constant<int, k>{});
-    unrolled<n, k + 1>(f);
-  }
-}
 
 /// Particles in slots: coordinates, weights, sums. Those that move come first, filled up to whole packs by slots of weight 0,
 /// then those that only act.

@@ -32,6 +32,7 @@
 #include "phistep/simd/dual.hpp"
 #include "phistep/simd/pack.hpp"
 #include "phistep/simd/pack_math.hpp"
+#include "phistep/simd/unrolled.hpp"
 #include "phistep/state/active_set.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -97,19 +98,20 @@ class Pairs : public ForceTerm {
     const NeighborList& list = gather<S>(y, &memory);
     Scalar* const force = out.force.data();
     const ActiveSet* const active = active_set(y);
+    const P rc2{limit<Scalar>()};
     for_each_row(list, [&](const NeighborList::Row& row, const std::int32_t* neighbors, std::size_t) {
       const std::int32_t particle = list.slots[static_cast<std::size_t>(row.slot)].particle;
       if (active != nullptr && !active->has(particle)) return;
       Scalar* const to = force + std::ptrdiff_t{S::dim} * particle;
       prefetch(to);
       P f[S::dim];
-      for (P& component : f) component = P{0};
+      detail::unrolled<S::dim>([&](auto a) { f[a] = P{0}; });
       for_each_pack<S, P>(row, neighbors, list.padded(row.count), [&](const P* d, P r2, auto&&... tags) {
-        const P g = select(r2 < P{limit<Scalar>()}, P{law(r2, tags...)}, P{0});
-        for (int a = 0; a < S::dim; ++a) f[a] = fma(g, d[a], f[a]);
+        const P g = select(r2 < rc2, P{law(min(r2, rc2), tags...)}, P{0});
+        detail::unrolled<S::dim>([&](auto a) { f[a] = fma(g, d[a], f[a]); });
       });
       const Scalar* const x = place<Scalar>(row.slot);
-      for (int a = 0; a < S::dim; ++a) to[a] += sum(f[a]) + (x[a] - x[a]);  // NaN where the position is none
+      detail::unrolled<S::dim>([&](auto a) { to[a] += sum(f[a]) + (x[a] - x[a]); });  // NaN where the position is none
     });
   }
   void commit(auto /*t*/, const auto& /*y*/, Memory& memory) const {
@@ -218,7 +220,7 @@ class Pairs : public ForceTerm {
     const Scalar* const all = place<Scalar>(0);
     const Scalar* const own = place<Scalar>(row.slot);
     P x[S::dim];
-    for (int a = 0; a < S::dim; ++a) x[a] = P{own[a]};
+    detail::unrolled<S::dim>([&](auto a) { x[a] = P{own[a]}; });
     for (std::int32_t q = 0; q < count; q += P::width) {
       const FourPacks<P> other = gather4<P>(all, neighbors + q);
       P d[3] = {x[0] - other.x, x[1] - other.y, P{0}};
@@ -243,7 +245,8 @@ class Pairs : public ForceTerm {
     for_each_row(list, [&](const NeighborList::Row& row, const std::int32_t* neighbors, std::size_t chunk) {
       double& to = work_.partial[chunk];
       const auto inside = [&]<class Q>(const Q*, Q r2, auto... tags) {
-        return select(r2 < Q{limit<Scalar>()}, Q{value(Q{1}, r2, tags...)}, Q{0});
+        const Q rc2{limit<Scalar>()};
+        return select(r2 < rc2, Q{value(Q{1}, min(r2, rc2), tags...)}, Q{0});
       };
       if (all_move) {
         P row_sum{0};
