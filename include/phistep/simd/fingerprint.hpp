@@ -75,6 +75,12 @@ struct Words {
 
 }  // namespace detail
 
+/// Of word i.
+[[nodiscard]] inline std::uint64_t fingerprint_term(std::uint64_t word, std::uint64_t i) {
+  const std::uint64_t z = word + (i + 1) * 0x9e3779b97f4a7c15u;
+  return (z & 0xffffffffu) * (z >> 32);
+}
+
 /// Takes an array piece by piece, so that it can ride on a loop that has the piece in L1 anyway.
 class Fingerprint {
   using Words = detail::Words;
@@ -107,8 +113,7 @@ class Fingerprint {
     for (; bytes > 0; bytes -= 8, p += 8) {
       std::uint64_t word = 0;
       std::memcpy(&word, p, bytes < 8 ? static_cast<std::size_t>(bytes) : 8);
-      const std::uint64_t z = word + (++words_) * phi;
-      rest_ += (z & 0xffffffffu) * (z >> 32);
+      rest_ += fingerprint_term(word, words_++);
     }
   }
 
@@ -150,6 +155,19 @@ template <class Scalar>
       if (std::memcmp(a + i, b + i, number_bytes<Scalar>) != 0) return false;
     return true;
   }
+}
+
+/// What numbers begin … end − 1 add to the fingerprint of an array, of 8 bytes each; of others something of their own.
+template <class Scalar>
+[[nodiscard]] std::uint64_t fingerprint_of_some(const Scalar* x, std::ptrdiff_t begin, std::ptrdiff_t end) {
+  std::uint64_t sum = 0;
+  for (std::ptrdiff_t i = begin; i < end; ++i) {
+    std::uint64_t words[2] = {0, 0};
+    std::memcpy(words, x + i, number_bytes<Scalar>);
+    for (std::size_t w = 0; w < (sizeof(Scalar) + 7) / 8; ++w)
+      sum += fingerprint_term(words[w], static_cast<std::uint64_t>(i) * ((sizeof(Scalar) + 7) / 8) + w);
+  }
+  return sum;
 }
 
 /// Of n numbers, by their bits and their order, on top of what was seen before (`seed`).
