@@ -3,60 +3,24 @@
 /// the workspace beside the state has the same numbers as the state, so that the commit is still a swap of arrays.
 ///
 /// That they are the same, and so that nobody has edited them, is looked up by one pass over the state, and by none where the
-/// caller says that it is unedited. The pass takes a fingerprint of all numbers (simd/fingerprint.hpp), a sum; less the
+/// caller says that it is unedited. The pass takes a fingerprint of all numbers (state/particle_fingerprint.hpp), a sum; less the
 /// terms of the particles that the step changes it is that of the others.
 #pragma once
 
 #include <Eigen/Core>
 
-#include <algorithm>
 #include <cstdint>
-#include <tuple>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "phistep/core/version.hpp"
 #include "phistep/problem/origin.hpp"
-#include "phistep/simd/fingerprint.hpp"
 #include "phistep/state/active_set.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/body.hpp"
+#include "phistep/state/particle_fingerprint.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
-
-/// Σ over the numbers of all blocks of a state of particles, which may be taken particle by particle.
-template <State S>
-class ParticleFingerprint {
- public:
-  using Plain = PlainState<S>;
-
-  [[nodiscard]] static std::uint64_t of(const Plain& y) {
-    return sum(y, [](const auto& block) {
-      // Two floats share a word, which may be those of two particles.
-      if constexpr (sizeof(ScalarOf<S>) < 8) return fingerprint_of_some(block.data(), 0, block.size());
-      else return fingerprint(block.data(), block.size());
-    });
-  }
-  [[nodiscard]] static std::uint64_t of(const Plain& y, Index particle) {
-    return sum(y, [particle](const auto& block) {
-      const Index at = block.rows() * particle;
-      return fingerprint_of_some(block.data(), at, at + block.rows());
-    });
-  }
-
- private:
-  [[nodiscard]] static std::uint64_t sum(const Plain& y, auto&& of_block) {
-    std::uint64_t total = 0, weight = 1;
-    for_each_block(
-        [&](auto, const auto& block) {
-          total += weight * of_block(block);
-          weight *= 0x9e3779b97f4a7c15u;
-        },
-        Blocks<S>::all(y));
-    return total;
-  }
-};
 
 template <State S>
 class UnchangedParticles {
@@ -101,10 +65,7 @@ class UnchangedParticles {
   [[nodiscard]] static bool moves(const Plain& y, Index i) { return (velocity_of<S>(y).col(i).array() != 0).any(); }
   /// Of the particles that stay as they are.
   [[nodiscard]] std::uint64_t hash(const ActiveSet& active, const Plain& y) const {
-    std::uint64_t all = ParticleFingerprint<S>::of(y);
-    for (const auto* some : {&active.list(), &std::as_const(left_out_.moving)})
-      for (const std::int32_t i : *some) all -= ParticleFingerprint<S>::of(y, i);
-    return all;
+    return ParticleFingerprint<S>::without(y, active.list(), left_out_.moving);
   }
   /// Nothing was known of those that are left out.
   void take(const ActiveSet& active, const Plain& y) {

@@ -157,15 +157,17 @@ template <class Scalar>
   }
 }
 
-/// What numbers begin … end − 1 add to the fingerprint of an array, of 8 bytes each; of others something of their own.
+/// What n numbers add to the fingerprint of an array (seed 0) where they stand from number `first` on. Of numbers of less than
+/// 8 bytes, two of which share a word, a fingerprint of its own.
 template <class Scalar>
-[[nodiscard]] std::uint64_t fingerprint_of_some(const Scalar* x, std::ptrdiff_t begin, std::ptrdiff_t end) {
+[[nodiscard]] std::uint64_t fingerprint_of_some(const Scalar* x, std::ptrdiff_t n, std::ptrdiff_t first) {
+  constexpr std::size_t words = (sizeof(Scalar) + 7) / 8;
   std::uint64_t sum = 0;
-  for (std::ptrdiff_t i = begin; i < end; ++i) {
-    std::uint64_t words[2] = {0, 0};
-    std::memcpy(words, x + i, number_bytes<Scalar>);
-    for (std::size_t w = 0; w < (sizeof(Scalar) + 7) / 8; ++w)
-      sum += fingerprint_term(words[w], static_cast<std::uint64_t>(i) * ((sizeof(Scalar) + 7) / 8) + w);
+  for (std::ptrdiff_t i = 0; i < n; ++i) {
+    std::uint64_t word[words] = {};
+    std::memcpy(word, x + i, number_bytes<Scalar>);
+    for (std::size_t w = 0; w < words; ++w)
+      sum += fingerprint_term(word[w], static_cast<std::uint64_t>(first + i) * words + w);
   }
   return sum;
 }
