@@ -44,6 +44,7 @@ class Contact : public ForceTerm {
   using Memory = ContactMemory<Scalar, Pairs>;
   // Through its memory the force depends on the time since the springs were known.
   static constexpr bool uses_velocity = true, uses_time = true;
+  static constexpr bool computes_active_only = true;
   static constexpr Structure structure = Structure::network;
   static constexpr bool has_edges = true, is_symmetric = true;
 

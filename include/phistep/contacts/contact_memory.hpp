@@ -12,6 +12,7 @@
 #include <memory>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 #include "phistep/contacts/carried_springs.hpp"
 #include "phistep/contacts/resting_springs.hpp"
@@ -35,7 +36,7 @@ struct ContactMemory {
   mutable std::shared_ptr<const Table> springs;                   ///< ξ(t_c), for `places`
   mutable std::shared_ptr<const Table> last;                      ///< ξ(t_e) of the last evaluation, likewise
   mutable std::shared_ptr<const DormantSprings<Scalar>> dormant;  ///< of none, where there is nothing
-  mutable std::shared_ptr<const Table> resting;  ///< of contacts left out for now, or none; in no other of these tables
+  mutable std::shared_ptr<const RestingSprings<Table>> resting;   ///< of contacts left out for now, or none
   mutable std::uint64_t active = 0;              ///< number of the set that `springs` are those of; 0: all
   mutable std::uint64_t body = 0;                ///< serial number of what `places` were enumerated for
   mutable Scalar last_time = 0;                  ///< t_e
@@ -72,19 +73,23 @@ struct ContactMemory {
     time += step;
     last.reset();
   }
-  /// From now on those of a set's contacts are computed.
-  /// @param number       of the set; 0: all
+  /// From now on the springs of an active set's contacts are computed, the others rest.
+  /// @param number       of the set; 0: all are computed
   /// @param is_computed  of a place; not asked where all are
   /// @param tables       makes room for them
-  void part(std::uint64_t number, auto&& is_computed, RecycledSprings<Table>& tables) const {
+  /// @param before       number of a set for which `joined` holds; 0: of none
+  /// @param joined       places, ascending, that are computed now and were not for that set
+  void part(std::uint64_t number, auto&& is_computed, RecycledSprings<Table>& tables, std::uint64_t before = 0,
+            const std::vector<Place>& joined = {}) const {
     if (number == active || springs == nullptr) return;
-    const Table none;
-    auto computed = tables.take(), left_out = tables.take();
-    part_springs(
-        *springs, resting ? *resting : none, [&](Place place) { return number == 0 || is_computed(place); }, *computed,
-        *left_out);
+    const auto goes_on = [&](Place place) { return number == 0 || is_computed(place); };
+    auto computed = tables.take();
+    const bool is_small = resting && resting->late.size() <= 256 + resting->base->size() / 8;
+    auto rest = number != 0 && before != 0 && before == active && is_small
+                    ? part_some_springs(*springs, *resting, joined, goes_on, *computed, tables)
+                    : part_all_springs(*springs, resting.get(), goes_on, *computed, tables);
     springs = std::move(computed);
-    resting = number == 0 ? nullptr : std::move(left_out);
+    resting = number == 0 ? nullptr : std::move(rest);
     active = number;
   }
   /// All of them are computed again.

@@ -21,7 +21,6 @@
 #include "phistep/core/version.hpp"
 #include "phistep/simd/pack_math.hpp"
 #include "phistep/simd/update.hpp"
-#include "phistep/state/active_set.hpp"
 #include "phistep/state/body.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -40,12 +39,6 @@ struct ContactPairs {
 
   [[nodiscard]] std::size_t places() const { return first.size() < padding ? 0 : first.size() - padding; }
   [[nodiscard]] bool has(std::int32_t place) const { return static_cast<std::size_t>(place) < places(); }
-  /// Whether one of a pair's bodies is in the set.
-  [[nodiscard]] bool has_any(std::int32_t place, const ActiveSet& set) const {
-    const auto p = static_cast<std::size_t>(place);
-    const auto is = [&](std::int32_t slot) { return set.has(bodies.particle[static_cast<std::size_t>(slot)]); };
-    return is(first[p]) || is(second[p]);
-  }
   /// The pair of two slots, or −1.
   [[nodiscard]] std::ptrdiff_t find(std::int32_t a, std::int32_t b) const {
     const auto begin = second.begin() + row[static_cast<std::size_t>(a)],

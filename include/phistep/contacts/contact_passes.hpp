@@ -69,9 +69,10 @@ class ContactPasses {
     const bool rolls = spins && materials_.rolls();
     prepare(y, memory, rolls, active);
     const Pairs& pairs = *memory.places;
-    memory.part(
-        number_of(active), [&](std::int32_t place) { return pairs.has_any(place, *active); }, tables_);
     const PairRange range = work_.computed.of(pairs, active);
+    memory.part(
+        number_of(active), [this](std::int32_t place) { return work_.computed.has_pair(place); }, tables_,
+        work_.computed.before(), work_.computed.joined());
     std::shared_ptr<Springs> springs = tables_.take();
     ++statistics_.evaluations;
     work_.touching.find(pairs.period, range, work_.slots, *memory.springs, *springs, rolls);
@@ -180,8 +181,9 @@ class ContactPasses {
     static_cast<void>(gather(y, *memory.places, active));
   }
   [[nodiscard]] bool gather(const auto& y, const Pairs& pairs, const ActiveSet* active) const {
-    if (active != nullptr) work_.computed.know(pairs, *active);
-    return work_.slots.gather(y, pairs, active == nullptr ? nullptr : &work_.computed);
+    if (active == nullptr) return work_.slots.gather(y, pairs, nullptr, nullptr);
+    work_.computed.update(pairs, *active);
+    return work_.slots.gather(y, pairs, &work_.computed, &left_out(y));
   }
   template <class View>
   void find_pairs(const View& y, const Memory& memory, bool rolls) const {

@@ -15,6 +15,7 @@
 #include "phistep/contacts/contact_pairs.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/neighbors/places.hpp"
+#include "phistep/state/active_set.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -29,9 +30,11 @@ struct ContactSlots {
   std::vector<Scalar> surface;   ///< R ω, 1/m
 
   /// False: a body has moved by half the skin since the pairs were found.
-  /// @param computed  fills the slots of these pairs alone, and looks at bodies held elsewhere: no other moves; null: all
+  /// @param computed  only the slots of these pairs are filled; null: all are
+  /// @param left_out  what is known of the other bodies (state/active_set.hpp); of no interest where all slots are filled
   template <class View>
-  [[nodiscard]] bool gather(const View& y, const ContactPairs<Scalar>& pairs, const ComputedPairs* computed) {
+  [[nodiscard]] bool gather(const View& y, const ContactPairs<Scalar>& pairs, const ComputedPairs* computed,
+                            const LeftOut* left_out) {
     const std::size_t n = pairs.bodies.size();
     position.resize(4 * n), velocity.resize(4 * n), surface.resize(4 * n);
     const std::int32_t* const list = computed == nullptr ? nullptr : computed->slots().data();
@@ -46,11 +49,7 @@ struct ContactSlots {
       const Scalar moved = fill(y, pairs, slot_of(k));
       largest = largest < moved ? moved : largest;  // a NaN touches nothing; its force becomes NaN
     }
-    if (computed != nullptr)
-      for (const std::int32_t slot : computed->held()) {
-        const auto s = static_cast<std::size_t>(slot);
-        largest = std::max(largest, square_moved(y, pairs, s));
-      }
+    if (computed != nullptr) largest = std::max(largest, largest_elsewhere(y, pairs, *computed, *left_out));
     return 4 * largest <= pairs.skin * pairs.skin;
   }
 
@@ -73,6 +72,24 @@ struct ContactSlots {
       moved += d * d;
     }
     return moved;
+  }
+  /// The largest square of what a body has moved that isn't in those slots: all are looked at once for a list and a number
+  /// of what is left out, then those that move, and those that no longer are in the slots.
+  template <class View>
+  [[nodiscard]] Scalar largest_elsewhere(const View& y, const ContactPairs<Scalar>& pairs,
+                                         const ComputedPairs& computed, const LeftOut& left_out) {
+    Scalar largest = 0;
+    const auto look = [&](std::size_t s) { largest = std::max(largest, square_moved(y, pairs, s)); };
+    if (left_out.number == 0 || left_out.number != seen_left_out_ || pairs.number != seen_pairs_) {
+      for (std::size_t s = 0; s < pairs.bodies.size(); ++s)
+        if (!computed.has_slot(s)) look(s);
+      seen_left_out_ = left_out.number, seen_pairs_ = pairs.number;
+    } else {
+      for (const std::int32_t i : left_out.moving)
+        look(static_cast<std::size_t>(pairs.bodies.slot[static_cast<std::size_t>(i)]));
+      for (const std::int32_t slot : computed.dropped()) look(static_cast<std::size_t>(slot));
+    }
+    return largest;
   }
   /// How far it has moved, squared.
   template <class View>
@@ -102,6 +119,8 @@ struct ContactSlots {
     u[3] = pairs.bodies.inverse_mass[s];
     return moved;
   }
+
+  std::uint64_t seen_left_out_ = 0, seen_pairs_ = 0;  // the last ones for which all others were looked at
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

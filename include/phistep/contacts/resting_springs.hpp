@@ -1,41 +1,128 @@
 /// @file
-/// The springs of contacts between bodies that are left out rest beside those that are computed, as they are.
+/// The springs of contacts between bodies that are left out: kept as they are, beside those that are computed.
+///
+/// When bodies join the active set or leave it, a few springs change sides. So most of those at rest stay in one table that
+/// many histories share and nobody changes; bits say which of them have been taken from it since, and a second, small table
+/// has those that came to rest since. When that is no longer small, one table is made of both.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <utility>
+#include <vector>
 
 #include "phistep/core/recycled.hpp"
 #include "phistep/core/version.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// Beside those that any memory wants, two that rest: of the step before and of this one.
 template <class Table>
-using RecycledSprings = Recycled<Table, 6>;
+struct RestingSprings {
+  std::shared_ptr<const Table> base;
+  std::vector<std::uint64_t> taken;  ///< a bit for each contact of the base
+  Table late;                        ///< of other contacts than those of the base that aren't taken
 
-/// Two tables of springs for the same places, none in both, parted anew.
-/// @param is_computed  of a place: its springs go to `computed`, the others to `resting`
+  [[nodiscard]] bool is_taken(std::size_t c) const { return (taken[c / 64] >> (c % 64) & 1) != 0; }
+  void take(std::size_t c) { taken[c / 64] |= std::uint64_t{1} << (c % 64); }
+};
+
+/// Beside the tables that any memory wants: bases of before and now, and what is built on them.
 template <class Table>
-void part_springs(const Table& a, const Table& b, auto&& is_computed, Table& computed, Table& resting) {
-  const bool rolls = a.rolls();
-  const std::size_t all = a.size() + b.size();
-  std::size_t goes_on = 0, rests = 0;
-  for (Table* to : {&computed, &resting}) to->resize(all, rolls);
-  const auto put = [rolls](const Table& from, std::size_t c, Table& to, std::size_t& at) {
-    to.place[at] = from.place[c];
-    to.slip.set(at, from.slip[c]);
-    if (rolls) to.roll.set(at, from.roll[c]);
+struct RecycledSprings : Recycled<Table, 6> {
+  Recycled<RestingSprings<Table>> resting;
+};
+
+/// Some contacts of a table of springs, ascending by place.
+template <class Table>
+struct SomeSprings {
+  const Table* table = nullptr;
+  std::vector<std::size_t> some{};  ///< which; of no interest where all are meant
+  bool all = true;
+
+  [[nodiscard]] std::size_t size() const { return table == nullptr ? 0 : all ? table->size() : some.size(); }
+  [[nodiscard]] std::size_t operator[](std::size_t k) const { return all ? k : some[k]; }
+};
+
+/// Springs of different places to one of two tables, each ascending by place.
+/// @param goes_to_a  of a place
+template <class Table, std::size_t n>
+void sort_springs(const std::array<SomeSprings<Table>, n>& from, bool rolls, auto&& goes_to_a, Table& a, Table& b) {
+  std::size_t most = 0, in_a = 0, in_b = 0;
+  for (const auto& some : from) most += some.size();
+  for (Table* to : {&a, &b}) to->resize(most, rolls);
+  const auto put = [rolls](const Table& table, std::size_t c, Table& to, std::size_t& at) {
+    to.place[at] = table.place[c];
+    to.slip.set(at, table.slip[c]);
+    if (rolls) to.roll.set(at, table.roll[c]);
     ++at;
   };
-  for (std::size_t i = 0, j = 0; i < a.size() || j < b.size();) {
-    const bool is_first = j == b.size() || (i < a.size() && a.place[i] < b.place[j]);
-    const Table& from = is_first ? a : b;
-    const std::size_t c = is_first ? i++ : j++;
-    if (is_computed(from.place[c])) put(from, c, computed, goes_on);
-    else put(from, c, resting, rests);
+  std::array<std::size_t, n> at{};
+  for (;;) {
+    const SomeSprings<Table>* next = nullptr;
+    std::size_t k = 0;
+    for (std::size_t f = 0; f < n; ++f) {
+      if (at[f] == from[f].size()) continue;
+      const std::size_t c = from[f][at[f]];
+      if (next == nullptr || from[f].table->place[c] < next->table->place[(*next)[at[k]]]) next = &from[f], k = f;
+    }
+    if (next == nullptr) break;
+    const std::size_t c = (*next)[at[k]++];
+    if (goes_to_a(next->table->place[c])) put(*next->table, c, a, in_a);
+    else put(*next->table, c, b, in_b);
   }
-  computed.resize(goes_on, rolls), resting.resize(rests, rolls);
-  computed.close(), resting.close();
+  a.resize(in_a, rolls), b.resize(in_b, rolls);
+  a.close(), b.close();
+}
+
+/// Parts all springs anew, those of `springs` and those at rest (or null).
+/// @param is_computed  of a place: its springs go to `computed`, the others to the base of what is returned
+template <class Table>
+[[nodiscard]] std::shared_ptr<const RestingSprings<Table>> part_all_springs(const Table& springs,
+                                                                            const RestingSprings<Table>* resting,
+                                                                            auto&& is_computed, Table& computed,
+                                                                            RecycledSprings<Table>& tables) {
+  std::array<SomeSprings<Table>, 3> from{SomeSprings<Table>{&springs}};
+  if (resting != nullptr) {
+    from[1] = {resting->base.get(), {}, false}, from[2] = {&resting->late};
+    for (std::size_t c = 0; c < resting->base->size(); ++c)
+      if (!resting->is_taken(c)) from[1].some.push_back(c);
+  }
+  auto base = tables.take();
+  auto out = tables.resting.take();
+  sort_springs(from, springs.rolls(), is_computed, computed, *base);
+  out->taken.assign(base->size() / 64 + 1, 0);
+  out->late.resize(0, springs.rolls());
+  out->late.close();
+  out->base = std::move(base);
+  return out;
+}
+
+/// The same where few have changed sides.
+/// @param joined  places, ascending, that are computed now and were not before
+template <class Table>
+[[nodiscard]] std::shared_ptr<const RestingSprings<Table>> part_some_springs(
+    const Table& springs, const RestingSprings<Table>& resting, const std::vector<typename Table::Place>& joined,
+    auto&& is_computed, Table& computed, RecycledSprings<Table>& tables) {
+  auto out = tables.resting.take();
+  out->taken = resting.taken;
+  SomeSprings<Table> back{resting.base.get(), {}, false};
+  const auto& places = resting.base->place;
+  auto at = places.begin();
+  for (const auto place : joined) {
+    at = std::lower_bound(at, places.end(), place);
+    if (at == places.end()) break;
+    const auto c = static_cast<std::size_t>(at - places.begin());
+    if (*at != place || resting.is_taken(c)) continue;
+    back.some.push_back(c);
+    out->take(c);
+  }
+  sort_springs(std::array{SomeSprings<Table>{&springs}, SomeSprings<Table>{&resting.late}, std::move(back)},
+               springs.rolls(), is_computed, computed, out->late);
+  out->base = resting.base;
+  return out;
 }
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -46,6 +46,25 @@ class TouchingWalls {
 
   [[nodiscard]] std::int64_t count() const { return count_; }
 
+  /// Another set is noted, and which places have joined it: see ContactMemory::part.
+  void update(std::size_t walls, const ActiveSet& active) {
+    if (active.number() == set_) return;
+    before_ = set_;
+    joined_.clear();
+    for_each_change(list_, active.list(), [this](std::int32_t i, bool joined) {
+      if (joined) joined_.push_back(i);
+    });
+    const std::size_t bodies = joined_.size();
+    for (std::size_t k = 1; k < walls; ++k)
+      for (std::size_t b = 0; b < bodies; ++b)
+        joined_.push_back(
+            WallBodies<Scalar>::place(static_cast<std::int64_t>(k), static_cast<std::int32_t>(joined_[b])));
+    list_ = active.list();
+    set_ = active.number();
+  }
+  [[nodiscard]] std::uint64_t before() const { return before_; }
+  [[nodiscard]] const std::vector<std::int64_t>& joined() const { return joined_; }
+
   /// Fills the table with the contacts' places, and makes room for their springs.
   /// @param active  of these bodies; null: of all
   void find(const std::vector<Wall<dim>>& walls, const auto& y, const ActiveSet* active, const Springs& before,
@@ -111,6 +130,9 @@ class TouchingWalls {
   std::int64_t count_ = 0;
   std::vector<std::int32_t> touching_;  // what each thread has found, from where its share begins
   std::vector<std::array<std::size_t, 2>> found_;
+  std::vector<std::int32_t> list_;    // the particles of the last set
+  std::vector<std::int64_t> joined_;  // places: wall 0 and those that joined it, then the other walls
+  std::uint64_t set_ = 0, before_ = 0;
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

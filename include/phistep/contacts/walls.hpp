@@ -54,6 +54,7 @@ class Walls : public ForceTerm {
   // Through its memory the force depends on the time since the springs were known.
   static constexpr bool acts_on_each = true;
   static constexpr bool uses_velocity = true, uses_time = true;
+  static constexpr bool computes_active_only = true;
   static constexpr Structure structure = Structure::network;
   static constexpr bool has_edges = true, is_symmetric = true;
 
@@ -171,8 +172,10 @@ class Walls : public ForceTerm {
     const bool rolls = spins && materials_.rolls();
     check_view(y);
     prepare(y, memory, rolls);
+    if (active != nullptr) touch_.update(walls_.size(), *active);
     memory.part(
-        number_of(active), [active](std::int64_t place) { return active->has(Places::body_of(place)); }, tables_);
+        number_of(active), [active](std::int64_t place) { return active->has(Places::body_of(place)); }, tables_,
+        touch_.before(), touch_.joined());
     auto springs = tables_.take();
     touch_.find(walls_, y, active, *memory.springs, *springs, rolls);
     if (rolls) compute<spins, spins>(y, *memory.springs, *springs, memory.elapsed(t), put);

@@ -6,12 +6,14 @@
 #include <Eigen/Core>
 
 #include <cmath>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <stdexcept>
 #include <tuple>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 #include "phistep/archive/archive.hpp"
 #include "phistep/core/assignable.hpp"
@@ -297,6 +299,26 @@ class RightHandSide {
         Blocks<S>::solved(out), Blocks<S>::solved(y), psi, masses);
   }
 
+  /// The same of some particles; `out` has the others.
+  template <bool with_drift = drifts>
+  [[nodiscard]] bool advance_some(Plain& out, const Plain& y, const Advance<Scalar>& by, const auto& psi,
+                                  const std::vector<std::int32_t>& particles) const {
+    FiniteWitness<Scalar> witness;
+    for_each_update<with_drift>(
+        y, by, psi,
+        [&](const auto& kernel, auto& to, auto&... position) {
+          for (const Index i : particles)
+            for (Index k = to.rows() * i; k < to.rows() * (i + 1); ++k)
+              [&](auto... result) {  // beside: `out` may be y
+                kernel(k, result...);
+                std::tie(to.data()[k], position.data()[k]...) = std::tie(result...);
+                (witness.see(result), ...);
+              }(Scalar{}, (static_cast<void>(position), Scalar{})...);
+        },
+        out);
+    return witness.all_finite();
+  }
+
   /// y.solved += γ M⁻¹Ψ.
   template <class Psi>
   [[nodiscard]] bool kick(Plain& y, Scalar gamma, const Psi& psi, Rate& scratch) const {
@@ -326,6 +348,12 @@ class RightHandSide {
         },
         masses_);
     return more;
+  }
+
+  [[nodiscard]] const ActiveSet* active() const requires takes_active { return std::get<0>(masses_).active(); }
+  /// What is known of the particles outside it, for forces to see.
+  void set_left_out(const LeftOut& known) requires takes_active {
+    if (std::get<0>(masses_).left_out() != known) std::get<0>(masses_).set_left_out(known);
   }
 
   /// Which term of a sum spoils Ψ at (t, y), for messages; −1 where that can't be told.

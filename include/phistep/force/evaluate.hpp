@@ -17,6 +17,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/force/signature.hpp"
 #include "phistep/force/sum.hpp"
+#include "phistep/state/active_set.hpp"
 #include "phistep/state/blocks.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -92,14 +93,28 @@ void add_force(F& force, Scalar t, const View& y, const Memory& memory, Rate& ou
   }
 }
 
+template <class... T>
+inline constexpr bool computes_active_only<Sum<T...>> = (computes_active_only<Unwrapped<T>> && ...);
+
+/// psi = 0, but where no term adds to the forces on particles outside the active set: they are of no interest.
+template <class F, class View, class Block>
+void clear_force(Block& psi, const View& y) {
+  if constexpr (computes_active_only<F> && Block::ColsAtCompileTime == Eigen::Dynamic && !Block::IsRowMajor)
+    if (const ActiveSet* active = active_set(y); active != nullptr && psi.cols() == active->size()) {
+      for (const std::int32_t i : active->list()) psi.col(i).setZero();
+      return;
+    }
+  psi.setZero();
+}
+
 /// out = Ψ.
 template <class F, class View, class Memory, class Rate, class Scalar>
 void assign_force(F& force, Scalar t, const View& y, const Memory& memory, Rate& out) {
   if constexpr (ForceTraits<F, View, Rate>::accumulates) {
     std::array<Index, 2 * std::tuple_size_v<decltype(Rate::blocks(out))>> sizes;
     for_each_block(
-        [&sizes](auto k, auto& psi) {
-          psi.setZero();
+        [&](auto k, auto& psi) {
+          clear_force<F>(psi, y);
           sizes[2 * k] = psi.rows(), sizes[2 * k + 1] = psi.cols();
         },
         Rate::blocks(out));

@@ -12,6 +12,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/force/pattern.hpp"
 #include "phistep/force/sum.hpp"
+#include "phistep/state/active_set.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -22,6 +23,7 @@ struct Gravity : ForceTerm {
   Vector g;  ///< [length/time²]
 
   static constexpr bool uses_velocity = false, uses_time = false;
+  static constexpr bool computes_active_only = true;
   static constexpr bool is_affine = true, is_symmetric = true;
   static constexpr Structure structure = Structure::none;
   /// Not where the vector may be as long as the state.
@@ -42,6 +44,14 @@ struct Gravity : ForceTerm {
           requires { y.mass; }, "phistep: Gravity needs a state whose view has masses");
       using Force = std::remove_cvref_t<decltype(out.force)>;
       check_pattern(g, out.force, "Gravity's g");
+      if constexpr (requires { y.mass.active(); })
+        if (const ActiveSet* active = y.mass.active()) {
+          const Eigen::Index dim = out.force.rows();
+          for (const Eigen::Index i : active->list())
+            for (Eigen::Index k = dim * i; k < dim * (i + 1); ++k)
+              out.force.data()[k] += y.mass[k] * static_cast<typename Force::Scalar>(g[k % g.size()]);
+          return;
+        }
       const Eigen::Index rows = out.force.rows(), cols = out.force.cols();
       y.mass.add_product(
           [&](Eigen::Index i) {

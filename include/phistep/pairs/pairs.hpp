@@ -76,6 +76,7 @@ class Pairs : public ForceTerm {
   static constexpr const char* name = "pairs";  ///< of its memory, in checkpoints
   using Memory = NeighborMemory;
   static constexpr bool uses_velocity = false, uses_time = false;
+  static constexpr bool computes_active_only = true;
   static constexpr Structure structure = Structure::network;
   static constexpr bool has_edges = true, is_symmetric = true;
   static constexpr int block = flat;  // where that is 0, the state's

@@ -31,6 +31,7 @@
 #include "phistep/problem/in_place_update.hpp"
 #include "phistep/problem/kernel_needs.hpp"
 #include "phistep/problem/transaction.hpp"
+#include "phistep/problem/unchanged_particles.hpp"
 #include "phistep/solve/linear_stages.hpp"
 #include "phistep/solve/resolvent.hpp"
 #include "phistep/solve/shifted_stages.hpp"
@@ -65,16 +66,14 @@ class Kernel {
   /// @param keeps_tries  … unless it ends with an outcome: the next, shorter try reuses Jacobian and factors
   StepReport run(S& state, const auto& steps, Origin origin, bool keeps_tries, auto&& advance, auto&& accepted) {
     arrays_.forget();
-    if constexpr (writes_in_place) in_place_.begin(keeps_tries ? nullptr : &state, origin == Origin::unedited);
-    if constexpr (needs.solver || needs.stages) {
-      Unless done{*this};
-      const StepReport report = transaction_.run(rhs_, state, steps, origin, advance, accepted);
-      if constexpr (Rhs::may_be_singular)
-        if (report && algebra_.has_any()) algebra_.reached(steps.t(0) + steps.dt, state);
-      done.is = keeps_tries || report || !is_begun(report.outcome());
+    if constexpr (follows_active) {
+      unchanged_.begin_step(origin);
+      rhs_.set_left_out({});
+      const StepReport report = run_transaction(state, steps, origin, keeps_tries, advance, accepted);
+      unchanged_.end_step(static_cast<bool>(report));
       return report;
     } else {
-      return transaction_.run(rhs_, state, steps, origin, advance, accepted);
+      return run_transaction(state, steps, origin, keeps_tries, advance, accepted);
     }
   }
   /// Several steps in a call.
@@ -106,6 +105,7 @@ class Kernel {
   }
   /// The same in one pass, whether the step is traced or not: next.v = v + γ M⁻¹Ψ(t, y), next.r = r + (before v + after v⁺)
   [[nodiscard, gnu::always_inline]] inline Outcome kick_drift(Data& step, const auto& by) {
+    if constexpr (follows_active) find_changing(step);
     const bool finite = step.psi_known ? advance_by(step, by, RateOf<S>::blocks(std::as_const(step.psi)))
                                        : advance_by(step, by, rhs_.evaluate(step.t, step.y, step.psi));
     // A matrix mass used psi as its scratch, and a reference to the user's array never filled it.
@@ -294,10 +294,27 @@ class Kernel {
   }
 
  private:
+  StepReport run_transaction(S& state, const auto& steps, Origin origin, bool keeps_tries, auto& advance,
+                             auto& accepted) {
+    if constexpr (writes_in_place) in_place_.begin(keeps_tries ? nullptr : &state, origin == Origin::unedited);
+    if constexpr (needs.solver || needs.stages) {
+      Unless done{*this};
+      const StepReport report = transaction_.run(rhs_, state, steps, origin, advance, accepted);
+      if constexpr (Rhs::may_be_singular)
+        if (report && algebra_.has_any()) algebra_.reached(steps.t(0) + steps.dt, state);
+      done.is = keeps_tries || report || !is_begun(report.outcome());
+      return report;
+    } else {
+      return transaction_.run(rhs_, state, steps, origin, advance, accepted);
+    }
+  }
   /// A kick whose Ψ is carried must not be scaled by a matrix mass in place.
   static constexpr bool keeps_psi = carries && Rhs::has_matrix_mass;
   static constexpr bool writes_in_place =
       needs.passes == 1 && !ShowsTrials<S> && InPlaceUpdate<S, Rhs>::template serves<Transaction::in_registers>;
+  /// Particles outside the active set are not written.
+  static constexpr bool follows_active =
+      needs.passes > 0 && Rhs::takes_active && std::is_same_v<S, Plain> && !Rhs::has_matrix_mass;
   struct Nothing {
     static void forget() {}
   };
@@ -305,6 +322,7 @@ class Kernel {
   void forget_passes() {
     arrays_.forget();
     in_place_.forget();
+    unchanged_.forget();
   }
   void allocate(const PlainState<S>& y) {
     if constexpr (keeps_psi) kicked_by_ = make_rate<S>(y);
@@ -324,12 +342,24 @@ class Kernel {
   }
 
   [[nodiscard, gnu::always_inline]] inline bool advance_by(Data& step, const auto& by, const auto& psi) {
+    if constexpr (follows_active)
+      if (const auto* only = unchanged_.found()) return rhs_.advance_some(step.next, step.y, by, psi, *only);
     if constexpr (writes_in_place)
       if ((step.is_state_next = in_place_.advance(rhs_, step.y, by, psi))) return true;
     return Rhs::advance(step.next, step.y, by, psi, step.psi, step.masses);
   }
   [[nodiscard, gnu::always_inline]] inline Outcome kick_by(Data& step, Scalar gamma, const auto& psi) {
+    if constexpr (follows_active)
+      if (const auto* only = unchanged_.found())
+        return rhs_.template advance_some<false>(step.next, step.next, {gamma, 0, 0}, psi, *only)
+                   ? Outcome::success
+                   : Outcome::non_finite_state;
     return Rhs::kick(step.next, gamma, psi, step.psi, step.masses) ? Outcome::success : Outcome::non_finite_state;
+  }
+
+  /// Before the first pass of a step.
+  void find_changing(Data& step) {
+    if (unchanged_.find(rhs_.active(), step.y, step.next)) rhs_.set_left_out(unchanged_.left_out());
   }
 
   struct NotInPlace {
@@ -444,6 +474,7 @@ class Kernel {
   [[no_unique_address]] std::conditional_t<keeps_psi, RateOf<S>, Nothing> kicked_by_;
   [[no_unique_address]] std::conditional_t<Rhs::may_be_singular, AlgebraicStart<S, Rhs>, Nothing> algebra_;
   [[no_unique_address]] std::conditional_t<writes_in_place, InPlaceUpdate<S, Rhs>, Nothing> in_place_;
+  [[no_unique_address]] std::conditional_t<follows_active, UnchangedParticles<S>, Nothing> unchanged_;
   bool torn_ = false;
 };
 

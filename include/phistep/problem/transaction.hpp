@@ -20,16 +20,11 @@
 #include "phistep/equation/right_hand_side.hpp"
 #include "phistep/force/evaluate.hpp"
 #include "phistep/problem/edit_guard.hpp"
+#include "phistep/problem/origin.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/copy_views.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
-
-/// Whether the state is known to be what the last step left.
-enum class Origin {
-  unknown,   ///< not known: it is checked
-  unedited,  ///< the caller owns the loop
-};
 
 /// What a scheme works with during one step.
 template <class Plain, class Rate, class Scalar, class Masses>

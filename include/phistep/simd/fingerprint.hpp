@@ -77,6 +77,12 @@ struct Words {
 
 }  // namespace detail
 
+/// Of word i.
+[[nodiscard]] inline std::uint64_t fingerprint_term(std::uint64_t word, std::uint64_t i) {
+  const std::uint64_t z = word + (i + 1) * 0x9e3779b97f4a7c15u;
+  return (z & 0xffffffffu) * (z >> 32);
+}
+
 /// Takes an array piece by piece, so that it can ride on a loop that has the piece in L1 anyway.
 class Fingerprint {
   using Words = detail::Words;
@@ -110,8 +116,7 @@ class Fingerprint {
     for (; bytes > 0; bytes -= 8, p += 8) {
       std::uint64_t word = 0;
       std::memcpy(&word, p, bytes < 8 ? static_cast<std::size_t>(bytes) : 8);
-      const std::uint64_t z = word + (++words_) * phi;
-      rest_ += (z & 0xffffffffu) * (z >> 32);
+      rest_ += fingerprint_term(word, words_++);
     }
   }
 
@@ -153,6 +158,21 @@ template <class Scalar>
       if (std::memcmp(a + i, b + i, number_bytes<Scalar>) != 0) return false;
     return true;
   }
+}
+
+/// What n numbers add to the fingerprint of an array (seed 0) where they stand from number `first` on. Of numbers of less than
+/// 8 bytes, two of which share a word, a fingerprint of its own.
+template <class Scalar>
+[[nodiscard]] std::uint64_t fingerprint_of_some(const Scalar* x, std::ptrdiff_t n, std::ptrdiff_t first) {
+  constexpr std::size_t words = (sizeof(Scalar) + 7) / 8;
+  std::uint64_t sum = 0;
+  for (std::ptrdiff_t i = 0; i < n; ++i) {
+    std::uint64_t word[words] = {};
+    std::memcpy(word, x + i, number_bytes<Scalar>);
+    for (std::size_t w = 0; w < words; ++w)
+      sum += fingerprint_term(word[w], static_cast<std::uint64_t>(first + i) * words + w);
+  }
+  return sum;
 }
 
 /// Of n numbers, by their bits and their order, on top of what was seen before (`seed`).

@@ -4,8 +4,8 @@
 ///     Sleeping stepper{PhiStepper{grains, force, symplectic_euler}, SleepOptions{.speed = 1e-3}};
 ///
 /// A particle that has been slower than `speed` for `steps` steps, by its velocity and by the way it has come, is watched;
-/// if it touches nobody awake (is near, where the force doesn't act by touch) it falls asleep: it stays where it is, and no
-/// force on it is computed. Those watched move as any other, and as soon as one is faster than `speed`, or has come further
+/// if it touches nobody awake (is near, where the force doesn't act by touch) it falls asleep: it stays where it is, keeps the
+/// spin that it may have on the spot, and no force on it is computed. Those watched move as any other, and as soon as one is faster than `speed`, or has come further
 /// than `speed` lets it between two checks, the sleepers that it touches are watched. So a blow goes through: it wakes what it
 /// reaches, and whom it doesn't reach sleeps on. One that a small force had been moving all along is looked at again when
 /// that would have made it as fast as `speed`, then after twice that time, and so on. A particle that the user edits wakes, or
@@ -24,7 +24,6 @@
 
 #include <Eigen/Core>
 
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <memory>
@@ -40,12 +39,11 @@
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/pairs/acting_pairs.hpp"
-#include "phistep/problem/edit_guard.hpp"
-#include "phistep/problem/transaction.hpp"
-#include "phistep/simd/fingerprint.hpp"
+#include "phistep/problem/origin.hpp"
+#include "phistep/sleep/sleep_edits.hpp"
 #include "phistep/sleep/sleep_report.hpp"
+#include "phistep/sleep/sleep_watch.hpp"
 #include "phistep/sleep/sleepers.hpp"
-#include "phistep/sleep/touch_graph.hpp"
 #include "phistep/state/active_set.hpp"
 #include "phistep/state/particles.hpp"
 #include "phistep/state/parts.hpp"
@@ -78,19 +76,17 @@ class Sleeping {
   /// Advances the state from t to t + dt. [time] On failure it keeps every bit.
   StepReport step(S& state, Scalar t, Scalar dt, Origin origin = Origin::unknown) {
     if (sleepers_.options.speed == 0) return stepper_.step(state, t, dt, origin);
-    if (is_all_asleep() && is_changed(state, t, origin)) sleepers_.wake_all();
     if constexpr (requires { stepper_.changes(); })
       if (std::exchange(changes_, stepper_.changes()) != stepper_.changes())
         sleepers_.wake_all();  // the force may be another one
-    adopt(state, origin);
-    if (put_off_) part(state);
+    const bool is_edited = adopt(state, origin);
     if (is_all_asleep() && std::isfinite(dt) && std::isfinite(t) && t + dt != t &&
         sleepers_.clock + std::abs(dt) < sleepers_.review) {
       ++steps_;
       sleepers_.pass(dt);
       return {Outcome::success, 0, nullptr};
     }
-    const StepReport report = stepper_.step(state, t, dt, sleepers_.meddled ? Origin::unknown : origin);
+    const StepReport report = stepper_.step(state, t, dt, inner_origin(origin, is_edited));
     if (!report) return report;
     sleepers_.meddled = false;
     ++steps_;
@@ -98,8 +94,8 @@ class Sleeping {
     try {
       look_around(state, dt);
     } catch (const std::bad_alloc&) {  // behind a step it is too late to fail: put off until the next
-      graph_.forget();
-      put_off_ = true;
+      watch_.forget();
+      sleepers_.changed = true;
     }
     return report;
   }
@@ -135,237 +131,98 @@ class Sleeping {
   void save(Writer& out) const {
     sleepers_.archive_all(out, sleepers_.all);
     save_parts(out, "report", sleepers_.report, "id", sleepers_.id, "rest", sleepers_.rest, "sample", sleepers_.sample,
-               "velocity", sleepers_.velocity);
+               "velocity", sleepers_.velocity, "spin", sleepers_.spin);
     with_counters(*this, [&out](auto&... part) { save_parts(out, part...); });
   }
   void load(Reader& in, auto&& then) {
     Sleepers<S> read{sleepers_.options};
     read.archive_all(in, read.all);
-    in("report", read.report, "id", read.id, "rest", read.rest, "sample", read.sample, "velocity", read.velocity);
+    in("report", read.report, "id", read.id, "rest", read.rest, "sample", read.sample, "velocity", read.velocity, "spin",
+       read.spin);
     const auto n = static_cast<Index>(read.all.size());
-    in.check(static_cast<Index>(read.id.size()) == n);
+    in.check(static_cast<Index>(read.id.size()) == n && read.spin.cols() == n);
     for (const Vectors* x : {&read.rest, &read.sample, &read.velocity}) in.check(x->cols() == n);
     with_counters(*this, [&](auto&... part) { load_parts(in, then, part...); });
     sleepers_.all = std::move(read.all), sleepers_.id = std::move(read.id), sleepers_.report = read.report;
     sleepers_.rest = std::move(read.rest), sleepers_.sample = std::move(read.sample);
-    sleepers_.velocity = std::move(read.velocity);
+    sleepers_.velocity = std::move(read.velocity), sleepers_.spin = std::move(read.spin);
+    sleepers_.find_computed();
+    watch_.forget();
     body_ = 0;
-    graph_.forget();
     if constexpr (requires { stepper_.changes(); }) changes_ = stepper_.changes();
   }
 
  private:
-  using Kind = Sleeper::Kind;
   static void with_counters(auto& self, auto&& f) {
     auto& sleepers = self.sleepers_;
     f("steps", self.steps_, "since_check", sleepers.since_check, "clock", sleepers.clock, "checked", sleepers.checked,
-      "review", sleepers.review, "impulse_rate", sleepers.impulse_rate, "meddled", sleepers.meddled, "changed",
-      sleepers.changed, "free", sleepers.free, "fell_asleep_as", self.fell_asleep_as_, "bodies", self.bodies_, "scene",
-      self.scene_, "stepper", self.stepper_);
+      "review", sleepers.review, "impulse_rate", sleepers.impulse_rate, "seen", sleepers.seen, "free", sleepers.free,
+      "meddled", sleepers.meddled, "changed", sleepers.changed, "scene", self.edits_, "stepper", self.stepper_);
   }
 
   [[nodiscard]] bool is_all_asleep() const {
-    return sleepers_.free == sleepers_.report.asleep && !sleepers_.changed && sleepers_.free > 0 && !supports_move_;
+    return sleepers_.free == sleepers_.report.asleep && !sleepers_.changed && sleepers_.free > 0 &&
+           watch_.moving_supports().empty();
   }
 
-  /// Whether anything isn't as it was when the last one fell asleep.
-  [[nodiscard]] bool is_changed(const S& state, Scalar t, Origin origin) const {
-    if (body_ != state.body().serial && bodies_ != bits_of(state.body())) return true;
-    return origin != Origin::unedited && !fell_asleep_as_.holds(t, state);
-  }
-  [[nodiscard]] static std::uint64_t bits_of(const auto& body) {
-    Writer out;
-    out(body);
-    return fingerprint(out.bytes().data(), static_cast<std::ptrdiff_t>(out.bytes().size()));
-  }
-  [[nodiscard]] static std::uint64_t bits_of(const auto& body, Index i) {
-    const auto of = [i](const auto& column) { return column.size() == 0 ? 0 : static_cast<double>(column[i]); };
-    const double all[] = {of(body.mass), of(body.radius), of(body.type), of(body.charge)};
-    return fingerprint(all, 4);
-  }
-  /// Follows what the user did to the particles since the last step.
-  void adopt(S& state, Origin origin) {
-    if (body_ != state.body().serial) adopt_bodies(state);
-    if (origin != Origin::unedited && sleepers_.report.asleep > 0) find_edits(state);
-    if (sleepers_.changed) part(state);
-  }
-  void adopt_bodies(S& state) {
-    const auto& body = state.body();
-    if (sleepers_.id != state.id()) {
-      sleepers_.match(state, [&] { wake_beside_the_erased(state); });
-      graph_.forget();
+  /// Follows what the user did to the particles since the last step. True where the state was edited, as far as that was
+  /// looked up.
+  [[nodiscard]] bool adopt(const S& state, Origin origin) {
+    const bool was_all_asleep = is_all_asleep();
+    bool is_other = false;
+    if (body_ != state.body().serial) {
+      is_other = edits_.adopt_bodies(sleepers_, watch_, state);
+      part();
+      body_ = state.body().serial;
     }
-    Writer box;
-    box(body.box, body.inertia_factor);
-    const auto scene = fingerprint(box.bytes().data(), static_cast<std::ptrdiff_t>(box.bytes().size()));
-    if (std::exchange(scene_, scene) != scene) sleepers_.wake_all();
-    for (Index i = 0; i < state.size(); ++i) {
-      Sleeper& one = sleepers_[i];
-      const std::uint64_t bits = bits_of(body, i);
-      if (std::exchange(one.properties, bits) != bits && one.is_asleep()) sleepers_.wake(i, Kind::awake);
-      if (body.is_still(i)) {
-        if (one.kind != Kind::held) sleepers_.rest.col(i) = state.r.col(i);
-        one.kind = Kind::held;
-      } else if (one.kind == Kind::held) {
-        one = Sleeper{.properties = bits, .since = sleepers_.clock};
-      }
-    }
-    sleepers_.count();
-    body_ = body.serial;
-    sleepers_.changed = true;
+    const bool is_edited = origin == Origin::unknown && sleepers_.report.asleep > 0 &&
+                           edits_.are_any(sleepers_, watch_, state, active_->list());
+    if (is_edited) edits_.find(sleepers_, watch_, state);
+    if (was_all_asleep && (is_other || is_edited)) sleepers_.wake_all();
+    if (sleepers_.changed) part();
+    return is_edited;
   }
-  /// Sleepers and supports that aren't where they were.
-  void find_edits(const S& state) {
-    for (Index i = 0; i < state.size(); ++i) {
-      Sleeper& one = sleepers_[i];
-      if (!one.is_asleep() && one.kind != Kind::held) continue;
-      const bool stays = (state.r.col(i).array() == sleepers_.rest.col(i).array()).all();
-      bool rests = (state.v.col(i).array() == 0).all();
-      if constexpr (spins) rests = rests && (state.omega.col(i).array() == 0).all();
-      if (one.is_asleep()) {
-        if (stays && rests) continue;
-        wake_beside(i);
-        sleepers_.wake(i, Kind::awake);
-      } else {
-        if (!stays && !one.moves) wake_beside(i);
-        if (rests == one.moves) sleepers_.changed = true;
-        sleepers_.rest.col(i) = state.r.col(i);
-      }
-    }
-  }
-  /// Whoever may touch i is watched.
-  void wake_beside(Index i) {
-    if (!graph_.is_of(sleepers_.size())) return sleepers_.wake_all();
-    for (const TouchGraph::Edge& edge : graph_.of(i))
-      if (sleepers_[edge.other].is_asleep()) sleepers_.wake(edge.other, Kind::watched);
-  }
-  /// The graph is still that of the step before, and so are the indices.
-  void wake_beside_the_erased(const S& state) {
-    if (sleepers_.report.asleep == 0) return;
-    std::size_t k = 0;
-    for (std::size_t old = 0; old < sleepers_.id.size(); ++old) {
-      while (k < state.id().size() && state.id()[k] < sleepers_.id[old]) ++k;
-      if (k < state.id().size() && state.id()[k] == sleepers_.id[old]) continue;
-      wake_beside(static_cast<Index>(old));
-    }
+  /// What the stepper inside may rely on.
+  [[nodiscard]] Origin inner_origin(Origin origin, bool is_edited) const {
+    if (is_edited || sleepers_.report.asleep == 0) return sleepers_.meddled ? Origin::unknown : origin;
+    return origin == Origin::unedited && !sleepers_.meddled ? Origin::unedited : Origin::rest_unedited;
   }
 
   /// After a step: who has become fast, whom that reaches, and from time to time who may sleep.
   void look_around(S& state, Scalar dt) {
+    auto& force = stepper_.force_to_look_at();
+    const auto& memory = stepper_.memory();
     if (sleepers_.report.asleep > 0) {
-      if (!knows_pairs()) find_pairs(state), find_frontier(state);
-      watch(state, dt);
+      watch_.follow_pairs(sleepers_, force, memory);
+      watch_.wake_reached(sleepers_, state, dt);
     }
     if (sleepers_.since_check >= sleepers_.options.every) {
-      sleepers_.check(state);
-      lull(state, dt);
+      sleepers_.check(state, active_->list());
+      if (sleepers_.report.asleep == 0) edits_.look_at_supports(sleepers_, watch_, state);
+      if (sleepers_.changed) part();
+      watch_.lull(sleepers_, state, dt, force, memory);
     }
-    if (sleepers_.changed) part(state);
-  }
-  [[nodiscard]] bool knows_pairs() {
-    const std::int64_t changes = pair_changes_of(stepper_.force_to_look_at());
-    return graph_.is_of(sleepers_.size()) && changes >= 0 && changes == pair_changes_;
-  }
-  void find_pairs(const S& state) {
-    graph_.build(state.size(),
-                 [this](auto&& f) { for_each_pair_of(stepper_.force_to_look_at(), stepper_.memory(), f); });
-    pair_changes_ = pair_changes_of(stepper_.force_to_look_at());
-  }
-  /// f(sleeper) for those on whom i acts.
-  void for_each_reached(const S& state, Index i, Scalar dt, auto&& f) {
-    for (const TouchGraph::Edge& edge : graph_.of(i))
-      if (sleepers_[edge.other].is_asleep() && TouchGraph::acts(state, i, edge, dt)) f(Index{edge.other});
-  }
-  void watch(const S& state, Scalar dt) {
-    const auto wake = [&](Index j) { sleepers_.wake(j, Kind::watched); };
-    for (const auto& [i, edge] : frontier_)
-      if (sleepers_[edge.other].is_asleep() && TouchGraph::acts(state, i, edge, dt)) wake(edge.other);
-    for (const std::int32_t i : watched_) {
-      Sleeper& one = sleepers_[i];
-      const bool fast = sleepers_.is_fast(state, i);
-      if (fast) one.kind = Kind::awake, one.quiet = 0, sleepers_.changed = true;
-      else if (!sleepers_.has_moved(state, i, dt)) continue;
-      sleepers_.rest.col(i) = state.r.col(i);
-      for_each_reached(state, i, dt, wake);
-    }
-  }
-  /// Puts to sleep who is watched and touches nobody awake.
-  void lull(S& state, Scalar dt) {
-    tired_.clear();
-    for (Index i = 0; i < state.size(); ++i)
-      if (sleepers_.may_sleep(state, i)) tired_.push_back(static_cast<std::int32_t>(i));
-    if (!tired_.empty() && !knows_pairs()) find_pairs(state);
-    std::erase_if(tired_, [&](Index i) {
-      const auto around = graph_.of(i);
-      return std::any_of(around.begin(), around.end(), [&](const TouchGraph::Edge& edge) {
-        return sleepers_[edge.other].disturbs() && TouchGraph::acts(state, i, edge, dt);
-      });
-    });
-    if (10 * (sleepers_.report.asleep + static_cast<std::int64_t>(tired_.size())) < sleepers_.free) {
-      if (sleepers_.report.asleep > 0)
-        for (Index i = 0; i < state.size(); ++i)
-          if (sleepers_[i].is_asleep()) sleepers_.wake(i, Kind::watched);
-      return;
-    }
-    for (const std::int32_t i : tired_) sleepers_.fall_asleep(state, i);
+    if (sleepers_.changed) part();
   }
   /// Makes the lists and the active set of who is awake, watched, asleep.
-  void part(S& state) {
-    put_off_ = true;  // until it is done
-    watched_.clear(), flags_.assign(sleepers_.all.size(), std::uint8_t{0});
-    supports_move_ = false;
-    for (Index i = 0; i < state.size(); ++i) {
-      Sleeper& one = sleepers_[i];
-      if (one.kind == Kind::watched) watched_.push_back(static_cast<std::int32_t>(i));
-      if (one.kind == Kind::held) {
-        one.moves = (state.v.col(i).array() != 0).any();
-        if constexpr (spins) one.moves = one.moves || (state.omega.col(i).array() != 0).any();
-        supports_move_ = supports_move_ || one.moves;
-      }
-      flags_[static_cast<std::size_t>(i)] = one.kind == Kind::awake || one.kind == Kind::watched ? 1 : 0;
-    }
-    sleepers_.count();
-    find_frontier(state);
-    if (sleepers_.report.asleep == 0) {
-      stepper_.set_active(nullptr);
-    } else {
-      const std::shared_ptr<ActiveSet> active = sets_.take();
-      active->assign(flags_, next_body_serial());
-      stepper_.set_active(active);
-    }
-    sleepers_.changed = put_off_ = false;
-    if (!is_all_asleep()) return;
-    fell_asleep_as_.remember(Scalar{0}, state);
-    bodies_ = bits_of(state.body());
-  }
-  /// Pairs of somebody awake with a sleeper.
-  void find_frontier(const S& state) {
-    frontier_.clear();
-    if (sleepers_.report.asleep == 0 || !graph_.is_of(state.size())) return;
-    for (Index i = 0; i < state.size(); ++i) {
-      if (!sleepers_[i].disturbs()) continue;
-      for (const TouchGraph::Edge& edge : graph_.of(i))
-        if (sleepers_[edge.other].is_asleep()) frontier_.push_back({static_cast<std::int32_t>(i), edge});
-    }
+  void part() {
+    const std::shared_ptr<ActiveSet> active = sets_.take();
+    active->assign(sleepers_.is_computed, next_body_serial());
+    active_ = active;
+    watch_.follow_kinds(sleepers_, active->list());
+    if (sleepers_.report.asleep == 0) stepper_.set_active(nullptr);
+    else stepper_.set_active(active_);
+    sleepers_.changed = false;
   }
 
   Stepper stepper_;
   Sleepers<S> sleepers_;
-  TouchGraph graph_;
-  struct Meeting {
-    std::int32_t mover;
-    TouchGraph::Edge edge;
-  };
-  std::vector<Meeting> frontier_;
-  std::vector<std::int32_t> watched_, tired_;
-  std::vector<std::uint8_t> flags_;
+  SleepWatch<S> watch_;
+  SleepEdits<S> edits_;
   Recycled<ActiveSet> sets_;
-  std::uint64_t body_ = 0, scene_ = 0;
-  EditGuard<S, false, false> fell_asleep_as_;  // and with these …
-  std::uint64_t bodies_ = 0;                   // … properties
-  std::int64_t steps_ = 0, pair_changes_ = 0, changes_ = 0;
-  bool put_off_ = false;
-  bool supports_move_ = false;
+  std::shared_ptr<const ActiveSet> active_;
+  std::uint64_t body_ = 0;
+  std::int64_t steps_ = 0, changes_ = 0;
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -111,35 +111,45 @@ class ParticleMasses {
   /// @param mass  [mass] of each particle, finite and > 0
   /// @throws std::invalid_argument where one isn't
   ParticleMasses(const Column& mass, const std::vector<std::uint8_t>& still)
-      : mass_(mass), inverse_(rows * mass.size()), still_(still) {
+      : mass_(mass), inverse_(rows * mass.size()) {
+    if (std::find_if(still.begin(), still.end(), [](auto held) { return held != 0; }) != still.end()) {
+      std::vector<std::uint8_t> moves(still.size());
+      for (std::size_t i = 0; i < still.size(); ++i) moves[i] = still[i] != 0 ? 0 : 1;
+      auto movers = std::make_shared<ActiveSet>();
+      movers->assign(moves, next_body_serial());
+      movers_ = active_ = std::move(movers);
+    }
     for (Eigen::Index i = 0; i < mass_.size(); ++i) {
       if (!(mass_[i] > 0) || !std::isfinite(mass_[i]) || !std::isfinite(1 / mass_[i]))
         throw std::invalid_argument("phistep: the mass of particle " + std::to_string(i) +
                                     " must be finite and > 0, and so must one over it");
       set_inverse(i);
     }
-    if (std::find_if(still.begin(), still.end(), [](auto held) { return held != 0; }) == still.end()) return;
-    std::vector<std::uint8_t> moves(still.size());
-    for (std::size_t i = 0; i < still.size(); ++i) moves[i] = still[i] != 0 ? 0 : 1;
-    auto movers = std::make_shared<ActiveSet>();
-    movers->assign(moves, next_body_serial());
-    movers_ = active_ = std::move(movers);
   }
 
-  /// Who is computed from now on, nobody held; null, or a set of other particles: all that move. True where somebody is that
-  /// was not before.
+  /// Those whose forces are computed from now on, none of them held; null, or a set for another number of particles: all that
+  /// aren't held. True where one is that was not before.
   bool set_active(std::shared_ptr<const ActiveSet> now) {
     if (!now || now->size() != mass_.size()) now = movers_;
     const std::shared_ptr<const ActiveSet> before = std::exchange(active_, std::move(now));
     if (before == active_) return false;
     bool more = false;
-    for (Eigen::Index i = 0; i < mass_.size(); ++i) {
-      const bool was = !before || before->has(i), is = !active_ || active_->has(i);
-      if (was != is) set_inverse(i), more = more || is;
+    if (before && active_) {
+      for_each_change(before->list(), active_->list(), [&](Eigen::Index i, bool joined) {
+        set_inverse(i);
+        more = more || joined;
+      });
+    } else {  // one of them is all particles
+      const ActiveSet& some = active_ ? *active_ : *before;
+      for (Eigen::Index i = 0; i < mass_.size(); ++i)
+        if (!some.has(i)) set_inverse(i), more = more || !active_;
     }
     return more;
   }
   [[nodiscard]] const ActiveSet* active() const { return active_.get(); }
+  /// What a step knows of the particles outside the active set, for the forces that it calls.
+  void set_left_out(const LeftOut& left_out) { left_out_ = left_out; }
+  [[nodiscard]] const LeftOut& left_out() const { return left_out_; }
 
   /// [mass] of particle i
   [[nodiscard]] Scalar of(Eigen::Index i) const { return mass_[i]; }
@@ -168,13 +178,13 @@ class ParticleMasses {
   }
 
   void set_inverse(Eigen::Index i) {
-    const bool held = (!still_.empty() && still_[static_cast<std::size_t>(i)] != 0) || (active_ && !active_->has(i));
+    const bool held = (movers_ && !movers_->has(i)) || (active_ && !active_->has(i));
     inverse_.template segment<rows>(rows * i).setConstant(held ? Scalar{0} : Scalar{1} / mass_[i]);
   }
 
   Column mass_, inverse_;
-  std::vector<std::uint8_t> still_;
-  std::shared_ptr<const ActiveSet> movers_, active_;  // those not held, none: all; of them, those computed
+  std::shared_ptr<const ActiveSet> movers_, active_;  // those not held, null: all; of them, those computed
+  LeftOut left_out_;
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

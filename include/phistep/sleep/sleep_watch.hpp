@@ -1,0 +1,119 @@
+/// @file
+/// Who wakes whom: sleepers beside somebody who moves.
+///
+/// After each step two lists are gone through, and no others: the pairs of somebody awake with a sleeper, who is watched as
+/// soon as the two touch; and those who are watched, beside whom sleepers are watched when they become fast or have come too
+/// far. From time to time those who are watched and touch nobody awake are put to sleep.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+#include "phistep/core/version.hpp"
+#include "phistep/pairs/acting_pairs.hpp"
+#include "phistep/sleep/sleepers.hpp"
+#include "phistep/sleep/touch_graph.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+template <class S>
+class SleepWatch {
+ public:
+  using Scalar = ScalarOf<S>;
+
+  /// Indices mean other particles from now on.
+  void forget() { graph_.forget(); }
+  /// Pairs of the force are those of the graph, from now on. @param memory  of the force
+  void follow_pairs(const Sleepers<S>& sleepers, auto& force, const auto& memory) {
+    const std::int64_t changes = pair_changes_of(force);
+    if (graph_.is_of(sleepers.size()) && changes >= 0 && changes == pair_changes_) return;
+    graph_.build(sleepers.size(), [&](auto&& f) { for_each_pair_of(force, memory, f); });
+    pair_changes_ = changes;
+    find_frontier(sleepers);
+  }
+  /// Makes the lists anew.
+  /// @param computed  particles, ascending
+  void follow_kinds(const Sleepers<S>& sleepers, const std::vector<std::int32_t>& computed) {
+    watched_.clear(), disturbing_.clear();
+    for (const std::int32_t i : computed) (sleepers[i].disturbs() ? disturbing_ : watched_).push_back(i);
+    disturbing_.insert(disturbing_.end(), supports_.begin(), supports_.end());
+    find_frontier(sleepers);
+  }
+  /// Those that are held by the user and move.
+  [[nodiscard]] const std::vector<std::int32_t>& moving_supports() const { return supports_; }
+  void find_supports(const Sleepers<S>& sleepers) {
+    supports_.clear();
+    for (Index i = 0; i < sleepers.size(); ++i)
+      if (sleepers[i].kind == Kind::held && sleepers[i].moves) supports_.push_back(static_cast<std::int32_t>(i));
+  }
+
+  /// After a step: whom somebody awake or fast has reached is watched.
+  void wake_reached(Sleepers<S>& sleepers, const S& state, Scalar dt) {
+    for (const auto& [i, edge] : frontier_) wake_by(sleepers, state, i, edge, dt);
+    for (const std::int32_t i : watched_) {
+      Sleeper& one = sleepers[i];
+      const bool fast = sleepers.is_fast(state, i);
+      if (fast) one.kind = Kind::awake, one.quiet = 0, sleepers.changed = true;
+      else if (!sleepers.has_moved(state, i, dt)) continue;
+      sleepers.rest.col(i) = state.r.col(i);
+      for (const TouchGraph::Edge& edge : graph_.of(i)) wake_by(sleepers, state, i, edge, dt);
+    }
+  }
+  /// Whoever may touch i is watched.
+  void wake_beside(Sleepers<S>& sleepers, Index i) const {
+    if (!graph_.is_of(sleepers.size())) return sleepers.wake_all();
+    for (const TouchGraph::Edge& edge : graph_.of(i))
+      if (sleepers[edge.other].is_asleep()) sleepers.wake(edge.other, Kind::watched);
+  }
+  /// Puts to sleep who is watched and touches nobody awake; where not a tenth would sleep, nobody does.
+  void lull(Sleepers<S>& sleepers, S& state, Scalar dt, auto& force, const auto& memory) {
+    tired_.clear();
+    for (const std::int32_t i : watched_)
+      if (sleepers[i].kind == Kind::watched && sleepers.may_sleep(state, i)) tired_.push_back(i);
+    if (!tired_.empty() && is_worth(sleepers)) {
+      follow_pairs(sleepers, force, memory);
+      std::erase_if(tired_, [&](Index i) {
+        const auto around = graph_.of(i);
+        return std::any_of(around.begin(), around.end(), [&](const TouchGraph::Edge& edge) {
+          return sleepers[edge.other].disturbs() && TouchGraph::acts(state, i, edge, dt);
+        });
+      });
+    }
+    if (is_worth(sleepers)) {
+      for (const std::int32_t i : tired_) sleepers.fall_asleep(state, i);
+    } else if (sleepers.report.asleep > 0) {
+      for (Index i = 0; i < sleepers.size(); ++i)
+        if (sleepers[i].is_asleep()) sleepers.wake(i, Kind::watched);
+    }
+  }
+
+ private:
+  using Kind = Sleeper::Kind;
+  struct Meeting {
+    std::int32_t mover;
+    TouchGraph::Edge edge;
+  };
+
+  [[nodiscard]] bool is_worth(const Sleepers<S>& sleepers) const {
+    return 10 * (sleepers.report.asleep + static_cast<std::int64_t>(tired_.size())) >= sleepers.free;
+  }
+  static void wake_by(Sleepers<S>& sleepers, const S& state, Index i, const TouchGraph::Edge& edge, Scalar dt) {
+    if (sleepers[edge.other].is_asleep() && TouchGraph::acts(state, i, edge, dt))
+      sleepers.wake(edge.other, Kind::watched);
+  }
+  void find_frontier(const Sleepers<S>& sleepers) {
+    frontier_.clear();
+    if (sleepers.report.asleep == 0 || !graph_.is_of(sleepers.size())) return;
+    for (const std::int32_t i : disturbing_)
+      for (const TouchGraph::Edge& edge : graph_.of(i))
+        if (sleepers[edge.other].is_asleep()) frontier_.push_back({i, edge});
+  }
+
+  TouchGraph graph_;
+  std::int64_t pair_changes_ = -1;
+  std::vector<Meeting> frontier_;  // somebody awake, or a support that moves, and a sleeper
+  std::vector<std::int32_t> watched_, disturbing_, supports_, tired_;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI
