@@ -305,7 +305,7 @@ class RightHandSide {
                                   const std::vector<std::int32_t>& particles) const {
     FiniteWitness<Scalar> witness;
     for_each_update<with_drift>(
-        y, by, psi,
+        y, by, psi, masses_,
         [&](const auto& kernel, auto& to, auto&... position) {
           for (const Index i : particles)
             for (Index k = to.rows() * i; k < to.rows() * (i + 1); ++k)
