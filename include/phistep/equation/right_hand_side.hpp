@@ -285,7 +285,7 @@ class RightHandSide {
   [[gnu::always_inline]] static inline void for_each_update(const Plain& y, const auto& by, const auto& psi,
                                                              const Masses& masses, auto&& put, Out& out) {
     for_each_block(
-        [&](auto k, auto& to, const auto& from, const auto& rate, const auto& mass) __attribute__((always_inline)) {
+        [&](auto k, auto& to, const auto& from, const auto& rate, const auto& mass) PHISTEP_DETAIL_INLINED {
           const auto factor = mass.scaled(by.kick);
           if constexpr (with_drift && k == 0) {
             const Scalar* const r = std::get<0>(Blocks<S>::all(y)).data();
@@ -410,7 +410,7 @@ class RightHandSide {
     bool finite = true;
     for_each_update<with_drift>(
         y, by, psi, masses,
-        [&](const auto& kernel, auto& to, auto&... position) __attribute__((always_inline)) {
+        [&](const auto& kernel, auto& to, auto&... position) PHISTEP_DETAIL_INLINED {
           constexpr int size = std::remove_cvref_t<decltype(to)>::SizeAtCompileTime;
           finite = update_sized<size>(&out == &y, to.size(), kernel, to.data(), position.data()...) && finite;
         },

@@ -19,13 +19,6 @@
 #include "phistep/simd/update.hpp"
 #include "phistep/state/blocks.hpp"
 
-/// After the parameters of a lambda.
-#if defined(__GNUC__)
-#define PHISTEP_DETAIL_INLINED __attribute__((always_inline))
-#else
-#define PHISTEP_DETAIL_INLINED
-#endif
-
 namespace phistep::inline PHISTEP_ABI {
 
 /// @tparam Factor  component ↦ h/m, components counted vector by vector
@@ -225,4 +218,3 @@ class PassInPlace {
 
 }  // namespace phistep::inline PHISTEP_ABI
 
-#undef PHISTEP_DETAIL_INLINED

@@ -41,6 +41,13 @@
 #define PHISTEP_DETAIL_PACKETS 0
 #endif
 
+/// After the parameters of a lambda.
+#if defined(__GNUC__)
+#define PHISTEP_DETAIL_INLINED __attribute__((always_inline))
+#else
+#define PHISTEP_DETAIL_INLINED
+#endif
+
 /// Before a loop: no iteration reads what another one writes. It spares the run-time overlap tests, which an output that
 /// is an input would fail. clang warns where it can't obey, as under its sanitizers, which don't need the speed.
 #if defined(__clang__)

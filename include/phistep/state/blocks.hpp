@@ -281,7 +281,7 @@ void copy_rate(Rate& to, const Rate& from) {
 template <State S>
 [[gnu::always_inline]] inline void commit_blocks(S& state, PlainState<S>& next) {
   for_each_block(
-      [](auto, auto& x, auto& y) __attribute__((always_inline)) {
+      [](auto, auto& x, auto& y) PHISTEP_DETAIL_INLINED {
         using Block = std::remove_cvref_t<decltype(x)>;
         if constexpr (std::is_same_v<Block, std::remove_cvref_t<decltype(y)>> &&
                       Block::SizeAtCompileTime == Eigen::Dynamic)

@@ -344,7 +344,7 @@ class PhiStepper {
       }
     return kernel_.run(
         state, all, origin, false,
-        [this](auto& step) __attribute__((always_inline)) { return working_.step(kernel_, step); }, accepted);
+        [this](auto& step) PHISTEP_DETAIL_INLINED { return working_.step(kernel_, step); }, accepted);
   }
   /// Without parameters, which are the program's.
   [[nodiscard]] static std::string type_of_scheme() {
