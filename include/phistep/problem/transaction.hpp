@@ -250,6 +250,9 @@ class Transaction {
     f.dt = static_cast<double>(dt);
     f.term = -1;
     Offender where;
+    // Where the force has thrown it is NaN.
+    if constexpr (FieldState<S>)
+      if (!all_ranks(y, !*rhs.held())) outcome = Outcome::exception_elsewhere;
     if (outcome == Outcome::wrong_size) f.term = rhs.offending_term(t, y);
     if (outcome == Outcome::non_finite_state || outcome == Outcome::non_finite_force) {
       if (where = first_non_finite(Blocks<S>::all(y)); where) {
@@ -268,6 +271,7 @@ class Transaction {
     if (outcome == Outcome::inconsistent_start) where = accused_;
     f.outcome = outcome;
     blame(where);
+    if constexpr (FieldState<S>) rhs.held()->rethrow();
     return {outcome, f.iterations, &f};
   }
   void blame(const Offender& where) {

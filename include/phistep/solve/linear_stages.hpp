@@ -61,7 +61,7 @@ class LinearStages {
     y_ = y;
     psi_ = make_rate<S>(y);
     if constexpr (has_time) psi_t_ = later_ = make_rate<S>(y);
-    x_.setZero(unknowns<S>(y));
+    if constexpr (!FieldState<S>) x_.setZero(unknowns<S>(y));
     if constexpr (solved_blocks<S> != 1) positions_ = x_;
     if constexpr (is_promised) check_.resize(y);
     known_ = false;
@@ -143,6 +143,17 @@ class LinearStages {
       matrix_.solve_unchecked(unknown, rhs.statistics());
       return Outcome::success;
     }
+    if constexpr (FieldState<S>)
+      return matrix_.solve(std::get<0>(Blocks<S>::solved(x)), options_, rhs.statistics(), allowed_);
+    else return solve_gathered(rhs, gamma, x);
+  }
+  [[nodiscard]] const Rate& psi_t() const requires has_time { return psi_t_; }
+  [[nodiscard]] Matrix& matrix() { return matrix_; }
+
+  [[nodiscard]] const char* solver_name() const { return matrix_.name(); }
+
+ private:
+  [[nodiscard]] Outcome solve_gathered(Rhs& rhs, Scalar gamma, Plain& x) {
     take_unknowns<S>(x_, x);
     if constexpr (Rhs::drifts) add_position_product(gamma, flat(position_of<S>(std::as_const(x))));
     if (const Outcome outcome = matrix_.solve(x_, options_, rhs.statistics(), allowed_); outcome != Outcome::success)
@@ -151,12 +162,6 @@ class LinearStages {
     if constexpr (Rhs::drifts) position_of<S>(x) += gamma * velocity_of<S>(x);
     return Outcome::success;
   }
-  [[nodiscard]] const Rate& psi_t() const requires has_time { return psi_t_; }
-  [[nodiscard]] Matrix& matrix() { return matrix_; }
-
-  [[nodiscard]] const char* solver_name() const { return matrix_.name(); }
-
- private:
   static constexpr double round_off = static_cast<double>(std::numeric_limits<Scalar>::epsilon());
 
   /// Ψ_t = (−3Ψ(t) + 4Ψ(t+δ) − Ψ(t+2δ))/2δ: from inside the step, where the force is sure to be defined. With δ = u^¼ Δt,
@@ -190,7 +195,7 @@ class LinearStages {
   struct Nothing {};
   [[no_unique_address]] std::conditional_t<has_time, Rate, Nothing> psi_t_, later_;
   [[no_unique_address]] std::conditional_t<is_promised, TangentCheck<S, Rhs>, Nothing> check_;
-  Eigen::Matrix<Scalar, static_unknowns<S>, 1> x_;
+  [[no_unique_address]] std::conditional_t<FieldState<S>, Nothing, Eigen::Matrix<Scalar, static_unknowns<S>, 1>> x_;
   Eigen::Matrix<Scalar, solved_blocks<S> == 1 ? 0 : static_unknowns<S>, 1> positions_;  // and zeros
   SolveTolerance<Plain> allowed_;                                                       // of the step at hand
   bool known_ = false, is_told_ = false;  // …; the options say how well to solve

@@ -36,7 +36,8 @@ template <State S, class Stepper>
   try {
     return stepper.slope(t, y, out) ? Outcome::success : Outcome::non_finite_force;
   } catch (const WrongSize&) {
-    for_each_number([](auto, auto& x) { x = std::numeric_limits<ScalarOf<S>>::quiet_NaN(); }, Blocks<S>::all(out));
+    if constexpr (!FieldState<S>)
+      for_each_number([](auto, auto& x) { x = std::numeric_limits<ScalarOf<S>>::quiet_NaN(); }, Blocks<S>::all(out));
     return Outcome::wrong_size;
   }
 }
