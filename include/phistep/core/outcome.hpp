@@ -156,6 +156,8 @@ enum class Outcome : std::uint8_t {
              "each per unknown";
     case Outcome::inconsistent_start:
       return "solve for the algebraic components first: make_consistent(stepper, state, t)";
+    case Outcome::exception_elsewhere:
+      return "see what the rank says that threw it";
   }
   return "";
 }

@@ -110,9 +110,10 @@ class Linearisation<S, Rhs, Solver, position, stages, shifted, iterated> {
   static_assert(!shifted,
                 "phistep: radau solves with complex matrices, which a field's solver has none of: take rodas4, rodas5p "
                 "or tr_bdf2");
-  static_assert(FieldSolver<Solver, S>,
-                "phistep: the implicit steps of a field need a linear solver of its kind: newton(PetscSolver{...}), or a "
-                "class as phistep/solve/field_solver.hpp describes it");
+  static_assert(
+      FieldSolver<Solver, S>,
+      "phistep: the implicit steps of a field need a linear solver of its kind: newton(PetscSolver{...}), or a "
+      "class as phistep/solve/field_solver.hpp describes it");
 
  public:
   using Scalar = ScalarOf<S>;
@@ -126,6 +127,7 @@ class Linearisation<S, Rhs, Solver, position, stages, shifted, iterated> {
   void take(const auto& solver) { solver_.emplace(solver.linear); }
   void resize(const Plain& /*y*/, Rhs& rhs) {
     held_ = rhs.held();
+    mass_ = static_cast<double>(std::get<0>(rhs.masses())[0]);
     drop();
   }
   void begin(const Gamma<Scalar>& gamma, Scalar within) {
@@ -173,11 +175,20 @@ class Linearisation<S, Rhs, Solver, position, stages, shifted, iterated> {
     scale_ = Scalar{1};
     return outcome;
   }
-  /// x ← W⁻¹ x
+  /// x ← W⁻¹ x. @param allowed  of a controlled run: rules where the options don't
   [[nodiscard]] Outcome solve(Unknown& x, const NewtonOptions& options, Statistics& statistics,
-                              const SolveTolerance<Plain>& = {}) {
+                              const SolveTolerance<Plain>& allowed = {}) {
     ++statistics.solves;
-    const Outcome outcome = together(x, [&] { return solver_->solve(x, options.linear_rtol); });
+    double rtol = options.linear_rtol;
+    if (allowed.target > 0 && (stages || rtol == 0)) {
+      // A residual of that size in the run's weights, where x is about W⁻¹'s largest, M⁻¹, times as large.
+      const auto& weight = std::get<0>(Blocks<S>::solved(*allowed.weight));
+      const double size =
+          std::sqrt(Unknown::Ops::square(x.handle(), weight.handle()) / static_cast<double>(x.size())) / mass_;
+      const double share = (stages ? 0.3 : 1.0) * inexact_share * allowed.target;
+      rtol = std::clamp(size > 0 ? share / size : 0.5, 1e-12, 0.5);
+    }
+    const Outcome outcome = together(x, [&] { return solver_->solve(x, rtol); });
     statistics.linear_iterations += solver_->iterations();
     if (failed(outcome)) {
       has_factors_ = false;
@@ -188,9 +199,10 @@ class Linearisation<S, Rhs, Solver, position, stages, shifted, iterated> {
   }
   template <class X>
   void add_position_product(Scalar, const X&, auto&) const {
-    static_assert(!sizeof(X),
-                  "phistep: Rosenbrock schemes multiply with dPsi/dr, which a field's solver doesn't: take trapezoidal, "
-                  "tr_bdf2 or velocity_verlet for a motion of fields");
+    static_assert(
+        !sizeof(X),
+        "phistep: Rosenbrock schemes multiply with dPsi/dr, which a field's solver doesn't: take trapezoidal, "
+        "tr_bdf2 or velocity_verlet for a motion of fields");
   }
   [[nodiscard]] static bool reached_too_far(const Plain&, const Unknown&) { return false; }
   [[nodiscard]] static std::int64_t singular_particle() { return -1; }
@@ -208,6 +220,7 @@ class Linearisation<S, Rhs, Solver, position, stages, shifted, iterated> {
 
   std::optional<Solver> solver_;
   std::shared_ptr<HeldException> held_;  // that of the right-hand side
+  double mass_ = 1;
   Gamma<Scalar> factored_{};
   Scalar scale_{1};
   bool has_jacobian_ = false, has_factors_ = false;

@@ -220,9 +220,10 @@ template <class Tie>
   for_each_block([&n](auto, const auto& block) { n += block.size(); }, blocks);
   return n;
 }
+/// max |x_i| of a field, as core/arithmetic.hpp has it of numbers.
 template <FieldBlock Block>
-[[nodiscard]] double largest(const Block& x) {
-  return Block::Ops::largest(x.handle());
+[[nodiscard]] auto max_abs(const Block& x) {
+  return static_cast<typename Block::Scalar>(Block::Ops::largest(x.handle()));
 }
 /// Whether all numbers of a block without gaps are finite.
 template <EigenDense Block>
@@ -259,14 +260,16 @@ template <State S, class Y>
   return count_of(Blocks<S>::solved(y));
 }
 
-/// x has the shape of another block, and is zero.
-template <EigenDense To, EigenDense From>
-void set_zero_like(To& x, const From& other) {
-  x.setZero(other.rows(), other.cols());
+/// x has the shape of another block, and any numbers.
+template <class Block>
+void set_shape_like(Block& x, const auto& other) {
+  if constexpr (FieldBlock<Block>) x.take_shape(other);
+  else x.resize(other.rows(), other.cols());
 }
-template <FieldBlock Block>
-void set_zero_like(Block& x, const Block& other) {
-  x.take_shape(other);
+/// … and is zero.
+template <class Block>
+void set_zero_like(Block& x, const auto& other) {
+  set_shape_like(x, other);
   x.setZero();
 }
 /// The rate has the right shape for y, and is zero.

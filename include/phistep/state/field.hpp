@@ -35,7 +35,7 @@ concept FieldOperations = std::floating_point<typename Ops::Scalar> &&
   { Ops::square(x, y, z, a, a) } -> std::convertible_to<double>;  // Σ (x_i/(a + b max(|y_i|, |z_i|)))², collective
   { Ops::equal(x, y) } -> std::same_as<bool>;                     // all bits, collective
   { Ops::fingerprint(x) } -> std::same_as<std::uint64_t>;         // another one after any change of this rank's numbers
-  { Ops::most(x, mine) } -> std::same_as<int>;  // the largest of every rank's number, collective
+  { Ops::most(x, mine) } -> std::same_as<int>;                    // the largest of every rank's number, collective
   Ops::poison(x);  // this rank's numbers become NaN; nobody else takes part
 };
 
@@ -110,6 +110,8 @@ class Field {
   using Scalar = typename Ops::Scalar;
   using Handle = typename Ops::Handle;
   using PlainObject = Field;
+  template <std::size_t n>
+  using Combination = FieldCombination<Ops, n>;
   static constexpr bool is_field = true, IsRowMajor = false, IsVectorAtCompileTime = true;
   static constexpr int SizeAtCompileTime = Eigen::Dynamic, RowsAtCompileTime = Eigen::Dynamic, ColsAtCompileTime = 1;
 
@@ -156,8 +158,10 @@ class Field {
   /// This rank's numbers become NaN.
   void poison() { Ops::poison(handle_); }
   Field& operator*=(Scalar factor) { return *this = factor * terms_of(*this); }
-  /// All numbers are 0.
-  void setZero() { Ops::fill(handle_, Scalar{0}); }
+  /// All numbers are 0; one without a layout stays so.
+  void setZero() {
+    if (handle_) Ops::fill(handle_, Scalar{0});
+  }
   /// The layout becomes that of x, where there is none yet.
   void take_shape(const Field& x) {
     if (!handle_) handle_ = Ops::clone(x.handle_);
