@@ -163,6 +163,9 @@ class Transaction {
   }
 
  private:
+  static_assert(!FieldState<S> || count_of_fields<decltype(Blocks<S>::all(std::declval<S&>()))> ==
+                                      std::tuple_size_v<decltype(Blocks<S>::all(std::declval<S&>()))>,
+                "phistep: a state is of fields or of Eigen's vectors, not of both");
   /// A Map or Ref refers to the user's memory: it is read once, and written at the commit.
   static constexpr bool borrowed = !std::is_same_v<S, Plain>;
 

@@ -107,9 +107,6 @@ class Increment<S> {
 /// W of the user's solver: kept while it serves, its outcomes and exceptions those of all ranks, its work counted.
 template <FieldState S, class Rhs, class Solver, bool position, bool stages, bool shifted, bool iterated>
 class Linearisation<S, Rhs, Solver, position, stages, shifted, iterated> {
-  static_assert(!shifted,
-                "phistep: radau solves with complex matrices, which a field's solver has none of: take rodas4, rodas5p "
-                "or tr_bdf2");
   static_assert(
       FieldSolver<Solver, S>,
       "phistep: the implicit steps of a field need a linear solver of its kind: newton(PetscSolver{...}), or a "

@@ -160,9 +160,15 @@ struct StateRefusal {
   static constexpr bool is_said = true;
 };
 
-/// A state whose first block, and so every block, is a field (state/field.hpp).
+/// How many of a tie's blocks are fields.
+template <class Tie>
+inline constexpr std::size_t count_of_fields = 0;
+template <class... Block>
+inline constexpr std::size_t count_of_fields<std::tuple<Block...>> = (std::size_t{0} + ... +
+                                                                      (FieldBlock<Block> ? 1 : 0));
+/// A state of fields (state/field.hpp).
 template <class S>
-concept FieldState = State<S> && FieldBlock<std::tuple_element_t<0, decltype(Blocks<S>::all(std::declval<S&>()))>>;
+concept FieldState = State<S> &&(count_of_fields<decltype(Blocks<S>::all(std::declval<S&>()))> > 0);
 
 /// The largest of a number that every rank of a field's has; collective.
 template <FieldState S>
