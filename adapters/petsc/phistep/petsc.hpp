@@ -265,7 +265,9 @@ class PetscSolver {
     check_petsc(KSPSolve(all_->ksp, all_->right.handle(), x.handle()));
     KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
     check_petsc(KSPGetConvergedReason(all_->ksp, &reason));
-    return reason > 0 ? Outcome::success : Outcome::linear_solver_failed;
+    if (reason > 0) return Outcome::success;
+    x = all_->right;
+    return Outcome::linear_solver_failed;
   }
   [[nodiscard]] std::int64_t iterations() const {
     PetscInt n = 0;

@@ -22,10 +22,16 @@ template <class Solver, class S>
 concept FieldSolver = FieldState<S> && std::copyable<Solver> && Solver::is_field_solver &&
     requires(Solver& one, const Solver& done, ScalarOf<S> t, const Gamma<ScalarOf<S>>& gamma,
              typename UnknownsOf<S>::type& x, const typename UnknownsOf<S>::type& y) {
-  requires requires { { one.linearise(t, y) } -> std::same_as<Outcome>; } ||                     // J at (t, y)
-      (Blocks<S>::drifts && requires { { one.linearise(t, y, y) } -> std::same_as<Outcome>; });  // K and C at (t, r, v)
-  { one.factorize(gamma) } -> std::same_as<Outcome>;           // W, and what its solves need
-  { one.solve(x, double{}) } -> std::same_as<Outcome>;         // x ← W⁻¹ x to that relative residual; 0: its own choice
+  requires requires {
+    { one.linearise(t, y) } -> std::same_as<Outcome>;
+  } ||  // J at (t, y)
+      (Blocks<S>::drifts && requires {
+        { one.linearise(t, y, y) } -> std::same_as<Outcome>;
+      });                                             // K and C at (t, r, v)
+  { one.factorize(gamma) } -> std::same_as<Outcome>;  // W, and what its solves need
+  {
+    one.solve(x, double{})
+    } -> std::same_as<Outcome>;  // x ← W⁻¹ x to that relative residual, 0: its own choice; x stays where it fails
   { done.iterations() } -> std::convertible_to<std::int64_t>;  // of the last solve
   { done.name() } -> std::convertible_to<const char*>;
 };

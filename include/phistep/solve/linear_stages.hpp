@@ -144,7 +144,7 @@ class LinearStages {
       return Outcome::success;
     }
     if constexpr (FieldState<S>)
-      return matrix_.solve(std::get<0>(Blocks<S>::solved(x)), options_, rhs.statistics(), allowed_);
+      return cause(matrix_.solve(flat(std::get<0>(Blocks<S>::solved(x))), options_, rhs.statistics(), allowed_), x);
     else return solve_gathered(rhs, gamma, x);
   }
   [[nodiscard]] const Rate& psi_t() const requires has_time { return psi_t_; }
@@ -153,11 +153,15 @@ class LinearStages {
   [[nodiscard]] const char* solver_name() const { return matrix_.name(); }
 
  private:
+  /// Of a solve that failed on b: where that wasn't finite it is not W's fault.
+  [[nodiscard]] static Outcome cause(Outcome outcome, const Plain& b) {
+    if (!failed(outcome) || outcome == Outcome::exception_elsewhere) return outcome;
+    return first_non_finite(Blocks<S>::all(b)) ? Outcome::non_finite_state : outcome;
+  }
   [[nodiscard]] Outcome solve_gathered(Rhs& rhs, Scalar gamma, Plain& x) {
     take_unknowns<S>(x_, x);
     if constexpr (Rhs::drifts) add_position_product(gamma, flat(position_of<S>(std::as_const(x))));
-    if (const Outcome outcome = matrix_.solve(x_, options_, rhs.statistics(), allowed_); outcome != Outcome::success)
-      return first_non_finite(Blocks<S>::all(x)) ? Outcome::non_finite_state : outcome;  // b was none: not W's fault
+    if (const Outcome bad = cause(matrix_.solve(x_, options_, rhs.statistics(), allowed_), x); failed(bad)) return bad;
     put_unknowns<S>(x_, x);
     if constexpr (Rhs::drifts) position_of<S>(x) += gamma * velocity_of<S>(x);
     return Outcome::success;
