@@ -275,7 +275,12 @@ class Run {
     if (failed(outcome) && outcome != Outcome::stopped_by_observer && outcome != Outcome::stopped_by_event)
       step_.forget_solves();
     ended_ = true;
+    if constexpr (FieldState<Plain>)  // a slope outside of steps may have been NaN because its force threw
+      if (failed(outcome) && outcome != Outcome::exception_elsewhere &&
+          !all_ranks(step_.plain(), !held_exception(stepper_)))
+        outcome = Outcome::exception_elsewhere;
     report_.outcome = outcome;
+    if constexpr (FieldState<Plain>) held_exception(stepper_).rethrow();
     return false;
   }
 

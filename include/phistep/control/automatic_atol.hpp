@@ -17,6 +17,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
 
@@ -97,7 +98,7 @@ class AutomaticAtol {
 
  private:
   template <class Block>
-  static constexpr bool by_component = std::remove_cvref_t<Block>::IsVectorAtCompileTime;
+  static constexpr bool by_component = std::remove_cvref_t<Block>::IsVectorAtCompileTime && !FieldBlock<Block>;
   static constexpr bool has_vectors = []<class... B>(std::type_identity<std::tuple<B...>>) {
     return (by_component<B> || ...);
   }(std::type_identity<decltype(Blocks<Plain>::all(std::declval<Plain&>()))>{});
@@ -108,7 +109,7 @@ class AutomaticAtol {
     for_each_block(
         [this](auto k, const auto& block) {
           if (block.size() == 0) return;
-          sizes_.largest[k] = std::max(sizes_.largest[k], static_cast<Scalar>(block.cwiseAbs().maxCoeff()));
+          sizes_.largest[k] = std::max(sizes_.largest[k], max_abs(block));
           sizes_.atol[k] = rtol_ * (by_component<decltype(block)> ? faint : Scalar{1}) * sizes_.largest[k];
         },
         Blocks<Plain>::all(y));
@@ -120,7 +121,7 @@ class AutomaticAtol {
     for_each_block(
         [&](auto k, const auto& e) {
           if (largest_before[k] != 0 || e.size() == 0) return;
-          const Scalar moved = std::max(sizes_.largest[k], static_cast<Scalar>(e.cwiseAbs().maxCoeff()));
+          const Scalar moved = std::max(sizes_.largest[k], max_abs(e));
           sizes_.atol[k] = rtol_ * moved * static_cast<Scalar>(std::max(1.0, 0.1 * longest_ / dt_));
         },
         Blocks<Plain>::all(error));

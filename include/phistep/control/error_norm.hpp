@@ -51,6 +51,7 @@ class ErrorNorm {
     for (std::size_t k = 0; k < blocks; ++k)
       if (kind_ == everywhere || kind_ == per_block) atol_[k] = static_cast<Scalar>(given[kind_ == per_block ? k : 0]);
     automatic_.begin(rtol_);
+    if constexpr (FieldState<Plain>) return norm_ == Norm::rms && kind_ != per_component;
     return true;
   }
 
@@ -65,7 +66,16 @@ class ErrorNorm {
   bool weigh(const Plain& y, Plain& weight) {
     remember(y);
     bool all = true;
-    each(
+    if constexpr (FieldState<Plain>) {
+      for_each_block(
+          [&](auto k, const auto& from, auto& to) {
+            std::remove_cvref_t<decltype(from)>::Ops::weigh(to.handle(), from.handle(), block_atol(k), rtol_);
+            all = all && block_atol(k) > 0;
+          },
+          Blocks<Plain>::all(y), Blocks<Plain>::all(weight));
+      return all;
+    }
+    else each(
         y,
         [&all](Scalar scale) {
           all = all && scale > 0;
@@ -123,6 +133,10 @@ class ErrorNorm {
     if (kind_ == AbsoluteTolerance::Kind::automatic) return automatic_.template at<Block>(block, component, size);
     return atol_[block];
   }
+  /// Of a field's numbers, all alike.
+  [[nodiscard]] Scalar block_atol(std::size_t block) const {
+    return kind_ == AbsoluteTolerance::Kind::automatic ? automatic_.sizes().atol[block] : atol_[block];
+  }
   void each(const Plain& y, auto&& f, Plain& out) {
     Index at = 0;
     for_each_block(
@@ -155,6 +169,21 @@ class ErrorNorm {
   }
   [[nodiscard, gnu::always_inline]] inline Measured measure(const Plain& error, const Plain& y,
                                                             const Plain& next) const {
+    if constexpr (FieldState<Plain>) return over_fields(error, y, next);
+    else return over_numbers(error, y, next);
+  }
+  [[nodiscard]] Measured over_fields(const Plain& error, const Plain& y, const Plain& next) const {
+    double sum = 0;
+    for_each_block(
+        [&](auto k, const auto& e, const auto& a, const auto& b) {
+          sum += std::remove_cvref_t<decltype(e)>::Ops::square(e.handle(), a.handle(), b.handle(), block_atol(k), rtol_);
+        },
+        Blocks<Plain>::all(error), Blocks<Plain>::all(y), Blocks<Plain>::all(next));
+    const Index n = count_of(Blocks<Plain>::all(error));
+    return {n == 0 ? 0 : sum / static_cast<double>(n), {}};
+  }
+  [[nodiscard, gnu::always_inline]] inline Measured over_numbers(const Plain& error, const Plain& y,
+                                                                 const Plain& next) const {
     if (norm_ != Norm::rms) return over_particles(error, y, next);
     if constexpr (is_small) {
       const bool automatic = kind_ == AbsoluteTolerance::Kind::automatic;

@@ -27,6 +27,12 @@ concept ImplicitSolver = requires {
 template <class Solver>
 inline constexpr bool is_preconditioned_krylov = false;
 
+/// A linear solver that is handed over, and not made by the library.
+template <class Solver>
+concept GivenSolver = is_preconditioned_krylov<Solver> || requires {
+  requires Solver::is_field_solver;
+};
+
 /// Newton's iteration: `Solver` is a class with Eigen's sparse solver interface, void the library's own choice.
 template <class Solver = void>
 struct Newton {
@@ -34,13 +40,12 @@ struct Newton {
   using LinearSolver = Solver;
   NewtonOptions options;
 };
-template <class Solver>
-  requires is_preconditioned_krylov<Solver>
+template <GivenSolver Solver>
 struct Newton<Solver> {
   static constexpr bool is_implicit_solver = true;
   using LinearSolver = Solver;
   NewtonOptions options;
-  Solver linear{};  ///< holds the preconditioner to copy
+  Solver linear{};  ///< what it holds, a preconditioner say, is copied
 };
 
 /// Whether a linear solver wants products with W in place of a matrix.
@@ -52,9 +57,8 @@ template <class Solver = void>
 [[nodiscard]] constexpr Newton<Solver> newton(NewtonOptions options = {}) {
   return {options};
 }
-/// … with a preconditioner that holds something, `newton(PreconditionedGmres<P>{mine})`.
-template <class Solver>
-  requires is_preconditioned_krylov<Solver>
+/// … with a solver that holds something, `newton(PreconditionedGmres<P>{mine})`.
+template <GivenSolver Solver>
 [[nodiscard]] constexpr Newton<Solver> newton(Solver linear, NewtonOptions options = {}) {
   return {options, std::move(linear)};
 }

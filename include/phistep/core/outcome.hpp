@@ -35,6 +35,7 @@ enum class Outcome : std::uint8_t {
   wrong_jacobian,         ///< a Jacobian that was supplied, or its declared pattern, isn't the force's
   wrong_size,             ///< the force or its Jacobian returned another size than the state's
   inconsistent_start,     ///< the state given doesn't satisfy the algebraic equations
+  exception_elsewhere,    ///< of a field spread over ranks: another rank's force or solver threw an exception
 };
 
 /// Whether a step or a part of it ended otherwise than well.
@@ -93,6 +94,8 @@ enum class Outcome : std::uint8_t {
       return "the force or its Jacobian has another size than the state";
     case Outcome::inconsistent_start:
       return "the state given does not satisfy the algebraic equations";
+    case Outcome::exception_elsewhere:
+      return "another rank threw an exception";
   }
   return "unknown outcome";
 }
@@ -153,6 +156,8 @@ enum class Outcome : std::uint8_t {
              "each per unknown";
     case Outcome::inconsistent_start:
       return "solve for the algebraic components first: make_consistent(stepper, state, t)";
+    case Outcome::exception_elsewhere:
+      return "see what the rank says that threw it";
   }
   return "";
 }

@@ -31,6 +31,7 @@
 #include "phistep/state/active_set.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/parts.hpp"
+#include "phistep/state/ranks.hpp"
 #include "phistep/state/unknowns.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -115,14 +116,16 @@ class RightHandSide {
   }
   (std::make_index_sequence<blocks>{});
   static constexpr bool takes_active =
-      requires(std::tuple_element_t<0, Masses>& mass, std::shared_ptr<const ActiveSet> active) {
+      requires(std::tuple_element_t<0, Masses> & mass, std::shared_ptr<const ActiveSet> active) {
     mass.set_active(active);
   };
   static constexpr bool is_autonomous = !Traits::uses_time;
   /// Whether Ψ depends on the unknowns themselves, and not on r alone.
   static constexpr bool couples_unknowns = !drifts || Traits::uses_velocity || blocks > 1;
 
-  RightHandSide(F f, Masses masses) : force_{std::move(f)}, masses_{std::move(masses)} {}
+  RightHandSide(F f, Masses masses) : force_{std::move(f)}, masses_{std::move(masses)} {
+    if constexpr (FieldState<Plain>) held_ = std::make_shared<HeldException>();
+  }
 
   /// What Ψ is made of.
   [[nodiscard]] auto& force() {
@@ -209,21 +212,28 @@ class RightHandSide {
 
   /// Ψ(t, y), as a tie of its blocks: of `psi`, or of the user's own array where the force returns a reference to one.
   [[nodiscard]] auto evaluate(Scalar t, const Plain& y, Rate& psi) {
-    ++statistics_.force_calls;
     if constexpr (returns_reference) {
+      ++statistics_.force_calls;
       const auto& result = returned_force(force(), view(y), t, psi);
       check_result_size(result, std::get<0>(Rate::blocks(psi)));
       return std::tie(result);
     } else {
-      assign_force(force(), t, view(y), trial_memory(), psi);
+      evaluate_into(t, y, psi);
       return Rate::blocks(std::as_const(psi));
     }
   }
   /// psi = Ψ(t, y), always copied.
   void evaluate_into(Scalar t, const Plain& y, Rate& psi) {
     ++statistics_.force_calls;
-    assign_force(force(), t, view(y), trial_memory(), psi);
+    if constexpr (FieldState<Plain>) {
+      held_->run([&] { assign_force(force(), t, view(y), trial_memory(), psi); },
+                 [&] { for_each_block([](auto, auto& block) { block.poison(); }, Rate::blocks(psi)); });
+    } else {
+      assign_force(force(), t, view(y), trial_memory(), psi);
+    }
   }
+  /// What the force, or a solver, of a field has thrown on this rank.
+  [[nodiscard]] const std::shared_ptr<HeldException>& held() const requires FieldState<Plain> { return held_; }
   /// psi = Ψ_e(t, y), the kicks.
   void evaluate_kicks(Scalar t, const Plain& y, Rate& psi) {
     ++statistics_.kick_calls;
@@ -238,12 +248,17 @@ class RightHandSide {
     bool finite = true;
     for_each_block(
         [&finite](auto, auto& to, const auto& rate, const auto& mass) {
-          to = rate;
-          finite = all_finite(to.data(), to.size()) && finite;
-          if constexpr (std::remove_cvref_t<decltype(mass)>::is_matrix)
-            if (finite) mass.solve(flat(to));
-          const auto factor = mass.scaled(Scalar{1});
-          for (Index i = 0; i < to.size(); ++i) to.data()[i] = factor(i) * to.data()[i];
+          if constexpr (FieldState<Plain>) {
+            to = uniform_mass(mass).scaled(Scalar{1}).factor * rate;
+            finite = is_finite_block(to) && finite;
+          } else {
+            to = rate;
+            finite = all_finite(to.data(), to.size()) && finite;
+            if constexpr (std::remove_cvref_t<decltype(mass)>::is_matrix)
+              if (finite) mass.solve(flat(to));
+            const auto factor = mass.scaled(Scalar{1});
+            for (Index i = 0; i < to.size(); ++i) to.data()[i] = factor(i) * to.data()[i];
+          }
         },
         Blocks<S>::solved(out), Rate::blocks(psi), masses_);
     return finite;
@@ -264,7 +279,9 @@ class RightHandSide {
   template <bool with_drift = drifts, class Psi>
   [[nodiscard, gnu::always_inline]] static inline bool advance(Plain& out, const Plain& y, const auto& by,
                                                                const Psi& psi, Rate& scratch, const Masses& masses) {
-    if constexpr (has_matrix_mass) {
+    if constexpr (FieldState<Plain>) {
+      return advance_fields<with_drift>(out, y, by, psi, masses);
+    } else if constexpr (has_matrix_mass) {
       for_each_block(
           [](auto, auto& to, const auto& from, const auto& mass) {
             if (&to != &from) to = from;
@@ -283,7 +300,7 @@ class RightHandSide {
   /// those of a state or of a view of one.
   template <bool with_drift = drifts, class Out>
   [[gnu::always_inline]] static inline void for_each_update(const Plain& y, const auto& by, const auto& psi,
-                                                             const Masses& masses, auto&& put, Out& out) {
+                                                            const Masses& masses, auto&& put, Out& out) {
     for_each_block(
         [&](auto k, auto& to, const auto& from, const auto& rate, const auto& mass) PHISTEP_DETAIL_INLINED {
           const auto factor = mass.scaled(by.kick);
@@ -358,6 +375,7 @@ class RightHandSide {
 
   /// Which term of a sum spoils Ψ at (t, y), for messages; −1 where that can't be told.
   [[nodiscard]] int offending_term(Scalar t, const Plain& y) {
+    if constexpr (FieldState<Plain>) return -1;  // ranks that ask again could come to different answers
     Rate scratch = make_rate<S>(y);
     try {
       return phistep::offending_term(whole_force(), t, view(y), trial_, scratch);
@@ -381,7 +399,7 @@ class RightHandSide {
   }
 
   static constexpr bool returns_reference = [] {
-    if constexpr (Traits::accumulates || !Traits::valid || has_matrix_mass) {
+    if constexpr (Traits::accumulates || !Traits::valid || has_matrix_mass || FieldState<Plain>) {
       return false;
     } else {
       using Result = decltype(call_with<Traits::arity>(std::declval<Force&>(), std::declval<View&>(), Scalar{}));
@@ -392,6 +410,29 @@ class RightHandSide {
   }();
 
  private:
+  /// A field's mass, which is a number.
+  template <class Mass>
+  [[nodiscard]] static const Mass& uniform_mass(const Mass& mass) {
+    static_assert(
+        requires { mass.scaled(Scalar{1}).factor; } && !Mass::is_matrix,
+        "phistep: a field's mass is 1 or one number, mass(2.0): divide the force by any other");
+    return mass;
+  }
+  template <bool with_drift>
+  [[nodiscard]] static bool advance_fields(Plain& out, const Plain& y, const auto& by, const auto& psi,
+                                           const Masses& masses) {
+    for_each_block(
+        [&](auto k, auto& to, const auto& from, const auto& rate, const auto& mass) {
+          const Scalar factor = uniform_mass(mass).scaled(by.kick).factor;
+          // r⁺ = r + before v + after v⁺ first, for out may be y
+          if constexpr (with_drift && k == 0)
+            std::get<0>(Blocks<S>::all(out)) =
+                std::get<0>(Blocks<S>::all(y)) + (by.before + by.after) * from + (by.after * factor) * rate;
+          to = from + factor * rate;
+        },
+        Blocks<S>::solved(out), Blocks<S>::solved(y), psi, masses);
+    return is_finite(out);
+  }
   void for_each_masses(auto&& f) const {
     [&]<std::size_t... K>(std::index_sequence<K...>) {
       (f(std::integral_constant<std::size_t, K>{}, std::get<K>(masses_)), ...);
@@ -419,7 +460,8 @@ class RightHandSide {
   }
 
   template <int size>
-  [[nodiscard, gnu::always_inline]] static inline bool update_sized(bool in_place, Index n, const auto& kernel, auto*... out) {
+  [[nodiscard, gnu::always_inline]] static inline bool update_sized(bool in_place, Index n, const auto& kernel,
+                                                                    auto*... out) {
     if constexpr (size != Eigen::Dynamic && size <= 64) return update_unrolled<size>(kernel, out...);
     else return in_place ? update_in_place(n, kernel, out...) : update(n, kernel, out...);
   }
@@ -430,6 +472,7 @@ class RightHandSide {
   [[no_unique_address]] Masses masses_;
   [[no_unique_address]] Memory committed_{};
   [[no_unique_address]] Memory trial_{};
+  [[no_unique_address]] std::conditional_t<FieldState<Plain>, std::shared_ptr<HeldException>, Nothing> held_;
   Statistics statistics_;
 };
 

@@ -100,7 +100,7 @@ template <class F, class View, int arity, class T = typename ViewScalar<View>::t
 }
 /// Owning Eigen objects, and views of memory that outlives the call; not an expression that refers to dead temporaries.
 template <class R>
-concept PlainResult = EigenDense<std::remove_cvref_t<R>>;
+concept PlainResult = EigenDense<std::remove_cvref_t<R>> || FieldBlock<R>;
 
 /// Why a force can't be taken.
 enum class ForceFault {

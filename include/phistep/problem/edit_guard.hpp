@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -54,7 +55,8 @@ class EditGuard {
   }
   [[nodiscard]] bool holds(Scalar t, const Plain& y) const {
     if (kind_ != Kind::checked || !same_time<uses_time>(t, t_)) return false;
-    if constexpr (!by_value) return hash(y) == last_;
+    if constexpr (FieldState<S>) return all_ranks(y, hash(y) == last_);  // an edit on one is an edit
+    else if constexpr (!by_value) return hash(y) == last_;
     else if constexpr (position_only)
       return equal_bits(std::get<0>(Blocks<S>::all(y)), std::get<0>(Blocks<S>::all(last_)));
     else return equal_blocks<S>(y, last_);
@@ -77,7 +79,10 @@ class EditGuard {
     std::uint64_t all = 0;
     for_each_block(
         [&all](auto k, const auto& block) {
-          if (!position_only || k == 0) all = fingerprint(block.data(), block.size(), all);
+          if (position_only && k != 0) return;
+          if constexpr (FieldBlock<decltype(block)>)
+            all = std::rotl(all, 1) + std::remove_cvref_t<decltype(block)>::Ops::fingerprint(block.handle());
+          else all = fingerprint(block.data(), block.size(), all);
         },
         Blocks<S>::all(y));
     return all;

@@ -38,7 +38,7 @@ class InPlaceUpdate {
 
   /// Not where a matrix mass scales Ψ in a place of its own, nor where a history's commit could still fail after the update.
   template <bool in_registers>
-  static constexpr bool serves = !in_registers && !Rhs::remembers && !Rhs::has_matrix_mass;
+  static constexpr bool serves = !in_registers && !Rhs::remembers && !Rhs::has_matrix_mass && !FieldState<S>;
 
   void forget() { knows_bounds_ = false; }
   /// A step of `place` begins; null where it must stay beside the state.

@@ -220,7 +220,8 @@ class Kernel {
   void add_mass_product(Plain& to, Scalar factor, const Plain& x) const {
     for_each_block(
         [factor](auto, auto& out, const auto& of, const auto& mass) {
-          mass.add_product([&](Index i) { return factor * of.data()[i]; }, out);
+          if constexpr (FieldState<S>) out += (factor * static_cast<Scalar>(mass[0])) * of;
+          else mass.add_product([&](Index i) { return factor * of.data()[i]; }, out);
         },
         Blocks<S>::solved(to), Blocks<S>::solved(x), rhs_.masses());
   }

@@ -164,6 +164,9 @@ class Transaction {
   }
 
  private:
+  static_assert(!FieldState<S> || count_of_fields<decltype(Blocks<S>::all(std::declval<S&>()))> ==
+                                      std::tuple_size_v<decltype(Blocks<S>::all(std::declval<S&>()))>,
+                "phistep: a state is of fields or of Eigen's vectors, not of both");
   /// A Map or Ref refers to the user's memory: it is read once, and written at the commit.
   static constexpr bool borrowed = !std::is_same_v<S, Plain>;
 
@@ -266,6 +269,9 @@ class Transaction {
     f.dt = static_cast<double>(dt);
     f.term = -1;
     Offender where;
+    // Where the force has thrown it is NaN.
+    if constexpr (FieldState<S>)
+      if (!all_ranks(y, !*rhs.held())) outcome = Outcome::exception_elsewhere;
     if (outcome == Outcome::wrong_size) f.term = rhs.offending_term(t, y);
     if (outcome == Outcome::non_finite_state || outcome == Outcome::non_finite_force) {
       if (where = first_non_finite(Blocks<S>::all(y)); where) {
@@ -284,6 +290,7 @@ class Transaction {
     if (outcome == Outcome::inconsistent_start) where = accused_;
     f.outcome = outcome;
     blame(where);
+    if constexpr (FieldState<S>) rhs.held()->rethrow();
     return {outcome, f.iterations, &f};
   }
   void blame(const Offender& where) {

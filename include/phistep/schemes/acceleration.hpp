@@ -22,7 +22,9 @@ template <class Rhs>
   for_each_block(
       [&good](auto, auto& a, const auto& mass) {
         using Mass = std::remove_cvref_t<decltype(mass)>;
-        if constexpr (Mass::is_matrix) {
+        if constexpr (FieldBlock<decltype(a)>) {
+          if constexpr (!std::is_same_v<Mass, UnitMass>) a *= mass.scaled(typename Rhs::Scalar{1}).factor;
+        } else if constexpr (Mass::is_matrix) {
           good = all_finite(a.data(), a.size()) && good;
           if (good) mass.solve(flat(a));
         } else if constexpr (!std::is_same_v<Mass, UnitMass>) {

@@ -60,11 +60,26 @@ class ExplicitStages {
   [[nodiscard]] auto sum() const {
     return WeightedSum<Weights, Rate, exact, block>{k_};
   }
+  /// factor Σ_j w_j k_j of a field, as a term of a linear combination.
+  template <class Weights, std::size_t block = 0>
+  [[nodiscard]] auto field_sum(Scalar factor) const {
+    using Used = NonZero<Weights, Scalar>;
+    using Block = std::remove_cvref_t<decltype(std::get<block>(Rate::blocks(k_[0])))>;
+    return [&]<std::size_t... n>(std::index_sequence<n...>) {
+      return typename Block::template Combination<Used::count>{
+          {(factor * Used::template of<n>)...}, {&std::get<block>(Rate::blocks(k_[Used::places[n]]))...}};
+    }
+    (typename Used::Indices{});
+  }
   /// to = factor Σ_j w_j k_j: an error. Where it isn't finite, the norm of it will tell.
   template <class Weights, std::size_t block = 0>
   void put(Scalar factor, auto& to) const {
-    const auto kernel = [factor, sum = sum<Weights, block>()](auto i, auto& x) { x = factor * sum(i); };
-    static_cast<void>(update_block<size_of<decltype(to)>>(to.size(), kernel, to.data()));
+    if constexpr (FieldState<S>) {
+      to = field_sum<Weights, block>(factor);
+    } else {
+      const auto kernel = [factor, sum = sum<Weights, block>()](auto i, auto& x) { x = factor * sum(i); };
+      static_cast<void>(update_block<size_of<decltype(to)>>(to.size(), kernel, to.data()));
+    }
   }
   /// psi: kept for the failure message: the first k that isn't finite.
   [[gnu::cold, gnu::noinline]] void blame(Rate& psi) const {

@@ -108,12 +108,18 @@ class SchemeOn<KickDrift<Table>, S> : public SchemeDefaults {
   /// v += b a, r += h v, in one pass
   [[nodiscard]] static bool kick_and_drift(PlainState<S>& y, Scalar b, const RateOf<S>& acceleration, Scalar h) {
     auto &r = position_of<S>(y), &v = velocity_of<S>(y);
-    const Input<Scalar> r0{r.data()}, v0{v.data()}, a{std::get<0>(RateOf<S>::blocks(acceleration)).data()};
-    const auto kernel = [=](auto i, auto& v1, auto& r1) {
-      v1 = v0[i] + b * a[i];
-      r1 = r0[i] + h * v1;
-    };
-    return update_block<std::remove_cvref_t<decltype(v)>::SizeAtCompileTime>(v.size(), kernel, v.data(), r.data());
+    if constexpr (FieldState<S>) {
+      v += b * std::get<0>(RateOf<S>::blocks(acceleration));
+      r += h * v;
+      return is_finite_block(r);
+    } else {
+      const Input<Scalar> r0{r.data()}, v0{v.data()}, a{std::get<0>(RateOf<S>::blocks(acceleration)).data()};
+      const auto kernel = [=](auto i, auto& v1, auto& r1) {
+        v1 = v0[i] + b * a[i];
+        r1 = r0[i] + h * v1;
+      };
+      return update_block<std::remove_cvref_t<decltype(v)>::SizeAtCompileTime>(v.size(), kernel, v.data(), r.data());
+    }
   }
 };
 

@@ -31,6 +31,8 @@ namespace phistep::inline PHISTEP_ABI {
 
 template <State S, class Rhs>
 class FixedPointResolvent {
+  static_assert(!FieldState<S>, "phistep: fixed_point() takes no fields: give newton(...) a linear solver for them");
+
  public:
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;

@@ -33,7 +33,7 @@ template <State S>
 void recover_force(const auto& rhs, const auto& w, ScalarOf<S> gamma_force, RateOf<S>& psi) {
   for_each_part(
       [&](Index at, auto& block, const auto& mass) {
-        auto rate = flat(block);
+        auto&& rate = flat(block);
         rate.setZero();
         mass.subtract_product(part(w, at, block), rate);
         rate *= ScalarOf<S>{-1} / gamma_force;

@@ -61,7 +61,7 @@ class LinearStages {
     y_ = y;
     psi_ = make_rate<S>(y);
     if constexpr (has_time) psi_t_ = later_ = make_rate<S>(y);
-    x_.setZero(unknowns<S>(y));
+    if constexpr (!FieldState<S>) x_.setZero(unknowns<S>(y));
     if constexpr (solved_blocks<S> != 1) positions_ = x_;
     if constexpr (is_promised) check_.resize(y);
     known_ = false;
@@ -143,13 +143,9 @@ class LinearStages {
       matrix_.solve_unchecked(unknown, rhs.statistics());
       return Outcome::success;
     }
-    take_unknowns<S>(x_, x);
-    if constexpr (Rhs::drifts) add_position_product(gamma, flat(position_of<S>(std::as_const(x))));
-    if (const Outcome outcome = matrix_.solve(x_, options_, rhs.statistics(), allowed_); outcome != Outcome::success)
-      return first_non_finite(Blocks<S>::all(x)) ? Outcome::non_finite_state : outcome;  // b was none: not W's fault
-    put_unknowns<S>(x_, x);
-    if constexpr (Rhs::drifts) position_of<S>(x) += gamma * velocity_of<S>(x);
-    return Outcome::success;
+    if constexpr (FieldState<S>)
+      return cause(matrix_.solve(flat(std::get<0>(Blocks<S>::solved(x))), options_, rhs.statistics(), allowed_), x);
+    else return solve_gathered(rhs, gamma, x);
   }
   [[nodiscard]] const Rate& psi_t() const requires has_time { return psi_t_; }
   [[nodiscard]] Matrix& matrix() { return matrix_; }
@@ -157,6 +153,19 @@ class LinearStages {
   [[nodiscard]] const char* solver_name() const { return matrix_.name(); }
 
  private:
+  /// Of a solve that failed on b: where that wasn't finite it is not W's fault.
+  [[nodiscard]] static Outcome cause(Outcome outcome, const Plain& b) {
+    if (!failed(outcome) || outcome == Outcome::exception_elsewhere) return outcome;
+    return first_non_finite(Blocks<S>::all(b)) ? Outcome::non_finite_state : outcome;
+  }
+  [[nodiscard]] Outcome solve_gathered(Rhs& rhs, Scalar gamma, Plain& x) {
+    take_unknowns<S>(x_, x);
+    if constexpr (Rhs::drifts) add_position_product(gamma, flat(position_of<S>(std::as_const(x))));
+    if (const Outcome bad = cause(matrix_.solve(x_, options_, rhs.statistics(), allowed_), x); failed(bad)) return bad;
+    put_unknowns<S>(x_, x);
+    if constexpr (Rhs::drifts) position_of<S>(x) += gamma * velocity_of<S>(x);
+    return Outcome::success;
+  }
   static constexpr double round_off = static_cast<double>(std::numeric_limits<Scalar>::epsilon());
 
   /// Ψ_t = (−3Ψ(t) + 4Ψ(t+δ) − Ψ(t+2δ))/2δ: from inside the step, where the force is sure to be defined. With δ = u^¼ Δt,
@@ -190,7 +199,7 @@ class LinearStages {
   struct Nothing {};
   [[no_unique_address]] std::conditional_t<has_time, Rate, Nothing> psi_t_, later_;
   [[no_unique_address]] std::conditional_t<is_promised, TangentCheck<S, Rhs>, Nothing> check_;
-  Eigen::Matrix<Scalar, static_unknowns<S>, 1> x_;
+  [[no_unique_address]] std::conditional_t<FieldState<S>, Nothing, Eigen::Matrix<Scalar, static_unknowns<S>, 1>> x_;
   Eigen::Matrix<Scalar, solved_blocks<S> == 1 ? 0 : static_unknowns<S>, 1> positions_;  // and zeros
   SolveTolerance<Plain> allowed_;                                                       // of the step at hand
   bool known_ = false, is_told_ = false;  // …; the options say how well to solve

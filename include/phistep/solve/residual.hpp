@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 #include <utility>
 
 #include "phistep/core/arithmetic.hpp"
@@ -38,29 +39,21 @@ class Residual {
   [[nodiscard]] Outcome evaluate(const Plain& Y) {
     if (!std::exchange(psi_known_, false)) rhs_.evaluate_into(t_, Y, psi_);
     assemble();
-    if (all_finite(F().data(), F().size())) return Outcome::success;
+    if (is_finite_block(F())) return Outcome::success;
     return first_non_finite(Rate::blocks(psi_)) ? Outcome::non_finite_force : Outcome::non_finite_state;
   }
   /// The same with the Ψ at hand.
   void assemble() {
     for_each_rate([this](Index at, const auto& rate, const auto& mass) {
-      auto out = part(F(), at, rate);
+      auto&& out = part(F(), at, rate);
       out = gamma_.force * flat(rate);
       mass.subtract_product(part(increment_.w, at, rate), out);
     });
   }
   /// ‖M⁻¹F‖, by components; ‖F‖ under a matrix mass.
   [[nodiscard]] double size() const {
-    const auto each = [&](auto&& f) {
-      for_each_rate([&](Index at, const auto& rate, const auto& mass) {
-        const auto inverse_mass = mass.scaled(Scalar{1});
-        for (Index i = 0; i < rate.size(); ++i) f(std::abs(static_cast<double>(inverse_mass(i) * F()[at + i])));
-      });
-    };
-    double most = 0, sum = 0;
-    each([&](double x) { most = std::max(most, x); });
-    if (most > 0) each([&](double x) { sum += (x / most) * (x / most); });  // squares of velocities may leave the range
-    return most * std::sqrt(sum);
+    if constexpr (FieldState<S>) return largest(F()) / static_cast<double>(std::get<0>(rhs_.masses())[0]);
+    else return size_of_numbers();
   }
   /// No larger than what rounding leaves of γ_f Ψ − M w where both cancel.
   [[nodiscard]] bool is_rounding() const {
@@ -93,6 +86,18 @@ class Residual {
   [[nodiscard]] auto& F() const { return increment_.delta; }
   [[nodiscard]] double force(const auto& rate) const {
     return std::abs(static_cast<double>(gamma_.force)) * largest(rate);
+  }
+  [[nodiscard]] double size_of_numbers() const {
+    const auto each = [&](auto&& f) {
+      for_each_rate([&](Index at, const auto& rate, const auto& mass) {
+        const auto inverse_mass = mass.scaled(Scalar{1});
+        for (Index i = 0; i < rate.size(); ++i) f(std::abs(static_cast<double>(inverse_mass(i) * F()[at + i])));
+      });
+    };
+    double most = 0, sum = 0;
+    each([&](double x) { most = std::max(most, x); });
+    if (most > 0) each([&](double x) { sum += (x / most) * (x / most); });  // squares of velocities may leave the range
+    return most * std::sqrt(sum);
   }
   void for_each_rate(auto&& f) const { for_each_part(f, Rate::blocks(std::as_const(psi_)), rhs_.masses()); }
 

@@ -297,8 +297,8 @@ concept Resolves = requires(Resolvent& one, Rhs& rhs, const Gamma<ScalarOf<S>>& 
     one.resolve(rhs, gamma, t, Y, guess, psi, history, false, SolveTolerance<PlainState<S>>{})
     } -> std::same_as<Outcome>;
   { one.filter(rhs, Y) } -> std::same_as<Outcome>;  // of an error estimate, with the last resolve's matrix
-  { one.increment()[Index{}] } -> std::convertible_to<ScalarOf<S>>;  // Y − b of the last resolve
-  { one.keeps_factors() } -> std::same_as<bool>;                     // whether a constant Δt spares factorizations
+  { one.increment() } -> std::convertible_to<typename UnknownsOf<S>::type>;  // Y − b of the last resolve
+  { one.keeps_factors() } -> std::same_as<bool>;  // whether a constant Δt spares factorizations
   { one.solver_name() } -> std::same_as<const char*>;
   one.resize(guess, rhs);
   one.forget();  // what solves have left

@@ -29,6 +29,11 @@ namespace phistep::inline PHISTEP_ABI {
 
 template <State S, class Rhs, class LinearSolver>
 class ShiftedStages {
+  static_assert(
+      !FieldState<S>,
+      "phistep: radau solves with complex matrices, which a field's solver has none of: take rodas4, rodas5p or "
+      "tr_bdf2");
+
  public:
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;

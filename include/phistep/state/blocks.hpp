@@ -35,6 +35,12 @@ concept EigenDense = std::is_base_of_v<Eigen::DenseBase<T>, T> && requires(T& x)
   x.data();
 };
 
+/// A vector whose numbers nobody here ever sees (state/field.hpp).
+template <class T>
+concept FieldBlock = requires {
+  requires std::remove_cvref_t<T>::is_field;
+};
+
 /// A state of the user's own: named blocks, the first two being r and v where it drifts.
 ///
 ///     struct Spray {
@@ -63,7 +69,8 @@ struct FirstOrderView {
 template <class S>
 struct Blocks;
 
-template <EigenDense S>
+template <class S>
+  requires(EigenDense<S> || FieldBlock<S>)
 struct Blocks<S> {
   using Scalar = typename S::Scalar;
   using Plain = typename S::PlainObject;
@@ -114,7 +121,8 @@ struct Blocks<S> {
 /// The numbers of a state, as its first block has them.
 template <class S>
 struct NumberOf {};
-template <EigenDense S>
+template <class S>
+  requires(EigenDense<S> || FieldBlock<S>)
 struct NumberOf<S> {
   using type = typename S::Scalar;
 };
@@ -131,7 +139,7 @@ inline constexpr bool has_other_numbers<S> = !std::is_floating_point_v<typename 
 
 /// A state the steppers can advance.
 template <class S>
-concept State = (EigenDense<S> || BlockStruct<S>)&&!has_other_numbers<S>;
+concept State = (EigenDense<S> || FieldBlock<S> || BlockStruct<S>)&&!has_other_numbers<S>;
 
 /// Whether S, the type of an argument, is a state that can be stepped.
 template <class S>
@@ -151,6 +159,27 @@ struct StateRefusal {
       "blocks; give an expression a name (Eigen::VectorXd y = ...), make one number an Eigen::Vector<double, 1>");
   static constexpr bool is_said = true;
 };
+
+/// How many of a tie's blocks are fields.
+template <class Tie>
+inline constexpr std::size_t count_of_fields = 0;
+template <class... Block>
+inline constexpr std::size_t count_of_fields<std::tuple<Block...>> = (std::size_t{0} + ... +
+                                                                      (FieldBlock<Block> ? 1 : 0));
+/// A state of fields (state/field.hpp).
+template <class S>
+concept FieldState = State<S> &&(count_of_fields<decltype(Blocks<S>::all(std::declval<S&>()))> > 0);
+
+/// The largest of a number that every rank of a field's has; collective.
+template <FieldState S>
+[[nodiscard]] int most_of_ranks(const S& y, int mine) {
+  const auto& first = std::get<0>(Blocks<S>::all(y));
+  return std::remove_cvref_t<decltype(first)>::Ops::most(first.handle(), mine);
+}
+template <FieldState S>
+[[nodiscard]] bool all_ranks(const S& y, bool mine) {
+  return most_of_ranks(y, mine ? 0 : 1) == 0;
+}
 
 template <State S>
 using PlainState = typename Blocks<S>::Plain;
@@ -197,11 +226,25 @@ template <class Tie>
   for_each_block([&n](auto, const auto& block) { n += block.size(); }, blocks);
   return n;
 }
-/// Whether all numbers are finite, of blocks without gaps.
+/// max |x_i| of a field, as core/arithmetic.hpp has it of numbers.
+template <FieldBlock Block>
+[[nodiscard]] auto max_abs(const Block& x) {
+  return static_cast<typename Block::Scalar>(Block::Ops::largest(x.handle()));
+}
+/// Whether all numbers of a block without gaps are finite.
+template <EigenDense Block>
+[[nodiscard]] bool is_finite_block(const Block& x) {
+  return all_finite(x.data(), x.size());
+}
+template <FieldBlock Block>
+[[nodiscard]] bool is_finite_block(const Block& x) {
+  return Block::Ops::is_finite(x.handle());
+}
+/// … of all blocks.
 template <class Tie>
 [[nodiscard]] bool all_finite(const Tie& blocks) {
   bool finite = true;
-  for_each_block([&finite](auto, const auto& x) { finite = all_finite(x.data(), x.size()) && finite; }, blocks);
+  for_each_block([&finite](auto, const auto& x) { finite = is_finite_block(x) && finite; }, blocks);
   return finite;
 }
 /// f(i, number i of each tie) for all numbers, one block after the other, each in storage order.
@@ -223,11 +266,23 @@ template <State S, class Y>
   return count_of(Blocks<S>::solved(y));
 }
 
+/// x has the shape of another block, and any numbers.
+template <class Block>
+void set_shape_like(Block& x, const auto& other) {
+  if constexpr (FieldBlock<Block>) x.take_shape(other);
+  else x.resize(other.rows(), other.cols());
+}
+/// … and is zero.
+template <class Block>
+void set_zero_like(Block& x, const auto& other) {
+  set_shape_like(x, other);
+  x.setZero();
+}
 /// The rate has the right shape for y, and is zero.
 template <State S>
 void reset_rate(RateOf<S>& rate, const PlainState<S>& y) {
-  for_each_block([](auto, auto& psi, const auto& block) { psi.setZero(block.rows(), block.cols()); },
-                 RateOf<S>::blocks(rate), Blocks<S>::solved(y));
+  for_each_block([](auto, auto& psi, const auto& block) { set_zero_like(psi, block); }, RateOf<S>::blocks(rate),
+                 Blocks<S>::solved(y));
 }
 template <State S>
 [[nodiscard]] RateOf<S> make_rate(const PlainState<S>& y) {
@@ -296,6 +351,10 @@ template <EigenDense Block>
 [[nodiscard]] bool equal_bits(const Block& a, const Block& b) {
   return same_bits(a.data(), b.data(), a.size());
 }
+template <FieldBlock Block>
+[[nodiscard]] bool equal_bits(const Block& a, const Block& b) {
+  return Block::Ops::equal(a.handle(), b.handle());
+}
 /// … and whether all blocks of two ties of one shape do.
 template <class... A, class... B>
 [[nodiscard]] bool equal_bits(const std::tuple<A...>& a, const std::tuple<B...>& b) {
@@ -330,7 +389,7 @@ template <State S>
   return true;
 }
 
-/// Which component of which block is not finite; block −1 where all are.
+/// Which component of which block is not finite; block −1 where all are, index −1 where the block is a field.
 struct Offender {
   std::int64_t block = -1, index = -1, row = -1, column = -1;
   [[nodiscard]] explicit operator bool() const { return block >= 0; }
@@ -342,13 +401,17 @@ template <class Tie>
   for_each_block(
       [&found](auto k, const auto& x) {
         if (found) return;
-        for (Index j = 0; j < x.cols(); ++j)
-          for (Index i = 0; i < x.rows(); ++i)
-            if (!std::isfinite(x(i, j))) {
-              found = {static_cast<std::int64_t>(k()), x.IsRowMajor ? i * x.cols() + j : j * x.rows() + i, -1, -1};
-              if (x.cols() > 1) found.row = i, found.column = j;
-              return;
-            }
+        if constexpr (FieldBlock<decltype(x)>) {
+          if (!is_finite_block(x)) found.block = static_cast<std::int64_t>(k());
+        } else {
+          for (Index j = 0; j < x.cols(); ++j)
+            for (Index i = 0; i < x.rows(); ++i)
+              if (!std::isfinite(x(i, j))) {
+                found = {static_cast<std::int64_t>(k()), x.IsRowMajor ? i * x.cols() + j : j * x.rows() + i, -1, -1};
+                if (x.cols() > 1) found.row = i, found.column = j;
+                return;
+              }
+        }
       },
       blocks);
   return found;

@@ -14,16 +14,26 @@ namespace phistep::inline PHISTEP_ABI {
 /// √(1/n Σ (x_i w_i)²)
 template <State Plain>
 [[nodiscard]] double weighted_rms(const Plain& x, const Plain& weight) {
-  using Wide = std::common_type_t<ScalarOf<Plain>, double>;  // squares of floats soon leave their range
-  Wide sum{0};
-  for_each_number(
-      [&sum](std::size_t, auto of, auto w) {
-        const Wide part = static_cast<Wide>(of * w);
-        sum += part * part;
-      },
-      Blocks<Plain>::all(x), Blocks<Plain>::all(weight));
   const Index n = count_of(Blocks<Plain>::all(x));
-  return n == 0 ? 0 : std::sqrt(static_cast<double>(sum / static_cast<Wide>(n)));
+  if constexpr (FieldState<Plain>) {
+    double sum = 0;
+    for_each_block(
+        [&sum](auto, const auto& of, const auto& w) {
+          sum += std::remove_cvref_t<decltype(of)>::Ops::square(of.handle(), w.handle());
+        },
+        Blocks<Plain>::all(x), Blocks<Plain>::all(weight));
+    return n == 0 ? 0 : std::sqrt(sum / static_cast<double>(n));
+  } else {
+    using Wide = std::common_type_t<ScalarOf<Plain>, double>;  // squares of floats soon leave their range
+    Wide sum{0};
+    for_each_number(
+        [&sum](std::size_t, auto of, auto w) {
+          const Wide part = static_cast<Wide>(of * w);
+          sum += part * part;
+        },
+        Blocks<Plain>::all(x), Blocks<Plain>::all(weight));
+    return n == 0 ? 0 : std::sqrt(static_cast<double>(sum / static_cast<Wide>(n)));
+  }
 }
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -6,23 +6,47 @@
 
 #include <tuple>
 #include <type_traits>
+#include <utility>
 
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// A plain block as one column, in storage order.
+/// A plain block as one column, in storage order; a field as it is.
 template <class Block>
 [[nodiscard]] auto flat(Block& block) {
   using Column = Eigen::Matrix<typename Block::Scalar, std::remove_const_t<Block>::SizeAtCompileTime, 1>;
   return Eigen::Map<std::conditional_t<std::is_const_v<Block>, const Column, Column>>(block.data(), block.size());
 }
 
+template <FieldBlock Block>
+[[nodiscard]] Block& flat(Block& block) {
+  return block;
+}
+
+/// All unknowns in one vector; of fields there is one.
+template <State S>
+struct UnknownsOf {
+  using type = Eigen::Matrix<ScalarOf<S>, static_unknowns<S>, 1>;
+};
+template <FieldState S>
+struct UnknownsOf<S> {
+  static_assert(solved_blocks<S> == 1,
+                "phistep: an implicit step solves for one field; join those of a state in one vector (PETSc's "
+                "DMComposite, SUNDIALS' ManyVector)");
+  using type = std::remove_cvref_t<std::tuple_element_t<0, decltype(Blocks<S>::solved(std::declval<PlainState<S>&>()))>>;
+};
+
 /// One block's unknowns within a vector of all unknowns.
 template <class Vector, class Block>
 [[nodiscard]] auto part(Vector& all, Index at, const Block& block) {
   return all.template segment<Block::SizeAtCompileTime>(at, block.size());
+}
+
+template <FieldBlock Vector>
+[[nodiscard]] Vector& part(Vector& all, Index /*at*/, const auto& /*block*/) {
+  return all;
 }
 
 /// f(offset of block k among the unknowns, block k of each tie) for every k; of masses, that of block k.

@@ -15,6 +15,7 @@
 #include "phistep/force/evaluate.hpp"
 #include "phistep/problem/transaction.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/ranks.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -36,9 +37,17 @@ template <State S, class Stepper>
   try {
     return stepper.slope(t, y, out) ? Outcome::success : Outcome::non_finite_force;
   } catch (const WrongSize&) {
-    for_each_number([](auto, auto& x) { x = std::numeric_limits<ScalarOf<S>>::quiet_NaN(); }, Blocks<S>::all(out));
+    if constexpr (!FieldState<S>)
+      for_each_number([](auto, auto& x) { x = std::numeric_limits<ScalarOf<S>>::quiet_NaN(); }, Blocks<S>::all(out));
     return Outcome::wrong_size;
   }
+}
+
+/// What the force of a field, or its solver, has thrown on this rank: of a stepper, or of the one inside it.
+template <class Stepper>
+[[nodiscard]] HeldException& held_exception(Stepper& stepper) {
+  if constexpr (requires { stepper.stepper(); }) return held_exception(stepper.stepper());
+  else return stepper.held();
 }
 
 /// What such slopes at both ends of a step lack where M is singular.

@@ -161,6 +161,8 @@ class PhiStepper {
     reset_rate<S>(*slope_psi_, y);
     return kernel_.rhs().whole_slope(t, y, out, *slope_psi_);
   }
+  /// What the force of a field, or its solver, has thrown on this rank.
+  [[nodiscard]] HeldException& held() requires FieldState<PlainState<S>> { return *kernel_.rhs().held(); }
   /// M is singular: some of the equations are algebraic.
   [[nodiscard]] bool solves_algebraic() const {
     if constexpr (Rhs::may_be_singular) return static_cast<bool>(kernel_.rhs().algebraic());

@@ -151,6 +151,20 @@ class SchemeOn<RungeKutta<Tableau>, S> : public SchemeDefaults {
   }
   template <std::size_t i, std::size_t k>
   [[nodiscard, gnu::always_inline]] inline bool move_block(Scalar dt, const Plain& y, Plain& out) const {
+    if constexpr (FieldState<S>) return move_field<i, k>(dt, y, out);
+    else return move_numbers<i, k>(dt, y, out);
+  }
+  template <std::size_t i, std::size_t k>
+  [[nodiscard]] bool move_field(Scalar dt, const Plain& y, Plain& out) const {
+    auto&& to = std::get<k>(Blocks<S>::solved(out));
+    if constexpr (drifts && k == 0)
+      position_of<S>(out) = position_of<S>(y) + (static_cast<Scalar>(Tableau::c[i]) * dt) * velocity_of<S>(y) +
+                            k_.template field_sum<runge_kutta::OfPositions<Tableau, Row<i>>, k>(dt * dt);
+    to = std::get<k>(Blocks<S>::solved(y)) + k_.template field_sum<Row<i>, k>(dt);
+    return is_finite_block(to);
+  }
+  template <std::size_t i, std::size_t k>
+  [[nodiscard, gnu::always_inline]] inline bool move_numbers(Scalar dt, const Plain& y, Plain& out) const {
     auto&& to = std::get<k>(Blocks<S>::solved(out));
     constexpr int size = Stages::template size_of<decltype(to)>;
     const Input<Scalar> start{std::get<k>(Blocks<S>::solved(y)).data()};

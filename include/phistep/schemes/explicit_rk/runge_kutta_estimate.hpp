@@ -89,9 +89,15 @@ class RungeKuttaEstimate {
     k.template put<High, block>(by, e);
     if constexpr (has_two) {
       k.template put<Low, block>(by, e3);
-      for (Index i = 0; i < e.size(); ++i) {
-        all.high += square(weight.data()[i] * e.data()[i]);
-        all.low += square(weight.data()[i] * e3.data()[i]);
+      if constexpr (FieldState<S>) {
+        using Ops = typename std::remove_cvref_t<decltype(e)>::Ops;
+        all.high += Ops::square(e.handle(), weight.handle());
+        all.low += Ops::square(e3.handle(), weight.handle());
+      } else {
+        for (Index i = 0; i < e.size(); ++i) {
+          all.high += square(weight.data()[i] * e.data()[i]);
+          all.low += square(weight.data()[i] * e3.data()[i]);
+        }
       }
     }
   }

@@ -33,6 +33,8 @@ namespace phistep::inline PHISTEP_ABI {
 
 template <State S, class Base>
 class ExtrapolatedRow : public SchemeDefaults {
+  static_assert(!FieldState<S>, "phistep: extrapolation takes no fields: take tsit5, dop853 or rodas5p");
+
  public:
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;

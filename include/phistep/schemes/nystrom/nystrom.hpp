@@ -81,6 +81,7 @@ struct VelocityError {
 
 template <class Tableau, bool compensates, State S>
 class SchemeOn<Nystrom<Tableau, compensates>, S> : public SchemeDefaults {
+  static_assert(!FieldState<S>, "phistep: Nystrom pairs take no fields: take tsit5, dop853 or velocity_verlet");
   static_assert(Blocks<S>::drifts,
                 "phistep: a Runge-Kutta-Nystrom pair needs a motion (r, v), not a first-order state");
   static constexpr std::size_t stages = Tableau::stages, last = stages - 1;

@@ -1,0 +1,311 @@
+/// @file
+/// phistep on PETSc: a Vec spread over ranks as the state, a KSP with any preconditioner as the linear solver.
+///
+///     PetscField y{vec};                                                          // owns vec from now on
+///     PetscSolver solver{J, [&](double t, Vec y, Mat J) { … }};                   // fills J = ∂Ψ/∂y
+///     PhiStepper stepper{y, PetscForce{[&](double t, Vec y, Vec rate) { … }}, rodas4, newton(solver)};
+///     integrate(stepper, y, {0.0, 1.0}, tolerance{.rtol = 1e-4, .atol = 1e-6});  // on all ranks of vec
+///
+/// KSP and PC are those of the command line: -ksp_type, -pc_type, -pc_hypre_type …
+#pragma once
+
+#include <petscksp.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <utility>
+
+#include "phistep/fields.hpp"
+
+// PETSc exports and documents it, but declares it in a private header.
+PETSC_EXTERN PetscErrorCode PetscObjectStateGet(PetscObject, PetscObjectState*);
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// @throws std::runtime_error with PETSc's own words
+inline void check_petsc(PetscErrorCode code) {
+  if (code == 0) return;
+  const char* text = nullptr;
+  PetscErrorMessage(code, &text, nullptr);
+  throw std::runtime_error("PETSc: " + std::string(text != nullptr ? text : "error " + std::to_string(code)));
+}
+
+/// What the library does with a Vec (phistep/state/field.hpp).
+struct PetscOps {
+  using Scalar = PetscScalar;
+  using Handle = Vec;
+  static_assert(std::is_floating_point_v<Scalar>, "phistep: complex PETSc builds are not supported");
+
+  static Vec clone(Vec x) {
+    Vec y = nullptr;
+    check_petsc(VecDuplicate(x, &y));
+    return y;
+  }
+  static void release(Vec x) { VecDestroy(&x); }
+  static std::ptrdiff_t size(Vec x) {
+    PetscInt n = 0;
+    check_petsc(VecGetSize(x, &n));
+    return n;
+  }
+  static void fill(Vec y, Scalar a) { check_petsc(VecSet(y, a)); }
+  static void combine(Vec y, int terms, const Scalar* a, const Vec* x) {
+    if (x[0] == y) {
+      if (a[0] != 1) check_petsc(VecScale(y, a[0]));
+    } else if (terms == 1 || a[0] == 1) {
+      check_petsc(VecCopy(x[0], y));
+      if (a[0] != 1) check_petsc(VecScale(y, a[0]));
+    } else if (terms == 2) {
+      check_petsc(VecAXPBYPCZ(y, a[0], a[1], 0, x[0], x[1]));
+      return;
+    } else {
+      check_petsc(VecAXPBYPCZ(y, a[0], a[1], 0, x[0], x[1]));
+      ++a, ++x, --terms;
+    }
+    // VecMAXPY changes nothing of x, whatever its signature says.
+    if (terms > 1) check_petsc(VecMAXPY(y, terms - 1, a + 1, const_cast<Vec*>(x + 1)));
+  }
+  static void weigh(Vec w, Vec y, Scalar atol, Scalar rtol) {
+    const Numbers from{y};
+    const Writable to{w};
+    for (PetscInt i = 0; i < from.n; ++i) {
+      const Scalar scale = atol + rtol * std::abs(from[i]);
+      to[i] = scale > 0 ? 1 / scale : 0;
+    }
+  }
+  static double largest(Vec x) {
+    const Numbers of{x};
+    double most = 0;
+    for (PetscInt i = 0; i < of.n; ++i) {
+      const double size = std::abs(of[i]);
+      most = size <= most ? most : size;  // NaN, too
+      if (std::isnan(size)) break;
+    }
+    // MPI_MAX may pass over a NaN.
+    if (std::isnan(most)) most = std::numeric_limits<double>::infinity();
+    return reduced(x, most, MPI_MAX);
+  }
+  static bool is_finite(Vec x) {
+    const Numbers of{x};
+    bool all = true;
+    for (PetscInt i = 0; i < of.n; ++i) all = all && std::isfinite(of[i]);
+    return most(x, all ? 0 : 1) == 0;
+  }
+  static double square(Vec x, Vec w) {
+    const Numbers of{x}, weight{w};
+    double sum = 0;
+    for (PetscInt i = 0; i < of.n; ++i) sum += of[i] * weight[i] * of[i] * weight[i];
+    return reduced(x, sum, MPI_SUM);
+  }
+  static double square(Vec e, Vec y, Vec z, Scalar atol, Scalar rtol) {
+    const Numbers of{e}, a{y}, b{z};
+    double sum = 0;
+    for (PetscInt i = 0; i < of.n; ++i) {
+      const Scalar share = of[i] / (atol + rtol * std::max(std::abs(a[i]), std::abs(b[i])));
+      sum += of[i] == 0 ? 0 : share * share;
+    }
+    return reduced(e, sum, MPI_SUM);
+  }
+  static bool equal(Vec x, Vec y) {
+    const Numbers a{x}, b{y};
+    const bool same = a.n == b.n && std::memcmp(a.x, b.x, static_cast<std::size_t>(a.n) * sizeof(Scalar)) == 0;
+    return most(x, same ? 0 : 1) == 0;
+  }
+  static std::uint64_t fingerprint(Vec x) {
+    PetscObjectState state = 0;
+    PetscObjectId id = 0;
+    check_petsc(PetscObjectStateGet(reinterpret_cast<PetscObject>(x), &state));
+    check_petsc(PetscObjectGetId(reinterpret_cast<PetscObject>(x), &id));
+    return (static_cast<std::uint64_t>(id) << 40) ^ static_cast<std::uint64_t>(state);
+  }
+  static int most(Vec x, int mine) {
+    int all = 0;
+    check_mpi(MPI_Allreduce(&mine, &all, 1, MPI_INT, MPI_MAX, communicator(x)));
+    return all;
+  }
+  static void poison(Vec x) {
+    const Writable to{x};
+    for (PetscInt i = 0; i < to.n; ++i) to[i] = std::numeric_limits<Scalar>::quiet_NaN();
+  }
+  [[nodiscard]] static MPI_Comm communicator(Vec x) { return PetscObjectComm(reinterpret_cast<PetscObject>(x)); }
+
+ private:
+  static void check_mpi(int code) {
+    if (code != MPI_SUCCESS) throw std::runtime_error("MPI: a reduction failed");
+  }
+  [[nodiscard]] static double reduced(Vec x, double mine, MPI_Op how) {
+    double all = 0;
+    check_mpi(MPI_Allreduce(&mine, &all, 1, MPI_DOUBLE, how, communicator(x)));
+    return all;
+  }
+  /// This rank's numbers.
+  struct Numbers {
+    Vec vec;
+    const Scalar* x = nullptr;
+    PetscInt n = 0;
+    explicit Numbers(Vec of) : vec{of} {
+      check_petsc(VecGetLocalSize(vec, &n));
+      check_petsc(VecGetArrayRead(vec, &x));
+    }
+    Numbers(const Numbers&) = delete;
+    Numbers& operator=(const Numbers&) = delete;
+    ~Numbers() { VecRestoreArrayRead(vec, &x); }
+    Scalar operator[](PetscInt i) const { return x[i]; }
+  };
+  struct Writable {
+    Vec vec;
+    Scalar* x = nullptr;
+    PetscInt n = 0;
+    explicit Writable(Vec of) : vec{of} {
+      check_petsc(VecGetLocalSize(vec, &n));
+      check_petsc(VecGetArray(vec, &x));
+    }
+    Writable(const Writable&) = delete;
+    Writable& operator=(const Writable&) = delete;
+    ~Writable() { VecRestoreArray(vec, &x); }
+    Scalar& operator[](PetscInt i) const { return x[i]; }
+  };
+};
+
+/// A Vec as a state, or as one of several blocks of one. It owns the Vec; after a step `handle()` may be another one.
+using PetscField = Field<PetscOps>;
+
+/// A field that a call fills: an error code of PETSc's becomes an exception on the rank that got it.
+namespace detail {
+void call_petsc(auto&& f, auto&&... arguments) {
+  if constexpr (std::is_void_v<decltype(f(arguments...))>) f(arguments...);
+  else check_petsc(f(arguments...));
+}
+}  // namespace detail
+
+/// A right-hand side in PETSc's manner, f(t, y, rate), or f(y, rate) where it doesn't depend on t, which sets all numbers of
+/// `rate`; of a motion f(t, r, v, force). It may return a PetscErrorCode. Every rank calls it equally often.
+template <class F>
+class PetscForce {
+ public:
+  explicit PetscForce(F f) : f_{std::move(f)} {}
+  const PetscField& operator()(const PetscField& y, double t) requires std::invocable<F&, double, Vec, Vec> {
+    rate_.take_shape(y);
+    detail::call_petsc(f_, t, y.handle(), rate_.handle());
+    return rate_;
+  }
+  const PetscField& operator()(const PetscField& y) requires std::invocable<F&, Vec, Vec> {
+    rate_.take_shape(y);
+    detail::call_petsc(f_, y.handle(), rate_.handle());
+    return rate_;
+  }
+  const PetscField& operator()(const PetscField& r, const PetscField& v,
+                               double t) requires std::invocable<F&, double, Vec, Vec, Vec> {
+    rate_.take_shape(v);
+    detail::call_petsc(f_, t, r.handle(), v.handle(), rate_.handle());
+    return rate_;
+  }
+
+ private:
+  F f_;
+  PetscField rate_;
+};
+
+/// W = m − γJ in a Mat, solved by a KSP: for first-order fields J(t, y, Mat J); for motions J(t, r, v, Mat K, Mat C), and
+/// W = m − γ_f C − γ_f γ_d K. Copies share all of it.
+class PetscSolver {
+ public:
+  static constexpr bool is_field_solver = true;
+  using Jacobian = std::function<void(double t, Vec y, Mat J)>;
+  using MotionJacobian = std::function<void(double t, Vec r, Vec v, Mat K, Mat C)>;
+
+  /// @param like      a matrix of J's layout and pattern, its diagonal in it, which stays the caller's
+  /// @param jacobian  sets all of J's numbers and assembles it
+  /// @param mass      m in m y' = Ψ, as given to the stepper
+  PetscSolver(Mat like, Jacobian jacobian, double mass = 1) : PetscSolver{like, mass} {
+    all_->jacobian = std::move(jacobian);
+  }
+  PetscSolver(Mat like, MotionJacobian jacobian, double mass = 1) : PetscSolver{like, mass} {
+    all_->motion_jacobian = std::move(jacobian);
+    check_petsc(MatDuplicate(like, MAT_DO_NOT_COPY_VALUES, &all_->K));
+  }
+
+  [[nodiscard]] Outcome linearise(double t, const PetscField& y) {
+    all_->jacobian(t, y.handle(), all_->J);
+    return Outcome::success;
+  }
+  [[nodiscard]] Outcome linearise(double t, const PetscField& r, const PetscField& v) {
+    all_->motion_jacobian(t, r.handle(), v.handle(), all_->K, all_->J);
+    return Outcome::success;
+  }
+  [[nodiscard]] Outcome factorize(const Gamma<double>& gamma) {
+    check_petsc(MatCopy(all_->J, all_->W, SAME_NONZERO_PATTERN));
+    check_petsc(MatScale(all_->W, -gamma.force));
+    if (all_->K != nullptr) check_petsc(MatAXPY(all_->W, -gamma.force * gamma.drift, all_->K, SAME_NONZERO_PATTERN));
+    check_petsc(MatShift(all_->W, all_->mass));
+    // A multigrid's coarse spaces are made once: those of a matrix that is nearly the identity serve no other.
+    const double size = std::abs(gamma.force);
+    if (all_->made_for > 0 && (size > 4 * all_->made_for || size < all_->made_for / 4)) {
+      PC pc = nullptr;
+      check_petsc(KSPGetPC(all_->ksp, &pc));
+      check_petsc(PCReset(pc));
+      all_->made_for = 0;
+    }
+    if (all_->made_for == 0) all_->made_for = size;
+    check_petsc(KSPSetOperators(all_->ksp, all_->W, all_->W));
+    return KSPSetUp(all_->ksp) == 0 ? Outcome::success : Outcome::singular_matrix;
+  }
+  [[nodiscard]] Outcome solve(PetscField& x, double rtol) {
+    all_->right.take_shape(x);
+    all_->right = x;
+    check_petsc(KSPSetTolerances(all_->ksp, rtol > 0 ? rtol : all_->rtol, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+    check_petsc(KSPSolve(all_->ksp, all_->right.handle(), x.handle()));
+    KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
+    check_petsc(KSPGetConvergedReason(all_->ksp, &reason));
+    if (reason > 0) return Outcome::success;
+    x = all_->right;
+    return Outcome::linear_solver_failed;
+  }
+  [[nodiscard]] std::int64_t iterations() const {
+    PetscInt n = 0;
+    check_petsc(KSPGetIterationNumber(all_->ksp, &n));
+    return n;
+  }
+  [[nodiscard]] const char* name() const { return "a KSP of PETSc's"; }
+  /// For options that the command line doesn't give.
+  [[nodiscard]] KSP ksp() const { return all_->ksp; }
+
+ private:
+  struct All {
+    Mat J = nullptr, K = nullptr, W = nullptr;  // J: C of a motion
+    KSP ksp = nullptr;
+    Jacobian jacobian;
+    MotionJacobian motion_jacobian;
+    PetscField right;
+    double mass = 1, rtol = 1e-5, made_for = 0;  // made_for: |γ| of the preconditioner's set-up
+    All() = default;
+    All(const All&) = delete;
+    All& operator=(const All&) = delete;
+    ~All() {
+      MatDestroy(&J);
+      MatDestroy(&K);
+      MatDestroy(&W);
+      KSPDestroy(&ksp);
+    }
+  };
+  PetscSolver(Mat like, double mass) : all_{std::make_shared<All>()} {
+    all_->mass = mass;
+    check_petsc(MatDuplicate(like, MAT_DO_NOT_COPY_VALUES, &all_->J));
+    check_petsc(MatDuplicate(like, MAT_DO_NOT_COPY_VALUES, &all_->W));
+    check_petsc(KSPCreate(PetscObjectComm(reinterpret_cast<PetscObject>(like)), &all_->ksp));
+    check_petsc(KSPSetFromOptions(all_->ksp));
+    check_petsc(KSPGetTolerances(all_->ksp, &all_->rtol, nullptr, nullptr, nullptr));
+  }
+
+  std::shared_ptr<All> all_;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI

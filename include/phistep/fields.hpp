@@ -1,0 +1,12 @@
+/// @file
+/// States whose numbers the library never touches: vectors spread over ranks, or in a device's memory.
+#pragma once
+
+// IWYU pragma: begin_exports
+
+#include "phistep/phistep.hpp"
+#include "phistep/solve/field_linearisation.hpp"
+#include "phistep/solve/field_solver.hpp"
+#include "phistep/state/field.hpp"
+#include "phistep/state/ranks.hpp"
+// IWYU pragma: end_exports

@@ -1,0 +1,226 @@
+/// @file
+/// Newton's increment and matrix for fields: increment.hpp and linearisation.hpp where the library sees no number and W
+/// belongs to the user's solver (field_solver.hpp).
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+#include "phistep/core/arithmetic.hpp"
+#include "phistep/core/implicit_solver.hpp"
+#include "phistep/core/outcome.hpp"
+#include "phistep/core/statistics.hpp"
+#include "phistep/core/version.hpp"
+#include "phistep/equation/gamma.hpp"
+#include "phistep/solve/field_solver.hpp"
+#include "phistep/solve/increment.hpp"
+#include "phistep/solve/linearisation.hpp"
+#include "phistep/state/blocks.hpp"
+#include "phistep/state/ranks.hpp"
+#include "phistep/state/unknowns.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// Y = b + w in all components: no reduction tells where w cancels b (Y ≪ b), and where it does digits are lost.
+template <FieldState S>
+class Increment<S> {
+ public:
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+  using Unknown = typename UnknownsOf<S>::type;
+  static constexpr bool drifts = Blocks<S>::drifts;
+
+  Unknown base;   ///< b
+  Unknown w;      ///< Y − b
+  Unknown delta;  ///< the residual before the linear solve, the correction after it
+
+  void resize(const Plain& y) {
+    for (Unknown* x : {&base, &w, &delta, &last_move_}) set_zero_like(*x, solved(y));
+    if constexpr (drifts) base_r_ = position_of<S>(y);
+  }
+  void begin(const Plain& b, Scalar gamma_drift) {
+    base = solved(b);
+    if constexpr (drifts) base_r_ = position_of<S>(b);
+    gamma_drift_ = gamma_drift;
+  }
+  /// Y.solved = guess.solved; r follows from v.
+  void start(Plain& Y, const Plain& guess) {
+    w = solved(guess) - base;
+    place(Y);
+  }
+  void move(Plain& Y) {
+    last_move_ = delta;
+    w += delta;
+    place(Y);
+  }
+  /// Takes back half of the last move.
+  void retreat(Plain& Y) {
+    last_move_ *= Scalar{0.5};
+    undo(Y);
+  }
+  void undo(Plain& Y) {
+    w -= last_move_;
+    place(Y);
+  }
+  /// Of the last move, as the solver's options have it, and in the norm of a controlled run.
+  [[nodiscard]] Correction size(const Plain& Y, double /*drift_share*/, const NewtonOptions& options) const {
+    const double of = largest(last_move_);
+    if (options.rtol > 0) {
+      const double rtol = solve_rtol(options.rtol), atol = rtol * options.atol / options.rtol;
+      const double sum = Unknown::Ops::square(last_move_.handle(), solved(Y).handle(), base.handle(),
+                                              static_cast<Scalar>(atol), static_cast<Scalar>(rtol));
+      return {mean(sum), mean(sum), of};
+    }
+    const double here = largest(solved(Y)), touched = std::max(here, largest(base));
+    if (of == 0) return {};
+    return {relative_size<Scalar>(of, here), relative_size<Scalar>(of, touched), of};
+  }
+  [[nodiscard]] Correction size(const Plain& weight) const {
+    const double norm = mean(Unknown::Ops::square(last_move_.handle(), solved(weight).handle()));
+    return {norm, norm, norm};
+  }
+  [[nodiscard]] static double drift_size(const Plain&, double) { return 0; }
+
+ private:
+  [[nodiscard]] static auto& solved(auto& y) { return std::get<0>(Blocks<S>::solved(y)); }
+  [[nodiscard]] double mean(double sum) const {
+    return std::sqrt(sum / std::max(1.0, static_cast<double>(last_move_.size())));
+  }
+  /// Y = b + w, r = b.r + γ_d v
+  void place(Plain& Y) {
+    solved(Y) = base + w;
+    if constexpr (drifts) position_of<S>(Y) = base_r_ + gamma_drift_ * velocity_of<S>(Y);
+  }
+
+  struct Nothing {};
+  Unknown last_move_;
+  [[no_unique_address]] std::conditional_t<drifts, Unknown, Nothing> base_r_;
+  Scalar gamma_drift_{};
+};
+
+/// W of the user's solver: kept while it serves, its outcomes and exceptions those of all ranks, its work counted.
+template <FieldState S, class Rhs, class Solver, bool position, bool stages, bool shifted, bool iterated>
+class Linearisation<S, Rhs, Solver, position, stages, shifted, iterated> {
+  static_assert(
+      FieldSolver<Solver, S>,
+      "phistep: the implicit steps of a field need a linear solver of its kind: newton(PetscSolver{...}), or a "
+      "class as phistep/solve/field_solver.hpp describes it");
+
+ public:
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+  using Rate = RateOf<S>;
+  using Unknown = typename UnknownsOf<S>::type;
+  static constexpr bool matrix_free = false, analytic = false, patterned = false, takes_differences = false;
+  static constexpr bool follows_tolerance = true, is_iterative = true, solves_in_registers = false;
+  static constexpr bool has_K = Rhs::drifts && position, has_C = Rhs::couples_unknowns;
+
+  void take(const auto& solver) { solver_.emplace(solver.linear); }
+  void resize(const Plain& /*y*/, Rhs& rhs) {
+    held_ = rhs.held();
+    mass_ = static_cast<double>(std::get<0>(rhs.masses())[0]);
+    drop();
+  }
+  void begin(const Gamma<Scalar>& gamma, Scalar within) {
+    scale_ = Scalar{1};
+    if (!has_factors_ || gamma == factored_) return;
+    const Scalar ratio = gamma.force / factored_.force;
+    const bool is_similar = gamma.drift * factored_.force == gamma.force * factored_.drift;
+    if (!(std::abs(ratio - 1) <= within) || !is_similar) has_factors_ = false;
+    else scale_ = 2 / (1 + (has_K && !has_C ? ratio * ratio : ratio));
+  }
+  [[nodiscard]] double staleness(const Gamma<Scalar>& gamma) const {
+    return has_factors_ ? std::abs(static_cast<double>(gamma.force / factored_.force) - 1) : 0;
+  }
+  void drop() { has_jacobian_ = has_factors_ = false; }
+  void forget_solves() { drop(); }
+  void forget() { drop(); }
+  void forget_pattern() { drop(); }
+  [[nodiscard]] bool has_jacobian() const { return has_jacobian_; }
+  [[nodiscard]] bool has_factors() const { return has_factors_; }
+  [[nodiscard]] bool has_factors_for(const Gamma<Scalar>& gamma) const { return has_factors_ && gamma == factored_; }
+
+  [[nodiscard]] Outcome refresh(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& Y, const Rate& psi,
+                                const NewtonOptions& options, const SolveTolerance<Plain>& allowed) {
+    if (!has_jacobian_)
+      if (const Outcome bad = linearise(rhs, gamma, t, Y, psi, options, allowed); failed(bad)) return bad;
+    return factorize(rhs, gamma, t, Y, psi, options);
+  }
+  [[nodiscard]] Outcome linearise(Rhs& rhs, const Gamma<Scalar>& /*gamma*/, Scalar t, const Plain& Y,
+                                  const Rate& /*psi*/, const NewtonOptions& /*options*/,
+                                  const SolveTolerance<Plain>& /*allowed*/) {
+    ++rhs.statistics().jacobians;
+    drop();
+    const Outcome outcome = together(Y, [&] {
+      return std::apply([&](const auto&... block) { return solver_->linearise(t, block...); }, Blocks<S>::all(Y));
+    });
+    has_jacobian_ = !failed(outcome);
+    return outcome;
+  }
+  [[nodiscard]] Outcome factorize(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar /*t*/, const Plain& Y,
+                                  const Rate& /*psi*/, const NewtonOptions& /*options*/) {
+    ++rhs.statistics().factorizations;
+    const Outcome outcome = together(Y, [&] { return solver_->factorize(gamma); });
+    has_factors_ = !failed(outcome);
+    factored_ = gamma;
+    scale_ = Scalar{1};
+    return outcome;
+  }
+  /// x ← W⁻¹ x. @param allowed  of a controlled run: rules where the options don't
+  [[nodiscard]] Outcome solve(Unknown& x, const NewtonOptions& options, Statistics& statistics,
+                              const SolveTolerance<Plain>& allowed = {}) {
+    ++statistics.solves;
+    double rtol = options.linear_rtol;
+    if (allowed.target > 0 && (stages || rtol == 0)) {
+      // A residual of that size in the run's weights, where x is about W⁻¹'s largest, M⁻¹, times as large.
+      const auto& weight = std::get<0>(Blocks<S>::solved(*allowed.weight));
+      const double size =
+          std::sqrt(Unknown::Ops::square(x.handle(), weight.handle()) / static_cast<double>(x.size())) / mass_;
+      const double share = (stages ? 0.3 : 1.0) * inexact_share * allowed.target;
+      rtol = std::clamp(size > 0 ? share / size : 0.5, 1e-12, 0.5);
+    }
+    const Outcome outcome = together(x, [&] { return solver_->solve(x, rtol); });
+    statistics.linear_iterations += solver_->iterations();
+    if (failed(outcome)) {
+      has_factors_ = false;
+      return outcome;
+    }
+    if (scale_ != Scalar{1}) x *= scale_;
+    return Outcome::success;
+  }
+  template <class X>
+  void add_position_product(Scalar, const X&, auto&) const {
+    static_assert(
+        !sizeof(X),
+        "phistep: Rosenbrock schemes multiply with dPsi/dr, which a field's solver doesn't: take trapezoidal, "
+        "tr_bdf2 or velocity_verlet for a motion of fields");
+  }
+  [[nodiscard]] static bool reached_too_far(const Plain&, const Unknown&) { return false; }
+  [[nodiscard]] static std::int64_t singular_particle() { return -1; }
+  [[nodiscard]] static double drift_share() { return 0; }
+  [[nodiscard]] static double magnitude() { return 0; }
+  [[nodiscard]] const char* name() const { return solver_->name(); }
+
+ private:
+  /// What f, a function of the solver's, has come to on all ranks.
+  [[nodiscard]] Outcome together(const auto& ranks, auto&& f) {
+    Outcome mine = Outcome::exception_elsewhere;
+    held_->run([&] { mine = f(); }, [&] { mine = Outcome::exception_elsewhere; });
+    return agreed(ranks, mine);
+  }
+
+  std::optional<Solver> solver_;
+  std::shared_ptr<HeldException> held_;  // that of the right-hand side
+  double mass_ = 1;
+  Gamma<Scalar> factored_{};
+  Scalar scale_{1};
+  bool has_jacobian_ = false, has_factors_ = false;
+};
+
+}  // namespace phistep::inline PHISTEP_ABI
