@@ -8,6 +8,7 @@
 #include "phistep/advise.hpp"
 #include "phistep/autodiff.hpp"
 #include "phistep/automatic.hpp"
+#include "phistep/fields.hpp"
 #include "phistep/in_place.hpp"
 #include "phistep/io.hpp"
 #include "phistep/krylov.hpp"

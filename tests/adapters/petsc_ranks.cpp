@@ -99,7 +99,8 @@ class Grid {
     check_petsc(MatZeroEntries(J));
     for_each([&](int j, int i) {
       const double u = from[j][i][0], v = from[j][i][1], c = diffusion;
-      const MatStencil row{0, j, i, 0}, columns[5] = {{0, j, i, 0}, {0, j, i + 1, 0}, {0, j, i - 1, 0}, {0, j + 1, i, 0}, {0, j - 1, i, 0}};
+      const MatStencil row{0, j, i, 0},
+          columns[5] = {{0, j, i, 0}, {0, j, i + 1, 0}, {0, j, i - 1, 0}, {0, j + 1, i, 0}, {0, j - 1, i, 0}};
       const double block[2][10] = {{2 * u * v - 4.4 - 4 * c, u * u, c, 0, c, 0, c, 0, c, 0},
                                    {3.4 - 2 * u * v, -u * u - 4 * c, 0, c, 0, c, 0, c, 0, c}};
       MatSetValuesBlockedStencil(J, 1, &row, 5, columns, &block[0][0], INSERT_VALUES);
@@ -156,7 +157,10 @@ struct Whole {
       for (int i = 0; i < N; ++i) {
         const int k = at(j, i);
         const double u = y[k], v = y[k + 1], c = diffusion;
-        entries.insert(entries.end(), {{k, k, 2 * u * v - 4.4 - 4 * c}, {k, k + 1, u * u}, {k + 1, k, 3.4 - 2 * u * v}, {k + 1, k + 1, -u * u - 4 * c}});
+        entries.insert(entries.end(), {{k, k, 2 * u * v - 4.4 - 4 * c},
+                                       {k, k + 1, u * u},
+                                       {k + 1, k, 3.4 - 2 * u * v},
+                                       {k + 1, k + 1, -u * u - 4 * c}});
         for (const int other : {at(j, i + 1), at(j, i - 1), at(j + 1, i), at(j - 1, i)})
           entries.insert(entries.end(), {{k, other, c}, {k + 1, other + 1, c}});
       }
@@ -277,7 +281,8 @@ TEST_CASE("an exception on one rank ends the run of all") {
       const Grid grid;
       PetscField y = grid.start();
       const bool is_mended = false;
-      PhiStepper stepper{y, PetscForce{Faulty{&grid, Fault::exception, on_rank, at_call, &is_mended}}, rodas4, newton(grid.solver())};
+      PhiStepper stepper{y, PetscForce{Faulty{&grid, Fault::exception, on_rank, at_call, &is_mended}}, rodas4,
+                         newton(grid.solver())};
       bool thrown = false;
       RunReport report;
       try {

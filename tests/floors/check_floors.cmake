@@ -34,7 +34,7 @@ set(floor_of_advise.hpp 10)
 set(floor_of_automatic.hpp 10)
 set(floor_of_io 10)
 set(floor_of_umbrella 11)
-set(umbrellas phistep.hpp sparse.hpp autodiff.hpp krylov.hpp particles.hpp in_place.hpp io.hpp all.hpp)
+set(umbrellas phistep.hpp fields.hpp sparse.hpp autodiff.hpp krylov.hpp particles.hpp in_place.hpp io.hpp all.hpp)
 
 # What a user of phistep.hpp must not pay for. The middle three include sparse matrices by the back door.
 set(too_heavy "^(Eigen/(Sparse.*|Eigen|OrderingMethods|IterativeLinearSolvers|.*Support)|unsupported/.*|iostream)$")
