@@ -339,9 +339,7 @@ TEST_CASE("balls asleep on balls, from a checkpoint: the same bits, springs and 
     }
   };
   const SleepOptions options{.speed = 2e-3, .steps = 40, .every = 10};
-  const auto make = [&](Balls& balls) {
-    return Sleeping{PhiStepper{balls, on_floor(), symplectic_euler}, options};
-  };
+  const auto make = [&](Balls& balls) { return Sleeping{PhiStepper{balls, on_floor(), symplectic_euler}, options}; };
   Balls balls = heaps(6);
   auto stepper = make(balls);
   for (const int at : {4350, 4911, 5603}) {
