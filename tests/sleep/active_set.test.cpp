@@ -2,7 +2,10 @@
 #include <phistep/particles.hpp>
 #include <phistep/sleep/sleeping.hpp>
 
+#include <map>
 #include <memory>
+#include <random>
+#include <tuple>
 #include <vector>
 
 #include "support/catch.hpp"
@@ -106,6 +109,132 @@ TEST_CASE("who is left out stays, pushes the others, and costs no pair; the list
   CHECK(std::get<0>(stepper.memory()).resting == nullptr);
   CHECK(contacts_of(stepper).pairs == all);
   CHECK(contacts_of(stepper).rebuilds == rebuilds);
+}
+
+namespace {
+/// ξ of every contact, computed or not, by its place.
+std::map<std::int32_t, double> slips(const auto& memory) {
+  std::map<std::int32_t, double> all;
+  const auto put = [&all](const auto& table, std::size_t c) {
+    REQUIRE(all.emplace(table.place[c], table.slip.x[0][c]).second);  // in one table only
+  };
+  for (std::size_t c = 0; c < memory.springs->size(); ++c) put(*memory.springs, c);
+  if (memory.resting == nullptr) return all;
+  for (std::size_t c = 0; c < memory.resting->base->size(); ++c)
+    if (!memory.resting->is_taken(c)) put(*memory.resting->base, c);
+  for (std::size_t c = 0; c < memory.resting->late.size(); ++c) put(memory.resting->late, c);
+  return all;
+}
+/// Each particle is left out with a probability, or changes sides with another.
+void shuffle(std::vector<std::uint8_t>& flags, double probability, auto& random) {
+  std::bernoulli_distribution flips(probability);
+  for (auto& flag : flags)
+    if (flips(random)) flag = 1 - flag;
+}
+}  // namespace
+
+TEST_CASE("however the set changes, the springs of pairs that are left out stay, and none is lost or in two tables") {
+  Grains grains = carpet(6);
+  grains.v.row(0).setConstant(1e-3);
+  PhiStepper stepper{grains, on_floor(), symplectic_euler};
+  int n = 0;
+  for (; n < 50; ++n) REQUIRE(stepper.step(grains, dt * n, dt));
+  std::mt19937 random(7);
+  std::vector<std::uint8_t> flags(72, 1);
+  shuffle(flags, 0.7, random);
+  std::size_t at_rest = 0;
+  for (std::uint64_t number = 1; number < 300; ++number, ++n) {
+    const auto before = slips(std::get<0>(stepper.memory()));
+    const auto walls_before = slips(std::get<1>(stepper.memory()));
+    if (number % 3 != 0) shuffle(flags, number % 50 == 0 ? 0.5 : 0.03, random);
+    for (Index i = 0; i < 72; ++i)
+      if (flags[static_cast<std::size_t>(i)] == 0) grains.v.col(i).setZero(), grains.omega.col(i).setZero();
+    stepper.set_active(number % 97 == 0 ? nullptr : set_of(flags, number + 1000));
+    REQUIRE(stepper.step(grains, dt * n, dt));
+    const auto& memory = std::get<0>(stepper.memory());
+    const auto after = slips(memory);
+    if (number % 97 == 0) continue;
+    const auto is_out = [&](std::int32_t slot) {
+      return flags[static_cast<std::size_t>(memory.places->bodies.particle[static_cast<std::size_t>(slot)])] == 0;
+    };
+    for (const auto& [place, slip] : before) {
+      const auto p = static_cast<std::size_t>(place);
+      if (!is_out(memory.places->first[p]) || !is_out(memory.places->second[p])) continue;
+      REQUIRE(after.count(place) == 1);
+      REQUIRE(after.at(place) == slip);
+      ++at_rest;
+    }
+    const auto walls_after = slips(std::get<1>(stepper.memory()));
+    for (const auto& [place, slip] : walls_before)
+      if (flags[static_cast<std::size_t>(place)] == 0) REQUIRE(walls_after.at(place) == slip);
+  }
+  CHECK(contacts_of(stepper).rebuilds == 1);
+  CHECK(at_rest > 3000);
+}
+
+TEST_CASE("steps that write a few particles have the bits of steps that write all") {
+  const auto check = [](const auto& start, auto force, auto scheme) {
+    using State = std::remove_cvref_t<decltype(start)>;
+    State a = start, b = start;
+    PhiStepper one{a, force, scheme};
+    auto left = one.checkpoint();
+    std::mt19937 random(11);
+    std::vector<std::uint8_t> flags(static_cast<std::size_t>(start.size()), 1);
+    shuffle(flags, 0.7, random);
+    for (int n = 0; n < 200; ++n) {
+      if (n % 7 == 0) shuffle(flags, 0.05, random);
+      // One of those left out moves on at its velocity, and edits come now and then: seen without a word.
+      if (n % 31 == 0) a.r.col(3).array() += 1e-5, b.r.col(3).array() += 1e-5;
+      if (n % 43 == 0) a.v.col(4).setConstant(1e-3), b.v.col(4).setConstant(1e-3);
+      const auto set = set_of(flags, 5000 + static_cast<std::uint64_t>(n / 7));
+      one.set_active(set);
+      REQUIRE(one.step(a, dt * n, dt, n % 31 != 0 && n % 43 != 0 ? Origin::unedited : Origin::unknown));
+      PhiStepper other{b, force, scheme};  // whose workspace has seen nothing
+      other.restore(left);
+      other.set_active(set);
+      REQUIRE(other.step(b, dt * n, dt));
+      left = other.checkpoint();
+      REQUIRE(a.r == b.r);
+      REQUIRE(a.v == b.v);
+    }
+  };
+  Grains grains = carpet(4);
+  grains.v.row(0).setConstant(1e-3);
+  check(grains, on_floor(), symplectic_euler);
+  Particles<double, 3> atoms{Eigen::Matrix3Xd(3, 64)};
+  for (Index i = 0; i < 64; ++i)
+    atoms.r.col(i) << 1.1 * static_cast<double>(i % 4), 1.15 * static_cast<double>(i / 4 % 4),
+        1.2 * static_cast<double>(i / 16);
+  check(atoms, Pairs{LennardJones{}, 2.0} + Gravity{Vector3d{0, 0, -1}}, velocity_verlet);
+}
+
+TEST_CASE("an edit of a particle that is held is seen, and one that is given a velocity moves") {
+  Grains grains = carpet(4);
+  std::vector<std::uint8_t> still(32, 1);
+  still[31] = 0;
+  grains.set_still(still);
+  PhiStepper stepper{grains, on_floor(), symplectic_euler};
+  int n = 0;
+  const auto steps = [&](int count, Origin origin) {
+    for (const int end = n + count; n < end; ++n) REQUIRE(stepper.step(grains, dt * n, dt, origin));
+  };
+  steps(5, Origin::unknown);
+  grains.r(1, 2) += 0.25;
+  const Eigen::Matrix3Xd moved = grains.r;
+  steps(2, Origin::unknown);
+  CHECK(grains.r.leftCols(31) == moved.leftCols(31));
+  steps(5, Origin::unedited);
+  CHECK(grains.r.leftCols(31) == moved.leftCols(31));
+  grains.r(0, 5) += 0.25;  // after steps that looked at nothing
+  grains.v.col(7) << 1, 0, 0;
+  const Eigen::Matrix3Xd again = grains.r;
+  const std::int64_t rebuilds = contacts_of(stepper).rebuilds;
+  steps(100, Origin::unknown);
+  CHECK(grains.r.col(5) == again.col(5));
+  CHECK_THAT(grains.r(0, 7), Catch::Matchers::WithinRel(again(0, 7) + 100 * dt, 1e-12));
+  steps(1900, Origin::unedited);  // … far enough for another list
+  CHECK_THAT(grains.r(0, 7), Catch::Matchers::WithinRel(again(0, 7) + 2000 * dt, 1e-12));
+  CHECK(contacts_of(stepper).rebuilds > rebuilds);
 }
 
 TEST_CASE("in a row that sleeps, who is touched alone is computed, and one that touches it; no list is made for that") {

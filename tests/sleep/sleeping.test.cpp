@@ -267,6 +267,104 @@ TEST_CASE("a checkpoint in the middle of sleep goes on with the same bits") {
   CHECK(other.report().skipped == stepper.report().skipped);
 }
 
+namespace {
+using Balls = Particles<double, 3, Spin>;
+const Hooke law{.stiffness = 1e4, .restitution = 0.3, .friction = 0.6, .rolling_friction = 0.2};
+auto on_floor() {
+  return Contact{law} + Walls<Hooke>{law, Plane<3>{Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ()}} +
+         Gravity{Eigen::Vector3d{0, 0, -9.81}};
+}
+/// In heaps of five, and one beyond them that falls for long.
+Balls heaps(int count) {
+  Balls balls{Eigen::Matrix3Xd(3, 5 * count + 1)};
+  for (int h = 0; h < count; ++h)
+    for (int k = 0; k < 5; ++k)
+      balls.r.col(5 * h + k) << 3 * h + (k < 4 ? k % 2 : 0.5), k < 4 ? k / 2 : 0.5, k < 4 ? 0.4999 : 1.2;
+  balls.r.col(5 * count) << 0, 50, 1e6;
+  balls.set_mass(1.0).set_radius(0.5);
+  return balls;
+}
+}  // namespace
+
+TEST_CASE("a ball that spins on the spot sleeps, keeps its spin, and goes on with it") {
+  Balls balls = heaps(1);
+  balls.add(Balls{Eigen::Vector3d{20, 0, 0.4999}}.set_radius(0.5));
+  balls.omega.col(6) << 0, 0, 3;  // about the normal of its contact: no friction
+  Sleeping stepper{PhiStepper{balls, on_floor(), symplectic_euler}, SleepOptions{.speed = 1e-3}};
+  int n = 0;
+  for (; n < 20000 && stepper.report().asleep < 6; ++n) REQUIRE(stepper.step(balls, dt / 5 * n, dt / 5));
+  REQUIRE(stepper.is_asleep(6));
+  CHECK(balls.omega.col(6) == Eigen::Vector3d{0, 0, 3});
+  CHECK(balls.v.col(6) == Eigen::Vector3d::Zero());
+  CHECK(stepper.report().energy_removed < 1e-5);  // its rotation, 0.45, is none that was removed
+  balls.v(0, 6) = 0.1;
+  REQUIRE(stepper.step(balls, dt / 5 * n, dt / 5));
+  CHECK_FALSE(stepper.is_asleep(6));
+  CHECK_THAT(balls.omega(2, 6), Catch::Matchers::WithinRel(3.0, 1e-6));
+  // One that friction slows is awake.
+  Balls rolling{Eigen::Vector3d{0, 0, 0.4999}};
+  rolling.set_radius(0.5).omega.col(0) << 3, 0, 0;
+  Sleeping other{PhiStepper{rolling, on_floor(), symplectic_euler}, SleepOptions{.speed = 1e-3}};
+  for (n = 0; n < 2000; ++n) REQUIRE(other.step(rolling, dt / 5 * n, dt / 5));
+  CHECK(other.report().fell_asleep == 0);
+}
+
+TEST_CASE("a step of sleepers beside some that are awake computes their pairs and no others") {
+  Balls balls = heaps(10);
+  Sleeping stepper{PhiStepper{balls, on_floor(), symplectic_euler}, SleepOptions{.speed = 1e-3}};
+  int n = 0;
+  for (; n < 40000 && stepper.report().asleep < 50; ++n) REQUIRE(stepper.step(balls, dt / 5 * n, dt / 5));
+  REQUIRE(stepper.report().asleep == 50);
+  const auto& counts = std::get<0>(stepper.stepper().force_to_look_at().terms).statistics();
+  const std::int64_t rebuilds = counts.rebuilds;
+  REQUIRE(stepper.step(balls, dt / 5 * n++, dt / 5));
+  CHECK(counts.pairs == 0);
+  balls.v(2, 14) = 0.1;  // the top of a heap: it and the four that it touches
+  REQUIRE(stepper.step(balls, dt / 5 * n++, dt / 5));
+  CHECK(counts.pairs == 8);
+  CHECK(stepper.report().asleep == 45);
+  balls.v(0, 50) = 0.1;  // of one that is awake, an edit wakes nobody
+  for (const int end = n + 20; n < end; ++n) REQUIRE(stepper.step(balls, dt / 5 * n, dt / 5));
+  CHECK(counts.pairs == 8);
+  CHECK(stepper.report().asleep == 45);
+  CHECK(counts.rebuilds == rebuilds);
+  CHECK(stepper.statistics().force_calls == stepper.statistics().steps);
+}
+
+TEST_CASE("balls asleep on balls, from a checkpoint: the same bits, springs and report included") {
+  const auto run = [](Balls& balls, auto& stepper, int from, int to) {
+    for (int n = from; n < to; ++n) {
+      if (n % 700 == 0) balls.v(0, 5 * (n / 700 % 6) + 4) += 0.02;
+      REQUIRE(stepper.step(balls, dt / 5 * n, dt / 5));
+    }
+  };
+  const SleepOptions options{.speed = 2e-3, .steps = 40, .every = 10};
+  const auto make = [&](Balls& balls) { return Sleeping{PhiStepper{balls, on_floor(), symplectic_euler}, options}; };
+  Balls balls = heaps(6);
+  auto stepper = make(balls);
+  for (const int at : {4350, 4911, 5603}) {
+    run(balls, stepper, at == 4350 ? 0 : at == 4911 ? 4350 : 4911, at);
+    REQUIRE(stepper.report().asleep > 3);
+    REQUIRE(stepper.report().asleep < 31);
+    Writer out;
+    save_parts(out, stepper, balls);
+    Balls again = heaps(6), on = balls;
+    auto other = make(again);
+    Reader in{out.bytes()};
+    load_parts(
+        in, [&in] { in.finish(); }, other, again);
+    auto same = stepper;
+    run(on, same, at, at + 2500);
+    run(again, other, at, at + 2500);
+    CHECK(again.r == on.r);
+    CHECK(again.v == on.v);
+    CHECK(again.omega == on.omega);
+    CHECK(same.report().woken > stepper.report().woken);
+    CHECK(other.report().skipped == same.report().skipped);
+    CHECK(other.report().impulse_not_applied == same.report().impulse_not_applied);
+  }
+}
+
 TEST_CASE("the comparison prints both runs of a scene") {
   std::ostringstream out;
   const auto drop = [](SleepOptions options) {

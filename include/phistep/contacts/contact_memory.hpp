@@ -37,13 +37,13 @@ struct ContactMemory {
   mutable std::shared_ptr<const Table> last;                      ///< ξ(t_e) of the last evaluation, likewise
   mutable std::shared_ptr<const DormantSprings<Scalar>> dormant;  ///< of none, where there is nothing
   mutable std::shared_ptr<const RestingSprings<Table>> resting;   ///< of contacts left out for now, or none
-  mutable std::uint64_t active = 0;              ///< number of the set that `springs` are those of; 0: all
-  mutable std::uint64_t body = 0;                ///< serial number of what `places` were enumerated for
-  mutable Scalar last_time = 0;                  ///< t_e
-  mutable std::int64_t evaluations = 0;          ///< since the step began
-  Scalar time = 0;                               ///< where the step began, or the last one ended
-  Scalar step = 0;                               ///< Δt
-  Scalar lag = 0;                                ///< time − t_c
+  mutable std::uint64_t active = 0;      ///< number of the set that `springs` are those of; 0: all
+  mutable std::uint64_t body = 0;        ///< serial number of what `places` were enumerated for
+  mutable Scalar last_time = 0;          ///< t_e
+  mutable std::int64_t evaluations = 0;  ///< since the step began
+  Scalar time = 0;                       ///< where the step began, or the last one ended
+  Scalar step = 0;                       ///< Δt
+  Scalar lag = 0;                        ///< time − t_c
 
   void begin(Scalar t, Scalar dt) {
     time = t;

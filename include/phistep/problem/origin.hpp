@@ -8,9 +8,9 @@ namespace phistep::inline PHISTEP_ABI {
 
 /// Whether the state is known to be what the last step left.
 enum class Origin {
-  unknown,         ///< not known: it is checked
-  rest_unedited,   ///< known of the particles outside the active set (state/active_set.hpp)
-  unedited,        ///< the caller owns the loop
+  unknown,        ///< not known: it is checked
+  rest_unedited,  ///< known of the particles outside the active set (state/active_set.hpp)
+  unedited,       ///< the caller owns the loop
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -95,10 +95,10 @@ class UnchangedParticles {
   }
 
   LeftOut left_out_;
-  std::vector<std::int32_t> list_, changing_;               // of the last set; of it and of those that move
-  const std::vector<std::int32_t>* only_ = nullptr;         // during a step
-  Origin origin_ = Origin::unknown;                         // likewise
-  bool was_same_ = false, is_same_ = false;                 // before this step, before the next one
+  std::vector<std::int32_t> list_, changing_;        // of the last set; of it and of those that move
+  const std::vector<std::int32_t>* only_ = nullptr;  // during a step
+  Origin origin_ = Origin::unknown;                  // likewise
+  bool was_same_ = false, is_same_ = false;          // before this step, before the next one
   bool knows_hash_ = false;
   std::uint64_t set_ = 0, hash_ = 0;
 };

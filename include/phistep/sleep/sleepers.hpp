@@ -112,7 +112,8 @@ struct Sleepers {
       const auto from = static_cast<Index>(old), to = static_cast<Index>(k);
       now[k] = all[old];
       // The fingerprint of one that was edited, too, stays another one.
-      if (now[k].seen == ParticleFingerprint<S>::of(state, to, from)) now[k].seen = ParticleFingerprint<S>::of(state, to);
+      if (now[k].seen == ParticleFingerprint<S>::of(state, to, from))
+        now[k].seen = ParticleFingerprint<S>::of(state, to);
       r.col(to) = rest.col(from), last.col(to) = sample.col(from), v.col(to) = velocity.col(from);
       turns.col(to) = spin.col(from);
     }

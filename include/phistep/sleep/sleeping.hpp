@@ -137,8 +137,8 @@ class Sleeping {
   void load(Reader& in, auto&& then) {
     Sleepers<S> read{sleepers_.options};
     read.archive_all(in, read.all);
-    in("report", read.report, "id", read.id, "rest", read.rest, "sample", read.sample, "velocity", read.velocity, "spin",
-       read.spin);
+    in("report", read.report, "id", read.id, "rest", read.rest, "sample", read.sample, "velocity", read.velocity,
+       "spin", read.spin);
     const auto n = static_cast<Index>(read.all.size());
     in.check(static_cast<Index>(read.id.size()) == n && read.spin.cols() == n);
     for (const Vectors* x : {&read.rest, &read.sample, &read.velocity}) in.check(x->cols() == n);
