@@ -16,14 +16,12 @@ TEST_CASE("the parts of a pass have every number once, whatever the number of th
       for (const std::ptrdiff_t least : {0, 5000}) {
         std::vector<int> seen(static_cast<std::size_t>(n), 0);
         std::atomic<int> parts = 0, misplaced = 0;
-        for_each_share(
-            n, 64,
-            [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-              ++parts;
-              misplaced += begin % 64 != 0 || (end % 64 != 0 && end != n) ? 1 : 0;
-              for (std::ptrdiff_t i = begin; i < end; ++i) ++seen[static_cast<std::size_t>(i)];
-            },
-            least);
+        const auto take = [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+          ++parts;
+          misplaced += begin % 64 != 0 || (end % 64 != 0 && end != n) ? 1 : 0;
+          for (std::ptrdiff_t i = begin; i < end; ++i) ++seen[static_cast<std::size_t>(i)];
+        };
+        for_each_range(n, 64, take, static_cast<std::size_t>(least));
         CAPTURE(threads, n, least);
         CHECK(seen == std::vector<int>(static_cast<std::size_t>(n), 1));
         CHECK(misplaced == 0);

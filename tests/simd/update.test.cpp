@@ -88,7 +88,8 @@ TEST_CASE("update does the same to large arrays, whatever their length and align
 }
 
 TEST_CASE("threads share large arrays, in the caches and beyond, and change no bit") {
-  for (const std::ptrdiff_t n : {2 * shared_from + 61, stream_from() / std::ptrdiff_t{sizeof(double)} + 61}) {
+  for (const std::ptrdiff_t n :
+       {2 * static_cast<std::ptrdiff_t>(shared_from) + 61, stream_from() / std::ptrdiff_t{sizeof(double)} + 61}) {
     std::vector<double> in(static_cast<std::size_t>(n)), out(in.size()), one;
     for (std::size_t i = 0; i < in.size(); ++i) in[i] = std::sin(static_cast<double>(i));
     const Input x0{static_cast<const double*>(in.data())};

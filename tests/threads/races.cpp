@@ -3,8 +3,10 @@
 #include <omp.h>
 #include <phistep/particles.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <numeric>
 #include <random>
 #include <vector>
 
@@ -62,6 +64,13 @@ int main(int argc, char**) {
   good &= steps("pairs, lists", fluid, 60, 0.004, [](const Atoms& y) {
     return PhiStepper{y, Pairs{LennardJones{}, 2.2, {.skin = 0.2}}, velocity_verlet};
   });
+  // So many that threads share the passes over particles and the sorting into cells, too.
+  constexpr int m = 29;
+  Atoms sea = lattice<Atoms>(m, a, 1.2);
+  sea.set_box(Box<double, 3>::periodic(Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(m * a)));
+  good &= steps("pairs, passes, cells", sea, 8, 0.004, [](const Atoms& y) {
+    return PhiStepper{y, Pairs{LennardJones{}, 1.2, {.skin = 0.1}}, velocity_verlet};
+  });
   good &= steps("pairs, implicit", fluid, 3, 0.01, [](const Atoms& y) {
     return PhiStepper{y, Pairs{LennardJones{}, 1.8, {.skin = 0.2}}, trapezoidal, newton({.rtol = 1e-6, .atol = 1e-9})};
   });
@@ -85,6 +94,13 @@ int main(int argc, char**) {
     for (const int to : {1, n, n * n})
       if (k / to % n + 1 < n) springs.push_back({k, k + to, 100, 0.9});
   good &= steps("springs in rows", lattice<Atoms>(n, 1, 0.1), 20, 0.01, [&](const Atoms& y) {
+    return PhiStepper{y, spring_network<3>(springs), velocity_verlet};
+  });
+  std::vector<std::ptrdiff_t> name(n * n * n);
+  std::iota(name.begin(), name.end(), 0);
+  std::shuffle(name.begin(), name.end(), std::mt19937(2));
+  for (Spring& s : springs) s.i = name[static_cast<std::size_t>(s.i)], s.j = name[static_cast<std::size_t>(s.j)];
+  good &= steps("springs in rows, particles numbered anyhow", lattice<Atoms>(n, 1, 0.1), 20, 0.01, [&](const Atoms& y) {
     return PhiStepper{y, spring_network<3>(springs), velocity_verlet};
   });
   return good ? 0 : 1;

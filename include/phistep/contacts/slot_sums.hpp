@@ -45,7 +45,7 @@ class SlotSums {
       const auto clear_part = [this](std::ptrdiff_t begin, std::ptrdiff_t end) {
         std::fill(sum_.begin() + begin, sum_.begin() + end, Sum{});
       };
-      for_each_share(static_cast<std::ptrdiff_t>(n), 1, clear_part, shared_from / 8);
+      for_each_range(static_cast<std::ptrdiff_t>(n), 1, clear_part, shared_from / 8);
       torque_.assign(rolls ? 4 * n : 0, Scalar{0});
       return;
     }
@@ -65,9 +65,9 @@ class SlotSums {
     // others is kept: these must come before the others' own.
     constexpr std::int32_t beyond = std::numeric_limits<std::int32_t>::max();
     const auto first_slot = [&](std::size_t c) { return c == 0 ? 0 : c < count ? i[c] : beyond; };
-    kept_.assign(Shares::threads(), {});
-    const auto by_threads = [&](auto&& part) { for_each_team_share(count, P::width, part, shared_from / 64); };
-    by_threads([&](const TeamShare& own) {
+    kept_.assign(thread_count(), {});
+    const auto by_threads = [&](auto&& part) { for_each_share(count, P::width, shared_from / 64, part); };
+    by_threads([&](const Share& own) {
       const std::int32_t high = first_slot(own.end);
       std::size_t c = high == beyond ? own.end : own.begin;
       while (c < own.end && i[c] < high && j[c] < high) ++c;
@@ -78,12 +78,12 @@ class SlotSums {
     for (Kept& kept : kept_) kept.at = all, all += kept.end - kept.begin;
     effects_.resize(all);
     const auto effect = [&](const Kept& kept, std::size_t c) -> Effect& { return effects_[kept.at + c - kept.begin]; };
-    by_threads([&](const TeamShare& own) {
+    by_threads([&](const Share& own) {
       const Kept& kept = kept_[own.number];
       for_each_effect<spins, rolls>(kept.begin, kept.end, force_of,
                                     [&](std::size_t c, const Effect& its) { effect(kept, c) = its; });
     });
-    by_threads([&](const TeamShare& own) {
+    by_threads([&](const Share& own) {
       const std::int32_t low = first_slot(own.begin), high = first_slot(own.end);
       const auto put_kept = [&](const Kept& kept) {
         for (std::size_t c = kept.begin; c < kept.end; ++c) {

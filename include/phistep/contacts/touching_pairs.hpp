@@ -3,10 +3,10 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <numeric>
 #include <vector>
 
 #include "phistep/contacts/computed_pairs.hpp"
@@ -37,28 +37,26 @@ class TouchingPairs {
             Springs& table, bool with_roll) {
     const std::size_t count = pairs.count;
     const NearestImage<P> nearest{period};
-    const Shares shares{count, width};
     auto& contact = table.place;
     for (auto* array : {&contact, &from, &i, &j}) array->resize(count + width);
-    found_.assign(Shares::threads(), 0);
+    found_.assign(thread_count(), {});
     // Threads write where their own pairs stand; then the gaps are closed.
-#ifdef _OPENMP
-#pragma omp parallel for schedule(static, 1)
-#endif
-    for (std::size_t t = 0; t < found_.size(); ++t)
-      found_[t] = find(nearest, pairs, slots, before, shares.begin(t), shares.end(t), contact.data());
+    for_each_share(count, width, shared_from / 64, [&](const Share& own) {
+      found_[own.number] = {own.begin, find(nearest, pairs, slots, before, own.begin, own.end, contact.data())};
+    });
     std::vector<std::int32_t>* const arrays[] = {&contact, &from, &i, &j};
-#ifdef _OPENMP
-#pragma omp parallel for schedule(static, 1) if (found_.size() > 1)
-#endif
-    for (std::size_t a = 0; a < 4; ++a) {
-      auto to = arrays[a]->begin() + static_cast<std::ptrdiff_t>(found_[0]);
-      for (std::size_t t = 1; t < found_.size(); ++t) {
-        const auto begin = arrays[a]->begin() + static_cast<std::ptrdiff_t>(shares.begin(t));
-        to = std::copy(begin, begin + static_cast<std::ptrdiff_t>(found_[t]), to);
+    for_each_share(4, 1, thread_count() == 1 ? 5 : 0, [&](const Share& own) {
+      for (std::size_t a = own.begin; a < own.end; ++a) {
+        auto to = arrays[a]->begin();
+        for (const auto& [begin, end] : found_) {
+          const auto from_here = arrays[a]->begin() + static_cast<std::ptrdiff_t>(begin);
+          to = begin == 0 ? to + static_cast<std::ptrdiff_t>(end)
+                          : std::copy(from_here, from_here + static_cast<std::ptrdiff_t>(end - begin), to);
+        }
       }
-    }
-    const std::size_t found = std::accumulate(found_.begin(), found_.end(), std::size_t{0});
+    });
+    std::size_t found = 0;
+    for (const auto& [begin, end] : found_) found += end - begin;
     table.resize(found, with_roll);
     // Whole packs: those beyond the last contact repeat its slots, and find springs that are unstretched.
     std::fill_n(from.begin() + static_cast<std::ptrdiff_t>(found), width, static_cast<std::int32_t>(before.size()));
@@ -67,7 +65,7 @@ class TouchingPairs {
   }
 
  private:
-  /// Among the pairs begin … end − 1; returns how many.
+  /// Among the pairs begin … end − 1; returns where those end that are written from `begin` on.
   [[gnu::flatten]] std::size_t find(const NearestImage<P>& nearest, const PairRange& pairs,
                                     const ContactSlots<Scalar>& slots, const Springs& before, std::size_t begin,
                                     std::size_t end, std::int32_t* contact) {
@@ -93,10 +91,10 @@ class TouchingPairs {
         ++found;
       }
     }
-    return found - begin;
+    return found;
   }
 
-  std::vector<std::size_t> found_;  // contacts, by each thread
+  std::vector<std::array<std::size_t, 2>> found_;  // contacts, by each thread: from, and to one before
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -106,21 +106,18 @@ class TouchingWalls {
   void for_each_touching(const auto& wall, const auto& y, const ActiveSet* active, auto&& f) {
     const std::size_t bodies = active ? active->list().size() : static_cast<std::size_t>(y.r.cols());
     touching_.resize(bodies);
-    found_.assign(Shares::threads(), {});
-    for_each_team_share(
-        bodies, 1,
-        [&](const TeamShare& own) {
-          Eigen::Matrix<Scalar, dim, 1> n;
-          std::size_t end = own.begin;
-          for (std::size_t b = own.begin; b < own.end; ++b) {
-            const std::int32_t i = active ? active->list()[b] : static_cast<std::int32_t>(b);
-            // A position that is NaN touches, so that its force becomes NaN.
-            if (!(approach<Scalar, dim>(wall, y.r.col(i), n) >= y.body.radius[i]) && !y.body.is_still(i))
-              touching_[end++] = i;
-          }
-          found_[own.number] = {own.begin, end};
-        },
-        shared_from / 16);
+    found_.assign(thread_count(), {});
+    for_each_share(bodies, 1, shared_from / 16, [&](const Share& own) {
+      Eigen::Matrix<Scalar, dim, 1> n;
+      std::size_t end = own.begin;
+      for (std::size_t b = own.begin; b < own.end; ++b) {
+        const std::int32_t i = active ? active->list()[b] : static_cast<std::int32_t>(b);
+        // A position that is NaN touches, so that its force becomes NaN.
+        if (!(approach<Scalar, dim>(wall, y.r.col(i), n) >= y.body.radius[i]) && !y.body.is_still(i))
+          touching_[end++] = i;
+      }
+      found_[own.number] = {own.begin, end};
+    });
     for (const auto& [begin, end] : found_)
       for (std::size_t b = begin; b < end; ++b) f(Eigen::Index{touching_[b]});
   }

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <new>
@@ -14,6 +15,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "phistep/core/shares.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/force/signature.hpp"
 #include "phistep/force/sum.hpp"
@@ -104,7 +106,11 @@ void clear_force(Block& psi, const View& y) {
       for (const std::int32_t i : active->list()) psi.col(i).setZero();
       return;
     }
-  psi.setZero();
+  if constexpr (Block::SizeAtCompileTime == Eigen::Dynamic)
+    for_each_range(psi.size(), 64, [&psi](Index begin, Index end) {
+      std::fill(psi.data() + begin, psi.data() + end, typename Block::Scalar{0});
+    });
+  else psi.setZero();
 }
 
 /// out = Ψ.

@@ -83,7 +83,7 @@ class SpringRows {
 #pragma omp parallel if (is_parallel_)
 #endif
     {
-      const TeamShare chunks{at_.chunk.size() - 1}, particles = stage_.share();
+      const Share chunks = own_share(at_.chunk.size() - 1), particles = stage_.share();
       const std::size_t first = chunks.begin, last = chunks.end;
       // Positions a little ahead, while they are in the cache; what neighbouring threads need, before anything else.
       const std::size_t shared = last - first > at_.lead ? last - at_.lead : first;

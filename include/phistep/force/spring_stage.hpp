@@ -37,17 +37,17 @@ class SpringStage {
 
   [[nodiscard]] bool empty() const { return place_of_.empty(); }
   /// What the calling thread takes of the user's particles.
-  [[nodiscard]] TeamShare share() const { return TeamShare{place_of_.size()}; }
+  [[nodiscard]] Share share() const { return own_share(place_of_.size()); }
   [[nodiscard]] const Scalar* r() const { return stage_.data(); }
   [[nodiscard]] const Scalar* v() const { return stage_.data() + dim; }
   [[nodiscard]] Scalar* sum(std::size_t place) { return stage_.data() + stride * static_cast<std::ptrdiff_t>(place); }
 
-  void bring(const TeamShare& share, const Scalar* r, const Scalar* v) {
+  void bring(const Share& share, const Scalar* r, const Scalar* v) {
     move(share, r, stage_.data());
     if constexpr (damped) move(share, v, stage_.data() + dim);
   }
   /// f += the sums
-  void give(const TeamShare& share, Scalar* f) const {
+  void give(const Share& share, Scalar* f) const {
     for_each(share, stage_.data(), [&](const Scalar* sum, std::size_t i) {
       for (std::size_t a = 0; a < dim; ++a) f[dim * i + a] += sum[a];
     });
@@ -56,13 +56,13 @@ class SpringStage {
  private:
   using Numbers = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
 
-  void move(const TeamShare& share, const Scalar* from, Scalar* to) const {
+  void move(const Share& share, const Scalar* from, Scalar* to) const {
     for_each(share, to, [&](Scalar* x, std::size_t i) {
       for (std::size_t a = 0; a < dim; ++a) x[a] = from[dim * i + a];
     });
   }
   /// f(place of particle i in the stage, i)
-  void for_each(const TeamShare& share, auto* stage, auto&& f) const {
+  void for_each(const Share& share, auto* stage, auto&& f) const {
     constexpr std::size_t ahead = 48;
     for (std::size_t i = share.begin; i < share.end; ++i) {
       if (const Slot later = place_of_[std::min(i + ahead, share.end - 1)]; later >= 0)

@@ -102,7 +102,7 @@ struct UnitMass {
     for (Eigen::Index i = 0; i < n; ++i) f(i, i, 1);
   }
   static void add_product(auto&& x, auto& out) {
-    for_each_share(out.size(), 64, [&](Eigen::Index begin, Eigen::Index end) {
+    for_each_range(out.size(), 64, [&](Eigen::Index begin, Eigen::Index end) {
       for (Eigen::Index i = begin; i < end; ++i) out.data()[i] += x(i);
     });
   }
@@ -134,7 +134,7 @@ class ScalarMass {
     for (Eigen::Index i = 0; i < n; ++i) f(i, i, mass_);
   }
   void add_product(auto&& x, auto& out) const {
-    for_each_share(out.size(), 64, [&](Eigen::Index begin, Eigen::Index end) {
+    for_each_range(out.size(), 64, [&](Eigen::Index begin, Eigen::Index end) {
       for (Eigen::Index i = begin; i < end; ++i) out.data()[i] += mass_ * x(i);
     });
   }
@@ -198,7 +198,7 @@ class DiagonalMass {
     for (Eigen::Index i = 0; i < n; ++i) f(i, i, mass_[i]);
   }
   void add_product(auto&& x, auto& out) const {
-    for_each_share(out.size(), 64, [&](Eigen::Index begin, Eigen::Index end) {
+    for_each_range(out.size(), 64, [&](Eigen::Index begin, Eigen::Index end) {
       for (Eigen::Index i = begin; i < end; ++i) out.data()[i] += mass_[i] * x(i);
     });
   }

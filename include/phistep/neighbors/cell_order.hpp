@@ -9,20 +9,24 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
+#include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <mutex>
 #include <stdexcept>
 #include <string>
 #include <tuple>
 #include <utility>
 #include <vector>
 
+#include "phistep/core/shares.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/neighbors/domain.hpp"
 #include "phistep/neighbors/neighbor_list.hpp"
+#include "phistep/neighbors/radix_sort.hpp"
+#include "phistep/simd/prefetch.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -46,28 +50,34 @@ class CellOrder {
     lay_grid(n, range);
     const std::uint64_t outside = n_[0] * n_[1] * n_[2];  // what is not a number has no place
     order_.resize(n);
-    std::uint64_t top = 0;
-    for (std::size_t e = 0; e < n; ++e) {
-      order_[e] = {key_of(entry(e), outside), static_cast<std::uint32_t>(e)};
-      top = std::max(top, order_[e].key);
-    }
-    radix_sort(top);
+    std::atomic<std::uint64_t> top = 0;
+    by_threads(n, [&](std::size_t begin, std::size_t end) {
+      std::uint64_t largest = 0;
+      for (std::size_t e = begin; e < end; ++e) {
+        order_[e] = {key_of(entry(e).x), static_cast<std::uint32_t>(e)};
+        largest = std::max(largest, order_[e].key);
+      }
+      for (std::uint64_t known = top; known < largest && !top.compare_exchange_weak(known, largest);) {
+      }
+    });
+    sort_(order_, top);
     slots.resize(n);
     for (auto& x : x_) x.resize(n + overhang);
     is_home_.resize(n);
+    by_threads(n, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t s = begin; s < end; ++s) {
+        if (const std::size_t ahead = order_[std::min(s + 24, n - 1)].entry; ahead < particles_)
+          prefetch(r_ + ahead * dim);  // in the user's order, neighbours may be anywhere
+        const Entry e = entry(order_[s].entry);
+        slots[s] = e.slot;
+        is_home_[s] = order_[s].entry < particles_;
+        for (std::size_t a = 0; a < dim; ++a) x_[a][s] = e.x[a];
+      }
+    });
     cells_.clear();
-    for (std::size_t s = 0; s < n; ++s) {
-#if defined(__GNUC__)
-      if (const std::size_t ahead = order_[std::min(s + 24, n - 1)].entry; ahead < particles_)
-        __builtin_prefetch(r_ + ahead * dim);  // in the user's order, neighbours may be anywhere
-#endif
-      const Entry e = entry(order_[s].entry);
-      slots[s] = e.slot;
-      is_home_[s] = order_[s].entry < particles_;
-      for (std::size_t a = 0; a < dim; ++a) x_[a][s] = e.x[a];
+    for (std::size_t s = 0; s < n; ++s)
       if (cells_.empty() || cells_.back().key != order_[s].key)
         cells_.push_back({order_[s].key, static_cast<std::int32_t>(s)});
-    }
     if (cells_.empty() || cells_.back().key != outside)
       cells_.push_back({outside, static_cast<std::int32_t>(n)});  // the end
     for (std::size_t a = 0; a < dim; ++a)
@@ -80,6 +90,16 @@ class CellOrder {
   /// Whether a slot holds the particle itself, and not a further image.
   [[nodiscard]] bool is_home(std::size_t slot) const { return is_home_[slot] != 0; }
   [[nodiscard]] std::uint64_t cells_along(std::size_t axis) const { return n_[axis]; }
+  /// Of the cell where a place is; that of the end for what is not finite.
+  [[nodiscard]] std::uint64_t key_of(const std::array<double, dim>& x) const {
+    std::uint64_t key = 0;
+    for (std::size_t a = dim; a-- > 0;) {
+      if (!std::isfinite(x[a])) return n_[0] * n_[1] * n_[2];
+      const double c = std::clamp((x[a] - origin_[a]) * per_cell_[a], 0.0, static_cast<double>(n_[a] - 1));
+      key = key * n_[a] + static_cast<std::uint64_t>(c);
+    }
+    return key;
+  }
   /// Cells within which a neighbour lies. Halved cells leave fewer candidates, and along x no more lines of cells.
   [[nodiscard]] static constexpr int reach(std::size_t axis) { return axis == 0 ? 2 : 1; }
 
@@ -118,22 +138,35 @@ class CellOrder {
       if (!domain_->periodic[a]) continue;
       const double length = domain_->length[a], lower = domain_->lower[a];
       const std::size_t so_far = particles_ + images_.size();
-      for (std::size_t e = 0; e < so_far; ++e) {
-        const double at = e < particles_ ? home_of(e, a).second : images_[e - particles_].x[a];
-        if (at > lower + range && at < lower + length - range) continue;  // most of them
-        if (!std::isfinite(at)) continue;
-        // Positions beyond the numbers' resolution are not wrapped: those have no images.
-        const auto from = std::ceil(std::clamp((lower - range - at) / length, -8.0, 9.0));
-        const auto to = std::floor(std::clamp((lower + length + range - at) / length, -9.0, 8.0));
-        const Entry home = entry(e);
-        Entry image = home;
-        for (auto k = static_cast<std::int32_t>(from); k <= static_cast<std::int32_t>(to); ++k) {
-          if (k == 0) continue;
-          image.x[a] = home.x[a] + k * length;
-          image.slot.image[a] = home.slot.image[a] + k;
-          images_.push_back(image);
+      order_.resize(so_far);
+      const auto at_of = [&](std::size_t e) {
+        return e < particles_ ? home_of(e, a).second : images_[e - particles_].x[a];
+      };
+      // Those near an end of the period: few, found by threads, each from where its share begins.
+      found_.assign(2 * thread_count(), 0);
+      for_each_share(so_far, 1, shared_from / 16, [&](const Share& own) {
+        std::size_t last = own.begin;
+        for (std::size_t e = own.begin; e < own.end; ++e)
+          if (const double at = at_of(e); !(at > lower + range && at < lower + length - range) && std::isfinite(at))
+            order_[last++].entry = static_cast<std::uint32_t>(e);
+        found_[2 * own.number] = own.begin, found_[2 * own.number + 1] = last;
+      });
+      for (std::size_t t = 0; t < found_.size(); t += 2)
+        for (std::size_t f = found_[t]; f < found_[t + 1]; ++f) {
+          const std::size_t e = order_[f].entry;
+          const double at = at_of(e);
+          // Positions beyond the numbers' resolution are not wrapped: those have no images.
+          const auto from = std::ceil(std::clamp((lower - range - at) / length, -8.0, 9.0));
+          const auto to = std::floor(std::clamp((lower + length + range - at) / length, -9.0, 8.0));
+          const Entry home = entry(e);
+          Entry image = home;
+          for (auto k = static_cast<std::int32_t>(from); k <= static_cast<std::int32_t>(to); ++k) {
+            if (k == 0) continue;
+            image.x[a] = home.x[a] + k * length;
+            image.slot.image[a] = home.slot.image[a] + k;
+            images_.push_back(image);
+          }
         }
-      }
     }
   }
 
@@ -142,12 +175,18 @@ class CellOrder {
     std::array<double, dim> lowest, highest;
     lowest.fill(std::numeric_limits<double>::max());
     highest.fill(std::numeric_limits<double>::lowest());
-    for (std::size_t e = 0; e < n; ++e) {
-      const Entry one = entry(e);
+    std::mutex one_at_a_time;
+    by_threads(n, [&, none_low = lowest, none_high = highest](std::size_t begin, std::size_t end) {
+      auto low = none_low, high = none_high;
+      for (std::size_t e = begin; e < end; ++e) {
+        const Entry one = entry(e);
+        for (std::size_t a = 0; a < dim; ++a)
+          if (std::isfinite(one.x[a])) low[a] = std::min(low[a], one.x[a]), high[a] = std::max(high[a], one.x[a]);
+      }
+      const std::lock_guard lock{one_at_a_time};
       for (std::size_t a = 0; a < dim; ++a)
-        if (std::isfinite(one.x[a]))
-          lowest[a] = std::min(lowest[a], one.x[a]), highest[a] = std::max(highest[a], one.x[a]);
-    }
+        lowest[a] = std::min(lowest[a], low[a]), highest[a] = std::max(highest[a], high[a]);
+    });
     for (std::size_t a = 0; a < dim; ++a) {
       const double edge = range / reach(a) * (1 + 1e-8);  // rounding moves none reach + 1 cells apart
       per_cell_[a] = 1 / edge;
@@ -169,29 +208,12 @@ class CellOrder {
     }
   }
 
-  [[nodiscard]] std::uint64_t key_of(const Entry& e, std::uint64_t outside) const {
-    std::uint64_t key = 0;
-    for (std::size_t a = dim; a-- > 0;) {
-      if (!std::isfinite(e.x[a])) return outside;
-      const double c = std::clamp((e.x[a] - origin_[a]) * per_cell_[a], 0.0, static_cast<double>(n_[a] - 1));
-      key = key * n_[a] + static_cast<std::uint64_t>(c);
-    }
-    return key;
-  }
-
-  /// Stable, by digits of 11 bits.
-  void radix_sort(std::uint64_t top) {
-    constexpr int digit = 11;
-    other_.resize(order_.size());
-    for (int shift = 0; shift < static_cast<int>(std::bit_width(top)); shift += digit) {
-      std::array<std::uint32_t, 1u << digit> at{};
-      const auto bin = [shift](std::uint64_t key) { return (key >> shift) & ((1u << digit) - 1); };
-      for (const Keyed& k : order_) ++at[bin(k.key)];
-      std::uint32_t sum = 0;
-      for (std::uint32_t& x : at) sum += std::exchange(x, sum);
-      for (const Keyed& k : order_) other_[at[bin(k.key)]++] = k;
-      order_.swap(other_);
-    }
+  /// f(begin, end) for ranges of 0 … n − 1, at the same time.
+  static void by_threads(std::size_t n, auto&& f) {
+    const auto part = [&f](std::ptrdiff_t begin, std::ptrdiff_t end) {
+      f(static_cast<std::size_t>(begin), static_cast<std::size_t>(end));
+    };
+    for_each_range(static_cast<std::ptrdiff_t>(n), 1, part, shared_from / 16);
   }
 
   const double* r_ = nullptr;  // of the call
@@ -200,7 +222,9 @@ class CellOrder {
   std::vector<Entry> images_;
   std::array<std::vector<double>, dim> x_;  // of the slots
   std::vector<std::uint8_t> is_home_;
-  std::vector<Keyed> order_, other_;
+  std::vector<Keyed> order_;
+  RadixSort<Keyed> sort_;
+  std::vector<std::size_t> found_;  // by each thread: first, and one after the last
   std::vector<Cell> cells_;
   std::array<double, dim> origin_{}, per_cell_{};
   std::array<std::uint64_t, 3> n_{1, 1, 1};

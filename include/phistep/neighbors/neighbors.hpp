@@ -200,7 +200,7 @@ class Neighbors {
   [[nodiscard]] static double moved(const double* from, const Scalar* to, Eigen::Index particles) {
     Displacements all;
     std::mutex one_at_a_time;
-    for_each_share(
+    for_each_range(
         particles, 256,
         [&](Eigen::Index begin, Eigen::Index end) {
           const Displacements some = displacements(from, to, begin, end);

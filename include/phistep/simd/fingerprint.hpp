@@ -182,7 +182,7 @@ template <class Scalar>
   if constexpr (sizeof(Scalar) <= 8) {
     constexpr std::ptrdiff_t size = sizeof(Scalar);
     std::atomic<std::uint64_t> sum = 0;
-    for_each_share(n, Fingerprint::granule / size, [&](std::ptrdiff_t first, std::ptrdiff_t end) {
+    for_each_range(n, Fingerprint::granule / size, [&](std::ptrdiff_t first, std::ptrdiff_t end) {
       Fingerprint part(static_cast<std::uint64_t>(first * size / 8));
       part.add(x + first, (end - first) * size);
       sum += part.value();

@@ -212,9 +212,9 @@ template <class Kernel, class Scalar, std::same_as<Scalar>... Scalars>
 #endif
 /// fill(first, end) → witness, for 0 … n − 1, by threads where that is much. Whether all numbers are finite.
 [[nodiscard]] inline bool fill_shares(std::ptrdiff_t n, const auto& fill) {
-  if (n < shared_from) return fill(std::ptrdiff_t{0}, n).all_finite();
+  if (n < static_cast<std::ptrdiff_t>(shared_from)) return fill(std::ptrdiff_t{0}, n).all_finite();
   std::atomic<bool> finite{true};
-  for_each_share(n, 64, [&](std::ptrdiff_t first, std::ptrdiff_t end) {
+  for_each_range(n, 64, [&](std::ptrdiff_t first, std::ptrdiff_t end) {
     if (!fill(first, end).all_finite()) finite = false;
   });
   return finite;
@@ -232,7 +232,7 @@ template <class Kernel, class Scalar, std::same_as<Scalar>... Scalars>
 /// The same where every result is known to be finite.
 template <class Kernel, class Scalar, std::same_as<Scalar>... Scalars>
 void update_in_place_unwatched(std::ptrdiff_t n, Kernel kernel, Scalar* out, Scalars*... more) {
-  for_each_share(n, 64, [=](std::ptrdiff_t first, std::ptrdiff_t end) {
+  for_each_range(n, 64, [=](std::ptrdiff_t first, std::ptrdiff_t end) {
     detail::fill<NoWitness<Scalar>>(first, end, kernel, out, more...);
   });
 }

@@ -165,7 +165,7 @@ class ParticleMasses {
     for (Eigen::Index i = 0; i < n; ++i) f(i, i, inertia(i));
   }
   void add_product(auto&& x, auto& out) const {
-    for_each_share(out.size(), 64, [&](Eigen::Index begin, Eigen::Index end) {
+    for_each_range(out.size(), 64, [&](Eigen::Index begin, Eigen::Index end) {
       for (Eigen::Index i = begin; i < end; ++i) out.data()[i] += mass_[i / rows] * x(i);
     });
   }
