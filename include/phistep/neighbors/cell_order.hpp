@@ -48,7 +48,7 @@ class CellOrder {
     order_.resize(n);
     std::uint64_t top = 0;
     for (std::size_t e = 0; e < n; ++e) {
-      order_[e] = {key_of(entry(e), outside), static_cast<std::uint32_t>(e)};
+      order_[e] = {key_of(entry(e).x), static_cast<std::uint32_t>(e)};
       top = std::max(top, order_[e].key);
     }
     radix_sort(top);
@@ -80,6 +80,16 @@ class CellOrder {
   /// Whether a slot holds the particle itself, and not a further image.
   [[nodiscard]] bool is_home(std::size_t slot) const { return is_home_[slot] != 0; }
   [[nodiscard]] std::uint64_t cells_along(std::size_t axis) const { return n_[axis]; }
+  /// Of the cell where a place is; that of the end for what is not finite.
+  [[nodiscard]] std::uint64_t key_of(const std::array<double, dim>& x) const {
+    std::uint64_t key = 0;
+    for (std::size_t a = dim; a-- > 0;) {
+      if (!std::isfinite(x[a])) return n_[0] * n_[1] * n_[2];
+      const double c = std::clamp((x[a] - origin_[a]) * per_cell_[a], 0.0, static_cast<double>(n_[a] - 1));
+      key = key * n_[a] + static_cast<std::uint64_t>(c);
+    }
+    return key;
+  }
   /// Cells within which a neighbour lies. Halved cells leave fewer candidates, and along x no more lines of cells.
   [[nodiscard]] static constexpr int reach(std::size_t axis) { return axis == 0 ? 2 : 1; }
 
@@ -167,16 +177,6 @@ class CellOrder {
       origin_[a] = *middle - edge * static_cast<double>(most_cells / 2);
       n_[a] = most_cells;
     }
-  }
-
-  [[nodiscard]] std::uint64_t key_of(const Entry& e, std::uint64_t outside) const {
-    std::uint64_t key = 0;
-    for (std::size_t a = dim; a-- > 0;) {
-      if (!std::isfinite(e.x[a])) return outside;
-      const double c = std::clamp((e.x[a] - origin_[a]) * per_cell_[a], 0.0, static_cast<double>(n_[a] - 1));
-      key = key * n_[a] + static_cast<std::uint64_t>(c);
-    }
-    return key;
   }
 
   /// Stable, by digits of 11 bits.
