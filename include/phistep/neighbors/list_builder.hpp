@@ -171,10 +171,17 @@ class ListBuilder {
           line.first = line.last = 0;
           continue;
         }
-        while (cells[line.from].key < low) ++line.from;  // the end's key is beyond all
-        while (cells[line.to].key < high) ++line.to;
+        advance(cells, line.from, low);
+        advance(cells, line.to, high);
         line.first = cells[line.from].first, line.last = cells[line.to].first;
       }
+  }
+
+  /// To the first cell whose key is not less; the end's is beyond all. Mostly one or two on, which no jump predicts.
+  static void advance(const Cells& cells, std::size_t& cell, std::uint64_t key) {
+    cell += cells[cell].key < key;
+    cell += cells[cell].key < key;
+    while (cells[cell].key < key) ++cell;
   }
 
   /// Appends those of the slots first … last − 1 that are closer to x than the range. Writes up to P::width − 1 beyond.
