@@ -8,6 +8,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "phistep/core/relay.hpp"
@@ -48,7 +49,28 @@ class ListBuilder {
 #endif
     for (std::ptrdiff_t c = 0; c < count; ++c) relay.run([&] { fill(list, static_cast<std::size_t>(c), square); });
     relay.rethrow();
+    point_key_ = no_key;
   }
+
+  /// The slots of the last list that are closer than `range`, at most the list's, to a point in the first period; until the
+  /// next call. Points of one cell that follow each other share the search for what is around.
+  [[nodiscard]] std::span<const std::int32_t> around(const std::array<double, dim>& point, double range) {
+    const std::uint64_t key = order_.key_of(point);
+    if (key == order_.cells().back().key) return {};  // not a number
+    if (key != point_key_) find_lines(key, point_lines_, true);
+    point_key_ = key;
+    std::int32_t candidates = 0;
+    for (const Line& line : point_lines_) candidates += line.last - line.first;
+    points_tested_ += static_cast<std::uint64_t>(candidates);
+    found_.resize(std::max(found_.size(), static_cast<std::size_t>(candidates) + P::width));
+    P x[dim];
+    for (std::size_t a = 0; a < dim; ++a) x[a] = P{point[a]};
+    std::int32_t* out = found_.data();
+    for (const Line& line : point_lines_) out = filter(x, line.first, line.last, P{range * range}, out);
+    return {found_.data(), static_cast<std::size_t>(out - found_.data())};
+  }
+  /// Distances computed by `around` since there is this builder.
+  [[nodiscard]] std::uint64_t points_tested() const { return points_tested_; }
 
  private:
   static constexpr int reach_x = CellOrder<dim>::reach(0), reach = CellOrder<dim>::reach(1);
@@ -149,10 +171,17 @@ class ListBuilder {
           line.first = line.last = 0;
           continue;
         }
-        while (cells[line.from].key < low) ++line.from;  // the end's key is beyond all
-        while (cells[line.to].key < high) ++line.to;
+        advance(cells, line.from, low);
+        advance(cells, line.to, high);
         line.first = cells[line.from].first, line.last = cells[line.to].first;
       }
+  }
+
+  /// To the first cell whose key is not less; the end's is beyond all. Mostly one or two on, which no jump predicts.
+  static void advance(const Cells& cells, std::size_t& cell, std::uint64_t key) {
+    cell += cells[cell].key < key;
+    cell += cells[cell].key < key;
+    while (cells[cell].key < key) ++cell;
   }
 
   /// Appends those of the slots first … last − 1 that are closer to x than the range. Writes up to P::width − 1 beyond.
@@ -189,6 +218,10 @@ class ListBuilder {
   }
 
   CellOrder<dim> order_;
+  static constexpr std::uint64_t no_key = ~std::uint64_t{0};
+  std::uint64_t point_key_ = no_key, points_tested_ = 0;
+  std::array<Line, lines> point_lines_;  // about the cell point_key_
+  std::vector<std::int32_t> found_;
 };
 
 }  // namespace phistep::inline PHISTEP_ABI
