@@ -150,8 +150,8 @@ class Transaction {
     constexpr int size = static_size<decltype(Blocks<S>::all(std::declval<Plain&>()))>;
     return size != Eigen::Dynamic && size <= 64;
   }();
-  /// Steps without anything between them go on from there.
-  static constexpr bool takes_several = in_registers && std::is_same_v<S, Plain>;
+  /// Steps without anything between them: not where others may write into the state's places.
+  static constexpr bool takes_several = std::is_same_v<S, Plain> && !ShowsTrials<S>;
   [[nodiscard]] static Plain copy_of(const S& state) {
     Plain copy;
     copy_blocks<S>(copy, state);
@@ -250,7 +250,7 @@ class Transaction {
       ++rhs.statistics().steps;
       accepted();
       if (is_last) return {Outcome::success, failure_.iterations, nullptr};
-      if constexpr (takes_several) y = next;
+      if constexpr (in_registers) y = next;
     }
   }
 

@@ -334,7 +334,8 @@ class PhiStepper {
         [this] { working_.accepted(); });
   }
   StepReport run(S& state, const auto& all, Origin origin) {
-    if constexpr (takes_several && needs.passes > 0) return run_inlined(state, all, origin);
+    if constexpr (Kernel::Transaction::in_registers && needs.passes > 0 && takes_several)
+      return run_inlined(state, all, origin);
     const auto accepted = [this] { working_.accepted(); };
     if constexpr (Kernel::steps_in_place)
       if (kernel_.can_step_in_place(state)) {
