@@ -68,6 +68,7 @@ class Transaction {
             "phistep: the state's views share memory: each of its numbers needs a place of its own");
       gathered_ = next_;
     }
+    if constexpr (carries) guard_.reserve(next_);
   }
 
   /// A step begins: success, or why it can't.
