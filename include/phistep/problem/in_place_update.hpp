@@ -109,7 +109,8 @@ class InPlaceUpdate {
           const Scalar before = v;
           grow(v, std::abs(by.kick) * largest_inverse_mass_[k] * sum_of_magnitudes(rate.data(), rate.size()));
           if constexpr (drifting == 1 && k == 0)
-            grow(largest_[0], std::abs(static_cast<Scalar>(by.before)) * before + std::abs(static_cast<Scalar>(by.after)) * v);
+            grow(largest_[0],
+                 std::abs(static_cast<Scalar>(by.before)) * before + std::abs(static_cast<Scalar>(by.after)) * v);
         },
         psi);
     return excluded;
@@ -119,7 +120,8 @@ class InPlaceUpdate {
   [[nodiscard]] bool write_through(const Rhs& rhs, const Plain& y, const auto& by, const auto& psi) {
     bool finite = true;
     rhs.for_each_update(
-        y, by, psi, rhs.masses(), [&finite](const auto& kernel, auto&... to) { finite = finite && write(kernel, to...); }, *place_);
+        y, by, psi, rhs.masses(),
+        [&finite](const auto& kernel, auto&... to) { finite = finite && write(kernel, to...); }, *place_);
     return finite;
   }
   template <class Kernel>
@@ -153,10 +155,10 @@ class InPlaceUpdate {
     using Numbers = typename std::remove_cvref_t<decltype(part)>::PlainObject;
     part = Eigen::Map<const Numbers>(numbers, part.rows(), part.cols());
   }
-  S* place_ = nullptr;                                                  // during a step
-  bool unedited_ = false, knows_bounds_ = false;                        // the latter: for the next step
-  std::array<Scalar, blocks> largest_{};                                // no number of a block is larger
-  std::array<Scalar, blocks - drifting> largest_inverse_mass_{};        // [1/mass]
+  S* place_ = nullptr;                                            // during a step
+  bool unedited_ = false, knows_bounds_ = false;                  // the latter: for the next step
+  std::array<Scalar, blocks> largest_{};                          // no number of a block is larger
+  std::array<Scalar, blocks - drifting> largest_inverse_mass_{};  // [1/mass]
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

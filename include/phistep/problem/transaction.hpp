@@ -97,8 +97,7 @@ class Transaction {
   /// @param accepted  called after each
   template <class Steps, class Advance, class Accepted>
   StepReport run(Rhs& rhs, S& state, const Steps& steps, Origin origin, Advance&& advance, Accepted&& accepted) {
-    if (const Outcome bad = open(steps.t(0), steps.dt); failed(bad))
-      return refuse(rhs, bad, steps.t(0), steps.dt);
+    if (const Outcome bad = open(steps.t(0), steps.dt); failed(bad)) return refuse(rhs, bad, steps.t(0), steps.dt);
     const std::int64_t before = rhs.statistics().steps;
     try {
       [[maybe_unused]] Held held{state};
@@ -173,9 +172,8 @@ class Transaction {
 
   /// With a small state goes a copy of its masses, or each step would divide by them anew: what is written to a state might be
   /// theirs, for all that the compiler knows.
-  using Masses =
-      std::conditional_t<in_registers && std::is_trivially_copy_constructible_v<typename Rhs::Masses>,
-                         const typename Rhs::Masses, const typename Rhs::Masses&>;
+  using Masses = std::conditional_t<in_registers && std::is_trivially_copy_constructible_v<typename Rhs::Masses>,
+                                    const typename Rhs::Masses, const typename Rhs::Masses&>;
 
   [[nodiscard]] static Outcome check(Scalar t, Scalar dt) {
     if (!(std::isfinite(dt) && std::isfinite(t)) || dt == Scalar{0}) return Outcome::invalid_step;
@@ -207,8 +205,8 @@ class Transaction {
   };
 
   template <class Steps, class Y, class Advance, class Accepted>
-  StepReport run_from(Rhs& rhs, Y& y, S& state, const Steps& steps, Origin origin, Advance& advance,
-                      Accepted& accepted, Plain& next, Rate& psi) {
+  StepReport run_from(Rhs& rhs, Y& y, S& state, const Steps& steps, Origin origin, Advance& advance, Accepted& accepted,
+                      Plain& next, Rate& psi) {
     bool psi_known = false;
     if constexpr (carries) {
       psi_known = origin == Origin::unedited ? guard_.holds_unedited(steps.t(0)) : guard_.holds(steps.t(0), y);

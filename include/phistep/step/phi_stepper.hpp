@@ -339,9 +339,8 @@ class PhiStepper {
     const auto accepted = [this] { working_.accepted(); };
     if constexpr (Kernel::steps_in_place)
       if (kernel_.can_step_in_place(state)) {
-        const StepReport report =
-            kernel_.run_in_place(state, all.t(0), all.dt, origin,
-                                 [this](auto& kernel, auto& step) { return working_.step(kernel, step); });
+        const StepReport report = kernel_.run_in_place(
+            state, all.t(0), all.dt, origin, [this](auto& kernel, auto& step) { return working_.step(kernel, step); });
         if (report) accepted();
         return report;
       }
