@@ -5,12 +5,16 @@
 #include <Eigen/Core>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <tuple>
 #include <type_traits>
+#include <utility>
+#include <vector>
 
 #include "phistep/core/version.hpp"
 #include "phistep/simd/fingerprint.hpp"
@@ -26,7 +30,7 @@ template <bool uses_time, class Scalar>
     return std::abs(t - known) <= 8 * std::numeric_limits<Scalar>::epsilon() * std::max(std::abs(t), std::abs(known));
 }
 
-/// Remembers at which (t, y) a force was last evaluated, by y's bits: a small fixed state's own, a large one's fingerprint.
+/// Remembers at which (t, y) a force was last evaluated, by y's bits: a small state's own, a large one's fingerprint.
 /// With `position_only`, for forces that see r alone, edits of v do no harm and are not looked for.
 template <State S, bool position_only, bool uses_time>
 class EditGuard {
@@ -39,6 +43,14 @@ class EditGuard {
     if constexpr (by_value) set_zero(Blocks<S>::all(last_));
   }
 
+  /// Room for a copy of states like y, where that is sooner made and compared than a fingerprint taken.
+  void reserve(const Plain& y) {
+    if constexpr (may_keep) {
+      std::size_t all = 0;
+      for_each_seen([&all](const auto& block) { all += static_cast<std::size_t>(block.size()); }, y);
+      kept_.assign(all <= most_kept ? all : 0, Scalar{0});
+    }
+  }
   void forget() { kind_ = Kind::nothing; }
 
   /// Ψ is known at (t, y), and the caller vouches that the next step starts from y (see `holds_unedited`).
@@ -51,12 +63,13 @@ class EditGuard {
     t_ = t;
     kind_ = Kind::checked;
     if constexpr (by_value) copy_blocks<S>(last_, y);
-    else last_ = hash(y);
+    else if (is_kept_ = has_room(); !is_kept_) last_ = hash(y);
+    else if constexpr (may_keep) keep(y);
   }
   [[nodiscard]] bool holds(Scalar t, const Plain& y) const {
     if (kind_ != Kind::checked || !same_time<uses_time>(t, t_)) return false;
     if constexpr (FieldState<S>) return all_ranks(y, hash(y) == last_);  // an edit on one is an edit
-    else if constexpr (!by_value) return hash(y) == last_;
+    else if constexpr (may_keep) return is_kept_ ? equals_kept(y) : hash(y) == last_;
     else if constexpr (position_only)
       return equal_bits(std::get<0>(Blocks<S>::all(y)), std::get<0>(Blocks<S>::all(last_)));
     else return equal_blocks<S>(y, last_);
@@ -66,6 +79,8 @@ class EditGuard {
 
   /// For a checkpoint. After it the guard knows the saved state, by its bits, and no other.
   void archive(auto& ar) {
+    if constexpr (may_keep)
+      if (std::exchange(is_kept_, false)) last_ = kept_hash();  // what is read is a fingerprint, too
     ar("kind", kind_, "t", t_, "y", last_);
     ar.check(kind_ <= Kind::checked);
   }
@@ -75,20 +90,72 @@ class EditGuard {
   static constexpr int size = static_size<decltype(Blocks<S>::all(std::declval<Plain&>()))>;
   static constexpr bool by_value = size != Eigen::Dynamic && size <= 64;
 
+  static constexpr bool may_keep = !by_value && !FieldState<S>;  // a copy of it
+  static constexpr std::size_t most_kept = 4096;                 // 32 KiB of doubles
+  static constexpr std::size_t blocks =
+      position_only ? 1 : std::tuple_size_v<decltype(Blocks<S>::all(std::declval<const Plain&>()))>;
+
+  /// f(block) for those whose edits count.
+  static void for_each_seen(auto&& f, const Plain& y) {
+    for_each_block(
+        [&f](auto k, const auto& block) {
+          if constexpr (!position_only || k == 0) f(block);
+        },
+        Blocks<S>::all(y));
+  }
   [[nodiscard]] static std::uint64_t hash(const Plain& y) {
     std::uint64_t all = 0;
-    for_each_block(
-        [&all](auto k, const auto& block) {
-          if (position_only && k != 0) return;
+    for_each_seen(
+        [&all](const auto& block) {
           if constexpr (FieldBlock<decltype(block)>)
             all = std::rotl(all, 1) + std::remove_cvref_t<decltype(block)>::Ops::fingerprint(block.handle());
           else all = fingerprint(block.data(), block.size(), all);
         },
-        Blocks<S>::all(y));
+        y);
+    return all;
+  }
+  [[nodiscard]] bool has_room() const {
+    if constexpr (may_keep) return !kept_.empty();
+    else return false;
+  }
+  void keep(const Plain& y) {
+    Scalar* to = kept_.data();
+    std::size_t k = 0;
+    for_each_seen(
+        [&](const auto& block) {
+          to = std::copy_n(block.data(), block.size(), to);
+          sizes_[k++] = block.size();
+        },
+        y);
+  }
+  [[nodiscard]] bool equals_kept(const Plain& y) const {
+    const Scalar* from = kept_.data();
+    bool equal = true;
+    for_each_seen(
+        [&](const auto& block) {
+          equal = equal && same_bits(from, block.data(), block.size());
+          from += block.size();
+        },
+        y);
+    return equal;
+  }
+  /// hash(y) of the y that is kept
+  [[nodiscard]] std::uint64_t kept_hash() const {
+    const Scalar* from = kept_.data();
+    std::uint64_t all = 0;
+    for (const Index size : sizes_) {
+      all = fingerprint(from, size, all);
+      from += size;
+    }
     return all;
   }
 
   std::conditional_t<by_value, Plain, std::uint64_t> last_{};
+  template <int>
+  struct Nothing {};
+  [[no_unique_address]] std::conditional_t<may_keep, std::vector<Scalar>, Nothing<0>> kept_;  // has room, or is empty
+  [[no_unique_address]] std::conditional_t<may_keep, std::array<Index, blocks>, Nothing<1>> sizes_{};
+  bool is_kept_ = false;  // the state is in kept_, else in last_
   Scalar t_{};
   Kind kind_ = Kind::nothing;
 };

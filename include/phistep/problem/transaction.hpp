@@ -68,6 +68,7 @@ class Transaction {
             "phistep: the state's views share memory: each of its numbers needs a place of its own");
       gathered_ = next_;
     }
+    if constexpr (carries) guard_.reserve(next_);
   }
 
   /// A step begins: success, or why it can't.
@@ -96,8 +97,7 @@ class Transaction {
   /// @param accepted  called after each
   template <class Steps, class Advance, class Accepted>
   StepReport run(Rhs& rhs, S& state, const Steps& steps, Origin origin, Advance&& advance, Accepted&& accepted) {
-    if (const Outcome bad = open(steps.t(0), steps.dt); failed(bad))
-      return refuse(rhs, bad, steps.t(0), steps.dt);
+    if (const Outcome bad = open(steps.t(0), steps.dt); failed(bad)) return refuse(rhs, bad, steps.t(0), steps.dt);
     const std::int64_t before = rhs.statistics().steps;
     try {
       [[maybe_unused]] Held held{state};
@@ -150,8 +150,8 @@ class Transaction {
     constexpr int size = static_size<decltype(Blocks<S>::all(std::declval<Plain&>()))>;
     return size != Eigen::Dynamic && size <= 64;
   }();
-  /// Steps without anything between them go on from there.
-  static constexpr bool takes_several = in_registers && std::is_same_v<S, Plain>;
+  /// Steps without anything between them: not where others may write into the state's places.
+  static constexpr bool takes_several = std::is_same_v<S, Plain> && !ShowsTrials<S>;
   [[nodiscard]] static Plain copy_of(const S& state) {
     Plain copy;
     copy_blocks<S>(copy, state);
@@ -172,9 +172,8 @@ class Transaction {
 
   /// With a small state goes a copy of its masses, or each step would divide by them anew: what is written to a state might be
   /// theirs, for all that the compiler knows.
-  using Masses =
-      std::conditional_t<in_registers && std::is_trivially_copy_constructible_v<typename Rhs::Masses>,
-                         const typename Rhs::Masses, const typename Rhs::Masses&>;
+  using Masses = std::conditional_t<in_registers && std::is_trivially_copy_constructible_v<typename Rhs::Masses>,
+                                    const typename Rhs::Masses, const typename Rhs::Masses&>;
 
   [[nodiscard]] static Outcome check(Scalar t, Scalar dt) {
     if (!(std::isfinite(dt) && std::isfinite(t)) || dt == Scalar{0}) return Outcome::invalid_step;
@@ -206,8 +205,8 @@ class Transaction {
   };
 
   template <class Steps, class Y, class Advance, class Accepted>
-  StepReport run_from(Rhs& rhs, Y& y, S& state, const Steps& steps, Origin origin, Advance& advance,
-                      Accepted& accepted, Plain& next, Rate& psi) {
+  StepReport run_from(Rhs& rhs, Y& y, S& state, const Steps& steps, Origin origin, Advance& advance, Accepted& accepted,
+                      Plain& next, Rate& psi) {
     bool psi_known = false;
     if constexpr (carries) {
       psi_known = origin == Origin::unedited ? guard_.holds_unedited(steps.t(0)) : guard_.holds(steps.t(0), y);
@@ -250,7 +249,7 @@ class Transaction {
       ++rhs.statistics().steps;
       accepted();
       if (is_last) return {Outcome::success, failure_.iterations, nullptr};
-      if constexpr (takes_several) y = next;
+      if constexpr (in_registers) y = next;
     }
   }
 

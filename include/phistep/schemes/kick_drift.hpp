@@ -83,7 +83,8 @@ class SchemeOn<KickDrift<Table>, S> : public SchemeDefaults {
   [[nodiscard]] static Outcome step(Kernel& kernel, typename Kernel::Data& step) {
     const Scalar dt = step.dt;
     Scalar t = step.t + drift(0) * dt;
-    if (const Outcome bad = kernel.kick_drift(step, Advance{kick(0) * dt, Zero{}, drift(0) * dt}); failed(bad)) return bad;
+    if (const Outcome bad = kernel.kick_drift(step, Advance{kick(0) * dt, Zero{}, drift(0) * dt}); failed(bad))
+      return bad;
     auto& rhs = kernel.rhs();
     for (std::size_t i = 1; i < Table::drifts; ++i) {
       rhs.evaluate_into(t, step.next, step.psi);

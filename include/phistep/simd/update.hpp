@@ -151,7 +151,8 @@ template <class Witness, class Kernel, class Scalar, class... Scalars>
       troubles = bit_or(troubles, x - x);
       ((troubles = bit_or(troubles, y - y)), ...);
     }
-  }(Packet<Scalar>{}, Packet<Scalars>{}...);
+  }
+  (Packet<Scalar>{}, Packet<Scalars>{}...);
 }
 #endif
 
@@ -253,11 +254,10 @@ template <class Kernel, class Scalar, std::same_as<Scalar>... Scalars>
   });
 }
 
-/// `update` for the few numbers of a small fixed state, known at compile time and unrolled: it stays in registers. Number by
-/// number, for inputs that were just written so: a packet of them would be waited for.
-/// @tparam from  the first number
-template <std::ptrdiff_t n, std::ptrdiff_t from = 0, class Kernel, class Scalar, std::same_as<Scalar>... Scalars>
-[[nodiscard, gnu::always_inline]] inline bool update_one_by_one(Kernel kernel, Scalar* out, Scalars*... more) {
+namespace detail {
+/// The numbers from `from` to n, unrolled; 0 where all are finite, else NaN.
+template <std::ptrdiff_t n, std::ptrdiff_t from, class Kernel, class Scalar, std::same_as<Scalar>... Scalars>
+[[nodiscard, gnu::always_inline]] inline Scalar fill_one_by_one(Kernel kernel, Scalar* out, Scalars*... more) {
   // A sum of 0·x beats the bit test here: one dependent chain less, and no move between register files.
   Scalar witness{0};
   const auto one = [&](std::ptrdiff_t i, Scalar x, Scalars... y) __attribute__((always_inline)) {
@@ -271,7 +271,15 @@ template <std::ptrdiff_t n, std::ptrdiff_t from = 0, class Kernel, class Scalar,
     (one(from + static_cast<std::ptrdiff_t>(i), Scalar{}, Scalars{}...), ...);
   }
   (std::make_index_sequence<static_cast<std::size_t>(n - from)>{});
-  return witness == Scalar{0};
+  return witness;
+}
+}  // namespace detail
+
+/// `update` for the few numbers of a small fixed state, known at compile time and unrolled: it stays in registers. Number by
+/// number, for inputs that were just written so: a packet of them would be waited for.
+template <std::ptrdiff_t n, class Kernel, class Scalar, std::same_as<Scalar>... Scalars>
+[[nodiscard, gnu::always_inline]] inline bool update_one_by_one(Kernel kernel, Scalar* out, Scalars*... more) {
+  return detail::fill_one_by_one<n, 0>(kernel, out, more...) == Scalar{0};
 }
 /// The same in packets, for inputs that were written in packets, and outputs that will be read so.
 template <std::ptrdiff_t n, class Kernel, class Scalar, std::same_as<Scalar>... Scalars>
@@ -287,8 +295,7 @@ template <std::ptrdiff_t n, class Kernel, class Scalar, std::same_as<Scalar>... 
        ...);
     }
     (std::make_index_sequence<static_cast<std::size_t>(packets)>{});
-    const bool good = packets == 0 || Scalar{0} * sum(troubles) == Scalar{0};
-    return update_one_by_one<n, packets * width>(kernel, out, more...) && good;
+    return detail::fill_one_by_one<n, packets * width>(kernel, out, more...) + sum(troubles) == Scalar{0};
   }
 #endif
   return update_one_by_one<n>(kernel, out, more...);

@@ -334,13 +334,13 @@ class PhiStepper {
         [this] { working_.accepted(); });
   }
   StepReport run(S& state, const auto& all, Origin origin) {
-    if constexpr (takes_several && needs.passes > 0) return run_inlined(state, all, origin);
+    if constexpr (Kernel::Transaction::in_registers && needs.passes > 0 && takes_several)
+      return run_inlined(state, all, origin);
     const auto accepted = [this] { working_.accepted(); };
     if constexpr (Kernel::steps_in_place)
       if (kernel_.can_step_in_place(state)) {
-        const StepReport report =
-            kernel_.run_in_place(state, all.t(0), all.dt, origin,
-                                 [this](auto& kernel, auto& step) { return working_.step(kernel, step); });
+        const StepReport report = kernel_.run_in_place(
+            state, all.t(0), all.dt, origin, [this](auto& kernel, auto& step) { return working_.step(kernel, step); });
         if (report) accepted();
         return report;
       }
