@@ -116,7 +116,7 @@ class RightHandSide {
   }
   (std::make_index_sequence<blocks>{});
   static constexpr bool takes_active =
-      requires(std::tuple_element_t<0, Masses> & mass, std::shared_ptr<const ActiveSet> active) {
+      requires(std::tuple_element_t<0, Masses>& mass, std::shared_ptr<const ActiveSet> active) {
     mass.set_active(active);
   };
   static constexpr bool is_autonomous = !Traits::uses_time;

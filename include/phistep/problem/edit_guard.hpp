@@ -143,9 +143,9 @@ class EditGuard {
   [[nodiscard]] std::uint64_t kept_hash() const {
     const Scalar* from = kept_.data();
     std::uint64_t all = 0;
-    for (const Index size : sizes_) {
-      all = fingerprint(from, size, all);
-      from += size;
+    for (const Index n : sizes_) {
+      all = fingerprint(from, n, all);
+      from += n;
     }
     return all;
   }

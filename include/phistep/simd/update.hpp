@@ -143,7 +143,7 @@ inline constexpr bool takes_packets<Kernel, Scalar, Scalars...> =
 template <class Witness, class Kernel, class Scalar, class... Scalars>
 [[gnu::always_inline]] inline void fill_packet(std::ptrdiff_t i, Kernel& kernel, auto put, Packet<Scalar>& troubles,
                                                Scalar* to, Scalars*... more) {
-  [&](Packet<Scalar> x, auto... y) __attribute__((always_inline)) {
+  [&](Packet<Scalar> x, auto... y) PHISTEP_DETAIL_INLINED {
     kernel(PacketIndex{i}, x, y...);
     put(x, to + i);
     (put(y, more + i), ...);
@@ -260,14 +260,14 @@ template <std::ptrdiff_t n, std::ptrdiff_t from, class Kernel, class Scalar, std
 [[nodiscard, gnu::always_inline]] inline Scalar fill_one_by_one(Kernel kernel, Scalar* out, Scalars*... more) {
   // A sum of 0·x beats the bit test here: one dependent chain less, and no move between register files.
   Scalar witness{0};
-  const auto one = [&](std::ptrdiff_t i, Scalar x, Scalars... y) __attribute__((always_inline)) {
+  const auto one = [&](std::ptrdiff_t i, Scalar x, Scalars... y) PHISTEP_DETAIL_INLINED {
     kernel(i, x, y...);
     out[i] = x;
     ((more[i] = y), ...);
     witness += Scalar{0} * x;
     ((witness += Scalar{0} * y), ...);
   };
-  [&]<std::size_t... i>(std::index_sequence<i...>) __attribute__((always_inline)) {
+  [&]<std::size_t... i>(std::index_sequence<i...>) PHISTEP_DETAIL_INLINED {
     (one(from + static_cast<std::ptrdiff_t>(i), Scalar{}, Scalars{}...), ...);
   }
   (std::make_index_sequence<static_cast<std::size_t>(n - from)>{});
@@ -288,10 +288,10 @@ template <std::ptrdiff_t n, class Kernel, class Scalar, std::same_as<Scalar>... 
   if constexpr (detail::takes_packets<Kernel, Scalar, Scalars...>) {
     constexpr std::ptrdiff_t width = Packet<Scalar>::width, packets = n / width;
     Packet<Scalar> troubles{0};
-    [&]<std::size_t... i>(std::index_sequence<i...>) __attribute__((always_inline)) {
+    [&]<std::size_t... i>(std::index_sequence<i...>) PHISTEP_DETAIL_INLINED {
       (detail::fill_packet<FiniteWitness<Scalar>>(
            static_cast<std::ptrdiff_t>(i) * width, kernel,
-           [](auto x, Scalar* p) __attribute__((always_inline)) { x.store(p); }, troubles, out, more...),
+           [](auto x, Scalar* p) PHISTEP_DETAIL_INLINED { x.store(p); }, troubles, out, more...),
        ...);
     }
     (std::make_index_sequence<static_cast<std::size_t>(packets)>{});
