@@ -44,7 +44,7 @@ format='%-16s %8s %8s %10s   %s\n'
 # shellcheck disable=SC2059
 printf "$format" program CPU-s MB 'x Eigen' 'kept: CPU-s, MB, x Eigen'
 base=
-for program in eigen phistep implicit sparse_rodas4 eight_schemes grains; do
+for program in eigen phistep implicit automatic sparse_rodas4 eight_schemes grains; do
   result=$(measure $program)
   seconds=${result% *} megabytes=${result#* }
   [ -n "$base" ] || base=$seconds

@@ -197,6 +197,7 @@ std::vector<Row> rows_of(const ReactionDiffusion& p) {
   add("Rodas4, CG + MIC", rodas4, newton<PreconditionedCg<Mic>>());
   add("Rodas4, CG + diagonal", rodas4, newton<PreconditionedCg<>>());
   if (p.size() <= 70000) add("Rodas4, GMRES + ILUT", rodas4, newton<PreconditionedGmres<Ilu>>());
+  add("Rodas4P2, CG + MIC", rodas4p2, newton<PreconditionedCg<Mic>>());
   add("Rodas5P, CG + MIC", rodas5p, newton<PreconditionedCg<Mic>>());
   add("Rodas5P, CG + diagonal", rodas5p, newton<PreconditionedCg<>>());
 #ifdef BENCH_HAS_SUNDIALS

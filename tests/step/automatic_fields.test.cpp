@@ -98,6 +98,23 @@ TEST_CASE("an unsymmetric field takes a factorization, at once or when it become
   CHECK(error(y, later) < 1e-2);
 }
 
+TEST_CASE("a field that isn't counted yet is priced as one for conjugate gradients; once it is, by its count") {
+  Field y;
+  // A factorization of a cube would cost more than all the explicit steps.
+  const ReactionDiffusion cube{.m = 20, .dim = 3};
+  y = cube.start();
+  const AutomaticReport cheap = integrate(y, ReactionDiffusionTerm{cube}, {0.0, 0.1}, {.rtol = 1e-4, .atol = 1e-6});
+  REQUIRE(cheap);
+  CHECK(cheap.schemes.list().back().scheme == SuitableScheme::rodas_4_cg);
+
+  const ReactionDiffusion windy{.m = 14, .dim = 3, .rate = 0, .wind = 10};
+  const AutomaticReport dear = run(y, windy);
+  REQUIRE(dear);
+  CHECK(dear.schemes.count() == 1);
+  CHECK(dear.statistics.jacobians == 1);
+  CHECK(error(y, windy) < 3e-3);
+}
+
 TEST_CASE("a pattern alone: its Jacobian by differences is symmetric to their accuracy") {
   const ReactionDiffusion cube{.m = 14, .dim = 3, .rate = 400};
   Field y = cube.start();

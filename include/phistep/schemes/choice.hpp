@@ -176,7 +176,7 @@ struct FieldCost {
 [[nodiscard]] constexpr SchemeChoice suitable_explicit(const AdvisedProblem& scene) {
   using enum SuitableScheme;
   if (!scene.is_motion || scene.uses_velocity)
-    return {scene.rtol > 3e-5 ? tsitouras_5 : dormand_prince_8, SchemeReason::fewest_calls};
+    return {scene.rtol >= 1e-3 ? tsitouras_5 : dormand_prince_8, SchemeReason::fewest_calls};
   if (scene.rtol >= 1e-3 && scene.unknowns > 1000) return {verlet, SchemeReason::many_particles};
   return {scene.rtol > 1e-8 ? nystrom_8 : nystrom_12, SchemeReason::fewest_calls_motion};
 }

@@ -176,7 +176,7 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
     const auto slope = [this](Scalar t, const Plain& x, Plain& out) { return this->slope(t, x, out); };
     return course_.look(slope, y, clock, pace, !course_.watch.is_implicit());
   }
-  /// Takes the scheme of the other kind, if it can.
+  /// Takes the scheme of the other kind, if it can and that pays.
   [[nodiscard]] bool change(const S& state, const Plain& y, Scalar t, const RateSeen& seen, SchemeCause cause) {
     const bool to_explicit = cause == SchemeCause::eased;
     if (!to_explicit && !Schemes::can_be_implicit(problem_)) {
@@ -192,11 +192,6 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
     note(t, seen, cause);
     return true;
   }
-  /// W is not, or no longer, symmetric and positive definite; a Jacobian is checked by solves, too.
-  [[nodiscard]] static bool shows_unsuited_cg(Outcome outcome) {
-    return outcome == Outcome::linear_solver_failed || outcome == Outcome::not_positive_definite ||
-           outcome == Outcome::not_symmetric || outcome == Outcome::wrong_jacobian;
-  }
   /// From now on, in place of conjugate gradients.
   void use_direct_solver(const S& state, Scalar t) {
     course_.is_direct = true;
@@ -204,7 +199,7 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
     replace_by(Schemes::suitable_implicit(problem_), state);
     note(t, seen(), SchemeCause::unsolved);
   }
-  /// Whether an implicit scheme still pays when a large sparse matrix has been looked at: what its equations cost.
+  /// Whether an implicit scheme pays once a large sparse matrix has been looked at.
   [[nodiscard]] bool is_worth(const Plain& y, Scalar t, const RateSeen& seen) {
     if constexpr (Schemes::is_field) {
       problem_.turns = seen.rate * seen.left;

@@ -9,6 +9,7 @@
 #include <variant>
 
 #include "phistep/core/implicit_solver.hpp"
+#include "phistep/core/outcome.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/equation/right_hand_side.hpp"
@@ -46,6 +47,12 @@ template <SuitableScheme scheme>
 template <class Scalar>
 struct FieldMatrix;
 
+/// Whether a failure of conjugate gradients says that W is not symmetric and positive definite; a Jacobian is checked by solves,
+/// too.
+[[nodiscard]] constexpr bool shows_unsuited_cg(Outcome outcome) {
+  return outcome == Outcome::linear_solver_failed || outcome == Outcome::not_positive_definite ||
+         outcome == Outcome::not_symmetric || outcome == Outcome::wrong_jacobian;
+}
 /// How a scheme's implicit equations are solved, as the type.
 template <SuitableScheme scheme, class Scalar>
 [[nodiscard]] constexpr auto solver_named() {
