@@ -1,5 +1,5 @@
 /// @file
-/// What is skipped, switched on and off: grains that came to rest on a floor, left alone or hit by one that falls.
+/// What is skipped of scenes that are partly at rest: Sleeping on and off, in turns of 25 steps.
 #include <phistep/phistep.hpp>
 
 #include <phistep/contacts/contact.hpp>
@@ -8,6 +8,8 @@
 
 #include <cmath>
 #include <cstdio>
+#include <memory>
+#include <numbers>
 #include <random>
 #include <stdexcept>
 
@@ -15,87 +17,190 @@
 
 namespace bench {
 namespace {
+using Eigen::Vector3d;
+using phistep::Index;
 using Grains = phistep::Particles<double, 3, phistep::Spin>;
-constexpr double dt = 2e-3;    // a contact lasts π √(m*/k) ≈ 11 of them
-constexpr double slow = 2e-3;  // as after a fall by 2e-6 diameters
+constexpr double dt = 2e-3;  // a contact lasts π √(m*/k) ≈ 11 of them
+constexpr int chunk = 25;    // steps
+const phistep::Hooke law{.stiffness = 1e4, .restitution = 0.3, .friction = 0.5, .rolling_friction = 0.1};
 
-auto bed_force() {
-  const phistep::Hooke law{.stiffness = 1e4, .restitution = 0.3, .friction = 0.5, .rolling_friction = 0.1};
-  return phistep::Gravity{Eigen::Vector3d{0, 0, -1}} + phistep::Contact{law} +
+/// Shakes the grains within `reach` of a place.
+struct Stirrer : phistep::ForceTerm {
+  Vector3d at;
+  double reach, strength;
+  static constexpr bool uses_velocity = false, uses_time = true, acts_on_each = true, computes_active_only = true;
+  Stirrer(Vector3d place, double how_far, double force) : at{std::move(place)}, reach{how_far}, strength{force} {}
+
+  void add(auto t, const auto& y, auto& out) const {
+    const auto one = [&](Index i) {
+      if ((y.r.col(i) - at).cwiseAbs().maxCoeff() > reach) return;
+      out.force(0, i) += strength * std::sin(7 * t + 3 * y.r(1, i));
+      out.force(1, i) += strength * std::cos(5 * t + 3 * y.r(0, i));
+    };
+    if (const phistep::ActiveSet* active = phistep::active_set(y))
+      for (const Index i : active->list()) one(i);
+    else
+      for (Index i = 0; i < y.r.cols(); ++i) one(i);
+  }
+};
+
+auto on_floor(double tilt = 0) {
+  return phistep::Gravity{Vector3d{std::sin(tilt), 0, -std::cos(tilt)}} + phistep::Contact{law} +
          phistep::Walls{phistep::Materials{law}, phistep::Plane<3>{{0, 0, 0}, {0, 0, 1}}};
 }
+/// A floor with a gap across it.
+auto over_gap(double length, double width) {
+  const double half = length / 4 - 1.5;
+  const auto slab = [&](double x) { return phistep::SolidBox<3>{{x, width / 2, -1}, {half, width, 1}}; };
+  return phistep::Gravity{Vector3d{0, 0, -1}} + phistep::Contact{law} +
+         phistep::Walls{phistep::Materials{law}, slab(half), slab(length - half)};
+}
 
-/// Unit grains in a loose lattice above a floor, side × side × layers of them, periodic to the sides.
-Grains loose(int side, int layers) {
+/// Unit grains in a loose lattice above a floor, periodic to the sides.
+Grains loose(int nx, int ny, int layers) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> shake(-0.04, 0.04);
-  Eigen::Matrix3Xd r(3, side * side * layers);
-  Eigen::Index n = 0;
+  Eigen::Matrix3Xd r(3, nx * ny * layers);
+  Index n = 0;
   for (int z = 0; z < layers; ++z)
-    for (int y = 0; y < side; ++y)
-      for (int x = 0; x < side; ++x, ++n) {
+    for (int y = 0; y < ny; ++y)
+      for (int x = 0; x < nx; ++x, ++n) {
         r.col(n) << 1.1 * x, 1.1 * y, 0.6 + 1.1 * z;
         for (double& component : r.col(n)) component += shake(random);
       }
   Grains grains{r};
   grains.set_radius(0.5);
-  auto box = phistep::Box<double, 3>::periodic({0, 0, 0}, {1.1 * side, 1.1 * side, 1});
+  auto box = phistep::Box<double, 3>::periodic({0, 0, 0}, {1.1 * nx, 1.1 * ny, 1});
   box.is_periodic[2] = false;
   grains.set_box(box);
   return grains;
 }
+/// side² heaps of 25 grains, apart.
+Grains heaps(int side) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> shake(-0.012, 0.012);
+  Eigen::Matrix3Xd r(3, 25 * side * side);
+  Index n = 0;
+  for (int h = 0; h < side * side; ++h)
+    for (int k = 0; k < 25; ++k, ++n) {
+      const Vector3d corner{12.0 * (h % side), 12.0 * (h / side), 0};
+      if (k < 16) r.col(n) = corner + Vector3d{1.0 * (k % 4), 1.0 * (k / 4), 0.5};
+      else r.col(n) = corner + Vector3d{0.5 + (k - 16) % 3, 0.5 + (k - 16) / 3, 1.25};
+      for (double& component : r.col(n)) component += shake(random);
+    }
+  Grains grains{r};
+  grains.set_radius(0.5);
+  return grains;
+}
 
-struct Result {
-  Grains grains;
-  double seconds = 0;
-  phistep::SleepReport report{};
+/// One way to run a scene.
+template <class Force>
+class Runner {
+ public:
+  Runner(const Grains& start, const Force& force, double speed)
+      : grains_{start},
+        stepper_{phistep::PhiStepper{grains_, force, phistep::symplectic_euler},
+                 phistep::SleepOptions{.speed = speed}} {}
+  void steps(int count) {
+    for (const int end = n_ + count; n_ < end; ++n_)
+      if (const auto report = stepper_.step(grains_, n_ * dt, dt); !report) throw std::runtime_error(report.message());
+  }
+  [[nodiscard]] double timed_chunk() {
+    const Stopwatch watch;
+    steps(chunk);
+    return watch.seconds();
+  }
+  [[nodiscard]] const Grains& grains() const { return grains_; }
+  [[nodiscard]] double time() const { return n_ * dt; }
+  [[nodiscard]] phistep::SleepReport report() const { return stepper_.report(); }
+
+ private:
+  Grains grains_;
+  phistep::Sleeping<phistep::PhiStepper<Grains, Force, std::remove_const_t<decltype(phistep::symplectic_euler)>>>
+      stepper_;
+  int n_ = 0;
 };
-Result run(const Grains& start, int steps, double speed, int threads) {
-  use_threads(threads);
-  Result result{start};
-  phistep::Sleeping stepper{phistep::PhiStepper{result.grains, bed_force(), phistep::symplectic_euler},
-                            phistep::SleepOptions{.speed = speed}};
-  const Stopwatch watch(threads);
-  for (int n = 0; n < steps; ++n)
-    if (const auto report = stepper.step(result.grains, n * dt, dt); !report)
-      throw std::runtime_error(report.message());
-  result.seconds = watch.seconds();
-  result.report = stepper.report();
-  return result;
+Grains settled(const Grains& start, int steps) {
+  Runner run{start, on_floor(), 0};
+  run.steps(steps);
+  return run.grains();
+}
+
+/// Runs a scene with sleeping and without, and says what that cost, what it gained, and by what the heights differ.
+/// @param warm   steps before the clock starts
+/// @param other  what is compared with `start`, all awake, where that isn't `start` itself
+void compare(const char* name, const Grains& start, const auto& force, double speed, int warm, int turns, Table& table,
+             const Grains* other = nullptr) {
+  Runner awake{other != nullptr ? *other : start, force, 0}, sleeping{start, force, speed};
+  awake.steps(warm), sleeping.steps(warm);
+  const auto before = sleeping.report();
+  const std::string scene = name;
+  std::vector<Entrant> entrants{{scene + ", all awake", [&] { return awake.timed_chunk(); }},
+                                {scene + ", sleeping", [&] { return sleeping.timed_chunk(); }}};
+  take_turns(entrants, turns);
+  const auto after = sleeping.report();
+  std::vector<double> ratios;
+  for (std::size_t k = 0; k < entrants[0].times.size(); ++k)
+    ratios.push_back(entrants[1].times[k] / entrants[0].times[k]);
+  std::sort(ratios.begin(), ratios.end());
+  const double n = static_cast<double>(start.size()), grain_steps = n * chunk * turns;
+  const auto height = [](const Grains& g) { return g.r.row(2).mean(); };
+  const double off = height(sleeping.grains()) - height(awake.grains());
+  const double computed = 1 - static_cast<double>(after.skipped - before.skipped) / grain_steps;
+  const double ratio = ratios[ratios.size() / 2];
+  std::printf(
+      "  %-22s computed %5.1f %%, time %5.1f %% of all awake; fell asleep %lld times, woken %lld; energy removed %.1e; "
+      "mean "
+      "height off by %.1e\n",
+      name, 100 * computed, 100 * ratio, static_cast<long long>(after.fell_asleep - before.fell_asleep),
+      static_cast<long long>(after.woken - before.woken), after.energy_removed, off);
+  // The budget: none moves faster than `speed` unseen.
+  if (other == nullptr && std::abs(off) > speed * sleeping.time())
+    throw std::runtime_error(scene + ": asleep, the grains lie elsewhere than awake");
+  table.rates("skipping", start.size(), n * chunk, "M grain-steps/s", entrants, {scene + ", all awake"});
+  table.add({"skipping", scene + ", time of all awake", start.size(), 1, "ratio of medians in turns", "", ratio});
 }
 }  // namespace
 
 void skipping(const Options& options, Table& table) {
-  const int side = options.is_short ? 6 : 16, layers = options.is_short ? 3 : 10, steps = options.is_short ? 200 : 3000;
+  use_threads(1);
+  const bool is_short = options.is_short;
+  const int nx = is_short ? 8 : 40, ny = is_short ? 8 : 50, layers = is_short ? 4 : 10;
+  const int settles = is_short ? 2000 : 25000, warm = is_short ? 500 : 3000, turns = is_short ? 4 : 40;
+  constexpr double slow = 2e-3, stirred_slow = 1e-2;  // as after a fall by 2e-6 and 5e-5 diameters
 
-  const Grains settled = run(loose(side, layers), options.is_short ? 2000 : 10000, 0, 1).grains;
-  const double n = static_cast<double>(settled.size());
-  std::printf("  settled: kinetic energy %.1e a grain\n", settled.v.squaredNorm() / (2 * n));
-  Grains one{Eigen::Matrix3Xd::Constant(3, 1, 0.55 * side)};
-  one.r(2, 0) = settled.r.row(2).maxCoeff() + 2;
-  one.set_radius(0.5).set_box(settled.box());
-  Grains hit = settled;
+  const Grains start = loose(nx, ny, layers), bed = settled(start, settles);
+  compare("settling", start, on_floor(), slow, 0, turns, table);
+  compare("settled", bed, on_floor(), slow, warm, turns, table);
+
+  Grains one{Eigen::Matrix3Xd::Constant(3, 1, 0.55 * nx)};
+  one.r(2, 0) = bed.r.row(2).maxCoeff() + 3;
+  one.v(2, 0) = -2;
+  one.set_radius(0.5).set_box(bed.box());
+  Grains hit = bed;
   hit.add(one);
-  for (const auto& [name, start] :
-       {std::pair<std::string, const Grains*>{"left alone", &settled}, {"hit by one", &hit}}) {
-    const Result on = run(*start, steps, slow, 1), off = run(*start, steps, 0, 1);
-    const auto height = [](const Grains& g) { return g.r.row(2).mean(); };
-    std::printf(
-        "  %s: %lld of %td asleep, %.1f %% of the particle-steps skipped; energy removed %.1e; mean height %.9f, "
-        "without sleep %.9f\n",
-        name.c_str(), static_cast<long long>(on.report.asleep), start->size(),
-        100 * static_cast<double>(on.report.skipped) / (static_cast<double>(start->size()) * steps),
-        on.report.energy_removed, height(on.grains), height(off.grains));
-    std::vector<Entrant> entrants;
-    for (int threads = 1; threads <= options.threads; threads *= 2)
-      for (const bool sleeps : {false, true})
-        entrants.push_back(
-            {name + (sleeps ? ", sleeping" : ", all awake"),
-             [from = start, steps, sleeps, threads] { return run(*from, steps, sleeps ? slow : 0, threads).seconds; },
-             threads});
-    take_turns(entrants, options.rounds);
-    table.rates("skipping", start->size(), n * steps, "M grain-steps/s", entrants, {name + ", all awake"});
-  }
+  compare("hit by one", hit, on_floor(), stirred_slow, warm / 3, turns, table);
+  const double top = bed.r.row(2).maxCoeff();
+  compare("a corner stirred", bed, on_floor() + Stirrer{{3, 3, top}, 4, 1}, stirred_slow, warm, turns, table);
+  compare("creeping, tilted by 5", bed, on_floor(5 * std::numbers::pi / 180), slow, warm, turns, table);
+  compare("creeping, tilted by 15", bed, on_floor(15 * std::numbers::pi / 180), slow, warm, turns, table);
+  compare("a hopper that runs", bed, over_gap(1.1 * nx, 1.1 * ny), stirred_slow, warm / 3, turns, table);
+
+  const Grains many = settled(heaps(is_short ? 3 : 10), settles);
+  compare("heaps, one stirred", many, on_floor() + Stirrer{{1.5, 1.5, 1}, 3, 2}, slow, warm, 10 * turns, table);
+
+  Grains gas = loose(nx, ny, layers);
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  for (double& component : gas.v.reshaped()) component = normal(random);
+  compare("a gas", gas, on_floor(), slow, 50, turns, table);
+
+  Grains held = bed;
+  std::vector<std::uint8_t> still(static_cast<std::size_t>(held.size()), 1);
+  for (std::size_t i = 0; i < still.size(); i += 100) still[i] = 0;
+  held.set_still(still);
+  held.v.setZero(), held.omega.setZero();
+  compare("99 % held", held, on_floor(), 0, 10, turns, table, &bed);
 }
 
 }  // namespace bench

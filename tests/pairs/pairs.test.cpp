@@ -250,16 +250,7 @@ TEST_CASE("a rejected step leaves no trace, and a checkpoint continues bit for b
   for (int n = 0; n < 13; ++n) REQUIRE(stepper.step(y, 0.004 * n, 0.004));
   auto z = y;
   PhiStepper other{z, Pairs{LennardJones{}, 2.5, {.skin = 0.3}}, velocity_verlet};
-  {  // what a checkpoint holds of it
-    Writer out;
-    auto memory = stepper.memory();
-    out(memory);
-    NeighborMemory restored;
-    Reader in{out.bytes()};
-    in(restored);
-    in.finish();
-    other.set_memory(restored);
-  }
+  other.set_memory(from_checkpoint(stepper.memory()));
   // A trial that is far too long: lists are made for where it goes, and go with it.
   const auto kept = y;
   const auto memory = stepper.memory();
@@ -303,16 +294,7 @@ TEST_CASE("a skin finds its width: fewer lists, no pair missed, the same bits fr
 
   auto z = y;
   PhiStepper resumed{z, Pairs{LennardJones{}, cutoff}, velocity_verlet};
-  {
-    Writer out;
-    auto memory = stepper.memory();
-    out(memory);
-    NeighborMemory restored;
-    Reader in{out.bytes()};
-    in(restored);
-    in.finish();
-    resumed.set_memory(restored);
-  }
+  resumed.set_memory(from_checkpoint(stepper.memory()));
   go(stepper, y, 150, 300), go(resumed, z, 150, 300);
   CHECK((y.r == z.r && y.v == z.v));
   CHECK(stepper.force_to_look_at().skin() == resumed.force_to_look_at().skin());

@@ -122,6 +122,16 @@ inline Particles<double, 3> hot(unsigned seed) {
   for (Index i = 0; i < y.v.size(); ++i) y.v.data()[i] = speed(random);
   return y;
 }
+/// What a checkpoint holds of it.
+inline NeighborMemory from_checkpoint(NeighborMemory memory) {
+  Writer out;
+  out(memory);
+  NeighborMemory restored;
+  Reader in{out.bytes()};
+  in(restored);
+  in.finish();
+  return restored;
+}
 }  // namespace pairs_cases
 
 #ifdef _OPENMP

@@ -22,36 +22,11 @@
 
 #include "phistep/core/version.hpp"
 #include "phistep/sleep/sleep_report.hpp"
+#include "phistep/sleep/sleeper.hpp"
 #include "phistep/state/particle_fingerprint.hpp"
 #include "phistep/state/particles.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
-
-/// One particle, asleep or awake.
-struct Sleeper {
-  enum class Kind : std::uint8_t {
-    held,     ///< by the user
-    awake,    ///<
-    watched,  ///< slow: computed as any other
-    asleep    ///< not computed
-  };
-  Kind kind = Kind::awake;
-  bool moves = false;            ///< held, with a velocity or a spin
-  std::uint64_t properties = 0;  ///< fingerprint of its mass, radius …
-  std::uint64_t seen = 0;        ///< … and of its numbers in the state: asleep, or held at rest
-  std::int32_t naps = 0;         ///< how often its sleep expired
-  std::int32_t quiet = 0;        ///< steps
-  double impulse = 0;            ///< [force] left out while it sleeps
-  double since = 0;              ///< [time] by the clock: quiet from then on
-  double expires = 0;            ///< [time] by the clock: when its sleep does
-
-  [[nodiscard]] bool is_asleep() const { return kind == Kind::asleep; }
-  [[nodiscard]] bool is_computed() const { return kind == Kind::awake || kind == Kind::watched; }
-  /// It stays as it is, so that a change of it is an edit.
-  [[nodiscard]] bool rests() const { return kind == Kind::asleep || (kind == Kind::held && !moves); }
-  /// Who touches it can't sleep.
-  [[nodiscard]] bool disturbs() const { return kind == Kind::awake || (kind == Kind::held && moves); }
-};
 
 /// Those of a state.
 template <class S>
@@ -81,6 +56,8 @@ struct Sleepers {
   double impulse_rate = 0;        ///< [force] Σ of those asleep
   std::uint64_t seen = 0;         ///< Σ of those that rest
   std::int64_t since_check = 0;   ///< steps
+  std::int64_t sets = 0;          ///< active sets made since the last check
+  double unrest = 0;              ///< largest number of sets a step, of late
   bool meddled = false;           ///< the state was changed after the step
   bool changed = false;           ///< somebody's kind, since lists were made of them
 
@@ -209,6 +186,9 @@ struct Sleepers {
         }
       count();
     }
+    // Remembered for some fifty checks: who has been put to sleep and woken in vain isn't put to sleep again at once.
+    unrest = std::max(0.97 * unrest, std::min(1.0, static_cast<double>(sets) / static_cast<double>(since_check)));
+    sets = 0;
     since_check = 0;
     checked = clock;
   }

@@ -14,7 +14,7 @@
 /// then wakes all.
 ///
 /// Who sleeps is left out of the stepper's active set (state/active_set.hpp): lists and springs stay over all. Where more
-/// than nine tenths would be computed anyway, nobody sleeps.
+/// than nine tenths would be computed anyway (six tenths, if the set changes at every step), nobody sleeps.
 ///
 /// Not seen: a force that changes with time by itself.
 ///
@@ -157,7 +157,8 @@ class Sleeping {
     auto& sleepers = self.sleepers_;
     f("steps", self.steps_, "since_check", sleepers.since_check, "clock", sleepers.clock, "checked", sleepers.checked,
       "review", sleepers.review, "impulse_rate", sleepers.impulse_rate, "seen", sleepers.seen, "free", sleepers.free,
-      "meddled", sleepers.meddled, "changed", sleepers.changed, "scene", self.edits_, "stepper", self.stepper_);
+      "sets", sleepers.sets, "unrest", sleepers.unrest, "meddled", sleepers.meddled, "changed", sleepers.changed,
+      "scene", self.edits_, "stepper", self.stepper_);
   }
 
   [[nodiscard]] bool is_all_asleep() const {
@@ -209,6 +210,7 @@ class Sleeping {
     const std::shared_ptr<ActiveSet> active = sets_.take();
     active->assign(sleepers_.is_computed, next_body_serial());
     active_ = active;
+    ++sleepers_.sets;
     watch_.follow_kinds(sleepers_, active->list());
     if (sleepers_.report.asleep == 0) stepper_.set_active(nullptr);
     else stepper_.set_active(active_);
