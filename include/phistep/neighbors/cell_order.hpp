@@ -19,6 +19,7 @@
 #include <string>
 #include <vector>
 
+#include "phistep/core/resize.hpp"
 #include "phistep/core/shares.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/neighbors/domain.hpp"
@@ -47,7 +48,7 @@ class CellOrder {
       throw std::invalid_argument("phistep: too many particles for one neighbour list");
     lay_grid(n, range);
     const std::uint64_t outside = n_[0] * n_[1] * n_[2];  // what is not a number has no place
-    order_.resize(n);
+    resize_with_spare(order_, n);
     std::atomic<std::uint64_t> top = 0;
     by_threads(n, [&](std::size_t begin, std::size_t end) {
       std::uint64_t largest = 0;
@@ -59,9 +60,9 @@ class CellOrder {
       }
     });
     sort_(order_, top);
-    slots.resize(n);
-    for (auto& x : x_) x.resize(n + overhang);
-    is_home_.resize(n);
+    resize_with_spare(slots, n);
+    for (auto& x : x_) resize_with_spare(x, n + overhang);
+    resize_with_spare(is_home_, n);
     by_threads(n, [&](std::size_t begin, std::size_t end) {
       for (std::size_t s = begin; s < end; ++s) {
         if (const std::size_t ahead = order_[std::min(s + 24, n - 1)].entry; ahead < particles_)
@@ -138,7 +139,7 @@ class CellOrder {
       if (!domain_->periodic[a]) continue;
       const double length = domain_->length[a], lower = domain_->lower[a];
       const std::size_t so_far = particles_ + images_.size();
-      order_.resize(so_far);
+      resize_with_spare(order_, so_far);
       const auto at_of = [&](std::size_t e) {
         if (e >= particles_) return place(images_[e - particles_], a);
         const double x = r_[e * dim + a];
