@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "phistep/contacts/contact_kernel.hpp"
+#include "phistep/core/resize.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/simd/update.hpp"
 
@@ -25,7 +26,7 @@ struct SpringTable {
   struct Lengths {
     std::array<std::vector<Scalar>, 3> x;
     void resize(std::size_t n) {
-      for (auto& a : x) a.resize(n);
+      for (auto& a : x) resize_with_spare(a, n);
     }
     /// Of one contact; 0 where none are kept.
     [[nodiscard]] Triple<Scalar> operator[](std::size_t c) const {
@@ -61,7 +62,7 @@ struct SpringTable {
   [[nodiscard]] std::size_t size() const { return place.size(); }
   [[nodiscard]] bool rolls() const { return !roll.x[0].empty(); }
   void resize(std::size_t contacts, bool with_roll) {
-    place.resize(contacts);
+    resize_with_spare(place, contacts);
     slip.resize(contacts + padding);
     roll.resize(with_roll ? contacts + padding : 0);
   }

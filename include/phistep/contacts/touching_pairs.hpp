@@ -14,6 +14,7 @@
 #include "phistep/contacts/contact_pairs.hpp"
 #include "phistep/contacts/contact_slots.hpp"
 #include "phistep/contacts/spring_table.hpp"
+#include "phistep/core/resize.hpp"
 #include "phistep/core/shares.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/simd/pack.hpp"
@@ -38,7 +39,7 @@ class TouchingPairs {
     const std::size_t count = pairs.count;
     const NearestImage<P> nearest{period};
     auto& contact = table.place;
-    for (auto* array : {&contact, &from, &i, &j}) array->resize(count + width);
+    for (auto* array : {&contact, &from, &i, &j}) resize_with_spare(*array, count + width);
     found_.assign(thread_count(), {});
     // Threads write where their own pairs stand; then the gaps are closed.
     for_each_share(count, width, shared_from / 64, [&](const Share& own) {

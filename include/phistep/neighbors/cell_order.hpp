@@ -17,10 +17,9 @@
 #include <mutex>
 #include <stdexcept>
 #include <string>
-#include <tuple>
-#include <utility>
 #include <vector>
 
+#include "phistep/core/resize.hpp"
 #include "phistep/core/shares.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/neighbors/domain.hpp"
@@ -49,7 +48,7 @@ class CellOrder {
       throw std::invalid_argument("phistep: too many particles for one neighbour list");
     lay_grid(n, range);
     const std::uint64_t outside = n_[0] * n_[1] * n_[2];  // what is not a number has no place
-    order_.resize(n);
+    resize_with_spare(order_, n);
     std::atomic<std::uint64_t> top = 0;
     by_threads(n, [&](std::size_t begin, std::size_t end) {
       std::uint64_t largest = 0;
@@ -61,9 +60,9 @@ class CellOrder {
       }
     });
     sort_(order_, top);
-    slots.resize(n);
-    for (auto& x : x_) x.resize(n + overhang);
-    is_home_.resize(n);
+    resize_with_spare(slots, n);
+    for (auto& x : x_) resize_with_spare(x, n + overhang);
+    resize_with_spare(is_home_, n);
     by_threads(n, [&](std::size_t begin, std::size_t end) {
       for (std::size_t s = begin; s < end; ++s) {
         if (const std::size_t ahead = order_[std::min(s + 24, n - 1)].entry; ahead < particles_)
@@ -119,16 +118,18 @@ class CellOrder {
     std::array<double, dim> x;
   };
   [[nodiscard]] Entry entry(std::size_t e) const {
+    Entry one{slot_of(e), {}};
+    for (std::size_t a = 0; a < dim; ++a) one.x[a] = place(one.slot, a);
+    return one;
+  }
+  [[nodiscard]] NeighborList::Slot slot_of(std::size_t e) const {
     if (e >= particles_) return images_[e - particles_];
-    Entry home{{static_cast<std::int32_t>(e), {}}, {}};
-    for (std::size_t a = 0; a < dim; ++a) std::tie(home.slot.image[a], home.x[a]) = home_of(e, a);
+    NeighborList::Slot home{static_cast<std::int32_t>(e), {}};
+    for (std::size_t a = 0; a < dim; ++a) home.image[a] = domain_->image(a, r_[e * dim + a]);
     return home;
   }
-  /// How often particle e is shifted along an axis, and where it is then.
-  [[nodiscard]] std::pair<std::int32_t, double> home_of(std::size_t e, std::size_t a) const {
-    const double x = r_[e * dim + a];
-    const std::int32_t image = domain_->image(a, x);
-    return {image, x + image * domain_->length[a]};
+  [[nodiscard]] double place(const NeighborList::Slot& slot, std::size_t a) const {
+    return r_[static_cast<std::size_t>(slot.particle) * dim + a] + slot.image[a] * domain_->length[a];
   }
 
   /// The images within the range of the box: along each axis those of all there are so far, so that corners are in.
@@ -138,9 +139,11 @@ class CellOrder {
       if (!domain_->periodic[a]) continue;
       const double length = domain_->length[a], lower = domain_->lower[a];
       const std::size_t so_far = particles_ + images_.size();
-      order_.resize(so_far);
+      resize_with_spare(order_, so_far);
       const auto at_of = [&](std::size_t e) {
-        return e < particles_ ? home_of(e, a).second : images_[e - particles_].x[a];
+        if (e >= particles_) return place(images_[e - particles_], a);
+        const double x = r_[e * dim + a];
+        return x + domain_->image(a, x) * length;
       };
       // Those near an end of the period: few, found by threads, each from where its share begins.
       found_.assign(2 * thread_count(), 0);
@@ -151,6 +154,9 @@ class CellOrder {
             order_[last++].entry = static_cast<std::uint32_t>(e);
         found_[2 * own.number] = own.begin, found_[2 * own.number + 1] = last;
       });
+      std::size_t more = images_.size();
+      for (std::size_t t = 0; t < found_.size(); t += 2) more += found_[t + 1] - found_[t];
+      if (images_.capacity() < more) images_.reserve(more + more / 16);
       for (std::size_t t = 0; t < found_.size(); t += 2)
         for (std::size_t f = found_[t]; f < found_[t + 1]; ++f) {
           const std::size_t e = order_[f].entry;
@@ -158,12 +164,11 @@ class CellOrder {
           // Positions beyond the numbers' resolution are not wrapped: those have no images.
           const auto from = std::ceil(std::clamp((lower - range - at) / length, -8.0, 9.0));
           const auto to = std::floor(std::clamp((lower + length + range - at) / length, -9.0, 8.0));
-          const Entry home = entry(e);
-          Entry image = home;
+          const NeighborList::Slot home = slot_of(e);
+          NeighborList::Slot image = home;
           for (auto k = static_cast<std::int32_t>(from); k <= static_cast<std::int32_t>(to); ++k) {
             if (k == 0) continue;
-            image.x[a] = home.x[a] + k * length;
-            image.slot.image[a] = home.slot.image[a] + k;
+            image.image[a] = home.image[a] + k;
             images_.push_back(image);
           }
         }
@@ -219,7 +224,7 @@ class CellOrder {
   const double* r_ = nullptr;  // of the call
   const Domain* domain_ = nullptr;
   std::size_t particles_ = 0;
-  std::vector<Entry> images_;
+  std::vector<NeighborList::Slot> images_;
   std::array<std::vector<double>, dim> x_;  // of the slots
   std::vector<std::uint8_t> is_home_;
   std::vector<Keyed> order_;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "phistep/core/relay.hpp"
+#include "phistep/core/resize.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/neighbors/cell_order.hpp"
 #include "phistep/neighbors/domain.hpp"
@@ -114,7 +115,7 @@ class ListBuilder {
         // As much as the rows so far let expect, or a few rows: an ample reserve would be a third of all memory.
         const std::size_t done = r - begin,
                           expected = done < 32 ? 0 : static_cast<std::size_t>(used) * (end - begin) / done;
-        chunk.neighbors.resize(std::max(needed + needed / 32, expected + expected / 64));
+        resize_with_spare(chunk.neighbors, std::max(needed, expected));
       }
       std::int32_t* out = chunk.neighbors.data() + used;
       const std::int32_t* const start = out;

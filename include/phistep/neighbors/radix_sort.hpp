@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "phistep/core/resize.hpp"
 #include "phistep/core/shares.hpp"
 #include "phistep/core/version.hpp"
 
@@ -23,7 +24,7 @@ class RadixSort {
   /// Ascending by key; equal ones keep their order.
   /// @param top  no key is larger
   void operator()(std::vector<Keyed>& items, std::uint64_t top) {
-    other_.resize(items.size());
+    resize_with_spare(other_, items.size());
     next_.resize(thread_count());
     for (int shift = 0; shift < static_cast<int>(std::bit_width(top)); shift += digit) {
       const auto bin = [shift](const Keyed& item) { return (item.key >> shift) & (bins - 1); };
