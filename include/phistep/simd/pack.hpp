@@ -214,7 +214,7 @@ template <class P>
       };
       if constexpr (width == 4) return quad(k);
 #if defined(__AVX512F__)
-      // Loaded to where they stand, three of four shuffles the less.
+      // Loads that put a struct to where it stands in the register, in the place of shuffles.
       else if constexpr (sizeof(Scalar) == 8 && width == 8)
         return _mm512_mask_broadcast_f64x4(_mm512_castpd256_pd512(quad(k)), 0xf0, quad(k + 4));
       else if constexpr (width == 16) {
