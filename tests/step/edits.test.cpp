@@ -1,4 +1,9 @@
 // The state belongs to the user, who may edit it between steps: nothing carried over may then be stale.
+#include <phistep/io/checkpoint.hpp>
+
+#include <cmath>
+#include <sstream>
+
 #include "step/edits_cases.hpp"
 #include "support/shared_force.hpp"
 
@@ -69,6 +74,35 @@ TEST_CASE("an edit from +0 to -0 is seen, in small states and large ones") {
   check_sign_of_zero<Eigen::Matrix<float, 3, 1>>(velocity_verlet, 3);
   check_sign_of_zero<Eigen::Matrix<long double, 2, 1>>(velocity_verlet, 2);
   check_sign_of_zero<Eigen::VectorXd>(velocity_verlet, 3);
+}
+
+// States of up to 4096 numbers are kept, of larger ones a fingerprint; a checkpoint leaves a fingerprint of either.
+TEST_CASE("one bit of any position is seen, between steps and after a checkpoint") {
+  const auto force = [](const Eigen::VectorXd& r) -> Eigen::VectorXd { return -r; };
+  for (const Eigen::Index n : {1, 7, 30, 4096, 4097})
+    for (const bool saves : {false, true}) {
+      Motion y{Eigen::VectorXd::LinSpaced(n, 1, 2).eval(), Eigen::VectorXd::Zero(n).eval()};
+      PhiStepper stepper{y, force, velocity_verlet};
+      REQUIRE(stepper.step(y, 0, 0.1));
+      std::int64_t calls = 2;
+      for (const Eigen::Index edited : {Eigen::Index{-1}, Eigen::Index{0}, n / 2, n - 1}) {
+        CAPTURE(n, saves, edited);
+        if (saves) {
+          std::stringstream file;
+          save_checkpoint(file, stepper, y);
+          load_checkpoint(file, stepper, y);
+        }
+        if (edited >= 0) y.r[edited] = std::nextafter(y.r[edited], 0.0);
+        y.v[0] += 1;  // which this force doesn't see
+        auto z = y;
+        PhiStepper fresh{z, force, velocity_verlet};
+        REQUIRE(stepper.step(y, 0.1, 0.1));
+        REQUIRE(fresh.step(z, 0.1, 0.1));
+        CHECK((y.r == z.r && y.v == z.v));
+        calls += edited >= 0 ? 2 : 1;
+        CHECK(stepper.statistics().force_calls == calls);
+      }
+    }
 }
 
 TEST_CASE("an edit that leaves a contact does not meet the contact's tangent") {
