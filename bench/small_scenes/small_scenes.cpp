@@ -5,8 +5,8 @@
 /// For each scene and scheme: phistep by integrate() and by step(), and the loop; the ways in turns, in one process, CPU time,
 /// medians. Answers are compared first.
 ///     bench_small_scenes [rounds, 21]
-#include <phistep/phistep.hpp>
 #include <phistep/force/springs.hpp>
+#include <phistep/phistep.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -110,9 +110,7 @@ void spring(const char* name, Scheme scheme, auto hand, int rounds) {
 struct NetForce {
   Net net;
   static constexpr bool uses_velocity = false, uses_time = false;
-  void add(double /*t*/, const auto& y, auto& out) const {
-    add_forces(net, y.r.data(), out.force.data(), y.r.size());
-  }
+  void add(double /*t*/, const auto& y, auto& out) const { add_forces(net, y.r.data(), out.force.data(), y.r.size()); }
 };
 
 /// `rows` × `columns` beads, neighbours tied along rows, columns and one diagonal.

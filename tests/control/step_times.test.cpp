@@ -169,34 +169,51 @@ void check_faults(const S& y, auto make_force, auto scheme, bool can_be_of_wrong
 
 TEST_CASE("several steps in a call leave the bits and the counts of single steps") {
   SECTION("forward Euler") {
-    check_all(start, [](Plan& p) { return of_place(p); }, forward_euler);
-    check_all(start, [](Plan& p) { return of_time(p); }, forward_euler);
-    check_all(first_order_start, [](Plan& p) { return rate(p); }, forward_euler);
+    check_all(
+        start, [](Plan& p) { return of_place(p); }, forward_euler);
+    check_all(
+        start, [](Plan& p) { return of_time(p); }, forward_euler);
+    check_all(
+        first_order_start, [](Plan& p) { return rate(p); }, forward_euler);
   }
-  SECTION("symplectic Euler") { check_all(start, [](Plan& p) { return of_place(p); }, symplectic_euler); }
+  SECTION("symplectic Euler") {
+    check_all(
+        start, [](Plan& p) { return of_place(p); }, symplectic_euler);
+  }
   SECTION("velocity Verlet") {
-    check_all(start, [](Plan& p) { return of_place(p); }, velocity_verlet);
-    check_all(start, [](Plan& p) { return hardening(p); }, velocity_verlet);
+    check_all(
+        start, [](Plan& p) { return of_place(p); }, velocity_verlet);
+    check_all(
+        start, [](Plan& p) { return hardening(p); }, velocity_verlet);
   }
   SECTION("stages") {
-    check_all(start, [](Plan& p) { return of_time(p); }, tsit5);
-    check_all(start, [](Plan& p) { return of_place(p); }, srkn6b);
-    check_all(first_order_start, [](Plan& p) { return rate(p); }, tsit5);
+    check_all(
+        start, [](Plan& p) { return of_time(p); }, tsit5);
+    check_all(
+        start, [](Plan& p) { return of_place(p); }, srkn6b);
+    check_all(
+        first_order_start, [](Plan& p) { return rate(p); }, tsit5);
   }
 }
 
 TEST_CASE("a fault at any call of a run of several steps leaves what it leaves of single steps") {
   SECTION("forward Euler") {
-    check_faults(start, [](Plan& p) { return of_place_and_velocity(p); }, forward_euler);
-    check_faults(first_order_start, [](Plan& p) { return rate(p); }, forward_euler);
+    check_faults(
+        start, [](Plan& p) { return of_place_and_velocity(p); }, forward_euler);
+    check_faults(
+        first_order_start, [](Plan& p) { return rate(p); }, forward_euler);
   }
   SECTION("velocity Verlet") {
-    check_faults(start, [](Plan& p) { return of_place(p); }, velocity_verlet);
-    check_faults(start, [](Plan& p) { return hardening(p); }, velocity_verlet, false);  // it adds: Eigen checks
+    check_faults(
+        start, [](Plan& p) { return of_place(p); }, velocity_verlet);
+    check_faults(
+        start, [](Plan& p) { return hardening(p); }, velocity_verlet, false);  // it adds: Eigen checks
   }
   SECTION("stages") {
-    check_faults(start, [](Plan& p) { return of_place(p); }, srkn6b);
-    check_faults(first_order_start, [](Plan& p) { return rate(p); }, tsit5);
+    check_faults(
+        start, [](Plan& p) { return of_place(p); }, srkn6b);
+    check_faults(
+        first_order_start, [](Plan& p) { return rate(p); }, tsit5);
   }
 }
 

@@ -29,20 +29,20 @@ void compare_decay(const auto& scheme, const auto& control, double difference) {
 }
 /// … and of swings, with an event and samples inside of steps.
 template <class Field, class Vector>
-void compare_swings(const Field& force, const Vector& like, const auto& scheme, const auto& control, double difference) {
+void compare_swings(const Field& force, const Vector& like, const auto& scheme, const auto& control,
+                    double difference) {
   const std::vector<double> times{0.31, 1.3};
   std::vector<double> samples, expected_samples;
   Motion<LocalField> y{local_field({1, 2, 3}), local_field({0, 0, 0})};
   PhiStepper stepper{y, force, scheme, mass(2.0), newton(Diagonal{2.0})};
   const RunReport report = integrate(
-      stepper, y, {0.0, 3.0}, control,
-      event([](double, const Motion<LocalField>& at) { return numbers(at.r)[0]; }),
+      stepper, y, {0.0, 3.0}, control, event([](double, const Motion<LocalField>& at) { return numbers(at.r)[0]; }),
       at_times(times, [&](double, const auto& at) { samples.push_back(numbers(at.r)[1]); }));
   Motion<Eigen::VectorXd> z{Eigen::VectorXd{{1, 2, 3}}, Eigen::VectorXd{{0, 0, 0}}};
   PhiStepper reference{z, like, scheme, mass(2.0)};
-  const RunReport expected = integrate(
-      reference, z, {0.0, 3.0}, control, event([](double, const auto& at) { return at.r[0]; }),
-      at_times(times, [&](double, const auto& at) { expected_samples.push_back(at.r[1]); }));
+  const RunReport expected =
+      integrate(reference, z, {0.0, 3.0}, control, event([](double, const auto& at) { return at.r[0]; }),
+                at_times(times, [&](double, const auto& at) { expected_samples.push_back(at.r[1]); }));
   REQUIRE(report);
   CHECK(report.statistics.steps == expected.statistics.steps);
   CHECK((eigen(y.r) - z.r).lpNorm<Eigen::Infinity>() <= difference);
@@ -55,7 +55,9 @@ const auto swings = [](const Eigen::VectorXd& r) {
   for (Eigen::Index i = 0; i < r.size(); ++i) out[i] = fields::pull(static_cast<std::size_t>(i), r[i]);
   return out;
 };
-const auto damped = [](const Eigen::VectorXd& r, const Eigen::VectorXd& v) { return Eigen::VectorXd(swings(r) - 0.1 * v); };
+const auto damped = [](const Eigen::VectorXd& r, const Eigen::VectorXd& v) {
+  return Eigen::VectorXd(swings(r) - 0.1 * v);
+};
 }  // namespace
 
 TEST_CASE("first-order fields take the steps of Eigen's vectors") {
@@ -162,6 +164,7 @@ TEST_CASE("… out of a run, wherever it began") {
     CAPTURE(at);
     LocalField y = local_field({1, 2, 3});
     PhiStepper stepper{y, fields::Decay{at}, rodas4, newton(Diagonal{})};
-    CHECK_THROWS_WITH(integrate(stepper, y, {0.0, 1.0}, tolerance{.rtol = 1e-6, .atol = 1e-6}), "the force of this rank");
+    CHECK_THROWS_WITH(integrate(stepper, y, {0.0, 1.0}, tolerance{.rtol = 1e-6, .atol = 1e-6}),
+                      "the force of this rank");
   }
 }

@@ -74,14 +74,14 @@ class ErrorNorm {
           },
           Blocks<Plain>::all(y), Blocks<Plain>::all(weight));
       return all;
-    }
-    else each(
-        y,
-        [&all](Scalar scale) {
-          all = all && scale > 0;
-          return scale > 0 ? 1 / scale : Scalar{0};
-        },
-        weight);
+    } else
+      each(
+          y,
+          [&all](Scalar scale) {
+            all = all && scale > 0;
+            return scale > 0 ? 1 / scale : Scalar{0};
+          },
+          weight);
     return all;
   }
 
@@ -176,7 +176,8 @@ class ErrorNorm {
     double sum = 0;
     for_each_block(
         [&](auto k, const auto& e, const auto& a, const auto& b) {
-          sum += std::remove_cvref_t<decltype(e)>::Ops::square(e.handle(), a.handle(), b.handle(), block_atol(k), rtol_);
+          sum +=
+              std::remove_cvref_t<decltype(e)>::Ops::square(e.handle(), a.handle(), b.handle(), block_atol(k), rtol_);
         },
         Blocks<Plain>::all(error), Blocks<Plain>::all(y), Blocks<Plain>::all(next));
     const Index n = count_of(Blocks<Plain>::all(error));

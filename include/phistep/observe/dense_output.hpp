@@ -113,8 +113,8 @@ class DenseOutput {
   void know_slopes() {
     if (known_) return;
     for (Plain* y : {&slope0_, &slope1_, &value_})
-      for_each_block([](auto, auto& block, const auto& like) { set_shape_like(block, like); },
-                     Blocks<S>::all(*y), Blocks<S>::all(*start_));
+      for_each_block([](auto, auto& block, const auto& like) { set_shape_like(block, like); }, Blocks<S>::all(*y),
+                     Blocks<S>::all(*start_));
     slopes_.fill(slopes_.self, slope0_, slope1_);
     known_ = true;
   }

@@ -102,7 +102,8 @@ class InPlaceStep {
   /// The state's v is v + γ M⁻¹Ψ(t, r): the step's last pass.
   [[nodiscard]] Outcome resolve(Data& step, const Gamma<Scalar>& gamma, Scalar t) {
     evaluate(step.state, t);
-    if (!pass<false, true>(step, Advance{gamma.force, Zero{}, Zero{}}, false, nullptr)) return Outcome::non_finite_state;
+    if (!pass<false, true>(step, Advance{gamma.force, Zero{}, Zero{}}, false, nullptr))
+      return Outcome::non_finite_state;
     known_ = step.origin == Origin::unedited ? Known::unchecked : Known::checked;
     t_ = t;
     return Outcome::success;
@@ -135,7 +136,8 @@ class InPlaceStep {
   template <bool keeps_state, bool keeps_psi>
   [[nodiscard]] bool pass(Data& step, const auto& by, bool looks, const Scalar* psi) {
     const auto& mass = std::get<0>(rhs_->masses());
-    PassInPlace<S, std::remove_cvref_t<decltype(mass.scaled(by.kick))>, std::remove_cvref_t<decltype(by)>> pass{step.state, mass.scaled(by.kick), by, psi};
+    PassInPlace<S, std::remove_cvref_t<decltype(mass.scaled(by.kick))>, std::remove_cvref_t<decltype(by)>> pass{
+        step.state, mass.scaled(by.kick), by, psi};
     const bool finite = pass.template run<keeps_state, keeps_psi>(log_, looks);
     if constexpr (keeps_state) found_ = pass.found(), seen_ = pass.left();
     return finite;

@@ -315,7 +315,7 @@ class Kernel {
       needs.passes == 1 && !ShowsTrials<S> && InPlaceUpdate<S, Rhs>::template serves<Transaction::in_registers>;
   /// Particles outside the active set are not written.
   static constexpr bool follows_active =
-      needs.passes > 0 && Rhs::takes_active && std::is_same_v<S, Plain> && !Rhs::has_matrix_mass;
+      needs.passes > 0 && !Rhs::has_matrix_mass && std::is_same_v<S, Plain> && Rhs::takes_active;
   struct Nothing {
     static void forget() {}
   };

@@ -217,4 +217,3 @@ class PassInPlace {
 };
 
 }  // namespace phistep::inline PHISTEP_ABI
-

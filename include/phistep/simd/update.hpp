@@ -151,8 +151,7 @@ template <class Witness, class Kernel, class Scalar, class... Scalars>
       troubles = bit_or(troubles, x - x);
       ((troubles = bit_or(troubles, y - y)), ...);
     }
-  }
-  (Packet<Scalar>{}, Packet<Scalars>{}...);
+  }(Packet<Scalar>{}, Packet<Scalars>{}...);
 }
 #endif
 
@@ -290,8 +289,8 @@ template <std::ptrdiff_t n, class Kernel, class Scalar, std::same_as<Scalar>... 
     Packet<Scalar> troubles{0};
     [&]<std::size_t... i>(std::index_sequence<i...>) PHISTEP_DETAIL_INLINED {
       (detail::fill_packet<FiniteWitness<Scalar>>(
-           static_cast<std::ptrdiff_t>(i) * width, kernel,
-           [](auto x, Scalar* p) PHISTEP_DETAIL_INLINED { x.store(p); }, troubles, out, more...),
+           static_cast<std::ptrdiff_t>(i) * width, kernel, [](auto x, Scalar* p) PHISTEP_DETAIL_INLINED { x.store(p); },
+           troubles, out, more...),
        ...);
     }
     (std::make_index_sequence<static_cast<std::size_t>(packets)>{});

@@ -76,7 +76,9 @@ void for_each_change(const std::vector<std::int32_t>& before, const std::vector<
 /// A term of a force that leaves the forces on particles outside the active set as they are, so that they need not be set to
 /// zero: it says `static constexpr bool computes_active_only = true`.
 template <class F>
-inline constexpr bool computes_active_only = requires { requires F::computes_active_only; };
+inline constexpr bool computes_active_only = requires {
+  requires F::computes_active_only;
+};
 
 /// Those of a force's view that are computed; null: all.
 [[nodiscard]] const ActiveSet* active_set(const auto& y) {

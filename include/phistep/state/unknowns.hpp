@@ -35,7 +35,8 @@ struct UnknownsOf<S> {
   static_assert(solved_blocks<S> == 1,
                 "phistep: an implicit step solves for one field; join those of a state in one vector (PETSc's "
                 "DMComposite, SUNDIALS' ManyVector)");
-  using type = std::remove_cvref_t<std::tuple_element_t<0, decltype(Blocks<S>::solved(std::declval<PlainState<S>&>()))>>;
+  using type =
+      std::remove_cvref_t<std::tuple_element_t<0, decltype(Blocks<S>::solved(std::declval<PlainState<S>&>()))>>;
 };
 
 /// One block's unknowns within a vector of all unknowns.

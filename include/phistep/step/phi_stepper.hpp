@@ -345,8 +345,8 @@ class PhiStepper {
         return report;
       }
     return kernel_.run(
-        state, all, origin, false,
-        [this](auto& step) PHISTEP_DETAIL_INLINED { return working_.step(kernel_, step); }, accepted);
+        state, all, origin, false, [this](auto& step) PHISTEP_DETAIL_INLINED { return working_.step(kernel_, step); },
+        accepted);
   }
   /// Without parameters, which are the program's.
   [[nodiscard]] static std::string type_of_scheme() {
