@@ -60,7 +60,6 @@ struct Sleepers {
   double unrest = 0;              ///< largest number of sets a step, of late
   bool meddled = false;           ///< the state was changed after the step
   bool changed = false;           ///< somebody's kind, since lists were made of them
-
   explicit Sleepers(SleepOptions given) : options{given} {}
   [[nodiscard]] Sleeper& operator[](Index i) { return all[static_cast<std::size_t>(i)]; }
   [[nodiscard]] const Sleeper& operator[](Index i) const { return all[static_cast<std::size_t>(i)]; }
