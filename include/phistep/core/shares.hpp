@@ -28,7 +28,7 @@ struct Share {
   std::size_t number, begin, end;
 
   /// @param unit    each share but the last is a multiple of it
-  /// @param number  of the share, among so many
+  /// @param which   the number of the share, among so many
   Share(std::size_t n, std::size_t unit, std::size_t which, std::size_t among) : number{which} {
     const std::size_t units = (n + unit - 1) / unit;
     begin = std::min(n, units * which / among * unit);
