@@ -157,7 +157,7 @@ class InPlaceUpdate {
     using Numbers = typename std::remove_cvref_t<decltype(part)>::PlainObject;
     part = Eigen::Map<const Numbers>(numbers, part.rows(), part.cols());
   }
-  S* place_ = nullptr;                                            // during a step
+  S* place_ = nullptr;  // during a step
   bool unedited_ = false, bounds_hold_ = false;
   bool knows_bounds_ = false;                                     // for the next call
   std::array<Scalar, blocks> largest_{};                          // no number of a block is larger
