@@ -46,8 +46,11 @@ class InPlaceUpdate {
   void begin(S* place, bool unedited) {
     place_ = place;
     unedited_ = unedited;
-    knows_bounds_ = knows_bounds_ && unedited;
+    // A step that fails, throws or isn't done here leaves the state to be looked at again.
+    bounds_hold_ = std::exchange(knows_bounds_, false) && unedited;
   }
+  /// All are done.
+  void end() { knows_bounds_ = bounds_hold_; }
   /// True: the state is y + γ M⁻¹Ψ, and finite. False: nothing has changed, and the step has to be done beside it.
   /// @param y  the state, or what was gathered from it
   [[nodiscard]] bool advance(const Rhs& rhs, const Plain& y, const auto& by, const auto& psi) {
@@ -57,8 +60,7 @@ class InPlaceUpdate {
       copy_views<S>(*place_, y);
       return false;
     } else {
-      // A step that fails or isn't done here leaves the state to be looked at again.
-      const bool bounds_hold = std::exchange(knows_bounds_, false);
+      const bool bounds_hold = std::exchange(bounds_hold_, false);
       // Past the caches all that counts is how many bytes move: beside the state Ψ is read once.
       if (!unedited_ || is_short(y) || is_streamed(y)) return false;
       if (!bounds_hold) measure(rhs, y);
@@ -69,7 +71,7 @@ class InPlaceUpdate {
             update_in_place_unwatched(to.size(), kernel, to.data(), position.data()...);
           },
           *place_);
-      return knows_bounds_ = true;
+      return bounds_hold_ = true;
     }
   }
 
@@ -155,8 +157,9 @@ class InPlaceUpdate {
     using Numbers = typename std::remove_cvref_t<decltype(part)>::PlainObject;
     part = Eigen::Map<const Numbers>(numbers, part.rows(), part.cols());
   }
-  S* place_ = nullptr;                                            // during a step
-  bool unedited_ = false, knows_bounds_ = false;                  // the latter: for the next step
+  S* place_ = nullptr;  // during a step
+  bool unedited_ = false, bounds_hold_ = false;
+  bool knows_bounds_ = false;                                     // for the next call
   std::array<Scalar, blocks> largest_{};                          // no number of a block is larger
   std::array<Scalar, blocks - drifting> largest_inverse_mass_{};  // [1/mass]
 };

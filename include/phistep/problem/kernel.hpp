@@ -306,7 +306,10 @@ class Kernel {
       done.is = keeps_tries || report || !is_begun(report.outcome());
       return report;
     } else {
-      return transaction_.run(rhs_, state, steps, origin, advance, accepted);
+      const StepReport report = transaction_.run(rhs_, state, steps, origin, advance, accepted);
+      if constexpr (writes_in_place)
+        if (report) in_place_.end();
+      return report;
     }
   }
   /// A kick whose Ψ is carried must not be scaled by a matrix mass in place.
