@@ -11,8 +11,8 @@ namespace phistep::inline PHISTEP_ABI {
 /// The coefficients of a resolve: γ on the force and γ on the drift. [time]
 template <class Scalar>
 struct Gamma {
-  Scalar force;
-  Scalar drift;
+  Scalar force;  ///< γ_f, on Ψ
+  Scalar drift;  ///< γ_d, on a motion's v
   friend bool operator==(const Gamma&, const Gamma&) = default;
 };
 
