@@ -40,6 +40,10 @@ struct StepData {
   bool psi_carried = psi_known;  ///< it comes from the step before, to what that has solved
   bool is_state_next = false;    ///< the state is what next would be, nothing is left to commit
   static constexpr bool is_traced = false;
+  /// A part of this step, from `from` to `to`.
+  [[nodiscard]] StepData part(const Plain& from, Scalar t0, Scalar length, Plain& to, bool knows_psi) const {
+    return {from, t0, length, to, psi, masses, knows_psi};
+  }
 };
 /// … of a step whose slopes and error a controller or dense output reads.
 template <class Plain, class Rate, class Scalar, class Masses>

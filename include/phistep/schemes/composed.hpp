@@ -89,8 +89,7 @@ class SchemeOn<Composed<Scheme>, S> : public SchemeDefaults {
     Scalar share{0};
     for (std::size_t i = 0; i < KahanLi8::count; ++i) {
       copy_blocks<S>(from_, step.next);
-      typename Kernel::Data substep{from_,    step.t + share * step.dt, gamma(i) * step.dt, step.next, step.psi,
-                                    psi_known};
+      auto substep = step.part(from_, step.t + share * step.dt, gamma(i) * step.dt, step.next, psi_known);
       if (const Outcome bad = inner_.step(kernel, substep); failed(bad)) return bad;
       psi_known = substep.psi_next_known;
       share += gamma(i);

@@ -117,7 +117,7 @@ class RespaScheme : public SchemeDefaults {
     for (int i = 0; i < steps; ++i, std::swap(now, next)) {
       begin_histories(rhs, i, h, time(i), *now);
       if (const Outcome bad = begin_levels(rhs, i, h, time(i), *now); failed(bad)) return end(step, *now, bad);  // (1)
-      typename Kernel::Data inside{*now, time(i), h, *next, step.psi, step.masses, psi_known};
+      auto inside = step.part(*now, time(i), h, *next, psi_known);
       if (const Outcome bad = inner_.step(kernel, inside); failed(bad)) return end(step, *next, bad);  // (2)
       psi_known = inside.psi_next_known;
       rhs.commit_rest(time(i + 1), *next);

@@ -90,7 +90,7 @@ class SplitScheme : public SchemeDefaults {
       step.psi = psi_;
       return outcome;
     }
-    typename Kernel::Data inside{kicked_, step.t, step.dt, step.next, step.psi, step.masses, step.psi_known};
+    auto inside = step.part(kicked_, step.t, step.dt, step.next, step.psi_known);
     if (const Outcome bad = inner_.step(kernel, inside); failed(bad)) return bad;
     step.psi_next_known = inside.psi_next_known;
     known_ = is_constant;
