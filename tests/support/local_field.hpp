@@ -45,11 +45,10 @@ struct LocalOps {
   }
   static void combine(Handle y, int terms, const double* a, const Handle* x) {
     ++counts().combinations;
-    for (std::size_t i = 0; i < y->x.size(); ++i) {
-      double sum = a[0] * x[0]->x[i];
-      for (int k = 1; k < terms; ++k) sum += a[k] * x[k]->x[i];
-      y->x[i] = sum;
-    }
+    // Term by term, as most backends do it: y may be the first alone.
+    for (std::size_t i = 0; i < y->x.size(); ++i) y->x[i] = a[0] * x[0]->x[i];
+    for (int k = 1; k < terms; ++k)
+      for (std::size_t i = 0; i < y->x.size(); ++i) y->x[i] += a[k] * x[k]->x[i];
     y->stamp = next_stamp();
   }
   static void weigh(Handle w, Handle y, double atol, double rtol) {
