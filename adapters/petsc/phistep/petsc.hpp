@@ -146,40 +146,34 @@ struct PetscOps {
     check_mpi(MPI_Allreduce(&mine, &all, 1, MPI_DOUBLE, how, communicator(x)));
     return all;
   }
-  /// This rank's numbers.
-  struct Numbers {
+  /// This rank's numbers, to read or, where Number isn't const, to write.
+  template <class Number>
+  struct Local {
     Vec vec;
-    const Scalar* x = nullptr;
+    Number* x = nullptr;
     PetscInt n = 0;
-    explicit Numbers(Vec of) : vec{of} {
+    explicit Local(Vec of) : vec{of} {
       check_petsc(VecGetLocalSize(vec, &n));
-      check_petsc(VecGetArrayRead(vec, &x));
+      if constexpr (std::is_const_v<Number>) check_petsc(VecGetArrayRead(vec, &x));
+      else check_petsc(VecGetArray(vec, &x));
     }
-    Numbers(const Numbers&) = delete;
-    Numbers& operator=(const Numbers&) = delete;
-    ~Numbers() { VecRestoreArrayRead(vec, &x); }
-    Scalar operator[](PetscInt i) const { return x[i]; }
-  };
-  struct Writable {
-    Vec vec;
-    Scalar* x = nullptr;
-    PetscInt n = 0;
-    explicit Writable(Vec of) : vec{of} {
-      check_petsc(VecGetLocalSize(vec, &n));
-      check_petsc(VecGetArray(vec, &x));
+    Local(const Local&) = delete;
+    Local& operator=(const Local&) = delete;
+    ~Local() {
+      if constexpr (std::is_const_v<Number>) VecRestoreArrayRead(vec, &x);
+      else VecRestoreArray(vec, &x);
     }
-    Writable(const Writable&) = delete;
-    Writable& operator=(const Writable&) = delete;
-    ~Writable() { VecRestoreArray(vec, &x); }
-    Scalar& operator[](PetscInt i) const { return x[i]; }
+    Number& operator[](PetscInt i) const { return x[i]; }
   };
+  using Numbers = Local<const Scalar>;
+  using Writable = Local<Scalar>;
 };
 
 /// A Vec as a state, or as one of several blocks of one. It owns the Vec; after a step `handle()` may be another one.
 using PetscField = Field<PetscOps>;
 
-/// A field that a call fills: an error code of PETSc's becomes an exception on the rank that got it.
 namespace detail {
+/// f(arguments…); an error code of PETSc's becomes an exception on the rank that got it.
 void call_petsc(auto&& f, auto&&... arguments) {
   if constexpr (std::is_void_v<decltype(f(arguments...))>) f(arguments...);
   else check_petsc(f(arguments...));
