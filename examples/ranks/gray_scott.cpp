@@ -89,7 +89,7 @@ class GrayScott {
   [[nodiscard]] phistep::PetscSolver solver() const {
     Mat like = nullptr;
     check_petsc(DMCreateMatrix(dm_, &like));
-    phistep::PetscSolver solver{like, phistep::PetscSolver::Jacobian{[this](double, Vec y, Mat J) { jacobian(y, J); }}};
+    phistep::PetscSolver solver{like, [this](double, Vec y, Mat J) { jacobian(y, J); }};
     check_petsc(MatDestroy(&like));
     return solver;
   }

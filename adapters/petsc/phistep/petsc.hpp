@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -213,17 +214,20 @@ class PetscForce {
 class PetscSolver {
  public:
   static constexpr bool is_field_solver = true;
-  using Jacobian = std::function<void(double t, Vec y, Mat J)>;
-  using MotionJacobian = std::function<void(double t, Vec r, Vec v, Mat K, Mat C)>;
 
   /// @param like      a matrix of J's layout and pattern, its diagonal in it, which stays the caller's
-  /// @param jacobian  sets all of J's numbers and assembles it
+  /// @param jacobian  (t, y, J) or (t, r, v, K, C): sets all of their numbers and assembles them; it may return a
+  ///                  PetscErrorCode
   /// @param mass      m in m y' = Ψ, as given to the stepper
-  PetscSolver(Mat like, Jacobian jacobian, double mass = 1) : PetscSolver{like, mass} {
-    all_->jacobian = std::move(jacobian);
+  template <std::invocable<double, Vec, Mat> F>
+  PetscSolver(Mat like, F jacobian, double mass = 1) : PetscSolver{like, mass} {
+    all_->jacobian = [f = std::move(jacobian)](double t, Vec y, Mat J) mutable { detail::call_petsc(f, t, y, J); };
   }
-  PetscSolver(Mat like, MotionJacobian jacobian, double mass = 1) : PetscSolver{like, mass} {
-    all_->motion_jacobian = std::move(jacobian);
+  template <std::invocable<double, Vec, Vec, Mat, Mat> F>
+  PetscSolver(Mat like, F jacobian, double mass = 1) : PetscSolver{like, mass} {
+    all_->motion_jacobian = [f = std::move(jacobian)](double t, Vec r, Vec v, Mat K, Mat C) mutable {
+      detail::call_petsc(f, t, r, v, K, C);
+    };
     check_petsc(MatDuplicate(like, MAT_DO_NOT_COPY_VALUES, &all_->K));
   }
 
@@ -240,15 +244,14 @@ class PetscSolver {
     check_petsc(MatScale(all_->W, -gamma.force));
     if (all_->K != nullptr) check_petsc(MatAXPY(all_->W, -gamma.force * gamma.drift, all_->K, SAME_NONZERO_PATTERN));
     check_petsc(MatShift(all_->W, all_->mass));
-    // A multigrid's coarse spaces are made once: those of a matrix that is nearly the identity serve no other.
+    // PETSc's own multigrid keeps its coarse spaces as long as the pattern stays: those of a matrix that is nearly the identity
+    // serve no other.
     const double size = std::abs(gamma.force);
-    if (all_->made_for > 0 && (size > 4 * all_->made_for || size < all_->made_for / 4)) {
-      PC pc = nullptr;
-      check_petsc(KSPGetPC(all_->ksp, &pc));
-      check_petsc(PCReset(pc));
-      all_->made_for = 0;
-    }
-    if (all_->made_for == 0) all_->made_for = size;
+    const bool is_similar = size <= 4 * all_->made_for && 4 * size >= all_->made_for;
+    if (!is_similar) all_->made_for = size;
+    PC pc = nullptr;
+    check_petsc(KSPGetPC(all_->ksp, &pc));
+    check_petsc(PCGAMGSetReuseInterpolation(pc, is_similar ? PETSC_TRUE : PETSC_FALSE));
     check_petsc(KSPSetOperators(all_->ksp, all_->W, all_->W));
     return KSPSetUp(all_->ksp) == 0 ? Outcome::success : Outcome::singular_matrix;
   }
@@ -276,8 +279,8 @@ class PetscSolver {
   struct All {
     Mat J = nullptr, K = nullptr, W = nullptr;  // J: C of a motion
     KSP ksp = nullptr;
-    Jacobian jacobian;
-    MotionJacobian motion_jacobian;
+    std::function<void(double t, Vec y, Mat J)> jacobian;
+    std::function<void(double t, Vec r, Vec v, Mat K, Mat C)> motion_jacobian;
     PetscField right;
     double mass = 1, rtol = 1e-5, made_for = 0;  // made_for: |γ| of the preconditioner's set-up
     All() = default;
