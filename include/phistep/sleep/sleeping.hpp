@@ -5,8 +5,8 @@
 ///
 /// A particle that has been slower than `speed` for `steps` steps, by its velocity and by the way it has come, is watched;
 /// if it touches nobody awake (is near, where the force doesn't act by touch) it falls asleep: it stays where it is, keeps the
-/// spin that it may have on the spot, and no force on it is computed. Those watched move as any other, and as soon as one is faster than `speed`, or has come further
-/// than `speed` lets it between two checks, the sleepers that it touches are watched. So a blow goes through: it wakes what it
+/// spin that it may have on the spot, and no force on it is computed. Those watched move as any other, and as soon as one is
+/// faster than `speed`, or has come further than `speed` lets it between two checks, the sleepers that it touches are watched. So a blow goes through: it wakes what it
 /// reaches, and whom it doesn't reach sleeps on. One that a small force had been moving all along is looked at again when
 /// that would have made it as fast as `speed`, then after twice that time, and so on. A particle that the user edits wakes, or
 /// whose properties are changed; those beside a sleeper or a support that is moved or goes are watched. All wake after
@@ -172,15 +172,17 @@ class Sleeping {
     const bool was_all_asleep = is_all_asleep();
     bool is_other = false;
     if (body_ != state.body().serial) {
+      const bool was_changed = sleepers_.changed;
       is_other = edits_.adopt_bodies(sleepers_, watch_, state);
       part();
+      if (is_other || was_changed) ++sleepers_.sets;  // a run that resumes makes the set anew that it had
       body_ = state.body().serial;
     }
     const bool is_edited = origin == Origin::unknown && sleepers_.report.asleep > 0 &&
                            edits_.are_any(sleepers_, watch_, state, active_->list());
     if (is_edited) edits_.find(sleepers_, watch_, state);
     if (was_all_asleep && (is_other || is_edited)) sleepers_.wake_all();
-    if (sleepers_.changed) part();
+    if (sleepers_.changed) change_set();
     return is_edited;
   }
   /// What the stepper inside may rely on.
@@ -200,17 +202,20 @@ class Sleeping {
     if (sleepers_.since_check >= sleepers_.options.every) {
       sleepers_.check(state, active_->list());
       if (sleepers_.report.asleep == 0) edits_.look_at_supports(sleepers_, watch_, state);
-      if (sleepers_.changed) part();
+      if (sleepers_.changed) change_set();
       watch_.lull(sleepers_, state, dt, force, memory);
     }
-    if (sleepers_.changed) part();
+    if (sleepers_.changed) change_set();
+  }
+  void change_set() {
+    part();
+    ++sleepers_.sets;
   }
   /// Makes the lists and the active set of who is awake, watched, asleep.
   void part() {
     const std::shared_ptr<ActiveSet> active = sets_.take();
     active->assign(sleepers_.is_computed, next_body_serial());
     active_ = active;
-    ++sleepers_.sets;
     watch_.follow_kinds(sleepers_, active->list());
     if (sleepers_.report.asleep == 0) stepper_.set_active(nullptr);
     else stepper_.set_active(active_);
