@@ -1,12 +1,10 @@
 // A field on PETSc's Vec, to be run on 1, 2 and 3 ranks: the digits and counts of Eigen's vectors, one decision for all ranks
 // whatever happens on one of them, and how often the ranks wait for each other.
-#define CATCH_CONFIG_RUNNER
 #include <petscdmda.h>
 #include <unistd.h>
 
 #include <Eigen/Core>
 #include <Eigen/Sparse>
-#include <catch2/catch.hpp>
 
 #include <cmath>
 #include <cstddef>
@@ -18,6 +16,7 @@
 
 #include "phistep/petsc.hpp"
 #include "phistep/sparse.hpp"
+#include "support/catch.hpp"
 
 using namespace phistep;
 
@@ -30,6 +29,22 @@ extern "C" int MPI_Allreduce(const void* mine, void* all, int n, MPI_Datatype ty
 }
 
 namespace {
+/// PETSc's life around main(), which is Catch2's own.
+const struct Petsc {
+  Petsc() {
+    PetscInitializeNoArguments();
+    PetscPopSignalHandler();
+    PetscPushErrorHandler(PetscReturnErrorHandler, nullptr);
+    alarm(240);  // ranks that wait for each other for ever end here
+    int mine = 0;
+    MPI_Comm_rank(PETSC_COMM_WORLD, &mine);
+    if (mine != 0) std::cout.setstate(std::ios::failbit);
+  }
+  Petsc(const Petsc&) = delete;
+  Petsc& operator=(const Petsc&) = delete;
+  ~Petsc() { PetscFinalize(); }
+} petsc;
+
 int rank() {
   int mine = 0;
   MPI_Comm_rank(PETSC_COMM_WORLD, &mine);
@@ -337,17 +352,4 @@ TEST_CASE("how often the ranks wait for each other") {
   const long before = reductions;
   for (int k = 1; k < 11; ++k) REQUIRE(euler.step(y, k * 1e-4, 1e-4));
   CHECK(reductions - before == 10);  // whether all of y is finite
-}
-
-int main(int argc, char** argv) {
-  PetscInitialize(&argc, &argv, nullptr, nullptr);
-  PetscPopSignalHandler();
-  PetscPushErrorHandler(PetscReturnErrorHandler, nullptr);
-  alarm(240);  // ranks that wait for each other for ever end here
-  if (rank() != 0) std::cout.setstate(std::ios::failbit);
-  const int failures = Catch::Session().run(argc, argv);
-  int all = 0;
-  PMPI_Allreduce(&failures, &all, 1, MPI_INT, MPI_MAX, PETSC_COMM_WORLD);
-  PetscFinalize();
-  return all == 0 ? 0 : 1;
 }

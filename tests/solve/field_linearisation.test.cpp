@@ -1,7 +1,6 @@
 // Fields under the library's schemes: the steps, the calls and the digits of Eigen's vectors.
 #include "solve/field_cases.hpp"
-
-#include <catch2/catch.hpp>
+#include "support/catch.hpp"
 
 #include <string>
 #include <vector>

@@ -1,8 +1,8 @@
 // Linear combinations of fields: the numbers of Eigen's, each vector touched once.
+#include "support/catch.hpp"
 #include "support/local_field.hpp"
 
 #include <Eigen/Core>
-#include <catch2/catch.hpp>
 
 #include <vector>
 
