@@ -65,9 +65,9 @@ class ContactSearch {
     const auto reach_each_other = [&](std::int32_t p, std::int32_t q) {
       const Scalar* const x = &placed[4 * static_cast<std::size_t>(p)];
       const Scalar* const o = &placed[4 * static_cast<std::size_t>(q)];
-      const Triple<Scalar> d = nearest({x[0] - o[0], x[1] - o[1], x[2] - o[2]});
+      const Triple<Scalar> apart = nearest({x[0] - o[0], x[1] - o[1], x[2] - o[2]});
       const Scalar reach = x[3] + o[3] + skin;
-      return dot(d, d) < reach * reach;
+      return dot(apart, apart) < reach * reach;
     };
     std::vector<std::int32_t> order;
     order.reserve(static_cast<std::size_t>(n));

@@ -192,8 +192,8 @@ class ListBuilder {
     for (std::int32_t s = first; s < last; s += P::width) {
       P d2{0};
       detail::unrolled<dim>([&](auto a) {
-        const P d = x[a] - P::load(at[a] + s);
-        d2 = fma(d, d, d2);
+        const P apart = x[a] - P::load(at[a] + s);
+        d2 = fma(apart, apart, d2);
       });
       unsigned bits = (d2 < square).bits();
       if (last - s < P::width) bits &= (1u << (last - s)) - 1u;
