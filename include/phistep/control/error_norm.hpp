@@ -73,7 +73,6 @@ class ErrorNorm {
             all = all && block_atol(k) > 0;
           },
           Blocks<Plain>::all(y), Blocks<Plain>::all(weight));
-      return all;
     } else
       each(
           y,

@@ -38,7 +38,7 @@ class GridPace {
     const Scalar whole = t == node_ ? grid_->step(done_) : -grid_->from_node(done_ + 1, t);
     return {stop && -beyond <= same ? *stop : node, whole, true, false, true};
   }
-  /// The steps of one length from where the run stands: none where that is no node of the grid, by the very number.
+  /// The steps of equal length ahead; none unless the run stands exactly at a node of the grid.
   [[nodiscard]] GridSteps<Scalar> ahead(const RunClock<Scalar>& clock) const {
     const bool at_node = clock.t() == grid_->time(done_);
     return {clock.span().t0, grid_->step(0), done_,

@@ -1,5 +1,5 @@
 /// @file
-/// What a user did to particles between two steps, as far as it concerns who sleeps.
+/// The user's edits between two steps, and which sleeping particles they wake.
 #pragma once
 
 #include <Eigen/Core>
@@ -80,7 +80,7 @@ class SleepEdits {
     }
     recount(sleepers, watch);
   }
-  /// Those held may have been moved at will as long as nobody slept.
+  /// Notes anew where particles are held: edits of them were not looked for while no particle slept.
   void look_at_supports(Sleepers<S>& sleepers, SleepWatch<S>& watch, const S& state) {
     if (sleepers.free == sleepers.size()) return;
     for (Index i = 0; i < state.size(); ++i)

@@ -130,10 +130,9 @@ class Linearisation<S, Rhs, Solver, position, stages, shifted, iterated> {
   void begin(const Gamma<Scalar>& gamma, Scalar within) {
     scale_ = Scalar{1};
     if (!has_factors_ || gamma == factored_) return;
-    const Scalar ratio = gamma.force / factored_.force;
-    const bool is_similar = gamma.drift * factored_.force == gamma.force * factored_.drift;
-    if (!(std::abs(ratio - 1) <= within) || !is_similar) has_factors_ = false;
-    else scale_ = 2 / (1 + (has_K && !has_C ? ratio * ratio : ratio));
+    const Scalar scale = correction_scale(gamma, factored_, within, has_K && !has_C);
+    if (scale == 0) has_factors_ = false;
+    else scale_ = scale;
   }
   [[nodiscard]] double staleness(const Gamma<Scalar>& gamma) const {
     return has_factors_ ? std::abs(static_cast<double>(gamma.force / factored_.force) - 1) : 0;

@@ -122,10 +122,9 @@ class Linearisation {
     scale_ = Scalar{1};
     if (!has_factors_ || gamma == factored_) return;
     if constexpr (follows_tolerance) within = std::min(within, Scalar{8} * std::numeric_limits<Scalar>::epsilon());
-    const Scalar ratio = gamma.force / factored_.force;
-    const bool is_similar = gamma.drift * factored_.force == gamma.force * factored_.drift;
-    if (!(std::abs(ratio - 1) <= within) || !is_similar) has_factors_ = false;
-    else scale_ = 2 / (1 + (has_K && !has_C ? ratio * ratio : ratio));
+    const Scalar scale = correction_scale(gamma, factored_, within, has_K && !has_C);
+    if (scale == 0) has_factors_ = false;
+    else scale_ = scale;
   }
   /// |γ/γ_p − 1| of factors made for γ_p: about what an iteration on them leaves of the error.
   [[nodiscard]] double staleness(const Gamma<Scalar>& gamma) const {
