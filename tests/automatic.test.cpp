@@ -1,5 +1,5 @@
 // integrate without a stepper: what it takes, what it says, and that it loses nothing. The stepper: step/automatic_stepper.
-#include "step/automatic_cases.hpp"
+#include "choice/automatic_cases.hpp"
 
 #include <chrono>
 #include <sstream>

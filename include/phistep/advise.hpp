@@ -1,6 +1,6 @@
 /// @file
 /// Which stepper to take, and why: from what the force's type says, the number of unknowns, the tolerance, and the first steps
-/// of a run that chooses by itself (step/automatic_stepper.hpp).
+/// of a run that chooses by itself (choice/automatic_stepper.hpp).
 ///
 ///     const auto advice = phistep::advise(y, robertson, {0.0, 1e11}, {.rtol = 1e-6, .atol = 1e-14});
 ///     std::cout << advice;             // the line of code to write, and the reasons; advice.scheme, advice.stiffness, …
@@ -16,14 +16,14 @@
 #include <stdexcept>
 #include <type_traits>
 
+#include "phistep/choice/advised_problem.hpp"
+#include "phistep/choice/automatic_stepper.hpp"
 #include "phistep/control/tolerance.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/force/signature.hpp"
 #include "phistep/linear/mass.hpp"
 #include "phistep/run.hpp"
-#include "phistep/schemes/advised_problem.hpp"
 #include "phistep/state/blocks.hpp"
-#include "phistep/step/automatic_stepper.hpp"
 #include "phistep/study/advice.hpp"
 #include "phistep/study/stiffness.hpp"
 

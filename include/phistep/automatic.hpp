@@ -4,7 +4,7 @@
 ///     auto report = phistep::integrate(y, robertson, {0.0, 1e11}, phistep::tolerance{.rtol = 1e-6, .atol = 1e-14});
 ///     std::cout << report;      // how it went, which schemes it took, when and why
 ///
-/// It begins with an explicit scheme unless the start is stiff (step/automatic_stepper.hpp). Observers, events and samples are as
+/// It begins with an explicit scheme unless the start is stiff (automatic_stepper.hpp). Observers, events and samples are as
 /// with a stepper. For checkpoints, make the stepper yourself: AutomaticStepper and Run.
 #pragma once
 
@@ -14,13 +14,13 @@
 #include <type_traits>
 #include <utility>
 
+#include "phistep/choice/automatic_stepper.hpp"
+#include "phistep/choice/scheme_uses.hpp"
 #include "phistep/control/run_report.hpp"
 #include "phistep/control/tolerance.hpp"
 #include "phistep/linear/mass.hpp"
 #include "phistep/run.hpp"
 #include "phistep/state/blocks.hpp"
-#include "phistep/step/automatic_stepper.hpp"
-#include "phistep/step/scheme_uses.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

@@ -5,8 +5,8 @@
 #include <phistep/matrix/banded_system.hpp>
 #include <phistep/matrix/block_tridiagonal_system.hpp>
 #include <phistep/matrix/dense_system.hpp>
-#include <phistep/matrix/sparse_system.hpp>
-#include <phistep/matrix/symmetric_sparse_system.hpp>
+#include <phistep/matrix/sparse/sparse_system.hpp>
+#include <phistep/matrix/sparse/symmetric_sparse_system.hpp>
 
 #include <Eigen/SparseCholesky>
 

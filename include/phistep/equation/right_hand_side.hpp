@@ -16,10 +16,10 @@
 #include <vector>
 
 #include "phistep/archive/archive.hpp"
-#include "phistep/core/assignable.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/equation/assignable.hpp"
 #include "phistep/equation/explicit_update.hpp"
 #include "phistep/equation/gamma.hpp"
 #include "phistep/force/at.hpp"

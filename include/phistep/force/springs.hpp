@@ -22,7 +22,7 @@
 
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/force/spring_rows.hpp"
+#include "phistep/force/springs/spring_rows.hpp"
 #include "phistep/force/sum.hpp"
 
 namespace phistep::inline PHISTEP_ABI {

@@ -35,7 +35,7 @@
 #include "phistep/krylov/modified_incomplete_cholesky.hpp"
 #include "phistep/matrix/choice.hpp"
 #include "phistep/matrix/own_solver.hpp"
-#include "phistep/matrix/sparse_assembly.hpp"
+#include "phistep/matrix/sparse/sparse_assembly.hpp"
 #include "phistep/simd/update.hpp"
 
 namespace phistep::inline PHISTEP_ABI {

@@ -1,6 +1,6 @@
 /// @file
 /// A copy of a run's stepper, to step beside the run. It is made once, and from then on assigned to: that allocates nothing
-/// where sizes stay (and the force can be assigned, core/assignable.hpp).
+/// where sizes stay (and the force can be assigned, equation/assignable.hpp).
 #pragma once
 
 #include <optional>

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "phistep/choice/suitable_scheme.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/schemes/choice.hpp"
 #include "phistep/study/report.hpp"
 #include "phistep/study/stiffness.hpp"
 

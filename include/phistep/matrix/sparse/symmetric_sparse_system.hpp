@@ -28,7 +28,7 @@
 #include "phistep/matrix/choice.hpp"
 #include "phistep/matrix/dense_system.hpp"
 #include "phistep/matrix/own_solver.hpp"
-#include "phistep/matrix/sparse_assembly.hpp"
+#include "phistep/matrix/sparse/sparse_assembly.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

@@ -20,7 +20,7 @@
 
 #include "phistep/core/version.hpp"
 #include "phistep/matrix/dense_system.hpp"
-#include "phistep/matrix/sparse_pattern.hpp"
+#include "phistep/matrix/sparse/sparse_pattern.hpp"
 #include "phistep/matrix/tangents.hpp"
 #include "phistep/simd/update.hpp"
 

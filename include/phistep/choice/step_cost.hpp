@@ -3,9 +3,9 @@
 /// no choice depends on a clock.
 #pragma once
 
+#include "phistep/choice/suitable_scheme.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/schemes/choice.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

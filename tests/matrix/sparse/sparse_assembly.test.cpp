@@ -1,5 +1,5 @@
 // Sparse assembly: entries in an order of the force's own, patterns that change on the way, and what is stored.
-#include <phistep/matrix/sparse_assembly.hpp>
+#include <phistep/matrix/sparse/sparse_assembly.hpp>
 #include <phistep/sparse.hpp>
 
 #include <random>

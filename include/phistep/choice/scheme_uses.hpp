@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "phistep/choice/suitable_scheme.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/schemes/choice.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

@@ -5,7 +5,7 @@
 ///     Run run{stepper, y, {0.0, 1e11}, tolerance{.rtol = 1e-6, .atol = 1e-14}};
 ///
 /// It begins with an explicit scheme, unless the start is stiff already or M is singular; stiffness_watch.hpp says when it
-/// changes, choice.hpp to what. One scheme exists at a time: where nothing is stiff there is no Jacobian and no matrix.
+/// changes, suitable_scheme.hpp to what. One scheme exists at a time: where nothing is stiff there is no Jacobian and no matrix.
 /// The changes cost a look at the rate ρ, three force calls each 25 steps or so, and no step is thrown away.
 #pragma once
 
@@ -16,6 +16,12 @@
 #include <utility>
 
 #include "phistep/archive/archive.hpp"
+#include "phistep/choice/active_stepper.hpp"
+#include "phistep/choice/advised_problem.hpp"
+#include "phistep/choice/rate_look.hpp"
+#include "phistep/choice/scheme_set.hpp"
+#include "phistep/choice/scheme_uses.hpp"
+#include "phistep/choice/stiffness_watch.hpp"
 #include "phistep/control/run_clock.hpp"
 #include "phistep/control/trace.hpp"
 #include "phistep/core/outcome.hpp"
@@ -24,15 +30,9 @@
 #include "phistep/core/version.hpp"
 #include "phistep/linear/mass.hpp"
 #include "phistep/problem/transaction.hpp"
-#include "phistep/schemes/advised_problem.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/parts.hpp"
-#include "phistep/step/active_stepper.hpp"
 #include "phistep/step/error_law.hpp"
-#include "phistep/step/rate_look.hpp"
-#include "phistep/step/scheme_set.hpp"
-#include "phistep/step/scheme_uses.hpp"
-#include "phistep/step/stiffness_watch.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

@@ -1,5 +1,5 @@
 // The rate of the fastest mode, and whether it decays or turns: of matrices whose eigenvalues are known.
-#include <phistep/control/spectral_radius.hpp>
+#include <phistep/choice/spectral_radius.hpp>
 
 #include <cmath>
 #include <limits>

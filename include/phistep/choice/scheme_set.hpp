@@ -8,6 +8,10 @@
 #include <utility>
 #include <variant>
 
+#include "phistep/choice/active_stepper.hpp"
+#include "phistep/choice/step_cost.hpp"
+#include "phistep/choice/stiffness_watch.hpp"
+#include "phistep/choice/suitable_scheme.hpp"
 #include "phistep/core/implicit_solver.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/structure.hpp"
@@ -15,18 +19,14 @@
 #include "phistep/equation/right_hand_side.hpp"
 #include "phistep/jacobian/differences.hpp"
 #include "phistep/linear/mass.hpp"
-#include "phistep/schemes/choice.hpp"
 #include "phistep/schemes/explicit_rk/runge_kutta.hpp"
 #include "phistep/schemes/nystrom/nystrom.hpp"
 #include "phistep/schemes/radau/radau.hpp"
 #include "phistep/schemes/rosenbrock.hpp"
-#include "phistep/schemes/step_cost.hpp"
 #include "phistep/schemes/tr_bdf2.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
-#include "phistep/step/active_stepper.hpp"
 #include "phistep/step/phi_stepper.hpp"
-#include "phistep/step/stiffness_watch.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

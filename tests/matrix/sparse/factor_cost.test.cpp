@@ -1,5 +1,5 @@
 // The fill of sparse factors, counted without them.
-#include <phistep/matrix/factor_cost.hpp>
+#include <phistep/matrix/sparse/factor_cost.hpp>
 
 #include <Eigen/SparseCholesky>
 

@@ -1,8 +1,8 @@
 // What spring_rows.test.cpp and spring_rows.full.cpp share.
 #pragma once
 
-#include <phistep/force/spring_rows.hpp>
 #include <phistep/force/springs.hpp>
+#include <phistep/force/springs/spring_rows.hpp>
 #include <phistep/state/motion.hpp>
 
 #include <Eigen/Core>

@@ -1,5 +1,5 @@
 // symmetric_sparse_system behind a stepper: nets. The quick half is systems.test.cpp.
-#include "matrix/symmetric_sparse_system_cases.hpp"
+#include "matrix/sparse/symmetric_sparse_system_cases.hpp"
 
 using namespace symmetric_sparse_cases;
 

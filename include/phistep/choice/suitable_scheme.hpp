@@ -13,7 +13,7 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// What a look at a sparse Jacobian has counted (step/field_matrix.hpp).
+/// What a look at a sparse Jacobian has counted (field_matrix.hpp).
 struct FieldCounts {
   double entries = -1;  ///< of L, below its diagonal, an unknown, at least; < 0: not counted
   double products = 0;  ///< Σ c² over the columns of L with c entries each, an unknown

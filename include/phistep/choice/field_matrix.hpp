@@ -10,6 +10,8 @@
 #include <limits>
 #include <vector>
 
+#include "phistep/choice/scheme_set.hpp"
+#include "phistep/choice/suitable_scheme.hpp"
 #include "phistep/core/implicit_solver.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
@@ -19,11 +21,9 @@
 #include "phistep/krylov/modified_incomplete_cholesky.hpp"
 #include "phistep/krylov/preconditioned_system.hpp"
 #include "phistep/linear/mass.hpp"
-#include "phistep/matrix/factor_cost.hpp"
-#include "phistep/schemes/choice.hpp"
+#include "phistep/matrix/sparse/factor_cost.hpp"
 #include "phistep/solve/linearisation.hpp"
 #include "phistep/state/blocks.hpp"
-#include "phistep/step/scheme_set.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

@@ -21,8 +21,8 @@
 
 #include "phistep/core/shares.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/force/spring_layout.hpp"
-#include "phistep/force/spring_stage.hpp"
+#include "phistep/force/springs/spring_layout.hpp"
+#include "phistep/force/springs/spring_stage.hpp"
 #include "phistep/simd/pack.hpp"
 #include "phistep/simd/pack_math.hpp"
 

@@ -1,5 +1,5 @@
 /// @file
-/// Particles on their way between the user's order and that of the rows (force/spring_rows.hpp), where the one leads all over
+/// Particles on their way between the user's order and that of the rows (spring_rows.hpp), where the one leads all over
 /// the other. The user's arrays are read and written in their own order: they come from memory. What is read and written here
 /// and there is an array of whole particles, which is still in the caches.
 #pragma once

@@ -6,13 +6,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "phistep/choice/spectral_radius.hpp"
+#include "phistep/choice/stiffness_watch.hpp"
 #include "phistep/control/run_clock.hpp"
-#include "phistep/control/spectral_radius.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/combination.hpp"
 #include "phistep/state/norms.hpp"
-#include "phistep/step/stiffness_watch.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

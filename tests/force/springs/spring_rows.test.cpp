@@ -1,5 +1,5 @@
 // Rows find what the loop over springs finds, whatever the order, the mesh and the number of threads.
-#include "force/spring_rows_cases.hpp"
+#include "force/springs/spring_rows_cases.hpp"
 
 using namespace spring_rows_cases;
 

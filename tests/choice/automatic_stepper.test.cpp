@@ -1,8 +1,8 @@
 // The stepper that chooses its scheme: failures, checkpoints, allocations, masses, motions. integrate without it: automatic.
 #define EIGEN_RUNTIME_NO_MALLOC
 #include "allocation/step_cases.hpp"
+#include "choice/automatic_cases.hpp"
 #include "problems/drum.hpp"
-#include "step/automatic_cases.hpp"
 
 #include "phistep/archive/archive.hpp"
 

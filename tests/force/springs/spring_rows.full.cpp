@@ -1,5 +1,5 @@
 // spring_rows: the full product and what is dear to compile. The quick half is spring_rows.test.cpp.
-#include "force/spring_rows_cases.hpp"
+#include "force/springs/spring_rows_cases.hpp"
 
 using namespace spring_rows_cases;
 

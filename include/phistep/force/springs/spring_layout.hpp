@@ -1,5 +1,5 @@
 /// @file
-/// Where everything stands for forces of springs row by row (force/spring_rows.hpp): the particles' new order, and for each
+/// Where everything stands for forces of springs row by row (spring_rows.hpp): the particles' new order, and for each
 /// chunk of `lanes` rows the other ends and constants of their springs.
 #pragma once
 

@@ -1,5 +1,5 @@
 // Large sparse fields, by a direct solver or by conjugate gradients: which, by what count, and what if W turns unsymmetric.
-#include "step/automatic_cases.hpp"
+#include "choice/automatic_cases.hpp"
 
 #include <phistep/advise.hpp>
 #include <phistep/sparse.hpp>

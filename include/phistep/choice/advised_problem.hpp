@@ -1,16 +1,16 @@
 /// @file
-/// What the types and sizes of a problem say of it, for choice.hpp.
+/// What the types and sizes of a problem say of it, for suitable_scheme.hpp.
 #pragma once
 
 #include <limits>
 
+#include "phistep/choice/suitable_scheme.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/equation/right_hand_side.hpp"
 #include "phistep/force/sum.hpp"
 #include "phistep/linear/mass.hpp"
 #include "phistep/matrix/static_sparse_system.hpp"
-#include "phistep/schemes/choice.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
 
