@@ -34,7 +34,7 @@ const Row rows[] = {
     {"gravity", "All pairs, softened gravity, beside kernels by hand", bench::gravity},
     {"springs", "Spring sheet, symplectic Euler, three orders of input", bench::springs},
     {"drift", "Argon: error and energy against time over a ladder of dt", bench::drift},
-    {"skipping", "A bed of grains at rest: sleeping on against off", bench::skipping},
+    {"skipping", "Grains at rest: sleeping on against off, heaps beside Bullet", bench::skipping},
     {"charged", "Charged Lennard-Jones drop: Coulomb of all pairs once in 8 inner steps", bench::charged},
     {"bonded", "Beam of bonded particles: implicit against explicit at equal error", bench::bonded},
 };

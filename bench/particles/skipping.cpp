@@ -13,6 +13,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "bullet.hpp"
 #include "rows.hpp"
 
 namespace bench {
@@ -31,12 +32,12 @@ struct Stirrer : phistep::ForceTerm {
   static constexpr bool uses_velocity = false, uses_time = true, acts_on_each = true, computes_active_only = true;
   Stirrer(Vector3d place, double how_far, double force) : at{std::move(place)}, reach{how_far}, strength{force} {}
 
+  [[nodiscard]] Vector3d push(double t, const Vector3d& r) const {
+    if ((r - at).cwiseAbs().maxCoeff() > reach) return Vector3d::Zero();
+    return {strength * std::sin(7 * t + 3 * r.y()), strength * std::cos(5 * t + 3 * r.x()), 0};
+  }
   void add(auto t, const auto& y, auto& out) const {
-    const auto one = [&](Index i) {
-      if ((y.r.col(i) - at).cwiseAbs().maxCoeff() > reach) return;
-      out.force(0, i) += strength * std::sin(7 * t + 3 * y.r(1, i));
-      out.force(1, i) += strength * std::cos(5 * t + 3 * y.r(0, i));
-    };
+    const auto one = [&](Index i) { out.force.col(i) += push(t, y.r.col(i)); };
     if (const phistep::ActiveSet* active = phistep::active_set(y))
       for (const Index i : active->list()) one(i);
     else
@@ -160,6 +161,46 @@ void compare(const char* name, const Grains& start, const auto& force, double sp
   table.rates("skipping", start.size(), n * chunk, "M grain-steps/s", entrants, {scene + ", all awake"});
   table.add({"skipping", scene + ", time of all awake", start.size(), 1, "ratio of medians in turns", "", ratio});
 }
+
+/// Time a step of heaps of which one is stirred, with sleeping and without, ours and Bullet's.
+void beside_bullet(const Grains& heaps, const Stirrer& stirrer, double speed, int warm, int turns, Table& table) {
+  if (!BulletHeaps::is_here()) {
+    std::printf("  Bullet was not found (Debian: libbullet-dev)\n");
+    return;
+  }
+  const auto shake = [stirrer](double t, const Vector3d& r) { return stirrer.push(t, r); };
+  BulletHeaps their_awake{heaps.r, false, 25, shake}, theirs{heaps.r, true, 25, shake};
+  Runner awake{heaps, on_floor() + stirrer, 0}, sleeping{heaps, on_floor() + stirrer, speed};
+  const double height = heaps.r.row(2).mean();
+  awake.steps(warm), sleeping.steps(warm), their_awake.steps(warm), theirs.steps(warm);
+  const auto timed = [](BulletHeaps& bullet) {
+    const Stopwatch watch;
+    bullet.steps(chunk);
+    return watch.seconds();
+  };
+  double active = 0;
+  std::vector<Entrant> entrants{{"phistep, all awake", [&] { return awake.timed_chunk(); }},
+                                {"phistep, sleeping", [&] { return sleeping.timed_chunk(); }},
+                                {"Bullet, all awake", [&] { return timed(their_awake); }},
+                                {"Bullet, sleeping", [&] {
+                                   active += theirs.awake() / turns;
+                                   return timed(theirs);
+                                 }}};
+  take_turns(entrants, turns);
+  const auto off = [height](double now) { return now - height; };
+  std::printf(
+      "  100 heaps, one stirred: mean height changed by %.1e, sleeping %.1e; Bullet %.1e, sleeping %.1e; it has "
+      "%.1f %% awake\n",
+      off(awake.grains().r.row(2).mean()), off(sleeping.grains().r.row(2).mean()), off(their_awake.mean_height()),
+      off(theirs.mean_height()), 100 * active);
+  for (const Entrant& one : entrants) {
+    const double step = 1e6 * one.median() / chunk;
+    const bool is_bullet = one.name[0] == 'B';
+    table.add({"skipping", one.name, heaps.size(), 1, "time", "us a step", step});
+    table.add(
+        {"skipping", one.name, heaps.size(), 1, "time", "us for sqrt(d/g)", step / (is_bullet ? BulletHeaps::dt : dt)});
+  }
+}
 }  // namespace
 
 void skipping(const Options& options, Table& table) {
@@ -187,7 +228,9 @@ void skipping(const Options& options, Table& table) {
   compare("a hopper that runs", bed, over_gap(1.1 * nx, 1.1 * ny), stirred_slow, warm / 3, turns, table);
 
   const Grains many = settled(heaps(is_short ? 3 : 10), settles);
-  compare("heaps, one stirred", many, on_floor() + Stirrer{{1.5, 1.5, 1}, 3, 2}, slow, warm, 10 * turns, table);
+  const Stirrer stirrer{{1.5, 1.5, 1}, 3, 2};
+  compare("heaps, one stirred", many, on_floor() + stirrer, slow, warm, 10 * turns, table);
+  beside_bullet(many, stirrer, slow, warm, 10 * turns, table);
 
   Grains gas = loose(nx, ny, layers);
   std::mt19937 random(1);
