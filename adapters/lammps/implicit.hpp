@@ -1,0 +1,156 @@
+/// @file
+/// The φ-method with forces at trial positions. All ranks share one step: each holds the numbers of its own atoms, and what the
+/// iteration's convergence depends on is summed over all.
+#pragma once
+
+#include <mpi.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <phistep/mpi_field.hpp>
+
+#include "angle.h"
+#include "atoms.hpp"
+#include "bond.h"
+#include "comm.h"
+#include "dihedral.h"
+#include "force.h"
+#include "improper.h"
+#include "kspace.h"
+#include "modify.h"
+#include "pair.h"
+#include "pointers.h"
+#include "update.h"
+
+namespace phistep_lammps {
+/// Three numbers for each atom of this rank that moves.
+struct Numbers {
+  MPI_Comm ranks;
+  std::vector<double> all;
+};
+struct Operations : phistep::MpiFieldOps<Operations, double> {
+  using Handle = Numbers*;
+  static Handle clone(Handle x) { return new Numbers{*x}; }
+  static void release(Handle x) { delete x; }
+  static std::ptrdiff_t size(Handle x) {
+    return static_cast<std::ptrdiff_t>(total(x, static_cast<double>(x->all.size())));
+  }
+  static std::span<double> numbers(Handle x) { return x->all; }
+  static MPI_Comm communicator(Handle x) { return x->ranks; }
+};
+using Field = phistep::Field<Operations>;
+
+/// W = 1 in place of 1 − γJ: Newton's corrections are those of fixed-point iteration, w ← γ M⁻¹Ψ(Y(w)), which needs no Jacobian.
+/// It contracts by φ²(ωΔt)², and converges for ωΔt < 1/φ.
+struct FixedPoint {
+  static constexpr bool is_field_solver = true;
+  static phistep::Outcome linearise(double, const Field&, const Field&) { return phistep::Outcome::success; }
+  static phistep::Outcome factorize(const phistep::Gamma<double>&) { return phistep::Outcome::success; }
+  static phistep::Outcome solve(Field&, double) { return phistep::Outcome::success; }
+  static std::int64_t iterations() { return 0; }
+  static const char* name() { return "fixed-point iteration"; }
+};
+
+/// M⁻¹Ψ(r): LAMMPS' forces with the atoms at r, divided by their masses. Where they stand already, LAMMPS has computed them.
+class Accelerations : LAMMPS_NS::Pointers {
+ public:
+  Accelerations(LAMMPS_NS::LAMMPS* lammps, const Movers& movers, std::int64_t& calls)
+      : Pointers{lammps}, movers_{&movers}, calls_{&calls} {}
+  const Field& operator()(const Field& r) {
+    out_.take_shape(r);
+    const std::vector<double>& at = r.handle()->all;
+    double* const x = atom->nlocal > 0 ? atom->x[0] : nullptr;
+    int here = 1, everywhere = 1;
+    for (std::ptrdiff_t k = 0; k < movers_->size(); ++k)
+      if (std::memcmp(x + 3 * movers_->index(k), at.data() + 3 * k, 3 * sizeof(double)) != 0) here = 0;
+    MPI_Allreduce(&here, &everywhere, 1, MPI_INT, MPI_MIN, world);
+    if (everywhere == 0) {
+      for (std::ptrdiff_t k = 0; k < movers_->size(); ++k)
+        std::copy_n(at.data() + 3 * k, 3, x + 3 * movers_->index(k));
+      compute();
+    }
+    std::vector<double>& to = out_.handle()->all;
+    for (std::ptrdiff_t k = 0; k < movers_->size(); ++k) {
+      const double by = movers_->ftm2v / movers_->mass(k);
+      for (std::ptrdiff_t d = 0; d < 3; ++d) to[static_cast<std::size_t>(3 * k + d)] = by * atom->f[movers_->index(k)][d];
+    }
+    return out_;
+  }
+
+ private:
+  /// As the loop of run_style verlet does it, without energies and virials.
+  void compute() {
+    comm->forward_comm();
+    const auto n = static_cast<std::size_t>(atom->nlocal + (force->newton ? atom->nghost : 0));
+    if (n > 0) {
+      std::memset(atom->f[0], 0, 3 * n * sizeof(double));
+      if (atom->torque != nullptr) std::memset(atom->torque[0], 0, 3 * n * sizeof(double));
+    }
+    if (modify->n_pre_force > 0) modify->pre_force(0);
+    if (force->pair != nullptr) force->pair->compute(0, 0);
+    if (force->bond != nullptr) force->bond->compute(0, 0);
+    if (force->angle != nullptr) force->angle->compute(0, 0);
+    if (force->dihedral != nullptr) force->dihedral->compute(0, 0);
+    if (force->improper != nullptr) force->improper->compute(0, 0);
+    if (force->kspace != nullptr) force->kspace->compute(0, 0);
+    if (force->newton) comm->reverse_comm();
+    if (modify->n_post_force_any > 0) modify->post_force(0);
+    ++*calls_;
+  }
+
+  const Movers* movers_;
+  std::int64_t* calls_;
+  Field out_;
+};
+
+class Implicit {
+  using State = phistep::Motion<Field>;
+  using Stepper = phistep::PhiStepper<State, Accelerations, decltype(phistep::phi(0.5)), phistep::UnitMasses,
+                                      phistep::Newton<FixedPoint>>;
+
+ public:
+  Implicit(double phi, double rtol) : phi_{phi}, rtol_{rtol} {}
+  /// The atoms are other ones, or elsewhere in the arrays.
+  void forget() { stepper_.reset(); }
+  /// @return why the step failed, on every rank; empty: it is done
+  std::string step(LAMMPS_NS::LAMMPS* lammps, const Movers& movers, MPI_Comm ranks, double t, double dt) {
+    const Atom& atom = *movers.atom;
+    State state{taken(movers, atom.x, ranks), taken(movers, atom.v, ranks)};
+    if (!stepper_)
+      stepper_ = std::make_unique<Stepper>(state, Accelerations{lammps, movers, calls_}, phistep::phi(phi_),
+                                           phistep::newton(FixedPoint{}, {.rtol = rtol_}));
+    const auto before = stepper_->statistics().iterations;
+    const auto report = stepper_->step(state, t, dt);
+    iterations_ += stepper_->statistics().iterations - before;
+    give(movers, state.r, atom.x), give(movers, state.v, atom.v);
+    return report ? std::string{} : report.message();
+  }
+  /// Of this run: calls of the forces beside LAMMPS' own, iterations.
+  [[nodiscard]] std::int64_t calls() const { return calls_; }
+  [[nodiscard]] std::int64_t iterations() const { return iterations_; }
+
+ private:
+  [[nodiscard]] static Field taken(const Movers& movers, double** rows, MPI_Comm ranks) {
+    std::vector<double> all(static_cast<std::size_t>(3 * movers.size()));
+    for (std::ptrdiff_t k = 0; k < movers.size(); ++k) std::copy_n(rows[movers.index(k)], 3, all.data() + 3 * k);
+    return Field{new Numbers{ranks, std::move(all)}};
+  }
+  static void give(const Movers& movers, const Field& from, double** rows) {
+    for (std::ptrdiff_t k = 0; k < movers.size(); ++k)
+      std::copy_n(from.handle()->all.data() + 3 * k, 3, rows[movers.index(k)]);
+  }
+
+  double phi_, rtol_;
+  std::int64_t calls_ = 0, iterations_ = 0;
+  std::unique_ptr<Stepper> stepper_;
+};
+}  // namespace phistep_lammps
