@@ -38,6 +38,8 @@
 #include "phistep/solve/difference_tangent.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/motion.hpp"
+#include "phistep/state/non_finite.hpp"
+#include "phistep/state/ranks.hpp"
 #include "phistep/state/unknowns.hpp"
 #include "phistep/step/phi_stepper.hpp"
 #include "phistep/study/assess.hpp"

@@ -15,6 +15,7 @@
 #include "phistep/linear/mass.hpp"
 #include "phistep/state/active_set.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/non_finite.hpp"
 #include "phistep/state/unknowns.hpp"
 
 namespace phistep::inline PHISTEP_ABI {

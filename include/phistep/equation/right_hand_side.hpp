@@ -24,6 +24,7 @@
 #include "phistep/force/signature.hpp"
 #include "phistep/state/active_set.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/non_finite.hpp"
 #include "phistep/state/parts.hpp"
 #include "phistep/state/ranks.hpp"
 

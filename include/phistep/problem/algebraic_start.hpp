@@ -18,6 +18,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/equation/bound_masses.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/non_finite.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

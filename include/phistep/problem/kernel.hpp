@@ -39,6 +39,7 @@
 #include "phistep/solve/shifted_stages.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/combination.hpp"
+#include "phistep/state/non_finite.hpp"
 #include "phistep/state/parts.hpp"
 
 namespace phistep::inline PHISTEP_ABI {

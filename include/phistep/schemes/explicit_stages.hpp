@@ -15,6 +15,7 @@
 #include "phistep/schemes/update_block.hpp"
 #include "phistep/schemes/weighted_sum.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/non_finite.hpp"
 #include "phistep/state/unknowns.hpp"
 
 namespace phistep::inline PHISTEP_ABI {

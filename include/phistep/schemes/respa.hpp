@@ -37,6 +37,7 @@
 #include "phistep/schemes/scheme_on.hpp"
 #include "phistep/schemes/velocity_verlet.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/non_finite.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

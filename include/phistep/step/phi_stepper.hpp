@@ -31,6 +31,7 @@
 #include "phistep/state/active_set.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/combination.hpp"
+#include "phistep/state/non_finite.hpp"
 #include "phistep/state/parts.hpp"
 #include "phistep/state/unknowns.hpp"
 
