@@ -67,7 +67,7 @@ template <State S, class F, class MassSpec = UnitMasses>
   using Plain = PlainState<S>;
   Plain y;
   copy_blocks<S>(y, start);
-  if (is_singular(bind_masses<S>(mass, y)))
+  if (algebraic_component(bind_masses<S>(mass, y)))
     throw std::invalid_argument(
         "phistep: M is singular: advise compares no schemes for differential-algebraic equations; take rodas5p or "
         "rodas4p2");

@@ -38,6 +38,8 @@
 #include "phistep/solve/difference_tangent.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/motion.hpp"
+#include "phistep/state/non_finite.hpp"
+#include "phistep/state/ranks.hpp"
 #include "phistep/state/unknowns.hpp"
 #include "phistep/step/phi_stepper.hpp"
 #include "phistep/study/assess.hpp"
@@ -274,7 +276,7 @@ template <State S, class F, class Scheme, class MassSpec, ImplicitSolver Solver>
     auto& force = stepper.force_to_look_at();
     using Whole = std::remove_cvref_t<decltype(force)>;
     const auto masses = bind_masses<S>(stepper.mass(), y);
-    if (is_singular(masses))
+    if (algebraic_component(masses))
       throw std::invalid_argument("M is singular: preflight judges no differential-algebraic equations.");
     using Rhs = RightHandSide<S, std::reference_wrapper<Whole>, std::remove_cvref_t<decltype(masses)>>;
     double largest_mass = 1;

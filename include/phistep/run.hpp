@@ -26,6 +26,7 @@
 #include "phistep/schemes/extrapolation/extrapolation.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/parts.hpp"
+#include "phistep/state/ranks.hpp"
 #include "phistep/step/event_cut.hpp"
 #include "phistep/step/look_inside.hpp"
 #include "phistep/step/step_attempt.hpp"

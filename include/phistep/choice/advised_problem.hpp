@@ -7,6 +7,7 @@
 #include "phistep/choice/suitable_scheme.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/equation/bound_masses.hpp"
 #include "phistep/equation/right_hand_side.hpp"
 #include "phistep/force/sum.hpp"
 #include "phistep/linear/mass.hpp"

@@ -28,6 +28,7 @@
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/equation/bound_masses.hpp"
 #include "phistep/linear/mass.hpp"
 #include "phistep/problem/transaction.hpp"
 #include "phistep/state/blocks.hpp"
@@ -152,7 +153,7 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
   AutomaticStepper(const Plain& copy, const S& state, F&& force, double rtol, MassSpec&& mass)
       : AutomaticStepper{scene_of<S, F>(copy, mass, rtol), copy, state, std::move(force), std::move(mass)} {}
   AutomaticStepper(const AdvisedProblem& problem, const Plain& copy, const S& state, F&& force, MassSpec&& mass)
-      : AutomaticStepper{problem,          copy,           is_singular(bind_masses<S>(mass, copy)), state,
+      : AutomaticStepper{problem,          copy,           bool{algebraic_component(bind_masses<S>(mass, copy))}, state,
                          std::move(force), std::move(mass)} {}
   AutomaticStepper(const AdvisedProblem& problem, const Plain& copy, bool is_algebraic, const S& state, F&& force,
                    MassSpec&& mass)

@@ -16,6 +16,7 @@
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/equation/bound_masses.hpp"
 #include "phistep/equation/gamma.hpp"
 #include "phistep/equation/right_hand_side.hpp"
 #include "phistep/krylov/modified_incomplete_cholesky.hpp"
@@ -72,7 +73,7 @@ struct FieldMatrix {
     FieldCounts counts;
     if (failed(outcome)) return counts;
     auto& system = matrix.system();
-    static_cast<void>(system.settle(each_mass_entry<S>(rhs, y)));
+    static_cast<void>(system.settle(each_mass_entry<S>(rhs.masses(), y)));
     Eigen::SparseMatrix<Scalar> A = system.pattern();
     const Scalar tolerance = (Matrix::analytic ? 16 : 64) * (Matrix::analytic ? epsilon : std::sqrt(epsilon));
     counts.is_symmetric = true;

@@ -16,6 +16,7 @@
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/equation/bound_masses.hpp"
 #include "phistep/equation/right_hand_side.hpp"
 #include "phistep/jacobian/differences.hpp"
 #include "phistep/linear/mass.hpp"

@@ -8,6 +8,7 @@
 
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/non_finite.hpp"
 #include "phistep/state/norms.hpp"
 
 namespace phistep::inline PHISTEP_ABI {

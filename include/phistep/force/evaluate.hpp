@@ -21,6 +21,7 @@
 #include "phistep/force/sum.hpp"
 #include "phistep/state/active_set.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/non_finite.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

@@ -61,16 +61,6 @@ concept MayBeSingular = requires(const Mass& M, Eigen::Matrix<double, Eigen::Dyn
   M.keep_unseen(x);                                        // x ← x − G M x: what M doesn't see
 };
 
-/// Whether one of the masses of a state's blocks is singular.
-template <class... Masses>
-[[nodiscard]] bool is_singular([[maybe_unused]] const std::tuple<Masses...>& masses) {
-  const auto singular = [](const auto& mass) {
-    if constexpr (MayBeSingular<std::remove_cvref_t<decltype(mass)>>) return mass.algebraic() >= 0;
-    else return false;
-  };
-  return std::apply([&](const auto&... mass) { return (singular(mass) || ...); }, masses);
-}
-
 /// f(i, j, M_ij) of the first n, to assemble M − γJ: what is held still is as heavy as subtract_product takes it.
 void for_each_inertia(const auto& mass, Eigen::Index n, auto&& f) {
   if constexpr (requires { mass.for_each_inertia(n, f); }) mass.for_each_inertia(n, f);

@@ -16,7 +16,9 @@
 
 #include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/equation/bound_masses.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/non_finite.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -31,7 +33,7 @@ class AlgebraicStart {
 
   /// M may be another one.
   void bind(const Rhs& rhs, const Plain& y) {
-    has_any_ = static_cast<bool>(rhs.algebraic());
+    has_any_ = static_cast<bool>(algebraic_component(rhs.masses()));
     forget();
     if (!has_any_) return;
     response = y;
@@ -60,7 +62,7 @@ class AlgebraicStart {
   /// residual = P Ψ. False where there is nothing left.
   [[nodiscard]] bool leaves_residual(const Rhs& rhs, const Rate& psi) {
     copy_rate(residual, psi);
-    rhs.keep_unexplained(residual);
+    keep_unexplained(Rate::blocks(residual), rhs.masses());
     bool any = false;
     for_each_number([&any](auto, Scalar x) { any = any || x != 0; }, Rate::blocks(residual));
     return any;

@@ -19,6 +19,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/simd/fingerprint.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/ranks.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

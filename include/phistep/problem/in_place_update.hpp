@@ -22,6 +22,7 @@
 #include <utility>
 
 #include "phistep/core/version.hpp"
+#include "phistep/equation/explicit_update.hpp"
 #include "phistep/equation/gamma.hpp"
 #include "phistep/simd/magnitude.hpp"
 #include "phistep/simd/update.hpp"
@@ -65,7 +66,7 @@ class InPlaceUpdate {
       if (!unedited_ || is_short(y) || is_streamed(y)) return false;
       if (!bounds_hold) measure(rhs, y);
       if (!excludes_overflow(by, psi)) return false;
-      rhs.for_each_update(
+      for_each_update<S>(
           y, by, psi, rhs.masses(),
           [](const auto& kernel, auto& to, auto&... position) {
             update_in_place_unwatched(to.size(), kernel, to.data(), position.data()...);
@@ -121,7 +122,7 @@ class InPlaceUpdate {
   /// False: something isn't finite (or the layout isn't served), and some places are written.
   [[nodiscard]] bool write_through(const Rhs& rhs, const Plain& y, const auto& by, const auto& psi) {
     bool finite = true;
-    rhs.for_each_update(
+    for_each_update<S>(
         y, by, psi, rhs.masses(),
         [&finite](const auto& kernel, auto&... to) { finite = finite && write(kernel, to...); }, *place_);
     return finite;

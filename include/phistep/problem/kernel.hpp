@@ -25,6 +25,8 @@
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/equation/bound_masses.hpp"
+#include "phistep/equation/explicit_update.hpp"
 #include "phistep/equation/right_hand_side.hpp"
 #include "phistep/problem/algebraic_start.hpp"
 #include "phistep/problem/in_place_step.hpp"
@@ -37,6 +39,7 @@
 #include "phistep/solve/shifted_stages.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/combination.hpp"
+#include "phistep/state/non_finite.hpp"
 #include "phistep/state/parts.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -99,7 +102,7 @@ class Kernel {
     } else {
       if (by.kick != 0) return kick_drift(step, by);
       copy_blocks<S>(step.next, step.y);  // no weight on Ψ(t, y): it isn't evaluated
-      rhs_.drift(step.next, by.before);
+      drift_blocks<S>(step.next, by.before);
       return Outcome::success;
     }
   }
@@ -118,7 +121,8 @@ class Kernel {
     rhs_.evaluate_into(t, step.next, step.psi);  // a copy: the user's own array may change before the next step
     if constexpr (keeps_psi) {
       kicked_by_ = step.psi;  // psi goes on to the next step as Ψ, not as M⁻¹Ψ
-      const bool finite = rhs_.kick(step.next, gamma, RateOf<S>::blocks(std::as_const(kicked_by_)), kicked_by_);
+      const bool finite =
+          kick_blocks<S>(step.next, gamma, RateOf<S>::blocks(std::as_const(kicked_by_)), kicked_by_, rhs_.masses());
       return finite ? Outcome::success : Outcome::non_finite_state;
     }
     return kick_by(step, gamma, RateOf<S>::blocks(std::as_const(step.psi)));
@@ -178,7 +182,7 @@ class Kernel {
       if (!std::exchange(algebra_.lacks_start, false)) return;
       const auto y = in<S>(step.y), next = in<S>(step.next), end = in<S>(step.trace.end);
       assign<S>(algebra_.response, (2 / step.dt) * (next - y) - end);
-      rhs_.keep_unseen(algebra_.response);
+      keep_unseen(Blocks<S>::solved(algebra_.response), rhs_.masses());
       add<S>(step.trace.start, in<S>(algebra_.response));
     }
   }
@@ -347,18 +351,19 @@ class Kernel {
 
   [[nodiscard, gnu::always_inline]] inline bool advance_by(Data& step, const auto& by, const auto& psi) {
     if constexpr (follows_active)
-      if (const auto* only = unchanged_.found()) return rhs_.advance_some(step.next, step.y, by, psi, *only);
+      if (const auto* only = unchanged_.found())
+        return advance_particles<S>(step.next, step.y, by, psi, rhs_.masses(), *only);
     if constexpr (writes_in_place)
       if ((step.is_state_next = in_place_.advance(rhs_, step.y, by, psi))) return true;
-    return Rhs::advance(step.next, step.y, by, psi, step.psi, step.masses);
+    return advance_blocks<S>(step.next, step.y, by, psi, step.psi, step.masses);
   }
   [[nodiscard, gnu::always_inline]] inline Outcome kick_by(Data& step, Scalar gamma, const auto& psi) {
     if constexpr (follows_active)
       if (const auto* only = unchanged_.found())
-        return rhs_.template advance_some<false>(step.next, step.next, {gamma, 0, 0}, psi, *only)
+        return advance_particles<S, false>(step.next, step.next, {gamma, 0, 0}, psi, rhs_.masses(), *only)
                    ? Outcome::success
                    : Outcome::non_finite_state;
-    return Rhs::kick(step.next, gamma, psi, step.psi, step.masses) ? Outcome::success : Outcome::non_finite_state;
+    return kick_blocks<S>(step.next, gamma, psi, step.psi, step.masses) ? Outcome::success : Outcome::non_finite_state;
   }
 
   /// Before the first pass of a step.

@@ -23,6 +23,8 @@
 #include "phistep/problem/origin.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/copy_views.hpp"
+#include "phistep/state/non_finite.hpp"
+#include "phistep/state/ranks.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

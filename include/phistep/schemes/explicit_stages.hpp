@@ -11,9 +11,11 @@
 
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/schemes/acceleration.hpp"
+#include "phistep/equation/bound_masses.hpp"
+#include "phistep/schemes/update_block.hpp"
 #include "phistep/schemes/weighted_sum.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/non_finite.hpp"
 #include "phistep/state/unknowns.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -45,7 +47,7 @@ class ExplicitStages {
       else k_[0] = step.psi;
       if constexpr (Kernel::carries)
         if (!step.psi_known) step.psi = k_[0];
-      if (accelerate(kernel.rhs(), k_[0])) return Outcome::success;
+      if (divide_by_mass(RateOf<S>::blocks(k_[0]), kernel.rhs().masses())) return Outcome::success;
       step.psi = k_[0];
       return Outcome::non_finite_force;
     }
@@ -53,7 +55,7 @@ class ExplicitStages {
   /// k_j = M⁻¹Ψ(t, Y). False: it isn't finite.
   [[nodiscard]] bool evaluate(auto& rhs, std::size_t j, Scalar t, const PlainState<S>& Y) {
     rhs.evaluate_into(t, Y, k_[j]);
-    return accelerate(rhs, k_[j]);
+    return divide_by_mass(RateOf<S>::blocks(k_[j]), rhs.masses());
   }
   /// Σ_j w_j k_j of a block, for a kernel of update_block.
   template <class Weights, std::size_t block = 0>

@@ -21,9 +21,10 @@
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/scheme_facts.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/schemes/acceleration.hpp"
+#include "phistep/equation/bound_masses.hpp"
 #include "phistep/schemes/scheme_on.hpp"
 #include "phistep/schemes/symmetric_coefficients.hpp"
+#include "phistep/schemes/update_block.hpp"
 #include "phistep/simd/update.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
@@ -88,7 +89,8 @@ class SchemeOn<KickDrift<Table>, S> : public SchemeDefaults {
     auto& rhs = kernel.rhs();
     for (std::size_t i = 1; i < Table::drifts; ++i) {
       rhs.evaluate_into(t, step.next, step.psi);
-      if (!accelerate(rhs, step.psi) || !kick_and_drift(step.next, kick(i) * dt, step.psi, drift(i) * dt))
+      if (!divide_by_mass(RateOf<S>::blocks(step.psi), rhs.masses()) ||
+          !kick_and_drift(step.next, kick(i) * dt, step.psi, drift(i) * dt))
         return Outcome::non_finite_state;
       t += drift(i) * dt;
     }

@@ -24,6 +24,7 @@
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/phi.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/equation/explicit_update.hpp"
 #include "phistep/matrix/dense_system.hpp"
 #include "phistep/schemes/error_estimate.hpp"
 #include "phistep/schemes/scheme_on.hpp"
@@ -96,7 +97,7 @@ class SchemeOn<PhiScheme<Force, Drift, form>, S> : public SchemeDefaults {
     const Scalar dt = step.dt;
     copy_blocks<S>(step.next, step.y);
     if (const Outcome bad = kernel.resolve(step, {phi * dt, phi * dt}, step.t + phi * dt); failed(bad)) return bad;
-    kernel.rhs().drift(step.next, (1 - phi) * dt);
+    drift_blocks<S>(step.next, (1 - phi) * dt);
     kernel.add_increment(step, (1 - phi) / phi);
     return Kernel::Rhs::is_finite(step.next) ? Outcome::success : Outcome::non_finite_state;
   }

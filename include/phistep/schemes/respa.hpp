@@ -30,12 +30,14 @@
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/phi.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/equation/explicit_update.hpp"
 #include "phistep/force/seldom.hpp"
 #include "phistep/problem/edit_guard.hpp"
 #include "phistep/problem/transaction.hpp"
 #include "phistep/schemes/scheme_on.hpp"
 #include "phistep/schemes/velocity_verlet.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/non_finite.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -182,8 +184,9 @@ class RespaScheme : public SchemeDefaults {
       if (!all_finite(RateOf<S>::blocks(level.psi))) return Outcome::non_finite_force;
       level.known = !ForceTraits<Unwrapped<decltype(term.force)>, typename Rhs::View, RateOf<S>>::is_lookup;
     }
-    return rhs.kick(y, gamma, RateOf<S>::blocks(std::as_const(level.psi)), scratch_) ? Outcome::success
-                                                                                     : Outcome::non_finite_state;
+    return kick_blocks<S>(y, gamma, RateOf<S>::blocks(std::as_const(level.psi)), scratch_, rhs.masses())
+               ? Outcome::success
+               : Outcome::non_finite_state;
   }
   /// f(level, term, its memory) → Outcome for those with k | i, to the first that fails
   [[nodiscard]] Outcome for_each_due(Rhs& rhs, int i, auto&& f) {

@@ -22,6 +22,7 @@
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/equation/explicit_update.hpp"
 #include "phistep/equation/right_hand_side.hpp"
 #include "phistep/problem/edit_guard.hpp"
 #include "phistep/problem/transaction.hpp"
@@ -112,12 +113,14 @@ class SplitScheme : public SchemeDefaults {
     }
     if constexpr (couples) {
       copy_blocks<S>(middle_, y);
-      static_cast<void>(rhs.kick(middle_, gamma / 2, RateOf<S>::blocks(std::as_const(psi_)), scratch_));
+      static_cast<void>(
+          kick_blocks<S>(middle_, gamma / 2, RateOf<S>::blocks(std::as_const(psi_)), scratch_, rhs.masses()));
       rhs.evaluate_kicks(t, middle_, psi_);  // (3)
       if (!finite(step)) return Outcome::non_finite_force;
     }
-    return rhs.kick(y, gamma, RateOf<S>::blocks(std::as_const(psi_)), scratch_) ? Outcome::success
-                                                                                : Outcome::non_finite_state;
+    return kick_blocks<S>(y, gamma, RateOf<S>::blocks(std::as_const(psi_)), scratch_, rhs.masses())
+               ? Outcome::success
+               : Outcome::non_finite_state;
   }
   /// Looked at before it spoils what it is added to, so that the message finds the term.
   template <class Data>

@@ -25,6 +25,7 @@
 #include "phistep/solve/newton.hpp"
 #include "phistep/solve/resolvent.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/non_finite.hpp"
 #include "phistep/state/unknowns.hpp"
 
 namespace phistep::inline PHISTEP_ABI {

@@ -17,6 +17,7 @@
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/equation/bound_masses.hpp"
 #include "phistep/equation/right_hand_side.hpp"
 #include "phistep/jacobian/analytic.hpp"
 #include "phistep/jacobian/differences.hpp"
@@ -251,7 +252,7 @@ class Linearisation {
   /// to = factor M − C − γK, where that is a dense matrix of fixed size.
   static constexpr bool assembles = row.kind == SystemKind::dense && n_static != Eigen::Dynamic;
   void assemble(const Rhs& rhs, const Plain& y, Scalar factor, Scalar gamma, auto& to) const requires assembles {
-    system_.assemble(each_mass_entry<S>(rhs, y), factor, gamma, to);
+    system_.assemble(each_mass_entry<S>(rhs.masses(), y), factor, gamma, to);
   }
   /// out += factor K x
   void add_position_product(Scalar factor, const auto& x, auto& out) const {
@@ -265,7 +266,8 @@ class Linearisation {
  private:
   [[nodiscard]] Outcome make_factors(Rhs& rhs, const Gamma<Scalar>& gamma, const Plain& Y) {
     has_factors_ = false;
-    const Outcome outcome = system_.factorize(each_mass_entry<S>(rhs, Y), gamma.force, gamma.drift, rhs.statistics());
+    const Outcome outcome =
+        system_.factorize(each_mass_entry<S>(rhs.masses(), Y), gamma.force, gamma.drift, rhs.statistics());
     has_factors_ = outcome == Outcome::success;
     factored_ = gamma;
     scale_ = Scalar{1};

@@ -19,6 +19,7 @@
 #include "phistep/simd/update.hpp"
 #include "phistep/solve/increment.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/non_finite.hpp"
 #include "phistep/state/unknowns.hpp"
 
 namespace phistep::inline PHISTEP_ABI {

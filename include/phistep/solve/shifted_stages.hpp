@@ -23,6 +23,7 @@
 #include "phistep/solve/newton.hpp"
 #include "phistep/solve/tangent_check.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/non_finite.hpp"
 #include "phistep/state/unknowns.hpp"
 
 namespace phistep::inline PHISTEP_ABI {

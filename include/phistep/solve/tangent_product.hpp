@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "phistep/core/version.hpp"
+#include "phistep/equation/bound_masses.hpp"
 #include "phistep/equation/right_hand_side.hpp"
 #include "phistep/jacobian/product.hpp"
 #include "phistep/krylov/product_system.hpp"
@@ -174,7 +175,7 @@ class TangentProduct {
   };
   void compute_diagonal() {
     diagonal_.setZero();
-    each_mass_entry<S>(*rhs_, Y_)([this](Index i, Index j, auto m) {
+    each_mass_entry<S>(rhs_->masses(), Y_)([this](Index i, Index j, auto m) {
       if (i == j) diagonal_[i] += static_cast<Scalar>(m);
     });
     DiagonalSink sink{diagonal_, gamma_};

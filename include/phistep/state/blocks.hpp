@@ -9,37 +9,17 @@
 /// and ties of references to all blocks, to the solved blocks and to the rates.
 #pragma once
 
-#include <Eigen/Core>
-
-#include <algorithm>
-#include <cmath>
 #include <concepts>
 #include <cstddef>
-#include <cstdint>
 #include <tuple>
 #include <type_traits>
 #include <utility>
-#include <vector>
 
 #include "phistep/core/version.hpp"
-#include "phistep/simd/fingerprint.hpp"
 #include "phistep/simd/update.hpp"
+#include "phistep/state/block.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
-
-using Index = Eigen::Index;
-
-/// An Eigen dense vector or matrix: Matrix, Array, Map, Ref.
-template <class T>
-concept EigenDense = std::is_base_of_v<Eigen::DenseBase<T>, T> && requires(T& x) {
-  x.data();
-};
-
-/// A vector whose numbers nobody here ever sees (state/field.hpp).
-template <class T>
-concept FieldBlock = requires {
-  requires std::remove_cvref_t<T>::is_field;
-};
 
 /// A state of the user's own: named blocks, the first two being r and v where it drifts.
 ///
@@ -118,24 +98,12 @@ struct Blocks<S> {
   }
 };
 
-/// The numbers of a state, as its first block has them.
-template <class S>
-struct NumberOf {};
-template <class S>
-  requires(EigenDense<S> || FieldBlock<S>)
-struct NumberOf<S> {
-  using type = typename S::Scalar;
-};
-template <BlockStruct S>
-struct NumberOf<S> {
-  using type = typename std::remove_cvref_t<std::tuple_element_t<0, decltype(S::blocks(std::declval<S&>()))>>::Scalar;
-};
 /// It would be a state but for its numbers: complex ones, integers, those of automatic differentiation.
 template <class S>
 inline constexpr bool has_other_numbers = false;
 template <class S>
-  requires requires { typename NumberOf<S>::type; }
-inline constexpr bool has_other_numbers<S> = !std::is_floating_point_v<typename NumberOf<S>::type>;
+  requires requires { typename Blocks<S>::Scalar; }
+inline constexpr bool has_other_numbers<S> = !std::is_floating_point_v<typename Blocks<S>::Scalar>;
 
 /// A state the steppers can advance.
 template <class S>
@@ -169,17 +137,6 @@ inline constexpr std::size_t count_of_fields<std::tuple<Block...>> = (std::size_
 /// A state of fields (state/field.hpp).
 template <class S>
 concept FieldState = State<S> &&(count_of_fields<decltype(Blocks<S>::all(std::declval<S&>()))> > 0);
-
-/// The largest of a number that every rank of a field's has; collective.
-template <FieldState S>
-[[nodiscard]] int most_of_ranks(const S& y, int mine) {
-  const auto& first = std::get<0>(Blocks<S>::all(y));
-  return std::remove_cvref_t<decltype(first)>::Ops::most(first.handle(), mine);
-}
-template <FieldState S>
-[[nodiscard]] bool all_ranks(const S& y, bool mine) {
-  return most_of_ranks(y, mine ? 0 : 1) == 0;
-}
 
 template <State S>
 using PlainState = typename Blocks<S>::Plain;
@@ -226,21 +183,7 @@ template <class Tie>
   for_each_block([&n](auto, const auto& block) { n += block.size(); }, blocks);
   return n;
 }
-/// max |x_i| of a field, as core/arithmetic.hpp has it of numbers.
-template <FieldBlock Block>
-[[nodiscard]] auto max_abs(const Block& x) {
-  return static_cast<typename Block::Scalar>(Block::Ops::largest(x.handle()));
-}
-/// Whether all numbers of a block without gaps are finite.
-template <EigenDense Block>
-[[nodiscard]] bool is_finite_block(const Block& x) {
-  return all_finite(x.data(), x.size());
-}
-template <FieldBlock Block>
-[[nodiscard]] bool is_finite_block(const Block& x) {
-  return Block::Ops::is_finite(x.handle());
-}
-/// … of all blocks.
+/// Whether all numbers of all blocks are finite.
 template <class Tie>
 [[nodiscard]] bool all_finite(const Tie& blocks) {
   bool finite = true;
@@ -266,18 +209,6 @@ template <State S, class Y>
   return count_of(Blocks<S>::solved(y));
 }
 
-/// x has the shape of another block, and any numbers.
-template <class Block>
-void set_shape_like(Block& x, const auto& other) {
-  if constexpr (FieldBlock<Block>) x.take_shape(other);
-  else x.resize(other.rows(), other.cols());
-}
-/// … and is zero.
-template <class Block>
-void set_zero_like(Block& x, const auto& other) {
-  set_shape_like(x, other);
-  x.setZero();
-}
 /// The rate has the right shape for y, and is zero.
 template <State S>
 void reset_rate(RateOf<S>& rate, const PlainState<S>& y) {
@@ -315,11 +246,6 @@ concept ShowsTrials = State<S> && requires(S& state) {
   state.release();                                         // the step is over
 };
 
-/// to = from, for blocks of any kind.
-template <class To, class From>
-[[gnu::always_inline]] inline void assign_block(To& to, const From& from) {
-  to = from;
-}
 /// to = from, block by block; allocates only where the sizes differ.
 template <State S, class To, class From>
 void copy_blocks(To& to, const From& from) {
@@ -346,16 +272,7 @@ template <State S>
       Blocks<S>::all(state), Blocks<S>::all(next));
 }
 
-/// Whether two blocks of one shape hold the same bits.
-template <EigenDense Block>
-[[nodiscard]] bool equal_bits(const Block& a, const Block& b) {
-  return same_bits(a.data(), b.data(), a.size());
-}
-template <FieldBlock Block>
-[[nodiscard]] bool equal_bits(const Block& a, const Block& b) {
-  return Block::Ops::equal(a.handle(), b.handle());
-}
-/// … and whether all blocks of two ties of one shape do.
+/// Whether all blocks of two ties of one shape hold the same bits.
 template <class... A, class... B>
 [[nodiscard]] bool equal_bits(const std::tuple<A...>& a, const std::tuple<B...>& b) {
   bool equal = true;
@@ -365,56 +282,6 @@ template <class... A, class... B>
 template <State S>
 [[nodiscard]] bool equal_blocks(const PlainState<S>& a, const PlainState<S>& b) {
   return equal_bits(Blocks<S>::all(a), Blocks<S>::all(b));
-}
-
-/// Whether each number of a state has a place of its own. Those of views may lie in one another's: they would then be two
-/// unknowns with one value.
-template <State S>
-[[nodiscard]] bool has_own_places(const S& state) {
-  std::vector<std::pair<std::uintptr_t, std::uintptr_t>> pieces;  // from, to [bytes]: columns, or single numbers
-  for_each_block(
-      [&pieces](auto, const auto& x) {
-        const bool by_columns = x.rowStride() == 1;
-        for (Index j = 0; j < x.cols(); ++j)
-          for (Index i = 0; i < x.rows(); i += by_columns ? x.rows() : 1) {
-            const auto from = reinterpret_cast<std::uintptr_t>(x.data() + i * x.rowStride() + j * x.colStride());
-            const auto numbers = static_cast<std::uintptr_t>(by_columns ? x.rows() : 1);
-            pieces.push_back({from, from + numbers * sizeof(*x.data())});
-          }
-      },
-      Blocks<S>::all(state));
-  std::sort(pieces.begin(), pieces.end());
-  for (std::size_t k = 1; k < pieces.size(); ++k)
-    if (pieces[k].first < pieces[k - 1].second) return false;
-  return true;
-}
-
-/// Which component of which block is not finite; block −1 where all are, index −1 where the block is a field.
-struct Offender {
-  std::int64_t block = -1, index = -1, row = -1, column = -1;
-  [[nodiscard]] explicit operator bool() const { return block >= 0; }
-};
-
-template <class Tie>
-[[nodiscard]] Offender first_non_finite(const Tie& blocks) {
-  Offender found;
-  for_each_block(
-      [&found](auto k, const auto& x) {
-        if (found) return;
-        if constexpr (FieldBlock<decltype(x)>) {
-          if (!is_finite_block(x)) found.block = static_cast<std::int64_t>(k());
-        } else {
-          for (Index j = 0; j < x.cols(); ++j)
-            for (Index i = 0; i < x.rows(); ++i)
-              if (!std::isfinite(x(i, j))) {
-                found = {static_cast<std::int64_t>(k()), x.IsRowMajor ? i * x.cols() + j : j * x.rows() + i, -1, -1};
-                if (x.cols() > 1) found.row = i, found.column = j;
-                return;
-              }
-        }
-      },
-      blocks);
-  return found;
 }
 
 }  // namespace phistep::inline PHISTEP_ABI

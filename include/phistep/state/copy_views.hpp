@@ -1,17 +1,43 @@
 /// @file
-/// From a view of the caller's memory and back.
+/// States that are views of the caller's memory: from it and back.
 #pragma once
 
 #include <Eigen/Core>
 
 #include <algorithm>
+#include <cstddef>
+#include <cstdint>
 #include <tuple>
 #include <type_traits>
+#include <utility>
+#include <vector>
 
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
+
+/// Whether each number of a state has a place of its own. Those of views may lie in one another's: they would then be two
+/// unknowns with one value.
+template <State S>
+[[nodiscard]] bool has_own_places(const S& state) {
+  std::vector<std::pair<std::uintptr_t, std::uintptr_t>> pieces;  // from, to [bytes]: columns, or single numbers
+  for_each_block(
+      [&pieces](auto, const auto& x) {
+        const bool by_columns = x.rowStride() == 1;
+        for (Index j = 0; j < x.cols(); ++j)
+          for (Index i = 0; i < x.rows(); i += by_columns ? x.rows() : 1) {
+            const auto from = reinterpret_cast<std::uintptr_t>(x.data() + i * x.rowStride() + j * x.colStride());
+            const auto numbers = static_cast<std::uintptr_t>(by_columns ? x.rows() : 1);
+            pieces.push_back({from, from + numbers * sizeof(*x.data())});
+          }
+      },
+      Blocks<S>::all(state));
+  std::sort(pieces.begin(), pieces.end());
+  for (std::size_t k = 1; k < pieces.size(); ++k)
+    if (pieces[k].first < pieces[k - 1].second) return false;
+  return true;
+}
 
 /// Numbers i to i + n of a vector; columns of a matrix, rows of one that is stored by rows.
 template <class Block>

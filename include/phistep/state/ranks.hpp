@@ -36,6 +36,17 @@ class HeldException {
   std::exception_ptr held_;
 };
 
+/// The largest of a number that every rank of a field's has; collective.
+template <FieldState S>
+[[nodiscard]] int most_of_ranks(const S& y, int mine) {
+  const auto& first = std::get<0>(Blocks<S>::all(y));
+  return std::remove_cvref_t<decltype(first)>::Ops::most(first.handle(), mine);
+}
+template <FieldState S>
+[[nodiscard]] bool all_ranks(const S& y, bool mine) {
+  return most_of_ranks(y, mine ? 0 : 1) == 0;
+}
+
 /// What all ranks make of what each of them found: the outcome that comes last in the enumeration.
 template <FieldState S>
 [[nodiscard]] Outcome agreed(const S& y, Outcome mine) {

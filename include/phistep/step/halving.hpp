@@ -25,6 +25,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/problem/transaction.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/non_finite.hpp"
 #include "phistep/state/parts.hpp"
 #include "phistep/step/any_stepper.hpp"
 

@@ -16,6 +16,7 @@
 #include "phistep/core/phi.hpp"
 #include "phistep/core/stepper_facts.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/equation/bound_masses.hpp"
 #include "phistep/equation/right_hand_side.hpp"
 #include "phistep/force/at.hpp"
 #include "phistep/linear/mass.hpp"
@@ -30,6 +31,7 @@
 #include "phistep/state/active_set.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/combination.hpp"
+#include "phistep/state/non_finite.hpp"
 #include "phistep/state/parts.hpp"
 #include "phistep/state/unknowns.hpp"
 
@@ -165,7 +167,7 @@ class PhiStepper {
   [[nodiscard]] HeldException& held() requires FieldState<PlainState<S>> { return *kernel_.rhs().held(); }
   /// M is singular: some of the equations are algebraic.
   [[nodiscard]] bool solves_algebraic() const {
-    if constexpr (Rhs::may_be_singular) return static_cast<bool>(kernel_.rhs().algebraic());
+    if constexpr (Rhs::may_be_singular) return static_cast<bool>(algebraic_component(masses()));
     else return false;
   }
   /// rate = what is no M y' in Ψ(t, y): what the algebraic equations leave. One force call; false where Ψ isn't finite.
@@ -173,11 +175,11 @@ class PhiStepper {
     kernel_.rhs().begin(t, Scalar{0}, y);
     kernel_.rhs().evaluate_into(t, y, rate);
     const bool finite = !first_non_finite(RateOf<S>::blocks(rate));
-    if (finite) kernel_.rhs().keep_unexplained(rate);
+    if (finite) phistep::keep_unexplained(RateOf<S>::blocks(rate), masses());
     return finite;
   }
   /// x ← what M doesn't see of it
-  void keep_unseen(PlainState<S>& x) const { kernel_.rhs().keep_unseen(x); }
+  void keep_unseen(PlainState<S>& x) const { phistep::keep_unseen(Blocks<S>::solved(x), masses()); }
   /// To slopes by force calls at both ends of a step: what M doesn't see moves from y0 to y1 along the chord.
   void complete_slopes(const PlainState<S>& y0, const PlainState<S>& y1, Scalar dt, PlainState<S>& slope0,
                        PlainState<S>& slope1) const {
@@ -185,7 +187,7 @@ class PhiStepper {
       if (solves_algebraic()) {
         PlainState<S> chord = y0;
         assign<S>(chord, (in<S>(y1) - in<S>(y0)) / dt);
-        kernel_.rhs().keep_unseen(chord);
+        keep_unseen(chord);
         add<S>(slope0, in<S>(chord));
         add<S>(slope1, in<S>(chord));
       }
@@ -311,7 +313,7 @@ class PhiStepper {
                 std::to_string(mass.algebraic()));
       });
     } else if constexpr (Rhs::may_be_singular) {
-      const Offender at = kernel_.rhs().algebraic();
+      const Offender at = algebraic_component(masses());
       if (!at) return;
       bool takes = false;
       if constexpr (

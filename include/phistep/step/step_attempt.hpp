@@ -16,6 +16,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/problem/transaction.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/non_finite.hpp"
 #include "phistep/step/any_stepper.hpp"
 #include "phistep/step/error_law.hpp"
 #include "phistep/step/step_doubling.hpp"

@@ -21,6 +21,7 @@
 #include "phistep/equation/right_hand_side.hpp"
 #include "phistep/force/evaluate.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/non_finite.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

@@ -12,6 +12,7 @@
 
 #include "phistep/core/scheme_facts.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/equation/bound_masses.hpp"
 #include "phistep/force/at.hpp"
 #include "phistep/force/energy.hpp"
 #include "phistep/force/evaluate.hpp"
@@ -88,12 +89,7 @@ class ForceSplitter {
   /// out = M⁻¹ f
   void accelerate(const auto& f, auto& out) const {
     out = f;
-    if constexpr (std::remove_cvref_t<decltype(mass())>::is_matrix) {
-      mass().solve(flat(out));
-    } else {
-      const auto factor = mass().scaled(Scalar{1});
-      for (Index i = 0; i < out.size(); ++i) out.data()[i] *= factor(i);
-    }
+    static_cast<void>(divide_by_mass(out, mass()));
   }
   /// ½ vᵀMv [energy]
   template <class Energy>

@@ -22,12 +22,12 @@
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/scheme_facts.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/schemes/acceleration.hpp"
 #include "phistep/schemes/explicit_rk/runge_kutta_estimate.hpp"
 #include "phistep/schemes/explicit_rk/runge_kutta_interpolant.hpp"
 #include "phistep/schemes/explicit_rk/runge_kutta_tableaus.hpp"
 #include "phistep/schemes/explicit_stages.hpp"
 #include "phistep/schemes/scheme_on.hpp"
+#include "phistep/schemes/update_block.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
 

@@ -21,12 +21,13 @@
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/scheme_facts.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/schemes/acceleration.hpp"
+#include "phistep/equation/bound_masses.hpp"
 #include "phistep/schemes/explicit_stages.hpp"
 #include "phistep/schemes/nystrom/carried_rounding.hpp"
 #include "phistep/schemes/nystrom/nystrom_interpolant.hpp"
 #include "phistep/schemes/nystrom/nystrom_tableaus.hpp"
 #include "phistep/schemes/scheme_on.hpp"
+#include "phistep/schemes/update_block.hpp"
 #include "phistep/simd/update.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/combination.hpp"
@@ -177,7 +178,7 @@ class SchemeOn<Nystrom<Tableau, compensates>, S> : public SchemeDefaults {
     // The next step is told Ψ itself, without the mass.
     rhs.evaluate_into(step.t + static_cast<Scalar>(Tableau::c[i]) * step.dt, step.next, at_end ? step.psi : k_[i]);
     if constexpr (at_end) k_[i] = step.psi;
-    return accelerate(rhs, k_[i]);
+    return divide_by_mass(RateOf<S>::blocks(k_[i]), rhs.masses());
   }
   /// next.r = r + c Δt v + Δt² Σ w_j k_j
   template <class Weights, bool at_end, class Data>

@@ -27,6 +27,7 @@
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/scheme_facts.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/equation/bound_masses.hpp"
 #include "phistep/schemes/radau/radau_constants.hpp"
 #include "phistep/schemes/radau/radau_control.hpp"
 #include "phistep/schemes/radau/radau_solver.hpp"
@@ -162,7 +163,7 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
   }
   template <int s, class Kernel>
   [[nodiscard]] Outcome advance_with(Kernel& kernel, auto& step) {
-    const auto masses = each_mass_entry<S>(kernel.rhs(), step.y);
+    const auto masses = each_mass_entry<S>(kernel.rhs().masses(), step.y);
     if (const Outcome bad = solver_.template prepare<s>(kernel, step, masses); failed(bad)) return bad;
     if (const Outcome bad = kernel.check_start(step, real_gamma<s>(step.dt)); failed(bad)) return bad;
     solver_.work().clear();
@@ -175,7 +176,7 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
   [[nodiscard]] Outcome trace_with(Kernel& kernel, auto& step) {
     auto& trace = step.trace;
     const double dt = std::abs(static_cast<double>(step.dt));
-    const auto masses = each_mass_entry<S>(kernel.rhs(), step.y);
+    const auto masses = each_mass_entry<S>(kernel.rhs().masses(), step.y);
     pending_terms_ = 0;
     if (const Outcome bad = solver_.template prepare<s>(kernel, step, masses); failed(bad)) {
       trace.proposed = control_.failed(dt, 0.5);

@@ -22,6 +22,7 @@
 #include "phistep/schemes/radau/radau_stages.hpp"
 #include "phistep/schemes/scheme_on.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/non_finite.hpp"
 #include "phistep/state/unknowns.hpp"
 
 namespace phistep::inline PHISTEP_ABI {

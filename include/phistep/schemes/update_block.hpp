@@ -1,40 +1,14 @@
 /// @file
-/// M⁻¹Ψ in place, and passes over the components of a motion's blocks: for schemes that need more than r and v in one.
+/// A pass over the components of a block: for schemes whose kernels combine more than r and v.
 #pragma once
 
-#include <Eigen/Core>
-
-#include <tuple>
 #include <type_traits>
 
 #include "phistep/core/version.hpp"
-#include "phistep/linear/mass.hpp"
 #include "phistep/simd/update.hpp"
 #include "phistep/state/blocks.hpp"
-#include "phistep/state/unknowns.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
-
-/// Ψ ← M⁻¹Ψ, all blocks. False where a mass matrix would spread what isn't finite over all components.
-template <class Rhs>
-[[nodiscard]] bool accelerate(const Rhs& rhs, typename Rhs::Rate& psi) {
-  bool good = true;
-  for_each_block(
-      [&good](auto, auto& a, const auto& mass) {
-        using Mass = std::remove_cvref_t<decltype(mass)>;
-        if constexpr (FieldBlock<decltype(a)>) {
-          if constexpr (!std::is_same_v<Mass, UnitMass>) a *= mass.scaled(typename Rhs::Scalar{1}).factor;
-        } else if constexpr (Mass::is_matrix) {
-          good = all_finite(a.data(), a.size()) && good;
-          if (good) mass.solve(flat(a));
-        } else if constexpr (!std::is_same_v<Mass, UnitMass>) {
-          const auto factor = mass.scaled(typename Rhs::Scalar{1});
-          for (Index i = 0; i < a.size(); ++i) a.data()[i] = factor(i) * a.data()[i];
-        }
-      },
-      Rhs::Rate::blocks(psi), rhs.masses());
-  return good;
-}
 
 /// kernel(i, x…) for every component of a block, out…[i] = x…; whether all are finite. `size` is the block's at compile
 /// time: a few numbers are unrolled; up to 64 are a plain loop of known length. Packets would wait there for numbers that a
