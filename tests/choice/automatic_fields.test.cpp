@@ -44,7 +44,7 @@ TEST_CASE("few points: a factorization; many: conjugate gradients; the report sa
   REQUIRE(many);
   REQUIRE(many.schemes.count() == 2);
   const SchemeUse use = many.schemes.list()[1];
-  CHECK(use.scheme == SuitableScheme::rodas_4_cg);
+  CHECK(use.scheme == SuitableScheme::rodas_4_krylov);
   CHECK(use.entries == factor_cost(neighbourhood(cube.pattern(), 512)).entries_an_unknown());
   CHECK(many.statistics.linear_iterations > 10);
   CHECK_THAT(many.schemes.message(),
@@ -105,7 +105,7 @@ TEST_CASE("a field that isn't counted yet is priced as one for conjugate gradien
   y = cube.start();
   const AutomaticReport cheap = integrate(y, ReactionDiffusionTerm{cube}, {0.0, 0.1}, {.rtol = 1e-4, .atol = 1e-6});
   REQUIRE(cheap);
-  CHECK(cheap.schemes.list().back().scheme == SuitableScheme::rodas_4_cg);
+  CHECK(cheap.schemes.list().back().scheme == SuitableScheme::rodas_4_krylov);
 
   const ReactionDiffusion windy{.m = 14, .dim = 3, .rate = 0, .wind = 10};
   const AutomaticReport dear = run(y, windy);
@@ -120,7 +120,7 @@ TEST_CASE("a pattern alone: its Jacobian by differences is symmetric to their ac
   Field y = cube.start();
   const auto report = integrate(y, sparsity(problems::as_function(cube), cube.pattern()), span, wanted);
   REQUIRE(report);
-  CHECK(report.schemes.list().back().scheme == SuitableScheme::rodas_4_cg);
+  CHECK(report.schemes.list().back().scheme == SuitableScheme::rodas_4_krylov);
   CHECK(error(y, cube) < 3e-3);
 }
 
@@ -138,7 +138,7 @@ TEST_CASE("a checkpoint on conjugate gradients: resumed to the bit") {
   first.run.forget_unsaved();
   Reader in{out.bytes()};
   other.run.load(in, [] {});
-  CHECK(other.stepper.scheme() == SuitableScheme::rodas_4_cg);
+  CHECK(other.stepper.scheme() == SuitableScheme::rodas_4_krylov);
   REQUIRE((first.run.finish() && other.run.finish()));
   CHECK(other.y == first.y);
   CHECK(other.stepper.uses().message() == first.stepper.uses().message());

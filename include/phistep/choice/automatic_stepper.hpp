@@ -97,7 +97,7 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
   StepReport attempt(S& state, Scalar t, Scalar dt, Origin origin, Trace<Plain>& trace, Accept&& accept) {
     StepReport report = Base::attempt(state, t, dt, origin, trace, accept);
     if constexpr (Schemes::is_field)
-      if (is_by_cg(scheme()) && shows_unsuited_cg(report.outcome())) {
+      if (is_by_krylov(scheme()) && shows_unsuited_krylov(report.outcome())) {
         use_direct_solver(state, t);
         report = Base::attempt(state, t, dt, origin, trace, accept);
       }
@@ -138,7 +138,7 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
     StiffnessWatch watch;
     RateLook<Plain> look;
     bool is_bound;           ///< to the scheme at work, although or because it is stiff
-    bool is_direct = false;  ///< conjugate gradients have failed: no more of them
+    bool is_direct = false;  ///< Krylov iterations have failed: no more of them
     SchemeUses uses{};
     Statistics retired{};              ///< of the schemes before
     std::int64_t changes = 0;          ///< of the forces of these
@@ -193,7 +193,7 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
     note(t, seen, cause);
     return true;
   }
-  /// From now on, in place of conjugate gradients.
+  /// From now on, in place of Krylov iterations.
   void use_direct_solver(const S& state, Scalar t) {
     course_.is_direct = true;
     problem_.field = {};

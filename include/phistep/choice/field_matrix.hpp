@@ -1,5 +1,5 @@
 /// @file
-/// What the automatic choice asks of a large sparse Jacobian: whether a factorization or conjugate gradients cost less, counted
+/// What the automatic choice asks of a large sparse Jacobian: whether a factorization or Krylov iterations cost less, counted
 /// from its pattern before anything is factorized.
 #pragma once
 
@@ -48,10 +48,10 @@ template <class Scalar>
 /// Part of <phistep/sparse.hpp>.
 template <class Scalar>
 struct FieldMatrix {
-  using Solver = Newton<PreconditionedCg<ModifiedIncompleteCholesky<Scalar>>>;
+  using Solver = Newton<PreconditionedKrylov<KrylovMethod::by_symmetry, Eigen::DiagonalPreconditioner<Scalar>>>;
 
   /// Looks at K and C at (t, y): a Jacobian, and a force call for differences.
-  /// The fill is counted until it says that conjugate gradients cost less.
+  /// The fill is counted until it says that Krylov iterations cost less.
   /// @param problem  what else is known of it
   /// @param spent    adds what it has cost
   /// @return entries < 0 where K or C are not finite
@@ -89,7 +89,7 @@ struct FieldMatrix {
     set(factor_cost(A, [&](const FactorCost& part) {
       set(part);
       problem.field = counts;
-      return is_for_cg(problem);
+      return is_for_krylov(problem);
     }));
     return counts;
   }

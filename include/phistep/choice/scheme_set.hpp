@@ -38,7 +38,7 @@ template <SuitableScheme scheme>
   else if constexpr (scheme == SuitableScheme::dormand_prince_8) return dop853;
   else if constexpr (scheme == SuitableScheme::nystrom_8) return rkn86;
   else if constexpr (scheme == SuitableScheme::nystrom_12) return rkn1210;
-  else if constexpr (scheme == SuitableScheme::rodas_4 || scheme == SuitableScheme::rodas_4_cg) return rodas4p2;
+  else if constexpr (scheme == SuitableScheme::rodas_4 || scheme == SuitableScheme::rodas_4_krylov) return rodas4p2;
   else if constexpr (scheme == SuitableScheme::radau_iia) return radau;
   else if constexpr (scheme == SuitableScheme::tr_bdf_2) return tr_bdf2;
   else return rodas5p;
@@ -48,16 +48,16 @@ template <SuitableScheme scheme>
 template <class Scalar>
 struct FieldMatrix;
 
-/// Whether a failure of conjugate gradients says that W is not symmetric and positive definite; a Jacobian is checked by solves,
+/// Whether a failure of Krylov iterations says that they do not suit W; a Jacobian is checked by solves,
 /// too.
-[[nodiscard]] constexpr bool shows_unsuited_cg(Outcome outcome) {
+[[nodiscard]] constexpr bool shows_unsuited_krylov(Outcome outcome) {
   return outcome == Outcome::linear_solver_failed || outcome == Outcome::not_positive_definite ||
          outcome == Outcome::not_symmetric || outcome == Outcome::wrong_jacobian;
 }
 /// How a scheme's implicit equations are solved, as the type.
 template <SuitableScheme scheme, class Scalar>
 [[nodiscard]] constexpr auto solver_named() {
-  if constexpr (is_by_cg(scheme)) return typename FieldMatrix<Scalar>::Solver{};
+  if constexpr (is_by_krylov(scheme)) return typename FieldMatrix<Scalar>::Solver{};
   else return newton();
 }
 template <SuitableScheme scheme, class S, class F, class MassSpec>
@@ -92,12 +92,12 @@ template <bool is_nystrom>
   else return SchemeSet<tsitouras_5, dormand_prince_8>{};
 }
 /// Pairs of particles are solved by conjugate gradients, which serve schemes that resolve; large sparse matrices by direct
-/// solvers or by conjugate gradients.
+/// solvers or by Krylov iterations.
 template <bool is_network, bool is_field>
 [[nodiscard]] constexpr auto implicit_schemes() {
   using enum SuitableScheme;
   if constexpr (is_network) return SchemeSet<tr_bdf_2>{};
-  else if constexpr (is_field) return SchemeSet<rodas_4, rodas_5p, radau_iia, rodas_4_cg, rodas_5p_cg>{};
+  else if constexpr (is_field) return SchemeSet<rodas_4, rodas_5p, radau_iia, rodas_4_krylov, rodas_5p_krylov>{};
   else return SchemeSet<rodas_4, rodas_5p, radau_iia>{};
 }
 
@@ -131,12 +131,12 @@ struct SchemesFor {
     return problem.has_jacobian || problem.has_pattern || problem.unknowns <= dense_difference_limit;
   }
   /// What StiffnessWatch compares.
-  /// @param may_be_cg  a large sparse matrix has not been looked at yet, and is priced as one for conjugate gradients
-  [[nodiscard]] static RivalSteps rivals(const AdvisedProblem& problem, bool may_be_cg = is_field) {
+  /// @param may_be_krylov  a large sparse matrix has not been looked at yet, and is priced as one for Krylov iterations
+  [[nodiscard]] static RivalSteps rivals(const AdvisedProblem& problem, bool may_be_krylov = is_field) {
     const SuitableScheme one = Set::all[static_cast<std::size_t>(suitable_explicit(problem))],
                          other = Set::all[static_cast<std::size_t>(suitable_implicit(problem))];
     return {stability_bound(one), step_cost(one, problem),
-            step_cost(may_be_cg ? SuitableScheme::rodas_4_cg : other, problem), turning_bound(one)};
+            step_cost(may_be_krylov ? SuitableScheme::rodas_4_krylov : other, problem), turning_bound(one)};
   }
   /// Number k of the schemes, as a stepper.
   template <std::size_t i = 0>

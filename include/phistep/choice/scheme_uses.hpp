@@ -22,7 +22,7 @@ enum class SchemeCause : std::uint8_t {
   algebraic,      ///< M is singular
   stiff,          ///< stability, not the error, limited Δt
   eased,          ///< an explicit scheme would do it for less
-  unsolved,       ///< conjugate gradients failed: W is not, or no longer, symmetric and positive definite
+  unsolved,       ///< Krylov iterations failed
   stays_explicit  ///< it is stiff, but an implicit scheme can't serve: no Jacobian, no pattern, too many unknowns
 };
 
@@ -34,7 +34,7 @@ struct SchemeUse {
   std::int64_t step = 0;  ///< after so many steps of the run
   double rate = 0;        ///< [1/time] |λ|max of ∂y'/∂y there, 0: not looked at
   double dt = 0;          ///< [time] of the steps there
-  double entries = -1;  ///< of L an unknown, where a factorization's fill was counted; at least, by conjugate gradients
+  double entries = -1;  ///< of L an unknown, where a factorization's fill was counted; at least, by Krylov iterations
 
   /// "rodas5p from t = 0.012, step 34: stiff, …"
   [[nodiscard]] std::string message() const {
@@ -42,7 +42,7 @@ struct SchemeUse {
     if (entries < 0) return all;
     char text[120];
     std::snprintf(text, sizeof text, "; %s, a factorization has %s%.1f entries of L an unknown",
-                  is_by_cg(scheme) ? "conjugate gradients" : "direct solver", is_by_cg(scheme) ? "at least " : "",
+                  is_by_krylov(scheme) ? "Krylov iterations" : "direct solver", is_by_krylov(scheme) ? "at least " : "",
                   entries);
     return all + text;
   }
@@ -74,7 +74,7 @@ struct SchemeUse {
             static_cast<long long>(step), rate * dt);
         break;
       case SchemeCause::unsolved:
-        std::snprintf(text, sizeof text, "%s by a direct solver from t = %.6g, step %lld: conjugate gradients failed",
+        std::snprintf(text, sizeof text, "%s by a direct solver from t = %.6g, step %lld: Krylov iterations failed",
                       name, t, static_cast<long long>(step));
         break;
       case SchemeCause::stays_explicit:
@@ -115,7 +115,7 @@ class SchemeUses {
     ar("count", count_);
     ar.check(uses_.size() <= kept && can_be_count(count_));
     for (const SchemeUse& use : uses_)
-      ar.check(use.scheme <= SuitableScheme::rodas_5p_cg && use.cause <= SchemeCause::stays_explicit &&
+      ar.check(use.scheme <= SuitableScheme::rodas_5p_krylov && use.cause <= SchemeCause::stays_explicit &&
                can_be_count(use.step));
   }
 

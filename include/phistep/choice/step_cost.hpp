@@ -43,11 +43,11 @@ namespace phistep::inline PHISTEP_ABI {
   const FieldCounts& field = scene.field;
   const bool is_counted = field.entries >= 0;
   const double factors = is_dense                               ? 10 + n * n * (1.7 + 0.13 * n)
-                         : is_counted                           ? n * (80 + 0.33 * field.products)
+                         : is_counted                           ? n * (80 + price_of_factors(field) * 0.33 * field.products)
                          : scene.structure == Structure::sparse ? 300 * n
                                                                 : 60 * n,
                solve = is_dense     ? 5 + n * (5 + 0.5 * n)
-                       : is_counted ? 1.8 * n * field.entries
+                       : is_counted ? price_of_factors(field) * 1.8 * n * field.entries
                                     : 25 * n,
                jacobian = scene.has_jacobian ? 2 * call : (is_dense ? n : 10) * call;
   const auto linear_stages = [&](double stages) {
@@ -68,9 +68,9 @@ namespace phistep::inline PHISTEP_ABI {
       return linear_stages(6);
     case SuitableScheme::rodas_5p:
       return linear_stages(8);
-    case SuitableScheme::rodas_4_cg:
-    case SuitableScheme::rodas_5p_cg:
-      return 6 * call + jacobian + n * (80 + field_cost(scene).by_cg);
+    case SuitableScheme::rodas_4_krylov:
+    case SuitableScheme::rodas_5p_krylov:
+      return 6 * call + jacobian + n * (80 + field_cost(scene).by_krylov);
     case SuitableScheme::radau_iia:
       return 3 * factors + jacobian + 5 * 6 * (call + solve);
     case SuitableScheme::tr_bdf_2:

@@ -33,7 +33,7 @@ struct AdvisedProblem {
   int digits = 15;          ///< of the scalar
   bool oscillates = false;  ///< the fastest modes do, once they have been looked at: λ near ±iω
   double turns = 0;         ///< |λ|max times what is left of the run, once it has been looked at
-  FieldCounts field;        ///< where conjugate gradients can serve
+  FieldCounts field;        ///< where Krylov iterations can serve
 };
 
 /// The schemes among which is chosen.
@@ -47,8 +47,8 @@ enum class SuitableScheme : std::uint8_t {
   rodas_5p,
   radau_iia,
   tr_bdf_2,
-  rodas_4_cg,  ///< the same on conjugate gradients, preconditioned by modified incomplete factors
-  rodas_5p_cg
+  rodas_4_krylov,  ///< the same by Krylov iterations, preconditioned by modified incomplete factors
+  rodas_5p_krylov
 };
 /// As a user writes it: "rodas5p".
 [[nodiscard]] constexpr const char* name_of(SuitableScheme scheme) {
@@ -65,10 +65,10 @@ enum class SuitableScheme : std::uint8_t {
     case verlet:
       return "velocity_verlet";
     case rodas_4:
-    case rodas_4_cg:
+    case rodas_4_krylov:
       return "rodas4p2";
     case rodas_5p:
-    case rodas_5p_cg:
+    case rodas_5p_krylov:
       return "rodas5p";
     case radau_iia:
       return "radau";
@@ -78,9 +78,9 @@ enum class SuitableScheme : std::uint8_t {
   return "tr_bdf2";
 }
 
-/// Whether its linear equations are solved by conjugate gradients.
-[[nodiscard]] constexpr bool is_by_cg(SuitableScheme scheme) {
-  return scheme == SuitableScheme::rodas_4_cg || scheme == SuitableScheme::rodas_5p_cg;
+/// Whether its linear equations are solved by Krylov iterations: conjugate gradients or BiCGSTAB.
+[[nodiscard]] constexpr bool is_by_krylov(SuitableScheme scheme) {
+  return scheme == SuitableScheme::rodas_4_krylov || scheme == SuitableScheme::rodas_5p_krylov;
 }
 
 /// Why it is that scheme.
@@ -95,7 +95,7 @@ enum class SchemeReason : std::uint8_t {
   high_order,           ///< many digits
   factorization,        ///< the factorization is what costs
   oscillations,         ///< its error estimate damps the fast ones
-  fill                  ///< it would cost more than conjugate gradients
+  fill                  ///< it would cost more than Krylov iterations
 };
 
 /// A scheme, and why.
@@ -114,8 +114,8 @@ inline constexpr std::int64_t dense_unknowns = 200;
 struct StiffLimits {
   double cheap, high;  ///< of rtol
 };
-/// By conjugate gradients: from here on rodas4p2, below rodas5p.
-inline constexpr double cg_limit = 1e-5;
+/// By Krylov iterations: from here on rodas4p2, below rodas5p.
+inline constexpr double krylov_limit = 1e-5;
 [[nodiscard]] constexpr StiffLimits stiff_limits(const AdvisedProblem& scene) {
   const bool many = scene.unknowns > dense_unknowns;
   switch (scene.structure) {
@@ -137,24 +137,27 @@ inline constexpr double cg_limit = 1e-5;
 }
 
 /// [ns, about, on one core of this decade] of W's equations in a step of six stages, an unknown; measured on 8² to 256² points
-/// and 6³ to 32³. By L D Lᵀ: c²/2 products a column of L, two an entry and solve, and a tenth of the analysis: few digits take
-/// some ten steps. By conjugate gradients in Eisenstat's form: 1 ns an entry of W and iteration. With modified incomplete
-/// factors a solve needs some (ρ·γ)^¼ of these (I. Gustafsson, BIT 18 (1978) 142): 6 on 64² points, 12 on 256².
+/// and 5³ to 32³. By L D Lᵀ: c²/2 products a column of L, two an entry and solve, and a tenth of the analysis: few digits take
+/// some ten steps. LU of an unsymmetric W takes four times that. By conjugate gradients in Eisenstat's form: 1 ns an entry of W and
+/// iteration. With modified incomplete factors a solve needs some (ρ·γ)^¼ of these (I. Gustafsson, BIT 18 (1978) 142): 6 on 64²
+/// points, 12 on 256². BiCGSTAB needs half as many, of twice the price.
 struct FieldCost {
-  double by_factors, by_cg;
+  double by_factors, by_krylov;
 };
+/// Of LU and of L D Lᵀ, times the latter's.
+[[nodiscard]] constexpr double price_of_factors(const FieldCounts& W) { return W.is_symmetric ? 1 : 4; }
 [[nodiscard]] inline FieldCost field_cost(const AdvisedProblem& scene) {
   constexpr double stages = 6;
   const FieldCounts& W = scene.field;
   const double factorizations = scene.is_affine ? 0.25 : 1;  // they serve while Δt stays
-  return {45 + factorizations * 0.33 * W.products + stages * 1.8 * W.entries,
+  return {price_of_factors(W) * (45 + factorizations * 0.33 * W.products + stages * 1.8 * W.entries),
           stages * (1 + 0.7 * std::sqrt(std::sqrt(scene.turns))) * W.row};
 }
-/// Whether conjugate gradients can serve, and cost less.
-[[nodiscard]] inline bool is_for_cg(const AdvisedProblem& scene) {
-  if (scene.field.entries < 0 || !scene.field.is_symmetric) return false;
+/// Whether Krylov iterations can serve, and cost less.
+[[nodiscard]] inline bool is_for_krylov(const AdvisedProblem& scene) {
+  if (scene.field.entries < 0) return false;
   const FieldCost cost = field_cost(scene);
-  return cost.by_cg < cost.by_factors;
+  return cost.by_krylov < cost.by_factors;
 }
 
 /// For stiff problems, by the structure of the matrix, its size and the tolerance.
@@ -165,7 +168,7 @@ struct FieldCost {
     return {tr_bdf_2, SchemeReason::no_jacobian};
   const StiffLimits limits = stiff_limits(scene);
   // Without factors each stage costs alike, and six are better than eight. radau's matrices are complex, and unsymmetric.
-  if (is_for_cg(scene)) return {scene.rtol >= cg_limit ? rodas_4_cg : rodas_5p_cg, SchemeReason::fill};
+  if (is_for_krylov(scene)) return {scene.rtol >= krylov_limit ? rodas_4_krylov : rodas_5p_krylov, SchemeReason::fill};
   if (scene.rtol <= limits.high) return {radau_iia, SchemeReason::high_order};
   // What an explicit start has left of fast oscillations, Rosenbrock's error estimates see for long, radau's damped one doesn't.
   if (scene.oscillates && scene.structure != Structure::sparse) return {radau_iia, SchemeReason::oscillations};
@@ -220,8 +223,8 @@ template <class = void>
     case SchemeReason::fill:
       return "a factorization would have at least " + std::to_string(static_cast<int>(scene.field.entries)) +
              " entries of L an unknown, which cost some " +
-             std::to_string(static_cast<int>(field_cost(scene).by_factors)) + " ns a step, conjugate gradients " +
-             std::to_string(static_cast<int>(field_cost(scene).by_cg));
+             std::to_string(static_cast<int>(field_cost(scene).by_factors)) + " ns a step, " + (scene.field.is_symmetric ? "conjugate gradients " : "BiCGSTAB ") +
+             std::to_string(static_cast<int>(field_cost(scene).by_krylov));
     case SchemeReason::factorization:
       break;
   }

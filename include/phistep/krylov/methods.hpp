@@ -20,7 +20,12 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
-enum class KrylovMethod { conjugate_gradients, bicgstab, gmres };
+enum class KrylovMethod {
+  conjugate_gradients,
+  bicgstab,
+  gmres,
+  by_symmetry  ///< conjugate gradients while W is symmetric and fits their form (eisenstat.hpp), BiCGSTAB elsewhere
+};
 
 /// (1)
 struct KrylovGoal {
@@ -132,6 +137,9 @@ class KrylovIteration<Scalar, KrylovMethod::bicgstab> {
   }
   Vector shadow_, z_, p_, v_, t_;
 };
+
+template <class Scalar>
+class KrylovIteration<Scalar, KrylovMethod::by_symmetry> : public KrylovIteration<Scalar, KrylovMethod::bicgstab> {};
 
 template <class Scalar>
 class KrylovIteration<Scalar, KrylovMethod::gmres> {

@@ -31,6 +31,7 @@
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/krylov/eisenstat.hpp"
+#include "phistep/krylov/eisenstat_stab.hpp"
 #include "phistep/krylov/methods.hpp"
 #include "phistep/krylov/modified_incomplete_cholesky.hpp"
 #include "phistep/matrix/choice.hpp"
@@ -63,6 +64,11 @@ using PreconditionedBicgstab = PreconditionedKrylov<KrylovMethod::bicgstab, P>;
 template <class P = Eigen::DiagonalPreconditioner<double>>
 using PreconditionedGmres = PreconditionedKrylov<KrylovMethod::gmres, P>;
 
+/// Conjugate gradients while W is symmetric, BiCGSTAB elsewhere, both with incomplete factors that differ from W on the diagonal
+/// alone; of a W whose pattern is unsymmetric BiCGSTAB with W's diagonal.
+using PreconditionedBySymmetry =
+    PreconditionedKrylov<KrylovMethod::by_symmetry, Eigen::DiagonalPreconditioner<double>>;
+
 template <KrylovMethod method, class P>
 inline constexpr bool is_preconditioned_krylov<PreconditionedKrylov<method, P>> = true;
 
@@ -80,7 +86,8 @@ class PreconditionedSystem : public SparseAssembly<Scalar, has_K, has_C> {
  public:
   using Matrix = Eigen::SparseMatrix<Scalar>;
   using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
-  static constexpr bool is_symmetric = Linear::method == KrylovMethod::conjugate_gradients;
+  static constexpr bool is_symmetric = Linear::method == KrylovMethod::conjugate_gradients,
+                        is_either = Linear::method == KrylovMethod::by_symmetry;
   /// W is assembled for each γ: no factors of another one serve.
   static constexpr bool follows_gamma = true;
 
@@ -95,13 +102,19 @@ class PreconditionedSystem : public SparseAssembly<Scalar, has_K, has_C> {
     drop();
     Assembly::forget_pattern();
   }
+  /// The pattern of the Jacobian at hand, before there is a W: its analysis waits for the first one.
+  [[nodiscard]] bool settle(const auto& masses) {
+    is_settled_ = Assembly::settle(masses) || is_settled_;
+    return is_settled_;
+  }
   /// The next W gets a preconditioner of its own.
   void begin_anew() { is_tired_ = true; }
 
   [[nodiscard]] Outcome factorize(const auto& masses, Scalar gamma_force, Scalar gamma_drift, Statistics& statistics) {
     try {
       if (!has_solver()) Assembly::forget_pattern();
-      const bool is_new = this->update_pattern(masses);
+      const bool is_new = settle(masses);
+      is_settled_ = false;
       this->assemble(masses, gamma_force, gamma_drift);
       if constexpr (may_be_two_sided) {
         if (is_new) {
@@ -110,7 +123,7 @@ class PreconditionedSystem : public SparseAssembly<Scalar, has_K, has_C> {
           if (fits_) ++statistics.analyses;
         }
         const auto found = fits_ ? two_sided_.factorize(this->matrix()) : Two::Found::unsymmetric;
-        is_two_sided_ = found != Two::Found::unsymmetric;
+        is_two_sided_ = fits_ && (is_either || found != Two::Found::unsymmetric);
         if (is_two_sided_) ++statistics.factorizations;
         if (found == Two::Found::indefinite) return Outcome::not_positive_definite;
         if (is_two_sided_) return Outcome::success;
@@ -184,9 +197,12 @@ class PreconditionedSystem : public SparseAssembly<Scalar, has_K, has_C> {
   [[nodiscard]] const Vector& weights() const { return weights_; }
 
  private:
-  static constexpr bool may_be_two_sided = is_symmetric && std::same_as<P, ModifiedIncompleteCholesky<Scalar>>;
+  static constexpr bool may_be_two_sided =
+      is_either || (is_symmetric && std::same_as<P, ModifiedIncompleteCholesky<Scalar>>);
   struct Nothing {};
-  using Two = std::conditional_t<may_be_two_sided, EisenstatCg<Scalar>, Nothing>;
+  using Two = std::conditional_t<
+      is_either, EisenstatStab<Scalar>,
+      std::conditional_t<may_be_two_sided, EisenstatCg<Scalar>, Nothing>>;
 
   void drop() {
     p_.drop();
@@ -244,6 +260,7 @@ class PreconditionedSystem : public SparseAssembly<Scalar, has_K, has_C> {
   int usual_ = -1;                            // iterations of the first solve with this preconditioner
   bool is_tired_ = false;                     // it wants to be made anew
   bool fits_ = false, is_two_sided_ = false;  // two_sided_: W's pattern; the last W, too
+  bool is_settled_ = false;                   // the pattern waits for its analysis
 };
 
 template <MatrixFacts facts, class Scalar, class Solver, class Force>
