@@ -24,9 +24,10 @@ region box block 0 5 0 5 0 5
 create_box 1 box
 create_atoms 1 box
 mass 1 1.3
-velocity all create 3.0 87287 loop geom
 pair_style {pair}
 pair_coeff 1 1 1.0 1.0 2.5
+reset_atoms id sort yes
+velocity all create 3.0 87287 loop geom
 neighbor 0.3 bin
 neigh_modify every 5 delay 0 check yes
 timestep {dt}
@@ -90,7 +91,7 @@ class Runs:
             check=True,
         )
 
-    def run(self, ranks, deck, fix, steps, columns="x y z vx vy vz", more="", **values):
+    def run(self, ranks, deck, fix, steps, columns="xu yu zu vx vy vz", more="", **values):
         """The dump at the end, as text, and what LAMMPS wrote."""
         dump = self.work / "end.dump"
         dump.unlink(missing_ok=True)
