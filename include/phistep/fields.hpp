@@ -7,6 +7,7 @@
 #include "phistep/phistep.hpp"
 #include "phistep/solve/field_linearisation.hpp"
 #include "phistep/solve/field_solver.hpp"
+#include "phistep/state/array_field.hpp"
 #include "phistep/state/field.hpp"
 #include "phistep/state/ranks.hpp"
 // IWYU pragma: end_exports

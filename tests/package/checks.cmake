@@ -44,7 +44,7 @@ if(BALL_HOW MATCHES "find_package|components|deb")
   unset(phistep_DIR CACHE)
 
   find_package(phistep QUIET COMPONENTS mpi)
-  if(phistep_FOUND OR NOT phistep_NOT_FOUND_MESSAGE MATCHES "has no component mpi; it has: openmp, petsc")
+  if(phistep_FOUND OR NOT phistep_NOT_FOUND_MESSAGE MATCHES "has no component mpi; it has: openmp, petsc, sundials")
     message(FATAL_ERROR "a component that isn't there: found ${phistep_FOUND}, \"${phistep_NOT_FOUND_MESSAGE}\"")
   endif()
   find_package(phistep QUIET OPTIONAL_COMPONENTS mpi)

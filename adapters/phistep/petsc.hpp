@@ -11,26 +11,25 @@
 
 #include <petscksp.h>
 
-#include <algorithm>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <functional>
-#include <limits>
 #include <memory>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
 #include <utility>
 
-#include "phistep/fields.hpp"
+#include "phistep/mpi_field.hpp"
 
 // PETSc exports and documents it, but declares it in a private header.
 PETSC_EXTERN PetscErrorCode PetscObjectStateGet(PetscObject, PetscObjectState*);
 
 namespace phistep::inline PHISTEP_ABI {
+
+static_assert(std::is_floating_point_v<PetscScalar>, "phistep: complex PETSc builds are not supported");
 
 /// @throws std::runtime_error with PETSc's own words
 inline void check_petsc(PetscErrorCode code) {
@@ -41,10 +40,8 @@ inline void check_petsc(PetscErrorCode code) {
 }
 
 /// What the library does with a Vec (phistep/state/field.hpp).
-struct PetscOps {
-  using Scalar = PetscScalar;
+struct PetscOps : MpiFieldOps<PetscOps, PetscScalar> {
   using Handle = Vec;
-  static_assert(std::is_floating_point_v<Scalar>, "phistep: complex PETSc builds are not supported");
 
   static Vec clone(Vec x) {
     Vec y = nullptr;
@@ -74,51 +71,12 @@ struct PetscOps {
     // VecMAXPY changes nothing of x, whatever its signature says.
     if (terms > 1) check_petsc(VecMAXPY(y, terms - 1, a + 1, const_cast<Vec*>(x + 1)));
   }
-  static void weigh(Vec w, Vec y, Scalar atol, Scalar rtol) {
-    const Numbers from{y};
-    const Writable to{w};
-    for (PetscInt i = 0; i < from.n; ++i) {
-      const Scalar scale = atol + rtol * std::abs(from[i]);
-      to[i] = scale > 0 ? 1 / scale : 0;
-    }
+  static void read(auto&& f, auto... x) {
+    [&f](const auto& first, const auto&... more) { f(first.n, first.x, more.x...); }(Local<const Scalar>{x}...);
   }
-  static double largest(Vec x) {
-    const Numbers of{x};
-    double most = 0;
-    for (PetscInt i = 0; i < of.n; ++i) {
-      const double size = std::abs(of[i]);
-      most = size <= most ? most : size;  // NaN, too
-      if (std::isnan(size)) break;
-    }
-    // MPI_MAX may pass over a NaN.
-    if (std::isnan(most)) most = std::numeric_limits<double>::infinity();
-    return reduced(x, most, MPI_MAX);
-  }
-  static bool is_finite(Vec x) {
-    const Numbers of{x};
-    bool all = true;
-    for (PetscInt i = 0; i < of.n; ++i) all = all && std::isfinite(of[i]);
-    return most(x, all ? 0 : 1) == 0;
-  }
-  static double square(Vec x, Vec w) {
-    const Numbers of{x}, weight{w};
-    double sum = 0;
-    for (PetscInt i = 0; i < of.n; ++i) sum += of[i] * weight[i] * of[i] * weight[i];
-    return reduced(x, sum, MPI_SUM);
-  }
-  static double square(Vec e, Vec y, Vec z, Scalar atol, Scalar rtol) {
-    const Numbers of{e}, a{y}, b{z};
-    double sum = 0;
-    for (PetscInt i = 0; i < of.n; ++i) {
-      const Scalar share = of[i] / (atol + rtol * std::max(std::abs(a[i]), std::abs(b[i])));
-      sum += of[i] == 0 ? 0 : share * share;
-    }
-    return reduced(e, sum, MPI_SUM);
-  }
-  static bool equal(Vec x, Vec y) {
-    const Numbers a{x}, b{y};
-    const bool same = a.n == b.n && std::memcmp(a.x, b.x, static_cast<std::size_t>(a.n) * sizeof(Scalar)) == 0;
-    return most(x, same ? 0 : 1) == 0;
+  static void write(auto&& f, Vec y, auto... x) {
+    [&f](const auto& to, const auto&... from) { f(to.n, to.x, from.x...); }(Local<Scalar>{y},
+                                                                            Local<const Scalar>{x}...);
   }
   static std::uint64_t fingerprint(Vec x) {
     PetscObjectState state = 0;
@@ -127,34 +85,20 @@ struct PetscOps {
     check_petsc(PetscObjectGetId(reinterpret_cast<PetscObject>(x), &id));
     return (static_cast<std::uint64_t>(id) << 40) ^ static_cast<std::uint64_t>(state);
   }
-  static int most(Vec x, int mine) {
-    int all = 0;
-    check_mpi(MPI_Allreduce(&mine, &all, 1, MPI_INT, MPI_MAX, communicator(x)));
-    return all;
-  }
-  static void poison(Vec x) {
-    const Writable to{x};
-    for (PetscInt i = 0; i < to.n; ++i) to[i] = std::numeric_limits<Scalar>::quiet_NaN();
-  }
+  static void check(PetscErrorCode code) { check_petsc(code); }
   [[nodiscard]] static MPI_Comm communicator(Vec x) { return PetscObjectComm(reinterpret_cast<PetscObject>(x)); }
 
  private:
-  static void check_mpi(int code) {
-    if (code != MPI_SUCCESS) throw std::runtime_error("MPI: a reduction failed");
-  }
-  [[nodiscard]] static double reduced(Vec x, double mine, MPI_Op how) {
-    double all = 0;
-    check_mpi(MPI_Allreduce(&mine, &all, 1, MPI_DOUBLE, how, communicator(x)));
-    return all;
-  }
   /// This rank's numbers, to read or, where Number isn't const, to write.
   template <class Number>
   struct Local {
     Vec vec;
     Number* x = nullptr;
-    PetscInt n = 0;
+    std::size_t n = 0;
     explicit Local(Vec of) : vec{of} {
-      check_petsc(VecGetLocalSize(vec, &n));
+      PetscInt size = 0;
+      check_petsc(VecGetLocalSize(vec, &size));
+      n = static_cast<std::size_t>(size);
       if constexpr (std::is_const_v<Number>) check_petsc(VecGetArrayRead(vec, &x));
       else check_petsc(VecGetArray(vec, &x));
     }
@@ -164,50 +108,19 @@ struct PetscOps {
       if constexpr (std::is_const_v<Number>) VecRestoreArrayRead(vec, &x);
       else VecRestoreArray(vec, &x);
     }
-    Number& operator[](PetscInt i) const { return x[i]; }
   };
-  using Numbers = Local<const Scalar>;
-  using Writable = Local<Scalar>;
 };
 
 /// A Vec as a state, or as one of several blocks of one. It owns the Vec; after a step `handle()` may be another one.
 using PetscField = Field<PetscOps>;
 
-namespace detail {
-/// f(arguments…); an error code of PETSc's becomes an exception on the rank that got it.
-void call_petsc(auto&& f, auto&&... arguments) {
-  if constexpr (std::is_void_v<decltype(f(arguments...))>) f(arguments...);
-  else check_petsc(f(arguments...));
-}
-}  // namespace detail
-
-/// A right-hand side in PETSc's manner, f(t, y, rate), or f(y, rate) where it doesn't depend on t, which sets all numbers of
-/// `rate`; of a motion f(t, r, v, force). It may return a PetscErrorCode. Every rank calls it equally often.
+/// A right-hand side in PETSc's manner, f(t, y, rate) or f(y, rate); of a motion f(t, r, v, force).
 template <class F>
-class PetscForce {
- public:
-  explicit PetscForce(F f) : f_{std::move(f)} {}
-  const PetscField& operator()(const PetscField& y, double t) requires std::invocable<F&, double, Vec, Vec> {
-    rate_.take_shape(y);
-    detail::call_petsc(f_, t, y.handle(), rate_.handle());
-    return rate_;
-  }
-  const PetscField& operator()(const PetscField& y) requires std::invocable<F&, Vec, Vec> {
-    rate_.take_shape(y);
-    detail::call_petsc(f_, y.handle(), rate_.handle());
-    return rate_;
-  }
-  const PetscField& operator()(const PetscField& r, const PetscField& v,
-                               double t) requires std::invocable<F&, double, Vec, Vec, Vec> {
-    rate_.take_shape(v);
-    detail::call_petsc(f_, t, r.handle(), v.handle(), rate_.handle());
-    return rate_;
-  }
-
- private:
-  F f_;
-  PetscField rate_;
+struct PetscForce : HandleForce<PetscOps, F> {
+  using HandleForce<PetscOps, F>::HandleForce;
 };
+template <class F>
+PetscForce(F) -> PetscForce<F>;
 
 /// W = m − γJ in a Mat, solved by a KSP: for first-order fields J(t, y, Mat J); for motions J(t, r, v, Mat K, Mat C), and
 /// W = m − γ_f C − γ_f γ_d K. Copies share all of it.
@@ -221,12 +134,12 @@ class PetscSolver {
   /// @param mass      m in m y' = Ψ, as given to the stepper
   template <std::invocable<double, Vec, Mat> F>
   PetscSolver(Mat like, F jacobian, double mass = 1) : PetscSolver{like, mass} {
-    all_->jacobian = [f = std::move(jacobian)](double t, Vec y, Mat J) mutable { detail::call_petsc(f, t, y, J); };
+    all_->jacobian = [f = std::move(jacobian)](double t, Vec y, Mat J) mutable { call_checked<PetscOps>(f, t, y, J); };
   }
   template <std::invocable<double, Vec, Vec, Mat, Mat> F>
   PetscSolver(Mat like, F jacobian, double mass = 1) : PetscSolver{like, mass} {
     all_->motion_jacobian = [f = std::move(jacobian)](double t, Vec r, Vec v, Mat K, Mat C) mutable {
-      detail::call_petsc(f, t, r, v, K, C);
+      call_checked<PetscOps>(f, t, r, v, K, C);
     };
     check_petsc(MatDuplicate(like, MAT_DO_NOT_COPY_VALUES, &all_->K));
   }

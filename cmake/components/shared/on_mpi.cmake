@@ -1,0 +1,21 @@
+# phistep_component_on_mpi(<name> <library>…): the target phistep::<name> of an adapter to a library on MPI, with that library's
+# targets or files, or phistep_<name>_MISSING where there is no MPI.
+macro(phistep_component_on_mpi name)
+  if(NOT TARGET MPI::MPI_CXX)
+    find_package(MPI QUIET COMPONENTS CXX)
+    if(TARGET MPI::MPI_CXX)
+      set_target_properties(MPI::MPI_CXX PROPERTIES IMPORTED_GLOBAL TRUE)
+    endif()
+  endif()
+  if(NOT TARGET MPI::MPI_CXX)
+    set(phistep_${name}_MISSING "CMake finds no MPI for C++ (Debian, Ubuntu: apt install mpi-default-dev mpi-default-bin)")
+  elseif(NOT TARGET phistep::${name})
+    add_library(phistep::${name} INTERFACE IMPORTED GLOBAL)
+    target_link_libraries(phistep::${name} INTERFACE phistep::phistep ${ARGN} MPI::MPI_CXX)
+    # Where phistep is installed, the headers lie beside the others.
+    if(EXISTS "${CMAKE_CURRENT_LIST_DIR}/../../adapters/phistep")
+      cmake_path(SET phistep_adapters NORMALIZE "${CMAKE_CURRENT_LIST_DIR}/../../adapters")
+      target_include_directories(phistep::${name} INTERFACE "${phistep_adapters}")
+    endif()
+  endif()
+endmacro()
