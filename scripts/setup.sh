@@ -124,19 +124,20 @@ phistep_cmake_from_pip() {
   export PATH
 }
 
-# VTK's readers for the test full/io/read_vtk, from PyPI, inside build/. Without them the test is skipped, visibly.
-phistep_vtk_from_pip() {
+# phistep_from_pip <module> <packages> <test>: of PyPI, for a test, inside build/. Without them the test is skipped, visibly.
+phistep_from_pip() {
   for python in build/tools/bin/python python3; do
-    if "$python" -c 'import vtkmodules.vtkIOXML' >/dev/null 2>&1; then return 0; fi
+    if "$python" -c "import $1" >/dev/null 2>&1; then return 0; fi
   done
   [ -z "${PHISTEP_NO_INSTALL:-}" ] || return 0
   phistep_install python3-venv
-  echo "phistep: fetching VTK's readers into build/tools"
+  echo "phistep: fetching $2 from PyPI into build/tools"
+  # shellcheck disable=SC2086
   if ! {
     { [ -x build/tools/bin/python ] || python3 -m venv build/tools; } &&
-      build/tools/bin/python -m pip install -q --no-deps --retries 1 --timeout 20 vtk
+      build/tools/bin/python -m pip install -q --no-deps --retries 1 --timeout 20 $2
   } >>"$phistep_log" 2>&1; then
-    echo "phistep: no VTK from PyPI (why: $phistep_log); full/io/read_vtk is skipped"
+    echo "phistep: no $2 from PyPI (why: $phistep_log); $3 is skipped"
   fi
 }
 
