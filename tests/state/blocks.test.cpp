@@ -1,5 +1,6 @@
 #include <phistep/state/blocks.hpp>
 #include <phistep/state/motion.hpp>
+#include <phistep/state/non_finite.hpp>
 
 #include <cmath>
 

@@ -1,9 +1,9 @@
 /// @file
-/// The springs of contacts between bodies that are left out: kept as they are, beside those that are computed.
+/// The springs of contacts between bodies outside the active set: they are kept unchanged, apart from those that are computed.
 ///
-/// When bodies join the active set or leave it, a few springs change sides. So most of those at rest stay in one table that
-/// many histories share and nobody changes; bits say which of them have been taken from it since, and a second, small table
-/// has those that came to rest since. When that is no longer small, one table is made of both.
+/// When bodies join or leave the active set, few springs move from one side to the other. Most springs at rest therefore stay in
+/// a table that never changes and that several histories share. Bits mark the springs removed from it since; a second, small
+/// table holds the springs added since. When that has grown, both are merged into a new table.
 #pragma once
 
 #include <algorithm>
@@ -22,14 +22,14 @@ namespace phistep::inline PHISTEP_ABI {
 template <class Table>
 struct RestingSprings {
   std::shared_ptr<const Table> base;
-  std::vector<std::uint64_t> taken;  ///< a bit for each contact of the base
-  Table late;                        ///< of other contacts than those of the base that aren't taken
+  std::vector<std::uint64_t> taken;  ///< a bit for each contact of the base: its spring was removed
+  Table late;                        ///< the springs added since
 
   [[nodiscard]] bool is_taken(std::size_t c) const { return (taken[c / 64] >> (c % 64) & 1) != 0; }
   void take(std::size_t c) { taken[c / 64] |= std::uint64_t{1} << (c % 64); }
 };
 
-/// Beside the tables that any memory wants: bases of before and now, and what is built on them.
+/// Memory for reuse: tables, old and new bases among them, and the springs at rest that refer to them.
 template <class Table>
 struct RecycledSprings : Recycled<Table, 6> {
   Recycled<RestingSprings<Table>> resting;
@@ -39,14 +39,14 @@ struct RecycledSprings : Recycled<Table, 6> {
 template <class Table>
 struct SomeSprings {
   const Table* table = nullptr;
-  std::vector<std::size_t> some{};  ///< which; of no interest where all are meant
+  std::vector<std::size_t> some{};  ///< which; unused where `all`
   bool all = true;
 
   [[nodiscard]] std::size_t size() const { return table == nullptr ? 0 : all ? table->size() : some.size(); }
   [[nodiscard]] std::size_t operator[](std::size_t k) const { return all ? k : some[k]; }
 };
 
-/// Springs of different places to one of two tables, each ascending by place.
+/// Sorts springs, no two of one place, into the tables a and b, each ascending by place.
 /// @param goes_to_a  of a place
 template <class Table, std::size_t n>
 void sort_springs(const std::array<SomeSprings<Table>, n>& from, bool rolls, auto&& goes_to_a, Table& a, Table& b) {
@@ -77,8 +77,8 @@ void sort_springs(const std::array<SomeSprings<Table>, n>& from, bool rolls, aut
   a.close(), b.close();
 }
 
-/// Parts all springs anew, those of `springs` and those at rest (or null).
-/// @param is_computed  of a place: its springs go to `computed`, the others to the base of what is returned
+/// Divides all springs, those of `springs` and those at rest (null: none), between `computed` and a new base.
+/// @param is_computed  (place) → bool: its springs go to `computed`, the others to the base
 template <class Table>
 [[nodiscard]] std::shared_ptr<const RestingSprings<Table>> part_all_springs(const Table& springs,
                                                                             const RestingSprings<Table>* resting,
@@ -100,8 +100,8 @@ template <class Table>
   return out;
 }
 
-/// The same where few have changed sides.
-/// @param joined  places, ascending, that are computed now and were not before
+/// The same where few springs change sides: the base remains.
+/// @param joined  the places, ascending, that are computed from now on
 template <class Table>
 [[nodiscard]] std::shared_ptr<const RestingSprings<Table>> part_some_springs(
     const Table& springs, const RestingSprings<Table>& resting, const std::vector<typename Table::Place>& joined,

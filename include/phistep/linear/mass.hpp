@@ -12,7 +12,6 @@
 
 #include <cmath>
 #include <concepts>
-#include <memory>
 #include <stdexcept>
 #include <string>
 #include <tuple>
@@ -22,8 +21,7 @@
 #include "phistep/core/shares.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/linear/dense_lu.hpp"
-#include "phistep/linear/generalized_inverse.hpp"
+#include "phistep/linear/matrix_mass.hpp"
 #include "phistep/simd/update.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -67,17 +65,26 @@ void for_each_inertia(const auto& mass, Eigen::Index n, auto&& f) {
   else mass.for_each_entry(n, f);
 }
 
-/// h/m for every component alike.
-template <class Scalar>
-struct UniformFactor {
-  Scalar factor;
-  [[gnu::always_inline]] Scalar operator()(auto) const { return factor; }
+/// What masses with a number for each component do by it.
+template <class Mass>
+struct ComponentMass {
+  static constexpr Structure structure = Structure::diagonal;
+  static constexpr bool is_matrix = false;
+  void for_each_entry(Eigen::Index n, auto&& f) const {
+    for (Eigen::Index i = 0; i < n; ++i) f(i, i, self()[i]);
+  }
+  void add_product(auto&& x, auto& out) const {
+    for_each_range(out.size(), 64, [&](Eigen::Index begin, Eigen::Index end) {
+      for (Eigen::Index i = begin; i < end; ++i) out.data()[i] += self()[i] * x(i);
+    });
+  }
+
+ private:
+  [[nodiscard]] const Mass& self() const { return static_cast<const Mass&>(*this); }
 };
 
 /// M = 1: no divide, no multiply.
-struct UnitMass {
-  static constexpr Structure structure = Structure::diagonal;
-  static constexpr bool is_matrix = false;
+struct UnitMass : ComponentMass<UnitMass> {
   template <class Scalar, class Block>
   [[nodiscard]] UnitMass bind(const Block&) const {
     return {};
@@ -88,14 +95,6 @@ struct UnitMass {
   }
   [[nodiscard]] int operator[](Eigen::Index) const { return 1; }
   static void subtract_product(const auto& x, auto&& out) { out -= x; }
-  static void for_each_entry(Eigen::Index n, auto&& f) {
-    for (Eigen::Index i = 0; i < n; ++i) f(i, i, 1);
-  }
-  static void add_product(auto&& x, auto& out) {
-    for_each_range(out.size(), 64, [&](Eigen::Index begin, Eigen::Index end) {
-      for (Eigen::Index i = begin; i < end; ++i) out.data()[i] += x(i);
-    });
-  }
 };
 
 template <class T>
@@ -107,10 +106,8 @@ template <class T>
 
 /// One mass for all components.
 template <class T>
-class ScalarMass {
+class ScalarMass : public ComponentMass<ScalarMass<T>> {
  public:
-  static constexpr Structure structure = Structure::diagonal;
-  static constexpr bool is_matrix = false;
   /// @throws std::invalid_argument unless m is finite and > 0.
   explicit ScalarMass(T m) : mass_{checked_mass(m)} {}
   template <class Scalar, class Block>
@@ -120,14 +117,6 @@ class ScalarMass {
   [[nodiscard]] UniformFactor<T> scaled(T h) const { return {h / mass_}; }
   [[nodiscard]] T operator[](Eigen::Index) const { return mass_; }
   void subtract_product(const auto& x, auto&& out) const { out -= mass_ * x; }
-  void for_each_entry(Eigen::Index n, auto&& f) const {
-    for (Eigen::Index i = 0; i < n; ++i) f(i, i, mass_);
-  }
-  void add_product(auto&& x, auto& out) const {
-    for_each_range(out.size(), 64, [&](Eigen::Index begin, Eigen::Index end) {
-      for (Eigen::Index i = begin; i < end; ++i) out.data()[i] += mass_ * x(i);
-    });
-  }
 
  private:
   T mass_;
@@ -137,12 +126,10 @@ class ScalarMass {
 /// algebraic.
 /// @tparam size  how many, if that is known
 template <class T, int size = Eigen::Dynamic>
-class DiagonalMass {
+class DiagonalMass : public ComponentMass<DiagonalMass<T, size>> {
   using Vector = Eigen::Matrix<T, size, 1>;
 
  public:
-  static constexpr Structure structure = Structure::diagonal;
-  static constexpr bool is_matrix = false;
   /// @throws std::invalid_argument unless every mass is finite and > 0, or 0.
   explicit DiagonalMass(Vector masses) : mass_{std::move(masses)} {
     for (const T m : mass_)
@@ -184,14 +171,6 @@ class DiagonalMass {
     return {mass_.template segment<dim>(at), inverse_.template segment<dim>(at)};
   }
   void subtract_product(const auto& x, auto&& out) const { out -= mass_.cwiseProduct(x); }
-  void for_each_entry(Eigen::Index n, auto&& f) const {
-    for (Eigen::Index i = 0; i < n; ++i) f(i, i, mass_[i]);
-  }
-  void add_product(auto&& x, auto& out) const {
-    for_each_range(out.size(), 64, [&](Eigen::Index begin, Eigen::Index end) {
-      for (Eigen::Index i = begin; i < end; ++i) out.data()[i] += mass_[i] * x(i);
-    });
-  }
 
  private:
   template <class, int>
@@ -199,66 +178,6 @@ class DiagonalMass {
   DiagonalMass(Vector mass, Vector inverse) : mass_{std::move(mass)}, inverse_{std::move(inverse)} {}
 
   Vector mass_, inverse_;
-};
-
-/// A dense mass matrix, factorized once. It is singular where rounding of its entries explains a pivot (generalized_inverse.hpp).
-template <class T>
-class DenseMass {
- public:
-  static constexpr Structure structure = Structure::dense;
-  static constexpr bool is_matrix = true;
-  using Matrix = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic>;
-  /// @throws std::invalid_argument unless the matrix is square and finite.
-  explicit DenseMass(Matrix mass) : mass_{std::move(mass)} {
-    if (mass_.rows() != mass_.cols()) throw std::invalid_argument("phistep: a mass matrix must be square");
-    if (!mass_.allFinite()) throw std::invalid_argument("phistep: a mass matrix must be finite");
-    lu_.resize(mass_.rows());
-    lu_.matrix() = mass_;
-    if (lu_.factorize() && lu_.pivot_ratio() > T(1e-6)) return;
-    auto range = std::make_shared<DenseGeneralizedInverse<T>>(mass_);  // badly scaled, or singular
-    if (range->rank() < mass_.rows() || !lu_.factorize()) range_ = std::move(range);
-  }
-  template <class Scalar, class Block>
-  [[nodiscard]] DenseMass<Scalar> bind(const Block& block) const {
-    if (mass_.rows() != block.size())
-      throw std::invalid_argument("phistep: a mass matrix of " + std::to_string(mass_.rows()) +
-                                  " rows for a block of " + std::to_string(block.size()) + " components");
-    return DenseMass<Scalar>{mass_.template cast<Scalar>()};
-  }
-  /// x ← M⁻¹ x
-  void solve(auto&& x) const {
-    if (range_) range_->solve(x);
-    else lu_.solve_in_place(x);
-  }
-  [[nodiscard]] Eigen::Index algebraic() const { return range_ ? range_->dependent() : -1; }
-  void keep_unexplained(auto&& x) const {
-    const Eigen::Matrix<T, Eigen::Dynamic, 1> b = x;
-    Eigen::Matrix<T, Eigen::Dynamic, 1> explained = b;
-    solve(explained);
-    x -= mass_ * explained;
-    if (range_) range_->scales().drop_rounding(x, b);
-    else x.setZero();
-  }
-  void keep_unseen(auto&& x) const {
-    Eigen::Matrix<T, Eigen::Dynamic, 1> seen = mass_ * x;
-    solve(seen);
-    x -= seen;
-  }
-  [[nodiscard]] static UniformFactor<T> scaled(T h) { return {h}; }
-  void subtract_product(const auto& x, auto&& out) const { out.noalias() -= mass_ * x; }
-  void for_each_entry(Eigen::Index n, auto&& f) const {
-    for (Eigen::Index j = 0; j < n; ++j)
-      for (Eigen::Index i = 0; i < n; ++i) f(i, j, mass_(i, j));
-  }
-  void add_product(auto&& x, auto& out) const {
-    for (Eigen::Index j = 0; j < mass_.cols(); ++j)
-      for (Eigen::Index i = 0; i < mass_.rows(); ++i) out.data()[i] += mass_(i, j) * x(j);
-  }
-
- private:
-  Matrix mass_;
-  DenseLu<T, Eigen::Dynamic> lu_;
-  std::shared_ptr<const DenseGeneralizedInverse<T>> range_;  // where it is singular
 };
 
 /// The masses of a state's solved blocks, as the user gave them.
@@ -315,5 +234,7 @@ template <>
 inline constexpr bool is_mass_spec<UnitMasses> = true;
 template <class... M>
 inline constexpr bool is_mass_spec<MassList<M...>> = true;
+template <class T>
+concept MassSpecification = is_mass_spec<T>;
 
 }  // namespace phistep::inline PHISTEP_ABI

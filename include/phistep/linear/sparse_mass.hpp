@@ -10,7 +10,6 @@
 #include <cmath>
 #include <memory>
 #include <stdexcept>
-#include <string>
 #include <utility>
 
 #include "phistep/core/structure.hpp"
@@ -18,6 +17,7 @@
 #include "phistep/core/xorshift.hpp"
 #include "phistep/linear/generalized_inverse.hpp"
 #include "phistep/linear/mass.hpp"
+#include "phistep/linear/matrix_mass.hpp"
 #include "phistep/simd/update.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -57,14 +57,13 @@ class SparseGeneralizedInverse {
 
 /// A sparse M, factorized once. Eigen's sparse solve allocates a vector a call.
 template <class T>
-class SparseMass {
+class SparseMass : public MatrixMass<SparseMass<T>, Eigen::SparseMatrix<T>, SparseGeneralizedInverse<T>> {
  public:
-  static constexpr bool is_matrix = true;
   static constexpr Structure structure = Structure::sparse;
   using Matrix = Eigen::SparseMatrix<T>;
   using Vector = Eigen::Matrix<T, Eigen::Dynamic, 1>;
   /// @throws std::invalid_argument unless the matrix is square and finite.
-  explicit SparseMass(Matrix mass) : mass_{std::move(mass)} {
+  explicit SparseMass(Matrix mass) : Base{std::move(mass)} {
     mass_.makeCompressed();
     if (mass_.rows() != mass_.cols() || !all_finite(mass_.valuePtr(), mass_.nonZeros()))
       throw std::invalid_argument("phistep: a mass matrix must be square and finite");
@@ -79,9 +78,7 @@ class SparseMass {
   }
   template <class Scalar, class Block>
   [[nodiscard]] SparseMass<Scalar> bind(const Block& block) const {
-    if (mass_.rows() != block.size())
-      throw std::invalid_argument("phistep: a mass matrix of " + std::to_string(mass_.rows()) +
-                                  " rows for a block of " + std::to_string(block.size()) + " components");
+    this->check_size(block);
     return SparseMass<Scalar>{Eigen::SparseMatrix<Scalar>(mass_.template cast<Scalar>())};
   }
   /// x ← M⁻¹ x
@@ -89,21 +86,6 @@ class SparseMass {
     if (range_) range_->solve(x);
     else x = lu_->solve(x).eval();
   }
-  [[nodiscard]] Eigen::Index algebraic() const { return range_ ? range_->dependent() : -1; }
-  void keep_unexplained(auto&& x) const {
-    const Vector b = x;
-    Vector explained = b;
-    solve(explained);
-    x -= mass_ * explained;
-    if (range_) range_->scales().drop_rounding(x, b);
-    else x.setZero();
-  }
-  void keep_unseen(auto&& x) const {
-    Vector seen = mass_ * x;
-    solve(seen);
-    x -= seen;
-  }
-  [[nodiscard]] static UniformFactor<T> scaled(T h) { return {h}; }
   void subtract_product(const auto& x, auto&& out) const { out -= mass_ * x; }
   void for_each_entry(Eigen::Index, auto&& f) const {
     for (Eigen::Index outer = 0; outer < mass_.outerSize(); ++outer)
@@ -127,9 +109,9 @@ class SparseMass {
     return !(x.cwiseAbs().maxCoeff() * largest < T(1e6));
   }
 
-  Matrix mass_;
-  std::shared_ptr<Eigen::SparseLU<Matrix>> lu_;               // Eigen's SparseLU can't be copied or moved
-  std::shared_ptr<const SparseGeneralizedInverse<T>> range_;  // where it is singular
+  using Base = typename SparseMass::MatrixMass;
+  using Base::mass_, Base::range_;
+  std::shared_ptr<Eigen::SparseLU<Matrix>> lu_;  // Eigen's SparseLU can't be copied or moved
 };
 
 template <class T, int options, class StorageIndex>

@@ -61,7 +61,7 @@ class Kernel {
   Kernel(const S& state, const Plain& copy, Rhs rhs, const Solver& solver)
       : rhs_{std::move(rhs)}, transaction_{state, copy}, arrays_{state}, resolvent_{copy, rhs_, solver} {
     allocate(copy);
-    if constexpr (Rhs::may_be_singular) algebra_.bind(rhs_, copy);
+    algebra_.bind(rhs_, copy);
     if constexpr (ShowsTrials<S> && !steps_in_place) state.reserve();
   }
 
@@ -164,28 +164,29 @@ class Kernel {
       return Outcome::non_finite_force;
     }
     trace.knows_start = true;
-    if constexpr (Rhs::may_be_singular) algebra_.lacks_start = algebra_.has_any();
+    algebra_.start_by_force();
     return Outcome::success;
   }
   /// Of a singular M, a start that does not satisfy the algebraic equations is refused (algebraic_start.hpp): once, with W for
   /// the step's first γ.
   template <class Step>
   [[nodiscard]] Outcome check_start(Step& step, const Gamma<Scalar>& gamma) {
-    if constexpr (Rhs::may_be_singular)
-      if (algebra_.has_any() && algebra_.is_due(step.t, step.dt, step.y)) return look_at_start(step, gamma);
+    if constexpr (Rhs::may_be_singular) {
+      if (!algebra_.is_due(step.t, step.dt, step.y)) return Outcome::success;
+      if constexpr (!needs.stages || needs.shifted) {
+        if (!step.psi_known) rhs_.evaluate_into(step.t, step.y, step.psi);
+        step.psi_known = true;
+      }
+      copy_blocks<S>(step.next, step.y);  // kept for the failure message
+      const Outcome outcome = algebra_.check(
+          rhs_, step, [&](const auto& residual, Plain& response) { return respond(step, gamma, residual, response); });
+      if (outcome == Outcome::inconsistent_start) transaction_.accuse(algebra_.worst());
+      return outcome;
+    }
     return Outcome::success;
   }
-  /// M⁻¹Ψ says nothing of the slope of what M doesn't see. Where the step before hasn't either, it is that of the parabola
-  /// through both ends with the slope at the second.
-  void complete_start([[maybe_unused]] TracedData& step) {
-    if constexpr (Rhs::may_be_singular) {
-      if (!std::exchange(algebra_.lacks_start, false)) return;
-      const auto y = in<S>(step.y), next = in<S>(step.next), end = in<S>(step.trace.end);
-      assign<S>(algebra_.response, (2 / step.dt) * (next - y) - end);
-      keep_unseen(Blocks<S>::solved(algebra_.response), rhs_.masses());
-      add<S>(step.trace.start, in<S>(algebra_.response));
-    }
-  }
+  /// Completes trace.start where it is M⁻¹Ψ of a singular M.
+  void complete_start(TracedData& step) { algebra_.complete_start(rhs_, step); }
   /// trace.end = y' at (t + Δt, next), by a force call
   [[nodiscard]] Outcome end(TracedData& step) {
     if (!Rhs::is_finite(step.next)) return Outcome::non_finite_state;
@@ -263,7 +264,7 @@ class Kernel {
   void reset() {
     forget_force();
     resolvent_.reset();
-    if constexpr (Rhs::may_be_singular) algebra_.forget();
+    algebra_.forget();
   }
   /// Forgets what solves have left, and nothing else.
   void forget_solves() { resolvent_.forget(); }
@@ -281,7 +282,7 @@ class Kernel {
     transaction_ = std::move(fresh);
     forget_passes();
     allocate(copy);
-    if constexpr (Rhs::may_be_singular) algebra_.bind(rhs_, copy);
+    algebra_.bind(rhs_, copy);
     torn_ = false;
   }
   /// For a checkpoint: history, counts, Ψ.
@@ -305,8 +306,7 @@ class Kernel {
     if constexpr (needs.solver || needs.stages) {
       Unless done{*this};
       const StepReport report = transaction_.run(rhs_, state, steps, origin, advance, accepted);
-      if constexpr (Rhs::may_be_singular)
-        if (report && algebra_.has_any()) algebra_.reached(steps.t(0) + steps.dt, state);
+      if (report) algebra_.reached(steps.t(0) + steps.dt, state);
       done.is = keeps_tries || report || !is_begun(report.outcome());
       return report;
     } else {
@@ -404,49 +404,20 @@ class Kernel {
   /// Forgets what save() leaves out: Jacobian, factors, patterns, and what solves have learnt.
   void forget_unsaved() requires(has_unsaved) {
     resolvent_.forget_unsaved();
-    if constexpr (Rhs::may_be_singular) algebra_.forget();
+    algebra_.forget();
   }
 
  private:
-  template <class Step>
-  [[nodiscard]] Outcome look_at_start(Step& step, const Gamma<Scalar>& gamma) {
-    if constexpr (!needs.stages || needs.shifted) {
-      if (!step.psi_known) rhs_.evaluate_into(step.t, step.y, step.psi);
-      step.psi_known = true;
-    }
-    copy_blocks<S>(step.next, step.y);  // kept for the failure message
-    if (first_non_finite(RateOf<S>::blocks(step.psi))) return Outcome::non_finite_force;
-    if (algebra_.leaves_residual(rhs_, step.psi)) {
-      if (const Outcome bad = respond(step, gamma); failed(bad)) return bad;
-      const Plain* weight = nullptr;
-      bool is_allowed = false;
-      if constexpr (Step::is_traced) {
-        weight = &step.trace.weight;
-        is_allowed = step.trace.size_of(algebra_.response, step.y, step.y) <= 1;
-      } else {
-        is_allowed = algebra_.is_small(step.y);
-      }
-      if (!is_allowed) {
-        transaction_.accuse(algebra_.worst(step.y, weight));
-        return Outcome::inconsistent_start;
-      }
-    }
-    algebra_.passed(step.t, step.y);
-    return Outcome::success;
-  }
   /// response = W⁻¹ γ residual
-  template <class Step>
-  [[nodiscard]] Outcome respond(Step& step, const Gamma<Scalar>& gamma) {
+  [[nodiscard]] Outcome respond(const auto& step, const Gamma<Scalar>& gamma, const auto& residual, Plain& response) {
+    set_zero(Blocks<S>::all(response));
     if constexpr (needs.stages) {
-      set_zero(Blocks<S>::all(algebra_.response));
-      assign_solved<S>(algebra_.response, gamma.force * in_rate<S>(algebra_.residual));
-      return resolvent_.solve(rhs_, gamma.force, algebra_.response);
+      assign_solved<S>(response, gamma.force * in_rate<S>(residual));
+      return resolvent_.solve(rhs_, gamma.force, response);
     } else if constexpr (requires { typename Resolvent::Matrix; }) {
-      return resolvent_.respond(rhs_, gamma, step.t, step.y, step.psi, algebra_.residual, algebra_.response,
-                                allowed(step));
+      return resolvent_.respond(rhs_, gamma, step.t, step.y, step.psi, residual, response, allowed(step));
     } else {
-      set_zero(Blocks<S>::all(algebra_.response));  // particle by particle: Newton has to tell
-      return Outcome::success;
+      return Outcome::success;  // particle by particle: Newton will find out
     }
   }
 
@@ -481,7 +452,7 @@ class Kernel {
   [[no_unique_address]] typename decltype(arrays_type())::type arrays_;
   [[no_unique_address]] Resolvent resolvent_;
   [[no_unique_address]] std::conditional_t<keeps_psi, RateOf<S>, Nothing> kicked_by_;
-  [[no_unique_address]] std::conditional_t<Rhs::may_be_singular, AlgebraicStart<S, Rhs>, Nothing> algebra_;
+  [[no_unique_address]] std::conditional_t<Rhs::may_be_singular, AlgebraicStart<S, Rhs>, RegularStart> algebra_;
   [[no_unique_address]] std::conditional_t<writes_in_place, InPlaceUpdate<S, Rhs>, Nothing> in_place_;
   [[no_unique_address]] std::conditional_t<follows_active, UnchangedParticles<S>, Nothing> unchanged_;
   bool torn_ = false;

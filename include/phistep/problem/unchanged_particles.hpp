@@ -1,10 +1,10 @@
 /// @file
-/// A step that changes a few particles writes those, and no others: of particles outside the active set (state/active_set.hpp)
-/// the workspace beside the state has the same numbers as the state, so that the commit is still a swap of arrays.
+/// A step that changes few particles writes only those. The particles outside the active set (state/active_set.hpp) have the
+/// same numbers in the state and in the workspace beside it, so that the commit is still a swap of arrays.
 ///
-/// That they are the same, and so that nobody has edited them, is looked up by one pass over the state, and by none where the
-/// caller says that it is unedited. The pass takes a fingerprint of all numbers (state/particle_fingerprint.hpp), a sum; less the
-/// terms of the particles that the step changes it is that of the others.
+/// An edit of the state would break that. One pass over the state finds it by a fingerprint of the unchanged particles
+/// (state/particle_fingerprint.hpp): the sum over all particles minus the terms of those that the step changes. The pass is
+/// left out where the caller says that the state is unedited.
 #pragma once
 
 #include <Eigen/Core>
@@ -36,7 +36,7 @@ class UnchangedParticles {
   void end_step(bool done) { is_same_ = done && only_ != nullptr; }
   void forget() { is_same_ = knows_hash_ = false; }
 
-  /// The particles that a step from y changes, `next` then has the others; null: any. They stay the same until end_step.
+  /// The particles that a step from y changes; `next` holds the others. Null: it may change all. Valid until end_step.
   [[nodiscard]] const std::vector<std::int32_t>* find(const ActiveSet* active, const Plain& y, Plain& next) {
     if (only_ != nullptr || active == nullptr) return only_;
     if (10 * static_cast<Index>(active->list().size()) >= 9 * active->size()) return nullptr;
@@ -57,17 +57,17 @@ class UnchangedParticles {
     }
     return only_;
   }
-  /// The same, where they were found in this step.
+  /// What find() has returned in this step; null before.
   [[nodiscard]] const std::vector<std::int32_t>* found() const { return only_; }
   [[nodiscard]] const LeftOut& left_out() const { return left_out_; }
 
  private:
   [[nodiscard]] static bool moves(const Plain& y, Index i) { return (velocity_of<S>(y).col(i).array() != 0).any(); }
-  /// Of the particles that stay as they are.
+  /// Fingerprint of the particles that the step does not change.
   [[nodiscard]] std::uint64_t hash(const ActiveSet& active, const Plain& y) const {
     return ParticleFingerprint<S>::without(y, active.list(), left_out_.moving);
   }
-  /// Nothing was known of those that are left out.
+  /// Records the active set, and which particles outside of it move, from nothing.
   void take(const ActiveSet& active, const Plain& y) {
     left_out_.number = next_body_serial();
     left_out_.moving.clear();
@@ -76,7 +76,7 @@ class UnchangedParticles {
     list_ = active.list();
     set_ = active.number();
   }
-  /// From the set of the step before to this one.
+  /// Records the changes from the active set of the last step to this one.
   void follow(const ActiveSet& active, const Plain& y, Plain& next) {
     if (set_ == active.number()) return;
     auto& moving = left_out_.moving;
@@ -95,10 +95,10 @@ class UnchangedParticles {
   }
 
   LeftOut left_out_;
-  std::vector<std::int32_t> list_, changing_;        // of the last set; of it and of those that move
+  std::vector<std::int32_t> list_, changing_;        // the last active set; the same with the moving particles outside
   const std::vector<std::int32_t>* only_ = nullptr;  // during a step
   Origin origin_ = Origin::unknown;                  // likewise
-  bool was_same_ = false, is_same_ = false;          // before this step, before the next one
+  bool was_same_ = false, is_same_ = false;          // `next` has the unchanged particles: before, after this step
   bool knows_hash_ = false;
   std::uint64_t set_ = 0, hash_ = 0;
 };

@@ -117,6 +117,13 @@ struct Input {
 template <class Scalar>
 Input(const Scalar*) -> Input<Scalar>;
 
+/// h/m for every component alike.
+template <class Scalar>
+struct UniformFactor {
+  Scalar factor;
+  [[gnu::always_inline]] Scalar operator()(auto) const { return factor; }
+};
+
 /// h/m_i, for a kernel.
 template <class Scalar>
 struct ComponentFactor {

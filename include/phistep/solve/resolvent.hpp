@@ -10,10 +10,8 @@
 #include <Eigen/Core>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <concepts>
-#include <cstdint>
 #include <limits>
 #include <utility>
 
@@ -23,6 +21,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/equation/right_hand_side.hpp"
 #include "phistep/simd/update.hpp"
+#include "phistep/solve/affine_solve.hpp"
 #include "phistep/solve/increment.hpp"
 #include "phistep/solve/linearisation.hpp"
 #include "phistep/solve/newton.hpp"
@@ -78,7 +77,7 @@ class NewtonResolvent {
   /// … and all else that solves have left.
   void forget() {
     matrix_.forget_solves();
-    solved_ = 0;
+    affine_solve_ = {};
     pace_ = {};
   }
   /// … and that the force is still the same.
@@ -201,7 +200,7 @@ class NewtonResolvent {
 
   [[nodiscard]] Outcome solve(Equation& equation, Failure& history) {
     if constexpr (affine) {
-      return solve_affine(equation);
+      return affine_solve_.run<Rhs::drifts>(equation, matrix_, increment_, options_.linear_rtol, round_off);
     } else if constexpr (corrections == Corrections::one) {
       matrix_.drop();
       equation.restart();
@@ -232,61 +231,11 @@ class NewtonResolvent {
     return outcome;
   }
 
-  /// One solve. Trust, but verify: the residual left after solves 1, 2, 4, 8, … since the matrix was made must be rounding.
-  [[nodiscard]] Outcome solve_affine(Equation& equation) {
-    const auto start = [&](bool at_position) {
-      if constexpr (Rhs::drifts)
-        if (at_position) return increment_.start_at_position(equation.Y, equation.guess);
-      equation.restart();
-    };
-    bool at_position = matrix_.has_factors() && is_stiff(equation.gamma);
-    start(at_position);
-    if (const Outcome bad = equation.residual(); failed(bad)) return bad;
-    if (!matrix_.has_factors()) {
-      solved_ = 0;
-      if (const Outcome bad = equation.refresh(); failed(bad)) return bad;
-      if (is_stiff(equation.gamma) != at_position) {
-        at_position = !at_position;
-        start(at_position);
-        if (const Outcome bad = equation.residual(); failed(bad)) return bad;
-      }
-    }
-    const bool looks = std::has_single_bit(solved_ + 1);
-    const double before = looks ? largest(increment_.delta) : 0;
-    if (const Outcome bad = equation.solve(); failed(bad)) return bad;
-    increment_.move_once(equation.Y, at_position);
-    if (matrix_.staleness(equation.gamma) > 0) {  // a second solve corrects what factors of another γ have left
-      if (const Outcome bad = equation.residual(); failed(bad)) return bad;
-      if (const Outcome bad = equation.solve(); failed(bad)) return bad;
-      increment_.move_once(equation.Y, at_position);
-    }
-    ++solved_;
-    if (!looks) return Outcome::success;
-    if (const Outcome bad = equation.residual(); failed(bad)) return bad;
-    if (largest(increment_.delta) <= rounding_of(equation, before)) return Outcome::success;
-    matrix_.drop();
-    return Outcome::not_affine;
-  }
-  /// From a = √(γ_f γ_d) ω = 16 on, the displacement is the better unknown. From v, a step is two shears whatever rounding
-  /// did to W, so that at φ = ½ nothing drifts, but γv rounds r by a·u; from r, 1/W's rounding is in r and in v alike, and
-  /// the energy drifts by up to two roundings a step, always the same way: after (8a)² = 1e4 steps that is the greater evil.
-  [[nodiscard]] bool is_stiff(const Gamma<Scalar>& gamma) const {
-    constexpr double a_squared = 256;
-    return Rhs::drifts && gamma.drift != Scalar{0} && matrix_.drift_share() > a_squared / (1 + a_squared);
-  }
-  /// What rounding (and an iterative solver's tolerance) may leave of the residual.
-  [[nodiscard]] double rounding_of(const Equation& equation, double before) const {
-    double allowed = 1e4 * round_off * equation.terms();
-    if constexpr (Matrix::is_iterative)
-      allowed += 10 * options_.linear_rtol * before * std::sqrt(static_cast<double>(increment_.w.size()));
-    return allowed;
-  }
-
   NewtonOptions options_;
   Increment<S> increment_;
   Matrix matrix_;
   Pace pace_;
-  std::uint64_t solved_ = 0;  // by the affine path since its matrix was made
+  AffineSolve affine_solve_;
 };
 
 /// What serves a kernel's resolves; where solves leave anything, it has forget_unsaved(), too.

@@ -390,12 +390,12 @@ class PhiStepper {
 
 /// No stepper: says why, and nothing else.
 template <class S, class F, class Scheme, class MassSpec, ImplicitSolver Solver>
-  requires(!State<S> || !is_mass_spec<MassSpec>)
+  requires(!State<S> || !MassSpecification<MassSpec>)
 class PhiStepper<S, F, Scheme, MassSpec, Solver> {
  public:
   static_assert(StateRefusal<State<S>, S>::is_said);
   static_assert(
-      is_mass_spec<MassSpec>,
+      MassSpecification<MassSpec>,
       "phistep: after the scheme comes the mass, mass(2.0) or capacity(matrix), then the solver, newton(options) or "
       "fixed_point()");
   explicit PhiStepper(const S& /*state*/, const auto&... /*any*/) {}
@@ -404,15 +404,11 @@ class PhiStepper<S, F, Scheme, MassSpec, Solver> {
 
 template <class S, class F, class Scheme>
 PhiStepper(const S&, F, Scheme) -> PhiStepper<S, F, Scheme>;
-template <class S, class F, class Scheme>
-PhiStepper(const S&, F, Scheme, UnitMasses) -> PhiStepper<S, F, Scheme>;
-template <class S, class F, class Scheme, class... M>
-PhiStepper(const S&, F, Scheme, MassList<M...>) -> PhiStepper<S, F, Scheme, MassList<M...>>;
+template <class S, class F, class Scheme, MassSpecification Mass>
+PhiStepper(const S&, F, Scheme, Mass) -> PhiStepper<S, F, Scheme, Mass>;
 template <class S, class F, class Scheme, ImplicitSolver Solver>
 PhiStepper(const S&, F, Scheme, Solver) -> PhiStepper<S, F, Scheme, UnitMasses, Solver>;
-template <class S, class F, class Scheme, ImplicitSolver Solver>
-PhiStepper(const S&, F, Scheme, UnitMasses, Solver) -> PhiStepper<S, F, Scheme, UnitMasses, Solver>;
-template <class S, class F, class Scheme, class... M, ImplicitSolver Solver>
-PhiStepper(const S&, F, Scheme, MassList<M...>, Solver) -> PhiStepper<S, F, Scheme, MassList<M...>, Solver>;
+template <class S, class F, class Scheme, MassSpecification Mass, ImplicitSolver Solver>
+PhiStepper(const S&, F, Scheme, Mass, Solver) -> PhiStepper<S, F, Scheme, Mass, Solver>;
 
 }  // namespace phistep::inline PHISTEP_ABI
