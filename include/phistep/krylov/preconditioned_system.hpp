@@ -112,7 +112,7 @@ class PreconditionedSystem : public SparseAssembly<Scalar, has_K, has_C> {
 
   [[nodiscard]] Outcome factorize(const auto& masses, Scalar gamma_force, Scalar gamma_drift, Statistics& statistics) {
     try {
-      if (!has_solver()) Assembly::forget_pattern();
+      if (!has_solver() && !is_settled_) Assembly::forget_pattern();
       const bool is_new = settle(masses);
       is_settled_ = false;
       this->assemble(masses, gamma_force, gamma_drift);
