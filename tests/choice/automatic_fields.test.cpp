@@ -60,8 +60,7 @@ TEST_CASE("the count: one Jacobian, symmetric or not, and the fill; the first st
     PhiStepper stepper{y, ReactionDiffusionTerm{problem}, rodas4p2, FieldMatrix<double>::Solver{}};
     AdvisedProblem known;
     known.has_jacobian = true;
-    const FieldCounts counts =
-        FieldMatrix<double>::count<Field>(stepper, 0.0, 1e-3, y, {&weight, 1, 1e-3}, known);
+    const FieldCounts counts = FieldMatrix<double>::count<Field>(stepper, 0.0, 1e-3, y, {&weight, 1, 1e-3}, known);
     spent = stepper.statistics();
     CHECK(spent.jacobians == 1);
     CHECK(spent.analyses == 0);
@@ -91,7 +90,9 @@ TEST_CASE("advise names the solver, and the counts that speak for it") {
                                    contains("a factorization would have at least 15 entries of L an unknown"));
 }
 
-TEST_CASE("an unsymmetric field is solved by Krylov iterations too, where LU costs more; also where the wind rules, or begins later") {
+TEST_CASE(
+    "an unsymmetric field is solved by Krylov iterations too, where LU costs more; also where the wind rules, or "
+    "begins later") {
   Field y;
   for (const ReactionDiffusion& windy : {ReactionDiffusion{.m = 15, .rate = 400, .wind = 10},
                                          ReactionDiffusion{.m = 14, .dim = 3, .rate = 0, .wind = 10},
@@ -147,7 +148,8 @@ TEST_CASE("where Krylov iterations fail, a direct solver takes over at that step
   const SchemeUse last = report.schemes.list().back();
   CHECK(last.cause == SchemeCause::unsolved);
   CHECK(last.t == Approx(0.1).epsilon(0.1));
-  CHECK_THAT(report.schemes.message(), contains("by a direct solver from t = 0.1") && contains("Krylov iterations failed"));
+  CHECK_THAT(report.schemes.message(),
+             contains("by a direct solver from t = 0.1") && contains("Krylov iterations failed"));
   CHECK((y - exact).cwiseAbs().maxCoeff() < 1e-2 * exact.cwiseAbs().maxCoeff());
 }
 

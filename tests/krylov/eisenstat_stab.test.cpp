@@ -48,7 +48,8 @@ Mat factors(const Sparse& sparse) {
 
 }  // namespace
 
-TEST_CASE("unsymmetric, also where the wind rules or the pattern has triangles: P is the formula's, x as good as asked for") {
+TEST_CASE(
+    "unsymmetric, also where the wind rules or the pattern has triangles: P is the formula's, x as good as asked for") {
   for (const Sparse& W : {windy(12, 10, 0.2), windy(12, 100, 0.2), windy(12, 10, 5), windy(12, 10, 0.5, true)}) {
     EisenstatStab<double> two;
     REQUIRE(two.analyze(W));

@@ -15,13 +15,10 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/archive/archive.hpp"
 #include "phistep/choice/active_stepper.hpp"
 #include "phistep/choice/advised_problem.hpp"
-#include "phistep/choice/rate_look.hpp"
+#include "phistep/choice/automatic_course.hpp"
 #include "phistep/choice/scheme_set.hpp"
-#include "phistep/choice/scheme_uses.hpp"
-#include "phistep/choice/stiffness_watch.hpp"
 #include "phistep/control/run_clock.hpp"
 #include "phistep/control/trace.hpp"
 #include "phistep/core/outcome.hpp"
@@ -119,7 +116,7 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
   }
   void load(Reader& in, auto&& then) {
     int active = 0;
-    Course course = course_;
+    AutomaticCourse<Plain> course = course_;
     in("active", active, "course", course);
     in.check(0 <= active && active < Schemes::count);
     Base fresh{Schemes::make(active, sample(), force_, mass_)};
@@ -133,23 +130,6 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
   }
 
  private:
-  /// What a checkpoint holds beside the scheme at work.
-  struct Course {
-    StiffnessWatch watch;
-    RateLook<Plain> look;
-    bool is_bound;           ///< to the scheme at work, although or because it is stiff
-    bool is_direct = false;  ///< Krylov iterations have failed: no more of them
-    SchemeUses uses{};
-    Statistics retired{};              ///< of the schemes before
-    std::int64_t changes = 0;          ///< of the forces of these
-    std::int64_t steps = 0, done = 0;  ///< steps seen, steps since
-    void archive(auto& ar) {
-      ar("watch", watch, "look", look, "uses", uses, "retired", retired, "steps", steps, "done", done, "changes",
-         changes, "is_bound", is_bound, "is_direct", is_direct);
-      ar.check(can_be_count(steps) && can_be_count(done));
-    }
-  };
-
   AutomaticStepper(const Plain& copy, const S& state, F&& force, double rtol, MassSpec&& mass)
       : AutomaticStepper{scene_of<S, F>(copy, mass, rtol), copy, state, std::move(force), std::move(mass)} {}
   AutomaticStepper(const AdvisedProblem& problem, const Plain& copy, const S& state, F&& force, MassSpec&& mass)
@@ -257,7 +237,7 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
   F force_;
   [[no_unique_address]] MassSpec mass_;
   AdvisedProblem problem_;
-  Course course_;
+  AutomaticCourse<Plain> course_;
   [[no_unique_address]] std::conditional_t<is_view, S, Nothing> view_;
 };
 
