@@ -15,13 +15,10 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/archive/archive.hpp"
 #include "phistep/choice/active_stepper.hpp"
 #include "phistep/choice/advised_problem.hpp"
-#include "phistep/choice/rate_look.hpp"
+#include "phistep/choice/automatic_course.hpp"
 #include "phistep/choice/scheme_set.hpp"
-#include "phistep/choice/scheme_uses.hpp"
-#include "phistep/choice/stiffness_watch.hpp"
 #include "phistep/control/run_clock.hpp"
 #include "phistep/control/trace.hpp"
 #include "phistep/core/outcome.hpp"
@@ -68,7 +65,7 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
   [[nodiscard]] bool begin_run(const S& state, const Plain& y, const RunClock<Scalar>& clock, auto& pace) {
     if (course_.is_bound || course_.look.has_looked()) return false;
     const RateSeen& seen = look(y, clock, pace);
-    return course_.watch.starts_stiff(seen) && change(state, y, clock.t(), seen, SchemeCause::stiff_start);
+    return course_.watch.starts_stiff(seen) && change(state, y, clock, pace, seen, SchemeCause::stiff_start);
   }
   /// Before each step of a run: looks whether another scheme would serve better, and takes it.
   /// @return [time] the longest step that a new scheme should begin with, nothing where it stays
@@ -80,7 +77,7 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
     if (!course_.watch.is_due()) return {};
     const RateSeen& seen = look(y, clock, pace);
     const SchemeCause cause = course_.watch.is_implicit() ? SchemeCause::eased : SchemeCause::stiff;
-    if (!course_.watch.judge(seen) || !change(state, y, clock.t(), seen, cause)) return {};
+    if (!course_.watch.judge(seen) || !change(state, y, clock, pace, seen, cause)) return {};
     return course_.watch.is_implicit() ? seen.dt : course_.watch.stable_step(seen);
   }
   [[nodiscard]] SuitableScheme scheme() const { return Schemes::Set::all[static_cast<std::size_t>(this->active())]; }
@@ -119,7 +116,7 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
   }
   void load(Reader& in, auto&& then) {
     int active = 0;
-    Course course = course_;
+    AutomaticCourse<Plain> course = course_;
     in("active", active, "course", course);
     in.check(0 <= active && active < Schemes::count);
     Base fresh{Schemes::make(active, sample(), force_, mass_)};
@@ -133,23 +130,6 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
   }
 
  private:
-  /// What a checkpoint holds beside the scheme at work.
-  struct Course {
-    StiffnessWatch watch;
-    RateLook<Plain> look;
-    bool is_bound;           ///< to the scheme at work, although or because it is stiff
-    bool is_direct = false;  ///< Krylov iterations have failed: no more of them
-    SchemeUses uses{};
-    Statistics retired{};              ///< of the schemes before
-    std::int64_t changes = 0;          ///< of the forces of these
-    std::int64_t steps = 0, done = 0;  ///< steps seen, steps since
-    void archive(auto& ar) {
-      ar("watch", watch, "look", look, "uses", uses, "retired", retired, "steps", steps, "done", done, "changes",
-         changes, "is_bound", is_bound, "is_direct", is_direct);
-      ar.check(can_be_count(steps) && can_be_count(done));
-    }
-  };
-
   AutomaticStepper(const Plain& copy, const S& state, F&& force, double rtol, MassSpec&& mass)
       : AutomaticStepper{scene_of<S, F>(copy, mass, rtol), copy, state, std::move(force), std::move(mass)} {}
   AutomaticStepper(const AdvisedProblem& problem, const Plain& copy, const S& state, F&& force, MassSpec&& mass)
@@ -178,19 +158,20 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
     return course_.look(slope, y, clock, pace, !course_.watch.is_implicit());
   }
   /// Takes the scheme of the other kind, if it can and that pays.
-  [[nodiscard]] bool change(const S& state, const Plain& y, Scalar t, const RateSeen& seen, SchemeCause cause) {
+  [[nodiscard]] bool change(const S& state, const Plain& y, const RunClock<Scalar>& clock, auto& pace,
+                            const RateSeen& seen, SchemeCause cause) {
     const bool to_explicit = cause == SchemeCause::eased;
     if (!to_explicit && !Schemes::can_be_implicit(problem_)) {
       course_.is_bound = true;
-      note(t, seen, SchemeCause::stays_explicit);
+      note(clock.t(), seen, SchemeCause::stays_explicit);
       return false;
     }
     problem_.oscillates = oscillates(seen);
-    if (!to_explicit && !is_worth(y, t, seen)) return false;
-    replace_by(to_explicit ? Schemes::suitable_explicit(problem_) : Schemes::suitable_implicit(problem_), state);
+    if (to_explicit) replace_by(Schemes::suitable_explicit(problem_), state);
+    else if (!take_implicit(state, y, clock, pace, seen)) return false;
     if (cause == SchemeCause::stiff_start) course_.watch.begin_implicit();
     else course_.watch.change();
-    note(t, seen, cause);
+    note(clock.t(), seen, cause);
     return true;
   }
   /// From now on, in place of Krylov iterations.
@@ -200,18 +181,40 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
     replace_by(Schemes::suitable_implicit(problem_), state);
     note(t, seen(), SchemeCause::unsolved);
   }
-  /// Whether an implicit scheme pays once a large sparse matrix has been looked at.
-  [[nodiscard]] bool is_worth(const Plain& y, Scalar t, const RateSeen& seen) {
-    if constexpr (Schemes::is_field) {
-      problem_.turns = seen.rate * seen.left;
-      if (course_.is_direct) problem_.field = {};
-      else problem_.field = FieldMatrix<Scalar>::template look<S>(force_, mass_, t, y, problem_, course_.retired);
-      course_.watch.set_implicit_cost(Schemes::rivals(problem_, false).implicit_cost);
-    }
-    return course_.watch.pays(seen);
+  /// Takes the implicit scheme that suits, if it pays.
+  [[nodiscard]] bool take_implicit(const S& state, const Plain& y, const RunClock<Scalar>& clock, auto& pace,
+                                   const RateSeen& seen) {
+    using enum SuitableScheme;
+    if constexpr (Schemes::is_field)
+      if (!course_.is_direct)
+        return problem_.rtol >= krylov_limit ? take_counted<rodas_4_krylov>(state, y, clock, pace, seen)
+                                             : take_counted<rodas_5p_krylov>(state, y, clock, pace, seen);
+    if (!course_.watch.pays(seen)) return false;
+    replace_by(Schemes::suitable_implicit(problem_), state);
+    return true;
   }
-  void replace_by(int scheme, const S& state) {
-    Steppers fresh = Schemes::make(scheme, state, force_, mass_);
+  /// … of a large sparse matrix, which is counted in the stepper that will solve with it by Krylov iterations, unless the count
+  /// speaks for a factorization: then its first step finds the Jacobian there.
+  template <SuitableScheme by_krylov>
+  [[nodiscard]] bool take_counted(const S& state, const Plain& y, const RunClock<Scalar>& clock, auto& pace,
+                                  const RateSeen& seen) {
+    constexpr int number = Schemes::Set::index_of(by_krylov, 0);
+    Steppers fresh = Schemes::make(number, state, force_, mass_);
+    auto& stepper = *std::get_if<static_cast<std::size_t>(number)>(&fresh);
+    const SolveTolerance<Plain> weights{&pace.trace().weight, 1, pace.weigh(y, pace.trace().weight)};
+    problem_.turns = seen.rate * seen.left;
+    problem_.field = FieldMatrix<Scalar>::template count<S>(
+        stepper, clock.t(), clock.sign() * static_cast<Scalar>(seen.dt), y, weights, problem_);
+    course_.watch.set_implicit_cost(Schemes::rivals(problem_, false).implicit_cost);
+    const bool pays = course_.watch.pays(seen);
+    const int scheme = Schemes::suitable_implicit(problem_);
+    if (pays && scheme == number) return replace_by(std::move(fresh)), true;
+    course_.retired = course_.retired + stepper.statistics();
+    if (pays) replace_by(scheme, state);
+    return pays;
+  }
+  void replace_by(int scheme, const S& state) { replace_by(Schemes::make(scheme, state, force_, mass_)); }
+  void replace_by(Steppers fresh) {
     course_.retired = statistics();
     course_.changes = changes();
     this->replace(std::move(fresh));
@@ -234,7 +237,7 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
   F force_;
   [[no_unique_address]] MassSpec mass_;
   AdvisedProblem problem_;
-  Course course_;
+  AutomaticCourse<Plain> course_;
   [[no_unique_address]] std::conditional_t<is_view, S, Nothing> view_;
 };
 

@@ -14,16 +14,10 @@
 #include "phistep/choice/suitable_scheme.hpp"
 #include "phistep/core/implicit_solver.hpp"
 #include "phistep/core/outcome.hpp"
-#include "phistep/core/statistics.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/equation/bound_masses.hpp"
-#include "phistep/equation/gamma.hpp"
-#include "phistep/equation/right_hand_side.hpp"
-#include "phistep/krylov/modified_incomplete_cholesky.hpp"
+#include "phistep/krylov/methods.hpp"
 #include "phistep/krylov/preconditioned_system.hpp"
-#include "phistep/linear/mass.hpp"
 #include "phistep/matrix/sparse/factor_cost.hpp"
-#include "phistep/solve/linearisation.hpp"
 #include "phistep/state/blocks.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -50,34 +44,21 @@ template <class Scalar>
 struct FieldMatrix {
   using Solver = Newton<PreconditionedKrylov<KrylovMethod::by_symmetry, Eigen::DiagonalPreconditioner<Scalar>>>;
 
-  /// Looks at K and C at (t, y): a Jacobian, and a force call for differences.
-  /// The fill is counted until it says that Krylov iterations cost less.
+  /// Makes the Jacobian of a stepper by Krylov iterations at (t, y), and counts what its factors would cost, until that is more
+  /// than the iterations do.
   /// @param problem  what else is known of it
-  /// @param spent    adds what it has cost
-  /// @return entries < 0 where K or C are not finite
-  template <State S, class F, class MassSpec>
-  [[nodiscard]] static FieldCounts look(const F& force, const MassSpec& mass, Scalar t, const PlainState<S>& y,
-                                        AdvisedProblem problem, Statistics& spent) {
-    using Masses = decltype(bind_masses<S>(mass, y));
-    using Rhs = RightHandSide<S, F, Masses>;
-    using Matrix = Linearisation<S, Rhs, void, true, true, true>;
+  /// @return entries < 0 where the Jacobian isn't finite
+  template <State S>
+  [[nodiscard]] static FieldCounts count(auto& stepper, Scalar t, Scalar dt, const PlainState<S>& y,
+                                         const SolveTolerance<PlainState<S>>& weights, AdvisedProblem problem) {
     constexpr Scalar epsilon = std::numeric_limits<Scalar>::epsilon();
-    Rhs rhs{F(force), bind_masses<S>(mass, y)};
-    Matrix matrix;
-    matrix.resize(y, rhs);
-    auto psi = make_rate<S>(y);
-    rhs.begin(t, Scalar{0}, y);
-    if constexpr (!Matrix::analytic) rhs.evaluate_into(t, y, psi);
-    const Outcome outcome = matrix.linearise(rhs, Gamma<Scalar>{1, 1}, t, y, psi, {}, {});
-    spent = spent + rhs.statistics();
+    const Scalar tolerance = problem.has_jacobian ? 16 * epsilon : 64 * std::sqrt(epsilon);
     FieldCounts counts;
-    if (failed(outcome)) return counts;
-    auto& system = matrix.system();
-    static_cast<void>(system.settle(each_mass_entry<S>(rhs.masses(), y)));
-    Eigen::SparseMatrix<Scalar> A = system.pattern();
-    const Scalar tolerance = (Matrix::analytic ? 16 : 64) * (Matrix::analytic ? epsilon : std::sqrt(epsilon));
+    if (failed(stepper.linearise(t, dt, y, weights))) return counts;
+    const auto& system = stepper.tangents(y);
     counts.is_symmetric = true;
-    for (int of_K = 0; of_K <= (Rhs::drifts ? 1 : 0); ++of_K) {
+    Eigen::SparseMatrix<Scalar> A = system.pattern();
+    for (int of_K = 0; of_K <= (Blocks<S>::drifts ? 1 : 0); ++of_K) {
       system.for_each_tangent([&](std::size_t p, Scalar k, Scalar c) { A.valuePtr()[p] = of_K == 1 ? k : c; });
       counts.is_symmetric = counts.is_symmetric && is_symmetric(A, tolerance);
     }

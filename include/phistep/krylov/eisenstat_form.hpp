@@ -101,7 +101,6 @@ class EisenstatForm {
     return is_symmetric_ ? Found::definite : Found::unsymmetric;
   }
 
-
  protected:
   [[nodiscard]] static std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 

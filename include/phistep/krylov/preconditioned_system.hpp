@@ -17,7 +17,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/IterativeLinearSolvers>
 #include <Eigen/SparseCore>
 
 #include <algorithm>
@@ -34,43 +33,13 @@
 #include "phistep/krylov/eisenstat_stab.hpp"
 #include "phistep/krylov/methods.hpp"
 #include "phistep/krylov/modified_incomplete_cholesky.hpp"
+#include "phistep/krylov/preconditioned_krylov.hpp"
 #include "phistep/matrix/choice.hpp"
 #include "phistep/matrix/own_solver.hpp"
 #include "phistep/matrix/sparse/sparse_assembly.hpp"
 #include "phistep/simd/update.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
-
-/// Eigen's, without a permutation: on grids numbered row by row it needs fewer iterations than with one.
-using IncompleteCholesky = Eigen::IncompleteCholesky<double, Eigen::Lower, Eigen::NaturalOrdering<int>>;
-
-/// The last argument of a stepper, `newton<PreconditionedCg<P>>()`, or with a preconditioner that holds something,
-/// `newton(PreconditionedCg<P>{mine})`, which is copied.
-template <KrylovMethod which, class P>
-struct PreconditionedKrylov {
-  static constexpr KrylovMethod method = which;
-  using Preconditioner = P;
-  struct Nothing {};
-  static constexpr bool is_copied = std::copy_constructible<P>;
-  [[no_unique_address]] std::conditional_t<is_copied, P, Nothing> preconditioner{};
-};
-/// Conjugate gradients, for symmetric positive definite W.
-template <class P = Eigen::DiagonalPreconditioner<double>>
-using PreconditionedCg = PreconditionedKrylov<KrylovMethod::conjugate_gradients, P>;
-/// BiCGSTAB, for any W: two products an iteration.
-template <class P = Eigen::DiagonalPreconditioner<double>>
-using PreconditionedBicgstab = PreconditionedKrylov<KrylovMethod::bicgstab, P>;
-/// GMRES, for any W: restarted after 30 vectors.
-template <class P = Eigen::DiagonalPreconditioner<double>>
-using PreconditionedGmres = PreconditionedKrylov<KrylovMethod::gmres, P>;
-
-/// Conjugate gradients while W is symmetric, BiCGSTAB elsewhere, both with incomplete factors that differ from W on the diagonal
-/// alone; of a W whose pattern is unsymmetric BiCGSTAB with W's diagonal.
-using PreconditionedBySymmetry =
-    PreconditionedKrylov<KrylovMethod::by_symmetry, Eigen::DiagonalPreconditioner<double>>;
-
-template <KrylovMethod method, class P>
-inline constexpr bool is_preconditioned_krylov<PreconditionedKrylov<method, P>> = true;
 
 /// A preconditioner whose factorize takes the γ of each W.
 template <class P, class Matrix>
@@ -112,7 +81,7 @@ class PreconditionedSystem : public SparseAssembly<Scalar, has_K, has_C> {
 
   [[nodiscard]] Outcome factorize(const auto& masses, Scalar gamma_force, Scalar gamma_drift, Statistics& statistics) {
     try {
-      if (!has_solver()) Assembly::forget_pattern();
+      if (!has_solver() && !is_settled_) Assembly::forget_pattern();
       const bool is_new = settle(masses);
       is_settled_ = false;
       this->assemble(masses, gamma_force, gamma_drift);
@@ -200,9 +169,8 @@ class PreconditionedSystem : public SparseAssembly<Scalar, has_K, has_C> {
   static constexpr bool may_be_two_sided =
       is_either || (is_symmetric && std::same_as<P, ModifiedIncompleteCholesky<Scalar>>);
   struct Nothing {};
-  using Two = std::conditional_t<
-      is_either, EisenstatStab<Scalar>,
-      std::conditional_t<may_be_two_sided, EisenstatCg<Scalar>, Nothing>>;
+  using Two = std::conditional_t<is_either, EisenstatStab<Scalar>,
+                                 std::conditional_t<may_be_two_sided, EisenstatCg<Scalar>, Nothing>>;
 
   void drop() {
     p_.drop();

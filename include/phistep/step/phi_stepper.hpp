@@ -163,6 +163,21 @@ class PhiStepper {
     reset_rate<S>(*slope_psi_, y);
     return kernel_.rhs().whole_slope(t, y, out, *slope_psi_);
   }
+  /// Makes the Jacobian at (t, y) ready, of a scheme with linear stages: the first step finds it if it starts there.
+  /// @param dt  [time] over which the force is looked at where it uses time
+  [[nodiscard]] Outcome linearise(Scalar t, Scalar dt, const PlainState<S>& y,
+                                  const SolveTolerance<PlainState<S>>& allowed) requires(needs.stages) {
+    if (!slope_psi_) slope_psi_.emplace();
+    reset_rate<S>(*slope_psi_, y);
+    kernel_.rhs().begin(t, dt, y);
+    return kernel_.stages().linearise(kernel_.rhs(), t, dt, y, *slope_psi_, allowed);
+  }
+  /// The pattern of its W, and f(slot, K, C) for each entry's tangents, once there is a Jacobian.
+  [[nodiscard]] const auto& tangents(const PlainState<S>& y) requires(needs.stages) {
+    auto& system = kernel_.stages().matrix().system();
+    static_cast<void>(system.settle(each_mass_entry<S>(kernel_.rhs().masses(), y)));
+    return system;
+  }
   /// What the force of a field, or its solver, has thrown on this rank.
   [[nodiscard]] HeldException& held() requires FieldState<PlainState<S>> { return *kernel_.rhs().held(); }
   /// M is singular: some of the equations are algebraic.
