@@ -36,29 +36,31 @@ class TouchingPairs {
   /// @param period  of the box, as in ContactPairs
   void find(const Scalar (&period)[3], const PairRange& pairs, const ContactSlots<Scalar>& slots, const Springs& before,
             Springs& table, bool with_roll) {
-    const std::size_t count = pairs.count;
     const NearestImage<P> nearest{period};
-    auto& contact = table.place;
-    for (auto* array : {&contact, &from, &i, &j}) resize_with_spare(*array, count + width);
+    if (touching_.size() < pairs.count) resize_with_spare(touching_, pairs.count);
     found_.assign(thread_count(), {});
     // Threads write where their own pairs stand; then the gaps are closed.
-    for_each_share(count, width, shared_from / 64, [&](const Share& own) {
-      found_[own.number] = {own.begin, find(nearest, pairs, slots, before, own.begin, own.end, contact.data())};
-    });
-    std::vector<std::int32_t>* const arrays[] = {&contact, &from, &i, &j};
-    for_each_share(4, 1, thread_count() == 1 ? 5 : 0, [&](const Share& own) {
-      for (std::size_t a = own.begin; a < own.end; ++a) {
-        auto to = arrays[a]->begin();
-        for (const auto& [begin, end] : found_) {
-          const auto from_here = arrays[a]->begin() + static_cast<std::ptrdiff_t>(begin);
-          to = begin == 0 ? to + static_cast<std::ptrdiff_t>(end)
-                          : std::copy(from_here, from_here + static_cast<std::ptrdiff_t>(end - begin), to);
-        }
-      }
+    for_each_share(pairs.count, width, shared_from / 64, [&](const Share& own) {
+      found_[own.number] = {own.begin, find(nearest, pairs, slots, own.begin, own.end)};
     });
     std::size_t found = 0;
-    for (const auto& [begin, end] : found_) found += end - begin;
+    for (const auto& [begin, end] : found_) {
+      if (begin != found) std::copy(touching_.data() + begin, touching_.data() + end, touching_.data() + found);
+      found += end - begin;
+    }
     table.resize(found, with_roll);
+    for (auto* array : {&from, &i, &j}) resize_with_spare(*array, found + width);
+    for_each_share(found, 1, shared_from / 64, [&](const Share& own) {
+      if (own.begin == own.end) return;
+      SpringFinder springs_of{before.place, pairs.number(static_cast<std::size_t>(touching_[own.begin]))};
+      for (std::size_t c = own.begin; c < own.end; ++c) {
+        const auto p = static_cast<std::size_t>(touching_[c]);
+        table.place[c] = pairs.number(p);
+        from[c] = springs_of(table.place[c]);
+        i[c] = pairs.first[p];
+        j[c] = pairs.second[p];
+      }
+    });
     // Whole packs: those beyond the last contact repeat its slots, and find springs that are unstretched.
     std::fill_n(from.begin() + static_cast<std::ptrdiff_t>(found), width, static_cast<std::int32_t>(before.size()));
     for (auto* array : {&i, &j})
@@ -68,12 +70,9 @@ class TouchingPairs {
  private:
   /// Among the pairs begin … end − 1; returns where those end that are written from `begin` on.
   [[gnu::flatten]] std::size_t find(const NearestImage<P>& nearest, const PairRange& pairs,
-                                    const ContactSlots<Scalar>& slots, const Springs& before, std::size_t begin,
-                                    std::size_t end, std::int32_t* contact) {
-    SpringFinder springs_of{before.place, begin < end ? pairs.number(begin) : 0};
+                                    const ContactSlots<Scalar>& slots, std::size_t begin, std::size_t end) {
     const Scalar* const position = slots.position.data();
-    std::int32_t *const to_from = from.data(), *const to_i = i.data(), *const to_j = j.data();
-    std::size_t found = begin;
+    std::int32_t* to = touching_.data() + begin;
     for (std::size_t p = begin; p < end; p += width) {
       const auto a = gather4<P>(position, &pairs.first[p]);
       const auto b = gather4<P>(position, &pairs.second[p]);
@@ -81,20 +80,13 @@ class TouchingPairs {
       const P reach = a.w + b.w;
       unsigned touching = (dot(d, d) < reach * reach).bits();
       if (end - p < width) touching &= (1u << (end - p)) - 1u;
-      while (touching != 0) {
-        const std::size_t at = p + static_cast<std::size_t>(std::countr_zero(touching));
-        touching &= touching - 1;
-        const std::int32_t place = pairs.number(at);
-        contact[found] = place;
-        to_from[found] = springs_of(place);
-        to_i[found] = pairs.first[at];
-        to_j[found] = pairs.second[at];
-        ++found;
-      }
+      for (; touching != 0; touching &= touching - 1)
+        *to++ = static_cast<std::int32_t>(p + static_cast<std::size_t>(std::countr_zero(touching)));
     }
-    return found;
+    return static_cast<std::size_t>(to - touching_.data());
   }
 
+  std::vector<std::int32_t> touching_;             // numbers of pairs, by the range's own order
   std::vector<std::array<std::size_t, 2>> found_;  // contacts, by each thread: from, and to one before
 };
 
