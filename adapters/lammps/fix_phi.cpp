@@ -16,6 +16,7 @@
 /// each a step of one pass over the arrays in place, which sends and reduces nothing. The φ-method is done before, with forces at
 /// trial positions, all that run_style verlet calls between two steps: f_ID[1] and f_ID[2] in thermo output count these calls, and
 /// iterations. Where a number is no longer finite, or the iteration doesn't converge, the run ends with a message.
+#include <cmath>
 #include <optional>
 #include <string>
 #include <type_traits>
@@ -101,7 +102,12 @@ class FixPhi final : public LAMMPS_NS::Fix {
     return {static_cast<double>(update->ntimestep) * update->dt, update->dt};
   }
   void end(const std::string& fault) {
-    if (!fault.empty()) error->one(FLERR, "fix phi: " + fault);
+    if (fault.empty()) return;
+    std::string which;
+    for (int i = 0; i < atom->nlocal && which.empty(); ++i)
+      for (int d = 0; d < 3; ++d)
+        if (!std::isfinite(atom->f[i][d])) which = "the force on atom " + std::to_string(atom->tag[i]) + "; ";
+    error->one(FLERR, "fix phi: " + which + fault);
   }
 
   bool spins_ = false, is_whole_ = false;
