@@ -45,6 +45,24 @@ TEST_CASE("a very stiff force by differences is solved or refused, never silentl
   }
 }
 
+TEST_CASE("positions that aren't finite, under a force that doesn't say so") {
+  const auto constant = [](const Vec& r) -> Vec { return Vec::Ones(r.size()); };
+  const auto fails = [&](const auto& scheme) {
+    for (const double bad :
+         {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1.7e308}) {
+      Motion y{Vec{{1.0, bad}}, Vec{{0.0, 1e308}}};
+      PhiStepper stepper{y, constant, scheme};
+      CAPTURE(bad);
+      CHECK(stepper.step(y, 0, 1).outcome() == Outcome::non_finite_state);
+    }
+  };
+  fails(symplectic_euler_adjoint);
+  fails(symplectic_euler);
+  fails(velocity_verlet);
+  fails(phi(1.0, 0.0));
+  fails(phi(1.0, 0.3));
+}
+
 TEST_CASE("a state that overflows in the update") {
   must_fail(Outcome::non_finite_state, Vec::Constant(2, 1.7e308), ByDifferences([](const Vec& y) -> Vec { return y; }),
             forward_euler);

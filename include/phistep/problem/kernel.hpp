@@ -103,7 +103,8 @@ class Kernel {
       if (by.kick != 0) return kick_drift(step, by);
       copy_blocks<S>(step.next, step.y);  // no weight on Ψ(t, y): it isn't evaluated
       drift_blocks<S>(step.next, by.before);
-      return Outcome::success;
+      // Positions that what follows doesn't move, and doesn't look at.
+      return by.before == 0 || Rhs::is_finite(step.next) ? Outcome::success : Outcome::non_finite_state;
     }
   }
   /// The same in one pass, whether the step is traced or not: next.v = v + γ M⁻¹Ψ(t, y), next.r = r + (before v + after v⁺)
