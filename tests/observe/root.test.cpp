@@ -406,6 +406,11 @@ TEST_CASE("refine: nothing to do at the step's end; a failed step ends it; a jum
     const auto jump = refine(root, Sample<double>{1, 0.7}, [=](double t) { return t < at ? -1.0 : 1.0; });
     CHECK(jump.g == 1);
     CHECK(jump.t >= at);
-    CHECK(jump.resteps <= 7);
+    CHECK(jump.t <= at + 1e-14);
+    CHECK(jump.resteps <= 60);
+    // … also where g moves on both sides of it
+    const auto bent = refine(root, Sample<double>{1, 0.7}, [=](double t) { return t < at ? t - 1 : 1 + t; });
+    CHECK((bent.t >= at && bent.t <= at + 1e-14));
+    CHECK(bent.resteps <= 60);
   }
 }

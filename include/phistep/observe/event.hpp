@@ -54,13 +54,9 @@ class Event {
     constexpr bool plain = std::is_invocable_v<G&, const Plain&>;
     static_assert(timed || plain, "phistep: the function of an event must be callable as g(state) or g(t, state)");
     if constexpr (timed) {
-      static_assert(std::is_convertible_v<std::invoke_result_t<G&, Scalar, const Plain&>, Scalar>,
-                    "phistep: the function of an event must return a number");
-      return static_cast<Scalar>(g_(t, y));
+      return number<Scalar>(g_(t, y));
     } else if constexpr (plain) {
-      static_assert(std::is_convertible_v<std::invoke_result_t<G&, const Plain&>, Scalar>,
-                    "phistep: the function of an event must return a number");
-      return static_cast<Scalar>(g_(y));
+      return number<Scalar>(g_(y));
     } else {
       return Scalar{};
     }
@@ -91,6 +87,14 @@ class Event {
   }
 
  private:
+  template <class Scalar, class Value>
+  [[nodiscard]] static Scalar number(const Value& g) {
+    static_assert(
+        std::is_convertible_v<Value, Scalar> && !std::is_same_v<Value, bool>,
+        "phistep: the function of an event must return a number that changes its sign there (a bool doesn't)");
+    return static_cast<Scalar>(g);
+  }
+
   G g_;
   [[no_unique_address]] Handler handler_;
   EventOptions options_;

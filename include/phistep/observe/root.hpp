@@ -251,8 +251,8 @@ struct Refined {
 };
 
 /// Moves an interpolated root to where g vanishes after a step really done. `restep(t)` steps from t0 to t anew and
-/// returns g; the last one done is the one that counts. Ends within the resolution of time, or after `most` steps beyond
-/// the root where it knows such a time.
+/// returns g; the last one done is the one that counts. Ends within the resolution of time, beyond the root where secants
+/// have not met it in `most` steps.
 template <class Scalar, class Restep>
 [[nodiscard]] Refined<Scalar> refine(const Root<Scalar>& root, Sample<Scalar> end, Restep&& restep, int most = 6) {
   Refined<Scalar> now{root.t, end.g, 0};
@@ -274,6 +274,11 @@ template <class Scalar, class Restep>
     last = {now.t, now.g};
     now.t = t;
   }
+  // What secants don't close, a jump of g above all, is closed as a bracket is.
+  close_bracket(a, b, root.tolerance, [&](Scalar t) {
+    ++now.resteps;
+    return now.g = restep(now.t = t);
+  });
   if (now.t == b.t) return now;
   now.t = b.t;
   now.g = restep(b.t);
