@@ -129,6 +129,27 @@ TEST_CASE("a blow wakes the column that it hits, and leaves the other asleep") {
   CHECK((unskipped.r - grains.r).cwiseAbs().maxCoeff() < 1e-3);
 }
 
+TEST_CASE("a chain of springs at rest sleeps, and all of it wakes in turn when one end is pulled") {
+  const auto chain = [](double speed) {
+    Grains beads{Eigen::Matrix2Xd(2, 6)};
+    for (Index i = 0; i < 6; ++i) beads.r.col(i) << 1.5 * static_cast<double>(i), 0;  // apart: nothing but springs acts
+    beads.v.setZero(2, 6);
+    std::vector<Spring> springs;
+    for (std::ptrdiff_t i = 0; i + 1 < 6; ++i) springs.push_back({i, i + 1, 100, 1.5});
+    const auto force = spring_network<2>(springs, SpringDamping{2}) + LinearDrag{0.5};
+    Sleeping stepper{PhiStepper{beads, force, symplectic_euler}, SleepOptions{.speed = speed}};
+    for (int n = 0; n < 1000; ++n) REQUIRE(stepper.step(beads, dt * n, dt));
+    if (speed > 0) CHECK(stepper.report().asleep == 6);
+    beads.v(0, 0) = -1;
+    for (int n = 1000; n < 3000; ++n) REQUIRE(stepper.step(beads, dt * n, dt));
+    if (speed > 0) CHECK(stepper.report().woken >= 6);
+    return beads;
+  };
+  const Grains slept = chain(1e-4), awake = chain(0);
+  CHECK(awake.r(0, 5) < 7.4);  // the pull has gone through
+  CHECK((slept.r - awake.r).cwiseAbs().maxCoeff() < 1e-3);
+}
+
 TEST_CASE("a sleeper that the user moves wakes, one that is erased is gone, one that is held stays") {
   Grains grains = columns(3);
   grains.add(faller());

@@ -124,6 +124,11 @@ struct SpringNetwork : ForceTerm {
     });
   }
 
+  /// f(i, j) for every spring: who acts on whom, for `Sleeping`.
+  void for_each_pair(const auto& /*memory*/, auto&& f) const {
+    for (const Spring& s : springs) f(s.i, s.j);
+  }
+
   /// ½ Σ k (ℓ − L)² [energy]: the springs' part, dashpots store none
   [[nodiscard]] auto energy(auto /*t*/, const auto& y) const {
     using Scalar = typename std::remove_cvref_t<decltype(y.r)>::Scalar;
