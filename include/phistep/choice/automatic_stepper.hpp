@@ -45,6 +45,8 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
       "phistep: no scheme is chosen for a force with a history (contacts, friction): it wants steps that resolve an "
       "impact, of equal length; take PhiStepper{..., velocity_verlet} with fixed(dt), phistep::preflight says how "
       "long");
+  static_assert(std::is_copy_constructible_v<S>,
+                "phistep: no scheme is chosen for a state in place: make a PhiStepper");
 
  public:
   using Scalar = ScalarOf<S>;
