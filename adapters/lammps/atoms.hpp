@@ -30,9 +30,7 @@ struct Movers {
       if ((atom->mask[i] & groupbit) != 0) some.push_back(i);
   }
   [[nodiscard]] std::ptrdiff_t size() const { return is_all ? atom->nlocal : static_cast<std::ptrdiff_t>(some.size()); }
-  [[nodiscard]] std::ptrdiff_t index(std::ptrdiff_t k) const {
-    return is_all ? k : some[static_cast<std::size_t>(k)];
-  }
+  [[nodiscard]] std::ptrdiff_t index(std::ptrdiff_t k) const { return is_all ? k : some[static_cast<std::size_t>(k)]; }
   [[nodiscard]] double mass(std::ptrdiff_t k) const {
     const std::ptrdiff_t i = index(k);
     return atom->rmass != nullptr ? atom->rmass[i] : atom->mass[atom->type[i]];
@@ -43,7 +41,9 @@ struct Movers {
 struct InverseInertia {
   const double* all;
   double operator()(std::ptrdiff_t component) const { return all[component]; }
-  auto operator()(phistep::PacketIndex components) const { return phistep::Packet<double>::load(all + components.first); }
+  auto operator()(phistep::PacketIndex components) const {
+    return phistep::Packet<double>::load(all + components.first);
+  }
 };
 /// The masses, or moments of inertia 2/5 m r², that LAMMPS' arrays hold now.
 template <bool spins>

@@ -74,14 +74,14 @@ class Accelerations : LAMMPS_NS::Pointers {
       if (std::memcmp(x + 3 * movers_->index(k), at.data() + 3 * k, 3 * sizeof(double)) != 0) here = 0;
     MPI_Allreduce(&here, &everywhere, 1, MPI_INT, MPI_MIN, world);
     if (everywhere == 0) {
-      for (std::ptrdiff_t k = 0; k < movers_->size(); ++k)
-        std::copy_n(at.data() + 3 * k, 3, x + 3 * movers_->index(k));
+      for (std::ptrdiff_t k = 0; k < movers_->size(); ++k) std::copy_n(at.data() + 3 * k, 3, x + 3 * movers_->index(k));
       compute();
     }
     std::vector<double>& to = out_.handle()->all;
     for (std::ptrdiff_t k = 0; k < movers_->size(); ++k) {
       const double by = movers_->ftm2v / movers_->mass(k);
-      for (std::ptrdiff_t d = 0; d < 3; ++d) to[static_cast<std::size_t>(3 * k + d)] = by * atom->f[movers_->index(k)][d];
+      for (std::ptrdiff_t d = 0; d < 3; ++d)
+        to[static_cast<std::size_t>(3 * k + d)] = by * atom->f[movers_->index(k)][d];
     }
     return out_;
   }

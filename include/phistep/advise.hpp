@@ -75,7 +75,7 @@ template <State S, class F, class MassSpec = UnitMasses>
   Stiffness stiffness;
   if constexpr (!SchemesFor<Plain, F, MassSpec>::Rhs::has_history) try {
       const Stiffness found = begin_automatic_run(y, unwrap(force), span, wanted, scene, mass);
-      stiffness = found;  // g++ 12 would build it in place, and leave half of it where the force throws
+      stiffness = found;               // g++ 12 would build it in place, and leave half of it where the force throws
     } catch (const std::exception&) {  // the force threw: then nothing is known of its stiffness
     }
   return decide(scene, stiffness);

@@ -2,10 +2,9 @@
 #include <phistep/archive/archive.hpp>
 #include <phistep/contacts/contact_memory.hpp>
 #include <phistep/contacts/contact_pairs.hpp>
-#include <phistep/contacts/walls.hpp>
 #include <phistep/contacts/spring_table.hpp>
 #include <phistep/contacts/touching_walls.hpp>
-#include <phistep/archive/archive.hpp>
+#include <phistep/contacts/walls.hpp>
 
 #include <cmath>
 #include <memory>

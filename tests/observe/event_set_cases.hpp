@@ -12,7 +12,6 @@
 #include <cstdint>
 #include <limits>
 #include <numbers>
-#include <numbers>
 #include <random>
 #include <string>
 #include <tuple>

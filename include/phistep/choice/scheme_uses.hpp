@@ -34,7 +34,7 @@ struct SchemeUse {
   std::int64_t step = 0;  ///< after so many steps of the run
   double rate = 0;        ///< [1/time] |λ|max of ∂y'/∂y there, 0: not looked at
   double dt = 0;          ///< [time] of the steps there
-  double entries = -1;  ///< of L an unknown, where a factorization's fill was counted; at least, by Krylov iterations
+  double entries = -1;    ///< of L an unknown, where a factorization's fill was counted; at least, by Krylov iterations
 
   /// "rodas5p from t = 0.012, step 34: stiff, …"
   [[nodiscard]] std::string message() const {

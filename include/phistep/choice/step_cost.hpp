@@ -42,8 +42,8 @@ namespace phistep::inline PHISTEP_ABI {
   const bool is_dense = scene.structure == Structure::dense;
   const FieldCounts& field = scene.field;
   const bool is_counted = field.entries >= 0;
-  const double factors = is_dense                               ? 10 + n * n * (1.7 + 0.13 * n)
-                         : is_counted                           ? n * (80 + price_of_factors(field) * 0.33 * field.products)
+  const double factors = is_dense     ? 10 + n * n * (1.7 + 0.13 * n)
+                         : is_counted ? n * (80 + price_of_factors(field) * 0.33 * field.products)
                          : scene.structure == Structure::sparse ? 300 * n
                                                                 : 60 * n,
                solve = is_dense     ? 5 + n * (5 + 0.5 * n)

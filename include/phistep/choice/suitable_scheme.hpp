@@ -223,7 +223,8 @@ template <class = void>
     case SchemeReason::fill:
       return "a factorization would have at least " + std::to_string(static_cast<int>(scene.field.entries)) +
              " entries of L an unknown, which cost some " +
-             std::to_string(static_cast<int>(field_cost(scene).by_factors)) + " ns a step, " + (scene.field.is_symmetric ? "conjugate gradients " : "BiCGSTAB ") +
+             std::to_string(static_cast<int>(field_cost(scene).by_factors)) + " ns a step, " +
+             (scene.field.is_symmetric ? "conjugate gradients " : "BiCGSTAB ") +
              std::to_string(static_cast<int>(field_cost(scene).by_krylov));
     case SchemeReason::factorization:
       break;

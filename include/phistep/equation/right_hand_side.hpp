@@ -73,7 +73,7 @@ class RightHandSide {
   /// M may turn out to be singular, so that some of the equations are algebraic.
   static constexpr bool may_be_singular = !drifts && MassTypes::may_be_singular;
   static constexpr bool takes_active =
-      requires(std::tuple_element_t<0, Masses>& mass, std::shared_ptr<const ActiveSet> active) {
+      requires(std::tuple_element_t<0, Masses> & mass, std::shared_ptr<const ActiveSet> active) {
     mass.set_active(active);
   };
   static constexpr bool is_autonomous = !Traits::uses_time;

@@ -64,8 +64,7 @@ template <class = void>
     to.warnings.push_back("how stiff it is could not be found out: the run's first steps failed");
   }
   to.scheme = name_of(choice.scheme);
-  if (is_by_krylov(choice.scheme))
-    to.solver = "phistep::newton<phistep::PreconditionedBySymmetry>()";
+  if (is_by_krylov(choice.scheme)) to.solver = "phistep::newton<phistep::PreconditionedBySymmetry>()";
   to.reasons.push_back(sentence_of(choice, scene, wanted));
   if (choice.why == SchemeReason::no_jacobian)
     to.warnings.push_back("a member jacobian(...), or sparsity(force, pattern), would open the way to rodas5p");
