@@ -132,7 +132,11 @@ struct SchemesFor {
   }
   /// What StiffnessWatch compares.
   /// @param may_be_krylov  a large sparse matrix has not been looked at yet, and is priced as one for Krylov iterations
-  [[nodiscard]] static RivalSteps rivals(const AdvisedProblem& problem, bool may_be_krylov = is_field) {
+  [[nodiscard]] static RivalSteps rivals(AdvisedProblem problem, bool may_be_krylov = is_field) {
+    if (!can_be_implicit(problem)) {  // what it would cost with a pattern: then the report names one
+      problem.has_pattern = true;
+      problem.structure = Structure::sparse;
+    }
     const SuitableScheme one = Set::all[static_cast<std::size_t>(suitable_explicit(problem))],
                          other = Set::all[static_cast<std::size_t>(suitable_implicit(problem))];
     return {stability_bound(one), step_cost(one, problem),
