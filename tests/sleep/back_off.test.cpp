@@ -83,17 +83,17 @@ TEST_CASE("a set that changes at every step is given up, and tried again when th
   CHECK(scene.asleep() == 0);
   CHECK(scene.stepper.report().woken == 36);
   CHECK(scene.sets_of(30, 40) == 10);
-  // All 36 are quiet for long enough from the step 60 on. 100 (0.1 + 0.3·0.97^k) <= 36 for k = 5 checks.
-  scene.run_to(89);
+  // 100 (0.1 + 0.9·0.97^k) <= 36 for k = 41 checks.
+  scene.run_to(449);
   CHECK(scene.asleep() == 0);
-  scene.run_to(90);
-  CHECK(scene.all_computed(40, 90));
+  scene.run_to(450);
+  CHECK(scene.all_computed(40, 450));
   CHECK(scene.asleep() == 36);
-  scene.run_to(500);
-  CHECK(scene.sets_of(90, 500) == 1);
+  scene.run_to(700);
+  CHECK(scene.sets_of(450, 700) == 1);
   CHECK(scene.stepper.report().fell_asleep == 72);
   CHECK(scene.stepper.report().woken == 36);
-  CHECK(scene.stepper.report().skipped == 10 * 36 + (35 + 26) * 10 / 2 + 410 * 36);
+  CHECK(scene.stepper.report().skipped == 10 * 36 + (35 + 26) * 10 / 2 + 250 * 36);
 }
 
 TEST_CASE("a set that changes at every step is kept where most sleep in spite of that") {

@@ -83,6 +83,7 @@ class SleepWatch {
     if (is_worth(sleepers)) {
       for (const std::int32_t i : tired_) sleepers.fall_asleep(state, i);
     } else if (sleepers.report.asleep > 0) {
+      sleepers.unrest = 3;  // it has cost about as many full steps as lie between two checks: not again soon
       for (Index i = 0; i < sleepers.size(); ++i)
         if (sleepers[i].is_asleep()) sleepers.wake(i, Kind::watched);
     }
@@ -96,7 +97,7 @@ class SleepWatch {
   };
 
   [[nodiscard]] bool is_worth(const Sleepers<S>& sleepers) const {
-    // Lists for another active set cost 0.3 of a full step at most.
+    // Lists for another active set cost 0.3 of a full step, and more where many wake.
     const double share = 0.1 + 0.3 * sleepers.unrest;
     return static_cast<double>(sleepers.report.asleep + static_cast<std::int64_t>(tired_.size())) >=
            share * static_cast<double>(sleepers.free);

@@ -57,7 +57,7 @@ struct Sleepers {
   std::uint64_t seen = 0;         ///< Σ of those that rest
   std::int64_t since_check = 0;   ///< steps
   std::int64_t sets = 0;          ///< active sets made since the last check
-  double unrest = 0;              ///< largest number of sets a step, of late
+  double unrest = 0;              ///< largest number of sets a step, of late; more where nobody could be left asleep
   bool meddled = false;           ///< the state was changed after the step
   bool changed = false;           ///< somebody's kind, since lists were made of them
   explicit Sleepers(SleepOptions given) : options{given} {}
