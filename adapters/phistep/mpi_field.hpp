@@ -18,6 +18,16 @@ template <class Own, std::floating_point Number>
 struct MpiFieldOps : ArrayFieldOps<Own, Number> {
   static double total(auto x, double mine) { return reduced(x, mine, MPI_SUM); }
   static double greatest(auto x, double mine) { return reduced(x, mine, MPI_MAX); }
+  static int rank(auto x) {
+    int mine = 0;
+    if (Own::communicator(x) != MPI_COMM_NULL) MPI_Comm_rank(Own::communicator(x), &mine);
+    return mine;
+  }
+  static int ranks(auto x) {
+    int all = 1;
+    if (Own::communicator(x) != MPI_COMM_NULL) MPI_Comm_size(Own::communicator(x), &all);
+    return all;
+  }
 
  private:
   [[nodiscard]] static double reduced(auto x, double mine, MPI_Op how) {

@@ -4,6 +4,7 @@
 
 // IWYU pragma: begin_exports
 
+#include "phistep/io/rank_checkpoint.hpp"
 #include "phistep/phistep.hpp"
 #include "phistep/solve/field_linearisation.hpp"
 #include "phistep/solve/field_solver.hpp"

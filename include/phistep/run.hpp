@@ -72,6 +72,7 @@ class Run {
   /// the bits that this one goes on with after forget_unsaved(). Of the observers, those that can be archived are.
   void save(Writer& out) const {
     with_parts(*this, [&out](auto&... part) { save_parts(out, part...); });
+    if constexpr (FieldState<Plain>) out("unedited", edits_.holds(time(), state_));
   }
   /// As PhiStepper's.
   void forget_unsaved() requires HasUnsaved<Stepper> { stepper_.forget_unsaved(); }
@@ -80,7 +81,16 @@ class Run {
   void load(Reader& in, Then&& then) {
     if (!begun_ && step_.set_up() != Outcome::success)
       throw CheckpointError("phistep: this run can't go on, its options can't work");
-    with_parts(*this, [&in, &then](auto&... part) { load_parts(in, then, part...); });
+    bool unedited = false;
+    const auto rest = [&] {
+      if constexpr (FieldState<Plain>) in("unedited", unedited);
+      then();
+    };
+    with_parts(*this, [&in, &rest](auto&... part) { load_parts(in, rest, part...); });
+    if constexpr (FieldState<Plain>) {  // the saved guard knew another vector
+      if (unedited) edits_.remember(time(), state_);
+      else edits_.forget();
+    }
     // What was done to the stepper before is undone by what it has loaded.
     if constexpr (requires { stepper_.changes(); }) changes_ = stepper_.changes();
   }

@@ -80,6 +80,7 @@ class Grid {
   Mat like_ = nullptr;
   PetscInt i0_ = 0, j0_ = 0, ni_ = 0, nj_ = 0;
 };
+constexpr const char* library = "petsc";
 constexpr int some_error_code = PETSC_ERR_USER;
 }  // namespace
 

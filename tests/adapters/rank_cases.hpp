@@ -1,6 +1,6 @@
 // Fields on the ranks of MPI, whatever library's: the digits and counts of Eigen's vectors, one decision for all ranks whatever
 // happens on one of them, and how often the ranks wait for each other. To be run on 1, 2 and 3 ranks. Included behind a class
-// Grid of the Brusselator (brusselator.hpp) and a number some_error_code. It has
+// Grid of the Brusselator (brusselator.hpp) a number some_error_code and the library's name. It has
 //     Field                 the state
 //     start()               the Brusselator's
 //     rate(y, out)          its Ψ
@@ -16,6 +16,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <iostream>
 #include <limits>
 #include <stdexcept>
@@ -248,6 +249,42 @@ TEST_CASE("an edit on one rank is an edit on all") {
     z -= y;
     CHECK(Grid::Field::Ops::largest(z.handle()) <= 1e-4);
   }
+}
+TEST_CASE("a run resumes from the parts of all ranks, with the same bits, or on none of them") {
+  const auto file = std::filesystem::temp_directory_path() / ("phistep_" + std::string(library) + "_checkpoint");
+  const Grid grid;
+  const auto force = [&grid](Handle x, Handle out) { grid.rate(x, out); };
+  const auto resume = [&](const auto& scheme, int steps) {
+    Grid::Field y = grid.start(), z = y;
+    z *= 2;
+    PhiStepper stepper{y, Force{force}, scheme, newton(grid.solver())};
+    Run run{stepper, y, {0.0, 0.3}, tolerance{.rtol = 1e-4, .atol = 1e-4}};
+    for (int k = 0; k < steps; ++k) run.advance();
+    save_on_ranks(y, file, run);
+    PhiStepper anew{z, Force{force}, scheme, newton(grid.solver())};
+    Run resumed{anew, z, {0.0, 0.3}, tolerance{.rtol = 1e-4, .atol = 1e-4}};
+    const bool is_there = load_on_ranks(z, file, resumed);
+    CHECK(is_there);
+    CHECK(same_bits_on_all(y, z));
+    const RunReport expected = run.finish(), report = resumed.finish();
+    CHECK(report.statistics.steps == expected.statistics.steps);
+    CHECK(report.statistics.linear_iterations == expected.statistics.linear_iterations);
+    CHECK(same_bits_on_all(y, z));
+  };
+  resume(rodas4, 5);
+  resume(trapezoidal, 9);
+  resume(tsit5, 9);
+
+  // What one rank lacks, nobody reads.
+  detail::RankManifest manifest;
+  static_cast<void>(load_checkpoint(file, manifest));
+  const int last = ranks() - 1;
+  Grid::Field y = grid.start();
+  const Grid::Field before = y;
+  MPI_Barrier(MPI_COMM_WORLD);
+  if (rank() == last) std::filesystem::remove(manifest.part(file, last));
+  CHECK_THROWS_AS(load_on_ranks(y, file, y), CheckpointError);
+  CHECK(same_bits_on_all(y, before));
 }
 TEST_CASE("how often the ranks wait for each other") {
   const Grid grid;

@@ -17,6 +17,7 @@ using namespace phistep;
 
 namespace {
 SUNContext context = nullptr;
+constexpr const char* library = "sundials";
 constexpr int some_error_code = -17;
 
 /// Each rank has some rows.

@@ -401,10 +401,12 @@ class Kernel {
   static_assert(needs.stages || !needs.solver || Resolves<Resolvent, S, Rhs>);
 
  public:
-  static constexpr bool has_unsaved = requires(Resolvent & resolvent) { resolvent.forget_unsaved(); };
+  static constexpr bool has_unsaved = FieldState<S> || requires(Resolvent & resolvent) { resolvent.forget_unsaved(); };
   /// Forgets what save() leaves out: Jacobian, factors, patterns, and what solves have learnt.
   void forget_unsaved() requires(has_unsaved) {
-    resolvent_.forget_unsaved();
+    // That Ψ is known is a matter of this vector, not of its numbers.
+    if constexpr (FieldState<S>) transaction_.reset();
+    if constexpr (requires { resolvent_.forget_unsaved(); }) resolvent_.forget_unsaved();
     algebra_.forget();
   }
 

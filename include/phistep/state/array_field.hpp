@@ -18,11 +18,13 @@ namespace phistep::inline PHISTEP_ABI {
 /// Base of a class `Own` of operations, which brings `Handle`, `clone`, `release`, `size`, and
 ///   numbers(x)           this rank's numbers as a std::span, or its own read(f, x…) and write(f, y, x…), which call
 ///                        f(how many, their addresses…) for each of this rank's arrays,
-///   total(x, mine)       Σ over the ranks of x, and greatest(x, mine), the largest: MPI_Allreduce, where there are many.
+///   total(x, mine)       Σ over the ranks of x, and greatest(x, mine), the largest: MPI_Allreduce, where there are many,
+///   rank(x), ranks(x)    this one's number from 0 on, and how many there are.
 /// What it has of the functions below takes their place.
 template <class Own, std::floating_point Number = double>
 struct ArrayFieldOps {
   using Scalar = Number;
+  struct HasArrays {};
 
   static void read(auto&& f, auto x, auto... more) {
     f(std::size(Own::numbers(x)), static_cast<const Number*>(Own::numbers(x).data()),
@@ -33,6 +35,8 @@ struct ArrayFieldOps {
   }
   static double total(auto, double mine) { return mine; }
   static double greatest(auto, double mine) { return mine; }
+  static int rank(auto) { return 0; }
+  static int ranks(auto) { return 1; }
 
   static void fill(auto y, Number a) {
     Own::write([a](std::size_t n, Number* to) { std::fill_n(to, n, a); }, y);

@@ -168,6 +168,21 @@ class Field {
   }
   void swap(Field& x) noexcept { std::swap(handle_, x.handle_); }
 
+  /// For a checkpoint: this rank's numbers, which are as many where they are read.
+  void archive(auto& ar) requires requires { typename Ops::HasArrays; }
+  {
+    bool is_there = handle_ != Handle{};
+    ar("is_there", is_there);
+    if (!is_there) return release();
+    ar.check(handle_ != Handle{});
+    const auto part = [&ar](std::size_t n, auto* x) {
+      ar.in_place(
+          Eigen::Map<Eigen::Matrix<Scalar, Eigen::Dynamic, 1>>(const_cast<Scalar*>(x), static_cast<Eigen::Index>(n)));
+    };
+    if constexpr (std::remove_cvref_t<decltype(ar)>::reading) Ops::write(part, handle_);
+    else Ops::read(part, handle_);
+  }
+
   [[nodiscard]] Handle handle() const { return handle_; }
   [[nodiscard]] Eigen::Index size() const { return handle_ ? static_cast<Eigen::Index>(Ops::size(handle_)) : 0; }
   [[nodiscard]] Eigen::Index rows() const { return size(); }

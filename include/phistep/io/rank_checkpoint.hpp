@@ -1,0 +1,127 @@
+/// @file
+/// Checkpoints of a run whose state is spread over ranks: each rank writes its part, and one file names them.
+///
+///     save_on_ranks(y, "run.checkpoint", run);        // on all ranks of the field y; checkpoint.hpp has the rest
+///     load_on_ranks(y, "run.checkpoint", run);        // as many ranks as wrote it; false if there is no such file
+///
+/// Rank k writes run.checkpoint.<save>.<k>, a checkpoint of its own; when all have, rank 0 writes run.checkpoint, with the number
+/// of the save and of the ranks, and the parts of the save before go. A crash at any time leaves one that is whole. All ranks
+/// see one file system.
+#pragma once
+
+#include <cstddef>
+#include <exception>
+#include <filesystem>
+#include <fstream>
+#include <span>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "phistep/core/version.hpp"
+#include "phistep/io/checkpoint.hpp"
+#include "phistep/state/field.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+namespace detail {
+
+/// Runs f() on each rank; where it throws on any, all throw: that one what it has thrown, the others that another did.
+template <class Ops>
+void on_all_ranks(const Field<Ops>& ranks, const std::filesystem::path& path, auto&& f) {
+  std::exception_ptr mine;
+  try {
+    f();
+  } catch (...) {
+    mine = std::current_exception();
+  }
+  const bool failed = Ops::most(ranks.handle(), mine ? 1 : 0) != 0;
+  if (mine) std::rethrow_exception(mine);
+  if (failed) refuse(path.string(), "can't be used on another rank");
+}
+
+/// What the file that names the parts holds.
+struct RankManifest {
+  static constexpr const char* part_name = "manifest";
+  int save = 0, ranks = 0;
+  void archive(auto& ar) { ar("save", save, "ranks", ranks); }
+  [[nodiscard]] auto stamp(int rank) const {
+    return "rank " + std::to_string(rank) + " of " + std::to_string(ranks) + ", save " + std::to_string(save);
+  }
+  [[nodiscard]] std::filesystem::path part(const std::filesystem::path& path, int rank) const {
+    return path.string() + '.' + std::to_string(save) + '.' + std::to_string(rank);
+  }
+};
+/// What the part of one rank begins with: it belongs to no other save and no other rank.
+struct RankStamp {
+  static constexpr const char* part_name = "stamp";
+  std::string text;
+  void archive(auto& ar) { ar.fact("part", text); }
+};
+
+}  // namespace detail
+
+/// Writes the parts of each rank. @param ranks  a field of theirs
+/// @throws CheckpointError on all ranks where one of them can't; the save before is then still there, and nothing is forgotten
+template <class Ops, class... Parts>
+void save_on_ranks(const Field<Ops>& ranks, const std::filesystem::path& path, Parts&&... parts) {
+  const int rank = Ops::rank(ranks.handle());
+  detail::RankManifest before, now;
+  try {
+    static_cast<void>(load_checkpoint(path, before));
+  } catch (const CheckpointError&) {  // it is replaced
+  }
+  now = {Ops::most(ranks.handle(), before.save) + 1, Ops::ranks(ranks.handle())};
+  detail::on_all_ranks(ranks, path, [&] {
+    std::ofstream out(now.part(path, rank), std::ios::binary);
+    if (out) detail::write_checkpoint(out, detail::RankStamp{now.stamp(rank)}, parts...);
+    if (out.close(); !out) detail::refuse(now.part(path, rank).string(), "can't be written");
+  });
+  detail::on_all_ranks(ranks, path, [&] {
+    if (rank == 0) save_checkpoint(path, now);
+  });
+  (detail::forget_unsaved(parts), ...);
+  std::error_code error;
+  for (int k = rank; k < before.ranks; k += now.ranks) std::filesystem::remove(before.part(path, k), error);
+}
+
+/// Reads what as many ranks wrote with save_on_ranks. False, and nothing read, where there is no such file.
+/// @throws CheckpointError on all ranks where one of them can't read its part; nothing has changed then
+template <class Ops, class... Parts>
+[[nodiscard]] bool load_on_ranks(const Field<Ops>& ranks, const std::filesystem::path& path, Parts&&... parts) {
+  std::error_code error;
+  const bool is_there = std::filesystem::exists(path, error);
+  if (Ops::most(ranks.handle(), is_there ? 1 : 0) == 0) return false;
+  const int rank = Ops::rank(ranks.handle()), all = Ops::ranks(ranks.handle());
+  detail::RankManifest manifest;
+  std::vector<std::byte> bytes;
+  detail::on_all_ranks(ranks, path, [&] {
+    if (!load_checkpoint(path, manifest)) detail::refuse(path.string(), "is not seen by all ranks");
+    if (manifest.ranks != all)
+      detail::refuse(path.string(),
+                     "was written by " + std::to_string(manifest.ranks) + " ranks, here are " + std::to_string(all));
+    const std::string part = manifest.part(path, rank).string();
+    std::ifstream in(part, std::ios::binary);
+    if (!in) detail::refuse(part, "can't be opened");
+    bytes = detail::read_checkpoint(in, part, true);
+  });
+  // Nobody keeps what it has read before all have.
+  bool has_agreed = false;
+  try {
+    Reader reader{std::span(bytes).subspan(detail::checkpoint_head)};
+    detail::RankStamp stamp{manifest.stamp(rank)};
+    load_parts(
+        reader,
+        [&] {
+          reader.finish();
+          has_agreed = true;
+          detail::on_all_ranks(ranks, path, [] {});
+        },
+        stamp, parts...);
+  } catch (...) {
+    if (!has_agreed) Ops::most(ranks.handle(), 1);
+    throw;
+  }
+  return true;
+}
+
+}  // namespace phistep::inline PHISTEP_ABI
