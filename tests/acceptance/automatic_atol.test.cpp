@@ -84,3 +84,22 @@ TEST_CASE(
     CHECK(got.tries < 5 * given.statistics.steps);
   }
 }
+
+TEST_CASE("automatic atol: a pulse that grows out of zero through subnormal numbers") {
+  using One = Eigen::Vector<double, 1>;
+  // y' = exp(−50 (t − 5)²), y(0) = 0: y(10) = √(π/50), and less than 1e-308 until t = 1.2
+  const auto run = [](auto zero, const auto& scheme) {
+    using Y = decltype(zero);
+    const auto pulse = [](const Y&, double t) -> Y { return Y::Constant(1, 1, std::exp(-50 * (t - 5) * (t - 5))); };
+    Y y = zero;
+    PhiStepper stepper{y, pulse, scheme};
+    const RunReport report =
+        integrate(stepper, y, {0, 10}, tolerance{.rtol = 1e-4, .max_step = 0.1, .max_steps = 20000});
+    CAPTURE(report.message());
+    CHECK(report);
+    CHECK(y[0] == Approx(std::sqrt(std::acos(-1.0) / 50)).epsilon(1e-3));
+  };
+  run(One::Zero().eval(), dop853);
+  run(Eigen::VectorXd::Zero(1).eval(), tsit5);
+  run(Eigen::VectorXd::Zero(1).eval(), rodas5p);
+}

@@ -5,6 +5,8 @@
 ///
 /// components may differ in units and sizes, but one that is zero has errors of the size of the others' errors, and nothing
 /// can be asked relative to those. In a matrix, whose columns are particles, all components are of one kind: rtol max_t ‖y‖∞.
+/// Never less than the least normal number, where y isn't 0: what grows out of zero passes through subnormal numbers, in which
+/// nothing is right to rtol.
 #pragma once
 
 #include <Eigen/Core>
@@ -80,9 +82,9 @@ class AutomaticAtol {
   [[nodiscard]] Scalar at(std::size_t block, Index component, Scalar size) const {
     if constexpr (by_component<Block>) {
       const Scalar own = own_[component];
-      return std::max(own > 0 ? Scalar{0} : sizes_.atol[block], rtol_ * std::max(own, size));
+      return at_least(size, std::max(own > 0 ? Scalar{0} : sizes_.atol[block], rtol_ * std::max(own, size)));
     } else {
-      return sizes_.atol[block];
+      return at_least(size, sizes_.atol[block]);
     }
   }
 
@@ -97,6 +99,9 @@ class AutomaticAtol {
   }
 
  private:
+  [[nodiscard]] static Scalar at_least(Scalar size, Scalar atol) {
+    return size > 0 ? at_least_normal<Scalar>(atol) : atol;
+  }
   template <class Block>
   static constexpr bool by_component = std::remove_cvref_t<Block>::IsVectorAtCompileTime && !FieldBlock<Block>;
   static constexpr bool has_vectors = []<class... B>(std::type_identity<std::tuple<B...>>) {
