@@ -108,6 +108,23 @@ TEST_CASE("laws at known distances") {
   CHECK(SoftSphere{3, 2}(4.0) == 0);
 }
 
+TEST_CASE("Lennard-Jones in any units whose squares a number can hold", "[pairs]") {
+  // Argon in SI units, in float: σ¹² = 2.4e-114 is none, nor is r⁻⁶.
+  const float metre = 3.4e-10F, joule = 1.65e-21F;
+  for (const float r : {0.9F, 1.1F, 2.0F}) {
+    Particles<float, 3> y{Eigen::Matrix3Xf{{0, r * metre}, {0, 0}, {0, 0}}};
+    Out<float, 3> out{Eigen::Matrix3Xf::Zero(3, 2)};
+    Pairs{LennardJones{joule, metre}, 3 * metre}.add(0.0F, view_of(y), NeighborMemory{}, out);
+    const double force = LennardJones{}(static_cast<double>(r) * static_cast<double>(r)) * static_cast<double>(r);
+    CHECK(static_cast<double>(out.force(0, 1)) * static_cast<double>(metre / joule) == Approx(force).epsilon(1e-4));
+  }
+  for (const double unit : {1e-60, 1e-30, 1e30, 1e60}) {
+    const LennardJones law{1, unit};
+    CHECK(law(1.21 * unit * unit) * unit * unit == Approx(LennardJones{}(1.21)).epsilon(1e-12));
+    CHECK(law.energy(1.21 * unit * unit) == Approx(LennardJones{}.energy(1.21)).epsilon(1e-12));
+  }
+}
+
 TEST_CASE("types have the law of their pair") {
   auto y = shaken<double, 3>(2, 1.0, 8, {}, 0);
   y.r = y.r.leftCols(3).eval();

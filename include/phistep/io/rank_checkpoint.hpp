@@ -4,7 +4,7 @@
 ///     save_on_ranks(y, "run.checkpoint", run);        // on all ranks of the field y; checkpoint.hpp has the rest
 ///     load_on_ranks(y, "run.checkpoint", run);        // as many ranks as wrote it; false if there is no such file
 ///
-/// Rank k writes run.checkpoint.<save>.<k>, a checkpoint of its own; when all have, rank 0 writes run.checkpoint, with the number
+/// In save s rank k writes run.checkpoint.s.k, a checkpoint of its own; when all have, rank 0 writes run.checkpoint, with the number
 /// of the save and of the ranks, and the parts of the save before go. A crash at any time leaves one that is whole. All ranks
 /// see one file system.
 #pragma once
