@@ -74,8 +74,9 @@ struct ComponentMass {
     for (Eigen::Index i = 0; i < n; ++i) f(i, i, self()[i]);
   }
   void add_product(auto&& x, auto& out) const {
+    using Scalar = typename std::remove_cvref_t<decltype(out)>::Scalar;
     for_each_range(out.size(), 64, [&](Eigen::Index begin, Eigen::Index end) {
-      for (Eigen::Index i = begin; i < end; ++i) out.data()[i] += self()[i] * x(i);
+      for (Eigen::Index i = begin; i < end; ++i) out.data()[i] += static_cast<Scalar>(self()[i]) * x(i);
     });
   }
 
