@@ -11,7 +11,7 @@ set(work "${WORK_DIR}/${HOW}")
 set(page "${PHISTEP_DIR}/docs/install.md")
 file(REMOVE_RECURSE "${work}")
 file(MAKE_DIRECTORY "${work}/bin" "${work}/home" "${work}/phistep")
-file(COPY "${PHISTEP_DIR}/include" "${PHISTEP_DIR}/cmake" "${PHISTEP_DIR}/CMakeLists.txt" "${PHISTEP_DIR}/LICENSE"
+file(COPY "${PHISTEP_DIR}/include" "${PHISTEP_DIR}/cmake" "${PHISTEP_DIR}/adapters" "${PHISTEP_DIR}/CMakeLists.txt" "${PHISTEP_DIR}/LICENSE"
   DESTINATION "${work}/phistep")
 file(COPY "${PHISTEP_DIR}/scripts/single_header.cmake" DESTINATION "${work}/phistep/scripts")
 
