@@ -34,15 +34,18 @@ struct LennardJones {
   double sigma = 1;    ///< where V + shift = 0 [length]
   double shift = 0;    ///< [energy]
 
-  /// What `ByType` keeps for each pair of types: σ², 4ε, shift. (σ¹² would be 0, or infinite, in units a float can't square often.)
-  [[nodiscard]] std::array<double, 3> coefficients() const { return {sigma * sigma, 4 * epsilon, shift}; }
+  /// What `ByType` keeps for each pair of types: σ², 4ε/σ², shift. (σ¹² would be 0, or infinite, in units a float can't square often.)
+  [[nodiscard]] std::array<double, 3> coefficients() const {
+    const double s2 = sigma * sigma;
+    return {s2, 4 * epsilon / s2, shift};
+  }
   [[nodiscard]] static auto strength(auto r2, const auto& c) {
-    const auto y = 1 / r2, u = c[0] * y, u3 = u * u * u;
-    return y * u3 * (12 * c[1] * u3 - 6 * c[1]);
+    const auto u = c[0] / r2, u3 = u * u * u;
+    return u * u3 * (12 * c[1] * u3 - 6 * c[1]);
   }
   [[nodiscard]] static auto potential(auto r2, const auto& c) {
-    const auto u = c[0] * (1 / r2), u3 = u * u * u;
-    return c[1] * u3 * (u3 - 1) - c[2];
+    const auto u = c[0] / r2, u3 = u * u * u;
+    return c[0] * c[1] * u3 * (u3 - 1) - c[2];
   }
   [[nodiscard]] auto operator()(auto r2) const { return strength(r2, coefficients()); }
   [[nodiscard]] auto energy(auto r2) const { return potential(r2, coefficients()); }
