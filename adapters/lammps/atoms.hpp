@@ -31,6 +31,13 @@ struct Movers {
   }
   [[nodiscard]] std::ptrdiff_t size() const { return is_all ? atom->nlocal : static_cast<std::ptrdiff_t>(some.size()); }
   [[nodiscard]] std::ptrdiff_t index(std::ptrdiff_t k) const { return is_all ? k : some[static_cast<std::size_t>(k)]; }
+  /// Their rows of an array of LAMMPS, one after the other, and back.
+  void gather(double* const* rows, double* to) const {
+    for (std::ptrdiff_t k = 0; k < size(); ++k) std::copy_n(rows[index(k)], 3, to + 3 * k);
+  }
+  void scatter(const double* from, double* const* rows) const {
+    for (std::ptrdiff_t k = 0; k < size(); ++k) std::copy_n(from + 3 * k, 3, rows[index(k)]);
+  }
   [[nodiscard]] double mass(std::ptrdiff_t k) const {
     const std::ptrdiff_t i = index(k);
     return atom->rmass != nullptr ? atom->rmass[i] : atom->mass[atom->type[i]];
@@ -106,21 +113,19 @@ namespace phistep_lammps {
 class Rows {
  public:
   [[nodiscard]] auto take(const Movers& movers, double** all) {
-    first_ = all[0];
+    rows_ = all;
     const std::ptrdiff_t n = movers.size();
-    if (movers.is_all) return phistep::places<3>(first_, n, std::ptrdiff_t{3});
+    if (movers.is_all) return phistep::places<3>(all[0], n, std::ptrdiff_t{3});
     copy_.resize(static_cast<std::size_t>(3 * n));
-    for (std::ptrdiff_t k = 0; k < n; ++k) std::copy_n(first_ + 3 * movers.index(k), 3, copy_.data() + 3 * k);
+    movers.gather(all, copy_.data());
     return phistep::places<3>(copy_.data(), n, std::ptrdiff_t{3});
   }
   void give(const Movers& movers) {
-    if (movers.is_all) return;
-    for (std::ptrdiff_t k = 0; k < movers.size(); ++k)
-      std::copy_n(copy_.data() + 3 * k, 3, first_ + 3 * movers.index(k));
+    if (!movers.is_all) movers.scatter(copy_.data(), rows_);
   }
 
  private:
-  double* first_ = nullptr;
+  double** rows_ = nullptr;
   std::vector<double> copy_;
 };
 using Places = decltype(std::declval<Rows&>().take(std::declval<const Movers&>(), nullptr));

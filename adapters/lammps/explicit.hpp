@@ -2,6 +2,8 @@
 /// Explicit steps, in place, around the one call of the forces that LAMMPS does.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <memory>
 #include <string>
 #include <type_traits>
@@ -42,64 +44,44 @@ struct AlreadyThere {  // LAMMPS has computed the forces
   void operator()() const {}
 };
 
-/// Positions and velocities under a scheme.
-template <class Scheme>
-class Motions {
-  using State = phistep::MotionInPlace<Places, Places, Places>;
-  using Force = decltype(std::declval<State&>().force_of_r(AlreadyThere{}));
-  using Stepper = phistep::PhiStepper<State, Force, Scheme, phistep::MassList<Inertia<false>>>;
-
- public:
-  /// @return why the step failed; empty: it is done
-  std::string step(const Movers& movers, double t, double dt) {
-    const Atom& atom = *movers.atom;
-    if (movers.size() == 0) return {};
-    const Places r = r_.take(movers, atom.x), v = v_.take(movers, atom.v), f = f_.take(movers, atom.f);
-    if (stepper_) state_->point_at(r, v, f);
-    else {
-      state_ = std::make_unique<State>(r, v, f);
-      stepper_ = std::make_unique<Stepper>(*state_, state_->force_of_r(AlreadyThere{}), Scheme{},
-                                           phistep::mass(Inertia<false>{movers}));
-    }
-    const auto report = stepper_->step(*state_, t, dt);
-    r_.give(movers), v_.give(movers);
-    return report ? std::string{} : report.message();
+/// One step over arrays of LAMMPS in place: the blocks of a state, and their forces.
+template <class State, class Scheme, bool spins>
+class ArraysStep {
+  static auto force_of(State& state) {
+    if constexpr (State::drifts) return state.force_of_r(AlreadyThere{});
+    else return state.force(AlreadyThere{});
   }
-
- private:
-  Rows r_, v_, f_;
-  std::unique_ptr<State> state_;
-  std::unique_ptr<Stepper> stepper_;
-};
-
-/// Velocities under forces alone, angular ones under torques: forward Euler.
-template <bool spins>
-class Kicks {
-  using State = phistep::VectorInPlace<Places, Places>;
-  using Force = decltype(std::declval<State&>().force(AlreadyThere{}));
-  using Stepper = phistep::PhiStepper<State, Force, std::remove_cvref_t<decltype(phistep::forward_euler)>,
+  using Stepper = phistep::PhiStepper<State, decltype(force_of(std::declval<State&>())), std::remove_cvref_t<Scheme>,
                                       phistep::MassList<Inertia<spins>>>;
 
  public:
+  /// @param arrays  of the state's blocks, and of their forces
   /// @return why the step failed; empty: it is done
-  std::string step(const Movers& movers, double t, double dt) {
-    const Atom& atom = *movers.atom;
+  std::string step(const Movers& movers, double t, double dt, auto... arrays) {
     if (movers.size() == 0) return {};
-    const Places v = v_.take(movers, spins ? atom.omega : atom.v), f = f_.take(movers, spins ? atom.torque : atom.f);
-    if (stepper_) state_->point_at(v, f);
-    else {
-      state_ = std::make_unique<State>(v, f);
-      stepper_ = std::make_unique<Stepper>(*state_, state_->force(AlreadyThere{}), phistep::forward_euler,
+    const auto places = [&]<std::size_t... k>(std::index_sequence<k...>, auto&& use) {
+      use(rows_[k].take(movers, arrays)...);
+    };
+    places(std::index_sequence_for<decltype(arrays)...>{}, [&](const auto&... at) {
+      if (stepper_) return state_->point_at(at...);
+      state_ = std::make_unique<State>(at...);
+      stepper_ = std::make_unique<Stepper>(*state_, force_of(*state_), std::remove_cvref_t<Scheme>{},
                                            phistep::mass(Inertia<spins>{movers}));
-    }
+    });
     const auto report = stepper_->step(*state_, t, dt);
-    v_.give(movers);
+    for (std::size_t k = 0; k + 1 < sizeof...(arrays); ++k) rows_[k].give(movers);  // but the forces
     return report ? std::string{} : report.message();
   }
 
  private:
-  Rows v_, f_;
+  std::array<Rows, 3> rows_;
   std::unique_ptr<State> state_;
   std::unique_ptr<Stepper> stepper_;
 };
+/// Positions and velocities under a scheme.
+template <class Scheme>
+using Motions = ArraysStep<phistep::MotionInPlace<Places, Places, Places>, Scheme, false>;
+/// Velocities under forces alone, angular ones under torques: forward Euler.
+template <bool spins>
+using Kicks = ArraysStep<phistep::VectorInPlace<Places, Places>, decltype(phistep::forward_euler), spins>;
 }  // namespace phistep_lammps

@@ -83,14 +83,14 @@ class FixPhi final : public LAMMPS_NS::Fix {
       if (!fault.empty()) error->all(FLERR, "fix phi: " + fault);
       return;
     }
-    if (is_whole_) return end(whole_.step(movers_, t, dt));
-    end(first_.step(movers_, t, dt));
-    if (spins_) end(spin_.step(movers_, t, dt / 2));
+    if (is_whole_) return end(whole_.step(movers_, t, dt, atom->x, atom->v, atom->f));
+    end(first_.step(movers_, t, dt, atom->x, atom->v, atom->f));
+    if (spins_) end(spin_.step(movers_, t, dt / 2, atom->omega, atom->torque));
   }
   void final_integrate() override {
     const auto [t, dt] = begin();
-    end(last_.step(movers_, t, dt / 2));
-    if (spins_) end(spin_.step(movers_, t, dt / 2));
+    end(last_.step(movers_, t, dt / 2, atom->v, atom->f));
+    if (spins_) end(spin_.step(movers_, t, dt / 2, atom->omega, atom->torque));
   }
 
  private:

@@ -5,7 +5,6 @@
 
 #include <mpi.h>
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -68,13 +67,11 @@ class Accelerations : LAMMPS_NS::Pointers {
   const Field& operator()(const Field& r) {
     out_.take_shape(r);
     const std::vector<double>& at = r.handle()->all;
-    double* const x = atom->nlocal > 0 ? atom->x[0] : nullptr;
-    int here = 1, everywhere = 1;
+    int moved = 0;
     for (std::ptrdiff_t k = 0; k < movers_->size(); ++k)
-      if (std::memcmp(x + 3 * movers_->index(k), at.data() + 3 * k, 3 * sizeof(double)) != 0) here = 0;
-    MPI_Allreduce(&here, &everywhere, 1, MPI_INT, MPI_MIN, world);
-    if (everywhere == 0) {
-      for (std::ptrdiff_t k = 0; k < movers_->size(); ++k) std::copy_n(at.data() + 3 * k, 3, x + 3 * movers_->index(k));
+      if (std::memcmp(atom->x[movers_->index(k)], at.data() + 3 * k, 3 * sizeof(double)) != 0) moved = 1;
+    if (Operations::most(r.handle(), moved) != 0) {
+      movers_->scatter(at.data(), atom->x);
       compute();
     }
     std::vector<double>& to = out_.handle()->all;
@@ -131,7 +128,8 @@ class Implicit {
     const auto before = stepper_->statistics().iterations;
     const auto report = stepper_->step(state, t, dt);
     iterations_ += stepper_->statistics().iterations - before;
-    give(movers, state.r, atom.x), give(movers, state.v, atom.v);
+    movers.scatter(state.r.handle()->all.data(), atom.x);
+    movers.scatter(state.v.handle()->all.data(), atom.v);
     return report ? std::string{} : report.message();
   }
   /// Of this run: calls of the forces beside LAMMPS' own, iterations.
@@ -141,14 +139,9 @@ class Implicit {
  private:
   [[nodiscard]] static Field taken(const Movers& movers, double** rows, MPI_Comm ranks) {
     std::vector<double> all(static_cast<std::size_t>(3 * movers.size()));
-    for (std::ptrdiff_t k = 0; k < movers.size(); ++k) std::copy_n(rows[movers.index(k)], 3, all.data() + 3 * k);
+    movers.gather(rows, all.data());
     return Field{new Numbers{ranks, std::move(all)}};
   }
-  static void give(const Movers& movers, const Field& from, double** rows) {
-    for (std::ptrdiff_t k = 0; k < movers.size(); ++k)
-      std::copy_n(from.handle()->all.data() + 3 * k, 3, rows[movers.index(k)]);
-  }
-
   double phi_, rtol_;
   std::int64_t calls_ = 0, iterations_ = 0;
   std::unique_ptr<Stepper> stepper_;
