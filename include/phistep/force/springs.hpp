@@ -124,7 +124,7 @@ struct SpringNetwork : ForceTerm {
     });
   }
 
-  /// f(i, j) for every spring: who acts on whom, for `Sleeping`.
+  /// Calls f(i, j) with the two particles of each spring; `Sleeping` asks for it.
   void for_each_pair(const auto& /*memory*/, auto&& f) const {
     for (const Spring& s : springs) f(s.i, s.j);
   }

@@ -2,7 +2,7 @@
 /// Checkpoints of a run whose state is spread over ranks: each rank writes its part, and one file names them.
 ///
 ///     save_on_ranks(y, "run.checkpoint", run);        // on all ranks of the field y; checkpoint.hpp has the rest
-///     load_on_ranks(y, "run.checkpoint", run);        // as many ranks as wrote it; false if there is no such file
+///     load_on_ranks(y, "run.checkpoint", run);        // on as many ranks as saved it; false: no such file
 ///
 /// In save s rank k writes run.checkpoint.s.k, a checkpoint of its own; when all have, rank 0 writes run.checkpoint, with the number
 /// of the save and of the ranks, and the parts of the save before go. A crash at any time leaves one that is whole. All ranks
@@ -84,7 +84,7 @@ void save_on_ranks(const Field<Ops>& ranks, const std::filesystem::path& path, P
   for (int k = rank; k < before.ranks; k += now.ranks) std::filesystem::remove(before.part(path, k), error);
 }
 
-/// Reads what as many ranks wrote with save_on_ranks. False, and nothing read, where there is no such file.
+/// Reads a checkpoint that the same number of ranks has saved. Returns false, and changes nothing, if there is no such file.
 /// @throws CheckpointError on all ranks where one of them can't read its part; nothing has changed then
 template <class Ops, class... Parts>
 [[nodiscard]] bool load_on_ranks(const Field<Ops>& ranks, const std::filesystem::path& path, Parts&&... parts) {

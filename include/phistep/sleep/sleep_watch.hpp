@@ -83,7 +83,7 @@ class SleepWatch {
     if (is_worth(sleepers)) {
       for (const std::int32_t i : tired_) sleepers.fall_asleep(state, i);
     } else if (sleepers.report.asleep > 0) {
-      sleepers.unrest = 3;  // it has cost about as many full steps as lie between two checks: not again soon
+      sleepers.unrest = 3;  // too few could sleep: is_worth() refuses until this has decayed
       for (Index i = 0; i < sleepers.size(); ++i)
         if (sleepers[i].is_asleep()) sleepers.wake(i, Kind::watched);
     }

@@ -57,7 +57,7 @@ struct Sleepers {
   std::uint64_t seen = 0;         ///< Σ of those that rest
   std::int64_t since_check = 0;   ///< steps
   std::int64_t sets = 0;          ///< active sets made since the last check
-  double unrest = 0;              ///< largest number of sets a step, of late; more where nobody could be left asleep
+  double unrest = 0;              ///< recent changes of the active set per step, 0 … 1; 3 after a check that woke all
   bool meddled = false;           ///< the state was changed after the step
   bool changed = false;           ///< somebody's kind, since lists were made of them
   explicit Sleepers(SleepOptions given) : options{given} {}

@@ -14,8 +14,8 @@
 /// then wakes all.
 ///
 /// Who sleeps is left out of the stepper's active set (state/active_set.hpp): lists and springs stay over all. Where more
-/// than nine tenths would be computed anyway (six tenths, if the set changes at every step), nobody sleeps; where that is found
-/// only when some sleep, the next try comes later the fewer would.
+/// than nine tenths of the bodies would stay awake (six tenths, if the set changes at every step), none is put to sleep. If that
+/// shows only after some have fallen asleep, all wake, and the next attempt comes later the fewer could sleep.
 ///
 /// Not seen: a force that changes with time by itself.
 ///
