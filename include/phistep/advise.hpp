@@ -25,7 +25,6 @@
 #include "phistep/run.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/study/advice.hpp"
-#include "phistep/study/stiffness.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

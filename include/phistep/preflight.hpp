@@ -11,39 +11,24 @@
 /// count changes, nothing is thrown.
 #pragma once
 
-#include <Eigen/Core>
-#include <Eigen/SparseCore>
-
-#include <algorithm>
 #include <cmath>
-#include <complex>
 #include <exception>
 #include <functional>
 #include <limits>
 #include <stdexcept>
-#include <string>
 #include <tuple>
 #include <type_traits>
-#include <utility>
-#include <vector>
 
 #include "phistep/equation/right_hand_side.hpp"
-#include "phistep/force/evaluate.hpp"
-#include "phistep/force/linear.hpp"
 #include "phistep/force/seldom.hpp"
-#include "phistep/force/signature.hpp"
 #include "phistep/force/sum.hpp"
-#include "phistep/jacobian/analytic.hpp"
-#include "phistep/jacobian/differences.hpp"
-#include "phistep/solve/difference_tangent.hpp"
 #include "phistep/state/blocks.hpp"
-#include "phistep/state/motion.hpp"
 #include "phistep/state/non_finite.hpp"
-#include "phistep/state/ranks.hpp"
-#include "phistep/state/unknowns.hpp"
 #include "phistep/step/phi_stepper.hpp"
 #include "phistep/study/assess.hpp"
 #include "phistep/study/report.hpp"
+#include "phistep/study/sampled_method.hpp"
+#include "phistep/study/tangent.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -57,201 +42,6 @@ template <class F, class View>
         shortest = one;
   });
   return shortest;
-}
-
-/// Collects the entries of ∂Ψ/∂r and ∂Ψ/∂v (or ∂Ψ/∂y), divided by the largest mass.
-struct TangentSink {
-  std::vector<Eigen::Triplet<double>> K, C;
-  double scale = 1;
-  bool finite = true;
-  void position(Index i, Index j, auto x) { put(K, i, j, static_cast<double>(x)); }
-  void velocity(Index i, Index j, auto x) { put(C, i, j, static_cast<double>(x)); }
-  void rate(Index i, Index j, auto x) { velocity(i, j, x); }
-
- private:
-  void put(auto& list, Index i, Index j, double x) {
-    finite = finite && std::isfinite(x);
-    if (x != 0) list.emplace_back(static_cast<int>(i), static_cast<int>(j), x / scale);
-  }
-};
-
-/// ∂Ψ/∂r and ∂Ψ/∂v (or ∂Ψ/∂y) of one force or term at (t, y), divided by the largest mass.
-/// @param lightest  the smallest mass divided by the largest
-template <State S, class F, class Masses>
-[[nodiscard]] Tangent tangent_of(F& force, ScalarOf<S> t, ScalarOf<S> dt, const PlainState<S>& y, const Masses& masses,
-                                 const MemoryOf<F>& memory, double largest_mass, [[maybe_unused]] double lightest) {
-  using Rhs = RightHandSide<S, std::reference_wrapper<F>, Masses>;
-  using Traits = typename Rhs::Traits;
-  const Index n = unknowns<S>(y);
-  Index p = 0;
-  if constexpr (Rhs::drifts) p = position_of<S>(y).size();
-  Tangent tangent{SparseRows(n, p), SparseRows(n, n)};
-  if (n == 0) return tangent;
-  Rhs rhs{std::ref(force), masses};
-  rhs.set_memory(memory);
-  rhs.begin(t, dt, y);
-  RateOf<S> psi = make_rate<S>(y);
-  rhs.evaluate_into(t, y, psi);
-  TangentSink sink;
-  sink.scale = largest_mass;
-  if constexpr (Traits::has_jacobian) {
-    add_jacobian<true, RateOf<S>, static_unknowns<S>>(rhs.force(), t, rhs.view(y), rhs.trial_memory(), n, sink);
-  } else if (Traits::has_pattern || n <= dense_difference_limit) {
-    DifferenceTangent<S, Rhs, Rhs::drifts, Rhs::couples_unknowns> differences;
-    differences.resize(y, rhs);
-    // Increments follow what a step moves; a Δt far too long would reach too far, so the second time it is what K and C say.
-    const auto compute = [&](ScalarOf<S> gamma) {
-      sink.K.clear(), sink.C.clear();
-      differences.begin();
-      differences.compute(rhs, {gamma, gamma}, t, y, psi, NewtonOptions{}, SolveTolerance<PlainState<S>>{}, sink);
-      double k = 0, c = 0;
-      for (const auto& entry : sink.K) k = std::max(k, std::abs(entry.value()));
-      for (const auto& entry : sink.C) c = std::max(c, std::abs(entry.value()));
-      return std::sqrt(k / lightest) + c / lightest;
-    };
-    const double rate = compute(dt);
-    if (!Traits::is_affine && rate > 0 && !(rate * static_cast<double>(dt) <= 1 && dt > 0))
-      static_cast<void>(compute(static_cast<ScalarOf<S>>(1 / rate)));
-  } else {
-    tangent.known = false;
-  }
-  tangent.finite = sink.finite && !first_non_finite(RateOf<S>::blocks(psi));
-  if (!tangent.finite) return tangent;
-  tangent.K.setFromTriplets(sink.K.begin(), sink.K.end());
-  tangent.C.setFromTriplets(sink.C.begin(), sink.C.end());
-  return tangent;
-}
-
-/// Masses over all unknowns, divided by the largest.
-template <State S, class Masses>
-[[nodiscard]] PreflightMasses preflight_masses(const PlainState<S>& y, const Masses& masses, double& largest_mass) {
-  const Index n = unknowns<S>(y);
-  PreflightMasses all;
-  all.lumped.setZero(n);
-  Eigen::VectorXd beside = Eigen::VectorXd::Zero(n);  // Σ_{j≠i} |M_ij|/√(M_ii M_jj)
-  const auto each = [&](auto&& put) {
-    for_each_part(
-        [&](Index at, const auto& block, const auto& mass) {
-          all.is_matrix = all.is_matrix || std::remove_cvref_t<decltype(mass)>::is_matrix;
-          for_each_inertia(mass, block.size(),
-                           [&](Index i, Index j, auto m) { put(at + i, at + j, static_cast<double>(m)); });
-        },
-        Blocks<S>::solved(y), masses);
-  };
-  each([&](Index i, Index j, double m) {
-    if (i == j) all.lumped[i] += m;
-  });
-  largest_mass = n > 0 ? all.lumped.maxCoeff() : 1;
-  if (!(largest_mass > 0)) largest_mass = 1;
-  all.lumped /= largest_mass;
-  if (!all.is_matrix) return all;
-  const bool exact = n <= exact_spectrum_limit;
-  if (exact) all.matrix.setZero(n, n);
-  bool positive = true;
-  each([&](Index i, Index j, double m) {
-    m /= largest_mass;
-    if (exact) all.matrix(i, j) += m;
-    positive = positive && all.lumped[i] > 0;
-    if (i != j) beside[i] += std::abs(m) / std::sqrt(all.lumped[i] * all.lumped[j]);
-  });
-  all.lower = positive ? 1 - beside.maxCoeff() : 0;
-  return all;
-}
-
-/// Rows of a particle, where the state or the force names particles; else 0.
-template <State S, class Traits>
-[[nodiscard]] int particle_rows(const PlainState<S>& y) {
-  const auto& first = std::get<0>(Blocks<S>::solved(y));
-  using Block = std::remove_cvref_t<decltype(first)>;
-  if (Traits::block > 1) return Traits::block;
-  if (!Block::IsVectorAtCompileTime && !Block::IsRowMajor && first.cols() > 1) return static_cast<int>(first.rows());
-  return 0;
-}
-
-/// What a user writes for it.
-template <class F, class D, Form form>
-[[nodiscard]] std::string scheme_name(const PhiScheme<F, D, form>& scheme) {
-  const double f = scheme.force.template value<double>(), d = scheme.drift.template value<double>();
-  if (const std::string name = scheme.name(); !name.starts_with("phi") && !name.starts_with("a pair")) return name;
-  return (form == Form::stage ? "phi_stage(" : "phi(") + short_number(f) + (f == d ? "" : ", " + short_number(d)) + ')';
-}
-/// What a scheme calls itself.
-template <class Scheme>
-[[nodiscard]] std::string scheme_name(const Scheme& scheme) {
-  if constexpr (requires { scheme.name(); }) return scheme.name();
-  else return "this scheme";
-}
-
-/// One oscillator r'' = −a² r.
-struct TestOscillator : ForceTerm {
-  double a_squared;
-  static constexpr bool uses_velocity = false, uses_time = false, is_affine = true;
-  explicit TestOscillator(double a) : a_squared{a * a} {}
-  void add(auto /*t*/, const auto& y, auto& out) const { out.force -= a_squared * y.r; }
-  void add_jacobian(auto /*t*/, const auto& /*y*/, auto& sink) const { sink.position(0, 0, -a_squared); }
-};
-/// A scheme that no formula of method.hpp describes: as its own steps tell, of y' = z y, z = x + iy as a 2×2 matrix, or of an
-/// oscillator where it takes motions alone. NaN where such a step fails.
-template <class Scheme>
-[[nodiscard]] Method method_of(const Scheme& scheme) {
-  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-  Method method;
-  if constexpr (Scheme::facts.motion_only) {
-    method.kind = Method::Kind::motion;
-    method.step_of = [scheme, nan](double a) {
-      using One = Eigen::Matrix<double, 1, 1>;
-      Eigen::Matrix2d G;
-      for (int j = 0; j < 2; ++j) {
-        Motion<One> y{One(j == 0 ? 1.0 : 0.0), One(j == 0 ? 0.0 : 1.0)};
-        PhiStepper stepper{y, TestOscillator{a}, scheme};
-        if (stepper.step(y, 0, 1)) G.col(j) << y.r, y.v;
-        else G.setConstant(nan);
-      }
-      return G;
-    };
-  } else {
-    method.kind = Method::Kind::rational;
-    method.a_stable = Scheme::facts.is_a_stable;
-    method.R = [scheme, nan](std::complex<double> z) -> std::complex<double> {
-      Eigen::Matrix2d A;
-      A << z.real(), -z.imag(), z.imag(), z.real();
-      Eigen::Vector2d y{1, 0};
-      PhiStepper stepper{y, linear(A), scheme};
-      if (!stepper.step(y, 0, 1)) return {nan, nan};
-      return {y[0], y[1]};
-    };
-  }
-  return method;
-}
-
-/// With slow terms: what an outer step does to an oscillation of which each term has a part as large as its own stiffness.
-template <class = void>
-[[nodiscard]] Method describe_slow(const LinearisedProblem& problem, PreflightReport& report) {
-  const auto stiffness = [&](const Tangent& tangent) {
-    return spectrum_of(tangent, problem.masses, problem.block, problem.tolerance).stiffness;
-  };
-  const std::vector<int> every = problem.every();
-  const double fast = stiffness(problem.rest);
-  std::vector<double> slow;
-  double sum = fast;
-  for (const LinearisedProblem::Slow& one : problem.slow) sum += slow.emplace_back(stiffness(one.tangent));
-  report.inner_steps = *std::max_element(every.begin(), every.end());
-  const bool one_level = std::all_of(every.begin(), every.end(), [&](int k) { return k == report.inner_steps; });
-  if (one_level && report.dt > 0 && problem.whole.known)
-    report.most_k = most_inner_steps(fast, sum - fast, report.dt / report.inner_steps);
-  Method method;
-  method.kind = Method::Kind::motion;
-  method.step_of = [=, inner = problem.inner, begin = problem.begin_weight()](double a) {
-    const auto kick = [](double gamma, double square) { return Eigen::Matrix2d{{1, 0}, {-gamma * square, 1}}; };
-    const auto part = [&](double of) { return sum > 0 ? a * a * of / sum : a * a; };
-    return outer_step_matrix<Eigen::Matrix2d>(
-        Eigen::Matrix2d::Identity(), 1, every, begin,
-        [&](double h) -> Eigen::Matrix2d {
-          return kick((1 - begin) * h, part(fast)) * Eigen::Matrix2d{{1, h}, {0, 1}} * kick(begin * h, part(fast));
-        },
-        [&](std::size_t j, double gamma) { return kick(gamma, part(slow[j])); });
-  };
-  return method;
 }
 
 /// What Δt and the stepper's scheme will do to this force, these masses and this state.

@@ -3,15 +3,26 @@
 #pragma once
 
 #include <cmath>
+#include <cstdint>
 #include <string>
 #include <vector>
 
 #include "phistep/choice/suitable_scheme.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/study/report.hpp"
-#include "phistep/study/stiffness.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
+
+/// What the first steps of an automatic run found.
+struct Stiffness {
+  bool known = false;
+  bool is_stiff = false;   ///< stability limits explicit steps, or would from the first on
+  double rate = 0;         ///< [1/time] |λ|max of ∂y'/∂y where it was looked at last
+  double dt = 0;           ///< [time] of the steps there
+  double turns = 0;        ///< rate times the whole span
+  std::int64_t steps = 0;  ///< done to find it out
+  double covered = 0;      ///< share of the span that they covered
+};
 
 /// A stepper to take, and why.
 struct Advice {
