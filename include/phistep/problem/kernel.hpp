@@ -26,17 +26,12 @@
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/equation/bound_masses.hpp"
-#include "phistep/equation/explicit_update.hpp"
 #include "phistep/equation/right_hand_side.hpp"
 #include "phistep/problem/algebraic_start.hpp"
-#include "phistep/problem/in_place_step.hpp"
-#include "phistep/problem/in_place_update.hpp"
+#include "phistep/problem/explicit_passes.hpp"
 #include "phistep/problem/kernel_needs.hpp"
+#include "phistep/problem/resolvent_of.hpp"
 #include "phistep/problem/transaction.hpp"
-#include "phistep/problem/unchanged_particles.hpp"
-#include "phistep/solve/linear_stages.hpp"
-#include "phistep/solve/resolvent.hpp"
-#include "phistep/solve/shifted_stages.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/combination.hpp"
 #include "phistep/state/non_finite.hpp"
@@ -56,11 +51,15 @@ class Kernel {
   using Transaction = phistep::Transaction<S, Rhs, carries>;
   using Data = typename Transaction::Data;
   using TracedData = typename Transaction::TracedData;
+  using Passes = ExplicitPasses<S, Rhs, needs, carries>;
+  using Resolvent = ResolventOf<S, Rhs, Solver, needs>;
+  static_assert(needs.passes == 0 || (!needs.solver && !needs.stages));
+  static_assert(needs.stages || !needs.solver || Resolves<Resolvent, S, Rhs>);
 
   /// @param copy  of the state
   Kernel(const S& state, const Plain& copy, Rhs rhs, const Solver& solver)
-      : rhs_{std::move(rhs)}, transaction_{state, copy}, arrays_{state}, resolvent_{copy, rhs_, solver} {
-    allocate(copy);
+      : rhs_{std::move(rhs)}, transaction_{state, copy}, passes_{state}, resolvent_{copy, rhs_, solver} {
+    passes_.bind(copy);
     algebra_.bind(rhs_, copy);
     if constexpr (ShowsTrials<S> && !steps_in_place) state.reserve();
   }
@@ -68,26 +67,26 @@ class Kernel {
   /// Runs `advance(Data&) → Outcome` as one step of the state. A step that fails leaves nothing behind.
   /// @param keeps_tries  … unless it ends with an outcome: the next, shorter try reuses Jacobian and factors
   StepReport run(S& state, const auto& steps, Origin origin, bool keeps_tries, auto&& advance, auto&& accepted) {
-    arrays_.forget();
-    if constexpr (follows_active) {
-      unchanged_.begin_step(origin);
-      rhs_.set_left_out({});
-      const StepReport report = run_transaction(state, steps, origin, keeps_tries, advance, accepted);
-      unchanged_.end_step(static_cast<bool>(report));
+    passes_.begin_step(rhs_, state, origin, keeps_tries);
+    if constexpr (needs.solver || needs.stages) {
+      Unless done{*this};
+      const StepReport report = transaction_.run(rhs_, state, steps, origin, advance, accepted);
+      if (report) algebra_.reached(steps.t(0) + steps.dt, state);
+      done.is = keeps_tries || report || !is_begun(report.outcome());
       return report;
     } else {
-      return run_transaction(state, steps, origin, keeps_tries, advance, accepted);
+      const StepReport report = transaction_.run(rhs_, state, steps, origin, advance, accepted);
+      passes_.end_step(static_cast<bool>(report));
+      return report;
     }
   }
   /// Several steps in a call.
   static constexpr bool takes_several = Transaction::takes_several && !needs.solver && !needs.stages;
-  /// A scheme of one or two passes under the routine of a state in place: no copies.
-  static constexpr bool steps_in_place =
-      needs.passes > 0 && !Rhs::has_matrix_mass && is_routine_of<S, typename Rhs::Whole>;
-  [[nodiscard]] bool can_step_in_place(const S& state) { return arrays_.can(rhs_, state); }
+  static constexpr bool steps_in_place = Passes::steps_in_place;
+  [[nodiscard]] bool can_step_in_place(const S& state) { return passes_.arrays().can(rhs_, state); }
   StepReport run_in_place(S& state, Scalar t, Scalar dt, Origin origin, auto&& advance) {
     transaction_.reset();
-    return arrays_.run(rhs_, transaction_, state, t, dt, origin, advance);
+    return passes_.arrays().run(rhs_, transaction_, state, t, dt, origin, advance);
   }
   /// Of the last step: the sizes of its solves' corrections.
   [[nodiscard]] const Failure& history() const { return transaction_.failure(); }
@@ -109,24 +108,11 @@ class Kernel {
   }
   /// The same in one pass, whether the step is traced or not: next.v = v + γ M⁻¹Ψ(t, y), next.r = r + (before v + after v⁺)
   [[nodiscard, gnu::always_inline]] inline Outcome kick_drift(Data& step, const auto& by) {
-    if constexpr (follows_active) find_changing(step);
-    const bool finite = step.psi_known ? advance_by(step, by, RateOf<S>::blocks(std::as_const(step.psi)))
-                                       : advance_by(step, by, rhs_.evaluate(step.t, step.y, step.psi));
-    // A matrix mass used psi as its scratch, and a reference to the user's array never filled it.
-    step.psi_known = !Rhs::has_matrix_mass && (step.psi_known || !Rhs::returns_reference);
-    return finite ? Outcome::success : Outcome::non_finite_state;
+    return passes_.kick_drift(rhs_, step, by);
   }
   /// next = next + γ M⁻¹Ψ(t, next), where Ψ ignores what it moves
   [[nodiscard, gnu::always_inline]] inline Outcome kick(Data& step, Scalar gamma, Scalar t) {
-    if constexpr (!carries) return kick_by(step, gamma, rhs_.evaluate(t, step.next, step.psi));
-    rhs_.evaluate_into(t, step.next, step.psi);  // a copy: the user's own array may change before the next step
-    if constexpr (keeps_psi) {
-      kicked_by_ = step.psi;  // psi goes on to the next step as Ψ, not as M⁻¹Ψ
-      const bool finite =
-          kick_blocks<S>(step.next, gamma, RateOf<S>::blocks(std::as_const(kicked_by_)), kicked_by_, rhs_.masses());
-      return finite ? Outcome::success : Outcome::non_finite_state;
-    }
-    return kick_by(step, gamma, RateOf<S>::blocks(std::as_const(step.psi)));
+    return passes_.kick(rhs_, step, gamma, t);
   }
   /// next = b on entry, the solution of M (next − b) = γ Ψ(t, next) on exit
   template <class Step>
@@ -272,7 +258,7 @@ class Kernel {
   /// Forgets Ψ alone.
   void forget_force() {
     transaction_.reset();
-    forget_passes();
+    passes_.forget();
     if constexpr (needs.stages) resolvent_.forget_force();
   }
   void resize(const S& state, const PlainState<S>& copy, typename Rhs::Masses masses) {
@@ -281,11 +267,19 @@ class Kernel {
     resolvent_.resize(copy, rhs_);
     rhs_.rebind(std::move(masses));
     transaction_ = std::move(fresh);
-    forget_passes();
-    allocate(copy);
+    passes_.bind(copy);
     algebra_.bind(rhs_, copy);
     torn_ = false;
   }
+  static constexpr bool has_unsaved = FieldState<S> || requires(Resolvent & resolvent) { resolvent.forget_unsaved(); };
+  /// Forgets what save() leaves out: Jacobian, factors, patterns, and what solves have learnt.
+  void forget_unsaved() requires(has_unsaved) {
+    // That Ψ is known is a matter of this vector, not of its numbers.
+    if constexpr (FieldState<S>) transaction_.reset();
+    if constexpr (requires { resolvent_.forget_unsaved(); }) resolvent_.forget_unsaved();
+    algebra_.forget();
+  }
+
   /// For a checkpoint: history, counts, Ψ.
   void save(Writer& out) const {
     out.fact("state", transaction_.shape());
@@ -296,47 +290,11 @@ class Kernel {
     in.fact("state", transaction_.shape());
     if constexpr (carries) load_parts(in, then, "psi", transaction_, "force", rhs_);
     else load_parts(in, then, "force", rhs_);
-    forget_passes();
+    passes_.forget();
     if constexpr (has_unsaved) forget_unsaved();
   }
 
  private:
-  StepReport run_transaction(S& state, const auto& steps, Origin origin, bool keeps_tries, auto& advance,
-                             auto& accepted) {
-    if constexpr (writes_in_place) in_place_.begin(keeps_tries ? nullptr : &state, origin == Origin::unedited);
-    if constexpr (needs.solver || needs.stages) {
-      Unless done{*this};
-      const StepReport report = transaction_.run(rhs_, state, steps, origin, advance, accepted);
-      if (report) algebra_.reached(steps.t(0) + steps.dt, state);
-      done.is = keeps_tries || report || !is_begun(report.outcome());
-      return report;
-    } else {
-      const StepReport report = transaction_.run(rhs_, state, steps, origin, advance, accepted);
-      if constexpr (writes_in_place)
-        if (report) in_place_.end();
-      return report;
-    }
-  }
-  /// A kick whose Ψ is carried must not be scaled by a matrix mass in place.
-  static constexpr bool keeps_psi = carries && Rhs::has_matrix_mass;
-  static constexpr bool writes_in_place =
-      needs.passes == 1 && !ShowsTrials<S> && InPlaceUpdate<S, Rhs>::template serves<Transaction::in_registers>;
-  /// Particles outside the active set are not written.
-  static constexpr bool follows_active =
-      needs.passes > 0 && !Rhs::has_matrix_mass && std::is_same_v<S, Plain> && Rhs::takes_active;
-  struct Nothing {
-    static void forget() {}
-  };
-  /// What steps of passes know of where the next one starts.
-  void forget_passes() {
-    arrays_.forget();
-    in_place_.forget();
-    unchanged_.forget();
-  }
-  void allocate(const PlainState<S>& y) {
-    if constexpr (keeps_psi) kicked_by_ = make_rate<S>(y);
-  }
-
   /// What ends otherwise than well, by an exception as well, is forgotten.
   struct Unless {
     Kernel& kernel;
@@ -350,67 +308,6 @@ class Kernel {
     return outcome != Outcome::invalid_step && outcome != Outcome::step_too_small;
   }
 
-  [[nodiscard, gnu::always_inline]] inline bool advance_by(Data& step, const auto& by, const auto& psi) {
-    if constexpr (follows_active)
-      if (const auto* only = unchanged_.found())
-        return advance_particles<S>(step.next, step.y, by, psi, rhs_.masses(), *only);
-    if constexpr (writes_in_place)
-      if ((step.is_state_next = in_place_.advance(rhs_, step.y, by, psi))) return true;
-    return advance_blocks<S>(step.next, step.y, by, psi, step.psi, step.masses);
-  }
-  [[nodiscard, gnu::always_inline]] inline Outcome kick_by(Data& step, Scalar gamma, const auto& psi) {
-    if constexpr (follows_active)
-      if (const auto* only = unchanged_.found())
-        return advance_particles<S, false>(step.next, step.next, {gamma, 0, 0}, psi, rhs_.masses(), *only)
-                   ? Outcome::success
-                   : Outcome::non_finite_state;
-    return kick_blocks<S>(step.next, gamma, psi, step.psi, step.masses) ? Outcome::success : Outcome::non_finite_state;
-  }
-
-  /// Before the first pass of a step.
-  void find_changing(Data& step) {
-    if (unchanged_.find(rhs_.active(), step.y, step.next)) rhs_.set_left_out(unchanged_.left_out());
-  }
-
-  struct NotInPlace {
-    explicit NotInPlace(const S&) {}
-    static void forget() {}
-  };
-  struct NoResolvent {
-    NoResolvent(const auto&...) {}
-    static void forget() {}
-    static void reset() {}
-    static void resize(const auto&, const auto&) {}
-  };
-  static_assert(
-      !needs.stages || requires { typename Solver::LinearSolver; },
-      "phistep: this scheme solves linear equations and iterates nothing: give it newton<LinearSolver>() or "
-      "newton<MatrixFree<Eigen::BiCGSTAB>>(), not fixed_point()");
-  static auto resolvent_type() {
-    if constexpr (needs.shifted && requires { typename Solver::LinearSolver; })
-      return std::type_identity<ShiftedStages<S, Rhs, typename Solver::LinearSolver>>{};
-    else if constexpr (needs.stages && requires { typename Solver::LinearSolver; })
-      return std::type_identity<LinearStages<S, Rhs, typename Solver::LinearSolver>>{};
-    else if constexpr (needs.shifted) return std::type_identity<ShiftedStages<S, Rhs, void>>{};
-    else if constexpr (needs.stages) return std::type_identity<LinearStages<S, Rhs, void>>{};
-    else if constexpr (needs.solver) return ResolventFor<S, Rhs, Solver, needs.position>{};
-    else return std::type_identity<NoResolvent>{};
-  }
-
-  using Resolvent = typename decltype(resolvent_type())::type;
-  static_assert(needs.stages || !needs.solver || Resolves<Resolvent, S, Rhs>);
-
- public:
-  static constexpr bool has_unsaved = FieldState<S> || requires(Resolvent & resolvent) { resolvent.forget_unsaved(); };
-  /// Forgets what save() leaves out: Jacobian, factors, patterns, and what solves have learnt.
-  void forget_unsaved() requires(has_unsaved) {
-    // That Ψ is known is a matter of this vector, not of its numbers.
-    if constexpr (FieldState<S>) transaction_.reset();
-    if constexpr (requires { resolvent_.forget_unsaved(); }) resolvent_.forget_unsaved();
-    algebra_.forget();
-  }
-
- private:
   /// response = W⁻¹ γ residual
   [[nodiscard]] Outcome respond(const auto& step, const Gamma<Scalar>& gamma, const auto& residual, Plain& response) {
     set_zero(Blocks<S>::all(response));
@@ -448,16 +345,9 @@ class Kernel {
 
   Rhs rhs_;
   Transaction transaction_;
-  static auto arrays_type() {
-    if constexpr (steps_in_place) return std::type_identity<InPlaceStep<S, Rhs, needs.passes>>{};
-    else return std::type_identity<NotInPlace>{};
-  }
-  [[no_unique_address]] typename decltype(arrays_type())::type arrays_;
+  [[no_unique_address]] Passes passes_;
   [[no_unique_address]] Resolvent resolvent_;
-  [[no_unique_address]] std::conditional_t<keeps_psi, RateOf<S>, Nothing> kicked_by_;
   [[no_unique_address]] std::conditional_t<Rhs::may_be_singular, AlgebraicStart<S, Rhs>, RegularStart> algebra_;
-  [[no_unique_address]] std::conditional_t<writes_in_place, InPlaceUpdate<S, Rhs>, Nothing> in_place_;
-  [[no_unique_address]] std::conditional_t<follows_active, UnchangedParticles<S>, Nothing> unchanged_;
   bool torn_ = false;
 };
 

@@ -1,0 +1,49 @@
+/// @file
+/// What solves a scheme's implicit equations, by the scheme's needs and the user's solver.
+#pragma once
+
+#include <type_traits>
+
+#include "phistep/core/version.hpp"
+#include "phistep/problem/kernel_needs.hpp"
+#include "phistep/solve/linear_stages.hpp"
+#include "phistep/solve/resolvent.hpp"
+#include "phistep/solve/shifted_stages.hpp"
+#include "phistep/state/blocks.hpp"
+
+namespace phistep::inline PHISTEP_ABI {
+
+/// Of an explicit scheme: nothing.
+struct NoResolvent {
+  explicit NoResolvent(const auto&...) {}
+  static void forget() {}
+  static void reset() {}
+  static void resize(const auto&, const auto&) {}
+};
+
+template <class Solver>
+struct LinearSolverOf {
+  using type = void;
+};
+template <class Solver>
+  requires requires { typename Solver::LinearSolver; }
+struct LinearSolverOf<Solver> {
+  using type = typename Solver::LinearSolver;
+};
+
+template <State S, class Rhs, class Solver, KernelNeeds needs>
+[[nodiscard]] constexpr auto resolvent_type() {
+  using LinearSolver = typename LinearSolverOf<Solver>::type;
+  static_assert(
+      !needs.stages || requires { typename Solver::LinearSolver; },
+      "phistep: this scheme solves linear equations and iterates nothing: give it newton<LinearSolver>() or "
+      "newton<MatrixFree<Eigen::BiCGSTAB>>(), not fixed_point()");
+  if constexpr (needs.shifted) return std::type_identity<ShiftedStages<S, Rhs, LinearSolver>>{};
+  else if constexpr (needs.stages) return std::type_identity<LinearStages<S, Rhs, LinearSolver>>{};
+  else if constexpr (needs.solver) return ResolventFor<S, Rhs, Solver, needs.position>{};
+  else return std::type_identity<NoResolvent>{};
+}
+template <State S, class Rhs, class Solver, KernelNeeds needs>
+using ResolventOf = typename decltype(resolvent_type<S, Rhs, Solver, needs>())::type;
+
+}  // namespace phistep::inline PHISTEP_ABI
