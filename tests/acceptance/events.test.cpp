@@ -60,6 +60,20 @@ TEST_CASE("after an event a run keeps to its grid, and meets the given times") {
   CHECK(ends == expected);
 }
 
+TEST_CASE("of runs in a row one finds a root at their joint") {
+  for (int k = 1; k <= 12; ++k) {
+    Eigen::Vector2d y{0, 0};
+    PhiStepper stepper{y, [](const Eigen::Vector2d&) -> Eigen::Vector2d { return {1, -1}; }, trapezoidal};
+    auto passes = event([k](const Eigen::Vector2d& u) { return u[0] - 0.1 * k; });
+    std::size_t times = 0;
+    for (int j = 0; j < 14; ++j) {
+      REQUIRE(integrate(stepper, y, {0.1 * j, 0.1 * (j + 1)}, fixed(0.01), passes));
+      times += passes.times().size();
+    }
+    CHECK(times == 1);
+  }
+}
+
 TEST_CASE("an event that throws leaves a state of the run") {
   One y{1};
   PhiStepper stepper{y, decay, trapezoidal};

@@ -194,3 +194,11 @@ TEST_CASE("walls that can't be are refused") {
   PhiStepper stepper{y, Gravity{Eigen::Vector3d(0, 0, 0)} + Walls{law, ground}, symplectic_euler};
   CHECK_THROWS_WITH(stepper.step(y, 0, 1), contains("radii"));
 }
+
+TEST_CASE("walls: the corners of a box may be expressions of Eigen") {
+  const auto box = inside_box(Eigen::Vector3d::Zero(), 2 * Eigen::Vector3d::Ones());
+  REQUIRE(box.size() == 6);
+  CHECK(std::get<Plane<3>>(box[4]).point == Eigen::Vector3d::Zero());
+  CHECK(std::get<Plane<3>>(box[5]).point == Eigen::Vector3d::Constant(2));
+  CHECK(std::get<Plane<3>>(box[5]).normal == -Eigen::Vector3d::UnitZ());
+}

@@ -185,6 +185,30 @@ TEST_CASE("root: a run that starts where another ended on a root; one that start
   CHECK(search.evaluations <= 2);
 }
 
+TEST_CASE("root: of two runs in a row one finds a root at their joint, whichever side rounding puts it on") {
+  Search search;
+  for (const double joint : {0.3, -7.0, 1e6})
+    for (const double way : {1.0, -1.0})  // backward, too
+      for (const double ulps : {-900.0, -400.0, -3.0, -1.0, -0.25, 0.0, 0.25, 1.0, 3.0, 100.0, 400.0, 700.0, 2000.0})
+        for (const double slope : {1.0, -1e-8, 1e8}) {
+          CAPTURE(joint, way, ulps, slope);
+          const double before = ulps * std::abs(joint) * 0x1p-52;  // the root lies so far behind the joint [time]
+          const auto g = [=](double t) { return slope * (way * (t - joint) - before); };
+          const auto first = search(joint - way, joint, g);
+          const auto second = search(joint, joint + way, g, Direction::both, Standing::unknown);
+          CHECK((first.kind == Kind::found) + (second.kind == Kind::found) == 1);
+          if (first.kind == Kind::found) CHECK(std::abs(first.t - joint) <= 1024 * std::abs(joint) * 0x1p-52);
+          // The other direction finds none in either.
+          const Direction other = slope > 0 ? Direction::falling : Direction::rising;
+          CHECK(search(joint - way, joint, g, other).kind == Kind::none);
+          CHECK(search(joint, joint + way, g, other, Standing::unknown).kind == Kind::none);
+        }
+  // What comes near zero and leaves again has none; steps that end far from a root ask nothing more.
+  CHECK(search(1.0, 2.0, [](double t) { return 1e-9 + (t - 2) * (t - 2); }).kind == Kind::none);
+  CHECK(search(1.0, 2.0, [](double t) { return t - 2 - 1e-9; }).kind == Kind::none);
+  CHECK(search.evaluations <= 2);
+}
+
 TEST_CASE("root: a start on a flat root, beside rounding errors of g") {
   Search search;
   // The ball lies on the ground, at height 1 + g: the drop is lost in the 1 until t = 1e-8.

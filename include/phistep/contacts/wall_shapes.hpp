@@ -40,8 +40,9 @@ template <int dim = 3>
 using Wall = std::variant<Plane<dim>, SolidBox<dim>>;
 
 /// The faces of a box that bodies are inside of.
-template <class Vector, int dim = Vector::SizeAtCompileTime>
-[[nodiscard]] std::vector<Wall<dim>> inside_box(const Vector& lower, const Vector& upper, int type = 0) {
+template <class Lower, class Upper = Lower, int dim = Lower::SizeAtCompileTime>
+[[nodiscard]] std::vector<Wall<dim>> inside_box(const Lower& lower, const Upper& upper, int type = 0) {
+  using Vector = Eigen::Matrix<double, dim, 1>;
   std::vector<Wall<dim>> walls;
   for (int a = 0; a < dim; ++a) {
     const Vector e = Vector::Unit(a);

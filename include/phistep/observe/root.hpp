@@ -122,6 +122,8 @@ class RootSearch {
     root.start_sign = s;
     root.start = from.t;
     if (s == 0) return root;
+    if (reaches_zero(from)) end_.g = 0;
+    if (failed_) return not_finite(end_.t);
     const bool differs = sign_of(end_.g) != s;
     if (inside && (!differs || end_.g == 0)) {
       const Sample<Scalar> turn = turning_point(from);
@@ -155,6 +157,16 @@ class RootSearch {
     const Sample<Scalar> now = sample(start_.t + std::copysign(delta, whole_));
     if (failed_) return now;
     return std::abs(now.g - start_.g) <= std::abs(start_.g) / 16 ? start_ : departure();
+  }
+
+  /// Whether the root lies so near behind the end that a run which starts there takes g for a root already handled (the
+  /// rule of start_of, looking back): of two runs in a row one finds it. Asks g only where its fall in this step says so.
+  [[nodiscard]] bool reaches_zero(Sample<Scalar> from) {
+    const Scalar delta = first_probe(end_.t, whole_), g = std::abs(end_.g);
+    if (sign_of(end_.g) != sign_of(from.g) || !(delta < std::abs(end_.t - from.t))) return false;
+    if (!(g * std::abs(whole_) <= 1024 * delta * std::abs(from.g))) return false;
+    const Sample<Scalar> before = sample(end_.t - std::copysign(delta, whole_));
+    return sign_of(before.g) == sign_of(end_.g) && std::abs(before.g) - g > g / 16;
   }
 
   /// Where g has clearly left zero: three probes in a row grow, out of what rounding made of those before.
