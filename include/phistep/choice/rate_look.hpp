@@ -37,7 +37,7 @@ class RateLook {
              .dt = pace.propose(),
              .left = left};
     seen_.turn = radius_.turn();
-    if (has_looked_) compare(radius_.slope(), trace.weight, passed);
+    if (has_looked_) compare(radius_.slope(), trace.weight, is_explicit ? passed : 0);
     copy_blocks<Plain>(slope_before_, radius_.slope());
     has_looked_ = true;
     return seen_;
@@ -56,7 +56,7 @@ class RateLook {
  private:
   /// What y' has become, and what that says; y'₀ is lost. What moves y by less than ten tolerances within 1/ρ is noise of the
   /// fastest modes, and no change.
-  /// @param passed  [time] since the look before
+  /// @param passed  [time] since the look before; 0: no matter how long a step might be
   void compare(const Plain& now, const Plain& weight, double passed) {
     const double speed = weighted_rms(now, weight), noise = 10 * seen_.rate,
                  size = std::max({speed, weighted_rms(slope_before_, weight), noise});

@@ -123,7 +123,7 @@ class StiffnessWatch {
     const double steps = std::max(1.0, seen.rate * seen.dt / (0.7 * bound_for(seen))),
                  gain = rivals_.implicit_cost / (steps * rivals_.explicit_cost);
     // Oscillations that an explicit scheme hardly damps stay once they are there: only such as are resolved are left to it.
-    if (seen.rate > 0 && gain > 1.5 && (steps == 1 || !oscillates(seen))) ++hits_;
+    if (seen.rate > 0 && gain > 2 && (steps == 1 || !oscillates(seen))) ++hits_;
     else hits_ = 0;
     period_ = hits_ > 0 ? 3 : gain > 0.05 ? 10 : 40;
     return hits_ >= 4 * needs_eased_;
