@@ -244,13 +244,19 @@ TEST_CASE("when to look, and what is made of it: the rules of the watch") {
   CHECK_FALSE(watch.judge({.rate = 3, .dt = 1, .left = 50, .change = 0.1}));
   // At the bound, smooth: two looks. Not near it: none.
   CHECK_FALSE(watch.judge({.rate = 0.3, .dt = 1, .left = 1e6, .change = 0.1}));
+  // At the bound, smooth, but an implicit step that does nine explicit ones' work costs ten: never.
+  for (int k = 0; k < 9; ++k)
+    CHECK_FALSE(watch.judge({.rate = 3, .dt = 1, .left = 1e6, .change = 0.1, .smooth_step = 9}));
   CHECK_FALSE(watch.judge({.rate = 3, .dt = 1, .left = 1e6, .change = 0.1}));
   CHECK(watch.judge({.rate = 3, .dt = 1, .left = 1e6, .change = 0.1}));
+  CHECK(watch.pays({.rate = 3, .dt = 1, .left = 1e6, .smooth_step = 11}));
   watch.change();
   CHECK(watch.is_implicit());
   // An implicit step does 30 explicit ones' work: it stays. Three of them: back, after four looks, twice as many as the explicit
   // spell before was short.
   CHECK_FALSE(watch.judge({.rate = 63, .dt = 1, .left = 1e6}));
+  // Five of them, which cost half of it: not enough to pay for the change.
+  for (int k = 0; k < 20; ++k) CHECK_FALSE(watch.judge({.rate = 11, .dt = 1, .left = 1e6}));
   for (int k = 0; k < 7; ++k) CHECK_FALSE(watch.judge({.rate = 6.3, .dt = 1, .left = 1e6}));
   CHECK(watch.judge({.rate = 6.3, .dt = 1, .left = 1e6}));
 }

@@ -189,8 +189,9 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
     using enum SuitableScheme;
     if constexpr (Schemes::is_field)
       if (!course_.is_direct)
-        return problem_.rtol >= krylov_limit ? take_counted<rodas_4_krylov>(state, y, clock, pace, seen)
-                                             : take_counted<rodas_5p_krylov>(state, y, clock, pace, seen);
+        return suitable_by_krylov(problem_.rtol) == rodas_4_krylov
+                   ? take_counted<rodas_4_krylov>(state, y, clock, pace, seen)
+                   : take_counted<rodas_5p_krylov>(state, y, clock, pace, seen);
     if (!course_.watch.pays(seen)) return false;
     replace_by(Schemes::suitable_implicit(problem_), state);
     return true;

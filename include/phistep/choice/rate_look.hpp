@@ -32,11 +32,12 @@ class RateLook {
     auto& trace = pace.trace();
     const double rtol = pace.weigh(y, trace.weight);
     if (has_looked_ && is_explicit) radius_.start_along(trace.error, trace.weight);
+    const double left = std::abs(static_cast<double>(clock.length_to(clock.span().t1))), passed = seen_.left - left;
     seen_ = {.rate = radius_(slope, clock.t(), y, trace.weight, rtol, has_looked_ ? 1 : 2),
              .dt = pace.propose(),
-             .left = std::abs(static_cast<double>(clock.length_to(clock.span().t1)))};
+             .left = left};
     seen_.turn = radius_.turn();
-    if (has_looked_) seen_.change = change_to(radius_.slope(), trace.weight);
+    if (has_looked_) compare(radius_.slope(), trace.weight, is_explicit ? passed : 0);
     copy_blocks<Plain>(slope_before_, radius_.slope());
     has_looked_ = true;
     return seen_;
@@ -53,12 +54,21 @@ class RateLook {
   }
 
  private:
-  /// ‖y'₁ − y'₀‖ / the larger of both; y'₀ is lost. What moves y by less than ten tolerances within 1/ρ is noise of the fastest
-  /// modes, and no change.
-  [[nodiscard]] double change_to(const Plain& now, const Plain& weight) {
-    const double size = std::max({weighted_rms(now, weight), weighted_rms(slope_before_, weight), 10 * seen_.rate});
+  /// What y' has become, and what that says; y'₀ is lost. What moves y by less than ten tolerances within 1/ρ is noise of the
+  /// fastest modes, and no change.
+  /// @param passed  [time] since the look before; 0: no matter how long a step might be
+  void compare(const Plain& now, const Plain& weight, double passed) {
+    const double speed = weighted_rms(now, weight), noise = 10 * seen_.rate,
+                 size = std::max({speed, weighted_rms(slope_before_, weight), noise});
     assign<Plain>(slope_before_, in<Plain>(slope_before_) - in<Plain>(now));
-    return size > 0 ? weighted_rms(slope_before_, weight) / size : 1;
+    const double change = weighted_rms(slope_before_, weight);
+    if (!(size > 0)) return;
+    seen_.change = change / size;
+    // (1) of first_step.hpp with p = 5 and τ from two slopes; the errors of implicit schemes have small factors.
+    if (change > noise && passed > 0) {
+      const double tau = passed / seen_.change;
+      seen_.smooth_step = 3 * tau / std::pow(speed * tau, 1.0 / 6);
+    }
   }
 
   SpectralRadius<Plain> radius_;

@@ -140,7 +140,7 @@ struct SchemesFor {
     const SuitableScheme one = Set::all[static_cast<std::size_t>(suitable_explicit(problem))],
                          other = Set::all[static_cast<std::size_t>(suitable_implicit(problem))];
     return {stability_bound(one), step_cost(one, problem),
-            step_cost(may_be_krylov ? SuitableScheme::rodas_4_krylov : other, problem), turning_bound(one)};
+            step_cost(may_be_krylov ? suitable_by_krylov(problem.rtol) : other, problem), turning_bound(one)};
   }
   /// Number k of the schemes, as a stepper.
   template <std::size_t i = 0>

@@ -3,14 +3,15 @@
 /// a clock.
 ///
 /// Explicit: Δt is limited by stability where ρΔt stays at the scheme's bound β (Hairer & Wanner, Solving ODEs II, sect. IV.2,
-/// p. 21), above all if y' hardly changes in such a step. Where the rest of the
-/// run would then take more than so many implicit steps' worth, an implicit scheme takes over.
+/// p. 21), above all if y' hardly changes in such a step. Where the rest of the run would then cost more than the implicit
+/// steps that its error allows, an implicit scheme takes over.
 /// Implicit: over Δt an explicit scheme would need ρΔt/0.7β steps, at least one. Where these cost less, it takes over.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 #include "phistep/core/version.hpp"
 
@@ -23,7 +24,11 @@ struct RateSeen {
   double left = 0;    ///< [time] to the end of the run
   double change = 1;  ///< of y' since the look before, relative; 1: not known
   double turn = 1;    ///< cos 2θ of λ = ρ exp(iθ): −1 for ±iω
-  void archive(auto& ar) { ar("rate", rate, "dt", dt, "left", left, "change", change, "turn", turn); }
+  double smooth_step =
+      std::numeric_limits<double>::infinity();  ///< [time] that the error would allow but for stability
+  void archive(auto& ar) {
+    ar("rate", rate, "dt", dt, "left", left, "change", change, "turn", turn, "smooth_step", smooth_step);
+  }
 };
 
 /// The fastest mode is no decay: |arg λ| within 30 degrees of 90.
@@ -62,9 +67,10 @@ class StiffnessWatch {
     if (implicit_) return spell_ >= 8 && since_ >= period_;
     return steady_ >= 5 && since_ >= (rejected_ ? std::max(2, period_ / 3) : period_);
   }
-  /// Whether what explicit steps would be left is worth more than 8 implicit ones.
+  /// Whether what explicit steps would be left is worth more than the implicit ones, and 8 for the change.
   [[nodiscard]] bool pays(const RateSeen& seen) const {
-    return seen.left * seen.rate / rivals_.bound * rivals_.explicit_cost > 8 * rivals_.implicit_cost;
+    return seen.left * seen.rate / rivals_.bound * rivals_.explicit_cost >
+           (8 + seen.left / seen.smooth_step) * rivals_.implicit_cost;
   }
   /// At the start of a run: whether it should begin with an implicit scheme.
   [[nodiscard]] bool starts_stiff(const RateSeen& seen) const {
@@ -117,7 +123,7 @@ class StiffnessWatch {
     const double steps = std::max(1.0, seen.rate * seen.dt / (0.7 * bound_for(seen))),
                  gain = rivals_.implicit_cost / (steps * rivals_.explicit_cost);
     // Oscillations that an explicit scheme hardly damps stay once they are there: only such as are resolved are left to it.
-    if (seen.rate > 0 && gain > 1.5 && (steps == 1 || !oscillates(seen))) ++hits_;
+    if (seen.rate > 0 && gain > 2 && (steps == 1 || !oscillates(seen))) ++hits_;
     else hits_ = 0;
     period_ = hits_ > 0 ? 3 : gain > 0.05 ? 10 : 40;
     return hits_ >= 4 * needs_eased_;

@@ -114,8 +114,10 @@ inline constexpr std::int64_t dense_unknowns = 200;
 struct StiffLimits {
   double cheap, high;  ///< of rtol
 };
-/// By Krylov iterations: from here on rodas4p2, below rodas5p.
-inline constexpr double krylov_limit = 1e-5;
+/// By Krylov iterations.
+[[nodiscard]] constexpr SuitableScheme suitable_by_krylov(double rtol) {
+  return rtol >= 1e-5 ? SuitableScheme::rodas_4_krylov : SuitableScheme::rodas_5p_krylov;
+}
 [[nodiscard]] constexpr StiffLimits stiff_limits(const AdvisedProblem& scene) {
   const bool many = scene.unknowns > dense_unknowns;
   switch (scene.structure) {
@@ -168,7 +170,7 @@ struct FieldCost {
     return {tr_bdf_2, SchemeReason::no_jacobian};
   const StiffLimits limits = stiff_limits(scene);
   // Without factors each stage costs alike, and six are better than eight. radau's matrices are complex, and unsymmetric.
-  if (is_for_krylov(scene)) return {scene.rtol >= krylov_limit ? rodas_4_krylov : rodas_5p_krylov, SchemeReason::fill};
+  if (is_for_krylov(scene)) return {suitable_by_krylov(scene.rtol), SchemeReason::fill};
   if (scene.rtol <= limits.high) return {radau_iia, SchemeReason::high_order};
   // What an explicit start has left of fast oscillations, Rosenbrock's error estimates see for long, radau's damped one doesn't.
   if (scene.oscillates && scene.structure != Structure::sparse) return {radau_iia, SchemeReason::oscillations};
