@@ -36,7 +36,10 @@ class ActiveStepper {
   /// The number of the stepper at work.
   [[nodiscard]] int active() const { return static_cast<int>(steppers_.index()); }
   /// Another one takes over; what the last one knew is lost.
-  void replace(Steppers next) { steppers_ = std::move(next); }
+  void replace(Steppers next) {
+    visit_numbered(next,
+                   [this](auto number, auto& stepper) { steppers_.template emplace<number>(std::move(stepper)); });
+  }
 
   /// A step at a given Δt. [time]
   StepReport step(S& state, Scalar t, Scalar dt, Origin origin = Origin::unknown) {
@@ -111,13 +114,13 @@ class ActiveStepper {
   }
 
   [[nodiscard]] Checkpoint checkpoint() const {
-    return visit_numbered(*this, [](auto number, auto& at_work) {
+    return visit_numbered(steppers_, [](auto number, auto& at_work) {
       return Checkpoint{std::in_place_index<number>, at_work.checkpoint()};
     });
   }
   /// To a point that another stepper may have known: then this one has nothing from there.
   void restore(Checkpoint checkpoint) {
-    visit_numbered(*this, [&](auto number, auto& at_work) {
+    visit_numbered(steppers_, [&](auto number, auto& at_work) {
       if (auto* const past = std::get_if<number>(&checkpoint)) at_work.restore(std::move(*past));
       else at_work.reset();
     });
@@ -144,14 +147,14 @@ class ActiveStepper {
  private:
   /// f(std::integral_constant<std::size_t, number>, the stepper of that number, which is at work)
   template <std::size_t i = 0>
-  [[gnu::always_inline]] static inline decltype(auto) visit_numbered(auto& self, auto&& f) {
+  [[gnu::always_inline]] static inline decltype(auto) visit_numbered(auto& steppers, auto&& f) {
     if constexpr (i + 1 < sizeof...(Stepper))
-      if (self.steppers_.index() != i) return visit_numbered<i + 1>(self, f);
-    return f(std::integral_constant<std::size_t, i>{}, *std::get_if<i>(&self.steppers_));
+      if (steppers.index() != i) return visit_numbered<i + 1>(steppers, f);
+    return f(std::integral_constant<std::size_t, i>{}, *std::get_if<i>(&steppers));
   }
   /// f(the stepper at work)
   [[gnu::always_inline]] static inline decltype(auto) visit(auto& self, auto&& f) {
-    return visit_numbered(self, [&f](auto, auto& at_work) -> decltype(auto) { return f(at_work); });
+    return visit_numbered(self.steppers_, [&f](auto, auto& at_work) -> decltype(auto) { return f(at_work); });
   }
 
   Steppers steppers_;

@@ -77,26 +77,20 @@ class SlotSums {
     std::size_t all = 0;
     for (Kept& kept : kept_) kept.at = all, all += kept.end - kept.begin;
     effects_.resize(all);
-    const auto effect = [&](const Kept& kept, std::size_t c) -> Effect& { return effects_[kept.at + c - kept.begin]; };
     by_threads([&](const Share& own) {
       const Kept& kept = kept_[own.number];
-      for_each_effect<spins, rolls>(kept.begin, kept.end, force_of,
-                                    [&](std::size_t c, const Effect& its) { effect(kept, c) = its; });
+      compute<spins, rolls>(contacts, kept.begin, kept.end, force_of, &kept);
     });
     by_threads([&](const Share& own) {
       const std::int32_t low = first_slot(own.begin), high = first_slot(own.end);
       const auto put_kept = [&](const Kept& kept) {
         for (std::size_t c = kept.begin; c < kept.end; ++c) {
-          if (i[c] >= low && i[c] < high) put<rolls>(effect(kept, c), 1, static_cast<std::size_t>(i[c]));
-          if (j[c] >= low && j[c] < high) put<rolls>(effect(kept, c), -1, static_cast<std::size_t>(j[c]));
+          if (i[c] >= low && i[c] < high) put<rolls>(effect_of(kept, c), 1, static_cast<std::size_t>(i[c]));
+          if (j[c] >= low && j[c] < high) put<rolls>(effect_of(kept, c), -1, static_cast<std::size_t>(j[c]));
         }
       };
       for (std::size_t t = 0; t < own.number; ++t) put_kept(kept_[t]);
-      for_each_effect<spins, rolls>(own.begin, kept_[own.number].begin, force_of,
-                                    [&](std::size_t c, const Effect& its) {
-                                      put<rolls>(its, 1, static_cast<std::size_t>(i[c]));
-                                      put<rolls>(its, -1, static_cast<std::size_t>(j[c]));
-                                    });
+      compute<spins, rolls>(contacts, own.begin, kept_[own.number].begin, force_of, nullptr);
       put_kept(kept_[own.number]);
     });
   }
@@ -136,12 +130,26 @@ class SlotSums {
   }
 
  private:
-  /// put(c, effect) for the contacts begin … end − 1.
+  // Contacts of a thread whose effects are kept, and where in effects_.
+  struct Kept {
+    std::size_t begin = 0, end = 0, at = 0;
+  };
+  [[nodiscard]] Effect& effect_of(const Kept& kept, std::size_t c) { return effects_[kept.at + c - kept.begin]; }
+  /// Keeps the effects of the contacts begin … end − 1, or (null) adds them up.
   template <bool spins, bool rolls>
-  [[gnu::flatten]] static void for_each_effect(std::size_t begin, std::size_t end, auto&& force_of, auto&& put) {
+  [[gnu::flatten]] void compute(const TouchingPairs<Scalar>& contacts, std::size_t begin, std::size_t end,
+                                auto&& force_of, const Kept* kept) {
     for (std::size_t c = begin; c < end; c += P::width) {
       const ContactForce<P> force = force_of(c);
-      for (std::size_t l = 0; l < P::width && c + l < end; ++l) put(c + l, lane<spins, rolls>(force, l));
+      for (std::size_t l = 0; l < P::width && c + l < end; ++l) {
+        const Effect its = lane<spins, rolls>(force, l);
+        if (kept != nullptr) {
+          effect_of(*kept, c + l) = its;
+          continue;
+        }
+        put<rolls>(its, 1, static_cast<std::size_t>(contacts.i[c + l]));
+        put<rolls>(its, -1, static_cast<std::size_t>(contacts.j[c + l]));
+      }
     }
   }
   template <bool spins, bool rolls>
@@ -163,10 +171,6 @@ class SlotSums {
 
   std::vector<Sum> sum_;        // of each slot
   std::vector<Scalar> torque_;  // of rolling, 4 a slot, or none
-  // Contacts of a thread whose effects are kept, and where in effects_.
-  struct Kept {
-    std::size_t begin = 0, end = 0, at = 0;
-  };
   std::vector<Kept> kept_;
   std::vector<Effect> effects_;
 };
