@@ -32,11 +32,10 @@ RunReport integrate(Stepper& stepper, S&& state, typename SpanOf<std::remove_ref
 }
 /// No run: says how times are given.
 template <class Stepper, class S, class T, class... Rest>
-  requires std::is_arithmetic_v<T>
-RunReport integrate(Stepper&, S&&, T, Rest&&...) {
-  static_assert(!std::is_arithmetic_v<T>,
-                "phistep: the times of a run go in braces: integrate(stepper, state, {t0, t1}, fixed(dt))");
-  return {};
-}
+  requires std::is_arithmetic_v<T> RunReport integrate(Stepper&, S&&, T, Rest&&...) {
+    static_assert(!std::is_arithmetic_v<T>,
+                  "phistep: the times of a run go in braces: integrate(stepper, state, {t0, t1}, fixed(dt))");
+    return {};
+  }
 
 }  // namespace phistep::inline PHISTEP_ABI
