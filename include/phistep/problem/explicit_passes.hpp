@@ -25,9 +25,10 @@
 namespace phistep::inline PHISTEP_ABI {
 
 /// @tparam carries  Ψ at the end of a step is left in `psi` for the next
-template <State S, class Rhs, KernelNeeds needs, bool carries>
+template <State S, class RightHandSideOf, KernelNeeds needs, bool carries>
 class ExplicitPasses {
  public:
+  using Rhs = RightHandSideOf;
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
   using Data = typename Transaction<S, Rhs, carries>::Data;
@@ -39,7 +40,7 @@ class ExplicitPasses {
 
   /// A scheme of one or two passes under the routine of a state in place: no copies.
   static constexpr bool steps_in_place =
-      needs.passes > 0 && !Rhs::has_matrix_mass && is_routine_of<S, typename Rhs::Whole>;
+      needs.passes != 0 && !Rhs::has_matrix_mass && is_routine_of<S, typename Rhs::Whole>;
   [[nodiscard]] auto& arrays() { return arrays_; }
   [[nodiscard]] const auto& arrays() const { return arrays_; }
 
@@ -93,7 +94,7 @@ class ExplicitPasses {
       InPlaceUpdate<S, Rhs>::template serves<Transaction<S, Rhs, carries>::in_registers>;
   /// Particles outside the active set are not written.
   static constexpr bool follows_active =
-      needs.passes > 0 && !Rhs::has_matrix_mass && std::is_same_v<S, Plain> && Rhs::takes_active;
+      needs.passes != 0 && !Rhs::has_matrix_mass && Rhs::takes_active && std::is_same_v<S, PlainState<S>>;
 
   [[nodiscard, gnu::always_inline]] inline bool advance_by(Rhs& rhs, Data& step, const auto& by, const auto& psi) {
     if constexpr (follows_active)
