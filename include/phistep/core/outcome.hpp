@@ -114,7 +114,8 @@ enum class Outcome : std::uint8_t {
     case Outcome::non_finite_jacobian:
       return "check the Jacobian (check_jacobian), or let differences compute it";
     case Outcome::singular_matrix:
-      return "take a smaller dt: M - gamma C - gamma^2 K has no inverse at this one";
+      return "take a smaller dt: M - gamma C - gamma^2 K has no inverse at this one; where M is singular, an algebraic "
+             "equation may leave its unknown open at any dt";
     case Outcome::not_positive_definite:
       return "use an LU solver, or a smaller dt: the tangent is indefinite here (a compressed spring, a friction term)";
     case Outcome::not_affine:
@@ -143,8 +144,7 @@ enum class Outcome : std::uint8_t {
       return "raise max_steps, or take a larger dt";
     case Outcome::invalid_tolerance:
       return "rtol must lie between rounding and 1, atol must be finite and not negative, one per component or per "
-             "block; "
-             "0 <= min_step <= max_step";
+             "block; 0 <= min_step <= max_step, first_step >= 0, max_steps >= 0";
     case Outcome::invalid_step:
       return "dt must be finite and not 0, and not negative where the span runs forward; t must be finite";
     case Outcome::non_finite_event:
