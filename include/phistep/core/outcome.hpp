@@ -138,13 +138,13 @@ enum class Outcome : std::uint8_t {
       return "take a smaller dt";
     case Outcome::step_too_small:
       return "a jump or a singularity lies here, or the tolerance is below rounding: loosen it, locate the jump as an "
-             "event, "
-             "shift the origin of time, or use a wider scalar";
+             "event, shift the origin of time, or use a wider scalar";
     case Outcome::too_many_steps:
       return "raise max_steps, or take a larger dt";
     case Outcome::invalid_tolerance:
       return "rtol must lie between rounding and 1, atol must be finite and not negative, one per component or per "
-             "block; 0 <= min_step <= max_step, first_step >= 0, max_steps >= 0";
+             "block; 0 <= min_step <= max_step, max_step > 0, first_step >= 0, max_steps >= 0; of an iteration_control "
+             "desired >= 1 and order > 0, of one alone first_step > 0";
     case Outcome::invalid_step:
       return "dt must be finite and not 0, and not negative where the span runs forward; t must be finite";
     case Outcome::non_finite_event:
