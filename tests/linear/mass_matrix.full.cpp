@@ -42,6 +42,31 @@ TEST_CASE("a mass matrix that is not square or not finite throws") {
   CHECK_THROWS_AS(mass(Eigen::SparseMatrix<double>(2, 3)), std::invalid_argument);
 }
 
+TEST_CASE("a mass matrix of motion is symmetric and positive definite, a capacity matrix need not be") {
+  const auto with = [](double a, double b, double c, double d) { return Eigen::MatrixXd{{a, b}, {c, d}}; };
+  const auto steps = [](const auto& m) {
+    Motion<Dynamic> y{Dynamic::Ones(2), Dynamic::Ones(2)};
+    PhiStepper stepper{y, DampedPull{}, trapezoidal, mass(m)};
+    REQUIRE(stepper.step(y, 0, 0.1));
+  };
+  const auto flows = [](const auto& m) {
+    Dynamic y = Dynamic::Ones(2);
+    PhiStepper stepper{y, Pull{}, trapezoidal, capacity(m)};
+    REQUIRE(stepper.step(y, 0, 0.1));
+  };
+  for (const Eigen::MatrixXd& bad : {with(1, 2, 2, 1), with(-1, 0, 0, -1), with(2, 1, 0, 2), with(1, 1e-12, 0, 1)}) {
+    CAPTURE(bad);
+    CHECK_THROWS_AS(steps(bad), std::invalid_argument);
+    CHECK_THROWS_AS(steps(sparse(bad)), std::invalid_argument);
+    flows(bad), flows(sparse(bad));
+  }
+  // Rounding of an assembly is no asymmetry, and units are no indefiniteness.
+  for (const Eigen::MatrixXd& good : {with(2, 1, std::nextafter(1.0, 2.0), 2), with(1e-12, 0.9, 0.9, 1e12)}) {
+    CAPTURE(good);
+    steps(good), steps(sparse(good));
+  }
+}
+
 TEST_CASE("a mass matrix that couples components is the same for explicit and implicit schemes") {
   // M y' = −K y has the same solution as y' = −M⁻¹K y.
   Eigen::MatrixXd M = Eigen::MatrixXd::Identity(6, 6) * 2;

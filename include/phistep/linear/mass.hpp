@@ -211,8 +211,9 @@ struct MassKind<T> {
 
 /// The mass m of m v' = Ψ: a number, a vector (one a component, or one a particle of a 3×N state) or a matrix; one
 /// argument per solved block where a state couples several. [mass]
-/// @throws std::invalid_argument where a mass is not finite or is negative, a matrix not finite or not square. Zeros and
-/// singular matrices are for M y' = Ψ under the schemes that take them: any other stepper throws at its construction.
+/// @throws std::invalid_argument where a mass is not finite or is negative, a matrix not finite or not square. A stepper of a
+/// motion throws at its construction unless a matrix is symmetric and positive definite. Zeros and singular matrices are for
+/// M y' = Ψ under the schemes that take them: any other stepper throws, too.
 template <class... M>
   requires(sizeof...(M) > 0)
 [[nodiscard]] auto mass(const M&... masses) {

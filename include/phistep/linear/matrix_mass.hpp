@@ -2,6 +2,7 @@
 /// M as a matrix, factorized once. Where it is singular, G with M G M = M stands for M⁻¹ (generalized_inverse.hpp).
 #pragma once
 
+#include <Eigen/Cholesky>
 #include <Eigen/Core>
 
 #include <memory>
@@ -41,6 +42,12 @@ class MatrixMass {
     x -= seen;
   }
   [[nodiscard]] static UniformFactor<T> scaled(T h) { return {h}; }
+  /// Symmetric but for rounding, and xᵀMx > 0 for all x ≠ 0.
+  [[nodiscard]] bool is_positive_definite() const {
+    const Matrix transposed = mass_.transpose();
+    if ((mass_ - transposed).norm() > rank_threshold<T>(mass_.rows()) * mass_.norm()) return false;
+    return Mass::has_cholesky_factor(mass_);
+  }
 
  protected:
   explicit MatrixMass(Matrix mass) : mass_{std::move(mass)} {}
@@ -83,6 +90,9 @@ class DenseMass
   void solve(auto&& x) const {
     if (range_) range_->solve(x);
     else lu_.solve_in_place(x);
+  }
+  [[nodiscard]] static bool has_cholesky_factor(const Matrix& M) {
+    return Eigen::LLT<Matrix>{M}.info() == Eigen::Success;
   }
   void subtract_product(const auto& x, auto&& out) const { out.noalias() -= mass_ * x; }
   void for_each_entry(Eigen::Index n, auto&& f) const {

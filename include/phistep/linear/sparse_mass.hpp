@@ -2,6 +2,7 @@
 /// A sparse mass or capacity matrix, such as finite elements make.
 #pragma once
 
+#include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
 #include <Eigen/SparseLU>
 #include <Eigen/SparseQR>
@@ -85,6 +86,9 @@ class SparseMass : public MatrixMass<SparseMass<T>, Eigen::SparseMatrix<T>, Spar
   void solve(auto&& x) const {
     if (range_) range_->solve(x);
     else x = lu_->solve(x).eval();
+  }
+  [[nodiscard]] static bool has_cholesky_factor(const Matrix& M) {
+    return Eigen::SimplicialLLT<Matrix>{M}.info() == Eigen::Success;
   }
   void subtract_product(const auto& x, auto&& out) const { out -= mass_ * x; }
   void for_each_entry(Eigen::Index, auto&& f) const {

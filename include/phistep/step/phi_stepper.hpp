@@ -17,6 +17,7 @@
 #include "phistep/core/stepper_facts.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/equation/bound_masses.hpp"
+#include "phistep/equation/refused_masses.hpp"
 #include "phistep/equation/right_hand_side.hpp"
 #include "phistep/force/at.hpp"
 #include "phistep/linear/mass.hpp"
@@ -315,34 +316,19 @@ class PhiStepper {
         mass_{std::move(mass)},
         kernel_{state, copy, Rhs{std::move(psi), bind_masses<S>(mass_, copy)}, solver},
         working_{scheme, copy} {
-    refuse_singular_mass();
+    check_masses();
   }
-  /// @throws std::invalid_argument where M is singular and the scheme or its solver needs M⁻¹
-  void refuse_singular_mass() const {
+  /// @throws std::invalid_argument where a mass of motion isn't positive, or M is singular and the scheme or its solver needs M⁻¹
+  void check_masses() const {
     if constexpr (Rhs::drifts) {
-      for_each_mass([](const auto& mass) {
-        if constexpr (MayBeSingular<std::remove_cvref_t<decltype(mass)>>)
-          if (mass.algebraic() >= 0)
-            throw std::invalid_argument(
-                "phistep: a mass of motion must be > 0, and a mass matrix invertible: component " +
-                std::to_string(mass.algebraic()));
-      });
+      refuse_masses_of_motion(masses());
     } else if constexpr (Rhs::may_be_singular) {
-      const Offender at = algebraic_component(masses());
-      if (!at) return;
-      bool takes = false;
+      bool takes_singular = false;
       if constexpr (
           requires { typename Solver::LinearSolver; } && requires { working_.takes_singular_mass(); })
-        takes = working_.takes_singular_mass();
-      if (takes) return;
-      throw std::invalid_argument(
-          "phistep: M is singular (component " + std::to_string(at.index) + " of block " + std::to_string(at.block) +
-          " is algebraic) and " + type_of_scheme() +
-          ", or its solver, needs its inverse: take rodas4, rodas5p, tr_bdf2 or backward_euler with newton()");
+        takes_singular = working_.takes_singular_mass();
+      if (!takes_singular) refuse_singular_masses(masses(), type_of_scheme());
     }
-  }
-  void for_each_mass(auto&& f) const {
-    std::apply([&f](const auto&... mass) { (f(mass), ...); }, kernel_.rhs().masses());
   }
   /// Everything inlined, the force as well: only so do the compilers keep a small state in registers from step to step.
   [[gnu::flatten]] StepReport run_inlined(S& state, const auto& all, Origin origin) {
@@ -384,7 +370,7 @@ class PhiStepper {
     kernel_.resize(state, copy, std::move(masses));
     working_ = std::move(fresh);
     if constexpr (Rhs::takes_active) follow_active();
-    refuse_singular_mass();
+    check_masses();
   }
   void follow_active() {
     kernel_.forget_solves();
