@@ -5,7 +5,7 @@
 // kinetic 1/4), which makes a = 3π/16 and the crossing time 2√2.
 
 #include <phistep/pairs/all_pairs.hpp>
-#include <phistep/state/particles.hpp>
+#include <phistep/particles/particles.hpp>
 
 #include <cmath>
 #include <cstdint>

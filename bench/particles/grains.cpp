@@ -9,7 +9,7 @@
 
 #include <phistep/contacts/contact.hpp>
 #include <phistep/io/lammps_data.hpp>
-#include <phistep/state/particles.hpp>
+#include <phistep/particles/particles.hpp>
 
 #include <cmath>
 #include <cstdio>

@@ -5,7 +5,7 @@
 #include <phistep/phistep.hpp>
 
 #include <phistep/pairs/pairs.hpp>
-#include <phistep/state/particles.hpp>
+#include <phistep/particles/particles.hpp>
 
 #include <functional>
 #include <stdexcept>

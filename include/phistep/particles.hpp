@@ -11,8 +11,8 @@
 #include "phistep/pairs/all_pairs.hpp"
 #include "phistep/pairs/pair_laws.hpp"
 #include "phistep/pairs/pairs.hpp"
+#include "phistep/particles/box.hpp"
+#include "phistep/particles/particles.hpp"
 #include "phistep/phistep.hpp"
 #include "phistep/sleep/sleeping.hpp"
-#include "phistep/state/box.hpp"
-#include "phistep/state/particles.hpp"
 // IWYU pragma: end_exports

@@ -5,8 +5,8 @@
 
 #include <phistep/contacts/contact.hpp>
 #include <phistep/io/checkpoint.hpp>
+#include <phistep/particles/particles.hpp>
 #include <phistep/phistep.hpp>
-#include <phistep/state/particles.hpp>
 
 #include <array>
 #include <cmath>

@@ -2,7 +2,7 @@
 #include <phistep/archive/archive.hpp>
 #include <phistep/contacts/contact_memory.hpp>
 #include <phistep/contacts/contact_pairs.hpp>
-#include <phistep/contacts/spring_table.hpp>
+#include <phistep/contacts/springs/spring_table.hpp>
 #include <phistep/contacts/touching_walls.hpp>
 #include <phistep/contacts/walls.hpp>
 

@@ -6,8 +6,8 @@
 #include <phistep/contacts/contact.hpp>
 #include <phistep/contacts/walls.hpp>
 #include <phistep/io/checkpoint.hpp>
+#include <phistep/particles/particles.hpp>
 #include <phistep/phistep.hpp>
-#include <phistep/state/particles.hpp>
 
 #include <cmath>
 #include <sstream>

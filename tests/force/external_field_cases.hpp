@@ -3,8 +3,8 @@
 
 #include <phistep/autodiff.hpp>
 #include <phistep/force/external_field.hpp>
+#include <phistep/particles/particles.hpp>
 #include <phistep/phistep.hpp>
-#include <phistep/state/particles.hpp>
 
 #include <cmath>
 #include <stdexcept>

@@ -1,6 +1,6 @@
 #include "linear/mass_cases.hpp"
 
-#include <phistep/state/body.hpp>
+#include <phistep/particles/body.hpp>
 
 using namespace mass_cases;
 

@@ -1,7 +1,7 @@
 // Neighbour lists: what is listed, what it costs, and when it is made anew.
 #include <phistep/archive/archive.hpp>
 #include <phistep/neighbors/neighbors.hpp>
-#include <phistep/state/box.hpp>
+#include <phistep/particles/box.hpp>
 
 #include <algorithm>
 #include <array>

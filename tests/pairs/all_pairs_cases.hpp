@@ -2,8 +2,8 @@
 #pragma once
 
 #include <phistep/pairs/all_pairs.hpp>
+#include <phistep/particles/particles.hpp>
 #include <phistep/phistep.hpp>
-#include <phistep/state/particles.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -14,9 +14,9 @@
 #include <utility>
 #include <vector>
 
-#include "phistep/contacts/carried_springs.hpp"
-#include "phistep/contacts/resting_springs.hpp"
-#include "phistep/contacts/spring_table.hpp"
+#include "phistep/contacts/springs/carried_springs.hpp"
+#include "phistep/contacts/springs/resting_springs.hpp"
+#include "phistep/contacts/springs/spring_table.hpp"
 #include "phistep/core/recycled.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/simd/update.hpp"

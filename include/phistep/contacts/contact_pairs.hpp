@@ -13,15 +13,15 @@
 #include <utility>
 #include <vector>
 
-#include "phistep/contacts/carried_springs.hpp"
 #include "phistep/contacts/contact_bodies.hpp"
 #include "phistep/contacts/contact_kernel.hpp"
 #include "phistep/contacts/contact_memory.hpp"
-#include "phistep/contacts/spring_table.hpp"
+#include "phistep/contacts/springs/carried_springs.hpp"
+#include "phistep/contacts/springs/spring_table.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/particles/body.hpp"
 #include "phistep/simd/pack_math.hpp"
 #include "phistep/simd/update.hpp"
-#include "phistep/state/body.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

@@ -28,7 +28,7 @@
 #include "phistep/contacts/contact_slots.hpp"
 #include "phistep/contacts/contact_tangent.hpp"
 #include "phistep/contacts/slot_sums.hpp"
-#include "phistep/contacts/spring_table.hpp"
+#include "phistep/contacts/springs/spring_table.hpp"
 #include "phistep/contacts/touching_pairs.hpp"
 #include "phistep/core/recycled.hpp"
 #include "phistep/core/scratch.hpp"

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "phistep/contacts/contact_bodies.hpp"
-#include "phistep/contacts/spring_table.hpp"
+#include "phistep/contacts/springs/spring_table.hpp"
 #include "phistep/contacts/wall_shapes.hpp"
 #include "phistep/core/shares.hpp"
 #include "phistep/core/version.hpp"

@@ -20,13 +20,13 @@
 #include <variant>
 #include <vector>
 
-#include "phistep/contacts/carried_springs.hpp"
 #include "phistep/contacts/contact_bodies.hpp"
 #include "phistep/contacts/contact_kernel.hpp"
 #include "phistep/contacts/contact_law.hpp"
 #include "phistep/contacts/contact_memory.hpp"
 #include "phistep/contacts/contact_tangent.hpp"
-#include "phistep/contacts/spring_table.hpp"
+#include "phistep/contacts/springs/carried_springs.hpp"
+#include "phistep/contacts/springs/spring_table.hpp"
 #include "phistep/contacts/touching_walls.hpp"
 #include "phistep/contacts/wall_shapes.hpp"
 #include "phistep/core/recycled.hpp"

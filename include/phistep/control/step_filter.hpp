@@ -15,8 +15,8 @@
 #include <cmath>
 #include <cstdint>
 
-#include "phistep/control/short_logarithm.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/simd/short_logarithm.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

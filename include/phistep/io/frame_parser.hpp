@@ -17,7 +17,7 @@
 
 #include "phistep/core/version.hpp"
 #include "phistep/io/text_reader.hpp"
-#include "phistep/state/particles.hpp"
+#include "phistep/particles/particles.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

@@ -19,7 +19,7 @@
 
 #include "phistep/core/version.hpp"
 #include "phistep/io/lammps_header.hpp"
-#include "phistep/state/particles.hpp"
+#include "phistep/particles/particles.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

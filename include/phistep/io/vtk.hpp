@@ -23,10 +23,10 @@
 
 #include "phistep/core/version.hpp"
 #include "phistep/io/text.hpp"
-#include "phistep/io/vtk_blocks.hpp"
-#include "phistep/io/vtk_collection.hpp"
-#include "phistep/io/vtk_file.hpp"
-#include "phistep/io/vtk_layout.hpp"
+#include "phistep/io/vtk/blocks.hpp"
+#include "phistep/io/vtk/collection.hpp"
+#include "phistep/io/vtk/file.hpp"
+#include "phistep/io/vtk/layout.hpp"
 #include "phistep/state/blocks.hpp"
 
 namespace phistep::inline PHISTEP_ABI {

@@ -11,7 +11,7 @@
 #include "phistep/force/energy.hpp"
 #include "phistep/force/evaluate.hpp"
 #include "phistep/force/sum.hpp"
-#include "phistep/state/particles.hpp"
+#include "phistep/particles/particles.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

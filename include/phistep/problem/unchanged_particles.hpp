@@ -14,11 +14,11 @@
 #include <vector>
 
 #include "phistep/core/version.hpp"
+#include "phistep/particles/body.hpp"
+#include "phistep/particles/particle_fingerprint.hpp"
 #include "phistep/problem/origin.hpp"
 #include "phistep/state/active_set.hpp"
 #include "phistep/state/blocks.hpp"
-#include "phistep/state/body.hpp"
-#include "phistep/state/particle_fingerprint.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

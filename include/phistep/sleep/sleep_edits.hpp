@@ -12,10 +12,10 @@
 
 #include "phistep/archive/archive.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/particles/particle_fingerprint.hpp"
 #include "phistep/simd/fingerprint.hpp"
 #include "phistep/sleep/sleep_watch.hpp"
 #include "phistep/sleep/sleepers.hpp"
-#include "phistep/state/particle_fingerprint.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

@@ -21,10 +21,10 @@
 #include <vector>
 
 #include "phistep/core/version.hpp"
+#include "phistep/particles/particle_fingerprint.hpp"
+#include "phistep/particles/particles.hpp"
 #include "phistep/sleep/sleep_report.hpp"
 #include "phistep/sleep/sleeper.hpp"
-#include "phistep/state/particle_fingerprint.hpp"
-#include "phistep/state/particles.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

@@ -40,13 +40,13 @@
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/pairs/acting_pairs.hpp"
+#include "phistep/particles/particles.hpp"
 #include "phistep/problem/origin.hpp"
 #include "phistep/sleep/sleep_edits.hpp"
 #include "phistep/sleep/sleep_report.hpp"
 #include "phistep/sleep/sleep_watch.hpp"
 #include "phistep/sleep/sleepers.hpp"
 #include "phistep/state/active_set.hpp"
-#include "phistep/state/particles.hpp"
 #include "phistep/state/parts.hpp"
 
 namespace phistep::inline PHISTEP_ABI {

@@ -1,8 +1,8 @@
 // What particles.test.cpp and particles.full.cpp share.
 #pragma once
 
+#include <phistep/particles/particles.hpp>
 #include <phistep/phistep.hpp>
-#include <phistep/state/particles.hpp>
 
 #include <cmath>
 #include <cstdint>

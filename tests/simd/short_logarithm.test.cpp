@@ -1,5 +1,5 @@
 // Short logarithms: what they are off, everywhere that step lengths go.
-#include "phistep/control/short_logarithm.hpp"
+#include "phistep/simd/short_logarithm.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -15,8 +15,8 @@
 #include <vector>
 
 #include "phistep/core/version.hpp"
-#include "phistep/io/vtk_blocks.hpp"
-#include "phistep/io/vtk_file.hpp"
+#include "phistep/io/vtk/blocks.hpp"
+#include "phistep/io/vtk/file.hpp"
 #include "phistep/state/blocks.hpp"
 
 namespace phistep::inline PHISTEP_ABI {

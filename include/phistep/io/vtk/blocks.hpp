@@ -20,9 +20,9 @@
 #include "phistep/core/version.hpp"
 #include "phistep/io/csv.hpp"
 #include "phistep/io/text.hpp"
-#include "phistep/io/vtk_file.hpp"
+#include "phistep/io/vtk/file.hpp"
+#include "phistep/particles/particles.hpp"
 #include "phistep/state/blocks.hpp"
-#include "phistep/state/particles.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

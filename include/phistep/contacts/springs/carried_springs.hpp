@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "phistep/contacts/contact_kernel.hpp"
-#include "phistep/contacts/spring_table.hpp"
+#include "phistep/contacts/springs/spring_table.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/simd/update.hpp"
 

@@ -1,4 +1,4 @@
-#include "state/particles_cases.hpp"
+#include "particles/particles_cases.hpp"
 
 using namespace particles_cases;
 

@@ -18,7 +18,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/io/text.hpp"
 #include "phistep/io/text_reader.hpp"
-#include "phistep/io/vtk_file.hpp"
+#include "phistep/io/vtk/file.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "phistep/core/version.hpp"
-#include "phistep/state/body.hpp"
+#include "phistep/particles/body.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

@@ -1,5 +1,5 @@
 // particles: the full product and what is dear to compile. The quick half is particles.test.cpp.
-#include "state/particles_cases.hpp"
+#include "particles/particles_cases.hpp"
 
 using namespace particles_cases;
 

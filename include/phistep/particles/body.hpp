@@ -17,9 +17,9 @@
 #include "phistep/core/shares.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/particles/box.hpp"
 #include "phistep/simd/update.hpp"
 #include "phistep/state/active_set.hpp"
-#include "phistep/state/box.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

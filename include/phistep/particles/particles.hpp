@@ -25,10 +25,10 @@
 #include <vector>
 
 #include "phistep/core/version.hpp"
+#include "phistep/particles/body.hpp"
+#include "phistep/particles/box.hpp"
+#include "phistep/particles/particle_blocks.hpp"
 #include "phistep/state/blocks.hpp"
-#include "phistep/state/body.hpp"
-#include "phistep/state/box.hpp"
-#include "phistep/state/particle_blocks.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
