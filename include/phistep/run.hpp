@@ -157,9 +157,14 @@ class Run {
     const Origin origin = may_be_edited || first_ ? Origin::unknown : Origin::unedited;
     if (minds_edits && origin == Origin::unknown && !take_edits()) return false;
     step_.begin(has_events || (looks_inside && !is_sure_inside<Pace::sees_error>(stepper_)));
+    Scalar tried{0};
     for (bool has_failed = false;;) {
       if (!step_.pace().may_try()) return end(Outcome::too_many_steps);
       Landing<Scalar> to = step_.pace().plan(step_.clock(), observers_.next_stop(time(), step_.clock().span().t1));
+      const Scalar length = std::abs(to.dt);
+      if (tried != 0 && length >= tried)  // the clock knows no shorter one
+        return end(has_failed ? report_.failure.outcome : Outcome::step_too_small);
+      tried = length;
       Found found;
       StepReport done = step_.attempt(to, origin);
       if constexpr (has_events)

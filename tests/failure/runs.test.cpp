@@ -217,3 +217,25 @@ TEST_CASE("a jump in the force is passed, in short steps") {
     CHECK(distance(y, Vec(0.5 + 1.0 / 3 - 4.0 / 3, 0.5 - 1.0 / 3 + 10.0 / 3)) <= 1e-3);
   });
 }
+
+TEST_CASE("a step that the clock can't show any shorter is not tried again") {
+  // Two ticks of the clock, and far too long for the tolerance: the stop is within its rounding, whatever dt is wanted.
+  int calls = 0;
+  const auto decay = [&calls](const Eigen::VectorXd& y) -> Eigen::VectorXd {
+    ++calls;
+    return -y;
+  };
+  const auto ends = [&](auto scheme, double length) {
+    CAPTURE(length);
+    calls = 0;
+    Eigen::VectorXd y = Eigen::VectorXd::Ones(2);
+    phistep::PhiStepper stepper{y, decay, scheme};
+    const auto report = phistep::integrate(stepper, y, {1e16, 1e16 + length}, phistep::tolerance{.rtol = 1e-6});
+    CHECK(report.outcome == phistep::Outcome::step_too_small);
+    CHECK(calls < 200);
+    CHECK((report.statistics.steps > 0 || y == Eigen::VectorXd::Ones(2)));
+  };
+  for (const double length : {2.0, 4.0, -2.0}) {
+    ends(phistep::tsit5, length), ends(phistep::rodas5p, length), ends(phistep::trapezoidal, length);
+  }
+}

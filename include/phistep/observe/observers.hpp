@@ -24,7 +24,7 @@ inline constexpr bool observes_steps = std::is_invocable_v<Observer&, const Comp
 
 /// Shows (t, state) to one observer.
 template <class Observer, class Scalar, class S>
-[[nodiscard]] bool show(Observer& observer, Scalar t, S& state) {
+[[nodiscard]] bool show_to(Observer& observer, Scalar t, S& state) {
   static_assert(!std::is_const_v<Observer> || std::is_invocable_v<Observer&, Scalar, S&>,
                 "phistep: this observer changes as it observes, so it can't be const");
   static_assert(
@@ -68,7 +68,7 @@ class ObserverList {
         if (!ask(begin)) return false;
       }
       if constexpr (sees_steps<Observer>) return true;
-      else return show(observer, t, state);
+      else return show_to(observer, t, state);
     };
     return std::apply([&](auto&... observer) { return (greet(observer) && ...); }, observers_);
   }
@@ -81,7 +81,7 @@ class ObserverList {
     };
     const auto show_end = [&]<class Observer>(Observer& observer) {
       if constexpr (sees_steps<Observer>) return true;
-      else return show(observer, t, state);
+      else return show_to(observer, t, state);
     };
     return std::apply([&](auto&... observer) { return (show_step(observer) && ...) && (show_end(observer) && ...); },
                       observers_);
