@@ -1,4 +1,4 @@
-"""The spots of examples/ranks/gray_scott.cpp: gray_scott.csv to gray_scott.png."""
+"""The spots of examples/ranks/gray_scott_petsc.cpp or gray_scott_sundials.cpp: gray_scott.csv to gray_scott.png."""
 import numpy
 
 from style import out, plt, save

@@ -1,11 +1,8 @@
-// Spots that divide: the reaction and diffusion of Gray and Scott on a square grid that PETSc spreads over all ranks,
+// Spots that divide: the reaction and diffusion of Gray and Scott (gray_scott.hpp) on a square grid that PETSc spreads over all
+// ranks. The state is a Vec of a DMDA, the steps and their error control are phistep's, the linear equations those of a KSP that
+// the command line chooses.
 //
-//     u' = D_u ∇²u − uv² + F (1 − u),     v' = D_v ∇²v + uv² − (F + k) v
-//
-// (J. E. Pearson, Science 261 (1993) 189). The state is a Vec of a DMDA, the steps and their error control are phistep's, the
-// linear equations those of a KSP that the command line chooses.
-//
-// Run: mpiexec -n 2 gray_scott [-n 256] [-t1 6000] [-rtol 1e-3] [-out gray_scott.csv] [-ksp_type gmres] [-pc_type bjacobi] …
+// Run: mpiexec -n 2 gray_scott_petsc [-n 256] [-t1 6000] [-rtol 1e-3] [-out gray_scott.csv] [-ksp_type gmres] [-pc_type bjacobi] …
 // Picture: python3 plot/plot_gray_scott.py [DIR]
 #include <petscdmda.h>
 
@@ -13,12 +10,13 @@
 #include <cstdio>
 #include <phistep/petsc.hpp>
 
+#include "gray_scott.hpp"
+
+using namespace gray_scott;
 using phistep::check_petsc;
 
 class GrayScott {
  public:
-  static constexpr double length = 2.5, D_u = 8e-5, D_v = 4e-5, F = 0.024, k = 0.06;
-
   explicit GrayScott(PetscInt n) : n_{n}, c_{1 / std::pow(length / static_cast<double>(n), 2)} {
     check_petsc(DMDACreate2d(PETSC_COMM_WORLD, DM_BOUNDARY_PERIODIC, DM_BOUNDARY_PERIODIC, DMDA_STENCIL_STAR, n, n,
                              PETSC_DECIDE, PETSC_DECIDE, 2, 1, nullptr, nullptr, &dm_));
@@ -30,19 +28,14 @@ class GrayScott {
   GrayScott& operator=(const GrayScott&) = delete;
   ~GrayScott() { DMDestroy(&dm_); }
 
-  /// u = 1, v = 0, but for a square with waves in the middle.
   [[nodiscard]] Vec start() const {
     Vec y = nullptr;
     check_petsc(DMCreateGlobalVector(dm_, &y));
     double*** at = nullptr;
     check_petsc(DMDAVecGetArrayDOF(dm_, y, &at));
     for_each([&](PetscInt j, PetscInt i) {
-      const double x = length * static_cast<double>(i) / static_cast<double>(n_),
-                   z = length * static_cast<double>(j) / static_cast<double>(n_);
-      const bool inside = std::abs(x - length / 2) <= 0.25 && std::abs(z - length / 2) <= 0.25;
-      const double v =
-          inside ? 0.25 * std::pow(std::sin(4 * PETSC_PI * x), 2) * std::pow(std::sin(4 * PETSC_PI * z), 2) : 0;
-      at[j][i][0] = 1 - 2 * v, at[j][i][1] = v;
+      const auto [u, v] = gray_scott::start(place(i), place(j));
+      at[j][i][0] = u, at[j][i][1] = v;
     });
     check_petsc(DMDAVecRestoreArrayDOF(dm_, y, &at));
     return y;
@@ -60,9 +53,9 @@ class GrayScott {
       const auto laplacian = [&](int m) {
         return c_ * (at[j][i - 1][m] + at[j][i + 1][m] + at[j - 1][i][m] + at[j + 1][i][m] - 4 * at[j][i][m]);
       };
-      const double u = at[j][i][0], v = at[j][i][1];
-      to[j][i][0] = D_u * laplacian(0) - u * v * v + F * (1 - u);
-      to[j][i][1] = D_v * laplacian(1) + u * v * v - (F + k) * v;
+      const auto [u, v] = reaction(at[j][i][0], at[j][i][1]);
+      to[j][i][0] = D_u * laplacian(0) + u;
+      to[j][i][1] = D_v * laplacian(1) + v;
     });
     check_petsc(DMDAVecRestoreArrayDOFRead(dm_, local, &at));
     check_petsc(DMDAVecRestoreArrayDOF(dm_, out, &to));
@@ -74,12 +67,13 @@ class GrayScott {
     check_petsc(DMDAVecGetArrayDOFRead(dm_, y, &at));
     check_petsc(MatZeroEntries(J));
     for_each([&](PetscInt j, PetscInt i) {
-      const double u = at[j][i][0], v = at[j][i][1], a = c_ * D_u, b = c_ * D_v;
+      const double a = c_ * D_u, b = c_ * D_v;
+      const auto [u, v] = tangent(at[j][i][0], at[j][i][1]);
       const MatStencil row{0, j, i, 0};
       const MatStencil columns[5] = {
           {0, j, i, 0}, {0, j, i + 1, 0}, {0, j, i - 1, 0}, {0, j + 1, i, 0}, {0, j - 1, i, 0}};
-      const double rows[2][10] = {{-4 * a - v * v - F, -2 * u * v, a, 0, a, 0, a, 0, a, 0},
-                                  {v * v, -4 * b + 2 * u * v - F - k, 0, b, 0, b, 0, b, 0, b}};
+      const double rows[2][10] = {{u[0] - 4 * a, u[1], a, 0, a, 0, a, 0, a, 0},
+                                  {v[0], v[1] - 4 * b, 0, b, 0, b, 0, b, 0, b}};
       check_petsc(MatSetValuesBlockedStencil(J, 1, &row, 5, columns, &rows[0][0], INSERT_VALUES));
     });
     check_petsc(DMDAVecRestoreArrayDOFRead(dm_, y, &at));
@@ -120,6 +114,7 @@ class GrayScott {
   }
 
  private:
+  [[nodiscard]] double place(PetscInt i) const { return length * static_cast<double>(i) / static_cast<double>(n_); }
   void for_each(auto&& f) const {
     for (PetscInt j = j0_; j < j0_ + nj_; ++j)
       for (PetscInt i = i0_; i < i0_ + ni_; ++i) f(j, i);
