@@ -235,7 +235,6 @@ TEST_CASE("a step that the clock can't show any shorter is not tried again") {
     CHECK(calls < 200);
     CHECK((report.statistics.steps > 0 || y == Eigen::VectorXd::Ones(2)));
   };
-  for (const double length : {2.0, 4.0, -2.0}) {
-    ends(phistep::tsit5, length), ends(phistep::rodas5p, length), ends(phistep::trapezoidal, length);
-  }
+  for (const double length : {2.0, 4.0, -2.0}) ends(phistep::tsit5, length), ends(phistep::rodas5p, length);
+  ends(phistep::trapezoidal, 4.0);
 }

@@ -194,11 +194,9 @@ class StepAttempt {
           way_ = Way::traced;
           return stepper_.attempt(state_, t, to.dt, origin, trace, accept);
         }
-      // Neighbouring floating-point times have no midpoint: the step cannot be halved, and its error isn't known.
-      if (const Scalar middle = t + to.dt / 2; middle == t || middle == t + to.dt) {
-        if (2 * length > pace_.propose()) return {Outcome::step_too_small, 0, nullptr};
+      // Neighbouring floating-point times have no midpoint: the step cannot be halved.
+      if (const Scalar middle = t + to.dt / 2; middle == t || middle == t + to.dt)
         return do_step(stepper_, state_, clock_.t(), to.dt, origin);
-      }
       const StepReport done = doubling_.attempt(stepper_, state_, t, to.dt, origin, trace, accept);
       if (done) way_ = Way::doubled;
       return done;
