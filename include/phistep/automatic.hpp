@@ -50,8 +50,7 @@ AutomaticReport integrate(S& y, F&& force, const MassSpec& mass, TimeSpan<std::t
   AutomaticStepper<S, decltype(outside), MassSpec> stepper{y, outside, wanted.rtol, mass};
   Run<decltype(stepper), S, tolerance, Observers...> run{stepper, y, span, wanted,
                                                          std::forward<Observers>(observers)...};
-  const RunReport report = run.finish();
-  return {report, stepper.uses()};
+  return {run.finish(), std::move(stepper).uses()};
 }
 template <State S, class F, class... Observers>
 AutomaticReport integrate(S& y, F&& force, TimeSpan<std::type_identity_t<ScalarOf<S>>> span, const tolerance& wanted,

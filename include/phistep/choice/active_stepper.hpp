@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <type_traits>
 #include <utility>
 #include <variant>
 
@@ -31,7 +32,10 @@ class ActiveStepper {
   using Checkpoint = std::variant<typename Stepper::Checkpoint...>;
   static constexpr const char* part_name = "stepper";
 
-  explicit ActiveStepper(Steppers first) : steppers_{std::move(first)} {}
+  /// @param make  make() → Steppers that hold the first one to be at work: in place, not moved
+  template <class Make>
+    requires std::is_invocable_r_v<Steppers, const Make&>
+  explicit ActiveStepper(const Make& make) : steppers_(make()) {}
 
   /// The number of the stepper at work.
   [[nodiscard]] int active() const { return static_cast<int>(steppers_.index()); }

@@ -57,10 +57,11 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
   /// @param rtol   that its runs will be asked for: which scheme is best depends on it
   /// @param mass   mass(m) or capacity(C); M = 1 if left out
   AutomaticStepper(const S& state, F force, double rtol, MassSpec mass = {})
-      : AutomaticStepper{plain_of(state), state, std::move(force), rtol, std::move(mass)} {}
+      : AutomaticStepper{state, std::move(force), scene_of<S, F>(plain_of(state), mass, rtol), std::move(mass)} {}
   /// … of a problem that is described already, by scene_of.
   AutomaticStepper(const S& state, F force, const AdvisedProblem& problem, MassSpec mass = {})
-      : AutomaticStepper{problem, plain_of(state), state, std::move(force), std::move(mass)} {}
+      : AutomaticStepper{problem, bool{algebraic_component(bind_masses<S>(mass, plain_of(state)))}, state,
+                         std::move(force), std::move(mass)} {}
 
   /// Where a run begins, its first step proposed: takes an implicit scheme where that step says stiff. Of the first run only.
   /// @param pace  of the run. @return whether it did: the first step is then to be proposed anew
@@ -86,7 +87,8 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
   /// What the choice depends on.
   [[nodiscard]] const AdvisedProblem& problem() const { return problem_; }
   /// What it took, when and why.
-  [[nodiscard]] const SchemeUses& uses() const { return course_.uses; }
+  [[nodiscard]] const SchemeUses& uses() const& { return course_.uses; }
+  [[nodiscard]] SchemeUses uses() && { return std::move(course_.uses); }
   /// The last look at the rate.
   [[nodiscard]] const RateSeen& seen() const { return course_.look.seen(); }
   /// Whether it is, or would be if it could, at an implicit scheme.
@@ -121,7 +123,7 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
     AutomaticCourse<Plain> course = course_;
     in("active", active, "course", course);
     in.check(0 <= active && active < Schemes::count);
-    Base fresh{Schemes::make(active, sample(), force_, mass_)};
+    Base fresh{[&] { return Schemes::make(active, sample(), force_, mass_); }};
     in.open("scheme");
     fresh.load(in, [&] {
       in.close();
@@ -132,27 +134,29 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
   }
 
  private:
-  AutomaticStepper(const Plain& copy, const S& state, F&& force, double rtol, MassSpec&& mass)
-      : AutomaticStepper{scene_of<S, F>(copy, mass, rtol), copy, state, std::move(force), std::move(mass)} {}
-  AutomaticStepper(const AdvisedProblem& problem, const Plain& copy, const S& state, F&& force, MassSpec&& mass)
-      : AutomaticStepper{problem,          copy,           bool{algebraic_component(bind_masses<S>(mass, copy))}, state,
-                         std::move(force), std::move(mass)} {}
-  AutomaticStepper(const AdvisedProblem& problem, const Plain& copy, bool is_algebraic, const S& state, F&& force,
-                   MassSpec&& mass)
-      : Base{Schemes::make(is_algebraic ? Schemes::suitable_implicit(problem) : Schemes::suitable_explicit(problem),
-                           state, force, mass)},
+  AutomaticStepper(const AdvisedProblem& problem, bool is_algebraic, const S& state, F&& force, MassSpec&& mass)
+      : Base{[&] { return Schemes::make(first_of(problem, is_algebraic), state, force, mass); }},
         force_{std::move(force)},
         mass_{std::move(mass)},
         problem_{problem},
-        course_{
-            .watch = StiffnessWatch{Schemes::rivals(problem)}, .look = RateLook<Plain>{copy}, .is_bound = is_algebraic},
+        course_{.watch = StiffnessWatch{Schemes::rivals(problem)},
+                .look = RateLook<Plain>{plain_of(state)},
+                .is_bound = is_algebraic},
         view_{state} {
     course_.uses.add({.scheme = scheme(), .cause = is_algebraic ? SchemeCause::algebraic : SchemeCause::start});
   }
-  [[nodiscard]] static Plain plain_of(const S& state) {
-    Plain copy;
-    copy_blocks<S>(copy, state);
-    return copy;
+  [[nodiscard]] static int first_of(const AdvisedProblem& problem, bool is_algebraic) {
+    return is_algebraic ? Schemes::suitable_implicit(problem) : Schemes::suitable_explicit(problem);
+  }
+  /// The state itself; of a view, a copy.
+  [[nodiscard]] static decltype(auto) plain_of(const S& state) {
+    if constexpr (is_view) {
+      Plain copy;
+      copy_blocks<S>(copy, state);
+      return copy;
+    } else {
+      return (state);
+    }
   }
 
   const RateSeen& look(const Plain& y, const RunClock<Scalar>& clock, auto& pace) {
