@@ -1,8 +1,8 @@
-// Spots that divide: the reaction and diffusion of Gray and Scott (gray_scott.hpp) on a square grid that PETSc spreads over all
-// ranks (gray_scott_grid.hpp). The state is a Vec of a DMDA, the steps and their error control are phistep's, the linear equations those of a KSP that
-// the command line chooses.
+// Spots that divide: the reaction and diffusion of Gray and Scott (gray_scott.hpp) on a square grid that PETSc spreads over
+// all ranks (gray_scott_grid.hpp). The state is a Vec of a DMDA, the steps and their error control are phistep's, the linear
+// equations those of a KSP that the command line chooses.
 //
-// Run: mpiexec -n 2 gray_scott_petsc [-n 256] [-t1 6000] [-rtol 1e-3] [-out gray_scott.csv] [-ksp_type gmres] [-pc_type bjacobi] …
+// Run: mpiexec -n 2 gray_scott_petsc [-n 256] [-t1 6000] [-rtol 1e-3] [-out gray_scott.csv] [-ksp_type gmres] …
 // Picture: python3 plot/plot_gray_scott.py [DIR]
 #include <phistep/petsc.hpp>
 
