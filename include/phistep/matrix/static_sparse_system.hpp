@@ -12,7 +12,6 @@
 #include <cstddef>
 #include <stdexcept>
 #include <string>
-#include <type_traits>
 #include <utility>
 
 #include "phistep/core/outcome.hpp"

@@ -35,7 +35,6 @@
 
 #include <array>
 #include <cmath>
-#include <cstddef>
 #include <limits>
 #include <stdexcept>
 #include <type_traits>
