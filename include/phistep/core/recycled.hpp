@@ -10,7 +10,7 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// Hands out objects that nobody else holds any more, as they were left, or new ones.
+/// Hands out objects without another owner, as they were left, or new ones.
 /// @tparam most  kept: the committed one, the trial's, the one before, one for a checkpoint
 template <class T, std::size_t most = 4>
 class Recycled {

@@ -4,7 +4,6 @@
 #pragma once
 
 #include <array>
-#include <type_traits>
 
 #include "phistep/core/scheme_facts.hpp"
 #include "phistep/core/version.hpp"

@@ -5,7 +5,6 @@
 #include <Eigen/Core>
 
 #include <cstddef>
-#include <memory>
 #include <tuple>
 #include <type_traits>
 #include <utility>
@@ -103,7 +102,7 @@ template <class... Block>
       masses);
   return found;
 }
-/// rates ← what is no M y': what the algebraic equations leave.
+/// rates ← its part outside the range of M: the residual of the algebraic equations.
 void keep_unexplained(const auto& rates, const auto& masses) {
   for_each_block(
       [](auto, auto& rate, const auto& mass) {

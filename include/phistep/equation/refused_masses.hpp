@@ -4,7 +4,6 @@
 
 #include <stdexcept>
 #include <string>
-#include <type_traits>
 
 #include "phistep/core/version.hpp"
 #include "phistep/equation/bound_masses.hpp"

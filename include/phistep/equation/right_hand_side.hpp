@@ -4,7 +4,6 @@
 
 #include <Eigen/Core>
 
-#include <cstdint>
 #include <memory>
 #include <optional>
 #include <tuple>

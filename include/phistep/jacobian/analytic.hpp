@@ -4,10 +4,8 @@
 
 #include <Eigen/Core>
 
-#include <stdexcept>
 #include <string>
 #include <type_traits>
-#include <utility>
 
 #include "phistep/core/version.hpp"
 #include "phistep/force/evaluate.hpp"

@@ -15,8 +15,6 @@
 
 #include <Eigen/Core>
 
-#include <type_traits>
-
 #include "phistep/core/member_named.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/force/evaluate.hpp"

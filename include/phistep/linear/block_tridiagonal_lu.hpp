@@ -92,7 +92,7 @@ class BlockTridiagonalLu {
     Block lower, upper;  // H and G after elimination
     DenseLu<Scalar, b> diagonal;
   };
-  /// x ← x − A y, y ← x. Where there is no neighbour, A was never filled.
+  /// x ← x − A y, y ← x. Without a neighbour, A was never filled.
   static void subtract_product(bool has_neighbor, const Block& A, Scalar* x, Scalar* y) {
     Scalar sum[b];
     for (int i = 0; i < b; ++i) sum[i] = x[i];

@@ -9,7 +9,6 @@
 #include <Eigen/LU>
 
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "phistep/core/version.hpp"

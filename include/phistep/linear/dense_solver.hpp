@@ -18,8 +18,6 @@
 /// every fixed n. (Up to 3 rows, LU is now 5 + 6 and 11 + 9 in the second table.)
 #pragma once
 
-#include <type_traits>
-
 #include "phistep/core/version.hpp"
 #include "phistep/linear/dense_inverse.hpp"
 #include "phistep/linear/dense_lu.hpp"

@@ -55,7 +55,7 @@ concept BoundMass = MultipliesMass<Mass, Scalar> &&
 template <class Mass>
 concept MayBeSingular = requires(const Mass& M, Eigen::Matrix<double, Eigen::Dynamic, 1>& x) {
   { M.algebraic() } -> std::convertible_to<Eigen::Index>;  // a component that has none, −1: M is regular
-  M.keep_unexplained(x);                                   // x ← x − M G x: what is no M y'
+  M.keep_unexplained(x);                                   // x ← x − M G x: the part outside the range of M
   M.keep_unseen(x);                                        // x ← x − G M x: what M doesn't see
 };
 

@@ -10,7 +10,6 @@
 #include <Eigen/Core>
 
 #include <algorithm>
-#include <type_traits>
 #include <vector>
 
 #include "phistep/core/outcome.hpp"

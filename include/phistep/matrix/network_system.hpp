@@ -69,7 +69,7 @@ class NetworkSystem : public Sizes {
 
   /// The pair (i, j) of particles: ∂f_i/∂r_j = ∂f_j/∂r_i = −∂f_i/∂r_i = −∂f_j/∂r_j = K, and C likewise for velocities.
   /// @param n  the unit vector along the pair, dim numbers
-  /// @throws std::invalid_argument where that is no pair of this state's particles
+  /// @throws std::invalid_argument unless both are particles of this state
   void edge(Eigen::Index i, Eigen::Index j, const Scalar* n, PairTangent<Scalar> K, PairTangent<Scalar> C = {}) {
     const NodePair pair{static_cast<std::int32_t>(i), static_cast<std::int32_t>(j)};
     if (has_pattern_ && (written_ >= pairs_.size() || pairs_[written_] != pair)) {

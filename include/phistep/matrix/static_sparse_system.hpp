@@ -12,7 +12,6 @@
 #include <cstddef>
 #include <stdexcept>
 #include <string>
-#include <type_traits>
 #include <utility>
 
 #include "phistep/core/outcome.hpp"
@@ -87,7 +86,7 @@ class StaticSparseSystem : public Sizes {
     return Outcome::success;
   }
   static void add_position_product(Scalar, const auto&, auto&) {}
-  /// The tangents, for those who keep factors of their own: zero outside of the pattern.
+  /// The tangents, for callers with factors of their own: zero outside the pattern.
   struct Rates {
     static constexpr bool IsVectorAtCompileTime = false;
     const typename Lu::Values& values;

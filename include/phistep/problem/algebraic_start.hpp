@@ -8,7 +8,6 @@
 /// given. It has to be within the tolerance of a controlled run, else within 1e-6 of the largest component of its block.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>

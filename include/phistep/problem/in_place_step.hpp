@@ -7,7 +7,6 @@
 /// and what it keeps puts the arrays back if the step fails.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <tuple>
 #include <type_traits>

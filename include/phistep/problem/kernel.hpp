@@ -220,7 +220,7 @@ class Kernel {
   /// The linear stages themselves, for schemes that want more of them.
   [[nodiscard]] auto& stages() requires(needs.stages) { return resolvent_; }
   /// Takes out of an error estimate what the scheme damps anyway (L. F. Shampine, ACM Trans. Math. Softw. 10 (1984) 291):
-  /// without it, stiff components that are long at rest would rule Δt. Solved blocks only: r is no stiff unknown.
+  /// without it, stiff components that are long at rest would rule Δt. Solved blocks only: r is not stiff.
   [[nodiscard]] Outcome filter(Plain& error) {
     if constexpr (needs.solver) return resolvent_.filter(rhs_, error);
     else return Outcome::success;

@@ -16,7 +16,6 @@
 #pragma once
 
 #include <algorithm>
-#include <tuple>
 #include <type_traits>
 
 #include "phistep/core/outcome.hpp"

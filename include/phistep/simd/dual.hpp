@@ -4,7 +4,6 @@
 #pragma once
 
 #include <cmath>
-#include <concepts>
 #include <type_traits>
 
 #include "phistep/core/version.hpp"

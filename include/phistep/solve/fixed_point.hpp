@@ -8,7 +8,7 @@
 ///
 ///     θ = argmin ‖f_k − ΔF θ‖,    w_{k+1} = g(w_k) − ΔG θ,
 ///
-/// which is GMRES where g is linear. It widens the limit, but is no substitute for Newton far beyond it: where g multiplies
+/// which is GMRES where g is linear. It widens the limit, but does not replace Newton far beyond it: where g multiplies
 /// errors by ρ > 1, it ends at the iterate w_k that was looked at, off by f_k/ρ, and not at its image g(w_k), off by f_k,
 /// which is ρ times the rounding in Ψ.
 #pragma once

@@ -83,7 +83,7 @@ class FixedPointResolvent {
     }
   }
 
-  /// There is no matrix, and nothing stiff: the estimate stays what it is.
+  /// Without a matrix, and with nothing stiff, the estimate stays unchanged.
   [[nodiscard]] static Outcome filter(const Rhs&, const Plain&) { return Outcome::success; }
 
   [[nodiscard]] static bool keeps_factors() { return false; }

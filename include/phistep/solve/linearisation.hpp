@@ -179,7 +179,7 @@ class Linearisation {
       else return system_.solve(x);
     }();
     if (outcome != Outcome::success) {
-      has_factors_ = false;  // who couldn't solve is not asked again with the same factors
+      has_factors_ = false;  // a failed solve is not repeated with the same factors
       return outcome;
     }
     if (scale_ != Scalar{1}) x *= scale_;

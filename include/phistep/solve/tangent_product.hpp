@@ -99,7 +99,7 @@ class TangentProduct {
     for_each_part([this](Index at, auto& block) { flat(block) += part(entries_, at, block); }, Rate::blocks(rate_));
   }
 
-  /// False where there is no direction.
+  /// False without a direction.
   [[nodiscard]] bool differ() {
     double reach = std::numeric_limits<double>::infinity();
     std::size_t k = 0;

@@ -150,7 +150,7 @@ class LookInside {
   };
 
   /// The largest error, in tolerances, of *guess(t) at the doubtful places of so long a part of the step, by steps to there.
-  /// Empty where there is no guess, or a step fails.
+  /// Empty without a guess, or if a step fails.
   [[nodiscard]] std::optional<double> worst_error(Scalar length, double enough, auto&& guess) {
     double worst = 0;
     for (const double x : facts_of<Stepper>.doubtful_at.value) {

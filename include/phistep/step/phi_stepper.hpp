@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -186,7 +185,7 @@ class PhiStepper {
     if constexpr (Rhs::may_be_singular) return static_cast<bool>(algebraic_component(masses()));
     else return false;
   }
-  /// rate = what is no M y' in Ψ(t, y): what the algebraic equations leave. One force call; false where Ψ isn't finite.
+  /// rate = the part of Ψ(t, y) outside the range of M. One force call; false where Ψ isn't finite.
   [[nodiscard]] bool algebraic_residual(Scalar t, const PlainState<S>& y, RateOf<S>& rate) {
     kernel_.rhs().begin(t, Scalar{0}, y);
     kernel_.rhs().evaluate_into(t, y, rate);

@@ -5,7 +5,7 @@
 ///
 /// A force that existing code brings along may read that code's own arrays in place of the state it is called with. Schemes
 /// that evaluate it inside a step, at trial states, are then wrong without a sign of it. Nothing in a step can tell this from a
-/// constant force, so it is told on request.
+/// constant force, so it is reported on request.
 #pragma once
 
 #include <array>

@@ -9,7 +9,6 @@
 #include <cstdio>
 #include <limits>
 #include <string>
-#include <utility>
 
 #include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"

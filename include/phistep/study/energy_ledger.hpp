@@ -35,7 +35,6 @@
 
 #include <array>
 #include <cmath>
-#include <cstddef>
 #include <limits>
 #include <stdexcept>
 #include <type_traits>
@@ -257,7 +256,7 @@ class EnergyLedger : public EnergyBooksOf<Stepper> {
     books_.external.add(carried);
     books_.solver.add(solver);
   }
-  /// The work on bodies that are held at a velocity by what carries them: −h v̄ᵀΨ_φ. There, ρ is no error.
+  /// The work on bodies that are held at a velocity by what carries them: −h v̄ᵀΨ_φ. There, ρ is not an error.
   [[nodiscard]] Energy take_carried(Scalar h) {
     Energy work{0};
     if constexpr (!std::remove_cvref_t<decltype(force_.mass())>::is_matrix) {

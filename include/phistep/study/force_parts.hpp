@@ -6,7 +6,6 @@
 ///     X   external: of the others
 #pragma once
 
-#include <cstdint>
 #include <tuple>
 #include <type_traits>
 

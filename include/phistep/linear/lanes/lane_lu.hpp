@@ -54,7 +54,7 @@ class LaneLu {
       if (k + 1 < n) exchange(k, pivot(k));
       Number* const top = &(*this)(k, 0);
       const Real size_of_pivot = top[k].norm();
-      // A square that leaves the range is no pivot either.
+      // A pivot whose square leaves the range is refused too.
       good = good && all_at_least(size_of_pivot, Real{least_normal<Scalar>}) &&
              all_at_least(Real{std::numeric_limits<Scalar>::max()}, size_of_pivot);
       const Number inverse = top[k].inverse();

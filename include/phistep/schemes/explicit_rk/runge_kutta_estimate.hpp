@@ -11,7 +11,6 @@
 #include <cstddef>
 #include <iterator>
 #include <type_traits>
-#include <utility>
 
 #include "phistep/core/version.hpp"
 #include "phistep/schemes/explicit_stages.hpp"

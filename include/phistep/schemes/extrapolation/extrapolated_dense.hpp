@@ -59,7 +59,7 @@ class DenseImplicitEuler {
       : kernel_{kernel}, step_{step}, start_{start}, inside_{inside} {}
 
   /// The row's matrix and its first substep, whose Ψ is known; on a watched step's rows 1 and 2 also what Newton would
-  /// correct it by (Hairer & Wanner's program): where that is no smaller, so is nothing that follows.
+  /// correct it by (Hairer & Wanner's program): where that is not smaller, later ones are not either.
   [[nodiscard]] Outcome start(LaneType& lane, int row, int substeps, double& theta) {
     auto& [inverse, h, record, first] = lane.fixed;
     auto& [y, moved] = lane.moving;

@@ -11,7 +11,6 @@
 ///     static constexpr bool interpolates;             … and tell of the solution between the ends
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>

@@ -10,7 +10,6 @@
 
 #include <array>
 #include <cmath>
-#include <utility>
 
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"

@@ -175,7 +175,7 @@ class SchemeOn<Nystrom<Tableau, compensates>, S> : public SchemeDefaults {
   [[nodiscard]] bool stage(Rhs& rhs, Data& step) {
     constexpr bool at_end = i == last && Tableau::first_is_last;
     if (!move<nystrom::Stage<Tableau, i>, at_end>(step, Tableau::c[i])) return false;
-    // The next step is told Ψ itself, without the mass.
+    // Stores Ψ for the next step, not M⁻¹Ψ.
     rhs.evaluate_into(step.t + static_cast<Scalar>(Tableau::c[i]) * step.dt, step.next, at_end ? step.psi : k_[i]);
     if constexpr (at_end) k_[i] = step.psi;
     return divide_by_mass(RateOf<S>::blocks(k_[i]), rhs.masses());

@@ -12,7 +12,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 
 #include "phistep/core/version.hpp"
 #include "phistep/solve/convergence.hpp"
