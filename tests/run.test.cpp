@@ -314,6 +314,7 @@ TEST_CASE("a state that grows while the run goes on") {
   const RunReport refused = go(z, tolerance{.rtol = 1e-4, .atol = V(V::Constant(4, 1e-6))}, {0.5},
                                [](double, Grown& s) { s.r = s.v = V::Ones(3); });
   CHECK(refused.outcome == Outcome::invalid_tolerance);
+  CHECK(refused.message().find("another size") != std::string::npos);
   CHECK(refused.t == 0.5);
 }
 

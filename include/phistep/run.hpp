@@ -296,6 +296,8 @@ class Run {
           !all_ranks(step_.plain(), !held_exception(stepper_)))
         outcome = Outcome::exception_elsewhere;
     report_.outcome = outcome;
+    if constexpr (Pace::varies)
+      if (outcome == Outcome::invalid_tolerance) report_.refused = step_.pace().refused();
     if constexpr (FieldState<Plain>) held_exception(stepper_).rethrow();
     return false;
   }

@@ -15,7 +15,8 @@ TEST_CASE("t1 = t0: shown, done, unless the observer has had enough") {
 }
 
 TEST_CASE("options that can't work are refused before anything happens") {
-  const auto refused = [](const auto& control, TimeSpan<double> span = {0, 1}) {
+  std::string option;
+  const auto refused = [&option](const auto& control, TimeSpan<double> span = {0, 1}) {
     Vec y(1, 2);
     PhiStepper stepper{y, decay, trapezoidal};
     int shown = 0;
@@ -25,12 +26,17 @@ TEST_CASE("options that can't work are refused before anything happens") {
     CHECK(report.t == Approx(span.t0));
     CHECK(report.statistics == Statistics{});
     CHECK_FALSE(report.message().empty());
+    option = report.refused != nullptr ? report.refused : "";
+    CHECK(option.empty() == (report.outcome != Outcome::invalid_tolerance));
+    CHECK_THAT(report.message(), contains(option));
     return report.outcome;
   };
   using enum Outcome;
   for (const double rtol : {0.0, -1e-4, NaN, inf, 1.0, 1e-15, 1e-300})
     CHECK(refused(tolerance{.rtol = rtol}) == invalid_tolerance);
+  CHECK(option == "rtol, which is below rounding");
   for (const double atol : {-1.0, NaN, inf}) CHECK(refused(tolerance{.atol = atol}) == invalid_tolerance);
+  CHECK_THAT(option, contains("atol"));
   CHECK(refused(tolerance{.atol = {1.0, 1.0}}) == invalid_tolerance);
   CHECK(refused(tolerance{.atol = Eigen::VectorXd::Ones(3).eval()}) == invalid_tolerance);
   for (const double bad : {-1.0, NaN}) {
@@ -38,9 +44,12 @@ TEST_CASE("options that can't work are refused before anything happens") {
     CHECK(refused(tolerance{.min_step = bad}) == invalid_tolerance);
     CHECK(refused(tolerance{.max_step = bad}) == invalid_tolerance);
   }
+  CHECK(option == "max_step");
   CHECK(refused(tolerance{.max_step = 0.0}) == invalid_tolerance);
   CHECK(refused(tolerance{.min_step = 0.1, .max_step = 0.05}) == invalid_tolerance);
+  CHECK(option == "min_step, which exceeds max_step");
   CHECK(refused(tolerance{.max_steps = -1}) == invalid_tolerance);
+  CHECK(option == "max_steps");
   for (const double bad : {inf, -inf}) CHECK(refused(tolerance{}, {0, bad}) == invalid_step);
   Vec y(1, 2);
   PhiStepper stepper{y, decay, trapezoidal};

@@ -32,6 +32,13 @@ TEST_CASE("a spring without a length at rest is k d everywhere, at its zero too"
   network.add_jacobian(0.0, y, entries);
   CHECK((entries.K.block<3, 3>(0, 3) - 6 * Eigen::Matrix3d::Identity()).norm() == 0);
   CHECK((entries.K.block<3, 3>(3, 3) + 6 * Eigen::Matrix3d::Identity()).norm() == 0);
+  Out out{Vec::Zero(15)};
+  network.add(0.0, y, out);
+  CHECK(out.force.norm() == 0);
+  // With one, its ends in one point have no direction.
+  spring_network<3>({{0, 1, 6.0, 0.5}}).add(0.0, y, out);
+  CHECK(out.force.head<6>().array().isNaN().all());
+  CHECK(out.force.tail<9>().norm() == 0);
 }
 
 TEST_CASE("the list keeps its order outside, and the force does not depend on it") {

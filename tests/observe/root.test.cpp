@@ -203,6 +203,17 @@ TEST_CASE("root: of two runs in a row one finds a root at their joint, whichever
           CHECK(search(joint - way, joint, g, other).kind == Kind::none);
           CHECK(search(joint, joint + way, g, other, Standing::unknown).kind == Kind::none);
         }
+  // A jump, too.
+  for (const double joint : {0.0, 0.3, -7.0, 1e6})
+    for (const double ulps : {-900.0, -1.0, 0.0, 1.0, 2.0, 30.0, 100.0, 900.0})
+      for (const double size : {1.0, 1e-300, 1e300}) {
+        CAPTURE(joint, ulps, size);
+        const double at = joint + ulps * std::abs(joint) * 0x1p-52;
+        const auto g = [=](double t) { return t < at ? -1.0 : size; };
+        const auto first = search(joint - 1, joint, g);
+        const auto second = search(joint, joint + 1, g, Direction::both, Standing::unknown);
+        CHECK((first.kind == Kind::found) + (second.kind == Kind::found) == 1);
+      }
   // What comes near zero and leaves again has none; steps that end far from a root ask nothing more.
   CHECK(search(1.0, 2.0, [](double t) { return 1e-9 + (t - 2) * (t - 2); }).kind == Kind::none);
   CHECK(search(1.0, 2.0, [](double t) { return t - 2 - 1e-9; }).kind == Kind::none);

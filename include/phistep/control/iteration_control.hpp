@@ -30,10 +30,14 @@ struct iteration_control {
   std::int64_t max_steps = 10'000'000;                        ///< tries
 };
 
-/// Whether these options can mean something; first_step = 0 can, beside a tolerance.
-[[nodiscard]] inline bool can_work(const iteration_control& wanted) {
-  return wanted.first_step >= 0 && wanted.desired >= 1 && wanted.order > 0 && wanted.min_step >= 0 &&
-         wanted.max_step > 0 && wanted.max_steps >= 0;
+/// The option that can mean nothing, or null; first_step = 0 can, beside a tolerance.
+[[nodiscard]] inline const char* what_cannot_work(const iteration_control& wanted) {
+  if (!(wanted.first_step >= 0)) return "first_step of the iteration_control";
+  if (wanted.desired < 1) return "desired";
+  if (!(wanted.order > 0)) return "order";
+  if (!(wanted.min_step >= 0)) return "min_step of the iteration_control";
+  if (!(wanted.max_step > 0)) return "max_step of the iteration_control";
+  return wanted.max_steps < 0 ? "max_steps of the iteration_control" : nullptr;
 }
 
 /// Both: the smaller Δt counts.

@@ -57,14 +57,16 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
 
   [[nodiscard]] Outcome begin(const Plain& y, const ErrorLaw& law) {
     constexpr double round_off = static_cast<double>(std::numeric_limits<Scalar>::epsilon());
-    if (!norm_.begin(wanted_, y)) return Outcome::invalid_tolerance;
+    if (!norm_.begin(wanted_, y))
+      return Length::refuse(wanted_.rtol > 0 && wanted_.rtol < 1 ? "atol, or the norm" : "rtol");
     size_ = {};
     obey(law);
     // An error of a few roundings can't be told from rounding; where stages are combined with weights of up to a hundred,
     // as high orders do, one of some dozens.
     const double least = (law.error_order <= law.order ? 64 : 8) * round_off;
-    if (wanted_.rtol * std::min(allowed_, 1.0) < least || !(wanted_.first_step >= 0)) return Outcome::invalid_tolerance;
-    if (counts_ && !can_work(iterations_)) return Outcome::invalid_tolerance;
+    if (wanted_.rtol * std::min(allowed_, 1.0) < least) return Length::refuse("rtol, which is below rounding");
+    if (!(wanted_.first_step >= 0)) return Length::refuse("first_step");
+    if (const char* bad = counts_ ? what_cannot_work(iterations_) : nullptr) return Length::refuse(bad);
     trace_.resize(y);
     trace_.rtol = wanted_.rtol;
     return Length::bound(std::max(wanted_.min_step, counts_ ? iterations_.min_step : wanted_.min_step),
@@ -175,7 +177,9 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
     trace_.forget();
     if (same_shape<Plain>(trace_.weight, y)) return true;
     trace_.resize(y);
-    return norm_.fits(y);
+    if (norm_.fits(y)) return true;
+    static_cast<void>(Length::refuse("atol, which is for a state of another size"));
+    return false;
   }
 
   void archive(auto& ar) { ar("norm", norm_, "filter", size_, "step", static_cast<Length&>(*this), "trace", trace_); }
@@ -206,7 +210,8 @@ class IterationPace : public VariableStep<ScalarOf<S>> {
 
   explicit IterationPace(const iteration_control& wanted) : wanted_{wanted} {}
   [[nodiscard]] Outcome begin(const Plain&, const ErrorLaw&) {
-    if (!(wanted_.first_step > 0) || !can_work(wanted_)) return Outcome::invalid_tolerance;
+    if (!(wanted_.first_step > 0)) return Length::refuse("first_step of the iteration_control");
+    if (const char* bad = what_cannot_work(wanted_)) return Length::refuse(bad);
     return Length::bound(wanted_.min_step, wanted_.max_step, wanted_.max_steps);
   }
   [[nodiscard]] Outcome start(TimeSpan<Scalar> span, const Plain&, int, auto&&) {

@@ -21,6 +21,7 @@ struct [[nodiscard]] RunReport {
   Statistics statistics;                   ///< of this run alone
   Failure failure;                         ///< of the step that ended the run, if one did
   double smallest_dt = 0, largest_dt = 0;  ///< [time] the shortest and the longest step taken
+  const char* refused = nullptr;           ///< the option that can't work, where the outcome is invalid_tolerance
   Limits limits;                           ///< what kept a controlled run's steps from being longer
 
   [[nodiscard]] explicit operator bool() const { return outcome == Outcome::success; }
@@ -32,8 +33,9 @@ struct [[nodiscard]] RunReport {
   [[nodiscard]] std::string message() const {
     if (outcome == Outcome::success) return explain(outcome);
     if (failure.outcome == outcome) return failure.message();
-    char where[48];  // no step failed, so that there is no more to tell
-    std::snprintf(where, sizeof where, "; at t = %.9g", t);
+    char where[96];  // no step failed, so that there is no more to tell
+    std::snprintf(where, sizeof where, "%s%s; at t = %.9g", refused != nullptr ? ": " : "",
+                  refused != nullptr ? refused : "", t);
     return explain(outcome, where);
   }
 

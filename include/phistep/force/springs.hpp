@@ -107,7 +107,8 @@ struct SpringNetwork : ForceTerm {
         square += d[a] * d[a];
       }
       const Scalar length = std::sqrt(square);
-      if (length == Scalar{0}) return;  // no direction, hence no force: the symmetric choice
+      // Ends in one point: k d = 0 where L = 0; else no direction: NaN, which the step reports, as of pairs and contacts.
+      if (length == Scalar{0} && s.stiffness * s.length == 0) return;
       Scalar tension = static_cast<Scalar>(s.stiffness) * (length - static_cast<Scalar>(s.length));
       if constexpr (damped) {
         Scalar along{0};

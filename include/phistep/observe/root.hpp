@@ -156,7 +156,18 @@ class RootSearch {
     if (!(delta < std::abs(whole_))) return start_;
     const Sample<Scalar> now = sample(start_.t + std::copysign(delta, whole_));
     if (failed_) return now;
-    return std::abs(now.g - start_.g) <= std::abs(start_.g) / 16 ? start_ : departure();
+    return std::abs(now.g - start_.g) <= std::abs(start_.g) / 16 || jumps_before(now) ? start_ : departure();
+  }
+  /// Whether g changes its sign from the start to `now` by a jump: no run that ended at the start has seen it.
+  [[nodiscard]] bool jumps_before(Sample<Scalar> now) {
+    const int s = sign_of(start_.g);
+    if (sign_of(now.g) != -s) return false;
+    Sample<Scalar> a = start_, b = now;
+    for (int n = 0; n < 8 && !failed_; ++n) {
+      const Sample<Scalar> middle = sample(a.t + (b.t - a.t) / 2);
+      (sign_of(middle.g) == s ? a : b) = middle;
+    }
+    return std::abs(b.g - a.g) > std::abs(now.g - start_.g) / 2;
   }
 
   /// Whether the root lies so near behind the end that a run which starts there takes g for a root already handled (the

@@ -9,7 +9,7 @@ TEMPLATE_TEST_CASE_SIG("rows are the loop over springs, but for rounding", "", (
     for (const int side : {2, 5, 23}) {
       auto springs = springs_of(mesh, side);
       Points<Scalar, dim> y(side * side + 3);  // three without springs
-      y.r.col(springs[1].i) = y.r.col(springs[1].j);
+      y.r.col(springs[1].i) = y.r.col(springs[1].j), springs[1].length = 0;
       CHECK(error<Scalar, dim, false>(springs, y, forces<Scalar, dim, false>(springs, y)) <= 1);
       CHECK(error<Scalar, dim, true>(springs, y, forces<Scalar, dim, true>(springs, y)) <= 1);
       springs = renumbered(springs, side * side);

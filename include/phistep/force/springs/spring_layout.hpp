@@ -156,12 +156,13 @@ class SpringLayout {
         const auto has = [&](std::size_t i) { return i < n && c < start[i + 1] - start[i]; };
         std::size_t some = first;
         while (!has(some)) ++some;
-        // A row is padded by springs from the particle to itself, which have no force, like one beside them for the rest.
+        // A row is padded by springs from the particle to itself, like one beside them but for their length at rest: with
+        // 0 they have no force.
         std::array<End, lanes> row;
         for (std::size_t l = 0; l < lanes; ++l) {
           const std::size_t i = first + l;
           row[l] = ends[start[has(i) ? i : some] + c];
-          if (!has(i)) row[l].other = static_cast<Slot>(i);
+          if (!has(i)) row[l].other = static_cast<Slot>(i), row[l].kL = 0;
         }
         bool consecutive = find_consecutive;
         for (std::size_t l = 1; l < lanes; ++l)

@@ -205,7 +205,8 @@ class SpringRows {
         each_axis([&](auto a) { along = fma(d[a], u[a] - v[a], along); });
         pull += P{c} * along * (inverse * inverse);
       }
-      pull = select(square == P{0}, P{0}, pull);  // no direction, hence no force: the symmetric choice
+      // Ends in one point: k d = 0 where L = 0; else no direction: infinity times d = 0, which the step reports.
+      pull = select(square + constant(column.kL) == P{0}, P{0}, pull);
       each_axis([&](auto a) { sum[a] = fma(pull, d[a], sum[a]); });
     }
     std::array<std::array<Scalar, lanes>, dim> sums;
