@@ -39,3 +39,26 @@ TEST_CASE("an estimate that ends early tells nothing of the one before") {
     CHECK(radius.turn() == 1);
   }
 }
+
+TEST_CASE("a trifling estimate is not refined, and one fast mode among many is not trifling") {
+  constexpr Eigen::Index n = 10000;
+  const Vec at = Vec::LinSpaced(n, 1, 2), equal = Vec::Constant(n, 1e6);
+  for (const Eigen::Index fast : {Eigen::Index{0}, n / 3, n - 1}) {
+    int calls = 0;
+    double rate = 0;  // of that mode; of the others 1
+    const auto slope = [&](double, const Vec& x, Vec& out) {
+      ++calls;
+      out = -x;
+      out[fast] *= rate;
+      return true;
+    };
+    const auto look = [&] { return SpectralRadius<Vec>{at}(slope, 0.0, at, equal, 1e-6, 2, 10); };
+    rate = 1;
+    CHECK(std::abs(look() - 1) <= 1e-5);
+    CHECK(calls == 3);
+    // Its share of a random direction is 1/100 or so, and two products see a tenth of its rate.
+    rate = 1e6, calls = 0;
+    CHECK(look() >= 0.9e6);
+    CHECK(calls == 5);
+  }
+}

@@ -33,30 +33,34 @@ class SpectralRadius {
     scaled_ = true;
   }
 
-  /// At (t, y): 1 + 2 pairs calls. @param f  f(t, y, out) → bool: out = y'. @param weight  1/(atol + rtol|y|), whose rtol is
-  /// `rtol`. @return 0 where y' is not finite
-  [[nodiscard]] double operator()(auto&& f, Scalar t, const Plain& y, const Plain& weight, double rtol, int pairs = 4) {
+  /// At (t, y): 1 + 2 pairs calls at most. @param f  f(t, y, out) → bool: out = y'. @param weight  1/(atol + rtol|y|), whose
+  /// rtol is `rtol`. @param trifling  [1/time] an estimate below it is not refined. @return 0 where y' is not finite
+  [[nodiscard]] double operator()(auto&& f, Scalar t, const Plain& y, const Plain& weight, double rtol, int pairs = 4,
+                                  double trifling = 0) {
     turn_ = 1;
     if (!f(t, y, slope_)) return 0;
     // Directions are measured in weights; a probe moves y by √u of |y| + atol/rtol.
     const double u = static_cast<double>(std::numeric_limits<Scalar>::epsilon()), reach = std::sqrt(u) / rtol;
     double rho = 0;
     scale_by_weights(weight);
+    double size = weighted_rms(direction_, weight);
     for (int k = 0; k < pairs; ++k) {
       double grown = 1;
+      const double before = size;
       copy_blocks<Plain>(first_, direction_);
       for (int half = 0; half < 2; ++half) {
-        const double size = weighted_rms(direction_, weight);
         if (!(size > 0) || !std::isfinite(size)) return rho;
         const auto by = static_cast<Scalar>(reach / size), back = static_cast<Scalar>(1 / reach);
         assign<Plain>(moved_, in<Plain>(y) + by * in<Plain>(direction_));
         if (!f(t, moved_, direction_)) return rho;
         // the product with a direction of size 1
         assign<Plain>(direction_, back * (in<Plain>(direction_) - in<Plain>(slope_)));
-        grown *= weighted_rms(direction_, weight);
+        size = weighted_rms(direction_, weight);
+        grown *= size;
       }
       rho = std::sqrt(grown);
-      find_turn(weight);
+      if (size > 0) find_turn(before, size, weight);
+      if (rho < trifling) break;
     }
     return rho;
   }
@@ -70,9 +74,7 @@ class SpectralRadius {
 
  private:
   /// J² d is λ² d: along d for a real λ, against it for ±iω. |u + w|² = 2 + 2 cos(u, w) of two of size 1.
-  void find_turn(const Plain& weight) {
-    const double before = weighted_rms(first_, weight), after = weighted_rms(direction_, weight);
-    if (!(before > 0 && after > 0)) return;
+  void find_turn(double before, double after, const Plain& weight) {
     const auto a = static_cast<Scalar>(1 / before), b = static_cast<Scalar>(1 / after);
     assign<Plain>(moved_, a * in<Plain>(first_) + b * in<Plain>(direction_));
     const double sum = weighted_rms(moved_, weight);
