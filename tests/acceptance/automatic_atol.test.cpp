@@ -8,6 +8,7 @@
 #include "problems/hires.hpp"
 #include "problems/relaxation.hpp"
 #include "support/catch.hpp"
+#include "support/shared_force.hpp"
 
 using namespace phistep;
 
@@ -19,7 +20,8 @@ struct Outcomes {
 };
 /// @param size  the largest magnitudes of the components, relative to which errors are measured
 template <class State>
-Outcomes run(auto force, auto scheme, State y, double end, const State& exact, const State& size, double rtol) {
+Outcomes run(const shared_force::OfState<State>& force, auto scheme, State y, double end, const State& exact,
+             const State& size, double rtol) {
   PhiStepper stepper{y, force, scheme};
   const RunReport report = integrate(stepper, y, {0, end}, tolerance{.rtol = rtol, .max_steps = 100'000});
   CAPTURE(report.message());
@@ -40,13 +42,13 @@ struct Difference {
 };
 
 template <class State>
-void check_wide(const char* name, auto force, const State& start, double end, const State& exact, const State& size,
-                double kappa) {
+void check_wide(const char* name, const shared_force::OfState<State>& force, const State& start, double end,
+                const State& exact, const State& size, double kappa) {
   for (const double rtol : {1e-3, 1e-4, 1e-6}) {
     CAPTURE(name, rtol);
-    CHECK(run(force, rodas4, start, end, exact, size, rtol).error < 10 * kappa * rtol);
-    CHECK(run(force, rodas5p, start, end, exact, size, rtol).error < 10 * kappa * rtol);
-    CHECK(run(force, radau, start, end, exact, size, rtol).error < 10 * kappa * rtol);
+    CHECK(run<State>(force, rodas4, start, end, exact, size, rtol).error < 10 * kappa * rtol);
+    CHECK(run<State>(force, rodas5p, start, end, exact, size, rtol).error < 10 * kappa * rtol);
+    CHECK(run<State>(force, radau, start, end, exact, size, rtol).error < 10 * kappa * rtol);
   }
 }
 
@@ -66,8 +68,8 @@ TEST_CASE("HIRES: seven components of 1e-2 to 1 beside one that starts at 0.0057
   size << 1, 0.15, 0.02, 0.4, 0.03, 0.25, 0.0057, 0.0057;
   const P::State start = P::start(), exact = P::exact();
   for (const double rtol : {1e-4, 1e-6}) {
-    CHECK(run(P{}, rodas4, start, P::end, exact, size, rtol).error < 10 * rtol);
-    CHECK(run(P{}, rodas5p, start, P::end, exact, size, rtol).error < 10 * rtol);
+    CHECK(run<P::State>(P{}, rodas4, start, P::end, exact, size, rtol).error < 10 * rtol);
+    CHECK(run<P::State>(P{}, rodas5p, start, P::end, exact, size, rtol).error < 10 * rtol);
   }
 }
 
@@ -76,10 +78,11 @@ TEST_CASE(
   const Eigen::Vector3d start(1, 0, 0), exact(std::cos(20.0), std::sin(20.0), 0), size(1, 1, 1);
   for (const double rtol : {1e-4, 1e-6}) {
     Eigen::Vector3d y = start;
-    PhiStepper stepper{y, Difference{}, rodas5p};
+    const shared_force::OfState<Eigen::Vector3d> difference = Difference{};
+    PhiStepper stepper{y, difference, rodas5p};
     const RunReport given = integrate(stepper, y, {0, 20}, tolerance{.rtol = rtol, .atol = rtol});
     REQUIRE(given);
-    const Outcomes got = run(Difference{}, rodas5p, start, 20, exact, size, rtol);
+    const Outcomes got = run<Eigen::Vector3d>(difference, rodas5p, start, 20, exact, size, rtol);
     CHECK(got.error < 10 * rtol);
     CHECK(got.tries < 5 * given.statistics.steps);
   }
@@ -90,7 +93,9 @@ TEST_CASE("automatic atol: a pulse that grows out of zero through subnormal numb
   // y' = exp(−50 (t − 5)²), y(0) = 0: y(10) = √(π/50), and less than 1e-308 until t = 1.2
   const auto run = [](auto zero, const auto& scheme) {
     using Y = decltype(zero);
-    const auto pulse = [](const Y&, double t) -> Y { return Y::Constant(1, 1, std::exp(-50 * (t - 5) * (t - 5))); };
+    const shared_force::OfStateAndTime<Y> pulse = [](const Y&, double t) -> Y {
+      return Y::Constant(1, 1, std::exp(-50 * (t - 5) * (t - 5)));
+    };
     Y y = zero;
     PhiStepper stepper{y, pulse, scheme};
     const RunReport report =
