@@ -1,11 +1,11 @@
 // Large sparse fields, by a direct solver or by Krylov iterations: which, by what count, and what if W turns unsymmetric.
+// Affine fields and patterns alone: automatic_fields.full.
 #include "choice/automatic_cases.hpp"
 
 #include <phistep/advise.hpp>
 #include <phistep/sparse.hpp>
 
 #include "phistep/archive/archive.hpp"
-#include "problems/heat_2d.hpp"
 #include "problems/reaction_diffusion.hpp"
 
 using namespace automatic_cases;
@@ -201,36 +201,6 @@ TEST_CASE("a field that isn't counted yet is priced as one for Krylov iterations
   const AutomaticReport cheap = integrate(y, force, span, {.rtol = 1e-4, .atol = 1e-6});
   REQUIRE(cheap);
   CHECK(cheap.schemes.list().back().scheme == SuitableScheme::rodas_4_krylov);
-}
-
-TEST_CASE("for many digits a field's explicit steps at their limit are fewer than an implicit scheme's are worth") {
-  using problems::Heat2D;
-  for (const double rtol : {1e-3, 1e-6, 1e-9}) {
-    Field y = Heat2D::exact(0);
-    const auto report = integrate(y, Heat2D{}, {0.0, Heat2D::end}, {.rtol = rtol, .atol = 0.1 * rtol});
-    REQUIRE(report);
-    CAPTURE(report.schemes.message());
-    CHECK((y - Heat2D::exact(Heat2D::end)).cwiseAbs().maxCoeff() < rtol);
-    if (rtol == 1e-3) {
-      REQUIRE(report.schemes.count() == 2);
-      CHECK(report.schemes.list()[1].scheme == SuitableScheme::rodas_4_krylov);
-      CHECK(report.statistics.steps < 50);  // dop853: 260
-    } else {
-      CHECK(report.schemes.count() == 1);
-      CHECK(report.schemes.list()[0].scheme == SuitableScheme::dormand_prince_8);
-      CHECK(report.statistics.jacobians == (rtol == 1e-6 ? 1 : 0));  // counted once, near the limit
-      CHECK(report.statistics.factorizations == 0);
-    }
-  }
-}
-
-TEST_CASE("a pattern alone: its Jacobian by differences is symmetric to their accuracy") {
-  const ReactionDiffusion cube{.m = 14, .dim = 3, .rate = 400};
-  Field y = cube.start();
-  const auto report = integrate(y, sparsity(problems::as_function(cube), cube.pattern()), span, wanted);
-  REQUIRE(report);
-  CHECK(report.schemes.list().back().scheme == SuitableScheme::rodas_4_krylov);
-  CHECK(error(y, cube) < 3e-3);
 }
 
 TEST_CASE("a checkpoint on conjugate gradients: resumed to the bit") {
