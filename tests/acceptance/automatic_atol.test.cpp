@@ -8,18 +8,26 @@
 #include "problems/hires.hpp"
 #include "problems/relaxation.hpp"
 #include "support/catch.hpp"
+#include "support/shared_force.hpp"
 
 using namespace phistep;
 
 namespace {
+
+using Vec = Eigen::VectorXd;
+/// One type of force and one of state, so that each scheme is compiled once.
+using Force = shared_force::OfStateAndTime<Vec>;
+template <class Problem>
+Force force_of(const Problem& problem) {
+  return [problem](const Vec& y, double) -> Vec { return problem(typename Problem::State{y}); };
+}
 
 struct Outcomes {
   double error;
   std::int64_t tries;
 };
 /// @param size  the largest magnitudes of the components, relative to which errors are measured
-template <class State>
-Outcomes run(auto force, auto scheme, State y, double end, const State& exact, const State& size, double rtol) {
+Outcomes run(const Force& force, auto scheme, Vec y, double end, const Vec& exact, const Vec& size, double rtol) {
   PhiStepper stepper{y, force, scheme};
   const RunReport report = integrate(stepper, y, {0, end}, tolerance{.rtol = rtol, .max_steps = 100'000});
   CAPTURE(report.message());
@@ -39,8 +47,7 @@ struct Difference {
   State operator()(const State& y) const { return {-y[1], y[0], -1e3 * (y[2] - (y[0] * y[0] + y[1] * y[1] - 1))}; }
 };
 
-template <class State>
-void check_wide(const char* name, auto force, const State& start, double end, const State& exact, const State& size,
+void check_wide(const char* name, const Force& force, const Vec& start, double end, const Vec& exact, const Vec& size,
                 double kappa) {
   for (const double rtol : {1e-3, 1e-4, 1e-6}) {
     CAPTURE(name, rtol);
@@ -55,9 +62,9 @@ void check_wide(const char* name, auto force, const State& start, double end, co
 TEST_CASE("van der Pol: x = 2 beside x' = 1e3 and 1e6 in one vector, no atol given") {
   // x(2000) by Radau IIA at rtol 1e-14 and the slow branch's x' = x/(μ(1 − x²)).
   const Eigen::Vector2d slow(1.706167732170469, -8.928097010248125e-4);
-  check_wide<Eigen::Vector2d>("mu = 1e3", Slow{}, {2, 0}, 2000, slow, {2, 1300}, 2.3);
+  check_wide("mu = 1e3", force_of(Slow{}), Vec{{2.0, 0.0}}, 2000, slow, Vec{{2.0, 1300.0}}, 2.3);
   using P = problems::Relaxation;
-  check_wide<Eigen::Vector2d>("mu = 1e6", P{}, P::start(), P::end, P::exact(), {2, 1.3e6}, 2.3);
+  check_wide("mu = 1e6", force_of(P{}), P::start(), P::end, P::exact(), Vec{{2.0, 1.3e6}}, 2.3);
 }
 
 TEST_CASE("HIRES: seven components of 1e-2 to 1 beside one that starts at 0.0057, no atol given") {
@@ -66,8 +73,8 @@ TEST_CASE("HIRES: seven components of 1e-2 to 1 beside one that starts at 0.0057
   size << 1, 0.15, 0.02, 0.4, 0.03, 0.25, 0.0057, 0.0057;
   const P::State start = P::start(), exact = P::exact();
   for (const double rtol : {1e-4, 1e-6}) {
-    CHECK(run(P{}, rodas4, start, P::end, exact, size, rtol).error < 10 * rtol);
-    CHECK(run(P{}, rodas5p, start, P::end, exact, size, rtol).error < 10 * rtol);
+    CHECK(run(force_of(P{}), rodas4, start, P::end, exact, size, rtol).error < 10 * rtol);
+    CHECK(run(force_of(P{}), rodas5p, start, P::end, exact, size, rtol).error < 10 * rtol);
   }
 }
 
@@ -75,23 +82,22 @@ TEST_CASE(
     "a component made of the errors of others forces no tiny steps: less than five times those of an atol given") {
   const Eigen::Vector3d start(1, 0, 0), exact(std::cos(20.0), std::sin(20.0), 0), size(1, 1, 1);
   for (const double rtol : {1e-4, 1e-6}) {
-    Eigen::Vector3d y = start;
-    PhiStepper stepper{y, Difference{}, rodas5p};
+    Vec y = start;
+    const Force difference = force_of(Difference{});
+    PhiStepper stepper{y, difference, rodas5p};
     const RunReport given = integrate(stepper, y, {0, 20}, tolerance{.rtol = rtol, .atol = rtol});
     REQUIRE(given);
-    const Outcomes got = run(Difference{}, rodas5p, start, 20, exact, size, rtol);
+    const Outcomes got = run(difference, rodas5p, start, 20, exact, size, rtol);
     CHECK(got.error < 10 * rtol);
     CHECK(got.tries < 5 * given.statistics.steps);
   }
 }
 
 TEST_CASE("automatic atol: a pulse that grows out of zero through subnormal numbers") {
-  using One = Eigen::Vector<double, 1>;
   // y' = exp(−50 (t − 5)²), y(0) = 0: y(10) = √(π/50), and less than 1e-308 until t = 1.2
-  const auto run = [](auto zero, const auto& scheme) {
-    using Y = decltype(zero);
-    const auto pulse = [](const Y&, double t) -> Y { return Y::Constant(1, 1, std::exp(-50 * (t - 5) * (t - 5))); };
-    Y y = zero;
+  const Force pulse = [](const Vec&, double t) -> Vec { return Vec::Constant(1, std::exp(-50 * (t - 5) * (t - 5))); };
+  const auto run = [&pulse](const auto& scheme) {
+    Vec y = Vec::Zero(1);
     PhiStepper stepper{y, pulse, scheme};
     const RunReport report =
         integrate(stepper, y, {0, 10}, tolerance{.rtol = 1e-4, .max_step = 0.1, .max_steps = 20000});
@@ -99,7 +105,7 @@ TEST_CASE("automatic atol: a pulse that grows out of zero through subnormal numb
     CHECK(report);
     CHECK(y[0] == Approx(std::sqrt(std::acos(-1.0) / 50)).epsilon(1e-3));
   };
-  run(One::Zero().eval(), dop853);
-  run(Eigen::VectorXd::Zero(1).eval(), tsit5);
-  run(Eigen::VectorXd::Zero(1).eval(), rodas5p);
+  run(dop853);
+  run(tsit5);
+  run(rodas5p);
 }

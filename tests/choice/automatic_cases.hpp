@@ -13,6 +13,7 @@
 
 #include "problems/robertson.hpp"
 #include "support/catch.hpp"
+#include "support/shared_force.hpp"
 
 namespace automatic_cases {
 

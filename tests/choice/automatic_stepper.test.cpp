@@ -1,8 +1,8 @@
-// The stepper that chooses its scheme: failures, checkpoints, allocations, masses, motions. integrate without it: automatic.
+// The stepper that chooses its scheme: failures, checkpoints, allocations. Motions, masses, nets: automatic_stepper.full.
+// integrate without it: automatic.
 #define EIGEN_RUNTIME_NO_MALLOC
 #include "allocation/step_cases.hpp"
 #include "choice/automatic_cases.hpp"
-#include "problems/drum.hpp"
 
 #include "phistep/archive/archive.hpp"
 
@@ -11,26 +11,27 @@ using namespace automatic_cases;
 namespace {
 
 using Dynamic = Eigen::VectorXd;
-/// Robertson's, of a size that is not known when it compiles, without an allocation.
-struct Reaction : ForceTerm {
-  static constexpr bool uses_time = false;
-  static void rate(const Dynamic& y, auto& out) {
-    const double a = 0.04 * y[0], b = 1e4 * y[1] * y[2], c = 3e7 * y[1] * y[1];
-    out[0] += b - a, out[1] += a - b - c, out[2] += c;
-  }
-  void add(auto /*t*/, const auto& state, auto& out) const { rate(state.y, out.rate); }
+using Rate = Eigen::Ref<Dynamic>;
+/// Any y' = f(t, y) of a size that is not known when it compiles, without an allocation: one type of force.
+struct Law : ForceTerm {
+  std::function<void(double, const Dynamic&, Rate)> rate;
+  explicit Law(std::function<void(double, const Dynamic&, Rate)> f) : rate{std::move(f)} {}
+  void add(double t, const auto& state, auto& out) const { rate(t, state.y, out.rate); }
 };
-/// y' = −10⁶ (y − 1)
-struct Relaxing : ForceTerm {
-  static constexpr bool uses_time = false;
-  void add(auto /*t*/, const auto& state, auto& out) const { out.rate.array() -= 1e6 * (state.y.array() - 1); }
-};
+/// Robertson's.
+void react(double /*t*/, const Dynamic& y, Rate out) {
+  const double a = 0.04 * y[0], b = 1e4 * y[1] * y[2], c = 3e7 * y[1] * y[1];
+  out[0] += b - a, out[1] += a - b - c, out[2] += c;
+}
 const TimeSpan<double> span{0.0, 1e6};
 
 struct Program {
+  Law law{react};
   Dynamic y{{1.0, 0.0, 0.0}};
-  AutomaticStepper<Dynamic, Reaction> stepper{y, Reaction{}, 1e-6};
-  Run<decltype(stepper), Dynamic, tolerance> run{stepper, y, span, tolerance{.rtol = 1e-6, .atol = 1e-12}};
+  tolerance wanted{.rtol = 1e-6, .atol = 1e-12};
+  TimeSpan<double> times = span;
+  AutomaticStepper<Dynamic, std::reference_wrapper<const Law>> stepper{y, std::cref(law), wanted.rtol};
+  Run<decltype(stepper), Dynamic, tolerance> run{stepper, y, times, wanted};
 };
 
 }  // namespace
@@ -77,24 +78,24 @@ TEST_CASE("a force that throws, or isn't finite, at any call leaves the last goo
   for (const bool throws : {true, false})
     for (std::int64_t bad = 0; bad < calls; bad += 11) {
       std::int64_t count = 0;
-      const auto force = [&](const Dynamic& x) -> Dynamic {
-        if (count++ >= bad) {
-          if (throws) throw std::runtime_error("no");
-          return Dynamic::Constant(3, NAN);
-        }
-        Dynamic out = Dynamic::Zero(3);
-        Reaction::rate(x, out);
-        return out;
+      Program program{.law = Law{[&](double t, const Dynamic& x, Rate out) {
+                        if (count++ >= bad) {
+                          if (throws) throw std::runtime_error("no");
+                          out.setConstant(NAN);
+                        }
+                        react(t, x, out);
+                      }}};
+      Dynamic good = program.y;
+      const auto go = [&] {
+        while (program.run.advance()) good = program.y;
       };
-      Dynamic y{{1.0, 0.0, 0.0}}, good = y;
-      const auto keep = [&](double, const Dynamic& now) { good = now; };
-      const tolerance wanted{.rtol = 1e-6, .atol = 1e-12};
       if (throws) {
-        CHECK_THROWS_AS(static_cast<void>(integrate(y, force, span, wanted, keep)), std::runtime_error);
+        CHECK_THROWS_AS(go(), std::runtime_error);
       } else {
-        CHECK_FALSE(integrate(y, force, span, wanted, keep));
+        go();
+        CHECK_FALSE(program.run.finish());
       }
-      CHECK(y == good);
+      CHECK(program.y == good);
     }
 }
 
@@ -129,42 +130,15 @@ TEST_CASE("motion: the pair that ignores v, to the bit; stiff bonds: an implicit
   REQUIRE(by_hand(same, pull, rkn86, {0.0, 20.0}, wanted));
   CHECK((y.r == same.r && y.v == same.v));
   CHECK(report.statistics.jacobians == 0);
-
-  const auto damped = [](const Vec& r, const Vec& v) -> Vec { return Vec{-1e6 * r[0] - 1e5 * v[0], -r[1]}; };
-  Motion z{Vec{1, 1}, Vec{0, 0}};
-  const auto other = integrate(z, damped, {0.0, 5.0}, wanted);
-  REQUIRE(other);
-  CHECK(other.schemes.count() == 2);
-  CHECK(z.r[1] == Approx(std::cos(5.0)).epsilon(1e-5));
-}
-
-TEST_CASE("a net of stiff springs and dashpots: TR-BDF2 on conjugate gradients, to the tolerance") {
-  using problems::Drum;
-  Drum::State y = Drum::start();
-  const auto report = integrate(y, Drum::force(), mass(Drum::masses()), {0.0, Drum::end}, {.rtol = 1e-4, .atol = 1e-4});
-  REQUIRE(report);
-  REQUIRE(report.schemes.count() == 2);
-  CHECK(report.schemes.list()[1].scheme == SuitableScheme::tr_bdf_2);
-  CHECK(report.schemes.list()[1].rate > 4e4);  // 1.6e5, seen from below
-  CHECK(report.statistics.linear_iterations > 100);
-  CHECK(report.statistics.steps < 1000);  // explicit ones: 40,000
-  const Dynamic exact = Drum::exact();
-  const auto samples = Drum::samples();
-  const Eigen::Index n = y.r.size();
-  for (std::size_t k = 0; k < samples.size(); ++k) {
-    const double is = samples[k] < n ? y.r[samples[k]] : y.v[samples[k] - n];
-    CHECK(std::abs(is - exact[static_cast<Eigen::Index>(k)]) < 1e-2);
-  }
 }
 
 TEST_CASE("stiff, but no matrix can be had: explicit on, and a resumed run knows why") {
   // 1001 unknowns, neither Jacobian nor pattern.
-  struct Kept {
-    Dynamic y = Dynamic::Zero(1001);
-    AutomaticStepper<Dynamic, Relaxing> stepper{y, Relaxing{}, 1e-4};
-    Run<decltype(stepper), Dynamic, tolerance> run{stepper, y, {0.0, 1.0}, tolerance{.rtol = 1e-4}};
+  const Law relaxing{[](double, const Dynamic& y, Rate out) { out.array() -= 1e6 * (y.array() - 1); }};
+  const auto make = [&] {
+    return Program{.law = relaxing, .y = Dynamic::Zero(1001), .wanted = {.rtol = 1e-4}, .times = {0.0, 1.0}};
   };
-  Kept first, other;
+  Program first = make(), other = make();
   for (int k = 0; k < 60; ++k) REQUIRE(first.run.advance());
   REQUIRE(first.stepper.uses().count() == 2);
   CHECK(first.stepper.uses().list()[1].cause == SchemeCause::stays_explicit);
@@ -183,44 +157,28 @@ TEST_CASE("stiff, but no matrix can be had: explicit on, and a resumed run knows
 
 TEST_CASE("many unknowns and no pattern: that a pattern would pay is said, though a dense matrix never would") {
   // A diffusion that a factorized pattern would take a tenth of the time for: some 60 stable steps a relaxation.
-  const auto rod = [](const Eigen::VectorXd& u) -> Eigen::VectorXd {
+  const Law rod{[](double, const Dynamic& u, Rate rate) {
     const Eigen::Index n = u.size();
-    Eigen::VectorXd rate(n);
     for (Eigen::Index i = 0; i < n; ++i)
-      rate[i] = 500 * ((i > 0 ? u[i - 1] : 0) - 2 * u[i] + (i + 1 < n ? u[i + 1] : 0)) + 1 - u[i];
-    return rate;
-  };
-  Eigen::VectorXd y = Eigen::VectorXd::Zero(1500);
-  const AutomaticReport report = integrate(y, rod, {0.0, 5.0}, {.rtol = 1e-3, .atol = 1e-5});
+      rate[i] += 500 * ((i > 0 ? u[i - 1] : 0) - 2 * u[i] + (i + 1 < n ? u[i + 1] : 0)) + 1 - u[i];
+  }};
+  Program program{.law = rod, .y = Dynamic::Zero(1500), .wanted = {.rtol = 1e-3, .atol = 1e-5}, .times = {0.0, 5.0}};
+  const RunReport report = program.run.finish();
   REQUIRE(report);
-  REQUIRE(report.schemes.count() == 2);
-  CHECK(report.schemes.list()[1].cause == SchemeCause::stays_explicit);
-  CHECK_THAT(report.schemes.message(), contains("sparsity(force, pattern)"));
+  const SchemeUses& uses = program.stepper.uses();
+  REQUIRE(uses.count() == 2);
+  CHECK(uses.list()[1].cause == SchemeCause::stays_explicit);
+  CHECK_THAT(uses.message(), contains("sparsity(force, pattern)"));
   CHECK(report.statistics.jacobians == 0);
 }
 
-TEST_CASE("a singular M: implicit from the start, and for good") {
-  Eigen::Vector3d y = Robertson::start(), exact = Robertson::exact();
-  const auto algebraic = [](const Eigen::Vector3d& x) -> Eigen::Vector3d {
-    const Eigen::Vector3d rate = Robertson{}(x);
-    return {rate[0], rate[1], x.sum() - 1};
-  };
-  const auto report =
-      integrate(y, algebraic, capacity(Eigen::Vector3d(1, 1, 0)), {0.0, 40.0}, tolerance{.rtol = 1e-6, .atol = 1e-12});
-  REQUIRE(report);
-  CHECK((y - exact).cwiseQuotient(exact).cwiseAbs().maxCoeff() < 1e-5);
-  REQUIRE(report.schemes.count() == 1);
-  CHECK(report.schemes.list()[0].cause == SchemeCause::algebraic);
-}
-
 TEST_CASE("backward, a view of the caller's numbers, a second run, no run at all") {
-  double numbers[2] = {std::exp(-1.0), std::exp(-2.0)};
-  Eigen::Map<Vec> view(numbers);
-  REQUIRE(integrate(view, slow, {1.0, 0.0}, {.rtol = 1e-8}));
-  CHECK(numbers[0] == Approx(1).epsilon(1e-7));
-  CHECK(numbers[1] == Approx(1).epsilon(1e-7));
-  Vec y{1, 1};
-  AutomaticStepper stepper{y, slow, 1e-6};
+  const Law slow{[](double, const Dynamic& y, Rate rate) { rate += automatic_cases::slow(y); }};
+  Dynamic y{{std::exp(-1.0), std::exp(-2.0)}};
+  REQUIRE(integrate(y, slow, {1.0, 0.0}, {.rtol = 1e-8}));
+  CHECK((y.array() - 1).abs().maxCoeff() < 1e-7);
+  y.setOnes();
+  AutomaticStepper stepper{y, std::cref(slow), 1e-6};
   CHECK(integrate(stepper, y, {0.0, 1.0}, tolerance{.rtol = 1e-6}));
   CHECK(integrate(stepper, y, {1.0, 2.0}, tolerance{.rtol = 1e-6}));
   CHECK(y[0] == Approx(std::exp(-2.0)).epsilon(1e-5));
@@ -263,9 +221,11 @@ TEST_CASE("when to look, and what is made of it: the rules of the watch") {
 
 TEST_CASE("a fast oscillation at rest: tsit5 magnifies it from |z| = 0.5 on, so that it is stiff, and stays so") {
   // r'' = −ω² (r − cos t) as a first-order state, along r = cos t: explicit steps would be 5e5.
-  const auto spring = [](const Vec& y, double t) -> Vec { return {y[1], -1e10 * (y[0] - std::cos(t)) - std::cos(t)}; };
+  const Law spring{[](double t, const Dynamic& y, Rate rate) {
+    rate[0] += y[1], rate[1] -= 1e10 * (y[0] - std::cos(t)) + std::cos(t);
+  }};
   for (const double rtol : {1e-2, 1e-4}) {
-    Vec y{1, 0};
+    Dynamic y{{1.0, 0.0}};
     const auto report = integrate(y, spring, {0.0, 5.0}, {.rtol = rtol, .atol = rtol, .max_steps = 5000});
     REQUIRE(report);
     CHECK(y[0] == Approx(std::cos(5.0)).margin(10 * rtol));

@@ -1,5 +1,5 @@
-// Slow terms called once in k inner steps: the formula, order, reversibility, symplecticity, counts by term, faults in the
-// middle of a step, histories of inner steps, runs.
+// Slow terms called once in k inner steps: the formula, order, reversibility, symplecticity, counts by term, histories of
+// inner steps, runs. Faults in the middle of a step and restarts: respa.full.
 #include <phistep/force/seldom.hpp>
 #include <phistep/phistep.hpp>
 #include <phistep/schemes/respa.hpp>
@@ -10,25 +10,27 @@
 #include <string>
 #include <vector>
 
-#include "contract/restart.hpp"
-#include "contract/states.hpp"
 #include "convergence/observed_order.hpp"
-#include "failure/faults.hpp"
 #include "problems/march.hpp"
+#include "schemes/respa_cases.hpp"
 #include "support/catch.hpp"
+#include "support/shared_force.hpp"
 
 using namespace phistep;
+using namespace respa_cases;
 using problems::march;
-using Vec = Eigen::VectorXd;
 using V2 = Eigen::Vector2d;
 
 namespace {
 
-const auto bond = [](const V2& r) -> V2 { return -25 * r - r.squaredNorm() * r; };
-const auto middle = [](const V2& r) -> V2 { return -2 * r.array().sin(); };
-const auto slow = [](const V2& r) -> V2 { return V2{-std::sin(r[0] + r[1]), 0.3 - std::sin(r[0] + r[1])}; };
-const auto whole = [](const V2& r) -> V2 { return bond(r) + middle(r) + slow(r); };
-const auto levels = [](int k, int all) { return term(bond) + seldom(k, middle) + seldom(all, slow); };
+using Pull = shared_force::OfState<V2>;
+const Pull bond = [](const V2& r) -> V2 { return -25 * r - r.squaredNorm() * r; };
+const Pull middle = [](const V2& r) -> V2 { return -2 * r.array().sin(); };
+const Pull slow = [](const V2& r) -> V2 { return V2{-std::sin(r[0] + r[1]), 0.3 - std::sin(r[0] + r[1])}; };
+const Pull whole = [](const V2& r) -> V2 { return bond(r) + middle(r) + slow(r); };
+/// Two levels, and three: a type of force each.
+auto both(const Pull& fast, int k, const Pull& rare) { return term(fast) + seldom(k, rare); }
+auto levels(int k, int all) { return both(bond, k, middle) + seldom(all, slow); }
 Motion<V2> start() { return {V2{1, 0.2}, V2{0.3, -0.5}}; }
 
 /// (1) to (3) of respa.hpp for three levels, level by level and not as one loop.
@@ -85,9 +87,9 @@ TEST_CASE("order 2 around Verlet, 1 around the symplectic Euler schemes") {
 }
 
 TEST_CASE("k inner steps of a slow force that is 0 are k steps") {
-  const auto nothing = [](const V2& r) -> V2 { return 0 * r; };
+  const Pull nothing = [](const V2& r) -> V2 { return 0 * r; };
   const auto check = [&](auto scheme) {
-    const auto split = march(PhiStepper{start(), term(bond) + seldom(4, nothing), scheme}, start(), 0.0, 1.0, 16);
+    const auto split = march(PhiStepper{start(), both(bond, 4, nothing), scheme}, start(), 0.0, 1.0, 16);
     CHECK(problems::distance(split, march(PhiStepper{start(), bond, scheme}, start(), 0.0, 1.0, 64)) < 1e-14);
   };
   check(velocity_verlet), check(symplectic_euler), check(symplectic_euler_adjoint);
@@ -134,13 +136,11 @@ TEST_CASE("the step is symplectic: DᵀJD = J") {
 TEST_CASE("no energy drifts away; where an outer step is half a period of the fast motion, a slow force drives it") {
   // r'' = −(ω² + s) r, the s part called once in 8 inner steps
   const auto growth = [](double omega, double dt, int steps) {
-    using V1 = Eigen::Matrix<double, 1, 1>;
-    Motion<V1> y{V1(1), V1(0)};
+    Motion<V2> y{V2{1, 0}, V2{0, 0}};
     const double s = 0.04 * omega * omega;
-    PhiStepper stepper{y, term([=](const V1& r) -> V1 {
-                            return -omega * omega * r;
-                          }) + seldom(8, [=](const V1& r) -> V1 { return -s * r; }),
-                       velocity_verlet};
+    PhiStepper stepper{
+        y, both([=](const V2& r) -> V2 { return -omega * omega * r; }, 8, [=](const V2& r) -> V2 { return -s * r; }),
+        velocity_verlet};
     double most = 0;
     for (int n = 0; n < steps; ++n) {
       problems::step(stepper, y, n * dt, dt);
@@ -235,7 +235,7 @@ TEST_CASE("nested sums are the same levels, to the bit, and the order of terms d
   const auto run = [](const auto& force) {
     return march(PhiStepper{start(), force, velocity_verlet}, start(), 0.0, 1.0, 10);
   };
-  const Motion<V2> flat = run(term(bond) + seldom(2, middle) + seldom(8, slow));
+  const Motion<V2> flat = run(levels(2, 8));
   const Motion<V2> nested = run(term(bond) + seldom(2, term(middle) + seldom(4, slow)));
   const Motion<V2> turned = run(seldom(8, slow) + term(bond) + seldom(2, middle));
   CHECK(flat.r == nested.r);
@@ -262,7 +262,7 @@ TEST_CASE("an inner step that t can't tell from none is refused") {
 TEST_CASE("friction among the fast terms: solved for v in inner steps") {
   const auto drag = [](const V2& r, const V2& v) -> V2 { return bond(r) - 0.8 * v; };
   const auto all = [&](const V2& r, const V2& v) -> V2 { return drag(r, v) + slow(r); };
-  const Motion<V2> exact = march(PhiStepper{start(), all, midpoint}, start(), 0.0, 2.0, 20000);
+  const Motion<V2> exact = march(PhiStepper{start(), all, tsit5}, start(), 0.0, 2.0, 2000);
   convergence::check_order(
       convergence::errors(40,
                           [&](int n) {
@@ -296,7 +296,7 @@ TEST_CASE("masses, diagonal and full") {
   const V2 m{2, 0.5};
   const auto check = [&](const auto& spec) {
     Motion<V2> y = start(), hand = start();
-    PhiStepper stepper{y, term(bond) + seldom(2, slow), velocity_verlet, spec};
+    PhiStepper stepper{y, both(bond, 2, slow), velocity_verlet, spec};
     for (int n = 0; n < 20; ++n) {
       problems::step(stepper, y, 0.1 * n, 0.1);
       const auto a = [&](const V2& f) -> V2 { return f.cwiseQuotient(m); };
@@ -316,56 +316,6 @@ TEST_CASE("masses, diagonal and full") {
 
 // ---- histories --------------------------------------------------------------------------------------------------------
 
-namespace {
-
-/// Friction by an anchor that follows; tells what was done with it.
-struct Slider : ForceTerm {
-  static constexpr const char* name = "slider";
-  struct Memory {
-    Vec anchor;
-    int begins = 0, commits = 0;
-    double last_dt = 0, last_end = 0;
-    void archive(auto& ar) {
-      ar("anchor", anchor, "begins", begins, "commits", commits, "last_dt", last_dt, "last_end", last_end);
-    }
-  };
-  static constexpr bool uses_velocity = false, uses_time = false;
-  static void begin(double, double dt, const auto& y, Memory& m) {
-    if (m.anchor.size() == 0) m.anchor = y.r;
-    ++m.begins, m.last_dt = dt;
-  }
-  static void add(double, const auto& y, const Memory& m, auto& out) {
-    out.force += faults::struck<Vec>(faults::Site::force, Vec(-30 * (y.r - m.anchor)));
-  }
-  static void commit(double t, const auto& y, Memory& m) {
-    for (Eigen::Index i = 0; i < y.r.size(); ++i) m.anchor[i] = std::clamp(m.anchor[i], y.r[i] - 0.05, y.r[i] + 0.05);
-    ++m.commits, m.last_end = t;
-  }
-};
-/// A slow force that keeps a list, as pairs do: work saved, and no history.
-struct Listed : ForceTerm {
-  static constexpr const char* name = "listed";
-  struct Memory {
-    static constexpr bool is_cache = true;
-    double since = 0, last_dt = 0;
-    int age = 0;
-    void archive(auto& ar) { ar("since", since, "last_dt", last_dt, "age", age); }
-  };
-  static constexpr bool uses_velocity = false, uses_time = false;
-  static void begin(double t, double dt, const auto&, Memory& m) { m.since = t, m.last_dt = dt; }
-  static void add(double, const auto& y, const Memory&, auto& out) {
-    out.force += faults::struck<Vec>(faults::Site::force, Vec(-y.r.array().sin()));
-  }
-  static void commit(double, const auto&, Memory& m) { ++m.age; }
-};
-const auto six = [] { return states::SecondOrder<Vec>{}.state; };
-const auto sliding = [](const auto& y) {
-  const auto pull = [](const Vec& r) -> Vec { return faults::struck<Vec>(faults::Site::force, Vec(-5 * r)); };
-  return PhiStepper{y, Slider{} + term(pull) + seldom(2, Listed{}) + seldom(4, pull), velocity_verlet};
-};
-
-}  // namespace
-
 TEST_CASE("histories begin and end with the inner steps of their own term") {
   faults::fault = {};
   auto y = six();
@@ -381,51 +331,14 @@ TEST_CASE("histories begin and end with the inner steps of their own term") {
   CHECK(listed.since == Approx(0.45));
 }
 
-TEST_CASE("a fault at any call inside a step: state, histories and their counts are those before it") {
-  using namespace faults;
-  const Make make = machine(six, sliding, 0.5, fixed(0.1));
-  // A new run from a fault on counts its times from there.
-  const Tally all = every_call("slow terms", make, Site::force, {Kind::nan, Kind::inf, Kind::exception},
-                               {.same_end = 1e-13, .renewed = 1e-12});
-  INFO(all.first);
-  CHECK(all.clean());
-  CHECK(all.failures > 500);
-  const auto pulls = [](const auto& y) {
-    const auto pull = [](const Vec& r) -> Vec { return struck<Vec>(Site::force, Vec(-5 * r)); };
-    return PhiStepper{y, term(pull) + seldom(2, pull) + seldom(4, pull), symplectic_euler};
-  };
-  const Tally sizes = every_call("sizes", machine(six, pulls, 0.3, fixed(0.1)), Site::force,
-                                 {Kind::size, Kind::exception}, {.same_end = 1e-13, .renewed = 1e-12});
-  INFO(sizes.first);
-  CHECK(sizes.clean());
-  CHECK(sizes.failures > 40);
-  fault = {};
-}
-
 TEST_CASE("the message names the slow term that is not finite, and where in the step") {
-  const auto bad = [](const V2& r) -> V2 { return V2{0, 1 / std::max(r[0] - 0.98, 0.0) * 0.0}; };  // NaN below 0.98
+  const Pull bad = [](const V2& r) -> V2 { return V2{0, 1 / std::max(r[0] - 0.98, 0.0) * 0.0}; };  // NaN below 0.98
   Motion<V2> y = start();
-  PhiStepper stepper{y, term(bond) + seldom(4, slow) + seldom(2, bad), velocity_verlet};
+  PhiStepper stepper{y, both(bond, 4, slow) + seldom(2, bad), velocity_verlet};
   const StepReport report = stepper.step(y, 0, 0.2);
   CHECK(report.outcome() == Outcome::non_finite_force);
   CHECK_THAT(report.message(), contains("term 2") && contains("dt = 0.2"));
   CHECK(problems::distance(y, start()) == 0);
-}
-
-TEST_CASE("slow terms restart to the same bits, counts by term included") {
-  faults::fault = {};
-  const restart::Steps uneven{0.05, false};
-  const Statistics s = restart::check(uneven, six, sliding);
-  CHECK(s.kick_calls == 60 * 2 + 1 + 60 + 1);
-  auto y = six();
-  auto stepper = sliding(y);
-  for (int n = 0; n < 5; ++n) problems::step(stepper, y, 0.1 * n, 0.1);
-  const std::string saved = restart::bytes(stepper, y);
-  auto z = six();
-  auto other = sliding(z);
-  std::istringstream in(saved);
-  load_checkpoint(in, other, z);
-  CHECK(other.calls_by_term() == stepper.calls_by_term());
 }
 
 // ---- runs -------------------------------------------------------------------------------------------------------------
@@ -479,11 +392,11 @@ TEST_CASE("a sample inside an outer step is a step of its length, not a parabola
 TEST_CASE("halving does an outer step as two, with the same number of inner steps each") {
   Motion<V2> y = start();
   bool strikes = true;
-  const auto moody = [&](const V2& r) -> V2 { return std::exchange(strikes, false) ? V2{NAN, 0} : slow(r); };
-  Halving stepper{PhiStepper{y, term(bond) + seldom(4, moody), velocity_verlet}};
+  const Pull moody = [&](const V2& r) -> V2 { return std::exchange(strikes, false) ? V2{NAN, 0} : slow(r); };
+  Halving stepper{PhiStepper{y, both(bond, 4, moody), velocity_verlet}};
   REQUIRE(stepper.step(y, 0, 0.2));
   Motion<V2> z = start();
-  const Motion<V2> halves = march(PhiStepper{z, term(bond) + seldom(4, slow), velocity_verlet}, z, 0.0, 0.2, 2);
+  const Motion<V2> halves = march(PhiStepper{z, both(bond, 4, slow), velocity_verlet}, z, 0.0, 0.2, 2);
   CHECK(problems::distance(y, halves) == 0);
 }
 

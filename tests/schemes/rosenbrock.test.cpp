@@ -144,6 +144,12 @@ void check_conditions(double rounding) {
                    Column(std::begin(T::gammas), std::end(T::gammas)), rounding);
 }
 
+/// Accepts every try, or none: one type, so that attempt is compiled once for each stepper.
+struct Verdict {
+  bool accepts;
+  bool operator()(const auto&...) const { return accepts; }
+};
+
 }  // namespace
 
 TEST_CASE("the order conditions of all trees, for the step and for its embedded estimate") {
@@ -190,7 +196,7 @@ TEST_CASE("driven by time and stiff: rodas4's estimate goes as the step, those o
       PhiStepper stepper{y, P{-1e7}, scheme};
       Trace<P::State> trace;
       trace.resize(y);
-      REQUIRE(stepper.attempt(y, 1.0, h, Origin::unknown, trace, [](auto&...) { return true; }));
+      REQUIRE(stepper.attempt(y, 1.0, h, Origin::unknown, trace, Verdict{true}));
       return std::abs(trace.error[0]);
     };
     return std::log2(estimate(0.02) / estimate(0.01));
@@ -209,8 +215,9 @@ TEST_CASE("driven by time and stiff: rodas4's estimate goes as the step, those o
     return report.statistics.steps;
   };
   for (const double rtol : {1e-6, 1e-8}) {
-    CAPTURE(rtol, steps(rodas4, rtol), steps(rodas4p2, rtol), steps(rodas5p, rtol));
-    CHECK(steps(rodas4p2, rtol) < steps(rodas4, rtol) / 3);
+    const auto of_rodas4 = steps(rodas4, rtol), of_rodas4p2 = steps(rodas4p2, rtol);
+    CAPTURE(rtol, of_rodas4, of_rodas4p2);
+    CHECK(of_rodas4p2 < of_rodas4 / 3);
   }
 }
 
@@ -254,7 +261,7 @@ TEST_CASE("particles held still: their force says nothing of the Jacobian") {
   auto bound = chain;
   REQUIRE(integrate(pulled, bound, {0.0, 1.0}, tolerance{.rtol = 1e-8}));
   CHECK(pulled.statistics().checks > 0);
-  PhiStepper reference{chain, force, radau};
+  PhiStepper reference{chain, force, tsit5};
   auto other = chain;
   REQUIRE(integrate(reference, other, {0.0, 1.0}, tolerance{.rtol = 1e-10}));
   CHECK((bound.r - other.r).norm() <= 1e-6);
@@ -275,11 +282,10 @@ TEST_CASE("what a step costs, and what a rejected one leaves for the next try") 
   Trace<Linear::State> trace;
   trace.resize(y);
   const auto before = y;
-  CHECK(stepper.attempt(y, 1e-3, 1.0, Origin::unknown, trace, [](auto&...) { return false; }).outcome() ==
-        Outcome::error_too_large);
+  CHECK(stepper.attempt(y, 1e-3, 1.0, Origin::unknown, trace, Verdict{false}).outcome() == Outcome::error_too_large);
   CHECK(y == before);
   const auto tried = stepper.statistics();
-  REQUIRE(stepper.attempt(y, 1e-3, 1e-3, Origin::unknown, trace, [](auto&...) { return true; }));
+  REQUIRE(stepper.attempt(y, 1e-3, 1e-3, Origin::unknown, trace, Verdict{true}));
   CHECK(stepper.statistics().force_calls - tried.force_calls == 5);  // Ψ and J were there
   CHECK(stepper.statistics().jacobians == tried.jacobians);
   CHECK(stepper.statistics().factorizations == tried.factorizations + 1);
@@ -291,7 +297,7 @@ TEST_CASE("what a step costs, and what a rejected one leaves for the next try") 
   CHECK(y == z);
   // An edit is seen.
   y = before;
-  CHECK_FALSE(stepper.attempt(y, 1e-3, 1e-3, Origin::unknown, trace, [](auto&...) { return false; }));
+  CHECK_FALSE(stepper.attempt(y, 1e-3, 1e-3, Origin::unknown, trace, Verdict{false}));
   y[0] *= 2, z = y;
   REQUIRE(stepper.step(y, 1e-3, 1e-3));
   REQUIRE(PhiStepper{z, force, rodas4}.step(z, 1e-3, 1e-3));
@@ -324,7 +330,7 @@ TEST_CASE("dense output: order 3 and 4 inside the step, and its ends") {
     for (int k = 0; k < n; ++k) {
       const Flow::State from = Flow::exact(k * h);  // local: what the interpolant adds to the ends' own error
       y = from;
-      if (!stepper.attempt(y, k * h, h, Origin::unknown, trace, [](auto&...) { return true; })) return HUGE_VAL;
+      if (!stepper.attempt(y, k * h, h, Origin::unknown, trace, Verdict{true})) return HUGE_VAL;
       Flow::State at;
       for (const double x : {0.2, 0.5, 0.7}) {
         stepper.interpolate(x, h, from, y, at);
