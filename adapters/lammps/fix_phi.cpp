@@ -17,6 +17,7 @@
 /// trial positions, all that run_style verlet calls between two steps: f_ID[1] and f_ID[2] in thermo output count these calls, and
 /// iterations. Where a number is no longer finite, or the iteration doesn't converge, the run ends with a message.
 #include <cmath>
+#include <cstdio>
 #include <optional>
 #include <string>
 #include <type_traits>
@@ -27,6 +28,7 @@
 #include "explicit.hpp"
 #include "fix.h"
 #include "force.h"
+#include "group.h"
 #include "implicit.hpp"
 #include "lammps.h"
 #include "lammps_plugin.hpp"
@@ -79,6 +81,7 @@ class FixPhi final : public LAMMPS_NS::Fix {
   void initial_integrate(int) override {
     const auto [t, dt] = begin();
     if (implicit_) {
+      if (group->dynamic[igroup] != 0) implicit_->forget();  // other atoms, at any step
       const std::string fault = implicit_->step(lmp, movers_, world, t, dt);
       if (!fault.empty()) error->all(FLERR, "fix phi: " + fault);
       return;
@@ -107,6 +110,9 @@ class FixPhi final : public LAMMPS_NS::Fix {
     for (int i = 0; i < atom->nlocal && which.empty(); ++i)
       for (int d = 0; d < 3; ++d)
         if (!std::isfinite(atom->f[i][d])) which = "the force on atom " + std::to_string(atom->tag[i]) + "; ";
+    // This rank ends all of them at once, and what it has not written by then may be lost: its own words come first.
+    std::fprintf(stderr, "fix phi: %s%s\n", which.c_str(), fault.c_str());
+    std::fflush(nullptr);
     error->one(FLERR, "fix phi: " + which + fault);
   }
 

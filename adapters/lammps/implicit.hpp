@@ -34,43 +34,30 @@ namespace phistep_lammps {
 /// Three numbers for each atom of this rank that moves.
 struct Numbers {
   MPI_Comm ranks;
+  std::ptrdiff_t of_all_ranks;
   std::vector<double> all;
 };
 struct Operations : phistep::MpiFieldOps<Operations, double> {
   using Handle = Numbers*;
   static Handle clone(Handle x) { return new Numbers{*x}; }
   static void release(Handle x) { delete x; }
-  static std::ptrdiff_t size(Handle x) {
-    return static_cast<std::ptrdiff_t>(total(x, static_cast<double>(x->all.size())));
-  }
+  static std::ptrdiff_t size(Handle x) { return x->of_all_ranks; }
   static std::span<double> numbers(Handle x) { return x->all; }
   static MPI_Comm communicator(Handle x) { return x->ranks; }
 };
 using Field = phistep::Field<Operations>;
 
-/// W = 1 in place of 1 − γJ: Newton's corrections are those of fixed-point iteration, w ← γ M⁻¹Ψ(Y(w)), which needs no Jacobian.
-/// It contracts by φ²(ωΔt)², and converges for ωΔt < 1/φ.
-struct FixedPoint {
-  static constexpr bool is_field_solver = true;
-  static phistep::Outcome linearise(double, const Field&, const Field&) { return phistep::Outcome::success; }
-  static phistep::Outcome factorize(const phistep::Gamma<double>&) { return phistep::Outcome::success; }
-  static phistep::Outcome solve(Field&, double) { return phistep::Outcome::success; }
-  static std::int64_t iterations() { return 0; }
-  static const char* name() { return "fixed-point iteration"; }
-};
-
-/// M⁻¹Ψ(r): LAMMPS' forces with the atoms at r, divided by their masses. Where they stand already, LAMMPS has computed them.
+/// M⁻¹Ψ(r): LAMMPS' forces with the atoms at r, divided by their masses. Where a step starts LAMMPS has computed them.
 class Accelerations : LAMMPS_NS::Pointers {
  public:
-  Accelerations(LAMMPS_NS::LAMMPS* lammps, const Movers& movers, std::int64_t& calls)
-      : Pointers{lammps}, movers_{&movers}, calls_{&calls} {}
+  /// @param start  of the step, while the forces are those there
+  Accelerations(LAMMPS_NS::LAMMPS* lammps, const Movers& movers, std::int64_t& calls, const Numbers*& start)
+      : Pointers{lammps}, movers_{&movers}, calls_{&calls}, start_{&start} {}
   const Field& operator()(const Field& r) {
     out_.take_shape(r);
     const std::vector<double>& at = r.handle()->all;
-    int moved = 0;
-    for (std::ptrdiff_t k = 0; k < movers_->size(); ++k)
-      if (std::memcmp(atom->x[movers_->index(k)], at.data() + 3 * k, 3 * sizeof(double)) != 0) moved = 1;
-    if (Operations::most(r.handle(), moved) != 0) {
+    if (r.handle() != *start_) {  // a trial's: of all ranks
+      *start_ = nullptr;
       movers_->scatter(at.data(), atom->x);
       compute();
     }
@@ -106,25 +93,34 @@ class Accelerations : LAMMPS_NS::Pointers {
 
   const Movers* movers_;
   std::int64_t* calls_;
+  const Numbers** start_;
   Field out_;
 };
 
 class Implicit {
   using State = phistep::Motion<Field>;
-  using Stepper = phistep::PhiStepper<State, Accelerations, decltype(phistep::phi(0.5)), phistep::UnitMasses,
-                                      phistep::Newton<FixedPoint>>;
+  using Stepper =
+      phistep::PhiStepper<State, Accelerations, decltype(phistep::phi(0.5)), phistep::UnitMasses, phistep::FixedPoint>;
 
  public:
   Implicit(double phi, double rtol) : phi_{phi}, rtol_{rtol} {}
   /// The atoms are other ones, or elsewhere in the arrays.
   void forget() { stepper_.reset(); }
+  /// The φ-method's equations are solved by fixed-point iteration, w ← γ M⁻¹Ψ(Y(w)), which needs no Jacobian. It contracts by
+  /// φ²(ωΔt)², and converges for ωΔt < 1/φ.
   /// @return why the step failed, on every rank; empty: it is done
   std::string step(LAMMPS_NS::LAMMPS* lammps, const Movers& movers, MPI_Comm ranks, double t, double dt) {
     const Atom& atom = *movers.atom;
+    if (!stepper_) {
+      auto all = static_cast<double>(3 * movers.size());
+      MPI_Allreduce(MPI_IN_PLACE, &all, 1, MPI_DOUBLE, MPI_SUM, ranks);
+      of_all_ranks_ = static_cast<std::ptrdiff_t>(all);
+    }
     State state{taken(movers, atom.x, ranks), taken(movers, atom.v, ranks)};
     if (!stepper_)
-      stepper_ = std::make_unique<Stepper>(state, Accelerations{lammps, movers, calls_}, phistep::phi(phi_),
-                                           phistep::newton(FixedPoint{}, {.rtol = rtol_}));
+      stepper_ = std::make_unique<Stepper>(state, Accelerations{lammps, movers, calls_, start_}, phistep::phi(phi_),
+                                           phistep::fixed_point({.rtol = rtol_}));
+    start_ = state.r.handle();
     const auto before = stepper_->statistics().iterations;
     const auto report = stepper_->step(state, t, dt);
     iterations_ += stepper_->statistics().iterations - before;
@@ -137,13 +133,15 @@ class Implicit {
   [[nodiscard]] std::int64_t iterations() const { return iterations_; }
 
  private:
-  [[nodiscard]] static Field taken(const Movers& movers, double** rows, MPI_Comm ranks) {
+  [[nodiscard]] Field taken(const Movers& movers, double** rows, MPI_Comm ranks) const {
     std::vector<double> all(static_cast<std::size_t>(3 * movers.size()));
     movers.gather(rows, all.data());
-    return Field{new Numbers{ranks, std::move(all)}};
+    return Field{new Numbers{ranks, of_all_ranks_, std::move(all)}};
   }
   double phi_, rtol_;
   std::int64_t calls_ = 0, iterations_ = 0;
+  std::ptrdiff_t of_all_ranks_ = 0;
+  const Numbers* start_ = nullptr;
   std::unique_ptr<Stepper> stepper_;
 };
 }  // namespace phistep_lammps

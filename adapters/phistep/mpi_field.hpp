@@ -5,6 +5,7 @@
 #include <mpi.h>
 
 #include <concepts>
+#include <span>
 #include <stdexcept>
 #include <type_traits>
 #include <utility>
@@ -16,8 +17,8 @@ namespace phistep::inline PHISTEP_ABI {
 /// Operations on a field whose ranks are those of `Own::communicator(x)`; MPI_COMM_NULL is this one process.
 template <class Own, std::floating_point Number>
 struct MpiFieldOps : ArrayFieldOps<Own, Number> {
-  static double total(auto x, double mine) { return reduced(x, mine, MPI_SUM); }
-  static double greatest(auto x, double mine) { return reduced(x, mine, MPI_MAX); }
+  static void total(auto x, std::span<double> mine) { reduce(x, mine, MPI_SUM); }
+  static void greatest(auto x, std::span<double> mine) { reduce(x, mine, MPI_MAX); }
   static int rank(auto x) {
     int mine = 0;
     if (Own::communicator(x) != MPI_COMM_NULL) MPI_Comm_rank(Own::communicator(x), &mine);
@@ -30,13 +31,11 @@ struct MpiFieldOps : ArrayFieldOps<Own, Number> {
   }
 
  private:
-  [[nodiscard]] static double reduced(auto x, double mine, MPI_Op how) {
+  static void reduce(auto x, std::span<double> mine, MPI_Op how) {
     const MPI_Comm ranks = Own::communicator(x);
-    if (ranks == MPI_COMM_NULL) return mine;
-    double all = 0;
-    if (MPI_Allreduce(&mine, &all, 1, MPI_DOUBLE, how, ranks) != MPI_SUCCESS)
+    if (ranks == MPI_COMM_NULL) return;
+    if (MPI_Allreduce(MPI_IN_PLACE, mine.data(), static_cast<int>(mine.size()), MPI_DOUBLE, how, ranks) != MPI_SUCCESS)
       throw std::runtime_error("MPI: a reduction failed");
-    return all;
   }
 };
 

@@ -6,6 +6,7 @@
 
 #include "phistep/io/rank_checkpoint.hpp"
 #include "phistep/phistep.hpp"
+#include "phistep/solve/field_fixed_point.hpp"
 #include "phistep/solve/field_linearisation.hpp"
 #include "phistep/solve/field_solver.hpp"
 #include "phistep/state/array_field.hpp"

@@ -67,7 +67,8 @@ double difference(const Grid& grid, const Grid::Field& y, const Eigen::VectorXd&
   grid.for_each(y.handle(), [&](int j, int i, int c, const double& x) {
     most = std::max(most, std::abs(x - other[2 * (j * N + i) + c]));
   });
-  return Grid::Field::Ops::greatest(y.handle(), most);
+  Grid::Field::Ops::greatest(y.handle(), std::span<double>{&most, 1});
+  return most;
 }
 /// The same on one of Eigen's vectors.
 struct Whole {
@@ -104,21 +105,27 @@ struct Whole {
   }
 };
 
-void compare(const Grid& grid, const auto& scheme, double tolerated) {
+/// @param control, of_vectors  they ask for the same
+void compare(const Grid& grid, const auto& scheme, double tolerated, const tolerance& control,
+             const tolerance& of_vectors) {
   Grid::Field y = grid.start();
   PhiStepper stepper{y, Force{[&](Handle x, Handle out) { grid.rate(x, out); }}, scheme,
                      newton(grid.solver(), {.linear_rtol = 1e-13})};
-  const tolerance control{.rtol = 1e-4, .atol = 1e-4};
   const RunReport report = integrate(stepper, y, {0.0, 1.0}, control);
   Eigen::VectorXd z = Whole::start();
   PhiStepper like{z, Whole{}, scheme, newton<Eigen::SparseLU<Eigen::SparseMatrix<double>>>()};
-  const RunReport expected = integrate(like, z, {0.0, 1.0}, control);
+  const RunReport expected = integrate(like, z, {0.0, 1.0}, of_vectors);
   REQUIRE(report);
   CHECK(report.statistics.steps == expected.statistics.steps);
   CHECK(report.statistics.rejections == expected.statistics.rejections);
   CHECK(report.statistics.force_calls == expected.statistics.force_calls);
   CHECK(report.statistics.jacobians == expected.statistics.jacobians);
   CHECK(difference(grid, y, z) <= tolerated * z.lpNorm<Eigen::Infinity>());
+}
+
+void compare(const Grid& grid, const auto& scheme, double tolerated) {
+  const tolerance control{.rtol = 1e-4, .atol = 1e-4};
+  compare(grid, scheme, tolerated, control, control);
 }
 
 enum class Fault { none, not_a_number, exception, error_code };
@@ -199,6 +206,50 @@ void meet_all(const auto& scheme, int calls) {
     for (int on_rank = 0; on_rank < ranks(); ++on_rank)
       for (int at_call = 0; at_call < calls; ++at_call) meet(scheme, fault, on_rank, at_call);
 }
+/// The grid's solver, which fails on one rank in one of its calls.
+struct FaultySolver {
+  static constexpr bool is_field_solver = true;
+  decltype(std::declval<const Grid&>().solver()) good;
+  bool throws;
+  int on_rank, at_call;
+  int calls = 0;
+  Outcome told(Outcome outcome, Outcome wrong) {
+    if (calls++ != at_call || rank() != on_rank) return outcome;
+    if (throws) throw std::runtime_error("the solver of this rank");
+    return wrong;
+  }
+  Outcome linearise(double t, const Grid::Field& y) { return told(good.linearise(t, y), Outcome::non_finite_jacobian); }
+  Outcome factorize(const Gamma<double>& gamma) { return told(good.factorize(gamma), Outcome::singular_matrix); }
+  Outcome solve(Grid::Field& x, double rtol) { return told(good.solve(x, rtol), Outcome::linear_solver_failed); }
+  [[nodiscard]] auto iterations() const { return good.iterations(); }
+  [[nodiscard]] const char* name() const { return good.name(); }
+};
+/// A run, controlled or not, whose solver fails once on one rank: all ranks end it alike.
+void meet_solver(const auto& scheme, bool is_controlled, bool throws, int on_rank, int at_call) {
+  CAPTURE(is_controlled, throws, on_rank, at_call);
+  const Grid grid;
+  Grid::Field y = grid.start();
+  const Grid::Field before = y;
+  PhiStepper stepper{y, Force{[&](Handle x, Handle out) { grid.rate(x, out); }}, scheme,
+                     newton(FaultySolver{grid.solver(), throws, on_rank, at_call})};
+  RunReport report;
+  bool thrown = false;
+  try {
+    if (is_controlled) report = integrate(stepper, y, {0.0, 0.02}, tolerance{.rtol = 1e-3, .atol = 1e-3});
+    else report = integrate(stepper, y, {0.0, 0.02}, fixed(0.02));
+  } catch (const std::runtime_error&) {
+    thrown = true;
+  }
+  CHECK(thrown == (throws && rank() == on_rank));
+  if (throws && !thrown) CHECK(report.outcome == Outcome::exception_elsewhere);
+  if (!throws) {
+    CHECK(all_alike(static_cast<int>(report.outcome)));
+    CHECK(all_alike(static_cast<int>(report.statistics.linear_iterations)));
+    CHECK(all_alike(static_cast<int>(report.statistics.factorizations)));
+    if (is_controlled) CHECK(report);  // a shorter step
+  }
+  if (!is_controlled && (throws || !report)) CHECK(same_bits_on_all(y, before));
+}
 }  // namespace
 
 TEST_CASE("a field on ranks takes the steps of Eigen's vectors, to 12 digits") {
@@ -206,6 +257,65 @@ TEST_CASE("a field on ranks takes the steps of Eigen's vectors, to 12 digits") {
   compare(grid, rodas4, 1e-12);
   compare(grid, rodas5p, 1e-12);
   compare(grid, tsit5, 1e-12);
+}
+TEST_CASE("absolute tolerances of each number on ranks are those of Eigen's vectors") {
+  const Grid grid;
+  Grid::Field each = grid.start();
+  std::vector<double> of_vectors(static_cast<std::size_t>(2 * N * N));
+  for (int k = 0; k < 2 * N * N; ++k) of_vectors[static_cast<std::size_t>(k)] = 1e-6 * (1 + k % 7) * (k % 2 + 1);
+  grid.for_each(each.handle(),
+                [&](int j, int i, int c, double& x) { x = of_vectors[static_cast<std::size_t>(2 * (j * N + i) + c)]; });
+  const tolerance control{.rtol = 1e-4, .atol = each}, like{.rtol = 1e-4, .atol = of_vectors};
+  compare(grid, rodas4, 1e-12, control, like);
+  // One rank's wrong one is wrong for all.
+  if (rank() == ranks() - 1) spoil(grid, each.handle(), [](double x) { return -x; });
+  Grid::Field y = grid.start();
+  PhiStepper stepper{y, Force{[&](Handle x, Handle out) { grid.rate(x, out); }}, rodas4, newton(grid.solver())};
+  CHECK(integrate(stepper, y, {0.0, 1.0}, tolerance{.atol = each}).outcome == Outcome::invalid_tolerance);
+}
+TEST_CASE("a solver that fails on one rank fails on all") {
+  for (const bool is_controlled : {true, false})
+    for (const bool throws : {true, false})
+      for (int on_rank = 0; on_rank < ranks(); ++on_rank) {
+        for (int at_call = 0; at_call < 8; ++at_call) meet_solver(rodas4, is_controlled, throws, on_rank, at_call);
+        for (int at_call = 0; at_call < 5; ++at_call) meet_solver(trapezoidal, is_controlled, throws, on_rank, at_call);
+      }
+}
+TEST_CASE("fixed-point iteration on ranks: the digits of Eigen's vectors, and one reduction a step") {
+  const Grid grid;
+  Grid::Field y = grid.start();
+  Eigen::VectorXd z = Whole::start();
+  PhiStepper stepper{y, Force{[&](Handle x, Handle out) { grid.rate(x, out); }}, trapezoidal, fixed_point()};
+  PhiStepper like{z, Whole{}, trapezoidal, fixed_point({.depth = 0})};
+  bool good = true;
+  for (int k = 0; k < 10; ++k) good = stepper.step(y, k * 1e-4, 1e-4) && like.step(z, k * 1e-4, 1e-4) && good;
+  CHECK(good);
+  CHECK(difference(grid, y, z) <= 1e-12 * z.lpNorm<Eigen::Infinity>());
+  const long before = reductions;
+  for (int k = 10; k < 30; ++k) good = static_cast<bool>(stepper.step(y, k * 1e-4, 1e-4)) && good;
+  CHECK(good);
+  CHECK(reductions - before <= 22);  // here and there one more, where rounding asks for another iteration
+  for (const Fault fault : {Fault::not_a_number, Fault::exception})
+    for (int on_rank = 0; on_rank < ranks(); ++on_rank)
+      for (int at_call : {0, 1, 5, 9}) {
+        CAPTURE(on_rank, at_call);
+        Grid::Field x = grid.start(), at_start = x;
+        const bool is_mended = false;
+        PhiStepper faulty{x, Force{Faulty{&grid, fault, on_rank, at_call, &is_mended}}, trapezoidal, fixed_point()};
+        Outcome outcome = Outcome::success;
+        bool thrown = false;
+        for (int k = 0; k < 10 && outcome == Outcome::success && !thrown; ++k) {
+          at_start = x;
+          try {
+            outcome = faulty.step(x, k * 1e-4, 1e-4).outcome();
+          } catch (const std::runtime_error&) {
+            thrown = true;
+          }
+        }
+        CHECK(thrown == (fault == Fault::exception && rank() == on_rank));
+        if (!thrown) CHECK(outcome != Outcome::success);
+        CHECK(same_bits_on_all(x, at_start));
+      }
 }
 TEST_CASE("whatever goes wrong on one rank, all ranks end the step alike") {
   meet_all(trapezoidal, 6);
@@ -247,7 +357,7 @@ TEST_CASE("an edit on one rank is an edit on all") {
     good = anew.step(z, 0.002, 0.002) && good;
     CHECK(good);
     z -= y;
-    CHECK(Grid::Field::Ops::largest(z.handle()) <= 1e-4);
+    CHECK(max_abs(z) <= 1e-4);
   }
 }
 TEST_CASE("a run resumes from the parts of all ranks, with the same bits, or on none of them") {

@@ -15,6 +15,8 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <span>
+#include <tuple>
 #include <type_traits>
 #include <utility>
 
@@ -25,6 +27,7 @@
 #include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/ranks.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -42,23 +45,30 @@ class ErrorNorm {
     if (!(wanted.rtol > 0 && wanted.rtol < 1)) return false;
     const auto given = wanted.atol.values();
     if (!std::all_of(given.begin(), given.end(), [](double x) { return x >= 0 && std::isfinite(x); })) return false;
-    const Index n = count_of(Blocks<Plain>::all(y));
     if (kind_ == per_block && given.size() != blocks) return false;
-    if (kind_ == per_component && static_cast<Index>(given.size()) != n) return false;
+    if constexpr (FieldState<Plain>) {
+      if (norm_ != Norm::rms) return false;
+      fields_ = {};
+      if (kind_ == per_component && !take_fields(wanted.atol, y)) return false;
+    } else if (kind_ == per_component && static_cast<Index>(given.size()) != count_of(Blocks<Plain>::all(y))) {
+      return false;
+    }
+    const Index n = static_cast<Index>(given.size());
     components_.resize(kind_ == per_component ? n : 0);
     for (Index i = 0; i < components_.size(); ++i)
       components_[i] = static_cast<Scalar>(given[static_cast<std::size_t>(i)]);
     for (std::size_t k = 0; k < blocks; ++k)
       if (kind_ == everywhere || kind_ == per_block) atol_[k] = static_cast<Scalar>(given[kind_ == per_block ? k : 0]);
     automatic_.begin(rtol_);
-    if constexpr (FieldState<Plain>) return norm_ == Norm::rms && kind_ != per_component;
     return true;
   }
 
   /// Whether y, whose size has changed, is still one that the atol given can be for.
   [[nodiscard]] bool fits(const Plain& y) const {
-    const Index n = count_of(Blocks<Plain>::all(y));
-    return kind_ != AbsoluteTolerance::Kind::per_component || components_.size() == n;
+    if (kind_ != AbsoluteTolerance::Kind::per_component) return true;
+    if constexpr (FieldState<Plain>)
+      return count_of(Blocks<Plain>::all(y)) == count_of(Blocks<Plain>::all(fields_.atol));
+    else return components_.size() == count_of(Blocks<Plain>::all(y));
   }
 
   /// weight = 1/(atol + rtol |y|), and 0 where both are 0: the error of such a component is measured with y⁺. False where
@@ -69,8 +79,10 @@ class ErrorNorm {
     if constexpr (FieldState<Plain>) {
       for_each_block(
           [&](auto k, const auto& from, auto& to) {
-            std::remove_cvref_t<decltype(from)>::Ops::weigh(to.handle(), from.handle(), block_atol(k), rtol_);
-            all = all && block_atol(k) > 0;
+            with_atol(k, [&](auto atol) {
+              std::remove_cvref_t<decltype(from)>::Ops::weigh(to.handle(), from.handle(), atol, rtol_);
+            });
+            all = all && (kind_ == AbsoluteTolerance::Kind::per_component ? fields_.is_positive : block_atol(k) > 0);
           },
           Blocks<Plain>::all(y), Blocks<Plain>::all(weight));
     } else
@@ -136,6 +148,29 @@ class ErrorNorm {
   [[nodiscard]] Scalar block_atol(std::size_t block) const {
     return kind_ == AbsoluteTolerance::Kind::automatic ? automatic_.sizes().atol[block] : atol_[block];
   }
+  /// f(atol of a field's numbers): one for all, or the handle of theirs.
+  void with_atol(auto block, auto&& f) const {
+    if (kind_ == AbsoluteTolerance::Kind::per_component)
+      f(std::get<block()>(Blocks<Plain>::all(fields_.atol)).handle());
+    else f(block_atol(block));
+  }
+  /// All ranks come to the same answer.
+  [[nodiscard]] bool take_fields(const AbsoluteTolerance& wanted, const Plain& y) {
+    const Plain* const given = wanted.template fields<Plain>();
+    if (given == nullptr) return false;
+    int worst = 0;
+    for_each_block(
+        [&worst](auto, const auto& atol, const auto& like) {
+          const bool is_there = atol.handle() != typename std::remove_cvref_t<decltype(atol)>::Handle{};
+          worst = std::max(
+              worst, is_there ? std::remove_cvref_t<decltype(atol)>::Ops::allowed(atol.handle(), like.handle()) : 2);
+        },
+        Blocks<Plain>::all(*given), Blocks<Plain>::all(y));
+    if (worst == 2) return false;
+    fields_.atol = *given;
+    fields_.is_positive = worst == 0;
+    return true;
+  }
   void each(const Plain& y, auto&& f, Plain& out) {
     Index at = 0;
     for_each_block(
@@ -175,10 +210,12 @@ class ErrorNorm {
     double sum = 0;
     for_each_block(
         [&](auto k, const auto& e, const auto& a, const auto& b) {
-          sum +=
-              std::remove_cvref_t<decltype(e)>::Ops::square(e.handle(), a.handle(), b.handle(), block_atol(k), rtol_);
+          with_atol(k, [&](auto atol) {
+            sum += std::remove_cvref_t<decltype(e)>::Ops::square(e.handle(), a.handle(), b.handle(), atol, rtol_);
+          });
         },
         Blocks<Plain>::all(error), Blocks<Plain>::all(y), Blocks<Plain>::all(next));
+    total_of_ranks(error, std::span<double>{&sum, 1});
     const Index n = count_of(Blocks<Plain>::all(error));
     return {n == 0 ? 0 : sum / static_cast<double>(n), {}};
   }
@@ -267,6 +304,12 @@ class ErrorNorm {
   std::array<Scalar, blocks> atol_{};  // given
   Automatic automatic_;
   Eigen::Matrix<Scalar, Eigen::Dynamic, 1> components_;
+  struct Fields {
+    Plain atol;
+    bool is_positive = true;
+  };
+  struct Nothing {};
+  [[no_unique_address]] std::conditional_t<FieldState<Plain>, Fields, Nothing> fields_;
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

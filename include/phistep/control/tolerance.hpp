@@ -18,11 +18,13 @@
 #include <cstdint>
 #include <initializer_list>
 #include <limits>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "phistep/control/step_filter.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/state/blocks.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -52,21 +54,31 @@ class AbsoluteTolerance {
     size_ = many_.size();
   }
 
-  /// The same, times a factor; what is automatic stays so.
-  [[nodiscard]] AbsoluteTolerance scaled(double factor) const {
-    AbsoluteTolerance all = *this;
-    for (double& atol : all.few_) atol *= factor;
-    for (double& atol : all.many_) atol *= factor;
-    return all;
-  }
+  /// One a component, as a state of the run's own kind: a field of them, or a motion of two.
+  template <FieldState Fields>
+  AbsoluteTolerance(const Fields& components)  // NOLINT: .atol = field
+      : kind_{Kind::per_component},
+        fields_{std::make_shared<const PlainState<Fields>>(components)},
+        type_{&type_of<PlainState<Fields>>} {}
+
   [[nodiscard]] Kind kind() const { return kind_; }
   [[nodiscard]] std::span<const double> values() const { return {many_.empty() ? few_.data() : many_.data(), size_}; }
+  /// Those of fields; null where it has none, or of another kind.
+  template <class Fields>
+  [[nodiscard]] const Fields* fields() const {
+    return type_ == &type_of<Fields> ? static_cast<const Fields*>(fields_.get()) : nullptr;
+  }
 
  private:
+  template <class Fields>
+  static constexpr char type_of = 0;
+
   std::array<double, 4> few_{};  // a short run should not wait for the heap
   std::vector<double> many_;
   std::size_t size_ = 0;
   Kind kind_ = Kind::automatic;
+  std::shared_ptr<const void> fields_;
+  const void* type_ = nullptr;
 };
 
 /// How the errors of a state's components become one number.

@@ -107,6 +107,20 @@ template <State S, bool with_drift = Blocks<S>::drifts>
   return witness.all_finite();
 }
 
+/// out = y + γ M⁻¹Ψ of fields, unchecked.
+template <FieldState S, bool with_drift = Blocks<S>::drifts>
+void move_fields(PlainState<S>& out, const PlainState<S>& y, const auto& by, const auto& psi, const auto& masses) {
+  for_each_block(
+      [&](auto k, auto& to, const auto& from, const auto& rate, const auto& mass) {
+        const auto factor = field_factor(mass, by.kick);
+        if constexpr (with_drift && k == 0)  // r⁺ first, for `out` may be y
+          std::get<0>(Blocks<S>::all(out)) =
+              std::get<0>(Blocks<S>::all(y)) + (by.before + by.after) * from + (by.after * factor) * rate;
+        to = from + factor * rate;
+      },
+      Blocks<S>::solved(out), Blocks<S>::solved(y), psi, masses);
+}
+
 /// out = y + γ M⁻¹Ψ, for motion with the drift; `out` may be y. False: something isn't finite.
 /// @param scratch  for M⁻¹Ψ where a mass is a matrix
 template <State S, bool with_drift = Blocks<S>::drifts>
@@ -114,15 +128,7 @@ template <State S, bool with_drift = Blocks<S>::drifts>
                                                              const auto& psi, RateOf<S>& scratch, const auto& masses) {
   using Rate = RateOf<S>;
   if constexpr (FieldState<PlainState<S>>) {
-    for_each_block(
-        [&](auto k, auto& to, const auto& from, const auto& rate, const auto& mass) {
-          const auto factor = field_factor(mass, by.kick);
-          if constexpr (with_drift && k == 0)  // r⁺ first, for `out` may be y
-            std::get<0>(Blocks<S>::all(out)) =
-                std::get<0>(Blocks<S>::all(y)) + (by.before + by.after) * from + (by.after * factor) * rate;
-          to = from + factor * rate;
-        },
-        Blocks<S>::solved(out), Blocks<S>::solved(y), psi, masses);
+    move_fields<S, with_drift>(out, y, by, psi, masses);
     return all_finite(Blocks<S>::all(out));
   } else if constexpr (MassFacts<std::remove_cvref_t<decltype(masses)>, ScalarOf<S>>::has_matrix) {
     for_each_block(

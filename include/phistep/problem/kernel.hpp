@@ -99,6 +99,13 @@ class Kernel {
       assign<S>(step.next, in<S>(step.y) + by.kick * in<S>(step.trace.start));
       return Outcome::success;
     } else {
+      if constexpr (requires { Resolvent::looks_at_all; })
+        if (by.kick != 0) {
+          if (!step.psi_known) rhs_.evaluate_into(step.t, step.y, step.psi);
+          step.psi_known = true;
+          move_fields<S>(step.next, step.y, by, RateOf<S>::blocks(std::as_const(step.psi)), rhs_.masses());
+          return Outcome::success;
+        }
       if (by.kick != 0) return kick_drift(step, by);
       copy_blocks<S>(step.next, step.y);  // no weight on Ψ(t, y): it isn't evaluated
       drift_blocks<S>(step.next, by.before);
@@ -333,6 +340,7 @@ class Kernel {
       step.psi_known = false;
       const Outcome outcome = resolvent_.resolve(rhs_, gamma, t, step.next, guess, step.psi, transaction_.failure(),
                                                  psi_known, allowed_by(trace));
+      if constexpr (requires { Resolvent::looks_at_all; }) return outcome;
       if (failed(outcome)) return outcome;
       return rhs_.is_finite(step.next) ? Outcome::success : Outcome::non_finite_state;
     }

@@ -248,8 +248,10 @@ class Transaction {
     f.term = -1;
     Offender where;
     // Where the force has thrown it is NaN.
-    if constexpr (FieldState<S>)
-      if (!all_ranks(y, !*rhs.held())) outcome = Outcome::exception_elsewhere;
+    if constexpr (FieldState<S>) {
+      if (const Outcome found = agreed(y, rhs.held()->found()); failed(found)) outcome = found;
+      rhs.held()->told();
+    }
     if (outcome == Outcome::wrong_size) f.term = rhs.offending_term(t, y);
     if (outcome == Outcome::non_finite_state || outcome == Outcome::non_finite_force) {
       if (where = first_non_finite(Blocks<S>::all(y)); where) {

@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
+#include <span>
 #include <tuple>
 #include <type_traits>
 #include <utility>
@@ -68,29 +70,31 @@ class Increment<S> {
     w -= last_move_;
     place(Y);
   }
-  /// Of the last move, as the solver's options have it, and in the norm of a controlled run.
+  /// Of the last move, as the solver's options have it, and in the norm of a controlled run. One reduction.
   [[nodiscard]] Correction size(const Plain& Y, double /*drift_share*/, const NewtonOptions& options) const {
-    const double of = largest(last_move_);
     if (options.rtol > 0) {
       const double rtol = solve_rtol(options.rtol), atol = rtol * options.atol / options.rtol;
-      const double sum = Unknown::Ops::square(last_move_.handle(), solved(Y).handle(), base.handle(),
-                                              static_cast<Scalar>(atol), static_cast<Scalar>(rtol));
-      return {mean(sum), mean(sum), of};
+      return norm(Unknown::Ops::square(last_move_.handle(), solved(Y).handle(), base.handle(),
+                                       static_cast<Scalar>(atol), static_cast<Scalar>(rtol)));
     }
-    const double here = largest(solved(Y)), touched = std::max(here, largest(base));
+    const auto here = [](const Unknown& x) { return static_cast<double>(Unknown::Ops::largest_here(x.handle())); };
+    double all[] = {here(last_move_), here(solved(Y)), here(base)};
+    Unknown::Ops::greatest(base.handle(), all);
+    const double of = all[0];
     if (of == 0) return {};
-    return {relative_size<Scalar>(of, here), relative_size<Scalar>(of, touched), of};
+    return {relative_size<Scalar>(of, all[1]), relative_size<Scalar>(of, std::max(all[1], all[2])), of};
   }
   [[nodiscard]] Correction size(const Plain& weight) const {
-    const double norm = mean(Unknown::Ops::square(last_move_.handle(), solved(weight).handle()));
-    return {norm, norm, norm};
+    return norm(Unknown::Ops::square(last_move_.handle(), solved(weight).handle()));
   }
   [[nodiscard]] static double drift_size(const Plain&, double) { return 0; }
 
  private:
   [[nodiscard]] static auto& solved(auto& y) { return std::get<0>(Blocks<S>::solved(y)); }
-  [[nodiscard]] double mean(double sum) const {
-    return std::sqrt(sum / std::max(1.0, static_cast<double>(last_move_.size())));
+  [[nodiscard]] Correction norm(double mine) const {
+    Unknown::Ops::total(base.handle(), std::span<double>{&mine, 1});
+    const double all = std::sqrt(mine / std::max(1.0, static_cast<double>(last_move_.size())));
+    return {all, all, all};
   }
   /// Y = b + w, r = b.r + γ_d v
   void place(Plain& Y) {
@@ -104,7 +108,8 @@ class Increment<S> {
   Scalar gamma_drift_{};
 };
 
-/// W of the user's solver: kept while it serves, its outcomes and exceptions those of all ranks, its work counted.
+/// W of the user's solver: kept while it serves, its work counted. What it fails with on one rank is told to all by the next
+/// reduction, that has to be made anyway: a right-hand side is then infinitely large.
 template <FieldState S, class Rhs, class Solver, bool position, bool stages, bool shifted, bool iterated>
 class Linearisation<S, Rhs, Solver, position, stages, shifted, iterated> {
   static_assert(
@@ -156,42 +161,78 @@ class Linearisation<S, Rhs, Solver, position, stages, shifted, iterated> {
                                   const SolveTolerance<Plain>& /*allowed*/) {
     ++rhs.statistics().jacobians;
     drop();
-    const Outcome outcome = together(Y, [&] {
+    run([&] {
       return std::apply([&](const auto&... block) { return solver_->linearise(t, block...); }, Blocks<S>::all(Y));
     });
+    const Outcome outcome = told(Y);
     has_jacobian_ = !failed(outcome);
     return outcome;
   }
-  [[nodiscard]] Outcome factorize(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar /*t*/, const Plain& Y,
+  [[nodiscard]] Outcome factorize(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar /*t*/, const Plain& /*Y*/,
                                   const Rate& /*psi*/, const NewtonOptions& /*options*/) {
     ++rhs.statistics().factorizations;
-    const Outcome outcome = together(Y, [&] { return solver_->factorize(gamma); });
-    has_factors_ = !failed(outcome);
+    run([&] { return solver_->factorize(gamma); });
+    is_told_ = false;
+    has_factors_ = true;
     factored_ = gamma;
     scale_ = Scalar{1};
-    return outcome;
+    return Outcome::success;
   }
   /// x ← W⁻¹ x. @param allowed  of a controlled run: rules where the options don't
   [[nodiscard]] Outcome solve(Unknown& x, const NewtonOptions& options, Statistics& statistics,
                               const SolveTolerance<Plain>& allowed = {}) {
+    if (const Outcome bad = solve_untold(x, options, statistics, allowed); failed(bad)) return bad;
+    return told(x);
+  }
+  /// The same, where the next reduction, or the end of the step, tells all ranks of a failure: x is then NaN where it failed.
+  /// @param square  Σ (x_i weight_i)² over all ranks, which is finite; negative: not known
+  [[nodiscard]] Outcome solve_untold(Unknown& x, const NewtonOptions& options, Statistics& statistics,
+                                     const SolveTolerance<Plain>& allowed, double square = -1) {
     ++statistics.solves;
     double rtol = options.linear_rtol;
-    if (allowed.target > 0 && (stages || rtol == 0)) {
+    const bool is_sized = sizes(options, allowed);
+    if (!is_sized && (stages || !is_told_)) {
+      if (!Unknown::Ops::is_finite_here(x.handle())) held_->note(Outcome::non_finite_state);
+      if (const Outcome bad = told(x); failed(bad)) return bad;
+    }
+    if (is_sized) {
+      if (square < 0) {
+        square = square_here(x, allowed);
+        Unknown::Ops::total(x.handle(), std::span<double>{&square, 1});
+        if (!std::isfinite(square))
+          if (const Outcome bad = told(x); failed(bad)) return bad;
+        if (std::isnan(square)) return Outcome::non_finite_state;
+      } else if (!is_told_) {
+        if (const Outcome bad = told(x); failed(bad)) return bad;
+      }
       // A residual of that size in the run's weights, where x is about W⁻¹'s largest, M⁻¹, times as large.
-      const auto& weight = std::get<0>(Blocks<S>::solved(*allowed.weight));
-      const double size =
-          std::sqrt(Unknown::Ops::square(x.handle(), weight.handle()) / static_cast<double>(x.size())) / mass_;
+      const double size = std::sqrt(square / static_cast<double>(x.size())) / mass_;
       const double share = (stages ? 0.3 : 1.0) * inexact_share * allowed.target;
       rtol = std::clamp(size > 0 ? share / size : 0.5, 1e-12, 0.5);
     }
-    const Outcome outcome = together(x, [&] { return solver_->solve(x, rtol); });
+    run([&] { return solver_->solve(x, rtol); });
+    if (failed(held_->found())) x.poison();
     statistics.linear_iterations += solver_->iterations();
-    if (failed(outcome)) {
-      has_factors_ = false;
-      return outcome;
-    }
     if (scale_ != Scalar{1}) x *= scale_;
+    is_told_ = true;  // of the factors
     return Outcome::success;
+  }
+  /// Whether the tolerance of a solve follows the size of its right-hand side …
+  [[nodiscard]] static bool sizes(const NewtonOptions& options, const SolveTolerance<Plain>& allowed) {
+    return allowed.target > 0 && (stages || options.linear_rtol == 0);
+  }
+  /// … and this rank's share of the latter's square: NaN where this rank knows of a failure.
+  [[nodiscard]] double square_here(const Unknown& x, const SolveTolerance<Plain>& allowed) const {
+    if (failed(held_->found())) return std::numeric_limits<double>::quiet_NaN();
+    return Unknown::Ops::square(x.handle(), std::get<0>(Blocks<S>::solved(*allowed.weight)).handle());
+  }
+  /// What all ranks make of what each has found; collective.
+  [[nodiscard]] Outcome told(const auto& ranks) {
+    const Outcome all = agreed(ranks, held_->found());
+    held_->told();
+    is_told_ = true;
+    if (failed(all)) has_factors_ = false;
+    return all;
   }
   template <class X>
   void add_position_product(Scalar, const X&, auto&) const {
@@ -207,11 +248,9 @@ class Linearisation<S, Rhs, Solver, position, stages, shifted, iterated> {
   [[nodiscard]] const char* name() const { return solver_->name(); }
 
  private:
-  /// What f, a function of the solver's, has come to on all ranks.
-  [[nodiscard]] Outcome together(const auto& ranks, auto&& f) {
-    Outcome mine = Outcome::exception_elsewhere;
-    held_->run([&] { mine = f(); }, [&] { mine = Outcome::exception_elsewhere; });
-    return agreed(ranks, mine);
+  /// f, a function of the solver's, on this rank.
+  void run(auto&& f) {
+    held_->run([&] { held_->note(f()); }, [] {});
   }
 
   std::optional<Solver> solver_;
@@ -220,6 +259,7 @@ class Linearisation<S, Rhs, Solver, position, stages, shifted, iterated> {
   Gamma<Scalar> factored_{};
   Scalar scale_{1};
   bool has_jacobian_ = false, has_factors_ = false;
+  bool is_told_ = true;  // all ranks know what the last factorization has come to
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

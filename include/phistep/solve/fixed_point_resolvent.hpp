@@ -32,7 +32,7 @@ namespace phistep::inline PHISTEP_ABI {
 
 template <State S, class Rhs>
 class FixedPointResolvent {
-  static_assert(!FieldState<S>, "phistep: fixed_point() takes no fields: give newton(...) a linear solver for them");
+  static_assert(!FieldState<S>, "phistep: fixed_point() of a field needs <phistep/fields.hpp>");
 
  public:
   using Scalar = ScalarOf<S>;

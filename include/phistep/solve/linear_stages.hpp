@@ -99,7 +99,9 @@ class LinearStages {
     t_ = t;
     copy_blocks<S>(y_, y);
     rhs.evaluate_into(t, y, psi);
-    if (first_non_finite(Rate::blocks(psi))) return Outcome::non_finite_force;
+    bool is_looked_at = false;  // of a field the size of the first right-hand side tells
+    if constexpr (FieldState<S>) is_looked_at = Matrix::sizes(options_, allowed_);
+    if (!is_looked_at && first_non_finite(Rate::blocks(psi))) return Outcome::non_finite_force;
     copy_rate(psi_, psi);
     if constexpr (has_time)
       if (const Outcome outcome = differ_in_time(rhs, t, dt, y); outcome != Outcome::success) return outcome;
@@ -144,9 +146,14 @@ class LinearStages {
       matrix_.solve_unchecked(unknown, rhs.statistics());
       return Outcome::success;
     }
-    if constexpr (FieldState<S>)
-      return cause(matrix_.solve(flat(std::get<0>(Blocks<S>::solved(x))), options_, rhs.statistics(), allowed_), x);
-    else return solve_gathered(rhs, gamma, x);
+    if constexpr (FieldState<S>) {
+      const Outcome outcome =
+          matrix_.solve_untold(std::get<0>(Blocks<S>::solved(x)), options_, rhs.statistics(), allowed_);
+      known_ = known_ && !failed(outcome);
+      return outcome;
+    } else {
+      return solve_gathered(rhs, gamma, x);
+    }
   }
   [[nodiscard]] const Rate& psi_t() const requires has_time { return psi_t_; }
   [[nodiscard]] Matrix& matrix() { return matrix_; }

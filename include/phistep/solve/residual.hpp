@@ -38,8 +38,14 @@ class Residual {
 
   /// F in increment.delta, with Ψ by a force call.
   [[nodiscard]] Outcome evaluate(const Plain& Y) {
+    evaluate_unchecked(Y);
+    return check();
+  }
+  void evaluate_unchecked(const Plain& Y) {
     if (!std::exchange(psi_known_, false)) rhs_.evaluate_into(t_, Y, psi_);
     assemble();
+  }
+  [[nodiscard]] Outcome check() const {
     if (is_finite_block(F())) return Outcome::success;
     return first_non_finite(Rate::blocks(psi_)) ? Outcome::non_finite_force : Outcome::non_finite_state;
   }

@@ -13,6 +13,8 @@
 #include <cmath>
 #include <concepts>
 #include <limits>
+#include <span>
+#include <type_traits>
 #include <utility>
 
 #include "phistep/core/arithmetic.hpp"
@@ -27,6 +29,7 @@
 #include "phistep/solve/newton.hpp"
 #include "phistep/solve/residual.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/ranks.hpp"
 #include "phistep/state/unknowns.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -160,9 +163,27 @@ class NewtonResolvent {
     Rate& psi;
     SolveTolerance<Plain> allowed;
     Residual<S, Rhs> F;
+    struct Nothing {};
+    [[no_unique_address]] std::conditional_t<FieldState<S>, double, Nothing>
+        square{};  // of a field: Σ (F_i weight_i)² …
+    [[no_unique_address]] std::conditional_t<FieldState<S>, Correction, Nothing> correction{};  // … and the last move
 
     void restart() { self.increment_.start(Y, guess); }
-    [[nodiscard]] Outcome residual() { return F.evaluate(Y); }
+    [[nodiscard]] Outcome residual() {
+      if constexpr (FieldState<S>) {
+        // One reduction: how large, and whether finite.
+        square = -1;
+        if (Matrix::sizes(self.options_, allowed)) {
+          F.evaluate_unchecked(Y);
+          square = self.matrix_.square_here(self.increment_.delta, allowed);
+          total_of_ranks(Y, std::span<double>{&square, 1});
+          if (std::isfinite(square)) return Outcome::success;
+          square = -1;
+          return F.check();
+        }
+      }
+      return F.evaluate(Y);
+    }
     [[nodiscard]] double residual_size() const { return F.size(); }
     [[nodiscard]] bool residual_is_rounding() const { return F.is_rounding(); }
     [[nodiscard]] bool residual_is_noise() const {
@@ -180,7 +201,19 @@ class NewtonResolvent {
     [[nodiscard]] Outcome solve() {
       return self.matrix_.solve(self.increment_.delta, self.options_, rhs.statistics(), allowed);
     }
-    [[nodiscard]] Outcome correct() {
+    /// One reduction: how large the correction is, and whether all ranks have solved for it.
+    [[nodiscard]] Outcome correct() requires FieldState<S> {
+      auto& matrix = self.matrix_;
+      if (const Outcome bad =
+              matrix.solve_untold(self.increment_.delta, self.options_, rhs.statistics(), allowed, square);
+          failed(bad))
+        return bad;
+      self.increment_.move(Y);
+      correction = allowed.target > 0 ? self.increment_.size(*allowed.weight)
+                                      : self.increment_.size(Y, matrix.drift_share(), self.options_);
+      return std::isfinite(correction.absolute) ? Outcome::success : matrix.told(Y);
+    }
+    [[nodiscard]] Outcome correct() requires(!FieldState<S>) {
       if (const Outcome bad = solve(); failed(bad)) return bad;
       while (self.matrix_.reached_too_far(Y, self.increment_.delta)) {
         F.assemble();
@@ -192,7 +225,8 @@ class NewtonResolvent {
     }
     void retreat() { self.increment_.retreat(Y); }
     void undo() { self.increment_.undo(Y); }
-    [[nodiscard]] Correction size() const {
+    [[nodiscard]] Correction size() const requires FieldState<S> { return correction; }
+    [[nodiscard]] Correction size() const requires(!FieldState<S>) {
       if (allowed.target > 0) return self.increment_.size(*allowed.weight);
       return self.increment_.size(Y, self.matrix_.drift_share(), self.options_);
     }

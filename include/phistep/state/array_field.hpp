@@ -9,6 +9,8 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <span>
+#include <vector>
 
 #include "phistep/core/version.hpp"
 #include "phistep/simd/fingerprint.hpp"
@@ -18,7 +20,8 @@ namespace phistep::inline PHISTEP_ABI {
 /// Base of a class `Own` of operations, which brings `Handle`, `clone`, `release`, `size`, and
 ///   numbers(x)           this rank's numbers as a std::span, or its own read(f, x…) and write(f, y, x…), which call
 ///                        f(how many, their addresses…) for each of this rank's arrays,
-///   total(x, mine)       Σ over the ranks of x, and greatest(x, mine), the largest: MPI_Allreduce, where there are many,
+///   total(x, mine)       where there are many ranks: each number of a std::span<double> becomes its sum over all of them,
+///                        and greatest(x, mine), the largest: MPI_Allreduce,
 ///   rank(x), ranks(x)    this one's number from 0 on, and how many there are.
 /// What it has of the functions below takes their place.
 template <class Own, std::floating_point Number = double>
@@ -33,8 +36,8 @@ struct ArrayFieldOps {
   static void write(auto&& f, auto y, auto... x) {
     f(std::size(Own::numbers(y)), Own::numbers(y).data(), static_cast<const Number*>(Own::numbers(x).data())...);
   }
-  static double total(auto, double mine) { return mine; }
-  static double greatest(auto, double mine) { return mine; }
+  static void total(auto, std::span<double>) {}
+  static void greatest(auto, std::span<double>) {}
   static int rank(auto) { return 0; }
   static int ranks(auto) { return 1; }
 
@@ -51,16 +54,18 @@ struct ArrayFieldOps {
           y, x[k]);
   }
   static void weigh(auto w, auto y, Number atol, Number rtol) {
-    Own::write(
-        [=](std::size_t n, Number* to, const Number* from) {
-          for (std::size_t i = 0; i < n; ++i) {
-            const Number scale = atol + rtol * std::abs(from[i]);
-            to[i] = scale > 0 ? 1 / scale : 0;
-          }
-        },
-        w, y);
+    Own::write([=](std::size_t n, Number* to,
+                   const Number* from) { weigh_each(n, to, from, rtol, [atol](std::size_t) { return atol; }); },
+               w, y);
   }
-  static double largest(auto x) {
+  /// @param atol  a field of them
+  template <class Handle>
+  static void weigh(Handle w, Handle y, Handle atol, Number rtol) {
+    Own::write([=](std::size_t n, Number* to, const Number* from,
+                   const Number* a) { weigh_each(n, to, from, rtol, [a](std::size_t i) { return a[i]; }); },
+               w, y, atol);
+  }
+  static double largest_here(auto x) {
     double most = 0;
     Own::read(
         [&most](std::size_t n, const Number* of) {
@@ -71,17 +76,18 @@ struct ArrayFieldOps {
           }
         },
         x);
-    return Own::greatest(x, most);
+    return most;
   }
-  static bool is_finite(auto x) {
+  static bool is_finite_here(auto x) {
     bool all = true;
     Own::read(
         [&all](std::size_t n, const Number* of) {
           for (std::size_t i = 0; i < n; ++i) all = all && std::isfinite(of[i]);
         },
         x);
-    return most(x, all ? 0 : 1) == 0;
+    return all;
   }
+  static bool is_finite(auto x) { return most(x, Own::is_finite_here(x) ? 0 : 1) == 0; }
   static double square(auto x, auto w) {
     double sum = 0;
     Own::read(
@@ -89,19 +95,37 @@ struct ArrayFieldOps {
           for (std::size_t i = 0; i < n; ++i) sum += of[i] * weight[i] * of[i] * weight[i];
         },
         x, w);
-    return Own::total(x, sum);
+    return sum;
   }
   static double square(auto e, auto y, auto z, Number atol, Number rtol) {
     double sum = 0;
+    Own::read([&](std::size_t n, const Number* of, const Number* a,
+                  const Number* b) { sum += squares(n, of, a, b, rtol, [atol](std::size_t) { return atol; }); },
+              e, y, z);
+    return sum;
+  }
+  template <class Handle>
+  static double square(Handle e, Handle y, Handle z, Handle atol, Number rtol) {
+    double sum = 0;
     Own::read(
-        [&](std::size_t n, const Number* of, const Number* a, const Number* b) {
-          for (std::size_t i = 0; i < n; ++i) {
-            const Number share = of[i] / (atol + rtol * std::max(std::abs(a[i]), std::abs(b[i])));
-            sum += of[i] == 0 ? 0 : share * share;
-          }
+        [&](std::size_t n, const Number* of, const Number* a, const Number* b, const Number* least) {
+          sum += squares(n, of, a, b, rtol, [least](std::size_t i) { return least[i]; });
         },
-        e, y, z);
-    return Own::total(e, sum);
+        e, y, z, atol);
+    return sum;
+  }
+  static int allowed(auto x, auto y) {
+    std::vector<std::size_t> mine, theirs;
+    Own::read([&theirs](std::size_t n, const Number*) { theirs.push_back(n); }, y);
+    int verdict = 0;
+    Own::read(
+        [&](std::size_t n, const Number* of) {
+          mine.push_back(n);
+          for (std::size_t i = 0; i < n; ++i)
+            verdict = std::max(verdict, of[i] > 0 && std::isfinite(of[i]) ? 0 : of[i] == 0 ? 1 : 2);
+        },
+        x);
+    return most(x, mine == theirs ? verdict : 2);
   }
   static bool equal(auto x, auto y) {
     bool same = true;
@@ -117,7 +141,27 @@ struct ArrayFieldOps {
               x);
     return all;
   }
-  static int most(auto x, int mine) { return static_cast<int>(Own::greatest(x, mine)); }
+  static int most(auto x, int mine) {
+    double all = mine;
+    Own::greatest(x, std::span<double>{&all, 1});
+    return static_cast<int>(all);
+  }
+
+ private:
+  static void weigh_each(std::size_t n, Number* to, const Number* from, Number rtol, auto&& atol) {
+    for (std::size_t i = 0; i < n; ++i) {
+      const Number scale = atol(i) + rtol * std::abs(from[i]);
+      to[i] = scale > 0 ? 1 / scale : 0;
+    }
+  }
+  static double squares(std::size_t n, const Number* of, const Number* a, const Number* b, Number rtol, auto&& atol) {
+    double sum = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      const Number share = of[i] / (atol(i) + rtol * std::max(std::abs(a[i]), std::abs(b[i])));
+      sum += of[i] == 0 ? 0 : share * share;
+    }
+    return sum;
+  }
 };
 
 }  // namespace phistep::inline PHISTEP_ABI

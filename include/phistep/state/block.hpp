@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 
+#include <span>
 #include <type_traits>
 
 #include "phistep/core/version.hpp"
@@ -46,7 +47,9 @@ void set_zero_like(Block& x, const auto& other) {
 /// max |x_i| of a field, as core/arithmetic.hpp has it of numbers.
 template <FieldBlock Block>
 [[nodiscard]] auto max_abs(const Block& x) {
-  return static_cast<typename Block::Scalar>(Block::Ops::largest(x.handle()));
+  double all = Block::Ops::largest_here(x.handle());
+  Block::Ops::greatest(x.handle(), std::span<double>{&all, 1});
+  return static_cast<typename Block::Scalar>(all);
 }
 /// Whether all numbers of a block without gaps are finite.
 template <EigenDense Block>

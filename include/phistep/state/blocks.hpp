@@ -187,8 +187,18 @@ template <class Tie>
 template <class Tie>
 [[nodiscard]] bool all_finite(const Tie& blocks) {
   bool finite = true;
-  for_each_block([&finite](auto, const auto& x) { finite = is_finite_block(x) && finite; }, blocks);
-  return finite;
+  if constexpr (count_of_fields < Tie >> 0) {  // one question to all ranks
+    for_each_block(
+        [&finite](auto, const auto& x) {
+          finite = std::remove_cvref_t<decltype(x)>::Ops::is_finite_here(x.handle()) && finite;
+        },
+        blocks);
+    const auto& first = std::get<0>(blocks);
+    return std::remove_cvref_t<decltype(first)>::Ops::most(first.handle(), finite ? 0 : 1) == 0;
+  } else {
+    for_each_block([&finite](auto, const auto& x) { finite = is_finite_block(x) && finite; }, blocks);
+    return finite;
+  }
 }
 /// f(i, number i of each tie) for all numbers, one block after the other, each in storage order.
 template <class... Ties>

@@ -10,6 +10,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <type_traits>
 #include <utility>
 
@@ -18,25 +19,32 @@
 namespace phistep::inline PHISTEP_ABI {
 
 /// What a backend brings, as static functions of a class `Ops` (adapters/petsc.hpp has them for a Vec). Those that tell
-/// something of all numbers are collective: all ranks call them together, and each gets the same result.
+/// something of all numbers are collective: all ranks call them together, and each gets the same result. Sums and largest
+/// numbers are this rank's share: one reduction serves several.
 template <class Ops>
 concept FieldOperations = std::floating_point<typename Ops::Scalar> &&
     requires(typename Ops::Handle x, typename Ops::Handle y, typename Ops::Handle z, typename Ops::Scalar a,
-             const typename Ops::Scalar* weights, const typename Ops::Handle* terms, int mine) {
+             const typename Ops::Scalar* weights, const typename Ops::Handle* terms, int mine, std::span<double> all) {
   { Ops::clone(x) } -> std::same_as<typename Ops::Handle>;  // of the same layout; its numbers are not set
   Ops::release(x);                                          // the end of one
   { Ops::size(x) } -> std::convertible_to<std::ptrdiff_t>;  // numbers of all ranks together
   Ops::fill(y, a);                                          // y_i = a
-  Ops::combine(y, 2, weights, terms);                    // y = Σ_k weights[k] terms[k]; of these, the first may be y
-  Ops::weigh(y, x, a, a);                                // y_i = 1/(a + b |x_i|), 0 for 1/0
-  { Ops::largest(x) } -> std::convertible_to<double>;    // max_i |x_i|, collective
-  { Ops::is_finite(x) } -> std::same_as<bool>;           // whether all are, collective
-  { Ops::square(x, y) } -> std::convertible_to<double>;  // Σ (x_i y_i)², collective
-  { Ops::square(x, y, z, a, a) } -> std::convertible_to<double>;  // Σ (x_i/(a + b max(|y_i|, |z_i|)))², collective
-  { Ops::equal(x, y) } -> std::same_as<bool>;                     // all bits, collective
-  { Ops::fingerprint(x) } -> std::same_as<std::uint64_t>;         // another one after any change of this rank's numbers
-  { Ops::most(x, mine) } -> std::same_as<int>;                    // the largest of every rank's number, collective
-  Ops::poison(x);  // this rank's numbers become NaN; nobody else takes part
+  Ops::combine(y, 2, weights, terms);  // y = Σ_k weights[k] terms[k]; of these, the first may be y
+  Ops::weigh(y, x, a, a);              // y_i = 1/(a + b |x_i|), 0 for 1/0; a: a number, or z's a_i
+  Ops::weigh(y, x, z, a);
+  { Ops::is_finite_here(x) } -> std::same_as<bool>;               // whether this rank's numbers are
+  { Ops::largest_here(x) } -> std::convertible_to<double>;        // max_i |x_i| of this rank's, infinite for NaN
+  { Ops::square(x, y) } -> std::convertible_to<double>;           // Σ (x_i y_i)² of this rank's
+  { Ops::square(x, y, z, a, a) } -> std::convertible_to<double>;  // Σ (x_i/(a + b max(|y_i|, |z_i|)))² of this rank's
+  { Ops::square(x, y, z, z, a) } -> std::convertible_to<double>;
+  Ops::total(x, all);                           // each becomes its sum over all ranks, collective
+  Ops::greatest(x, all);                        // … its largest, collective
+  { Ops::allowed(x, y) } -> std::same_as<int>;  // 2 unless x has y's layout and no x_i < 0; 1: some are 0; collective
+  { Ops::is_finite(x) } -> std::same_as<bool>;  // whether all are, collective
+  { Ops::equal(x, y) } -> std::same_as<bool>;   // all bits, collective
+  { Ops::fingerprint(x) } -> std::same_as<std::uint64_t>;  // another one after any change of this rank's numbers
+  { Ops::most(x, mine) } -> std::same_as<int>;             // the largest of every rank's number, collective
+  Ops::poison(x);                                          // this rank's numbers become NaN; nobody else takes part
 };
 
 template <FieldOperations Ops>

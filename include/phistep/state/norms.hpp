@@ -4,10 +4,12 @@
 
 #include <cmath>
 #include <cstddef>
+#include <span>
 #include <type_traits>
 
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/ranks.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -22,6 +24,7 @@ template <State Plain>
           sum += std::remove_cvref_t<decltype(of)>::Ops::square(of.handle(), w.handle());
         },
         Blocks<Plain>::all(x), Blocks<Plain>::all(weight));
+    total_of_ranks(x, std::span<double>{&sum, 1});
     return n == 0 ? 0 : std::sqrt(sum / static_cast<double>(n));
   } else {
     using Wide = std::common_type_t<ScalarOf<Plain>, double>;  // squares of floats soon leave their range

@@ -3,7 +3,9 @@
 /// before anything depends on it.
 #pragma once
 
+#include <algorithm>
 #include <exception>
+#include <span>
 #include <utility>
 
 #include "phistep/core/outcome.hpp"
@@ -14,7 +16,7 @@ namespace phistep::inline PHISTEP_ABI {
 
 /// The exception that a user's function has thrown on this rank. Its result there is NaN from then on, so that all ranks come
 /// to the same end of the step, without a word more between them where all goes well. At that end it is thrown again, on this
-/// rank; the others get Outcome::exception_elsewhere.
+/// rank; the others get Outcome::exception_elsewhere. What a solver has failed with on this rank waits here likewise.
 class HeldException {
  public:
   /// Runs f(); where it throws, now or in an earlier call, spoil().
@@ -27,6 +29,12 @@ class HeldException {
     if (held_) spoil();
   }
   [[nodiscard]] explicit operator bool() const { return static_cast<bool>(held_); }
+  /// A solver's outcome on this rank.
+  void note(Outcome outcome) { noted_ = std::max(noted_, outcome); }
+  /// What this rank knows that the others don't.
+  [[nodiscard]] Outcome found() const { return held_ ? Outcome::exception_elsewhere : noted_; }
+  /// All ranks know of it.
+  void told() { noted_ = Outcome::success; }
   /// Throws what it holds, and holds it no more.
   void rethrow() {
     if (held_) std::rethrow_exception(std::exchange(held_, nullptr));
@@ -34,6 +42,7 @@ class HeldException {
 
  private:
   std::exception_ptr held_;
+  Outcome noted_ = Outcome::success;
 };
 
 /// The largest of a number that every rank of a field's has; collective.
@@ -45,6 +54,13 @@ template <FieldState S>
 template <FieldState S>
 [[nodiscard]] bool all_ranks(const S& y, bool mine) {
   return most_of_ranks(y, mine ? 0 : 1) == 0;
+}
+
+/// Each number becomes its sum over all ranks; collective.
+template <FieldState S>
+void total_of_ranks(const S& y, std::span<double> mine) {
+  const auto& first = std::get<0>(Blocks<S>::all(y));
+  std::remove_cvref_t<decltype(first)>::Ops::total(first.handle(), mine);
 }
 
 /// What all ranks make of what each of them found: the outcome that comes last in the enumeration.

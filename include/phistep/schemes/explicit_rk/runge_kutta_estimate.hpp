@@ -17,6 +17,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/schemes/explicit_stages.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/ranks.hpp"
 #include "phistep/state/unknowns.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -71,6 +72,11 @@ class RungeKuttaEstimate {
                 all);
         },
         Blocks<S>::solved(trace.error), Blocks<S>::solved(trace.predicted), Blocks<S>::solved(trace.weight));
+    if constexpr (has_two && FieldState<S>) {
+      double sums[] = {all.high, all.low};
+      total_of_ranks(trace.weight, sums);
+      all = {sums[0], sums[1]};
+    }
     if (all.high > 0) {
       trace.error_scale_square = all.high / (all.high + 0.01 * all.low);
       if constexpr (has_two) {
