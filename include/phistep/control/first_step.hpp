@@ -32,20 +32,22 @@ template <State Plain>
   const double size = norm(y, weight), speed = norm(f0, weight);
   // The probe moves a hundredth of y, or where y is nothing beside atol, a hundredth of the error allowed.
   double h = speed > 0 ? std::min(run, 0.01 * std::max(size, allowed) / speed) : 1e-6 * run;
-  double curvature = -1;
-  for (int tries = 0; tries < 40 && curvature < 0; ++tries) {
+  double change = -1;
+  for (int tries = 0; tries < 40 && change < 0; ++tries) {
     const Scalar signed_h = static_cast<Scalar>(std::copysign(h, static_cast<double>(length)));
     assign<Plain>(probe, in<Plain>(y) + signed_h * in<Plain>(f0));
     if (slope(t + signed_h, probe, f1)) {
       assign<Plain>(f1, in<Plain>(f1) - in<Plain>(f0));
-      curvature = norm(f1, weight) / h;
+      change = norm(f1, weight);
     } else {
       h /= 16;  // the probe left the force's domain
     }
   }
-  if (!(curvature > 0)) return std::min(100 * h, run);
+  if (!(change > 0)) return std::min(100 * h, run);
   // In units of h, so that every power is of a number without dimension.
-  const double p = order, moved = speed * h, bent = curvature * h * h;
+  int exponent = 0;  // ‖y''‖ h² without a square of h
+  const double m = std::frexp(h, &exponent);
+  const double p = order, moved = speed * h, bent = std::ldexp(change / m * m * m, exponent);
   // (0.1 ‖e‖/moved (moved/bent)^p)^{1/(p+1)}
   const double wanted = speed > 0
                             ? h * std::exp2((std::log2(0.1 * allowed / moved) - p * std::log2(bent / moved)) / (p + 1))

@@ -28,14 +28,22 @@ template <State Plain>
     return n == 0 ? 0 : std::sqrt(sum / static_cast<double>(n));
   } else {
     using Wide = std::common_type_t<ScalarOf<Plain>, double>;  // squares of floats soon leave their range
-    Wide sum{0};
-    for_each_number(
-        [&sum](std::size_t, auto of, auto w) {
-          const Wide part = static_cast<Wide>(of * w);
-          sum += part * part;
-        },
-        Blocks<Plain>::all(x), Blocks<Plain>::all(weight));
-    return n == 0 ? 0 : std::sqrt(static_cast<double>(sum / static_cast<Wide>(n)));
+    const auto mean_square = [&](auto scaled) {
+      Wide sum{0};
+      for_each_number(
+          [&sum, scaled](std::size_t, auto of, auto w) {
+            const Wide part = scaled(static_cast<Wide>(of * w));
+            sum += part * part;
+          },
+          Blocks<Plain>::all(x), Blocks<Plain>::all(weight));
+      return static_cast<double>(sum / static_cast<Wide>(n));
+    };
+    if (n == 0) return 0;
+    const double square = mean_square([](Wide part) { return part; });
+    if (0x1p-1000 <= square && square <= 0x1p1000) return std::sqrt(square);
+    // Squares that leave the range: rates per unit of a time that is far too long or too short for them.
+    if (square > 1) return 0x1p520 * std::sqrt(mean_square([](Wide part) { return part * Wide{0x1p-520}; }));
+    return 0x1p-520 * std::sqrt(mean_square([](Wide part) { return part * Wide{0x1p520}; }));
   }
 }
 
