@@ -6,19 +6,19 @@
 #include <thread>
 
 using namespace automatic_cases;
-using shared_force::OfState;
 
 namespace {
 
-/// Each type of force is five steppers to compile: two serve all.
-using Planar = shared_force::OfStateAndTime<Vec>;
-const Planar steady = [](const Vec& y, double) { return slow(y); };
-const OfState<Eigen::Vector3d> reaction = Robertson{};
+/// Each type of force is five steppers to compile: one serves all. In the plane: z = 0 throughout.
+using Space = Eigen::Vector3d;
+using Force = shared_force::OfStateAndTime<Space>;
+const Force steady = [](const Space& y, double) -> Space { return {-y[0], -2 * y[1], 0}; };
+const Force reaction = [](const Space& y, double) -> Space { return Robertson{}(y); };
 
 }  // namespace
 
 TEST_CASE("what is not stiff: the bits of the pair by hand, no Jacobian, three calls for a look") {
-  Vec y{1, 1}, same = y;
+  Space y{1, 1, 0}, same = y;
   const tolerance wanted{.rtol = 1e-6};
   const AutomaticReport report = integrate(y, steady, {0.0, 1.0}, wanted);
   const RunReport hand = by_hand(same, steady, dop853, {0.0, 1.0}, wanted);
@@ -33,10 +33,10 @@ TEST_CASE("what is not stiff: the bits of the pair by hand, no Jacobian, three c
 }
 
 TEST_CASE("what is stiff from the start: the bits of the implicit scheme by hand") {
-  Vec y{1, 1}, same = y;
+  Space y{1, 1, 0}, same = y;
   const tolerance wanted{.rtol = 1e-6};
-  const Planar forced = [](const Vec& x, double t) -> Vec {
-    return {-1e6 * (x[0] - std::cos(t)) - std::sin(t), -x[1]};
+  const Force forced = [](const Space& x, double t) -> Space {
+    return {-1e6 * (x[0] - std::cos(t)) - std::sin(t), -x[1], 0};
   };
   const AutomaticReport report = integrate(y, forced, {0.0, 1.0}, wanted);
   const RunReport hand = by_hand(same, forced, radau, {0.0, 1.0}, wanted);
@@ -68,8 +68,11 @@ TEST_CASE("stiffness that comes later is noticed within few steps, once") {
 TEST_CASE("a relaxation oscillation: both ways, to the tolerance") {
   for (const double rtol : {1e-3, 1e-6}) {
     const tolerance wanted{.rtol = rtol, .atol = rtol};
-    const Planar oscillator = [](const Vec& x, double) { return Oscillator{100}(x); };
-    Vec y{2, 0}, exact = y;
+    const Force oscillator = [](const Space& x, double) -> Space {
+      const Vec rate = Oscillator{100}(x.head<2>());
+      return {rate[0], rate[1], 0};
+    };
+    Space y{2, 0, 0}, exact = y;
     const AutomaticReport report = integrate(y, oscillator, {0.0, 500.0}, wanted);
     REQUIRE(report);
     REQUIRE(by_hand(exact, oscillator, radau, {0.0, 500.0}, {.rtol = 1e-11, .atol = 1e-11}));
@@ -96,13 +99,13 @@ TEST_CASE("the report says in words what it took, when and why") {
 }
 
 TEST_CASE("no clock: a force that takes its time gets the same bits") {
-  const auto run = [](const OfState<Eigen::Vector3d>& force) {
+  const auto run = [](const Force& force) {
     auto y = Robertson::start();
     const auto report = integrate(y, force, {0.0, 1.0}, {.rtol = 1e-4, .atol = 1e-12});
     return std::pair{y, report.statistics};
   };
   const auto quick = run(reaction);
-  const auto slowly = run([](const Eigen::Vector3d& y) -> Eigen::Vector3d {
+  const auto slowly = run([](const Space& y, double) -> Space {
     std::this_thread::sleep_for(std::chrono::microseconds(10));
     return Robertson{}(y);
   });

@@ -1,9 +1,19 @@
-// One problem of each class of DETEST, on states of fixed size; all of them: detest.full.cpp.
+// One problem of each class of DETEST, two of them on states of fixed size; all of them: detest.full.cpp.
 
 #include "acceptance/detest_cases.hpp"
 
 namespace {
 
+void check_schemes(const SmoothProblem& problem, const auto& start, const auto& f, double kappa) {
+  for (const double rtol : {1e-3, 1e-6, 1e-9})
+    for_each_explicit([&](const char* name, auto scheme) {
+      auto y = start;
+      phistep::PhiStepper stepper{y, f, scheme};
+      const auto report =
+          phistep::integrate(stepper, y, {0, problem.end}, phistep::tolerance{.rtol = rtol, .atol = rtol});
+      check_end(problem, name, rtol, kappa, report, y);
+    });
+}
 /// κ: as conditioning_of() measures it.
 template <class P>
 void check_fixed(P, double kappa) {
@@ -14,22 +24,17 @@ void check_fixed(P, double kappa) {
     P::rate(t, y.data(), out.data());
     return out;
   };
-  for (const double rtol : {1e-3, 1e-6, 1e-9})
-    for_each_explicit([&](const char* name, auto scheme) {
-      State y = problem.start;
-      phistep::PhiStepper stepper{y, f, scheme};
-      const auto report = phistep::integrate(stepper, y, {0, P::end}, phistep::tolerance{.rtol = rtol, .atol = rtol});
-      check_end(problem, name, rtol, kappa, report, y);
-    });
+  check_schemes(problem, State{problem.start}, f, kappa);
 }
+void check(const SmoothProblem& problem, double kappa) { check_schemes(problem, problem.start, problem, kappa); }
 
 }  // namespace
 
 TEST_CASE("smooth problems of a few unknowns are solved to their tolerance") {
-  check_fixed(problems::detest::A4{}, 1);
+  check(smooth_problem(problems::detest::A4{}), 1);
   check_fixed(problems::detest::B5{}, 41);
-  check_fixed(problems::detest::C1{}, 5.5);
-  check_fixed(problems::detest::D3{}, 463);
+  check(smooth_problem(problems::detest::C1{}), 5.5);
+  check(smooth_problem(problems::detest::D3{}), 463);
   check_fixed(problems::detest::E2{}, 8.6);
 }
 
