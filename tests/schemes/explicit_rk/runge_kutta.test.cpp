@@ -357,4 +357,5 @@ TEST_CASE("units that are powers of two change no bit") {
   };
   CHECK(go(tsit5, 1, 1) == go(tsit5, 0x1p-300, 0x1p20));
   CHECK(go(dop853, 1, 1) == go(dop853, 0x1p300, 0x1p-30));
+  for (const double time : {0x1p-900, 0x1p-500, 0x1p500, 0x1p900}) CHECK(go(tsit5, 1, 1) == go(tsit5, 1, time));
 }
