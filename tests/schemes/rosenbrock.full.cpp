@@ -1,4 +1,5 @@
 // Rosenbrock schemes: orders, stability and dense output of each, in every scalar; the quick half is rosenbrock.test.cpp.
+#include <phistep/particles.hpp>
 #include <phistep/phistep.hpp>
 
 #include <cmath>
@@ -44,6 +45,46 @@ TEST_CASE("order 4 and 5: a flow and a damped motion, nonlinear, non-autonomous,
                        }),
                 p, 0.2);
   });
+}
+
+namespace {
+struct SpringsAndCooling : ForceTerm {
+  static void add(double, const auto& y, auto& out) {
+    out.force -= 4 * y.r;
+    out.heat -= 2 * y.temperature;
+  }
+};
+}  // namespace
+
+TEST_CASE("particles that heat up: more unknowns than positions") {
+  Particles<double, 3, Temperature> y{Eigen::Matrix3Xd::Constant(3, 4, 1.0)};
+  y.temperature.setConstant(1);
+  PhiStepper stepper{y, SpringsAndCooling{}, rodas4};
+  for (int n = 0; n < 100; ++n) problems::step(stepper, y, 0.01 * n, 0.01);
+  CHECK((y.r.array() - std::cos(2.0)).abs().maxCoeff() < 1e-7);
+  CHECK((y.temperature.array() - std::exp(-2.0)).abs().maxCoeff() < 1e-7);
+}
+
+TEST_CASE("particles held still: their force says nothing of the Jacobian") {
+  Particles<double, 3> chain{Eigen::Matrix3Xd{{0, 1.2, 2.1}, {0, 0, 0}, {0, 0, 0}}};
+  chain.set_still({1, 0, 0});
+  const auto force = [](const Eigen::Matrix3Xd& r) -> Eigen::Matrix3Xd {  // springs of length 1, nonlinear
+    Eigen::Matrix3Xd f = Eigen::Matrix3Xd::Zero(3, 3);
+    for (int i = 0; i < 2; ++i) {
+      const Eigen::Vector3d d = r.col(i + 1) - r.col(i), pull = 10 * (d.norm() - 1) * d.normalized();
+      f.col(i) += pull, f.col(i + 1) -= pull;
+    }
+    return f;
+  };
+  PhiStepper pulled{chain, banded(force, 8, 8), rodas4};
+  auto bound = chain;
+  REQUIRE(integrate(pulled, bound, {0.0, 1.0}, tolerance{.rtol = 1e-8}));
+  CHECK(pulled.statistics().checks > 0);
+  PhiStepper reference{chain, force, tsit5};
+  auto other = chain;
+  REQUIRE(integrate(reference, other, {0.0, 1.0}, tolerance{.rtol = 1e-10}));
+  CHECK((bound.r - other.r).norm() <= 1e-6);
+  CHECK(bound.r.col(0).norm() <= 1e-30);
 }
 
 TEST_CASE("what a step costs, and what a rejected one leaves for the next try") {
