@@ -67,11 +67,18 @@ std::vector<Neighbor<dim>> near(const std::vector<double>& r, std::int32_t i, co
   return all;
 }
 
+std::vector<std::int32_t> slots_of(const NeighborList& list, std::size_t row) {
+  std::vector<std::int32_t> all;
+  const auto& chunk = list.chunks[row / static_cast<std::size_t>(NeighborList::rows_per_chunk)];
+  list.for_each_neighbor(list.rows[row], chunk, [&](std::int32_t slot) { all.push_back(slot); });
+  return all;
+}
+
 template <int dim>
 std::vector<Neighbor<dim>> listed(const NeighborList& list, std::size_t row) {
   std::vector<Neighbor<dim>> all;
   const auto& own = list.slots[static_cast<std::size_t>(list.rows[row].slot)];
-  for (const std::int32_t s : list.neighbors(row)) {
+  for (const std::int32_t s : slots_of(list, row)) {
     const auto& slot = list.slots[static_cast<std::size_t>(s)];
     auto image = slot.image;
     for (std::size_t a = 0; a < 3; ++a) image[a] -= own.image[a];
@@ -97,10 +104,8 @@ void check_against_all(const std::vector<double>& r, const Domain& domain, doubl
     CAPTURE(i);
     REQUIRE(listed<dim>(list, row) == expected);
     sum += expected.size();
-    // The rest of the row, up to a multiple of 8, is the dummy.
-    const std::int32_t* const end = list.neighbors(row).data() + list.rows[row].count;
-    for (std::int32_t k = list.rows[row].count; k < list.padded(list.rows[row].count); ++k)
-      REQUIRE(end[k - list.rows[row].count] == list.dummy());
+    for (const std::int32_t end : list.rows[row].ends) REQUIRE(end % 8 == 0);  // the rest are dummies
+    REQUIRE(list.rows[row].ends[2] < static_cast<std::int32_t>(expected.size() + 3 * 8));
   }
   CHECK(std::all_of(seen.begin(), seen.end(), [](int times) { return times == 1; }));
   CHECK(list.pairs_listed() == sum);
@@ -142,6 +147,46 @@ TEST_CASE("particles in a line, at one place, in two far clusters") {
   check_against_all<3>(two, {}, 1.0, 0.1);
 }
 
+TEST_CASE("two bytes a neighbour: counted from one slot, from three, and whole slots where that doesn't do") {
+  // Three lines of unit spacing, 1.1 apart. Lines of 40,000 lie too far apart in the list for one slot to count from; where
+  // few have rows, a chunk goes along more than 65,536 slots.
+  struct Way {
+    std::int32_t length, moves_each;
+    bool one, near;
+  };
+  for (const Way& way : {Way{2000, 1, true, true}, Way{40000, 1, false, true}, Way{40000, 300, false, false}}) {
+    CAPTURE(way.length, way.moves_each);
+    const std::int32_t n = 3 * way.length;
+    std::vector<double> r;
+    for (std::int32_t i = 0; i < n; ++i) r.push_back(i % way.length), r.push_back(1.1 * (i / way.length));
+    std::vector<std::uint8_t> still;
+    if (way.moves_each > 1)
+      for (std::int32_t i = 0; i < n; ++i) still.push_back(i % way.moves_each != 0);
+    Neighbors<2> neighbors;
+    NeighborMemory memory;
+    const NeighborList& list = neighbors.list(r.data(), n, {}, still, {1.1, 0.1, {}, 4}, memory);
+    const NeighborList::Chunk& first = list.chunks[0];
+    CHECK((first.base[0] == first.base[2]) == (way.one || !way.near));
+    CHECK(first.far.empty() == way.near);
+    CHECK(list.rows.size() == static_cast<std::size_t>((n - 1) / way.moves_each + 1));
+    bool all_right = true;
+    for (std::size_t row = 0; row < list.rows.size(); ++row) {
+      const std::int32_t i = list.slots[static_cast<std::size_t>(list.rows[row].slot)].particle;
+      std::vector<std::int32_t> expected, found;
+      const std::int32_t x = i % way.length, y = i / way.length;
+      if (y > 0) expected.push_back(i - way.length);
+      if (x > 0) expected.push_back(i - 1);
+      if (x + 1 < way.length) expected.push_back(i + 1);
+      if (y < 2) expected.push_back(i + way.length);
+      for (const std::int32_t s : slots_of(list, row))
+        found.push_back(list.slots[static_cast<std::size_t>(s)].particle);
+      std::sort(found.begin(), found.end());
+      all_right &= found == expected;
+    }
+    CHECK(all_right);
+  }
+}
+
 TEST_CASE("a simple cubic lattice: the counts are those of the lattice") {
   // n³ sites 1 apart, periodic. Within 1.8: 6 at 1, 12 at √2, 8 at √3. Cells of 0.9 along x and 1.8 along y and z (and a
   // rounding reserve): the sites at k = 0 … n + 3 of an axis, ghosts included, stand in cell ⌊k/0.9⌋ or ⌊k/1.8⌋.
@@ -165,7 +210,7 @@ TEST_CASE("a simple cubic lattice: the counts are those of the lattice") {
     return pairs;
   };
   const std::int64_t x = pairs_along(0.9, 2), y = pairs_along(1.8, 1);
-  CHECK(list.slots.size() == static_cast<std::size_t>((n + 4) * (n + 4) * (n + 4)));
+  CHECK(list.slots.size() == static_cast<std::size_t>((n + 4) * (n + 4) * (n + 4)) + 1);  // and a dummy
   CHECK(list.pairs_tested() == static_cast<std::uint64_t>(x * y * y - n * n * n));
 }
 
@@ -273,8 +318,8 @@ TEST_CASE("what is not a number is near nobody, and takes no time") {
     REQUIRE(list.rows.size() == 100);
     for (std::size_t row = 0; row < 100; ++row) {
       const std::int32_t i = list.slots[static_cast<std::size_t>(list.rows[row].slot)].particle;
-      if (i == 0 || i == 10) CHECK(list.rows[row].count == 0);
-      for (const std::int32_t s : list.neighbors(row))
+      if (i == 0 || i == 10) CHECK(list.rows[row].ends[2] == 0);
+      for (const std::int32_t s : slots_of(list, row))
         CHECK((list.slots[static_cast<std::size_t>(s)].particle != 0 &&
                list.slots[static_cast<std::size_t>(s)].particle != 10));
     }
@@ -321,7 +366,7 @@ TEST_CASE("a memory that goes back takes the list with it, bit for bit") {
     std::vector<std::int32_t> all;
     for (std::size_t row = 0; row < list.rows.size(); ++row) {
       all.push_back(list.slots[static_cast<std::size_t>(list.rows[row].slot)].particle);
-      for (const std::int32_t s : list.neighbors(row)) all.push_back(s);
+      for (const std::int32_t s : slots_of(list, row)) all.push_back(s);
     }
     return all;
   };

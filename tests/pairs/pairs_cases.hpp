@@ -26,16 +26,26 @@
 
 namespace heap {
 inline bool counting = false;
-inline std::int64_t count = 0;
+inline std::int64_t count = 0;              // calls
+inline std::atomic<std::int64_t> live = 0;  // bytes
+inline constexpr std::size_t head = 16;     // before each block: its size
 }  // namespace heap
 // Not inlined: g++ 12 otherwise sees free() meet new.
 [[gnu::noinline]] void* operator new(std::size_t n) {
   heap::count += heap::counting;
-  if (void* p = std::malloc(n)) return p;
-  throw std::bad_alloc();
+  auto* const block = static_cast<std::size_t*>(std::malloc(n + heap::head));
+  if (block == nullptr) throw std::bad_alloc();
+  *block = n;
+  heap::live += static_cast<std::int64_t>(n);
+  return reinterpret_cast<char*>(block) + heap::head;
 }
-[[gnu::noinline]] void operator delete(void* p) noexcept { std::free(p); }
-[[gnu::noinline]] void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+[[gnu::noinline]] void operator delete(void* p) noexcept {
+  if (p == nullptr) return;
+  auto* const block = reinterpret_cast<std::size_t*>(static_cast<char*>(p) - heap::head);
+  heap::live -= static_cast<std::int64_t>(*block);
+  std::free(block);
+}
+[[gnu::noinline]] void operator delete(void* p, std::size_t) noexcept { operator delete(p); }
 
 using namespace phistep;
 

@@ -132,7 +132,8 @@ class ContactSearch {
              std::vector<Scalar>& placed) {
     for (std::size_t k = 0; k < list_.slots.size(); ++k) {
       const auto& slot = list_.slots[k];
-      bool home = true;
+      bool home = slot.particle >= 0;
+      if (!home) continue;
       for (std::size_t a = 0; a < dim; ++a)
         home &= slot.image[a] == domain.image(a, positions_[static_cast<std::size_t>(slot.particle) * dim + a]);
       if (!home) continue;
@@ -148,15 +149,12 @@ class ContactSearch {
   /// The pairs of bodies of the level, each once.
   void find_alike(const auto& body, const std::vector<std::int32_t>& order, bool sizes_differ,
                   auto&& reach_each_other) {
-    for (std::size_t row = 0; row < list_.rows.size(); ++row) {
-      const std::int32_t p = slot_at(list_.rows[row].slot);
-      for (const std::int32_t neighbor : list_.neighbors(row)) {
-        const std::int32_t q = slot_at(neighbor);
-        const bool has_row = !body.is_still(order[static_cast<std::size_t>(q)]);  // then the pair is in that row, too
-        if (p == q || (has_row && q < p)) continue;
-        if (!sizes_differ || reach_each_other(p, q)) found_.push_back(std::minmax(p, q));
-      }
-    }
+    list_.for_each_neighbor([&](const NeighborList::Row& row, std::int32_t neighbor) {
+      const std::int32_t p = slot_at(row.slot), q = slot_at(neighbor);
+      const bool has_row = !body.is_still(order[static_cast<std::size_t>(q)]);  // then the pair is in that row, too
+      if (p == q || (has_row && q < p)) return;
+      if (!sizes_differ || reach_each_other(p, q)) found_.push_back(std::minmax(p, q));
+    });
   }
   /// The pairs of a body of a finer level, in slot p, with those of this one.
   /// @param at     x y z R

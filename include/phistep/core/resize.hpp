@@ -14,4 +14,10 @@ void resize_with_spare(auto& v, std::size_t n) {
   v.resize(n);
 }
 
+/// An empty v, whose memory others may have.
+template <class V>
+void release(V& v) {
+  V{}.swap(v);
+}
+
 }  // namespace phistep::inline PHISTEP_ABI

@@ -29,7 +29,7 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// The sorted particles and images; a workspace, its buffers serve again.
+/// The sorted particles and images. What only the sort needs is given back after it.
 template <int dim>
 class CellOrder {
  public:
@@ -42,6 +42,7 @@ class CellOrder {
   void sort(const double* r, std::int32_t particles, const Domain& domain, double range,
             std::vector<NeighborList::Slot>& slots) {
     r_ = r, particles_ = static_cast<std::size_t>(particles), domain_ = &domain;
+    for (auto& x : x_) release(x);  // the sort may have that memory
     add_images(range);
     const std::size_t n = particles_ + images_.size();
     if (n >= static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()))
@@ -59,28 +60,37 @@ class CellOrder {
       for (std::uint64_t known = top; known < largest && !top.compare_exchange_weak(known, largest);) {
       }
     });
-    sort_(order_, top);
-    resize_with_spare(slots, n);
-    for (auto& x : x_) resize_with_spare(x, n + overhang);
-    resize_with_spare(is_home_, n);
-    by_threads(n, [&](std::size_t begin, std::size_t end) {
+    RadixSort<Keyed>{}(order_, top);
+    constexpr auto every = static_cast<std::size_t>(NeighborList::dummy_every);
+    const std::size_t all = n == 0 ? 1 : n + 1 + (n - 1) / (every - 1);  // with the dummies
+    resize_with_spare(slots, all);
+    for (auto& x : x_) resize_with_spare(x, all + overhang);
+    resize_with_spare(is_home_, all);
+    constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+    by_threads(all, [&](std::size_t begin, std::size_t end) {
       for (std::size_t s = begin; s < end; ++s) {
-        if (const std::size_t ahead = order_[std::min(s + 24, n - 1)].entry; ahead < particles_)
+        if (s % every == 0) {
+          slots[s] = {-1, {}}, is_home_[s] = 0;
+          for (auto& x : x_) x[s] = nan;
+          continue;
+        }
+        const std::size_t rank = s - 1 - s / every;
+        if (const std::size_t ahead = order_[std::min(rank + 24, n - 1)].entry; ahead < particles_)
           prefetch(r_ + ahead * dim);  // in the user's order, neighbours may be anywhere
-        const Entry e = entry(order_[s].entry);
+        const Entry e = entry(order_[rank].entry);
         slots[s] = e.slot;
-        is_home_[s] = order_[s].entry < particles_;
+        is_home_[s] = order_[rank].entry < particles_;
         for (std::size_t a = 0; a < dim; ++a) x_[a][s] = e.x[a];
       }
     });
     cells_.clear();
-    for (std::size_t s = 0; s < n; ++s)
-      if (cells_.empty() || cells_.back().key != order_[s].key)
-        cells_.push_back({order_[s].key, static_cast<std::int32_t>(s)});
+    for (std::size_t rank = 0; rank < n; ++rank)
+      if (cells_.empty() || cells_.back().key != order_[rank].key)
+        cells_.push_back({order_[rank].key, static_cast<std::int32_t>(rank + 1 + rank / (every - 1))});
     if (cells_.empty() || cells_.back().key != outside)
-      cells_.push_back({outside, static_cast<std::int32_t>(n)});  // the end
-    for (std::size_t a = 0; a < dim; ++a)
-      std::fill_n(x_[a].begin() + static_cast<std::ptrdiff_t>(n), overhang, std::numeric_limits<double>::quiet_NaN());
+      cells_.push_back({outside, static_cast<std::int32_t>(all)});  // the end
+    release(order_);
+    for (auto& x : x_) std::fill_n(x.begin() + static_cast<std::ptrdiff_t>(all), overhang, nan);
   }
 
   /// The last one is the end, and holds the slots of particles whose positions are not finite.
@@ -228,7 +238,6 @@ class CellOrder {
   std::array<std::vector<double>, dim> x_;  // of the slots
   std::vector<std::uint8_t> is_home_;
   std::vector<Keyed> order_;
-  RadixSort<Keyed> sort_;
   std::vector<std::size_t> found_;  // by each thread: first, and one after the last
   std::vector<Cell> cells_;
   std::array<double, dim> origin_{}, per_cell_{};

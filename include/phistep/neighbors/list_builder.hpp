@@ -8,6 +8,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -29,7 +30,7 @@ class ListBuilder {
   /// @param r      dim × N [length]
   /// @param still  empty, or N: those that are not 0 have no row, and so two of them are no pair
   /// @param range  [length] of what is listed: closer than this
-  /// @param pad    rows are filled up to a multiple of it
+  /// @param pad    a row's parts are filled up to a multiple of it
   void build(const double* r, std::int32_t particles, const Domain& domain, const std::vector<std::uint8_t>& still,
              double range, std::int32_t pad, NeighborList& list) {
     order_.sort(r, particles, domain, range, list.slots);
@@ -38,7 +39,7 @@ class ListBuilder {
     list.rows.clear();
     for (std::size_t s = 0; s < list.slots.size(); ++s)
       if (order_.is_home(s) && (still.empty() || still[static_cast<std::size_t>(list.slots[s].particle)] == 0))
-        list.rows.push_back({static_cast<std::int32_t>(s), 0, 0});
+        list.rows.push_back({static_cast<std::int32_t>(s), 0, {}});
     constexpr auto per_chunk = static_cast<std::size_t>(NeighborList::rows_per_chunk);
     list.chunk_count = (list.rows.size() + per_chunk - 1) / per_chunk;
     if (list.chunks.size() < list.chunk_count) list.chunks.resize(list.chunk_count);
@@ -67,7 +68,7 @@ class ListBuilder {
     P x[dim];
     for (std::size_t a = 0; a < dim; ++a) x[a] = P{point[a]};
     std::int32_t* out = found_.data();
-    for (const Line& line : point_lines_) out = filter(x, line.first, line.last, P{range * range}, out);
+    for (const Line& line : point_lines_) out = filter(x, line.first, line.last, P{range * range}, 0, out);
     return {found_.data(), static_cast<std::size_t>(out - found_.data())};
   }
   /// Distances computed by `around` since there is this builder.
@@ -85,11 +86,26 @@ class ListBuilder {
     std::int32_t first = 0, last = 0;
   };
 
+  enum class Counted { from_one, from_three, from_none };
+
+  /// Counted from one slot if that does, else from one of each layer, else whole slots.
   void fill(NeighborList& list, std::size_t c, P square) const {
+    NeighborList::Chunk& chunk = list.chunks[c];
+    release(chunk.far);
+    if (fill<Counted::from_one>(list, c, square, chunk.near) || fill<Counted::from_three>(list, c, square, chunk.near))
+      return;
+    release(chunk.near);
+    fill<Counted::from_none>(list, c, square, chunk.far);
+  }
+  /// @param to  near or far of the chunk
+  /// @return    whether its numbers can hold all
+  template <Counted how, class Number>
+  bool fill(NeighborList& list, std::size_t c, P square, std::vector<Number>& to) const {
     constexpr auto per_chunk = static_cast<std::size_t>(NeighborList::rows_per_chunk);
     NeighborList::Chunk& chunk = list.chunks[c];
     const std::size_t begin = c * per_chunk, end = std::min(list.rows.size(), begin + per_chunk);
     chunk.rows = {static_cast<std::int32_t>(begin), static_cast<std::int32_t>(end)};
+    chunk.base = {};
     chunk.tested = chunk.listed = 0;
     const Cells& cells = order_.cells();
     std::array<Line, lines> around;
@@ -98,45 +114,56 @@ class ListBuilder {
     std::int32_t used = 0;
     for (std::size_t r = begin; r < end; ++r) {
       NeighborList::Row& row = list.rows[r];
-      if (row.slot >= cells.back().first) {  // not a number: near no other
-        row.first = used, row.count = 0;
-        continue;
-      }
+      row.first = used, row.ends = {};
+      if (row.slot >= cells.back().first) continue;  // not a number: near no other
       if (fresh || row.slot >= cells[cell + 1].first) {
         if (fresh) cell = cell_of(row.slot);
         while (row.slot >= cells[cell + 1].first) ++cell;
         find_lines(cells[cell].key, around, fresh);
+        if (fresh && how != Counted::from_none)  // no later row has a neighbour before these
+          for (std::size_t part = 0; part < 3; ++part)
+            chunk.base[part] =
+                cells[around[how == Counted::from_one ? 0 : part * lines / 3].from].first & -NeighborList::dummy_every;
         fresh = false;
+        if constexpr (how != Counted::from_none)
+          for (std::size_t l = 0; l < lines; ++l)
+            if (around[l].last > around[l].first &&
+                around[l].last - chunk.base[3 * l / lines] > std::numeric_limits<Number>::max())
+              return false;
       }
       std::int32_t candidates = 0;
       for (const Line& line : around) candidates += line.last - line.first;
-      const auto needed = static_cast<std::size_t>(used) + static_cast<std::size_t>(candidates + list.pad + P::width);
-      if (chunk.neighbors.size() < needed) {
+      const auto needed =
+          static_cast<std::size_t>(used) + static_cast<std::size_t>(candidates + P::width + 3 * list.pad);
+      if (to.size() < needed) {
         // As much as the rows so far let expect, or a few rows: an ample reserve would be a third of all memory.
         const std::size_t done = r - begin,
                           expected = done < 32 ? 0 : static_cast<std::size_t>(used) * (end - begin) / done;
-        resize_with_spare(chunk.neighbors, std::max(needed, expected));
+        resize_with_spare(to, std::max(needed, expected));
       }
-      std::int32_t* out = chunk.neighbors.data() + used;
-      const std::int32_t* const start = out;
+      Number* const start = to.data() + used;
+      Number *out = start, *part_start = start;
       P x[dim];
       for (std::size_t a = 0; a < dim; ++a) x[a] = P{order_.x(a)[row.slot]};
       for (std::size_t l = 0; l < lines; ++l) {
+        const std::int32_t base = chunk.base[3 * l / lines];
         if (l == lines / 2) {  // its own: around itself
-          out = filter(x, around[l].first, row.slot, square, out);
-          out = filter(x, row.slot + 1, around[l].last, square, out);
+          out = filter(x, around[l].first, row.slot, square, base, out);
+          out = filter(x, row.slot + 1, around[l].last, square, base, out);
         } else {
-          out = filter(x, around[l].first, around[l].last, square, out);
+          out = filter(x, around[l].first, around[l].last, square, base, out);
         }
+        chunk.listed += static_cast<std::uint64_t>(out - part_start);
+        if (l + 1 == lines || (how == Counted::from_three && (3 * l + 3) % lines == 0))
+          for (; ((out - start) & (list.pad - 1)) != 0; ++out) *out = 0;
+        part_start = out;
+        row.ends[3 * l / lines] = static_cast<std::int32_t>(out - start);
       }
-      row.first = used;
-      row.count = static_cast<std::int32_t>(out - start);
-      const std::int32_t padded = list.padded(row.count);
-      std::fill_n(out, padded - row.count, list.dummy());
-      used += padded;
+      if (how != Counted::from_three) row.ends.fill(row.ends[2]);
+      used += row.ends[2];
       chunk.tested += static_cast<std::uint64_t>(candidates - 1);
-      chunk.listed += static_cast<std::uint64_t>(row.count);
     }
+    return true;
   }
 
   [[nodiscard]] std::size_t cell_of(std::int32_t slot) const {
@@ -185,8 +212,10 @@ class ListBuilder {
     while (cells[cell].key < key) ++cell;
   }
 
-  /// Appends those of the slots first … last − 1 that are closer to x than the range. Writes up to P::width − 1 beyond.
-  std::int32_t* filter(const P* x, std::int32_t first, std::int32_t last, P square, std::int32_t* out) const {
+  /// Appends those of the slots first … last − 1 that are closer to x than the range, counted from the base. Writes up to
+  /// P::width − 1 beyond.
+  template <class Number>
+  Number* filter(const P* x, std::int32_t first, std::int32_t last, P square, std::int32_t base, Number* out) const {
     const double* at[dim];
     detail::unrolled<dim>([&](auto a) { at[a] = order_.x(a); });
     for (std::int32_t s = first; s < last; s += P::width) {
@@ -197,22 +226,24 @@ class ListBuilder {
       });
       unsigned bits = (d2 < square).bits();
       if (last - s < P::width) bits &= (1u << (last - s)) - 1u;
-      out = append(bits, s, out);
+      out = append(bits, s - base, out);
     }
     return out;
   }
-  static std::int32_t* append(unsigned bits, std::int32_t s, std::int32_t* out) {
+  template <class Number>
+  static Number* append(unsigned bits, std::int32_t s, Number* out) {
 #if defined(__AVX512F__) && defined(__AVX512VL__)
     if constexpr (P::width == 8) {
       const __m256i slots = _mm256_add_epi32(_mm256_set1_epi32(s), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
       // Compressed in the register: compressing stores take 50 times as long on Zen 4.
-      _mm256_storeu_si256(reinterpret_cast<__m256i*>(out),
-                          _mm256_maskz_compress_epi32(static_cast<__mmask8>(bits), slots));
+      const __m256i kept = _mm256_maskz_compress_epi32(static_cast<__mmask8>(bits), slots);
+      if constexpr (sizeof(Number) == 2) _mm_storeu_si128(reinterpret_cast<__m128i*>(out), _mm256_cvtepi32_epi16(kept));
+      else _mm256_storeu_si256(reinterpret_cast<__m256i*>(out), kept);
       return out + std::popcount(bits);
     }
 #endif
     detail::unrolled<P::width>([&](auto l) {
-      *out = s + l;
+      *out = static_cast<Number>(s + l);
       out += bits >> l & 1u;
     });
     return out;

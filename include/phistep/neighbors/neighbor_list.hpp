@@ -5,14 +5,13 @@
 /// in memory. A slot says whose image it is and how often that one is shifted:
 ///     x(slot) = r(particle) + image · length of the box.
 /// Every particle that moves has a *row*: the slots of all particles within the range, itself excluded, but its own images
-/// included. Rows are filled up to a multiple of the vector width by the *dummy* slot, which stands so far away that it
-/// is beyond any cutoff; it comes after all others.
+/// included. Rows are filled up to a multiple of the vector width by a *dummy*, which stands so far away that it is beyond any
+/// cutoff. Each slot whose number is a multiple of 8,192 is one.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "phistep/core/version.hpp"
@@ -21,36 +20,52 @@ namespace phistep::inline PHISTEP_ABI {
 
 struct NeighborList {
   struct Slot {
-    std::int32_t particle;              ///< the user's index
+    std::int32_t particle;              ///< the user's index; −1: a dummy
     std::array<std::int32_t, 3> image;  ///< in periods of the box, from where the user has it
   };
   /// Rows lie in chunks, the unit of work of a thread. Their number does not depend on that of threads.
+  ///
+  /// A neighbour takes two bytes, counted from a slot that serves the whole chunk: up to some million particles the cells
+  /// around a chunk's rows hold fewer than 65,536. Where they don't, each of the three layers of cells has such a slot.
   struct Chunk {
-    std::vector<std::int32_t> neighbors;  ///< of all rows, longer than what is in use
-    std::array<std::int32_t, 2> rows{};   ///< first, and one after the last
+    std::vector<std::uint16_t> near;     ///< of all rows, longer than what is in use
+    std::array<std::int32_t, 3> base{};  ///< of each part of a row: the slot that 0 means, a dummy
+    std::vector<std::int32_t> far;       ///< unless it is empty, in the place of `near`: whole slots
+    std::array<std::int32_t, 2> rows{};  ///< first, and one after the last
     std::uint64_t tested = 0, listed = 0;
   };
   struct Row {
-    std::int32_t slot;   ///< where its particle stands
-    std::int32_t first;  ///< in the chunk's `neighbors`
-    std::int32_t count;  ///< neighbours, without the dummies
+    std::int32_t slot;                 ///< where its particle stands
+    std::int32_t first;                ///< in the chunk's `near` or `far`
+    std::array<std::int32_t, 3> ends;  ///< of its parts, from there, with the dummies
   };
+  static constexpr std::int32_t dummy_every = 8192;
   static constexpr std::int32_t rows_per_chunk = 512;
 
-  std::vector<Slot> slots;    ///< without the dummy
+  std::vector<Slot> slots;
   std::vector<Row> rows;      ///< in the slots' order
   std::vector<Chunk> chunks;  ///< the first `chunk_count` are in use
   std::size_t chunk_count = 0;
-  std::int32_t pad = 1;  ///< rows are filled up to a multiple of it; a power of two
+  std::int32_t pad = 1;  ///< a row's parts are filled up to a multiple of it, a power of two
   std::int32_t particles = 0;
 
-  [[nodiscard]] std::int32_t dummy() const { return static_cast<std::int32_t>(slots.size()); }
-  [[nodiscard]] std::int32_t padded(std::int32_t count) const { return (count + pad - 1) & -pad; }
-  /// The neighbours of a row, without the dummies (which follow).
-  [[nodiscard]] std::span<const std::int32_t> neighbors(std::size_t row) const {
-    const Row& r = rows[row];
-    const auto& all = chunks[row / static_cast<std::size_t>(rows_per_chunk)].neighbors;
-    return {all.data() + r.first, static_cast<std::size_t>(r.count)};
+  /// f(slot of a neighbour) for a row's, without the dummies.
+  void for_each_neighbor(const Row& row, const Chunk& chunk, auto&& f) const {
+    std::int32_t k = 0;
+    for (std::size_t part = 0; part < 3; ++part)
+      for (; k < row.ends[part]; ++k) {
+        const auto at = static_cast<std::size_t>(row.first + k);
+        const std::int32_t number = chunk.far.empty() ? chunk.near[at] : chunk.far[at];
+        if (number != 0) f(chunk.base[part] + number);
+      }
+  }
+  /// f(row, slot of a neighbour) for all of them, row after row.
+  void for_each_neighbor(auto&& f) const {
+    for (std::size_t c = 0; c < chunk_count; ++c)
+      for (std::int32_t k = chunks[c].rows[0]; k < chunks[c].rows[1]; ++k) {
+        const Row& row = rows[static_cast<std::size_t>(k)];
+        for_each_neighbor(row, chunks[c], [&](std::int32_t slot) { f(row, slot); });
+      }
   }
   /// Distances computed while it was built.
   [[nodiscard]] std::uint64_t pairs_tested() const {

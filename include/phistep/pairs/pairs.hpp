@@ -100,14 +100,14 @@ class Pairs : public ForceTerm {
     Scalar* const force = out.force.data();
     const ActiveSet* const active = active_set(y);
     const P rc2{limit<Scalar>()};
-    for_each_row(list, [&](const NeighborList::Row& row, const std::int32_t* neighbors, std::size_t) {
+    for_each_row(list, [&](const NeighborList::Row& row, const NeighborList::Chunk& chunk, std::size_t) {
       const std::int32_t particle = list.slots[static_cast<std::size_t>(row.slot)].particle;
       if (active != nullptr && !active->has(particle)) return;
       Scalar* const to = force + std::ptrdiff_t{S::dim} * particle;
       prefetch(to);
       P f[S::dim];
       detail::unrolled<S::dim>([&](auto a) { f[a] = P{0}; });
-      for_each_pack<S, P>(row, neighbors, list.padded(row.count), [&](const P* d, P r2, auto&&... tags) {
+      for_each_pack<S, P>(row, chunk, [&](const P* d, P r2, auto&&... tags) {
         const P g = select(r2 < rc2, P{law(min(r2, rc2), tags...)}, P{0});
         detail::unrolled<S::dim>([&](auto a) { f[a] = fma(g, d[a], f[a]); });
       });
@@ -141,12 +141,12 @@ class Pairs : public ForceTerm {
 
   /// f(i, j) for every listed pair, by the user's indices: all that may act before pair_changes() changes.
   void for_each_pair(const Memory& /*memory*/, auto&& f) const {
-    for (const NeighborList* list : {&work_.two.current(), &work_.three.current()})
-      for (std::size_t k = 0; k < list->rows.size(); ++k) {
-        const auto i = Eigen::Index{list->slots[static_cast<std::size_t>(list->rows[k].slot)].particle};
-        for (const std::int32_t slot : list->neighbors(k))
-          f(i, Eigen::Index{list->slots[static_cast<std::size_t>(slot)].particle});
-      }
+    for (const NeighborList* list : {&work_.two.current(), &work_.three.current()}) {
+      const auto user = [list](std::int32_t slot) {
+        return Eigen::Index{list->slots[static_cast<std::size_t>(slot)].particle};
+      };
+      list->for_each_neighbor([&](const NeighborList::Row& row, std::int32_t slot) { f(user(row.slot), user(slot)); });
+    }
   }
   [[nodiscard]] std::uint64_t pair_changes() const { return rebuilds(); }
   [[nodiscard]] double cutoff() const { return range_.cutoff; }
@@ -195,13 +195,13 @@ class Pairs : public ForceTerm {
     static const std::vector<std::uint8_t> none;
     const std::vector<std::uint8_t>* still = &none;
     if constexpr (requires { y.body.box; }) domain = domain_of(y.body.box), still = &y.body.still;
-    NeighborRange range = range_;
-    range.pad = native_width<Scalar>;
     auto& neighbors = [this]() -> auto& {
       if constexpr (dim == 3) return work_.three;
       else return work_.two;
     }
     ();
+    NeighborRange range = range_;
+    range.pad = native_width<Scalar>;
     const NeighborList& list =
         memory ? neighbors.list(r, n, domain, *still, range, *memory) : neighbors.list(r, n, domain, *still, range);
     auto& places = std::get<Places<Scalar>>(work_.places);
@@ -209,27 +209,51 @@ class Pairs : public ForceTerm {
     if constexpr (S::tagged)  // by one thread: it may throw
       for (std::size_t s = 0; s < list.slots.size(); ++s) {
         const std::ptrdiff_t particle = list.slots[s].particle;
-        places(3, static_cast<Eigen::Index>(s)) = static_cast<Scalar>(law.tag(y.body, particle));
+        if (particle >= 0) places(3, static_cast<Eigen::Index>(s)) = static_cast<Scalar>(law.tag(y.body, particle));
       }
     return list;
   }
 
-  /// f(d, r²[, tag_i, tag_j]) for `count` neighbours, as many at once as a P holds.
+  /// f(d, r²[, tag_i, tag_j]) for a row's neighbours, as many at once as a P holds.
   template <class S, class P>
-  void for_each_pack(const NeighborList::Row& row, const std::int32_t* neighbors, std::int32_t count, auto&& f) const {
+  [[gnu::always_inline]] void for_each_pack(const NeighborList::Row& row, const NeighborList::Chunk& chunk,
+                                            auto&& f) const {
     using Scalar = typename S::Scalar;
+    static constexpr std::array<std::uint16_t, 16> in_turn{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+    alignas(64) Scalar few[4 * P::width];
     const Scalar* const all = place<Scalar>(0);
-    const Scalar* const own = place<Scalar>(row.slot);
-    P x[S::dim];
-    detail::unrolled<S::dim>([&](auto a) { x[a] = P{own[a]}; });
-    for (std::int32_t q = 0; q < count; q += P::width) {
-      const FourPacks<P> other = gather4<P>(all, neighbors + q);
-      P d[3] = {x[0] - other.x, x[1] - other.y, P{0}};
-      P r2 = fma(d[0], d[0], d[1] * d[1]);
-      if constexpr (S::dim == 3) d[2] = x[2] - other.z, r2 = fma(d[2], d[2], r2);
-      if constexpr (S::tagged) f(d, r2, P{own[3]}, other.w);
-      else f(d, r2);
+    const auto x = own<S, P>(row);
+    const bool near = chunk.far.empty();
+    const std::uint16_t* which = in_turn.data();
+    if (near) which = chunk.near.data() + row.first;
+    std::int32_t k = 0;
+    for (std::size_t part = 0; part < 3; ++part) {
+      const Scalar* const from = near ? all + std::ptrdiff_t{4} * chunk.base[part] : few;
+      for (; k < row.ends[part]; k += P::width) {
+        if (!near)
+          detail::unrolled<P::width>([&](auto l) {
+            const std::ptrdiff_t slot = chunk.far[static_cast<std::size_t>(row.first + k + l)];
+            Pack<Scalar, 4>::load(all + 4 * slot).store(few + 4 * l);
+          });
+        act<S, P>(x, from, which, f);
+        if (near) which += P::width;
+      }
     }
+  }
+  template <class S, class P>
+  [[nodiscard]] FourPacks<P> own(const NeighborList::Row& row) const {
+    const auto* const x = place<typename S::Scalar>(row.slot);
+    return {P{x[0]}, P{x[1]}, P{x[2]}, P{x[3]}};
+  }
+  /// f(d, r²[, tag_i, tag_j]) for one at x and those that stand in `all`.
+  template <class S, class P>
+  [[gnu::always_inline]] static void act(const FourPacks<P>& x, const auto* all, const auto* which, auto&& f) {
+    const FourPacks<P> other = gather4<P>(all, which);
+    P d[3] = {x.x - other.x, x.y - other.y, P{0}};
+    P r2 = fma(d[0], d[0], d[1] * d[1]);
+    if constexpr (S::dim == 3) d[2] = x.z - other.z, r2 = fma(d[2], d[2], r2);
+    if constexpr (S::tagged) f(d, r2, x.w, other.w);
+    else f(d, r2);
   }
 
   /// Σ over pairs of value(1, r²[, tags]), each once.
@@ -243,23 +267,23 @@ class Pairs : public ForceTerm {
     // A row sees every pair of two that move twice, one with a particle held still once.
     bool all_move = true;
     if constexpr (requires { y.body.still; }) all_move = y.body.still.empty();
-    for_each_row(list, [&](const NeighborList::Row& row, const std::int32_t* neighbors, std::size_t chunk) {
-      double& to = work_.partial[chunk];
+    for_each_row(list, [&](const NeighborList::Row& row, const NeighborList::Chunk& chunk, std::size_t number) {
+      double& to = work_.partial[number];
       const auto inside = [&]<class Q>(const Q*, Q r2, auto... tags) {
         const Q rc2{limit<Scalar>()};
         return select(r2 < rc2, Q{value(Q{1}, min(r2, rc2), tags...)}, Q{0});
       };
       if (all_move) {
         P row_sum{0};
-        for_each_pack<S, P>(row, neighbors, list.padded(row.count),
-                            [&](const P* d, P r2, auto... tags) { row_sum += inside(d, r2, tags...); });
+        for_each_pack<S, P>(row, chunk, [&](const P* d, P r2, auto... tags) { row_sum += inside(d, r2, tags...); });
         to += static_cast<double>(sum(row_sum)) / 2;
       } else {
         using One = phistep::Pack<Scalar, 1>;
-        const std::int32_t* at = neighbors;
-        for_each_pack<S, One>(row, neighbors, row.count, [&](const One* d, One r2, auto... tags) {
-          const bool once = is_still(y, list.slots[static_cast<std::size_t>(*at++)].particle);
-          to += static_cast<double>(inside(d, r2, tags...)[0]) / (once ? 1 : 2);
+        list.for_each_neighbor(row, chunk, [&](std::int32_t slot) {
+          const bool once = is_still(y, list.slots[static_cast<std::size_t>(slot)].particle);
+          act<S, One>(own<S, One>(row), place<Scalar>(0), &slot, [&](const One* d, One r2, auto... tags) {
+            to += static_cast<double>(inside(d, r2, tags...)[0]) / (once ? 1 : 2);
+          });
         });
       }
       const Scalar* const x = place<Scalar>(row.slot);
@@ -275,30 +299,28 @@ class Pairs : public ForceTerm {
     using Scalar = typename S::Scalar;
     const NeighborList& list = gather<S>(y, memory);
     if (memory != nullptr) memory->is_pattern = true;
-    for (std::size_t k = 0; k < list.rows.size(); ++k) {
-      const std::int32_t own = list.rows[k].slot, i = list.slots[static_cast<std::size_t>(own)].particle;
-      const Scalar* const xi = place<Scalar>(own);
-      for (const std::int32_t slot : list.neighbors(k)) {
-        const std::int32_t j = list.slots[static_cast<std::size_t>(slot)].particle;
-        if (j == i || (j < i && !is_still(y, j))) continue;  // an own image moves along
-        const Scalar* const xj = place<Scalar>(slot);
-        Scalar n[S::dim];
-        Scalar r2{0};
-        for (int a = 0; a < S::dim; ++a) n[a] = xj[a] - xi[a], r2 += n[a] * n[a];
-        PairTangent<Scalar> K;
-        if (!(r2 >= limit<Scalar>())) {
-          const Dual<Scalar> g = [&] {
-            const Dual<Scalar> variable{r2, Scalar{1}};
-            if constexpr (S::tagged) return Dual<Scalar>{law(variable, xi[3], xj[3])};
-            else return Dual<Scalar>{law(variable)};
-          }();
-          K = {-(g.x + 2 * r2 * g.slope), -g.x};
-        }
-        const Scalar inverse = r2 > 0 ? 1 / std::sqrt(r2) : Scalar{0};
-        for (Scalar& component : n) component *= inverse;
-        put_pair<S::dim, false>(sink, Eigen::Index{i}, Eigen::Index{j}, n, K, {});
+    list.for_each_neighbor([&](const NeighborList::Row& row, std::int32_t slot) {
+      const std::int32_t i = list.slots[static_cast<std::size_t>(row.slot)].particle;
+      const Scalar* const xi = place<Scalar>(row.slot);
+      const std::int32_t j = list.slots[static_cast<std::size_t>(slot)].particle;
+      if (j == i || (j < i && !is_still(y, j))) return;  // an own image moves along
+      const Scalar* const xj = place<Scalar>(slot);
+      Scalar n[S::dim];
+      Scalar r2{0};
+      for (int a = 0; a < S::dim; ++a) n[a] = xj[a] - xi[a], r2 += n[a] * n[a];
+      PairTangent<Scalar> K;
+      if (!(r2 >= limit<Scalar>())) {
+        const Dual<Scalar> g = [&] {
+          const Dual<Scalar> variable{r2, Scalar{1}};
+          if constexpr (S::tagged) return Dual<Scalar>{law(variable, xi[3], xj[3])};
+          else return Dual<Scalar>{law(variable)};
+        }();
+        K = {-(g.x + 2 * r2 * g.slope), -g.x};
       }
-    }
+      const Scalar inverse = r2 > 0 ? 1 / std::sqrt(r2) : Scalar{0};
+      for (Scalar& component : n) component *= inverse;
+      put_pair<S::dim, false>(sink, Eigen::Index{i}, Eigen::Index{j}, n, K, {});
+    });
   }
   NeighborRange range_;
   mutable Scratch<Work> work_;

@@ -194,7 +194,7 @@ struct FourPacks {
 /// Structs of four numbers at xyzw + 4·slot[l], transposed: loads of a whole struct and shuffles, which beat the hardware's
 /// gathers two to one.
 template <class P>
-[[nodiscard]] FourPacks<P> gather4(const typename P::Scalar* xyzw, const std::int32_t* slot) {
+[[nodiscard]] FourPacks<P> gather4(const typename P::Scalar* xyzw, const std::integral auto* slot) {
   using Scalar = typename P::Scalar;
   constexpr int width = P::width;
   const auto at = [&](int l) { return xyzw + std::ptrdiff_t{4} * slot[l]; };
