@@ -173,17 +173,17 @@ TEST_CASE("many unknowns and no pattern: that a pattern would pay is said, thoug
 }
 
 TEST_CASE("backward, a view of the caller's numbers, a second run, no run at all") {
-  const Law slow{[](double, const Dynamic& y, Rate rate) { rate += automatic_cases::slow(y); }};
+  const Law decay{[](double, const Dynamic& y, Rate rate) { rate += automatic_cases::slow(y); }};
   Dynamic y{{std::exp(-1.0), std::exp(-2.0)}};
-  REQUIRE(integrate(y, slow, {1.0, 0.0}, {.rtol = 1e-8}));
+  REQUIRE(integrate(y, decay, {1.0, 0.0}, {.rtol = 1e-8}));
   CHECK((y.array() - 1).abs().maxCoeff() < 1e-7);
   y.setOnes();
-  AutomaticStepper stepper{y, std::cref(slow), 1e-6};
+  AutomaticStepper stepper{y, std::cref(decay), 1e-6};
   CHECK(integrate(stepper, y, {0.0, 1.0}, tolerance{.rtol = 1e-6}));
   CHECK(integrate(stepper, y, {1.0, 2.0}, tolerance{.rtol = 1e-6}));
   CHECK(y[0] == Approx(std::exp(-2.0)).epsilon(1e-5));
-  CHECK(integrate(y, slow, {2.0, 2.0}, {.rtol = 1e-6}));
-  CHECK(integrate(y, slow, {2.0, 3.0}, {.rtol = 2}).outcome == Outcome::invalid_tolerance);
+  CHECK(integrate(y, decay, {2.0, 2.0}, {.rtol = 1e-6}));
+  CHECK(integrate(y, decay, {2.0, 3.0}, {.rtol = 2}).outcome == Outcome::invalid_tolerance);
 }
 
 TEST_CASE("when to look, and what is made of it: the rules of the watch") {
