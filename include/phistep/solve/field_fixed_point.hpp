@@ -45,6 +45,7 @@ class FixedPointResolvent<S, Rhs> {
   }
   void forget() { expected_ = 1; }
   void reset() { forget(); }
+  void forget_unsaved() { forget(); }  // how many iterations are done at once shows in the last bits
 
   /// In: Y = b; `guess` is where the iteration starts (its solved blocks count). Out: Y, and w = Y − b.
   [[nodiscard]] Outcome resolve(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, Plain& Y, const Plain& guess, Rate& psi,
