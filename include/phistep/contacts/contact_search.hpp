@@ -132,8 +132,8 @@ class ContactSearch {
              std::vector<Scalar>& placed) {
     for (std::size_t k = 0; k < list_.slots.size(); ++k) {
       const auto& slot = list_.slots[k];
-      bool home = slot.particle >= 0;
-      if (!home) continue;
+      if (slot.particle < 0) continue;  // a dummy
+      bool home = true;
       for (std::size_t a = 0; a < dim; ++a)
         home &= slot.image[a] == domain.image(a, positions_[static_cast<std::size_t>(slot.particle) * dim + a]);
       if (!home) continue;

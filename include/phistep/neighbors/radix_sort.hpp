@@ -16,7 +16,7 @@
 
 namespace phistep::inline PHISTEP_ABI {
 
-/// A workspace, its buffers serve again.
+/// Sorts with a buffer as large as what is sorted.
 /// @tparam Keyed  has a key
 template <class Keyed>
 class RadixSort {

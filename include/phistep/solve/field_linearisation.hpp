@@ -108,8 +108,8 @@ class Increment<S> {
   Scalar gamma_drift_{};
 };
 
-/// W of the user's solver: kept while it serves, its work counted. What it fails with on one rank is told to all by the next
-/// reduction, that has to be made anyway: a right-hand side is then infinitely large.
+/// W of the user's solver: kept while it serves, its work counted. A failure on one rank reaches all ranks with the next
+/// reduction that the step needs anyway: the rank's share of it is then NaN.
 template <FieldState S, class Rhs, class Solver, bool position, bool stages, bool shifted, bool iterated>
 class Linearisation<S, Rhs, Solver, position, stages, shifted, iterated> {
   static_assert(

@@ -187,7 +187,7 @@ template <class Tie>
 template <class Tie>
 [[nodiscard]] bool all_finite(const Tie& blocks) {
   bool finite = true;
-  if constexpr (count_of_fields < Tie >> 0) {  // one question to all ranks
+  if constexpr (0 < count_of_fields<Tie>) {  // one reduction
     for_each_block(
         [&finite](auto, const auto& x) {
           finite = std::remove_cvref_t<decltype(x)>::Ops::is_finite_here(x.handle()) && finite;

@@ -44,7 +44,7 @@ concept FieldOperations = std::floating_point<typename Ops::Scalar> &&
   { Ops::equal(x, y) } -> std::same_as<bool>;   // all bits, collective
   { Ops::fingerprint(x) } -> std::same_as<std::uint64_t>;  // another one after any change of this rank's numbers
   { Ops::most(x, mine) } -> std::same_as<int>;             // the largest of every rank's number, collective
-  Ops::poison(x);                                          // this rank's numbers become NaN; nobody else takes part
+  Ops::poison(x);                                          // this rank's numbers become NaN; not collective
 };
 
 template <FieldOperations Ops>
