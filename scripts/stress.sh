@@ -1,6 +1,6 @@
 #!/bin/sh
 # sh scripts/stress.sh
-# Installs what is missing, then builds and runs the long tests: the preset `stress`, under an hour on two cores, with a
+# Installs what is missing, then builds and runs the long tests: the preset `stress`, over an hour on two cores, with a
 # table of everything measured at its end. CXX chooses the compiler; the build is in build/stress.
 set -eu
 cd "$(dirname "$0")/.."

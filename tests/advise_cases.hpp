@@ -1,6 +1,6 @@
 #pragma once
 
-// What advise.test.cpp and its full half share.
+// What advise.test.cpp and its long half share.
 
 #include <phistep/advise.hpp>
 #include <phistep/sparse.hpp>

@@ -56,27 +56,27 @@ template <class S>
     phistep::PhiStepper stepper{state, force, scheme};
     const phistep::tolerance control{.rtol = rtol, .atol = rtol};
     Seen seen;
-    const std::function<void(double, const S&)> look = [&](double t, const S& y) {
+    const auto look = [&](double t, const S& y) {
       seen.off = std::max(seen.off, distance(y, problem.at(t)));
       ++seen.looks;
     };
     std::vector<double> times;
-    for (double t = 0.137; t < 3; t += 0.29) times.push_back(span.t0 + std::copysign(t, span.t1 - span.t0));
+    for (double t = 0.137; t < 3 && cut == Cut::times; t += 0.29)
+      times.push_back(span.t0 + std::copysign(t, span.t1 - span.t0));
+    const bool has_event = cut == Cut::event || cut == Cut::last_event;
     const phistep::RunReport report = [&] {
-      switch (cut) {
-        case Cut::event:
-          return integrate(stepper, state, span, control, phistep::event(g, {}, [&](double t, S& y) { look(t, y); }));
-        case Cut::times:
-          return integrate(stepper, state, span, control,
-                           phistep::at_times(times, [&](double t, S& y) { look(t, y); }));
-        case Cut::samples:
-          return integrate(stepper, state, span, control, phistep::sampled(0.1, look));
-        case Cut::last_event:
-          return integrate(stepper, state, span, control,
-                           phistep::event(g, {}, [&, n = 0](double, S&) mutable { return ++n < 3; }));
-        default:
-          return integrate(stepper, state, span, control);
-      }
+      if (cut == Cut::none) return integrate(stepper, state, span, control);
+      // One instantiation for all kinds: an event that never comes, no time given, one sample at the start.
+      return integrate(stepper, state, span, control,
+                       phistep::event([&](double t, const S& y) { return has_event ? g(t, y) : 1.0; }, {},
+                                      [&, n = 0](double t, S& y) mutable {
+                                        if (cut == Cut::event) look(t, y);
+                                        return cut == Cut::event || ++n < 3;
+                                      }),
+                       phistep::at_times(times, [&](double t, S& y) { look(t, y); }),
+                       phistep::sampled(cut == Cut::samples ? 0.1 : 100.0, [&](double t, const S& y) {
+                         if (cut == Cut::samples) look(t, y);
+                       }));
     }();
     seen.success =
         report.outcome == (cut == Cut::last_event ? phistep::Outcome::stopped_by_event : phistep::Outcome::success);

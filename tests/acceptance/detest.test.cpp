@@ -1,4 +1,4 @@
-// One problem of each class of DETEST, two of them on states of fixed size; all of them: detest.full.cpp.
+// One problem of each class of DETEST, two of them on states of fixed size; all of them: detest.stress.cpp.
 
 #include "acceptance/detest_cases.hpp"
 

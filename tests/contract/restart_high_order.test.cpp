@@ -1,5 +1,5 @@
 // Controlled runs of high order, restarted anywhere: order, step, matrices and dense output go on to the bit. Other
-// problems: restart_high_order.full.cpp.
+// problems: restart_high_order.stress.cpp.
 #include <phistep/phistep.hpp>
 
 #include <vector>

@@ -1,5 +1,5 @@
 // Motions, restarted anywhere: schemes, splits, particles alone, forces with memory. All products, and networks:
-// restart_motion.full.cpp, restart_memory.full.cpp, restart_split.full.cpp, restart_net.full.cpp.
+// restart_motion.full.cpp, restart_memory.stress.cpp, restart_split.stress.cpp, restart_net.stress.cpp.
 #include <phistep/phistep.hpp>
 
 #include "contract/restart.hpp"

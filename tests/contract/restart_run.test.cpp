@@ -1,5 +1,5 @@
 // Controlled runs, restarted anywhere: the lengths of the steps go on as they would have, to the bit. All products:
-// restart_run*.full.cpp.
+// restart_run*.stress.cpp.
 #include <phistep/phistep.hpp>
 
 #include <cmath>

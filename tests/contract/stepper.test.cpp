@@ -1,4 +1,4 @@
-// The contract of a stepper, for every scheme and several kinds of state. All products: stepper*.full.cpp.
+// The contract of a stepper, for every scheme and several kinds of state. All products: stepper*.full.cpp, stepper*.stress.cpp.
 #include <phistep/phistep.hpp>
 
 #include <cmath>

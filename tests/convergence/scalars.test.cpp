@@ -1,4 +1,4 @@
-// The same orders in float and in long double as in double. Every scheme: scalars.full.cpp.
+// The same orders in float and in long double as in double. Every scheme: scalars.stress.cpp.
 
 #include "convergence/scalars_cases.hpp"
 

@@ -1,7 +1,7 @@
 # cmake -DPAGE=<docs/stability.md> -DTESTS_DIR=<tests> -P check_promises.cmake
 #
 # Every row of a table whose last column is headed "proved by" must name a test there, as `room/name` or
-# `room/name` "test case"; a file of that name (name_<aspect>.full.cpp included) must exist under tests/ and hold a test case of exactly
+# `room/name` "test case"; a file of that name (name_<aspect>.full.cpp and .stress.cpp included) must exist under tests/ and hold a test case of exactly
 # that name. The same holds for every other reference of that form on the page.
 
 cmake_minimum_required(VERSION 3.25)
@@ -15,7 +15,7 @@ function(files_of name out)
       list(APPEND files "${TESTS_DIR}/${name}${suffix}")
     endif()
   endforeach()
-  file(GLOB aspects "${TESTS_DIR}/${name}_*.full.cpp")
+  file(GLOB aspects "${TESTS_DIR}/${name}_*.full.cpp" "${TESTS_DIR}/${name}_*.stress.cpp")
   list(APPEND files ${aspects})
   set(${out} "${files}" PARENT_SCOPE)
 endfunction()

@@ -1,4 +1,4 @@
-// Symmetric matrices found by looking, behind steppers. Promised ones: symmetric_sparse_system*.full.cpp.
+// Symmetric matrices found by looking, behind steppers. Promised ones: symmetric_sparse_system*.
 #include <phistep/schemes/rodas.hpp>
 #include <phistep/sparse.hpp>
 

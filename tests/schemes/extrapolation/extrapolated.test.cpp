@@ -153,7 +153,7 @@ TEST_CASE("no columns, too many columns") {
   CHECK_THROWS_AS(extrapolated(backward_euler, most_columns + 1), std::invalid_argument);
 }
 
-// All ten problems are in extrapolated_row.full.cpp and extrapolated_row_motions.full.cpp.
+// All ten problems are in extrapolated_row.full.cpp and extrapolated_row_motions.stress.cpp.
 TEST_CASE("the error is proportional to the tolerance, from 1e-2 to where double ends") {
   std::int64_t never = 0;
   double first = 0, last = 0;

@@ -1,4 +1,4 @@
-// energy_ledger: maps, 3xN states and scalars; matrices are in energy_ledger_states.full.cpp.
+// energy_ledger: maps, 3xN states and scalars; matrices are in energy_ledger_states.stress.cpp.
 // The quick half is energy_ledger.test.cpp.
 #include "study/energy_ledger_cases.hpp"
 

@@ -1,4 +1,4 @@
-// energy_ledger: masses that are matrices; states and scalars are in energy_ledger_scalars.full.cpp.
+// energy_ledger: masses that are matrices; states and scalars are in energy_ledger_scalars.stress.cpp.
 // The quick half is energy_ledger.test.cpp.
 #include "study/energy_ledger_cases.hpp"
 
