@@ -167,7 +167,7 @@ TEST_CASE("two bytes a neighbour: counted from one slot, from three, and whole s
     const NeighborList& list = neighbors.list(r.data(), n, {}, still, {1.1, 0.1, {}, 4}, memory);
     const NeighborList::Chunk& first = list.chunks[0];
     CHECK((first.base[0] == first.base[2]) == (way.one || !way.near));
-    CHECK(first.far.empty() == way.near);
+    CHECK(first.slots.empty() == way.near);
     CHECK(list.rows.size() == static_cast<std::size_t>((n - 1) / way.moves_each + 1));
     bool all_right = true;
     for (std::size_t row = 0; row < list.rows.size(); ++row) {

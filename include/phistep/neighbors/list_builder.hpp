@@ -91,11 +91,12 @@ class ListBuilder {
   /// Counted from one slot if that does, else from one of each layer, else whole slots.
   void fill(NeighborList& list, std::size_t c, P square) const {
     NeighborList::Chunk& chunk = list.chunks[c];
-    release(chunk.far);
-    if (fill<Counted::from_one>(list, c, square, chunk.near) || fill<Counted::from_three>(list, c, square, chunk.near))
+    release(chunk.slots);
+    if (fill<Counted::from_one>(list, c, square, chunk.offsets) ||
+        fill<Counted::from_three>(list, c, square, chunk.offsets))
       return;
-    release(chunk.near);
-    fill<Counted::from_none>(list, c, square, chunk.far);
+    release(chunk.offsets);
+    fill<Counted::from_none>(list, c, square, chunk.slots);
   }
   /// @param to  near or far of the chunk
   /// @return    whether its numbers can hold all

@@ -28,9 +28,9 @@ struct NeighborList {
   /// A neighbour takes two bytes, counted from a slot that serves the whole chunk: up to some million particles the cells
   /// around a chunk's rows hold fewer than 65,536. Where they don't, each of the three layers of cells has such a slot.
   struct Chunk {
-    std::vector<std::uint16_t> near;     ///< of all rows, longer than what is in use
+    std::vector<std::uint16_t> offsets;  ///< of all rows, longer than what is in use
     std::array<std::int32_t, 3> base{};  ///< of each part of a row: the slot that 0 means, a dummy
-    std::vector<std::int32_t> far;       ///< unless it is empty, in the place of `near`: whole slots
+    std::vector<std::int32_t> slots;     ///< unless it is empty, in the place of `offsets`: whole slots
     std::array<std::int32_t, 2> rows{};  ///< first, and one after the last
     std::uint64_t tested = 0, listed = 0;
   };
@@ -55,7 +55,7 @@ struct NeighborList {
     for (std::size_t part = 0; part < 3; ++part)
       for (; k < row.ends[part]; ++k) {
         const auto at = static_cast<std::size_t>(row.first + k);
-        const std::int32_t number = chunk.far.empty() ? chunk.near[at] : chunk.far[at];
+        const std::int32_t number = chunk.slots.empty() ? chunk.offsets[at] : chunk.slots[at];
         if (number != 0) f(chunk.base[part] + number);
       }
   }

@@ -223,20 +223,20 @@ class Pairs : public ForceTerm {
     alignas(64) Scalar few[4 * P::width];
     const Scalar* const all = place<Scalar>(0);
     const auto x = own<S, P>(row);
-    const bool near = chunk.far.empty();
+    const bool counted = chunk.slots.empty();
     const std::uint16_t* which = in_turn.data();
-    if (near) which = chunk.near.data() + row.first;
+    if (counted) which = chunk.offsets.data() + row.first;
     std::int32_t k = 0;
     for (std::size_t part = 0; part < 3; ++part) {
-      const Scalar* const from = near ? all + std::ptrdiff_t{4} * chunk.base[part] : few;
+      const Scalar* const from = counted ? all + std::ptrdiff_t{4} * chunk.base[part] : few;
       for (; k < row.ends[part]; k += P::width) {
-        if (!near)
+        if (!counted)
           detail::unrolled<P::width>([&](auto l) {
-            const std::ptrdiff_t slot = chunk.far[static_cast<std::size_t>(row.first + k + l)];
+            const std::ptrdiff_t slot = chunk.slots[static_cast<std::size_t>(row.first + k + l)];
             Pack<Scalar, 4>::load(all + 4 * slot).store(few + 4 * l);
           });
         act<S, P>(x, from, which, f);
-        if (near) which += P::width;
+        if (counted) which += P::width;
       }
     }
   }
