@@ -23,23 +23,7 @@ struct Driven {
 }  // namespace
 
 TEST_CASE("the rate is found where it is: in a decay, an oscillation, after a transient, in any units") {
-  using Plain = Motion<Eigen::Vector2d>;
-  for (const double unit : {1.0, 1e-9, 1e9}) {
-    Plain y{Eigen::Vector2d(unit, 0), Eigen::Vector2d(0, 300 * unit)};
-    Plain weight = y;
-    ErrorNorm<Plain> norm;
-    REQUIRE(norm.begin(tolerance{.rtol = 1e-2}, y));
-    norm.weigh(y, weight);
-    for (const double zeta : {0.0, 50.0}) {
-      PhiStepper stepper{y, Oscillator{300, zeta}, tr_bdf2};
-      SpectralRadius<Plain> radius{y};
-      const double rho = radius([&](double t, const Plain& x, Plain& out) { return stepper.slope(t, x, out); }, 0.0, y,
-                                weight, 1e-2, 8);
-      // |λ| = ω undamped, ζω + √(ζ²−1) ω damped; differences of √u.
-      const double exact = zeta == 0 ? 300 : 300 * (zeta + std::sqrt(zeta * zeta - 1));
-      CHECK(rho == Approx(exact).epsilon(1e-3));
-    }
-  }
+  check_rates(tr_bdf2);
   // Robertson's reaction: 0.04 at the start, thousands after a millisecond.
   using problems::Robertson;
   const auto found = advise(Robertson::start(), Robertson{}, {0.0, Robertson::end}, {.rtol = 1e-6, .atol = 1e-12});

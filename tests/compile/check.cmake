@@ -31,7 +31,7 @@ if(NOT text MATCHES "MUST_FAIL|failing flags")
   message(FATAL_ERROR "${SOURCE}: has no part under #ifdef MUST_FAIL")
 endif()
 
-set(command "${COMPILER}" -std=c++20 -fsyntax-only ${WARNINGS} -Werror=unused-result)
+set(command "${COMPILER}" -std=c++20 -O1 -fsyntax-only ${WARNINGS} -Werror=unused-result)
 if(QUICK)
   list(APPEND command -Wfatal-errors)
 endif()

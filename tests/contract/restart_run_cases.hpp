@@ -5,10 +5,13 @@
 #include <phistep/phistep.hpp>
 
 #include <algorithm>
+#include <sstream>
+#include <string>
 
 #include "contract/restart_run.hpp"
 #include "problems/hires.hpp"
 #include "problems/van_der_pol.hpp"
+#include "support/catch.hpp"
 #include "support/shared_force.hpp"
 
 namespace restart_run {
@@ -48,5 +51,35 @@ inline const auto watchers = [](std::vector<double>& log) {
                             y.v *= 0.9;
                           })};
 };
+
+/// A state that is edited after a restart: the run goes on as the one that was not restarted does.
+inline void check_edit(auto start, const auto& force) {
+  const auto run = [&](bool restarts, bool all_the_way) {
+    auto y = start();
+    PhiStepper stepper{y, force, tr_bdf2};
+    const tolerance control{.rtol = 1e-3};
+    Run first{stepper, y, {0, 1}, control};
+    for (int k = 0; k < 5; ++k) REQUIRE(first.advance());
+    const std::string saved = restart::saved(first);
+    const auto go_on = [&](auto& by, auto& state) {
+      state[0] *= 1.5;
+      if (all_the_way) static_cast<void>(by.finish());
+      while (by.advance()) {
+      }
+      return restart::bytes(state);
+    };
+    if (!restarts) return go_on(first, y);
+    auto z = start();
+    PhiStepper other{z, force, tr_bdf2};
+    Run second{other, z, {0, 1}, control};
+    std::istringstream in(saved);
+    load_checkpoint(in, second);
+    return go_on(second, z);
+  };
+  const std::string looked_at = run(false, false);
+  CHECK(run(true, false) == looked_at);
+  CHECK(run(true, true) == looked_at);
+  CHECK(run(false, true) == looked_at);
+}
 
 }  // namespace restart_run

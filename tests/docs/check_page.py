@@ -2,7 +2,6 @@
 """Compiles and runs the code of a Markdown page, and compares what it prints with what the page shows.
 
     check_page.py PAGE --work FOLDER --compiler g++ --root REPOSITORY [--system FOLDER ...] [--precompiled FOLDER]
-    check_page.py --precompile --precompiled FOLDER ...    compiles phistep/phistep.hpp there, for pages checked with g++
 
 What the page holds (a directive is an HTML comment of its own, before the block it is for):
 
@@ -34,20 +33,6 @@ DIRECTIVE = re.compile(r"<!-- *(prelude|setup|compile only|fails|flags|needs|fil
 NAMESPACE_SCOPE = re.compile(r"(struct|class|template|#include|using|namespace|inline|constexpr)\b")
 ANY_LINES = r"(?:[^\n]*\n)*"
 WARNINGS = "-Wall -Wextra -Wpedantic -Wconversion -Wshadow".split()
-
-
-def flags_of(args):
-    first = [f"-I{args.precompiled}"] if args.precompiled else []
-    return ["-std=c++20", "-O1", *WARNINGS, *first, f"-I{args.root}/include"] + [f"-isystem{d}" for d in args.system]
-
-
-def precompile(args):
-    """g++ takes a .gch beside a header that it meets first on its path, where the flags are the same and nothing came before."""
-    header = os.path.join(args.precompiled, "phistep", "phistep.hpp")
-    os.makedirs(os.path.dirname(header), exist_ok=True)
-    with open(header, "w", encoding="utf-8") as out:
-        out.write(f'#include "{args.root}/include/phistep/phistep.hpp"\n')
-    subprocess.run([args.compiler, *flags_of(args), "-x", "c++-header", header, "-o", header + ".gch"], check=True)
 
 
 class Block:
@@ -96,7 +81,9 @@ class Checker:
     def __init__(self, page, args):
         self.page, self.args = page, args
         self.problems, self.counts, self.left_out = [], {}, []
-        self.flags = flags_of(args)
+        first = [f"-I{args.precompiled}"] if args.precompiled else []
+        includes = [*first, f"-I{args.root}/include"] + [f"-isystem{d}" for d in args.system]
+        self.flags = ["-std=c++20", "-O1", *WARNINGS, *includes]
         os.makedirs(args.work, exist_ok=True)
         link = os.path.join(args.work, "phistep")
         if not os.path.islink(link):
@@ -259,18 +246,15 @@ class Checker:
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("page", nargs="?")
-    parser.add_argument("--work", default=".")
-    parser.add_argument("--precompiled", type=os.path.abspath)
-    parser.add_argument("--precompile", action="store_true")
+    parser.add_argument("page")
+    parser.add_argument("--work", required=True)
+    parser.add_argument("--precompiled", default="", help="where phistep/phistep.hpp.gch is, for g++")
     parser.add_argument("--root", default=os.path.join(os.path.dirname(__file__), "..", ".."))
     parser.add_argument("--compiler", default=os.environ.get("CXX", "g++"))
     parser.add_argument("--launcher", default="", type=lambda text: text.split())
     parser.add_argument("--system", action="append", default=[])
     args = parser.parse_args()
     args.work, args.root = os.path.abspath(args.work), os.path.abspath(args.root)
-    if args.precompile:
-        return precompile(args)
     checker = Checker(os.path.abspath(args.page), args)
     checker.check()
     if checker.problems:

@@ -1,8 +1,8 @@
 # cmake -DPAGE=<docs/stability.md> -DTESTS_DIR=<tests> -P check_promises.cmake
 #
 # Every row of a table whose last column is headed "proved by" must name a test there, as `room/name` or
-# `room/name` "test case"; a file of that name (name_<aspect>.full.cpp and .stress.cpp included) must exist under tests/ and hold a test case of exactly
-# that name. The same holds for every other reference of that form on the page.
+# `room/name` "test case"; a file of that name (name_<aspect>.full.cpp and .stress.cpp included) must exist under tests/ and
+# hold a test case of exactly that name. The same holds for every other reference of that form on the page.
 
 cmake_minimum_required(VERSION 3.25)
 

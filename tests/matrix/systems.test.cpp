@@ -1,5 +1,5 @@
 // The contract of every linear system behind a resolve: W = M − γ_f C − γ_f γ_d K, its factors, its solve.
-// Conjugate gradients, LLᵀ, and steps with a symmetric matrix: systems.stress.cpp, symmetric_sparse_system*.
+// Conjugate gradients, LLᵀ, and steps with a symmetric matrix: systems.stress.cpp, sparse/symmetric_sparse_system*.
 #include "matrix/systems_cases.hpp"
 
 using namespace systems_cases;

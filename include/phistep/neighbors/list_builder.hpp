@@ -98,7 +98,7 @@ class ListBuilder {
     release(chunk.offsets);
     fill<Counted::from_none>(list, c, square, chunk.slots);
   }
-  /// @param to  near or far of the chunk
+  /// @param to  offsets or slots of the chunk
   /// @return    whether its numbers can hold all
   template <Counted how, class Number>
   bool fill(NeighborList& list, std::size_t c, P square, std::vector<Number>& to) const {

@@ -1,4 +1,5 @@
-// Symmetric matrices found by looking, behind steppers. Promised ones: symmetric_sparse_system*.
+// Symmetric matrices found by looking, behind steppers. Promised ones: symmetric_sparse_system.full.cpp,
+// symmetric_sparse_system_nets.stress.cpp.
 #include <phistep/schemes/rodas.hpp>
 #include <phistep/sparse.hpp>
 
