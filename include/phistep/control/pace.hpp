@@ -40,6 +40,7 @@ struct ErrorLaw {
   double dead_band = 1;                   ///< see StepSize; more than 1 where a kept Δt spares a factorization
   bool reads_weights = true;              ///< steps read trace.weight
   StepFilter filter = StepFilter::H211b;  ///< the one that suits, unless the user names another
+  bool looks_for_jumps = false;  ///< its estimate falls as that power, or the force isn't smooth (smoothness.hpp)
 };
 
 /// `tolerance{…}`, alone or with an iteration_control.
@@ -105,6 +106,8 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
   [[nodiscard, gnu::always_inline]] inline bool judge(const Plain& y, const Plain& next, const Trace<Plain>& told) {
     error_ = norm_(told.error, y, next);
     error_.square *= told.error_scale_square;
+    if (looks_for_jumps_ && !trace_.smoothness.holds(error_.square, static_cast<double>(told.dt), error_order_))
+      error_.square *= missed_square;
     return trace_.proposed != 0 || error_.square <= allowed_ * allowed_;  // a scheme that proposes Δt has judged
   }
   /// ‖e‖ in units of the tolerance, where e is what a state between y and next is off.
@@ -160,6 +163,8 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
   void obey(const ErrorLaw& law) {
     // Estimates that go as the error at the end does, Δt^p, are held to the tolerance as they are.
     reads_weights_ = law.reads_weights;
+    looks_for_jumps_ = law.looks_for_jumps;
+    error_order_ = law.error_order;
     allowed_ = law.error_order == law.order
                    ? 1
                    : std::pow(wanted_.rtol, (law.error_order - law.order) / static_cast<double>(law.order));
@@ -187,10 +192,13 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
  private:
   /// Of the error allowed to a step: what its solves may leave of theirs.
   static constexpr double newton_share = 0.03;
+  /// Where the force jumps, an estimate of one formula may be too small by this factor, squared.
+  static constexpr double missed_square = 100;
 
   tolerance wanted_;
   iteration_control iterations_;
-  bool counts_ = false, reads_weights_ = true;
+  bool counts_ = false, reads_weights_ = true, looks_for_jumps_ = false;
+  int error_order_ = 2;
   ErrorNorm<Plain> norm_;
   StepSize size_;
   Trace<Plain> trace_;

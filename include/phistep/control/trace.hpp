@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "phistep/control/smoothness.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/non_finite.hpp"
@@ -41,6 +42,7 @@ struct Trace {
   double error_scale_square = 1;  ///< … of which the square is this times that of `error`
   bool has_slopes = false;        ///< `start` and `end` are filled
   bool has_error = false;         ///< `error` is filled
+  Smoothness smoothness;          ///< of the force, by the estimates of explicit pairs
   double proposed = 0;  ///< [time] |Δt| that a step which chooses it itself wants next, accepted or not; 0: it doesn't
 
   Plain predicted;  ///< scratch: where an implicit solve may start
@@ -55,13 +57,19 @@ struct Trace {
   }
   /// The next step starts somewhere else.
   void forget() {
+    smoothness.forget();
+    forget_slopes();
+  }
+  /// … or its slope there isn't known.
+  void forget_slopes() {
     knows_start = has_slopes = has_error = false;
     dt_before = Scalar{0};
     proposed = 0;
   }
   /// The step has become the state.
   void advance() {
-    if (!has_slopes) return forget();
+    smoothness.accepted();
+    if (!has_slopes) return forget_slopes();
     for_each_block(
         [](auto, auto& a, auto& b, auto& c) {
           if constexpr (std::remove_cvref_t<decltype(a)>::SizeAtCompileTime != Eigen::Dynamic) a = b, b = c;
@@ -86,7 +94,7 @@ struct Trace {
   }
 
   void archive(auto& ar) {
-    ar("knows_start", knows_start, "dt_before", dt_before);
+    ar("knows_start", knows_start, "dt_before", dt_before, "smoothness", smoothness);
     ar.check(std::isfinite(dt_before));
     if (knows_start || dt_before != 0) ar.in_place("before", before, "start", start);
     if (knows_start) ar.check(!first_non_finite(Blocks<Plain>::all(start)));

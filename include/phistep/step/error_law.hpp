@@ -27,7 +27,10 @@ template <class Stepper>
   if constexpr (requires { stepper.error_order(); }) law.error_order = stepper.error_order();
   if constexpr (facts_of<Stepper>.refactorizes) law.filter = StepFilter::predictive;
   else if (law.dead_band > 1) law.filter = StepFilter::PI42;
-  else if (law.order >= 5) law.filter = StepFilter::predictive;  // where Δt changes by a fifth, errors do by a decade
+  else if (law.order >= 5) {
+    law.filter = StepFilter::predictive;                     // where Δt changes by a fifth, errors do by a decade
+    law.looks_for_jumps = !facts_of<Stepper>.reads_weights;  // those with estimates of their own do it themselves
+  }
   return law;
 }
 

@@ -6,7 +6,8 @@
 /// A pair with two of these, e₅ and e₃ of orders 5 and 3, has the estimate ‖e₅‖²/√(‖e₅‖² + 0.01 ‖e₃‖²), which goes as Δt⁸
 /// (Hairer, Nørsett & Wanner, Solving ODEs I, eq. II.10.17). Where Ψ jumps, e₅ may vanish by chance, and
 /// its square with it: the estimate is at least 0.03 ‖e₃‖², errors relative to y, which goes as Δt⁸, too, and rules few
-/// smooth steps. That of a motion's r follows from the k, too: its slopes are the velocities of the stages (eq. II.14.5).
+/// smooth steps; where e₃ doesn't go as Δt⁴, it is at least 0.1 ‖e₃‖. That of a motion's r follows from the k, too: its
+/// slopes are the velocities of the stages (eq. II.14.5).
 #pragma once
 
 #include <algorithm>
@@ -83,12 +84,15 @@ class RungeKuttaEstimate {
         const double least = 0.03 * trace.rtol * all.low;
         const auto n = static_cast<double>(count_of(Blocks<S>::all(trace.error)));
         trace.error_scale_square = std::max(trace.error_scale_square, least / n * (least / all.high));
+        if (!trace.smoothness.holds(all.low, static_cast<double>(dt), order_of_low))
+          trace.error_scale_square = std::max(trace.error_scale_square, 0.01 * all.low / all.high);
       }
     }
     trace.has_error = true;
   }
 
  private:
+  static constexpr int order_of_low = 4;  ///< ‖e₃‖ goes as Δt⁴
   struct Squares {
     double high = 0, low = 0;  ///< of ‖e₅‖ and ‖e₃‖
   };
