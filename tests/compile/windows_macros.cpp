@@ -1,6 +1,7 @@
 // expect: min and max are macros here .windows.h.: define NOMINMAX
 // errors: 2
 // lines: 10
+// quick: as it stands, too
 #include <algorithm>  // as what is included before it usually brings it
 #ifndef MUST_FAIL
 #define NOMINMAX
