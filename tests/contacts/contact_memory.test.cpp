@@ -99,7 +99,7 @@ TEST_CASE("where contacts were looked for is finite, or no place") {
   pairs.first.assign(Pairs3::padding, 0);
   pairs.second.assign(Pairs3::padding, 0);
   pairs.row = {0, 0};
-  pairs.built_at = {1, 2, 3, 0};
+  pairs.built_at = {1, 2, 3};
   pairs.skin = 0.1;
   check_refused(
       pairs, [](Pairs3& p) -> double& { return p.built_at[1]; }, [](Pairs3& p) -> double& { return p.skin; },

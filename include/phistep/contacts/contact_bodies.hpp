@@ -35,19 +35,20 @@ struct ContactBodies {
   std::vector<std::int64_t> id;        ///< and its identity
   std::vector<std::int32_t> slot;      ///< of each particle
   std::vector<Scalar> radius, inverse_radius, inverse_mass;
-  std::vector<std::int32_t> type;
+  std::vector<std::int32_t> type;  ///< or none: all are 0
 
   [[nodiscard]] std::size_t size() const { return particle.size(); }
+  [[nodiscard]] std::int32_t type_of(std::size_t s) const { return type.empty() ? 0 : type[s]; }
   void assign(const auto& body, std::vector<std::int32_t> order) {
     particle = std::move(order);
     const std::size_t n = particle.size();
-    id.resize(n), radius.resize(n), inverse_mass.resize(n), type.resize(n);
+    id.resize(n), radius.resize(n), inverse_mass.resize(n), type.resize(body.type.size() == 0 ? 0 : n);
     for (std::size_t s = 0; s < n; ++s) {
       const Eigen::Index i = particle[s];
       id[s] = body.id[static_cast<std::size_t>(i)];
       radius[s] = static_cast<Scalar>(body.radius[i]);
       inverse_mass[s] = body.is_still(i) ? Scalar{0} : Scalar{1} / static_cast<Scalar>(body.mass[i]);
-      type[s] = body.type_of(i);
+      if (!type.empty()) type[s] = body.type_of(i);
     }
     derive();
   }
@@ -58,7 +59,7 @@ struct ContactBodies {
       const Eigen::Index i = particle[s];
       const Scalar inverse = body.is_still(i) ? Scalar{0} : Scalar{1} / static_cast<Scalar>(body.mass[i]);
       if (id[s] != body.id[static_cast<std::size_t>(i)] || radius[s] != static_cast<Scalar>(body.radius[i]) ||
-          inverse_mass[s] != inverse || type[s] != body.type_of(i))
+          inverse_mass[s] != inverse || type_of(s) != body.type_of(i))
         return false;
     }
     return true;
@@ -66,7 +67,7 @@ struct ContactBodies {
   void archive(auto& ar) {
     ar("particle", particle, "id", id, "radius", radius, "inverse_mass", inverse_mass, "type", type);
     const std::size_t n = size();
-    ar.check(id.size() == n && radius.size() == n && inverse_mass.size() == n && type.size() == n);
+    ar.check(id.size() == n && radius.size() == n && inverse_mass.size() == n && (type.empty() || type.size() == n));
     std::vector<std::uint8_t> seen(n, 0);
     for (const std::int32_t i : particle) {
       ar.check(i >= 0 && static_cast<std::size_t>(i) < n && seen[static_cast<std::size_t>(i)] == 0);

@@ -32,7 +32,7 @@ struct ContactPairs {
   ContactBodies<Scalar> bodies;
   std::vector<std::int32_t> first, second;    ///< slots, of each pair and of the padding
   std::vector<std::int32_t> row;              ///< pairs of slot s: row[s] … row[s + 1] − 1
-  std::vector<Scalar> built_at;               ///< positions when the pairs were found, 4 a slot: x, y, z, 0 [length]
+  std::vector<Scalar> built_at;               ///< positions when the pairs were found, 3 a slot [length]
   Scalar skin = 0;                            ///< pairs within R_i + R_j + skin are here [length]
   Scalar period[3] = {0, 0, 0};               ///< 0: the axis is open [length]
   std::uint64_t number = next_body_serial();  ///< other pairs, another number
@@ -51,7 +51,7 @@ struct ContactPairs {
     ar("bodies", bodies, "first", first, "second", second, "row", row, "built_at", built_at, "skin", skin);
     ar("period_x", period[0], "period_y", period[1], "period_z", period[2]);
     const std::size_t n = bodies.size(), m = first.size();
-    ar.check(second.size() == m && (n == 0 || row.size() == n + 1) && built_at.size() == 4 * n);
+    ar.check(second.size() == m && (n == 0 || row.size() == n + 1) && built_at.size() == 3 * n);
     ar.check(n == 0 || (m >= padding && row.front() == 0 && static_cast<std::size_t>(row.back()) == m - padding));
     ar.check(std::is_sorted(row.begin(), row.end()));
     // From where a position isn't a number, nothing would ever have moved.

@@ -30,7 +30,6 @@
 #include "phistep/contacts/slot_sums.hpp"
 #include "phistep/contacts/springs/spring_table.hpp"
 #include "phistep/contacts/touching_pairs.hpp"
-#include "phistep/core/recycled.hpp"
 #include "phistep/core/scratch.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
@@ -150,7 +149,7 @@ class ContactPasses {
             distance,
             bodies.radius[i] + bodies.radius[j] - distance,
             bodies.inverse_radius[i] + bodies.inverse_radius[j],
-            broadcast_numbers<Scalar>(materials_(bodies.type[i], bodies.type[j]))};
+            broadcast_numbers<Scalar>(materials_(bodies.type_of(i), bodies.type_of(j)))};
   }
 
   struct Workspace {
@@ -158,8 +157,6 @@ class ContactPasses {
     TouchingPairs<Scalar> touching;
     SlotSums<Scalar> sums;
     ComputedPairs computed;
-    ContactSearch<Scalar, 2> plane;
-    ContactSearch<Scalar, 3> space;
   };
 
   /// Fills the slots, and finds the pairs anew where they don't serve.
@@ -192,12 +189,13 @@ class ContactPasses {
     materials_.check_types(body);
     ++statistics_.rebuilds;
     memory.join(tables_);
-    auto pairs = pools_.take();
+    // Searches are rare: between them their memory would outweigh the state.
+    tables_.forget();
+    auto pairs = std::make_shared<Pairs>();
     Scalar skin = static_cast<Scalar>(skin_);
     if (skin == Scalar{0} && y.r.cols() > 0) skin = static_cast<Scalar>(0.6) * body.radius.mean();
     constexpr int dim = std::remove_cvref_t<decltype(y.r)>::RowsAtCompileTime;
-    if constexpr (dim == 2) work_.plane.find(y.r, body, skin, *pairs);
-    else work_.space.find(y.r, body, skin, *pairs);
+    ContactSearch<Scalar, dim>{}.find(y.r, body, skin, *pairs);
     auto springs = tables_.take();
     if (memory.places) {
       const bool same_bodies = memory.body == body.serial;
@@ -258,8 +256,8 @@ class ContactPasses {
   [[nodiscard]] ContactNumbers<P> lookup(const Pairs& pairs, const std::int32_t* i, const std::int32_t* j) const {
     const ContactNumbers<double>* of[P::width];
     for (int l = 0; l < P::width; ++l)
-      of[l] = &materials_(pairs.bodies.type[static_cast<std::size_t>(i[l])],
-                          pairs.bodies.type[static_cast<std::size_t>(j[l])]);
+      of[l] = &materials_(pairs.bodies.type_of(static_cast<std::size_t>(i[l])),
+                          pairs.bodies.type_of(static_cast<std::size_t>(j[l])));
     return lane_numbers<P>(of);
   }
 
@@ -267,7 +265,6 @@ class ContactPasses {
   double skin_;
   mutable Scratch<Workspace> work_;
   mutable RecycledSprings<Springs> tables_;
-  mutable Recycled<Pairs> pools_;
   mutable ContactStatistics statistics_;
 };
 

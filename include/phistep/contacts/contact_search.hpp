@@ -35,7 +35,7 @@ template <class Scalar>
   return level;
 }
 
-/// A workspace, its buffers serve again.
+/// A workspace for one search or several.
 ///
 /// Bodies are searched by levels of their size [V. Ogarko & S. Luding, Comput. Phys. Commun. 183, 931 (2012)], each in cells
 /// as wide as its own largest. A body looks for others in the cells of its own level and of the coarser ones, so that the work
@@ -61,7 +61,7 @@ class ContactSearch {
                             ? body.box.upper[std::min(a, dim - 1)] - body.box.lower[std::min(a, dim - 1)]
                             : Scalar{0};
     const NearestImage<Scalar> nearest{pairs.period};
-    std::vector<Scalar>& placed = pairs.built_at;  // while it searches, x y z R of each slot
+    std::vector<Scalar> placed(4 * static_cast<std::size_t>(n));  // x y z R of each slot
     const auto reach_each_other = [&](std::int32_t p, std::int32_t q) {
       const Scalar* const x = &placed[4 * static_cast<std::size_t>(p)];
       const Scalar* const o = &placed[4 * static_cast<std::size_t>(q)];
@@ -71,7 +71,6 @@ class ContactSearch {
     };
     std::vector<std::int32_t> order;
     order.reserve(static_cast<std::size_t>(n));
-    placed.assign(4 * static_cast<std::size_t>(n), Scalar{0});
     slot_.resize(static_cast<std::size_t>(n));
     found_.clear();
     tested_ = 0;
@@ -90,7 +89,9 @@ class ContactSearch {
                      static_cast<double>(radius + skin), reach_each_other);
       tested_ += list_.pairs_tested() + builder_.points_tested() - before;
     }
-    for (std::size_t s = 0; s < order.size(); ++s) placed[4 * s + 3] = Scalar{0};
+    pairs.built_at.resize(3 * order.size());
+    for (std::size_t s = 0; s < order.size(); ++s)
+      std::copy_n(&placed[4 * s], 3, pairs.built_at.begin() + static_cast<std::ptrdiff_t>(3 * s));
     pairs.bodies.assign(body, std::move(order));
     pairs.skin = skin;
     pairs.number = next_body_serial();

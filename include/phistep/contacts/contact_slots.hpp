@@ -68,7 +68,7 @@ struct ContactSlots {
     const Eigen::Index i = pairs.bodies.particle[s];
     Scalar moved = 0;
     for (int a = 0; a < dim_of<View>; ++a) {
-      const Scalar d = y.r(a, i) - pairs.built_at[4 * s + static_cast<std::size_t>(a)];
+      const Scalar d = y.r(a, i) - pairs.built_at[3 * s + static_cast<std::size_t>(a)];
       moved += d * d;
     }
     return moved;
@@ -101,7 +101,7 @@ struct ContactSlots {
     Scalar* const x = &position[4 * s];
     Scalar* const v = &velocity[4 * s];
     Scalar* const u = &surface[4 * s];
-    const Scalar* const from = &pairs.built_at[4 * s];
+    const Scalar* const from = &pairs.built_at[3 * s];
     x[2] = v[2] = u[0] = u[1] = u[2] = 0;
     Scalar moved = 0;
     for (int a = 0; a < dim; ++a) {

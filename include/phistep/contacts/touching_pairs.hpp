@@ -37,24 +37,24 @@ class TouchingPairs {
   void find(const Scalar (&period)[3], const PairRange& pairs, const ContactSlots<Scalar>& slots, const Springs& before,
             Springs& table, bool with_roll) {
     const NearestImage<P> nearest{period};
-    if (touching_.size() < pairs.count) resize_with_spare(touching_, pairs.count);
+    if (i.size() < pairs.count + width) resize_with_spare(i, pairs.count + width);
     found_.assign(thread_count(), {});
-    // Threads write where their own pairs stand; then the gaps are closed.
+    // Threads write the numbers of those that touch into i, from where their own pairs begin; then the gaps are closed.
     for_each_share(pairs.count, width, shared_from / 64, [&](const Share& own) {
       found_[own.number] = {own.begin, find(nearest, pairs, slots, own.begin, own.end)};
     });
     std::size_t found = 0;
     for (const auto& [begin, end] : found_) {
-      if (begin != found) std::copy(touching_.data() + begin, touching_.data() + end, touching_.data() + found);
+      if (begin != found) std::copy(i.data() + begin, i.data() + end, i.data() + found);
       found += end - begin;
     }
     table.resize(found, with_roll);
-    for (auto* array : {&from, &i, &j}) resize_with_spare(*array, found + width);
+    for (auto* array : {&from, &j}) resize_with_spare(*array, found + width);
     for_each_share(found, 1, shared_from / 64, [&](const Share& own) {
       if (own.begin == own.end) return;
-      SpringFinder springs_of{before.place, pairs.number(static_cast<std::size_t>(touching_[own.begin]))};
+      SpringFinder springs_of{before.place, pairs.number(static_cast<std::size_t>(i[own.begin]))};
       for (std::size_t c = own.begin; c < own.end; ++c) {
-        const auto p = static_cast<std::size_t>(touching_[c]);
+        const auto p = static_cast<std::size_t>(i[c]);
         table.place[c] = pairs.number(p);
         from[c] = springs_of(table.place[c]);
         i[c] = pairs.first[p];
@@ -72,7 +72,7 @@ class TouchingPairs {
   [[gnu::flatten]] std::size_t find(const NearestImage<P>& nearest, const PairRange& pairs,
                                     const ContactSlots<Scalar>& slots, std::size_t begin, std::size_t end) {
     const Scalar* const position = slots.position.data();
-    std::int32_t* to = touching_.data() + begin;
+    std::int32_t* to = i.data() + begin;
     for (std::size_t p = begin; p < end; p += width) {
       const auto a = gather4<P>(position, &pairs.first[p]);
       const auto b = gather4<P>(position, &pairs.second[p]);
@@ -83,10 +83,9 @@ class TouchingPairs {
       for (; touching != 0; touching &= touching - 1)
         *to++ = static_cast<std::int32_t>(p + static_cast<std::size_t>(std::countr_zero(touching)));
     }
-    return static_cast<std::size_t>(to - touching_.data());
+    return static_cast<std::size_t>(to - i.data());
   }
 
-  std::vector<std::int32_t> touching_;             // numbers of pairs, by the range's own order
   std::vector<std::array<std::size_t, 2>> found_;  // contacts, by each thread: from, and to one before
 };
 

@@ -30,6 +30,11 @@ class Recycled {
     else kept_[next_++ % kept_.size()] = made;
     return made;
   }
+  /// What has no other owner is given back, the rest is when its owners are gone.
+  void forget() {
+    kept_.clear();
+    next_ = 0;
+  }
 
  private:
   std::vector<std::shared_ptr<T>> kept_;
