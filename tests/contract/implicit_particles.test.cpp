@@ -27,29 +27,7 @@ TEST_CASE("the neighbour list is the pattern: analysed once for each list, solve
   CHECK(atoms.v.rowwise().sum().norm() < 1e-11);
 }
 
-TEST_CASE("a step with a solve is the step of the formula") {
-  Atoms atoms = crystal(0.3);
-  const Atoms start = atoms;
-  constexpr double dt = 0.02;
-  const auto check = [&](auto scheme, double phi) {
-    atoms = start;
-    PhiStepper stepper{atoms, argon(), scheme};
-    REQUIRE(stepper.step(atoms, 0.0, dt));
-    Pairs force = argon();
-    const auto psi = [&](const Atoms& y) {
-      const auto masses = Atoms::masses(y);
-      Atoms::Rate out = make_rate<Atoms>(y);
-      NeighborMemory memory;
-      force.add(0.0, Atoms::view(y, masses), memory, out);
-      return out.force;
-    };
-    const Eigen::Matrix3Xd mean = phi * psi(atoms) + (1 - phi) * psi(start);
-    // Newton stops where rounding does: forces are of the order of 1e2.
-    CHECK((atoms.v - start.v - dt * mean).cwiseAbs().maxCoeff() < 1e-12);
-    CHECK((atoms.r - start.r - dt * start.v - phi * dt * dt * mean).cwiseAbs().maxCoeff() < 1e-13);
-  };
-  check(trapezoidal, 0.5);
-}
+TEST_CASE("a step with a solve is the step of the formula") { check_formula(trapezoidal, 0.5); }
 
 TEST_CASE("a rejected step leaves no trace: what follows is bit-equal to a run without it") {
   Atoms a = crystal(1.0), b = a;

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "support/catch.hpp"
+
 namespace implicit_particles {
 
 using namespace phistep;
@@ -31,6 +33,26 @@ template <class Force>
 double energy(Force& force, const Atoms& y) {
   const auto masses = Atoms::masses(y);
   return 0.5 * y.v.squaredNorm() + force.energy(0.0, Atoms::view(y, masses));
+}
+
+void check_formula(auto scheme, double phi) {
+  Atoms atoms = crystal(0.3);
+  const Atoms start = atoms;
+  constexpr double dt = 0.02;
+  PhiStepper stepper{atoms, argon(), scheme};
+  REQUIRE(stepper.step(atoms, 0.0, dt));
+  Pairs force = argon();
+  const auto psi = [&](const Atoms& y) {
+    const auto masses = Atoms::masses(y);
+    Atoms::Rate out = make_rate<Atoms>(y);
+    NeighborMemory memory;
+    force.add(0.0, Atoms::view(y, masses), memory, out);
+    return out.force;
+  };
+  const Eigen::Matrix3Xd mean = phi * psi(atoms) + (1 - phi) * psi(start);
+  // Newton stops where rounding does: forces are of the order of 1e2.
+  CHECK((atoms.v - start.v - dt * mean).cwiseAbs().maxCoeff() < 1e-12);
+  CHECK((atoms.r - start.r - dt * start.v - phi * dt * dt * mean).cwiseAbs().maxCoeff() < 1e-13);
 }
 
 }  // namespace implicit_particles

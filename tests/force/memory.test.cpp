@@ -4,13 +4,7 @@
 using namespace memory_cases;
 
 TEST_CASE("one begin and one commit a step, whatever the scheme iterates") {
-  for_each_quick_scheme([](const char* name, auto scheme) {
-    auto y = start();
-    PhiStepper stepper{y, Slider{}, scheme};
-    REQUIRE(stepper.memory().commits == 0);
-    for (int n = 0; n < 5; ++n) REQUIRE(stepper.step(y, 0.1 * n, 0.1));
-    check_fifth(name, stepper.memory());
-  });
+  for_each_quick_scheme(begin_and_commit_once);
 }
 
 TEST_CASE("commit sees the accepted state") {
@@ -23,33 +17,9 @@ TEST_CASE("commit sees the accepted state") {
   CHECK((stepper.memory().anchor != anchor));  // it slipped
 }
 
-TEST_CASE("a failed step leaves the history") {
-  for_each_quick_scheme([](const char* name, auto scheme) {
-    auto y = start();
-    PhiStepper stepper{y, Slider{}, scheme};
-    REQUIRE(stepper.step(y, 0, 0.1));
-    const Slider::Memory before = stepper.memory();
-    y.v[1] = 1e3;
-    stepper.force().poison = 0.01;  // the start is out of bounds already
-    CAPTURE(name);
-    CHECK_FALSE(stepper.step(y, 0.1, 0.1));
-    CHECK(same(stepper.memory(), before));
-    CHECK_FALSE(stepper.step(y, 0.1, std::nan("")));
-    CHECK(same(stepper.memory(), before));
-  });
-}
+TEST_CASE("a failed step leaves the history") { for_each_quick_scheme(fail_and_keep); }
 
-TEST_CASE("an exception leaves the history") {
-  auto y = start();
-  PhiStepper stepper{y, Slider{}, velocity_verlet};
-  REQUIRE(stepper.step(y, 0, 0.1));
-  const Slider::Memory before = stepper.memory();
-  const Motion<Vec> kept = y;
-  stepper.force().armed = true;
-  CHECK_THROWS_AS(stepper.step(y, 0.1, 0.1), std::runtime_error);
-  CHECK(same(stepper.memory(), before));
-  CHECK((y.r == kept.r && y.v == kept.v));
-}
+TEST_CASE("an exception leaves the history") { check_exception(velocity_verlet); }
 
 TEST_CASE("history set by value makes a rejected step as if it never was") {
   // An implicit stepper may solve with another Jacobian afterwards, which moves the last bit.
@@ -86,15 +56,7 @@ TEST_CASE("a copied stepper has a history of its own") {
   CHECK((stepper.memory().anchor != copy.memory().anchor));
 }
 
-TEST_CASE("in a sum each term keeps its own history") {
-  auto y = start();
-  PhiStepper stepper{y, Slider{} + LinearDrag{0.1} + Slider{}, forward_euler};
-  for (int n = 0; n < 3; ++n) REQUIRE(stepper.step(y, 0, 0.2));
-  const auto& [first, none, second] = stepper.memory();
-  CHECK(same(first, second));
-  CHECK(first.commits == 3);
-  static_assert(std::is_same_v<std::remove_cvref_t<decltype(none)>, NoMemory>);
-}
+TEST_CASE("in a sum each term keeps its own history") { check_sum(forward_euler); }
 
 TEST_CASE("a force without memory remembers nothing") {
   static_assert(!remembers<LinearDrag> && remembers<Slider>);

@@ -57,4 +57,48 @@ inline bool same(const Slider::Memory& a, const Slider::Memory& b) {
   return a.anchor == b.anchor && a.begins == b.begins && a.commits == b.commits && a.begun_at == b.begun_at;
 }
 
+inline const auto begin_and_commit_once = [](const char* name, auto scheme) {
+  auto y = start();
+  PhiStepper stepper{y, Slider{}, scheme};
+  REQUIRE(stepper.memory().commits == 0);
+  for (int n = 0; n < 5; ++n) REQUIRE(stepper.step(y, 0.1 * n, 0.1));
+  check_fifth(name, stepper.memory());
+};
+
+inline const auto fail_and_keep = [](const char* name, auto scheme) {
+  auto y = start();
+  PhiStepper stepper{y, Slider{}, scheme};
+  REQUIRE(stepper.step(y, 0, 0.1));
+  const Slider::Memory before = stepper.memory();
+  y.v[1] = 1e3;
+  stepper.force().poison = 0.01;  // the start is out of bounds already
+  CAPTURE(name);
+  CHECK_FALSE(stepper.step(y, 0.1, 0.1));
+  CHECK(same(stepper.memory(), before));
+  CHECK_FALSE(stepper.step(y, 0.1, std::nan("")));
+  CHECK(same(stepper.memory(), before));
+};
+
+void check_exception(auto scheme) {
+  auto y = start();
+  PhiStepper stepper{y, Slider{}, scheme};
+  REQUIRE(stepper.step(y, 0, 0.1));
+  const Slider::Memory before = stepper.memory();
+  const Motion<Vec> kept = y;
+  stepper.force().armed = true;
+  CHECK_THROWS_AS(stepper.step(y, 0.1, 0.1), std::runtime_error);
+  CHECK(same(stepper.memory(), before));
+  CHECK((y.r == kept.r && y.v == kept.v));
+}
+
+void check_sum(auto scheme) {
+  auto y = start();
+  PhiStepper stepper{y, Slider{} + LinearDrag{0.1} + Slider{}, scheme};
+  for (int n = 0; n < 3; ++n) REQUIRE(stepper.step(y, 0, 0.2));
+  const auto& [first, none, second] = stepper.memory();
+  CHECK(same(first, second));
+  CHECK(first.commits == 3);
+  static_assert(std::is_same_v<std::remove_cvref_t<decltype(none)>, NoMemory>);
+}
+
 }  // namespace memory_cases

@@ -4,26 +4,7 @@
 
 using namespace terms_cases;
 
-// The contract of every term, in every shape of a state.
-TEMPLATE_TEST_CASE("a term adds to the force and does not overwrite it", "", Columns) {
-  const auto y = grains<TestType>();
-  const auto check = [&](auto term) {
-    check_added(numbers(typename TestType::PlainObject(added(term, y, UnitMass{}))),
-                numbers(typename TestType::PlainObject(added(term, y, UnitMass{}, 10.0))),
-                numbers(Dynamic(added(term, grains<Dynamic>(), UnitMass{}))));
-  };
-  check(Gravity{Eigen::Vector3d(1, 2, -9.81)});
-  check(UniformForce{Eigen::Vector3d(1, 2, 3)});
-  check(LinearDrag{0.7});
-  if constexpr (!TestType::IsRowMajor) {  // which springs refuse, see tests/compile
-    check(spring_network<3>(one_spring));
-    check(spring_network<3>(one_spring, SpringDamping{2.0}));
-    check(QuadraticDrag{0.7});
-    check(ExternalField{[](const Eigen::Vector3d& r) -> Eigen::Vector3d { return r.squaredNorm() * r; }});
-  }
-  check(term([](const auto& r) { return typename std::remove_cvref_t<decltype(r)>::PlainObject(-r); }));
-  check(LinearDrag{0.7} + Gravity{Eigen::Vector3d(0, 0, -1)} + UniformForce{Eigen::Vector3d(0, 1, 0)});
-}
+TEMPLATE_TEST_CASE("a term adds to the force and does not overwrite it", "", Columns) { check_terms<TestType>(); }
 
 TEST_CASE("every term's Jacobian equals differences") {
   const auto y = grains<Dynamic>();

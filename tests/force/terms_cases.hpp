@@ -51,4 +51,26 @@ inline void check_added(const Eigen::VectorXd& alone, const Eigen::VectorXd& ont
 
 inline const std::vector<Spring> one_spring{{0, 1, 80.0, 0.4}};
 
+/// The contract of every term, in every shape of a state.
+template <class V>
+void check_terms() {
+  const auto y = grains<V>();
+  const auto check = [&](auto term) {
+    check_added(numbers(typename V::PlainObject(added(term, y, UnitMass{}))),
+                numbers(typename V::PlainObject(added(term, y, UnitMass{}, 10.0))),
+                numbers(Dynamic(added(term, grains<Dynamic>(), UnitMass{}))));
+  };
+  check(Gravity{Eigen::Vector3d(1, 2, -9.81)});
+  check(UniformForce{Eigen::Vector3d(1, 2, 3)});
+  check(LinearDrag{0.7});
+  if constexpr (!V::IsRowMajor) {  // which springs refuse, see tests/compile
+    check(spring_network<3>(one_spring));
+    check(spring_network<3>(one_spring, SpringDamping{2.0}));
+    check(QuadraticDrag{0.7});
+    check(ExternalField{[](const Eigen::Vector3d& r) -> Eigen::Vector3d { return r.squaredNorm() * r; }});
+  }
+  check(term([](const auto& r) { return typename std::remove_cvref_t<decltype(r)>::PlainObject(-r); }));
+  check(LinearDrag{0.7} + Gravity{Eigen::Vector3d(0, 0, -1)} + UniformForce{Eigen::Vector3d(0, 1, 0)});
+}
+
 }  // namespace terms_cases

@@ -272,4 +272,15 @@ inline void unwritten_ones_leave_the_old() {
   CHECK_THROWS_WITH(save_checkpoint(folder / "no/such/folder", 1), contains("can't be written"));
 }
 
+inline void unread_rest_changes_nothing() {
+  const Program run(3);
+  Program to(1);
+  double extra = 0;
+  Grumpy grumpy;
+  const std::string before = to.bytes(), bytes = bytes_of(run.t, run.stepper, run.y, 5.0, grumpy);
+  CHECK_THROWS_WITH(load_bytes(bytes, to.t, to.stepper, to.y, extra, grumpy), contains("values that can't be"));
+  CHECK(to.bytes() == before);
+  CHECK(extra == 0);
+}
+
 }  // namespace checkpoint_cases

@@ -69,4 +69,20 @@ inline void check_equal(const auto& a, const auto& b) {
   CHECK(a.id() == b.id());
   CHECK(a.box() == b.box());
 }
+
+template <class Scalar>
+void check_round_trip() {
+  const auto y = grains<Scalar>();
+  std::stringstream file;
+  write_extended_xyz(file, 0.1, y, {.species = {"X"}, .exact = true});
+  Grains<Scalar> back;
+  double time = 0;
+  REQUIRE(read_extended_xyz(file, back, &time));
+  check_equal(y, back);
+  CHECK((y.omega == back.omega));
+  CHECK((y.temperature == back.temperature));
+  CHECK(time == 0.1);
+  CHECK_FALSE(read_extended_xyz(file, back));
+}
+
 }  // namespace extended_xyz_reader_cases

@@ -122,9 +122,6 @@ struct Dense {
   void rate(Index, Index, double) {}
 };
 
-}  // namespace pairs_cases
-
-namespace pairs_cases {
 inline Particles<double, 3> hot(unsigned seed) {
   auto y = shaken<double, 3>(6, 1.2, seed, {true, true, true}, 0.05);
   std::mt19937 random(seed);
@@ -142,8 +139,127 @@ inline NeighborMemory from_checkpoint(NeighborMemory memory) {
   in.finish();
   return restored;
 }
+
+void check_slopes(const auto& law, double cutoff) {
+  auto y = shaken<double, 3>(4, 1.15, 7, {true, true, false});
+  y.set_charge(Eigen::VectorXd(Eigen::VectorXd::LinSpaced(y.size(), -1, 1)));
+  Eigen::VectorXi type(y.size());
+  for (Index i = 0; i < y.size(); ++i) type[i] = static_cast<int>(i % 2);
+  y.set_type(type);
+  // Nobody crosses the cutoff, where laws jump, by h = 1e-5: the test's own condition.
+  const Pairs force{law, cutoff};
+  const auto psi = [&] {
+    Out<double, 3> out{Eigen::Matrix3Xd::Zero(3, y.size())};
+    force.add(0.0, view_of(y), NeighborMemory{}, out);
+    return out.force;
+  };
+  Dense dense{Eigen::MatrixXd::Zero(y.r.size(), y.r.size())};
+  force.add_jacobian(0.0, view_of(y), NeighborMemory{}, dense);
+  const Eigen::Matrix3Xd at = psi();
+  const double size = at.cwiseAbs().maxCoeff(), stiffness = dense.K.cwiseAbs().maxCoeff();
+  CHECK(dense.K.isApprox(dense.K.transpose(), 1e-12));
+  constexpr double h = 1e-5;
+  for (const Index k : {0, 7, 50, 100}) {
+    const double x = y.r.data()[k];
+    y.r.data()[k] = x + h;
+    const double up = force.energy(0.0, view_of(y));
+    const Eigen::Matrix3Xd above = psi();
+    y.r.data()[k] = x - h;
+    const double down = force.energy(0.0, view_of(y));
+    const Eigen::Matrix3Xd below = psi();
+    y.r.data()[k] = x;
+    // Central differences: h² F''/6 with F'' ≈ 200 F/r² for r^−13, r ≥ 0.7: 1e-8; rounding ε V/h with V ≈ 100 F: 2e-9.
+    CHECK(std::abs((down - up) / (2 * h) - at.data()[k]) < 3e-8 * (size + stiffness));
+    const Eigen::Matrix3Xd slope = (above - below) / (2 * h);
+    const Eigen::Map<const Eigen::VectorXd> column(slope.data(), slope.size());
+    CHECK((column - dense.K.col(k)).cwiseAbs().maxCoeff() < 3e-7 * stiffness);
+  }
+}
+
+/// A law that is Lennard-Jones' with ε = σ = 1.
+void check_own(const auto& own) {
+  const auto y = shaken<double, 3>(6, 1.2, 5, {true, true, true});
+  Out<double, 3> a{Eigen::Matrix3Xd::Zero(3, y.size())}, b = a;
+  NeighborMemory memory;
+  Pairs{own, 2.0}.add(0.0, view_of(y), memory, a);
+  Pairs{LennardJones{}, 2.0}.add(0.0, view_of(y), NeighborMemory{}, b);
+  CHECK(a.force == b.force);
+}
+
+inline std::atomic<long> law_calls{0};
+/// Throws when it is called for the 2000th time.
+inline const auto throwing = [](auto r2) {
+  if (++law_calls == 2000) throw std::runtime_error("no such distance");
+  return decltype(r2){1} / (r2 * r2);
+};
+
+void check_throws(auto force) {
+  Eigen::Matrix3Xd r(3, 4096);
+  for (Eigen::Index k = 0; k < r.cols(); ++k)
+    r.col(k) << 1.1 * static_cast<double>(k % 16), 1.1 * static_cast<double>(k / 16 % 16),
+        1.1 * static_cast<double>(k / 256);
+  Particles<double, 3> atoms{r}, twin{r};
+  PhiStepper stepper{atoms, force, velocity_verlet}, other{twin, force, velocity_verlet};
+  law_calls = 0;
+  CHECK_THROWS_WITH(stepper.step(atoms, 0, 1e-3), "no such distance");
+  CHECK((atoms.r == r && atoms.v.isZero(0)));
+  REQUIRE(stepper.step(atoms, 0, 1e-3));
+  REQUIRE(other.step(twin, 0, 1e-3));
+  CHECK((atoms.r == twin.r && atoms.v == twin.v));
+}
+
+/// How a stepper gets its force.
+inline const auto copied = [](const auto& force) { return force; };
+inline const auto referred_to = [](auto& force) { return std::ref(force); };
+
+void check_quiet(auto hand) {
+  auto y = hot(1);
+  Pairs force{LennardJones{}, 2.5, {.skin = 0.3}};
+  PhiStepper stepper{y, hand(force), velocity_verlet};
+  REQUIRE(stepper.step(y, 0, 0.004));
+  std::int64_t quiet = 0;
+  for (int n = 1; n < 200; ++n) {
+    const std::uint64_t before = stepper.force_to_look_at().rebuilds();
+    heap::count = 0;
+    heap::counting = true;
+    const bool good = static_cast<bool>(stepper.step(y, 0.004 * n, 0.004));
+    heap::counting = false;
+    REQUIRE(good);
+    if (stepper.force_to_look_at().rebuilds() != before) continue;
+    ++quiet;
+    CHECK(heap::count == 0);
+  }
+  CHECK(stepper.statistics().force_calls == 201);
+  CHECK(quiet > 150);
+  CHECK(stepper.force_to_look_at().rebuilds() == 200u - static_cast<std::uint64_t>(quiet));
+}
+
+/// Pairs that a list misses in 40 steps.
+std::uint64_t missed(ListPolicy policy, auto hand) {
+  auto y = hot(8);
+  Pairs force{LennardJones{}, 2.5, {.skin = 0.1, .policy = policy}};
+  const Pairs all{LennardJones{}, 2.5};
+  PhiStepper stepper{y, hand(force), velocity_verlet};
+  std::uint64_t sum = 0;
+  for (int n = 0; n < 40; ++n) {
+    REQUIRE(stepper.step(y, 0.004 * n, 0.004));
+    sum += all.pairs_inside(view_of(y)) - stepper.force_to_look_at().pairs_inside(view_of(y), stepper.memory());
+  }
+  return sum;
+}
+
+/// Positions after 40 steps, between which somebody asks for the energy of other ones.
+Eigen::Matrix3Xd end(bool asks, auto hand) {
+  auto y = hot(9);
+  Pairs force{LennardJones{}, 2.5};
+  PhiStepper stepper{y, hand(force), velocity_verlet};
+  for (int n = 0; n < 40; ++n) {
+    REQUIRE(stepper.step(y, 0.004 * n, 0.004));
+    auto elsewhere = y;
+    elsewhere.r.col(n).array() += 3;
+    if (asks) CHECK(std::isfinite(stepper.force_to_look_at().energy(0.0, view_of(elsewhere), stepper.memory())));
+  }
+  return y.r;
+}
+
 }  // namespace pairs_cases
-
-#ifdef _OPENMP
-
-#endif

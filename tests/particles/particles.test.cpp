@@ -2,24 +2,7 @@
 
 using namespace particles_cases;
 
-TEST_CASE("particles step as a motion with their own masses") {
-  Atoms atoms = three();
-  const Eigen::Vector3d masses{1, 2, 8};
-  atoms.set_mass(masses);
-  Motion<Eigen::Matrix3Xd> motion{atoms.r, atoms.v};
-  const auto check = [&](auto scheme) {
-    PhiStepper particles{atoms, spring, scheme};
-    PhiStepper plain{motion, spring, scheme, mass(masses)};
-    for (int n = 0; n < 20; ++n) {
-      REQUIRE(particles.step(atoms, 0.05 * n, 0.05));
-      REQUIRE(plain.step(motion, 0.05 * n, 0.05));
-    }
-    CHECK((atoms.r == motion.r));
-    CHECK((atoms.v == motion.v));
-    CHECK(particles.statistics() == plain.statistics());
-  };
-  check(velocity_verlet);
-}
+TEST_CASE("particles step as a motion with their own masses") { check_as_motion(velocity_verlet); }
 
 TEST_CASE("a stepper sees that a property was set, and that particles came or went") {
   Atoms atoms = three();
@@ -95,14 +78,6 @@ TEST_CASE("spin and temperature are blocks of their own") {
 TEST_CASE("properties that can't be name their particle, and change nothing") {
   Atoms atoms = three();
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  const auto message = [&](auto&& f) -> std::string {
-    try {
-      f();
-    } catch (const std::invalid_argument& e) {
-      return e.what();
-    }
-    return "";
-  };
   CHECK(message([&] { atoms.set_mass(Eigen::Vector3d{1, 0, 1}); }).find("mass of particle 1") != std::string::npos);
   CHECK(message([&] {
           atoms.set_radius(Eigen::Vector3d{1, 1, nan});

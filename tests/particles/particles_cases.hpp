@@ -37,4 +37,31 @@ struct Brake : ForceTerm {
     if constexpr (requires { y.temperature; }) out.heat.array() -= 3.0 * (y.temperature.array() - 20.0);
   }
 };
+
+void check_as_motion(auto scheme) {
+  Atoms atoms = three();
+  const Eigen::Vector3d masses{1, 2, 8};
+  atoms.set_mass(masses);
+  Motion<Eigen::Matrix3Xd> motion{atoms.r, atoms.v};
+  PhiStepper particles{atoms, spring, scheme};
+  PhiStepper plain{motion, spring, scheme, mass(masses)};
+  for (int n = 0; n < 20; ++n) {
+    REQUIRE(particles.step(atoms, 0.05 * n, 0.05));
+    REQUIRE(plain.step(motion, 0.05 * n, 0.05));
+  }
+  CHECK((atoms.r == motion.r));
+  CHECK((atoms.v == motion.v));
+  CHECK(particles.statistics() == plain.statistics());
+}
+
+/// What f says that is wrong.
+std::string message(auto&& f) {
+  try {
+    f();
+  } catch (const std::invalid_argument& e) {
+    return e.what();
+  }
+  return "";
+}
+
 }  // namespace particles_cases

@@ -1,22 +1,16 @@
 // Affine forces: one factorization a run, one solve a step, no iterations; and a promise that is checked.
-#include <phistep/phistep.hpp>
-
 #include <cmath>
 
-#include "problems/march.hpp"
-#include "support/catch.hpp"
+#include "step/affine_cases.hpp"
 #include "support/shared_force.hpp"
 
-using namespace phistep;
+using namespace affine_cases;
 using Three = Eigen::Vector3d;
 using Square = Eigen::Matrix3d;
 using Moved = Motion<Three>;
 using OfState = shared_force::OfState<Three>;
 
 namespace {
-
-/// 2^k − 1 steps look at their residual k times: one force call each.
-constexpr int steps = 31, looks = 5;
 
 Statistics run(auto y, const auto& force, auto scheme) {
   PhiStepper stepper{y, force, scheme};
@@ -31,19 +25,12 @@ Square rod() { return Square{{-32, 16, 0}, {16, -32, 16}, {0, 16, -32}}; }
 // Fixed sizes: LU of a dynamic or a sparse matrix costs seconds to compile.
 TEST_CASE("an affine run factorizes once and solves once a step") {
   const Three theta(1, 1.5, 2);
-  const auto exact = [](const Statistics& s, int force_calls) {
-    CHECK(s.factorizations == 1);
-    CHECK(s.jacobians == 1);
-    CHECK(s.solves == steps);
-    CHECK(s.iterations == 0);
-    CHECK(s.force_calls == force_calls);
-  };
   // φ = ½ needs Ψ(y) alone: it is Ψ at the start of the solve, too.
-  exact(run(theta, linear(Square(-Square::Identity())), trapezoidal), steps + looks);
+  check_exact(run(theta, linear(Square(-Square::Identity())), trapezoidal), steps + looks);
   const Moved motion{theta, -theta};
-  exact(run(motion, linear(Square(-4 * Square::Identity())), midpoint), steps + looks);
+  check_exact(run(motion, linear(Square(-4 * Square::Identity())), midpoint), steps + looks);
   const OfState f = [](const Three& r) -> Three { return -4 * r; };
-  exact(run(motion, affine(f), midpoint), steps + looks + 3);  // by a promise and differences
+  check_exact(run(motion, affine(f), midpoint), steps + looks + 3);  // by a promise and differences
 }
 
 TEST_CASE("an affine step gives what Newton to rounding gives") {
@@ -51,25 +38,7 @@ TEST_CASE("an affine step gives what Newton to rounding gives") {
   Square K = A, C = 0.01 * A;
   K(0, 2) += 40;  // neither symmetric …
   C(2, 1) -= 3;   // … nor the same
-  const auto promised = linear(K, C);
-  const auto unpromised = [=](const Three& r, const Three& v) -> Three { return K * r + C * v; };
-  for (const double phi : {0.25, 0.5, 0.8, 1.0})
-    for (const double dt : {1e-6, 1e-3, 0.1, 10.0}) {
-      if (phi < 0.5 && dt > 1e-3) continue;  // unstable there
-      Moved one{Three(1, 1.4, 2), Three(-1, 0.8, 3)}, other = one;
-      PhiStepper once{one, promised, phistep::phi(phi), mass(2.0)};
-      PhiStepper iterated{other, unpromised, phistep::phi(phi), mass(2.0)};
-      for (int n = 0; n < 20; ++n) {
-        problems::step(once, one, n * dt, dt);
-        problems::step(iterated, other, n * dt, dt);
-        // Rounding in Ψ, seen through W⁻¹, is some units in the last place of r and of r/Δt.
-        const double r = other.r.norm() + dt * other.v.norm();
-        CAPTURE(phi, dt, n);
-        REQUIRE((one.r - other.r).norm() <= 1e-12 * std::max(r, 1e-3));
-        REQUIRE((one.v - other.v).norm() <= 1e-12 * std::max({r / dt, other.v.norm(), 1e-3}));
-        one = other;
-      }
-    }
+  check_as_newton(K, C, Moved{Three(1, 1.4, 2), Three(-1, 0.8, 3)});
 }
 
 TEST_CASE("a step of another length makes new factors, whatever the tolerance") {
@@ -93,19 +62,7 @@ TEST_CASE("a promise of affinity that is broken is found out, and nothing is los
   SECTION("a force that stops being what it was is found at step 2, 4, 8, …") {
     bool on = false;
     const OfState f = [&on](const Three& r) -> Three { return on ? Three(-r - r.cwiseProduct(r)) : Three(-r); };
-    PhiStepper stepper{y, affine(f), midpoint};
-    for (int n = 0; n < 5; ++n) problems::step(stepper, y, 0.1 * n, 0.1);
-    on = true;
-    Outcome outcome = Outcome::success;
-    int n = 5;
-    Moved last = y;
-    for (; n < 8 && outcome == Outcome::success; ++n) {
-      last = y;
-      outcome = stepper.step(y, n, 0.1).outcome();
-    }
-    CHECK(outcome == Outcome::not_affine);
-    CHECK(n == 8);
-    CHECK((y.r.array() == last.r.array()).all());
+    check_change_found(y, affine(f), on);
     return;
   }
   SECTION("a singular matrix, 1 = γ²k") {

@@ -22,12 +22,7 @@ TEST_CASE("forward and symplectic Euler: one force call a step, no Jacobian, no 
 }
 
 TEST_CASE("Verlet without velocities: n + 1 force calls for n steps, by integrate and by hand") {
-  int calls = 0;
-  CHECK(by_integrate(start(), Counted{&calls}, velocity_verlet) == Statistics{.steps = n, .force_calls = n + 1});
-  CHECK(calls == n + 1);
-  calls = 0;
-  CHECK(by_hand(start(), Counted{&calls}, velocity_verlet) == Statistics{.steps = n, .force_calls = n + 1});
-  CHECK(calls == n + 1);
+  check_verlet(start());
 }
 
 TEST_CASE("Verlet with masses, and with a time that the force uses") {
@@ -81,55 +76,18 @@ TEST_CASE("phi > 1/2 in endpoint form reuses the force at the end of the last st
 
 TEST_CASE("a linear scene: one Jacobian and one factorization a run, at most two solves a step") {
   int calls = 0;
-  const auto check = [](const Statistics& s) {
-    CHECK(s.jacobians == 1);
-    CHECK(s.factorizations == 1);
-    CHECK(s.analyses == 0);
-    CHECK(s.solves == s.iterations);
-    CHECK(s.iterations <= 2 * n + 1);
-  };
-  check(by_hand(start(), WithJacobian{{&calls}}, phi(0.5)));
-  check(by_hand(start(), WithJacobian{{&calls}}, backward_euler));
-  check(by_hand(Vec(1, 2), decay, backward_euler));  // by differences: exact enough to be kept
+  check_linear(by_hand(start(), WithJacobian{{&calls}}, phi(0.5)));
+  check_linear(by_hand(start(), WithJacobian{{&calls}}, backward_euler));
+  check_linear(by_hand(Vec(1, 2), decay, backward_euler));  // by differences: exact enough to be kept
 }
 
-TEST_CASE("a new dt refactorizes, but takes no new Jacobian") {
-  int calls = 0;
-  Y y = start();
-  PhiStepper stepper{y, WithJacobian{{&calls}}, phi(0.5)};
-  for (const double dt : {0.1, 0.1, 0.2, 0.2, 0.1}) REQUIRE(stepper.step(y, 0, dt));
-  CHECK(stepper.statistics().jacobians == 1);
-  CHECK(stepper.statistics().factorizations == 3);
-}
+TEST_CASE("a new dt refactorizes, but takes no new Jacobian") { check_new_dt(start(), phi(0.5)); }
 
-TEST_CASE("statistics and the step's report count the same iterations") {
-  Y y = start();
-  int calls = 0;
-  PhiStepper stepper{y, WithJacobian{{&calls}}, phi(0.5)};
-  std::int64_t iterations = 0;
-  for (int k = 0; k < 5; ++k) iterations += stepper.step(y, 0, 0.1).iterations();
-  CHECK(iterations == stepper.statistics().iterations);
-  CHECK(stepper.statistics().force_calls == calls);
-}
-
-namespace {
-/// Instantiating any part of a solver with it is an error: proof that φ = 0 doesn't.
-struct NoSolver {
-  NoSolver() = delete;
-};
-struct HardErrorJacobian {
-  Vec operator()(const Vec& y) const { return -y; }
-  template <class V>
-  Eigen::MatrixXd jacobian(const V&) const {
-    static_assert(!sizeof(V), "a Jacobian was instantiated");
-    return {};
-  }
-};
-}  // namespace
+TEST_CASE("statistics and the step's report count the same iterations") { check_reports(start(), phi(0.5)); }
 
 TEST_CASE("phi = 0 by type instantiates no solver and no Jacobian") {
-  CHECK(by_hand(Vec(1, 1), HardErrorJacobian{}, forward_euler, newton<NoSolver>()).force_calls == n);
-  CHECK(by_hand(start(), HardErrorJacobian{}, velocity_verlet, newton<NoSolver>()).force_calls == n + 1);
+  CHECK(by_hand(Vec(1, 1), HardErrorJacobian<Vec>{}, forward_euler, newton<NoSolver>()).force_calls == n);
+  CHECK(by_hand(start(), HardErrorJacobian<Vec>{}, velocity_verlet, newton<NoSolver>()).force_calls == n + 1);
 }
 
 TEST_CASE("an explicit stepper is as small as its parts") {
@@ -151,42 +109,7 @@ TEST_CASE("first order: the solve starts from the Ψ that the step began with, i
 
 TEST_CASE("to a tolerance, the factors of a step 1.25 times as long serve, and their corrections are scaled") {
   const shared_force::OfState<Vec> stiff = [](const Vec& x) -> Vec { return -1e8 * (x.array() - 1e-3); };
-  // Stiff decay: with the old factors, corrections shrink by θ = |1 − s·1.25|, s = 2/(1 + 1.25): 1/9; unscaled 1/4.
-  const auto iterations = [&](double second_dt) {
-    Vec y = Vec::Constant(1e-3);
-    PhiStepper stepper{y, stiff, backward_euler, newton({.rtol = 1e-6, .atol = 1e-12})};
-    y.setConstant(1.001e-3);
-    REQUIRE(stepper.step(y, 0, 1.0));
-    y.setConstant(1.001e-3);
-    const Statistics before = stepper.statistics();
-    const StepReport report = stepper.step(y, 0, second_dt);
-    REQUIRE(report);
-    CHECK(std::abs(y[0] - 1e-3) <= 1e-9);  // a relative 1e-6
-    const Statistics s = stepper.statistics() - before;
-    CHECK(s.jacobians == 0);
-    CHECK(s.factorizations == (second_dt > 1.3 ? 1 : 0));
-    return report.iterations();
-  };
-  CHECK(iterations(1.0) == 2);
-  CHECK(iterations(1.5) == 2);  // new factors of the old Jacobian
-  const int kept = iterations(1.25);
-  CAPTURE(kept);
-  CHECK(kept <= 6);  // 1e5 to go at 1/9 each
+  check_kept_factors(Vec(1, 1), stiff);
 }
 
-TEST_CASE("a carried Ψ is Ψ, not M⁻¹Ψ, where the mass is a matrix") {
-  const Eigen::Matrix2d M = (Eigen::Matrix2d() << 4, 1, 1, 3).finished();
-  const auto check = [&M](auto scheme) {
-    Motion<Eigen::Vector2d> a{Eigen::Vector2d(1, -0.5), Eigen::Vector2d(0, 0.3)}, b = a;
-    const auto force = [](const Eigen::Vector2d& r) -> Eigen::Vector2d { return -3 * r; };
-    PhiStepper carries{a, force, scheme, mass(M)};
-    for (int n = 0; n < 3; ++n) {
-      PhiStepper fresh{b, force, scheme, mass(M)};
-      REQUIRE(carries.step(a, 0.1 * n, 0.1));
-      REQUIRE(fresh.step(b, 0.1 * n, 0.1));
-    }
-    CHECK(a.r == b.r);
-    CHECK(a.v == b.v);
-  };
-  check(velocity_verlet);
-}
+TEST_CASE("a carried Ψ is Ψ, not M⁻¹Ψ, where the mass is a matrix") { check_carried(velocity_verlet); }

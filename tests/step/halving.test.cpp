@@ -1,16 +1,41 @@
 // Halving: a step that fails is done as smaller ones, all of it or nothing.
+
 #include <functional>
+#include <sstream>
+#include <vector>
+
 #include "step/halving_cases.hpp"
 
 using namespace halving_cases;
 
 namespace {
-using Rule = std::function<bool(double, double)>;  // one Picky for all
+/// A stepper that moves the state by dt, and fails where `bad(t, dt)` says so.
+struct Picky {
+  std::function<bool(double, double)> bad;
+  Outcome with = Outcome::newton_diverged;
+  std::vector<double> done{};  // t, dt of every step that succeeded
+  Statistics counts{};
+  Failure last{};
+  StepReport step(Vec& y, double t, double dt) {
+    if (bad(t, dt)) {
+      ++counts.failed_steps;
+      last.outcome = with, last.t = t, last.dt = dt;
+      return {with, 3, &last};
+    }
+    ++counts.steps;
+    done.insert(done.end(), {t, dt});
+    y.array() += dt;
+    return {Outcome::success, 2, nullptr};
+  }
+  [[nodiscard]] const Statistics& statistics() const { return counts; }
+  [[nodiscard]] static int order() { return 1; }
+  void reset() {}
+};
 }  // namespace
 
 TEST_CASE("only the part that fails is halved") {
   // Between 0.5 and 0.75 no step may be longer than 1/16, elsewhere none longer than ½.
-  const Rule bad = [](double t, double dt) { return dt > 0.5 || (dt > 1.0 / 16 && t < 0.75 && t + dt > 0.5); };
+  const auto bad = [](double t, double dt) { return dt > 0.5 || (dt > 1.0 / 16 && t < 0.75 && t + dt > 0.5); };
   Vec y = Vec::Zero(2);
   Halving stepper{Picky{bad}, 10};
   const StepReport report = stepper.step(y, 0.0, 1.0);
@@ -28,20 +53,20 @@ TEST_CASE("only the part that fails is halved") {
 TEST_CASE("at the smallest step the failure is final: typed, and nothing has moved") {
   for (const int halvings : {0, 1, 4}) {
     Vec y = Vec::Constant(2, 0.1);
-    Halving stepper{Picky{Rule([](double t, double dt) { return t + dt > 0.9; })}, halvings};
+    Halving stepper{Picky{[](double t, double dt) { return t + dt > 0.9; }}, halvings};
     const StepReport report = stepper.step(y, 0.0, 1.0);
     CHECK(report.outcome() == Outcome::newton_diverged);
     CHECK(report.failure().dt == std::ldexp(1.0, -halvings));
     CHECK(y == Vec::Constant(2, 0.1));
     CHECK(stepper.statistics() == Statistics{.failed_steps = 1});
   }
-  CHECK_THROWS_AS((Halving{Picky{Rule([](double, double) { return false; })}, -1}), std::invalid_argument);
+  CHECK_THROWS_AS((Halving{Picky{[](double, double) { return false; }}, -1}), std::invalid_argument);
 }
 
 TEST_CASE("what a smaller step can't cure is reported at once") {
   const auto tries = [](Outcome outcome) {
     Vec y = Vec::Zero(1);
-    Halving stepper{Picky{Rule([](double, double) { return true; }), outcome}, 3};
+    Halving stepper{Picky{[](double, double) { return true; }, outcome}, 3};
     CHECK(stepper.step(y, 0.0, 1.0).outcome() == outcome);
     return stepper.stepper().counts.failed_steps;
   };
@@ -52,7 +77,7 @@ TEST_CASE("what a smaller step can't cure is reported at once") {
                                 Outcome::linear_solver_failed, Outcome::non_finite_state})
     CHECK(tries(curable) == 4);
   Vec y = Vec::Constant(1, std::nan(""));  // a bad state is no matter of step size
-  Halving stepper{Picky{Rule([](double, double) { return true; }), Outcome::non_finite_state}, 3};
+  Halving stepper{Picky{[](double, double) { return true; }, Outcome::non_finite_state}, 3};
   CHECK_FALSE(stepper.step(y, 0.0, 1.0));
   CHECK(stepper.stepper().counts.failed_steps == 1);
 }
@@ -75,39 +100,7 @@ TEST_CASE("a singular step matrix is cured by a smaller step") {
 }
 
 TEST_CASE("a final failure after good parts leaves state and history to the bit, as does an exception") {
-  double nan_after = HUGE_VAL, throw_after = HUGE_VAL;
-  Motion<Eigen::Vector2d> y{Eigen::Vector2d::Ones(), Eigen::Vector2d::Constant(0.3)};
-  Halving stepper{PhiStepper{y, Sticky{&nan_after, &throw_after}, trapezoidal}, 3};
-  problems::step(stepper, y, 0.0, 0.1);
-  const Eigen::VectorXd before = states::numbers(y);
-  const auto memory = stepper.stepper().memory();
-  const auto unharmed = [&] {
-    return states::same_bits(states::numbers(y), before) && stepper.stepper().memory().anchor == memory.anchor &&
-           stepper.stepper().memory().commits == memory.commits;
-  };
-
-  nan_after = 0.16;  // the first half of 0.1 … 0.2 goes well
-  const StepReport report = stepper.step(y, 0.1, 0.1);
-  CHECK(report.outcome() == Outcome::non_finite_force);
-  CHECK(report.failure().dt == Approx(0.1 / 8));
-  CHECK(unharmed());
-  const Statistics inner = stepper.stepper().statistics();
-  CHECK(inner.steps > 1);  // some parts did succeed, and were taken back
-  CHECK(stepper.statistics().steps == 1);
-  CHECK(stepper.statistics().halvings == 0);
-
-  nan_after = 0.19, throw_after = 0.17;
-  CHECK_THROWS_AS(stepper.step(y, 0.1, 0.1), std::runtime_error);
-  CHECK(unharmed());
-  nan_after = throw_after = HUGE_VAL;
-
-  // From there it goes on as one that never failed.
-  auto z = y;
-  PhiStepper fresh{z, Sticky{&nan_after, &throw_after}, trapezoidal};
-  fresh.set_memory(memory);
-  problems::step(stepper, y, 0.1, 0.1);
-  problems::step(fresh, z, 0.1, 0.1);
-  CHECK(problems::distance(y, z) <= 1e-15);
+  check_final_failure(Motion<Eigen::Vector2d>{Eigen::Vector2d::Ones(), Eigen::Vector2d::Constant(0.3)});
 }
 
 TEST_CASE("who takes back a step of Halving takes back the force's history") {

@@ -4,9 +4,7 @@
 #include <phistep/phistep.hpp>
 
 #include <cmath>
-#include <sstream>
 #include <stdexcept>
-#include <vector>
 
 #include "contract/states.hpp"
 #include "problems/march.hpp"
@@ -16,34 +14,6 @@ using namespace phistep;
 using Vec = Eigen::VectorXd;
 
 namespace halving_cases {
-
-/// A stepper that moves the state by dt, and fails where `bad(t, dt)` says so.
-template <class Bad>
-struct Picky {
-  Bad bad;
-  Outcome with = Outcome::newton_diverged;
-  std::vector<double> done{};  // t, dt of every step that succeeded
-  Statistics counts{};
-  Failure last{};
-  StepReport step(Vec& y, double t, double dt) {
-    if (bad(t, dt)) {
-      ++counts.failed_steps;
-      last.outcome = with, last.t = t, last.dt = dt;
-      return {with, 3, &last};
-    }
-    ++counts.steps;
-    done.insert(done.end(), {t, dt});
-    y.array() += dt;
-    return {Outcome::success, 2, nullptr};
-  }
-  [[nodiscard]] const Statistics& statistics() const { return counts; }
-  [[nodiscard]] static int order() { return 1; }
-  void reset() {}
-};
-template <class Bad>
-Picky(Bad) -> Picky<Bad>;
-template <class Bad>
-Picky(Bad, Outcome) -> Picky<Bad>;
 
 /// Sticks where it has moved to; throws or gives a NaN when told, beyond a time.
 struct Sticky : ForceTerm {
@@ -68,5 +38,41 @@ struct Sticky : ForceTerm {
     ++m.commits;
   }
 };
+
+template <class V>
+void check_final_failure(Motion<V> y) {
+  double nan_after = HUGE_VAL, throw_after = HUGE_VAL;
+  Halving stepper{PhiStepper{y, Sticky{&nan_after, &throw_after}, trapezoidal}, 3};
+  problems::step(stepper, y, 0.0, 0.1);
+  const Eigen::VectorXd before = states::numbers(y);
+  const auto memory = stepper.stepper().memory();
+  const auto unharmed = [&] {
+    return states::same_bits(states::numbers(y), before) && stepper.stepper().memory().anchor == memory.anchor &&
+           stepper.stepper().memory().commits == memory.commits;
+  };
+
+  nan_after = 0.16;  // the first half of 0.1 … 0.2 goes well
+  const StepReport report = stepper.step(y, 0.1, 0.1);
+  CHECK(report.outcome() == Outcome::non_finite_force);
+  CHECK(report.failure().dt == Approx(0.1 / 8));
+  CHECK(unharmed());
+  const Statistics inner = stepper.stepper().statistics();
+  CHECK(inner.steps > 1);  // some parts did succeed, and were taken back
+  CHECK(stepper.statistics().steps == 1);
+  CHECK(stepper.statistics().halvings == 0);
+
+  nan_after = 0.19, throw_after = 0.17;
+  CHECK_THROWS_AS(stepper.step(y, 0.1, 0.1), std::runtime_error);
+  CHECK(unharmed());
+  nan_after = throw_after = HUGE_VAL;
+
+  // From there it goes on as one that never failed.
+  auto z = y;
+  PhiStepper fresh{z, Sticky{&nan_after, &throw_after}, trapezoidal};
+  fresh.set_memory(memory);
+  problems::step(stepper, y, 0.1, 0.1);
+  problems::step(fresh, z, 0.1, 0.1);
+  CHECK(problems::distance(y, z) <= 1e-15);
+}
 
 }  // namespace halving_cases

@@ -69,31 +69,7 @@ TEST_CASE("every kind of state: dynamic, matrix-shaped, several blocks, float an
 }
 
 TEST_CASE("failures leave the state as it was, and name themselves") {
-  using V = Eigen::Vector2d;
-  double poison = 0;
-  const auto f = [&poison](const V& y) -> V { return {-y[0] + poison, -y[1] * y[1]}; };
-  V y{1, 1};
-  PhiStepper stepper{y, f, radau(3)};
-  problems::step(stepper, y, 0.0, 0.1);
-  const V before = y;
-  poison = std::numeric_limits<double>::quiet_NaN();
-  const StepReport report = stepper.step(y, 0.1, 0.1);
-  CHECK(report.outcome() == Outcome::non_finite_force);
-  CHECK(report.failure().index == 0);
-  CHECK(y == before);
-  poison = 0;
-  // 1/λ₀ h J = 1: the real lane is singular.
-  struct Growth {
-    double lambda;
-    Eigen::Matrix<double, 1, 1> operator()(const Eigen::Matrix<double, 1, 1>& x) const { return lambda * x; }
-    Eigen::Matrix<double, 1, 1> jacobian(const Eigen::Matrix<double, 1, 1>&) const {
-      return Eigen::Matrix<double, 1, 1>{lambda};
-    }
-  };
   Eigen::Matrix<double, 1, 1> x{1};
-  const double lambda0 = radau_constants<double, 3>.lambda.re[0];
-  CHECK(PhiStepper{x, Growth{lambda0}, radau(3)}.step(x, 0, 1).outcome() == Outcome::singular_matrix);
-  CHECK(x[0] == 1);
   // No solution in reach: the iteration says so, and ends.
   const auto jump = [](const Eigen::Matrix<double, 1, 1>& z) {
     return Eigen::Matrix<double, 1, 1>{z[0] > 0 ? -1e3 : 2e3};
@@ -101,5 +77,4 @@ TEST_CASE("failures leave the state as it was, and name themselves") {
   const StepReport stuck = PhiStepper{x, jump, radau(5)}.step(x, 0, 1);
   CHECK((stuck.outcome() == Outcome::newton_stalled || stuck.outcome() == Outcome::newton_diverged));
   CHECK(x[0] == 1);
-  CHECK_THROWS_AS(radau(4), std::invalid_argument);
 }
