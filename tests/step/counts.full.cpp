@@ -24,12 +24,7 @@ TEST_CASE("forward and symplectic Euler: one force call a step, no Jacobian, no 
 }
 
 TEST_CASE("Verlet without velocities: n + 1 force calls for n steps, by integrate and by hand") {
-  int calls = 0;
-  CHECK(by_integrate(start(), Counted{&calls}, velocity_verlet) == Statistics{.steps = n, .force_calls = n + 1});
-  CHECK(calls == n + 1);
-  calls = 0;
-  CHECK(by_hand(start(), Counted{&calls}, velocity_verlet) == Statistics{.steps = n, .force_calls = n + 1});
-  CHECK(calls == n + 1);
+  check_verlet<Vec>();
   const Motion<Eigen::Vector2d> fixed_size{Eigen::Vector2d(1, 0), Eigen::Vector2d(0, 1)};
   const auto pull = [](const Eigen::Vector2d& r) -> Eigen::Vector2d { return -r; };
   CHECK(by_hand(fixed_size, pull, velocity_verlet).force_calls == n + 1);
@@ -84,37 +79,15 @@ TEST_CASE("phi > 1/2 in endpoint form reuses the force at the end of the last st
 
 TEST_CASE("a linear scene: one Jacobian and one factorization a run, at most two solves a step") {
   int calls = 0;
-  const auto check = [](const Statistics& s) {
-    CHECK(s.jacobians == 1);
-    CHECK(s.factorizations == 1);
-    CHECK(s.analyses == 0);
-    CHECK(s.solves == s.iterations);
-    CHECK(s.iterations <= 2 * n + 1);
-  };
-  check(by_hand(start(), Counted{&calls}, trapezoidal));  // by differences: exact enough to be kept
-  check(by_hand(start(), WithJacobian{{&calls}}, trapezoidal));
-  check(by_hand(start(), CountedDamped{&calls}, backward_euler));
-  check(by_integrate(Vec(Vec::LinSpaced(5, 1, 2)), decay, trapezoidal));
+  check_linear(by_hand(start(), Counted{&calls}, trapezoidal));  // by differences: exact enough to be kept
+  check_linear(by_hand(start(), WithJacobian{{&calls}}, trapezoidal));
+  check_linear(by_hand(start(), CountedDamped{&calls}, backward_euler));
+  check_linear(by_integrate(Vec(Vec::LinSpaced(5, 1, 2)), decay, trapezoidal));
 }
 
-TEST_CASE("a new dt refactorizes, but takes no new Jacobian") {
-  int calls = 0;
-  Y y = start();
-  PhiStepper stepper{y, WithJacobian{{&calls}}, trapezoidal};
-  for (const double dt : {0.1, 0.1, 0.2, 0.2, 0.1}) REQUIRE(stepper.step(y, 0, dt));
-  CHECK(stepper.statistics().jacobians == 1);
-  CHECK(stepper.statistics().factorizations == 3);
-}
+TEST_CASE("a new dt refactorizes, but takes no new Jacobian") { check_new_dt<Vec>(trapezoidal); }
 
-TEST_CASE("statistics and the step's report count the same iterations") {
-  Y y = start();
-  int calls = 0;
-  PhiStepper stepper{y, WithJacobian{{&calls}}, trapezoidal};
-  std::int64_t iterations = 0;
-  for (int k = 0; k < 5; ++k) iterations += stepper.step(y, 0, 0.1).iterations();
-  CHECK(iterations == stepper.statistics().iterations);
-  CHECK(stepper.statistics().force_calls == calls);
-}
+TEST_CASE("statistics and the step's report count the same iterations") { check_report<Vec>(trapezoidal); }
 
 TEST_CASE("an explicit stepper is as small as its parts") {
   const Eigen::Vector3d y = Eigen::Vector3d::Ones();

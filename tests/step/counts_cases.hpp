@@ -4,6 +4,7 @@
 #include <phistep/phistep.hpp>
 
 #include <cmath>
+#include <cstdint>
 
 #include "contract/states.hpp"
 #include "support/catch.hpp"
@@ -71,5 +72,44 @@ struct NoTangent : ForceTerm {
   static constexpr bool uses_velocity = false, uses_time = false;
   void add(double, const auto& y, auto& out) const { out.force -= 4 * y.r; }
 };
+
+inline void check_linear(const Statistics& s) {
+  CHECK(s.jacobians == 1);
+  CHECK(s.factorizations == 1);
+  CHECK(s.analyses == 0);
+  CHECK(s.solves == s.iterations);
+  CHECK(s.iterations <= 2 * n + 1);
+}
+
+template <class V>
+void check_new_dt(auto scheme) {
+  int calls = 0;
+  auto y = start_of<V>();
+  PhiStepper stepper{y, WithJacobian{{&calls}}, scheme};
+  for (const double dt : {0.1, 0.1, 0.2, 0.2, 0.1}) REQUIRE(stepper.step(y, 0, dt));
+  CHECK(stepper.statistics().jacobians == 1);
+  CHECK(stepper.statistics().factorizations == 3);
+}
+
+template <class V>
+void check_report(auto scheme) {
+  auto y = start_of<V>();
+  int calls = 0;
+  PhiStepper stepper{y, WithJacobian{{&calls}}, scheme};
+  std::int64_t iterations = 0;
+  for (int k = 0; k < 5; ++k) iterations += stepper.step(y, 0, 0.1).iterations();
+  CHECK(iterations == stepper.statistics().iterations);
+  CHECK(stepper.statistics().force_calls == calls);
+}
+
+template <class V>
+void check_verlet() {
+  int calls = 0;
+  CHECK(by_integrate(start_of<V>(), Counted{&calls}, velocity_verlet) == Statistics{.steps = n, .force_calls = n + 1});
+  CHECK(calls == n + 1);
+  calls = 0;
+  CHECK(by_hand(start_of<V>(), Counted{&calls}, velocity_verlet) == Statistics{.steps = n, .force_calls = n + 1});
+  CHECK(calls == n + 1);
+}
 
 }  // namespace counts_cases
