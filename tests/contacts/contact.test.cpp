@@ -182,12 +182,7 @@ TEST_CASE("units change no bit") {
 }
 
 TEST_CASE("what can't work is said, with the body's number") {
-  Matrix r(3, 3);
-  r << 0, 2, 4, 0, 0, 0, 0, 0, 0;
-  const auto step = [](auto& y, const auto& contact) {
-    PhiStepper stepper{y, contact, symplectic_euler};
-    return stepper.step(y, 0, 1e-3);
-  };
+  const Matrix r = three();
   Particles<double, 3> bare{r};
   for (const double bad : {0.0, -1.0, std::nan(""), HUGE_VAL}) {
     CHECK_THROWS_WITH(bare.set_radius(Eigen::Vector3d(1, bad, 1)), contains("particle 1"));
@@ -201,11 +196,11 @@ TEST_CASE("what can't work is said, with the body's number") {
   CHECK_THROWS_WITH(Contact(rough, -1), contains("skin"));
   auto lost = bodies(r);
   lost.r(1, 2) = std::nan("");
-  const StepReport report = step(lost, Contact{rough});
+  const StepReport report = one_step(lost, Contact{rough});
   CHECK_FALSE(report);
   Grains none{Matrix(3, 0)};
   none.set_radius(1.0);
-  CHECK_NOTHROW(step(none, Contact{rough}));
+  CHECK_NOTHROW(one_step(none, Contact{rough}));
 }
 
 TEST_CASE("the shortest impact is known to preflight") {

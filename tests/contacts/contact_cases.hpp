@@ -151,4 +151,11 @@ void check_no_trace(const auto& force, const auto& fail) {
   CHECK((a.r == b.r && a.v == b.v && a.omega == b.omega));
 }
 
+/// Three in a row, none of which touch.
+inline Matrix three() { return Matrix{{0, 2, 4}, {0, 0, 0}, {0, 0, 0}}; }
+StepReport one_step(auto& y, const auto& contact) {
+  PhiStepper stepper{y, contact, symplectic_euler};
+  return stepper.step(y, 0, 1e-3);
+}
+
 }  // namespace contact_cases

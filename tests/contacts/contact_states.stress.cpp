@@ -59,20 +59,15 @@ TEST_CASE("every pair of types has its law") {
 }
 
 TEST_CASE("what can't work is said, with the body's number") {
-  Matrix r(3, 3);
-  r << 0, 2, 4, 0, 0, 0, 0, 0, 0;
-  const auto step = [](auto& y, const auto& contact) {
-    PhiStepper stepper{y, contact, symplectic_euler};
-    return stepper.step(y, 0, 1e-3);
-  };
+  const Matrix r = three();
   Particles<double, 3> bare{r};
-  CHECK_THROWS_WITH(step(bare, Contact{rough}), contains("radii"));
+  CHECK_THROWS_WITH(one_step(bare, Contact{rough}), contains("radii"));
   auto typed = bodies(r);
   typed.set_type(Eigen::Vector3i(0, 1, 2));
-  CHECK_THROWS_WITH(step(typed, Contact{Materials<Hooke>{2, rough}}), contains("particle 2"));
+  CHECK_THROWS_WITH(one_step(typed, Contact{Materials<Hooke>{2, rough}}), contains("particle 2"));
   Matrix same = Matrix::Zero(3, 2);
   auto one_place = bodies(same);
-  CHECK(step(one_place, Contact{rough}).outcome() == Outcome::non_finite_force);  // no direction is theirs
+  CHECK(one_step(one_place, Contact{rough}).outcome() == Outcome::non_finite_force);  // no direction is theirs
   CHECK(one_place.v.norm() == 0);
 }
 
