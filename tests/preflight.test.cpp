@@ -101,19 +101,11 @@ TEST_CASE("schemes without a formula are known by their own steps") {
 TEST_CASE("every structure gives the same bound") {
   for (const int n : {50, 300}) {
     const auto y = chain_state(n);
-    const double k = 8, m = 2, omega = 2 * std::sqrt(k / m) * std::cos(std::numbers::pi / (2 * n));
-    const auto check = [&](const char* name, const PreflightReport& report, double rounding) {
-      INFO(name << ", " << n << " particles");
-      CHECK(report.whole.exact == (2 * n <= 200));
-      CHECK(report.whole.frequency >= omega * (1 - rounding));
-      CHECK(report.whole.frequency <= 2 * std::sqrt(k / m) * (1 + rounding));
-      if (report.whole.exact) CHECK(report.whole.frequency == Approx(omega).epsilon(rounding));
-      CHECK(report.whole.damping == 0);
-    };
+    const double k = 8, m = 2;
     PhiStepper network{y, spring_network<1>(chain(n, k)), velocity_verlet, mass(m)};
-    check("network", preflight(network, y, 0.01), 1e-12);
+    check_structure("network", n, preflight(network, y, 0.01), 1e-12);
     // Differences: increments √u × position/16 … position.
-    check("differences", ask_function(y, ChainForce{k / m}, 0.01), 1e-5);
+    check_structure("differences", n, ask_function(y, ChainForce{k / m}, 0.01), 1e-5);
   }
 }
 
@@ -206,21 +198,9 @@ TEST_CASE("first order: ringing, growth that a step would hide, consistent capac
 }
 
 TEST_CASE("nonsense gets a verdict and a sentence, never an exception") {
-  auto y = chain_state(5);
+  const auto y = chain_state(5);
   PhiStepper stepper{y, spring_network<1>(chain(5, 1)), velocity_verlet, mass(1.0)};
-  for (const double dt : {0.0, -1.0, nan_value, infinite}) {
-    const auto report = preflight(stepper, y, dt);
-    CHECK(report.verdict == Verdict::invalid);
-    CHECK(mentions(report, "dt is not positive and finite"));
-    CHECK(report.stable_dt > 1);  // known all the same
-    CHECK(std::isfinite(report.recommended.dt));
-  }
-  y.v[3] = nan_value;
-  CHECK(preflight(stepper, y, 0.1).verdict == Verdict::unknown);
-  CHECK(mentions(preflight(stepper, y, 0.1), "state is not finite"));
-  y = chain_state(5);
-  y.r[2] = infinite;
-  CHECK(preflight(stepper, y, 0.1).verdict == Verdict::unknown);
+  check_nonsense([&](const Motion<Vec>& state, double dt) { return preflight(stepper, state, dt); });
 
   const auto few = chain_state(2);
   const auto broken = ask_function(
@@ -242,16 +222,7 @@ TEST_CASE("nonsense gets a verdict and a sentence, never an exception") {
 TEST_CASE("nothing is stepped and no count changes") {
   auto y = chain_state(12);
   PhiStepper stepper{y, Force{ChainForce{3}}, velocity_verlet};
-  REQUIRE(stepper.step(y, 0, 0.1));
-  const Statistics counts = stepper.statistics();
-  auto twin = stepper;
-  auto other = y;
-  static_cast<void>(preflight(stepper, y, 0.1));
-  CHECK(stepper.statistics() == counts);
-  REQUIRE(stepper.step(y, 0.1, 0.1));
-  REQUIRE(twin.step(other, 0.1, 0.1));
-  CHECK(equal_blocks<Motion<Vec>>(y, other));
-  CHECK(stepper.statistics() == twin.statistics());
+  check_nothing_stepped(stepper, y);
 }
 
 TEST_CASE("units: scaling length, mass and time by powers of two changes no bit") {
@@ -266,12 +237,7 @@ TEST_CASE("units: scaling length, mass and time by powers of two changes no bit"
   };
   for (const int n : {20, 121}) {  // by the step's matrix, by bounds
     const auto one = ask(n, 1, 1, 1), two = ask(n, 0x1p-30, 0x1p-81, 0x1p-41);
-    CHECK(two.stable_dt == one.stable_dt * 0x1p-41);
-    CHECK(two.accurate_dt == one.accurate_dt * 0x1p-41);
-    CHECK(two.whole.frequency == one.whole.frequency * 0x1p41);
-    CHECK(two.whole.damping == one.whole.damping * 0x1p41);
-    CHECK(two.phase_error == one.phase_error);
-    CHECK(two.verdict == one.verdict);
+    check_units(one, two);
     CHECK(two.whole.component == one.whole.component);
   }
 }

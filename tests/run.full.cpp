@@ -31,19 +31,9 @@ TEST_CASE("every scheme ends at t1 itself, near the truth, forward and backward"
 }
 
 TEST_CASE("given times are hit to the last bit: random ones, forward and backward, fixed and controlled") {
-  std::mt19937_64 random(7);
-  std::uniform_real_distribution<double> any(-2, 3);
-  std::vector<double> times(300);
-  for (double& t : times) t = any(random);
-  for (int k = 0; k < 20; ++k) times.push_back(times[static_cast<std::size_t>(k)] * (1 + 1e-15 * k));
-  for (int k = 1; k < 40; ++k) times.push_back(-1.5 + 0.1 * k);  // grid points, or next to them
-  std::sort(times.begin(), times.end());
-  times.erase(std::unique(times.begin(), times.end()), times.end());
+  const std::vector<double> times = some_times();
   const auto check = [&](double t0, double t1, auto scheme, const auto& control) {
-    std::vector<double> expected, seen;
-    for (const double t : times)
-      if (t >= std::min(t0, t1) && t <= std::max(t0, t1)) expected.push_back(t);
-    if (t1 < t0) std::reverse(expected.begin(), expected.end());
+    std::vector<double> seen;
     Vec y = Flow::exact(t0);
     PhiStepper stepper{y, Flow{}, scheme, capacity(Flow::capacity)};
     double worst = 0;
@@ -53,7 +43,7 @@ TEST_CASE("given times are hit to the last bit: random ones, forward and backwar
                                        }));
     REQUIRE(report);
     CHECK(report.t == t1);
-    CHECK(seen == expected);
+    CHECK(seen == met_of(times, t0, t1));
     CHECK(worst <= 0.01);
   };
   check(-1.5, 2.5, trapezoidal, fixed(0.1));
@@ -70,19 +60,9 @@ TEST_CASE("stops between grid points leave the grid of a fixed run where it is")
   Vec y = Flow::exact(0);
   PhiStepper stepper{y, Flow{}, trapezoidal, capacity(Flow::capacity)};
   std::vector<double> seen;
-  const RunReport report =
-      integrate(stepper, y, {0, 1}, fixed(0.1), at_times({0.25, 0.30000000000000001, 0.77}, [](double, const Vec&) {}),
-                [&](double t, const Vec&) { seen.push_back(t); });
-  REQUIRE(report);
-  CHECK(report.statistics.steps == 12);  // 0.3 and 3·0.1 are one
-  REQUIRE(seen.size() == 13);
-  CHECK(seen[2] == 2 * 0.1);
-  CHECK(seen[3] == 0.25);
-  CHECK(seen[4] == 0.3);
-  CHECK(seen[5] == 4 * 0.1);
-  CHECK(seen[8] == 7 * 0.1);
-  CHECK(seen[9] == 0.77);
-  CHECK(seen[10] == 8 * 0.1);
+  const RunReport report = integrate(stepper, y, {0, 1}, fixed(0.1), at_times(stops_between, [](double, const Vec&) {}),
+                                     [&](double t, const Vec&) { seen.push_back(t); });
+  check_stops_between(report, seen);
 }
 
 TEST_CASE("a stop on the grid, but for rounding, costs no factorization") {
@@ -110,11 +90,8 @@ TEST_CASE("stops a rounding apart cost nothing in accuracy") {
     return distance(y, Swing::exact(2));
   };
   const auto check = [&](auto scheme) {
-    std::vector<double> times;
-    for (int k = 1; k < 10; ++k)
-      for (double t = 0.2 * k, n = 0; n < 3; ++n, t = std::nextafter(t, 3)) times.push_back(t);
-    for (int k = 0; k < 10; ++k) times.push_back(0.1 + 0.2 * k), times.push_back(0.1 + 0.2 * k + 1e-11);
-    const double undisturbed = run(scheme), disturbed = run(scheme, at_times(times, [](double, const auto&) {}));
+    const double undisturbed = run(scheme),
+                 disturbed = run(scheme, at_times(close_times(), [](double, const auto&) {}));
     CAPTURE(undisturbed, disturbed);
     CHECK(disturbed <= 10 * undisturbed + 1e-5);
   };

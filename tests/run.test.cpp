@@ -127,19 +127,9 @@ TEST_CASE("no step is longer than max_step, the last one neither") {
 }
 
 TEST_CASE("given times are hit to the last bit: random ones, forward and backward, fixed and controlled") {
-  std::mt19937_64 random(7);
-  std::uniform_real_distribution<double> any(-2, 3);
-  std::vector<double> times(300);
-  for (double& t : times) t = any(random);
-  for (int k = 0; k < 20; ++k) times.push_back(times[static_cast<std::size_t>(k)] * (1 + 1e-15 * k));
-  for (int k = 1; k < 40; ++k) times.push_back(-1.5 + 0.1 * k);  // grid points, or next to them
-  std::sort(times.begin(), times.end());
-  times.erase(std::unique(times.begin(), times.end()), times.end());
+  const std::vector<double> times = some_times();
   const auto check = [&](TimeSpan<double> span, double rtol, double dt) {
-    std::vector<double> expected, seen;
-    for (const double t : times)
-      if (t >= std::min(span.t0, span.t1) && t <= std::max(span.t0, span.t1)) expected.push_back(t);
-    if (span.t1 < span.t0) std::reverse(expected.begin(), expected.end());
+    std::vector<double> seen;
     double worst = 0;
     const Watch<Vec> watch{times, [&](double t, Vec& now) {
                              seen.push_back(t);
@@ -151,7 +141,7 @@ TEST_CASE("given times are hit to the last bit: random ones, forward and backwar
     const RunReport report = run->finish();
     REQUIRE(report);
     CHECK(report.t == span.t1);
-    CHECK(seen == expected);
+    CHECK(seen == met_of(times, span.t0, span.t1));
     CHECK(worst <= 0.01);
   };
   check({-1.5, 2.5}, 0, 0.1);
@@ -165,18 +155,9 @@ TEST_CASE("stops between grid points leave the grid of a fixed run where it is")
   std::vector<double> seen;
   const RunReport report =
       fixed_ride(y, flow, Flow::capacity, {0, 1}, 0.1,
-                 {.times = {0.25, 0.30000000000000001, 0.77}, .look = [&](double t, const Vec&) { seen.push_back(t); }})
+                 {.times = stops_between, .look = [&](double t, const Vec&) { seen.push_back(t); }})
           ->finish();
-  REQUIRE(report);
-  CHECK(report.statistics.steps == 12);  // 0.3 and 3·0.1 are one
-  REQUIRE(seen.size() == 13);
-  CHECK(seen[2] == 2 * 0.1);
-  CHECK(seen[3] == 0.25);
-  CHECK(seen[4] == 0.3);
-  CHECK(seen[5] == 4 * 0.1);
-  CHECK(seen[8] == 7 * 0.1);
-  CHECK(seen[9] == 0.77);
-  CHECK(seen[10] == 8 * 0.1);
+  check_stops_between(report, seen);
 }
 
 TEST_CASE("a stop on the grid, but for rounding, costs no factorization") {
@@ -194,10 +175,7 @@ TEST_CASE("a stop on the grid, but for rounding, costs no factorization") {
 }
 
 TEST_CASE("stops a rounding apart cost nothing in accuracy") {
-  std::vector<double> times;
-  for (int k = 1; k < 10; ++k)
-    for (double t = 0.2 * k, n = 0; n < 3; ++n, t = std::nextafter(t, 3)) times.push_back(t);
-  for (int k = 0; k < 10; ++k) times.push_back(0.1 + 0.2 * k), times.push_back(0.1 + 0.2 * k + 1e-11);
+  const std::vector<double> times = close_times();
   for (const Scheme& each : schemes()) {
     const auto run = [&](const std::vector<double>& stops) {
       Vec y = Flow::exact(0);
@@ -294,48 +272,14 @@ TEST_CASE("a force that is changed between steps is asked anew") {
 }
 
 TEST_CASE("a state that grows while the run goes on") {
-  using V = Eigen::VectorXd;
-  using Grown = Motion<V>;
-  const shared_force::OfState<V> fall = [](const V& r) -> V { return -r; };
-  Grown y{V::Ones(2), V::Zero(2)};
-  PhiStepper stepper{y, fall, velocity_verlet};
-  const auto go = [&](Grown& state, const tolerance& control, std::vector<double> times, Edit<Grown> edit) {
-    return integrate(stepper, state, {0, 2}, control, at_times(std::move(times), std::move(edit)));
-  };
-  const RunReport report = go(y, tolerance{.rtol = 1e-4}, {0.5, 1.0}, [](double t, Grown& s) {
-    const Index n = s.r.size() + (t < 0.7 ? 40 : -41);
-    s.r = V::Constant(n, std::cos(t)), s.v = V::Constant(n, -std::sin(t));
-  });
-  REQUIRE(report);
-  REQUIRE(y.r.size() == 1);
-  CHECK(y.r[0] == Approx(std::cos(2.0)).margin(1e-3));
-  // A tolerance for each component is then no longer one.
-  Grown z{V::Ones(2), V::Zero(2)};
-  const RunReport refused = go(z, tolerance{.rtol = 1e-4, .atol = V(V::Constant(4, 1e-6))}, {0.5},
-                               [](double, Grown& s) { s.r = s.v = V::Ones(3); });
-  CHECK(refused.outcome == Outcome::invalid_tolerance);
-  CHECK(refused.message().find("another size") != std::string::npos);
-  CHECK(refused.t == 0.5);
+  const shared_force::OfState<Eigen::VectorXd> fall = [](const Eigen::VectorXd& r) -> Eigen::VectorXd { return -r; };
+  check_growing(velocity_verlet, fall);
 }
 
 TEST_CASE("observers that stop a controlled run, of both kinds, in order") {
   Vec y = decayed(0);
   PhiStepper stepper{y, fading, phi(0.5), capacity(1.0)};
-  std::string order;
-  double last = 0;
-  const RunReport report = integrate(
-      stepper, y, {0, 1}, tolerance{.rtol = 1e-3}, [&](double, const Vec&) { order += 'a'; },
-      [&](const CompletedStep<Vec>& step) {
-        order += 'b';
-        CHECK(step.t0() == last);
-        last = step.t1();
-        CHECK(step.end() == y);
-        return order.size() < 9;
-      },
-      [&](double, const Vec&) { order += 'c'; });
-  CHECK(order == "acbacbacb");  // those of whole steps first: the others may edit
-  CHECK(report.outcome == Outcome::stopped_by_observer);
-  CHECK(report.t == last);
+  check_observers_that_stop(stepper, y);
 }
 
 TEST_CASE("an observer of steps sees their ends before any edit, wherever it stands in the list") {

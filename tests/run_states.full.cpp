@@ -4,48 +4,15 @@
 using namespace run_cases;
 
 TEST_CASE("a state that grows while the run goes on") {
-  using V = Eigen::VectorXd;
-  using Grown = Motion<V>;
-  const auto fall = [](const V& r) -> V { return -r; };
-  const auto check = [&](auto scheme) {
-    Grown y{V::Ones(2), V::Zero(2)};
-    PhiStepper stepper{y, fall, scheme};
-    const RunReport report =
-        integrate(stepper, y, {0, 2}, tolerance{.rtol = 1e-4}, at_times({0.5, 1.0}, [&](double t, Grown& s) {
-                    const Index n = s.r.size() + (t < 0.7 ? 40 : -41);
-                    s.r = V::Constant(n, std::cos(t)), s.v = V::Constant(n, -std::sin(t));
-                  }));
-    REQUIRE(report);
-    REQUIRE(y.r.size() == 1);
-    CHECK(y.r[0] == Approx(std::cos(2.0)).margin(1e-3));
-    // A tolerance for each component is then no longer one.
-    Grown z{V::Ones(2), V::Zero(2)};
-    const RunReport refused = integrate(stepper, z, {0, 2}, tolerance{.rtol = 1e-4, .atol = V(V::Constant(4, 1e-6))},
-                                        at_times({0.5}, [&](double, Grown& s) { s.r = s.v = V::Ones(3); }));
-    CHECK(refused.outcome == Outcome::invalid_tolerance);
-    CHECK(refused.t == 0.5);
-  };
-  check(trapezoidal), check(tr_bdf2), check(velocity_verlet), check(midpoint);
+  const auto fall = [](const Eigen::VectorXd& r) -> Eigen::VectorXd { return -r; };
+  check_growing(trapezoidal, fall), check_growing(tr_bdf2, fall);
+  check_growing(velocity_verlet, fall), check_growing(midpoint, fall);
 }
 
 TEST_CASE("observers that stop a controlled run, of both kinds, in order") {
   Vec y = decayed(0);
   PhiStepper stepper{y, decay, trapezoidal};
-  std::string order;
-  double last = 0;
-  const RunReport report = integrate(
-      stepper, y, {0, 1}, tolerance{.rtol = 1e-3}, [&](double, const Vec&) { order += 'a'; },
-      [&](const CompletedStep<Vec>& step) {
-        order += 'b';
-        CHECK(step.t0() == last);
-        last = step.t1();
-        CHECK(step.end() == y);
-        return order.size() < 9;
-      },
-      [&](double, const Vec&) { order += 'c'; });
-  CHECK(order == "acbacbacb");  // those of whole steps first: the others may edit
-  CHECK(report.outcome == Outcome::stopped_by_observer);
-  CHECK(report.t == last);
+  check_observers_that_stop(stepper, y);
 }
 
 TEST_CASE("dense output through a controlled run: order 4 for y, 6 for the positions of a motion") {

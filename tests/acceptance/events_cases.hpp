@@ -117,4 +117,15 @@ using Collide = std::function<Collision(int n, const OfBall& g)>;
   return [scheme](int n, const OfBall& g) { return collide(scheme, n, g); };
 }
 
+/// When y' = −y from 1 reaches a value: y = 1/2 at log 2.
+double reached(const auto& control, double t1, double wanted) {
+  One y{1};
+  PhiStepper stepper{y, decay, trapezoidal};
+  auto level = event(OfOne{[wanted](const One& x) { return x(0) - wanted; }}, {.terminal = true});
+  const auto report = integrate(stepper, y, {0, t1}, control, level);
+  CHECK(report.outcome == Outcome::stopped_by_event);
+  CHECK(y(0) == Approx(wanted).epsilon(1e-14));
+  return report.t;
+}
+
 }  // namespace

@@ -43,14 +43,3 @@ TEST_CASE("units: fixed-point iteration, plain and accelerated, to rounding and 
   check_motion(trapezoidal, chain, plain, 0.05, 40);
   check_motion(tr_bdf2, chain, to_tolerance, 0.05, 40);
 }
-
-TEST_CASE("units: steps that are halved") {
-  check_all([](const Units& u) {
-    Scene scene{u};
-    Halving stepper{PhiStepper{scene.y, chain(u), backward_euler, mass(scene.masses), newton({.max_iterations = 4})},
-                    12};
-    auto result = march(stepper, scene, 0.5, 10);
-    CHECK(result.counts.halvings > 0);
-    return result;
-  });
-}

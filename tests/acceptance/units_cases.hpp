@@ -46,4 +46,16 @@ void check_motion(auto scheme, auto&& force, auto&& solver, double dt, int n,
   return [f = Chain{u}](const Vec& r) -> Vec { return f.elastic(r); };
 };
 
+void check_from_rest(auto scheme) {
+  check_all([scheme](const Units& u) {
+    Scene scene{u};
+    scene.y.r.setZero();
+    scene.y.v.setZero();
+    PhiStepper stepper{scene.y, chain(u), scheme, mass(scene.masses)};
+    const auto report = integrate(stepper, scene.y, {0.0, u.of(3, 0, 0, 1)},
+                                  tolerance{.rtol = 1e-4, .atol = {u.of(1e-5, 1, 0, 0), u.of(1e-4, 1, 0, -1)}});
+    return Result{describe(report.outcome), scene.numbers(), report.statistics};
+  });
+}
+
 }  // namespace

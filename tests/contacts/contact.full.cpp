@@ -68,30 +68,15 @@ TEST_CASE("energy of the springs: what the bodies lost") {
 }
 
 TEST_CASE("steps that fail or are taken back leave no trace") {
-  const auto run = [](auto scheme, bool disturbed) {
-    Grains y = jumble(9, 6, 0.8);
-    bool fails = false;
-    const auto trouble = [&fails](const Matrix& r, const Matrix&, double) -> Matrix {
-      return Matrix::Constant(3, r.cols(), fails ? std::nan("") : 0.0);
-    };
-    PhiStepper stepper{y, Contact{rough, 0.02} + term(trouble), scheme};
-    for (int n = 0; n < 40; ++n) {
-      if (disturbed) {
-        fails = true;
-        REQUIRE_FALSE(stepper.step(y, n * 1e-3, 1e-3));
-        fails = false;
-        const auto kept = y;
-        const auto checkpoint = stepper.checkpoint();
-        REQUIRE(stepper.step(y, n * 1e-3, 3e-3));
-        y = kept;
-        stepper.restore(checkpoint);
-      }
-      REQUIRE(stepper.step(y, n * 1e-3, 1e-3));
-    }
-    return y;
+  bool fails = false;
+  const auto trouble = [&fails](const Matrix& r, const Matrix&, double) -> Matrix {
+    return Matrix::Constant(3, r.cols(), fails ? std::nan("") : 0.0);
   };
-  const Grains a = run(symplectic_euler, false), b = run(symplectic_euler, true);
-  CHECK((a.r == b.r && a.v == b.v && a.omega == b.omega));
+  check_no_trace(Contact{rough, 0.02} + term(trouble), [&fails](auto& stepper, Grains& y, double t) {
+    fails = true;
+    REQUIRE_FALSE(stepper.step(y, t, 1e-3));
+    fails = false;
+  });
 }
 
 TEST_CASE("tangents of resting bodies equal differences") {

@@ -70,19 +70,5 @@ TEST_CASE("halving goes on with its counts") {
 }
 
 TEST_CASE("a stepper that is moved takes its factors along, whatever the solver") {
-  Vec y = start(), moved_y = start();
-  const auto make = steps(chain, tr_bdf2, tolerant());
-  auto stepper = make(y);
-  auto first = make(moved_y);
-  for (int k = 0; k < 5; ++k) {
-    REQUIRE(stepper.step(y, k * 0.05, 0.05));
-    REQUIRE(first.step(moved_y, k * 0.05, 0.05));
-  }
-  auto second = std::move(first);
-  for (int k = 5; k < 10; ++k) {
-    REQUIRE(stepper.step(y, k * 0.05, 0.05));
-    REQUIRE(second.step(moved_y, k * 0.05, 0.05));
-  }
-  CHECK(states::same_bits(y, moved_y));
-  CHECK(stepper.statistics() == second.statistics());
+  check_moved(steps(chain, tr_bdf2, tolerant()));
 }

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "contract/restart.hpp"
 #include "contract/states.hpp"
@@ -112,6 +113,23 @@ void check_scalar(double rtol) {
         return Fixed{T(1) / T(3), T(-2) / T(7), T(1)};
       },
       steps(fixed, tr_bdf2));
+}
+
+void check_moved(const auto& make) {
+  Vec y = start(), moved_y = start();
+  auto stepper = make(y);
+  auto first = make(moved_y);
+  for (int k = 0; k < 5; ++k) {
+    REQUIRE(stepper.step(y, k * 0.05, 0.05));
+    REQUIRE(first.step(moved_y, k * 0.05, 0.05));
+  }
+  auto second = std::move(first);
+  for (int k = 5; k < 10; ++k) {
+    REQUIRE(stepper.step(y, k * 0.05, 0.05));
+    REQUIRE(second.step(moved_y, k * 0.05, 0.05));
+  }
+  CHECK(states::same_bits(y, moved_y));
+  CHECK(stepper.statistics() == second.statistics());
 }
 
 }  // namespace restart_cases

@@ -4,18 +4,19 @@
 
 #include <phistep/phistep.hpp>
 
-#include <algorithm>
 #include <sstream>
 #include <string>
 
 #include "contract/restart_run.hpp"
 #include "problems/hires.hpp"
+#include "problems/slider.hpp"
 #include "problems/van_der_pol.hpp"
 #include "support/catch.hpp"
 #include "support/shared_force.hpp"
 
 namespace restart_run {
 
+using problems::Slider;
 using Vec = Eigen::VectorXd;
 
 inline const auto hires = [] { return problems::Hires::start(); };
@@ -23,22 +24,6 @@ inline const auto pol = [] { return problems::VanDerPol::start(); };
 inline const shared_force::OfState<Vec> decay = [](const Vec& y) -> Vec { return -2 * y - y.cwiseProduct(y); };
 inline const auto positive = [] { return Vec(Vec::LinSpaced(3, 0.5, 2)); };
 
-/// Slides where the pull is too strong.
-struct Slider : ForceTerm {
-  static constexpr const char* name = "slider";
-  struct Memory {
-    Vec anchor;
-    void archive(auto& ar) { ar(anchor); }
-  };
-  static constexpr bool uses_velocity = false, uses_time = false;
-  static void begin(double, double, const auto& y, Memory& m) {
-    if (m.anchor.size() == 0) m.anchor = y.r;
-  }
-  static void add(double, const auto& y, const Memory& m, auto& out) { out.force -= 30 * (y.r - m.anchor); }
-  static void commit(double, const auto& y, Memory& m) {
-    for (Eigen::Index i = 0; i < y.r.size(); ++i) m.anchor[i] = std::clamp(m.anchor[i], y.r[i] - 0.05, y.r[i] + 0.05);
-  }
-};
 inline Motion<Vec> pair() { return {Vec::Constant(2, 0.1), Eigen::Vector2d(1.0, -2.0)}; }
 
 /// Three who wait for times, and an event.

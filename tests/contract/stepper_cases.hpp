@@ -168,4 +168,22 @@ void check_watched_trouble(auto scheme, const char* name = "") {
   if (watched->traces()) check_watched_trouble(*watched, *good, fatal);
 }
 
+/// By phi on `force`, by Verlet on a pull.
+void check_undone(const auto& force) {
+  // endpoint φ(h), then endpoint 1−φ(−h)
+  SecondOrder<Dynamic> c;
+  const Eigen::VectorXd before = numbers(c.state);
+  PhiStepper forth{c.state, force, phi(0.3)};
+  PhiStepper back{c.state, force, phi(0.7)};
+  REQUIRE(forth.step(c.state, 0, 0.1));
+  CHECK(distance(numbers(c.state), before) > 0.01);
+  REQUIRE(back.step(c.state, 0.1, -0.1));
+  CHECK(distance(numbers(c.state), before) <= 1e-14);
+
+  PhiStepper verlet{c.state, dynamic_pull, velocity_verlet};
+  REQUIRE(verlet.step(c.state, 0, 0.1));
+  REQUIRE(verlet.step(c.state, 0.1, -0.1));
+  CHECK(distance(numbers(c.state), before) <= 1e-14);
+}
+
 }  // namespace states

@@ -1,64 +1,19 @@
 // Of the stress list what is quick: ratios of masses, matrices without an inverse, the floor of precision, denormal
 // numbers. Implicit springs, products with the matrix, tangents that are indefinite: stress_list.full.cpp. All of it,
 // at full length: extremes.stress.cpp and solvers.stress.cpp.
-#include <phistep/phistep.hpp>
-
 #include <cmath>
 #include <stdexcept>
-#include <utility>
 
-#include "support/catch.hpp"
+#include "extremes/stress_list_cases.hpp"
 #include "support/shared_force.hpp"
 
-using namespace phistep;
-using Vec = Eigen::VectorXd;
+using namespace stress_list_cases;
 using Two = Eigen::Vector2d;
-using Net = Motion<Eigen::Matrix3Xd>;
-
-namespace {
-
-Vec alternating(double light, double heavy, Eigen::Index n) {
-  Vec m(n);
-  for (Eigen::Index i = 0; i < n; ++i) m[i] = i % 2 == 0 ? light : heavy;
-  return m;
-}
-/// A dumbbell of 1 and 1e12 that turns and rings: momentum, implicit and explicit.
-void check_dumbbell(auto scheme) {
-  const Vec masses = alternating(1, 1e12, 2);
-  Net y{Eigen::Matrix3Xd::Zero(3, 2), Eigen::Matrix3Xd::Zero(3, 2)};
-  y.r(0, 0) = 1.1, y.v(1, 0) = 0.5, y.v(1, 1) = 1e-6;
-  const Eigen::Vector3d before = y.v * masses;
-  PhiStepper stepper{y, spring_network<3>({{0, 1, 100.0, 1.0}}), scheme, mass(masses)};
-  int done = 0;
-  for (int n = 0; n < 1000; ++n) done += stepper.step(y, 0.02 * n, 0.02) ? 1 : 0;
-  CHECK(done == 1000);
-  CHECK((y.v * masses - before).norm() <= 1e-13 * before.norm());
-  CHECK(y.r.col(0).norm() == Approx(1.05).epsilon(0.1));
-}
-
-}  // namespace
 
 TEST_CASE("stress list: mass ratio 1e12") { check_dumbbell(velocity_verlet); }
 
 TEST_CASE("stress list: matrices without an inverse") {
-  // 1 = φz, z > 0: to the last bit, and beside it.
-  for (const double h : {1.0, std::nextafter(1.0, 0.0), std::nextafter(1.0, 2.0), 1 + 1e-12}) {
-    CAPTURE(h);
-    const auto check = [h](auto stepper) {
-      Two y = Two::Ones();
-      const StepReport report = stepper.step(y, 0, h);
-      if (h == 1) CHECK(report.outcome() == Outcome::singular_matrix);
-      if (!report) CHECK(y == Two::Ones());
-      else CHECK(std::abs(y[0] * (1 - h) - 1) <= 1e-3);  // 1 − z is known to its last bit here
-    };
-    const Two y = Two::Ones();
-    const Eigen::Matrix2d grows = Eigen::Matrix2d::Identity();
-    check(PhiStepper{y, linear(grows), backward_euler});
-    Two z = y;
-    Halving halving{PhiStepper{z, linear(grows), backward_euler}, 4};
-    CHECK(halving.step(z, 0, 1));
-    CHECK(z[0] == 4);  // (1 − ½)⁻²
-  }
+  check_without_inverse<Two>();
   // Neither has M, be it of its numbers or for a reciprocal that is no number (tests/linear/mass.test.cpp: matrices).
   for (const double bad : {0.0, -1.0, 1e-320, std::nan(""), HUGE_VAL}) {
     CHECK_THROWS_AS(mass(bad), std::invalid_argument);
@@ -70,30 +25,7 @@ TEST_CASE("stress list: matrices without an inverse") {
   }
 }
 
-TEST_CASE("stress list: time at the floor of its precision") {
-  const auto run = [](double t0, double t1, const auto& control) {
-    Two y = Two::Zero();
-    PhiStepper stepper{y, shared_force::OfStateAndTime<Two>{[](const Two&, double) -> Two { return Two::Ones(); }},
-                       trapezoidal};
-    const RunReport report = integrate(stepper, y, {t0, t1}, control);
-    return std::pair{report, y[0]};
-  };
-  // At 1e16 the clock ticks in twos.
-  const auto [stuck, none] = run(1e16, 1e16 + 200, fixed(0.5));
-  CHECK(stuck.outcome == Outcome::step_too_small);
-  CHECK(none == 0);
-  const auto [through, sum] = run(1e16, 1e16 + 200, fixed(2));
-  CHECK((through && through.t == 1e16 + 200 && through.statistics.steps == 100 && sum == 200));
-  const auto [chosen, length] = run(1e16, 1e16 + 200, tolerance{});
-  CHECK((chosen && chosen.t == 1e16 + 200 && std::abs(length - 200) <= 2));  // its own steps are no whole ticks
-  // A span of one rounding is one step, whoever chooses its length.
-  const double next = std::nextafter(1.0, 2.0);
-  for (const double t1 : {next, 1.0}) {
-    const auto [grid, by_grid] = run(1, t1, fixed(0.1));
-    const auto [own, by_error] = run(1, t1, tolerance{});
-    CHECK((grid && own && grid.t == t1 && own.t == t1 && by_grid == t1 - 1 && by_error == t1 - 1));
-  }
-}
+TEST_CASE("stress list: time at the floor of its precision") { check_floor_of_time(Two::Zero().eval()); }
 
 TEST_CASE("stress list: denormal numbers") {
   constexpr double tiny = 1e-310;
@@ -102,18 +34,5 @@ TEST_CASE("stress list: denormal numbers") {
   PhiStepper stepper{y, [](const Vec& r) -> Vec { return Vec::Zero(r.size()); }, velocity_verlet};
   for (int n = 0; n < 100; ++n) REQUIRE(stepper.step(y, n, 1));
   CHECK((y.r == Vec::Ones(3) && y.v == Vec::Constant(3, tiny)));
-  // Beside an atol, a component that is denormal is nothing; by rtol alone it is followed or the run says that it can't.
-  const shared_force::OfStateAndTime<Two> decay = [](const Two& x, double) -> Two { return -x; };
-  for (const double size : {1e-300, 1e-308, 1e-310, 1e-320, 0.0}) {
-    CAPTURE(size);
-    Two mixed{1, size}, alone = Two::Constant(size);
-    PhiStepper one{mixed, decay, trapezoidal}, other{alone, decay, trapezoidal};
-    REQUIRE(integrate(one, mixed, {0, 1}, tolerance{.rtol = 1e-5, .atol = 1e-8}));
-    CHECK(mixed[0] == Approx(std::exp(-1.0)).epsilon(1e-4));
-    CHECK(std::abs(mixed[1]) <= 1.01 * size);
-    const RunReport report = integrate(other, alone, {0, 1}, tolerance{.rtol = 1e-5, .atol = 0});
-    if (report) CHECK(std::abs(alone[0] - size * std::exp(-1.0)) <= 1e-4 * size + 1e-322);
-    else CHECK(size < 1e-300);
-    CHECK(alone.allFinite());
-  }
+  check_denormal_parts<Two>(shared_force::OfStateAndTime<Two>{[](const Two& x, double) -> Two { return -x; }});
 }

@@ -144,4 +144,28 @@ void inject(const Scheme& scheme) {
   inject(make, true);
 }
 
+void check_message(auto scheme) {
+  Fault fault{.at = 0, .where = 5};
+  SecondOrder<Columns> c;
+  PhiStepper stepper{c.state, LinearDrag{0.1} + StruckAdding{&fault}, scheme};
+  const StepReport report = stepper.step(c.state, 0.5, 0.25);
+  CHECK(report.outcome() == Outcome::non_finite_force);
+  CHECK_THAT(report.message(), contains("component 5") && contains("particle 1, row 2") && contains("term 1") &&
+                                   contains("t = 0.5") && contains("dt = 0.25"));
+}
+void check_bad_state(const auto& force, auto scheme) {
+  for (const double bad : {std::nan(""), HUGE_VAL}) {
+    SecondOrder<Dynamic> c;
+    PhiStepper stepper{c.state, force, scheme};
+    REQUIRE(stepper.step(c.state, 0, 0.1));
+    c.state.v[4] = bad;
+    const Eigen::VectorXd before = numbers(c.state);
+    const StepReport report = stepper.step(c.state, 0.1, 0.1);
+    CHECK(report.outcome() == Outcome::non_finite_state);
+    CHECK(report.failure().block == 1);
+    CHECK(report.failure().index == 4);
+    CHECK(same_bits(numbers(c.state), before));
+  }
+}
+
 }  // namespace injection_cases

@@ -10,8 +10,10 @@
 #include <vector>
 
 #include "failure/group.hpp"
+#include "problems/slider.hpp"
 
 using namespace faults;
+using problems::Slider;
 using Vec = Eigen::VectorXd;
 
 namespace {
@@ -95,22 +97,6 @@ struct Push : ForceTerm {  // beside other terms; spoils what they have added
   static constexpr bool uses_velocity = false, uses_time = false;
   void add(double, const auto&, auto& out) const {
     if (fault.strikes(Site::force)) out.force.data()[1] = fault.bad();
-  }
-};
-/// Slides where the pull is too strong: a history.
-struct Slider : ForceTerm {
-  static constexpr const char* name = "slider";
-  struct Memory {
-    Vec anchor;
-    void archive(auto& ar) { ar(anchor); }
-  };
-  static constexpr bool uses_velocity = false, uses_time = false;
-  static void begin(double, double, const auto& y, Memory& m) {
-    if (m.anchor.size() == 0) m.anchor = y.r;
-  }
-  static void add(double, const auto& y, const Memory& m, auto& out) { out.force -= 30 * (y.r - m.anchor); }
-  static void commit(double, const auto& y, Memory& m) {
-    for (Index i = 0; i < y.r.size(); ++i) m.anchor[i] = std::clamp(m.anchor[i], y.r[i] - 0.05, y.r[i] + 0.05);
   }
 };
 

@@ -16,14 +16,6 @@ TEST_CASE("a field acts on each particle where it is, when it is") {
 }
 
 TEST_CASE("a field's tangent is the user's, automatic, or of differences, and all steps agree") {
-  struct Analytic {
-    Vector3d operator()(const Vector3d& r, double t) const { return quartic(r, t); }
-    Eigen::Matrix3d jacobian(const Vector3d& r, double t) const {
-      Eigen::Matrix3d K;
-      K << -12 * r[0] * r[0], 0, 0, 0, -2 * r[2], -2 * r[1], 0, -2 * r[1], 0;
-      return K * std::cos(2 * t);
-    }
-  };
   const Motion<Eigen::Matrix3Xd> start{some_positions(), some_positions()};
   CHECK(check_jacobian(ExternalField{Analytic{}}, start, 0.2));
   CHECK(check_jacobian(ExternalField{autodiff(quartic)}, start, 0.2));

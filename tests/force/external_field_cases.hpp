@@ -42,4 +42,13 @@ auto force_on(F& force, const S& y, double t) {
   return out.force;
 }
 
+struct Analytic {
+  Vector3d operator()(const Vector3d& r, double t) const { return quartic(r, t); }
+  Eigen::Matrix3d jacobian(const Vector3d& r, double t) const {
+    Eigen::Matrix3d K;
+    K << -12 * r[0] * r[0], 0, 0, 0, -2 * r[2], -2 * r[1], 0, -2 * r[1], 0;
+    return K * std::cos(2 * t);
+  }
+};
+
 }  // namespace external_field_cases

@@ -4,16 +4,8 @@
 using namespace linear_cases;
 
 TEST_CASE("linear(K, C) is K r + C v, dense or sparse, and its Jacobian is K and C") {
-  Mat K = Mat::Random(6, 6), C = Mat::Random(6, 6);
-  const Y y{Vec::LinSpaced(6, -1, 1), Vec::LinSpaced(6, 2, 3)};
-  const auto psi = [&y](auto force) {
-    PhiStepper stepper{y, force, forward_euler};
-    Y next = y;
-    REQUIRE(stepper.step(next, 0, 1));
-    return Vec(next.v - y.v);
-  };
-  const double rounding = 1e-14;
-  CHECK((psi(linear(K, C)) - K * y.r - C * y.v).norm() <= rounding);
+  const auto [K, C, y] = Random{};
+  CHECK((psi(y, linear(K, C)) - K * y.r - C * y.v).norm() <= rounding);
   CHECK(check_jacobian(linear(K, C), y));
 }
 

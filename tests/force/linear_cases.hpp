@@ -24,4 +24,18 @@ inline const auto hooke = [](const Vec& r) -> Vec { return -2 * r; };
 using Hooke = decltype(hooke);
 inline double one(double) { return 1; }
 
+/// K and C at random, and a motion.
+struct Random {
+  Mat K = Mat::Random(6, 6), C = Mat::Random(6, 6);
+  Y y{Vec::LinSpaced(6, -1, 1), Vec::LinSpaced(6, 2, 3)};
+};
+/// Ψ at y: what a step of 1 adds to v.
+Vec psi(const Y& y, const auto& force) {
+  PhiStepper stepper{y, force, forward_euler};
+  Y next = y;
+  REQUIRE(stepper.step(next, 0, 1));
+  return next.v - y.v;
+}
+inline constexpr double rounding = 1e-14;
+
 }  // namespace linear_cases

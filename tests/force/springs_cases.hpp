@@ -64,4 +64,24 @@ struct Out {
   Vec force;
 };
 
+template <int dim>
+void check_pairs() {
+  auto y = points<dim>();
+  const auto compare = [&](const auto& network) {
+    PairSink<dim> pairs(5 * dim);
+    EntrySink entries(5 * dim);
+    network.add_jacobian(0.0, y, pairs);
+    network.add_jacobian(0.0, y, entries);
+    CHECK(pairs.pairs == 5);
+    CHECK(pairs.entries == 0);
+    CHECK((pairs.C - entries.C).norm() <= 1e-14 * (1 + entries.C.norm()));
+    return (pairs.K - entries.K).norm() / entries.K.norm();
+  };
+  CHECK(compare(spring_network<dim>(some)) <= 1e-15);
+  const auto damped = spring_network<dim>(some, SpringDamping{3.0});
+  if (dim > 1) CHECK(compare(damped) > 1e-3);  // on a line there is no geometric part
+  y.v.setZero();
+  CHECK(compare(damped) <= 1e-15);
+}
+
 }  // namespace springs_cases

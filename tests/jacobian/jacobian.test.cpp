@@ -87,11 +87,7 @@ TEST_CASE("automatic differentiation equals the exact derivative, in more than o
 }
 
 TEST_CASE("automatic differentiation of a motion gives K and C at t") {
-  auto force = autodiff([](const auto& r, const auto& v, double t) {
-    std::remove_cvref_t<decltype(r)> f = r;
-    for (Eigen::Index i = 0; i < r.size(); ++i) f[i] = -r[i] * r[i] * t - 0.5 * v[i];
-    return f;
-  });
+  auto force = damped_by_autodiff();
   const Eigen::Vector2d r(1, 2), v(3, 4);
   const auto J = force.jacobian(r, v, 10.0);
   CHECK(J.K.isApprox(Eigen::Matrix2d(Eigen::Vector2d(-20, -40).asDiagonal())));

@@ -32,4 +32,12 @@ struct Timed {
   Mat jacobian(const auto& y, double t) const { return t * Mat::Identity(y.size(), y.size()); }
 };
 
+inline auto damped_by_autodiff() {
+  return autodiff([](const auto& r, const auto& v, double t) {
+    std::remove_cvref_t<decltype(r)> f = r;
+    for (Eigen::Index i = 0; i < r.size(); ++i) f[i] = -r[i] * r[i] * t - 0.5 * v[i];
+    return f;
+  });
+}
+
 }  // namespace jacobian_cases

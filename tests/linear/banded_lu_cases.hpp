@@ -47,4 +47,28 @@ void check_solves(BandedLu<Scalar>& lu, const Mat<Scalar>& A) {
   CHECK((A * x - b).norm() <= 8 * n * std::numeric_limits<Scalar>::epsilon() * (A.norm() * x.norm() + b.norm()));
 }
 
+template <class Scalar>
+void check_any_band() {
+  for (const Index n : {1, 2, 3, 10, 57})
+    for (const Index lower : {0, 1, 2, 5})
+      for (const Index upper : {0, 1, 2, 7}) {
+        if (lower >= n || upper >= n) continue;
+        std::srand(static_cast<unsigned>(100 * lower + 10 * upper + n));
+        BandedLu<Scalar> lu;
+        lu.resize(n, lower, upper);
+        for (int again = 0; again < 3; ++again) {
+          CAPTURE(n, lower, upper, again);
+          Mat<Scalar> A = random_band<Scalar>(n, lower, upper);
+          // A triangular random matrix may be as badly conditioned as it likes: not what is tested.
+          if (lower == 0 || upper == 0) A.diagonal().array() += Scalar{8};
+          // A zero that pivoting must step around.
+          else A(0, 0) = 0;
+          fill(lu, A);
+          if (n == 1 && A(0, 0) == 0) continue;
+          REQUIRE(lu.factorize());
+          check_solves(lu, A);
+        }
+      }
+}
+
 }  // namespace banded_lu_cases

@@ -2,20 +2,8 @@
 
 using namespace all_pairs_cases;
 
-// Each term is off by some eps (differences ½, square 2, law 4, products 2), and so is the sum of them by sizes; sums of n
-// terms in long lanes add n/(4 · lanes) more at worst, and some √n in fact.
 TEMPLATE_TEST_CASE("the force is the sum over all pairs", "", (Particles<double, 3>), (Particles<float, 3>)) {
-  using Scalar = ScalarOf<TestType>;
-  // Around lanes, groups of four and teams of 256, whose number is odd and even; the pairwise loop of few.
-  for (const Index n : {1, 2, 6, 7, 8, 9, 11, 16, 17, 33, 100, 256, 257, 520, 1025}) {
-    CAPTURE(n);
-    const auto y = cloud<Scalar, TestType::dimensions>(n);
-    AllPairs gravity{SoftenedGravity{2.0, 0.1}};
-    const auto f = force_on(gravity, y);
-    check_against_sum(y, f, gravity_law, y.mass().template cast<double>());
-    // Newton's third law to rounding: of the sum of all sizes.
-    CHECK(f.rowwise().sum().norm() <= 20 * std::numeric_limits<Scalar>::epsilon() * f.norm() * static_cast<Scalar>(n));
-  }
+  check_sums<TestType>();
 }
 
 TEST_CASE("Coulomb, user laws and their weights") {

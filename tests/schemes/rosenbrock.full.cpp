@@ -1,21 +1,10 @@
 // Rosenbrock schemes: orders, stability and dense output of each, in every scalar; the quick half is rosenbrock.test.cpp.
-#include <phistep/particles.hpp>
-#include <phistep/phistep.hpp>
-
 #include <cmath>
 
-#include "convergence/observed_order.hpp"
-#include "problems/dahlquist.hpp"
-#include "problems/forced.hpp"
 #include "problems/hires.hpp"
-#include "problems/march.hpp"
-#include "support/catch.hpp"
+#include "schemes/rosenbrock_cases.hpp"
 
-using namespace phistep;
-using convergence::check_order;
-using convergence::errors;
-using problems::distance;
-using problems::march;
+using namespace rosenbrock_cases;
 
 namespace {
 
@@ -25,25 +14,11 @@ void for_each_scheme(auto&& f) { f(rodas4), f(rodas5p); }
 
 // Jacobians by differences leave 1e-8 of h² in each step: below 1e-11 that is what is seen.
 TEST_CASE("order 4 and 5: a flow and a damped motion, nonlinear, non-autonomous, with a mass") {
-  using Flow = problems::ForcedFlow<>;
-  using Moved = problems::ForcedMotion<>;
   for_each_scheme([](auto scheme) {
-    const int p = scheme.order();
+    const int p = scheme.order(), coarsest = p == 4 ? 20 : 30;
     CAPTURE(p);
-    check_order(errors(p == 4 ? 20 : 30,
-                       [&](int n) {
-                         const auto y = Flow::exact(0);
-                         PhiStepper stepper{y, Flow{}, scheme, capacity(Flow::capacity)};
-                         return distance(march(stepper, y, 0.0, 2.0, n), Flow::exact(2));
-                       }),
-                p, 0.2);
-    check_order(errors(p == 4 ? 20 : 30,
-                       [&](int n) {
-                         const auto y = Moved::exact(0);
-                         PhiStepper stepper{y, Moved{}, scheme, mass(Moved::mass)};
-                         return distance(march(stepper, y, 0.0, 2.0, n), Moved::exact(2));
-                       }),
-                p, 0.2);
+    check_order(errors(coarsest, [&](int n) { return flow_error(scheme, n); }), p, 0.2);
+    check_order(errors(coarsest, [&](int n) { return motion_error(scheme, n); }), p, 0.2);
   });
 }
 
@@ -88,52 +63,18 @@ TEST_CASE("particles held still: their force says nothing of the Jacobian") {
 }
 
 TEST_CASE("what a step costs, and what a rejected one leaves for the next try") {
-  auto y = problems::Hires::start();
-  PhiStepper stepper{y, problems::Hires{}, rodas5p};
-  REQUIRE(stepper.step(y, 0.0, 1e-3));
-  CHECK(stepper.statistics().force_calls == 8);
-  CHECK(stepper.statistics().jacobians == 1);
-  CHECK(stepper.statistics().factorizations == 1);
-  CHECK(stepper.statistics().solves == 8);
-
-  Trace<problems::Hires::State> trace;
-  trace.resize(y);
-  const auto before = y;
-  CHECK(stepper.attempt(y, 1e-3, 1.0, Origin::unknown, trace, [](auto&...) { return false; }).outcome() ==
-        Outcome::error_too_large);
-  CHECK(y == before);
-  const auto tried = stepper.statistics();
-  REQUIRE(stepper.attempt(y, 1e-3, 1e-3, Origin::unknown, trace, [](auto&...) { return true; }));
-  CHECK(stepper.statistics().force_calls - tried.force_calls == 7);  // Ψ and J were there
-  CHECK(stepper.statistics().jacobians == tried.jacobians);
-  CHECK(stepper.statistics().factorizations == tried.factorizations + 1);
-
-  // And the step is the one of a stepper that was never refused.
-  auto z = before;
-  PhiStepper fresh{z, problems::Hires{}, rodas5p};
-  REQUIRE(fresh.step(z, 1e-3, 1e-3));
-  CHECK(y == z);
-  // An edit is seen.
-  y = before;
-  CHECK_FALSE(stepper.attempt(y, 1e-3, 1e-3, Origin::unknown, trace, [](auto&...) { return false; }));
-  y[0] *= 2, z = y;
-  REQUIRE(stepper.step(y, 1e-3, 1e-3));
-  REQUIRE(PhiStepper{z, problems::Hires{}, rodas5p}.step(z, 1e-3, 1e-3));
-  CHECK(y == z);
+  check_cost(problems::Hires::start(), problems::Hires{}, rodas5p, 8);
 }
 
 TEST_CASE("L-stable: nothing is left of what is infinitely stiff, and nothing grows on the left half-plane") {
   for_each_scheme([](auto scheme) {
-    const auto amplification = [&](double z) {
+    check_l_stable([&](double z) {
       const problems::Dahlquist problem{z};
       problems::Dahlquist::State y{1};
       PhiStepper stepper{y, problem, scheme};
       problems::step(stepper, y, 0.0, 1.0);
       return y[0];
-    };
-    CHECK(std::abs(amplification(-1e10)) <= 1e-8);
-    for (double z = -1e-3; z > -1e9; z *= 3) CHECK(std::abs(amplification(z)) <= 1);
-    CHECK(amplification(-0.1) == Approx(std::exp(-0.1)).epsilon(1e-6));
+    });
   });
   // Oscillators: A-stable along the imaginary axis. K is a difference, good to √u.
   using One = Eigen::Matrix<double, 1, 1>;
@@ -146,33 +87,9 @@ TEST_CASE("L-stable: nothing is left of what is infinitely stiff, and nothing gr
 }
 
 TEST_CASE("dense output: order 3 and 4 inside the step, and its ends") {
-  using Flow = problems::ForcedFlow<>;
-  for_each_scheme([](auto scheme) {
-    const auto error = [&](int n) {
-      double worst = 0;
-      auto y = Flow::exact(0);
-      PhiStepper stepper{y, Flow{}, scheme, capacity(Flow::capacity)};
-      Trace<Flow::State> trace;
-      trace.resize(y);
-      trace.wants_dense = true;
-      const double h = 2.0 / n;
-      for (int k = 0; k < n; ++k) {
-        const Flow::State from = Flow::exact(k * h);  // local: what the interpolant adds to the ends' own error
-        y = from;
-        if (!stepper.attempt(y, k * h, h, Origin::unknown, trace, [](auto&...) { return true; })) return HUGE_VAL;
-        Flow::State at;
-        for (const double x : {0.2, 0.5, 0.7}) {
-          stepper.interpolate(x, h, from, y, at);
-          worst = std::max(worst, distance(at, Flow::exact((k + x) * h)));
-        }
-        stepper.interpolate(1e-300, h, from, y, at);
-        if (distance(at, from) > 1e-15) return HUGE_VAL;
-      }
-      return worst;
-    };
-    // A continuous extension of order q leaves h^{q+1} inside of one step.
-    check_order(errors(20, error), scheme.order(), 0.2);
-  });
+  // A continuous extension of order q leaves h^{q+1} inside of one step.
+  for_each_scheme(
+      [](auto scheme) { check_order(errors(20, [&](int n) { return dense_error(scheme, n); }), scheme.order(), 0.2); });
 }
 
 TEMPLATE_TEST_CASE("every scalar: order 4 above the floor of its rounding", "", float, long double) {

@@ -1,7 +1,4 @@
 // Rosenbrock schemes: their order conditions, their order, what a step costs, and what it leaves of stiff components.
-#include <phistep/particles.hpp>
-#include <phistep/phistep.hpp>
-
 #include <array>
 #include <cmath>
 #include <functional>
@@ -9,18 +6,10 @@
 #include <numeric>
 #include <vector>
 
-#include "convergence/observed_order.hpp"
-#include "problems/dahlquist.hpp"
-#include "problems/forced.hpp"
-#include "problems/march.hpp"
 #include "problems/prothero_robinson.hpp"
-#include "support/catch.hpp"
+#include "schemes/rosenbrock_cases.hpp"
 
-using namespace phistep;
-using convergence::check_order;
-using convergence::errors;
-using problems::distance;
-using problems::march;
+using namespace rosenbrock_cases;
 
 namespace {
 
@@ -144,12 +133,6 @@ void check_conditions(double rounding) {
                    Column(std::begin(T::gammas), std::end(T::gammas)), rounding);
 }
 
-/// Accepts every try, or none: one type, so that attempt is compiled once for each stepper.
-struct Verdict {
-  bool accepts;
-  bool operator()(const auto&...) const { return accepts; }
-};
-
 }  // namespace
 
 TEST_CASE("the order conditions of all trees, for the step and for its embedded estimate") {
@@ -163,29 +146,9 @@ TEST_CASE("the order conditions of all trees, for the step and for its embedded 
 
 // Jacobians by differences leave 1e-8 of h² in each step: below 1e-11 that is what is seen.
 TEST_CASE("order 4 and 5: a flow and a damped motion, nonlinear, non-autonomous, with a mass") {
-  using Flow = problems::ForcedFlow<>;
-  using Moved = problems::ForcedMotion<>;
-  check_order(errors(30,
-                     [](int n) {
-                       const auto y = Flow::exact(0);
-                       PhiStepper stepper{y, Flow{}, rodas5p, capacity(Flow::capacity)};
-                       return distance(march(stepper, y, 0.0, 2.0, n), Flow::exact(2));
-                     }),
-              5, 0.2);
-  check_order(errors(20,
-                     [](int n) {
-                       const auto y = Moved::exact(0);
-                       PhiStepper stepper{y, Moved{}, rodas4, mass(Moved::mass)};
-                       return distance(march(stepper, y, 0.0, 2.0, n), Moved::exact(2));
-                     }),
-              4, 0.2);
-  check_order(errors(20,
-                     [](int n) {
-                       const auto y = Flow::exact(0);
-                       PhiStepper stepper{y, Flow{}, rodas4p2, capacity(Flow::capacity)};
-                       return distance(march(stepper, y, 0.0, 2.0, n), Flow::exact(2));
-                     }),
-              4, 0.2);
+  check_order(errors(30, [](int n) { return flow_error(rodas5p, n); }), 5, 0.2);
+  check_order(errors(20, [](int n) { return motion_error(rodas4, n); }), 4, 0.2);
+  check_order(errors(20, [](int n) { return flow_error(rodas4p2, n); }), 4, 0.2);
 }
 
 TEST_CASE("driven by time and stiff: rodas4's estimate goes as the step, those of rodas4p2 and rodas5p as its cube") {
@@ -235,78 +198,21 @@ TEST_CASE("particles held still: their force says nothing of the Jacobian") {
 
 TEST_CASE("what a step costs, and what a rejected one leaves for the next try") {
   using Linear = problems::ComplexDahlquist;
-  const Linear force{{-2.0, 1.0}};
-  Linear::State y{1, 0.5};
-  PhiStepper stepper{y, force, rodas4};
-  REQUIRE(stepper.step(y, 0.0, 1e-3));
-  CHECK(stepper.statistics().force_calls == 6);
-  CHECK(stepper.statistics().jacobians == 1);
-  CHECK(stepper.statistics().factorizations == 1);
-  CHECK(stepper.statistics().solves == 6);
-
-  Trace<Linear::State> trace;
-  trace.resize(y);
-  const auto before = y;
-  CHECK(stepper.attempt(y, 1e-3, 1.0, Origin::unknown, trace, Verdict{false}).outcome() == Outcome::error_too_large);
-  CHECK(y == before);
-  const auto tried = stepper.statistics();
-  REQUIRE(stepper.attempt(y, 1e-3, 1e-3, Origin::unknown, trace, Verdict{true}));
-  CHECK(stepper.statistics().force_calls - tried.force_calls == 5);  // Ψ and J were there
-  CHECK(stepper.statistics().jacobians == tried.jacobians);
-  CHECK(stepper.statistics().factorizations == tried.factorizations + 1);
-
-  // And the step is the one of a stepper that was never refused.
-  auto z = before;
-  PhiStepper fresh{z, force, rodas4};
-  REQUIRE(fresh.step(z, 1e-3, 1e-3));
-  CHECK(y == z);
-  // An edit is seen.
-  y = before;
-  CHECK_FALSE(stepper.attempt(y, 1e-3, 1e-3, Origin::unknown, trace, Verdict{false}));
-  y[0] *= 2, z = y;
-  REQUIRE(stepper.step(y, 1e-3, 1e-3));
-  REQUIRE(PhiStepper{z, force, rodas4}.step(z, 1e-3, 1e-3));
-  CHECK(y == z);
+  check_cost(Linear::State{1, 0.5}, Linear{{-2.0, 1.0}}, rodas4, 6);
 }
 
 TEST_CASE("L-stable: nothing is left of what is infinitely stiff, and nothing grows on the left half-plane") {
-  const auto amplification = [](double z) {
+  check_l_stable([](double z) {
     const problems::ComplexDahlquist problem{{z, 0}};
     problems::ComplexDahlquist::State y{1, 0};
     PhiStepper stepper{y, problem, rodas4};
     problems::step(stepper, y, 0.0, 1.0);
     return y[0];
-  };
-  CHECK(std::abs(amplification(-1e10)) <= 1e-8);
-  for (double z = -1e-3; z > -1e9; z *= 3) CHECK(std::abs(amplification(z)) <= 1);
-  CHECK(amplification(-0.1) == Approx(std::exp(-0.1)).epsilon(1e-6));
+  });
 }
 
 TEST_CASE("dense output: order 3 and 4 inside the step, and its ends") {
-  using Flow = problems::ForcedFlow<>;
-  const auto error = [](auto scheme, int n) {
-    double worst = 0;
-    auto y = Flow::exact(0);
-    PhiStepper stepper{y, Flow{}, scheme, capacity(Flow::capacity)};
-    Trace<Flow::State> trace;
-    trace.resize(y);
-    trace.wants_dense = true;
-    const double h = 2.0 / n;
-    for (int k = 0; k < n; ++k) {
-      const Flow::State from = Flow::exact(k * h);  // local: what the interpolant adds to the ends' own error
-      y = from;
-      if (!stepper.attempt(y, k * h, h, Origin::unknown, trace, Verdict{true})) return HUGE_VAL;
-      Flow::State at;
-      for (const double x : {0.2, 0.5, 0.7}) {
-        stepper.interpolate(x, h, from, y, at);
-        worst = std::max(worst, distance(at, Flow::exact((k + x) * h)));
-      }
-      stepper.interpolate(1e-300, h, from, y, at);
-      if (distance(at, from) > 1e-15) return HUGE_VAL;
-    }
-    return worst;
-  };
   // A continuous extension of order q leaves h^{q+1} inside of one step.
-  check_order(errors(20, [&](int n) { return error(rodas5p, n); }), 5, 0.2);
-  check_order(errors(20, [&](int n) { return error(rodas4p2, n); }), 4, 0.2);
+  check_order(errors(20, [](int n) { return dense_error(rodas5p, n); }), 5, 0.2);
+  check_order(errors(20, [](int n) { return dense_error(rodas4p2, n); }), 4, 0.2);
 }

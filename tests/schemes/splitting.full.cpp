@@ -77,56 +77,19 @@ TEST_CASE("masses of every kind, and several kicks") {
 TEST_CASE("an edit between steps is seen, by kicks and rest") {
   const auto force = term(stiff) + at(forward_euler, soft);
   auto y = start();
-  const auto check = [&](auto scheme) {
-    PhiStepper stepper{y, force, scheme};
-    for (int k = 0; k < 20; ++k) {
-      if (k % 3 == 1) y.r[k % 2] += 0.01;
-      if (k % 4 == 2) y.v = -y.v;
-      auto z = y;
-      PhiStepper fresh{z, force, scheme};
-      problems::step(stepper, y, 0.1 * k, 0.1);
-      problems::step(fresh, z, 0.1 * k, 0.1);
-      CHECK(problems::distance(y, z) <= 1e-14);
-    }
-  };
-  check(trapezoidal);
-  check(tr_bdf2);
-  check(velocity_verlet);
+  CHECK(worst_after_edits(y, force, trapezoidal) <= 1e-14);
+  CHECK(worst_after_edits(y, force, tr_bdf2) <= 1e-14);
+  CHECK(worst_after_edits(y, force, velocity_verlet) <= 1e-14);
 }
 
 TEST_CASE("a new parameter of a constant kick counts from the next step on") {
-  Motion<Vec> y{Vec::Ones(2), Vec::Zero(2)};
-  PhiStepper stepper{y, term(springs) + at(forward_euler, weight), trapezoidal};
-  problems::step(stepper, y, 0.0, 0.01);
-  std::get<1>(stepper.force().terms).force.g = V1(0.0);
-  auto z = y;
-  PhiStepper bare{z, springs, trapezoidal};
-  problems::step(stepper, y, 0.01, 0.01);
-  problems::step(bare, z, 0.01, 0.01);
-  CHECK(problems::distance(y, z) <= 1e-15);
+  check_new_parameter(Motion<Vec>{Vec::Ones(2), Vec::Zero(2)}, term(springs) + at(forward_euler, weight), springs);
 }
 
 TEST_CASE("history: one begin and one commit a step for kicks and rest, and a failure leaves it") {
-  Motion<Vec> y{Vec::Ones(2), Vec::Constant(2, 3.0)};
   bool poisoned = false;
   const auto poison = [&poisoned](const Vec& r) -> Vec { return poisoned ? Vec(r * std::nan("")) : Vec(0 * r); };
-  PhiStepper stepper{y, Slider{} + at(forward_euler, Slider{}) + at(forward_euler, poison) + term(springs),
-                     trapezoidal};
-  for (int k = 0; k < 5; ++k) problems::step(stepper, y, 0.1 * k, 0.1);
-  const auto check = [&] {
-    CHECK(std::get<0>(stepper.memory()).commits == 5);
-    CHECK(std::get<1>(stepper.memory()).commits == 5);
-    CHECK(std::get<1>(stepper.memory()).begins == 5);
-    CHECK(std::get<0>(stepper.memory()).anchor == std::get<1>(stepper.memory()).anchor);
-  };
-  check();
-  poisoned = true;
-  const auto before = y;
-  const StepReport report = stepper.step(y, 0.5, 0.1);
-  CHECK(report.outcome() == Outcome::non_finite_force);
-  CHECK(report.failure().term == 2);  // in the user's own order
-  CHECK((y.r == before.r && y.v == before.v));
-  check();
+  check_history(Motion<Vec>{Vec::Ones(2), Vec::Constant(2, 3.0)}, springs, poison, poisoned);
 }
 
 TEST_CASE("a kick that fails at the end of the step names its term") {
@@ -140,12 +103,7 @@ TEST_CASE("a kick that fails at the end of the step names its term") {
 }
 
 TEST_CASE("annotations reach the terms inside at") {
-  const auto force = affine(term(springs) + at(forward_euler, springs));
-  using Force = std::remove_const_t<decltype(force)>;
-  using First = ForceTraits<Unwrapped<Parts<Force>::Rest>, MotionView<Vec, UnitMass>, Motion<Vec>::Rate>;
-  using Second = ForceTraits<Unwrapped<Parts<Force>::Kicks>, MotionView<Vec, UnitMass>, Motion<Vec>::Rate>;
-  static_assert(First::is_affine && Second::is_affine);
-  CHECK(count(force, trapezoidal).kick_calls == n + 1);
+  CHECK(count(affine(term(springs) + at(forward_euler, springs)), trapezoidal).kick_calls == n + 1);
 }
 
 TEST_CASE("a copied or resized stepper is whole") {

@@ -118,57 +118,19 @@ TEST_CASE("exact counts: one call of the kicks a step, none for a constant one")
 TEST_CASE("an edit between steps is seen, by kicks and rest") {
   const auto force = term(OfState(stiff)) + at(forward_euler, OfState(soft));
   auto y = start();
-  const auto check = [&](auto scheme) {
-    PhiStepper stepper{y, force, scheme};
-    double worst = 0;
-    for (int k = 0; k < 20; ++k) {
-      if (k % 3 == 1) y.r[k % 2] += 0.01;
-      if (k % 4 == 2) y.v = -y.v;
-      auto z = y;
-      PhiStepper fresh{z, force, scheme};
-      problems::step(stepper, y, 0.1 * k, 0.1);
-      problems::step(fresh, z, 0.1 * k, 0.1);
-      worst = std::max(worst, problems::distance(y, z));
-    }
-    return worst;
-  };
-  CHECK(check(trapezoidal) <= 1e-14);
-  CHECK(check(velocity_verlet) <= 1e-14);
+  CHECK(worst_after_edits(y, force, trapezoidal) <= 1e-14);
+  CHECK(worst_after_edits(y, force, velocity_verlet) <= 1e-14);
 }
 
 TEST_CASE("a new parameter of a constant kick counts from the next step on") {
-  Motion<V2> y{V2::Ones(), V2::Zero()};
   const auto force = [](double g) { return term(pull) + at(forward_euler, Gravity<V1>{V1(g)}); };
-  PhiStepper stepper{y, force(-9.81), trapezoidal};
-  problems::step(stepper, y, 0.0, 0.01);
-  std::get<1>(stepper.force().terms).force.g = V1(0.0);
-  auto z = y;
-  PhiStepper bare{z, force(0), trapezoidal};
-  problems::step(stepper, y, 0.01, 0.01);
-  problems::step(bare, z, 0.01, 0.01);
-  CHECK(problems::distance(y, z) <= 1e-15);
+  check_new_parameter(Motion<V2>{V2::Ones(), V2::Zero()}, force(-9.81), force(0));
 }
 
 TEST_CASE("history: one begin and one commit a step for kicks and rest, and a failure leaves it") {
-  Motion<V2> y{V2::Ones(), V2::Constant(3.0)};
   bool poisoned = false;
   const OfState poison = [&poisoned](const V2& r) -> V2 { return poisoned ? V2(r * std::nan("")) : V2(0 * r); };
-  PhiStepper stepper{y, Slider{} + at(forward_euler, Slider{}) + at(forward_euler, poison) + term(pull), trapezoidal};
-  for (int k = 0; k < 5; ++k) problems::step(stepper, y, 0.1 * k, 0.1);
-  const auto check = [&] {
-    CHECK(std::get<0>(stepper.memory()).commits == 5);
-    CHECK(std::get<1>(stepper.memory()).commits == 5);
-    CHECK(std::get<1>(stepper.memory()).begins == 5);
-    CHECK(std::get<0>(stepper.memory()).anchor == std::get<1>(stepper.memory()).anchor);
-  };
-  check();
-  poisoned = true;
-  const auto before = y;
-  const StepReport report = stepper.step(y, 0.5, 0.1);
-  CHECK(report.outcome() == Outcome::non_finite_force);
-  CHECK(report.failure().term == 2);  // in the user's own order
-  CHECK((y.r == before.r && y.v == before.v));
-  check();
+  check_history(Motion<V2>{V2::Ones(), V2::Constant(3.0)}, pull, poison, poisoned);
 }
 
 TEST_CASE("annotations reach the terms inside at") {

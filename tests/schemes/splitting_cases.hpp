@@ -3,6 +3,7 @@
 // What the quick and the full half of schemes/splitting share.
 #include <phistep/phistep.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -96,5 +97,58 @@ struct Slider : ForceTerm {
     ++m.commits;
   }
 };
+
+/// Steps of a motion that is edited on the way, each beside a new stepper's: the largest difference, or the first that is
+/// above rounding.
+double worst_after_edits(Motion<V2>& y, const auto& force, auto scheme) {
+  PhiStepper stepper{y, force, scheme};
+  double worst = 0;
+  for (int k = 0; k < 20; ++k) {
+    if (k % 3 == 1) y.r[k % 2] += 0.01;
+    if (k % 4 == 2) y.v = -y.v;
+    auto z = y;
+    PhiStepper fresh{z, force, scheme};
+    problems::step(stepper, y, 0.1 * k, 0.1);
+    problems::step(fresh, z, 0.1 * k, 0.1);
+    const double off = problems::distance(y, z);
+    if (!(off <= 1e-14)) return off;
+    worst = std::max(worst, off);
+  }
+  return worst;
+}
+
+/// The weight, term 1 of `force`, is taken away after a step.
+template <class State>
+void check_new_parameter(State y, const auto& force, const auto& without) {
+  PhiStepper stepper{y, force, trapezoidal};
+  problems::step(stepper, y, 0.0, 0.01);
+  std::get<1>(stepper.force().terms).force.g = V1(0.0);
+  auto z = y;
+  PhiStepper bare{z, without, trapezoidal};
+  problems::step(stepper, y, 0.01, 0.01);
+  problems::step(bare, z, 0.01, 0.01);
+  CHECK(problems::distance(y, z) <= 1e-15);
+}
+
+/// A slider in the kicks and one in the rest, beside springs; the kick `poison` fails once it is `poisoned`.
+template <class State>
+void check_history(State y, const auto& rest, const auto& poison, bool& poisoned) {
+  PhiStepper stepper{y, Slider{} + at(forward_euler, Slider{}) + at(forward_euler, poison) + term(rest), trapezoidal};
+  for (int k = 0; k < 5; ++k) problems::step(stepper, y, 0.1 * k, 0.1);
+  const auto check = [&] {
+    CHECK(std::get<0>(stepper.memory()).commits == 5);
+    CHECK(std::get<1>(stepper.memory()).commits == 5);
+    CHECK(std::get<1>(stepper.memory()).begins == 5);
+    CHECK(std::get<0>(stepper.memory()).anchor == std::get<1>(stepper.memory()).anchor);
+  };
+  check();
+  poisoned = true;
+  const auto before = y;
+  const StepReport report = stepper.step(y, 0.5, 0.1);
+  CHECK(report.outcome() == Outcome::non_finite_force);
+  CHECK(report.failure().term == 2);  // in the user's own order
+  CHECK((y.r == before.r && y.v == before.v));
+  check();
+}
 
 }  // namespace splitting_cases

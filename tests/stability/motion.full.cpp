@@ -26,17 +26,8 @@ TEST_CASE("atlas: a stage form moves an oscillator as the endpoint form does") {
 }
 
 TEST_CASE("atlas: velocity Verlet is area-preserving without damping, and stable up to 2") {
-  Subject subject;
-  subject.name = "velocity_verlet";
-  subject.step = stepping(phistep::PhiStepper{rest, Spring<false>{}, phistep::velocity_verlet});
-  subject.R = [](Real k, Real c) { return maps::verlet(k, c); };
-  subject.model = [](const Law& law, const bounds::Motion& y) { return bounds::verlet(law, y, 1, Solve::iterated); };
-  subject.damped = false;
-  subject.symplectic = true;
-  check(subject);
-  CHECK(limit(subject) == Approx(2).epsilon(1e-7));
+  Subject subject = verlet_subject(stepping(phistep::PhiStepper{rest, Spring<true>{}, phistep::velocity_verlet}));
   subject.name = "velocity_verlet, damped";
-  subject.step = stepping(phistep::PhiStepper{rest, Spring<true>{}, phistep::velocity_verlet});
   subject.damped = true;
   check(subject);
 }

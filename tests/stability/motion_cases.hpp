@@ -55,4 +55,16 @@ constexpr std::tuple<double, double> pairs[] = {{0., 0.},   {0., 1.},     {1., 0
   return tally;
 }
 
+/// `step` is PhiStepper's by velocity Verlet, without damping.
+[[maybe_unused]] Subject verlet_subject(Stepping step) {
+  Subject subject;
+  subject.name = "velocity_verlet";
+  subject.step = std::move(step);
+  subject.R = [](Real k, Real c) { return maps::verlet(k, c); };
+  subject.model = [](const Law& law, const bounds::Motion& y) { return bounds::verlet(law, y, 1, Solve::iterated); };
+  subject.damped = false;
+  subject.symplectic = true;
+  return subject;
+}
+
 }  // namespace

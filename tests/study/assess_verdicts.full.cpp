@@ -121,16 +121,7 @@ TEST_CASE("nothing is stepped and no count changes") {
   auto y = chain_state(12);
   const auto before = y;
   PhiStepper stepper{y, ChainForce{3}, trapezoidal};
-  REQUIRE(stepper.step(y, 0, 0.1));
-  const Statistics counts = stepper.statistics();
-  auto twin = stepper;
-  auto other = y;
-  static_cast<void>(preflight(stepper, y, 0.1));
-  CHECK(stepper.statistics() == counts);
-  REQUIRE(stepper.step(y, 0.1, 0.1));
-  REQUIRE(twin.step(other, 0.1, 0.1));
-  CHECK(equal_blocks<Motion<Vec>>(y, other));
-  CHECK(stepper.statistics() == twin.statistics());
+  check_nothing_stepped(stepper, y);
   Halving halving{PhiStepper{before, ChainForce{3}, velocity_verlet}, 3};
   CHECK(preflight(halving, before, 0.1).whole.frequency ==
         Approx(2 * std::sqrt(3) * std::cos(std::numbers::pi / 24)).epsilon(1e-6));

@@ -117,8 +117,18 @@ double error(const std::vector<Spring>& springs, const Points<Scalar, dim>& y,
   return worst;
 }
 
+template <class Scalar, int dim>
+void check_rows() {
+  for (const Mesh mesh : {Mesh::grid, Mesh::diagonals, Mesh::anyhow})
+    for (const int side : {2, 5, 23}) {
+      auto springs = springs_of(mesh, side);
+      Points<Scalar, dim> y(side * side + 3);  // three without springs
+      y.r.col(springs[1].i) = y.r.col(springs[1].j), springs[1].length = 0;
+      CHECK(error<Scalar, dim, false>(springs, y, forces<Scalar, dim, false>(springs, y)) <= 1);
+      CHECK(error<Scalar, dim, true>(springs, y, forces<Scalar, dim, true>(springs, y)) <= 1);
+      springs = renumbered(springs, side * side);
+      CHECK(error<Scalar, dim, true>(springs, y, forces<Scalar, dim, true>(springs, y)) <= 1);
+    }
+}
+
 }  // namespace spring_rows_cases
-
-#ifdef _OPENMP
-
-#endif

@@ -3,20 +3,11 @@
 
 using namespace extrapolated_cases;
 
-// Errors are differences to the same run with eight times the steps: 8^{-k} of them, 2e-4 of the order at k = 1 …
 TEST_CASE("column k has order k, linearly implicit: a flow and a damped motion, in long double") {
   using T = long double;
   for (int k = 1; k <= 6; ++k) {
     CAPTURE(k);
-    // … where the reference is of a column more.
-    const int n = k <= 2 ? 160 : 40;
-    const typename PendulumFlow<T>::Two y{T(1), T(0.5)};
-    const auto flow = [&](int columns, int steps) {
-      PhiStepper stepper{y, PendulumFlow<T>{}, extrapolated(backward_euler, columns)};
-      return march(stepper, y, T(0), T(2), steps);
-    };
-    const auto exact = flow(10, 200);
-    check_order([&](int steps) { return distance(flow(k, steps), exact); }, n, k);
+    const auto exact = linear_flow(10, 200);
     using One = typename Pendulum<T>::One;
     const Motion<One> z{One{T(1)}, One{T(0.5)}};
     const auto motion = [&](int columns, int steps) {
@@ -25,7 +16,7 @@ TEST_CASE("column k has order k, linearly implicit: a flow and a damped motion, 
     };
     const auto moved = motion(10, 200);
     CHECK(std::abs(static_cast<double>(moved.r[0] - exact[0])) <= 1e-17);
-    check_order([&](int steps) { return distance(motion(k, steps), moved); }, n, k);
+    check_order([&](int steps) { return distance(motion(k, steps), moved); }, steps_for(k), k);
   }
 }
 
@@ -55,14 +46,7 @@ TEST_CASE("non-autonomous, with masses: orders 2 to 4 as they are") {
 }
 
 TEST_CASE("what a step of k columns costs, exactly") {
-  // Rows of 2, 3, 4, 6 substeps; Ψ(t, y) serves the first of each.
-  auto y = problems::Hires::start();
-  PhiStepper implicit{y, problems::Hires{}, extrapolated(backward_euler, 4)};
-  REQUIRE(implicit.step(y, 0.0, 1e-3));
-  CHECK(implicit.statistics().force_calls == 1 + 1 + 2 + 3 + 5);
-  CHECK(implicit.statistics().jacobians == 1);
-  CHECK(implicit.statistics().factorizations == 4);
-  CHECK(implicit.statistics().solves == 2 + 3 + 4 + 6);
+  check_costs(problems::Hires::start(), problems::Hires{});
   // … and not where Ψ uses time.
   auto z = problems::ForcedFlow<>::exact(0);
   PhiStepper timed{z, [](const Eigen::Vector2d& x, double t) -> Eigen::Vector2d { return -x * t; },
@@ -75,17 +59,6 @@ TEST_CASE("what a step of k columns costs, exactly") {
   REQUIRE(verlet.step(r, 0.0, 1e-3));
   CHECK(verlet.statistics().force_calls == 1 + 2 + 4 + 6);
   CHECK(verlet.statistics().factorizations == 0);
-  // Watched, rows 1 and 2 compare Newton's second correction with the first: a solve each, no call.
-  auto x = problems::Hires::start();
-  PhiStepper watched{x, problems::Hires{}, extrapolated(backward_euler, 4)};
-  Trace<problems::Hires::State> trace;
-  trace.resize(x);
-  trace.weight.setOnes();
-  trace.rtol = 1e-6;
-  REQUIRE(watched.attempt(x, 0.0, 1e-3, Origin::unknown, trace, [](auto&...) { return true; }));
-  CHECK(watched.statistics().force_calls == 1 + 1 + 2 + 3 + 5);
-  CHECK(watched.statistics().solves == 2 + 3 + 4 + 6 + 2);
-  CHECK(x == y);
 }
 
 TEST_CASE("rows side by side are the rows one after the other; a motion is its first-order system") {

@@ -5,6 +5,7 @@
 #include <phistep/schemes/extrapolation/extrapolated.hpp>
 
 #include <cmath>
+#include <cstdint>
 #include <stdexcept>
 
 #include "problems/dahlquist.hpp"
@@ -74,5 +75,38 @@ struct DynamicHires {
     return problems::Hires{}.jacobian(problems::Hires::State(y));
   }
 };
+
+/// The pendulum at t = 2, linearly implicit, in long double.
+inline PendulumFlow<long double>::Two linear_flow(int columns, int steps) {
+  using T = long double;
+  const PendulumFlow<T>::Two y{T(1), T(0.5)};
+  PhiStepper stepper{y, PendulumFlow<T>{}, extrapolated(backward_euler, columns)};
+  return march(stepper, y, T(0), T(2), steps);
+}
+/// How many steps show the order of k columns, by differences to 200 steps of ten.
+inline int steps_for(int k) { return k <= 2 ? 160 : 40; }
+
+/// A step of 4 columns, plain and watched; Ψ ignores time.
+template <class State>
+void check_costs(const State& start, const auto& force) {
+  // Rows of 2, 3, 4, 6 substeps; Ψ(t, y) serves the first of each.
+  State y = start, x = start;
+  PhiStepper implicit{y, force, extrapolated(backward_euler, 4)};
+  REQUIRE(implicit.step(y, 0.0, 1e-3));
+  CHECK(implicit.statistics().force_calls == 1 + 1 + 2 + 3 + 5);
+  CHECK(implicit.statistics().jacobians == 1);
+  CHECK(implicit.statistics().factorizations == 4);
+  CHECK(implicit.statistics().solves == 2 + 3 + 4 + 6);
+  // Watched, rows 1 and 2 compare Newton's second correction with the first: a solve each, no call.
+  PhiStepper watched{x, force, extrapolated(backward_euler, 4)};
+  Trace<State> trace;
+  trace.resize(x);
+  trace.weight.setOnes();
+  trace.rtol = 1e-6;
+  REQUIRE(watched.attempt(x, 0.0, 1e-3, Origin::unknown, trace, [](auto&...) { return true; }));
+  CHECK(watched.statistics().force_calls == 1 + 1 + 2 + 3 + 5);
+  CHECK(watched.statistics().solves == 2 + 3 + 4 + 6 + 2);
+  CHECK(x == y);
+}
 
 }  // namespace extrapolated_cases
