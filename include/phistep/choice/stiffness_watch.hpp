@@ -3,7 +3,8 @@
 /// a clock.
 ///
 /// Explicit: Δt is limited by stability where ρΔt stays at the scheme's bound β (Hairer & Wanner, Solving ODEs II, sect. IV.2,
-/// p. 21), above all if y' hardly changes in such a step. Where the rest of the run would then cost more than the implicit
+/// p. 21), above all if y' hardly changes in such a step; at tight tolerances its error is large before that, where a fast mode
+/// follows a slow solution. Where the rest of the run would then cost more than the implicit
 /// steps that its error allows, an implicit scheme takes over.
 /// Implicit: over Δt an explicit scheme would need ρΔt/0.7β steps, at least one. Where these cost less, it takes over.
 #pragma once
@@ -110,12 +111,20 @@ class StiffnessWatch {
   [[nodiscard]] double bound_for(const RateSeen& seen) const {
     return oscillates(seen) ? rivals_.turning_bound : rivals_.bound;
   }
+  /// The error of explicit steps is that of a fast mode behind a slow solution, which would allow much longer ones.
+  [[nodiscard]] bool is_held(const RateSeen& seen) const {
+    return seen.rate * seen.dt > 1.5 && seen.smooth_step > 8 * seen.dt && !oscillates(seen) &&
+           seen.left / seen.dt * rivals_.explicit_cost >
+               1.5 * (8 + seen.left / seen.smooth_step) * rivals_.implicit_cost;
+  }
   [[nodiscard]] bool is_stiff(const RateSeen& seen) {
     const double share = seen.rate * seen.dt / bound_for(seen);
-    if (!pays(seen)) hits_ = 0;
-    else if (share > 0.5 && seen.change < 0.5) hits_ += 2;
-    else if (seen.rate * seen.dt > 0.75 * rivals_.bound) hits_ += 1;  // no resolved oscillation has such steps
-    else hits_ = std::max(0, hits_ - 1);                              // Δt swings about its bound
+    const bool it_pays = pays(seen);
+    if (it_pays && share > 0.5 && seen.change < 0.5) hits_ += 2;
+    else if (it_pays && seen.rate * seen.dt > 0.75 * rivals_.bound)
+      hits_ += 1;  // no resolved oscillation has such steps
+    else if (is_held(seen)) hits_ += 1;
+    else hits_ = it_pays ? std::max(0, hits_ - 1) : 0;  // Δt swings about its bound
     period_ = hits_ > 0 ? 2 : share > 0.2 ? 25 : 50;
     return hits_ >= 3 * needs_stiff_;
   }
