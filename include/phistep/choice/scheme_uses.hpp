@@ -64,7 +64,7 @@ struct SchemeUse {
         break;
       case SchemeCause::stiff:
         std::snprintf(text, sizeof text,
-                      "%s from t = %.6g, step %lld: stiff, stability held dt at %.3g, |lambda| = %.3g", name, t,
+                      "%s from t = %.6g, step %lld: stiff, the fastest mode held dt at %.3g, |lambda| = %.3g", name, t,
                       static_cast<long long>(step), dt, rate);
         break;
       case SchemeCause::eased:
