@@ -152,7 +152,7 @@ TEST_CASE("a jump in the force is passed, in short steps") { pass_jump("trapezoi
 TEST_CASE("a step that the clock can't show any shorter is not tried again") {
   // Two ticks of the clock, and far too long for the tolerance: the stop is within its rounding, whatever dt is wanted.
   int calls = 0;
-  const auto decay = [&calls](const Eigen::VectorXd& y) -> Eigen::VectorXd {
+  const auto counted = [&calls](const Eigen::VectorXd& y) -> Eigen::VectorXd {
     ++calls;
     return -y;
   };
@@ -160,7 +160,7 @@ TEST_CASE("a step that the clock can't show any shorter is not tried again") {
     CAPTURE(length);
     calls = 0;
     Eigen::VectorXd y = Eigen::VectorXd::Ones(2);
-    phistep::PhiStepper stepper{y, decay, scheme};
+    phistep::PhiStepper stepper{y, counted, scheme};
     const auto report = phistep::integrate(stepper, y, {1e16, 1e16 + length}, phistep::tolerance{.rtol = 1e-6});
     CHECK(report.outcome == phistep::Outcome::step_too_small);
     CHECK(calls < 200);

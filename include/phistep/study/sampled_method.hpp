@@ -65,7 +65,7 @@ template <class Scheme>
   } else {
     method.kind = Method::Kind::rational;
     method.a_stable = Scheme::facts.is_a_stable;
-    method.R = [scheme, nan](std::complex<double> z) -> std::complex<double> {
+    method.R = [scheme](std::complex<double> z) -> std::complex<double> {
       Eigen::Matrix2d A;
       A << z.real(), -z.imag(), z.imag(), z.real();
       Eigen::Vector2d y{1, 0};
