@@ -126,7 +126,6 @@ TEST_CASE("how soon events follow each other is part of a checkpoint") {
 }
 
 TEST_CASE("which roots within one step are found is as event.hpp says") {
-  using One = Eigen::Matrix<double, 1, 1>;
   // y = t; g has roots at the times given, changes sign at each, and is smooth.
   const auto found = [](std::vector<double> roots, double dt, bool inside, Direction direction = Direction::both) {
     One y{0};

@@ -38,8 +38,8 @@ TEST_CASE("units: Newton to a tolerance, damped, once") {
 TEST_CASE("units: fixed-point iteration, plain and accelerated, to rounding and to a tolerance") {
   const auto solver = [](const Units&) { return fixed_point(); };
   const auto plain = [](const Units&) { return fixed_point({.depth = 0}); };
-  const auto to_tolerance = [](const Units& u) { return fixed_point({.rtol = 1e-4, .atol = u.of(1e-5, 1, 0, -1)}); };
+  const auto told = [](const Units& u) { return fixed_point({.rtol = 1e-4, .atol = u.of(1e-5, 1, 0, -1)}); };
   check_motion(trapezoidal, chain, solver, 0.05, 40);
   check_motion(trapezoidal, chain, plain, 0.05, 40);
-  check_motion(tr_bdf2, chain, to_tolerance, 0.05, 40);
+  check_motion(tr_bdf2, chain, told, 0.05, 40);
 }

@@ -5,7 +5,6 @@
 #include <phistep/phistep.hpp>
 
 #include <functional>
-#include <source_location>
 #include <vector>
 
 #include "acceptance/units.hpp"
@@ -20,19 +19,17 @@ namespace {
 const std::vector<Units> others{{20, 0, 0},     {0, -20, 0},   {0, 0, 20},   {-33, 0, 0},  {0, 41, 0},     {0, 0, -60},
                                 {-20, 40, -31}, {60, -60, 20}, {-60, 21, 7}, {37, 60, 60}, {-40, -40, -40}};
 
-[[maybe_unused]] void check_all(const std::function<Result(const Units&)>& run,
-                                std::source_location where = std::source_location::current()) {
-  in_units::check_all(run, others, where);
+[[maybe_unused]] void check_all(const std::function<Result(const Units&)>& run, int line = __builtin_LINE()) {
+  in_units::check_all(run, others, line);
 }
 /// A motion under force(units), by scheme and solver(units).
-void check_motion(auto scheme, auto&& force, auto&& solver, double dt, int n,
-                  std::source_location where = std::source_location::current()) {
+void check_motion(auto scheme, auto&& force, auto&& solver, double dt, int n, int line = __builtin_LINE()) {
   const auto run = [&](const Units& u) {
     Scene scene{u};
     PhiStepper stepper{scene.y, force(u), scheme, mass(scene.masses), solver(u)};
     return march(stepper, scene, dt, n);
   };
-  check_all(run, where);
+  check_all(run, line);
 }
 [[maybe_unused]] const auto to_rounding = [](const Units&) { return newton(); };
 [[maybe_unused]] const auto to_tolerance = [](const Units& u) {

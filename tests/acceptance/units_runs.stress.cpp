@@ -14,11 +14,11 @@ TEST_CASE("units: first-order states") {
   };
   const auto dense = [](const Rod& rod) { return rod.force(); };
   const auto band = [](const Rod& rod) { return banded(rod.force(), 1, 1); };
-  const auto to_tolerance = [](const Units& u) { return newton({.rtol = 1e-4, .atol = u.of(1e-6, 1, 0, 0)}); };
+  const auto told = [](const Units& u) { return newton({.rtol = 1e-4, .atol = u.of(1e-6, 1, 0, 0)}); };
   check(forward_euler, dense, to_rounding);
   check(trapezoidal, dense, to_rounding);
   check(rannacher(2), band, to_rounding);
-  check(tr_bdf2, band, to_tolerance);
+  check(tr_bdf2, band, told);
   check(backward_euler, dense, [](const Units&) { return fixed_point(); });
 }
 
