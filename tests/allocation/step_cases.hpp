@@ -17,6 +17,7 @@
 
 #include "contract/states.hpp"
 #include "support/catch.hpp"
+#include "support/sanitizers.hpp"
 
 namespace heap {
 // Counting is on for the duration of a step alone.
@@ -26,11 +27,6 @@ inline std::int64_t count = 0;
 
 // Eigen allocates by malloc, posix_memalign or the like, everything else by new. glibc lets a program put itself in front of
 // malloc; elsewhere new alone is counted, and Eigen's own check (below) stands in for malloc.
-#if defined(__has_feature)
-#if __has_feature(address_sanitizer)
-#define __SANITIZE_ADDRESS__ 1  // as g++ says it
-#endif
-#endif
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
 #define PHISTEP_TEST_COUNTS_MALLOC 1
 extern "C" {

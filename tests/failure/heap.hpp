@@ -8,6 +8,8 @@
 #include <cstdlib>
 #include <new>
 
+#include "support/sanitizers.hpp"
+
 namespace heap {
 inline bool armed = false;      // counts, and may fail
 inline bool lasting = false;    // fails ever after
@@ -37,11 +39,6 @@ struct Armed {
 };
 }  // namespace heap
 
-#if defined(__has_feature)
-#if __has_feature(address_sanitizer)
-#define __SANITIZE_ADDRESS__ 1  // as g++ says it
-#endif
-#endif
 #if defined(PHISTEP_TEST_WRAPS_MALLOC)  // linked with -Wl,--wrap=malloc,…: what this file calls, also under sanitizers
 #define PHISTEP_TEST_FAILS_MALLOC 1
 #define PHISTEP_TEST_ALLOCATOR(name) __wrap_##name

@@ -6,14 +6,10 @@
 #include <functional>
 
 #include "support/catch.hpp"
+#include "support/sanitizers.hpp"
 
 #if defined(__GLIBC__)
 #include <malloc.h>
-#endif
-#if defined(__has_feature)
-#if __has_feature(address_sanitizer)
-#define __SANITIZE_ADDRESS__ 1  // as g++ says it
-#endif
 #endif
 
 using namespace phistep;

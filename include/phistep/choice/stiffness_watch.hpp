@@ -70,8 +70,7 @@ class StiffnessWatch {
   }
   /// Whether what explicit steps would be left is worth more than the implicit ones, and 8 for the change.
   [[nodiscard]] bool pays(const RateSeen& seen) const {
-    return seen.left * seen.rate / rivals_.bound * rivals_.explicit_cost >
-           (8 + seen.left / seen.smooth_step) * rivals_.implicit_cost;
+    return seen.left * seen.rate / rivals_.bound * rivals_.explicit_cost > implicit_cost_of(seen);
   }
   /// At the start of a run: whether it should begin with an implicit scheme.
   [[nodiscard]] bool starts_stiff(const RateSeen& seen) const {
@@ -111,11 +110,14 @@ class StiffnessWatch {
   [[nodiscard]] double bound_for(const RateSeen& seen) const {
     return oscillates(seen) ? rivals_.turning_bound : rivals_.bound;
   }
+  /// Of the rest of the run, and of 8 steps for the change.
+  [[nodiscard]] double implicit_cost_of(const RateSeen& seen) const {
+    return (8 + seen.left / seen.smooth_step) * rivals_.implicit_cost;
+  }
   /// The error of explicit steps is that of a fast mode behind a slow solution, which would allow much longer ones.
   [[nodiscard]] bool is_held(const RateSeen& seen) const {
     return seen.rate * seen.dt > 1.5 && seen.smooth_step > 8 * seen.dt && !oscillates(seen) &&
-           seen.left / seen.dt * rivals_.explicit_cost >
-               1.5 * (8 + seen.left / seen.smooth_step) * rivals_.implicit_cost;
+           seen.left / seen.dt * rivals_.explicit_cost > 1.5 * implicit_cost_of(seen);
   }
   [[nodiscard]] bool is_stiff(const RateSeen& seen) {
     const double share = seen.rate * seen.dt / bound_for(seen);

@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -21,7 +22,7 @@ class Smoothness {
     const double most = is_retry_ ? 8 : 300;
     const double allowed = before_.square * most * most;
     const bool smooth = !(before_.square > 0) || (square <= allowed && now_.dt >= before_.dt) ||
-                        square <= allowed * power(now_.dt / before_.dt, 2 * k);
+                        square <= allowed * power_of(now_.dt / before_.dt, 2 * k);
     if (smooth) before_ = now_;
     is_retry_ = true;
     return smooth;
@@ -43,12 +44,6 @@ class Smoothness {
     double square = 0;  ///< of ‖e‖; 0: nothing is known
     double dt = 0;      ///< [time]
   };
-  [[nodiscard]] static double power(double x, int n) {
-    double product = 1;
-    for (; n > 0; --n) product *= x;
-    return product;
-  }
-
   Try before_, now_;
   bool is_retry_ = false;
 };

@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/solve/convergence.hpp"
 
@@ -37,7 +38,7 @@ class RadauIteration {
       if (size > 0 && contraction_ >= 0.99) return failed();
       rate_ = error_left(contraction_, 1);
       const int left = limit_ - 1 - count_;
-      if (const double at_end = rate_ * size * power(contraction_, left) / target_; left >= 0 && at_end >= 1) {
+      if (const double at_end = rate_ * size * power_of(contraction_, left) / target_; left >= 0 && at_end >= 1) {
         shrink_ = 0.8 * std::pow(std::min(at_end, 20.0), -1.0 / (4 + left));
         return failed();
       }
@@ -58,13 +59,6 @@ class RadauIteration {
   [[nodiscard]] Judgement failed() const { return contraction_ > 1 ? Judgement::growing : Judgement::slow; }
   /// x^¾: an old rate counts less and less. HW II p. 121 has x^0.8, which takes longer to compute.
   [[nodiscard]] static double aged(double x) { return std::sqrt(x * std::sqrt(x)); }
-  /// xⁿ, 1 where n < 0
-  [[nodiscard]] static double power(double x, int n) {
-    double all = 1;
-    for (; n > 0; n /= 2, x *= x)
-      if (n % 2 == 1) all *= x;
-    return all;
-  }
 
   double target_, rate_;
   int limit_, count_ = 0;
