@@ -134,7 +134,35 @@ class SchemeOn<Rosenbrock<Tableau>, S> : public SchemeDefaults {
     }
     if constexpr (Kernel::has_time && Tableau::gammas[i] != 0)
       add_solved<S>(b, gamma * static_cast<Scalar>(Tableau::gammas[i]) * step.dt * in_rate<S>(kernel.psi_t()));
-    return kernel.solve(gamma, b);  // (2)
+    return solve<i>(kernel, gamma, u);
+  }
+
+  /// κ_i = 1 + γ Σ_{j<i} c_ij κ_j: where Ψ doesn't change during the step, u_i = κ_i u_1.
+  [[nodiscard]] static constexpr long double kappa(std::size_t i) {
+    long double sum = 1;
+    for (std::size_t j = 0; j < i; ++j) sum += Tableau::gamma * Tableau::c[i][j] * kappa(j);
+    return sum;
+  }
+  /// u_i from the right-hand side of (2), which stands in its place. An iteration begins with κ_i u_1:
+  /// (M − γΔtJ)(u_i − κ_i u_1) = b_i − κ_i b_1. κ_s = 0, so that u_s has room for b_1 until it is its turn.
+  template <std::size_t i, class Kernel>
+  [[nodiscard]] static Outcome solve(Kernel& kernel, Scalar gamma, auto& u) {
+    constexpr long double share = kappa(i), none = 1e-6L;
+    using Stages = std::remove_cvref_t<decltype(kernel.stages())>;
+    if constexpr (Stages::iterates && (share > none || share < -none)) {
+      static_assert(kappa(stages - 1) < none && kappa(stages - 1) > -none);
+      if (kernel.stages().follows_error()) {
+        if constexpr (i == 0) copy_blocks<S>(u[stages - 1], u[0]);
+        else return solve_beyond(kernel, gamma, static_cast<Scalar>(share), u, u[i]);
+      }
+    }
+    return kernel.solve(gamma, u[i]);
+  }
+  [[nodiscard]] static Outcome solve_beyond(auto& kernel, Scalar gamma, Scalar share, const auto& u, Plain& x) {
+    add<S>(x, -share * in<S>(u[stages - 1]));
+    if (const Outcome bad = kernel.solve(gamma, x); failed(bad)) return bad;
+    add<S>(x, share * in<S>(u[0]));
+    return Outcome::success;
   }
 
   struct Nothing {};

@@ -155,6 +155,9 @@ class LinearStages {
       return solve_gathered(rhs, gamma, x);
     }
   }
+  /// Whether solves iterate until what they leave is small beside the error of the step.
+  static constexpr bool iterates = Matrix::is_iterative;
+  [[nodiscard]] bool follows_error() const { return iterates && allowed_.target > 0; }
   [[nodiscard]] const Rate& psi_t() const requires has_time { return psi_t_; }
   [[nodiscard]] Matrix& matrix() { return matrix_; }
 
