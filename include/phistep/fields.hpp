@@ -6,9 +6,9 @@
 
 #include "phistep/io/rank_checkpoint.hpp"
 #include "phistep/phistep.hpp"
-#include "phistep/solve/field_fixed_point.hpp"
-#include "phistep/solve/field_linearisation.hpp"
-#include "phistep/solve/field_solver.hpp"
+#include "phistep/solve/fields/field_fixed_point.hpp"
+#include "phistep/solve/fields/field_linearisation.hpp"
+#include "phistep/solve/fields/field_solver.hpp"
 #include "phistep/state/array_field.hpp"
 #include "phistep/state/field.hpp"
 #include "phistep/state/ranks.hpp"

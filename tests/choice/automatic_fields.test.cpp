@@ -186,7 +186,8 @@ TEST_CASE("where Krylov iterations fail, a direct solver takes over at that step
   CAPTURE(report.schemes.message());
   const SchemeUse last = report.schemes.list().back();
   CHECK(last.cause == SchemeCause::unsolved);
-  CHECK(last.t == Approx(0.1).epsilon(0.1));
+  CHECK(last.t > 0.1 - 0.01);  // there W turns, within a step; steps that are short enough are still solved
+  CHECK(last.t < 0.1 + 0.03);
   CHECK_THAT(report.schemes.message(),
              contains("by a direct solver from t = 0.1") && contains("Krylov iterations failed"));
   CHECK((y - exact).cwiseAbs().maxCoeff() < 1e-2 * exact.cwiseAbs().maxCoeff());

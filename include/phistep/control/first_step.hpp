@@ -10,7 +10,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "phistep/control/error_norm.hpp"
+#include "phistep/control/errors/error_norm.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/combination.hpp"

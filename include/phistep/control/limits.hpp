@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "phistep/control/measured.hpp"
+#include "phistep/control/errors/measured.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/version.hpp"
 

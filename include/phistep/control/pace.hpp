@@ -16,7 +16,7 @@
 #include <limits>
 #include <utility>
 
-#include "phistep/control/error_norm.hpp"
+#include "phistep/control/errors/error_norm.hpp"
 #include "phistep/control/first_step.hpp"
 #include "phistep/control/fixed_step.hpp"
 #include "phistep/control/iteration_control.hpp"

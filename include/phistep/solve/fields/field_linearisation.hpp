@@ -20,7 +20,7 @@
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/equation/gamma.hpp"
-#include "phistep/solve/field_solver.hpp"
+#include "phistep/solve/fields/field_solver.hpp"
 #include "phistep/solve/increment.hpp"
 #include "phistep/solve/linearisation.hpp"
 #include "phistep/state/blocks.hpp"
@@ -115,7 +115,7 @@ class Linearisation<S, Rhs, Solver, position, stages, shifted, iterated> {
   static_assert(
       FieldSolver<Solver, S>,
       "phistep: the implicit steps of a field need a linear solver of its kind: newton(PetscSolver{...}), or a "
-      "class as phistep/solve/field_solver.hpp describes it");
+      "class as phistep/solve/fields/field_solver.hpp describes it");
 
  public:
   using Scalar = ScalarOf<S>;

@@ -18,7 +18,7 @@
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/equation/bound_masses.hpp"
-#include "phistep/solve/field_linearisation.hpp"
+#include "phistep/solve/fields/field_linearisation.hpp"
 #include "phistep/solve/fixed_point_resolvent.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/non_finite.hpp"

@@ -1,5 +1,5 @@
 // Fields under the library's schemes: the steps, the calls and the digits of Eigen's vectors.
-#include "solve/field_cases.hpp"
+#include "solve/fields/field_cases.hpp"
 #include "support/catch.hpp"
 
 #include <string>

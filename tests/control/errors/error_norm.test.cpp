@@ -1,4 +1,4 @@
-#include <phistep/control/error_norm.hpp>
+#include <phistep/control/errors/error_norm.hpp>
 #include <phistep/state/motion.hpp>
 
 #include <cmath>
