@@ -1,3 +1,4 @@
+#include <phistep/observe/refine_root.hpp>
 #include <phistep/observe/root.hpp>
 
 #include <cmath>

@@ -19,7 +19,6 @@
 #include "phistep/contacts/springs/spring_table.hpp"
 #include "phistep/core/recycled.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/simd/update.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

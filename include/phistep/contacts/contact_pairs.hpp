@@ -20,8 +20,8 @@
 #include "phistep/contacts/springs/spring_table.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/particles/body.hpp"
+#include "phistep/simd/finite_witness.hpp"
 #include "phistep/simd/pack_math.hpp"
-#include "phistep/simd/update.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

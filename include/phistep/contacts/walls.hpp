@@ -36,7 +36,6 @@
 #include "phistep/force/sum.hpp"
 #include "phistep/simd/pack.hpp"
 #include "phistep/simd/pack_math.hpp"
-#include "phistep/simd/update.hpp"
 #include "phistep/state/active_set.hpp"
 
 namespace phistep::inline PHISTEP_ABI {

@@ -37,7 +37,7 @@
 #include "phistep/matrix/choice.hpp"
 #include "phistep/matrix/own_solver.hpp"
 #include "phistep/matrix/sparse/sparse_assembly.hpp"
-#include "phistep/simd/update.hpp"
+#include "phistep/simd/finite_witness.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

@@ -26,7 +26,7 @@
 #include "phistep/matrix/choice.hpp"
 #include "phistep/matrix/dense_system.hpp"
 #include "phistep/matrix/own_solver.hpp"
-#include "phistep/simd/update.hpp"
+#include "phistep/simd/finite_witness.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

@@ -19,7 +19,7 @@
 #include "phistep/linear/generalized_inverse.hpp"
 #include "phistep/linear/mass.hpp"
 #include "phistep/linear/matrix_mass.hpp"
-#include "phistep/simd/update.hpp"
+#include "phistep/simd/finite_witness.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

@@ -32,7 +32,7 @@
 #include "phistep/linear/node_order.hpp"
 #include "phistep/matrix/choice.hpp"
 #include "phistep/matrix/dense_system.hpp"
-#include "phistep/simd/update.hpp"
+#include "phistep/simd/finite_witness.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

@@ -21,7 +21,7 @@
 #include "phistep/linear/static_sparse_lu.hpp"
 #include "phistep/matrix/choice.hpp"
 #include "phistep/matrix/dense_system.hpp"
-#include "phistep/simd/update.hpp"
+#include "phistep/simd/finite_witness.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

@@ -6,7 +6,7 @@
 #include <type_traits>
 
 #include "phistep/core/version.hpp"
-#include "phistep/simd/update.hpp"
+#include "phistep/simd/finite_witness.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

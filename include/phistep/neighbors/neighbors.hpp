@@ -34,7 +34,7 @@
 #include "phistep/neighbors/list_builder.hpp"
 #include "phistep/neighbors/neighbor_list.hpp"
 #include "phistep/neighbors/skin.hpp"
-#include "phistep/simd/update.hpp"
+#include "phistep/simd/finite_witness.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

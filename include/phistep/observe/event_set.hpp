@@ -33,6 +33,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/observe/completed_step.hpp"
 #include "phistep/observe/event.hpp"
+#include "phistep/observe/refine_root.hpp"
 #include "phistep/observe/root.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/parts.hpp"

@@ -5,9 +5,8 @@
 ///      until it has clearly left zero.
 ///   2. A sign change until t1 holds a root. Without one, g may pass zero and come back: where its slope points towards
 ///      zero at the start and away from zero at the end, the turning point between them is sought.
-///   3. The bracket is closed by ITP (Oliveira, Takahashi, ACM Trans. Math. Softw. 47 (2021) 5): superlinear on smooth g,
-///      and on no g more than two evaluations behind bisection.
-///   4. That g was interpolated: `refine` corrects the root by secants on steps really done from t0 to t.
+///   3. The bracket is closed (bracket.hpp).
+///   4. That g was interpolated: refine_root.hpp corrects the root by steps really done.
 #pragma once
 
 #include <algorithm>
@@ -16,6 +15,7 @@
 #include <limits>
 
 #include "phistep/core/version.hpp"
+#include "phistep/observe/bracket.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -33,12 +33,6 @@ enum class Standing : std::uint8_t {
   unknown,  ///< one look will tell
 };
 
-template <class Scalar>
-struct Sample {
-  Scalar t;  ///< [time]
-  Scalar g;
-};
-
 /// The outcome of a search.
 template <class Scalar>
 struct Root {
@@ -51,56 +45,6 @@ struct Root {
   int start_sign = 0;                ///< of g just after t0; 0 where the step doesn't tell
   Scalar start{};                    ///< [time] when it has that sign for the first time
 };
-
-/// [time] Nearer than this, two times are one: 16 roundings.
-template <class Scalar>
-[[nodiscard]] Scalar time_resolution(Scalar a, Scalar b) {
-  return 8 * std::numeric_limits<Scalar>::epsilon() * std::max(std::abs(a), std::abs(b));
-}
-/// [time] How long after a root at t0 a step of length dt looks at g first.
-template <class Scalar>
-[[nodiscard]] Scalar first_probe(Scalar t0, Scalar dt) {
-  constexpr Scalar epsilon = std::numeric_limits<Scalar>::epsilon();
-  return 4 * std::max(time_resolution(t0, t0), epsilon * epsilon * std::abs(dt));
-}
-/// Whether a comes before b where time goes as dt does.
-template <class Scalar>
-[[nodiscard]] bool is_before(Scalar a, Scalar b, Scalar dt) {
-  return dt > 0 ? a < b : a > b;
-}
-template <class Scalar>
-[[nodiscard]] int sign_of(Scalar g) {
-  return (g > 0) - (g < 0);
-}
-
-/// Closes the bracket a, b of opposite signs in place, by evaluations f(t), until it is no wider than `least` or the
-/// resolution of time. Both become the root where f meets zero, or the time where f is not finite.
-template <class Scalar, class F>
-void close_bracket(Sample<Scalar>& a, Sample<Scalar>& b, Scalar least, F&& f) {
-  const Scalar whole = std::abs(b.t - a.t);
-  Scalar bisected = whole;  // the width after as many bisections, times 2
-  for (int n = 0; n < 100; ++n, bisected /= 2) {
-    const Scalar width = b.t - a.t, tolerance = std::max(least, time_resolution(a.t, b.t));
-    if (std::abs(width) <= tolerance) return;
-    const Scalar to_middle = width / 2, false_position = width * (a.g / (a.g - b.g));
-    // Truncated towards the middle, so that both ends move …
-    const Scalar shift = std::max(std::abs(width) * (std::abs(width) / whole) / 5, tolerance / 2);
-    const Scalar left = to_middle - false_position;
-    Scalar off_middle = std::abs(left) > shift ? left - std::copysign(shift, left) : Scalar{0};
-    // … and projected to where bisection can still catch up.
-    const Scalar reach = std::max(bisected - std::abs(to_middle), Scalar{0});
-    if (!(std::abs(off_middle) <= reach)) off_middle = std::copysign(reach, left);
-    Scalar t = a.t + (to_middle - off_middle);
-    if (t == a.t || t == b.t) t = a.t + to_middle;
-    if (t == a.t || t == b.t) return;
-    const Sample<Scalar> now{t, f(t)};
-    if (!std::isfinite(now.g) || now.g == 0) {
-      a = b = now;
-      return;
-    }
-    ((now.g > 0) == (a.g > 0) ? a : b) = now;
-  }
-}
 
 /// Seeks the first root between the ends of a step by evaluations value(t).
 template <class Scalar, class Value>
@@ -264,49 +208,6 @@ template <class Scalar, class Value>
                                       Standing standing = Standing::clear, Direction wanted = Direction::both,
                                       bool inside = true) {
   return RootSearch<Scalar, Value>(start, end, value).run(standing, wanted, inside);
-}
-
-template <class Scalar>
-struct Refined {
-  Scalar t;         ///< [time] of the last step really done
-  Scalar g;         ///< after it; not finite where that step failed
-  int resteps = 0;  ///< 0 where the root is the end of the step
-};
-
-/// Moves an interpolated root to where g vanishes after a step really done. `restep(t)` steps from t0 to t anew and
-/// returns g; the last one done is the one that counts. Ends within the resolution of time, beyond the root where secants
-/// have not met it in `most` steps.
-template <class Scalar, class Restep>
-[[nodiscard]] Refined<Scalar> refine(const Root<Scalar>& root, Sample<Scalar> end, Restep&& restep, int most = 6) {
-  Refined<Scalar> now{root.t, end.g, 0};
-  if (root.t == end.t) return now;
-  Sample<Scalar> a = root.before, b = root.after;
-  Scalar slope = root.slope;
-  const int s = sign_of(a.g);
-  for (Sample<Scalar> last{};;) {
-    now.g = restep(now.t);
-    ++now.resteps;
-    if (!std::isfinite(now.g)) return now;
-    if (std::abs(now.g) <= std::abs(slope) * root.tolerance) return now;
-    (sign_of(now.g) == s ? a : b) = {now.t, now.g};
-    if (now.resteps >= most || std::abs(b.t - a.t) <= root.tolerance) break;
-    if (now.resteps > 1) slope = (now.g - last.g) / (now.t - last.t);
-    Scalar t = now.t - now.g / slope;
-    if (!(is_before(a.t, t, b.t - a.t) && is_before(t, b.t, b.t - a.t))) t = a.t + (b.t - a.t) / 2;
-    if (t == now.t) return now;
-    last = {now.t, now.g};
-    now.t = t;
-  }
-  // What secants don't close, a jump of g above all, is closed as a bracket is.
-  close_bracket(a, b, root.tolerance, [&](Scalar t) {
-    ++now.resteps;
-    return now.g = restep(now.t = t);
-  });
-  if (now.t == b.t) return now;
-  now.t = b.t;
-  now.g = restep(b.t);
-  ++now.resteps;
-  return now;
 }
 
 }  // namespace phistep::inline PHISTEP_ABI

@@ -26,7 +26,7 @@
 #include "phistep/problem/edit_guard.hpp"
 #include "phistep/problem/transaction.hpp"
 #include "phistep/schemes/scheme_on.hpp"
-#include "phistep/simd/update.hpp"
+#include "phistep/simd/finite_witness.hpp"
 #include "phistep/state/blocks.hpp"
 
 namespace phistep::inline PHISTEP_ABI {

@@ -1,5 +1,5 @@
 /// @file
-/// Elementary functions of packs, and of plain numbers under the same names, so that one generic law serves both.
+/// Elementary functions of packs, under the same names as those of plain numbers (plain_math.hpp).
 ///
 /// Relative errors in units of the last place: + − * /, sqrt and fma ½; reciprocal and rsqrt 1; rsqrt3 2; exp 2.
 #pragma once
@@ -11,6 +11,7 @@
 
 #include "phistep/core/version.hpp"
 #include "phistep/simd/pack.hpp"
+#include "phistep/simd/plain_math.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -27,63 +28,6 @@ template <class T>
 inline constexpr bool is_pack = !std::is_same_v<T, typename ScalarIn<T>::type>;
 template <class T>
 concept PackOrNumber = std::floating_point<typename ScalarIn<T>::type>;
-
-// Plain numbers. Templates, so that they give way to the C library's where both are visible.
-template <std::floating_point T>
-[[nodiscard]] T select(bool condition, T a, std::type_identity_t<T> b) {
-  return condition ? a : b;
-}
-[[nodiscard]] constexpr bool any(std::same_as<bool> auto m) { return m; }
-[[nodiscard]] constexpr bool all(std::same_as<bool> auto m) { return m; }
-[[nodiscard]] constexpr bool none(std::same_as<bool> auto m) { return !m; }
-template <std::floating_point T>
-[[nodiscard]] T sum(T a) {
-  return a;
-}
-template <std::floating_point T>
-[[nodiscard]] T sqrt(T a) {
-  return std::sqrt(a);
-}
-template <std::floating_point T>
-[[nodiscard]] T exp(T a) {
-  return std::exp(a);
-}
-template <std::floating_point T>
-[[nodiscard]] T abs(T a) {
-  return std::abs(a);
-}
-template <std::floating_point T>
-[[nodiscard]] T min(const T& a, const T& b) {
-  return b < a ? b : a;
-}
-template <std::floating_point T>
-[[nodiscard]] T max(const T& a, const T& b) {
-  return a < b ? b : a;
-}
-/// a b + c, rounded once where that costs nothing.
-template <std::floating_point T>
-[[nodiscard]] T fma(T a, T b, T c) {
-#if !defined(PHISTEP_NO_SIMD) && (defined(__FMA__) || defined(__AVX512F__) || defined(__ARM_FEATURE_FMA))
-  if constexpr (sizeof(T) <= 8) return std::fma(a, b, c);
-#endif
-  return a * b + c;
-}
-template <std::floating_point T>
-[[nodiscard]] T reciprocal(T a) {
-  return T{1} / a;
-}
-template <std::floating_point T>
-[[nodiscard]] T rsqrt(T a) {
-  return T{1} / std::sqrt(a);
-}
-template <std::floating_point T>
-[[nodiscard]] T rsqrt3(T a) {
-  return T{1} / (a * std::sqrt(a));
-}
-template <std::floating_point T>
-[[nodiscard]] T pow(T x, std::type_identity_t<T> y) {
-  return std::pow(x, y);
-}
 
 /// a b + c
 template <class Scalar, int width>

@@ -6,8 +6,6 @@
 ///
 /// A step writes beside the old state and commits by swap: on `false` nothing of the old state has been touched.
 /// Why it looks as it does (measured, g++ 12 and clang 14, SSE2 to AVX-512, 1e3 to 1e6 particles):
-///  · The witness is an OR over the bits of x − x: ±0 where x is finite, NaN otherwise. Integer OR may be reordered, so
-///    both compilers vectorise it; a floating-point sum they may not. It costs no time beside the memory traffic.
 ///  · Beyond the caches an ordinary store first reads the line it overwrites; a streaming store doesn't, so that writing
 ///    beside the state moves no more bytes than a loop in place. Compilers emit none by themselves, hence packets: the
 ///    kernel is generic in i, and sees numbers (i an index) or packets (i a PacketIndex). Filling a block in L1 by the
@@ -18,7 +16,6 @@
 #pragma once
 
 #include <atomic>
-#include <bit>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
@@ -27,7 +24,9 @@
 
 #include "phistep/core/shares.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/simd/finite_witness.hpp"
 #include "phistep/simd/last_cache.hpp"
+#include "phistep/simd/loop_hints.hpp"
 #include "phistep/simd/pack.hpp"
 
 #if defined(__SSE2__) && defined(__GNUC__) && !defined(PHISTEP_NO_SIMD)
@@ -41,56 +40,7 @@
 #define PHISTEP_DETAIL_PACKETS 0
 #endif
 
-/// After the parameters of a lambda.
-#if defined(__GNUC__)
-#define PHISTEP_DETAIL_INLINED __attribute__((always_inline))
-#else
-#define PHISTEP_DETAIL_INLINED
-#endif
-
-/// Before a loop: no iteration reads what another one writes. It spares the run-time overlap tests, which an output that
-/// is an input would fail. clang warns where it can't obey, as under its sanitizers, which don't need the speed.
-#if defined(__clang__)
-#if __has_feature(address_sanitizer) || __has_feature(undefined_behavior_sanitizer) || \
-    __has_feature(thread_sanitizer) || __has_feature(memory_sanitizer)
-#define PHISTEP_DETAIL_ELEMENTWISE
-#else
-#define PHISTEP_DETAIL_ELEMENTWISE _Pragma("clang loop vectorize(assume_safety)")
-#endif
-#elif defined(__GNUC__)
-#define PHISTEP_DETAIL_ELEMENTWISE _Pragma("GCC ivdep")
-#elif defined(_MSC_VER)
-#define PHISTEP_DETAIL_ELEMENTWISE __pragma(loop(ivdep))
-#else
-#define PHISTEP_DETAIL_ELEMENTWISE
-#endif
-
 namespace phistep::inline PHISTEP_ABI {
-
-/// Remembers whether all numbers seen were finite.
-template <std::floating_point Scalar>
-class FiniteWitness {
-  static constexpr bool bitwise = sizeof(Scalar) == 4 || sizeof(Scalar) == 8;  // long double has padding, and no SIMD
-  using Bits = std::conditional_t<sizeof(Scalar) == 4, std::uint32_t, std::uint64_t>;
-
- public:
-  void see(Scalar x) {
-    if constexpr (bitwise) seen_ |= std::bit_cast<Bits>(x - x);
-    else seen_ |= x - x == 0 ? 0u : 2u;
-  }
-  void see(FiniteWitness other) { seen_ |= other.seen_; }
-  /// The sign bit doesn't count: x − x is −0 when rounding towards −∞.
-  [[nodiscard]] bool all_finite() const { return static_cast<Bits>(seen_ << 1) == 0; }
-
- private:
-  Bits seen_ = 0;
-};
-
-/// Where nothing can be other than finite.
-template <std::floating_point Scalar>
-struct NoWitness {
-  static void see(Scalar) {}
-};
 
 struct PacketIndex {
   std::ptrdiff_t first;
@@ -305,14 +255,6 @@ template <std::ptrdiff_t n, class Kernel, class Scalar, std::same_as<Scalar>... 
   }
 #endif
   return update_one_by_one<n>(kernel, out, more...);
-}
-
-/// True where every one of the n values is finite.
-template <class Scalar>
-[[nodiscard]] bool all_finite(const Scalar* x, std::ptrdiff_t n) {
-  FiniteWitness<Scalar> witness;
-  for (std::ptrdiff_t i = 0; i < n; ++i) witness.see(x[i]);
-  return witness.all_finite();
 }
 
 }  // namespace phistep::inline PHISTEP_ABI

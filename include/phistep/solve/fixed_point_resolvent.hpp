@@ -18,7 +18,7 @@
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/jacobian/differences.hpp"
-#include "phistep/simd/update.hpp"
+#include "phistep/simd/finite_witness.hpp"
 #include "phistep/solve/fixed_point.hpp"
 #include "phistep/solve/increment.hpp"
 #include "phistep/solve/local_resolvent.hpp"

@@ -27,7 +27,7 @@
 #include "phistep/matrix/local_system.hpp"
 #include "phistep/matrix/network_system.hpp"
 #include "phistep/matrix/static_sparse_system.hpp"
-#include "phistep/simd/update.hpp"
+#include "phistep/simd/finite_witness.hpp"
 #include "phistep/solve/convergence.hpp"
 #include "phistep/solve/difference_tangent.hpp"
 #include "phistep/state/blocks.hpp"

@@ -16,7 +16,6 @@
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/equation/gamma.hpp"
-#include "phistep/simd/update.hpp"
 #include "phistep/solve/increment.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/non_finite.hpp"

@@ -25,7 +25,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/core/xorshift.hpp"
 #include "phistep/equation/right_hand_side.hpp"
-#include "phistep/simd/update.hpp"
+#include "phistep/simd/finite_witness.hpp"
 #include "phistep/solve/newton.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/combination.hpp"

@@ -9,7 +9,7 @@
 
 #include "phistep/core/version.hpp"
 #include "phistep/simd/fingerprint.hpp"
-#include "phistep/simd/update.hpp"
+#include "phistep/simd/finite_witness.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

@@ -16,7 +16,8 @@
 #include <utility>
 
 #include "phistep/core/version.hpp"
-#include "phistep/simd/update.hpp"
+#include "phistep/simd/finite_witness.hpp"
+#include "phistep/simd/loop_hints.hpp"
 #include "phistep/state/block.hpp"
 
 namespace phistep::inline PHISTEP_ABI {

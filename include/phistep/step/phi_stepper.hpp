@@ -25,6 +25,7 @@
 #include "phistep/schemes/respa.hpp"
 #include "phistep/schemes/scheme_on.hpp"
 #include "phistep/schemes/splitting.hpp"
+#include "phistep/simd/loop_hints.hpp"
 #include "phistep/solve/fixed_point_resolvent.hpp"
 #include "phistep/solve/local_resolvent.hpp"
 #include "phistep/solve/newton.hpp"

@@ -13,7 +13,7 @@
 #include "phistep/contacts/contact_kernel.hpp"
 #include "phistep/contacts/springs/spring_table.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/simd/update.hpp"
+#include "phistep/simd/finite_witness.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

@@ -11,7 +11,7 @@
 #include "phistep/contacts/contact_kernel.hpp"
 #include "phistep/core/resize.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/simd/update.hpp"
+#include "phistep/simd/finite_witness.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 

@@ -22,7 +22,7 @@
 #include "phistep/matrix/dense_system.hpp"
 #include "phistep/matrix/sparse/sparse_pattern.hpp"
 #include "phistep/matrix/tangents.hpp"
-#include "phistep/simd/update.hpp"
+#include "phistep/simd/finite_witness.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
