@@ -171,8 +171,8 @@ class Linearisation {
       if constexpr (follows_tolerance || (matrix_free && stages))
         if (allowed.target > 0 && (stages || options.linear_rtol == 0))
           return system_.solve_within(
-              x, (stages ? 0.3 : 1.0) * inexact_share * allowed.target,
-              [&](auto& weights) { take_unknowns<S>(weights, *allowed.weight); }, statistics);
+              x, inexact_share * allowed.target, [&](auto& weights) { take_unknowns<S>(weights, *allowed.weight); },
+              statistics);
       if constexpr (matrix_free)
         if (allowed.target > 0 && options.linear_rtol == 0) return system_.solve(x, inexact_share, statistics);
       if constexpr (is_iterative) return system_.solve(x, options.linear_rtol, statistics);

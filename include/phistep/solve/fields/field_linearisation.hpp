@@ -207,7 +207,7 @@ class Linearisation<S, Rhs, Solver, position, stages, shifted, iterated> {
       }
       // A residual of that size in the run's weights, where x is about W⁻¹'s largest, M⁻¹, times as large.
       const double size = std::sqrt(square / static_cast<double>(x.size())) / mass_;
-      const double share = (stages ? 0.3 : 1.0) * inexact_share * allowed.target;
+      const double share = inexact_share * allowed.target;
       rtol = std::clamp(size > 0 ? share / size : 0.5, 1e-12, 0.5);
     }
     run([&] { return solver_->solve(x, rtol); });
