@@ -45,7 +45,6 @@ template <class Tie>
 template <class Arrays, class Routine, bool reads_velocities>
 class RoutineForce : public ForceTerm {
  public:
-  using ArraysType = Arrays;
   static constexpr bool uses_time = std::invocable<Routine&, double>;
   static constexpr bool uses_velocity = reads_velocities;
   static_assert(uses_time || std::invocable<Routine&>,

@@ -57,8 +57,6 @@ class PreconditionedSystem : public SparseAssembly<Scalar, has_K, has_C> {
   using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
   static constexpr bool is_symmetric = Linear::method == KrylovMethod::conjugate_gradients,
                         is_either = Linear::method == KrylovMethod::by_symmetry;
-  /// W is assembled for each γ: no factors of another one serve.
-  static constexpr bool follows_gamma = true;
 
   void take(const Linear& linear) { given_ = linear; }
   void resize(Eigen::Index n) {

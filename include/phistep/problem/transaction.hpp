@@ -107,8 +107,6 @@ class Transaction {
       if (!S::same_properties(state, next_)) return false;
     return same_shape<S>(state, next_);
   }
-  /// A state of the right sizes.
-  [[nodiscard]] const Plain& workspace() const { return next_; }
   /// For a checkpoint: Ψ, and where it holds.
   void archive(auto& ar) {
     ar("known_at", guard_);
