@@ -80,6 +80,27 @@ TEST_CASE("history survives that pairs are found anew") {
   CHECK((a.omega - b.omega).norm() < 1e-8);
 }
 
+TEST_CASE("springs of rolling keep their sense where a pair's bodies change places") {
+  // A grain lies on the flank of a held one, kept from rolling; both drift through a period, which changes their order.
+  const double radius = 0.01, angle = 0.1, stiffness = 1e5;
+  const double apart = 2 * radius - 0.01 * 9.81 * std::cos(angle) / stiffness;
+  Grains y{Matrix{{0.05, 0.05 + apart * std::sin(angle)}, {0, 0}, {0.05, 0.05 + apart * std::cos(angle)}}};
+  y.set_mass(0.01).set_radius(radius).set_still({1, 0});
+  y.v.row(2).setConstant(1);
+  Box<double, 3> box;
+  box.is_periodic[2] = true, box.upper[2] = 0.1;
+  y.set_box(box);
+  const Hooke law{.stiffness = stiffness, .restitution = 0.3, .friction = 0.8, .rolling_friction = 0.22};
+  PhiStepper stepper{y, Gravity{Eigen::Vector3d{0, 0, -9.81}} + Contact{law}, symplectic_euler};
+  double fastest = 0;
+  const auto look = [&](double t, const Grains& now) {
+    if (t > 0.05) fastest = std::max(fastest, std::abs(now.omega(1, 1)));
+  };
+  REQUIRE(integrate(stepper, y, {0.0, 0.3}, fixed(1e-5), look));
+  CHECK(fastest < 0.01);
+  CHECK(std::atan2(y.r(0, 1) - y.r(0, 0), y.r(2, 1) - y.r(2, 0)) == Approx(angle).epsilon(0.01));
+}
+
 TEST_CASE("history survives that other bodies are taken away, or come") {
   // Two bodies pressed together slide; one that is far away goes, and another comes.
   const auto run = [](bool others) {

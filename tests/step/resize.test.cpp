@@ -1,4 +1,9 @@
 // What may change between two steps besides numbers: a parameter, the number of components, the stepper's owner.
+#include <phistep/particles/particles.hpp>
+
+#include <cstdint>
+#include <vector>
+
 #include "step/resize_cases.hpp"
 
 using namespace resize_cases;
@@ -53,4 +58,32 @@ TEST_CASE("an empty state is stepped without complaint") {
 TEST_CASE("a copy of a stepper shares nothing with the original") {
   check_copies(Motion<Dynamic>{Dynamic::LinSpaced(4, 0.1, 0.2), Dynamic::Ones(4)},
                Motion<Dynamic>{Dynamic::LinSpaced(4, 1, 2), Dynamic::Ones(4)}, Elastic{3}, phi(0.7));
+}
+
+TEST_CASE("held particles are taken away, or come, and the next step is a fresh stepper's") {
+  const auto scene = [](Index n) {
+    Particles<double, 3> y{Eigen::Matrix3Xd::Random(3, n)};
+    std::vector<std::uint8_t> still(static_cast<std::size_t>(n));
+    for (std::size_t i = 0; i < still.size(); ++i) still[i] = i % 2;
+    y.set_still(still);
+    return y;
+  };
+  const auto force = Gravity{Eigen::Vector3d{0, 0, -1}};
+  for (const Origin origin : {Origin::unknown, Origin::unedited}) {
+    auto y = scene(60);
+    PhiStepper stepper{y, force, symplectic_euler};
+    for (int k = 0; k < 2; ++k) REQUIRE(stepper.step(y, 0.1 * k, 0.1, origin));
+    CHECK(y.erase_if([](Index i) { return i >= 30; }) == 30);
+    for (const Index more : {0, 40}) {
+      if (more > 0) y = scene(more);
+      auto expected = y;
+      PhiStepper fresh{expected, force, symplectic_euler};
+      for (int k = 0; k < 3; ++k) {
+        REQUIRE(stepper.step(y, 0.1 * k, 0.1, k == 0 ? Origin::unknown : origin));
+        REQUIRE(fresh.step(expected, 0.1 * k, 0.1));
+        CHECK((y.r.array() == expected.r.array()).all());
+        CHECK((y.v.array() == expected.v.array()).all());
+      }
+    }
+  }
 }

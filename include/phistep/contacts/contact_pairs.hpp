@@ -99,10 +99,10 @@ void carry_springs(const ContactPairs<Scalar>& from, const SpringTable<Scalar>& 
   const auto is_still = [&to](std::int32_t slot) {
     return !(to.bodies.inverse_mass[static_cast<std::size_t>(slot)] > Scalar{0});
   };
-  // Springs belong to the pair in the order of slots.
+  // Springs belong to the pair in the order of slots. The other way round ξ has the other sign; ψ, n × a turn, has two.
   const auto carry = [&](std::int32_t i, std::int32_t j, ContactSprings<Scalar> springs) {
     if (i < 0 || j < 0) return;
-    if (i > j) std::swap(i, j), springs = {Scalar{-1} * springs.slip, Scalar{-1} * springs.roll};
+    if (i > j) std::swap(i, j), springs.slip = Scalar{-1} * springs.slip;
     const std::ptrdiff_t place = to.find(i, j);
     if (place >= 0) carried.carry_to(static_cast<std::int32_t>(place), springs);
     else if (is_still(i) && is_still(j))

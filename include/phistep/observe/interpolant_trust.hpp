@@ -20,13 +20,13 @@ class InterpolantTrust {
   }
   /// What the last check says of a step of this length; empty: it has to be checked. [time]
   [[nodiscard]] std::optional<bool> known(double dt) const {
-    if (is_fresh_ && dt_ / 2 < dt && dt < 1.25 * dt_) return is_right_;
+    if (is_fresh_ && dt_ / 2 < dt && dt < 1.05 * dt_) return is_right_;
     return {};
   }
   /// A check has found the interpolant off by `error`, in units of the tolerance: right is half of that or less.
   bool check(double dt, double error) {
     is_right_ = error <= 0.5;
-    // Clear is ten times less or more than that. The 1.25 above makes 1.25⁴ = 2.4 of an error that goes as Δt⁴.
+    // Clear is ten times less or more than that. The 1.05 above makes 1.05¹² = 1.8 of an error that goes as Δt¹².
     const bool is_clear = error <= 0.05 || !(error <= 5);
     steps_ = is_clear ? std::clamp(2 * steps_, 1, 4) : 0;
     left_ = steps_;

@@ -274,6 +274,7 @@ class Kernel {
     resolvent_.resize(copy, rhs_);
     rhs_.rebind(std::move(masses));
     transaction_ = std::move(fresh);
+    passes_.forget();
     passes_.bind(copy);
     algebra_.bind(rhs_, copy);
     torn_ = false;

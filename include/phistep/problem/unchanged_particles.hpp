@@ -42,8 +42,7 @@ class UnchangedParticles {
     if (10 * static_cast<Index>(active->list().size()) >= 9 * active->size()) return nullptr;
     if (was_same_) follow(*active, y, next);
     const bool looks = origin_ == Origin::unknown;
-    const std::uint64_t seen = looks ? hash(*active, y) : 0;
-    if (!was_same_ || (looks && !(knows_hash_ && seen == hash_))) {
+    if (!was_same_ || (looks && !(knows_hash_ && hash(*active, y) == hash_))) {
       copy_blocks<S>(next, y);
       take(*active, y);
       knows_hash_ = looks;

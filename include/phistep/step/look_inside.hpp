@@ -53,12 +53,12 @@ class LookInside {
   /// The step has been done, and no state inside it asked for.
   void begin(Scalar dt) {
     slopes_ = looked_ = Outcome::success;
-    if constexpr (does_steps) work_.inside.end(), work_.parts.end(), work_.looks = 0;
     trust_.step();
     begin_again(dt);
   }
-  /// It has been done again, to an earlier end.
+  /// It has been done again, to an earlier end: nothing that was made for the other one serves.
   void begin_again(Scalar dt) {
+    if constexpr (does_steps) work_.inside.end(), work_.parts.end(), work_.looks = 0;
     dt_ = dt;
     is_checked_ = false;
     trusted_.reset();
