@@ -216,3 +216,24 @@ TEST_CASE("dense output: order 3 and 4 inside the step, and its ends") {
   check_order(errors(20, [](int n) { return dense_error(rodas5p, n); }), 5, 0.2);
   check_order(errors(20, [](int n) { return dense_error(rodas4p2, n); }), 4, 0.2);
 }
+
+TEST_CASE("a force that jumps where a step starts has no slope there: order 1, not the jump divided by a difference") {
+  using One = Eigen::Matrix<double, 1, 1>;
+  const auto check = [](auto scheme, bool is_late) {
+    const auto heater = [is_late](const One& y, double t) {
+      return One{-y[0] + ((is_late ? t > 1.0 : t >= 1.0) ? 1.0 : 0.0)};
+    };
+    double before = 0;
+    for (const double dt : {0.25, 0.125, 0.0625}) {
+      One y{0.0};
+      PhiStepper stepper{y, heater, scheme};
+      REQUIRE(integrate(stepper, y, {0.0, 2.0}, fixed(dt)));
+      const double error = std::abs(y[0] - (1 - std::exp(-1.0)));
+      CAPTURE(dt, is_late, error);
+      CHECK(error < 0.5 * dt);
+      if (before > 0) CHECK(error < 0.7 * before);
+      before = error;
+    }
+  };
+  for (const bool is_late : {false, true}) check(rodas4, is_late), check(rodas4p2, is_late), check(rodas5p, is_late);
+}

@@ -191,3 +191,11 @@ TEST_CASE("what promises nothing is not checked, and costs nothing") {
   CHECK(march(newton, y, 1e-3).first == Outcome::success);
   CHECK(newton.statistics().checks == 0);
 }
+
+TEST_CASE("linear stages of a force promised to be affine, whose matrix changes, say which promise is broken") {
+  using One = Eigen::Matrix<double, 1, 1>;
+  One y{1.0};
+  const auto decay = affine([](const One& x, double t) { return One{-(t < 1.7 ? 1.0 : 0.1) * x[0]}; });
+  PhiStepper stepper{y, decay, rodas5p};
+  CHECK(integrate(stepper, y, {0.0, 10.0}, tolerance{.rtol = 1e-6}).outcome == Outcome::not_affine);
+}

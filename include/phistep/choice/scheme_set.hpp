@@ -52,7 +52,7 @@ struct FieldMatrix;
 /// too.
 [[nodiscard]] constexpr bool shows_unsuited_krylov(Outcome outcome) {
   return outcome == Outcome::linear_solver_failed || outcome == Outcome::not_positive_definite ||
-         outcome == Outcome::not_symmetric || outcome == Outcome::wrong_jacobian;
+         outcome == Outcome::not_symmetric || outcome == Outcome::wrong_jacobian || outcome == Outcome::not_affine;
 }
 /// How a scheme's implicit equations are solved, as the type.
 template <SuitableScheme scheme, class Scalar>

@@ -93,7 +93,8 @@ class TangentCheck {
     const double noise = noise_of(rhs, t, y, psi);
     const Rounding blurred{rounding.product + 16 * noise * std::abs(static_cast<double>(gamma / step)),
                            rounding.difference};
-    return !(noise >= 0) || agrees(measured_, bend, psi, blurred, first) ? Outcome::success : Outcome::wrong_jacobian;
+    if (!(noise >= 0) || agrees(measured_, bend, psi, blurred, first)) return Outcome::success;
+    return Rhs::Traits::is_affine ? Outcome::not_affine : Outcome::wrong_jacobian;
   }
 
  private:
