@@ -185,3 +185,17 @@ TEST_CASE("walls: the corners of a box may be expressions of Eigen") {
   CHECK(std::get<Plane<3>>(box[5]).point == Eigen::Vector3d::Constant(2));
   CHECK(std::get<Plane<3>>(box[5]).normal == -Eigen::Vector3d::UnitZ());
 }
+
+TEST_CASE("along a period a solid box stands at each of its images") {
+  for (const double start : {0.1, -0.9, 1.1, 7.1}) {
+    Particles<double, 3> y{Eigen::Vector3d{start, 0, 0}, Eigen::Vector3d{1, 0, 0}};
+    Box<double, 3> box;
+    box.is_periodic[0] = true, box.upper[0] = 1;
+    y.set_radius(0.02).set_mass(1e-3).set_box(box);
+    const SolidBox<3> block{.center = {0.75, 0, 0}, .half = {0.05, 0.5, 0.5}};
+    PhiStepper stepper{y, Walls{Hooke{.stiffness = 1e4}, block}, symplectic_euler};
+    REQUIRE(integrate(stepper, y, {0.0, 1.0}, fixed(1e-4)));
+    CHECK(y.v(0, 0) == Approx(-1).epsilon(1e-3));
+    CHECK(y.r(0, 0) - start == Approx(0.16).margin(0.01));
+  }
+}

@@ -7,6 +7,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <type_traits>
 #include <variant>
 #include <vector>
 
@@ -76,9 +77,10 @@ class TouchingWalls {
     for (std::size_t k = 0; k < walls.size(); ++k)
       std::visit(
           [&](const auto& wall) {
+            const NearWall<Scalar, dim, std::remove_cvref_t<decltype(wall)>> shape{wall, y.body.box};
             Eigen::Matrix<Scalar, dim, 1> n;
-            for_each_touching(wall, y, active, [&](Eigen::Index i) {
-              const Scalar radius = y.body.radius[i], distance = approach<Scalar, dim>(wall, y.r.col(i), n);
+            for_each_touching(shape, y, active, [&](Eigen::Index i) {
+              const Scalar radius = y.body.radius[i], distance = shape.approach(y.r.col(i), n);
               table.place.push_back(
                   WallBodies<Scalar>::place(static_cast<std::int64_t>(k), static_cast<std::int32_t>(i)));
               from.push_back(springs_of(table.place.back()));
@@ -112,9 +114,10 @@ class TouchingWalls {
       std::size_t end = own.begin;
       for (std::size_t b = own.begin; b < own.end; ++b) {
         const std::int32_t i = active ? active->list()[b] : static_cast<std::int32_t>(b);
+        const Eigen::Matrix<Scalar, dim, 1> r = y.r.col(i);
+        if (wall.is_far(r, y.body.radius[i])) continue;
         // A position that is NaN touches, so that its force becomes NaN.
-        if (!(approach<Scalar, dim>(wall, y.r.col(i), n) >= y.body.radius[i]) && !y.body.is_still(i))
-          touching_[end++] = i;
+        if (!(wall.approach(r, n) >= y.body.radius[i]) && !y.body.is_still(i)) touching_[end++] = i;
       }
       found_[own.number] = {own.begin, end};
     });

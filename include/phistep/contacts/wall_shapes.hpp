@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "phistep/core/version.hpp"
+#include "phistep/particles/box.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
 
@@ -70,31 +71,73 @@ void check_wall(const SolidBox<dim>& wall, std::size_t w) {
   if (!((wall.axes.transpose() * wall.axes).isIdentity(1e-9))) refuse_wall(w, " needs orthonormal axes");
 }
 
-/// From the wall's nearest point to r: sets the unit normal, returns the distance (< 0 inside).
+/// A wall in a run's numbers.
+template <class Scalar, int dim, class Shape>
+class NearWall;
+
 template <class Scalar, int dim>
-[[nodiscard]] inline Scalar approach(const Plane<dim>& wall, const Eigen::Matrix<Scalar, dim, 1>& r,
-                                     Eigen::Matrix<Scalar, dim, 1>& n) {
-  n = wall.normal.template cast<Scalar>();
-  return n.dot(r - wall.point.template cast<Scalar>());
-}
-template <class Scalar, int dim>
-[[nodiscard]] inline Scalar approach(const SolidBox<dim>& wall, const Eigen::Matrix<Scalar, dim, 1>& r,
-                                     Eigen::Matrix<Scalar, dim, 1>& n) {
+class NearWall<Scalar, dim, Plane<dim>> {
   using Vector = Eigen::Matrix<Scalar, dim, 1>;
-  const auto axes = wall.axes.template cast<Scalar>().eval();
-  const Vector q = axes.transpose() * (r - wall.center.template cast<Scalar>()),
-               half = wall.half.template cast<Scalar>();
-  const Vector out = q - q.cwiseMax(-half).cwiseMin(half);
-  const Scalar distance = out.norm();
-  if (distance > 0) {
-    n = axes * (out / distance);
-    return distance;
+
+ public:
+  NearWall(const Plane<dim>& wall, const Box<Scalar, dim>&)
+      : point_{wall.point.template cast<Scalar>()}, normal_{wall.normal.template cast<Scalar>()} {}
+  /// From the wall's nearest point to r: sets the unit normal, returns the distance (< 0 inside).
+  [[nodiscard]] Scalar approach(const Vector& r, Vector& n) const {
+    n = normal_;
+    return n.dot(r - point_);
   }
-  int face = 0;  // the nearest one: out by the shortest way
-  for (int a = 1; a < dim; ++a)
-    if (half[a] - std::abs(q[a]) < half[face] - std::abs(q[face])) face = a;
-  n = q[face] < 0 ? Vector(-axes.col(face)) : Vector(axes.col(face));
-  return std::abs(q[face]) - half[face];
-}
+  /// Whether a body of that radius at r is sure not to touch it; false is no answer.
+  [[nodiscard]] static bool is_far(const Vector&, Scalar) { return false; }
+
+ private:
+  Vector point_, normal_;
+};
+
+/// Along periodic axes, the image whose center is nearest.
+template <class Scalar, int dim>
+class NearWall<Scalar, dim, SolidBox<dim>> {
+  using Vector = Eigen::Matrix<Scalar, dim, 1>;
+
+ public:
+  NearWall(const SolidBox<dim>& wall, const Box<Scalar, dim>& box)
+      : center_{wall.center.template cast<Scalar>()},
+        half_{wall.half.template cast<Scalar>()},
+        axes_{wall.axes.template cast<Scalar>()},
+        reach_{half_.norm()},
+        box_{box},
+        has_images_{!box.is_open()} {}
+
+  [[nodiscard]] Scalar approach(const Vector& r, Vector& n) const {
+    const Vector q = axes_.transpose() * from_center(r);
+    const Vector out = q - q.cwiseMax(-half_).cwiseMin(half_);
+    const Scalar distance = out.norm();
+    if (distance > 0) {
+      n = axes_ * (out / distance);
+      return distance;
+    }
+    int face = 0;  // the nearest one: out by the shortest way
+    for (int a = 1; a < dim; ++a)
+      if (half_[a] - std::abs(q[a]) < half_[face] - std::abs(q[face])) face = a;
+    n = q[face] < 0 ? Vector(-axes_.col(face)) : Vector(axes_.col(face));
+    return std::abs(q[face]) - half_[face];
+  }
+  [[nodiscard]] bool is_far(const Vector& r, Scalar radius) const {
+    const Scalar least = Scalar(1.0001L) * (reach_ + radius);
+    return from_center(r).squaredNorm() > least * least;
+  }
+
+ private:
+  [[nodiscard]] Vector from_center(const Vector& r) const {
+    const Vector d = r - center_;
+    return has_images_ ? box_.nearest(d) : d;
+  }
+
+  Vector center_, half_;
+  Eigen::Matrix<Scalar, dim, dim> axes_;
+  Scalar reach_;
+  Box<Scalar, dim> box_;
+  bool has_images_;
+};
 
 }  // namespace phistep::inline PHISTEP_ABI
