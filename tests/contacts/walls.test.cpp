@@ -194,7 +194,7 @@ TEST_CASE("along a period a solid box stands at each of its images") {
     y.set_radius(0.02).set_mass(1e-3).set_box(box);
     const SolidBox<3> block{.center = {0.75, 0, 0}, .half = {0.05, 0.5, 0.5}};
     PhiStepper stepper{y, Walls{Hooke{.stiffness = 1e4}, block}, symplectic_euler};
-    REQUIRE(integrate(stepper, y, {0.0, 1.0}, fixed(1e-4)));
+    REQUIRE(integrate(stepper, y, {0.0, 1.0}, fixed(1e-5)));
     CHECK(y.v(0, 0) == Approx(-1).epsilon(1e-3));
     CHECK(y.r(0, 0) - start == Approx(0.16).margin(0.01));
   }

@@ -47,6 +47,9 @@ TEST_CASE("who goes takes all that was its own along") {
   const Eigen::Vector4d number{1, 2, 3, 4};
   for (Eigen::Index i = 0; i < 4; ++i) grains.r.col(i).setConstant(number[i]), grains.v.col(i).setConstant(-number[i]);
   grains.omega = 10 * number.transpose();
+  grains.set_mass(std::vector<float>{1, 2, 3, 4}).set_type(std::vector<int>{1, 2, 3, 4});
+  CHECK((grains.mass().array() == Eigen::Array4d{1, 2, 3, 4}).all());
+  CHECK((grains.type().array() == Eigen::Array4i{1, 2, 3, 4}).all());
   grains.set_mass(number).set_radius(number / 8).set_type(Eigen::Vector4i{1, 2, 3, 4}).set_charge(-number);
   grains.set_heat_capacity(2 * number).set_still({1, 0, 0, 1});
   grains.erase(0);

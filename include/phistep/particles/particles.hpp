@@ -123,7 +123,8 @@ class Particles : public Extra::template Block<Number, dim>... {
   /// Who is who after particles were erased. A particle's index is its column, its id never changes.
   [[nodiscard]] const std::vector<std::int64_t>& id() const { return body_->id; }
 
-  /// Each sets one property of all particles, by one number or one a particle, and returns the particles.
+  /// Each sets one property of all particles, by one number or one a particle (of Eigen, or a std::vector), and returns the
+  /// particles.
   /// @throws std::invalid_argument naming the particle, where a value can't be; nothing has changed then
   Particles& set_mass(const auto& m) {
     return set([&](auto& body) { fill(body.mass, m); });
@@ -257,6 +258,9 @@ class Particles : public Extra::template Block<Number, dim>... {
     using From = std::remove_cvref_t<decltype(values)>;
     if constexpr (std::is_arithmetic_v<From>) {
       column.setConstant(size(), static_cast<typename To::Scalar>(values));
+    } else if constexpr (!std::is_base_of_v<Eigen::EigenBase<From>, From>) {
+      using Values = Eigen::Matrix<typename From::value_type, Eigen::Dynamic, 1>;
+      fill(column, Eigen::Map<const Values>(values.data(), static_cast<Index>(values.size())));
     } else {
       if (values.size() != 0 && values.size() != size())
         throw std::invalid_argument("phistep: " + std::to_string(values.size()) + " values for " +
