@@ -55,7 +55,7 @@ class ContactSearch {
       if (n > 0 && domain.periodic[a] && !(domain.length[a] > 2 * range))
         throw std::invalid_argument("phistep: the box's period along axis " + std::to_string(a) + ", " +
                                     std::to_string(domain.length[a]) +
-                                    ", must be more than twice the bodies' largest diameter");
+                                    ", must be more than twice the bodies' largest diameter and the skin");
     for (int a = 0; a < 3; ++a)
       pairs.period[a] = a < dim && body.box.is_periodic[static_cast<std::size_t>(std::min(a, dim - 1))]
                             ? body.box.upper[std::min(a, dim - 1)] - body.box.lower[std::min(a, dim - 1)]
