@@ -187,13 +187,14 @@ class LinearStages {
     const Scalar least = 64 * u * std::abs(t), wanted = std::sqrt(std::sqrt(u)) * std::abs(dt);
     const Scalar delta = (t + std::copysign(std::max(wanted, least), dt)) - t;
     rhs.evaluate_into(t + delta, y, later_);
-    assign_rate<S>(psi_t_, in_rate<S>(later_));
-    rhs.evaluate_into(t + 2 * delta, y, later_);
     const Scalar half = 1 / (2 * delta);
     if constexpr (FieldState<S>) {
-      assign_rate<S>(psi_t_, Scalar{-3} * in_rate<S>(psi_) + Scalar{4} * in_rate<S>(psi_t_));
+      assign_rate<S>(psi_t_, Scalar{-3} * in_rate<S>(psi_) + Scalar{4} * in_rate<S>(later_));
+      rhs.evaluate_into(t + 2 * delta, y, later_);
       assign_rate<S>(psi_t_, half * (in_rate<S>(psi_t_) - in_rate<S>(later_)));
     } else {
+      copy_rate(psi_t_, later_);
+      rhs.evaluate_into(t + 2 * delta, y, later_);
       for_each_number([half](auto, Scalar& b, Scalar a, Scalar c) { b = half * twice_change(a, b, c); },
                       Rate::blocks(psi_t_), Rate::blocks(psi_), Rate::blocks(later_));
     }
