@@ -26,8 +26,8 @@ TEST_CASE("samples in a step that an event has cut are the cut step's") {
   for (const auto& [fast, rtol] : {std::pair{1e4, 3.313e-11}, std::pair{1e2, 1e-7}, std::pair{1e2, 1.3e-7}}) {
     const double rate = fast;
     One y{0.0};
-    PhiStepper stepper{
-        y, [rate](const One& x, double t) { return One{-rate * (x[0] - std::sin(t)) + std::cos(t)}; }, radau};
+    PhiStepper stepper{y, [rate](const One& x, double t) { return One{-rate * (x[0] - std::sin(t)) + std::cos(t)}; },
+                       radau};
     double off = 0, ends = 0;
     auto look = sampled(0.0417, [&](double t, const One& x) { off = std::max(off, std::abs(x[0] - std::sin(t))); });
     const auto end = [&](double t, const One& x) { ends = std::max(ends, std::abs(x[0] - std::sin(t))); };

@@ -133,7 +133,9 @@ TEST_CASE("a preconditioner serves for several matrices, and is told of γ where
   CHECK(apart(by_own.y, run(windy, tr_bdf2, 1e-4, newton()).y) <= 1e-4);
 }
 
-TEST_CASE("Rosenbrock's stages begin where the first one puts them: of a force that stays as it is, only that one is sought") {
+TEST_CASE(
+    "Rosenbrock's stages begin where the first one puts them: of a force that stays as it is, only that one is "
+    "sought") {
   const auto check = [](auto scheme) {
     Vec y = Vec::Zero(50);
     PhiStepper stepper{y, Supply{}, scheme, newton<PreconditionedCg<>>()};
