@@ -87,7 +87,7 @@ class NearWall<Scalar, dim, Plane<dim>> {
     n = normal_;
     return n.dot(r - point_);
   }
-  /// Whether a body of that radius at r is sure not to touch it; false is no answer.
+  /// True where a body of that radius at r certainly doesn't touch the wall, found at less cost than `approach`.
   [[nodiscard]] static bool is_far(const Vector&, Scalar) { return false; }
 
  private:

@@ -22,7 +22,7 @@ template <class Scalar>
 [[nodiscard]] Scalar time_resolution(Scalar a, Scalar b) {
   return 8 * std::numeric_limits<Scalar>::epsilon() * std::max(std::abs(a), std::abs(b));
 }
-/// [time] How long after a root at t0 a step of length dt looks at g first.
+/// [time] How long after a root at t0 a step of length dt first evaluates g.
 template <class Scalar>
 [[nodiscard]] Scalar first_probe(Scalar t0, Scalar dt) {
   constexpr Scalar epsilon = std::numeric_limits<Scalar>::epsilon();

@@ -10,13 +10,11 @@
 #include <Eigen/Core>
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <span>
-#include <tuple>
 #include <type_traits>
 #include <utility>
 
@@ -24,10 +22,10 @@
 #include "phistep/control/errors/error_scales.hpp"
 #include "phistep/control/errors/measured.hpp"
 #include "phistep/control/tolerance.hpp"
-#include "phistep/control/trace.hpp"
 #include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/norms.hpp"
 #include "phistep/state/ranks.hpp"
 
 namespace phistep::inline PHISTEP_ABI {
@@ -37,7 +35,7 @@ class ErrorNorm : public ErrorScales<Plain> {
  public:
   using Scalar = ScalarOf<Plain>;
 
-  /// False where rtol or atol can't work for a state like y, or there is no such norm of it.
+  /// False where rtol or atol can't work for a state like y, or a field is to be measured particle by particle.
   [[nodiscard]] bool begin(const tolerance& wanted, const Plain& y) {
     norm_ = wanted.norm;
     if (FieldState<Plain> && norm_ != Norm::rms) return false;
