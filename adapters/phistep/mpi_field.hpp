@@ -12,7 +12,7 @@
 
 #include "phistep/fields.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Operations on a field whose ranks are those of `Own::communicator(x)`; MPI_COMM_NULL is this one process.
 template <class Own, std::floating_point Number>
@@ -75,4 +75,4 @@ class HandleForce {
   Field<Ops> rate_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -27,7 +27,7 @@
 // PETSc exports and documents it, but declares it in a private header.
 PETSC_EXTERN PetscErrorCode PetscObjectStateGet(PetscObject, PetscObjectState*);
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 static_assert(std::is_floating_point_v<PetscScalar>, "phistep: complex PETSc builds are not supported");
 
@@ -215,4 +215,4 @@ class PetscSolver {
   std::shared_ptr<All> all_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -29,7 +29,7 @@
 
 #include "phistep/mpi_field.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// What the library does with an N_Vector whose numbers lie in this process's memory: serial, of threads, of MPI's ranks, a
 /// ManyVector of such.
@@ -224,4 +224,4 @@ class SundialsSolver {
   std::shared_ptr<All> all_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

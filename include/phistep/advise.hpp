@@ -26,7 +26,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/study/advice.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// The beginning of an automatic run, until it changes to an implicit scheme, or a tenth of it is done, or 200 steps, after which
 /// the choice hardly changes.
@@ -80,4 +80,4 @@ template <State S, class F, class MassSpec = UnitMasses>
   return decide(scene, stiffness);
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -22,7 +22,7 @@
 #include "phistep/run.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// A RunReport, and which schemes the run took.
 struct [[nodiscard]] AutomaticReport : RunReport {
@@ -68,4 +68,4 @@ AutomaticReport integrate(S&, F&&, TimeSpan<std::type_identity_t<ScalarOf<S>>>, 
   return {};
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -11,7 +11,7 @@
 #include "phistep/run.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Steps `state` from span.t0 to exactly span.t1, forward or backward.
 /// @param control    fixed(dt), tolerance{.rtol = 1e-6, .atol = 1e-9}, iteration_control{…} or smaller_of(both)
@@ -38,4 +38,4 @@ template <class Stepper, class S, class T, class... Rest>
     return {};
   }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -30,7 +30,7 @@
 #include "phistep/study/sampled_method.hpp"
 #include "phistep/study/tangent.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// [time] of the shortest impact of those terms that know theirs, by a member contact_time(y); 0 where none does.
 template <class F, class View>
@@ -128,4 +128,4 @@ template <class Stepper, State S>
   return preflight(outer.stepper(), state, dt, options);
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -31,7 +31,7 @@
 #include "phistep/step/look_inside.hpp"
 #include "phistep/step/step_attempt.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// A run from span.t0 to exactly span.t1 that stops between steps whenever the caller likes:
 ///
@@ -334,4 +334,4 @@ template <class Stepper, class S, class Control, class... Observers>
 Run(Stepper&, S&&, typename SpanOf<std::remove_reference_t<S>>::type, const Control&, Observers&&...)
     -> Run<Stepper, std::remove_reference_t<S>, Control, Observers...>;
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -1,7 +1,7 @@
 // Bounds of spectra and stable steps, for preflight.hpp beside this.
 #include "instances/preflight.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 template EigenvalueBound largest_eigenvalue_bound<void>(const SparseRows&, const Eigen::VectorXd&, int);
 template EigenvalueBound spectral_radius_bound_by_entries<void>(const SparseRows&);
@@ -15,4 +15,4 @@ template double scan_for_stable_step<void>(const Method&, const LinearisedProble
 template double stable_step_of<void>(const Method&, const LinearisedProblem&, const Spectrum&);
 template double stable_step<void>(const Method&, const LinearisedProblem&, const Spectrum&);
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -8,7 +8,7 @@
 #include <complex>
 #include <vector>
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 // spectrum.cpp
 extern template bool is_symmetric<void>(const SparseRows&, double);
@@ -31,4 +31,4 @@ extern template double scan_for_stable_step<void>(const Method&, const Linearise
 extern template double stable_step_of<void>(const Method&, const LinearisedProblem&, const Spectrum&);
 extern template double stable_step<void>(const Method&, const LinearisedProblem&, const Spectrum&);
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -47,7 +47,7 @@
 #include "phistep/archive/archive_layout.hpp"
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Values to bytes: `Writer out; out("x", x, "y", y);`
 class Writer : public Archive<Writer> {
@@ -282,4 +282,4 @@ class Reader : public Archive<Reader> {
   detail::Kind kind_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

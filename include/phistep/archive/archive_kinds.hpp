@@ -19,7 +19,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Bytes that are no checkpoint of this object, and why. Whatever throws it has changed nothing.
 class CheckpointError : public std::runtime_error {
@@ -97,4 +97,4 @@ void turn(T& x) {
 }
 }  // namespace detail
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -19,7 +19,7 @@
 #include "phistep/archive/archive_kinds.hpp"
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// What both directions share: how a type falls into records.
 template <class Self>
@@ -248,4 +248,4 @@ class Archive {
   std::vector<std::size_t> counts_{0};  // of values without a name, section by section
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

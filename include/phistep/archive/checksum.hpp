@@ -10,7 +10,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// CRC-64/XZ; of "123456789" it is 995dc9bbdf1939fa.
 /// @param before  that of what came before, if the bytes come in pieces
@@ -30,4 +30,4 @@ namespace phistep::inline PHISTEP_ABI {
   return ~crc;
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -18,7 +18,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/step/error_law.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// A std::variant of steppers of one state, as a stepper.
 template <class S, class... Stepper>
@@ -164,4 +164,4 @@ class ActiveStepper {
   Steppers steppers_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -15,7 +15,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// What the types say of a problem.
 /// @param y     gives the number of unknowns
@@ -42,4 +42,4 @@ template <State S, class F, class MassSpec>
   return scene;
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

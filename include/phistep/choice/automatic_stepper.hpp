@@ -32,7 +32,7 @@
 #include "phistep/state/parts.hpp"
 #include "phistep/step/error_law.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Steps a state S under a force F by the scheme that suits, as long as it does.
 template <State S, class F, class MassSpec = UnitMasses>
@@ -255,4 +255,4 @@ AutomaticStepper(const S&, F, double, UnitMasses) -> AutomaticStepper<S, F>;
 template <class S, class F, class... M>
 AutomaticStepper(const S&, F, double, MassList<M...>) -> AutomaticStepper<S, F, MassList<M...>>;
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

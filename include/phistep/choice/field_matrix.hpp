@@ -20,7 +20,7 @@
 #include "phistep/matrix/sparse/factor_cost.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Whether a_ij = a_ji within tolerance · (the largest entry), and both have a slot. Row by row: the transposes of the columns'
 /// entries come in the order in which they are stored.
@@ -76,4 +76,4 @@ struct FieldMatrix {
   }
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -14,7 +14,7 @@
 #include "phistep/state/combination.hpp"
 #include "phistep/state/norms.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 template <State Plain>
 class RateLook {
@@ -79,4 +79,4 @@ class RateLook {
   bool has_looked_ = false;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -29,7 +29,7 @@
 #include "phistep/state/unknowns.hpp"
 #include "phistep/step/phi_stepper.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// The scheme of a name, as its type.
 template <SuitableScheme scheme>
@@ -153,4 +153,4 @@ struct SchemesFor {
   }
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

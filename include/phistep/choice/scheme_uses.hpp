@@ -13,7 +13,7 @@
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Why a scheme was taken.
 enum class SchemeCause : std::uint8_t {
@@ -124,4 +124,4 @@ class SchemeUses {
   std::int64_t count_ = 0;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

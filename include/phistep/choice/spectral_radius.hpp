@@ -11,7 +11,7 @@
 #include "phistep/state/combination.hpp"
 #include "phistep/state/norms.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// |λ|max of ∂y'/∂y by the nonlinear power method (B. P. Sommeijer, L. F. Shampine & J. G. Verwer, J. Comput. Appl. Math. 88
 /// (1998) 315), two products at a time, so that a pair ±iω counts like a real λ. An estimate from below. The direction found
@@ -96,4 +96,4 @@ class SpectralRadius {
   bool scaled_ = false;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -7,7 +7,7 @@
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// |λΔt| up to which an explicit scheme's step is stable, for a real λ < 0 or, of motion, ±iω: where |R| = 1.
 [[nodiscard]] constexpr double stability_bound(SuitableScheme scheme) {
@@ -84,4 +84,4 @@ namespace phistep::inline PHISTEP_ABI {
   return jacobian + factors + 6 * (call + solve);
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -16,7 +16,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// What a look at the rate has found.
 struct RateSeen {
@@ -154,4 +154,4 @@ class StiffnessWatch {
   double reference_ = 0;  ///< [time] the longest step of late
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -11,7 +11,7 @@
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// What a look at a sparse Jacobian has counted (field_matrix.hpp).
 struct FieldCounts {
@@ -234,4 +234,4 @@ template <class = void>
   return "with " + n + " unknowns the factorization is what costs: order 5 has one for eight solves";
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -15,7 +15,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/state/active_set.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Slots of pairs, ascending by the pairs' numbers, and beyond the last some that may be read: a pack more.
 struct PairRange {
@@ -151,4 +151,4 @@ class ComputedPairs {
   std::uint64_t pairs_ = 0, set_ = 0, before_ = 0;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -30,7 +30,7 @@
 #include "phistep/force/sum.hpp"
 #include "phistep/state/active_set.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// The forces between spheres that touch, friction and rolling resistance included.
 /// @tparam Law     Hooke, Hertz, GranHooke, or a type like them
@@ -119,4 +119,4 @@ Contact(const Law&, double = 0) -> Contact<Law>;
 template <class Law>
 Contact(Materials<Law>, double = 0) -> Contact<Law>;
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -15,7 +15,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// @throws std::invalid_argument where contacts can't be computed for these bodies
 template <class Body>
@@ -104,4 +104,4 @@ class SlotsById {
   std::vector<std::pair<std::int64_t, std::int32_t>> sorted_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -23,7 +23,7 @@
 #include "phistep/simd/pack.hpp"
 #include "phistep/simd/pack_math.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// The same numbers in every lane.
 template <class P>
@@ -143,4 +143,4 @@ template <bool spins, bool rolls, class Law, class P>
   return out;
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

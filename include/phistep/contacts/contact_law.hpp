@@ -28,7 +28,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// β, the ratio of a contact's damping to the critical one, for a coefficient of restitution e: the inverse of (4) or (5).
 /// @throws std::invalid_argument unless 0 < e ≤ 1
@@ -279,4 +279,4 @@ class Materials {
   std::vector<ContactNumbers<double>> table_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

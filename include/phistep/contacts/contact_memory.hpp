@@ -20,7 +20,7 @@
 #include "phistep/core/recycled.hpp"
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// The history of a force with contacts, as a value: copies share what they point to, which is never changed.
 /// @tparam Places  enumerates where there may be contacts
@@ -130,4 +130,4 @@ struct ContactMemory {
   }
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

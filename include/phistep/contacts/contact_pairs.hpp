@@ -23,7 +23,7 @@
 #include "phistep/simd/finite_witness.hpp"
 #include "phistep/simd/pack_math.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 template <class Scalar>
 struct ContactPairs {
@@ -128,4 +128,4 @@ void carry_springs(const ContactPairs<Scalar>& from, const SpringTable<Scalar>& 
   carried.finish(table, rolls, dormant);
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

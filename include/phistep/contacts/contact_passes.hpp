@@ -38,7 +38,7 @@
 #include "phistep/simd/pack_math.hpp"
 #include "phistep/state/active_set.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// The work of a force of contacts so far.
 struct ContactStatistics {
@@ -268,4 +268,4 @@ class ContactPasses {
   mutable ContactStatistics statistics_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

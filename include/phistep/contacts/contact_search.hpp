@@ -22,7 +22,7 @@
 #include "phistep/neighbors/neighbor_list.hpp"
 #include "phistep/simd/pack_math.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Which level of cells a body is in: k where 2.5^−(k+1) < R/R_max <= 2.5^−k, and the last where it is smaller still. (Levels
 /// a factor of 2, 3 or 4 apart took longer on most mixtures of 1 : 2 to 1 : 30.)
@@ -203,4 +203,4 @@ class ContactSearch {
   std::uint64_t tested_ = 0;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

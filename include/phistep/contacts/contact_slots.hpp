@@ -17,7 +17,7 @@
 #include "phistep/neighbors/places.hpp"
 #include "phistep/state/active_set.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Four numbers of each slot in each array. A workspace, its buffers serve again.
 template <class Scalar>
@@ -123,4 +123,4 @@ struct ContactSlots {
   std::uint64_t seen_left_out_ = 0, seen_pairs_ = 0;  // the last ones for which all others were looked at
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -17,7 +17,7 @@
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// (1) and (2). @param slip  ξ after the evaluation at this state
 template <class Law, class Scalar>
@@ -55,4 +55,4 @@ template <class Law>
   return shortest;
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -22,7 +22,7 @@
 #include "phistep/simd/pack.hpp"
 #include "phistep/state/active_set.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// A workspace, its buffers serve again.
 template <class Scalar>
@@ -175,4 +175,4 @@ class SlotSums {
   std::vector<Effect> effects_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

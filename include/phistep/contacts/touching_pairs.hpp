@@ -19,7 +19,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/simd/pack.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// A workspace, its buffers serve again.
 template <class Scalar>
@@ -89,4 +89,4 @@ class TouchingPairs {
   std::vector<std::array<std::size_t, 2>> found_;  // contacts, by each thread: from, and to one before
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

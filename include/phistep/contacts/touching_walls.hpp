@@ -19,7 +19,7 @@
 #include "phistep/simd/pack.hpp"
 #include "phistep/state/active_set.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// The bodies that walls remember, in the user's order. A place is the number of a wall and that of a body.
 template <class Scalar>
@@ -135,4 +135,4 @@ class TouchingWalls {
   std::uint64_t set_ = 0, before_ = 0;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

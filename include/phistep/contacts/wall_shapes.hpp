@@ -15,7 +15,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/particles/box.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// A half space.
 template <int dim = 3>
@@ -140,4 +140,4 @@ class NearWall<Scalar, dim, SolidBox<dim>> {
   bool has_images_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

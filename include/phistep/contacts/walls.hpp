@@ -38,7 +38,7 @@
 #include "phistep/simd/pack_math.hpp"
 #include "phistep/state/active_set.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// The forces between spheres and walls, by the laws of contact.
 /// @tparam Law     Hooke, Hertz, GranHooke, or a type like them
@@ -280,4 +280,4 @@ Walls(const Law&, const Shape<dim>&, const Rest&...) -> Walls<Law, dim>;
 template <class Law, int dim, template <int> class Shape, class... Rest>
 Walls(Materials<Law>, const Shape<dim>&, const Rest&...) -> Walls<Law, dim>;
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

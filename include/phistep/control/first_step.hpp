@@ -15,7 +15,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/combination.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// @param slope    slope(t, y, out) → bool: out = y', false where that isn't finite
 /// @param length   [time] of the run, with its sign
@@ -55,4 +55,4 @@ template <State Plain>
   return std::min({100 * h, wanted, run});
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

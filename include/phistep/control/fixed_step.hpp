@@ -11,7 +11,7 @@
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// A run from t0 to t1, forward or backward. [time]
 template <class Scalar>
@@ -106,4 +106,4 @@ class TimeGrid {
   Outcome outcome_ = Outcome::success;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

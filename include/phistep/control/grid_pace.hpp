@@ -12,7 +12,7 @@
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Steps of one length, on the grid t₀ + nΔt, whatever stops and events lie in between.
 template <class Scalar>
@@ -72,4 +72,4 @@ class GridPace {
   Scalar node_{0};  // [time] where the last node was reached
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -18,7 +18,7 @@
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// A run controlled by the number of iterations of its implicit solves (`fixed_point({.depth = 0})` above all).
 struct iteration_control {
@@ -62,4 +62,4 @@ struct SmallerOf {
   return std::clamp(std::pow(reached, (1 / desired - 1 / K) / wanted.order), 0.1, 2.0);
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -11,7 +11,7 @@
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 enum class LimitedBy : std::uint8_t {
   nobody,
@@ -99,4 +99,4 @@ class Limits {
   std::int64_t steps_ = 0;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -31,7 +31,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// How the error of a scheme's steps goes with their length, and what a new length costs.
 struct ErrorLaw {
@@ -244,4 +244,4 @@ class IterationPace : public VariableStep<ScalarOf<S>> {
   iteration_control wanted_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -12,7 +12,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// The pace that a control asks for.
 template <State S>
@@ -71,4 +71,4 @@ struct RunRefusal {
   static_assert(has_stepper, "phistep: the stepper was made for a state of another type");
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -11,7 +11,7 @@
 #include "phistep/control/fixed_step.hpp"
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// What one step tries, or several of one length.
 template <class Scalar>
@@ -80,4 +80,4 @@ class RunClock {
   Scalar t_, lost_{0};
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -12,7 +12,7 @@
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// How a run ended, and what it did. Contextually true where it reached t1.
 struct [[nodiscard]] RunReport {
@@ -50,4 +50,4 @@ struct [[nodiscard]] RunReport {
   }
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -9,7 +9,7 @@
 #include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// The estimates of the tries of a run.
 class Smoothness {
@@ -48,4 +48,4 @@ class Smoothness {
   bool is_retry_ = false;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

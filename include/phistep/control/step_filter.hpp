@@ -18,7 +18,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/simd/short_logarithm.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// How Δt follows the errors of the last steps.
 enum class StepFilter : std::uint8_t {
@@ -123,4 +123,4 @@ class StepSize {
   bool seen_ = false, rejected_ = false;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

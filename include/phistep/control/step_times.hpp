@@ -6,7 +6,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 template <class Scalar>
 struct OneStep {
@@ -24,4 +24,4 @@ struct GridSteps {
   [[nodiscard]] Scalar t(std::int64_t n) const { return t0 + static_cast<Scalar>(first + n) * dt; }
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

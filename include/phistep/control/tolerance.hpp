@@ -26,7 +26,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// The error below which relative accuracy of a component doesn't matter, in its own units. Left out: rtol times the
 /// largest magnitude so far in the run, in a vector that of the component (or 1 % of the vector's, where it has never been
@@ -99,4 +99,4 @@ struct tolerance {
   std::int64_t max_steps = 10'000'000;                        ///< tries, the rejected ones included
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

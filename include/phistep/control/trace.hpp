@@ -12,7 +12,7 @@
 #include "phistep/state/non_finite.hpp"
 #include "phistep/state/norms.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// @tparam Plain  the owning state; every member is shaped like it
 template <State Plain>
@@ -102,4 +102,4 @@ struct Trace {
   }
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

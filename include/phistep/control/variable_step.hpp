@@ -13,7 +13,7 @@
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 template <class Scalar>
 class VariableStep {
@@ -74,4 +74,4 @@ class VariableStep {
   const char* refused_ = nullptr;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

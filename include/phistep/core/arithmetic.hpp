@@ -11,7 +11,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Subnormal numbers below it are all rounded alike, and have no finite inverse.
 template <class Scalar>
@@ -73,4 +73,4 @@ template <class Scalar>
   return std::nextafter(std::abs(x), std::numeric_limits<Scalar>::infinity()) - std::abs(x);
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -6,7 +6,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// When to stop. rtol = 0 means: iterate to rounding.
 struct NewtonOptions {
@@ -86,4 +86,4 @@ struct SolveTolerance {
   double rtol = 0;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -7,7 +7,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 struct NameAdd {
   struct Second {
@@ -39,4 +39,4 @@ template <class F, class Name>
   requires(std::is_class_v<F> && !std::is_final_v<F>)
 inline constexpr bool has_member_named<F, Name> = !requires { typename Name::template Member<WithName<F, Name>>; };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

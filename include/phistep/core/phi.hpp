@@ -11,7 +11,7 @@
 #include "phistep/core/scheme_facts.hpp"
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// φ = Numerator/Denominator, known at compile time.
 template <int Numerator, int Denominator = 1>
@@ -166,4 +166,4 @@ inline constexpr Rannacher rannacher{};
   return phi(1.0 / (1.0 + rho_inf));
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -8,7 +8,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Hands out objects without another owner, as they were left, or new ones.
 /// @tparam most  kept: the committed one, the trial's, the one before, one for a checkpoint
@@ -41,4 +41,4 @@ class Recycled {
   std::size_t next_ = 0;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

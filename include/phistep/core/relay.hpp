@@ -6,7 +6,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Threads run their shares of the work through it; behind the region, rethrow() throws the first exception of all, if
 /// there was one. Compiled without OpenMP, an exception just passes.
@@ -32,4 +32,4 @@ class Relay {
   std::exception_ptr first_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

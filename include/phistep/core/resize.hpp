@@ -6,7 +6,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// v.resize(n), with 1/32 to spare where v needs other memory: by itself a vector takes twice as much as it had.
 void resize_with_spare(auto& v, std::size_t n) {
@@ -20,4 +20,4 @@ void release(V& v) {
   V{}.swap(v);
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

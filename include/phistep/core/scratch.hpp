@@ -4,7 +4,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// A T that is not copied along with its owner: the copy makes its own. Moving takes it along.
 template <class T>
@@ -20,4 +20,4 @@ struct Scratch : T {
   ~Scratch() = default;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

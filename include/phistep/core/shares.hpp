@@ -12,7 +12,7 @@
 #include <omp.h>
 #endif
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// How many threads share work from here.
 [[nodiscard]] inline std::size_t thread_count() {
@@ -65,4 +65,4 @@ void for_each_range(std::ptrdiff_t n, std::ptrdiff_t unit, const auto& f, std::s
   });
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -11,7 +11,7 @@
 
 #include "phistep/core/outcome.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// The outcome as a paragraph: what happened, the details known, what to try.
 [[nodiscard]] inline std::string explain(Outcome outcome, const std::string& details = {}) {
@@ -102,4 +102,4 @@ class [[nodiscard]] StepReport {
 };
 static_assert(sizeof(StepReport) <= 16 && std::is_trivially_copyable_v<StepReport>);
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

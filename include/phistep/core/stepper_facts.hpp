@@ -8,7 +8,7 @@
 #include "phistep/core/scheme_facts.hpp"
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 struct StepperFacts {
   Fact<bool> traces;          ///< it has `attempt`, which can tell how large a step's error is
@@ -39,4 +39,4 @@ template <class Stepper>
   requires requires { Stepper::facts; }
 inline constexpr StepperFacts facts_of<Stepper> = Stepper::facts;
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -4,7 +4,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Structure of a tangent.
 enum class Structure {
@@ -65,4 +65,4 @@ void put_pair(auto& sink, auto i, auto j, const Scalar* n, const PairTangent<Sca
   }
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

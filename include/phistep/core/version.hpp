@@ -3,7 +3,7 @@
 /// @file
 /// Version, and the inline namespace that carries it.
 ///
-/// Every header opens `namespace phistep::inline PHISTEP_ABI {`. The name holds the version and the instruction set,
+/// Every header opens `namespace phistep { inline namespace PHISTEP_ABI {`. The name holds the version and the instruction set,
 /// because Eigen's alignment and packet sizes follow -march: two units built for different machines would otherwise
 /// share one inline function, and the linker would keep whichever it met first. With the name they are different
 /// types, so passing a state from one to the other fails at link time instead of at run time. The same holds for units
@@ -85,11 +85,11 @@
   PHISTEP_DETAIL_ABI(PHISTEP_VERSION_MAJOR, PHISTEP_VERSION_MINOR, PHISTEP_DETAIL_ISA, PHISTEP_DETAIL_PACKS, \
                      PHISTEP_DETAIL_THREADS)
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// The version as constants, for `static_assert` and `if constexpr`.
 inline constexpr int version_major = PHISTEP_VERSION_MAJOR;
 inline constexpr int version_minor = PHISTEP_VERSION_MINOR;
 inline constexpr int version_patch = PHISTEP_VERSION_PATCH;
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

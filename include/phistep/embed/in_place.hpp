@@ -26,7 +26,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/motion.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 namespace detail {
 /// @throws std::invalid_argument where the blocks differ in shape or share memory
@@ -230,4 +230,4 @@ struct MassKind<P> {
   static type make(const P& source) { return {source}; }
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

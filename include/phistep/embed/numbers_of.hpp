@@ -12,7 +12,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// The numbers of an object that is nothing but numbers of one type: their type and how many.
 template <class T>
@@ -59,4 +59,4 @@ struct NumbersOf<T> {
       "places<3>(&first[0].x, n, stride)");
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

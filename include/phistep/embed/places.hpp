@@ -23,7 +23,7 @@
 #include "phistep/embed/strided_block.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Something that says where vectors lie, now.
 template <class T>
@@ -141,4 +141,4 @@ template <HoldsElements Container, std::same_as<Container>... More>
   return {{&x, &more...}};
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

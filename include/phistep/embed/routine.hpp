@@ -17,7 +17,7 @@
 #include "phistep/simd/fingerprint.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Of all numbers of a tie of places, by bits and order.
 template <class Tie>
@@ -119,4 +119,4 @@ class RoutineForce : public ForceTerm {
   std::uint64_t calls_ = 0;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

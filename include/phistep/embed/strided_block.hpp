@@ -15,7 +15,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// [vectors] Arrays in place are worked on in pieces of this length, which stay in the first cache; a multiple of what
 /// fingerprints take.
@@ -133,4 +133,4 @@ template <class First, class... More>
   return true;
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

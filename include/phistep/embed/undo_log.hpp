@@ -12,7 +12,7 @@
 #include "phistep/embed/strided_block.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// How arrays that are worked on together lie: all in one piece each, a piece for each component, or anyhow.
 enum class Layout { contiguous, components, strided };
@@ -127,4 +127,4 @@ class UndoLog {
   bool has_state_ = false, has_psi_ = false, has_next_ = false;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -8,7 +8,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// What may throw while it is copied, and has no assignment of its own, has none here.
 template <class T>
@@ -37,4 +37,4 @@ class Assignable {
   T value_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -17,7 +17,7 @@
 #include "phistep/state/non_finite.hpp"
 #include "phistep/state/unknowns.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// The masses that the user gave, bound to the solved blocks of y. @throws std::invalid_argument where sizes differ
 template <State S, class Plain>
@@ -133,4 +133,4 @@ template <State S>
   };
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -19,7 +19,7 @@
 #include "phistep/simd/update.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// (1)
 /// @tparam Factor  i ↦ h/m_i
@@ -155,4 +155,4 @@ void drift_blocks(PlainState<S>& y, ScalarOf<S> h) {
   if constexpr (Blocks<S>::drifts) std::get<0>(Blocks<S>::all(y)) += h * std::get<1>(Blocks<S>::all(y));
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

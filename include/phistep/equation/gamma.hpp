@@ -7,7 +7,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// The coefficients of a resolve: γ on the force and γ on the drift. [time]
 template <class Scalar>
@@ -51,4 +51,4 @@ struct Advance {
 template <class Scalar, class Before, class After>
 Advance(Scalar, Before, After) -> Advance<Scalar, Before, After>;
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -11,7 +11,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/non_finite.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Of m v' = Ψ, the first block solved for: ½ vᵀMv is an energy, > 0 wherever v ≠ 0. Numbers were checked where they were given,
 /// but for zeros. Blocks beside it, such as temperatures, have a regular M.
@@ -41,4 +41,4 @@ void refuse_singular_masses(const auto& masses, const std::string& scheme) {
         ", or its solver, needs its inverse: take rodas4, rodas5p, tr_bdf2 or backward_euler with newton()");
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

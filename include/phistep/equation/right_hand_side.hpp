@@ -27,7 +27,7 @@
 #include "phistep/state/parts.hpp"
 #include "phistep/state/ranks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// @tparam split  the force is a sum, some of whose terms enter as kicks: Ψ is then the sum of the others
 template <State S, class F, class MassTuple, bool split = false>
@@ -269,4 +269,4 @@ class RightHandSide {
   Statistics statistics_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -22,7 +22,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/force/sum.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 template <class F>
 inline constexpr bool is_called_only = true;
@@ -180,4 +180,4 @@ template <int b, class F>
   return BlockTridiagonal<b, F>{std::move(f)};
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -11,7 +11,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 template <class View>
 concept FirstOrderLike = requires(const View& view) {
@@ -207,4 +207,4 @@ struct Refusal {
   static constexpr bool is_said = true;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -19,7 +19,7 @@
 #include "phistep/force/signature.hpp"
 #include "phistep/force/sum.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// A term and the scheme it is treated by.
 template <class Scheme, class F>
@@ -124,4 +124,4 @@ struct Parts<Sum<T...>> {
   using Kicks = std::remove_cvref_t<decltype(of<true>(std::declval<Sum<T...>&>()))>;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

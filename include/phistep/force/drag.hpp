@@ -13,7 +13,7 @@
 #include "phistep/force/local.hpp"
 #include "phistep/force/sum.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// The force −c v (Stokes drag: c = 6πμR).
 struct LinearDrag : ForceTerm {
@@ -89,4 +89,4 @@ struct QuadraticDrag : ForceTerm {
   }
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -18,7 +18,7 @@
 #include "phistep/force/signature.hpp"
 #include "phistep/force/sum.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// A force term with a potential energy. (Where that depends on its numbers, `bool has_energy() const` answers.)
 template <class F, class View>
@@ -92,4 +92,4 @@ template <class F, class V>
   return Term<WithEnergy<F, V>>{WithEnergy<F, V>{std::move(term.force), std::move(potential)}};
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

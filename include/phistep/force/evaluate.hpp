@@ -23,7 +23,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/non_finite.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// The history of term k.
 template <std::size_t k, class Memory>
@@ -200,4 +200,4 @@ template <class F, class View, class Memory, class Rate, class Scalar>
   return found;
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

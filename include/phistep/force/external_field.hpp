@@ -17,7 +17,7 @@
 #include "phistep/force/sum.hpp"
 #include "phistep/state/motion.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// f(r) or f(r, t) takes and returns Eigen vectors of dim components [length] → [force]:
 ///
@@ -148,4 +148,4 @@ template <int dim, class F>
   return ExternalField<F, dim>{std::move(f)};
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -14,7 +14,7 @@
 #include "phistep/force/sum.hpp"
 #include "phistep/state/active_set.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// The weight m g: an acceleration, and so not the same as UniformForce. For a flat vector of d-dimensional positions
 /// (x₀ y₀ z₀ x₁ …) or a d×N matrix, g has d components.
@@ -78,4 +78,4 @@ struct Gravity : ForceTerm {
 template <class Derived>
 Gravity(const Eigen::MatrixBase<Derived>&) -> Gravity<typename Derived::PlainObject>;
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

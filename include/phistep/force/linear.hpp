@@ -17,7 +17,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/force/sum.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// No dependence on the velocity.
 struct NoMatrix {};
@@ -123,4 +123,4 @@ template <class MatrixK, class MatrixC>
                                                                  PlainMatrix<MatrixC>(std::move(C))};
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -19,7 +19,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/motion.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Whether force F, or every term of it, does to one particle of `dim` coordinates alone what it does to it among others:
 /// a particle's equations may then be solved by themselves. A term of one's own says so by
@@ -193,4 +193,4 @@ template <int dim, class F>
   return Local<dim, F>{std::move(f)};
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -9,7 +9,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Which coordinate the i-th number of a block in storage order is: its row in a matrix of particles as columns; i itself
 /// in a flat vector, where coordinates follow one another particle by particle.
@@ -27,4 +27,4 @@ void check_pattern(const auto& vector, const auto& block, const char* name) {
                                 " components, which does not fit a state of " + std::to_string(block.size()));
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

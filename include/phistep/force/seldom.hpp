@@ -19,7 +19,7 @@
 #include "phistep/force/at.hpp"
 #include "phistep/force/sum.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// A term, and how many inner steps lie between its evaluations.
 template <class F>
@@ -125,4 +125,4 @@ template <class... T>
   return most;
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -17,7 +17,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/motion.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// ∂Ψ/∂r and ∂Ψ/∂v of a force that depends on both: what `jacobian(r, v[, t])` returns.
 template <class Position, class Velocity = Position>
@@ -228,4 +228,4 @@ struct ForceTraits<Sum<T...>, View, Rate> {
   static constexpr Structure velocity_structure = joined(Of<T>::velocity_structure...);
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -25,7 +25,7 @@
 #include "phistep/force/springs/spring_rows.hpp"
 #include "phistep/force/sum.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// One spring.
 struct Spring {
@@ -235,4 +235,4 @@ template <int dim>
   return SpringNetwork<dim, SpringDamping>{std::move(springs), damping};
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -13,7 +13,7 @@
 #include "phistep/force/pattern.hpp"
 #include "phistep/force/sum.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// The force F on each particle, whatever its mass: a force, and so not the same as Gravity. F has the d components of
 /// one particle's position, or as many as the whole state.
@@ -68,4 +68,4 @@ struct UniformForce : ForceTerm {
 template <class Derived>
 UniformForce(const Eigen::MatrixBase<Derived>&) -> UniformForce<typename Derived::PlainObject>;
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -49,7 +49,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/state/parts.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Raised whenever the meaning of the bytes changes.
 inline constexpr std::uint32_t checkpoint_version = 2;
@@ -204,4 +204,4 @@ template <class... Parts>
   return true;
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -25,7 +25,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/motion.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Lines of a table. A stream that fails throws std::runtime_error.
 class CsvWriter {
@@ -173,4 +173,4 @@ template <class... F>
   return Csv<F...>{out, std::move(columns)...};
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

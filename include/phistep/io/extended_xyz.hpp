@@ -25,7 +25,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/motion.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// What a frame holds beside positions and velocities.
 struct FrameInfo {
@@ -182,4 +182,4 @@ template <int dim = 3, std::convertible_to<std::string> Text, class... Content>
   return {out, FrameInfo{.species = {std::string(std::forward<Text>(species))}}, std::move(columns)...};
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -23,7 +23,7 @@
 #include "phistep/io/frame_parser.hpp"
 #include "phistep/io/text_reader.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// One frame after the other, from a file or a stream.
 class ExtendedXyzReader {
@@ -86,4 +86,4 @@ void read_extended_xyz(const std::string& path, P& particles, double* time = nul
   if (time != nullptr) *time = reader.time();
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -19,7 +19,7 @@
 #include "phistep/io/text_reader.hpp"
 #include "phistep/particles/particles.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// The columns and the second line of one frame.
 template <class P>
@@ -254,4 +254,4 @@ class FrameParser {
   double time_ = std::numeric_limits<double>::quiet_NaN();
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -15,7 +15,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/io/text.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// The text of one frame; columns without values are left out.
 template <class... Values>
@@ -140,4 +140,4 @@ template <class P>
          "pbc=\"" + periodic + "\" ";
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

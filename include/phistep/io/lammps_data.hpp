@@ -21,7 +21,7 @@
 #include "phistep/io/lammps_parser.hpp"
 #include "phistep/particles/particles.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// What a LAMMPS data file holds: particles, box, bonds, masses of types.
 /// @param name  of the stream, for errors
@@ -40,4 +40,4 @@ template <class P = Particles<double, 3>>
   return read_lammps_data<P>(in, options, path);
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

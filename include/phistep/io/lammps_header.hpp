@@ -15,7 +15,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/io/text_reader.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Lines with comments behind #.
 class LammpsText : public TextReader {
@@ -109,4 +109,4 @@ struct LammpsHeader {
   }
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -21,7 +21,7 @@
 #include "phistep/io/lammps_header.hpp"
 #include "phistep/particles/particles.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// What a data file leaves to the input script.
 struct LammpsOptions {
@@ -297,4 +297,4 @@ class LammpsParser {
   std::vector<typename LammpsData<P>::Bond> result_bonds_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -20,7 +20,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/io/text.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Whether a stream is std::cout, std::cerr or std::clog and ends at a terminal: not in a file, a pipe, a job's log.
 [[nodiscard]] inline bool is_terminal(const std::ostream& out) {
@@ -143,4 +143,4 @@ class Progress {
 /// `integrate(…, progress(std::cerr, t1))`
 [[nodiscard]] inline Progress progress(std::ostream& out, double end = std::nan("")) { return Progress{out, end}; }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

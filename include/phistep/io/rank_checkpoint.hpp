@@ -22,7 +22,7 @@
 #include "phistep/io/checkpoint.hpp"
 #include "phistep/state/field.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 namespace detail {
 
 /// Runs f() on each rank; where it throws on any, all throw: that one what it has thrown, the others that another did.
@@ -124,4 +124,4 @@ template <class Ops, class... Parts>
   return true;
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

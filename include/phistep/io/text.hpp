@@ -10,7 +10,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Appends x by the fewest digits that read back to its bits; NaN and infinities are nan, inf, -inf.
 template <class Number>
@@ -41,4 +41,4 @@ template <class Content>
   return {std::move(name), std::move(content)};
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -29,7 +29,7 @@
 #include "phistep/io/vtk/layout.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// How VTK files are written.
 struct VtkOptions {
@@ -126,4 +126,4 @@ template <VtkLayout Layout, class... Content>
   return {base, std::move(layout), options, std::move(columns)...};
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -11,7 +11,7 @@
 #include "phistep/force/evaluate.hpp"
 #include "phistep/force/signature.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Calls put(i, j, value) for every stored entry of a dense or sparse matrix.
 /// @throws WrongSize where the matrix isn't n×n (at compile time where the sizes are known).
@@ -95,4 +95,4 @@ void set_jacobian(F& force, Scalar t, const View& y, const Memory& memory, Index
   add_jacobian<position, Rate, static_n>(force, t, y, memory, n, sink);
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

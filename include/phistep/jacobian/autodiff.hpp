@@ -16,7 +16,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/motion.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// A force with a Jacobian by automatic differentiation. The force must be generic in its scalar:
 ///
@@ -135,4 +135,4 @@ template <class F>
   return AutoDiff<F>{std::move(force)};
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

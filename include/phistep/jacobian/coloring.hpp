@@ -19,7 +19,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/force/annotate.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// The columns of an n×n pattern, by colour. A template, so that programs without patterns don't compile it.
 template <class Pattern = ColumnPattern>
@@ -121,4 +121,4 @@ class ColumnColoring {
   std::vector<Eigen::Index> start_{0}, column_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

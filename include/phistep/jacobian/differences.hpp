@@ -16,7 +16,7 @@
 #include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Largest number of unknowns whose dense Jacobian is formed by differences; above it the constructor names the cures.
 inline constexpr Eigen::Index dense_difference_limit = 1000;
@@ -46,4 +46,4 @@ void for_each_difference(Block& block, const Scale& scale, Column&& column) {
   }
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -21,7 +21,7 @@
 #include "phistep/force/signature.hpp"
 #include "phistep/jacobian/analytic.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 template <class F, class View, class Rate>
 concept AppliesJacobian = requires(F& f, double t, const View& y, const View& x, Rate& out) {
@@ -88,4 +88,4 @@ void add_diagonal(F& force, Scalar t, const View& y, const Memory& memory, Index
   else add_jacobian<position, Rate, static_n>(force, t, y, memory, n, sink);
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

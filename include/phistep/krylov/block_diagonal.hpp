@@ -12,7 +12,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// For `newton<PreconditionedGmres<BlockDiagonal<3>>>()`. The last block is smaller where the unknowns don't fill it.
 template <int size, class Number = double>
@@ -68,4 +68,4 @@ class BlockDiagonal {
   bool is_regular_ = false;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -12,7 +12,7 @@
 #include "phistep/krylov/eisenstat_form.hpp"
 #include "phistep/krylov/methods.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 template <class Scalar, bool takes_any = false>
 class EisenstatCg : public EisenstatForm<Scalar, takes_any> {
@@ -132,4 +132,4 @@ class EisenstatCg : public EisenstatForm<Scalar, takes_any> {
   }
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

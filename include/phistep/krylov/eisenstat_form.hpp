@@ -28,7 +28,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/krylov/modified_incomplete_cholesky.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// @tparam takes_any  also an unsymmetric W on a symmetric pattern, and one whose factors would have fill on W's own entries
 template <class Scalar, bool takes_any>
@@ -160,4 +160,4 @@ class EisenstatForm {
   bool is_symmetric_ = true;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

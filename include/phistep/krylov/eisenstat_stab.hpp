@@ -12,7 +12,7 @@
 #include "phistep/krylov/eisenstat.hpp"
 #include "phistep/krylov/methods.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 template <class Scalar>
 class EisenstatStab : public EisenstatCg<Scalar, true> {
@@ -113,4 +113,4 @@ class EisenstatStab : public EisenstatCg<Scalar, true> {
   Vector shadow_, v_, sum_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

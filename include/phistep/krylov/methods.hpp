@@ -18,7 +18,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 enum class KrylovMethod {
   conjugate_gradients,
@@ -217,4 +217,4 @@ class KrylovIteration<Scalar, KrylovMethod::gmres> {
   double h_[restart + 1][restart] = {}, c_[restart] = {}, s_[restart] = {}, g_[restart + 1] = {}, y_[restart] = {};
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

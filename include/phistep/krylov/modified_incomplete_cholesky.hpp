@@ -18,7 +18,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// W's incomplete Cholesky factors on its own pattern, dropped fill added to the diagonal, for grids:
 /// newton<PreconditionedCg<ModifiedIncompleteCholesky<>>>()
@@ -113,4 +113,4 @@ class ModifiedIncompleteCholesky {
   bool is_definite_ = false;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -12,7 +12,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/krylov/methods.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Eigen's, without a permutation: on grids numbered row by row it needs fewer iterations than with one.
 using IncompleteCholesky = Eigen::IncompleteCholesky<double, Eigen::Lower, Eigen::NaturalOrdering<int>>;
@@ -44,4 +44,4 @@ using PreconditionedBySymmetry = PreconditionedKrylov<KrylovMethod::by_symmetry,
 template <KrylovMethod method, class P>
 inline constexpr bool is_preconditioned_krylov<PreconditionedKrylov<method, P>> = true;
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -39,7 +39,7 @@
 #include "phistep/matrix/sparse/sparse_assembly.hpp"
 #include "phistep/simd/finite_witness.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// A preconditioner whose factorize takes the γ of each W.
 template <class P, class Matrix>
@@ -234,4 +234,4 @@ struct SystemFor<SystemKind::preconditioned, facts, Scalar, Solver, Force> {
   using type = PreconditionedSystem<Scalar, Solver, facts.has_K, facts.has_C>;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -28,7 +28,7 @@
 #include "phistep/matrix/own_solver.hpp"
 #include "phistep/simd/finite_witness.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// W as Eigen's iterative solvers and their preconditioners see it: rows(), cols(), a product, and what is known beside.
 template <class Number>
@@ -214,7 +214,7 @@ struct SystemFor<SystemKind::matrix_free, facts, Scalar, MatrixFree<Solver, Prec
   using type = KrylovSystem<Scalar, Solver, Preconditioner>;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI
 
 namespace Eigen::internal {
 template <class Scalar>

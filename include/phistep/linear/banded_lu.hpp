@@ -16,7 +16,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// resize(n, ℓ, u), fill column(j), factorize(), solve_in_place(x). Allocates in resize only.
 template <class Scalar>
@@ -134,4 +134,4 @@ class BandedLu {
   std::vector<Index> pivot_;  // the row that changed places with row k, counted from k
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

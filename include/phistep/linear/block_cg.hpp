@@ -14,7 +14,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/linear/edge_operator.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// A⁻¹ in place of a small symmetric matrix A, by Gauss-Jordan without pivoting. False unless A is positive definite.
 template <int dim, class Block>
@@ -125,4 +125,4 @@ class BlockCg {
   int iterations_ = 0;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -24,7 +24,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/linear/dense_lu.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// resize(blocks), fill lower(k), diagonal(k), upper(k), factorize(), solve_in_place(x). Allocates in resize only.
 template <class Scalar, int b>
@@ -109,4 +109,4 @@ class BlockTridiagonalLu {
   std::vector<Link> links_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -9,7 +9,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Eigen::SimplicialLLT, Eigen::SimplicialLDLT.
 template <class Solver>
@@ -50,4 +50,4 @@ class CholeskySolve {
   Vector pivots_, work_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

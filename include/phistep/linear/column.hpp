@@ -16,7 +16,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/simd/pack_math.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Largest fixed size with an elimination of its own; beyond it, Eigen's blocked algorithm.
 inline constexpr int small_dense_limit = 32;
@@ -188,4 +188,4 @@ template <int size, class Scalar>
   return bad == 0;
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -14,7 +14,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/linear/column.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Inverse of an n×n matrix, n ≤ 32: fill matrix(), factorize(), solve_in_place(x). Allocates nothing.
 template <class Scalar, int size>
@@ -142,4 +142,4 @@ class DenseInverse {
   Matrix a_ = Matrix::Zero();  // a stepper is copied before it has factorized anything
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -14,7 +14,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/linear/column.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// LU of an n×n matrix: resize(n), fill matrix(), factorize(), solve_in_place(x). Allocates nothing after construction for n ≤ 300.
 template <class Scalar, int size>
@@ -228,4 +228,4 @@ class DenseLu<Scalar, size> {
   Scalar upper_[3]{};          // D⁻¹U at (0,1), (0,2), (1,2)
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -22,7 +22,7 @@
 #include "phistep/linear/dense_inverse.hpp"
 #include "phistep/linear/dense_lu.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// How a factorization of fixed size is best kept. Dynamic and large sizes have LU alone.
 enum class Solves { few, several, many };
@@ -44,4 +44,4 @@ struct SmallDenseSolverFor<Scalar, size, solves, true> {
 template <class Scalar, int size, Solves solves>
 using SmallDenseSolver = typename SmallDenseSolverFor<Scalar, size, solves>::type;
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -20,7 +20,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// One node's vector, padded with zeros, so that one load or store moves it.
 template <class Scalar>
@@ -134,4 +134,4 @@ class EdgeOperator {
   }
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

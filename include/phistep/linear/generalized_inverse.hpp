@@ -20,7 +20,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// (1)
 template <class T>
@@ -101,4 +101,4 @@ class DenseGeneralizedInverse {
   Eigen::ColPivHouseholderQR<Matrix> qr_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

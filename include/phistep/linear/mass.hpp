@@ -24,7 +24,7 @@
 #include "phistep/linear/matrix_mass.hpp"
 #include "phistep/simd/update.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// A mass that has a number for each component.
 template <class Mass, class Scalar>
@@ -239,4 +239,4 @@ inline constexpr bool is_mass_spec<MassList<M...>> = true;
 template <class T>
 concept MassSpecification = is_mass_spec<T>;
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

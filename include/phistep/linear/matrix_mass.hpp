@@ -16,7 +16,7 @@
 #include "phistep/linear/generalized_inverse.hpp"
 #include "phistep/simd/update.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// What mass matrices do by their solve(x): x ← M⁻¹ x, or G x.
 /// @tparam Range  makes G
@@ -110,4 +110,4 @@ class DenseMass
   DenseLu<T, Eigen::Dynamic> lu_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -11,7 +11,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 using NodePair = std::pair<std::int32_t, std::int32_t>;
 
@@ -71,4 +71,4 @@ template <class Pairs = std::vector<NodePair>>
   return span(given) > 2 * span(closer) ? closer : given;
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

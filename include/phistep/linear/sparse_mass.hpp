@@ -21,7 +21,7 @@
 #include "phistep/linear/matrix_mass.hpp"
 #include "phistep/simd/finite_witness.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// G of a sparse M (generalized_inverse.hpp).
 template <class T>
@@ -124,4 +124,4 @@ struct MassKind<Eigen::SparseMatrix<T, options, StorageIndex>> {
   static type make(const Eigen::SparseMatrix<T, options, StorageIndex>& m) { return type{Eigen::SparseMatrix<T>(m)}; }
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -21,7 +21,7 @@
 #include "phistep/linear/column.hpp"
 #include "phistep/linear/dense_lu.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Where a matrix may be other than zero.
 struct MatrixEntry {
@@ -229,4 +229,4 @@ class StaticSparseLu {
   DenseLu<Scalar, n> dense_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

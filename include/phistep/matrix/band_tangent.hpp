@@ -12,7 +12,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/matrix/tangents.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// The sink of a banded Jacobian. Entries beyond the band known so far wait until settle() widens it: once for each
 /// pattern, after which nothing is allocated.
@@ -127,4 +127,4 @@ class BandTangent {
   std::vector<Entry> outside_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -14,7 +14,7 @@
 #include "phistep/matrix/choice.hpp"
 #include "phistep/matrix/dense_system.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Banded W, factorized by LU with row pivoting. The bandwidths are those of the entries that arrive, masses included;
 /// after the first factorization nothing is allocated unless one falls outside.
@@ -75,4 +75,4 @@ struct SystemFor<SystemKind::banded, facts, Scalar, Solver, Force> {
   using type = BandedSystem<Scalar, facts.has_K, facts.has_C>;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

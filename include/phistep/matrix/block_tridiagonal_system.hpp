@@ -20,7 +20,7 @@
 #include "phistep/matrix/choice.hpp"
 #include "phistep/matrix/dense_system.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// W = chain of b×b blocks; a last block that isn't full is completed by ones on the diagonal.
 template <class Scalar, int b, bool has_K, bool has_C>
@@ -129,4 +129,4 @@ struct SystemFor<SystemKind::block_tridiagonal, facts, Scalar, Solver, Force> {
   using type = BlockTridiagonalSystem<Scalar, facts.block, facts.has_K, facts.has_C>;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -10,7 +10,7 @@
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// What is known at compile time of W: enough to choose how to solve with it.
 struct MatrixFacts {
@@ -113,4 +113,4 @@ struct SystemFor {
   static_assert(kind == SystemKind::own, "phistep: this force has a sparse Jacobian: #include <phistep/sparse.hpp>");
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -17,7 +17,7 @@
 #include "phistep/matrix/choice.hpp"
 #include "phistep/matrix/tangents.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// How large the entries of W are, and how much of them K makes.
 class Sizes {
@@ -159,4 +159,4 @@ struct SystemFor<SystemKind::diagonal, facts, Scalar, Solver, Force> {
   using type = DiagonalSystem<Scalar, facts.n, facts.has_K, facts.has_C>;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

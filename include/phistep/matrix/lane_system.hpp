@@ -24,7 +24,7 @@
 #include "phistep/matrix/choice.hpp"
 #include "phistep/matrix/tangents.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// What makes W_l of M, C and K, all of it multiplied by one power of two: W_ij = mass m − force C_ij + drift K_ij.
 template <class Scalar, int lanes>
@@ -189,4 +189,4 @@ template <MatrixFacts facts, class Scalar, int lanes>
 class LaneSystem<SystemKind::block_tridiagonal, facts, Scalar, lanes> : public BandedLaneSystem<facts, Scalar, lanes> {
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

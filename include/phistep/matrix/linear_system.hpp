@@ -11,7 +11,7 @@
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// put(i, j, m) for each entry of a mass matrix.
 struct EachEntry {
@@ -52,4 +52,4 @@ template <class System, class Scalar, int n = Eigen::Dynamic>
 concept LinearSystem = Factorizes<System, Scalar> &&
     (SolvesExactly<System, Eigen::Matrix<Scalar, n, 1>> || SolvesToTolerance<System, Eigen::Matrix<Scalar, n, 1>>);
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

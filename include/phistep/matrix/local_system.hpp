@@ -21,7 +21,7 @@
 #include "phistep/matrix/dense_system.hpp"
 #include "phistep/matrix/tangents.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Block-diagonal W of d×d blocks. Entries between particles never arrive here.
 template <class Scalar, int d, bool has_K, bool has_C>
@@ -109,4 +109,4 @@ struct SystemFor<SystemKind::particles, facts, Scalar, Solver, Force> {
   using type = LocalSystem<Scalar, facts.block, facts.has_K, facts.has_C>;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -34,7 +34,7 @@
 #include "phistep/matrix/dense_system.hpp"
 #include "phistep/simd/finite_witness.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Relative residual of the linear solve inside Newton where the user names none: an inexact Newton iteration (Dembo,
 /// Eisenstat & Steihaug, SIAM J. Numer. Anal. 19, 1982) with a constant forcing term. Measured in docs/reference/solvers.md.
@@ -294,4 +294,4 @@ struct SystemFor<SystemKind::edges, facts, Scalar, Solver, Force> {
   using type = NetworkSystem<Scalar, facts.block, facts.has_K, facts.has_C>;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

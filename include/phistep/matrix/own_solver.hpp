@@ -6,7 +6,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Owns a solver; its copy owns none. Sharing one would let two steppers overwrite each other.
 template <class Solver>
@@ -32,4 +32,4 @@ class OwnSolver {
   std::unique_ptr<Solver> value_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -23,7 +23,7 @@
 #include "phistep/matrix/dense_system.hpp"
 #include "phistep/simd/finite_witness.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// A force's `jacobian_pattern` under the name that StaticSparseLu knows.
 template <class Force>
@@ -124,4 +124,4 @@ struct SystemFor<SystemKind::static_pattern, facts, Scalar, Solver, Force> {
   using type = StaticSparseSystem<Scalar, facts.n, PatternOf<Force>, facts.constant>;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

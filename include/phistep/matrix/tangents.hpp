@@ -8,7 +8,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/simd/finite_witness.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// n rows with `lower` diagonals below the main one and `upper` above.
 struct BandWidth {
@@ -54,4 +54,4 @@ struct Tangents {
   }
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -27,7 +27,7 @@
 #include "phistep/neighbors/radix_sort.hpp"
 #include "phistep/simd/prefetch.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// The sorted particles and images. What only the sort needs is given back after it.
 template <int dim>
@@ -244,4 +244,4 @@ class CellOrder {
   std::array<std::uint64_t, 3> n_{1, 1, 1};
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -9,7 +9,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// A box without its number type. An axis that does not repeat is open: `lower` and `length` do not bind there.
 struct Domain {
@@ -40,4 +40,4 @@ template <class Box>
   return domain;
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -22,7 +22,7 @@
 #include "phistep/simd/pack_math.hpp"
 #include "phistep/simd/unrolled.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 template <int dim>
 class ListBuilder {
@@ -257,4 +257,4 @@ class ListBuilder {
   std::vector<std::int32_t> found_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

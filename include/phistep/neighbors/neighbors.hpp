@@ -36,7 +36,7 @@
 #include "phistep/neighbors/skin.hpp"
 #include "phistep/simd/finite_witness.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// What a list was made from.
 struct NeighborReference {
@@ -286,4 +286,4 @@ class Neighbors {
   std::uint64_t rebuilds_ = 0;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

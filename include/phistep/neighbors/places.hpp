@@ -16,7 +16,7 @@
 #include "phistep/neighbors/neighbor_list.hpp"
 #include "phistep/simd/prefetch.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// x y z and one number for the force's own use (0 until it is set), of each slot. Structs of four:
 /// on AVX-512, eight of them loaded and transposed take half the time of three gathers from separate arrays.
@@ -69,4 +69,4 @@ void for_each_row(const NeighborList& list, auto&& f) {
   relay.rethrow();
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -14,7 +14,7 @@
 #include "phistep/core/shares.hpp"
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Sorts with a buffer as large as what is sorted.
 /// @tparam Keyed  has a key
@@ -52,4 +52,4 @@ class RadixSort {
   std::vector<std::array<std::uint32_t, bins>> next_;  // of each share: where the next item of a bin goes
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

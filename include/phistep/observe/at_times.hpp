@@ -25,7 +25,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/parts.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Times in order, each once. [time]
 template <std::floating_point Time>
@@ -255,4 +255,4 @@ template <class F>
   return sampled<std::initializer_list<double>>(times, std::forward<F>(f));
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

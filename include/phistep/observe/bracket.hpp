@@ -9,7 +9,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 template <class Scalar>
 struct Sample {
@@ -67,4 +67,4 @@ void close_bracket(Sample<Scalar>& a, Sample<Scalar>& b, Scalar least, F&& f) {
   }
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -5,7 +5,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Whether states inside the steps of a stepper can be had, or why not.
 enum class Looks { may_look, extrapolated, not_copied };
@@ -56,4 +56,4 @@ class CompletedStep {
   const Plain* middle_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

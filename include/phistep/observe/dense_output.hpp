@@ -24,7 +24,7 @@
 #include "phistep/state/combination.hpp"
 #include "phistep/state/unknowns.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// The interpolant of one step. Its slopes are asked for once, at the first look strictly inside. Allocates at most at
 /// the first such look, and where sizes change.
@@ -148,4 +148,4 @@ class DenseOutput {
   bool known_ = false;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -25,7 +25,7 @@
 #include "phistep/observe/root.hpp"
 #include "phistep/state/parts.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Which roots of g count, and what they do.
 struct EventOptions {
@@ -125,4 +125,4 @@ template <class G, class Handler>
   return {std::move(function), EventOptions{}, std::move(handler)};
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

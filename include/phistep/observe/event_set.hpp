@@ -38,7 +38,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/parts.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// What an event remembers between steps.
 template <class Scalar>
@@ -240,4 +240,4 @@ template <State S, class... Observers>
 using EventsAmong =
     typename EventSetOfTie<S, decltype(tie_events(std::declval<std::remove_reference_t<Observers>&>()...))>::type;
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

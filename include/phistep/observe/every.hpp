@@ -14,7 +14,7 @@
 #include "phistep/observe/goes_on.hpp"
 #include "phistep/state/parts.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Calls f(t, state) at the first step end at or after each multiple of `interval` from the run's start, the start
 /// itself included.
@@ -70,4 +70,4 @@ template <class F>
   return Every<std::decay_t<F>>{interval, std::forward<F>(f)};
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -7,7 +7,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// f is an observer that keeps what it sees, given as an lvalue where a copy is made: the copy would keep it.
 template <class F>
@@ -35,4 +35,4 @@ template <class F, class Scalar, class S>
   else return ask(f, t, state);
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -9,7 +9,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 class InterpolantTrust {
  public:
@@ -63,4 +63,4 @@ struct TrustInside {
   void archive(auto& ar) { ar("whole", whole, "parts", parts); }
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

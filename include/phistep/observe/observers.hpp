@@ -16,7 +16,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/parts.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// An observer that looks at whole steps.
 template <class Observer, class S>
@@ -117,4 +117,4 @@ class ObserverList {
   std::tuple<Observers...> observers_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -13,7 +13,7 @@
 #include "phistep/force/sum.hpp"
 #include "phistep/particles/particles.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Σ m v², twice the kinetic energy of the particles' motion without their spins [energy]
 template <class Scalar, int dim, class... Extra>
@@ -91,4 +91,4 @@ template <class Stepper, class Scalar, int dim, class... Extra>
   return potential_energy(stepper.force_to_look_at(), t, view, stepper.memory());
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

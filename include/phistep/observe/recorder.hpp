@@ -16,7 +16,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Records times and states: `Recorder<State> recorder; integrate(…, recorder);`, or `every(0.1, std::ref(recorder))`.
 template <State S>
@@ -113,4 +113,4 @@ class Recorder {
   std::array<Shape, blocks> shapes_{};
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

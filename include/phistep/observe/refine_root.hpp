@@ -8,7 +8,7 @@
 #include "phistep/observe/bracket.hpp"
 #include "phistep/observe/root.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 template <class Scalar>
 struct Refined {
@@ -53,4 +53,4 @@ template <class Scalar, class Restep>
   return now;
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -17,7 +17,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/observe/bracket.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Which way g passes zero as the run goes. A backward run meets a function that grows with t as a falling one.
 enum class Direction : std::int8_t {
@@ -210,4 +210,4 @@ template <class Scalar, class Value>
   return RootSearch<Scalar, Value>(start, end, value).run(standing, wanted, inside);
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -12,7 +12,7 @@
 #include "phistep/force/sum.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Who may act on whom. A term of pairs offers `for_each_pair(memory, f)`, with f(i, j) called for every pair that acts or
 /// may soon act, indices being the user's, and `pair_changes()`, a number that changes where others may act from now on
@@ -58,4 +58,4 @@ template <class F>
   }
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

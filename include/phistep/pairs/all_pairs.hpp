@@ -23,7 +23,7 @@
 #include "phistep/simd/dual.hpp"
 #include "phistep/simd/pack_math.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// What multiplies a pair's law: w_i w_j.
 enum class PairWeight { one, mass, charge };
@@ -258,4 +258,4 @@ template <PairWeight weight, class Law>
   return AllPairs<Law, weight>{std::move(law)};
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

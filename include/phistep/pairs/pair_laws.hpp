@@ -25,7 +25,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/simd/pack_math.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// V = 4ε [(σ/r)¹² − (σ/r)⁶] − shift    [J. E. Lennard-Jones, Proc. R. Soc. A 106, 463 (1924)]
 /// F/r = 24ε [2(σ/r)¹² − (σ/r)⁶]/r²
@@ -187,4 +187,4 @@ template <class Law = LennardJones>
   return ByType<Law>{all};
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

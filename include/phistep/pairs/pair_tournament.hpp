@@ -20,7 +20,7 @@
 #include "phistep/simd/pack_math.hpp"
 #include "phistep/simd/unrolled.hpp"
 
-namespace phistep::inline PHISTEP_ABI::detail {
+namespace phistep { inline namespace PHISTEP_ABI { namespace detail {
 
 /// Particles in slots: coordinates, weights, sums. Those that move come first, filled up to whole packs by slots of weight 0,
 /// then those that only act.
@@ -216,4 +216,4 @@ class PairTournament {
   std::ptrdiff_t movers_, moving_, slots_, others_, stride_ = 0;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI::detail
+}}}  // namespace phistep::PHISTEP_ABI::detail

@@ -35,7 +35,7 @@
 #include "phistep/simd/unrolled.hpp"
 #include "phistep/state/active_set.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Of the neighbour list behind a Pairs term.
 struct PairOptions {
@@ -332,4 +332,4 @@ template <int dim, class Law>
   return Pairs<Law, dim>{std::move(law), cutoff, options};
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

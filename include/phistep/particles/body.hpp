@@ -21,7 +21,7 @@
 #include "phistep/simd/update.hpp"
 #include "phistep/state/active_set.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// A number that no other body has had.
 template <class = void>
@@ -187,4 +187,4 @@ class ParticleMasses {
   LeftOut left_out_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

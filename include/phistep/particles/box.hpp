@@ -10,7 +10,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Positions are never wrapped by the library: along a periodic axis they run on, and forces see the nearest images.
 template <class Scalar, int dim>
@@ -76,4 +76,4 @@ struct Box {
   [[nodiscard]] bool periodic_at(int axis) const { return is_periodic[static_cast<std::size_t>(axis)]; }
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

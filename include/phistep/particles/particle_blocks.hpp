@@ -10,7 +10,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/particles/body.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Particles that turn: I dω/dt = torque.
 struct Spin {
@@ -68,4 +68,4 @@ struct Temperature {
   }
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

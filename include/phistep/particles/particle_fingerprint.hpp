@@ -11,7 +11,7 @@
 #include "phistep/simd/fingerprint.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Σ over the numbers of all blocks of a state of particles, which may be taken particle by particle.
 template <State S>
@@ -59,4 +59,4 @@ class ParticleFingerprint {
   }
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -30,7 +30,7 @@
 #include "phistep/particles/particle_blocks.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// What a force sees of particles.
 template <class Scalar, int dim, class Mass, class... Extra>
@@ -290,4 +290,4 @@ class Particles : public Extra::template Block<Number, dim>... {
   std::shared_ptr<const Body<Scalar, dim>> body_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -21,7 +21,7 @@
 #include "phistep/state/combination.hpp"
 #include "phistep/state/non_finite.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Asked once for each start and each state that was edited: it remembers both ends of the last step.
 template <State S, class Rhs>
@@ -152,4 +152,4 @@ struct RegularStart {
   static void complete_start(const auto&...) {}
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

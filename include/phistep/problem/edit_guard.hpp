@@ -21,7 +21,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/ranks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Whether Ψ at a time serves at another: t₀ + (n+1)Δt and (t₀ + nΔt) + Δt differ in their last bits; Ψ doesn't care.
 template <bool uses_time, class Scalar>
@@ -161,4 +161,4 @@ class EditGuard {
   Kind kind_ = Kind::nothing;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

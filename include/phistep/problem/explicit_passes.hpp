@@ -22,7 +22,7 @@
 #include "phistep/problem/unchanged_particles.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// @tparam carries  Ψ at the end of a step is left in `psi` for the next
 template <State S, class RightHandSideOf, KernelNeeds needs, bool carries>
@@ -128,4 +128,4 @@ class ExplicitPasses {
   [[no_unique_address]] std::conditional_t<follows_active, UnchangedParticles<S>, Nothing<3>> unchanged_{};
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -23,7 +23,7 @@
 #include "phistep/problem/transaction.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Whether Force is a routine that works on the arrays of S.
 template <class S, class Force>
@@ -149,4 +149,4 @@ class InPlaceStep {
   std::uint64_t seen_ = 0, found_ = 0;  // the positions that the last step left, that the last pass found
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -29,7 +29,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/copy_views.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 template <State S, class Rhs>
 class InPlaceUpdate {
@@ -165,4 +165,4 @@ class InPlaceUpdate {
   std::array<Scalar, blocks - drifting> largest_inverse_mass_{};  // [1/mass]
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

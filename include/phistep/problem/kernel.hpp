@@ -37,7 +37,7 @@
 #include "phistep/state/non_finite.hpp"
 #include "phistep/state/parts.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// The operations, bound to a right-hand side, a way to solve, and the transaction that a step is.
 template <State S, class RightHandSideOf, class Solver, KernelNeeds needs>
@@ -360,4 +360,4 @@ class Kernel {
   bool torn_ = false;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -5,7 +5,7 @@
 #include "phistep/core/implicit_solver.hpp"
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// What a scheme asks of the kernel for a given right-hand side.
 struct KernelNeeds {
@@ -26,4 +26,4 @@ inline constexpr bool is_linearly_implicit = false;
 template <class LinearSolver>
 inline constexpr bool is_linearly_implicit<LinearlyImplicit<LinearSolver>> = true;
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -4,7 +4,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Whether the state is known to be what the last step left.
 enum class Origin {
@@ -13,4 +13,4 @@ enum class Origin {
   unedited,       ///< the caller owns the loop
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

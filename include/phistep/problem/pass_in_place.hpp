@@ -19,7 +19,7 @@
 #include "phistep/simd/update.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// @tparam Factor  component ↦ h/m, components counted vector by vector
 template <State S, class Factor, class By>
@@ -216,4 +216,4 @@ class PassInPlace {
   std::uint64_t found_ = 0, left_ = 0;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

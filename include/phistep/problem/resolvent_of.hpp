@@ -11,7 +11,7 @@
 #include "phistep/solve/shifted_stages.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Of an explicit scheme: nothing.
 struct NoResolvent {
@@ -46,4 +46,4 @@ template <State S, class Rhs, class Solver, KernelNeeds needs>
 template <State S, class Rhs, class Solver, KernelNeeds needs>
 using ResolventOf = typename decltype(resolvent_type<S, Rhs, Solver, needs>())::type;
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -5,7 +5,7 @@
 #include "phistep/control/trace.hpp"
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// What a scheme works with during one step.
 template <class Plain, class Rate, class Scalar, class Masses>
@@ -34,4 +34,4 @@ struct TracedStepData : StepData<Plain, Rate, Scalar, Masses> {
   static constexpr bool is_traced = true;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -26,7 +26,7 @@
 #include "phistep/state/non_finite.hpp"
 #include "phistep/state/ranks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Runs a scheme's `step(StepData&) → Outcome` on a state of type S. `carries`: the scheme may leave Ψ⁺ behind.
 template <State S, class Rhs, bool carries>
@@ -296,4 +296,4 @@ class Transaction {
   [[no_unique_address]] std::conditional_t<ShowsTrials<S>, Offender, Nothing> end_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -20,7 +20,7 @@
 #include "phistep/state/active_set.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 template <State S>
 class UnchangedParticles {
@@ -102,4 +102,4 @@ class UnchangedParticles {
   std::uint64_t set_ = 0, hash_ = 0;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

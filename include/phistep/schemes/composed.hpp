@@ -28,7 +28,7 @@
 #include "phistep/schemes/velocity_verlet.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// γ_1 … γ_8
 struct KahanLi8 {
@@ -107,4 +107,4 @@ class SchemeOn<Composed<Scheme>, S> : public SchemeDefaults {
   Plain from_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -9,7 +9,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/combination.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Where the step before is known, the next resolve starts from y(t + h) on the parabola through y, y' and the slope before
 /// (Adams-Bashforth of order 2 at h = Δt).
@@ -33,4 +33,4 @@ template <State Plain>
   return factor * dt / (6 * (1 + 1 / rho)) * ((end - start) - rho * (start - before));
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -18,7 +18,7 @@
 #include "phistep/state/non_finite.hpp"
 #include "phistep/state/unknowns.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// @tparam exact  sums with what Scalar's weights lack (weighted_sum.hpp)
 template <State S, std::size_t stages, bool exact = false>
@@ -97,4 +97,4 @@ class ExplicitStages {
   std::array<Rate, stages> k_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

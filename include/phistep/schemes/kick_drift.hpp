@@ -29,7 +29,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// (1) with a table's coefficients: kicks b_1 … from the first to the centre, drifts a_1 … likewise.
 template <class Table>
@@ -126,4 +126,4 @@ class SchemeOn<KickDrift<Table>, S> : public SchemeDefaults {
   }
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

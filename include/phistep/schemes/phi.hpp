@@ -31,7 +31,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/combination.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 template <class Force, class Drift, Form form, State S>
 class SchemeOn<PhiScheme<Force, Drift, form>, S> : public SchemeDefaults {
@@ -121,4 +121,4 @@ class SchemeOn<PhiScheme<Force, Drift, form>, S> : public SchemeDefaults {
   [[no_unique_address]] Scheme scheme_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

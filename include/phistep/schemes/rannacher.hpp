@@ -14,7 +14,7 @@
 #include "phistep/schemes/scheme_on.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 template <State S>
 class SchemeOn<Rannacher, S> : public SchemeDefaults {
@@ -54,4 +54,4 @@ class SchemeOn<Rannacher, S> : public SchemeDefaults {
   int done_ = 0;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

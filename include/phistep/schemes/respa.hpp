@@ -39,7 +39,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/non_finite.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// φ in (1) and (3) as halves; −1: this scheme takes no slow terms.
 template <class Scheme>
@@ -222,4 +222,4 @@ class RespaScheme : public SchemeDefaults {
   EditGuard<S, true, Traits::uses_time> guard_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -7,7 +7,7 @@
 #include "phistep/core/scheme_facts.hpp"
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// A Rosenbrock scheme of s stages. @tparam Tableau  Rodas4, Rodas4P2 or Rodas5P
 template <class Tableau>
@@ -127,4 +127,4 @@ inline constexpr Rosenbrock<Rodas4P2> rodas4p2{};
 /// Order 5, stiff problems at 4 to 8 digits where there are many unknowns: eight solves.
 inline constexpr Rosenbrock<Rodas5P> rodas5p{};
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -23,7 +23,7 @@
 #include "phistep/state/combination.hpp"
 #include "phistep/state/unknowns.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 template <class Tableau, State S>
 class SchemeOn<Rosenbrock<Tableau>, S> : public SchemeDefaults {
@@ -171,4 +171,4 @@ class SchemeOn<Rosenbrock<Tableau>, S> : public SchemeDefaults {
   std::array<Plain, static_cast<std::size_t>(Tableau::dense)> inside_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -19,7 +19,7 @@
 #include "phistep/problem/kernel.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// A scheme's step on states of type S, specialized for each scheme, each in a header of its own (phistep.hpp includes all).
 template <class Scheme, State S>
@@ -74,4 +74,4 @@ template <class Text, class S, class Kernel>
 concept StepsOn = TakesSteps<Text, S, Kernel> &&
     (!Text::traces || TakesTracedSteps<Text, Kernel>)&&(!Text::interpolates || Interpolates<Text, S>);
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

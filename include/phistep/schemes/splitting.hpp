@@ -29,7 +29,7 @@
 #include "phistep/simd/finite_witness.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Half kicks around another row.
 template <class Inner, State S, class Rhs>
@@ -147,4 +147,4 @@ class SplitScheme : public SchemeDefaults {
   bool known_ = false;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

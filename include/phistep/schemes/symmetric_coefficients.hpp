@@ -6,7 +6,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Coefficient i of n that sum to one: those given, from both ends, and in the centre what they leave.
 template <class Scalar, std::size_t given>
@@ -19,4 +19,4 @@ template <class Scalar, std::size_t given>
   return n % 2 == 1 ? 1 - 2 * sum : Scalar{0.5L} - sum;
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -27,7 +27,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/combination.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 template <State S>
 class SchemeOn<TrBdf2, S> : public SchemeDefaults {
@@ -97,4 +97,4 @@ class SchemeOn<TrBdf2, S> : public SchemeDefaults {
   Plain stage_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -8,7 +8,7 @@
 #include "phistep/simd/update.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// kernel(i, x…) for every component of a block, out…[i] = x…; whether all are finite. `size` is the block's at compile
 /// time: a few numbers are unrolled; up to 64 are a plain loop of known length. Packets would wait there for numbers that a
@@ -35,4 +35,4 @@ template <int size>
   }
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

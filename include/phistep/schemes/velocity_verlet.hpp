@@ -16,7 +16,7 @@
 #include "phistep/state/combination.hpp"
 #include "phistep/state/unknowns.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Without velocities nothing is solved, and its second Ψ is the next step's first.
 template <State S>
@@ -67,4 +67,4 @@ class SchemeOn<VelocityVerlet, S> : public SchemeDefaults {
   }
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -16,7 +16,7 @@
 #include "phistep/simd/update.hpp"
 #include "phistep/state/combination.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// @tparam Weights  count, and at(j) = w_j as a long double
 /// @tparam Rate     what the k_j are
@@ -79,4 +79,4 @@ class WeightedSum {
   std::conditional_t<stride != 0, const Scalar*, std::array<Input<Scalar>, used>> k_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

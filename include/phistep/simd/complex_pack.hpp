@@ -7,7 +7,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/simd/pack_math.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Two packs as one.
 template <class Half>
@@ -84,4 +84,4 @@ struct ComplexPack {
   }
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -9,7 +9,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/simd/pack_math.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// @tparam T  a number or a Pack
 template <class T>
@@ -88,4 +88,4 @@ template <class T>
   return select(a < b, b, a);
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -24,7 +24,7 @@
 #include <emmintrin.h>
 #endif
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 namespace detail {
 
 // The same on as many words as a register holds: the compilers' own vectorisation misses the 32×32→64 multiply.
@@ -199,4 +199,4 @@ template <class Scalar>
   }
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

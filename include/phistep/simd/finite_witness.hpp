@@ -12,7 +12,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Remembers whether all numbers seen were finite.
 template <std::floating_point Scalar>
@@ -47,4 +47,4 @@ template <class Scalar>
   return witness.all_finite();
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -11,7 +11,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// [bytes] Size of the last-level cache that this core reaches; 32 MiB where the processor doesn't tell.
 ///
@@ -39,4 +39,4 @@ namespace phistep::inline PHISTEP_ABI {
   return size;
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -9,7 +9,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/simd/pack.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Σ|x|: at least the largest of n magnitudes, not finite where one of them isn't. It may be infinite though all are finite.
 ///
@@ -36,4 +36,4 @@ template <std::floating_point Scalar>
   return sum((a + b) + (c + d)) + rest;
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

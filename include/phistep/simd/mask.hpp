@@ -13,7 +13,7 @@
 #include <emmintrin.h>
 #endif
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// [bytes] of the widest register, 0 where packs are arrays.
 #if defined(PHISTEP_NO_SIMD) || !defined(__GNUC__)
@@ -159,4 +159,4 @@ template <class Scalar, int width>
   return m.bits() == 0;
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

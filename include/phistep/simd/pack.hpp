@@ -20,7 +20,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/simd/mask.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// `width` numbers.
 template <class Scalar_, int width_>
@@ -261,4 +261,4 @@ template <class P>
   }
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -13,7 +13,7 @@
 #include "phistep/simd/pack.hpp"
 #include "phistep/simd/plain_math.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// The numbers in a T: itself, or a pack's.
 template <class T>
@@ -261,4 +261,4 @@ template <class Scalar, int width>
   }
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -9,7 +9,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 // Templates, so that they give way to the C library's where both are visible.
 template <std::floating_point T>
@@ -68,4 +68,4 @@ template <std::floating_point T>
   return std::pow(x, y);
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

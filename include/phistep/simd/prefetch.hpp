@@ -4,7 +4,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// In the user's order, neighbours may be anywhere: with a million in random order, a step of pairs without it takes 1.5
 /// times as long.
@@ -14,4 +14,4 @@ inline void prefetch([[maybe_unused]] const void* p) {
 #endif
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -7,7 +7,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// log₂ x of a finite normal x > 0: that of its power of two, and a polynomial for what is left, between √½ and √2.
 [[nodiscard, gnu::always_inline]] inline double short_log2(double x) {
@@ -31,4 +31,4 @@ namespace phistep::inline PHISTEP_ABI {
   return std::bit_cast<double>(std::bit_cast<std::uint64_t>(fraction) + (std::bit_cast<std::uint64_t>(rounded) << 52));
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

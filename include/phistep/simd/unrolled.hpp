@@ -7,7 +7,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI::detail {
+namespace phistep { inline namespace PHISTEP_ABI { namespace detail {
 
 /// f(0), f(1) … f(n − 1) with constants for arguments, so that arrays of packs stay in registers.
 template <int n, int k = 0, class F>
@@ -18,4 +18,4 @@ template <int n, int k = 0, class F>
   }
 }
 
-}  // namespace phistep::inline PHISTEP_ABI::detail
+}}}  // namespace phistep::PHISTEP_ABI::detail

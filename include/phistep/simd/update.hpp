@@ -40,7 +40,7 @@
 #define PHISTEP_DETAIL_PACKETS 0
 #endif
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 struct PacketIndex {
   std::ptrdiff_t first;
@@ -257,4 +257,4 @@ template <std::ptrdiff_t n, class Kernel, class Scalar, std::same_as<Scalar>... 
   return update_one_by_one<n>(kernel, out, more...);
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -17,7 +17,7 @@
 #include "phistep/sleep/sleep_watch.hpp"
 #include "phistep/sleep/sleepers.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// A particle whose numbers or properties were changed wakes; those beside a sleeper or a support that was moved, or is gone,
 /// are watched.
@@ -122,4 +122,4 @@ class SleepEdits {
   std::uint64_t scene_ = 0;  // fingerprint of the box and what else all particles share
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

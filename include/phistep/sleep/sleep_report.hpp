@@ -8,7 +8,7 @@
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// When particles fall asleep.
 struct SleepOptions {
@@ -59,4 +59,4 @@ void compare_sleep(OStream& out, SleepOptions options, Scene&& scene,
    ...);
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

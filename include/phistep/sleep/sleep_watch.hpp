@@ -15,7 +15,7 @@
 #include "phistep/sleep/sleepers.hpp"
 #include "phistep/sleep/touch_graph.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 template <class S>
 class SleepWatch {
@@ -120,4 +120,4 @@ class SleepWatch {
   std::vector<std::int32_t> watched_, disturbing_, supports_, tired_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

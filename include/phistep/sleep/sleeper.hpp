@@ -6,7 +6,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// One particle, asleep or awake.
 struct Sleeper {
@@ -34,4 +34,4 @@ struct Sleeper {
   [[nodiscard]] bool disturbs() const { return kind == Kind::awake || (kind == Kind::held && moves); }
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

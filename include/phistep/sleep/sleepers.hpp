@@ -26,7 +26,7 @@
 #include "phistep/sleep/sleep_report.hpp"
 #include "phistep/sleep/sleeper.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Those of a state.
 template <class S>
@@ -247,4 +247,4 @@ struct Sleepers {
   }
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -49,7 +49,7 @@
 #include "phistep/state/active_set.hpp"
 #include "phistep/state/parts.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// A stepper that does not compute particles at rest, and reports what that cost.
 template <class Stepper>
@@ -233,4 +233,4 @@ class Sleeping {
   std::int64_t steps_ = 0, changes_ = 0;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

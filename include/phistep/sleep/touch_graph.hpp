@@ -14,7 +14,7 @@
 #include "phistep/pairs/acting_pairs.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// The pairs that a force lists, body by body. A workspace, its buffers serve again.
 class TouchGraph {
@@ -75,4 +75,4 @@ class TouchGraph {
   Index bodies_ = -1;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

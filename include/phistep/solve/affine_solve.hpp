@@ -12,7 +12,7 @@
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 class AffineSolve {
  public:
@@ -71,4 +71,4 @@ class AffineSolve {
   std::uint64_t solved_ = 0;  // since its matrix was made
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -18,7 +18,7 @@
 #include "phistep/core/implicit_solver.hpp"
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// What a correction says of its iteration: it contracts; it is done; it contracts too slowly, or not at all.
 enum class Judgement { go_on, converged, slow, growing };
@@ -141,4 +141,4 @@ class ConvergenceTest {
   int limit_, in_vain_ = 0;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -22,7 +22,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 template <State S, class Rhs, bool has_K, bool has_C>
 class DifferenceTangent {
@@ -217,4 +217,4 @@ class DifferenceTangent {
   std::array<double, Rhs::blocks> kick_used_{}, kick_limit_{};  // how far differences reached, and may reach
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

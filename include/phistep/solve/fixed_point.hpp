@@ -25,7 +25,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/solve/convergence.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// When to stop, and how much to remember. rtol = 0 means: iterate to rounding.
 struct FixedPointOptions {
@@ -164,4 +164,4 @@ class Anderson {
   bool has_last_ = false, stretches_ = false;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -28,7 +28,7 @@
 #include "phistep/state/non_finite.hpp"
 #include "phistep/state/unknowns.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 template <State S, class Rhs>
 class FixedPointResolvent {
@@ -229,4 +229,4 @@ struct ResolventFor<S, Rhs, Newton<>, false> {
   using type = VelocityResolvent<S, Rhs>;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

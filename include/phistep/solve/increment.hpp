@@ -26,7 +26,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Ψ(t, Y) = M w/γ_f of a resolve with the increment w: known without a force call.
 template <State S>
@@ -227,4 +227,4 @@ class Increment {
   Scalar gamma_drift_{};
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -32,7 +32,7 @@
 #include "phistep/state/non_finite.hpp"
 #include "phistep/state/unknowns.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 template <State S, class Rhs, class LinearSolver>
 class LinearStages {
@@ -232,4 +232,4 @@ class LinearStages {
   bool known_ = false, is_told_ = false;  // …; the options say how well to solve
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

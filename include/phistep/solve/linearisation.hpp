@@ -33,7 +33,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Where the tangents come from that the force doesn't give entry by entry.
 template <State S, class Rhs, class LinearSolver, bool has_K, bool has_C>
@@ -285,4 +285,4 @@ class Linearisation {
   bool has_jacobian_ = false, has_factors_ = false;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -33,7 +33,7 @@
 #include "phistep/state/motion.hpp"
 #include "phistep/state/unknowns.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// What the mass of all is for the particle whose components begin at `at`.
 template <int dim, class Mass>
@@ -186,4 +186,4 @@ struct ResolventFor<S, Rhs, Newton<>, position> {
   using type = LocalResolvent<S, Rhs, position>;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -11,7 +11,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/solve/convergence.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Jacobian and factors serve the next step too where θ is at most this. To rounding a slow matrix costs many iterations:
 /// RADAU5's choice (HW II p. 121). To a tolerance it costs one or two, a Jacobian n force calls.
@@ -143,4 +143,4 @@ template <NewtonEquation Equation>
   }
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -21,7 +21,7 @@
 #include "phistep/state/non_finite.hpp"
 #include "phistep/state/unknowns.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 template <State S, class Rhs>
 class Residual {
@@ -115,4 +115,4 @@ class Residual {
   Increment<S>& increment_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

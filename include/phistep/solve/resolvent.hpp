@@ -31,7 +31,7 @@
 #include "phistep/state/ranks.hpp"
 #include "phistep/state/unknowns.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// How often a resolve corrects its iterate.
 enum class Corrections { until_converged, one };
@@ -299,4 +299,4 @@ struct ResolventFor<S, Rhs, LinearlyImplicit<LinearSolver>, position> {
   using type = NewtonResolvent<S, Rhs, LinearSolver, position, Corrections::one>;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -26,7 +26,7 @@
 #include "phistep/state/non_finite.hpp"
 #include "phistep/state/unknowns.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 template <State S, class Rhs, class LinearSolver>
 class ShiftedStages {
@@ -148,4 +148,4 @@ class ShiftedStages {
   Scalar real_{1};                           // λ/h of the first lane
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

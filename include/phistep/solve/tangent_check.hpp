@@ -31,7 +31,7 @@
 #include "phistep/state/combination.hpp"
 #include "phistep/state/unknowns.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Looks at matrices 1, 2, 4, 8, … and at each whose pattern is new.
 template <State S, class Rhs>
@@ -229,4 +229,4 @@ class TangentCheck {
   bool due_ = false;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

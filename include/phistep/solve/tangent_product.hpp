@@ -27,7 +27,7 @@
 #include "phistep/state/combination.hpp"
 #include "phistep/state/unknowns.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 template <State S, class Rhs, bool has_K, bool has_C>
 class TangentProduct {
@@ -199,4 +199,4 @@ struct TangentSource<S, Rhs, MatrixFree<Solver, Preconditioner>, has_K, has_C> {
   using type = TangentProduct<S, Rhs, has_K, has_C>;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -16,7 +16,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Some of the particles, as flags and as a list.
 class ActiveSet {
@@ -89,4 +89,4 @@ inline constexpr bool computes_active_only = requires {
 [[nodiscard]] const LeftOut& left_out(const auto& y) { return y.mass.left_out(); }
 [[nodiscard]] inline std::uint64_t number_of(const ActiveSet* set) { return set == nullptr ? 0 : set->number(); }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -15,7 +15,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/simd/fingerprint.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Base of a class `Own` of operations, which brings `Handle`, `clone`, `release`, `size`, and
 ///   numbers(x)           this rank's numbers as a std::span, or its own read(f, x…) and write(f, y, x…), which call
@@ -164,4 +164,4 @@ struct ArrayFieldOps {
   }
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -11,7 +11,7 @@
 #include "phistep/simd/fingerprint.hpp"
 #include "phistep/simd/finite_witness.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 using Index = Eigen::Index;
 
@@ -70,4 +70,4 @@ template <FieldBlock Block>
   return Block::Ops::equal(a.handle(), b.handle());
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -20,7 +20,7 @@
 #include "phistep/simd/loop_hints.hpp"
 #include "phistep/state/block.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// A state of the user's own: named blocks, the first two being r and v where it drifts.
 ///
@@ -295,4 +295,4 @@ template <State S>
   return equal_bits(Blocks<S>::all(a), Blocks<S>::all(b));
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -21,7 +21,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Row i of a table as weights, its first n numbers: a type with `count` and `at(j)` = w_j.
 template <const auto& table, std::size_t i, std::size_t n>
@@ -193,4 +193,4 @@ template <State S, class To, combination::IsExpression X>
   assign_solved<S>(to, in<S>(to) + expression);
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

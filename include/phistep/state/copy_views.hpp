@@ -15,7 +15,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Whether each number of a state has a place of its own. Those of views may lie in one another's: they would then be two
 /// unknowns with one value.
@@ -78,4 +78,4 @@ void copy_views(To& to, const From& from) {
         Blocks<S>::all(to), Blocks<S>::all(from));
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -16,7 +16,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// What a backend brings, as static functions of a class `Ops` (adapters/petsc.hpp has them for a Vec). Those that tell
 /// something of all numbers are collective: all ranks call them together, and each gets the same result. Sums and largest
@@ -205,4 +205,4 @@ class Field {
   Handle handle_{};
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -10,7 +10,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// What a force sees of a motion.
 template <class Vector, class Mass>
@@ -66,4 +66,4 @@ struct BlockStorage<Expression> {
 template <class Position, class Velocity>
 Motion(const Position&, const Velocity&) -> Motion<typename BlockStorage<Position>::type>;
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

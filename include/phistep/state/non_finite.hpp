@@ -8,7 +8,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Which component of which block is not finite; block −1 where all are, index −1 where the block is a field.
 struct Offender {
@@ -38,4 +38,4 @@ template <class Tie>
   return found;
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

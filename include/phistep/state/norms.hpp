@@ -11,7 +11,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/ranks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// √(1/n Σ (x_i w_i)²)
 template <State Plain>
@@ -47,4 +47,4 @@ template <State Plain>
   }
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -23,7 +23,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// An object that saves and loads itself.
 template <class T>
@@ -112,4 +112,4 @@ void load_parts(Reader& in, Then&& then, First& first, Rest&... rest) {
   else detail::load_part(in, detail::default_name<First>(in), then, first, rest...);
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

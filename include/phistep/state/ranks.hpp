@@ -12,7 +12,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// The exception that a user's function has thrown on this rank. Its result there is NaN from then on, so that all ranks come
 /// to the same end of the step, without a word more between them where all goes well. At that end it is thrown again, on this
@@ -69,4 +69,4 @@ template <FieldState S>
   return static_cast<Outcome>(most_of_ranks(y, static_cast<int>(mine)));
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

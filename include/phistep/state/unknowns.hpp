@@ -11,7 +11,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// A plain block as one column, in storage order; a field as it is.
 template <class Block>
@@ -92,4 +92,4 @@ template <State S>
   return std::get<1>(Blocks<S>::all(y));
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

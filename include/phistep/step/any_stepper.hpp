@@ -17,7 +17,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/ranks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// A step without a look at its error.
 template <class Stepper, class S, class Scalar>
@@ -109,4 +109,4 @@ void go_back(Stepper& stepper, [[maybe_unused]] PastOfIt&& past) {
   else if constexpr (requires { stepper.reset(); }) stepper.reset();
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -7,7 +7,7 @@
 #include "phistep/core/stepper_facts.hpp"
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// By how much Δt has to grow to be worth new factors: without a matrix, at once; Newton makes do with old ones within
 /// limits; an affine step can't, and a factorization is then most of what it costs.
@@ -34,4 +34,4 @@ template <class Stepper>
   return law;
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

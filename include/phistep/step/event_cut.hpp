@@ -12,7 +12,7 @@
 #include "phistep/observe/completed_step.hpp"
 #include "phistep/problem/transaction.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// @tparam Attempt  a StepAttempt
 /// @tparam Look     a LookInside
@@ -74,4 +74,4 @@ class EventCut {
   Events& events_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

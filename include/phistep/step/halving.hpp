@@ -29,7 +29,7 @@
 #include "phistep/state/parts.hpp"
 #include "phistep/step/any_stepper.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// A stepper that does a failed step again as two half steps, these as quarter steps, and so on: all of it or nothing.
 template <class Stepper>
@@ -177,4 +177,4 @@ class Halving {
   std::int64_t steps_ = 0, failed_steps_ = 0, halvings_ = 0;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

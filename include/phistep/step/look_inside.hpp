@@ -25,7 +25,7 @@
 #include "phistep/step/parts_inside.hpp"
 #include "phistep/step/step_inside.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Whether the interpolant needs no check: by its scheme's word; or Hermite's, whose error of Δt⁴ is less than steps of order 1
 /// and 2 leave, unless a stiff component makes large slopes of small errors.
@@ -230,4 +230,4 @@ class LookInside {
   [[no_unique_address]] std::conditional_t<does_steps, Work, Nothing> work_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

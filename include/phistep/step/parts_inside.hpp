@@ -15,7 +15,7 @@
 #include "phistep/step/spare_stepper.hpp"
 #include "phistep/step/step_doubling.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Walks through the step part by part, in a copy of its stepper.
 template <class Stepper, State S>
@@ -111,4 +111,4 @@ class PartsInside {
   DenseOutput<S> dense_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -36,7 +36,7 @@
 #include "phistep/state/parts.hpp"
 #include "phistep/state/unknowns.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Steps a state S under a force F by the φ-method, or by any other scheme.
 /// @tparam MassSpec  what mass(…) or capacity(…) returned, UnitMasses for M = 1
@@ -412,4 +412,4 @@ PhiStepper(const S&, F, Scheme, Solver) -> PhiStepper<S, F, Scheme, UnitMasses, 
 template <class S, class F, class Scheme, MassSpecification Mass, ImplicitSolver Solver>
 PhiStepper(const S&, F, Scheme, Mass, Solver) -> PhiStepper<S, F, Scheme, Mass, Solver>;
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

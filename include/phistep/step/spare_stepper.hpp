@@ -9,7 +9,7 @@
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 template <class Stepper>
 class SpareStepper {
@@ -29,4 +29,4 @@ class SpareStepper {
   Statistics before_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -21,7 +21,7 @@
 #include "phistep/step/error_law.hpp"
 #include "phistep/step/step_doubling.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Of a stepper, or of the one inside it: steps have inner steps, whose number ties them to one length.
 template <class Stepper>
@@ -217,4 +217,4 @@ class StepAttempt {
   [[no_unique_address]] std::conditional_t<std::is_same_v<S, Plain>, Nothing, Plain> gathered_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

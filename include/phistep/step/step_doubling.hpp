@@ -21,7 +21,7 @@
 #include "phistep/state/combination.hpp"
 #include "phistep/step/any_stepper.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// `attempt` for any stepper.
 template <class Stepper, State S>
@@ -92,4 +92,4 @@ class StepDoubling {
   Plain start_, whole_, middle_, next_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

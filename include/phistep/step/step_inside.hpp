@@ -17,7 +17,7 @@
 #include "phistep/step/spare_stepper.hpp"
 #include "phistep/step/step_doubling.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 template <class Stepper, State S>
 class StepInside {
@@ -74,4 +74,4 @@ class StepInside {
   StepDoubling<Stepper, S> doubling_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -11,7 +11,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/study/report.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// What the first steps of an automatic run found.
 struct Stiffness {
@@ -87,4 +87,4 @@ template <class = void>
   return to;
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

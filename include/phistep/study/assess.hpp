@@ -22,7 +22,7 @@
 #include "phistep/study/spectrum.hpp"
 #include "phistep/study/stable_step.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 [[nodiscard]] inline PreflightTerm term_report(const Tangent& tangent, const Spectrum& s, int block) {
   PreflightTerm term;
@@ -258,4 +258,4 @@ class Assessment {
   Spectrum spectrum_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

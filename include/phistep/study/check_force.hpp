@@ -23,7 +23,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/non_finite.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// What a force does with its argument. Contextually true where it is finite, repeatable, and depends on the state.
 template <std::size_t blocks>
@@ -99,4 +99,4 @@ template <State S, class F>
   return check;
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

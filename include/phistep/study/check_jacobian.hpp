@@ -19,7 +19,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// The worst entry of a Jacobian against differences. Contextually true where all entries agree.
 struct JacobianCheck {
@@ -118,4 +118,4 @@ template <State S, class F>
   return check;
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -10,7 +10,7 @@
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// A sum that keeps what rounding takes from it (Neumaier, ZAMM 54 (1974) 39).
 template <class Scalar>
@@ -99,4 +99,4 @@ class EnergyBooks {
   Books books_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -51,7 +51,7 @@
 #include "phistep/study/force_parts.hpp"
 #include "phistep/study/step_path.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 template <class Stepper>
 using EnergyBooksOf =
@@ -313,4 +313,4 @@ class EnergyLedger : public EnergyBooksOf<Stepper> {
   Block psi_, residual_, dr_, dv_, middle_, slack_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -20,7 +20,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// F, D and X at one place.
 template <class Rate>
@@ -146,4 +146,4 @@ class ForceSplitter {
   Plain still_;  // the state with v = 0
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -30,7 +30,7 @@
 #include "phistep/core/phi.hpp"
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// A scheme as numbers.
 struct Method {
@@ -218,4 +218,4 @@ template <class = void>
   return solve(I - h * weighted(method.drift, method.force), I + h * weighted(1 - method.drift, 1 - method.force));
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

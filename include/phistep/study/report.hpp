@@ -11,7 +11,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// What will become of a run with this Δt.
 enum class Verdict : std::uint8_t {
@@ -178,4 +178,4 @@ struct PreflightReport {
   }
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

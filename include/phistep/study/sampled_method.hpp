@@ -19,7 +19,7 @@
 #include "phistep/study/spectrum.hpp"
 #include "phistep/study/stable_step.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// What a user writes for it.
 template <class F, class D, Form form>
@@ -107,4 +107,4 @@ template <class = void>
   return method;
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -25,7 +25,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// (3): Δt up to which no mode grows that doesn't by itself. [time]
 /// @param a, b  largest ω² of the fast and of the slow terms [1/time²]
@@ -79,4 +79,4 @@ template <class Matrix>
   return G;
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

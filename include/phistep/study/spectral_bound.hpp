@@ -26,7 +26,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 using SparseRows = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
@@ -205,4 +205,4 @@ template <class = void>
   return other.value < bound.value ? other : bound;
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

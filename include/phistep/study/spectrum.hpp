@@ -17,7 +17,7 @@
 #include "phistep/study/method.hpp"
 #include "phistep/study/spectral_bound.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Up to this size all eigenvalues are computed.
 inline constexpr Eigen::Index exact_spectrum_limit = 200;
@@ -267,4 +267,4 @@ template <class = void>
   return bound_spectrum(tangent, masses, block, tolerance);
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -17,7 +17,7 @@
 #include "phistep/study/slow_terms.hpp"
 #include "phistep/study/spectrum.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// A force linearised at a state: what is treated by the scheme itself, and what enters as kicks.
 struct LinearisedProblem {
@@ -205,4 +205,4 @@ template <class = void>
   return unknown;
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -19,7 +19,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// The inner nodes of (2), and the weights of an end and of an inner node.
 inline constexpr std::array<double, 2> lobatto_nodes{0.27639320225002103036, 0.72360679774997896964};
@@ -66,4 +66,4 @@ template <State S, class Block, class Number, std::size_t n>
   return integral;
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -21,7 +21,7 @@
 #include "phistep/state/unknowns.hpp"
 #include "phistep/study/spectrum.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Collects the entries of ∂Ψ/∂r and ∂Ψ/∂v (or ∂Ψ/∂y), divided by the largest mass.
 struct TangentSink {
@@ -132,4 +132,4 @@ template <State S, class Traits>
   return 0;
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

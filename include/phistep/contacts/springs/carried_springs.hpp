@@ -15,7 +15,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/simd/finite_witness.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Springs of contacts that are not computed for now, because both bodies are held still: kept until it moves again.
 template <class Scalar>
@@ -80,4 +80,4 @@ class CarriedSprings {
   Dormant asleep_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -17,7 +17,7 @@
 #include "phistep/core/recycled.hpp"
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 template <class Table>
 struct RestingSprings {
@@ -125,4 +125,4 @@ template <class Table>
   return out;
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -13,7 +13,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/simd/finite_witness.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Sorted by place.
 /// @tparam Number  of a place: a pair's, or that of a wall and a body
@@ -121,4 +121,4 @@ template <bool spins, bool rolls, class Law, class P, class Table>
   return f;
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

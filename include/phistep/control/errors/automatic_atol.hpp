@@ -23,7 +23,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 template <State Plain>
 class AutomaticAtol {
@@ -139,4 +139,4 @@ class AutomaticAtol {
   double dt_ = 0, longest_ = 0;                          // [time] of the try, of all tries
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

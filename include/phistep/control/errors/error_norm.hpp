@@ -28,7 +28,7 @@
 #include "phistep/state/norms.hpp"
 #include "phistep/state/ranks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 template <State Plain>
 class ErrorNorm : public ErrorScales<Plain> {
@@ -189,4 +189,4 @@ class ErrorNorm : public ErrorScales<Plain> {
   Norm norm_ = Norm::rms;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -20,7 +20,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 template <State Plain>
 class ErrorScales {
@@ -172,4 +172,4 @@ class ErrorScales {
   [[no_unique_address]] std::conditional_t<FieldState<Plain>, Fields, Nothing> fields_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -7,7 +7,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// A component of a state.
 struct Component {
@@ -22,4 +22,4 @@ struct Measured {
   [[nodiscard]] double size() const { return std::sqrt(square); }
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

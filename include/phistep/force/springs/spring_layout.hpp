@@ -15,7 +15,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/linear/node_order.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 template <class Scalar, std::size_t lanes>
 class SpringLayout {
@@ -181,4 +181,4 @@ class SpringLayout {
   }
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -26,7 +26,7 @@
 #include "phistep/simd/pack.hpp"
 #include "phistep/simd/pack_math.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Has a workspace: one object serves one caller at a time, a copy has its own.
 template <class Scalar, int dim, bool damped>
@@ -230,4 +230,4 @@ class SpringRows {
   Stage stage_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

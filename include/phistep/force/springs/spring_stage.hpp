@@ -17,7 +17,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/simd/prefetch.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// First positions, and velocities where damped, in the rows' order; then the sums of forces in place of them.
 template <class Scalar, int dim, bool damped>
@@ -75,4 +75,4 @@ class SpringStage {
   Numbers stage_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

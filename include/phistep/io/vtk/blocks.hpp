@@ -24,9 +24,7 @@
 #include "phistep/particles/particles.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
-
-namespace detail {
+namespace phistep { inline namespace PHISTEP_ABI { namespace detail {
 
 /// What all files have: the time, where it is known, and the precision.
 struct VtkHead {
@@ -173,6 +171,4 @@ void add_column(VtkFile& file, Index n, const NamedColumn<Content>& column, cons
   }
 }
 
-}  // namespace detail
-
-}  // namespace phistep::inline PHISTEP_ABI
+}}}  // namespace phistep::PHISTEP_ABI::detail

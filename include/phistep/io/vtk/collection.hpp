@@ -20,7 +20,7 @@
 #include "phistep/io/text_reader.hpp"
 #include "phistep/io/vtk/file.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// out/melt.pvd lists melt/00000.vtp, melt/00001.vtp, … It is a complete file after each frame.
 class VtkCollection {
@@ -137,4 +137,4 @@ class VtkCollection {
   bool is_written_ = false;  // whether the file lists times_
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

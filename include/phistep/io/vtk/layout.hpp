@@ -19,7 +19,7 @@
 #include "phistep/io/vtk/file.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Particles: a point each, with all that they have. Files end in .vtp (PolyData).
 ///
@@ -193,4 +193,4 @@ template <State S, class... Columns>
 
 }  // namespace detail
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -14,7 +14,7 @@
 #include "phistep/linear/lanes/lane_pivot.hpp"
 #include "phistep/simd/complex_pack.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// resize(n, ℓ, u), clear(), fill column(j), factorize(), solve_in_place(x). Allocates in resize only.
 template <class Scalar, int lanes>
@@ -94,4 +94,4 @@ class LaneBandedLu {
   std::vector<Index> pivot_;  // the row that changed places with row k, counted from k
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

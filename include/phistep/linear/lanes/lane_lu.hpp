@@ -19,7 +19,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/simd/complex_pack.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// LU with row exchanges; up to `inverse_limit` unknowns the inverse, whose rows don't wait for each other.
 template <class Scalar, int size, int lanes>
@@ -143,4 +143,4 @@ class LaneLu {
   Store<int, size> row_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

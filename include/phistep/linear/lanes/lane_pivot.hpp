@@ -8,7 +8,7 @@
 #include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Multipliers up to this are trusted (threshold pivoting, I. S. Duff, A. M. Erisman & J. K. Reid, Direct Methods for
 /// Sparse Matrices, sect. 5.2).
@@ -47,4 +47,4 @@ template <class Number>
   return all_at_least(size, Real{least_normal<Scalar>}) && all_at_least(Real{std::numeric_limits<Scalar>::max()}, size);
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -21,7 +21,7 @@
 #include "phistep/linear/lanes/lane_pivot.hpp"
 #include "phistep/simd/complex_pack.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// analyze(pattern), fill values(), factorize(), solve_in_place(x).
 template <class Scalar, int lanes>
@@ -216,4 +216,4 @@ class LaneSparseLu {
   bool is_planned_ = false;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

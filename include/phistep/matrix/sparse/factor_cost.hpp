@@ -13,7 +13,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 struct FactorCost {
   std::int64_t unknowns = 0;  ///< that were counted
@@ -89,4 +89,4 @@ template <class Scalar>
   return factor_cost(pattern);
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -24,7 +24,7 @@
 #include "phistep/matrix/tangents.hpp"
 #include "phistep/simd/finite_witness.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// What every sparse system is towards forces, and its W.
 /// @tparam adds_transposes  every entry's transpose has a slot, too
@@ -238,4 +238,4 @@ class SparseAssembly : public Sizes {
   bool has_slots_ = false;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

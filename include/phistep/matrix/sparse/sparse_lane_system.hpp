@@ -13,7 +13,7 @@
 #include "phistep/matrix/choice.hpp"
 #include "phistep/matrix/lane_system.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// LU over a sparse assembly: an analysis for each pattern, none for new values.
 template <MatrixFacts facts, class Scalar, int lanes>
@@ -53,4 +53,4 @@ class LaneSystem<SystemKind::sparse, facts, Scalar, lanes> : public SparseLaneSy
 template <MatrixFacts facts, class Scalar, int lanes>
 class LaneSystem<SystemKind::symmetric_sparse, facts, Scalar, lanes> : public SparseLaneSystem<facts, Scalar, lanes> {};
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

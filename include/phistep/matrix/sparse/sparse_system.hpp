@@ -18,7 +18,7 @@
 #include "phistep/matrix/own_solver.hpp"
 #include "phistep/matrix/sparse/sparse_assembly.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Sparse W over any solver with Eigen's interface (analyzePattern, factorize, solve, info).
 template <class Scalar, class Solver, bool has_K = true, bool has_C = true>
@@ -101,4 +101,4 @@ struct SystemFor<SystemKind::own, facts, Scalar, Solver, Force> {
   using type = SparseSystem<Scalar, Solver, facts.has_K, facts.has_C>;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -30,7 +30,7 @@
 #include "phistep/matrix/own_solver.hpp"
 #include "phistep/matrix/sparse/sparse_assembly.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// How a system knows that its matrix is symmetric.
 enum class Symmetry { promised, sought };
@@ -168,4 +168,4 @@ struct SystemFor<SystemKind::sparse_either, facts, Scalar, Solver, Force> {
       SymmetricSparseSystem<Scalar, Symmetry::sought, facts.differenced && !facts.constant, facts.has_K, facts.has_C>;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

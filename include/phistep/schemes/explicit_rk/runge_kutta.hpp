@@ -31,7 +31,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// An explicit pair as a scheme. @tparam Tableau  Tsit5 or Dop853
 template <class Tableau>
@@ -199,4 +199,4 @@ class SchemeOn<RungeKutta<Tableau>, S> : public SchemeDefaults {
   std::size_t known_ = 0;  // so many of the k_j belong to the step done last
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -21,7 +21,7 @@
 #include "phistep/state/ranks.hpp"
 #include "phistep/state/unknowns.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Weights of the k_j, as types, so that sums are unrolled, and zeros are left out.
 namespace runge_kutta {
@@ -121,4 +121,4 @@ class RungeKuttaEstimate {
   }
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

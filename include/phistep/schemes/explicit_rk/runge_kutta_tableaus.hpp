@@ -6,7 +6,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Order 5(4), six force calls a step, dense output of order 4: Ch. Tsitouras, Comput. Math. Appl. 62 (2011) 770, table 1. The
 /// sixteen printed digits, moved by less than 1e-15 (in the dense output 1e-14), so that all order conditions hold to thirty.
@@ -141,4 +141,4 @@ struct Dop853 {
        -0.14972683625798562581422125276e3L}};
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

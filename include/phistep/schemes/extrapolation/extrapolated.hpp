@@ -21,7 +21,7 @@
 #include "phistep/schemes/scheme_on.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 template <State S>
 class SchemeOn<Extrapolated<SinglePhi<FixedPhi<1>>>, S> : public ExtrapolatedRow<S, ImplicitEulerBase<S>> {
@@ -41,4 +41,4 @@ class SchemeOn<Extrapolated<VelocityVerlet>, S> : public ExtrapolatedRow<S, Verl
   using ExtrapolatedRow<S, VerletBase<S>>::ExtrapolatedRow;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

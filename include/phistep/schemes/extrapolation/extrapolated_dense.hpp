@@ -19,7 +19,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Whether W is a dense matrix of few unknowns, fixed in number: each lane then has its own.
 template <State S, class Kernel>
@@ -182,4 +182,4 @@ class DenseImplicitEuler {
   Inside* inside_;     // null: no dense output
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

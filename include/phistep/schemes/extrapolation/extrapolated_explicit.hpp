@@ -25,7 +25,7 @@
 #include "phistep/schemes/extrapolation/extrapolation_table.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// What the two have in common. @tparam Rule  (1) or (2)
 template <State S, class Kernel, class Rule>
@@ -265,4 +265,4 @@ class VerletBase : public ExplicitBase<S, VerletRule> {
   }();
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

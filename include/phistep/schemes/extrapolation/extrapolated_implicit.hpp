@@ -26,7 +26,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Rows of any size and structure, one after the other, by the kernel's linear stages.
 template <State S, class Kernel, class Inside>
@@ -152,4 +152,4 @@ class ImplicitEulerBase {
   Rate start_;  // Ψ(t, y)
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -13,7 +13,7 @@
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// A step's data, and its trace where it has one.
 template <class Kernel>
@@ -115,4 +115,4 @@ class RowLanes {
   Lanes& lane_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -28,7 +28,7 @@
 #include "phistep/schemes/scheme_on.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 template <State S, class Base>
 class ExtrapolatedRow : public SchemeDefaults {
@@ -228,4 +228,4 @@ class ExtrapolatedRow : public SchemeDefaults {
   [[no_unique_address]] std::conditional_t<on_stack, Nothing, Base> base_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -9,7 +9,7 @@
 #include "phistep/core/scheme_facts.hpp"
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Richardson's extrapolation of a base scheme: the error's expansion in powers of the substep is eliminated term by term.
 /// @tparam Base  the scheme of the substeps
@@ -74,4 +74,4 @@ extrapolated(VelocityVerlet base, int columns = 0) {
   return extrapolated<VelocityVerlet>(base, columns);
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

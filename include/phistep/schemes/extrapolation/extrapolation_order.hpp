@@ -20,7 +20,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// What is to be done about a row.
 enum class RowVerdict { more, accept, reject, diverged };
@@ -256,4 +256,4 @@ class ExtrapolationOrder {
   std::array<double, columns + 2> error_{}, length_{};
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

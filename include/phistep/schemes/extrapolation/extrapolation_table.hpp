@@ -14,7 +14,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// n_j = 2, 3, 4, 6, 8, 12, 16, 24, … : Bulirsch's numbers without 1, Hairer & Wanner's choice for stiff equations.
 /// [0] is unused.
@@ -67,4 +67,4 @@ void extend_table(auto& row, int j, const Weights& weights) {
         Blocks<S>::all(newest), Blocks<S>::all(row[at(l)]));
 }
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

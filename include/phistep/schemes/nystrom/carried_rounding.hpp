@@ -12,7 +12,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// @tparam kept  false: nothing is kept, and nothing costs
 template <State S, bool kept>
@@ -64,4 +64,4 @@ class CarriedRounding<S, false> {
   static void archive(auto&) {}
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -33,7 +33,7 @@
 #include "phistep/state/combination.hpp"
 #include "phistep/state/unknowns.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// A pair as a scheme.
 template <class Tableau, bool compensates = false>
@@ -221,4 +221,4 @@ class SchemeOn<Nystrom<Tableau, compensates>, S> : public SchemeDefaults {
   [[no_unique_address]] CarriedRounding<S, compensates> rounding_;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -17,7 +17,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Of the pair `Tableau`, whose `dense` names the stages to go through.
 template <class Tableau>
@@ -84,4 +84,4 @@ class NystromInterpolant {
   }
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -8,7 +8,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// RKN8(6)9FM: order 8 and 6, nine stages, the last at r⁺.
 struct Rkn86 {
@@ -178,4 +178,4 @@ struct Rkn1210 {
                                                    0};
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -35,7 +35,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Radau IIA: `radau` chooses order and step; `radau(5)` has 5 stages. Without a controller `radau` has 3.
 struct Radau {
@@ -262,4 +262,4 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
   bool pending_keeps_ = false;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

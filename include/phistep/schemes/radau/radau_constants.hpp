@@ -8,7 +8,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/schemes/radau/radau_tableau.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// The tableau in the working precision, a row of lanes or of stages at a time.
 template <class Scalar, int s>
@@ -88,4 +88,4 @@ struct RadauConstants {
 template <class Scalar, int s>
 inline constexpr RadauConstants<Scalar, s> radau_constants{};
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

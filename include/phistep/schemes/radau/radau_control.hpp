@@ -17,7 +17,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/solve/convergence.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// The judge of one solve by simplified Newton iteration, by the sizes of its corrections.
 template <class = void>
@@ -182,4 +182,4 @@ class RadauControl {
   bool rejected_ = false;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

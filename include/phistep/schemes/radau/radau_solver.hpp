@@ -25,7 +25,7 @@
 #include "phistep/state/non_finite.hpp"
 #include "phistep/state/unknowns.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 template <State S>
 class RadauSolver {
@@ -203,4 +203,4 @@ class RadauSolver {
   bool is_fresh_ = false, keeps_ = false;  // J: of this step's start, of an earlier one
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -29,7 +29,7 @@
 #include "phistep/matrix/lane_system.hpp"
 #include "phistep/schemes/radau/radau_constants.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// The unknowns of (1), and what its matrices are made of. @tparam n  unknowns, or Eigen::Dynamic
 template <class Scalar, int n_static>
@@ -237,4 +237,4 @@ class RadauStages {
   Scalar per_h_{1};  // [1/time]
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

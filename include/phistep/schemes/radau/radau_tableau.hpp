@@ -22,7 +22,7 @@
 
 #include "phistep/core/version.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 namespace radau_detail {
 
 using Real = long double;
@@ -224,4 +224,4 @@ struct RadauTableau {
 template <int s>
 inline constexpr RadauTableau<s> radau_tableau{};
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -23,7 +23,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/non_finite.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 template <FieldState S, class Rhs>
 class FixedPointResolvent<S, Rhs> {
@@ -156,4 +156,4 @@ class FixedPointResolvent<S, Rhs> {
   bool is_rms_ = false, is_good_ = true;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

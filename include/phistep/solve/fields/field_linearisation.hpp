@@ -27,7 +27,7 @@
 #include "phistep/state/ranks.hpp"
 #include "phistep/state/unknowns.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Y = b + w in all components: no reduction tells where w cancels b (Y ≪ b), and where it does digits are lost.
 template <FieldState S>
@@ -262,4 +262,4 @@ class Linearisation<S, Rhs, Solver, position, stages, shifted, iterated> {
   bool is_told_ = true;  // all ranks know what the last factorization has come to
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI

@@ -15,7 +15,7 @@
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
 
-namespace phistep::inline PHISTEP_ABI {
+namespace phistep { inline namespace PHISTEP_ABI {
 
 /// @tparam S  a field, or a motion of two
 template <class Solver, class S>
@@ -36,4 +36,4 @@ concept FieldSolver = FieldState<S> && std::copyable<Solver> && Solver::is_field
   { done.name() } -> std::convertible_to<const char*>;
 };
 
-}  // namespace phistep::inline PHISTEP_ABI
+}}  // namespace phistep::PHISTEP_ABI
