@@ -1,5 +1,6 @@
 #include <phistep/io.hpp>
 #include <phistep/observe/every.hpp>
+#include <phistep/state/motion.hpp>
 
 #include <Eigen/Core>
 

@@ -14,8 +14,9 @@
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/stepper_facts.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/problem/transaction.hpp"
+#include "phistep/problem/origin.hpp"
 #include "phistep/state/blocks.hpp"
+#include "phistep/state/parts.hpp"
 #include "phistep/step/error_law.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {

@@ -13,7 +13,6 @@
 #include "phistep/linear/mass.hpp"
 #include "phistep/matrix/static_sparse_system.hpp"
 #include "phistep/state/blocks.hpp"
-#include "phistep/state/unknowns.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

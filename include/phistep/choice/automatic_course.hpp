@@ -4,7 +4,6 @@
 
 #include <cstdint>
 
-#include "phistep/archive/archive.hpp"
 #include "phistep/choice/rate_look.hpp"
 #include "phistep/choice/scheme_uses.hpp"
 #include "phistep/choice/stiffness_watch.hpp"

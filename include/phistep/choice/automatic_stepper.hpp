@@ -27,7 +27,6 @@
 #include "phistep/core/version.hpp"
 #include "phistep/equation/bound_masses.hpp"
 #include "phistep/linear/mass.hpp"
-#include "phistep/problem/transaction.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/parts.hpp"
 #include "phistep/step/error_law.hpp"

@@ -26,7 +26,6 @@
 #include "phistep/schemes/rosenbrock.hpp"
 #include "phistep/schemes/tr_bdf2.hpp"
 #include "phistep/state/blocks.hpp"
-#include "phistep/state/unknowns.hpp"
 #include "phistep/step/phi_stepper.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {

@@ -17,7 +17,6 @@
 #include "phistep/contacts/springs/carried_springs.hpp"
 #include "phistep/contacts/springs/resting_springs.hpp"
 #include "phistep/contacts/springs/spring_table.hpp"
-#include "phistep/core/recycled.hpp"
 #include "phistep/core/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {

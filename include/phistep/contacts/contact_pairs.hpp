@@ -15,7 +15,6 @@
 
 #include "phistep/contacts/contact_bodies.hpp"
 #include "phistep/contacts/contact_kernel.hpp"
-#include "phistep/contacts/contact_memory.hpp"
 #include "phistep/contacts/springs/carried_springs.hpp"
 #include "phistep/contacts/springs/spring_table.hpp"
 #include "phistep/core/version.hpp"

@@ -33,7 +33,6 @@
 #include "phistep/core/scratch.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/neighbors/places.hpp"
 #include "phistep/simd/pack.hpp"
 #include "phistep/simd/pack_math.hpp"
 #include "phistep/state/active_set.hpp"

@@ -14,7 +14,6 @@
 #include "phistep/contacts/computed_pairs.hpp"
 #include "phistep/contacts/contact_pairs.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/neighbors/places.hpp"
 #include "phistep/state/active_set.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {

@@ -13,12 +13,10 @@
 #include <vector>
 
 #include "phistep/contacts/contact_kernel.hpp"
-#include "phistep/contacts/contact_pairs.hpp"
 #include "phistep/contacts/contact_slots.hpp"
 #include "phistep/contacts/touching_pairs.hpp"
 #include "phistep/core/shares.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/neighbors/places.hpp"
 #include "phistep/simd/pack.hpp"
 #include "phistep/state/active_set.hpp"
 

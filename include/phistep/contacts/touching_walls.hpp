@@ -16,7 +16,6 @@
 #include "phistep/contacts/wall_shapes.hpp"
 #include "phistep/core/shares.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/simd/pack.hpp"
 #include "phistep/state/active_set.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {

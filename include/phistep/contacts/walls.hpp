@@ -29,7 +29,6 @@
 #include "phistep/contacts/springs/spring_table.hpp"
 #include "phistep/contacts/touching_walls.hpp"
 #include "phistep/contacts/wall_shapes.hpp"
-#include "phistep/core/recycled.hpp"
 #include "phistep/core/scratch.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"

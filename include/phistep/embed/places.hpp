@@ -21,7 +21,6 @@
 #include "phistep/core/version.hpp"
 #include "phistep/embed/numbers_of.hpp"
 #include "phistep/embed/strided_block.hpp"
-#include "phistep/state/blocks.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

@@ -10,10 +10,8 @@
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/force/annotate.hpp"
-#include "phistep/force/energy.hpp"
 #include "phistep/force/evaluate.hpp"
 #include "phistep/force/local.hpp"
-#include "phistep/force/signature.hpp"
 #include "phistep/force/sum.hpp"
 #include "phistep/state/motion.hpp"
 

@@ -14,8 +14,6 @@
 #include "phistep/core/version.hpp"
 #include "phistep/force/arity.hpp"
 #include "phistep/force/sum.hpp"
-#include "phistep/state/blocks.hpp"
-#include "phistep/state/motion.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

@@ -23,7 +23,6 @@
 #include "phistep/io/frame_text.hpp"
 #include "phistep/io/text.hpp"
 #include "phistep/state/blocks.hpp"
-#include "phistep/state/motion.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

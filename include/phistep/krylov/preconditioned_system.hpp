@@ -25,7 +25,6 @@
 #include <type_traits>
 
 #include "phistep/core/arithmetic.hpp"
-#include "phistep/core/implicit_solver.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/version.hpp"

@@ -21,7 +21,6 @@
 #include "phistep/core/implicit_solver.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
-#include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/matrix/choice.hpp"
 #include "phistep/matrix/dense_system.hpp"

@@ -7,7 +7,6 @@
 #include "phistep/core/arithmetic.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
-#include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/linear/banded_lu.hpp"
 #include "phistep/matrix/band_tangent.hpp"

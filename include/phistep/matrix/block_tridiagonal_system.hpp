@@ -13,7 +13,6 @@
 
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
-#include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/linear/block_tridiagonal_lu.hpp"
 #include "phistep/matrix/banded_system.hpp"

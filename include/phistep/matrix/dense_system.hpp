@@ -11,7 +11,6 @@
 #include "phistep/core/arithmetic.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
-#include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/linear/dense_solver.hpp"
 #include "phistep/matrix/choice.hpp"

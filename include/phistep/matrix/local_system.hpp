@@ -14,7 +14,6 @@
 
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
-#include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/linear/dense_lu.hpp"
 #include "phistep/matrix/choice.hpp"

@@ -16,7 +16,6 @@
 
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
-#include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/linear/static_sparse_lu.hpp"
 #include "phistep/matrix/choice.hpp"

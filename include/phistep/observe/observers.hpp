@@ -7,7 +7,6 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/archive/archive.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/observe/completed_step.hpp"
 #include "phistep/observe/event.hpp"

@@ -9,7 +9,6 @@
 
 #include "phistep/core/version.hpp"
 #include "phistep/force/energy.hpp"
-#include "phistep/force/evaluate.hpp"
 #include "phistep/force/sum.hpp"
 #include "phistep/particles/particles.hpp"
 

@@ -10,7 +10,6 @@
 #include "phistep/force/local.hpp"
 #include "phistep/force/signature.hpp"
 #include "phistep/force/sum.hpp"
-#include "phistep/state/blocks.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

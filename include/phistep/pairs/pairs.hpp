@@ -24,7 +24,6 @@
 #include "phistep/core/scratch.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/force/signature.hpp"
 #include "phistep/force/sum.hpp"
 #include "phistep/neighbors/neighbors.hpp"
 #include "phistep/neighbors/places.hpp"
@@ -34,6 +33,7 @@
 #include "phistep/simd/pack_math.hpp"
 #include "phistep/simd/unrolled.hpp"
 #include "phistep/state/active_set.hpp"
+#include "phistep/state/block.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

@@ -23,7 +23,6 @@
 
 #include "phistep/core/version.hpp"
 #include "phistep/equation/explicit_update.hpp"
-#include "phistep/equation/gamma.hpp"
 #include "phistep/simd/magnitude.hpp"
 #include "phistep/simd/update.hpp"
 #include "phistep/state/blocks.hpp"

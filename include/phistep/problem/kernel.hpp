@@ -34,7 +34,6 @@
 #include "phistep/problem/transaction.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/combination.hpp"
-#include "phistep/state/non_finite.hpp"
 #include "phistep/state/parts.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {

@@ -14,7 +14,6 @@
 #include "phistep/embed/strided_block.hpp"
 #include "phistep/embed/undo_log.hpp"
 #include "phistep/equation/explicit_update.hpp"
-#include "phistep/equation/gamma.hpp"
 #include "phistep/simd/fingerprint.hpp"
 #include "phistep/simd/update.hpp"
 #include "phistep/state/blocks.hpp"

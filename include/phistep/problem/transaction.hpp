@@ -12,7 +12,6 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/archive/archive.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/version.hpp"

@@ -20,7 +20,6 @@
 #include <string>
 
 #include "phistep/core/outcome.hpp"
-#include "phistep/core/phi.hpp"
 #include "phistep/core/scheme_facts.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/schemes/scheme_on.hpp"

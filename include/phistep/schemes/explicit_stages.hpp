@@ -16,7 +16,6 @@
 #include "phistep/schemes/weighted_sum.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/non_finite.hpp"
-#include "phistep/state/unknowns.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

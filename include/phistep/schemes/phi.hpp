@@ -25,7 +25,6 @@
 #include "phistep/core/phi.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/equation/explicit_update.hpp"
-#include "phistep/matrix/dense_system.hpp"
 #include "phistep/schemes/error_estimate.hpp"
 #include "phistep/schemes/scheme_on.hpp"
 #include "phistep/state/blocks.hpp"

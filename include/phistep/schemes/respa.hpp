@@ -26,14 +26,12 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/archive/archive.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/phi.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/equation/explicit_update.hpp"
 #include "phistep/force/seldom.hpp"
 #include "phistep/problem/edit_guard.hpp"
-#include "phistep/problem/transaction.hpp"
 #include "phistep/schemes/scheme_on.hpp"
 #include "phistep/schemes/velocity_verlet.hpp"
 #include "phistep/state/blocks.hpp"

@@ -24,7 +24,6 @@
 #include "phistep/equation/explicit_update.hpp"
 #include "phistep/equation/right_hand_side.hpp"
 #include "phistep/problem/edit_guard.hpp"
-#include "phistep/problem/transaction.hpp"
 #include "phistep/schemes/scheme_on.hpp"
 #include "phistep/simd/finite_witness.hpp"
 #include "phistep/state/blocks.hpp"

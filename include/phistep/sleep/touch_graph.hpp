@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "phistep/core/version.hpp"
-#include "phistep/pairs/acting_pairs.hpp"
 #include "phistep/state/blocks.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {

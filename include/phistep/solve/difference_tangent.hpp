@@ -13,12 +13,12 @@
 #include <tuple>
 #include <type_traits>
 
+#include "phistep/core/implicit_solver.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/equation/right_hand_side.hpp"
 #include "phistep/force/annotate.hpp"
 #include "phistep/jacobian/coloring.hpp"
 #include "phistep/jacobian/differences.hpp"
-#include "phistep/solve/newton.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
 

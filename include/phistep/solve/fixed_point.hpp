@@ -21,7 +21,6 @@
 #include <limits>
 #include <stdexcept>
 
-#include "phistep/core/outcome.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/solve/convergence.hpp"
 

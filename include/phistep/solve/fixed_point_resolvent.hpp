@@ -22,7 +22,6 @@
 #include "phistep/solve/fixed_point.hpp"
 #include "phistep/solve/increment.hpp"
 #include "phistep/solve/local_resolvent.hpp"
-#include "phistep/solve/newton.hpp"
 #include "phistep/solve/resolvent.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/non_finite.hpp"

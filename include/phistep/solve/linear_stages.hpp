@@ -25,7 +25,6 @@
 #include "phistep/jacobian/product.hpp"
 #include "phistep/solve/difference_tangent.hpp"
 #include "phistep/solve/linearisation.hpp"
-#include "phistep/solve/newton.hpp"
 #include "phistep/solve/tangent_check.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/combination.hpp"

@@ -26,8 +26,6 @@
 #include "phistep/equation/right_hand_side.hpp"
 #include "phistep/force/local.hpp"
 #include "phistep/linear/mass.hpp"
-#include "phistep/solve/increment.hpp"
-#include "phistep/solve/newton.hpp"
 #include "phistep/solve/resolvent.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/motion.hpp"

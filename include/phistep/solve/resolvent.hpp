@@ -21,7 +21,6 @@
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/equation/right_hand_side.hpp"
 #include "phistep/solve/affine_solve.hpp"
 #include "phistep/solve/increment.hpp"
 #include "phistep/solve/linearisation.hpp"

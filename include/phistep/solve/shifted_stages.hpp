@@ -20,11 +20,9 @@
 #include "phistep/equation/right_hand_side.hpp"
 #include "phistep/matrix/lane_system.hpp"
 #include "phistep/solve/linearisation.hpp"
-#include "phistep/solve/newton.hpp"
 #include "phistep/solve/tangent_check.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/non_finite.hpp"
-#include "phistep/state/unknowns.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

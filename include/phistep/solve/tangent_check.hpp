@@ -20,13 +20,13 @@
 #include <type_traits>
 
 #include "phistep/core/arithmetic.hpp"
+#include "phistep/core/implicit_solver.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/core/xorshift.hpp"
 #include "phistep/equation/right_hand_side.hpp"
 #include "phistep/simd/finite_witness.hpp"
-#include "phistep/solve/newton.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/combination.hpp"
 #include "phistep/state/unknowns.hpp"

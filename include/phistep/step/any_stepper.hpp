@@ -13,7 +13,7 @@
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/force/evaluate.hpp"
-#include "phistep/problem/transaction.hpp"
+#include "phistep/problem/origin.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/ranks.hpp"
 

@@ -23,7 +23,6 @@
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/stepper_facts.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/problem/transaction.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/non_finite.hpp"
 #include "phistep/state/parts.hpp"

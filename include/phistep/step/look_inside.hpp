@@ -18,7 +18,6 @@
 #include "phistep/core/version.hpp"
 #include "phistep/observe/dense_output.hpp"
 #include "phistep/observe/interpolant_trust.hpp"
-#include "phistep/problem/kernel.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/combination.hpp"
 #include "phistep/step/any_stepper.hpp"

@@ -9,11 +9,9 @@
 #include "phistep/core/stepper_facts.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/observe/dense_output.hpp"
-#include "phistep/problem/transaction.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/step/any_stepper.hpp"
 #include "phistep/step/spare_stepper.hpp"
-#include "phistep/step/step_doubling.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

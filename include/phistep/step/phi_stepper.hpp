@@ -12,7 +12,6 @@
 
 #include "phistep/archive/archive.hpp"
 #include "phistep/control/step_times.hpp"
-#include "phistep/core/phi.hpp"
 #include "phistep/core/stepper_facts.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/equation/bound_masses.hpp"
@@ -27,14 +26,11 @@
 #include "phistep/schemes/splitting.hpp"
 #include "phistep/simd/loop_hints.hpp"
 #include "phistep/solve/fixed_point_resolvent.hpp"
-#include "phistep/solve/local_resolvent.hpp"
-#include "phistep/solve/newton.hpp"
 #include "phistep/state/active_set.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/combination.hpp"
 #include "phistep/state/non_finite.hpp"
 #include "phistep/state/parts.hpp"
-#include "phistep/state/unknowns.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

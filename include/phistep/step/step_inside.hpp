@@ -10,8 +10,6 @@
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/stepper_facts.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/problem/edit_guard.hpp"
-#include "phistep/problem/transaction.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/step/any_stepper.hpp"
 #include "phistep/step/spare_stepper.hpp"

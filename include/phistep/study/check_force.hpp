@@ -18,8 +18,9 @@
 #include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/core/xorshift.hpp"
-#include "phistep/equation/right_hand_side.hpp"
+#include "phistep/equation/bound_masses.hpp"
 #include "phistep/force/evaluate.hpp"
+#include "phistep/linear/mass.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/non_finite.hpp"
 

@@ -12,10 +12,11 @@
 
 #include "phistep/core/arithmetic.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/equation/right_hand_side.hpp"
+#include "phistep/equation/bound_masses.hpp"
 #include "phistep/force/evaluate.hpp"
 #include "phistep/force/signature.hpp"
 #include "phistep/jacobian/analytic.hpp"
+#include "phistep/linear/mass.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
 

@@ -43,7 +43,6 @@
 #include "phistep/archive/archive.hpp"
 #include "phistep/core/scheme_facts.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/force/energy.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/combination.hpp"
 #include "phistep/state/unknowns.hpp"

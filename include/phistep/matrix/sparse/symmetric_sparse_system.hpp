@@ -22,11 +22,9 @@
 
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
-#include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/linear/cholesky_solve.hpp"
 #include "phistep/matrix/choice.hpp"
-#include "phistep/matrix/dense_system.hpp"
 #include "phistep/matrix/own_solver.hpp"
 #include "phistep/matrix/sparse/sparse_assembly.hpp"
 

@@ -10,7 +10,6 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/control/trace.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/linear/column.hpp"

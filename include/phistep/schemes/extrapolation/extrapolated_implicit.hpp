@@ -17,7 +17,6 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/control/trace.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/schemes/extrapolation/extrapolated_dense.hpp"

@@ -18,7 +18,6 @@
 
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
-#include "phistep/state/unknowns.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

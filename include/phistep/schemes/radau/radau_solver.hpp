@@ -20,7 +20,6 @@
 #include "phistep/schemes/radau/radau_constants.hpp"
 #include "phistep/schemes/radau/radau_control.hpp"
 #include "phistep/schemes/radau/radau_stages.hpp"
-#include "phistep/schemes/scheme_on.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/non_finite.hpp"
 #include "phistep/state/unknowns.hpp"

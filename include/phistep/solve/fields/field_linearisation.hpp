@@ -14,7 +14,6 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/core/arithmetic.hpp"
 #include "phistep/core/implicit_solver.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
