@@ -96,18 +96,6 @@ TEST_CASE("the rules, one by one") {
   CHECK_THAT(decide(much, stiffness(true)).message(), contains("below what a number of 15 digits can hold"));
 }
 
-TEST_CASE("extrapolated(backward_euler), which loses digits to rounding unseen, is never advised") {
-  for (int structure = 0; structure <= static_cast<int>(Structure::network); ++structure)
-    for (const std::int64_t n : {3, 20, 1000})
-      for (const double rtol : {1e-3, 1e-6, 1e-9, 1e-12}) {
-        AdvisedProblem some = scene(n, rtol, static_cast<Structure>(structure));
-        for (const bool knows : {true, false}) {
-          some.has_jacobian = some.has_pattern = knows;
-          CHECK_THAT(decide(some, stiffness(true)).message(), !contains("backward_euler"));
-        }
-      }
-}
-
 TEST_CASE("a force that throws or is not finite is no reason to throw") {
   const auto thrown = advise_on([](const Eigen::Vector2d&) -> Eigen::Vector2d { throw std::runtime_error("no"); });
   CHECK_THAT(thrown.message(), contains("could not be found out"));

@@ -119,5 +119,4 @@ TEST_CASE("the particle norm rules the steps of every scheme") {
   check("rkn86", rkn86, 1e-5);
   check("tsit5", tsit5, 1e-5);
   check("dop853", dop853, 1e-5);
-  check("extrapolated(forward_euler)", extrapolated(forward_euler), 1e-5);
 }

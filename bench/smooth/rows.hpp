@@ -20,7 +20,6 @@ namespace work_precision::smooth {
 void add_explicit(auto& rows, const std::string& form) {
   rows.controlled("tsit5" + form, phistep::tsit5);
   rows.controlled("dop853" + form, phistep::dop853);
-  rows.controlled("extrapolated midpoint" + form, phistep::extrapolated(phistep::forward_euler));
 }
 /// … and for f(r).
 void add_nystrom(auto& rows) {

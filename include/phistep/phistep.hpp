@@ -35,8 +35,6 @@
 #include "phistep/run.hpp"
 #include "phistep/schemes/composed.hpp"
 #include "phistep/schemes/explicit_rk/runge_kutta.hpp"
-#include "phistep/schemes/extrapolation/extrapolated.hpp"
-#include "phistep/schemes/extrapolation/extrapolation.hpp"
 #include "phistep/schemes/kick_drift.hpp"
 #include "phistep/schemes/nystrom/nystrom.hpp"
 #include "phistep/schemes/phi.hpp"

@@ -23,7 +23,6 @@
 #include "phistep/observe/observers.hpp"
 #include "phistep/problem/edit_guard.hpp"
 #include "phistep/problem/transaction.hpp"
-#include "phistep/schemes/extrapolation/extrapolation.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/parts.hpp"
 #include "phistep/state/ranks.hpp"
@@ -121,12 +120,8 @@ class Run {
   using Found = typename Events::Found;
   static constexpr bool has_events = Watchers::has_events, observed = Watchers::see_steps;
   static constexpr bool minds_edits = Pace::sees_error || has_events;
-  static constexpr Looks looks = [] {
-    if constexpr (requires { typename Stepper::SchemeType; })
-      if (is_extrapolated<typename Stepper::SchemeType>) return Looks::extrapolated;
-    return std::is_copy_constructible_v<Stepper> ? Looks::may_look : Looks::not_copied;
-  }();
-  static constexpr bool looks_inside = looks == Looks::may_look && Watchers::may_look_inside;
+  static constexpr bool has_inside = std::is_copy_constructible_v<Stepper>;
+  static constexpr bool looks_inside = has_inside && Watchers::may_look_inside;
   /// Without observers the stepper does steps of one length in one call.
   static constexpr bool takes_several = [] {
     if constexpr (requires { Stepper::takes_several; })
@@ -266,7 +261,7 @@ class Run {
       look_.check();
       return observers_.look(
           time(), state_,
-          CompletedStep<S, looks>{step_.t0(), dt, time(), step_.start(), step_.plain(), look_, step_.middle()});
+          CompletedStep<S, has_inside>{step_.t0(), dt, time(), step_.start(), step_.plain(), look_, step_.middle()});
     } else {
       return observers_.look(time(), state_, Unseen{});
     }

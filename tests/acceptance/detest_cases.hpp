@@ -19,7 +19,6 @@ namespace {
 [[maybe_unused]] void for_each_explicit(auto&& f) {
   f("tsit5", phistep::tsit5);
   f("dop853", phistep::dop853);
-  f("extrapolated midpoint", phistep::extrapolated(phistep::forward_euler));
 }
 /// … and for each of conservative motions.
 [[maybe_unused]] void for_each_nystrom(auto&& f) {

@@ -26,8 +26,6 @@ TEST_CASE("schemes of high order, dynamic: nothing") {
   check_none(y, AnalyticChain{}, rodas4);
   check_none(y, AnalyticChain{}, radau);
   check_none(y, Chain{}, tsit5);
-  check_none(y, Chain{}, extrapolated(forward_euler));
-  check_none(motion(30), Chain{}, extrapolated(forward_euler));
   check_none(motion(30), Chain{}, rkn86);
   check_none(motion(30), Chain{}, dop853);
   check_none(motion(30), Chain{}, srkn11b);

@@ -23,11 +23,7 @@ TEST_CASE("explicit motion") {
   check_contract<SecondOrder<Columns>>(rkn1210, 12);
   check_contract<SecondOrder<Dynamic>>(composed(velocity_verlet), 8);
 }
-TEST_CASE("schemes that choose their order") {
-  const auto order = [](const auto& state, auto scheme) { return PhiStepper{state, Pull{}, scheme}.order(); };
+TEST_CASE("Radau") {
   check_contract<FirstOrder<Fixed>>(radau, 5);
   check_contract<SecondOrder<Dynamic>>(radau, 5);
-  const auto gragg = extrapolated(forward_euler);
-  check_contract<FirstOrder<Dynamic>>(gragg, order(FirstOrder<Dynamic>{}.state, gragg));
-  check_contract<SecondOrder<Dynamic>>(gragg, order(SecondOrder<Dynamic>{}.state, gragg));
 }

@@ -27,7 +27,6 @@ TEST_CASE("schemes that need M⁻¹ refuse a singular M and name a component") {
   refused(midpoint);
   refused(phi_stage(0.75));
   refused(rannacher);
-  refused(extrapolated(forward_euler));
   refused(tsit5);
   refused(backward_euler, fixed_point());
   const auto taken = [&y](auto scheme) { PhiStepper{y, WithJacobian{}, scheme, capacity(one_of_three)}; };

@@ -237,6 +237,5 @@ TEST_CASE("units of 2^300: every scheme") {
                    "Eigen's conjugate gradients, of 12");
   check_motion("tsit5", tsit5, chain, to_rounding, 0.02, 20, 1e-5);
   check_motion("dop853", dop853, chain, to_rounding, 0.02, 20, 1e-8);
-  check_motion("Gragg-Bulirsch-Stoer", extrapolated(forward_euler), chain, to_rounding, 0.02, 20, 1e-8);
   check_motion("RKN 12(10)", rkn1210, elastic, to_rounding, 0.02, 20, 1e-8);
 }

@@ -63,7 +63,6 @@ TEST_CASE("schemes that iterate nothing: the same bits after any failure") {
   group.add("tsit5, motion", motion, Damped{}, tsit5);
   group.add("dop853", flow, Driven{}, dop853);
   group.add("dop853, motion", motion, Damped{}, dop853);
-  group.add("extrapolated(forward_euler)", flow, Driven{}, extrapolated(forward_euler));
   group.tell();
 }
 

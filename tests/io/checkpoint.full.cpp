@@ -62,10 +62,6 @@ TEST_CASE("values that nobody can have written are refused") {
   check(Failure{}, [](Failure& f) { f.iterations = -1; });
   check(Failure{}, [](Failure& f) { f.iterations = std::numeric_limits<int>::max(); });
   check(RunReport{}, [](RunReport& r) { r.statistics.rejections = most; });
-  using Past = ExtrapolationOrder<1, 12>::Past;
-  check(Past{}, [](Past& p) { p.target = 13; });
-  check(Past{}, [](Past& p) { p.below_column = -1; });
-  check(Past{}, [](Past& p) { p.patience = 0; });
 }
 
 TEST_CASE("nothing changes where what follows can't be read") {

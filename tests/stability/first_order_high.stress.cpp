@@ -1,4 +1,4 @@
-// The atlas, first order, schemes of high order: Rosenbrock, Radau, explicit Runge-Kutta, extrapolation, composition.
+// The atlas, first order, schemes of high order: Rosenbrock, Radau, explicit Runge-Kutta, composition.
 
 #include <phistep/phistep.hpp>
 
@@ -19,7 +19,6 @@ const std::vector<Entry>& all() {
     subjects::add_rosenbrock(made);
     subjects::add_radau(made);
     subjects::add_runge_kutta(made);
-    subjects::add_extrapolated(made);
     subjects::add_composed(made);
     return made;
   }();
@@ -42,8 +41,5 @@ TEST_CASE("atlas, first order, high order: sectors, far ends, axes, orders") {
   read_off(of("radau(7)"), {90, 0});
   read_off(of("tsit5"), {NAN, NAN, 5});
   read_off(of("dop853"));
-  for (const int k : {1, 2, 3, 4, 6, 8, 12})
-    read_off(of(("extrapolated(forward_euler, " + std::to_string(k) + ")").c_str()),
-             {NAN, NAN, k <= 4 ? 2.0 * k : double{NAN}});
   read_off(of("composed(trapezoidal)"), {NAN, 1});
 }

@@ -154,34 +154,4 @@ template <int s>
   return {R, error + std::abs(R) + 1, peak};
 }
 
-[[nodiscard]] inline Number neville(const std::vector<Number>& ends, const std::vector<int>& n, int power) {
-  std::vector<Number> row;
-  for (std::size_t j = 0; j < ends.size(); ++j) {
-    Number last = ends[j];
-    for (std::size_t l = 0; l < j; ++l) {
-      const Real ratio = std::pow(static_cast<Real>(n[j]) / static_cast<Real>(n[j - l - 1]), static_cast<Real>(power));
-      const Number next = last + scaled(1 / (ratio - 1), last - row[l]);
-      row[l] = last;
-      last = next;
-    }
-    row.push_back(last);
-  }
-  return row.back();
-}
-[[nodiscard]] inline Number extrapolated_gragg(const Number& y, const Number& z, int columns) {
-  const std::vector<int> n = theory::even(columns);
-  std::vector<Number> ends;
-  for (const int substeps : n) {
-    const Number h = scaled(1 / static_cast<Real>(substeps), z);
-    Number before{0}, moved = h * y;
-    for (int i = 1; i < substeps; ++i) {
-      const Number next = before + scaled(2, h * (y + moved));
-      before = moved;
-      moved = next;
-    }
-    ends.push_back(moved);
-  }
-  return y + neville(ends, n, 2);
-}
-
 }  // namespace stability::models

@@ -1,4 +1,4 @@
-// The atlas for motion, stiff schemes, explicit Runge-Kutta and extrapolation: TR-BDF2, Rannacher's start, Rosenbrock, Radau.
+// The atlas for motion, stiff schemes and explicit Runge-Kutta: TR-BDF2, Rannacher's start, Rosenbrock, Radau.
 
 #include <phistep/phistep.hpp>
 
@@ -17,7 +17,6 @@ const std::vector<Entry>& all() {
     subjects::add_rosenbrock(made);
     subjects::add_radau(made);
     subjects::add_runge_kutta(made);
-    subjects::add_extrapolated(made);
     return made;
   }();
   return entries;

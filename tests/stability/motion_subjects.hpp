@@ -126,39 +126,6 @@ template <class Tableau>
   }
   return {Y.r + u.back().r, Y.v + u.back().v};
 }
-[[nodiscard]] inline Motion neville(const std::vector<Motion>& ends, const std::vector<int>& n, int power) {
-  std::vector<Motion> row;
-  for (std::size_t j = 0; j < ends.size(); ++j) {
-    Motion last = ends[j];
-    for (std::size_t l = 0; l < j; ++l) {
-      const Real ratio = std::pow(static_cast<Real>(n[j]) / static_cast<Real>(n[j - l - 1]), static_cast<Real>(power));
-      const Real by = 1 / (ratio - 1);
-      const Motion next{last.r + scaled(by, last.r - row[l].r), last.v + scaled(by, last.v - row[l].v)};
-      row[l] = last;
-      last = next;
-    }
-    row.push_back(last);
-  }
-  return row.back();
-}
-[[nodiscard]] inline Motion extrapolated(const Law& law, const Motion& y, const std::vector<int>& n, int power,
-                                         auto&& substeps) {
-  std::vector<Motion> ends;
-  for (const int count : n) ends.push_back(substeps(law, y, count));
-  const Motion moved = neville(ends, n, power);
-  return {y.r + moved.r, y.v + moved.v};
-}
-[[nodiscard]] inline Motion gragg_row(const Law& law, const Motion& y, int n) {
-  const Real h = 1 / static_cast<Real>(n);
-  Motion before{Number{0}, Number{0}}, now{scaled(h, y.v), scaled(h, law(y.r, y.v))};
-  for (int i = 1; i < n; ++i) {
-    const Number r = y.r + now.r, v = y.v + now.v;
-    const Motion next{before.r + scaled(2 * h, v), before.v + scaled(2 * h, law(r, v))};
-    before = now;
-    now = next;
-  }
-  return now;
-}
 /// As for y' = λy (models.hpp), with the lanes (1/μ + c + μk) w, and R = r + A V.
 template <int s>
 [[nodiscard]] Motion radau(const Law& law, const Motion& y, const Matrix& P) {
@@ -382,20 +349,6 @@ void add_runge_kutta(auto& all) {
       all, "explicit Runge-Kutta", 8, "dop853", of(dop853),
       [](Real k, Real c) { return maps::of([](Complex z) { return theory::explicit_rk<Dop853>(z); }, k, c); },
       [](const Law& law, const bounds::Motion& y) { return bounds::explicit_rk<Dop853>(law, y); }, true);
-}
-void add_extrapolated(auto& all) {
-  using namespace phistep;
-  for (const int k : {1, 2, 4, 6, 8}) {
-    const std::string columns = ", " + std::to_string(k) + ")";
-    add(
-        all, "extrapolated(forward_euler)", 8, "extrapolated(forward_euler" + columns,
-        of(extrapolated(forward_euler, k)),
-        [k](Real s, Real c) { return maps::of([k](Complex z) { return theory::extrapolated_gragg(z, k); }, s, c); },
-        [k](const Law& law, const bounds::Motion& y) {
-          return bounds::extrapolated(law, y, theory::even(k), 2, bounds::gragg_row);
-        },
-        true);
-  }
 }
 void add_rosenbrock(auto& all) {
   using namespace phistep;

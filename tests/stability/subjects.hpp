@@ -177,16 +177,6 @@ void add_runge_kutta(auto& all) {
       [](Complex z) { return models::explicit_rk<Dop853>(Number{1}, z); }, {}));
 }
 
-void add_extrapolated(auto& all) {
-  using namespace phistep;
-  for (const int k : {1, 2, 3, 4, 6, 8, 12})
-    all.push_back(entry(
-        "extrapolated(forward_euler)", 1.0 / 8, "extrapolated(forward_euler, " + std::to_string(k) + ")",
-        stepping(PhiStepper{zero, Decay{}, extrapolated(forward_euler, k)}),
-        [k](Complex z) { return theory::extrapolated_gragg(z, k); },
-        [k](Complex z) { return models::extrapolated_gragg(Number{1}, z, k); }, {}));
-}
-
 void add_composed(auto& all) {
   using namespace phistep;
   std::vector<Complex> poles;

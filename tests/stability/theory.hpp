@@ -115,47 +115,6 @@ template <class Tableau, class Z>
   return Z(0);
 }
 
-/// Weights of T_{k,k} = Σ_j c_j T_{j,1}: Lagrange's polynomial in n^−p, at 0.
-[[nodiscard]] inline std::vector<Real> extrapolation_weights(const std::vector<int>& n, int power) {
-  std::vector<Real> c;
-  for (const int mine : n) {
-    Real product = 1;
-    for (const int other : n)
-      if (other != mine) {
-        const Real a = std::pow(static_cast<Real>(mine), static_cast<Real>(power));
-        const Real b = std::pow(static_cast<Real>(other), static_cast<Real>(power));
-        product *= a / (a - b);
-      }
-    c.push_back(product);
-  }
-  return c;
-}
-[[nodiscard]] inline std::vector<int> even(int columns) {
-  std::vector<int> n;
-  for (int k = 1; k <= columns; ++k) n.push_back(2 * k);
-  return n;
-}
-
-/// HNW I, II.9: z_{i+1} = z_{i−1} + 2hλ z_i after a step of forward Euler. As 1 + Σ c_j (…), because the c_j sum to 1 and are
-/// large.
-template <class Z>
-[[nodiscard]] Z extrapolated_gragg(const Z& z, int columns) {
-  const std::vector<int> n = even(columns);
-  const std::vector<Real> c = extrapolation_weights(n, 2);
-  Z sum(0);
-  for (std::size_t j = 0; j < n.size(); ++j) {
-    const Z h = Z(1 / static_cast<Real>(n[j])) * z;
-    Z before(0), now = h;
-    for (int i = 1; i < n[j]; ++i) {
-      const Z next = before + Z(2) * h * (Z(1) + now);
-      before = now;
-      now = next;
-    }
-    sum = sum + Z(c[j]) * now;
-  }
-  return Z(1) + sum;
-}
-
 /// W. Kahan & R.-C. Li, Math. Comp. 66 (1997) 1089: seventeen symmetric substeps of order 8.
 [[nodiscard]] inline std::array<Real, 17> kahan_li() {
   constexpr Real half[] = {.13020248308889008088L, .56116298177510838456L,  -.38947496264484728641L,

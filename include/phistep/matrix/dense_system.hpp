@@ -88,11 +88,6 @@ class DenseSystem : public Sizes {
   void add_position_product(Scalar factor, const auto& x, auto& out) const {
     if constexpr (has_K) out.noalias() += factor * (tangents_.K * x);
   }
-  /// to = factor M − C − γK, for callers with factors of their own
-  void assemble(const auto& masses, Scalar factor, Scalar gamma, Matrix& to) const {
-    to = tangents_.part(Scalar{1}, gamma);
-    masses([&to, factor](Eigen::Index i, Eigen::Index j, auto m) { to(i, j) += factor * static_cast<Scalar>(m); });
-  }
   /// The tangents as they are.
   [[nodiscard]] const auto& K() const { return tangents_.K; }
   [[nodiscard]] const auto& C() const { return tangents_.C; }

@@ -165,8 +165,8 @@ class Sampled {
     return !marks_.begin(t0) || goes_on(f_, t0, state);
   }
   /// All marks of t0 < t ≤ t1.
-  template <State S, Looks looks>
-  bool operator()(const CompletedStep<S, looks>& step) {
+  template <State S, bool has_inside>
+  bool operator()(const CompletedStep<S, has_inside>& step) {
     // A mark that lies after the end by rounding alone is on it: there may be no further step.
     const auto slack = std::numeric_limits<ScalarOf<S>>::epsilon() * std::max(std::abs(step.t0()), std::abs(step.t1()));
     while (const auto mark = marks_.next(step.dt())) {

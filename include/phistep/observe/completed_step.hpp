@@ -7,12 +7,10 @@
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-/// Whether states inside the steps of a stepper can be had, or why not.
-enum class Looks { may_look, extrapolated, not_copied };
-
 /// Handed to observers that take one argument: `integrate(…, [](const auto& step) { … step.at(t) … })`. Valid during the
 /// call.
-template <State S, Looks looks = Looks::may_look>
+/// @tparam has_inside  the stepper can be copied, as states inside its steps need
+template <State S, bool has_inside = true>
 class CompletedStep {
  public:
   using Scalar = ScalarOf<S>;
@@ -36,11 +34,7 @@ class CompletedStep {
   /// really done from t0 to t, which the run doesn't notice. Valid until the next call.
   [[nodiscard]] const Plain& at(Scalar t) const {
     static_assert(
-        looks != Looks::extrapolated,
-        "phistep: extrapolated(...) does not know the solution inside its steps: take at_times(...) in place of "
-        "sampled(...) or step.at(t), or another scheme");
-    static_assert(
-        looks != Looks::not_copied,
+        has_inside,
         "phistep: to look inside its steps, a stepper must be copyable: give it the force as std::ref(force)");
     return t == t1_ ? end_ : at_(inside_, t);
   }

@@ -238,7 +238,6 @@ class Kernel {
   template <class Step>
   [[nodiscard]] static SolveTolerance<Plain> allowed(const Step& step) {
     if constexpr (Step::is_traced) return allowed_by(&step.trace);
-    else if constexpr (requires { step.trace->weight; }) return allowed_by(step.trace);
     else return {};
   }
   [[nodiscard]] bool keeps_factors() const {

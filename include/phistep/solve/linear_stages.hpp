@@ -1,5 +1,5 @@
 /// @file
-/// What Rosenbrock schemes and linearly implicit extrapolation are made of: one linearisation a step, and linear resolves
+/// What Rosenbrock schemes are made of: one linearisation a step, and linear resolves
 ///
 ///     (M − γJ) x = b                                                                                            (1)
 ///
@@ -7,7 +7,7 @@
 ///
 ///     x_r = b_r + γ x_v,     (M − γC − γ²K) x_v = b_v + γ K b_r                                                 (2)
 ///
-/// (Hairer & Wanner, Solving ODEs II, sect. IV.7, eq. 7.4', and IV.9).
+/// (Hairer & Wanner, Solving ODEs II, sect. IV.7, eq. 7.4').
 #pragma once
 
 #include <Eigen/Core>

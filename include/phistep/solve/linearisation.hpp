@@ -249,11 +249,6 @@ class Linearisation {
     return make_factors(rhs, gamma, Y);
   }
   [[nodiscard]] bool has_factors_for(const Gamma<Scalar>& gamma) const { return has_factors() && gamma == factored_; }
-  /// to = factor M − C − γK, where that is a dense matrix of fixed size.
-  static constexpr bool assembles = row.kind == SystemKind::dense && n_static != Eigen::Dynamic;
-  void assemble(const Rhs& rhs, const Plain& y, Scalar factor, Scalar gamma, auto& to) const requires assembles {
-    system_.assemble(each_mass_entry<S>(rhs.masses(), y), factor, gamma, to);
-  }
   /// out += factor K x
   void add_position_product(Scalar factor, const auto& x, auto& out) const {
     static_assert(
