@@ -14,12 +14,6 @@ namespace {
 
 constexpr std::array filters{StepFilter::PI42, StepFilter::H211b};
 
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wdeprecated-declarations"
-static_assert(StepFilter::elementary == StepFilter::PI42 && StepFilter::H312PID == StepFilter::H211b,
-              "names of filters that are gone go on, for a version, as the nearest one");
-#pragma GCC diagnostic pop
-
 double limited(double rho) { return std::max(0.2, 1 + std::atan(rho - 1)); }
 
 /// Lengths of the steps of a run whose steps err by c(n) h^k, 1 being allowed.

@@ -25,11 +25,7 @@ enum class StepFilter : std::uint8_t {
   automatic,  ///< PI42 with a dead band where Δt costs a factorization, predictive where each step does, H211b elsewhere
   PI42,       ///< proportional-integral: calm, for implicit steps
   H211b,      ///< smoothest steps, with b = 4
-  predictive,  ///< (2): sees a boundary layer coming
-  /// deprecated: PI42
-  elementary [[deprecated("phistep: StepFilter::elementary is PI42 now; leave the filter out")]] = PI42,
-  /// deprecated: H211b
-  H312PID [[deprecated("phistep: StepFilter::H312PID is H211b now, as smooth")]] = H211b
+  predictive  ///< (2): sees a boundary layer coming
 };
 
 /// The controller's memory.
