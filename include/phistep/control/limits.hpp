@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 
 #include "phistep/control/errors/measured.hpp"
 #include "phistep/core/statistics.hpp"
@@ -14,7 +15,7 @@
 namespace phistep { inline namespace PHISTEP_ABI {
 
 enum class LimitedBy : std::uint8_t {
-  nobody,
+  nothing,
   error,       ///< of the component named
   iterations,  ///< the implicit solve: too many, or it failed
   max_step,
@@ -24,42 +25,40 @@ enum class LimitedBy : std::uint8_t {
 
 /// One reason, and the number of steps that it shortened.
 struct Limit {
-  LimitedBy by = LimitedBy::nobody;
-  Component where;
+  LimitedBy by = LimitedBy::nothing;
+  Component where;  ///< of an error: the component that most often was the worst
   std::int64_t steps = 0;
-
-  void archive(auto& ar) {
-    ar("by", by, "block", where.block, "index", where.index, "steps", steps);
-    ar.check(by <= LimitedBy::not_finite && can_be_count(steps));
-  }
 };
 
-/// The most frequent reasons of a run, in bounded memory: the newcomer takes the place of the rarest (A. Metwally,
-/// D. Agrawal & A. El Abbadi, ICDT 2005, "space saving"), so that a count may be too large by that of the rarest.
+/// Counts the steps by reason. Of the components whose errors ruled it keeps one: that of more than half of these steps, if
+/// there is one (the majority vote of R. S. Boyer & J S. Moore, 1981).
 class Limits {
  public:
   void count(LimitedBy by, Component where = {}) {
-    ++steps_;
-    // Most often it is the one that it was before.
-    if (slots_[last_].by != by || slots_[last_].where != where) find(by, where);
-    ++slots_[last_].steps;
+    ++steps_[static_cast<std::size_t>(by)];
+    if (by != LimitedBy::error) return;
+    if (votes_ == 0) worst_ = where;
+    votes_ += where == worst_ ? 1 : -1;
   }
   /// The most frequent reason.
   [[nodiscard]] Limit most() const {
-    return *std::max_element(slots_.begin(), slots_.end(), [](auto& a, auto& b) { return a.steps < b.steps; });
+    const auto most = std::max_element(steps_.begin(), steps_.end());
+    if (*most == 0) return {};
+    const auto by = static_cast<LimitedBy>(most - steps_.begin());
+    return {by, by == LimitedBy::error ? worst_ : Component{}, *most};
   }
-  [[nodiscard]] std::int64_t steps() const { return steps_; }
+  [[nodiscard]] std::int64_t steps() const { return std::accumulate(steps_.begin(), steps_.end(), std::int64_t{0}); }
 
-  /// "  dt limited by       component 3 of block 0, in 71 % of the steps"
+  /// "  dt limited by       the error, most often of component 3 of block 0, in 71 % of the steps"
   template <class OStream>
     requires requires(OStream& out) { out << "" << std::int64_t{}; }
   friend OStream& operator<<(OStream& out, const Limits& limits) {
     const Limit most = limits.most();
-    if (most.by == LimitedBy::nobody || limits.steps_ == 0) return out;
+    if (most.by == LimitedBy::nothing) return out;
     out << "  dt limited by       ";
     switch (most.by) {
       case LimitedBy::error:
-        out << "the error of component " << most.where.index << " of block " << most.where.block;
+        out << "the error, most often of component " << most.where.index << " of block " << most.where.block;
         break;
       case LimitedBy::iterations:
         out << "the iterations of the implicit solve";
@@ -73,30 +72,20 @@ class Limits {
       default:
         out << "the times to stop at";
     }
-    out << ", in " << 100 * most.steps / limits.steps_ << " % of the steps\n";
+    out << ", in " << 100 * most.steps / limits.steps() << " % of the steps\n";
     return out;
   }
 
   void archive(auto& ar) {
-    ar("reasons", slots_, "steps", steps_);
-    ar.check(can_be_count(steps_));
+    ar("steps", steps_, "block", worst_.block, "index", worst_.index, "votes", votes_);
+    for (const std::int64_t steps : steps_) ar.check(can_be_count(steps));
+    ar.check(0 <= votes_ && votes_ <= steps_[static_cast<std::size_t>(LimitedBy::error)]);
   }
 
  private:
-  [[gnu::noinline]] void find(LimitedBy by, Component where) {
-    auto slot =
-        std::find_if(slots_.begin(), slots_.end(), [&](const Limit& x) { return x.by == by && x.where == where; });
-    if (slot == slots_.end()) {
-      slot = std::min_element(slots_.begin(), slots_.end(), [](auto& a, auto& b) { return a.steps < b.steps; });
-      slot->by = by;
-      slot->where = where;
-    }
-    last_ = static_cast<std::size_t>(slot - slots_.begin());
-  }
-
-  std::array<Limit, 8> slots_{};
-  std::size_t last_ = 0;
-  std::int64_t steps_ = 0;
+  std::array<std::int64_t, static_cast<std::size_t>(LimitedBy::not_finite) + 1> steps_{};
+  Component worst_;
+  std::int64_t votes_ = 0;  ///< steps of error that worst_ ruled, less those that others did
 };
 
 }}  // namespace phistep::PHISTEP_ABI
