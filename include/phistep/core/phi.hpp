@@ -1,5 +1,5 @@
 /// @file
-/// φ and the named schemes of the φ-method, as types.
+/// φ and the schemes of the φ-method, as types.
 ///
 /// A φ known at compile time lets a scheme drop what it doesn't need: `forward_euler` instantiates no solver.
 /// Compile-time values are ratios, because clang 14 has no floating-point template parameters.
@@ -89,37 +89,6 @@ struct PhiScheme {
   }
 };
 
-/// Velocity Verlet: (0,1) over Δt/2, then (1,0) over Δt/2, fused. Order 2; symplectic where the force ignores v.
-struct VelocityVerlet {
-  static constexpr SchemeFacts facts = ExplicitMotion{.is_symplectic = true, .energy = EnergyBalance::verlet};
-  [[nodiscard]] static constexpr const char* name() { return "velocity_verlet"; }
-  [[nodiscard]] static constexpr int order() { return 2; }
-};
-
-/// TR-BDF2: the trapezoidal rule over γΔt, then the second backward difference formula to the end of the step, γ = 2−√2.
-/// Order 2, L-stable: it damps what it can't resolve, and has half the trapezoidal rule's error at twice its solves.
-struct TrBdf2 {
-  static constexpr SchemeFacts facts = AStable{.is_l_stable = true, .energy = EnergyBalance::rest};
-  [[nodiscard]] static constexpr const char* name() { return "tr_bdf2"; }
-  [[nodiscard]] static constexpr int order() { return 2; }
-};
-
-/// Rannacher's start: the first step (or the first `pairs` steps) as two backward Euler half steps each, then the
-/// trapezoidal rule. The half steps damp what the trapezoidal rule would let ring, a jump in the data say, at no cost in
-/// order and with the same matrix. First means: since the stepper was made or reset.
-struct Rannacher {
-  static constexpr SchemeFacts facts = AStable{.is_l_stable = false, .energy = EnergyBalance::rest};
-  int pairs = 1;  ///< of half steps: 1 for a jump in the data, 2 for a point source (Dirac's δ)
-
-  [[nodiscard]] static constexpr const char* name() { return "rannacher"; }
-  [[nodiscard]] static constexpr int order() { return 2; }
-  /// @throws std::invalid_argument where n is negative
-  [[nodiscard]] constexpr Rannacher operator()(int n) const {
-    if (n < 0) throw std::invalid_argument("phistep: rannacher(n) needs n >= 0 pairs of half steps");
-    return {n};
-  }
-};
-
 /// One φ for force and drift.
 template <class Phi, Form form = Form::endpoint>
 using SinglePhi = PhiScheme<Phi, Phi, form>;
@@ -136,13 +105,6 @@ inline constexpr SinglePhi<FixedPhi<1, 2>, Form::stage> midpoint{};
 inline constexpr PhiScheme<FixedPhi<0>, FixedPhi<1>, Form::endpoint> symplectic_euler{};
 /// Drift, then kick: (1, 0), the adjoint of symplectic_euler; explicit where the force ignores v.
 inline constexpr PhiScheme<FixedPhi<1>, FixedPhi<0>, Form::endpoint> symplectic_euler_adjoint{};
-/// The usual choice for explicit motion: one force call a step, order 2, bounded energy error.
-inline constexpr VelocityVerlet velocity_verlet{};
-
-/// Order 2 and L-stable, for stiff problems at few digits; two solves a step with one matrix.
-inline constexpr TrBdf2 tr_bdf2{};
-/// The trapezoidal rule for data that jump: `rannacher`, or `rannacher(2)` for a point source.
-inline constexpr Rannacher rannacher{};
 
 /// φ chosen at run time. @throws std::invalid_argument unless 0 ≤ phi ≤ 1.
 [[nodiscard]] constexpr SinglePhi<RunTimePhi> phi(double phi) { return {RunTimePhi{phi}, RunTimePhi{phi}}; }

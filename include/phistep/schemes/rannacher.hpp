@@ -7,14 +7,36 @@
 /// then the trapezoidal rule, whose resolve has the coefficient ½Δt too: one matrix for the whole run.
 #pragma once
 
+#include <stdexcept>
+
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/phi.hpp"
+#include "phistep/core/scheme_facts.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/schemes/phi.hpp"
 #include "phistep/schemes/scheme_on.hpp"
 #include "phistep/state/blocks.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
+
+/// Rannacher's start: the first step (or the first `pairs` steps) as two backward Euler half steps each, then the
+/// trapezoidal rule. The half steps damp what the trapezoidal rule would let ring, a jump in the data say, at no cost in
+/// order and with the same matrix. First means: since the stepper was made or reset.
+struct Rannacher {
+  static constexpr SchemeFacts facts = AStable{.is_l_stable = false, .energy = EnergyBalance::rest};
+  int pairs = 1;  ///< of half steps: 1 for a jump in the data, 2 for a point source (Dirac's δ)
+
+  [[nodiscard]] static constexpr const char* name() { return "rannacher"; }
+  [[nodiscard]] static constexpr int order() { return 2; }
+  /// @throws std::invalid_argument where n is negative
+  [[nodiscard]] constexpr Rannacher operator()(int n) const {
+    if (n < 0) throw std::invalid_argument("phistep: rannacher(n) needs n >= 0 pairs of half steps");
+    return {n};
+  }
+};
+
+/// The trapezoidal rule for data that jump: `rannacher`, or `rannacher(2)` for a point source.
+inline constexpr Rannacher rannacher{};
 
 template <State S>
 class SchemeOn<Rannacher, S> : public SchemeDefaults {

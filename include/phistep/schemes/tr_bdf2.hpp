@@ -19,7 +19,7 @@
 #include <numbers>
 
 #include "phistep/core/outcome.hpp"
-#include "phistep/core/phi.hpp"
+#include "phistep/core/scheme_facts.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/schemes/error_estimate.hpp"
 #include "phistep/schemes/scheme_on.hpp"
@@ -27,6 +27,17 @@
 #include "phistep/state/combination.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
+
+/// TR-BDF2: the trapezoidal rule over γΔt, then the second backward difference formula to the end of the step, γ = 2−√2.
+/// Order 2, L-stable: it damps what it can't resolve, and has half the trapezoidal rule's error at twice its solves.
+struct TrBdf2 {
+  static constexpr SchemeFacts facts = AStable{.is_l_stable = true, .energy = EnergyBalance::rest};
+  [[nodiscard]] static constexpr const char* name() { return "tr_bdf2"; }
+  [[nodiscard]] static constexpr int order() { return 2; }
+};
+
+/// Order 2 and L-stable, for stiff problems at few digits; two solves a step with one matrix.
+inline constexpr TrBdf2 tr_bdf2{};
 
 template <State S>
 class SchemeOn<TrBdf2, S> : public SchemeDefaults {

@@ -8,7 +8,7 @@
 #pragma once
 
 #include "phistep/core/outcome.hpp"
-#include "phistep/core/phi.hpp"
+#include "phistep/core/scheme_facts.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/schemes/error_estimate.hpp"
 #include "phistep/schemes/scheme_on.hpp"
@@ -17,6 +17,16 @@
 #include "phistep/state/unknowns.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
+
+/// Velocity Verlet: (0,1) over Δt/2, then (1,0) over Δt/2, fused. Order 2; symplectic where the force ignores v.
+struct VelocityVerlet {
+  static constexpr SchemeFacts facts = ExplicitMotion{.is_symplectic = true, .energy = EnergyBalance::verlet};
+  [[nodiscard]] static constexpr const char* name() { return "velocity_verlet"; }
+  [[nodiscard]] static constexpr int order() { return 2; }
+};
+
+/// The usual choice for explicit motion: one force call a step, order 2, bounded energy error.
+inline constexpr VelocityVerlet velocity_verlet{};
 
 /// Without velocities nothing is solved, and its second Ψ is the next step's first.
 template <State S>

@@ -29,6 +29,9 @@
 #include "phistep/core/arithmetic.hpp"
 #include "phistep/core/phi.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/schemes/rannacher.hpp"
+#include "phistep/schemes/tr_bdf2.hpp"
+#include "phistep/schemes/velocity_verlet.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
