@@ -16,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "phistep/core/only.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/simd/fingerprint.hpp"
 #include "phistep/state/blocks.hpp"
@@ -152,10 +153,8 @@ class EditGuard {
   }
 
   std::conditional_t<by_value, Plain, std::uint64_t> last_{};
-  template <int>
-  struct Nothing {};
-  [[no_unique_address]] std::conditional_t<may_keep, std::vector<Scalar>, Nothing<0>> kept_;  // has room, or is empty
-  [[no_unique_address]] std::conditional_t<may_keep, std::array<Index, blocks>, Nothing<1>> sizes_{};
+  [[no_unique_address]] Only<may_keep, std::vector<Scalar>> kept_;  // has room, or is empty
+  [[no_unique_address]] Only<may_keep, std::array<Index, blocks>> sizes_{};
   bool is_kept_ = false;  // the state is in kept_, else in last_
   Scalar t_{};
   Kind kind_ = Kind::nothing;

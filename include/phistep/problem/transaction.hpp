@@ -12,6 +12,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "phistep/core/only.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/version.hpp"
@@ -287,12 +288,11 @@ class Transaction {
 
   Plain next_;
   Rate psi_;
-  struct Nothing {};
-  [[no_unique_address]] std::conditional_t<borrowed && !ShowsTrials<S>, Plain, Nothing> gathered_;
+  [[no_unique_address]] Only<borrowed && !ShowsTrials<S>, Plain> gathered_;
   EditGuard<S, Blocks<S>::drifts && !Rhs::couples_unknowns, Rhs::Traits::uses_time> guard_;
   Failure failure_;
   Offender accused_;
-  [[no_unique_address]] std::conditional_t<ShowsTrials<S>, Offender, Nothing> end_;
+  [[no_unique_address]] Only<ShowsTrials<S>, Offender> end_;
 };
 
 }}  // namespace phistep::PHISTEP_ABI

@@ -15,6 +15,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "phistep/core/only.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/schemes/rodas.hpp"
@@ -165,9 +166,8 @@ class SchemeOn<Rosenbrock<Tableau>, S> : public SchemeDefaults {
     return Outcome::success;
   }
 
-  struct Nothing {};
-  [[no_unique_address]] std::conditional_t<on_stack, Nothing, std::array<Plain, stages>> u_;
-  [[no_unique_address]] std::conditional_t<on_stack, Nothing, Plain> weighted_;
+  [[no_unique_address]] Only<!on_stack, std::array<Plain, stages>> u_;
+  [[no_unique_address]] Only<!on_stack, Plain> weighted_;
   std::array<Plain, static_cast<std::size_t>(Tableau::dense)> inside_;
 };
 
