@@ -89,8 +89,7 @@ class EditGuard {
 
  private:
   enum class Kind : std::uint8_t { nothing, vouched, checked };
-  static constexpr int size = static_size<decltype(Blocks<S>::all(std::declval<Plain&>()))>;
-  static constexpr bool by_value = size != Eigen::Dynamic && size <= 64;
+  static constexpr bool by_value = fits_registers<S>;
 
   static constexpr bool may_keep = !by_value && !FieldState<S>;  // a copy of it
   static constexpr std::size_t most_kept = 4096;                 // 32 KiB of doubles

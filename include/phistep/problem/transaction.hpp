@@ -123,10 +123,7 @@ class Transaction {
     return all + " of " + detail::kind_of<Scalar>().words();
   }
   /// Small fixed states live in registers during the step: a workspace in memory doubles the cost of a bare update.
-  static constexpr bool in_registers = [] {
-    constexpr int size = static_size<decltype(Blocks<S>::all(std::declval<Plain&>()))>;
-    return size != Eigen::Dynamic && size <= 64;
-  }();
+  static constexpr bool in_registers = fits_registers<S>;
   /// Steps without anything between them: not where others may write into the state's places.
   static constexpr bool takes_several = std::is_same_v<S, Plain> && !ShowsTrials<S>;
   [[nodiscard]] static Plain copy_of(const S& state) {

@@ -70,8 +70,7 @@ class SchemeOn<Rosenbrock<Tableau>, S> : public SchemeDefaults {
   }
 
  private:
-  static constexpr int size = static_size<decltype(Blocks<S>::all(std::declval<Plain&>()))>;
-  static constexpr bool on_stack = size != Eigen::Dynamic && size <= 64;
+  static constexpr bool on_stack = fits_registers<S>;
 
   /// f(u, scratch): a small state's stages live in registers.
   [[nodiscard]] Outcome with_stages(auto&& f) {

@@ -172,6 +172,15 @@ inline constexpr int static_size = []<std::size_t... K>(std::index_sequence<K...
 /// Number of unknowns known at compile time, or Eigen::Dynamic.
 template <State S>
 inline constexpr int static_unknowns = static_size<decltype(Blocks<S>::solved(std::declval<PlainState<S>&>()))>;
+/// Number of all numbers known at compile time, or Eigen::Dynamic.
+template <State S>
+inline constexpr int static_numbers = static_size<decltype(Blocks<S>::all(std::declval<PlainState<S>&>()))>;
+
+/// Whether `size` numbers, or Eigen::Dynamic, are few enough for registers and for loops of known length.
+[[nodiscard]] constexpr bool few_numbers(int size) { return size != Eigen::Dynamic && size <= 64; }
+/// Whether all numbers of a state are.
+template <State S>
+inline constexpr bool fits_registers = few_numbers(static_numbers<S>);
 
 template <class Tie>
 void set_zero(const Tie& blocks) {
