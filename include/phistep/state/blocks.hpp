@@ -114,9 +114,15 @@ concept State = (EigenDense<S> || FieldBlock<S> || BlockStruct<S>)&&!has_other_n
 template <class S>
 concept MutableState = State<std::remove_reference_t<S>> && std::is_lvalue_reference_v<S>;
 
+/// Base of a template X that consists of static_asserts: static_assert(X<…>::is_said) instantiates it, and the compiler shows
+/// the messages of those that fail.
+struct Refuses {
+  static constexpr bool is_said = true;
+};
+
 /// Says what a state may be.
 template <bool is_state, class S>
-struct StateRefusal {
+struct StateRefusal : Refuses {
   static_assert(
       is_state || !has_other_numbers<S>,
       "phistep: the state's numbers must be float, double or long double. A complex state is a real one of twice "
@@ -126,7 +132,6 @@ struct StateRefusal {
       "phistep: the state must be an Eigen vector or matrix that can be changed, a Map of your array "
       "(Eigen::Map<Eigen::VectorXd> y{x.data(), n} of a std::vector), Motion{r, v}, Particles or a struct with "
       "blocks; give an expression a name (Eigen::VectorXd y = ...), make one number an Eigen::Vector<double, 1>");
-  static constexpr bool is_said = true;
 };
 
 /// How many of a tie's blocks are fields.
