@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "phistep/archive/archive.hpp"
-#include "phistep/control/step_times.hpp"
+#include "phistep/control/fixed_step.hpp"
 #include "phistep/core/only.hpp"
 #include "phistep/core/stepper_facts.hpp"
 #include "phistep/core/version.hpp"
