@@ -14,6 +14,7 @@
 #include "phistep/control/run_arguments.hpp"
 #include "phistep/control/run_clock.hpp"
 #include "phistep/control/run_report.hpp"
+#include "phistep/core/only.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/step_report.hpp"
@@ -129,10 +130,7 @@ class Run {
     else return false;
   }();
   using Attempt = StepAttempt<Stepper, S, Pace, observed>;
-  struct Unseen {
-    explicit Unseen(const auto&...) {}
-  };
-  using Look = std::conditional_t<observed, LookInside<Attempt, looks_inside>, Unseen>;
+  using Look = Only<observed, LookInside<Attempt, looks_inside>>;
 
   /// f(every part of a checkpoint …)
   template <class Self, class F>
@@ -263,7 +261,7 @@ class Run {
           time(), state_,
           CompletedStep<S, has_inside>{step_.t0(), dt, time(), step_.start(), step_.plain(), look_, step_.middle()});
     } else {
-      return observers_.look(time(), state_, Unseen{});
+      return observers_.look(time(), state_, Absent<>{});
     }
   }
   [[nodiscard]] Outcome happen(const Found& found) {
@@ -310,8 +308,7 @@ class Run {
   std::int64_t changes_ = 0;
   EditGuard<S, false, false> edits_;
   [[no_unique_address]] Look look_{step_, trust_, report_};
-  [[no_unique_address]] std::conditional_t<has_events, EventCut<Attempt, Look, Events>, Unseen> cut_{step_, look_,
-                                                                                                     events_};
+  [[no_unique_address]] Only<has_events, EventCut<Attempt, Look, Events>> cut_{step_, look_, events_};
 };
 
 /// No run: says why, and nothing else.

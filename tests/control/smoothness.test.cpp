@@ -1,4 +1,4 @@
-#include "phistep/control/smoothness.hpp"
+#include "phistep/control/trace.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,5 +1,5 @@
 #include <phistep/simd/fingerprint.hpp>
-#include <phistep/simd/last_cache.hpp>
+#include <phistep/simd/loop_hints.hpp>
 #include <phistep/simd/magnitude.hpp>
 #include <phistep/simd/update.hpp>
 

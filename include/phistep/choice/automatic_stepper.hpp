@@ -21,6 +21,7 @@
 #include "phistep/choice/scheme_set.hpp"
 #include "phistep/control/run_clock.hpp"
 #include "phistep/control/trace.hpp"
+#include "phistep/core/only.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/step_report.hpp"
@@ -235,16 +236,13 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
     else return course_.look.sample();
   }
 
-  struct Nothing {
-    explicit Nothing(const auto&) {}
-  };
   static constexpr bool is_view = !std::is_same_v<S, Plain>;
 
   F force_;
   [[no_unique_address]] MassSpec mass_;
   AdvisedProblem problem_;
   AutomaticCourse<Plain> course_;
-  [[no_unique_address]] std::conditional_t<is_view, S, Nothing> view_;
+  [[no_unique_address]] Only<is_view, S> view_;
 };
 
 template <class S, class F>

@@ -17,7 +17,6 @@
 #include "phistep/contacts/contact_kernel.hpp"
 #include "phistep/contacts/contact_pairs.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/neighbors/domain.hpp"
 #include "phistep/neighbors/list_builder.hpp"
 #include "phistep/neighbors/neighbor_list.hpp"
 #include "phistep/simd/pack_math.hpp"

@@ -14,7 +14,7 @@
 #include "phistep/contacts/contact_pairs.hpp"
 #include "phistep/contacts/contact_slots.hpp"
 #include "phistep/contacts/springs/spring_table.hpp"
-#include "phistep/core/resize.hpp"
+#include "phistep/core/scratch.hpp"
 #include "phistep/core/shares.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/simd/pack.hpp"

@@ -1,5 +1,5 @@
 /// @file
-/// The simplest controller: one Δt for the whole run.
+/// The simplest controller: one Δt for the whole run; its grid of times.
 #pragma once
 
 #include <algorithm>
@@ -104,6 +104,24 @@ class TimeGrid {
   Scalar dt_, last_{0};
   std::int64_t steps_ = 0;
   Outcome outcome_ = Outcome::success;
+};
+
+/// The times of the steps that one call of a stepper takes: here one step.
+template <class Scalar>
+struct OneStep {
+  Scalar start, dt;  ///< [time]
+  [[nodiscard]] static constexpr std::int64_t count() { return 1; }
+  [[nodiscard]] Scalar t(std::int64_t) const { return start; }
+};
+
+/// The times of several steps of one length, from node to node of a grid t₀ + nΔt, none of them its last: their lengths and
+/// times are known to be sound.
+template <class Scalar>
+struct GridSteps {
+  Scalar t0, dt;              ///< [time]
+  std::int64_t first, steps;  ///< the node where the first begins; how many there are
+  [[nodiscard]] std::int64_t count() const { return steps; }
+  [[nodiscard]] Scalar t(std::int64_t n) const { return t0 + static_cast<Scalar>(first + n) * dt; }
 };
 
 }}  // namespace phistep::PHISTEP_ABI

@@ -8,7 +8,6 @@
 
 #include "phistep/control/fixed_step.hpp"
 #include "phistep/control/run_clock.hpp"
-#include "phistep/control/step_times.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/version.hpp"
 

@@ -40,7 +40,7 @@ struct ErrorLaw {
   double dead_band = 1;                   ///< see StepSize; more than 1 where a kept Δt spares a factorization
   bool reads_weights = true;              ///< steps read trace.weight
   StepFilter filter = StepFilter::H211b;  ///< the one that suits, unless the user names another
-  bool looks_for_jumps = false;  ///< its estimate falls as that power, or the force isn't smooth (smoothness.hpp)
+  bool looks_for_jumps = false;           ///< its estimate falls as that power, or the force isn't smooth (Smoothness)
 };
 
 /// `tolerance{…}`, alone or with an iteration_control.

@@ -1,10 +1,11 @@
 /// @file
-/// How threads share the work of a pass: each takes a part of what there is, one after the other in its place. What is found
-/// must not depend on how many there are.
+/// Threads: splits a loop into contiguous ranges, one per thread, and carries their exceptions out of the parallel region.
+/// Results must not depend on the number of threads.
 #pragma once
 
 #include <algorithm>
 #include <cstddef>
+#include <exception>
 
 #include "phistep/core/version.hpp"
 
@@ -64,5 +65,30 @@ void for_each_range(std::ptrdiff_t n, std::ptrdiff_t unit, const auto& f, std::s
     if (share.begin < share.end) f(static_cast<std::ptrdiff_t>(share.begin), static_cast<std::ptrdiff_t>(share.end));
   });
 }
+
+/// Carries an exception out of an OpenMP region, where it would end the program: threads run their shares of the work
+/// through it; behind the region, rethrow() throws the first exception of all, if there was one. Compiled without OpenMP, an
+/// exception just passes.
+class Relay {
+ public:
+  void run(auto&& share) {
+#ifdef _OPENMP
+    try {
+      share();
+    } catch (...) {
+#pragma omp critical(phistep_relay)
+      if (!first_) first_ = std::current_exception();
+    }
+#else
+    share();
+#endif
+  }
+  void rethrow() const {
+    if (first_) std::rethrow_exception(first_);
+  }
+
+ private:
+  std::exception_ptr first_;
+};
 
 }}  // namespace phistep::PHISTEP_ABI

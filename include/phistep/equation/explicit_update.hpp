@@ -78,7 +78,7 @@ template <State S, bool with_drift>
       y, by, psi, masses,
       [&](const auto& kernel, auto& to, auto&... position) PHISTEP_DETAIL_INLINED {
         constexpr int size = std::remove_cvref_t<decltype(to)>::SizeAtCompileTime;
-        if constexpr (size != Eigen::Dynamic && size <= 64)
+        if constexpr (few_numbers(size))
           finite = update_unrolled<size>(kernel, to.data(), position.data()...) && finite;
         else if (&out == &y) finite = update_in_place(to.size(), kernel, to.data(), position.data()...) && finite;
         else finite = update(to.size(), kernel, to.data(), position.data()...) && finite;

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "phistep/archive/archive.hpp"
+#include "phistep/core/only.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
@@ -259,13 +260,12 @@ class RightHandSide {
   }();
 
  private:
-  struct Nothing {};
   Assignable<F> force_;
-  [[no_unique_address]] std::conditional_t<gathers, std::optional<Force>, Nothing> rest_;  // made anew at each use
+  [[no_unique_address]] Only<gathers, std::optional<Force>> rest_;  // made anew at each use
   [[no_unique_address]] Masses masses_;
   [[no_unique_address]] Memory committed_{};
   [[no_unique_address]] Memory trial_{};
-  [[no_unique_address]] std::conditional_t<FieldState<Plain>, std::shared_ptr<HeldException>, Nothing> held_;
+  [[no_unique_address]] Only<FieldState<Plain>, std::shared_ptr<HeldException>> held_;
   Statistics statistics_;
 };
 

@@ -172,7 +172,7 @@ template <class Result, class Block>
 }
 /// Says what is wrong, and what to write instead.
 template <ForceFault fault, bool of_motion>
-struct Refusal {
+struct Refusal : Refuses {
   static_assert(fault != ForceFault::form || !of_motion,
                 "phistep: the force of a motion must be callable as f(r), f(r, v) or f(r, v, t), or be a struct with "
                 "add(t, y, out)");
@@ -204,7 +204,6 @@ struct Refusal {
                 "phistep: the force must return an Eigen vector or matrix like the state, not a number or a container");
   static_assert(fault != ForceFault::scalar, "phistep: the force returns another scalar type than the state's");
   static_assert(fault != ForceFault::size, "phistep: the force returns a vector of another size than the state's");
-  static constexpr bool is_said = true;
 };
 
 }}  // namespace phistep::PHISTEP_ABI

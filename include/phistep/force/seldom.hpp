@@ -18,6 +18,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/force/at.hpp"
 #include "phistep/force/sum.hpp"
+#include "phistep/state/blocks.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -88,13 +89,12 @@ inline constexpr bool has_seldom<Sum<T...>> = (has_seldom<T> || ...);
 
 /// What a sum with slow terms has to be.
 template <class F>
-struct SeldomRefusal {
+struct SeldomRefusal : Refuses {
   static_assert(!has_seldom<F>,
                 "phistep: seldom(k, term) marks a term of the stepper's own sum: write fast + seldom(8, slow)");
-  static constexpr bool is_said = true;
 };
 template <class... T>
-struct SeldomRefusal<Sum<T...>> {
+struct SeldomRefusal<Sum<T...>> : Refuses {
   static constexpr bool has_any = (is_seldom<T> || ...);
   static_assert((!has_seldom<Unwrapped<T>> && ...),
                 "phistep: seldom(k, term) marks a term of the stepper's own sum: write fast + seldom(8, slow)");
@@ -103,7 +103,6 @@ struct SeldomRefusal<Sum<T...>> {
       "phistep: all terms are seldom(k, term), and nothing is left for the inner steps: leave the fastest as it is");
   static_assert(!has_any || ((is_seldom<T> || !is_kick<T>)&&...),
                 "phistep: seldom(k, term) and at(forward_euler, term) can't be in one sum");
-  static constexpr bool is_said = true;
 };
 
 /// How many inner steps a step of this sum has: the largest k. @throws std::invalid_argument where another doesn't divide it

@@ -6,9 +6,9 @@
 #include <Eigen/SparseCore>
 
 #include <concepts>
-#include <type_traits>
 
 #include "phistep/core/implicit_solver.hpp"
+#include "phistep/core/only.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/krylov/methods.hpp"
 
@@ -23,9 +23,8 @@ template <KrylovMethod which, class P>
 struct PreconditionedKrylov {
   static constexpr KrylovMethod method = which;
   using Preconditioner = P;
-  struct Nothing {};
   static constexpr bool is_copied = std::copy_constructible<P>;
-  [[no_unique_address]] std::conditional_t<is_copied, P, Nothing> preconditioner{};
+  [[no_unique_address]] Only<is_copied, P> preconditioner{};
 };
 /// Conjugate gradients, for symmetric positive definite W.
 template <class P = Eigen::DiagonalPreconditioner<double>>

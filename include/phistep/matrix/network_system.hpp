@@ -18,11 +18,11 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "phistep/core/arithmetic.hpp"
+#include "phistep/core/only.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/structure.hpp"
@@ -145,12 +145,10 @@ class NetworkSystem : public Sizes {
  private:
   using Operator = EdgeOperator<Scalar, dim>;
   using Node = typename Operator::Node;
-  template <int>
-  struct Absent {};
   struct Tangent {
     Scalar n[dim];
-    [[no_unique_address]] std::conditional_t<has_K, PairTangent<Scalar>, Absent<0>> K;
-    [[no_unique_address]] std::conditional_t<has_C, PairTangent<Scalar>, Absent<1>> C;
+    [[no_unique_address]] Only<has_K, PairTangent<Scalar>, 0> K;
+    [[no_unique_address]] Only<has_C, PairTangent<Scalar>, 1> C;
   };
   struct Local {
     Scalar K{0}, C{0};

@@ -3,8 +3,8 @@
 #pragma once
 
 #include <cstddef>
-#include <type_traits>
 
+#include "phistep/core/only.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/simd/finite_witness.hpp"
 
@@ -21,10 +21,8 @@ template <class Array, bool has_K, bool has_C>
 struct Tangents {
   using Scalar = typename Array::Scalar;
   static constexpr bool stores_C = has_C || !has_K;
-  struct NoK {};
-  struct NoC {};
-  [[no_unique_address]] std::conditional_t<has_K, Array, NoK> K;
-  [[no_unique_address]] std::conditional_t<stores_C, Array, NoC> C;
+  [[no_unique_address]] Only<has_K, Array, 0> K;
+  [[no_unique_address]] Only<stores_C, Array, 1> C;
 
   /// All to zero.
   void resize(auto... size) {

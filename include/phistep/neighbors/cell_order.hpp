@@ -19,13 +19,12 @@
 #include <string>
 #include <vector>
 
-#include "phistep/core/resize.hpp"
+#include "phistep/core/scratch.hpp"
 #include "phistep/core/shares.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/neighbors/domain.hpp"
 #include "phistep/neighbors/neighbor_list.hpp"
 #include "phistep/neighbors/radix_sort.hpp"
-#include "phistep/simd/prefetch.hpp"
+#include "phistep/simd/loop_hints.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

@@ -12,11 +12,10 @@
 #include <span>
 #include <vector>
 
-#include "phistep/core/relay.hpp"
-#include "phistep/core/resize.hpp"
+#include "phistep/core/scratch.hpp"
+#include "phistep/core/shares.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/neighbors/cell_order.hpp"
-#include "phistep/neighbors/domain.hpp"
 #include "phistep/neighbors/neighbor_list.hpp"
 #include "phistep/simd/pack.hpp"
 #include "phistep/simd/pack_math.hpp"

@@ -27,10 +27,9 @@
 #include <utility>
 #include <vector>
 
-#include "phistep/core/recycled.hpp"
+#include "phistep/core/scratch.hpp"
 #include "phistep/core/shares.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/neighbors/domain.hpp"
 #include "phistep/neighbors/list_builder.hpp"
 #include "phistep/neighbors/neighbor_list.hpp"
 #include "phistep/neighbors/skin.hpp"

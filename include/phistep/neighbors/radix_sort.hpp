@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "phistep/core/resize.hpp"
+#include "phistep/core/scratch.hpp"
 #include "phistep/core/shares.hpp"
 #include "phistep/core/version.hpp"
 

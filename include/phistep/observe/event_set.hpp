@@ -29,6 +29,7 @@
 #include <utility>
 
 #include "phistep/archive/archive.hpp"
+#include "phistep/core/only.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/observe/completed_step.hpp"
@@ -212,13 +213,12 @@ class EventSet {
     return now * ratio * ratio <= 64 * first_probe(t, now);
   }
 
-  struct Nothing {};
   std::tuple<Events&...> events_;
   Memory memory_{};
   std::array<Sample<Scalar>, size> end_{};
   std::array<Root<Scalar>, size> roots_{};
   std::array<bool, size> happens_{}, known_{};
-  [[no_unique_address]] std::conditional_t<std::is_same_v<S, Plain>, Nothing, Plain> plain_;
+  [[no_unique_address]] Only<!std::is_same_v<S, Plain>, Plain> plain_;
 };
 
 template <State S, class Tie>

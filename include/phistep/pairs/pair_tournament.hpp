@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "phistep/core/relay.hpp"
+#include "phistep/core/shares.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/simd/pack.hpp"
 #include "phistep/simd/pack_math.hpp"

@@ -16,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "phistep/core/only.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/simd/fingerprint.hpp"
 #include "phistep/state/blocks.hpp"
@@ -88,8 +89,7 @@ class EditGuard {
 
  private:
   enum class Kind : std::uint8_t { nothing, vouched, checked };
-  static constexpr int size = static_size<decltype(Blocks<S>::all(std::declval<Plain&>()))>;
-  static constexpr bool by_value = size != Eigen::Dynamic && size <= 64;
+  static constexpr bool by_value = fits_registers<S>;
 
   static constexpr bool may_keep = !by_value && !FieldState<S>;  // a copy of it
   static constexpr std::size_t most_kept = 4096;                 // 32 KiB of doubles
@@ -152,10 +152,8 @@ class EditGuard {
   }
 
   std::conditional_t<by_value, Plain, std::uint64_t> last_{};
-  template <int>
-  struct Nothing {};
-  [[no_unique_address]] std::conditional_t<may_keep, std::vector<Scalar>, Nothing<0>> kept_;  // has room, or is empty
-  [[no_unique_address]] std::conditional_t<may_keep, std::array<Index, blocks>, Nothing<1>> sizes_{};
+  [[no_unique_address]] Only<may_keep, std::vector<Scalar>> kept_;  // has room, or is empty
+  [[no_unique_address]] Only<may_keep, std::array<Index, blocks>> sizes_{};
   bool is_kept_ = false;  // the state is in kept_, else in last_
   Scalar t_{};
   Kind kind_ = Kind::nothing;

@@ -11,6 +11,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "phistep/core/only.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/equation/explicit_update.hpp"
@@ -45,7 +46,7 @@ class ExplicitPasses {
   [[nodiscard]] const auto& arrays() const { return arrays_; }
 
   void begin_step(Rhs& rhs, S& state, Origin origin, bool keeps_tries) {
-    arrays_.forget();
+    if constexpr (steps_in_place) arrays_.forget();
     if constexpr (follows_active) {
       unchanged_.begin_step(origin);
       rhs.set_left_out({});
@@ -60,9 +61,9 @@ class ExplicitPasses {
   }
   /// What is known of where the next step starts.
   void forget() {
-    arrays_.forget();
-    in_place_.forget();
-    unchanged_.forget();
+    if constexpr (steps_in_place) arrays_.forget();
+    if constexpr (writes_in_place) in_place_.forget();
+    if constexpr (follows_active) unchanged_.forget();
   }
 
   [[nodiscard, gnu::always_inline]] inline Outcome kick_drift(Rhs& rhs, Data& step, const auto& by) {
@@ -113,19 +114,10 @@ class ExplicitPasses {
     return kick_blocks<S>(step.next, gamma, psi, step.psi, step.masses) ? Outcome::success : Outcome::non_finite_state;
   }
 
-  template <int>
-  struct Nothing {
-    explicit Nothing(const auto&...) {}
-    static void forget() {}
-  };
-  static auto arrays_type() {
-    if constexpr (steps_in_place) return std::type_identity<InPlaceStep<S, Rhs, needs.passes>>{};
-    else return std::type_identity<Nothing<0>>{};
-  }
-  [[no_unique_address]] typename decltype(arrays_type())::type arrays_;
-  [[no_unique_address]] std::conditional_t<keeps_psi, RateOf<S>, Nothing<1>> kicked_by_{};
-  [[no_unique_address]] std::conditional_t<writes_in_place, InPlaceUpdate<S, Rhs>, Nothing<2>> in_place_{};
-  [[no_unique_address]] std::conditional_t<follows_active, UnchangedParticles<S>, Nothing<3>> unchanged_{};
+  [[no_unique_address]] Only<steps_in_place, InPlaceStep<S, Rhs, needs.passes>> arrays_;
+  [[no_unique_address]] Only<keeps_psi, RateOf<S>> kicked_by_{};
+  [[no_unique_address]] Only<writes_in_place, InPlaceUpdate<S, Rhs>> in_place_{};
+  [[no_unique_address]] Only<follows_active, UnchangedParticles<S>> unchanged_{};
 };
 
 }}  // namespace phistep::PHISTEP_ABI

@@ -12,6 +12,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "phistep/core/only.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/version.hpp"
@@ -122,10 +123,7 @@ class Transaction {
     return all + " of " + detail::kind_of<Scalar>().words();
   }
   /// Small fixed states live in registers during the step: a workspace in memory doubles the cost of a bare update.
-  static constexpr bool in_registers = [] {
-    constexpr int size = static_size<decltype(Blocks<S>::all(std::declval<Plain&>()))>;
-    return size != Eigen::Dynamic && size <= 64;
-  }();
+  static constexpr bool in_registers = fits_registers<S>;
   /// Steps without anything between them: not where others may write into the state's places.
   static constexpr bool takes_several = std::is_same_v<S, Plain> && !ShowsTrials<S>;
   [[nodiscard]] static Plain copy_of(const S& state) {
@@ -287,12 +285,11 @@ class Transaction {
 
   Plain next_;
   Rate psi_;
-  struct Nothing {};
-  [[no_unique_address]] std::conditional_t<borrowed && !ShowsTrials<S>, Plain, Nothing> gathered_;
+  [[no_unique_address]] Only<borrowed && !ShowsTrials<S>, Plain> gathered_;
   EditGuard<S, Blocks<S>::drifts && !Rhs::couples_unknowns, Rhs::Traits::uses_time> guard_;
   Failure failure_;
   Offender accused_;
-  [[no_unique_address]] std::conditional_t<ShowsTrials<S>, Offender, Nothing> end_;
+  [[no_unique_address]] Only<ShowsTrials<S>, Offender> end_;
 };
 
 }}  // namespace phistep::PHISTEP_ABI

@@ -51,13 +51,12 @@ inline constexpr int slow_halves<std::remove_const_t<decltype(symplectic_euler_a
 
 /// Whether a stepper of that scheme takes a force as it is.
 template <class F, class Scheme>
-struct RespaRefusal {
+struct RespaRefusal : Refuses {
   static_assert(SeldomRefusal<F>::is_said);
   static_assert(
       !has_seldom<F> || slow_halves<Scheme> >= 0,
       "phistep: seldom(k, term) makes inner steps of velocity_verlet, symplectic_euler or symplectic_euler_adjoint: an "
       "implicit scheme, and one of a higher order, takes the sum without it");
-  static constexpr bool is_said = true;
 };
 
 /// (1) to (3) around a scheme's step for the other terms.

@@ -15,6 +15,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "phistep/core/only.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/schemes/rodas.hpp"
@@ -69,8 +70,7 @@ class SchemeOn<Rosenbrock<Tableau>, S> : public SchemeDefaults {
   }
 
  private:
-  static constexpr int size = static_size<decltype(Blocks<S>::all(std::declval<Plain&>()))>;
-  static constexpr bool on_stack = size != Eigen::Dynamic && size <= 64;
+  static constexpr bool on_stack = fits_registers<S>;
 
   /// f(u, scratch): a small state's stages live in registers.
   [[nodiscard]] Outcome with_stages(auto&& f) {
@@ -165,9 +165,8 @@ class SchemeOn<Rosenbrock<Tableau>, S> : public SchemeDefaults {
     return Outcome::success;
   }
 
-  struct Nothing {};
-  [[no_unique_address]] std::conditional_t<on_stack, Nothing, std::array<Plain, stages>> u_;
-  [[no_unique_address]] std::conditional_t<on_stack, Nothing, Plain> weighted_;
+  [[no_unique_address]] Only<!on_stack, std::array<Plain, stages>> u_;
+  [[no_unique_address]] Only<!on_stack, Plain> weighted_;
   std::array<Plain, static_cast<std::size_t>(Tableau::dense)> inside_;
 };
 

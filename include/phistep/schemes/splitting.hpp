@@ -16,8 +16,8 @@
 #pragma once
 
 #include <algorithm>
-#include <type_traits>
 
+#include "phistep/core/only.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
@@ -137,10 +137,9 @@ class SplitScheme : public SchemeDefaults {
     known_ = false;
   }
 
-  struct Nothing {};
   Inner inner_;
   Plain kicked_;
-  [[no_unique_address]] std::conditional_t<couples, Plain, Nothing> middle_;
+  [[no_unique_address]] Only<couples, Plain> middle_;
   RateOf<S> psi_, scratch_;  // scratch_: only matrix masses write it
   EditGuard<S, true, Traits::uses_time> guard_;
   bool known_ = false;

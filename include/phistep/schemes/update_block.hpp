@@ -11,13 +11,13 @@
 namespace phistep { inline namespace PHISTEP_ABI {
 
 /// kernel(i, x…) for every component of a block, out…[i] = x…; whether all are finite. `size` is the block's at compile
-/// time: a few numbers are unrolled; up to 64 are a plain loop of known length. Packets would wait there for numbers that a
-/// force has just written one by one: such loads are not forwarded from the stores.
+/// time: up to 8 numbers are unrolled; as many as fit registers are a plain loop of known length. Packets would wait there
+/// for numbers that a force has just written one by one: such loads are not forwarded from the stores.
 template <int size>
 [[nodiscard, gnu::always_inline]] inline bool update_block(Index n, const auto& kernel, auto*... out) {
   if constexpr (0 < size && size <= 8) {
     return update_one_by_one<size>(kernel, out...);
-  } else if constexpr (0 < size && size <= 64) {
+  } else if constexpr (few_numbers(size)) {
     FiniteWitness<std::common_type_t<std::remove_cvref_t<decltype(*out)>...>> witness;
     const auto one = [&](Index i, auto... x) {
       kernel(i, x...);

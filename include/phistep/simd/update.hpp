@@ -25,7 +25,6 @@
 #include "phistep/core/shares.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/simd/finite_witness.hpp"
-#include "phistep/simd/last_cache.hpp"
 #include "phistep/simd/loop_hints.hpp"
 #include "phistep/simd/pack.hpp"
 

@@ -35,7 +35,7 @@
 #include <vector>
 
 #include "phistep/archive/archive.hpp"
-#include "phistep/core/recycled.hpp"
+#include "phistep/core/scratch.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/version.hpp"

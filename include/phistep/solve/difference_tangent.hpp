@@ -11,9 +11,9 @@
 #include <cstddef>
 #include <limits>
 #include <tuple>
-#include <type_traits>
 
 #include "phistep/core/implicit_solver.hpp"
+#include "phistep/core/only.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/equation/right_hand_side.hpp"
 #include "phistep/force/annotate.hpp"
@@ -209,11 +209,10 @@ class DifferenceTangent {
       for (Index p = first; p < last; ++p) f(pattern.row[static_cast<std::size_t>(p)]);
     }
   };
-  struct Absent {};
 
   Plain probe_;
   Rate probe_rate_;
-  [[no_unique_address]] std::conditional_t<patterned, Columns, Absent> columns_;
+  [[no_unique_address]] Only<patterned, Columns> columns_;
   std::array<double, Rhs::blocks> kick_used_{}, kick_limit_{};  // how far differences reached, and may reach
 };
 

@@ -16,11 +16,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <type_traits>
 #include <utility>
 
 #include "phistep/core/arithmetic.hpp"
 #include "phistep/core/implicit_solver.hpp"
+#include "phistep/core/only.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/solve/convergence.hpp"
 #include "phistep/state/blocks.hpp"
@@ -219,11 +219,10 @@ class Increment {
     put(Y);
   }
 
-  struct Nothing {};
   using Position = Eigen::Matrix<Scalar, decltype(flat(position_of<S>(std::declval<Plain&>())))::SizeAtCompileTime, 1>;
   Unknown last_move_;
-  [[no_unique_address]] std::conditional_t<drifts, Position, Nothing> base_r_;
-  [[no_unique_address]] std::conditional_t<in_one_piece, Nothing, Unknown> gathered_;
+  [[no_unique_address]] Only<drifts, Position> base_r_;
+  [[no_unique_address]] Only<!in_one_piece, Unknown> gathered_;
   Scalar gamma_drift_{};
 };
 

@@ -18,6 +18,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "phistep/core/only.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/version.hpp"
@@ -222,10 +223,9 @@ class LinearStages {
   Plain y_;  // where …
   Scalar t_{};
   Rate psi_;  // … Ψ and J are known
-  struct Nothing {};
-  [[no_unique_address]] std::conditional_t<has_time, Rate, Nothing> psi_t_, later_;
-  [[no_unique_address]] std::conditional_t<is_promised, TangentCheck<S, Rhs>, Nothing> check_;
-  [[no_unique_address]] std::conditional_t<FieldState<S>, Nothing, Eigen::Matrix<Scalar, static_unknowns<S>, 1>> x_;
+  [[no_unique_address]] Only<has_time, Rate> psi_t_, later_;
+  [[no_unique_address]] Only<is_promised, TangentCheck<S, Rhs>> check_;
+  [[no_unique_address]] Only<!FieldState<S>, Eigen::Matrix<Scalar, static_unknowns<S>, 1>> x_;
   Eigen::Matrix<Scalar, solved_blocks<S> == 1 ? 0 : static_unknowns<S>, 1> positions_;  // and zeros
   SolveTolerance<Plain> allowed_;                                                       // of the step at hand
   bool known_ = false, is_told_ = false;  // …; the options say how well to solve

@@ -13,6 +13,7 @@
 #include <type_traits>
 
 #include "phistep/archive/archive.hpp"
+#include "phistep/core/only.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/structure.hpp"
@@ -269,10 +270,7 @@ class Linearisation {
     return outcome;
   }
 
-  struct Absent {};
-  [[no_unique_address]] std::conditional_t<analytic, Absent,
-                                           typename TangentSource<S, Rhs, LinearSolver, has_K, has_C>::type>
-      differences_;
+  [[no_unique_address]] Only<!analytic, typename TangentSource<S, Rhs, LinearSolver, has_K, has_C>::type> differences_;
   System system_;
   Index n_ = 0;
   Gamma<Scalar> factored_{};

@@ -14,10 +14,10 @@
 #include <concepts>
 #include <limits>
 #include <span>
-#include <type_traits>
 #include <utility>
 
 #include "phistep/core/arithmetic.hpp"
+#include "phistep/core/only.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/version.hpp"
@@ -161,10 +161,8 @@ class NewtonResolvent {
     Rate& psi;
     SolveTolerance<Plain> allowed;
     Residual<S, Rhs> F;
-    struct Nothing {};
-    [[no_unique_address]] std::conditional_t<FieldState<S>, double, Nothing>
-        square{};  // of a field: Σ (F_i weight_i)² …
-    [[no_unique_address]] std::conditional_t<FieldState<S>, Correction, Nothing> correction{};  // … and the last move
+    [[no_unique_address]] Only<FieldState<S>, double> square{};          // Σ (F_i weight_i)² of a field
+    [[no_unique_address]] Only<FieldState<S>, Correction> correction{};  // the last move of a field
 
     void restart() { self.increment_.start(Y, guess); }
     [[nodiscard]] Outcome residual() {

@@ -10,10 +10,10 @@
 #include <Eigen/Core>
 
 #include <cstddef>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
+#include "phistep/core/only.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/version.hpp"
@@ -137,9 +137,8 @@ class ShiftedStages {
     for_each([this](std::size_t i, Scalar& x) { x = one_[i].re[0]; });
   }
 
-  struct Nothing {};
   NewtonOptions options_;
-  [[no_unique_address]] std::conditional_t<is_promised, TangentCheck<S, Rhs>, Nothing> check_;
+  [[no_unique_address]] Only<is_promised, TangentCheck<S, Rhs>> check_;
   Matrix matrix_;
   Lanes lanes_;
   std::vector<typename Shift::Number> one_;  // a right-hand side

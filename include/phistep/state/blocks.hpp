@@ -114,9 +114,15 @@ concept State = (EigenDense<S> || FieldBlock<S> || BlockStruct<S>)&&!has_other_n
 template <class S>
 concept MutableState = State<std::remove_reference_t<S>> && std::is_lvalue_reference_v<S>;
 
+/// Base of a template X that consists of static_asserts: static_assert(X<…>::is_said) instantiates it, and the compiler shows
+/// the messages of those that fail.
+struct Refuses {
+  static constexpr bool is_said = true;
+};
+
 /// Says what a state may be.
 template <bool is_state, class S>
-struct StateRefusal {
+struct StateRefusal : Refuses {
   static_assert(
       is_state || !has_other_numbers<S>,
       "phistep: the state's numbers must be float, double or long double. A complex state is a real one of twice "
@@ -126,7 +132,6 @@ struct StateRefusal {
       "phistep: the state must be an Eigen vector or matrix that can be changed, a Map of your array "
       "(Eigen::Map<Eigen::VectorXd> y{x.data(), n} of a std::vector), Motion{r, v}, Particles or a struct with "
       "blocks; give an expression a name (Eigen::VectorXd y = ...), make one number an Eigen::Vector<double, 1>");
-  static constexpr bool is_said = true;
 };
 
 /// How many of a tie's blocks are fields.
@@ -172,6 +177,15 @@ inline constexpr int static_size = []<std::size_t... K>(std::index_sequence<K...
 /// Number of unknowns known at compile time, or Eigen::Dynamic.
 template <State S>
 inline constexpr int static_unknowns = static_size<decltype(Blocks<S>::solved(std::declval<PlainState<S>&>()))>;
+/// Number of all numbers known at compile time, or Eigen::Dynamic.
+template <State S>
+inline constexpr int static_numbers = static_size<decltype(Blocks<S>::all(std::declval<PlainState<S>&>()))>;
+
+/// Whether `size` numbers, or Eigen::Dynamic, are few enough for registers and for loops of known length.
+[[nodiscard]] constexpr bool few_numbers(int size) { return size != Eigen::Dynamic && size <= 64; }
+/// Whether all numbers of a state are.
+template <State S>
+inline constexpr bool fits_registers = few_numbers(static_numbers<S>);
 
 template <class Tie>
 void set_zero(const Tie& blocks) {

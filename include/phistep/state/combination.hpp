@@ -18,6 +18,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "phistep/core/only.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
 
@@ -93,7 +94,6 @@ struct Joined : Expression {
     return Operation{}(a.template block<k>(), b.template block<k>());
   }
 };
-struct Nothing {};
 /// Σ_j w_j x_j from the left, which begins with `before` where that is an expression.
 template <State S, class Weights, class Before, std::size_t count>
 struct Sum : Expression {
@@ -123,7 +123,7 @@ template <IsExpression A, IsExpression B>
   return {a, b};
 }
 template <IsExpression A, State S, class Weights, std::size_t count>
-[[nodiscard]] Sum<S, Weights, A, count> operator+(const A& a, const Sum<S, Weights, Nothing, count>& b) {
+[[nodiscard]] Sum<S, Weights, A, count> operator+(const A& a, const Sum<S, Weights, Absent<>, count>& b) {
   return {{}, b.x, a};
 }
 template <IsExpression A, IsExpression B>
@@ -165,7 +165,7 @@ template <State S>
 template <State S, class Weights, std::size_t count>
 [[nodiscard]] auto weighted_sum(const std::array<PlainState<S>, count>& x) {
   static_assert(Weights::count <= count);
-  return combination::Sum<S, Weights, combination::Nothing, count>{{}, x, {}};
+  return combination::Sum<S, Weights, Absent<>, count>{{}, x, {}};
 }
 
 /// to = expression, block by block.

@@ -8,9 +8,9 @@
 #include <cmath>
 #include <limits>
 #include <optional>
-#include <type_traits>
 
 #include "phistep/control/run_report.hpp"
+#include "phistep/core/only.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/step_report.hpp"
@@ -215,7 +215,6 @@ class LookInside {
     Plain end;         // the state at the step's end, while others are in its place
     Plain found, off;  // the state last asked for; scratch
   };
-  struct Nothing {};
 
   Attempt& step_;
   TrustInside& trust_;
@@ -226,7 +225,7 @@ class LookInside {
   std::optional<bool> trusted_;        // what was found of this step's interpolant
   Outcome slopes_ = Outcome::success;  // of the step just done, if they were computed
   Outcome looked_ = Outcome::success;  // of steps to states inside
-  [[no_unique_address]] std::conditional_t<does_steps, Work, Nothing> work_;
+  [[no_unique_address]] Only<does_steps, Work> work_;
 };
 
 }}  // namespace phistep::PHISTEP_ABI

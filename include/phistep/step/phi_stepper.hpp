@@ -11,7 +11,8 @@
 #include <utility>
 
 #include "phistep/archive/archive.hpp"
-#include "phistep/control/step_times.hpp"
+#include "phistep/control/fixed_step.hpp"
+#include "phistep/core/only.hpp"
 #include "phistep/core/stepper_facts.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/equation/bound_masses.hpp"
@@ -378,8 +379,7 @@ class PhiStepper {
   [[no_unique_address]] Scheme scheme_;
   [[no_unique_address]] MassSpec mass_;
   Kernel kernel_;
-  struct Nothing {};
-  [[no_unique_address]] std::conditional_t<Rhs::takes_active, std::shared_ptr<const ActiveSet>, Nothing> active_;
+  [[no_unique_address]] Only<Rhs::takes_active, std::shared_ptr<const ActiveSet>> active_;
   [[no_unique_address]] Working working_;
   std::optional<RateOf<S>> slope_psi_;  // scratch, kept for the next slope
   std::int64_t changes_ = 0;

@@ -10,6 +10,7 @@
 #include "phistep/control/fixed_step.hpp"
 #include "phistep/control/limits.hpp"
 #include "phistep/control/run_clock.hpp"
+#include "phistep/core/only.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/stepper_facts.hpp"
@@ -155,7 +156,6 @@ class StepAttempt {
  private:
   /// How a step was tried: without a look at its error, by a scheme that tells of its error, or in two halves.
   enum class Way { plain, traced, doubled };
-  struct Nothing {};
   static constexpr bool chooses = Pace::sees_error && ChoosesScheme<Stepper, S, Pace>;
 
   void put_back(auto&& past) {
@@ -210,10 +210,10 @@ class StepAttempt {
   RunClock<Scalar> clock_, from_;
   Way way_ = Way::plain;  // of the last attempt
   int scheme_ = -1;       // that the pace obeys, of a stepper that chooses
-  [[no_unique_address]] std::conditional_t<keeps_start, Plain, Nothing> start_;
-  [[no_unique_address]] std::conditional_t<keeps_start, std::optional<Past<Stepper>>, Nothing> past_;
-  [[no_unique_address]] std::conditional_t<Pace::sees_error, StepDoubling<Stepper, S>, Nothing> doubling_;
-  [[no_unique_address]] std::conditional_t<std::is_same_v<S, Plain>, Nothing, Plain> gathered_;
+  [[no_unique_address]] Only<keeps_start, Plain> start_;
+  [[no_unique_address]] Only<keeps_start, std::optional<Past<Stepper>>> past_;
+  [[no_unique_address]] Only<Pace::sees_error, StepDoubling<Stepper, S>> doubling_;
+  [[no_unique_address]] Only<!std::is_same_v<S, Plain>, Plain, 1> gathered_;
 };
 
 }}  // namespace phistep::PHISTEP_ABI

@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "phistep/core/recycled.hpp"
+#include "phistep/core/scratch.hpp"
 #include "phistep/core/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "phistep/contacts/contact_kernel.hpp"
-#include "phistep/core/resize.hpp"
+#include "phistep/core/scratch.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/simd/finite_witness.hpp"
 

@@ -30,8 +30,8 @@ class AutomaticAtol {
  public:
   using Scalar = ScalarOf<Plain>;
   static constexpr std::size_t blocks = std::tuple_size_v<decltype(Blocks<Plain>::all(std::declval<Plain&>()))>;
-  static constexpr int size_of_few = static_size<decltype(Blocks<Plain>::all(std::declval<Plain&>()))>;
-  static constexpr bool is_small = size_of_few > 0 && size_of_few <= 64;
+  static constexpr int size_of_few = static_numbers<Plain>;
+  static constexpr bool is_small = size_of_few > 0 && fits_registers<Plain>;
   /// What a step that may be rejected changes, by block.
   struct Sizes {
     std::array<Scalar, blocks> atol{}, largest{};  ///< of components of no size of their own; max_t ‖y‖∞

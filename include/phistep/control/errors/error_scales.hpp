@@ -17,6 +17,7 @@
 
 #include "phistep/control/errors/automatic_atol.hpp"
 #include "phistep/control/tolerance.hpp"
+#include "phistep/core/only.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/state/blocks.hpp"
 
@@ -168,8 +169,7 @@ class ErrorScales {
     Plain atol;
     bool is_positive = true;
   };
-  struct Nothing {};
-  [[no_unique_address]] std::conditional_t<FieldState<Plain>, Fields, Nothing> fields_;
+  [[no_unique_address]] Only<FieldState<Plain>, Fields> fields_;
 };
 
 }}  // namespace phistep::PHISTEP_ABI

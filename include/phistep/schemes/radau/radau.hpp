@@ -24,6 +24,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "phistep/core/only.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/scheme_facts.hpp"
 #include "phistep/core/version.hpp"
@@ -250,12 +251,11 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
     trace.has_slopes = true;
   }
 
-  struct Nothing {};
   Radau scheme_;
   RadauControl<> control_;
   Solver solver_;
   Powers powers_{}, next_powers_{};  // of the step accepted last, of the one in hand
-  [[no_unique_address]] std::conditional_t<drifts, Powers, Nothing> position_powers_{}, next_position_powers_{};
+  [[no_unique_address]] Only<drifts, Powers> position_powers_{}, next_position_powers_{};
   typename Solver::Numbers slope_{}, error_{};
   Scalar dt_{0}, pending_dt_{0};  // [time]
   int terms_ = 0, pending_terms_ = 0;

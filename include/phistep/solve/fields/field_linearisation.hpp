@@ -11,10 +11,10 @@
 #include <optional>
 #include <span>
 #include <tuple>
-#include <type_traits>
 #include <utility>
 
 #include "phistep/core/implicit_solver.hpp"
+#include "phistep/core/only.hpp"
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/version.hpp"
@@ -101,9 +101,8 @@ class Increment<S> {
     if constexpr (drifts) position_of<S>(Y) = base_r_ + gamma_drift_ * velocity_of<S>(Y);
   }
 
-  struct Nothing {};
   Unknown last_move_;
-  [[no_unique_address]] std::conditional_t<drifts, Unknown, Nothing> base_r_;
+  [[no_unique_address]] Only<drifts, Unknown> base_r_;
   Scalar gamma_drift_{};
 };
 
