@@ -1,7 +1,7 @@
 #!/bin/sh
 # sh scripts/docs.sh [--write]
 # Checks the pages' links and the reference, and builds the site: build/docs/site/index.html. What the pages' code prints is compared by
-# scripts/full.sh. --write renews docs/reference/names.md first.
+# scripts/full.sh. --write first renews docs/reference/names.md and signatures.txt: the public names, whose changes CHANGELOG.md names.
 set -eu
 cd "$(dirname "$0")/.."
 . scripts/setup.sh

@@ -7,8 +7,9 @@ docs/reference/names.md lists the public names by subject. For each of them this
 pages whose code uses it. It fails where
 - a listed name doesn't exist, or it, a parameter that its docstring begins to describe, or a field of it has no docstring;
 - a listed name is used in no page's code;
-- a page's code uses a name of the library that is not listed.
---write renews the table's other columns; --site writes the table with links, and a page for each subject in api/: signatures,
+- a page's code uses a name of the library that is not listed;
+- a signature in docs/reference/signatures.txt is gone, and CHANGELOG.md's first section doesn't name it.
+--write renews the table's other columns and the signatures; --site writes the table with links, and a page for each subject in api/: signatures,
 defaults, docstrings, examples.
 """
 import argparse
@@ -38,30 +39,27 @@ def lead(para):
     return re.sub(r"\s+", " ", text).strip()
 
 
-def markdown(element, depth=0):
-    """A docstring as Markdown: paragraphs, code, lists; parameters are told apart by their own function."""
+def markdown(element):
+    """A docstring as Markdown: paragraphs, code, lists; without its parameters."""
     if element is None:
         return ""
-    text = ""
-    for child in [None, *element]:
-        if child is None:
-            text += element.text or ""
-            continue
+    text = element.text or ""
+    for child in element:
         tag = child.tag
         if tag == "para":
-            text += "\n\n" + markdown(child, depth) + "\n\n"
-        elif tag in ("computeroutput", "ref") and tag == "computeroutput":
+            text += "\n\n" + markdown(child) + "\n\n"
+        elif tag == "computeroutput":
             text += "`" + plain(child) + "`"
         elif tag in ("verbatim", "preformatted", "programlisting"):
             lines = [plain_code(line) for line in child.iter("codeline")] if tag == "programlisting" else (child.text or "").split("\n")
             text += "\n\n```\n" + "\n".join(lines).strip("\n") + "\n```\n\n"
         elif tag == "itemizedlist":
-            items = [markdown(item, depth + 1).strip().replace("\n\n", "\n") for item in child.iter("listitem")]
+            items = [markdown(item).strip().replace("\n\n", "\n") for item in child.iter("listitem")]
             text += "\n\n" + "\n".join("- " + item for item in items) + "\n\n"
         elif tag in ("parameterlist", "simplesect", "xrefsect"):
             pass
         else:
-            text += markdown(child, depth)
+            text += markdown(child)
         text += child.tail or ""
     return re.sub(r"\n{3,}", "\n\n", text)
 
@@ -231,10 +229,47 @@ def title(page):
     return page.relative_to(ROOT).as_posix().removeprefix("docs/").removesuffix(".md").removesuffix("/README").replace("_", " ")
 
 
+def declarations(entries, name):
+    """Without a class's specializations."""
+    return [e for e in entries[name] if not e.specialised] or entries[name]
+
+
+def without_names(entry):
+    """Its signature without the names of parameters, which may change."""
+    text = entry.signature()
+    for name in filter(None, map(plain, entry.element.findall("param/declname"))):
+        text = re.sub(rf" ?\b{name}\b(?= ?[,)=])", "", text)
+    return re.sub(r"\s+", " ", text)
+
+
+def signatures(entries, names):
+    """A line for each overload, member and enumerator of the public names, sorted."""
+    lines = set()
+    for name in names:
+        for entry in declarations(entries, name):
+            lines.add(f"{name}: {without_names(entry)}")
+            lines.update(f"{name}::{v.findtext('name')}" for v in entry.element.findall("enumvalue"))
+            lines.update(f"{name}::{m.name}: {without_names(m)}" for m in entry.members if m.kind == "variable" or m.docstring())
+    return sorted(lines)
+
+
+def unmentioned(before, now, changelog):
+    """A line for each signature that is gone or has changed, and whose name isn't a word of the changelog's first section. For a
+    member of a class that stays this is the member's name."""
+    section = re.split(r"^## ", changelog, maxsplit=2, flags=re.M)[1]
+    stay, found = {line.partition(":")[0] for line in now}, []
+    for line in (line for line in before if line not in now):
+        owner, *members = re.findall(r"\w+", line.partition(": ")[0])
+        name = members[-1] if members and owner in stay else owner
+        if not re.search(rf"\b{name}\b", section):
+            found.append(f"gone or changed, but CHANGELOG.md's first section doesn't name {name}: {line}")
+    return found
+
+
 def section_of(entries, name, used, said):
     """The section of one name on the site; `said`: what its header says, empty if said already."""
     text = f"\n## `{name}`\n\n"
-    found = [e for e in entries[name] if not e.specialised] or entries[name]
+    found = declarations(entries, name)
     text += f"`#include <phistep/{umbrella_of(found[0].header)}.hpp>` · {found[0].header}\n\n"
     if said:
         text += said + "\n\n"
@@ -330,10 +365,15 @@ def main():
         problems.append(f"{name}: listed twice")
 
     text = "\n".join(lines) + "\n"
-    if args.write:
-        names_page.write_text(text, encoding="utf-8")
-    elif text != names_page.read_text(encoding="utf-8"):
-        problems.append("docs/reference/names.md is out of date: sh scripts/docs.sh --write renews it")
+    now, kept = signatures(entries, [name for name in listed if name in entries]), names_page.with_name("signatures.txt")
+    before = kept.read_text(encoding="utf-8").splitlines() if kept.exists() else []
+    missing = unmentioned(before, now, (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"))
+    problems += missing
+    for path, new in [(names_page, text), *([] if missing else [(kept, "\n".join(now) + "\n")])]:
+        if args.write:
+            path.write_text(new, encoding="utf-8")
+        elif not path.exists() or new != path.read_text(encoding="utf-8"):
+            problems.append(f"{path.relative_to(ROOT)} is out of date: sh scripts/docs.sh --write renews it")
     if args.site:
         (args.site / "api").mkdir(parents=True, exist_ok=True)
         for subject, names in subjects.items():

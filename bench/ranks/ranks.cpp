@@ -130,6 +130,8 @@ void compare() {
                                     ours("trapezoidal", phistep::trapezoidal, grid, t1),
                                     petsc("ROSW ra34pw2", TSROSW, TSROSWRA34PW2, grid, t1),
                                     petsc("ROSW rodas3", TSROSW, TSROSWRODAS3, grid, t1),
+                                    petsc("ROSW veldd4", TSROSW, TSROSWVELDD4, grid, t1),
+                                    petsc("ROSW grk4t", TSROSW, TSROSWGRK4T, grid, t1),
                                     petsc("ARKIMEX 3", TSARKIMEX, TSARKIMEX3, grid, t1),
                                     petsc("ARKIMEX 4", TSARKIMEX, TSARKIMEX4, grid, t1),
                                     petsc("BDF 2", TSBDF, "2", grid, t1),

@@ -1,11 +1,14 @@
 #!/usr/bin/env python3
-"""self_test.py FOLDER: plants one fault at a time in a sound page and demands that check_page.py or check_links.py names it."""
+"""self_test.py FOLDER: plants one fault at a time in a sound page and demands that check_page.py, check_links.py or reference.py
+names it."""
 import pathlib
 import shutil
 import subprocess
 import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
+sys.path.append(str(HERE.parent.parent / "scripts"))
+from reference import unmentioned  # noqa: E402
 PROGRAM = "```cpp\n#include <cstdio>\nint main() { std::puts(\"one\"); }\n```\n"
 FRAGMENT = "```cpp\nint n = 2;\nstd::printf(\"%d\\n\", n);\n```\n"
 FAILS = "<!-- fails -->\n```cpp\nint n = \"two\";\n```\n"
@@ -40,6 +43,12 @@ def links(folder, name, text, sound, expected):
     demand(name, run(HERE / "check_links.py", root), sound, expected)
 
 
+def signatures(name, now, log, count, more=()):
+    """Before: `int a()`, `int b()` and more; `count` of them are not mentioned."""
+    found = unmentioned(["a: int a()", "b: int b()", *more], now, f"# Changelog\n\n## 2\n{log}\n\n## 1\n`a`, `c` are new.\n")
+    demand(name, (len(found), "\n".join(found)), count == 0, "doesn't name" if count else "")
+
+
 def main():
     folder = pathlib.Path(sys.argv[1])
     shutil.rmtree(folder, ignore_errors=True)
@@ -64,6 +73,13 @@ def main():
     links(folder, "lost", "[b](../README.md)\n", True, "all there")
     (folder / "links_lost" / "docs" / "lost.md").write_text("# Lost\n", encoding="utf-8")
     demand("lost_page", run(HERE / "check_links.py", folder / "links_lost"), False, "no page leads to it")
+    signatures("kept_and_new", ["a: int a()", "b: int b()", "c: int c()"], "", 0)
+    signatures("vanished", ["b: int b()"], "All is well.", 1)
+    signatures("changed", ["a: int a(int)", "b: int b()"], "`aa` is new.", 1)
+    signatures("member", ["a: int a()", "b: int b()"], "`b` has changed.", 1, ["b::c: int c()"])
+    signatures("member_mentioned", ["a: int a()", "b: int b()"], "`b::c` has changed.", 0, ["b::c: int c()"])
+    signatures("with_its_class", ["a: int a()"], "`b` is gone.", 0, ["b::c: int c()"])
+    signatures("mentioned", ["a: int a(int)"], "`a(int)` in place of `a()`; b is gone.", 0)
 
 
 main()
