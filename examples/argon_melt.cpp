@@ -6,7 +6,7 @@
 // lattice's distances at first, then shells that fade out.
 //
 // Run: argon_melt [--short] [--out DIR] [--cells CELLS]       (4 CELLS³ atoms)
-// Frames: argon_melt.xyz opens in OVITO and ASE, argon_melt.pvd in ParaView and PyVista
+// Frames: argon_melt.xyz opens in OVITO and ASE, argon_melt.vtk.series in ParaView and PyVista
 // Picture: python3 plot/plot_argon_melt.py [DIR]
 #include <phistep/io.hpp>
 #include <phistep/particles.hpp>
@@ -68,7 +68,7 @@ int main(int argc, char** argv) {
   const phistep::Pairs argon{phistep::LennardJones{}.shifted(cutoff), cutoff};
   phistep::PhiStepper stepper{atoms, argon, phistep::velocity_verlet};
   phistep::EnergyLedger ledger{stepper};
-  auto series = phistep::vtk_series(options.out / "argon_melt", phistep::VtkPoints{.wrapped = true}, {.single = true});
+  auto series = phistep::vtk_series(options.out / "argon_melt", {.wrapped = true, .single = true});
 
   auto curves = options.file("argon_melt.csv"), shells = options.file("argon_melt_gr.csv"),
        frames = options.file("argon_melt.xyz");

@@ -6,7 +6,7 @@
 // then taken in halves. At rest the sphere carries the cloth's weight.
 //
 // Run: drape [--short] [--out DIR] [--side PARTICLES]
-// Frames: drape.pvd opens in ParaView and PyVista, drape.xyz in OVITO and ASE
+// Frames: drape.vtk.series opens in ParaView and PyVista, drape.xyz in OVITO and ASE
 // Picture: python3 plot/plot_drape.py [DIR]
 #include <phistep/io.hpp>
 #include <phistep/phistep.hpp>
@@ -93,7 +93,9 @@ int main(int argc, char** argv) {
   const auto report = phistep::integrate(
       halving, cloth, {0, t1}, phistep::fixed(dt), phistep::progress(std::cerr, t1), look,
       phistep::every(0.02, phistep::vtk_series(options.out / "drape", phistep::VtkMesh{.triangles = mesh.triangles})),
-      phistep::every(t1 / 6, [&](double t, const auto& y) { phistep::write_extended_xyz(frames, t, y.r, y.v, "C"); }));
+      phistep::every(t1 / 6, [&](double t, const auto& y) {
+        phistep::write_extended_xyz(frames, t, y.r, y.v, {.species = {"C"}});
+      }));
   const double seconds = double(std::clock() - began) / CLOCKS_PER_SEC;
   std::cout << report;
   std::printf("%.1f ms a step. The sphere carries %.4f N, the cloth weighs %.4f N.\n",

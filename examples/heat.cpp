@@ -6,7 +6,7 @@
 // Δt ≤ ρc Δx² / (4 k (1−φ)) (the discrete maximum principle in 2-D), which costs many steps.
 //
 // Run: heat [--short] [--out DIR]        Picture: python3 plot/plot_heat.py [DIR]
-// heat.vti, the plate after three steps, opens in ParaView and PyVista.
+// heat.vtk, the plate after three steps, opens in ParaView and PyVista.
 #include <phistep/io.hpp>
 #include <phistep/sparse.hpp>
 
@@ -85,7 +85,7 @@ int main(int argc, char** argv) {
          << ',' << cured.after_3_steps[i] << ',' << plate.k[i] << '\n';
   const phistep::VtkGrid grid{
       .size = {plate.n, plate.n}, .spacing = {plate.dx, plate.dx}, .on_cells = true, .names = {"theta_rannacher"}};
-  phistep::write_vtk(options.out / "heat.vti", grid, cured.after_3_steps,
+  phistep::write_vtk(options.out / "heat.vtk", cured.after_3_steps, grid,
                      phistep::column("theta_phi_half", ringing.after_3_steps),
                      phistep::column("conductivity", plate.k));
   const bool as_expected = ringing.lowest < -1 && cured.lowest > -1e-3 && slow.lowest > -1e-9 && second_order;

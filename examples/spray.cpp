@@ -79,7 +79,7 @@ int main(int argc, char** argv) {
                        phistep::AllPairs{phistep::Coulomb{.k = 1 / (4 * pi * epsilon0), .epsilon = 50e-6}};
     phistep::PhiStepper stepper{spray, force, phistep::symplectic_euler};
     auto frames = options.file(name + ".xyz");
-    auto write_frame = phistep::every(t1 / 6, phistep::extended_xyz(frames, "O"));
+    auto write_frame = phistep::every(t1 / 6, phistep::extended_xyz(frames, {.species = {"O"}}));
     auto bar = phistep::progress(std::cerr, t1);
     long landed = 0;
     double heat = 0;

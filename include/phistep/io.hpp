@@ -8,8 +8,6 @@
 #include "phistep/io/checkpoint.hpp"
 #include "phistep/io/csv.hpp"
 #include "phistep/io/extended_xyz.hpp"
-#include "phistep/io/extended_xyz_reader.hpp"
-#include "phistep/io/lammps_data.hpp"
 #include "phistep/io/progress.hpp"
 #include "phistep/io/vtk.hpp"
 // IWYU pragma: end_exports

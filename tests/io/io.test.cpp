@@ -25,7 +25,7 @@ TEST_CASE("an extended XYZ frame: count, columns and time, then one line a parti
   Eigen::Matrix<double, 3, 2> r, v;
   r << 1, 4, 2, 5, 3, 6;
   v << 0.5, 0, 0, -0.25, 0, 0;
-  write_extended_xyz(out, 1.5, r, v, "Fe");
+  write_extended_xyz(out, 1.5, r, v, {.species = {"Fe"}});
   CHECK(out.str() == "2\nProperties=species:S:1:pos:R:3:velo:R:3 Time=1.5\nFe 1 2 3 0.5 0 0\nFe 4 5 6 0 -0.25 0\n");
 }
 
@@ -74,8 +74,9 @@ TEST_CASE("an extended XYZ frame: a species a particle, a lattice, columns of on
 
 TEST_CASE("extended_xyz observes motions: matrices, flat vectors, columns that are functions") {
   std::ostringstream out;
-  auto observer = extended_xyz(
-      out, "Ar", column("speed", [](double, const auto& y) -> Eigen::VectorXd { return y.v.colwise().norm(); }));
+  auto observer =
+      extended_xyz(out, {.species = {"Ar"}},
+                   column("speed", [](double, const auto& y) -> Eigen::VectorXd { return y.v.colwise().norm(); }));
   Motion<Eigen::Matrix3Xd> y{Eigen::Matrix3Xd::Zero(3, 2), Eigen::Matrix3Xd::Zero(3, 2)};
   y.v.col(1) << 3, 4, 0;
   observer(0.25, y);
@@ -83,7 +84,7 @@ TEST_CASE("extended_xyz observes motions: matrices, flat vectors, columns that a
         "2\nProperties=species:S:1:pos:R:3:velo:R:3:speed:R:1 Time=0.25\nAr 0 0 0 0 0 0 0\nAr 0 0 0 3 4 0 5\n");
 
   std::ostringstream plane;
-  auto flat = every(1.0, extended_xyz<2>(plane));
+  auto flat = every(1.0, extended_xyz(plane, {.dimensions = 2}));
   const Motion<Eigen::Vector4d> pair{Eigen::Vector4d(1, 2, 3, 4), Eigen::Vector4d(5, 6, 7, 8)};
   for (const double t : {0.0, 0.5, 1.0}) CHECK(flat(t, pair));
   CHECK(plane.str() ==

@@ -2,16 +2,16 @@
 
     python3 read_vtk.py FOLDER write_vtk      runs the program, which writes into FOLDER and prints what is there
 """
+import json
 import math
 import pathlib
 import subprocess
 import sys
-import xml.etree.ElementTree
+import urllib.parse
 
 from vtkmodules.vtkCommonCore import vtkFileOutputWindow, vtkOutputWindow
-from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLPolyDataReader, vtkXMLUnstructuredGridReader
+from vtkmodules.vtkIOLegacy import vtkDataSetReader
 
-READERS = {".vtp": vtkXMLPolyDataReader, ".vti": vtkXMLImageDataReader, ".vtu": vtkXMLUnstructuredGridReader}
 folder = pathlib.Path(sys.argv[1])
 compared = wrong = 0
 opened = {}
@@ -30,11 +30,12 @@ def check(what, found, wanted):
 
 def data(name):
     if name not in opened:
-        reader = READERS[pathlib.Path(name).suffix]()
-        if not reader.CanReadFile(str(folder / name)):
-            sys.exit(f"{name}: VTK can't read it")
+        reader = vtkDataSetReader()
         reader.SetFileName(str(folder / name))
+        reader.ReadAllFieldsOn()
         reader.Update()
+        if reader.GetOutput() is None:
+            sys.exit(f"{name}: VTK can't read it")
         opened[name] = reader, reader.GetOutput()
     return opened[name][1]
 
@@ -46,20 +47,20 @@ def numbers(array):
 def look(name, where, key, values):
     what = f"{name}, {where} {key}"
     if where == "series":
-        found = xml.etree.ElementTree.parse(folder / name).getroot().findall("Collection/DataSet")
-        check(what, [float(item.get("timestep")) for item in found], values)
-        for item in found:
-            data(item.get("file"))
+        series = json.loads((folder / name).read_text(encoding="utf-8"))  # as ParaView's readers do
+        check(f"{name}, version", [float(series["file-series-version"])], [1.0])
+        check(what, [item["time"] for item in series["files"]], values)
+        for item in series["files"]:
+            data(item["name"])
     elif where == "points":
         points = data(name).GetPoints()
         check(what, [] if points is None else numbers(points.GetData()), values)
     elif where in ("point", "cell"):
+        key = urllib.parse.unquote(key)
         attributes = data(name).GetPointData() if where == "point" else data(name).GetCellData()
         if not attributes.HasArray(key):
             sys.exit(f"{what}: there is no such array")
         check(what, numbers(attributes.GetArray(key)), values)
-    elif where == "time":
-        check(what, numbers(data(name).GetFieldData().GetArray("TimeValue")), values)
     else:
         sys.exit(f"{what}: unknown")
 
@@ -92,10 +93,10 @@ for line in program.stdout.splitlines():
     elif words[1] == "mesh":
         look_at_mesh(words[0], words[3:])
     elif words[1] == "cells":
-        check(f"{words[0]}, vertices", [data(words[0]).GetNumberOfVerts()], [int(words[3])])
+        check(f"{words[0]}, vertices", [data(words[0]).GetNumberOfCells()], [int(words[3])])
     else:
         look(words[0], words[1], words[2], [float.fromhex(x) for x in words[3:]])
-written = {str(path.relative_to(folder)) for path in folder.rglob("*.vt[pui]")}
+written = {str(path.relative_to(folder)) for path in folder.rglob("*.vtk")}
 if written != set(opened):
     sys.exit(f"not looked at: {written - set(opened)}")
 if log.exists() and log.read_text().strip():

@@ -61,56 +61,55 @@ int main(int argc, char** argv) {
     print(file, "point", "still", grains.body().still);
     std::printf("%s cells - 7\n", file.c_str());
   };
-  write_vtk(folder / "grains.vtp", grains);
-  print_grains("grains.vtp");
-  write_vtk(folder / std::filesystem::path(u8"Körner.vtp"), grains);
-  print_grains("Körner.vtp");
+  write_vtk(folder / "grains.vtk", grains);
+  print_grains("grains.vtk");
+  write_vtk(folder / std::filesystem::path(u8"Körner.vtk"), grains);
+  print_grains("Körner.vtk");
 
   const Motion<Eigen::Matrix2Xf> discs{Eigen::Matrix2Xf::Random(2, 5), Eigen::Matrix2Xf::Random(2, 5)};
-  write_vtk(folder / "discs.vtp", VtkPoints{}, discs, {.single = true});
-  print("discs.vtp", "points", "-", list(in_space(discs.r.cast<double>())));
-  print("discs.vtp", "point", "velocity", list(in_space(discs.v.cast<double>())));
-  write_vtk(folder / "none.vtp", Particles<double, 3>{});
-  print("none.vtp", "points", "-", std::vector<double>{});
-  print("none.vtp", "point", "velocity", std::vector<double>{});
-  std::printf("none.vtp cells - 0\n");
+  write_vtk(folder / "discs.vtk", discs, {.single = true});
+  print("discs.vtk", "points", "-", list(in_space(discs.r.cast<double>())));
+  print("discs.vtk", "point", "velocity", list(in_space(discs.v.cast<double>())));
+  write_vtk(folder / "none.vtk", Particles<double, 3>{});
+  print("none.vtk", "points", "-", std::vector<double>{});
+  print("none.vtk", "point", "velocity", std::vector<double>{});
+  std::printf("none.vtk cells - 0\n");
   const Motion ball{Eigen::Vector3d(1, 2, 3), Eigen::Vector3d(4, 5, 6)};
-  write_vtk(folder / "one.vtp", ball);
-  print("one.vtp", "points", "-", list(ball.r)), print("one.vtp", "point", "velocity", list(ball.v));
+  write_vtk(folder / "one.vtk", ball);
+  print("one.vtk", "points", "-", list(ball.r)), print("one.vtk", "point", "velocity", list(ball.v));
 
   const Eigen::VectorXd u = Eigen::VectorXd::Random(48);
-  write_vtk(folder / "line.vti", VtkGrid{.size = {48}, .spacing = {0.1}, .origin = {-2}}, u);
-  print("line.vti", "image", "48 1 1", std::vector<double>{-2, 0, 0, 0.1, 1, 1});
-  print("line.vti", "point", "y", u);
+  write_vtk(folder / "line.vtk", u, VtkGrid{.size = {48}, .spacing = {0.1}, .origin = {-2}});
+  print("line.vtk", "image", "48 1 1", std::vector<double>{-2, 0, 0, 0.1, 1, 1});
+  print("line.vtk", "point", "y", u);
   const VtkGrid plate{.size = {6, 8}, .spacing = {0.25, 0.5}, .on_cells = true, .names = {"theta"}};
-  write_vtk(folder / "plate.vti", plate, u, column("twice", Eigen::VectorXd(2 * u)));
-  print("plate.vti", "image", "7 9 1", std::vector<double>{0, 0, 0, 0.25, 0.5, 1});
-  print("plate.vti", "cell", "theta", u), print("plate.vti", "cell", "twice", Eigen::VectorXd(2 * u));
-  const VtkGrid block{.size = {2, 3, 4}, .spacing = {1, 2, 3}, .origin = {4, 5, 6}, .names = {"u", "v"}};
-  write_vtk(folder / "block.vti", block, u);
-  print("block.vti", "image", "2 3 4", std::vector<double>{4, 5, 6, 1, 2, 3});
-  print("block.vti", "point", "u", u.head(24)), print("block.vti", "point", "v", u.tail(24));
+  write_vtk(folder / "plate.vtk", u, plate, column("two words%", Eigen::VectorXd(2 * u)));
+  print("plate.vtk", "image", "7 9 1", std::vector<double>{0, 0, 0, 0.25, 0.5, 1});
+  print("plate.vtk", "cell", "theta", u), print("plate.vtk", "cell", "two%20words%25", Eigen::VectorXd(2 * u));
+  const VtkGrid block{.size = {2, 3, 4}, .spacing = {1, 2, 3}, .origin = {4, 5, 6}, .names = {"u"}};
+  write_vtk(folder / "block.vtk", u, block);
+  print("block.vtk", "image", "2 3 4", std::vector<double>{4, 5, 6, 1, 2, 3});
+  print("block.vtk", "point", "u", list(u.reshaped(24, 2).transpose()));
 
   const VtkMesh mesh{
       .lines = {{0, 1}}, .triangles = {{0, 1, 2}, {2, 1, 4}}, .quads = {{0, 1, 4, 3}}, .tetrahedra = {{0, 1, 2, 4}}};
   const Motion<Eigen::Matrix3Xd> net{Eigen::Matrix3Xd::Random(3, 5), Eigen::Matrix3Xd::Random(3, 5)};
-  write_vtk(folder / "net.vtu", mesh, net, column("strain", Eigen::Matrix<float, 5, 1>(1, 2, 3, 4, 5)));
-  print("net.vtu", "points", "-", list(net.r)), print("net.vtu", "point", "velocity", list(net.v));
-  print("net.vtu", "point", "strain", std::vector<double>{1, 2, 3, 4, 5});
-  std::printf("net.vtu mesh - 3:0,1 5:0,1,2 5:2,1,4 9:0,1,4,3 10:0,1,2,4\n");
+  write_vtk(folder / "net.vtk", net, mesh, column("strain", Eigen::Matrix<float, 5, 1>(1, 2, 3, 4, 5)));
+  print("net.vtk", "points", "-", list(net.r)), print("net.vtk", "point", "velocity", list(net.v));
+  print("net.vtk", "point", "strain", std::vector<double>{1, 2, 3, 4, 5});
+  std::printf("net.vtk mesh - 3:0,1 5:0,1,2 5:2,1,4 9:0,1,4,3 10:0,1,2,4\n");
 
   Motion<Eigen::Matrix3Xd> moving = net;
   PhiStepper stepper{moving, [](const Eigen::Matrix3Xd& r) -> Eigen::Matrix3Xd { return -r; }, velocity_verlet};
   std::vector<double> times;
   const auto note = [&](double t, const auto& y) {
     char name[40];
-    std::snprintf(name, sizeof name, "run/%05zu.vtp", times.size());
+    std::snprintf(name, sizeof name, "run/%05zu.vtk", times.size());
     times.push_back(t);
     print(name, "points", "-", list(y.r)), print(name, "point", "velocity", list(y.v));
-    print(name, "time", "-", std::vector<double>{t});
   };
   const auto report =
       integrate(stepper, moving, {0.0, 1.0}, fixed(0.03), sampled(0.2, vtk_series(folder / "run")), sampled(0.2, note));
-  print("run.pvd", "series", "-", times);
+  print("run.vtk.series", "series", "-", times);
   return report ? 0 : 1;
 }

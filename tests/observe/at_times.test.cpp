@@ -92,7 +92,7 @@ TEST_CASE("at_times: a state of floats stops at its own nearest numbers, one of 
   CHECK(twice.next_stop(0.0f, 1.0f) == 0.1f);
   CHECK_FALSE(twice.next_stop(0.1f, 1.0f));
   CHECK_FALSE(twice.next_stop(0.1f, -1.0f));
-  CHECK(at_times({0.1L}, [](long double, const One&) {}).next_stop(0.0L, 1.0L) == 0.1L);
+  CHECK(at_times(std::vector<long double>{0.1L}, [](long double, const One&) {}).next_stop(0.0L, 1.0L) == 0.1L);
 }
 
 TEST_CASE("times that are not finite, and intervals that are no interval, are refused") {

@@ -1,26 +1,23 @@
 /// @file
 /// Frames in the extended XYZ format, which OVITO, ASE and others open: the number of particles, a line of properties, and
-/// one line a particle: species, position, velocity, and columns of one's own.
+/// one line a particle: species, position, velocity, what Particles have beside (box, ids, radii, spins …), columns.
 ///
-///     integrate(…, every(0.1, extended_xyz(out, "Fe", column("radius", radii))));
-///     integrate(…, every(0.1, extended_xyz(out)));           // of Particles: with their box, ids, radii, spins …
+///     integrate(…, every(0.1, extended_xyz(out, {.species = {"Fe"}}, column("temperature", T))));
 #pragma once
 
 #include <Eigen/Core>
 
-#include <concepts>
-#include <cstdint>
+#include <functional>
+#include <limits>
 #include <ostream>
 #include <stdexcept>
 #include <string>
-#include <string_view>
 #include <tuple>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "phistep/core/version.hpp"
-#include "phistep/io/frame_text.hpp"
 #include "phistep/io/text.hpp"
 #include "phistep/state/blocks.hpp"
 
@@ -33,33 +30,100 @@ struct FrameInfo {
   Eigen::Matrix3d lattice = Eigen::Matrix3d::Zero();  ///< its vectors as columns [length]
   bool exact = false;                                 ///< as many digits as bring back the same bits, rather than 9
   bool wrapped = false;                               ///< Particles: positions moved into the periodic box
+  Eigen::Index dimensions = 0;                        ///< of a particle in a flat vector; 0: the vector is one particle
 };
+
+namespace detail {
+
+template <class T>
+void check_column(Eigen::Index n, const NamedColumn<T>& column) {
+  const Eigen::Index size = T::IsVectorAtCompileTime ? column.content.size() : column.content.cols();
+  if (size != n)
+    throw std::invalid_argument("phistep: column " + column.name + " of an extended XYZ frame has " +
+                                std::to_string(size) + " values for " + std::to_string(n) + " particles");
+  if (column.name.empty() || column.name.find_first_of(" :\t\r\n\"=") != std::string::npos)
+    throw std::invalid_argument("phistep: a column of an extended XYZ frame needs a name that is one word");
+}
+
+/// Columns without values are left out. @param kind  which species particle j is, where there are several
+template <class... Values>
+void append_frame(std::ostream& out, double time, const std::string& about, const auto& r, const auto& v,
+                  const FrameInfo& info, auto&& kind, const NamedColumn<Values>&... columns) {
+  for (const std::string& name : info.species)
+    if (name.empty() || name.find_first_of(" \t\r\n") != std::string::npos)
+      throw std::invalid_argument("phistep: a species of an extended XYZ frame must be a word");
+  std::string text = std::to_string(r.cols()) + '\n' + about + "Properties=species:S:1:pos:R:3:velo:R:3";
+  [[maybe_unused]] const auto declare = [&text]<class T>(const std::string& name, const T& x) {
+    const char* const type = std::is_integral_v<typename T::Scalar> ? ":I:" : ":R:";
+    if (x.size() > 0) text += ':' + name + type + std::to_string(T::IsVectorAtCompileTime ? 1 : x.rows());
+  };
+  (declare(columns.name, columns.content), ...);
+  text += " Time=", append_number(text, time), text += '\n';
+  const auto put = [&](auto x) {
+    text += ' ';
+    if constexpr (std::is_integral_v<decltype(x)>) append_number(text, x);
+    else if (info.exact) append_number(text, x);
+    else append_number(text, static_cast<double>(x), std::numeric_limits<float>::max_digits10);
+  };
+  for (Eigen::Index j = 0; j < r.cols(); ++j) {
+    text += info.species[info.species.size() == 1 ? 0 : static_cast<std::size_t>(kind(j))];
+    for (Eigen::Index i = 0; i < 3; ++i) put(r(i, j));
+    for (Eigen::Index i = 0; i < 3; ++i) put(v(i, j));
+    [[maybe_unused]] const auto put_all = [&]<class T>(const T& x) {
+      for (Eigen::Index i = 0; x.size() > 0 && i < (T::IsVectorAtCompileTime ? 1 : x.rows()); ++i)
+        if constexpr (T::IsVectorAtCompileTime) put(x[j]);
+        else put(x(i, j));
+    };
+    (put_all(columns.content), ...);
+    text += '\n';
+  }
+  out.write(text.data(), static_cast<std::streamsize>(text.size()));
+  if (!out) throw std::runtime_error("phistep: writing an extended XYZ frame failed");
+}
+
+[[nodiscard]] inline std::string lattice_text(const Eigen::Matrix3d& lattice) {
+  std::string text = "Lattice=\"";
+  for (const double x : lattice.reshaped()) append_number(text, x), text += ' ';
+  text.back() = '"';
+  return text + ' ';
+}
+/// The box as Lattice, Origin and pbc. Along an open axis without sides the particles' own extent stands for them.
+template <class P>
+[[nodiscard]] std::string box_text(const P& particles) {
+  const auto& box = particles.box();
+  if (box.is_open()) return "pbc=\"F F F\" ";
+  Eigen::Vector3d lower = Eigen::Vector3d::Zero(), upper = Eigen::Vector3d::Ones();
+  std::string origin, periodic;
+  for (int a = 0; a < 3; ++a) {
+    const bool is_there = a < P::dimensions, has_sides = is_there && box.upper[a] > box.lower[a];
+    if (has_sides) lower[a] = static_cast<double>(box.lower[a]), upper[a] = static_cast<double>(box.upper[a]);
+    else if (is_there && particles.size() > 0)
+      lower[a] = static_cast<double>(particles.r.row(a).minCoeff()),
+      upper[a] = static_cast<double>(particles.r.row(a).maxCoeff());
+    if (!(upper[a] > lower[a])) upper[a] = lower[a] + 1;
+    append_number(origin, lower[a]), origin += ' ';
+    periodic += is_there && box.is_periodic[static_cast<std::size_t>(a)] ? "T " : "F ";
+  }
+  origin.back() = periodic.back() = '"';
+  return lattice_text((upper - lower).asDiagonal()) + "Origin=\"" + origin + " pbc=\"" + periodic + ' ';
+}
+
+}  // namespace detail
 
 /// Appends one frame: positions and velocities, both dim × N with dim ≤ 3 (missing coordinates are 0), and any number of
 /// columns with one value (or one column of values) a particle. Numbers have 9 digits, or all of them.
 /// @throws std::invalid_argument where the shapes differ or dim > 3; std::runtime_error where the stream fails.
 template <class Positions, class Velocities, class... Values>
 void write_extended_xyz(std::ostream& out, double time, const Eigen::DenseBase<Positions>& r,
-                        const Eigen::DenseBase<Velocities>& v, const FrameInfo& info,
+                        const Eigen::DenseBase<Velocities>& v, const FrameInfo& info = {},
                         const NamedColumn<Values>&... columns) {
-  const Eigen::Index n = r.cols();
-  if (r.rows() > 3 || r.rows() != v.rows() || n != v.cols())
-    throw std::invalid_argument(
-        "phistep: write_extended_xyz needs positions and velocities of one shape, dim x N with dim <= 3");
-  if (info.species.empty() || (info.species.size() != 1 && info.species.size() != static_cast<std::size_t>(n)))
+  if (r.rows() != v.rows() || r.cols() != v.cols())
+    throw std::invalid_argument("phistep: write_extended_xyz needs positions and velocities of one shape, dim x N");
+  if (info.species.size() != 1 && (info.species.empty() || info.species.size() != static_cast<std::size_t>(r.cols())))
     throw std::invalid_argument("phistep: write_extended_xyz needs one species, or one a particle");
-  check_species(info.species);
-  (check_column(n, columns), ...);
-  const auto species = [&info](Eigen::Index j) -> const std::string& {
-    return info.species[info.species.size() == 1 ? 0 : static_cast<std::size_t>(j)];
-  };
-  append_frame(out, FrameText{n, info.exact, columns...}(time, info.periodic ? lattice_text(info.lattice) : "",
-                                                         r.derived(), v.derived(), species));
-}
-template <class Positions, class Velocities>
-void write_extended_xyz(std::ostream& out, double time, const Eigen::DenseBase<Positions>& r,
-                        const Eigen::DenseBase<Velocities>& v, std::string_view species = "X") {
-  write_extended_xyz(out, time, r, v, FrameInfo{.species = {std::string{species}}});
+  (detail::check_column(r.cols(), columns), ...);
+  detail::append_frame(out, time, info.periodic ? detail::lattice_text(info.lattice) : "", in_space(r.derived(), 0),
+                       in_space(v.derived(), 0), info, std::identity{}, columns...);
 }
 
 /// Appends a frame of Particles: their box, id, and mass (unless all are 1), radius, charge, type (as species where each has a
@@ -69,116 +133,50 @@ template <class P, class... Values>
   requires requires(const P& particles) { particles.body(); }
 void write_extended_xyz(std::ostream& out, double time, const P& particles, const FrameInfo& info = {},
                         const NamedColumn<Values>&... columns) {
-  using Scalar = typename P::Scalar;
-  using Column = typename P::Column;
-  using Block = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
   const auto& body = particles.body();
-  const Eigen::Index n = particles.size();
   const std::size_t types = body.type.size() == 0 ? 1 : static_cast<std::size_t>(body.type.maxCoeff()) + 1;
   if (info.species.empty() || (info.species.size() != 1 && info.species.size() < types))
     throw std::invalid_argument("phistep: write_extended_xyz needs one species, or one a type");
-  check_species(info.species);
-  (check_column(n, columns), ...);
-  const auto species = [&](Eigen::Index j) -> const std::string& {
-    return info.species[info.species.size() == 1 ? 0 : static_cast<std::size_t>(body.type_of(j))];
-  };
+  (detail::check_column(particles.size(), columns), ...);
   typename P::Vectors r = particles.r;
   if (info.wrapped)
-    for (Eigen::Index j = 0; j < n; ++j) r.col(j) = body.box.wrapped(r.col(j));
-  Block omega;
-  Column temperature;
+    for (Eigen::Index j = 0; j < r.cols(); ++j) r.col(j) = body.box.wrapped(r.col(j));
+  Eigen::Matrix<typename P::Scalar, Eigen::Dynamic, Eigen::Dynamic> omega, temperature;
   if constexpr (requires { particles.omega; }) omega = particles.omega;
-  if constexpr (requires { particles.temperature; }) temperature = particles.temperature.transpose();
-  const bool of_mass_1 = (body.mass.array() == Scalar{1}).all();
-  using Ids = Eigen::Matrix<std::int64_t, Eigen::Dynamic, 1>;
-  using Flags = Eigen::Matrix<std::uint8_t, Eigen::Dynamic, 1>;
-  const auto id = column("id", Ids(Eigen::Map<const Ids>(body.id.data(), n)));
-  const auto mass = column("mass", of_mass_1 ? Column{} : body.mass);
-  const auto radius = column("radius", body.radius), charge = column("charge", body.charge);
-  const auto type = column("type_index", body.type);
-  const auto capacity = column("heat_capacity", body.heat_capacity);
-  const auto still =
-      column("still", Ids(Eigen::Map<const Flags>(body.still.data(), static_cast<Eigen::Index>(body.still.size()))
-                              .template cast<std::int64_t>()));
-  const auto spin = column("omega", std::move(omega));
-  const auto heat = column("temperature", std::move(temperature));
-  std::string about = box_text(particles);
-  if (spin.content.size() > 0) about += "inertia_factor=", append_number(about, body.inertia_factor), about += ' ';
-  const FrameText frame{n, info.exact, id, mass, radius, type, charge, capacity, still, spin, heat, columns...};
-  append_frame(out, frame(time, about, r, particles.v, species));
+  if constexpr (requires { particles.temperature; }) temperature = particles.temperature;
+  const auto list = []<class List>(const List& x) {
+    using Column = Eigen::Matrix<typename List::value_type, Eigen::Dynamic, 1>;
+    return Eigen::Map<const Column>(x.data(), static_cast<Eigen::Index>(x.size()));
+  };
+  std::string about = detail::box_text(particles);
+  if (omega.size() > 0) about += "inertia_factor=", append_number(about, body.inertia_factor), about += ' ';
+  detail::append_frame(
+      out, time, about, in_space(r, 0), in_space(particles.v, 0), info,
+      [&body](Eigen::Index j) { return body.type_of(j); }, column("id", list(body.id)),
+      column("mass", (body.mass.array() == 1).all() ? typename P::Column{} : body.mass), column("radius", body.radius),
+      column("type_index", body.type), column("charge", body.charge), column("heat_capacity", body.heat_capacity),
+      column("still", list(body.still)), column("omega", omega), column("temperature", temperature), columns...);
 }
 
-/// An observer that appends a frame at each look at a motion, or at Particles.
-/// @tparam dim  coordinates of a particle where the state is one flat vector (x₀ y₀ [z₀] x₁ …)
-template <int dim, class... Content>
-class ExtendedXyz {
- public:
-  ExtendedXyz(std::ostream& out, FrameInfo info, NamedColumn<Content>... columns)
-      : out_{&out}, info_{std::move(info)}, columns_{std::move(columns)...} {}
-
-  /// @throws std::invalid_argument where shapes don't fit; std::runtime_error where the stream fails
-  template <class Scalar, State S>
-  void operator()(Scalar t, const S& state) {
+/// An observer that appends a frame at each look at a motion, or at Particles: `every(0.1, extended_xyz(out, {.species =
+/// {"Fe"}}))`; then columns, `column("speed", [](double, const auto& y) -> Eigen::VectorXd { … })`.
+/// @throws as write_extended_xyz does, when it is called
+template <class... Content>
+[[nodiscard]] auto extended_xyz(std::ostream& out, FrameInfo info = {}, NamedColumn<Content>... columns) {
+  return [&out, info = std::move(info), columns = std::make_tuple(std::move(columns)...)]<State S>(auto t,
+                                                                                                   const S& state) {
     static_assert(Blocks<S>::drifts, "phistep: extended_xyz(out) needs a motion, with positions and velocities");
-    if constexpr (requires { state.body(); }) {
-      std::apply(
-          [&](const auto&... column) {
-            write_extended_xyz(*out_, static_cast<double>(t), state, info_, now(column, t, state)...);
-          },
-          columns_);
-    } else {
-      const auto blocks = Blocks<S>::all(state);
-      const auto r = particles(std::get<0>(blocks)), v = particles(std::get<1>(blocks));
-      std::apply(
-          [&](const auto&... column) {
-            write_extended_xyz(*out_, static_cast<double>(t), r, v, info_, now(column, t, state)...);
-          },
-          columns_);
-    }
-  }
-
- private:
-  template <class Block>
-  [[nodiscard]] static auto particles(const Block& block) {
-    using Scalar = typename Block::Scalar;
-    if constexpr (Block::IsVectorAtCompileTime) {
-      if (block.size() % dim != 0)
-        throw std::invalid_argument("phistep: extended_xyz<" + std::to_string(dim) + ">(out) does not fit a state of " +
-                                    std::to_string(block.size()) + " components");
-      return Eigen::Matrix<Scalar, dim, Eigen::Dynamic>(block.reshaped(dim, block.size() / dim));
-    } else {
-      return Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>(block);
-    }
-  }
-  /// A column's values as they are now.
-  template <class C, class Scalar, class S>
-  [[nodiscard]] static decltype(auto) now(const NamedColumn<C>& column, Scalar t, const S& state) {
-    // A matrix can be "called" too, with anything for its indices.
-    if constexpr (!requires { column.content.cols(); }) {
-      using Values = typename std::remove_cvref_t<std::invoke_result_t<const C&, Scalar, const S&>>::PlainObject;
-      return NamedColumn<Values>{column.name, column.content(t, state)};
-    } else {
-      return (column);
-    }
-  }
-
-  std::ostream* out_;
-  FrameInfo info_;
-  std::tuple<NamedColumn<Content>...> columns_;
-};
-
-/// `every(0.1, extended_xyz(out, "Fe"))`, `extended_xyz<2>(out)` for flat vectors in the plane, with a lattice
-/// `extended_xyz(out, {.species = {"Ar"}, .periodic = true, .lattice = box})`; then columns, `column("radius", radii)` or
-/// `column("speed", [](double, const auto& y) -> Eigen::VectorXd { … })`.
-template <int dim = 3, class... Content>
-[[nodiscard]] ExtendedXyz<dim, Content...> extended_xyz(std::ostream& out, FrameInfo info = {},
-                                                        NamedColumn<Content>... columns) {
-  return {out, std::move(info), std::move(columns)...};
-}
-template <int dim = 3, std::convertible_to<std::string> Text, class... Content>
-[[nodiscard]] ExtendedXyz<dim, Content...> extended_xyz(std::ostream& out, Text&& species,
-                                                        NamedColumn<Content>... columns) {
-  return {out, FrameInfo{.species = {std::string(std::forward<Text>(species))}}, std::move(columns)...};
+    const auto write = [&](const auto&... own) {
+      if constexpr (requires { state.body(); }) {
+        write_extended_xyz(out, static_cast<double>(t), state, info, column_at(own, t, state)...);
+      } else {
+        const auto blocks = Blocks<S>::all(state);
+        write_extended_xyz(out, static_cast<double>(t), in_space(std::get<0>(blocks), info.dimensions),
+                           in_space(std::get<1>(blocks), info.dimensions), info, column_at(own, t, state)...);
+      }
+    };
+    std::apply(write, columns);
+  };
 }
 
 }}  // namespace phistep::PHISTEP_ABI

@@ -1,9 +1,13 @@
 /// @file
-/// Numbers as text that looks the same in every locale, and named columns of tables and frames.
+/// Numbers as text that looks the same in every locale, named columns of tables and frames, positions in space.
 #pragma once
 
+#include <Eigen/Core>
+
+#include <algorithm>
 #include <array>
 #include <charconv>
+#include <stdexcept>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -39,6 +43,26 @@ struct NamedColumn {
 template <class Content>
 [[nodiscard]] NamedColumn<Content> column(std::string name, Content content) {
   return {std::move(name), std::move(content)};
+}
+/// A column with its values at time t: those that it has, or what its function returns.
+template <class Content, class Scalar, class S>
+[[nodiscard]] auto column_at(const NamedColumn<Content>& own, Scalar t, const S& state) {
+  // A matrix can be "called" too, with anything for its indices.
+  if constexpr (requires { own.content.cols(); }) return own;
+  else return column(own.name, own.content(t, state).eval());
+}
+
+/// Positions or velocities as 3 × N, missing coordinates 0. @param dimensions  of a flat vector; 0: it is one particle
+template <class Block>
+[[nodiscard]] auto in_space(const Block& block, Eigen::Index dimensions) {
+  const Eigen::Index rows = Block::ColsAtCompileTime == 1 && dimensions > 0 ? dimensions : block.rows();
+  if (rows > 3 || block.size() % std::max<Eigen::Index>(rows, 1) != 0)
+    throw std::invalid_argument(
+        "phistep: a file of particles needs positions dim x N with dim <= 3, or a flat vector and its .dimensions");
+  using Vectors = Eigen::Matrix<typename Block::Scalar, 3, Eigen::Dynamic>;
+  Vectors x = Vectors::Zero(3, rows == 0 ? block.cols() : block.size() / rows);
+  x.topRows(rows) = block.reshaped(rows, x.cols());
+  return x;
 }
 
 }}  // namespace phistep::PHISTEP_ABI

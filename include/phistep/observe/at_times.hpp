@@ -212,18 +212,13 @@ template <TimeRange Range>
 }
 
 /// `integrate(…, at_times({0.1, 0.25, 7}, [](double t, auto& state) { … }))`: steps end exactly at these times; f may edit
-/// the state there. [time]
+/// the state there. [time] A list in braces is one of doubles; where a state has longer ones, give a std::vector of them.
 /// @throws std::invalid_argument where a time is not finite
 template <TimeRange Range, class F>
 [[nodiscard]] auto at_times(const Range& times, F&& f) {
   static_assert(!copies_a_record<F>, "phistep: at_times(times, recorder) would fill a copy: write std::ref(recorder)");
   return AtTimes(to_times(times), std::decay_t<F>(std::forward<F>(f)));
 }
-template <class Number, class F>
-[[nodiscard]] auto at_times(std::initializer_list<Number> times, F&& f) {
-  return at_times<std::initializer_list<Number>>(times, std::forward<F>(f));
-}
-/// Integers and fractions mixed.
 template <class F>
 [[nodiscard]] auto at_times(std::initializer_list<double> times, F&& f) {
   return at_times<std::initializer_list<double>>(times, std::forward<F>(f));
@@ -245,11 +240,6 @@ template <TimeRange Range, class F>
   static_assert(!copies_a_record<F>, "phistep: sampled(times, recorder) would fill a copy: write std::ref(recorder)");
   return Sampled(ListMarks(to_times(times)), std::decay_t<F>(std::forward<F>(f)));
 }
-template <class Number, class F>
-[[nodiscard]] auto sampled(std::initializer_list<Number> times, F&& f) {
-  return sampled<std::initializer_list<Number>>(times, std::forward<F>(f));
-}
-/// Integers and fractions mixed.
 template <class F>
 [[nodiscard]] auto sampled(std::initializer_list<double> times, F&& f) {
   return sampled<std::initializer_list<double>>(times, std::forward<F>(f));

@@ -1,11 +1,10 @@
-// Texts that nobody vouches for: read, or refused with a std::runtime_error that names a line; what was there stays.
-#include <phistep/io/extended_xyz_reader.hpp>
-#include <phistep/io/lammps_data.hpp>
+// LAMMPS data files of any bytes: read, or refused with a std::runtime_error that names a line.
 
 #include <sstream>
 #include <stdexcept>
 #include <string>
 
+#include "../../adapters/lammps/read_data.hpp"
 #include "fuzz/fuzz.hpp"
 
 using namespace phistep;
@@ -32,7 +31,7 @@ void is_named(const std::runtime_error& error) {
 }
 
 template <class P>
-void lammps(const std::string& text, const LammpsOptions& options) {
+void read(const std::string& text, const LammpsOptions& options) {
   std::istringstream in(text);
   try {
     auto data = read_lammps_data<P>(in, options);
@@ -44,35 +43,16 @@ void lammps(const std::string& text, const LammpsOptions& options) {
     is_named(error);
   }
 }
-template <class P>
-void xyz(const std::string& text) {
-  std::istringstream in(text);
-  P particles{Eigen::Matrix<typename P::Scalar, P::dimensions, 1>::Ones().eval()};
-  ExtendedXyzReader frames{in, {"H", "He"}};
-  const auto* before = &particles.body();
-  auto r = particles.r;
-  try {
-    for (int k = 0; k < 4 && frames.next(particles); ++k) {
-      check(particles);
-      before = &particles.body(), r = particles.r;
-    }
-  } catch (const std::runtime_error& error) {
-    is_named(error);
-    demand(&particles.body() == before && fuzz::same_bits(particles.r, r), "a refused frame changes nothing");
-  }
-}
 
 }  // namespace
 
-// The first character says which reader, the rest is its text.
+// The first character says which style and which particles, the rest is the text.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
   const std::string text(reinterpret_cast<const char*>(data) + 1, size - 1);
   static const char* const styles[] = {"", "atomic", "sphere", "full"};
   const int mode = data[0] % 8;
-  if (mode < 4) lammps<Particles<double, 3, Spin>>(text, {.style = styles[mode]});
-  else if (mode == 4) lammps<Particles<float, 2>>(text, {});
-  else if (mode == 5) xyz<Particles<float, 2>>(text);
-  else xyz<Particles<double, 3, Spin, Temperature>>(text);
+  if (mode < 4) read<Particles<double, 3, Spin>>(text, {.style = styles[mode]});
+  else read<Particles<float, 2>>(text, {});
   return 0;
 }
