@@ -25,7 +25,7 @@
 #include "phistep/neighbors/domain.hpp"
 #include "phistep/neighbors/neighbor_list.hpp"
 #include "phistep/neighbors/radix_sort.hpp"
-#include "phistep/simd/prefetch.hpp"
+#include "phistep/simd/loop_hints.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

@@ -14,7 +14,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/neighbors/domain.hpp"
 #include "phistep/neighbors/neighbor_list.hpp"
-#include "phistep/simd/prefetch.hpp"
+#include "phistep/simd/loop_hints.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

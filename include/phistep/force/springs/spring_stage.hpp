@@ -15,7 +15,7 @@
 
 #include "phistep/core/shares.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/simd/prefetch.hpp"
+#include "phistep/simd/loop_hints.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
