@@ -57,7 +57,7 @@ TEST_CASE("the rules, one by one") {
   CHECK(choice(beam, true) == "rodas5p");
   beam.rtol = 1e-6;
   CHECK(choice(beam, true) == "radau");
-  CHECK(choice(scene(1000, 1e-2, Structure::block_tridiagonal), true) == "rodas4p2");
+  CHECK(choice(scene(1000, 1e-2, Structure::banded), true) == "rodas4p2");
   CHECK(choice(scene(1000, 1e-5, Structure::banded), true) == "rodas5p");
   CHECK(choice(scene(1000, 1e-6, Structure::banded), true) == "radau");
   CHECK(choice(scene(96, 1e-2, Structure::sparse), true) == "radau");

@@ -5,7 +5,6 @@
 // IWYU pragma: begin_exports
 
 #include "phistep/jacobian/product.hpp"
-#include "phistep/krylov/block_diagonal.hpp"
 #include "phistep/krylov/preconditioned_system.hpp"
 #include "phistep/krylov/product_system.hpp"
 #include "phistep/phistep.hpp"

@@ -26,7 +26,6 @@
 #include "phistep/integrate.hpp"
 #include "phistep/linear/mass.hpp"
 #include "phistep/matrix/banded_system.hpp"
-#include "phistep/matrix/block_tridiagonal_system.hpp"
 #include "phistep/observe/at_times.hpp"
 #include "phistep/observe/completed_step.hpp"
 #include "phistep/observe/event.hpp"

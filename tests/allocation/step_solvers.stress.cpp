@@ -1,4 +1,4 @@
-// No heap allocation of ours in `step` after construction: bands, blocks, sparse and Krylov solvers. The quick half:
+// No heap allocation of ours in `step` after construction: bands, sparse and Krylov solvers. The quick half:
 // step.test.cpp.
 #define EIGEN_RUNTIME_NO_MALLOC  // a second, independent witness: Eigen asserts where it allocates
 #include "allocation/step_cases.hpp"
@@ -12,15 +12,11 @@
 #include <iostream>
 #include <string>
 
-struct BlockChain : AnalyticChain {
-  [[maybe_unused]] static constexpr Structure structure = Structure::block_tridiagonal;
-  [[maybe_unused]] static constexpr int block = 3;
-};
 struct PatternedChain : Chain {
   static constexpr Structure structure = Structure::banded;
   [[nodiscard]] static ColumnPattern pattern(Eigen::Index n) { return band_pattern(n, 1, 1); }
 };
-TEST_CASE("bands, blocks and differences by colour: nothing after the first step, which finds the band") {
+TEST_CASE("bands and differences by colour: nothing after the first step, which finds the band") {
   const auto check = [](auto force, Eigen::Index n) {
     Dynamic y = Dynamic::LinSpaced(n, -1, 1);
     PhiStepper stepper{y, force, trapezoidal};
@@ -28,15 +24,13 @@ TEST_CASE("bands, blocks and differences by colour: nothing after the first step
     CHECK(stepper.statistics().factorizations >= 11);
   };
   check(BandedChain{}, 500);
-  check(BlockChain{}, 499);
-  check(BlockChain{}, 501);
   check(PatternedChain{}, 500);
   auto y = motion(500);
   PhiStepper stepper{y, PatternedChain{}, trapezoidal};
   CHECK(allocations(y, stepper, 1) == 0);
 }
 
-TEST_CASE("Radau over bands, blocks and sparse matrices: nothing after the first step, which finds the pattern") {
+TEST_CASE("Radau over bands and sparse matrices: nothing after the first step, which finds the pattern") {
   const auto check = [](auto force, Eigen::Index n) {
     Dynamic y = Dynamic::LinSpaced(n, -1, 1);
     PhiStepper stepper{y, force, radau};
@@ -44,7 +38,6 @@ TEST_CASE("Radau over bands, blocks and sparse matrices: nothing after the first
     CHECK(stepper.statistics().factorizations >= 11);
   };
   check(BandedChain{}, 200);
-  check(BlockChain{}, 199);
   check(PatternedChain{}, 200);
   check(SparseChain{}, 200);
 }
@@ -93,7 +86,7 @@ TEST_CASE("preconditioned Krylov methods: nothing after the first step") {
     CHECK(stepper.statistics().factorizations == factorizations);
   };
   check(newton<PreconditionedCg<IncompleteCholesky>>());
-  check(newton<PreconditionedCg<ModifiedIncompleteCholesky<>>>(), 11);  // one for each W
+  check(newton<PreconditionedBySymmetry>(), 11);  // one for each W
   check(newton<PreconditionedBicgstab<>>());
   check(newton<PreconditionedGmres<>>());
 }

@@ -35,7 +35,7 @@ TEST_CASE("Jacobians and scaled factors that are kept to a tolerance survive a r
 
 TEST_CASE("Rannacher's start goes on where it was") { check(even, start, steps(chain, rannacher(3))); }
 
-TEST_CASE("banded, block tridiagonal and sparse systems restart to the same bits") {
+TEST_CASE("banded and sparse systems restart to the same bits") {
   check(loosely(uneven), start, steps(banded(chain, 1, 1), tr_bdf2, tolerant()));
 }
 

@@ -14,10 +14,9 @@
 using namespace phistep;
 using namespace restart_cases;
 
-TEST_CASE("banded, block tridiagonal and sparse systems restart to the same bits") {
+TEST_CASE("banded and sparse systems restart to the same bits") {
   for (const Steps& s : {even, uneven}) {
     check(loosely(s), start, steps(banded(chain, 1, 1), tr_bdf2, tolerant()));
-    check(loosely(s), start, steps(block_tridiagonal<2>(chain), tr_bdf2, tolerant()));
     check(loosely(s), start, steps(sparsity(chain, tangent(start()).sparseView().eval()), tr_bdf2, tolerant()));
     const Statistics lu = check(loosely(s), start, steps(WithSparseJacobian{}, tr_bdf2, tolerant()));
     CHECK(lu.analyses == 1);
@@ -25,18 +24,6 @@ TEST_CASE("banded, block tridiagonal and sparse systems restart to the same bits
   }
   CHECK(check(even, start, steps(Thinning{}, trapezoidal)).analyses > 1);
   check({1e-3}, start, steps(WithSparseJacobian{}, trapezoidal));
-}
-
-TEST_CASE("a chain whose blocks need pivoting restarts to the same bits") {
-  // W = 1 − Δt A has zeros where block elimination wants pivots.
-  Mat W = Mat::Identity(6, 6);
-  W(0, 0) = W(1, 1) = 0, W(0, 1) = 2, W(1, 0) = -1, W(2, 2) = 1e-13, W(2, 4) = W(4, 2) = 1;
-  const Mat A = Mat::Identity(6, 6) - W;
-  const auto force = block_tridiagonal<2>(
-      shared_force::OfState<Vec>([A](const Vec& y) -> Vec { return A * y - 1e-3 * y.cwiseProduct(y); }));
-  const auto s = check(
-      loosely({1.0, true, 12}), [] { return start_of(6); }, steps(force, backward_euler, tolerant()));
-  CHECK(s.fallbacks > 0);
 }
 
 TEST_CASE("symmetric systems restart to the same bits, and so do the users' own solvers") {

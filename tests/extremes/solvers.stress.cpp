@@ -72,7 +72,6 @@ void each_solver(const Mat& K, const Vec& m, double h, auto&& f) {
   f("dense LU, affine", judge(PhiStepper{y, linear(K), backward_euler, masses}, y, K, m, h));
   f("dense LU, differences", judge(PhiStepper{y, field, backward_euler, masses}, y, K, m, h));
   f("banded LU", judge(PhiStepper{y, banded(field, 1, 1), backward_euler, masses}, y, K, m, h));
-  f("block LU", judge(PhiStepper{y, block_tridiagonal<1>(field), backward_euler, masses}, y, K, m, h));
   f("sparse LU", judge(PhiStepper{y, linear(S), backward_euler, masses}, y, K, m, h));
   f("sparse LDLT", judge(PhiStepper{y, symmetric(linear(S)), backward_euler, masses}, y, K, m, h));
   f("Eigen's CG", judge(PhiStepper{y, linear(S), backward_euler, masses,

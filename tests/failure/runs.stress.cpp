@@ -124,7 +124,6 @@ TEST_CASE("every way to solve") {
     group.add(label, machine(start, stepper, 0.6, fixed(0.1)), Site::force, numbers, to_rounding);
   };
   go("banded", flow, with(banded(Chain{}, 1, 0), trapezoidal));
-  go("block_tridiagonal", flow, with(block_tridiagonal<2>(Chain{}), backward_euler));
   go("fixed_point", flow, with(Chain{}, trapezoidal, fixed_point()));
   go("linearly_implicit", flow, with(Chain{}, trapezoidal, linearly_implicit()));
   Promise by_solver = to_rounding;

@@ -33,8 +33,6 @@ TEST_CASE("annotations are seen through each other, through term(…) and throug
   using Both = decltype(affine(symmetric(banded(hooke, 1, 1))));
   static_assert(OfVector<Both>::is_affine && OfVector<Both>::is_symmetric && OfVector<Both>::has_pattern);
   static_assert(OfVector<Both>::structure == Structure::banded);
-  using Chain = decltype(block_tridiagonal<2>(hooke));
-  static_assert(OfVector<Chain>::structure == Structure::block_tridiagonal && OfVector<Chain>::block == 2);
   using Annotated = decltype(affine(term(hooke) + LinearDrag{1}));
   static_assert(OfMotion<Annotated>::is_affine && OfMotion<Annotated>::uses_velocity);
   static_assert(!OfMotion<decltype(term(hooke) + LinearDrag{1})>::is_affine);
@@ -42,11 +40,11 @@ TEST_CASE("annotations are seen through each other, through term(…) and throug
   CHECK(Callable<double (*)(double)>{&one}(0) == 1);  // functions, too
 }
 
-TEST_CASE("patterns: a band, a chain of blocks with a short last one, a sparse matrix") {
+TEST_CASE("patterns: a band, blocks with a short last one, a sparse matrix") {
   const ColumnPattern band = band_pattern(4, 1, 0);
   CHECK(band.start == std::vector<Eigen::Index>{0, 2, 4, 6, 7});
   CHECK(band.row == std::vector<Eigen::Index>{0, 1, 1, 2, 2, 3, 3});
-  const ColumnPattern chain = block_tridiagonal<2>(hooke).pattern(5);
+  const ColumnPattern chain = band_pattern(5, 1, 1, 2);
   CHECK(chain.columns() == 5);
   CHECK(chain.row.size() == 4 + 4 + 5 + 5 + 3);
   const ColumnPattern from = pattern_of(Sparse(Mat::Identity(3, 3).sparseView()));

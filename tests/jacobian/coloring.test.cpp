@@ -52,15 +52,6 @@ TEST_CASE("a band takes as many colours as it has diagonals, whatever its length
       }
 }
 
-TEST_CASE("a chain of blocks takes three colours a component of its block") {
-  const auto chain = block_tridiagonal<3>([] {});
-  for (const Index n : {9, 10, 11, 300}) {
-    const ColumnColoring coloring(chain.pattern(n), n);
-    check_valid(coloring, chain.pattern(n));
-    CHECK(coloring.colors() == 9);
-  }
-}
-
 TEST_CASE("an arrow takes as many colours as its full row has entries") {
   // Row 0 sees every column: nothing to be saved. Column 0 alone, its transpose: two colours.
   std::vector<std::vector<Index>> full_row{{0}}, full_column{{0}};

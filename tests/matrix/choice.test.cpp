@@ -43,7 +43,6 @@ TEST_CASE("choice: each row is the first that takes some matrix") {
   static_assert(kind({.structure = network, .block = 3}) == SystemKind::sparse_either);  // dashpots, say
   static_assert(kind({.structure = network, .symmetric = true, .block = 4}) == SystemKind::sparse_either);
   static_assert(kind({.structure = network, .n = 27, .block = 3}) == SystemKind::sparse_either);
-  static_assert(kind({.structure = block_tridiagonal, .block = 2}) == SystemKind::block_tridiagonal);
   static_assert(kind({.structure = banded, .symmetric = true}) == SystemKind::banded);
   static_assert(kind({.structure = sparse, .symmetric = true}) == SystemKind::symmetric_sparse);
   static_assert(kind({.structure = sparse}) == SystemKind::sparse_either);

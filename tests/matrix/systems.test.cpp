@@ -5,7 +5,7 @@
 using namespace systems_cases;
 
 TEMPLATE_TEST_CASE("solves with W, again with new values, again with a new pattern", "", DenseFixed, DenseDynamic,
-                   Diagonal, Banded, Blocks1, Blocks3, Blocks5, Lu, SymmetricSparse, SeekingSymmetry, Ldlt) {
+                   Diagonal, Banded, Lu, SymmetricSparse, SeekingSymmetry, Ldlt) {
   SystemOf<TestType> system;
   check_new_values_and_patterns(system);
 }
@@ -15,8 +15,8 @@ TEMPLATE_TEST_CASE("an unchanged pattern is analysed once", "", Lu, SymmetricSpa
   check_one_analysis(system);
 }
 
-TEMPLATE_TEST_CASE("says that a matrix is singular", "", DenseFixed, DenseDynamic, Diagonal, Banded, Blocks1, Blocks3,
-                   Blocks5, Lu, SymmetricSparse, SeekingSymmetry) {
+TEMPLATE_TEST_CASE("says that a matrix is singular", "", DenseFixed, DenseDynamic, Diagonal, Banded, Lu,
+                   SymmetricSparse, SeekingSymmetry) {
   SystemOf<TestType> system;
   check_singular(system);
 }
@@ -26,8 +26,7 @@ TEMPLATE_TEST_CASE("a solver for definite matrices refuses an indefinite one", "
   check_indefinite(system);
 }
 
-TEMPLATE_TEST_CASE("finds a tangent that is not finite", "", DenseFixed, DenseDynamic, Diagonal, Banded, Blocks1,
-                   Blocks3, Blocks5, Lu) {
+TEMPLATE_TEST_CASE("finds a tangent that is not finite", "", DenseFixed, DenseDynamic, Diagonal, Banded, Lu) {
   SystemOf<TestType> system;
   check_not_finite(system);
 }

@@ -3,7 +3,6 @@
 // What systems.test.cpp and its full half share.
 
 #include <phistep/matrix/banded_system.hpp>
-#include <phistep/matrix/block_tridiagonal_system.hpp>
 #include <phistep/matrix/dense_system.hpp>
 #include <phistep/matrix/sparse/sparse_system.hpp>
 #include <phistep/matrix/sparse/symmetric_sparse_system.hpp>
@@ -30,9 +29,6 @@ using DenseFixed = DenseSystem<double, n, true, true>;
 using DenseDynamic = DenseSystem<double, Eigen::Dynamic, true, true>;
 using Diagonal = DiagonalSystem<double, n, true, true>;
 using Banded = BandedSystem<double, true, true>;
-using Blocks1 = BlockTridiagonalSystem<double, 1, true, true>;
-using Blocks3 = BlockTridiagonalSystem<double, 3, true, true>;
-using Blocks5 = BlockTridiagonalSystem<double, 5, true, true>;  // the last block isn't full
 using Lu = SparseSystem<double, Eigen::SparseLU<Sparse>>;
 using Ldlt = SparseSystem<double, Eigen::SimplicialLDLT<Sparse>>;
 using SymmetricSparse = SymmetricSparseSystem<double, Symmetry::promised, false>;

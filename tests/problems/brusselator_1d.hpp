@@ -11,7 +11,7 @@ namespace problems {
 
 /// The Brusselator with diffusion in one dimension (Hairer & Wanner, Solving ODEs II, sect. IV.10, BRUSS), A = 1, B = 3,
 /// α = 1/50, at 500 inner points: u_t = A + u²v − (B+1) u + α u_xx, v_t = B u − u²v + α v_xx; u = 1 and v = 3 at both
-/// ends. Unknowns u₀ v₀ u₁ v₁ …: a chain of blocks of two.
+/// ends. Unknowns u₀ v₀ u₁ v₁ …: a band.
 struct Brusselator1D : phistep::ForceTerm {
   using State = Eigen::VectorXd;
   static constexpr int points = 500;
@@ -19,8 +19,7 @@ struct Brusselator1D : phistep::ForceTerm {
   static constexpr double diffusion = 0.02 * (points + 1) * (points + 1);  // α/Δx²
 
   static constexpr bool uses_time = false;
-  static constexpr phistep::Structure structure = phistep::Structure::block_tridiagonal;
-  static constexpr int block = 2;
+  static constexpr phistep::Structure structure = phistep::Structure::banded;
 
   [[nodiscard]] static State start() {
     State y(2 * points);

@@ -21,8 +21,7 @@ struct MedicalAkzo : phistep::ForceTerm {
   double inflow = 2;  // u₀
 
   static constexpr bool uses_time = false;
-  static constexpr phistep::Structure structure = phistep::Structure::block_tridiagonal;
-  static constexpr int block = 2;
+  static constexpr phistep::Structure structure = phistep::Structure::banded;
 
   explicit MedicalAkzo(double u0) : inflow{u0} {}
   [[nodiscard]] static State start() {

@@ -49,7 +49,7 @@ struct Chain {
   }
 };
 
-/// 11. Dense, banded, block tridiagonal and sparse LU, LDLᵀ, Krylov and fixed-point iteration end at one solution.
+/// 11. Dense, banded and sparse LU, LDLᵀ, Krylov and fixed-point iteration end at one solution.
 ///
 /// W is diagonally dominant by rows, ‖W⁻¹‖ ≤ 1: rounding in the residual, n u of Δt·Σ|Ψ| ≤ u·(1 + Δt·stiffness)·|y| a
 /// component, is all that is left of Newton's iteration, whatever the matrix was solved by.
@@ -80,7 +80,6 @@ inline void solvers(Source& source) {
     source.bound((y - dense).cwiseAbs().maxCoeff(), times * allowed, std::string(name) + " differs from dense LU");
   };
   agree("banded LU", by("banded", banded(f, 1, 1)));
-  agree("block tridiagonal LU", by("block tridiagonal", block_tridiagonal<2>(f)));
   agree("sparse LU", by("sparse", sparsity(f, f.pattern())));
   if (symmetric_one) agree("sparse LDLT", by("symmetric", symmetric(sparsity(f, f.pattern()))));
   agree("Krylov", by("Krylov", f, newton<MatrixFree<Eigen::BiCGSTAB>>()));

@@ -19,7 +19,6 @@ TEST_CASE("every structure gives the same bound") {
     check("affine", affine(ChainForce{k}), 1e-10);
     check("symmetric", symmetric(ChainForce{k}), 1e-5);
     check("banded", banded(ChainForce{k}, 1, 1), 1e-5);
-    check("block tridiagonal", block_tridiagonal<2>(ChainForce{k}), 1e-5);
     check("sparsity", sparsity(ChainForce{k}, chain_matrix(n, 1)), 1e-5);
     check("a sum", term(ChainForce{k}) + UniformForce{Eigen::Matrix<double, 1, 1>{1}}, 1e-5);
     check("by reference", std::ref(*new ChainForce{k}), 1e-5);

@@ -128,7 +128,7 @@ struct StiffLimits {
     case Structure::dense:
       break;
     default:
-      return {2e-3, 3e-6};  // Brusselator and medical Akzo, chains of blocks; Plate, a band
+      return {2e-3, 3e-6};  // Brusselator, medical Akzo and Plate, bands
   }
   if (scene.has_sparse_lu) return {5e-4, 3e-11};  // Pollution: radau has no such elimination
   if (scene.unknowns <= 10) return {5e-4, 3e-5};  // Robertson, van der Pol, HIRES, Oregonator, E5

@@ -8,14 +8,13 @@ namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Structure of a tangent.
 enum class Structure {
-  none,               ///< identically zero: a constant force
-  diagonal,           ///< each component depends on itself only: linear drag
-  local,              ///< each particle depends on itself only: blocks of a few rows, none beside the diagonal
-  network,            ///< pairs of particles that act on each other: springs, pair forces
-  block_tridiagonal,  ///< a chain of equal blocks that see their two neighbours
-  banded,             ///< nothing far from the diagonal: one-dimensional grids
-  dense,              ///< anything may depend on anything
-  sparse,             ///< few entries a row: grids, circuits
+  none,      ///< identically zero: a constant force
+  diagonal,  ///< each component depends on itself only: linear drag
+  local,     ///< each particle depends on itself only: blocks of a few rows, none beside the diagonal
+  network,   ///< pairs of particles that act on each other: springs, pair forces
+  banded,    ///< nothing far from the diagonal: one-dimensional grids and chains
+  dense,     ///< anything may depend on anything
+  sparse,    ///< few entries a row: grids, circuits
 };
 
 /// The structure of a sum: the least general one that holds both.

@@ -158,26 +158,12 @@ struct Banded : Callable<F> {
   }
   [[nodiscard]] ColumnPattern pattern(Eigen::Index n) const { return band_pattern(n, lower, upper); }
 };
-/// Declares that component i depends on components i − lower … i + upper only.
+/// Declares that component i depends on components i − lower … i + upper only. A chain of groups of b components, each
+/// depending on itself and its two neighbours, has lower = upper = 2b − 1.
 /// @throws std::invalid_argument where a bandwidth is negative
 template <class F>
 [[nodiscard]] Banded<F> banded(F f, Eigen::Index lower, Eigen::Index upper) {
   return {std::move(f), lower, upper};
-}
-
-/// A force whose tangents are chains of b×b blocks.
-template <int b, class F>
-struct BlockTridiagonal : Callable<F> {
-  static_assert(b > 0);
-  static constexpr Structure structure = Structure::block_tridiagonal;
-  static constexpr int block = b;
-  using Callable<F>::Callable;
-  [[nodiscard]] static ColumnPattern pattern(Eigen::Index n) { return band_pattern(n, 1, 1, b); }
-};
-/// Declares that the state is a chain of groups of b components, each depending on itself and its two neighbours only.
-template <int b, class F>
-[[nodiscard]] constexpr BlockTridiagonal<b, F> block_tridiagonal(F f) {
-  return BlockTridiagonal<b, F>{std::move(f)};
 }
 
 }}  // namespace phistep::PHISTEP_ABI

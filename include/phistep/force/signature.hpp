@@ -116,7 +116,7 @@ template <class View>
   }
   return 0;
 }
-/// Rows of one particle's (or chain link's) block of the tangent, 0 where the force names none; a network that leaves it to
+/// Rows of one particle's block of the tangent, 0 where the force names none; a network that leaves it to
 /// the state has that of its particles.
 template <class F, class View>
 [[nodiscard]] consteval int block_of() {

@@ -1,7 +1,8 @@
 /// @file
 /// The step's matrix W = M − γ_f C − γ_f γ_d K, sparse, solved by a preconditioned Krylov method:
 ///
-///     newton<PreconditionedCg<ModifiedIncompleteCholesky<>>>()    W symmetric positive definite
+///     newton<PreconditionedBySymmetry>()                          conjugate gradients or BiCGSTAB (eisenstat.hpp)
+///     newton<PreconditionedCg<IncompleteCholesky>>()              W symmetric positive definite
 ///     newton<PreconditionedBicgstab<Eigen::IncompleteLUT<double>>>()
 ///     newton<PreconditionedGmres<>>()                             by W's diagonal
 ///
@@ -21,7 +22,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <concepts>
 #include <type_traits>
 
 #include "phistep/core/arithmetic.hpp"
@@ -29,9 +29,7 @@
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/krylov/eisenstat.hpp"
-#include "phistep/krylov/eisenstat_stab.hpp"
 #include "phistep/krylov/methods.hpp"
-#include "phistep/krylov/modified_incomplete_cholesky.hpp"
 #include "phistep/krylov/preconditioned_krylov.hpp"
 #include "phistep/matrix/choice.hpp"
 #include "phistep/matrix/own_solver.hpp"
@@ -63,7 +61,7 @@ class PreconditionedSystem : public SparseAssembly<Scalar, has_K, has_C> {
     drop();
   }
   /// False in a copy that has a preconditioner to make.
-  [[nodiscard]] bool has_solver() const { return is_two_sided_ || p_; }
+  [[nodiscard]] bool has_solver() const { return fits_ || p_; }
   void forget_pattern() {
     drop();
     Assembly::forget_pattern();
@@ -82,17 +80,16 @@ class PreconditionedSystem : public SparseAssembly<Scalar, has_K, has_C> {
       const bool is_new = settle(masses);
       is_settled_ = false;
       this->assemble(masses, gamma_force, gamma_drift);
-      if constexpr (may_be_two_sided) {
+      if constexpr (is_either) {
         if (is_new) {
           p_.drop();
-          fits_ = two_sided_.analyze(this->matrix());
+          fits_ = eisenstat_.analyze(this->matrix());
           if (fits_) ++statistics.analyses;
         }
-        const auto found = fits_ ? two_sided_.factorize(this->matrix()) : Two::Found::unsymmetric;
-        is_two_sided_ = fits_ && (is_either || found != Two::Found::unsymmetric);
-        if (is_two_sided_) ++statistics.factorizations;
-        if (found == Two::Found::indefinite) return Outcome::not_positive_definite;
-        if (is_two_sided_) return Outcome::success;
+        if (fits_) {
+          ++statistics.factorizations;
+          return eisenstat_.factorize(this->matrix()) ? Outcome::success : Outcome::not_positive_definite;
+        }
       }
       return precondition_anew(is_new || !p_, gamma_force, gamma_drift, statistics);
     } catch (...) {
@@ -126,8 +123,8 @@ class PreconditionedSystem : public SparseAssembly<Scalar, has_K, has_C> {
   /// … to an error of about `absolute` in the weighted norm. @param weigh  weigh(w) sets the weights
   [[nodiscard]] Outcome solve_within(auto& x, double absolute, auto&& weigh, Statistics& statistics) {
     const KrylovGoal goal{absolute, 8 * static_cast<double>(Eigen::NumTraits<Scalar>::epsilon())};
-    if constexpr (may_be_two_sided)
-      if (is_two_sided_) return finish(two_sided_.solve_within(with_limit(goal, x.size()), x, weigh), x, statistics);
+    if constexpr (is_either)
+      if (fits_) return finish(eisenstat_.solve_within(with_limit(goal, x.size()), x, weigh), x, statistics);
     weights_.resize(x.size());
     weigh(weights_);
     r_ = x;
@@ -137,9 +134,9 @@ class PreconditionedSystem : public SparseAssembly<Scalar, has_K, has_C> {
 
   /// x ← P⁻¹ x, b ← W x
   void approximate(auto& x, auto& b) {
-    if constexpr (may_be_two_sided)
-      if (is_two_sided_) {
-        two_sided_.precondition(x);
+    if constexpr (is_either)
+      if (fits_) {
+        eisenstat_.precondition(x);
         return multiply(x, b);
       }
     precondition(x, b);
@@ -163,15 +160,11 @@ class PreconditionedSystem : public SparseAssembly<Scalar, has_K, has_C> {
   [[nodiscard]] const Vector& weights() const { return weights_; }
 
  private:
-  static constexpr bool may_be_two_sided =
-      is_either || (is_symmetric && std::same_as<P, ModifiedIncompleteCholesky<Scalar>>);
   struct Nothing {};
-  using Two = std::conditional_t<is_either, EisenstatStab<Scalar>,
-                                 std::conditional_t<may_be_two_sided, EisenstatCg<Scalar>, Nothing>>;
 
   void drop() {
     p_.drop();
-    is_two_sided_ = false;
+    fits_ = false;
   }
   [[nodiscard]] Outcome precondition_anew(bool is_due, Scalar gamma_force, Scalar gamma_drift, Statistics& statistics) {
     if (is_due) {
@@ -203,8 +196,8 @@ class PreconditionedSystem : public SparseAssembly<Scalar, has_K, has_C> {
   }
   [[nodiscard]] Outcome iterate(KrylovGoal goal, auto& x, Statistics& statistics) {
     goal = with_limit(goal, x.size());
-    if constexpr (may_be_two_sided)
-      if (is_two_sided_) return finish(two_sided_.solve(goal, r_, x), x, statistics);
+    if constexpr (is_either)
+      if (fits_) return finish(eisenstat_.solve(goal, r_, x), x, statistics);
     return finish(iteration_.solve(*this, goal, r_, x), x, statistics);
   }
   [[nodiscard]] Outcome finish(const KrylovEnd& end, const auto& x, Statistics& statistics) {
@@ -217,15 +210,15 @@ class PreconditionedSystem : public SparseAssembly<Scalar, has_K, has_C> {
   }
 
   Linear given_;
-  [[no_unique_address]] Two two_sided_;  // where W's pattern fits
-  OwnSolver<P> p_;                       // elsewhere
+  [[no_unique_address]] std::conditional_t<is_either, Eisenstat<Scalar>, Nothing> eisenstat_;  // where W's pattern fits
+  OwnSolver<P> p_;                                                                             // elsewhere
   KrylovIteration<Scalar, Linear::method> iteration_;
   Vector r_, b_, weights_;
-  Scalar made_for_{};                         // γ_f
-  int usual_ = -1;                            // iterations of the first solve with this preconditioner
-  bool is_tired_ = false;                     // it wants to be made anew
-  bool fits_ = false, is_two_sided_ = false;  // two_sided_: W's pattern; the last W, too
-  bool is_settled_ = false;                   // the pattern waits for its analysis
+  Scalar made_for_{};        // γ_f
+  int usual_ = -1;           // iterations of the first solve with this preconditioner
+  bool is_tired_ = false;    // it wants to be made anew
+  bool fits_ = false;        // eisenstat_ serves W's pattern
+  bool is_settled_ = false;  // the pattern waits for its analysis
 };
 
 template <MatrixFacts facts, class Scalar, class Solver, class Force>

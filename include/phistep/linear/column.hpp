@@ -11,9 +11,9 @@
 #include <cstdint>
 #include <limits>
 #include <type_traits>
-#include <utility>
 
 #include "phistep/core/version.hpp"
+#include "phistep/simd/loop_hints.hpp"
 #include "phistep/simd/pack_math.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
@@ -162,13 +162,7 @@ class Column<Scalar, 0, 0, widest, offset> {
   [[nodiscard]] static Scalar join(auto&, auto&) { return 0; }
 };
 
-/// f(0), f(1), …, f(count − 1), each argument a compile-time constant.
-template <int count>
-[[gnu::always_inline]] constexpr void unrolled(auto&& f) {
-  [&]<int... i>(std::integer_sequence<int, i...>) { (f(std::integral_constant<int, i>{}), ...); }
-  (std::make_integer_sequence<int, count>{});
-}
-/// The same for the few rows that deserve it, else a loop.
+/// f(0), f(1), …, f(count − 1), unrolled for few rows.
 template <int count>
 [[gnu::always_inline]] constexpr void each(auto&& f) {
   if constexpr (count <= 3) unrolled<count>(f);

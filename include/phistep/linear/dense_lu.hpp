@@ -13,6 +13,7 @@
 
 #include "phistep/core/version.hpp"
 #include "phistep/linear/column.hpp"
+#include "phistep/simd/loop_hints.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

@@ -21,8 +21,8 @@ class BandTangent {
  public:
   using Index = Eigen::Index;
 
-  void resize(Index n, Index lower = 0, Index upper = 0) {
-    n_ = n, lower_ = lower, upper_ = upper;
+  void resize(Index n) {
+    n_ = n, lower_ = upper_ = 0;
     band_.resize(width(), n);
     outside_.clear();
   }
@@ -98,16 +98,6 @@ class BandTangent {
 
   /// −γ_f (C + γ_d K): the entry (i, j) in row upper + i − j, column j.
   [[nodiscard]] auto part(Scalar gamma_force, Scalar gamma_drift) const { return band_.part(gamma_force, gamma_drift); }
-  /// Its b×b block from (i, j) on, which has to lie within the band: a block's columns are one entry less apart than the band's.
-  template <int b>
-  [[nodiscard]] auto block(Index i, Index j, Scalar gamma_force, Scalar gamma_drift) const {
-    using Stride = Eigen::OuterStride<>;
-    using Block = Eigen::Map<const Eigen::Matrix<Scalar, b, b>, 0, Stride>;
-    return band_.part(gamma_force, gamma_drift,
-                      [at = j * width() + upper_ + i - j, stride = width() - 1](const Matrix& band) {
-                        return Block(band.data() + at, Stride(stride));
-                      });
-  }
   /// The largest entry of K, 0 where there is none.
   [[nodiscard]] double largest_K() const {
     if constexpr (has_K) return largest(band_.K);

@@ -23,9 +23,8 @@ class BandedSystem : public Sizes {
   using Index = Eigen::Index;
   using Tangent = BandTangent<Scalar, has_K, has_C>;
 
-  /// @param lower,upper  a band that is expected, to spare its search
-  void resize(Index n, Index lower = 0, Index upper = 0) {
-    tangent_.resize(n, lower, upper);
+  void resize(Index n) {
+    tangent_.resize(n);
     lu_ = {};
     knows_masses_ = false;
   }

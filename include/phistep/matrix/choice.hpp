@@ -23,7 +23,7 @@ struct MatrixFacts {
   bool stages = false;          ///< each factorization serves several solves
   bool iterated = false;        ///< Newton's iteration corrects what the matrix's error leaves
   bool shifted = false;         ///< with K and C several complex matrices are factorized (lane_system.hpp)
-  int block = 0;                ///< rows of a particle's or a chain link's block, 0 where there is none
+  int block = 0;                ///< rows of a particle's block, 0 where there is none
   bool differenced = false;     ///< K and C are made by differences: symmetric, if at all, only to their accuracy
   bool static_pattern = false;  ///< the entries of W are known one by one, and spare half of an elimination
   bool own_solver = false;      ///< the user named a class with Eigen's sparse solver interface
@@ -41,7 +41,6 @@ enum class SystemKind {
   static_pattern,
   edges,
   dense,
-  block_tridiagonal,
   banded,
   symmetric_sparse,
   sparse_either,
@@ -85,8 +84,6 @@ inline constexpr auto systems = std::to_array<SystemRow>({
        return W.structure == Structure::dense || W.structure == Structure::local ||
               (W.structure == Structure::network && W.n != Eigen::Dynamic && W.n <= small_network);
      }},
-    {SystemKind::block_tridiagonal, "block tridiagonal LU", "`block_tridiagonal`: chains of equal blocks",
-     [](const MatrixFacts& W) { return W.structure == Structure::block_tridiagonal; }},
     {SystemKind::banded, "banded LU", "`banded`: nothing far from the diagonal",
      [](const MatrixFacts& W) { return W.structure == Structure::banded; }},
     {SystemKind::symmetric_sparse, "sparse LDLT", "`symmetric` sparse ones; LU where it turns out indefinite",

@@ -156,7 +156,7 @@ class BandedLaneSystem {
 
  private:
   [[nodiscard]] bool is_inside(Index i, Index j) const { return i - j <= lu_.lower() && j - i <= lu_.upper(); }
-  /// To the diagonals that aren't zero: a chain of b×b blocks need not fill all 2b − 1 on either side.
+  /// To the diagonals that aren't zero: a chain of groups of b need not fill all 2b − 1 on either side.
   void widen(auto& system, const auto& masses) {
     Index lower = lu_.lower(), upper = lu_.upper();
     const auto include = [&](Index i, Index j) {
@@ -185,8 +185,5 @@ template <MatrixFacts facts, class Scalar, int lanes>
 class LaneSystem<SystemKind::particles, facts, Scalar, lanes> : public BandedLaneSystem<facts, Scalar, lanes> {};
 template <MatrixFacts facts, class Scalar, int lanes>
 class LaneSystem<SystemKind::banded, facts, Scalar, lanes> : public BandedLaneSystem<facts, Scalar, lanes> {};
-template <MatrixFacts facts, class Scalar, int lanes>
-class LaneSystem<SystemKind::block_tridiagonal, facts, Scalar, lanes> : public BandedLaneSystem<facts, Scalar, lanes> {
-};
 
 }}  // namespace phistep::PHISTEP_ABI

@@ -17,9 +17,9 @@
 #include "phistep/core/version.hpp"
 #include "phistep/neighbors/cell_order.hpp"
 #include "phistep/neighbors/neighbor_list.hpp"
+#include "phistep/simd/loop_hints.hpp"
 #include "phistep/simd/pack.hpp"
 #include "phistep/simd/pack_math.hpp"
-#include "phistep/simd/unrolled.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -217,10 +217,10 @@ class ListBuilder {
   template <class Number>
   Number* filter(const P* x, std::int32_t first, std::int32_t last, P square, std::int32_t base, Number* out) const {
     const double* at[dim];
-    detail::unrolled<dim>([&](auto a) { at[a] = order_.x(a); });
+    unrolled<dim>([&](auto a) { at[a] = order_.x(a); });
     for (std::int32_t s = first; s < last; s += P::width) {
       P d2{0};
-      detail::unrolled<dim>([&](auto a) {
+      unrolled<dim>([&](auto a) {
         const P apart = x[a] - P::load(at[a] + s);
         d2 = fma(apart, apart, d2);
       });
@@ -242,7 +242,7 @@ class ListBuilder {
       return out + std::popcount(bits);
     }
 #endif
-    detail::unrolled<P::width>([&](auto l) {
+    unrolled<P::width>([&](auto l) {
       *out = static_cast<Number>(s + l);
       out += bits >> l & 1u;
     });

@@ -16,9 +16,9 @@
 
 #include "phistep/core/shares.hpp"
 #include "phistep/core/version.hpp"
+#include "phistep/simd/loop_hints.hpp"
 #include "phistep/simd/pack.hpp"
 #include "phistep/simd/pack_math.hpp"
-#include "phistep/simd/unrolled.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI { namespace detail {
 

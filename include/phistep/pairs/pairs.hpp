@@ -29,9 +29,9 @@
 #include "phistep/neighbors/places.hpp"
 #include "phistep/pairs/pair_laws.hpp"
 #include "phistep/simd/dual.hpp"
+#include "phistep/simd/loop_hints.hpp"
 #include "phistep/simd/pack.hpp"
 #include "phistep/simd/pack_math.hpp"
-#include "phistep/simd/unrolled.hpp"
 #include "phistep/state/active_set.hpp"
 #include "phistep/state/block.hpp"
 
@@ -106,13 +106,13 @@ class Pairs : public ForceTerm {
       Scalar* const to = force + std::ptrdiff_t{S::dim} * particle;
       prefetch(to);
       P f[S::dim];
-      detail::unrolled<S::dim>([&](auto a) { f[a] = P{0}; });
+      unrolled<S::dim>([&](auto a) { f[a] = P{0}; });
       for_each_pack<S, P>(row, chunk, [&](const P* d, P r2, auto&&... tags) {
         const P g = select(r2 < rc2, P{law(min(r2, rc2), tags...)}, P{0});
-        detail::unrolled<S::dim>([&](auto a) { f[a] = fma(g, d[a], f[a]); });
+        unrolled<S::dim>([&](auto a) { f[a] = fma(g, d[a], f[a]); });
       });
       const Scalar* const x = place<Scalar>(row.slot);
-      detail::unrolled<S::dim>([&](auto a) { to[a] += sum(f[a]) + (x[a] - x[a]); });  // NaN where the position is none
+      unrolled<S::dim>([&](auto a) { to[a] += sum(f[a]) + (x[a] - x[a]); });  // NaN where the position is none
     });
   }
   void commit(auto /*t*/, const auto& /*y*/, Memory& memory) const {
@@ -231,7 +231,7 @@ class Pairs : public ForceTerm {
       const Scalar* const from = counted ? all + std::ptrdiff_t{4} * chunk.base[part] : few;
       for (; k < row.ends[part]; k += P::width) {
         if (!counted)
-          detail::unrolled<P::width>([&](auto l) {
+          unrolled<P::width>([&](auto l) {
             const std::ptrdiff_t slot = chunk.slots[static_cast<std::size_t>(row.first + k + l)];
             Pack<Scalar, 4>::load(all + 4 * slot).store(few + 4 * l);
           });

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <initializer_list>
+#include <type_traits>
 #if (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__)
 #include <cpuid.h>
 #endif
@@ -35,6 +36,16 @@
 #endif
 
 namespace phistep { inline namespace PHISTEP_ABI {
+
+/// f(0), f(1) … f(n − 1) with constants for arguments, so that arrays of packs stay in registers: at -O2 g++ 12 leaves
+/// `for (int a = 0; a < 3; ++a)` a loop, and what it indexes in memory.
+template <int n, int k = 0, class F>
+[[gnu::always_inline]] constexpr void unrolled(F&& f) {
+  if constexpr (k < n) {
+    f(std::integral_constant<int, k>{});
+    unrolled<n, k + 1>(f);
+  }
+}
 
 /// Fetches into the caches what is read a little later. In the user's order, neighbours may be anywhere: with a million in
 /// random order, a step of pairs without it takes 1.5 times as long.

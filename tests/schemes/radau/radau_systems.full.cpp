@@ -7,7 +7,7 @@
 
 using namespace radau_systems_cases;
 
-TEST_CASE("a band, a chain of blocks, a sparse matrix: the steps of a dense one, to rounding") {
+TEST_CASE("a band, a sparse matrix: the steps of a dense one, to rounding") {
   for (const double rtol : {1e-3, 1e-6, 1e-9}) {
     CAPTURE(rtol);
     check_same(controlled(Chain<Structure::sparse>::start(), symmetric(Chain<Structure::sparse>{}), rtol),
@@ -17,7 +17,6 @@ TEST_CASE("a band, a chain of blocks, a sparse matrix: the steps of a dense one,
 
 TEST_CASE("patterns that are declared: differences by colours, the same answer") {
   const Ended dense = controlled(Chain<Structure::dense>::start(), Chain<Structure::dense>{}, 1e-8);
-  check_close(block_tridiagonal<2>(chain), dense);
   check_close(symmetric(sparsity(chain, tridiagonal())), dense);
 }
 
@@ -25,8 +24,6 @@ TEST_CASE("motions: bands, chains, sparse matrices, networks of springs") {
   for (const double rtol : {1e-4, 1e-8}) {
     CAPTURE(rtol);
     const Ended dense = controlled(Beads<Structure::dense>::start(), Beads<Structure::dense>{}, rtol);
-    check_same(controlled(Beads<Structure::block_tridiagonal>::start(), Beads<Structure::block_tridiagonal>{}, rtol),
-               dense);
     check_same(controlled(Beads<Structure::sparse>::start(), Beads<Structure::sparse>{}, rtol), dense);
     check_same(controlled(Beads<Structure::sparse>::start(), symmetric(Beads<Structure::sparse>{}), rtol), dense);
   }

@@ -29,13 +29,11 @@ struct Anchored : ForceTerm {
 
 }  // namespace
 
-TEST_CASE("a band, a chain of blocks, a sparse matrix: the steps of a dense one, to rounding") {
+TEST_CASE("a band, a sparse matrix: the steps of a dense one, to rounding") {
   for (const double rtol : {1e-3, 1e-6, 1e-9}) {
     CAPTURE(rtol);
     const Ended dense = controlled(Chain<Structure::dense>::start(), Chain<Structure::dense>{}, rtol);
     check_same(controlled(Chain<Structure::banded>::start(), Chain<Structure::banded>{}, rtol), dense);
-    check_same(controlled(Chain<Structure::block_tridiagonal>::start(), Chain<Structure::block_tridiagonal>{}, rtol),
-               dense);
     const Ended sparse = controlled(Chain<Structure::sparse>::start(), Chain<Structure::sparse>{}, rtol);
     check_same(sparse, dense);
     CHECK(sparse.counts.analyses == 1);
@@ -60,7 +58,6 @@ TEST_CASE("orders 5 and 9 over every system") {
   // D = 1: little of it is stiff.
   const auto all = [&](int stages, int least, double expected) {
     check_order(Chain<Structure::banded>(1), Chain<Structure::banded>::start(), stages, least, expected);
-    check_order(Chain<Structure::block_tridiagonal>(1), Chain<Structure::banded>::start(), stages, least, expected);
     check_order(Chain<Structure::sparse>(1), Chain<Structure::banded>::start(), stages, least, expected);
   };
   all(3, 4, 5);
