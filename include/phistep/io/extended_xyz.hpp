@@ -34,7 +34,6 @@ struct FrameInfo {
 };
 
 namespace detail {
-
 template <class T>
 void check_column(Eigen::Index n, const NamedColumn<T>& column) {
   const Eigen::Index size = T::IsVectorAtCompileTime ? column.content.size() : column.content.cols();
@@ -107,7 +106,6 @@ template <class P>
   origin.back() = periodic.back() = '"';
   return lattice_text((upper - lower).asDiagonal()) + "Origin=\"" + origin + " pbc=\"" + periodic + ' ';
 }
-
 }  // namespace detail
 
 /// Appends one frame: positions and velocities, both dim × N with dim ≤ 3 (missing coordinates are 0), and any number of
