@@ -17,6 +17,7 @@
 #include "phistep/contacts/contact_kernel.hpp"
 #include "phistep/contacts/springs/carried_springs.hpp"
 #include "phistep/contacts/springs/spring_table.hpp"
+#include "phistep/core/serial.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/particles/body.hpp"
 #include "phistep/simd/finite_witness.hpp"
@@ -29,12 +30,12 @@ struct ContactPairs {
   static constexpr std::size_t padding = 16;  ///< entries beyond the last pair, readable: a pack more
 
   ContactBodies<Scalar> bodies;
-  std::vector<std::int32_t> first, second;    ///< slots, of each pair and of the padding
-  std::vector<std::int32_t> row;              ///< pairs of slot s: row[s] … row[s + 1] − 1
-  std::vector<Scalar> built_at;               ///< positions when the pairs were found, 3 a slot [length]
-  Scalar skin = 0;                            ///< pairs within R_i + R_j + skin are here [length]
-  Scalar period[3] = {0, 0, 0};               ///< 0: the axis is open [length]
-  std::uint64_t number = next_body_serial();  ///< other pairs, another number
+  std::vector<std::int32_t> first, second;  ///< slots, of each pair and of the padding
+  std::vector<std::int32_t> row;            ///< pairs of slot s: row[s] … row[s + 1] − 1
+  std::vector<Scalar> built_at;             ///< positions when the pairs were found, 3 a slot [length]
+  Scalar skin = 0;                          ///< pairs within R_i + R_j + skin are here [length]
+  Scalar period[3] = {0, 0, 0};             ///< 0: the axis is open [length]
+  std::uint64_t number = next_serial();     ///< other pairs, another number
 
   [[nodiscard]] std::size_t places() const { return first.size() < padding ? 0 : first.size() - padding; }
   [[nodiscard]] bool has(std::int32_t place) const { return static_cast<std::size_t>(place) < places(); }

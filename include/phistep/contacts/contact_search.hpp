@@ -16,6 +16,7 @@
 
 #include "phistep/contacts/contact_kernel.hpp"
 #include "phistep/contacts/contact_pairs.hpp"
+#include "phistep/core/serial.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/neighbors/list_builder.hpp"
 #include "phistep/neighbors/neighbor_list.hpp"
@@ -93,7 +94,7 @@ class ContactSearch {
       std::copy_n(&placed[4 * s], 3, pairs.built_at.begin() + static_cast<std::ptrdiff_t>(3 * s));
     pairs.bodies.assign(body, std::move(order));
     pairs.skin = skin;
-    pairs.number = next_body_serial();
+    pairs.number = next_serial();
     sort(pairs);
   }
   /// Distances computed by the last search.

@@ -5,7 +5,6 @@
 #include <Eigen/Core>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <memory>
@@ -14,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "phistep/core/serial.hpp"
 #include "phistep/core/shares.hpp"
 #include "phistep/core/structure.hpp"
 #include "phistep/core/version.hpp"
@@ -22,13 +22,6 @@
 #include "phistep/state/active_set.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
-
-/// A number that no other body has had.
-template <class = void>
-[[nodiscard]] std::uint64_t next_body_serial() {
-  static std::atomic<std::uint64_t> last{0};
-  return ++last;
-}
 
 /// Ids end below this: however many particles come after the largest, there are numbers for them.
 inline constexpr std::int64_t largest_id = std::int64_t{1} << 62;
@@ -116,7 +109,7 @@ class ParticleMasses {
       std::vector<std::uint8_t> moves(still.size());
       for (std::size_t i = 0; i < still.size(); ++i) moves[i] = still[i] != 0 ? 0 : 1;
       auto movers = std::make_shared<ActiveSet>();
-      movers->assign(moves, next_body_serial());
+      movers->assign(moves, next_serial());
       movers_ = active_ = std::move(movers);
     }
     for (Eigen::Index i = 0; i < mass_.size(); ++i) {

@@ -24,6 +24,7 @@
 #include <utility>
 #include <vector>
 
+#include "phistep/core/serial.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/particles/body.hpp"
 #include "phistep/particles/box.hpp"
@@ -243,7 +244,7 @@ class Particles : public Extra::template Block<Number, dim>... {
  private:
   /// What was known of other properties isn't known of these.
   void hold(Body<Scalar, dim>&& body) {
-    body.serial = next_body_serial();
+    body.serial = next_serial();
     body_ = std::make_shared<const Body<Scalar, dim>>(std::move(body));
   }
   Particles& set(auto&& edit) {

@@ -8,7 +8,6 @@
 #include "phistep/problem/kernel_needs.hpp"
 #include "phistep/solve/linear_stages.hpp"
 #include "phistep/solve/resolvent.hpp"
-#include "phistep/solve/shifted_stages.hpp"
 #include "phistep/state/blocks.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
@@ -31,6 +30,14 @@ struct LinearSolverOf<Solver> {
   using type = typename Solver::LinearSolver;
 };
 
+/// What linear stages are solved with. Shifted ones come with the schemes that have them (solve/shifted_stages.hpp).
+template <State S, class Rhs, class LinearSolver, bool shifted>
+struct StagesFor;
+template <State S, class Rhs, class LinearSolver>
+struct StagesFor<S, Rhs, LinearSolver, false> {
+  using type = LinearStages<S, Rhs, LinearSolver>;
+};
+
 template <State S, class Rhs, class Solver, KernelNeeds needs>
 [[nodiscard]] constexpr auto resolvent_type() {
   using LinearSolver = typename LinearSolverOf<Solver>::type;
@@ -38,8 +45,7 @@ template <State S, class Rhs, class Solver, KernelNeeds needs>
       !needs.stages || requires { typename Solver::LinearSolver; },
       "phistep: this scheme solves linear equations and iterates nothing: give it newton<LinearSolver>() or "
       "newton<MatrixFree<Eigen::BiCGSTAB>>(), not fixed_point()");
-  if constexpr (needs.shifted) return std::type_identity<ShiftedStages<S, Rhs, LinearSolver>>{};
-  else if constexpr (needs.stages) return std::type_identity<LinearStages<S, Rhs, LinearSolver>>{};
+  if constexpr (needs.stages) return StagesFor<S, Rhs, LinearSolver, needs.shifted>{};
   else if constexpr (needs.solver) return ResolventFor<S, Rhs, Solver, needs.position>{};
   else return std::type_identity<NoResolvent>{};
 }

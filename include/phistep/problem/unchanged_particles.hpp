@@ -13,8 +13,8 @@
 #include <utility>
 #include <vector>
 
+#include "phistep/core/serial.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/particles/body.hpp"
 #include "phistep/particles/particle_fingerprint.hpp"
 #include "phistep/problem/origin.hpp"
 #include "phistep/state/active_set.hpp"
@@ -68,7 +68,7 @@ class UnchangedParticles {
   }
   /// Records the active set, and which particles outside of it move, from nothing.
   void take(const ActiveSet& active, const Plain& y) {
-    left_out_.number = next_body_serial();
+    left_out_.number = next_serial();
     left_out_.moving.clear();
     for (Index i = 0; i < active.size(); ++i)
       if (!active.has(i) && moves(y, i)) left_out_.moving.push_back(static_cast<std::int32_t>(i));

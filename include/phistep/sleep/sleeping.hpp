@@ -36,6 +36,7 @@
 
 #include "phistep/archive/archive.hpp"
 #include "phistep/core/scratch.hpp"
+#include "phistep/core/serial.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/step_report.hpp"
 #include "phistep/core/version.hpp"
@@ -215,7 +216,7 @@ class Sleeping {
   /// Makes the lists and the active set of who is awake, watched, asleep.
   void part() {
     const std::shared_ptr<ActiveSet> active = sets_.take();
-    active->assign(sleepers_.is_computed, next_body_serial());
+    active->assign(sleepers_.is_computed, next_serial());
     active_ = active;
     watch_.follow_kinds(sleepers_, active->list());
     if (sleepers_.report.asleep == 0) stepper_.set_active(nullptr);

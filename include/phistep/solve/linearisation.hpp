@@ -26,7 +26,6 @@
 #include "phistep/matrix/dense_system.hpp"
 #include "phistep/matrix/linear_system.hpp"
 #include "phistep/matrix/local_system.hpp"
-#include "phistep/matrix/network_system.hpp"
 #include "phistep/matrix/static_sparse_system.hpp"
 #include "phistep/simd/finite_witness.hpp"
 #include "phistep/solve/convergence.hpp"

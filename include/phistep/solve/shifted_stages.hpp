@@ -19,6 +19,7 @@
 #include "phistep/core/version.hpp"
 #include "phistep/equation/right_hand_side.hpp"
 #include "phistep/matrix/lane_system.hpp"
+#include "phistep/problem/resolvent_of.hpp"
 #include "phistep/solve/linearisation.hpp"
 #include "phistep/solve/tangent_check.hpp"
 #include "phistep/state/blocks.hpp"
@@ -143,6 +144,11 @@ class ShiftedStages {
   Lanes lanes_;
   std::vector<typename Shift::Number> one_;  // a right-hand side
   Scalar real_{1};                           // λ/h of the first lane
+};
+
+template <State S, class Rhs, class LinearSolver>
+struct StagesFor<S, Rhs, LinearSolver, true> {
+  using type = ShiftedStages<S, Rhs, LinearSolver>;
 };
 
 }}  // namespace phistep::PHISTEP_ABI

@@ -20,6 +20,7 @@
 #include "phistep/equation/right_hand_side.hpp"
 #include "phistep/force/at.hpp"
 #include "phistep/linear/mass.hpp"
+#include "phistep/matrix/network_system.hpp"
 #include "phistep/problem/kernel.hpp"
 #include "phistep/problem/transaction.hpp"
 #include "phistep/schemes/respa.hpp"

@@ -20,6 +20,7 @@
 #include "phistep/schemes/radau/radau_constants.hpp"
 #include "phistep/schemes/radau/radau_control.hpp"
 #include "phistep/schemes/radau/radau_stages.hpp"
+#include "phistep/solve/shifted_stages.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/non_finite.hpp"
 #include "phistep/state/unknowns.hpp"
