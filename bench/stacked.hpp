@@ -2,7 +2,7 @@
 /// A state as one vector.
 #pragma once
 
-#include <phistep/state/blocks.hpp>
+#include <phistep/base/state/blocks.hpp>
 
 namespace bench {
 

@@ -1,7 +1,7 @@
 // The cloth example's triangle mesh: made as a grid or read from an OFF file, and turned into springs and masses.
 #pragma once
 
-#include <phistep/force/springs.hpp>
+#include <phistep/particles/springs/springs.hpp>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>

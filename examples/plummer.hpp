@@ -4,8 +4,8 @@
 // R. Wielen, Astron. Astrophys. 37 (1974) 183, in N-body units: G = 1, total mass 1, energy −1/4 (potential −1/2,
 // kinetic 1/4), which makes a = 3π/16 and the crossing time 2√2.
 
-#include <phistep/pairs/all_pairs.hpp>
-#include <phistep/particles/particles.hpp>
+#include <phistep/particles/bodies/particles.hpp>
+#include <phistep/particles/pairs/all_pairs.hpp>
 
 #include <cmath>
 #include <cstdint>

@@ -56,7 +56,7 @@ function(add_header name)
   file(APPEND "${OUT}" "${text}")
 endfunction()
 
-file(STRINGS "${root}/include/phistep/core/version.hpp" version REGEX "^#define PHISTEP_VERSION_(MAJOR|MINOR|PATCH) [0-9]+$")
+file(STRINGS "${root}/include/phistep/base/version.hpp" version REGEX "^#define PHISTEP_VERSION_(MAJOR|MINOR|PATCH) [0-9]+$")
 string(REGEX REPLACE "#define PHISTEP_VERSION_[A-Z]+ " "" version "${version}")
 list(JOIN version "." version)
 file(READ "${root}/LICENSE" licence)

@@ -1,5 +1,5 @@
 // integrate without a stepper: what it takes, what it says, and that it loses nothing. The stepper: step/automatic_stepper.
-#include "choice/automatic_cases.hpp"
+#include "run/choice/automatic_cases.hpp"
 
 #include <chrono>
 #include <sstream>

@@ -1,6 +1,6 @@
 #include "../examples/plummer.hpp"
 
-#include <phistep/simd/pack.hpp>
+#include <phistep/base/numbers/pack.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -11,7 +11,7 @@
 /// (libstdc++ 11, MSVC; not libc++ before 20).
 #pragma once
 
-#include <phistep/particles/particles.hpp>
+#include <phistep/particles/bodies/particles.hpp>
 
 #include <Eigen/Core>
 

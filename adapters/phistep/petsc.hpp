@@ -39,7 +39,7 @@ inline void check_petsc(PetscErrorCode code) {
   throw std::runtime_error("PETSc: " + std::string(text != nullptr ? text : "error " + std::to_string(code)));
 }
 
-/// What the library does with a Vec (phistep/state/field.hpp).
+/// What the library does with a Vec (phistep/base/state/field.hpp).
 struct PetscOps : MpiFieldOps<PetscOps, PetscScalar> {
   using Handle = Vec;
 

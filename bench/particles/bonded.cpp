@@ -2,7 +2,7 @@
 /// Implicit against explicit: a beam of bonded particles, clamped at one end, that bends under its weight and swings. What
 /// is asked for is slow (how far the tip has sunk after half a swing), what limits explicit steps is fast: Δt < 2/ω, where
 /// ω is that of neighbours against each other. Their ratio grows as the square of the length.
-#include <phistep/particles/particles.hpp>
+#include <phistep/particles/bodies/particles.hpp>
 #include <phistep/phistep.hpp>
 #include <phistep/sparse.hpp>
 

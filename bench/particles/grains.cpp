@@ -7,8 +7,8 @@
 /// the mean of the two velocities around it.
 #include <phistep/phistep.hpp>
 
-#include <phistep/contacts/contact.hpp>
-#include <phistep/particles/particles.hpp>
+#include <phistep/particles/bodies/particles.hpp>
+#include <phistep/particles/contacts/contact.hpp>
 
 #include <cmath>
 #include <cstdio>

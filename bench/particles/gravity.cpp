@@ -1,7 +1,7 @@
 #include "gravity.hpp"
 
-#include <phistep/pairs/all_pairs.hpp>
-#include <phistep/particles/particles.hpp>
+#include <phistep/particles/bodies/particles.hpp>
+#include <phistep/particles/pairs/all_pairs.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -4,8 +4,8 @@
 
 #include <phistep/phistep.hpp>
 
-#include <phistep/pairs/pairs.hpp>
-#include <phistep/particles/particles.hpp>
+#include <phistep/particles/bodies/particles.hpp>
+#include <phistep/particles/pairs/pairs.hpp>
 
 #include <functional>
 #include <stdexcept>

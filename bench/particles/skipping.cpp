@@ -2,9 +2,9 @@
 /// What is skipped of scenes that are partly at rest: Sleeping on and off, in turns of 25 steps.
 #include <phistep/phistep.hpp>
 
-#include <phistep/contacts/contact.hpp>
-#include <phistep/contacts/walls.hpp>
 #include <phistep/particles.hpp>
+#include <phistep/particles/contacts/contact.hpp>
+#include <phistep/particles/walls/walls.hpp>
 
 #include <cmath>
 #include <cstdio>

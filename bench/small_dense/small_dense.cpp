@@ -24,8 +24,8 @@
 #include <type_traits>
 #include <vector>
 
-#include <phistep/linear/dense_inverse.hpp>
-#include <phistep/linear/dense_lu.hpp>
+#include <phistep/step/matrix/dense_inverse.hpp>
+#include <phistep/step/matrix/dense_lu.hpp>
 
 #include "hand.hpp"
 #ifdef BENCH_HAS_SUNDIALS

@@ -5,7 +5,7 @@
 /// For each scene and scheme: phistep by integrate() and by step(), and the loop; the ways in turns, in one process, CPU time,
 /// medians. Answers are compared first.
 ///     bench_small_scenes [rounds, 21]
-#include <phistep/force/springs.hpp>
+#include <phistep/particles/springs/springs.hpp>
 #include <phistep/phistep.hpp>
 
 #include <algorithm>

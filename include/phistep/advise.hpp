@@ -1,6 +1,6 @@
 /// @file
 /// Which stepper to take, and why: from what the force's type says, the number of unknowns, the tolerance, and the first steps
-/// of a run that chooses by itself (choice/automatic_stepper.hpp).
+/// of a run that chooses by itself (run/choice/automatic_stepper.hpp).
 ///
 ///     const auto advice = phistep::advise(y, robertson, {0.0, 1e11}, {.rtol = 1e-6, .atol = 1e-14});
 ///     std::cout << advice;             // the line of code to write, and the reasons; advice.scheme, advice.stiffness, …
@@ -18,16 +18,16 @@
 #include <type_traits>
 #include <vector>
 
-#include "phistep/choice/advised_problem.hpp"
-#include "phistep/choice/automatic_stepper.hpp"
-#include "phistep/choice/suitable_scheme.hpp"
-#include "phistep/control/tolerance.hpp"
-#include "phistep/core/version.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/version.hpp"
 #include "phistep/force/signature.hpp"
-#include "phistep/linear/mass.hpp"
 #include "phistep/run.hpp"
-#include "phistep/state/blocks.hpp"
-#include "phistep/study/report.hpp"
+#include "phistep/run/choice/advised_problem.hpp"
+#include "phistep/run/choice/automatic_stepper.hpp"
+#include "phistep/run/choice/suitable_scheme.hpp"
+#include "phistep/run/errors/tolerance.hpp"
+#include "phistep/step/mass/mass.hpp"
+#include "phistep/study/stability/report.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

@@ -3,8 +3,8 @@
 #pragma once
 
 // IWYU pragma: begin_exports
-#include "phistep/core/version.hpp"  // first: it refuses what would break the others
+#include "phistep/base/version.hpp"  // first: it refuses what would break the others
 
-#include "phistep/jacobian/autodiff.hpp"
 #include "phistep/phistep.hpp"
+#include "phistep/step/jacobian/autodiff.hpp"
 // IWYU pragma: end_exports

@@ -8,19 +8,19 @@
 /// with a stepper. For checkpoints, make the stepper yourself: AutomaticStepper and Run.
 #pragma once
 
-#include "phistep/core/version.hpp"  // first: it refuses what would break the others
+#include "phistep/base/version.hpp"  // first: it refuses what would break the others
 
 #include <functional>
 #include <type_traits>
 #include <utility>
 
-#include "phistep/choice/automatic_stepper.hpp"
-#include "phistep/choice/scheme_uses.hpp"
-#include "phistep/control/run_report.hpp"
-#include "phistep/control/tolerance.hpp"
-#include "phistep/linear/mass.hpp"
+#include "phistep/base/state/blocks.hpp"
 #include "phistep/run.hpp"
-#include "phistep/state/blocks.hpp"
+#include "phistep/run/choice/automatic_stepper.hpp"
+#include "phistep/run/choice/scheme_uses.hpp"
+#include "phistep/run/control/run_report.hpp"
+#include "phistep/run/errors/tolerance.hpp"
+#include "phistep/step/mass/mass.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

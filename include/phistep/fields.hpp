@@ -4,12 +4,12 @@
 
 // IWYU pragma: begin_exports
 
+#include "phistep/base/state/field.hpp"
+#include "phistep/base/state/ranks.hpp"
+#include "phistep/embed/array_field.hpp"
+#include "phistep/embed/field_fixed_point.hpp"
+#include "phistep/embed/field_linearisation.hpp"
+#include "phistep/embed/field_solver.hpp"
 #include "phistep/io/rank_checkpoint.hpp"
 #include "phistep/phistep.hpp"
-#include "phistep/solve/fields/field_fixed_point.hpp"
-#include "phistep/solve/fields/field_linearisation.hpp"
-#include "phistep/solve/fields/field_solver.hpp"
-#include "phistep/state/array_field.hpp"
-#include "phistep/state/field.hpp"
-#include "phistep/state/ranks.hpp"
 // IWYU pragma: end_exports

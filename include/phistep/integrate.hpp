@@ -2,14 +2,14 @@
 /// The loop: stepper × pace × observers, all the way.
 #pragma once
 
-#include "phistep/core/version.hpp"  // first: it refuses what would break the others
+#include "phistep/base/version.hpp"  // first: it refuses what would break the others
 
 #include <type_traits>
 #include <utility>
 
-#include "phistep/control/run_arguments.hpp"
+#include "phistep/base/state/blocks.hpp"
 #include "phistep/run.hpp"
-#include "phistep/state/blocks.hpp"
+#include "phistep/run/control/run_arguments.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

@@ -3,7 +3,7 @@
 #pragma once
 
 // IWYU pragma: begin_exports
-#include "phistep/core/version.hpp"  // first: it refuses what would break the others
+#include "phistep/base/version.hpp"  // first: it refuses what would break the others
 
 #include "phistep/io/checkpoint.hpp"
 #include "phistep/io/csv.hpp"

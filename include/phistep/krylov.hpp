@@ -4,9 +4,9 @@
 
 // IWYU pragma: begin_exports
 
-#include "phistep/jacobian/product.hpp"
-#include "phistep/krylov/preconditioned_system.hpp"
-#include "phistep/krylov/product_system.hpp"
+#include "phistep/linear/krylov/preconditioned_system.hpp"
+#include "phistep/linear/krylov/product_system.hpp"
+#include "phistep/linear/krylov/tangent_product.hpp"
 #include "phistep/phistep.hpp"
-#include "phistep/solve/tangent_product.hpp"
+#include "phistep/step/jacobian/product.hpp"
 // IWYU pragma: end_exports

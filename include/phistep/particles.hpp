@@ -4,15 +4,15 @@
 
 // IWYU pragma: begin_exports
 
-#include "phistep/contacts/contact.hpp"
-#include "phistep/contacts/walls.hpp"
 #include "phistep/force/external_field.hpp"
-#include "phistep/observe/particle_sums.hpp"
-#include "phistep/pairs/all_pairs.hpp"
-#include "phistep/pairs/pair_laws.hpp"
-#include "phistep/pairs/pairs.hpp"
-#include "phistep/particles/box.hpp"
-#include "phistep/particles/particles.hpp"
+#include "phistep/particles/bodies/box.hpp"
+#include "phistep/particles/bodies/particle_sums.hpp"
+#include "phistep/particles/bodies/particles.hpp"
+#include "phistep/particles/contacts/contact.hpp"
+#include "phistep/particles/pairs/all_pairs.hpp"
+#include "phistep/particles/pairs/pair_laws.hpp"
+#include "phistep/particles/pairs/pairs.hpp"
+#include "phistep/particles/sleep/sleeping.hpp"
+#include "phistep/particles/walls/walls.hpp"
 #include "phistep/phistep.hpp"
-#include "phistep/sleep/sleeping.hpp"
 // IWYU pragma: end_exports

@@ -19,16 +19,16 @@
 #include <tuple>
 #include <type_traits>
 
-#include "phistep/equation/right_hand_side.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/state/non_finite.hpp"
 #include "phistep/force/seldom.hpp"
 #include "phistep/force/sum.hpp"
-#include "phistep/state/blocks.hpp"
-#include "phistep/state/non_finite.hpp"
-#include "phistep/step/phi_stepper.hpp"
+#include "phistep/run/stepper/phi_stepper.hpp"
+#include "phistep/step/equation/right_hand_side.hpp"
 #include "phistep/study/assess.hpp"
-#include "phistep/study/report.hpp"
-#include "phistep/study/sampled_method.hpp"
-#include "phistep/study/tangent.hpp"
+#include "phistep/study/checks/tangent.hpp"
+#include "phistep/study/stability/report.hpp"
+#include "phistep/study/stability/sampled_method.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

@@ -3,7 +3,7 @@
 #include "acceptance/events_cases.hpp"
 
 #include <phistep/io/checkpoint.hpp>
-#include <phistep/observe/at_times.hpp>
+#include <phistep/run/observers/at_times.hpp>
 
 #include <algorithm>
 #include <sstream>

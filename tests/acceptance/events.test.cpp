@@ -2,7 +2,7 @@
 // events.full.cpp.
 #include "acceptance/events_cases.hpp"
 
-#include <phistep/observe/at_times.hpp>
+#include <phistep/run/observers/at_times.hpp>
 
 #include <algorithm>
 #include <stdexcept>

@@ -1,5 +1,5 @@
 // The same problem in other units: networks of springs. The quick half: units.test.cpp.
-#include <phistep/study/energy_ledger.hpp>
+#include <phistep/study/energy/energy_ledger.hpp>
 
 #include "acceptance/units_cases.hpp"
 

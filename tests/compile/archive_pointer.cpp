@@ -1,5 +1,5 @@
 // expect: this type can't be archived
-#include <phistep/archive/archive.hpp>
+#include <phistep/base/archive/archive.hpp>
 
 struct Node {
 #ifdef MUST_FAIL

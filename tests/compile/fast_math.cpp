@@ -2,6 +2,6 @@
 #ifdef MUST_FAIL
 #define __FAST_MATH__ 1
 #endif
-#include <phistep/core/version.hpp>
+#include <phistep/base/version.hpp>
 
 int main() { return phistep::version_major; }

@@ -6,7 +6,7 @@ cmake_minimum_required(VERSION 3.25)
 
 function(compile out flags)
   separate_arguments(flags UNIX_COMMAND "${flags}")
-  execute_process(COMMAND "${COMPILER}" -std=c++20 ${flags} -fsyntax-only -w -x c++ "${INCLUDE_DIR}/phistep/core/version.hpp"
+  execute_process(COMMAND "${COMPILER}" -std=c++20 ${flags} -fsyntax-only -w -x c++ "${INCLUDE_DIR}/phistep/base/version.hpp"
     RESULT_VARIABLE result ERROR_VARIABLE errors OUTPUT_QUIET)
   if(result EQUAL 0)
     set(errors "")

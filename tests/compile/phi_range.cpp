@@ -1,5 +1,5 @@
 // expect: phi must lie in
-#include <phistep/core/phi.hpp>
+#include <phistep/base/facts/phi.hpp>
 
 int main() {
 #ifdef MUST_FAIL

@@ -2,8 +2,8 @@
 
 // A crystal that the tests of implicit particles share, quick and full.
 
-#include <phistep/pairs/pairs.hpp>
 #include <phistep/particles.hpp>
+#include <phistep/particles/pairs/pairs.hpp>
 
 #include <cmath>
 #include <cstdlib>

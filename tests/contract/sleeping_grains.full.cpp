@@ -1,5 +1,5 @@
 // Grains with friction that fall asleep: what they remember of their contacts sleeps with them.
-// Quick: sleep/sleeping.test.cpp and contacts/contact.test.cpp, each of its own.
+// Quick: particles/sleep/sleeping.test.cpp and particles/contacts/contact.test.cpp, each of its own.
 #include <phistep/particles.hpp>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-# cmake -DPAGE=<docs/errors.md> -DHEADER=<core/outcome.hpp> -P check_outcomes.cmake
+# cmake -DPAGE=<docs/errors.md> -DHEADER=<base/outcome/outcome.hpp> -P check_outcomes.cmake
 #
 # Every value of the enum Outcome has a section of the page, headed ### `name`, in the order of the enum, and its words, as
 # describe(Outcome) has them, stand in one of the page's outputs. No section is about another name.

@@ -14,7 +14,7 @@ TEST_CASE("stress list: mass ratio 1e12") { check_dumbbell(velocity_verlet); }
 
 TEST_CASE("stress list: matrices without an inverse") {
   check_without_inverse<Two>();
-  // Neither has M, be it of its numbers or for a reciprocal that is no number (tests/linear/mass.test.cpp: matrices).
+  // Neither has M, be it of its numbers or for a reciprocal that is no number (tests/step/mass/mass.test.cpp: matrices).
   for (const double bad : {0.0, -1.0, 1e-320, std::nan(""), HUGE_VAL}) {
     CHECK_THROWS_AS(mass(bad), std::invalid_argument);
     const auto stepper = [bad] {

@@ -3,7 +3,7 @@
 
 #include <phistep/autodiff.hpp>
 #include <phistep/force/external_field.hpp>
-#include <phistep/particles/particles.hpp>
+#include <phistep/particles/bodies/particles.hpp>
 #include <phistep/phistep.hpp>
 
 #include <cmath>

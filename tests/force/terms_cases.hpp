@@ -4,9 +4,9 @@
 #include <phistep/force/drag.hpp>
 #include <phistep/force/external_field.hpp>
 #include <phistep/force/gravity.hpp>
-#include <phistep/force/springs.hpp>
 #include <phistep/force/sum.hpp>
 #include <phistep/force/uniform_force.hpp>
+#include <phistep/particles/springs/springs.hpp>
 #include <phistep/phistep.hpp>
 
 #include <Eigen/Geometry>

@@ -3,7 +3,7 @@
 // What preflight computes with dense and sparse matrices of doubles is the same in every test: compiled once, in
 // spectrum.cpp and bounds.cpp beside this, and linked. It would cost each test 30 s and 1.4 GB. Same functions, same flags.
 
-#include <phistep/study/stable_step.hpp>
+#include <phistep/study/stability/stable_step.hpp>
 
 #include <complex>
 #include <vector>

@@ -1,4 +1,4 @@
-// A checkpoint's file, read by somebody who knows nothing but what io/checkpoint.hpp and archive/archive.hpp say of it; and
+// A checkpoint's file, read by somebody who knows nothing but what io/checkpoint.hpp and base/archive/archive.hpp say of it; and
 // what saving forgets, and when.
 #include <phistep/io/checkpoint.hpp>
 #include <phistep/phistep.hpp>

@@ -1,6 +1,6 @@
+#include <phistep/base/state/motion.hpp>
 #include <phistep/io.hpp>
-#include <phistep/observe/every.hpp>
-#include <phistep/state/motion.hpp>
+#include <phistep/run/observers/every.hpp>
 
 #include <Eigen/Core>
 

@@ -1,6 +1,6 @@
 // Checkpoints of fields: the run that resumes goes on with the bits of the one that saved; what doesn't fit is refused.
 // Those of several ranks are in adapters/rank_cases.hpp.
-#include "solve/fields/field_cases.hpp"
+#include "embed/field_cases.hpp"
 #include "support/catch.hpp"
 
 #include <filesystem>

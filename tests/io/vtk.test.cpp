@@ -1,8 +1,8 @@
 // The files as bytes: structure, counts, every number as it was; tests/io/read_vtk.py reads them with VTK itself.
 #include <phistep/integrate.hpp>
 #include <phistep/io/vtk.hpp>
-#include <phistep/observe/at_times.hpp>
 #include <phistep/particles.hpp>
+#include <phistep/run/observers/at_times.hpp>
 
 #include <Eigen/Core>
 

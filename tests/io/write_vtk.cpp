@@ -2,8 +2,8 @@
 // VTK's own readers find: a line for each array, "file where name values…", and others in words. Numbers in hexadecimal.
 #include <phistep/integrate.hpp>
 #include <phistep/io/vtk.hpp>
-#include <phistep/observe/at_times.hpp>
 #include <phistep/particles.hpp>
+#include <phistep/run/observers/at_times.hpp>
 
 #include <Eigen/Core>
 

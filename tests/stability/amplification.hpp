@@ -112,7 +112,7 @@ struct Tally {
 /// - pole: 1 − γz is zero but for the rounding of γz, or the error of a Jacobian by differences: singular_matrix;
 /// - no digit: so near to a pole that the bound is a tenth of R or more: y⁺ must be as large as there;
 /// - near a pole: what rounding leaves of the residual moves y⁺ by more than (2u)^⅔ |y⁺|, the plateau that Newton's
-///   iteration takes for rounding (solve/newton.hpp): it may say so instead of returning less than ten digits;
+///   iteration takes for rounding (step/solve/newton.hpp): it may say so instead of returning less than ten digits;
 /// - no contraction: a fixed-point iteration beyond its radius may give up;
 /// - halved: as for a pole, and the step was done as two.
 [[nodiscard]] inline std::string explain(const Subject& subject, const Complex& z, const Step& step,

@@ -50,7 +50,7 @@ struct Resolved {
   return stage.Y + scaled((1 - phi) / phi, stage.w);
 }
 /// By fixed-point iterations, which end at the latest where the residual no longer falls and its largest component is below
-/// the plateau (2u)^⅔ of Y, y, b and the first residual zy (solve/fixed_point.hpp).
+/// the plateau (2u)^⅔ of Y, y, b and the first residual zy (step/solve/fixed_point.hpp).
 [[nodiscard]] inline Number phi_by_iteration(const Number& y, const Number& z, Real phi) {
   Number out = phi_endpoint(y, z, phi, Solve::iterated);
   const Number b = y + scaled(1 - phi, z * y);

@@ -115,7 +115,7 @@ struct Resolved {
   Number w;
 };
 /// Y.v = b.v + f Ψ(Y),  Y.r = b.r + d Y.v. One correction starts from v where springs are soft, from r where they are
-/// stiff; iterations end where f Ψ − w is rounding, and r is what the stiff rule makes of it (solve/increment.hpp).
+/// stiff; iterations end where f Ψ − w is rounding, and r is what the stiff rule makes of it (step/solve/increment.hpp).
 [[nodiscard]] inline Resolved resolve(const Law& law, const Motion& b, const Motion& guess, Real f, Real d, Solve how) {
   const Real k = law.k, c = law.c, W = 1 + f * c + f * d * k;
   if (how != Solve::iterated && (k * d != 0 || c != 0)) {

@@ -19,12 +19,12 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/core/version.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/state/motion.hpp"
+#include "phistep/base/version.hpp"
 #include "phistep/embed/places.hpp"
-#include "phistep/embed/routine.hpp"
-#include "phistep/linear/mass.hpp"
-#include "phistep/state/blocks.hpp"
-#include "phistep/state/motion.hpp"
+#include "phistep/force/routine.hpp"
+#include "phistep/step/mass/mass.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

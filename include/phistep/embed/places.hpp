@@ -20,9 +20,9 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/core/version.hpp"
-#include "phistep/embed/strided_block.hpp"
-#include "phistep/state/blocks.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/state/strided_block.hpp"
+#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

@@ -17,9 +17,9 @@
 #include <utility>
 #include <vector>
 
-#include "phistep/core/member_named.hpp"
-#include "phistep/core/structure.hpp"
-#include "phistep/core/version.hpp"
+#include "phistep/base/facts/structure.hpp"
+#include "phistep/base/machine/member_named.hpp"
+#include "phistep/base/version.hpp"
 #include "phistep/force/sum.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {

@@ -13,8 +13,8 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/core/phi.hpp"
-#include "phistep/core/version.hpp"
+#include "phistep/base/facts/phi.hpp"
+#include "phistep/base/version.hpp"
 #include "phistep/force/annotate.hpp"
 #include "phistep/force/signature.hpp"
 #include "phistep/force/sum.hpp"

@@ -8,8 +8,8 @@
 #include <stdexcept>
 #include <type_traits>
 
-#include "phistep/core/structure.hpp"
-#include "phistep/core/version.hpp"
+#include "phistep/base/facts/structure.hpp"
+#include "phistep/base/version.hpp"
 #include "phistep/force/local.hpp"
 #include "phistep/force/sum.hpp"
 

@@ -4,7 +4,7 @@
 ///     auto energy(auto t, const auto& y) const;        // V(t, r) [energy], −∂V/∂r being the term's force at v = 0
 ///
 /// beside `add`, with the same view; a term with a memory may take it as well, energy(t, y, memory). No step calls it;
-/// study/energy_ledger.hpp does.
+/// study/energy/energy_ledger.hpp does.
 #pragma once
 
 #include <concepts>
@@ -12,7 +12,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/core/version.hpp"
+#include "phistep/base/version.hpp"
 #include "phistep/force/annotate.hpp"
 #include "phistep/force/evaluate.hpp"
 #include "phistep/force/signature.hpp"

@@ -15,13 +15,13 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/core/shares.hpp"
-#include "phistep/core/version.hpp"
+#include "phistep/base/machine/shares.hpp"
+#include "phistep/base/state/active_set.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/state/non_finite.hpp"
+#include "phistep/base/version.hpp"
 #include "phistep/force/signature.hpp"
 #include "phistep/force/sum.hpp"
-#include "phistep/state/active_set.hpp"
-#include "phistep/state/blocks.hpp"
-#include "phistep/state/non_finite.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

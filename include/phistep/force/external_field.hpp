@@ -7,13 +7,13 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/core/structure.hpp"
-#include "phistep/core/version.hpp"
+#include "phistep/base/facts/structure.hpp"
+#include "phistep/base/state/motion.hpp"
+#include "phistep/base/version.hpp"
 #include "phistep/force/annotate.hpp"
 #include "phistep/force/evaluate.hpp"
 #include "phistep/force/local.hpp"
 #include "phistep/force/sum.hpp"
-#include "phistep/state/motion.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

@@ -8,11 +8,11 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/core/structure.hpp"
-#include "phistep/core/version.hpp"
+#include "phistep/base/facts/structure.hpp"
+#include "phistep/base/state/active_set.hpp"
+#include "phistep/base/version.hpp"
 #include "phistep/force/pattern.hpp"
 #include "phistep/force/sum.hpp"
-#include "phistep/state/active_set.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "phistep/core/version.hpp"
+#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

@@ -15,10 +15,10 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/core/version.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/version.hpp"
 #include "phistep/force/at.hpp"
 #include "phistep/force/sum.hpp"
-#include "phistep/state/blocks.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

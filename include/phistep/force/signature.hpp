@@ -9,9 +9,9 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/core/member_named.hpp"
-#include "phistep/core/structure.hpp"
-#include "phistep/core/version.hpp"
+#include "phistep/base/facts/structure.hpp"
+#include "phistep/base/machine/member_named.hpp"
+#include "phistep/base/version.hpp"
 #include "phistep/force/arity.hpp"
 #include "phistep/force/sum.hpp"
 

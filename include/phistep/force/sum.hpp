@@ -7,7 +7,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/core/version.hpp"
+#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

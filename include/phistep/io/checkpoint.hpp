@@ -21,7 +21,7 @@
 ///     4        version of this format
 ///     4        0
 ///     8        n, the length of what follows
-///     n        the parts, as records (archive/archive.hpp)
+///     n        the parts, as records (base/archive/archive.hpp)
 ///     8        CRC-64 of all the above
 ///
 /// What fails any check is refused with a CheckpointError that says which, before anything has changed.
@@ -44,10 +44,10 @@
 #include <type_traits>
 #include <vector>
 
-#include "phistep/archive/archive.hpp"
-#include "phistep/archive/checksum.hpp"
-#include "phistep/core/version.hpp"
-#include "phistep/state/parts.hpp"
+#include "phistep/base/archive/archive.hpp"
+#include "phistep/base/archive/checksum.hpp"
+#include "phistep/base/archive/parts.hpp"
+#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

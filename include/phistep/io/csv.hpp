@@ -19,10 +19,10 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/core/version.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/version.hpp"
 #include "phistep/io/text.hpp"
-#include "phistep/observe/recorder.hpp"
-#include "phistep/state/blocks.hpp"
+#include "phistep/run/observers/recorder.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

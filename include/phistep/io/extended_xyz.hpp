@@ -17,9 +17,9 @@
 #include <utility>
 #include <vector>
 
-#include "phistep/core/version.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/version.hpp"
 #include "phistep/io/text.hpp"
-#include "phistep/state/blocks.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

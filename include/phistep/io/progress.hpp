@@ -17,7 +17,7 @@
 #include <io.h>
 #endif
 
-#include "phistep/core/version.hpp"
+#include "phistep/base/version.hpp"
 #include "phistep/io/text.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {

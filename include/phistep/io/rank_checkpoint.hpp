@@ -18,9 +18,9 @@
 #include <system_error>
 #include <vector>
 
-#include "phistep/core/version.hpp"
+#include "phistep/base/state/field.hpp"
+#include "phistep/base/version.hpp"
 #include "phistep/io/checkpoint.hpp"
-#include "phistep/state/field.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 namespace detail {

@@ -19,13 +19,13 @@
 #include <cstddef>
 #include <string>
 
-#include "phistep/core/outcome.hpp"
-#include "phistep/core/scheme_facts.hpp"
-#include "phistep/core/version.hpp"
-#include "phistep/schemes/scheme_on.hpp"
+#include "phistep/base/facts/scheme_facts.hpp"
+#include "phistep/base/outcome/outcome.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/version.hpp"
 #include "phistep/schemes/symmetric_coefficients.hpp"
 #include "phistep/schemes/velocity_verlet.hpp"
-#include "phistep/state/blocks.hpp"
+#include "phistep/step/kernel/scheme_on.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

@@ -4,10 +4,10 @@
 
 #include <type_traits>
 
-#include "phistep/control/trace.hpp"
-#include "phistep/core/version.hpp"
-#include "phistep/state/blocks.hpp"
-#include "phistep/state/combination.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/state/combination.hpp"
+#include "phistep/base/version.hpp"
+#include "phistep/step/transaction/trace.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

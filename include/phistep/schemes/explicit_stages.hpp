@@ -9,13 +9,13 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/core/outcome.hpp"
-#include "phistep/core/version.hpp"
-#include "phistep/equation/bound_masses.hpp"
+#include "phistep/base/outcome/outcome.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/state/non_finite.hpp"
+#include "phistep/base/version.hpp"
 #include "phistep/schemes/update_block.hpp"
 #include "phistep/schemes/weighted_sum.hpp"
-#include "phistep/state/blocks.hpp"
-#include "phistep/state/non_finite.hpp"
+#include "phistep/step/mass/bound_masses.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

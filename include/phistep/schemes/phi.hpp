@@ -21,14 +21,14 @@
 /// Numerical Methods in Fluids 1 (1980) 27).
 #pragma once
 
-#include "phistep/core/outcome.hpp"
-#include "phistep/core/phi.hpp"
-#include "phistep/core/version.hpp"
-#include "phistep/equation/explicit_update.hpp"
+#include "phistep/base/facts/phi.hpp"
+#include "phistep/base/outcome/outcome.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/state/combination.hpp"
+#include "phistep/base/version.hpp"
 #include "phistep/schemes/error_estimate.hpp"
-#include "phistep/schemes/scheme_on.hpp"
-#include "phistep/state/blocks.hpp"
-#include "phistep/state/combination.hpp"
+#include "phistep/step/equation/explicit_update.hpp"
+#include "phistep/step/kernel/scheme_on.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

@@ -26,16 +26,16 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/core/outcome.hpp"
-#include "phistep/core/phi.hpp"
-#include "phistep/core/version.hpp"
-#include "phistep/equation/explicit_update.hpp"
+#include "phistep/base/facts/phi.hpp"
+#include "phistep/base/outcome/outcome.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/state/non_finite.hpp"
+#include "phistep/base/version.hpp"
 #include "phistep/force/seldom.hpp"
-#include "phistep/problem/edit_guard.hpp"
-#include "phistep/schemes/scheme_on.hpp"
 #include "phistep/schemes/velocity_verlet.hpp"
-#include "phistep/state/blocks.hpp"
-#include "phistep/state/non_finite.hpp"
+#include "phistep/step/equation/explicit_update.hpp"
+#include "phistep/step/kernel/scheme_on.hpp"
+#include "phistep/step/transaction/edit_guard.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

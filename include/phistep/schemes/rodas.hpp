@@ -4,8 +4,8 @@
 /// the weights of a dense output.
 #pragma once
 
-#include "phistep/core/scheme_facts.hpp"
-#include "phistep/core/version.hpp"
+#include "phistep/base/facts/scheme_facts.hpp"
+#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

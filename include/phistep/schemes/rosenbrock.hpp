@@ -15,14 +15,14 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/core/only.hpp"
-#include "phistep/core/outcome.hpp"
-#include "phistep/core/version.hpp"
+#include "phistep/base/machine/only.hpp"
+#include "phistep/base/outcome/outcome.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/state/combination.hpp"
+#include "phistep/base/state/unknowns.hpp"
+#include "phistep/base/version.hpp"
 #include "phistep/schemes/rodas.hpp"
-#include "phistep/schemes/scheme_on.hpp"
-#include "phistep/state/blocks.hpp"
-#include "phistep/state/combination.hpp"
-#include "phistep/state/unknowns.hpp"
+#include "phistep/step/kernel/scheme_on.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

@@ -17,16 +17,16 @@
 
 #include <algorithm>
 
-#include "phistep/core/only.hpp"
-#include "phistep/core/outcome.hpp"
-#include "phistep/core/structure.hpp"
-#include "phistep/core/version.hpp"
-#include "phistep/equation/explicit_update.hpp"
-#include "phistep/equation/right_hand_side.hpp"
-#include "phistep/problem/edit_guard.hpp"
-#include "phistep/schemes/scheme_on.hpp"
-#include "phistep/simd/finite_witness.hpp"
-#include "phistep/state/blocks.hpp"
+#include "phistep/base/facts/structure.hpp"
+#include "phistep/base/machine/only.hpp"
+#include "phistep/base/numbers/finite_witness.hpp"
+#include "phistep/base/outcome/outcome.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/version.hpp"
+#include "phistep/step/equation/explicit_update.hpp"
+#include "phistep/step/equation/right_hand_side.hpp"
+#include "phistep/step/kernel/scheme_on.hpp"
+#include "phistep/step/transaction/edit_guard.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

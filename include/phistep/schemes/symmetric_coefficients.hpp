@@ -4,7 +4,7 @@
 
 #include <cstddef>
 
-#include "phistep/core/version.hpp"
+#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

@@ -18,13 +18,13 @@
 
 #include <numbers>
 
-#include "phistep/core/outcome.hpp"
-#include "phistep/core/scheme_facts.hpp"
-#include "phistep/core/version.hpp"
+#include "phistep/base/facts/scheme_facts.hpp"
+#include "phistep/base/outcome/outcome.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/state/combination.hpp"
+#include "phistep/base/version.hpp"
 #include "phistep/schemes/error_estimate.hpp"
-#include "phistep/schemes/scheme_on.hpp"
-#include "phistep/state/blocks.hpp"
-#include "phistep/state/combination.hpp"
+#include "phistep/step/kernel/scheme_on.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

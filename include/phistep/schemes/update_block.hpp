@@ -4,9 +4,9 @@
 
 #include <type_traits>
 
-#include "phistep/core/version.hpp"
-#include "phistep/simd/update.hpp"
-#include "phistep/state/blocks.hpp"
+#include "phistep/base/numbers/update.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

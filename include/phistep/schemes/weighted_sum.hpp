@@ -12,9 +12,9 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/core/version.hpp"
-#include "phistep/simd/update.hpp"
-#include "phistep/state/combination.hpp"
+#include "phistep/base/numbers/update.hpp"
+#include "phistep/base/state/combination.hpp"
+#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

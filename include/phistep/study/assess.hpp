@@ -16,11 +16,11 @@
 #include <string>
 #include <utility>
 
-#include "phistep/core/version.hpp"
-#include "phistep/study/method.hpp"
-#include "phistep/study/report.hpp"
-#include "phistep/study/spectrum.hpp"
-#include "phistep/study/stable_step.hpp"
+#include "phistep/base/version.hpp"
+#include "phistep/study/stability/method.hpp"
+#include "phistep/study/stability/report.hpp"
+#include "phistep/study/stability/spectrum.hpp"
+#include "phistep/study/stability/stable_step.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
-#include "phistep/core/version.hpp"
+#include "phistep/base/version.hpp"
+#include "phistep/linear/lanes/complex_pack.hpp"
 #include "phistep/linear/lanes/lane_pivot.hpp"
-#include "phistep/simd/complex_pack.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

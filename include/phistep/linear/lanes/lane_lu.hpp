@@ -15,9 +15,9 @@
 #include <utility>
 #include <vector>
 
-#include "phistep/core/arithmetic.hpp"
-#include "phistep/core/version.hpp"
-#include "phistep/simd/complex_pack.hpp"
+#include "phistep/base/numbers/arithmetic.hpp"
+#include "phistep/base/version.hpp"
+#include "phistep/linear/lanes/complex_pack.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

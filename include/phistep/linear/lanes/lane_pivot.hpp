@@ -5,8 +5,8 @@
 
 #include <limits>
 
-#include "phistep/core/arithmetic.hpp"
-#include "phistep/core/version.hpp"
+#include "phistep/base/numbers/arithmetic.hpp"
+#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

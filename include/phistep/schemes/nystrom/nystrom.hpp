@@ -18,20 +18,20 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/core/outcome.hpp"
-#include "phistep/core/scheme_facts.hpp"
-#include "phistep/core/version.hpp"
-#include "phistep/equation/bound_masses.hpp"
+#include "phistep/base/facts/scheme_facts.hpp"
+#include "phistep/base/numbers/update.hpp"
+#include "phistep/base/outcome/outcome.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/state/combination.hpp"
+#include "phistep/base/state/unknowns.hpp"
+#include "phistep/base/version.hpp"
 #include "phistep/schemes/explicit_stages.hpp"
 #include "phistep/schemes/nystrom/carried_rounding.hpp"
 #include "phistep/schemes/nystrom/nystrom_interpolant.hpp"
 #include "phistep/schemes/nystrom/nystrom_tableaus.hpp"
-#include "phistep/schemes/scheme_on.hpp"
 #include "phistep/schemes/update_block.hpp"
-#include "phistep/simd/update.hpp"
-#include "phistep/state/blocks.hpp"
-#include "phistep/state/combination.hpp"
-#include "phistep/state/unknowns.hpp"
+#include "phistep/step/kernel/scheme_on.hpp"
+#include "phistep/step/mass/bound_masses.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

@@ -13,9 +13,9 @@
 #include <iterator>
 #include <tuple>
 
-#include "phistep/core/version.hpp"
-#include "phistep/state/blocks.hpp"
-#include "phistep/state/unknowns.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/state/unknowns.hpp"
+#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

@@ -6,7 +6,7 @@
 /// 7 (1987) 423. Fractions are as printed, or the printed fractions to 24 digits.
 #pragma once
 
-#include "phistep/core/version.hpp"
+#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

@@ -24,17 +24,17 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/core/only.hpp"
-#include "phistep/core/outcome.hpp"
-#include "phistep/core/scheme_facts.hpp"
-#include "phistep/core/version.hpp"
-#include "phistep/equation/bound_masses.hpp"
+#include "phistep/base/facts/scheme_facts.hpp"
+#include "phistep/base/machine/only.hpp"
+#include "phistep/base/outcome/outcome.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/state/unknowns.hpp"
+#include "phistep/base/version.hpp"
 #include "phistep/schemes/radau/radau_constants.hpp"
 #include "phistep/schemes/radau/radau_control.hpp"
 #include "phistep/schemes/radau/radau_solver.hpp"
-#include "phistep/schemes/scheme_on.hpp"
-#include "phistep/state/blocks.hpp"
-#include "phistep/state/unknowns.hpp"
+#include "phistep/step/kernel/scheme_on.hpp"
+#include "phistep/step/mass/bound_masses.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

@@ -5,7 +5,7 @@
 #include <array>
 #include <cstddef>
 
-#include "phistep/core/version.hpp"
+#include "phistep/base/version.hpp"
 #include "phistep/schemes/radau/radau_tableau.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {

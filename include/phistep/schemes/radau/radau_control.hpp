@@ -13,9 +13,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "phistep/core/arithmetic.hpp"
-#include "phistep/core/version.hpp"
-#include "phistep/solve/convergence.hpp"
+#include "phistep/base/numbers/arithmetic.hpp"
+#include "phistep/base/version.hpp"
+#include "phistep/step/solve/convergence.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

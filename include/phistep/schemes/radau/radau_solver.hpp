@@ -1,7 +1,7 @@
 /// @file
 /// The equations of a Radau IIA step, (1) of radau.hpp, solved: its Jacobian and matrices, kept while they serve; the simplified
 /// Newton iteration of radau_stages.hpp, to a tolerance or to rounding. What the matrices look like is the kernel's affair
-/// (solve/shifted_stages.hpp).
+/// (schemes/radau/shifted_stages.hpp).
 #pragma once
 
 #include <Eigen/Core>
@@ -14,16 +14,16 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/core/arithmetic.hpp"
-#include "phistep/core/outcome.hpp"
-#include "phistep/core/version.hpp"
+#include "phistep/base/numbers/arithmetic.hpp"
+#include "phistep/base/outcome/outcome.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/state/non_finite.hpp"
+#include "phistep/base/state/unknowns.hpp"
+#include "phistep/base/version.hpp"
 #include "phistep/schemes/radau/radau_constants.hpp"
 #include "phistep/schemes/radau/radau_control.hpp"
 #include "phistep/schemes/radau/radau_stages.hpp"
-#include "phistep/solve/shifted_stages.hpp"
-#include "phistep/state/blocks.hpp"
-#include "phistep/state/non_finite.hpp"
-#include "phistep/state/unknowns.hpp"
+#include "phistep/schemes/radau/shifted_stages.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

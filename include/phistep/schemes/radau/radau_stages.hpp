@@ -12,7 +12,7 @@
 /// as the iteration converges, T and T⁻¹ work on numbers that vanish. First order: K = 0, C = Ψ_y. For motion the positions follow,
 /// Z^r_i = c_i h v + (h/λ w)_i, so that these are n equations for v, and not 2n.
 ///
-/// All four lanes are worked on at once (matrix/lane_system.hpp); a method with fewer leaves the others zero.
+/// All four lanes are worked on at once (linear/lanes/lane_system.hpp); a method with fewer leaves the others zero.
 #pragma once
 
 #include <Eigen/Core>
@@ -24,9 +24,9 @@
 #include <type_traits>
 #include <vector>
 
-#include "phistep/core/arithmetic.hpp"
-#include "phistep/core/version.hpp"
-#include "phistep/matrix/lane_system.hpp"
+#include "phistep/base/numbers/arithmetic.hpp"
+#include "phistep/base/version.hpp"
+#include "phistep/linear/lanes/lane_system.hpp"
 #include "phistep/schemes/radau/radau_constants.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {

@@ -20,7 +20,7 @@
 #include <array>
 #include <cstddef>
 
-#include "phistep/core/version.hpp"
+#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 namespace radau_detail {

@@ -1,0 +1,251 @@
+/// @file
+/// How a type falls into the records of an archive: what Writer and Reader of archive.hpp share.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <iosfwd>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "phistep/base/archive/archive_kinds.hpp"
+#include "phistep/base/version.hpp"
+
+namespace phistep { inline namespace PHISTEP_ABI {
+
+/// What both directions share: how a type falls into records.
+template <class Self>
+class Archive {
+ public:
+  template <class... T>
+  void operator()(T&&... parts) {
+    values<false>(parts...);
+  }
+  template <class... T>
+  void in_place(T&&... parts) {
+    values<true>(parts...);
+  }
+  template <bool fixed = false, class T>
+  void value(std::string_view name, T& x) {
+    using V = std::remove_const_t<T>;
+    if constexpr (detail::Archived<V>) {
+      self().open(name);
+      const_cast<V&>(x).archive(self());
+      self().close();
+    } else if constexpr (detail::Dense<V>) {
+      dense<fixed>(name, x);
+    } else if constexpr (detail::Blocked<V>) {
+      self().open(name);
+      std::apply([this](auto&... block) { (this->template value<fixed>(this->template name_of<V>(), block), ...); },
+                 V::blocks(x));
+      self().close();
+    } else if constexpr (std::is_same_v<V, std::string>) {
+      text(name, x);
+    } else if constexpr (detail::is_list<V>) {
+      list(name, x);
+    } else if constexpr (detail::is_optional<V>) {
+      bool has = x.has_value();
+      self().open(name);
+      value("has", has);
+      if constexpr (Self::reading) {
+        x.reset();
+        if (has) x.emplace();
+      }
+      if (has) value<fixed>("value", *x);
+      self().close();
+    } else if constexpr (detail::TupleLike<V> && requires { x.begin(); }) {
+      array<fixed>(name, x);
+    } else if constexpr (detail::TupleLike<V>) {
+      self().open(name);
+      std::apply([this](auto&... element) { this->template values<fixed>(element...); }, x);
+      self().close();
+    } else if constexpr (detail::is_number<V>) {
+      std::array<std::uint64_t, 2> size{1, 1};
+      self().template head<V>(name, 0, size);
+      self().data(&x, 1);
+    } else if constexpr (detail::RandomEngine<V>) {
+      engine(name, x);
+    } else {
+      static_assert(std::is_empty_v<V>,
+                    "phistep: this type can't be archived: give it void archive(auto& ar) { ar(its, members); }");
+    }
+  }
+  /// A list of structs, as a list for each of the members named: columns("who", list, "kind", &Sleeper::kind, …).
+  template <class List, class... Members>
+  void columns(std::string_view name, List& list, const Members&... members) {
+    self().open(name);
+    bool is_first = true;
+    column(is_first, list, members...);
+    self().close();
+  }
+  /// The name of a value that has none.
+  [[nodiscard]] std::string ordinal() { return std::to_string(counts_.back()++); }
+
+ protected:
+  void enter() { counts_.push_back(0); }
+  void leave() { counts_.pop_back(); }
+  [[nodiscard]] std::size_t depth() const { return counts_.size() - 1; }
+
+ private:
+  [[nodiscard]] Self& self() { return static_cast<Self&>(*this); }
+
+  template <bool fixed>
+  void values() {}
+  template <bool fixed, class First, class... Rest>
+  void values(First& first, Rest&... rest) {
+    if constexpr (detail::is_name<First>) named<fixed>(first, rest...);
+    else named<fixed>(ordinal(), first, rest...);
+  }
+  template <bool fixed, class T, class... Rest>
+  void named(std::string_view name, T& x, Rest&... rest) {
+    value<fixed>(name, x);
+    values<fixed>(rest...);
+  }
+  /// Of a struct's next block.
+  template <class V>
+  [[nodiscard]] std::string name_of() {
+    if constexpr (requires { V::block_names; }) return V::block_names[counts_.back()++];
+    else return ordinal();
+  }
+
+  template <class List>
+  void column(bool&, List&) {}
+  template <class List, class T, class M, class... Rest>
+  void column(bool& is_first, List& list, const char* name, M T::*member, const Rest&... rest) {
+    constexpr std::size_t each = [] {
+      if constexpr (detail::TupleLike<M>) return std::tuple_size_v<M>;
+      else return std::size_t{1};
+    }();
+    const auto at = [](auto& x, [[maybe_unused]] std::size_t k) -> auto& {
+      if constexpr (detail::TupleLike<M>) return x[k];
+      else return x;
+    };
+    std::vector<std::remove_cvref_t<decltype(at(std::declval<M&>(), 0))>> all;
+    if constexpr (!Self::reading) {
+      all.reserve(each * list.size());
+      for (const T& x : list)
+        for (std::size_t k = 0; k < each; ++k) all.push_back(at(x.*member, k));
+    }
+    this->list(name, all);
+    if constexpr (Self::reading) {
+      if (std::exchange(is_first, false)) list.assign(all.size() / each, T{});
+      self().check(all.size() == each * list.size());
+      for (std::size_t i = 0; i < all.size(); ++i) at(list[i / each].*member, i % each) = all[i];
+    }
+    column(is_first, list, rest...);
+  }
+  void text(std::string_view name, auto& x) {
+    std::array<std::uint64_t, 2> size{x.size(), 1};
+    self().template head<char>(name, 1, size, {'t', 1});
+    if constexpr (Self::reading) x.resize(static_cast<std::size_t>(size[0]));
+    self().data(x.data(), x.size());
+  }
+  /// As the standard writes them: they go on in the same way elsewhere.
+  template <class Out = std::ostringstream, class In = std::istringstream, class T>
+  void engine(std::string_view name, T& x) {
+    std::string state;
+    if constexpr (!Self::reading) {
+      Out out;
+      out.imbue(decltype(out.getloc())::classic());
+      out << x;
+      state = out.str();
+    }
+    text(name, state);
+    if constexpr (Self::reading) {
+      In in(state);
+      in.imbue(decltype(in.getloc())::classic());
+      in >> x;
+      self().check(static_cast<bool>(in));
+    }
+  }
+  template <class T>
+  void list(std::string_view name, T& x) {
+    using V = typename T::value_type;
+    static_assert(!std::is_empty_v<V>, "phistep: a list of empty objects can't be archived");
+    std::array<std::uint64_t, 2> size{x.size(), 1};
+    if constexpr (detail::is_number<V>) {
+      self().template head<V>(name, 1, size);
+      if constexpr (Self::reading) x.resize(static_cast<std::size_t>(size[0]));
+      if constexpr (std::is_same_v<V, bool>) {
+        for (std::size_t i = 0; i < x.size(); ++i) {
+          bool bit = x[i];
+          self().data(&bit, 1);
+          if constexpr (Self::reading) x[i] = bit;
+        }
+      } else {
+        self().data(x.data(), x.size());
+      }
+    } else {
+      self().open(name, &size[0]);
+      if constexpr (Self::reading) {
+        x.clear();  // grows with what is really there
+        for (std::uint64_t i = 0; i < size[0]; ++i) {
+          V element{};
+          values<false>(element);
+          x.push_back(std::move(element));
+        }
+      } else {
+        for (auto& element : x) values<false>(element);
+      }
+      self().close();
+    }
+  }
+  template <bool fixed, class T>
+  void array(std::string_view name, T& x) {
+    using V = std::remove_const_t<typename T::value_type>;
+    std::array<std::uint64_t, 2> size{x.size(), 1};
+    if constexpr (detail::is_number<V>) {
+      self().template head<V>(name, 1, size);
+      self().fits(name, size, x.size(), 1);
+      self().data(x.data(), x.size());
+    } else {
+      self().open(name, &size[0]);
+      self().fits(name, size, x.size(), 1);
+      for (auto& element : x) values<fixed>(element);
+      self().close();
+    }
+  }
+
+  template <bool fixed, class T>
+  void dense(std::string_view name, T& x) {
+    using V = std::remove_const_t<T>;
+    using Scalar = typename V::Scalar;
+    constexpr bool plain = std::is_base_of_v<Eigen::PlainObjectBase<V>, V>;
+    std::array<std::uint64_t, 2> size{static_cast<std::uint64_t>(x.rows()), static_cast<std::uint64_t>(x.cols())};
+    self().template head<Scalar>(name, 2, size);
+    if constexpr (Self::reading) {
+      const auto bound = [](Eigen::Index own, std::uint64_t there) {
+        return own == Eigen::Dynamic ? there : static_cast<std::uint64_t>(own);
+      };
+      if constexpr (fixed || !plain || V::SizeAtCompileTime != Eigen::Dynamic) {
+        self().fits(name, size, static_cast<std::uint64_t>(x.rows()), static_cast<std::uint64_t>(x.cols()));
+      } else {
+        self().fits(name, size, bound(V::RowsAtCompileTime, size[0]), bound(V::ColsAtCompileTime, size[1]));
+        self().fits(name, size, std::min(size[0], bound(V::MaxRowsAtCompileTime, size[0])),
+                    std::min(size[1], bound(V::MaxColsAtCompileTime, size[1])));
+        x.resize(static_cast<Eigen::Index>(size[0]), static_cast<Eigen::Index>(size[1]));
+      }
+    }
+    if constexpr (plain && (!V::IsRowMajor || V::IsVectorAtCompileTime)) {
+      self().data(x.data(), static_cast<std::size_t>(x.size()));
+    } else {
+      // A view may have gaps, and rows may come first: its numbers pass through a matrix of columns.
+      Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic> copy(x.rows(), x.cols());
+      if constexpr (!Self::reading) copy = x;
+      self().data(copy.data(), static_cast<std::size_t>(copy.size()));
+      if constexpr (Self::reading) x = copy;
+    }
+  }
+
+  std::vector<std::size_t> counts_{0};  // of values without a name, section by section
+};
+
+}}  // namespace phistep::PHISTEP_ABI

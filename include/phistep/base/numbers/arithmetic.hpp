@@ -1,0 +1,76 @@
+/// @file
+/// Sizes of numbers, and divisors that stay in range: by powers of two, which change no bit of a result.
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <type_traits>
+
+#include "phistep/base/version.hpp"
+
+namespace phistep { inline namespace PHISTEP_ABI {
+
+/// Subnormal numbers below it are all rounded alike, and have no finite inverse.
+template <class Scalar>
+inline constexpr Scalar least_normal = std::numeric_limits<Scalar>::min();
+
+/// x as a divisor for numbers of type Scalar.
+template <class Scalar, class Number>
+[[nodiscard]] Number at_least_normal(Number x) {
+  return std::max(x, static_cast<Number>(least_normal<Scalar>));
+}
+
+/// The largest magnitude in a vector or matrix, 0 in an empty one.
+template <class Block>
+[[nodiscard]] typename Block::Scalar max_abs(const Block& x) {
+  return x.size() == 0 ? typename Block::Scalar{0} : x.cwiseAbs().maxCoeff();
+}
+/// … as a double.
+[[nodiscard]] double largest(const auto& x) { return static_cast<double>(max_abs(x)); }
+
+/// xⁿ, 1 where n < 0
+[[nodiscard]] inline double power_of(double x, int n) {
+  double all = 1;
+  for (; n > 0; n /= 2, x *= x)
+    if (n % 2 == 1) all *= x;
+  return all;
+}
+
+/// A power of two that brings numbers up to this size to about one, so that their squares stay in range: 1 for 0, and for
+/// what is not finite.
+template <class Scalar>
+[[nodiscard]] Scalar to_unit_size(Scalar size) {
+  if (!(size > Scalar{0}) || !std::isfinite(size)) return Scalar{1};
+  using Numbers = std::numeric_limits<Scalar>;
+  return std::ldexp(Scalar{1}, std::clamp(-std::ilogb(size), Numbers::min_exponent - 1, Numbers::max_exponent - 1));
+}
+
+/// x = power · rest, a power of two and 1 ≤ rest < 2. What is squared beside x may be multiplied by the one before and by the
+/// other after: the bits are those of x² y², the range is that of x y.
+template <class Scalar>
+struct PowerAndRest {
+  Scalar power, rest;
+};
+template <class Scalar>
+[[nodiscard]] PowerAndRest<Scalar> split_power(Scalar x) {
+  if (!(x >= least_normal<Scalar>) || !(x <= std::numeric_limits<Scalar>::max())) return {x, Scalar{1}};
+  if constexpr (std::is_same_v<Scalar, double>) {
+    constexpr std::uint64_t exponent = 0x7ff0000000000000, one = 0x3ff0000000000000;
+    const auto bits = std::bit_cast<std::uint64_t>(x);
+    return {std::bit_cast<double>(bits & exponent), std::bit_cast<double>((bits & ~exponent) | one)};
+  } else {
+    const Scalar power = std::ldexp(Scalar{1}, std::ilogb(x));
+    return {power, x / power};
+  }
+}
+
+/// The distance from |x| to the next number.
+template <class Scalar>
+[[nodiscard]] Scalar spacing(Scalar x) {
+  return std::nextafter(std::abs(x), std::numeric_limits<Scalar>::infinity()) - std::abs(x);
+}
+
+}}  // namespace phistep::PHISTEP_ABI

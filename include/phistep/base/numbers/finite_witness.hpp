@@ -1,0 +1,50 @@
+/// @file
+/// Whether numbers are finite, learned while they are written: an OR over the bits of x − x, ±0 where x is finite and NaN
+/// otherwise. Integer OR may be reordered, so that both compilers vectorise it; a floating-point sum they may not. It costs no
+/// time beside the memory traffic (measured, g++ 12 and clang 14).
+#pragma once
+
+#include <bit>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <type_traits>
+
+#include "phistep/base/version.hpp"
+
+namespace phistep { inline namespace PHISTEP_ABI {
+
+/// Remembers whether all numbers seen were finite.
+template <std::floating_point Scalar>
+class FiniteWitness {
+  static constexpr bool bitwise = sizeof(Scalar) == 4 || sizeof(Scalar) == 8;  // long double has padding, and no SIMD
+  using Bits = std::conditional_t<sizeof(Scalar) == 4, std::uint32_t, std::uint64_t>;
+
+ public:
+  void see(Scalar x) {
+    if constexpr (bitwise) seen_ |= std::bit_cast<Bits>(x - x);
+    else seen_ |= x - x == 0 ? 0u : 2u;
+  }
+  void see(FiniteWitness other) { seen_ |= other.seen_; }
+  /// The sign bit doesn't count: x − x is −0 when rounding towards −∞.
+  [[nodiscard]] bool all_finite() const { return static_cast<Bits>(seen_ << 1) == 0; }
+
+ private:
+  Bits seen_ = 0;
+};
+
+/// Where nothing can be other than finite.
+template <std::floating_point Scalar>
+struct NoWitness {
+  static void see(Scalar) {}
+};
+
+/// True where every one of the n values is finite.
+template <class Scalar>
+[[nodiscard]] bool all_finite(const Scalar* x, std::ptrdiff_t n) {
+  FiniteWitness<Scalar> witness;
+  for (std::ptrdiff_t i = 0; i < n; ++i) witness.see(x[i]);
+  return witness.all_finite();
+}
+
+}}  // namespace phistep::PHISTEP_ABI

@@ -1,0 +1,104 @@
+/// @file
+/// Counts of the work done, so that "skipped" is a number that a test can assert.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+#include "phistep/base/version.hpp"
+
+namespace phistep { inline namespace PHISTEP_ABI {
+
+/// Whether this may be a count: from there it can go on for as long as there is time.
+[[nodiscard]] constexpr bool can_be_count(std::int64_t n) { return 0 <= n && n < std::int64_t{1} << 56; }
+
+/// What a stepper has done since it was made (or, in a RunReport, during one run).
+struct Statistics {
+  std::int64_t steps = 0;           ///< steps that succeeded
+  std::int64_t failed_steps = 0;    ///< steps that failed and left the state as it was
+  std::int64_t force_calls = 0;     ///< evaluations of Ψ, those for difference Jacobians included
+  std::int64_t jacobians = 0;       ///< evaluations of ∂Ψ/∂y
+  std::int64_t factorizations = 0;  ///< of the step's matrix M − γC − γ²K
+  std::int64_t analyses = 0;        ///< symbolic analyses of a sparse pattern
+  std::int64_t solves = 0;          ///< linear solves
+  std::int64_t iterations = 0;      ///< Newton or fixed-point iterations
+  /// Where each particle is solved by itself: Newton iterations summed over the particles. Every other count is then that
+  /// of the particle that needed most, as in sweeps over those still at work.
+  std::int64_t active_iterations = 0;
+  std::int64_t linear_iterations = 0;  ///< iterations of an iterative linear solver
+  std::int64_t fallbacks = 0;          ///< solves whose indefinite tangent was clamped or solved by LU instead
+  std::int64_t kick_calls = 0;  ///< evaluations of terms that enter as kicks (at φ = 0, seldom), beside force_calls
+  std::int64_t halvings = 0;    ///< steps replaced by two half steps
+  std::int64_t checks = 0;      ///< evaluations of Ψ to check a supplied Jacobian or pattern, beside force_calls
+  std::int64_t rejections = 0;  ///< steps that were solved but whose error was too large
+  std::int64_t sleeping = 0;    ///< particle-steps not computed, because the particle slept
+
+  friend constexpr Statistics operator-(Statistics a, const Statistics& b) {
+    for_each(a, [&b](const char*, auto count, std::int64_t& value) { value -= b.*count; });
+    return a;
+  }
+  friend constexpr Statistics operator+(Statistics a, const Statistics& b) {
+    for_each(a, [&b](const char*, auto count, std::int64_t& value) { value += b.*count; });
+    return a;
+  }
+  /// Each count the larger of two.
+  [[nodiscard]] friend constexpr Statistics largest_of(Statistics a, const Statistics& b) {
+    for_each(a, [&b](const char*, auto count, std::int64_t& value) { value = value < b.*count ? b.*count : value; });
+    return a;
+  }
+  friend constexpr bool operator==(const Statistics&, const Statistics&) = default;
+
+  void archive(auto& ar) {
+    for_each(*this, [&ar](const char* name, auto, std::int64_t& value) {
+      std::string_view label(name);
+      label = label.substr(0, label.find_last_not_of(' ') + 1);
+      ar.value(label, value);
+      ar.check(can_be_count(value));
+    });
+  }
+
+  /// One line a count, those that most scenes don't have only where they aren't zero. A template, so that the core needs
+  /// no stream header.
+  template <class OStream>
+    requires requires(OStream& out) { out << "" << std::int64_t{}; }
+  friend OStream& operator<<(OStream& out, const Statistics& s) {
+    for_each(s, [&](const char* name, auto count, std::int64_t value) {
+      if (count == &Statistics::failed_steps) return;
+      if (value == 0 && is_special(count)) return;
+      out << "  " << name << value;
+      if (count == &Statistics::steps && s.failed_steps != 0) out << "  (and " << s.failed_steps << " failed)";
+      out << '\n';
+    });
+    return out;
+  }
+
+ private:
+  using Count = std::int64_t Statistics::*;
+  [[nodiscard]] static constexpr bool is_special(Count count) {
+    return count == &Statistics::analyses || count == &Statistics::active_iterations ||
+           count == &Statistics::linear_iterations || count == &Statistics::fallbacks ||
+           count == &Statistics::kick_calls || count == &Statistics::halvings || count == &Statistics::checks ||
+           count == &Statistics::rejections || count == &Statistics::sleeping;
+  }
+  /// f(name padded to a column, which, its value)
+  static constexpr void for_each(auto& s, auto&& f) {
+    f("steps               ", &Statistics::steps, s.steps);
+    f("failed steps        ", &Statistics::failed_steps, s.failed_steps);
+    f("force calls         ", &Statistics::force_calls, s.force_calls);
+    f("Jacobians           ", &Statistics::jacobians, s.jacobians);
+    f("factorizations      ", &Statistics::factorizations, s.factorizations);
+    f("pattern analyses    ", &Statistics::analyses, s.analyses);
+    f("linear solves       ", &Statistics::solves, s.solves);
+    f("iterations          ", &Statistics::iterations, s.iterations);
+    f("particle iterations ", &Statistics::active_iterations, s.active_iterations);
+    f("linear iterations   ", &Statistics::linear_iterations, s.linear_iterations);
+    f("fallbacks           ", &Statistics::fallbacks, s.fallbacks);
+    f("kick calls          ", &Statistics::kick_calls, s.kick_calls);
+    f("halvings            ", &Statistics::halvings, s.halvings);
+    f("Jacobian checks     ", &Statistics::checks, s.checks);
+    f("rejected steps      ", &Statistics::rejections, s.rejections);
+    f("sleeping            ", &Statistics::sleeping, s.sleeping);
+  }
+};
+
+}}  // namespace phistep::PHISTEP_ABI

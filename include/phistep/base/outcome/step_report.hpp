@@ -1,0 +1,105 @@
+/// @file
+/// What `step` returns: 16 bytes; the story of a failure stays in the stepper and becomes text on demand.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstdio>
+#include <string>
+#include <type_traits>
+
+#include "phistep/base/outcome/outcome.hpp"
+
+namespace phistep { inline namespace PHISTEP_ABI {
+
+/// The outcome as a paragraph: what happened, the details known, what to try.
+[[nodiscard]] inline std::string explain(Outcome outcome, const std::string& details = {}) {
+  std::string text = std::string("phistep: ") + describe(outcome) + details;
+  if (const char* advice = advise(outcome); *advice != '\0') text += std::string(". Try: ") + advice;
+  return text + '.';
+}
+
+/// The details of the last failed step, kept by the stepper.
+struct Failure {
+  static constexpr std::size_t history_length = 24;
+
+  Outcome outcome = Outcome::success;
+  double t = 0;                                     ///< [time] start of the step
+  double dt = 0;                                    ///< [time] its length
+  std::int64_t block = -1;                          ///< which block of the state (motion: 0 = r, 1 = v), −1 = unknown
+  std::int64_t index = -1;                          ///< which component of that block, in storage order
+  std::int64_t row = -1;                            ///< for matrix-shaped blocks: the component …
+  std::int64_t column = -1;                         ///< … of this particle
+  std::int64_t particle = -1;                       ///< whose own equations failed, where each has its own
+  int term = -1;                                    ///< which term of a sum, −1 = unknown or not a sum
+  std::int64_t returned_rows = -1;                  ///< of a result of the wrong size, −1 = there was none
+  std::int64_t returned_columns = -1;               ///< likewise
+  int iterations = 0;                               ///< Newton or fixed-point iterations done
+  std::array<double, history_length> increments{};  ///< relative size of each one's increment
+
+  void record(double increment) {
+    if (static_cast<std::size_t>(iterations) < history_length)
+      increments[static_cast<std::size_t>(iterations)] = increment;
+    ++iterations;
+  }
+
+  void archive(auto& ar) {
+    ar("outcome", outcome, "t", t, "dt", dt, "block", block, "index", index, "row", row, "column", column, "particle",
+       particle, "term", term, "returned_rows", returned_rows, "returned_columns", returned_columns, "iterations",
+       iterations, "increments", increments);
+    ar.check(0 <= iterations && iterations < 1 << 30);
+  }
+
+  /// Everything known, as one paragraph.
+  [[nodiscard]] std::string message() const {
+    std::string text;
+    char buffer[96];
+    if (index >= 0) {
+      text += ", component " + std::to_string(index);
+      if (block >= 0) text += " of block " + std::to_string(block);
+      if (column >= 0) text += " (particle " + std::to_string(column) + ", row " + std::to_string(row) + ")";
+    }
+    if (particle >= 0 && column < 0) text += ", particle " + std::to_string(particle);
+    if (term >= 0) text += ", from term " + std::to_string(term) + " of the sum";
+    if (returned_rows >= 0)
+      text += ": it is " + std::to_string(returned_rows) + " x " + std::to_string(returned_columns);
+    std::snprintf(buffer, sizeof buffer, "; at t = %.9g, dt = %.9g", t, dt);
+    text += buffer;
+    if (iterations > 0) {
+      const bool newton = outcome != Outcome::iteration_diverged && outcome != Outcome::iteration_stalled;
+      text += newton ? "; relative Newton increments" : "; relative increments";
+      const auto shown = std::min(static_cast<std::size_t>(iterations), history_length);
+      for (std::size_t k = 0; k < shown; ++k) {
+        std::snprintf(buffer, sizeof buffer, " %.2g", increments[k]);
+        text += buffer;
+      }
+    }
+    return explain(outcome, text);
+  }
+};
+
+/// The result of one step. Contextually true on success; on failure the state is bit for bit what it was.
+class [[nodiscard]] StepReport {
+ public:
+  constexpr StepReport() = default;
+  constexpr StepReport(Outcome outcome, int iterations, const Failure* failure)
+      : failure_{failure}, iterations_{iterations}, outcome_{outcome} {}
+
+  [[nodiscard]] constexpr explicit operator bool() const { return outcome_ == Outcome::success; }
+  [[nodiscard]] constexpr Outcome outcome() const { return outcome_; }
+  [[nodiscard]] constexpr int iterations() const { return iterations_; }  ///< Newton iterations of this step
+
+  /// The details of a failure. Valid, like message(), until the stepper's next step, move or end of life.
+  [[nodiscard]] Failure failure() const { return failure_ != nullptr ? *failure_ : Failure{}; }
+  /// What happened, where, and what to try. Valid until the stepper's next step, move or end of life.
+  [[nodiscard]] std::string message() const { return failure_ != nullptr ? failure_->message() : explain(outcome_); }
+
+ private:
+  const Failure* failure_ = nullptr;
+  std::int32_t iterations_ = 0;
+  Outcome outcome_ = Outcome::success;
+};
+static_assert(sizeof(StepReport) <= 16 && std::is_trivially_copyable_v<StepReport>);
+
+}}  // namespace phistep::PHISTEP_ABI

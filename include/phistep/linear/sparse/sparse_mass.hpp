@@ -1,0 +1,127 @@
+/// @file
+/// A sparse mass or capacity matrix, such as finite elements make.
+#pragma once
+
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
+#include <Eigen/SparseLU>
+#include <Eigen/SparseQR>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <stdexcept>
+#include <utility>
+
+#include "phistep/base/facts/structure.hpp"
+#include "phistep/base/numbers/finite_witness.hpp"
+#include "phistep/base/numbers/xorshift.hpp"
+#include "phistep/base/version.hpp"
+#include "phistep/step/mass/generalized_inverse.hpp"
+#include "phistep/step/mass/mass.hpp"
+#include "phistep/step/mass/matrix_mass.hpp"
+
+namespace phistep { inline namespace PHISTEP_ABI {
+
+/// G of a sparse M (generalized_inverse.hpp).
+template <class T>
+class SparseGeneralizedInverse {
+ public:
+  using Matrix = Eigen::SparseMatrix<T>;
+  explicit SparseGeneralizedInverse(const Matrix& M)
+      : scales_{M.rows(), [&M](auto&& f) {
+                  for (Eigen::Index outer = 0; outer < M.outerSize(); ++outer)
+                    for (typename Matrix::InnerIterator entry(M, outer); entry; ++entry)
+                      if (entry.value() != 0) f(entry.row(), entry.col(), entry.value());
+                }} {
+    Matrix scaled = scales_.rows.asDiagonal() * M * scales_.columns.asDiagonal();
+    scaled.makeCompressed();
+    qr_.setPivotThreshold(rank_threshold<T>(M.rows()));  // columns are about as long as one
+    qr_.compute(scaled);
+  }
+  [[nodiscard]] Eigen::Index rank() const { return qr_.rank(); }
+  [[nodiscard]] Eigen::Index dependent() const {
+    return rank() < qr_.cols() ? static_cast<Eigen::Index>(qr_.colsPermutation().indices()[rank()]) : -1;
+  }
+  [[nodiscard]] const Equilibrium<T>& scales() const { return scales_; }
+  /// x ← G x
+  void solve(auto&& x) const {
+    const Eigen::Matrix<T, Eigen::Dynamic, 1> scaled = scales_.rows.cwiseProduct(x);
+    const Eigen::Matrix<T, Eigen::Dynamic, 1> found = qr_.solve(scaled);
+    x = scales_.columns.cwiseProduct(found);
+  }
+
+ private:
+  Equilibrium<T> scales_;
+  Eigen::SparseQR<Matrix, Eigen::COLAMDOrdering<int>> qr_;
+};
+
+/// A sparse M, factorized once. Eigen's sparse solve allocates a vector a call.
+template <class T>
+class SparseMass : public MatrixMass<SparseMass<T>, Eigen::SparseMatrix<T>, SparseGeneralizedInverse<T>> {
+ public:
+  static constexpr Structure structure = Structure::sparse;
+  using Matrix = Eigen::SparseMatrix<T>;
+  using Vector = Eigen::Matrix<T, Eigen::Dynamic, 1>;
+  /// @throws std::invalid_argument unless the matrix is square and finite.
+  explicit SparseMass(Matrix mass) : Base{std::move(mass)} {
+    mass_.makeCompressed();
+    if (mass_.rows() != mass_.cols() || !all_finite(mass_.valuePtr(), mass_.nonZeros()))
+      throw std::invalid_argument("phistep: a mass matrix must be square and finite");
+    auto lu = std::make_shared<Eigen::SparseLU<Matrix>>();
+    lu->compute(mass_);
+    const bool factorized = lu->info() == Eigen::Success;
+    if (!factorized || is_doubtful(*lu)) {
+      auto range = std::make_shared<SparseGeneralizedInverse<T>>(mass_);
+      if (!factorized || range->rank() < mass_.rows()) range_ = std::move(range);
+    }
+    if (!range_) lu_ = std::move(lu);
+  }
+  template <class Scalar, class Block>
+  [[nodiscard]] SparseMass<Scalar> bind(const Block& block) const {
+    this->check_size(block);
+    return SparseMass<Scalar>{Eigen::SparseMatrix<Scalar>(mass_.template cast<Scalar>())};
+  }
+  /// x ← M⁻¹ x
+  void solve(auto&& x) const {
+    if (range_) range_->solve(x);
+    else x = lu_->solve(x).eval();
+  }
+  [[nodiscard]] static bool has_cholesky_factor(const Matrix& M) {
+    return Eigen::SimplicialLLT<Matrix>{M}.info() == Eigen::Success;
+  }
+  void subtract_product(const auto& x, auto&& out) const { out -= mass_ * x; }
+  void for_each_entry(Eigen::Index, auto&& f) const {
+    for (Eigen::Index outer = 0; outer < mass_.outerSize(); ++outer)
+      for (typename Matrix::InnerIterator entry(mass_, outer); entry; ++entry)
+        f(entry.row(), entry.col(), entry.value());
+  }
+  void add_product(auto&& x, auto& out) const {
+    for_each_entry(0, [&](Eigen::Index i, Eigen::Index j, T m) { out.data()[i] += m * x(j); });
+  }
+
+ private:
+  /// Factors of a singular matrix blow a vector up. Bad scales do, too: the QR of the scaled matrix tells.
+  [[nodiscard]] bool is_doubtful(const Eigen::SparseLU<Matrix>& lu) const {
+    if (mass_.rows() == 0) return false;
+    Xorshift random{0x9e3779b97f4a7c15u};
+    Vector x(mass_.rows());
+    for (T& each : x) each = random.sign(T{1});
+    T largest{0};
+    for (Eigen::Index k = 0; k < mass_.nonZeros(); ++k) largest = std::max(largest, std::abs(mass_.valuePtr()[k]));
+    x = lu.solve(x).eval();
+    return !(x.cwiseAbs().maxCoeff() * largest < T(1e6));
+  }
+
+  using Base = typename SparseMass::MatrixMass;
+  using Base::mass_, Base::range_;
+  std::shared_ptr<Eigen::SparseLU<Matrix>> lu_;  // Eigen's SparseLU can't be copied or moved
+};
+
+template <class T, int options, class StorageIndex>
+struct MassKind<Eigen::SparseMatrix<T, options, StorageIndex>> {
+  using type = SparseMass<T>;
+  static type make(const Eigen::SparseMatrix<T, options, StorageIndex>& m) { return type{Eigen::SparseMatrix<T>(m)}; }
+};
+
+}}  // namespace phistep::PHISTEP_ABI

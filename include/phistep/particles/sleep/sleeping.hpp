@@ -1,0 +1,237 @@
+/// @file
+/// A stepper around a stepper that doesn't compute particles at rest, within limits, and reports what that cost.
+///
+///     Sleeping stepper{PhiStepper{grains, force, symplectic_euler}, SleepOptions{.speed = 1e-3}};
+///
+/// A particle that has been slower than `speed` for `steps` steps, by its velocity and by the way it has come, is watched;
+/// if it touches nobody awake (is near, where the force doesn't act by touch) it falls asleep: it stays where it is, keeps the
+/// spin that it may have on the spot, and no force on it is computed. Those watched move as any other, and as soon as one is
+/// faster than `speed`, or has come further than `speed` lets it between two checks, the sleepers that it touches are watched. So a blow goes through: it wakes what it
+/// reaches, and whom it doesn't reach sleeps on. One that a small force had been moving all along is looked at again when
+/// that would have made it as fast as `speed`, then after twice that time, and so on. A particle that the user edits wakes, or
+/// whose properties are changed; those beside a sleeper or a support that is moved or goes are watched. All wake after
+/// stepper().force() and reset(). The whole scene asleep, a step is nothing at all: until anything is changed, which
+/// then wakes all.
+///
+/// Who sleeps is left out of the stepper's active set (base/state/active_set.hpp): lists and springs stay over all. Where more
+/// than nine tenths of the bodies would stay awake (six tenths, if the set changes at every step), none is put to sleep. If that
+/// shows only after some have fallen asleep, all wake, and the next attempt comes later the fewer could sleep.
+///
+/// Not seen: a force that changes with time by itself.
+///
+/// Nothing is dropped in silence: report() has how much kinetic energy was removed and how much ∫|F|dt was not applied,
+/// and compare_sleep() runs a scene both ways and prints the difference in the user's own observables.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <new>
+#include <stdexcept>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "phistep/base/archive/archive.hpp"
+#include "phistep/base/archive/parts.hpp"
+#include "phistep/base/machine/scratch.hpp"
+#include "phistep/base/machine/serial.hpp"
+#include "phistep/base/outcome/statistics.hpp"
+#include "phistep/base/outcome/step_report.hpp"
+#include "phistep/base/state/active_set.hpp"
+#include "phistep/base/version.hpp"
+#include "phistep/particles/bodies/particles.hpp"
+#include "phistep/particles/pairs/acting_pairs.hpp"
+#include "phistep/particles/sleep/sleep_edits.hpp"
+#include "phistep/particles/sleep/sleep_report.hpp"
+#include "phistep/particles/sleep/sleep_watch.hpp"
+#include "phistep/particles/sleep/sleepers.hpp"
+#include "phistep/step/transaction/origin.hpp"
+
+namespace phistep { inline namespace PHISTEP_ABI {
+
+/// A stepper that does not compute particles at rest, and reports what that cost.
+template <class Stepper>
+class Sleeping {
+ public:
+  static constexpr const char* part_name = "stepper";
+  using S = typename Stepper::StateType;
+  using StateType = S;
+  using Scalar = ScalarOf<S>;
+  using Vectors = typename S::Vectors;
+  static constexpr int dim = S::dimensions;
+  static constexpr bool spins = S::template has<Spin>;
+  static_assert(solved_blocks<S> == 1 + (spins ? 1 : 0), "phistep: only what moves and turns can fall asleep");
+  using Force = std::remove_reference_t<decltype(std::declval<Stepper&>().force_to_look_at())>;
+  static_assert(tells_its_pairs<Force, dim>,
+                "phistep: a term doesn't tell who acts on whom (for_each_pair(memory, f), or acts_on_each): what its "
+                "forces move can't be let sleep");
+
+  /// @throws std::invalid_argument unless speed is finite and >= 0, steps and every > 0
+  Sleeping(Stepper stepper, SleepOptions options) : stepper_{std::move(stepper)}, sleepers_{options} {
+    if (!(options.speed >= 0) || !std::isfinite(options.speed) || options.steps <= 0 || options.every <= 0)
+      throw std::invalid_argument("phistep: sleeping needs a finite speed >= 0, and numbers of steps > 0");
+  }
+
+  /// Advances the state from t to t + dt. [time] On failure it keeps every bit.
+  StepReport step(S& state, Scalar t, Scalar dt, Origin origin = Origin::unknown) {
+    if (sleepers_.options.speed == 0) return stepper_.step(state, t, dt, origin);
+    if constexpr (requires { stepper_.changes(); })
+      if (std::exchange(changes_, stepper_.changes()) != stepper_.changes())
+        sleepers_.wake_all();  // the force may be another one
+    const bool is_edited = adopt(state, origin);
+    if (is_all_asleep() && std::isfinite(dt) && std::isfinite(t) && t + dt != t &&
+        sleepers_.clock + std::abs(dt) < sleepers_.review) {
+      ++steps_;
+      sleepers_.pass(dt);
+      return {Outcome::success, 0, nullptr};
+    }
+    const StepReport report = stepper_.step(state, t, dt, inner_origin(origin, is_edited));
+    if (!report) return report;
+    sleepers_.meddled = false;
+    ++steps_;
+    sleepers_.pass(dt);
+    try {
+      look_around(state, dt);
+    } catch (const std::bad_alloc&) {  // behind a step it is too late to fail: put off until the next
+      watch_.forget();
+      sleepers_.changed = true;
+    }
+    return report;
+  }
+
+  [[nodiscard]] int order() const { return stepper_.order(); }
+  [[nodiscard]] Statistics statistics() const {
+    Statistics all = stepper_.statistics();
+    if (sleepers_.options.speed > 0) all.steps = steps_;
+    all.sleeping = sleepers_.report.skipped;
+    return all;
+  }
+  [[nodiscard]] SleepReport report() const { return sleepers_.report; }
+  [[nodiscard]] bool is_asleep(Index i) const {
+    return i < static_cast<Index>(sleepers_.all.size()) && sleepers_.all[static_cast<std::size_t>(i)].is_asleep();
+  }
+  [[nodiscard]] const char* solver_name() const { return stepper_.solver_name(); }
+  [[nodiscard]] bool keeps_factors() const { return stepper_.keeps_factors(); }
+  /// As PhiStepper's.
+  [[nodiscard]] auto& force_to_look_at() { return stepper_.force_to_look_at(); }
+  [[nodiscard]] const auto& memory() const { return stepper_.memory(); }
+  [[nodiscard]] const auto& masses() const { return stepper_.masses(); }
+  [[nodiscard]] Stepper& stepper() { return stepper_; }
+  [[nodiscard]] const Stepper& stepper() const { return stepper_; }
+  /// Wakes all, too.
+  void reset() {
+    stepper_.reset();
+    sleepers_.wake_all();
+  }
+  /// As PhiStepper's.
+  [[nodiscard]] std::int64_t changes() const requires requires(const Stepper& inner) { inner.changes(); }
+  { return stepper_.changes(); }
+  void forget_unsaved() requires HasUnsaved<Stepper> { stepper_.forget_unsaved(); }
+  void save(Writer& out) const {
+    sleepers_.archive_all(out, sleepers_.all);
+    save_parts(out, "report", sleepers_.report, "id", sleepers_.id, "rest", sleepers_.rest, "sample", sleepers_.sample,
+               "velocity", sleepers_.velocity, "spin", sleepers_.spin);
+    with_counters(*this, [&out](auto&... part) { save_parts(out, part...); });
+  }
+  void load(Reader& in, auto&& then) {
+    Sleepers<S> read{sleepers_.options};
+    read.archive_all(in, read.all);
+    in("report", read.report, "id", read.id, "rest", read.rest, "sample", read.sample, "velocity", read.velocity,
+       "spin", read.spin);
+    const auto n = static_cast<Index>(read.all.size());
+    in.check(static_cast<Index>(read.id.size()) == n && read.spin.cols() == n);
+    for (const Vectors* x : {&read.rest, &read.sample, &read.velocity}) in.check(x->cols() == n);
+    with_counters(*this, [&](auto&... part) { load_parts(in, then, part...); });
+    sleepers_.all = std::move(read.all), sleepers_.id = std::move(read.id), sleepers_.report = read.report;
+    sleepers_.rest = std::move(read.rest), sleepers_.sample = std::move(read.sample);
+    sleepers_.velocity = std::move(read.velocity), sleepers_.spin = std::move(read.spin);
+    sleepers_.find_computed();
+    watch_.forget();
+    body_ = 0;
+    if constexpr (requires { stepper_.changes(); }) changes_ = stepper_.changes();
+  }
+
+ private:
+  static void with_counters(auto& self, auto&& f) {
+    auto& sleepers = self.sleepers_;
+    f("steps", self.steps_, "since_check", sleepers.since_check, "clock", sleepers.clock, "checked", sleepers.checked,
+      "review", sleepers.review, "impulse_rate", sleepers.impulse_rate, "seen", sleepers.seen, "free", sleepers.free,
+      "sets", sleepers.sets, "unrest", sleepers.unrest, "meddled", sleepers.meddled, "changed", sleepers.changed,
+      "scene", self.edits_, "stepper", self.stepper_);
+  }
+
+  [[nodiscard]] bool is_all_asleep() const {
+    return sleepers_.free == sleepers_.report.asleep && !sleepers_.changed && sleepers_.free > 0 &&
+           watch_.moving_supports().empty();
+  }
+
+  /// Follows what the user did to the particles since the last step. True where the state was edited, as far as that was
+  /// looked up.
+  [[nodiscard]] bool adopt(const S& state, Origin origin) {
+    const bool was_all_asleep = is_all_asleep();
+    bool is_other = false;
+    if (body_ != state.body().serial) {
+      const bool was_changed = sleepers_.changed;
+      is_other = edits_.adopt_bodies(sleepers_, watch_, state);
+      part();
+      if (is_other || was_changed) ++sleepers_.sets;  // a run that resumes makes the set anew that it had
+      body_ = state.body().serial;
+    }
+    const bool is_edited = origin == Origin::unknown && sleepers_.report.asleep > 0 &&
+                           edits_.are_any(sleepers_, watch_, state, active_->list());
+    if (is_edited) edits_.find(sleepers_, watch_, state);
+    if (was_all_asleep && (is_other || is_edited)) sleepers_.wake_all();
+    if (sleepers_.changed) change_set();
+    return is_edited;
+  }
+  /// What the stepper inside may rely on.
+  [[nodiscard]] Origin inner_origin(Origin origin, bool is_edited) const {
+    if (is_edited || sleepers_.report.asleep == 0) return sleepers_.meddled ? Origin::unknown : origin;
+    return origin == Origin::unedited && !sleepers_.meddled ? Origin::unedited : Origin::rest_unedited;
+  }
+
+  /// After a step: who has become fast, whom that reaches, and from time to time who may sleep.
+  void look_around(S& state, Scalar dt) {
+    auto& force = stepper_.force_to_look_at();
+    const auto& memory = stepper_.memory();
+    if (sleepers_.report.asleep > 0) {
+      watch_.follow_pairs(sleepers_, force, memory);
+      watch_.wake_reached(sleepers_, state, dt);
+    }
+    if (sleepers_.since_check >= sleepers_.options.every) {
+      sleepers_.check(state, active_->list());
+      if (sleepers_.report.asleep == 0) edits_.look_at_supports(sleepers_, watch_, state);
+      if (sleepers_.changed) change_set();
+      watch_.lull(sleepers_, state, dt, force, memory);
+    }
+    if (sleepers_.changed) change_set();
+  }
+  void change_set() {
+    part();
+    ++sleepers_.sets;
+  }
+  /// Makes the lists and the active set of who is awake, watched, asleep.
+  void part() {
+    const std::shared_ptr<ActiveSet> active = sets_.take();
+    active->assign(sleepers_.is_computed, next_serial());
+    active_ = active;
+    watch_.follow_kinds(sleepers_, active->list());
+    if (sleepers_.report.asleep == 0) stepper_.set_active(nullptr);
+    else stepper_.set_active(active_);
+    sleepers_.changed = false;
+  }
+
+  Stepper stepper_;
+  Sleepers<S> sleepers_;
+  SleepWatch<S> watch_;
+  SleepEdits<S> edits_;
+  Recycled<ActiveSet> sets_;
+  std::shared_ptr<const ActiveSet> active_;
+  std::uint64_t body_ = 0;
+  std::int64_t steps_ = 0, changes_ = 0;
+};
+
+}}  // namespace phistep::PHISTEP_ABI

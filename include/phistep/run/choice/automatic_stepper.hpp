@@ -1,0 +1,255 @@
+/// @file
+/// A stepper that chooses its scheme, and changes it where stiffness comes or goes:
+///
+///     AutomaticStepper stepper{y, robertson, 1e-6};
+///     Run run{stepper, y, {0.0, 1e11}, tolerance{.rtol = 1e-6, .atol = 1e-14}};
+///
+/// It begins with an explicit scheme, unless the start is stiff already or M is singular; stiffness_watch.hpp says when it
+/// changes, suitable_scheme.hpp to what. One scheme exists at a time: where nothing is stiff there is no Jacobian and no matrix.
+/// The changes cost a look at the rate ρ, three force calls each 25 steps or so, and no step is thrown away.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <type_traits>
+#include <utility>
+
+#include "phistep/base/archive/parts.hpp"
+#include "phistep/base/machine/only.hpp"
+#include "phistep/base/outcome/outcome.hpp"
+#include "phistep/base/outcome/statistics.hpp"
+#include "phistep/base/outcome/step_report.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/version.hpp"
+#include "phistep/run/choice/active_stepper.hpp"
+#include "phistep/run/choice/advised_problem.hpp"
+#include "phistep/run/choice/automatic_course.hpp"
+#include "phistep/run/choice/scheme_set.hpp"
+#include "phistep/run/control/run_clock.hpp"
+#include "phistep/run/stepper/error_law.hpp"
+#include "phistep/step/mass/bound_masses.hpp"
+#include "phistep/step/mass/mass.hpp"
+#include "phistep/step/transaction/trace.hpp"
+
+namespace phistep { inline namespace PHISTEP_ABI {
+
+/// Steps a state S under a force F by the scheme that suits, as long as it does.
+template <State S, class F, class MassSpec = UnitMasses>
+class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
+  using Schemes = SchemesFor<S, F, MassSpec>;
+  using Base = typename Schemes::Stepper;
+  using Steppers = typename Base::Steppers;
+  static_assert(
+      !Schemes::Rhs::has_history,
+      "phistep: no scheme is chosen for a force with a history (contacts, friction): it wants steps that resolve an "
+      "impact, of equal length; take PhiStepper{..., velocity_verlet} with fixed(dt), phistep::preflight says how "
+      "long");
+  static_assert(std::is_copy_constructible_v<S>,
+                "phistep: no scheme is chosen for a state in place: make a PhiStepper");
+
+ public:
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+
+  /// @param state  gives the sizes; views are kept, other states are not
+  /// @param force  copied for each scheme that is taken; wrap it in std::ref to keep it outside
+  /// @param rtol   that its runs will be asked for: which scheme is best depends on it
+  /// @param mass   mass(m) or capacity(C); M = 1 if left out
+  AutomaticStepper(const S& state, F force, double rtol, MassSpec mass = {})
+      : AutomaticStepper{state, std::move(force), scene_of<S, F>(plain_of(state), mass, rtol), std::move(mass)} {}
+  /// … of a problem that is described already, by scene_of.
+  AutomaticStepper(const S& state, F force, const AdvisedProblem& problem, MassSpec mass = {})
+      : AutomaticStepper{problem, bool{algebraic_component(bind_masses<S>(mass, plain_of(state)))}, state,
+                         std::move(force), std::move(mass)} {}
+
+  /// Where a run begins, its first step proposed: takes an implicit scheme where that step says stiff. Of the first run only.
+  /// @param pace  of the run. @return whether it did: the first step is then to be proposed anew
+  [[nodiscard]] bool begin_run(const S& state, const Plain& y, const RunClock<Scalar>& clock, auto& pace) {
+    if (course_.is_bound || course_.look.has_looked()) return false;
+    const RateSeen& seen = look(y, clock, pace);
+    return course_.watch.starts_stiff(seen) && change(state, y, clock, pace, seen, SchemeCause::stiff_start);
+  }
+  /// Before each step of a run: looks whether another scheme would serve better, and takes it.
+  /// @return [time] the longest step that a new scheme should begin with, nothing where it stays
+  [[nodiscard]] std::optional<double> choose(const S& state, const Plain& y, const RunClock<Scalar>& clock,
+                                             auto& pace) {
+    if (course_.is_bound || course_.done == 0) return {};
+    course_.watch.accepted(pace.propose());
+    course_.steps += std::exchange(course_.done, 0);
+    if (!course_.watch.is_due()) return {};
+    const RateSeen& seen = look(y, clock, pace);
+    const SchemeCause cause = course_.watch.is_implicit() ? SchemeCause::eased : SchemeCause::stiff;
+    if (!course_.watch.judge(seen) || !change(state, y, clock, pace, seen, cause)) return {};
+    return course_.watch.is_implicit() ? seen.dt : course_.watch.stable_step(seen);
+  }
+  [[nodiscard]] SuitableScheme scheme() const { return Schemes::Set::all[static_cast<std::size_t>(this->active())]; }
+  /// What the choice depends on.
+  [[nodiscard]] const AdvisedProblem& problem() const { return problem_; }
+  /// What it took, when and why.
+  [[nodiscard]] const SchemeUses& uses() const& { return course_.uses; }
+  [[nodiscard]] SchemeUses uses() && { return std::move(course_.uses); }
+  /// The last look at the rate.
+  [[nodiscard]] const RateSeen& seen() const { return course_.look.seen(); }
+  /// Whether it is, or would be if it could, at an implicit scheme.
+  [[nodiscard]] bool is_stiff() const { return course_.watch.is_implicit() || course_.is_bound; }
+
+  template <class Accept>
+  StepReport attempt(S& state, Scalar t, Scalar dt, Origin origin, Trace<Plain>& trace, Accept&& accept) {
+    StepReport report = Base::attempt(state, t, dt, origin, trace, accept);
+    if constexpr (Schemes::is_field)
+      if (is_by_krylov(scheme()) && shows_unsuited_krylov(report.outcome())) {
+        use_direct_solver(state, t);
+        report = Base::attempt(state, t, dt, origin, trace, accept);
+      }
+    if (report) ++course_.done;
+    else if (report.outcome() == Outcome::error_too_large) course_.watch.rejected();
+    return report;
+  }
+  [[nodiscard]] friend ErrorLaw error_law(const AutomaticStepper& stepper) { return stepper.law(); }
+  /// Of all schemes that were at work.
+  [[nodiscard]] Statistics statistics() const { return course_.retired + Base::statistics(); }
+  [[nodiscard]] std::int64_t changes() const { return course_.changes + Base::changes(); }
+
+  /// As PhiStepper's, with which scheme is at work, and what led to it.
+  void save(Writer& out) const {
+    save_parts(out, "active", this->active(), "course", course_);
+    out.open("scheme");
+    Base::save(out);
+    out.close();
+  }
+  void load(Reader& in, auto&& then) {
+    int active = 0;
+    AutomaticCourse<Plain> course = course_;
+    in("active", active, "course", course);
+    in.check(0 <= active && active < Schemes::count);
+    Base fresh{[&] { return Schemes::make(active, sample(), force_, mass_); }};
+    in.open("scheme");
+    fresh.load(in, [&] {
+      in.close();
+      then();
+    });
+    static_cast<Base&>(*this) = std::move(fresh);
+    course_ = std::move(course);
+  }
+
+ private:
+  AutomaticStepper(const AdvisedProblem& problem, bool is_algebraic, const S& state, F&& force, MassSpec&& mass)
+      : Base{[&] { return Schemes::make(first_of(problem, is_algebraic), state, force, mass); }},
+        force_{std::move(force)},
+        mass_{std::move(mass)},
+        problem_{problem},
+        course_{.watch = StiffnessWatch{Schemes::rivals(problem)},
+                .look = RateLook<Plain>{plain_of(state)},
+                .is_bound = is_algebraic},
+        view_{state} {
+    course_.uses.add({.scheme = scheme(), .cause = is_algebraic ? SchemeCause::algebraic : SchemeCause::start});
+  }
+  [[nodiscard]] static int first_of(const AdvisedProblem& problem, bool is_algebraic) {
+    return is_algebraic ? Schemes::suitable_implicit(problem) : Schemes::suitable_explicit(problem);
+  }
+  /// The state itself; of a view, a copy.
+  [[nodiscard]] static decltype(auto) plain_of(const S& state) {
+    if constexpr (is_view) {
+      Plain copy;
+      copy_blocks<S>(copy, state);
+      return copy;
+    } else {
+      return (state);
+    }
+  }
+
+  const RateSeen& look(const Plain& y, const RunClock<Scalar>& clock, auto& pace) {
+    const auto slope = [this](Scalar t, const Plain& x, Plain& out) { return this->slope(t, x, out); };
+    return course_.look(slope, y, clock, pace, !course_.watch.is_implicit());
+  }
+  /// Takes the scheme of the other kind, if it can and that pays.
+  [[nodiscard]] bool change(const S& state, const Plain& y, const RunClock<Scalar>& clock, auto& pace,
+                            const RateSeen& seen, SchemeCause cause) {
+    const bool to_explicit = cause == SchemeCause::eased;
+    if (!to_explicit && !Schemes::can_be_implicit(problem_)) {
+      course_.is_bound = true;
+      note(clock.t(), seen, SchemeCause::stays_explicit);
+      return false;
+    }
+    problem_.oscillates = oscillates(seen);
+    if (to_explicit) replace_by(Schemes::suitable_explicit(problem_), state);
+    else if (!take_implicit(state, y, clock, pace, seen)) return false;
+    if (cause == SchemeCause::stiff_start) course_.watch.begin_implicit();
+    else course_.watch.change();
+    note(clock.t(), seen, cause);
+    return true;
+  }
+  /// From now on, in place of Krylov iterations.
+  void use_direct_solver(const S& state, Scalar t) {
+    course_.is_direct = true;
+    problem_.field = {};
+    replace_by(Schemes::suitable_implicit(problem_), state);
+    note(t, seen(), SchemeCause::unsolved);
+  }
+  /// Takes the implicit scheme that suits, if it pays.
+  [[nodiscard]] bool take_implicit(const S& state, const Plain& y, const RunClock<Scalar>& clock, auto& pace,
+                                   const RateSeen& seen) {
+    using enum SuitableScheme;
+    if constexpr (Schemes::is_field)
+      if (!course_.is_direct)
+        return suitable_by_krylov(problem_.rtol) == rodas_4_krylov
+                   ? take_counted<rodas_4_krylov>(state, y, clock, pace, seen)
+                   : take_counted<rodas_5p_krylov>(state, y, clock, pace, seen);
+    if (!course_.watch.pays(seen)) return false;
+    replace_by(Schemes::suitable_implicit(problem_), state);
+    return true;
+  }
+  /// … of a large sparse matrix, which is counted in the stepper that will solve with it by Krylov iterations, unless the count
+  /// speaks for a factorization: then its first step finds the Jacobian there.
+  template <SuitableScheme by_krylov>
+  [[nodiscard]] bool take_counted(const S& state, const Plain& y, const RunClock<Scalar>& clock, auto& pace,
+                                  const RateSeen& seen) {
+    constexpr int number = Schemes::Set::index_of(by_krylov, 0);
+    Steppers fresh = Schemes::make(number, state, force_, mass_);
+    auto& stepper = *std::get_if<static_cast<std::size_t>(number)>(&fresh);
+    const SolveTolerance<Plain> weights{&pace.trace().weight, 1, pace.weigh(y, pace.trace().weight)};
+    problem_.turns = seen.rate * seen.left;
+    problem_.field = FieldMatrix<Scalar>::template count<S>(
+        stepper, clock.t(), clock.sign() * static_cast<Scalar>(seen.dt), y, weights, problem_);
+    course_.watch.set_implicit_cost(Schemes::rivals(problem_, false).implicit_cost);
+    const bool pays = course_.watch.pays(seen);
+    const int scheme = Schemes::suitable_implicit(problem_);
+    if (pays && scheme == number) return replace_by(std::move(fresh)), true;
+    course_.retired = course_.retired + stepper.statistics();
+    if (pays) replace_by(scheme, state);
+    return pays;
+  }
+  void replace_by(int scheme, const S& state) { replace_by(Schemes::make(scheme, state, force_, mass_)); }
+  void replace_by(Steppers fresh) {
+    course_.retired = statistics();
+    course_.changes = changes();
+    this->replace(std::move(fresh));
+  }
+  void note(Scalar t, const RateSeen& seen, SchemeCause cause) {
+    const double entries = course_.watch.is_implicit() ? problem_.field.entries : -1;
+    course_.uses.add({scheme(), cause, static_cast<double>(t), course_.steps, seen.rate, seen.dt, entries});
+  }
+  /// A state of the right sizes.
+  [[nodiscard]] const S& sample() const {
+    if constexpr (is_view) return view_;
+    else return course_.look.sample();
+  }
+
+  static constexpr bool is_view = !std::is_same_v<S, Plain>;
+
+  F force_;
+  [[no_unique_address]] MassSpec mass_;
+  AdvisedProblem problem_;
+  AutomaticCourse<Plain> course_;
+  [[no_unique_address]] Only<is_view, S> view_;
+};
+
+template <class S, class F>
+AutomaticStepper(const S&, F, double) -> AutomaticStepper<S, F>;
+template <class S, class F>
+AutomaticStepper(const S&, F, double, UnitMasses) -> AutomaticStepper<S, F>;
+template <class S, class F, class... M>
+AutomaticStepper(const S&, F, double, MassList<M...>) -> AutomaticStepper<S, F, MassList<M...>>;
+
+}}  // namespace phistep::PHISTEP_ABI

@@ -1,0 +1,79 @@
+/// @file
+/// What the automatic choice asks of a large sparse Jacobian: whether a factorization or Krylov iterations cost less, counted
+/// from its pattern before anything is factorized.
+#pragma once
+
+#include <Eigen/SparseCore>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "phistep/base/facts/implicit_solver.hpp"
+#include "phistep/base/outcome/outcome.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/version.hpp"
+#include "phistep/linear/krylov/methods.hpp"
+#include "phistep/linear/krylov/preconditioned_system.hpp"
+#include "phistep/linear/sparse/factor_cost.hpp"
+#include "phistep/run/choice/scheme_set.hpp"
+#include "phistep/run/choice/suitable_scheme.hpp"
+
+namespace phistep { inline namespace PHISTEP_ABI {
+
+/// Whether a_ij = a_ji within tolerance · (the largest entry), and both have a slot. Row by row: the transposes of the columns'
+/// entries come in the order in which they are stored.
+template <class Scalar>
+[[nodiscard]] bool is_symmetric(const Eigen::SparseMatrix<Scalar>& A, Scalar tolerance) {
+  const auto *const outer = A.outerIndexPtr(), *const inner = A.innerIndexPtr();
+  std::vector<typename Eigen::SparseMatrix<Scalar>::StorageIndex> next(outer, outer + A.cols());
+  Scalar largest{0}, apart{0};
+  for (Eigen::Index j = 0; j < A.cols(); ++j)
+    for (auto p = outer[j]; p < outer[j + 1]; ++p) {
+      const auto q = next[static_cast<std::size_t>(inner[p])]++;
+      if (q >= outer[inner[p] + 1] || inner[q] != j) return false;
+      largest = std::max(largest, std::abs(A.valuePtr()[p]));
+      apart = std::max(apart, std::abs(A.valuePtr()[p] - A.valuePtr()[q]));
+    }
+  return apart <= tolerance * largest;
+}
+
+/// Part of <phistep/sparse.hpp>.
+template <class Scalar>
+struct FieldMatrix {
+  using Solver = Newton<PreconditionedKrylov<KrylovMethod::by_symmetry, Eigen::DiagonalPreconditioner<Scalar>>>;
+
+  /// Makes the Jacobian of a stepper by Krylov iterations at (t, y), and counts what its factors would cost, until that is more
+  /// than the iterations do.
+  /// @param problem  what else is known of it
+  /// @return entries < 0 where the Jacobian isn't finite
+  template <State S>
+  [[nodiscard]] static FieldCounts count(auto& stepper, Scalar t, Scalar dt, const PlainState<S>& y,
+                                         const SolveTolerance<PlainState<S>>& weights, AdvisedProblem problem) {
+    constexpr Scalar epsilon = std::numeric_limits<Scalar>::epsilon();
+    const Scalar tolerance = problem.has_jacobian ? 16 * epsilon : 64 * std::sqrt(epsilon);
+    FieldCounts counts;
+    if (failed(stepper.linearise(t, dt, y, weights))) return counts;
+    const auto& system = stepper.tangents(y);
+    counts.is_symmetric = true;
+    Eigen::SparseMatrix<Scalar> A = system.pattern();
+    for (int of_K = 0; of_K <= (Blocks<S>::drifts ? 1 : 0); ++of_K) {
+      system.for_each_tangent([&](std::size_t p, Scalar k, Scalar c) { A.valuePtr()[p] = of_K == 1 ? k : c; });
+      counts.is_symmetric = counts.is_symmetric && is_symmetric(A, tolerance);
+    }
+    counts.row = static_cast<double>(A.nonZeros()) / static_cast<double>(std::max<Eigen::Index>(1, A.cols()));
+    const auto set = [&counts](const FactorCost& cost) {
+      counts.entries = cost.entries_an_unknown();
+      counts.products = cost.products_an_unknown();
+    };
+    set(factor_cost(A, [&](const FactorCost& part) {
+      set(part);
+      problem.field = counts;
+      return is_for_krylov(problem);
+    }));
+    return counts;
+  }
+};
+
+}}  // namespace phistep::PHISTEP_ABI

@@ -1,0 +1,155 @@
+/// @file
+/// Which schemes are compiled for a problem's types, so that a stepper can choose among them as it goes.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <type_traits>
+#include <utility>
+#include <variant>
+
+#include "phistep/base/facts/implicit_solver.hpp"
+#include "phistep/base/facts/structure.hpp"
+#include "phistep/base/outcome/outcome.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/version.hpp"
+#include "phistep/run/choice/active_stepper.hpp"
+#include "phistep/run/choice/step_cost.hpp"
+#include "phistep/run/choice/stiffness_watch.hpp"
+#include "phistep/run/choice/suitable_scheme.hpp"
+#include "phistep/run/stepper/phi_stepper.hpp"
+#include "phistep/schemes/nystrom/nystrom.hpp"
+#include "phistep/schemes/radau/radau.hpp"
+#include "phistep/schemes/rosenbrock.hpp"
+#include "phistep/schemes/runge_kutta/runge_kutta.hpp"
+#include "phistep/schemes/tr_bdf2.hpp"
+#include "phistep/step/equation/right_hand_side.hpp"
+#include "phistep/step/jacobian/differences.hpp"
+#include "phistep/step/mass/bound_masses.hpp"
+#include "phistep/step/mass/mass.hpp"
+
+namespace phistep { inline namespace PHISTEP_ABI {
+
+/// The scheme of a name, as its type.
+template <SuitableScheme scheme>
+[[nodiscard]] constexpr auto scheme_named() {
+  if constexpr (scheme == SuitableScheme::tsitouras_5) return tsit5;
+  else if constexpr (scheme == SuitableScheme::dormand_prince_8) return dop853;
+  else if constexpr (scheme == SuitableScheme::nystrom_8) return rkn86;
+  else if constexpr (scheme == SuitableScheme::nystrom_12) return rkn1210;
+  else if constexpr (scheme == SuitableScheme::rodas_4 || scheme == SuitableScheme::rodas_4_krylov) return rodas4p2;
+  else if constexpr (scheme == SuitableScheme::radau_iia) return radau;
+  else if constexpr (scheme == SuitableScheme::tr_bdf_2) return tr_bdf2;
+  else return rodas5p;
+}
+
+/// Of <phistep/sparse.hpp>: the solver of large fields, and what has to be counted to choose it.
+template <class Scalar>
+struct FieldMatrix;
+
+/// Whether a failure of Krylov iterations says that they do not suit W; a Jacobian is checked by solves,
+/// too.
+[[nodiscard]] constexpr bool shows_unsuited_krylov(Outcome outcome) {
+  return outcome == Outcome::linear_solver_failed || outcome == Outcome::not_positive_definite ||
+         outcome == Outcome::not_symmetric || outcome == Outcome::wrong_jacobian || outcome == Outcome::not_affine;
+}
+/// How a scheme's implicit equations are solved, as the type.
+template <SuitableScheme scheme, class Scalar>
+[[nodiscard]] constexpr auto solver_named() {
+  if constexpr (is_by_krylov(scheme)) return typename FieldMatrix<Scalar>::Solver{};
+  else return newton();
+}
+template <SuitableScheme scheme, class S, class F, class MassSpec>
+using StepperNamed = PhiStepper<S, F, std::remove_const_t<decltype(scheme_named<scheme>())>, MassSpec,
+                                decltype(solver_named<scheme, ScalarOf<S>>())>;
+
+/// Names of schemes.
+template <SuitableScheme... names>
+struct SchemeSet {
+  static constexpr std::array all{names...};
+  /// Number of a name; where it is not among them, of what stands in for it: `instead`.
+  [[nodiscard]] static constexpr int index_of(SuitableScheme name, int instead) {
+    for (std::size_t k = 0; k < all.size(); ++k)
+      if (all[k] == name) return static_cast<int>(k);
+    return instead;
+  }
+  /// One of the schemes at a time.
+  template <class S, class F, class MassSpec>
+  using Stepper = ActiveStepper<S, StepperNamed<names, S, F, MassSpec>...>;
+};
+
+template <SuitableScheme... a, SuitableScheme... b>
+[[nodiscard]] constexpr SchemeSet<a..., b...> operator+(SchemeSet<a...>, SchemeSet<b...>) {
+  return {};
+}
+
+/// For motion under a force that ignores v, or for any other state.
+template <bool is_nystrom>
+[[nodiscard]] constexpr auto explicit_schemes() {
+  using enum SuitableScheme;
+  if constexpr (is_nystrom) return SchemeSet<nystrom_8, nystrom_12>{};
+  else return SchemeSet<tsitouras_5, dormand_prince_8>{};
+}
+/// Pairs of particles are solved by conjugate gradients, which serve schemes that resolve; large sparse matrices by direct
+/// solvers or by Krylov iterations.
+template <bool is_network, bool is_field>
+[[nodiscard]] constexpr auto implicit_schemes() {
+  using enum SuitableScheme;
+  if constexpr (is_network) return SchemeSet<tr_bdf_2>{};
+  else if constexpr (is_field) return SchemeSet<rodas_4, rodas_5p, radau_iia, rodas_4_krylov, rodas_5p_krylov>{};
+  else return SchemeSet<rodas_4, rodas_5p, radau_iia>{};
+}
+
+/// Of a state S under a force F with a mass.
+template <State S, class F, class MassSpec>
+struct SchemesFor {
+  using Masses = decltype(bind_masses<S>(std::declval<const MassSpec&>(), std::declval<const PlainState<S>&>()));
+  using Rhs = RightHandSide<S, F, Masses>;
+  static constexpr bool is_network = Rhs::Traits::structure == Structure::network && !Rhs::has_matrix_mass,
+                        is_nystrom = Rhs::drifts && !Rhs::couples_unknowns,
+                        is_field = (Rhs::Traits::has_jacobian || Rhs::Traits::has_pattern) &&
+                                   combine(Rhs::Traits::structure, Rhs::mass_structure) == Structure::sparse &&
+                                   static_unknowns<S> == Eigen::Dynamic;
+  using Set = decltype(explicit_schemes<is_nystrom>() + implicit_schemes<is_network, is_field>());
+  using Stepper = typename Set::template Stepper<S, F, MassSpec>;
+  static constexpr int explicit_count = 2, count = static_cast<int>(Set::all.size());
+
+  // The numbers of the schemes that the rules name; where one is not compiled, of what stands in for it.
+  [[nodiscard]] static int suitable_explicit(const AdvisedProblem& problem) {
+    const int k = Set::index_of(phistep::suitable_explicit(problem).scheme, 0);
+    return k < explicit_count ? k : 0;
+  }
+  [[nodiscard]] static int suitable_implicit(AdvisedProblem problem) {
+    problem.has_jacobian = problem.has_jacobian || can_be_implicit(problem);
+    constexpr int last = Set::index_of(is_network ? SuitableScheme::tr_bdf_2 : SuitableScheme::radau_iia, 0);
+    const int k = Set::index_of(phistep::suitable_implicit(problem).scheme, last);
+    return k < explicit_count ? last : k;
+  }
+  /// Whether there can be a matrix.
+  [[nodiscard]] static bool can_be_implicit(const AdvisedProblem& problem) {
+    return problem.has_jacobian || problem.has_pattern || problem.unknowns <= dense_difference_limit;
+  }
+  /// What StiffnessWatch compares.
+  /// @param may_be_krylov  a large sparse matrix has not been looked at yet, and is priced as one for Krylov iterations
+  [[nodiscard]] static RivalSteps rivals(AdvisedProblem problem, bool may_be_krylov = is_field) {
+    if (!can_be_implicit(problem)) {  // what it would cost with a pattern: then the report names one
+      problem.has_pattern = true;
+      problem.structure = Structure::sparse;
+    }
+    const SuitableScheme one = Set::all[static_cast<std::size_t>(suitable_explicit(problem))],
+                         other = Set::all[static_cast<std::size_t>(suitable_implicit(problem))];
+    return {stability_bound(one), step_cost(one, problem),
+            step_cost(may_be_krylov ? suitable_by_krylov(problem.rtol) : other, problem), turning_bound(one)};
+  }
+  /// Number k of the schemes, as a stepper.
+  template <std::size_t i = 0>
+  [[nodiscard]] static typename Stepper::Steppers make(int k, const S& state, const F& force, const MassSpec& mass) {
+    if constexpr (i + 1 < Set::all.size())
+      if (static_cast<std::size_t>(k) != i) return make<i + 1>(k, state, force, mass);
+    constexpr SuitableScheme name = Set::all[i];
+    return typename Stepper::Steppers{std::in_place_index<i>, state, force,
+                                      scheme_named<name>(),   mass,  solver_named<name, ScalarOf<S>>()};
+  }
+};
+
+}}  // namespace phistep::PHISTEP_ABI

@@ -1,0 +1,99 @@
+/// @file
+/// How fast the fastest component of a solution could change: ρ = |λ|max of ∂y'/∂y, by a few force calls and no matrix.
+#pragma once
+
+#include <cmath>
+#include <limits>
+
+#include "phistep/base/numbers/xorshift.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/state/combination.hpp"
+#include "phistep/base/state/norms.hpp"
+#include "phistep/base/version.hpp"
+
+namespace phistep { inline namespace PHISTEP_ABI {
+
+/// |λ|max of ∂y'/∂y by the nonlinear power method (B. P. Sommeijer, L. F. Shampine & J. G. Verwer, J. Comput. Appl. Math. 88
+/// (1998) 315), two products at a time, so that a pair ±iω counts like a real λ. An estimate from below. The direction found
+/// is where the next estimate starts.
+template <State Plain>
+class SpectralRadius {
+ public:
+  using Scalar = ScalarOf<Plain>;
+  explicit SpectralRadius(const Plain& y) : direction_{y}, slope_{y}, moved_{y}, first_{y} {
+    Xorshift random{88172645463325252u};
+    for_each_number([&random](auto, Scalar& x) { x = static_cast<Scalar>(random.number() - 0.5); },
+                    Blocks<Plain>::all(direction_));
+  }
+  /// Starts from e, where that is more than nothing: the error of a step that stability limits lies along the fastest mode.
+  void start_along(const Plain& e, const Plain& weight) {
+    const double size = weighted_rms(e, weight);
+    if (!(size > 0) || !std::isfinite(size)) return;
+    copy_blocks<Plain>(direction_, e);
+    scaled_ = true;
+  }
+
+  /// At (t, y): 1 + 2 pairs calls at most. @param f  f(t, y, out) → bool: out = y'. @param weight  1/(atol + rtol|y|), whose
+  /// rtol is `rtol`. @param trifling  [1/time] an estimate below it is not refined. @return 0 where y' is not finite
+  [[nodiscard]] double operator()(auto&& f, Scalar t, const Plain& y, const Plain& weight, double rtol, int pairs = 4,
+                                  double trifling = 0) {
+    turn_ = 1;
+    if (!f(t, y, slope_)) return 0;
+    // Directions are measured in weights; a probe moves y by √u of |y| + atol/rtol.
+    const double u = static_cast<double>(std::numeric_limits<Scalar>::epsilon()), reach = std::sqrt(u) / rtol;
+    double rho = 0;
+    scale_by_weights(weight);
+    double size = weighted_rms(direction_, weight);
+    for (int k = 0; k < pairs; ++k) {
+      double grown = 1;
+      const double before = size;
+      copy_blocks<Plain>(first_, direction_);
+      for (int half = 0; half < 2; ++half) {
+        if (!(size > 0) || !std::isfinite(size)) return rho;
+        const auto by = static_cast<Scalar>(reach / size), back = static_cast<Scalar>(1 / reach);
+        assign<Plain>(moved_, in<Plain>(y) + by * in<Plain>(direction_));
+        if (!f(t, moved_, direction_)) return rho;
+        // the product with a direction of size 1
+        assign<Plain>(direction_, back * (in<Plain>(direction_) - in<Plain>(slope_)));
+        size = weighted_rms(direction_, weight);
+        grown *= size;
+      }
+      rho = std::sqrt(grown);
+      if (size > 0) find_turn(before, size, weight);
+      if (rho < trifling) break;
+    }
+    return rho;
+  }
+  /// cos 2θ of λ = ρ exp(iθ), about: 1 for a real λ, −1 for ±iω. Of the last estimate; 1 where that one ended early. No
+  /// checkpoint has it: it is asked for after an estimate.
+  [[nodiscard]] double turn() const { return turn_; }
+  /// y' at the y of the last estimate.
+  [[nodiscard]] const Plain& slope() const { return slope_; }
+
+  void archive(auto& ar) { ar("scaled", scaled_), ar.in_place("direction", direction_, "slope", slope_); }
+
+ private:
+  /// J² d is λ² d: along d for a real λ, against it for ±iω. |u + w|² = 2 + 2 cos(u, w) of two of size 1.
+  void find_turn(double before, double after, const Plain& weight) {
+    const auto a = static_cast<Scalar>(1 / before), b = static_cast<Scalar>(1 / after);
+    assign<Plain>(moved_, a * in<Plain>(first_) + b * in<Plain>(direction_));
+    const double sum = weighted_rms(moved_, weight);
+    turn_ = sum * sum / 2 - 1;
+  }
+  /// The first direction is random in every component's own scale.
+  void scale_by_weights(const Plain& weight) {
+    if (scaled_) return;
+    scaled_ = true;
+    for_each_number(
+        [](auto, Scalar& d, Scalar w) {
+          if (w > 0) d /= w;
+        },
+        Blocks<Plain>::all(direction_), Blocks<Plain>::all(weight));
+  }
+
+  Plain direction_, slope_, moved_, first_;
+  double turn_ = 1;
+  bool scaled_ = false;
+};
+
+}}  // namespace phistep::PHISTEP_ABI

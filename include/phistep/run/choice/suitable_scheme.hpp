@@ -1,0 +1,237 @@
+/// @file
+/// Which scheme suits a problem: one function of what is known of it before a step. Limits and digits are where the diagrams
+/// of run time against error (bench/work_precision) cross.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <string>
+
+#include "phistep/base/facts/structure.hpp"
+#include "phistep/base/version.hpp"
+
+namespace phistep { inline namespace PHISTEP_ABI {
+
+/// What a look at a sparse Jacobian has counted (field_matrix.hpp).
+struct FieldCounts {
+  double entries = -1;  ///< of L, below its diagonal, an unknown, at least; < 0: not counted
+  double products = 0;  ///< Σ c² over the columns of L with c entries each, an unknown
+  double row = 5;       ///< entries of W an unknown; until they are counted, those of a grid in the plane
+  bool is_symmetric = false;
+};
+
+/// What the choice depends on, beside the stiffness.
+struct AdvisedProblem {
+  std::int64_t unknowns = 0;  ///< solved for: n for a motion, whose r and v are 2n numbers
+  bool is_motion = false, uses_velocity = false, has_history = false, has_jacobian = false, has_pattern = false;
+  bool is_affine = false;      ///< one matrix all along
+  bool is_driven = false;      ///< the force uses the time
+  bool has_sparse_lu = false;  ///< dense by structure, eliminated by a `jacobian_pattern`
+  Structure structure = Structure::dense;
+  double rtol = 1e-4;
+  int digits = 15;          ///< of the scalar
+  bool oscillates = false;  ///< the fastest modes do, once they have been looked at: λ near ±iω
+  double turns = 0;         ///< |λ|max times what is left of the run, once it has been looked at
+  FieldCounts field;        ///< where Krylov iterations can serve
+};
+
+/// The schemes among which is chosen.
+enum class SuitableScheme : std::uint8_t {
+  tsitouras_5,
+  dormand_prince_8,
+  nystrom_8,
+  nystrom_12,
+  verlet,
+  rodas_4,  ///< Rodas4P2, of order 4
+  rodas_5p,
+  radau_iia,
+  tr_bdf_2,
+  rodas_4_krylov,  ///< the same by Krylov iterations, preconditioned by modified incomplete factors
+  rodas_5p_krylov
+};
+/// As a user writes it: "rodas5p".
+[[nodiscard]] constexpr const char* name_of(SuitableScheme scheme) {
+  using enum SuitableScheme;
+  switch (scheme) {
+    case tsitouras_5:
+      return "tsit5";
+    case dormand_prince_8:
+      return "dop853";
+    case nystrom_8:
+      return "rkn86";
+    case nystrom_12:
+      return "rkn1210";
+    case verlet:
+      return "velocity_verlet";
+    case rodas_4:
+    case rodas_4_krylov:
+      return "rodas4p2";
+    case rodas_5p:
+    case rodas_5p_krylov:
+      return "rodas5p";
+    case radau_iia:
+      return "radau";
+    case tr_bdf_2:
+      break;
+  }
+  return "tr_bdf2";
+}
+
+/// Whether its linear equations are solved by Krylov iterations: conjugate gradients or BiCGSTAB.
+[[nodiscard]] constexpr bool is_by_krylov(SuitableScheme scheme) {
+  return scheme == SuitableScheme::rodas_4_krylov || scheme == SuitableScheme::rodas_5p_krylov;
+}
+
+/// Why it is that scheme.
+enum class SchemeReason : std::uint8_t {
+  history,              ///< contacts: impacts are resolved by steps of equal length
+  fewest_calls,         ///< explicit, of first order or with v in the force
+  fewest_calls_motion,  ///< explicit, for a force that ignores v
+  many_particles,       ///< few digits of many particles
+  pairs,                ///< springs, solved by conjugate gradients
+  no_jacobian,          ///< many unknowns, neither Jacobian nor pattern
+  cheapest_step,        ///< few digits
+  high_order,           ///< many digits
+  factorization,        ///< the factorization is what costs
+  oscillations,         ///< its error estimate damps the fast ones
+  fill                  ///< it would cost more than Krylov iterations
+};
+
+/// A scheme, and why.
+struct SchemeChoice {
+  SuitableScheme scheme = SuitableScheme::tsitouras_5;
+  SchemeReason why = SchemeReason::fewest_calls;
+  friend bool operator==(const SchemeChoice&, const SchemeChoice&) = default;
+};
+
+/// Up to here a matrix is dense in the caches, and its factors cost as much as a few force calls.
+inline constexpr std::int64_t few_unknowns = 50;
+/// Up to here a dense Jacobian by differences and its factors are worth a step of high order (measured: 80 to 96 unknowns).
+inline constexpr std::int64_t dense_unknowns = 200;
+
+/// Where the diagrams cross: from `cheap` on rodas4p2's six stages win, from `high` down radau's orders, between them rodas5p.
+struct StiffLimits {
+  double cheap, high;  ///< of rtol
+};
+/// By Krylov iterations.
+[[nodiscard]] constexpr SuitableScheme suitable_by_krylov(double rtol) {
+  return rtol >= 1e-5 ? SuitableScheme::rodas_4_krylov : SuitableScheme::rodas_5p_krylov;
+}
+[[nodiscard]] constexpr StiffLimits stiff_limits(const AdvisedProblem& scene) {
+  const bool many = scene.unknowns > dense_unknowns;
+  switch (scene.structure) {
+    case Structure::sparse:
+      // A matrix a run: Rosenbrock steps reuse it, and radau's complex ones are worth it for many digits only.
+      if (scene.is_affine) return {2e-3, 3e-8};
+      return many ? StiffLimits{2e-3, 1e-4} : StiffLimits{3e-2, 3e-2};  // grids in the plane; Cusp
+    case Structure::dense:
+      break;
+    default:
+      return {2e-3, 3e-6};  // Brusselator, medical Akzo and Plate, bands
+  }
+  if (scene.has_sparse_lu) return {5e-4, 3e-11};  // Pollution: radau has no such elimination
+  if (scene.unknowns <= 10) return {5e-4, 3e-5};  // Robertson, van der Pol, HIRES, Oregonator, E5
+  if (scene.unknowns <= few_unknowns)
+    return scene.is_driven ? StiffLimits{3e-3, 3e-3}
+                           : StiffLimits{5e-4, 1e-7};  // ring modulator; Pollution as a dense problem
+  return {2e-3, 3e-6};                                 // Beam, Cusp and Plate as dense problems
+}
+
+/// [ns, about, on one core of this decade] of W's equations in a step of six stages, an unknown; measured on 8² to 256² points
+/// and 5³ to 32³. By L D Lᵀ: c²/2 products a column of L, two an entry and solve, and a tenth of the analysis: few digits take
+/// some ten steps. LU of an unsymmetric W takes four times that. By conjugate gradients in Eisenstat's form: 1 ns an entry of W and
+/// iteration. With modified incomplete factors a solve needs some (ρ·γ)^¼ of these (I. Gustafsson, BIT 18 (1978) 142): 6 on 64²
+/// points, 12 on 256². BiCGSTAB needs half as many, of twice the price.
+struct FieldCost {
+  double by_factors, by_krylov;
+};
+/// Of LU and of L D Lᵀ, times the latter's.
+[[nodiscard]] constexpr double price_of_factors(const FieldCounts& W) { return W.is_symmetric ? 1 : 4; }
+[[nodiscard]] inline FieldCost field_cost(const AdvisedProblem& scene) {
+  constexpr double stages = 6;
+  const FieldCounts& W = scene.field;
+  const double factorizations = scene.is_affine ? 0.25 : 1;  // they serve while Δt stays
+  return {price_of_factors(W) * (45 + factorizations * 0.33 * W.products + stages * 1.8 * W.entries),
+          stages * (1 + 0.7 * std::sqrt(std::sqrt(scene.turns))) * W.row};
+}
+/// Whether Krylov iterations can serve, and cost less.
+[[nodiscard]] inline bool is_for_krylov(const AdvisedProblem& scene) {
+  if (scene.field.entries < 0) return false;
+  const FieldCost cost = field_cost(scene);
+  return cost.by_krylov < cost.by_factors;
+}
+
+/// For stiff problems, by the structure of the matrix, its size and the tolerance.
+[[nodiscard]] inline SchemeChoice suitable_implicit(const AdvisedProblem& scene) {
+  using enum SuitableScheme;
+  if (scene.structure == Structure::network) return {tr_bdf_2, SchemeReason::pairs};
+  if (!scene.has_jacobian && !scene.has_pattern && scene.unknowns > dense_unknowns)
+    return {tr_bdf_2, SchemeReason::no_jacobian};
+  const StiffLimits limits = stiff_limits(scene);
+  // Without factors each stage costs alike, and six are better than eight. radau's matrices are complex, and unsymmetric.
+  if (is_for_krylov(scene)) return {suitable_by_krylov(scene.rtol), SchemeReason::fill};
+  if (scene.rtol <= limits.high) return {radau_iia, SchemeReason::high_order};
+  // What an explicit start has left of fast oscillations, Rosenbrock's error estimates see for long, radau's damped one doesn't.
+  if (scene.oscillates && scene.structure != Structure::sparse) return {radau_iia, SchemeReason::oscillations};
+  if (scene.rtol >= limits.cheap) return {rodas_4, SchemeReason::cheapest_step};
+  return {rodas_5p, SchemeReason::factorization};
+}
+/// For problems that are not stiff, by the arguments of the force and the tolerance.
+[[nodiscard]] constexpr SchemeChoice suitable_explicit(const AdvisedProblem& scene) {
+  using enum SuitableScheme;
+  if (!scene.is_motion || scene.uses_velocity)
+    return {scene.rtol >= 1e-3 ? tsitouras_5 : dormand_prince_8, SchemeReason::fewest_calls};
+  if (scene.rtol >= 1e-3 && scene.unknowns > 1000) return {verlet, SchemeReason::many_particles};
+  return {scene.rtol > 1e-8 ? nystrom_8 : nystrom_12, SchemeReason::fewest_calls_motion};
+}
+[[nodiscard]] inline SchemeChoice suitable_scheme(const AdvisedProblem& scene, bool is_stiff) {
+  if (scene.has_history) return {SuitableScheme::verlet, SchemeReason::history};
+  return is_stiff ? suitable_implicit(scene) : suitable_explicit(scene);
+}
+
+/// The reason as a sentence.
+/// @param tolerance  "a tolerance of 1e-06"
+template <class = void>
+[[nodiscard]] std::string sentence_of(const SchemeChoice& choice, const AdvisedProblem& scene,
+                                      const std::string& tolerance) {
+  using enum SuitableScheme;
+  const std::string n = std::to_string(scene.unknowns);
+  switch (choice.why) {
+    case SchemeReason::history:
+      return "its force has a history (contacts, friction): steps that resolve an impact, of equal length; "
+             "phistep::preflight says how long";
+    case SchemeReason::fewest_calls:
+      return std::string(scene.is_motion ? "its force depends on v" : "it is of first order") +
+             ": an explicit Runge-Kutta pair of order " + (choice.scheme == tsitouras_5 ? "5" : "8") +
+             " needs the fewest force calls at " + tolerance;
+    case SchemeReason::fewest_calls_motion:
+      return "its force ignores v: a Runge-Kutta-Nystrom pair of order " +
+             std::string(choice.scheme == nystrom_8 ? "8" : "12") + " needs the fewest force calls at " + tolerance;
+    case SchemeReason::many_particles:
+      return "many particles at few digits: one force call a step, and a bounded error of the energy at fixed dt";
+    case SchemeReason::pairs:
+      return "its bonds are solved by conjugate gradients, which serve schemes that resolve; TR-BDF2 damps what it "
+             "can't resolve";
+    case SchemeReason::no_jacobian:
+      return "it has neither a Jacobian nor a pattern: one of " + n +
+             " unknowns by differences costs as many force calls, and TR-BDF2 keeps it for many steps";
+    case SchemeReason::cheapest_step:
+      return "for few digits, six linear solves with one matrix and no iteration are the cheapest step";
+    case SchemeReason::high_order:
+      return "at " + tolerance + " and " + n + " unknowns Radau's orders 5, 9 and 13 are ahead";
+    case SchemeReason::oscillations:
+      return "its fastest modes oscillate, which Radau damps, and its error estimate, too";
+    case SchemeReason::fill:
+      return "a factorization would have at least " + std::to_string(static_cast<int>(scene.field.entries)) +
+             " entries of L an unknown, which cost some " +
+             std::to_string(static_cast<int>(field_cost(scene).by_factors)) + " ns a step, " +
+             (scene.field.is_symmetric ? "conjugate gradients " : "BiCGSTAB ") +
+             std::to_string(static_cast<int>(field_cost(scene).by_krylov));
+    case SchemeReason::factorization:
+      break;
+  }
+  return "with " + n + " unknowns the factorization is what costs: order 5 has one for eight solves";
+}
+
+}}  // namespace phistep::PHISTEP_ABI

@@ -1,0 +1,65 @@
+/// @file
+/// Δt from the iterations of the implicit solve (T. I. Zohdi, Comput. Methods Appl. Mech. Engrg. 196 (2007) 3927): a solve
+/// that contracts by q = S Δt^p an iteration reaches its tolerance TOL = ε_K/ε_0 in K of them; Δt is to be such that K_d do,
+///
+///     Λ_K = (TOL/ε_0)^{1/(p K_d)} / (ε_K/ε_0)^{1/(p K)},      Δt ← Λ_K Δt,                                       (1)
+///
+/// with ε_k the size of the k-th correction, so that ε_K/ε_0 is what the iteration itself stopped at. It rules the algebraic
+/// error alone: where the force is weak Δt grows at any accuracy. Hence smaller_of(tolerance{…}, iteration_control{…}).
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+
+#include "phistep/base/outcome/step_report.hpp"
+#include "phistep/base/version.hpp"
+#include "phistep/run/errors/tolerance.hpp"
+
+namespace phistep { inline namespace PHISTEP_ABI {
+
+/// A run controlled by the number of iterations of its implicit solves (`fixed_point({.depth = 0})` above all).
+struct iteration_control {
+  double first_step = 0;  ///< [time] needed
+  int desired = 6;        ///< K_d, iterations a step
+  double order = 2;       ///< p, the power of Δt in the contraction: 2 for a motion, 1 for first order or strong drag
+  double min_step = 0;    ///< [time]
+  double max_step = std::numeric_limits<double>::infinity();  ///< [time]
+  std::int64_t max_steps = 10'000'000;                        ///< tries
+};
+
+/// The option that can mean nothing, or null; first_step = 0 can, beside a tolerance.
+[[nodiscard]] inline const char* what_cannot_work(const iteration_control& wanted) {
+  if (!(wanted.first_step >= 0)) return "first_step of the iteration_control";
+  if (wanted.desired < 1) return "desired";
+  if (!(wanted.order > 0)) return "order";
+  if (!(wanted.min_step >= 0)) return "min_step of the iteration_control";
+  if (!(wanted.max_step > 0)) return "max_step of the iteration_control";
+  return wanted.max_steps < 0 ? "max_steps of the iteration_control" : nullptr;
+}
+
+/// Both: the smaller Δt counts.
+struct SmallerOf {
+  tolerance error;
+  iteration_control iterations;
+};
+/// Both controllers: each step is the shorter of the two that they ask for.
+[[nodiscard]] inline SmallerOf smaller_of(tolerance error, iteration_control iterations) { return {error, iterations}; }
+
+/// Λ_K after a solve in K corrections of the sizes in `history`, within [0.1, 2]. Rounding must not pass for slow
+/// convergence: only corrections that still fell count.
+[[nodiscard]] inline double iteration_factor(const Failure& history, const iteration_control& wanted) {
+  const int corrections = std::min(history.iterations, static_cast<int>(Failure::history_length));
+  if (corrections < 2) return 2;
+  const auto size = [&](int k) { return history.increments[static_cast<std::size_t>(k)]; };
+  if (!(size(0) > 0)) return 2;
+  const double reached = size(corrections - 1) / size(0);
+  if (!(reached > 0)) return 2;
+  if (reached >= 1) return 0.1;  // diverging, or a plateau from the start
+  const double K = corrections - 1, desired = std::max(1, wanted.desired - 1);
+  return std::clamp(std::pow(reached, (1 / desired - 1 / K) / wanted.order), 0.1, 2.0);
+}
+
+}}  // namespace phistep::PHISTEP_ABI

@@ -1,0 +1,91 @@
+/// @file
+/// What kept the steps of a run from being longer.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
+
+#include "phistep/base/outcome/statistics.hpp"
+#include "phistep/base/version.hpp"
+#include "phistep/run/errors/measured.hpp"
+
+namespace phistep { inline namespace PHISTEP_ABI {
+
+enum class LimitedBy : std::uint8_t {
+  nothing,
+  error,       ///< of the component named
+  iterations,  ///< the implicit solve: too many, or it failed
+  max_step,
+  stop,       ///< a time at which the run was to stop
+  not_finite  ///< a longer step met a force or a state that isn't
+};
+
+/// One reason, and the number of steps that it shortened.
+struct Limit {
+  LimitedBy by = LimitedBy::nothing;
+  Component where;  ///< of an error: the component that most often was the worst
+  std::int64_t steps = 0;
+};
+
+/// Counts the steps by reason. Of the components whose errors ruled it keeps one: that of more than half of these steps, if
+/// there is one (the majority vote of R. S. Boyer & J S. Moore, 1981).
+class Limits {
+ public:
+  void count(LimitedBy by, Component where = {}) {
+    ++steps_[static_cast<std::size_t>(by)];
+    if (by != LimitedBy::error) return;
+    if (votes_ == 0) worst_ = where;
+    votes_ += where == worst_ ? 1 : -1;
+  }
+  /// The most frequent reason.
+  [[nodiscard]] Limit most() const {
+    const auto most = std::max_element(steps_.begin(), steps_.end());
+    if (*most == 0) return {};
+    const auto by = static_cast<LimitedBy>(most - steps_.begin());
+    return {by, by == LimitedBy::error ? worst_ : Component{}, *most};
+  }
+  [[nodiscard]] std::int64_t steps() const { return std::accumulate(steps_.begin(), steps_.end(), std::int64_t{0}); }
+
+  /// "  dt limited by       the error, most often of component 3 of block 0, in 71 % of the steps"
+  template <class OStream>
+    requires requires(OStream& out) { out << "" << std::int64_t{}; }
+  friend OStream& operator<<(OStream& out, const Limits& limits) {
+    const Limit most = limits.most();
+    if (most.by == LimitedBy::nothing) return out;
+    out << "  dt limited by       ";
+    switch (most.by) {
+      case LimitedBy::error:
+        out << "the error, most often of component " << most.where.index << " of block " << most.where.block;
+        break;
+      case LimitedBy::iterations:
+        out << "the iterations of the implicit solve";
+        break;
+      case LimitedBy::max_step:
+        out << "max_step";
+        break;
+      case LimitedBy::not_finite:
+        out << "a force or a state that is not finite";
+        break;
+      default:
+        out << "the times to stop at";
+    }
+    out << ", in " << 100 * most.steps / limits.steps() << " % of the steps\n";
+    return out;
+  }
+
+  void archive(auto& ar) {
+    ar("steps", steps_, "block", worst_.block, "index", worst_.index, "votes", votes_);
+    for (const std::int64_t steps : steps_) ar.check(can_be_count(steps));
+    ar.check(0 <= votes_ && votes_ <= steps_[static_cast<std::size_t>(LimitedBy::error)]);
+  }
+
+ private:
+  std::array<std::int64_t, static_cast<std::size_t>(LimitedBy::not_finite) + 1> steps_{};
+  Component worst_;
+  std::int64_t votes_ = 0;  ///< steps of error that worst_ ruled, less those that others did
+};
+
+}}  // namespace phistep::PHISTEP_ABI

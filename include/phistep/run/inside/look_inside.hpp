@@ -1,0 +1,231 @@
+/// @file
+/// States inside the step that a run has just done. They come from the interpolant where that is right to half the
+/// tolerance, which steps that end inside tell; else from the interpolants of 2, 4 or 8 parts of the step, from the third
+/// state on and where these are right; else from a step really done (step_inside.hpp).
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "phistep/base/facts/stepper_facts.hpp"
+#include "phistep/base/machine/only.hpp"
+#include "phistep/base/outcome/outcome.hpp"
+#include "phistep/base/outcome/statistics.hpp"
+#include "phistep/base/outcome/step_report.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/state/combination.hpp"
+#include "phistep/base/version.hpp"
+#include "phistep/run/control/run_report.hpp"
+#include "phistep/run/inside/dense_output.hpp"
+#include "phistep/run/inside/interpolant_trust.hpp"
+#include "phistep/run/inside/parts_inside.hpp"
+#include "phistep/run/inside/step_inside.hpp"
+#include "phistep/run/stepper/any_stepper.hpp"
+
+namespace phistep { inline namespace PHISTEP_ABI {
+
+/// Whether the interpolant needs no check: by its scheme's word; or Hermite's, whose error of Δt⁴ is less than steps of order 1
+/// and 2 leave, unless a stiff component makes large slopes of small errors.
+/// @tparam sees_error  the run's steps are traced
+template <bool sees_error, class Stepper>
+[[nodiscard]] bool is_sure_inside([[maybe_unused]] const Stepper& stepper) {
+  if constexpr (sees_error && facts_of<Stepper>.is_sure_inside) return true;
+  else if constexpr (sees_error && requires { stepper.is_sure_inside(); }) return stepper.is_sure_inside();
+  else if constexpr (facts_of<Stepper>.solves_nothing) return stepper.order() <= 2;
+  else return false;
+}
+/// @tparam Attempt     a StepAttempt
+/// @tparam does_steps  steps may be done inside; else states come from Hermite's interpolant
+template <class Attempt, bool does_steps>
+class LookInside {
+ public:
+  using Stepper = typename Attempt::StepperType;
+  using S = typename Attempt::StateType;
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+
+  /// @param report  the run's: it counts what looks cost, and tells why one failed
+  LookInside(Attempt& step, TrustInside& trust, RunReport& report) : step_{step}, trust_{trust}, report_{report} {}
+
+  /// The step has been done, and no state inside it asked for.
+  void begin(Scalar dt) {
+    slopes_ = looked_ = Outcome::success;
+    trust_.step();
+    begin_again(dt);
+  }
+  /// It has been done again, to an earlier end: nothing that was made for the other one serves.
+  void begin_again(Scalar dt) {
+    if constexpr (does_steps) work_.inside.end(), work_.parts.end(), work_.looks = 0;
+    dt_ = dt;
+    is_checked_ = false;
+    trusted_.reset();
+    dense_.begin(step_.t0(), dt, step_.clock().t(), step_.start(), step_.plain(), DenseOutput<S>::Slopes::of(*this));
+    if (step_.is_traced()) dense_.interpolate_by(step_.stepper());
+  }
+  /// The state at t; valid until the next call.
+  [[nodiscard]] const Plain& at(Scalar t) {
+    if constexpr (does_steps)
+      if (is_checked_ && dense_.is_inside(t)) {
+        if (!trusted_) trusted_ = trusts();
+        if (!*trusted_) {
+          if (!look_by_parts(t, work_.found)) static_cast<void>(go_to(t, work_.found));
+          return work_.found;
+        }
+      }
+    return dense_.at(t);
+  }
+  /// From here on states inside are checked, where there is a doubt.
+  void check() {
+    if constexpr (does_steps) is_checked_ = !is_sure_inside<sees_error>(step_.stepper());
+  }
+  /// The same; true where those seen so far were off.
+  [[nodiscard]] bool was_off() {
+    if constexpr (does_steps && sees_error) {
+      check();
+      if (is_checked_) trusted_ = trusts();
+      return is_checked_ && !*trusted_;
+    } else {
+      return false;
+    }
+  }
+  /// How the looks went: a failure, of a slope or of the step to a state, ends the run.
+  [[nodiscard]] Outcome outcome() const { return failed(looked_) ? looked_ : slopes_; }
+
+  /// Slopes at both ends: the scheme's own where it told them, else by two force calls.
+  void operator()(Plain& at_start, Plain& at_end) {
+    if constexpr (sees_error)
+      if (step_.is_traced()) {
+        const auto& trace = step_.pace().trace();
+        if (trace.has_slopes || trace.dt_before != 0) {  // not yet, or already what the next step starts from
+          copy_blocks<S>(at_start, trace.has_slopes ? trace.start : trace.before);
+          copy_blocks<S>(at_end, trace.has_slopes ? trace.end : trace.start);
+          return;
+        }
+      }
+    const Outcome first = slope_of<S>(step_.stepper(), step_.t0(), step_.start(), at_start);
+    const Outcome last = slope_of<S>(step_.stepper(), step_.clock().t(), step_.plain(), at_end);
+    slopes_ = failed(first) ? first : last;
+    complete_slopes<S>(step_.stepper(), step_.start(), step_.plain(), dt_, at_start, at_end);
+  }
+
+ private:
+  static constexpr bool sees_error = Attempt::PaceType::sees_error;
+
+  /// Whether the interpolant is right to half the tolerance, at two places where steps are done to learn it. (At one alone
+  /// its error may pass zero.) False at a fixed Δt, which has no tolerance.
+  [[nodiscard]] bool trusts() {
+    if constexpr (sees_error) {
+      if (!dense_.is_known_inside()) return false;
+      const double length = std::abs(static_cast<double>(dt_));
+      if (const std::optional<bool> known = trust_.whole.known(length)) return *known;
+      const std::optional<double> worst = worst_error(dt_, 0.5, [this](Scalar t) { return &dense_.at(t); });
+      return !worst || trust_.whole.check(length, *worst);  // a step that fails ends the run
+    } else {
+      return false;
+    }
+  }
+  /// Keeps the state while a step inside works in it; then puts it back, and books the cost.
+  template <class Worker>
+  class Visit {
+   public:
+    Visit(LookInside& look, const Worker& worker) : look_{look}, worker_{worker}, before_{worker.spent()} {
+      copy_blocks<S>(look.work_.end, look.step_.state());
+    }
+    ~Visit() {
+      copy_blocks<S>(look_.step_.state(), look_.work_.end);
+      Statistics cost = worker_.spent() - before_;
+      cost.steps = cost.failed_steps = cost.rejections = 0;
+      look_.report_.statistics = look_.report_.statistics + cost;
+    }
+    Visit(const Visit&) = delete;
+    Visit& operator=(const Visit&) = delete;
+
+   private:
+    LookInside& look_;
+    const Worker& worker_;
+    Statistics before_;
+  };
+
+  /// The largest error, in tolerances, of *guess(t) at the doubtful places of so long a part of the step, by steps to there.
+  /// Empty without a guess, or if a step fails.
+  [[nodiscard]] std::optional<double> worst_error(Scalar length, double enough, auto&& guess) {
+    double worst = 0;
+    for (const double x : facts_of<Stepper>.doubtful_at.value) {
+      if (!(worst <= enough)) break;
+      const Scalar t = step_.t0() + static_cast<Scalar>(x) * length;
+      const Plain* guessed = guess(t);
+      if (guessed == nullptr || !go_to(t, work_.off)) return {};
+      assign<S>(work_.off, in<S>(*guessed) - in<S>(work_.off));
+      const double error = step_.pace().size(step_.start(), step_.plain(), work_.off);
+      worst = error <= worst ? worst : error;  // NaN, too
+    }
+    return worst;
+  }
+  /// out = y(t) by the interpolants of parts. False where these are not right either.
+  [[nodiscard]] bool look_by_parts([[maybe_unused]] Scalar t, [[maybe_unused]] Plain& out) {
+    if constexpr (sees_error) {
+      const int count = trust_.whole.parts();
+      const Scalar length = dt_ / static_cast<Scalar>(std::max(count, 1));
+      const double size = std::abs(static_cast<double>(length));
+      if (++work_.looks <= 2 || count == 0 || trust_.parts.known(size) == false) return false;
+      auto& parts = work_.parts;
+      if (!parts.has_begun() || parts.is_past(t))
+        parts.begin(step_.stepper(), step_.past(), step_.start(), step_.t0(), dt_, count, step_.pace().trace());
+      const auto at = [&](Scalar time) {
+        const Visit<PartsInside<Stepper, S>> visit{*this, parts};
+        return parts.at(step_.state(), time, step_.pace());
+      };
+      if (!trust_.parts.known(size)) {
+        const std::optional<double> worst = worst_error(length, std::numeric_limits<double>::infinity(), at);
+        if (!worst || !trust_.parts.check(size, *worst)) return false;
+      }
+      const Plain* found = at(t);
+      if (found != nullptr) copy_blocks<S>(out, *found);
+      return found != nullptr;
+    } else {
+      return false;
+    }
+  }
+  /// out = y(t) by a step from the start. False where it fails, and the run ends with that.
+  [[nodiscard]] bool go_to(Scalar t, Plain& out) {
+    const Scalar from = step_.t0(), dt = t - from;
+    if (std::abs(dt) <= step_.clock().rounding(from)) {  // no step, and nothing to tell its ends apart
+      copy_blocks<S>(out, dense_.at(from + dt));
+      return true;
+    }
+    auto& inside = work_.inside;
+    if (!inside.has_begun()) inside.begin(step_.stepper(), step_.past());
+    const Visit<StepInside<Stepper, S>> visit{*this, inside};
+    copy_blocks<S>(step_.state(), step_.start());
+    const StepReport done = inside.step(step_.state(), from, dt, step_.pace());
+    copy_blocks<S>(out, step_.state());
+    if (!done && !failed(looked_)) {
+      looked_ = done.outcome();
+      report_.failure = done.failure();
+    }
+    return static_cast<bool>(done);
+  }
+
+  struct Work {
+    StepInside<Stepper, S> inside;
+    PartsInside<Stepper, S> parts;
+    int looks = 0;     // at states that the interpolant of the whole step can't tell
+    Plain end;         // the state at the step's end, while others are in its place
+    Plain found, off;  // the state last asked for; scratch
+  };
+
+  Attempt& step_;
+  TrustInside& trust_;
+  RunReport& report_;
+  Scalar dt_{};
+  DenseOutput<S> dense_;
+  bool is_checked_ = false;            // states inside are more than interpolated
+  std::optional<bool> trusted_;        // what was found of this step's interpolant
+  Outcome slopes_ = Outcome::success;  // of the step just done, if they were computed
+  Outcome looked_ = Outcome::success;  // of steps to states inside
+  [[no_unique_address]] Only<does_steps, Work> work_;
+};
+
+}}  // namespace phistep::PHISTEP_ABI

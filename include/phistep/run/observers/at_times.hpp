@@ -1,0 +1,248 @@
+/// @file
+/// Observers that look at given times: the run stops there (`at_times`), or is looked into there (`sampled`).
+///
+/// Both take the times in any order, twice given ones count once, those outside the run are never reached and so
+/// ignored. Runs may go backward. f(t, state) gets as t the very number given, and may return false to end the run.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <concepts>
+#include <initializer_list>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "phistep/base/archive/archive.hpp"
+#include "phistep/base/archive/parts.hpp"
+#include "phistep/base/numbers/arithmetic.hpp"
+#include "phistep/base/outcome/statistics.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/version.hpp"
+#include "phistep/run/observers/completed_step.hpp"
+#include "phistep/run/observers/goes_on.hpp"
+
+namespace phistep { inline namespace PHISTEP_ABI {
+
+/// Times in order, each once. [time]
+template <std::floating_point Time>
+class TimeList {
+ public:
+  /// @throws std::invalid_argument where a time is not finite
+  explicit TimeList(std::vector<Time> times) : times_(std::move(times)) {
+    for (const Time t : times_)
+      if (!std::isfinite(t)) throw std::invalid_argument("phistep: the times to look at must be finite");
+    std::sort(times_.begin(), times_.end());
+  }
+  template <class Scalar>
+  [[nodiscard]] bool contains(Scalar t) const {
+    const auto at = first_from(t);
+    return at != times_.end() && static_cast<Scalar>(*at) == t;
+  }
+  /// The one next to t, strictly after it in the direction of dt.
+  template <class Scalar>
+  [[nodiscard]] std::optional<Scalar> next(Scalar t, Scalar dt) const {
+    if (dt < 0) {
+      const auto at = first_from(t);
+      return at == times_.begin() ? std::nullopt : std::optional<Scalar>(static_cast<Scalar>(*(at - 1)));
+    }
+    const auto later = [](Scalar a, Time b) { return a < static_cast<Scalar>(b); };
+    const auto at = std::upper_bound(times_.begin(), times_.end(), t, later);
+    return at == times_.end() ? std::nullopt : std::optional<Scalar>(static_cast<Scalar>(*at));
+  }
+
+ private:
+  template <class Scalar>
+  [[nodiscard]] auto first_from(Scalar t) const {
+    const auto earlier = [](Time a, Scalar b) { return static_cast<Scalar>(a) < b; };
+    return std::lower_bound(times_.begin(), times_.end(), t, earlier);
+  }
+  std::vector<Time> times_;
+};
+
+/// Makes the run stop at given times, to the last bit. Keeps nothing from run to run, nor from step to step.
+template <class Time, class F>
+class AtTimes {
+ public:
+  AtTimes(std::vector<Time> times, F f) : times_(std::move(times)), f_(std::move(f)) {}
+
+  /// Where the run has to stop next: strictly after t in the direction of dt.
+  template <class Scalar>
+  [[nodiscard]] std::optional<Scalar> next_stop(Scalar t, Scalar dt) const {
+    return times_.next(t, dt);
+  }
+  template <class Scalar, class S>
+  bool operator()(Scalar t, S& state) {
+    return !times_.contains(t) || goes_on(f_, t, state);
+  }
+
+ private:
+  TimeList<Time> times_;
+  F f_;
+};
+
+/// t₀, t₀ ± interval, t₀ ± 2 interval, … of a run from t₀.
+class IntervalMarks {
+ public:
+  explicit IntervalMarks(double interval) : interval_{interval} {
+    if (!(interval > 0) || !std::isfinite(interval))
+      throw std::invalid_argument("phistep: sampled(interval, f) needs a finite interval > 0");
+  }
+  /// @throws std::invalid_argument where the clock at t0 is coarser than the interval
+  template <class Scalar>
+  bool begin(Scalar t0) {
+    if (interval_ < spacing(t0))
+      throw std::invalid_argument(
+          "phistep: sampled(interval, f): the interval is shorter than the distance of numbers at t0");
+    start_ = t0;
+    next_ = 1;
+    return true;
+  }
+  template <class Scalar>
+  [[nodiscard]] std::optional<Scalar> next(Scalar dt) const {
+    if (next_ >= most) return {};
+    const auto whole = static_cast<Scalar>(next_) * static_cast<Scalar>(interval_);
+    return static_cast<Scalar>(start_) + std::copysign(whole, dt);
+  }
+  void pass(auto /*mark*/) { ++next_; }
+  /// Nothing before t is wanted any more. Not one by one: there may be 1e20 of them, and beyond `most` they have no numbers.
+  void skip(auto t) {
+    const long double behind = std::floor(std::abs(static_cast<long double>(t) - start_) / interval_);
+    next_ = std::max(next_, static_cast<long long>(std::min(behind, static_cast<long double>(most))));
+  }
+  void archive(auto& ar) {
+    ar("start", start_, "next", next_);
+    ar.check(next_ >= 1 && can_be_count(next_) && std::isfinite(start_));
+  }
+
+ private:
+  static constexpr long long most = 1LL << 53;
+
+  double interval_;
+  long double start_ = 0;
+  long long next_ = 1;
+};
+
+/// The given times of a run.
+template <class Time>
+class ListMarks {
+ public:
+  explicit ListMarks(std::vector<Time> times) : times_(std::move(times)) {}
+  template <class Scalar>
+  bool begin(Scalar t0) {
+    passed_ = t0;
+    return times_.contains(t0);
+  }
+  template <class Scalar>
+  [[nodiscard]] std::optional<Scalar> next(Scalar dt) const {
+    return times_.next(static_cast<Scalar>(passed_), dt);
+  }
+  void pass(auto mark) { passed_ = mark; }
+  static void skip(auto /*t*/) {}
+  void archive(auto& ar) {
+    ar("passed", passed_);
+    ar.check(std::isfinite(passed_));
+  }
+
+ private:
+  TimeList<Time> times_;
+  long double passed_ = 0;
+};
+
+/// Shows f the state at marks inside of steps (CompletedStep::at), which moves no step. At a step's end that is the state
+/// before edits.
+template <class Marks, class F>
+class Sampled {
+ public:
+  Sampled(Marks marks, F f) : marks_(std::move(marks)), f_(std::move(f)) {}
+
+  /// A run starts at t0, maybe on a mark. False where f asks for its end.
+  template <class Scalar, class S>
+  bool begin(Scalar t0, const S& state) {
+    return !marks_.begin(t0) || goes_on(f_, t0, state);
+  }
+  /// All marks of t0 < t ≤ t1.
+  template <State S, bool has_inside>
+  bool operator()(const CompletedStep<S, has_inside>& step) {
+    // A mark that lies after the end by rounding alone is on it: there may be no further step.
+    const auto slack = std::numeric_limits<ScalarOf<S>>::epsilon() * std::max(std::abs(step.t0()), std::abs(step.t1()));
+    while (const auto mark = marks_.next(step.dt())) {
+      if (step.dt() > 0 ? *mark > step.t1() + slack : *mark < step.t1() - slack) return true;
+      marks_.pass(*mark);
+      // An exception of f kept it from being shown with its own step: this one doesn't know it.
+      if (step.dt() > 0 ? *mark < step.t0() - slack : *mark > step.t0() + slack) {
+        marks_.skip(step.t0());
+        continue;
+      }
+      if (!goes_on(f_, *mark, step.at(*mark))) return false;
+    }
+    return true;
+  }
+
+  /// How far it has come, for a checkpoint.
+  void save(Writer& out) const { save_parts(out, "marks", marks_); }
+  template <class Then>
+  void load(Reader& in, Then&& then) {
+    load_parts(in, then, "marks", marks_);
+  }
+
+ private:
+  Marks marks_;
+  F f_;
+};
+
+/// Floating-point numbers as they are, integers as double.
+template <class Number>
+using TimeOf = std::conditional_t<std::floating_point<Number>, Number, double>;
+
+template <class Range>
+concept TimeRange = requires(const Range& times) {
+  requires std::is_arithmetic_v<std::remove_cvref_t<decltype(*times.begin())>>;
+  times.end();
+};
+
+template <TimeRange Range>
+[[nodiscard]] auto to_times(const Range& times) {
+  std::vector<TimeOf<std::remove_cvref_t<decltype(*times.begin())>>> list;
+  for (const auto t : times) list.push_back(static_cast<typename decltype(list)::value_type>(t));
+  return list;
+}
+
+/// `integrate(…, at_times({0.1, 0.25, 7}, [](double t, auto& state) { … }))`: steps end exactly at these times; f may edit
+/// the state there. [time] A list in braces is one of doubles; where a state has longer ones, give a std::vector of them.
+/// @throws std::invalid_argument where a time is not finite
+template <TimeRange Range, class F>
+[[nodiscard]] auto at_times(const Range& times, F&& f) {
+  static_assert(!copies_a_record<F>, "phistep: at_times(times, recorder) would fill a copy: write std::ref(recorder)");
+  return AtTimes(to_times(times), std::decay_t<F>(std::forward<F>(f)));
+}
+template <class F>
+[[nodiscard]] auto at_times(std::initializer_list<double> times, F&& f) {
+  return at_times<std::initializer_list<double>>(times, std::forward<F>(f));
+}
+
+/// `integrate(…, sampled(0.1, [](double t, const auto& state) { … }))`: at t0 and at every multiple of the interval from
+/// there, without a stop (CompletedStep::at). [time]
+/// @throws std::invalid_argument unless the interval is finite and > 0
+template <class F>
+[[nodiscard]] auto sampled(double interval, F&& f) {
+  static_assert(!copies_a_record<F>,
+                "phistep: sampled(interval, recorder) would fill a copy: write std::ref(recorder)");
+  return Sampled(IntervalMarks(interval), std::decay_t<F>(std::forward<F>(f)));
+}
+/// … or at given times.
+/// @throws std::invalid_argument where one is not finite
+template <TimeRange Range, class F>
+[[nodiscard]] auto sampled(const Range& times, F&& f) {
+  static_assert(!copies_a_record<F>, "phistep: sampled(times, recorder) would fill a copy: write std::ref(recorder)");
+  return Sampled(ListMarks(to_times(times)), std::decay_t<F>(std::forward<F>(f)));
+}
+template <class F>
+[[nodiscard]] auto sampled(std::initializer_list<double> times, F&& f) {
+  return sampled<std::initializer_list<double>>(times, std::forward<F>(f));
+}
+
+}}  // namespace phistep::PHISTEP_ABI

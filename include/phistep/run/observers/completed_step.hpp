@@ -1,0 +1,53 @@
+/// @file
+/// A step that has become the state, as an observer may look at it: both ends, its length, and what lies between.
+#pragma once
+
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/version.hpp"
+
+namespace phistep { inline namespace PHISTEP_ABI {
+
+/// Handed to observers that take one argument: `integrate(…, [](const auto& step) { … step.at(t) … })`. Valid during the
+/// call.
+/// @tparam has_inside  the stepper can be copied, as states inside its steps need
+template <State S, bool has_inside = true>
+class CompletedStep {
+ public:
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+
+  /// @param inside  inside.at(t) is the state in between: a DenseOutput, or a run's LookInside
+  /// @param middle  the state at t0 + dt/2, where the step was done as two halves
+  template <class Inside>
+  CompletedStep(Scalar t0, Scalar dt, Scalar t1, const Plain& start, const Plain& end, Inside& inside,
+                const Plain* middle = nullptr)
+      : t0_{t0}, dt_{dt}, t1_{t1}, start_{start}, end_{end}, inside_{&inside}, middle_{middle} {
+    at_ = [](void* self, Scalar t) -> const Plain& { return static_cast<Inside*>(self)->at(t); };
+  }
+
+  [[nodiscard]] Scalar t0() const { return t0_; }              ///< [time]
+  [[nodiscard]] Scalar t1() const { return t1_; }              ///< [time]
+  [[nodiscard]] Scalar dt() const { return dt_; }              ///< [time] nominal: t1 − t0 differs in its last bits
+  [[nodiscard]] const Plain& start() const { return start_; }  ///< the state at t0, after all edits
+  [[nodiscard]] const Plain& end() const { return end_; }      ///< the state at t1, before any edit
+  /// The state at t0 ≤ t ≤ t1, to the accuracy of the step: interpolated where that is known to be as good, else by a step
+  /// really done from t0 to t, which the run doesn't notice. Valid until the next call.
+  [[nodiscard]] const Plain& at(Scalar t) const {
+    static_assert(
+        has_inside,
+        "phistep: to look inside its steps, a stepper must be copyable: give it the force as std::ref(force)");
+    return t == t1_ ? end_ : at_(inside_, t);
+  }
+  /// The state at t0 + dt/2 where two steps of half the length led from start to end, else null.
+  [[nodiscard]] const Plain* middle() const { return middle_; }
+
+ private:
+  Scalar t0_, dt_, t1_;
+  const Plain& start_;
+  const Plain& end_;
+  void* inside_;
+  const Plain& (*at_)(void*, Scalar);
+  const Plain* middle_;
+};
+
+}}  // namespace phistep::PHISTEP_ABI

@@ -1,0 +1,243 @@
+/// @file
+/// All events of a run: which comes first in a step, and which happen with it.
+///
+/// The loop's part:
+///
+///     events.begin(t, state)                  the run starts
+///     found = events.find(step)               after each step. One evaluation of every g, at its end; more, and the
+///                                             interpolant, only where there may be something to see
+///     if (found) {
+///       hit = events.refine(found, restep)    restep(t) puts the state back to t0, steps to t, and returns a pointer to a
+///                                             plain state, or nullptr where the step failed; the last one counts.
+///                                             hit.resteps = 0: the event is the end of the step, which stands.
+///                                             hit.g not finite: the step failed, or else it is Outcome::non_finite_event
+///       events.happen(found, hit.t, state)    handlers, which may edit the state
+///     }
+///     events.rearm(t, state)                  after edits by others: a sign that an edit changes is no event
+///
+/// What returns an Outcome says how the run goes on: success, non_finite_event, stopped_by_event, events_accumulate.
+/// Between steps nothing is remembered but `memory()`, plain numbers, which belong into a checkpoint.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+#include "phistep/base/archive/archive.hpp"
+#include "phistep/base/archive/parts.hpp"
+#include "phistep/base/machine/only.hpp"
+#include "phistep/base/outcome/outcome.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/version.hpp"
+#include "phistep/run/observers/completed_step.hpp"
+#include "phistep/run/observers/event.hpp"
+#include "phistep/run/observers/refine_root.hpp"
+#include "phistep/run/observers/root.hpp"
+
+namespace phistep { inline namespace PHISTEP_ABI {
+
+/// What an event remembers between steps.
+template <class Scalar>
+struct Armed {
+  /// Its crossings in one direction.
+  struct Crossings {
+    Scalar last{};      ///< [time] of the last, or when the run began
+    Scalar interval{};  ///< [time] between the last two of these
+    bool any = false;   ///< in this run
+
+    void archive(auto& ar) { ar("last", last, "interval", interval, "any", any); }
+  };
+  Scalar g{};  ///< where the run stands
+  Crossings rising, falling;
+  Standing standing = Standing::unknown;
+
+  void archive(auto& ar) {
+    ar("g", g, "rising", rising, "falling", falling, "standing", standing);
+    ar.check(standing <= Standing::unknown);
+  }
+};
+
+/// @tparam Events  models of EventLike, held by reference
+template <State S, EventLike... Events>
+class EventSet {
+ public:
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+  static constexpr std::size_t size = sizeof...(Events);
+  using Memory = std::array<Armed<Scalar>, size>;
+
+  /// The first event of a step, or the first time at which a g is not finite.
+  struct Found {
+    Outcome outcome = Outcome::success;  ///< or non_finite_event
+    std::size_t which = size;            ///< in the order given
+    Root<Scalar> root;
+    /// Whether there is an event.
+    [[nodiscard]] explicit operator bool() const { return root.kind == Root<Scalar>::Kind::found; }
+  };
+
+  explicit EventSet(Events&... events) : events_{events...} {}
+  explicit EventSet(const std::tuple<Events&...>& events) : events_{events} {}
+
+  [[nodiscard]] Outcome begin(Scalar t, const S& state) {
+    each([&](auto k, auto& event) {
+      memory_[k] = {.rising = {.last = t}, .falling = {.last = t}};
+      event.begin();
+    });
+    return rearm(t, state);
+  }
+
+  [[nodiscard]] Outcome rearm(Scalar t, const S& state) {
+    const Plain& y = plain(state);
+    bool finite = true;
+    each([&](auto k, auto& event) {
+      memory_[k].g = event.value(t, y);
+      finite = finite && std::isfinite(memory_[k].g);
+    });
+    return finite ? Outcome::success : Outcome::non_finite_event;
+  }
+
+  [[nodiscard]] Found find(const CompletedStep<S>& step) {
+    Found first;
+    each([&](auto k, auto& event) {
+      if constexpr (requires { event.prepare(); }) event.prepare();
+      const auto value = [&](Scalar t) { return event.value(t, step.at(t)); };
+      const EventOptions& options = event.options();
+      end_[k] = {step.t1(), event.value(step.t1(), step.end())};
+      const Root<Scalar>& root = roots_[k] = first_root(Sample<Scalar>{step.t0(), memory_[k].g}, end_[k], value,
+                                                        memory_[k].standing, options.direction, options.inside);
+      using Kind = typename Root<Scalar>::Kind;
+      if (root.kind == Kind::none) return;
+      if (first.which < size && !is_before(root.t, first.root.t, step.dt())) return;
+      first.outcome = root.kind == Kind::not_finite ? Outcome::non_finite_event : Outcome::success;
+      first.which = k;
+      first.root = root;
+    });
+    if (first.which == size)
+      each([this](auto k, auto&) {
+        if (roots_[k].start_sign != 0) memory_[k].standing = Standing::clear;
+        memory_[k].g = end_[k].g;
+      });
+    return first;
+  }
+
+  template <class Restep>
+  [[nodiscard]] Refined<Scalar> refine(const Found& found, Restep&& restep) {
+    Refined<Scalar> hit{};
+    each([&](auto k, auto& event) {
+      if (k != found.which) return;
+      hit = phistep::refine(found.root, end_[k], [&](Scalar t) {
+        const Plain* y = restep(t);
+        return y == nullptr ? std::numeric_limits<Scalar>::quiet_NaN() : event.value(t, *y);
+      });
+    });
+    return hit;
+  }
+
+  /// Calls the handlers of the event found and, in the order given, of those that happen with it: whose own root is that
+  /// one as far as time can tell, or whose g has passed zero in the step done again.
+  [[nodiscard]] Outcome happen(const Found& found, Scalar t, S& state) {
+    look(found, t, state);
+    return happen(t, state);
+  }
+  /// Its first half, which asks every g and changes nothing: where one throws, the step can still be taken back …
+  void look(const Found& found, Scalar t, const S& state) {
+    const Plain& y = plain(state);
+    each([&](auto k, auto& event) {
+      const Root<Scalar>& root = roots_[k];
+      known_[k] = root.start_sign != 0 && !is_before(t, root.start, end_[k].t - root.start);
+      const bool together = root.kind == Root<Scalar>::Kind::found &&
+                            std::abs(root.t - found.root.t) <= root.tolerance + found.root.tolerance;
+      happens_[k] = k == found.which || together || (known_[k] && passed(root.start_sign, event.value(t, y), event));
+    });
+  }
+  /// … and the second.
+  [[nodiscard]] Outcome happen(Scalar t, S& state) {
+    each([&](auto k, auto&) {
+      if (happens_[k]) memory_[k].standing = Standing::on_root;
+      else if (known_[k]) memory_[k].standing = Standing::clear;
+    });
+    bool goes_on = true, accumulate = false;
+    each([&](auto k, auto& event) {
+      if (!happens_[k]) return;
+      accumulate = note(roots_[k].start_sign < 0 ? memory_[k].rising : memory_[k].falling, t) || accumulate;
+      goes_on = event.happened(t, state) && goes_on;
+    });
+    const Outcome outcome = rearm(t, state);
+    if (!goes_on) return Outcome::stopped_by_event;
+    return outcome == Outcome::success && accumulate ? Outcome::events_accumulate : outcome;
+  }
+
+  [[nodiscard]] const Memory& memory() const { return memory_; }
+  void set_memory(const Memory& memory) { memory_ = memory; }
+  void save(Writer& out) const { save_parts(out, "events", memory_); }
+  template <class Then>
+  void load(Reader& in, Then&& then) {
+    load_parts(in, then, "events", memory_);
+  }
+
+ private:
+  template <class F>
+  void each(F&& f) {
+    [&]<std::size_t... K>(std::index_sequence<K...>) {
+      (f(std::integral_constant<std::size_t, K>{}, std::get<K>(events_)), ...);
+    }
+    (std::make_index_sequence<size>{});
+  }
+  [[nodiscard]] const Plain& plain(const S& state) {
+    if constexpr (std::is_same_v<S, Plain>) {
+      return state;
+    } else {
+      copy_blocks<S>(plain_, state);
+      return plain_;
+    }
+  }
+  [[nodiscard]] static bool passed(int from, Scalar g, const auto& event) {
+    const Direction wanted = event.options().direction;
+    return sign_of(g) == -from && (wanted == Direction::both || static_cast<int>(wanted) == -from);
+  }
+  /// Notes a crossing at t. True where the search may miss one soon: if the intervals go on shrinking as they did, the
+  /// one after next is shorter than 64 probes. (What rounding left of g at this event, seen in time, grows by that ratio.)
+  /// Intervals are those between crossings in one direction: a g that grazes zero crosses it to and fro within a short
+  /// time, and then not for long.
+  [[nodiscard]] static bool note(typename Armed<Scalar>::Crossings& crossings, Scalar t) {
+    const Scalar now = std::abs(t - crossings.last), before = crossings.interval;
+    crossings.last = t;
+    crossings.interval = now;
+    if (!std::exchange(crossings.any, true)) return false;
+    const Scalar ratio = before > now ? now / before : Scalar{1};
+    return now * ratio * ratio <= 64 * first_probe(t, now);
+  }
+
+  std::tuple<Events&...> events_;
+  Memory memory_{};
+  std::array<Sample<Scalar>, size> end_{};
+  std::array<Root<Scalar>, size> roots_{};
+  std::array<bool, size> happens_{}, known_{};
+  [[no_unique_address]] Only<!std::is_same_v<S, Plain>, Plain> plain_;
+};
+
+template <State S, class Tie>
+struct EventSetOfTie;
+template <State S, class... Events>
+struct EventSetOfTie<S, std::tuple<Events&...>> {
+  using type = EventSet<S, Events...>;
+};
+/// The events among a run's observers, tied.
+template <class... Observers>
+[[nodiscard]] auto tie_events(Observers&... observers) {
+  [[maybe_unused]] const auto tied = [](auto& observer) {
+    if constexpr (EventLike<decltype(observer)>) return std::tie(observer);
+    else return std::tuple<>{};
+  };
+  return std::tuple_cat(tied(observers)...);
+}
+template <State S, class... Observers>
+using EventsAmong =
+    typename EventSetOfTie<S, decltype(tie_events(std::declval<std::remove_reference_t<Observers>&>()...))>::type;
+
+}}  // namespace phistep::PHISTEP_ABI

@@ -1,0 +1,213 @@
+/// @file
+/// The first root of a function g(t) within a step, known by its values alone: what events are made of.
+///
+///   1. The sign just after t0. Where g(t0) is zero, or what rounding left of a root, g is probed at t0 + δ, t0 + 4δ, …
+///      until it has clearly left zero.
+///   2. A sign change until t1 holds a root. Without one, g may pass zero and come back: where its slope points towards
+///      zero at the start and away from zero at the end, the turning point between them is sought.
+///   3. The bracket is closed (bracket.hpp).
+///   4. That g was interpolated: refine_root.hpp corrects the root by steps really done.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include "phistep/base/version.hpp"
+#include "phistep/run/observers/bracket.hpp"
+
+namespace phistep { inline namespace PHISTEP_ABI {
+
+/// Which way g passes zero as the run goes. A backward run meets a function that grows with t as a falling one.
+enum class Direction : std::int8_t {
+  falling = -1,  ///< from plus to minus
+  both = 0,      ///< either way
+  rising = 1,    ///< from minus to plus
+};
+
+/// How g(t0) is to be read.
+enum class Standing : std::uint8_t {
+  clear,    ///< its sign is right, unless it is zero
+  on_root,  ///< the run stands on a root already handled: g(t0) is rounding
+  unknown,  ///< one look will tell
+};
+
+/// The outcome of a search.
+template <class Scalar>
+struct Root {
+  enum class Kind : std::uint8_t { none, found, not_finite };
+  Kind kind = Kind::none;
+  Scalar t{};                        ///< [time] the root, or where g is not finite; never t0
+  Sample<Scalar> before{}, after{};  ///< g changes sign between, or is zero at the latter
+  Scalar slope{};                    ///< dg/dt at the root
+  Scalar tolerance{};                ///< [time] to which it is known
+  int start_sign = 0;                ///< of g just after t0; 0 where the step doesn't tell
+  Scalar start{};                    ///< [time] when it has that sign for the first time
+};
+
+/// Seeks the first root between the ends of a step by evaluations value(t).
+template <class Scalar, class Value>
+class RootSearch {
+ public:
+  using Kind = typename Root<Scalar>::Kind;
+
+  RootSearch(Sample<Scalar> start, Sample<Scalar> end, Value& value)
+      : start_{start}, end_{end}, whole_{end.t - start.t}, value_{value} {}
+
+  /// @param inside   look for a turning point, too
+  [[nodiscard]] Root<Scalar> run(Standing standing, Direction wanted, bool inside) {
+    Root<Scalar> root;
+    for (const auto& s : {start_, end_})
+      if (!std::isfinite(s.g)) return not_finite(s.t);
+    const Sample<Scalar> from = start_of(standing);
+    if (failed_) return not_finite(from.t);
+    const int s = sign_of(from.g);
+    root.start_sign = s;
+    root.start = from.t;
+    if (s == 0) return root;
+    if (reaches_zero(from)) end_.g = 0;
+    if (failed_) return not_finite(end_.t);
+    const bool differs = sign_of(end_.g) != s;
+    if (inside && (!differs || end_.g == 0)) {
+      const Sample<Scalar> turn = turning_point(from);
+      if (failed_) return not_finite(turn.t);
+      if (sign_of(turn.g) == -s) return wants(wanted, -s) ? close(root, from, turn) : close(root, turn, end_);
+    }
+    return differs && wants(wanted, -s) ? close(root, from, end_) : root;
+  }
+
+ private:
+  [[nodiscard]] static bool wants(Direction wanted, int going) {
+    return wanted == Direction::both || static_cast<int>(wanted) == going;
+  }
+  [[nodiscard]] static Root<Scalar> not_finite(Scalar t) {
+    Root<Scalar> root;
+    root.kind = Kind::not_finite;
+    root.t = t;
+    return root;
+  }
+  [[nodiscard]] Sample<Scalar> sample(Scalar t) {
+    const Sample<Scalar> now{t, value_(t)};
+    failed_ = failed_ || !std::isfinite(now.g);
+    return now;
+  }
+
+  [[nodiscard]] Sample<Scalar> start_of(Standing standing) {
+    if (standing == Standing::on_root || start_.g == 0) return departure();
+    if (standing == Standing::clear) return start_;
+    const Scalar delta = first_probe(start_.t, whole_);
+    if (!(delta < std::abs(whole_))) return start_;
+    const Sample<Scalar> now = sample(start_.t + std::copysign(delta, whole_));
+    if (failed_) return now;
+    return std::abs(now.g - start_.g) <= std::abs(start_.g) / 16 || jumps_before(now) ? start_ : departure();
+  }
+  /// Whether g changes its sign from the start to `now` by a jump: no run that ended at the start has seen it.
+  [[nodiscard]] bool jumps_before(Sample<Scalar> now) {
+    const int s = sign_of(start_.g);
+    if (sign_of(now.g) != -s) return false;
+    Sample<Scalar> a = start_, b = now;
+    for (int n = 0; n < 8 && !failed_; ++n) {
+      const Sample<Scalar> middle = sample(a.t + (b.t - a.t) / 2);
+      (sign_of(middle.g) == s ? a : b) = middle;
+    }
+    return std::abs(b.g - a.g) > std::abs(now.g - start_.g) / 2;
+  }
+
+  /// Whether the root lies so near behind the end that a run which starts there takes g for a root already handled (the
+  /// rule of start_of, looking back): of two runs in a row one finds it. Asks g only where its fall in this step says so.
+  [[nodiscard]] bool reaches_zero(Sample<Scalar> from) {
+    const Scalar delta = first_probe(end_.t, whole_), g = std::abs(end_.g);
+    if (sign_of(end_.g) != sign_of(from.g) || !(delta < std::abs(end_.t - from.t))) return false;
+    if (!(g * std::abs(whole_) <= 1024 * delta * std::abs(from.g))) return false;
+    const Sample<Scalar> before = sample(end_.t - std::copysign(delta, whole_));
+    return sign_of(before.g) == sign_of(end_.g) && std::abs(before.g) - g > g / 16;
+  }
+
+  /// Where g has clearly left zero: three probes in a row grow, out of what rounding made of those before.
+  [[nodiscard]] Sample<Scalar> departure() {
+    const Scalar first = first_probe(start_.t, whole_);
+    Sample<Scalar> nearest{start_.t, 0}, last = nearest;
+    Scalar noise = std::abs(start_.g);
+    int grown = 0;
+    for (Scalar delta = first; delta < std::abs(whole_); delta *= 4) {
+      const Sample<Scalar> now = sample(start_.t + std::copysign(delta, whole_));
+      if (failed_) return now;
+      if (nearest.g == 0) nearest = now;
+      if (now.g != 0 && sign_of(now.g) == sign_of(last.g) && std::abs(now.g) >= Scalar(1.5) * std::abs(last.g)) {
+        if (++grown >= 2 && std::abs(now.g) >= 8 * noise) return now;
+      } else {
+        grown = 0;
+        noise = std::max(noise, std::abs(last.g));
+      }
+      last = now;
+    }
+    // A jump doesn't grow. In a step too short to tell, the next one will.
+    return std::abs(whole_) >= 64 * first ? nearest : Sample<Scalar>{start_.t, 0};
+  }
+
+  /// Some time between `from` and the end where g has the other sign; if there seems to be none, any with the same.
+  [[nodiscard]] Sample<Scalar> turning_point(Sample<Scalar> from) {
+    const int s = sign_of(from.g);
+    const Scalar h = std::copysign(difference(), whole_);
+    if (!(4 * std::abs(h) < std::abs(end_.t - from.t))) return from;
+    const Sample<Scalar> first = sample(from.t + h);
+    if (failed_ || sign_of(first.g) != s || !(std::abs(first.g) < std::abs(from.g))) return first;
+    const Sample<Scalar> last = sample(end_.t - h);
+    if (failed_ || sign_of(last.g) != s || !(std::abs(last.g) < std::abs(end_.g))) return last;
+    Sample<Scalar> falls{from.t + h / 2, std::abs(first.g) - std::abs(from.g)},
+        climbs{end_.t - h / 2, std::abs(end_.g) - std::abs(last.g)}, turn = last;
+    close_bracket(falls, climbs, 2 * std::abs(h), [&](Scalar t) {
+      Scalar slope = 0;
+      for (const int side : {-1, 1}) {
+        turn = sample(t + static_cast<Scalar>(side) * h / 2);
+        if (failed_ || sign_of(turn.g) != s) return Scalar{0};  // enough
+        slope += static_cast<Scalar>(side) * std::abs(turn.g);
+      }
+      return slope;
+    });
+    return turn;
+  }
+
+  [[nodiscard]] Root<Scalar> close(Root<Scalar> root, Sample<Scalar> before, Sample<Scalar> after) {
+    Sample<Scalar> a = before, b = after;
+    // At t = 0 no width is small beside t; t − t0 is not known better than this.
+    const Scalar least = 2 * std::numeric_limits<Scalar>::epsilon() * std::min(std::abs(start_.t), std::abs(end_.t));
+    if (b.g == 0) a = b;
+    else close_bracket(a, b, least, [this](Scalar t) { return sample(t).g; });
+    if (failed_) return not_finite(a.t);
+    root.kind = Kind::found;
+    root.t = std::abs(a.g) < std::abs(b.g) && a.t != start_.t ? a.t : b.t;
+    root.before = before;
+    root.after = after;
+    const Scalar h = std::copysign(difference(), whole_);
+    const auto inside = [this](Scalar t) {
+      return whole_ > 0 ? std::clamp(t, start_.t, end_.t) : std::clamp(t, end_.t, start_.t);
+    };
+    const Sample<Scalar> earlier = sample(inside(root.t - h)), later = sample(inside(root.t + h));
+    if (failed_) return not_finite(root.t);
+    root.tolerance = std::max(least, time_resolution(root.t, root.t));
+    root.slope = (later.g - earlier.g) / (later.t - earlier.t);
+    return root;
+  }
+  /// [time] For slopes by differences.
+  [[nodiscard]] Scalar difference() const {
+    return std::max(std::sqrt(std::numeric_limits<Scalar>::epsilon()) * std::abs(whole_),
+                    time_resolution(start_.t, end_.t));
+  }
+
+  Sample<Scalar> start_, end_;
+  Scalar whole_;
+  Value& value_;
+  bool failed_ = false;
+};
+
+/// The first root of g within a step, sought as RootSearch::run says.
+template <class Scalar, class Value>
+[[nodiscard]] Root<Scalar> first_root(Sample<Scalar> start, Sample<Scalar> end, Value&& value,
+                                      Standing standing = Standing::clear, Direction wanted = Direction::both,
+                                      bool inside = true) {
+  return RootSearch<Scalar, Value>(start, end, value).run(standing, wanted, inside);
+}
+
+}}  // namespace phistep::PHISTEP_ABI

@@ -1,0 +1,219 @@
+/// @file
+/// The step that a run is about to do: how long it is, where it starts, how it is tried, and the way back to its start.
+#pragma once
+
+#include <cmath>
+#include <optional>
+#include <type_traits>
+#include <utility>
+
+#include "phistep/base/facts/stepper_facts.hpp"
+#include "phistep/base/machine/only.hpp"
+#include "phistep/base/outcome/outcome.hpp"
+#include "phistep/base/outcome/step_report.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/state/non_finite.hpp"
+#include "phistep/base/version.hpp"
+#include "phistep/run/control/fixed_step.hpp"
+#include "phistep/run/control/limits.hpp"
+#include "phistep/run/control/run_clock.hpp"
+#include "phistep/run/stepper/any_stepper.hpp"
+#include "phistep/run/stepper/error_law.hpp"
+#include "phistep/run/stepper/step_doubling.hpp"
+
+namespace phistep { inline namespace PHISTEP_ABI {
+
+/// Of a stepper, or of the one inside it: steps have inner steps, whose number ties them to one length.
+template <class Stepper>
+inline constexpr bool has_inner_steps = [] {
+  if constexpr (requires { Stepper::has_inner_steps; }) return Stepper::has_inner_steps;
+  else if constexpr (requires(Stepper & outer) { outer.stepper(); })
+    return has_inner_steps<std::remove_cvref_t<decltype(std::declval<Stepper&>().stepper())>>;
+  else return false;
+}();
+
+/// @tparam Pace         of the run: it judges steps where it sees their error
+/// @tparam keeps_start  the step can be undone, and looked into
+template <class Stepper, State S, class Pace, bool keeps_start>
+class StepAttempt {
+  static_assert(!Pace::varies || !has_inner_steps<Stepper>,
+                "phistep: seldom(k, term) takes steps of one length, fixed(dt): a step that changes would meet "
+                "resonances, and nothing tells its error");
+
+ public:
+  using StepperType = Stepper;
+  using StateType = S;
+  using PaceType = Pace;
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+
+  StepAttempt(Stepper& stepper, S& state, TimeSpan<Scalar> span, Pace pace)
+      : stepper_{stepper}, state_{state}, pace_{std::move(pace)}, clock_{span}, from_{clock_} {}
+
+  /// All that begins a run but force calls.
+  [[nodiscard]] Outcome set_up() {
+    if constexpr (chooses) scheme_ = stepper_.active();
+    if constexpr (Pace::varies) return pace_.begin(plain(), error_law(stepper_));
+    else return pace_.begin(clock_.span());
+  }
+  /// The run begins.
+  [[nodiscard]] Outcome begin_run() {
+    if constexpr (Pace::varies) {
+      const auto [t0, t1] = clock_.span();
+      if (!std::isfinite(t1 - t0)) return Outcome::invalid_step;
+      if (t1 == t0) return Outcome::success;
+      if (first_non_finite(Blocks<S>::all(plain()))) return Outcome::non_finite_state;
+      if (const Outcome bad = set_up(); failed(bad)) return bad;
+      Outcome told = Outcome::success;
+      const auto slope = [&](Scalar t, const Plain& y, Plain& out) {
+        told = slope_of<S>(stepper_, t, y, out);
+        return !failed(told);
+      };
+      Outcome bad = pace_.start(clock_.span(), plain(), stepper_.order(), slope);
+      if constexpr (chooses)
+        if (!failed(bad) && stepper_.begin_run(state_, plain(), clock_, pace_)) {
+          if (const Outcome other = set_up(); failed(other)) return other;
+          bad = pace_.start(clock_.span(), plain(), stepper_.order(), slope);
+        }
+      return bad == Outcome::non_finite_force && failed(told) ? told : bad;
+    } else {
+      return set_up();
+    }
+  }
+  [[nodiscard]] bool is_at_end() const { return pace_.is_at_end(clock_); }
+  /// A step has become the state.
+  void accepted(const Landing<Scalar>& to, [[maybe_unused]] Limits& limits) {
+    if constexpr (Pace::varies) pace_.accepted(to, stepper_.history(), limits);
+    else pace_.accepted(to);
+  }
+  /// After a try that failed: success where the pace has a shorter one, else how the run ends.
+  [[nodiscard]] Outcome retry(Outcome why, [[maybe_unused]] const Landing<Scalar>& to,
+                              [[maybe_unused]] Limits& limits) {
+    if constexpr (Pace::varies) return pace_.failed(why, to, stepper_.history(), limits);
+    else return why;
+  }
+
+  /// A step starts where the run stands.
+  /// @param keeps_past  the stepper's history is kept, too
+  void begin([[maybe_unused]] bool keeps_past) {
+    choose_scheme();
+    if constexpr (keeps_start) {
+      from_ = clock_;
+      copy_blocks<S>(start_, state_);
+      if (keeps_past) past_.emplace(past_of(stepper_));
+    }
+  }
+  /// Tries it. A step that is done is the state, and the clock has moved.
+  [[nodiscard]] StepReport attempt(const Landing<Scalar>& to, Origin origin) {
+    way_ = Way::plain;
+    const StepReport done = attempt_in_a_way(to, origin);
+    if (done) clock_.move(to);
+    return done;
+  }
+  /// State, clock and history are again those of the step's start.
+  void undo() { put_back(*past_); }
+  /// The same where there will be no other try: it allocates nothing, and what tries have left goes with the step.
+  void undo_for_good() {
+    put_back(std::move(*past_));
+    forget_solves();
+  }
+  void forget_solves() {
+    if constexpr (requires { stepper_.forget_solves(); }) stepper_.forget_solves();
+  }
+
+  [[nodiscard]] Stepper& stepper() const { return stepper_; }
+  [[nodiscard]] S& state() const { return state_; }
+  [[nodiscard]] Pace& pace() { return pace_; }
+  [[nodiscard]] const Pace& pace() const { return pace_; }
+  [[nodiscard]] RunClock<Scalar>& clock() { return clock_; }
+  [[nodiscard]] const RunClock<Scalar>& clock() const { return clock_; }
+  /// The state as the stepper's own type: a Map's is gathered.
+  [[nodiscard]] const Plain& plain() {
+    if constexpr (std::is_same_v<S, Plain>) {
+      return state_;
+    } else {
+      copy_blocks<S>(gathered_, state_);
+      return gathered_;
+    }
+  }
+  [[nodiscard]] Scalar t0() const { return from_.t(); }        ///< [time] where the step started
+  [[nodiscard]] const Plain& start() const { return start_; }  ///< the state there
+  [[nodiscard]] const Past<Stepper>& past() const { return *past_; }
+  /// From where the run stands to a time inside the step.
+  [[nodiscard]] Scalar length_to(Scalar t) const {
+    if constexpr (requires { pace_.length(t, t); }) return pace_.length(clock_.t(), t);
+    else return clock_.length_to(t);
+  }
+  /// Whether the stepper told of the step's error and, where it can, slopes.
+  [[nodiscard]] bool is_traced() const { return way_ == Way::traced; }
+  /// The state half way, where the step was done as two halves; else null.
+  [[nodiscard]] const Plain* middle() const {
+    if constexpr (Pace::sees_error)
+      if (way_ == Way::doubled) return &doubling_.middle();
+    return nullptr;
+  }
+
+ private:
+  /// How a step was tried: without a look at its error, by a scheme that tells of its error, or in two halves.
+  enum class Way { plain, traced, doubled };
+  static constexpr bool chooses = Pace::sees_error && ChoosesScheme<Stepper, S, Pace>;
+
+  void put_back(auto&& past) {
+    copy_blocks<S>(state_, start_);
+    clock_ = from_;
+    if constexpr (Pace::sees_error)
+      if (std::exchange(way_, Way::plain) == Way::doubled) pace_.trace().step_back();
+    require_past<Stepper>();
+    if constexpr (can_go_back<Stepper>) go_back(stepper_, std::forward<decltype(past)>(past));
+  }
+  /// A stepper that chooses its scheme does so here, where no step is under way.
+  void choose_scheme() {
+    if constexpr (chooses) {
+      if (const auto longest = stepper_.choose(state_, plain(), clock_, pace_))
+        pace_.change(error_law(stepper_), *longest);
+      else if (scheme_ != stepper_.active()) pace_.obey(error_law(stepper_));  // a run that resumes
+      scheme_ = stepper_.active();
+    }
+  }
+  [[nodiscard]] StepReport attempt_in_a_way(const Landing<Scalar>& to, Origin origin) {
+    if constexpr (Pace::sees_error) {
+      auto& trace = pace_.trace();
+      const Scalar t = clock_.t();
+      const double length = std::abs(static_cast<double>(to.dt));
+      pace_.prepare(plain(), length);
+      trace.wants_dense = keeps_start;
+      // A step of a few ticks of the clock, where far longer ones are within the tolerance, tells of rounding alone.
+      if (to.lands && length <= static_cast<double>(clock_.rounding(t)) && 100 * length <= pace_.propose())
+        return do_step(stepper_, state_, clock_.t(), to.dt, origin);
+      const auto accept = [this](const Plain& y, const Plain& next, const auto& told) {
+        return pace_.judge(y, next, told);
+      };
+      if constexpr (facts_of<Stepper>.traces)
+        if (stepper_.estimates(trace)) {
+          way_ = Way::traced;
+          return stepper_.attempt(state_, t, to.dt, origin, trace, accept);
+        }
+      // Neighbouring floating-point times have no midpoint: the step cannot be halved.
+      if (const Scalar middle = t + to.dt / 2; middle == t || middle == t + to.dt)
+        return do_step(stepper_, state_, clock_.t(), to.dt, origin);
+      const StepReport done = doubling_.attempt(stepper_, state_, t, to.dt, origin, trace, accept);
+      if (done) way_ = Way::doubled;
+      return done;
+    } else {
+      return do_step(stepper_, state_, clock_.t(), to.dt, origin);
+    }
+  }
+
+  Stepper& stepper_;
+  S& state_;
+  Pace pace_;
+  RunClock<Scalar> clock_, from_;
+  Way way_ = Way::plain;  // of the last attempt
+  int scheme_ = -1;       // that the pace obeys, of a stepper that chooses
+  [[no_unique_address]] Only<keeps_start, Plain> start_;
+  [[no_unique_address]] Only<keeps_start, std::optional<Past<Stepper>>> past_;
+  [[no_unique_address]] Only<Pace::sees_error, StepDoubling<Stepper, S>> doubling_;
+  [[no_unique_address]] Only<!std::is_same_v<S, Plain>, Plain, 1> gathered_;
+};
+
+}}  // namespace phistep::PHISTEP_ABI

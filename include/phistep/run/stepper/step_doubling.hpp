@@ -1,0 +1,94 @@
+/// @file
+/// The error of a step by doing it again in two halves (Hairer, Nørsett & Wanner, Solving ODEs I, sect. II.4, p. 164):
+/// with y₁ after one step of Δt and y₂ after two of Δt/2, a scheme of order p leaves
+///
+///     y₂ − y(t+Δt) = (y₂ − y₁)/(1 − 2^p) + O(Δt^{p+2}).                                                         (1)
+///
+/// Three steps for two, and no demand on the scheme: it serves those that can't estimate their error, and the first step
+/// of those that look back. The result is y₂, the better one.
+#pragma once
+
+#include <cmath>
+#include <utility>
+
+#include "phistep/base/facts/stepper_facts.hpp"
+#include "phistep/base/outcome/outcome.hpp"
+#include "phistep/base/outcome/step_report.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/state/combination.hpp"
+#include "phistep/base/version.hpp"
+#include "phistep/run/stepper/any_stepper.hpp"
+#include "phistep/step/transaction/trace.hpp"
+
+namespace phistep { inline namespace PHISTEP_ABI {
+
+/// `attempt` for any stepper.
+template <class Stepper, State S>
+class StepDoubling {
+ public:
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+
+  void resize(const Plain& y) { start_ = whole_ = middle_ = next_ = y; }
+
+  /// As PhiStepper::attempt. On rejection, failure and exception, state and stepper are what they were.
+  template <class Accept>
+  StepReport attempt(Stepper& stepper, S& state, Scalar t, Scalar dt, Origin origin, Trace<Plain>& trace,
+                     Accept&& accept) {
+    copy_blocks<S>(start_, state);
+    Past<Stepper> past = past_of(stepper);
+    bool half_way = false;
+    const auto put_back = [&](auto&& to) {
+      copy_blocks<S>(state, start_);
+      go_back(stepper, std::forward<decltype(to)>(to));
+      if (std::exchange(half_way, false)) trace.step_back();
+    };
+    // For good, and without allocating: it may be for want of memory.
+    const auto take_back = [&] { put_back(std::move(past)); };
+    try {
+      StepReport report = one(stepper, state, t, dt, origin, trace);
+      if (!report) return report;  // nothing has happened
+      copy_blocks<S>(whole_, state);
+      put_back(past);
+      int iterations = report.iterations();
+      const Scalar half = dt / 2;
+      for (const Scalar from : {t, t + half}) {
+        if (from != t) {
+          copy_blocks<S>(middle_, state);
+          trace.advance();
+          half_way = true;
+        }
+        report = one(stepper, state, from, half, Origin::unknown, trace);
+        iterations += report.iterations();
+        if (!report) {
+          take_back();
+          return report;
+        }
+      }
+      copy_blocks<S>(next_, state);
+      const Scalar by = 1 / (std::exp2(static_cast<Scalar>(stepper.order())) - 1);
+      assign<S>(trace.error, by * (in<S>(whole_) - in<S>(next_)));  // (1)
+      trace.has_error = true;
+      if (accept(std::as_const(start_), std::as_const(next_), trace)) return {Outcome::success, iterations, nullptr};
+      take_back();
+      return {Outcome::error_too_large, iterations, nullptr};
+    } catch (...) {
+      take_back();
+      throw;
+    }
+  }
+  /// The state half way through the last step accepted.
+  [[nodiscard]] const Plain& middle() const { return middle_; }
+
+ private:
+  /// A step that is accepted as it is.
+  static StepReport one(Stepper& stepper, S& state, Scalar t, Scalar dt, Origin origin, Trace<Plain>& trace) {
+    if constexpr (facts_of<Stepper>.traces)
+      return stepper.attempt(state, t, dt, origin, trace, [](const auto&...) { return true; });
+    else return do_step(stepper, state, t, dt, origin);
+  }
+
+  Plain start_, whole_, middle_, next_;
+};
+
+}}  // namespace phistep::PHISTEP_ABI

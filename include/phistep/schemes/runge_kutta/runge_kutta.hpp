@@ -1,0 +1,202 @@
+/// @file
+/// Explicit Runge-Kutta pairs, for M y' = Ψ(t, y) and for motion under any force, f(r, v, t) included:
+///
+///     Y_i = y + Δt Σ_{j<i} a_ij k_j,    k_i = M⁻¹Ψ(t + c_i Δt, Y_i)                                              (1)
+///     y⁺  = y + Δt Σ b_j k_j                                                                                    (2)
+///
+/// (Hairer, Nørsett & Wanner, Solving ODEs I, sect. II.4, II.5; the pairs themselves are in runge_kutta_tableaus.hpp.) The step
+/// goes on with the formula of higher order; the error of the lower one is in runge_kutta_estimate.hpp.
+///
+/// The slope of a motion's r is v, at stage j the sum (1) of the k: r needs no slopes of its own,
+///
+///     r_i = r + c_i Δt v + Δt² Σ_l (Σ_j a_ij a_jl) k_l                                                          (3)
+///
+/// (sect. II.14, eq. 14.5).
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <type_traits>
+#include <utility>
+
+#include "phistep/base/facts/scheme_facts.hpp"
+#include "phistep/base/outcome/outcome.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/state/unknowns.hpp"
+#include "phistep/base/version.hpp"
+#include "phistep/schemes/explicit_stages.hpp"
+#include "phistep/schemes/runge_kutta/runge_kutta_estimate.hpp"
+#include "phistep/schemes/runge_kutta/runge_kutta_interpolant.hpp"
+#include "phistep/schemes/runge_kutta/runge_kutta_tableaus.hpp"
+#include "phistep/schemes/update_block.hpp"
+#include "phistep/step/kernel/scheme_on.hpp"
+
+namespace phistep { inline namespace PHISTEP_ABI {
+
+/// An explicit pair as a scheme. @tparam Tableau  Tsit5 or Dop853
+template <class Tableau>
+struct RungeKutta {
+  static constexpr SchemeFacts facts = ExplicitOfAny{.energy = EnergyBalance::rest};
+  [[nodiscard]] static constexpr int order() { return Tableau::order; }
+  [[nodiscard]] static constexpr const char* name() { return Tableau::name; }
+};
+
+/// Order 5, six force calls a step: smooth problems that are not stiff, at 2 to 6 digits.
+inline constexpr RungeKutta<Tsit5> tsit5{};
+/// Order 8, twelve force calls a step: smooth problems that are not stiff, at 6 digits and more.
+inline constexpr RungeKutta<Dop853> dop853{};
+
+template <class Tableau, State S>
+class SchemeOn<RungeKutta<Tableau>, S> : public SchemeDefaults {
+  static constexpr std::size_t end = Tableau::end, stages = Tableau::stages;
+  static constexpr bool drifts = Blocks<S>::drifts;
+  using Estimate = RungeKuttaEstimate<Tableau, S>;
+  using Rate = RateOf<S>;
+  using Stages = ExplicitStages<S, Tableau::stages>;
+
+ public:
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+  template <class Rhs>
+  static constexpr KernelNeeds needs{.position = false};
+
+  SchemeOn(RungeKutta<Tableau>, const Plain& y) { resize(y); }
+  void resize(const Plain& y) {
+    k_.resize(y);
+    inside_ = y;
+    known_ = 0;
+  }
+  [[nodiscard]] static int order() { return Tableau::order; }
+  /// The power of Δt in the estimate.
+  [[nodiscard]] static int error_order() { return Tableau::error_order; }
+
+  static constexpr bool traces = true;
+  static constexpr bool reads_weights = Estimate::has_two;
+  [[nodiscard]] static bool estimates(const auto&) { return true; }
+
+  template <class Kernel, class Step>
+  [[nodiscard]] Outcome step(Kernel& kernel, Step& step) {
+    known_ = 0;
+    t_ = step.t;
+    if (const Outcome bad = k_.start(kernel, step); failed(bad)) return bad;
+    const bool arrived = [&]<std::size_t... i>(std::index_sequence<i...>) {
+      return (stage<i + 1>(kernel.rhs(), step.t, step.dt, step.y, step.next) && ...);
+    }
+    (std::make_index_sequence<end - 1>{}) && move<end>(step.dt, step.y, step.next);
+    if (!arrived) {
+      k_.blame(step.psi);
+      return Outcome::non_finite_state;
+    }
+    known_ = end;
+    if constexpr (Step::is_traced) return slopes_and_error(kernel.rhs(), step);
+    return Outcome::success;
+  }
+
+  static constexpr bool interpolates = true, is_sure_inside = Tableau::is_sure_inside;
+  static constexpr std::array<double, 2> doubtful_at{Tableau::doubtful[0], Tableau::doubtful[1]};
+  /// Calls the force at the stages that dense output needs beyond those of the step from y0 just accepted. False where it
+  /// isn't finite there.
+  [[nodiscard]] bool know_inside(auto& rhs, Scalar dt, const Plain& y0) {
+    if (known_ == stages) return true;
+    if (known_ < end) return false;
+    rhs.begin(t_, dt, y0);
+    copy_blocks<S>(inside_, y0);  // what a view of the whole state shares
+    return [&]<std::size_t... i>(std::index_sequence<i...>) {
+      return ((known_ > end + i || stage<end + i>(rhs, t_, dt, y0, inside_)) && ...);
+    }
+    (std::make_index_sequence<stages - end>{}) && all_finite(Rate::blocks(k_[stages - 1])) && (known_ = stages, true);
+  }
+  void interpolate(Scalar x, Scalar dt, const Plain& y0, const Plain&, Plain& out) const {
+    RungeKuttaInterpolant<Tableau>::template at<S>(x, dt, y0, k_.all(), out);
+  }
+  void forget() { known_ = 0; }
+
+ private:
+  template <std::size_t i>
+  using Row = TableRow<Tableau::a, i, i>;
+
+  /// (1) of stage i: where a k before it isn't finite, neither is Y_i, and the force is not called.
+  template <std::size_t i, class Rhs>
+  [[nodiscard]] bool stage(Rhs& rhs, Scalar t, Scalar dt, const Plain& y, Plain& Y) {
+    if (!move<i>(dt, y, Y)) return false;
+    return k_.evaluate(rhs, i, t + static_cast<Scalar>(Tableau::c[i]) * dt, Y);
+  }
+  /// The slope at the end where it is wanted, and the estimate
+  [[nodiscard]] Outcome slopes_and_error(auto& rhs, auto& step) {
+    auto& trace = step.trace;
+    if (Estimate::needs_end || trace.wants_dense) {
+      if (!k_.evaluate(rhs, end, step.t + step.dt, step.next) || !all_finite(Rate::blocks(k_[end]))) {
+        step.psi = k_[end];
+        return Outcome::non_finite_force;
+      }
+      known_ = end + 1;
+      for_each_block([](auto, auto& slope, const auto& k) { slope = k; }, Blocks<S>::solved(trace.end),
+                     Rate::blocks(std::as_const(k_[end])));
+      if constexpr (drifts) position_of<S>(trace.end) = velocity_of<S>(step.next);
+      trace.has_slopes = true;
+    }
+    Estimate::tell(k_, step.dt, trace);
+    return Outcome::success;
+  }
+  /// out = y + Δt Σ_j a_ij k_j, by (3) for r. False: it isn't finite.
+  template <std::size_t i>
+  [[nodiscard, gnu::always_inline]] inline bool move(Scalar dt, const Plain& y, Plain& out) const {
+    if constexpr (solved_blocks<S> == 1) return move_block<i, 0>(dt, y, out);  // g++ inlines it so
+    return [&]<std::size_t... k>(std::index_sequence<k...>) {
+      bool finite = true;
+      ((finite = move_block<i, k>(dt, y, out) && finite), ...);
+      return finite;
+    }
+    (std::make_index_sequence<solved_blocks<S>>{});
+  }
+  template <std::size_t i, std::size_t k>
+  [[nodiscard, gnu::always_inline]] inline bool move_block(Scalar dt, const Plain& y, Plain& out) const {
+    if constexpr (FieldState<S>) return move_field<i, k>(dt, y, out);
+    else return move_numbers<i, k>(dt, y, out);
+  }
+  template <std::size_t i, std::size_t k>
+  [[nodiscard]] bool move_field(Scalar dt, const Plain& y, Plain& out) const {
+    auto&& to = std::get<k>(Blocks<S>::solved(out));
+    if constexpr (drifts && k == 0)
+      position_of<S>(out) = position_of<S>(y) + (static_cast<Scalar>(Tableau::c[i]) * dt) * velocity_of<S>(y) +
+                            k_.template field_sum<runge_kutta::OfPositions<Tableau, Row<i>>, k>(dt * dt);
+    to = std::get<k>(Blocks<S>::solved(y)) + k_.template field_sum<Row<i>, k>(dt);
+    return is_finite_block(to);
+  }
+  template <std::size_t i, std::size_t k>
+  [[nodiscard, gnu::always_inline]] inline bool move_numbers(Scalar dt, const Plain& y, Plain& out) const {
+    auto&& to = std::get<k>(Blocks<S>::solved(out));
+    constexpr int size = Stages::template size_of<decltype(to)>;
+    const Input<Scalar> start{std::get<k>(Blocks<S>::solved(y)).data()};
+    const auto solved = [=, sum = k_.template sum<Row<i>, k>()](auto n) {
+      return moved<i == end>(start[n], dt, sum, n);
+    };
+    if constexpr (drifts && k == 0) {
+      const Input<Scalar> r{position_of<S>(y).data()};
+      const Scalar drift = static_cast<Scalar>(Tableau::c[i]) * dt, kick = dt * dt;
+      const auto kernel = [=, sum = k_.template sum<runge_kutta::OfPositions<Tableau, Row<i>>, k>()](auto n, auto& r1,
+                                                                                                     auto& v1) {
+        r1 = r[n] + moved<false>(drift * start[n], kick, sum, n);
+        v1 = solved(n);
+      };
+      return update_block<size>(to.size(), kernel, position_of<S>(out).data(), to.data());
+    } else {
+      const auto kernel = [=](auto n, auto& y1) { y1 = solved(n); };
+      return update_block<size>(to.size(), kernel, to.data());
+    }
+  }
+  /// x + h Σ_j w_j k_j: at the step's end with one rounding of x.
+  template <bool at_end>
+  [[nodiscard, gnu::always_inline]] static auto moved(auto x, Scalar h, const auto& sum, auto n) {
+    if constexpr (std::remove_cvref_t<decltype(sum)>::is_empty) return x;
+    else if constexpr (at_end) return x + h * sum(n);
+    else return sum.add_to(x, h, n);
+  }
+
+  Stages k_;
+  Plain inside_;           // scratch of know_inside
+  Scalar t_{0};            // [time] where the step started
+  std::size_t known_ = 0;  // so many of the k_j belong to the step done last
+};
+
+}}  // namespace phistep::PHISTEP_ABI

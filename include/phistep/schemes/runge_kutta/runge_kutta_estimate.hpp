@@ -1,0 +1,124 @@
+/// @file
+/// The error estimate of an explicit Runge-Kutta pair, of the formulas of order p and p̂,
+///
+///     e = Δt Σ (b_j − b̂_j) k_j                                                                                  (1)
+///
+/// A pair with two of these, e₅ and e₃ of orders 5 and 3, has the estimate ‖e₅‖²/√(‖e₅‖² + 0.01 ‖e₃‖²), which goes as Δt⁸
+/// (Hairer, Nørsett & Wanner, Solving ODEs I, eq. II.10.17). Where Ψ jumps, e₅ may vanish by chance, and
+/// its square with it: the estimate is at least 0.03 ‖e₃‖², errors relative to y, which goes as Δt⁸, too, and rules few
+/// smooth steps; where e₃ doesn't go as Δt⁴, it is at least 0.1 ‖e₃‖. That of a motion's r follows from the k, too: its
+/// slopes are the velocities of the stages (eq. II.14.5).
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <iterator>
+#include <type_traits>
+
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/state/ranks.hpp"
+#include "phistep/base/state/unknowns.hpp"
+#include "phistep/base/version.hpp"
+#include "phistep/schemes/explicit_stages.hpp"
+
+namespace phistep { inline namespace PHISTEP_ABI {
+
+/// Weights of the k_j, as types, so that sums are unrolled, and zeros are left out.
+namespace runge_kutta {
+/// b_j − b̂_j
+template <class Tableau>
+struct Error {
+  static constexpr std::size_t count = std::size(Tableau::e);
+  static constexpr long double at(std::size_t j) { return Tableau::e[j]; }
+};
+/// The same for the formula of order 3.
+template <class Tableau>
+struct ErrorOfOrder3 {
+  static constexpr std::size_t count = Tableau::end;
+  static constexpr long double at(std::size_t j) { return Tableau::a[Tableau::end][j] - Tableau::b_3[j]; }
+};
+/// The weights of the k_l in a sum over a motion's velocities, with weights w_j: Σ_j w_j a_jl.
+template <class Tableau, class Weights>
+struct OfPositions {
+  static constexpr std::size_t count = Weights::count == 0 ? 0 : Weights::count - 1;
+  static constexpr long double at(std::size_t l) {
+    long double sum = 0;
+    for (std::size_t j = l + 1; j < Weights::count; ++j) sum += Weights::at(j) * Tableau::a[j][l];
+    return sum;
+  }
+};
+}  // namespace runge_kutta
+
+/// @tparam Tableau  with e, and b_3 where there are two estimates
+template <class Tableau, State S>
+class RungeKuttaEstimate {
+  using Scalar = ScalarOf<S>;
+  using Stages = ExplicitStages<S, Tableau::stages>;
+
+ public:
+  static constexpr bool has_two = requires { Tableau::b_3; };
+  static constexpr bool needs_end = runge_kutta::Error<Tableau>::count > Tableau::end;  ///< … k⁺
+
+  /// Error and, of two estimates, its factor.
+  [[gnu::always_inline]] static void tell(const Stages& k, Scalar dt, auto& trace) {
+    using High = runge_kutta::Error<Tableau>;
+    using Low = typename decltype(low_weights())::type;
+    Squares all;
+    for_each_block(
+        [&](auto block, auto& e, auto& e3, const auto& weight) {
+          of_block<High, Low, block>(k, dt, e, e3, weight, all);
+          if constexpr (Blocks<S>::drifts && block == 0)
+            of_block<runge_kutta::OfPositions<Tableau, High>, runge_kutta::OfPositions<Tableau, Low>, block>(
+                k, dt * dt, position_of<S>(trace.error), position_of<S>(trace.predicted), position_of<S>(trace.weight),
+                all);
+        },
+        Blocks<S>::solved(trace.error), Blocks<S>::solved(trace.predicted), Blocks<S>::solved(trace.weight));
+    if constexpr (has_two && FieldState<S>) {
+      double sums[] = {all.high, all.low};
+      total_of_ranks(trace.weight, sums);
+      all = {sums[0], sums[1]};
+    }
+    if (all.high > 0) {
+      trace.error_scale_square = all.high / (all.high + 0.01 * all.low);
+      if constexpr (has_two) {
+        const double least = 0.03 * trace.rtol * all.low;
+        const auto n = static_cast<double>(count_of(Blocks<S>::all(trace.error)));
+        trace.error_scale_square = std::max(trace.error_scale_square, least / n * (least / all.high));
+        if (!trace.smoothness.holds(all.low, static_cast<double>(dt), order_of_low))
+          trace.error_scale_square = std::max(trace.error_scale_square, 0.01 * all.low / all.high);
+      }
+    }
+    trace.has_error = true;
+  }
+
+ private:
+  static constexpr int order_of_low = 4;  ///< ‖e₃‖ goes as Δt⁴
+  struct Squares {
+    double high = 0, low = 0;  ///< of ‖e₅‖ and ‖e₃‖
+  };
+  [[nodiscard]] static auto low_weights() {
+    if constexpr (has_two) return std::type_identity<runge_kutta::ErrorOfOrder3<Tableau>>{};
+    else return std::type_identity<runge_kutta::Error<Tableau>>{};
+  }
+  [[nodiscard]] static double square(Scalar x) { return static_cast<double>(x) * static_cast<double>(x); }
+  template <class High, class Low, std::size_t block>
+  [[gnu::always_inline]] static void of_block(const Stages& k, Scalar by, auto& e, auto& e3, const auto& weight,
+                                              Squares& all) {
+    k.template put<High, block>(by, e);
+    if constexpr (has_two) {
+      k.template put<Low, block>(by, e3);
+      if constexpr (FieldState<S>) {
+        using Ops = typename std::remove_cvref_t<decltype(e)>::Ops;
+        all.high += Ops::square(e.handle(), weight.handle());
+        all.low += Ops::square(e3.handle(), weight.handle());
+      } else {
+        for (Index i = 0; i < e.size(); ++i) {
+          all.high += square(weight.data()[i] * e.data()[i]);
+          all.low += square(weight.data()[i] * e3.data()[i]);
+        }
+      }
+    }
+  }
+};
+
+}}  // namespace phistep::PHISTEP_ABI

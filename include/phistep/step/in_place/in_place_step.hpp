@@ -1,0 +1,152 @@
+/// @file
+/// Explicit steps of states in place, without a copy of state or force: Euler's in one pass over the arrays, velocity
+/// Verlet's in two. A pass reads each number once and writes it where it was,
+///
+///     kept ← r, v, f   →   v⁺ = v + (h/m) f,   r⁺ = r + (before v + after v⁺)   →   r, v,
+///
+/// and what it keeps puts the arrays back if the step fails.
+#pragma once
+
+#include <cstdint>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+#include "phistep/base/outcome/outcome.hpp"
+#include "phistep/base/outcome/step_report.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/version.hpp"
+#include "phistep/force/routine.hpp"
+#include "phistep/step/equation/gamma.hpp"
+#include "phistep/step/in_place/pass_in_place.hpp"
+#include "phistep/step/in_place/undo_log.hpp"
+#include "phistep/step/transaction/edit_guard.hpp"
+#include "phistep/step/transaction/transaction.hpp"
+
+namespace phistep { inline namespace PHISTEP_ABI {
+
+/// Whether Force is a routine that works on the arrays of S.
+template <class S, class Force>
+inline constexpr bool is_routine_of = false;
+template <class S, class Routine, bool reads_velocities>
+inline constexpr bool is_routine_of<S, RoutineForce<S, Routine, reads_velocities>> = true;
+
+/// A kernel for schemes of one or two passes, and the transaction around their steps.
+template <State S, class RightHandSideOf, int passes>
+class InPlaceStep {
+ public:
+  using Rhs = RightHandSideOf;
+  using Scalar = ScalarOf<S>;
+  static constexpr bool carries = passes == 2;
+  struct Data {
+    S& state;
+    const Scalar t;   ///< [time]
+    const Scalar dt;  ///< [time]
+    const Origin origin;
+    bool psi_next_known = false;
+    static constexpr bool is_traced = false;
+  };
+
+  explicit InPlaceStep(const S& state) { log_.begin(state); }
+  /// The force's arrays are those of the state.
+  [[nodiscard]] static bool can(Rhs& rhs, const S& state) { return rhs.force().arrays() == &state; }
+  /// Nothing is known of where the next step starts.
+  void forget() {
+    known_ = Known::nothing;
+    log_.forget();
+  }
+
+  template <class Advance, class Transaction>
+  StepReport run(Rhs& rhs, Transaction& transaction, S& state, Scalar t, Scalar dt, Origin origin, Advance&& advance) {
+    if (const Outcome bad = transaction.open(t, dt); failed(bad)) return transaction.refuse(rhs, bad, t, dt);
+    rhs_ = &rhs;
+    state.note_length();
+    if (!log_.begin(state)) known_ = Known::nothing;
+    Data data{state, t, dt, origin};
+    Undo undo{*this, state};
+    const Outcome outcome = advance(*this, data);
+    if (failed(outcome)) {
+      transaction.show_end(state, state.rate());
+      undo.now();
+      return transaction.report_shown(rhs, outcome, t, dt, state);
+    }
+    undo.is_done = true;
+    log_.accept();
+    ++rhs.statistics().steps;
+    return {Outcome::success, 0, nullptr};
+  }
+
+  /// The state is y + γ M⁻¹Ψ(t, y), r drifted.
+  [[nodiscard]] Outcome kick_drift(Data& step, const auto& by) {
+    const bool looks = carries && step.origin != Origin::unedited;
+    bool known = known_ != Known::nothing && (!looks || known_ == Known::checked) &&
+                 same_time<Rhs::Traits::uses_time>(step.t, t_);
+    known_ = Known::nothing;
+    bool finite = true;
+    if (known) {
+      const std::uint64_t left = seen_;
+      finite = pass<true, !carries>(step, by, looks, log_.psi());
+      if (looks && found_ != left) {  // edited since
+        log_.put_back_state(step.state);
+        log_.forget();
+        known = false;
+      }
+    }
+    if (!known) {
+      evaluate(step.state, step.t);
+      finite = pass<true, !carries>(step, by, looks, nullptr);
+    }
+    return finite ? Outcome::success : Outcome::non_finite_state;
+  }
+  /// The state's v is v + γ M⁻¹Ψ(t, r): the step's last pass.
+  [[nodiscard]] Outcome resolve(Data& step, const Gamma<Scalar>& gamma, Scalar t) {
+    evaluate(step.state, t);
+    if (!pass<false, true>(step, Advance{gamma.force, Zero{}, Zero{}}, false, nullptr))
+      return Outcome::non_finite_state;
+    known_ = step.origin == Origin::unedited ? Known::unchecked : Known::checked;
+    t_ = t;
+    return Outcome::success;
+  }
+
+ private:
+  enum class Known : std::uint8_t { nothing, unchecked, checked };
+  struct Undo {
+    InPlaceStep& step;
+    S& state;
+    bool is_done = false;
+    void now() {
+      is_done = true;
+      step.known_ = Known::nothing;
+      if (state.has_kept_length()) step.log_.put_back(state);
+      else step.log_.forget();
+    }
+    ~Undo() {
+      if (!is_done) now();
+    }
+  };
+
+  /// The arrays' forces are Ψ of what else they hold.
+  void evaluate(S& state, Scalar t) {
+    log_.keep_rate(state);
+    if (rhs_->force().looks_next()) log_.keep_state(state);
+    ++rhs_->statistics().force_calls;
+    rhs_->force().call(t);
+  }
+  template <bool keeps_state, bool keeps_psi>
+  [[nodiscard]] bool pass(Data& step, const auto& by, bool looks, const Scalar* psi) {
+    const auto& mass = std::get<0>(rhs_->masses());
+    PassInPlace<S, std::remove_cvref_t<decltype(mass.scaled(by.kick))>, std::remove_cvref_t<decltype(by)>> pass{
+        step.state, mass.scaled(by.kick), by, psi};
+    const bool finite = pass.template run<keeps_state, keeps_psi>(log_, looks);
+    if constexpr (keeps_state) found_ = pass.found(), seen_ = pass.left();
+    return finite;
+  }
+
+  Rhs* rhs_ = nullptr;  // during a step
+  UndoLog<S> log_;
+  Known known_ = Known::nothing;        // whether the log has Ψ of what the last step left …
+  Scalar t_{};                          // [time] … at this time
+  std::uint64_t seen_ = 0, found_ = 0;  // the positions that the last step left, that the last pass found
+};
+
+}}  // namespace phistep::PHISTEP_ABI

@@ -1,0 +1,138 @@
+/// @file
+/// Jacobians by forward automatic differentiation with Eigen's AutoDiff module, eight directions at a time.
+#pragma once
+
+#include <Eigen/Core>
+#include <unsupported/Eigen/AutoDiff>
+
+#include <algorithm>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/state/motion.hpp"
+#include "phistep/base/version.hpp"
+#include "phistep/force/signature.hpp"
+#include "phistep/force/sum.hpp"
+
+namespace phistep { inline namespace PHISTEP_ABI {
+
+/// A force with a Jacobian by automatic differentiation. The force must be generic in its scalar:
+///
+///     auto force = autodiff([](const auto& y) {
+///       std::remove_cvref_t<decltype(y)> rate(y.size());     // not VectorXd: the scalar differs
+///       …
+///       return rate;
+///     });
+///
+/// Beware of what has no derivative: `r.norm()` at r = 0 gives NaN, which is reported as a non-finite Jacobian.
+template <class F>
+class AutoDiff : public ForceTerm {
+ public:
+  explicit AutoDiff(F f) : f_(std::move(f)) {}
+
+  template <class... Arguments>
+    requires std::is_invocable_v<F&, Arguments...>
+  decltype(auto) operator()(Arguments&&... arguments) { return f_(std::forward<Arguments>(arguments)...); }
+
+  /// ∂Ψ/∂y or, for a motion without velocities, ∂Ψ/∂r: n×n.
+  template <class Vector>
+  auto jacobian(const Vector& y) {
+    return derivative(y, [this](const auto& moved) { return f_(moved); });
+  }
+  /// ∂Ψ/∂y at time t, n×n.
+  template <class Vector>
+  auto jacobian(const Vector& y, typename Vector::Scalar t) {
+    return derivative(y, [this, t](const auto& moved) { return f_(moved, t); });
+  }
+  /// K = ∂Ψ/∂r and C = ∂Ψ/∂v.
+  template <class Vector>
+  auto jacobian(const Vector& r, const Vector& v) {
+    return pair(r, v, [this](const auto& x, const auto& u) { return f_(x, u); });
+  }
+  /// K and C at time t.
+  template <class Vector>
+  auto jacobian(const Vector& r, const Vector& v, typename Vector::Scalar t) {
+    return pair(r, v, [this, t](const auto& x, const auto& u) { return f_(x, u, t); });
+  }
+
+  /// out += ∂Ψ/∂y·x by one evaluation with one direction: for solvers that need no matrix.
+  template <class View, class Rate>
+    requires(call_arity<F, View>() > 0)
+  void apply_jacobian(auto t, const View& y, const View& x, Rate& out) {
+    constexpr int arity = call_arity<F, View>();
+    auto& block = std::get<0>(Rate::blocks(out));
+    const auto add = [&block](const auto& result) {
+      for (Eigen::Index i = 0; i < block.size(); ++i) block.data()[i] += result.data()[i].derivatives()[0];
+    };
+    if constexpr (MotionLike<View>) {
+      const auto r = along(y.r, x.r), v = along(y.v, x.v);
+      add(call_with<arity>(f_, MotionView<std::remove_const_t<decltype(r)>, decltype(y.mass)>{r, v, y.mass}, t));
+    } else {
+      const auto moved = along(y.y, x.y);
+      add(call_with<arity>(f_, FirstOrderView<std::remove_const_t<decltype(moved)>, decltype(y.mass)>{moved, y.mass},
+                           t));
+    }
+  }
+
+ private:
+  /// y + x dε
+  template <class Vector>
+  static auto along(const Vector& y, const Vector& x) {
+    using Number = Eigen::AutoDiffScalar<Eigen::Matrix<typename Vector::Scalar, 1, 1>>;
+    Eigen::Matrix<Number, Vector::RowsAtCompileTime, Vector::ColsAtCompileTime, Vector::Options> moved(y.rows(),
+                                                                                                       y.cols());
+    for (Eigen::Index i = 0; i < y.size(); ++i) {
+      moved.data()[i].value() = y.data()[i];
+      moved.data()[i].derivatives()[0] = x.data()[i];
+    }
+    return moved;
+  }
+
+  static constexpr int chunk = 8;
+  template <class Vector>
+  using Dual = Eigen::AutoDiffScalar<Eigen::Matrix<typename Vector::Scalar, chunk, 1>>;
+  template <class Vector>
+  using DualVector = Eigen::Matrix<Dual<Vector>, Vector::RowsAtCompileTime, Vector::ColsAtCompileTime, Vector::Options>;
+  template <class Vector>
+  using Square = Eigen::Matrix<typename Vector::Scalar, Vector::SizeAtCompileTime, Vector::SizeAtCompileTime>;
+
+  template <class Vector, class Function>
+  static Square<Vector> derivative(const Vector& y, Function&& function) {
+    const Eigen::Index n = y.size();
+    Square<Vector> J(n, n);
+    DualVector<Vector> moved = y.template cast<Dual<Vector>>();
+    for (Eigen::Index first = 0; first < n; first += chunk) {
+      const Eigen::Index width = std::min<Eigen::Index>(chunk, n - first);
+      for (Eigen::Index k = 0; k < width; ++k) moved.data()[first + k].derivatives() = Unit<Vector>(k);
+      const auto result = function(moved);
+      static_assert(std::is_same_v<typename std::remove_cvref_t<decltype(result)>::Scalar, Dual<Vector>>,
+                    "phistep: autodiff(f) needs a force that returns a vector of its argument's scalar");
+      for (Eigen::Index i = 0; i < n; ++i)
+        for (Eigen::Index k = 0; k < width; ++k) J(i, first + k) = result.data()[i].derivatives()[k];
+      for (Eigen::Index k = 0; k < width; ++k) moved.data()[first + k].derivatives().setZero();
+    }
+    return J;
+  }
+  template <class Vector>
+  static auto Unit(Eigen::Index k) {
+    return Eigen::Matrix<typename Vector::Scalar, chunk, 1>::Unit(k);
+  }
+  template <class Vector, class Function>
+  static MotionJacobian<Square<Vector>> pair(const Vector& r, const Vector& v, Function&& function) {
+    const DualVector<Vector> still_r = r.template cast<Dual<Vector>>(), still_v = v.template cast<Dual<Vector>>();
+    return {derivative(r, [&](const auto& x) { return function(x, still_v); }),
+            derivative(v, [&](const auto& u) { return function(still_r, u); })};
+  }
+
+  F f_;
+};
+
+/// Asks for the force's Jacobian by automatic differentiation.
+template <class F>
+[[nodiscard]] AutoDiff<F> autodiff(F force) {
+  return AutoDiff<F>{std::move(force)};
+}
+
+}}  // namespace phistep::PHISTEP_ABI

@@ -1,0 +1,155 @@
+/// @file
+/// Whether a step of M y' = Ψ with a singular M starts where the algebraic equations hold. With P Ψ for what is no M y', and
+/// W = M − γJ the step's own matrix, the inconsistency moves the step by
+///
+///     x = W⁻¹ γ P Ψ(t, y),                                                                                      (1)
+///
+/// nothing where y is consistent, and for γ → 0 Newton's correction of the algebraic components at the differential ones
+/// given. It has to be within the tolerance of a controlled run, else within 1e-6 of the largest component of its block.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "phistep/base/numbers/arithmetic.hpp"
+#include "phistep/base/outcome/outcome.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/state/combination.hpp"
+#include "phistep/base/state/non_finite.hpp"
+#include "phistep/base/version.hpp"
+#include "phistep/step/mass/bound_masses.hpp"
+
+namespace phistep { inline namespace PHISTEP_ABI {
+
+/// Asked once for each start and each state that was edited: it remembers both ends of the last step.
+template <State S, class Rhs>
+class AlgebraicStart {
+ public:
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+  using Rate = RateOf<S>;
+
+  /// M may be another one.
+  void bind(const Rhs& rhs, const Plain& y) {
+    has_any_ = static_cast<bool>(algebraic_component(rhs.masses()));
+    forget();
+    if (!has_any_) return;
+    response_ = y;
+    residual_ = make_rate<S>(y);
+    for (Known& each : known_) each.y = y;
+  }
+  void forget() {
+    for (Known& each : known_) each.is = false;
+  }
+
+  /// Whether the state at t is another than those which the last step led from and to.
+  [[nodiscard]] bool is_due(Scalar t, Scalar dt, const Plain& y) {
+    if (!has_any_) return false;
+    // A run's clock rounds otherwise than t + Δt.
+    const Scalar rounding = 16 * std::numeric_limits<Scalar>::epsilon() * (std::abs(t) + std::abs(dt));
+    for (std::size_t k = 0; k < known_.size(); ++k)
+      if (known_[k].is && std::abs(t - known_[k].t) <= rounding && equal_blocks<S>(y, known_[k].y))
+        return start_ = k, false;
+    return true;
+  }
+  /// … or a step's end.
+  void reached(Scalar t, const auto& y) {
+    if (has_any_) set(1 - start_, t, y);
+  }
+  /// Whether the step can begin, Ψ being step.psi.
+  /// @param respond  (P Ψ, x) → Outcome: x = (1)
+  template <class Step>
+  [[nodiscard]] Outcome check(const Rhs& rhs, const Step& step, auto&& respond) {
+    if (first_non_finite(Rate::blocks(step.psi))) return Outcome::non_finite_force;
+    if (leaves_residual(rhs, step.psi)) {
+      if (const Outcome bad = respond(residual_, response_); failed(bad)) return bad;
+      bool is_allowed = false;
+      if constexpr (Step::is_traced) is_allowed = step.trace.size_of(response_, step.y, step.y) <= 1;
+      else is_allowed = is_small(step.y);
+      if (!is_allowed) {
+        const Plain* weight = nullptr;
+        if constexpr (Step::is_traced) weight = &step.trace.weight;
+        find_worst(step.y, weight);
+        return Outcome::inconsistent_start;
+      }
+    }
+    set(start_ = 0, step.t, step.y);
+    return Outcome::success;
+  }
+  /// Of a start that was refused: the component that (1) moves most, by its weight or beside its block.
+  [[nodiscard]] const Offender& worst() const { return worst_; }
+
+  /// The slope at a step's start is M⁻¹Ψ, which says nothing of what M doesn't see …
+  void start_by_force() { lacks_start_ = has_any_; }
+  /// … and which is that of the parabola through both ends with the slope at the second.
+  void complete_start(const Rhs& rhs, auto& step) {
+    if (!std::exchange(lacks_start_, false)) return;
+    const auto y = in<S>(step.y), next = in<S>(step.next), end = in<S>(step.trace.end);
+    assign<S>(response_, (2 / step.dt) * (next - y) - end);
+    keep_unseen(Blocks<S>::solved(response_), rhs.masses());
+    add<S>(step.trace.start, in<S>(response_));
+  }
+
+ private:
+  /// residual = P Ψ. False where there is nothing left.
+  [[nodiscard]] bool leaves_residual(const Rhs& rhs, const Rate& psi) {
+    copy_rate(residual_, psi);
+    keep_unexplained(Rate::blocks(residual_), rhs.masses());
+    bool any = false;
+    for_each_number([&any](auto, Scalar x) { any = any || x != 0; }, Rate::blocks(residual_));
+    return any;
+  }
+  /// Whether the response (1) is small beside y, to a millionth of each block.
+  [[nodiscard]] bool is_small(const Plain& y) const {
+    bool all_small = true;
+    for_each_block(
+        [&](auto, const auto& x, const auto& of) { all_small = all_small && largest(x) <= 1e-6 * largest(of); },
+        Blocks<S>::solved(response_), Blocks<S>::solved(y));
+    return all_small;
+  }
+  void find_worst(const Plain& y, const Plain* weight) {
+    worst_ = {};
+    double most = -1;
+    for_each_block(
+        [&](auto k, const auto& x, const auto& of, const auto& w) {
+          for (Index i = 0; i < x.size(); ++i) {
+            const double moved = std::abs(static_cast<double>(x.data()[i])),
+                         size = weight != nullptr ? moved * static_cast<double>(w.data()[i])
+                                                  : moved / at_least_normal<Scalar>(largest(of));
+            if (size > most) most = size, worst_.block = k, worst_.index = i;
+          }
+        },
+        Blocks<S>::solved(response_), Blocks<S>::solved(y), Blocks<S>::solved(weight != nullptr ? *weight : y));
+  }
+
+  struct Known {
+    bool is = false;
+    Scalar t{};
+    Plain y;
+  };
+  void set(std::size_t k, Scalar t, const auto& y) {
+    known_[k].is = true;
+    known_[k].t = t;
+    copy_blocks<S>(known_[k].y, y);
+  }
+
+  Rate residual_;   // P Ψ
+  Plain response_;  // (1)
+  std::array<Known, 2> known_;
+  Offender worst_;
+  std::size_t start_ = 0;
+  bool has_any_ = false, lacks_start_ = false;
+};
+
+/// In place of it where M is regular by its type.
+struct RegularStart {
+  static void bind(const auto&...) {}
+  static void forget() {}
+  static void reached(const auto&...) {}
+  static void start_by_force() {}
+  static void complete_start(const auto&...) {}
+};
+
+}}  // namespace phistep::PHISTEP_ABI

@@ -1,0 +1,123 @@
+/// @file
+/// The passes of explicit steps, each by the cheapest way that the state allows:
+///
+///     kick_drift   v⁺ = v + γ M⁻¹Ψ(t, y),  r⁺ = r + before v + after v⁺
+///     kick         v⁺ = v⁺ + γ M⁻¹Ψ(t, y⁺)
+///
+/// beside the state; over the active particles alone; into the state itself (in_place_update.hpp); or by the routine of a
+/// state in place, a whole step at a time (in_place_step.hpp).
+#pragma once
+
+#include <type_traits>
+#include <utility>
+
+#include "phistep/base/machine/only.hpp"
+#include "phistep/base/outcome/outcome.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/version.hpp"
+#include "phistep/step/equation/explicit_update.hpp"
+#include "phistep/step/in_place/in_place_step.hpp"
+#include "phistep/step/in_place/in_place_update.hpp"
+#include "phistep/step/in_place/unchanged_particles.hpp"
+#include "phistep/step/kernel/kernel_needs.hpp"
+#include "phistep/step/transaction/origin.hpp"
+#include "phistep/step/transaction/transaction.hpp"
+
+namespace phistep { inline namespace PHISTEP_ABI {
+
+/// @tparam carries  Ψ at the end of a step is left in `psi` for the next
+template <State S, class RightHandSideOf, KernelNeeds needs, bool carries>
+class ExplicitPasses {
+ public:
+  using Rhs = RightHandSideOf;
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+  using Data = typename Transaction<S, Rhs, carries>::Data;
+
+  explicit ExplicitPasses(const S& state) : arrays_{state} {}
+  void bind(const Plain& y) {
+    if constexpr (keeps_psi) kicked_by_ = make_rate<S>(y);
+  }
+
+  /// A scheme of one or two passes under the routine of a state in place: no copies.
+  static constexpr bool steps_in_place =
+      needs.passes != 0 && !Rhs::has_matrix_mass && is_routine_of<S, typename Rhs::Whole>;
+  [[nodiscard]] auto& arrays() { return arrays_; }
+  [[nodiscard]] const auto& arrays() const { return arrays_; }
+
+  void begin_step(Rhs& rhs, S& state, Origin origin, bool keeps_tries) {
+    if constexpr (steps_in_place) arrays_.forget();
+    if constexpr (follows_active) {
+      unchanged_.begin_step(origin);
+      rhs.set_left_out({});
+    }
+    if constexpr (writes_in_place) in_place_.begin(keeps_tries ? nullptr : &state, origin == Origin::unedited);
+  }
+  /// @param done  the step has become the state
+  void end_step(bool done) {
+    if constexpr (writes_in_place)
+      if (done) in_place_.end();
+    if constexpr (follows_active) unchanged_.end_step(done);
+  }
+  /// What is known of where the next step starts.
+  void forget() {
+    if constexpr (steps_in_place) arrays_.forget();
+    if constexpr (writes_in_place) in_place_.forget();
+    if constexpr (follows_active) unchanged_.forget();
+  }
+
+  [[nodiscard, gnu::always_inline]] inline Outcome kick_drift(Rhs& rhs, Data& step, const auto& by) {
+    if constexpr (follows_active)
+      if (unchanged_.find(rhs.active(), step.y, step.next)) rhs.set_left_out(unchanged_.left_out());
+    const bool finite = step.psi_known ? advance_by(rhs, step, by, RateOf<S>::blocks(std::as_const(step.psi)))
+                                       : advance_by(rhs, step, by, rhs.evaluate(step.t, step.y, step.psi));
+    // A matrix mass used psi as its scratch, and a reference to the user's array never filled it.
+    step.psi_known = !Rhs::has_matrix_mass && (step.psi_known || !Rhs::returns_reference);
+    return finite ? Outcome::success : Outcome::non_finite_state;
+  }
+  [[nodiscard, gnu::always_inline]] inline Outcome kick(Rhs& rhs, Data& step, Scalar gamma, Scalar t) {
+    if constexpr (!carries) return kick_by(rhs, step, gamma, rhs.evaluate(t, step.next, step.psi));
+    rhs.evaluate_into(t, step.next, step.psi);  // a copy: the user's own array may change before the next step
+    if constexpr (keeps_psi) {
+      kicked_by_ = step.psi;  // psi goes on to the next step as Ψ, not as M⁻¹Ψ
+      const bool finite =
+          kick_blocks<S>(step.next, gamma, RateOf<S>::blocks(std::as_const(kicked_by_)), kicked_by_, rhs.masses());
+      return finite ? Outcome::success : Outcome::non_finite_state;
+    }
+    return kick_by(rhs, step, gamma, RateOf<S>::blocks(std::as_const(step.psi)));
+  }
+
+ private:
+  /// A kick whose Ψ is carried must not be scaled by a matrix mass in place.
+  static constexpr bool keeps_psi = carries && Rhs::has_matrix_mass;
+  static constexpr bool writes_in_place =
+      needs.passes == 1 && !ShowsTrials<S> &&
+      InPlaceUpdate<S, Rhs>::template serves<Transaction<S, Rhs, carries>::in_registers>;
+  /// Particles outside the active set are not written.
+  static constexpr bool follows_active =
+      needs.passes != 0 && !Rhs::has_matrix_mass && Rhs::takes_active && std::is_same_v<S, PlainState<S>>;
+
+  [[nodiscard, gnu::always_inline]] inline bool advance_by(Rhs& rhs, Data& step, const auto& by, const auto& psi) {
+    if constexpr (follows_active)
+      if (const auto* only = unchanged_.found())
+        return advance_particles<S>(step.next, step.y, by, psi, rhs.masses(), *only);
+    if constexpr (writes_in_place)
+      if ((step.is_state_next = in_place_.advance(rhs, step.y, by, psi))) return true;
+    return advance_blocks<S>(step.next, step.y, by, psi, step.psi, step.masses);
+  }
+  [[nodiscard, gnu::always_inline]] inline Outcome kick_by(Rhs& rhs, Data& step, Scalar gamma, const auto& psi) {
+    if constexpr (follows_active)
+      if (const auto* only = unchanged_.found())
+        return advance_particles<S, false>(step.next, step.next, {gamma, 0, 0}, psi, rhs.masses(), *only)
+                   ? Outcome::success
+                   : Outcome::non_finite_state;
+    return kick_blocks<S>(step.next, gamma, psi, step.psi, step.masses) ? Outcome::success : Outcome::non_finite_state;
+  }
+
+  [[no_unique_address]] Only<steps_in_place, InPlaceStep<S, Rhs, needs.passes>> arrays_;
+  [[no_unique_address]] Only<keeps_psi, RateOf<S>> kicked_by_{};
+  [[no_unique_address]] Only<writes_in_place, InPlaceUpdate<S, Rhs>> in_place_{};
+  [[no_unique_address]] Only<follows_active, UnchangedParticles<S>> unchanged_{};
+};
+
+}}  // namespace phistep::PHISTEP_ABI

@@ -1,0 +1,77 @@
+/// @file
+/// What a scheme is: a text over the kernel (step/kernel/kernel.hpp), `SchemeOn<Scheme, S>` for states of type S, with
+///
+///     template <class Rhs> static constexpr KernelNeeds needs;   what it asks of the kernel
+///     SchemeOn(scheme, y)                                        y gives the sizes of what it keeps
+///
+/// and what the concept StepsOn lists: of that it inherits most from SchemeDefaults, where it keeps nothing from step to
+/// step. One that takes traced steps may know more:
+///
+///     int error_order() const;   its estimate goes as this power of Δt, if not as that of order() + 1
+///                                (or step() judges it, and sets trace.proposed)
+#pragma once
+
+#include <array>
+#include <concepts>
+
+#include "phistep/base/facts/stepper_facts.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/version.hpp"
+#include "phistep/step/kernel/kernel.hpp"
+
+namespace phistep { inline namespace PHISTEP_ABI {
+
+/// A scheme's step on states of type S, specialized for each scheme, each in a header of its own (phistep.hpp includes all).
+template <class Scheme, State S>
+class SchemeOn {
+  static_assert(!sizeof(Scheme), "phistep: this is no scheme, or the header that defines it is not included");
+};
+
+/// Of a scheme that keeps nothing from step to step.
+struct SchemeDefaults {
+  /// How far a scheme has come since its start: part of a checkpoint.
+  struct Progress {};
+  [[nodiscard]] static Progress progress() { return {}; }
+  static void resume(Progress) {}
+  static void resize(const auto& /*y*/) {}
+  static void archive(auto& /*ar*/) {}
+  static void forget() {}    ///< nothing carried from step to step may be trusted
+  static void reset() {}     ///< the next step is the first
+  static void accepted() {}  ///< the step just advanced has become the state
+  static constexpr bool traces = false, interpolates = false, is_sure_inside = false, reads_weights = false;
+  static constexpr bool has_inner_steps = false;  ///< its slopes don't tell what is inside, nor whether Δt may change
+  [[nodiscard]] static bool takes_singular_mass() { return false; }  ///< M y' = Ψ with a singular M: never asks for M⁻¹
+  static constexpr std::array<double, 2> doubtful_at = usually_doubtful;
+};
+
+/// A scheme's text takes steps of states of type S, with a kernel.
+template <class Text, class S, class Kernel>
+concept TakesSteps = requires(Text& text, Kernel& kernel, typename Kernel::Data& step, const PlainState<S>& y,
+                              typename Text::Progress progress) {
+  { text.step(kernel, step) } -> std::same_as<Outcome>;  // fills step.next, leaves step.y
+  { text.order() } -> std::convertible_to<int>;
+  { text.progress() } -> std::convertible_to<typename Text::Progress>;
+  text.resume(progress);
+  text.resize(y);
+  text.accepted();
+  text.forget();
+  text.reset();
+};
+/// It takes traced steps, which fill the trace, too: slopes and error.
+template <class Text, class Kernel>
+concept TakesTracedSteps = requires(Text& text, Kernel& kernel, typename Kernel::TracedData& step) {
+  { text.step(kernel, step) } -> std::same_as<Outcome>;
+  { text.estimates(step.trace) } -> std::convertible_to<bool>;  // whether it knows an error, given this past
+};
+/// It knows the solution inside the step that it did last.
+template <class Text, class S>
+concept Interpolates = requires(const Text& text, ScalarOf<S> x, const PlainState<S>& y, PlainState<S>& out) {
+  text.interpolate(x, x, y, y, out);                        // out = y(t + x Δt), 0 < x < 1, of the step from y to y
+  { Text::doubtful_at[0] } -> std::convertible_to<double>;  // where that is worst, to be checked by real steps
+};
+/// … and does what it says of itself.
+template <class Text, class S, class Kernel>
+concept StepsOn = TakesSteps<Text, S, Kernel> &&
+    (!Text::traces || TakesTracedSteps<Text, Kernel>)&&(!Text::interpolates || Interpolates<Text, S>);
+
+}}  // namespace phistep::PHISTEP_ABI

@@ -1,0 +1,231 @@
+/// @file
+/// M (Y − b) = γ_f Ψ(t, Y) by fixed-point iteration on w = Y − b: w ← γ_f M⁻¹Ψ(t, Y(w)). One force call an iteration and
+/// nothing else.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <type_traits>
+#include <utility>
+#include <variant>
+
+#include "phistep/base/numbers/arithmetic.hpp"
+#include "phistep/base/numbers/finite_witness.hpp"
+#include "phistep/base/outcome/outcome.hpp"
+#include "phistep/base/outcome/step_report.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/state/non_finite.hpp"
+#include "phistep/base/state/unknowns.hpp"
+#include "phistep/base/version.hpp"
+#include "phistep/step/jacobian/differences.hpp"
+#include "phistep/step/solve/fixed_point.hpp"
+#include "phistep/step/solve/increment.hpp"
+#include "phistep/step/solve/local_resolvent.hpp"
+#include "phistep/step/solve/resolvent.hpp"
+
+namespace phistep { inline namespace PHISTEP_ABI {
+
+template <State S, class Rhs>
+class FixedPointResolvent {
+  static_assert(!FieldState<S>, "phistep: fixed_point() of a field needs <phistep/fields.hpp>");
+
+ public:
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+  using Rate = RateOf<S>;
+  using Unknown = typename Increment<S>::Unknown;
+
+  FixedPointResolvent(const Plain& y, const Rhs& rhs, const FixedPoint& solver) : options_{solver.options} {
+    resize(y, rhs);
+  }
+  void resize(const Plain& y, const Rhs&) {
+    increment_.resize(y);
+    image_ = increment_.w;
+    anderson_.resize(image_.size(), options_.depth);
+  }
+  static void forget() {}
+  static void reset() {}
+
+  /// In: Y = b; `guess` is where the iteration starts (its solved blocks count). Out: Y, and w = Y − b.
+  [[nodiscard]] Outcome resolve(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, Plain& Y, const Plain& guess, Rate& psi,
+                                Failure& history, bool psi_known = false, SolveTolerance<Plain> allowed = {}) {
+    if (options_.rtol > 0) allowed.target = 0;
+    increment_.begin(Y, gamma.drift);
+    increment_.start(Y, guess);
+    anderson_.begin();
+    FixedPointTest test(options_, static_cast<double>(std::numeric_limits<Scalar>::epsilon()), allowed.target);
+    for (int k = 1;; ++k) {
+      if (k > 1 || !psi_known) rhs.evaluate_into(t, Y, psi);
+      map(rhs, gamma, psi);
+      if (!all_finite(residual().data(), residual().size()))
+        return first_non_finite(Rate::blocks(psi)) ? Outcome::non_finite_force : Outcome::non_finite_state;
+      if (k == 1) weigh(Y);
+      const Correction size = this->size(Y, allowed);
+      history.record(size.resolution);
+      ++rhs.statistics().iterations;
+      const Judgement judgement = test.judge(k, size, anderson_.stretches());
+      if (judgement == Judgement::growing) return Outcome::iteration_diverged;
+      if (judgement == Judgement::slow) return Outcome::iteration_stalled;
+      if (judgement == Judgement::converged) {
+        if (anderson_.stretches()) return Outcome::success;
+        increment_.w = image_;
+        increment_.place(Y);
+        return Outcome::success;
+      }
+      anderson_.mix(increment_.w, residual(), image_,
+                    [&](const auto& a, const auto& b) { return this->inner(Y, a, b); });
+      increment_.place(Y);
+    }
+  }
+
+  /// Without a matrix, and with nothing stiff, the estimate stays unchanged.
+  [[nodiscard]] static Outcome filter(const Rhs&, const Plain&) { return Outcome::success; }
+
+  [[nodiscard]] static bool keeps_factors() { return false; }
+  [[nodiscard]] static const char* solver_name() { return "fixed-point iteration"; }
+
+  /// Y − b of the last resolve.
+  [[nodiscard]] const Unknown& increment() const { return increment_.w; }
+
+ private:
+  /// f = g(w) − w
+  [[nodiscard]] Unknown& residual() { return increment_.delta; }
+
+  /// g = γ_f M⁻¹Ψ, f = g − w
+  void map(const Rhs& rhs, const Gamma<Scalar>& gamma, const Rate& psi) {
+    for_each_part(
+        [&](Index at, const auto& block, const auto& mass) {
+          auto image = part(image_, at, block);
+          image = flat(block);
+          if constexpr (std::remove_cvref_t<decltype(mass)>::is_matrix)
+            if (all_finite(block.data(), block.size())) mass.solve(image);
+          const auto factor = mass.scaled(gamma.force);
+          for (Index i = 0; i < image.size(); ++i) image[i] *= factor(i);
+        },
+        Rate::blocks(psi), rhs.masses());
+    residual() = image_ - increment_.w;
+  }
+  /// Blocks may have different units: each is measured by a size of its own that stands still during a solve, so that the
+  /// recorded increments fall as the iteration contracts. r/γ is there because its rounding reaches f through Ψ.
+  void weigh(const Plain& Y) {
+    std::size_t k = 0;
+    for_each_solved<S>(
+        [&](Index at, const auto& y) {
+          double size = std::max({largest(y), largest(part(increment_.base, at, y)), largest(part(residual(), at, y))});
+          if (k == 0) size = std::max(size, increment_.drift_size(Y, 1));
+          // Of subnormal numbers the inverse would be infinite.
+          size = size > 0 ? at_least_normal<Scalar>(size) : 1;
+          int exponent = 0;
+          std::frexp(size, &exponent);
+          sizes_[k] = size;
+          scale_[k++] = std::ldexp(Scalar{1}, -exponent);
+        },
+        Y);
+  }
+  /// ⟨a, b⟩ with each block in units of its size.
+  [[nodiscard]] Scalar inner(const Plain& Y, const auto& a, const auto& b) const {
+    if constexpr (Rhs::blocks == 1) return (scale_[0] * a).dot(scale_[0] * b);
+    Scalar sum{0};
+    std::size_t k = 0;
+    for_each_solved<S>(
+        [&](Index at, const auto& y) {
+          sum += (scale_[k] * part(a, at, y)).dot(scale_[k] * part(b, at, y));
+          ++k;
+        },
+        Y);
+    return sum;
+  }
+  /// Of f, as of a correction: relative to Y, or in the weighted RMS norm.
+  [[nodiscard]] Correction size(const Plain& Y, const SolveTolerance<Plain>& allowed) {
+    Correction worst;
+    std::size_t k = 0;
+    for_each_solved<S>(
+        [&](Index at, const auto& y) {
+          const double of = largest(part(residual(), at, y));
+          worst.absolute = std::max(worst.absolute, of);
+          worst.resolution = std::max(worst.resolution, of / sizes_[k++]);
+          if (of > 0) worst.relative = std::max(worst.relative, relative_size<Scalar>(of, largest(y)));
+        },
+        Y);
+    if (allowed.target > 0) worst.relative = rms_of_unknowns<S>(residual(), *allowed.weight);
+    else if (options_.rtol > 0) worst.relative = rms_of_unknowns<S>(residual(), Y, increment_.base, options_);
+    return worst;
+  }
+
+  FixedPointOptions options_;
+  Increment<S> increment_;
+  Unknown image_;  // g(w)
+  Anderson<Scalar, static_unknowns<S>> anderson_;
+  std::array<Scalar, Rhs::blocks> scale_{};
+  std::array<double, Rhs::blocks> sizes_{};
+};
+
+template <State S, class Rhs, bool position>
+struct ResolventFor<S, Rhs, FixedPoint, position> {
+  using type = FixedPointResolvent<S, Rhs>;
+};
+
+/// Verlet's solve for v where the force has no Jacobian: Newton with dense differences for few unknowns, fixed-point
+/// iteration for more than those are allowed for. v alone is mild: γ‖M⁻¹∂Ψ/∂v‖ < 1 wherever the explicit half is stable.
+template <State S, class Rhs>
+class VelocityResolvent {
+  using Dense = NewtonResolvent<S, Rhs, void, false>;
+  using Iterated = FixedPointResolvent<S, Rhs>;
+
+ public:
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+  using Rate = RateOf<S>;
+
+  VelocityResolvent(const Plain& y, Rhs& rhs, const Newton<>& solver)
+      : solver_{solver}, chosen_{choose(y, rhs, solver)} {}
+  void resize(const Plain& y, Rhs& rhs) { chosen_ = choose(y, rhs, solver_); }
+  void forget() {
+    std::visit([](auto& one) { one.forget(); }, chosen_);
+  }
+  void reset() {
+    std::visit([](auto& one) { one.reset(); }, chosen_);
+  }
+  void forget_unsaved() { reset(); }
+  [[nodiscard]] Outcome resolve(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, Plain& Y, const Plain& guess, Rate& psi,
+                                Failure& history, bool psi_known = false, SolveTolerance<Plain> allowed = {}) {
+    return std::visit([&](auto& one) { return one.resolve(rhs, gamma, t, Y, guess, psi, history, psi_known, allowed); },
+                      chosen_);
+  }
+  [[nodiscard]] Outcome filter(Rhs& rhs, Plain& e) {
+    return std::visit([&](auto& one) { return one.filter(rhs, e); }, chosen_);
+  }
+  [[nodiscard]] bool keeps_factors() const {
+    return std::visit([](const auto& one) { return one.keeps_factors(); }, chosen_);
+  }
+  [[nodiscard]] const char* solver_name() const {
+    return std::visit([](const auto& one) { return one.solver_name(); }, chosen_);
+  }
+  [[nodiscard]] const auto& increment() const {
+    return std::visit(
+        [](const auto& one) -> const auto& { return one.increment(); }, chosen_);
+  }
+
+ private:
+  using Either = std::variant<Dense, Iterated>;
+  [[nodiscard]] static Either choose(const Plain& y, Rhs& rhs, const Newton<>& solver) {
+    if (unknowns<S>(y) <= dense_difference_limit) return Either{std::in_place_index<0>, y, rhs, solver};
+    const NewtonOptions& o = solver.options;
+    return Either{std::in_place_index<1>, y, rhs, fixed_point({o.rtol, o.atol, o.max_iterations})};
+  }
+  Newton<> solver_;
+  Either chosen_;
+};
+
+template <State S, class Rhs>
+  requires(static_unknowns<S> == Eigen::Dynamic && !Rhs::Traits::has_velocity_jacobian && !Rhs::Traits::has_pattern &&
+           !solves_particlewise<S, Rhs>)
+struct ResolventFor<S, Rhs, Newton<>, false> {
+  using type = VelocityResolvent<S, Rhs>;
+};
+
+}}  // namespace phistep::PHISTEP_ABI

@@ -1,0 +1,229 @@
+/// @file
+/// What a resolve iterates on: the increment w = Y − b of the solved blocks (n unknowns for a motion, not 2n), its
+/// corrections δ and their sizes.
+///
+/// Digits. Y = b + w would lose what a strong decay cancels (Y ≪ b), and b + w is the exact thing to store where nothing
+/// cancels. So each component decides for itself: where |b + w| < |b|/2 the iterate is corrected in place, Y ← Y + δ,
+/// which refines itself; elsewhere Y = b + w. The same rule serves r, v following from it. It replaces a choice between
+/// velocity, displacement and absolute unknowns by stiffness, and knows no units.
+///
+/// An affine force gets one correction and no second to refine it, so there the start decides: Y = start + δ, from
+/// v = v_n, or from r = r_n (the displacement as unknown) where the drift's part of W is by far the larger. Either δ is then
+/// small beside what it is added to.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "phistep/base/facts/implicit_solver.hpp"
+#include "phistep/base/machine/only.hpp"
+#include "phistep/base/numbers/arithmetic.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/state/unknowns.hpp"
+#include "phistep/base/version.hpp"
+#include "phistep/step/solve/convergence.hpp"
+
+namespace phistep { inline namespace PHISTEP_ABI {
+
+/// Ψ(t, Y) = M w/γ_f of a resolve with the increment w: known without a force call.
+template <State S>
+void recover_force(const auto& rhs, const auto& w, ScalarOf<S> gamma_force, RateOf<S>& psi) {
+  for_each_part(
+      [&](Index at, auto& block, const auto& mass) {
+        auto&& rate = flat(block);
+        rate.setZero();
+        mass.subtract_product(part(w, at, block), rate);
+        rate *= ScalarOf<S>{-1} / gamma_force;
+      },
+      RateOf<S>::blocks(psi), rhs.masses());
+}
+
+/// √(1/n Σ (x_i w_i)²) of n unknowns, in a controlled run's weights.
+template <State S>
+[[nodiscard]] double rms_of_unknowns(const auto& x, const PlainState<S>& weight) {
+  ScalarOf<S> sum{0};
+  for_each_solved<S>([&](Index at, const auto& w) { sum += flat(w).cwiseProduct(part(x, at, w)).squaredNorm(); },
+                     weight);
+  return std::sqrt(static_cast<double>(sum) / std::max(1.0, static_cast<double>(x.size())));
+}
+/// … in those of a solver with a tolerance of its own, 1/(atol + rtol max(|Y|, |b|)).
+template <State S>
+[[nodiscard]] double rms_of_unknowns(const auto& x, const PlainState<S>& Y, const auto& base, const auto& options) {
+  const double rtol = solve_rtol(options.rtol), atol = rtol * options.atol / options.rtol;
+  double sum = 0;
+  for_each_solved<S>(
+      [&](Index at, const auto& y) {
+        for (Index i = 0; i < y.size(); ++i) {
+          const double size = static_cast<double>(std::max(std::abs(y.data()[i]), std::abs(base[at + i])));
+          const double of = static_cast<double>(x[at + i]);
+          if (of != 0) sum += std::pow(of / at_least_normal<ScalarOf<S>>(atol + rtol * size), 2);
+        }
+      },
+      Y);
+  return std::sqrt(sum / std::max(1.0, static_cast<double>(x.size())));
+}
+
+template <State S>
+class Increment {
+ public:
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+  using Unknown = Eigen::Matrix<Scalar, static_unknowns<S>, 1>;
+  static constexpr bool drifts = Blocks<S>::drifts;
+
+  Unknown base;   ///< b
+  Unknown w;      ///< Y − b
+  Unknown delta;  ///< the residual before the linear solve, the correction after it
+
+  void resize(const Plain& y) {
+    for (Unknown* x : {&base, &w, &delta, &last_move_}) x->setZero(unknowns<S>(y));
+    if constexpr (!in_one_piece) gathered_ = base;
+    if constexpr (drifts) base_r_ = flat(position_of<S>(y));
+  }
+
+  /// b, and γ_d of a motion, whose r is b.r + γ_d v.
+  void begin(const Plain& b, Scalar gamma_drift) {
+    take_unknowns<S>(base, b);
+    if constexpr (drifts) base_r_ = flat(position_of<S>(b));
+    gamma_drift_ = gamma_drift;
+  }
+
+  /// Y.solved = guess.solved; r follows from v.
+  void start(Plain& Y, const Plain& guess) {
+    auto x = iterate(Y);
+    take_unknowns<S>(x, guess);
+    w = x - base;
+    drift(x, Y);
+    put(Y);
+  }
+  /// The same with Y.r = guess.r, v following from r.
+  void start_at_position(Plain& Y, const Plain& guess) requires drifts {
+    auto x = iterate(Y);
+    auto r = flat(position_of<S>(Y));
+    take_unknowns<S>(x, guess);
+    r = flat(position_of<S>(guess));
+    x.head(r.size()) = (r - base_r_) / gamma_drift_;
+    w = x - base;
+    put(Y);
+  }
+
+  /// Y = b + w for this w.
+  void place(Plain& Y) {
+    auto x = iterate(Y);
+    x = base + w;
+    drift(x, Y);
+    put(Y);
+  }
+  /// Y ← Y + δ by the rule in the file's head.
+  void move(Plain& Y) {
+    last_move_ = delta;
+    apply(Y);
+  }
+  /// Y ← Y + δ as it stands: the only correction there is.
+  void move_once(Plain& Y, bool at_position) {
+    auto x = iterate(Y);
+    w += delta;
+    x += delta;
+    if constexpr (drifts) {
+      auto r = flat(position_of<S>(Y));
+      if (at_position) r += gamma_drift_ * delta.head(r.size());
+      else drift(x, Y);
+    }
+    put(Y);
+  }
+  /// Takes back half of the last move.
+  void retreat(Plain& Y) {
+    last_move_ *= Scalar{0.5};
+    undo(Y);
+  }
+  void undo(Plain& Y) {
+    delta = -last_move_;
+    apply(Y);
+  }
+
+  /// Of the last move. @param drift_share  the system's ‖γ_f γ_d K‖ / ‖W‖
+  [[nodiscard]] Correction size(const Plain& Y, double drift_share, const NewtonOptions& options) const {
+    if (options.rtol > 0) {
+      const double norm = rms_of_unknowns<S>(last_move_, Y, base, options);
+      return {norm, norm, largest(last_move_)};
+    }
+    // Rounding of r reaches δ through K alone: all of it where springs are stiff, nothing where there are none.
+    double rounding = drift_size(Y, drift_share);
+    Correction worst;
+    for_each_solved<S>(
+        [&](Index at, const auto& y) {
+          const double of = largest(part(last_move_, at, y)), size = largest(y);
+          const double resolution = std::max(std::max(size, largest(part(base, at, y))), std::exchange(rounding, 0));
+          worst.absolute = std::max(worst.absolute, of);
+          if (of > 0) {
+            worst.relative = std::max(worst.relative, relative_size<Scalar>(of, size));
+            worst.resolution = std::max(worst.resolution, relative_size<Scalar>(of, resolution));
+          }
+        },
+        Y);
+    return worst;
+  }
+  /// The same in the norm of a controlled run. @param weight  its solved blocks count
+  [[nodiscard]] Correction size(const Plain& weight) const {
+    const double norm = rms_of_unknowns<S>(last_move_, weight);
+    return {norm, norm, norm};
+  }
+  /// ‖r‖/γ_d times the share of it that the solve sees, 0 where nothing drifts.
+  [[nodiscard]] double drift_size(const Plain& Y, double drift_share) const {
+    if constexpr (drifts)
+      if (gamma_drift_ != Scalar{0})
+        return drift_share * largest(position_of<S>(Y)) / std::abs(static_cast<double>(gamma_drift_));
+    return 0;
+  }
+
+ private:
+  static constexpr bool in_one_piece = solved_blocks<S> == 1;
+  /// The unknowns of Y where they lie, or, of several blocks, gathered: put() writes those back.
+  [[nodiscard]] auto iterate(Plain& Y) {
+    if constexpr (in_one_piece) return flat(std::get<0>(Blocks<S>::solved(Y)));
+    else return flat(gathered_);
+  }
+  void put(Plain& Y) const {
+    if constexpr (!in_one_piece) put_unknowns<S>(gathered_, Y);
+  }
+  /// r = b.r + γ_d v
+  void drift(const auto& x, Plain& Y) const {
+    if constexpr (drifts) {
+      auto r = flat(position_of<S>(Y));
+      r = base_r_ + gamma_drift_ * x.head(r.size());
+    }
+  }
+
+  void apply(Plain& Y) {
+    auto x = iterate(Y);
+    w += delta;
+    for (Index i = 0; i < x.size(); ++i) {
+      const Scalar sum = base[i] + w[i];
+      x[i] = std::abs(sum) < std::abs(base[i]) / 2 ? x[i] + delta[i] : sum;
+    }
+    if constexpr (drifts) {
+      auto r = flat(position_of<S>(Y));
+      for (Index i = 0; i < r.size(); ++i) {
+        const Scalar sum = base_r_[i] + gamma_drift_ * x[i];
+        if (std::abs(sum) < std::abs(base_r_[i]) / 2) {
+          r[i] += gamma_drift_ * delta[i];
+          x[i] = (r[i] - base_r_[i]) / gamma_drift_;  // no digits lost here: r is small beside its base
+        } else {
+          r[i] = sum;
+        }
+      }
+    }
+    put(Y);
+  }
+
+  using Position = Eigen::Matrix<Scalar, decltype(flat(position_of<S>(std::declval<Plain&>())))::SizeAtCompileTime, 1>;
+  Unknown last_move_;
+  [[no_unique_address]] Only<drifts, Position> base_r_;
+  [[no_unique_address]] Only<!in_one_piece, Unknown> gathered_;
+  Scalar gamma_drift_{};
+};
+
+}}  // namespace phistep::PHISTEP_ABI

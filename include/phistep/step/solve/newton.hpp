@@ -1,0 +1,146 @@
+/// @file
+/// Newton's iteration. It knows residuals, corrections and their sizes, never time.
+#pragma once
+
+#include <concepts>
+#include <utility>
+
+#include "phistep/base/facts/implicit_solver.hpp"
+#include "phistep/base/outcome/outcome.hpp"
+#include "phistep/base/outcome/step_report.hpp"
+#include "phistep/base/version.hpp"
+#include "phistep/step/solve/convergence.hpp"
+
+namespace phistep { inline namespace PHISTEP_ABI {
+
+/// Jacobian and factors serve the next step too where θ is at most this. To rounding a slow matrix costs many iterations:
+/// RADAU5's choice (HW II p. 121). To a tolerance it costs one or two, a Jacobian n force calls.
+[[nodiscard]] constexpr double keep_jacobian_rate(const NewtonOptions& options) {
+  return options.rtol > 0 ? 0.05 : 1e-3;
+}
+
+/// F(Y) = 0, with Newton's matrix W, as the iteration sees it.
+template <class Equation>
+concept NewtonEquation = requires(Equation& F) {
+  { F.residual() } -> std::same_as<Outcome>;           // F at the current iterate; non_finite_force where Ψ isn't
+  { F.residual_size() } -> std::same_as<double>;       // ‖M⁻¹F‖, for the line search
+  { F.residual_is_rounding() } -> std::same_as<bool>;  // no larger than the rounding in its parts
+  {
+    F.residual_is_noise()
+    } -> std::same_as<bool>;  // … or in what these were made of, the positions of stiff springs say
+  { F.has_jacobian() } -> std::same_as<bool>;
+  { F.has_factors() } -> std::same_as<bool>;
+  { F.refresh() } -> std::same_as<Outcome>;  // W, factorized, its Jacobian made anew if dropped
+  { F.correct() } -> std::same_as<Outcome>;  // solves W δ = F and moves the iterate by δ
+  { F.size() } -> std::same_as<Correction>;  // of the last move
+  F.retreat();                               // takes back half of the last move
+  F.undo();                                  // … all of it
+  F.restart();                               // goes back to where the iteration began
+  F.drop_jacobian();                         // the next iteration needs a fresh one
+};
+
+/// @param k         corrections done before, and now
+/// @param inherits  earlier solves have left something that this one uses; false where it fails before it has used that
+template <NewtonEquation Equation>
+[[nodiscard]] Outcome iterate_newton(Equation& equation, ConvergenceTest& test, double keep_rate, bool line_search,
+                                     Failure& history, int& k, bool& inherits) {
+  using enum Judgement;
+  bool own = false;  // the matrix was made in this solve …
+  double first = 0, last = 0, residual = 0;
+  equation.restart();
+  for (bool at_start = true; test.allows(k + 1); at_start = false) {
+    ++k;
+    bool here = false;  // … and at this very iterate
+    Outcome outcome = equation.residual();
+    // An iterate may leave the force's domain (a root, a logarithm) though the solution lies inside.
+    for (int halvings = 0; outcome == Outcome::non_finite_force && !at_start && halvings < 10; ++halvings) {
+      equation.retreat();
+      test.forget();  // the next correction is the other half by construction
+      outcome = equation.residual();
+    }
+    if (failed(outcome)) {
+      inherits = inherits && !at_start;
+      return outcome;
+    }
+    if (line_search) {
+      // Armijo's rule for F: a correction must shrink ‖M⁻¹F‖ by 1e-4 of what its length promises (Dennis & Schnabel,
+      // Numerical Methods for Unconstrained Optimization and Nonlinear Equations, sect. 6.3).
+      double size = equation.residual_size(), length = 1;
+      for (int halvings = 0; !at_start && halvings < 4 && size > (1 - 1e-4 * length) * residual; ++halvings) {
+        if (equation.residual_is_rounding()) break;
+        equation.retreat();
+        test.forget();
+        length /= 2;
+        if (const Outcome bad = equation.residual(); failed(bad)) return bad;
+        size = equation.residual_size();
+      }
+      residual = size;
+      if (!at_start) equation.drop_jacobian();  // only the tangent of this very place points downhill
+    }
+    if (!equation.has_factors()) {
+      here = !equation.has_jacobian();  // a new γ alone makes new factors of an old Jacobian
+      if (const Outcome bad = equation.refresh(); failed(bad)) return bad;
+      own = own || here;
+    }
+    // What an iterative solver leaves may hide what is left to do: a stiff or heavy part's residual that of a soft one.
+    constexpr bool is_inexact = requires { requires Equation::is_inexact; };
+    // To a tolerance its solve ends at once where the residual is small enough: then no correction is needed.
+    const bool trusted =
+        (is_inexact ? (own && !at_start) || !test.is_to_rounding() : own) || equation.residual_is_rounding();
+    const bool noise = own && !here && test.is_to_rounding() && equation.residual_is_noise();
+    const bool settled = noise || here || !own || !test.is_to_rounding();
+    if (const Outcome bad = equation.correct(); failed(bad)) return bad;
+    const Correction size = equation.size();
+    history.record(size.relative);
+    (at_start ? first : last) = size.absolute;
+    const Judgement judgement = test.judge(k, size, trusted, settled, noise);
+    if (judgement == converged) {
+      if (test.first_rate() > keep_rate) equation.drop_jacobian();
+      return Outcome::success;
+    }
+    if (judgement == go_on) continue;
+    if (!own) return Outcome::newton_stalled;
+    equation.drop_jacobian();
+    if (judgement == growing && !here && !line_search) {
+      // A matrix of an earlier iterate may have thrown this one anywhere: from there, Newton might find another root.
+      equation.undo();
+      test.forget();
+    }
+  }
+  equation.drop_jacobian();
+  // A cycle keeps its size: that is a stall.
+  return last > 10 * first ? Outcome::newton_diverged : Outcome::newton_stalled;
+}
+
+/// The same, and where it fails with a matrix or a rate that earlier solves have left, again without them: no solve fails
+/// for what was before.
+template <NewtonEquation Equation>
+[[nodiscard]] Outcome solve_newton(Equation& equation, ConvergenceTest& test, double keep_rate, bool line_search,
+                                   Failure& history) {
+  bool inherits = equation.has_jacobian() || equation.has_factors() || test.has_past();
+  for (int k = 0;; test.start_over(k)) {
+    const Outcome outcome = iterate_newton(equation, test, keep_rate, line_search, history, k, inherits);
+    if (outcome == Outcome::success || !std::exchange(inherits, false)) return outcome;
+    equation.drop_jacobian();
+  }
+}
+
+/// To rounding, or to the options' tolerance: a second time with damped corrections where plain ones diverge, cycle or leave
+/// the domain.
+/// @param rate  how fast the first corrections of the solve before fell, and now of this; 0: not known
+template <NewtonEquation Equation>
+[[nodiscard]] Outcome solve_newton(Equation& equation, const NewtonOptions& options, double round_off, Failure& history,
+                                   double& rate) {
+  Outcome first = Outcome::success;
+  for (bool line_search = options.line_search;; line_search = true) {
+    ConvergenceTest test(options, round_off, rate);
+    const Outcome outcome = solve_newton(equation, test, keep_jacobian_rate(options), line_search, history);
+    rate = outcome == Outcome::success ? test.first_rate() : 0;
+    if (outcome == Outcome::success) return outcome;
+    if (first != Outcome::success) return first;
+    if (line_search || (outcome != Outcome::newton_diverged && outcome != Outcome::newton_stalled)) return outcome;
+    first = outcome;
+  }
+}
+
+}}  // namespace phistep::PHISTEP_ABI

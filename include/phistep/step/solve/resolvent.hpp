@@ -1,0 +1,299 @@
+/// @file
+/// The only implicit solve there is: given b and γ, find Y with
+///
+///     M (Y − b) = γ_f Ψ(t, Y),     and for motion  Y.r = b.r + γ_d Y.v,
+///
+/// by Newton on the increment w = Y − b of the solved blocks alone, with the matrix W = M − γ_f C − γ_f γ_d K. An affine
+/// force needs one linear solve and no iteration; a linearly implicit step is content with one.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <cmath>
+#include <concepts>
+#include <limits>
+#include <span>
+#include <utility>
+
+#include "phistep/base/machine/only.hpp"
+#include "phistep/base/numbers/arithmetic.hpp"
+#include "phistep/base/outcome/outcome.hpp"
+#include "phistep/base/outcome/step_report.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/state/ranks.hpp"
+#include "phistep/base/state/unknowns.hpp"
+#include "phistep/base/version.hpp"
+#include "phistep/step/solve/affine_solve.hpp"
+#include "phistep/step/solve/increment.hpp"
+#include "phistep/step/solve/linearisation.hpp"
+#include "phistep/step/solve/newton.hpp"
+#include "phistep/step/solve/residual.hpp"
+
+namespace phistep { inline namespace PHISTEP_ABI {
+
+/// How often a resolve corrects its iterate.
+enum class Corrections { until_converged, one };
+
+template <State S, class Rhs, class LinearSolver, bool position = true,
+          Corrections corrections = Corrections::until_converged>
+class NewtonResolvent {
+ public:
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+  using Rate = RateOf<S>;
+  using Matrix = Linearisation<S, Rhs, LinearSolver, position, false, false, corrections != Corrections::one>;
+  static constexpr bool affine = Rhs::Traits::is_affine && !Matrix::matrix_free && !Matrix::follows_tolerance;
+
+  /// @throws std::invalid_argument where a dense Jacobian of more than 1000 unknowns would be formed by differences.
+  NewtonResolvent(const Plain& y, auto&& rhs, const auto& solver) : options_{solver.options} {
+    // One solve is all there is: it has to be as good as the answer.
+    if (Matrix::is_iterative && options_.linear_rtol == 0) {
+      if (affine) options_.linear_rtol = std::max(1e-12, 16 * round_off);
+      else if (corrections == Corrections::one) options_.linear_rtol = 1e-6;
+    }
+    matrix_.take(solver);
+    resize(y, rhs);
+  }
+
+  void resize(const Plain& y, Rhs& rhs) {
+    matrix_.resize(y, rhs);  // may throw, so it comes first
+    increment_.resize(y);
+    forget();
+  }
+
+  /// What solves leave for the next one to judge its corrections by.
+  struct Pace {
+    double rate = 1;          ///< θ/(1−θ) of the controlled solves so far
+    double gamma_before = 0;  ///< γ of the last; 0: there was none
+    double first_rate = 0;    ///< θ of the last solve to rounding; 0: there was none
+  };
+  [[nodiscard]] Pace& pace() { return pace_; }
+
+  /// Whether the next solve begins with differences, for which it has to know Ψ itself: one that a solve has left is off by
+  /// what that solve is.
+  [[nodiscard]] bool wants_differences() const { return Matrix::takes_differences && !matrix_.has_jacobian(); }
+  /// Forgets Jacobian and factors.
+  void drop() { matrix_.drop(); }
+  /// … and all else that solves have left.
+  void forget() {
+    matrix_.forget_solves();
+    affine_solve_ = {};
+    pace_ = {};
+  }
+  /// … and that the force is still the same.
+  void reset() {
+    forget();
+    matrix_.forget();
+  }
+  /// … and the matrix's pattern: all that a new one hasn't.
+  void forget_unsaved() {
+    forget();
+    matrix_.forget_pattern();
+  }
+
+  /// In: Y = b; `guess` is where the iteration starts (its solved blocks count). Out: Y, and w = Y − b.
+  /// @param psi_known  psi holds Ψ at the start of the iteration already
+  /// @param allowed  of a controlled run: says how well to solve, unless the options do
+  [[nodiscard]] Outcome resolve(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, Plain& Y, const Plain& guess, Rate& psi,
+                                Failure& history, bool psi_known = false, SolveTolerance<Plain> allowed = {}) {
+    increment_.begin(Y, gamma.drift);
+    if (options_.rtol > 0) allowed.target = 0;
+    // Factors of a γ that is the same up to rounding (frames away from t = 0) serve always, to a tolerance those within
+    // CVODE's bound.
+    const bool is_tolerant = !affine && (options_.rtol > 0 || allowed.target > 0);
+    matrix_.begin(gamma, is_tolerant ? Scalar{3} / 10 : static_cast<Scalar>(std::sqrt(round_off)));
+    Equation equation{*this, rhs, gamma, t, Y, guess, psi, allowed, {rhs, gamma, t, psi, psi_known, increment_}};
+    const Outcome outcome = solve(equation, history);
+    if (outcome == Outcome::singular_matrix) history.particle = matrix_.singular_particle();
+    return outcome;
+  }
+
+  /// e.solved ← W⁻¹ M e.solved, with the last resolve's matrix.
+  [[nodiscard]] Outcome filter(Rhs& rhs, Plain& e) {
+    auto& x = increment_.delta;
+    x.setZero();
+    for_each_part([&x](Index at, const auto& block,
+                       const auto& mass) { mass.subtract_product(-flat(block), part(x, at, block)); },
+                  Blocks<S>::solved(std::as_const(e)), rhs.masses());
+    NewtonOptions roughly = options_;
+    roughly.linear_rtol = 0.05;
+    if (const Outcome bad = matrix_.solve(x, roughly, rhs.statistics()); failed(bad)) return bad;
+    put_unknowns<S>(x, e);
+    return Outcome::success;
+  }
+
+  /// rate ← W⁻¹ γ rate, as unknowns in x, with W at (t, y), where Ψ is psi.
+  [[nodiscard]] Outcome respond(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& y, const Rate& psi,
+                                const Rate& rate, Plain& x, const SolveTolerance<Plain>& allowed) {
+    matrix_.begin(gamma, Scalar{0});
+    if (!matrix_.has_factors())
+      if (const Outcome bad = matrix_.refresh(rhs, gamma, t, y, psi, options_, allowed); failed(bad)) return bad;
+    auto& of = increment_.delta;
+    for_each_part([&](Index at, const auto& block) { part(of, at, block) = gamma.force * flat(block); },
+                  Rate::blocks(rate));
+    NewtonOptions roughly = options_;
+    roughly.linear_rtol = 0.05;
+    if (const Outcome bad = matrix_.solve(of, roughly, rhs.statistics()); failed(bad)) return bad;
+    put_unknowns<S>(of, x);
+    return Outcome::success;
+  }
+
+  /// Y − b of the last resolve.
+  [[nodiscard]] const auto& increment() const { return increment_.w; }
+
+  /// How the linear equations inside are solved.
+  [[nodiscard]] const char* solver_name() const { return matrix_.name(); }
+  [[nodiscard]] static bool keeps_factors() { return true; }
+
+ private:
+  static constexpr double round_off = static_cast<double>(std::numeric_limits<Scalar>::epsilon());
+
+  /// What solve_newton iterates on.
+  struct Equation {
+    static constexpr bool is_inexact = Matrix::is_iterative;
+    NewtonResolvent& self;
+    Rhs& rhs;
+    const Gamma<Scalar>& gamma;
+    Scalar t;
+    Plain& Y;
+    const Plain& guess;
+    Rate& psi;
+    SolveTolerance<Plain> allowed;
+    Residual<S, Rhs> F;
+    [[no_unique_address]] Only<FieldState<S>, double> square{};          // Σ (F_i weight_i)² of a field
+    [[no_unique_address]] Only<FieldState<S>, Correction> correction{};  // the last move of a field
+
+    void restart() { self.increment_.start(Y, guess); }
+    [[nodiscard]] Outcome residual() {
+      if constexpr (FieldState<S>) {
+        // One reduction: how large, and whether finite.
+        square = -1;
+        if (Matrix::sizes(self.options_, allowed)) {
+          F.evaluate_unchecked(Y);
+          square = self.matrix_.square_here(self.increment_.delta, allowed);
+          total_of_ranks(Y, std::span<double>{&square, 1});
+          if (std::isfinite(square)) return Outcome::success;
+          square = -1;
+          return F.check();
+        }
+      }
+      return F.evaluate(Y);
+    }
+    [[nodiscard]] double residual_size() const { return F.size(); }
+    [[nodiscard]] bool residual_is_rounding() const { return F.is_rounding(); }
+    [[nodiscard]] bool residual_is_noise() const {
+      if constexpr (Matrix::matrix_free) return true;  // no matrix of an earlier iterate is ever used
+      else return largest(self.increment_.delta) <= 8 * round_off * terms();
+    }
+    /// The size of what F is made of.
+    [[nodiscard]] double terms() const {
+      return F.terms(Y, guess, self.matrix_.magnitude(), self.matrix_.drift_share());
+    }
+    [[nodiscard]] bool has_jacobian() const { return self.matrix_.has_jacobian(); }
+    [[nodiscard]] bool has_factors() const { return self.matrix_.has_factors(); }
+    void drop_jacobian() { self.matrix_.drop(); }
+    [[nodiscard]] Outcome refresh() { return self.matrix_.refresh(rhs, gamma, t, Y, psi, self.options_, allowed); }
+    [[nodiscard]] Outcome solve() {
+      return self.matrix_.solve(self.increment_.delta, self.options_, rhs.statistics(), allowed);
+    }
+    /// One reduction: how large the correction is, and whether all ranks have solved for it.
+    [[nodiscard]] Outcome correct() requires FieldState<S> {
+      auto& matrix = self.matrix_;
+      if (const Outcome bad =
+              matrix.solve_untold(self.increment_.delta, self.options_, rhs.statistics(), allowed, square);
+          failed(bad))
+        return bad;
+      self.increment_.move(Y);
+      correction = allowed.target > 0 ? self.increment_.size(*allowed.weight)
+                                      : self.increment_.size(Y, matrix.drift_share(), self.options_);
+      return std::isfinite(correction.absolute) ? Outcome::success : matrix.told(Y);
+    }
+    [[nodiscard]] Outcome correct() requires(!FieldState<S>) {
+      if (const Outcome bad = solve(); failed(bad)) return bad;
+      while (self.matrix_.reached_too_far(Y, self.increment_.delta)) {
+        F.assemble();
+        if (const Outcome bad = refresh(); failed(bad)) return bad;
+        if (const Outcome bad = solve(); failed(bad)) return bad;
+      }
+      self.increment_.move(Y);
+      return Outcome::success;
+    }
+    void retreat() { self.increment_.retreat(Y); }
+    void undo() { self.increment_.undo(Y); }
+    [[nodiscard]] Correction size() const requires FieldState<S> { return correction; }
+    [[nodiscard]] Correction size() const requires(!FieldState<S>) {
+      if (allowed.target > 0) return self.increment_.size(*allowed.weight);
+      return self.increment_.size(Y, self.matrix_.drift_share(), self.options_);
+    }
+  };
+
+  [[nodiscard]] Outcome solve(Equation& equation, Failure& history) {
+    if constexpr (affine) {
+      return affine_solve_.run<Rhs::drifts>(equation, matrix_, increment_, options_.linear_rtol, round_off);
+    } else if constexpr (corrections == Corrections::one) {
+      matrix_.drop();
+      equation.restart();
+      if (const Outcome bad = equation.residual(); failed(bad)) return bad;
+      if (const Outcome bad = equation.refresh(); failed(bad)) return bad;
+      return equation.correct();
+    } else {
+      const int before = history.iterations;
+      const Outcome outcome = equation.allowed.target > 0
+                                  ? solve_controlled(equation, history)
+                                  : solve_newton(equation, options_, round_off, history, pace_.first_rate);
+      equation.rhs.statistics().iterations += history.iterations - before;
+      return outcome;
+    }
+  }
+
+  /// Where a smaller step is at hand, plain Newton has one try.
+  [[nodiscard]] Outcome solve_controlled(Equation& equation, Failure& history) {
+    // An old Jacobian contracts in proportion to γ, old factors no better than their own γ allows.
+    const double gamma = std::abs(static_cast<double>(equation.gamma.force));
+    const double growth = pace_.gamma_before > 0 ? gamma / pace_.gamma_before : 1;
+    pace_.gamma_before = gamma;
+    const double rate = std::max(pace_.rate * std::max(1.0, growth), matrix_.staleness(equation.gamma));
+    ConvergenceTest test(equation.allowed.target, options_.max_iterations, rate, round_off);
+    const Outcome outcome =
+        solve_newton(equation, test, keep_jacobian_rate({.rtol = 1}), options_.line_search, history);
+    pace_.rate = outcome == Outcome::success ? test.rate() : 1;
+    return outcome;
+  }
+
+  NewtonOptions options_;
+  Increment<S> increment_;
+  Matrix matrix_;
+  Pace pace_;
+  AffineSolve affine_solve_;
+};
+
+/// What serves a kernel's resolves; where solves leave anything, it has forget_unsaved(), too.
+template <class Resolvent, class S, class Rhs>
+concept Resolves = requires(Resolvent& one, Rhs& rhs, const Gamma<ScalarOf<S>>& gamma, ScalarOf<S> t, PlainState<S>& Y,
+                            const PlainState<S>& guess, RateOf<S>& psi, Failure& history) {
+  {
+    one.resolve(rhs, gamma, t, Y, guess, psi, history, false, SolveTolerance<PlainState<S>>{})
+    } -> std::same_as<Outcome>;
+  { one.filter(rhs, Y) } -> std::same_as<Outcome>;  // of an error estimate, with the last resolve's matrix
+  { one.increment() } -> std::convertible_to<typename UnknownsOf<S>::type>;  // Y − b of the last resolve
+  { one.keeps_factors() } -> std::same_as<bool>;  // whether a constant Δt spares factorizations
+  { one.solver_name() } -> std::same_as<const char*>;
+  one.resize(guess, rhs);
+  one.forget();  // what solves have left
+  one.reset();   // … and that the force is still the same
+};
+
+/// The resolvent behind each way to solve: Newton's here, others in headers of their own.
+template <State S, class Rhs, class Solver, bool position>
+struct ResolventFor;
+template <State S, class Rhs, class LinearSolver, bool position>
+struct ResolventFor<S, Rhs, Newton<LinearSolver>, position> {
+  using type = NewtonResolvent<S, Rhs, LinearSolver, position>;
+};
+template <State S, class Rhs, class LinearSolver, bool position>
+struct ResolventFor<S, Rhs, LinearlyImplicit<LinearSolver>, position> {
+  using type = NewtonResolvent<S, Rhs, LinearSolver, position, Corrections::one>;
+};
+
+}}  // namespace phistep::PHISTEP_ABI

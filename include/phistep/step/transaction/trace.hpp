@@ -1,0 +1,144 @@
+/// @file
+/// What a step tells of itself beside its end: the seam between steppers, which fill it, and controllers, predictors and
+/// dense output, which read it. Steps without these have none.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "phistep/base/numbers/arithmetic.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/state/non_finite.hpp"
+#include "phistep/base/state/norms.hpp"
+#include "phistep/base/version.hpp"
+
+namespace phistep { inline namespace PHISTEP_ABI {
+
+/// Whether the force is smooth over a step, by the estimates of the tries before it: ‖e‖ of a smooth one goes as Δt^k, that of
+/// one with a jump inside as Δt at most. An estimate may miss the jump, because its weights cancel at the stages before it;
+/// that it has not fallen since the last try as Δt^k does shows wherever the jump is.
+class Smoothness {
+ public:
+  /// False where ‖e‖ has grown too much beyond Δt^k since the last smooth try.
+  /// @param square  of ‖e‖   @param dt  [time] Δt   @param k  the power of Δt in ‖e‖
+  [[nodiscard]] bool holds(double square, double dt, int k) {
+    now_ = {square, std::abs(dt)};
+    // Steps that follow each other may meet a force that changes fast; those that start from one point meet the same.
+    const double most = is_retry_ ? 8 : 300;
+    const double allowed = before_.square * most * most;
+    const bool smooth = !(before_.square > 0) || (square <= allowed && now_.dt >= before_.dt) ||
+                        square <= allowed * power_of(now_.dt / before_.dt, 2 * k);
+    if (smooth) before_ = now_;
+    is_retry_ = true;
+    return smooth;
+  }
+  /// The last try has become a step.
+  void accepted() {
+    before_ = now_;
+    is_retry_ = false;
+  }
+  void forget() { *this = {}; }
+  void archive(auto& ar) {
+    ar("square", now_.square, "dt", now_.dt);
+    ar.check(now_.square >= 0 && now_.dt >= 0);
+    before_ = now_;
+  }
+
+ private:
+  struct Try {
+    double square = 0;  ///< of ‖e‖; 0: nothing is known
+    double dt = 0;      ///< [time]
+  };
+  Try before_, now_;
+  bool is_retry_ = false;
+};
+
+/// @tparam Plain  the owning state; every member is shaped like it
+template <State Plain>
+struct Trace {
+  using Scalar = ScalarOf<Plain>;
+
+  // Written by the controller before the step.
+  Plain weight;     ///< 1/(atol + rtol |y|): what a component's error is multiplied by
+  double rtol = 0;  ///< the one in `weight`
+  double newton_target =
+      0;  ///< weighted RMS size of the error that an implicit solve may leave; 0: its own options rule
+  bool wants_dense = false;  ///< dense output is read: keep what interpolate() needs
+  void* norm = nullptr;      ///< the controller's norm, and …
+  double (*measure)(void* norm, const Plain& error, const Plain& y,
+                    const Plain& next) = nullptr;  ///< … how it measures
+
+  // Carried from step to step. After an edit of the state, or of a step rejected after it was accepted: forget().
+  bool knows_start = false;  ///< `start` holds y' where the next step starts
+  Scalar dt_before{0};       ///< [time] length of the step before, 0: there was none
+  Plain before;              ///< y' where that step started
+
+  // Written by the step. Slopes by the scheme's own relations, not by force calls: stiff components keep their digits.
+  Plain start;                    ///< y' at t (for motion: v, M⁻¹Ψ)
+  Plain end;                      ///< y' at t + Δt
+  Scalar dt{0};                   ///< [time] Δt
+  Plain error;                    ///< the estimate of the local error …
+  double error_scale_square = 1;  ///< … of which the square is this times that of `error`
+  bool has_slopes = false;        ///< `start` and `end` are filled
+  bool has_error = false;         ///< `error` is filled
+  Smoothness smoothness;          ///< of the force, by the estimates of explicit pairs
+  double proposed = 0;  ///< [time] |Δt| that a step which chooses it itself wants next, accepted or not; 0: it doesn't
+
+  Plain predicted;  ///< scratch: where an implicit solve may start
+
+  /// Shaped like y.
+  void resize(const Plain& y) {
+    for (Plain* x : {&weight, &before, &start, &end, &error, &predicted}) {
+      *x = y;
+      set_zero(Blocks<Plain>::all(*x));
+    }
+    forget();
+  }
+  /// The next step starts somewhere else.
+  void forget() {
+    smoothness.forget();
+    forget_slopes();
+  }
+  /// … or its slope there isn't known.
+  void forget_slopes() {
+    knows_start = has_slopes = has_error = false;
+    dt_before = Scalar{0};
+    proposed = 0;
+  }
+  /// The step has become the state.
+  void advance() {
+    smoothness.accepted();
+    if (!has_slopes) return forget_slopes();
+    for_each_block(
+        [](auto, auto& a, auto& b, auto& c) {
+          if constexpr (std::remove_cvref_t<decltype(a)>::SizeAtCompileTime != Eigen::Dynamic) a = b, b = c;
+          else a.swap(b), b.swap(c);
+        },
+        Blocks<Plain>::all(before), Blocks<Plain>::all(start), Blocks<Plain>::all(end));
+    dt_before = dt;
+    knows_start = true;
+    has_slopes = has_error = false;
+  }
+  /// The state is again what it was before the last advance().
+  void step_back() {
+    if (!knows_start) return;
+    for_each_block([](auto, auto& a, auto& b) { a.swap(b); }, Blocks<Plain>::all(before), Blocks<Plain>::all(start));
+    dt_before = Scalar{0};
+    has_slopes = has_error = false;
+  }
+
+  /// A step's error as the controller measures it, for schemes that judge their steps themselves: 1 is the tolerance.
+  [[nodiscard]] double size_of(const Plain& e, const Plain& y, const Plain& next) const {
+    return measure == nullptr ? weighted_rms(e, weight) : measure(norm, e, y, next);
+  }
+
+  void archive(auto& ar) {
+    ar("knows_start", knows_start, "dt_before", dt_before, "smoothness", smoothness);
+    ar.check(std::isfinite(dt_before));
+    if (knows_start || dt_before != 0) ar.in_place("before", before, "start", start);
+    if (knows_start) ar.check(!first_non_finite(Blocks<Plain>::all(start)));
+    if (dt_before != 0) ar.check(!first_non_finite(Blocks<Plain>::all(before)));
+  }
+};
+
+}}  // namespace phistep::PHISTEP_ABI

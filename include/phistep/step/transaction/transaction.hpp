@@ -1,0 +1,295 @@
+/// @file
+/// A step is a transaction: it works beside the state, then commits everything or leaves everything as it was.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <cmath>
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+#include "phistep/base/machine/only.hpp"
+#include "phistep/base/outcome/outcome.hpp"
+#include "phistep/base/outcome/step_report.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/state/copy_views.hpp"
+#include "phistep/base/state/non_finite.hpp"
+#include "phistep/base/state/ranks.hpp"
+#include "phistep/base/version.hpp"
+#include "phistep/force/evaluate.hpp"
+#include "phistep/step/equation/right_hand_side.hpp"
+#include "phistep/step/transaction/edit_guard.hpp"
+#include "phistep/step/transaction/origin.hpp"
+#include "phistep/step/transaction/step_data.hpp"
+
+namespace phistep { inline namespace PHISTEP_ABI {
+
+/// Runs a scheme's `step(StepData&) → Outcome` on a state of type S. `carries`: the scheme may leave Ψ⁺ behind.
+template <State S, class Rhs, bool carries>
+class Transaction {
+ public:
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+  using Rate = RateOf<S>;
+  using Data = StepData<Plain, Rate, Scalar, typename Rhs::Masses>;
+  using TracedData = TracedStepData<Plain, Rate, Scalar, typename Rhs::Masses>;
+
+  /// @throws std::invalid_argument where r and v of a motion differ in shape, or views share memory
+  /// @param copy  of the state
+  Transaction(const S& state, const Plain& copy) : next_{copy}, psi_{make_rate<S>(next_)} {
+    if constexpr (borrowed && !ShowsTrials<S>) {
+      if (!has_own_places(state))
+        throw std::invalid_argument(
+            "phistep: the state's views share memory: each of its numbers needs a place of its own");
+      gathered_ = next_;
+    }
+    if constexpr (carries) guard_.reserve(next_);
+  }
+
+  /// A step begins: success, or why it can't.
+  [[nodiscard]] Outcome open(Scalar t, Scalar dt) {
+    failure_.iterations = 0;
+    failure_.particle = -1;
+    return check(t, dt);
+  }
+  /// A step that did not begin.
+  StepReport refuse(Rhs& rhs, Outcome why, Scalar t, Scalar dt) { return fail(rhs, why, t, dt, next_, next_, psi_); }
+  /// For the report of a step done elsewhere: what it had come to …
+  void show_end(const S& state, const auto& psi) {
+    end_ = first_non_finite(Blocks<S>::all(state));
+    assign_block(std::get<0>(Rate::blocks(psi_)), psi);
+  }
+  /// … and the report, once the state is put back.
+  StepReport report_shown(Rhs& rhs, Outcome outcome, Scalar t, Scalar dt, const S& state) {
+    copy_blocks<S>(next_, state);
+    const StepReport report = fail(rhs, outcome, t, dt, next_, next_, psi_);
+    if (failure_.block < 0) blame(end_);
+    return report;
+  }
+
+  /// @param steps     one, or several where takes_several: the same bits as by a call for each
+  /// @param advance   (Data&) → Outcome
+  /// @param accepted  called after each
+  template <class Steps, class Advance, class Accepted>
+  StepReport run(Rhs& rhs, S& state, const Steps& steps, Origin origin, Advance&& advance, Accepted&& accepted) {
+    if (const Outcome bad = open(steps.t(0), steps.dt); failed(bad)) return refuse(rhs, bad, steps.t(0), steps.dt);
+    const std::int64_t before = rhs.statistics().steps;
+    try {
+      [[maybe_unused]] Held held{state};
+      if constexpr (in_registers) {
+        Plain y = read(state), next;
+        Rate psi;
+        if constexpr (carries) psi = psi_;
+        return run_from(rhs, y, state, steps, origin, advance, accepted, next, psi);
+      } else {
+        const Plain& y = read(state);
+        const StepReport report = run_from(rhs, y, state, steps, origin, advance, accepted, next_, psi_);
+        held.is_done = static_cast<bool>(report);
+        return report;
+      }
+    } catch (const WrongSize& wrong) {
+      return fail(rhs, state, steps.t(rhs.statistics().steps - before), steps.dt, wrong);
+    }
+  }
+
+  /// Outcome::inconsistent_start will be about this component.
+  void accuse(const Offender& component) { accused_ = component; }
+  /// The story of the step that failed last.
+  [[nodiscard]] Failure& failure() { return failure_; }
+  [[nodiscard]] const Failure& failure() const { return failure_; }
+  void reset() { guard_.forget(); }
+  [[nodiscard]] bool fits(const S& state) const {
+    if constexpr (HasProperties<S>)
+      if (!S::same_properties(state, next_)) return false;
+    return same_shape<S>(state, next_);
+  }
+  /// For a checkpoint: Ψ, and where it holds.
+  void archive(auto& ar) {
+    ar("known_at", guard_);
+    ar.in_place("value", psi_);
+  }
+  /// What states it is for, in words.
+  [[nodiscard]] std::string shape() const {
+    std::string all;
+    for_each_block(
+        [&all](auto, const auto& block) {
+          all += (all.empty() ? "" : ", ") + std::to_string(block.rows()) + " x " + std::to_string(block.cols());
+        },
+        Blocks<S>::all(next_));
+    return all + " of " + detail::kind_of<Scalar>().words();
+  }
+  /// Small fixed states live in registers during the step: a workspace in memory doubles the cost of a bare update.
+  static constexpr bool in_registers = fits_registers<S>;
+  /// Steps without anything between them: not where others may write into the state's places.
+  static constexpr bool takes_several = std::is_same_v<S, Plain> && !ShowsTrials<S>;
+  [[nodiscard]] static Plain copy_of(const S& state) {
+    Plain copy;
+    copy_blocks<S>(copy, state);
+    if constexpr (Blocks<S>::drifts) {
+      const auto &r = std::get<0>(Blocks<S>::all(copy)), &v = std::get<1>(Blocks<S>::all(copy));
+      if (r.rows() != v.rows() || r.cols() != v.cols())
+        throw std::invalid_argument("phistep: the positions and velocities of a motion differ in size");
+    }
+    return copy;
+  }
+
+ private:
+  static_assert(!FieldState<S> || count_of_fields<decltype(Blocks<S>::all(std::declval<S&>()))> ==
+                                      std::tuple_size_v<decltype(Blocks<S>::all(std::declval<S&>()))>,
+                "phistep: a state is of fields or of Eigen's vectors, not of both");
+  /// A Map or Ref refers to the user's memory: it is read once, and written at the commit.
+  static constexpr bool borrowed = !std::is_same_v<S, Plain>;
+
+  /// With a small state goes a copy of its masses, or each step would divide by them anew: what is written to a state might be
+  /// theirs, for all that the compiler knows.
+  using Masses = std::conditional_t<in_registers && std::is_trivially_copy_constructible_v<typename Rhs::Masses>,
+                                    const typename Rhs::Masses, const typename Rhs::Masses&>;
+
+  [[nodiscard]] static Outcome check(Scalar t, Scalar dt) {
+    if (!(std::isfinite(dt) && std::isfinite(t)) || dt == Scalar{0}) return Outcome::invalid_step;
+    return t + dt == t ? Outcome::step_too_small : Outcome::success;
+  }
+
+  [[nodiscard]] const Plain& read(S& state) {
+    if constexpr (ShowsTrials<S>) {
+      return state.hold();
+    } else if constexpr (borrowed) {
+      if constexpr (in_registers) copy_blocks<S>(gathered_, state);
+      else copy_views<S>(gathered_, state);
+      return gathered_;
+    } else {
+      return state;
+    }
+  }
+
+  /// Takes trial states back out of the user's arrays, unless the step is done; after an exception as well.
+  struct Held {
+    S& state;
+    bool is_done = false;
+    ~Held() {
+      if constexpr (ShowsTrials<S>) {
+        if (!is_done) state.put_back();
+        state.release();
+      }
+    }
+  };
+
+  template <class Steps, class Y, class Advance, class Accepted>
+  StepReport run_from(Rhs& rhs, Y& y, S& state, const Steps& steps, Origin origin, Advance& advance, Accepted& accepted,
+                      Plain& next, Rate& psi) {
+    bool psi_known = false;
+    if constexpr (carries) {
+      psi_known = origin == Origin::unedited ? guard_.holds_unedited(steps.t(0)) : guard_.holds(steps.t(0), y);
+      guard_.forget();  // an exception from here on leaves psi half-written
+    }
+    Masses masses = rhs.masses();
+    for (std::int64_t n = 0;;) {
+      const Scalar t = steps.t(n), dt = steps.dt;
+      rhs.begin(t, dt, y);
+      Data data{y, t, dt, next, psi, masses, psi_known};
+      const Outcome outcome = advance(data);
+      if (outcome != Outcome::success) {
+        if (outcome == Outcome::error_too_large) {
+          ++rhs.statistics().rejections;
+          return {outcome, failure_.iterations, nullptr};
+        }
+        if constexpr (in_registers) {
+          // fail() must not see addresses of what should stay in registers on the good path: it gets copies.
+          const Plain copy = y;
+          next_ = next;
+          psi_ = psi;
+          return fail(rhs, outcome, t, dt, copy, next_, psi_);
+        }
+        return fail(rhs, outcome, t, dt, y, next_, psi_);
+      }
+      rhs.commit(t + dt, next);
+      psi_known = carries && data.psi_next_known;
+      const bool is_last = ++n == steps.count();
+      if constexpr (carries)
+        if (is_last && psi_known) {
+          if constexpr (in_registers) psi_ = psi;
+          if (origin == Origin::unedited) guard_.remember_unchecked(t + dt);
+          else guard_.remember(t + dt, next);
+        }
+      if constexpr (borrowed && !in_registers && !ShowsTrials<S>) {
+        if (!data.is_state_next) copy_views<S>(state, std::as_const(next));
+      } else if (!data.is_state_next) {
+        commit_blocks<S>(state, next);
+      }
+      ++rhs.statistics().steps;
+      accepted();
+      if (is_last) return {Outcome::success, failure_.iterations, nullptr};
+      if constexpr (in_registers) y = next;
+    }
+  }
+
+  [[gnu::cold, gnu::noinline]] StepReport fail(Rhs& rhs, const S& state, Scalar t, Scalar dt, const WrongSize& wrong) {
+    copy_blocks<S>(next_, state);
+    return fail(rhs, Outcome::wrong_size, t, dt, next_, next_, psi_, &wrong);
+  }
+  // Out of line: the compiler must not weigh this against inlining the step itself.
+  [[gnu::cold, gnu::noinline]] StepReport fail(Rhs& rhs, Outcome outcome, Scalar t, Scalar dt, const Plain& y,
+                                               const Plain& next, const Rate& psi, const WrongSize* wrong = nullptr) {
+    ++rhs.statistics().failed_steps;
+    Failure& f = failure_;
+    f.returned_rows = wrong != nullptr ? wrong->rows : -1;
+    f.returned_columns = wrong != nullptr ? wrong->columns : -1;
+    f.t = static_cast<double>(t);
+    f.dt = static_cast<double>(dt);
+    f.term = -1;
+    Offender where;
+    // Where the force has thrown it is NaN.
+    if constexpr (FieldState<S>) {
+      if (const Outcome found = agreed(y, rhs.held()->found()); failed(found)) outcome = found;
+      rhs.held()->told();
+    }
+    if (outcome == Outcome::wrong_size) f.term = rhs.offending_term(t, y);
+    if (outcome == Outcome::non_finite_state || outcome == Outcome::non_finite_force) {
+      if (where = first_non_finite(Blocks<S>::all(y)); where) {
+        outcome = Outcome::non_finite_state;
+      } else if (where = first_non_finite(Rate::blocks(psi)); where || rhs.is_non_finite_at(t, y, where)) {
+        outcome = Outcome::non_finite_force;
+        where.block += Blocks<S>::drifts ? 1 : 0;
+        f.term = rhs.offending_term(t, y);
+        if (f.term < 0 && is_seen_finite(next)) f.term = rhs.offending_term(t + dt, next);
+      } else {
+        where = first_non_finite(Blocks<S>::all(next));
+      }
+      // Cleared: must not appear in the next failure report.
+      set_zero(Rate::blocks(psi_));
+    }
+    if (outcome == Outcome::inconsistent_start) where = accused_;
+    f.outcome = outcome;
+    blame(where);
+    if constexpr (FieldState<S>) rhs.held()->rethrow();
+    return {outcome, f.iterations, &f};
+  }
+  void blame(const Offender& where) {
+    failure_.block = where.block;
+    failure_.index = where.index;
+    failure_.row = where.row;
+    failure_.column = where.column;
+  }
+
+  /// Whether a force sees finite numbers at y. Elsewhere any term is NaN, and the first would be blamed.
+  [[nodiscard]] static bool is_seen_finite(const Plain& y) {
+    constexpr bool sees_r_alone =
+        Blocks<S>::drifts && !Rhs::couples_unknowns && std::is_same_v<typename Rhs::Force, typename Rhs::Whole>;
+    if constexpr (sees_r_alone) return !first_non_finite(std::tie(std::get<0>(Blocks<S>::all(y))));
+    else return !first_non_finite(Blocks<S>::all(y));
+  }
+
+  Plain next_;
+  Rate psi_;
+  [[no_unique_address]] Only<borrowed && !ShowsTrials<S>, Plain> gathered_;
+  EditGuard<S, Blocks<S>::drifts && !Rhs::couples_unknowns, Rhs::Traits::uses_time> guard_;
+  Failure failure_;
+  Offender accused_;
+  [[no_unique_address]] Only<ShowsTrials<S>, Offender> end_;
+};
+
+}}  // namespace phistep::PHISTEP_ABI

@@ -1,0 +1,118 @@
+// Newton without a matrix: products from the force, from automatic differentiation, from differences.
+#include "linear/krylov/tangent_product_cases.hpp"
+#include "support/shared_force.hpp"
+
+using namespace tangent_product_cases;
+
+TEST_CASE("heat on 100 x 100 points without a matrix: the exact factor of an eigenvector") {
+  constexpr Index m = 100;
+  Counts c;
+  const double dt = 1e-3;
+  const double z = eigenvalue(m, 2, 3) * dt, w = eigenvalue(m, 7, 1) * dt;
+  const Vec a = mode(m, 2, 3), b = 0.5 * mode(m, 7, 1);
+  const auto run = [&](auto force, auto solver) {
+    Vec y = a + b;
+    PhiStepper stepper{y, force, backward_euler, solver};
+    double worst = 0;
+    for (int k = 1; k <= 3; ++k) {
+      problems::step(stepper, y, 0.0, dt);
+      const Vec exact = std::pow(1 - z, -k) * a + std::pow(1 - w, -k) * b;
+      worst = std::max(worst, (y - exact).norm() / exact.norm());
+    }
+    return std::pair{worst, stepper.statistics()};
+  };
+  const auto check = [&](const std::pair<double, Statistics>& done) {
+    const Statistics& s = done.second;
+    CHECK(done.first <= 1e-13);  // rounding: W's condition number is 1 + 8·101²·dt = 83
+    CHECK(s.jacobians + s.factorizations == 0);
+    CHECK(s.linear_iterations > 0);
+    CHECK(s.solves == s.iterations);
+    CHECK(s.force_calls == c.calls);
+    return s;
+  };
+  SECTION("products from the force") {
+    const Statistics s =
+        check(run(HeatWithProduct{{m, &c.calls, &c.products}}, newton<MatrixFree<phistep::ConjugateGradient>>()));
+    CHECK(s.force_calls == s.iterations);
+    CHECK(c.products >= s.linear_iterations);
+  }
+  SECTION("products by differences: one force call each") {
+    const Statistics s = check(run(Heat2d{m, &c.calls, &c.products}, newton<MatrixFree<Eigen::BiCGSTAB>>()));
+    CHECK(s.force_calls >= s.iterations + s.linear_iterations);
+  }
+}
+
+TEST_CASE("a motion: K and C in one product, terms of a sum with products and with entries") {
+  Motion<Vec> y{Vec::LinSpaced(200, -1, 1).array().sin(), Vec::LinSpaced(200, 2, 1)};
+  const Vec masses = Vec::LinSpaced(200, 1, 3);
+  const Gravity weight{Eigen::Vector2d(0, -1)};
+  PhiStepper stepper{y, term(ChainWithProduct{}) + LinearDrag{0.3} + weight, trapezoidal, mass(masses),
+                     newton<MatrixFree<Eigen::BiCGSTAB>>()};
+  const auto force = [&](const Motion<Vec>& at) -> Vec {
+    Vec f = Chain{}(at.r, at.v) - 0.3 * at.v;
+    for (Index i = 1; i < 200; i += 2) f[i] -= masses[i];
+    return f;
+  };
+  for (int k = 0; k < 4; ++k) {
+    const Motion<Vec> before = y;
+    problems::step(stepper, y, 0.0, 0.2);
+    // The trapezoidal rule's own equations.
+    CHECK((y.r - before.r - 0.1 * (y.v + before.v)).norm() <= 1e-13 * y.r.norm());
+    const Vec kick = masses.cwiseProduct(y.v - before.v);
+    CHECK((kick - 0.1 * (force(y) + force(before))).norm() <= 1e-11 * kick.norm());
+  }
+}
+
+TEST_CASE("failures of products are named, and nothing moves") {
+  Counts c;
+  constexpr Index m = 20;
+  Vec y = mode(m, 1, 2) + mode(m, 3, 3);
+  const Vec start = y;
+  PhiStepper stepper{y, Nan{{m, &c.calls, &c.products}}, backward_euler,
+                     newton<MatrixFree<phistep::ConjugateGradient>>()};
+  CHECK(stepper.step(y, 0, 1e-2).outcome() == Outcome::non_finite_jacobian);
+  CHECK((y.array() == start.array()).all());
+}
+
+TEST_CASE("a preconditioner of one's own, and a tolerance") {
+  Counts c;
+  constexpr Index m = 20;
+  std::mt19937 random(2);
+  std::normal_distribution<double> normal;
+  Vec y(m * m);
+  for (auto& x : y) x = normal(random);
+  Vec z = y;
+  PhiStepper loose{y, HeatWithProduct{{m, &c.calls, &c.products}}, backward_euler,
+                   newton<MatrixFree<phistep::ConjugateGradient, Own>>({.rtol = 1e-4, .atol = 1e-6})};
+  REQUIRE(loose.step(y, 0, 1e-3));
+  CHECK(Own::setups == loose.statistics().iterations);
+  PhiStepper tight{z, HeatWithProduct{{m, &c.calls, &c.products}}, backward_euler,
+                   newton<MatrixFree<phistep::ConjugateGradient>>()};
+  REQUIRE(tight.step(z, 0, 1e-3));
+  CHECK(loose.statistics().linear_iterations < tight.statistics().linear_iterations);
+  CHECK((y - z).norm() <= 1e-4 * z.norm());
+}
+
+TEST_CASE("products by differences are taken from the force itself, not from what a solve has left of it") {
+  const shared_force::OfState<Vec> f = [](const Vec& x) -> Vec { return -2 * x - x.cwiseProduct(x); };
+  const auto end = [&](auto solver) {
+    Vec y = Vec::LinSpaced(2, 1, 2);
+    PhiStepper stepper{y, f, phi(0.7), solver};
+    for (int n = 0; n < 10; ++n) {
+      const StepReport report = stepper.step(y, 0.1 * n, 0.1);
+      INFO(report.message());
+      REQUIRE(report);
+    }
+    return y;
+  };
+  const Vec tight = end(newton()), loose = end(newton<MatrixFree<Eigen::BiCGSTAB>>({.rtol = 1e-4, .atol = 1e-6}));
+  CHECK((loose - tight).norm() < 1e-4 * tight.norm());
+}
+
+TEST_CASE("a state of few unknowns, known at compile time") {
+  Eigen::Vector2d y{1, 2};
+  PhiStepper stepper{y, [](const Eigen::Vector2d& x) -> Eigen::Vector2d { return -2 * x; }, trapezoidal,
+                     newton<MatrixFree<Eigen::BiCGSTAB>>()};
+  problems::step(stepper, y, 0.0, 0.1);
+  CHECK((y - Eigen::Vector2d(1, 2) * (0.9 / 1.1)).norm() <= 1e-14);
+}

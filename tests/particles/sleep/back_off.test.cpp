@@ -1,0 +1,142 @@
+// Nobody sleeps where too few would, or where changes of who sleeps cost more than sleep saves: exact counts of who sleeps,
+// of the sets that the force is shown, of when all are woken and when they are let sleep again.
+#include <phistep/particles.hpp>
+#include <phistep/particles/sleep/sleeping.hpp>
+
+#include <algorithm>
+#include <cstdint>
+#include <set>
+#include <vector>
+
+#include "support/catch.hpp"
+
+using namespace phistep;
+using Points = Particles<double, 2>;
+
+namespace {
+
+constexpr double dt = 1e-3;
+constexpr SleepOptions options{.speed = 1e-2, .steps = 20, .every = 10};
+
+/// No force; notes the number of the active set at each call, 0 where all are computed.
+struct Watch : ForceTerm {
+  std::vector<std::uint64_t>* seen;
+  explicit Watch(std::vector<std::uint64_t>& sets) : seen{&sets} {}
+  static constexpr bool uses_velocity = false, uses_time = false, acts_on_each = true, computes_active_only = true;
+  void add(auto, const auto& y, auto&) const { seen->push_back(number_of(active_set(y))); }
+};
+
+/// 100 points, of which the first lie still and the others fly on.
+struct Scene {
+  Points points{Eigen::Matrix2Xd(2, 100)};
+  std::vector<std::uint64_t> sets;
+  Sleeping<PhiStepper<Points, Watch, std::remove_const_t<decltype(symplectic_euler)>>> stepper;
+  int done = 0;
+
+  explicit Scene(int at_rest) : stepper{PhiStepper{start(points, at_rest), Watch{sets}, symplectic_euler}, options} {}
+  Scene(const Scene&) = delete;
+  /// Up to so many steps from the beginning. @param before  called before each
+  void run_to(int end, auto&& before) {
+    for (; done < end; ++done) {
+      before();
+      REQUIRE(stepper.step(points, dt * done, dt));
+    }
+    REQUIRE(sets.size() == static_cast<std::size_t>(done));
+  }
+  void run_to(int end) {
+    run_to(end, [] {});
+  }
+  [[nodiscard]] std::int64_t asleep() const { return stepper.report().asleep; }
+  /// Sets that were shown after `from` and up to the step `to`.
+  [[nodiscard]] std::size_t sets_of(int from, int to) const {
+    const std::set<std::uint64_t> distinct(sets.begin() + from, sets.begin() + to);
+    return distinct.size() - distinct.count(0);
+  }
+  [[nodiscard]] auto all_computed(int from, int to) const {
+    return std::all_of(sets.begin() + from, sets.begin() + to, [](std::uint64_t number) { return number == 0; });
+  }
+
+ private:
+  static Points& start(Points& points, int at_rest) {
+    for (Index i = 0; i < 100; ++i) points.r.col(i) << 10.0 * static_cast<double>(i), 0;
+    points.v.setZero(2, 100);
+    points.v.row(1).tail(100 - at_rest).setOnes();
+    return points;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("a set that changes at every step is given up, and tried again when that is forgotten") {
+  Scene scene{36};
+  scene.run_to(19);
+  CHECK(scene.asleep() == 0);
+  scene.run_to(20);  // the second check: 20 quiet steps
+  CHECK(scene.asleep() == 36);
+  scene.run_to(30);
+  CHECK(scene.sets_of(20, 30) == 1);
+  Index next = 0;
+  const auto move_another = [&] { scene.points.r(0, next++) += 1e-9; };
+  scene.run_to(39, move_another);
+  CHECK(scene.asleep() == 27);
+  scene.run_to(40, move_another);  // ten sets in ten steps: 0.4 of all would have to sleep, 26 do
+  CHECK(scene.asleep() == 0);
+  CHECK(scene.stepper.report().woken == 36);
+  CHECK(scene.sets_of(30, 40) == 10);
+  // 100 (0.1 + 0.9·0.97^k) <= 36 for k = 41 checks.
+  scene.run_to(449);
+  CHECK(scene.asleep() == 0);
+  scene.run_to(450);
+  CHECK(scene.all_computed(40, 450));
+  CHECK(scene.asleep() == 36);
+  scene.run_to(700);
+  CHECK(scene.sets_of(450, 700) == 1);
+  CHECK(scene.stepper.report().fell_asleep == 72);
+  CHECK(scene.stepper.report().woken == 36);
+  CHECK(scene.stepper.report().skipped == 10 * 36 + (35 + 26) * 10 / 2 + 250 * 36);
+}
+
+TEST_CASE("a set that changes at every step is kept where most sleep in spite of that") {
+  Scene scene{90};
+  scene.run_to(30);
+  CHECK(scene.asleep() == 90);
+  Index next = 0;
+  std::int64_t fewest = 90;
+  scene.run_to(600, [&] {
+    scene.points.r(0, next++ % 90) += 1e-9;
+    fewest = std::min(fewest, scene.asleep());
+  });
+  // Ten are woken between two checks, and sleep again at the second check.
+  CHECK(fewest == 90 - 19);
+  CHECK(scene.sets_of(30, 600) == 570);
+  CHECK_FALSE(scene.all_computed(30, 31));
+  CHECK(scene.stepper.report().woken == 570);
+}
+
+TEST_CASE("a change now and then keeps nobody awake") {
+  Scene scene{36};
+  scene.run_to(30);
+  Index next = 0;
+  scene.run_to(1030, [&] {
+    if (scene.done % 10 == 0) scene.points.r(0, next++ % 36) += 1e-9;
+  });
+  CHECK(scene.stepper.report().woken == 100);
+  CHECK(scene.stepper.report().fell_asleep == 36 + 99);
+}
+
+TEST_CASE("too few aren't put to sleep") {
+  // Setting out is a change, too: 0.1 sets a step, 0.097 at the second check.
+  Scene enough{13};
+  enough.run_to(20);
+  CHECK(enough.asleep() == 13);
+  // Twelve are enough when the unrest, 0.1 at the step 30, is 0.0653: 14 checks later.
+  Scene few{12};
+  few.run_to(169);
+  CHECK(few.asleep() == 0);
+  few.run_to(170);
+  CHECK(few.asleep() == 12);
+  Scene fewer{10};
+  fewer.run_to(3000);
+  CHECK(fewer.all_computed(0, 3000));
+  CHECK(fewer.stepper.report().fell_asleep == 0);
+}

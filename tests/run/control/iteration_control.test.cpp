@@ -1,0 +1,90 @@
+// Steps as long as K_d corrections allow.
+#include "run/control/iteration_control_cases.hpp"
+#include "support/shared_force.hpp"
+
+using namespace iteration_cases;
+using Swing2 = Motion<Two>;
+using Force = shared_force::OfState<Two>;
+
+namespace {
+
+Force pull(double omega_squared) {
+  return [omega_squared](const Two& r) -> Two { return -omega_squared * r; };
+}
+
+}  // namespace
+
+TEST_CASE("Λ is what makes a contraction q = S Δt^p take K_d corrections") {
+  // ε_{K−1} = q^{K−1} ε_0 met the tolerance; with Δt' = Λ Δt, q' = Λ^p q, the same is met by K_d − 1 factors q'.
+  for (const double p : {1.0, 2.0})
+    for (const int K : {3, 6, 9, 15})
+      for (const int desired : {4, 6, 10}) {
+        const double q = 0.4;
+        const double factor = iteration_factor(contracting(K, q), {.first_step = 1, .desired = desired, .order = p});
+        const double wanted = std::pow(std::pow(q, (K - 1.0) / (desired - 1)) / q, 1 / p);
+        CHECK(factor == Approx(std::clamp(wanted, 0.1, 2.0)).epsilon(1e-12));
+        if (K == desired) CHECK(factor == Approx(1));
+      }
+}
+
+TEST_CASE("with nothing to go by it grows; where corrections did not fall it shrinks; it is always a number") {
+  const iteration_control wanted{.first_step = 1};
+  CHECK(iteration_factor(Failure{}, wanted) == 2);
+  CHECK(iteration_factor(contracting(1, 0.5), wanted) == 2);
+  CHECK(iteration_factor(contracting(3, 0.0), wanted) == 2);
+  CHECK(iteration_factor(contracting(8, 1.0), wanted) == 0.1);
+  CHECK(iteration_factor(contracting(8, 3.0), wanted) == 0.1);
+  CHECK(iteration_factor(contracting(500, 0.99), wanted) < 1);  // longer than the history kept
+  for (const double odd : {std::nan(""), HUGE_VAL, 0.0, 1e-320}) {
+    Failure history;
+    history.record(0.1), history.record(odd), history.record(odd);
+    const double factor = iteration_factor(history, wanted);
+    CHECK(factor >= 0.1);
+    CHECK(factor <= 2);
+    Failure worse;
+    worse.record(odd), worse.record(0.1);
+    CHECK(iteration_factor(worse, wanted) >= 0.1);
+    CHECK(iteration_factor(worse, wanted) <= 2);
+  }
+  CHECK(iteration_factor(contracting(5, 0.5), {.first_step = 1, .desired = 1}) >= 0.1);
+}
+
+TEST_CASE("an oscillator settles at K_d ± 1 iterations, at every φ, from far too short and from far too long") {
+  // Its contraction is φ²ω²Δt² exactly.
+  for (const double first : {1e-6, 1e-2, 0.3, 50.0})
+    for (const int desired : {5, 6, 8})
+      for (const double tol : {0.0, 1e-6}) {
+        CAPTURE(first, desired, tol);
+        CHECK(off_desired(pull(400), phi(0.5), first, desired, tol) <= 1);
+        CHECK(off_desired(pull(400), phi(1.0), first, desired, tol) <= 1);
+      }
+}
+
+TEST_CASE("a start at which the iteration diverges recovers, and the run says what held it") {
+  check_recovery(Swing2{Two(1, 0), Two(0, 0)}, pull(1e4), phi(0.5));
+}
+
+TEST_CASE("a force that no step makes converge ends the run") {
+  Swing2 y{Two(1, 0), Two(0, 0)};
+  int calls = 0;
+  const Force wild = [&calls](const Two&) -> Two {
+    ++calls;
+    return Two(1e200 * std::sin(1.0 * calls * calls), 0);
+  };
+  PhiStepper stepper{y, wild, phi(0.5), fixed_point({.depth = 0})};
+  const RunReport report = integrate(stepper, y, {0, 1}, iteration_control{.first_step = 0.1, .max_steps = 10'000});
+  CHECK_FALSE(report);
+  CHECK_FALSE(report.message().empty());
+}
+
+TEST_CASE("an explicit scheme has no iterations: the step grows to its bound") {
+  check_growth(Swing2{Two(1, 0), Two(0, 0)}, pull(1));
+}
+
+TEST_CASE("smaller_of: neither the error nor the iterations are more than allowed") {
+  check_smaller_of(Swing2{Two(1, 0), Two(0, 0)}, pull, phi(0.5));
+  Swing2 y{Two(1, 0), Two(0, 0)};
+  PhiStepper stepper{y, pull(1), phi(0.5), fixed_point({.depth = 0})};
+  CHECK(integrate(stepper, y, {0, 5}, smaller_of(tolerance{.rtol = 1e-5}, {.max_steps = 3})).outcome ==
+        Outcome::too_many_steps);
+}

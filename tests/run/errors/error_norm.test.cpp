@@ -1,0 +1,215 @@
+#include <phistep/base/state/motion.hpp>
+#include <phistep/run/errors/error_norm.hpp>
+
+#include <cmath>
+#include <limits>
+#include <tuple>
+#include <vector>
+
+#include "support/catch.hpp"
+
+using namespace phistep;
+using Vec = Eigen::VectorXd;
+using Columns = Eigen::Matrix3Xd;
+using RowMajor = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>;
+
+namespace {
+
+const double NaN = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
+
+template <class Plain>
+ErrorNorm<Plain> norm_of(const tolerance& wanted, const Plain& y) {
+  ErrorNorm<Plain> norm;
+  REQUIRE(norm.begin(wanted, y));
+  return norm;
+}
+template <class Plain>
+bool works(const tolerance& wanted, const Plain& y) {
+  return ErrorNorm<Plain>{}.begin(wanted, y);
+}
+
+}  // namespace
+
+TEST_CASE("rms over all components, weighted by the larger of both ends") {
+  const Vec y = Eigen::Vector3d(1, -2, 0), next = Eigen::Vector3d(-3, 1, 0.5), e = Eigen::Vector3d(1e-3, 2e-3, -3e-3);
+  auto norm = norm_of<Vec>({.rtol = 1e-2, .atol = 1e-3}, y);
+  const double a = 1e-3 / (1e-3 + 3e-2), b = 2e-3 / (1e-3 + 2e-2), c = 3e-3 / (1e-3 + 0.5e-2);
+  const Measured got = norm(e, y, next);
+  CHECK(got.size() == Approx(std::sqrt((a * a + b * b + c * c) / 3)).epsilon(1e-15));
+  CHECK(got.worst == Component{0, 2});
+}
+
+TEST_CASE("absolute tolerances: everywhere, per block, per component in storage order, automatic") {
+  Motion<Vec> y{Eigen::Vector2d(1, -4), Eigen::Vector2d(0, 200)}, weight = y;
+  const double rtol = 0.01;
+  const auto weights = [&](const AbsoluteTolerance& atol) {
+    auto norm = norm_of<Motion<Vec>>({.rtol = rtol, .atol = atol}, y);
+    norm.weigh(y, weight);
+    return Eigen::Vector4d(weight.r[0], weight.r[1], weight.v[0], weight.v[1]).cwiseInverse().eval();
+  };
+  const Eigen::Vector4d relative(0.01, 0.04, 0, 2);
+  CHECK((weights(0.5) - relative).isApproxToConstant(0.5, 1e-14));
+  CHECK((weights({0.5, 3.0}) - relative).isApprox(Eigen::Vector4d(0.5, 0.5, 3, 3), 1e-14));
+  const Eigen::Vector4d each(1, 2, 3, 4);
+  CHECK((weights(each) - relative).isApprox(each, 1e-14));
+  CHECK((weights(std::vector<double>{1, 2, 3, 4}) - relative).isApprox(each, 1e-14));
+  CHECK((weights({}) - relative).isApprox(Eigen::Vector4d(0.01, 0.04, 0.02, 2), 1e-14));
+}
+
+TEST_CASE("tolerances that can't work are refused") {
+  const Motion<Vec> y{Vec::Ones(2), Vec::Ones(2)};
+  for (const double rtol : {0.0, -1e-3, 1.0, 2.0, NaN, inf}) CHECK_FALSE(works({.rtol = rtol}, y));
+  for (const double atol : {-1.0, NaN, inf}) {
+    CHECK_FALSE(works({.atol = atol}, y));
+    CHECK_FALSE(works({.atol = {1.0, atol}}, y));
+    CHECK_FALSE(works({.atol = Vec(Eigen::Vector4d(1, 1, atol, 1))}, y));
+  }
+  CHECK_FALSE(works({.atol = {1.0, 1.0, 1.0}}, y));
+  CHECK_FALSE(works({.atol = Vec(Vec::Ones(3))}, y));
+  CHECK_FALSE(works({.atol = Vec(Vec::Ones(5))}, y));
+  CHECK_FALSE(works({.atol = Vec(0)}, y));
+  CHECK(works({.atol = 0.0}, y));
+  CHECK(works({.atol = {0.0, 1.0}}, y));
+  CHECK(works({.atol = Vec(Vec::Zero(4))}, y));
+}
+
+TEST_CASE("an automatic atol follows the largest magnitude of the component, and of the block where it is a matrix") {
+  const Vec small = Eigen::Vector2d(1, 0), large = Eigen::Vector2d(0, 50), e = Eigen::Vector2d(0, 1e-3);
+  auto norm = norm_of<Vec>({.rtol = 0.01}, small);
+  Vec weight = small;
+  norm.weigh(small, weight);
+  CHECK(1 / weight[0] == Approx(0.02));
+  CHECK(1 / weight[1] == Approx(1e-4));
+  norm.weigh(large, weight);
+  CHECK(1 / weight[0] == Approx(0.01));
+  CHECK(1 / weight[1] == Approx(1.0));
+  norm.weigh(small, weight);
+  CHECK(1 / weight[1] == Approx(0.5));  // it remembers
+  CHECK(norm(e, small, small).size() == Approx(1e-3 / 0.5 / std::sqrt(2.0)));
+
+  const Columns one = small.replicate(1, 1).transpose().replicate(3, 1);
+  auto of_columns = norm_of<Columns>({.rtol = 0.01}, one);
+  Columns weights = one;
+  of_columns.weigh(one, weights);
+  CHECK((weights.cwiseInverse().row(0) - Eigen::RowVector2d(0.02, 0.01)).norm() < 1e-15);
+}
+
+TEMPLATE_TEST_CASE(
+    "a component that has never been 1 % of the others is weighed as 1 % of them; one that has, by itself", "", Vec,
+    Eigen::Vector3d) {
+  const double rtol = 1e-3;
+  const auto scale = [](ErrorNorm<TestType>& norm, const TestType& y, int i) {
+    TestType e = TestType::Zero(3);
+    e[i] = 1;
+    return 1 / (std::sqrt(3.0) * norm(e, y, y).size());
+  };
+  TestType y = Eigen::Vector3d(2, 1e-9, 0.5), weight = y;
+  auto norm = norm_of<TestType>({.rtol = rtol}, y);
+  norm.weigh(y, weight);
+  CHECK(scale(norm, y, 0) == Approx(rtol * (2 + 2)));
+  CHECK(scale(norm, y, 1) == Approx(rtol * (0.02 + 1e-9)));
+  CHECK(scale(norm, y, 2) == Approx(rtol * (0.5 + 0.5)));
+  for (int i = 0; i < 3; ++i) CHECK(1 / weight[i] == Approx(scale(norm, y, i)));
+  // Van der Pol's y' jumps to a million: y, which has been as large as y' once, stays worth its digits, noise doesn't become it.
+  const TestType jump = Eigen::Vector3d(2, 1e-9, 1e6);
+  CHECK(scale(norm, jump, 0) == Approx(rtol * 4));
+  CHECK(scale(norm, jump, 1) == Approx(rtol * 1e4));
+  norm.weigh(jump, weight);
+  CHECK(1 / weight[0] == Approx(rtol * 4));
+  CHECK(1 / weight[1] == Approx(rtol * 1e4));
+  // It grows out of the noise: from then on by itself, also when it is small again.
+  y = Eigen::Vector3d(2, 5e4, 1e6);
+  norm.weigh(y, weight);
+  y[1] = 0;
+  CHECK(scale(norm, y, 1) == Approx(rtol * 5e4));
+}
+
+TEST_CASE("a try that overshot and was rejected leaves no mark on an automatic atol") {
+  // The last component has no size of its own: its atol is the block's.
+  const Vec y = Eigen::Vector3d(1, 0.5, 0), wild = Eigen::Vector3d(1e30, -1e30, 1e30),
+            e = Eigen::Vector3d(1e-3, 1e-3, 1e-3);
+  auto norm = norm_of<Vec>({.rtol = 0.01}, y), fresh = norm;
+  Vec weight = y, expected = y;
+  norm.weigh(y, weight);
+  fresh.weigh(y, expected);
+  CHECK(norm(wild, y, wild).size() > 1);
+  norm.weigh(y, weight);
+  CHECK(weight == expected);
+  CHECK(norm(e, y, y).size() == fresh(e, y, y).size());
+}
+
+TEST_CASE("a state that starts at zero is measured by what it becomes") {
+  const Vec zero = Vec::Zero(2), next = Eigen::Vector2d(0.5, 2), e = Eigen::Vector2d(0.01, 0.01);
+  auto norm = norm_of<Vec>({.rtol = 0.01}, zero);
+  Vec weight = zero;
+  norm.weigh(zero, weight);
+  CHECK(weight == zero);
+  const double a = 0.01 / (0.005 + 0.005), b = 0.01 / (0.02 + 0.02);
+  CHECK(norm(e, zero, next).size() == Approx(std::hypot(a, b) / std::sqrt(2.0)));
+  // No error is none, an error in nothing is infinite.
+  CHECK(norm_of<Vec>({.rtol = 0.01, .atol = 0.0}, zero)(zero, zero, zero).size() == 0);
+  CHECK(norm_of<Vec>({.rtol = 0.01, .atol = 0.0}, zero)(e, zero, zero).size() == inf);
+}
+
+TEST_CASE("one bad particle of ten thousand shows in the particle norm alone") {
+  const Index n = 10'000;
+  const Motion<Columns> y{Columns::Ones(3, n), Columns::Ones(3, n)};
+  Motion<Columns> e{Columns::Constant(3, n, 1e-9), Columns::Constant(3, n, 1e-9)};
+  e.v(1, 777) = 1;
+  e.v(2, 777) = 0.5;
+  auto rms = norm_of<Motion<Columns>>({.rtol = 0.01, .atol = 0.0}, y);
+  auto particle = norm_of<Motion<Columns>>({.rtol = 0.01, .atol = 0.0, .norm = Norm::particle}, y);
+  CHECK(rms(e, y, y).size() < 0.5);
+  const Measured got = particle(e, y, y);
+  CHECK(got.size() == Approx(std::sqrt((1e4 + 0.25e4) / 3)).epsilon(1e-6));
+  CHECK(got.worst == Component{1, 3 * 777 + 1});
+}
+
+TEST_CASE("a particle is a column, however the block is stored") {
+  const Index n = 5;
+  const RowMajor y = RowMajor::Ones(3, n);
+  RowMajor e = RowMajor::Zero(3, n);
+  e.col(2) << 0.03, 0.04, 0;
+  e(0, 4) = 0.045;
+  auto norm = norm_of<RowMajor>({.rtol = 0.01, .atol = 0.0, .norm = Norm::particle}, y);
+  const Measured got = norm(e, y, y);
+  CHECK(got.size() == Approx(5 / std::sqrt(3.0)));
+  CHECK(got.worst == Component{0, 1 * n + 2});  // storage order
+}
+
+TEST_CASE("a single particle is one, in a matrix; in a vector each component stands for itself") {
+  const Columns one = Columns::Ones(3, 1);
+  const Columns e = (Columns(3, 1) << 0.03, 0.04, 0).finished();
+  CHECK(norm_of<Columns>({.rtol = 0.01, .atol = 0.0, .norm = Norm::particle}, one)(e, one, one).size() ==
+        Approx(5 / std::sqrt(3.0)));
+  const Vec y = Vec::Ones(3), d = e.col(0);
+  CHECK(norm_of<Vec>({.rtol = 0.01, .atol = 0.0, .norm = Norm::particle}, y)(d, y, y).size() == Approx(4));
+}
+
+TEST_CASE("an error that is no number is never small") {
+  const Columns y = Columns::Ones(3, 4);
+  for (const Norm which : {Norm::rms, Norm::particle})
+    for (Index k = 0; k < y.size(); ++k) {
+      Columns e = Columns::Constant(3, 4, 1e-9);
+      e.data()[k] = NaN;
+      auto norm = norm_of<Columns>({.rtol = 0.01, .atol = 0.0, .norm = which}, y);
+      CHECK_FALSE(norm(e, y, y).size() <= 1);
+    }
+  const Columns all = Columns::Constant(3, 4, NaN);
+  CHECK_FALSE(norm_of<Columns>({.norm = Norm::particle}, y)(all, y, y).size() <= 1);
+}
+
+TEST_CASE("an empty state has no error") {
+  const Vec none(0);
+  CHECK(norm_of<Vec>({}, none)(none, none, none).size() == 0);
+  CHECK(norm_of<Vec>({.norm = Norm::particle}, none)(none, none, none).size() == 0);
+}
+
+TEST_CASE("floats far from one neither overflow nor vanish") {
+  // Weighted squares of 1e25 do not fit a float, those of 1e-25 are nothing in one.
+  using V = Eigen::VectorXf;
+  const V y = V::Constant(2, 1);
+  auto norm = norm_of<V>({.rtol = 0.01, .atol = 0.0}, y);
+  CHECK(norm(V::Constant(2, 1e23f), y, y).size() == Approx(1e25).epsilon(1e-5));
+  CHECK(norm(V::Constant(2, 1e-27f), y, y).size() == Approx(1e-25).epsilon(1e-5));
+}
