@@ -3,13 +3,14 @@
 #pragma once
 
 // IWYU pragma: begin_exports
+#include "phistep/base/version.hpp"  // first: it refuses what would break the others
 
-#include "phistep/base/state/field.hpp"
-#include "phistep/base/state/ranks.hpp"
-#include "phistep/embed/array_field.hpp"
-#include "phistep/embed/field_fixed_point.hpp"
-#include "phistep/embed/field_linearisation.hpp"
-#include "phistep/embed/field_solver.hpp"
-#include "phistep/io/rank_checkpoint.hpp"
-#include "phistep/phistep.hpp"
+#include "phistep/base/state/field.hpp"           // Field: a block of such numbers
+#include "phistep/base/state/ranks.hpp"           // one decision for all ranks
+#include "phistep/embed/array_field.hpp"          // the operations of a field in arrays
+#include "phistep/embed/field_fixed_point.hpp"    // fixed-point iteration
+#include "phistep/embed/field_linearisation.hpp"  // Newton's iteration
+#include "phistep/embed/field_solver.hpp"         // what solves its linear equations
+#include "phistep/io/rank_checkpoint.hpp"         // a checkpoint over ranks
+#include "phistep/phistep.hpp"                    // states, steppers, schemes, the loop
 // IWYU pragma: end_exports

@@ -1,41 +1,10 @@
 /// @file
-/// The loop: stepper × pace × observers, all the way.
+/// The loop: a stepper taken from t0 to exactly t1.
 #pragma once
 
+// IWYU pragma: begin_exports
 #include "phistep/base/version.hpp"  // first: it refuses what would break the others
 
-#include <type_traits>
-#include <utility>
-
-#include "phistep/base/state/blocks.hpp"
-#include "phistep/run.hpp"
-#include "phistep/run/control/run_arguments.hpp"
-
-namespace phistep { inline namespace PHISTEP_ABI {
-
-/// Steps `state` from span.t0 to exactly span.t1, forward or backward.
-/// @param control    fixed(dt), tolerance{.rtol = 1e-6, .atol = 1e-9}, iteration_control{…} or smaller_of(both)
-/// @param observers  called at t0 and after every step as observer(t, state); one that returns false ends the run. An
-///                   observer callable as observer(step) sees a CompletedStep instead, from the first step on; begin(t0,
-///                   state), if it has that, comes before. at_times and sampled look at given times, event at roots.
-/// @return outcome, time reached, counts; on failure the state is that of the last good step
-template <class Stepper, class S, class Control, class... Observers>
-  requires(!State<Stepper>)
-RunReport integrate(Stepper& stepper, S&& state, typename SpanOf<std::remove_reference_t<S>>::type span,
-                    const Control& control, Observers&&... observers) {
-  static_assert(StateRefusal<MutableState<S>, std::remove_reference_t<S>>::is_said);
-  if constexpr (MutableState<S>)
-    return Run<Stepper, std::remove_reference_t<S>, Control, Observers...>{stepper, state, span, control,
-                                                                           std::forward<Observers>(observers)...}
-        .finish();
-  else return {};
-}
-/// No run: says how times are given.
-template <class Stepper, class S, class T, class... Rest>
-  requires std::is_arithmetic_v<T> RunReport integrate(Stepper&, S&&, T, Rest&&...) {
-    static_assert(!std::is_arithmetic_v<T>,
-                  "phistep: the times of a run go in braces: integrate(stepper, state, {t0, t1}, fixed(dt))");
-    return {};
-  }
-
-}}  // namespace phistep::PHISTEP_ABI
+#include "phistep/run/integrate.hpp"  // integrate(stepper, state, {t0, t1}, control, observers…)
+#include "phistep/run/run.hpp"        // Run: the same, step by step
+// IWYU pragma: end_exports

@@ -5,9 +5,9 @@
 // IWYU pragma: begin_exports
 #include "phistep/base/version.hpp"  // first: it refuses what would break the others
 
-#include "phistep/io/checkpoint.hpp"
-#include "phistep/io/csv.hpp"
-#include "phistep/io/extended_xyz.hpp"
-#include "phistep/io/progress.hpp"
-#include "phistep/io/vtk.hpp"
+#include "phistep/io/checkpoint.hpp"    // save and load a run
+#include "phistep/io/csv.hpp"           // tables
+#include "phistep/io/extended_xyz.hpp"  // frames of particles, for OVITO and ASE
+#include "phistep/io/progress.hpp"      // how far a run has come
+#include "phistep/io/vtk.hpp"           // particles, grids and meshes, for ParaView and PyVista
 // IWYU pragma: end_exports

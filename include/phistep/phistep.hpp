@@ -1,55 +1,60 @@
 /// @file
-/// phistep: the φ-method for ODEs and motion. Needs Eigen and nothing else.
-/// Sparse Jacobians: phistep/sparse.hpp; automatic differentiation: phistep/autodiff.hpp; files, progress: phistep/io.hpp.
+/// phistep: the φ-method for ODEs and motion. Needs Eigen and nothing else. Beside it: sparse.hpp, krylov.hpp, autodiff.hpp;
+/// automatic.hpp, advise.hpp, preflight.hpp; particles.hpp; io.hpp; in_place.hpp, fields.hpp; all.hpp.
 #pragma once
 
 // IWYU pragma: begin_exports
-
-#include "phistep/base/facts/phi.hpp"
-#include "phistep/base/outcome/outcome.hpp"
-#include "phistep/base/outcome/statistics.hpp"
-#include "phistep/base/outcome/step_report.hpp"
-#include "phistep/base/state/blocks.hpp"
-#include "phistep/base/state/motion.hpp"
-#include "phistep/force/annotate.hpp"
-#include "phistep/force/at.hpp"
-#include "phistep/force/drag.hpp"
-#include "phistep/force/energy.hpp"
-#include "phistep/force/gravity.hpp"
-#include "phistep/force/linear.hpp"
-#include "phistep/force/local.hpp"
-#include "phistep/force/seldom.hpp"
-#include "phistep/force/sum.hpp"
-#include "phistep/force/uniform_force.hpp"
-#include "phistep/integrate.hpp"
-#include "phistep/linear/banded/banded_system.hpp"
-#include "phistep/particles/springs/springs.hpp"
-#include "phistep/run.hpp"
-#include "phistep/run/control/fixed_step.hpp"
-#include "phistep/run/control/iteration_control.hpp"
-#include "phistep/run/errors/tolerance.hpp"
-#include "phistep/run/observers/at_times.hpp"
-#include "phistep/run/observers/completed_step.hpp"
-#include "phistep/run/observers/event.hpp"
-#include "phistep/run/observers/every.hpp"
-#include "phistep/run/observers/recorder.hpp"
-#include "phistep/run/stepper/halving.hpp"
-#include "phistep/run/stepper/phi_stepper.hpp"
-#include "phistep/schemes/composed.hpp"
-#include "phistep/schemes/kick_drift.hpp"
-#include "phistep/schemes/nystrom/nystrom.hpp"
-#include "phistep/schemes/phi.hpp"
-#include "phistep/schemes/radau/radau.hpp"
-#include "phistep/schemes/rannacher.hpp"
-#include "phistep/schemes/rosenbrock.hpp"
-#include "phistep/schemes/runge_kutta/runge_kutta.hpp"
-#include "phistep/schemes/tr_bdf2.hpp"
-#include "phistep/schemes/velocity_verlet.hpp"
-#include "phistep/step/mass/mass.hpp"
-#include "phistep/step/solve/fixed_point.hpp"
-#include "phistep/step/solve/newton.hpp"
-#include "phistep/study/checks/check_force.hpp"
-#include "phistep/study/checks/check_jacobian.hpp"
-#include "phistep/study/checks/make_consistent.hpp"
-#include "phistep/study/energy/energy_ledger.hpp"
+#include "phistep/base/version.hpp"  // first: it refuses what would break the others
+// State, stepper, loop, and what they report.
+#include "phistep/base/outcome/outcome.hpp"      // how a step or a run ended
+#include "phistep/base/outcome/statistics.hpp"   // counts of the work done
+#include "phistep/base/outcome/step_report.hpp"  // what step(y, t, dt) returns
+#include "phistep/base/state/blocks.hpp"         // what a state is: an Eigen vector or a struct of blocks
+#include "phistep/base/state/motion.hpp"         // Motion{r, v}
+#include "phistep/run/integrate.hpp"             // integrate(stepper, y, {t0, t1}, control, observers…)
+#include "phistep/run/run.hpp"                   // Run: the same, step by step
+#include "phistep/run/stepper/halving.hpp"       // Halving{stepper}: a step that fails is done in halves
+#include "phistep/run/stepper/phi_stepper.hpp"   // PhiStepper{y, force, scheme, mass, solver}
+#include "phistep/step/mass/mass.hpp"            // mass(m), capacity(C): a number, a vector, a matrix
+// Control and observers.
+#include "phistep/run/control/fixed_step.hpp"         // fixed(dt)
+#include "phistep/run/control/iteration_control.hpp"  // Δt by how many iterations a solve takes
+#include "phistep/run/errors/tolerance.hpp"           // tolerance{.rtol, .atol}
+#include "phistep/run/observers/at_times.hpp"         // at_times, sampled: at given times
+#include "phistep/run/observers/completed_step.hpp"   // CompletedStep: both ends of a step, and what lies between
+#include "phistep/run/observers/event.hpp"            // event: at roots of g(t, y)
+#include "phistep/run/observers/every.hpp"            // every(interval, f)
+#include "phistep/run/observers/recorder.hpp"         // Recorder: keeps t and y
+// Schemes.
+#include "phistep/schemes/composed.hpp"         // composed(scheme): order 8 of symmetric ones
+#include "phistep/schemes/kick_drift.hpp"       // srkn6b, srkn11b: symplectic, for m v' = Ψ(r)
+#include "phistep/schemes/nystrom/nystrom.hpp"  // rkn86, rkn1210: explicit, for m v' = Ψ(r)
+#include "phistep/schemes/phi.hpp"  // phi(φ), forward_euler, trapezoidal, midpoint, backward_euler, symplectic_euler
+#include "phistep/schemes/radau/radau.hpp"              // radau: stiff, any number of stages
+#include "phistep/schemes/rannacher.hpp"                // rannacher: trapezoidal after a damped start
+#include "phistep/schemes/rosenbrock.hpp"               // rodas4, rodas4p2, rodas5p: linearly implicit
+#include "phistep/schemes/runge_kutta/runge_kutta.hpp"  // tsit5, dop853: explicit
+#include "phistep/schemes/tr_bdf2.hpp"                  // tr_bdf2: order 2, L-stable
+#include "phistep/schemes/velocity_verlet.hpp"          // velocity_verlet
+// Forces.
+#include "phistep/force/annotate.hpp"       // what a lambda can't say of itself: affine(f), banded(…), symmetric(f)
+#include "phistep/force/at.hpp"             // at(φ, term): a term with a φ of its own
+#include "phistep/force/drag.hpp"           // LinearDrag, QuadraticDrag
+#include "phistep/force/energy.hpp"         // with_energy(f, V)
+#include "phistep/force/gravity.hpp"        // Gravity
+#include "phistep/force/linear.hpp"         // linear(K), linear(K, C): a matrix
+#include "phistep/force/local.hpp"          // local(f): one particle's force, for each
+#include "phistep/force/seldom.hpp"         // seldom(k, term): once in k inner steps
+#include "phistep/force/sum.hpp"            // sums of terms
+#include "phistep/force/uniform_force.hpp"  // UniformForce
+#include "phistep/particles/springs/springs.hpp"  // spring_network(springs)
+// Solvers.
+#include "phistep/linear/banded/banded_system.hpp"  // band matrices
+#include "phistep/step/solve/fixed_point.hpp"       // fixed_point(): no Jacobian, no matrix
+#include "phistep/step/solve/newton.hpp"            // Newton's iteration
+// Checks.
+#include "phistep/study/checks/check_force.hpp"      // check_force: is it a function of its argument?
+#include "phistep/study/checks/check_jacobian.hpp"   // check_jacobian: against differences
+#include "phistep/study/checks/make_consistent.hpp"  // make_consistent: starts of differential-algebraic equations
+#include "phistep/study/energy/energy_ledger.hpp"    // EnergyLedger: where a motion's energy went
 // IWYU pragma: end_exports

@@ -1,5 +1,5 @@
 // run, every scalar. The quick half is run.test.cpp.
-#include "run_cases.hpp"
+#include "run/run_cases.hpp"
 
 using namespace run_cases;
 

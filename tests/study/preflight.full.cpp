@@ -1,5 +1,5 @@
 // preflight, the full list of scenes. The quick half is preflight.test.cpp.
-#include "preflight_cases.hpp"
+#include "study/preflight_cases.hpp"
 
 using namespace preflight_cases;
 

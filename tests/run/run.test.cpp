@@ -3,7 +3,7 @@
 #include <memory>
 #include <utility>
 
-#include "run_cases.hpp"
+#include "run/run_cases.hpp"
 #include "support/shared_force.hpp"
 
 using namespace run_cases;

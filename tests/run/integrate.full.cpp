@@ -1,5 +1,5 @@
 // integrate, every scheme. The quick half is integrate.test.cpp.
-#include "integrate_cases.hpp"
+#include "run/integrate_cases.hpp"
 
 using namespace integrate_cases;
 

@@ -1,5 +1,5 @@
 // What is advised, and how stiffness is found out.
-#include "advise_cases.hpp"
+#include "study/advise_cases.hpp"
 #include "support/shared_force.hpp"
 
 using namespace advise_cases;

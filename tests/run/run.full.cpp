@@ -1,5 +1,5 @@
 // run, every scheme: times, stops, counts. The quick half is run.test.cpp.
-#include "run_cases.hpp"
+#include "run/run_cases.hpp"
 
 using namespace run_cases;
 

@@ -1,5 +1,5 @@
 // Runs of fixed steps: times, counts, ends, observers.
-#include "integrate_cases.hpp"
+#include "run/integrate_cases.hpp"
 #include "support/shared_force.hpp"
 
 using namespace integrate_cases;

@@ -1,5 +1,5 @@
 // advise, on real problems. The quick half is advise.test.cpp.
-#include "advise_cases.hpp"
+#include "study/advise_cases.hpp"
 #include "problems/brusselator_1d.hpp"
 #include "problems/kepler.hpp"
 #include "problems/pollution.hpp"

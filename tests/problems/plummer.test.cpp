@@ -1,4 +1,4 @@
-#include "../examples/plummer.hpp"
+#include "../../examples/plummer.hpp"
 
 #include <phistep/base/numbers/pack.hpp>
 

@@ -1,5 +1,5 @@
 // run: views, observers, states that grow. The quick half is run.test.cpp.
-#include "run_cases.hpp"
+#include "run/run_cases.hpp"
 
 using namespace run_cases;
 

@@ -1,0 +1,329 @@
+/// @file
+/// A run, step by step: stepper × pace × observers. `integrate` is one that goes on to its end.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+#include "phistep/base/archive/archive.hpp"
+#include "phistep/base/archive/parts.hpp"
+#include "phistep/base/machine/only.hpp"
+#include "phistep/base/outcome/outcome.hpp"
+#include "phistep/base/outcome/statistics.hpp"
+#include "phistep/base/outcome/step_report.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/state/ranks.hpp"
+#include "phistep/run/control/fixed_step.hpp"
+#include "phistep/run/control/run_arguments.hpp"
+#include "phistep/run/control/run_clock.hpp"
+#include "phistep/run/control/run_report.hpp"
+#include "phistep/run/inside/interpolant_trust.hpp"
+#include "phistep/run/inside/look_inside.hpp"
+#include "phistep/run/observers/completed_step.hpp"
+#include "phistep/run/observers/event_cut.hpp"
+#include "phistep/run/observers/event_set.hpp"
+#include "phistep/run/observers/observers.hpp"
+#include "phistep/run/stepper/step_attempt.hpp"
+#include "phistep/step/transaction/edit_guard.hpp"
+#include "phistep/step/transaction/transaction.hpp"
+
+namespace phistep { inline namespace PHISTEP_ABI {
+
+/// A run from span.t0 to exactly span.t1 that stops between steps whenever the caller likes:
+///
+///     Run run{stepper, state, {0.0, 10.0}, tolerance{.rtol = 1e-6}, observers…};
+///     while (run.advance()) …                                  // one accepted step each; edit the state if you must
+///     std::cout << run.report();
+///
+/// It refers to the stepper, the state and those observers that are given as lvalues: they must outlive it.
+template <class Stepper, class S, class Control, class... Observers>
+class Run {
+ public:
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+  static constexpr const char* part_name = "run";
+
+  Run(Stepper& stepper, S& state, TimeSpan<std::type_identity_t<Scalar>> span, const Control& control,
+      Observers&&... observers)
+      : stepper_{stepper},
+        state_{state},
+        step_{stepper, state, span, pace_of<S>(control)},
+        observers_{std::forward<Observers>(observers)...},
+        events_{observers_.events()},
+        before_{stepper.statistics()} {}
+  Run(const Run&) = delete;
+  Run& operator=(const Run&) = delete;
+
+  /// One step, and what observers make of it. False once the run has ended, with report() telling how.
+  bool advance() { return step(true); }
+  /// All the way.
+  RunReport finish() {
+    // From here on only observers can edit the state between steps.
+    alone_ = sizeof...(Observers) == 0;
+    for (bool edited = true; step(edited) && go_on();) edited = !alone_;
+    return report();
+  }
+
+  /// The run, its stepper and its state: with the same options, forces and observers, a run that loads this goes on with
+  /// the bits that this one goes on with after forget_unsaved(). Of the observers, those that can be archived are.
+  void save(Writer& out) const {
+    with_parts(*this, [&out](auto&... part) { save_parts(out, part...); });
+    if constexpr (FieldState<Plain>) out("unedited", edits_.holds(time(), state_));
+  }
+  /// As PhiStepper's.
+  void forget_unsaved() requires HasUnsaved<Stepper> { stepper_.forget_unsaved(); }
+  /// @throws CheckpointError before anything has changed
+  template <class Then>
+  void load(Reader& in, Then&& then) {
+    if (!begun_ && step_.set_up() != Outcome::success)
+      throw CheckpointError("phistep: this run can't go on, its options can't work");
+    bool unedited = false;
+    const auto rest = [&] {
+      if constexpr (FieldState<Plain>) in("unedited", unedited);
+      then();
+    };
+    with_parts(*this, [&in, &rest](auto&... part) { load_parts(in, rest, part...); });
+    if constexpr (FieldState<Plain>) {  // the saved guard knew another vector
+      if (unedited) edits_.remember(time(), state_);
+      else edits_.forget();
+    }
+    // What was done to the stepper before is undone by what it has loaded.
+    if constexpr (requires { stepper_.changes(); }) changes_ = stepper_.changes();
+  }
+
+  [[nodiscard]] bool has_ended() const { return ended_; }
+  [[nodiscard]] Scalar time() const { return step_.clock().t(); }  ///< [time] where the state stands
+  [[nodiscard]] RunReport report() const {
+    RunReport report = report_;
+    report.t = static_cast<double>(time());
+    report.statistics = stepper_.statistics() - before_;
+    if constexpr (observed) {  // what it cost to look inside of steps was not done by the stepper itself
+      Statistics inside = report_.statistics;
+      inside.steps = inside.rejections = 0;
+      report.statistics = report.statistics + inside;
+    }
+    if constexpr (Pace::varies) {
+      // Where steps are doubled, the stepper counts three for each try.
+      report.statistics.steps = report_.statistics.steps;
+      report.statistics.rejections = report_.statistics.rejections;
+    }
+    return report;
+  }
+
+ private:
+  using Watchers = ObserverList<S, Observers...>;
+  using Pace = decltype(pace_of<S>(std::declval<const Control&>()));
+  using Events = EventsAmong<S, Observers...>;
+  using Found = typename Events::Found;
+  static constexpr bool has_events = Watchers::has_events, observed = Watchers::see_steps;
+  static constexpr bool minds_edits = Pace::sees_error || has_events;
+  static constexpr bool has_inside = std::is_copy_constructible_v<Stepper>;
+  static constexpr bool looks_inside = has_inside && Watchers::may_look_inside;
+  /// Without observers the stepper does steps of one length in one call.
+  static constexpr bool takes_several = [] {
+    if constexpr (requires { Stepper::takes_several; })
+      return Stepper::takes_several && !Pace::varies && sizeof...(Observers) == 0;
+    else return false;
+  }();
+  using Attempt = StepAttempt<Stepper, S, Pace, observed>;
+  using Look = Only<observed, LookInside<Attempt, looks_inside>>;
+
+  /// f(every part of a checkpoint …)
+  template <class Self, class F>
+  static void with_parts(Self& self, F&& f) {
+    std::apply(
+        [&](auto&... observer) {
+          f("clock", self.step_.clock(), "state", self.state_, "stepper", self.stepper_, "control", self.step_.pace(),
+            "report", self.report_, "counts_before", self.before_, "begun", self.begun_, "ended", self.ended_, "first",
+            self.first_, "left_at", self.edits_, "armed", self.events_, "trust", self.trust_, observer...);
+        },
+        Watchers::kept(self.observers_));
+  }
+
+  bool step(bool may_be_edited) {
+    if (ended_ || (!begun_ && !begin())) return false;
+    if (step_.is_at_end()) return end(Outcome::success);
+    const Origin origin = may_be_edited || first_ ? Origin::unknown : Origin::unedited;
+    if (minds_edits && origin == Origin::unknown && !take_edits()) return false;
+    step_.begin(has_events || (looks_inside && !is_sure_inside<Pace::sees_error>(stepper_)));
+    Scalar tried{0};
+    for (bool has_failed = false;;) {
+      if (!step_.pace().may_try()) return end(Outcome::too_many_steps);
+      Landing<Scalar> to = step_.pace().plan(step_.clock(), observers_.next_stop(time(), step_.clock().span().t1));
+      const Scalar length = std::abs(to.dt);
+      if (tried != 0 && length >= tried)  // the clock knows no shorter one
+        return end(has_failed ? report_.failure.outcome : Outcome::step_too_small);
+      tried = length;
+      Found found;
+      StepReport done = step_.attempt(to, origin);
+      if constexpr (has_events)
+        if (done) {
+          edits_.forget();  // if g throws, nothing is known of it
+          done = cut_(to, found);
+        }
+      if (failed(found.outcome)) return end(found.outcome);
+      if (done) {
+        if (has_failed) report_.failure = {};
+        return complete(to, found);
+      }
+      const Outcome outcome = step_.retry(done.outcome(), to, report_.limits);
+      // Where shorter and shorter steps fail, why they do is the story.
+      if (outcome == Outcome::step_too_small && has_failed) return end(report_.failure.outcome);
+      has_failed = done.outcome() != Outcome::error_too_large;
+      if (failed(outcome) || has_failed) report_.failure = done.failure();
+      if (failed(outcome)) return end(outcome);
+      report_.statistics.rejections += has_failed ? 0 : 1;
+    }
+  }
+
+  /// The steps of one length that lie ahead: nothing sees the states between them.
+  bool go_on() {
+    if constexpr (takes_several) {
+      if (ended_) return false;
+      const auto steps = step_.pace().ahead(step_.clock());
+      if (steps.count() == 0) return true;
+      const CountsSteps counts{*this, stepper_.statistics().steps};
+      const StepReport done = stepper_.steps(state_, steps, Origin::unedited);
+      if (done) return true;
+      report_.failure = done.failure();
+      return end(done.outcome());
+    } else {
+      return true;
+    }
+  }
+  /// What has been done when an exception ends it counts.
+  struct CountsSteps {
+    Run& run;
+    std::int64_t before;
+    ~CountsSteps() {
+      const std::int64_t n = run.stepper_.statistics().steps - before;
+      if (n == 0) return;
+      const Landing<Scalar> to = run.step_.pace().after(n);
+      run.step_.clock().move(to);
+      run.count(to);
+    }
+  };
+
+  bool begin() {
+    if (const Outcome bad = step_.begin_run(); failed(bad)) return end(bad);
+    if (!observers_.begin(time(), state_)) return end(Outcome::stopped_by_observer);
+    const Outcome armed = events_.begin(time(), state_);
+    begun_ = true;  // an exception of the force or of an observer leaves it to be done again
+    return !failed(armed) || end(armed);
+  }
+  /// Where state or stepper are not what the last step left: forgets what was kept of them. False where that ends the run.
+  bool take_edits() {
+    bool same = edits_.holds(time(), step_.plain());
+    if constexpr (requires { stepper_.changes(); })
+      same = std::exchange(changes_, stepper_.changes()) == stepper_.changes() && same;
+    if (same) return true;
+    trust_.forget();
+    if constexpr (Pace::sees_error)
+      if (!step_.pace().edited(step_.plain())) return end(Outcome::invalid_tolerance);
+    const Outcome armed = first_ ? Outcome::success : events_.rearm(time(), state_);
+    return !failed(armed) || end(armed);
+  }
+  /// The step is done, or several.
+  void count(const Landing<Scalar>& to) {
+    const double length = std::abs(static_cast<double>(to.dt));
+    step_.accepted(to, report_.limits);
+    first_ = false;
+    report_.statistics.steps += to.steps;
+    report_.smallest_dt = report_.largest_dt == 0 ? length : std::min(report_.smallest_dt, length);
+    report_.largest_dt = std::max(report_.largest_dt, length);
+  }
+  /// The step has become the state.
+  bool complete(const Landing<Scalar>& to, const Found& found) {
+    count(to);
+    if constexpr (minds_edits) {
+      if (alone_) edits_.forget();
+      else edits_.remember(time(), step_.plain());
+    }
+    bool wanted = true;
+    try {
+      wanted = show(to.dt);
+    } catch (...) {  // a bounce happens, whatever an observer thinks of it
+      if (const Outcome happened = happen(found); failed(happened)) end(happened);
+      throw;
+    }
+    if (const Outcome happened = happen(found); failed(happened)) return end(happened);
+    return (wanted || end(Outcome::stopped_by_observer)) && has_shown();
+  }
+  [[nodiscard]] bool show(Scalar dt) {
+    if constexpr (observed) {
+      if constexpr (!has_events) look_.begin(dt);
+      look_.check();
+      return observers_.look(
+          time(), state_,
+          CompletedStep<S, has_inside>{step_.t0(), dt, time(), step_.start(), step_.plain(), look_, step_.middle()});
+    } else {
+      return observers_.look(time(), state_, Absent<>{});
+    }
+  }
+  [[nodiscard]] Outcome happen(const Found& found) {
+    if (!found) return Outcome::success;
+    try {
+      return events_.happen(time(), state_);
+    } catch (...) {
+      edits_.forget();  // the next step looks where g stands
+      throw;
+    }
+  }
+  /// False, and the run ends, where a look inside the step failed.
+  [[nodiscard]] bool has_shown() {
+    if constexpr (observed) return !failed(look_.outcome()) || end(look_.outcome());
+    else return true;
+  }
+
+  /// Where it ends by a failure, what its tries have left goes with it.
+  bool end(Outcome outcome) {
+    if (failed(outcome) && outcome != Outcome::stopped_by_observer && outcome != Outcome::stopped_by_event)
+      step_.forget_solves();
+    ended_ = true;
+    if constexpr (FieldState<Plain>)  // a slope outside of steps may have been NaN because its force threw
+      if (failed(outcome) && outcome != Outcome::exception_elsewhere &&
+          !all_ranks(step_.plain(), !held_exception(stepper_)))
+        outcome = Outcome::exception_elsewhere;
+    report_.outcome = outcome;
+    if constexpr (Pace::varies)
+      if (outcome == Outcome::invalid_tolerance) report_.refused = step_.pace().refused();
+    if constexpr (FieldState<Plain>) held_exception(stepper_).rethrow();
+    return false;
+  }
+
+  Stepper& stepper_;
+  S& state_;
+  Attempt step_;
+  Watchers observers_;
+  [[no_unique_address]] Events events_;
+  Statistics before_;
+  RunReport report_;
+  bool begun_ = false, ended_ = false, first_ = true;
+  bool alone_ = false;  // no observers: the state cannot be edited between steps
+  TrustInside trust_;
+  std::int64_t changes_ = 0;
+  EditGuard<S, false, false> edits_;
+  [[no_unique_address]] Look look_{step_, trust_, report_};
+  [[no_unique_address]] Only<has_events, EventCut<Attempt, Look, Events>> cut_{step_, look_, events_};
+};
+
+/// No run: says why, and nothing else.
+template <class Stepper, class S, class Control, class... Observers>
+  requires(!CanRun<Stepper, S, Control>)
+class Run<Stepper, S, Control, Observers...> : RunRefusal<Stepper, S, Control> {
+ public:
+  Run(Stepper&, S&, typename SpanOf<S>::type, const Control&, Observers&&...) {}
+  bool advance() { return false; }
+  RunReport finish() { return {}; }
+  [[nodiscard]] RunReport report() const { return {}; }
+};
+
+template <class Stepper, class S, class Control, class... Observers>
+Run(Stepper&, S&&, typename SpanOf<std::remove_reference_t<S>>::type, const Control&, Observers&&...)
+    -> Run<Stepper, std::remove_reference_t<S>, Control, Observers...>;
+
+}}  // namespace phistep::PHISTEP_ABI
