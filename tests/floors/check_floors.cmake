@@ -1,7 +1,9 @@
 # cmake -DINCLUDE_DIR=<include> -P check_floors.cmake
 #
 # Reads every #include under include/phistep and holds it to the floors: a header includes only lower floors or its own
-# room, rooms on one floor do not see each other, no circles of headers or of folders, and phistep.hpp stays light.
+# room, rooms on one floor do not see each other, no circles of headers or of folders, and phistep.hpp stays light. The same
+# holds for registrations, which need no #include: a template is specialized in its own room or above it, and what a room
+# declares is defined there.
 
 cmake_minimum_required(VERSION 3.25)
 
@@ -16,22 +18,33 @@ set(floor_of_run 5)
 set(floor_of_study 6)
 set(floor_of_io 7)
 set(floor_of_umbrella 8)
-set(umbrellas phistep.hpp fields.hpp sparse.hpp autodiff.hpp krylov.hpp particles.hpp in_place.hpp io.hpp all.hpp)
 
 # What a user of phistep.hpp must not pay for. The middle three include sparse matrices by the back door.
 set(too_heavy "^(Eigen/(Sparse.*|Eigen|OrderingMethods|IterativeLinearSolvers|.*Support)|unsupported/.*|iostream)$")
 
 include("${CMAKE_CURRENT_LIST_DIR}/../support/problems.cmake")
 
-# The room is the folder; a header that lies in no folder is a room of its own, and the umbrellas share one.
+# The room is the folder; headers that lie in no folder are umbrellas, and share one.
 function(room_of header out)
   if(header MATCHES "^([^/]+)/")
     set(${out} "${CMAKE_MATCH_1}" PARENT_SCOPE)
-  elseif(header IN_LIST umbrellas)
-    set(${out} umbrella PARENT_SCOPE)
   else()
-    set(${out} "${header}" PARENT_SCOPE)
+    set(${out} umbrella PARENT_SCOPE)
   endif()
+endfunction()
+
+# Problems where header `from` (room `room`) reaches up, or sideways, to `target` by `what`.
+function(check_arrow from room target what)
+  room_of("${target}" target_room)
+  if(target_room STREQUAL room OR NOT DEFINED floor_of_${target_room})
+    return()
+  endif()
+  if(floor_of_${target_room} GREATER floor_of_${room})
+    problem("${from} (floor ${floor_of_${room}}): ${what} upward, ${target} (floor ${floor_of_${target_room}})")
+  elseif(floor_of_${target_room} EQUAL floor_of_${room})
+    problem("${from}: ${what} ${target}, a neighbour on floor ${floor_of_${room}}")
+  endif()
+  set(problems ${problems} PARENT_SCOPE)
 endfunction()
 
 cmake_path(ABSOLUTE_PATH INCLUDE_DIR)
@@ -43,6 +56,7 @@ if(NOT headers)
 endif()
 
 set(edges 0)
+set(registrations 0)
 foreach(header ${headers})
   room_of("${header}" room)
   if(NOT DEFINED floor_of_${room})
@@ -72,14 +86,21 @@ foreach(header ${headers})
     endif()
     list(APPEND includes_${header} "${target}")
 
-    room_of("${target}" target_room)
-    if(target_room STREQUAL room OR NOT DEFINED floor_of_${target_room})
+    check_arrow("${header}" "${room}" "${target}" includes)
+  endforeach()
+
+  # Classes and variables of namespace scope: specialized (before a <), declared alone (before a ;), defined.
+  file(STRINGS "${root}/${header}" classes REGEX "^((struct|class) |inline constexpr bool )[A-Za-z_0-9]+" ENCODING UTF-8)
+  foreach(line IN LISTS classes)
+    string(REGEX MATCH "^(struct |class |inline constexpr bool )([A-Za-z_0-9]+)(.?)" _ "${line}")
+    set(name "${CMAKE_MATCH_2}")
+    if(CMAKE_MATCH_3 STREQUAL "<")
+      list(APPEND specializes "${header}:${name}")
       continue()
     endif()
-    if(floor_of_${target_room} GREATER floor_of_${room})
-      problem("${header} (floor ${floor_of_${room}}): includes upward, ${target} (floor ${floor_of_${target_room}})")
-    elseif(floor_of_${target_room} EQUAL floor_of_${room})
-      problem("${header}: includes ${target}, a neighbour on floor ${floor_of_${room}}")
+    list(APPEND home_of_${name} "${header}")
+    if(line MATCHES "^(struct|class) [A-Za-z_0-9]+[^A-Za-z_0-9 {]$")
+      list(APPEND declares "${header}:${name}")
     endif()
   endforeach()
 
@@ -98,6 +119,20 @@ foreach(header ${headers})
       problem("${header}: an umbrella holds includes only")
     endif()
   endif()
+endforeach()
+
+# Registrations, arrows without an #include: from a specialization to its template, from a declaration to the definition.
+foreach(kind specializes declares)
+  foreach(one IN LISTS ${kind})
+    string(REGEX MATCH "^(.*):(.*)$" _ "${one}")
+    set(header "${CMAKE_MATCH_1}")
+    set(name "${CMAKE_MATCH_2}")
+    room_of("${header}" room)
+    foreach(target IN LISTS home_of_${name})
+      check_arrow("${header}" "${room}" "${target}" "${kind} ${name}")
+      math(EXPR registrations "${registrations} + 1")
+    endforeach()
+  endforeach()
 endforeach()
 
 # Circles: take away, again and again, every node that includes nothing that is left.
@@ -175,8 +210,16 @@ while(todo)
   endforeach()
 endwhile()
 
+# Each room says what it is for.
+file(GLOB rooms LIST_DIRECTORIES true RELATIVE "${root}" "${root}/*")
+foreach(room ${rooms})
+  if(IS_DIRECTORY "${root}/${room}" AND NOT EXISTS "${root}/${room}/README.md")
+    problem("${room}/: no README.md")
+  endif()
+endforeach()
+
 list(LENGTH headers count)
 if(problems GREATER 0)
   message(FATAL_ERROR "floors: ${problems} problem(s) in ${count} headers")
 endif()
-message(STATUS "floors: ${count} headers, ${edges} includes, in order")
+message(STATUS "floors: ${count} headers, ${edges} includes, ${registrations} registrations, in order")
