@@ -1,10 +1,10 @@
 // advise, on real problems. The quick half is advise.test.cpp.
-#include "study/advise_cases.hpp"
 #include "problems/brusselator_1d.hpp"
 #include "problems/kepler.hpp"
 #include "problems/pollution.hpp"
 #include "problems/robertson.hpp"
 #include "problems/van_der_pol.hpp"
+#include "study/advise_cases.hpp"
 
 using namespace advise_cases;
 

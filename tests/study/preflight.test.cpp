@@ -1,8 +1,8 @@
 // Preflight's Δt is stable, one and a half times it is not: on scenes that are run, not on formulas alone. And what it
 // says of terms, accuracy, contacts and nonsense.
 // All of preflight is half a minute of compiling, so this one file is the quick half of assess and stable_step, too.
-#include "study/preflight_cases.hpp"
 #include "study/assess_cases.hpp"
+#include "study/preflight_cases.hpp"
 #include "support/shared_force.hpp"
 
 using namespace phistep;

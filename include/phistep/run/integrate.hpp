@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/run/run.hpp"
 #include "phistep/run/control/run_arguments.hpp"
+#include "phistep/run/run.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

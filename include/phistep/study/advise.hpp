@@ -21,11 +21,11 @@
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/force/signature.hpp"
-#include "phistep/run/run.hpp"
 #include "phistep/run/choice/advised_problem.hpp"
 #include "phistep/run/choice/automatic_stepper.hpp"
 #include "phistep/run/choice/suitable_scheme.hpp"
 #include "phistep/run/errors/tolerance.hpp"
+#include "phistep/run/run.hpp"
 #include "phistep/step/mass/mass.hpp"
 #include "phistep/study/stability/report.hpp"
 

@@ -15,11 +15,11 @@
 #include <utility>
 
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/run/run.hpp"
 #include "phistep/run/choice/automatic_stepper.hpp"
 #include "phistep/run/choice/scheme_uses.hpp"
 #include "phistep/run/control/run_report.hpp"
 #include "phistep/run/errors/tolerance.hpp"
+#include "phistep/run/run.hpp"
 #include "phistep/step/mass/mass.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
