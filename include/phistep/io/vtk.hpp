@@ -111,9 +111,9 @@ struct VtkFile {
     const Index items = is_flat ? x.size() : x.cols();
     if (items != n) refuse_vtk(n, "an array " + name + " of " + std::to_string(items));
     out << "FIELD data 1\n" << std::hex;
-    for (const unsigned char c : name)
-      if (c > ' ' && c < 127 && c != '%' && c != '"') out << c;
-      else out << '%' << c / 16 << c % 16;
+    for (const char c : name)
+      if (const auto byte = static_cast<unsigned char>(c); byte > ' ' && byte < 127 && c != '%' && c != '"') out << c;
+      else out << '%' << byte / 16 << byte % 16;
     out << std::dec << ' ' << (is_flat ? 1 : x.rows()) << ' ' << n;
     numbers(x);
   }
