@@ -12,7 +12,7 @@
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/statistics.hpp"
 #include "phistep/core/version.hpp"
-#include "phistep/linear/dense_solver.hpp"
+#include "phistep/linear/dense_lu.hpp"
 #include "phistep/matrix/choice.hpp"
 #include "phistep/matrix/tangents.hpp"
 
@@ -47,9 +47,8 @@ class Sizes {
   return 0;
 }
 
-/// Dense W. @tparam constant  one factorization serves many solves: an inverse pays where n is small
-/// @tparam stages  one serves several
-template <class Scalar, int n, bool has_K, bool has_C, bool constant = false, bool stages = false>
+/// Dense W. @tparam constant  the force is affine: its residuals are compared with ‖W‖
+template <class Scalar, int n, bool has_K, bool has_C, bool constant = false>
 class DenseSystem : public Sizes {
  public:
   using Matrix = Eigen::Matrix<Scalar, n, n>;
@@ -99,7 +98,7 @@ class DenseSystem : public Sizes {
 
  private:
   Tangents<Matrix, has_K, has_C> tangents_;
-  SmallDenseSolver<Scalar, n, constant ? Solves::many : stages ? Solves::several : Solves::few> lu_;
+  DenseLu<Scalar, n> lu_;
 };
 
 /// Diagonal W: every component solves for itself. Off-diagonal entries never arrive here.
@@ -151,7 +150,7 @@ class DiagonalSystem : public Sizes {
 
 template <MatrixFacts facts, class Scalar, class Solver, class Force>
 struct SystemFor<SystemKind::dense, facts, Scalar, Solver, Force> {
-  using type = DenseSystem<Scalar, facts.n, facts.has_K, facts.has_C, facts.constant, facts.stages>;
+  using type = DenseSystem<Scalar, facts.n, facts.has_K, facts.has_C, facts.constant>;
 };
 template <MatrixFacts facts, class Scalar, class Solver, class Force>
 struct SystemFor<SystemKind::diagonal, facts, Scalar, Solver, Force> {

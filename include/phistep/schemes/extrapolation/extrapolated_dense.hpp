@@ -1,6 +1,6 @@
 /// @file
 /// Rows of linearly implicit Euler steps (extrapolated_implicit.hpp) where W is a dense matrix of few unknowns: in lanes,
-/// each with an inverse of its own. Ten and more solves a factorization are worth it at every size (linear/dense_solver.hpp).
+/// each with factors of its own.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,7 +13,7 @@
 #include "phistep/core/outcome.hpp"
 #include "phistep/core/version.hpp"
 #include "phistep/linear/column.hpp"
-#include "phistep/linear/dense_inverse.hpp"
+#include "phistep/linear/dense_lu.hpp"
 #include "phistep/schemes/extrapolation/extrapolated_lanes.hpp"
 #include "phistep/state/blocks.hpp"
 #include "phistep/state/unknowns.hpp"
@@ -38,7 +38,7 @@ class DenseImplicitEuler {
   using Data = RowData<Kernel>;
   static constexpr int n = static_unknowns<S>;
   using Vector = Eigen::Matrix<Scalar, n, 1>;
-  using Inverse = DenseInverse<Scalar, n>;
+  using Inverse = DenseLu<Scalar, n>;
   static constexpr bool drifts = Blocks<S>::drifts;
   struct Fixed {
     Inverse inverse;
