@@ -48,48 +48,4 @@ struct HandLu {
   }
 };
 
-/// Inverse by Gauss-Jordan elimination in place, whole columns at a time; a solve is a product.
-template <int n>
-struct HandInverse {
-  alignas(64) double a[n * n];
-
-  void factor(const double* A) {
-    int pivot[n];
-    for (int i = 0; i < n * n; ++i) a[i] = A[i];
-    for (int k = 0; k < n; ++k) {
-      int m = k;
-      double largest = std::fabs(a[k + k * n]);
-      for (int i = k + 1; i < n; ++i)
-        if (const double size = std::fabs(a[i + k * n]); size > largest) {
-          largest = size;
-          m = i;
-        }
-      pivot[k] = m;
-      if (m != k)
-        for (int j = 0; j < n; ++j) std::swap(a[k + j * n], a[m + j * n]);
-      const double r = 1 / a[k + k * n];
-      double c[n];
-      for (int i = 0; i < n; ++i) c[i] = a[i + k * n];
-      c[k] = 0;
-      for (int i = 0; i < n; ++i) a[i + k * n] = 0;
-      a[k + k * n] = 1;
-      for (int j = 0; j < n; ++j) {
-        const double w = a[k + j * n] * r;
-        a[k + j * n] = w;
-        for (int i = 0; i < n; ++i) a[i + j * n] -= c[i] * w;
-      }
-    }
-    for (int k = n - 1; k >= 0; --k)
-      if (pivot[k] != k)
-        for (int i = 0; i < n; ++i) std::swap(a[i + k * n], a[i + pivot[k] * n]);
-  }
-  void solve(double* b) const {
-    double x[n];
-    for (int i = 0; i < n; ++i) x[i] = 0;
-    for (int j = 0; j < n; ++j)
-      for (int i = 0; i < n; ++i) x[i] += a[i + j * n] * b[j];
-    for (int i = 0; i < n; ++i) b[i] = x[i];
-  }
-};
-
 }  // namespace small_dense

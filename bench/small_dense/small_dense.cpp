@@ -1,5 +1,5 @@
 /// @file
-/// Factorization and solve of dense n×n systems, n = 2 … 20: phistep's LU and inverse, the same by hand, Eigen, SUNDIALS.
+/// Factorization and solve of dense n×n systems, n = 2 … 20: phistep's LU, the same by hand, Eigen, SUNDIALS.
 ///
 /// factor    copies one matrix into the solver and factorizes it; its pivots lie on the diagonal, so no branch surprises
 /// pivoting  the same for 8 matrices in turn whose pivots lie anywhere, each elsewhere
@@ -24,7 +24,6 @@
 #include <type_traits>
 #include <vector>
 
-#include <phistep/step/matrix/dense_inverse.hpp>
 #include <phistep/step/matrix/dense_lu.hpp>
 
 #include "hand.hpp"
@@ -145,9 +144,7 @@ struct Sundials {
 template <int n>
 void for_each_rival(auto f) {
   f("phistep LU", std::type_identity<Phistep<phistep::DenseLu<double, n>>>{});
-  f("phistep inverse", std::type_identity<Phistep<phistep::DenseInverse<double, n>>>{});
   f("hand LU", std::type_identity<ByHand<small_dense::HandLu<n>>>{});
-  f("hand inverse", std::type_identity<ByHand<small_dense::HandInverse<n>>>{});
   f("Eigen LU", std::type_identity<EigenLu<n>>{});
   if constexpr (n <= 4) f("Eigen inverse", std::type_identity<EigenInverse<n>>{});
   f("Eigen dynamic", std::type_identity<EigenDynamic>{});
@@ -231,15 +228,13 @@ class Medians : public benchmark::ConsoleReporter {
           if (ns > 0) std::printf("%16.1f", ns);
           else std::printf("%16s", "-");
         }
-        std::printf("     LU %.2f inverse %.2f\n", of(n, "phistep LU", what) / of(n, "hand LU", what),
-                    of(n, "phistep inverse", what) / of(n, "hand inverse", what));
+        std::printf("%16.2f\n", of(n, "phistep LU", what) / of(n, "hand LU", what));
       }
     }
   }
 
  private:
-  static constexpr std::array names{"phistep LU", "phistep inverse", "hand LU",       "hand inverse",
-                                    "Eigen LU",   "Eigen inverse",   "Eigen dynamic", "SUNDIALS"};
+  static constexpr std::array names{"phistep LU", "hand LU", "Eigen LU", "Eigen inverse", "Eigen dynamic", "SUNDIALS"};
   [[nodiscard]] double of(int n, const char* name, const char* what) const {
     const auto found = ns_.find("n=" + std::to_string(n) + "/" + name + "/" + what);
     return found == ns_.end() ? 0 : found->second;

@@ -48,7 +48,7 @@ TEST_CASE("choice: each row is the first that takes some matrix") {
   static_assert(kind({.structure = sparse}) == SystemKind::sparse_either);
   static_assert(kind({.structure = sparse, .iterated = true, .differenced = true}) == SystemKind::sparse_either);
   static_assert(kind({.structure = sparse, .constant = true, .differenced = true}) == SystemKind::sparse_either);
-  static_assert(kind({.structure = sparse, .stages = true, .differenced = true}) == SystemKind::sparse);
+  static_assert(kind({.structure = sparse, .differenced = true}) == SystemKind::sparse);
   static_assert(kind({.structure = sparse, .iterated = true, .shifted = true}) == SystemKind::sparse);
 
   std::set<SystemKind> kinds;

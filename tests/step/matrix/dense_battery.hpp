@@ -165,7 +165,7 @@ void for_sizes(const std::function<void(int, const Make&)>& check, auto sizes) {
   (sizes);
 }
 
-/// |L||U| of PA = LU with row pivoting, and where P takes the rows; and |L||U||U⁻¹||U|.
+/// |L||U| of PA = LU with row pivoting, and where P takes the rows.
 struct Elimination {
   explicit Elimination(Matrix A) {
     const Eigen::Index n = A.rows();
@@ -182,22 +182,15 @@ struct Elimination {
         for (Eigen::Index j = k + 1; j < n; ++j) A(i, j) -= A(i, k) * A(k, j);
       }
     }
-    Matrix L = identity(static_cast<int>(n)), U = Matrix::Zero(n, n), inverse = U;
+    Matrix L = identity(static_cast<int>(n)), U = Matrix::Zero(n, n);
     for (Eigen::Index j = 0; j < n; ++j)
       for (Eigen::Index i = 0; i < n; ++i) (i > j ? L : U)(i, j) = A(i, j);
-    for (Eigen::Index j = 0; j < n; ++j)
-      for (Eigen::Index i = j; i >= 0; --i) {
-        long double sum = i == j ? 1 : 0;
-        for (Eigen::Index k = i + 1; k <= j; ++k) sum -= U(i, k) * inverse(k, j);
-        inverse(i, j) = sum / U(i, i);
-      }
     const Matrix sorted = times(absolute(L), absolute(U));
     product.resize(n, n);
     for (Eigen::Index i = 0; i < n; ++i)
       for (Eigen::Index j = 0; j < n; ++j) product(from[static_cast<std::size_t>(i)], j) = sorted(i, j);
-    gauss_jordan = times(product, times(absolute(inverse), absolute(U)));
   }
-  Matrix product, gauss_jordan;
+  Matrix product;
 };
 
 /// The vector that |A x − b| ≤ 8 n u · bound is held to, row by row. It contains the growth of the elimination, as bounds

@@ -20,7 +20,6 @@ struct MatrixFacts {
   bool has_C = false;           ///< ∂Ψ/∂v (or ∂Ψ/∂y) is there
   bool symmetric = false;       ///< K, C and M are
   bool constant = false;        ///< the force is affine: K and C never change, one factorization serves many solves
-  bool stages = false;          ///< each factorization serves several solves
   bool iterated = false;        ///< Newton's iteration corrects what the matrix's error leaves
   bool shifted = false;         ///< with K and C several complex matrices are factorized (lane_system.hpp)
   int block = 0;                ///< rows of a particle's block, 0 where there is none

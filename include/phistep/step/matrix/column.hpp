@@ -41,8 +41,6 @@ class Column {
   using Rest = Column<Scalar, size - width, (first > width ? first - width : 0), width, offset + width>;
 
  public:
-  static constexpr int packs = (used ? 1 : 0) + Rest::packs;
-
   Column() = default;
   [[gnu::always_inline]] explicit Column(const Scalar* from) : rest_(from + width) {
     if constexpr (used) part_ = P::load(from);
@@ -62,19 +60,9 @@ class Column {
     if constexpr (used && first > 0) part_ = select(from_row(first), part_, P{0});
     rest_.clear_above();
   }
-  template <int row>
-  [[gnu::always_inline]] void set(Scalar value) {
-    if constexpr (row < width) part_ = select(rows() == P{row}, P{value}, part_);
-    else rest_.template set<row - width>(value);
-  }
   [[gnu::always_inline]] void scale(Scalar factor) {
     if constexpr (used) part_ *= P{factor};
     rest_.scale(factor);
-  }
-  /// this ← this + x
-  [[gnu::always_inline]] void add(const Column& x) {
-    if constexpr (used) part_ += x.part_;
-    rest_.add(x.rest_);
   }
   /// this ← this + factor x
   [[gnu::always_inline]] void add(Scalar factor, const Column& x) {
@@ -82,23 +70,22 @@ class Column {
     rest_.add(factor, x.rest_);
   }
 
-  /// The row ≥ `from` with the largest modulus, the first of equals.
+  /// The row ≥ `first` with the largest modulus, the first of equals.
   ///
   /// Comparing one by one is a chain that takes longer than the elimination which it serves. Instead the lowest 5 bits of
   /// each modulus give way to its row, so that one maximum, in vector operations, yields both. The pivot may so be
   /// smaller than the largest by 2⁵ ulp: the multipliers exceed 1 by no more. A NaN need not be found (it spreads), but must
-  /// not lose to what lies above `from`: where one is compared, the later rows win.
-  template <int from = first>
+  /// not lose to what lies above `first`: where one is compared, the later rows win.
   [[nodiscard]] [[gnu::always_inline]] int largest() const {
-    if constexpr (size - from == 1) {
-      return from;
+    if constexpr (size - first == 1) {
+      return first;
     } else if constexpr (sizeof(Scalar) > 8) {
       Scalar x[size];
       store(x);
       return static_cast<int>(
-          std::max_element(x + from, x + size, [](Scalar a, Scalar b) { return std::abs(a) < std::abs(b); }) - x);
+          std::max_element(x + first, x + size, [](Scalar a, Scalar b) { return std::abs(a) < std::abs(b); }) - x);
     } else {
-      return small_dense_limit - 1 - static_cast<int>(std::bit_cast<Bits>(largest_key<from>()) & row_bits);
+      return small_dense_limit - 1 - static_cast<int>(std::bit_cast<Bits>(largest_key<first>()) & row_bits);
     }
   }
 
@@ -150,14 +137,12 @@ class Column {
 template <class Scalar, int widest, int offset>
 class Column<Scalar, 0, 0, widest, offset> {
  public:
-  static constexpr int packs = 0;
   Column() = default;
   explicit Column(const Scalar*) {}
   void store(Scalar*) const {}
   void store_below(Scalar*) const {}
   void clear_above() {}
   void scale(Scalar) {}
-  void add(const Column&) {}
   void add(Scalar, const Column&) {}
   [[nodiscard]] static Scalar join(auto&, auto&) { return 0; }
 };

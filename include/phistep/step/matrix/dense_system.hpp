@@ -13,7 +13,7 @@
 #include "phistep/base/outcome/statistics.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/step/matrix/choice.hpp"
-#include "phistep/step/matrix/dense_solver.hpp"
+#include "phistep/step/matrix/dense_lu.hpp"
 #include "phistep/step/matrix/tangents.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
@@ -47,9 +47,8 @@ class Sizes {
   return 0;
 }
 
-/// Dense W. @tparam constant  one factorization serves many solves: an inverse pays where n is small
-/// @tparam stages  one serves several
-template <class Scalar, int n, bool has_K, bool has_C, bool constant = false, bool stages = false>
+/// Dense W. @tparam constant  the force is affine: its residuals are compared with ‖W‖
+template <class Scalar, int n, bool has_K, bool has_C, bool constant = false>
 class DenseSystem : public Sizes {
  public:
   using Matrix = Eigen::Matrix<Scalar, n, n>;
@@ -94,7 +93,7 @@ class DenseSystem : public Sizes {
 
  private:
   Tangents<Matrix, has_K, has_C> tangents_;
-  SmallDenseSolver<Scalar, n, constant ? Solves::many : stages ? Solves::several : Solves::few> lu_;
+  DenseLu<Scalar, n> lu_;
 };
 
 /// Diagonal W: every component solves for itself. Off-diagonal entries never arrive here.
@@ -146,7 +145,7 @@ class DiagonalSystem : public Sizes {
 
 template <MatrixFacts facts, class Scalar, class Solver, class Force>
 struct SystemFor<SystemKind::dense, facts, Scalar, Solver, Force> {
-  using type = DenseSystem<Scalar, facts.n, facts.has_K, facts.has_C, facts.constant, facts.stages>;
+  using type = DenseSystem<Scalar, facts.n, facts.has_K, facts.has_C, facts.constant>;
 };
 template <MatrixFacts facts, class Scalar, class Solver, class Force>
 struct SystemFor<SystemKind::diagonal, facts, Scalar, Solver, Force> {

@@ -29,8 +29,8 @@ template <class Force>
 struct PatternOf {
   static constexpr auto pattern = Force::jacobian_pattern;
 };
-/// Whether a force names a pattern that spares at least half of a dense elimination's n³/3 products. Up to 8 rows the dense
-/// inverse is faster even then: its solves wait for nothing.
+/// Whether a force names a pattern that spares at least half of a dense elimination's n³/3 products. Up to 8 rows a dense
+/// one costs little.
 template <class Force, int n>
 inline constexpr bool has_sparse_pattern = false;
 template <class Force, int n>

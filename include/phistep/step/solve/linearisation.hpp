@@ -66,7 +66,6 @@ class Linearisation {
                     .has_C = has_C,
                     .symmetric = Traits::is_symmetric,
                     .constant = Traits::is_affine,
-                    .stages = stages,
                     .iterated = iterated,
                     .shifted = shifted,
                     .block = Traits::block,
