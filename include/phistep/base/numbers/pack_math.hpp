@@ -77,7 +77,7 @@ template <class Scalar, int width>
 
 template <class Scalar, int width>
 [[nodiscard]] Pack<Scalar, width> min(Pack<Scalar, width> a, std::type_identity_t<Pack<Scalar, width>> b) {
-  using P = Pack<Scalar, width>;
+  using P [[maybe_unused]] = Pack<Scalar, width>;
   [[maybe_unused]] constexpr auto bytes = detail::in_register<Scalar, width> ? sizeof(Scalar) * width : 0;
   // x86's minimum of (b, a) is b < a ? b : a, with NaN and −0 too; g++ 12 doesn't find it in the select.
 #if defined(__AVX512F__)
