@@ -114,7 +114,7 @@ concept State = (EigenDense<S> || FieldBlock<S> || BlockStruct<S>)&&!has_other_n
 template <class S>
 concept MutableState = State<std::remove_reference_t<S>> && std::is_lvalue_reference_v<S>;
 
-/// Base of a template X that consists of static_asserts: static_assert(X<…>::is_said) instantiates it, and the compiler shows
+/// Base of a class template made of static_asserts. A static_assert of its member `is_said` instantiates it, and the compiler shows
 /// the messages of those that fail.
 struct Refuses {
   static constexpr bool is_said = true;
