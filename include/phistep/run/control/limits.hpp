@@ -26,7 +26,7 @@ enum class LimitedBy : std::uint8_t {
 /// One reason, and the number of steps that it shortened.
 struct Limit {
   LimitedBy by = LimitedBy::nothing;
-  Component where;  ///< of an error: the component that most often was the worst
+  Component where;  ///< of an error: a component that ruled, that of more than half of the steps if there is one
   std::int64_t steps = 0;
 };
 
@@ -49,7 +49,7 @@ class Limits {
   }
   [[nodiscard]] std::int64_t steps() const { return std::accumulate(steps_.begin(), steps_.end(), std::int64_t{0}); }
 
-  /// "  dt limited by       the error, most often of component 3 of block 0, in 71 % of the steps"
+  /// "  dt limited by       the error, e.g. of component 3 of block 0, in 71 % of the steps"
   template <class OStream>
     requires requires(OStream& out) { out << "" << std::int64_t{}; }
   friend OStream& operator<<(OStream& out, const Limits& limits) {
@@ -58,7 +58,7 @@ class Limits {
     out << "  dt limited by       ";
     switch (most.by) {
       case LimitedBy::error:
-        out << "the error, most often of component " << most.where.index << " of block " << most.where.block;
+        out << "the error, e.g. of component " << most.where.index << " of block " << most.where.block;
         break;
       case LimitedBy::iterations:
         out << "the iterations of the implicit solve";
