@@ -24,6 +24,7 @@
 #include <cmath>
 #include <type_traits>
 
+#include "phistep/base/machine/only.hpp"
 #include "phistep/base/numbers/arithmetic.hpp"
 #include "phistep/base/numbers/finite_witness.hpp"
 #include "phistep/base/outcome/outcome.hpp"
@@ -160,8 +161,6 @@ class PreconditionedSystem : public SparseAssembly<Scalar, has_K, has_C> {
   [[nodiscard]] const Vector& weights() const { return weights_; }
 
  private:
-  struct Nothing {};
-
   void drop() {
     p_.drop();
     fits_ = false;
@@ -210,8 +209,8 @@ class PreconditionedSystem : public SparseAssembly<Scalar, has_K, has_C> {
   }
 
   Linear given_;
-  [[no_unique_address]] std::conditional_t<is_either, Eisenstat<Scalar>, Nothing> eisenstat_;  // where W's pattern fits
-  OwnSolver<P> p_;                                                                             // elsewhere
+  [[no_unique_address]] Only<is_either, Eisenstat<Scalar>> eisenstat_;  // where W's pattern fits
+  OwnSolver<P> p_;                                                      // elsewhere
   KrylovIteration<Scalar, Linear::method> iteration_;
   Vector r_, b_, weights_;
   Scalar made_for_{};        // γ_f

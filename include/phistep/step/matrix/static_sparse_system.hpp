@@ -14,6 +14,7 @@
 #include <string>
 #include <utility>
 
+#include "phistep/base/machine/only.hpp"
 #include "phistep/base/numbers/finite_witness.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/statistics.hpp"
@@ -95,8 +96,7 @@ class StaticSparseSystem : public Sizes {
       return slot >= 0 ? values[static_cast<std::size_t>(slot)] : Scalar{0};
     }
   };
-  struct Nothing {};
-  [[nodiscard]] static Nothing K() { return {}; }
+  [[nodiscard]] static Absent<> K() { return {}; }
   [[nodiscard]] Rates C() const { return {C_}; }
 
  private:
