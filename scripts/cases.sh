@@ -21,9 +21,11 @@ for file in $files; do
   esac
   [ $# -gt 0 ] || [ -f "$file" ] || continue
   name=${file#tests/}
+  # A section #if PHISTEP_FULL is of the tier full; what stands before a file's sections is of all of them, and holds no cases.
   show "$file" | NAME=${name%.*.cpp} TIER=$tier perl -0777 -ne '
-    while (/^(?:TEMPLATE_)?TEST_CASE(?:_[A-Z]+)*\(\s*((?:"(?:[^"\\]|\\.)*"\s*)+)/mg) {
-      my $case = $1;
+    while (/^(?:#(?:el)?if PHISTEP_(QUICK|FULL|STRESS)$|(?:TEMPLATE_)?TEST_CASE(?:_[A-Z]+)*\(\s*((?:"(?:[^"\\]|\\.)*"\s*)+))/mg) {
+      if ($1) { $ENV{TIER} = lc $1; next }
+      my $case = $2;
       $case =~ s/"\s*"//g;
       $case =~ s/^"|"\s*$//g;
       print "$case\t$ENV{NAME}\t$ENV{TIER}\n";

@@ -1,6 +1,6 @@
 #!/bin/sh
 # sh scripts/full.sh [ctest options]
-# What CI adds after scripts/test.sh, in the same build: the full matrices (tests/**/*.full.cpp), every header alone, all
+# What CI adds after scripts/test.sh, in the same build: the full tier of the tests, every header alone, all
 # examples, the pages' code, the fuzzers' corpora, the package as other projects meet it. CXX chooses the compiler.
 set -eu
 cd "$(dirname "$0")/.."

@@ -52,8 +52,9 @@ for patch in "$@"; do
   near=$(for header in $headers; do phistep_tests_of "$header"; done)
   near_full=
   for test in $near; do
-    for candidate in tests/"$test".full.cpp tests/"$test"_*.full.cpp; do
-      [ ! -f "$candidate" ] || near_full="$near_full full/$(echo "$candidate" | sed 's|^tests/||; s|\.full\.cpp$||')"
+    for candidate in tests/"$test".test.cpp tests/"$test".full.cpp tests/"$test"_*.full.cpp; do
+      case $candidate in *.test.cpp) grep -q '^#.*if PHISTEP_FULL$' "$candidate" || continue ;; esac
+      [ ! -f "$candidate" ] || near_full="$near_full full/$(echo "$candidate" | sed 's|^tests/||; s|\.[a-z]*\.cpp$||')"
     done
   done
   caught=

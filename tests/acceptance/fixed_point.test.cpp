@@ -1,15 +1,24 @@
 // Fixed-point iteration: contraction by exactly φ²a² on an oscillator, convergence up to a = 1/φ and not beyond. Beside
-// Newton, and of many unknowns: fixed_point.full.cpp.
+// Newton, and of many unknowns: the full tier.
 #include <phistep/phistep.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <random>
 
-#include "problems/oscillator.hpp"
 #include "support/catch.hpp"
+#if PHISTEP_QUICK
+#include "problems/oscillator.hpp"
+#endif
+#if PHISTEP_FULL
+#include "support/shared_force.hpp"
+#endif
 
 using namespace phistep;
+
+#if PHISTEP_QUICK
+
 using problems::Oscillator;
 
 namespace {
@@ -127,3 +136,133 @@ TEST_CASE("far beyond the radius of contraction: ten digits of y, or a refusal")
 TEST_CASE("mass matrices, float, a jump, a bad depth") {
   CHECK_THROWS_AS(fixed_point({.depth = 6}), std::invalid_argument);
 }
+
+#elif PHISTEP_FULL
+// Fixed-point iteration beside Newton's, and of many unknowns: acceleration, tolerances, Verlet, masses.
+
+using Vec = Eigen::VectorXd;
+
+TEST_CASE("plain iteration of y' = lambda y contracts by phi |z|") {
+  for (const double z : {-0.9, -0.5, 0.5}) {
+    Vec y = Vec::Constant(1, 1.0);
+    PhiStepper stepper{y, shared_force::OfState<Vec>{[z](const Vec& x) -> Vec { return z * x; }}, backward_euler,
+                       fixed_point({.max_iterations = 15, .depth = 0})};
+    const StepReport report = stepper.step(y, 0, 1);
+    REQUIRE_FALSE(report);
+    const Failure f = report.failure();
+    for (std::size_t k = 1; k < 15; ++k)
+      CHECK(std::abs(f.increments[k] / f.increments[k - 1] / std::abs(z) - 1) < 0.01);
+  }
+}
+
+TEST_CASE("acceleration needs fewer iterations than plain iteration, and reaches beyond its limit") {
+  // A chain of 40 springs, k = 1, m = 1: largest ω = 2, the contraction of plain iteration (φωΔt)².
+  const shared_force::OfState<Vec> chain = [](const Vec& r) -> Vec {
+    Vec f(r.size());
+    const Eigen::Index n = r.size();
+    for (Eigen::Index i = 0; i < n; ++i)
+      f[i] = (i > 0 ? r[i - 1] : 0.0) - 2 * r[i] + (i + 1 < n ? r[i + 1] : 0.0) - 0.1 * r[i] * r[i] * r[i];
+    return f;
+  };
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  Motion<Vec> begin{Vec(40), Vec(40)};
+  for (auto& x : begin.r) x = 0.3 * normal(random);
+  for (auto& x : begin.v) x = normal(random);
+  const auto iterations = [&](double dt, auto solver) {
+    Motion<Vec> y = begin, z = begin;
+    PhiStepper stepper{y, chain, midpoint, solver};
+    PhiStepper exact{z, chain, midpoint};
+    const StepReport report = stepper.step(y, 0, dt);
+    if (!report) return -1;
+    REQUIRE(exact.step(z, 0, dt));
+    CHECK((y.r - z.r).norm() <= 1e-14 * z.r.norm() * 20);
+    return report.iterations();
+  };
+  const int plain = iterations(0.8, fixed_point({.depth = 0})), mixed = iterations(0.8, fixed_point({.depth = 3}));
+  CAPTURE(plain, mixed);
+  CHECK(mixed > 0);
+  CHECK(plain > mixed);
+  CHECK(iterations(1.1, fixed_point({.depth = 0})) == -1);
+  CHECK(iterations(1.1, fixed_point({.depth = 5})) > 0);
+}
+
+TEST_CASE("a tolerance saves iterations and keeps its promise") {
+  const shared_force::OfState<Vec> pendulum = [](const Vec& r) -> Vec { return -r.array().sin(); };
+  Motion<Vec> y{Vec::Constant(1, 1.0), Vec::Zero(1)}, z = y, x = y;
+  PhiStepper loose{y, pendulum, trapezoidal, fixed_point({.rtol = 1e-4, .atol = 1e-6})};
+  PhiStepper tight{x, pendulum, trapezoidal, fixed_point()};
+  PhiStepper exact{z, pendulum, trapezoidal};
+  for (int k = 0; k < 10; ++k) {
+    REQUIRE(loose.step(y, 0, 0.2));
+    REQUIRE(tight.step(x, 0, 0.2));
+    REQUIRE(exact.step(z, 0, 0.2));
+  }
+  CHECK(loose.statistics().iterations < tight.statistics().iterations);
+  CHECK(std::abs(y.r[0] - z.r[0]) <= 10 * 1e-4);
+  CHECK(std::abs(x.r[0] - z.r[0]) <= 1e-14);
+}
+
+TEST_CASE("Verlet with a velocity-dependent force without a Jacobian serves any number of unknowns") {
+  // Coupled drag: each v is dragged by its neighbours', which no local force can say.
+  const auto force = [](const Vec& r, const Vec& v) -> Vec {
+    Vec f = -r - 0.5 * v;
+    const Eigen::Index n = v.size();
+    f.head(n - 1) += 0.2 * v.tail(n - 1);
+    return f;
+  };
+  const auto run = [&](Eigen::Index n, auto... solver) {
+    Motion<Vec> y{Vec::LinSpaced(n, 1, 2), Vec::LinSpaced(n, -1, 1)};
+    PhiStepper stepper{y, force, velocity_verlet, solver...};
+    for (int k = 0; k < 5; ++k) REQUIRE(stepper.step(y, 0, 0.1));
+    return std::pair{y, stepper.statistics()};
+  };
+  const auto [few, by_newton] = run(900);
+  const auto [same, by_iteration] = run(900, fixed_point());
+  CHECK(by_newton.jacobians > 0);
+  CHECK(by_iteration.jacobians == 0);
+  CHECK((few.v - same.v).norm() <= 1e-14 * few.v.norm());
+  const auto [many, counts] = run(5000);
+  CHECK(counts.jacobians == 0);
+  CHECK(counts.force_calls == 5 + counts.iterations);
+
+  // A stepper made for few may meet many, and the other way.
+  Motion<Vec> y{Vec::Ones(10), Vec::Ones(10)};
+  PhiStepper stepper{y, force, velocity_verlet};
+  REQUIRE(stepper.step(y, 0, 0.1));
+  y = {Vec::Ones(2000), Vec::Ones(2000)};
+  REQUIRE(stepper.step(y, 0, 0.1));
+  y = {Vec::Ones(10), Vec::Ones(10)};
+  REQUIRE(stepper.step(y, 0, 0.1));
+}
+
+TEST_CASE("mass matrices, float, a jump, a bad depth") {
+  SECTION("a dense mass matrix") {
+    Eigen::Matrix2d M;
+    M << 2, 0.5, 0.5, 1;
+    Motion<Vec> y{Vec::Ones(2), Vec::Zero(2)}, z = y;
+    const shared_force::OfState<Vec> f = [](const Vec& r) -> Vec { return -r.array().cube(); };
+    PhiStepper a{y, f, trapezoidal, mass(M), fixed_point()};
+    PhiStepper b{z, f, trapezoidal, mass(M)};
+    REQUIRE(a.step(y, 0, 0.3));
+    REQUIRE(b.step(z, 0, 0.3));
+    CHECK((y.r - z.r).norm() <= 1e-15);
+  }
+  SECTION("float") {
+    Motion<Eigen::VectorXf> y{Eigen::VectorXf::Ones(3), Eigen::VectorXf::Zero(3)};
+    PhiStepper a{y, [](const Eigen::VectorXf& r) -> Eigen::VectorXf { return -r; }, trapezoidal, fixed_point()};
+    REQUIRE(a.step(y, 0.0F, 0.5F));
+    CHECK(y.r[0] == Approx((1 - 0.0625) / (1 + 0.0625)).epsilon(1e-6));
+  }
+  SECTION("a jump has no fixed point: named, not endless") {
+    Vec y = Vec::Constant(1, 0.3);
+    const shared_force::OfState<Vec> jump = [](const Vec& x) -> Vec { return Vec::Constant(1, x[0] > 0 ? -1.0 : 1.0); };
+    PhiStepper a{y, jump, backward_euler, fixed_point()};
+    const StepReport report = a.step(y, 0, 1);
+    CHECK((report.outcome() == Outcome::iteration_stalled || report.outcome() == Outcome::iteration_diverged));
+    CHECK(y[0] == 0.3);
+  }
+  SECTION("depth") { CHECK_THROWS_AS(fixed_point({.depth = 6}), std::invalid_argument); }
+}
+
+#endif

@@ -1,5 +1,64 @@
-// One thread or two: the same bits, through neighbour lists made anew. Implicit, and over long runs: threads.full.cpp.
-#include "acceptance/threads_cases.hpp"
+// One thread or two: the same bits, through neighbour lists made anew. Implicit, and over long runs: the full tier.
+#include <phistep/particles.hpp>
+
+#include <omp.h>
+#include <cmath>
+#include <functional>
+#include <random>
+#include <string>
+
+#include "support/catch.hpp"
+
+using namespace phistep;
+using Atoms = Particles<double, 3>;
+
+namespace {
+
+/// A fluid of n³ atoms at LAMMPS' melt's density and temperature, periodic.
+Atoms fluid(int n) {
+  const double a = std::cbrt(1 / 0.8442);
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal(0, 1.2);
+  Eigen::Matrix3Xd r(3, n * n * n), v(3, n * n * n);
+  for (Index k = 0; k < r.cols(); ++k) {
+    r.col(k) << static_cast<double>(k % n), static_cast<double>(k / n % n), static_cast<double>(k / (n * n));
+    for (int b = 0; b < 3; ++b) v(b, k) = normal(random);
+  }
+  Atoms atoms{a * r, v.colwise() - v.rowwise().mean()};
+  atoms.set_box(Box<double, 3>::periodic(Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(n * a)));
+  return atoms;
+}
+
+/// Steps `atoms` so many times. Checks stand outside of the template.
+using Steps = std::function<std::string(Atoms& atoms, int steps, double dt)>;
+Steps by(auto make) {
+  return [make](Atoms& atoms, int steps, double dt) -> std::string {
+    auto stepper = make(atoms);
+    for (int n = 0; n < steps; ++n)
+      if (const StepReport report = stepper.step(atoms, dt * n, dt); !report) return report.message();
+    return "";
+  };
+}
+/// The end of `steps` steps with so many threads.
+Atoms run(int threads, Atoms atoms, int steps, double dt, const Steps& make) {
+  omp_set_num_threads(threads);
+  const std::string trouble = make(atoms, steps, dt);
+  if (!trouble.empty()) FAIL(trouble);
+  return atoms;
+}
+void check(const Atoms& start, int steps, double dt, const Steps& make) {
+  const Atoms one = run(1, start, steps, dt, make);
+  for (const int threads : {2, 3}) {
+    const Atoms more = run(threads, start, threads == 2 ? steps : steps / 10, dt, make);
+    const Atoms same = threads == 2 ? one : run(1, start, steps / 10, dt, make);
+    CHECK(more.r == same.r);
+    CHECK(more.v == same.v);
+  }
+}
+
+}  // namespace
+
+#if PHISTEP_QUICK
 
 TEST_CASE("Lennard-Jones by velocity Verlet, 300 steps") {
   // 1331 rows are three chunks: two threads share them.
@@ -66,3 +125,33 @@ TEST_CASE("grains on a floor: contacts, friction and walls of enough of them tha
     CHECK(more.omega == one.omega);
   }
 }
+
+#elif PHISTEP_FULL
+// One thread or two: the same bits, implicit and over long runs.
+
+TEST_CASE("Lennard-Jones by velocity Verlet, 10,000 steps") {
+  // 1331 rows are three chunks: two threads share them.
+  check(fluid(11), 10000, 0.004, by([](const Atoms& y) {
+          return PhiStepper{y, Pairs{LennardJones{}, 2.2, {.skin = 0.4}}, velocity_verlet};
+        }));
+}
+
+TEST_CASE("Lennard-Jones by the trapezoidal rule: Newton, conjugate gradients, the list as their pattern") {
+  check(fluid(9), 40, 0.02, by([](const Atoms& y) {
+          return PhiStepper{y, Pairs{LennardJones{}, 1.8, {.skin = 0.4}}, trapezoidal,
+                            newton({.rtol = 1e-6, .atol = 1e-9})};
+        }));
+}
+
+// Minutes long: acceptance_threads "[long]"
+TEST_CASE("over 10,000 steps, explicit and implicit", "[.long]") {
+  check(fluid(11), 10000, 0.004, by([](const Atoms& y) {
+          return PhiStepper{y, Pairs{LennardJones{}, 2.2, {.skin = 0.4}}, velocity_verlet};
+        }));
+  check(fluid(9), 10000, 0.02, by([](const Atoms& y) {
+          return PhiStepper{y, Pairs{LennardJones{}, 1.8, {.skin = 0.4}}, trapezoidal,
+                            newton({.rtol = 1e-6, .atol = 1e-9})};
+        }));
+}
+
+#endif

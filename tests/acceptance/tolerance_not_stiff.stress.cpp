@@ -1,5 +1,5 @@
-// A tolerance means what it says, as in tolerance.full.cpp: the trapezoidal rule on those that are not stiff. The quick half:
-// tolerance.test.cpp.
+// A tolerance means what it says, as in tolerance.test.cpp: the trapezoidal rule on those that are not stiff. The quick
+// half: tolerance.test.cpp.
 
 #include "acceptance/tolerance_cases.hpp"
 

@@ -1,4 +1,4 @@
-// A tolerance means what it says, as in tolerance.full.cpp: TR-BDF2 on the other five. The quick half:
+// A tolerance means what it says, as in tolerance.test.cpp: TR-BDF2 on the other five. The quick half:
 // tolerance.test.cpp.
 
 #include "acceptance/tolerance_cases.hpp"

@@ -1,6 +1,4 @@
 // The concepts, by yes and by no. (Must-not-compile cases: tests/compile.)
-#include <phistep/sparse.hpp>
-
 #include <complex>
 #include <functional>
 #include <string>
@@ -8,9 +6,17 @@
 
 #include "contract/states.hpp"
 #include "support/catch.hpp"
+#if PHISTEP_QUICK
+#include <phistep/sparse.hpp>
+#endif
+#if PHISTEP_FULL
+#include <phistep/phistep.hpp>
+#endif
 
 using namespace phistep;
 using namespace states;
+
+#if PHISTEP_QUICK
 
 // ---- State ----------------------------------------------------------------------------------------------------------
 static_assert(State<Fixed> && State<Dynamic> && State<Columns> && State<RowMajor> && State<Eigen::ArrayXd> &&
@@ -176,3 +182,20 @@ TEST_CASE("every order of optional arguments that the documentation shows deduce
     PhiStepper{y, force, trapezoidal, mass(2.0), newton()};
   });
 }
+
+#elif PHISTEP_FULL
+// Every spelling of a stepper that the documentation shows.
+
+using R = decltype([](const Dynamic& r) -> Dynamic { return r; });
+
+TEST_CASE("every order of optional arguments that the documentation shows deduces") {
+  Dynamic y = Dynamic::Ones(2);
+  const R force{};
+  CHECK(PhiStepper{y, force, trapezoidal}.step(y, 0, 0.1));
+  CHECK(PhiStepper{y, force, trapezoidal, mass(2.0)}.step(y, 0, 0.1));
+  CHECK(PhiStepper{y, force, trapezoidal, capacity(2.0)}.step(y, 0, 0.1));
+  CHECK(PhiStepper{y, force, trapezoidal, newton({.rtol = 1e-6})}.step(y, 0, 0.1));
+  CHECK(PhiStepper{y, force, trapezoidal, mass(2.0), newton()}.step(y, 0, 0.1));
+}
+
+#endif

@@ -1,5 +1,5 @@
-// Motions, restarted anywhere: schemes, splits, particles alone, forces with memory. All products, and networks:
-// restart_motion.full.cpp, restart_memory.stress.cpp, restart_split.stress.cpp, restart_net.stress.cpp.
+// Motions, restarted anywhere: schemes, splits, particles alone, forces with memory. All products, and networks: the
+// full tier, restart_memory.stress.cpp, restart_split.stress.cpp, restart_net.stress.cpp.
 #include <phistep/phistep.hpp>
 
 #include "contract/restart.hpp"
@@ -9,6 +9,8 @@
 
 using namespace phistep;
 using namespace restart_motion;
+
+#if PHISTEP_QUICK
 
 namespace {
 
@@ -51,3 +53,24 @@ TEST_CASE("states of the user's own") {
   const auto warm = [] { return states::Coupled{}.state; };
   check(uneven, warm, steps(states::WarmPull{}, forward_euler));
 }
+
+#elif PHISTEP_FULL
+// Motions, restarted anywhere: schemes, particles alone.
+
+TEST_CASE("every scheme of motion restarts to the same bits") {
+  states::for_each_motion_scheme([](const char* name, auto scheme) {
+    CAPTURE(name);
+    check(uneven, six, steps(states::DampedPull{}, scheme));
+    check(even, six, steps(Driven{}, scheme));
+  });
+}
+
+TEST_CASE("particles alone restart to the same bits") {
+  check(uneven, crowd, steps(local<3>(Well{}), tr_bdf2));
+  check(uneven, crowd, steps(local<3>(WellWithJacobian{}), phi(0.7), mass(2.0)));
+  const Statistics affine_each = check(even, crowd, steps(affine(local<3>(Shear{})), trapezoidal));
+  CHECK(affine_each.factorizations == 1);
+  check(uneven, crowd, steps(affine(local<3>(Shear{})), trapezoidal));
+}
+
+#endif

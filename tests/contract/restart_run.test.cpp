@@ -10,10 +10,17 @@
 #include "contract/restart_run.hpp"
 #include "contract/restart_run_cases.hpp"
 #include "support/catch.hpp"
+#if PHISTEP_STRESS
+#include "contract/states.hpp"
+#include "problems/hires.hpp"
+#include "problems/van_der_pol.hpp"
+#endif
 
 using namespace phistep;
 using restart_run::check;
 using namespace restart_run;
+
+#if PHISTEP_QUICK
 
 namespace {
 
@@ -44,3 +51,20 @@ TEST_CASE("observers that wait for times, and events, go on as they would have")
 }
 
 TEST_CASE("a state that is edited after a restart is noticed") { check_edit(three, brief); }
+
+#elif PHISTEP_STRESS
+// Controlled runs, restarted anywhere: controlled by their error.
+
+TEST_CASE("runs controlled by their error restart to the same bits") {
+  const tolerance control{.rtol = 1e-3, .atol = 1e-6};
+  CHECK(check(hires, steps(problems::Hires{}, tr_bdf2), 50, control) > 10);
+  check(hires, steps(problems::Hires{}, trapezoidal), 50, control);
+  check(hires, steps(problems::Hires{}, backward_euler), 5, control);
+  check(pol, steps(problems::VanDerPol{}, velocity_verlet), 8, control);
+  check(pol, steps(problems::VanDerPol{}, trapezoidal), 8, tolerance{.rtol = 1e-4});
+  check(positive, steps(decay, forward_euler), 1, control);
+  check(positive, steps(decay, phi_stage(0.7)), 1, control);  // by doubling
+  check(positive, steps(decay, rannacher(2)), 1, control);
+}
+
+#endif

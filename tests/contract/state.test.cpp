@@ -1,5 +1,5 @@
 // The contract of a state: the same numbers give the same steps in every shape, and views are stepped in place. All
-// shapes: state.full.cpp, state_implicit.full.cpp.
+// shapes: the full tier, state_implicit.full.cpp.
 #include <phistep/phistep.hpp>
 
 #include <cmath>
@@ -13,6 +13,8 @@
 
 using namespace phistep;
 using namespace states;
+
+#if PHISTEP_QUICK
 
 TEMPLATE_TEST_CASE("every shape of a first-order state gives the same trajectory", "", RowMajor, Strided, Reference) {
   check_first_order<TestType>(forward_euler, 0);
@@ -129,3 +131,18 @@ TEMPLATE_TEST_CASE("float, double and long double take the same steps, each to i
   for (int n = 0; n < 100; ++n) REQUIRE(stepper.step(y, static_cast<TestType>(n) / 10, TestType(1) / 10));
   CHECK(std::abs(static_cast<double>(y.v.squaredNorm() + y.r.squaredNorm() / 2) - 2.5) <= 2e-3);
 }
+
+#elif PHISTEP_FULL
+// The contract of a state, in every shape.
+
+TEMPLATE_TEST_CASE("every shape of a first-order state gives the same trajectory", "", Fixed, Columns, FixedColumns,
+                   RowMajor, Mapped, Strided, Structs, Reference) {
+  check_first_order<TestType>(forward_euler, 0);
+}
+
+TEMPLATE_TEST_CASE("every shape of a motion gives the same trajectory", "", Fixed, Columns, FixedColumns, RowMajor,
+                   Mapped, Strided, Structs, Reference) {
+  check_motion<TestType>(Pull{}, velocity_verlet, 0);
+}
+
+#endif

@@ -1,7 +1,46 @@
 // Forces given as matrices, and what annotations say of a lambda.
-#include "force/linear_cases.hpp"
+#include <phistep/sparse.hpp>
+
+#include <functional>
+
+#include "support/catch.hpp"
+
+using namespace phistep;
+using Vec = Eigen::VectorXd;
+using Mat = Eigen::MatrixXd;
+using Sparse = Eigen::SparseMatrix<double>;
+using Y = Motion<Vec>;
+
+namespace linear_cases {
+
+template <class F>
+using OfMotion = ForceTraits<F, MotionView<Vec, UnitMass>, Y::Rate>;
+template <class F>
+using OfVector = ForceTraits<F, FirstOrderView<Vec, UnitMass>, RateOf<Vec>>;
+
+inline const auto hooke = [](const Vec& r) -> Vec { return -2 * r; };
+using Hooke = decltype(hooke);
+inline double one(double) { return 1; }
+
+/// K and C at random, and a motion.
+struct Random {
+  Mat K = Mat::Random(6, 6), C = Mat::Random(6, 6);
+  Y y{Vec::LinSpaced(6, -1, 1), Vec::LinSpaced(6, 2, 3)};
+};
+/// Ψ at y: what a step of 1 adds to v.
+Vec psi(const Y& y, const auto& force) {
+  PhiStepper stepper{y, force, forward_euler};
+  Y next = y;
+  REQUIRE(stepper.step(next, 0, 1));
+  return next.v - y.v;
+}
+inline constexpr double rounding = 1e-14;
+
+}  // namespace linear_cases
 
 using namespace linear_cases;
+
+#if PHISTEP_QUICK
 
 TEST_CASE("linear(K, C) is K r + C v, dense or sparse, and its Jacobian is K and C") {
   const auto [K, C, y] = Random{};
@@ -51,3 +90,28 @@ TEST_CASE("patterns: a band, blocks with a short last one, a sparse matrix") {
   CHECK(from.row == std::vector<Eigen::Index>{0, 1, 2});
   CHECK_THROWS_AS(banded(hooke, -1, 0), std::invalid_argument);
 }
+
+#elif PHISTEP_FULL
+
+TEST_CASE("linear(K, C) is K r + C v, dense or sparse, and its Jacobian is K and C") {
+  const auto [K, C, y] = Random{};
+  CHECK((psi(y, linear(K)) - K * y.r).norm() <= rounding);
+  CHECK((psi(y, linear(Sparse(K.sparseView()), Sparse(C.sparseView()))) - K * y.r - C * y.v).norm() <= rounding);
+  CHECK(check_jacobian(linear(Sparse(K.sparseView()), Sparse(C.sparseView())), y));
+  CHECK(check_jacobian(linear(K), Vec(y.r)));
+}
+
+TEST_CASE("annotations are seen through each other, through term(…) and through sums; what they wrap keeps its form") {
+  const auto f = [](const Vec& y) -> Vec { return -y; };
+  Vec a = Vec::Ones(3), b = a, c = a;
+  PhiStepper plain{a, f, trapezoidal};
+  PhiStepper wrapped{b, affine(symmetric(f)), trapezoidal};
+  PhiStepper outside{c, affine(std::ref(f)), trapezoidal};
+  REQUIRE(plain.step(a, 0, 0.1));
+  REQUIRE(wrapped.step(b, 0, 0.1));
+  REQUIRE(outside.step(c, 0, 0.1));
+  CHECK((a - b).norm() <= 1e-15);
+  CHECK((b.array() == c.array()).all());
+}
+
+#endif

@@ -4,17 +4,80 @@
 #include <phistep/phistep.hpp>
 #include <phistep/schemes/respa.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
-#include "convergence/observed_order.hpp"
+#include "contract/states.hpp"
+#include "failure/faults.hpp"
 #include "problems/march.hpp"
-#include "schemes/respa_cases.hpp"
 #include "support/catch.hpp"
+#if PHISTEP_QUICK
+#include "convergence/observed_order.hpp"
 #include "support/shared_force.hpp"
+#endif
+#if PHISTEP_FULL
+#include "contract/restart.hpp"
+#endif
+
+namespace respa_cases {
+
+using namespace phistep;
+using Vec = Eigen::VectorXd;
+
+/// Friction by an anchor that follows; tells what was done with it.
+struct Slider : ForceTerm {
+  static constexpr const char* name = "slider";
+  struct Memory {
+    Vec anchor;
+    int begins = 0, commits = 0;
+    double last_dt = 0, last_end = 0;
+    void archive(auto& ar) {
+      ar("anchor", anchor, "begins", begins, "commits", commits, "last_dt", last_dt, "last_end", last_end);
+    }
+  };
+  static constexpr bool uses_velocity = false, uses_time = false;
+  static void begin(double, double dt, const auto& y, Memory& m) {
+    if (m.anchor.size() == 0) m.anchor = y.r;
+    ++m.begins, m.last_dt = dt;
+  }
+  static void add(double, const auto& y, const Memory& m, auto& out) {
+    out.force += faults::struck<Vec>(faults::Site::force, Vec(-30 * (y.r - m.anchor)));
+  }
+  static void commit(double t, const auto& y, Memory& m) {
+    for (Eigen::Index i = 0; i < y.r.size(); ++i) m.anchor[i] = std::clamp(m.anchor[i], y.r[i] - 0.05, y.r[i] + 0.05);
+    ++m.commits, m.last_end = t;
+  }
+};
+/// A slow force that keeps a list, as pairs do: work saved, and no history.
+struct Listed : ForceTerm {
+  static constexpr const char* name = "listed";
+  struct Memory {
+    static constexpr bool is_cache = true;
+    double since = 0, last_dt = 0;
+    int age = 0;
+    void archive(auto& ar) { ar("since", since, "last_dt", last_dt, "age", age); }
+  };
+  static constexpr bool uses_velocity = false, uses_time = false;
+  static void begin(double t, double dt, const auto&, Memory& m) { m.since = t, m.last_dt = dt; }
+  static void add(double, const auto& y, const Memory&, auto& out) {
+    out.force += faults::struck<Vec>(faults::Site::force, Vec(-y.r.array().sin()));
+  }
+  static void commit(double, const auto&, Memory& m) { ++m.age; }
+};
+inline const auto six = [] { return states::SecondOrder<Vec>{}.state; };
+inline Vec pull(const Vec& r) { return faults::struck<Vec>(faults::Site::force, Vec(-5 * r)); }
+inline const auto sliding = [](const auto& y) {
+  return PhiStepper{y, Slider{} + term(pull) + seldom(2, Listed{}) + seldom(4, pull), velocity_verlet};
+};
+
+}  // namespace respa_cases
+
+#if PHISTEP_QUICK
 
 using namespace phistep;
 using namespace respa_cases;
@@ -419,3 +482,46 @@ TEST_CASE("the energy ledger's books close, with the energies of slow terms in t
                     velocity_verlet};
   CHECK_THROWS_WITH(EnergyLedger{damped}, contains("seldom(k, term)") && contains("with an energy alone"));
 }
+
+#elif PHISTEP_FULL
+// Slow terms called once in k inner steps: faults inside a step and restarts; the others: respa.test.
+
+using namespace respa_cases;
+
+TEST_CASE("a fault at any call inside a step: state, histories and their counts are those before it") {
+  using namespace faults;
+  const Make make = machine(six, sliding, 0.5, fixed(0.1));
+  // A new run from a fault on counts its times from there.
+  const Tally all = every_call("slow terms", make, Site::force, {Kind::nan, Kind::inf, Kind::exception},
+                               {.same_end = 1e-13, .renewed = 1e-12});
+  INFO(all.first);
+  CHECK(all.clean());
+  CHECK(all.failures > 500);
+  const auto pulls = [](const auto& y) {
+    return PhiStepper{y, term(pull) + seldom(2, pull) + seldom(4, pull), symplectic_euler};
+  };
+  const Tally sizes = every_call("sizes", machine(six, pulls, 0.3, fixed(0.1)), Site::force,
+                                 {Kind::size, Kind::exception}, {.same_end = 1e-13, .renewed = 1e-12});
+  INFO(sizes.first);
+  CHECK(sizes.clean());
+  CHECK(sizes.failures > 40);
+  fault = {};
+}
+
+TEST_CASE("slow terms restart to the same bits, counts by term included") {
+  faults::fault = {};
+  const restart::Steps uneven{0.05, false};
+  const Statistics s = restart::check(uneven, six, sliding);
+  CHECK(s.kick_calls == 60 * 2 + 1 + 60 + 1);
+  auto y = six();
+  auto stepper = sliding(y);
+  for (int n = 0; n < 5; ++n) problems::step(stepper, y, 0.1 * n, 0.1);
+  const std::string saved = restart::bytes(stepper, y);
+  auto z = six();
+  auto other = sliding(z);
+  std::istringstream in(saved);
+  load_checkpoint(in, other, z);
+  CHECK(other.calls_by_term() == stepper.calls_by_term());
+}
+
+#endif

@@ -1,6 +1,6 @@
 #pragma once
 
-// What the files assess_*.full.cpp and their quick half, tests/preflight.test.cpp, share.
+// What the files assess_*.full.cpp and their quick half, tests/study/preflight.test.cpp, share.
 
 #include <phistep/preflight.hpp>
 #include <phistep/sparse.hpp>

@@ -1,6 +1,71 @@
-#include "particles/bodies/particles_cases.hpp"
+#include <phistep/particles/bodies/particles.hpp>
+#include <phistep/phistep.hpp>
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "support/catch.hpp"
+
+using namespace phistep;
+using Atoms = Particles<double, 3>;
+using Grains = Particles<double, 2, Spin>;
+using Spray = Particles<double, 3, Temperature>;
+
+static_assert(State<Atoms> && State<Grains> && State<Spray> && State<Particles<float, 3, Spin, Temperature>>);
+static_assert(solved_blocks<Atoms> == 1 && solved_blocks<Grains> == 2);
+static_assert(solved_blocks<Particles<float, 3, Spin, Temperature>> == 3);
+
+namespace particles_cases {
+inline Atoms three() {
+  Atoms atoms{Eigen::Matrix3Xd::Random(3, 3)};
+  atoms.v.setRandom();
+  return atoms;
+}
+inline const auto spring = [](const Eigen::Matrix3Xd& r) -> Eigen::Matrix3Xd { return -4.0 * r; };
+struct Brake : ForceTerm {
+  static constexpr bool uses_velocity = true, uses_time = false;
+  void add(auto, const auto& y, auto& out) const {
+    if constexpr (requires { y.omega; }) out.torque -= 2.0 * y.omega;
+    if constexpr (requires { y.temperature; }) out.heat.array() -= 3.0 * (y.temperature.array() - 20.0);
+  }
+};
+
+void check_as_motion(auto scheme) {
+  Atoms atoms = three();
+  const Eigen::Vector3d masses{1, 2, 8};
+  atoms.set_mass(masses);
+  Motion<Eigen::Matrix3Xd> motion{atoms.r, atoms.v};
+  PhiStepper particles{atoms, spring, scheme};
+  PhiStepper plain{motion, spring, scheme, mass(masses)};
+  for (int n = 0; n < 20; ++n) {
+    REQUIRE(particles.step(atoms, 0.05 * n, 0.05));
+    REQUIRE(plain.step(motion, 0.05 * n, 0.05));
+  }
+  CHECK((atoms.r == motion.r));
+  CHECK((atoms.v == motion.v));
+  CHECK(particles.statistics() == plain.statistics());
+}
+
+/// What f says that is wrong.
+std::string message(auto&& f) {
+  try {
+    f();
+  } catch (const std::invalid_argument& e) {
+    return e.what();
+  }
+  return "";
+}
+
+}  // namespace particles_cases
 
 using namespace particles_cases;
+
+#if PHISTEP_QUICK
 
 TEST_CASE("particles step as a motion with their own masses") { check_as_motion(velocity_verlet); }
 
@@ -143,3 +208,49 @@ TEST_CASE("a checkpoint holds properties, and restores another number of particl
   CHECK((other.type() == grains.type()));
   CHECK(other.box() == grains.box());
 }
+
+#elif PHISTEP_FULL
+
+TEST_CASE("particles step as a motion with their own masses") {
+  check_as_motion(velocity_verlet);
+  check_as_motion(trapezoidal);
+}
+
+TEST_CASE("what is held still isn't moved, and a copy of the state keeps its properties") {
+  Atoms atoms = three();
+  atoms.v.setZero();
+  atoms.set_still({0, 1, 0});
+  const Atoms before = atoms;
+  // Implicitly, something held is something heavier than rounding sees.
+  PhiStepper implicit{atoms, spring, backward_euler};
+  for (int n = 0; n < 10; ++n) REQUIRE(implicit.step(atoms, 0.1 * n, 0.1));
+  CHECK((atoms.r.col(1) == before.r.col(1)));
+  CHECK(atoms.v.col(1).norm() < 1e-30);
+}
+
+TEST_CASE("weight and uniform fields see the masses") {
+  Atoms atoms = three();
+  atoms.set_mass(Eigen::Vector3d{1, 2, 3});
+  const Eigen::Matrix3Xd v0 = atoms.v;
+  PhiStepper stepper{atoms, Gravity{Eigen::Vector3d{0, 0, -10}} + LinearDrag{0.0}, forward_euler};
+  REQUIRE(stepper.step(atoms, 0.0, 0.5));
+  for (int i = 0; i < 3; ++i) CHECK((atoms.v.col(i) - v0.col(i) - Eigen::Vector3d{0, 0, -5}).norm() < 1e-15);
+}
+
+TEST_CASE("spin and temperature are blocks of their own") {
+  Spray spray{Eigen::Matrix3Xd::Zero(3, 1)};
+  spray.temperature << 100;
+  spray.set_heat_capacity(6.0);
+  PhiStepper cooling{spray, Brake{}, forward_euler};
+  REQUIRE(cooling.step(spray, 0.0, 0.1));
+  CHECK(std::abs(spray.temperature(0) - 96) < 1e-13);
+}
+
+TEST_CASE("properties that can't be name their particle, and change nothing") {
+  Atoms atoms = three();
+  CHECK(message([&] { atoms.r.conservativeResize(3, 4), PhiStepper{atoms, spring, trapezoidal}; }) != "");
+  CHECK((atoms.mass() == Eigen::Vector3d::Ones()));
+  CHECK(atoms.radius().size() == 0);
+}
+
+#endif

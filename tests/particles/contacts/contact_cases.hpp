@@ -1,4 +1,4 @@
-// What contact.test.cpp and contact.full.cpp share.
+// What contact.test.cpp and contact.test.cpp share.
 #pragma once
 
 #include <Eigen/Geometry>

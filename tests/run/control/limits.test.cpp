@@ -30,8 +30,7 @@ TEST_CASE("the most frequent reason, with its share and its worst component") {
   CHECK(limits.most().by == LimitedBy::error);
   CHECK(limits.most().steps == 91);
   CHECK(limits.most().where == Component{1, 3});
-  CHECK(text(limits) ==
-        "  dt limited by       the error, e.g. of component 3 of block 1, in 91 % of the steps\n");
+  CHECK(text(limits) == "  dt limited by       the error, e.g. of component 3 of block 1, in 91 % of the steps\n");
 }
 
 TEST_CASE("every reason has a name") {

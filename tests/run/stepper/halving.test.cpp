@@ -1,12 +1,86 @@
 // Halving: a step that fails is done as smaller ones, all of it or nothing.
+#include <phistep/phistep.hpp>
 
+#include <cmath>
 #include <functional>
 #include <sstream>
+#include <stdexcept>
 #include <vector>
 
-#include "run/stepper/halving_cases.hpp"
+#include "contract/states.hpp"
+#include "problems/march.hpp"
+#include "support/catch.hpp"
+
+using namespace phistep;
+using Vec = Eigen::VectorXd;
+
+namespace halving_cases {
+
+/// Sticks where it has moved to; throws or gives a NaN when told, beyond a time.
+struct Sticky : ForceTerm {
+  struct Memory {
+    Vec anchor;
+    int commits = 0;
+  };
+  const double* nan_after;
+  const double* throw_after;
+  static constexpr bool uses_velocity = false;
+  Sticky(const double* a, const double* b) : nan_after(a), throw_after(b) {}
+  void begin(double, double, const auto& y, Memory& m) const {
+    if (m.anchor.size() == 0) m.anchor = y.r;
+  }
+  void add(double t, const auto& y, const Memory& m, auto& out) const {
+    if (t > *throw_after) throw std::runtime_error("sticky");
+    out.force -= 10 * (y.r - m.anchor);
+    if (t > *nan_after) out.force[0] = std::nan("");
+  }
+  void commit(double, const auto& y, Memory& m) const {
+    m.anchor = y.r;
+    ++m.commits;
+  }
+};
+
+template <class V>
+void check_final_failure(Motion<V> y) {
+  double nan_after = HUGE_VAL, throw_after = HUGE_VAL;
+  Halving stepper{PhiStepper{y, Sticky{&nan_after, &throw_after}, trapezoidal}, 3};
+  problems::step(stepper, y, 0.0, 0.1);
+  const Eigen::VectorXd before = states::numbers(y);
+  const auto memory = stepper.stepper().memory();
+  const auto unharmed = [&] {
+    return states::same_bits(states::numbers(y), before) && stepper.stepper().memory().anchor == memory.anchor &&
+           stepper.stepper().memory().commits == memory.commits;
+  };
+
+  nan_after = 0.16;  // the first half of 0.1 … 0.2 goes well
+  const StepReport report = stepper.step(y, 0.1, 0.1);
+  CHECK(report.outcome() == Outcome::non_finite_force);
+  CHECK(report.failure().dt == Approx(0.1 / 8));
+  CHECK(unharmed());
+  const Statistics inner = stepper.stepper().statistics();
+  CHECK(inner.steps > 1);  // some parts did succeed, and were taken back
+  CHECK(stepper.statistics().steps == 1);
+  CHECK(stepper.statistics().halvings == 0);
+
+  nan_after = 0.19, throw_after = 0.17;
+  CHECK_THROWS_AS(stepper.step(y, 0.1, 0.1), std::runtime_error);
+  CHECK(unharmed());
+  nan_after = throw_after = HUGE_VAL;
+
+  // From there it goes on as one that never failed.
+  auto z = y;
+  PhiStepper fresh{z, Sticky{&nan_after, &throw_after}, trapezoidal};
+  fresh.set_memory(memory);
+  problems::step(stepper, y, 0.1, 0.1);
+  problems::step(fresh, z, 0.1, 0.1);
+  CHECK(problems::distance(y, z) <= 1e-15);
+}
+
+}  // namespace halving_cases
 
 using namespace halving_cases;
+
+#if PHISTEP_QUICK
 
 namespace {
 /// A stepper that moves the state by dt, and fails where `bad(t, dt)` says so.
@@ -185,3 +259,32 @@ TEST_CASE("at a fixed step an explicit scheme inside is interpolated as it is al
   const Motion<Eigen::Vector2d> y{{1, 0}, {0, 1}};
   CHECK(calls(Halving{PhiStepper{y, pull, velocity_verlet}}, y) == calls(PhiStepper{y, pull, velocity_verlet}, y));
 }
+
+#elif PHISTEP_FULL
+// Halving in dynamic vectors, in runs and in another halving.
+
+TEST_CASE("a final failure after good parts leaves state and history to the bit, as does an exception") {
+  check_final_failure(Motion<Vec>{Vec::Ones(2), Vec::Constant(2, 0.3)});
+}
+
+TEST_CASE("where nothing fails, halving changes no bit and no count") {
+  states::SecondOrder<Vec> a, b;
+  Halving halving{PhiStepper{a.state, states::Pull{}, velocity_verlet}};
+  PhiStepper bare{b.state, states::Pull{}, velocity_verlet};
+  const RunReport one = integrate(halving, a.state, {0, 1}, fixed(0.1)),
+                  other = integrate(bare, b.state, {0, 1}, fixed(0.1));
+  CHECK(one);
+  CHECK(states::same_bits(states::numbers(a.state), states::numbers(b.state)));
+  CHECK(one.statistics == other.statistics);
+}
+
+TEST_CASE("halving halves another halving, and maps in place") {
+  states::FirstOrder<states::Strided> c;
+  const auto cubic = [](const Vec& y) -> Vec { return 3 * y; };
+  Halving stepper{Halving{PhiStepper{c.state, cubic, backward_euler}, 0}, 1};
+  REQUIRE(stepper.step(c.state, 0.0, 1.0 / 3));
+  CHECK(c.state[0] == Approx(4 * states::positions[0]).epsilon(1e-14));
+  CHECK(stepper.statistics().halvings == 1);
+}
+
+#endif

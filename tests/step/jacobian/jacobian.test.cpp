@@ -1,6 +1,47 @@
-#include "step/jacobian/jacobian_cases.hpp"
+#include <phistep/step/jacobian/analytic.hpp>
+#include <phistep/step/jacobian/autodiff.hpp>
+#include <phistep/step/jacobian/differences.hpp>
+#include <phistep/study/checks/check_jacobian.hpp>
+
+#include <cmath>
+#include <vector>
+
+#include "contract/states.hpp"
+#include "support/catch.hpp"
+
+using namespace phistep;
+using Vec = Eigen::VectorXd;
+using Mat = Eigen::MatrixXd;
+
+namespace jacobian_cases {
+
+/// ∂Ψ/∂y of a force whose entries the test sets.
+struct Given {
+  Mat J;
+  Vec operator()(const Vec& y) const { return Mat(true_J()) * y; }
+  static Mat true_J() { return (Mat(3, 3) << 1, 2, 0, -4, 5, 6, 0, 0, 1e-3).finished(); }
+  Mat jacobian(const Vec&) const { return J; }
+};
+struct Timed {
+  auto operator()(const auto& y, double t) const {
+    return typename std::remove_cvref_t<decltype(y)>::PlainObject(t * y);
+  }
+  Mat jacobian(const auto& y, double t) const { return t * Mat::Identity(y.size(), y.size()); }
+};
+
+inline auto damped_by_autodiff() {
+  return autodiff([](const auto& r, const auto& v, double t) {
+    std::remove_cvref_t<decltype(r)> f = r;
+    for (Eigen::Index i = 0; i < r.size(); ++i) f[i] = -r[i] * r[i] * t - 0.5 * v[i];
+    return f;
+  });
+}
+
+}  // namespace jacobian_cases
 
 using namespace jacobian_cases;
+
+#if PHISTEP_QUICK
 
 TEST_CASE("check_jacobian agrees with a right Jacobian and says so") {
   const JacobianCheck check = check_jacobian(Given{Given::true_J()}, Vec(Vec::Ones(3)));
@@ -129,3 +170,16 @@ TEST_CASE("entries are emitted once each, and a matrix of the wrong size throws"
   CHECK_THROWS_AS((for_each_entry<Eigen::Dynamic>(Given::true_J(), 4, [](auto, auto, double) {})),
                   std::invalid_argument);
 }
+
+#elif PHISTEP_FULL
+
+TEST_CASE("check_jacobian works on views, matrices and at a time") {
+  states::FirstOrder<states::Strided> strided;
+  CHECK(check_jacobian(Timed{}, strided.state, 3.0));
+}
+
+TEST_CASE("automatic differentiation of a motion gives K and C at t") {
+  CHECK(check_jacobian(damped_by_autodiff(), Motion<Eigen::Vector2d>{{1, 2}, {3, 4}}, 10.0));
+}
+
+#endif

@@ -1,6 +1,9 @@
 #include "step/mass/mass_cases.hpp"
-
+#if PHISTEP_QUICK
 #include <phistep/particles/bodies/body.hpp>
+#endif
+
+#if PHISTEP_QUICK
 
 using namespace mass_cases;
 
@@ -104,3 +107,30 @@ TEST_CASE("one mass per solved block of a user's own state") {
   CHECK(distance(c.state.v, start.state.v + 0.1 * rate.force / 2) <= 1e-15);
   CHECK(c.state.T[1] == Approx(1.5 + 0.1 * rate.heat[1] / 8).epsilon(1e-15));
 }
+
+#elif PHISTEP_FULL
+
+//
+#include <phistep/sparse.hpp>
+
+namespace {
+Eigen::SparseMatrix<double> sparse(const Eigen::MatrixXd& dense) { return dense.sparseView(); }
+}  // namespace
+
+using namespace mass_cases;
+
+TEST_CASE("all ways to write the same mass agree") {
+  const auto check = [](auto scheme) {
+    using Case = SecondOrder<Dynamic>;
+    const Eigen::VectorXd each = Eigen::VectorXd::Constant(6, 2.0);
+    const Eigen::VectorXd expected = run<Case>(scheme, mass(2.0));
+    CHECK(distance(run<Case>(scheme, mass(each)), expected) <= 1e-13);
+    CHECK(distance(run<Case>(scheme, mass(Eigen::MatrixXd(each.asDiagonal()))), expected) <= 1e-13);
+    CHECK(distance(run<Case>(scheme, mass(sparse(each.asDiagonal()))), expected) <= 1e-13);
+    CHECK(distance(run<Case>(scheme, mass(1.0)), run<Case>(scheme)) <= 1e-13);
+    CHECK(distance(run<Case>(scheme, mass(1.0)), expected) > 0.01);
+  };
+  check(forward_euler), check(trapezoidal), check(velocity_verlet);  // explicit, Newton, Verlet's local solve
+}
+
+#endif

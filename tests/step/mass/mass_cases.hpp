@@ -1,4 +1,4 @@
-// What mass.test.cpp and mass.full.cpp share.
+// What mass.test.cpp and mass.test.cpp share.
 #pragma once
 
 #include <phistep/phistep.hpp>

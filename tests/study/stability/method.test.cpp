@@ -1,7 +1,43 @@
 // Schemes as numbers, against the steppers themselves and against the spectral radius of a step's matrix.
-#include "study/stability/method_cases.hpp"
+#include <phistep/phistep.hpp>
+#include <phistep/study/stability/method.hpp>
+
+#include <cmath>
+#include <complex>
+
+#include "instances/preflight.hpp"
+#include "support/catch.hpp"
+
+namespace method_cases {
+
+using namespace phistep;
+using Eigen::MatrixXd;
+using Kind = Method::Kind;
+
+/// The step's matrix, column by column, as the stepper does it: r'' = K r + C v in three dimensions.
+template <class Scheme>
+void compare_with_stepper(Scheme scheme) {
+  Eigen::Matrix3d K, C;
+  K << -4, 1, 0.5, 1, -9, 2, 0.5, 2, -3;
+  C << -0.3, 0.7, 0, -0.7, -0.2, 0.1, 0, -0.1, -0.5;
+  const double h = 0.3;
+  const MatrixXd G = step_matrix(method_of(scheme), {K, C}, h);
+  for (int j = 0; j < 6; ++j) {
+    Motion state{Eigen::Vector3d(Eigen::Vector3d::Zero()), Eigen::Vector3d(Eigen::Vector3d::Zero())};
+    (j < 3 ? state.r : state.v)[j % 3] = 1;
+    PhiStepper stepper{state, linear(K, C), scheme};
+    REQUIRE(stepper.step(state, 0.0, h));
+    // Some ten roundings of numbers of order one.
+    CHECK((state.r - G.col(j).head(3)).norm() < 1e-14);
+    CHECK((state.v - G.col(j).tail(3)).norm() < 1e-14);
+  }
+}
+
+}  // namespace method_cases
 
 using namespace method_cases;
+
+#if PHISTEP_QUICK
 
 namespace {
 
@@ -102,3 +138,22 @@ TEST_CASE("errors of the exponent: the textbook's") {
   CHECK(Method{Kind::verlet, 0.5, 0.5}.accurate_dt({0, 2}, 1e-4) == Approx(std::sqrt(24e-4) / 2).epsilon(1e-3));
   CHECK(Method{Kind::single, 1, 1}.accurate_dt({0, 2}, 1e-4) == Approx(1e-4).epsilon(1e-3));
 }
+
+#elif PHISTEP_FULL
+// method: every scheme, step by step.
+
+TEST_CASE("the matrix of a step is what the steppers do") {
+  compare_with_stepper(forward_euler);
+  compare_with_stepper(trapezoidal);
+  compare_with_stepper(backward_euler);
+  compare_with_stepper(midpoint);
+  compare_with_stepper(phi(0.3));
+  compare_with_stepper(phi_stage(0.7));
+  compare_with_stepper(phi(0.2, 0.9));
+  compare_with_stepper(symplectic_euler);
+  compare_with_stepper(symplectic_euler_adjoint);
+  compare_with_stepper(velocity_verlet);
+  compare_with_stepper(tr_bdf2);
+}
+
+#endif

@@ -1,7 +1,52 @@
 // Bounds of eigenvalues: never below the eigenvalue, and where theory says so equal to it.
-#include "study/stability/spectral_bound_cases.hpp"
+#include <phistep/study/stability/spectral_bound.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <tuple>
+#include <vector>
+
+#include "instances/preflight.hpp"
+#include "support/catch.hpp"
+#if PHISTEP_FULL
+#include <phistep/study/stability/spectrum.hpp>
+#endif
+
+namespace spectral_bound_cases {
+
+using namespace phistep;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// Stiffness of unit springs between neighbours of a periodic triangular lattice of side × side particles.
+inline SparseRows triangular_lattice(int side) {
+  std::vector<Eigen::Triplet<double>> entries;
+  for (int y = 0; y < side; ++y)
+    for (int x = 0; x < side; ++x)
+      for (int k = 0; k < 3; ++k) {
+        const double angle = k * std::acos(-1.0) / 3;
+        const int dx[] = {1, 0, -1}, dy[] = {0, 1, 1};
+        const int i = y * side + x, j = (y + dy[k]) % side * side + (x + dx[k] + side) % side;
+        const double n[] = {std::cos(angle), std::sin(angle)};
+        for (int a = 0; a < 2; ++a)
+          for (int b = 0; b < 2; ++b) {
+            entries.emplace_back(2 * i + a, 2 * i + b, n[a] * n[b]);
+            entries.emplace_back(2 * j + a, 2 * j + b, n[a] * n[b]);
+            entries.emplace_back(2 * i + a, 2 * j + b, -n[a] * n[b]);
+            entries.emplace_back(2 * j + a, 2 * i + b, -n[a] * n[b]);
+          }
+      }
+  SparseRows A(2 * side * side, 2 * side * side);
+  A.setFromTriplets(entries.begin(), entries.end());
+  return A;
+}
+
+}  // namespace spectral_bound_cases
 
 using namespace spectral_bound_cases;
+
+#if PHISTEP_QUICK
 
 namespace {
 
@@ -113,3 +158,55 @@ TEST_CASE("the modulus of a block") {
   CHECK((modulus<3>(S) * modulus<3>(S) - S * S).norm() < 1e-12 * S.squaredNorm());
   CHECK((P - P.transpose()).norm() < 1e-13);
 }
+
+#elif PHISTEP_FULL
+// spectral_bound against 1000 random matrices.
+
+namespace {
+
+MatrixXd random_matrix(std::mt19937& random, Eigen::Index n, double density) {
+  std::normal_distribution<double> entry;
+  std::uniform_real_distribution<double> there;
+  MatrixXd A = MatrixXd::Zero(n, n);
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = 0; j < n; ++j)
+      // A cycle in all of them: the eigenvalues of nilpotent matrices would be rounding and nothing else.
+      if (there(random) < density || j == (i + 1) % n) A(i, j) = entry(random) * std::exp(entry(random));
+  return A;
+}
+
+double true_largest(const MatrixXd& A, const VectorXd& m) {
+  const VectorXd s = m.cwiseSqrt().cwiseInverse();
+  return Eigen::SelfAdjointEigenSolver<MatrixXd>(s.asDiagonal() * A * s.asDiagonal()).eigenvalues().maxCoeff();
+}
+
+}  // namespace
+
+TEST_CASE("no bound lies below the eigenvalue: 1000 random matrices") {
+  for (unsigned seed = 0; seed < 1000; ++seed) {
+    INFO("seed " << seed);
+    std::mt19937 random(seed);
+    const int d = static_cast<int>(seed % 3) + 1;
+    const Eigen::Index n = d * static_cast<Eigen::Index>(2 + random() % 10);
+    const MatrixXd A = random_matrix(random, n, 0.1 + 0.9 * static_cast<double>(random() % 100) / 100);
+    VectorXd m(n);
+    std::uniform_real_distribution<double> exponent(-2, 2);
+    for (Eigen::Index i = 0; i < n; ++i) m[i] = i % d == 0 ? std::pow(10, exponent(random)) : m[i - 1];
+    const MatrixXd S = A + A.transpose();
+    // The eigenvalues themselves carry rounding.
+    const double rounding = 1e-12 * S.cwiseAbs().sum() / m.minCoeff();
+    CHECK(largest_eigenvalue_bound(SparseRows(S.sparseView()), m, d).value >= true_largest(S, m) - rounding);
+    CHECK(largest_eigenvalue_bound(SparseRows((-S).sparseView()), m, d).value >= true_largest(-S, m) - rounding);
+    if (d == 2)
+      CHECK(largest_eigenvalue_bound_by_blocks<2>(SparseRows(S.sparseView()), m).value >=
+            true_largest(S, m) - rounding);
+    if (d == 3)
+      CHECK(largest_eigenvalue_bound_by_blocks<3>(SparseRows(S.sparseView()), m).value >=
+            true_largest(S, m) - rounding);
+    double radius = 0;
+    for (const auto lambda : eigenvalues_of(A)) radius = std::max(radius, std::abs(lambda));
+    CHECK(spectral_radius_bound(SparseRows(A.sparseView()), d).value >= radius * (1 - 1e-8));
+  }
+}
+
+#endif
