@@ -18,6 +18,49 @@
 using namespace phistep;
 namespace fs = std::filesystem;
 
+#if PHISTEP_QUICK
+namespace checkpoint_cases {
+
+struct Scene {
+  using Vec = Eigen::VectorXd;
+  using State = phistep::Motion<Vec>;
+  static inline int calls = 0;
+  static constexpr int carried = 1;
+  struct Pull {
+    Vec operator()(const Vec& r) const {
+      ++calls;
+      return -2 * r - r.cwiseProduct(r);
+    }
+  };
+  static State start(Eigen::Index n = 2) { return {Vec::LinSpaced(n, 1, 2), Vec::LinSpaced(n, 0, 1)}; }
+  static auto make(const State& y) { return phistep::PhiStepper{y, Pull{}, phistep::velocity_verlet}; }
+  static double& first(State& y) { return y.r[0]; }
+};
+
+}  // namespace checkpoint_cases
+#elif PHISTEP_FULL
+namespace checkpoint_cases {
+
+struct Scene {
+  using State = Eigen::VectorXd;
+  static inline int calls = 0;
+  static constexpr int carried = 0;  // differences ask for it again
+  struct Decay {
+    State operator()(const State& y) const {
+      ++calls;
+      return -2 * y - y.cwiseProduct(y);
+    }
+  };
+  static State start(Eigen::Index n = 2) { return State::LinSpaced(n, 1, 2); }
+  static auto make(const State& y) {
+    return phistep::PhiStepper{y, Decay{}, phistep::tr_bdf2, phistep::newton({.rtol = 1e-4, .atol = 1e-6})};
+  }
+  static double& first(State& y) { return y[0]; }
+};
+
+}  // namespace checkpoint_cases
+#endif
+
 namespace checkpoint_cases {
 
 /// A folder that goes with the test.
@@ -282,31 +325,9 @@ inline void unread_rest_changes_nothing() {
 
 }  // namespace checkpoint_cases
 
-#if PHISTEP_QUICK
-
-namespace checkpoint_cases {
-
-struct Scene {
-  using Vec = Eigen::VectorXd;
-  using State = phistep::Motion<Vec>;
-  static inline int calls = 0;
-  static constexpr int carried = 1;
-  struct Pull {
-    Vec operator()(const Vec& r) const {
-      ++calls;
-      return -2 * r - r.cwiseProduct(r);
-    }
-  };
-  static State start(Eigen::Index n = 2) { return {Vec::LinSpaced(n, 1, 2), Vec::LinSpaced(n, 0, 1)}; }
-  static auto make(const State& y) { return phistep::PhiStepper{y, Pull{}, phistep::velocity_verlet}; }
-  static double& first(State& y) { return y.r[0]; }
-};
-
-}  // namespace checkpoint_cases
-
-#include "io/checkpoint_cases.hpp"
-
 using namespace checkpoint_cases;
+
+#if PHISTEP_QUICK
 
 TEST_CASE("a file is read back, whatever else it holds, and a first start is told") { is_read_back(); }
 TEST_CASE("a stream may hold one checkpoint after another") { one_after_another(); }
@@ -358,31 +379,6 @@ TEST_CASE("a checkpoint is read after an unrelated lambda was written before the
 
 #elif PHISTEP_FULL
 // Checkpoint files of an implicit stepper, and of everything that has a history.
-
-namespace checkpoint_cases {
-
-struct Scene {
-  using State = Eigen::VectorXd;
-  static inline int calls = 0;
-  static constexpr int carried = 0;  // differences ask for it again
-  struct Decay {
-    State operator()(const State& y) const {
-      ++calls;
-      return -2 * y - y.cwiseProduct(y);
-    }
-  };
-  static State start(Eigen::Index n = 2) { return State::LinSpaced(n, 1, 2); }
-  static auto make(const State& y) {
-    return phistep::PhiStepper{y, Decay{}, phistep::tr_bdf2, phistep::newton({.rtol = 1e-4, .atol = 1e-6})};
-  }
-  static double& first(State& y) { return y[0]; }
-};
-
-}  // namespace checkpoint_cases
-
-#include "io/checkpoint_cases.hpp"
-
-using namespace checkpoint_cases;
 
 TEST_CASE("a file is read back, whatever else it holds, and a first start is told") { is_read_back(); }
 TEST_CASE("a stream may hold one checkpoint after another") { one_after_another(); }
