@@ -21,13 +21,25 @@ for file in $files; do
   esac
   [ $# -gt 0 ] || [ -f "$file" ] || continue
   name=${file#tests/}
-  # A section #if PHISTEP_FULL is of the tier full; what stands before a file's sections is of all of them, and holds no cases.
+  # A section #if PHISTEP_FULL is of the tier full; what stands outside of a file's sections is of all tiers that it names.
   show "$file" | NAME=${name%.*.cpp} TIER=$tier perl -0777 -ne '
-    while (/^(?:#(?:el)?if PHISTEP_(QUICK|FULL|STRESS)$|(?:TEMPLATE_)?TEST_CASE(?:_[A-Z]+)*\(\s*((?:"(?:[^"\\]|\\.)*"\s*)+))/mg) {
-      if ($1) { $ENV{TIER} = lc $1; next }
-      my $case = $2;
-      $case =~ s/"\s*"//g;
-      $case =~ s/^"|"\s*$//g;
-      print "$case\t$ENV{NAME}\t$ENV{TIER}\n";
+    my @all = map { lc } /^#(?:el)?if PHISTEP_(QUICK|FULL|STRESS)$/mg;
+    my %once;
+    @all = grep { !$once{$_}++ } @all ? @all : ($ENV{TIER});
+    my ($depth, $section, @now) = (0, 0, @all);  # of #ifs; where the section began
+    while (/^(?:#(?:el)?if PHISTEP_(QUICK|FULL|STRESS)$|#(if|endif)\b|(?:TEMPLATE_)?TEST_CASE(?:_[A-Z]+)*\(\s*((?:"(?:[^"\\]|\\.)*"\s*)+))/mg) {
+      if ($1) {
+        $section = ++$depth if !$section;
+        @now = (lc $1);
+      } elsif ($2 && $2 eq "if") {
+        ++$depth;
+      } elsif ($2) {
+        if ($depth-- == $section) { $section = 0, @now = @all }
+      } else {
+        my $case = $3;
+        $case =~ s/"\s*"//g;
+        $case =~ s/^"|"\s*$//g;
+        print "$case\t$ENV{NAME}\t$_\n" for @now;
+      }
     }'
 done | sort

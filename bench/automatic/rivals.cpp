@@ -14,7 +14,7 @@
 #include <sunmatrix/sunmatrix_dense.h>
 #include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
 
-#include "reference/sundials.hpp"
+#include "accuracy/reference/sundials.hpp"
 #endif
 
 namespace automatic {

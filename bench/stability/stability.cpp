@@ -1,5 +1,5 @@
 // The atlas of stability as pictures: |y⁺|/|y| of one step of y' = λy and the spectral radius of one step of an oscillation,
-// found by taking the steps. tests/stability/ compares the same with theory, cell by cell.
+// found by taking the steps. tests/accuracy/stability/ compares the same with theory, cell by cell.
 //
 //     bench_stability [DIR, default out]     writes DIR/stability_*.csv, for bench/stability/plot.py
 #include <phistep/phistep.hpp>

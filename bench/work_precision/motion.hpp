@@ -7,7 +7,7 @@
 
 #include "first_order.hpp"
 #include "phistep_rows.hpp"
-#include "truth/extrapolation.hpp"
+#include "accuracy/truth/extrapolation.hpp"
 
 namespace work_precision {
 

@@ -19,7 +19,7 @@
 #include <utility>
 #include <vector>
 
-#include "reference/sundials.hpp"
+#include "accuracy/reference/sundials.hpp"
 #include "table.hpp"
 
 namespace work_precision::sundials {

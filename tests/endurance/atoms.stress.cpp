@@ -166,7 +166,7 @@ TEST_CASE("a box of 256 atoms, periodic, for 4e5 steps: neither energy nor momen
         return std::array{energy() / E - 1, (phistep::momentum(atoms) - p).norm() / atoms.v.colwise().norm().sum()};
       });
   const auto trend = series[0].trend();
-  // Verlet's energy swings by 1e-3 of ε an atom at this Δt (acceptance/melt); E is −4.6 of them.
+  // Verlet's energy swings by 1e-3 of ε an atom at this Δt (accuracy/melt); E is −4.6 of them.
   figures::at_most(1e-3 / 4, trend.worst, "liquid, Verlet: the energy error is bounded", "4e5 steps: max |dE/E|");
   figures::at_most(5, std::abs(trend.t), "liquid, Verlet: E does not drift", "4e5 steps: |t| of Student's test");
   figures::at_most(5 * 2 * 0x1p-53 * std::sqrt(4e5), series[1].worst(),

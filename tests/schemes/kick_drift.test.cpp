@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "contract/states.hpp"
-#include "convergence/observed_order.hpp"
+#include "accuracy/observed_order.hpp"
 #include "problems/driven_motion.hpp"
 #include "problems/kepler.hpp"
 #include "problems/march.hpp"

@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "contract/states.hpp"
-#include "convergence/observed_order.hpp"
+#include "accuracy/observed_order.hpp"
 #include "problems/forced.hpp"
 #include "problems/heat.hpp"
 #include "problems/march.hpp"

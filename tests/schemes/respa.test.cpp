@@ -17,7 +17,7 @@
 #include "problems/march.hpp"
 #include "support/catch.hpp"
 #if PHISTEP_QUICK
-#include "convergence/observed_order.hpp"
+#include "accuracy/observed_order.hpp"
 #include "support/shared_force.hpp"
 #endif
 #if PHISTEP_FULL

@@ -10,7 +10,7 @@
 #include <numeric>
 #include <vector>
 
-#include "convergence/observed_order.hpp"
+#include "accuracy/observed_order.hpp"
 #include "problems/dahlquist.hpp"
 #include "problems/forced.hpp"
 #include "problems/march.hpp"

@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "contract/states.hpp"
-#include "convergence/observed_order.hpp"
+#include "accuracy/observed_order.hpp"
 #include "problems/march.hpp"
 #include "support/catch.hpp"
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "contract/states.hpp"
-#include "convergence/observed_order.hpp"
+#include "accuracy/observed_order.hpp"
 #include "problems/dahlquist.hpp"
 #include "problems/forced.hpp"
 #include "problems/march.hpp"

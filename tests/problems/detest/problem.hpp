@@ -12,7 +12,7 @@ namespace problems::detest {
 ///     static std::array<double, n> exact();                            y(end)
 ///
 /// C++17 without Eigen, so that every rival can inline them. Constants are doubles, and the same in every precision. The
-/// answers: truth/smooth_references.cpp.
+/// answers: accuracy/truth/smooth_references.cpp.
 template <std::size_t size>
 struct Problem {
   static constexpr std::size_t n = size;

@@ -7,7 +7,7 @@
 #include <limits>
 #include <vector>
 
-#include "convergence/observed_order.hpp"
+#include "accuracy/observed_order.hpp"
 #include "support/catch.hpp"
 
 using namespace phistep;

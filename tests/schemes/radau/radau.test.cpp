@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "convergence/observed_order.hpp"
+#include "accuracy/observed_order.hpp"
 #include "problems/dahlquist.hpp"
 #include "problems/forced.hpp"
 #include "problems/march.hpp"

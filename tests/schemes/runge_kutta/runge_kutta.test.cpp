@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "contract/states.hpp"
-#include "convergence/observed_order.hpp"
+#include "accuracy/observed_order.hpp"
 #include "problems/driven_motion.hpp"
 #include "problems/march.hpp"
 #include "support/catch.hpp"

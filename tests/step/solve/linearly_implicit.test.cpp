@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "convergence/observed_order.hpp"
+#include "accuracy/observed_order.hpp"
 #include "problems/march.hpp"
 #include "support/catch.hpp"
 #if PHISTEP_QUICK

@@ -1,0 +1,13 @@
+// A tolerance means what it says, as in tolerance.test.cpp: Rodas5P on the other five. The quick half:
+// tolerance.test.cpp.
+
+#include "accuracy/tolerance_cases.hpp"
+
+TEST_CASE("the error is proportional to the tolerance, and no larger than the problem makes it") {
+  problems::for_each_of_ten([](const auto& problem) {
+    using Problem = std::remove_cvref_t<decltype(problem)>;
+    if constexpr (!is_of_first_five<Problem>)
+      check(problem, problem.name + std::string(", Rodas5P"), phistep::rodas5p, problems::conditioning(problem),
+            high_order);
+  });
+}

@@ -1,0 +1,30 @@
+// Features in company, a few of them: the full tier has more schemes and the wrappers, the stress tier more cases.
+#include "contract/features.hpp"
+
+#if PHISTEP_QUICK
+
+TEST_CASE("features in company: the trapezoidal rule") {
+  property::check("trapezoidal with features", 150, features::trapezoidal_rule<false>);
+}
+
+#elif PHISTEP_FULL
+// Features in company, wrappers among them: schemes that look back, that linearise.
+
+TEST_CASE("features in company: the trapezoidal rule, wrapped") {
+  property::check("trapezoidal with features, wrapped", 150, features::trapezoidal_rule<true>);
+}
+TEST_CASE("features in company: Rosenbrock's scheme") {
+  property::check("rodas4 with features", 150, features::rosenbrock);
+}
+
+#elif PHISTEP_STRESS
+// Features in company, over thousands of generated runs.
+
+TEST_CASE("features in company, for long") {
+  property::report("trapezoidal with features: the plain run's bits, or its error", 10000,
+                   features::trapezoidal_rule<true>);
+  property::report("rodas4 with features: the plain run's bits, or its error", 10000, features::rosenbrock);
+  property::report("radau with features: the plain run's bits, or its error", 10000, features::collocation);
+}
+
+#endif
