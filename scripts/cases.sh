@@ -27,11 +27,11 @@ for file in $files; do
     my %once;
     @all = grep { !$once{$_}++ } @all ? @all : ($ENV{TIER});
     my ($depth, $section, @now) = (0, 0, @all);  # of #ifs; where the section began
-    while (/^(?:#(?:el)?if PHISTEP_(QUICK|FULL|STRESS)$|#(if|endif)\b|(?:TEMPLATE_)?TEST_CASE(?:_[A-Z]+)*\(\s*((?:"(?:[^"\\]|\\.)*"\s*)+))/mg) {
+    while (/^(?:#(?:el)?if PHISTEP_(QUICK|FULL|STRESS)$|#(ifn?(?:def)?|endif)\b|(?:TEMPLATE_)?TEST_CASE(?:_[A-Z]+)*\(\s*((?:"(?:[^"\\]|\\.)*"\s*)+))/mg) {
       if ($1) {
         $section = ++$depth if !$section;
         @now = (lc $1);
-      } elsif ($2 && $2 eq "if") {
+      } elsif ($2 && $2 ne "endif") {
         ++$depth;
       } elsif ($2) {
         if ($depth-- == $section) { $section = 0, @now = @all }
