@@ -1,4 +1,4 @@
-// A tolerance means what it says, as in tolerance.test.cpp: velocity Verlet on the motions. The quick half:
+// A tolerance means what it says, as in tolerance.test.cpp: velocity Verlet on the motions. In short:
 // tolerance.test.cpp.
 
 #include "accuracy/tolerance_cases.hpp"

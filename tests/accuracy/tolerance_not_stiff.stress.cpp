@@ -1,5 +1,5 @@
-// A tolerance means what it says, as in tolerance.test.cpp: the trapezoidal rule on those that are not stiff. The quick
-// half: tolerance.test.cpp.
+// A tolerance means what it says, as in tolerance.test.cpp: the trapezoidal rule on those that are not stiff. In short:
+// tolerance.test.cpp.
 
 #include "accuracy/tolerance_cases.hpp"
 

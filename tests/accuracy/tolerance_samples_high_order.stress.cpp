@@ -1,4 +1,4 @@
-// A state inside of a step is as accurate as those at its ends: Rosenbrock schemes and Radau. The quick half:
+// A state inside of a step is as accurate as those at its ends: Rosenbrock schemes and Radau. In short:
 // tolerance_samples.test.cpp.
 
 #include "accuracy/tolerance_samples_cases.hpp"

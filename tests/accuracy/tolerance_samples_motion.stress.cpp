@@ -1,4 +1,4 @@
-// A state inside of a step is as accurate as those at its ends: motions. The quick half: tolerance_samples.test.cpp.
+// A state inside of a step is as accurate as those at its ends: motions. In short: tolerance_samples.test.cpp.
 
 #include "accuracy/tolerance_samples_cases.hpp"
 

@@ -1,4 +1,4 @@
-// A state inside of a step is as accurate as those at its ends: motions by stiff schemes. The quick half:
+// A state inside of a step is as accurate as those at its ends: motions by stiff schemes. In short:
 // tolerance_samples.test.cpp.
 
 #include "accuracy/tolerance_samples_cases.hpp"

@@ -1,4 +1,4 @@
-// A tolerance means what it says, as in tolerance.test.cpp: TR-BDF2 on the other five. The quick half:
+// A tolerance means what it says, as in tolerance.test.cpp: TR-BDF2 on the other five. In short:
 // tolerance.test.cpp.
 
 #include "accuracy/tolerance_cases.hpp"

@@ -1,6 +1,6 @@
 // "Success" means that the answer is right, to 100 κ rtol at the worst: on random stiff linear systems whose solutions
 // are known; truth_networks.stress.cpp: on random networks of reactions. κ is what the problem itself makes of a small
-// error, measured. No quick half: there, tolerance.test.cpp asks the same of single problems. The long form, beside
+// error, measured. In short, tolerance.test.cpp asks the same of single problems. The long form, beside
 // CVODE, ARKODE and Odeint: tests/accuracy/reference/truth.stress.cpp.
 
 #include "accuracy/truth_cases.hpp"

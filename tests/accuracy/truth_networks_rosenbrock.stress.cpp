@@ -1,4 +1,4 @@
-// "Success" means that the answer is right, as in truth.full.cpp: Rodas5P on random networks of reactions. No quick half.
+// "Success" means that the answer is right, as in truth.full.cpp: Rodas5P on random networks of reactions.
 
 #include "accuracy/truth_cases.hpp"
 #include "accuracy/truth/solution.hpp"

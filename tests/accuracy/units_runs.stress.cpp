@@ -1,4 +1,4 @@
-// The same problem in other units: states of first order, runs that choose their steps. The quick half: units.test.cpp.
+// The same problem in other units: states of first order, runs that choose their steps. In short: units.test.cpp.
 #include <phistep/krylov.hpp>
 #include <phistep/sparse.hpp>
 

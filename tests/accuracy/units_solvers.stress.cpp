@@ -1,4 +1,4 @@
-// The same problem in other units: affine forces, every solver. The quick half: units.test.cpp.
+// The same problem in other units: affine forces, every solver. In short: units.test.cpp.
 #include <phistep/krylov.hpp>
 #include <phistep/sparse.hpp>
 

@@ -1,4 +1,4 @@
-// The same problem in other units: networks of springs. The quick half: units.test.cpp.
+// The same problem in other units: networks of springs. In short: units.test.cpp.
 #include <phistep/study/energy/energy_ledger.hpp>
 
 #include "accuracy/units_cases.hpp"

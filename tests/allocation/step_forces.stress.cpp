@@ -1,4 +1,4 @@
-// No heap allocation of ours in `step` after construction: kinds of force and of state. The quick half: step.test.cpp.
+// No heap allocation of ours in `step` after construction: kinds of force and of state. In short: step.test.cpp.
 #define EIGEN_RUNTIME_NO_MALLOC  // a second, independent witness: Eigen asserts where it allocates
 #include "allocation/step_cases.hpp"
 

@@ -1,4 +1,4 @@
-// No heap allocation of ours in `step` after construction: bands, sparse and Krylov solvers. The quick half:
+// No heap allocation of ours in `step` after construction: bands, sparse and Krylov solvers. In short:
 // step.test.cpp.
 #define EIGEN_RUNTIME_NO_MALLOC  // a second, independent witness: Eigen asserts where it allocates
 #include "allocation/step_cases.hpp"

@@ -1,5 +1,5 @@
-// No heap allocation of ours in `step` after construction: split terms, implicit springs, whole runs. The quick
-// half: step.test.cpp.
+// No heap allocation of ours in `step` after construction: split terms, implicit springs, whole runs. In short:
+// step.test.cpp.
 #define EIGEN_RUNTIME_NO_MALLOC  // a second, independent witness: Eigen asserts where it allocates
 #include "allocation/step_cases.hpp"
 

@@ -1,5 +1,5 @@
 // No heap allocation of ours in `step` after construction: steps that are watched, rejected or doubled, and controlled
-// runs. The quick half: step.test.cpp.
+// runs. In short: step.test.cpp.
 #define EIGEN_RUNTIME_NO_MALLOC  // a second, independent witness: Eigen asserts where it allocates
 #include "allocation/step_watched.hpp"
 

@@ -1,5 +1,5 @@
-// Properties of steps of vectors, and of sums of terms, over generated forces, by every kind of stepper. The quick
-// half: flows.test.cpp.
+// Properties of steps of vectors, and of sums of terms, over generated forces, by every kind of stepper. In short:
+// flows.test.cpp.
 #include "contract/flows.hpp"
 
 TEST_CASE("a linear force makes a linear map of a step") { property::check("linearity", 300, flows::linearity); }

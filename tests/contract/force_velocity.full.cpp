@@ -1,4 +1,4 @@
-// The forms of a force with velocity or time, with and without Jacobian. The quick half: force.test.cpp.
+// The forms of a force with velocity or time, with and without Jacobian. In short: force.test.cpp.
 #include <phistep/autodiff.hpp>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Motions, restarted anywhere: forces with memory, states of the user's own, Verlet's carried force. The quick half:
+// Motions, restarted anywhere: forces with memory, states of the user's own, Verlet's carried force. In short:
 // restart_motion.test.cpp.
 #include <phistep/phistep.hpp>
 

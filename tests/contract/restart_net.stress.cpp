@@ -1,4 +1,4 @@
-// Spring networks, restarted anywhere. Their quick half: restart_motion.test.cpp.
+// Spring networks, restarted anywhere. In short: restart_motion.test.cpp.
 #include <phistep/phistep.hpp>
 #include <phistep/sparse.hpp>
 

@@ -1,4 +1,4 @@
-// First-order problems, restarted anywhere: affine forces, no matrix, masses. The quick half: restart.test.cpp.
+// First-order problems, restarted anywhere: affine forces, no matrix, masses. In short: restart.test.cpp.
 #include <phistep/krylov.hpp>
 #include <phistep/sparse.hpp>
 

@@ -1,4 +1,4 @@
-// Controlled runs of a spring net, restarted anywhere, with ledger and recorder. The quick half: restart_run.test.cpp.
+// Controlled runs of a spring net, restarted anywhere, with ledger and recorder. In short: restart_run.test.cpp.
 #include <phistep/phistep.hpp>
 #include <phistep/sparse.hpp>
 

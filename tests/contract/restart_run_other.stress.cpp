@@ -1,4 +1,4 @@
-// Controlled runs, restarted anywhere: other controls, observers, edits. The quick half: restart_run.test.cpp.
+// Controlled runs, restarted anywhere: other controls, observers, edits. In short: restart_run.test.cpp.
 #include <phistep/phistep.hpp>
 
 #include <cmath>

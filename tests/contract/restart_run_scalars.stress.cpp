@@ -1,4 +1,4 @@
-// Controlled runs of other scalars and states, restarted anywhere. The quick half: restart_run.test.cpp.
+// Controlled runs of other scalars and states, restarted anywhere. In short: restart_run.test.cpp.
 #include <phistep/phistep.hpp>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// First-order problems in float and double, restarted anywhere. long double: restart_scalars_wide.stress.cpp. The quick half:
+// First-order problems in float and double, restarted anywhere. long double: restart_scalars_wide.stress.cpp. In short:
 // restart.test.cpp.
 #include <phistep/phistep.hpp>
 

@@ -1,4 +1,4 @@
-// First-order problems in long double, restarted anywhere. The quick half: restart.test.cpp.
+// First-order problems in long double, restarted anywhere. In short: restart.test.cpp.
 #include <phistep/phistep.hpp>
 
 #include "contract/restart.hpp"

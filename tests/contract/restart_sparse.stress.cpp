@@ -1,4 +1,4 @@
-// First-order problems, restarted anywhere: banded and sparse systems. The quick half: restart.test.cpp.
+// First-order problems, restarted anywhere: banded and sparse systems. In short: restart.test.cpp.
 #include <phistep/sparse.hpp>
 
 #include <Eigen/IterativeLinearSolvers>

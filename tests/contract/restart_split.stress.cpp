@@ -1,4 +1,4 @@
-// Motions, restarted anywhere: splits. The quick half: restart_motion.test.cpp.
+// Motions, restarted anywhere: splits. In short: restart_motion.test.cpp.
 #include <phistep/phistep.hpp>
 #include <phistep/sparse.hpp>
 

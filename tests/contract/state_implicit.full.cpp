@@ -1,4 +1,4 @@
-// The contract of a state under implicit schemes, in every shape, arrays, and a user's own. The quick half: state.test.cpp.
+// The contract of a state under implicit schemes, in every shape, arrays, and a user's own. In short: state.test.cpp.
 #include <phistep/phistep.hpp>
 
 #include <cmath>

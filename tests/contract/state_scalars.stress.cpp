@@ -1,4 +1,4 @@
-// The contract of a state: every scalar. The quick half: state.test.cpp.
+// The contract of a state: every scalar. In short: state.test.cpp.
 #include <phistep/phistep.hpp>
 
 #include <algorithm>

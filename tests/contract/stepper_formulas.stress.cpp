@@ -1,4 +1,4 @@
-// Steps against their formulas, and undone: every scheme. The quick half: stepper.test.cpp.
+// Steps against their formulas, and undone: every scheme. In short: stepper.test.cpp.
 #include <phistep/phistep.hpp>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// The contract of a stepper whose scene is split: all of it. The quick half: stepper.test.cpp.
+// The contract of a stepper whose scene is split: all of it. In short: stepper.test.cpp.
 #include <phistep/phistep.hpp>
 
 #include "contract/states.hpp"

@@ -1,4 +1,4 @@
-// Steps that are watched are the steps, for every scheme of motions. The quick half: stepper.test.cpp.
+// Steps that are watched are the steps, for every scheme of motions. In short: stepper.test.cpp.
 #include <phistep/phistep.hpp>
 
 #include "contract/states.hpp"

@@ -1,4 +1,4 @@
-// Steps of first-order states that are watched are the steps, for every scheme. The quick half: stepper.test.cpp.
+// Steps of first-order states that are watched are the steps, for every scheme. In short: stepper.test.cpp.
 #include <phistep/phistep.hpp>
 
 #include "contract/states.hpp"

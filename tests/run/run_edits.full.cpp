@@ -1,4 +1,4 @@
-// run, every scheme: edits between steps. The quick half is run.test.cpp.
+// run, every scheme: edits between steps. In short: run.test.cpp.
 #include "run/run_cases.hpp"
 
 using namespace run_cases;

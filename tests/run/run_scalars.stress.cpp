@@ -1,4 +1,4 @@
-// run, every scalar. The quick half is run.test.cpp.
+// run, every scalar. In short: run.test.cpp.
 #include "run/run_cases.hpp"
 
 using namespace run_cases;

@@ -1,4 +1,4 @@
-// run: views, observers, states that grow. The quick half is run.test.cpp.
+// run: views, observers, states that grow. In short: run.test.cpp.
 #include "run/run_cases.hpp"
 
 using namespace run_cases;

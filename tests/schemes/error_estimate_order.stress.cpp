@@ -1,4 +1,4 @@
-// A step's estimate tends to its error, by every scheme; the quick half is error_estimate.test.cpp.
+// A step's estimate tends to its error, by every scheme; in short: error_estimate.test.cpp.
 #include "schemes/error_estimate_cases.hpp"
 
 using namespace error_estimate_cases;

@@ -1,4 +1,4 @@
-// Rosenbrock schemes with dense, banded and sparse tangents, on problems of their own; the quick half is
+// Rosenbrock schemes with dense, banded and sparse tangents, on problems of their own; in short:
 // rosenbrock.test.cpp.
 #include <phistep/sparse.hpp>
 

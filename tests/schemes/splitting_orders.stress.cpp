@@ -1,4 +1,4 @@
-// Strang's half kicks: orders and stability by every scheme; the quick half is splitting.test.cpp.
+// Strang's half kicks: orders and stability by every scheme; in short: splitting.test.cpp.
 #include "schemes/splitting_cases.hpp"
 
 using namespace splitting_cases;

@@ -1,4 +1,4 @@
-// assess, its dear cases: terms, nonsense, units. The quick half is tests/study/preflight.test.cpp.
+// assess, its dear cases: terms, nonsense, units. In short: tests/study/preflight.test.cpp.
 #include "study/assess_cases.hpp"
 
 using namespace assess_cases;

@@ -1,4 +1,4 @@
-// assess, its dear cases: verdicts of every scheme. The quick half is tests/study/preflight.test.cpp.
+// assess, its dear cases: verdicts of every scheme. In short: tests/study/preflight.test.cpp.
 #include "study/assess_cases.hpp"
 
 using namespace assess_cases;

@@ -1,4 +1,4 @@
-// preflight, the full list of schemes. The quick half is preflight.test.cpp.
+// preflight, the full list of schemes. In short: preflight.test.cpp.
 #include "study/preflight_cases.hpp"
 
 using namespace preflight_cases;

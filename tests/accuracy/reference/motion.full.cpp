@@ -1,4 +1,4 @@
-// Full: the quick comparison with CVODE is accuracy/reference/stiff.test.cpp.
+// In short: accuracy/reference/stiff.test.cpp.
 // Motions against CVODE at fixed steps: the order at which they approach its solution, and how near they come. Where
 // the solution is known to 17 digits, CVODE is checked first. The bounds are the errors found, rounded up: a truncation
 // error depends on neither compiler nor machine.

@@ -1,4 +1,4 @@
-// Full: the quick comparison with CVODE is accuracy/reference/stiff.test.cpp.
+// In short: accuracy/reference/stiff.test.cpp.
 // How often a stiff run makes a Jacobian, a factorization and an iteration, beside CVODE on the same steps.
 
 #include <phistep/phistep.hpp>

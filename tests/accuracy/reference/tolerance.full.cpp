@@ -1,4 +1,4 @@
-// Full: the quick comparison with CVODE is accuracy/reference/stiff.test.cpp.
+// In short: accuracy/reference/stiff.test.cpp.
 // What the tolerances of CVODE and ARKODE mean on the ten problems of tests/accuracy/tolerance.test.cpp, counted alike:
 // errors above 10 and above 100 times κ·rtol, and runs that were given up, of 7 on each problem. Printed, not judged; what
 // is checked is that both are driven rightly, and agree with the digits that everybody is judged by.

@@ -1,4 +1,4 @@
-// banded_system: motions, and what is solved by dense LU beside it. The quick half is banded_system.test.cpp.
+// banded_system: motions, and what is solved by dense LU beside it. In short: banded_system.test.cpp.
 #include "linear/banded/banded_system_cases.hpp"
 
 using namespace banded_cases;

@@ -1,6 +1,6 @@
 #pragma once
 
-// What banded_system.test.cpp and its full half share.
+// What the files banded_system* share.
 
 #include <phistep/phistep.hpp>
 

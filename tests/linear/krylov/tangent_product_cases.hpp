@@ -1,6 +1,6 @@
 #pragma once
 
-// What the quick and the full half of linear/krylov/tangent_product share.
+// What the files linear/krylov/tangent_product* share.
 #include <phistep/krylov.hpp>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Heat without a matrix by every solver; the quick half is tangent_product.test.cpp.
+// Heat without a matrix by every solver; in short: tangent_product.test.cpp.
 #include <phistep/krylov.hpp>
 
 #include <unsupported/Eigen/IterativeSolvers>

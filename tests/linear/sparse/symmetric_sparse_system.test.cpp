@@ -101,7 +101,7 @@ TEST_CASE("a field with wind has an unsymmetric Jacobian: LU, from the start or 
 }
 
 #elif PHISTEP_FULL
-// symmetric_sparse_system behind a stepper: linear problems, differences, patterns. The quick half is systems.test.cpp.
+// symmetric_sparse_system behind a stepper: linear problems, differences, patterns. In short: systems.test.cpp.
 
 using namespace symmetric_sparse_cases;
 

@@ -1,6 +1,6 @@
 #pragma once
 
-// What the files symmetric_sparse_system* share; their quick half is systems.test.cpp.
+// What the files symmetric_sparse_system* share; in short: systems.test.cpp.
 
 #include <phistep/sparse.hpp>
 

@@ -1,4 +1,4 @@
-// symmetric_sparse_system behind a stepper: nets. The quick half is systems.test.cpp.
+// symmetric_sparse_system behind a stepper: nets. In short: systems.test.cpp.
 #include "linear/sparse/symmetric_sparse_system_cases.hpp"
 
 using namespace symmetric_sparse_cases;

@@ -1,4 +1,4 @@
-// Contacts of bodies of other kinds, and in implicit steps. The quick half is contact.test.cpp.
+// Contacts of bodies of other kinds, and in implicit steps. In short: contact.test.cpp.
 #include "particles/contacts/contact_cases.hpp"
 
 using namespace contact_cases;

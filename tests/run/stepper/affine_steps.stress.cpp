@@ -1,4 +1,4 @@
-// What affine steps give, kind by kind; the quick half is affine.test.cpp.
+// What affine steps give, kind by kind; in short: affine.test.cpp.
 #include <algorithm>
 #include <cmath>
 

@@ -1,4 +1,4 @@
-// Exact counts where sparse matrices, masses and solvers differ; the quick half is counts.test.cpp.
+// Exact counts where sparse matrices, masses and solvers differ; in short: counts.test.cpp.
 #include <phistep/sparse.hpp>
 
 #include "run/stepper/counts_cases.hpp"

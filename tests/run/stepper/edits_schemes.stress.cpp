@@ -1,4 +1,4 @@
-// Edited motions, every scheme; the quick half is edits.test.cpp.
+// Edited motions, every scheme; in short: edits.test.cpp.
 #include "run/stepper/edits_cases.hpp"
 
 using namespace edits_cases;

@@ -1,4 +1,4 @@
-// Mass matrices, masses of several blocks and masses that do not fit. The quick half is mass.test.cpp.
+// Mass matrices, masses of several blocks and masses that do not fit. In short: mass.test.cpp.
 #include "step/mass/mass_cases.hpp"
 //
 #include <phistep/sparse.hpp>

@@ -1,4 +1,4 @@
-// A mass per particle in states of all shapes. The quick half is mass.test.cpp.
+// A mass per particle in states of all shapes. In short: mass.test.cpp.
 #include "step/mass/mass_cases.hpp"
 
 using namespace mass_cases;

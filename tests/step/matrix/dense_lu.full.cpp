@@ -1,4 +1,4 @@
-// Dense LU at every size and of every scalar. The quick half is dense_lu.test.cpp.
+// Dense LU at every size and of every scalar. In short: dense_lu.test.cpp.
 #define EIGEN_RUNTIME_NO_MALLOC
 #include "step/matrix/dense_lu_cases.hpp"
 

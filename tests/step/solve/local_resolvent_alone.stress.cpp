@@ -1,4 +1,4 @@
-// Each particle alone and among others, by every scheme; the quick half is local_resolvent.test.cpp.
+// Each particle alone and among others, by every scheme; in short: local_resolvent.test.cpp.
 #include <phistep/autodiff.hpp>
 
 #include "step/solve/local_resolvent_cases.hpp"

@@ -1,4 +1,4 @@
-// Restarts of particles solved one by one; the quick half is local_resolvent.test.cpp.
+// Restarts of particles solved one by one; in short: local_resolvent.test.cpp.
 #include <phistep/io/checkpoint.hpp>
 
 #include "step/solve/local_resolvent_cases.hpp"

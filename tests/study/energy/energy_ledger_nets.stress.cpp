@@ -1,4 +1,4 @@
-// energy_ledger, every scheme: nets of springs. The quick half is energy_ledger.test.cpp.
+// energy_ledger, every scheme: nets of springs. In short: energy_ledger.test.cpp.
 #include "study/energy/energy_ledger_cases.hpp"
 
 using namespace energy_ledger_cases;

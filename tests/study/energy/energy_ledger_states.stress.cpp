@@ -1,5 +1,5 @@
 // energy_ledger: masses that are matrices; states and scalars are in energy_ledger_scalars.stress.cpp.
-// The quick half is energy_ledger.test.cpp.
+// In short: energy_ledger.test.cpp.
 #include "study/energy/energy_ledger_cases.hpp"
 
 using namespace energy_ledger_cases;

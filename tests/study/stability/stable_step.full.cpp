@@ -1,4 +1,4 @@
-// stable_step, all of it; the quick half is tests/study/preflight.test.cpp, which compiles the same headers.
+// stable_step, all of it; in short: tests/study/preflight.test.cpp, which compiles the same headers.
 // What is guaranteed from bounds, against the spectral radius of the step's own matrix: random problems whose stiffness and
 // damping don't commute. And that it is guaranteed where it can be.
 #include <phistep/phistep.hpp>
