@@ -80,7 +80,7 @@ TEST_CASE("docs/reference/schemes.md has the schemes' facts") {
       "| "
       "interpolant of its own |\n|---|---|---|---|---|---|---|---|\n";
   for_each_scheme([&table](const auto& scheme, const char* name) { table += line(scheme, name); });
-  std::ifstream in(std::filesystem::path(__FILE__).parent_path() / "../../../docs/reference/schemes.md");
+  std::ifstream in(std::filesystem::path(PHISTEP_SOURCE_DIR) / "docs/reference/schemes.md");
   REQUIRE(in);
   const std::string text{std::istreambuf_iterator<char>(in), {}};
   INFO("it should have\n" << table);

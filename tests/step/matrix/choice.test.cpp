@@ -59,7 +59,7 @@ TEST_CASE("choice: each row is the first that takes some matrix") {
 }
 
 TEST_CASE("choice: docs/reference/solvers.md has this table") {
-  const auto page = std::filesystem::path(__FILE__).parent_path() / "../../../docs/reference/solvers.md";
+  const auto page = std::filesystem::path(PHISTEP_SOURCE_DIR) / "docs/reference/solvers.md";
   std::ifstream in(page);
   REQUIRE(in);
   const std::string text{std::istreambuf_iterator<char>(in), {}};
