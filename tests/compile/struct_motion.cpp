@@ -1,6 +1,7 @@
 // expect: no member named .y
 // errors: 20
-// Known to be wrong [48]: the names of a struct's blocks are its own, so both should compile. Once they do, this test fails: delete it.
+// Known to be wrong [48]: the names of a struct's blocks are its own, so both should compile. Once they do, this test
+// fails: delete it.
 #include <phistep/phistep.hpp>
 
 #include <tuple>
