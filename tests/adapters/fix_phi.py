@@ -73,6 +73,84 @@ fix gravity all gravity 9.81 vector 0 0 -1
 fix floor all wall/gran hooke/history 20000.0 NULL 50.0 NULL 0.5 1 zplane 0 10
 timestep 0.0005
 """
+# One atom under drag: M v' = -v.
+DRAG = """
+units lj
+atom_style atomic
+region box block 0 10 0 10 0 10
+create_box 1 box
+create_atoms 1 single 5 5 5
+mass 1 1.0
+pair_style zero 2.0
+pair_coeff * *
+velocity all set 1 0 0
+fix drag all viscous 1.0
+timestep 0.1
+"""
+# Two grains that overlap by 0.01, the lower one frozen; the upper one slides along x. They stick, so the force is linear in the way.
+SLIDE = """
+units lj
+atom_style sphere
+newton off
+comm_modify vel yes
+region box block 0 10 0 10 0 10
+create_box 1 box
+create_atoms 1 single 5 5 5
+create_atoms 1 single 5 5 5.99
+set group all diameter 1.0 density 1.9
+group low id 1
+group high id 2
+velocity all set 0 0 0
+velocity high set 0.01 0 0
+pair_style gran/hooke/history 2000.0 NULL 0.0 0.0 10 0
+pair_coeff * *
+fix held low freeze
+fix along_x high setforce NULL NULL 0
+timestep 0.0001
+"""
+# Two atoms on a rod, which turns freely.
+ROD = """
+units lj
+atom_style bond
+atom_modify map array
+special_bonds lj 0 1 1
+region box block 0 10 0 10 0 10
+create_box 1 box bond/types 1 extra/bond/per/atom 2 extra/special/per/atom 4
+create_atoms 1 single 4 5 5
+create_atoms 1 single 4.97 5 5
+mass 1 1.0
+bond_style harmonic
+bond_coeff 1 100.0 0.97
+pair_style zero 2.0
+pair_coeff * *
+create_bonds single/bond 1 1 2
+group a id 1
+group b id 2
+velocity a set 0 1 0
+velocity b set 0 -1 0
+fix rod all shake 1e-10 100 0 b 1
+timestep 0.005
+"""
+# The force on atom 11 is infinite from step 7 on. Atoms are sorted by place before the second run, so it isn't the 11th there.
+INFINITE = """
+units lj
+atom_style atomic
+lattice fcc 0.8442
+region box block 0 6 0 6 0 6
+create_box 1 box
+create_atoms 1 box
+mass 1 1.0
+velocity all create 1.44 87287 loop geom
+pair_style lj/cut 2.5
+pair_coeff 1 1 1.0 1.0 2.5
+neighbor 0.3 bin
+variable push atom "(id==11)*(step>=7)*1e308*10"
+fix push all addforce v_push 0 0
+timestep 0.005
+fix first all nve
+run 4
+unfix first
+"""
 DUMP = "write_dump all custom {file} id {columns} modify sort id format float %.17g\n"
 
 
@@ -130,6 +208,15 @@ def main():
         if not good:
             faults.append(name)
 
+    def known(item, name, right, wrong, why):
+        """Known to be wrong: no fault as long as it is so in the way known. `item` is to mend it."""
+        if not right and wrong:
+            print(f"known {name}: {why} [{item}]", flush=True)
+        elif right:
+            check(name, False, f"it is right now ({why}): make it a check [{item}]")
+        else:
+            check(name, False, f"wrong in another way than known: {why} [{item}]")
+
     melt = dict(pair="lj/cut 2.5", dt=0.005)
     grains = "x y z vx vy vz omegax omegay omegaz"
     for ranks in (1, 2, 3):
@@ -178,6 +265,37 @@ def main():
     for wrong in ("phi", "phi 2", "phi -0.5", "phi verlet 3", "phi 0.5 atol 1", "phi 0.5 rtol 2", "phi sphere"):
         dump, said = runs.run(1, MELT, f"all {wrong}", 1, **melt)
         check(f"`fix 1 all {wrong}` is refused", dump == "" and "fix phi" in said, "" if "fix phi" in said else said[-200:])
+
+    # Forces of other fixes at trial states. Drag: the phi-method's own factor a step is (1 - (1 - phi) dt) / (1 + phi dt).
+    for phi in (0.5, 1.0):
+        dump, said = runs.run(1, DRAG, f"all phi {phi}", 10, "vx")
+        v, exact = (numbers(dump) or [float("nan")])[0], ((1 - (1 - phi) * 0.1) / (1 + phi * 0.1)) ** 10
+        known("49-B", f"drag, phi = {phi}", abs(v - exact) < 1e-9, abs(v - 0.9**10) < 1e-9, f"v = {v:.6f} for {exact:.6f}")
+
+    # A grain's spring along x: two sevenths of the normal stiffness, less what the normal force has along x.
+    stiffness = -2000 * 2 / 7 + 2000 * 0.01 / 0.99
+    for fix, steps in (("nve", 200), ("phi verlet", 200), ("phi 0.5", 50), ("phi 1", 50)):
+        dump, said = runs.run(1, SLIDE, f"high {fix}", steps, "x fx")
+        x, f = numbers(dump)[2:] if len(numbers(dump)) == 4 else (float("nan"),) * 2
+        good, why = abs(f / (x - 5) / stiffness - 1) < 1e-3, f"force over way {f / (x - 5):.1f} for {stiffness:.1f}"
+        if fix in ("nve", "phi verlet"):
+            check(f"a grain slides, fix {fix}", good, why)
+        else:
+            known("49-B", f"a grain slides, fix {fix}", good, -4700 < f / (x - 5) < -4000, why)
+
+    for fix in ("nve", "phi verlet", "phi 0.5"):
+        dump, said = runs.run(1, ROD, f"all {fix}", 400, "vx vy vz")
+        energy = sum(v * v for v in numbers(dump)) / 4 if dump else float("nan")  # LAMMPS' own, an atom's
+        good, why = abs(energy - 0.5) < 1e-6, f"kinetic energy {energy:.5f} for 0.5"
+        if fix != "phi 0.5":
+            check(f"a rod turns, fix {fix}", good, why)
+        else:
+            refused = not dump and "fix phi" in said and "shake" in said
+            known("49-B", f"a rod turns, fix {fix}", good or refused, 0.485 < energy < 0.495, why)
+
+    dump, said = runs.run(1, INFINITE, "all phi verlet", 6)
+    whose = said[said.find("fix phi: ") :][:120]
+    known("49-B", "an infinite force by its atom's name", "atom 11;" in said, dump == "" and "(particle " in whose, whose)
     print(f"{len(faults)} wrong")
     return 1 if faults else 0
 

@@ -8,6 +8,8 @@
 #include <sunlinsol/sunlinsol_spgmr.h>
 #include <sunmatrix/sunmatrix_dense.h>
 
+#include <deque>
+#include <map>
 #include <vector>
 
 #include "adapters/brusselator.hpp"
@@ -220,3 +222,75 @@ TEST_CASE("an exception or error code inside of a linear solve passes through, a
       CHECK(same_bits_on_all(y, before));
     }
 }
+
+namespace {
+/// y' = −50 y² from 1 to t = 1, on a vector of n numbers: each ends at 1/51.
+SundialsForce steep_squares{[](N_Vector y, N_Vector out) {
+  N_VProd(y, y, out);
+  N_VScale(-50, out, out);
+}};
+bool ends_right_or_is_refused(N_Vector vector) {
+  const auto n = static_cast<double>(N_VGetLength(vector));
+  N_VConst(1, vector);
+  try {
+    SundialsField y{vector};
+    PhiStepper stepper{y, steep_squares, tsit5};
+    const RunReport report = integrate(stepper, y, {0.0, 1.0}, tolerance{.rtol = 1e-6, .atol = 1e-9});
+    const double mean = N_VL1Norm(y.handle()) / n;
+    UNSCOPED_INFO(describe(report.outcome) << ", " << report.statistics.steps << " steps, mean " << mean);
+    return report && std::abs(mean * 51 - 1) <= 1e-4;
+  } catch (const std::invalid_argument&) {
+    return true;
+  }
+}
+
+/// The numbers of MPI's ranks under another name, as users write: SUNDIALS_NVEC_CUSTOM. Behind each rank's own there are as many
+/// NaN as all ranks have numbers, so that whoever takes the length of all for that of one reads these.
+namespace own_kind {
+std::deque<std::vector<double>> memory;
+N_Vector clone(N_Vector like) {
+  const N_Vector x = N_VCloneEmpty_Parallel(like);
+  const auto mine = static_cast<std::size_t>(NV_LOCLENGTH_P(like)), all = static_cast<std::size_t>(N_VGetLength(like));
+  memory.emplace_back(mine + all, std::numeric_limits<double>::quiet_NaN());
+  NV_DATA_P(x) = memory.back().data();
+  NV_OWN_DATA_P(x) = SUNFALSE;
+  return x;
+}
+N_Vector make(sunindextype n) {
+  const sunindextype mine = n * (rank() + 1) / ranks() - n * rank() / ranks();
+  const N_Vector like = N_VNewEmpty_Parallel(MPI_COMM_WORLD, mine, n, context), x = clone(like);
+  N_VDestroy(like);
+  x->ops->nvgetvectorid = [](N_Vector) { return SUNDIALS_NVEC_CUSTOM; };
+  x->ops->nvclone = clone;
+  return x;
+}
+}  // namespace own_kind
+
+/// What SUNDIALS' vectors on a device are like: all operations on numbers there, and beside them an array of this process that
+/// holds those of the last copy, here none.
+namespace on_device {
+std::map<const void*, std::vector<double>> copies;
+realtype* last_copy(N_Vector x) {
+  std::vector<double>& its = copies[x->content];
+  its.resize(static_cast<std::size_t>(N_VGetLength(x)));
+  return its.data();
+}
+N_Vector make(sunindextype n) {
+  const N_Vector x = N_VNew_Serial(n, context);
+  x->ops->nvgetvectorid = [](N_Vector) { return SUNDIALS_NVEC_CUDA; };
+  x->ops->nvgetdevicearraypointer = x->ops->nvgetarraypointer;
+  x->ops->nvgetarraypointer = last_copy;
+  return x;
+}
+}  // namespace on_device
+}  // namespace
+
+TEST_CASE("vectors of kinds that SUNDIALS has") {
+  CHECK(ends_right_or_is_refused(N_VNew_Serial(1000, context)));
+  CHECK(ends_right_or_is_refused(N_VNew_Parallel(MPI_COMM_WORLD, 10, 10 * ranks(), context)));
+}
+// On one rank it is right.
+TEST_CASE("a user's own kind of vector, spread over ranks", "[!shouldfail][49-B][several]") {
+  CHECK(ends_right_or_is_refused(own_kind::make(1000)));
+}
+TEST_CASE("a vector on a device", "[!shouldfail][49-B]") { CHECK(ends_right_or_is_refused(on_device::make(1000))); }
