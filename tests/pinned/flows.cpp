@@ -20,7 +20,8 @@ struct Circle {
   }
   [[nodiscard]] Eigen::Matrix2d jacobian(const Vector2d& y) const {
     const double pull = 1 - y.squaredNorm();
-    return Eigen::Matrix2d{{pull - 2 * y[0] * y[0], -2 * y[0] * y[1] - 1}, {-2 * y[0] * y[1] + 1, pull - 2 * y[1] * y[1]}};
+    return Eigen::Matrix2d{{pull - 2 * y[0] * y[0], -2 * y[0] * y[1] - 1},
+                           {-2 * y[0] * y[1] + 1, pull - 2 * y[1] * y[1]}};
   }
 };
 

@@ -52,7 +52,8 @@ const bool added = pinned::added([] {
     Planet y = start();
     PhiStepper stepper{y, KeplerForce{}, rkn86};
     auto turns = event([](const Planet& now) { return now.r.dot(now.v); });
-    auto samples = sampled(std::vector{0.5, 1.75, 6.0, 11.5}, [&hash](double /*t*/, const Planet& now) { hash.add(now); });
+    auto samples =
+        sampled(std::vector{0.5, 1.75, 6.0, 11.5}, [&hash](double /*t*/, const Planet& now) { hash.add(now); });
     pinned::good(integrate(stepper, y, {0.125, 20}, tolerance{.rtol = 1e-8, .atol = 1e-8}, turns, samples));
     for (const double t : turns.times()) hash.add(t);
     hash.add(y);

@@ -20,7 +20,8 @@ Atoms crystal(Index side) {
   const double spacing = 1.0625;
   Eigen::Matrix3Xd r(3, n), v(3, n);
   for (Index k = 0; k < n; ++k) {
-    r.col(k) << static_cast<double>(k % side), static_cast<double>(k / side % side), static_cast<double>(k / (side * side));
+    r.col(k) << static_cast<double>(k % side), static_cast<double>(k / side % side),
+        static_cast<double>(k / (side * side));
     r.col(k) *= spacing;
     for (Index a = 0; a < 3; ++a) {
       r(a, k) += static_cast<double>((7 * k + 11 * a + 3) % 23 - 11) / 256;
@@ -61,11 +62,13 @@ const bool added = pinned::added([] {
   Atoms stars = crystal(9);
   stars.set_box(Box<double, 3>::open()).set_mass(0.0078125);
   scene("gravity of 729 stars by Verlet", stars, AllPairs{SoftenedGravity{1.0, 0.125}}, velocity_verlet, 0.0078125, 10);
-  scene("melt of 343 atoms by the trapezoidal rule", crystal(7), Pairs{law.shifted(1.75), 1.75}, trapezoidal, 0.0078125, 4);
+  scene("melt of 343 atoms by the trapezoidal rule", crystal(7), Pairs{law.shifted(1.75), 1.75}, trapezoidal, 0.0078125,
+        4);
   stars = crystal(7);
   stars.set_box(Box<double, 3>::open());
   scene("drop of 343 atoms, gravity called seldom", stars,
-        Pairs{law.shifted(1.75), 1.75} + seldom(4, AllPairs{SoftenedGravity{0.03125, 0.5}}), velocity_verlet, 0.001953125, 20);
+        Pairs{law.shifted(1.75), 1.75} + seldom(4, AllPairs{SoftenedGravity{0.03125, 0.5}}), velocity_verlet,
+        0.001953125, 20);
   scene("rope of 600 by symplectic Euler", rope_start(600), spring_network<3>(rope(600)) + Gravity{Vector3d{0, 0, -10}},
         symplectic_euler, 0.00390625, 200);
   scene("rope of 600 by backward Euler", rope_start(600),

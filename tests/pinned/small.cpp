@@ -43,8 +43,8 @@ const bool added = pinned::added([] {
   flow("chain of 40 numbers, VectorXd, by tsit5", y, chain, tsit5, 100, tolerance{.rtol = 1e-6, .atol = 1e-6});
   flow("planet by Verlet, 20,000 steps", Motion<Vector2d>{Vector2d{0.5, 0}, Vector2d{0, 1.75}}, problems::KeplerForce{},
        velocity_verlet, 78.125, fixed(0.00390625));
-  flow("Robertson by rodas4p2 to 1e-8", problems::Robertson::start(), problems::Robertson{}, rodas4p2, problems::Robertson::end,
-       tolerance{.rtol = 1e-8, .atol = 1e-12});
+  flow("Robertson by rodas4p2 to 1e-8", problems::Robertson::start(), problems::Robertson{}, rodas4p2,
+       problems::Robertson::end, tolerance{.rtol = 1e-8, .atol = 1e-12});
 });
 
 }  // namespace
