@@ -53,7 +53,8 @@ struct End {
   Vec y, largest;  ///< in plain units
 };
 /// From `start` (in plain units) over a time by a stepper of the scheme.
-[[nodiscard]] End run(const Rates& rates, const Vec& start, double time, auto scheme, const phistep::tolerance& control) {
+[[nodiscard]] End run(const Rates& rates, const Vec& start, double time, auto scheme,
+                      const phistep::tolerance& control) {
   Vec y = start.cwiseProduct(rates.unit);
   Largest seen{y.cwiseAbs()};
   phistep::PhiStepper stepper{y, rates, scheme};
@@ -114,7 +115,8 @@ struct Member {
 [[nodiscard]] inline bool refer(Member& m) {
   const Eigen::Index n = m.start.size();
   m.rates.unit = Vec::Ones(n);
-  const End rough = run(m.rates, m.start, m.time, phistep::radau, tight(1e-7, Vec::Constant(n, 1e-22 * m.start.maxCoeff())));
+  const End rough =
+      run(m.rates, m.start, m.time, phistep::radau, tight(1e-7, Vec::Constant(n, 1e-22 * m.start.maxCoeff())));
   if (!rough.report) return false;
   const Vec atol = 1e-13 * rough.largest.cwiseMax(1e-9 * rough.largest.maxCoeff());
   const End first = run(m.rates, m.start, m.time, phistep::radau, tight(1e-11, atol));
@@ -140,7 +142,9 @@ struct Reaction {
   int from[2], to[2];
   int reactants, products;
 
-  [[nodiscard]] double speed(double k, const double* y) const { return k * y[from[0]] * (reactants == 2 ? y[from[1]] : 1); }
+  [[nodiscard]] double speed(double k, const double* y) const {
+    return k * y[from[0]] * (reactants == 2 ? y[from[1]] : 1);
+  }
   /// Adds to d y/dt; the sum of all species stays.
   void add(double speed, double* out) const {
     for (int j = 0; j < reactants; ++j) out[from[j]] -= speed;
@@ -161,7 +165,8 @@ struct Reaction {
   }
   return all;
 }
-[[nodiscard]] inline std::vector<bool> never_made(const std::vector<Reaction>& reactions, const Vec& start, int species) {
+[[nodiscard]] inline std::vector<bool> never_made(const std::vector<Reaction>& reactions, const Vec& start,
+                                                  int species) {
   std::vector<bool> zero(static_cast<std::size_t>(start.size()));
   for (std::size_t i = 0; i < zero.size(); ++i) zero[i] = start[static_cast<Eigen::Index>(i)] == 0;
   for (int round = 0; round < species; ++round)
@@ -292,7 +297,8 @@ template <class Problem>
   m.rates.rate = [](const Constants& k, const double* y, double* out) {
     const double temperature = y[4];
     const double start = k[0] * std::exp(-24000 / temperature) * y[0] * y[1];
-    const double branch = k[1] * std::exp(-8300 / temperature) * y[2] * y[1], loss = k[2] * y[2], join = k[3] * y[2] * y[2];
+    const double branch = k[1] * std::exp(-8300 / temperature) * y[2] * y[1], loss = k[2] * y[2],
+                 join = k[3] * y[2] * y[2];
     out[0] = out[1] = -start - branch;
     out[2] = 2 * start + branch - loss - 2 * join;
     out[3] = loss + join;
@@ -341,7 +347,8 @@ struct Tallies {
     const auto error = [&m](const End& end) { return m.distance(end.y, m.exact) / (m.kappa * m.rtol); };
     const auto told = [&](const End& end, double measured) {
       return m.name + ", rtol " + figures::text(m.rtol) + ": " + figures::text(measured) + " kappa rtol, kappa " +
-             figures::text(m.kappa) + "; " + std::to_string(end.report.statistics.steps) + " steps, " + end.report.message().substr(0, 60);
+             figures::text(m.kappa) + "; " + std::to_string(end.report.statistics.steps) + " steps, " +
+             end.report.message().substr(0, 60);
     };
     const End own = go({}), own_atol = go(m.atol());
     m.rates.unit = other_units(number, m.start.size());
@@ -355,7 +362,8 @@ struct Tallies {
     if (m.kappa_atol > 1000) continue;
     const auto error_atol = [&m](const End& end) { return m.distance(end.y, m.exact) / (m.kappa_atol * m.rtol); };
     all.by_component.count(own_atol.report && error_atol(own_atol) <= 100, told(own_atol, error_atol(own_atol)));
-    all.by_component_units.count(other_atol.report && error_atol(other_atol) <= 100, told(other_atol, error_atol(other_atol)));
+    all.by_component_units.count(other_atol.report && error_atol(other_atol) <= 100,
+                                 told(other_atol, error_atol(other_atol)));
   }
   return all;
 }
@@ -375,8 +383,9 @@ struct Tallies {
       for (int scheme = 0; scheme < schemes; ++scheme) {
         const End end = run(scheme, m, phistep::tolerance{.rtol = rtol, .max_steps = 50'000});
         const double error = m.distance(end.y, m.exact) / (m.kappa * rtol);
-        all.count(end.report && error <= 100, m.name + ", scheme " + std::to_string(scheme) + ", rtol " + figures::text(rtol) + ": " +
-                                                  figures::text(error) + " kappa rtol; " + end.report.message().substr(0, 60));
+        all.count(end.report && error <= 100, m.name + ", scheme " + std::to_string(scheme) + ", rtol " +
+                                                  figures::text(rtol) + ": " + figures::text(error) + " kappa rtol; " +
+                                                  end.report.message().substr(0, 60));
       }
     }
   return all;

@@ -27,7 +27,8 @@ bool hinted_or_cheap(Eigen::Index n) {
   Eigen::VectorXd y = Eigen::VectorXd::Ones(n);
   y[0] = 0;
   auto report = phistep::integrate(y, Rod{}, {0, 0.01}, phistep::tolerance{.rtol = 1e-3, .atol = 1e-5});
-  return report && (report.schemes.message().find("sparsity(") != std::string::npos || report.statistics.force_calls <= 4 * n);
+  return report &&
+         (report.schemes.message().find("sparsity(") != std::string::npos || report.statistics.force_calls <= 4 * n);
 }
 
 /// Force calls of 100 steps of Verlet with a drag that isn't linear, n particles in space.
@@ -56,9 +57,11 @@ TEST_CASE("a rod of 400 to 1000 points without a stepper: a hint at a pattern, o
 TEST_CASE("Verlet with drag, 1020 unknowns: not more calls than fixed-point iterations need") {
   CHECK(2 * verlet_calls(340) <= 3 * verlet_calls(340, phistep::fixed_point()));
 }
-TEST_CASE("Verlet with drag, 300 and 990 unknowns: not more calls than fixed-point iterations need", "[!shouldfail][46-D]") {
+TEST_CASE("Verlet with drag, 300 and 990 unknowns: not more calls than fixed-point iterations need",
+          "[!shouldfail][46-D]") {
   bool good = true;
-  for (const Eigen::Index n : {100, 330}) good = good && 2 * verlet_calls(n) <= 3 * verlet_calls(n, phistep::fixed_point());
+  for (const Eigen::Index n : {100, 330})
+    good = good && 2 * verlet_calls(n) <= 3 * verlet_calls(n, phistep::fixed_point());
   CHECK(good);
 }
 

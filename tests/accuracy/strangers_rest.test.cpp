@@ -52,11 +52,13 @@ battery::Tally resting() {
       const auto cost = [&](const phistep::AbsoluteTolerance& atol) {
         phistep::Motion body{rest, Vec(Vec::Zero(n))};
         phistep::PhiStepper stepper{body, force, scheme, phistep::mass(Vec(Vec::Constant(n, weight)))};
-        return tries(phistep::integrate(stepper, body, {0, 0.2}, phistep::tolerance{.rtol = 1e-6, .atol = atol, .max_steps = limit}));
+        return tries(phistep::integrate(stepper, body, {0, 0.2},
+                                        phistep::tolerance{.rtol = 1e-6, .atol = atol, .max_steps = limit}));
       };
       const std::int64_t with_atol = cost(1e-9), alone = cost({});
-      all.count(alone <= allowed(with_atol), std::string(name) + ", " + std::to_string(n) + " unknowns: " + std::to_string(alone) +
-                                                 (alone < limit ? "" : " or more") + ", with an atol " + std::to_string(with_atol));
+      all.count(alone <= allowed(with_atol),
+                std::string(name) + ", " + std::to_string(n) + " unknowns: " + std::to_string(alone) +
+                    (alone < limit ? "" : " or more") + ", with an atol " + std::to_string(with_atol));
     });
   }
   return all;
@@ -76,8 +78,9 @@ battery::Tally settling() {
         std::int64_t late = 0;
         for (const double end : {5.0, 20.0, 40.0, 60.0, 100.0, 200.0}) {
           const bool rests = t >= 40;
-          const phistep::RunReport report = phistep::integrate(
-              stepper, body, {t, end}, phistep::tolerance{.rtol = 1e-6, .atol = atol, .max_steps = rests ? limit : 100'000});
+          const phistep::RunReport report =
+              phistep::integrate(stepper, body, {t, end},
+                                 phistep::tolerance{.rtol = 1e-6, .atol = atol, .max_steps = rests ? limit : 100'000});
           if (rests) late += tries(report);
           if (!report) return rests ? std::max(late, limit) : std::int64_t{1'000'000};
           t = end;
@@ -85,8 +88,9 @@ battery::Tally settling() {
         return late;
       };
       const std::int64_t with_atol = cost(1e-9), alone = cost({});
-      all.count(alone <= allowed(with_atol), std::string(name) + ", masses " + std::to_string(n) + ": " + std::to_string(alone) +
-                                                 (alone < limit ? "" : " or more") + ", with an atol " + std::to_string(with_atol));
+      all.count(alone <= allowed(with_atol), std::string(name) + ", masses " + std::to_string(n) + ": " +
+                                                 std::to_string(alone) + (alone < limit ? "" : " or more") +
+                                                 ", with an atol " + std::to_string(with_atol));
     });
   }
   return all;
