@@ -1,4 +1,8 @@
 // Rate equations whose components differ in size, the scheme chosen by the library: with rtol alone, and with an atol by component.
+#if defined(__GNUC__) && !defined(__clang__)
+// g++ 12 at -O2 takes what a stepper without an implicit part never fills for used where the chosen one is replaced.
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#endif
 #include <phistep/automatic.hpp>
 
 #include "accuracy/mechanisms.hpp"
@@ -22,8 +26,7 @@ using mechanisms::End, mechanisms::Member, mechanisms::Tallies;
 
 End automatic(int /*number*/, const Member& m, const phistep::tolerance& control) {
   mechanisms::Vec y = m.start.cwiseProduct(m.rates.unit);
-  mechanisms::Rates rates = m.rates;
-  const phistep::RunReport report = phistep::integrate(y, rates, {0, m.time}, control);
+  const phistep::RunReport report = phistep::integrate(y, m.rates, {0, m.time}, control);
   return {report, y.cwiseQuotient(m.rates.unit), y};
 }
 const Tallies& family() {
