@@ -1,4 +1,4 @@
-// Rate equations whose components differ in size, the scheme chosen by the library: with rtol alone, and with an atol by component.
+// Rate equations whose components differ in size, without a stepper: with rtol alone, and with an atol by component.
 #if defined(__GNUC__) && !defined(__clang__)
 // g++ 12 at -O2 takes what a stepper without an implicit part never fills for used where the chosen one is replaced.
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
@@ -58,6 +58,7 @@ TEST_CASE("mechanisms without a stepper, rtol alone: other units move none", "[!
   battery::none(family().units);
 }
 
+// 2 % may be.
 TEST_CASE("mechanisms without a stepper, rtol alone: no more are refused than known") {
   battery::at_most(known_refused, family().refused);
 }
