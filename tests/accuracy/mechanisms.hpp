@@ -197,8 +197,8 @@ struct Reaction {
   return m;
 }
 
-/// Van der Pol's oscillator (μ = 0: a harmonic one) of amplitude 1e-6 … 0.1 beside one to three values of 100 to 10,000 that rest
-/// or settle.
+/// Van der Pol's oscillator (μ = 0: a harmonic one) of amplitude 1e-6 … 0.1 beside one to three values of 100 to 10,000
+/// that rest or settle.
 [[nodiscard]] inline Member oscillator(truth::Random& random) {
   Member m;
   m.name = "oscillator beside constants";
@@ -223,8 +223,7 @@ struct Reaction {
   return m;
 }
 
-/// A mechanism of 3 to 5 species at 1e-6 … 0.1 whose constants follow a temperature, which each species' energy changes by at
-/// most 500.
+/// A mechanism of 3 to 5 species at 1e-6 … 0.1 whose constants follow a temperature; a species' energy is at most 500 K.
 [[nodiscard]] inline Member heated(truth::Random& random) {
   Member m;
   m.name = "reactions beside a temperature";
@@ -289,7 +288,8 @@ template <class Problem>
   };
   return m;
 }
-/// Chain branching: fuel F, oxygen O, radical X (from 0), product P and the temperature. F + O → 2X, X + O → 2X + …, X → P, 2X → P.
+/// Chain branching: fuel F, oxygen O, a radical X from 0, a product P, the temperature.
+/// F + O → 2X, F + O + X → 2X, X → P, 2X → P
 [[nodiscard]] inline Member ignition() {
   Member m;
   m.name = "ignition", m.start = Vec{{0.02, 0.01, 0, 0, 1000}}, m.time = 0.002;
