@@ -3,7 +3,7 @@
 #include "support/catch.hpp"
 
 #if PHISTEP_STRESS
-constexpr int members = 600, known_unknown = 999, known_known = 999, known_samples = 999, known_sampled_runs = 999;
+constexpr int members = 400, known_unknown = 999, known_known = 999, known_samples = 999, known_sampled_runs = 999;
 #elif PHISTEP_FULL
 constexpr int members = 100, known_unknown = 999, known_known = 999, known_samples = 999, known_sampled_runs = 999;
 #endif
