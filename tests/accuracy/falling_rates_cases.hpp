@@ -145,8 +145,12 @@ struct Seen {
 /// Four questions, each to every member: is the end of each step right, where the jumps are unknown and where steps end on
 /// them? Are the samples as right as the ends of the steps? Does a run that succeeds still do so when samples are taken?
 struct Answers {
-  battery::Tally unknown{"falling rates"}, known{"falling rates, steps end on the jumps"};
-  battery::Tally samples{"falling rates, samples"}, sampled_runs{"falling rates, runs with samples"};
+  explicit Answers(const std::string& name)
+      : unknown{name},
+        known{name + ", steps end on the jumps"},
+        samples{name + ", samples"},
+        sampled_runs{name + ", runs with samples"} {}
+  battery::Tally unknown, known, samples, sampled_runs;
   double calls_unknown = 0, calls_known = 0;
 };
 
