@@ -1,0 +1,74 @@
+// Jumps of a load at times that the user knows, at a fixed Δt: every scheme keeps its order.
+#include "accuracy/jumps_cases.hpp"
+#include "support/catch.hpp"
+
+// Beside each number a few more are let pass: rounding decides some members.
+#if PHISTEP_STRESS
+constexpr int members = 100;
+constexpr int known_at_times = 544, known_row_of_runs = 561, known_handler = 98, known_observer = 102;
+#elif PHISTEP_FULL
+constexpr int members = 20;
+constexpr int known_at_times = 110, known_row_of_runs = 116, known_handler = 21, known_observer = 22;
+#endif
+
+using jumps::Way;
+
+namespace {
+
+template <Way way>
+const battery::Tally& tally() {
+  static const battery::Tally counted = [] {
+    battery::Tally tally{"jumps, fixed steps, " + jumps::name(way)};
+    for (int number = 0; number < members; ++number) {
+      const auto each = [&](const char* name, auto scheme, double order, int steps, double unit = 1) {
+        jumps::order_survives<jumps::Turning>(tally, number, way, name, scheme, order, steps, unit);
+      };
+      each("tsit5", phistep::tsit5, 5, 4);
+      each("dop853", phistep::dop853, 8, 1);
+      each("rodas5p", phistep::rodas5p, 5, 4);
+      each("radau", phistep::radau, 5, 2);
+      each("tr_bdf2", phistep::tr_bdf2, 2, 10);
+      each("trapezoidal", phistep::trapezoidal, 2, 10);
+      each("midpoint", phistep::midpoint, 2, 10);
+      each("phi(0.7)", phistep::phi(0.7), 1, 40);
+    }
+    return tally;
+  }();
+  return counted;
+}
+
+}  // namespace
+
+TEST_CASE("jumps, fixed steps: right where the steppers are new or told") {
+  battery::at_most(0, tally<Way::pieces>());
+  battery::at_most(0, tally<Way::handler_resets>());
+  battery::at_most(0, tally<Way::observer_resets>());
+}
+
+TEST_CASE("jumps, fixed steps, steps end on the jumps: no more are wrong than known") {
+  battery::at_most(known_at_times, tally<Way::at_times>());
+}
+TEST_CASE("jumps, fixed steps, steps end on the jumps: none is wrong", "[!shouldfail][48]") {
+  battery::none(tally<Way::at_times>());
+}
+
+TEST_CASE("jumps, fixed steps, a run ends on each jump: no more are wrong than known") {
+  battery::at_most(known_row_of_runs, tally<Way::row_of_runs>());
+}
+TEST_CASE("jumps, fixed steps, a run ends on each jump: none is wrong", "[!shouldfail][48]") {
+  battery::none(tally<Way::row_of_runs>());
+}
+
+TEST_CASE("jumps, fixed steps, at_times switches the load: no more are wrong than known") {
+  battery::at_most(known_handler, tally<Way::handler>());
+}
+TEST_CASE("jumps, fixed steps, at_times switches the load: none is wrong", "[!shouldfail][48]") {
+  battery::none(tally<Way::handler>());
+}
+
+TEST_CASE("jumps, fixed steps, an observer switches the load: no more are wrong than known") {
+  battery::at_most(known_observer, tally<Way::observer>());
+}
+TEST_CASE("jumps, fixed steps, an observer switches the load: none is wrong", "[!shouldfail][48]") {
+  battery::none(tally<Way::observer>());
+}
