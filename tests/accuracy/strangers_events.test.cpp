@@ -1,0 +1,337 @@
+// Programs with events as users write them, each with its right answer: closed forms, or bisection of one.
+#include <phistep/phistep.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "support/battery.hpp"
+#include "support/catch.hpp"
+#include "support/shared_force.hpp"
+
+#if PHISTEP_FULL
+
+using namespace phistep;
+
+namespace {
+
+using One = Eigen::Vector<double, 1>;
+using Two = Eigen::Vector2d;
+using Rate = shared_force::OfStateAndTime<Two>;
+
+// ---- a ball on a floor, by the time of day ----
+
+template <class T>
+struct Bounces {
+  Outcome outcome;
+  int seen, due;
+  double lowest;  ///< [m]
+  [[nodiscard]] bool right() const { return outcome == Outcome::success && seen == due && lowest > -0.01; }
+};
+/// A ball falls from 1 m under 9.81 m/s² and bounces without loss: after 0.4515 s, then each 0.9030 s.
+template <class T>
+Bounces<T> bounce(auto scheme, double t0, double dt, double length = 10) {
+  using V = Eigen::Vector<T, 1>;
+  Motion<V> ball{V{T(1)}, V{T(0)}};
+  PhiStepper stepper{ball, Gravity{V{T(-9.81)}}, scheme};
+  auto floor =
+      event([](const auto& y) { return y.r[0]; }, {.direction = Direction::falling}, [](T, auto& y) { y.v = -y.v; });
+  double lowest = 1;
+  const auto look = [&](T, const auto& y) { lowest = std::min(lowest, static_cast<double>(y.r[0])); };
+  const RunReport report = integrate(stepper, ball, {T(t0), T(t0 + length)}, fixed(dt), floor, look);
+  const int due = static_cast<int>((length - 0.451524) / 0.903047) + 1;
+  return {report.outcome, static_cast<int>(floor.times().size()), due, lowest};
+}
+
+const battery::Tally& late_balls() {
+  static const battery::Tally counted = [] {
+    battery::Tally tally{"a ball on a floor late in the day"};
+    const auto count = [&](const char* name, const auto& ball) {
+      tally.count(ball.right(), std::string{name} + ": " + std::to_string(ball.seen) + " of " +
+                                    std::to_string(ball.due) + " bounces, lowest " + std::to_string(ball.lowest) +
+                                    " m");
+    };
+    // Δt is 1,048 and more, 2,621, 273, 419 and 859 ulp of the time.
+    count("float from 0 s, dt 1e-3", bounce<float>(velocity_verlet, 0, 1e-3));
+    count("float from 60 s, dt 1e-2", bounce<float>(velocity_verlet, 60, 1e-2));
+    count("float from 1000 s, 60 frames a second", bounce<float>(velocity_verlet, 1000, 1.0 / 60));
+    count("double from 1.7e9 s, dt 1e-4", bounce<double>(velocity_verlet, 1.7e9, 1e-4));
+    count("double from 1.7e9 s, dt 1e-4, trapezoidal", bounce<double>(trapezoidal, 1.7e9, 1e-4));
+    count("double from 1e6 s, dt 1e-7", bounce<double>(symplectic_euler, 1e6, 1e-7, 1.6));
+    return tally;
+  }();
+  return counted;
+}
+
+// ---- two runs in a row ----
+
+/// How often an event is seen in two runs, 0 … 1 and 1 … 2, where y₀ passes its level within `ulps` of the joint.
+template <class Scheme>
+int seen_at_the_joint(const Rate& f, Two y0, Scheme scheme, const auto& control, int ulps) {
+  double level = 0;
+  int seen = 0;
+  const auto run = [&](const auto&... observers) {
+    Two y = y0;
+    PhiStepper stepper{y, f, scheme};
+    for (const double t : {0.0, 1.0}) {
+      if (!integrate(stepper, y, {t, t + 1}, control, observers...)) seen += 100;
+      if (sizeof...(observers) == 0 && t == 0) level = y[0];
+    }
+  };
+  run();
+  for (int n = 0; n < std::abs(ulps); ++n) level = std::nextafter(level, ulps > 0 ? 10.0 : -10.0);
+  Two y = y0;
+  PhiStepper stepper{y, f, scheme};
+  auto passes = event([&](const Two& x) { return x[0] - level; }, {}, [&](double, Two&) { ++seen; });
+  for (const double t : {0.0, 1.0})
+    if (!integrate(stepper, y, {t, t + 1}, control, passes)) seen += 100;
+  return seen;
+}
+template <class Scheme>
+battery::Tally joints(const std::string& name, Scheme scheme, const auto& control) {
+  battery::Tally tally{"a root where two runs meet, " + name};
+  const std::array<std::pair<Rate, Two>, 3> problems{{
+      {[](const Two&, double) -> Two {
+         return {1, 0};
+       },
+       {0, 0.5}},
+      {[](const Two& y, double) -> Two {
+         return {-y[1], y[0]};
+       },
+       {1, 0.5}},
+      {[](const Two& y, double) -> Two {
+         return {-3 * (y[0] - 2), -y[1]};
+       },
+       {1, 0.5}},
+  }};
+  for (std::size_t n = 0; n < problems.size(); ++n)
+    for (int ulps = -12; ulps <= 12; ++ulps) {
+      const int seen = seen_at_the_joint(problems[n].first, problems[n].second, scheme, control, ulps);
+      tally.count(seen == 1, "problem " + std::to_string(n) + ", " + std::to_string(ulps) + " ulp: seen " +
+                                 std::to_string(seen) + " times");
+    }
+  return tally;
+}
+const tolerance joint_tolerance{.rtol = 1e-6, .atol = 1e-6};
+const battery::Tally& radau_joints() {
+  static const battery::Tally counted = joints("radau", radau, joint_tolerance);
+  return counted;
+}
+
+// ---- threads of public trackers, one scheme of each kind ----
+
+/// f(scheme) for one explicit and one implicit scheme.
+void with_schemes(const auto& f) {
+  f("tsit5", tsit5);
+  f("radau", radau);
+}
+
+}  // namespace
+
+TEST_CASE("a ball that bounces without loss: all bounces, in double from 0 and from 1.7e9 s, in float at 1/100 s") {
+  for (const auto& ball : {bounce<double>(velocity_verlet, 0, 1e-3), bounce<double>(velocity_verlet, 1.7e9, 1e-3)})
+    CHECK(ball.right());
+  CHECK(bounce<float>(velocity_verlet, 0, 1e-2).right());
+}
+TEST_CASE("a ball that bounces late in the day: no more balls are wrong than known") {
+  battery::at_most(6, late_balls());
+}
+TEST_CASE("a ball that bounces late in the day: all bounces", "[!shouldfail][47-A]") { battery::none(late_balls()); }
+TEST_CASE("a ball whose steps are 41 ulp of the time is refused at the start", "[!shouldfail][47-A]") {
+  CHECK(bounce<double>(velocity_verlet, 1.7e12, 0.01).outcome == Outcome::step_too_small);
+}
+
+TEST_CASE("a root where one run ends and the next begins is seen once") {
+  battery::at_most(0, joints("tsit5", tsit5, joint_tolerance));
+  battery::at_most(0, joints("radau(3)", radau(3), joint_tolerance));
+  battery::at_most(0, joints("tr_bdf2", tr_bdf2, joint_tolerance));
+  battery::at_most(0, joints("forward_euler, fixed steps", forward_euler, fixed(0.01)));
+}
+// The interpolated g of radau's last step is off its end by more than the joint's width.
+TEST_CASE("a root where two runs of radau meet: no more are seen twice than known") {
+  battery::at_most(25, radau_joints());
+}
+TEST_CASE("a root where two runs of radau meet is seen once", "[!shouldfail][47-A]") { battery::none(radau_joints()); }
+
+TEST_CASE("a narrow window between two levels: its opening is seen, whatever the step") {
+  with_schemes([](const char* name, auto scheme) {
+    CAPTURE(name);
+    Two y{0, 0};
+    PhiStepper stepper{y, Rate{[](const Two&, double) -> Two { return {0.4, 0}; }}, scheme};
+    std::vector<double> seen;
+    auto window = event([](const Two& c) { return (c[0] - 0.18) * (0.19 - c[0]); }, {},
+                        [&](double t, Two&) { seen.push_back(t); });
+    REQUIRE(integrate(stepper, y, {0, 1}, tolerance{.rtol = 1e-6}, window));
+    REQUIRE(seen.size() == 2);
+    CHECK(seen[0] == Approx(0.45).epsilon(1e-12));
+    CHECK(seen[1] == Approx(0.475).epsilon(1e-12));
+  });
+}
+
+namespace {
+/// At t = 5 a handler sets y from −1 to 1; two more events lie at y = 0 and y = 1/2, on the way up.
+struct Carried {
+  int set = 0, at_zero = 0, at_half = 0;
+  double worst = 0;  ///< [time] of the others from t = 5
+};
+Carried carry(auto scheme) {
+  Carried count;
+  Two y{-1, 0};
+  PhiStepper stepper{y, Rate{[](const Two&, double) -> Two { return {0, 0}; }}, scheme};
+  const auto note = [&](int& what) {
+    return [&](double t, Two&) {
+      ++what;
+      count.worst = std::max(count.worst, std::abs(t - 5));
+    };
+  };
+  auto sets = event([](double t, const Two&) { return t - 5; }, {}, [&](double, Two& u) { u[0] = 1, ++count.set; });
+  auto zero = event([](const Two& u) { return u[0]; }, {.direction = Direction::rising}, note(count.at_zero));
+  auto half = event([](const Two& u) { return u[0] - 0.5; }, {.direction = Direction::rising}, note(count.at_half));
+  REQUIRE(integrate(stepper, y, {0, 10}, tolerance{.rtol = 1e-6}, sets, zero, half));
+  REQUIRE(y[0] == 1);
+  return count;
+}
+}  // namespace
+TEST_CASE("a handler that sets the state is called once, and no event happens but with it") {
+  const Carried count = carry(tsit5);
+  CHECK(count.set == 1);
+  CHECK(count.worst <= 1e-12);
+}
+TEST_CASE("a handler that sets the state beyond other events' zeros calls theirs, too, once each",
+          "[!shouldfail][47-A]") {
+  const Carried count = carry(tsit5);
+  CHECK(std::pair{count.at_zero, count.at_half} == std::pair{1, 1});
+}
+
+TEST_CASE("a ball from 50 m and 5 m for 500 s: all bounces, no loss of energy") {
+  with_schemes([](const char* name, auto scheme) {
+    for (const double h : {50.0, 5.0}) {
+      CAPTURE(name, h);
+      Two y{h, 0};
+      PhiStepper stepper{y, Rate{[](const Two& u, double) -> Two { return {u[1], -9.8}; }}, scheme};
+      int bounces = 0;
+      double lowest = 0;
+      auto floor = event([](const Two& u) { return u[0]; }, {.direction = Direction::falling},
+                         [&](double, Two& u) { u[1] = -u[1], ++bounces; });
+      const auto look = [&](double, const Two& u) { lowest = std::min(lowest, u[0]); };
+      REQUIRE(integrate(stepper, y, {0, 500}, tolerance{.rtol = 1e-6}, floor, look));
+      const double drop = std::sqrt(2 * h / 9.8);
+      CHECK(bounces == 1 + static_cast<int>((500 - drop) / (2 * drop)));
+      CHECK(lowest >= -1e-9);
+      CHECK((y[1] * y[1] / 2 + 9.8 * y[0]) / (9.8 * h) == Approx(1).epsilon(1e-9));
+    }
+  });
+}
+
+namespace {
+/// Two neurons that inhibit each other: u' = X − u + Σ g (t − t_k) exp(−(t − t_k)) over the other's spikes; u = 1 is a spike
+/// and sets u to 0.
+struct Neurons {
+  static constexpr double g = -0.4, drive = 1.3, end = 200;
+  using Spikes = std::array<std::vector<double>, 2>;
+
+  static double kick(double t, const std::vector<double>& spikes) {
+    double sum = 0;
+    for (const double e : spikes)
+      if (t >= e && t - e < 60) sum += g * (t - e) * std::exp(-(t - e));
+    return sum;
+  }
+  /// By the closed form between two spikes, and bisection.
+  static Spikes exact() {
+    Spikes spikes;
+    double t = 0;
+    std::array<double, 2> u{0, 0.001};
+    const auto value = [&](std::size_t i, double s) {
+      double v = drive + (u[i] - drive) * std::exp(-s);
+      for (const double e : spikes[1 - i]) {
+        const double age = t - e;
+        if (age < 60) v += g * std::exp(-(s + age)) * (age * s + s * s / 2);
+      }
+      return v;
+    };
+    while (t < end) {
+      double next = end - t;
+      std::size_t who = 2;
+      for (std::size_t i = 0; i < 2; ++i)
+        for (double s = 1e-3; s < next; s += 1e-3) {
+          if (value(i, s) < 1) continue;
+          double low = s - 1e-3, high = s;
+          for (int k = 0; k < 60; ++k) {
+            const double middle = (low + high) / 2;
+            (value(i, middle) >= 1 ? high : low) = middle;
+          }
+          if (high < next) next = high, who = i;
+          break;
+        }
+      u = {value(0, next), value(1, next)};
+      t += next;
+      if (who == 2) break;
+      u[who] = 0;
+      spikes[who].push_back(t);
+    }
+    return spikes;
+  }
+};
+}  // namespace
+TEST_CASE("two neurons that inhibit each other: all spikes, each at its time") {
+  const Neurons::Spikes exact = Neurons::exact();
+  REQUIRE(exact[0].size() > 20);
+  with_schemes([&](const char* name, auto scheme) {
+    CAPTURE(name);
+    Neurons::Spikes spikes;
+    Two y{0, 0.001};
+    const Rate rate{[&](const Two& u, double t) -> Two {
+      return {Neurons::drive - u[0] + Neurons::kick(t, spikes[1]), Neurons::drive - u[1] + Neurons::kick(t, spikes[0])};
+    }};
+    PhiStepper stepper{y, rate, scheme};
+    const auto neuron = [&](int i) {
+      return event([i](const Two& u) { return u[i] - 1; }, {.direction = Direction::rising},
+                   [&spikes, i](double t, Two& u) {
+                     u[i] = 0;
+                     spikes[static_cast<std::size_t>(i)].push_back(t);
+                   });
+    };
+    auto first = neuron(0), second = neuron(1);
+    REQUIRE(integrate(stepper, y, {0, Neurons::end}, tolerance{.rtol = 1e-8}, second, first));
+    for (std::size_t i = 0; i < 2; ++i) {
+      REQUIRE(spikes[i].size() == exact[i].size());
+      for (std::size_t k = 0; k < exact[i].size(); ++k) REQUIRE(std::abs(spikes[i][k] - exact[i][k]) <= 1e-4);
+    }
+  });
+}
+
+TEST_CASE("a tank that empties at a steady rate ends the run at t = 100, a parachute on the ground") {
+  with_schemes([](const char* name, auto scheme) {
+    CAPTURE(name);
+    const auto landing = [&](Two y, const Rate& rate, double t1) {
+      PhiStepper stepper{y, rate, scheme};
+      auto ground = event([](const Two& u) { return u[0]; }, EventOptions{.terminal = true});
+      const RunReport report = integrate(stepper, y, {0, t1}, tolerance{.rtol = 1e-6}, ground);
+      CHECK(report.outcome == Outcome::stopped_by_event);
+      CHECK(std::abs(y[0]) <= 1e-9);
+      return report.t;
+    };
+    CHECK(landing(
+              {1, 0},
+              [](const Two&, double) -> Two {
+                return {-0.01, 0};
+              },
+              200) == Approx(100).epsilon(1e-12));
+    // y'' = −10 + 0.01 v² from 1000 m at rest
+    const double limit = std::sqrt(1000.0), exact = limit / 10 * std::acosh(std::exp(1000 * 10 / (limit * limit)));
+    const double t = landing(
+        {1000, 0},
+        [](const Two& u, double) -> Two {
+          return {u[1], -10 + 0.01 * u[1] * u[1]};
+        },
+        40);
+    CHECK(t == Approx(exact).epsilon(1e-5));
+  });
+}
+
+#endif

@@ -1,0 +1,50 @@
+// Forces that are NaN beyond a bound, under φ-schemes and TR-BDF2. The members are those of force_bounds.hpp.
+#include "failure/force_bounds.hpp"
+
+using namespace force_bounds;
+
+#if PHISTEP_STRESS
+constexpr int members = 600, known_touching = 0, known_inside = 0, known_fixed = 0;
+#elif PHISTEP_FULL
+constexpr int members = 90, known_touching = 0, known_inside = 0, known_fixed = 0;
+#endif
+
+namespace {
+
+const Batteries& bounds() {
+  static const Batteries all{"force bounds, phi-schemes",
+                             {
+                                 subject<Flow>("trapezoidal", trapezoidal),
+                                 subject<Flow>("backward_euler", backward_euler),
+                                 subject<Flow>("tr_bdf2", tr_bdf2),
+#if PHISTEP_STRESS
+                                 subject<Flow>("midpoint", midpoint),
+                                 subject<Flow>("phi(0.7)", phi(0.7)),
+#endif
+                             },
+                             members};
+  return all;
+}
+
+}  // namespace
+
+TEST_CASE("force bounds, phi-schemes, touched under a tolerance: no more are wrong than known") {
+  battery::at_most(known_touching, bounds().touching());
+}
+TEST_CASE("force bounds, phi-schemes, touched under a tolerance: none is wrong", "[!shouldfail][48]") {
+  battery::none(bounds().touching());
+}
+
+TEST_CASE("force bounds, phi-schemes, inside under a tolerance: no more are wrong than known") {
+  battery::at_most(known_inside, bounds().inside());
+}
+TEST_CASE("force bounds, phi-schemes, inside under a tolerance: none is wrong", "[!shouldfail][48]") {
+  battery::none(bounds().inside());
+}
+
+TEST_CASE("force bounds, phi-schemes, fixed steps: no more are wrong than known") {
+  battery::at_most(known_fixed, bounds().fixed_steps());
+}
+TEST_CASE("force bounds, phi-schemes, fixed steps: none is wrong", "[!shouldfail][48]") {
+  battery::none(bounds().fixed_steps());
+}
