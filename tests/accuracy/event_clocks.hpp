@@ -164,11 +164,11 @@ struct Problem {
       out << report.message() << " (" << log.size() << " events)";
       return out.str();
     }
-    // Events are known to 16 roundings of the clock, both of a gap; positions to some roundings a step.
+    // Each end of a gap is known to 32 ulp of the clock; positions to some roundings a step.
     const double ulp = static_cast<double>(clock.tick_at_end()), period = static_cast<double>(clock.period);
     const double steps = period / static_cast<double>(clock.dt);
     const double slack =
-        40 * ulp + (16 + 4 * steps) * furthest * static_cast<double>(std::numeric_limits<T>::epsilon()) * period;
+        64 * ulp + (16 + 4 * steps) * furthest * static_cast<double>(std::numeric_limits<T>::epsilon()) * period;
     T last = clock.t0;
     std::size_t at = 0;
     for (std::size_t n = 0;; ++n) {

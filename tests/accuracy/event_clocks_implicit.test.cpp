@@ -29,7 +29,7 @@ const Batteries<double>& clocks() {
 
 }  // namespace
 
-// An event is known to 16 roundings of the clock. Today it may happen 1024 ulp too early, where a step ends that near to it.
+// Today an event may happen 1024 ulp of the time too early, where a step ends that near to it.
 TEST_CASE("event clocks, double, implicit: no more are wrong than known") {
   battery::at_most(known_apart, clocks().apart());
 }

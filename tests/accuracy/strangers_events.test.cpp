@@ -149,8 +149,7 @@ TEST_CASE("a ball whose steps are 41 ulp of the time is refused at the start", "
 TEST_CASE("a root where one run ends and the next begins is seen once") {
   battery::at_most(0, joints("tsit5", tsit5, joint_tolerance));
   battery::at_most(0, joints("radau(3)", radau(3), joint_tolerance));
-  battery::at_most(0, joints("tr_bdf2", tr_bdf2, joint_tolerance));
-  battery::at_most(0, joints("forward_euler, fixed steps", forward_euler, fixed(0.01)));
+  battery::at_most(0, joints("tsit5, fixed steps", tsit5, fixed(0.01)));
 }
 // The interpolated g of radau's last step is off its end by more than the joint's width.
 TEST_CASE("a root where two runs of radau meet: no more are seen twice than known") {
@@ -258,14 +257,17 @@ struct Neurons {
       double next = end - t;
       std::size_t who = 2;
       for (std::size_t i = 0; i < 2; ++i)
-        for (double s = 1e-3; s < next; s += 1e-3) {
-          if (value(i, s) < 1) continue;
-          double low = s - 1e-3, high = s;
+        for (double s = 0; s < next; s += 1e-3) {
+          double low = s, high = std::min(s + 1e-3, next);
+          if (value(i, high) < 1) continue;
           for (int k = 0; k < 60; ++k) {
             const double middle = (low + high) / 2;
             (value(i, middle) >= 1 ? high : low) = middle;
           }
-          if (high < next) next = high, who = i;
+          if (high < next) {
+            next = high;
+            who = i;
+          }
           break;
         }
       u = {value(0, next), value(1, next)};

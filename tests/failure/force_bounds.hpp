@@ -35,7 +35,7 @@ struct Problem {
   double t1, scale;  ///< of time, and of the first component
   Force force;
   std::function<bool(const S&, double)> is_inside;  ///< the force is defined there
-  double exact = not_a_number;                               ///< of the first component at t1; NaN where not known
+  double exact = not_a_number;                      ///< of the first component at t1; NaN where not known
   bool touches = false;
   int fewest_steps = 5;  ///< by a fixed Δt
 };
@@ -60,7 +60,7 @@ struct Control {
 /// f(fixed(…)) or f(tolerance{…})
 template <class F>
 RunReport with_control(const Control& control, F&& f) {
-  constexpr std::int64_t most = 20000;
+  constexpr std::int64_t most = 50000;
   if (control.is_fixed) return f(fixed(control.dt, {.max_steps = most}));
   tolerance tol{.rtol = control.rtol, .max_steps = most};
   if (control.atol >= 0) tol.atol = control.atol;
@@ -71,14 +71,17 @@ template <class P>
 struct Subject {
   std::string name;
   std::function<RunReport(P&, const Control&)> run;
+  int digits = 9;  ///< the tightest rtol: what takes thousands of steps anyway is not asked for
 };
 template <class P>
-Subject<P> subject(const std::string& name, auto scheme) {
+Subject<P> subject(const std::string& name, auto scheme, int digits = 9) {
   return {
-      name, [scheme](P& problem, const Control& control) {
+      name,
+      [scheme](P& problem, const Control& control) {
         PhiStepper stepper{problem.y, problem.force, scheme};
         return with_control(control, [&](const auto& c) { return integrate(stepper, problem.y, {0, problem.t1}, c); });
-      }};
+      },
+      digits};
 }
 
 /// Right where empty; `refused` where it is right to fail and it did.
@@ -117,7 +120,7 @@ battery::Tally run(const std::string& name, const std::vector<Subject<P>>& subje
     P problem = draw(random);
     Control control{.is_fixed = by_fixed_steps};
     control.dt = problem.t1 / (problem.fewest_steps * random.integer(1, 40));
-    control.rtol = std::pow(10.0, -random.integer(3, 9));
+    control.rtol = std::pow(10.0, -random.integer(3, subject.digits));
     if (random.chance(0.5)) control.atol = control.rtol * problem.scale * std::pow(10.0, -random.integer(0, 4));
     bool is_refused = false;
     const std::string found = verdict(problem, subject, control, is_refused);
@@ -254,7 +257,7 @@ inline Flow draw_inside(truth::Random& random) {
       p.name = "at rest near to a logarithm's end";
       p.scale = 1;
       p.y = one(0);
-      p.force = [k, e](const Vec& y, double) { return one(k * (1 + e * std::log(1 - y[0]))); };
+      p.force = [k, e](const Vec& y, double) { return one(k * (1 + e * std::log1p(-y[0]))); };
       p.t1 = 10 / k;
       p.is_inside = [](const Vec& y, double) { return y[0] < 1; };
       p.exact = 1 - std::exp(-1 / e);
@@ -263,8 +266,8 @@ inline Flow draw_inside(truth::Random& random) {
     case 3: {
       p.name = "away from a logarithm's end";
       p.scale = 1;
-      p.y = one(1 - random.power_of_ten(-8, -1));
-      p.force = [k](const Vec& y, double) { return one(k * std::log(1 - y[0])); };
+      p.y = one(1 - random.power_of_ten(-6, -1));
+      p.force = [k](const Vec& y, double) { return one(k * std::log1p(-y[0])); };
       p.t1 = 30 / k;
       p.is_inside = [](const Vec& y, double) { return y[0] < 1; };
       p.exact = 0;
@@ -272,7 +275,7 @@ inline Flow draw_inside(truth::Random& random) {
     }
     default: {
       // In √y = w: w' = (a(t) − k w)/2, which a swinging inflow keeps above what it is at least.
-      const double least = random.uniform(0.02, 0.2), w = random.uniform(0.2, 5) * k;
+      const double least = random.uniform(0.2, 0.5), w = random.uniform(0.2, 5) * k;
       p.name = "a tank with an inflow that swings";
       p.scale = 1;
       p.y = one(1);

@@ -14,12 +14,12 @@ namespace {
 const Batteries& bounds() {
   static const Batteries all{"force bounds, phi-schemes",
                              {
-                                 subject<Flow>("trapezoidal", trapezoidal),
-                                 subject<Flow>("backward_euler", backward_euler),
-                                 subject<Flow>("tr_bdf2", tr_bdf2),
+                                 subject<Flow>("trapezoidal", trapezoidal, 4),
+                                 subject<Flow>("midpoint", midpoint, 4),
+                                 subject<Flow>("backward_euler", backward_euler, 3),
+                                 subject<Flow>("tr_bdf2", tr_bdf2, 4),
 #if PHISTEP_STRESS
-                                 subject<Flow>("midpoint", midpoint),
-                                 subject<Flow>("phi(0.7)", phi(0.7)),
+                                 subject<Flow>("phi(0.7)", phi(0.7), 3),
 #endif
                              },
                              members};

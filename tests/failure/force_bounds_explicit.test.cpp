@@ -14,7 +14,7 @@ namespace {
 const Batteries& bounds() {
   static const Batteries all{"force bounds, explicit",
                              {
-                                 subject<Flow>("forward_euler", forward_euler),
+                                 subject<Flow>("forward_euler", forward_euler, 3),
                                  subject<Flow>("tsit5", tsit5),
                                  subject<Flow>("dop853", dop853),
 #if PHISTEP_STRESS

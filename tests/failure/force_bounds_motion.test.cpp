@@ -16,7 +16,7 @@ using V1 = Eigen::Matrix<double, 1, 1>;
 using Moving = Problem<Motion<V1>, std::function<V1(const V1&)>>;
 
 Moving draw(truth::Random& random) {
-  const double k = random.power_of_ten(-2, 4), w = std::sqrt(k);
+  const double k = random.power_of_ten(-2, 3), w = std::sqrt(k);
   Moving p;
   p.scale = 1;
   p.fewest_steps = 40;
@@ -54,14 +54,14 @@ Moving draw(truth::Random& random) {
 
 struct MotionBatteries {
   std::vector<Subject<Moving>> implicit {
-    subject<Moving>("trapezoidal", trapezoidal), subject<Moving>("tr_bdf2", tr_bdf2),
+    subject<Moving>("trapezoidal", trapezoidal, 4), subject<Moving>("tr_bdf2", tr_bdf2, 4),
 #if PHISTEP_STRESS
-        subject<Moving>("backward_euler", backward_euler), subject<Moving>("rodas5p", rodas5p),
+        subject<Moving>("backward_euler", backward_euler, 3), subject<Moving>("rodas5p", rodas5p),
         subject<Moving>("radau", radau),
 #endif
   };
   std::vector<Subject<Moving>> explicit_ones {
-    subject<Moving>("velocity_verlet", velocity_verlet), subject<Moving>("rkn86", rkn86),
+    subject<Moving>("velocity_verlet", velocity_verlet, 4), subject<Moving>("rkn86", rkn86),
 #if PHISTEP_STRESS
         subject<Moving>("tsit5", tsit5),
 #endif
