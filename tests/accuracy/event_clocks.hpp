@@ -298,7 +298,7 @@ battery::Tally by_tolerance(const std::string& name, std::vector<Subject<T>> sub
     const Subject<T>& subject = subjects[static_cast<std::size_t>(n) % subjects.size()];
     Kind kind = static_cast<Kind>(random.integer(0, 4));
     while (needs_force(kind) && !subject.falls) kind = static_cast<Kind>(random.integer(0, 4));
-    Problem<T> problem{kind, draw<T>(random, Range::wide)};
+    Problem<T> problem{kind, draw<T>(random, random.chance(0.5) ? Range::narrow : Range::wide)};
     const std::string verdict = problem.verdict(subject.by_tolerance(problem));
     tally.count(verdict.empty(), subject.name + " under a tolerance, " + names[static_cast<std::size_t>(kind)] + ", " +
                                      problem.clock.text() + ": " + verdict);

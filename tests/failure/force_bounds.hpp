@@ -71,17 +71,18 @@ template <class P>
 struct Subject {
   std::string name;
   std::function<RunReport(P&, const Control&)> run;
-  int digits = 9;  ///< the tightest rtol: what takes thousands of steps anyway is not asked for
+  int digits = 9;        ///< the tightest rtol: what takes thousands of steps anyway is not asked for
+  bool asks_end = true;  ///< at a fixed Δt it asks the force at a step's end before it accepts it
 };
 template <class P>
-Subject<P> subject(const std::string& name, auto scheme, int digits = 9) {
+Subject<P> subject(const std::string& name, auto scheme, int digits = 9, bool asks_end = true) {
   return {
       name,
       [scheme](P& problem, const Control& control) {
         PhiStepper stepper{problem.y, problem.force, scheme};
         return with_control(control, [&](const auto& c) { return integrate(stepper, problem.y, {0, problem.t1}, c); });
       },
-      digits};
+      digits, asks_end};
 }
 
 /// Right where empty; `refused` where it is right to fail and it did.
@@ -291,26 +292,43 @@ inline Flow draw_inside(truth::Random& random) {
 }
 
 /// The batteries of a list of schemes, each run once.
-struct Batteries {
-  std::string name;
-  std::vector<Subject<Flow>> subjects;
-  int members;
+class Batteries {
+ public:
+  Batteries(const std::string& title, const std::vector<Subject<Flow>>& all, int count)
+      : name_{title}, subjects_{all}, members_{count} {}
 
   const battery::Tally& touching() const {
     static const battery::Tally counted =
-        run<Flow>(name + ", a tolerance, a bound that is touched", subjects, members, 11, false, draw_touching);
+        run<Flow>(name_ + ", a tolerance, a bound that is touched", subjects_, members_, 11, false, draw_touching);
     return counted;
   }
   const battery::Tally& inside() const {
     static const battery::Tally counted =
-        run<Flow>(name + ", a tolerance, inside", subjects, members, 12, false, draw_inside);
+        run<Flow>(name_ + ", a tolerance, inside", subjects_, members_, 12, false, draw_inside);
     return counted;
   }
+  /// By schemes that ask the force at a step's end.
   const battery::Tally& fixed_steps() const {
-    static const battery::Tally counted = run<Flow>(
-        name + ", fixed steps", subjects, members, 13, true,
-        [](truth::Random& random) { return random.chance(0.6) ? draw_touching(random) : draw_inside(random); });
+    static const battery::Tally counted = by_fixed_steps(true);
     return counted;
+  }
+  /// By those that don't: the next step finds the state beyond the bound.
+  const battery::Tally& blind_steps() const {
+    static const battery::Tally counted = by_fixed_steps(false);
+    return counted;
+  }
+
+ private:
+  std::string name_;
+  std::vector<Subject<Flow>> subjects_;
+  int members_;
+
+  [[nodiscard]] battery::Tally by_fixed_steps(bool asks_end) const {
+    std::vector<Subject<Flow>> those = subjects_;
+    std::erase_if(those, [&](const Subject<Flow>& subject) { return subject.asks_end != asks_end; });
+    return run<Flow>(
+        name_ + (asks_end ? ", fixed steps" : ", fixed steps, the end not asked"), those, members_, 13, true,
+        [](truth::Random& random) { return random.chance(0.6) ? draw_touching(random) : draw_inside(random); });
   }
 };
 

@@ -5,9 +5,9 @@
 using namespace force_bounds;
 
 #if PHISTEP_STRESS
-constexpr int members = 600, known_tolerance = 0, known_implicit = 0, known_explicit = 0;
+constexpr int members = 1500, known_tolerance = 0;
 #elif PHISTEP_FULL
-constexpr int members = 90, known_tolerance = 0, known_implicit = 0, known_explicit = 0;
+constexpr int members = 90, known_tolerance = 0;
 #endif
 
 namespace {
@@ -53,17 +53,20 @@ Moving draw(truth::Random& random) {
 }
 
 struct MotionBatteries {
-  std::vector<Subject<Moving>> implicit {
-    subject<Moving>("trapezoidal", trapezoidal, 4), subject<Moving>("tr_bdf2", tr_bdf2, 4),
+  std::vector<Subject<Moving>> implicit = {
+      subject<Moving>("trapezoidal", trapezoidal, 4),
+      subject<Moving>("tr_bdf2", tr_bdf2, 4),
 #if PHISTEP_STRESS
-        subject<Moving>("backward_euler", backward_euler, 3), subject<Moving>("rodas5p", rodas5p),
-        subject<Moving>("radau", radau),
+      subject<Moving>("backward_euler", backward_euler, 3),
+      subject<Moving>("rodas5p", rodas5p),
+      subject<Moving>("radau", radau),
 #endif
   };
-  std::vector<Subject<Moving>> explicit_ones {
-    subject<Moving>("velocity_verlet", velocity_verlet, 4), subject<Moving>("rkn86", rkn86),
+  std::vector<Subject<Moving>> explicit_ones = {
+      subject<Moving>("velocity_verlet", velocity_verlet, 4),
+      subject<Moving>("rkn86", rkn86),
 #if PHISTEP_STRESS
-        subject<Moving>("tsit5", tsit5),
+      subject<Moving>("tsit5", tsit5),
 #endif
   };
 
@@ -99,15 +102,7 @@ TEST_CASE("force bounds of motions, a tolerance: no more are wrong than known") 
 TEST_CASE("force bounds of motions, a tolerance: none is wrong", "[!shouldfail][48]") {
   battery::none(bounds().with_tolerance());
 }
-TEST_CASE("force bounds of motions, implicit, fixed steps: no more are wrong than known") {
-  battery::at_most(known_implicit, bounds().implicit_steps());
-}
-TEST_CASE("force bounds of motions, implicit, fixed steps: none is wrong", "[!shouldfail][48]") {
-  battery::none(bounds().implicit_steps());
-}
-TEST_CASE("force bounds of motions, explicit, fixed steps: no more are wrong than known") {
-  battery::at_most(known_explicit, bounds().explicit_steps());
-}
-TEST_CASE("force bounds of motions, explicit, fixed steps: none is wrong", "[!shouldfail][48]") {
-  battery::none(bounds().explicit_steps());
+TEST_CASE("force bounds of motions, fixed steps: none is wrong") {
+  battery::at_most(0, bounds().implicit_steps());
+  battery::at_most(0, bounds().explicit_steps());
 }
