@@ -254,7 +254,7 @@ inline Flow draw_inside(truth::Random& random) {
       break;
     }
     case 2: {
-      const double e = random.uniform(0.08, 0.3);
+      const double e = random.uniform(0.1, 0.3);
       p.name = "at rest near to a logarithm's end";
       p.scale = 1;
       p.y = one(0);

@@ -4,9 +4,9 @@
 using namespace force_bounds;
 
 #if PHISTEP_STRESS
-constexpr int members = 600, known_touching = 0;
+constexpr int members = 600, known_touching = 240;
 #elif PHISTEP_FULL
-constexpr int members = 90, known_touching = 0;
+constexpr int members = 90, known_touching = 39;
 #endif
 
 namespace {
