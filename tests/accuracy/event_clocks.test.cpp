@@ -3,10 +3,11 @@
 
 using namespace event_clocks;
 
+// Counts that may flip with a rounding have some room.
 #if PHISTEP_STRESS
 constexpr int members = 1400, known_apart = 0, known_near = 0, known_below = 0, known_tolerance = 0;
 #elif PHISTEP_FULL
-constexpr int members = 200, known_apart = 0, known_near = 0, known_below = 0, known_tolerance = 0;
+constexpr int members = 200, known_apart = 42, known_near = 50, known_below = 50, known_tolerance = 22;
 #endif
 
 namespace {

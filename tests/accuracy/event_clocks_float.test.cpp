@@ -3,10 +3,11 @@
 
 using namespace event_clocks;
 
+// Counts that may flip with a rounding have some room.
 #if PHISTEP_STRESS
-constexpr int members = 1400, known_apart = 0, known_near = 0, known_below = 0, known_tolerance = 0;
+constexpr int members = 1400, known_apart = 650, known_near = 350, known_below = 350, known_tolerance = 290;
 #elif PHISTEP_FULL
-constexpr int members = 150, known_apart = 0, known_near = 0, known_below = 0, known_tolerance = 0;
+constexpr int members = 150, known_apart = 75, known_near = 37, known_below = 37, known_tolerance = 20;
 #endif
 
 namespace {

@@ -3,10 +3,11 @@
 
 using namespace event_clocks;
 
+// Counts that may flip with a rounding have some room.
 #if PHISTEP_STRESS
 constexpr int members = 1200, known_apart = 248, known_near = 300, known_below = 300, known_tolerance = 120;
 #elif PHISTEP_FULL
-constexpr int members = 150, known_apart = 0, known_near = 0, known_below = 0, known_tolerance = 0;
+constexpr int members = 150, known_apart = 35, known_near = 37, known_below = 37, known_tolerance = 13;
 #endif
 
 namespace {

@@ -5,6 +5,7 @@
 
 using namespace force_bounds;
 
+// Counts that may flip with a rounding have some room.
 #if PHISTEP_STRESS
 constexpr int members = 400, known_touching = 0;
 #elif PHISTEP_FULL

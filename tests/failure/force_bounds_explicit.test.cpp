@@ -3,6 +3,7 @@
 
 using namespace force_bounds;
 
+// Counts that may flip with a rounding have some room.
 #if PHISTEP_STRESS
 constexpr int members = 600, known_touching = 0, known_blind = 0;
 #elif PHISTEP_FULL

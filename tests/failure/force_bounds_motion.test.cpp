@@ -4,6 +4,7 @@
 
 using namespace force_bounds;
 
+// Counts that may flip with a rounding have some room.
 #if PHISTEP_STRESS
 constexpr int members = 1500, known_tolerance = 0;
 #elif PHISTEP_FULL
