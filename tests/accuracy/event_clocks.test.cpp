@@ -5,7 +5,7 @@ using namespace event_clocks;
 
 // Counts that may flip with a rounding have some room.
 #if PHISTEP_STRESS
-constexpr int members = 1400, known_apart = 0, known_near = 0, known_below = 0, known_tolerance = 0;
+constexpr int members = 1400, known_apart = 255, known_near = 350, known_below = 350, known_tolerance = 178;
 #elif PHISTEP_FULL
 constexpr int members = 200, known_apart = 42, known_near = 50, known_below = 50, known_tolerance = 22;
 #endif

@@ -226,6 +226,19 @@ inline Flow draw_touching(truth::Random& random) {
   return p;
 }
 
+/// y' = k (1 + e log(1 − y)) from 0: at rest at 1 − exp(−1/e).
+inline Flow near_a_logarithm(double k, double e) {
+  Flow p;
+  p.name = "at rest near to a logarithm's end, " + figures::text(e);
+  p.scale = 1;
+  p.y = one(0);
+  p.force = [k, e](const Vec& y, double) { return one(k * (1 + e * std::log1p(-y[0]))); };
+  p.t1 = 10 / k;
+  p.is_inside = [](const Vec& y, double) { return y[0] < 1; };
+  p.exact = 1 - std::exp(-1 / e);
+  return p;
+}
+
 /// A problem whose solution stays inside.
 inline Flow draw_inside(truth::Random& random) {
   const double k = random.power_of_ten(-3, 3), size = random.power_of_ten(-4, 4);
@@ -254,14 +267,7 @@ inline Flow draw_inside(truth::Random& random) {
       break;
     }
     case 2: {
-      const double e = random.uniform(0.1, 0.3);
-      p.name = "at rest near to a logarithm's end";
-      p.scale = 1;
-      p.y = one(0);
-      p.force = [k, e](const Vec& y, double) { return one(k * (1 + e * std::log1p(-y[0]))); };
-      p.t1 = 10 / k;
-      p.is_inside = [](const Vec& y, double) { return y[0] < 1; };
-      p.exact = 1 - std::exp(-1 / e);
+      p = near_a_logarithm(k, random.uniform(0.1, 0.3));
       break;
     }
     case 3: {
