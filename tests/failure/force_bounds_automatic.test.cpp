@@ -9,7 +9,7 @@ using namespace force_bounds;
 #if PHISTEP_STRESS
 constexpr int members = 400, known_touching = 0;
 #elif PHISTEP_FULL
-constexpr int members = 60, known_touching = 0;
+constexpr int members = 60, known_touching = 41;
 #endif
 
 namespace {
