@@ -17,7 +17,7 @@ using namespace phistep;
 using namespace contact_scenes;
 
 #if PHISTEP_STRESS
-constexpr int members = 500;
+constexpr int members = 300;
 constexpr int known_bounces = 0, known_slides = 0, known_rolls = 0;
 #elif PHISTEP_FULL
 constexpr int members = 60;
@@ -87,7 +87,7 @@ Grains ball(const Floor& floor, Vec r, Vec v, double m, double R) {
 
 struct Tallies {
   battery::Tally bounce{.name = "bounces on seams"}, slide{.name = "slides over seams"},
-      roll{.name = "rolls over seams"}, clear{.name = "bounces beside seams"};
+      roll{.name = "rolls over seams"}, clear{.name = "floors without seams"};
 };
 
 template <class Law>
@@ -113,7 +113,7 @@ void bounce(Tallies& tallies, Chance& chance, Law law, double impact_of_unit, co
       .count(right, text(name, " on ", floor.pieces.size(), " boxes: e = ", e, " came out as ", b.v[2], ", aside ",
                          std::hypot(b.v[0], b.v[1])));
 }
-void slide(battery::Tally& tally, Chance& chance, const std::string& name) {
+void slide(Tallies& tallies, Chance& chance, const std::string& name) {
   const double m = 0.01, R = 0.01, g = 9.81, k = chance.ratio(3e3, 1e5);
   const double v0 = chance.ratio(0.01, 1), e = chance.between(0.2, 1);
   std::vector<double> at;
@@ -122,13 +122,14 @@ void slide(battery::Tally& tally, Chance& chance, const std::string& name) {
   const Floor floor = make_floor(chance, at, false, chance.yes(), 1);
   const double x0 = 0, t1 = (at.back() + 0.03) / v0;
   const Grains y = ball(floor, {x0, 0.3, R - m * g / k}, {v0, 0, 0}, m, R);
-  const Run b =
-      run(Hooke{.stiffness = k, .restitution = e}, floor, floor.pieces, y, g, t1, M_PI * std::sqrt(m / k) / 40);
-  // Without friction nothing slows it down; a ten-thousandth is for the one box that the floor stands for.
-  const bool right = b.finished && std::abs(b.v[0] - v0) < 1e-3 * v0 && std::abs(b.v[2]) < 1e-3 * v0;
-  tally.count(right, text(name, " over ", at.size(), " seams: ", v0, " m/s became ", b.v[0], ", upwards ", b.v[2]));
+  const auto over = [&](battery::Tally& tally, const std::vector<Wall<3>>& walls) {  // nothing slows it down
+    const Run b = run(Hooke{.stiffness = k, .restitution = e}, floor, walls, y, g, t1, M_PI * std::sqrt(m / k) / 40);
+    const bool right = b.finished && std::abs(b.v[0] - v0) < 1e-3 * v0 && std::abs(b.v[2]) < 1e-3 * v0;
+    tally.count(right, text(name, " over ", at.size(), " seams: ", v0, " m/s became ", b.v[0], ", upwards ", b.v[2]));
+  };
+  over(tallies.clear, floor.whole), over(tallies.slide, floor.pieces);
 }
-void roll(battery::Tally& tally, Chance& chance, const std::string& name) {
+void roll(Tallies& tallies, Chance& chance, const std::string& name) {
   const double m = 0.01, R = 0.01, g = 9.81, k = chance.ratio(3e3, 1e5);
   const double v0 = chance.ratio(0.01, 1), e = chance.between(0.2, 0.9);
   std::vector<double> at;
@@ -137,11 +138,15 @@ void roll(battery::Tally& tally, Chance& chance, const std::string& name) {
   const Floor floor = make_floor(chance, at, false, chance.yes(), 1);
   Grains y = ball(floor, {0, 0.3, R - m * g / k}, {v0, 0, 0}, m, R);
   y.omega.col(0) = floor.axes * Vec(0, v0 / (R - m * g / k), 0);  // rolls without slipping
-  const Run b = run(Hooke{.stiffness = k, .restitution = e, .friction = 0.5}, floor, floor.pieces, y, g,
-                    (at.back() + 0.02) / v0, M_PI * std::sqrt(m / k) / 40);
-  const bool right = b.finished && std::abs(b.v[0] - v0) < 2e-3 * v0 && std::abs(R * b.omega[1] - v0) < 3e-3 * v0;
-  tally.count(right,
-              text(name, " over ", at.size(), " seams: ", v0, " m/s became ", b.v[0], ", R omega ", R * b.omega[1]));
+  const auto over = [&](battery::Tally& tally, const std::vector<Wall<3>>& walls) {
+    const Run b = run(Hooke{.stiffness = k, .restitution = e, .friction = 0.5}, floor, walls, y, g,
+                      (at.back() + 0.02) / v0, M_PI * std::sqrt(m / k) / 40);
+    const bool right =
+        b.finished && std::abs(b.v[0] - v0) < 2e-3 * v0 && std::abs((R - m * g / k) * b.omega[1] - v0) < 2e-3 * v0;
+    tally.count(right,
+                text(name, " over ", at.size(), " seams: ", v0, " m/s became ", b.v[0], ", R omega ", R * b.omega[1]));
+  };
+  over(tallies.clear, floor.whole), over(tallies.roll, floor.pieces);
 }
 
 const Tallies& seams() {
@@ -157,8 +162,8 @@ const Tallies& seams() {
         const double impact = Hertz::impact(law.numbers(), 0.01, 0.01, 1);
         bounce(tallies, chance, law, impact, text(n, " Hertz"));
       }
-      if (n % 2 == 0) slide(tallies.slide, chance, text(n));
-      if (n % 2 == 1) roll(tallies.roll, chance, text(n));
+      if (n % 2 == 0) slide(tallies, chance, text(n));
+      if (n % 2 == 1) roll(tallies, chance, text(n));
     }
     return tallies;
   }();
@@ -167,7 +172,7 @@ const Tallies& seams() {
 
 }  // namespace
 
-TEST_CASE("bounces beside seams are those on one box") { battery::at_most(0, seams().clear); }
+TEST_CASE("floors without seams keep restitution and speed") { battery::at_most(0, seams().clear); }
 TEST_CASE("bounces on seams: no more are wrong than known") { battery::at_most(known_bounces, seams().bounce); }
 TEST_CASE("bounces on seams are those on one box", "[!shouldfail][49-A]") { battery::none(seams().bounce); }
 TEST_CASE("slides over seams: no more are wrong than known") { battery::at_most(known_slides, seams().slide); }

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "accuracy/contact_chance.hpp"
 #include "support/battery.hpp"
@@ -29,12 +31,18 @@ using Balls = Particles<double, 3>;
 
 bool says_so(const PreflightReport& report) { return report.verdict != Verdict::fine || !report.finding.empty(); }
 
+/// The same type of force for all scenes.
+template <class Law>
+auto grains(const Law& law, std::vector<Wall<3>> walls) {
+  return Contact{law} + Walls{law, std::move(walls)};
+}
+
 struct Flight {
   bool said, success;
   double v;  // at the end, along x, of the last ball
 };
-Flight fly(auto force, Balls y, double t1, double dt) {
-  PhiStepper stepper{y, force, symplectic_euler};
+Flight fly(const Hooke& law, std::vector<Wall<3>> walls, Balls y, double t1, double dt) {
+  PhiStepper stepper{y, grains(law, std::move(walls)), symplectic_euler};
   Flight flight{says_so(preflight(stepper, y, dt)), false, 0};
   flight.success = static_cast<bool>(integrate(stepper, y, {0.0, t1}, fixed(dt)));
   flight.v = y.v(0, y.size() - 1);
@@ -61,8 +69,9 @@ void hit_wall(battery::Tally& tally, const Shot& s, bool slab, int n) {
   const Hooke law{.stiffness = s.k, .restitution = s.e};
   const double impact = M_PI * std::sqrt(s.m / s.k), t1 = s.gap / s.v + 6 * impact + 4 * s.dt;
   const Vec half{s.half, 100 * s.R, 100 * s.R};
-  const Flight f = slab ? fly(Walls{law, SolidBox<3>{.center = Vec::Zero(), .half = half}}, y, t1, s.dt)
-                        : fly(Walls{law, Plane<3>{{-s.half, 0, 0}, {-1, 0, 0}}}, y, t1, s.dt);
+  const Wall<3> wall =
+      slab ? Wall<3>{SolidBox<3>{.center = Vec::Zero(), .half = half}} : Wall<3>{Plane<3>{{-s.half, 0, 0}, {-1, 0, 0}}};
+  const Flight f = fly(law, {wall}, y, t1, s.dt);
   tally.count(f.said || !f.success || std::abs(f.v + s.e * s.v) < 0.1 * s.v,
               text(n, ": ", s.v, " m/s at a wall of ", s.half / s.R, " radii, ", impact / s.dt,
                    " steps an impact: ", f.v, " m/s, for -", s.e * s.v));
@@ -72,7 +81,7 @@ void hit_ball(battery::Tally& tally, const Shot& s, int n) {
           Eigen::Matrix<double, 3, 2>{{s.v, 0}, {0, 0}, {0, 0}}};
   y.set_mass(2 * s.m).set_radius(s.R);  // m* = m
   const double impact = M_PI * std::sqrt(s.m / s.k), t1 = s.gap / s.v + 6 * impact + 4 * s.dt;
-  const Flight f = fly(Contact{Hooke{.stiffness = s.k, .restitution = s.e}}, y, t1, s.dt);
+  const Flight f = fly(Hooke{.stiffness = s.k, .restitution = s.e}, {}, y, t1, s.dt);
   const double right = (1 + s.e) * s.v / 2;
   tally.count(f.said || !f.success || std::abs(f.v - right) < 0.1 * s.v,
               text(n, ": ", s.v, " m/s at a ball, ", impact / s.dt, " steps an impact: ", f.v, " m/s, for ", right));
@@ -80,28 +89,22 @@ void hit_ball(battery::Tally& tally, const Shot& s, int n) {
 
 /// Asked before anything touches: silent about a short step, not about a long one.
 template <class Law>
-void ask(battery::Tally& tally, Chance& chance, const Law& law, double impact, const Shot& s, bool wall, int n) {
+void preflight_before(battery::Tally& tally, Chance& chance, const Law& law, double impact, const Shot& s, bool wall,
+                      int n) {
   const double steps = chance.ratio(0.05, 100), dt = impact / steps;
-  const auto judge = [&](const PreflightReport& report) {
-    const bool right = steps > 15  ? report.verdict == Verdict::fine
-                       : steps < 8 ? report.verdict != Verdict::fine && !report.finding.empty()
-                                   : true;
-    tally.count(right, text(n, ": ", steps, " steps an impact: '", describe(report.verdict), "', stable to ",
-                            report.stable_dt / impact, " impacts, finding '", report.finding, "'"));
-  };
-  if (wall) {
-    Balls y{Vec{-s.R - s.gap, 0, 0}, Vec{s.v, 0, 0}};
-    y.set_mass(s.m).set_radius(s.R);
-    PhiStepper stepper{y, Walls{law, Plane<3>{{0, 0, 0}, {-1, 0, 0}}}, symplectic_euler};
-    judge(preflight(stepper, y, dt));
-  } else {
-    Balls y{Eigen::Matrix<double, 3, 2>{{-s.R - s.gap, s.R + s.gap}, {0, 0}, {0, 0}},
-            Eigen::Matrix<double, 3, 2>{{s.v / 2, -s.v / 2}, {0, 0}, {0, 0}}};
-    y.set_mass(2 * s.m).set_radius(2 * s.R);  // m* = m, R* = R
-    y.r(0, 0) -= s.R, y.r(0, 1) += s.R;
-    PhiStepper stepper{y, Contact{law}, symplectic_euler};
-    judge(preflight(stepper, y, dt));
-  }
+  Balls y = wall ? Balls{Vec{-s.R - s.gap, 0, 0}, Vec{s.v, 0, 0}}
+                 : Balls{Eigen::Matrix<double, 3, 2>{{-2 * s.R - s.gap, 2 * s.R + s.gap}, {0, 0}, {0, 0}},
+                         Eigen::Matrix<double, 3, 2>{{s.v / 2, -s.v / 2}, {0, 0}, {0, 0}}};
+  y.set_mass(wall ? s.m : 2 * s.m).set_radius(wall ? s.R : 2 * s.R);  // m* = m, R* = R
+  PhiStepper stepper{y,
+                     grains(law, wall ? std::vector<Wall<3>>{Plane<3>{{0, 0, 0}, {-1, 0, 0}}} : std::vector<Wall<3>>{}),
+                     symplectic_euler};
+  const PreflightReport report = preflight(stepper, y, dt);
+  const bool right = steps > 15  ? report.verdict == Verdict::fine
+                     : steps < 8 ? report.verdict != Verdict::fine && !report.finding.empty()
+                                 : true;
+  tally.count(right, text(n, ": ", steps, " steps an impact: '", describe(report.verdict), "', stable to ",
+                          report.stable_dt / impact, " impacts, finding '", report.finding, "'"));
 }
 
 struct Tallies {
@@ -118,11 +121,13 @@ const Tallies& all() {
       hit_wall(tallies.planes, s, false, n);
       hit_ball(tallies.pairs, s, n);
       if (n % 2 == 0) {
-        ask(tallies.before_touch, chance, Hooke{.stiffness = s.k}, M_PI * std::sqrt(s.m / s.k), s, n % 4 == 0, n);
+        preflight_before(tallies.before_touch, chance, Hooke{.stiffness = s.k}, M_PI * std::sqrt(s.m / s.k), s,
+                         n % 4 == 0, n);
       } else {
         const double modulus = s.k / s.R;  // Landau & Lifshitz, Theory of Elasticity, § 9
         const double deepest = std::pow(15. / 16 * s.m * s.v * s.v / (modulus * std::sqrt(s.R)), 0.4);
-        ask(tallies.before_touch, chance, Hertz{.modulus = modulus}, 2.94 * deepest / s.v, s, n % 4 == 1, n);
+        preflight_before(tallies.before_touch, chance, Hertz{.modulus = modulus}, 2.94 * deepest / s.v, s, n % 4 == 1,
+                         n);
       }
     }
     return tallies;
