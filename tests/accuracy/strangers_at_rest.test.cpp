@@ -40,7 +40,8 @@ struct Rod {
   double period = 0;  // of the slowest vibration [time]
 };
 Rod hanging_rod(int n, double E = 1e9, double rho = 1000, double A = 1e-2, double L = 10) {
-  Rod rod{.stiffness = Sparse(n, n), .mass = Sparse(n, n)};
+  Rod rod;
+  rod.stiffness.resize(n, n), rod.mass.resize(n, n);
   const double h = L / n;
   rod.weight.force = Values::Zero(n);
   for (int e = 0; e < n; ++e)
