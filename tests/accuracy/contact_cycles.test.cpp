@@ -128,7 +128,8 @@ Path press_and_back(Chance& chance, bool rolls) {
   const double little = R * chance.ratio(1e-4, 1e-3), much = little * chance.between(1.5, 4);
   const double s = R * chance.ratio(1e-4, 1e-3), way = chance.between(0, 2 * M_PI);
   const Vec up{0, 0, 0.1 * little}, slip{s * std::cos(way), s * std::sin(way), 0};
-  const Vec turn = rolls ? Vec(chance.between(-1, 1) * s / R, chance.between(-1, 1) * s / R, 0) : Vec::Zero().eval();
+  Vec turn = Vec::Zero();
+  if (rolls) turn[1] = chance.between(-1, 1) * s / R, turn[0] = chance.between(-1, 1) * s / R;
   const Vec low{0, 0, -little}, lower{0, 0, -much}, none = Vec::Zero();
   return {{up, none, 1},           {low, none, 1},   {low + slip, turn, 1},
           {lower + slip, turn, 1}, {lower, none, 1}, {up, none, 1}};
@@ -163,7 +164,8 @@ GranHooke gran(Chance& chance) {
           .friction = chance.yes() ? 1e9 : chance.ratio(0.1, 1)};
 }
 Hertz elastic(Chance& chance) {
-  Hertz law = Hertz::elastic(chance.ratio(1e6, 1e11), chance.between(0, 0.45));
+  const double poisson = chance.between(0, 0.45);
+  Hertz law = Hertz::elastic(chance.ratio(1e6, 1e11), poisson);
   law.friction = chance.yes() ? 1e9 : chance.ratio(0.1, 1);
   return law;
 }

@@ -103,7 +103,8 @@ void bounce(Tallies& tallies, Chance& chance, Law law, double impact_of_unit, co
   const double reach = std::sqrt(2 * R * depth);     // so far from the seam the neighbour is touched
   for (int k = 1; k < seams; ++k) at.push_back(at.back() + chance.between(0.05, 0.3) * (near ? reach : 1));
   if (at.size() > 1 && near) at = {0.0, 3 * R};
-  const Floor floor = make_floor(chance, at, chance.yes(), chance.yes(), 2);
+  const bool turned = chance.yes(), crossed = chance.yes();
+  const Floor floor = make_floor(chance, at, crossed, turned, 2);
   const double away = near ? chance.between(-0.7, 0.7) * reach : -chance.between(1.2, 3) * R;
   const double aside = near ? chance.between(-0.7, 0.7) * reach : -chance.between(1.2, 3) * R;
   const Grains y = ball(floor, {away, aside, R + 1e-5}, {0, 0, -1}, m, R);

@@ -74,8 +74,9 @@ battery::Tally run(bool moving) {
   battery::Tally tally{.name = moving ? "rods that swing" : "rods at rest"};
   Chance chance{10};
   for (int n = 0; n < members; ++n) {
-    const Rod rod = hanging_rod(1 + chance.one_of(20), chance.ratio(1e6, 2e11), chance.ratio(100, 1e4),
-                                chance.ratio(1e-6, 1e-1), chance.ratio(0.1, 100));
+    const double L = chance.ratio(0.1, 100), A = chance.ratio(1e-6, 1e-1), rho = chance.ratio(100, 1e4);
+    const double E = chance.ratio(1e6, 2e11);
+    const Rod rod = hanging_rod(1 + chance.one_of(20), E, rho, A, L);
     const double dt = rod.period / chance.ratio(20, 500), displaced = moving ? chance.ratio(1e-3, 1) : 0;
     const int stages = n % 3;
     const End end = stages == 0   ? stay(rod, radau(3), dt, 100 * dt, displaced)
