@@ -10,8 +10,6 @@
 #include "problems/robertson.hpp"
 #include "support/catch.hpp"
 
-#if PHISTEP_FULL
-
 namespace {
 
 using mechanisms::Vec;
@@ -54,5 +52,3 @@ TEST_CASE("advise: the lines for Robertson to 1e11 work, or a warning tells that
   }
   CHECK(good);
 }
-
-#endif

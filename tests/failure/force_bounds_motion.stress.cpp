@@ -5,11 +5,7 @@
 using namespace force_bounds;
 
 // Counts that may flip with a rounding have some room.
-#if PHISTEP_STRESS
 constexpr int members = 1500, known_tolerance = 7;
-#elif PHISTEP_FULL
-constexpr int members = 90, known_tolerance = 5;
-#endif
 
 namespace {
 
@@ -57,18 +53,14 @@ struct MotionBatteries {
   std::vector<Subject<Moving>> implicit = {
       subject<Moving>("trapezoidal", trapezoidal, 4),
       subject<Moving>("tr_bdf2", tr_bdf2, 4),
-#if PHISTEP_STRESS
       subject<Moving>("backward_euler", backward_euler, 3),
       subject<Moving>("rodas5p", rodas5p),
       subject<Moving>("radau", radau),
-#endif
   };
   std::vector<Subject<Moving>> explicit_ones = {
       subject<Moving>("velocity_verlet", velocity_verlet, 4),
       subject<Moving>("rkn86", rkn86),
-#if PHISTEP_STRESS
       subject<Moving>("tsit5", tsit5),
-#endif
   };
 
   const battery::Tally& with_tolerance() const {

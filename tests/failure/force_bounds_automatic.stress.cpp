@@ -6,11 +6,7 @@
 using namespace force_bounds;
 
 // Counts that may flip with a rounding have some room.
-#if PHISTEP_STRESS
 constexpr int members = 400, known_touching = 248;
-#elif PHISTEP_FULL
-constexpr int members = 60, known_touching = 41;
-#endif
 
 namespace {
 

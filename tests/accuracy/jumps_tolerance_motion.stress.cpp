@@ -3,15 +3,9 @@
 #include "support/catch.hpp"
 
 // Beside each number a few more are let pass: rounding decides some members.
-#if PHISTEP_STRESS
 constexpr int members = 200;
 constexpr int known_at_times_errors = 11, known_at_times_tries = 595, known_row_of_runs_errors = 17,
               known_row_of_runs_tries = 591, known_handler_tries = 407;
-#elif PHISTEP_FULL
-constexpr int members = 100;
-constexpr int known_at_times_errors = 5, known_at_times_tries = 302, known_row_of_runs_errors = 7,
-              known_row_of_runs_tries = 300, known_handler_tries = 204;
-#endif
 
 using jumps::Way;
 

@@ -10,8 +10,6 @@
 #include "support/catch.hpp"
 #include "support/shared_force.hpp"
 
-#if PHISTEP_FULL
-
 using namespace phistep;
 
 namespace {
@@ -98,5 +96,3 @@ TEST_CASE("an oscillation of size 1e-300 keeps rtol 1e-11, or the run says that 
 TEST_CASE("an oscillation of size 1e-305 keeps rtol 1e-6, or the run says that it can't", "[!shouldfail][47-B]") {
   CHECK(error_told_as_success(1e-305, 1e-6) <= 1e-4);
 }
-
-#endif

@@ -8,8 +8,6 @@
 
 #include "support/catch.hpp"
 
-#if PHISTEP_FULL
-
 using One = Eigen::Vector<double, 1>;
 
 namespace {
@@ -112,5 +110,3 @@ TEST_CASE("400 samples cost at most half of a run more: dop853", "[!shouldfail][
 TEST_CASE("400 samples cost at most half of a run more: radau at many digits", "[!shouldfail][48]") {
   CHECK(cost_of_samples(phistep::radau, 1e-9) <= 1.5);
 }
-
-#endif

@@ -16,14 +16,8 @@
 using namespace phistep;
 using namespace contact_scenes;
 
-// Known: what is wrong today (in the short half 6, 7, 36) and a few whose verdict is near; with all members the bounds are wide.
-#if PHISTEP_STRESS
 constexpr int members = 200;
 constexpr int known_slabs = 36, known_pairs = 42, known_before_touch = 145;
-#elif PHISTEP_FULL
-constexpr int members = 60;
-constexpr int known_slabs = 7, known_pairs = 8, known_before_touch = 37;
-#endif
 
 namespace {
 

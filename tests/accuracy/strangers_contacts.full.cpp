@@ -8,8 +8,6 @@
 
 #include "support/catch.hpp"
 
-#if PHISTEP_FULL
-
 using namespace phistep;
 
 namespace {
@@ -197,5 +195,3 @@ TEST_CASE("the rolling spring of Hertz has the stiffness that its table says, in
   CAPTURE(in_metres, in_millimetres);
   CHECK((in_metres == Approx(1).epsilon(1e-3) && in_millimetres == Approx(1).epsilon(1e-3)));
 }
-
-#endif

@@ -13,8 +13,6 @@
 #include "support/battery.hpp"
 #include "support/catch.hpp"
 
-#if PHISTEP_FULL
-
 using One = Eigen::Vector<double, 1>;
 
 namespace {
@@ -104,5 +102,3 @@ TEST_CASE("what 41 samples cost where a pulse was stepped over", "[!shouldfail][
   }
   CHECK(most <= 1.5);
 }
-
-#endif

@@ -4,11 +4,7 @@
 using namespace force_bounds;
 
 // Counts that may flip with a rounding have some room.
-#if PHISTEP_STRESS
 constexpr int members = 600, known_touching = 156, known_blind = 146;
-#elif PHISTEP_FULL
-constexpr int members = 90, known_touching = 27, known_blind = 21;
-#endif
 
 namespace {
 

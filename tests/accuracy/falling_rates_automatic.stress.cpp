@@ -5,11 +5,7 @@
 #include "support/catch.hpp"
 
 // Beside each number a few more are let pass: rounding decides some members.
-#if PHISTEP_STRESS
 constexpr int members = 600, known_unknown = 306, known_known = 161, known_samples = 15, known_sampled_runs = 56;
-#elif PHISTEP_FULL
-constexpr int members = 200, known_unknown = 96, known_known = 47, known_samples = 7, known_sampled_runs = 21;
-#endif
 
 using falling_rates::Answers;
 

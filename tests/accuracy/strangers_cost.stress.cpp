@@ -8,8 +8,6 @@
 
 #include "support/catch.hpp"
 
-#if PHISTEP_FULL
-
 namespace {
 
 /// A rod of n points at 1 whose ends are held, by differences; nothing is told of the pattern.
@@ -64,5 +62,3 @@ TEST_CASE("Verlet with drag, 300 and 990 unknowns: not more calls than fixed-poi
     good = good && 2 * verlet_calls(n) <= 3 * verlet_calls(n, phistep::fixed_point());
   CHECK(good);
 }
-
-#endif

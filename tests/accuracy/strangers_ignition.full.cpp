@@ -9,8 +9,6 @@
 #include "problems/hydrogen.hpp"
 #include "support/catch.hpp"
 
-#if PHISTEP_FULL
-
 namespace {
 
 using mechanisms::Vec;
@@ -67,5 +65,3 @@ TEST_CASE("hydrogen: with rtol alone it ignites, and burns to the exact temperat
     worst = std::max(worst, std::abs(burnt(rtol, {}) / problems::Hydrogen::burnt - 1) / rtol);
   CHECK(worst < 100);
 }
-
-#endif

@@ -8,8 +8,6 @@
 #include "support/battery.hpp"
 #include "support/catch.hpp"
 
-#if PHISTEP_FULL
-
 namespace {
 
 using Vec = Eigen::VectorXd;
@@ -114,5 +112,3 @@ TEST_CASE("a bar at rest: none costs too much", "[!shouldfail][46-A]") { battery
 // Counted 8 of 8.
 TEST_CASE("settled masses: no more runs cost too much than known") { battery::at_most(8, settled()); }
 TEST_CASE("settled masses: none costs too much", "[!shouldfail][46-A]") { battery::none(settled()); }
-
-#endif

@@ -12,8 +12,6 @@
 #include "support/catch.hpp"
 #include "support/shared_force.hpp"
 
-#if PHISTEP_FULL
-
 using namespace phistep;
 
 namespace {
@@ -207,5 +205,3 @@ TEST_CASE("a tank that empties at a steady rate ends the run at t = 100, a parac
     CHECK(t == Approx(exact).epsilon(1e-5));
   });
 }
-
-#endif

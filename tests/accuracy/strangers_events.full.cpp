@@ -13,8 +13,6 @@
 #include "support/catch.hpp"
 #include "support/shared_force.hpp"
 
-#if PHISTEP_FULL
-
 using namespace phistep;
 
 namespace {
@@ -146,5 +144,3 @@ TEST_CASE("a root where two runs of radau meet: no more are seen twice than know
   battery::at_most(25, radau_joints());
 }
 TEST_CASE("a root where two runs of radau meet is seen once", "[!shouldfail][47-A]") { battery::none(radau_joints()); }
-
-#endif

@@ -10,8 +10,6 @@
 #include "support/catch.hpp"
 #include "support/shared_force.hpp"
 
-#if PHISTEP_FULL
-
 using namespace phistep;
 
 namespace {
@@ -100,5 +98,3 @@ TEST_CASE("a charge in a magnetic field under symplectic_euler: right, or no suc
   const Gyration run = gyrate(symplectic_euler, 50);
   CHECK((run.outcome != Outcome::success || run.fastest <= 2.1));
 }
-
-#endif

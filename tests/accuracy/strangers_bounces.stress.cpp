@@ -7,8 +7,6 @@
 
 #include "support/catch.hpp"
 
-#if PHISTEP_FULL
-
 using namespace phistep;
 
 namespace {
@@ -51,5 +49,3 @@ TEST_CASE("Verlet's bounces keep their height at 1/20 of an impact, or preflight
 TEST_CASE("Verlet's bounces keep their height at 1/7 of an impact, or preflight says so") {
   CHECK(is_said_or_keeps_height(7.3));
 }
-
-#endif
