@@ -135,7 +135,7 @@ inline const std::function<double(double, const Swing&)> crossing = [](double, c
 
 using namespace cut_steps;
 
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 
 TEST_CASE("events and given times change nothing of a controlled run: radau") {
   check_cuts("radau", of_rotation(phistep::radau), {1e-4, 1e-6, 1e-9});
@@ -148,7 +148,7 @@ TEST_CASE("events and given times change nothing of a controlled run: motion, st
   check_cuts("velocity_verlet", of_motion(phistep::velocity_verlet), {1e-3, 1e-5});
 }
 
-#elif PHISTEP_FULL
+#elif PHISTEP_STRESS
 // A step that an event, or a time given, cuts short is a step like any other: every scheme, forward and backward.
 
 TEST_CASE("events and given times change nothing of a controlled run: first order") {

@@ -82,7 +82,7 @@ template <class P>
 
 }  // namespace
 
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 
 namespace {
 

@@ -1,4 +1,4 @@
-// Events in whole runs: bouncing balls, collisions with a dashpot. Every scheme, every kind of control: the full tier.
+// Events in whole runs: bouncing balls, collisions with a dashpot. Every scheme, every kind of control: the stress tier.
 #include <phistep/phistep.hpp>
 #include <phistep/run/observers/at_times.hpp>
 
@@ -16,7 +16,7 @@
 #include "accuracy/observed_order.hpp"
 #include "support/catch.hpp"
 #include "support/shared_force.hpp"
-#if PHISTEP_FULL
+#if PHISTEP_STRESS
 #include <phistep/io/checkpoint.hpp>
 #endif
 
@@ -135,7 +135,7 @@ double reached(const auto& control, double t1, double wanted) {
 
 }  // namespace
 
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 
 TEST_CASE("a bouncing ball meets all its bounces to 1e-12, whatever the step, and the run ends at Zeno's time") {
   for (const double dt : {0.001, 0.0123, 0.5, 50.0}) {
@@ -288,7 +288,7 @@ TEST_CASE("which roots within one step are found is as event.hpp says") {
   is_near(found(ten, 0.0625, false), ten);
 }
 
-#elif PHISTEP_FULL
+#elif PHISTEP_STRESS
 // Events in whole runs: bouncing balls, collisions with a dashpot, runs of every kind of control.
 
 TEST_CASE("a bouncing ball meets all its bounces to 1e-12, whatever the step, and the run ends at Zeno's time") {

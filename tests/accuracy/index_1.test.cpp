@@ -1,5 +1,5 @@
 // Differential-algebraic equations of index 1: orders, references, and what a run has around them. Other forms of M with
-// other schemes, and other references: index_1.full.
+// other schemes, and other references: the stress tier.
 #include <phistep/advise.hpp>
 #include <phistep/io.hpp>
 #include <phistep/phistep.hpp>
@@ -114,7 +114,7 @@ void check_restart(auto scheme, const auto& control) {
 
 using namespace index_1_cases;
 
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 
 TEST_CASE("orders of convergence, differential and algebraic components apart") {
   check_orders(rodas4, 4, 64, diagonal, dense);
@@ -190,7 +190,7 @@ TEST_CASE("exact counts of a fixed Δt") {
   CHECK(counts(rodas4).solves == 60);
 }
 
-#elif PHISTEP_FULL
+#elif PHISTEP_STRESS
 // Differential-algebraic equations of index 1: the forms of M, references and Jacobians by differences that index_1.test leaves out.
 
 TEST_CASE("orders of convergence, differential and algebraic components apart") {

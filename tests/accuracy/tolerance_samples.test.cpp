@@ -7,16 +7,7 @@
 
 using namespace samples;
 
-#if PHISTEP_QUICK
-
-TEST_CASE("samples are as accurate as steps") {
-  check_flow("TR-BDF2", tr_bdf2, {Problem::rotation, Problem::robinson_1e6}, 3, 5);
-  check_flow("Rodas5P", rodas5p, {Problem::van_der_pol, Problem::robinson_1e6}, 3, 9);
-  check_motion("rkn1210", rkn1210, 3, 12);
-  check_motion("srkn11b", srkn11b, 4, 9);
-}
-
-#elif PHISTEP_FULL
+#if PHISTEP_FULL
 // A state inside of a step is as accurate as those at its ends: first-order schemes of order 1 and 2.
 
 TEST_CASE("samples are as accurate as steps") {

@@ -1,9 +1,9 @@
 // The same problem in other units. Where length, mass, time and tolerances are scaled by powers of two, every number is
 // scaled exactly, and so nothing may change: no bit of the state (scaled back) and no counter. A constant with a hidden
-// unit anywhere in the library shows here. In short; every scheme and solver: units*.full.cpp.
+// unit anywhere in the library shows here. In short; every scheme and solver: the stress tier.
 #include "accuracy/units_cases.hpp"
 
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 
 TEST_CASE("units: explicit schemes and Verlet") { check_motion(velocity_verlet, elastic_chain, to_rounding, 0.02, 50); }
 
@@ -38,7 +38,7 @@ TEST_CASE("units: runs that choose their own steps, the first one included") {
 
 TEST_CASE("units: a run from rest, whose first step only the atol tells") { check_from_rest(backward_euler); }
 
-#elif PHISTEP_FULL
+#elif PHISTEP_STRESS
 // The same problem in other units: steps of one length, dense.
 
 TEST_CASE("units: explicit schemes and Verlet") {

@@ -1,13 +1,7 @@
-// Features in company, a few of them: the full tier has more schemes and the wrappers, the stress tier more cases.
+// Features in company: some schemes and the wrappers; in the stress tier more cases.
 #include "contract/features.hpp"
 
-#if PHISTEP_QUICK
-
-TEST_CASE("features in company: the trapezoidal rule") {
-  property::check("trapezoidal with features", 150, features::trapezoidal_rule<false>);
-}
-
-#elif PHISTEP_FULL
+#if PHISTEP_FULL
 // Features in company, wrappers among them: schemes that look back, that linearise.
 
 TEST_CASE("features in company: the trapezoidal rule, wrapped") {

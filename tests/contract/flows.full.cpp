@@ -1,5 +1,4 @@
-// Properties of steps of vectors, and of sums of terms, over generated forces, by every kind of stepper. In short:
-// flows.test.cpp.
+// Properties of steps of vectors, and of sums of terms, over generated forces, by every kind of stepper.
 #include "contract/flows.hpp"
 
 TEST_CASE("a linear force makes a linear map of a step") { property::check("linearity", 300, flows::linearity); }

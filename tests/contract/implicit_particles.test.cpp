@@ -1,4 +1,4 @@
-// Particles through the implicit solve: the neighbour list is the sparsity pattern. More: the full tier.
+// Particles through the implicit solve: the neighbour list is the sparsity pattern. More: the stress tier.
 #include <phistep/particles.hpp>
 #include <phistep/particles/pairs/pairs.hpp>
 
@@ -59,7 +59,7 @@ void check_formula(auto scheme, double phi) {
 using namespace phistep;
 using namespace implicit_particles;
 
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 
 TEST_CASE("the neighbour list is the pattern: analysed once for each list, solved by edges") {
   Atoms atoms = crystal(0.3);
@@ -101,7 +101,7 @@ TEST_CASE("a rejected step leaves no trace: what follows is bit-equal to a run w
   CHECK(a.v == b.v);
 }
 
-#elif PHISTEP_FULL
+#elif PHISTEP_STRESS
 // Particles through the implicit solve: with a bonded net, and by backward Euler.
 
 TEST_CASE("a step with a solve is the step of the formula") {

@@ -82,16 +82,7 @@ struct Grains {
 
 using namespace machine;
 
-#if PHISTEP_QUICK
-
-TEST_CASE("whatever was done before, the next step is a fresh stepper's") {
-  for (const Promise& each : {
-           promise<DampedSwing<phi_07>>("phi = 0.7, Newton", false, false, 64, 1, 4),
-       })
-    property::check(each.name, 200, [&each](Source& source) { live(source, each); });
-}
-
-#elif PHISTEP_FULL
+#if PHISTEP_FULL
 // Random sequences of steps, failures, edits, checkpoints and resets against fresh steppers, explicit and of particles.
 
 TEST_CASE("whatever was done before, the next step is a fresh stepper's") {

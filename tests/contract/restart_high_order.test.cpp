@@ -15,7 +15,7 @@ using namespace phistep;
 using restart_run::check;
 using restart_run::steps;
 
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 
 namespace {
 

@@ -1,5 +1,5 @@
 // Motions, restarted anywhere: schemes, splits, particles alone, forces with memory. All products, and networks: the
-// full tier, restart_memory.stress.cpp, restart_split.stress.cpp, restart_net.stress.cpp.
+// stress tier, restart_memory.stress.cpp, restart_split.stress.cpp, restart_net.stress.cpp.
 #include <phistep/phistep.hpp>
 
 #include "contract/restart.hpp"
@@ -10,7 +10,7 @@
 using namespace phistep;
 using namespace restart_motion;
 
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 
 namespace {
 
@@ -54,7 +54,7 @@ TEST_CASE("states of the user's own") {
   check(uneven, warm, steps(states::WarmPull{}, forward_euler));
 }
 
-#elif PHISTEP_FULL
+#elif PHISTEP_STRESS
 // Motions, restarted anywhere: schemes, particles alone.
 
 TEST_CASE("every scheme of motion restarts to the same bits") {

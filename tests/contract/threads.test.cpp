@@ -1,4 +1,4 @@
-// One thread or two: the same bits, through neighbour lists made anew. Implicit, and over long runs: the full tier.
+// One thread or two: the same bits, through neighbour lists made anew. Implicit, and over long runs: the stress tier.
 #include <phistep/particles.hpp>
 
 #include <omp.h>
@@ -58,7 +58,7 @@ void check(const Atoms& start, int steps, double dt, const Steps& make) {
 
 }  // namespace
 
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 
 TEST_CASE("Lennard-Jones by velocity Verlet, 300 steps") {
   // 1331 rows are three chunks: two threads share them.
@@ -126,7 +126,7 @@ TEST_CASE("grains on a floor: contacts, friction and walls of enough of them tha
   }
 }
 
-#elif PHISTEP_FULL
+#elif PHISTEP_STRESS
 // One thread or two: the same bits, implicit and over long runs.
 
 TEST_CASE("Lennard-Jones by velocity Verlet, 10,000 steps") {

@@ -1,4 +1,4 @@
-// States in the arrays of a code. The other layouts with the other schemes: in_place.full.
+// States in the arrays of a code. The other layouts with the other schemes: the stress tier.
 #include <phistep/in_place.hpp>
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 
 #include "embed/layouts.hpp"
 #include "support/shared_force.hpp"
-#if PHISTEP_FULL
+#if PHISTEP_STRESS
 #include <phistep/krylov.hpp>
 
 #include <unsupported/Eigen/IterativeSolvers>
@@ -144,7 +144,7 @@ void same_heat(auto scheme, auto solver) {
 
 using namespace in_place_cases;
 
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 
 TEST_CASE("in place: a step gives the bits and the calls of a state that the library owns", "[embed]") {
   same_as_owned<Structs>(phistep::forward_euler, phistep::newton());
@@ -305,7 +305,7 @@ TEST_CASE("in place: a field and its rates, float and long double", "[embed]") {
   same_heat<double>(phistep::backward_euler, phistep::fixed_point());
 }
 
-#elif PHISTEP_FULL
+#elif PHISTEP_STRESS
 // States in the arrays of a code: the layouts with the schemes that in_place.test leaves out.
 
 TEMPLATE_TEST_CASE("in place: a step gives the bits and the calls of a state that the library owns", "[embed]", Rows,

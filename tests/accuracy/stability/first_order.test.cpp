@@ -1,5 +1,5 @@
 // The atlas, first order, in short: the φ-method's endpoint form by Newton, and Halving at the poles. Stages, one
-// solve, TR-BDF2: the full tier. first_order*.stress.cpp goes through all schemes.
+// solve, TR-BDF2: the stress tier. first_order*.stress.cpp goes through all schemes.
 #include <phistep/phistep.hpp>
 
 #include <cmath>
@@ -52,7 +52,7 @@ const Vector zero = Vector::Zero();
 
 }  // namespace
 
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 
 TEST_CASE("atlas: a phi-step multiplies y by R(z) in every cell, endpoint and stage, Newton and affine") {
   for (const double phi : {0.0, 0.25, 0.5, 0.7, 1.0})
@@ -78,30 +78,6 @@ TEST_CASE("atlas: at a pole a step is refused, and Halving does it as two") {
   const Stepping plain = stepping(phistep::PhiStepper{zero, Decay{}, phistep::phi(1)});
   CHECK(plain({1, 0}, 1).outcome == Outcome::singular_matrix);
   CHECK(plain({1, 0}, 1).unharmed);
-}
-
-#elif PHISTEP_FULL
-// The atlas, first order: the φ-method in both forms by Newton and by one solve, TR-BDF2.
-
-TEST_CASE("atlas: a phi-step multiplies y by R(z) in every cell, endpoint and stage, Newton and affine") {
-  const auto both = [](double phi, bool stage, auto scheme) {
-    check(phi_subject(phi, stage, false, stepping(phistep::PhiStepper{zero, Decay{}, scheme})));
-    check(phi_subject(phi, stage, true, stepping(phistep::PhiStepper{zero, phistep::affine(Decay{}), scheme})));
-  };
-  for (const double phi : {0.0, 0.25, 0.5, 0.7, 1.0}) {
-    both(phi, false, phistep::phi(phi));
-    both(phi, true, phistep::phi_stage(phi));
-  }
-}
-
-TEST_CASE("atlas: TR-BDF2 multiplies y by its R(z) in every cell") {
-  Subject subject;
-  subject.name = "tr_bdf2";
-  subject.step = stepping(phistep::PhiStepper{zero, Decay{}, phistep::tr_bdf2});
-  subject.R = [](Complex z) { return theory::tr_bdf2(z); };
-  subject.model = [](Complex z) { return models::tr_bdf2(Number{1}, z, Solve::iterated); };
-  subject.poles = {Complex{2 / (2 - std::sqrt(Real{2}))}};
-  check(subject);
 }
 
 #elif PHISTEP_STRESS

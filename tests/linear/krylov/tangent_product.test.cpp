@@ -1,9 +1,9 @@
 // Newton without a matrix: products from the force, from automatic differentiation, from differences.
 #include "linear/krylov/tangent_product_cases.hpp"
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 #include "support/shared_force.hpp"
 #endif
-#if PHISTEP_FULL
+#if PHISTEP_STRESS
 #include <phistep/autodiff.hpp>
 #include <phistep/sparse.hpp>
 
@@ -12,7 +12,7 @@
 
 using namespace tangent_product_cases;
 
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 
 TEST_CASE("heat on 100 x 100 points without a matrix: the exact factor of an eigenvector") {
   constexpr Index m = 100;
@@ -127,7 +127,7 @@ TEST_CASE("a state of few unknowns, known at compile time") {
   CHECK((y - Eigen::Vector2d(1, 2) * (0.9 / 1.1)).norm() <= 1e-14);
 }
 
-#elif PHISTEP_FULL
+#elif PHISTEP_STRESS
 // Products for every solver, kind of state and unit.
 
 TEST_CASE("the Brusselator on 71 x 71 points: differences and automatic differentiation solve the same equations") {
