@@ -1,5 +1,5 @@
 // The atlas, first order, in short: the φ-method's endpoint form by Newton, and Halving at the poles. Stages, one
-// solve, TR-BDF2: the stress tier. first_order*.stress.cpp goes through all schemes.
+// solve: the stress tier. first_order*.stress.cpp goes through all schemes.
 #include <phistep/phistep.hpp>
 
 #include <cmath>
@@ -78,6 +78,16 @@ TEST_CASE("atlas: at a pole a step is refused, and Halving does it as two") {
   const Stepping plain = stepping(phistep::PhiStepper{zero, Decay{}, phistep::phi(1)});
   CHECK(plain({1, 0}, 1).outcome == Outcome::singular_matrix);
   CHECK(plain({1, 0}, 1).unharmed);
+}
+
+TEST_CASE("atlas: TR-BDF2 multiplies y by its R(z) in every cell") {
+  Subject subject;
+  subject.name = "tr_bdf2";
+  subject.step = stepping(phistep::PhiStepper{zero, Decay{}, phistep::tr_bdf2});
+  subject.R = [](Complex z) { return theory::tr_bdf2(z); };
+  subject.model = [](Complex z) { return models::tr_bdf2(Number{1}, z, Solve::iterated); };
+  subject.poles = {Complex{2 / (2 - std::sqrt(Real{2}))}};
+  check(subject);
 }
 
 #elif PHISTEP_STRESS
