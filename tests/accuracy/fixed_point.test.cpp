@@ -1,5 +1,5 @@
 // Fixed-point iteration: contraction by exactly φ²a² on an oscillator, convergence up to a = 1/φ and not beyond. Beside
-// Newton, and of many unknowns: the full tier.
+// Newton, and of many unknowns: the stress tier.
 #include <phistep/phistep.hpp>
 
 #include <algorithm>
@@ -8,16 +8,16 @@
 #include <random>
 
 #include "support/catch.hpp"
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 #include "problems/oscillator.hpp"
 #endif
-#if PHISTEP_FULL
+#if PHISTEP_STRESS
 #include "support/shared_force.hpp"
 #endif
 
 using namespace phistep;
 
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 
 using problems::Oscillator;
 
@@ -137,7 +137,7 @@ TEST_CASE("mass matrices, float, a jump, a bad depth") {
   CHECK_THROWS_AS(fixed_point({.depth = 6}), std::invalid_argument);
 }
 
-#elif PHISTEP_FULL
+#elif PHISTEP_STRESS
 // Fixed-point iteration beside Newton's, and of many unknowns: acceleration, tolerances, Verlet, masses.
 
 using Vec = Eigen::VectorXd;

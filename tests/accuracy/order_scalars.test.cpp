@@ -47,7 +47,7 @@ std::array<double, 4> motion_errors(auto scheme, int n) {
 
 }  // namespace
 
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 
 TEST_CASE("orders 1 and 2 in every scalar type") {
   const auto in_float = motion_errors<float>(phistep::trapezoidal, 12);

@@ -72,13 +72,7 @@ inline Grains calm() {
 using namespace phistep;
 using namespace restart_particles;
 
-#if PHISTEP_QUICK
-
-TEST_CASE("neighbour lists come back as they were") {
-  check({.dt = 0.005, .count = 120}, gas, steps(lennard_jones(), velocity_verlet));
-}
-
-#elif PHISTEP_FULL
+#if PHISTEP_FULL
 // Particles, restarted anywhere: all schemes and forces.
 
 TEST_CASE("contacts go on with the history of their friction") {

@@ -20,7 +20,7 @@ using namespace phistep;
 using restart_run::check;
 using namespace restart_run;
 
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 
 namespace {
 

@@ -1,5 +1,5 @@
 // What the long programs of this folder show, in a second; and that their way to tell a drift from a walk can. A heap
-// of grains: the full tier.
+// of grains: the stress tier.
 #include <phistep/phistep.hpp>
 
 #include <algorithm>
@@ -12,11 +12,11 @@
 #include "endurance/drift.hpp"
 #include "problems/show_digits.hpp"
 #include "support/catch.hpp"
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 #include "problems/kepler.hpp"
 #include "problems/march.hpp"
 #endif
-#if PHISTEP_FULL
+#if PHISTEP_STRESS
 #include <phistep/particles.hpp>
 
 #include "problems/pyramid.hpp"
@@ -73,7 +73,7 @@ void check_time(T t0, T dt) {
 
 }  // namespace
 
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 
 namespace {
 
@@ -149,7 +149,7 @@ TEST_CASE("Kepler, SRKN6b: a hundred thousand steps, neither energy nor angular 
   CHECK(series[1].worst() <= 5 * 2 * 1.25 * 1.1e-16 * std::sqrt(102400 * 12));
 }
 
-#elif PHISTEP_FULL
+#elif PHISTEP_STRESS
 // What the long programs of this folder show: every rounding of an oscillator, and a heap of grains.
 
 TEST_CASE("an affine oscillator at phi = 1/2: a million steps, a random walk") {

@@ -1,5 +1,5 @@
 // Of the stress list what is quick: ratios of masses, matrices without an inverse, the floor of precision, denormal
-// numbers. Implicit springs, products with the matrix, tangents that are indefinite: the full tier. All of it, at full
+// numbers. Implicit springs, products with the matrix, tangents that are indefinite: the stress tier. All of it, at full
 // length: extremes.stress.cpp and solvers.stress.cpp.
 #include <phistep/phistep.hpp>
 
@@ -12,7 +12,7 @@
 
 #include "support/catch.hpp"
 #include "support/shared_force.hpp"
-#if PHISTEP_FULL
+#if PHISTEP_STRESS
 #include <phistep/krylov.hpp>
 #endif
 
@@ -114,7 +114,7 @@ void check_denormal_parts(const auto& decay) {
 
 using namespace stress_list_cases;
 
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 
 using Two = Eigen::Vector2d;
 
@@ -145,7 +145,7 @@ TEST_CASE("stress list: denormal numbers") {
   check_denormal_parts<Two>(shared_force::OfStateAndTime<Two>{[](const Two& x, double) -> Two { return -x; }});
 }
 
-#elif PHISTEP_FULL
+#elif PHISTEP_STRESS
 // Of the stress list: ratios of masses, tangents that are indefinite, matrices without an inverse, the floor of
 // precision, denormal numbers, of vectors of any size.
 

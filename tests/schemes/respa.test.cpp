@@ -1,5 +1,5 @@
 // Slow terms called once in k inner steps: the formula, order, reversibility, symplecticity, counts by term, histories of
-// inner steps, runs. Faults in the middle of a step and restarts: respa.full.
+// inner steps, runs. Faults in the middle of a step and restarts: respa.stress.
 #include <phistep/force/seldom.hpp>
 #include <phistep/phistep.hpp>
 #include <phistep/schemes/respa.hpp>
@@ -16,11 +16,11 @@
 #include "failure/faults.hpp"
 #include "problems/march.hpp"
 #include "support/catch.hpp"
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 #include "accuracy/observed_order.hpp"
 #include "support/shared_force.hpp"
 #endif
-#if PHISTEP_FULL
+#if PHISTEP_STRESS
 #include "contract/restart.hpp"
 #endif
 
@@ -77,7 +77,7 @@ inline const auto sliding = [](const auto& y) {
 
 }  // namespace respa_cases
 
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 
 using namespace phistep;
 using namespace respa_cases;
@@ -483,7 +483,7 @@ TEST_CASE("the energy ledger's books close, with the energies of slow terms in t
   CHECK_THROWS_WITH(EnergyLedger{damped}, contains("seldom(k, term)") && contains("with an energy alone"));
 }
 
-#elif PHISTEP_FULL
+#elif PHISTEP_STRESS
 // Slow terms called once in k inner steps: faults inside a step and restarts; the others: respa.test.
 
 using namespace respa_cases;

@@ -1,15 +1,15 @@
 // Terms at φ = 0 in an implicit scene: Strang's half kicks.
 #include "schemes/splitting_cases.hpp"
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 #include "support/shared_force.hpp"
 #endif
-#if PHISTEP_FULL
+#if PHISTEP_STRESS
 #include <phistep/sparse.hpp>
 #endif
 
 using namespace splitting_cases;
 
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 
 // Fixed sizes, shared types of force: a stepper of dynamic vectors takes seconds to compile.
 namespace {
@@ -169,7 +169,7 @@ TEST_CASE("a split scene is sampled, at a fixed dt and under a tolerance") {
   CHECK(samples(tolerance{.rtol = 1e-5}) == 15);
 }
 
-#elif PHISTEP_FULL
+#elif PHISTEP_STRESS
 // Strang's half kicks with every scheme, mass and kind of term.
 
 TEST_CASE("exact counts: one call of the kicks a step, none for a constant one") {

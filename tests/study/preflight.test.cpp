@@ -2,12 +2,12 @@
 // says of terms, accuracy, contacts and nonsense.
 // All of preflight is half a minute of compiling, so this one file is the quick half of assess and stable_step, too.
 #include "study/preflight_cases.hpp"
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 #include "study/assess_cases.hpp"
 #include "support/shared_force.hpp"
 #endif
 
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 
 using namespace phistep;
 using namespace assess_cases;
@@ -278,7 +278,7 @@ TEST_CASE("where there is none, none is claimed") {
   CHECK(ask(K, K, {Kind::verlet, 0.5, 0.5}) == Approx(2 / std::sqrt(5.0)));
 }
 
-#elif PHISTEP_FULL
+#elif PHISTEP_STRESS
 // preflight, the full list of scenes.
 
 using namespace preflight_cases;

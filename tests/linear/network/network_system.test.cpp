@@ -7,7 +7,7 @@
 #include <string>
 
 #include "support/catch.hpp"
-#if PHISTEP_FULL
+#if PHISTEP_STRESS
 #include <Eigen/Dense>
 #endif
 
@@ -128,7 +128,7 @@ inline void check_counts(const Statistics& counts) {
 
 using namespace network_cases;
 
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 
 namespace {
 
@@ -355,7 +355,7 @@ TEST_CASE("exact counts: a linear net is one Jacobian, one analysis, and one fac
   check_linear_net(phi_stage(1.0));
 }
 
-#elif PHISTEP_FULL
+#elif PHISTEP_STRESS
 // network_system: every dimension and kind of tangent, and whole runs.
 
 namespace {

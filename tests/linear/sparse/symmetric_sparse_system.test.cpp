@@ -1,19 +1,19 @@
-// Symmetric matrices found by looking, behind steppers. Promised ones: the full tier,
+// Symmetric matrices found by looking, behind steppers. Promised ones: the stress tier,
 // symmetric_sparse_system_nets.stress.cpp.
 #include <string>
 #include <utility>
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 #include <phistep/schemes/rodas.hpp>
 #include <phistep/sparse.hpp>
 
 #include "problems/reaction_diffusion.hpp"
 #include "support/catch.hpp"
 #endif
-#if PHISTEP_FULL
+#if PHISTEP_STRESS
 #include "linear/sparse/symmetric_sparse_system_cases.hpp"
 #endif
 
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 
 using namespace phistep;
 using namespace problems;
@@ -100,7 +100,7 @@ TEST_CASE("a field with wind has an unsymmetric Jacobian: LU, from the start or 
   check(rising, sparsity(as_function(rising), rising.pattern()), 1, 2);
 }
 
-#elif PHISTEP_FULL
+#elif PHISTEP_STRESS
 // symmetric_sparse_system behind a stepper: linear problems, differences, patterns. In short: systems.test.cpp.
 
 using namespace symmetric_sparse_cases;

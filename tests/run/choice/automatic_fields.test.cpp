@@ -1,21 +1,21 @@
 // Large sparse fields, by a direct solver or by Krylov iterations: which, by what count, and what if W turns unsymmetric.
-// Affine fields and patterns alone: automatic_fields.full.
+// Affine fields and patterns alone: automatic_fields.stress.
 #include <phistep/sparse.hpp>
 
 #include "problems/reaction_diffusion.hpp"
 #include "run/choice/automatic_cases.hpp"
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 #include <phistep/advise.hpp>
 
 #include "phistep/base/archive/archive.hpp"
 #endif
-#if PHISTEP_FULL
+#if PHISTEP_STRESS
 #include "problems/heat_2d.hpp"
 #endif
 
 using namespace automatic_cases;
 
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 
 namespace {
 
@@ -232,7 +232,7 @@ TEST_CASE("a checkpoint on conjugate gradients: resumed to the bit") {
   CHECK(other.stepper.uses().message() == first.stepper.uses().message());
 }
 
-#elif PHISTEP_FULL
+#elif PHISTEP_STRESS
 // Large sparse fields that are affine and symmetric, or that declare a pattern alone; the others: automatic_fields.test.
 
 using problems::ReactionDiffusion;

@@ -15,10 +15,10 @@
 #include "problems/robertson.hpp"
 #include "problems/van_der_pol.hpp"
 #include "support/catch.hpp"
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 #include "problems/e5.hpp"
 #endif
-#if PHISTEP_FULL
+#if PHISTEP_STRESS
 #include <phistep/io/checkpoint.hpp>
 #endif
 
@@ -65,7 +65,7 @@ inline double worst(const auto& y, const auto& exact, double a) {
 
 using namespace radau_run_cases;
 
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 
 TEST_CASE("the error goes as rtol, from 1e-2 to 1e-12") {
   using problems::Robertson;
@@ -130,7 +130,7 @@ TEST_CASE("E5 to 1e11: components that fall by ten decades keep what rounding le
   }
 }
 
-#elif PHISTEP_FULL
+#elif PHISTEP_STRESS
 // Radau IIA under control of its error, on more problems.
 
 TEST_CASE("the error goes as rtol, from 1e-2 to 1e-12") {

@@ -1,5 +1,5 @@
 // Radau IIA over every kind of system: the same steps as over a dense one, orders, motion, checkpoints, failures. Other
-// systems: radau_systems.full.
+// systems: radau_systems.stress.
 #include <phistep/schemes/radau/radau.hpp>
 #include <phistep/sparse.hpp>
 
@@ -11,7 +11,7 @@
 #include "contract/restart_run.hpp"
 #include "problems/march.hpp"
 #include "support/catch.hpp"
-#if PHISTEP_FULL
+#if PHISTEP_STRESS
 #include "problems/spring_net.hpp"
 #endif
 
@@ -160,7 +160,7 @@ inline Eigen::SparseMatrix<double> tridiagonal() {
 
 using namespace radau_systems_cases;
 
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 
 namespace {
 
@@ -244,7 +244,7 @@ TEST_CASE("a failure leaves the state, and the next step is as if it had not bee
   poison = 0;
   problems::step(stepper, y, 0.0, 0.1);
   CHECK((y.array() - std::exp(-0.1)).abs().maxCoeff() <= 1e-9);
-  // 1/λ₀ h J = 1: the real matrix is singular, as a band; sparse: radau_systems.full.
+  // 1/λ₀ h J = 1: the real matrix is singular, as a band; sparse: radau_systems.stress.
   const double growth = radau_constants<double, 3>.lambda.re[0];
   Vec x = Vec::Ones(3);
   CHECK(PhiStepper{x, Band{growth}, radau(3)}.step(x, 0, 1).outcome() == Outcome::singular_matrix);
@@ -259,7 +259,7 @@ TEST_CASE("checkpoints: the run that saved and the one that resumes agree bit fo
   restart_run::check(start, restart_run::steps(banded(chain, 1, 1), radau), 2, control, nobody);  // its J is kept
 }
 
-#elif PHISTEP_FULL
+#elif PHISTEP_STRESS
 // Radau IIA over every kind of system: those that radau_systems.test leaves out.
 
 TEST_CASE("a band, a sparse matrix: the steps of a dense one, to rounding") {

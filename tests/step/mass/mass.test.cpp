@@ -1,9 +1,9 @@
 #include "step/mass/mass_cases.hpp"
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 #include <phistep/particles/bodies/body.hpp>
 #endif
 
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 
 using namespace mass_cases;
 
@@ -108,7 +108,7 @@ TEST_CASE("one mass per solved block of a user's own state") {
   CHECK(c.state.T[1] == Approx(1.5 + 0.1 * rate.heat[1] / 8).epsilon(1e-15));
 }
 
-#elif PHISTEP_FULL
+#elif PHISTEP_STRESS
 
 //
 #include <phistep/sparse.hpp>

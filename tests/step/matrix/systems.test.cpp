@@ -190,7 +190,7 @@ inline void check_not_finite(AnySystem& system) {
 
 using namespace systems_cases;
 
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 
 TEMPLATE_TEST_CASE("solves with W, again with new values, again with a new pattern", "", DenseFixed, DenseDynamic,
                    Diagonal, Banded, Lu, SymmetricSparse, SeekingSymmetry, Ldlt) {

@@ -1,12 +1,12 @@
 // Particles that don't act on each other: each is solved by itself, and stops when it has converged.
 #include "step/solve/local_resolvent_cases.hpp"
-#if PHISTEP_FULL
+#if PHISTEP_STRESS
 #include <phistep/autodiff.hpp>
 #endif
 
 using namespace local_resolvent_cases;
 
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 
 TEST_CASE("each particle takes its own iterations and gets the bits that it has alone") {
   check_alone_and_among_others(local<3>(Well{}), phi(0.7));
@@ -69,7 +69,7 @@ TEST_CASE("what does not fit is refused") {
   CHECK_THROWS_AS((PhiStepper{y, local<3>(Well{}), backward_euler}), std::invalid_argument);
 }
 
-#elif PHISTEP_FULL
+#elif PHISTEP_STRESS
 // Particles solved one by one, by every scheme and tangent.
 
 TEST_CASE("the Jacobian of a local force by differences costs dim or 2 dim calls, however many particles there are") {

@@ -1,12 +1,12 @@
 // Every account of the energy ledger against a formula of its own, and all of them together against rounding.
 #include "study/energy/energy_ledger_cases.hpp"
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 #include "support/shared_force.hpp"
 #endif
 
 using namespace energy_ledger_cases;
 
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 
 namespace {
 
@@ -194,7 +194,7 @@ TEST_CASE("the books in print") {
   check_print(stepper, y);
 }
 
-#elif PHISTEP_FULL
+#elif PHISTEP_STRESS
 // energy_ledger, every scheme: its accounts, one by one.
 
 TEST_CASE("an undamped oscillator: the scheme takes exactly what the theory says, nobody else takes anything") {

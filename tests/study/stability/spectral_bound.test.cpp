@@ -9,7 +9,7 @@
 
 #include "instances/preflight.hpp"
 #include "support/catch.hpp"
-#if PHISTEP_FULL
+#if PHISTEP_STRESS
 #include <phistep/study/stability/spectrum.hpp>
 #endif
 
@@ -46,7 +46,7 @@ inline SparseRows triangular_lattice(int side) {
 
 using namespace spectral_bound_cases;
 
-#if PHISTEP_QUICK
+#if PHISTEP_FULL
 
 namespace {
 
@@ -159,7 +159,7 @@ TEST_CASE("the modulus of a block") {
   CHECK((P - P.transpose()).norm() < 1e-13);
 }
 
-#elif PHISTEP_FULL
+#elif PHISTEP_STRESS
 // spectral_bound against 1000 random matrices.
 
 namespace {

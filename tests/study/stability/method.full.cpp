@@ -37,8 +37,6 @@ void compare_with_stepper(Scheme scheme) {
 
 using namespace method_cases;
 
-#if PHISTEP_QUICK
-
 namespace {
 
 /// |λ|max of a step of one oscillator or one decay, by the formula: no eigenvalue solver is compiled here.
@@ -54,18 +52,6 @@ DenseSystemMatrices oscillator(double omega, double c) {
 }
 
 }  // namespace
-
-TEST_CASE("the matrix of a step is what the steppers do") {
-  compare_with_stepper(phi(0.3));
-  compare_with_stepper(phi(0.0));
-  compare_with_stepper(phi(0.5));
-  compare_with_stepper(phi(1.0));
-  compare_with_stepper(phi(0.2, 0.9));
-  compare_with_stepper(phi(0.0, 1.0));
-  compare_with_stepper(phi(1.0, 0.0));
-  compare_with_stepper(velocity_verlet);
-  compare_with_stepper(tr_bdf2);
-}
 
 TEST_CASE("the limit of an undamped oscillation, from both sides") {
   const double omega = 3;
@@ -139,7 +125,6 @@ TEST_CASE("errors of the exponent: the textbook's") {
   CHECK(Method{Kind::single, 1, 1}.accurate_dt({0, 2}, 1e-4) == Approx(1e-4).epsilon(1e-3));
 }
 
-#elif PHISTEP_FULL
 // method: every scheme, step by step.
 
 TEST_CASE("the matrix of a step is what the steppers do") {
@@ -155,5 +140,3 @@ TEST_CASE("the matrix of a step is what the steppers do") {
   compare_with_stepper(velocity_verlet);
   compare_with_stepper(tr_bdf2);
 }
-
-#endif

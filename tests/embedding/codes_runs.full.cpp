@@ -65,8 +65,6 @@ inline VectorXd masses(const before::Cloth& cloth) {
 
 using namespace codes_cases;
 
-#if PHISTEP_QUICK
-
 TEST_CASE("masses on springs under a tolerance") {
   after::Cloth code(36);
   before::Cloth other(36);
@@ -111,7 +109,6 @@ TEST_CASE("heat under a tolerance") {
   CHECK(distance(state_of(code), Numbers(y.begin(), y.end())) <= 1e-12);
 }
 
-#elif PHISTEP_FULL
 // An existing code and a state of the library under the same force, by a scheme of order 8.
 
 TEST_CASE("atoms under a tolerance, by a scheme of order 8") {
@@ -121,5 +118,3 @@ TEST_CASE("atoms under a tolerance, by a scheme of order 8") {
     return phistep::integrate(stepper, state, {0, 0.1}, phistep::tolerance{.rtol = 1e-8, .atol = 1e-8});
   });
 }
-
-#endif

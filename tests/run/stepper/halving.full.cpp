@@ -80,8 +80,6 @@ void check_final_failure(Motion<V> y) {
 
 using namespace halving_cases;
 
-#if PHISTEP_QUICK
-
 namespace {
 /// A stepper that moves the state by dt, and fails where `bad(t, dt)` says so.
 struct Picky {
@@ -173,10 +171,6 @@ TEST_CASE("a singular step matrix is cured by a smaller step") {
   CHECK_THAT(text.str(), contains("halvings            1"));
 }
 
-TEST_CASE("a final failure after good parts leaves state and history to the bit, as does an exception") {
-  check_final_failure(Motion<Eigen::Vector2d>{Eigen::Vector2d::Ones(), Eigen::Vector2d::Constant(0.3)});
-}
-
 TEST_CASE("who takes back a step of Halving takes back the force's history") {
   const double never = HUGE_VAL;
   Motion<Eigen::Vector2d> y{Eigen::Vector2d::Ones(), Eigen::Vector2d::Constant(0.3)};
@@ -204,18 +198,6 @@ TEST_CASE("a failure leaves Rannacher's start where it was") {
   nan_after = HUGE_VAL;
   problems::step(stepper, y, 0.0, 0.1);
   CHECK(y[0] == Approx(1 / (1.2 * 1.2)).epsilon(1e-14));
-}
-
-TEST_CASE("where nothing fails, halving changes no bit and no count") {
-  states::SecondOrder<Vec> a, b;
-  Halving halving{PhiStepper{a.state, states::Pull{}, velocity_verlet}};
-  PhiStepper bare{b.state, states::Pull{}, velocity_verlet};
-  for (int k = 0; k < 10; ++k) {
-    problems::step(halving, a.state, 0.1 * k, 0.1);
-    problems::step(bare, b.state, 0.1 * k, 0.1);
-  }
-  CHECK(states::same_bits(states::numbers(a.state), states::numbers(b.state)));
-  CHECK(halving.statistics() == bare.statistics());
 }
 
 TEST_CASE("under a tolerance halving has the error estimate and the dense output of the stepper inside") {
@@ -260,7 +242,6 @@ TEST_CASE("at a fixed step an explicit scheme inside is interpolated as it is al
   CHECK(calls(Halving{PhiStepper{y, pull, velocity_verlet}}, y) == calls(PhiStepper{y, pull, velocity_verlet}, y));
 }
 
-#elif PHISTEP_FULL
 // Halving in dynamic vectors, in runs and in another halving.
 
 TEST_CASE("a final failure after good parts leaves state and history to the bit, as does an exception") {
@@ -286,5 +267,3 @@ TEST_CASE("halving halves another halving, and maps in place") {
   CHECK(c.state[0] == Approx(4 * states::positions[0]).epsilon(1e-14));
   CHECK(stepper.statistics().halvings == 1);
 }
-
-#endif
