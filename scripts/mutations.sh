@@ -49,9 +49,11 @@ for patch in "$@"; do
   started=$(date +%s)
   patch -s -p1 --no-backup-if-mismatch <"$file" || phistep_die "$name does not apply"
   headers=$(sed -n 's|^+++ b/include/phistep/\([^[:space:]]*\).*|\1|p' "$file")
-  near=$(for header in $headers; do phistep_tests_of "$header"; done)
+  near=
   near_full=
-  for test in $near; do
+  for test in $(for header in $headers; do phistep_tests_of "$header"; done); do
+    case $test in full/*) near_full="$near_full $test" && continue ;; esac
+    near="$near $test"
     for candidate in tests/"$test".test.cpp tests/"$test".full.cpp tests/"$test"_*.full.cpp; do
       case $candidate in *.test.cpp) grep -q '^#.*if PHISTEP_FULL$' "$candidate" || continue ;; esac
       [ ! -f "$candidate" ] || near_full="$near_full full/$(echo "$candidate" | sed 's|^tests/||; s|\.[a-z]*\.cpp$||')"
@@ -59,7 +61,7 @@ for patch in "$@"; do
   done
   caught=
   # shellcheck disable=SC2086
-  if these_notice $near || { [ -z "$near_only" ] && notices "-L ^quick\$" phistep_quick_tests; }; then
+  if { [ -n "$near" ] && these_notice $near; } || { [ -z "$near_only" ] && notices "-L ^quick\$" phistep_quick_tests; }; then
     tier=quick quick=$((quick + 1))
   elif { [ -n "$near_full" ] && these_notice $near_full; } ||
     { [ -z "$near_only" ] && notices "-L ^full\$" all; }; then

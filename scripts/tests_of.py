@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""python3 scripts/tests_of.py BUILD: writes tests/tests_of.txt, which quick tests see a change of a header, the nearest first.
+"""python3 scripts/tests_of.py BUILD: writes tests/tests_of.txt, which tests see a change of a header, the nearest first.
 
-BUILD has the quick tests, compiled with line tables: configure it with -DCMAKE_CXX_FLAGS=-g1, build phistep_quick_tests. A test sees
-the lines of a header that were compiled into its program. The test of the header's own path comes first; then, one by one, the
-one that sees most lines that none before it saw, small programs preferred: until nine tenths are seen, or there are four. A header
-without a line of its own (concepts, tables of contents) is seen by the tests of those that include it.
+BUILD has the quick and the full tests, compiled with line tables: configure it with -DCMAKE_CXX_FLAGS=-g1 -DPHISTEP_FULL=ON, build
+phistep_quick_tests and phistep_full_tests. A test sees the lines of a header that were compiled into its program. The test of the
+header's own path comes first; then, one by one, the one that sees most lines that none before it saw, small programs preferred:
+until nine tenths are seen, or there are four. Quick tests serve where one sees the header, full ones elsewhere. A header without a
+line of its own (concepts, tables of contents) is seen by the tests that include it by its name, or of those headers that do.
 """
 import json
 import math
@@ -19,18 +20,25 @@ MOST, ENOUGH = 4, 0.9  # about a minute to build and run
 
 HEAD = """\
 # Which tests see a change of a header, the nearest first: paths relative to include/phistep, then tests by their names
-# under tests/ without ".test.cpp". They are quick ones, and not all: the whole suite has the last word.
+# under tests/ without ".test.cpp". They are quick ones where one sees the header, and not all: the whole suite has the last word.
 # Written by scripts/tests_of.py; read by scripts/touched.sh (who has touched one header runs these) and scripts/mutations.sh.
 """
 
 
-def quick_tests(build):
-    """Name and program of each quick test that is one of tests/<name>.test.cpp."""
+def programs(build):
+    """Name and program of each quick and each full test that is compiled from one file of tests/."""
     listed = json.loads(subprocess.run(["ctest", "--test-dir", build, "--show-only=json-v1"], check=True, capture_output=True, text=True).stdout)
     for test in listed["tests"]:
-        name, command = test["name"], test.get("command", [])
-        if len(command) == 1 and (root / "tests" / f"{name}.test.cpp").is_file():
-            yield name, command[0]
+        command = test.get("command", [])
+        if len(command) == 1 and source_of(test["name"]) and pathlib.Path(command[0]).is_file():
+            yield test["name"], command[0]
+
+
+def source_of(test):
+    """Its file; None if there is none."""
+    name = test.removeprefix("full/")
+    files = [root / "tests" / f"{name}.{tier}.cpp" for tier in (("test", "full") if name != test else ("test",))]
+    return next((file for file in files if file.is_file()), None)
 
 
 def lines_of(program):
@@ -49,13 +57,29 @@ def lines_of(program):
     return seen
 
 
+def choose(header, tests, size):
+    """The tests that see most of the header, of those in `tests`: its lines by test."""
+    own = next((test for test in tests if test.removeprefix("full/") == header[: -len(".hpp")]), None)
+    chosen = [own] if own else []
+    todo = set().union(*tests.values())
+    enough = (1 - ENOUGH) * len(todo)
+    todo -= tests.get(own, set())
+    while tests and len(todo) > enough and len(chosen) < MOST:
+        best = max(sorted(tests), key=lambda test: len(tests[test] & todo) / size[test])
+        chosen.append(best)
+        todo -= tests[best]
+    return chosen
+
+
 def main(build):
-    seen = {name: lines_of(program) for name, program in quick_tests(build)}
+    seen = {name: lines_of(program) for name, program in programs(build)}
     if not any(seen.values()):
         sys.exit(f"no test in {build} has line tables: configure it with -DCMAKE_CXX_FLAGS=-g1")
     headers = sorted(str(path.relative_to(library)) for path in library.rglob("*.hpp"))
-    included = {h: re.findall(r"^#include <phistep/([^>]+)>", (library / h).read_text(), re.M) for h in headers}
+    includes = re.compile(r"^#include [<\"]phistep/([^>\"]+)[>\"]", re.M)
+    included = {h: includes.findall((library / h).read_text()) for h in headers}
     users = {h: [u for u in headers if h in included[u]] for h in headers}
+    by_name = {test: set(includes.findall(source_of(test).read_text())) for test in seen}
     of_header = {h: {} for h in headers}
     for test, lines in seen.items():
         for header, line in lines:
@@ -65,19 +89,12 @@ def main(build):
 
     found = {}
     for header, tests in of_header.items():
-        own = header[: -len(".hpp")]
-        chosen = [own] if own in seen else []
-        todo = set().union(*tests.values())
-        enough = (1 - ENOUGH) * len(todo)
-        todo -= tests.get(own, set())
-        while tests and len(todo) > enough and len(chosen) < MOST:
-            best = max(sorted(tests), key=lambda test: len(tests[test] & todo) / size[test])
-            if not tests[best] & todo:
-                break
-            chosen.append(best)
-            todo -= tests[best]
-        found[header] = chosen
-    for header in headers:  # those without a line: breadth first through those that include them
+        quick = {test: lines for test, lines in tests.items() if not test.startswith("full/")}
+        found[header] = choose(header, quick or tests, size)
+        if not found[header]:
+            naming = sorted((test for test in seen if header in by_name[test]), key=lambda test: (test.startswith("full/"), size[test]))
+            found[header] = naming[:2]
+    for header in headers:  # nobody names it, and it has no line: breadth first through those that include it
         known, near = {header}, users[header]
         while not found[header] and near:
             found[header] = list(dict.fromkeys(test for user in near for test in found[user][:2]))[:2]

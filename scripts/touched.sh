@@ -1,7 +1,7 @@
 #!/bin/sh
 # sh scripts/touched.sh [header...]
-# Builds and runs the quick tests of these headers (include/phistep/... or force/drag.hpp) and of their contracts, as
-# tests/tests_of.txt lists them: about a minute a header. Without arguments: of the headers that differ from HEAD.
+# Builds and runs the tests of these headers (include/phistep/... or force/drag.hpp) that tests/tests_of.txt lists: about a
+# minute a header. Without arguments: of the headers that differ from HEAD.
 set -eu
 cd "$(dirname "$0")/.."
 . scripts/setup.sh
@@ -20,7 +20,7 @@ tests=$(printf '%s\n' $tests | awk '!seen[$0]++')
 echo "phistep: $(echo $tests)"
 
 phistep_setup libeigen3-dev catch2 libsundials-dev
-phistep_configure_tests build/test
+case $tests in *full/*) phistep_configure_tests build/test -DPHISTEP_FULL=ON ;; *) phistep_configure_tests build/test ;; esac
 # shellcheck disable=SC2046,SC2086
 cmake --build build/test -j "$jobs" --target $(phistep_targets_of $tests) || phistep_die "the build failed"
 ctest --test-dir build/test -j "$jobs" --output-on-failure --no-tests=error \

@@ -5,9 +5,9 @@
 #include <phistep/schemes/radau/radau.hpp>
 #include <phistep/schemes/rodas.hpp>
 
+#include "accuracy/truth/extrapolation.hpp"
 #include "first_order.hpp"
 #include "phistep_rows.hpp"
-#include "accuracy/truth/extrapolation.hpp"
 
 namespace work_precision {
 

@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
+#include "accuracy/truth/extrapolation.hpp"
 #include "first_order.hpp"
 #include "phistep_rows.hpp"
-#include "accuracy/truth/extrapolation.hpp"
 
 namespace work_precision {
 

@@ -17,7 +17,8 @@ using namespace phistep;
 using namespace contact_scenes;
 
 constexpr int members = 200;
-constexpr int known_slabs = 16, known_pairs = 16, known_before_touch = 136;  // counted: 14, 14, 132; some are near the limit
+constexpr int known_slabs = 16, known_pairs = 16,
+              known_before_touch = 136;  // counted: 14, 14, 132; some are near the limit
 
 namespace {
 

@@ -6,9 +6,9 @@
 #include <cstdlib>
 #include <string>
 
-#include "support/catch.hpp"
 #include "accuracy/truth/linear.hpp"
 #include "accuracy/truth/schemes.hpp"
+#include "support/catch.hpp"
 
 namespace {
 

@@ -1,7 +1,7 @@
 // "Success" means that the answer is right, as in truth.full.cpp: Radau on random networks of reactions.
 
-#include "accuracy/truth_cases.hpp"
 #include "accuracy/truth/solution.hpp"
+#include "accuracy/truth_cases.hpp"
 
 namespace {
 

@@ -17,8 +17,8 @@
 #include <utility>
 #include <vector>
 
-#include "problems/linear_extrapolation.hpp"
 #include "contract/property.hpp"
+#include "problems/linear_extrapolation.hpp"
 
 namespace agreement {
 

@@ -12,8 +12,8 @@
 #include <string>
 #include <utility>
 
-#include "contract/states.hpp"
 #include "contract/property.hpp"
+#include "contract/states.hpp"
 
 namespace flows {
 

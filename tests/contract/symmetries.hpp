@@ -18,8 +18,8 @@
 #include <utility>
 #include <vector>
 
-#include "contract/states.hpp"
 #include "contract/property.hpp"
+#include "contract/states.hpp"
 
 namespace particles {
 

@@ -1,6 +1,6 @@
 # cmake -DINCLUDE_DIR=<include> -DTESTS_DIR=<tests> -P check_tests_of.cmake
 #
-# tests/tests_of.txt has one line for each header, "path.hpp: test test ...", and each test there is a quick one.
+# tests/tests_of.txt has one line for each header, "path.hpp: test test ...", and each test there is a quick or a full one.
 
 cmake_minimum_required(VERSION 3.25)
 
@@ -29,8 +29,9 @@ foreach(line IN LISTS lines)
     problem("tests_of.txt: ${header} has no test")
   endif()
   foreach(test IN LISTS tests)
-    if(NOT EXISTS "${TESTS_DIR}/${test}.test.cpp")
-      problem("tests_of.txt: ${header} names ${test}, and there is no tests/${test}.test.cpp")
+    string(REGEX REPLACE "^full/" "" file "${test}")
+    if(NOT EXISTS "${TESTS_DIR}/${file}.test.cpp" AND NOT (test MATCHES "^full/" AND EXISTS "${TESTS_DIR}/${file}.full.cpp"))
+      problem("tests_of.txt: ${header} names ${test}, and there is no tests/${file}.test.cpp")
     endif()
   endforeach()
 endforeach()

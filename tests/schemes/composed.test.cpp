@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "contract/states.hpp"
 #include "accuracy/observed_order.hpp"
+#include "contract/states.hpp"
 #include "problems/driven_motion.hpp"
 #include "problems/forced.hpp"
 #include "problems/kepler.hpp"

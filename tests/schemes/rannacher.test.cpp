@@ -4,8 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "contract/states.hpp"
 #include "accuracy/observed_order.hpp"
+#include "contract/states.hpp"
 #include "problems/forced.hpp"
 #include "problems/heat.hpp"
 #include "problems/march.hpp"

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "contract/states.hpp"
 #include "accuracy/observed_order.hpp"
+#include "contract/states.hpp"
 #include "problems/march.hpp"
 #include "support/catch.hpp"
 

@@ -5,8 +5,8 @@
 #include <complex>
 #include <vector>
 
-#include "contract/states.hpp"
 #include "accuracy/observed_order.hpp"
+#include "contract/states.hpp"
 #include "problems/dahlquist.hpp"
 #include "problems/forced.hpp"
 #include "problems/march.hpp"

@@ -8,13 +8,13 @@
 #include <cmath>
 
 #include "accuracy/observed_order.hpp"
+#include "accuracy/reference/cvode.hpp"
 #include "problems/damped_pendulum.hpp"
 #include "problems/kepler.hpp"
 #include "problems/march.hpp"
 #include "problems/show_digits.hpp"
 #include "problems/spring_net.hpp"
 #include "problems/van_der_pol.hpp"
-#include "accuracy/reference/cvode.hpp"
 #include "support/catch.hpp"
 
 using problems::DampedPendulum;

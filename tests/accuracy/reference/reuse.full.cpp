@@ -3,9 +3,9 @@
 
 #include <phistep/phistep.hpp>
 
+#include "accuracy/reference/cvode.hpp"
 #include "problems/hires.hpp"
 #include "problems/robertson.hpp"
-#include "accuracy/reference/cvode.hpp"
 #include "support/catch.hpp"
 
 using Vec = Eigen::VectorXd;

@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "accuracy/observed_order.hpp"
+#include "accuracy/reference/cvode.hpp"
 #include "problems/hires.hpp"
 #include "problems/march.hpp"
 #include "problems/robertson.hpp"
 #include "problems/show_digits.hpp"
-#include "accuracy/reference/cvode.hpp"
 #include "support/catch.hpp"
 
 using problems::Hires;

@@ -13,10 +13,10 @@
 #include <string>
 #include <vector>
 
-#include "problems/show_digits.hpp"
-#include "problems/ten.hpp"
 #include "accuracy/reference/arkode.hpp"
 #include "accuracy/reference/cvode.hpp"
+#include "problems/show_digits.hpp"
+#include "problems/ten.hpp"
 #include "support/catch.hpp"
 
 namespace {

@@ -19,11 +19,11 @@
 
 #include "accuracy/reference/arkode.hpp"
 #include "accuracy/reference/cvode.hpp"
-#include "support/figures.hpp"
 #include "accuracy/truth/classical.hpp"
 #include "accuracy/truth/count.hpp"
 #include "accuracy/truth/linear.hpp"
 #include "accuracy/truth/phistep_solvers.hpp"
+#include "support/figures.hpp"
 #ifdef PHISTEP_HAS_ODEINT
 #include "accuracy/truth/odeint.hpp"
 #endif

@@ -21,8 +21,8 @@
 #include <utility>
 #include <vector>
 
-#include "problems/dahlquist.hpp"
 #include "accuracy/stability/rounded.hpp"
+#include "problems/dahlquist.hpp"
 
 namespace stability {
 

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "accuracy/truth/solution.hpp"
 #include "problems/e5.hpp"
 #include "problems/hires.hpp"
 #include "problems/kepler.hpp"
@@ -20,7 +21,6 @@
 #include "problems/relaxation.hpp"
 #include "problems/robertson.hpp"
 #include "problems/ten.hpp"
-#include "accuracy/truth/solution.hpp"
 
 namespace truth {
 

@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "contract/states.hpp"
 #include "accuracy/observed_order.hpp"
+#include "contract/states.hpp"
 #include "problems/driven_motion.hpp"
 #include "problems/march.hpp"
 #include "support/catch.hpp"
