@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "accuracy/truth/random.hpp"
 #include "support/battery.hpp"
-#include "truth/random.hpp"
 
 namespace falling_rates {
 

@@ -14,8 +14,8 @@
 #include <utility>
 #include <vector>
 
+#include "accuracy/truth/random.hpp"
 #include "support/battery.hpp"
-#include "truth/random.hpp"
 
 namespace jumps {
 

@@ -17,11 +17,11 @@
 #include <string>
 #include <vector>
 
+#include "accuracy/truth/random.hpp"
 #include "problems/hires.hpp"
 #include "problems/oregonator.hpp"
 #include "problems/robertson.hpp"
 #include "support/battery.hpp"
-#include "truth/random.hpp"
 
 namespace mechanisms {
 

@@ -18,8 +18,8 @@
 #include <utility>
 #include <vector>
 
+#include "accuracy/truth/random.hpp"
 #include "support/battery.hpp"
-#include "truth/random.hpp"
 
 namespace force_bounds {
 
