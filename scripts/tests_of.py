@@ -5,7 +5,8 @@ BUILD has the quick and the full tests, compiled with line tables: configure it 
 phistep_quick_tests and phistep_full_tests. A test sees the lines of a header that were compiled into its program. The test of the
 header's own path comes first; then, one by one, the one that sees most lines that none before it saw, small programs preferred:
 until nine tenths are seen, or there are four. Quick tests serve where one sees the header, full ones elsewhere. A header without a
-line of its own (concepts, tables of contents) is seen by the tests that include it by its name, or of those headers that do.
+line of its own (concepts, tables of contents) is seen by the tests that include it by its name, of those headers that do, or of
+those that it includes.
 """
 import json
 import math
@@ -100,6 +101,8 @@ def main(build):
             found[header] = list(dict.fromkeys(test for user in near for test in found[user][:2]))[:2]
             known.update(near)
             near = sorted({u for n in near for u in users[n]} - known)
+        if not found[header]:  # a table of contents that nobody names: what it holds
+            found[header] = list(dict.fromkeys(test for other in included[header] for test in found[other][:1]))[:2]
     text = HEAD + "".join(f"{header}: {' '.join(tests)}\n" for header, tests in found.items())
     (root / "tests" / "tests_of.txt").write_text(text)
     print(f"{len(headers)} headers, {len(seen)} tests; {sum(not t for t in found.values())} headers without a test")
