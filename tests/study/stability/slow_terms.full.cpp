@@ -10,6 +10,7 @@
 #include <sstream>
 #include <vector>
 
+#include "instances/preflight.hpp"
 #include "problems/march.hpp"
 #include "support/catch.hpp"
 
