@@ -1,6 +1,6 @@
 #!/bin/sh
 # sh scripts/test.sh [ctest options]
-# Installs what is missing, builds the quick tests and runs them: 10 to 20 minutes on two cores, wanted eight. What takes longer is in
+# Installs what is missing, builds the quick tests and runs them: about 11 minutes on two slow cores, wanted eight. What takes longer is in
 # full.sh (CI runs both) and stress.sh. CXX chooses the compiler; the build is in build/test.
 set -eu
 cd "$(dirname "$0")/.."
