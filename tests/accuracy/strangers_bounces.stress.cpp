@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "instances/preflight.hpp"
 #include "support/catch.hpp"
 
 using namespace phistep;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "accuracy/contact_chance.hpp"
+#include "instances/preflight.hpp"
 #include "support/battery.hpp"
 #include "support/catch.hpp"
 
