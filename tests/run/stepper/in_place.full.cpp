@@ -195,8 +195,6 @@ void compare_random(unsigned seed, int rounds, std::initializer_list<Index> size
 
 using namespace in_place_cases;
 
-#if PHISTEP_QUICK
-
 TEST_CASE("in place or beside, states of all magnitudes end alike") {
   compare_random<double>(1, 40, {2, 5});
   compare_random<double>(3, 4, {120});
@@ -278,8 +276,7 @@ TEST_CASE("bounds are taken anew where the state may have been edited, and after
   keeps_every_bit(Origin::unedited);
 }
 
-#elif PHISTEP_FULL
-// As in_place.test.cpp, in every precision and many more times.
+// The same in every precision and many more times.
 
 TEST_CASE("in place or beside, many states of all magnitudes end alike") {
   compare_random<double>(11, 400, {2, 3, 9});
@@ -291,5 +288,3 @@ TEST_CASE("in place or beside, so do those of other precisions") {
   compare_random<long double>(15, 200, {2, 5});
   compare_random<long double>(16, 3, {500});
 }
-
-#endif
