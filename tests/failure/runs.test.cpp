@@ -242,8 +242,8 @@ TEST_CASE("bounds on steps and tries hold") {
   CHECK(at.size() >= 41);
   CHECK(capped.largest_dt <= 0.125);
   CHECK(capped.limits.most().by == LimitedBy::max_step);
-  const auto [split, ends] =
-      run({.rtol = 1e-2, .max_step = 5 / 40.005}, trapezoidal);  // no last step of 1.005 times that
+  const auto [split, ends] = run({.rtol = 1e-2, .first_step = 5 / 40.005, .max_step = 5 / 40.005},
+                                 trapezoidal);  // no last step of 1.005 times that
   CHECK(split);
 
   const auto [given, times] = run({.rtol = 1e-2, .first_step = 1e-5}, trapezoidal);
