@@ -24,7 +24,7 @@ phistep_configure_tests "$root/build" -DPHISTEP_FULL=ON -DPHISTEP_BUILD_EXAMPLES
 go_on="-k"
 [ "$generator" != Ninja ] || go_on="-k 0"
 
-# notices <ctest selection> <build target...>: builds and runs; those that fail, to compile or to pass, are in $caught.
+# notices <ctest selection> <build target...>: builds and runs; those that fail are in $caught, or that one does not compile.
 notices() {
   selection=$1
   shift

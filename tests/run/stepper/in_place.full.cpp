@@ -1,4 +1,4 @@
-// Steps written into the state or through a view; the full half is the full tier.
+// Steps written into the state or through a view.
 #include <phistep/phistep.hpp>
 
 #include <cmath>
