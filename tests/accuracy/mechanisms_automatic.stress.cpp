@@ -12,8 +12,7 @@
 
 // Ceilings are a few above what is counted: a member near its limit may change with the compiler.
 constexpr int members = 500;
-constexpr int known_wrong = 88, known_moved = 152, known_refused = 15;  // counted 84, 146 and 13
-constexpr int known_named = 16;                                         // counted 15
+constexpr int known_moved = 1, known_refused = 1;  // counted 0 and 0
 
 namespace {
 
@@ -39,18 +38,12 @@ TEST_CASE("mechanisms without a stepper: the references agree") {
   figures::at_most(members / 50, family().skipped, "mechanisms", "skipped");
 }
 
-TEST_CASE("mechanisms without a stepper, rtol alone: no more beyond 100 kappa rtol than known") {
-  battery::at_most(known_wrong, family().alone);
-}
-TEST_CASE("mechanisms without a stepper, rtol alone: none beyond 100 kappa rtol", "[!shouldfail][46-A]") {
-  battery::none(family().alone);
+TEST_CASE("mechanisms without a stepper, rtol alone: none beyond 100 kappa rtol") {
+  battery::at_most(0, family().alone);
 }
 
 TEST_CASE("mechanisms without a stepper, rtol alone: other units move no more than known") {
   battery::at_most(known_moved, family().units);
-}
-TEST_CASE("mechanisms without a stepper, rtol alone: other units move none", "[!shouldfail][46-A]") {
-  battery::none(family().units);
 }
 
 // 2 % may be.
@@ -66,9 +59,4 @@ TEST_CASE("mechanisms without a stepper, atol by component: none is wrong in oth
   battery::at_most(0, family().by_component_units);
 }
 
-TEST_CASE("named problems without a stepper, rtol alone: no more are wrong than known") {
-  battery::at_most(known_named, named());
-}
-TEST_CASE("named problems without a stepper, rtol alone: none is wrong", "[!shouldfail][46-A]") {
-  battery::none(named());
-}
+TEST_CASE("named problems without a stepper, rtol alone: none is wrong") { battery::at_most(0, named()); }

@@ -105,10 +105,6 @@ const battery::Tally& settled() {
 
 }  // namespace
 
-// Counted 11 of 12; tr_bdf2 with one unknown is near what is allowed.
-TEST_CASE("a bar at rest: no more runs cost too much than known") { battery::at_most(12, rest()); }
-TEST_CASE("a bar at rest: none costs too much", "[!shouldfail][46-A]") { battery::none(rest()); }
+TEST_CASE("a bar at rest: none costs too much") { battery::at_most(0, rest()); }
 
-// Counted 8 of 8.
-TEST_CASE("settled masses: no more runs cost too much than known") { battery::at_most(8, settled()); }
-TEST_CASE("settled masses: none costs too much", "[!shouldfail][46-A]") { battery::none(settled()); }
+TEST_CASE("settled masses: none costs too much") { battery::at_most(0, settled()); }

@@ -105,7 +105,7 @@ inline const auto meet_nan = [](const char* name, auto scheme) {
   const Psi force = [](const Vec& y, double t) -> Vec { return t > 0.5 ? Vec(NaN, 1) : Vec(-y); };
   Vec y(1, 2);
   PhiStepper stepper{y, force, scheme};
-  const RunReport report = integrate(stepper, y, {0, 1}, tolerance{.rtol = 1e-4, .max_steps = 10'000});
+  const RunReport report = integrate(stepper, y, {0, 1}, tolerance{.rtol = 2e-4, .max_steps = 10'000});
   check_before_nan(report, y);
   return report.limits.most().by;
 };
@@ -237,7 +237,7 @@ TEST_CASE("bounds on steps and tries hold") {
     for (std::size_t n = 0; n + 1 < times.size(); ++n) CHECK(times[n + 1] - times[n] <= control.max_step * (1 + 1e-14));
     return std::pair{report, times};
   };
-  const auto [capped, at] = run({.rtol = 1e-2, .max_step = 0.125}, trapezoidal);
+  const auto [capped, at] = run({.rtol = 2e-2, .max_step = 0.125}, trapezoidal);
   CHECK(capped);
   CHECK(at.size() >= 41);
   CHECK(capped.largest_dt <= 0.125);

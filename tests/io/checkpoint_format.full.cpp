@@ -202,8 +202,10 @@ TEST_CASE("a controller's numbers that can't be are refused") {
   const double nan = std::numeric_limits<double>::quiet_NaN(), infinity = std::numeric_limits<double>::infinity();
   for (const double bad : {nan, infinity, -1.0}) {
     check(VariableStep<double>{}, "size", bad);
-    check(ErrorNorm<Vec>{}, "largest", bad);
-    check(ErrorNorm<Vec>{}, "longest", bad);
+    ErrorNorm<Vec> norm;
+    REQUIRE(norm.begin(tolerance{.rtol = 1e-3}, start()));
+    norm.remember(start());
+    for (const char* name : {"sizes", "largest", "noise", "longest"}) check(norm, name, bad);
   }
   for (const double bad : {nan, infinity}) {
     check(StepSize{StepFilter::predictive, 2, 1}, "past", bad);

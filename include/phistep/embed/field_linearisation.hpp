@@ -83,8 +83,8 @@ class Increment<S> {
     if (of == 0) return {};
     return {relative_size<Scalar>(of, all[1]), relative_size<Scalar>(of, std::max(all[1], all[2])), of};
   }
-  [[nodiscard]] Correction size(const Plain& weight) const {
-    return norm(Unknown::Ops::square(last_move_.handle(), solved(weight).handle()));
+  [[nodiscard]] Correction size(const Plain&, const SolveTolerance<Plain>& allowed) const {
+    return norm(Unknown::Ops::square(last_move_.handle(), solved(*allowed.weight).handle()));
   }
   [[nodiscard]] static double drift_size(const Plain&, double) { return 0; }
 

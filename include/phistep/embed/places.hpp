@@ -20,7 +20,6 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/strided_block.hpp"
 #include "phistep/base/version.hpp"
 

@@ -283,6 +283,7 @@ class Run {
   bool end(Outcome outcome) {
     if (failed(outcome) && outcome != Outcome::stopped_by_observer && outcome != Outcome::stopped_by_event)
       step_.forget_solves();
+    if (begun_) step_.end_run();
     ended_ = true;
     if constexpr (FieldState<Plain>)  // a slope outside of steps may have been NaN because its force threw
       if (failed(outcome) && outcome != Outcome::exception_elsewhere &&

@@ -156,7 +156,7 @@ TEST_CASE("force calls: six and twelve a step, the last one for the next, and no
   const auto run = [](auto scheme, auto&&... observers) {
     Eigen::Vector2d y{2, 3};
     PhiStepper stepper{y, prey, scheme};
-    const auto report = integrate(stepper, y, {0.0, 10.0}, tolerance{.rtol = 1e-6}, observers...);
+    const auto report = integrate(stepper, y, {0.0, 10.0}, tolerance{.rtol = 1e-6, .atol = 1e-6}, observers...);
     REQUIRE(report);
     return report.statistics;
   };

@@ -84,6 +84,8 @@ struct SolveTolerance {
   const Plain* weight = nullptr;  ///< 1/(atol + rtol |y|)
   double target = 0;
   double rtol = 0;
+  const Plain* usual = nullptr;  ///< sizes for differences; null: those of the weights
+  bool has_unsized = false;      ///< where the weight is 0, a correction is measured by the iterate
 };
 
 }}  // namespace phistep::PHISTEP_ABI

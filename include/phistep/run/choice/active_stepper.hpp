@@ -40,8 +40,10 @@ class ActiveStepper {
 
   /// The number of the stepper at work.
   [[nodiscard]] int active() const { return static_cast<int>(steppers_.index()); }
-  /// Another one takes over; what the last one knew is lost.
+  /// Another one takes over; but for the sizes of a run before, what the last one knew is lost.
   void replace(Steppers next) {
+    if constexpr (!FieldState<S>)
+      visit_numbered(next, [this](auto, auto& stepper) { stepper.kept_sizes() = std::move(kept_sizes()); });
     visit_numbered(next,
                    [this](auto number, auto& stepper) { steppers_.template emplace<number>(std::move(stepper)); });
   }
@@ -141,6 +143,10 @@ class ActiveStepper {
   /// Forgets all that is carried from step to step; the same stepper stays at work.
   void reset() {
     visit(*this, [](auto& at_work) { at_work.reset(); });
+  }
+  [[nodiscard]] auto& kept_sizes() requires(!FieldState<S>) {
+    return visit(
+        *this, [](auto& at_work) -> auto& { return at_work.kept_sizes(); });
   }
   void save(Writer& out) const {
     visit(*this, [&out](auto& at_work) { at_work.save(out); });

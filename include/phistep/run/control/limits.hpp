@@ -30,24 +30,48 @@ struct Limit {
   std::int64_t steps = 0;
 };
 
-/// Counts the steps by reason. Of the components whose errors ruled it keeps one: that of more than half of these steps, if
-/// there is one (the majority vote of R. S. Boyer & J S. Moore, 1981).
+/// Of the components that some steps named, that of more than half of them, if there is one (the majority vote of R. S. Boyer &
+/// J S. Moore, 1981).
+class MostNamed {
+ public:
+  void name(const Component& one) {
+    if (votes_ == 0) where_ = one;
+    votes_ += one == where_ ? 1 : -1;
+    ++steps_;
+  }
+  [[nodiscard]] const Component& where() const { return where_; }
+  [[nodiscard]] std::int64_t steps() const { return steps_; }
+  void archive(auto& ar) {
+    ar("block", where_.block, "index", where_.index, "votes", votes_, "named", steps_);
+    ar.check(can_be_count(steps_) && 0 <= votes_ && votes_ <= steps_);
+  }
+
+ private:
+  Component where_;
+  std::int64_t votes_ = 0, steps_ = 0;  // for where_, less those against; of all
+};
+
+/// Counts the steps by reason, and what a run without atol has seen of its components.
 class Limits {
  public:
   void count(LimitedBy by, Component where = {}) {
     ++steps_[static_cast<std::size_t>(by)];
-    if (by != LimitedBy::error) return;
-    if (votes_ == 0) worst_ = where;
-    votes_ += where == worst_ ? 1 : -1;
+    if (by == LimitedBy::error) worst_.name(where);
   }
   /// The most frequent reason.
   [[nodiscard]] Limit most() const {
     const auto most = std::max_element(steps_.begin(), steps_.end());
     if (*most == 0) return {};
     const auto by = static_cast<LimitedBy>(most - steps_.begin());
-    return {by, by == LimitedBy::error ? worst_ : Component{}, *most};
+    return {by, by == LimitedBy::error ? worst_.where() : Component{}, *most};
   }
   [[nodiscard]] std::int64_t steps() const { return std::accumulate(steps_.begin(), steps_.end(), std::int64_t{0}); }
+
+  /// The component that ruled by its error.
+  [[nodiscard]] const Component& worst() const { return worst_.where(); }
+  /// Scales without atol: components of which less was asked than rtol of what they are; that grew 10³ times in one step.
+  MostNamed below, leapt;
+  bool has_own_scales = false;
 
   /// "  dt limited by       the error, e.g. of component 3 of block 0, in 71 % of the steps"
   template <class OStream>
@@ -73,19 +97,24 @@ class Limits {
         out << "the times to stop at";
     }
     out << ", in " << 100 * most.steps / limits.steps() << " % of the steps\n";
+    if (!limits.has_own_scales) return out;
+    out << "  atol                none given";
+    if (limits.below.steps() > 0)
+      out << ": component " << limits.below.where().index << " of block " << limits.below.where().block
+          << ", or another, had fewer digits than rtol in " << 100 * limits.below.steps() / limits.steps()
+          << " % of the steps";
+    out << '\n';
     return out;
   }
 
   void archive(auto& ar) {
-    ar("steps", steps_, "block", worst_.block, "index", worst_.index, "votes", votes_);
+    ar("steps", steps_, "worst", worst_, "below", below, "leapt", leapt, "own_scales", has_own_scales);
     for (const std::int64_t steps : steps_) ar.check(can_be_count(steps));
-    ar.check(0 <= votes_ && votes_ <= steps_[static_cast<std::size_t>(LimitedBy::error)]);
   }
 
  private:
   std::array<std::int64_t, static_cast<std::size_t>(LimitedBy::not_finite) + 1> steps_{};
-  Component worst_;
-  std::int64_t votes_ = 0;  ///< steps of error that worst_ ruled, less those that others did
+  MostNamed worst_;
 };
 
 }}  // namespace phistep::PHISTEP_ABI

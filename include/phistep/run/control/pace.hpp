@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <utility>
 
@@ -70,6 +71,9 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
     if (const char* bad = counts_ ? what_cannot_work(iterations_) : nullptr) return Length::refuse(bad);
     trace_.resize(y);
     trace_.rtol = wanted_.rtol;
+    doubt_ = {};
+    has_end_ = false;
+    if (keeps_sizes()) end_ = error_before_ = usual_ = y;
     return Length::bound(std::max(wanted_.min_step, counts_ ? iterations_.min_step : wanted_.min_step),
                          std::min(wanted_.max_step, counts_ ? iterations_.max_step : wanted_.max_step),
                          std::min(wanted_.max_steps, counts_ ? iterations_.max_steps : wanted_.max_steps));
@@ -89,26 +93,70 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
     return Outcome::success;
   }
 
+  /// No atol is given.
+  [[nodiscard]] bool keeps_sizes() const { return knows_rounding && norm_.is_automatic(); }
+  /// A run that begins may go on from one before.
+  void go_on(KeptSizes<Plain>& kept, const Plain& y) {
+    if (norm_.is_automatic()) kept.go_on(y, norm_.automatic());
+  }
+  void keep(KeptSizes<Plain>& kept, const Plain& y) {
+    if (norm_.is_automatic()) kept.keep(y, norm_.automatic());
+  }
+
   [[nodiscard]] Trace<Plain>& trace() { return trace_; }
   void prepare(const Plain& y, double dt) {
     error_ = {};
-    norm_.begin_try(dt);
+    norm_.automatic().begin_try(dt);
     trace_.proposed = 0;
     // Without a scale for each component, a solve's own error can't be weighed: then to rounding.
     if (!reads_weights_) norm_.remember(y);
     else trace_.newton_target = norm_.weigh(y, trace_.weight) ? newton_share * allowed_ / norm_.spread(y) : 0;
-    trace_.norm = &norm_;
-    trace_.measure = [](void* norm, const Plain& error, const Plain& from, const Plain& to) {
-      return (*static_cast<ErrorNorm<Plain>*>(norm))(error, from, to).size();
+    trace_.usual = nullptr;
+    if constexpr (knows_rounding)
+      if (reads_weights_ && norm_.is_automatic()) {
+        norm_.automatic().tell_usual(usual_);
+        trace_.usual = &usual_;
+      }
+    trace_.has_unsized = knows_rounding && norm_.is_automatic() && !norm_.automatic().all_sized();
+    trace_.norm = this;
+    trace_.measure = [](void* pace, const Plain& error, const Plain& from, const Plain& to) {
+      return static_cast<ErrorPace*>(pace)->measure(error, from, to).size();
     };
   }
   /// Whether the step's error is allowed.
   [[nodiscard, gnu::always_inline]] inline bool judge(const Plain& y, const Plain& next, const Trace<Plain>& told) {
-    error_ = norm_(told.error, y, next);
+    error_ = measure(told.error, y, next);
+    if (doubt_.is_probing) return false;
     error_.square *= told.error_scale_square;
     if (looks_for_jumps_ && !trace_.smoothness.holds(error_.square, static_cast<double>(told.dt), error_order_))
       error_.square *= missed_square;
-    return trace_.proposed != 0 || error_.square <= allowed_ * allowed_;  // a scheme that proposes Δt has judged
+    // A scheme that proposes Δt has judged.
+    const bool is_allowed = trace_.proposed != 0 || error_.square <= allowed_ * allowed_;
+    if (!is_allowed || !knows_rounding || !norm_.is_automatic()) return is_allowed;
+    return !doubt_.is_due(error_.square >= 0.01 * allowed_ * allowed_);
+  }
+  /// Whether what failed the last try may be rounding: then it is to be tried again from a state a rounding away.
+  [[nodiscard]] bool doubts(Outcome why, const Landing<Scalar>& to) {
+    if (!knows_rounding || !norm_.is_automatic()) return false;
+    if (why == Outcome::error_too_large) return doubt_.has_failed(std::abs(static_cast<double>(to.dt)), error_.size());
+    doubt_.has_stalled = true;
+    ++doubt_.tries;
+    if constexpr (knows_rounding) norm_.automatic().unbear();
+    return false;
+  }
+  /// What that makes of the end is rounding. @param iterates  steps are solved by iteration   @param probe  tries it, whatever
+  /// comes of it
+  void probe(bool iterates, auto&& probe) {
+    doubt_.iterates = iterates;
+    const Measured before = error_;
+    const double proposed = trace_.proposed;
+    copy_blocks<Plain>(error_before_, trace_.error);
+    doubt_.is_probing = true;
+    doubt_.has_learned = false;
+    probe(++doubt_.probes);
+    doubt_.end_probe();
+    error_ = before;
+    trace_.proposed = proposed;
   }
   /// ‖e‖ in units of the tolerance, where e is what a state between y and next is off.
   [[nodiscard]] double size(const Plain& y, const Plain& next, const Plain& e) { return norm_(e, y, next).size(); }
@@ -121,6 +169,9 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
     const double dt = std::abs(static_cast<double>(to.dt));
     const double proposed = std::exchange(trace_.proposed, 0);
     trace_.advance();
+    if (knows_rounding && norm_.is_automatic()) tell(limits);
+    norm_.automatic().accepted();
+    doubt_.end_step();
     const bool was_capped = Length::is_capped();
     double by = proposed > 0 ? proposed / dt : size_.accepted_square(error_.square * per_allowed_ * per_allowed_);
     bool by_iterations = false;
@@ -142,9 +193,9 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
     else limits.count(LimitedBy::error, error_.worst);
   }
   [[nodiscard]] Outcome failed(Outcome why, const Landing<Scalar>& to, const Failure&, Limits& limits) {
-    const double dt = std::abs(static_cast<double>(to.dt));
-    if (const double proposed = std::exchange(trace_.proposed, 0); proposed > 0 && proposed < dt)
-      return Length::shorten(why, dt, proposed / dt);
+    const double dt = std::abs(static_cast<double>(to.dt)), proposed = std::exchange(trace_.proposed, 0);
+    if (std::exchange(doubt_.has_learned, false)) return Length::shorten(why, dt, 0.9);
+    if (proposed > 0 && proposed < dt) return Length::shorten(why, dt, proposed / dt);
     if (why == Outcome::error_too_large) return Length::shorten(why, dt, size_.rejected(error_.size() / allowed_));
     if (!may_be_cured(why)) return why;
     const bool is_finite = why != Outcome::non_finite_force && why != Outcome::non_finite_state;
@@ -180,16 +231,137 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
   [[nodiscard]] bool edited(const Plain& y) {
     size_.forget();
     trace_.forget();
-    if (same_shape<Plain>(trace_.weight, y)) return true;
+    if (same_shape<Plain>(trace_.weight, y)) {
+      if constexpr (knows_rounding)
+        if (norm_.is_automatic() && has_end_) norm_.automatic().edited(end_, y);
+      return true;
+    }
     trace_.resize(y);
+    if (keeps_sizes()) end_ = error_before_ = usual_ = y;
     if (norm_.fits(y)) return true;
     static_cast<void>(Length::refuse("atol, which is for a state of another size"));
     return false;
   }
 
-  void archive(auto& ar) { ar("norm", norm_, "filter", size_, "step", static_cast<Length&>(*this), "trace", trace_); }
+  void archive(auto& ar) {
+    ar("norm", norm_, "filter", size_, "step", static_cast<Length&>(*this), "trace", trace_, "doubt", doubt_, "has_end",
+       has_end_);
+    if (has_end_) ar.in_place("end", end_);
+  }
 
  private:
+  /// Whether an error is rounding, which no step does better. A probe tells: the same step from a state that is a rounding away.
+  /// There is one where errors rule Δt or a solve has stalled, after more and more steps while probes change nothing.
+  struct Doubt {
+    static constexpr int soon = 8, seldom = 1024;
+    bool is_probing = false, is_wanted = false, has_learned = false, has_stalled = false;
+    std::uint64_t probes = 0;    ///< that have been
+    bool iterates = false;       ///< steps are solved by iteration
+    double dt = 0, size = 0;     ///< [time] of the last try of this step; its ‖e‖
+    int tries = 0, wait = soon;  ///< since the last probe; until the next
+
+    void archive(auto& ar) {
+      ar("stalled", has_stalled, "tries", tries, "wait", wait, "probes", probes);
+      ar.check(tries >= 0 && 2 <= wait && wait <= seldom);
+    }
+    /// Whether a step within the tolerance is given up for a probe.
+    [[nodiscard]] bool is_due(bool is_ruled_by_error) {
+      return is_wanted = (is_ruled_by_error && tries >= 4 * wait) || (has_stalled && 4 * tries >= wait);
+    }
+    /// A try has failed. Whether a probe is due.
+    [[nodiscard]] bool has_failed(double now, double now_size) {
+      const bool falls = !(dt > 0) || now > 0.7 * dt || now_size * dt <= 0.5 * size * now;
+      dt = now, size = now_size;
+      ++tries;
+      return is_wanted || tries >= (falls ? wait : std::min(wait, soon));
+    }
+    void end_probe() {
+      is_probing = is_wanted = has_stalled = false;
+      tries = 0;
+      wait = has_learned ? 2 : std::min(2 * wait, seldom);
+    }
+    void end_step() {
+      ++tries;
+      dt = 0;
+    }
+  };
+  static constexpr bool knows_rounding = !FieldState<Plain>;
+
+  /// ‖e‖ of the try in hand
+  [[nodiscard, gnu::always_inline]] inline Measured measure(const Plain& error, const Plain& y, const Plain& next) {
+    const Measured found = norm_(error, y, next);
+    if constexpr (knows_rounding)
+      if (norm_.is_automatic()) {
+        if (doubt_.is_probing || !(found.square <= allowed_ * allowed_ && norm_.automatic().all_sized()))
+          return learn_sizes(found, error, y, next);
+        copy_blocks<Plain>(end_, next);
+        has_end_ = true;
+      }
+    return found;
+  }
+  void tell(Limits& limits) const {
+    const auto component = [this](Index i) {
+      Component found;
+      for_each_block(
+          [&](auto k, const auto& block) {
+            if (found.block < 0 && i < block.size()) found = {static_cast<std::int64_t>(k()), i};
+            i -= block.size();
+          },
+          Blocks<Plain>::all(trace_.weight));
+      return found;
+    };
+    limits.has_own_scales = true;
+    if (const Index i = norm_.automatic().below(); i >= 0) limits.below.name(component(i));
+    if (const Index i = norm_.automatic().leapt(); i >= 0) limits.leapt.name(component(i));
+  }
+  /// The same after what a try that isn't good enough has to teach.
+  [[nodiscard, gnu::noinline]] Measured learn_sizes(Measured found, const Plain& error, const Plain& y,
+                                                    const Plain& next) {
+    auto& atol = norm_.automatic();
+    if (doubt_.is_probing) {
+      // Less does no harm, and may be what an iteration has left. More is rounding, where the error isn't far more, of what an
+      // iteration has solved is far less, or isn't the same.
+      const double n = static_cast<double>(count_of(Blocks<Plain>::all(y)));
+      const auto least = static_cast<Scalar>(0.03 * allowed_ * std::sqrt(n));
+      for_each_number(
+          [&](std::size_t at, Scalar e, Scalar e_before, Scalar from, Scalar now, Scalar before) {
+            const auto i = static_cast<Index>(at);
+            const Scalar moved = std::abs(now - before), size = std::max(std::abs(from), std::abs(now));
+            const bool is_rounding = (doubt_.iterates ? Scalar{8} : Scalar(1e-3L)) * std::abs(e) <= moved ||
+                                     4 * std::abs(e - e_before) >= std::abs(e_before);
+            if (!std::isfinite(moved) || !is_rounding || moved <= least * norm_.scale(0, i, size)) return;
+            atol.learn_noise(i, static_cast<Scalar>(64 / allowed_) * moved);
+            doubt_.has_learned = true;
+          },
+          Blocks<Plain>::all(error), Blocks<Plain>::all(error_before_), Blocks<Plain>::all(y), Blocks<Plain>::all(next),
+          Blocks<Plain>::all(end_));
+      return {std::numeric_limits<double>::infinity(), {}};
+    }
+    copy_blocks<Plain>(end_, next);
+    has_end_ = true;
+    if (atol.all_sized()) return found;
+    // Where the others are right, those that had no size have one now.
+    double others = 0;
+    std::int64_t n = 0;
+    const auto each = [&](auto&& f) {
+      for_each_number(
+          [&f](std::size_t i, Scalar e, Scalar from, Scalar to) {
+            f(static_cast<Index>(i), std::abs(e), std::max(std::abs(from), std::abs(to)));
+          },
+          Blocks<Plain>::all(error), Blocks<Plain>::all(y), Blocks<Plain>::all(next));
+    };
+    each([&](Index i, Scalar e, Scalar size) {
+      ++n;
+      if (const auto x = static_cast<double>(e / norm_.scale(0, i, size)); atol.is_sized(i)) others += x * x;
+    });
+    if (!(others <= allowed_ * allowed_ * static_cast<double>(n))) return found;
+    each([&](Index i, Scalar e, Scalar size) {
+      const Scalar shown = size > 0 ? size : e;
+      if (atol.is_sized(i) || !(shown > 0) || !std::isfinite(shown) || (!reads_weights_ && e > shown)) return;
+      atol.bear(i, shown);
+    });
+    return found;
+  }
   /// Of the error allowed to a step: what its solves may leave of theirs.
   static constexpr double newton_share = 0.03;
   /// Where the force jumps, an estimate of one formula may be too small by this factor, squared.
@@ -197,12 +369,15 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
 
   tolerance wanted_;
   iteration_control iterations_;
-  bool counts_ = false, reads_weights_ = true, looks_for_jumps_ = false;
+  bool has_end_ = false, counts_ = false, reads_weights_ = true, looks_for_jumps_ = false;
   int error_order_ = 2;
   ErrorNorm<Plain> norm_;
   StepSize size_;
   Trace<Plain> trace_;
   Measured error_;
+  Doubt doubt_;
+  Plain usual_, end_,
+      error_before_;  // sizes for differences; of the last try, of that before a probe, where scales are the components' own
   double allowed_ = 1, per_allowed_ = 1;
 };
 

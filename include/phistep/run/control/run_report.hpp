@@ -31,14 +31,34 @@ struct [[nodiscard]] RunReport {
   }
   /// What happened, where, and what to try.
   [[nodiscard]] std::string message() const {
-    if (outcome == Outcome::success) return explain(outcome);
-    if (failure.outcome == outcome) return failure.message();
-    char where[96];  // no step failed, so that there is no more to tell
+    if (outcome == Outcome::success) return explain(outcome) + doubts();
+    if (failure.outcome == outcome) return failure.message() + doubts();
+    char where[160];  // no step failed, so that there is no more to tell
     std::snprintf(where, sizeof where, "%s%s; at t = %.9g", refused != nullptr ? ": " : "",
                   refused != nullptr ? refused : "", t);
-    return explain(outcome, where);
+    return explain(outcome, where + of_component(", for the error of", limits.worst())) + doubts();
+  }
+  /// What is odd about a run, whatever its outcome. Empty where nothing is.
+  [[nodiscard]] std::string doubts() const {
+    std::string text;
+    const std::int64_t failed = statistics.rejections + statistics.failed_steps;
+    if (failed > 100 && failed > statistics.steps)
+      text += " More tries failed (" + std::to_string(failed) + ") than steps were done (" +
+              std::to_string(statistics.steps) +
+              "): another scheme, or an .atol for what is small, may do with far fewer.";
+    if (limits.leapt.steps() > 0)
+      text += " In " + std::to_string(limits.leapt.steps()) + " steps a component grew more than a thousandfold" +
+              of_component(":", limits.leapt.where()) + ". Look whether that is so, with a smaller rtol.";
+    return text;
   }
 
+ private:
+  [[nodiscard]] static std::string of_component(const char* what, const Component& where) {
+    if (where.block < 0) return {};
+    return std::string{what} + " component " + std::to_string(where.index) + " of block " + std::to_string(where.block);
+  }
+
+ public:
   template <class OStream>
     requires requires(OStream& out) { out << "" << 0.0 << std::int64_t{}; }
   friend OStream& operator<<(OStream& out, const RunReport& report) {

@@ -1,12 +1,17 @@
 /// @file
-/// The automatic atol: of a vector's component
+/// The scales of errors where no atol is given. Each component has a size of its own, in its own units,
 ///
-///     atol_i = rtol max_t |y_i|,   and rtol/100 max_t ‖y‖∞ while |y_i| has always been less than ‖y‖∞/100:      (1)
+///     scale_i = rtol max(s_i, min(|y_i|, |y⁺_i|, 10 s_i)) + n_i,                                                (1)
+///     s_i ← max(|y⁺_i|, 0.2^{Δt/H} s_i, 1e-9 max_t |y_i|)    after a step                                        (2)
 ///
-/// components may differ in units and sizes, but one that is zero has errors of the size of the others' errors, and nothing
-/// can be asked relative to those. In a matrix, whose columns are particles, all components are of one kind: rtol max_t ‖y‖∞.
-/// Never less than the least normal number, where y isn't 0: what grows out of zero passes through subnormal numbers, in which
-/// nothing is right to rtol.
+/// where |y_i|, |y⁺_i| stands for the larger of both, H for the longest of the steps of late, and n_i for what
+/// a rounding of y makes of y⁺, which no error can be told from (0 until a probe has told). What a component was is forgotten by time, not by steps: else a
+/// bisection towards a jump forgets it as fast as Δt falls, and never ends. The factor of 10 keeps a y⁺ that runs away from
+/// loosening the test that it is to fail.
+///
+/// Numbers of one kind are one quantity: none is smaller than 1e-3 of the largest among them. A row of a matrix is one, a motion's
+/// matrices as a whole, a field as a whole (there s is max |y|), and what `quantity` says. A component that has never been
+/// anything but zero has no size: its first try says how large it gets.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,6 +20,9 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
+#include <optional>
+#include <span>
 #include <tuple>
 #include <type_traits>
 #include <utility>
@@ -22,6 +30,7 @@
 #include "phistep/base/numbers/arithmetic.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/version.hpp"
+#include "phistep/run/errors/tolerance.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -32,111 +41,203 @@ class AutomaticAtol {
   static constexpr std::size_t blocks = std::tuple_size_v<decltype(Blocks<Plain>::all(std::declval<Plain&>()))>;
   static constexpr int size_of_few = static_numbers<Plain>;
   static constexpr bool is_small = size_of_few > 0 && fits_registers<Plain>;
-  /// What a step that may be rejected changes, by block.
-  struct Sizes {
-    std::array<Scalar, blocks> atol{}, largest{};  ///< of components of no size of their own; max_t ‖y‖∞
-  };
 
-  void begin(Scalar rtol) {
+  /// @param kinds  quantities besides those that the state's shape says; they must outlive the run
+  void begin(Scalar rtol, std::span<const Quantity> kinds) {
+    *this = {};
     rtol_ = rtol;
-    sizes_ = {};
-    own_.setZero();
+    kinds_ = kinds;
   }
-  [[nodiscard]] const Sizes& sizes() const { return sizes_; }
-  void restore(const Sizes& sizes) { sizes_ = sizes; }
-
+  /// Whether the kinds given are of a state of n numbers.
+  [[nodiscard]] bool fits(Index n) const { return are_within(kinds_, n); }
   /// A step of length dt [time] is to be tried.
   void begin_try(double dt) {
     dt_ = dt;
-    longest_ = std::max(longest_, dt);
+    longest_try_ = std::max(longest_try_, dt);
   }
-  /// y is a state of the run.
+  /// The last try has become a step.
+  void accepted() { is_done_ = true; }
+  /// y is a state of the run: (2), where a step has led there.
   void remember(const Plain& y) {
-    see(y);
-    if constexpr (has_vectors) {
-      if (const Index n = count_of(Blocks<Plain>::all(y)); own_.size() != n)
-        own_.setZero(n);  // or y's size has changed
-      Index at = 0;
+    double passed = 0;  // in units of H
+    if (std::exchange(is_done_, false)) {
+      longest_ = std::max(longest_try_, 0.8 * longest_);
+      longest_try_ = 0;
+      passed = dt_ < longest_ ? dt_ / longest_ : 1;
+    }
+    const auto keeps = static_cast<Scalar>(std::pow(fade, passed));
+    if constexpr (FieldState<Plain>) {
       for_each_block(
           [&](auto k, const auto& block) {
-            if constexpr (by_component<decltype(block)>)
-              for (Index i = 0; i < block.size(); ++i) {
-                const Scalar size = std::abs(block.data()[i]), own = own_[at + i];
-                own_[at + i] = own > 0 || size >= faint * sizes_.largest[k] ? std::max(own, size) : Scalar{0};
-              }
-            at += block.size();
+            fields_[k] = block.size() == 0 ? Scalar{0} : std::max(keeps * fields_[k], max_abs(block));
           },
           Blocks<Plain>::all(y));
-    }
-  }
-  /// y⁺ may become one: until restore() its size counts, too.
-  void see_end(const Plain& next, const Plain& error) {
-    const auto before = sizes_.largest;
-    see(next);
-    if (dt_ > 0) leave_zero(before, error);
-  }
-  /// @tparam Block     the block it is in
-  /// @param component  its number, over all blocks; block: that of its block
-  /// @param size       |y_i|, the larger of both ends
-  template <class Block>
-  [[nodiscard]] Scalar at(std::size_t block, Index component, Scalar size) const {
-    if constexpr (by_component<Block>) {
-      const Scalar own = own_[component];
-      return at_least(size, std::max(own > 0 ? Scalar{0} : sizes_.atol[block], rtol_ * std::max(own, size)));
     } else {
-      return at_least(size, sizes_.atol[block]);
+      if (const Index n = count_of(Blocks<Plain>::all(y)); own_.size() != n || largest_.size() != n)
+        for (Numbers* numbers : {&own_, &largest_, &noise_}) numbers->setZero(n);
+      below_ = leapt_ = -1;
+      if (passed > 0) noise_ *= static_cast<Scalar>(std::pow(fade_noise, passed));
+      for_each_number(
+          [&](std::size_t at, Scalar x) {
+            const auto i = static_cast<Index>(at);
+            const Scalar size = std::abs(x), was = keeps * own_[i];
+            if (size > leap * largest_[i] && largest_[i] > 0) leapt_ = i;
+            largest_[i] = std::max(largest_[i], size);
+            own_[i] = std::max({size, was, least_share * largest_[i]});
+            if (own_[i] > std::max(size, was) || noise_[i] > rtol_ * own_[i]) below_ = i;
+          },
+          Blocks<Plain>::all(y));
+      level_kinds(y);
+      all_sized_ = (own_.array() > 0).all();
     }
   }
 
+  /// The last step led to `before`, and the state is y now: what has been set begins anew.
+  void edited(const Plain& before, const Plain& y) {
+    for_each_number(
+        [&](std::size_t at, Scalar was, Scalar is) {
+          const auto i = static_cast<Index>(at);
+          if (was == is || is == 0 || own_.size() == 0) return;
+          own_[i] = largest_[i] = std::abs(is);
+        },
+        Blocks<Plain>::all(before), Blocks<Plain>::all(y));
+  }
+
+  /// s of a field: (1) of its numbers is rtol (s + |y|).
+  [[nodiscard]] Scalar of_field(std::size_t block) const { return fields_[block]; }
+  /// (1). @param i  the component's number, over all blocks   @param size  |y_i|, |y⁺_i|
+  [[nodiscard, gnu::always_inline]] inline Scalar scale(Index i, Scalar size) const {
+    if (own_[i] > 0) return scale_of_sized(i, size);
+    return size > 0 ? at_least_normal<Scalar>(rtol_ * size + noise_[i]) : noise_[i];
+  }
+  /// Of a solve's corrections: what they stall at is more than an error estimate shows of it.
+  [[nodiscard]] Scalar scale_of_solve(Index i, Scalar size) const {
+    const Scalar scale = rtol_ * std::max(own_[i], size) + 64 * noise_[i];
+    return scale > 0 ? at_least_normal<Scalar>(scale) : Scalar{0};
+  }
+  /// The same where it has a size.
+  [[nodiscard, gnu::always_inline]] inline Scalar scale_of_sized(Index i, Scalar size) const {
+    return at_least_normal<Scalar>(rtol_ * std::max(own_[i], std::min(size, 10 * own_[i])) + noise_[i]);
+  }
+  /// What components usually are, over all blocks, or would have to be to matter: between s and the most that they have been. A
+  /// small one's differences must not drown in what rounding does to the large ones beside it.
+  void tell_usual(Plain& usual) const {
+    for_each_number(
+        [this](std::size_t at, Scalar& to) {
+          const auto i = static_cast<Index>(at);
+          to = std::max(std::sqrt(own_[i]) * std::sqrt(largest_[i]), noise_[i] / rtol_);
+        },
+        Blocks<Plain>::all(usual));
+  }
+  /// The last component of which less is asked than rtol of its size, and that has leapt in the step before; −1: none. Over all blocks.
+  [[nodiscard]] Index below() const { return below_; }
+  [[nodiscard]] Index leapt() const { return leapt_; }
+  [[nodiscard]] bool all_sized() const { return all_sized_; }
+  [[nodiscard]] bool is_sized(Index i) const { return own_[i] > 0; }
+  /// Until the step is done, the size of a component that had none is |y⁺_i| of this try.
+  void bear(Index i, Scalar next) { own_[i] = at_least_normal<Scalar>(next); }
+  /// No error can be told from less than this.
+  void learn_noise(Index i, Scalar least) { noise_[i] = std::max(noise_[i], least); }
+  /// A try has failed to be solved: sizes that none but tries have shown are none.
+  void unbear() {
+    own_ = (largest_.array() > 0).select(own_, Scalar{0});
+    all_sized_ = (own_.array() > 0).all();
+  }
+  /// Sizes of a run before.
+  void go_on_from(const AutomaticAtol& before) {
+    const auto rtol = rtol_;
+    const auto kinds = kinds_;
+    *this = before;
+    rtol_ = rtol, kinds_ = kinds;
+  }
   void archive(auto& ar) {
-    ar("largest", sizes_.largest, "longest", longest_);
-    for (const Scalar x : sizes_.largest) ar.check(x >= 0 && std::isfinite(x));
-    ar.check(longest_ >= 0 && std::isfinite(longest_));
-    if constexpr (has_vectors) {
-      ar("own", own_);
-      for (const Scalar x : own_) ar.check(x >= 0 && std::isfinite(x));
+    ar("longest", longest_, "longest_try", longest_try_, "dt", dt_, "done", is_done_);
+    for (const double x : {longest_, longest_try_, dt_}) ar.check(x >= 0 && std::isfinite(x));
+    if constexpr (FieldState<Plain>) {
+      ar("sizes", fields_);
+      for (const Scalar x : fields_) ar.check(x >= 0 && std::isfinite(x));
+    } else {
+      ar("sizes", own_, "largest", largest_, "noise", noise_);
+      for (const Numbers* numbers : {&own_, &largest_, &noise_}) {
+        ar.check(numbers->size() == own_.size());
+        for (const Scalar x : *numbers) ar.check(x >= 0 && std::isfinite(x));
+      }
+      all_sized_ = (own_.array() > 0).all();
     }
   }
 
  private:
-  [[nodiscard]] static Scalar at_least(Scalar size, Scalar atol) {
-    return size > 0 ? at_least_normal<Scalar>(atol) : atol;
-  }
-  template <class Block>
-  static constexpr bool by_component = std::remove_cvref_t<Block>::IsVectorAtCompileTime && !FieldBlock<Block>;
-  static constexpr bool has_vectors = []<class... B>(std::type_identity<std::tuple<B...>>) {
-    return (by_component<B> || ...);
-  }(std::type_identity<decltype(Blocks<Plain>::all(std::declval<Plain&>()))>{});
-  /// Of the block's largest magnitude: a component that has never been more may be nothing but errors.
-  static constexpr Scalar faint{Scalar(0.01L)};
+  using Numbers = Eigen::Matrix<Scalar, is_small ? size_of_few : Eigen::Dynamic, 1>;
+  static constexpr double fade = 0.2, fade_noise = 0.9;  // what the longest step leaves of a size, of the noise
+  static constexpr Scalar least_share{Scalar(1e-9L)};    // of its own largest size, …
+  static constexpr Scalar leap{Scalar(1e3L)};            // of the largest that it has been, in one step
+  static constexpr Scalar least_of_kind{Scalar(1e-3L)};  // … of the largest of its kind: no component is less
 
-  void see(const Plain& y) {
+  void level_kinds(const Plain& y) {
+    Index before = 0;
     for_each_block(
-        [this](auto k, const auto& block) {
-          if (block.size() == 0) return;
-          sizes_.largest[k] = std::max(sizes_.largest[k], max_abs(block));
-          sizes_.atol[k] = rtol_ * (by_component<decltype(block)> ? faint : Scalar{1}) * sizes_.largest[k];
+        [&](auto k, const auto& block) {
+          using Block = std::remove_cvref_t<decltype(block)>;
+          if constexpr (!Block::IsVectorAtCompileTime) {
+            if constexpr (Blocks<Plain>::drifts && k < 2) level({before, block.size()});
+            else
+              for (Index row = 0; row < block.rows(); ++row)
+                level(Block::IsRowMajor ? Quantity{before + row * block.cols(), block.cols()}
+                                        : Quantity{before + row, block.cols(), block.rows()});
+          }
+          before += block.size();
         },
         Blocks<Plain>::all(y));
+    for (const Quantity& one : kinds_) level(one);
   }
-  /// A block that leaves zero has no size yet. Where its error is a share of y⁺ at any Δt, as behind a jump of the force or
-  /// under one that grows as a power of t, no step would do: what the slope y⁺/Δt makes of it in a tenth of the longest step
-  /// tried is a size, too.
-  void leave_zero(const auto& largest_before, const Plain& error) {
-    for_each_block(
-        [&](auto k, const auto& e) {
-          if (largest_before[k] != 0 || e.size() == 0) return;
-          const Scalar moved = std::max(sizes_.largest[k], max_abs(e));
-          sizes_.atol[k] = rtol_ * moved * static_cast<Scalar>(std::max(1.0, 0.1 * longest_ / dt_));
-        },
-        Blocks<Plain>::all(error));
+  void level(const Quantity& kind) {
+    Scalar largest{0};
+    for (Index n = 0, i = kind.first; n < kind.count; ++n, i += kind.stride) largest = std::max(largest, own_[i]);
+    for (Index n = 0, i = kind.first; n < kind.count; ++n, i += kind.stride) {
+      if (own_[i] >= least_of_kind * largest) continue;
+      if (own_[i] > 0) below_ = i;
+      own_[i] = least_of_kind * largest;
+    }
   }
 
   Scalar rtol_{0};
-  Sizes sizes_;
-  Eigen::Matrix<Scalar, is_small ? size_of_few : Eigen::Dynamic, 1> own_ =
-      decltype(own_)::Zero(is_small ? size_of_few : 0);  // (1), by component: 0 where there is none
-  double dt_ = 0, longest_ = 0;                          // [time] of the try, of all tries
+  std::span<const Quantity> kinds_;
+  std::array<Scalar, FieldState<Plain> ? blocks : 0> fields_{};                              // s
+  Numbers own_ = Numbers::Zero(is_small ? size_of_few : 0), largest_ = own_, noise_ = own_;  // s, max_t |y|, n
+  Index below_ = -1, leapt_ = -1;
+  bool all_sized_ = false, is_done_ = false;
+  double dt_ = 0, longest_try_ = 0, longest_ = 0;  // [time] of the try, the longest of this step, H
+};
+
+/// What a stepper keeps of a run's sizes: a run that goes on from the very state the last one ended with has them again.
+template <State Plain>
+class KeptSizes {
+ public:
+  void keep(const Plain& y, const AutomaticAtol<Plain>& sizes) {
+    if (!kept_) kept_.emplace();
+    copy_blocks<Plain>(kept_->y, y);
+    kept_->sizes = sizes;
+  }
+  /// A run begins. There is room for what it will leave.
+  void go_on(const Plain& y, AutomaticAtol<Plain>& sizes) {
+    if (kept_ && same_shape<Plain>(kept_->y, y) && equal_blocks<Plain>(kept_->y, y)) sizes.go_on_from(kept_->sizes);
+    else keep(y, sizes);
+  }
+  void forget() { kept_.reset(); }
+  void archive(auto& ar) {
+    bool is_there = kept_.has_value();
+    ar("is_there", is_there);
+    if (!is_there) return kept_.reset();
+    if (!kept_) kept_.emplace();
+    ar("y", kept_->y, "sizes", kept_->sizes);
+  }
+
+ private:
+  struct Kept {
+    Plain y;
+    AutomaticAtol<Plain> sizes;
+  };
+  std::optional<Kept> kept_;
 };
 
 }}  // namespace phistep::PHISTEP_ABI

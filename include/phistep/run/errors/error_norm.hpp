@@ -42,15 +42,11 @@ class ErrorNorm : public ErrorScales<Plain> {
     return ErrorScales<Plain>::begin(wanted, y);
   }
 
-  /// ‖e‖ with |y| the larger of |y(t)| and |y(t+Δt)|. An automatic atol forgets y⁺ again: the step may be rejected.
-  [[nodiscard, gnu::always_inline]] inline Measured operator()(const Plain& error, const Plain& y, const Plain& next) {
-    if (!this->is_automatic()) return measure(error, y, next);
-    AutomaticAtol<Plain>& atol = this->automatic();
-    const auto before = atol.sizes();
-    atol.see_end(next, error);
-    const Measured all = measure(error, y, next);
-    atol.restore(before);
-    return all;
+  /// ‖e‖ with |y| the larger of |y(t)| and |y(t+Δt)|
+  [[nodiscard, gnu::always_inline]] inline Measured operator()(const Plain& error, const Plain& y,
+                                                               const Plain& next) const {
+    if constexpr (FieldState<Plain>) return over_fields(error, y, next);
+    else return over_numbers(error, y, next);
   }
   /// The largest ratio of one particle's error to the RMS norm over all components, which implicit solves use: √(n/components).
   [[nodiscard]] double spread(const Plain& y) const {
@@ -83,7 +79,7 @@ class ErrorNorm : public ErrorScales<Plain> {
             for (Index row = 0; row < e.rows(); ++row) {
               const Index i = e.IsRowMajor ? row * e.cols() + column : column * e.rows() + row;
               const Scalar size = std::max(std::abs(a.data()[i]), std::abs(b.data()[i]));
-              const Scalar x = e.data()[i], allowed = this->template scale<decltype(e)>(k, at + i, size);
+              const Scalar x = e.data()[i], allowed = this->scale(k, at + i, size);
               // Less than the least normal number: no estimate of an error can be told from zero.
               if (size > 0 && allowed < least_normal<Scalar>) f(k, e, row, i, std::numeric_limits<Wide>::infinity());
               else f(k, e, row, i, x == 0 ? Wide{0} : square(x / allowed));
@@ -91,11 +87,6 @@ class ErrorNorm : public ErrorScales<Plain> {
           at += e.size();
         },
         Blocks<Plain>::all(error), Blocks<Plain>::all(y), Blocks<Plain>::all(next));
-  }
-  [[nodiscard, gnu::always_inline]] inline Measured measure(const Plain& error, const Plain& y,
-                                                            const Plain& next) const {
-    if constexpr (FieldState<Plain>) return over_fields(error, y, next);
-    else return over_numbers(error, y, next);
   }
   [[nodiscard]] Measured over_fields(const Plain& error, const Plain& y, const Plain& next) const {
     double sum = 0;
@@ -146,7 +137,7 @@ class ErrorNorm : public ErrorScales<Plain> {
           const std::uint64_t before = most;
           const auto look = [&](int i) {
             const Scalar size = std::max(std::abs(a.data()[i]), std::abs(b.data()[i]));
-            const Scalar allowed = this->template scale_by_block<automatic, decltype(e)>(k, at + i, size);
+            const Scalar allowed = this->template scale_by_block<automatic>(k, at + i, size);
             const auto x = static_cast<double>(square(e.data()[i] / allowed));
             sum += x;
             most = std::max(most, (std::bit_cast<std::uint64_t>(x) & ~std::uint64_t{63}) | static_cast<unsigned>(i));

@@ -3,7 +3,7 @@
 ///
 ///     atol_i + rtol |y_i|                                                                                       (1)
 ///
-/// with atol as the run's tolerance has it: one for all, by block, by component, or automatic (automatic_atol.hpp).
+/// with atol as the run's tolerance has it: one for all, by block or by component; or as automatic_atol.hpp has it.
 #pragma once
 
 #include <Eigen/Core>
@@ -51,12 +51,16 @@ class ErrorScales {
       components_[i] = static_cast<Scalar>(given[static_cast<std::size_t>(i)]);
     for (std::size_t k = 0; k < blocks; ++k)
       if (kind_ == everywhere || kind_ == per_block) atol_[k] = static_cast<Scalar>(given[kind_ == per_block ? k : 0]);
-    automatic_.begin(rtol_);
+    const auto kinds = wanted.atol.quantities();
+    if (!kinds.empty() && (FieldState<Plain> || !are_within(kinds, count_of(Blocks<Plain>::all(y))))) return false;
+    automatic_.begin(rtol_, kinds);
+    remember(y);
     return true;
   }
 
   /// Whether y, whose size has changed, is still one that the atol given can be for.
   [[nodiscard]] bool fits(const Plain& y) const {
+    if (is_automatic()) return automatic_.fits(count_of(Blocks<Plain>::all(y)));
     if (kind_ != AbsoluteTolerance::Kind::per_component) return true;
     if constexpr (FieldState<Plain>)
       return count_of(Blocks<Plain>::all(y)) == count_of(Blocks<Plain>::all(fields_.atol));
@@ -64,7 +68,7 @@ class ErrorScales {
   }
 
   /// weight = 1/(atol + rtol |y|), and 0 where both are 0: the error of such a component is measured with y⁺. False where
-  /// there are any.
+  /// there are any, unless they wait for a size (AutomaticAtol::bear).
   bool weigh(const Plain& y, Plain& weight) {
     remember(y);
     bool all = true;
@@ -82,7 +86,9 @@ class ErrorScales {
       for_each_block(
           [&](auto k, const auto& from, auto& to) {
             for (Index i = 0; i < from.size(); ++i) {
-              const Scalar allowed = scale<decltype(from)>(k, before + i, std::abs(from.data()[i]));
+              const Scalar size = std::abs(from.data()[i]);
+              const Scalar allowed =
+                  is_automatic() ? automatic_.scale_of_solve(before + i, size) : scale(k, before + i, size);
               all = all && allowed > 0;
               to.data()[i] = allowed > 0 ? 1 / allowed : Scalar{0};
             }
@@ -90,10 +96,10 @@ class ErrorScales {
           },
           Blocks<Plain>::all(y), Blocks<Plain>::all(weight));
     }
-    return all;
+    return all || (is_automatic() && !FieldState<Plain>);
   }
 
-  /// An automatic atol follows the largest magnitudes so far.
+  /// An automatic atol follows what the components have been.
   void remember(const Plain& y) {
     if (is_automatic()) automatic_.remember(y);
   }
@@ -101,25 +107,24 @@ class ErrorScales {
   void begin_try(double dt) { automatic_.begin_try(dt); }
   [[nodiscard]] bool is_automatic() const { return kind_ == AbsoluteTolerance::Kind::automatic; }
   [[nodiscard]] Automatic& automatic() { return automatic_; }
+  [[nodiscard]] const Automatic& automatic() const { return automatic_; }
   [[nodiscard]] Scalar rtol() const { return rtol_; }
-  /// (1). @tparam Block  the block it is in
-  /// @param component  its number, over all blocks; block: that of its block
-  /// @param size       |y_i|
-  template <class Block>
-  [[nodiscard]] Scalar scale(std::size_t block, Index component, Scalar size) const {
-    return atol<Block>(block, component, size) + rtol_ * size;
+  /// (1). @param i  the component's number, over all blocks   @param block  that it is in   @param size  |y_i|
+  [[nodiscard]] Scalar scale(std::size_t block, Index i, Scalar size) const {
+    if (components_.size() > 0) return components_[i] + rtol_ * size;
+    if (is_automatic()) return automatic_.scale(i, size);
+    return atol_[block] + rtol_ * size;
   }
-  /// Whether there is an atol > 0 for each block, and none for single components: then `scale_by_block` is `scale`.
+  /// Whether there is an atol > 0 for each block and none for single components, or a size for each component: then
+  /// `scale_by_block` is `scale`.
   [[nodiscard]] bool are_of_blocks() const {
-    const auto& all = is_automatic() ? automatic_.sizes().atol : atol_;
-    return components_.size() == 0 && std::all_of(all.begin(), all.end(), [](Scalar atol) { return atol > 0; });
+    if (is_automatic()) return automatic_.all_sized();
+    return components_.size() == 0 && std::all_of(atol_.begin(), atol_.end(), [](Scalar atol) { return atol > 0; });
   }
   /// (1), without a branch
-  template <bool automatic, class Block>
-  [[nodiscard, gnu::always_inline]] inline Scalar scale_by_block(std::size_t block, Index component,
-                                                                 Scalar size) const {
-    const Scalar atol = automatic ? automatic_.template at<Block>(block, component, size) : atol_[block];
-    return atol + rtol_ * size;
+  template <bool automatic>
+  [[nodiscard, gnu::always_inline]] inline Scalar scale_by_block(std::size_t block, Index i, Scalar size) const {
+    return automatic ? automatic_.scale_of_sized(i, size) : atol_[block] + rtol_ * size;
   }
   /// f(atol of a field's numbers): one for all, or the handle of theirs.
   void with_atol(auto block, auto&& f) const {
@@ -131,16 +136,9 @@ class ErrorScales {
   void archive(auto& ar) { automatic_.archive(ar); }
 
  private:
-  /// @param size  the component's magnitude now
-  template <class Block>
-  [[nodiscard]] Scalar atol(std::size_t block, Index component, Scalar size) const {
-    if (components_.size() > 0) return components_[component];
-    if (is_automatic()) return automatic_.template at<Block>(block, component, size);
-    return atol_[block];
-  }
   /// Of a field's numbers, all alike.
   [[nodiscard]] Scalar block_atol(std::size_t block) const {
-    return is_automatic() ? automatic_.sizes().atol[block] : atol_[block];
+    return is_automatic() ? rtol_ * automatic_.of_field(block) : atol_[block];
   }
   /// All ranks come to the same answer.
   [[nodiscard]] bool take_fields(const AbsoluteTolerance& wanted, const Plain& y) {

@@ -28,9 +28,28 @@
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-/// The error below which relative accuracy of a component doesn't matter, in its own units. Left out: rtol times the
-/// largest magnitude so far in the run, in a vector that of the component (or 1 % of the vector's, where it has never been
-/// more than that), in a matrix, whose columns are particles, that of the block.
+/// Components of one kind and unit, numbered over all blocks of a state: count of them, from `first`, each `stride` after the one
+/// before.
+struct Quantity {
+  std::int64_t first = 0, count = 0, stride = 1;
+};
+/// `tolerance{.rtol = 1e-4, .atol = quantity(0, 100)}`: the first hundred components are one quantity, as the cells of a field are
+/// or a particle's coordinates: of no component digits are asked beyond 1e-3 of the largest of its kind. Several:
+/// `.atol = {quantity(0, n, 2), quantity(1, n, 2)}`.
+[[nodiscard]] constexpr Quantity quantity(std::int64_t first, std::int64_t count, std::int64_t stride = 1) {
+  return {first, count, stride};
+}
+
+/// Whether all are of a state of n numbers.
+[[nodiscard]] inline bool are_within(std::span<const Quantity> some, std::int64_t n) {
+  return std::all_of(some.begin(), some.end(), [n](const Quantity& one) {
+    return one.first >= 0 && one.count >= 0 && one.stride > 0 &&
+           (one.count == 0 || (one.first < n && one.count - 1 <= (n - 1 - one.first) / one.stride));
+  });
+}
+
+/// The error below which relative accuracy of a component doesn't matter, in its own units. Left out: each component is
+/// measured by its own size, what it is and lately was (automatic_atol.hpp), so that units don't matter.
 class AbsoluteTolerance {
  public:
   enum class Kind : std::uint8_t { automatic, everywhere, per_block, per_component };
@@ -42,6 +61,9 @@ class AbsoluteTolerance {
     if (size_ <= few_.size()) std::copy(blocks.begin(), blocks.end(), few_.begin());
     else many_ = blocks;
   }
+  /// None, but that these components are of one kind.
+  AbsoluteTolerance(Quantity one) : quantities_{one} {}  // NOLINT: .atol = quantity(0, n)
+  AbsoluteTolerance(std::initializer_list<Quantity> some) : quantities_{some} {}
   /// One a component, all blocks one after the other, each in storage order.
   template <class Vector>
     requires requires(const Vector& x) {
@@ -63,6 +85,7 @@ class AbsoluteTolerance {
 
   [[nodiscard]] Kind kind() const { return kind_; }
   [[nodiscard]] std::span<const double> values() const { return {many_.empty() ? few_.data() : many_.data(), size_}; }
+  [[nodiscard]] std::span<const Quantity> quantities() const { return quantities_; }
   /// Those of fields; null where it has none, or of another kind.
   template <class Fields>
   [[nodiscard]] const Fields* fields() const {
@@ -75,6 +98,7 @@ class AbsoluteTolerance {
 
   std::array<double, 4> few_{};  // a short run should not wait for the heap
   std::vector<double> many_;
+  std::vector<Quantity> quantities_;
   std::size_t size_ = 0;
   Kind kind_ = Kind::automatic;
   std::shared_ptr<const void> fields_;

@@ -128,6 +128,8 @@ class Halving {
   [[nodiscard]] Stepper& stepper() { return stepper_; }
   [[nodiscard]] const Stepper& stepper() const { return stepper_; }
   void reset() { stepper_.reset(); }
+  [[nodiscard]] auto& kept_sizes() requires requires(Stepper& inner) { inner.kept_sizes(); }
+  { return stepper_.kept_sizes(); }
   /// As PhiStepper's.
   void forget_solves() requires requires(Stepper& inner) { inner.forget_solves(); }
   { stepper_.forget_solves(); }

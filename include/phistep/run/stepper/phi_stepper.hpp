@@ -23,6 +23,7 @@
 #include "phistep/force/at.hpp"
 #include "phistep/linear/network/network_system.hpp"
 #include "phistep/run/control/fixed_step.hpp"
+#include "phistep/run/errors/automatic_atol.hpp"
 #include "phistep/schemes/respa.hpp"
 #include "phistep/schemes/splitting.hpp"
 #include "phistep/step/equation/right_hand_side.hpp"
@@ -284,7 +285,7 @@ class PhiStepper {
   /// come, Ψ where it is carried from step to step, and the counts.
   void save(Writer& out) const {
     out.fact("scheme", type_of_scheme());
-    save_parts(out, "progress", working_);
+    save_parts(out, "progress", working_, "sizes", sizes_);
     kernel_.save(out);
   }
   /// Reads what save() wrote for a stepper made alike; then() reads what follows. The next steps give the bits that the
@@ -292,7 +293,7 @@ class PhiStepper {
   void load(Reader& in, auto&& then) {
     in.fact("scheme", type_of_scheme());
     load_parts(
-        in, [&] { kernel_.load(in, then); }, "progress", working_);
+        in, [&] { kernel_.load(in, then); }, "progress", working_, "sizes", sizes_);
   }
   /// Forgets what save() leaves out, Jacobians, factors and their patterns: save_checkpoint calls it once all is written.
   void forget_unsaved() requires(Kernel::has_unsaved) { kernel_.forget_unsaved(); }
@@ -303,7 +304,10 @@ class PhiStepper {
   void reset() {
     forget();
     working_.reset();
+    if constexpr (!FieldState<S>) sizes_.forget();
   }
+  /// What runs under a tolerance without atol leave for the next.
+  [[nodiscard]] auto& kept_sizes() requires(!FieldState<S>) { return sizes_; }
 
   /// Counts requests to forget: slopes of this force kept elsewhere are stale where it has changed.
   [[nodiscard]] std::int64_t changes() const { return changes_; }
@@ -384,6 +388,7 @@ class PhiStepper {
   [[no_unique_address]] Working working_;
   std::optional<RateOf<S>> slope_psi_;  // scratch, kept for the next slope
   std::int64_t changes_ = 0;
+  [[no_unique_address]] Only<!FieldState<S>, KeptSizes<PlainState<S>>> sizes_;
 };
 
 /// No stepper: says why, and nothing else.

@@ -3,6 +3,9 @@
 #pragma once
 
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
 #include <optional>
 #include <type_traits>
 #include <utility>
@@ -53,8 +56,19 @@ class StepAttempt {
   /// All that begins a run but force calls.
   [[nodiscard]] Outcome set_up() {
     if constexpr (chooses) scheme_ = stepper_.active();
-    if constexpr (Pace::varies) return pace_.begin(plain(), error_law(stepper_));
-    else return pace_.begin(clock_.span());
+    if constexpr (Pace::varies) {
+      const Outcome begun = pace_.begin(plain(), error_law(stepper_));
+      if constexpr (Pace::sees_error && !FieldState<S>)
+        if (pace_.keeps_sizes()) probed_from_ = plain();
+      if constexpr (keeps_sizes) pace_.go_on(stepper_.kept_sizes(), plain());
+      return begun;
+    } else {
+      return pace_.begin(clock_.span());
+    }
+  }
+  /// The run is over.
+  void end_run() {
+    if constexpr (keeps_sizes) pace_.keep(stepper_.kept_sizes(), plain());
   }
   /// The run begins.
   [[nodiscard]] Outcome begin_run() {
@@ -89,6 +103,11 @@ class StepAttempt {
   /// After a try that failed: success where the pace has a shorter one, else how the run ends.
   [[nodiscard]] Outcome retry(Outcome why, [[maybe_unused]] const Landing<Scalar>& to,
                               [[maybe_unused]] Limits& limits) {
+    if constexpr (Pace::sees_error)
+      if constexpr (!FieldState<S>)
+        if (pace_.doubts(why, to))
+          pace_.probe(stepper_.history().iterations > 0,
+                      [&](std::uint64_t number) { try_a_rounding_away(to, number); });
     if constexpr (Pace::varies) return pace_.failed(why, to, stepper_.history(), limits);
     else return why;
   }
@@ -106,7 +125,7 @@ class StepAttempt {
   /// Tries it. A step that is done is the state, and the clock has moved.
   [[nodiscard]] StepReport attempt(const Landing<Scalar>& to, Origin origin) {
     way_ = Way::plain;
-    const StepReport done = attempt_in_a_way(to, origin);
+    const StepReport done = attempt_in_a_way(to, std::exchange(has_probed_, false) ? Origin::unknown : origin);
     if (done) clock_.move(to);
     return done;
   }
@@ -156,6 +175,9 @@ class StepAttempt {
  private:
   /// How a step was tried: without a look at its error, by a scheme that tells of its error, or in two halves.
   enum class Way { plain, traced, doubled };
+  static constexpr bool keeps_sizes = Pace::sees_error && !FieldState<S> && requires(Stepper & stepper) {
+    stepper.kept_sizes();
+  };
   static constexpr bool chooses = Pace::sees_error && ChoosesScheme<Stepper, S, Pace>;
 
   void put_back(auto&& past) {
@@ -174,6 +196,28 @@ class StepAttempt {
       else if (scheme_ != stepper_.active()) pace_.obey(error_law(stepper_));  // a run that resumes
       scheme_ = stepper_.active();
     }
+  }
+  /// Tries the step again from a state of which each number is some roundings off. Not to be accepted.
+  void try_a_rounding_away(const Landing<Scalar>& to, std::uint64_t number) requires(!FieldState<S>) {
+    has_probed_ = true;
+    copy_blocks<S>(probed_from_, plain());
+    struct PutBack {
+      S& state;
+      const Plain& start;
+      ~PutBack() { copy_blocks<S>(state, start); }
+    } const put_back{state_, probed_from_};
+    Plain& moved = pace_.trace().predicted;  // scratch of the step
+    copy_blocks<S>(moved, probed_from_);
+    for_each_number(
+        [number](std::size_t i, Scalar& x) {
+          // −15/4 … 15/4 of them; neighbours, and neighbours in a grid of any width, go different ways.
+          const std::uint64_t mixed = (i + 1) * 0x9E3779B97F4A7C15U ^ number * 0xD1B54A32D192ED03U;
+          const auto part = static_cast<Scalar>(2 * static_cast<int>((mixed ^ mixed >> 29) >> 60) - 15) / 4;
+          x *= 1 + part * std::numeric_limits<Scalar>::epsilon();
+        },
+        Blocks<Plain>::all(moved));
+    copy_blocks<S>(state_, moved);
+    static_cast<void>(attempt_in_a_way(to, Origin::unknown));
   }
   [[nodiscard]] StepReport attempt_in_a_way(const Landing<Scalar>& to, Origin origin) {
     if constexpr (Pace::sees_error) {
@@ -208,8 +252,10 @@ class StepAttempt {
   S& state_;
   Pace pace_;
   RunClock<Scalar> clock_, from_;
-  Way way_ = Way::plain;  // of the last attempt
-  int scheme_ = -1;       // that the pace obeys, of a stepper that chooses
+  Way way_ = Way::plain;     // of the last attempt
+  bool has_probed_ = false;  // the stepper has stepped from another state since
+  [[no_unique_address]] Only<Pace::sees_error && !FieldState<S>, Plain, 2> probed_from_;
+  int scheme_ = -1;  // that the pace obeys, of a stepper that chooses
   [[no_unique_address]] Only<keeps_start, Plain> start_;
   [[no_unique_address]] Only<keeps_start, std::optional<Past<Stepper>>> past_;
   [[no_unique_address]] Only<Pace::sees_error, StepDoubling<Stepper, S>> doubling_;

@@ -187,7 +187,7 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
     if (terms_ > 0) solver_.work().template predict<s>(powers_, terms_, step.dt / dt_);
     else solver_.work().clear();
     RadauIteration<> test = control_.iteration(Solver::round_off);
-    const Judgement judgement = solver_.template iterate<s>(kernel, step, masses, trace.weight, test);
+    const Judgement judgement = solver_.template iterate<s>(kernel, step, masses, trace, test);
     if (judgement != Judgement::converged) {
       if (solver_.drop_old()) return this->template trace_with<s>(kernel, step);
       trace.proposed = control_.failed(dt, test.shrink());

@@ -47,6 +47,11 @@ class RadauIteration {
     if (rate_ * size <= target_) return Judgement::converged;
     return count_ < limit_ ? Judgement::go_on : failed();
   }
+  /// A correction that the next can't be compared with.
+  [[nodiscard]] Judgement begin_again() {
+    count_ = 0;
+    return ++beginnings_ < limit_ ? Judgement::go_on : failed();
+  }
   [[nodiscard]] int count() const { return count_; }
   [[nodiscard]] int limit() const { return limit_; }
   /// θ of the corrections seen, 0 after the first
@@ -61,7 +66,7 @@ class RadauIteration {
   [[nodiscard]] static double aged(double x) { return std::sqrt(x * std::sqrt(x)); }
 
   double target_, rate_;
-  int limit_, count_ = 0;
+  int limit_, count_ = 0, beginnings_ = 0;
   double size_ = 0, last_ = 0, contraction_ = 0, shrink_ = 0.5;
 };
 

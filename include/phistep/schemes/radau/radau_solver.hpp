@@ -24,6 +24,7 @@
 #include "phistep/schemes/radau/radau_control.hpp"
 #include "phistep/schemes/radau/radau_stages.hpp"
 #include "phistep/schemes/radau/shifted_stages.hpp"
+#include "phistep/step/transaction/trace.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -98,16 +99,24 @@ class RadauSolver {
 
   /// Iterates while `test` says so, with the weights given.
   template <int s, class Kernel>
-  [[nodiscard]] Judgement iterate(Kernel& kernel, auto& step, const auto& masses, const Plain& weight,
+  [[nodiscard]] Judgement iterate(Kernel& kernel, auto& step, const auto& masses, const Trace<Plain>& trace,
                                   RadauIteration<>& test) {
-    for_each_number([&](std::size_t i, Scalar w) { weight_[i] = w; }, solved(weight));
+    for_each_number([&](std::size_t i, Scalar w) { weight_[i] = w; }, solved(trace.weight));
     work_.template to_stages<s>();
     Judgement judgement = Judgement::go_on;
-    while (judgement == Judgement::go_on) {
+    // What has no weight yet is left out of the judgement, and may be rounding that never settles: it has some more rounds.
+    for (int rounds = trace.has_unsized ? 4 : 0; judgement == Judgement::go_on; --rounds) {
       this->template evaluate<s>(kernel, step);
-      judgement = test.judge(this->template correction<s>(kernel, masses));
+      const double size = this->template correction<s>(kernel, masses);
+      judgement = rounds > 0 && becomes(trace.weight) ? test.begin_again() : test.judge(size);
     }
     return judgement;
+  }
+  /// Whether something without a weight comes to be.
+  [[nodiscard]] bool becomes(const Plain& weight) const {
+    bool any = false;
+    for_each_number([&](std::size_t i, Scalar w) { any = any || (w == 0 && work_.z(i)[0] != 0); }, solved(weight));
+    return any;
   }
   /// Iterates until only rounding is left, block by block in units of the largest component.
   template <int s, class Kernel>

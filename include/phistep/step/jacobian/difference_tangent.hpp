@@ -38,6 +38,7 @@ class DifferenceTangent {
     if constexpr (patterned) columns_.resize(rhs, unknowns<S>(y));
     probe_ = y;
     probe_rate_ = make_rate<S>(y);
+    rounding_.setZero(unknowns<S>(y));
   }
   /// The force may be another one: so may its pattern.
   void forget_pattern() {
@@ -52,6 +53,7 @@ class DifferenceTangent {
     copy_blocks<S>(probe_, Y);
     if constexpr (patterned)
       if (!columns_.fresh) columns_.resize(rhs, unknowns<S>(Y));
+    if (looks_ = !Rhs::Traits::is_affine && allowed.usual != nullptr; looks_) look_at_rounding(rhs, t, Y, psi);
     if constexpr (has_K) {
       std::array<Scalar, Rhs::blocks> scale{};
       // The tolerance is one for the unknowns, v: r may be off by what v's error moves it.
@@ -61,9 +63,11 @@ class DifferenceTangent {
           scale_of(position_of<S>(Y), time * largest(velocity_of<S>(Y)), time * kicked, options, time * options.atol);
       const auto entry = [&system](Index i, Index j, Scalar x) { system.position(i, j, x); };
       const auto scales = [&](auto k, Index i) {
-        return allowed.target > 0 ? told(position_of<S>(*allowed.weight), i, allowed.rtol, scale[k]) : scale[k];
+        return allowed.target > 0 ? told(
+                                        allowed, [](auto& y) -> auto& { return position_of<S>(y); }, i, scale[k])
+                                  : scale[k];
       };
-      difference(rhs, t, std::tie(position_of<S>(probe_)), std::tie(position_of<S>(Y)), scales, psi, entry);
+      difference(rhs, t, std::tie(position_of<S>(probe_)), std::tie(position_of<S>(Y)), scales, scale, psi, entry);
     }
     if constexpr (has_C) {
       std::array<Scalar, Rhs::blocks> scale{};
@@ -79,11 +83,17 @@ class DifferenceTangent {
           },
           Blocks<S>::solved(Y), Rate::blocks(psi), rhs.masses());
       const auto entry = [&system](Index i, Index j, Scalar x) { system.velocity(i, j, x); };
-      const auto scales = [&](auto k, Index i) {
+      const auto scales = [&](auto k, Index i) -> Scalar {
         if (!(allowed.target > 0)) return scale[k];
-        return told(std::get<k()>(Blocks<S>::solved(*allowed.weight)), i, allowed.rtol, scale[k]);
+        const auto block = [](auto& y) -> auto& { return std::get<decltype(k)::value>(Blocks<S>::solved(y)); };
+        if (allowed.has_unsized && block(*allowed.weight).data()[i] == 0)  // it is about to be as large as this
+          if (const Scalar kick = std::abs(std::get<k()>(rhs.masses()).scaled(gamma.force)(i) *
+                                           std::get<k()>(Rate::blocks(psi)).data()[i]);
+              kick > 0)
+            return 16 * kick;
+        return told(allowed, block, i, scale[k]);
       };
-      difference(rhs, t, Blocks<S>::solved(probe_), Blocks<S>::solved(Y), scales, psi, entry);
+      difference(rhs, t, Blocks<S>::solved(probe_), Blocks<S>::solved(Y), scales, scale, psi, entry);
     }
   }
 
@@ -116,10 +126,13 @@ class DifferenceTangent {
     return static_cast<Scalar>(scale > 0 ? scale : 1.0);
   }
 
-  /// … of a component, where a controlled run says it: |y| + atol/rtol.
-  [[nodiscard]] static Scalar told(const auto& weight, Index i, double rtol, Scalar otherwise) {
-    const Scalar w = weight.data()[i];
-    return w > 0 ? Scalar{16} / (static_cast<Scalar>(rtol) * w) : otherwise;
+  /// … of a component, where a controlled run says it: |y| + atol/rtol, or what it usually is.
+  /// @param block  that of a state where it is
+  [[nodiscard]] static Scalar told(const SolveTolerance<Plain>& allowed, auto&& block, Index i, Scalar otherwise) {
+    const Scalar w = block(*allowed.weight).data()[i];
+    if (!(w > 0)) return otherwise;
+    return Scalar{16} *
+           (allowed.usual != nullptr ? block(*allowed.usual).data()[i] : 1 / (static_cast<Scalar>(allowed.rtol) * w));
   }
   /// How far γΨ/M kicks a block, its farthest component.
   [[nodiscard]] static double kick_of(const Gamma<Scalar>& gamma, const auto& rate, const auto& mass) {
@@ -130,14 +143,56 @@ class DifferenceTangent {
     return kicked;
   }
 
+  /// What rounding of Y makes of Ψ, where sizes are the components' own: a small one's differences may drown in it.
+  void look_at_rounding(Rhs& rhs, Scalar t, const Plain& Y, const Rate& psi) {
+    for_each_number(
+        [](std::size_t i, Scalar& x) { x *= 1 + (i % 2 == 0 ? 2 : -3) * std::numeric_limits<Scalar>::epsilon(); },
+        Blocks<S>::all(probe_));
+    rhs.evaluate_into(t, probe_, probe_rate_);
+    for_each_rate(psi, [this](Index i, Scalar now, Scalar before) {
+      rounding_[i] = std::max(std::abs(now - before), std::numeric_limits<Scalar>::epsilon() * std::abs(before));
+    });
+    copy_blocks<S>(probe_, Y);
+  }
+  /// How much farther a component should move, at most to `most`, for a change of Ψ to show. @param seen  the largest of its
+  /// changes, each in units of rounding; 0: Ψ doesn't depend on it
+  [[nodiscard]] static Scalar farther(Scalar seen, Scalar increment, Scalar most) {
+    constexpr Scalar enough{1e3};
+    if (!(seen > 0) || seen >= enough) return Scalar{1};
+    return std::max(Scalar{1}, std::min(enough / seen, most / std::abs(increment)));
+  }
   /// Differences over the components of `moved`, which are blocks of the probe and equal `still`; each entry to put.
-  void difference(Rhs& rhs, Scalar t, const auto& moved, const auto& still, const auto& scale, const Rate& psi,
-                  auto&& put) {
+  /// @param scale, scales  of a component; of a block's usual ones
+  void difference(Rhs& rhs, Scalar t, const auto& moved, const auto& still, const auto& scale, const auto& scales,
+                  const Rate& psi, auto&& put) {
+    const auto most = [&scales](auto k) { return std::sqrt(std::numeric_limits<Scalar>::epsilon()) * scales[k]; };
     if constexpr (patterned) {
-      for (Index color = 0; color < columns_.coloring.colors(); ++color) {
-        if (!move(color, moved, scale)) continue;
+      const auto evaluate = [&] {
         rhs.evaluate_into(t, probe_, probe_rate_);
         for_each_rate(psi, [this](Index i, Scalar now, Scalar before) { columns_.change[i] = now - before; });
+      };
+      for (Index color = 0; color < columns_.coloring.colors(); ++color) {
+        if (!move(color, moved, scale)) continue;
+        evaluate();
+        bool again = false;
+        if (looks_)
+          for_each_moved(color, moved, [&](auto k, Index j, Index) {
+            Scalar seen{0};
+            columns_.for_each_row(j, [&](Index i) { seen = std::max(seen, in_roundings(columns_.change[i], i)); });
+            const Scalar by = farther(seen, columns_.increment[j], most(k));
+            columns_.increment[j] *= by;
+            again = again || by > 1;
+          });
+        if (again) {
+          for_each_block([](auto, auto& to, const auto& from) { to = from; }, moved, still);
+          for_each_moved(color, moved, [&](auto k, Index j, Index i) {
+            Scalar& x = std::get<k>(moved).data()[i];
+            const Scalar kept = x;
+            x += columns_.increment[j];
+            columns_.increment[j] = x - kept;
+          });
+          evaluate();
+        }
         for_each_moved(color, moved, [&](auto, Index j, Index) {
           columns_.for_each_row(j, [&](Index i) { put(i, j, columns_.change[i] / columns_.increment[j]); });
         });
@@ -151,6 +206,19 @@ class DifferenceTangent {
                 block, [&](Index i) { return scale(k, i); },
                 [&](Index j, Scalar increment) {
                   rhs.evaluate_into(t, probe_, probe_rate_);
+                  if (looks_) {
+                    Scalar seen{0};
+                    for_each_rate(psi, [&](Index i, Scalar now, Scalar before) {
+                      seen = std::max(seen, in_roundings(now - before, i));
+                    });
+                    if (const Scalar by = farther(seen, increment, most(k)); by > 1) {
+                      Scalar& x = block.data()[j];
+                      const Scalar kept = x - increment;
+                      x = kept + by * increment;
+                      increment = x - kept;
+                      rhs.evaluate_into(t, probe_, probe_rate_);
+                    }
+                  }
                   for_each_rate(
                       psi, [&](Index i, Scalar now, Scalar before) { put(i, at + j, (now - before) / increment); });
                 });
@@ -158,6 +226,11 @@ class DifferenceTangent {
           },
           moved);
     }
+  }
+  /// A change of Ψ_i in units of what rounding makes of it.
+  [[nodiscard]] Scalar in_roundings(Scalar change, Index i) const {
+    if (change == 0) return Scalar{0};
+    return rounding_[i] > 0 ? std::abs(change) / rounding_[i] : std::numeric_limits<Scalar>::infinity();
   }
   /// f(i, Ψ_i of the probe, Ψ_i of psi)
   void for_each_rate(const Rate& psi, auto&& f) const {
@@ -212,6 +285,8 @@ class DifferenceTangent {
 
   Plain probe_;
   Rate probe_rate_;
+  Unknown rounding_;  // of Ψ
+  bool looks_ = false;
   [[no_unique_address]] Only<patterned, Columns> columns_;
   std::array<double, Rhs::blocks> kick_used_{}, kick_limit_{};  // how far differences reached, and may reach
 };

@@ -347,7 +347,7 @@ class Kernel {
   }
   [[nodiscard]] static SolveTolerance<Plain> allowed_by(const Trace<Plain>* trace) {
     if (trace == nullptr) return {};
-    return {&trace->weight, trace->newton_target, trace->rtol};
+    return {&trace->weight, trace->newton_target, trace->rtol, trace->usual, trace->has_unsized};
   }
 
   Rhs rhs_;

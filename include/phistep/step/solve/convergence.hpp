@@ -28,6 +28,7 @@ struct Correction {
   double relative = 0;    ///< ‖δ‖ / ‖Y‖ (to rounding), or ‖δ‖ in the weighted RMS norm (to a tolerance)
   double resolution = 0;  ///< ‖δ‖ relative to everything that rounding may have touched: Y, its base, r/γ
   double absolute = 0;    ///< ‖δ‖ itself
+  bool is_new = false;    ///< part of it is a component that was 0 until now: nothing to be compared with
 };
 
 /// δ relative to the size of what it corrects, 1 where that is nothing. Subnormal numbers are all rounded alike: there, it is

@@ -151,7 +151,7 @@ class FixedPointResolvent {
           if (of > 0) worst.relative = std::max(worst.relative, relative_size<Scalar>(of, largest(y)));
         },
         Y);
-    if (allowed.target > 0) worst.relative = rms_of_unknowns<S>(residual(), *allowed.weight);
+    if (allowed.target > 0) worst.relative = rms_of_unknowns<S>(residual(), Y, allowed).first;
     else if (options_.rtol > 0) worst.relative = rms_of_unknowns<S>(residual(), Y, increment_.base, options_);
     return worst;
   }

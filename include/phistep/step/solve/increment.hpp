@@ -41,13 +41,28 @@ void recover_force(const auto& rhs, const auto& w, ScalarOf<S> gamma_force, Rate
       RateOf<S>::blocks(psi), rhs.masses());
 }
 
-/// √(1/n Σ (x_i w_i)²) of n unknowns, in a controlled run's weights.
+/// √(1/n Σ (x_i w_i)²) of n unknowns, in a controlled run's weights; what has none yet is measured by Y.
+/// @return that, and whether a component has just come to be
 template <State S>
-[[nodiscard]] double rms_of_unknowns(const auto& x, const PlainState<S>& weight) {
-  ScalarOf<S> sum{0};
+[[nodiscard]] std::pair<double, bool> rms_of_unknowns(const auto& x, const PlainState<S>& Y,
+                                                      const SolveTolerance<PlainState<S>>& allowed) {
+  using Scalar = ScalarOf<S>;
+  Scalar sum{0};
+  bool is_new = false;
   for_each_solved<S>([&](Index at, const auto& w) { sum += flat(w).cwiseProduct(part(x, at, w)).squaredNorm(); },
-                     weight);
-  return std::sqrt(static_cast<double>(sum) / std::max(1.0, static_cast<double>(x.size())));
+                     *allowed.weight);
+  if (allowed.has_unsized)
+    for_each_solved<S>(
+        [&](Index at, const auto& w, const auto& y) {
+          for (Index i = 0; i < w.size(); ++i) {
+            if (w.data()[i] != 0 || x[at + i] == 0) continue;
+            const Scalar of = std::abs(x[at + i]) / at_least_normal<Scalar>(std::abs(y.data()[i]));
+            sum += of * of / static_cast<Scalar>(allowed.rtol * allowed.rtol);
+            is_new = is_new || of == 1;
+          }
+        },
+        *allowed.weight, Y);
+  return {std::sqrt(static_cast<double>(sum) / std::max(1.0, static_cast<double>(x.size()))), is_new};
 }
 /// … in those of a solver with a tolerance of its own, 1/(atol + rtol max(|Y|, |b|)).
 template <State S>
@@ -166,10 +181,10 @@ class Increment {
         Y);
     return worst;
   }
-  /// The same in the norm of a controlled run. @param weight  its solved blocks count
-  [[nodiscard]] Correction size(const Plain& weight) const {
-    const double norm = rms_of_unknowns<S>(last_move_, weight);
-    return {norm, norm, norm};
+  /// The same in the norm of a controlled run.
+  [[nodiscard]] Correction size(const Plain& Y, const SolveTolerance<Plain>& allowed) const {
+    const auto [norm, is_new] = rms_of_unknowns<S>(last_move_, Y, allowed);
+    return {norm, norm, norm, is_new};
   }
   /// ‖r‖/γ_d times the share of it that the solve sees, 0 where nothing drifts.
   [[nodiscard]] double drift_size(const Plain& Y, double drift_share) const {

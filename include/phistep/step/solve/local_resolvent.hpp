@@ -124,8 +124,9 @@ class LocalResolvent {
       newton_.drop();
       Pace& pace = paces_[static_cast<std::size_t>(at / dim)];
       newton_.pace() = pace;
-      outcome = newton_.resolve(one_rhs, gamma, t, y, from, rate, story_, false,
-                                SolveTolerance<One>{&weight, allowed.target, allowed.rtol});
+      outcome =
+          newton_.resolve(one_rhs, gamma, t, y, from, rate, story_, false,
+                          SolveTolerance<One>{&weight, allowed.target, allowed.rtol, nullptr, allowed.has_unsized});
       pace = newton_.pace();
       write(y, at, Y);
       for_each_block([at](auto, const auto& one, auto& all) { flat(all).template segment<dim>(at) = one; },

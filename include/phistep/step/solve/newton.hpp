@@ -93,6 +93,10 @@ template <NewtonEquation Equation>
     const Correction size = equation.size();
     history.record(size.relative);
     (at_start ? first : last) = size.absolute;
+    if (size.is_new) {
+      test.forget();
+      continue;
+    }
     const Judgement judgement = test.judge(k, size, trusted, settled, noise);
     if (judgement == converged) {
       if (test.first_rate() > keep_rate) equation.drop_jacobian();

@@ -205,7 +205,7 @@ class NewtonResolvent {
           failed(bad))
         return bad;
       self.increment_.move(Y);
-      correction = allowed.target > 0 ? self.increment_.size(*allowed.weight)
+      correction = allowed.target > 0 ? self.increment_.size(Y, allowed)
                                       : self.increment_.size(Y, matrix.drift_share(), self.options_);
       return std::isfinite(correction.absolute) ? Outcome::success : matrix.told(Y);
     }
@@ -223,7 +223,7 @@ class NewtonResolvent {
     void undo() { self.increment_.undo(Y); }
     [[nodiscard]] Correction size() const requires FieldState<S> { return correction; }
     [[nodiscard]] Correction size() const requires(!FieldState<S>) {
-      if (allowed.target > 0) return self.increment_.size(*allowed.weight);
+      if (allowed.target > 0) return self.increment_.size(Y, allowed);
       return self.increment_.size(Y, self.matrix_.drift_share(), self.options_);
     }
   };

@@ -63,8 +63,10 @@ struct Trace {
   double rtol = 0;  ///< the one in `weight`
   double newton_target =
       0;  ///< weighted RMS size of the error that an implicit solve may leave; 0: its own options rule
-  bool wants_dense = false;  ///< dense output is read: keep what interpolate() needs
-  void* norm = nullptr;      ///< the controller's norm, and …
+  const Plain* usual = nullptr;  ///< what components usually are, for differences; null: as weights say
+  bool has_unsized = false;      ///< components whose weight is 0 are measured by what they become
+  bool wants_dense = false;      ///< dense output is read: keep what interpolate() needs
+  void* norm = nullptr;          ///< the controller's norm, and …
   double (*measure)(void* norm, const Plain& error, const Plain& y,
                     const Plain& next) = nullptr;  ///< … how it measures
 
