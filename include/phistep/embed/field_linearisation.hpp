@@ -121,6 +121,7 @@ class Linearisation<S, Rhs, Solver, position, stages, shifted, iterated> {
   using Rate = RateOf<S>;
   using Unknown = typename UnknownsOf<S>::type;
   static constexpr bool matrix_free = false, analytic = false, patterned = false, takes_differences = false;
+  static constexpr bool is_promised = Rhs::Traits::is_affine;
   static constexpr bool follows_tolerance = true, is_iterative = true, solves_in_registers = false;
   static constexpr bool has_K = Rhs::drifts && position, has_C = Rhs::couples_unknowns;
 

@@ -66,8 +66,8 @@ template <template <class> class Annotation, class... T>
                     std::move(sum.terms));
 }
 
-/// Ψ is an affine function of (r, v), or of y: Ψ = f(t) + K r + C v with K and C constant in time. Checked at solves 1, 2, 4,
-/// 8 … with one matrix: a force that stops being affine between two checks is reported at the later one.
+/// Ψ is an affine function of (r, v), or of y: Ψ = f(t) + K r + C v with K and C constant in time. Looked at in some of
+/// the solves with one matrix (`is_looked_at`): a force that stops being affine between two looks is reported at the later one.
 template <class F>
 struct Affine : Callable<F> {
   static constexpr bool is_affine = true;

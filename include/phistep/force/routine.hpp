@@ -3,7 +3,6 @@
 #pragma once
 
 #include <algorithm>
-#include <bit>
 #include <concepts>
 #include <cstdint>
 #include <stdexcept>
@@ -12,6 +11,7 @@
 #include <utility>
 
 #include "phistep/base/numbers/fingerprint.hpp"
+#include "phistep/base/outcome/statistics.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/strided_block.hpp"
 #include "phistep/base/version.hpp"
@@ -40,8 +40,8 @@ template <class Tie>
 
 /// Ψ of a routine void() or void(t) that works on the arrays of `Arrays`, a state in place.
 ///
-/// The routine may write its forces and whatever else is its own, but not the positions and velocities: at calls 1, 2, 4, 8
-/// … that is looked at. @throws std::logic_error where it did
+/// The routine may write its forces and whatever else is its own, but not the positions and velocities: that is looked at
+/// in some of the calls (`is_looked_at`). @throws std::logic_error where it did
 template <class Arrays, class Routine, bool reads_velocities>
 class RoutineForce : public ForceTerm {
  public:
@@ -77,7 +77,7 @@ class RoutineForce : public ForceTerm {
           "particles between steps)");
   }
   /// The next call is one of those.
-  [[nodiscard]] bool looks_next() const { return std::has_single_bit(calls_ + 1); }
+  [[nodiscard]] bool looks_next() const { return is_looked_at(calls_ + 1); }
   [[nodiscard]] const Arrays* arrays() const { return arrays_; }
 
  private:

@@ -82,10 +82,73 @@ TEST_CASE("a supplied Jacobian that is wrong ends the first step that is made wi
     CHECK(stepper.statistics().checks == calls);
     CHECK(stepper.statistics().jacobians == 100);
   };
-  check(rodas4p2, 7);  // steps 1, 2, 4 … 64, one call each
-  check(rodas5p, 7);
-  check(radau(3), 14);  // Ψ at the step's start is one more
-  check(radau(7), 14);
+  check(rodas4p2, 13);  // steps 1, 2, 3, 4, 6, 8 … 64, 96, one call each
+  check(rodas5p, 13);
+  check(radau(3), 26);  // Ψ at the step's start is one more
+  check(radau(7), 26);
+}
+
+TEST_CASE(
+    "linearly_implicit() has one correction: a wrong Jacobian, or a pattern that is too narrow, ends its first step") {
+  for (const double by : {0.5, 0.0, -1.0, 1.01, 1.0}) {
+    CAPTURE(by);
+    const auto check = [by](auto scheme) {
+      Plane y(2, 0.3);
+      PhiStepper stepper{y, Relaxing{by}, scheme, linearly_implicit()};
+      if (by != 1) {
+        CHECK(march(stepper, y, 1e-3) == std::pair{Outcome::wrong_jacobian, 0});
+        CHECK(y == Plane(2, 0.3));
+        return;
+      }
+      CHECK(march(stepper, y, 1e-3).first == Outcome::success);
+      CHECK(stepper.statistics().force_calls == 100);
+      CHECK(stepper.statistics().checks == 13);
+    };
+    check(backward_euler);
+    check(trapezoidal);
+    check(phi_stage(0.7));
+    Motion<Plane> y{Plane(1, 0.5), Plane(0.2, -0.3)};
+    PhiStepper motion{y, Pendulum{1, by}, trapezoidal, linearly_implicit()};
+    CHECK((march(motion, y, 0.1).first == Outcome::success) == (by == 1));
+    Motion<Plane> z{Plane(1, 0.5), Plane(0.2, -0.3)};
+    PhiStepper pair{z, Pendulum{by, 1}, phi(0.6, 0.9), linearly_implicit()};  // γ of Ψ and of v differ
+    CHECK((march(pair, z, 0.1).first == Outcome::success) == (by == 1));
+  }
+  for (const double far : {0.0, 40.0}) {
+    Vec y = Vec::LinSpaced(40, 0.5, 1.5);
+    PhiStepper stepper{y, banded(Cells{far}, 1, 1), backward_euler, linearly_implicit()};
+    CHECK(march(stepper, y, 1e-2, 3).first == (far > 0 ? Outcome::wrong_jacobian : Outcome::success));
+  }
+}
+
+TEST_CASE("a Jacobian that goes wrong late is told, at less than 1 % of the force calls") {
+  struct Turning {
+    const bool* is_wrong;
+    Plane operator()(const Plane& y) const { return {y[1], -std::sin(y[0]) - 0.01 * y[1]}; }
+    Eigen::Matrix2d jacobian(const Plane& y) const {
+      Eigen::Matrix2d J;
+      J << 0, 1, -std::cos(y[0]), (*is_wrong ? -1 : -0.01);
+      return J;
+    }
+  };
+  const auto found_after = [](int changes, auto scheme, const auto&... solver) {
+    bool is_wrong = false;
+    Plane y(1, 0);
+    PhiStepper stepper{y, Turning{&is_wrong}, scheme, solver...};
+    CHECK(march(stepper, y, 0.01, changes).first == Outcome::success);
+    const Statistics& done = stepper.statistics();
+    if (changes >= 10000) CHECK(100 * done.checks < done.force_calls);
+    is_wrong = true;
+    const auto [outcome, steps] = march(stepper, y, 0.01, changes + 200);
+    CHECK(outcome == Outcome::wrong_jacobian);
+    return steps;
+  };
+  for (const int changes : {100, 10000}) {
+    const int most = changes == 100 ? 50 : 128;
+    CHECK(found_after(changes, rodas4) <= most);
+    CHECK(found_after(changes, radau(5)) <= most);
+    CHECK(found_after(changes, backward_euler, linearly_implicit()) <= most);
+  }
 }
 
 TEST_CASE("radau under a tolerance tells a wrong Jacobian, which would damp its estimate") {

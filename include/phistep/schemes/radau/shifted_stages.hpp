@@ -43,9 +43,8 @@ class ShiftedStages {
   using Lanes = LaneSystem<Matrix::row.kind, Matrix::facts, Scalar, lanes>;
   using Shift = LaneShift<Scalar, lanes>;
   static constexpr bool analytic = Matrix::analytic;
-  /// Whether J was supplied or its pattern declared by the user. An iteration makes up for some of its errors, but the error
-  /// estimate is damped by it: too large a J would hide errors.
-  static constexpr bool is_promised = Rhs::Traits::is_affine || Matrix::analytic || Matrix::patterned;
+  /// An iteration makes up for some of J's errors, but the error estimate is damped by it: too large a J would hide errors.
+  static constexpr bool is_promised = Matrix::is_promised;
 
   /// @throws std::invalid_argument where a dense Jacobian of more than 1000 unknowns would be formed by differences.
   ShiftedStages(const Plain& y, Rhs& rhs, const auto& solver) : options_{solver.options} { resize(y, rhs); }
@@ -101,7 +100,7 @@ class ShiftedStages {
       ++rhs.statistics().checks;
       if (first_non_finite(Rate::blocks(std::as_const(psi)))) return Outcome::non_finite_force;
       FirstLane first{*this};
-      const Outcome outcome = check_.look(rhs, first, options_, gamma, t, y, psi);
+      const Outcome outcome = check_.look(rhs, first, options_, Gamma<Scalar>{gamma, gamma}, t, y, psi);
       if (outcome != Outcome::success) reset();
       return outcome;
     }

@@ -7,13 +7,12 @@
 ///
 /// in one force call, whatever solves with W; an iterative solver that can multiply with W takes the x of its preconditioner, and
 /// b = W x. Where they disagree, in a second one on the other side, since Ψ may bend or
-/// have a kink there, and in a third that tells how much of it is rounding. For motion x = (γx_v, x_v), and Jx is Cx_v + γKx_v.
+/// have a kink there, and in a third that tells how much of it is rounding. For motion x = (γ_d x_v, x_v), γ is γ_f, and Jx is Cx_v + γ_d Kx_v.
 #pragma once
 
 #include <Eigen/Core>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -33,7 +32,7 @@
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-/// Looks at matrices 1, 2, 4, 8, … and at each whose pattern is new.
+/// Looks at some of the matrices (`is_looked_at`), and at each whose pattern is new.
 template <State S, class Rhs>
 class TangentCheck {
  public:
@@ -51,12 +50,12 @@ class TangentCheck {
   /// Another force, or another pattern: all over again.
   void begin() { seen_ = 0, due_ = false; }
   /// Another Jacobian.
-  void count() { due_ = due_ || std::has_single_bit(++seen_); }
+  void count() { due_ = due_ || is_looked_at(++seen_); }
   void want() { due_ = true; }
   [[nodiscard]] bool is_due() const { return due_; }
 
   /// (1) at (t, y), where Ψ is psi, with the factors at hand. Counted as `checks`, and as nothing else.
-  [[nodiscard]] Outcome look(Rhs& rhs, auto& matrix, const NewtonOptions& options, Scalar gamma, Scalar t,
+  [[nodiscard]] Outcome look(Rhs& rhs, auto& matrix, const NewtonOptions& options, const Gamma<Scalar>& gamma, Scalar t,
                              const Plain& y, const Rate& psi) {
     due_ = false;
     choose_sizes(rhs, gamma, y, psi);
@@ -72,18 +71,19 @@ class TangentCheck {
       rest = options.linear_rtol * std::sqrt(static_cast<double>(b.size())) * largest(b);
     }
     const double size_of_b = largest(b);
-    set_direction(gamma);
+    set_direction(gamma.drift);
     multiply(rhs, direction_, tangent_);
     const double cancelled = largest(tangent_) + size_of_b;
     tangent_ -= b;
     leave_out_held(rhs, tangent_);
     const Scalar step = step_length();
     if (!(step > 0)) return Outcome::success;  // nothing moves: there is nothing to look at
-    const Rounding rounding{16 * unit * cancelled + rest, 16 * unit * std::abs(static_cast<double>(gamma / step))};
-    const bool right = measure(rhs, gamma, t, y, psi, step);
+    const Rounding rounding{16 * unit * cancelled + rest,
+                            16 * unit * std::abs(static_cast<double>(gamma.force / step))};
+    const bool right = measure(rhs, gamma.force, t, y, psi, step);
     if (right && agrees(measured_, 0, psi, rounding)) return Outcome::success;
     const auto first = measured_;
-    const bool left = measure(rhs, gamma, t, y, psi, -step);
+    const bool left = measure(rhs, gamma.force, t, y, psi, -step);
     if (!left && !right) return Outcome::success;  // Ψ isn't defined on either side
     if (!left) measured_ = first;
     else if (right) measured_ = (first + measured_) / 2;
@@ -91,7 +91,7 @@ class TangentCheck {
     if (agrees(measured_, bend, psi, rounding, first)) return Outcome::success;
     // A stiff force may be a small rest of large terms: what it makes of a rounding of y tells how well it can be known.
     const double noise = noise_of(rhs, t, y, psi);
-    const Rounding blurred{rounding.product + 16 * noise * std::abs(static_cast<double>(gamma / step)),
+    const Rounding blurred{rounding.product + 16 * noise * std::abs(static_cast<double>(gamma.force / step)),
                            rounding.difference};
     if (!(noise >= 0) || agrees(measured_, bend, psi, blurred, first)) return Outcome::success;
     return Rhs::Traits::is_affine ? Outcome::not_affine : Outcome::wrong_jacobian;
@@ -106,10 +106,10 @@ class TangentCheck {
   };
 
   /// A usual size for each component, what it is or how far a step moves it, and b = M s with these and random signs: in measured_.
-  void choose_sizes(const Rhs& rhs, Scalar gamma, const Plain& y, const Rate& psi) {
+  void choose_sizes(const Rhs& rhs, const Gamma<Scalar>& gamma, const Plain& y, const Rate& psi) {
     for_each_block(
         [&](auto, auto& size, const auto& now, const auto& rate, const auto& mass) {
-          const auto factor = mass.scaled(gamma);
+          const auto factor = mass.scaled(gamma.force);
           for (Index i = 0; i < size.size(); ++i)
             size.data()[i] = std::max(std::abs(now.data()[i]), std::abs(factor(i) * rate.data()[i]));
           // One that is zero and stays there moves by a little of what the others are.
@@ -122,10 +122,10 @@ class TangentCheck {
       auto& r = position_of<S>(size_);
       const auto& v = velocity_of<S>(size_);
       for (Index i = 0; i < r.size(); ++i) {
-        r.data()[i] = std::max(std::abs(position_of<S>(y).data()[i]), std::abs(gamma) * v.data()[i]);
+        r.data()[i] = std::max(std::abs(position_of<S>(y).data()[i]), std::abs(gamma.drift) * v.data()[i]);
         // A body at rest, and in balance, moves by what its neighbours are.
-        if (v.data()[i] == 0)
-          velocity_of<S>(size_).data()[i] = static_cast<Scalar>(largest(position_of<S>(y))) / std::abs(gamma);
+        if (v.data()[i] == 0 && gamma.drift != 0)
+          velocity_of<S>(size_).data()[i] = static_cast<Scalar>(largest(position_of<S>(y))) / std::abs(gamma.drift);
       }
     }
     Xorshift random{0x9e3779b97f4a7c15u * (seen_ + 1)};
@@ -155,9 +155,9 @@ class TangentCheck {
         Blocks<S>::solved(direction_), rhs.masses());
   }
   /// The direction that was solved for.
-  void set_direction(Scalar gamma) {
+  void set_direction(Scalar drift) {
     put_unknowns<S>(tangent_, direction_);
-    if constexpr (Rhs::drifts) position_of<S>(direction_) = gamma * velocity_of<S>(direction_);
+    if constexpr (Rhs::drifts) position_of<S>(direction_) = drift * velocity_of<S>(direction_);
   }
   /// ε: the component that moves farthest, for its size, moves by the cube root of a rounding.
   [[nodiscard]] Scalar step_length() const {

@@ -1,15 +1,15 @@
 /// @file
-/// The implicit solve under an affine force: one linear solve, no iteration. Trust, but verify: the residual left after solves
-/// 1, 2, 4, 8, … since the matrix was made must be rounding.
+/// The implicit solve under an affine force: one linear solve, no iteration. Trust, but verify: the residual that a solve leaves
+/// must be rounding. It is looked at in some of them, counted from when the matrix was made (`is_looked_at`).
 #pragma once
 
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <type_traits>
 
 #include "phistep/base/numbers/arithmetic.hpp"
 #include "phistep/base/outcome/outcome.hpp"
+#include "phistep/base/outcome/statistics.hpp"
 #include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
@@ -37,7 +37,7 @@ class AffineSolve {
         if (const Outcome bad = equation.residual(); failed(bad)) return bad;
       }
     }
-    const bool looks = std::has_single_bit(solved_ + 1);
+    const bool looks = is_looked_at(solved_ + 1);
     const double before = looks ? largest(increment.delta) : 0;
     if (const Outcome bad = equation.solve(); failed(bad)) return bad;
     increment.move_once(equation.Y, at_position);

@@ -27,8 +27,6 @@
 #include "phistep/base/state/unknowns.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/step/equation/right_hand_side.hpp"
-#include "phistep/step/jacobian/difference_tangent.hpp"
-#include "phistep/step/jacobian/product.hpp"
 #include "phistep/step/jacobian/tangent_check.hpp"
 #include "phistep/step/solve/linearisation.hpp"
 
@@ -43,11 +41,7 @@ class LinearStages {
   using Matrix = Linearisation<S, Rhs, LinearSolver, true, true>;
   static constexpr bool has_time = !Rhs::is_autonomous;
   static constexpr bool affine = Rhs::Traits::is_affine && !Matrix::matrix_free;
-  /// Whether J was supplied or its pattern declared by the user, and so has to be checked.
-  static constexpr bool is_promised = [] {
-    if constexpr (!Matrix::matrix_free) return affine || Matrix::analytic || Matrix::patterned;
-    else return ProductTraits<typename Rhs::Force, std::remove_cvref_t<typename Rhs::View>, Rate>::has_product;
-  }();
+  static constexpr bool is_promised = Matrix::is_promised;  // and so has to be checked
 
   /// @throws std::invalid_argument where a dense Jacobian of more than 1000 unknowns would be formed by differences.
   LinearStages(const Plain& y, Rhs& rhs, const auto& solver) : options_{solver.options} {
@@ -133,7 +127,7 @@ class LinearStages {
     }
     if constexpr (is_promised)
       if (check_.is_due()) {
-        const Outcome outcome = check_.look(rhs, matrix_, options_, gamma, t_, y_, psi_);
+        const Outcome outcome = check_.look(rhs, matrix_, options_, both, t_, y_, psi_);
         if (outcome != Outcome::success) reset();
         return outcome;
       }

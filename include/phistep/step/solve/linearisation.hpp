@@ -25,6 +25,7 @@
 #include "phistep/step/jacobian/analytic.hpp"
 #include "phistep/step/jacobian/difference_tangent.hpp"
 #include "phistep/step/jacobian/differences.hpp"
+#include "phistep/step/jacobian/product.hpp"
 #include "phistep/step/mass/bound_masses.hpp"
 #include "phistep/step/matrix/choice.hpp"
 #include "phistep/step/matrix/dense_system.hpp"
@@ -93,6 +94,12 @@ class Linearisation {
     using Source = typename TangentSource<S, Rhs, LinearSolver, has_K, has_C>::type;
     if constexpr (matrix_free) return !Source::Products::has_product;
     else return !analytic;
+  }();
+
+  /// J was supplied, or its pattern declared, by the user. What no iteration corrects has to check it.
+  static constexpr bool is_promised = [] {
+    if constexpr (!matrix_free) return Traits::is_affine || analytic || patterned;
+    else return ProductTraits<typename Rhs::Force, std::remove_cvref_t<typename Rhs::View>, Rate>::has_product;
   }();
 
   /// @throws std::invalid_argument where a dense Jacobian of more than 1000 unknowns would be formed by differences.

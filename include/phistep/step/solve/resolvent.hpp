@@ -24,6 +24,7 @@
 #include "phistep/base/state/ranks.hpp"
 #include "phistep/base/state/unknowns.hpp"
 #include "phistep/base/version.hpp"
+#include "phistep/step/jacobian/tangent_check.hpp"
 #include "phistep/step/solve/affine_solve.hpp"
 #include "phistep/step/solve/increment.hpp"
 #include "phistep/step/solve/linearisation.hpp"
@@ -44,6 +45,8 @@ class NewtonResolvent {
   using Rate = RateOf<S>;
   using Matrix = Linearisation<S, Rhs, LinearSolver, position, false, false, corrections != Corrections::one>;
   static constexpr bool affine = Rhs::Traits::is_affine && !Matrix::matrix_free && !Matrix::follows_tolerance;
+  /// One correction is all there is, with a J that the user answers for.
+  static constexpr bool is_checked = corrections == Corrections::one && !affine && Matrix::is_promised;
 
   /// @throws std::invalid_argument where a dense Jacobian of more than 1000 unknowns would be formed by differences.
   NewtonResolvent(const Plain& y, auto&& rhs, const auto& solver) : options_{solver.options} {
@@ -59,6 +62,7 @@ class NewtonResolvent {
   void resize(const Plain& y, Rhs& rhs) {
     matrix_.resize(y, rhs);  // may throw, so it comes first
     increment_.resize(y);
+    if constexpr (is_checked) check_.resize(y);
     forget();
   }
 
@@ -85,11 +89,13 @@ class NewtonResolvent {
   void reset() {
     forget();
     matrix_.forget();
+    if constexpr (is_checked) check_.begin();
   }
   /// … and the matrix's pattern: all that a new one hasn't.
   void forget_unsaved() {
     forget();
     matrix_.forget_pattern();
+    if constexpr (is_checked) check_.begin();
   }
 
   /// In: Y = b; `guess` is where the iteration starts (its solved blocks count). Out: Y, and w = Y − b.
@@ -236,6 +242,16 @@ class NewtonResolvent {
       equation.restart();
       if (const Outcome bad = equation.residual(); failed(bad)) return bad;
       if (const Outcome bad = equation.refresh(); failed(bad)) return bad;
+      if constexpr (is_checked) {
+        check_.count();
+        if (check_.is_due())
+          if (const Outcome bad =
+                  check_.look(equation.rhs, matrix_, options_, equation.gamma, equation.t, equation.Y, equation.psi);
+              failed(bad)) {
+            check_.begin();
+            return bad;
+          }
+      }
       return equation.correct();
     } else {
       const int before = history.iterations;
@@ -266,6 +282,7 @@ class NewtonResolvent {
   Matrix matrix_;
   Pace pace_;
   AffineSolve affine_solve_;
+  [[no_unique_address]] Only<is_checked, TangentCheck<S, Rhs>> check_;
 };
 
 /// What serves a kernel's resolves; where solves leave anything, it has forget_unsaved(), too.
