@@ -15,6 +15,7 @@ struct Tsit5 {
   static constexpr int order = 5, error_order = 5;
   static constexpr int end = 6, stages = 7;
   static constexpr bool is_sure_inside = true;  // e and the dense output's error both go as Δt⁵
+  static constexpr double sure_to = 3e-5;       // rtol; see RungeKuttaEstimate
   static constexpr double doubtful[] = {0.35, 0.68};
   static constexpr long double c[stages] = {0, 0.161L, 0.327L, 0.9L, 0.98002554090450968572981029L, 1, 1};
   static constexpr long double a[stages][stages] = {
