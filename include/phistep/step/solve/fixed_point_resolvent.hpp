@@ -9,9 +9,9 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <type_traits>
 #include <utility>
-#include <variant>
 
 #include "phistep/base/numbers/arithmetic.hpp"
 #include "phistep/base/numbers/finite_witness.hpp"
@@ -80,6 +80,12 @@ class FixedPointResolvent {
                     [&](const auto& a, const auto& b) { return this->inner(Y, a, b); });
       increment_.place(Y);
     }
+  }
+
+  /// Y = b again.
+  void undo(Plain& Y) {
+    increment_.w.setZero();
+    increment_.place(Y);
   }
 
   /// Without a matrix, and with nothing stiff, the estimate stays unchanged.
@@ -169,8 +175,9 @@ struct ResolventFor<S, Rhs, FixedPoint, position> {
   using type = FixedPointResolvent<S, Rhs>;
 };
 
-/// Verlet's solve for v where the force has no Jacobian: Newton with dense differences for few unknowns, fixed-point
-/// iteration for more than those are allowed for. v alone is mild: γ‖M⁻¹∂Ψ/∂v‖ < 1 wherever the explicit half is stable.
+/// Verlet's solve for v where the force has no Jacobian. v alone is mild: γ‖M⁻¹∂Ψ/∂v‖ < 1 wherever the explicit half is stable, so
+/// that it iterates; where that fails, Newton takes this solve and the next ones, 8, then 16 … 1024, with a dense matrix by differences,
+/// unless there are more unknowns than these are for.
 template <State S, class Rhs>
 class VelocityResolvent {
   using Dense = NewtonResolvent<S, Rhs, void, false>;
@@ -182,43 +189,51 @@ class VelocityResolvent {
   using Rate = RateOf<S>;
 
   VelocityResolvent(const Plain& y, Rhs& rhs, const Newton<>& solver)
-      : solver_{solver}, chosen_{choose(y, rhs, solver)} {}
-  void resize(const Plain& y, Rhs& rhs) { chosen_ = choose(y, rhs, solver_); }
+      : solver_{solver}, iterated_{y, rhs, iteration(y, solver.options)} {}
+  void resize(const Plain& y, Rhs& rhs) {
+    iterated_ = Iterated{y, rhs, iteration(y, solver_.options)};
+    forget_unsaved();
+  }
   void forget() {
-    std::visit([](auto& one) { one.forget(); }, chosen_);
+    if (dense_) dense_->forget();
   }
-  void reset() {
-    std::visit([](auto& one) { one.reset(); }, chosen_);
+  void reset() { forget_unsaved(); }
+  void forget_unsaved() {
+    dense_.reset();
+    rests_ = 0, rest_ = 8, is_dense_ = false;
   }
-  void forget_unsaved() { reset(); }
   [[nodiscard]] Outcome resolve(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, Plain& Y, const Plain& guess, Rate& psi,
                                 Failure& history, bool psi_known = false, SolveTolerance<Plain> allowed = {}) {
-    return std::visit([&](auto& one) { return one.resolve(rhs, gamma, t, Y, guess, psi, history, psi_known, allowed); },
-                      chosen_);
+    is_dense_ = rests_ > 0;
+    if (!is_dense_) {
+      const Outcome found = iterated_.resolve(rhs, gamma, t, Y, guess, psi, history, psi_known, allowed);
+      if (!failed(found) || unknowns<S>(Y) > dense_difference_limit) return found;
+      iterated_.undo(Y);
+      psi_known = false;
+      if (!dense_) dense_.emplace(Y, rhs, solver_);
+      is_dense_ = true;
+      rests_ = rest_, rest_ = std::min(2 * rest_, 1024);
+    }
+    --rests_;
+    return dense_->resolve(rhs, gamma, t, Y, guess, psi, history, psi_known, allowed);
   }
   [[nodiscard]] Outcome filter(Rhs& rhs, Plain& e) {
-    return std::visit([&](auto& one) { return one.filter(rhs, e); }, chosen_);
+    return is_dense_ ? dense_->filter(rhs, e) : Iterated::filter(rhs, e);
   }
-  [[nodiscard]] bool keeps_factors() const {
-    return std::visit([](const auto& one) { return one.keeps_factors(); }, chosen_);
-  }
-  [[nodiscard]] const char* solver_name() const {
-    return std::visit([](const auto& one) { return one.solver_name(); }, chosen_);
-  }
-  [[nodiscard]] const auto& increment() const {
-    return std::visit(
-        [](const auto& one) -> const auto& { return one.increment(); }, chosen_);
-  }
+  [[nodiscard]] bool keeps_factors() const { return is_dense_; }
+  [[nodiscard]] const char* solver_name() const { return is_dense_ ? dense_->solver_name() : Iterated::solver_name(); }
+  [[nodiscard]] const auto& increment() const { return is_dense_ ? dense_->increment() : iterated_.increment(); }
 
  private:
-  using Either = std::variant<Dense, Iterated>;
-  [[nodiscard]] static Either choose(const Plain& y, Rhs& rhs, const Newton<>& solver) {
-    if (unknowns<S>(y) <= dense_difference_limit) return Either{std::in_place_index<0>, y, rhs, solver};
-    const NewtonOptions& o = solver.options;
-    return Either{std::in_place_index<1>, y, rhs, fixed_point({o.rtol, o.atol, o.max_iterations})};
+  [[nodiscard]] static FixedPoint iteration(const Plain& y, const NewtonOptions& o) {
+    const int most = unknowns<S>(y) <= dense_difference_limit ? 25 : 0;
+    return fixed_point({o.rtol, o.atol, o.max_iterations > 0 ? o.max_iterations : most});
   }
   Newton<> solver_;
-  Either chosen_;
+  Iterated iterated_;
+  std::optional<Dense> dense_;
+  int rests_ = 0, rest_ = 8;  // solves that are Newton's yet; after the next failure
+  bool is_dense_ = false;     // the last one was
 };
 
 template <State S, class Rhs>
