@@ -116,6 +116,7 @@ int main(int argc, char** argv) {
   van_der_pol();
   motions();
   fields();
+  sets();
   std::printf("automatic: geometric mean %.3f of the best, %d of %d beyond 1.3 x + 2 us\n", std::exp(logs / count),
               misses, count);
   std::printf("advised:   geometric mean %.3f of the best, %d of %d beyond 1.3 x\n",

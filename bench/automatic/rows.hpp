@@ -147,5 +147,6 @@ void small_problems();
 void van_der_pol();
 void motions();
 void fields();
+void sets();
 
 }  // namespace automatic

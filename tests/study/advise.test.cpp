@@ -158,12 +158,16 @@ TEST_CASE("the rules, one by one") {
   motion.rtol = 5e-4;
   CHECK(choice(motion, false) == "dop853");
   motion.rtol = 1e-3;
-  CHECK(choice(motion, false) == "tsit5");
+  CHECK(choice(motion, false) == "dop853");
   motion.uses_velocity = false, motion.rtol = 1e-3, motion.unknowns = 30000;
   CHECK(choice(motion, false) == "velocity_verlet");
   motion.has_history = true;
   CHECK(choice(motion, false) == "velocity_verlet");
   CHECK(decide(motion, stiffness(false)).control == "phistep::fixed(dt)");
+
+  Stiffness odd = stiffness(true);
+  odd.doubts = " More tries failed (200) than steps were done (100).";
+  CHECK_THAT(decide(scene(3, 1e-6), odd).message(), contains("but the run looked at was odd: More tries failed"));
 
   AdvisedProblem much = scene(3, 1e-16);
   CHECK_THAT(decide(much, stiffness(true)).message(), contains("below what a number of 15 digits can hold"));

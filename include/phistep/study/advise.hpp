@@ -40,6 +40,7 @@ struct Stiffness {
   double turns = 0;        ///< rate times the whole span
   std::int64_t steps = 0;  ///< done to find it out
   double covered = 0;      ///< share of the span that they covered
+  std::string doubts{};    ///< RunReport::doubts of the run that was looked at
 };
 
 /// A stepper to take, and why.
@@ -92,6 +93,7 @@ template <class = void>
   } else {
     to.warnings.push_back("how stiff it is could not be found out: the run's first steps failed");
   }
+  if (!stiffness.doubts.empty()) to.warnings.push_back("the run looked at was odd:" + stiffness.doubts);
   to.scheme = name_of(choice.scheme);
   if (is_by_krylov(choice.scheme)) to.solver = "phistep::newton<phistep::PreconditionedBySymmetry>()";
   to.reasons.push_back(sentence_of(choice, scene, wanted));
@@ -125,6 +127,7 @@ template <State S, class F, class MassSpec>
     if (stepper.is_stiff() || found.steps >= most || (found.steps >= fewest && done > 0.1 * (done + to_come))) break;
   }
   found.known = found.known || whole == 0;
+  found.doubts = run.report().doubts();
   scene = stepper.problem();
   const RateSeen& seen = stepper.seen();
   found.is_stiff = stepper.is_stiff();

@@ -80,11 +80,11 @@ TEST_CASE("a relaxation oscillation: both ways, to the tolerance") {
     CHECK((y - exact).norm() < 30 * rtol);
     bool to_implicit = false, to_explicit = false;
     for (const SchemeUse& use : report.schemes.list()) {
-      to_implicit = to_implicit || use.cause == SchemeCause::stiff;
+      to_implicit = to_implicit || use.cause == SchemeCause::stiff || use.cause == SchemeCause::stiff_start;
       to_explicit = to_explicit || use.cause == SchemeCause::eased;
     }
     CHECK(to_implicit);
-    CHECK((to_explicit || rtol < 1e-3));  // at many digits the jumps are few of radau's long steps
+    CHECK((to_explicit || rtol > 1e-6));  // at few digits rodas4p2's steps are as cheap in the jumps
     CHECK(report.schemes.count() < 20);
     CHECK(report.statistics.steps < 1500);
   }

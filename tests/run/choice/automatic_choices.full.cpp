@@ -66,7 +66,7 @@ TEST_CASE("a checkpoint cut short is refused, and changes nothing") {
     if (left >= out.bytes().size()) continue;
     Reader in{out.bytes().first(out.bytes().size() - left)};
     CHECK_THROWS_AS(other.run.load(in, [] {}), CheckpointError);
-    CHECK(other.stepper.active() == 1);
+    CHECK(other.stepper.active() == 0);
     CHECK(other.y == Dynamic{{1.0, 0.0, 0.0}});
   }
 }

@@ -49,3 +49,13 @@ TEST_CASE("implicit steps are left where explicit ones of the same length would 
   for (int n = 1; n <= 3; ++n) CHECK_FALSE(watch.judge({.rate = 1, .dt = 1, .left = 100}));
   CHECK(watch.judge({.rate = 1, .dt = 1, .left = 100}));
 }
+
+TEST_CASE(
+    "decays that would take more explicit steps than forty implicit ones cost begin implicit, oscillations don't") {
+  const StiffnessWatch watch{{.bound = 6, .explicit_cost = 12, .implicit_cost = 40, .turning_bound = 6}};
+  CHECK(watch.starts_stiff({.rate = 1, .dt = 0.01, .left = 1000}, true));  // 167 steps
+  CHECK_FALSE(watch.starts_stiff({.rate = 1, .dt = 0.01, .left = 500}, true));
+  CHECK_FALSE(watch.starts_stiff({.rate = 1, .dt = 0.01, .left = 1e6, .turn = 0}, true));
+  CHECK_FALSE(watch.starts_stiff({.rate = 1, .dt = 0.01, .left = 1e6}, false));
+  CHECK(watch.starts_stiff({.rate = 1, .dt = 40, .left = 500}, false));  // the error allows 40 times the limit
+}

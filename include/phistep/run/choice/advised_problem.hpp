@@ -37,6 +37,7 @@ template <State S, class F, class MassSpec>
     scene.has_sparse_lu = has_sparse_pattern<Unwrapped<F>, static_unknowns<S>>;
   scene.structure = Traits::has_jacobian || Traits::has_pattern ? Traits::structure : Structure::dense;
   scene.rtol = rtol;
+  scene.is_dynamic = static_unknowns<S> == Eigen::Dynamic;
   scene.digits = std::numeric_limits<ScalarOf<S>>::digits10;
   return scene;
 }

@@ -68,7 +68,8 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
   [[nodiscard]] bool begin_run(const S& state, const Plain& y, const RunClock<Scalar>& clock, auto& pace) {
     if (course_.is_bound || course_.look.has_looked()) return false;
     const RateSeen& seen = look(y, clock, pace);
-    return course_.watch.starts_stiff(seen) && change(state, y, clock, pace, seen, SchemeCause::stiff_start);
+    return course_.watch.starts_stiff(seen, problem_.unknowns <= few_unknowns) &&
+           change(state, y, clock, pace, seen, SchemeCause::stiff_start);
   }
   /// Before each step of a run: looks whether another scheme would serve better, and takes it.
   /// @return [time] the longest step that a new scheme should begin with, nothing where it stays
@@ -79,6 +80,7 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
     course_.steps += std::exchange(course_.done, 0);
     if (!course_.watch.is_due()) return {};
     const RateSeen& seen = look(y, clock, pace);
+    if (wants_pattern(seen)) note(clock.t(), seen, SchemeCause::stays_explicit);
     const SchemeCause cause = course_.watch.is_implicit() ? SchemeCause::eased : SchemeCause::stiff;
     if (!course_.watch.judge(seen) || !change(state, y, clock, pace, seen, cause)) return {};
     return course_.watch.is_implicit() ? seen.dt : course_.watch.stable_step(seen);
@@ -162,6 +164,15 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
   const RateSeen& look(const Plain& y, const RunClock<Scalar>& clock, auto& pace) {
     const auto slope = [this](Scalar t, const Plain& x, Plain& out) { return this->slope(t, x, out); };
     return course_.look(slope, y, clock, pace, !course_.watch.is_implicit());
+  }
+  /// Explicit steps are at their limit, and with a pattern an implicit scheme would cost far less. Said once.
+  [[nodiscard]] bool wants_pattern(const RateSeen& seen) const {
+    if (problem_.has_jacobian || problem_.has_pattern || problem_.unknowns <= few_unknowns ||
+        !Schemes::can_be_implicit(problem_))
+      return false;
+    for (const SchemeUse& use : course_.uses.list())
+      if (use.cause == SchemeCause::stays_explicit) return false;
+    return course_.watch.is_at_limit(seen) && course_.watch.pays(seen, 2 * Schemes::cost_with_pattern(problem_));
   }
   /// Takes the scheme of the other kind, if it can and that pays.
   [[nodiscard]] bool change(const S& state, const Plain& y, const RunClock<Scalar>& clock, auto& pace,

@@ -33,8 +33,7 @@ namespace phistep { inline namespace PHISTEP_ABI {
 /// The scheme of a name, as its type.
 template <SuitableScheme scheme>
 [[nodiscard]] constexpr auto scheme_named() {
-  if constexpr (scheme == SuitableScheme::tsitouras_5) return tsit5;
-  else if constexpr (scheme == SuitableScheme::dormand_prince_8) return dop853;
+  if constexpr (scheme == SuitableScheme::dormand_prince_8) return dop853;
   else if constexpr (scheme == SuitableScheme::nystrom_8) return rkn86;
   else if constexpr (scheme == SuitableScheme::nystrom_12) return rkn1210;
   else if constexpr (scheme == SuitableScheme::rodas_4 || scheme == SuitableScheme::rodas_4_krylov) return rodas4p2;
@@ -88,7 +87,7 @@ template <bool is_nystrom>
 [[nodiscard]] constexpr auto explicit_schemes() {
   using enum SuitableScheme;
   if constexpr (is_nystrom) return SchemeSet<nystrom_8, nystrom_12>{};
-  else return SchemeSet<tsitouras_5, dormand_prince_8>{};
+  else return SchemeSet<dormand_prince_8>{};
 }
 /// Pairs of particles are solved by conjugate gradients, which serve schemes that resolve; large sparse matrices by direct
 /// solvers or by Krylov iterations.
@@ -110,9 +109,11 @@ struct SchemesFor {
                         is_field = (Rhs::Traits::has_jacobian || Rhs::Traits::has_pattern) &&
                                    combine(Rhs::Traits::structure, Rhs::mass_structure) == Structure::sparse &&
                                    static_unknowns<S> == Eigen::Dynamic;
-  using Set = decltype(explicit_schemes<is_nystrom>() + implicit_schemes<is_network, is_field>());
+  using Explicit = decltype(explicit_schemes<is_nystrom>());
+  using Set = decltype(Explicit{} + implicit_schemes<is_network, is_field>());
   using Stepper = typename Set::template Stepper<S, F, MassSpec>;
-  static constexpr int explicit_count = 2, count = static_cast<int>(Set::all.size());
+  static constexpr int explicit_count = static_cast<int>(Explicit::all.size()),
+                       count = static_cast<int>(Set::all.size());
 
   // The numbers of the schemes that the rules name; where one is not compiled, of what stands in for it.
   [[nodiscard]] static int suitable_explicit(const AdvisedProblem& problem) {
@@ -140,6 +141,12 @@ struct SchemesFor {
                          other = Set::all[static_cast<std::size_t>(suitable_implicit(problem))];
     return {stability_bound(one), step_cost(one, problem),
             step_cost(may_be_krylov ? suitable_by_krylov(problem.rtol) : other, problem), turning_bound(one)};
+  }
+  /// What an implicit step would cost if the Jacobian had a band.
+  [[nodiscard]] static double cost_with_pattern(AdvisedProblem problem) {
+    problem.has_pattern = true;
+    problem.structure = Structure::banded;
+    return step_cost(Set::all[static_cast<std::size_t>(suitable_implicit(problem))], problem);
   }
   /// Number k of the schemes, as a stepper.
   template <std::size_t i = 0>

@@ -17,18 +17,18 @@ namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Why a scheme was taken.
 enum class SchemeCause : std::uint8_t {
-  start,          ///< the run begins, nothing is known of its stiffness
-  stiff_start,    ///< the first step that the error allows is far beyond what an explicit scheme bears
-  algebraic,      ///< M is singular
-  stiff,          ///< stability, not the error, limited Δt
-  eased,          ///< an explicit scheme would do it for less
-  unsolved,       ///< Krylov iterations failed
+  start,        ///< the run begins, nothing is known of its stiffness
+  stiff_start,  ///< the first step that the error allows is far beyond what an explicit scheme bears, or the whole run is
+  algebraic,    ///< M is singular
+  stiff,        ///< stability, not the error, limited Δt
+  eased,        ///< an explicit scheme would do it for less
+  unsolved,     ///< Krylov iterations failed
   stays_explicit  ///< it is stiff, but an implicit scheme can't serve: no Jacobian, no pattern, too many unknowns
 };
 
 /// A scheme that a run took.
 struct SchemeUse {
-  SuitableScheme scheme = SuitableScheme::tsitouras_5;
+  SuitableScheme scheme = SuitableScheme::dormand_prince_8;
   SchemeCause cause = SchemeCause::start;
   double t = 0;           ///< [time] from there on
   std::int64_t step = 0;  ///< after so many steps of the run
@@ -59,8 +59,9 @@ struct SchemeUse {
         std::snprintf(text, sizeof text, "%s from t = %.6g: some equations are algebraic (M is singular)", name, t);
         break;
       case SchemeCause::stiff_start:
-        std::snprintf(text, sizeof text, "%s from t = %.6g: stiff, the error allows dt = %.3g where |lambda| dt = %.3g",
-                      name, t, dt, rate * dt);
+        std::snprintf(text, sizeof text,
+                      "%s from t = %.6g: stiff from the start, |lambda| = %.3g, where the error allows dt = %.3g", name,
+                      t, rate, dt);
         break;
       case SchemeCause::stiff:
         std::snprintf(text, sizeof text,

@@ -12,8 +12,6 @@ namespace phistep { inline namespace PHISTEP_ABI {
 /// |λΔt| up to which an explicit scheme's step is stable, for a real λ < 0 or, of motion, ±iω: where |R| = 1.
 [[nodiscard]] constexpr double stability_bound(SuitableScheme scheme) {
   switch (scheme) {
-    case SuitableScheme::tsitouras_5:
-      return 3.4;
     case SuitableScheme::dormand_prince_8:
       return 6.3;
     case SuitableScheme::nystrom_8:
@@ -25,20 +23,20 @@ namespace phistep { inline namespace PHISTEP_ABI {
   }
 }
 
-/// |ωΔt| up to which errors grow by less than 1e-4 a step for λ = ±iω: tsit5 is stable up to 0.5 only.
+/// |ωΔt| up to which errors grow by less than 1e-4 a step for λ = ±iω.
 [[nodiscard]] constexpr double turning_bound(SuitableScheme scheme) {
-  if (scheme == SuitableScheme::tsitouras_5) return 0.9;
   if (scheme == SuitableScheme::dormand_prince_8) return 5.9;
   return stability_bound(scheme);
 }
 
-/// [ns, about, on one core of this decade] of a step of n unknowns, where a force call costs 5 + 2n, or of a stencil, whose
-/// loops are in packs, 5 + 1.4n (measured: 1 and 1.65). Dense factorizations and solves are those measured for n = 3 … 20; of
-/// bands ten entries a row are supposed, of sparse matrices the fill of 64² points, until it is counted.
+/// [ns, about, on one core of this decade] of a step of n unknowns, where a force call costs 12 + 2n, or of a stencil, whose
+/// loops are in packs, 5 + 1.4n (measured: 1 and 1.65). Dense factorizations and solves are those measured for n = 2 … 40, those of
+/// bands for 3 entries a row (with 10, twice that), of sparse matrices for the fill of 64² points, until it is counted. radau's complex
+/// equations are solved side by side: a step is some 20 calls and 12 real solves, and keeps two Jacobians of three.
 [[nodiscard]] inline double step_cost(SuitableScheme scheme, const AdvisedProblem& scene) {
   const auto n = static_cast<double>(scene.unknowns);
   const bool is_dense = scene.structure == Structure::dense, is_sparse = scene.structure == Structure::sparse;
-  const double call = 5 + (is_sparse ? 1.4 : 2) * n;
+  const double call = is_sparse ? 5 + 1.4 * n : 12 + 2 * n;
   // The sums of the stages: of many unknowns they are in packs, too.
   const auto explicit_step = [&](double calls) { return 25 + calls * (call + (is_sparse ? 0.15 : 0.1 * calls) * n); };
   const FieldCounts& field = scene.field;
@@ -46,11 +44,16 @@ namespace phistep { inline namespace PHISTEP_ABI {
   const double factors = is_dense     ? 10 + n * n * (1.7 + 0.13 * n)
                          : is_counted ? n * (80 + price_of_factors(field) * 0.33 * field.products)
                          : is_sparse  ? 300 * n
-                                      : 60 * n,
+                                      : 30 * n,
                solve = is_dense     ? 5 + n * (5 + 0.5 * n)
                        : is_counted ? price_of_factors(field) * 1.8 * n * field.entries
-                                    : 25 * n,
-               jacobian = scene.has_jacobian ? 2 * call : (is_dense ? n : 10) * call;
+                       : is_sparse  ? 25 * n
+                                    : 7 * n,
+               jacobian = scene.has_jacobian ? 2 * call
+                                             : (is_dense    ? n
+                                                : is_sparse ? 10
+                                                            : 5) *
+                                                   call;
   const auto linear_stages = [&](double stages) {
     return 40 + stages * (call + solve + 0.1 * stages * n) + jacobian + factors;
   };
@@ -58,8 +61,6 @@ namespace phistep { inline namespace PHISTEP_ABI {
     return jacobian + 80 * n + stages * (call + n * field_cost(scene).by_krylov / 6);
   };
   switch (scheme) {
-    case SuitableScheme::tsitouras_5:
-      return explicit_step(6);
     case SuitableScheme::dormand_prince_8:
       return explicit_step(12);
     case SuitableScheme::nystrom_8:
@@ -77,7 +78,7 @@ namespace phistep { inline namespace PHISTEP_ABI {
     case SuitableScheme::rodas_5p_krylov:
       return by_krylov(8);
     case SuitableScheme::radau_iia:
-      return 3 * factors + jacobian + 5 * 6 * (call + solve);
+      return 40 + (is_dense ? 1 : 2.5) * factors + 0.3 * jacobian + 20 * call + 12 * solve;
     case SuitableScheme::tr_bdf_2:
       break;
   }

@@ -69,12 +69,19 @@ class StiffnessWatch {
     return steady_ >= 5 && since_ >= (rejected_ ? std::max(2, period_ / 3) : period_);
   }
   /// Whether what explicit steps would be left is worth more than the implicit ones, and 8 for the change.
-  [[nodiscard]] bool pays(const RateSeen& seen) const {
-    return seen.left * seen.rate / rivals_.bound * rivals_.explicit_cost > implicit_cost_of(seen);
+  [[nodiscard]] bool pays(const RateSeen& seen) const { return pays(seen, rivals_.implicit_cost); }
+  /// … where an implicit step costs that.
+  [[nodiscard]] bool pays(const RateSeen& seen, double cost) const {
+    return seen.left * seen.rate / rivals_.bound * rivals_.explicit_cost > (8 + seen.left / seen.smooth_step) * cost;
+  }
+  /// Whether stability limits the explicit step, about.
+  [[nodiscard]] bool is_at_limit(const RateSeen& seen) const {
+    return !implicit_ && seen.rate * seen.dt > 0.5 * bound_for(seen);
   }
   /// At the start of a run: whether it should begin with an implicit scheme.
-  [[nodiscard]] bool starts_stiff(const RateSeen& seen) const {
-    return seen.rate * seen.dt > 5 * rivals_.bound && pays(seen);
+  /// @param is_small  some explicit steps are much of a run
+  [[nodiscard]] bool starts_stiff(const RateSeen& seen, bool is_small) const {
+    return (seen.rate * seen.dt > 5 * rivals_.bound && pays(seen)) || (is_small && is_hopeless(seen));
   }
   /// Whether the scheme should change.
   [[nodiscard]] bool judge(const RateSeen& seen) {
@@ -110,14 +117,17 @@ class StiffnessWatch {
   [[nodiscard]] double bound_for(const RateSeen& seen) const {
     return oscillates(seen) ? rivals_.turning_bound : rivals_.bound;
   }
-  /// Of the rest of the run, and of 8 steps for the change.
-  [[nodiscard]] double implicit_cost_of(const RateSeen& seen) const {
-    return (8 + seen.left / seen.smooth_step) * rivals_.implicit_cost;
+  /// Explicit steps at their limit would cost more than 40 implicit ones, as many as most runs take: a decay will be stiff as soon as it has
+  /// passed. Where it is not, some 20 steps lead back.
+  [[nodiscard]] bool is_hopeless(const RateSeen& seen) const {
+    return seen.turn > 0.5 &&
+           seen.left * seen.rate / rivals_.bound * rivals_.explicit_cost > 40 * rivals_.implicit_cost;
   }
   /// The error of explicit steps is that of a fast mode behind a slow solution, which would allow much longer ones.
   [[nodiscard]] bool is_held(const RateSeen& seen) const {
     return seen.rate * seen.dt > 1.5 && seen.smooth_step > 8 * seen.dt && !oscillates(seen) &&
-           seen.left / seen.dt * rivals_.explicit_cost > 1.5 * implicit_cost_of(seen);
+           seen.left / seen.dt * rivals_.explicit_cost >
+               1.5 * (8 + seen.left / seen.smooth_step) * rivals_.implicit_cost;
   }
   [[nodiscard]] bool is_stiff(const RateSeen& seen) {
     const double share = seen.rate * seen.dt / bound_for(seen);
