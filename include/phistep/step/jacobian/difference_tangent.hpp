@@ -157,7 +157,7 @@ class DifferenceTangent {
   /// How much farther a component should move, at most to `most`, for a change of Ψ to show. @param seen  the largest of its
   /// changes, each in units of rounding; 0: Ψ doesn't depend on it
   [[nodiscard]] static Scalar farther(Scalar seen, Scalar increment, Scalar most) {
-    constexpr Scalar enough{1e3};
+    constexpr Scalar enough{1e6};
     if (!(seen > 0) || seen >= enough) return Scalar{1};
     return std::max(Scalar{1}, std::min(enough / seen, most / std::abs(increment)));
   }
