@@ -5,9 +5,9 @@ using namespace event_clocks;
 
 // Counts that may flip with a rounding have some room.
 #if PHISTEP_STRESS
-constexpr int members = 1400, known_apart = 255, known_near = 350, known_below = 350, known_tolerance = 178;
+constexpr int members = 1400, known_tolerance = 10;
 #elif PHISTEP_FULL
-constexpr int members = 200, known_apart = 42, known_near = 50, known_below = 50, known_tolerance = 22;
+constexpr int members = 200, known_tolerance = 0;
 #endif
 
 namespace {
@@ -31,27 +31,13 @@ const Batteries<double>& clocks() {
 
 }  // namespace
 
-// Today an event may happen 1024 ulp of the time too early, where a step ends that near to it.
-TEST_CASE("event clocks, double: no more are wrong than known") { battery::at_most(known_apart, clocks().apart()); }
-TEST_CASE("event clocks, double: none is wrong", "[!shouldfail][47-A]") { battery::none(clocks().apart()); }
+TEST_CASE("event clocks, double: none is wrong") { battery::none(clocks().apart()); }
 
-TEST_CASE("event clocks, double, near to each other: no more are wrong than known") {
-  battery::at_most(known_near, clocks().near());
-}
-TEST_CASE("event clocks, double, near to each other: none is wrong", "[!shouldfail][47-A]") {
-  battery::none(clocks().near());
-}
+TEST_CASE("event clocks, double, near to each other: none is wrong") { battery::none(clocks().near()); }
 
-TEST_CASE("event clocks, double, steps below 64 ulp: no more are accepted than known") {
-  battery::at_most(known_below, clocks().below());
-}
-TEST_CASE("event clocks, double, steps below 64 ulp: each is refused at the start", "[!shouldfail][47-A]") {
-  battery::none(clocks().below());
-}
+TEST_CASE("event clocks, double, steps below 64 ulp: each is refused at the start") { battery::none(clocks().below()); }
 
+// Some members have events some hundred ulp from each other in steps that are far longer.
 TEST_CASE("event clocks, double, a tolerance: no more are wrong than known") {
   battery::at_most(known_tolerance, clocks().with_tolerance());
-}
-TEST_CASE("event clocks, double, a tolerance: none is wrong", "[!shouldfail][47-A]") {
-  battery::none(clocks().with_tolerance());
 }

@@ -210,6 +210,8 @@ class Run {
 
   bool begin() {
     if (const Outcome bad = step_.begin_run(); failed(bad)) return end(bad);
+    if constexpr (has_events && !Pace::varies)
+      if (!step_.pace().suits_events(step_.clock())) return end(Outcome::step_too_small);
     if (!observers_.begin(time(), state_)) return end(Outcome::stopped_by_observer);
     const Outcome armed = events_.begin(time(), state_);
     begun_ = true;  // an exception of the force or of an observer leaves it to be done again

@@ -60,5 +60,5 @@ TEST_CASE("event: told from an observer by its type") {
   auto e = event([](const One& y) { return y(0); });
   static_assert(EventLike<decltype(e)> && EventLike<decltype(e)&>);
   static_assert(!EventLike<Recorder<One>>);
-  CHECK(sizeof(Event<int (*)(const One&)>) <= sizeof(void*) + sizeof(EventOptions) + sizeof(std::vector<double>) + 8);
+  CHECK(sizeof(Event<int (*)(const One&)>) <= sizeof(void*) + sizeof(EventOptions) + sizeof(std::vector<double>) + 16);
 }

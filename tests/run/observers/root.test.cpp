@@ -233,15 +233,21 @@ TEST_CASE("root: a start on a flat root, beside rounding errors of g") {
   CHECK(nothing.start_sign == 0);
 }
 
-TEST_CASE("root: a step too short to tell how g leaves its root says so") {
+TEST_CASE(
+    "root: where a step is too short for probes, its end tells how g leaves its root, unless that is as near as its "
+    "start") {
   Search search;
   // With room for no probe, or for two.
-  for (const double length : {0x1p-48, 0x1p-44}) {
-    const auto root = search(
-        1.0, 1.0 + length, [](double t) { return t - 1; }, Direction::both, Standing::on_root);
-    CHECK(root.kind == Kind::none);
-    CHECK(root.start_sign == 0);
-  }
+  for (const double length : {0x1p-48, 0x1p-44})
+    for (const int side : {-1, 1}) {
+      const auto root = search(
+          1.0, 1.0 + length, [side](double t) { return side * (t - 1); }, Direction::both, Standing::on_root);
+      CHECK(root.kind == Kind::none);
+      CHECK(root.start_sign == side);
+    }
+  const auto stays = search(
+      1.0, 1.0 + 0x1p-44, [](double) { return 1e-17; }, Direction::both, Standing::on_root);
+  CHECK(stays.start_sign == 0);
 }
 
 TEST_CASE("root: one nearer to t0 than time can tell comes after it: no step has length 0") {

@@ -3,9 +3,11 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 
+#include "phistep/base/numbers/arithmetic.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/run/control/fixed_step.hpp"
@@ -25,6 +27,12 @@ class GridPace {
     done_ = 0;
     node_ = span.t0;
     return grid_->outcome();
+  }
+  /// Whether the clock can tell an event from the next step's: Δt is 64 of its ticks at least.
+  [[nodiscard]] bool suits_events(const RunClock<Scalar>& clock) const {
+    const auto [t0, t1] = clock.span();
+    return t0 == t1 ||
+           !(std::abs(control_.dt) < 64 * static_cast<double>(spacing(std::max(std::abs(t0), std::abs(t1)))));
   }
   /// To the next node, or to a stop before it.
   [[nodiscard]] Landing<Scalar> plan(const RunClock<Scalar>& clock, std::optional<Scalar> stop) const {

@@ -26,7 +26,12 @@ template <class Scalar>
 template <class Scalar>
 [[nodiscard]] Scalar first_probe(Scalar t0, Scalar dt) {
   constexpr Scalar epsilon = std::numeric_limits<Scalar>::epsilon();
-  return 4 * std::max(time_resolution(t0, t0), epsilon * epsilon * std::abs(dt));
+  return 2 * std::max(time_resolution(t0, t0), epsilon * epsilon * std::abs(dt));
+}
+/// Whether a step of length dt from a root at t0 is too short for g to be probed inside of it.
+template <class Scalar>
+[[nodiscard]] bool is_short(Scalar t0, Scalar dt) {
+  return !(std::abs(dt) >= 64 * first_probe(t0, dt));
 }
 /// Whether a comes before b where time goes as dt does.
 template <class Scalar>

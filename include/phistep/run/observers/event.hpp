@@ -15,6 +15,7 @@
 #pragma once
 
 #include <cmath>
+#include <limits>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -68,8 +69,12 @@ class Event {
     if constexpr (std::is_same_v<Handler, NoHandler>) return !options_.terminal;
     else return goes_on(handler_, t, state) && !options_.terminal;
   }
-  /// A run starts.
-  void begin() { times_.clear(); }
+  /// A run starts at t. Whether the event happened just there, in a run before: then it is not to happen again.
+  bool begin(double t = 0) {
+    if (!times_.empty()) last_ = times_.back();
+    times_.clear();
+    return last_ == t;
+  }
   /// It may happen now: room to note it, so that no handler is missed for want of memory.
   void prepare() {
     if (times_.size() == times_.capacity()) times_.reserve(2 * times_.size() + 8);
@@ -99,6 +104,7 @@ class Event {
   [[no_unique_address]] Handler handler_;
   EventOptions options_;
   std::vector<double> times_;
+  double last_ = std::numeric_limits<double>::quiet_NaN();  // [time] in the runs before
 };
 
 template <class T>

@@ -86,7 +86,7 @@ class EventSet {
   [[nodiscard]] Outcome begin(Scalar t, const S& state) {
     each([&](auto k, auto& event) {
       memory_[k] = {.rising = {.last = t}, .falling = {.last = t}};
-      event.begin();
+      if (event.begin(static_cast<double>(t))) memory_[k].standing = Standing::on_root;
     });
     return rearm(t, state);
   }
@@ -103,6 +103,7 @@ class EventSet {
 
   [[nodiscard]] Found find(const CompletedStep<S>& step) {
     Found first;
+    step_ = step.dt();
     each([&](auto k, auto& event) {
       if constexpr (requires { event.prepare(); }) event.prepare();
       const auto value = [&](Scalar t) { return event.value(t, step.at(t)); };
@@ -162,12 +163,17 @@ class EventSet {
       else if (known_[k]) memory_[k].standing = Standing::clear;
     });
     bool goes_on = true, accumulate = false;
-    each([&](auto k, auto& event) {
-      if (!happens_[k]) return;
-      accumulate = note(roots_[k].start_sign < 0 ? memory_[k].rising : memory_[k].falling, t) || accumulate;
-      goes_on = event.happened(t, state) && goes_on;
-    });
+    each([&](auto k, auto& event) { goes_on = (!happens_[k] || event.happened(t, state)) && goes_on; });
     const Outcome outcome = rearm(t, state);
+    each([&](auto k, auto&) {
+      if (!happens_[k]) return;
+      const Root<Scalar>& root = roots_[k];
+      // What a handler has led away from its root has a sign again.
+      const bool leaves = std::abs(memory_[k].g) > 8 * std::abs(root.slope) * root.tolerance && root.tolerance > 0;
+      if (leaves) memory_[k].standing = Standing::clear;
+      const Scalar shortest = (leaves || is_short(t, step_) ? 4 : 32) * first_probe(t, step_);
+      accumulate = note(root.start_sign < 0 ? memory_[k].rising : memory_[k].falling, t, shortest) || accumulate;
+    });
     if (!goes_on) return Outcome::stopped_by_event;
     return outcome == Outcome::success && accumulate ? Outcome::events_accumulate : outcome;
   }
@@ -201,20 +207,21 @@ class EventSet {
     return sign_of(g) == -from && (wanted == Direction::both || static_cast<int>(wanted) == -from);
   }
   /// Notes a crossing at t. True where the search may miss one soon: if the intervals go on shrinking as they did, the
-  /// one after next is shorter than 64 probes. (What rounding left of g at this event, seen in time, grows by that ratio.)
+  /// one after next is shorter than that. (What rounding left of g at this event, seen in time, grows by that ratio.)
   /// Intervals are those between crossings in one direction: a g that grazes zero crosses it to and fro within a short
   /// time, and then not for long.
-  [[nodiscard]] static bool note(typename Armed<Scalar>::Crossings& crossings, Scalar t) {
+  [[nodiscard]] static bool note(typename Armed<Scalar>::Crossings& crossings, Scalar t, Scalar shortest) {
     const Scalar now = std::abs(t - crossings.last), before = crossings.interval;
     crossings.last = t;
     crossings.interval = now;
     if (!std::exchange(crossings.any, true)) return false;
     const Scalar ratio = before > now ? now / before : Scalar{1};
-    return now * ratio * ratio <= 64 * first_probe(t, now);
+    return now * ratio * ratio <= shortest;
   }
 
   std::tuple<Events&...> events_;
   Memory memory_{};
+  Scalar step_{};  // [time] the step looked at last
   std::array<Sample<Scalar>, size> end_{};
   std::array<Root<Scalar>, size> roots_{};
   std::array<bool, size> happens_{}, known_{};

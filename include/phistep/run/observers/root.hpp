@@ -100,7 +100,7 @@ class RootSearch {
     if (!(delta < std::abs(whole_))) return start_;
     const Sample<Scalar> now = sample(start_.t + std::copysign(delta, whole_));
     if (failed_) return now;
-    return std::abs(now.g - start_.g) <= std::abs(start_.g) / 16 || jumps_before(now) ? start_ : departure();
+    return std::abs(now.g - start_.g) <= std::abs(start_.g) || jumps_before(now) ? start_ : departure();
   }
   /// Whether g changes its sign from the start to `now` by a jump: no run that ended at the start has seen it.
   [[nodiscard]] bool jumps_before(Sample<Scalar> now) {
@@ -119,9 +119,9 @@ class RootSearch {
   [[nodiscard]] bool reaches_zero(Sample<Scalar> from) {
     const Scalar delta = first_probe(end_.t, whole_), g = std::abs(end_.g);
     if (sign_of(end_.g) != sign_of(from.g) || !(delta < std::abs(end_.t - from.t))) return false;
-    if (!(g * std::abs(whole_) <= 1024 * delta * std::abs(from.g))) return false;
+    if (!(g * std::abs(whole_) <= 16 * delta * std::abs(from.g))) return false;
     const Sample<Scalar> before = sample(end_.t - std::copysign(delta, whole_));
-    return sign_of(before.g) == sign_of(end_.g) && std::abs(before.g) - g > g / 16;
+    return sign_of(before.g) == sign_of(end_.g) && std::abs(before.g) - g > g;
   }
 
   /// Where g has clearly left zero: three probes in a row grow, out of what rounding made of those before.
@@ -142,8 +142,9 @@ class RootSearch {
       }
       last = now;
     }
-    // A jump doesn't grow. In a step too short to tell, the next one will.
-    return std::abs(whole_) >= 64 * first ? nearest : Sample<Scalar>{start_.t, 0};
+    if (!is_short(start_.t, whole_)) return nearest;  // a jump doesn't grow
+    // In a step too short for that, its end tells, or that of the next.
+    return std::abs(end_.g) >= Scalar(1.5) * std::abs(start_.g) ? end_ : Sample<Scalar>{start_.t, 0};
   }
 
   /// Some time between `from` and the end where g has the other sign; if there seems to be none, any with the same.

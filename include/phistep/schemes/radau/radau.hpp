@@ -88,17 +88,24 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
     if constexpr (Step::is_traced) return controlled(kernel, step);
     else return to_the_end(kernel, step);
   }
-  /// The collocation polynomial of the step just accepted.
-  void interpolate(Scalar x, Scalar, const Plain&, const Plain& y1, Plain& out) const {
+  /// The collocation polynomial of the step just accepted, in powers of x − 1. In its first half what these have lost in rounding at
+  /// x = 0 is put back, so that it begins at y0.
+  void interpolate(Scalar x, Scalar, const Plain& y0, const Plain& y1, Plain& out) const {
     const auto add = [&](const auto& powers) {
-      return [&](std::size_t i, Scalar y, Scalar& to) {
+      const auto from_end = [&](std::size_t i, Scalar back) {
         Scalar sum{0};
-        for (auto m = static_cast<std::size_t>(terms_); m-- > 0;) sum = (x - 1) * (sum + powers[i][m]);
-        to = y + sum;
+        for (auto m = static_cast<std::size_t>(terms_); m-- > 0;) sum = back * (sum + powers[i][m]);
+        return sum;
+      };
+      return [&, from_end](std::size_t i, Scalar start, Scalar end, Scalar& to) {
+        const Scalar back = x - 1, sum = from_end(i, back);
+        if (2 * x >= 1) return void(to = end + sum);
+        const Scalar whole = from_end(i, Scalar{-1}), lost = start - (end + whole);
+        to = start + ((sum - whole) - 2 * (1 + back) * lost);
       };
     };
-    if constexpr (drifts) for_each_number(add(position_powers_), positions(y1), positions(out));
-    for_each_number(add(powers_), solved(y1), solved(out));
+    if constexpr (drifts) for_each_number(add(position_powers_), positions(y0), positions(y1), positions(out));
+    for_each_number(add(powers_), solved(y0), solved(y1), solved(out));
   }
   template <class Kernel>
   [[nodiscard]] Outcome to_the_end(Kernel& kernel, auto& step) {
