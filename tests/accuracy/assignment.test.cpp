@@ -34,7 +34,7 @@ void check_order(auto scheme, double order, int n) {
 #if PHISTEP_QUICK
 
 TEST_CASE("assignment: every scheme reaches the closed form, at orders 1 and 2") {
-  check_order(phistep::phi(0), 1, 100);
+  check_order(phistep::phi(0.0), 1, 100);
   check_order(phistep::phi(0.5), 2, 25);
   check_order(phistep::phi(1), 1, 100);
 }
@@ -70,7 +70,7 @@ TEST_CASE("assignment: the error is that of the quadrature rule, to its first te
   const HeatedPoints::State first = scale * (1 - std::cos(2.0)) * HeatedPoints::points();
   const HeatedPoints::State second = scale * 2 * std::sin(2.0) * HeatedPoints::points();
   const auto error = [](auto scheme) { return (solve(scheme, n) - HeatedPoints::exact(end)).eval(); };
-  CHECK(problems::distance(error(phistep::phi(0)), -h / 2 * first) <= 0.01 * (h / 2 * first).norm());
+  CHECK(problems::distance(error(phistep::phi(0.0)), -h / 2 * first) <= 0.01 * (h / 2 * first).norm());
   CHECK(problems::distance(error(phistep::phi(1)), h / 2 * first) <= 0.01 * (h / 2 * first).norm());
   CHECK(problems::distance(error(phistep::phi(0.5)), h * h / 12 * second) <= 0.01 * (h * h / 12 * second).norm());
 }

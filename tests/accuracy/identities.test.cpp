@@ -188,14 +188,15 @@ TEST_CASE("velocity Verlet solves its last half-kick for the new velocity") {
 TEST_CASE("twins: endpoint is backward Euler after forward Euler, stage the other way round") {
   for (const double phi : {0.25, 0.5, 0.7}) {
     const double before = (1 - phi) * h, after = phi * h;
-    const double endpoint = twin_defect(by(phistep::phi(phi)), by(phistep::phi(0)), before, by(phistep::phi(1)), after);
+    const double endpoint =
+        twin_defect(by(phistep::phi(phi)), by(phistep::phi(0.0)), before, by(phistep::phi(1)), after);
     const double stage =
-        twin_defect(by(phistep::phi_stage(phi)), by(phistep::phi(1)), after, by(phistep::phi(0)), before);
+        twin_defect(by(phistep::phi_stage(phi)), by(phistep::phi(1)), after, by(phistep::phi(0.0)), before);
     CAPTURE(phi, endpoint, stage);
     CHECK(endpoint <= 1e-14);
     CHECK(stage <= 1e-14);
     // The two forms are not the same scheme.
-    CHECK(twin_defect(by(phistep::phi(phi)), by(phistep::phi(1)), after, by(phistep::phi(0)), before) > 1e-5);
+    CHECK(twin_defect(by(phistep::phi(phi)), by(phistep::phi(1)), after, by(phistep::phi(0.0)), before) > 1e-5);
   }
 }
 

@@ -184,7 +184,7 @@ TEST_CASE("options that can't work are refused before anything happens") {
   std::string option;
   const auto refused = [&option](const tolerance& control, TimeSpan<double> span = {0, 1}) {
     const RunReport report = refusal(control, span);
-    option = report.refused != nullptr ? report.refused : "";
+    option = report.refused.option != nullptr ? report.refused.option : "";
     CHECK(option.empty() == (report.outcome != Outcome::invalid_tolerance));
     CHECK_THAT(report.message(), contains(option));
     return report.outcome;
@@ -213,6 +213,20 @@ TEST_CASE("options that can't work are refused before anything happens") {
   PhiStepper stepper{y, decay, trapezoidal};
   CHECK(integrate(stepper, y, {0, NaN}, tolerance{}).outcome == invalid_step);
   CHECK(integrate(stepper, y, {NaN, 0}, tolerance{}).outcome == invalid_step);
+}
+
+TEST_CASE("a refusal prints what was given, and the least that works") {
+  const RunReport tight = refusal(tolerance{.rtol = 1e-15});
+  CHECK_THAT(tight.message(), contains("rtol, which is below rounding (1e-15; it works from "));
+  CHECK(refusal(tolerance{.rtol = 0.99 * tight.refused.least}).outcome == Outcome::invalid_tolerance);
+  CHECK_THAT(refusal(tolerance{.max_step = -2}).message(), contains("max_step (-2)"));
+  Vec y(1, 2);
+  PhiStepper stepper{y, decay, trapezoidal};
+  CHECK(integrate(stepper, y, {0, 1e-3}, tolerance{.rtol = 1.01 * tight.refused.least}));
+  CHECK_THAT(integrate(stepper, y, {0, 1}, fixed(-0.1)).message(), contains("dt (-0.1)"));
+  CHECK_THROWS_WITH(mass(Vec(1, -2)), contains("number 1 is -2"));
+  CHECK_THROWS_WITH(phi(1 / 2), contains("write 0.5"));  // 1/2 is the integer 0
+  CHECK_THROWS_WITH(phi_stage(1 / 2), contains("write 0.5"));
 }
 
 TEST_CASE("a start that is no number, a force that is none there") {

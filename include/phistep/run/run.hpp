@@ -292,8 +292,9 @@ class Run {
           !all_ranks(step_.plain(), !held_exception(stepper_)))
         outcome = Outcome::exception_elsewhere;
     report_.outcome = outcome;
-    if constexpr (Pace::varies)
-      if (outcome == Outcome::invalid_tolerance) report_.refused = step_.pace().refused();
+    if (outcome == Outcome::invalid_tolerance ||
+        (!begun_ && (outcome == Outcome::invalid_step || outcome == Outcome::step_too_small)))
+      report_.refused = step_.pace().refused();
     if constexpr (FieldState<Plain>) held_exception(stepper_).rethrow();
     return false;
   }

@@ -11,6 +11,7 @@
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/run/control/fixed_step.hpp"
+#include "phistep/run/control/limits.hpp"
 #include "phistep/run/control/run_clock.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
@@ -28,6 +29,8 @@ class GridPace {
     node_ = span.t0;
     return grid_->outcome();
   }
+  /// After an outcome that refuses it.
+  [[nodiscard]] Refused refused() const { return {"dt", control_.dt}; }
   /// Whether the clock can tell an event from the next step's: Δt is 64 of its ticks at least.
   [[nodiscard]] bool suits_events(const RunClock<Scalar>& clock) const {
     const auto [t0, t1] = clock.span();

@@ -7,12 +7,20 @@
 #include <cstddef>
 #include <cstdint>
 #include <numeric>
+#include <optional>
 
 #include "phistep/base/outcome/statistics.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/run/errors/measured.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
+
+/// An option that can't work.
+struct Refused {
+  const char* option = nullptr;  ///< null: there is none
+  std::optional<double> is{};    ///< its value
+  double least = 0;              ///< the least that works, where that is known
+};
 
 enum class LimitedBy : std::uint8_t {
   nothing,

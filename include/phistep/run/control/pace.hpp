@@ -60,15 +60,18 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
   [[nodiscard]] Outcome begin(const Plain& y, const ErrorLaw& law) {
     constexpr double round_off = static_cast<double>(std::numeric_limits<Scalar>::epsilon());
     if (!norm_.begin(wanted_, y))
-      return Length::refuse(wanted_.rtol > 0 && wanted_.rtol < 1 ? "atol, or the norm" : "rtol");
+      return Length::refuse(wanted_.rtol > 0 && wanted_.rtol < 1 ? Refused{"atol, or the norm"}
+                                                                 : Refused{"rtol", wanted_.rtol});
     size_ = {};
     obey(law);
     // An error of a few roundings can't be told from rounding; where stages are combined with weights of up to a hundred,
     // as high orders do, one of some dozens.
     const double least = (law.error_order <= law.order ? 64 : 8) * round_off;
-    if (wanted_.rtol * std::min(allowed_, 1.0) < least) return Length::refuse("rtol, which is below rounding");
-    if (!(wanted_.first_step >= 0)) return Length::refuse("first_step");
-    if (const char* bad = counts_ ? what_cannot_work(iterations_) : nullptr) return Length::refuse(bad);
+    if (wanted_.rtol * std::min(allowed_, 1.0) < least)
+      return Length::refuse({"rtol, which is below rounding", wanted_.rtol,
+                             std::pow(least, std::min(1.0, law.order / static_cast<double>(law.error_order)))});
+    if (!(wanted_.first_step >= 0)) return Length::refuse({"first_step", wanted_.first_step});
+    if (const char* bad = counts_ ? what_cannot_work(iterations_) : nullptr) return Length::refuse({bad});
     trace_.resize(y);
     trace_.rtol = wanted_.rtol;
     doubt_ = {};
@@ -239,7 +242,7 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
     trace_.resize(y);
     if (keeps_sizes()) end_ = error_before_ = usual_ = y;
     if (norm_.fits(y)) return true;
-    static_cast<void>(Length::refuse("atol, which is for a state of another size"));
+    static_cast<void>(Length::refuse({"atol, which is for a state of another size"}));
     return false;
   }
 
@@ -393,8 +396,8 @@ class IterationPace : public VariableStep<ScalarOf<S>> {
 
   explicit IterationPace(const iteration_control& wanted) : wanted_{wanted} {}
   [[nodiscard]] Outcome begin(const Plain&, const ErrorLaw&) {
-    if (!(wanted_.first_step > 0)) return Length::refuse("first_step of the iteration_control");
-    if (const char* bad = what_cannot_work(wanted_)) return Length::refuse(bad);
+    if (!(wanted_.first_step > 0)) return Length::refuse({"first_step of the iteration_control", wanted_.first_step});
+    if (const char* bad = what_cannot_work(wanted_)) return Length::refuse({bad});
     return Length::bound(wanted_.min_step, wanted_.max_step, wanted_.max_steps);
   }
   [[nodiscard]] Outcome start(TimeSpan<Scalar> span, const Plain&, int, auto&&) {

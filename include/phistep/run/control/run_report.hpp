@@ -21,7 +21,7 @@ struct [[nodiscard]] RunReport {
   Statistics statistics;                   ///< of this run alone
   Failure failure;                         ///< of the step that ended the run, if one did
   double smallest_dt = 0, largest_dt = 0;  ///< [time] the shortest and the longest step taken
-  const char* refused = nullptr;           ///< the option that can't work, where the outcome is invalid_tolerance
+  Refused refused;                         ///< the option that can't work, where one ended the run
   Limits limits;                           ///< what kept a controlled run's steps from being longer
 
   [[nodiscard]] explicit operator bool() const { return outcome == Outcome::success; }
@@ -33,9 +33,12 @@ struct [[nodiscard]] RunReport {
   [[nodiscard]] std::string message() const {
     if (outcome == Outcome::success) return explain(outcome) + doubts();
     if (failure.outcome == outcome) return failure.message() + doubts();
-    char where[160];  // no step failed, so that there is no more to tell
-    std::snprintf(where, sizeof where, "%s%s; at t = %.9g", refused != nullptr ? ": " : "",
-                  refused != nullptr ? refused : "", t);
+    // No step failed, so that there is no more to tell.
+    std::string where = refused.option != nullptr ? std::string(": ") + refused.option : "";
+    if (refused.is)
+      where += " (" + number(*refused.is, 6) +
+               (refused.least > 0 ? "; it works from " + number(refused.least, 3) + " on)" : std::string(")"));
+    where += "; at t = " + number(t, 9);
     return explain(outcome, where + of_component(", for the error of", limits.worst())) + doubts();
   }
   /// What is odd about a run, whatever its outcome. Empty where nothing is.
@@ -46,6 +49,11 @@ struct [[nodiscard]] RunReport {
       text += " More tries failed (" + std::to_string(failed) + ") than steps were done (" +
               std::to_string(statistics.steps) +
               "): another scheme, or an .atol for what is small, may do with far fewer.";
+    if (outcome == Outcome::too_many_steps && 1e3 * smallest_dt < largest_dt)
+      text +=
+          " Steps have shrunk from " + number(largest_dt, 3) + " to " + number(smallest_dt, 3) +
+          ": where a force jumps back and forth, the state slides along the jump, and no step is short enough; smooth "
+          "the jump, or step along it.";
     if (limits.leapt.steps() > 0)
       text += " In " + std::to_string(limits.leapt.steps()) + " steps a component grew more than a thousandfold" +
               of_component(":", limits.leapt.where()) + ". Look whether that is so, with a smaller rtol.";
@@ -53,6 +61,11 @@ struct [[nodiscard]] RunReport {
   }
 
  private:
+  [[nodiscard]] static std::string number(double x, int digits) {
+    char text[40];
+    std::snprintf(text, sizeof text, "%.*g", digits, x);
+    return text;
+  }
   [[nodiscard]] static std::string of_component(const char* what, const Component& where) {
     if (where.block < 0) return {};
     return std::string{what} + " component " + std::to_string(where.index) + " of block " + std::to_string(where.block);

@@ -27,8 +27,8 @@ class VariableStep {
     return clock.toward(stop.value_or(clock.span().t1), static_cast<Scalar>(propose()), static_cast<Scalar>(largest_));
   }
   [[nodiscard]] static bool is_at_end(const RunClock<Scalar>& clock) { return clock.is_at_end(); }
-  /// The option that can't work, after Outcome::invalid_tolerance; else null.
-  [[nodiscard]] const char* refused() const { return refused_; }
+  /// After Outcome::invalid_tolerance.
+  [[nodiscard]] const Refused& refused() const { return refused_; }
   /// One more try.
   [[nodiscard]] bool may_try() { return left_-- > 0; }
 
@@ -38,15 +38,15 @@ class VariableStep {
   }
 
  protected:
-  [[nodiscard]] Outcome refuse(const char* option) {
-    refused_ = option;
+  [[nodiscard]] Outcome refuse(const Refused& what) {
+    refused_ = what;
     return Outcome::invalid_tolerance;
   }
   [[nodiscard]] Outcome bound(double smallest, double largest, std::int64_t max_tries) {
-    if (!(smallest >= 0)) return refuse("min_step");
-    if (!(largest > 0)) return refuse("max_step");
-    if (!(smallest <= largest)) return refuse("min_step, which exceeds max_step");
-    if (max_tries < 0) return refuse("max_steps");
+    if (!(smallest >= 0)) return refuse({"min_step", smallest});
+    if (!(largest > 0)) return refuse({"max_step", largest});
+    if (!(smallest <= largest)) return refuse({"min_step, which exceeds max_step", smallest});
+    if (max_tries < 0) return refuse({"max_steps", static_cast<double>(max_tries)});
     smallest_ = smallest;
     largest_ = largest;
     left_ = max_tries;
@@ -71,7 +71,7 @@ class VariableStep {
   double size_ = 0, smallest_ = 0, largest_ = std::numeric_limits<double>::infinity();
   std::int64_t left_ = 0;
   int failures_ = 0;
-  const char* refused_ = nullptr;
+  Refused refused_;
 };
 
 }}  // namespace phistep::PHISTEP_ABI

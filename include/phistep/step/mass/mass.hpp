@@ -99,9 +99,11 @@ struct UnitMass : ComponentMass<UnitMass> {
 };
 
 template <class T>
-[[nodiscard]] T checked_mass(T m) {
+[[nodiscard]] T checked_mass(T m, Eigen::Index number = -1) {
   if (!(m > T{0}) || !std::isfinite(m) || !std::isfinite(T{1} / m))
-    throw std::invalid_argument("phistep: a mass must be finite and > 0, and so must one over it");
+    throw std::invalid_argument("phistep: a mass must be finite and > 0, and so must one over it; " +
+                                (number < 0 ? "it" : "number " + std::to_string(number)) + " is " +
+                                std::to_string(static_cast<double>(m)));
   return m;
 }
 
@@ -133,11 +135,11 @@ class DiagonalMass : public ComponentMass<DiagonalMass<T, size>> {
  public:
   /// @throws std::invalid_argument unless every mass is finite and > 0, or 0.
   explicit DiagonalMass(Vector masses) : mass_{std::move(masses)} {
-    for (const T m : mass_)
-      if (m != 0) static_cast<void>(checked_mass(m));
     inverse_ = mass_.cwiseInverse();
-    for (Eigen::Index i = 0; i < mass_.size(); ++i)
+    for (Eigen::Index i = 0; i < mass_.size(); ++i) {
       if (mass_[i] == 0) inverse_[i] = 0;
+      else static_cast<void>(checked_mass(mass_[i], i));
+    }
   }
   /// @throws std::invalid_argument where the number of masses is neither the block's size nor its number of columns.
   template <class Scalar, class Block>
