@@ -135,6 +135,7 @@ class EventSet {
         const Plain* y = restep(t);
         return y == nullptr ? std::numeric_limits<Scalar>::quiet_NaN() : event.value(t, *y);
       });
+      at_root_[k] = hit.g;
     });
     return hit;
   }
@@ -154,6 +155,7 @@ class EventSet {
       const bool together = root.kind == Root<Scalar>::Kind::found &&
                             std::abs(root.t - found.root.t) <= root.tolerance + found.root.tolerance;
       happens_[k] = k == found.which || together || (known_[k] && passed(root.start_sign, event.value(t, y), event));
+      if (happens_[k] && k != found.which) at_root_[k] = event.value(t, y);
     });
   }
   /// … and the second.
@@ -169,7 +171,8 @@ class EventSet {
       if (!happens_[k]) return;
       const Root<Scalar>& root = roots_[k];
       // What a handler has led away from its root has a sign again.
-      const bool leaves = std::abs(memory_[k].g) > 8 * std::abs(root.slope) * root.tolerance && root.tolerance > 0;
+      const Scalar rounding = std::abs(at_root_[k]) + std::abs(root.slope) * root.tolerance;
+      const bool leaves = std::abs(memory_[k].g) > 8 * rounding && root.tolerance > 0;
       if (leaves) memory_[k].standing = Standing::clear;
       const Scalar shortest = (leaves || is_short(t, step_) ? 4 : 32) * first_probe(t, step_);
       accumulate = note(root.start_sign < 0 ? memory_[k].rising : memory_[k].falling, t, shortest) || accumulate;
@@ -221,7 +224,8 @@ class EventSet {
 
   std::tuple<Events&...> events_;
   Memory memory_{};
-  Scalar step_{};  // [time] the step looked at last
+  Scalar step_{};                       // [time] the step looked at last
+  std::array<Scalar, size> at_root_{};  // g after the step to an event, before its handlers
   std::array<Sample<Scalar>, size> end_{};
   std::array<Root<Scalar>, size> roots_{};
   std::array<bool, size> happens_{}, known_{};
