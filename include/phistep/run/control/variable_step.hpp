@@ -11,6 +11,7 @@
 #include "phistep/base/numbers/arithmetic.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/version.hpp"
+#include "phistep/run/control/limits.hpp"
 #include "phistep/run/control/run_clock.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
