@@ -109,7 +109,7 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
   [[nodiscard]] Trace<Plain>& trace() { return trace_; }
   void prepare(const Plain& y, double dt) {
     error_ = {};
-    norm_.automatic().begin_try(dt);
+    if (norm_.is_automatic()) norm_.automatic().begin_try(dt);
     trace_.proposed = 0;
     // Without a scale for each component, a solve's own error can't be weighed: then to rounding.
     if (!reads_weights_) norm_.remember(y);
@@ -129,7 +129,7 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
   /// Whether the step's error is allowed.
   [[nodiscard, gnu::always_inline]] inline bool judge(const Plain& y, const Plain& next, const Trace<Plain>& told) {
     error_ = measure(told.error, y, next);
-    if (doubt_.is_probing) return false;
+    if (knows_rounding && doubt_.is_probing) return false;
     error_.square *= told.error_scale_square;
     if (looks_for_jumps_ && !trace_.smoothness.holds(error_.square, static_cast<double>(told.dt), error_order_))
       error_.square *= missed_square;
@@ -140,26 +140,28 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
   }
   /// Whether what failed the last try may be rounding: then it is to be tried again from a state a rounding away.
   [[nodiscard]] bool doubts(Outcome why, const Landing<Scalar>& to) {
-    if (!knows_rounding || !norm_.is_automatic()) return false;
+    return knows_rounding && norm_.is_automatic() && has_doubts(why, to);
+  }
+  [[nodiscard, gnu::noinline]] bool has_doubts(Outcome why, const Landing<Scalar>& to) {
     if (why == Outcome::error_too_large) return doubt_.has_failed(std::abs(static_cast<double>(to.dt)), error_.size());
     doubt_.has_stalled = true;
     ++doubt_.tries;
     if constexpr (knows_rounding) norm_.automatic().unbear();
     return false;
   }
-  /// What that makes of the end is rounding. @param iterates  steps are solved by iteration   @param probe  tries it, whatever
-  /// comes of it
-  void probe(bool iterates, auto&& probe) {
+  /// What the next try makes of the end is rounding. @param iterates  steps are solved by iteration   @return the number of the probe
+  [[nodiscard, gnu::noinline]] std::uint64_t begin_probe(bool iterates) {
     doubt_.iterates = iterates;
-    const Measured before = error_;
-    const double proposed = trace_.proposed;
+    doubt_.error = error_, doubt_.proposed = trace_.proposed;
     copy_blocks<Plain>(error_before_, trace_.error);
     doubt_.is_probing = true;
     doubt_.has_learned = false;
-    probe(++doubt_.probes);
+    return ++doubt_.probes;
+  }
+  /// It has been tried, whatever came of it.
+  void end_probe() {
     doubt_.end_probe();
-    error_ = before;
-    trace_.proposed = proposed;
+    error_ = doubt_.error, trace_.proposed = doubt_.proposed;
   }
   /// ‖e‖ in units of the tolerance, where e is what a state between y and next is off.
   [[nodiscard]] double size(const Plain& y, const Plain& next, const Plain& e) { return norm_(e, y, next).size(); }
@@ -173,8 +175,7 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
     const double proposed = std::exchange(trace_.proposed, 0);
     trace_.advance();
     if (knows_rounding && norm_.is_automatic()) tell(limits);
-    norm_.automatic().accepted();
-    doubt_.end_step();
+    if (norm_.is_automatic()) norm_.automatic().accepted(), doubt_.end_step();
     const bool was_capped = Length::is_capped();
     double by = proposed > 0 ? proposed / dt : size_.accepted_square(error_.square * per_allowed_ * per_allowed_);
     bool by_iterations = false;
@@ -260,6 +261,8 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
     bool is_probing = false, is_wanted = false, has_learned = false, has_stalled = false;
     std::uint64_t probes = 0;    ///< that have been
     bool iterates = false;       ///< steps are solved by iteration
+    Measured error;              ///< of the try before a probe, and …
+    double proposed = 0;         ///< [time] … what it proposed
     double dt = 0, size = 0;     ///< [time] of the last try of this step; its ‖e‖
     int tries = 0, wait = soon;  ///< since the last probe; until the next
 
@@ -292,17 +295,19 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
 
   /// ‖e‖ of the try in hand
   [[nodiscard, gnu::always_inline]] inline Measured measure(const Plain& error, const Plain& y, const Plain& next) {
-    const Measured found = norm_(error, y, next);
     if constexpr (knows_rounding)
-      if (norm_.is_automatic()) {
-        if (doubt_.is_probing || !(found.square <= allowed_ * allowed_ && norm_.automatic().all_sized()))
-          return learn_sizes(found, error, y, next);
-        copy_blocks<Plain>(end_, next);
-        has_end_ = true;
-      }
+      if (norm_.is_automatic()) return measure_by_sizes(error, y, next);
+    return norm_(error, y, next);
+  }
+  [[nodiscard, gnu::noinline]] Measured measure_by_sizes(const Plain& error, const Plain& y, const Plain& next) {
+    const Measured found = norm_(error, y, next);
+    if (doubt_.is_probing || !(found.square <= allowed_ * allowed_ && norm_.automatic().all_sized()))
+      return learn_sizes(found, error, y, next);
+    copy_blocks<Plain>(end_, next);
+    has_end_ = true;
     return found;
   }
-  void tell(Limits& limits) const {
+  [[gnu::noinline]] void tell(Limits& limits) const {
     const auto component = [this](Index i) {
       Component found;
       for_each_block(

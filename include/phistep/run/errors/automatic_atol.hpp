@@ -58,7 +58,7 @@ class AutomaticAtol {
   /// The last try has become a step.
   void accepted() { is_done_ = true; }
   /// y is a state of the run: (2), where a step has led there.
-  void remember(const Plain& y) {
+  [[gnu::noinline]] void remember(const Plain& y) {
     double passed = 0;  // in units of H
     if (std::exchange(is_done_, false)) {
       longest_ = std::max(longest_try_, 0.8 * longest_);
@@ -219,7 +219,7 @@ class KeptSizes {
     kept_->sizes = sizes;
   }
   /// A run begins. There is room for what it will leave.
-  void go_on(const Plain& y, AutomaticAtol<Plain>& sizes) {
+  [[gnu::noinline]] void go_on(const Plain& y, AutomaticAtol<Plain>& sizes) {
     if (kept_ && same_shape<Plain>(kept_->y, y) && equal_blocks<Plain>(kept_->y, y)) sizes.go_on_from(kept_->sizes);
     else keep(y, sizes);
   }

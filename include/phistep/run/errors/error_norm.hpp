@@ -107,7 +107,7 @@ class ErrorNorm : public ErrorScales<Plain> {
     if (norm_ != Norm::rms) return over_particles(error, y, next);
     if constexpr (is_small)
       if (this->are_of_blocks())
-        return this->is_automatic() ? over_few<true>(error, y, next) : over_few<false>(error, y, next);
+        return this->is_automatic() ? over_few_sizes(error, y, next) : over_few<false>(error, y, next);
     return over_all(error, y, next);
   }
   [[nodiscard]] Measured over_all(const Plain& error, const Plain& y, const Plain& next) const {
@@ -155,6 +155,9 @@ class ErrorNorm : public ErrorScales<Plain> {
     all.square = sum * (1.0 / size_of_few);
     all.worst = {static_cast<std::int64_t>(place), static_cast<std::int64_t>(most & 63)};
     return all;
+  }
+  [[nodiscard, gnu::noinline]] Measured over_few_sizes(const Plain& error, const Plain& y, const Plain& next) const {
+    return over_few<true>(error, y, next);
   }
   [[nodiscard]] Measured over_particles(const Plain& error, const Plain& y, const Plain& next) const {
     Wide sum{0}, most{-1}, most_of_one{0};

@@ -53,6 +53,7 @@ class ErrorScales {
       if (kind_ == everywhere || kind_ == per_block) atol_[k] = static_cast<Scalar>(given[kind_ == per_block ? k : 0]);
     const auto kinds = wanted.atol.quantities();
     if (!kinds.empty() && (FieldState<Plain> || !are_within(kinds, count_of(Blocks<Plain>::all(y))))) return false;
+    if (!is_automatic()) return true;
     automatic_.begin(rtol_, kinds);
     remember(y);
     return true;

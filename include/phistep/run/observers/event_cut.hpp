@@ -59,7 +59,7 @@ class EventCut {
       step_.undo();
       shorter = to;
       if (t != to.end || !to.lands) shorter = {t, step_.length_to(t), true, true};
-      done = step_.attempt(shorter, Origin::unknown);
+      done = step_.attempt(shorter, Origin::unknown, false);
       return done ? &step_.plain() : nullptr;
     });
     if (done && hit.resteps > 0) look_.begin_again(shorter.dt);

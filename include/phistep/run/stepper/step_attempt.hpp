@@ -103,11 +103,6 @@ class StepAttempt {
   /// After a try that failed: success where the pace has a shorter one, else how the run ends.
   [[nodiscard]] Outcome retry(Outcome why, [[maybe_unused]] const Landing<Scalar>& to,
                               [[maybe_unused]] Limits& limits) {
-    if constexpr (Pace::sees_error)
-      if constexpr (!FieldState<S>)
-        if (pace_.doubts(why, to))
-          pace_.probe(stepper_.history().iterations > 0,
-                      [&](std::uint64_t number) { try_a_rounding_away(to, number); });
     if constexpr (Pace::varies) return pace_.failed(why, to, stepper_.history(), limits);
     else return why;
   }
@@ -123,9 +118,33 @@ class StepAttempt {
     }
   }
   /// Tries it. A step that is done is the state, and the clock has moved.
-  [[nodiscard]] StepReport attempt(const Landing<Scalar>& to, Origin origin) {
+  /// @param may_probe  where it fails, what rounding makes of it may be looked at
+  [[nodiscard]] StepReport attempt(const Landing<Scalar>& to, Origin origin, [[maybe_unused]] bool may_probe = true) {
     way_ = Way::plain;
-    const StepReport done = attempt_in_a_way(to, std::exchange(has_probed_, false) ? Origin::unknown : origin);
+    StepReport done;
+    if constexpr (probes) {
+      struct PutBack {
+        StepAttempt* step = nullptr;
+        ~PutBack() {
+          if (step != nullptr) copy_blocks<S>(step->state_, step->probed_from_);
+        }
+      } put_back;
+      // One call, so that the compiler makes one loop of it.
+      for (bool is_probe = false;; is_probe = true) {
+        const StepReport now = attempt_in_a_way(to, std::exchange(has_probed_, false) ? Origin::unknown : origin);
+        if (is_probe) {
+          has_probed_ = true;
+          pace_.end_probe();
+          break;
+        }
+        done = now;
+        if (done || !may_probe || !pace_.doubts(done.outcome(), to)) break;
+        put_back.step = this;
+        move_a_rounding_away(pace_.begin_probe(stepper_.history().iterations > 0));
+      }
+    } else {
+      done = attempt_in_a_way(to, origin);
+    }
     if (done) clock_.move(to);
     return done;
   }
@@ -178,6 +197,7 @@ class StepAttempt {
   static constexpr bool keeps_sizes = Pace::sees_error && !FieldState<S> && requires(Stepper & stepper) {
     stepper.kept_sizes();
   };
+  static constexpr bool probes = Pace::sees_error && !FieldState<S>;
   static constexpr bool chooses = Pace::sees_error && ChoosesScheme<Stepper, S, Pace>;
 
   void put_back(auto&& past) {
@@ -197,15 +217,10 @@ class StepAttempt {
       scheme_ = stepper_.active();
     }
   }
-  /// Tries the step again from a state of which each number is some roundings off. Not to be accepted.
-  void try_a_rounding_away(const Landing<Scalar>& to, std::uint64_t number) requires(!FieldState<S>) {
+  /// The step is to be tried again from a state of which each number is some roundings off. Not to be accepted.
+  [[gnu::noinline]] void move_a_rounding_away(std::uint64_t number) requires probes {
     has_probed_ = true;
     copy_blocks<S>(probed_from_, plain());
-    struct PutBack {
-      S& state;
-      const Plain& start;
-      ~PutBack() { copy_blocks<S>(state, start); }
-    } const put_back{state_, probed_from_};
     Plain& moved = pace_.trace().predicted;  // scratch of the step
     copy_blocks<S>(moved, probed_from_);
     for_each_number(
@@ -217,7 +232,6 @@ class StepAttempt {
         },
         Blocks<Plain>::all(moved));
     copy_blocks<S>(state_, moved);
-    static_cast<void>(attempt_in_a_way(to, Origin::unknown));
   }
   [[nodiscard]] StepReport attempt_in_a_way(const Landing<Scalar>& to, Origin origin) {
     if constexpr (Pace::sees_error) {
@@ -229,7 +243,7 @@ class StepAttempt {
       // A step of a few ticks of the clock, where far longer ones are within the tolerance, tells of rounding alone.
       if (to.lands && length <= static_cast<double>(clock_.rounding(t)) && 100 * length <= pace_.propose())
         return do_step(stepper_, state_, clock_.t(), to.dt, origin);
-      const auto accept = [this](const Plain& y, const Plain& next, const auto& told) {
+      const auto accept = [this](const Plain& y, const Plain& next, const auto& told) __attribute__((noinline)) {
         return pace_.judge(y, next, told);
       };
       if constexpr (facts_of<Stepper>.traces)

@@ -136,7 +136,8 @@ class SchemeOn<RungeKutta<Tableau>, S> : public SchemeDefaults {
       trace.has_slopes = true;
     }
     Estimate::tell(k_, step.dt, trace);
-    if constexpr (requires { Tableau::sure_to; }) Estimate::doubt_few_digits(k_, step);
+    if constexpr (requires { Tableau::sure_to; })
+      if (trace.rtol > Tableau::sure_to) Estimate::doubt_few_digits(k_, step);
     return Outcome::success;
   }
   /// out = y + Δt Σ_j a_ij k_j, by (3) for r. False: it isn't finite.

@@ -102,11 +102,10 @@ class RungeKuttaEstimate {
     trace.has_error = true;
   }
   /// The factor of few digits. @param step  from y to next
-  static void doubt_few_digits(const Stages& k, auto& step) requires requires { Tableau::sure_to; }
+  [[gnu::noinline]] static void doubt_few_digits(const Stages& k, auto& step) requires requires { Tableau::sure_to; }
   {
     auto& trace = step.trace;
-    trace.error_scale_square = std::max(1.0, trace.rtol / Tableau::sure_to);
-    if (trace.error_scale_square == 1) return;
+    trace.error_scale_square = trace.rtol / Tableau::sure_to;
     using Change = runge_kutta::Change<Tableau>;
     auto& change = trace.predicted;
     for_each_block(
