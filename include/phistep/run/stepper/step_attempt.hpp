@@ -233,6 +233,10 @@ class StepAttempt {
         Blocks<Plain>::all(moved));
     copy_blocks<S>(state_, moved);
   }
+  /// In a place of its own: the loop of a run stays small enough for the compiler to make one function of it.
+  [[nodiscard, gnu::noinline]] bool is_allowed(const Plain& y, const Plain& next, const auto& told) {
+    return pace_.judge(y, next, told);
+  }
   [[nodiscard]] StepReport attempt_in_a_way(const Landing<Scalar>& to, Origin origin) {
     if constexpr (Pace::sees_error) {
       auto& trace = pace_.trace();
@@ -243,8 +247,8 @@ class StepAttempt {
       // A step of a few ticks of the clock, where far longer ones are within the tolerance, tells of rounding alone.
       if (to.lands && length <= static_cast<double>(clock_.rounding(t)) && 100 * length <= pace_.propose())
         return do_step(stepper_, state_, clock_.t(), to.dt, origin);
-      const auto accept = [this](const Plain& y, const Plain& next, const auto& told) __attribute__((noinline)) {
-        return pace_.judge(y, next, told);
+      const auto accept = [this](const Plain& y, const Plain& next, const auto& told) {
+        return is_allowed(y, next, told);
       };
       if constexpr (facts_of<Stepper>.traces)
         if (stepper_.estimates(trace)) {
