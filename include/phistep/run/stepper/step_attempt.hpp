@@ -248,7 +248,7 @@ class StepAttempt {
       if (to.lands && length <= static_cast<double>(clock_.rounding(t)) && 100 * length <= pace_.propose())
         return do_step(stepper_, state_, clock_.t(), to.dt, origin);
       const auto accept = [this](const Plain& y, const Plain& next, const auto& told) {
-        return is_allowed(y, next, told);
+        return this->is_allowed(y, next, told);
       };
       if constexpr (facts_of<Stepper>.traces)
         if (stepper_.estimates(trace)) {
