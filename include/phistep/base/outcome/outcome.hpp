@@ -24,18 +24,18 @@ enum class Outcome : std::uint8_t {
   iteration_diverged,     ///< the fixed-point iteration moved away from its solution
   iteration_stalled,      ///< it came nearer too slowly, or not at all
   error_too_large,        ///< the estimated error of the step exceeds what was asked for
-  step_too_small,  ///< t + Δt = t in this precision, less than 64 ulp(t) with events, or below the smallest step allowed
-  too_many_steps,       ///< the run's step cap was reached
-  invalid_step,         ///< Δt or t is not finite, or Δt = 0
-  invalid_tolerance,    ///< rtol, atol or a bound on the step can't work
-  stopped_by_observer,  ///< an observer asked for the end
-  stopped_by_event,     ///< a terminal event occurred, or its handler asked for the end
-  non_finite_event,     ///< an event's g is NaN or infinite
-  events_accumulate,    ///< an event follows itself faster than time can tell (Zeno)
-  wrong_jacobian,       ///< a Jacobian that was supplied, or its declared pattern, isn't the force's
-  wrong_size,           ///< the force or its Jacobian returned another size than the state's
-  inconsistent_start,   ///< the state given doesn't satisfy the algebraic equations
-  exception_elsewhere,  ///< of a field spread over ranks: another rank's force or solver threw an exception
+  step_too_small,         ///< t + Δt = t, below 64 ulp(t) with events, or below the smallest step allowed
+  too_many_steps,         ///< the run's step cap was reached
+  invalid_step,           ///< Δt or t is not finite, or Δt = 0
+  invalid_tolerance,      ///< rtol, atol or a bound on the step can't work
+  stopped_by_observer,    ///< an observer asked for the end
+  stopped_by_event,       ///< a terminal event occurred, or its handler asked for the end
+  non_finite_event,       ///< an event's g is NaN or infinite
+  events_accumulate,      ///< an event follows itself faster than time can tell (Zeno)
+  wrong_jacobian,         ///< a Jacobian that was supplied, or its declared pattern, isn't the force's
+  wrong_size,             ///< the force or its Jacobian returned another size than the state's
+  inconsistent_start,     ///< the state given doesn't satisfy the algebraic equations
+  exception_elsewhere,    ///< of a field spread over ranks: another rank's force or solver threw an exception
 };
 
 /// Whether a step or a part of it ended otherwise than well.
@@ -76,8 +76,7 @@ enum class Outcome : std::uint8_t {
       return "the step's estimated error is too large";
     case Outcome::step_too_small:
       return "the step is too small: t + dt = t, or less than 64 ulp of t where there are events, or below the "
-             "smallest "
-             "step allowed";
+             "smallest step allowed";
     case Outcome::too_many_steps:
       return "too many steps";
     case Outcome::invalid_step:

@@ -14,7 +14,7 @@ namespace phistep { inline namespace PHISTEP_ABI {
 [[nodiscard]] constexpr bool can_be_count(std::int64_t n) { return 0 <= n && n < std::int64_t{1} << 56; }
 
 /// Whether the n-th use of a promise is one that is looked at: 1, 2, 3, 4, 6, 8, 12, 16 … 128, 192, 256 and each 128th from there. A
-/// promise that is broken for a third of all uses, or for 128 of them, is told, and looks are less than 1 % of a long run.
+/// promise that is broken for a third of all uses, or for 128 of them, is found out, and looks cost less than 1 % of a long run.
 [[nodiscard]] constexpr bool is_looked_at(std::uint64_t n) {
   const std::uint64_t half = std::bit_floor(n) / 2;
   return n % (half < 1 ? 1 : half > 128 ? 128 : half) == 0;

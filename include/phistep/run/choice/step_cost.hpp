@@ -49,11 +49,10 @@ namespace phistep { inline namespace PHISTEP_ABI {
                        : is_counted ? price_of_factors(field) * 1.8 * n * field.entries
                        : is_sparse  ? 25 * n
                                     : 7 * n,
-               jacobian = scene.has_jacobian ? 2 * call
-                                             : (is_dense    ? n
-                                                : is_sparse ? 10
-                                                            : 5) *
-                                                   call;
+               columns = is_dense    ? n
+                         : is_sparse ? 10
+                                     : 5,
+               jacobian = (scene.has_jacobian ? 2 : columns) * call;
   const auto linear_stages = [&](double stages) {
     return 40 + stages * (call + solve + 0.1 * stages * n) + jacobian + factors;
   };

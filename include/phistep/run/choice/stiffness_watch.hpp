@@ -72,7 +72,7 @@ class StiffnessWatch {
   [[nodiscard]] bool pays(const RateSeen& seen) const { return pays(seen, rivals_.implicit_cost); }
   /// … where an implicit step costs that.
   [[nodiscard]] bool pays(const RateSeen& seen, double cost) const {
-    return seen.left * seen.rate / rivals_.bound * rivals_.explicit_cost > (8 + seen.left / seen.smooth_step) * cost;
+    return explicit_cost_of(seen) > implicit_steps(seen) * cost;
   }
   /// Whether stability limits the explicit step, about.
   [[nodiscard]] bool is_at_limit(const RateSeen& seen) const {
@@ -117,17 +117,21 @@ class StiffnessWatch {
   [[nodiscard]] double bound_for(const RateSeen& seen) const {
     return oscillates(seen) ? rivals_.turning_bound : rivals_.bound;
   }
+  /// Of the rest of the run by explicit steps at their limit.
+  [[nodiscard]] double explicit_cost_of(const RateSeen& seen) const {
+    return seen.left * seen.rate / rivals_.bound * rivals_.explicit_cost;
+  }
+  /// As many as the rest of the run takes, and 8 for the change.
+  [[nodiscard]] static double implicit_steps(const RateSeen& seen) { return 8 + seen.left / seen.smooth_step; }
   /// Explicit steps at their limit would cost more than 40 implicit ones, as many as most runs take: a decay will be stiff as soon as it has
   /// passed. Where it is not, some 20 steps lead back.
   [[nodiscard]] bool is_hopeless(const RateSeen& seen) const {
-    return seen.turn > 0.5 &&
-           seen.left * seen.rate / rivals_.bound * rivals_.explicit_cost > 40 * rivals_.implicit_cost;
+    return seen.turn > 0.5 && explicit_cost_of(seen) > 40 * rivals_.implicit_cost;
   }
   /// The error of explicit steps is that of a fast mode behind a slow solution, which would allow much longer ones.
   [[nodiscard]] bool is_held(const RateSeen& seen) const {
     return seen.rate * seen.dt > 1.5 && seen.smooth_step > 8 * seen.dt && !oscillates(seen) &&
-           seen.left / seen.dt * rivals_.explicit_cost >
-               1.5 * (8 + seen.left / seen.smooth_step) * rivals_.implicit_cost;
+           seen.left / seen.dt * rivals_.explicit_cost > 1.5 * implicit_steps(seen) * rivals_.implicit_cost;
   }
   [[nodiscard]] bool is_stiff(const RateSeen& seen) {
     const double share = seen.rate * seen.dt / bound_for(seen);

@@ -174,8 +174,11 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
     const double dt = std::abs(static_cast<double>(to.dt));
     const double proposed = std::exchange(trace_.proposed, 0);
     trace_.advance();
-    if (knows_rounding && norm_.is_automatic()) tell(limits);
-    if (norm_.is_automatic()) norm_.automatic().accepted(), doubt_.end_step();
+    if (norm_.is_automatic()) {
+      if constexpr (knows_rounding) tell(limits);
+      norm_.automatic().accepted();
+      doubt_.end_step();
+    }
     const bool was_capped = Length::is_capped();
     double by = proposed > 0 ? proposed / dt : size_.accepted_square(error_.square * per_allowed_ * per_allowed_);
     bool by_iterations = false;

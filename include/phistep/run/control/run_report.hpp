@@ -33,7 +33,7 @@ struct [[nodiscard]] RunReport {
   [[nodiscard]] std::string message() const {
     if (outcome == Outcome::success) return explain(outcome) + doubts();
     if (failure.outcome == outcome) return failure.message() + doubts();
-    // No step failed, so that there is no more to tell.
+    // No step failed: there is none to describe.
     std::string where = refused.option != nullptr ? std::string(": ") + refused.option : "";
     if (refused.is)
       where += " (" + number(*refused.is, 6) +

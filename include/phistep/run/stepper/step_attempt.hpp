@@ -58,7 +58,7 @@ class StepAttempt {
     if constexpr (chooses) scheme_ = stepper_.active();
     if constexpr (Pace::varies) {
       const Outcome begun = pace_.begin(plain(), error_law(stepper_));
-      if constexpr (Pace::sees_error && !FieldState<S>)
+      if constexpr (probes)
         if (pace_.keeps_sizes()) probed_from_ = plain();
       if constexpr (keeps_sizes) pace_.go_on(stepper_.kept_sizes(), plain());
       return begun;
@@ -194,10 +194,8 @@ class StepAttempt {
  private:
   /// How a step was tried: without a look at its error, by a scheme that tells of its error, or in two halves.
   enum class Way { plain, traced, doubled };
-  static constexpr bool keeps_sizes = Pace::sees_error && !FieldState<S> && requires(Stepper & stepper) {
-    stepper.kept_sizes();
-  };
   static constexpr bool probes = Pace::sees_error && !FieldState<S>;
+  static constexpr bool keeps_sizes = probes && requires(Stepper & stepper) { stepper.kept_sizes(); };
   static constexpr bool chooses = Pace::sees_error && ChoosesScheme<Stepper, S, Pace>;
 
   void put_back(auto&& past) {
@@ -272,7 +270,7 @@ class StepAttempt {
   RunClock<Scalar> clock_, from_;
   Way way_ = Way::plain;     // of the last attempt
   bool has_probed_ = false;  // the stepper has stepped from another state since
-  [[no_unique_address]] Only<Pace::sees_error && !FieldState<S>, Plain, 2> probed_from_;
+  [[no_unique_address]] Only<probes, Plain, 2> probed_from_;
   int scheme_ = -1;  // that the pace obeys, of a stepper that chooses
   [[no_unique_address]] Only<keeps_start, Plain> start_;
   [[no_unique_address]] Only<keeps_start, std::optional<Past<Stepper>>> past_;
