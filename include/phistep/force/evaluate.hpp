@@ -137,9 +137,9 @@ void assign_force(F& force, Scalar t, const View& y, const Memory& memory, Rate&
       // wait until the stores have left the store buffer.
       ::new (static_cast<void*>(std::addressof(block))) Block(returned_force(force, y, t, out));
     } else {
-      const auto& result = returned_force(force, y, t, out);
+      decltype(auto) result = returned_force(force, y, t, out);
       check_result_size(result, block);
-      block = result;
+      block = static_cast<decltype(result)&&>(result);  // a vector's numbers are handed over, not copied
     }
   }
 }

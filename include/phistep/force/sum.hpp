@@ -57,6 +57,16 @@ template <Addable A, Addable B>
   return make_sum(std::tuple_cat(as_terms(std::move(a)), as_terms(std::move(b))));
 }
 
+/// No sum: says how a lambda is added.
+template <class A, class B>
+  requires((Addable<A> && std::is_class_v<B> && !Addable<B>) || (Addable<B> && std::is_class_v<A> && !Addable<A>))
+constexpr auto operator+(A, B) {
+  static_assert(
+      Addable<A> && Addable<B>,
+      "phistep: a lambda, or any other force without a + of its own, is added as term(f): term(f) + Gravity{...}");
+  return 0;
+}
+
 template <class T>
 inline constexpr bool is_sum = false;
 template <class... T>

@@ -30,6 +30,18 @@ RunReport integrate(Stepper& stepper, S&& state, typename SpanOf<std::remove_ref
         .finish();
   else return {};
 }
+/// No run: says which header runs without a stepper. (What that header offers is a better match.)
+template <State S, class F, class Control, class... Observers>
+RunReport integrate(S&, F&&, TimeSpan<std::type_identity_t<ScalarOf<S>>>, const Control&, Observers&&...) {
+  static_assert(!sizeof(S),
+                "phistep: integrate without a stepper chooses its scheme: it is in <phistep/automatic.hpp>");
+  return {};
+}
+template <State S, class F, class Mass, class Control, class... Observers>
+RunReport integrate(S& y, F&& force, const Mass&, TimeSpan<std::type_identity_t<ScalarOf<S>>> span,
+                    const Control& control, Observers&&...) {
+  return integrate(y, force, span, control);
+}
 /// No run: says how times are given.
 template <class Stepper, class S, class T, class... Rest>
   requires std::is_arithmetic_v<T> RunReport integrate(Stepper&, S&&, T, Rest&&...) {

@@ -109,7 +109,19 @@ class SchemeOn<Rosenbrock<Tableau>, S> : public SchemeDefaults {
     static_cast<void>(((outcome = stage<i>(kernel, step, gamma, u, weighted), outcome == Outcome::success) && ...));
     if (outcome != Outcome::success) return outcome;
     add<S>(step.next, in<S>(u[stages - 1]));  // (3)
-    return Kernel::Rhs::is_finite(step.next) ? Outcome::success : Outcome::non_finite_state;
+    if (Kernel::Rhs::is_finite(step.next)) return Outcome::success;
+    static_cast<void>((blame<i>(kernel, step, u) || ...));
+    return Outcome::non_finite_state;
+  }
+  /// Where u_i isn't finite: leaves Y_i and Ψ there for the failure message.
+  template <std::size_t i>
+  [[nodiscard, gnu::cold, gnu::noinline]] static bool blame(auto& kernel, auto& step, const auto& u) {
+    if (all_finite(Blocks<S>::all(u[i]))) return false;
+    if constexpr (i > 0) {
+      assign<S>(step.next, in<S>(step.y) + sum<Tableau::a, i>(u));
+      kernel.evaluate(step.t + static_cast<Scalar>(Tableau::alpha[i]) * step.dt, step.next, step.psi);
+    }
+    return true;
   }
 
   template <std::size_t i, class Kernel>

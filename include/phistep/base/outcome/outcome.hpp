@@ -115,8 +115,7 @@ enum class Outcome : std::uint8_t {
     case Outcome::non_finite_jacobian:
       return "check the Jacobian (check_jacobian), or let differences compute it";
     case Outcome::singular_matrix:
-      return "take a smaller dt: M - gamma C - gamma^2 K has no inverse at this one; where M is singular, an algebraic "
-             "equation may leave its unknown open at any dt";
+      return "take a smaller dt: M - gamma C - gamma^2 K has no inverse at this one";
     case Outcome::not_positive_definite:
       return "use an LU solver, or a smaller dt: the tangent is indefinite here (a compressed spring, a friction term)";
     case Outcome::not_affine:

@@ -14,9 +14,17 @@
 namespace phistep { inline namespace PHISTEP_ABI {
 
 /// The outcome as a paragraph: what happened, the details known, what to try.
-[[nodiscard]] inline std::string explain(Outcome outcome, const std::string& details = {}) {
+/// @param is_singular  the mass matrix is
+[[nodiscard]] inline std::string explain(Outcome outcome, const std::string& details = {}, bool is_singular = false) {
   std::string text = std::string("phistep: ") + describe(outcome) + details;
   if (const char* advice = advise(outcome); *advice != '\0') text += std::string(". Try: ") + advice;
+  using enum Outcome;
+  const bool fails_at_any_dt = outcome == newton_diverged || outcome == newton_stalled || outcome == singular_matrix ||
+                               outcome == step_too_small || outcome == too_many_steps || outcome == iteration_stalled;
+  if (is_singular && fails_at_any_dt)
+    text +=
+        ". M is singular: where an algebraic equation doesn't contain an unknown of its own (index 2 or more), no dt "
+        "helps: differentiate that equation in time, until it does";
   return text + '.';
 }
 
@@ -32,6 +40,7 @@ struct Failure {
   std::int64_t row = -1;                            ///< for matrix-shaped blocks: the component …
   std::int64_t column = -1;                         ///< … of this particle
   std::int64_t particle = -1;                       ///< whose own equations failed, where each has its own
+  bool is_singular = false;                         ///< the mass matrix is
   int term = -1;                                    ///< which term of a sum, −1 = unknown or not a sum
   std::int64_t returned_rows = -1;                  ///< of a result of the wrong size, −1 = there was none
   std::int64_t returned_columns = -1;               ///< likewise
@@ -46,8 +55,8 @@ struct Failure {
 
   void archive(auto& ar) {
     ar("outcome", outcome, "t", t, "dt", dt, "block", block, "index", index, "row", row, "column", column, "particle",
-       particle, "term", term, "returned_rows", returned_rows, "returned_columns", returned_columns, "iterations",
-       iterations, "increments", increments);
+       particle, "term", term, "returned_rows", returned_rows, "returned_columns", returned_columns, "is_singular",
+       is_singular, "iterations", iterations, "increments", increments);
     ar.check(0 <= iterations && iterations < 1 << 30);
   }
 
@@ -75,7 +84,7 @@ struct Failure {
         text += buffer;
       }
     }
-    return explain(outcome, text);
+    return explain(outcome, text, is_singular);
   }
 };
 

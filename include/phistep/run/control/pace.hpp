@@ -123,7 +123,9 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
     trace_.has_unsized = knows_rounding && norm_.is_automatic() && !norm_.automatic().all_sized();
     trace_.norm = this;
     trace_.measure = [](void* pace, const Plain& error, const Plain& from, const Plain& to) {
-      return static_cast<ErrorPace*>(pace)->measure(error, from, to).size();
+      auto& self = *static_cast<ErrorPace*>(pace);
+      // Only the error of the try in hand teaches sizes: a probe that begins with a check of its start isn't that check.
+      return (&error == &self.trace_.error ? self.measure(error, from, to) : self.norm_(error, from, to)).size();
     };
   }
   /// Whether the step's error is allowed.

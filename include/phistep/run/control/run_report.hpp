@@ -39,7 +39,7 @@ struct [[nodiscard]] RunReport {
       where += " (" + number(*refused.is, 6) +
                (refused.least > 0 ? "; it works from " + number(refused.least, 3) + " on)" : std::string(")"));
     where += "; at t = " + number(t, 9);
-    return explain(outcome, where + of_component(", for the error of", limits.worst())) + doubts();
+    return explain(outcome, where + of_component(", for the error of", limits.worst()), failure.is_singular) + doubts();
   }
   /// What is odd about a run, whatever its outcome. Empty where nothing is.
   [[nodiscard]] std::string doubts() const {
@@ -52,8 +52,8 @@ struct [[nodiscard]] RunReport {
     if (outcome == Outcome::too_many_steps && 1e3 * smallest_dt < largest_dt)
       text +=
           " Steps have shrunk from " + number(largest_dt, 3) + " to " + number(smallest_dt, 3) +
-          ": where a force jumps back and forth, the state slides along the jump, and no step is short enough; smooth "
-          "the jump, or step along it.";
+          ": the state may slide along a jump of the force, which switches back and forth (chattering), and no step is "
+          "short enough; smooth the jump, or step along it.";
     if (limits.leapt.steps() > 0)
       text += " In " + std::to_string(limits.leapt.steps()) + " steps a component grew more than a thousandfold" +
               of_component(":", limits.leapt.where()) + ". Look whether that is so, with a smaller rtol.";

@@ -31,14 +31,15 @@ class AlgebraicStart {
   using Plain = PlainState<S>;
   using Rate = RateOf<S>;
 
-  /// M may be another one.
-  void bind(const Rhs& rhs, const Plain& y) {
+  /// M may be another one. @return whether it is singular
+  bool bind(const Rhs& rhs, const Plain& y) {
     has_any_ = static_cast<bool>(algebraic_component(rhs.masses()));
     forget();
-    if (!has_any_) return;
+    if (!has_any_) return false;
     response_ = y;
     residual_ = make_rate<S>(y);
     for (Known& each : known_) each.y = y;
+    return true;
   }
   void forget() {
     for (Known& each : known_) each.is = false;
@@ -145,7 +146,7 @@ class AlgebraicStart {
 
 /// In place of it where M is regular by its type.
 struct RegularStart {
-  static void bind(const auto&...) {}
+  static bool bind(const auto&...) { return false; }
   static void forget() {}
   static void reached(const auto&...) {}
   static void start_by_force() {}

@@ -59,7 +59,7 @@ class Kernel {
   Kernel(const S& state, const Plain& copy, Rhs rhs, const Solver& solver)
       : rhs_{std::move(rhs)}, transaction_{state, copy}, passes_{state}, resolvent_{copy, rhs_, solver} {
     passes_.bind(copy);
-    algebra_.bind(rhs_, copy);
+    transaction_.failure().is_singular = algebra_.bind(rhs_, copy);
     if constexpr (ShowsTrials<S> && !steps_in_place) state.reserve();
   }
 
@@ -274,7 +274,7 @@ class Kernel {
     transaction_ = std::move(fresh);
     passes_.forget();
     passes_.bind(copy);
-    algebra_.bind(rhs_, copy);
+    transaction_.failure().is_singular = algebra_.bind(rhs_, copy);
     torn_ = false;
   }
   static constexpr bool has_unsaved = FieldState<S> || requires(Resolvent & resolvent) { resolvent.forget_unsaved(); };
