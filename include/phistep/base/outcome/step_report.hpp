@@ -14,18 +14,23 @@
 namespace phistep { inline namespace PHISTEP_ABI {
 
 /// The outcome as a paragraph: what happened, the details known, what to try.
-/// @param is_singular  the mass matrix is
-[[nodiscard]] inline std::string explain(Outcome outcome, const std::string& details = {}, bool is_singular = false) {
+/// @param advice  in place of what helps in general
+[[nodiscard]] inline std::string explain(Outcome outcome, const std::string& details = {},
+                                         const std::string& advice = {}) {
   std::string text = std::string("phistep: ") + describe(outcome) + details;
-  if (const char* advice = advise(outcome); *advice != '\0') text += std::string(". Try: ") + advice;
-  using enum Outcome;
-  const bool fails_at_any_dt = outcome == newton_diverged || outcome == newton_stalled || outcome == singular_matrix ||
-                               outcome == step_too_small || outcome == too_many_steps || outcome == iteration_stalled;
-  if (is_singular && fails_at_any_dt)
-    text +=
-        ". M is singular: where an algebraic equation doesn't contain an unknown of its own (index 2 or more), no dt "
-        "helps: differentiate that equation in time, until it does";
+  if (!advice.empty()) text += ". Try: " + advice;
+  else if (*advise(outcome) != '\0') text += std::string(". Try: ") + advise(outcome);
   return text + '.';
+}
+/// What to try where M is singular, of outcomes that its index may explain; else empty.
+[[nodiscard]] inline const char* advise_on_index(Outcome outcome) {
+  using enum Outcome;
+  if (outcome != newton_diverged && outcome != newton_stalled && outcome != singular_matrix &&
+      outcome != step_too_small)
+    return "";
+  return "look at the algebraic equations (M is singular): one that doesn't contain an unknown of its own (index 2 or "
+         "more) fails at any dt, until it is differentiated in time; else check the Jacobian (check_jacobian), and the "
+         "force for jumps";
 }
 
 /// The details of the last failed step, kept by the stepper.
@@ -84,7 +89,7 @@ struct Failure {
         text += buffer;
       }
     }
-    return explain(outcome, text, is_singular);
+    return explain(outcome, text, is_singular ? advise_on_index(outcome) : "");
   }
 };
 

@@ -39,21 +39,16 @@ struct [[nodiscard]] RunReport {
       where += " (" + number(*refused.is, 6) +
                (refused.least > 0 ? "; it works from " + number(refused.least, 3) + " on)" : std::string(")"));
     where += "; at t = " + number(t, 9);
-    return explain(outcome, where + of_component(", for the error of", limits.worst()), failure.is_singular) + doubts();
+    return explain(outcome, where + of_component(", for the error of", limits.worst()), advice()) + doubts();
   }
   /// What is odd about a run, whatever its outcome. Empty where nothing is.
   [[nodiscard]] std::string doubts() const {
     std::string text;
     const std::int64_t failed = statistics.rejections + statistics.failed_steps;
-    if (failed > 100 && failed > statistics.steps)
+    if (failed > 100 && failed > statistics.steps && !has_shrunk())
       text += " More tries failed (" + std::to_string(failed) + ") than steps were done (" +
               std::to_string(statistics.steps) +
               "): another scheme, or an .atol for what is small, may do with far fewer.";
-    if (outcome == Outcome::too_many_steps && 1e3 * smallest_dt < largest_dt)
-      text +=
-          " Steps have shrunk from " + number(largest_dt, 3) + " to " + number(smallest_dt, 3) +
-          ": the state may slide along a jump of the force, which switches back and forth (chattering), and no step is "
-          "short enough; smooth the jump, or step along it.";
     if (limits.leapt.steps() > 0)
       text += " In " + std::to_string(limits.leapt.steps()) + " steps a component grew more than a thousandfold" +
               of_component(":", limits.leapt.where()) + ". Look whether that is so, with a smaller rtol.";
@@ -61,6 +56,21 @@ struct [[nodiscard]] RunReport {
   }
 
  private:
+  [[nodiscard]] bool has_shrunk() const { return outcome == Outcome::too_many_steps && 1e3 * smallest_dt < largest_dt; }
+  /// What to try where this run says more than its outcome; else empty.
+  [[nodiscard]] std::string advice() const {
+    if (has_shrunk())
+      return "look for a jump of the force (a sign, a switch, friction): dt fell from " + number(largest_dt, 3) +
+             " to " + number(smallest_dt, 3) +
+             ", and the state may be held on such a jump, which switches back and forth (chattering): no dt is short "
+             "enough there; smooth the jump, or step along it with the force that holds there. Else another scheme";
+    if (outcome == Outcome::invalid_tolerance && refused.least > 0)
+      return "rtol >= " + number(refused.least, 3) + ", which this scheme's rounding allows, or a wider scalar";
+    if (outcome == Outcome::step_too_small && refused.option != nullptr)
+      return "measure time from the start of the run: numbers near t = " + number(t, 3) +
+             " are too far apart for this dt";
+    return failure.is_singular ? advise_on_index(outcome) : "";
+  }
   [[nodiscard]] static std::string number(double x, int digits) {
     char text[40];
     std::snprintf(text, sizeof text, "%.*g", digits, x);
