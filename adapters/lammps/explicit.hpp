@@ -34,8 +34,8 @@ class phistep::SchemeOn<phistep_lammps::FirstHalf, S> : public phistep::SchemeDe
   static constexpr phistep::KernelNeeds needs{.passes = 1};
   SchemeOn(phistep_lammps::FirstHalf, const auto& /*y*/) {}
   static int order() { return phistep_lammps::FirstHalf::order(); }
-  static phistep::Outcome step(auto& kernel, auto& step) {
-    return kernel.kick_drift(step, phistep::Advance{step.dt / 2, phistep::Zero{}, step.dt});
+  static phistep::Outcome step(auto& eq) {
+    return eq.kick_drift(phistep::Advance{eq.dt / 2, phistep::Zero{}, eq.dt});
   }
 };
 

@@ -50,15 +50,15 @@ using Trapezoidal = SchemeOn<std::remove_const_t<decltype(trapezoidal)>, Fixed>;
 static_assert(StepsOn<Trapezoidal, Fixed, PlainKernel> && Trapezoidal::traces);
 
 struct Still1 : SchemeDefaults {  // a scheme that goes nowhere
-  static Outcome step(auto&, auto&) { return Outcome::success; }
+  static Outcome step(auto&) { return Outcome::success; }
   static int order() { return 0; }
 };
 static_assert(StepsOn<Still1, Fixed, PlainKernel>);
 struct Orderless : SchemeDefaults {
-  static Outcome step(auto&, auto&) { return Outcome::success; }
+  static Outcome step(auto&) { return Outcome::success; }
 };
 struct NoOutcome : Still1 {
-  static bool step(auto&, auto&) { return true; }
+  static bool step(auto&) { return true; }
 };
 struct Boaster : Still1 {  // traces, and can't say whether it knows an error
   static constexpr bool traces = true;

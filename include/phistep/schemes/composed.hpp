@@ -81,19 +81,18 @@ class SchemeOn<Composed<Scheme>, S> : public SchemeDefaults {
   }
   [[nodiscard]] static int order() { return KahanLi8::order; }
 
-  template <class Kernel>
-  [[nodiscard]] Outcome step(Kernel& kernel, typename Kernel::Data& step) {
-    copy_blocks<S>(step.next, step.y);
-    bool psi_known = step.psi_known;
+  [[nodiscard]] static bool leaves_force() { return false; }  // the last part has
+
+  [[nodiscard]] Outcome step(auto& eq) {
+    copy_blocks<S>(eq.next, eq.y);
     Scalar share{0};
     for (std::size_t i = 0; i < KahanLi8::count; ++i) {
-      copy_blocks<S>(from_, step.next);
-      auto substep = step.part(from_, step.t + share * step.dt, gamma(i) * step.dt, step.next, psi_known);
-      if (const Outcome bad = inner_.step(kernel, substep); failed(bad)) return bad;
-      psi_known = substep.psi_next_known;
+      copy_blocks<S>(from_, eq.next);
+      auto part = eq.part(from_, eq.t + share * eq.dt, gamma(i) * eq.dt, eq.next);
+      if (const Outcome bad = take_step(inner_, part); failed(bad)) return bad;
+      eq.ends_as(part);
       share += gamma(i);
     }
-    step.psi_next_known = psi_known;
     return Outcome::success;
   }
 

@@ -33,24 +33,6 @@ class ExplicitStages {
   [[nodiscard]] const Rate& operator[](std::size_t j) const { return k_[j]; }
   [[nodiscard]] const std::array<Rate, stages>& all() const { return k_; }
 
-  /// k_0 = M⁻¹Ψ(t, y), where it isn't known a force call.
-  template <class Kernel, class Step>
-  [[nodiscard]] Outcome start(Kernel& kernel, Step& step) {
-    if constexpr (Step::is_traced) {
-      if (const Outcome bad = kernel.start(step); failed(bad)) return bad;
-      for_each_block([](auto, auto& k, const auto& slope) { k = slope; }, Rate::blocks(k_[0]),
-                     Blocks<S>::solved(step.trace.start));
-      return Outcome::success;
-    } else {
-      if (!Kernel::carries || !step.psi_known) kernel.rhs().evaluate_into(step.t, step.y, k_[0]);
-      else k_[0] = step.psi;
-      if constexpr (Kernel::carries)
-        if (!step.psi_known) step.psi = k_[0];
-      if (divide_by_mass(RateOf<S>::blocks(k_[0]), kernel.rhs().masses())) return Outcome::success;
-      step.psi = k_[0];
-      return Outcome::non_finite_force;
-    }
-  }
   /// k_j = M⁻¹Ψ(t, Y). False: it isn't finite.
   [[nodiscard]] bool evaluate(auto& rhs, std::size_t j, Scalar t, const PlainState<S>& Y) {
     rhs.evaluate_into(t, Y, k_[j]);

@@ -80,22 +80,18 @@ class SchemeOn<KickDrift<Table>, S> : public SchemeDefaults {
   [[nodiscard]] static int order() { return Table::order; }
 
   /// (1)
-  template <class Kernel>
-  [[nodiscard]] static Outcome step(Kernel& kernel, typename Kernel::Data& step) {
-    const Scalar dt = step.dt;
-    Scalar t = step.t + drift(0) * dt;
-    if (const Outcome bad = kernel.kick_drift(step, Advance{kick(0) * dt, Zero{}, drift(0) * dt}); failed(bad))
-      return bad;
-    auto& rhs = kernel.rhs();
+  [[nodiscard]] static Outcome step(auto& eq) {
+    const Scalar dt = eq.dt;
+    Scalar t = eq.t + drift(0) * dt;
+    if (const Outcome bad = eq.kick_drift(Advance{kick(0) * dt, Zero{}, drift(0) * dt}); failed(bad)) return bad;
     for (std::size_t i = 1; i < Table::drifts; ++i) {
-      rhs.evaluate_into(t, step.next, step.psi);
-      if (!divide_by_mass(RateOf<S>::blocks(step.psi), rhs.masses()) ||
-          !kick_and_drift(step.next, kick(i) * dt, step.psi, drift(i) * dt))
+      eq.evaluate(t, eq.next);
+      if (!divide_by_mass(RateOf<S>::blocks(eq.psi), eq.rhs().masses()) ||
+          !kick_and_drift(eq.next, kick(i) * dt, eq.psi, drift(i) * dt))
         return Outcome::non_finite_state;
       t += drift(i) * dt;
     }
-    step.psi_next_known = Kernel::carries;
-    return kernel.kick(step, kick(Table::drifts) * dt, step.t + dt);
+    return eq.kick(kick(Table::drifts) * dt, eq.t + dt);
   }
 
   /// a_{i+1}

@@ -58,63 +58,56 @@ class SchemeOn<PhiScheme<Force, Drift, form>, S> : public SchemeDefaults {
   /// φ = ½ looks back a step.
   [[nodiscard]] bool estimates(const auto& trace) const { return order() == 1 || trace.dt_before != 0; }
 
-  [[nodiscard, gnu::always_inline]] inline Outcome step(auto& kernel, auto& step) const {
-    const Scalar dt = step.dt, phi = scheme_.force.template value<Scalar>(),
+  [[nodiscard]] bool leaves_force() const {
+    const auto phi = scheme_.force.template value<Scalar>();
+    return phi > Scalar{0.5} && phi < 1;
+  }
+
+  [[nodiscard, gnu::always_inline]] inline Outcome step(auto& eq) const {
+    const Scalar dt = eq.dt, phi = scheme_.force.template value<Scalar>(),
                  drift = scheme_.drift.template value<Scalar>();
-    if (phi == 0) return euler(kernel, step, form == Form::stage ? 0 : drift);
+    if (phi == 0) return euler(eq, form == Form::stage ? 0 : drift);
     if constexpr (is_zero_phi<Force>) return Outcome::success;
-    else if constexpr (form == Form::stage) return stage(kernel, step, phi);
+    else if constexpr (form == Form::stage) return stage(eq, phi);
     else {
       const Gamma<Scalar> after{phi * dt, drift * dt};
-      if constexpr (std::remove_cvref_t<decltype(step)>::is_traced)
-        if (const Outcome bad = kernel.check_start(step, after); failed(bad)) return bad;
-      if (const Outcome bad = kernel.forward(step, {(1 - phi) * dt, (1 - drift) * dt, 0}); failed(bad))
-        return bad;  // (3)
-      predict(step, dt);
-      if (const Outcome bad = kernel.resolve(step, after, step.t + dt); failed(bad)) return bad;  // (4)
-      if (phi > Scalar{0.5} && phi < 1) kernel.carry(step, after);
-      return error(kernel, step, phi);
+      if (const Outcome bad = eq.start(after); failed(bad)) return bad;
+      if (const Outcome bad = eq.forward({(1 - phi) * dt, (1 - drift) * dt, 0}); failed(bad)) return bad;  // (3)
+      eq.predict(dt);
+      return eq.resolve(after, eq.t + dt);  // (4)
     }
+  }
+  /// (7)
+  [[nodiscard]] Outcome error(auto& eq) const {
+    const Scalar phi = scheme_.force.template value<Scalar>();
+    if (phi == 0)
+      if (const Outcome bad = eq.end(); failed(bad)) return bad;
+    auto& trace = eq.trace;
+    trace.has_slopes = true;
+    eq.complete_start();
+    trace.has_error = estimates(trace);
+    if (!trace.has_error) return Outcome::success;
+    assign<S>(trace.error, (phi - Scalar{0.5}) * eq.dt * (in<S>(trace.end) - in<S>(trace.start)));
+    if (phi == 0) return Outcome::success;
+    if (phi < 1 && trace.dt_before != 0) add<S>(trace.error, milne(trace, eq.dt, 6 * phi - 2));
+    return eq.filter(trace.error);
   }
 
  private:
   /// φ = 0: all of the step is forward Euler; (φ_f, φ_d) = (0, 1) drifts with the new velocity.
-  [[nodiscard, gnu::always_inline]] inline Outcome euler(auto& kernel, auto& step, Scalar drift) const {
-    const Advance whole{step.dt, unless<fixes<Drift, 2>>((1 - drift) * step.dt),
-                        unless<is_zero_phi<Drift>>(drift * step.dt)};
-    if constexpr (std::remove_cvref_t<decltype(step)>::is_traced) {
-      if (const Outcome bad = kernel.forward(step, whole); failed(bad)) return bad;
-      if (const Outcome bad = kernel.end(step); failed(bad)) return bad;
-      return error(kernel, step, 0);
-    } else {
-      return kernel.kick_drift(step, whole);
-    }
+  [[nodiscard, gnu::always_inline]] inline Outcome euler(auto& eq, Scalar drift) const {
+    return eq.euler(
+        Advance{eq.dt, unless<fixes<Drift, 2>>((1 - drift) * eq.dt), unless<is_zero_phi<Drift>>(drift * eq.dt)});
   }
   /// (5) and (6), the latter as y⁺ = Y + (1−φ)/φ (Y − y)
-  template <class Kernel>
-  [[nodiscard]] static Outcome stage(Kernel& kernel, typename Kernel::Data& step, Scalar phi) {
-    const Scalar dt = step.dt;
-    copy_blocks<S>(step.next, step.y);
-    if (const Outcome bad = kernel.resolve(step, {phi * dt, phi * dt}, step.t + phi * dt); failed(bad)) return bad;
-    drift_blocks<S>(step.next, (1 - phi) * dt);
-    kernel.add_increment(step, (1 - phi) / phi);
-    return Kernel::Rhs::is_finite(step.next) ? Outcome::success : Outcome::non_finite_state;
-  }
-  /// (7)
-  template <class Step>
-  [[nodiscard]] Outcome error(auto& kernel, Step& step, Scalar phi) const {
-    if constexpr (Step::is_traced) {
-      auto& trace = step.trace;
-      trace.has_slopes = true;
-      kernel.complete_start(step);
-      trace.has_error = estimates(trace);
-      if (!trace.has_error) return Outcome::success;
-      assign<S>(trace.error, (phi - Scalar{0.5}) * step.dt * (in<S>(trace.end) - in<S>(trace.start)));
-      if (phi == 0) return Outcome::success;
-      if (phi < 1 && trace.dt_before != 0) add<S>(trace.error, milne(trace, step.dt, 6 * phi - 2));
-      return kernel.filter(trace.error);
-    }
-    return Outcome::success;
+  template <class Eq>
+  [[nodiscard]] static Outcome stage(Eq& eq, Scalar phi) {
+    const Scalar dt = eq.dt;
+    copy_blocks<S>(eq.next, eq.y);
+    if (const Outcome bad = eq.resolve({phi * dt, phi * dt}, eq.t + phi * dt); failed(bad)) return bad;
+    drift_blocks<S>(eq.next, (1 - phi) * dt);
+    eq.add_increment((1 - phi) / phi);
+    return Eq::Rhs::is_finite(eq.next) ? Outcome::success : Outcome::non_finite_state;
   }
 
   [[no_unique_address]] Scheme scheme_;

@@ -61,13 +61,12 @@ class SchemeOn<Rannacher, S> : public SchemeDefaults {
   void reset() { done_ = 0; }
   void accepted() { done_ += done_ < scheme_.pairs; }
 
-  template <class Kernel>
-  [[nodiscard]] Outcome step(Kernel& kernel, typename Kernel::Data& step) const {
-    if (done_ >= scheme_.pairs) return trapezoidal_.step(kernel, step);
-    const Scalar half = step.dt / 2;
-    copy_blocks<S>(step.next, step.y);
-    if (const Outcome bad = kernel.resolve(step, {half, half}, step.t + half); failed(bad)) return bad;
-    return kernel.resolve(step, {half, half}, step.t + step.dt);  // (1)
+  [[nodiscard]] Outcome step(auto& eq) const {
+    if (done_ >= scheme_.pairs) return trapezoidal_.step(eq);
+    const Scalar half = eq.dt / 2;
+    copy_blocks<S>(eq.next, eq.y);
+    if (const Outcome bad = eq.resolve({half, half}, eq.t + half); failed(bad)) return bad;
+    return eq.resolve({half, half}, eq.t + eq.dt);  // (1)
   }
 
  private:

@@ -100,31 +100,30 @@ class RespaScheme : public SchemeDefaults {
     forget_slow();
   }
 
-  template <class Kernel>
-  [[nodiscard]] Outcome step(Kernel& kernel, typename Kernel::Data& step) {
-    Rhs& rhs = kernel.rhs();
+  [[nodiscard]] static bool leaves_force() { return false; }  // the last inner step has
+
+  [[nodiscard]] Outcome step(auto& eq) {
+    Rhs& rhs = eq.rhs();
     const int steps = inner_steps(rhs.whole_force());
-    const Scalar h = step.dt / static_cast<Scalar>(steps);
-    if (step.t + h == step.t) return Outcome::step_too_small;
-    const auto time = [&](int i) { return i == steps ? step.t + step.dt : step.t + static_cast<Scalar>(i) * h; };
-    // From now to next and back: the last inner step ends in step.next.
-    Plain *now = steps % 2 == 0 ? &step.next : &other_, *next = steps % 2 == 0 ? &other_ : &step.next;
-    copy_blocks<S>(*now, step.y);
-    if (!guard_.holds(step.t, step.y)) forget_slow();
+    const Scalar h = eq.dt / static_cast<Scalar>(steps);
+    if (eq.t + h == eq.t) return Outcome::step_too_small;
+    const auto time = [&](int i) { return i == steps ? eq.t + eq.dt : eq.t + static_cast<Scalar>(i) * h; };
+    // From now to next and back: the last inner step ends in eq.next.
+    Plain *now = steps % 2 == 0 ? &eq.next : &other_, *next = steps % 2 == 0 ? &other_ : &eq.next;
+    copy_blocks<S>(*now, eq.y);
+    if (!guard_.holds(eq.t, eq.y)) forget_slow();
     guard_.forget();  // an exception leaves Ψ_s half written
-    bool psi_known = step.psi_known;
     for (int i = 0; i < steps; ++i, std::swap(now, next)) {
       begin_histories(rhs, i, h, time(i), *now);
-      if (const Outcome bad = begin_levels(rhs, i, h, time(i), *now); failed(bad)) return end(step, *now, bad);  // (1)
-      auto inside = step.part(*now, time(i), h, *next, psi_known);
-      if (const Outcome bad = inner_.step(kernel, inside); failed(bad)) return end(step, *next, bad);  // (2)
-      psi_known = inside.psi_next_known;
+      if (const Outcome bad = begin_levels(rhs, i, h, time(i), *now); failed(bad)) return end(eq, *now, bad);  // (1)
+      auto inside = eq.part(*now, time(i), h, *next);
+      if (const Outcome bad = take_step(inner_, inside); failed(bad)) return end(eq, *next, bad);  // (2)
+      eq.ends_as(inside);
       rhs.commit_rest(time(i + 1), *next);
       if (const Outcome bad = end_levels(rhs, i + 1, h, time(i + 1), *next); failed(bad))
-        return end(step, *next, bad);  // (3)
+        return end(eq, *next, bad);  // (3)
     }
-    step.psi_next_known = psi_known;
-    if constexpr (halves == 1) guard_.remember(step.t + step.dt, step.next);
+    if constexpr (halves == 1) guard_.remember(eq.t + eq.dt, eq.next);
     return Outcome::success;
   }
 
@@ -193,11 +192,11 @@ class RespaScheme : public SchemeDefaults {
     });
     return outcome;
   }
-  /// The step ends early: step.next and step.psi tell the failure message where.
-  [[nodiscard, gnu::cold, gnu::noinline]] Outcome end(auto& step, const Plain& where, Outcome bad) {
-    if (&where != &step.next) copy_blocks<S>(step.next, where);
+  /// The step ends early: next and psi tell the failure message where.
+  [[nodiscard, gnu::cold, gnu::noinline]] Outcome end(auto& eq, const Plain& where, Outcome bad) {
+    if (&where != &eq.next) copy_blocks<S>(eq.next, where);
     for (const Level& level : levels_)
-      if (first_non_finite(RateOf<S>::blocks(level.psi))) step.psi = level.psi;
+      if (first_non_finite(RateOf<S>::blocks(level.psi))) eq.psi = level.psi;
     forget_slow();
     return bad;
   }

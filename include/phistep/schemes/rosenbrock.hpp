@@ -47,15 +47,14 @@ class SchemeOn<Rosenbrock<Tableau>, S> : public SchemeDefaults {
   static constexpr bool traces = true;
   [[nodiscard]] static bool estimates(const auto&) { return true; }
 
-  template <class Step>
-  [[nodiscard]] Outcome step(auto& kernel, Step& step) {
+  [[nodiscard]] Outcome step(auto& eq) {
     return with_stages([&](auto& u, Plain& weighted) {
-      if (const Outcome bad = all(kernel, step, u, weighted, All{}); failed(bad)) return bad;
-      if constexpr (Step::is_traced) {
-        copy_blocks<S>(step.trace.error, u[stages - 1]);
-        step.trace.has_error = true;
-        if (step.trace.wants_dense) keep_inside(u, std::make_index_sequence<Tableau::dense>{});
-      }
+      if (const Outcome bad = all(eq, u, weighted, All{}); failed(bad)) return bad;
+      eq.tell([&](auto& trace) {
+        copy_blocks<S>(trace.error, u[stages - 1]);
+        trace.has_error = true;
+        if (trace.wants_dense) keep_inside(u, std::make_index_sequence<Tableau::dense>{});
+      });
       return Outcome::success;
     });
   }
@@ -99,54 +98,53 @@ class SchemeOn<Rosenbrock<Tableau>, S> : public SchemeDefaults {
     return i > 0;
   }
 
-  template <class Kernel, std::size_t... i>
-  [[nodiscard]] static Outcome all(Kernel& kernel, auto& step, auto& u, Plain& weighted, std::index_sequence<i...>) {
-    if (const Outcome outcome = kernel.linearise(step); outcome != Outcome::success) return outcome;
-    const Scalar gamma = static_cast<Scalar>(Tableau::gamma) * step.dt;
-    if (const Outcome outcome = kernel.factorize(gamma); outcome != Outcome::success) return outcome;
-    if (const Outcome bad = kernel.check_start(step, {gamma, gamma}); failed(bad)) return bad;
+  template <class Eq, std::size_t... i>
+  [[nodiscard]] static Outcome all(Eq& eq, auto& u, Plain& weighted, std::index_sequence<i...>) {
+    if (const Outcome outcome = eq.linearise(); outcome != Outcome::success) return outcome;
+    const Scalar gamma = static_cast<Scalar>(Tableau::gamma) * eq.dt;
+    if (const Outcome outcome = eq.factorize(gamma); outcome != Outcome::success) return outcome;
+    if (const Outcome bad = eq.check_start({gamma, gamma}); failed(bad)) return bad;
     Outcome outcome = Outcome::success;
-    static_cast<void>(((outcome = stage<i>(kernel, step, gamma, u, weighted), outcome == Outcome::success) && ...));
+    static_cast<void>(((outcome = stage<i>(eq, gamma, u, weighted), outcome == Outcome::success) && ...));
     if (outcome != Outcome::success) return outcome;
-    add<S>(step.next, in<S>(u[stages - 1]));  // (3)
-    if (Kernel::Rhs::is_finite(step.next)) return Outcome::success;
-    static_cast<void>((blame<i>(kernel, step, u) || ...));
+    add<S>(eq.next, in<S>(u[stages - 1]));  // (3)
+    if (Eq::Rhs::is_finite(eq.next)) return Outcome::success;
+    static_cast<void>((blame<i>(eq, u) || ...));
     return Outcome::non_finite_state;
   }
   /// Where u_i isn't finite: leaves Y_i and Ψ there for the failure message.
   template <std::size_t i>
-  [[nodiscard, gnu::cold, gnu::noinline]] static bool blame(auto& kernel, auto& step, const auto& u) {
+  [[nodiscard, gnu::cold, gnu::noinline]] static bool blame(auto& eq, const auto& u) {
     if (all_finite(Blocks<S>::all(u[i]))) return false;
     if constexpr (i > 0) {
-      assign<S>(step.next, in<S>(step.y) + sum<Tableau::a, i>(u));
-      kernel.evaluate(step.t + static_cast<Scalar>(Tableau::alpha[i]) * step.dt, step.next, step.psi);
+      assign<S>(eq.next, in<S>(eq.y) + sum<Tableau::a, i>(u));
+      eq.evaluate(eq.t + static_cast<Scalar>(Tableau::alpha[i]) * eq.dt, eq.next);
     }
     return true;
   }
 
-  template <std::size_t i, class Kernel>
-  [[nodiscard]] static Outcome stage(Kernel& kernel, typename Kernel::Data& step, Scalar gamma, auto& u,
-                                     Plain& weighted) {
-    Plain &Y = step.next, &b = u[i];
-    const auto psi = in_rate<S>(step.psi);
+  template <std::size_t i, class Eq>
+  [[nodiscard]] static Outcome stage(Eq& eq, Scalar gamma, auto& u, Plain& weighted) {
+    Plain &Y = eq.next, &b = u[i];
+    const auto psi = in_rate<S>(eq.psi);
     if constexpr (i == 0) {
-      copy_blocks<S>(Y, step.y);
+      copy_blocks<S>(Y, eq.y);
       assign_solved<S>(b, gamma * psi);
       if constexpr (Blocks<S>::drifts) position_of<S>(b) = gamma * velocity_of<S>(Y);
     } else {
       if constexpr (follows(i)) add<S>(Y, in<S>(u[i - 1]));
-      else assign<S>(Y, in<S>(step.y) + sum<Tableau::a, i>(u));  // (1)
-      kernel.evaluate(step.t + static_cast<Scalar>(Tableau::alpha[i]) * step.dt, Y, step.psi);
+      else assign<S>(Y, in<S>(eq.y) + sum<Tableau::a, i>(u));  // (1)
+      eq.evaluate(eq.t + static_cast<Scalar>(Tableau::alpha[i]) * eq.dt, Y);
       assign<S>(weighted, sum<Tableau::c, i>(u));
       set_zero(Blocks<S>::solved(b));
-      kernel.add_mass_product(b, static_cast<Scalar>(Tableau::gamma), weighted);
+      eq.add_mass_product(b, static_cast<Scalar>(Tableau::gamma), weighted);
       if constexpr (Blocks<S>::drifts)
         position_of<S>(b) = gamma * velocity_of<S>(Y) + static_cast<Scalar>(Tableau::gamma) * position_of<S>(weighted);
       add_solved<S>(b, gamma * psi);
     }
-    if constexpr (Kernel::has_time && Tableau::gammas[i] != 0)
-      add_solved<S>(b, gamma * static_cast<Scalar>(Tableau::gammas[i]) * step.dt * in_rate<S>(kernel.psi_t()));
-    return solve<i>(kernel, gamma, u);
+    if constexpr (Eq::has_time && Tableau::gammas[i] != 0)
+      add_solved<S>(b, gamma * static_cast<Scalar>(Tableau::gammas[i]) * eq.dt * in_rate<S>(eq.psi_t()));
+    return solve<i>(eq, gamma, u);
   }
 
   /// κ_i = 1 + γ Σ_{j<i} c_ij κ_j: where Ψ doesn't change during the step, u_i = κ_i u_1.
@@ -157,22 +155,22 @@ class SchemeOn<Rosenbrock<Tableau>, S> : public SchemeDefaults {
   }
   /// u_i from the right-hand side of (2), which stands in its place. An iteration begins with κ_i u_1:
   /// (M − γΔtJ)(u_i − κ_i u_1) = b_i − κ_i b_1. κ_s = 0, so that u_s has room for b_1 until it is its turn.
-  template <std::size_t i, class Kernel>
-  [[nodiscard]] static Outcome solve(Kernel& kernel, Scalar gamma, auto& u) {
+  template <std::size_t i, class Eq>
+  [[nodiscard]] static Outcome solve(Eq& eq, Scalar gamma, auto& u) {
     constexpr long double share = kappa(i), none = 1e-6L;
-    using Stages = std::remove_cvref_t<decltype(kernel.stages())>;
+    using Stages = std::remove_cvref_t<decltype(eq.stages())>;
     if constexpr (Stages::iterates && (share > none || share < -none)) {
       static_assert(kappa(stages - 1) < none && kappa(stages - 1) > -none);
-      if (kernel.stages().follows_error()) {
+      if (eq.stages().follows_error()) {
         if constexpr (i == 0) copy_blocks<S>(u[stages - 1], u[0]);
-        else return solve_beyond(kernel, gamma, static_cast<Scalar>(share), u, u[i]);
+        else return solve_beyond(eq, gamma, static_cast<Scalar>(share), u, u[i]);
       }
     }
-    return kernel.solve(gamma, u[i]);
+    return eq.solve(gamma, u[i]);
   }
-  [[nodiscard]] static Outcome solve_beyond(auto& kernel, Scalar gamma, Scalar share, const auto& u, Plain& x) {
+  [[nodiscard]] static Outcome solve_beyond(auto& eq, Scalar gamma, Scalar share, const auto& u, Plain& x) {
     add<S>(x, -share * in<S>(u[stages - 1]));
-    if (const Outcome bad = kernel.solve(gamma, x); failed(bad)) return bad;
+    if (const Outcome bad = eq.solve(gamma, x); failed(bad)) return bad;
     add<S>(x, share * in<S>(u[0]));
     return Outcome::success;
   }

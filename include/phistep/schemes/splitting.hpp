@@ -78,35 +78,35 @@ class SplitScheme : public SchemeDefaults {
     known_ = false;
   }
 
-  template <class Kernel>
-  [[nodiscard]] Outcome step(Kernel& kernel, typename Kernel::Data& step) {
-    const Scalar half = step.dt / 2, t1 = step.t + step.dt;
+  [[nodiscard]] static bool leaves_force() { return false; }  // the scheme between the kicks has
+
+  [[nodiscard]] Outcome step(auto& eq) {
+    const Scalar half = eq.dt / 2, t1 = eq.t + eq.dt;
     // What a failed step leaves in psi_ is Ψ_e at the place that the guard names, and so may stay.
-    known_ = is_constant ? known_ : reuses && guard_.holds(step.t, step.y);
-    copy_blocks<S>(kicked_, step.y);
-    if (const Outcome outcome = kick(kernel.rhs(), step, kicked_, half, step.t); outcome != Outcome::success) {  // (1)
-      copy_blocks<S>(step.next, kicked_);  // kept for the failure message
-      step.psi = psi_;
+    known_ = is_constant ? known_ : reuses && guard_.holds(eq.t, eq.y);
+    copy_blocks<S>(kicked_, eq.y);
+    if (const Outcome outcome = kick(eq, kicked_, half, eq.t); outcome != Outcome::success) {  // (1)
+      copy_blocks<S>(eq.next, kicked_);  // kept for the failure message
+      eq.psi = psi_;
       return outcome;
     }
-    auto inside = step.part(kicked_, step.t, step.dt, step.next, step.psi_known);
-    if (const Outcome bad = inner_.step(kernel, inside); failed(bad)) return bad;
-    step.psi_next_known = inside.psi_next_known;
+    auto inside = eq.part(kicked_, eq.t, eq.dt, eq.next);
+    if (const Outcome bad = take_step(inner_, inside); failed(bad)) return bad;
+    eq.ends_as(inside);
     known_ = is_constant;
-    if (const Outcome outcome = kick(kernel.rhs(), step, step.next, half, t1); outcome != Outcome::success)
-      return outcome;  // (2)
-    if constexpr (reuses && !is_constant) guard_.remember(t1, step.next);
+    if (const Outcome outcome = kick(eq, eq.next, half, t1); outcome != Outcome::success) return outcome;  // (2)
+    if constexpr (reuses && !is_constant) guard_.remember(t1, eq.next);
     return Outcome::success;
   }
 
  private:
   /// y.solved += γ M⁻¹Ψ_e(t, y), or the explicit midpoint rule for it
-  template <class Data>
-  [[nodiscard]] Outcome kick(Rhs& rhs, Data& step, Plain& y, Scalar gamma, Scalar t) {
+  [[nodiscard]] Outcome kick(auto& eq, Plain& y, Scalar gamma, Scalar t) {
+    Rhs& rhs = eq.rhs();
     if (!known_) {
       if constexpr (reuses) guard_.forget();  // an exception leaves psi_ half written
       rhs.evaluate_kicks(t, y, psi_);
-      if (!finite(step)) return Outcome::non_finite_force;
+      if (!finite(eq)) return Outcome::non_finite_force;
       known_ = is_constant;
     }
     if constexpr (couples) {
@@ -114,17 +114,16 @@ class SplitScheme : public SchemeDefaults {
       static_cast<void>(
           kick_blocks<S>(middle_, gamma / 2, RateOf<S>::blocks(std::as_const(psi_)), scratch_, rhs.masses()));
       rhs.evaluate_kicks(t, middle_, psi_);  // (3)
-      if (!finite(step)) return Outcome::non_finite_force;
+      if (!finite(eq)) return Outcome::non_finite_force;
     }
     return kick_blocks<S>(y, gamma, RateOf<S>::blocks(std::as_const(psi_)), scratch_, rhs.masses())
                ? Outcome::success
                : Outcome::non_finite_state;
   }
   /// Looked at before it spoils what it is added to, so that the message finds the term.
-  template <class Data>
-  [[nodiscard]] bool finite(Data& step) const {
+  [[nodiscard]] bool finite(auto& eq) const {
     const bool all = all_finite(RateOf<S>::blocks(psi_));
-    if (!all) step.psi = psi_;
+    if (!all) eq.psi = psi_;
     return all;
   }
   void allocate(const Plain& y) {

@@ -57,53 +57,33 @@ class SchemeOn<TrBdf2, S> : public SchemeDefaults {
   static constexpr bool traces = true;
   [[nodiscard]] static bool estimates(const auto&) { return true; }
 
-  [[nodiscard]] Outcome step(auto& kernel, auto& step) {
-    const Scalar dt = step.dt, a = gamma / 2 * dt;
+  [[nodiscard]] Outcome step(auto& eq) {
+    const Scalar dt = eq.dt, a = gamma / 2 * dt;
     const Gamma<Scalar> both{a, a};
-    if (const Outcome bad = kernel.check_start(step, both); failed(bad)) return bad;
-    if (const Outcome bad = kernel.forward(step, {a, a, 0}); failed(bad)) return bad;
-    predict(step, gamma * dt);
-    if (const Outcome bad = kernel.resolve(step, both, step.t + gamma * dt); failed(bad)) return bad;  // (1)
-    copy_blocks<S>(stage_, step.next);
-    assign<S>(step.next, in<S>(step.y) + beta * (in<S>(stage_) - in<S>(step.y)));
-    predict_end(step);
-    if (const Outcome bad = kernel.resolve(step, both, step.t + dt, stage_); failed(bad)) return bad;  // (2)
-    kernel.carry(step, both);
-    return error(kernel, step);
+    if (const Outcome bad = eq.check_start(both); failed(bad)) return bad;
+    if (const Outcome bad = eq.forward({a, a, 0}); failed(bad)) return bad;
+    eq.predict(gamma * dt);
+    if (const Outcome bad = eq.resolve(both, eq.t + gamma * dt); failed(bad)) return bad;  // (1)
+    copy_blocks<S>(stage_, eq.next);
+    assign<S>(eq.next, in<S>(eq.y) + beta * (in<S>(stage_) - in<S>(eq.y)));
+    eq.predict(dt);
+    return eq.resolve(both, eq.t + dt, stage_);  // (2)
+  }
+  /// e = Δt [(4w−1)/3 y'(t) − 1/3 Y' + γ/3 y'⁺], w = √2/4: the difference to Hosea & Shampine's embedded formula of order 3.
+  [[nodiscard]] static Outcome error(auto& eq) {
+    constexpr Scalar w = std::numbers::sqrt2_v<Scalar> / 4;
+    auto& trace = eq.trace;
+    const auto start = in<S>(trace.start), middle = in<S>(trace.error), end = in<S>(trace.end);
+    assign<S>(trace.error, eq.dt * ((4 * w - 1) / 3 * start - middle / Scalar{3} + gamma / 3 * end));
+    trace.has_slopes = trace.has_error = true;
+    eq.complete_start();
+    return eq.filter(trace.error);
   }
 
   /// Y of the last step, at t + γΔt.
   [[nodiscard]] const Plain& stage() const { return stage_; }
 
  private:
-  /// The parabola through y, y' and Y' predicts y⁺ = y + Δt [y' + (Y' − y')/(2γ)]; before the first step, y' may be that of a
-  /// transient. trace.error keeps Y'.
-  template <class Step>
-  static void predict_end(Step& step) {
-    if constexpr (Step::is_traced) {
-      auto& trace = step.trace;
-      copy_blocks<S>(trace.error, trace.end);
-      if (trace.dt_before == 0) return;
-      const auto y = in<S>(step.y), start = in<S>(trace.start), middle = in<S>(trace.error);
-      assign<S>(trace.predicted, y + step.dt * (start + (middle - start) / (2 * gamma)));
-      step.has_prediction = true;
-    }
-  }
-  /// e = Δt [(4w−1)/3 y'(t) − 1/3 Y' + γ/3 y'⁺], w = √2/4: the difference to Hosea & Shampine's embedded formula of order 3.
-  template <class Step>
-  [[nodiscard]] static Outcome error(auto& kernel, Step& step) {
-    if constexpr (Step::is_traced) {
-      constexpr Scalar w = std::numbers::sqrt2_v<Scalar> / 4;
-      auto& trace = step.trace;
-      const auto start = in<S>(trace.start), middle = in<S>(trace.error), end = in<S>(trace.end);
-      assign<S>(trace.error, step.dt * ((4 * w - 1) / 3 * start - middle / Scalar{3} + gamma / 3 * end));
-      trace.has_slopes = trace.has_error = true;
-      kernel.complete_start(step);
-      return kernel.filter(trace.error);
-    }
-    return Outcome::success;
-  }
-
   Plain stage_;
 };
 

@@ -44,36 +44,19 @@ class SchemeOn<VelocityVerlet, S> : public SchemeDefaults {
   [[nodiscard]] static int order() { return VelocityVerlet::order(); }
   [[nodiscard]] static bool estimates(const auto& trace) { return trace.dt_before != 0; }
 
-  template <class Kernel, class Step>
-  [[nodiscard]] static Outcome step(Kernel& kernel, Step& step) {
-    const ScalarOf<S> dt = step.dt, half = dt / 2;
-    if (const Outcome bad = kernel.kick_drift(step, Advance{half, Zero{}, dt}); failed(bad)) return bad;  // (1)
-    if constexpr (Step::is_traced) {
-      assign_solved<S>(step.trace.start, (in<S>(step.next) - in<S>(step.y)) / half);
-      position_of<S>(step.trace.start) = velocity_of<S>(step.y);
-      // The second half kick is predicted to be the first.
-      assign<S>(step.trace.predicted, in<S>(step.next) + (in<S>(step.next) - in<S>(step.y)));
-      step.has_prediction = true;
-    }
-    step.psi_next_known = Kernel::carries;
-    if (const Outcome bad = kernel.resolve(step, {half, 0}, step.t + dt); failed(bad)) return bad;  // (2)
-    return error(kernel, step);
+  [[nodiscard, gnu::always_inline]] static inline Outcome step(auto& eq) {
+    const ScalarOf<S> dt = eq.dt, half = dt / 2;
+    if (const Outcome bad = eq.kick_drift(Advance{half, Zero{}, dt}); failed(bad)) return bad;  // (1)
+    return eq.resolve({half, 0}, eq.t + dt);                                                    // (2)
   }
-
- private:
-  template <class Kernel, class Step>
-  [[nodiscard]] static Outcome error(Kernel& kernel, Step& step) {
-    if constexpr (Step::is_traced) {
-      auto& trace = step.trace;
-      trace.has_slopes = true;
-      trace.has_error = estimates(trace);
-      if (!trace.has_error) return Outcome::success;
-      assign_solved<S>(trace.error, milne(trace, step.dt));
-      position_of<S>(trace.error) =
-          (-step.dt * step.dt / 6) * (velocity_of<S>(trace.end) - velocity_of<S>(trace.start));
-      if (needs<typename Kernel::Rhs>.solver) return kernel.filter(trace.error);
-    }
-    return Outcome::success;
+  [[nodiscard]] static Outcome error(auto& eq) {
+    auto& trace = eq.trace;
+    trace.has_slopes = true;
+    trace.has_error = estimates(trace);
+    if (!trace.has_error) return Outcome::success;
+    assign_solved<S>(trace.error, milne(trace, eq.dt));
+    position_of<S>(trace.error) = (-eq.dt * eq.dt / 6) * (velocity_of<S>(trace.end) - velocity_of<S>(trace.start));
+    return eq.filter(trace.error);
   }
 };
 

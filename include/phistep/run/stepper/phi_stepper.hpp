@@ -142,17 +142,13 @@ class PhiStepper {
     if constexpr (Traits::valid) {
       if constexpr (static_unknowns<S> == Eigen::Dynamic)
         if (!kernel_.fits(state)) resize(state);
-      const auto advance = [&](auto& plain) {
-        typename Kernel::TracedData step{plain, trace};
-        trace.dt = dt;
-        trace.has_slopes = trace.has_error = false;
-        trace.error_scale_square = 1;
-        const Outcome outcome = working_.step(kernel_, step);
-        plain.psi_next_known = step.psi_next_known;
+      const auto advance = [&](auto& eq) {
+        Outcome outcome = take_step(working_, eq);
+        if (!failed(outcome)) outcome = working_.error(eq);
         if (failed(outcome)) return outcome;
-        return accept(step.y, std::as_const(step.next), trace) ? Outcome::success : Outcome::error_too_large;
+        return accept(eq.y, std::as_const(eq.next), trace) ? Outcome::success : Outcome::error_too_large;
       };
-      return kernel_.run(state, OneStep<Scalar>{t, dt}, origin, true, advance, [this] { working_.accepted(); });
+      return kernel_.run_traced(state, OneStep<Scalar>{t, dt}, origin, trace, advance, [this] { working_.accepted(); });
     } else {
       return {};
     }
@@ -335,8 +331,7 @@ class PhiStepper {
   /// Everything inlined, the force as well: only so do the compilers keep a small state in registers from step to step.
   [[gnu::flatten]] StepReport run_inlined(S& state, const auto& all, Origin origin) {
     return kernel_.run(
-        state, all, origin, false, [this](auto& step) { return working_.step(kernel_, step); },
-        [this] { working_.accepted(); });
+        state, all, origin, [this](auto& eq) { return take_step(working_, eq); }, [this] { working_.accepted(); });
   }
   StepReport run(S& state, const auto& all, Origin origin) {
     if constexpr (Kernel::Transaction::in_registers && needs.passes > 0 && takes_several)
@@ -344,14 +339,13 @@ class PhiStepper {
     const auto accepted = [this] { working_.accepted(); };
     if constexpr (Kernel::steps_in_place)
       if (kernel_.can_step_in_place(state)) {
-        const StepReport report = kernel_.run_in_place(
-            state, all.t(0), all.dt, origin, [this](auto& kernel, auto& step) { return working_.step(kernel, step); });
+        const StepReport report =
+            kernel_.run_in_place(state, all.t(0), all.dt, origin, [this](auto& eq) { return working_.step(eq); });
         if (report) accepted();
         return report;
       }
     return kernel_.run(
-        state, all, origin, false, [this](auto& step) PHISTEP_DETAIL_INLINED { return working_.step(kernel_, step); },
-        accepted);
+        state, all, origin, [this](auto& eq) PHISTEP_DETAIL_INLINED { return take_step(working_, eq); }, accepted);
   }
   /// Without parameters, which are the program's.
   [[nodiscard]] static std::string type_of_scheme() {

@@ -111,12 +111,27 @@ class SchemeOn<Nystrom<Tableau, compensates>, S> : public SchemeDefaults {
   static constexpr bool traces = true;
   [[nodiscard]] static bool estimates(const auto&) { return true; }
 
-  template <class Kernel, class Step>
-  [[nodiscard]] Outcome step(Kernel& kernel, Step& step) {
-    if (const Outcome bad = k_.start(kernel, step); failed(bad)) return bad;
-    if (const Outcome bad = go(kernel.rhs(), step); failed(bad)) return bad;
-    if constexpr (Step::is_traced) return slopes_and_error(kernel, step);
-    step.psi_next_known = Kernel::carries;
+  [[nodiscard]] Outcome step(auto& eq) {
+    if (const Outcome bad = eq.slope_at_start(k_[0]); failed(bad)) return bad;
+    if (const Outcome bad = go(eq.rhs(), eq); failed(bad)) return bad;
+    eq.end_with_psi();
+    return Outcome::success;
+  }
+  /// The slope at the end, and (3)
+  [[nodiscard]] Outcome error(auto& eq) {
+    auto& trace = eq.trace;
+    k_.template put<nystrom::PositionError<Tableau>>(eq.dt * eq.dt, position_of<S>(trace.error));
+    k_.template put<nystrom::VelocityError<Tableau>>(eq.dt, velocity_of<S>(trace.error));
+    if constexpr (Tableau::first_is_last) {
+      position_of<S>(trace.end) = velocity_of<S>(eq.next);
+      velocity_of<S>(trace.end) = block(k_[last]);
+    } else if (!eq.rhs().slope(eq.t + eq.dt, eq.next, trace.end, eq.psi)) {
+      return Outcome::non_finite_force;
+    }
+    // A last stage beside r⁺ gives way to what is at r⁺, for interpolate().
+    if constexpr (!Tableau::first_is_last)
+      if (trace.wants_dense) block(k_[last]) = velocity_of<S>(trace.end);
+    trace.has_slopes = trace.has_error = true;
     return Outcome::success;
   }
   static constexpr bool interpolates = true;
@@ -130,23 +145,6 @@ class SchemeOn<Nystrom<Tableau, compensates>, S> : public SchemeDefaults {
   void accepted() { rounding_.accepted(); }
 
  private:
-  /// The slope at the end, and (3)
-  [[nodiscard]] Outcome slopes_and_error(auto& kernel, auto& step) {
-    auto& trace = step.trace;
-    k_.template put<nystrom::PositionError<Tableau>>(step.dt * step.dt, position_of<S>(trace.error));
-    k_.template put<nystrom::VelocityError<Tableau>>(step.dt, velocity_of<S>(trace.error));
-    if constexpr (Tableau::first_is_last) {
-      position_of<S>(trace.end) = velocity_of<S>(step.next);
-      velocity_of<S>(trace.end) = block(k_[last]);
-    } else if (!kernel.rhs().slope(step.t + step.dt, step.next, trace.end, step.psi)) {
-      return Outcome::non_finite_force;
-    }
-    // A last stage beside r⁺ gives way to what is at r⁺, for interpolate().
-    if constexpr (!Tableau::first_is_last)
-      if (trace.wants_dense) block(k_[last]) = velocity_of<S>(trace.end);
-    trace.has_slopes = trace.has_error = true;
-    return Outcome::success;
-  }
   [[nodiscard]] static auto& block(auto& k) { return std::get<0>(Rate::blocks(k)); }
   static constexpr int size =
       std::remove_cvref_t<decltype(std::get<0>(Rate::blocks(std::declval<Rate&>())))>::SizeAtCompileTime;

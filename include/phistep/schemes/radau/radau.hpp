@@ -83,10 +83,10 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
   static constexpr bool traces = true, interpolates = true;
   [[nodiscard]] static bool estimates(const auto&) { return true; }
   /// Traced: solved to the tolerance, with order and step length chosen; else to rounding.
-  template <class Step>
-  [[nodiscard]] Outcome step(auto& kernel, Step& step) {
-    if constexpr (Step::is_traced) return controlled(kernel, step);
-    else return to_the_end(kernel, step);
+  template <class Eq>
+  [[nodiscard]] Outcome step(Eq& eq) {
+    if constexpr (Eq::is_traced) return controlled(eq);
+    else return to_the_end(eq);
   }
   /// The collocation polynomial of the step just accepted, in powers of x − 1. In its first half what these have lost in rounding at
   /// x = 0 is put back, so that it begins at y0.
@@ -107,24 +107,22 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
     if constexpr (drifts) for_each_number(add(position_powers_), positions(y0), positions(y1), positions(out));
     for_each_number(add(powers_), solved(y0), solved(y1), solved(out));
   }
-  template <class Kernel>
-  [[nodiscard]] Outcome to_the_end(Kernel& kernel, auto& step) {
+  [[nodiscard]] Outcome to_the_end(auto& eq) {
     pending_terms_ = 0;
     solver_.begin();
-    copy_blocks<S>(step.next, step.y);  // kept for the failure message
-    return with_stages((order() + 1) / 2, [&](auto s) { return this->template advance_with<s>(kernel, step); });
+    copy_blocks<S>(eq.next, eq.y);  // kept for the failure message
+    return with_stages((order() + 1) / 2, [&](auto s) { return this->template advance_with<s>(eq); });
   }
 
-  template <class Kernel>
-  [[nodiscard]] Outcome controlled(Kernel& kernel, auto& step) {
-    auto& trace = step.trace;
-    copy_blocks<S>(step.next, step.y);  // as above
+  [[nodiscard]] Outcome controlled(auto& eq) {
+    auto& trace = eq.trace;
+    copy_blocks<S>(eq.next, eq.y);  // as above
     const bool edited = !trace.knows_start;
     if (edited) solver_.begin();
     if (trace.dt_before == 0) terms_ = 0;
-    if (const Outcome outcome = kernel.start(step); outcome != Outcome::success) return outcome;
+    if (const Outcome outcome = eq.start(); outcome != Outcome::success) return outcome;
     control_.begin(trace.rtol, edited);
-    return with_stages(control_.stages(), [&](auto s) { return this->template trace_with<s>(kernel, step); });
+    return with_stages(control_.stages(), [&](auto s) { return this->template trace_with<s>(eq); });
   }
   void accepted() {
     solver_.accept(pending_keeps_);
@@ -169,57 +167,57 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
     const Scalar gamma = radau_constants<Scalar, s>.mu.re[0] * h;
     return {gamma, gamma};
   }
-  template <int s, class Kernel>
-  [[nodiscard]] Outcome advance_with(Kernel& kernel, auto& step) {
-    const auto masses = each_mass_entry<S>(kernel.rhs().masses(), step.y);
-    if (const Outcome bad = solver_.template prepare<s>(kernel, step, masses); failed(bad)) return bad;
-    if (const Outcome bad = kernel.check_start(step, real_gamma<s>(step.dt)); failed(bad)) return bad;
+  template <int s, class Eq>
+  [[nodiscard]] Outcome advance_with(Eq& eq) {
+    const auto masses = each_mass_entry<S>(eq.rhs().masses(), eq.y);
+    if (const Outcome bad = solver_.template prepare<s>(eq, masses); failed(bad)) return bad;
+    if (const Outcome bad = eq.check_start(real_gamma<s>(eq.dt)); failed(bad)) return bad;
     solver_.work().clear();
-    const Judgement judgement = solver_.template iterate_to_rounding<s>(kernel, step, masses);
-    if (judgement != Judgement::converged) return solver_.template blame<s>(step, judgement);
-    solver_.template add_increment<s>(step);
-    return Kernel::Rhs::is_finite(step.next) ? Outcome::success : Outcome::non_finite_state;
+    const Judgement judgement = solver_.template iterate_to_rounding<s>(eq, masses);
+    if (judgement != Judgement::converged) return solver_.template blame<s>(eq, judgement);
+    solver_.template add_increment<s>(eq);
+    return Eq::Rhs::is_finite(eq.next) ? Outcome::success : Outcome::non_finite_state;
   }
-  template <int s, class Kernel>
-  [[nodiscard]] Outcome trace_with(Kernel& kernel, auto& step) {
-    auto& trace = step.trace;
-    const double dt = std::abs(static_cast<double>(step.dt));
-    const auto masses = each_mass_entry<S>(kernel.rhs().masses(), step.y);
+  template <int s, class Eq>
+  [[nodiscard]] Outcome trace_with(Eq& eq) {
+    auto& trace = eq.trace;
+    const double dt = std::abs(static_cast<double>(eq.dt));
+    const auto masses = each_mass_entry<S>(eq.rhs().masses(), eq.y);
     pending_terms_ = 0;
-    if (const Outcome bad = solver_.template prepare<s>(kernel, step, masses); failed(bad)) {
+    if (const Outcome bad = solver_.template prepare<s>(eq, masses); failed(bad)) {
       trace.proposed = control_.failed(dt, 0.5);
       return bad;
     }
-    if (const Outcome bad = kernel.check_start(step, real_gamma<s>(step.dt)); failed(bad)) return bad;
-    if (terms_ > 0) solver_.work().template predict<s>(powers_, terms_, step.dt / dt_);
+    if (const Outcome bad = eq.check_start(real_gamma<s>(eq.dt)); failed(bad)) return bad;
+    if (terms_ > 0) solver_.work().template predict<s>(powers_, terms_, eq.dt / dt_);
     else solver_.work().clear();
     RadauIteration<> test = control_.iteration(Solver::round_off);
-    const Judgement judgement = solver_.template iterate<s>(kernel, step, masses, trace, test);
+    const Judgement judgement = solver_.template iterate<s>(eq, masses, trace, test);
     if (judgement != Judgement::converged) {
-      if (solver_.drop_old()) return this->template trace_with<s>(kernel, step);
+      if (solver_.drop_old()) return this->template trace_with<s>(eq);
       trace.proposed = control_.failed(dt, test.shrink());
-      return solver_.template blame<s>(step, judgement);
+      return solver_.template blame<s>(eq, judgement);
     }
-    solver_.template add_increment<s>(step);
-    if (!Kernel::Rhs::is_finite(step.next)) {
+    solver_.template add_increment<s>(eq);
+    if (!Eq::Rhs::is_finite(eq.next)) {
       trace.proposed = control_.failed(dt, 0.5);
       return Outcome::non_finite_state;
     }
-    this->template estimate<s>(kernel, step, masses);
+    this->template estimate<s>(eq, masses);
     bool success = false;
     // A Jacobian that the force gives costs less than the iterations that an old one would add.
-    pending_keeps_ = !std::remove_cvref_t<decltype(kernel.stages())>::analytic && control_.is_fast(test);
-    trace.proposed = control_.after(dt, trace.size_of(trace.error, step.y, step.next), test, pending_keeps_, success);
+    pending_keeps_ = !std::remove_cvref_t<decltype(eq.stages())>::analytic && control_.is_fast(test);
+    trace.proposed = control_.after(dt, trace.size_of(trace.error, eq.y, eq.next), test, pending_keeps_, success);
     if (!success) return Outcome::error_too_large;
-    keep<s>(step);
+    keep<s>(eq);
     return Outcome::success;
   }
 
   /// trace.error by (2)
-  template <int s, class Kernel>
-  void estimate(Kernel& kernel, auto& step, const auto& masses) {
-    auto& trace = step.trace;
-    const Scalar h = step.dt, by = radau_constants<Scalar, s>.mu.re[0] * h;
+  template <int s>
+  void estimate(auto& eq, const auto& masses) {
+    auto& trace = eq.trace;
+    const Scalar h = eq.dt, by = radau_constants<Scalar, s>.mu.re[0] * h;
     for_each_number(
         [&](std::size_t i, Scalar start) {
           slope_[i] = start - solver_.work().template slope_at_start<s>(i) / h;
@@ -232,11 +230,11 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
     if constexpr (drifts) {
       for_each_number([&](std::size_t j, Scalar& e,
                           Scalar v) { e = v - solver_.work().template position_slope_at_start<s>(h, v, j) / h; },
-                      positions(trace.error), velocities(step.y));
-      kernel.stages().add_position_product(by, position_of<S>(trace.error), error_);
+                      positions(trace.error), velocities(eq.y));
+      eq.stages().add_position_product(by, position_of<S>(trace.error), error_);
     }
-    ++kernel.rhs().statistics().solves;
-    solver_.work().solve_real(kernel.stages(), error_);
+    ++eq.rhs().statistics().solves;
+    solver_.work().solve_real(eq.stages(), error_);
     for_each_number([&](std::size_t i, Scalar& e) { e = error_[i]; }, solved(trace.error));
     if constexpr (drifts)
       position_of<S>(trace.error) = by * (position_of<S>(trace.error) + velocity_of<S>(trace.error));
@@ -244,16 +242,16 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
   }
   /// The polynomial, for the next step, and y' at this one's end.
   template <int s>
-  void keep(auto& step) {
-    auto& trace = step.trace;
+  void keep(auto& eq) {
+    auto& trace = eq.trace;
     solver_.work().template to_powers<s>(next_powers_);
     pending_terms_ = s;
-    pending_dt_ = step.dt;
-    for_each_number([&](std::size_t i, Scalar& end) { end = next_powers_[i][0] / step.dt; }, solved(trace.end));
+    pending_dt_ = eq.dt;
+    for_each_number([&](std::size_t i, Scalar& end) { end = next_powers_[i][0] / eq.dt; }, solved(trace.end));
     if constexpr (drifts) {
-      position_of<S>(trace.end) = velocity_of<S>(std::as_const(step.next));
+      position_of<S>(trace.end) = velocity_of<S>(std::as_const(eq.next));
       if (trace.wants_dense)
-        solver_.work().template positions_to_powers<s>(step.dt, velocity_of<S>(step.y), next_position_powers_);
+        solver_.work().template positions_to_powers<s>(eq.dt, velocity_of<S>(eq.y), next_position_powers_);
     }
     trace.has_slopes = true;
   }

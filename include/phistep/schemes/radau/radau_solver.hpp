@@ -63,51 +63,47 @@ class RadauSolver {
   [[nodiscard]] bool drop_old() { return !is_fresh_ && std::exchange(keeps_, false); }
 
   /// J and the matrices of the stage equations.
-  template <int s, class Kernel>
-  [[nodiscard]] Outcome prepare(Kernel& kernel, auto& step, const auto& masses) {
-    constexpr bool affine = Kernel::Rhs::Traits::is_affine;
-    auto& matrices = kernel.stages();
+  template <int s, class Eq>
+  [[nodiscard]] Outcome prepare(Eq& eq, const auto& masses) {
+    constexpr bool affine = Eq::Rhs::Traits::is_affine;
+    auto& matrices = eq.stages();
     using Stages = std::remove_cvref_t<decltype(matrices)>;
     if (!matrices.has_jacobian() || (!affine && !is_fresh_ && !keeps_)) {
       factored_ = 0;
       if constexpr (!Stages::analytic) {
-        kernel.evaluate(step.t, step.y, step.psi);
-        if (first_non_finite(RateOf<S>::blocks(std::as_const(step.psi)))) {
-          copy_blocks<S>(step.next, step.y);  // kept for the failure message
+        eq.evaluate(eq.t, eq.y);
+        if (first_non_finite(RateOf<S>::blocks(std::as_const(eq.psi)))) {
+          copy_blocks<S>(eq.next, eq.y);  // kept for the failure message
           return Outcome::non_finite_force;
         }
       }
-      if (const Outcome outcome =
-              matrices.tangent(kernel.rhs(), step.t, step.dt, step.y, step.psi, kernel.allowed(step));
-          failed(outcome))
+      if (const Outcome outcome = matrices.tangent(eq.rhs(), eq.t, eq.dt, eq.y, eq.psi, eq.allowed()); failed(outcome))
         return outcome;
       is_fresh_ = true;
     }
-    if (factored_ == s && factored_dt_ == step.dt) return Outcome::success;
-    const Outcome outcome = matrices.factorize(kernel.rhs(), work_.template shift<s>(step.dt, masses), masses);
+    if (factored_ == s && factored_dt_ == eq.dt) return Outcome::success;
+    const Outcome outcome = matrices.factorize(eq.rhs(), work_.template shift<s>(eq.dt, masses), masses);
     factored_ = failed(outcome) ? 0 : s;
-    factored_dt_ = step.dt;
+    factored_dt_ = eq.dt;
     if (failed(outcome) || !is_fresh_) return outcome;
-    const Outcome checked =
-        matrices.check(kernel.rhs(), radau_constants<Scalar, s>.mu.re[0] * step.dt, step.t, step.y, step.psi);
+    const Outcome checked = matrices.check(eq.rhs(), radau_constants<Scalar, s>.mu.re[0] * eq.dt, eq.t, eq.y, eq.psi);
     if (failed(checked)) {
       forget();
-      if (checked == Outcome::non_finite_force) copy_blocks<S>(step.next, step.y);  // kept for the failure message
+      if (checked == Outcome::non_finite_force) copy_blocks<S>(eq.next, eq.y);  // kept for the failure message
     }
     return checked;
   }
 
   /// Iterates while `test` says so, with the weights given.
-  template <int s, class Kernel>
-  [[nodiscard]] Judgement iterate(Kernel& kernel, auto& step, const auto& masses, const Trace<Plain>& trace,
-                                  RadauIteration<>& test) {
+  template <int s>
+  [[nodiscard]] Judgement iterate(auto& eq, const auto& masses, const Trace<Plain>& trace, RadauIteration<>& test) {
     for_each_number([&](std::size_t i, Scalar w) { weight_[i] = w; }, solved(trace.weight));
     work_.template to_stages<s>();
     Judgement judgement = Judgement::go_on;
     // What has no weight yet is left out of the judgement, and may be rounding that never settles: it has some more rounds.
     for (int rounds = trace.has_unsized ? 4 : 0; judgement == Judgement::go_on; --rounds) {
-      this->template evaluate<s>(kernel, step);
-      const double size = this->template correction<s>(kernel, masses);
+      this->template evaluate<s>(eq);
+      const double size = this->template correction<s>(eq, masses);
       judgement = rounds > 0 && becomes(trace.weight) ? test.begin_again() : test.judge(size);
     }
     return judgement;
@@ -119,14 +115,14 @@ class RadauSolver {
     return any;
   }
   /// Iterates until only rounding is left, block by block in units of the largest component.
-  template <int s, class Kernel>
-  [[nodiscard]] Judgement iterate_to_rounding(Kernel& kernel, auto& step, const auto& masses) {
+  template <int s>
+  [[nodiscard]] Judgement iterate_to_rounding(auto& eq, const auto& masses) {
     RoundingIteration<> test{round_off};
     work_.template to_stages<s>();
     Judgement judgement = Judgement::go_on;
     for (bool first = true; judgement == Judgement::go_on; first = false) {
       bool has_scale = true;
-      this->template evaluate<s>(kernel, step);
+      this->template evaluate<s>(eq);
       for_each_solved<S>(
           [&](Index at, const auto& y) {
             Scalar largest{0};
@@ -140,8 +136,8 @@ class RadauSolver {
                   largest > 0 ? 1 / at_least_normal<Scalar>(largest) : Scalar{1};
             has_scale = has_scale && largest > 0;
           },
-          step.y);
-      const double size = this->template correction<s>(kernel, masses);
+          eq.y);
+      const double size = this->template correction<s>(eq, masses);
       // From rest, the first correction is what the next is measured by: its own size would be a number with a unit.
       if (has_scale || !first) judgement = test.judge(size);
       else if (!std::isfinite(size)) judgement = Judgement::slow;
@@ -150,26 +146,26 @@ class RadauSolver {
   }
   /// Which stage has made an iteration fail, for the message: its Ψ is in psi, where it isn't finite.
   template <int s>
-  [[gnu::cold, gnu::noinline]] Outcome blame(auto& step, Judgement judgement) {
+  [[gnu::cold, gnu::noinline]] Outcome blame(auto& eq, Judgement judgement) {
     for (std::size_t j = 0; j < s; ++j) {
       bool finite = true;
       for (std::size_t i = 0; i < n_; ++i) finite = finite && std::isfinite(work_.psi(i)[j]);
       if (finite) continue;
-      to_stage(step, j);
-      for_each_number([&](std::size_t i, Scalar& psi) { psi = work_.psi(i)[j]; }, RateOf<S>::blocks(step.psi));
+      to_stage(eq, j);
+      for_each_number([&](std::size_t i, Scalar& psi) { psi = work_.psi(i)[j]; }, RateOf<S>::blocks(eq.psi));
       return Outcome::non_finite_force;
     }
     return judgement == Judgement::growing ? Outcome::newton_diverged : Outcome::newton_stalled;
   }
   /// next = y + Z_s
   template <int s>
-  void add_increment(auto& step) {
+  void add_increment(auto& eq) {
     if constexpr (drifts)
       for_each_number([&](std::size_t i, Scalar r, Scalar v,
-                          Scalar& to) { to = r + work_.template position_increment<s>(step.dt, v, i); },
-                      positions(step.y), velocities(step.y), positions(step.next));
-    for_each_number([&](std::size_t i, Scalar y, Scalar& to) { to = y + work_.template increment<s>(i); },
-                    solved(step.y), solved(step.next));
+                          Scalar& to) { to = r + work_.template position_increment<s>(eq.dt, v, i); },
+                      positions(eq.y), velocities(eq.y), positions(eq.next));
+    for_each_number([&](std::size_t i, Scalar y, Scalar& to) { to = y + work_.template increment<s>(i); }, solved(eq.y),
+                    solved(eq.next));
   }
 
  private:
@@ -178,29 +174,29 @@ class RadauSolver {
   [[nodiscard]] static auto velocities(auto& y) { return std::tie(velocity_of<S>(y)); }
 
   /// Ψ at every stage.
-  template <int s, class Kernel>
-  void evaluate(Kernel& kernel, auto& step) {
-    if constexpr (drifts) work_.template to_positions<s>(step.dt, velocity_of<S>(step.y));
+  template <int s>
+  void evaluate(auto& eq) {
+    if constexpr (drifts) work_.template to_positions<s>(eq.dt, velocity_of<S>(eq.y));
     for (std::size_t j = 0; j < s; ++j) {
-      to_stage(step, j);
-      kernel.evaluate(step.t + radau_constants<Scalar, s>.c[j] * step.dt, step.next, step.psi);
-      for_each_number([&](std::size_t i, Scalar psi) { work_.psi(i)[j] = psi; }, RateOf<S>::blocks(step.psi));
+      to_stage(eq, j);
+      eq.evaluate(eq.t + radau_constants<Scalar, s>.c[j] * eq.dt, eq.next);
+      for_each_number([&](std::size_t i, Scalar psi) { work_.psi(i)[j] = psi; }, RateOf<S>::blocks(eq.psi));
     }
   }
   /// next = Y_j
-  void to_stage(auto& step, std::size_t j) {
+  void to_stage(auto& eq, std::size_t j) {
     if constexpr (drifts)
-      for_each_number([&](std::size_t i, Scalar y, Scalar& to) { to = y + work_.r(i)[j]; }, positions(step.y),
-                      positions(step.next));
-    for_each_number([&](std::size_t i, Scalar y, Scalar& to) { to = y + work_.z(i)[j]; }, solved(step.y),
-                    solved(step.next));
+      for_each_number([&](std::size_t i, Scalar y, Scalar& to) { to = y + work_.r(i)[j]; }, positions(eq.y),
+                      positions(eq.next));
+    for_each_number([&](std::size_t i, Scalar y, Scalar& to) { to = y + work_.z(i)[j]; }, solved(eq.y),
+                    solved(eq.next));
   }
   /// ‖δ‖ of one iteration.
-  template <int s, class Kernel>
-  [[nodiscard]] double correction(Kernel& kernel, const auto& masses) {
-    ++kernel.rhs().statistics().solves;
-    ++kernel.rhs().statistics().iterations;
-    const auto sum = work_.template correct<s>(kernel.stages(), masses, weight_);
+  template <int s>
+  [[nodiscard]] double correction(auto& eq, const auto& masses) {
+    ++eq.rhs().statistics().solves;
+    ++eq.rhs().statistics().iterations;
+    const auto sum = work_.template correct<s>(eq.stages(), masses, weight_);
     return n_ == 0 ? 0 : std::sqrt(static_cast<double>(sum) / static_cast<double>(s * n_));
   }
 

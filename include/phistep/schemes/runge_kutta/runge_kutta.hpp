@@ -74,21 +74,38 @@ class SchemeOn<RungeKutta<Tableau>, S> : public SchemeDefaults {
   static constexpr bool reads_weights = Estimate::has_two;
   [[nodiscard]] static bool estimates(const auto&) { return true; }
 
-  template <class Kernel, class Step>
-  [[nodiscard]] Outcome step(Kernel& kernel, Step& step) {
+  [[nodiscard]] Outcome step(auto& eq) {
     known_ = 0;
-    t_ = step.t;
-    if (const Outcome bad = k_.start(kernel, step); failed(bad)) return bad;
+    t_ = eq.t;
+    if (const Outcome bad = eq.slope_at_start(k_[0]); failed(bad)) return bad;
     const bool arrived = [&]<std::size_t... i>(std::index_sequence<i...>) {
-      return (stage<i + 1>(kernel.rhs(), step.t, step.dt, step.y, step.next) && ...);
+      return (stage<i + 1>(eq.rhs(), eq.t, eq.dt, eq.y, eq.next) && ...);
     }
-    (std::make_index_sequence<end - 1>{}) && move<end>(step.dt, step.y, step.next);
+    (std::make_index_sequence<end - 1>{}) && move<end>(eq.dt, eq.y, eq.next);
     if (!arrived) {
-      k_.blame(step.psi);
+      k_.blame(eq.psi);
       return Outcome::non_finite_state;
     }
     known_ = end;
-    if constexpr (Step::is_traced) return slopes_and_error(kernel.rhs(), step);
+    return Outcome::success;
+  }
+  /// The slope at the end where it is wanted, and the estimate
+  [[nodiscard]] Outcome error(auto& eq) {
+    auto& trace = eq.trace;
+    if (Estimate::needs_end || trace.wants_dense) {
+      if (!k_.evaluate(eq.rhs(), end, eq.t + eq.dt, eq.next) || !all_finite(Rate::blocks(k_[end]))) {
+        eq.psi = k_[end];
+        return Outcome::non_finite_force;
+      }
+      known_ = end + 1;
+      for_each_block([](auto, auto& slope, const auto& k) { slope = k; }, Blocks<S>::solved(trace.end),
+                     Rate::blocks(std::as_const(k_[end])));
+      if constexpr (drifts) position_of<S>(trace.end) = velocity_of<S>(eq.next);
+      trace.has_slopes = true;
+    }
+    Estimate::tell(k_, eq.dt, trace);
+    if constexpr (requires { Tableau::sure_to; })
+      if (trace.rtol > Tableau::sure_to) Estimate::doubt_few_digits(k_, eq);
     return Outcome::success;
   }
 
@@ -120,25 +137,6 @@ class SchemeOn<RungeKutta<Tableau>, S> : public SchemeDefaults {
   [[nodiscard]] bool stage(Rhs& rhs, Scalar t, Scalar dt, const Plain& y, Plain& Y) {
     if (!move<i>(dt, y, Y)) return false;
     return k_.evaluate(rhs, i, t + static_cast<Scalar>(Tableau::c[i]) * dt, Y);
-  }
-  /// The slope at the end where it is wanted, and the estimate
-  [[nodiscard]] Outcome slopes_and_error(auto& rhs, auto& step) {
-    auto& trace = step.trace;
-    if (Estimate::needs_end || trace.wants_dense) {
-      if (!k_.evaluate(rhs, end, step.t + step.dt, step.next) || !all_finite(Rate::blocks(k_[end]))) {
-        step.psi = k_[end];
-        return Outcome::non_finite_force;
-      }
-      known_ = end + 1;
-      for_each_block([](auto, auto& slope, const auto& k) { slope = k; }, Blocks<S>::solved(trace.end),
-                     Rate::blocks(std::as_const(k_[end])));
-      if constexpr (drifts) position_of<S>(trace.end) = velocity_of<S>(step.next);
-      trace.has_slopes = true;
-    }
-    Estimate::tell(k_, step.dt, trace);
-    if constexpr (requires { Tableau::sure_to; })
-      if (trace.rtol > Tableau::sure_to) Estimate::doubt_few_digits(k_, step);
-    return Outcome::success;
   }
   /// out = y + Δt Σ_j a_ij k_j, by (3) for r. False: it isn't finite.
   template <std::size_t i>

@@ -102,20 +102,20 @@ class RungeKuttaEstimate {
     trace.has_error = true;
   }
   /// The factor of few digits. @param step  from y to next
-  [[gnu::noinline]] static void doubt_few_digits(const Stages& k, auto& step) requires requires { Tableau::sure_to; }
+  [[gnu::noinline]] static void doubt_few_digits(const Stages& k, auto& eq) requires requires { Tableau::sure_to; }
   {
-    auto& trace = step.trace;
+    auto& trace = eq.trace;
     trace.error_scale_square = trace.rtol / Tableau::sure_to;
     using Change = runge_kutta::Change<Tableau>;
     auto& change = trace.predicted;
     for_each_block(
         [&](auto block, auto& to) {
-          k.template put<Change, block>(step.dt, to);
+          k.template put<Change, block>(eq.dt, to);
           if constexpr (Blocks<S>::drifts && block == 0)
-            k.template put<runge_kutta::OfPositions<Tableau, Change>, block>(step.dt * step.dt, position_of<S>(change));
+            k.template put<runge_kutta::OfPositions<Tableau, Change>, block>(eq.dt * eq.dt, position_of<S>(change));
         },
         Blocks<S>::solved(change));
-    const double e = trace.size_of(trace.error, step.y, step.next), most = trace.size_of(change, step.y, step.next);
+    const double e = trace.size_of(trace.error, eq.y, eq.next), most = trace.size_of(change, eq.y, eq.next);
     if (e > 2e-3 * most) trace.error_scale_square *= std::min(e / (2e-3 * most), 100.0);
   }
 

@@ -31,20 +31,25 @@ inline constexpr bool is_routine_of = false;
 template <class S, class Routine, bool reads_velocities>
 inline constexpr bool is_routine_of<S, RoutineForce<S, Routine, reads_velocities>> = true;
 
-/// A kernel for schemes of one or two passes, and the transaction around their steps.
+/// The equation for schemes of one or two passes, and the transaction around their steps.
 template <State S, class RightHandSideOf, int passes>
 class InPlaceStep {
  public:
   using Rhs = RightHandSideOf;
   using Scalar = ScalarOf<S>;
   static constexpr bool carries = passes == 2;
-  struct Data {
+  struct Equation {
+    InPlaceStep& kernel;
     S& state;
     const Scalar t;   ///< [time]
     const Scalar dt;  ///< [time]
     const Origin origin;
-    bool psi_next_known = false;
-    static constexpr bool is_traced = false;
+
+    /// The state is y + γ M⁻¹Ψ(t, y), r drifted.
+    [[nodiscard]] Outcome euler(const auto& by) { return kernel.kick_drift(*this, by); }
+    [[nodiscard]] Outcome kick_drift(const auto& by) { return kernel.kick_drift(*this, by); }
+    /// The state's v is v + γ M⁻¹Ψ(t, r): the step's last pass.
+    [[nodiscard]] Outcome resolve(const Gamma<Scalar>& gamma, Scalar at) { return kernel.kick(*this, gamma.force, at); }
   };
 
   explicit InPlaceStep(const S& state) { log_.begin(state); }
@@ -62,9 +67,9 @@ class InPlaceStep {
     rhs_ = &rhs;
     state.note_length();
     if (!log_.begin(state)) known_ = Known::nothing;
-    Data data{state, t, dt, origin};
+    Equation equation{*this, state, t, dt, origin};
     Undo undo{*this, state};
-    const Outcome outcome = advance(*this, data);
+    const Outcome outcome = advance(equation);
     if (failed(outcome)) {
       transaction.show_end(state, state.rate());
       undo.now();
@@ -76,8 +81,24 @@ class InPlaceStep {
     return {Outcome::success, 0, nullptr};
   }
 
-  /// The state is y + γ M⁻¹Ψ(t, y), r drifted.
-  [[nodiscard]] Outcome kick_drift(Data& step, const auto& by) {
+ private:
+  enum class Known : std::uint8_t { nothing, unchecked, checked };
+  struct Undo {
+    InPlaceStep& step;
+    S& state;
+    bool is_done = false;
+    void now() {
+      is_done = true;
+      step.known_ = Known::nothing;
+      if (state.has_kept_length()) step.log_.put_back(state);
+      else step.log_.forget();
+    }
+    ~Undo() {
+      if (!is_done) now();
+    }
+  };
+
+  [[nodiscard]] Outcome kick_drift(Equation& step, const auto& by) {
     const bool looks = carries && step.origin != Origin::unedited;
     bool known = known_ != Known::nothing && (!looks || known_ == Known::checked) &&
                  same_time<Rhs::Traits::uses_time>(step.t, t_);
@@ -98,33 +119,13 @@ class InPlaceStep {
     }
     return finite ? Outcome::success : Outcome::non_finite_state;
   }
-  /// The state's v is v + γ M⁻¹Ψ(t, r): the step's last pass.
-  [[nodiscard]] Outcome resolve(Data& step, const Gamma<Scalar>& gamma, Scalar t) {
+  [[nodiscard]] Outcome kick(Equation& step, Scalar gamma, Scalar t) {
     evaluate(step.state, t);
-    if (!pass<false, true>(step, Advance{gamma.force, Zero{}, Zero{}}, false, nullptr))
-      return Outcome::non_finite_state;
+    if (!pass<false, true>(step, Advance{gamma, Zero{}, Zero{}}, false, nullptr)) return Outcome::non_finite_state;
     known_ = step.origin == Origin::unedited ? Known::unchecked : Known::checked;
     t_ = t;
     return Outcome::success;
   }
-
- private:
-  enum class Known : std::uint8_t { nothing, unchecked, checked };
-  struct Undo {
-    InPlaceStep& step;
-    S& state;
-    bool is_done = false;
-    void now() {
-      is_done = true;
-      step.known_ = Known::nothing;
-      if (state.has_kept_length()) step.log_.put_back(state);
-      else step.log_.forget();
-    }
-    ~Undo() {
-      if (!is_done) now();
-    }
-  };
-
   /// The arrays' forces are Ψ of what else they hold.
   void evaluate(S& state, Scalar t) {
     log_.keep_rate(state);
@@ -133,7 +134,7 @@ class InPlaceStep {
     rhs_->force().call(t);
   }
   template <bool keeps_state, bool keeps_psi>
-  [[nodiscard]] bool pass(Data& step, const auto& by, bool looks, const Scalar* psi) {
+  [[nodiscard]] bool pass(Equation& step, const auto& by, bool looks, const Scalar* psi) {
     const auto& mass = std::get<0>(rhs_->masses());
     PassInPlace<S, std::remove_cvref_t<decltype(mass.scaled(by.kick))>, std::remove_cvref_t<decltype(by)>> pass{
         step.state, mass.scaled(by.kick), by, psi};

@@ -60,18 +60,17 @@ class AlgebraicStart {
     if (has_any_) set(1 - start_, t, y);
   }
   /// Whether the step can begin, Ψ being step.psi.
+  /// @param weight   of a controlled run, else null
+  /// @param size     (x) → ‖x‖ in units of its tolerance, else null
   /// @param respond  (P Ψ, x) → Outcome: x = (1)
-  template <class Step>
-  [[nodiscard]] Outcome check(const Rhs& rhs, const Step& step, auto&& respond) {
+  [[nodiscard]] Outcome check(const Rhs& rhs, const auto& step, const Plain* weight, auto&& size, auto&& respond) {
     if (first_non_finite(Rate::blocks(step.psi))) return Outcome::non_finite_force;
     if (leaves_residual(rhs, step.psi)) {
       if (const Outcome bad = respond(residual_, response_); failed(bad)) return bad;
       bool is_allowed = false;
-      if constexpr (Step::is_traced) is_allowed = step.trace.size_of(response_, step.y, step.y) <= 1;
+      if constexpr (requires { size(response_); }) is_allowed = size(response_) <= 1;
       else is_allowed = is_small(step.y);
       if (!is_allowed) {
-        const Plain* weight = nullptr;
-        if constexpr (Step::is_traced) weight = &step.trace.weight;
         find_worst(step.y, weight);
         return Outcome::inconsistent_start;
       }

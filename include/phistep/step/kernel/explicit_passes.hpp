@@ -32,7 +32,6 @@ class ExplicitPasses {
   using Rhs = RightHandSideOf;
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
-  using Data = typename Transaction<S, Rhs, carries>::Data;
 
   explicit ExplicitPasses(const S& state) : arrays_{state} {}
   void bind(const Plain& y) {
@@ -66,16 +65,16 @@ class ExplicitPasses {
     if constexpr (follows_active) unchanged_.forget();
   }
 
-  [[nodiscard, gnu::always_inline]] inline Outcome kick_drift(Rhs& rhs, Data& step, const auto& by) {
+  [[nodiscard, gnu::always_inline]] inline Outcome kick_drift(Rhs& rhs, auto& step, const auto& by) {
     if constexpr (follows_active)
       if (unchanged_.find(rhs.active(), step.y, step.next)) rhs.set_left_out(unchanged_.left_out());
-    const bool finite = step.psi_known ? advance_by(rhs, step, by, RateOf<S>::blocks(std::as_const(step.psi)))
-                                       : advance_by(rhs, step, by, rhs.evaluate(step.t, step.y, step.psi));
+    const bool finite = step.knows_start ? advance_by(rhs, step, by, RateOf<S>::blocks(std::as_const(step.psi)))
+                                         : advance_by(rhs, step, by, rhs.evaluate(step.t, step.y, step.psi));
     // A matrix mass used psi as its scratch, and a reference to the user's array never filled it.
-    step.psi_known = !Rhs::has_matrix_mass && (step.psi_known || !Rhs::returns_reference);
+    step.knows_start = !Rhs::has_matrix_mass && (step.knows_start || !Rhs::returns_reference);
     return finite ? Outcome::success : Outcome::non_finite_state;
   }
-  [[nodiscard, gnu::always_inline]] inline Outcome kick(Rhs& rhs, Data& step, Scalar gamma, Scalar t) {
+  [[nodiscard, gnu::always_inline]] inline Outcome kick(Rhs& rhs, auto& step, Scalar gamma, Scalar t) {
     if constexpr (!carries) return kick_by(rhs, step, gamma, rhs.evaluate(t, step.next, step.psi));
     rhs.evaluate_into(t, step.next, step.psi);  // a copy: the user's own array may change before the next step
     if constexpr (keeps_psi) {
@@ -97,7 +96,7 @@ class ExplicitPasses {
   static constexpr bool follows_active =
       needs.passes != 0 && !Rhs::has_matrix_mass && Rhs::takes_active && std::is_same_v<S, PlainState<S>>;
 
-  [[nodiscard, gnu::always_inline]] inline bool advance_by(Rhs& rhs, Data& step, const auto& by, const auto& psi) {
+  [[nodiscard, gnu::always_inline]] inline bool advance_by(Rhs& rhs, auto& step, const auto& by, const auto& psi) {
     if constexpr (follows_active)
       if (const auto* only = unchanged_.found())
         return advance_particles<S>(step.next, step.y, by, psi, rhs.masses(), *only);
@@ -105,7 +104,7 @@ class ExplicitPasses {
       if ((step.is_state_next = in_place_.advance(rhs, step.y, by, psi))) return true;
     return advance_blocks<S>(step.next, step.y, by, psi, step.psi, step.masses);
   }
-  [[nodiscard, gnu::always_inline]] inline Outcome kick_by(Rhs& rhs, Data& step, Scalar gamma, const auto& psi) {
+  [[nodiscard, gnu::always_inline]] inline Outcome kick_by(Rhs& rhs, auto& step, Scalar gamma, const auto& psi) {
     if constexpr (follows_active)
       if (const auto* only = unchanged_.found())
         return advance_particles<S, false>(step.next, step.next, {gamma, 0, 0}, psi, rhs.masses(), *only)

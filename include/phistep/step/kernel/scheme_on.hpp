@@ -1,11 +1,15 @@
 /// @file
-/// What a scheme is: a text over the kernel (step/kernel/kernel.hpp), `SchemeOn<Scheme, S>` for states of type S, with
+/// What a scheme is: a text over an equation (step/kernel/equation.hpp), `SchemeOn<Scheme, S>` for states of type S, with
 ///
 ///     template <class Rhs> static constexpr KernelNeeds needs;   what it asks of the kernel
 ///     SchemeOn(scheme, y)                                        y gives the sizes of what it keeps
 ///
 /// and what the concept StepsOn lists: of that it inherits most from SchemeDefaults, where it keeps nothing from step to
-/// step. One that takes traced steps may know more:
+/// step. One that tells of its steps' errors (`traces`) has
+///
+///     Outcome error(eq)          e in eq.trace.error, and slopes, of the traced step just taken
+///
+/// and may know more:
 ///
 ///     int error_order() const;   its estimate goes as this power of Δt, if not as that of order() + 1
 ///                                (or step() judges it, and sets trace.proposed)
@@ -38,17 +42,29 @@ struct SchemeDefaults {
   static void forget() {}    ///< nothing carried from step to step may be trusted
   static void reset() {}     ///< the next step is the first
   static void accepted() {}  ///< the step just advanced has become the state
+  /// Ψ as the step's last resolve has left it may serve the next one: an error in it dies out.
+  [[nodiscard]] static bool leaves_force() { return true; }
+  [[nodiscard]] static Outcome error(auto& /*eq*/) { return Outcome::success; }  ///< step() has told it
   static constexpr bool traces = false, interpolates = false, is_sure_inside = false, reads_weights = false;
   static constexpr bool has_inner_steps = false;  ///< its slopes don't tell what is inside, nor whether Δt may change
   [[nodiscard]] static bool takes_singular_mass() { return false; }  ///< M y' = Ψ with a singular M: never asks for M⁻¹
   static constexpr std::array<double, 2> doubtful_at = usually_doubtful;
 };
 
-/// A scheme's text takes steps of states of type S, with a kernel.
+/// A step by a scheme's text, and Ψ at its end where that serves the next.
+template <class Eq>
+[[nodiscard, gnu::always_inline]] inline Outcome take_step(auto& text, Eq& eq) {
+  const Outcome outcome = text.step(eq);
+  if constexpr (Eq::Kernel::carries)
+    if (!failed(outcome) && text.leaves_force()) eq.keep_force();
+  return outcome;
+}
+
+/// A scheme's text takes steps of states of type S.
 template <class Text, class S, class Kernel>
-concept TakesSteps = requires(Text& text, Kernel& kernel, typename Kernel::Data& step, const PlainState<S>& y,
+concept TakesSteps = requires(Text& text, typename Kernel::Equation& eq, const PlainState<S>& y,
                               typename Text::Progress progress) {
-  { text.step(kernel, step) } -> std::same_as<Outcome>;  // fills step.next, leaves step.y
+  { text.step(eq) } -> std::same_as<Outcome>;  // fills eq.next, leaves eq.y
   { text.order() } -> std::convertible_to<int>;
   { text.progress() } -> std::convertible_to<typename Text::Progress>;
   text.resume(progress);
@@ -57,11 +73,12 @@ concept TakesSteps = requires(Text& text, Kernel& kernel, typename Kernel::Data&
   text.forget();
   text.reset();
 };
-/// It takes traced steps, which fill the trace, too: slopes and error.
+/// It takes traced steps, too, and tells of their slopes and error.
 template <class Text, class Kernel>
-concept TakesTracedSteps = requires(Text& text, Kernel& kernel, typename Kernel::TracedData& step) {
-  { text.step(kernel, step) } -> std::same_as<Outcome>;
-  { text.estimates(step.trace) } -> std::convertible_to<bool>;  // whether it knows an error, given this past
+concept TakesTracedSteps = requires(Text& text, typename Kernel::Traced& eq) {
+  { text.step(eq) } -> std::same_as<Outcome>;
+  { text.error(eq) } -> std::same_as<Outcome>;
+  { text.estimates(eq.trace) } -> std::convertible_to<bool>;  // whether it knows an error, given this past
 };
 /// It knows the solution inside the step that it did last.
 template <class Text, class S>

@@ -24,19 +24,16 @@
 #include "phistep/step/equation/right_hand_side.hpp"
 #include "phistep/step/transaction/edit_guard.hpp"
 #include "phistep/step/transaction/origin.hpp"
-#include "phistep/step/transaction/step_data.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-/// Runs a scheme's `step(StepData&) → Outcome` on a state of type S. `carries`: the scheme may leave Ψ⁺ behind.
+/// Runs a scheme's step on a state of type S. `carries`: the scheme may leave Ψ⁺ behind.
 template <State S, class Rhs, bool carries>
 class Transaction {
  public:
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
   using Rate = RateOf<S>;
-  using Data = StepData<Plain, Rate, Scalar, typename Rhs::Masses>;
-  using TracedData = TracedStepData<Plain, Rate, Scalar, typename Rhs::Masses>;
 
   /// @throws std::invalid_argument where r and v of a motion differ in shape, or views share memory
   /// @param copy  of the state
@@ -72,10 +69,10 @@ class Transaction {
   }
 
   /// @param steps     one, or several where takes_several: the same bits as by a call for each
-  /// @param advance   (Data&) → Outcome
+  /// @param bind      (y, t, dt, next, psi, masses, whether psi is Ψ(t, y)) → the equation of a step
+  /// @param advance   (equation) → Outcome
   /// @param accepted  called after each
-  template <class Steps, class Advance, class Accepted>
-  StepReport run(Rhs& rhs, S& state, const Steps& steps, Origin origin, Advance&& advance, Accepted&& accepted) {
+  StepReport run(Rhs& rhs, S& state, const auto& steps, Origin origin, auto& bind, auto& advance, auto& accepted) {
     if (const Outcome bad = open(steps.t(0), steps.dt); failed(bad)) return refuse(rhs, bad, steps.t(0), steps.dt);
     const std::int64_t before = rhs.statistics().steps;
     try {
@@ -84,10 +81,10 @@ class Transaction {
         Plain y = read(state), next;
         Rate psi;
         if constexpr (carries) psi = psi_;
-        return run_from(rhs, y, state, steps, origin, advance, accepted, next, psi);
+        return run_from(rhs, y, state, steps, origin, bind, advance, accepted, next, psi);
       } else {
         const Plain& y = read(state);
-        const StepReport report = run_from(rhs, y, state, steps, origin, advance, accepted, next_, psi_);
+        const StepReport report = run_from(rhs, y, state, steps, origin, bind, advance, accepted, next_, psi_);
         held.is_done = static_cast<bool>(report);
         return report;
       }
@@ -178,20 +175,19 @@ class Transaction {
     }
   };
 
-  template <class Steps, class Y, class Advance, class Accepted>
-  StepReport run_from(Rhs& rhs, Y& y, S& state, const Steps& steps, Origin origin, Advance& advance, Accepted& accepted,
-                      Plain& next, Rate& psi) {
-    bool psi_known = false;
+  StepReport run_from(Rhs& rhs, auto& y, S& state, const auto& steps, Origin origin, auto& bind, auto& advance,
+                      auto& accepted, Plain& next, Rate& psi) {
+    bool knows_start = false;
     if constexpr (carries) {
-      psi_known = origin == Origin::unedited ? guard_.holds_unedited(steps.t(0)) : guard_.holds(steps.t(0), y);
+      knows_start = origin == Origin::unedited ? guard_.holds_unedited(steps.t(0)) : guard_.holds(steps.t(0), y);
       guard_.forget();  // an exception from here on leaves psi half-written
     }
     Masses masses = rhs.masses();
     for (std::int64_t n = 0;;) {
       const Scalar t = steps.t(n), dt = steps.dt;
       rhs.begin(t, dt, y);
-      Data data{y, t, dt, next, psi, masses, psi_known};
-      const Outcome outcome = advance(data);
+      auto equation = bind(y, t, dt, next, psi, masses, knows_start);
+      const Outcome outcome = advance(equation);
       if (outcome != Outcome::success) {
         if (outcome == Outcome::error_too_large) {
           ++rhs.statistics().rejections;
@@ -207,17 +203,17 @@ class Transaction {
         return fail(rhs, outcome, t, dt, y, next_, psi_);
       }
       rhs.commit(t + dt, next);
-      psi_known = carries && data.psi_next_known;
+      knows_start = carries && equation.knows_end;
       const bool is_last = ++n == steps.count();
       if constexpr (carries)
-        if (is_last && psi_known) {
+        if (is_last && knows_start) {
           if constexpr (in_registers) psi_ = psi;
           if (origin == Origin::unedited) guard_.remember_unchecked(t + dt);
           else guard_.remember(t + dt, next);
         }
       if constexpr (borrowed && !in_registers && !ShowsTrials<S>) {
-        if (!data.is_state_next) copy_views<S>(state, std::as_const(next));
-      } else if (!data.is_state_next) {
+        if (!equation.is_state_next) copy_views<S>(state, std::as_const(next));
+      } else if (!equation.is_state_next) {
         commit_blocks<S>(state, next);
       }
       ++rhs.statistics().steps;

@@ -1,0 +1,127 @@
+/// @file
+/// The equation of a step whose slopes and error a controller or dense output reads. To the same text of a scheme it leaves in
+/// the trace (step/transaction/trace.hpp) the slope y'(t) that forward begins with, known from the step before or by a force
+/// call, and the slope at the end of each resolve, (next − b)/γ: no evaluation.
+#pragma once
+
+#include <utility>
+
+#include "phistep/base/outcome/outcome.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/state/combination.hpp"
+#include "phistep/base/state/unknowns.hpp"
+#include "phistep/base/version.hpp"
+#include "phistep/step/equation/gamma.hpp"
+#include "phistep/step/transaction/trace.hpp"
+
+namespace phistep { inline namespace PHISTEP_ABI {
+
+template <class Eq>
+struct TracedEquation : Eq {
+  using S = typename Eq::S;
+  using Eq::y, Eq::t, Eq::dt, Eq::next, Eq::psi, Eq::kernel, Eq::rhs;
+  using typename Eq::Scalar, typename Eq::Plain, typename Eq::Rate;
+  static constexpr bool is_traced = true;
+
+  Trace<Plain>& trace;
+  bool has_prediction = false;  ///< trace.predicted is where the next resolve starts
+  bool has_resolved = false;    ///< trace.end is the slope at the end of a resolve of this step, …
+  Scalar sought{};              ///< [time] … this long after t
+
+  TracedEquation(Eq&& eq, Trace<Plain>& leaves) : Eq{std::move(eq)}, trace{leaves} {
+    trace.dt = dt;
+    trace.has_slopes = trace.has_error = false;
+    trace.error_scale_square = 1;
+  }
+
+  /// trace.start = y'(t): no force call where the step before has left it.
+  [[nodiscard]] Outcome start() {
+    if (trace.knows_start) return Outcome::success;
+    if (!rhs().slope(t, y, trace.start, psi)) {
+      copy_blocks<S>(next, y);  // kept for the failure message
+      return Outcome::non_finite_force;
+    }
+    trace.knows_start = true;
+    kernel.algebra().start_by_force();
+    return Outcome::success;
+  }
+  [[nodiscard]] Outcome start(const Gamma<Scalar>& gamma) { return check_start(gamma); }
+  [[nodiscard]] Outcome forward(const Advance<Scalar>& by) {
+    if (const Outcome bad = start(); failed(bad)) return bad;
+    assign<S>(next, in<S>(y) + by.kick * in<S>(trace.start));
+    return Outcome::success;
+  }
+  [[nodiscard]] Outcome euler(const auto& by) { return forward(by); }
+  /// The kick tells y'(t), and is predicted to be followed by its like.
+  [[nodiscard]] Outcome kick_drift(const auto& by) {
+    if (const Outcome bad = Eq::kick_drift(by); failed(bad)) return bad;
+    assign_solved<S>(trace.start, (in<S>(next) - in<S>(y)) / by.kick);
+    position_of<S>(trace.start) = velocity_of<S>(y);
+    assign<S>(trace.predicted, in<S>(next) + (in<S>(next) - in<S>(y)));
+    has_prediction = true;
+    return Outcome::success;
+  }
+  [[nodiscard]] Outcome slope_at_start(Rate& k) {
+    if (const Outcome bad = start(); failed(bad)) return bad;
+    for_each_block([](auto, auto& to, const auto& slope) { to = slope; }, Rate::blocks(k),
+                   Blocks<S>::solved(trace.start));
+    return Outcome::success;
+  }
+  /// On the parabola through y, y' and the slope known last: that of the step before (Adams-Bashforth of order 2 at h = Δt), or
+  /// of this step's last resolve.
+  void predict(Scalar h) {
+    const Scalar since = has_resolved ? sought : -trace.dt_before;  // that slope, seen from t
+    sought = h;
+    if (trace.dt_before == 0) return;  // y' may be that of a transient
+    const auto start = in<S>(trace.start), known = in<S>(has_resolved ? trace.end : trace.before);
+    assign<S>(trace.predicted, in<S>(y) + h * start + (h * h / (2 * since)) * (known - start));
+    has_prediction = true;
+  }
+
+  /// Sought from the prediction where there is one, and then from `guess` if the force doesn't exist there.
+  [[nodiscard]] Outcome resolve(const Gamma<Scalar>& gamma, Scalar at, const Plain& guess) {
+    return resolve(gamma, at, guess, false);
+  }
+  [[nodiscard]] Outcome resolve(const Gamma<Scalar>& gamma, Scalar at) {
+    return resolve(gamma, at, y, this->knows_start && Eq::Rhs::is_autonomous && !Eq::Rhs::drifts);
+  }
+  [[nodiscard]] Outcome check_start(const Gamma<Scalar>& gamma) {
+    return Eq::check_start(gamma, allowed(), [this](const Plain& x) { return trace.size_of(x, y, y); });
+  }
+  [[nodiscard]] Outcome linearise() requires(Eq::needs.stages) { return Eq::linearise(allowed()); }
+  [[nodiscard]] SolveTolerance<Plain> allowed() const {
+    return {&trace.weight, trace.newton_target, trace.rtol, trace.usual, trace.has_unsized};
+  }
+  /// trace.end = y' at (t + Δt, next), by a force call
+  [[nodiscard]] Outcome end() {
+    if (!Eq::Rhs::is_finite(next)) return Outcome::non_finite_state;
+    const bool finite = rhs().slope(t + dt, next, trace.end, psi);
+    return finite ? Outcome::success : Outcome::non_finite_force;
+  }
+  /// Completes trace.start where it is M⁻¹Ψ of a singular M.
+  void complete_start() { kernel.algebra().complete_start(rhs(), *this); }
+  void tell(auto&& f) { f(trace); }
+  /// The trace has the slope at the end: Ψ itself isn't kept.
+  static void end_with_psi() {}
+  void keep_force() requires Eq::Kernel::carries { this->knows_end = this->ends_with_psi; }
+
+ private:
+  [[nodiscard]] Outcome resolve(const Gamma<Scalar>& gamma, Scalar at, const Plain& guess, bool psi_known) {
+    if (has_resolved) copy_blocks<S>(trace.error, trace.end);  // kept for the error: Y' of the resolve before
+    copy_blocks<S>(trace.end, next);                           // b
+    Outcome outcome = Outcome::non_finite_force;
+    if (std::exchange(has_prediction, false)) {
+      outcome = Eq::resolve_from(gamma, at, trace.predicted, false, allowed());
+      if (outcome == Outcome::non_finite_force || outcome == Outcome::non_finite_state) copy_blocks<S>(next, trace.end);
+    }
+    if (outcome == Outcome::non_finite_force || outcome == Outcome::non_finite_state)
+      outcome = Eq::resolve_from(gamma, at, guess, psi_known && this->knows_start, allowed());
+    if (failed(outcome)) return outcome;
+    assign_solved<S>(trace.end, (in<S>(next) - in<S>(trace.end)) / gamma.force);
+    if constexpr (Eq::Rhs::drifts) position_of<S>(trace.end) = velocity_of<S>(next);
+    has_resolved = true;
+    return outcome;
+  }
+};
+
+}}  // namespace phistep::PHISTEP_ABI
