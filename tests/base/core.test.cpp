@@ -30,7 +30,7 @@ TEST_CASE("a failure's message names component, particle, term, time, step, hist
   Failure f;
   f.outcome = Outcome::non_finite_force;
   f.t = 1.5, f.dt = 0.25, f.block = 1, f.index = 7, f.row = 1, f.column = 2, f.term = 3;
-  f.record(0.5), f.record(0.125);
+  f.add(0.5), f.add(0.125);
   CHECK_THAT(f.message(), contains("force is not finite") && contains("component 7") && contains("block 1") &&
                               contains("particle 2") && contains("row 1") && contains("term 3") &&
                               contains("t = 1.5") && contains("dt = 0.25") && contains("0.5 0.12") &&
@@ -40,7 +40,7 @@ TEST_CASE("a failure's message names component, particle, term, time, step, hist
 TEST_CASE("a long Newton history is cut, not written past its end") {
   Failure f;
   f.outcome = Outcome::newton_stalled;
-  for (int i = 0; i < 100; ++i) f.record(1.0);
+  for (int i = 0; i < 100; ++i) f.add(1.0);
   CHECK(f.iterations == 100);
   CHECK_FALSE(f.message().empty());
 }

@@ -11,7 +11,7 @@ struct Around {
   phistep::StepReport step(Pair& y, double t, double dt) { return inside.step(y, t, dt); }
   [[nodiscard]] int order() const { return inside.order(); }
   [[nodiscard]] phistep::Statistics statistics() const { return inside.statistics(); }
-  [[nodiscard]] const phistep::Failure& history() const { return inside.history(); }
+  [[nodiscard]] const phistep::SolveRecord& last_solve() const { return inside.last_solve(); }
   bool slope(double t, const Pair& y, Pair& out) { return inside.slope(t, y, out); }
 #ifndef MUST_FAIL
   [[nodiscard]] auto checkpoint() const { return inside.checkpoint(); }

@@ -49,7 +49,7 @@ class FixedPointResolvent<S, Rhs> {
 
   /// In: Y = b; `guess` is where the iteration starts (its solved blocks count). Out: Y, and w = Y − b.
   [[nodiscard]] Outcome resolve(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, Plain& Y, const Plain& guess, Rate& psi,
-                                Failure& history, bool psi_known = false, SolveTolerance<Plain> allowed = {}) {
+                                SolveRecord& record, bool psi_known = false, SolveTolerance<Plain> allowed = {}) {
     if (options_.rtol > 0) allowed.target = 0;
     is_rms_ = allowed.target > 0 || options_.rtol > 0;
     increment_.begin(Y, gamma.drift);
@@ -73,7 +73,7 @@ class FixedPointResolvent<S, Rhs> {
           forget();
           return first_non_finite(Rate::blocks(psi)) ? Outcome::non_finite_force : Outcome::non_finite_state;
         }
-        history.record(size.resolution);
+        record.add(size.resolution);
         ++rhs.statistics().iterations;
         const Judgement judgement = test.judge(done, size);
         if (judgement == Judgement::go_on) continue;

@@ -19,9 +19,9 @@ using One = Eigen::Matrix<double, 1, 1>;
 using Swing = Motion<One>;
 using Two = Eigen::Vector2d;
 
-inline Failure contracting(int corrections, double q) {
-  Failure history;
-  for (int k = 0; k < corrections; ++k) history.record(0.3 * std::pow(q, k));
+inline SolveRecord contracting(int corrections, double q) {
+  SolveRecord history;
+  for (int k = 0; k < corrections; ++k) history.add(0.3 * std::pow(q, k));
   return history;
 }
 
@@ -39,7 +39,7 @@ int off_desired(const auto& force, auto scheme, double first, int desired, doubl
   std::vector<int> iterations;
   for (int n = 0; n < 200; ++n) {
     REQUIRE(run.advance());
-    iterations.push_back(stepper.history().iterations);
+    iterations.push_back(stepper.last_solve().iterations);
   }
   int worst = 0;
   for (std::size_t n = 100; n < 200; ++n) worst = std::max(worst, std::abs(iterations[n] - desired));
@@ -122,19 +122,19 @@ TEST_CASE("Λ is what makes a contraction q = S Δt^p take K_d corrections") {
 
 TEST_CASE("with nothing to go by it grows; where corrections did not fall it shrinks; it is always a number") {
   const iteration_control wanted{.first_step = 1};
-  CHECK(iteration_factor(Failure{}, wanted) == 2);
+  CHECK(iteration_factor(SolveRecord{}, wanted) == 2);
   CHECK(iteration_factor(contracting(1, 0.5), wanted) == 2);
   CHECK(iteration_factor(contracting(3, 0.0), wanted) == 2);
   CHECK(iteration_factor(contracting(8, 1.0), wanted) == 0.1);
   CHECK(iteration_factor(contracting(8, 3.0), wanted) == 0.1);
   CHECK(iteration_factor(contracting(500, 0.99), wanted) < 1);  // longer than the history kept
   for (const double odd : {std::nan(""), HUGE_VAL, 0.0, 1e-320}) {
-    Failure history;
-    history.record(0.1), history.record(odd), history.record(odd);
+    SolveRecord history;
+    history.add(0.1), history.add(odd), history.add(odd);
     const double factor = iteration_factor(history, wanted);
     CHECK(factor >= 0.1);
     CHECK(factor <= 2);
-    Failure worse;
+    SolveRecord worse;
     worse.record(odd), worse.record(0.1);
     CHECK(iteration_factor(worse, wanted) >= 0.1);
     CHECK(iteration_factor(worse, wanted) <= 2);

@@ -23,7 +23,7 @@ Pace begun(Pace pace) {
 }  // namespace
 
 TEST_CASE("a step cut short by a time to stop at says nothing of the next: the length is that of before") {
-  const Failure quick;  // converged at once
+  const SolveRecord quick;  // converged at once
   const auto check = [&](auto pace) {
     REQUIRE(pace.propose() == 0.5);
     Limits limits;

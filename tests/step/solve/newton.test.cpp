@@ -54,7 +54,7 @@ struct Scalar {
   void drop_jacobian() { factors = false; }
 
   Outcome solve(NewtonOptions options = {}) {
-    Failure history;
+    SolveRecord history;
     start = x;
     return solve_newton(*this, options, std::numeric_limits<double>::epsilon(), history, rate);
   }

@@ -33,30 +33,39 @@ namespace phistep { inline namespace PHISTEP_ABI {
          "force for jumps";
 }
 
-/// The details of the last failed step, kept by the stepper.
-struct Failure {
+/// What the solves of a step did.
+struct SolveRecord {
   static constexpr std::size_t history_length = 24;
 
-  Outcome outcome = Outcome::success;
-  double t = 0;                                     ///< [time] start of the step
-  double dt = 0;                                    ///< [time] its length
-  std::int64_t block = -1;                          ///< which block of the state (motion: 0 = r, 1 = v), −1 = unknown
-  std::int64_t index = -1;                          ///< which component of that block, in storage order
-  std::int64_t row = -1;                            ///< for matrix-shaped blocks: the component …
-  std::int64_t column = -1;                         ///< … of this particle
-  std::int64_t particle = -1;                       ///< whose own equations failed, where each has its own
-  bool is_singular = false;                         ///< the mass matrix is
-  int term = -1;                                    ///< which term of a sum, −1 = unknown or not a sum
-  std::int64_t returned_rows = -1;                  ///< of a result of the wrong size, −1 = there was none
-  std::int64_t returned_columns = -1;               ///< likewise
   int iterations = 0;                               ///< Newton or fixed-point iterations done
   std::array<double, history_length> increments{};  ///< relative size of each one's increment
+  std::int64_t particle = -1;                       ///< whose own equations failed, where each has its own
+  bool is_singular = false;                         ///< the mass matrix is
 
-  void record(double increment) {
+  void add(double increment) {
     if (static_cast<std::size_t>(iterations) < history_length)
       increments[static_cast<std::size_t>(iterations)] = increment;
     ++iterations;
   }
+  /// A step begins.
+  void begin() {
+    iterations = 0;
+    particle = -1;
+  }
+};
+
+/// The details of the last failed step, kept by the stepper.
+struct Failure : SolveRecord {
+  Outcome outcome = Outcome::success;
+  double t = 0;                        ///< [time] start of the step
+  double dt = 0;                       ///< [time] its length
+  std::int64_t block = -1;             ///< which block of the state (motion: 0 = r, 1 = v), −1 = unknown
+  std::int64_t index = -1;             ///< which component of that block, in storage order
+  std::int64_t row = -1;               ///< for matrix-shaped blocks: the component …
+  std::int64_t column = -1;            ///< … of this particle
+  int term = -1;                       ///< which term of a sum, −1 = unknown or not a sum
+  std::int64_t returned_rows = -1;     ///< of a result of the wrong size, −1 = there was none
+  std::int64_t returned_columns = -1;  ///< likewise
 
   void archive(auto& ar) {
     ar("outcome", outcome, "t", t, "dt", dt, "block", block, "index", index, "row", row, "column", column, "particle",

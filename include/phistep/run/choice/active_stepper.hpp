@@ -99,8 +99,8 @@ class ActiveStepper {
   void complete_slopes(const Plain& y0, const Plain& y1, Scalar dt, Plain& slope0, Plain& slope1) const {
     visit(*this, [&](auto& at_work) { at_work.complete_slopes(y0, y1, dt, slope0, slope1); });
   }
-  [[nodiscard]] const Failure& history() const {
-    return visit(*this, [](auto& at_work) -> const Failure& { return at_work.history(); });
+  [[nodiscard]] const SolveRecord& last_solve() const {
+    return visit(*this, [](auto& at_work) -> const SolveRecord& { return at_work.last_solve(); });
   }
   [[nodiscard]] const char* solver_name() const {
     return visit(*this, [](auto& at_work) { return at_work.solver_name(); });

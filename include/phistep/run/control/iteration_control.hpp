@@ -50,10 +50,10 @@ struct SmallerOf {
 
 /// Λ_K after a solve in K corrections of the sizes in `history`, within [0.1, 2]. Rounding must not pass for slow
 /// convergence: only corrections that still fell count.
-[[nodiscard]] inline double iteration_factor(const Failure& history, const iteration_control& wanted) {
-  const int corrections = std::min(history.iterations, static_cast<int>(Failure::history_length));
+[[nodiscard]] inline double iteration_factor(const SolveRecord& record, const iteration_control& wanted) {
+  const int corrections = std::min(record.iterations, static_cast<int>(SolveRecord::history_length));
   if (corrections < 2) return 2;
-  const auto size = [&](int k) { return history.increments[static_cast<std::size_t>(k)]; };
+  const auto size = [&](int k) { return record.increments[static_cast<std::size_t>(k)]; };
   if (!(size(0) > 0)) return 2;
   const double reached = size(corrections - 1) / size(0);
   if (!(reached > 0)) return 2;

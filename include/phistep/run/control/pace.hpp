@@ -7,7 +7,7 @@
 ///     bool is_at_end(clock), may_try()         whether the run is done; whether there may be another try
 ///     Landing plan(clock, stop)                where the next step is to land, at a stop or before
 ///     prepare(y, dt), judge(…)                 before and inside an attempt, where it wants to see the error
-///     accepted(to, history, limits)            the step has become the state
+///     accepted(to, record, limits)            the step has become the state
 ///     Outcome failed(outcome, to, …)           success: try again with what plan() says now
 #pragma once
 
@@ -121,12 +121,6 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
         trace_.usual = &usual_;
       }
     trace_.has_unsized = knows_rounding && norm_.is_automatic() && !norm_.automatic().all_sized();
-    trace_.norm = this;
-    trace_.measure = [](void* pace, const Plain& error, const Plain& from, const Plain& to) {
-      auto& self = *static_cast<ErrorPace*>(pace);
-      // Only the error of the try in hand teaches sizes: a probe that begins with a check of its start isn't that check.
-      return (&error == &self.trace_.error ? self.measure(error, from, to) : self.norm_(error, from, to)).size();
-    };
   }
   /// Whether the step's error is allowed.
   [[nodiscard, gnu::always_inline]] inline bool judge(const Plain& y, const Plain& next, const Trace<Plain>& told) {
@@ -167,12 +161,16 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
   }
   /// ‖e‖ in units of the tolerance, where e is what a state between y and next is off.
   [[nodiscard]] double size(const Plain& y, const Plain& next, const Plain& e) { return norm_(e, y, next).size(); }
+  /// That of the try in hand, which teaches sizes: a probe that begins with a check of its start isn't that check.
+  [[nodiscard]] double size_of_error(const Plain& y, const Plain& next) {
+    return measure(trace_.error, y, next).size();
+  }
   /// Whether the error of a step that is not the one in hand is allowed.
   [[nodiscard]] bool allows(const Plain& y, const Plain& next, const Trace<Plain>& told) {
     return told.proposed != 0 || std::sqrt(told.error_scale_square) * size(y, next, told.error) <=
                                      allowed_;  // a scheme that proposes Δt has judged
   }
-  [[gnu::always_inline]] inline void accepted(const Landing<Scalar>& to, const Failure& history, Limits& limits) {
+  [[gnu::always_inline]] inline void accepted(const Landing<Scalar>& to, const SolveRecord& record, Limits& limits) {
     const double dt = std::abs(static_cast<double>(to.dt));
     const double proposed = std::exchange(trace_.proposed, 0);
     trace_.advance();
@@ -185,7 +183,7 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
     double by = proposed > 0 ? proposed / dt : size_.accepted_square(error_.square * per_allowed_ * per_allowed_);
     bool by_iterations = false;
     if (counts_) {
-      const double lambda = iteration_factor(history, iterations_);
+      const double lambda = iteration_factor(record, iterations_);
       by_iterations = lambda < by;
       by = std::min(by, lambda);
     }
@@ -201,7 +199,7 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
     else if (by_iterations) limits.count(LimitedBy::iterations);
     else limits.count(LimitedBy::error, error_.worst);
   }
-  [[nodiscard]] Outcome failed(Outcome why, const Landing<Scalar>& to, const Failure&, Limits& limits) {
+  [[nodiscard]] Outcome failed(Outcome why, const Landing<Scalar>& to, const SolveRecord&, Limits& limits) {
     const double dt = std::abs(static_cast<double>(to.dt)), proposed = std::exchange(trace_.proposed, 0);
     if (std::exchange(doubt_.has_learned, false)) return Length::shorten(why, dt, 0.9);
     if (proposed > 0 && proposed < dt) return Length::shorten(why, dt, proposed / dt);
@@ -414,16 +412,15 @@ class IterationPace : public VariableStep<ScalarOf<S>> {
     Length::set(std::min(wanted_.first_step, std::abs(static_cast<double>(span.t1 - span.t0))));
     return Outcome::success;
   }
-  void accepted(const Landing<Scalar>& to, const Failure& history, Limits& limits) {
+  void accepted(const Landing<Scalar>& to, const SolveRecord& record, Limits& limits) {
     const bool was_capped = Length::is_capped();
-    const double next = iteration_factor(history, wanted_) * std::abs(static_cast<double>(to.dt));
+    const double next = iteration_factor(record, wanted_) * std::abs(static_cast<double>(to.dt));
     Length::set(to.clipped ? std::max(Length::propose(), next) : next);
     limits.count(to.clipped ? LimitedBy::stop : was_capped ? LimitedBy::max_step : LimitedBy::iterations);
   }
-  [[nodiscard]] Outcome failed(Outcome why, const Landing<Scalar>& to, const Failure& history, Limits&) {
+  [[nodiscard]] Outcome failed(Outcome why, const Landing<Scalar>& to, const SolveRecord& record, Limits&) {
     if (!may_be_cured(why)) return why;
-    return Length::shorten(why, std::abs(static_cast<double>(to.dt)),
-                           std::min(0.5, iteration_factor(history, wanted_)));
+    return Length::shorten(why, std::abs(static_cast<double>(to.dt)), std::min(0.5, iteration_factor(record, wanted_)));
   }
 
   void archive(auto& ar) { ar("step", static_cast<Length&>(*this)); }

@@ -89,8 +89,8 @@ class Halving {
   }
   template <class S, class Accept>
   StepReport attempt(S& state, ScalarOf<S> t, ScalarOf<S> dt, Origin origin, Trace<PlainState<S>>& trace,
-                     Accept&& accept) requires(facts.traces.value) {
-    const StepReport report = stepper_.attempt(state, t, dt, origin, trace, std::forward<Accept>(accept));
+                     const Accept& accept) requires(facts.traces.value) {
+    const StepReport report = stepper_.attempt(state, t, dt, origin, trace, accept);
     if (report) ++steps_;
     else if (report.outcome() != Outcome::error_too_large) ++failed_steps_;
     return report;
@@ -112,7 +112,7 @@ class Halving {
   [[nodiscard]] bool slope(Scalar t, const Plain& y, Plain& out) {
     return stepper_.slope(t, y, out);
   }
-  [[nodiscard]] const Failure& history() const { return stepper_.history(); }
+  [[nodiscard]] const SolveRecord& last_solve() const { return stepper_.last_solve(); }
   [[nodiscard]] const char* solver_name() const { return stepper_.solver_name(); }
   [[nodiscard]] bool keeps_factors() const requires requires(const Stepper& inner) { inner.keeps_factors(); }
   { return stepper_.keeps_factors(); }

@@ -134,11 +134,12 @@ class PhiStepper {
     else return false;
   }
   /// A step that becomes the state only if accept(y, y⁺, trace) says so; otherwise Outcome::error_too_large, and the state
-  /// keeps every bit. The trace tells of the step what it can. What a failed try has found serves the next; after the last, call
-  /// calls forget_solves().
+  /// keeps every bit. The trace tells of the step what it can. What a failed try has found serves the next; after the last try
+  /// call forget_solves().
+  /// @param accept  a judge (step/kernel/traced_equation.hpp)
   template <class Accept>
   StepReport attempt(S& state, Scalar t, Scalar dt, Origin origin, Trace<PlainState<S>>& trace,
-                     Accept&& accept) requires(facts.traces.value) {
+                     const Accept& accept) requires(facts.traces.value) {
     if constexpr (Traits::valid) {
       if constexpr (static_unknowns<S> == Eigen::Dynamic)
         if (!kernel_.fits(state)) resize(state);
@@ -148,7 +149,8 @@ class PhiStepper {
         if (failed(outcome)) return outcome;
         return accept(eq.y, std::as_const(eq.next), trace) ? Outcome::success : Outcome::error_too_large;
       };
-      return kernel_.run_traced(state, OneStep<Scalar>{t, dt}, origin, trace, advance, [this] { working_.accepted(); });
+      return kernel_.run_traced(state, OneStep<Scalar>{t, dt}, origin, trace, accept, advance,
+                                [this] { working_.accepted(); });
     } else {
       return {};
     }
@@ -204,7 +206,7 @@ class PhiStepper {
       }
   }
   /// Of the last step: the sizes of its solves' corrections.
-  [[nodiscard]] const Failure& history() const { return kernel_.history(); }
+  [[nodiscard]] const SolveRecord& last_solve() const { return kernel_.last_solve(); }
 
   [[nodiscard]] int order() const { return working_.order(); }
   /// The power of Δt with which the error estimate of `attempt` goes.

@@ -97,13 +97,13 @@ class StepAttempt {
   [[nodiscard]] bool is_at_end() const { return pace_.is_at_end(clock_); }
   /// A step has become the state.
   void accepted(const Landing<Scalar>& to, [[maybe_unused]] Limits& limits) {
-    if constexpr (Pace::varies) pace_.accepted(to, stepper_.history(), limits);
+    if constexpr (Pace::varies) pace_.accepted(to, stepper_.last_solve(), limits);
     else pace_.accepted(to);
   }
   /// After a try that failed: success where the pace has a shorter one, else how the run ends.
   [[nodiscard]] Outcome retry(Outcome why, [[maybe_unused]] const Landing<Scalar>& to,
                               [[maybe_unused]] Limits& limits) {
-    if constexpr (Pace::varies) return pace_.failed(why, to, stepper_.history(), limits);
+    if constexpr (Pace::varies) return pace_.failed(why, to, stepper_.last_solve(), limits);
     else return why;
   }
 
@@ -140,7 +140,7 @@ class StepAttempt {
         done = now;
         if (done || !may_probe || !pace_.doubts(done.outcome(), to)) break;
         put_back.step = this;
-        move_a_rounding_away(pace_.begin_probe(stepper_.history().iterations > 0));
+        move_a_rounding_away(pace_.begin_probe(stepper_.last_solve().iterations > 0));
       }
     } else {
       done = attempt_in_a_way(to, origin);
@@ -231,10 +231,20 @@ class StepAttempt {
         Blocks<Plain>::all(moved));
     copy_blocks<S>(state_, moved);
   }
-  /// In a place of its own: the loop of a run stays small enough for the compiler to make one function of it.
-  [[nodiscard, gnu::noinline]] bool is_allowed(const Plain& y, const Plain& next, const auto& told) {
-    return pace_.judge(y, next, told);
-  }
+  /// The run's judge of a try (step/kernel/traced_equation.hpp).
+  struct Judge {
+    StepAttempt& step;
+    /// In a place of its own: the loop of a run stays small enough for the compiler to make one function of it.
+    [[nodiscard, gnu::noinline]] bool operator()(const Plain& y, const Plain& next, const auto& told) const {
+      return step.pace_.judge(y, next, told);
+    }
+    [[nodiscard]] double size(const Plain& x, const Plain& y, const Plain& next) const {
+      return step.pace_.size(y, next, x);
+    }
+    [[nodiscard]] double size_of_error(const Plain& y, const Plain& next) const {
+      return step.pace_.size_of_error(y, next);
+    }
+  };
   [[nodiscard]] StepReport attempt_in_a_way(const Landing<Scalar>& to, Origin origin) {
     if constexpr (Pace::sees_error) {
       auto& trace = pace_.trace();
@@ -245,9 +255,7 @@ class StepAttempt {
       // A step of a few ticks of the clock, where far longer ones are within the tolerance, tells of rounding alone.
       if (to.lands && length <= static_cast<double>(clock_.rounding(t)) && 100 * length <= pace_.propose())
         return do_step(stepper_, state_, clock_.t(), to.dt, origin);
-      const auto accept = [this](const Plain& y, const Plain& next, const auto& told) {
-        return this->is_allowed(y, next, told);
-      };
+      const Judge accept{*this};
       if constexpr (facts_of<Stepper>.traces)
         if (stepper_.estimates(trace)) {
           way_ = Way::traced;

@@ -207,7 +207,7 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
     bool success = false;
     // A Jacobian that the force gives costs less than the iterations that an old one would add.
     pending_keeps_ = !std::remove_cvref_t<decltype(eq.stages())>::analytic && control_.is_fast(test);
-    trace.proposed = control_.after(dt, trace.size_of(trace.error, eq.y, eq.next), test, pending_keeps_, success);
+    trace.proposed = control_.after(dt, eq.size_of_error(), test, pending_keeps_, success);
     if (!success) return Outcome::error_too_large;
     keep<s>(eq);
     return Outcome::success;

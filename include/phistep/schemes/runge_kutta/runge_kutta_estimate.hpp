@@ -115,7 +115,7 @@ class RungeKuttaEstimate {
             k.template put<runge_kutta::OfPositions<Tableau, Change>, block>(eq.dt * eq.dt, position_of<S>(change));
         },
         Blocks<S>::solved(change));
-    const double e = trace.size_of(trace.error, eq.y, eq.next), most = trace.size_of(change, eq.y, eq.next);
+    const double e = eq.size_of_error(), most = eq.size_of(change, eq.next);
     if (e > 2e-3 * most) trace.error_scale_square *= std::min(e / (2e-3 * most), 100.0);
   }
 

@@ -225,7 +225,7 @@ struct Equation {
       knows_start = ends_with_psi = false;
       last = gamma;
       const Outcome outcome =
-          resolvent.resolve(rhs(), gamma, at, next, guess, psi, kernel.transaction().failure(), psi_known, allowed);
+          resolvent.resolve(rhs(), gamma, at, next, guess, psi, kernel.transaction().record(), psi_known, allowed);
       if constexpr (requires { Kernel::Resolvent::looks_at_all; }) return outcome;
       if (failed(outcome)) return outcome;
       return Rhs::is_finite(next) ? Outcome::success : Outcome::non_finite_state;

@@ -37,7 +37,7 @@ class Kernel {
   static constexpr bool carries = needs.carries && !is_linearly_implicit<Solver>;
   using Transaction = phistep::Transaction<S, Rhs, carries>;
   using Equation = phistep::Equation<Kernel>;
-  using Traced = TracedEquation<Equation>;
+  using Traced = TracedEquation<Equation, NoJudge>;
   using Passes = ExplicitPasses<S, Rhs, needs, carries>;
   using Resolvent = ResolventOf<S, Rhs, Solver, needs>;
   static_assert(needs.passes == 0 || (!needs.solver && !needs.stages));
@@ -47,7 +47,7 @@ class Kernel {
   Kernel(const S& state, const Plain& copy, Rhs rhs, const Solver& solver)
       : rhs_{std::move(rhs)}, transaction_{state, copy}, passes_{state}, resolvent_{copy, rhs_, solver} {
     passes_.bind(copy);
-    transaction_.failure().is_singular = algebra_.bind(rhs_, copy);
+    transaction_.record().is_singular = algebra_.bind(rhs_, copy);
     if constexpr (ShowsTrials<S> && !steps_in_place) state.reserve();
   }
 
@@ -56,10 +56,14 @@ class Kernel {
     const auto bind = [this](auto&... where) PHISTEP_DETAIL_INLINED { return Equation{*this, where...}; };
     return run(state, steps, origin, false, bind, advance, accepted);
   }
-  /// Runs `advance(Traced&) → Outcome` as one step. Where it ends with an outcome, the next, shorter try reuses Jacobian and factors.
-  StepReport run_traced(S& state, const auto& step, Origin origin, Trace<Plain>& trace, auto&& advance,
-                        auto&& accepted) {
-    const auto bind = [this, &trace](auto&... where) { return Traced{Equation{*this, where...}, trace}; };
+  /// Runs `advance(TracedEquation&) → Outcome` as one step. Where it ends with an outcome, the next, shorter try reuses Jacobian and
+  /// factors.
+  template <class Judge>
+  StepReport run_traced(S& state, const auto& step, Origin origin, Trace<Plain>& trace, const Judge& judge,
+                        auto&& advance, auto&& accepted) {
+    const auto bind = [&](auto&... where) {
+      return TracedEquation<Equation, Judge>{Equation{*this, where...}, trace, judge};
+    };
     return run(state, step, origin, true, bind, advance, accepted);
   }
   /// Several steps in a call.
@@ -71,7 +75,7 @@ class Kernel {
     return passes_.arrays().run(rhs_, transaction_, state, t, dt, origin, advance);
   }
   /// Of the last step: the sizes of its solves' corrections.
-  [[nodiscard]] const Failure& history() const { return transaction_.failure(); }
+  [[nodiscard]] const SolveRecord& last_solve() const { return transaction_.record(); }
   [[nodiscard]] bool keeps_factors() const {
     if constexpr (needs.stages) return true;
     else if constexpr (needs.solver) return resolvent_.keeps_factors();
@@ -110,7 +114,7 @@ class Kernel {
     transaction_ = std::move(fresh);
     passes_.forget();
     passes_.bind(copy);
-    transaction_.failure().is_singular = algebra_.bind(rhs_, copy);
+    transaction_.record().is_singular = algebra_.bind(rhs_, copy);
     torn_ = false;
   }
   static constexpr bool has_unsaved = FieldState<S> || requires(Resolvent & resolvent) { resolvent.forget_unsaved(); };

@@ -9,6 +9,7 @@
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/combination.hpp"
+#include "phistep/base/state/norms.hpp"
 #include "phistep/base/state/unknowns.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/step/equation/gamma.hpp"
@@ -16,7 +17,14 @@
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-template <class Eq>
+/// A judge that accepts every step.
+struct NoJudge {
+  [[nodiscard]] bool operator()(const auto& /*y*/, const auto& /*next*/, const auto& /*trace*/) const { return true; }
+};
+
+/// @tparam Judge  (y, y⁺, trace) → whether the step may become the state; with sizes of its own, size(x, y, y⁺) → ‖x‖ and
+///                size_of_error(y, y⁺) → ‖trace.error‖ in units of the tolerance, else the weighted RMS serves
+template <class Eq, class Judge>
 struct TracedEquation : Eq {
   using S = typename Eq::S;
   using Eq::y, Eq::t, Eq::dt, Eq::next, Eq::psi, Eq::kernel, Eq::rhs;
@@ -24,11 +32,12 @@ struct TracedEquation : Eq {
   static constexpr bool is_traced = true;
 
   Trace<Plain>& trace;
+  const Judge& judge;
   bool has_prediction = false;  ///< trace.predicted is where the next resolve starts
   bool has_resolved = false;    ///< trace.end is the slope at the end of a resolve of this step, …
   Scalar sought{};              ///< [time] … this long after t
 
-  TracedEquation(Eq&& eq, Trace<Plain>& leaves) : Eq{std::move(eq)}, trace{leaves} {
+  TracedEquation(Eq&& eq, Trace<Plain>& leaves, const Judge& by) : Eq{std::move(eq)}, trace{leaves}, judge{by} {
     trace.dt = dt;
     trace.has_slopes = trace.has_error = false;
     trace.error_scale_square = 1;
@@ -86,7 +95,7 @@ struct TracedEquation : Eq {
     return resolve(gamma, at, y, this->knows_start && Eq::Rhs::is_autonomous && !Eq::Rhs::drifts);
   }
   [[nodiscard]] Outcome check_start(const Gamma<Scalar>& gamma) {
-    return Eq::check_start(gamma, allowed(), [this](const Plain& x) { return trace.size_of(x, y, y); });
+    return Eq::check_start(gamma, allowed(), [this](const Plain& x) { return size_of(x, y); });
   }
   [[nodiscard]] Outcome linearise() requires(Eq::needs.stages) { return Eq::linearise(allowed()); }
   [[nodiscard]] SolveTolerance<Plain> allowed() const {
@@ -97,6 +106,16 @@ struct TracedEquation : Eq {
     if (!Eq::Rhs::is_finite(next)) return Outcome::non_finite_state;
     const bool finite = rhs().slope(t + dt, next, trace.end, psi);
     return finite ? Outcome::success : Outcome::non_finite_force;
+  }
+  /// ‖x‖ in units of the tolerance, of what a state between y and y1 is off, …
+  [[nodiscard]] double size_of(const Plain& x, const Plain& y1) const {
+    if constexpr (requires { judge.size(x, y, y1); }) return judge.size(x, y, y1);
+    else return weighted_rms(x, trace.weight);
+  }
+  /// … and that of the step's own estimate, trace.error, for schemes that judge their steps themselves.
+  [[nodiscard]] double size_of_error() const {
+    if constexpr (requires { judge.size_of_error(y, next); }) return judge.size_of_error(y, next);
+    else return weighted_rms(trace.error, trace.weight);
   }
   /// Completes trace.start where it is M⁻¹Ψ of a singular M.
   void complete_start() { kernel.algebra().complete_start(rhs(), *this); }

@@ -52,7 +52,7 @@ class FixedPointResolvent {
 
   /// In: Y = b; `guess` is where the iteration starts (its solved blocks count). Out: Y, and w = Y − b.
   [[nodiscard]] Outcome resolve(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, Plain& Y, const Plain& guess, Rate& psi,
-                                Failure& history, bool psi_known = false, SolveTolerance<Plain> allowed = {}) {
+                                SolveRecord& record, bool psi_known = false, SolveTolerance<Plain> allowed = {}) {
     if (options_.rtol > 0) allowed.target = 0;
     increment_.begin(Y, gamma.drift);
     increment_.start(Y, guess);
@@ -65,7 +65,7 @@ class FixedPointResolvent {
         return first_non_finite(Rate::blocks(psi)) ? Outcome::non_finite_force : Outcome::non_finite_state;
       if (k == 1) weigh(Y);
       const Correction size = this->size(Y, allowed);
-      history.record(size.resolution);
+      record.add(size.resolution);
       ++rhs.statistics().iterations;
       const Judgement judgement = test.judge(k, size, anderson_.stretches());
       if (judgement == Judgement::growing) return Outcome::iteration_diverged;
@@ -203,10 +203,10 @@ class VelocityResolvent {
     rests_ = 0, rest_ = 8, is_dense_ = false;
   }
   [[nodiscard]] Outcome resolve(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, Plain& Y, const Plain& guess, Rate& psi,
-                                Failure& history, bool psi_known = false, SolveTolerance<Plain> allowed = {}) {
+                                SolveRecord& record, bool psi_known = false, SolveTolerance<Plain> allowed = {}) {
     is_dense_ = rests_ > 0;
     if (!is_dense_) {
-      const Outcome found = iterated_.resolve(rhs, gamma, t, Y, guess, psi, history, psi_known, allowed);
+      const Outcome found = iterated_.resolve(rhs, gamma, t, Y, guess, psi, record, psi_known, allowed);
       if (!failed(found) || unknowns<S>(Y) > dense_difference_limit) return found;
       iterated_.undo(Y);
       psi_known = false;
@@ -215,7 +215,7 @@ class VelocityResolvent {
       rests_ = rest_, rest_ = std::min(2 * rest_, 1024);
     }
     --rests_;
-    return dense_->resolve(rhs, gamma, t, Y, guess, psi, history, psi_known, allowed);
+    return dense_->resolve(rhs, gamma, t, Y, guess, psi, record, psi_known, allowed);
   }
   [[nodiscard]] Outcome filter(Rhs& rhs, Plain& e) {
     return is_dense_ ? dense_->filter(rhs, e) : Iterated::filter(rhs, e);

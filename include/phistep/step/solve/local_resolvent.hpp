@@ -106,7 +106,7 @@ class LocalResolvent {
 
   /// In: Y = b; `guess` is where the iterations start. Out: Y, and w = Y − b.
   [[nodiscard]] Outcome resolve(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, Plain& Y, const Plain& guess, Rate& psi,
-                                Failure& history, bool /*psi_known*/ = false, SolveTolerance<Plain> allowed = {}) {
+                                SolveRecord& record, bool /*psi_known*/ = false, SolveTolerance<Plain> allowed = {}) {
     OneRhs one_rhs = bind(rhs);
     Statistics& spent = one_rhs.statistics();
     Statistics most;
@@ -135,12 +135,12 @@ class LocalResolvent {
 
       rhs.statistics().active_iterations += spent.iterations;
       most = largest_of(most, spent);
-      if (outcome != Outcome::success) history.particle = at / dim;
+      if (outcome != Outcome::success) record.particle = at / dim;
       if (story_.iterations > hardest_.iterations || outcome != Outcome::success) hardest_ = story_;
     }
     rhs.statistics() = rhs.statistics() + most;
     for (int k = 0; k < hardest_.iterations; ++k)
-      history.record(hardest_.increments[std::min(static_cast<std::size_t>(k), Failure::history_length - 1)]);
+      record.add(hardest_.increments[std::min(static_cast<std::size_t>(k), SolveRecord::history_length - 1)]);
     return outcome;
   }
 
@@ -176,7 +176,7 @@ class LocalResolvent {
   Own newton_;
   std::vector<Pace> paces_;
   Eigen::Matrix<Scalar, static_unknowns<S>, 1> increment_;
-  Failure story_, hardest_;
+  SolveRecord story_, hardest_;
 };
 
 template <State S, class Rhs, bool position>

@@ -43,7 +43,7 @@ concept NewtonEquation = requires(Equation& F) {
 /// @param inherits  earlier solves have left something that this one uses; false where it fails before it has used that
 template <NewtonEquation Equation>
 [[nodiscard]] Outcome iterate_newton(Equation& equation, ConvergenceTest& test, double keep_rate, bool line_search,
-                                     Failure& history, int& k, bool& inherits) {
+                                     SolveRecord& record, int& k, bool& inherits) {
   using enum Judgement;
   bool own = false;  // the matrix was made in this solve …
   double first = 0, last = 0, residual = 0;
@@ -91,7 +91,7 @@ template <NewtonEquation Equation>
     const bool settled = noise || here || !own || !test.is_to_rounding();
     if (const Outcome bad = equation.correct(); failed(bad)) return bad;
     const Correction size = equation.size();
-    history.record(size.relative);
+    record.add(size.relative);
     (at_start ? first : last) = size.absolute;
     if (size.is_new) {
       test.forget();
@@ -120,10 +120,10 @@ template <NewtonEquation Equation>
 /// for what was before.
 template <NewtonEquation Equation>
 [[nodiscard]] Outcome solve_newton(Equation& equation, ConvergenceTest& test, double keep_rate, bool line_search,
-                                   Failure& history) {
+                                   SolveRecord& record) {
   bool inherits = equation.has_jacobian() || equation.has_factors() || test.has_past();
   for (int k = 0;; test.start_over(k)) {
-    const Outcome outcome = iterate_newton(equation, test, keep_rate, line_search, history, k, inherits);
+    const Outcome outcome = iterate_newton(equation, test, keep_rate, line_search, record, k, inherits);
     if (outcome == Outcome::success || !std::exchange(inherits, false)) return outcome;
     equation.drop_jacobian();
   }
@@ -133,12 +133,12 @@ template <NewtonEquation Equation>
 /// the domain.
 /// @param rate  how fast the first corrections of the solve before fell, and now of this; 0: not known
 template <NewtonEquation Equation>
-[[nodiscard]] Outcome solve_newton(Equation& equation, const NewtonOptions& options, double round_off, Failure& history,
-                                   double& rate) {
+[[nodiscard]] Outcome solve_newton(Equation& equation, const NewtonOptions& options, double round_off,
+                                   SolveRecord& record, double& rate) {
   Outcome first = Outcome::success;
   for (bool line_search = options.line_search;; line_search = true) {
     ConvergenceTest test(options, round_off, rate);
-    const Outcome outcome = solve_newton(equation, test, keep_jacobian_rate(options), line_search, history);
+    const Outcome outcome = solve_newton(equation, test, keep_jacobian_rate(options), line_search, record);
     rate = outcome == Outcome::success ? test.first_rate() : 0;
     if (outcome == Outcome::success) return outcome;
     if (first != Outcome::success) return first;

@@ -102,7 +102,7 @@ class NewtonResolvent {
   /// @param psi_known  psi holds Ψ at the start of the iteration already
   /// @param allowed  of a controlled run: says how well to solve, unless the options do
   [[nodiscard]] Outcome resolve(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, Plain& Y, const Plain& guess, Rate& psi,
-                                Failure& history, bool psi_known = false, SolveTolerance<Plain> allowed = {}) {
+                                SolveRecord& record, bool psi_known = false, SolveTolerance<Plain> allowed = {}) {
     increment_.begin(Y, gamma.drift);
     if (options_.rtol > 0) allowed.target = 0;
     // Factors of a γ that is the same up to rounding (frames away from t = 0) serve always, to a tolerance those within
@@ -110,8 +110,8 @@ class NewtonResolvent {
     const bool is_tolerant = !affine && (options_.rtol > 0 || allowed.target > 0);
     matrix_.begin(gamma, is_tolerant ? Scalar{3} / 10 : static_cast<Scalar>(std::sqrt(round_off)));
     Equation equation{*this, rhs, gamma, t, Y, guess, psi, allowed, {rhs, gamma, t, psi, psi_known, increment_}};
-    const Outcome outcome = solve(equation, history);
-    if (outcome == Outcome::singular_matrix) history.particle = matrix_.singular_particle();
+    const Outcome outcome = solve(equation, record);
+    if (outcome == Outcome::singular_matrix) record.particle = matrix_.singular_particle();
     return outcome;
   }
 
@@ -234,7 +234,7 @@ class NewtonResolvent {
     }
   };
 
-  [[nodiscard]] Outcome solve(Equation& equation, Failure& history) {
+  [[nodiscard]] Outcome solve(Equation& equation, SolveRecord& record) {
     if constexpr (affine) {
       return affine_solve_.run<Rhs::drifts>(equation, matrix_, increment_, options_.linear_rtol, round_off);
     } else if constexpr (corrections == Corrections::one) {
@@ -254,25 +254,24 @@ class NewtonResolvent {
       }
       return equation.correct();
     } else {
-      const int before = history.iterations;
+      const int before = record.iterations;
       const Outcome outcome = equation.allowed.target > 0
-                                  ? solve_controlled(equation, history)
-                                  : solve_newton(equation, options_, round_off, history, pace_.first_rate);
-      equation.rhs.statistics().iterations += history.iterations - before;
+                                  ? solve_controlled(equation, record)
+                                  : solve_newton(equation, options_, round_off, record, pace_.first_rate);
+      equation.rhs.statistics().iterations += record.iterations - before;
       return outcome;
     }
   }
 
   /// Where a smaller step is at hand, plain Newton has one try.
-  [[nodiscard]] Outcome solve_controlled(Equation& equation, Failure& history) {
+  [[nodiscard]] Outcome solve_controlled(Equation& equation, SolveRecord& record) {
     // An old Jacobian contracts in proportion to γ, old factors no better than their own γ allows.
     const double gamma = std::abs(static_cast<double>(equation.gamma.force));
     const double growth = pace_.gamma_before > 0 ? gamma / pace_.gamma_before : 1;
     pace_.gamma_before = gamma;
     const double rate = std::max(pace_.rate * std::max(1.0, growth), matrix_.staleness(equation.gamma));
     ConvergenceTest test(equation.allowed.target, options_.max_iterations, rate, round_off);
-    const Outcome outcome =
-        solve_newton(equation, test, keep_jacobian_rate({.rtol = 1}), options_.line_search, history);
+    const Outcome outcome = solve_newton(equation, test, keep_jacobian_rate({.rtol = 1}), options_.line_search, record);
     pace_.rate = outcome == Outcome::success ? test.rate() : 1;
     return outcome;
   }
@@ -288,9 +287,9 @@ class NewtonResolvent {
 /// What serves a kernel's resolves; where solves leave anything, it has forget_unsaved(), too.
 template <class Resolvent, class S, class Rhs>
 concept Resolves = requires(Resolvent& one, Rhs& rhs, const Gamma<ScalarOf<S>>& gamma, ScalarOf<S> t, PlainState<S>& Y,
-                            const PlainState<S>& guess, RateOf<S>& psi, Failure& history) {
+                            const PlainState<S>& guess, RateOf<S>& psi, SolveRecord& record) {
   {
-    one.resolve(rhs, gamma, t, Y, guess, psi, history, false, SolveTolerance<PlainState<S>>{})
+    one.resolve(rhs, gamma, t, Y, guess, psi, record, false, SolveTolerance<PlainState<S>>{})
     } -> std::same_as<Outcome>;
   { one.filter(rhs, Y) } -> std::same_as<Outcome>;  // of an error estimate, with the last resolve's matrix
   { one.increment() } -> std::convertible_to<typename UnknownsOf<S>::type>;  // Y − b of the last resolve

@@ -9,7 +9,6 @@
 #include "phistep/base/numbers/arithmetic.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/non_finite.hpp"
-#include "phistep/base/state/norms.hpp"
 #include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
@@ -66,9 +65,6 @@ struct Trace {
   const Plain* usual = nullptr;  ///< what components usually are, for differences; null: as weights say
   bool has_unsized = false;      ///< components whose weight is 0 are measured by what they become
   bool wants_dense = false;      ///< dense output is read: keep what interpolate() needs
-  void* norm = nullptr;          ///< the controller's norm, and …
-  double (*measure)(void* norm, const Plain& error, const Plain& y,
-                    const Plain& next) = nullptr;  ///< … how it measures
 
   // Carried from step to step. After an edit of the state, or of a step rejected after it was accepted: forget().
   bool knows_start = false;  ///< `start` holds y' where the next step starts
@@ -127,11 +123,6 @@ struct Trace {
     for_each_block([](auto, auto& a, auto& b) { a.swap(b); }, Blocks<Plain>::all(before), Blocks<Plain>::all(start));
     dt_before = Scalar{0};
     has_slopes = has_error = false;
-  }
-
-  /// A step's error as the controller measures it, for schemes that judge their steps themselves: 1 is the tolerance.
-  [[nodiscard]] double size_of(const Plain& e, const Plain& y, const Plain& next) const {
-    return measure == nullptr ? weighted_rms(e, weight) : measure(norm, e, y, next);
   }
 
   void archive(auto& ar) {

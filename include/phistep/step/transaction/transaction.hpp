@@ -49,8 +49,7 @@ class Transaction {
 
   /// A step begins: success, or why it can't.
   [[nodiscard]] Outcome open(Scalar t, Scalar dt) {
-    failure_.iterations = 0;
-    failure_.particle = -1;
+    record_.begin();
     return check(t, dt);
   }
   /// A step that did not begin.
@@ -95,9 +94,9 @@ class Transaction {
 
   /// Outcome::inconsistent_start will be about this component.
   void accuse(const Offender& component) { accused_ = component; }
-  /// The story of the step that failed last.
-  [[nodiscard]] Failure& failure() { return failure_; }
-  [[nodiscard]] const Failure& failure() const { return failure_; }
+  /// What the solves of this step have done, or those of the last.
+  [[nodiscard]] SolveRecord& record() { return record_; }
+  [[nodiscard]] const SolveRecord& record() const { return record_; }
   void reset() { guard_.forget(); }
   [[nodiscard]] bool fits(const S& state) const {
     if constexpr (HasProperties<S>)
@@ -191,7 +190,7 @@ class Transaction {
       if (outcome != Outcome::success) {
         if (outcome == Outcome::error_too_large) {
           ++rhs.statistics().rejections;
-          return {outcome, failure_.iterations, nullptr};
+          return {outcome, record_.iterations, nullptr};
         }
         if constexpr (in_registers) {
           // fail() must not see addresses of what should stay in registers on the good path: it gets copies.
@@ -218,7 +217,7 @@ class Transaction {
       }
       ++rhs.statistics().steps;
       accepted();
-      if (is_last) return {Outcome::success, failure_.iterations, nullptr};
+      if (is_last) return {Outcome::success, record_.iterations, nullptr};
       if constexpr (in_registers) y = next;
     }
   }
@@ -232,6 +231,7 @@ class Transaction {
                                                const Plain& next, const Rate& psi, const WrongSize* wrong = nullptr) {
     ++rhs.statistics().failed_steps;
     Failure& f = failure_;
+    static_cast<SolveRecord&>(f) = record_;
     f.returned_rows = wrong != nullptr ? wrong->rows : -1;
     f.returned_columns = wrong != nullptr ? wrong->columns : -1;
     f.t = static_cast<double>(t);
@@ -283,7 +283,8 @@ class Transaction {
   Rate psi_;
   [[no_unique_address]] Only<borrowed && !ShowsTrials<S>, Plain> gathered_;
   EditGuard<S, Blocks<S>::drifts && !Rhs::couples_unknowns, Rhs::Traits::uses_time> guard_;
-  Failure failure_;
+  SolveRecord record_;
+  Failure failure_;  // of the step that failed last
   Offender accused_;
   [[no_unique_address]] Only<ShowsTrials<S>, Offender> end_;
 };
