@@ -1,12 +1,10 @@
 /// @file
 /// States inside the step that a run has just done. They come from the interpolant where that is right to half the
-/// tolerance, which steps that end inside tell; else from the interpolants of 2, 4 or 8 parts of the step, from the third
-/// state on and where these are right; else from a step really done (step_inside.hpp).
+/// tolerance, which steps that end inside tell; else from a step really done (step_inside.hpp).
 #pragma once
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 
 #include "phistep/base/facts/stepper_facts.hpp"
@@ -19,8 +17,6 @@
 #include "phistep/base/version.hpp"
 #include "phistep/run/control/run_report.hpp"
 #include "phistep/run/inside/dense_output.hpp"
-#include "phistep/run/inside/interpolant_trust.hpp"
-#include "phistep/run/inside/parts_inside.hpp"
 #include "phistep/run/inside/step_inside.hpp"
 #include "phistep/run/stepper/any_stepper.hpp"
 
@@ -36,6 +32,45 @@ template <bool sees_error, class Stepper>
   else if constexpr (facts_of<Stepper>.solves_nothing) return stepper.order() <= 2;
   else return false;
 }
+
+/// How long a check of the interpolant holds. A check compares it with steps that end inside the step, which is twice the work of
+/// the step itself: where its result was clear, it holds for 1, 2, then 4 steps, as long as Δt stays about the same.
+class InterpolantTrust {
+ public:
+  /// Another step has been done.
+  void step() {
+    is_fresh_ = left_ > 0;
+    left_ = std::max(left_ - 1, 0);
+  }
+  /// What the last check says of a step of this length; empty: it has to be checked. [time]
+  [[nodiscard]] std::optional<bool> known(double dt) const {
+    if (is_fresh_ && dt_ / 2 < dt && dt < 1.05 * dt_) return is_right_;
+    return {};
+  }
+  /// A check has found the interpolant off by `error`, in units of the tolerance: right is half of that or less.
+  bool check(double dt, double error) {
+    is_right_ = error <= 0.5;
+    // Clear is ten times less or more than that. The 1.05 above makes 1.05¹² = 1.8 of an error that goes as Δt¹².
+    const bool is_clear = error <= 0.05 || !(error <= 5);
+    steps_ = is_clear ? std::clamp(2 * steps_, 1, 4) : 0;
+    left_ = steps_;
+    dt_ = dt;
+    is_fresh_ = true;
+    return is_right_;
+  }
+  void forget() { *this = {}; }
+
+  void archive(auto& ar) {
+    ar("dt", dt_, "steps", steps_, "left", left_, "is_right", is_right_, "is_fresh", is_fresh_);
+    ar.check(dt_ >= 0 && 0 <= left_ && left_ <= steps_ && steps_ <= 4);
+  }
+
+ private:
+  double dt_ = 0;  // of the step that was checked [time]
+  int steps_ = 0, left_ = 0;
+  bool is_right_ = false, is_fresh_ = false;
+};
+
 /// @tparam Attempt     a StepAttempt
 /// @tparam does_steps  steps may be done inside; else states come from Hermite's interpolant
 template <class Attempt, bool does_steps>
@@ -47,7 +82,7 @@ class LookInside {
   using Plain = PlainState<S>;
 
   /// @param report  the run's: it counts what looks cost, and tells why one failed
-  LookInside(Attempt& step, TrustInside& trust, RunReport& report) : step_{step}, trust_{trust}, report_{report} {}
+  LookInside(Attempt& step, InterpolantTrust& trust, RunReport& report) : step_{step}, trust_{trust}, report_{report} {}
 
   /// The step has been done, and no state inside it asked for.
   void begin(Scalar dt) {
@@ -57,7 +92,7 @@ class LookInside {
   }
   /// It has been done again, to an earlier end: nothing that was made for the other one serves.
   void begin_again(Scalar dt) {
-    if constexpr (does_steps) work_.inside.end(), work_.parts.end(), work_.looks = 0;
+    if constexpr (does_steps) work_.inside.end();
     dt_ = dt;
     is_checked_ = false;
     trusted_.reset();
@@ -70,7 +105,7 @@ class LookInside {
       if (is_checked_ && dense_.is_inside(t)) {
         if (!trusted_) trusted_ = trusts();
         if (!*trusted_) {
-          if (!look_by_parts(t, work_.found)) static_cast<void>(go_to(t, work_.found));
+          static_cast<void>(go_to(t, work_.found));
           return work_.found;
         }
       }
@@ -119,23 +154,30 @@ class LookInside {
     if constexpr (sees_error) {
       if (!dense_.is_known_inside()) return false;
       const double length = std::abs(static_cast<double>(dt_));
-      if (const std::optional<bool> known = trust_.whole.known(length)) return *known;
-      const std::optional<double> worst = worst_error(dt_, 0.5, [this](Scalar t) { return &dense_.at(t); });
-      return !worst || trust_.whole.check(length, *worst);  // a step that fails ends the run
+      if (const std::optional<bool> known = trust_.known(length)) return *known;
+      double worst = 0;  // error, in tolerances
+      for (const double x : facts_of<Stepper>.doubtful_at.value) {
+        if (!(worst <= 0.5)) break;
+        const Scalar t = step_.t0() + static_cast<Scalar>(x) * dt_;
+        if (!go_to(t, work_.found)) return true;  // a step that fails ends the run
+        assign<S>(work_.found, in<S>(dense_.at(t)) - in<S>(work_.found));
+        const double error = step_.pace().size(step_.start(), step_.plain(), work_.found);
+        worst = error <= worst ? worst : error;  // NaN, too
+      }
+      return trust_.check(length, worst);
     } else {
       return false;
     }
   }
   /// Keeps the state while a step inside works in it; then puts it back, and books the cost.
-  template <class Worker>
   class Visit {
    public:
-    Visit(LookInside& look, const Worker& worker) : look_{look}, worker_{worker}, before_{worker.spent()} {
+    explicit Visit(LookInside& look) : look_{look}, before_{look.work_.inside.spent()} {
       copy_blocks<S>(look.work_.end, look.step_.state());
     }
     ~Visit() {
       copy_blocks<S>(look_.step_.state(), look_.work_.end);
-      Statistics cost = worker_.spent() - before_;
+      Statistics cost = look_.work_.inside.spent() - before_;
       cost.steps = cost.failed_steps = cost.rejections = 0;
       look_.report_.statistics = look_.report_.statistics + cost;
     }
@@ -144,50 +186,8 @@ class LookInside {
 
    private:
     LookInside& look_;
-    const Worker& worker_;
     Statistics before_;
   };
-
-  /// The largest error, in tolerances, of *guess(t) at the doubtful places of so long a part of the step, by steps to there.
-  /// Empty without a guess, or if a step fails.
-  [[nodiscard]] std::optional<double> worst_error(Scalar length, double enough, auto&& guess) {
-    double worst = 0;
-    for (const double x : facts_of<Stepper>.doubtful_at.value) {
-      if (!(worst <= enough)) break;
-      const Scalar t = step_.t0() + static_cast<Scalar>(x) * length;
-      const Plain* guessed = guess(t);
-      if (guessed == nullptr || !go_to(t, work_.off)) return {};
-      assign<S>(work_.off, in<S>(*guessed) - in<S>(work_.off));
-      const double error = step_.pace().size(step_.start(), step_.plain(), work_.off);
-      worst = error <= worst ? worst : error;  // NaN, too
-    }
-    return worst;
-  }
-  /// out = y(t) by the interpolants of parts. False where these are not right either.
-  [[nodiscard]] bool look_by_parts([[maybe_unused]] Scalar t, [[maybe_unused]] Plain& out) {
-    if constexpr (sees_error) {
-      const int count = trust_.whole.parts();
-      const Scalar length = dt_ / static_cast<Scalar>(std::max(count, 1));
-      const double size = std::abs(static_cast<double>(length));
-      if (++work_.looks <= 2 || count == 0 || trust_.parts.known(size) == false) return false;
-      auto& parts = work_.parts;
-      if (!parts.has_begun() || parts.is_past(t))
-        parts.begin(step_.stepper(), step_.past(), step_.start(), step_.t0(), dt_, count, step_.pace().trace());
-      const auto at = [&](Scalar time) {
-        const Visit<PartsInside<Stepper, S>> visit{*this, parts};
-        return parts.at(step_.state(), time, step_.pace());
-      };
-      if (!trust_.parts.known(size)) {
-        const std::optional<double> worst = worst_error(length, std::numeric_limits<double>::infinity(), at);
-        if (!worst || !trust_.parts.check(size, *worst)) return false;
-      }
-      const Plain* found = at(t);
-      if (found != nullptr) copy_blocks<S>(out, *found);
-      return found != nullptr;
-    } else {
-      return false;
-    }
-  }
   /// out = y(t) by a step from the start. False where it fails, and the run ends with that.
   [[nodiscard]] bool go_to(Scalar t, Plain& out) {
     const Scalar from = step_.t0(), dt = t - from;
@@ -197,7 +197,7 @@ class LookInside {
     }
     auto& inside = work_.inside;
     if (!inside.has_begun()) inside.begin(step_.stepper(), step_.past());
-    const Visit<StepInside<Stepper, S>> visit{*this, inside};
+    const Visit visit{*this};
     copy_blocks<S>(step_.state(), step_.start());
     const StepReport done = inside.step(step_.state(), from, dt, step_.pace());
     copy_blocks<S>(out, step_.state());
@@ -210,14 +210,12 @@ class LookInside {
 
   struct Work {
     StepInside<Stepper, S> inside;
-    PartsInside<Stepper, S> parts;
-    int looks = 0;     // at states that the interpolant of the whole step can't tell
-    Plain end;         // the state at the step's end, while others are in its place
-    Plain found, off;  // the state last asked for; scratch
+    Plain end;    // the state at the step's end, while others are in its place
+    Plain found;  // the state last asked for
   };
 
   Attempt& step_;
-  TrustInside& trust_;
+  InterpolantTrust& trust_;
   RunReport& report_;
   Scalar dt_{};
   DenseOutput<S> dense_;

@@ -4,6 +4,9 @@
 /// is done as two halves.
 #pragma once
 
+#include <optional>
+#include <type_traits>
+
 #include "phistep/base/facts/stepper_facts.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/statistics.hpp"
@@ -11,11 +14,30 @@
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/run/stepper/any_stepper.hpp"
-#include "phistep/run/stepper/spare_stepper.hpp"
 #include "phistep/run/stepper/step_doubling.hpp"
 #include "phistep/step/transaction/trace.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
+
+/// A copy of a run's stepper, to step beside the run. It is made once, and from then on assigned to: that allocates nothing
+/// where sizes stay (and the force can be assigned, base/machine/assignable.hpp).
+template <class Stepper>
+class SpareStepper {
+ public:
+  void copy(const Stepper& stepper) {
+    if constexpr (std::is_copy_assignable_v<Stepper>) stepper_ = stepper;
+    else stepper_.emplace(stepper);
+    before_ = stepper_->statistics();
+  }
+  [[nodiscard]] Stepper* operator->() { return &*stepper_; }
+  [[nodiscard]] Stepper& operator*() { return *stepper_; }
+  /// What it has cost since it is a copy.
+  [[nodiscard]] Statistics spent() const { return stepper_->statistics() - before_; }
+
+ private:
+  std::optional<Stepper> stepper_;
+  Statistics before_;
+};
 
 template <class Stepper, State S>
 class StepInside {
