@@ -14,6 +14,13 @@
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
+/// As reports print it.
+[[nodiscard]] inline std::string number_text(double x, int digits) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.*g", digits, x);
+  return text;
+}
+
 /// How a run ended, and what it did. Contextually true where it reached t1.
 struct [[nodiscard]] RunReport {
   Outcome outcome = Outcome::success;      ///< why the run ended; success: at t1
@@ -36,9 +43,9 @@ struct [[nodiscard]] RunReport {
     // No step failed: there is none to describe.
     std::string where = refused.option != nullptr ? std::string(": ") + refused.option : "";
     if (refused.is)
-      where += " (" + number(*refused.is, 6) +
-               (refused.least > 0 ? "; it works from " + number(refused.least, 3) + " on)" : std::string(")"));
-    where += "; at t = " + number(t, 9);
+      where += " (" + number_text(*refused.is, 6) +
+               (refused.least > 0 ? "; it works from " + number_text(refused.least, 3) + " on)" : std::string(")"));
+    where += "; at t = " + number_text(t, 9);
     return explain(outcome, where + of_component(", for the error of", limits.worst()), failure.is_singular) + doubts();
   }
   /// What is odd about a run, whatever its outcome. Empty where nothing is.
@@ -51,7 +58,7 @@ struct [[nodiscard]] RunReport {
               "): another scheme, or an .atol for what is small, may do with far fewer.";
     if (outcome == Outcome::too_many_steps && 1e3 * smallest_dt < largest_dt)
       text +=
-          " Steps have shrunk from " + number(largest_dt, 3) + " to " + number(smallest_dt, 3) +
+          " Steps have shrunk from " + number_text(largest_dt, 3) + " to " + number_text(smallest_dt, 3) +
           ": the state may slide along a jump of the force, which switches back and forth (chattering), and no step is "
           "short enough; smooth the jump, or step along it.";
     if (limits.leapt.steps() > 0)
@@ -61,11 +68,6 @@ struct [[nodiscard]] RunReport {
   }
 
  private:
-  [[nodiscard]] static std::string number(double x, int digits) {
-    char text[40];
-    std::snprintf(text, sizeof text, "%.*g", digits, x);
-    return text;
-  }
   [[nodiscard]] static std::string of_component(const char* what, const Component& where) {
     if (where.block < 0) return {};
     return std::string{what} + " component " + std::to_string(where.index) + " of block " + std::to_string(where.block);
