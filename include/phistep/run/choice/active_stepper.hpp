@@ -15,7 +15,7 @@
 #include "phistep/base/outcome/step_report.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/version.hpp"
-#include "phistep/run/stepper/error_law.hpp"
+#include "phistep/run/control/error_law.hpp"
 #include "phistep/step/transaction/origin.hpp"
 #include "phistep/step/transaction/trace.hpp"
 

@@ -194,34 +194,29 @@ class Sampled {
   F f_;
 };
 
-/// Floating-point numbers as they are, integers as double.
-template <class Number>
-using TimeOf = std::conditional_t<std::floating_point<Number>, Number, double>;
-
 template <class Range>
 concept TimeRange = requires(const Range& times) {
   requires std::is_arithmetic_v<std::remove_cvref_t<decltype(*times.begin())>>;
   times.end();
 };
 
+/// Floating-point numbers as they are, integers as double.
 template <TimeRange Range>
 [[nodiscard]] auto to_times(const Range& times) {
-  std::vector<TimeOf<std::remove_cvref_t<decltype(*times.begin())>>> list;
-  for (const auto t : times) list.push_back(static_cast<typename decltype(list)::value_type>(t));
+  using Number = std::remove_cvref_t<decltype(*times.begin())>;
+  using Time = std::conditional_t<std::floating_point<Number>, Number, double>;
+  std::vector<Time> list;
+  for (const auto t : times) list.push_back(static_cast<Time>(t));
   return list;
 }
 
 /// `integrate(…, at_times({0.1, 0.25, 7}, [](double t, auto& state) { … }))`: steps end exactly at these times; f may edit
 /// the state there. [time] A list in braces is one of doubles; where a state has longer ones, give a std::vector of them.
 /// @throws std::invalid_argument where a time is not finite
-template <TimeRange Range, class F>
+template <TimeRange Range = std::initializer_list<double>, class F>
 [[nodiscard]] auto at_times(const Range& times, F&& f) {
   static_assert(!copies_a_record<F>, "phistep: at_times(times, recorder) would fill a copy: write std::ref(recorder)");
   return AtTimes(to_times(times), std::decay_t<F>(std::forward<F>(f)));
-}
-template <class F>
-[[nodiscard]] auto at_times(std::initializer_list<double> times, F&& f) {
-  return at_times<std::initializer_list<double>>(times, std::forward<F>(f));
 }
 
 /// `integrate(…, sampled(0.1, [](double t, const auto& state) { … }))`: at t0 and at every multiple of the interval from
@@ -233,16 +228,12 @@ template <class F>
                 "phistep: sampled(interval, recorder) would fill a copy: write std::ref(recorder)");
   return Sampled(IntervalMarks(interval), std::decay_t<F>(std::forward<F>(f)));
 }
-/// … or at given times.
+/// The same at given times.
 /// @throws std::invalid_argument where one is not finite
-template <TimeRange Range, class F>
+template <TimeRange Range = std::initializer_list<double>, class F>
 [[nodiscard]] auto sampled(const Range& times, F&& f) {
   static_assert(!copies_a_record<F>, "phistep: sampled(times, recorder) would fill a copy: write std::ref(recorder)");
   return Sampled(ListMarks(to_times(times)), std::decay_t<F>(std::forward<F>(f)));
-}
-template <class F>
-[[nodiscard]] auto sampled(std::initializer_list<double> times, F&& f) {
-  return sampled<std::initializer_list<double>>(times, std::forward<F>(f));
 }
 
 }}  // namespace phistep::PHISTEP_ABI

@@ -146,7 +146,7 @@ class EventSet {
     look(found, t, state);
     return happen(t, state);
   }
-  /// Its first half, which asks every g and changes nothing: where one throws, the step can still be taken back …
+  /// Its first half, which asks every g and changes nothing: where one throws, the step can still be taken back.
   void look(const Found& found, Scalar t, const S& state) {
     const Plain& y = plain(state);
     each([&](auto k, auto& event) {
@@ -154,11 +154,14 @@ class EventSet {
       known_[k] = root.start_sign != 0 && !is_before(t, root.start, end_[k].t - root.start);
       const bool together = root.kind == Root<Scalar>::Kind::found &&
                             std::abs(root.t - found.root.t) <= root.tolerance + found.root.tolerance;
-      happens_[k] = k == found.which || together || (known_[k] && passed(root.start_sign, event.value(t, y), event));
-      if (happens_[k] && k != found.which) at_root_[k] = event.value(t, y);
+      happens_[k] = k == found.which;
+      if (happens_[k] || !(together || known_[k])) return;
+      const Scalar g = event.value(t, y);
+      happens_[k] = together || passed(root.start_sign, g, event);
+      if (happens_[k]) at_root_[k] = g;
     });
   }
-  /// … and the second.
+  /// Its second half.
   [[nodiscard]] Outcome happen(Scalar t, S& state) {
     each([&](auto k, auto&) {
       if (happens_[k]) memory_[k].standing = Standing::on_root;
