@@ -17,7 +17,6 @@
 #include "phistep/base/outcome/step_report.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/ranks.hpp"
-#include "phistep/run/control/fixed_step.hpp"
 #include "phistep/run/control/run_arguments.hpp"
 #include "phistep/run/control/run_clock.hpp"
 #include "phistep/run/control/run_report.hpp"

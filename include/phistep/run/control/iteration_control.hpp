@@ -19,7 +19,6 @@
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/run/control/error_law.hpp"
-#include "phistep/run/control/fixed_step.hpp"
 #include "phistep/run/control/limits.hpp"
 #include "phistep/run/control/run_clock.hpp"
 #include "phistep/run/control/variable_step.hpp"

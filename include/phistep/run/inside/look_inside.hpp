@@ -1,11 +1,12 @@
 /// @file
 /// States inside the step that a run has just done. They come from the interpolant where that is right to half the
-/// tolerance, which steps that end inside tell; else from a step really done (step_inside.hpp).
+/// tolerance, which steps that end inside tell; else from a step really done.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <type_traits>
 
 #include "phistep/base/facts/stepper_facts.hpp"
 #include "phistep/base/machine/only.hpp"
@@ -17,8 +18,9 @@
 #include "phistep/base/version.hpp"
 #include "phistep/run/control/run_report.hpp"
 #include "phistep/run/inside/dense_output.hpp"
-#include "phistep/run/inside/step_inside.hpp"
 #include "phistep/run/stepper/any_stepper.hpp"
+#include "phistep/run/stepper/step_doubling.hpp"
+#include "phistep/step/transaction/trace.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -69,6 +71,66 @@ class InterpolantTrust {
   double dt_ = 0;  // of the step that was checked [time]
   int steps_ = 0, left_ = 0;
   bool is_right_ = false, is_fresh_ = false;
+};
+
+/// The state inside a step that has been done, by a shorter step from the same start: by a copy of the stepper, so that the run
+/// goes on without a change. The copy is made once, and from then on assigned to: that allocates nothing where sizes stay (and the
+/// force can be assigned, base/machine/assignable.hpp). Under a tolerance its error is tested as that of any step, and where it
+/// fails it is done as two halves.
+template <class Stepper, State S>
+class StepInside {
+ public:
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+
+  /// The step has been done.
+  /// @param stepper  as the step left it
+  /// @param past     its checkpoint before that step, to which this refers
+  void begin(const Stepper& stepper, const Past<Stepper>& past) {
+    if constexpr (std::is_copy_assignable_v<Stepper>) spare_ = stepper;
+    else spare_.emplace(stepper);
+    past_ = &past;
+  }
+  /// Until then there is none to look into.
+  [[nodiscard]] bool has_begun() const { return past_ != nullptr; }
+  void end() { past_ = nullptr; }
+  /// state = y(t + dt) from y(t), by one step at a fixed Δt, or by as many as the error asks for.
+  /// @param pace  the run's, whose tolerances hold
+  template <class Pace>
+  [[nodiscard]] StepReport step(S& state, Scalar t, Scalar dt, Pace& pace) {
+    go_back(*spare_, *past_);
+    if constexpr (Pace::sees_error) {
+      trace_ = pace.trace();
+      trace_.wants_dense = false;
+      return part(state, t, dt, pace, 0);
+    } else {
+      return spare_->step(state, t, dt);
+    }
+  }
+  /// The run's until this step, and what looks into it have cost.
+  [[nodiscard]] Statistics statistics() const { return spare_->statistics(); }
+
+ private:
+  StepReport part(S& state, Scalar t, Scalar dt, auto& pace, int halvings) {
+    trace_.forget();
+    const StepReport done = attempt(state, t, dt, pace);
+    const bool may_halve = done.outcome() == Outcome::error_too_large || may_be_cured(done.outcome());
+    if (done || halvings == 20 || !may_halve) return done;
+    const Scalar half = dt / 2;
+    const StepReport first = part(state, t, half, pace, halvings + 1);
+    return first ? part(state, t + half, half, pace, halvings + 1) : first;
+  }
+  StepReport attempt(S& state, Scalar t, Scalar dt, auto& pace) {
+    const auto allows = [&](const Plain& y, const Plain& next, const auto& told) { return pace.allows(y, next, told); };
+    if constexpr (facts_of<Stepper>.traces)
+      if (spare_->estimates(trace_)) return spare_->attempt(state, t, dt, Origin::unknown, trace_, allows);
+    return doubling_.attempt(*spare_, state, t, dt, Origin::unknown, trace_, allows);
+  }
+
+  std::optional<Stepper> spare_;
+  const Past<Stepper>* past_ = nullptr;
+  Trace<Plain> trace_;
+  StepDoubling<Stepper, S> doubling_;
 };
 
 /// @tparam Attempt     a StepAttempt
@@ -172,12 +234,12 @@ class LookInside {
   /// Keeps the state while a step inside works in it; then puts it back, and books the cost.
   class Visit {
    public:
-    explicit Visit(LookInside& look) : look_{look}, before_{look.work_.inside.spent()} {
+    explicit Visit(LookInside& look) : look_{look}, before_{look.work_.inside.statistics()} {
       copy_blocks<S>(look.work_.end, look.step_.state());
     }
     ~Visit() {
       copy_blocks<S>(look_.step_.state(), look_.work_.end);
-      Statistics cost = look_.work_.inside.spent() - before_;
+      Statistics cost = look_.work_.inside.statistics() - before_;
       cost.steps = cost.failed_steps = cost.rejections = 0;
       look_.report_.statistics = look_.report_.statistics + cost;
     }

@@ -36,7 +36,6 @@
 #include "phistep/base/version.hpp"
 #include "phistep/run/observers/completed_step.hpp"
 #include "phistep/run/observers/event.hpp"
-#include "phistep/run/observers/refine_root.hpp"
 #include "phistep/run/observers/root.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {

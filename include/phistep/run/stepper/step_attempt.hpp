@@ -18,7 +18,6 @@
 #include "phistep/base/state/non_finite.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/run/control/error_law.hpp"
-#include "phistep/run/control/fixed_step.hpp"
 #include "phistep/run/control/limits.hpp"
 #include "phistep/run/control/run_clock.hpp"
 #include "phistep/run/stepper/any_stepper.hpp"
