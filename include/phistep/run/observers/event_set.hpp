@@ -11,7 +11,8 @@
 ///                                             plain state, or nullptr where the step failed; the last one counts.
 ///                                             hit.resteps = 0: the event is the end of the step, which stands.
 ///                                             hit.g not finite: the step failed, or else it is Outcome::non_finite_event
-///       events.happen(found, hit.t, state)    handlers, which may edit the state
+///       events.look(found, hit.t, state)      which others happen with it
+///       events.happen(hit.t, state)           handlers, which may edit the state
 ///     }
 ///     events.rearm(t, state)                  after edits by others: a sign that an edit changes is no event
 ///
@@ -139,13 +140,8 @@ class EventSet {
     return hit;
   }
 
-  /// Calls the handlers of the event found and, in the order given, of those that happen with it: whose own root is that
-  /// one as far as time can tell, or whose g has passed zero in the step done again.
-  [[nodiscard]] Outcome happen(const Found& found, Scalar t, S& state) {
-    look(found, t, state);
-    return happen(t, state);
-  }
-  /// Its first half, which asks every g and changes nothing: where one throws, the step can still be taken back.
+  /// Which events happen with the one found: whose own root is that one as far as time can tell, or whose g has passed zero in the
+  /// step done again. Asks every g and changes nothing: where one throws, the step can still be taken back.
   void look(const Found& found, Scalar t, const S& state) {
     const Plain& y = plain(state);
     each([&](auto k, auto& event) {
@@ -160,7 +156,7 @@ class EventSet {
       if (happens_[k]) at_root_[k] = g;
     });
   }
-  /// Its second half.
+  /// Calls the handlers of these, in the order given.
   [[nodiscard]] Outcome happen(Scalar t, S& state) {
     each([&](auto k, auto&) {
       if (happens_[k]) memory_[k].standing = Standing::on_root;
