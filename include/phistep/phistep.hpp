@@ -20,10 +20,9 @@
 #include "phistep/run/control/fixed_step.hpp"         // fixed(dt)
 #include "phistep/run/control/iteration_control.hpp"  // Δt by how many iterations a solve takes
 #include "phistep/run/errors/tolerance.hpp"           // tolerance{.rtol, .atol}
-#include "phistep/run/observers/at_times.hpp"         // at_times, sampled: at given times
+#include "phistep/run/observers/at_times.hpp"         // at_times, sampled, every: at given times
 #include "phistep/run/observers/completed_step.hpp"   // CompletedStep: both ends of a step, and what lies between
 #include "phistep/run/observers/event.hpp"            // event: at roots of g(t, y)
-#include "phistep/run/observers/every.hpp"            // every(interval, f)
 #include "phistep/run/observers/recorder.hpp"         // Recorder: keeps t and y
 // Schemes.
 #include "phistep/schemes/composed.hpp"         // composed(scheme): order 8 of symmetric ones

@@ -1,6 +1,6 @@
 #include <phistep/base/state/motion.hpp>
 #include <phistep/io.hpp>
-#include <phistep/run/observers/every.hpp>
+#include <phistep/run/observers/at_times.hpp>
 
 #include <Eigen/Core>
 

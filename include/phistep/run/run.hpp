@@ -17,11 +17,9 @@
 #include "phistep/base/outcome/step_report.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/ranks.hpp"
-#include "phistep/run/control/fixed_step.hpp"
 #include "phistep/run/control/run_arguments.hpp"
 #include "phistep/run/control/run_clock.hpp"
 #include "phistep/run/control/run_report.hpp"
-#include "phistep/run/inside/interpolant_trust.hpp"
 #include "phistep/run/inside/look_inside.hpp"
 #include "phistep/run/observers/completed_step.hpp"
 #include "phistep/run/observers/event_cut.hpp"
@@ -309,7 +307,7 @@ class Run {
   RunReport report_;
   bool begun_ = false, ended_ = false, first_ = true;
   bool alone_ = false;  // no observers: the state cannot be edited between steps
-  TrustInside trust_;
+  InterpolantTrust trust_;
   std::int64_t changes_ = 0;
   EditGuard<S, false, false> edits_;
   [[no_unique_address]] Look look_{step_, trust_, report_};

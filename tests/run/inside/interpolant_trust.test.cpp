@@ -1,11 +1,10 @@
 // How long a check of the interpolant holds.
-#include <phistep/run/inside/interpolant_trust.hpp>
+#include <phistep/run/inside/look_inside.hpp>
 //
 #include <phistep/base/archive/archive.hpp>
 
 #include <cmath>
 #include <optional>
-#include <utility>
 
 #include "support/catch.hpp"
 
@@ -44,17 +43,6 @@ TEST_CASE("a result near the limit holds for its own step alone, and the next cl
   }
   trust.check(1, 0);
   CHECK(free_steps(trust, 1) == 1);
-}
-
-TEST_CASE("how many parts a step needs follows from Δt⁴") {
-  InterpolantTrust trust;
-  for (const auto& [error, parts] : {std::pair{0.6, 2}, std::pair{3.2, 2}, std::pair{3.3, 4}, std::pair{51.0, 4},
-                                     std::pair{52.0, 8}, std::pair{819.0, 8}, std::pair{820.0, 0}}) {
-    trust.check(1, error);
-    CHECK(trust.parts() == parts);
-  }
-  trust.check(1, std::nan(""));
-  CHECK(trust.parts() == 0);
 }
 
 TEST_CASE("it holds for steps of about the same length") {

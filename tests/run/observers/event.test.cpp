@@ -29,7 +29,7 @@ TEST_CASE("event: keeps its times, of one run") {
   CHECK(e.happened(1.0, y));
   CHECK(e.happened(2.0, y));
   CHECK(e.times() == std::vector<double>{1, 2});
-  e.begin();
+  e.begin(0);
   CHECK(e.times().empty());
 }
 

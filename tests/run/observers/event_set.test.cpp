@@ -73,7 +73,8 @@ struct Loop {
       resteps += hit.resteps;
       copy_blocks<S>(y, end);
       t = hit.t;
-      outcome = std::isfinite(hit.g) ? events.happen(found, t, y) : Outcome::non_finite_event;
+      if (std::isfinite(hit.g)) events.look(found, t, y);
+      outcome = std::isfinite(hit.g) ? events.happen(t, y) : Outcome::non_finite_event;
     }
     return t;
   }
@@ -275,17 +276,22 @@ TEST_CASE("events: where the step done again passes a second root too, that even
   const auto flow = [](double, double dt, const One<double>& y) {
     return One<double>{y(0) + dt + (dt < 1 ? 0.003 * dt * (1 - dt) : 0)};
   };
-  std::vector<double> happened;
+  std::vector<double> happened, asked;
   auto early = event([](double t, const One<double>&) { return t - 0.4999; }, {},
                      [&](double t, const One<double>&) { happened.push_back(t); });
-  auto late = event([](const One<double>& y) { return y(0) - 0.5; }, {},
-                    [&](double t, const One<double>&) { happened.push_back(t); });
+  auto late = event(
+      [&](double t, const One<double>& y) {
+        asked.push_back(t);
+        return y(0) - 0.5;
+      },
+      {}, [&](double t, const One<double>&) { happened.push_back(t); });
   One<double> y{0.0};
   Loop loop(y, flow, clock_slope, early, late);
   loop.run(y, 0, 1, 1);
   REQUIRE(happened.size() == 2);
   CHECK(std::abs(happened[0] - 0.4999) <= 1e-15);
   CHECK(happened[1] == happened[0]);
+  CHECK(std::count(asked.begin(), asked.end(), happened[0]) == 2);  // after the step, and after the handlers
 }
 
 TEST_CASE("events: the root is that of the step done again, found by two or three of them") {

@@ -1,5 +1,5 @@
 #include <phistep/base/state/motion.hpp>
-#include <phistep/run/observers/every.hpp>
+#include <phistep/run/observers/at_times.hpp>
 #include <phistep/run/observers/recorder.hpp>
 
 #include <cmath>

@@ -1,4 +1,3 @@
-#include <phistep/run/observers/refine_root.hpp>
 #include <phistep/run/observers/root.hpp>
 
 #include <cmath>

@@ -15,7 +15,7 @@
 #include "phistep/base/outcome/step_report.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/version.hpp"
-#include "phistep/run/stepper/error_law.hpp"
+#include "phistep/run/control/error_law.hpp"
 #include "phistep/step/transaction/origin.hpp"
 #include "phistep/step/transaction/trace.hpp"
 
@@ -89,9 +89,6 @@ class ActiveStepper {
   [[nodiscard]] int order() const {
     return visit(*this, [](auto& at_work) { return at_work.order(); });
   }
-  [[nodiscard]] int error_order() const {
-    return visit(*this, [](auto& at_work) { return at_work.error_order(); });
-  }
   /// out = y' at (t, y): one force call; false where it isn't finite.
   [[nodiscard]] bool slope(Scalar t, const Plain& y, Plain& out) {
     return visit(*this, [&](auto& at_work) { return at_work.slope(t, y, out); });
@@ -104,9 +101,6 @@ class ActiveStepper {
   }
   [[nodiscard]] const char* solver_name() const {
     return visit(*this, [](auto& at_work) { return at_work.solver_name(); });
-  }
-  [[nodiscard]] bool keeps_factors() const {
-    return visit(*this, [](auto& at_work) { return at_work.keeps_factors(); });
   }
   [[nodiscard]] Statistics statistics() const {
     return visit(*this, [](auto& at_work) -> Statistics { return at_work.statistics(); });

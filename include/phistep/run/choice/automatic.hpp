@@ -17,24 +17,11 @@
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/run/choice/automatic_stepper.hpp"
 #include "phistep/run/choice/scheme_uses.hpp"
-#include "phistep/run/control/run_report.hpp"
 #include "phistep/run/errors/tolerance.hpp"
 #include "phistep/run/run.hpp"
 #include "phistep/step/mass/mass.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
-
-/// A RunReport, and which schemes the run took.
-struct [[nodiscard]] AutomaticReport : RunReport {
-  SchemeUses schemes;
-
-  template <class OStream>
-    requires requires(OStream& out, const std::string& text) { out << "" << 0.0 << std::int64_t{} << text; }
-  friend OStream& operator<<(OStream& out, const AutomaticReport& report) {
-    out << static_cast<const RunReport&>(report) << "  schemes\n" << report.schemes.message();
-    return out;
-  }
-};
 
 /// Advances y from span.t0 to exactly span.t1, forward or backward, by schemes that it chooses and changes by itself.
 /// @param force      f(y), f(y, t), f(r), f(r, v), f(r, v, t), a term or a sum of terms, as for PhiStepper

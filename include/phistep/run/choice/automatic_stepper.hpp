@@ -23,16 +23,36 @@
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/run/choice/active_stepper.hpp"
-#include "phistep/run/choice/advised_problem.hpp"
-#include "phistep/run/choice/automatic_course.hpp"
 #include "phistep/run/choice/scheme_set.hpp"
+#include "phistep/run/choice/scheme_uses.hpp"
+#include "phistep/run/choice/spectral_radius.hpp"
+#include "phistep/run/choice/stiffness_watch.hpp"
+#include "phistep/run/choice/suitable_scheme.hpp"
+#include "phistep/run/control/error_law.hpp"
 #include "phistep/run/control/run_clock.hpp"
-#include "phistep/run/stepper/error_law.hpp"
 #include "phistep/step/mass/bound_masses.hpp"
 #include "phistep/step/mass/mass.hpp"
 #include "phistep/step/transaction/trace.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
+
+/// What a stepper that chooses its scheme knows of its way so far: what its checkpoint holds beside the scheme at work.
+template <State Plain>
+struct AutomaticCourse {
+  StiffnessWatch watch;
+  RateLook<Plain> look;
+  bool is_bound;           ///< to the scheme at work, although or because it is stiff
+  bool is_direct = false;  ///< Krylov iterations have failed: no more of them
+  SchemeUses uses{};
+  Statistics retired{};              ///< of the schemes before
+  std::int64_t changes = 0;          ///< of the forces of these
+  std::int64_t steps = 0, done = 0;  ///< steps seen, steps since
+  void archive(auto& ar) {
+    ar("watch", watch, "look", look, "uses", uses, "retired", retired, "steps", steps, "done", done, "changes", changes,
+       "is_bound", is_bound, "is_direct", is_direct);
+    ar.check(can_be_count(steps) && can_be_count(done));
+  }
+};
 
 /// Steps a state S under a force F by the scheme that suits, as long as it does.
 template <State S, class F, class MassSpec = UnitMasses>
@@ -58,7 +78,7 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
   /// @param mass   mass(m) or capacity(C); M = 1 if left out
   AutomaticStepper(const S& state, F force, double rtol, MassSpec mass = {})
       : AutomaticStepper{state, std::move(force), scene_of<S, F>(plain_of(state), mass, rtol), std::move(mass)} {}
-  /// … of a problem that is described already, by scene_of.
+  /// The same of a problem that is described already, by scene_of.
   AutomaticStepper(const S& state, F force, const AdvisedProblem& problem, MassSpec mass = {})
       : AutomaticStepper{problem, bool{algebraic_component(bind_masses<S>(mass, plain_of(state)))}, state,
                          std::move(force), std::move(mass)} {}
@@ -85,7 +105,7 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
     if (!course_.watch.judge(seen) || !change(state, y, clock, pace, seen, cause)) return {};
     return course_.watch.is_implicit() ? seen.dt : course_.watch.stable_step(seen);
   }
-  [[nodiscard]] SuitableScheme scheme() const { return Schemes::Set::all[static_cast<std::size_t>(this->active())]; }
+  [[nodiscard]] SuitableScheme scheme() const { return scheme_of(this->active()); }
   /// What the choice depends on.
   [[nodiscard]] const AdvisedProblem& problem() const { return problem_; }
   /// What it took, when and why.
@@ -124,8 +144,8 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
     int active = 0;
     AutomaticCourse<Plain> course = course_;
     in("active", active, "course", course);
-    in.check(0 <= active && active < Schemes::count);
-    Base fresh{[&] { return Schemes::make(active, sample(), force_, mass_); }};
+    in.check(0 <= active && active < static_cast<int>(Schemes::Set::all.size()));
+    Base fresh{[&] { return Schemes::make(scheme_of(active), sample(), force_, mass_); }};
     in.open("scheme");
     fresh.load(in, [&] {
       in.close();
@@ -147,8 +167,11 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
         view_{state} {
     course_.uses.add({.scheme = scheme(), .cause = is_algebraic ? SchemeCause::algebraic : SchemeCause::start});
   }
-  [[nodiscard]] static int first_of(const AdvisedProblem& problem, bool is_algebraic) {
+  [[nodiscard]] static SuitableScheme first_of(const AdvisedProblem& problem, bool is_algebraic) {
     return is_algebraic ? Schemes::suitable_implicit(problem) : Schemes::suitable_explicit(problem);
+  }
+  [[nodiscard]] static SuitableScheme scheme_of(int number) {
+    return Schemes::Set::all[static_cast<std::size_t>(number)];
   }
   /// The state itself; of a view, a copy.
   [[nodiscard]] static decltype(auto) plain_of(const S& state) {
@@ -211,27 +234,26 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
     replace_by(Schemes::suitable_implicit(problem_), state);
     return true;
   }
-  /// … of a large sparse matrix, which is counted in the stepper that will solve with it by Krylov iterations, unless the count
+  /// The same of a large sparse matrix, which is counted in the stepper that will solve with it by Krylov iterations, unless the count
   /// speaks for a factorization: then its first step finds the Jacobian there.
   template <SuitableScheme by_krylov>
   [[nodiscard]] bool take_counted(const S& state, const Plain& y, const RunClock<Scalar>& clock, auto& pace,
                                   const RateSeen& seen) {
-    constexpr int number = Schemes::Set::index_of(by_krylov, 0);
-    Steppers fresh = Schemes::make(number, state, force_, mass_);
-    auto& stepper = *std::get_if<static_cast<std::size_t>(number)>(&fresh);
+    Steppers fresh = Schemes::make(by_krylov, state, force_, mass_);
+    auto& stepper = *std::get_if<StepperNamed<by_krylov, S, F, MassSpec>>(&fresh);
     const SolveTolerance<Plain> weights{&pace.trace().weight, 1, pace.weigh(y, pace.trace().weight)};
     problem_.turns = seen.rate * seen.left;
     problem_.field = FieldMatrix<Scalar>::template count<S>(
         stepper, clock.t(), clock.sign() * static_cast<Scalar>(seen.dt), y, weights, problem_);
     course_.watch.set_implicit_cost(Schemes::rivals(problem_, false).implicit_cost);
     const bool pays = course_.watch.pays(seen);
-    const int scheme = Schemes::suitable_implicit(problem_);
-    if (pays && scheme == number) return replace_by(std::move(fresh)), true;
+    const SuitableScheme scheme = Schemes::suitable_implicit(problem_);
+    if (pays && scheme == by_krylov) return replace_by(std::move(fresh)), true;
     course_.retired = course_.retired + stepper.statistics();
     if (pays) replace_by(scheme, state);
     return pays;
   }
-  void replace_by(int scheme, const S& state) { replace_by(Schemes::make(scheme, state, force_, mass_)); }
+  void replace_by(SuitableScheme scheme, const S& state) { replace_by(Schemes::make(scheme, state, force_, mass_)); }
   void replace_by(Steppers fresh) {
     course_.retired = statistics();
     course_.changes = changes();

@@ -17,7 +17,6 @@
 #include "phistep/linear/krylov/methods.hpp"
 #include "phistep/linear/krylov/preconditioned_system.hpp"
 #include "phistep/linear/sparse/factor_cost.hpp"
-#include "phistep/run/choice/scheme_set.hpp"
 #include "phistep/run/choice/suitable_scheme.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {

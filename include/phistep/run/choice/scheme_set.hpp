@@ -1,9 +1,10 @@
 /// @file
-/// Which schemes are compiled for a problem's types, so that a stepper can choose among them as it goes.
+/// What a problem's types say of it, and which schemes are compiled for them, so that a stepper can choose among them as it goes.
 #pragma once
 
 #include <array>
 #include <cstddef>
+#include <limits>
 #include <type_traits>
 #include <utility>
 #include <variant>
@@ -13,8 +14,8 @@
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/version.hpp"
+#include "phistep/force/sum.hpp"
 #include "phistep/run/choice/active_stepper.hpp"
-#include "phistep/run/choice/step_cost.hpp"
 #include "phistep/run/choice/stiffness_watch.hpp"
 #include "phistep/run/choice/suitable_scheme.hpp"
 #include "phistep/run/stepper/phi_stepper.hpp"
@@ -27,6 +28,7 @@
 #include "phistep/step/jacobian/differences.hpp"
 #include "phistep/step/mass/bound_masses.hpp"
 #include "phistep/step/mass/mass.hpp"
+#include "phistep/step/matrix/static_sparse_system.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -66,37 +68,41 @@ using StepperNamed = PhiStepper<S, F, std::remove_const_t<decltype(scheme_named<
 template <SuitableScheme... names>
 struct SchemeSet {
   static constexpr std::array all{names...};
-  /// Number of a name; where it is not among them, of what stands in for it: `instead`.
-  [[nodiscard]] static constexpr int index_of(SuitableScheme name, int instead) {
-    for (std::size_t k = 0; k < all.size(); ++k)
-      if (all[k] == name) return static_cast<int>(k);
-    return instead;
+  template <SuitableScheme... more>
+  static constexpr SchemeSet<names..., more...> with{};
+  /// A name; where it is not among them, what stands in for it.
+  [[nodiscard]] static constexpr SuitableScheme among(SuitableScheme name, SuitableScheme instead) {
+    return ((name == names) || ...) ? name : instead;
   }
   /// One of the schemes at a time.
   template <class S, class F, class MassSpec>
   using Stepper = ActiveStepper<S, StepperNamed<names, S, F, MassSpec>...>;
 };
 
-template <SuitableScheme... a, SuitableScheme... b>
-[[nodiscard]] constexpr SchemeSet<a..., b...> operator+(SchemeSet<a...>, SchemeSet<b...>) {
-  return {};
-}
-
-/// For motion under a force that ignores v, or for any other state.
-template <bool is_nystrom>
-[[nodiscard]] constexpr auto explicit_schemes() {
-  using enum SuitableScheme;
-  if constexpr (is_nystrom) return SchemeSet<nystrom_8, nystrom_12>{};
-  else return SchemeSet<dormand_prince_8>{};
-}
-/// Pairs of particles are solved by conjugate gradients, which serve schemes that resolve; large sparse matrices by direct
-/// solvers or by Krylov iterations.
-template <bool is_network, bool is_field>
-[[nodiscard]] constexpr auto implicit_schemes() {
-  using enum SuitableScheme;
-  if constexpr (is_network) return SchemeSet<tr_bdf_2>{};
-  else if constexpr (is_field) return SchemeSet<rodas_4, rodas_5p, radau_iia, rodas_4_krylov, rodas_5p_krylov>{};
-  else return SchemeSet<rodas_4, rodas_5p, radau_iia>{};
+/// What the types say of a problem.
+/// @param y     gives the number of unknowns
+/// @param rtol  that a run will be asked for
+template <State S, class F, class MassSpec>
+[[nodiscard]] AdvisedProblem scene_of(const PlainState<S>& y, const MassSpec& mass, double rtol) {
+  using Masses = decltype(bind_masses<S>(mass, y));
+  using Rhs = RightHandSide<S, F, Masses>;
+  using Traits = typename Rhs::Traits;
+  AdvisedProblem scene;
+  scene.unknowns = unknowns<S>(y);
+  scene.is_motion = Rhs::drifts;
+  scene.uses_velocity = Rhs::drifts && Rhs::couples_unknowns;
+  scene.has_history = Rhs::has_history;
+  scene.has_jacobian = Traits::has_jacobian;
+  scene.has_pattern = Traits::has_pattern;
+  scene.is_affine = Traits::is_affine;
+  scene.is_driven = Traits::uses_time;
+  if constexpr (requires { Unwrapped<F>::jacobian_pattern; })
+    scene.has_sparse_lu = has_sparse_pattern<Unwrapped<F>, static_unknowns<S>>;
+  scene.structure = Traits::has_jacobian || Traits::has_pattern ? Traits::structure : Structure::dense;
+  scene.rtol = rtol;
+  scene.is_dynamic = static_unknowns<S> == Eigen::Dynamic;
+  scene.digits = std::numeric_limits<ScalarOf<S>>::digits10;
+  return scene;
 }
 
 /// Of a state S under a force F with a mass.
@@ -109,22 +115,31 @@ struct SchemesFor {
                         is_field = (Rhs::Traits::has_jacobian || Rhs::Traits::has_pattern) &&
                                    combine(Rhs::Traits::structure, Rhs::mass_structure) == Structure::sparse &&
                                    static_unknowns<S> == Eigen::Dynamic;
-  using Explicit = decltype(explicit_schemes<is_nystrom>());
-  using Set = decltype(Explicit{} + implicit_schemes<is_network, is_field>());
-  using Stepper = typename Set::template Stepper<S, F, MassSpec>;
-  static constexpr int explicit_count = static_cast<int>(Explicit::all.size()),
-                       count = static_cast<int>(Set::all.size());
-
-  // The numbers of the schemes that the rules name; where one is not compiled, of what stands in for it.
-  [[nodiscard]] static int suitable_explicit(const AdvisedProblem& problem) {
-    const int k = Set::index_of(phistep::suitable_explicit(problem).scheme, 0);
-    return k < explicit_count ? k : 0;
+  /// Explicit ones first. Pairs of particles are solved by conjugate gradients, which serve schemes that resolve; large sparse
+  /// matrices by direct solvers or by Krylov iterations.
+  [[nodiscard]] static constexpr auto set() {
+    using enum SuitableScheme;
+    const auto implicit = [](auto first) {
+      using First = decltype(first);
+      if constexpr (is_network) return First::template with<tr_bdf_2>;
+      else if constexpr (is_field)
+        return First::template with<rodas_4, rodas_5p, radau_iia, rodas_4_krylov, rodas_5p_krylov>;
+      else return First::template with<rodas_4, rodas_5p, radau_iia>;
+    };
+    if constexpr (is_nystrom) return implicit(SchemeSet<nystrom_8, nystrom_12>{});
+    else return implicit(SchemeSet<dormand_prince_8>{});
   }
-  [[nodiscard]] static int suitable_implicit(AdvisedProblem problem) {
+  using Set = decltype(set());
+  using Stepper = typename Set::template Stepper<S, F, MassSpec>;
+
+  // The schemes that the rules name; where one is not compiled, what stands in for it.
+  [[nodiscard]] static SuitableScheme suitable_explicit(const AdvisedProblem& problem) {
+    return Set::among(phistep::suitable_explicit(problem).scheme, Set::all[0]);
+  }
+  [[nodiscard]] static SuitableScheme suitable_implicit(AdvisedProblem problem) {
     problem.has_jacobian = problem.has_jacobian || can_be_implicit(problem);
-    constexpr int last = Set::index_of(is_network ? SuitableScheme::tr_bdf_2 : SuitableScheme::radau_iia, 0);
-    const int k = Set::index_of(phistep::suitable_implicit(problem).scheme, last);
-    return k < explicit_count ? last : k;
+    return Set::among(phistep::suitable_implicit(problem).scheme,
+                      is_network ? SuitableScheme::tr_bdf_2 : SuitableScheme::radau_iia);
   }
   /// Whether there can be a matrix.
   [[nodiscard]] static bool can_be_implicit(const AdvisedProblem& problem) {
@@ -137,23 +152,23 @@ struct SchemesFor {
       problem.has_pattern = true;
       problem.structure = Structure::sparse;
     }
-    const SuitableScheme one = Set::all[static_cast<std::size_t>(suitable_explicit(problem))],
-                         other = Set::all[static_cast<std::size_t>(suitable_implicit(problem))];
-    return {stability_bound(one), step_cost(one, problem),
-            step_cost(may_be_krylov ? suitable_by_krylov(problem.rtol) : other, problem), turning_bound(one)};
+    const SuitableScheme one = suitable_explicit(problem),
+                         other = may_be_krylov ? suitable_by_krylov(problem.rtol) : suitable_implicit(problem);
+    return {row_of(one).bound, step_cost(one, problem), step_cost(other, problem), row_of(one).turning};
   }
   /// What an implicit step would cost if the Jacobian had a band.
   [[nodiscard]] static double cost_with_pattern(AdvisedProblem problem) {
     problem.has_pattern = true;
     problem.structure = Structure::banded;
-    return step_cost(Set::all[static_cast<std::size_t>(suitable_implicit(problem))], problem);
+    return step_cost(suitable_implicit(problem), problem);
   }
-  /// Number k of the schemes, as a stepper.
+  /// One of the schemes, as a stepper.
   template <std::size_t i = 0>
-  [[nodiscard]] static typename Stepper::Steppers make(int k, const S& state, const F& force, const MassSpec& mass) {
-    if constexpr (i + 1 < Set::all.size())
-      if (static_cast<std::size_t>(k) != i) return make<i + 1>(k, state, force, mass);
+  [[nodiscard]] static typename Stepper::Steppers make(SuitableScheme scheme, const S& state, const F& force,
+                                                       const MassSpec& mass) {
     constexpr SuitableScheme name = Set::all[i];
+    if constexpr (i + 1 < Set::all.size())
+      if (scheme != name) return make<i + 1>(scheme, state, force, mass);
     return typename Stepper::Steppers{std::in_place_index<i>, state, force,
                                       scheme_named<name>(),   mass,  solver_named<name, ScalarOf<S>>()};
   }

@@ -2,7 +2,6 @@
 /// Which schemes a run took, when, and why: as numbers while it runs, as words when it is printed.
 #pragma once
 
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
@@ -12,6 +11,7 @@
 #include "phistep/base/outcome/statistics.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/run/choice/suitable_scheme.hpp"
+#include "phistep/run/control/run_report.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -38,55 +38,45 @@ struct SchemeUse {
 
   /// "rodas5p from t = 0.012, step 34: stiff, …"
   [[nodiscard]] std::string message() const {
-    std::string all = reason();
+    const bool goes_on = cause == SchemeCause::stays_explicit, is_direct = cause == SchemeCause::unsolved;
+    std::string all = name_of(scheme);
+    all += (goes_on     ? " goes on at t = "
+            : is_direct ? " by a direct solver from t = "
+                        : " from t = ") +
+           number_text(t, 6);
+    if (cause >= SchemeCause::stiff) all += ", step " + std::to_string(step);
+    all += why();
     if (entries < 0) return all;
-    char text[120];
-    std::snprintf(text, sizeof text, "; %s, a factorization has %s%.1f entries of L an unknown",
-                  is_by_krylov(scheme) ? "Krylov iterations" : "direct solver", is_by_krylov(scheme) ? "at least " : "",
-                  entries);
-    return all + text;
+    const bool by_krylov = is_by_krylov(scheme);
+    char text[40];
+    std::snprintf(text, sizeof text, "%.1f", entries);
+    return all +
+           (by_krylov ? "; Krylov iterations, a factorization has at least "
+                      : "; direct solver, a factorization has ") +
+           text + " entries of L an unknown";
   }
 
  private:
-  [[nodiscard]] std::string reason() const {
-    char text[320];
-    const char* const name = name_of(scheme);
+  [[nodiscard]] std::string why() const {
+    const std::string lambda = "|lambda| = " + number_text(rate, 3);
     switch (cause) {
-      case SchemeCause::start:
-        std::snprintf(text, sizeof text, "%s from t = %.6g", name, t);
-        break;
       case SchemeCause::algebraic:
-        std::snprintf(text, sizeof text, "%s from t = %.6g: some equations are algebraic (M is singular)", name, t);
-        break;
+        return ": some equations are algebraic (M is singular)";
       case SchemeCause::stiff_start:
-        std::snprintf(text, sizeof text,
-                      "%s from t = %.6g: stiff from the start, |lambda| = %.3g, where the error allows dt = %.3g", name,
-                      t, rate, dt);
-        break;
+        return ": stiff from the start, " + lambda + ", where the error allows dt = " + number_text(dt, 3);
       case SchemeCause::stiff:
-        std::snprintf(text, sizeof text,
-                      "%s from t = %.6g, step %lld: stiff, the fastest mode held dt at %.3g, |lambda| = %.3g", name, t,
-                      static_cast<long long>(step), dt, rate);
-        break;
+        return ": stiff, the fastest mode held dt at " + number_text(dt, 3) + ", " + lambda;
       case SchemeCause::eased:
-        std::snprintf(
-            text, sizeof text,
-            "%s from t = %.6g, step %lld: not stiff any more, |lambda| dt = %.3g is cheaper by explicit steps", name, t,
-            static_cast<long long>(step), rate * dt);
-        break;
+        return ": not stiff any more, |lambda| dt = " + number_text(rate * dt, 3) + " is cheaper by explicit steps";
       case SchemeCause::unsolved:
-        std::snprintf(text, sizeof text, "%s by a direct solver from t = %.6g, step %lld: Krylov iterations failed",
-                      name, t, static_cast<long long>(step));
-        break;
+        return ": Krylov iterations failed";
       case SchemeCause::stays_explicit:
-        std::snprintf(
-            text, sizeof text,
-            "%s goes on at t = %.6g, step %lld, although it is stiff (|lambda| = %.3g): a Jacobian of so many "
-            "unknowns takes a member jacobian(...) or sparsity(force, pattern)",
-            name, t, static_cast<long long>(step), rate);
+        return ", although it is stiff (" + lambda +
+               "): a Jacobian of so many unknowns takes a member jacobian(...) or sparsity(force, pattern)";
+      case SchemeCause::start:
         break;
     }
-    return text;
+    return {};
   }
 };
 
@@ -123,6 +113,18 @@ class SchemeUses {
  private:
   std::vector<SchemeUse> uses_;
   std::int64_t count_ = 0;
+};
+
+/// A RunReport, and which schemes the run took.
+struct [[nodiscard]] AutomaticReport : RunReport {
+  SchemeUses schemes;
+
+  template <class OStream>
+    requires requires(OStream& out, const std::string& text) { out << "" << 0.0 << std::int64_t{} << text; }
+  friend OStream& operator<<(OStream& out, const AutomaticReport& report) {
+    out << static_cast<const RunReport&>(report) << "  schemes\n" << report.schemes.message();
+    return out;
+  }
 };
 
 }}  // namespace phistep::PHISTEP_ABI

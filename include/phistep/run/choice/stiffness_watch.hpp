@@ -48,9 +48,6 @@ class StiffnessWatch {
   explicit StiffnessWatch(const RivalSteps& rivals = {}) : rivals_{rivals} {}
 
   [[nodiscard]] bool is_implicit() const { return implicit_; }
-  /// Steps done since the scheme changed.
-  [[nodiscard]] std::int64_t spell() const { return spell_; }
-
   /// What an implicit step costs, once its matrix is known.
   void set_implicit_cost(double cost) { rivals_.implicit_cost = cost; }
 
@@ -70,7 +67,7 @@ class StiffnessWatch {
   }
   /// Whether what explicit steps would be left is worth more than the implicit ones, and 8 for the change.
   [[nodiscard]] bool pays(const RateSeen& seen) const { return pays(seen, rivals_.implicit_cost); }
-  /// … where an implicit step costs that.
+  /// The same where an implicit step costs that.
   [[nodiscard]] bool pays(const RateSeen& seen, double cost) const {
     return explicit_cost_of(seen) > implicit_steps(seen) * cost;
   }

@@ -1,10 +1,11 @@
 /// @file
-/// Which scheme suits a problem: one function of what is known of it before a step. Limits and digits are where the diagrams
-/// of run time against error (bench/work_precision) cross.
+/// Which scheme suits a problem, and what its steps cost: functions of what is known of it before a step. Limits and digits are
+/// where the diagrams of run time against error (bench/work_precision) cross; costs are a model of calls and operations, so that
+/// no choice depends on a clock.
 #pragma once
 
-#include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 
@@ -50,36 +51,43 @@ enum class SuitableScheme : std::uint8_t {
   rodas_4_krylov,  ///< the same by Krylov iterations, preconditioned by modified incomplete factors
   rodas_5p_krylov
 };
-/// As a user writes it: "rodas5p".
-[[nodiscard]] constexpr const char* name_of(SuitableScheme scheme) {
-  using enum SuitableScheme;
-  switch (scheme) {
-    case dormand_prince_8:
-      return "dop853";
-    case nystrom_8:
-      return "rkn86";
-    case nystrom_12:
-      return "rkn1210";
-    case verlet:
-      return "velocity_verlet";
-    case rodas_4:
-    case rodas_4_krylov:
-      return "rodas4p2";
-    case rodas_5p:
-    case rodas_5p_krylov:
-      return "rodas5p";
-    case radau_iia:
-      return "radau";
-    case tr_bdf_2:
-      break;
-  }
-  return "tr_bdf2";
-}
 
-/// Whether its linear equations are solved by Krylov iterations: conjugate gradients or BiCGSTAB.
-[[nodiscard]] constexpr bool is_by_krylov(SuitableScheme scheme) {
-  return scheme == SuitableScheme::rodas_4_krylov || scheme == SuitableScheme::rodas_5p_krylov;
+/// What is known of a scheme, and how many of what a step of it costs.
+struct SchemeRow {
+  const char* name;  ///< as a user writes it
+  double bound =
+      0;  ///< |λΔt| up to which an explicit step is stable, for a real λ < 0 or, of motion, ±iω: where |R| = 1
+  double turning = 0;      ///< |ωΔt| up to which its errors grow by less than 1e-4 a step for λ = ±iω
+  double start = 0;        ///< [ns]
+  double calls = 0;        ///< of the force
+  double stages = 0;       ///< that are summed up
+  double solves = 0;       ///< 0: it is explicit
+  double jacobians = 0;    ///< those that are made: radau keeps two of three
+  double factors = 0;      ///< factorizations of a dense matrix
+  double not_dense = 1;    ///< times that for any other: radau's complex equations are solved side by side
+  bool by_krylov = false;  ///< its linear equations, by conjugate gradients or BiCGSTAB
+};
+/// In the order of SuitableScheme.
+inline constexpr SchemeRow scheme_rows[]{
+    // name, bounds, start, calls, stages, solves, Jacobians, factorizations
+    {"dop853", 6.3, 5.9, 25, 12, 12},
+    {"rkn86", 3.6, 3.6, 25, 8, 8},
+    {"rkn1210", 8.3, 8.3, 25, 17, 17},
+    {"velocity_verlet", 2, 2, 25, 1, 1},
+    {"rodas4p2", 0, 0, 40, 6, 6, 6, 1, 1},
+    {"rodas5p", 0, 0, 40, 8, 8, 8, 1, 1},
+    {"radau", 0, 0, 40, 20, 0, 12, 0.3, 1, 2.5},
+    {"tr_bdf2", 0, 0, 0, 6, 0, 6, 1, 1},
+    {"rodas4p2", 0, 0, 0, 6, 0, 6, 1, 1, 1, true},
+    {"rodas5p", 0, 0, 0, 8, 0, 8, 1, 1, 1, true},
+};
+[[nodiscard]] constexpr const SchemeRow& row_of(SuitableScheme scheme) {
+  return scheme_rows[static_cast<std::size_t>(scheme)];
 }
+/// As a user writes it: "rodas5p".
+[[nodiscard]] constexpr const char* name_of(SuitableScheme scheme) { return row_of(scheme).name; }
+/// Whether its linear equations are solved by Krylov iterations.
+[[nodiscard]] constexpr bool is_by_krylov(SuitableScheme scheme) { return row_of(scheme).by_krylov; }
 
 /// Why it is that scheme.
 enum class SchemeReason : std::uint8_t {
@@ -108,14 +116,14 @@ inline constexpr std::int64_t few_unknowns = 50;
 /// Up to here a dense Jacobian by differences and its factors are worth a step of high order (measured: 80 to 96 unknowns).
 inline constexpr std::int64_t dense_unknowns = 200;
 
-/// Where the diagrams cross: from `cheap` on rodas4p2's six stages win, from `high` down radau's orders, between them rodas5p.
-struct StiffLimits {
-  double cheap, high;  ///< of rtol
-};
 /// By Krylov iterations.
 [[nodiscard]] constexpr SuitableScheme suitable_by_krylov(double rtol) {
   return rtol >= 1e-5 ? SuitableScheme::rodas_4_krylov : SuitableScheme::rodas_5p_krylov;
 }
+/// Where the diagrams cross: from `cheap` on rodas4p2's six stages win, from `high` down radau's orders, between them rodas5p.
+struct StiffLimits {
+  double cheap, high;  ///< of rtol
+};
 [[nodiscard]] constexpr StiffLimits stiff_limits(const AdvisedProblem& scene) {
   const bool many = scene.unknowns > dense_unknowns;
   switch (scene.structure) {
@@ -139,28 +147,49 @@ struct StiffLimits {
   return {2e-3, 3e-6};                                 // Beam, Cusp and Plate as dense problems
 }
 
-/// [ns, about, on one core of this decade] of W's equations in a step of six stages, an unknown; measured on 8² to 256² points
-/// and 5³ to 32³. By L D Lᵀ: c²/2 products a column of L, two an entry and solve, and a tenth of the analysis: few digits take
-/// some ten steps. LU of an unsymmetric W takes four times that. By conjugate gradients in Eisenstat's form: 1 ns an entry of W and
-/// iteration. With modified incomplete factors a solve needs some (ρ·γ)^¼ of these (I. Gustafsson, BIT 18 (1978) 142): 6 on 64²
-/// points, 12 on 256². BiCGSTAB needs half as many, of twice the price.
+/// [ns, about, on one core of this decade] of W's equations, an unknown; measured on 8² to 256² points and 5³ to 32³. By L D Lᵀ:
+/// c²/2 products a column of L, two an entry and solve. LU of an unsymmetric W takes four times that. By conjugate gradients in
+/// Eisenstat's form: 1 ns an entry of W and iteration. With modified incomplete factors a solve needs some (ρ·γ)^¼ of these
+/// (I. Gustafsson, BIT 18 (1978) 142): 6 on 64² points, 12 on 256². BiCGSTAB needs half as many, of twice the price.
 struct FieldCost {
-  double by_factors, by_krylov;
+  double factors, solve, krylov_solve;
+  double by_factors,
+      by_krylov;  ///< in a step of six stages, with a tenth of the analysis: few digits take some ten steps
 };
-/// Of LU and of L D Lᵀ, times the latter's.
-[[nodiscard]] constexpr double price_of_factors(const FieldCounts& W) { return W.is_symmetric ? 1 : 4; }
 [[nodiscard]] inline FieldCost field_cost(const AdvisedProblem& scene) {
   constexpr double stages = 6;
   const FieldCounts& W = scene.field;
-  const double factorizations = scene.is_affine ? 0.25 : 1;  // they serve while Δt stays
-  return {price_of_factors(W) * (45 + factorizations * 0.33 * W.products + stages * 1.8 * W.entries),
-          stages * (1 + 0.7 * std::sqrt(std::sqrt(scene.turns))) * W.row};
+  const double price = W.is_symmetric ? 1 : 4,
+               factorizations = scene.is_affine ? 0.25 : 1;  // they serve while Δt stays
+  const double factors = price * 0.33 * W.products, solve = price * 1.8 * W.entries,
+               krylov_solve = (1 + 0.7 * std::sqrt(std::sqrt(scene.turns))) * W.row;
+  return {factors, solve, krylov_solve, price * 45 + factorizations * factors + stages * solve, stages * krylov_solve};
 }
 /// Whether Krylov iterations can serve, and cost less.
 [[nodiscard]] inline bool is_for_krylov(const AdvisedProblem& scene) {
-  if (scene.field.entries < 0) return false;
   const FieldCost cost = field_cost(scene);
-  return cost.by_krylov < cost.by_factors;
+  return scene.field.entries >= 0 && cost.by_krylov < cost.by_factors;
+}
+
+/// [ns, about, on one core of this decade] of a step of n unknowns, where a force call costs 12 + 2n, or of a stencil, whose
+/// loops are in packs, 5 + 1.4n (measured: 1 and 1.65). Dense factorizations and solves are those measured for n = 2 … 40, those of
+/// bands for 3 entries a row (with 10, twice that), of sparse matrices for the fill of 64² points, until it is counted.
+[[nodiscard]] inline double step_cost(SuitableScheme scheme, const AdvisedProblem& scene) {
+  const SchemeRow& row = row_of(scheme);
+  const auto n = static_cast<double>(scene.unknowns);
+  const bool is_dense = scene.structure == Structure::dense, is_sparse = scene.structure == Structure::sparse;
+  const double call = is_sparse ? 5 + 1.4 * n : 12 + 2 * n;
+  // The sums of an explicit scheme's stages: of many unknowns they are in packs, too.
+  const double sums = row.stages * n * (row.solves == 0 && is_sparse ? 0.15 : 0.1 * row.stages);
+  const FieldCost field = field_cost(scene);
+  double factors = 30 * n, solve = 7 * n, columns = 5;
+  if (is_dense) factors = 10 + n * n * (1.7 + 0.13 * n), solve = 5 + n * (5 + 0.5 * n), columns = n;
+  else if (is_sparse) factors = 300 * n, solve = 25 * n, columns = 10;
+  if (row.by_krylov) factors = 80 * n, solve = n * field.krylov_solve;
+  else if (!is_dense && scene.field.entries >= 0) factors = n * (80 + field.factors), solve = n * field.solve;
+  return row.start + row.calls * call + sums + row.solves * solve +
+         row.jacobians * (scene.has_jacobian ? 2 : columns) * call +
+         row.factors * (is_dense ? 1 : row.not_dense) * factors;
 }
 
 /// For stiff problems, by the structure of the matrix, its size and the tolerance.

@@ -14,8 +14,14 @@
 #include <cstdint>
 #include <limits>
 
+#include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/step_report.hpp"
+#include "phistep/base/state/blocks.hpp"
 #include "phistep/base/version.hpp"
+#include "phistep/run/control/error_law.hpp"
+#include "phistep/run/control/limits.hpp"
+#include "phistep/run/control/run_clock.hpp"
+#include "phistep/run/control/variable_step.hpp"
 #include "phistep/run/errors/tolerance.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
@@ -61,5 +67,42 @@ struct SmallerOf {
   const double K = corrections - 1, desired = std::max(1, wanted.desired - 1);
   return std::clamp(std::pow(reached, (1 / desired - 1 / K) / wanted.order), 0.1, 2.0);
 }
+
+/// `iteration_control{…}` alone.
+template <State S>
+class IterationPace : public VariableStep<ScalarOf<S>> {
+  using Length = VariableStep<ScalarOf<S>>;
+
+ public:
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+  static constexpr bool sees_error = false;
+
+  explicit IterationPace(const iteration_control& wanted) : wanted_{wanted} {}
+  [[nodiscard]] Outcome begin(const Plain&, const ErrorLaw&) {
+    if (!(wanted_.first_step > 0)) return Length::refuse({"first_step of the iteration_control", wanted_.first_step});
+    if (const char* bad = what_cannot_work(wanted_)) return Length::refuse({bad});
+    return Length::bound(wanted_.min_step, wanted_.max_step, wanted_.max_steps);
+  }
+  [[nodiscard]] Outcome start(TimeSpan<Scalar> span, const Plain&, int, auto&&) {
+    Length::set(std::min(wanted_.first_step, std::abs(static_cast<double>(span.t1 - span.t0))));
+    return Outcome::success;
+  }
+  void accepted(const Landing<Scalar>& to, const SolveRecord& record, Limits& limits) {
+    const bool was_capped = Length::is_capped();
+    const double next = iteration_factor(record, wanted_) * std::abs(static_cast<double>(to.dt));
+    Length::set(to.clipped ? std::max(Length::propose(), next) : next);
+    limits.count(to.clipped ? LimitedBy::stop : was_capped ? LimitedBy::max_step : LimitedBy::iterations);
+  }
+  [[nodiscard]] Outcome failed(Outcome why, const Landing<Scalar>& to, const SolveRecord& record, Limits&) {
+    if (!may_be_cured(why)) return why;
+    return Length::shorten(why, std::abs(static_cast<double>(to.dt)), std::min(0.5, iteration_factor(record, wanted_)));
+  }
+
+  void archive(auto& ar) { ar("step", static_cast<Length&>(*this)); }
+
+ private:
+  iteration_control wanted_;
+};
 
 }}  // namespace phistep::PHISTEP_ABI

@@ -87,23 +87,11 @@ class Limits {
   friend OStream& operator<<(OStream& out, const Limits& limits) {
     const Limit most = limits.most();
     if (most.by == LimitedBy::nothing) return out;
-    out << "  dt limited by       ";
-    switch (most.by) {
-      case LimitedBy::error:
-        out << "the error, e.g. of component " << most.where.index << " of block " << most.where.block;
-        break;
-      case LimitedBy::iterations:
-        out << "the iterations of the implicit solve";
-        break;
-      case LimitedBy::max_step:
-        out << "max_step";
-        break;
-      case LimitedBy::not_finite:
-        out << "a force or a state that is not finite";
-        break;
-      default:
-        out << "the times to stop at";
-    }
+    static constexpr const char* names[]{
+        "nothing",  "the error, e.g. of component ", "the iterations of the implicit solve",
+        "max_step", "the times to stop at",          "a force or a state that is not finite"};
+    out << "  dt limited by       " << names[static_cast<std::size_t>(most.by)];
+    if (most.by == LimitedBy::error) out << most.where.index << " of block " << most.where.block;
     out << ", in " << 100 * most.steps / limits.steps() << " % of the steps\n";
     if (!limits.has_own_scales) return out;
     out << "  atol                none given";

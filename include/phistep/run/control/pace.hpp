@@ -21,8 +21,8 @@
 #include "phistep/base/outcome/step_report.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/version.hpp"
+#include "phistep/run/control/error_law.hpp"
 #include "phistep/run/control/first_step.hpp"
-#include "phistep/run/control/fixed_step.hpp"
 #include "phistep/run/control/iteration_control.hpp"
 #include "phistep/run/control/limits.hpp"
 #include "phistep/run/control/run_clock.hpp"
@@ -33,16 +33,6 @@
 #include "phistep/step/transaction/trace.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
-
-/// How the error of a scheme's steps goes with their length, and what a new length costs.
-struct ErrorLaw {
-  int order = 1;                          ///< of the scheme
-  int error_order = 2;                    ///< the power of Δt with which its estimate goes
-  double dead_band = 1;                   ///< see StepSize; more than 1 where a kept Δt spares a factorization
-  bool reads_weights = true;              ///< steps read trace.weight
-  StepFilter filter = StepFilter::H211b;  ///< the one that suits, unless the user names another
-  bool looks_for_jumps = false;           ///< its estimate falls as that power, or the force isn't smooth (Smoothness)
-};
 
 /// `tolerance{…}`, alone or with an iteration_control.
 template <State S>
@@ -390,43 +380,6 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
   Plain usual_, end_,
       error_before_;  // sizes for differences; of the last try, of that before a probe, where scales are the components' own
   double allowed_ = 1, per_allowed_ = 1;
-};
-
-/// `iteration_control{…}` alone.
-template <State S>
-class IterationPace : public VariableStep<ScalarOf<S>> {
-  using Length = VariableStep<ScalarOf<S>>;
-
- public:
-  using Scalar = ScalarOf<S>;
-  using Plain = PlainState<S>;
-  static constexpr bool sees_error = false;
-
-  explicit IterationPace(const iteration_control& wanted) : wanted_{wanted} {}
-  [[nodiscard]] Outcome begin(const Plain&, const ErrorLaw&) {
-    if (!(wanted_.first_step > 0)) return Length::refuse({"first_step of the iteration_control", wanted_.first_step});
-    if (const char* bad = what_cannot_work(wanted_)) return Length::refuse({bad});
-    return Length::bound(wanted_.min_step, wanted_.max_step, wanted_.max_steps);
-  }
-  [[nodiscard]] Outcome start(TimeSpan<Scalar> span, const Plain&, int, auto&&) {
-    Length::set(std::min(wanted_.first_step, std::abs(static_cast<double>(span.t1 - span.t0))));
-    return Outcome::success;
-  }
-  void accepted(const Landing<Scalar>& to, const SolveRecord& record, Limits& limits) {
-    const bool was_capped = Length::is_capped();
-    const double next = iteration_factor(record, wanted_) * std::abs(static_cast<double>(to.dt));
-    Length::set(to.clipped ? std::max(Length::propose(), next) : next);
-    limits.count(to.clipped ? LimitedBy::stop : was_capped ? LimitedBy::max_step : LimitedBy::iterations);
-  }
-  [[nodiscard]] Outcome failed(Outcome why, const Landing<Scalar>& to, const SolveRecord& record, Limits&) {
-    if (!may_be_cured(why)) return why;
-    return Length::shorten(why, std::abs(static_cast<double>(to.dt)), std::min(0.5, iteration_factor(record, wanted_)));
-  }
-
-  void archive(auto& ar) { ar("step", static_cast<Length&>(*this)); }
-
- private:
-  iteration_control wanted_;
 };
 
 }}  // namespace phistep::PHISTEP_ABI

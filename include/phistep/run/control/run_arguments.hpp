@@ -7,7 +7,6 @@
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/run/control/fixed_step.hpp"
-#include "phistep/run/control/grid_pace.hpp"
 #include "phistep/run/control/iteration_control.hpp"
 #include "phistep/run/control/pace.hpp"
 #include "phistep/run/errors/tolerance.hpp"

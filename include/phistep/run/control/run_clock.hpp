@@ -9,9 +9,14 @@
 
 #include "phistep/base/archive/archive.hpp"
 #include "phistep/base/version.hpp"
-#include "phistep/run/control/fixed_step.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
+
+/// A run from t0 to t1, forward or backward. [time]
+template <class Scalar>
+struct TimeSpan {
+  Scalar t0, t1;
+};
 
 /// What one step tries, or several of one length.
 template <class Scalar>

@@ -14,6 +14,13 @@
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
+/// As reports print it.
+[[nodiscard]] inline std::string number_text(double x, int digits) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.*g", digits, x);
+  return text;
+}
+
 /// How a run ended, and what it did. Contextually true where it reached t1.
 struct [[nodiscard]] RunReport {
   Outcome outcome = Outcome::success;      ///< why the run ended; success: at t1
@@ -36,9 +43,9 @@ struct [[nodiscard]] RunReport {
     // No step failed: there is none to describe.
     std::string where = refused.option != nullptr ? std::string(": ") + refused.option : "";
     if (refused.is)
-      where += " (" + number(*refused.is, 6) +
-               (refused.least > 0 ? "; it works from " + number(refused.least, 3) + " on)" : std::string(")"));
-    where += "; at t = " + number(t, 9);
+      where += " (" + number_text(*refused.is, 6) +
+               (refused.least > 0 ? "; it works from " + number_text(refused.least, 3) + " on)" : std::string(")"));
+    where += "; at t = " + number_text(t, 9);
     return explain(outcome, where + of_component(", for the error of", limits.worst()), advice()) + doubts();
   }
   /// What is odd about a run, whatever its outcome. Empty where nothing is.
@@ -60,21 +67,16 @@ struct [[nodiscard]] RunReport {
   /// What to try where this run says more than its outcome; else empty.
   [[nodiscard]] std::string advice() const {
     if (has_shrunk())
-      return "look for a jump of the force (a sign, a switch, friction): dt fell from " + number(largest_dt, 3) +
-             " to " + number(smallest_dt, 3) +
+      return "look for a jump of the force (a sign, a switch, friction): dt fell from " + number_text(largest_dt, 3) +
+             " to " + number_text(smallest_dt, 3) +
              ", and the state may be held on such a jump, which switches back and forth (chattering): no dt is short "
              "enough there; smooth the jump, or step along it with the force that holds there. Else another scheme";
     if (outcome == Outcome::invalid_tolerance && refused.least > 0)
-      return "rtol >= " + number(refused.least, 3) + ", which this scheme's rounding allows, or a wider scalar";
+      return "rtol >= " + number_text(refused.least, 3) + ", which this scheme's rounding allows, or a wider scalar";
     if (outcome == Outcome::step_too_small && refused.option != nullptr)
-      return "measure time from the start of the run: numbers near t = " + number(t, 3) +
+      return "measure time from the start of the run: numbers near t = " + number_text(t, 3) +
              " are too far apart for this dt";
     return failure.is_singular ? advise_on_index(outcome) : "";
-  }
-  [[nodiscard]] static std::string number(double x, int digits) {
-    char text[40];
-    std::snprintf(text, sizeof text, "%.*g", digits, x);
-    return text;
   }
   [[nodiscard]] static std::string of_component(const char* what, const Component& where) {
     if (where.block < 0) return {};

@@ -51,11 +51,8 @@ class DenseOutput {
     for (Plain* y : {&slope0_, &slope1_, &value_}) set_zero(Blocks<S>::all(*y));
   }
 
-  /// The step from t0 to t0 + dt. [time] Refers to `start` and `end` until the next one begins.
-  void begin(Scalar t0, Scalar dt, const Plain& start, const Plain& end, Slopes slopes) {
-    begin(t0, dt, t0 + dt, start, end, slopes);
-  }
-  /// … where its end is called t1: on a grid t0 + nΔt that is not t0 + dt to the last bit.
+  /// The step from t0 to t0 + dt, whose end is called t1: on a grid t0 + nΔt that is not t0 + dt to the last bit. [time] Refers to
+  /// `start` and `end` until the next one begins.
   void begin(Scalar t0, Scalar dt, Scalar t1, const Plain& start, const Plain& end, Slopes slopes) {
     t0_ = t0;
     dt_ = dt;

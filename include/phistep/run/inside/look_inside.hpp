@@ -1,13 +1,12 @@
 /// @file
 /// States inside the step that a run has just done. They come from the interpolant where that is right to half the
-/// tolerance, which steps that end inside tell; else from the interpolants of 2, 4 or 8 parts of the step, from the third
-/// state on and where these are right; else from a step really done (step_inside.hpp).
+/// tolerance, which steps that end inside tell; else from a step really done.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
+#include <type_traits>
 
 #include "phistep/base/facts/stepper_facts.hpp"
 #include "phistep/base/machine/only.hpp"
@@ -19,10 +18,9 @@
 #include "phistep/base/version.hpp"
 #include "phistep/run/control/run_report.hpp"
 #include "phistep/run/inside/dense_output.hpp"
-#include "phistep/run/inside/interpolant_trust.hpp"
-#include "phistep/run/inside/parts_inside.hpp"
-#include "phistep/run/inside/step_inside.hpp"
 #include "phistep/run/stepper/any_stepper.hpp"
+#include "phistep/run/stepper/step_doubling.hpp"
+#include "phistep/step/transaction/trace.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -36,6 +34,105 @@ template <bool sees_error, class Stepper>
   else if constexpr (facts_of<Stepper>.solves_nothing) return stepper.order() <= 2;
   else return false;
 }
+
+/// How long a check of the interpolant holds. A check compares it with steps that end inside the step, which is twice the work of
+/// the step itself: where its result was clear, it holds for 1, 2, then 4 steps, as long as Δt stays about the same.
+class InterpolantTrust {
+ public:
+  /// Another step has been done.
+  void step() {
+    is_fresh_ = left_ > 0;
+    left_ = std::max(left_ - 1, 0);
+  }
+  /// What the last check says of a step of this length; empty: it has to be checked. [time]
+  [[nodiscard]] std::optional<bool> known(double dt) const {
+    if (is_fresh_ && dt_ / 2 < dt && dt < 1.05 * dt_) return is_right_;
+    return {};
+  }
+  /// A check has found the interpolant off by `error`, in units of the tolerance: right is half of that or less.
+  bool check(double dt, double error) {
+    is_right_ = error <= 0.5;
+    // Clear is ten times less or more than that. The 1.05 above makes 1.05¹² = 1.8 of an error that goes as Δt¹².
+    const bool is_clear = error <= 0.05 || !(error <= 5);
+    steps_ = is_clear ? std::clamp(2 * steps_, 1, 4) : 0;
+    left_ = steps_;
+    dt_ = dt;
+    is_fresh_ = true;
+    return is_right_;
+  }
+  void forget() { *this = {}; }
+
+  void archive(auto& ar) {
+    ar("dt", dt_, "steps", steps_, "left", left_, "is_right", is_right_, "is_fresh", is_fresh_);
+    ar.check(dt_ >= 0 && 0 <= left_ && left_ <= steps_ && steps_ <= 4);
+  }
+
+ private:
+  double dt_ = 0;  // of the step that was checked [time]
+  int steps_ = 0, left_ = 0;
+  bool is_right_ = false, is_fresh_ = false;
+};
+
+/// The state inside a step that has been done, by a shorter step from the same start: by a copy of the stepper, so that the run
+/// goes on without a change. The copy is made once, and from then on assigned to: that allocates nothing where sizes stay (and the
+/// force can be assigned, base/machine/assignable.hpp). Under a tolerance its error is tested as that of any step, and where it
+/// fails it is done as two halves.
+template <class Stepper, State S>
+class StepInside {
+ public:
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+
+  /// The step has been done.
+  /// @param stepper  as the step left it
+  /// @param past     its checkpoint before that step, to which this refers
+  void begin(const Stepper& stepper, const Past<Stepper>& past) {
+    if constexpr (std::is_copy_assignable_v<Stepper>) spare_ = stepper;
+    else spare_.emplace(stepper);
+    past_ = &past;
+  }
+  /// Until then there is none to look into.
+  [[nodiscard]] bool has_begun() const { return past_ != nullptr; }
+  void end() { past_ = nullptr; }
+  /// state = y(t + dt) from y(t), by one step at a fixed Δt, or by as many as the error asks for.
+  /// @param pace  the run's, whose tolerances hold
+  template <class Pace>
+  [[nodiscard]] StepReport step(S& state, Scalar t, Scalar dt, Pace& pace) {
+    go_back(*spare_, *past_);
+    if constexpr (Pace::sees_error) {
+      trace_ = pace.trace();
+      trace_.wants_dense = false;
+      return part(state, t, dt, pace, 0);
+    } else {
+      return spare_->step(state, t, dt);
+    }
+  }
+  /// The run's until this step, and what looks into it have cost.
+  [[nodiscard]] Statistics statistics() const { return spare_->statistics(); }
+
+ private:
+  StepReport part(S& state, Scalar t, Scalar dt, auto& pace, int halvings) {
+    trace_.forget();
+    const StepReport done = attempt(state, t, dt, pace);
+    const bool may_halve = done.outcome() == Outcome::error_too_large || may_be_cured(done.outcome());
+    if (done || halvings == 20 || !may_halve) return done;
+    const Scalar half = dt / 2;
+    const StepReport first = part(state, t, half, pace, halvings + 1);
+    return first ? part(state, t + half, half, pace, halvings + 1) : first;
+  }
+  StepReport attempt(S& state, Scalar t, Scalar dt, auto& pace) {
+    const auto allows = [&](const Plain& y, const Plain& next, const auto& told) { return pace.allows(y, next, told); };
+    if constexpr (facts_of<Stepper>.traces)
+      if (spare_->estimates(trace_)) return spare_->attempt(state, t, dt, Origin::unknown, trace_, allows);
+    return doubling_.attempt(*spare_, state, t, dt, Origin::unknown, trace_, allows);
+  }
+
+  std::optional<Stepper> spare_;
+  const Past<Stepper>* past_ = nullptr;
+  Trace<Plain> trace_;
+  StepDoubling<Stepper, S> doubling_;
+};
+
 /// @tparam Attempt     a StepAttempt
 /// @tparam does_steps  steps may be done inside; else states come from Hermite's interpolant
 template <class Attempt, bool does_steps>
@@ -47,7 +144,7 @@ class LookInside {
   using Plain = PlainState<S>;
 
   /// @param report  the run's: it counts what looks cost, and tells why one failed
-  LookInside(Attempt& step, TrustInside& trust, RunReport& report) : step_{step}, trust_{trust}, report_{report} {}
+  LookInside(Attempt& step, InterpolantTrust& trust, RunReport& report) : step_{step}, trust_{trust}, report_{report} {}
 
   /// The step has been done, and no state inside it asked for.
   void begin(Scalar dt) {
@@ -57,7 +154,7 @@ class LookInside {
   }
   /// It has been done again, to an earlier end: nothing that was made for the other one serves.
   void begin_again(Scalar dt) {
-    if constexpr (does_steps) work_.inside.end(), work_.parts.end(), work_.looks = 0;
+    if constexpr (does_steps) work_.inside.end();
     dt_ = dt;
     is_checked_ = false;
     trusted_.reset();
@@ -70,7 +167,7 @@ class LookInside {
       if (is_checked_ && dense_.is_inside(t)) {
         if (!trusted_) trusted_ = trusts();
         if (!*trusted_) {
-          if (!look_by_parts(t, work_.found)) static_cast<void>(go_to(t, work_.found));
+          static_cast<void>(go_to(t, work_.found));
           return work_.found;
         }
       }
@@ -119,23 +216,30 @@ class LookInside {
     if constexpr (sees_error) {
       if (!dense_.is_known_inside()) return false;
       const double length = std::abs(static_cast<double>(dt_));
-      if (const std::optional<bool> known = trust_.whole.known(length)) return *known;
-      const std::optional<double> worst = worst_error(dt_, 0.5, [this](Scalar t) { return &dense_.at(t); });
-      return !worst || trust_.whole.check(length, *worst);  // a step that fails ends the run
+      if (const std::optional<bool> known = trust_.known(length)) return *known;
+      double worst = 0;  // error, in tolerances
+      for (const double x : facts_of<Stepper>.doubtful_at.value) {
+        if (!(worst <= 0.5)) break;
+        const Scalar t = step_.t0() + static_cast<Scalar>(x) * dt_;
+        if (!go_to(t, work_.found)) return true;  // a step that fails ends the run
+        assign<S>(work_.found, in<S>(dense_.at(t)) - in<S>(work_.found));
+        const double error = step_.pace().size(step_.start(), step_.plain(), work_.found);
+        worst = error <= worst ? worst : error;  // NaN, too
+      }
+      return trust_.check(length, worst);
     } else {
       return false;
     }
   }
   /// Keeps the state while a step inside works in it; then puts it back, and books the cost.
-  template <class Worker>
   class Visit {
    public:
-    Visit(LookInside& look, const Worker& worker) : look_{look}, worker_{worker}, before_{worker.spent()} {
+    explicit Visit(LookInside& look) : look_{look}, before_{look.work_.inside.statistics()} {
       copy_blocks<S>(look.work_.end, look.step_.state());
     }
     ~Visit() {
       copy_blocks<S>(look_.step_.state(), look_.work_.end);
-      Statistics cost = worker_.spent() - before_;
+      Statistics cost = look_.work_.inside.statistics() - before_;
       cost.steps = cost.failed_steps = cost.rejections = 0;
       look_.report_.statistics = look_.report_.statistics + cost;
     }
@@ -144,50 +248,8 @@ class LookInside {
 
    private:
     LookInside& look_;
-    const Worker& worker_;
     Statistics before_;
   };
-
-  /// The largest error, in tolerances, of *guess(t) at the doubtful places of so long a part of the step, by steps to there.
-  /// Empty without a guess, or if a step fails.
-  [[nodiscard]] std::optional<double> worst_error(Scalar length, double enough, auto&& guess) {
-    double worst = 0;
-    for (const double x : facts_of<Stepper>.doubtful_at.value) {
-      if (!(worst <= enough)) break;
-      const Scalar t = step_.t0() + static_cast<Scalar>(x) * length;
-      const Plain* guessed = guess(t);
-      if (guessed == nullptr || !go_to(t, work_.off)) return {};
-      assign<S>(work_.off, in<S>(*guessed) - in<S>(work_.off));
-      const double error = step_.pace().size(step_.start(), step_.plain(), work_.off);
-      worst = error <= worst ? worst : error;  // NaN, too
-    }
-    return worst;
-  }
-  /// out = y(t) by the interpolants of parts. False where these are not right either.
-  [[nodiscard]] bool look_by_parts([[maybe_unused]] Scalar t, [[maybe_unused]] Plain& out) {
-    if constexpr (sees_error) {
-      const int count = trust_.whole.parts();
-      const Scalar length = dt_ / static_cast<Scalar>(std::max(count, 1));
-      const double size = std::abs(static_cast<double>(length));
-      if (++work_.looks <= 2 || count == 0 || trust_.parts.known(size) == false) return false;
-      auto& parts = work_.parts;
-      if (!parts.has_begun() || parts.is_past(t))
-        parts.begin(step_.stepper(), step_.past(), step_.start(), step_.t0(), dt_, count, step_.pace().trace());
-      const auto at = [&](Scalar time) {
-        const Visit<PartsInside<Stepper, S>> visit{*this, parts};
-        return parts.at(step_.state(), time, step_.pace());
-      };
-      if (!trust_.parts.known(size)) {
-        const std::optional<double> worst = worst_error(length, std::numeric_limits<double>::infinity(), at);
-        if (!worst || !trust_.parts.check(size, *worst)) return false;
-      }
-      const Plain* found = at(t);
-      if (found != nullptr) copy_blocks<S>(out, *found);
-      return found != nullptr;
-    } else {
-      return false;
-    }
-  }
   /// out = y(t) by a step from the start. False where it fails, and the run ends with that.
   [[nodiscard]] bool go_to(Scalar t, Plain& out) {
     const Scalar from = step_.t0(), dt = t - from;
@@ -197,7 +259,7 @@ class LookInside {
     }
     auto& inside = work_.inside;
     if (!inside.has_begun()) inside.begin(step_.stepper(), step_.past());
-    const Visit<StepInside<Stepper, S>> visit{*this, inside};
+    const Visit visit{*this};
     copy_blocks<S>(step_.state(), step_.start());
     const StepReport done = inside.step(step_.state(), from, dt, step_.pace());
     copy_blocks<S>(out, step_.state());
@@ -210,14 +272,12 @@ class LookInside {
 
   struct Work {
     StepInside<Stepper, S> inside;
-    PartsInside<Stepper, S> parts;
-    int looks = 0;     // at states that the interpolant of the whole step can't tell
-    Plain end;         // the state at the step's end, while others are in its place
-    Plain found, off;  // the state last asked for; scratch
+    Plain end;    // the state at the step's end, while others are in its place
+    Plain found;  // the state last asked for
   };
 
   Attempt& step_;
-  TrustInside& trust_;
+  InterpolantTrust& trust_;
   RunReport& report_;
   Scalar dt_{};
   DenseOutput<S> dense_;

@@ -1,7 +1,8 @@
 /// @file
-/// Observers that look at given times: the run stops there (`at_times`), or is looked into there (`sampled`).
+/// Observers that look at given times: the run stops there (`at_times`), is looked into there (`sampled`), or seen at the first end
+/// of a step from there on (`every`).
 ///
-/// Both take the times in any order, twice given ones count once, those outside the run are never reached and so
+/// The first two take the times in any order, twice given ones count once, those outside the run are never reached and so
 /// ignored. Runs may go backward. f(t, state) gets as t the very number given, and may return false to end the run.
 #pragma once
 
@@ -82,6 +83,53 @@ class AtTimes {
  private:
   TimeList<Time> times_;
   F f_;
+};
+
+/// Calls f(t, state) at the first step end at or after each multiple of `interval` from the run's start, the start
+/// itself included.
+template <class F>
+class Every {
+ public:
+  /// @throws std::invalid_argument unless the interval is finite and > 0.
+  Every(double interval, F f) : interval_{interval}, f_(std::move(f)) {
+    if (!(interval > 0) || !std::isfinite(interval))
+      throw std::invalid_argument("phistep: every(interval, f) needs a finite interval > 0");
+  }
+
+  template <class Scalar, class S>
+  bool operator()(Scalar t, S& state) {
+    const double now = static_cast<double>(t);
+    if (first_) start_ = now, first_ = false;
+    // A step end that misses the mark by rounding alone counts as on it.
+    const double slack = 64 * std::numeric_limits<Scalar>::epsilon() * (std::abs(start_) + std::abs(now));
+    const double reach = std::abs(now - start_) + slack;
+    if (reach < static_cast<double>(next_) * interval_) return true;
+    // Not one by one: there may be 1e20 of them. Those that can't be counted are behind every step's end.
+    next_ = std::max(next_, static_cast<long long>(std::min(reach / interval_, static_cast<double>(most))));
+    while (next_ < most && static_cast<double>(next_) * interval_ <= reach) ++next_;
+    return ask(f_, t, state);
+  }
+  /// Which mark it waits for, for a checkpoint.
+  void save(Writer& out) const { save_parts(out, "start", start_, "next", next_, "first", first_); }
+  template <class Then>
+  void load(Reader& in, Then&& then) {
+    double start = 0;
+    long long next = 0;
+    bool first = true;
+    in("start", start, "next", next, "first", first);
+    in.check(std::isfinite(start) && 0 <= next && next <= most);
+    load_parts(in, then);
+    start_ = start, next_ = next, first_ = first;
+  }
+
+ private:
+  static constexpr long long most = 1LL << 53;
+
+  double interval_;
+  F f_;
+  double start_ = 0;
+  long long next_ = 0;  // the mark to wait for, in intervals
+  bool first_ = true;
 };
 
 /// t₀, t₀ ± interval, t₀ ± 2 interval, … of a run from t₀.
@@ -194,34 +242,29 @@ class Sampled {
   F f_;
 };
 
-/// Floating-point numbers as they are, integers as double.
-template <class Number>
-using TimeOf = std::conditional_t<std::floating_point<Number>, Number, double>;
-
 template <class Range>
 concept TimeRange = requires(const Range& times) {
   requires std::is_arithmetic_v<std::remove_cvref_t<decltype(*times.begin())>>;
   times.end();
 };
 
+/// Floating-point numbers as they are, integers as double.
 template <TimeRange Range>
 [[nodiscard]] auto to_times(const Range& times) {
-  std::vector<TimeOf<std::remove_cvref_t<decltype(*times.begin())>>> list;
-  for (const auto t : times) list.push_back(static_cast<typename decltype(list)::value_type>(t));
+  using Number = std::remove_cvref_t<decltype(*times.begin())>;
+  using Time = std::conditional_t<std::floating_point<Number>, Number, double>;
+  std::vector<Time> list;
+  for (const auto t : times) list.push_back(static_cast<Time>(t));
   return list;
 }
 
 /// `integrate(…, at_times({0.1, 0.25, 7}, [](double t, auto& state) { … }))`: steps end exactly at these times; f may edit
 /// the state there. [time] A list in braces is one of doubles; where a state has longer ones, give a std::vector of them.
 /// @throws std::invalid_argument where a time is not finite
-template <TimeRange Range, class F>
+template <TimeRange Range = std::initializer_list<double>, class F>
 [[nodiscard]] auto at_times(const Range& times, F&& f) {
   static_assert(!copies_a_record<F>, "phistep: at_times(times, recorder) would fill a copy: write std::ref(recorder)");
   return AtTimes(to_times(times), std::decay_t<F>(std::forward<F>(f)));
-}
-template <class F>
-[[nodiscard]] auto at_times(std::initializer_list<double> times, F&& f) {
-  return at_times<std::initializer_list<double>>(times, std::forward<F>(f));
 }
 
 /// `integrate(…, sampled(0.1, [](double t, const auto& state) { … }))`: at t0 and at every multiple of the interval from
@@ -233,16 +276,19 @@ template <class F>
                 "phistep: sampled(interval, recorder) would fill a copy: write std::ref(recorder)");
   return Sampled(IntervalMarks(interval), std::decay_t<F>(std::forward<F>(f)));
 }
-/// … or at given times.
+/// The same at given times.
 /// @throws std::invalid_argument where one is not finite
-template <TimeRange Range, class F>
+template <TimeRange Range = std::initializer_list<double>, class F>
 [[nodiscard]] auto sampled(const Range& times, F&& f) {
   static_assert(!copies_a_record<F>, "phistep: sampled(times, recorder) would fill a copy: write std::ref(recorder)");
   return Sampled(ListMarks(to_times(times)), std::decay_t<F>(std::forward<F>(f)));
 }
+
+/// `integrate(…, every(0.1, [](double t, const auto& state) { … }))`. [time]
 template <class F>
-[[nodiscard]] auto sampled(std::initializer_list<double> times, F&& f) {
-  return sampled<std::initializer_list<double>>(times, std::forward<F>(f));
+[[nodiscard]] auto every(double interval, F&& f) {
+  static_assert(!copies_a_record<F>, "phistep: every(interval, recorder) would fill a copy: write std::ref(recorder)");
+  return Every<std::decay_t<F>>{interval, std::forward<F>(f)};
 }
 
 }}  // namespace phistep::PHISTEP_ABI

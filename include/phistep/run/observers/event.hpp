@@ -70,7 +70,7 @@ class Event {
     else return goes_on(handler_, t, state) && !options_.terminal;
   }
   /// A run starts at t. Whether the event happened just there, in a run before: then it is not to happen again.
-  bool begin(double t = 0) {
+  bool begin(double t) {
     if (!times_.empty()) last_ = times_.back();
     times_.clear();
     return last_ == t;

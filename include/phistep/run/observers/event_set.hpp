@@ -11,7 +11,8 @@
 ///                                             plain state, or nullptr where the step failed; the last one counts.
 ///                                             hit.resteps = 0: the event is the end of the step, which stands.
 ///                                             hit.g not finite: the step failed, or else it is Outcome::non_finite_event
-///       events.happen(found, hit.t, state)    handlers, which may edit the state
+///       events.look(found, hit.t, state)      which others happen with it
+///       events.happen(hit.t, state)           handlers, which may edit the state
 ///     }
 ///     events.rearm(t, state)                  after edits by others: a sign that an edit changes is no event
 ///
@@ -36,7 +37,6 @@
 #include "phistep/base/version.hpp"
 #include "phistep/run/observers/completed_step.hpp"
 #include "phistep/run/observers/event.hpp"
-#include "phistep/run/observers/refine_root.hpp"
 #include "phistep/run/observers/root.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
@@ -140,13 +140,8 @@ class EventSet {
     return hit;
   }
 
-  /// Calls the handlers of the event found and, in the order given, of those that happen with it: whose own root is that
-  /// one as far as time can tell, or whose g has passed zero in the step done again.
-  [[nodiscard]] Outcome happen(const Found& found, Scalar t, S& state) {
-    look(found, t, state);
-    return happen(t, state);
-  }
-  /// Its first half, which asks every g and changes nothing: where one throws, the step can still be taken back …
+  /// Which events happen with the one found: whose own root is that one as far as time can tell, or whose g has passed zero in the
+  /// step done again. Asks every g and changes nothing: where one throws, the step can still be taken back.
   void look(const Found& found, Scalar t, const S& state) {
     const Plain& y = plain(state);
     each([&](auto k, auto& event) {
@@ -154,11 +149,14 @@ class EventSet {
       known_[k] = root.start_sign != 0 && !is_before(t, root.start, end_[k].t - root.start);
       const bool together = root.kind == Root<Scalar>::Kind::found &&
                             std::abs(root.t - found.root.t) <= root.tolerance + found.root.tolerance;
-      happens_[k] = k == found.which || together || (known_[k] && passed(root.start_sign, event.value(t, y), event));
-      if (happens_[k] && k != found.which) at_root_[k] = event.value(t, y);
+      happens_[k] = k == found.which;
+      if (happens_[k] || !(together || known_[k])) return;
+      const Scalar g = event.value(t, y);
+      happens_[k] = together || passed(root.start_sign, g, event);
+      if (happens_[k]) at_root_[k] = g;
     });
   }
-  /// … and the second.
+  /// Calls the handlers of these, in the order given.
   [[nodiscard]] Outcome happen(Scalar t, S& state) {
     each([&](auto k, auto&) {
       if (happens_[k]) memory_[k].standing = Standing::on_root;

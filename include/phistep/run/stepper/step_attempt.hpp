@@ -17,11 +17,10 @@
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/non_finite.hpp"
 #include "phistep/base/version.hpp"
-#include "phistep/run/control/fixed_step.hpp"
+#include "phistep/run/control/error_law.hpp"
 #include "phistep/run/control/limits.hpp"
 #include "phistep/run/control/run_clock.hpp"
 #include "phistep/run/stepper/any_stepper.hpp"
-#include "phistep/run/stepper/error_law.hpp"
 #include "phistep/run/stepper/step_doubling.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {

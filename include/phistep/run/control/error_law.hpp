@@ -4,10 +4,19 @@
 
 #include "phistep/base/facts/stepper_facts.hpp"
 #include "phistep/base/version.hpp"
-#include "phistep/run/control/pace.hpp"
 #include "phistep/run/errors/step_filter.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
+
+/// How the error of a scheme's steps goes with their length, and what a new length costs.
+struct ErrorLaw {
+  int order = 1;                          ///< of the scheme
+  int error_order = 2;                    ///< the power of Δt with which its estimate goes
+  double dead_band = 1;                   ///< see StepSize; more than 1 where a kept Δt spares a factorization
+  bool reads_weights = true;              ///< steps read trace.weight
+  StepFilter filter = StepFilter::H211b;  ///< the one that suits, unless the user names another
+  bool looks_for_jumps = false;           ///< its estimate falls as that power, or the force isn't smooth (Smoothness)
+};
 
 /// By how much Δt has to grow to be worth new factors: without a matrix, at once; Newton makes do with old ones within
 /// limits; an affine step can't, and a factorization is then most of what it costs.
