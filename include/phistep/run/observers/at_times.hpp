@@ -16,8 +16,6 @@
 #include <utility>
 #include <vector>
 
-#include "phistep/base/archive/archive.hpp"
-#include "phistep/base/archive/parts.hpp"
 #include "phistep/base/numbers/arithmetic.hpp"
 #include "phistep/base/outcome/statistics.hpp"
 #include "phistep/base/state/blocks.hpp"
@@ -157,6 +155,7 @@ class ListMarks {
 template <class Marks, class F>
 class Sampled {
  public:
+  using ArchivedByParts = void;
   Sampled(Marks marks, F f) : marks_(std::move(marks)), f_(std::move(f)) {}
 
   /// A run starts at t0, maybe on a mark. False where f asks for its end.
@@ -183,11 +182,7 @@ class Sampled {
   }
 
   /// How far it has come, for a checkpoint.
-  void save(Writer& out) const { save_parts(out, "marks", marks_); }
-  template <class Then>
-  void load(Reader& in, Then&& then) {
-    load_parts(in, then, "marks", marks_);
-  }
+  void archive(auto& ar) { ar("marks", marks_); }
 
  private:
   Marks marks_;

@@ -9,8 +9,6 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/base/archive/archive.hpp"
-#include "phistep/base/archive/parts.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/run/observers/goes_on.hpp"
 
@@ -21,6 +19,7 @@ namespace phistep { inline namespace PHISTEP_ABI {
 template <class F>
 class Every {
  public:
+  using ArchivedByParts = void;
   /// @throws std::invalid_argument unless the interval is finite and > 0.
   Every(double interval, F f) : interval_{interval}, f_(std::move(f)) {
     if (!(interval > 0) || !std::isfinite(interval))
@@ -41,16 +40,9 @@ class Every {
     return ask(f_, t, state);
   }
   /// Which mark it waits for, for a checkpoint.
-  void save(Writer& out) const { save_parts(out, "start", start_, "next", next_, "first", first_); }
-  template <class Then>
-  void load(Reader& in, Then&& then) {
-    double start = 0;
-    long long next = 0;
-    bool first = true;
-    in("start", start, "next", next, "first", first);
-    in.check(std::isfinite(start) && 0 <= next && next <= most);
-    load_parts(in, then);
-    start_ = start, next_ = next, first_ = first;
+  void archive(auto& ar) {
+    ar("start", start_, "next", next_, "first", first_);
+    ar.check(std::isfinite(start_) && 0 <= next_ && next_ <= most);
   }
 
  private:
