@@ -238,13 +238,13 @@ TEST_CASE("how soon events follow each other is part of a checkpoint") {
     while (bounce.times().size() < cut && first.advance()) {
     }
     Writer out;
-    first.save(out);
+    out.save(first);
     Ball again{One{0}, One{0}};
     PhiStepper other{again, weight, velocity_verlet};
     auto rebound = bounce;
     Run second{other, again, {0, 4}, fixed(0.1), rebound};
     Reader in{out.bytes()};
-    second.load(in, [&in] { in.finish(); });
+    in.load(second);
     const auto report = second.finish();
     return std::tuple{report.outcome, report.t, rebound.times()};
   };

@@ -83,8 +83,9 @@ struct Subject {
   virtual ~Subject() = default;
   virtual phistep::StepReport step(double dt) = 0;
   // Stepper, state and time, as parts of a checkpoint.
-  virtual void save(phistep::Writer& out) const = 0;
-  virtual void load(phistep::Reader& in, const std::function<void()>& then) = 0;
+  using ArchivedByParts = void;
+  virtual void archive(phistep::Writer& out) = 0;
+  virtual void archive(phistep::Reader& in) = 0;
   virtual void forget_unsaved() = 0;
   [[nodiscard]] virtual bool has_unsaved() const = 0;
   [[nodiscard]] virtual double apart(const Subject& other) const = 0;
@@ -104,10 +105,8 @@ class Body final : public Subject {
     t_ += dt;
     return report;
   }
-  void save(phistep::Writer& out) const override { phistep::save_parts(out, stepper_, y_, t_); }
-  void load(phistep::Reader& in, const std::function<void()>& then) override {
-    phistep::load_parts(in, then, stepper_, y_, t_);
-  }
+  void archive(phistep::Writer& out) override { archive_all(out); }
+  void archive(phistep::Reader& in) override { archive_all(in); }
   void forget_unsaved() override {
     if constexpr (phistep::HasUnsaved<Stepper>) stepper_.forget_unsaved();
   }
@@ -119,6 +118,12 @@ class Body final : public Subject {
   [[nodiscard]] phistep::Statistics statistics() const override { return stepper_.statistics(); }
 
  private:
+  void archive_all(auto& ar) {
+    ar(stepper_);
+    ar.state("y", y_);
+    ar("t", t_);
+  }
+
   State y_;
   Stepper stepper_;
   Time t_;

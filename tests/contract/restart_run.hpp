@@ -31,8 +31,9 @@ struct Subject {
   [[nodiscard]] virtual RunReport report() const = 0;
   virtual RunReport finish() = 0;
   // The run as a part of a checkpoint.
-  virtual void save(Writer& out) const = 0;
-  virtual void load(Reader& in, const std::function<void()>& then) = 0;
+  using ArchivedByParts = void;
+  virtual void archive(Writer& out) = 0;
+  virtual void archive(Reader& in) = 0;
   virtual void forget_unsaved() = 0;
   [[nodiscard]] virtual bool has_unsaved() const = 0;
   [[nodiscard]] virtual double apart(const Subject& other) const = 0;
@@ -65,8 +66,8 @@ class Whole<State, Stepper, Control, std::tuple<O...>> final : public Subject {
   [[nodiscard]] bool advance() override { return run_.advance(); }
   [[nodiscard]] RunReport report() const override { return run_.report(); }
   RunReport finish() override { return run_.finish(); }
-  void save(Writer& out) const override { run_.save(out); }
-  void load(Reader& in, const std::function<void()>& then) override { run_.load(in, then); }
+  void archive(Writer& out) override { run_.archive(out); }
+  void archive(Reader& in) override { run_.archive(in); }
   void forget_unsaved() override {
     if constexpr (HasUnsaved<TheRun>) run_.forget_unsaved();
   }

@@ -103,7 +103,7 @@ class Machine {
 template <class... Parts>
 [[nodiscard]] std::string bytes_of(const Parts&... parts) {
   Writer writer;
-  save_parts(writer, parts...);
+  writer.save(parts...);
   return {reinterpret_cast<const char*>(writer.bytes().data()), writer.bytes().size()};
 }
 

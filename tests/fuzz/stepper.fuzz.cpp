@@ -149,10 +149,10 @@ Log play(Bytes in, State y, Trouble& trouble, Make make) {
     State there = y;
     if (restarts) {  // a restart here goes on in the same way
       Writer out;
-      save_parts(out, stepper);
+      out.save(stepper);
       if constexpr (HasUnsaved<decltype(stepper)>) stepper.forget_unsaved();
       Reader read{out.bytes()};
-      restarted.load(read, [&read] { read.finish(); });
+      read.load(restarted);
       demand(restarted.statistics() == before, "a restart knows the counts");
     }
     const Trouble trouble_before = trouble;

@@ -161,27 +161,20 @@ void commit_force(F& force, Scalar t, const View& y, Memory& memory) {
 }
 
 /// The memory of a force, for a checkpoint: a section for each term that has one, by the term's name.
-template <class F, class Memory = MemoryOf<F>>
-struct MemoryArchive {
-  Memory* memory;
-  void archive(auto& ar) { archive_terms<F>(ar, *memory); }
-
- private:
-  template <class Part>
-  static void archive_terms(auto& ar, auto& its_memory) {
-    if constexpr (is_sum<Part>) {
-      [&]<class... T, std::size_t... K>(std::type_identity<Sum<T...>>, std::index_sequence<K...>) {
-        (archive_terms<Unwrapped<T>>(ar, memory_of_term<K>(its_memory)), ...);
-      }(std::type_identity<Part>{}, std::make_index_sequence<std::tuple_size_v<decltype(Part::terms)>>{});
-    } else if constexpr (remembers<Part>) {
-      constexpr bool has_name = requires { std::string_view(Part::name); };
-      static_assert(has_name,
-                    "phistep: a force with a Memory needs a name to be in a checkpoint: static constexpr const char* "
-                    "name = \"friction\";");
-      if constexpr (has_name) ar.value(Part::name, its_memory);
-    }
+template <class F>
+void archive_memory(auto& ar, auto& memory) {
+  if constexpr (is_sum<F>) {
+    [&]<class... T, std::size_t... K>(std::type_identity<Sum<T...>>, std::index_sequence<K...>) {
+      (archive_memory<Unwrapped<T>>(ar, memory_of_term<K>(memory)), ...);
+    }(std::type_identity<F>{}, std::make_index_sequence<std::tuple_size_v<decltype(F::terms)>>{});
+  } else if constexpr (remembers<F>) {
+    constexpr bool has_name = requires { std::string_view(F::name); };
+    static_assert(has_name,
+                  "phistep: a force with a Memory needs a name to be in a checkpoint: static constexpr const char* "
+                  "name = \"friction\";");
+    if constexpr (has_name) ar.value(F::name, memory);
   }
-};
+}
 
 /// Which term of a sum is not finite at (t, y), or has the wrong size; −1 if none is, or if the force is not a sum.
 template <class F, class View, class Memory, class Rate, class Scalar>

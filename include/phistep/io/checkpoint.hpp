@@ -46,7 +46,6 @@
 
 #include "phistep/base/archive/archive.hpp"
 #include "phistep/base/archive/checksum.hpp"
-#include "phistep/base/archive/parts.hpp"
 #include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
@@ -119,14 +118,13 @@ template <class... Parts>
 void load_parts_of(std::istream& in, const std::string& name, bool alone, Parts&... parts) {
   const std::vector<std::byte> bytes = read_checkpoint(in, name, alone);
   Reader reader{std::span(bytes).subspan(checkpoint_head)};
-  load_parts(
-      reader, [&reader] { reader.finish(); }, parts...);
+  reader.load(parts...);
 }
 
 template <class... Parts>
 void write_checkpoint(std::ostream& out, const Parts&... parts) {
   Writer writer;
-  save_parts(writer, parts...);
+  writer.save(parts...);
   std::array<std::byte, checkpoint_head> head{};
   std::memcpy(head.data(), checkpoint_magic.data(), checkpoint_magic.size());
   const auto version = in_file(checkpoint_version);

@@ -105,22 +105,9 @@ template <class Ops, class... Parts>
     bytes = detail::read_checkpoint(in, part, true);
   });
   // Nobody keeps what it has read before all have.
-  bool has_agreed = false;
-  try {
-    Reader reader{std::span(bytes).subspan(detail::checkpoint_head)};
-    detail::RankStamp stamp{manifest.stamp(rank)};
-    load_parts(
-        reader,
-        [&] {
-          reader.finish();
-          has_agreed = true;
-          detail::on_all_ranks(ranks, path, [] {});
-        },
-        stamp, parts...);
-  } catch (...) {
-    if (!has_agreed) Ops::most(ranks.handle(), 1);
-    throw;
-  }
+  Reader reader{std::span(bytes).subspan(detail::checkpoint_head)};
+  detail::RankStamp stamp{manifest.stamp(rank)};
+  reader.load_by([&](auto&& read) { detail::on_all_ranks(ranks, path, read); }, stamp, parts...);
   return true;
 }
 

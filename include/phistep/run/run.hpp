@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "phistep/base/archive/archive.hpp"
-#include "phistep/base/archive/parts.hpp"
 #include "phistep/base/machine/only.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/statistics.hpp"
@@ -43,6 +42,7 @@ class Run {
  public:
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
+  using ArchivedByParts = void;
   static constexpr const char* part_name = "run";
 
   Run(Stepper& stepper, S& state, TimeSpan<std::type_identity_t<Scalar>> span, const Control& control,
@@ -68,30 +68,29 @@ class Run {
 
   /// The run, its stepper and its state: with the same options, forces and observers, a run that loads this goes on with
   /// the bits that this one goes on with after forget_unsaved(). Of the observers, those that can be archived are.
-  void save(Writer& out) const {
-    with_parts(*this, [&out](auto&... part) { save_parts(out, part...); });
-    if constexpr (FieldState<Plain>) out("unedited", edits_.holds(time(), state_));
+  template <class Ar>
+  void archive(Ar& ar) {
+    if constexpr (Ar::reading)
+      if (!begun_ && step_.set_up() != Outcome::success)
+        throw CheckpointError("phistep: this run can't go on, its options can't work");
+    ar("clock", step_.clock());
+    ar.state("state", state_);
+    ar("stepper", stepper_, "control", step_.pace(), "report", report_, "counts_before", before_, "begun", begun_,
+       "ended", ended_, "first", first_, "left_at", edits_, "armed", events_, "trust", trust_);
+    std::apply([&ar](auto&... observer) { ar(observer...); }, Watchers::kept(observers_));
+    if constexpr (FieldState<Plain>) {  // the saved guard knew another vector
+      bool unedited = !Ar::reading && edits_.holds(time(), state_);
+      ar.aside("unedited", unedited);
+      ar.at_last([this, unedited] {
+        if (unedited) edits_.remember(time(), state_);
+        else edits_.forget();
+      });
+    }
+    // What was done to the stepper before is undone by what it has loaded.
+    if constexpr (requires { stepper_.changes(); }) ar.at_last([this] { changes_ = stepper_.changes(); });
   }
   /// As PhiStepper's.
   void forget_unsaved() requires HasUnsaved<Stepper> { stepper_.forget_unsaved(); }
-  /// @throws CheckpointError before anything has changed
-  template <class Then>
-  void load(Reader& in, Then&& then) {
-    if (!begun_ && step_.set_up() != Outcome::success)
-      throw CheckpointError("phistep: this run can't go on, its options can't work");
-    bool unedited = false;
-    const auto rest = [&] {
-      if constexpr (FieldState<Plain>) in("unedited", unedited);
-      then();
-    };
-    with_parts(*this, [&in, &rest](auto&... part) { load_parts(in, rest, part...); });
-    if constexpr (FieldState<Plain>) {  // the saved guard knew another vector
-      if (unedited) edits_.remember(time(), state_);
-      else edits_.forget();
-    }
-    // What was done to the stepper before is undone by what it has loaded.
-    if constexpr (requires { stepper_.changes(); }) changes_ = stepper_.changes();
-  }
 
   [[nodiscard]] bool has_ended() const { return ended_; }
   [[nodiscard]] Scalar time() const { return step_.clock().t(); }  ///< [time] where the state stands
@@ -129,18 +128,6 @@ class Run {
   }();
   using Attempt = StepAttempt<Stepper, S, Pace, observed>;
   using Look = Only<observed, LookInside<Attempt, looks_inside>>;
-
-  /// f(every part of a checkpoint …)
-  template <class Self, class F>
-  static void with_parts(Self& self, F&& f) {
-    std::apply(
-        [&](auto&... observer) {
-          f("clock", self.step_.clock(), "state", self.state_, "stepper", self.stepper_, "control", self.step_.pace(),
-            "report", self.report_, "counts_before", self.before_, "begun", self.begun_, "ended", self.ended_, "first",
-            self.first_, "left_at", self.edits_, "armed", self.events_, "trust", self.trust_, observer...);
-        },
-        Watchers::kept(self.observers_));
-  }
 
   bool step(bool may_be_edited) {
     if (ended_ || (!begun_ && !begin())) return false;

@@ -6,6 +6,7 @@
 #include <bit>
 #include <cstring>
 #include <limits>
+#include <new>
 #include <optional>
 #include <random>
 #include <sstream>
@@ -74,6 +75,25 @@ struct All {
   std::vector<Napper> list;
   void archive(auto& ar) {
     ar.columns("list", list, "naps", &Napper::naps, "slip", &Napper::slip, "flagged", &Napper::flagged);
+  }
+};
+/// Can't be copied, and is read member by member.
+struct Large {
+  using ArchivedByParts = void;
+  Large() = default;
+  Large(const Large&) = delete;
+  std::vector<double> list{1, 2};
+  Napper one;
+  std::vector<Napper> nappers{1};
+  int done = 0;
+  bool can_be = true;
+  void archive(auto& ar) {
+    int version = 7;
+    ar.aside("version", version);
+    ar("list", list, "naps", one.naps);
+    ar.columns("nappers", nappers, "naps", &Napper::naps);
+    ar.at_last([this] { ++done; });
+    ar.check(can_be && version == 7);
   }
 };
 struct Blocks2 {
@@ -208,6 +228,37 @@ TEST_CASE("facts have to be the same") {
   other.open("stepper");
   CHECK_THROWS_WITH(other.fact("scheme", "trapezoidal"),
                     contains("stepper/scheme is \"tr_bdf2\", here it is \"trapezoidal\""));
+}
+
+TEST_CASE("parts are read all or none: what was read is put back, and what can't be undone waits for the end") {
+  Large from, to;
+  from.list = {3, 4, 5}, from.one.naps = 6, from.nappers.resize(4), from.nappers[3].naps = 8;
+  Writer out;
+  out.save("a", from, "b", Vec(Vec::Ones(2)), "c", 9);
+  Vec b = Vec::Zero(2), longer = Vec::Zero(3);
+  int c = 0;
+  const double* const place = to.list.data();
+  const auto refused = [&](Large& large, Vec& y, const char* last) {
+    Reader in{out.bytes()};
+    CHECK_THROWS_AS(in.load("a", large, "b", y, last, c), CheckpointError);
+    CHECK(to.list == std::vector<double>{1, 2});
+    CHECK(to.list.data() == place);
+    CHECK((to.one.naps == 0 && to.nappers.size() == 1 && to.nappers[0].naps == 0 && to.done == 0 && c == 0));
+    CHECK((b == Vec::Zero(2) && longer == Vec::Zero(3)));
+  };
+  refused(to, longer, "c");
+  refused(to, b, "d");
+  to.can_be = false;
+  refused(to, b, "c");
+  to.can_be = true;
+  Reader some{out.bytes()}, disagreed{out.bytes()}, in{out.bytes()};
+  CHECK_THROWS_WITH(some.load("a", to, "b", b), contains("holds c, which"));
+  const auto no = [](auto&& read) { read(), throw std::bad_alloc(); };
+  CHECK_THROWS_AS(disagreed.load_by(no, "a", to, "b", b, "c", c), std::bad_alloc);
+  CHECK((to.list.data() == place && to.one.naps == 0 && to.nappers.size() == 1 && to.done == 0 && b == Vec::Zero(2)));
+  in.load("a", to, "b", b, "c", c);
+  CHECK((to.list == from.list && to.one.naps == 6 && to.nappers.size() == 4 && to.nappers[3].naps == 8));
+  CHECK((b == Vec::Ones(2) && c == 9 && to.done == 1 && from.done == 0));
 }
 
 TEST_CASE("columns of structs, rows before columns, little-endian") {

@@ -216,14 +216,13 @@ TEST_CASE("where everything sleeps and nothing is changed, nothing wakes, not af
   while (stepper.report().asleep < 8 && n < 20000) REQUIRE(stepper.step(grains, dt * n++, dt));
   for (int k = 0; k < 10; ++k) REQUIRE(stepper.step(grains, dt * n++, dt));
   Writer out;
-  save_parts(out, stepper, grains);
+  out.save(stepper, grains);
   const auto twin = [&](auto&& edit) {
     Grains again = columns(2);
     Sleeping other{PhiStepper{again, scene(), symplectic_euler}, SleepOptions{.speed = 1e-3}};
     other.stepper().reset();  // before, and not of interest after
     Reader in{out.bytes()};
-    load_parts(
-        in, [&in] { in.finish(); }, other, again);
+    in.load(other, again);
     edit(again);
     REQUIRE(other.step(again, dt * n, dt));
     return other.report().asleep;
@@ -273,15 +272,14 @@ TEST_CASE("a checkpoint in the middle of sleep goes on with the same bits") {
   run(grains, stepper, 0, 5200);
   REQUIRE(stepper.report().asleep > 0);
   Writer out;
-  save_parts(out, stepper, grains);
+  out.save(stepper, grains);
   run(grains, stepper, 5200, 6200);
 
   Grains again = columns(3);
   again.add(Grains{Eigen::Vector2d{1.5, 160}});
   Sleeping other{PhiStepper{again, scene(), symplectic_euler}, options};
   Reader in{out.bytes()};
-  load_parts(
-      in, [&in] { in.finish(); }, other, again);
+  in.load(other, again);
   run(again, other, 5200, 6200);
   CHECK(again.r == grains.r);
   CHECK(again.v == grains.v);
@@ -368,12 +366,11 @@ TEST_CASE("balls asleep on balls, from a checkpoint: the same bits, springs and 
     REQUIRE(stepper.report().asleep > 3);
     REQUIRE(stepper.report().asleep < 31);
     Writer out;
-    save_parts(out, stepper, balls);
+    out.save(stepper, balls);
     Balls again = heaps(6), on = balls;
     auto other = make(again);
     Reader in{out.bytes()};
-    load_parts(
-        in, [&in] { in.finish(); }, other, again);
+    in.load(other, again);
     auto same = stepper;
     run(on, same, at, at + 2500);
     run(again, other, at, at + 2500);

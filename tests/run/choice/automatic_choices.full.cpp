@@ -41,11 +41,11 @@ TEST_CASE("a checkpoint at any step, before and after the change of scheme: resu
     Program first;
     for (int k = 0; k < at; ++k) REQUIRE(first.run.advance());
     Writer out;
-    first.run.save(out);
+    out.save(first.run);
     first.run.forget_unsaved();
     Program other;
     Reader in{out.bytes()};
-    other.run.load(in, [] {});
+    in.load(other.run);
     CHECK(other.y == first.y);
     CHECK(other.stepper.active() == first.stepper.active());
     const RunReport one = first.run.finish(), two = other.run.finish();
@@ -61,11 +61,11 @@ TEST_CASE("a checkpoint cut short is refused, and changes nothing") {
   Program first, other;
   for (int k = 0; k < 40; ++k) REQUIRE(first.run.advance());
   Writer out;
-  first.run.save(out);
+  out.save(first.run);
   for (const std::size_t left : {10u, 200u, 400u, 1000u}) {
     if (left >= out.bytes().size()) continue;
     Reader in{out.bytes().first(out.bytes().size() - left)};
-    CHECK_THROWS_AS(other.run.load(in, [] {}), CheckpointError);
+    CHECK_THROWS_AS(in.load(other.run), CheckpointError);
     CHECK(other.stepper.active() == 0);
     CHECK(other.y == Dynamic{{1.0, 0.0, 0.0}});
   }
@@ -144,10 +144,10 @@ TEST_CASE("stiff, but no matrix can be had: explicit on, and a resumed run knows
   CHECK(first.stepper.uses().list()[1].cause == SchemeCause::stays_explicit);
   CHECK(first.stepper.is_stiff());
   Writer out;
-  first.run.save(out);
+  out.save(first.run);
   first.run.forget_unsaved();
   Reader in{out.bytes()};
-  other.run.load(in, [] {});
+  in.load(other.run);
   CHECK(other.stepper.is_stiff());
   for (int k = 0; k < 100; ++k) REQUIRE((first.run.advance() && other.run.advance()));
   CHECK(other.y == first.y);

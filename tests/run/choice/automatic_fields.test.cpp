@@ -222,10 +222,10 @@ TEST_CASE("a checkpoint on conjugate gradients: resumed to the bit") {
   Program first, other;
   for (int k = 0; k < 20; ++k) REQUIRE(first.run.advance());
   Writer out;
-  first.run.save(out);
+  out.save(first.run);
   first.run.forget_unsaved();
   Reader in{out.bytes()};
-  other.run.load(in, [] {});
+  in.load(other.run);
   CHECK(other.stepper.scheme() == SuitableScheme::rodas_4_krylov);
   REQUIRE((first.run.finish() && other.run.finish()));
   CHECK(other.y == first.y);

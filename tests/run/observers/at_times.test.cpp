@@ -1,3 +1,4 @@
+#include <phistep/base/archive/archive.hpp>
 #include <phistep/base/state/motion.hpp>
 #include <phistep/run/inside/dense_output.hpp>
 #include <phistep/run/observers/at_times.hpp>

@@ -11,7 +11,13 @@
 ///     ar.in_place(x…)        x keeps its shape, and any other shape in the bytes is an error
 ///     ar.fact(name, text)    what has to be the same where it is read
 ///     ar.check(ok)           what was read can be true
+///     ar.aside(x…)           as ar(x…), of what isn't a member
+///     ar.state(name, y)      a state: it keeps its shape
+///     ar.open(name), ar.close()    a section around what stands between
+///     ar.at_last(f)          when all has been read and checked: f(), which can't be undone
 ///     Ar::reading            with Ar the archive's type: the direction
+///
+/// An object that can't be copied, or is too large to be, is read member by member and says so: `using ArchivedByParts = void;`.
 ///
 /// Each value says what it is, for programs that know nothing of these types. All is little-endian:
 ///
@@ -43,6 +49,7 @@
 #include <utility>
 #include <vector>
 
+#include "phistep/base/archive/all_or_nothing.hpp"
 #include "phistep/base/archive/archive_kinds.hpp"
 #include "phistep/base/archive/archive_layout.hpp"
 #include "phistep/base/version.hpp"
@@ -55,6 +62,11 @@ class Writer : public Archive<Writer> {
   static constexpr bool reading = false;
 
   [[nodiscard]] std::span<const std::byte> bytes() const { return bytes_; }
+  /// The parts of a checkpoint: `out.save(stepper, y, "t", t);`
+  template <class... Parts>
+  void save(const Parts&... parts) {
+    this->parts(parts...);
+  }
 
   void open(std::string_view name, const std::uint64_t* count = nullptr) {
     record(name, {}, count != nullptr ? 1 : 0, {count != nullptr ? *count : 0, 1});
@@ -69,6 +81,7 @@ class Writer : public Archive<Writer> {
     value(name, copy);
   }
   static void check(bool) {}
+  static void at_last(const auto& /*f*/) {}
 
  private:
   friend class Archive<Writer>;
@@ -116,17 +129,36 @@ class Writer : public Archive<Writer> {
     }
   }
   static void fits(std::string_view, const Size&, std::uint64_t, std::uint64_t) {}
+  static void keep(const auto& /*x*/) {}
+  static int pause() { return 0; }
 
   std::vector<std::byte> bytes_;
 };
 
-/// Bytes to values: `Reader in{bytes}; in("x", x, "y", y);`. Throws CheckpointError where they don't fit; what was read
-/// before then is changed, so read into copies.
-class Reader : public Archive<Reader> {
+/// Bytes to values: `Reader in{bytes}; in.load(stepper, y, "t", t);`, or `in("x", x, "y", y); in.finish();`, which leaves what it has
+/// read before it throws. @throws CheckpointError where they don't fit
+class Reader : public Archive<Reader>, public AllOrNothing {
  public:
   static constexpr bool reading = true;
 
   explicit Reader(std::span<const std::byte> bytes) : rest_{bytes} {}
+
+  /// Reads what save(parts…) wrote, all or nothing: if anything throws, each part is put back, bit by bit. That can't fail:
+  /// old values were kept, and are moved.
+  template <class... Parts>
+  void load(Parts&... parts) {
+    load_by([](auto&& read) { read(); }, parts...);
+  }
+  /// … @param how  how(read) calls read(), and throws where nothing may be kept of it
+  template <class How, class... Parts>
+  void load_by(How&& how, Parts&... parts) {
+    attempt([&] {
+      how([&] {
+        this->parts(parts...);
+        finish();
+      });
+    });
+  }
 
   void open(std::string_view name, std::uint64_t* count = nullptr) {
     Size size{};
@@ -144,9 +176,9 @@ class Reader : public Archive<Reader> {
     leave();
     path_.pop_back();
   }
-  void fact(std::string_view name, std::string_view text) {
+  void fact(const char* name, std::string_view text) {
     std::string there;
-    value(name, there);
+    aside(name, there);
     if (there != text)
       refuse("the checkpoint's " + path(name) + " is \"" + there + "\", here it is \"" + std::string(text) + '"');
   }

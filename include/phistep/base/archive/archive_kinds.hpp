@@ -29,6 +29,19 @@ class CheckpointError : public std::runtime_error {
 
 class Writer;
 
+/// An object that is read member by member, because it is too large to be copied or refers to others: it says
+/// `using ArchivedByParts = void;`, and its archive(ar) names members alone, what isn't one by ar.aside(…).
+template <class T>
+concept ByParts = requires {
+  typename T::ArchivedByParts;
+};
+/// An object that holds more than a checkpoint does (Jacobians, factors), and forgets that after a save, as it does after a load:
+/// the run that saved and the run that resumes are then the same.
+template <class T>
+concept HasUnsaved = requires(T& x) {
+  x.forget_unsaved();
+};
+
 namespace detail {
 template <class T>
 inline constexpr bool is_name = std::is_same_v<std::decay_t<T>, const char*> || std::is_same_v<std::decay_t<T>, char*>;

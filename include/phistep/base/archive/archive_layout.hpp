@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "phistep/base/archive/archive_kinds.hpp"
+#include "phistep/base/state/blocks.hpp"
 #include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
@@ -27,14 +28,66 @@ class Archive {
  public:
   template <class... T>
   void operator()(T&&... parts) {
-    values<false>(parts...);
+    values<As::value>(parts...);
   }
   template <class... T>
   void in_place(T&&... parts) {
-    values<true>(parts...);
+    values<As::in_place>(parts...);
+  }
+  template <class... T>
+  void aside(T&&... parts) {
+    [[maybe_unused]] const auto paused = self().pause();
+    values<As::value>(parts...);
   }
   template <bool fixed = false, class T>
   void value(std::string_view name, T& x) {
+    self().keep(x);
+    if constexpr (ByParts<std::remove_const_t<T>>) return pass<fixed>(name, x);
+    [[maybe_unused]] const auto paused = self().pause();
+    pass<fixed>(name, x);
+  }
+  /// A state keeps its shape. Arrays of a code are written in the order of its particles.
+  template <class T>
+  void state(std::string_view name, T& x) {
+    using S = std::remove_const_t<T>;
+    [[maybe_unused]] const auto paused = self().pause();
+    if constexpr (Self::reading || ShowsTrials<S>) {
+      PlainState<S> copy;
+      copy_blocks<S>(copy, x);
+      pass<true>(name, copy);
+      if constexpr (Self::reading) self().at_last([&x, copy = std::move(copy)] { copy_blocks<S>(x, copy); });
+    } else {
+      pass<true>(name, x);
+    }
+  }
+  /// A list of structs, as a list for each of the members named: columns("who", list, "kind", &Sleeper::kind, …).
+  template <class List, class... Members>
+  void columns(std::string_view name, List& list, const Members&... members) {
+    self().keep(list);
+    [[maybe_unused]] const auto paused = self().pause();
+    self().open(name);
+    bool is_first = true;
+    column(is_first, list, members...);
+    self().close();
+  }
+
+ protected:
+  /// The parts of a checkpoint.
+  template <class... T>
+  void parts(T&... all) {
+    values<As::part>(all...);
+  }
+  void enter() { counts_.push_back(0); }
+  void leave() { counts_.pop_back(); }
+
+ private:
+  enum class As { value, in_place, part };
+  [[nodiscard]] Self& self() { return static_cast<Self&>(*this); }
+  /// The name of a value that has none.
+  [[nodiscard]] std::string ordinal() { return std::to_string(counts_.back()++); }
+
+  template <bool fixed, class T>
+  void pass(std::string_view name, T& x) {
     using V = std::remove_const_t<T>;
     if constexpr (detail::Archived<V>) {
       self().open(name);
@@ -47,10 +100,8 @@ class Archive {
       std::apply([this](auto&... block) { (this->template value<fixed>(this->template name_of<V>(), block), ...); },
                  V::blocks(x));
       self().close();
-    } else if constexpr (std::is_same_v<V, std::string>) {
-      text(name, x);
-    } else if constexpr (detail::is_list<V>) {
-      list(name, x);
+    } else if constexpr (std::is_same_v<V, std::string> || detail::is_list<V>) {
+      list<fixed>(name, x);
     } else if constexpr (detail::is_optional<V>) {
       bool has = x.has_value();
       self().open(name);
@@ -62,10 +113,10 @@ class Archive {
       if (has) value<fixed>("value", *x);
       self().close();
     } else if constexpr (detail::TupleLike<V> && requires { x.begin(); }) {
-      array<fixed>(name, x);
+      list<fixed>(name, x);
     } else if constexpr (detail::TupleLike<V>) {
       self().open(name);
-      std::apply([this](auto&... element) { this->template values<fixed>(element...); }, x);
+      std::apply([this](auto&... element) { this->template values<as<fixed>>(element...); }, x);
       self().close();
     } else if constexpr (detail::is_number<V>) {
       std::array<std::uint64_t, 2> size{1, 1};
@@ -78,36 +129,26 @@ class Archive {
                     "phistep: this type can't be archived: give it void archive(auto& ar) { ar(its, members); }");
     }
   }
-  /// A list of structs, as a list for each of the members named: columns("who", list, "kind", &Sleeper::kind, …).
-  template <class List, class... Members>
-  void columns(std::string_view name, List& list, const Members&... members) {
-    self().open(name);
-    bool is_first = true;
-    column(is_first, list, members...);
-    self().close();
-  }
-  /// The name of a value that has none.
-  [[nodiscard]] std::string ordinal() { return std::to_string(counts_.back()++); }
-
- protected:
-  void enter() { counts_.push_back(0); }
-  void leave() { counts_.pop_back(); }
-  [[nodiscard]] std::size_t depth() const { return counts_.size() - 1; }
-
- private:
-  [[nodiscard]] Self& self() { return static_cast<Self&>(*this); }
 
   template <bool fixed>
+  static constexpr As as = fixed ? As::in_place : As::value;
+  template <As as>
   void values() {}
-  template <bool fixed, class First, class... Rest>
+  template <As as, class First, class... Rest>
   void values(First& first, Rest&... rest) {
-    if constexpr (detail::is_name<First>) named<fixed>(first, rest...);
-    else named<fixed>(ordinal(), first, rest...);
+    if constexpr (detail::is_name<First>) {
+      named<as>(first, rest...);
+    } else {
+      const std::string place = ordinal();
+      if constexpr (requires { First::part_name; }) named<as>(First::part_name, first, rest...);
+      else named<as>(place, first, rest...);
+    }
   }
-  template <bool fixed, class T, class... Rest>
+  template <As as, class T, class... Rest>
   void named(std::string_view name, T& x, Rest&... rest) {
-    value<fixed>(name, x);
-    values<fixed>(rest...);
+    if constexpr (as == As::part && State<std::remove_const_t<T>>) state(name, x);
+    else value<as == As::in_place>(name, x);
+    values<as>(rest...);
   }
   /// Of a struct's next block.
   template <class V>
@@ -134,19 +175,13 @@ class Archive {
       for (const T& x : list)
         for (std::size_t k = 0; k < each; ++k) all.push_back(at(x.*member, k));
     }
-    this->list(name, all);
+    this->template list<false>(name, all);
     if constexpr (Self::reading) {
       if (std::exchange(is_first, false)) list.assign(all.size() / each, T{});
       self().check(all.size() == each * list.size());
       for (std::size_t i = 0; i < all.size(); ++i) at(list[i / each].*member, i % each) = all[i];
     }
     column(is_first, list, rest...);
-  }
-  void text(std::string_view name, auto& x) {
-    std::array<std::uint64_t, 2> size{x.size(), 1};
-    self().template head<char>(name, 1, size, {'t', 1});
-    if constexpr (Self::reading) x.resize(static_cast<std::size_t>(size[0]));
-    self().data(x.data(), x.size());
   }
   /// As the standard writes them: they go on in the same way elsewhere.
   template <class Out = std::ostringstream, class In = std::istringstream, class T>
@@ -158,7 +193,7 @@ class Archive {
       out << x;
       state = out.str();
     }
-    text(name, state);
+    list<false>(name, state);
     if constexpr (Self::reading) {
       In in(state);
       in.imbue(decltype(in.getloc())::classic());
@@ -166,15 +201,19 @@ class Archive {
       self().check(static_cast<bool>(in));
     }
   }
-  template <class T>
+  /// Vectors and strings grow to what is there, arrays have as many.
+  template <bool fixed, class T>
   void list(std::string_view name, T& x) {
-    using V = typename T::value_type;
-    static_assert(!std::is_empty_v<V>, "phistep: a list of empty objects can't be archived");
+    using List = std::remove_const_t<T>;
+    using V = std::remove_const_t<typename T::value_type>;
+    constexpr bool is_text = std::is_same_v<List, std::string>, grows = is_text || detail::is_list<List>;
+    static_assert(!grows || !std::is_empty_v<V>, "phistep: a list of empty objects can't be archived");
     std::array<std::uint64_t, 2> size{x.size(), 1};
     if constexpr (detail::is_number<V>) {
-      self().template head<V>(name, 1, size);
-      if constexpr (Self::reading) x.resize(static_cast<std::size_t>(size[0]));
-      if constexpr (std::is_same_v<V, bool>) {
+      self().template head<V>(name, 1, size, is_text ? detail::Kind{'t', 1} : detail::kind_of<V>());
+      if constexpr (!grows) self().fits(name, size, x.size(), 1);
+      else if constexpr (Self::reading) x.resize(static_cast<std::size_t>(size[0]));
+      if constexpr (grows && std::is_same_v<V, bool>) {
         for (std::size_t i = 0; i < x.size(); ++i) {
           bool bit = x[i];
           self().data(&bit, 1);
@@ -185,31 +224,11 @@ class Archive {
       }
     } else {
       self().open(name, &size[0]);
-      if constexpr (Self::reading) {
-        x.clear();  // grows with what is really there
-        for (std::uint64_t i = 0; i < size[0]; ++i) {
-          V element{};
-          values<false>(element);
-          x.push_back(std::move(element));
-        }
-      } else {
-        for (auto& element : x) values<false>(element);
-      }
-      self().close();
-    }
-  }
-  template <bool fixed, class T>
-  void array(std::string_view name, T& x) {
-    using V = std::remove_const_t<typename T::value_type>;
-    std::array<std::uint64_t, 2> size{x.size(), 1};
-    if constexpr (detail::is_number<V>) {
-      self().template head<V>(name, 1, size);
-      self().fits(name, size, x.size(), 1);
-      self().data(x.data(), x.size());
-    } else {
-      self().open(name, &size[0]);
-      self().fits(name, size, x.size(), 1);
-      for (auto& element : x) values<fixed>(element);
+      if constexpr (!grows) self().fits(name, size, x.size(), 1);
+      if constexpr (grows && Self::reading)  // with what is really there
+        for (x.clear(); x.size() < size[0];) values<As::value>(x.emplace_back());
+      else
+        for (auto& element : x) values<as<fixed && !grows>>(element);
       self().close();
     }
   }

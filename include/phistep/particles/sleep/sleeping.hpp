@@ -34,8 +34,7 @@
 #include <utility>
 #include <vector>
 
-#include "phistep/base/archive/archive.hpp"
-#include "phistep/base/archive/parts.hpp"
+#include "phistep/base/archive/archive_kinds.hpp"
 #include "phistep/base/machine/scratch.hpp"
 #include "phistep/base/machine/serial.hpp"
 #include "phistep/base/outcome/statistics.hpp"
@@ -56,6 +55,7 @@ namespace phistep { inline namespace PHISTEP_ABI {
 template <class Stepper>
 class Sleeping {
  public:
+  using ArchivedByParts = void;
   static constexpr const char* part_name = "stepper";
   using S = typename Stepper::StateType;
   using StateType = S;
@@ -130,39 +130,26 @@ class Sleeping {
   [[nodiscard]] std::int64_t changes() const requires requires(const Stepper& inner) { inner.changes(); }
   { return stepper_.changes(); }
   void forget_unsaved() requires HasUnsaved<Stepper> { stepper_.forget_unsaved(); }
-  void save(Writer& out) const {
-    sleepers_.archive_all(out, sleepers_.all);
-    save_parts(out, "report", sleepers_.report, "id", sleepers_.id, "rest", sleepers_.rest, "sample", sleepers_.sample,
-               "velocity", sleepers_.velocity, "spin", sleepers_.spin);
-    with_counters(*this, [&out](auto&... part) { save_parts(out, part...); });
-  }
-  void load(Reader& in, auto&& then) {
-    Sleepers<S> read{sleepers_.options};
-    read.archive_all(in, read.all);
-    in("report", read.report, "id", read.id, "rest", read.rest, "sample", read.sample, "velocity", read.velocity,
-       "spin", read.spin);
-    const auto n = static_cast<Index>(read.all.size());
-    in.check(static_cast<Index>(read.id.size()) == n && read.spin.cols() == n);
-    for (const Vectors* x : {&read.rest, &read.sample, &read.velocity}) in.check(x->cols() == n);
-    with_counters(*this, [&](auto&... part) { load_parts(in, then, part...); });
-    sleepers_.all = std::move(read.all), sleepers_.id = std::move(read.id), sleepers_.report = read.report;
-    sleepers_.rest = std::move(read.rest), sleepers_.sample = std::move(read.sample);
-    sleepers_.velocity = std::move(read.velocity), sleepers_.spin = std::move(read.spin);
-    sleepers_.find_computed();
-    watch_.forget();
-    body_ = 0;
-    if constexpr (requires { stepper_.changes(); }) changes_ = stepper_.changes();
+  void archive(auto& ar) {
+    Sleepers<S>& all = sleepers_;
+    all.archive_all(ar, all.all);
+    ar("report", all.report, "id", all.id, "rest", all.rest, "sample", all.sample, "velocity", all.velocity, "spin",
+       all.spin);
+    const auto n = static_cast<Index>(all.all.size());
+    ar.check(static_cast<Index>(all.id.size()) == n && all.spin.cols() == n);
+    for (const Vectors* x : {&all.rest, &all.sample, &all.velocity}) ar.check(x->cols() == n);
+    ar("steps", steps_, "since_check", all.since_check, "clock", all.clock, "checked", all.checked, "review",
+       all.review, "impulse_rate", all.impulse_rate, "seen", all.seen, "free", all.free, "sets", all.sets, "unrest",
+       all.unrest, "meddled", all.meddled, "changed", all.changed, "scene", edits_, "stepper", stepper_);
+    ar.at_last([this] {
+      sleepers_.find_computed();
+      watch_.forget();
+      body_ = 0;
+      if constexpr (requires { stepper_.changes(); }) changes_ = stepper_.changes();
+    });
   }
 
  private:
-  static void with_counters(auto& self, auto&& f) {
-    auto& sleepers = self.sleepers_;
-    f("steps", self.steps_, "since_check", sleepers.since_check, "clock", sleepers.clock, "checked", sleepers.checked,
-      "review", sleepers.review, "impulse_rate", sleepers.impulse_rate, "seen", sleepers.seen, "free", sleepers.free,
-      "sets", sleepers.sets, "unrest", sleepers.unrest, "meddled", sleepers.meddled, "changed", sleepers.changed,
-      "scene", self.edits_, "stepper", self.stepper_);
-  }
-
   [[nodiscard]] bool is_all_asleep() const {
     return sleepers_.free == sleepers_.report.asleep && !sleepers_.changed && sleepers_.free > 0 &&
            watch_.moving_supports().empty();

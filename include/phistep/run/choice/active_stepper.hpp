@@ -8,8 +8,7 @@
 #include <utility>
 #include <variant>
 
-#include "phistep/base/archive/archive.hpp"
-#include "phistep/base/archive/parts.hpp"
+#include "phistep/base/archive/archive_kinds.hpp"
 #include "phistep/base/facts/stepper_facts.hpp"
 #include "phistep/base/outcome/statistics.hpp"
 #include "phistep/base/outcome/step_report.hpp"
@@ -31,6 +30,7 @@ class ActiveStepper {
   using Steppers = std::variant<Stepper...>;
   /// Of the stepper at work.
   using Checkpoint = std::variant<typename Stepper::Checkpoint...>;
+  using ArchivedByParts = void;
   static constexpr const char* part_name = "stepper";
 
   /// @param make  make() → Steppers that hold the first one to be at work: in place, not moved
@@ -142,11 +142,8 @@ class ActiveStepper {
     return visit(
         *this, [](auto& at_work) -> auto& { return at_work.kept_sizes(); });
   }
-  void save(Writer& out) const {
-    visit(*this, [&out](auto& at_work) { at_work.save(out); });
-  }
-  void load(Reader& in, auto&& then) {
-    visit(*this, [&](auto& at_work) { at_work.load(in, then); });
+  void archive(auto& ar) {
+    visit(*this, [&ar](auto& at_work) { at_work.archive(ar); });
   }
 
  private:

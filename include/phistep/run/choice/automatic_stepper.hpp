@@ -11,11 +11,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <type_traits>
 #include <utility>
 
-#include "phistep/base/archive/parts.hpp"
 #include "phistep/base/machine/only.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/statistics.hpp"
@@ -134,25 +134,20 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
   [[nodiscard]] std::int64_t changes() const { return course_.changes + Base::changes(); }
 
   /// As PhiStepper's, with which scheme is at work, and what led to it.
-  void save(Writer& out) const {
-    save_parts(out, "active", this->active(), "course", course_);
-    out.open("scheme");
-    Base::save(out);
-    out.close();
-  }
-  void load(Reader& in, auto&& then) {
-    int active = 0;
-    AutomaticCourse<Plain> course = course_;
-    in("active", active, "course", course);
-    in.check(0 <= active && active < static_cast<int>(Schemes::Set::all.size()));
-    Base fresh{[&] { return Schemes::make(scheme_of(active), sample(), force_, mass_); }};
-    in.open("scheme");
-    fresh.load(in, [&] {
-      in.close();
-      then();
-    });
-    static_cast<Base&>(*this) = std::move(fresh);
-    course_ = std::move(course);
+  template <class Ar>
+  void archive(Ar& ar) {
+    int active = this->active();
+    ar.aside("active", active);
+    ar.check(0 <= active && active < static_cast<int>(Schemes::Set::all.size()));
+    if constexpr (Ar::reading) {
+      const auto fresh =
+          std::make_shared<Base>([&] { return Schemes::make(scheme_of(active), sample(), force_, mass_); });
+      ar("course", course_);
+      ar.aside("scheme", *fresh);
+      ar.at_last([this, fresh] { static_cast<Base&>(*this) = std::move(*fresh); });
+    } else {
+      ar("course", course_, "scheme", static_cast<Base&>(*this));
+    }
   }
 
  private:

@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <limits>
 
-#include "phistep/base/archive/archive.hpp"
 #include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
@@ -68,16 +67,11 @@ class RunClock {
   }
 
   /// It lies within the span, and what its sum has lost is a rounding of it.
-  void save(Writer& out) const { out("t", t_, "lost", lost_); }
-  template <class Then>
-  void load(Reader& in, Then&& then) {
-    Scalar at{}, off{};
-    in("t", at, "lost", off);
-    in.check(std::min(span_.t0, span_.t1) <= at && at <= std::max(span_.t0, span_.t1));
+  void archive(auto& ar) {
+    ar("t", t_, "lost", lost_);
+    ar.check(std::min(span_.t0, span_.t1) <= t_ && t_ <= std::max(span_.t0, span_.t1));
     const Scalar largest = std::max(std::abs(span_.t0), std::abs(span_.t1));
-    in.check(std::abs(off) <= 2 * std::numeric_limits<Scalar>::epsilon() * largest);
-    then();
-    t_ = at, lost_ = off;
+    ar.check(std::abs(lost_) <= 2 * std::numeric_limits<Scalar>::epsilon() * largest);
   }
 
  private:

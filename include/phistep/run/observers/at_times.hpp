@@ -17,8 +17,6 @@
 #include <utility>
 #include <vector>
 
-#include "phistep/base/archive/archive.hpp"
-#include "phistep/base/archive/parts.hpp"
 #include "phistep/base/numbers/arithmetic.hpp"
 #include "phistep/base/outcome/statistics.hpp"
 #include "phistep/base/state/blocks.hpp"
@@ -90,6 +88,7 @@ class AtTimes {
 template <class F>
 class Every {
  public:
+  using ArchivedByParts = void;
   /// @throws std::invalid_argument unless the interval is finite and > 0.
   Every(double interval, F f) : interval_{interval}, f_(std::move(f)) {
     if (!(interval > 0) || !std::isfinite(interval))
@@ -110,16 +109,9 @@ class Every {
     return ask(f_, t, state);
   }
   /// Which mark it waits for, for a checkpoint.
-  void save(Writer& out) const { save_parts(out, "start", start_, "next", next_, "first", first_); }
-  template <class Then>
-  void load(Reader& in, Then&& then) {
-    double start = 0;
-    long long next = 0;
-    bool first = true;
-    in("start", start, "next", next, "first", first);
-    in.check(std::isfinite(start) && 0 <= next && next <= most);
-    load_parts(in, then);
-    start_ = start, next_ = next, first_ = first;
+  void archive(auto& ar) {
+    ar("start", start_, "next", next_, "first", first_);
+    ar.check(std::isfinite(start_) && 0 <= next_ && next_ <= most);
   }
 
  private:
@@ -205,6 +197,7 @@ class ListMarks {
 template <class Marks, class F>
 class Sampled {
  public:
+  using ArchivedByParts = void;
   Sampled(Marks marks, F f) : marks_(std::move(marks)), f_(std::move(f)) {}
 
   /// A run starts at t0, maybe on a mark. False where f asks for its end.
@@ -231,11 +224,7 @@ class Sampled {
   }
 
   /// How far it has come, for a checkpoint.
-  void save(Writer& out) const { save_parts(out, "marks", marks_); }
-  template <class Then>
-  void load(Reader& in, Then&& then) {
-    load_parts(in, then, "marks", marks_);
-  }
+  void archive(auto& ar) { ar("marks", marks_); }
 
  private:
   Marks marks_;

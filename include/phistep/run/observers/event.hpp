@@ -20,8 +20,6 @@
 #include <utility>
 #include <vector>
 
-#include "phistep/base/archive/archive.hpp"
-#include "phistep/base/archive/parts.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/run/observers/goes_on.hpp"
 #include "phistep/run/observers/root.hpp"
@@ -44,6 +42,7 @@ template <class G, class Handler = NoHandler>
 class Event {
  public:
   using IsEvent = void;
+  using ArchivedByParts = void;
 
   Event(G function, const EventOptions& options, Handler handler)
       : g_(std::move(function)), handler_(std::move(handler)), options_{options} {}
@@ -85,11 +84,7 @@ class Event {
   [[nodiscard]] const std::vector<double>& times() const { return times_; }
 
   /// Its times, for a checkpoint.
-  void save(Writer& out) const { save_parts(out, "times", times_); }
-  template <class Then>
-  void load(Reader& in, Then&& then) {
-    load_parts(in, then, "times", times_);
-  }
+  void archive(auto& ar) { ar("times", times_); }
 
  private:
   template <class Scalar, class Value>

@@ -29,8 +29,6 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/base/archive/archive.hpp"
-#include "phistep/base/archive/parts.hpp"
 #include "phistep/base/machine/only.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/state/blocks.hpp"
@@ -66,6 +64,7 @@ struct Armed {
 template <State S, EventLike... Events>
 class EventSet {
  public:
+  using ArchivedByParts = void;
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
   static constexpr std::size_t size = sizeof...(Events);
@@ -181,11 +180,7 @@ class EventSet {
 
   [[nodiscard]] const Memory& memory() const { return memory_; }
   void set_memory(const Memory& memory) { memory_ = memory; }
-  void save(Writer& out) const { save_parts(out, "events", memory_); }
-  template <class Then>
-  void load(Reader& in, Then&& then) {
-    load_parts(in, then, "events", memory_);
-  }
+  void archive(auto& ar) { ar("events", memory_); }
 
  private:
   template <class F>

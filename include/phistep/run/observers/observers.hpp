@@ -7,7 +7,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/base/archive/parts.hpp"
+#include "phistep/base/archive/archive.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/run/observers/completed_step.hpp"
@@ -105,8 +105,7 @@ class ObserverList {
   /// Those that a checkpoint holds, tied.
   [[nodiscard]] static auto kept(auto& list) {
     const auto kept_of = []<class Observer>(Observer& observer) {
-      if constexpr (Restorable<std::remove_const_t<Observer>> || detail::Archived<std::remove_const_t<Observer>>)
-        return std::tie(observer);
+      if constexpr (detail::Archived<std::remove_const_t<Observer>>) return std::tie(observer);
       else return std::tuple<>{};
     };
     return std::apply([&](auto&... observer) { return std::tuple_cat(kept_of(observer)...); }, list.observers_);

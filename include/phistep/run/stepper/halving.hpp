@@ -16,8 +16,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "phistep/base/archive/archive.hpp"
-#include "phistep/base/archive/parts.hpp"
+#include "phistep/base/archive/archive_kinds.hpp"
 #include "phistep/base/facts/stepper_facts.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/statistics.hpp"
@@ -34,6 +33,7 @@ namespace phistep { inline namespace PHISTEP_ABI {
 template <class Stepper>
 class Halving {
  public:
+  using ArchivedByParts = void;
   static constexpr const char* part_name = "stepper";
   /// @param halvings  the smallest step tried is Δt/2^halvings
   /// @throws std::invalid_argument where halvings is negative
@@ -140,15 +140,12 @@ class Halving {
   { stepper_.restore(std::move(past)); }
   /// As PhiStepper's.
   void forget_unsaved() requires HasUnsaved<Stepper> { stepper_.forget_unsaved(); }
-  void save(Writer& out) const {
-    save_parts(out, "counts", std::array{steps_, failed_steps_, halvings_}, "stepper", stepper_);
-  }
-  void load(Reader& in, auto&& then) {
-    std::array<std::int64_t, 3> counts{};
-    in("counts", counts);
-    for (const std::int64_t count : counts) in.check(can_be_count(count));
-    load_parts(in, then, "stepper", stepper_);
-    steps_ = counts[0], failed_steps_ = counts[1], halvings_ = counts[2];
+  void archive(auto& ar) {
+    std::array counts{steps_, failed_steps_, halvings_};
+    ar.aside("counts", counts);
+    for (const std::int64_t count : counts) ar.check(can_be_count(count));
+    ar("stepper", stepper_);
+    ar.at_last([this, counts] { steps_ = counts[0], failed_steps_ = counts[1], halvings_ = counts[2]; });
   }
 
  private:

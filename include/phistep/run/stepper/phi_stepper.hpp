@@ -10,8 +10,6 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/base/archive/archive.hpp"
-#include "phistep/base/archive/parts.hpp"
 #include "phistep/base/facts/stepper_facts.hpp"
 #include "phistep/base/machine/loop_hints.hpp"
 #include "phistep/base/machine/only.hpp"
@@ -64,6 +62,7 @@ class PhiStepper {
   using Scalar = ScalarOf<S>;
   using StateType = S;
   using SchemeType = Scheme;
+  using ArchivedByParts = void;
   static constexpr const char* part_name = "stepper";
   /// What a repetition of the run from here needs to know beside the state.
   struct Checkpoint {
@@ -279,21 +278,15 @@ class PhiStepper {
     working_.forget();
     working_.resume(checkpoint.progress);
   }
-  /// Writes what later steps depend on beside the state and the parameters given here: the history, how far the scheme has
-  /// come, Ψ where it is carried from step to step, and the counts.
-  void save(Writer& out) const {
-    out.fact("scheme", type_of_scheme());
-    save_parts(out, "progress", working_, "sizes", sizes_);
-    kernel_.save(out);
+  /// For a checkpoint: what later steps depend on beside the state and the parameters given here, that is the history, how far the
+  /// scheme has come, Ψ where it is carried from step to step, and the counts. A stepper made alike that has read it goes on with
+  /// the bits that this one gives after forget_unsaved().
+  void archive(auto& ar) {
+    ar.fact("scheme", type_of_scheme());
+    ar("progress", working_, "sizes", sizes_);
+    kernel_.archive(ar);
   }
-  /// Reads what save() wrote for a stepper made alike; then() reads what follows. The next steps give the bits that the
-  /// saved one gives after forget_unsaved(). @throws CheckpointError before anything has changed
-  void load(Reader& in, auto&& then) {
-    in.fact("scheme", type_of_scheme());
-    load_parts(
-        in, [&] { kernel_.load(in, then); }, "progress", working_, "sizes", sizes_);
-  }
-  /// Forgets what save() leaves out, Jacobians, factors and their patterns: save_checkpoint calls it once all is written.
+  /// Forgets what a checkpoint leaves out, Jacobians, factors and their patterns: save_checkpoint calls it once all is written.
   void forget_unsaved() requires(Kernel::has_unsaved) { kernel_.forget_unsaved(); }
   /// Forgets what solves have left, Jacobians and factors, as a step that fails does.
   void forget_solves() { kernel_.forget_solves(); }

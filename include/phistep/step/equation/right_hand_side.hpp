@@ -10,8 +10,6 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/base/archive/archive.hpp"
-#include "phistep/base/archive/parts.hpp"
 #include "phistep/base/facts/structure.hpp"
 #include "phistep/base/machine/assignable.hpp"
 #include "phistep/base/machine/only.hpp"
@@ -45,6 +43,7 @@ class RightHandSide {
   }
 
  public:
+  using ArchivedByParts = void;
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
   using Rate = RateOf<S>;
@@ -100,14 +99,11 @@ class RightHandSide {
   /// The committed history, by value: part of a checkpoint.
   [[nodiscard]] const Memory& memory() const { return committed_; }
   void set_memory(Memory memory) { committed_ = std::move(memory); }
-  void save(Writer& out) const {
-    save_parts(out, "memory", MemoryArchive<Whole, const Memory>{&committed_}, "counts", statistics_);
-  }
-  void load(Reader& in, auto&& then) {
-    Memory read = committed_;
-    MemoryArchive<Whole> memory{&read};
-    load_parts(in, then, "memory", memory, "counts", statistics_);
-    committed_ = std::move(read);
+  void archive(auto& ar) {
+    ar.open("memory");
+    archive_memory<Whole>(ar, committed_);
+    ar.close();
+    ar("counts", statistics_);
   }
   /// The history that Ψ sees during a step.
   [[nodiscard]] decltype(auto) trial_memory() const {

@@ -6,8 +6,6 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/base/archive/archive.hpp"
-#include "phistep/base/archive/parts.hpp"
 #include "phistep/base/machine/loop_hints.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/step_report.hpp"
@@ -118,7 +116,7 @@ class Kernel {
     torn_ = false;
   }
   static constexpr bool has_unsaved = FieldState<S> || requires(Resolvent & resolvent) { resolvent.forget_unsaved(); };
-  /// Forgets what save() leaves out: Jacobian, factors, patterns, and what solves have learnt.
+  /// Forgets what a checkpoint leaves out: Jacobian, factors, patterns, and what solves have learnt.
   void forget_unsaved() requires(has_unsaved) {
     // That Ψ is known is a matter of this vector, not of its numbers.
     if constexpr (FieldState<S>) transaction_.reset();
@@ -127,17 +125,14 @@ class Kernel {
   }
 
   /// For a checkpoint: history, counts, Ψ.
-  void save(Writer& out) const {
-    out.fact("state", transaction_.shape());
-    if constexpr (carries) save_parts(out, "psi", transaction_);
-    save_parts(out, "force", rhs_);
-  }
-  void load(Reader& in, auto&& then) {
-    in.fact("state", transaction_.shape());
-    if constexpr (carries) load_parts(in, then, "psi", transaction_, "force", rhs_);
-    else load_parts(in, then, "force", rhs_);
-    passes_.forget();
-    if constexpr (has_unsaved) forget_unsaved();
+  void archive(auto& ar) {
+    ar.fact("state", transaction_.shape());
+    if constexpr (carries) ar("psi", transaction_);
+    ar("force", rhs_);
+    ar.at_last([this] {
+      passes_.forget();
+      if constexpr (has_unsaved) forget_unsaved();
+    });
   }
 
  private:
