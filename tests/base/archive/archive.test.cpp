@@ -1,6 +1,6 @@
 // The archive: every kind of value to bytes and back, and bytes that nobody vouches for.
 #include <phistep/base/archive/archive.hpp>
-#include <phistep/base/archive/checksum.hpp>
+#include <phistep/io/checkpoint.hpp>
 
 #include <array>
 #include <bit>

@@ -1,7 +1,7 @@
 #include <phistep/base/machine/loop_hints.hpp>
 #include <phistep/base/numbers/fingerprint.hpp>
-#include <phistep/base/numbers/magnitude.hpp>
 #include <phistep/base/numbers/update.hpp>
+#include <phistep/step/in_place/in_place_update.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // Sorted by key, equal keys in their order, whatever the number of threads.
-#include <phistep/particles/neighbors/radix_sort.hpp>
+#include <phistep/particles/neighbors/cell_order.hpp>
 
 #include <algorithm>
 #include <cstdint>

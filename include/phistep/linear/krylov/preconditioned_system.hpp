@@ -18,12 +18,15 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/IterativeLinearSolvers>
 #include <Eigen/SparseCore>
 
 #include <algorithm>
 #include <cmath>
+#include <concepts>
 #include <type_traits>
 
+#include "phistep/base/facts/implicit_solver.hpp"
 #include "phistep/base/machine/only.hpp"
 #include "phistep/base/numbers/arithmetic.hpp"
 #include "phistep/base/numbers/finite_witness.hpp"
@@ -32,12 +35,42 @@
 #include "phistep/base/version.hpp"
 #include "phistep/linear/krylov/eisenstat.hpp"
 #include "phistep/linear/krylov/methods.hpp"
-#include "phistep/linear/krylov/preconditioned_krylov.hpp"
 #include "phistep/linear/sparse/own_solver.hpp"
 #include "phistep/linear/sparse/sparse_assembly.hpp"
 #include "phistep/step/matrix/choice.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
+
+// Preconditioned Krylov methods as the last argument of a stepper: what a user names (preconditioned_system.hpp says how they work).
+
+/// Eigen's, without a permutation: on grids numbered row by row it needs fewer iterations than with one.
+using IncompleteCholesky = Eigen::IncompleteCholesky<double, Eigen::Lower, Eigen::NaturalOrdering<int>>;
+
+/// The last argument of a stepper, `newton<PreconditionedCg<P>>()`, or with a preconditioner that holds something,
+/// `newton(PreconditionedCg<P>{mine})`, which is copied.
+template <KrylovMethod which, class P>
+struct PreconditionedKrylov {
+  static constexpr KrylovMethod method = which;
+  using Preconditioner = P;
+  static constexpr bool is_copied = std::copy_constructible<P>;
+  [[no_unique_address]] Only<is_copied, P> preconditioner{};
+};
+/// Conjugate gradients, for symmetric positive definite W.
+template <class P = Eigen::DiagonalPreconditioner<double>>
+using PreconditionedCg = PreconditionedKrylov<KrylovMethod::conjugate_gradients, P>;
+/// BiCGSTAB, for any W: two products an iteration.
+template <class P = Eigen::DiagonalPreconditioner<double>>
+using PreconditionedBicgstab = PreconditionedKrylov<KrylovMethod::bicgstab, P>;
+/// GMRES, for any W: restarted after 30 vectors.
+template <class P = Eigen::DiagonalPreconditioner<double>>
+using PreconditionedGmres = PreconditionedKrylov<KrylovMethod::gmres, P>;
+
+/// Conjugate gradients while W is symmetric, BiCGSTAB elsewhere, both with incomplete factors that differ from W on the diagonal
+/// alone; of a W whose pattern is unsymmetric BiCGSTAB with W's diagonal.
+using PreconditionedBySymmetry = PreconditionedKrylov<KrylovMethod::by_symmetry, Eigen::DiagonalPreconditioner<double>>;
+
+template <KrylovMethod method, class P>
+inline constexpr bool is_preconditioned_krylov<PreconditionedKrylov<method, P>> = true;
 
 /// A preconditioner whose factorize takes the γ of each W.
 template <class P, class Matrix>
