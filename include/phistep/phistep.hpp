@@ -36,16 +36,15 @@
 #include "phistep/schemes/tr_bdf2.hpp"                  // tr_bdf2: order 2, L-stable
 #include "phistep/schemes/velocity_verlet.hpp"          // velocity_verlet
 // Forces.
-#include "phistep/force/annotate.hpp"       // what a lambda can't say of itself: affine(f), banded(…), symmetric(f)
-#include "phistep/force/at.hpp"             // at(φ, term): a term with a φ of its own
-#include "phistep/force/drag.hpp"           // LinearDrag, QuadraticDrag
-#include "phistep/force/energy.hpp"         // with_energy(f, V)
-#include "phistep/force/gravity.hpp"        // Gravity
-#include "phistep/force/linear.hpp"         // linear(K), linear(K, C): a matrix
-#include "phistep/force/local.hpp"          // local(f): one particle's force, for each
-#include "phistep/force/seldom.hpp"         // seldom(k, term): once in k inner steps
-#include "phistep/force/sum.hpp"            // sums of terms
-#include "phistep/force/uniform_force.hpp"  // UniformForce
+#include "phistep/force/annotate.hpp"  // what a lambda can't say of itself: affine(f), banded(…), symmetric(f)
+#include "phistep/force/at.hpp"        // at(φ, term): a term with a φ of its own
+#include "phistep/force/drag.hpp"      // LinearDrag, QuadraticDrag
+#include "phistep/force/energy.hpp"    // with_energy(f, V)
+#include "phistep/force/gravity.hpp"   // Gravity{g}, UniformForce{F}
+#include "phistep/force/linear.hpp"    // linear(K), linear(K, C): a matrix
+#include "phistep/force/local.hpp"     // local(f): one particle's force, for each
+#include "phistep/force/seldom.hpp"    // seldom(k, term): once in k inner steps
+#include "phistep/force/sum.hpp"       // sums of terms
 #include "phistep/particles/springs/springs.hpp"  // spring_network(springs)
 // Solvers.
 #include "phistep/linear/banded/banded_system.hpp"  // band matrices

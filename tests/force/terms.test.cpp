@@ -2,7 +2,6 @@
 #include <phistep/force/external_field.hpp>
 #include <phistep/force/gravity.hpp>
 #include <phistep/force/sum.hpp>
-#include <phistep/force/uniform_force.hpp>
 #include <phistep/particles/springs/springs.hpp>
 #include <phistep/phistep.hpp>
 

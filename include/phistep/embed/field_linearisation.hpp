@@ -1,10 +1,11 @@
 /// @file
 /// Newton's increment and matrix for fields: increment.hpp and linearisation.hpp where the library sees no number and W
-/// belongs to the user's solver (field_solver.hpp).
+/// belongs to the user's solver (FieldSolver).
 #pragma once
 
 #include <algorithm>
 #include <cmath>
+#include <concepts>
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -21,12 +22,34 @@
 #include "phistep/base/state/ranks.hpp"
 #include "phistep/base/state/unknowns.hpp"
 #include "phistep/base/version.hpp"
-#include "phistep/embed/field_solver.hpp"
 #include "phistep/step/equation/gamma.hpp"
 #include "phistep/step/solve/increment.hpp"
 #include "phistep/step/solve/linearisation.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
+
+// What solves the linear equations of a field: a class of the user's, or of an adapter. J never leaves it, nor does
+// W = M − γ_f C − γ_f γ_d K, with C = ∂Ψ/∂v and K = ∂Ψ/∂r (of a first-order field W = M − γ_f J). All its functions are
+// collective.
+
+/// @tparam S  a field, or a motion of two
+template <class Solver, class S>
+concept FieldSolver = FieldState<S> && std::copyable<Solver> && Solver::is_field_solver &&
+    requires(Solver& one, const Solver& done, ScalarOf<S> t, const Gamma<ScalarOf<S>>& gamma,
+             typename UnknownsOf<S>::type& x, const typename UnknownsOf<S>::type& y) {
+  requires requires {
+    { one.linearise(t, y) } -> std::same_as<Outcome>;
+  } ||  // J at (t, y)
+      (Blocks<S>::drifts && requires {
+        { one.linearise(t, y, y) } -> std::same_as<Outcome>;
+      });                                             // K and C at (t, r, v)
+  { one.factorize(gamma) } -> std::same_as<Outcome>;  // W, and what its solves need
+  {
+    one.solve(x, double{})
+    } -> std::same_as<Outcome>;  // x ← W⁻¹ x to that relative residual, 0: its own choice; x stays where it fails
+  { done.iterations() } -> std::convertible_to<std::int64_t>;  // of the last solve
+  { done.name() } -> std::convertible_to<const char*>;
+};
 
 /// Y = b + w in all components: no reduction tells where w cancels b (Y ≪ b), and where it does digits are lost.
 template <FieldState S>
@@ -113,7 +136,7 @@ class Linearisation<S, Rhs, Solver, position, stages, shifted, iterated> {
   static_assert(
       FieldSolver<Solver, S>,
       "phistep: the implicit steps of a field need a linear solver of its kind: newton(PetscSolver{...}), or a "
-      "class as phistep/embed/field_solver.hpp describes it");
+      "class as phistep/embed/field_linearisation.hpp describes it");
 
  public:
   using Scalar = ScalarOf<S>;

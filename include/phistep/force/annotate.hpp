@@ -18,8 +18,8 @@
 #include <vector>
 
 #include "phistep/base/facts/structure.hpp"
-#include "phistep/base/machine/member_named.hpp"
 #include "phistep/base/version.hpp"
+#include "phistep/force/signature.hpp"
 #include "phistep/force/sum.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {

@@ -18,7 +18,7 @@
 #include "phistep/base/machine/shares.hpp"
 #include "phistep/base/state/active_set.hpp"
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/state/non_finite.hpp"
+#include "phistep/base/state/reductions.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/force/signature.hpp"
 #include "phistep/force/sum.hpp"

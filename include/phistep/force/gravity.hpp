@@ -5,16 +5,35 @@
 #include <Eigen/Core>
 
 #include <stdexcept>
+#include <string>
 #include <type_traits>
 #include <utility>
 
 #include "phistep/base/facts/structure.hpp"
 #include "phistep/base/state/active_set.hpp"
 #include "phistep/base/version.hpp"
-#include "phistep/force/pattern.hpp"
+#include "phistep/force/gravity.hpp"
 #include "phistep/force/sum.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
+
+// One particle's vector, repeated over a state.
+
+/// Which coordinate the i-th number of a block in storage order is: its row in a matrix of particles as columns; i itself
+/// in a flat vector, where coordinates follow one another particle by particle.
+template <class Block>
+[[nodiscard]] constexpr Eigen::Index component_of(Eigen::Index i, Eigen::Index rows, Eigen::Index cols) {
+  if (Block::IsVectorAtCompileTime || cols == 1) return i;
+  return Block::IsRowMajor ? i / cols : i % rows;
+}
+
+/// @throws std::invalid_argument where the vector isn't one particle's: its size must divide the block's (or be the number of
+/// rows of a matrix).
+void check_pattern(const auto& vector, const auto& block, const char* name) {
+  if (vector.size() == 0 || block.size() % vector.size() != 0)
+    throw std::invalid_argument(std::string("phistep: ") + name + " has " + std::to_string(vector.size()) +
+                                " components, which does not fit a state of " + std::to_string(block.size()));
+}
 
 /// The weight m g: an acceleration, and so not the same as UniformForce. For a flat vector of d-dimensional positions
 /// (x₀ y₀ z₀ x₁ …) or a d×N matrix, g has d components.
@@ -77,5 +96,60 @@ struct Gravity : ForceTerm {
 };
 template <class Derived>
 Gravity(const Eigen::MatrixBase<Derived>&) -> Gravity<typename Derived::PlainObject>;
+
+// The same constant force on every particle.
+
+/// The force F on each particle, whatever its mass: a force, and so not the same as Gravity. F has the d components of
+/// one particle's position, or as many as the whole state.
+template <class Vector = Eigen::Vector3d>
+struct UniformForce : ForceTerm {
+  Vector F;  ///< [force]
+
+  static constexpr bool uses_velocity = false, uses_time = false;
+  static constexpr bool is_affine = true, is_symmetric = true;
+  static constexpr Structure structure = Structure::none;
+  /// Not where the vector may be as long as the state.
+  template <int dim>
+  static constexpr bool is_particlewise =
+      int{Vector::SizeAtCompileTime} > 0 && dim % int{Vector::SizeAtCompileTime} == 0;
+
+  /// @throws std::invalid_argument unless F is finite.
+  explicit UniformForce(Vector force) : F(std::move(force)) {
+    if (!F.allFinite()) throw std::invalid_argument("phistep: UniformForce's F must be finite");
+  }
+
+  void add(auto /*t*/, const auto& /*y*/, auto& out) const {
+    static_assert(
+        requires { out.force; }, "phistep: UniformForce needs a motion, with forces");
+    if constexpr (requires { out.force; }) {
+      using Force = std::remove_cvref_t<decltype(out.force)>;
+      check_pattern(F, out.force, "UniformForce's F");
+      constexpr Eigen::Index d = Vector::SizeAtCompileTime;
+      if constexpr (d > 0 && (!Force::IsRowMajor || Force::IsVectorAtCompileTime)) {  // no division in the loop
+        const Eigen::Matrix<typename Force::Scalar, int{d}, 1> each =
+            F.reshaped().template cast<typename Force::Scalar>();
+        for (Eigen::Index i = 0; i < out.force.size(); i += d)
+          for (Eigen::Index k = 0; k < d; ++k) out.force.data()[i + k] += each[k];
+        return;
+      }
+      for (Eigen::Index i = 0; i < out.force.size(); ++i)
+        out.force.data()[i] += static_cast<typename Force::Scalar>(
+            F[component_of<Force>(i, out.force.rows(), out.force.cols()) % F.size()]);
+    }
+  }
+  void add_jacobian(auto /*t*/, const auto& /*y*/, auto& /*sink*/) const {}
+  /// −Σ F·r [energy]
+  [[nodiscard]] auto energy(auto /*t*/, const auto& y) const requires requires { y.r; }
+  {
+    using Positions = std::remove_cvref_t<decltype(y.r)>;
+    using Scalar = typename Positions::Scalar;
+    Scalar sum{0};
+    for (Eigen::Index i = 0; i < y.r.size(); ++i)
+      sum -= static_cast<Scalar>(F[component_of<Positions>(i, y.r.rows(), y.r.cols()) % F.size()]) * y.r.data()[i];
+    return sum;
+  }
+};
+template <class Derived>
+UniformForce(const Eigen::MatrixBase<Derived>&) -> UniformForce<typename Derived::PlainObject>;
 
 }}  // namespace phistep::PHISTEP_ABI

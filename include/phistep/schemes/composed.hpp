@@ -23,7 +23,7 @@
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/version.hpp"
-#include "phistep/schemes/symmetric_coefficients.hpp"
+#include "phistep/schemes/kick_drift.hpp"
 #include "phistep/schemes/velocity_verlet.hpp"
 #include "phistep/step/kernel/scheme_on.hpp"
 

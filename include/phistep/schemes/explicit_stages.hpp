@@ -15,7 +15,7 @@
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/combination.hpp"
-#include "phistep/base/state/non_finite.hpp"
+#include "phistep/base/state/reductions.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/schemes/update_block.hpp"
 #include "phistep/step/mass/bound_masses.hpp"

@@ -24,12 +24,24 @@
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/unknowns.hpp"
 #include "phistep/base/version.hpp"
-#include "phistep/schemes/symmetric_coefficients.hpp"
 #include "phistep/schemes/update_block.hpp"
 #include "phistep/step/kernel/scheme_on.hpp"
 #include "phistep/step/mass/bound_masses.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
+
+// Coefficients of symmetric compositions, which read the same from behind: a table has those up to the centre.
+
+/// Coefficient i of n that sum to one: those given, from both ends, and in the centre what they leave.
+template <class Scalar, std::size_t given>
+[[nodiscard]] constexpr Scalar symmetric_coefficient(const long double (&coefficients)[given], std::size_t n,
+                                                     std::size_t i) {
+  const std::size_t from_end = i < n - 1 - i ? i : n - 1 - i;
+  if (from_end < given) return static_cast<Scalar>(coefficients[from_end]);
+  Scalar sum{0};
+  for (const long double x : coefficients) sum += static_cast<Scalar>(x);
+  return n % 2 == 1 ? 1 - 2 * sum : Scalar{0.5L} - sum;
+}
 
 /// (1) with a table's coefficients: kicks b_1 … from the first to the centre, drifts a_1 … likewise.
 template <class Table>

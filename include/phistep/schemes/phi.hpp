@@ -26,9 +26,9 @@
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/combination.hpp"
 #include "phistep/base/version.hpp"
-#include "phistep/schemes/error_estimate.hpp"
 #include "phistep/step/equation/explicit_update.hpp"
 #include "phistep/step/kernel/scheme_on.hpp"
+#include "phistep/step/transaction/trace.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

@@ -29,7 +29,7 @@
 #include "phistep/base/facts/phi.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/state/non_finite.hpp"
+#include "phistep/base/state/reductions.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/force/seldom.hpp"
 #include "phistep/schemes/velocity_verlet.hpp"

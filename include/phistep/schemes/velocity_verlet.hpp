@@ -13,8 +13,8 @@
 #include "phistep/base/state/combination.hpp"
 #include "phistep/base/state/unknowns.hpp"
 #include "phistep/base/version.hpp"
-#include "phistep/schemes/error_estimate.hpp"
 #include "phistep/step/kernel/scheme_on.hpp"
+#include "phistep/step/transaction/trace.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

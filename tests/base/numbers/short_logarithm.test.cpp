@@ -1,5 +1,5 @@
 // Short logarithms: what they are off, everywhere that step lengths go.
-#include "phistep/base/numbers/short_logarithm.hpp"
+#include "phistep/run/errors/step_filter.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 #include <phistep/base/state/blocks.hpp>
 #include <phistep/base/state/motion.hpp>
-#include <phistep/base/state/non_finite.hpp>
+#include <phistep/base/state/reductions.hpp>
 
 #include <cmath>
 

@@ -47,7 +47,7 @@
 #include "phistep/particles/sleep/sleep_report.hpp"
 #include "phistep/particles/sleep/sleep_watch.hpp"
 #include "phistep/particles/sleep/sleepers.hpp"
-#include "phistep/step/transaction/origin.hpp"
+#include "phistep/step/transaction/edit_guard.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

@@ -10,7 +10,7 @@
 #include "phistep/base/numbers/xorshift.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/combination.hpp"
-#include "phistep/base/state/norms.hpp"
+#include "phistep/base/state/reductions.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/run/choice/stiffness_watch.hpp"
 #include "phistep/run/control/run_clock.hpp"

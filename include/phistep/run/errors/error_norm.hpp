@@ -20,8 +20,8 @@
 
 #include "phistep/base/numbers/arithmetic.hpp"
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/state/norms.hpp"
 #include "phistep/base/state/ranks.hpp"
+#include "phistep/base/state/reductions.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/run/errors/automatic_atol.hpp"
 #include "phistep/run/errors/error_scales.hpp"

@@ -75,7 +75,7 @@ class InterpolantTrust {
 
 /// The state inside a step that has been done, by a shorter step from the same start: by a copy of the stepper, so that the run
 /// goes on without a change. The copy is made once, and from then on assigned to: that allocates nothing where sizes stay (and the
-/// force can be assigned, base/machine/assignable.hpp). Under a tolerance its error is tested as that of any step, and where it
+/// force can be assigned, step/equation/right_hand_side.hpp). Under a tolerance its error is tested as that of any step, and where it
 /// fails it is done as two halves.
 template <class Stepper, State S>
 class StepInside {

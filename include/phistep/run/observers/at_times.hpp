@@ -22,7 +22,6 @@
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/run/observers/completed_step.hpp"
-#include "phistep/run/observers/goes_on.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

@@ -21,7 +21,7 @@
 #include <vector>
 
 #include "phistep/base/version.hpp"
-#include "phistep/run/observers/goes_on.hpp"
+#include "phistep/run/observers/completed_step.hpp"
 #include "phistep/run/observers/root.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {

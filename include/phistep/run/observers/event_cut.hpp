@@ -10,7 +10,7 @@
 #include "phistep/base/version.hpp"
 #include "phistep/run/control/run_clock.hpp"
 #include "phistep/run/observers/completed_step.hpp"
-#include "phistep/step/transaction/origin.hpp"
+#include "phistep/step/transaction/edit_guard.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

@@ -13,7 +13,6 @@
 #include "phistep/run/observers/completed_step.hpp"
 #include "phistep/run/observers/event.hpp"
 #include "phistep/run/observers/event_set.hpp"
-#include "phistep/run/observers/goes_on.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

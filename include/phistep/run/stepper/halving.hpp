@@ -22,7 +22,7 @@
 #include "phistep/base/outcome/statistics.hpp"
 #include "phistep/base/outcome/step_report.hpp"
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/state/non_finite.hpp"
+#include "phistep/base/state/reductions.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/run/stepper/any_stepper.hpp"
 #include "phistep/step/transaction/trace.hpp"

@@ -16,7 +16,7 @@
 #include "phistep/base/state/active_set.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/combination.hpp"
-#include "phistep/base/state/non_finite.hpp"
+#include "phistep/base/state/reductions.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/force/at.hpp"
 #include "phistep/linear/network/network_system.hpp"
@@ -29,7 +29,6 @@
 #include "phistep/step/kernel/scheme_on.hpp"
 #include "phistep/step/mass/bound_masses.hpp"
 #include "phistep/step/mass/mass.hpp"
-#include "phistep/step/mass/refused_masses.hpp"
 #include "phistep/step/solve/fixed_point_resolvent.hpp"
 #include "phistep/step/transaction/transaction.hpp"
 

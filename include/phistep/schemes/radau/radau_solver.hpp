@@ -17,7 +17,7 @@
 #include "phistep/base/numbers/arithmetic.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/state/non_finite.hpp"
+#include "phistep/base/state/reductions.hpp"
 #include "phistep/base/state/unknowns.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/schemes/radau/radau_constants.hpp"

@@ -17,7 +17,7 @@
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/statistics.hpp"
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/state/non_finite.hpp"
+#include "phistep/base/state/reductions.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/linear/lanes/lane_system.hpp"
 #include "phistep/step/equation/right_hand_side.hpp"

@@ -11,13 +11,12 @@
 #include <utility>
 
 #include "phistep/base/facts/structure.hpp"
-#include "phistep/base/machine/assignable.hpp"
 #include "phistep/base/machine/only.hpp"
 #include "phistep/base/outcome/statistics.hpp"
 #include "phistep/base/state/active_set.hpp"
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/state/non_finite.hpp"
 #include "phistep/base/state/ranks.hpp"
+#include "phistep/base/state/reductions.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/force/at.hpp"
 #include "phistep/force/evaluate.hpp"
@@ -27,6 +26,35 @@
 #include "phistep/step/mass/bound_masses.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
+
+// Holds a value that can be assigned though its type is a lambda with captures: it is made anew in its place.
+
+/// What may throw while it is copied, and has no assignment of its own, has none here.
+template <class T>
+class Assignable {
+ public:
+  explicit Assignable(T value) : value_{std::move(value)} {}
+  Assignable(const Assignable&) = default;
+  Assignable(Assignable&&) = default;
+  Assignable& operator=(const Assignable&) requires std::is_copy_assignable_v<T>
+  = default;
+  Assignable& operator=(Assignable&&) requires std::is_move_assignable_v<T>
+  = default;
+  Assignable& operator=(const Assignable& other) requires(!std::is_copy_assignable_v<T> &&
+                                                          std::is_nothrow_copy_constructible_v<T>) {
+    if (this == &other) return *this;
+    std::destroy_at(&value_);
+    std::construct_at(&value_, other.value_);
+    return *this;
+  }
+  ~Assignable() = default;
+
+  [[nodiscard]] T& operator*() { return value_; }
+  [[nodiscard]] const T& operator*() const { return value_; }
+
+ private:
+  T value_;
+};
 
 /// @tparam split  the force is a sum, some of whose terms enter as kicks: Ψ is then the sum of the others
 template <State S, class F, class MassTuple, bool split = false>

@@ -18,7 +18,7 @@
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/particle_fingerprint.hpp"
 #include "phistep/base/version.hpp"
-#include "phistep/step/transaction/origin.hpp"
+#include "phistep/step/transaction/edit_guard.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

@@ -15,7 +15,6 @@
 
 #include <Eigen/Core>
 
-#include "phistep/base/machine/member_named.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/force/evaluate.hpp"
 #include "phistep/force/signature.hpp"

@@ -11,6 +11,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "phistep/base/facts/implicit_solver.hpp"
 #include "phistep/base/machine/only.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/state/blocks.hpp"
@@ -19,8 +20,7 @@
 #include "phistep/step/in_place/in_place_step.hpp"
 #include "phistep/step/in_place/in_place_update.hpp"
 #include "phistep/step/in_place/unchanged_particles.hpp"
-#include "phistep/step/kernel/kernel_needs.hpp"
-#include "phistep/step/transaction/origin.hpp"
+#include "phistep/step/transaction/edit_guard.hpp"
 #include "phistep/step/transaction/transaction.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {

@@ -6,6 +6,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "phistep/base/facts/implicit_solver.hpp"
 #include "phistep/base/machine/loop_hints.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/step_report.hpp"
@@ -15,7 +16,6 @@
 #include "phistep/step/kernel/algebraic_start.hpp"
 #include "phistep/step/kernel/equation.hpp"
 #include "phistep/step/kernel/explicit_passes.hpp"
-#include "phistep/step/kernel/kernel_needs.hpp"
 #include "phistep/step/kernel/resolvent_of.hpp"
 #include "phistep/step/kernel/traced_equation.hpp"
 #include "phistep/step/transaction/trace.hpp"

@@ -4,9 +4,9 @@
 
 #include <type_traits>
 
+#include "phistep/base/facts/implicit_solver.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/version.hpp"
-#include "phistep/step/kernel/kernel_needs.hpp"
 #include "phistep/step/solve/linear_stages.hpp"
 #include "phistep/step/solve/resolvent.hpp"
 

@@ -9,7 +9,7 @@
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/combination.hpp"
-#include "phistep/base/state/norms.hpp"
+#include "phistep/base/state/reductions.hpp"
 #include "phistep/base/state/unknowns.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/step/equation/gamma.hpp"

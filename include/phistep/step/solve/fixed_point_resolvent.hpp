@@ -18,7 +18,7 @@
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/step_report.hpp"
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/state/non_finite.hpp"
+#include "phistep/base/state/reductions.hpp"
 #include "phistep/base/state/unknowns.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/step/jacobian/differences.hpp"

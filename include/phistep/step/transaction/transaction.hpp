@@ -17,13 +17,12 @@
 #include "phistep/base/outcome/step_report.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/copy_views.hpp"
-#include "phistep/base/state/non_finite.hpp"
 #include "phistep/base/state/ranks.hpp"
+#include "phistep/base/state/reductions.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/force/evaluate.hpp"
 #include "phistep/step/equation/right_hand_side.hpp"
 #include "phistep/step/transaction/edit_guard.hpp"
-#include "phistep/step/transaction/origin.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

@@ -18,7 +18,7 @@
 #include "phistep/base/numbers/arithmetic.hpp"
 #include "phistep/base/numbers/xorshift.hpp"
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/state/non_finite.hpp"
+#include "phistep/base/state/reductions.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/force/evaluate.hpp"
 #include "phistep/step/mass/bound_masses.hpp"

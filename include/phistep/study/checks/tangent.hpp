@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/state/non_finite.hpp"
+#include "phistep/base/state/reductions.hpp"
 #include "phistep/base/state/unknowns.hpp"
 #include "phistep/step/equation/right_hand_side.hpp"
 #include "phistep/step/jacobian/analytic.hpp"

@@ -1,9 +1,10 @@
 /// @file
-/// How large a state is, in weights: what controllers and solves judge.
+/// Reductions over a state: how large it is, in weights, what controllers and solves judge; where it is not finite, for messages.
 #pragma once
 
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <type_traits>
 
@@ -12,6 +13,8 @@
 #include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
+
+// How large a state is, in weights: what controllers and solves judge.
 
 /// √(1/n Σ (x_i w_i)²)
 template <State Plain>
@@ -45,6 +48,34 @@ template <State Plain>
     if (square > 1) return 0x1p520 * std::sqrt(mean_square([](Wide part) { return part * Wide{0x1p-520}; }));
     return 0x1p-520 * std::sqrt(mean_square([](Wide part) { return part * Wide{0x1p520}; }));
   }
+}
+
+/// Which component of which block is not finite; block −1 where all are, index −1 where the block is a field.
+struct Offender {
+  std::int64_t block = -1, index = -1, row = -1, column = -1;
+  [[nodiscard]] explicit operator bool() const { return block >= 0; }
+};
+
+template <class Tie>
+[[nodiscard]] Offender first_non_finite(const Tie& blocks) {
+  Offender found;
+  for_each_block(
+      [&found](auto k, const auto& x) {
+        if (found) return;
+        if constexpr (FieldBlock<decltype(x)>) {
+          if (!is_finite_block(x)) found.block = static_cast<std::int64_t>(k());
+        } else {
+          for (Index j = 0; j < x.cols(); ++j)
+            for (Index i = 0; i < x.rows(); ++i)
+              if (!std::isfinite(x(i, j))) {
+                found = {static_cast<std::int64_t>(k()), x.IsRowMajor ? i * x.cols() + j : j * x.rows() + i, -1, -1};
+                if (x.cols() > 1) found.row = i, found.column = j;
+                return;
+              }
+        }
+      },
+      blocks);
+  return found;
 }
 
 }}  // namespace phistep::PHISTEP_ABI
