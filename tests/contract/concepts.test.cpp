@@ -152,7 +152,8 @@ concept CanAdd = requires(A a, B b) {
   a + b;
 };
 static_assert(CanAdd<LinearDrag, Gravity<>> && CanAdd<Term<R>, Term<RV>> && CanAdd<Sum<LinearDrag>, LinearDrag>);
-static_assert(!CanAdd<R, RV> && !CanAdd<LinearDrag, R> && !CanAdd<LinearDrag, double>);
+static_assert(!CanAdd<R, RV> &&
+              !CanAdd<LinearDrag, double>);  // LinearDrag + R says what is missing: compile/add_lambda
 
 // ---- results that may be kept ----------------------------------------------------------------------------------------
 static_assert(PlainResult<Dynamic> && PlainResult<const Dynamic&> && PlainResult<Eigen::Map<Dynamic>>);

@@ -60,7 +60,7 @@ template <Addable A, Addable B>
 /// No sum: says how a lambda is added.
 template <class A, class B>
   requires((Addable<A> && std::is_class_v<B> && !Addable<B>) || (Addable<B> && std::is_class_v<A> && !Addable<A>))
-constexpr auto operator+(A, B) {
+constexpr int operator+(A, B) {
   static_assert(
       Addable<A> && Addable<B>,
       "phistep: a lambda, or any other force without a + of its own, is added as term(f): term(f) + Gravity{...}");

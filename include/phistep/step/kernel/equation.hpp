@@ -83,7 +83,7 @@ struct Equation {
     return kernel.passes().kick(rhs(), *this, gamma, at);
   }
   /// psi = Ψ(at, Y); what is not finite in it shows in the step.
-  void evaluate(Scalar at, const Plain& Y) { rhs().evaluate_into(at, Y, psi); }
+  [[gnu::always_inline]] inline void evaluate(Scalar at, const Plain& Y) { rhs().evaluate_into(at, Y, psi); }
   /// k = M⁻¹Ψ(t, y)
   [[nodiscard]] Outcome slope_at_start(Rate& k) {
     if constexpr (Kernel::carries) {
@@ -132,7 +132,7 @@ struct Equation {
     return kernel.resolvent().factorize(rhs(), gamma);
   }
   /// (M − γJ) x = b, in place, for all blocks
-  [[nodiscard]] Outcome solve(Scalar gamma, Plain& x) requires(needs.stages) {
+  [[nodiscard, gnu::always_inline]] inline Outcome solve(Scalar gamma, Plain& x) requires(needs.stages) {
     return kernel.resolvent().solve(rhs(), gamma, x);
   }
   /// to.solved += factor M x
