@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "phistep/base/facts/implicit_solver.hpp"
-#include "phistep/base/machine/loop_hints.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/step_report.hpp"
 #include "phistep/base/state/blocks.hpp"
@@ -51,7 +50,7 @@ class Kernel {
 
   /// Runs `advance(Equation&) → Outcome` as one step of the state, or several. A step that fails leaves nothing behind.
   StepReport run(S& state, const auto& steps, Origin origin, auto&& advance, auto&& accepted) {
-    const auto bind = [this](auto&... where) PHISTEP_DETAIL_INLINED { return Equation{*this, where...}; };
+    const auto bind = [this](auto&... where) { return Equation{*this, where...}; };
     return run(state, steps, origin, false, bind, advance, accepted);
   }
   /// Runs `advance(TracedEquation&) → Outcome` as one step. Where it ends with an outcome, the next, shorter try reuses Jacobian and
@@ -150,8 +149,8 @@ class Kernel {
   }
 
   /// @param keeps_tries  a step that ends with an outcome leaves what its solves have made
-  [[gnu::always_inline]] inline StepReport run(S& state, const auto& steps, Origin origin, bool keeps_tries, auto& bind,
-                                               auto& advance, auto& accepted) {
+  StepReport run(S& state, const auto& steps, Origin origin, bool keeps_tries, auto& bind, auto& advance,
+                 auto& accepted) {
     passes_.begin_step(rhs_, state, origin, keeps_tries);
     if constexpr (needs.solver || needs.stages) {
       Unless done{*this};
