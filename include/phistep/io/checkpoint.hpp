@@ -24,7 +24,7 @@
 ///     n        the parts, as records (base/archive/archive.hpp)
 ///     8        CRC-64 of all the above
 ///
-/// What fails any check is refused with a CheckpointError that says which, before anything has changed.
+/// What fails any check is refused with a CheckpointError that says which, and nothing has changed.
 #pragma once
 
 #include <algorithm>
