@@ -101,7 +101,7 @@ class RungeKuttaEstimate {
     }
     trace.has_error = true;
   }
-  /// The factor of few digits. @param step  from y to next
+  /// The factor of few digits. @param eq  of the step
   [[gnu::noinline]] static void doubt_few_digits(const Stages& k, auto& eq) requires requires { Tableau::sure_to; }
   {
     auto& trace = eq.trace;
