@@ -1,5 +1,5 @@
 // Complex band and sparse matrices side by side: each lane as good as pivoted elimination of that matrix alone.
-#include <phistep/linear/lanes/lane_banded_lu.hpp>
+#include <phistep/linear/banded/banded_lu.hpp>
 #include <phistep/linear/lanes/lane_sparse_lu.hpp>
 
 #include <Eigen/LU>
@@ -19,9 +19,9 @@ constexpr int lanes = 4;
 using Complex = std::complex<double>;
 using Dense = Eigen::MatrixXcd;
 using Pattern = Eigen::SparseMatrix<double>;
-using Banded = LaneBandedLu<double, lanes>;
 using Sparse = LaneSparseLu<double, lanes>;
 using Number = Sparse::Number;
+using Banded = BandedLu<Number>;
 
 [[nodiscard]] Number pack(const auto& of) {
   double re[lanes], im[lanes];
@@ -66,7 +66,7 @@ struct Matrices {
     const auto n = J.cols();
     std::vector<Number> x;
     for (int i = 0; i < n; ++i) x.push_back(pack([&](int l) { return Complex(1 + i % 3, l - i % 2); }));
-    lu.solve_in_place(x.data());
+    lu.solve_in_place(x);
     double worst = 0;
     for (int l = 0; l < lanes; ++l) {
       Eigen::VectorXcd y(n), b(n);

@@ -89,9 +89,7 @@ class BandTangent {
   void for_each_entry(auto&& f) const {
     for (Index j = 0; j < n_; ++j)
       for (Index i = std::max<Index>(0, j - upper_); i <= std::min(n_ - 1, j + lower_); ++i) {
-        Scalar K{0}, C{0};
-        if constexpr (has_K) K = band_.K(upper_ + i - j, j);
-        if constexpr (has_C) C = band_.C(upper_ + i - j, j);
+        const auto [K, C] = band_.at(upper_ + i - j, j);
         f(i, j, K, C);
       }
   }

@@ -1,9 +1,13 @@
 /// @file
-/// Packs wider than a register, and complex numbers side by side.
+/// Packs wider than a register, and complex numbers side by side, with what eliminations ask of them (banded_lu.hpp).
 #pragma once
 
+#include <Eigen/Core>
+
+#include <limits>
 #include <type_traits>
 
+#include "phistep/base/numbers/arithmetic.hpp"
 #include "phistep/base/numbers/pack_math.hpp"
 #include "phistep/base/version.hpp"
 
@@ -64,24 +68,62 @@ struct ComplexPack {
   [[nodiscard]] friend ComplexPack operator*(const ComplexPack& a, const ComplexPack& b) {
     return {a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re};
   }
-  /// this −= a b
-  void subtract(const ComplexPack& a, const ComplexPack& b) {
-    re = re - a.re * b.re;
-    im = im - a.re * b.im;
-    re = re + a.im * b.im;
-    im = im - a.im * b.re;
-  }
-  void add(const ComplexPack& a, const ComplexPack& b) {
-    re = re + a.re * b.re;
-    im = im + a.re * b.im;
-    re = re - a.im * b.im;
-    im = im + a.im * b.re;
-  }
   [[nodiscard]] Real norm() const { return re * re + im * im; }
-  [[nodiscard]] ComplexPack inverse() const {
-    const Real by = Real{Scalar{1}} / norm();
-    return {re * by, -(im * by)};
-  }
 };
+/// to −= a b
+template <class Scalar, int lanes>
+void subtract_product(ComplexPack<Scalar, lanes>& to, const ComplexPack<Scalar, lanes>& a,
+                      const ComplexPack<Scalar, lanes>& b) {
+  const auto re = to.re - a.re * b.re, im = to.im - a.re * b.im;
+  to = {re + a.im * b.im, im - a.im * b.re};
+}
+/// Small Jacobians are mostly zeros.
+template <class Scalar, int lanes>
+[[nodiscard]] bool is_known_zero(const ComplexPack<Scalar, lanes>& x) {
+  return x.re[0] == Scalar{0} && all_at_least(typename ComplexPack<Scalar, lanes>::Real{Scalar{0}}, x.norm());
+}
+/// x ← 1/x. False where a lane is zero, not finite, or has a square that leaves the range.
+template <class Scalar, int lanes>
+[[nodiscard]] bool invert(ComplexPack<Scalar, lanes>& x) {
+  using Real = typename ComplexPack<Scalar, lanes>::Real;
+  const Real size = x.norm(), by = Real{Scalar{1}} / size;
+  x = {x.re * by, -(x.im * by)};
+  return all_at_least(size, Real{least_normal<Scalar>}) && all_at_least(Real{std::numeric_limits<Scalar>::max()}, size);
+}
+
+/// Multipliers up to this are trusted (threshold pivoting, I. S. Duff, A. M. Erisman & J. K. Reid, Direct Methods for
+/// Sparse Matrices, sect. 5.2): a row in its place spares fill.
+inline constexpr int largest_lane_multiplier = 8;
+
+/// The row of a column that is to be the pivot's, in all lanes: of at(0) … at(count − 1) the first, where no lane's
+/// multipliers are too large with it; else the one whose worst lane is best beside that lane's largest entry. Lanes are
+/// matrices λ_l M − J of one method, whose entries are alike in size.
+template <class Number, class Count>
+[[nodiscard]] Count lane_pivot(Count count, auto&& at) {
+  using Real = typename Number::Real;
+  using Scalar = typename Real::Scalar;
+  constexpr auto trusted = static_cast<Scalar>(largest_lane_multiplier * largest_lane_multiplier);
+  const Real first = at(Count{0}).norm();
+  Real best = first;
+  for (Count i = 1; i < count; ++i) best = larger(at(i).norm(), best);
+  if (all_at_least(first * Real{trusted}, best)) return Count{0};
+  // 0 and NaN are found by invert().
+  const Real by = Real{Scalar{1}} / best;
+  constexpr int lanes = sizeof(Real) / sizeof(Scalar);
+  Count chosen{0};
+  Scalar share{-1};
+  for (Count i = 0; i < count; ++i) {
+    const Real x = at(i).norm() * by;
+    Scalar worst = x[0];
+    for (int l = 1; l < lanes; ++l) worst = x[l] < worst ? x[l] : worst;
+    if (worst > share) share = worst, chosen = i;
+  }
+  return chosen;
+}
+template <class Scalar, int lanes>
+[[nodiscard]] Eigen::Index pivot_row(const ComplexPack<Scalar, lanes>* column, Eigen::Index rows) {
+  return lane_pivot<ComplexPack<Scalar, lanes>>(
+      rows, [column](Eigen::Index d) -> auto& { return column[d]; });
+}
 
 }}  // namespace phistep::PHISTEP_ABI

@@ -2,7 +2,7 @@
 /// LU of several complex sparse matrices of one pattern side by side, one a lane: W_l, l = 0 … lanes − 1.
 ///
 /// Left-looking, column by column (J. R. Gilbert & T. Peierls, SIAM J. Sci. Stat. Comput. 9 (1988) 862), in the order of
-/// approximate minimum degree of W + Wᵀ; rows change places where a multiplier would be too large (lane_pivot.hpp). What the
+/// approximate minimum degree of W + Wᵀ; rows change places where a multiplier would be too large (complex_pack.hpp). What the
 /// first factorization found out, the order of the pivots and the pattern of L and U, serves the next ones while their
 /// pivots can be trusted (T. A. Davis & E. Palamadai Natarajan, ACM Trans. Math. Softw. 37 (2010) 36:1): these allocate
 /// nothing. An index is read once for all lanes, which is what dense blocks of columns are for elsewhere.
@@ -19,7 +19,6 @@
 
 #include "phistep/base/version.hpp"
 #include "phistep/linear/lanes/complex_pack.hpp"
-#include "phistep/linear/lanes/lane_pivot.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -42,7 +41,7 @@ class LaneSparseLu {
     Eigen::AMDOrdering<typename Matrix::StorageIndex>{}(pattern, order);
     column_.assign(order.indices().data(), order.indices().data() + n);
     row_.resize(n), place_.resize(n), visited_.resize(n), stack_.resize(n), child_.resize(n), reach_.resize(n);
-    x_.assign(n, zero());
+    x_.assign(n, Number{});
     inverse_pivot_.resize(n);
     is_planned_ = false;
   }
@@ -56,7 +55,7 @@ class LaneSparseLu {
     return is_planned_ = choose_pivots();
   }
   /// x ← W⁻¹ x
-  void solve_in_place(Number* x) {
+  void solve_in_place(auto&& x) {
     for (std::size_t k = 0; k < x_.size(); ++k) x_[k] = x[row_[k]];
     for (std::size_t k = 0; k < x_.size(); ++k) L_.subtract(k, x_[k], x_);
     for (std::size_t k = x_.size(); k-- > 0;) {
@@ -64,13 +63,12 @@ class LaneSparseLu {
       U_.subtract(k, x_[k], x_);
     }
     for (std::size_t k = 0; k < x_.size(); ++k) x[column_[k]] = x_[k];
-    std::fill(x_.begin(), x_.end(), zero());
+    std::fill(x_.begin(), x_.end(), Number{});
   }
   /// Entries of L and U, diagonals aside.
   [[nodiscard]] std::size_t fill() const { return L_.row.size() + U_.row.size(); }
 
  private:
-  [[nodiscard]] static Number zero() { return {Real{Scalar{0}}, Real{Scalar{0}}}; }
   using Place = std::int32_t;
   static constexpr Place none = -1;
   /// A triangle without its diagonal, by columns.
@@ -88,7 +86,8 @@ class LaneSparseLu {
     }
     /// to −= by · column k
     void subtract(std::size_t k, const Number by, std::vector<Number>& to) const {
-      for (std::size_t p = start[k]; p < start[k + 1]; ++p) to[static_cast<std::size_t>(row[p])].subtract(value[p], by);
+      for (std::size_t p = start[k]; p < start[k + 1]; ++p)
+        subtract_product(to[static_cast<std::size_t>(row[p])], value[p], by);
     }
   };
 
@@ -100,20 +99,22 @@ class LaneSparseLu {
         x_[static_cast<std::size_t>(place_[static_cast<std::size_t>(inner_[p])])] = values_[p];
       for (std::size_t p = U_.start[k]; p < U_.start[k + 1]; ++p) {
         const auto i = static_cast<std::size_t>(U_.row[p]);
-        const Number u = U_.value[p] = std::exchange(x_[i], zero());
+        const Number u = U_.value[p] = std::exchange(x_[i], Number{});
         L_.subtract(i, u, x_);
       }
-      const Number pivot = std::exchange(x_[k], zero());
+      const Number pivot = std::exchange(x_[k], Number{});
+      Number inverse = pivot;
+      const bool is_regular = invert(inverse);
+      inverse_pivot_[k] = inverse;
       Real largest{Scalar{0}};
-      const Number inverse = inverse_pivot_[k] = pivot.inverse();
       for (std::size_t p = L_.start[k]; p < L_.start[k + 1]; ++p) {
-        const Number below = std::exchange(x_[static_cast<std::size_t>(L_.row[p])], zero());
+        const Number below = std::exchange(x_[static_cast<std::size_t>(L_.row[p])], Number{});
         largest = larger(below.norm(), largest);
         L_.value[p] = below * inverse;
       }
       // Ten times looser than where they were chosen: a small change of Δt needn't cost a new plan.
-      if (!is_lane_pivot(pivot) || !all_at_least(pivot.norm() * Real{Scalar{100} * trusted}, largest)) {
-        std::fill(x_.begin(), x_.end(), zero());
+      if (!is_regular || !all_at_least(pivot.norm() * Real{Scalar{100} * trusted}, largest)) {
+        std::fill(x_.begin(), x_.end(), Number{});
         return false;
       }
     }
@@ -144,23 +145,22 @@ class LaneSparseLu {
           if (static_cast<std::size_t>(i) != j) candidates_.push_back(i);
           continue;
         }
-        const Number u = std::exchange(x_[static_cast<std::size_t>(i)], zero());
+        const Number u = std::exchange(x_[static_cast<std::size_t>(i)], Number{});
         L_.subtract(static_cast<std::size_t>(place), u, x_);
         U_.push(place, u);
       }
       sort_column(first);
       const std::size_t chosen =
           candidates_.empty() ? 0 : lane_pivot<Number>(candidates_.size(), [this](std::size_t c) { return at(c); });
-      if (candidates_.empty() || !is_lane_pivot(at(chosen))) {
-        std::fill(x_.begin(), x_.end(), zero());
+      if (candidates_.empty() || !invert(inverse_pivot_[k] = at(chosen))) {
+        std::fill(x_.begin(), x_.end(), Number{});
         return false;
       }
       std::swap(candidates_[0], candidates_[chosen]);
-      const Number inverse = inverse_pivot_[k] = at(0).inverse();
       place_[static_cast<std::size_t>(candidates_[0])] = static_cast<Place>(k);
       row_[k] = candidates_[0];
-      for (std::size_t c = 1; c < candidates_.size(); ++c) L_.push(candidates_[c], at(c) * inverse);
-      for (const Place i : candidates_) x_[static_cast<std::size_t>(i)] = zero();
+      for (std::size_t c = 1; c < candidates_.size(); ++c) L_.push(candidates_[c], at(c) * inverse_pivot_[k]);
+      for (const Place i : candidates_) x_[static_cast<std::size_t>(i)] = Number{};
       L_.start.push_back(L_.row.size());
       U_.start.push_back(U_.row.size());
     }

@@ -3,10 +3,15 @@
 ///
 ///     W_l = λ_l/h M − C − h/λ_l K
 ///
+/// The LU of one matrix (banded_lu.hpp) whose numbers are several, side by side: they share their rows' exchanges, and each
+/// operation is a vector's, in n = 2 as in n = 200. Radau's step with one complex matrix after the other, by Eigen's LU, took
+/// 1.1 to 4.3 times as long for 2 to 30 unknowns, 0.7 to 1.6 for 100, 0.3 to 1.1 for 300; sparse, by its SparseLU, 6 to 30 times
+/// (2026-11-27, g++ 12, SSE2 and AVX-512).
+///
 /// A `LaneSystem` for each kind of system (choice.hpp) takes the tangents out of that system and has, besides resize(n),
 ///     factorize(system, masses, shift, statistics) → Outcome
 ///     solve_in_place(x)                                  x ← W⁻¹ x, x a ComplexPack an unknown
-///     add_position_product(system, a, x, out)            out += a K x, x of the positions
+///     add_position_product(system, a, x, out)            out += a K x, x of the positions, fewer than out's if at all
 /// Here: dense ones and bands; sparse_lane_system.hpp has sparse ones.
 #pragma once
 
@@ -14,13 +19,13 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <type_traits>
+#include <span>
 
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/statistics.hpp"
 #include "phistep/base/version.hpp"
-#include "phistep/linear/lanes/lane_banded_lu.hpp"
-#include "phistep/linear/lanes/lane_lu.hpp"
+#include "phistep/linear/banded/banded_lu.hpp"
+#include "phistep/linear/lanes/complex_pack.hpp"
 #include "phistep/step/matrix/choice.hpp"
 #include "phistep/step/matrix/tangents.hpp"
 
@@ -50,9 +55,6 @@ struct LaneShift {
   }
 };
 
-/// Few unknowns, known at compile time: there, zeros are cheaper than looking for them.
-inline constexpr int small_lanes = 32;
-
 template <SystemKind kind, MatrixFacts facts, class Scalar, int lanes>
 class LaneSystem {
   static constexpr bool iterates = kind <= SystemKind::own;  // the first three
@@ -68,90 +70,47 @@ class LaneSystem {
   static void add_position_product(auto&&...) {}
 };
 
-/// Dense tangents, or few unknowns.
-template <MatrixFacts facts, class Scalar, int lanes>
-class DenseLaneSystem {
- public:
-  using Shift = LaneShift<Scalar, lanes>;
-  using Number = typename Shift::Number;
-
-  void resize(Eigen::Index n) {
-    lu_.resize(n);
-    n_ = static_cast<int>(n);
-  }
-  [[nodiscard]] Outcome factorize(auto& system, const auto& masses, const Shift& shift, Statistics& statistics) {
-    for (int i = 0; i < n_; ++i)
-      for (int j = 0; j < n_; ++j)
-        lu_(i, j) = shift.template of_tangents<facts>(entry<facts.has_K>(system.K(), i, j),
-                                                      entry<facts.has_C>(system.C(), i, j));
-    masses([&](auto i, auto j, auto m) {
-      shift.add_mass(lu_(static_cast<int>(i), static_cast<int>(j)), static_cast<Scalar>(m));
-    });
-    ++statistics.factorizations;
-    return lu_.factorize() ? Outcome::success : Outcome::singular_matrix;
-  }
-  void solve_in_place(Number* x) { lu_.solve_in_place(x); }
-  void add_position_product(auto& system, Scalar factor, const auto& x, auto& out) const {
-    for (int i = 0; i < n_; ++i)
-      for (int j = 0; j < static_cast<int>(x.size()); ++j)
-        out[static_cast<std::size_t>(i)] += factor * entry<facts.has_K>(system.K(), i, j) * x.data()[j];
-  }
-
- private:
-  /// Of a matrix, or of one that is kept as its diagonal; a force may ignore v.
-  template <bool is_there>
-  [[nodiscard]] static Scalar entry(const auto& matrix, int i, int j) {
-    if constexpr (!is_there) return Scalar{0};
-    else if constexpr (std::remove_cvref_t<decltype(matrix)>::IsVectorAtCompileTime && facts.n != 1)
-      return i == j ? matrix[i] : Scalar{0};
-    else return matrix(i, j);
-  }
-
-  LaneLu<Scalar, facts.n, lanes> lu_;
-  int n_ = 0;
-};
-
-/// Positions, of which there may be fewer than unknowns.
-template <class Vector>
-struct ZerosBeyond {
-  const Vector& x;
-  [[nodiscard]] auto operator[](Eigen::Index i) const {
-    return i < x.size() ? x.data()[i] : typename Vector::Scalar{0};
-  }
-};
-template <class Vector>
-ZerosBeyond(const Vector&) -> ZerosBeyond<Vector>;
-/// out += factor K x, x of the positions.
-template <class Scalar>
-void add_padded_product(auto& system, Scalar factor, const auto& x, auto& out) {
-  Eigen::Map<Eigen::Matrix<Scalar, Eigen::Dynamic, 1>> to(out.data(), static_cast<Eigen::Index>(out.size()));
-  system.add_position_product(factor, ZerosBeyond{x}, to);
+/// Whose matrices are full ones, and bands.
+[[nodiscard]] constexpr bool has_full_lanes(SystemKind kind) {
+  return kind == SystemKind::dense || kind == SystemKind::static_pattern;
+}
+[[nodiscard]] constexpr bool has_banded_lanes(SystemKind kind) {
+  return kind == SystemKind::diagonal || kind == SystemKind::particles || kind == SystemKind::banded;
 }
 
-/// A band: of a system that has band(masses), what its width() is, and for_each_tangent(f), which calls f(i, j, K, C).
-template <MatrixFacts facts, class Scalar, int lanes>
-class BandedLaneSystem {
+/// Of a system that has for_each_tangent(f), which calls f(i, j, K, C) for each entry, and, if it is a band, band(masses),
+/// what its width is.
+template <SystemKind kind, MatrixFacts facts, class Scalar, int lanes>
+  requires(has_full_lanes(kind) || has_banded_lanes(kind))
+class LaneSystem<kind, facts, Scalar, lanes> {
  public:
   using Shift = LaneShift<Scalar, lanes>;
   using Number = typename Shift::Number;
   using Index = Eigen::Index;
 
-  void resize(Index) { lu_ = {}; }
+  void resize(Index n) {
+    if constexpr (has_full_lanes(kind)) lu_.resize(n);
+    else lu_.resize(n, 0, 0);
+  }
   [[nodiscard]] Outcome factorize(auto& system, const auto& masses, const Shift& shift, Statistics& statistics) {
-    const BandWidth most = system.band(masses);
-    if (lu_.rows() != most.n || lu_.lower() > most.lower || lu_.upper() > most.upper) lu_.resize(most.n, 0, 0);
-    if (lu_.lower() < most.lower || lu_.upper() < most.upper) widen(system, masses);
-    lu_.clear();
+    if constexpr (has_banded_lanes(kind)) {
+      const BandWidth most = system.band(masses);
+      if (lu_.lower() > most.lower || lu_.upper() > most.upper) lu_.resize(most.n, 0, 0);
+      if (lu_.lower() < most.lower || lu_.upper() < most.upper) widen(system, masses);
+      lu_.clear();
+    }
     system.for_each_tangent([&](Index i, Index j, Scalar K, Scalar C) {
-      if (is_inside(i, j)) lu_.column(j)[i - j] = shift.template of_tangents<facts>(K, C);
+      if (has_full_lanes(kind) || is_inside(i, j)) lu_.column(j)[i - j] = shift.template of_tangents<facts>(K, C);
     });
     masses([&](Index i, Index j, auto m) { shift.add_mass(lu_.column(j)[i - j], static_cast<Scalar>(m)); });
     ++statistics.factorizations;
     return lu_.factorize() ? Outcome::success : Outcome::singular_matrix;
   }
-  void solve_in_place(Number* x) { lu_.solve_in_place(x); }
-  void add_position_product(auto& system, Scalar factor, const auto& x, auto& out) const {
-    add_padded_product(system, factor, x, out);
+  void solve_in_place(Number* x) { lu_.solve_in_place(std::span{x, static_cast<std::size_t>(lu_.rows())}); }
+  static void add_position_product(auto& system, Scalar factor, const auto& x, auto& out) {
+    system.for_each_tangent([&](Index i, Index j, Scalar K, Scalar) {
+      if (j < x.size()) out[static_cast<std::size_t>(i)] += factor * K * x.data()[j];
+    });
   }
 
  private:
@@ -170,20 +129,7 @@ class BandedLaneSystem {
     if (lower != lu_.lower() || upper != lu_.upper()) lu_.resize(lu_.rows(), lower, upper);
   }
 
-  LaneBandedLu<Scalar, lanes> lu_;
+  BandedLu<Number> lu_;
 };
-
-template <MatrixFacts facts, class Scalar, int lanes>
-class LaneSystem<SystemKind::dense, facts, Scalar, lanes> : public DenseLaneSystem<facts, Scalar, lanes> {};
-template <MatrixFacts facts, class Scalar, int lanes>
-class LaneSystem<SystemKind::static_pattern, facts, Scalar, lanes> : public DenseLaneSystem<facts, Scalar, lanes> {};
-template <MatrixFacts facts, class Scalar, int lanes>
-class LaneSystem<SystemKind::diagonal, facts, Scalar, lanes>
-    : public std::conditional_t<facts.n != Eigen::Dynamic && facts.n <= small_lanes,
-                                DenseLaneSystem<facts, Scalar, lanes>, BandedLaneSystem<facts, Scalar, lanes>> {};
-template <MatrixFacts facts, class Scalar, int lanes>
-class LaneSystem<SystemKind::particles, facts, Scalar, lanes> : public BandedLaneSystem<facts, Scalar, lanes> {};
-template <MatrixFacts facts, class Scalar, int lanes>
-class LaneSystem<SystemKind::banded, facts, Scalar, lanes> : public BandedLaneSystem<facts, Scalar, lanes> {};
 
 }}  // namespace phistep::PHISTEP_ABI

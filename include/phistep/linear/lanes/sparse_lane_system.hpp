@@ -15,6 +15,17 @@
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
+/// Positions, of which there may be fewer than unknowns.
+template <class Vector>
+struct ZerosBeyond {
+  const Vector& x;
+  [[nodiscard]] auto operator[](Eigen::Index i) const {
+    return i < x.size() ? x.data()[i] : typename Vector::Scalar{0};
+  }
+};
+template <class Vector>
+ZerosBeyond(const Vector&) -> ZerosBeyond<Vector>;
+
 /// LU over a sparse assembly: an analysis for each pattern, none for new values.
 template <MatrixFacts facts, class Scalar, int lanes>
 class SparseLaneSystem {
@@ -40,7 +51,8 @@ class SparseLaneSystem {
   }
   void solve_in_place(Number* x) { lu_.solve_in_place(x); }
   void add_position_product(auto& system, Scalar factor, const auto& x, auto& out) const {
-    add_padded_product(system, factor, x, out);
+    Eigen::Map<Eigen::Matrix<Scalar, Eigen::Dynamic, 1>> to(out.data(), static_cast<Eigen::Index>(out.size()));
+    system.add_position_product(factor, ZerosBeyond{x}, to);
   }
 
  private:

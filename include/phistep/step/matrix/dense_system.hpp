@@ -87,9 +87,14 @@ class DenseSystem : public Sizes {
   void add_position_product(Scalar factor, const auto& x, auto& out) const {
     if constexpr (has_K) out.noalias() += factor * (tangents_.K * x);
   }
-  /// The tangents as they are.
-  [[nodiscard]] const auto& K() const { return tangents_.K; }
-  [[nodiscard]] const auto& C() const { return tangents_.C; }
+  /// f(i, j, K_ij, C_ij) for each entry
+  void for_each_tangent(auto&& f) const {
+    for (Eigen::Index j = 0; j < tangents_.rows(); ++j)
+      for (Eigen::Index i = 0; i < tangents_.rows(); ++i) {
+        const auto [K, C] = tangents_.at(i, j);
+        f(i, j, K, C);
+      }
+  }
 
  private:
   Tangents<Matrix, has_K, has_C> tangents_;
@@ -135,8 +140,6 @@ class DiagonalSystem : public Sizes {
   void add_position_product(Scalar factor, const auto& x, auto& out) const {
     out.array() += factor * tangents_.K.array() * x.array();
   }
-  [[nodiscard]] const Vector& K() const { return tangents_.K; }
-  [[nodiscard]] const Vector& C() const { return tangents_.C; }
 
  private:
   Tangents<Vector, true, true> tangents_;

@@ -76,9 +76,7 @@ class LocalSystem : public Sizes {
   void for_each_tangent(auto&& f) const {
     for (Eigen::Index j = 0; j < n_; ++j)
       for (Eigen::Index i = j / d * d; i < std::min<Eigen::Index>(n_, j / d * d + d); ++i) {
-        Scalar K{0}, C{0};
-        if constexpr (has_K) K = tangents_.K[slot(i, j)];
-        if constexpr (has_C) C = tangents_.C[slot(i, j)];
+        const auto [K, C] = tangents_.at(slot(i, j));
         f(i, j, K, C);
       }
   }

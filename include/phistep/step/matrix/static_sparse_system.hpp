@@ -14,7 +14,6 @@
 #include <string>
 #include <utility>
 
-#include "phistep/base/machine/only.hpp"
 #include "phistep/base/numbers/finite_witness.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/statistics.hpp"
@@ -86,18 +85,14 @@ class StaticSparseSystem : public Sizes {
     return Outcome::success;
   }
   static void add_position_product(Scalar, const auto&, auto&) {}
-  /// The tangents, for callers with factors of their own: zero outside the pattern.
-  struct Rates {
-    static constexpr bool IsVectorAtCompileTime = false;
-    const typename Lu::Values& values;
-    [[nodiscard]] static int size() { return n * n; }
-    [[nodiscard]] Scalar operator()(int i, int j) const {
-      const int slot = Lu::plan(i, j);
-      return slot >= 0 ? values[static_cast<std::size_t>(slot)] : Scalar{0};
-    }
-  };
-  [[nodiscard]] static Absent<> K() { return {}; }
-  [[nodiscard]] Rates C() const { return {C_}; }
+  /// f(i, j, 0, C_ij) for each entry, zero outside the pattern
+  void for_each_tangent(auto&& f) const {
+    for (int j = 0; j < n; ++j)
+      for (int i = 0; i < n; ++i) {
+        const int slot = Lu::plan(i, j);
+        f(i, j, Scalar{0}, slot >= 0 ? C_[static_cast<std::size_t>(slot)] : Scalar{0});
+      }
+  }
 
  private:
   /// Where a slot lies in a matrix by columns.

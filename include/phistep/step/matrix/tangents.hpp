@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <utility>
 
 #include "phistep/base/machine/only.hpp"
 #include "phistep/base/numbers/finite_witness.hpp"
@@ -40,6 +41,17 @@ struct Tangents {
     if constexpr (has_K) finite = finite && all_finite(K.data(), K.size());
     if constexpr (stores_C) finite = finite && all_finite(C.data(), C.size());
     return finite;
+  }
+  [[nodiscard]] auto rows() const {
+    if constexpr (has_K) return K.rows();
+    else return C.rows();
+  }
+  /// The entries of K and C at one place, zero for what isn't there.
+  [[nodiscard]] std::pair<Scalar, Scalar> at(auto... place) const {
+    std::pair<Scalar, Scalar> entries{};
+    if constexpr (has_K) entries.first = K(place...);
+    if constexpr (has_C) entries.second = C(place...);
+    return entries;
   }
   /// −γ_f (C + γ_d K), an expression; of what `view` sees of both.
   [[nodiscard]] auto part(Scalar gamma_force, Scalar gamma_drift, auto view) const {
