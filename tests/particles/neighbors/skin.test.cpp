@@ -1,4 +1,4 @@
-#include <phistep/particles/neighbors/skin.hpp>
+#include <phistep/particles/neighbors/neighbor_list.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 #include <phistep/base/state/motion.hpp>
-#include <phistep/run/control/first_step.hpp>
+#include <phistep/run/control/variable_step.hpp>
 
 #include <cmath>
 #include <limits>

@@ -10,7 +10,7 @@
 
 #include "phistep/base/numbers/arithmetic.hpp"
 #include "phistep/base/version.hpp"
-#include "phistep/step/matrix/tangents.hpp"
+#include "phistep/step/matrix/linear_system.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

@@ -27,7 +27,7 @@
 #include "phistep/linear/banded/banded_lu.hpp"
 #include "phistep/linear/lanes/complex_pack.hpp"
 #include "phistep/step/matrix/choice.hpp"
-#include "phistep/step/matrix/tangents.hpp"
+#include "phistep/step/matrix/linear_system.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

@@ -21,7 +21,7 @@
 #include "phistep/base/numbers/finite_witness.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/step/matrix/dense_system.hpp"
-#include "phistep/step/matrix/tangents.hpp"
+#include "phistep/step/matrix/linear_system.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

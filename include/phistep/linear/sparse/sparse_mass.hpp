@@ -17,13 +17,12 @@
 #include "phistep/base/numbers/finite_witness.hpp"
 #include "phistep/base/numbers/xorshift.hpp"
 #include "phistep/base/version.hpp"
-#include "phistep/step/mass/generalized_inverse.hpp"
 #include "phistep/step/mass/mass.hpp"
 #include "phistep/step/mass/matrix_mass.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-/// G of a sparse M (generalized_inverse.hpp).
+/// G of a sparse M (matrix_mass.hpp).
 template <class T>
 class SparseGeneralizedInverse {
  public:

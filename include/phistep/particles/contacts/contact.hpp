@@ -25,10 +25,10 @@
 #include "phistep/base/state/active_set.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/force/sum.hpp"
+#include "phistep/particles/contacts/contact_kernel.hpp"
 #include "phistep/particles/contacts/contact_law.hpp"
 #include "phistep/particles/contacts/contact_memory.hpp"
 #include "phistep/particles/contacts/contact_passes.hpp"
-#include "phistep/particles/contacts/contact_tangent.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -84,7 +84,7 @@ class Contact : public ForceTerm {
   }
   [[nodiscard]] std::int64_t pair_changes() const { return statistics().rebuilds; }
 
-  /// Pairs, where the sink takes them: see contact_tangent.hpp. Not for bodies with Spin, whose torques
+  /// Pairs, where the sink takes them: see contact_kernel.hpp. Not for bodies with Spin, whose torques
   /// are no pair's.
   template <class View, class Sink>
     requires(!requires(const View& y) { y.omega; })

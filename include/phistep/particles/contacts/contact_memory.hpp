@@ -19,7 +19,6 @@
 
 #include "phistep/base/machine/scratch.hpp"
 #include "phistep/base/version.hpp"
-#include "phistep/particles/contacts/carried_springs.hpp"
 #include "phistep/particles/contacts/spring_table.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {

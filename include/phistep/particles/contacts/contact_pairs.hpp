@@ -18,7 +18,6 @@
 #include "phistep/base/numbers/pack_math.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/particles/bodies/body.hpp"
-#include "phistep/particles/contacts/carried_springs.hpp"
 #include "phistep/particles/contacts/contact_bodies.hpp"
 #include "phistep/particles/contacts/contact_kernel.hpp"
 #include "phistep/particles/contacts/spring_table.hpp"

@@ -32,7 +32,6 @@
 #include "phistep/particles/contacts/contact_pairs.hpp"
 #include "phistep/particles/contacts/contact_search.hpp"
 #include "phistep/particles/contacts/contact_slots.hpp"
-#include "phistep/particles/contacts/contact_tangent.hpp"
 #include "phistep/particles/contacts/slot_sums.hpp"
 #include "phistep/particles/contacts/spring_table.hpp"
 #include "phistep/particles/contacts/touching_pairs.hpp"

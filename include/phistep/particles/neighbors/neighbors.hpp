@@ -33,7 +33,6 @@
 #include "phistep/base/version.hpp"
 #include "phistep/particles/neighbors/list_builder.hpp"
 #include "phistep/particles/neighbors/neighbor_list.hpp"
-#include "phistep/particles/neighbors/skin.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

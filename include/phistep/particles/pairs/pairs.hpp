@@ -39,7 +39,8 @@ namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Of the neighbour list behind a Pairs term.
 struct PairOptions {
-  double skin = 0;      ///< [length] listed beyond the cutoff; 0: it finds its own width (skin.hpp), from 0.16 r_c on
+  double skin =
+      0;  ///< [length] listed beyond the cutoff; 0: it finds its own width (neighbor_list.hpp), from 0.16 r_c on
   ListPolicy policy{};  ///< when the list is made anew
 };
 

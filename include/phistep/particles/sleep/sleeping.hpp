@@ -42,7 +42,6 @@
 #include "phistep/base/state/active_set.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/particles/bodies/particles.hpp"
-#include "phistep/particles/pairs/acting_pairs.hpp"
 #include "phistep/particles/sleep/sleep_edits.hpp"
 #include "phistep/particles/sleep/sleep_report.hpp"
 #include "phistep/particles/sleep/sleep_watch.hpp"

@@ -27,12 +27,10 @@
 #include "phistep/base/state/active_set.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/force/sum.hpp"
-#include "phistep/particles/contacts/carried_springs.hpp"
 #include "phistep/particles/contacts/contact_bodies.hpp"
 #include "phistep/particles/contacts/contact_kernel.hpp"
 #include "phistep/particles/contacts/contact_law.hpp"
 #include "phistep/particles/contacts/contact_memory.hpp"
-#include "phistep/particles/contacts/contact_tangent.hpp"
 #include "phistep/particles/contacts/spring_table.hpp"
 #include "phistep/particles/walls/touching_walls.hpp"
 #include "phistep/particles/walls/wall_shapes.hpp"
@@ -100,7 +98,7 @@ class Walls : public ForceTerm {
                                         touch_.rho[c], {springs->slip[c], springs->roll[c]});
     return sum;
   }
-  /// See contact_tangent.hpp; how a box's normal turns about an edge is left out. Not for bodies with Spin.
+  /// See contact_kernel.hpp; how a box's normal turns about an edge is left out. Not for bodies with Spin.
   template <class View, class Sink>
     requires(!requires(const View& y) { y.omega; })
   void add_jacobian(auto t, const View& y, const Memory& memory, Sink& sink) const {

@@ -9,7 +9,7 @@
 #include <variant>
 
 #include "phistep/base/archive/archive_kinds.hpp"
-#include "phistep/base/facts/stepper_facts.hpp"
+#include "phistep/base/facts/scheme_facts.hpp"
 #include "phistep/base/outcome/statistics.hpp"
 #include "phistep/base/outcome/step_report.hpp"
 #include "phistep/base/state/blocks.hpp"

@@ -152,7 +152,7 @@ class RateLook {
     const double change = weighted_rms(slope_before_, weight);
     if (!(size > 0)) return;
     seen_.change = change / size;
-    // (1) of first_step.hpp with p = 5 and τ from two slopes; the errors of implicit schemes have small factors.
+    // (1) of variable_step.hpp with p = 5 and τ from two slopes; the errors of implicit schemes have small factors.
     if (change > noise && passed > 0) {
       const double tau = passed / seen_.change;
       seen_.smooth_step = 3 * tau / std::pow(speed * tau, 1.0 / 6);

@@ -2,7 +2,7 @@
 /// What a step-size controller has to know of a stepper: orders, and what a change of Δt costs.
 #pragma once
 
-#include "phistep/base/facts/stepper_facts.hpp"
+#include "phistep/base/facts/scheme_facts.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/run/errors/step_filter.hpp"
 

@@ -22,7 +22,6 @@
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/run/control/error_law.hpp"
-#include "phistep/run/control/first_step.hpp"
 #include "phistep/run/control/iteration_control.hpp"
 #include "phistep/run/control/limits.hpp"
 #include "phistep/run/control/run_clock.hpp"

@@ -17,7 +17,7 @@
 #include <utility>
 
 #include "phistep/base/archive/archive_kinds.hpp"
-#include "phistep/base/facts/stepper_facts.hpp"
+#include "phistep/base/facts/scheme_facts.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/statistics.hpp"
 #include "phistep/base/outcome/step_report.hpp"

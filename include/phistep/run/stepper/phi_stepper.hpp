@@ -10,7 +10,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/base/facts/stepper_facts.hpp"
+#include "phistep/base/facts/scheme_facts.hpp"
 #include "phistep/base/machine/loop_hints.hpp"
 #include "phistep/base/machine/only.hpp"
 #include "phistep/base/state/active_set.hpp"

@@ -10,7 +10,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/base/facts/stepper_facts.hpp"
+#include "phistep/base/facts/scheme_facts.hpp"
 #include "phistep/base/machine/only.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/step_report.hpp"

@@ -11,7 +11,7 @@
 #include <cmath>
 #include <utility>
 
-#include "phistep/base/facts/stepper_facts.hpp"
+#include "phistep/base/facts/scheme_facts.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/step_report.hpp"
 #include "phistep/base/state/blocks.hpp"

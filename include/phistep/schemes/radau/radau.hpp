@@ -30,9 +30,9 @@
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/unknowns.hpp"
 #include "phistep/base/version.hpp"
-#include "phistep/schemes/radau/radau_constants.hpp"
 #include "phistep/schemes/radau/radau_control.hpp"
 #include "phistep/schemes/radau/radau_solver.hpp"
+#include "phistep/schemes/radau/radau_tableau.hpp"
 #include "phistep/step/kernel/scheme_on.hpp"
 #include "phistep/step/mass/bound_masses.hpp"
 

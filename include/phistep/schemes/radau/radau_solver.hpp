@@ -20,9 +20,9 @@
 #include "phistep/base/state/reductions.hpp"
 #include "phistep/base/state/unknowns.hpp"
 #include "phistep/base/version.hpp"
-#include "phistep/schemes/radau/radau_constants.hpp"
 #include "phistep/schemes/radau/radau_control.hpp"
 #include "phistep/schemes/radau/radau_stages.hpp"
+#include "phistep/schemes/radau/radau_tableau.hpp"
 #include "phistep/schemes/radau/shifted_stages.hpp"
 #include "phistep/step/transaction/trace.hpp"
 

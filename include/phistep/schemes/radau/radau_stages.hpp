@@ -27,7 +27,7 @@
 #include "phistep/base/numbers/arithmetic.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/linear/lanes/lane_system.hpp"
-#include "phistep/schemes/radau/radau_constants.hpp"
+#include "phistep/schemes/radau/radau_tableau.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

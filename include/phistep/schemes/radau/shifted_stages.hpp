@@ -22,7 +22,7 @@
 #include "phistep/linear/lanes/lane_system.hpp"
 #include "phistep/step/equation/right_hand_side.hpp"
 #include "phistep/step/jacobian/tangent_check.hpp"
-#include "phistep/step/kernel/resolvent_of.hpp"
+#include "phistep/step/kernel/kernel.hpp"
 #include "phistep/step/solve/linearisation.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {

@@ -18,7 +18,7 @@
 #include <array>
 #include <concepts>
 
-#include "phistep/base/facts/stepper_facts.hpp"
+#include "phistep/base/facts/scheme_facts.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/step/kernel/kernel.hpp"

@@ -14,7 +14,7 @@
 #include "phistep/base/version.hpp"
 #include "phistep/step/matrix/choice.hpp"
 #include "phistep/step/matrix/dense_lu.hpp"
-#include "phistep/step/matrix/tangents.hpp"
+#include "phistep/step/matrix/linear_system.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
