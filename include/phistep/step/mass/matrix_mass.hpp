@@ -157,7 +157,7 @@ class MatrixMass {
   [[nodiscard]] const Mass& self() const { return static_cast<const Mass&>(*this); }
 };
 
-/// A dense mass matrix, factorized once. It is singular where rounding of its entries explains a pivot (GeneralizedInverse).
+/// A dense mass matrix, factorized once. It is singular where rounding of its entries explains a pivot.
 template <class T>
 class DenseMass
     : public MatrixMass<DenseMass<T>, Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic>, DenseGeneralizedInverse<T>> {
