@@ -12,7 +12,6 @@
 #include "phistep/base/facts/structure.hpp"
 #include "phistep/base/state/active_set.hpp"
 #include "phistep/base/version.hpp"
-#include "phistep/force/gravity.hpp"
 #include "phistep/force/sum.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {

@@ -26,7 +26,6 @@
 #include "phistep/run/observers/observers.hpp"
 #include "phistep/run/stepper/step_attempt.hpp"
 #include "phistep/step/transaction/edit_guard.hpp"
-#include "phistep/step/transaction/transaction.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

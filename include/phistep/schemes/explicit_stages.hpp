@@ -12,7 +12,6 @@
 #include <utility>
 
 #include "phistep/base/numbers/update.hpp"
-#include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/combination.hpp"
 #include "phistep/base/state/reductions.hpp"

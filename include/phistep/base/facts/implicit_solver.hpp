@@ -4,7 +4,6 @@
 
 #include <utility>
 
-#include "phistep/base/facts/implicit_solver.hpp"
 #include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {

@@ -6,7 +6,6 @@
 
 #include <array>
 
-#include "phistep/base/facts/scheme_facts.hpp"
 #include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {

@@ -22,7 +22,6 @@
 #include "phistep/base/numbers/pack.hpp"
 #include "phistep/base/numbers/pack_math.hpp"
 #include "phistep/base/version.hpp"
-#include "phistep/particles/contacts/contact_kernel.hpp"
 #include "phistep/particles/contacts/contact_law.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {

@@ -14,7 +14,6 @@
 #include "phistep/base/numbers/finite_witness.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/particles/contacts/contact_kernel.hpp"
-#include "phistep/particles/contacts/spring_table.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

@@ -21,7 +21,6 @@
 #include <cstddef>
 
 #include "phistep/base/version.hpp"
-#include "phistep/schemes/radau/radau_tableau.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 namespace radau_detail {

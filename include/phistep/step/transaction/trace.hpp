@@ -11,7 +11,6 @@
 #include "phistep/base/state/combination.hpp"
 #include "phistep/base/state/reductions.hpp"
 #include "phistep/base/version.hpp"
-#include "phistep/step/transaction/trace.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
