@@ -25,7 +25,9 @@ template <class Scalar>
 [[nodiscard]] Eigen::Index pivot_row(const Scalar* column, Eigen::Index rows) {
   Eigen::Index pivot = 0;
   for (Eigen::Index d = 1; d < rows; ++d)
-    if (std::abs(column[d]) > std::abs(column[pivot])) pivot = d;
+    if (std::abs(column[d]) > std::abs(column[pivot]))
+        [[unlikely]]  // a branch: one that is predicted waits for nothing
+      pivot = d;
   return pivot;
 }
 /// x ← 1/x. False where x is zero or not finite: 1/∞ = 0 and 1/0 = ∞.
@@ -38,6 +40,11 @@ template <class Scalar>
 template <class Scalar>
 void subtract_product(Scalar& to, const Scalar& a, const Scalar& b) {
   to -= a * b;
+}
+/// to −= x by, of columns. A function: in the loops around it, g++ -O2 took 1.3 times as long.
+template <class Number>
+void subtract_multiple(Number* to, const Number* x, Eigen::Index rows, Number by) {
+  for (Eigen::Index d = 0; d < rows; ++d) subtract_product(to[d], x[d], by);
 }
 /// Whether multiples of x need not be subtracted: of single numbers as many pass unseen as the look would cost.
 template <class Scalar>
@@ -96,7 +103,7 @@ class BandedLu {
         Number* const entry = below + c * (stride_ - 1);
         const Number above = entry[0];
         if (is_known_zero(above)) continue;
-        for (Index d = 1; d <= rows; ++d) subtract_product(entry[d], below[d], above);
+        subtract_multiple(entry + 1, below + 1, rows, above);
       }
     }
     return true;
