@@ -276,7 +276,7 @@ class Run {
           !all_ranks(step_.plain(), !held_exception(stepper_)))
         outcome = Outcome::exception_elsewhere;
     report_.outcome = outcome;
-    report_.failure.is_singular = stepper_.last_solve().is_singular;
+    if constexpr (Pace::varies) report_.failure.is_singular = stepper_.last_solve().is_singular;
     if (outcome == Outcome::invalid_tolerance ||
         (!begun_ && (outcome == Outcome::invalid_step || outcome == Outcome::step_too_small)))
       report_.refused = step_.pace().refused();

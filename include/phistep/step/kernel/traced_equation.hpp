@@ -6,6 +6,7 @@
 
 #include <utility>
 
+#include "phistep/base/facts/implicit_solver.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/combination.hpp"

@@ -12,6 +12,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "phistep/base/archive/archive_kinds.hpp"
 #include "phistep/base/machine/only.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/step_report.hpp"
