@@ -135,7 +135,7 @@ TEST_CASE("with nothing to go by it grows; where corrections did not fall it shr
     CHECK(factor >= 0.1);
     CHECK(factor <= 2);
     SolveRecord worse;
-    worse.record(odd), worse.record(0.1);
+    worse.add(odd), worse.add(0.1);
     CHECK(iteration_factor(worse, wanted) >= 0.1);
     CHECK(iteration_factor(worse, wanted) <= 2);
   }

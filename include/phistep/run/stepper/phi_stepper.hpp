@@ -166,11 +166,11 @@ class PhiStepper {
     if (!slope_psi_) slope_psi_.emplace();
     reset_rate<S>(*slope_psi_, y);
     kernel_.rhs().begin(t, dt, y);
-    return kernel_.stages().linearise(kernel_.rhs(), t, dt, y, *slope_psi_, allowed);
+    return kernel_.resolvent().linearise(kernel_.rhs(), t, dt, y, *slope_psi_, allowed);
   }
   /// The pattern of its W, and f(slot, K, C) for each entry's tangents, once there is a Jacobian.
   [[nodiscard]] const auto& tangents(const PlainState<S>& y) requires(needs.stages) {
-    auto& system = kernel_.stages().matrix().system();
+    auto& system = kernel_.resolvent().matrix().system();
     static_cast<void>(system.settle(each_mass_entry<S>(kernel_.rhs().masses(), y)));
     return system;
   }
