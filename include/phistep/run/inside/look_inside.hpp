@@ -45,32 +45,34 @@ class InterpolantTrust {
     left_ = std::max(left_ - 1, 0);
   }
   /// What the last check says of a step of this length; empty: it has to be checked. [time]
-  [[nodiscard]] std::optional<bool> known(double dt) const {
-    if (is_fresh_ && dt_ / 2 < dt && dt < 1.05 * dt_) return is_right_;
+  [[nodiscard]] std::optional<double> known(double dt) const {
+    if (is_fresh_ && dt_ / 2 < dt && dt < 1.05 * dt_) return error_;
     return {};
   }
-  /// A check has found the interpolant off by `error`, in units of the tolerance: right is half of that or less.
-  bool check(double dt, double error) {
-    is_right_ = error <= 0.5;
+  /// A check has found the interpolant off by `error`, in units of the tolerance.
+  void check(double dt, double error) {
+    error_ = error <= far ? error : 2 * far;  // NaN, too
     // Clear is ten times less or more than that. The 1.05 above makes 1.05¹² = 1.8 of an error that goes as Δt¹².
     const bool is_clear = error <= 0.05 || !(error <= 5);
     steps_ = is_clear ? std::clamp(2 * steps_, 1, 4) : 0;
     left_ = steps_;
     dt_ = dt;
     is_fresh_ = true;
-    return is_right_;
   }
+  /// In units of the tolerance: so good is a state inside a step; so bad may the way to an event be, which a step finds in the end.
+  static constexpr double right = 0.5, far = 20;
   void forget() { *this = {}; }
 
   void archive(auto& ar) {
-    ar("dt", dt_, "steps", steps_, "left", left_, "is_right", is_right_, "is_fresh", is_fresh_);
-    ar.check(dt_ >= 0 && 0 <= left_ && left_ <= steps_ && steps_ <= 4);
+    ar("dt", dt_, "steps", steps_, "left", left_, "error", error_, "is_fresh", is_fresh_);
+    ar.check(dt_ >= 0 && 0 <= left_ && left_ <= steps_ && steps_ <= 4 && error_ >= 0);
   }
 
  private:
   double dt_ = 0;  // of the step that was checked [time]
   int steps_ = 0, left_ = 0;
-  bool is_right_ = false, is_fresh_ = false;
+  double error_ = 0;
+  bool is_fresh_ = false;
 };
 
 /// The state inside a step that has been done, by a shorter step from the same start: by a copy of the stepper, so that the run
@@ -157,7 +159,7 @@ class LookInside {
     if constexpr (does_steps) work_.inside.end();
     dt_ = dt;
     is_checked_ = false;
-    trusted_.reset();
+    error_.reset();
     dense_.begin(step_.t0(), dt, step_.clock().t(), step_.start(), step_.plain(), DenseOutput<S>::Slopes::of(*this));
     if (step_.is_traced()) dense_.interpolate_by(step_.stepper());
   }
@@ -165,8 +167,8 @@ class LookInside {
   [[nodiscard]] const Plain& at(Scalar t) {
     if constexpr (does_steps)
       if (is_checked_ && dense_.is_inside(t)) {
-        if (!trusted_) trusted_ = trusts();
-        if (!*trusted_) {
+        if (!error_) error_ = measure();
+        if (*error_ > InterpolantTrust::right) {
           static_cast<void>(go_to(t, work_.found));
           return work_.found;
         }
@@ -177,12 +179,12 @@ class LookInside {
   void check() {
     if constexpr (does_steps) is_checked_ = !is_sure_inside<sees_error>(step_.stepper());
   }
-  /// The same; true where those seen so far were off.
+  /// The same; true where those seen so far were far off.
   [[nodiscard]] bool was_off() {
     if constexpr (does_steps && sees_error) {
       check();
-      if (is_checked_) trusted_ = trusts();
-      return is_checked_ && !*trusted_;
+      if (is_checked_) error_ = measure();
+      return is_checked_ && *error_ > InterpolantTrust::far;
     } else {
       return false;
     }
@@ -210,25 +212,27 @@ class LookInside {
  private:
   static constexpr bool sees_error = Attempt::PaceType::sees_error;
 
-  /// Whether the interpolant is right to half the tolerance, at two places where steps are done to learn it. (At one alone
-  /// its error may pass zero.) False at a fixed Δt, which has no tolerance.
-  [[nodiscard]] bool trusts() {
+  /// The interpolant's error in units of the tolerance, at two places where steps are done to learn it: at one alone it may pass
+  /// zero. At a fixed Δt, which has no tolerance, it is far off.
+  [[nodiscard]] double measure() {
+    constexpr double off = 2 * InterpolantTrust::far;
     if constexpr (sees_error) {
-      if (!dense_.is_known_inside()) return false;
+      if (!dense_.is_known_inside()) return off;
       const double length = std::abs(static_cast<double>(dt_));
-      if (const std::optional<bool> known = trust_.known(length)) return *known;
-      double worst = 0;  // error, in tolerances
+      if (const std::optional<double> known = trust_.known(length)) return *known;
+      double worst = 0;
       for (const double x : facts_of<Stepper>.doubtful_at.value) {
-        if (!(worst <= 0.5)) break;
+        if (!(worst <= InterpolantTrust::far)) break;
         const Scalar t = step_.t0() + static_cast<Scalar>(x) * dt_;
-        if (!go_to(t, work_.found)) return true;  // a step that fails ends the run
+        if (!go_to(t, work_.found)) return 0;  // a step that fails ends the run
         assign<S>(work_.found, in<S>(dense_.at(t)) - in<S>(work_.found));
         const double error = step_.pace().size(step_.start(), step_.plain(), work_.found);
         worst = error <= worst ? worst : error;  // NaN, too
       }
-      return trust_.check(length, worst);
+      trust_.check(length, worst);
+      return worst <= off ? worst : off;
     } else {
-      return false;
+      return off;
     }
   }
   /// Keeps the state while a step inside works in it; then puts it back, and books the cost.
@@ -282,7 +286,7 @@ class LookInside {
   Scalar dt_{};
   DenseOutput<S> dense_;
   bool is_checked_ = false;            // states inside are more than interpolated
-  std::optional<bool> trusted_;        // what was found of this step's interpolant
+  std::optional<double> error_;        // of this step's interpolant, in tolerances
   Outcome slopes_ = Outcome::success;  // of the step just done, if they were computed
   Outcome looked_ = Outcome::success;  // of steps to states inside
   [[no_unique_address]] Only<does_steps, Work> work_;
