@@ -52,7 +52,7 @@ class InterpolantTrust {
   /// A check has found the interpolant off by `error`, in units of the tolerance.
   void check(double dt, double error) {
     error_ = error <= far ? error : 2 * far;  // NaN, too
-    // Clear is ten times less or more than that. The 1.05 above makes 1.05¹² = 1.8 of an error that goes as Δt¹².
+    // Clear is ten times less or more than right. The 1.05 above makes 1.05¹² = 1.8 of an error that goes as Δt¹².
     const bool is_clear = error <= 0.05 || !(error <= 5);
     steps_ = is_clear ? std::clamp(2 * steps_, 1, 4) : 0;
     left_ = steps_;
