@@ -1,5 +1,5 @@
 /// @file
-/// A uniform gravitational acceleration.
+/// What is the same for every particle: a gravitational acceleration, a constant force.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,8 +15,6 @@
 #include "phistep/force/sum.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
-
-// One particle's vector, repeated over a state.
 
 /// Which coordinate the i-th number of a block in storage order is: its row in a matrix of particles as columns; i itself
 /// in a flat vector, where coordinates follow one another particle by particle.
@@ -95,8 +93,6 @@ struct Gravity : ForceTerm {
 };
 template <class Derived>
 Gravity(const Eigen::MatrixBase<Derived>&) -> Gravity<typename Derived::PlainObject>;
-
-// The same constant force on every particle.
 
 /// The force F on each particle, whatever its mass: a force, and so not the same as Gravity. F has the d components of
 /// one particle's position, or as many as the whole state.

@@ -1,6 +1,6 @@
 /// @file
-/// How fast the fastest component of a solution could change: ρ = |λ|max of ∂y'/∂y, by a few force calls and no matrix; and a
-/// run's looks at it.
+/// How fast the fastest component of a solution could change: ρ = |λ|max of ∂y'/∂y, by a few force calls and no matrix; and how a
+/// run watches it.
 #pragma once
 
 #include <algorithm>

@@ -49,18 +49,19 @@ class InterpolantTrust {
     if (is_fresh_ && dt_ / 2 < dt && dt < 1.05 * dt_) return error_;
     return {};
   }
-  /// A check has found the interpolant off by `error`, in units of the tolerance.
-  void check(double dt, double error) {
-    error_ = error <= far ? error : 2 * far;  // NaN, too
+  /// A check has found the interpolant off by `error`, in units of the tolerance. @return that, at most `off`
+  double check(double dt, double error) {
+    error_ = error <= off ? error : off;  // NaN, too
     // Clear is ten times less or more than right. The 1.05 above makes 1.05¹² = 1.8 of an error that goes as Δt¹².
     const bool is_clear = error <= 0.05 || !(error <= 5);
     steps_ = is_clear ? std::clamp(2 * steps_, 1, 4) : 0;
     left_ = steps_;
     dt_ = dt;
     is_fresh_ = true;
+    return error_;
   }
   /// In units of the tolerance: so good is a state inside a step; so bad may the way to an event be, which a step finds in the end.
-  static constexpr double right = 0.5, far = 20;
+  static constexpr double right = 0.5, far = 20, off = 2 * far;
   void forget() { *this = {}; }
 
   void archive(auto& ar) {
@@ -215,9 +216,8 @@ class LookInside {
   /// The interpolant's error in units of the tolerance, at two places where steps are done to learn it: at one alone it may pass
   /// zero. At a fixed Δt, which has no tolerance, it is far off.
   [[nodiscard]] double measure() {
-    constexpr double off = 2 * InterpolantTrust::far;
     if constexpr (sees_error) {
-      if (!dense_.is_known_inside()) return off;
+      if (!dense_.is_known_inside()) return InterpolantTrust::off;
       const double length = std::abs(static_cast<double>(dt_));
       if (const std::optional<double> known = trust_.known(length)) return *known;
       double worst = 0;
@@ -229,10 +229,9 @@ class LookInside {
         const double error = step_.pace().size(step_.start(), step_.plain(), work_.found);
         worst = error <= worst ? worst : error;  // NaN, too
       }
-      trust_.check(length, worst);
-      return worst <= off ? worst : off;
+      return trust_.check(length, worst);
     } else {
-      return off;
+      return InterpolantTrust::off;
     }
   }
   /// Keeps the state while a step inside works in it; then puts it back, and books the cost.

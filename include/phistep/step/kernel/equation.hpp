@@ -71,9 +71,9 @@ struct Equation {
     // Positions that what follows doesn't move, and doesn't look at.
     return by.before == 0 || Rhs::is_finite(next) ? Outcome::success : Outcome::non_finite_state;
   }
-  /// The same in one pass where γ ≠ 0: all of an explicit step, …
+  /// All of an explicit step, in one pass; γ ≠ 0
   [[nodiscard, gnu::always_inline]] inline Outcome euler(const auto& by) { return kick_drift(by); }
-  /// … or the first part of one, that a kick with the same γ follows.
+  /// The first part of an explicit step, in one pass; γ ≠ 0. A kick with the same γ follows.
   [[nodiscard, gnu::always_inline]] inline Outcome kick_drift(const auto& by) {
     return kernel.passes().kick_drift(rhs(), *this, by);
   }
@@ -99,12 +99,11 @@ struct Equation {
 
   // ---- resolve ----
 
-  /// next = b on entry, the solution of M (next − b) = γ Ψ(at, next) on exit; sought from y, …
+  /// next = b on entry, the solution of M (next − b) = γ Ψ(at, next) on exit; sought from y
   [[nodiscard, gnu::always_inline]] inline Outcome resolve(const Gamma<Scalar>& gamma, Scalar at) {
-    // Where the iteration starts from y itself, its first Ψ may be there already.
-    return resolve_from(gamma, at, y, knows_start && Rhs::is_autonomous && !Rhs::drifts, {});
+    return resolve_from(gamma, at, y, knows_first_force(), {});
   }
-  /// … or from a guess, which must not be `next`.
+  /// The same, sought from a guess, which must not be `next`.
   [[nodiscard]] Outcome resolve(const Gamma<Scalar>& gamma, Scalar at, const Plain& guess) {
     return resolve_from(gamma, at, guess, false, {});
   }
@@ -176,6 +175,8 @@ struct Equation {
   }
 
  protected:
+  /// Whether psi is the first Ψ of an iteration that starts from y itself.
+  [[nodiscard]] bool knows_first_force() const { return knows_start && Rhs::is_autonomous && !Rhs::drifts; }
   void know_start() {
     if (!knows_start) rhs().evaluate_into(t, y, psi);
     knows_start = true;

@@ -35,8 +35,8 @@ struct TracedEquation : Eq {
   Trace<Plain>& trace;
   const Judge& judge;
   bool has_prediction = false;  ///< trace.predicted is where the next resolve starts
-  bool has_resolved = false;    ///< trace.end is the slope at the end of a resolve of this step, …
-  Scalar sought{};              ///< [time] … this long after t
+  bool has_resolved = false;    ///< trace.end is the slope at the end of a resolve of this step
+  Scalar sought{};              ///< [time] how long after t the end of that resolve is
 
   TracedEquation(Eq&& eq, Trace<Plain>& leaves, const Judge& by) : Eq{std::move(eq)}, trace{leaves}, judge{by} {
     trace.dt = dt;
@@ -92,9 +92,7 @@ struct TracedEquation : Eq {
   [[nodiscard]] Outcome resolve(const Gamma<Scalar>& gamma, Scalar at, const Plain& guess) {
     return resolve(gamma, at, guess, false);
   }
-  [[nodiscard]] Outcome resolve(const Gamma<Scalar>& gamma, Scalar at) {
-    return resolve(gamma, at, y, this->knows_start && Eq::Rhs::is_autonomous && !Eq::Rhs::drifts);
-  }
+  [[nodiscard]] Outcome resolve(const Gamma<Scalar>& gamma, Scalar at) { return resolve(gamma, at, y, true); }
   [[nodiscard]] Outcome check_start(const Gamma<Scalar>& gamma) {
     return Eq::check_start(gamma, allowed(), [this](const Plain& x) { return size_of(x, y); });
   }
@@ -108,12 +106,12 @@ struct TracedEquation : Eq {
     const bool finite = rhs().slope(t + dt, next, trace.end, psi);
     return finite ? Outcome::success : Outcome::non_finite_force;
   }
-  /// ‖x‖ in units of the tolerance, of what a state between y and y1 is off, …
+  /// ‖x‖ in units of the tolerance, of what a state between y and y1 is off
   [[nodiscard]] double size_of(const Plain& x, const Plain& y1) const {
     if constexpr (requires { judge.size(x, y, y1); }) return judge.size(x, y, y1);
     else return weighted_rms(x, trace.weight);
   }
-  /// … and that of the step's own estimate, trace.error, for schemes that judge their steps themselves.
+  /// The size of the step's own estimate, trace.error, likewise, for schemes that judge their steps themselves
   [[nodiscard]] double size_of_error() const {
     if constexpr (requires { judge.size_of_error(y, next); }) return judge.size_of_error(y, next);
     else return weighted_rms(trace.error, trace.weight);
@@ -126,7 +124,8 @@ struct TracedEquation : Eq {
   void keep_force() requires Eq::Kernel::carries { this->knows_end = this->ends_with_psi; }
 
  private:
-  [[nodiscard]] Outcome resolve(const Gamma<Scalar>& gamma, Scalar at, const Plain& guess, bool psi_known) {
+  /// @param from_y  the guess is y
+  [[nodiscard]] Outcome resolve(const Gamma<Scalar>& gamma, Scalar at, const Plain& guess, bool from_y) {
     if (has_resolved) copy_blocks<S>(trace.error, trace.end);  // kept for the error: Y' of the resolve before
     copy_blocks<S>(trace.end, next);                           // b
     Outcome outcome = Outcome::non_finite_force;
@@ -135,7 +134,7 @@ struct TracedEquation : Eq {
       if (outcome == Outcome::non_finite_force || outcome == Outcome::non_finite_state) copy_blocks<S>(next, trace.end);
     }
     if (outcome == Outcome::non_finite_force || outcome == Outcome::non_finite_state)
-      outcome = Eq::resolve_from(gamma, at, guess, psi_known && this->knows_start, allowed());
+      outcome = Eq::resolve_from(gamma, at, guess, from_y && this->knows_first_force(), allowed());
     if (failed(outcome)) return outcome;
     assign_solved<S>(trace.end, (in<S>(next) - in<S>(trace.end)) / gamma.force);
     if constexpr (Eq::Rhs::drifts) position_of<S>(trace.end) = velocity_of<S>(next);
