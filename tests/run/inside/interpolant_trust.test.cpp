@@ -27,8 +27,8 @@ TEST_CASE("a clear result holds for 1, 2, then 4 steps") {
     CAPTURE(error);
     for (const int steps : {1, 2, 4, 4, 4}) {
       trust.check(1, error);
-      CHECK((trust.known(1) <= InterpolantTrust::right) == (error <= 0.5));
-      CHECK((trust.known(1) <= InterpolantTrust::far) == (error <= 20));
+      CHECK((trust.known(1) <= InterpolantTrust::for_states) == (error <= 0.5));
+      CHECK((trust.known(1) <= InterpolantTrust::for_events) == (error <= 20));
       CHECK(free_steps(trust, 1) == steps);
     }
   }
@@ -39,7 +39,7 @@ TEST_CASE("a result near the limit holds for its own step alone, and the next cl
   for (int n = 0; n < 4; ++n) trust.check(1, 0);
   for (const double error : {0.3, 0.7}) {
     trust.check(1, error);
-    CHECK((trust.known(1) <= InterpolantTrust::right) == (error <= 0.5));
+    CHECK((trust.known(1) <= InterpolantTrust::for_states) == (error <= 0.5));
     CHECK(free_steps(trust, 1) == 0);
   }
   trust.check(1, 0);

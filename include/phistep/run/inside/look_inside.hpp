@@ -61,7 +61,7 @@ class InterpolantTrust {
     return error_;
   }
   /// In units of the tolerance: so good is a state inside a step; so bad may the way to an event be, which a step finds in the end.
-  static constexpr double right = 0.5, far = 20, off = 2 * far;
+  static constexpr double for_states = 0.5, for_events = 20, off = 2 * for_events;
   void forget() { *this = {}; }
 
   void archive(auto& ar) {
@@ -169,7 +169,7 @@ class LookInside {
     if constexpr (does_steps)
       if (is_checked_ && dense_.is_inside(t)) {
         if (!error_) error_ = measure();
-        if (*error_ > InterpolantTrust::right) {
+        if (*error_ > InterpolantTrust::for_states) {
           static_cast<void>(go_to(t, work_.found));
           return work_.found;
         }
@@ -185,7 +185,7 @@ class LookInside {
     if constexpr (does_steps && sees_error) {
       check();
       if (is_checked_) error_ = measure();
-      return is_checked_ && *error_ > InterpolantTrust::far;
+      return is_checked_ && *error_ > InterpolantTrust::for_events;
     } else {
       return false;
     }
@@ -222,7 +222,7 @@ class LookInside {
       if (const std::optional<double> known = trust_.known(length)) return *known;
       double worst = 0;
       for (const double x : facts_of<Stepper>.doubtful_at.value) {
-        if (!(worst <= InterpolantTrust::far)) break;
+        if (!(worst <= InterpolantTrust::for_events)) break;
         const Scalar t = step_.t0() + static_cast<Scalar>(x) * dt_;
         if (!go_to(t, work_.found)) return 0;  // a step that fails ends the run
         assign<S>(work_.found, in<S>(dense_.at(t)) - in<S>(work_.found));
