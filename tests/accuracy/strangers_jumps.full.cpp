@@ -47,10 +47,8 @@ double worst(Recipe recipe) {
 
 TEST_CASE("a sawtooth: nothing said of the jumps") { CHECK(worst(Recipe::nothing) <= 100); }
 TEST_CASE("a sawtooth: at_times and a flag with reset()") { CHECK(worst(Recipe::flag_and_reset) <= 1); }
-// Today 132 rtol.
-TEST_CASE("a sawtooth: steps end on the jumps", "[!shouldfail][48]") { CHECK(worst(Recipe::at_times) <= 1); }
-// Today 146 rtol.
-TEST_CASE("a sawtooth: a run ends on each jump", "[!shouldfail][48]") { CHECK(worst(Recipe::row_of_runs) <= 1); }
+TEST_CASE("a sawtooth: steps end on the jumps") { CHECK(worst(Recipe::at_times) <= 1); }
+TEST_CASE("a sawtooth: a run ends on each jump") { CHECK(worst(Recipe::row_of_runs) <= 1); }
 
 // The rate is a pulse 0.01 wide at t = 5; behind it the solution is a constant.
 TEST_CASE("behind a pulse, the samples and the end of a run are one number") {

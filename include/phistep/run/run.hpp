@@ -75,7 +75,7 @@ class Run {
     ar("clock", step_.clock());
     ar.state("state", state_);
     ar("stepper", stepper_, "control", step_.pace(), "report", report_, "counts_before", before_, "begun", begun_,
-       "ended", ended_, "first", first_, "left_at", edits_, "armed", events_, "trust", trust_);
+       "ended", ended_, "first", first_, "at_jump", step_.starts_at_jump(), "left_at", edits_, "armed", events_, "trust", trust_);
     std::apply([&ar](auto&... observer) { ar(observer...); }, Watchers::kept(observers_));
     if constexpr (FieldState<Plain>) {  // the saved guard knew another vector
       bool unedited = !Ar::reading && edits_.holds(time(), state_);
@@ -133,7 +133,7 @@ class Run {
     if (step_.is_at_end()) return end(Outcome::success);
     const Origin origin = may_be_edited || first_ ? Origin::unknown : Origin::unedited;
     if (minds_edits && origin == Origin::unknown && !take_edits()) return false;
-    step_.begin(has_events || (looks_inside && !is_sure_inside<Pace::sees_error>(stepper_)));
+    step_.begin(has_events || (looks_inside && !is_sure_inside<Pace::sees_error>(stepper_)), first_);
     Scalar tried{0};
     for (bool has_failed = false;;) {
       if (!step_.pace().may_try()) return end(Outcome::too_many_steps);

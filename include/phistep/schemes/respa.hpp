@@ -35,7 +35,7 @@
 #include "phistep/schemes/velocity_verlet.hpp"
 #include "phistep/step/equation/explicit_update.hpp"
 #include "phistep/step/kernel/scheme_on.hpp"
-#include "phistep/step/transaction/edit_guard.hpp"
+#include "phistep/step/equation/origin.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -111,7 +111,7 @@ class RespaScheme : public SchemeDefaults {
     // From now to next and back: the last inner step ends in eq.next.
     Plain *now = steps % 2 == 0 ? &eq.next : &other_, *next = steps % 2 == 0 ? &other_ : &eq.next;
     copy_blocks<S>(*now, eq.y);
-    if (!guard_.holds(eq.t, eq.y)) forget_slow();
+    if (!guard_.holds(eq.rhs().inside(eq.t), eq.y)) forget_slow();
     guard_.forget();  // an exception leaves Ψ_s half written
     for (int i = 0; i < steps; ++i, std::swap(now, next)) {
       begin_histories(rhs, i, h, time(i), *now);
@@ -123,7 +123,7 @@ class RespaScheme : public SchemeDefaults {
       if (const Outcome bad = end_levels(rhs, i + 1, h, time(i + 1), *next); failed(bad))
         return end(eq, *next, bad);  // (3)
     }
-    if constexpr (halves == 1) guard_.remember(eq.t + eq.dt, eq.next);
+    if constexpr (halves == 1) guard_.remember(eq.rhs().inside(eq.t + eq.dt), eq.next);
     return Outcome::success;
   }
 

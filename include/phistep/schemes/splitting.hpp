@@ -26,7 +26,7 @@
 #include "phistep/step/equation/explicit_update.hpp"
 #include "phistep/step/equation/right_hand_side.hpp"
 #include "phistep/step/kernel/scheme_on.hpp"
-#include "phistep/step/transaction/edit_guard.hpp"
+#include "phistep/step/equation/origin.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -83,7 +83,7 @@ class SplitScheme : public SchemeDefaults {
   [[nodiscard]] Outcome step(auto& eq) {
     const Scalar half = eq.dt / 2, t1 = eq.t + eq.dt;
     // What a failed step leaves in psi_ is Ψ_e at the place that the guard names, and so may stay.
-    known_ = is_constant ? known_ : reuses && guard_.holds(eq.t, eq.y);
+    known_ = is_constant ? known_ : reuses && guard_.holds(eq.rhs().inside(eq.t), eq.y);
     copy_blocks<S>(kicked_, eq.y);
     if (const Outcome outcome = kick(eq, kicked_, half, eq.t); outcome != Outcome::success) {  // (1)
       copy_blocks<S>(eq.next, kicked_);  // kept for the failure message
@@ -95,7 +95,7 @@ class SplitScheme : public SchemeDefaults {
     eq.ends_as(inside);
     known_ = is_constant;
     if (const Outcome outcome = kick(eq, eq.next, half, t1); outcome != Outcome::success) return outcome;  // (2)
-    if constexpr (reuses && !is_constant) guard_.remember(t1, eq.next);
+    if constexpr (reuses && !is_constant) guard_.remember(eq.rhs().inside(t1), eq.next);
     return Outcome::success;
   }
 

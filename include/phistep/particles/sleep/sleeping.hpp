@@ -46,7 +46,7 @@
 #include "phistep/particles/sleep/sleep_report.hpp"
 #include "phistep/particles/sleep/sleep_watch.hpp"
 #include "phistep/particles/sleep/sleepers.hpp"
-#include "phistep/step/transaction/edit_guard.hpp"
+#include "phistep/step/equation/origin.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -175,8 +175,9 @@ class Sleeping {
   }
   /// What the stepper inside may rely on.
   [[nodiscard]] Origin inner_origin(Origin origin, bool is_edited) const {
-    if (is_edited || sleepers_.report.asleep == 0) return sleepers_.meddled ? Origin::unknown : origin;
-    return origin == Origin::unedited && !sleepers_.meddled ? Origin::unedited : Origin::rest_unedited;
+    if (is_edited || sleepers_.report.asleep == 0)
+      return sleepers_.meddled ? origin.with(Origin::unknown) : origin;
+    return origin.with(origin == Origin::unedited && !sleepers_.meddled ? Origin::unedited : Origin::rest_unedited);
   }
 
   /// After a step: who has become fast, whom that reaches, and from time to time who may sleep.

@@ -15,7 +15,7 @@
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/run/control/error_law.hpp"
-#include "phistep/step/transaction/edit_guard.hpp"
+#include "phistep/step/equation/origin.hpp"
 #include "phistep/step/transaction/trace.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {

@@ -148,10 +148,17 @@ class GridPace {
     // A stop that rounding alone keeps from a node is that node, unless that is the end.
     const Scalar beyond = stop ? clock.sign() * (node - *stop) : Scalar{-1};
     const Scalar same = node == clock.span().t1 ? Scalar{0} : clock.rounding(node);
-    if (beyond > same) return {*stop, length(t, *stop), true, true};
+    if (beyond > same)
+      return {.end = *stop, .dt = length(t, *stop), .lands = true, .clipped = true, .at_stop = true};
     // From node to node Δt is the nominal one: their times differ by that only up to rounding.
     const Scalar whole = t == node_ ? grid_->step(done_) : -grid_->from_node(done_ + 1, t);
-    return {stop && -beyond <= same ? *stop : node, whole, true, false, true};
+    const bool is_stop = stop && -beyond <= same;
+    return {.end = is_stop ? *stop : node,
+            .dt = whole,
+            .lands = true,
+            .clipped = false,
+            .is_node = true,
+            .at_stop = is_stop || node == clock.span().t1};
   }
   /// The steps of equal length ahead; none unless the run stands exactly at a node of the grid.
   [[nodiscard]] GridSteps<Scalar> ahead(const RunClock<Scalar>& clock) const {

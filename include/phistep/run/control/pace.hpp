@@ -202,8 +202,7 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
   /// The steps to come are another scheme's, which knows nothing of those before. @param longest  [time] of the first
   void change(const ErrorLaw& law, double longest) {
     obey(law);
-    size_.forget();
-    trace_.forget();
+    forget_past();
     Length::set(std::min(Length::propose(), longest));
   }
   /// As a run that resumes finds it, with a stepper that had changed its scheme.
@@ -223,10 +222,14 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
     norm_.weigh(y, weight);
     return wanted_.rtol;
   }
-  /// The state isn't what the last step left. False where it outgrew the tolerances given.
-  [[nodiscard]] bool edited(const Plain& y) {
+  /// The next step has nothing to do with those before, but for its length.
+  void forget_past() {
     size_.forget();
     trace_.forget();
+  }
+  /// The state isn't what the last step left. False where it outgrew the tolerances given.
+  [[nodiscard]] bool edited(const Plain& y) {
+    forget_past();
     if (same_shape<Plain>(trace_.weight, y)) {
       if constexpr (knows_rounding)
         if (norm_.is_automatic() && has_end_) norm_.automatic().edited(end_, y);

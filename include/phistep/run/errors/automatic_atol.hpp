@@ -21,7 +21,6 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
-#include <optional>
 #include <span>
 #include <tuple>
 #include <type_traits>
@@ -213,31 +212,27 @@ class AutomaticAtol {
 template <State Plain>
 class KeptSizes {
  public:
+  KeptSizes() { set_zero(Blocks<Plain>::all(y_)); }
   void keep(const Plain& y, const AutomaticAtol<Plain>& sizes) {
-    if (!kept_) kept_.emplace();
-    copy_blocks<Plain>(kept_->y, y);
-    kept_->sizes = sizes;
+    is_there_ = true;
+    copy_blocks<Plain>(y_, y);
+    sizes_ = sizes;
   }
   /// A run begins. There is room for what it will leave.
   [[gnu::noinline]] void go_on(const Plain& y, AutomaticAtol<Plain>& sizes) {
-    if (kept_ && same_shape<Plain>(kept_->y, y) && equal_blocks<Plain>(kept_->y, y)) sizes.go_on_from(kept_->sizes);
+    if (is_there_ && same_shape<Plain>(y_, y) && equal_blocks<Plain>(y_, y)) sizes.go_on_from(sizes_);
     else keep(y, sizes);
   }
-  void forget() { kept_.reset(); }
+  void forget() { is_there_ = false; }
   void archive(auto& ar) {
-    bool is_there = kept_.has_value();
-    ar("is_there", is_there);
-    if (!is_there) return kept_.reset();
-    if (!kept_) kept_.emplace();
-    ar("y", kept_->y, "sizes", kept_->sizes);
+    ar("is_there", is_there_);
+    if (is_there_) ar("y", y_, "sizes", sizes_);
   }
 
  private:
-  struct Kept {
-    Plain y;
-    AutomaticAtol<Plain> sizes;
-  };
-  std::optional<Kept> kept_;
+  Plain y_;
+  AutomaticAtol<Plain> sizes_;
+  bool is_there_ = false;
 };
 
 }}  // namespace phistep::PHISTEP_ABI

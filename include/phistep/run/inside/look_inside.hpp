@@ -100,34 +100,34 @@ class StepInside {
   /// state = y(t + dt) from y(t), by one step at a fixed Δt, or by as many as the error asks for.
   /// @param pace  the run's, whose tolerances hold
   template <class Pace>
-  [[nodiscard]] StepReport step(S& state, Scalar t, Scalar dt, Pace& pace) {
+  [[nodiscard]] StepReport step(S& state, Scalar t, Scalar dt, const Origin& origin, Pace& pace) {
     go_back(*spare_, *past_);
     if constexpr (Pace::sees_error) {
       trace_ = pace.trace();
       trace_.wants_dense = false;
-      return part(state, t, dt, pace, 0);
+      return part(state, t, dt, origin, pace, 0);
     } else {
-      return spare_->step(state, t, dt);
+      return do_step(*spare_, state, t, dt, origin);
     }
   }
   /// The run's until this step, and what looks into it have cost.
   [[nodiscard]] Statistics statistics() const { return spare_->statistics(); }
 
  private:
-  StepReport part(S& state, Scalar t, Scalar dt, auto& pace, int halvings) {
+  StepReport part(S& state, Scalar t, Scalar dt, const Origin& origin, auto& pace, int halvings) {
     trace_.forget();
-    const StepReport done = attempt(state, t, dt, pace);
+    const StepReport done = attempt(state, t, dt, origin, pace);
     const bool may_halve = done.outcome() == Outcome::error_too_large || may_be_cured(done.outcome());
     if (done || halvings == 20 || !may_halve) return done;
     const Scalar half = dt / 2;
-    const StepReport first = part(state, t, half, pace, halvings + 1);
-    return first ? part(state, t + half, half, pace, halvings + 1) : first;
+    const StepReport first = part(state, t, half, origin.first_part(), pace, halvings + 1);
+    return first ? part(state, t + half, half, origin.last_part(), pace, halvings + 1) : first;
   }
-  StepReport attempt(S& state, Scalar t, Scalar dt, auto& pace) {
+  StepReport attempt(S& state, Scalar t, Scalar dt, const Origin& origin, auto& pace) {
     const auto allows = [&](const Plain& y, const Plain& next, const auto& told) { return pace.allows(y, next, told); };
     if constexpr (facts_of<Stepper>.traces)
-      if (spare_->estimates(trace_)) return spare_->attempt(state, t, dt, Origin::unknown, trace_, allows);
-    return doubling_.attempt(*spare_, state, t, dt, Origin::unknown, trace_, allows);
+      if (spare_->estimates(trace_)) return spare_->attempt(state, t, dt, origin, trace_, allows);
+    return doubling_.attempt(*spare_, state, t, dt, origin, trace_, allows);
   }
 
   std::optional<Stepper> spare_;
@@ -204,8 +204,9 @@ class LookInside {
           return;
         }
       }
-    const Outcome first = slope_of<S>(step_.stepper(), step_.t0(), step_.start(), at_start);
-    const Outcome last = slope_of<S>(step_.stepper(), step_.clock().t(), step_.plain(), at_end);
+    const Times<Scalar> inside{step_.t0(), dt_, step_.origin(true)};
+    const Outcome first = slope_of<S>(step_.stepper(), inside(step_.t0()), step_.start(), at_start);
+    const Outcome last = slope_of<S>(step_.stepper(), inside(step_.clock().t()), step_.plain(), at_end);
     slopes_ = failed(first) ? first : last;
     complete_slopes<S>(step_.stepper(), step_.start(), step_.plain(), dt_, at_start, at_end);
   }
@@ -264,7 +265,7 @@ class LookInside {
     if (!inside.has_begun()) inside.begin(step_.stepper(), step_.past());
     const Visit visit{*this};
     copy_blocks<S>(step_.state(), step_.start());
-    const StepReport done = inside.step(step_.state(), from, dt, step_.pace());
+    const StepReport done = inside.step(step_.state(), from, dt, step_.origin(false), step_.pace());
     copy_blocks<S>(out, step_.state());
     if (!done && !failed(looked_)) {
       looked_ = done.outcome();

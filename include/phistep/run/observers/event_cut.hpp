@@ -10,7 +10,7 @@
 #include "phistep/base/version.hpp"
 #include "phistep/run/control/run_clock.hpp"
 #include "phistep/run/observers/completed_step.hpp"
-#include "phistep/step/transaction/edit_guard.hpp"
+#include "phistep/step/equation/origin.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -58,13 +58,16 @@ class EventCut {
     const auto hit = events_.refine(found, [&](Scalar t) -> const typename Attempt::Plain* {
       step_.undo();
       shorter = to;
-      if (t != to.end || !to.lands) shorter = {t, step_.length_to(t), true, true};
+      if (t != to.end || !to.lands)
+        shorter = {.end = t, .dt = step_.length_to(t), .lands = true, .clipped = true, .at_stop = true};
+      shorter.at_stop = true;
       done = step_.attempt(shorter, Origin::unknown, false);
       return done ? &step_.plain() : nullptr;
     });
     if (done && hit.resteps > 0) look_.begin_again(shorter.dt);
     if (done && !std::isfinite(hit.g)) found.outcome = Outcome::non_finite_event;
     if (hit.resteps > 0) to = shorter;
+    to.at_stop = true;
     if (!done) step_.undo();
     return done;
   }

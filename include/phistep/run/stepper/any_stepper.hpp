@@ -15,7 +15,7 @@
 #include "phistep/base/version.hpp"
 #include "phistep/force/evaluate.hpp"
 #include "phistep/run/control/run_clock.hpp"
-#include "phistep/step/transaction/edit_guard.hpp"
+#include "phistep/step/equation/origin.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

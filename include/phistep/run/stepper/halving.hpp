@@ -154,8 +154,8 @@ class Halving {
   StepReport halve(S& state, Scalar t, Scalar dt, Origin origin, int depth, int& iterations) {
     ++halvings_;
     const Scalar half = dt / 2;
-    const StepReport first = part(state, t, half, origin, depth, iterations);
-    return first ? part(state, t + half, half, origin, depth, iterations) : first;
+    const StepReport first = part(state, t, half, origin.first_part(), depth, iterations);
+    return first ? part(state, t + half, half, origin.last_part().with(origin.edits), depth, iterations) : first;
   }
   template <class S, class Scalar>
   StepReport part(S& state, Scalar t, Scalar dt, Origin origin, int depth, int& iterations) {

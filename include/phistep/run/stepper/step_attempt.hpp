@@ -78,8 +78,9 @@ class StepAttempt {
       if (first_non_finite(Blocks<S>::all(plain()))) return Outcome::non_finite_state;
       if (const Outcome bad = set_up(); failed(bad)) return bad;
       Outcome told = Outcome::success;
+      const Times<Scalar> inside{t0, t1 - t0, Origin{Origin::unknown, true, true}};
       const auto slope = [&](Scalar t, const Plain& y, Plain& out) {
-        told = slope_of<S>(stepper_, t, y, out);
+        told = slope_of<S>(stepper_, inside(t), y, out);
         return !failed(told);
       };
       Outcome bad = pace_.start(clock_.span(), plain(), stepper_.order(), slope);
@@ -96,6 +97,7 @@ class StepAttempt {
   [[nodiscard]] bool is_at_end() const { return pace_.is_at_end(clock_); }
   /// A step has become the state.
   void accepted(const Landing<Scalar>& to, [[maybe_unused]] Limits& limits) {
+    starts_at_jump_ = to.at_stop;
     if constexpr (Pace::varies) pace_.accepted(to, stepper_.last_solve(), limits);
     else pace_.accepted(to);
   }
@@ -108,7 +110,9 @@ class StepAttempt {
 
   /// A step starts where the run stands.
   /// @param keeps_past  the stepper's history is kept, too
-  void begin([[maybe_unused]] bool keeps_past) {
+  /// @param is_first    of the run
+  void begin([[maybe_unused]] bool keeps_past, bool is_first) {
+    if (starts_at_jump_ && !is_first) forget_force();
     choose_scheme();
     if constexpr (keeps_start) {
       from_ = clock_;
@@ -120,6 +124,8 @@ class StepAttempt {
   /// @param may_probe  where it fails, what rounding makes of it may be looked at
   [[nodiscard]] StepReport attempt(const Landing<Scalar>& to, Origin origin, [[maybe_unused]] bool may_probe = true) {
     way_ = Way::plain;
+    origin.starts_at_jump = starts_at_jump_;
+    origin.ends_at_jump = ends_at_jump_ = to.at_stop;
     StepReport done;
     if constexpr (probes) {
       struct PutBack {
@@ -130,7 +136,7 @@ class StepAttempt {
       } put_back;
       // One call, so that the compiler makes one loop of it.
       for (bool is_probe = false;; is_probe = true) {
-        const StepReport now = attempt_in_a_way(to, std::exchange(has_probed_, false) ? Origin::unknown : origin);
+        const StepReport now = attempt_in_a_way(to, std::exchange(has_probed_, false) ? origin.with(Origin::unknown) : origin);
         if (is_probe) {
           has_probed_ = true;
           pace_.end_probe();
@@ -176,6 +182,10 @@ class StepAttempt {
   [[nodiscard]] Scalar t0() const { return from_.t(); }        ///< [time] where the step started
   [[nodiscard]] const Plain& start() const { return start_; }  ///< the state there
   [[nodiscard]] const Past<Stepper>& past() const { return *past_; }
+  /// The force may jump where the run stands.
+  [[nodiscard]] bool& starts_at_jump() { return starts_at_jump_; }
+  /// Of the step done last, or of a part from its start.
+  [[nodiscard]] Origin origin(bool whole) const { return {Origin::unknown, starts_at_jump_, whole && ends_at_jump_}; }
   /// From where the run stands to a time inside the step.
   [[nodiscard]] Scalar length_to(Scalar t) const {
     if constexpr (requires { pace_.length(t, t); }) return pace_.length(clock_.t(), t);
@@ -197,6 +207,12 @@ class StepAttempt {
   static constexpr bool keeps_sizes = probes && requires(Stepper & stepper) { stepper.kept_sizes(); };
   static constexpr bool chooses = Pace::sees_error && ChoosesScheme<Stepper, S, Pace>;
 
+  /// What is known of Ψ where the run stands is that of the time before: the force may have jumped there, and whoever wanted the
+  /// stop may have switched it.
+  void forget_force() {
+    if constexpr (Pace::sees_error) pace_.forget_past();
+    go_back(stepper_, past_of(stepper_));
+  }
   void put_back(auto&& past) {
     copy_blocks<S>(state_, start_);
     clock_ = from_;
@@ -277,6 +293,7 @@ class StepAttempt {
   RunClock<Scalar> clock_, from_;
   Way way_ = Way::plain;     // of the last attempt
   bool has_probed_ = false;  // the stepper has stepped from another state since
+  bool starts_at_jump_ = true, ends_at_jump_ = false;  // the step in hand (step/equation/origin.hpp)
   [[no_unique_address]] Only<probes, Plain, 2> probed_from_;
   int scheme_ = -1;  // that the pace obeys, of a stepper that chooses
   [[no_unique_address]] Only<keeps_start, Plain> start_;

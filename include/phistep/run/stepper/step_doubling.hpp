@@ -58,7 +58,8 @@ class StepDoubling {
           trace.advance();
           half_way = true;
         }
-        report = one(stepper, state, from, half, Origin::unknown, trace);
+        const Origin part = from == t ? origin.first_part() : origin.last_part();
+        report = one(stepper, state, from, half, part.with(Origin::unknown), trace);
         iterations += report.iterations();
         if (!report) {
           take_back();

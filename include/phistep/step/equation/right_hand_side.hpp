@@ -23,6 +23,7 @@
 #include "phistep/force/seldom.hpp"
 #include "phistep/force/signature.hpp"
 #include "phistep/step/equation/explicit_update.hpp"
+#include "phistep/step/equation/origin.hpp"
 #include "phistep/step/mass/bound_masses.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
@@ -104,6 +105,8 @@ class RightHandSide {
     mass.set_active(active);
   };
   static constexpr bool is_autonomous = !Traits::uses_time;
+  /// Ψ or a kick uses the time.
+  static constexpr bool uses_time = Traits::uses_time || (split && KickTraits::uses_time);
   /// Whether Ψ depends on the unknowns themselves, and not on r alone.
   static constexpr bool couples_unknowns = !drifts || Traits::uses_velocity || blocks > 1;
 
@@ -137,6 +140,15 @@ class RightHandSide {
   [[nodiscard]] decltype(auto) trial_memory() const {
     if constexpr (split) return Parts<Whole>::template memory<false>(trial_);
     else return (trial_);
+  }
+  /// The times of the step to come, which may start or end where Ψ jumps.
+  void bound_times(Scalar t, Scalar dt, const Origin& origin) {
+    if constexpr (uses_time) times_ = Times<Scalar>{t, dt, origin};
+  }
+  /// t, or the time next to it inside the step. [time]
+  [[nodiscard]] Scalar inside(Scalar t) const {
+    if constexpr (uses_time) return times_(t);
+    else return t;
   }
   void begin(Scalar t, Scalar dt, const Plain& y) {
     if constexpr (remembers) {
@@ -176,7 +188,7 @@ class RightHandSide {
   [[nodiscard]] auto evaluate(Scalar t, const Plain& y, Rate& psi) {
     if constexpr (returns_reference) {
       ++statistics_.force_calls;
-      const auto& result = returned_force(force(), view(y), t, psi);
+      const auto& result = returned_force(force(), view(y), inside(t), psi);
       check_result_size(result, std::get<0>(Rate::blocks(psi)));
       return std::tie(result);
     } else {
@@ -188,10 +200,10 @@ class RightHandSide {
   void evaluate_into(Scalar t, const Plain& y, Rate& psi) {
     ++statistics_.force_calls;
     if constexpr (FieldState<Plain>) {
-      held_->run([&] { assign_force(force(), t, view(y), trial_memory(), psi); },
+      held_->run([&] { assign_force(force(), inside(t), view(y), trial_memory(), psi); },
                  [&] { for_each_block([](auto, auto& block) { block.poison(); }, Rate::blocks(psi)); });
     } else {
-      assign_force(force(), t, view(y), trial_memory(), psi);
+      assign_force(force(), inside(t), view(y), trial_memory(), psi);
     }
   }
   /// What the force, or a solver, of a field has thrown on this rank.
@@ -200,7 +212,7 @@ class RightHandSide {
   void evaluate_kicks(Scalar t, const Plain& y, Rate& psi) {
     ++statistics_.kick_calls;
     auto&& kicks = Parts<Whole>::template of<true>(unwrap(*force_));
-    assign_force(kicks, t, view(y), Parts<Whole>::template memory<true>(trial_), psi);
+    assign_force(kicks, inside(t), view(y), Parts<Whole>::template memory<true>(trial_), psi);
   }
 
   /// out = y' = (v, M⁻¹Ψ), by a force call. False: it isn't finite.
@@ -214,6 +226,7 @@ class RightHandSide {
   }
   /// The same between steps, with the kicks of a split scene.
   [[nodiscard]] bool whole_slope(Scalar t, const Plain& y, Plain& out, Rate& psi) {
+    bound_times(t, Scalar{0}, Origin::unknown);
     begin(t, Scalar{0}, y);  // a force may make its history at its first step
     if constexpr (remembers && has_inner_steps) begin_force(whole_force(), t, Scalar{0}, view(y), trial_);
     bool finite = slope(t, y, out, psi);
@@ -290,6 +303,7 @@ class RightHandSide {
   [[no_unique_address]] Memory committed_{};
   [[no_unique_address]] Memory trial_{};
   [[no_unique_address]] Only<FieldState<Plain>, std::shared_ptr<HeldException>> held_;
+  [[no_unique_address]] Only<uses_time, Times<Scalar>> times_;
   Statistics statistics_;
 };
 

@@ -67,6 +67,7 @@ class InPlaceStep {
     rhs_ = &rhs;
     state.note_length();
     if (!log_.begin(state)) known_ = Known::nothing;
+    rhs.bound_times(t, dt, origin);
     Equation equation{*this, state, t, dt, origin};
     Undo undo{*this, state};
     const Outcome outcome = advance(equation);
@@ -101,7 +102,7 @@ class InPlaceStep {
   [[nodiscard]] Outcome kick_drift(Equation& step, const auto& by) {
     const bool looks = carries && step.origin != Origin::unedited;
     bool known = known_ != Known::nothing && (!looks || known_ == Known::checked) &&
-                 same_time<Rhs::Traits::uses_time>(step.t, t_);
+                 same_time<Rhs::Traits::uses_time>(rhs_->inside(step.t), t_);
     known_ = Known::nothing;
     bool finite = true;
     if (known) {
@@ -123,7 +124,7 @@ class InPlaceStep {
     evaluate(step.state, t);
     if (!pass<false, true>(step, Advance{gamma, Zero{}, Zero{}}, false, nullptr)) return Outcome::non_finite_state;
     known_ = step.origin == Origin::unedited ? Known::unchecked : Known::checked;
-    t_ = t;
+    t_ = rhs_->inside(t);
     return Outcome::success;
   }
   /// The arrays' forces are Ψ of what else they hold.
@@ -131,7 +132,7 @@ class InPlaceStep {
     log_.keep_rate(state);
     if (rhs_->force().looks_next()) log_.keep_state(state);
     ++rhs_->statistics().force_calls;
-    rhs_->force().call(t);
+    rhs_->force().call(rhs_->inside(t));
   }
   template <bool keeps_state, bool keeps_psi>
   [[nodiscard]] bool pass(Equation& step, const auto& by, bool looks, const Scalar* psi) {

@@ -18,7 +18,7 @@
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/particle_fingerprint.hpp"
 #include "phistep/base/version.hpp"
-#include "phistep/step/transaction/edit_guard.hpp"
+#include "phistep/step/equation/origin.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

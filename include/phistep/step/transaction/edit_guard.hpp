@@ -24,15 +24,6 @@
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-// What a caller of a step knows of the state that it hands over.
-
-/// Whether the state is known to be what the last step left.
-enum class Origin {
-  unknown,        ///< not known: it is checked
-  rest_unedited,  ///< known of the particles outside the active set (base/state/active_set.hpp)
-  unedited,       ///< the caller owns the loop
-};
-
 /// Whether Ψ at a time serves at another: t₀ + (n+1)Δt and (t₀ + nΔt) + Δt differ in their last bits; Ψ doesn't care.
 template <bool uses_time, class Scalar>
 [[nodiscard]] bool same_time(Scalar t, Scalar known) {

@@ -22,6 +22,7 @@
 #include "phistep/base/state/reductions.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/force/evaluate.hpp"
+#include "phistep/step/equation/origin.hpp"
 #include "phistep/step/equation/right_hand_side.hpp"
 #include "phistep/step/transaction/edit_guard.hpp"
 
@@ -177,8 +178,10 @@ class Transaction {
   StepReport run_from(Rhs& rhs, auto& y, S& state, const auto& steps, Origin origin, auto& bind, auto& advance,
                       auto& accepted, Plain& next, Rate& psi) {
     bool knows_start = false;
+    rhs.bound_times(steps.t(0), steps.dt, origin);
     if constexpr (carries) {
-      knows_start = origin == Origin::unedited ? guard_.holds_unedited(steps.t(0)) : guard_.holds(steps.t(0), y);
+      const Scalar at = rhs.inside(steps.t(0));
+      knows_start = origin == Origin::unedited ? guard_.holds_unedited(at) : guard_.holds(at, y);
       guard_.forget();  // an exception from here on leaves psi half-written
     }
     Masses masses = rhs.masses();
@@ -207,8 +210,8 @@ class Transaction {
       if constexpr (carries)
         if (is_last && knows_start) {
           if constexpr (in_registers) psi_ = psi;
-          if (origin == Origin::unedited) guard_.remember_unchecked(t + dt);
-          else guard_.remember(t + dt, next);
+          if (origin == Origin::unedited) guard_.remember_unchecked(rhs.inside(t + dt));
+          else guard_.remember(rhs.inside(t + dt), next);
         }
       if constexpr (borrowed && !in_registers && !ShowsTrials<S>) {
         if (!equation.is_state_next) copy_views<S>(state, std::as_const(next));
