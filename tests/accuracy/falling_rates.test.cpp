@@ -4,9 +4,9 @@
 
 // Beside each number a few more are let pass: rounding decides some members.
 #if PHISTEP_STRESS
-constexpr int members = 400, known_unknown = 683, known_known = 444, known_samples = 40, known_sampled_runs = 135;
+constexpr int members = 400, known_unknown = 4, known_samples = 24;
 #elif PHISTEP_FULL
-constexpr int members = 100, known_unknown = 179, known_known = 122, known_samples = 15, known_sampled_runs = 35;
+constexpr int members = 100, known_unknown = 1, known_samples = 10;
 #endif
 
 using falling_rates::Answers;
@@ -27,29 +27,16 @@ const Answers& answers() {
 
 }  // namespace
 
-TEST_CASE("falling rates: no more are wrong than known") {
+TEST_CASE("falling rates: hardly any is wrong") {
   falling_rates::tell_calls(answers());
   battery::at_most(known_unknown, answers().unknown);
 }
-TEST_CASE("falling rates: none is wrong", "[!shouldfail][48]") { battery::none(answers().unknown); }
-
-TEST_CASE("falling rates, steps end on the jumps: no more are wrong than known") {
-  battery::at_most(known_known, answers().known);
-}
-TEST_CASE("falling rates, steps end on the jumps: none is wrong", "[!shouldfail][48]") {
-  battery::none(answers().known);
-}
+TEST_CASE("falling rates: none is wrong where steps end on the jumps") { battery::at_most(0, answers().known); }
+// Where the run without samples succeeds.
+TEST_CASE("falling rates: samples make no run fail") { battery::at_most(0, answers().sampled_runs); }
 
 // Where the ends of all steps are right.
 TEST_CASE("falling rates, samples: no more are wrong than known") {
   battery::at_most(known_samples, answers().samples);
 }
 TEST_CASE("falling rates, samples: none is wrong", "[!shouldfail][48]") { battery::none(answers().samples); }
-
-// Where the run without samples succeeds.
-TEST_CASE("falling rates, runs with samples: no more fail than known") {
-  battery::at_most(known_sampled_runs, answers().sampled_runs);
-}
-TEST_CASE("falling rates, runs with samples: none fails", "[!shouldfail][48]") {
-  battery::none(answers().sampled_runs);
-}

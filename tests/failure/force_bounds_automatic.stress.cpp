@@ -5,8 +5,7 @@
 
 using namespace force_bounds;
 
-// Counts that may flip with a rounding have some room.
-constexpr int members = 400, known_touching = 248;
+constexpr int members = 400;
 
 namespace {
 
@@ -24,11 +23,5 @@ const Batteries& bounds() {
 
 }  // namespace
 
-TEST_CASE("force bounds, automatic, touched: no more are wrong than known") {
-  battery::at_most(known_touching, bounds().touching());
-}
-TEST_CASE("force bounds, automatic, touched: none is wrong", "[!shouldfail][48]") {
-  battery::none(bounds().touching());
-}
-
+TEST_CASE("force bounds, automatic, touched: none is wrong") { battery::at_most(0, bounds().touching()); }
 TEST_CASE("force bounds, automatic, inside: none is wrong") { battery::at_most(0, bounds().inside()); }

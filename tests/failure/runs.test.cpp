@@ -410,12 +410,11 @@ TEST_CASE("a jump in the force is passed, in short steps") { for_each_scheme(pas
 
 using namespace faults;
 using problems::Slider;
-using Vec = Eigen::VectorXd;
 
 namespace {
 
-const auto motion = [] { return states::SecondOrder<Vec>{}.state; };
-const auto flow = [] { return states::FirstOrder<Vec>{}.state; };
+const auto motion = [] { return states::SecondOrder<Eigen::VectorXd>{}.state; };
+const auto flow = [] { return states::FirstOrder<Eigen::VectorXd>{}.state; };
 auto with(auto f, auto... more) {
   return [=](auto& y) { return PhiStepper{y, f, more...}; };
 }
@@ -424,14 +423,14 @@ const Promise to_rounding{.same_end = 1e-13, .renewed = 1e-12};
 
 /// A chain of cubic springs to the left neighbour; asks the fault before it answers.
 struct Chain {
-  Vec operator()(const Vec& y) const {
-    Vec f(y.size());
+  Eigen::VectorXd operator()(const Eigen::VectorXd& y) const {
+    Eigen::VectorXd f(y.size());
     for (Index i = 0; i < y.size(); ++i) f[i] = -2 * y[i] - y[i] * y[i] * y[i] + (i > 0 ? y[i - 1] : 0);
-    return struck<Vec>(Site::force, f);
+    return struck<Eigen::VectorXd>(Site::force, f);
   }
 };
 struct DenseChain : Chain {
-  Eigen::MatrixXd jacobian(const Vec& y) const {
+  Eigen::MatrixXd jacobian(const Eigen::VectorXd& y) const {
     Eigen::MatrixXd J = Eigen::MatrixXd::Zero(y.size(), y.size());
     for (Index i = 0; i < y.size(); ++i) J(i, i) = -2 - 3 * y[i] * y[i];
     for (Index i = 1; i < y.size(); ++i) J(i, i - 1) = 1;
@@ -439,7 +438,7 @@ struct DenseChain : Chain {
   }
 };
 struct SparseChain : Chain {
-  Eigen::SparseMatrix<double> jacobian(const Vec& y) const {
+  Eigen::SparseMatrix<double> jacobian(const Eigen::VectorXd& y) const {
     Eigen::SparseMatrix<double> J(y.size(), y.size());
     const bool bad = fault.strikes(Site::jacobian);
     std::vector<Eigen::Triplet<double>> entries;
@@ -465,8 +464,8 @@ class Fragile : public Eigen::SparseLU<Eigen::SparseMatrix<double>> {
     Base::factorize(W);
   }
   [[nodiscard]] Eigen::ComputationInfo info() const { return refuses_ ? Eigen::NoConvergence : Base::info(); }
-  [[nodiscard]] Vec solve(const auto& b) const {
-    Vec x = Base::solve(b);
+  [[nodiscard]] Eigen::VectorXd solve(const auto& b) const {
+    Eigen::VectorXd x = Base::solve(b);
     if (fault.strikes(Site::solver)) {
       if (fault.kind == Kind::refuses) refuses_ = true;
       else x[0] = fault.bad();
@@ -479,15 +478,19 @@ class Fragile : public Eigen::SparseLU<Eigen::SparseMatrix<double>> {
 };
 
 struct Damped {
-  Vec operator()(const Vec& r, const Vec& v, double t) const {
-    return struck<Vec>(Site::force, states::DampedPull{}(r, v, t));
+  Eigen::VectorXd operator()(const Eigen::VectorXd& r, const Eigen::VectorXd& v, double t) const {
+    return struck<Eigen::VectorXd>(Site::force, states::DampedPull{}(r, v, t));
   }
 };
 struct Pull {
-  Vec operator()(const Vec& r) const { return struck<Vec>(Site::force, states::Pull{}(r)); }
+  Eigen::VectorXd operator()(const Eigen::VectorXd& r) const {
+    return struck<Eigen::VectorXd>(Site::force, states::Pull{}(r));
+  }
 };
 struct Driven {
-  Vec operator()(const Vec& y, double t) const { return struck<Vec>(Site::force, states::DrivenPull{}(y, t)); }
+  Eigen::VectorXd operator()(const Eigen::VectorXd& y, double t) const {
+    return struck<Eigen::VectorXd>(Site::force, states::DrivenPull{}(y, t));
+  }
 };
 struct Push : ForceTerm {  // beside other terms; spoils what they have added
   static constexpr bool uses_velocity = false, uses_time = false;
@@ -598,7 +601,7 @@ TEST_CASE("observers, events and handlers") {
                             y.v[0] *= -0.9;
                             static_cast<void>(fault.strikes(Site::handler));
                           }),
-                      Recorder<Motion<Vec>>{}, at_times({0.15, 0.33}, [](double, const auto&) {}),
+                      Recorder<Motion<Eigen::VectorXd>>{}, at_times({0.15, 0.33}, [](double, const auto&) {}),
                       sampled(0.07, [](double, const auto&) {}),
                       [](double, const auto&) { static_cast<void>(fault.strikes(Site::observer)); }};
   };

@@ -32,7 +32,7 @@ class SchemeOn<Rosenbrock<Tableau>, S> : public SchemeDefaults {
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
   template <class Rhs>
-  static constexpr KernelNeeds needs{.stages = true};
+  static constexpr KernelNeeds needs{.carries = can_carry<Rhs>, .stages = true};
   static constexpr std::size_t stages = Tableau::stages;
 
   SchemeOn(Rosenbrock<Tableau>, const Plain& y) { resize(y); }
@@ -46,6 +46,7 @@ class SchemeOn<Rosenbrock<Tableau>, S> : public SchemeDefaults {
   [[nodiscard]] static bool takes_singular_mass() { return true; }
   static constexpr bool traces = true;
   [[nodiscard]] static bool estimates(const auto&) { return true; }
+  [[nodiscard]] static bool leaves_force() { return false; }  // the last Ψ is that at Y_s
 
   [[nodiscard]] Outcome step(auto& eq) {
     return with_stages([&](auto& u, Plain& weighted) {
@@ -55,7 +56,8 @@ class SchemeOn<Rosenbrock<Tableau>, S> : public SchemeDefaults {
         trace.has_error = true;
         if (trace.wants_dense) keep_inside(u, std::make_index_sequence<Tableau::dense>{});
       });
-      return Outcome::success;
+      const Scalar gamma = static_cast<Scalar>(Tableau::gamma) * eq.dt;
+      return eq.see_falling_rates({gamma, gamma}, true);
     });
   }
 
@@ -144,6 +146,7 @@ class SchemeOn<Rosenbrock<Tableau>, S> : public SchemeDefaults {
     }
     if constexpr (Eq::has_time && Tableau::gammas[i] != 0)
       add_solved<S>(b, gamma * static_cast<Scalar>(Tableau::gammas[i]) * eq.dt * in_rate<S>(eq.psi_t()));
+    if constexpr (i == stages - 1) eq.keep_unfiltered_product(b);
     return solve<i>(eq, gamma, u);
   }
 

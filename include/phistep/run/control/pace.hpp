@@ -63,6 +63,7 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
     if (const char* bad = counts_ ? what_cannot_work(iterations_) : nullptr) return Length::refuse({bad});
     trace_.resize(y);
     trace_.rtol = wanted_.rtol;
+    trace_.has_met_bound = false;
     doubt_ = {};
     has_end_ = false;
     if (keeps_sizes()) end_ = error_before_ = usual_ = y;
@@ -148,14 +149,18 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
     doubt_.end_probe();
     error_ = doubt_.error, trace_.proposed = doubt_.proposed;
   }
+  /// ‖e‖ that a step may have, in units of the tolerance
+  [[nodiscard]] double allowed() const { return allowed_; }
   /// ‖e‖ in units of the tolerance, where e is what a state between y and next is off.
-  [[nodiscard]] double size(const Plain& y, const Plain& next, const Plain& e) { return norm_(e, y, next).size(); }
+  [[nodiscard]] double size(const Plain& y, const Plain& next, const Plain& e) const {
+    return norm_(e, y, next).size();
+  }
   /// That of the try in hand, which teaches sizes: a probe that begins with a check of its start isn't that check.
   [[nodiscard]] double size_of_error(const Plain& y, const Plain& next) {
     return measure(trace_.error, y, next).size();
   }
   /// Whether the error of a step that is not the one in hand is allowed.
-  [[nodiscard]] bool allows(const Plain& y, const Plain& next, const Trace<Plain>& told) {
+  [[nodiscard]] bool allows(const Plain& y, const Plain& next, const Trace<Plain>& told) const {
     return told.proposed != 0 || std::sqrt(told.error_scale_square) * size(y, next, told.error) <=
                                      allowed_;  // a scheme that proposes Δt has judged
   }
@@ -195,6 +200,7 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
     if (why == Outcome::error_too_large) return Length::shorten(why, dt, size_.rejected(error_.size() / allowed_));
     if (!may_be_cured(why)) return why;
     const bool is_finite = why != Outcome::non_finite_force && why != Outcome::non_finite_state;
+    trace_.has_met_bound = trace_.has_met_bound || !is_finite;
     limits.count(is_finite ? LimitedBy::iterations : LimitedBy::not_finite);
     size_.forget();
     return Length::shorten(why, dt, 0.25);

@@ -38,9 +38,10 @@ template <State Plain>
   const double run = std::abs(static_cast<double>(length));
   Plain f0 = y, f1 = y, probe = y;
   if (!slope(t, y, f0)) return 0;
-  const double size = norm(y, weight), speed = norm(f0, weight);
+  const double size = norm(y, weight), speed = norm(f0, weight), scale = std::max(size, allowed);
+  const bool moves = speed * run > 1e-10 * scale;  // what moves less in all of the run is at rest
   // The probe moves a hundredth of y, or where y is nothing beside atol, a hundredth of the error allowed.
-  double h = speed > 0 ? std::min(run, 0.01 * std::max(size, allowed) / speed) : 1e-6 * run;
+  double h = moves ? std::min(run, 0.01 * scale / speed) : 1e-6 * run;
   double change = -1;
   for (int tries = 0; tries < 40 && change < 0; ++tries) {
     const Scalar signed_h = static_cast<Scalar>(std::copysign(h, static_cast<double>(length)));
@@ -58,7 +59,7 @@ template <State Plain>
   const double m = std::frexp(h, &exponent);
   const double p = order, moved = speed * h, bent = std::ldexp(change / m * m * m, exponent);
   // (0.1 ‖e‖/moved (moved/bent)^p)^{1/(p+1)}
-  const double wanted = speed > 0
+  const double wanted = moves
                             ? h * std::exp2((std::log2(0.1 * allowed / moved) - p * std::log2(bent / moved)) / (p + 1))
                             : h * std::sqrt(0.1 * allowed / bent);
   return std::min({100 * h, wanted, run});

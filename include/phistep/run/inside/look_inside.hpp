@@ -105,7 +105,8 @@ class StepInside {
     if constexpr (Pace::sees_error) {
       trace_ = pace.trace();
       trace_.wants_dense = false;
-      return part(state, t, dt, origin, pace, 0);
+      left_ = most_tries;
+      return part(state, t, dt, origin, pace);
     } else {
       return do_step(*spare_, state, t, dt, origin);
     }
@@ -114,26 +115,44 @@ class StepInside {
   [[nodiscard]] Statistics statistics() const { return spare_->statistics(); }
 
  private:
-  StepReport part(S& state, Scalar t, Scalar dt, const Origin& origin, auto& pace, int halvings) {
+  StepReport part(S& state, Scalar t, Scalar dt, const Origin& origin, auto& pace) {
     trace_.forget();
     const StepReport done = attempt(state, t, dt, origin, pace);
     const bool may_halve = done.outcome() == Outcome::error_too_large || may_be_cured(done.outcome());
-    if (done || halvings == 20 || !may_halve) return done;
+    if (done || !may_halve || --left_ == 0) return done;
     const Scalar half = dt / 2;
-    const StepReport first = part(state, t, half, origin.first_part(), pace, halvings + 1);
-    return first ? part(state, t + half, half, origin.last_part(), pace, halvings + 1) : first;
+    const StepReport first = part(state, t, half, origin.first_part(), pace);
+    return first ? part(state, t + half, half, origin.last_part(), pace) : first;
   }
-  StepReport attempt(S& state, Scalar t, Scalar dt, const Origin& origin, auto& pace) {
-    const auto allows = [&](const Plain& y, const Plain& next, const auto& told) { return pace.allows(y, next, told); };
+  /// By the run's tolerance, and without a trace in what its pace has learnt.
+  template <class Pace>
+  struct Judge {
+    const Pace& pace;
+    const Trace<Plain>& trace;
+    [[nodiscard]] bool operator()(const Plain& y, const Plain& next, const auto& told) const {
+      return pace.allows(y, next, told);
+    }
+    [[nodiscard]] double allowed() const { return pace.allowed(); }
+    [[nodiscard]] double size(const Plain& x, const Plain& y, const Plain& next) const { return pace.size(y, next, x); }
+    [[nodiscard]] double size_of_error(const Plain& y, const Plain& next) const {
+      return pace.size(y, next, trace.error);
+    }
+  };
+  template <class Pace>
+  StepReport attempt(S& state, Scalar t, Scalar dt, const Origin& origin, Pace& pace) {
+    const Judge<Pace> allows{pace, trace_};
     if constexpr (facts_of<Stepper>.traces)
       if (spare_->estimates(trace_)) return spare_->attempt(state, t, dt, origin, trace_, allows);
     return doubling_.attempt(*spare_, state, t, dt, origin, trace_, allows);
   }
 
+  static constexpr int most_tries = 2000;
+
   std::optional<Stepper> spare_;
   const Past<Stepper>* past_ = nullptr;
   Trace<Plain> trace_;
   StepDoubling<Stepper, S> doubling_;
+  int left_ = 0;  // tries that may still fail
 };
 
 /// @tparam Attempt     a StepAttempt

@@ -145,7 +145,8 @@ class PhiStepper {
         Outcome outcome = take_step(working_, eq);
         if (!failed(outcome)) outcome = working_.error(eq);
         if (failed(outcome)) return outcome;
-        return accept(eq.y, std::as_const(eq.next), trace) ? Outcome::success : Outcome::error_too_large;
+        if (!accept(eq.y, std::as_const(eq.next), trace)) return Outcome::error_too_large;
+        return working_.reach_end(eq);
       };
       return kernel_.run_traced(state, OneStep<Scalar>{t, dt}, origin, trace, accept, advance,
                                 [this] { working_.accepted(); });
@@ -166,7 +167,7 @@ class PhiStepper {
     if (!slope_psi_) slope_psi_.emplace();
     reset_rate<S>(*slope_psi_, y);
     kernel_.rhs().begin(t, dt, y);
-    return kernel_.resolvent().linearise(kernel_.rhs(), t, dt, y, *slope_psi_, allowed);
+    return kernel_.resolvent().linearise(kernel_.rhs(), t, dt, y, *slope_psi_, false, allowed);
   }
   /// The pattern of its W, and f(slot, K, C) for each entry's tangents, once there is a Jacobian.
   [[nodiscard]] const auto& tangents(const PlainState<S>& y) requires(needs.stages) {

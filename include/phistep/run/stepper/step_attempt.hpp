@@ -136,7 +136,8 @@ class StepAttempt {
       } put_back;
       // One call, so that the compiler makes one loop of it.
       for (bool is_probe = false;; is_probe = true) {
-        const StepReport now = attempt_in_a_way(to, std::exchange(has_probed_, false) ? origin.with(Origin::unknown) : origin);
+        const StepReport now =
+            attempt_in_a_way(to, std::exchange(has_probed_, false) ? origin.with(Origin::unknown) : origin);
         if (is_probe) {
           has_probed_ = true;
           pace_.end_probe();
@@ -256,6 +257,7 @@ class StepAttempt {
     [[nodiscard]] double size(const Plain& x, const Plain& y, const Plain& next) const {
       return step.pace_.size(y, next, x);
     }
+    [[nodiscard]] double allowed() const { return step.pace_.allowed(); }
     [[nodiscard]] double size_of_error(const Plain& y, const Plain& next) const {
       return step.pace_.size_of_error(y, next);
     }
@@ -291,8 +293,8 @@ class StepAttempt {
   S& state_;
   Pace pace_;
   RunClock<Scalar> clock_, from_;
-  Way way_ = Way::plain;     // of the last attempt
-  bool has_probed_ = false;  // the stepper has stepped from another state since
+  Way way_ = Way::plain;                               // of the last attempt
+  bool has_probed_ = false;                            // the stepper has stepped from another state since
   bool starts_at_jump_ = true, ends_at_jump_ = false;  // the step in hand (step/equation/origin.hpp)
   [[no_unique_address]] Only<probes, Plain, 2> probed_from_;
   int scheme_ = -1;  // that the pace obeys, of a stepper that chooses

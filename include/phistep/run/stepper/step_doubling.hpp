@@ -70,8 +70,10 @@ class StepDoubling {
       const Scalar by = 1 / (std::exp2(static_cast<Scalar>(stepper.order())) - 1);
       assign<S>(trace.error, by * (in<S>(whole_) - in<S>(next_)));  // (1)
       trace.has_error = true;
-      if (accept(std::as_const(start_), std::as_const(next_), trace)) return {Outcome::success, iterations, nullptr};
+      const bool is_right = accept(std::as_const(start_), std::as_const(next_), trace);
+      if (is_right && reaches_end(stepper, t, dt, origin)) return {Outcome::success, iterations, nullptr};
       take_back();
+      if (is_right) return {failure_.outcome, iterations, &failure_};
       return {Outcome::error_too_large, iterations, nullptr};
     } catch (...) {
       take_back();
@@ -89,7 +91,21 @@ class StepDoubling {
     else return do_step(stepper, state, t, dt, origin);
   }
 
+  /// Whether the next step can start where this one ends. A stepper that traces its steps has seen to it.
+  [[nodiscard]] bool reaches_end(Stepper& stepper, Scalar t, Scalar dt, const Origin& origin) {
+    if constexpr (facts_of<Stepper>.traces || !requires { stepper.slope(t, next_, whole_); }) {
+      return true;
+    } else {
+      failure_ = {};
+      failure_.t = static_cast<double>(t);
+      failure_.dt = static_cast<double>(dt);
+      failure_.outcome = slope_of<S>(stepper, Times<Scalar>{t, dt, origin}(t + dt), next_, whole_);
+      return !failed(failure_.outcome);
+    }
+  }
+
   Plain start_, whole_, middle_, next_;
+  Failure failure_;  // of an end that no step can start from
 };
 
 }}  // namespace phistep::PHISTEP_ABI

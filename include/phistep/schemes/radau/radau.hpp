@@ -59,7 +59,7 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
   template <class Rhs>
-  static constexpr KernelNeeds needs{.stages = true, .shifted = true};
+  static constexpr KernelNeeds needs{.carries = can_carry<Rhs>, .stages = true, .shifted = true};
 
   SchemeOn(Radau scheme, const Plain& y) : scheme_{scheme}, control_{scheme.stages} { resize(y); }
   void resize(const Plain& y) {
@@ -82,6 +82,7 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
   [[nodiscard]] static bool takes_singular_mass() { return true; }
   static constexpr bool traces = true, interpolates = true;
   [[nodiscard]] static bool estimates(const auto&) { return true; }
+  [[nodiscard]] static bool leaves_force() { return false; }  // the last Ψ is that before the last correction
   /// Traced: solved to the tolerance, with order and step length chosen; else to rounding.
   template <class Eq>
   [[nodiscard]] Outcome step(Eq& eq) {
@@ -203,27 +204,40 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
       trace.proposed = control_.failed(dt, 0.5);
       return Outcome::non_finite_state;
     }
-    this->template estimate<s>(eq, masses);
+    this->template end_slope<s>(eq);
+    bool is_hidden = false;
+    if (const Outcome bad = this->template estimate<s>(eq, masses, is_hidden); failed(bad)) {
+      trace.proposed = control_.failed(dt, 0.5);
+      return bad;
+    }
+    if (is_hidden && solver_.drop_old()) return this->template trace_with<s>(eq);
     bool success = false;
     // A Jacobian that the force gives costs less than the iterations that an old one would add.
-    pending_keeps_ = !std::remove_cvref_t<decltype(eq.stages())>::analytic && control_.is_fast(test);
+    pending_keeps_ = !std::remove_cvref_t<decltype(eq.stages())>::analytic && control_.is_fast(test) && !is_hidden;
     trace.proposed = control_.after(dt, eq.size_of_error(), test, pending_keeps_, success);
     if (!success) return Outcome::error_too_large;
     keep<s>(eq);
     return Outcome::success;
   }
 
-  /// trace.error by (2)
+  /// trace.error by (2). @param is_hidden  J has hidden some of it: rates have fallen since it was made
   template <int s>
-  void estimate(auto& eq, const auto& masses) {
+  [[nodiscard]] Outcome estimate(auto& eq, const auto& masses, bool& is_hidden) {
     auto& trace = eq.trace;
     const Scalar h = eq.dt, by = radau_constants<Scalar, s>.mu.re[0] * h;
+    set_zero(Blocks<S>::all(trace.error));
     for_each_number(
-        [&](std::size_t i, Scalar start) {
-          slope_[i] = start - solver_.work().template slope_at_start<s>(i) / h;
+        [&](std::size_t i, Scalar start, Scalar& e) { e = start - solver_.work().template slope_at_start<s>(i) / h; },
+        solved(trace.start), solved(trace.error));
+    if (const Outcome bad = eq.add_defect(Scalar{1}, trace.error); failed(bad)) return bad;
+    for_each_number(
+        [&](std::size_t i, Scalar& e) {
+          slope_[i] = e;
           error_[i] = 0;
+          e *= by;
         },
-        solved(trace.start));
+        solved(trace.error));
+    eq.keep_unfiltered(trace.error);
     masses([this](auto i, auto j, auto m) {
       error_[static_cast<std::size_t>(i)] += static_cast<Scalar>(m) * slope_[static_cast<std::size_t>(j)];
     });
@@ -239,21 +253,28 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
     if constexpr (drifts)
       position_of<S>(trace.error) = by * (position_of<S>(trace.error) + velocity_of<S>(trace.error));
     trace.has_error = true;
+    const double before = eq.size_of(trace.error, eq.next);
+    const Outcome seen = eq.see_falling_rates({by, by}, control_.allowed(), false);
+    is_hidden = eq.size_of(trace.error, eq.next) > 2 * before;
+    return seen;
   }
-  /// The polynomial, for the next step, and y' at this one's end.
+  /// The polynomial, and y' at the step's end.
   template <int s>
-  void keep(auto& eq) {
+  void end_slope(auto& eq) {
     auto& trace = eq.trace;
     solver_.work().template to_powers<s>(next_powers_);
+    for_each_number([&](std::size_t i, Scalar& end) { end = next_powers_[i][0] / eq.dt; }, solved(trace.end));
+    if constexpr (drifts) position_of<S>(trace.end) = velocity_of<S>(std::as_const(eq.next));
+  }
+  /// The polynomial serves the next step, and inside this one.
+  template <int s>
+  void keep(auto& eq) {
     pending_terms_ = s;
     pending_dt_ = eq.dt;
-    for_each_number([&](std::size_t i, Scalar& end) { end = next_powers_[i][0] / eq.dt; }, solved(trace.end));
-    if constexpr (drifts) {
-      position_of<S>(trace.end) = velocity_of<S>(std::as_const(eq.next));
-      if (trace.wants_dense)
+    if constexpr (drifts)
+      if (eq.trace.wants_dense)
         solver_.work().template positions_to_powers<s>(eq.dt, velocity_of<S>(eq.y), next_position_powers_);
-    }
-    trace.has_slopes = true;
+    eq.trace.has_slopes = true;
   }
 
   Radau scheme_;

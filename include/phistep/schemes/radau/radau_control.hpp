@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "phistep/base/numbers/arithmetic.hpp"
 #include "phistep/base/version.hpp"
@@ -112,6 +113,8 @@ class RadauControl {
     }
   }
   [[nodiscard]] int stages() const { return stages_; }
+  /// ‖e‖ that a step may have, in units of the tolerance
+  [[nodiscard]] double allowed() const { return allowed_; }
   /// A part of rtol may be left. It is small, because where θ is not one number the slowest part of the error is larger than
   /// the sizes of corrections say, and is what the result then suffers from; an iteration more costs less than it gains.
   [[nodiscard]] RadauIteration<> iteration(double round_off) const {
@@ -150,9 +153,8 @@ class RadauControl {
   }
   /// … and after one whose equations weren't solved.
   [[nodiscard]] double failed(double dt, double shrink) {
-    rejected_ = true;
     rate_ = 1;
-    return shrink * dt;
+    return std::min(shrink, std::exchange(rejected_, true) ? 0.1 : 1.0) * dt;
   }
   void forget() {
     dt_before_ = 0;

@@ -71,7 +71,7 @@ class RadauSolver {
     if (!matrices.has_jacobian() || (!affine && !is_fresh_ && !keeps_)) {
       factored_ = 0;
       if constexpr (!Stages::analytic) {
-        eq.evaluate(eq.t, eq.y);
+        if (!eq.knows_start) eq.evaluate(eq.t, eq.y);
         if (first_non_finite(RateOf<S>::blocks(std::as_const(eq.psi)))) {
           copy_blocks<S>(eq.next, eq.y);  // kept for the failure message
           return Outcome::non_finite_force;

@@ -150,23 +150,29 @@ class SchemeOn<RungeKutta<Tableau>, S> : public SchemeDefaults {
     known_ = end;
     return Outcome::success;
   }
-  /// The slope at the end where it is wanted, and the estimate
+  /// The estimate, and the slope at the end where it is part of that
   [[nodiscard]] Outcome error(auto& eq) {
     auto& trace = eq.trace;
-    if (Estimate::needs_end || trace.wants_dense) {
-      if (!k_.evaluate(eq.rhs(), end, eq.t + eq.dt, eq.next) || !all_finite(Rate::blocks(k_[end]))) {
-        eq.psi = k_[end];
-        return Outcome::non_finite_force;
-      }
-      known_ = end + 1;
-      for_each_block([](auto, auto& slope, const auto& k) { slope = k; }, Blocks<S>::solved(trace.end),
-                     Rate::blocks(std::as_const(k_[end])));
-      if constexpr (drifts) position_of<S>(trace.end) = velocity_of<S>(eq.next);
-      trace.has_slopes = true;
-    }
+    if constexpr (Estimate::needs_end)
+      if (const Outcome bad = reach_end(eq); failed(bad)) return bad;
     Estimate::tell(k_, eq.dt, trace);
     if constexpr (requires { Tableau::sure_to; })
       if (trace.rtol > Tableau::sure_to) Estimate::doubt_few_digits(k_, eq);
+    return Outcome::success;
+  }
+
+  /// The slope at the end, where the next step starts
+  [[nodiscard]] Outcome reach_end(auto& eq) {
+    if (known_ > end) return Outcome::success;
+    if (!k_.evaluate(eq.rhs(), end, eq.t + eq.dt, eq.next) || !all_finite(Rate::blocks(k_[end]))) {
+      eq.psi = k_[end];
+      return Outcome::non_finite_force;
+    }
+    known_ = end + 1;
+    for_each_block([](auto, auto& slope, const auto& k) { slope = k; }, Blocks<S>::solved(eq.trace.end),
+                   Rate::blocks(std::as_const(k_[end])));
+    if constexpr (drifts) position_of<S>(eq.trace.end) = velocity_of<S>(eq.next);
+    eq.trace.has_slopes = true;
     return Outcome::success;
   }
 

@@ -44,12 +44,13 @@ class Times {
   Times() = default;
   Times(Scalar t, Scalar dt, const Origin& origin) {
     if (!origin.starts_at_jump && !origin.ends_at_jump) return;
-    const Scalar end = t + dt;
-    const Scalar off = 6 * std::numeric_limits<Scalar>::epsilon() * std::max(std::abs(t), std::abs(end));
+    constexpr Scalar u = std::numeric_limits<Scalar>::epsilon();
+    const Scalar end = t + dt, off = 6 * u * std::max(std::abs(t), std::abs(end)), sign = dt < 0 ? -1 : 1;
     if (std::abs(dt) <= 4 * off) return;
-    const bool is_backward = dt < 0;
-    if (is_backward ? origin.ends_at_jump : origin.starts_at_jump) first_ = std::min(t, end) + off;
-    if (is_backward ? origin.starts_at_jump : origin.ends_at_jump) last_ = std::max(t, end) - off;
+    // At t = 0 the clock goes on for ever.
+    const Scalar first = t + sign * 6 * u * std::max(std::abs(t), u * std::abs(dt)), last = end - sign * off;
+    if (origin.starts_at_jump) (sign < 0 ? last_ : first_) = first;
+    if (origin.ends_at_jump) (sign < 0 ? first_ : last_) = last;
   }
   /// t, or the time next to it inside. [time]
   [[nodiscard]] Scalar operator()(Scalar t) const { return std::min(std::max(t, first_), last_); }

@@ -81,7 +81,7 @@ class TangentCheck {
     const Rounding rounding{16 * unit * cancelled + rest,
                             16 * unit * std::abs(static_cast<double>(gamma.force / step))};
     const bool right = measure(rhs, gamma.force, t, y, psi, step);
-    if (right && agrees(measured_, 0, psi, rounding)) return Outcome::success;
+    if (right && agrees(measured_, 0, psi, rounding, measured_)) return Outcome::success;
     const auto first = measured_;
     const bool left = measure(rhs, gamma.force, t, y, psi, -step);
     if (!left && !right) return Outcome::success;  // Ψ isn't defined on either side
@@ -203,7 +203,7 @@ class TangentCheck {
   }
   /// Block by block, to a thousandth of the largest component, and to what rounding and a bend of Ψ leave.
   [[nodiscard]] bool agrees(const Unknown& found, double bend, const Rate& psi, const Rounding& rounding,
-                            const Unknown& one_side = {}) const {
+                            const Unknown& one_side) const {
     bool good = true;
     Index at = 0;
     for_each_block(

@@ -83,7 +83,10 @@ struct Equation {
     return kernel.passes().kick(rhs(), *this, gamma, at);
   }
   /// psi = Ψ(at, Y); what is not finite in it shows in the step.
-  [[gnu::always_inline]] inline void evaluate(Scalar at, const Plain& Y) { rhs().evaluate_into(at, Y, psi); }
+  [[gnu::always_inline]] inline void evaluate(Scalar at, const Plain& Y) {
+    knows_start = false;
+    rhs().evaluate_into(at, Y, psi);
+  }
   /// k = M⁻¹Ψ(t, y)
   [[nodiscard]] Outcome slope_at_start(Rate& k) {
     if constexpr (Kernel::carries) {
@@ -149,6 +152,15 @@ struct Equation {
 
   // ---- what only a traced step does something about ----
 
+  /// The filter that comes will see x = M e₀, or e₀.
+  static void keep_unfiltered_product(const Plain& /*x*/) {}
+  static void keep_unfiltered(const Plain& /*x*/) {}
+  /// The error is W₀⁻¹ M e₀, γ that of W₀, and where rates fall grows by what that has hidden.
+  /// @param knows_beside  psi is Ψ(t + Δt, next − error)
+  [[nodiscard]] static Outcome see_falling_rates(const Gamma<Scalar>& /*gamma*/, bool /*knows_beside*/) {
+    return Outcome::success;
+  }
+
   /// The slope at the start will be read: it has to be consistent with γ, and known.
   [[nodiscard]] static Outcome start(const Gamma<Scalar>&) { return Outcome::success; }
   /// The next resolve may start from where the slopes known lead by t + h.
@@ -182,7 +194,7 @@ struct Equation {
     knows_start = true;
   }
   [[nodiscard]] Outcome linearise(const SolveTolerance<Plain>& allowed) {
-    const Outcome outcome = kernel.resolvent().linearise(rhs(), t, dt, y, psi, allowed);
+    const Outcome outcome = kernel.resolvent().linearise(rhs(), t, dt, y, psi, knows_start, allowed);
     knows_start = outcome == Outcome::success;
     if (outcome == Outcome::non_finite_force) copy_blocks<S>(next, y);  // kept for the failure message
     return outcome;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "phistep/base/facts/implicit_solver.hpp"
+#include "phistep/base/machine/only.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/step_report.hpp"
 #include "phistep/base/state/blocks.hpp"
@@ -15,6 +16,7 @@
 #include "phistep/step/kernel/algebraic_start.hpp"
 #include "phistep/step/kernel/equation.hpp"
 #include "phistep/step/kernel/explicit_passes.hpp"
+#include "phistep/step/kernel/falling_rates.hpp"
 #include "phistep/step/kernel/traced_equation.hpp"
 #include "phistep/step/solve/linear_stages.hpp"
 #include "phistep/step/solve/resolvent.hpp"
@@ -65,6 +67,13 @@ template <State S, class Rhs, class Solver, KernelNeeds needs>
 template <State S, class Rhs, class Solver, KernelNeeds needs>
 using ResolventOf = typename decltype(resolvent_type<S, Rhs, Solver, needs>())::type;
 
+/// It has the factors of one matrix, so that W⁻¹x is exact.
+template <class Resolvent>
+inline constexpr bool solves_by_factors = false;
+template <class Resolvent>
+  requires requires { typename Resolvent::Matrix; }
+inline constexpr bool solves_by_factors<Resolvent> = !Resolvent::Matrix::is_iterative;
+
 template <State S, class RightHandSideOf, class Solver, KernelNeeds needs_of>
 class Kernel {
  public:
@@ -80,6 +89,8 @@ class Kernel {
   using Traced = TracedEquation<Equation, NoJudge>;
   using Passes = ExplicitPasses<S, Rhs, needs, carries>;
   using Resolvent = ResolventOf<S, Rhs, Solver, needs>;
+  static constexpr bool may_see_falling_rates =
+      !FieldState<S> && !Rhs::Traits::is_affine && solves_by_factors<Resolvent>;
   static_assert(needs.passes == 0 || (!needs.solver && !needs.stages));
   static_assert(needs.stages || !needs.solver || Resolves<Resolvent, S, Rhs>);
 
@@ -130,6 +141,7 @@ class Kernel {
   [[nodiscard]] Passes& passes() { return passes_; }
   [[nodiscard]] Resolvent& resolvent() { return resolvent_; }
   [[nodiscard]] auto& algebra() { return algebra_; }
+  [[nodiscard]] auto& falling_rates() requires may_see_falling_rates { return falling_rates_; }
   [[nodiscard]] Transaction& transaction() { return transaction_; }
   [[nodiscard]] bool fits(const S& state) const { return !torn_ && transaction_.fits(state); }
   /// Forgets all that is carried from step to step.
@@ -213,6 +225,7 @@ class Kernel {
   [[no_unique_address]] Passes passes_;
   [[no_unique_address]] Resolvent resolvent_;
   [[no_unique_address]] std::conditional_t<Rhs::may_be_singular, AlgebraicStart<S, Rhs>, RegularStart> algebra_;
+  [[no_unique_address]] Only<may_see_falling_rates, FallingRates<S>> falling_rates_;
   bool torn_ = false;
 };
 

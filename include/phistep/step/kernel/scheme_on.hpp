@@ -8,6 +8,7 @@
 /// step. One that tells of its steps' errors (`traces`) has
 ///
 ///     Outcome error(eq)          e in eq.trace.error, and slopes, of the traced step just taken
+///     Outcome reach_end(eq)      a step within the tolerance ends where the next can start: Ψ is finite there
 ///
 /// and may know more:
 ///
@@ -45,6 +46,8 @@ struct SchemeDefaults {
   /// Ψ as the step's last resolve has left it may serve the next one: an error in it dies out.
   [[nodiscard]] static bool leaves_force() { return true; }
   [[nodiscard]] static Outcome error(auto& /*eq*/) { return Outcome::success; }  ///< step() has told it
+  /// Ψ exists at the end of the traced step just taken.
+  [[nodiscard]] static Outcome reach_end(auto& eq) { return eq.reach_end(); }
   static constexpr bool traces = false, interpolates = false, is_sure_inside = false, reads_weights = false;
   static constexpr bool has_inner_steps = false;  ///< its slopes don't tell what is inside, nor whether Δt may change
   [[nodiscard]] static bool takes_singular_mass() { return false; }  ///< M y' = Ψ with a singular M: never asks for M⁻¹
@@ -78,6 +81,7 @@ template <class Text, class Kernel>
 concept TakesTracedSteps = requires(Text& text, typename Kernel::Traced& eq) {
   { text.step(eq) } -> std::same_as<Outcome>;
   { text.error(eq) } -> std::same_as<Outcome>;
+  { text.reach_end(eq) } -> std::same_as<Outcome>;
   { text.estimates(eq.trace) } -> std::convertible_to<bool>;  // whether it knows an error, given this past
 };
 /// It knows the solution inside the step that it did last.

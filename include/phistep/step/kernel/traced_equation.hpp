@@ -31,6 +31,10 @@ struct TracedEquation : Eq {
   using Eq::y, Eq::t, Eq::dt, Eq::next, Eq::psi, Eq::kernel, Eq::rhs;
   using typename Eq::Scalar, typename Eq::Plain, typename Eq::Rate;
   static constexpr bool is_traced = true;
+  /// Errors are judged, and filtered by factors of the step's matrix, which changes.
+  static constexpr bool sees_falling_rates = Eq::Kernel::may_see_falling_rates && requires(const Judge& by) {
+    by.allowed();
+  };
 
   Trace<Plain>& trace;
   const Judge& judge;
@@ -104,7 +108,56 @@ struct TracedEquation : Eq {
   [[nodiscard]] Outcome end() {
     if (!Eq::Rhs::is_finite(next)) return Outcome::non_finite_state;
     const bool finite = rhs().slope(t + dt, next, trace.end, psi);
+    this->ends_with_psi = true;
     return finite ? Outcome::success : Outcome::non_finite_force;
+  }
+  /// Ψ(t + Δt, next) exists: the next step can start there. A call, where the text hasn't asked for it, that the next step spares.
+  [[nodiscard]] Outcome reach_end() {
+    if constexpr (Eq::Rhs::Traits::is_affine) return Outcome::success;  // it has no bounds
+    if (is_mild() && !trace.has_met_bound) return Outcome::success;
+    if (!std::exchange(this->ends_with_psi, true)) rhs().evaluate_into(t + dt, next, psi);
+    if (!all_finite(Rate::blocks(psi))) {
+      trace.has_met_bound = true;
+      return Outcome::non_finite_force;
+    }
+    this->knows_end = Eq::Kernel::carries;
+    return Outcome::success;
+  }
+
+  // ---- what a filter hides (falling_rates.hpp) ----
+
+  [[nodiscard]] Outcome filter(Plain& error) {
+    if (is_mild()) return Eq::filter(error);
+    if (const Outcome bad = add_defect(this->last.force, error); failed(bad)) return bad;
+    keep_unfiltered(error);
+    if (const Outcome bad = filter_once(error); failed(bad)) return bad;
+    const double before = size_of(error, next);
+    const Outcome seen = see_falling_rates(this->last, false);
+    if (size_of(error, next) > 2 * before) kernel.resolvent().forget();  // its J is that of another rate
+    return seen;
+  }
+  [[nodiscard]] Outcome filter_once(Plain& x) { return Eq::filter(x); }
+  /// to.solved += γ (M⁻¹Ψ⁺ − trace.end)
+  [[nodiscard]] Outcome add_defect(Scalar gamma, Plain& to) {
+    if constexpr (sees_falling_rates)
+      if (!kernel.last_solve().is_singular) return kernel.falling_rates().add_defect(*this, gamma, to);
+    return Outcome::success;
+  }
+  void keep_unfiltered(const Plain& x) {
+    if constexpr (sees_falling_rates) kernel.falling_rates().keep(x);
+  }
+  void keep_unfiltered_product(const Plain& x) {
+    if constexpr (sees_falling_rates) kernel.falling_rates().keep_product(x, rhs().masses());
+  }
+  [[nodiscard]] Outcome see_falling_rates(const Gamma<Scalar>& gamma, bool knows_beside) {
+    if constexpr (sees_falling_rates) return see_falling_rates(gamma, judge.allowed(), knows_beside);
+    return Outcome::success;
+  }
+  /// @param allowed  of a scheme that judges its steps itself
+  [[nodiscard]] Outcome see_falling_rates(const Gamma<Scalar>& gamma, double allowed, bool knows_beside) {
+    if constexpr (sees_falling_rates)
+      if (!kernel.last_solve().is_singular) return kernel.falling_rates().see(*this, gamma, allowed, knows_beside);
+    return Outcome::success;
   }
   /// ‖x‖ in units of the tolerance, of what a state between y and y1 is off
   [[nodiscard]] double size_of(const Plain& x, const Plain& y1) const {
@@ -119,11 +172,17 @@ struct TracedEquation : Eq {
   /// Completes trace.start where it is M⁻¹Ψ of a singular M.
   void complete_start() { kernel.algebra().complete_start(rhs(), *this); }
   void tell(auto&& f) { f(trace); }
-  /// The trace has the slope at the end: Ψ itself isn't kept.
-  static void end_with_psi() {}
   void keep_force() requires Eq::Kernel::carries { this->knows_end = this->ends_with_psi; }
 
  private:
+  [[nodiscard]] static bool is_not_finite(Outcome outcome) {
+    return outcome == Outcome::non_finite_force || outcome == Outcome::non_finite_state;
+  }
+  /// The last resolve's matrix is that of the masses, nearly.
+  [[nodiscard]] bool is_mild() const {
+    if constexpr (requires { kernel.resolvent().is_mild(); }) return has_resolved && kernel.resolvent().is_mild();
+    return false;
+  }
   /// @param from_y  the guess is y
   [[nodiscard]] Outcome resolve(const Gamma<Scalar>& gamma, Scalar at, const Plain& guess, bool from_y) {
     if (has_resolved) copy_blocks<S>(trace.error, trace.end);  // kept for the error: Y' of the resolve before
@@ -131,10 +190,12 @@ struct TracedEquation : Eq {
     Outcome outcome = Outcome::non_finite_force;
     if (std::exchange(has_prediction, false)) {
       outcome = Eq::resolve_from(gamma, at, trace.predicted, false, allowed());
-      if (outcome == Outcome::non_finite_force || outcome == Outcome::non_finite_state) copy_blocks<S>(next, trace.end);
+      if (is_not_finite(outcome)) copy_blocks<S>(next, trace.end);
+      trace.has_met_bound = trace.has_met_bound || is_not_finite(outcome);
     }
-    if (outcome == Outcome::non_finite_force || outcome == Outcome::non_finite_state)
+    if (is_not_finite(outcome))
       outcome = Eq::resolve_from(gamma, at, guess, from_y && this->knows_first_force(), allowed());
+    trace.has_met_bound = trace.has_met_bound || is_not_finite(outcome);
     if (failed(outcome)) return outcome;
     assign_solved<S>(trace.end, (in<S>(next) - in<S>(trace.end)) / gamma.force);
     if constexpr (Eq::Rhs::drifts) position_of<S>(trace.end) = velocity_of<S>(next);

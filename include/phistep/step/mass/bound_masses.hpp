@@ -58,6 +58,12 @@ struct MassFacts<std::tuple<M...>, Scalar> {
   }();
 };
 
+/// M = 1 in all blocks, by its type.
+template <class Masses>
+inline constexpr bool has_unit_masses = false;
+template <class... Mass>
+inline constexpr bool has_unit_masses<std::tuple<Mass...>> = (std::is_same_v<Mass, UnitMass> && ...);
+
 /// h/m of a field, whose mass is a number.
 template <class Mass, class Scalar>
 [[nodiscard]] Scalar field_factor(const Mass& mass, Scalar h) {

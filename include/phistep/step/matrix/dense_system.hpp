@@ -73,9 +73,7 @@ class DenseSystem : public Sizes {
     Matrix& W = lu_.matrix();
     W = tangents_.part(gamma_force, gamma_drift);
     masses([&W](Eigen::Index i, Eigen::Index j, auto m) { W(i, j) += static_cast<Scalar>(m); });
-    // Only a drift's share and an affine force's residual are ever asked for.
-    if constexpr (has_K || constant)
-      set(std::abs(static_cast<double>(gamma_force * gamma_drift)) * largest_share_of(tangents_.K, W), largest_of(W));
+    set(std::abs(static_cast<double>(gamma_force * gamma_drift)) * largest_share_of(tangents_.K, W), largest_of(W));
     ++statistics.factorizations;
     return lu_.factorize() ? Outcome::success : Outcome::singular_matrix;
   }

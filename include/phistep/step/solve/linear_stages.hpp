@@ -81,8 +81,9 @@ class LinearStages {
   void forget_force() { known_ = false; }
 
   /// Ψ, J and, where the force uses time, Ψ_t at (t, y). A step that is tried again with another Δt finds them there.
-  /// @param dt  [time] with its sign: over which Ψ is to be looked at
-  [[nodiscard]] Outcome linearise(Rhs& rhs, Scalar t, Scalar dt, const Plain& y, Rate& psi,
+  /// @param dt         [time] with its sign: over which Ψ is to be looked at
+  /// @param knows_psi  psi is Ψ(t, y)
+  [[nodiscard]] Outcome linearise(Rhs& rhs, Scalar t, Scalar dt, const Plain& y, Rate& psi, bool knows_psi,
                                   const SolveTolerance<Plain>& allowed) {
     allowed_ = is_told_ ? SolveTolerance<Plain>{} : allowed;
     if (known_ && same_bits(&t, &t_, 1) && equal_blocks<S>(y, y_)) {
@@ -92,7 +93,7 @@ class LinearStages {
     known_ = false;
     t_ = t;
     copy_blocks<S>(y_, y);
-    rhs.evaluate_into(t, y, psi);
+    if (!knows_psi) rhs.evaluate_into(t, y, psi);
     bool is_looked_at = false;  // of a field the size of the first right-hand side tells
     if constexpr (FieldState<S>) is_looked_at = Matrix::sizes(options_, allowed_);
     if (!is_looked_at && first_non_finite(Rate::blocks(psi))) return Outcome::non_finite_force;

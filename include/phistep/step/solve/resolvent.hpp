@@ -145,6 +145,11 @@ class NewtonResolvent {
     return Outcome::success;
   }
 
+  /// W is M to a half: an iteration with it converges for what it is, and a filter by it hides nothing.
+  [[nodiscard]] bool is_mild() const requires(has_unit_masses<typename Rhs::Masses>) {
+    const double largest = matrix_.magnitude();
+    return largest > 0 && largest < 1.5;
+  }
   /// Y − b of the last resolve.
   [[nodiscard]] const auto& increment() const { return increment_.w; }
 

@@ -80,6 +80,7 @@ struct Trace {
   double error_scale_square = 1;  ///< … of which the square is this times that of `error`
   bool has_slopes = false;        ///< `start` and `end` are filled
   bool has_error = false;         ///< `error` is filled
+  bool has_met_bound = false;     ///< a solve of this run has met a place where Ψ doesn't exist
   Smoothness smoothness;          ///< of the force, by the estimates of explicit pairs
   double proposed = 0;  ///< [time] |Δt| that a step which chooses it itself wants next, accepted or not; 0: it doesn't
 
@@ -127,7 +128,7 @@ struct Trace {
   }
 
   void archive(auto& ar) {
-    ar("knows_start", knows_start, "dt_before", dt_before, "smoothness", smoothness);
+    ar("knows_start", knows_start, "dt_before", dt_before, "smoothness", smoothness, "has_met_bound", has_met_bound);
     ar.check(std::isfinite(dt_before));
     if (knows_start || dt_before != 0) ar.in_place("before", before, "start", start);
     if (knows_start) ar.check(!first_non_finite(Blocks<Plain>::all(start)));

@@ -81,6 +81,7 @@ class Transaction {
         Plain y = read(state), next;
         Rate psi;
         if constexpr (carries) psi = psi_;
+        else set_zero(Rate::blocks(psi));  // a message may tell of it before it is written
         return run_from(rhs, y, state, steps, origin, bind, advance, accepted, next, psi);
       } else {
         const Plain& y = read(state);
