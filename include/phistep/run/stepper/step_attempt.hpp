@@ -269,9 +269,10 @@ class StepAttempt {
       const double length = std::abs(static_cast<double>(to.dt));
       pace_.prepare(plain(), length);
       trace.wants_dense = keeps_start;
+      trace.asks_end = to.at_stop;
       // A step of a few ticks of the clock, where far longer ones are within the tolerance, tells of rounding alone.
       if (to.lands && length <= static_cast<double>(clock_.rounding(t)) && 100 * length <= pace_.propose())
-        return do_step(stepper_, state_, clock_.t(), to.dt, origin);
+        return doubling_.attempt_whole(stepper_, state_, t, to.dt, origin);
       const Judge accept{*this};
       if constexpr (facts_of<Stepper>.traces)
         if (stepper_.estimates(trace)) {
@@ -280,7 +281,7 @@ class StepAttempt {
         }
       // Neighbouring floating-point times have no midpoint: the step cannot be halved.
       if (const Scalar middle = t + to.dt / 2; middle == t || middle == t + to.dt)
-        return do_step(stepper_, state_, clock_.t(), to.dt, origin);
+        return doubling_.attempt_whole(stepper_, state_, t, to.dt, origin);
       const StepReport done = doubling_.attempt(stepper_, state_, t, to.dt, origin, trace, accept);
       if (done) way_ = Way::doubled;
       return done;

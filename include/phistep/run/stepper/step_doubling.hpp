@@ -71,7 +71,8 @@ class StepDoubling {
       assign<S>(trace.error, by * (in<S>(whole_) - in<S>(next_)));  // (1)
       trace.has_error = true;
       const bool is_right = accept(std::as_const(start_), std::as_const(next_), trace);
-      if (is_right && reaches_end(stepper, t, dt, origin)) return {Outcome::success, iterations, nullptr};
+      if (is_right && (facts_of<Stepper>.traces || reaches_end(stepper, t, dt, origin)))
+        return {Outcome::success, iterations, nullptr};
       take_back();
       if (is_right) return {failure_.outcome, iterations, &failure_};
       return {Outcome::error_too_large, iterations, nullptr};
@@ -79,6 +80,18 @@ class StepDoubling {
       take_back();
       throw;
     }
+  }
+  /// The step as it is, where it has no middle or tells of nothing but rounding. On failure all is what it was.
+  StepReport attempt_whole(Stepper& stepper, S& state, Scalar t, Scalar dt, Origin origin) {
+    copy_blocks<S>(start_, state);
+    Past<Stepper> past = past_of(stepper);
+    const StepReport report = do_step(stepper, state, t, dt, origin);
+    if (!report) return report;
+    copy_blocks<S>(next_, state);
+    if (reaches_end(stepper, t, dt, origin)) return report;
+    copy_blocks<S>(state, start_);
+    go_back(stepper, std::move(past));
+    return {failure_.outcome, report.iterations(), &failure_};
   }
   /// The state half way through the last step accepted.
   [[nodiscard]] const Plain& middle() const { return middle_; }
@@ -91,9 +104,9 @@ class StepDoubling {
     else return do_step(stepper, state, t, dt, origin);
   }
 
-  /// Whether the next step can start where this one ends. A stepper that traces its steps has seen to it.
+  /// Whether the next step can start where this one ends: a force call, which a stepper that traces its steps has made.
   [[nodiscard]] bool reaches_end(Stepper& stepper, Scalar t, Scalar dt, const Origin& origin) {
-    if constexpr (facts_of<Stepper>.traces || !requires { stepper.slope(t, next_, whole_); }) {
+    if constexpr (!requires { stepper.slope(t, next_, whole_); }) {
       return true;
     } else {
       failure_ = {};

@@ -114,7 +114,7 @@ struct TracedEquation : Eq {
   /// Ψ(t + Δt, next) exists: the next step can start there. A call, where the text hasn't asked for it, that the next step spares.
   [[nodiscard]] Outcome reach_end() {
     if constexpr (Eq::Rhs::Traits::is_affine) return Outcome::success;  // it has no bounds
-    if (is_mild() && !trace.has_met_bound) return Outcome::success;
+    if (is_mild() && !trace.has_met_bound && !trace.asks_end) return Outcome::success;
     if (!std::exchange(this->ends_with_psi, true)) rhs().evaluate_into(t + dt, next, psi);
     if (!all_finite(Rate::blocks(psi))) {
       trace.has_met_bound = true;

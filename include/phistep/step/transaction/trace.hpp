@@ -66,6 +66,7 @@ struct Trace {
   const Plain* usual = nullptr;  ///< what components usually are, for differences; null: as weights say
   bool has_unsized = false;      ///< components whose weight is 0 are measured by what they become
   bool wants_dense = false;      ///< dense output is read: keep what interpolate() needs
+  bool asks_end = false;         ///< the step ends where the run does, or stops: Ψ there is asked in any case
 
   // Carried from step to step. After an edit of the state, or of a step rejected after it was accepted: forget().
   bool knows_start = false;  ///< `start` holds y' where the next step starts
