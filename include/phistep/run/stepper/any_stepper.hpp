@@ -93,6 +93,14 @@ template <class Stepper>
 template <class Stepper>
 using Past = decltype(past_of(std::declval<const Stepper&>()));
 
+/// Ψ where the stepper stands is not known, nor what else was carried there but for its history.
+template <class Stepper>
+void forget_what_is_known(Stepper& stepper) {
+  if constexpr (can_go_back<Stepper>) stepper.restore(stepper.checkpoint());
+  else if constexpr (requires { stepper.stepper(); }) forget_what_is_known(stepper.stepper());
+  else if constexpr (requires { stepper.reset(); }) stepper.reset();
+}
+
 /// Steps of this stepper may be undone.
 template <class Stepper>
 constexpr void require_past() {

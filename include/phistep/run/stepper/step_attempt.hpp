@@ -212,7 +212,7 @@ class StepAttempt {
   /// stop may have switched it.
   void forget_force() {
     if constexpr (Pace::sees_error) pace_.forget_past();
-    go_back(stepper_, past_of(stepper_));
+    forget_what_is_known(stepper_);
   }
   void put_back(auto&& past) {
     copy_blocks<S>(state_, start_);
