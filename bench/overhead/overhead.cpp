@@ -3,7 +3,8 @@
 ///
 /// Rows: the best hand loops (unguarded in place; guarded: nothing lost on failure), phistep by step() and by integrate(),
 /// Boost.Odeint. `chain`: a force that the library sums itself, against the same loop by hand. `bodies`: an array of structs
-/// of 96 bytes, by Maps with a stride, against the old loop over them. Answers are compared before anything is timed. Rows of one size are interleaved at random and repeated; read the medians.
+/// of 96 bytes, by Maps with a stride, against the old loop over them. `event`: a swing whose 200 passages through zero are found, beside
+/// the same run without. Answers are compared before anything is timed. Rows of one size are interleaved at random and repeated; read the medians.
 ///     bench_overhead [--benchmark_filter=…]
 #include <benchmark/benchmark.h>
 
@@ -252,6 +253,27 @@ State run_small(State y, Force force, Scheme scheme, double h) {
     if (!stepper.step(y, static_cast<double>(n) * h, h)) std::abort();
   return y;
 }
+
+/// A swing of 100 periods, with an event at each passage through zero or without.
+constexpr int passages = 200;
+template <class Scheme, class Control>
+void add_events(const std::string& name, Scheme scheme, Control control) {
+  for (const bool watched : {true, false})
+    benchmark::RegisterBenchmark(("event/" + name + (watched ? "" : "_without")).c_str(), [=](benchmark::State& run) {
+      const auto spring = [](const Eigen::Vector2d& y) -> Eigen::Vector2d { return {y[1], -y[0]}; };
+      for (auto _ : run) {
+        Eigen::Vector2d y{1, 0};
+        phistep::PhiStepper stepper{y, spring, scheme};
+        auto zero = phistep::event([](const Eigen::Vector2d& x) { return x[0]; });
+        const double t1 = passages * 3.14159265358979323846;
+        const bool done = watched ? bool{phistep::integrate(stepper, y, {0, t1}, control, zero)}
+                                  : bool{phistep::integrate(stepper, y, {0, t1}, control)};
+        if (!done || (watched && zero.times().size() != passages)) std::abort();
+      }
+      run.counters["us/event"] = benchmark::Counter(passages * 1e-6 * static_cast<double>(run.iterations()),
+                                                    benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+    });
+}
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -316,6 +338,11 @@ int main(int argc, char** argv) {
   add_small("spring_verlet/hand_guarded",
             [=] { return overhead::hand_spring_verlet_guarded(particle, h, small_steps); });
   add_small("spring_verlet/phistep", [=] { return run_small(start, spring, phistep::velocity_verlet, h); });
+
+  const phistep::tolerance six{.rtol = 1e-6, .atol = 1e-6};
+  add_events("tsit5_fixed", phistep::tsit5, phistep::fixed(0.05));
+  add_events("dop853", phistep::dop853, six);
+  add_events("radau", phistep::radau, six);
 
   std::vector<char*> arguments(argv, argv + argc);
   char interleave[] = "--benchmark_enable_random_interleaving=true", repeat[] = "--benchmark_repetitions=9",
