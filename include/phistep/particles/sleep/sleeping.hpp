@@ -120,11 +120,8 @@ class Sleeping {
   [[nodiscard]] const auto& masses() const { return stepper_.masses(); }
   [[nodiscard]] Stepper& stepper() { return stepper_; }
   [[nodiscard]] const Stepper& stepper() const { return stepper_; }
-  /// Wakes all, too.
-  void reset() {
-    stepper_.reset();
-    sleepers_.wake_all();
-  }
+  /// The next step wakes all, too.
+  void reset() { stepper_.reset(); }
   /// As PhiStepper's.
   [[nodiscard]] std::int64_t changes() const requires requires(const Stepper& inner) { inner.changes(); }
   { return stepper_.changes(); }

@@ -83,6 +83,9 @@ class ActiveStepper {
   [[nodiscard]] bool is_sure_inside() const {
     return visit(*this, []<class AtWork>(AtWork&) -> bool { return facts_of<AtWork>.is_sure_inside; });
   }
+  [[nodiscard]] bool is_explicit() const {
+    return visit(*this, []<class AtWork>(AtWork&) -> bool { return facts_of<AtWork>.solves_nothing; });
+  }
   [[nodiscard]] ErrorLaw law() const {
     return visit(*this, [](auto& at_work) { return error_law(at_work); });
   }

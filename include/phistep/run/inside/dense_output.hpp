@@ -100,6 +100,11 @@ class DenseOutput {
       inside_(self_, from_start, dt_, *start_, *end_, value_);
       return value_;
     }
+    return hermite(t);
+  }
+  /// That of Hermite's interpolant, strictly inside.
+  [[nodiscard]] const Plain& hermite(Scalar t) {
+    const Scalar from_start = (t - t0_) / dt_, to_end = (t1_ - t) / dt_;
     know_slopes();
     if (from_start <= to_end) interpolate(from_start, dt_, *start_, slope0_, *end_, slope1_);
     else interpolate(to_end, -dt_, *end_, slope1_, *start_, slope0_);  // the same step, run backward

@@ -36,21 +36,30 @@ template <bool sees_error, class Stepper>
 }
 
 /// How long a check of the interpolant holds. A check compares it with steps that end inside the step, which is twice the work of
-/// the step itself: where its result was clear, it holds for 1, 2, then 4 steps, as long as Δt stays about the same.
+/// the step itself: where its result was clear, it holds for 1, 2, then 4 steps, as long as Δt stays about the same. Where it was
+/// right it holds longer, as long as the step's bend tells so, which costs nothing: how far the interpolant is off Hermite's
+/// cubic, which goes as Δt⁴; the errors of explicit pairs go as its square, or cube.
 class InterpolantTrust {
  public:
   /// Another step has been done.
   void step() {
     is_fresh_ = left_ > 0;
     left_ = std::max(left_ - 1, 0);
+    age_ = std::min(age_ + 1, oldest);
   }
-  /// What the last check says of a step of this length; empty: it has to be checked. [time]
-  [[nodiscard]] std::optional<double> known(double dt) const {
+  /// What the last check says of a step of this length [time] and bend; empty: it has to be checked.
+  [[nodiscard]] std::optional<double> known(double dt, double bend) const {
     if (is_fresh_ && dt_ / 2 < dt && dt < 1.05 * dt_) return error_;
+    if (age_ == oldest || !(bend > 0 && bend_ > 0) || dt > 1.5 * dt_) return {};
+    const double grown = std::max(1.0, bend / bend_), squared = grown * grown, now = error_ * squared * squared;
+    if (now <= 0.8 * for_states) return now;
     return {};
   }
   /// A check has found the interpolant off by `error`, in units of the tolerance. @return that, at most `off`
-  double check(double dt, double error) {
+  /// @param bend  likewise; 0: not known
+  double check(double dt, double bend, double error) {
+    bend_ = bend;
+    age_ = 0;
     error_ = error <= off ? error : off;  // NaN, too
     // Clear is ten times less or more than right. The 1.05 above makes 1.05¹² = 1.8 of an error that goes as Δt¹².
     const bool is_clear = error <= 0.05 || !(error <= 5);
@@ -65,12 +74,15 @@ class InterpolantTrust {
   void forget() { *this = {}; }
 
   void archive(auto& ar) {
-    ar("dt", dt_, "steps", steps_, "left", left_, "error", error_, "is_fresh", is_fresh_);
-    ar.check(dt_ >= 0 && 0 <= left_ && left_ <= steps_ && steps_ <= 4 && error_ >= 0);
+    ar("dt", dt_, "steps", steps_, "left", left_, "error", error_, "is_fresh", is_fresh_, "bend", bend_, "age", age_);
+    ar.check(dt_ >= 0 && 0 <= left_ && left_ <= steps_ && steps_ <= 4 && error_ >= 0 && 0 <= age_ && age_ <= oldest);
   }
 
  private:
-  double dt_ = 0;  // of the step that was checked [time]
+  static constexpr int oldest = 32;  // steps that a check may serve
+
+  double dt_ = 0, bend_ = 0;  // of the step that was checked [time]
+  int age_ = oldest;          // steps since
   int steps_ = 0, left_ = 0;
   double error_ = 0;
   bool is_fresh_ = false;
@@ -215,13 +227,11 @@ class LookInside {
   /// Slopes at both ends: the scheme's own where it told them, else by two force calls.
   void operator()(Plain& at_start, Plain& at_end) {
     if constexpr (sees_error)
-      if (step_.is_traced()) {
+      if (step_.is_traced() && knows_slopes()) {
         const auto& trace = step_.pace().trace();
-        if (trace.has_slopes || trace.dt_before != 0) {  // not yet, or already what the next step starts from
-          copy_blocks<S>(at_start, trace.has_slopes ? trace.start : trace.before);
-          copy_blocks<S>(at_end, trace.has_slopes ? trace.end : trace.start);
-          return;
-        }
+        copy_blocks<S>(at_start, trace.has_slopes ? trace.start : trace.before);
+        copy_blocks<S>(at_end, trace.has_slopes ? trace.end : trace.start);
+        return;
       }
     const Times<Scalar> inside{step_.t0(), dt_, step_.origin(true)};
     const Outcome first = slope_of<S>(step_.stepper(), inside(step_.t0()), step_.start(), at_start);
@@ -233,13 +243,30 @@ class LookInside {
  private:
   static constexpr bool sees_error = Attempt::PaceType::sees_error;
 
+  /// The trace has the slopes of the step: not yet, or already what the next step starts from.
+  [[nodiscard]] bool knows_slopes() const {
+    const auto& trace = step_.pace().trace();
+    return trace.has_slopes || trace.dt_before != 0;
+  }
+  [[nodiscard]] bool is_explicit() const {
+    if constexpr (requires { step_.stepper().is_explicit(); }) return step_.stepper().is_explicit();
+    else return facts_of<Stepper>.solves_nothing;
+  }
+  /// How far the interpolant is off Hermite's in the middle, in units of the tolerance.
+  [[nodiscard]] double measure_bend() {
+    const Scalar t = step_.t0() + dt_ / 2;
+    copy_blocks<S>(work_.found, dense_.at(t));
+    assign<S>(work_.found, in<S>(work_.found) - in<S>(dense_.hermite(t)));
+    return step_.pace().size(step_.start(), step_.plain(), work_.found);
+  }
   /// The interpolant's error in units of the tolerance, at two places where steps are done to learn it: at one alone it may pass
   /// zero. At a fixed Δt, which has no tolerance, it is far off.
   [[nodiscard]] double measure() {
     if constexpr (sees_error) {
       if (!dense_.is_known_inside()) return InterpolantTrust::off;
       const double length = std::abs(static_cast<double>(dt_));
-      if (const std::optional<double> known = trust_.known(length)) return *known;
+      const double bend = step_.is_traced() && knows_slopes() && is_explicit() ? measure_bend() : 0;
+      if (const std::optional<double> known = trust_.known(length, bend)) return *known;
       double worst = 0;
       for (const double x : facts_of<Stepper>.doubtful_at.value) {
         if (!(worst <= InterpolantTrust::for_events)) break;
@@ -249,7 +276,7 @@ class LookInside {
         const double error = step_.pace().size(step_.start(), step_.plain(), work_.found);
         worst = error <= worst ? worst : error;  // NaN, too
       }
-      return trust_.check(length, worst);
+      return trust_.check(length, bend, worst);
     } else {
       return InterpolantTrust::off;
     }
