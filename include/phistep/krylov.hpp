@@ -9,5 +9,5 @@
 #include "phistep/linear/krylov/product_system.hpp"         // newton<MatrixFree<…>>(): products alone
 #include "phistep/linear/krylov/tangent_product.hpp"        // products from a force's own, or by differences
 #include "phistep/phistep.hpp"                              // states, steppers, schemes, the loop
-#include "phistep/step/jacobian/product.hpp"                // apply_jacobian: ∂Ψ/∂y·x by the force
+#include "phistep/step/jacobian/analytic.hpp"               // apply_jacobian: ∂Ψ/∂y·x by the force
 // IWYU pragma: end_exports

@@ -5,7 +5,7 @@
 // IWYU pragma: begin_exports
 #include "phistep/base/version.hpp"  // first: it refuses what would break the others
 
-#include "phistep/linear/lanes/sparse_lane_system.hpp"        // radau's complex matrices, sparse
+#include "phistep/linear/lanes/lane_sparse_lu.hpp"            // radau's complex matrices, sparse
 #include "phistep/linear/sparse/factor_cost.hpp"              // what a factorization costs, from the pattern
 #include "phistep/linear/sparse/sparse_mass.hpp"              // mass(M), capacity(C) with a sparse matrix
 #include "phistep/linear/sparse/sparse_system.hpp"            // the step's matrix, sparse: LU

@@ -24,7 +24,7 @@
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/unknowns.hpp"
 #include "phistep/base/version.hpp"
-#include "phistep/schemes/update_block.hpp"
+#include "phistep/schemes/explicit_stages.hpp"
 #include "phistep/step/kernel/scheme_on.hpp"
 #include "phistep/step/mass/bound_masses.hpp"
 

@@ -49,7 +49,6 @@
 #include <utility>
 #include <vector>
 
-#include "phistep/base/archive/all_or_nothing.hpp"
 #include "phistep/base/archive/archive_kinds.hpp"
 #include "phistep/base/archive/archive_layout.hpp"
 #include "phistep/base/version.hpp"

@@ -21,7 +21,7 @@
 #include "phistep/base/version.hpp"
 #include "phistep/linear/krylov/product_system.hpp"
 #include "phistep/step/equation/right_hand_side.hpp"
-#include "phistep/step/jacobian/product.hpp"
+#include "phistep/step/jacobian/analytic.hpp"
 #include "phistep/step/mass/bound_masses.hpp"
 #include "phistep/step/solve/linearisation.hpp"
 

@@ -12,7 +12,7 @@
 ///     factorize(system, masses, shift, statistics) → Outcome
 ///     solve_in_place(x)                                  x ← W⁻¹ x, x a ComplexPack an unknown
 ///     add_position_product(system, a, x, out)            out += a K x, x of the positions, fewer than out's if at all
-/// Here: dense ones and bands; sparse_lane_system.hpp has sparse ones.
+/// Here: dense ones and bands; lane_sparse_lu.hpp has sparse ones.
 #pragma once
 
 #include <Eigen/Core>

@@ -14,8 +14,8 @@
 #include <utility>
 
 #include "phistep/base/facts/structure.hpp"
+#include "phistep/base/numbers/arithmetic.hpp"
 #include "phistep/base/numbers/finite_witness.hpp"
-#include "phistep/base/numbers/xorshift.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/step/mass/mass.hpp"
 #include "phistep/step/mass/matrix_mass.hpp"

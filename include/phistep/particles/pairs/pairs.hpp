@@ -31,8 +31,8 @@
 #include "phistep/base/state/block.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/force/sum.hpp"
+#include "phistep/particles/neighbors/neighbor_list.hpp"
 #include "phistep/particles/neighbors/neighbors.hpp"
-#include "phistep/particles/neighbors/places.hpp"
 #include "phistep/particles/pairs/pair_laws.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "phistep/base/numbers/xorshift.hpp"
+#include "phistep/base/numbers/arithmetic.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/combination.hpp"
 #include "phistep/base/state/reductions.hpp"

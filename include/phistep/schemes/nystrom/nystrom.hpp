@@ -27,7 +27,6 @@
 #include "phistep/base/version.hpp"
 #include "phistep/schemes/explicit_stages.hpp"
 #include "phistep/schemes/nystrom/nystrom_tableaus.hpp"
-#include "phistep/schemes/update_block.hpp"
 #include "phistep/step/kernel/scheme_on.hpp"
 #include "phistep/step/mass/bound_masses.hpp"
 

@@ -28,7 +28,6 @@
 #include "phistep/schemes/explicit_stages.hpp"
 #include "phistep/schemes/runge_kutta/runge_kutta_estimate.hpp"
 #include "phistep/schemes/runge_kutta/runge_kutta_tableaus.hpp"
-#include "phistep/schemes/update_block.hpp"
 #include "phistep/step/kernel/scheme_on.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {

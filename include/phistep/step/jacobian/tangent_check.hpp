@@ -21,7 +21,6 @@
 #include "phistep/base/facts/implicit_solver.hpp"
 #include "phistep/base/numbers/arithmetic.hpp"
 #include "phistep/base/numbers/finite_witness.hpp"
-#include "phistep/base/numbers/xorshift.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/statistics.hpp"
 #include "phistep/base/state/blocks.hpp"

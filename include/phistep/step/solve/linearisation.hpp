@@ -25,7 +25,6 @@
 #include "phistep/step/jacobian/analytic.hpp"
 #include "phistep/step/jacobian/difference_tangent.hpp"
 #include "phistep/step/jacobian/differences.hpp"
-#include "phistep/step/jacobian/product.hpp"
 #include "phistep/step/mass/bound_masses.hpp"
 #include "phistep/step/matrix/choice.hpp"
 #include "phistep/step/matrix/dense_system.hpp"

@@ -25,7 +25,6 @@
 #include "phistep/base/state/unknowns.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/step/jacobian/tangent_check.hpp"
-#include "phistep/step/solve/affine_solve.hpp"
 #include "phistep/step/solve/increment.hpp"
 #include "phistep/step/solve/linearisation.hpp"
 #include "phistep/step/solve/newton.hpp"

@@ -27,7 +27,7 @@
 ///     damping   ∫ vᵀD dt,     external  ∫ vᵀX dt + W,   W = ΔV + ∫ vᵀF dt where V depends on t                   (4)
 ///     scheme    ΔE less these: what is left
 ///
-/// by Gauss and Lobatto's rule on the way through the step (study/energy/step_path.hpp), of order 6, at two force calls more a
+/// by Gauss and Lobatto's rule on the way through the step (energy_books.hpp), of order 6, at two force calls more a
 /// step, none where there is neither D nor X. Where a step doesn't resolve a part, the work of its mean counts, Δrᵀ(D₀+D₁)/2.
 #pragma once
 
@@ -48,7 +48,6 @@
 #include "phistep/base/version.hpp"
 #include "phistep/study/energy/energy_books.hpp"
 #include "phistep/study/energy/force_parts.hpp"
-#include "phistep/study/energy/step_path.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
