@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -255,7 +256,7 @@ TEST_CASE("Newmark: a pair is Newmark's method with beta = phi_f phi_d, gamma = 
     }
 }
 
-TEST_CASE("time: a run is at t0 + n h exactly, in the observer and in the force") {
+TEST_CASE("time: a run is at t0 + n h exactly, in the observer and, but for its ends, in the force") {
   // dt has 43 digits, so that n·dt is exact and t0 + n·dt the same number with and without fused multiply-add; beside
   // t0 it has too many for a running sum.
   const double t0 = 1000.3, dt = std::ldexp(std::round(std::ldexp(0.1, 46)), -46);
@@ -275,8 +276,10 @@ TEST_CASE("time: a run is at t0 + n h exactly, in the observer and in the force"
   REQUIRE(asked.size() == n);
   int wrong = 0;
   for (int k = 0; k <= n; ++k) wrong += seen[static_cast<std::size_t>(k)] != t0 + k * dt;
-  for (int k = 0; k < n; ++k) wrong += asked[static_cast<std::size_t>(k)] != t0 + k * dt;
+  for (int k = 1; k < n; ++k) wrong += asked[static_cast<std::size_t>(k)] != t0 + k * dt;
   CHECK(wrong == 0);
+  CHECK(asked[0] > t0);  // just behind it, as a load may jump where a run starts
+  CHECK(asked[0] - t0 <= 8 * std::numeric_limits<double>::epsilon() * t0);
   CHECK(seen.back() == t1);
 
   double sum = t0;

@@ -23,7 +23,7 @@ void compare_decay(const auto& scheme, const auto& control, double difference, c
   REQUIRE(report);
   CHECK(report.statistics.steps == expected.statistics.steps);
   CHECK(report.statistics.rejections == expected.statistics.rejections);
-  CHECK(report.statistics.force_calls <= expected.statistics.force_calls + expected.statistics.steps);
+  CHECK(report.statistics.force_calls <= expected.statistics.force_calls + expected.statistics.steps + 1);
   CHECK((eigen(y) - z).lpNorm<Eigen::Infinity>() <= difference);
 }
 void compare_decay(const auto& scheme, const auto& control, double difference) {
@@ -160,8 +160,9 @@ TEST_CASE("a step of a field makes no vector, and asks all ranks no more than it
   const auto tries = [&] { return rosenbrock.statistics().steps + rosenbrock.statistics().rejections; };
   const auto before = LocalOps::counts().reductions, tries_before = tries();
   for (int k = 0; k < 8; ++k) REQUIRE(run.advance());
-  // J, ∂Ψ/∂t, six solves, y, the error; a second try, whether it starts where the first did.
-  CHECK(LocalOps::counts().reductions - before <= 11 * (tries() - tries_before));
+  // J, ∂Ψ/∂t, six solves, y, the error, Ψ at the end, and whether the next step starts there; a second try, whether it starts
+  // where the first did.
+  CHECK(LocalOps::counts().reductions - before <= 13 * (tries() - tries_before));
 }
 
 TEST_CASE("a field's exception passes through, and the state keeps every bit") {

@@ -12,7 +12,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "phistep/base/numbers/arithmetic.hpp"
 #include "phistep/base/version.hpp"
@@ -129,6 +128,7 @@ class RadauControl {
   /// @param keeps  the Jacobian serves on: so do its factors, where Δt would hardly grow
   [[nodiscard]] double after(double dt, double error, const RadauIteration<>& solve, bool keeps, bool& success) {
     rate_ = solve.rate();
+    failures_ = 0;
     const double relative = error / allowed_;
     const double n = 2 * solve.limit();
     const double safety = std::min(0.9, 0.9 * (1 + n) / (solve.count() + n));
@@ -153,13 +153,15 @@ class RadauControl {
   }
   /// … and after one whose equations weren't solved.
   [[nodiscard]] double failed(double dt, double shrink) {
+    rejected_ = true;
     rate_ = 1;
-    return std::min(shrink, std::exchange(rejected_, true) ? 0.1 : 1.0) * dt;
+    return (++failures_ > 4 ? 0.1 : shrink) * dt;  // a rate that rises by ten decades takes as many
   }
   void forget() {
     dt_before_ = 0;
     error_before_ = rate_ = 1;
     rejected_ = false;
+    failures_ = 0;
   }
   void archive(auto& ar) {
     ar("stages", stages_, "rtol", rtol_, "allowed", allowed_, "dt_before", dt_before_, "error_before", error_before_,
@@ -187,6 +189,7 @@ class RadauControl {
   double rtol_ = 0, allowed_ = 1;
   double dt_before_ = 0, error_before_ = 1, rate_ = 1;
   bool rejected_ = false;
+  int failures_ = 0;  // of the tries of this step
 };
 
 }}  // namespace phistep::PHISTEP_ABI

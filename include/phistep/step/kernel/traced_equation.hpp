@@ -86,7 +86,7 @@ struct TracedEquation : Eq {
   void predict(Scalar h) {
     const Scalar since = has_resolved ? sought : -trace.dt_before;  // that slope, seen from t
     sought = h;
-    if (trace.dt_before == 0) return;  // y' may be that of a transient
+    if (trace.dt_before == 0 || trace.has_hidden) return;  // y' may be that of a transient
     const auto start = in<S>(trace.start), known = in<S>(has_resolved ? trace.end : trace.before);
     assign<S>(trace.predicted, in<S>(y) + h * start + (h * h / (2 * since)) * (known - start));
     has_prediction = true;
@@ -133,7 +133,8 @@ struct TracedEquation : Eq {
     if (const Outcome bad = filter_once(error); failed(bad)) return bad;
     const double before = size_of(error, next);
     const Outcome seen = see_falling_rates(this->last, false);
-    if (size_of(error, next) > 2 * before) kernel.resolvent().forget();  // its J is that of another rate
+    trace.has_hidden = size_of(error, next) > 2 * before;
+    if (trace.has_hidden) kernel.resolvent().forget();  // its J is that of another rate
     return seen;
   }
   [[nodiscard]] Outcome filter_once(Plain& x) { return Eq::filter(x); }

@@ -96,7 +96,7 @@ class LinearStages {
     if (!knows_psi) rhs.evaluate_into(t, y, psi);
     bool is_looked_at = false;  // of a field the size of the first right-hand side tells
     if constexpr (FieldState<S>) is_looked_at = Matrix::sizes(options_, allowed_);
-    if (!is_looked_at && first_non_finite(Rate::blocks(psi))) return Outcome::non_finite_force;
+    if (!is_looked_at && !knows_psi && first_non_finite(Rate::blocks(psi))) return Outcome::non_finite_force;
     copy_rate(psi_, psi);
     if constexpr (has_time)
       if (const Outcome outcome = differ_in_time(rhs, t, dt, y); outcome != Outcome::success) return outcome;
@@ -180,16 +180,16 @@ class LinearStages {
   [[nodiscard]] Outcome differ_in_time(Rhs& rhs, Scalar t, Scalar dt, const Plain& y) requires has_time {
     const Scalar u = std::numeric_limits<Scalar>::epsilon();
     const Scalar least = 64 * u * std::abs(t), wanted = std::sqrt(std::sqrt(u)) * std::abs(dt);
-    const Scalar delta = (t + std::copysign(std::max(wanted, least), dt)) - t;
-    rhs.evaluate_into(t + delta, y, later_);
+    const Scalar from = rhs.inside(t), delta = (from + std::copysign(std::max(wanted, least), dt)) - from;
+    rhs.evaluate_into(from + delta, y, later_);
     const Scalar half = 1 / (2 * delta);
     if constexpr (FieldState<S>) {
       assign_rate<S>(psi_t_, Scalar{-3} * in_rate<S>(psi_) + Scalar{4} * in_rate<S>(later_));
-      rhs.evaluate_into(t + 2 * delta, y, later_);
+      rhs.evaluate_into(from + 2 * delta, y, later_);
       assign_rate<S>(psi_t_, half * (in_rate<S>(psi_t_) - in_rate<S>(later_)));
     } else {
       copy_rate(psi_t_, later_);
-      rhs.evaluate_into(t + 2 * delta, y, later_);
+      rhs.evaluate_into(from + 2 * delta, y, later_);
       for_each_number([half](auto, Scalar& b, Scalar a, Scalar c) { b = half * twice_change(a, b, c); },
                       Rate::blocks(psi_t_), Rate::blocks(psi_), Rate::blocks(later_));
     }

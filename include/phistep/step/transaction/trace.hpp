@@ -81,6 +81,7 @@ struct Trace {
   double error_scale_square = 1;  ///< … of which the square is this times that of `error`
   bool has_slopes = false;        ///< `start` and `end` are filled
   bool has_error = false;         ///< `error` is filled
+  bool has_hidden = false;        ///< rates fell in the last try: where slopes lead is not known
   bool has_met_bound = false;     ///< a solve of this run has met a place where Ψ doesn't exist
   Smoothness smoothness;          ///< of the force, by the estimates of explicit pairs
   double proposed = 0;  ///< [time] |Δt| that a step which chooses it itself wants next, accepted or not; 0: it doesn't
@@ -98,6 +99,7 @@ struct Trace {
   /// The next step starts somewhere else.
   void forget() {
     smoothness.forget();
+    has_hidden = false;
     forget_slopes();
   }
   /// … or its slope there isn't known.
@@ -109,6 +111,7 @@ struct Trace {
   /// The step has become the state.
   void advance() {
     smoothness.accepted();
+    has_hidden = false;
     if (!has_slopes) return forget_slopes();
     for_each_block(
         [](auto, auto& a, auto& b, auto& c) {
