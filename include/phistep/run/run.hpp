@@ -75,7 +75,8 @@ class Run {
     ar("clock", step_.clock());
     ar.state("state", state_);
     ar("stepper", stepper_, "control", step_.pace(), "report", report_, "counts_before", before_, "begun", begun_,
-       "ended", ended_, "first", first_, "at_jump", step_.starts_at_jump(), "left_at", edits_, "armed", events_, "trust", trust_);
+       "ended", ended_, "first", first_, "at_jump", step_.starts_at_jump(), "left_at", edits_, "armed", events_,
+       "trust", trust_);
     std::apply([&ar](auto&... observer) { ar(observer...); }, Watchers::kept(observers_));
     if constexpr (FieldState<Plain>) {  // the saved guard knew another vector
       bool unedited = !Ar::reading && edits_.holds(time(), state_);

@@ -172,8 +172,7 @@ class Sleeping {
   }
   /// What the stepper inside may rely on.
   [[nodiscard]] Origin inner_origin(Origin origin, bool is_edited) const {
-    if (is_edited || sleepers_.report.asleep == 0)
-      return sleepers_.meddled ? origin.with(Origin::unknown) : origin;
+    if (is_edited || sleepers_.report.asleep == 0) return sleepers_.meddled ? origin.with(Origin::unknown) : origin;
     return origin.with(origin == Origin::unedited && !sleepers_.meddled ? Origin::unedited : Origin::rest_unedited);
   }
 

@@ -148,8 +148,7 @@ class GridPace {
     // A stop that rounding alone keeps from a node is that node, unless that is the end.
     const Scalar beyond = stop ? clock.sign() * (node - *stop) : Scalar{-1};
     const Scalar same = node == clock.span().t1 ? Scalar{0} : clock.rounding(node);
-    if (beyond > same)
-      return {.end = *stop, .dt = length(t, *stop), .lands = true, .clipped = true, .at_stop = true};
+    if (beyond > same) return {.end = *stop, .dt = length(t, *stop), .lands = true, .clipped = true, .at_stop = true};
     // From node to node Δt is the nominal one: their times differ by that only up to rounding.
     const Scalar whole = t == node_ ? grid_->step(done_) : -grid_->from_node(done_ + 1, t);
     const bool is_stop = stop && -beyond <= same;

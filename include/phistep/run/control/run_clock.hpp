@@ -51,7 +51,8 @@ class RunClock {
     const Scalar left = sign() * length_to(stop);
     // A stretch by a hundredth spares a tiny last step; two halves are better than one step and a bit.
     const Scalar stretched = std::min(static_cast<Scalar>(1.01) * wanted, longest);
-    if (left <= std::max(wanted, stretched) + rounding(stop)) return {.end = stop, .dt = sign() * left, .lands = true, .clipped = wanted > left, .at_stop = true};
+    if (left <= std::max(wanted, stretched) + rounding(stop))
+      return {.end = stop, .dt = sign() * left, .lands = true, .clipped = wanted > left, .at_stop = true};
     if (left < 2 * wanted) return {t_ + sign() * left / 2, sign() * left / 2, false, true};
     return {t_ + sign() * wanted, sign() * wanted, false, false};
   }

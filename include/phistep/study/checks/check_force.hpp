@@ -16,7 +16,6 @@
 #include <utility>
 
 #include "phistep/base/numbers/arithmetic.hpp"
-#include "phistep/base/numbers/arithmetic.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/reductions.hpp"
 #include "phistep/base/version.hpp"
