@@ -23,12 +23,18 @@ concept MotionLike = requires(const View& view) {
   view.r;
   view.v;
 };
+/// Of a struct of blocks with names of its own, whose forces add: nothing.
 template <class View>
 struct ViewScalar {
-  using type = typename std::remove_cvref_t<decltype([](const View& view) -> decltype(auto) {
-    if constexpr (MotionLike<View>) return (view.r);
-    else return (view.y);
-  }(std::declval<const View&>()))>::Scalar;
+  using type = void;
+};
+template <MotionLike View>
+struct ViewScalar<View> {
+  using type = typename std::remove_cvref_t<decltype(std::declval<const View&>().r)>::Scalar;
+};
+template <FirstOrderLike View>
+struct ViewScalar<View> {
+  using type = typename std::remove_cvref_t<decltype(std::declval<const View&>().y)>::Scalar;
 };
 
 /// Number of arguments of a force that is called and returns, 0 where no accepted form fits.

@@ -22,11 +22,11 @@
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-/// A state of the user's own: named blocks, the first two being r and v where it drifts.
+/// A state of the user's own: blocks of any names, the first being r and the second v where it drifts.
 ///
 ///     struct Spray {
 ///       Eigen::VectorXd r, v, T;
-///       static constexpr bool drifts = true;                                     // r' = v
+///       static constexpr bool drifts = true;                                     // r' = v; without this word nothing drifts
 ///       static auto blocks(auto& y) { return std::tie(y.r, y.v, y.T); }
 ///       struct Rate {
 ///         Eigen::VectorXd force, heat;                                           // rates of v and T
@@ -35,10 +35,16 @@ namespace phistep { inline namespace PHISTEP_ABI {
 ///     };
 template <class S>
 concept BlockStruct = requires(S& y, typename S::Rate& rate) {
-  { S::drifts } -> std::convertible_to<bool>;
   S::blocks(y);
   S::Rate::blocks(rate);
 };
+template <BlockStruct S>
+inline constexpr bool says_it_drifts = false;
+template <BlockStruct S>
+  requires requires {
+    { S::drifts } -> std::convertible_to<bool>;
+  }
+inline constexpr bool says_it_drifts<S> = S::drifts;
 
 /// What a force sees of a first-order state.
 template <class Vector, class Mass>
@@ -82,7 +88,7 @@ template <BlockStruct S>
 struct Blocks<S> {
   using Plain = typename OwningTwin<S>::type;
   using Rate = typename Plain::Rate;
-  static constexpr bool drifts = S::drifts;
+  static constexpr bool drifts = says_it_drifts<S>;
   static auto all(auto& y) { return std::remove_cvref_t<decltype(y)>::blocks(y); }
   static auto solved(auto& y) {
     return []<std::size_t... K>(auto tie, std::index_sequence<K...>) {
@@ -90,6 +96,10 @@ struct Blocks<S> {
     }
     (all(y), std::make_index_sequence<std::tuple_size_v<decltype(all(y))> - (drifts ? 1 : 0)>{});
   }
+  static_assert(std::tuple_size_v<decltype(solved(std::declval<S&>()))> ==
+                    std::tuple_size_v<decltype(Rate::blocks(std::declval<Rate&>()))>,
+                "phistep: the state's Rate needs a block for each of its blocks, but for the first where that drifts "
+                "(static constexpr bool drifts = true; r' = v)");
   using Scalar = typename std::remove_cvref_t<std::tuple_element_t<0, decltype(all(std::declval<Plain&>()))>>::Scalar;
   /// What a force's `add` sees: the state's own view (with masses) if it defines one, else the state.
   template <class Masses>
