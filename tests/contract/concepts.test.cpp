@@ -41,7 +41,7 @@ struct NoDrifts {
     static auto blocks(auto& q) { return std::tie(q.rate); }
   };
 };
-static_assert(!State<NoRate> && !State<NoDrifts>);
+static_assert(!State<NoRate> && State<NoDrifts> && !Blocks<NoDrifts>::drifts);
 
 // ---- Scheme ---------------------------------------------------------------------------------------------------------
 using PlainRhs = RightHandSide<Fixed, Fixed (*)(const Fixed&), std::tuple<UnitMass>>;

@@ -424,6 +424,8 @@ TEST_CASE("the force sees the same times") {
   };
   PhiStepper stepper{y, force, forward_euler};
   REQUIRE(integrate(stepper, y, {0, 1}, fixed(0.3)));
+  CHECK(times[0] <= 1e-15);  // just behind the start, where a load may jump
+  times[0] = 0;
   CHECK(times == std::vector<double>{0, 0.3, 0.6, 3 * 0.3});
 }
 

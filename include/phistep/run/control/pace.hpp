@@ -195,10 +195,10 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
   }
   [[nodiscard]] Outcome failed(Outcome why, const Landing<Scalar>& to, const SolveRecord&, Limits& limits) {
     const double dt = std::abs(static_cast<double>(to.dt)), proposed = std::exchange(trace_.proposed, 0);
+    if (why != Outcome::error_too_large && !may_be_cured(why)) return why;
     if (std::exchange(doubt_.has_learned, false)) return Length::shorten(why, dt, 0.9);
     if (proposed > 0 && proposed < dt) return Length::shorten(why, dt, proposed / dt);
     if (why == Outcome::error_too_large) return Length::shorten(why, dt, size_.rejected(error_.size() / allowed_));
-    if (!may_be_cured(why)) return why;
     const bool is_finite = why != Outcome::non_finite_force && why != Outcome::non_finite_state;
     trace_.has_met_bound = trace_.has_met_bound || !is_finite;
     limits.count(is_finite ? LimitedBy::iterations : LimitedBy::not_finite);

@@ -43,16 +43,20 @@ class FallingRates {
     for (Rate* x : {&end_, &beside_}) set_zero(Rate::blocks(*x));
   }
   /// x is e₀, which the filter has not seen yet.
-  void keep(const Plain& x) { unfiltered_ = x; }
+  void keep(const Plain& x) {
+    fit(x);
+    copy_blocks<S>(unfiltered_, x);
+  }
   /// x is M e₀.
   void keep_product(const Plain& x, const auto& masses) {
-    unfiltered_ = x;
+    keep(x);
     static_cast<void>(divide_by_mass(Blocks<S>::solved(unfiltered_), masses));
   }
   /// to += γ (M⁻¹Ψ(t⁺, y⁺) − y'⁺): what an iteration that believed W₀ has left of the equation at the end.
   [[nodiscard]] Outcome add_defect(auto& eq, Scalar gamma, Plain& to) {
     if (const Outcome bad = eq.reach_end(); failed(bad)) return bad;
-    moved_ = to;
+    fit(to);
+    copy_blocks<S>(moved_, to);
     assign_solved<S>(moved_, in_rate<S>(eq.psi));
     static_cast<void>(divide_by_mass(Blocks<S>::solved(moved_), eq.rhs().masses()));
     add_solved<S>(to, gamma * (in<S>(moved_) - in<S>(eq.trace.end)));
@@ -93,6 +97,11 @@ class FallingRates {
   }
 
  private:
+  void fit(const Plain& like) {
+    if (same_shape<Plain>(probe_, like)) return;
+    for (Plain* x : {&unfiltered_, &p_, &moved_, &probe_}) *x = like;
+    end_ = beside_ = make_rate<S>(like);
+  }
   /// beside_ = Ψ(t⁺, y⁺ + x). False where it isn't finite.
   [[nodiscard]] bool is_known_at(auto& eq, const Gamma<Scalar>& gamma, const Plain& x) {
     probe_ = eq.next;
