@@ -25,6 +25,7 @@
 #include "phistep/run/observers/event_set.hpp"
 #include "phistep/run/observers/observers.hpp"
 #include "phistep/run/stepper/step_attempt.hpp"
+#include "phistep/step/equation/origin.hpp"
 #include "phistep/step/transaction/edit_guard.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {

@@ -34,8 +34,8 @@
 #include "phistep/force/seldom.hpp"
 #include "phistep/schemes/velocity_verlet.hpp"
 #include "phistep/step/equation/explicit_update.hpp"
-#include "phistep/step/equation/origin.hpp"
 #include "phistep/step/kernel/scheme_on.hpp"
+#include "phistep/step/transaction/edit_guard.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

@@ -24,9 +24,9 @@
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/step/equation/explicit_update.hpp"
-#include "phistep/step/equation/origin.hpp"
 #include "phistep/step/equation/right_hand_side.hpp"
 #include "phistep/step/kernel/scheme_on.hpp"
+#include "phistep/step/transaction/edit_guard.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

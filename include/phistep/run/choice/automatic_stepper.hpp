@@ -30,6 +30,7 @@
 #include "phistep/run/choice/suitable_scheme.hpp"
 #include "phistep/run/control/error_law.hpp"
 #include "phistep/run/control/run_clock.hpp"
+#include "phistep/step/equation/origin.hpp"
 #include "phistep/step/mass/bound_masses.hpp"
 #include "phistep/step/mass/mass.hpp"
 #include "phistep/step/transaction/trace.hpp"

@@ -20,6 +20,7 @@
 #include "phistep/run/inside/dense_output.hpp"
 #include "phistep/run/stepper/any_stepper.hpp"
 #include "phistep/run/stepper/step_doubling.hpp"
+#include "phistep/step/equation/origin.hpp"
 #include "phistep/step/transaction/trace.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {

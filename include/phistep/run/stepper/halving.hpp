@@ -25,6 +25,7 @@
 #include "phistep/base/state/reductions.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/run/stepper/any_stepper.hpp"
+#include "phistep/step/equation/origin.hpp"
 #include "phistep/step/transaction/trace.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {

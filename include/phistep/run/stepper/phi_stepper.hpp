@@ -24,6 +24,7 @@
 #include "phistep/run/errors/automatic_atol.hpp"
 #include "phistep/schemes/respa.hpp"
 #include "phistep/schemes/splitting.hpp"
+#include "phistep/step/equation/origin.hpp"
 #include "phistep/step/equation/right_hand_side.hpp"
 #include "phistep/step/kernel/kernel.hpp"
 #include "phistep/step/kernel/scheme_on.hpp"

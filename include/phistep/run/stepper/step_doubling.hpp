@@ -18,6 +18,7 @@
 #include "phistep/base/state/combination.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/run/stepper/any_stepper.hpp"
+#include "phistep/step/equation/origin.hpp"
 #include "phistep/step/transaction/trace.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {

@@ -18,6 +18,7 @@
 #include "phistep/base/version.hpp"
 #include "phistep/force/routine.hpp"
 #include "phistep/step/equation/gamma.hpp"
+#include "phistep/step/equation/origin.hpp"
 #include "phistep/step/in_place/pass_in_place.hpp"
 #include "phistep/step/in_place/undo_log.hpp"
 #include "phistep/step/transaction/edit_guard.hpp"

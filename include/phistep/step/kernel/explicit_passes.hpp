@@ -17,10 +17,10 @@
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/version.hpp"
 #include "phistep/step/equation/explicit_update.hpp"
+#include "phistep/step/equation/origin.hpp"
 #include "phistep/step/in_place/in_place_step.hpp"
 #include "phistep/step/in_place/in_place_update.hpp"
 #include "phistep/step/in_place/unchanged_particles.hpp"
-#include "phistep/step/transaction/edit_guard.hpp"
 #include "phistep/step/transaction/transaction.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {

@@ -12,6 +12,7 @@
 #include "phistep/base/outcome/step_report.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/version.hpp"
+#include "phistep/step/equation/origin.hpp"
 #include "phistep/step/equation/right_hand_side.hpp"
 #include "phistep/step/kernel/algebraic_start.hpp"
 #include "phistep/step/kernel/equation.hpp"
