@@ -179,8 +179,9 @@ struct TracedEquation : Eq {
   [[nodiscard]] static bool is_not_finite(Outcome outcome) {
     return outcome == Outcome::non_finite_force || outcome == Outcome::non_finite_state;
   }
-  /// The last resolve's matrix is that of the masses, nearly.
+  /// The last resolve's matrix is that of the masses, nearly. Of fields over ranks more is not asked: it would take them reductions.
   [[nodiscard]] bool is_mild() const {
+    if constexpr (FieldState<S>) return true;
     if constexpr (requires { kernel.resolvent().is_mild(); }) return has_resolved && kernel.resolvent().is_mild();
     return false;
   }
