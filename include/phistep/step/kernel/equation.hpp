@@ -155,8 +155,8 @@ struct Equation {
   /// The filter that comes will see x = M e₀, or e₀.
   static void keep_unfiltered_product(const Plain& /*x*/) {}
   static void keep_unfiltered(const Plain& /*x*/) {}
-  /// The error is W₀⁻¹ M e₀, γ that of W₀, and where rates fall grows by what that has hidden.
-  /// @param knows_beside  psi is Ψ(t + Δt, next − error)
+  /// The error is W₀⁻¹ M e₀, γ that of W₀, and where rates fall grows by what that has hidden. The flag says that psi is
+  /// Ψ(t + Δt, next − error).
   [[nodiscard]] static Outcome see_falling_rates(const Gamma<Scalar>& /*gamma*/, bool /*knows_beside*/) {
     return Outcome::success;
   }
