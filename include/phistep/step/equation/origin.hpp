@@ -4,7 +4,7 @@
 ///
 /// A run ends steps at the times it is given, its own end among them, and at events. There a load may jump: the step that
 /// ends at such a time T takes Ψ(T⁻), the one that starts there Ψ(T⁺) (E. Hairer, S. P. Nørsett & G. Wanner, Solving ODEs I,
-/// sect. II.6, p. 197). So that no rounding of T, the user's or ours, puts it on the wrong side, the force is asked six
+/// sect. II.6). So that no rounding of T, the user's or ours, puts it on the wrong side, the force is asked six
 /// roundings inside, which is also more than Ψ known at a time may be off its time (same_time in edit_guard.hpp).
 #pragma once
 

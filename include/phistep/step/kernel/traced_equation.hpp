@@ -127,7 +127,7 @@ struct TracedEquation : Eq {
   // ---- what a filter hides (falling_rates.hpp) ----
 
   [[nodiscard]] Outcome filter(Plain& error) {
-    if (is_mild()) return Eq::filter(error);
+    if (!sees_falling_rates || is_mild()) return Eq::filter(error);
     if (const Outcome bad = add_defect(this->last.force, error); failed(bad)) return bad;
     keep_unfiltered(error);
     if (const Outcome bad = filter_once(error); failed(bad)) return bad;
