@@ -198,9 +198,10 @@ class EventSet {
       return plain_;
     }
   }
+  /// g has passed zero, or stands there: the next step would find no sign to come from.
   [[nodiscard]] static bool passed(int from, Scalar g, const auto& event) {
     const Direction wanted = event.options().direction;
-    return sign_of(g) == -from && (wanted == Direction::both || static_cast<int>(wanted) == -from);
+    return sign_of(g) != from && (wanted == Direction::both || static_cast<int>(wanted) == -from);
   }
   /// Notes a crossing at t. True where the search may miss one soon: if the intervals go on shrinking as they did, the
   /// one after next is shorter than that. (What rounding left of g at this event, seen in time, grows by that ratio.)

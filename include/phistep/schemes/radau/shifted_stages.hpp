@@ -52,7 +52,7 @@ class ShiftedStages {
     matrix_.resize(y, rhs);  // may throw, so it comes first
     lanes_.resize(unknowns<S>(y));
     if constexpr (is_promised) check_.resize(y);
-    if constexpr (is_promised || !Rhs::drifts) one_.assign(static_cast<std::size_t>(unknowns<S>(y)), {});
+    one_.assign(static_cast<std::size_t>(unknowns<S>(y)), {});
   }
   /// Forgets what solves have left.
   void forget() { matrix_.drop(); }
