@@ -65,7 +65,7 @@ TEST_CASE("a rate that falls from 1e6 to 0.1: the result is cos t", "[!shouldfai
   });
   battery::none(tally);
 }
-TEST_CASE("a rate that falls: steps that end on the jumps, by at_times or an event, are a cure", "[!shouldfail][48]") {
+TEST_CASE("a rate that falls: steps that end on the jumps, by at_times or an event, are a cure") {
   battery::Tally tally{"a rate that falls, jumps known"};
   each([&](const char* name, auto integrator) {
     for (const Cure cure : {Cure::at_times, Cure::event})
