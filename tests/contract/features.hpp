@@ -163,7 +163,7 @@ void pair_up(Source& source, Scheme scheme, double finest) {
   all.level = source.real("level", -0.5, 0.5);
   if (source.flag("fault")) all.call = source.integer("call", 0, 100);
   // On a grid of dyadic Δt, far from zero is nowhere.
-  if (source.flag("far")) all.t0 = plain.t0 = all.controlled ? 0 : std::exp2(source.integer("2^t0", 0, 40));
+  if (source.flag("far")) all.t0 = plain.t0 = all.controlled ? 0 : std::exp2(source.integer("2^t0", 0, 38));
   Wanted near = plain;
   near.t0 = 0;
   near.saves = all.restart;  // saving forgets Jacobians
