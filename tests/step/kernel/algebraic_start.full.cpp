@@ -1,5 +1,7 @@
 #include <phistep/phistep.hpp>
 
+#include <cmath>
+
 #include "support/catch.hpp"
 
 using namespace phistep;
@@ -39,6 +41,28 @@ TEST_CASE("a start that does not satisfy the algebraic equations is refused, and
   };
   check(rodas4);
   check(rodas5p);
+  check(tr_bdf2);
+}
+
+TEST_CASE(
+    "a load of the algebraic equation that grows from zero at the start is consistent, one that jumps there isn't") {
+  // y' = z, 0 = load − z, and all begins with zeros, without .atol.
+  const auto run = [](auto scheme, double t0, auto load) {
+    Two y{0, 0};
+    const auto rate = [load](const Two& u, double t) -> Two { return {u[1], load(t) - u[1]}; };
+    PhiStepper stepper{y, rate, scheme, capacity(one_of_two)};
+    return integrate(stepper, y, {t0, t0 + 1}, tolerance{.rtol = 1e-6}).outcome;
+  };
+  const auto check = [&](auto scheme) {
+    for (const double t0 : {0.0, 1.0, -3.0}) {
+      CHECK(run(scheme, t0, [=](double t) { return std::sin(t - t0); }) == Outcome::success);
+      CHECK(run(scheme, t0, [=](double t) { return t > t0 ? 1.0 : 0.0; }) == Outcome::inconsistent_start);
+      CHECK(run(scheme, t0, [=](double t) { return t > t0 ? std::cos(t) : 0.0; }) == Outcome::inconsistent_start);
+    }
+  };
+  check(radau);
+  check(rodas5p);
+  check(rodas4);
   check(tr_bdf2);
 }
 
