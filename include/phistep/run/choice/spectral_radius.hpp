@@ -1,6 +1,6 @@
 /// @file
-/// How fast the fastest component of a solution could change: ρ = |λ|max of ∂y'/∂y, by a few force calls and no matrix; and how a
-/// run watches it.
+/// How fast the fastest component of a solution could change: ρ = |λ|max of ∂y'/∂y, by a few force calls and no matrix; and how it
+/// is followed during a run.
 #pragma once
 
 #include <algorithm>

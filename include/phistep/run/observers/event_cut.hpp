@@ -58,8 +58,7 @@ class EventCut {
     const auto hit = events_.refine(found, [&](Scalar t) -> const typename Attempt::Plain* {
       step_.undo();
       shorter = to;
-      if (t != to.end || !to.lands)
-        shorter = {.end = t, .dt = step_.length_to(t), .lands = true, .clipped = true, .at_stop = true};
+      if (t != to.end || !to.lands) shorter = {.end = t, .dt = step_.length_to(t), .lands = true, .clipped = true};
       shorter.at_stop = true;
       done = step_.attempt(shorter, Origin::unknown, false);
       return done ? &step_.plain() : nullptr;

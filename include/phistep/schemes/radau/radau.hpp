@@ -205,24 +205,24 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
       return Outcome::non_finite_state;
     }
     this->template end_slope<s>(eq);
-    bool is_hidden = false;
-    if (const Outcome bad = this->template estimate<s>(eq, masses, is_hidden); failed(bad)) {
+    if (const Outcome bad = this->template estimate<s>(eq, masses); failed(bad)) {
       trace.proposed = control_.failed(dt, 0.5);
       return bad;
     }
-    if (is_hidden && solver_.drop_old()) return this->template trace_with<s>(eq);
+    if (trace.has_hidden && solver_.drop_old()) return this->template trace_with<s>(eq);
     bool success = false;
     // A Jacobian that the force gives costs less than the iterations that an old one would add.
-    pending_keeps_ = !std::remove_cvref_t<decltype(eq.stages())>::analytic && control_.is_fast(test) && !is_hidden;
+    pending_keeps_ =
+        !std::remove_cvref_t<decltype(eq.stages())>::analytic && control_.is_fast(test) && !trace.has_hidden;
     trace.proposed = control_.after(dt, eq.size_of_error(), test, pending_keeps_, success);
     if (!success) return Outcome::error_too_large;
     keep<s>(eq);
     return Outcome::success;
   }
 
-  /// trace.error by (2). @param is_hidden  J has hidden some of it: rates have fallen since it was made
+  /// trace.error by (2)
   template <int s>
-  [[nodiscard]] Outcome estimate(auto& eq, const auto& masses, bool& is_hidden) {
+  [[nodiscard]] Outcome estimate(auto& eq, const auto& masses) {
     auto& trace = eq.trace;
     const Scalar h = eq.dt, by = radau_constants<Scalar, s>.mu.re[0] * h;
     set_zero(Blocks<S>::all(trace.error));
@@ -253,10 +253,7 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
     if constexpr (drifts)
       position_of<S>(trace.error) = by * (position_of<S>(trace.error) + velocity_of<S>(trace.error));
     trace.has_error = true;
-    const double before = eq.size_of(trace.error, eq.next);
-    const Outcome seen = eq.see_falling_rates({by, by}, control_.allowed(), false);
-    is_hidden = eq.size_of(trace.error, eq.next) > 2 * before;
-    return seen;
+    return eq.see_hidden({by, by}, control_.allowed());
   }
   /// The polynomial, and y' at the step's end.
   template <int s>

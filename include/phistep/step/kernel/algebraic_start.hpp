@@ -101,8 +101,9 @@ class AlgebraicStart {
     for_each_number([&any](auto, Scalar x) { any = any || x != 0; }, Rate::blocks(residual_));
     return any;
   }
-  /// Ψ(T⁺) is asked six roundings behind T, where P Ψ is no longer what it is at T, be it 0 there, which counts beside a
-  /// state of zeros. What grows from nothing is more than double five times as far from T; after a jump it isn't.
+  /// A step that may start at a jump asks Ψ six roundings after its start T (step/equation/origin.hpp). Where P Ψ is zero at T
+  /// and grows, it isn't zero there, and beside a state of zeros that counts as inconsistent. What grows from zero has more than
+  /// doubled at five times the distance from T; after a jump it hasn't.
   [[nodiscard]] bool starts_from_nothing(Rhs& rhs, const auto& step) const {
     const Scalar off = rhs.inside(step.t) - step.t;
     if (FieldState<S> || off == 0) return false;  // of a field, a rank sees its part alone

@@ -131,9 +131,7 @@ struct TracedEquation : Eq {
     if (const Outcome bad = add_defect(this->last.force, error); failed(bad)) return bad;
     keep_unfiltered(error);
     if (const Outcome bad = filter_once(error); failed(bad)) return bad;
-    const double before = size_of(error, next);
-    const Outcome seen = see_falling_rates(this->last, false);
-    trace.has_hidden = size_of(error, next) > 2 * before;
+    const Outcome seen = see_hidden(this->last);
     if (trace.has_hidden) kernel.resolvent().forget();  // its J is that of another rate
     return seen;
   }
@@ -159,6 +157,13 @@ struct TracedEquation : Eq {
     if constexpr (sees_falling_rates)
       if (!kernel.last_solve().is_singular) return kernel.falling_rates().see(*this, gamma, allowed, knows_beside);
     return Outcome::success;
+  }
+  /// The same after an iteration, whose J may be old. trace.has_hidden: rates have fallen since it was made
+  [[nodiscard]] Outcome see_hidden(const Gamma<Scalar>& gamma, auto... allowed) {
+    const double before = size_of(trace.error, next);
+    const Outcome seen = see_falling_rates(gamma, allowed..., false);
+    trace.has_hidden = size_of(trace.error, next) > 2 * before;
+    return seen;
   }
   /// ‖x‖ in units of the tolerance, of what a state between y and y1 is off
   [[nodiscard]] double size_of(const Plain& x, const Plain& y1) const {
