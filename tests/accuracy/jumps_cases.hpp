@@ -221,6 +221,10 @@ void order_survives(battery::Tally& tally, int number, Way way, const char* name
 struct Answers {
   battery::Tally errors, tries;
 };
+inline void are_right(const Answers& answers) {
+  battery::at_most(0, answers.errors);
+  battery::at_most(0, answers.tries);
+}
 template <class Problem>
 void tolerance_holds(Answers& answers, int number, Way way, const char* name, auto scheme, double tightest,
                      double unit = 1) {

@@ -34,16 +34,10 @@ const jumps::Answers& answers() {
 
 }  // namespace
 
-template <Way way>
-void are_right() {
-  battery::at_most(0, answers<way>().errors);
-  battery::at_most(0, answers<way>().tries);
-}
-
 TEST_CASE("jumps, tolerance: right where the steppers are new or told") {
   battery::at_most(0, answers<Way::pieces>().errors);
-  are_right<Way::handler_resets>();
+  jumps::are_right(answers<Way::handler_resets>());
 }
-TEST_CASE("jumps, tolerance: right where steps end on the jumps") { are_right<Way::at_times>(); }
-TEST_CASE("jumps, tolerance: right where a run ends on each jump") { are_right<Way::row_of_runs>(); }
-TEST_CASE("jumps, tolerance: right where at_times switches the load") { are_right<Way::handler>(); }
+TEST_CASE("jumps, tolerance: right where steps end on the jumps") { jumps::are_right(answers<Way::at_times>()); }
+TEST_CASE("jumps, tolerance: right where a run ends on each jump") { jumps::are_right(answers<Way::row_of_runs>()); }
+TEST_CASE("jumps, tolerance: right where at_times switches the load") { jumps::are_right(answers<Way::handler>()); }
