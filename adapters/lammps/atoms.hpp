@@ -48,8 +48,9 @@ struct Movers {
 struct InverseInertia {
   const double* all;
   double operator()(std::ptrdiff_t component) const { return all[component]; }
-  auto operator()(phistep::PacketIndex components) const {
-    return phistep::Packet<double>::load(all + components.first);
+  template <int width>
+  auto operator()(phistep::From<double, width> components) const {
+    return components(all);
   }
 };
 /// The masses, or moments of inertia 2/5 m r², that LAMMPS' arrays hold now.

@@ -70,7 +70,13 @@ class ArraysStep {
     });
     const auto report = stepper_->step(*state_, t, dt);
     for (std::size_t k = 0; k + 1 < sizeof...(arrays); ++k) rows_[k].give(movers);  // but the forces
-    return report ? std::string{} : report.message();
+    if (report) return {};
+    // LAMMPS' name of the atom, where the arrays' order means nothing to its users.
+    phistep::Failure failure = report.failure();
+    if (failure.column < 0) return failure.message();
+    const auto tag = movers.atom->tag[movers.index(static_cast<std::ptrdiff_t>(failure.column))];
+    failure.index = failure.column = -1;
+    return "atom " + std::to_string(tag) + "; " + failure.message();
   }
 
  private:

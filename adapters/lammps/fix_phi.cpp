@@ -16,7 +16,6 @@
 /// each a step of one pass over the arrays in place, which sends and reduces nothing. The φ-method is done before, with forces at
 /// trial positions, all that run_style verlet calls between two steps: f_ID[1] and f_ID[2] in thermo output count these calls, and
 /// iterations. Where a number is no longer finite, or the iteration doesn't converge, the run ends with a message.
-#include <cmath>
 #include <cstdio>
 #include <optional>
 #include <string>
@@ -50,6 +49,7 @@ class FixPhi final : public LAMMPS_NS::Fix {
       if (!(phi > 0 && phi <= 1) || !(rtol >= 0 && rtol < 1))
         error->all(FLERR, "fix phi: expected one of verlet, sphere, symplectic_euler, or 0 < φ <= 1 and 0 <= rtol < 1");
       implicit_.emplace(phi, rtol);
+      phi_ = scheme;
     } else if (argc != 4) {
       error->all(FLERR, "fix phi {}: nothing is expected after it", scheme);
     }
@@ -62,7 +62,10 @@ class FixPhi final : public LAMMPS_NS::Fix {
   void init() override {
     if (LAMMPS_NS::utils::strmatch(update->integrate_style, "^respa"))
       error->all(FLERR, "fix phi needs run_style verlet");
-    if (implicit_) implicit_->forget();
+    if (!implicit_) return;
+    if (const std::string why = phistep_lammps::refused(lmp); !why.empty())
+      error->all(FLERR, "fix phi {}: {}; take `fix phi verlet` or `sphere`", phi_, why);
+    implicit_->forget();
   }
   /// After LAMMPS has moved atoms between ranks.
   void pre_neighbor() override {
@@ -106,17 +109,14 @@ class FixPhi final : public LAMMPS_NS::Fix {
   }
   void end(const std::string& fault) {
     if (fault.empty()) return;
-    std::string which;
-    for (int i = 0; i < atom->nlocal && which.empty(); ++i)
-      for (int d = 0; d < 3; ++d)
-        if (!std::isfinite(atom->f[i][d])) which = "the force on atom " + std::to_string(atom->tag[i]) + "; ";
     // This rank ends all of them at once, and what it has not written by then may be lost: its own words come first.
-    std::fprintf(stderr, "fix phi: %s%s\n", which.c_str(), fault.c_str());
+    std::fprintf(stderr, "fix phi: %s\n", fault.c_str());
     std::fflush(nullptr);
-    error->one(FLERR, "fix phi: " + which + fault);
+    error->one(FLERR, "fix phi: " + fault);
   }
 
   bool spins_ = false, is_whole_ = false;
+  std::string phi_;
   phistep_lammps::Movers movers_;
   phistep_lammps::Motions<std::remove_cvref_t<decltype(phistep::symplectic_euler)>> whole_;
   phistep_lammps::Motions<phistep_lammps::FirstHalf> first_;

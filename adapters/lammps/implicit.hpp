@@ -5,12 +5,17 @@
 
 #include <mpi.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -21,9 +26,11 @@
 #include "bond.h"
 #include "comm.h"
 #include "dihedral.h"
+#include "fix.h"
 #include "force.h"
 #include "improper.h"
 #include "kspace.h"
+#include "lammps.h"
 #include "modify.h"
 #include "pair.h"
 #include "pointers.h"
@@ -46,18 +53,19 @@ struct Operations : phistep::MpiFieldOps<Operations, double> {
 };
 using Field = phistep::Field<Operations>;
 
-/// M⁻¹Ψ(r): LAMMPS' forces with the atoms at r, divided by their masses. Where a step starts LAMMPS has computed them.
+/// M⁻¹Ψ(r, v): LAMMPS' forces with the atoms at r, with velocities v, divided by their masses. Where a step starts LAMMPS has
+/// computed them.
 class Accelerations : LAMMPS_NS::Pointers {
  public:
   /// @param start  of the step, while the forces are those there
   Accelerations(LAMMPS_NS::LAMMPS* lammps, const Movers& movers, std::int64_t& calls, const Numbers*& start)
       : Pointers{lammps}, movers_{&movers}, calls_{&calls}, start_{&start} {}
-  const Field& operator()(const Field& r) {
+  const Field& operator()(const Field& r, const Field& v) {
     out_.take_shape(r);
-    const std::vector<double>& at = r.handle()->all;
     if (r.handle() != *start_) {  // a trial's: of all ranks
       *start_ = nullptr;
-      movers_->scatter(at.data(), atom->x);
+      movers_->scatter(r.handle()->all.data(), atom->x);
+      movers_->scatter(v.handle()->all.data(), atom->v);
       compute();
     }
     std::vector<double>& to = out_.handle()->all;
@@ -96,6 +104,25 @@ class Accelerations : LAMMPS_NS::Pointers {
   Field out_;
 };
 
+/// What can't be asked for at trial states, in words; empty: all can. Some forces add to a memory whenever they are computed, some
+/// are another random number each time, and what holds bonds by forces takes the step for Verlet's.
+inline std::string refused(LAMMPS_NS::LAMMPS* lammps) {
+  const auto begins = [](const char* style, auto... with) {
+    return style != nullptr && (std::string_view{style}.starts_with(with) || ...);
+  };
+  const char *const pair = lammps->force->pair_style, *const remembers = " has a memory of contacts, to which each trial adds",
+             *const is_random = " is another random force at each trial";
+  for (const LAMMPS_NS::Fix* fix : lammps->modify->get_fix_list()) {
+    const std::string name = "fix " + std::string{fix->style};
+    if (begins(fix->style, "shake", "rattle")) return name + " holds bonds by forces made for Verlet's step";
+    if (begins(fix->style, "langevin", "brownian", "gle", "gld", "wiener")) return name + is_random;
+    if (begins(fix->style, "wall/gran")) return name + remembers;
+    if (begins(fix->style, "NEIGH_HISTORY")) return "pair_style " + std::string{pair} + remembers;
+  }
+  if (begins(pair, "dpd", "mdpd", "sdpd", "tdpd", "edpd")) return "pair_style " + std::string{pair} + is_random;
+  return {};
+}
+
 class Implicit {
   using State = phistep::Motion<Field>;
   using Stepper =
@@ -125,13 +152,24 @@ class Implicit {
     iterations_ += stepper_->statistics().iterations - before;
     movers.scatter(state.r.handle()->all.data(), atom.x);
     movers.scatter(state.v.handle()->all.data(), atom.v);
-    return report ? std::string{} : report.message();
+    return report ? std::string{} : spoiled(movers, ranks) + report.message();
   }
   /// Of this run: calls of the forces beside LAMMPS' own, iterations.
   [[nodiscard]] std::int64_t calls() const { return calls_; }
   [[nodiscard]] std::int64_t iterations() const { return iterations_; }
 
  private:
+  /// The first atom, of all ranks, on which the last trial's force isn't finite.
+  [[nodiscard]] static std::string spoiled(const Movers& movers, MPI_Comm ranks) {
+    auto first = std::numeric_limits<std::int64_t>::max();
+    for (std::ptrdiff_t k = 0; k < movers.size(); ++k) {
+      const std::ptrdiff_t i = movers.index(k);
+      const double* const f = movers.atom->f[i];
+      if (!std::isfinite(f[0] + f[1] + f[2])) first = std::min<std::int64_t>(first, movers.atom->tag[i]);
+    }
+    MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPI_INT64_T, MPI_MIN, ranks);
+    return first == std::numeric_limits<std::int64_t>::max() ? "" : "the force on atom " + std::to_string(first) + "; ";
+  }
   [[nodiscard]] Field taken(const Movers& movers, double** rows, MPI_Comm ranks) const {
     std::vector<double> all(static_cast<std::size_t>(3 * movers.size()));
     movers.gather(rows, all.data());

@@ -125,7 +125,9 @@ class PetscSolver {
  public:
   static constexpr bool is_field_solver = true;
 
-  /// @param like      a matrix of J's layout and pattern, its diagonal in it, which stays the caller's
+  /// @param like      a matrix of J's layout and pattern, its diagonal in it, which stays the caller's. One that isn't assembled
+  ///                  yet, and a MATSHELL, are J themselves; of the latter W is a product, too, and has no preconditioner but
+  ///                  what the options or ksp() name
   /// @param jacobian  (t, y, J) or (t, r, v, K, C): sets all of their numbers and assembles them; it may return a
   ///                  PetscErrorCode
   /// @param mass      m in m y' = Ψ, as given to the stepper
@@ -138,30 +140,28 @@ class PetscSolver {
     all_->motion_jacobian = [f = std::move(jacobian)](double t, Vec r, Vec v, Mat K, Mat C) mutable {
       call_checked<PetscOps>(f, t, r, v, K, C);
     };
+    if (all_->is_shell) throw std::invalid_argument("phistep: K and C of a motion can't be one MATSHELL");
     check_petsc(MatDuplicate(like, MAT_DO_NOT_COPY_VALUES, &all_->K));
   }
+  /// The application's own KSP, with its prefix, options and DM, solves from here on; it stays the caller's, too.
+  void use(KSP own) {
+    check_petsc(PetscObjectReference(reinterpret_cast<PetscObject>(own)));
+    check_petsc(KSPDestroy(&all_->ksp));
+    all_->ksp = own;
+    check_petsc(KSPGetTolerances(own, &all_->rtol, nullptr, nullptr, nullptr));
+  }
 
-  [[nodiscard]] Outcome linearise(double t, const PetscField& y) {
+  [[nodiscard]] Outcome linearize(double t, const PetscField& y) {
     all_->jacobian(t, y.handle(), all_->J);
     return Outcome::success;
   }
-  [[nodiscard]] Outcome linearise(double t, const PetscField& r, const PetscField& v) {
+  [[nodiscard]] Outcome linearize(double t, const PetscField& r, const PetscField& v) {
     all_->motion_jacobian(t, r.handle(), v.handle(), all_->K, all_->J);
     return Outcome::success;
   }
   [[nodiscard]] Outcome factorize(const Gamma<double>& gamma) {
-    check_petsc(MatCopy(all_->J, all_->W, SAME_NONZERO_PATTERN));
-    check_petsc(MatScale(all_->W, -gamma.force));
-    if (all_->K != nullptr) check_petsc(MatAXPY(all_->W, -gamma.force * gamma.drift, all_->K, SAME_NONZERO_PATTERN));
-    check_petsc(MatShift(all_->W, all_->mass));
-    // PETSc's own multigrid keeps its coarse spaces as long as the pattern stays: those of a matrix that is nearly the identity
-    // serve no other.
-    const double size = std::abs(gamma.force);
-    const bool is_similar = size <= 4 * all_->made_for && 4 * size >= all_->made_for;
-    if (!is_similar) all_->made_for = size;
-    PC pc = nullptr;
-    check_petsc(KSPGetPC(all_->ksp, &pc));
-    check_petsc(PCGAMGSetReuseInterpolation(pc, is_similar ? PETSC_TRUE : PETSC_FALSE));
+    all_->gamma = gamma.force;
+    if (!all_->is_shell) assemble(gamma);
     check_petsc(KSPSetOperators(all_->ksp, all_->W, all_->W));
     return KSPSetUp(all_->ksp) == 0 ? Outcome::success : Outcome::singular_matrix;
   }
@@ -193,6 +193,8 @@ class PetscSolver {
     std::function<void(double t, Vec r, Vec v, Mat K, Mat C)> motion_jacobian;
     PetscField right;
     double mass = 1, rtol = 1e-5, made_for = 0;  // made_for: |γ| of the preconditioner's set-up
+    double gamma = 0;
+    bool is_shell = false;  // J is a product, and W is
     All() = default;
     All(const All&) = delete;
     All& operator=(const All&) = delete;
@@ -202,12 +204,52 @@ class PetscSolver {
       MatDestroy(&W);
       KSPDestroy(&ksp);
     }
+    static PetscErrorCode multiply(Mat W, Vec x, Vec Wx) {
+      All* its = nullptr;
+      PetscCall(MatShellGetContext(W, &its));
+      PetscCall(MatMult(its->J, x, Wx));
+      return VecAXPBY(Wx, its->mass, -its->gamma, x);
+    }
   };
+  /// W = m − γ_f C − γ_f γ_d K in numbers.
+  void assemble(const Gamma<double>& gamma) {
+    if (all_->W == nullptr) check_petsc(MatDuplicate(all_->J, MAT_DO_NOT_COPY_VALUES, &all_->W));
+    check_petsc(MatCopy(all_->J, all_->W, SAME_NONZERO_PATTERN));
+    check_petsc(MatScale(all_->W, -gamma.force));
+    if (all_->K != nullptr) check_petsc(MatAXPY(all_->W, -gamma.force * gamma.drift, all_->K, SAME_NONZERO_PATTERN));
+    check_petsc(MatShift(all_->W, all_->mass));
+    // PETSc's own multigrid keeps its coarse spaces as long as the pattern stays: those of a matrix that is nearly the identity
+    // serve no other.
+    const double size = std::abs(gamma.force);
+    const bool is_similar = size <= 4 * all_->made_for && 4 * size >= all_->made_for;
+    if (!is_similar) all_->made_for = size;
+    PC pc = nullptr;
+    check_petsc(KSPGetPC(all_->ksp, &pc));
+    check_petsc(PCGAMGSetReuseInterpolation(pc, is_similar ? PETSC_TRUE : PETSC_FALSE));
+  }
   PetscSolver(Mat like, double mass) : all_{std::make_shared<All>()} {
     all_->mass = mass;
-    check_petsc(MatDuplicate(like, MAT_DO_NOT_COPY_VALUES, &all_->J));
-    check_petsc(MatDuplicate(like, MAT_DO_NOT_COPY_VALUES, &all_->W));
-    check_petsc(KSPCreate(PetscObjectComm(reinterpret_cast<PetscObject>(like)), &all_->ksp));
+    PetscBool is_shell = PETSC_FALSE, is_assembled = PETSC_FALSE;
+    check_petsc(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(like), MATSHELL, &is_shell));
+    check_petsc(MatAssembled(like, &is_assembled));
+    all_->is_shell = is_shell == PETSC_TRUE;
+    if (all_->is_shell || is_assembled == PETSC_FALSE) {
+      check_petsc(PetscObjectReference(reinterpret_cast<PetscObject>(like)));
+      all_->J = like;
+    } else {
+      check_petsc(MatDuplicate(like, MAT_DO_NOT_COPY_VALUES, &all_->J));
+    }
+    const MPI_Comm ranks = PetscObjectComm(reinterpret_cast<PetscObject>(like));
+    check_petsc(KSPCreate(ranks, &all_->ksp));
+    if (all_->is_shell) {
+      PetscInt rows = 0, columns = 0;
+      check_petsc(MatGetLocalSize(like, &rows, &columns));
+      check_petsc(MatCreateShell(ranks, rows, columns, PETSC_DETERMINE, PETSC_DETERMINE, all_.get(), &all_->W));
+      check_petsc(MatShellSetOperation(all_->W, MATOP_MULT, reinterpret_cast<void (*)()>(&All::multiply)));
+      PC pc = nullptr;
+      check_petsc(KSPGetPC(all_->ksp, &pc));
+      check_petsc(PCSetType(pc, PCNONE));
+    }
     check_petsc(KSPSetFromOptions(all_->ksp));
     check_petsc(KSPGetTolerances(all_->ksp, &all_->rtol, nullptr, nullptr, nullptr));
   }

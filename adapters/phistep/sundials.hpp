@@ -37,6 +37,7 @@ struct SundialsOps : MpiFieldOps<SundialsOps, realtype> {
   using Handle = N_Vector;
 
   static N_Vector clone(N_Vector x) {
+    read([](auto...) {}, x);  // all ranks are refused together what can't be read
     if (const N_Vector y = N_VClone(x)) return y;
     throw std::runtime_error("SUNDIALS: an N_Vector can't be cloned");
   }
@@ -83,16 +84,31 @@ struct SundialsOps : MpiFieldOps<SundialsOps, realtype> {
     }
     return {};
   }
+  /// How many numbers this rank has.
+  /// @throws std::invalid_argument where a vector of the user's own kind, spread over ranks, doesn't tell
   [[nodiscard]] static std::size_t local_size(N_Vector x) {
-    const bool is_spread = N_VGetVectorID(x) == SUNDIALS_NVEC_PARALLEL;
-    return static_cast<std::size_t>(is_spread ? static_cast<N_VectorContent_Parallel>(x->content)->local_length
-                                              : N_VGetLength(x));
+    if (N_VGetVectorID(x) == SUNDIALS_NVEC_PARALLEL)
+      return static_cast<std::size_t>(static_cast<N_VectorContent_Parallel>(x->content)->local_length);
+    if (x->ops->nvgetlocallength != nullptr) return static_cast<std::size_t>(x->ops->nvgetlocallength(x));
+    if (ranks(x) > 1)
+      throw std::invalid_argument(
+          "phistep: this kind of N_Vector is spread over ranks and doesn't say how many numbers each has: set its "
+          "ops->nvgetlocallength");
+    return static_cast<std::size_t>(N_VGetLength(x));
   }
+  /// @throws std::invalid_argument where they lie on a device: an array beside them may be older
   [[nodiscard]] static Scalar* array(N_Vector x) {
-    Scalar* const its = x->ops->nvgetarraypointer != nullptr ? N_VGetArrayPointer(x) : nullptr;
-    if (its == nullptr && local_size(x) > 0)
-      throw std::invalid_argument("phistep: the numbers of this kind of N_Vector are not in this process's memory");
+    const bool is_here = x->ops->nvgetdevicearraypointer == nullptr && !is_on_device(N_VGetVectorID(x));
+    Scalar* const its = is_here && x->ops->nvgetarraypointer != nullptr ? N_VGetArrayPointer(x) : nullptr;
+    if (its == nullptr && (!is_here || local_size(x) > 0))
+      throw std::invalid_argument(
+          "phistep: the numbers of this kind of N_Vector are not in this process's memory: take a serial, OpenMP, "
+          "Pthreads or parallel one, or a ManyVector of these");
     return its;
+  }
+  [[nodiscard]] static bool is_on_device(N_Vector_ID kind) {
+    return kind == SUNDIALS_NVEC_CUDA || kind == SUNDIALS_NVEC_HIP || kind == SUNDIALS_NVEC_SYCL ||
+           kind == SUNDIALS_NVEC_RAJA || kind == SUNDIALS_NVEC_KOKKOS || kind == SUNDIALS_NVEC_OPENMPDEV;
   }
 };
 
@@ -150,7 +166,7 @@ class SundialsSolver {
         }));
   }
 
-  [[nodiscard]] Outcome linearise(double t, const SundialsField& y) {
+  [[nodiscard]] Outcome linearize(double t, const SundialsField& y) {
     all_->t = t, all_->at = y;
     if (all_->J != nullptr) {
       check(SUNMatZero(all_->J));

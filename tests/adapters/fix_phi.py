@@ -208,15 +208,6 @@ def main():
         if not good:
             faults.append(name)
 
-    def known(item, name, right, wrong, why):
-        """Known to be wrong: no fault as long as it is so in the way known. `item` is to mend it."""
-        if not right and wrong:
-            print(f"known {name}: {why} [{item}]", flush=True)
-        elif right:
-            check(name, False, f"it is right now ({why}): make it a check [{item}]")
-        else:
-            check(name, False, f"wrong in another way than known: {why} [{item}]")
-
     melt = dict(pair="lj/cut 2.5", dt=0.005)
     grains = "x y z vx vy vz omegax omegay omegaz"
     for ranks in (1, 2, 3):
@@ -261,7 +252,7 @@ def main():
                     break
             check(f"no number ends the run ({scheme}, {ranks})", dump == "" and "fix phi: " in said, said[-200:] if "fix phi: " not in said else "")
             if scheme == "verlet":
-                check("  by the atom's name", "force on atom " in said)
+                check("  by the atom's name", "fix phi: atom " in said)
     for wrong in ("phi", "phi 2", "phi -0.5", "phi verlet 3", "phi 0.5 atol 1", "phi 0.5 rtol 2", "phi sphere"):
         dump, said = runs.run(1, MELT, f"all {wrong}", 1, **melt)
         check(f"`fix 1 all {wrong}` is refused", dump == "" and "fix phi" in said, "" if "fix phi" in said else said[-200:])
@@ -270,32 +261,35 @@ def main():
     for phi in (0.5, 1.0):
         dump, said = runs.run(1, DRAG, f"all phi {phi}", 10, "vx")
         v, exact = (numbers(dump) or [float("nan")])[0], ((1 - (1 - phi) * 0.1) / (1 + phi * 0.1)) ** 10
-        known("49-B", f"drag, phi = {phi}", abs(v - exact) < 1e-9, abs(v - 0.9**10) < 1e-9, f"v = {v:.6f} for {exact:.6f}")
+        check(f"drag, phi = {phi}", abs(v - exact) < 1e-9, f"v = {v:.6f} for {exact:.6f} {said[-200:] if not dump else ''}")
 
     # A grain's spring along x: two sevenths of the normal stiffness, less what the normal force has along x.
     stiffness = -2000 * 2 / 7 + 2000 * 0.01 / 0.99
-    for fix, steps in (("nve", 200), ("phi verlet", 200), ("phi 0.5", 50), ("phi 1", 50)):
-        dump, said = runs.run(1, SLIDE, f"high {fix}", steps, "x fx")
+    for fix in ("nve", "phi verlet"):
+        dump, said = runs.run(1, SLIDE, f"high {fix}", 200, "x fx")
         x, f = numbers(dump)[2:] if len(numbers(dump)) == 4 else (float("nan"),) * 2
-        good, why = abs(f / (x - 5) / stiffness - 1) < 1e-3, f"force over way {f / (x - 5):.1f} for {stiffness:.1f}"
-        if fix in ("nve", "phi verlet"):
-            check(f"a grain slides, fix {fix}", good, why)
-        else:
-            known("49-B", f"a grain slides, fix {fix}", good, -4700 < f / (x - 5) < -4000, why)
+        check(f"a grain slides, fix {fix}", abs(f / (x - 5) / stiffness - 1) < 1e-3, f"force over way {f / (x - 5):.1f} for {stiffness:.1f}")
 
-    for fix in ("nve", "phi verlet", "phi 0.5"):
+    for fix in ("nve", "phi verlet"):
         dump, said = runs.run(1, ROD, f"all {fix}", 400, "vx vy vz")
         energy = sum(v * v for v in numbers(dump)) / 4 if dump else float("nan")  # LAMMPS' own, an atom's
-        good, why = abs(energy - 0.5) < 1e-6, f"kinetic energy {energy:.5f} for 0.5"
-        if fix != "phi 0.5":
-            check(f"a rod turns, fix {fix}", good, why)
-        else:
-            refused = not dump and "fix phi" in said and "shake" in said
-            known("49-B", f"a rod turns, fix {fix}", good or refused, 0.485 < energy < 0.495, why)
+        check(f"a rod turns, fix {fix}", abs(energy - 0.5) < 1e-6, f"kinetic energy {energy:.5f} for 0.5")
 
-    dump, said = runs.run(1, INFINITE, "all phi verlet", 6)
-    whose = said[said.find("fix phi: ") :][:120]
-    known("49-B", "an infinite force by its atom's name", "atom 11;" in said, dump == "" and "(particle " in whose, whose)
+    # What the phi-method can't ask for at trial states is refused by its name, before the first step.
+    noise = "fix noise all langevin 1.0 1.0 1.0 4711"
+    for deck, who, more, name, values in (
+        (SLIDE, "high", "", "gran/hooke/history", {}),
+        (GRAINS, "all", "", "gran", {}),
+        (ROD, "all", "", "shake", {}),
+        (MELT, "all", noise, "langevin", melt),
+    ):
+        dump, said = runs.run(1, deck, f"{who} phi 0.5", 5, more=more, **values)
+        whose = said[said.find("fix phi") :][:160]
+        check(f"`fix phi 0.5` refuses {name}", not dump and "fix phi 0.5: " in said and name in whose, whose)
+
+    for fix in ("phi verlet", "phi symplectic_euler", "phi 0.5"):
+        dump, said = runs.run(1, INFINITE, f"all {fix}", 6)
+        check(f"an infinite force by its atom's name, fix {fix}", not dump and "atom 11;" in said, said[said.find("fix phi: ") :][:120])
     print(f"{len(faults)} wrong")
     return 1 if faults else 0
 

@@ -218,7 +218,7 @@ struct FaultySolver {
     if (throws) throw std::runtime_error("the solver of this rank");
     return wrong;
   }
-  Outcome linearise(double t, const Grid::Field& y) { return told(good.linearise(t, y), Outcome::non_finite_jacobian); }
+  Outcome linearize(double t, const Grid::Field& y) { return told(good.linearize(t, y), Outcome::non_finite_jacobian); }
   Outcome factorize(const Gamma<double>& gamma) { return told(good.factorize(gamma), Outcome::singular_matrix); }
   Outcome solve(Grid::Field& x, double rtol) { return told(good.solve(x, rtol), Outcome::linear_solver_failed); }
   [[nodiscard]] auto iterations() const { return good.iterations(); }
