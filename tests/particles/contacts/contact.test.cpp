@@ -1,6 +1,7 @@
 // Contacts: what a collision, a throw, a slope and a roll must come to.
 #include "particles/contacts/contact_cases.hpp"
 #if PHISTEP_QUICK
+#include <phistep/particles/bodies/particle_sums.hpp>
 #include <phistep/preflight.hpp>
 #endif
 
@@ -177,15 +178,20 @@ TEST_CASE("contacts are counted exactly") {
   REQUIRE(stepper.step(y, 0, 1e-6));
   CHECK(stepper.force().statistics().pairs == 3 * n * n * (n - 1));
   CHECK(stepper.force().statistics().touching == 3 * n * n * (n - 1));
-  // Periodic, every ball has six; of two that are held still no pair is made.
+  // Periodic, every ball has six; a pair of two that are held still is not computed.
   y.set_box(Box<double, 3>::periodic(Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(0.99 * n)));
   REQUIRE(stepper.step(y, 1e-6, 1e-6));
   CHECK(stepper.force().statistics().touching == 3 * n * n * n);
+  const double energy = potential_energy(stepper, y), whole_pressure = pressure(stepper, y);
   std::vector<std::uint8_t> still(static_cast<std::size_t>(n * n * n), 0);
   for (int i = 0; i < n * n; ++i) still[static_cast<std::size_t>(i)] = 1;  // a layer: 2n² pairs in it
   y.set_still(still);
   REQUIRE(stepper.step(y, 2e-6, 1e-6));
   CHECK(stepper.force().statistics().touching == 3 * n * n * n - 2 * n * n);
+  // Nor has it energy, or a part in the pressure.
+  const double share = 1 - 2. / (3 * n);
+  CHECK_THAT(potential_energy(stepper, y), Catch::Matchers::WithinRel(share * energy, 1e-6));
+  CHECK_THAT(pressure(stepper, y), Catch::Matchers::WithinRel(share * whole_pressure, 1e-6));
 }
 
 TEST_CASE("units change no bit") {
@@ -234,7 +240,12 @@ TEST_CASE("the shortest impact is known to preflight") {
   y.v.row(0) << 0.5, -0.5;
   const auto masses = Smooth::masses(y);
   // What preflight asks of a scene's force.
-  const auto time = [&](const auto& force) { return shortest_contact(force, Smooth::view(y, masses)); };
+  const auto time = [&](const auto& force) {
+    double shortest = 0;
+    PreflightReport report;
+    ask_of_impacts(force, Smooth::view(y, masses), shortest, report);
+    return shortest;
+  };
   CHECK(time(Contact{Hooke{.stiffness = 1e5}}) == Approx(M_PI * std::sqrt(0.5 / 1e5)));
   // 2.943 δ/v: 2.87 (m*²/(R* E*² v))^(1/5) [K. L. Johnson, Contact Mechanics, (11.24)], printed to three digits
   CHECK(time(Contact{Hertz{.modulus = 1e7}}) == Approx(2.87 * std::pow(0.25 / (0.25 * 1e14), 0.2)).epsilon(2e-3));

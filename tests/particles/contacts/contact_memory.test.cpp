@@ -3,7 +3,7 @@
 #include <phistep/particles/contacts/contact_memory.hpp>
 #include <phistep/particles/contacts/contact_pairs.hpp>
 #include <phistep/particles/contacts/spring_table.hpp>
-#include <phistep/particles/walls/touching_walls.hpp>
+#include <phistep/particles/walls/wall_shapes.hpp>
 #include <phistep/particles/walls/walls.hpp>
 
 #include <cmath>
@@ -54,7 +54,7 @@ SpringTable<double, Place> one_contact() {
 }  // namespace
 
 TEST_CASE("what contacts remember is finite, or no memory of theirs") {
-  using Memory = ContactMemory<double, WallBodies<double>, std::int64_t>;
+  using Memory = ContactMemory<SpringTable<double, std::int64_t>, WallBodies<double>>;
   Memory memory;
   memory.time = 3, memory.step = 0.5, memory.lag = 0.125;
   const Memory again = copied(memory);
@@ -70,11 +70,6 @@ TEST_CASE("what contacts remember is finite, or no memory of theirs") {
   check_refused(
       one_contact(), [](Table& t) -> double& { return t.slip.x[1][0]; },
       [](Table& t) -> double& { return t.roll.x[2][0]; });
-
-  using Dormant = DormantSprings<double>;
-  check_refused(
-      Dormant{{{1, 2, {1, 2, 3}, {4, 5, 6}}}}, [](Dormant& d) -> double& { return d.contacts[0].slip[0]; },
-      [](Dormant& d) -> double& { return d.contacts[0].roll[2]; });
 
   using Springs = SpringTable<double, std::int64_t>;
   check_refused(

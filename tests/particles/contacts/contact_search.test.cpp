@@ -39,7 +39,6 @@ std::set<Pair> by_trying_all(const Particles<Scalar, dim>& y, Scalar skin) {
   const auto& body = y.body();
   for (Eigen::Index j = 1; j < y.r.cols(); ++j)
     for (Eigen::Index i = 0; i < j; ++i) {
-      if (body.is_still(i) && body.is_still(j)) continue;
       Scalar square{0};
       for (int a = 0; a < dim; ++a) {
         Scalar d = y.r(a, i) - y.r(a, j);

@@ -1,6 +1,6 @@
 // Neighbour lists: what is listed, what it costs, and when it is made anew.
 #include <phistep/base/archive/archive.hpp>
-#include <phistep/particles/bodies/box.hpp>
+#include <phistep/particles/bodies/body.hpp>
 #include <phistep/particles/neighbors/neighbors.hpp>
 
 #include <algorithm>
@@ -249,7 +249,7 @@ TEST_CASE("an unchecked list is made anew every n steps, moved or not") {
   NeighborMemory memory;
   for (int step = 0; step <= 60; ++step) {  // step 0: before the first; then one question a step
     r[0] += 1e-3;
-    static_cast<void>(neighbors.list(r.data(), 20, {}, nobody, {1.0, 0.3, ListPolicy::unchecked_every(20)}, memory));
+    static_cast<void>(neighbors.list(r.data(), 20, {}, nobody, {1.0, 0.3, 20}, memory));
     CHECK(neighbors.rebuilds() == 1u + static_cast<unsigned>(step) / 20u);
     if (step > 0) ++memory.age;
   }

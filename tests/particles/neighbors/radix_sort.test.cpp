@@ -19,7 +19,7 @@ TEST_CASE("a radix sort is the stable sort, with one thread and several, of keys
   };
   RadixSort<Keyed> sort;  // for all of them
   std::mt19937_64 random(7);
-  for (const std::size_t n : {0, 1, 5000, 40'000})
+  for (const std::size_t n : {0u, 1u, 5000u, 40'000u})
     for (const std::uint64_t top : {std::uint64_t{0}, std::uint64_t{900}, std::uint64_t{2048}, ~std::uint64_t{0}}) {
       std::vector<Keyed> items(n);
       for (std::uint32_t k = 0; k < n; ++k) items[k] = {top == 0 ? 0 : random() % top, k};

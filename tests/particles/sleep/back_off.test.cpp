@@ -83,17 +83,17 @@ TEST_CASE("a set that changes at every step is given up, and tried again when th
   CHECK(scene.asleep() == 0);
   CHECK(scene.stepper.report().woken == 36);
   CHECK(scene.sets_of(30, 40) == 10);
-  // 100 (0.1 + 0.9·0.97^k) <= 36 for k = 41 checks.
-  scene.run_to(449);
+  // 100 (0.1 + 0.45·0.97^k) <= 36 for k = 19 checks.
+  scene.run_to(229);
   CHECK(scene.asleep() == 0);
-  scene.run_to(450);
-  CHECK(scene.all_computed(40, 450));
+  scene.run_to(230);
+  CHECK(scene.all_computed(40, 230));
   CHECK(scene.asleep() == 36);
   scene.run_to(700);
-  CHECK(scene.sets_of(450, 700) == 1);
+  CHECK(scene.sets_of(230, 700) == 1);
   CHECK(scene.stepper.report().fell_asleep == 72);
   CHECK(scene.stepper.report().woken == 36);
-  CHECK(scene.stepper.report().skipped == 10 * 36 + (35 + 26) * 10 / 2 + 250 * 36);
+  CHECK(scene.stepper.report().skipped == 10 * 36 + (35 + 26) * 10 / 2 + 470 * 36);
 }
 
 TEST_CASE("a set that changes at every step is kept where most sleep in spite of that") {

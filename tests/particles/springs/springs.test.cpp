@@ -1,7 +1,7 @@
 // Springs as pairs and as entries are one tangent; the order of the list does not matter.
 #include <phistep/base/state/motion.hpp>
 #include <phistep/particles/springs/springs.hpp>
-#include <phistep/study/checks/check_jacobian.hpp>
+#include <phistep/study/checks/check_force.hpp>
 
 #include <Eigen/Core>
 
@@ -110,13 +110,11 @@ TEST_CASE("a spring without a length at rest is k d everywhere, at its zero too"
   CHECK(out.force.tail<9>().norm() == 0);
 }
 
-TEST_CASE("the list keeps its order outside, and the force does not depend on it") {
+TEST_CASE("the force does not depend on the order of the list") {
   const auto y = points<3>();
   auto shuffled = some;
   std::shuffle(shuffled.begin(), shuffled.end(), std::mt19937(4));
   const auto network = spring_network<3>(some), other = spring_network<3>(shuffled);
-  REQUIRE(other.springs.size() == 5);
-  for (std::size_t s = 0; s < 5; ++s) CHECK(other.springs[s].stiffness == shuffled[s].stiffness);
   Out a{Vec::Zero(15)}, b{Vec::Zero(15)};
   network.add(0.0, y, a);
   other.add(0.0, y, b);

@@ -1,5 +1,6 @@
 // Walls: throws, slopes and rolls on a plane, and the shape of a box.
 #include <phistep/io/checkpoint.hpp>
+#include <phistep/particles/bodies/particle_sums.hpp>
 #include <phistep/particles/bodies/particles.hpp>
 #include <phistep/particles/contacts/contact.hpp>
 #include <phistep/particles/walls/walls.hpp>
@@ -225,6 +226,20 @@ TEST_CASE("walls of fewer materials than a checkpoint's particles have are refus
   save_checkpoint(file, y, three);
   load_checkpoint(file, z, two);
   CHECK_THROWS_WITH(two.step(z, 1e-3, 1e-3), contains("particle 0 is of type 2"));
+}
+
+TEST_CASE("what a pile weighs is the force on its ground") {
+  const double g = 10, k = 1e4;
+  Matrix r(3, 2);
+  r << 0, 0, 0, 0, 0.5, 1.5;
+  Blocks3 y{r};
+  y.set_mass(1.0).set_radius(0.5);
+  const Hooke law{.stiffness = k, .restitution = 0.5};
+  const Plane<3> beside{.point = {-5, 0, 0}, .normal = {1, 0, 0}};
+  PhiStepper stepper{y, Gravity{Eigen::Vector3d(0, 0, -g)} + Contact{law} + Walls{law, beside, ground}, backward_euler};
+  for (int n = 0; n < 60; ++n) REQUIRE(stepper.step(y, 0.1 * n, 0.1));
+  CHECK((force_on_wall(stepper, y, 1) - Eigen::Vector3d(0, 0, -2 * g)).norm() < 1e-8);
+  CHECK(force_on_wall(stepper, y, 0).norm() == 0);
 }
 
 TEST_CASE("walls that can't be are refused") {

@@ -1,10 +1,12 @@
 /// @file
-/// What belongs to particles and doesn't change during a step: masses, radii, types, charges, the box.
+/// What particles have that doesn't change during a step: masses, radii, types, charges, the box around them. And the blocks that they
+/// may have beside r and v: each names its part of the state, of the rate, of a force's view, and its masses.
 #pragma once
 
 #include <Eigen/Core>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <memory>
@@ -14,20 +16,77 @@
 #include <vector>
 
 #include "phistep/base/facts/structure.hpp"
-#include "phistep/base/machine/serial.hpp"
+#include "phistep/base/machine/memory.hpp"
 #include "phistep/base/machine/shares.hpp"
 #include "phistep/base/numbers/update.hpp"
 #include "phistep/base/state/active_set.hpp"
-#include "phistep/base/version.hpp"
-#include "phistep/particles/bodies/box.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
+
+/// The region that particles live in: along each axis open or periodic; walls are force terms (particles/walls/walls.hpp).
+/// Positions are never wrapped by the library: along a periodic axis they run on, and forces see the nearest images.
+template <class Scalar, int dim>
+struct Box {
+  using Vector = Eigen::Matrix<Scalar, dim, 1>;
+
+  Vector lower = Vector::Zero();        ///< [length], where the axis is periodic
+  Vector upper = Vector::Zero();        ///< [length], likewise
+  std::array<bool, dim> is_periodic{};  ///< an axis that isn't is open: nothing ends there
+
+  [[nodiscard]] static Box open() { return {}; }
+  /// Periodic along every axis.
+  [[nodiscard]] static Box periodic(const Vector& lower, const Vector& upper) {
+    Box box{lower, upper, {}};
+    box.is_periodic.fill(true);
+    return box;
+  }
+  [[nodiscard]] Vector length() const { return upper - lower; }
+  [[nodiscard]] bool is_open() const { return is_periodic == std::array<bool, dim>{}; }
+
+  /// @throws std::invalid_argument unless every periodic axis has a length that is finite and > 0
+  void check() const {
+    for (int a = 0; a < dim; ++a)
+      if (periodic_at(a) && !(std::isfinite(upper[a] - lower[a]) && upper[a] > lower[a]))
+        throw std::invalid_argument(
+            "phistep: a periodic box needs finite lower < upper, and a finite length, along axis " + std::to_string(a));
+  }
+
+  /// What to add to r to bring it between lower and upper [length].
+  [[nodiscard]] Vector shift(const Vector& r) const {
+    Vector by = Vector::Zero();
+    for (int a = 0; a < dim; ++a) {
+      if (!periodic_at(a)) continue;
+      const Scalar size = upper[a] - lower[a];
+      by[a] = -size * std::floor((r[a] - lower[a]) / size);
+      // Rounding may put a position just below `lower` on `upper` itself.
+      if (r[a] + by[a] >= upper[a]) by[a] -= size;
+    }
+    return by;
+  }
+  /// r between lower and upper [length].
+  [[nodiscard]] Vector wrapped(const Vector& r) const { return r + shift(r); }
+  /// The shortest of a difference's images [length].
+  [[nodiscard]] Vector nearest(Vector d) const {
+    for (int a = 0; a < dim; ++a) {
+      if (!periodic_at(a)) continue;
+      const Scalar size = upper[a] - lower[a];
+      d[a] -= size * std::round(d[a] / size);
+    }
+    return d;
+  }
+
+  void archive(auto& ar) { ar("lower", lower, "upper", upper, "is_periodic", is_periodic); }
+  bool operator==(const Box&) const = default;
+
+ private:
+  [[nodiscard]] bool periodic_at(int axis) const { return is_periodic[static_cast<std::size_t>(axis)]; }
+};
 
 /// Ids end below this: however many particles come after the largest, there are numbers for them.
 inline constexpr std::int64_t largest_id = std::int64_t{1} << 62;
 
-/// Immutable, and shared between a state and the steppers' copies of it: another object says that something was changed.
-/// Columns have a value a particle, or none where the scene doesn't need them.
+/// Properties of particles: immutable, shared between a state and its copies, replaced by a new object where one is changed. A column has
+/// a value for each particle, or none.
 template <class Scalar, int dim>
 struct Body {
   using Column = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
@@ -37,12 +96,12 @@ struct Body {
   Eigen::VectorXi type;             ///< an index into tables of materials, or empty: all 0
   Column charge;                    ///< [charge], or empty
   Column heat_capacity;             ///< [energy/temperature], or empty: 1
-  std::vector<std::int64_t> id;     ///< who a particle is: stays its own when others are erased
+  std::vector<std::int64_t> id;     ///< of a particle, also when others are erased
   std::vector<std::uint8_t> still;  ///< 1: held as it is, at rest or at a constant velocity; empty: none is
   Box<Scalar, dim> box;             ///< open unless set
   Scalar inertia_factor = Scalar{2} / Scalar{5};  ///< I/(m R²): that of a solid sphere (a disc: ½)
   std::int64_t next_id = 0;                       ///< that of the next particle to be added
-  std::uint64_t serial = 0;  ///< another number, another body: for those who remember what they made for one
+  std::uint64_t serial = 0;  ///< another number, another body: what was made for one is known by it
 
   [[nodiscard]] Eigen::Index size() const { return mass.size(); }
   [[nodiscard]] bool is_still(Eigen::Index i) const {
@@ -52,7 +111,7 @@ struct Body {
   [[nodiscard]] Scalar inertia(Eigen::Index i) const { return inertia_factor * mass[i] * (radius[i] * radius[i]); }
   [[nodiscard]] int type_of(Eigen::Index i) const { return type.size() == 0 ? 0 : type[i]; }
 
-  /// @throws std::invalid_argument that names the particle whose value can't be
+  /// @throws std::invalid_argument that names the particle with an impossible value
   void check() const {
     box.check();
     check_column(mass, "mass", true);
@@ -90,9 +149,8 @@ struct Body {
   }
 };
 
-/// M of one block: a mass (inertia, capacity) m a particle, the same for each of its `rows` components. Of particles held
-/// still, and of those that are not computed, the inverse is 0, so that no force moves them; their weight is that of their
-/// mass.
+/// M of one block: a mass (inertia, capacity) m for each particle and its `rows` components. For particles held still or not computed
+/// 1/m is 0, so that no force moves them.
 template <class Scalar, int rows>
 class ParticleMasses {
   using Column = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
@@ -120,8 +178,8 @@ class ParticleMasses {
     }
   }
 
-  /// Those whose forces are computed from now on, none of them held; null, or a set for another number of particles: all that
-  /// aren't held. True where one is that was not before.
+  /// From now on the forces on a set are computed, none of it held; null, or a set for another number of particles: all that aren't
+  /// held. True where it has a particle that was not computed before.
   bool set_active(std::shared_ptr<const ActiveSet> now) {
     if (!now || now->size() != mass_.size()) now = movers_;
     const std::shared_ptr<const ActiveSet> before = std::exchange(active_, std::move(now));
@@ -164,7 +222,7 @@ class ParticleMasses {
   }
 
  private:
-  /// In an implicit solve something held is something very heavy: by a power of two beyond all rounding.
+  /// In an implicit solve a held particle is very heavy: by a power of two beyond all rounding.
   [[nodiscard]] Scalar inertia(Eigen::Index i) const {
     const Scalar m = mass_[i / rows];
     return inverse_[i] > 0 ? m : std::ldexp(m, sizeof(Scalar) == 4 ? 40 : 120);
@@ -178,6 +236,62 @@ class ParticleMasses {
   Column mass_, inverse_;
   std::shared_ptr<const ActiveSet> movers_, active_;  // those not held, null: all; of them, those computed
   LeftOut left_out_;
+};
+
+/// Particles that turn: I dω/dt = torque.
+struct Spin {
+  static constexpr const char* name = "omega";
+  static constexpr int rows(int dim) { return dim == 3 ? 3 : 1; }
+  template <class Scalar, int dim>
+  struct Block {
+    Eigen::Matrix<Scalar, rows(dim), Eigen::Dynamic>
+        omega;  ///< angular velocities [1/time], 3 × N, or 1 × N in the plane
+  };
+  template <class Scalar, int dim>
+  struct RateBlock {
+    Eigen::Matrix<Scalar, rows(dim), Eigen::Dynamic> torque;  ///< [force·length]
+  };
+  template <class Scalar, int dim>
+  struct ViewBlock {
+    const Eigen::Matrix<Scalar, rows(dim), Eigen::Dynamic>& omega;  ///< [1/time]
+    explicit ViewBlock(const Block<Scalar, dim>& from) : omega{from.omega} {}
+  };
+  static auto& block(auto& y) { return y.omega; }
+  static auto& rate(auto& psi) { return psi.torque; }
+  template <class Scalar, int dim>
+  [[nodiscard]] static auto masses(const Body<Scalar, dim>& body) {
+    if (body.radius.size() != body.size())
+      throw std::invalid_argument("phistep: particles that turn need radii: set_radius(…)");
+    return ParticleMasses<Scalar, rows(dim)>{
+        (body.inertia_factor * body.mass.array() * body.radius.array().square()).matrix(), body.still};
+  }
+};
+
+/// Particles with a temperature: c dT/dt = heat.
+struct Temperature {
+  static constexpr const char* name = "temperature";
+  template <class Scalar, int dim>
+  struct Block {
+    Eigen::Matrix<Scalar, 1, Eigen::Dynamic> temperature;  ///< [temperature]
+  };
+  template <class Scalar, int dim>
+  struct RateBlock {
+    Eigen::Matrix<Scalar, 1, Eigen::Dynamic> heat;  ///< [power]
+  };
+  template <class Scalar, int dim>
+  struct ViewBlock {
+    const Eigen::Matrix<Scalar, 1, Eigen::Dynamic>& temperature;  ///< [temperature]
+    explicit ViewBlock(const Block<Scalar, dim>& from) : temperature{from.temperature} {}
+  };
+  static auto& block(auto& y) { return y.temperature; }
+  static auto& rate(auto& psi) { return psi.heat; }
+  template <class Scalar, int dim>
+  [[nodiscard]] static auto masses(const Body<Scalar, dim>& body) {
+    using Column = typename Body<Scalar, dim>::Column;
+    // A particle held in place takes up heat.
+    return ParticleMasses<Scalar, 1>{
+        body.heat_capacity.size() == 0 ? Column::Ones(body.size()).eval() : body.heat_capacity, {}};
+  }
 };
 
 }}  // namespace phistep::PHISTEP_ABI

@@ -1,14 +1,15 @@
 /// @file
-/// What one looks at of many particles: sums over all of them.
+/// Sums over all particles: energy, momentum, temperature, pressure.
 #pragma once
 
 #include <Eigen/Core>
 
-#include <cstdint>
+#include <cstddef>
 #include <limits>
+#include <type_traits>
 
-#include "phistep/base/version.hpp"
-#include "phistep/force/energy.hpp"
+#include "phistep/force/evaluate.hpp"
+#include "phistep/force/local.hpp"
 #include "phistep/force/sum.hpp"
 #include "phistep/particles/bodies/particles.hpp"
 
@@ -55,24 +56,20 @@ template <class Scalar, int dim, class... Extra>
   }
   return sum;
 }
-/// 2 E_kin/(dim (N − 1) k_B) [temperature]; 0 for fewer than two particles. The degrees of freedom are those of a constant
-/// momentum, taken for zero: where all particles drift, the drift counts as heat.
+/// 2 E_kin/(dim (N − 1) k_B) [temperature]; 0 for fewer than two particles. The momentum is taken for 0: a drift of all counts as heat.
 template <class Scalar, int dim, class... Extra>
 [[nodiscard]] Scalar temperature(const Particles<Scalar, dim, Extra...>& y, Scalar k_B = 1) {
   if (y.size() < 2) return 0;
   return twice_translational_energy(y) / (static_cast<Scalar>(dim) * static_cast<Scalar>(y.size() - 1) * k_B);
 }
 
-/// Σ r·f over the pairs of those terms that have a virial(t, y) [energy]
-template <class F, class View, class Scalar>
-[[nodiscard]] Scalar virial_of(F& force, Scalar t, const View& y) {
-  Scalar sum{0};
-  for_each_summand(force, [&](auto& term) {
-    if constexpr (requires { term.virial(t, y); }) sum += static_cast<Scalar>(term.virial(t, y));
-  });
-  return sum;
-}
-/// (2 E_kin + Σ r·f)/(dim V) of particles in a periodic box [force/length^(dim−1)]; NaN where an axis is open
+/// A term that acts on each particle by itself.
+template <class F, int dim>
+inline constexpr bool acts_on_each = is_particlewise<F, dim> || requires {
+  requires F::acts_on_each;
+};
+/// (2 E_kin + Σ r·f)/(dim V) of particles in a periodic box [force/length^(dim−1)]; NaN where an axis is open. Forces between
+/// particles have a `virial(t, y)`, Σ r·f; what acts on each by itself, a field or a wall, has no part in it.
 template <class Stepper, class Scalar, int dim, class... Extra>
 [[nodiscard]] Scalar pressure(Stepper& stepper, const Particles<Scalar, dim, Extra...>& y, Scalar t = 0) {
   Scalar volume{1};
@@ -80,8 +77,30 @@ template <class Stepper, class Scalar, int dim, class... Extra>
     volume *= y.box().is_periodic[static_cast<std::size_t>(a)] ? y.box().length()[a]
                                                                : std::numeric_limits<Scalar>::quiet_NaN();
   const auto view = Particles<Scalar, dim, Extra...>::view(y, stepper.masses());
-  return (twice_translational_energy(y) + virial_of(stepper.force_to_look_at(), t, view)) /
-         (static_cast<Scalar>(dim) * volume);
+  Scalar virial{0};
+  for_each_summand(stepper.force_to_look_at(), [&]<class Term>(Term& term) {
+    constexpr bool has_virial = requires { term.virial(t, view); };
+    static_assert(has_virial || acts_on_each<std::remove_const_t<Term>, dim>,
+                  "phistep: the pressure needs the virial of this force between particles: give the term a member "
+                  "virial(t, y), the sum of r.f over its pairs; or, of one that acts on each particle by itself, "
+                  "static constexpr bool acts_on_each = true");
+    if constexpr (has_virial) virial += static_cast<Scalar>(term.virial(t, view));
+  });
+  return (twice_translational_energy(y) + virial) / (static_cast<Scalar>(dim) * volume);
+}
+/// On a wall of the force's `Walls`, as the last step has left its springs [force]. @param wall  its number there
+template <class Stepper, class Scalar, int dim, class... Extra>
+[[nodiscard]] Eigen::Matrix<Scalar, dim, 1> force_on_wall(Stepper& stepper, const Particles<Scalar, dim, Extra...>& y,
+                                                          std::size_t wall, Scalar t = 0) {
+  const auto view = Particles<Scalar, dim, Extra...>::view(y, stepper.masses());
+  Eigen::Matrix<Scalar, dim, 1> sum = Eigen::Matrix<Scalar, dim, 1>::Zero();
+  auto& force = stepper.force_to_look_at();
+  const auto add = [&](auto, auto& term, const auto& memory) {
+    if constexpr (requires { term.force_on(wall, t, view, memory); }) sum += term.force_on(wall, t, view, memory);
+  };
+  if constexpr (is_sum<std::remove_cvref_t<decltype(force)>>) for_each_term(force, stepper.memory(), add);
+  else add(0, force, stepper.memory());
+  return sum;
 }
 /// Potential energy of all terms that have one [energy]
 template <class Stepper, class Scalar, int dim, class... Extra>

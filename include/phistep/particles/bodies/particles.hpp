@@ -1,14 +1,13 @@
 /// @file
-/// Many bodies: positions, velocities and masses, and whatever else a scene has.
+/// Many bodies: positions, velocities, masses and other properties.
 ///
 ///     Particles<double, 3> atoms{positions};                    // dim × N, one column a particle
 ///     atoms.set_mass(39.95).set_box(Box<double, 3>::periodic(lower, upper));
 ///
-///     Particles<double, 3, Spin> grains{positions};             // … that turn: a block more in state and force
+///     Particles<double, 3, Spin> grains{positions};             // with spins: a block more in state and force
 ///     grains.set_mass(masses).set_radius(radii).set_type(types);
 ///
-/// Particles stay in the order in which they were given: forces that need another keep it to themselves. Properties are
-/// set by functions rather than assigned, so that steppers see that they were.
+/// Particles stay in the order in which they were given. Properties are set by functions, so that steppers notice the change.
 #pragma once
 
 #include <Eigen/Core>
@@ -24,12 +23,9 @@
 #include <utility>
 #include <vector>
 
-#include "phistep/base/machine/serial.hpp"
+#include "phistep/base/machine/memory.hpp"
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/particles/bodies/body.hpp"
-#include "phistep/particles/bodies/box.hpp"
-#include "phistep/particles/bodies/particle_blocks.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -55,6 +51,7 @@ template <class Number, int dim, class... Extra>
 class Particles : public Extra::template Block<Number, dim>... {
   static_assert(dim == 2 || dim == 3, "phistep: particles live in 2 or 3 dimensions");
   static_assert(std::floating_point<Number>);
+  using Properties = Body<Number, dim>;
 
  public:
   using Scalar = Number;
@@ -82,7 +79,7 @@ class Particles : public Extra::template Block<Number, dim>... {
   /// The masses that a stepper uses where it is given none.
   /// @throws std::invalid_argument where r, v and the properties are not of one number of particles
   [[nodiscard]] static auto masses(const Particles& y) {
-    const Body<Scalar, dim>& body = y.body();
+    const Properties& body = y.body();
     for_each_block(
         [&body](auto, const auto& block) {
           if (block.cols() != body.size())
@@ -108,7 +105,7 @@ class Particles : public Extra::template Block<Number, dim>... {
       throw std::invalid_argument("phistep: " + std::to_string(r.cols()) + " positions and " +
                                   std::to_string(v.cols()) + " velocities");
     (Extra::block(*this).setZero(Extra::block(*this).rows(), r.cols()), ...);
-    Body<Scalar, dim> body;
+    Properties body;
     body.mass.setOnes(r.cols());
     enumerate(body);
     hold(std::move(body));
@@ -121,27 +118,16 @@ class Particles : public Extra::template Block<Number, dim>... {
   [[nodiscard]] const Eigen::VectorXi& type() const { return body_->type; }
   [[nodiscard]] const Column& charge() const { return body_->charge; }
   [[nodiscard]] const Box<Scalar, dim>& box() const { return body_->box; }
-  /// Who is who after particles were erased. A particle's index is its column, its id never changes.
+  /// A particle's index is its column, its id never changes.
   [[nodiscard]] const std::vector<std::int64_t>& id() const { return body_->id; }
 
-  /// Each sets one property of all particles, by one number or one a particle (of Eigen, or a std::vector), and returns the
-  /// particles.
-  /// @throws std::invalid_argument naming the particle, where a value can't be; nothing has changed then
-  Particles& set_mass(const auto& m) {
-    return set([&](auto& body) { fill(body.mass, m); });
-  }
-  Particles& set_radius(const auto& radius) {
-    return set([&](auto& body) { fill(body.radius, radius); });
-  }
-  Particles& set_type(const auto& type) {
-    return set([&](auto& body) { fill(body.type, type); });
-  }
-  Particles& set_charge(const auto& charge) {
-    return set([&](auto& body) { fill(body.charge, charge); });
-  }
-  Particles& set_heat_capacity(const auto& c) {
-    return set([&](auto& body) { fill(body.heat_capacity, c); });
-  }
+  /// Each sets one property of all particles, by one number or by a vector (of Eigen, or a std::vector), and returns the particles.
+  /// @throws std::invalid_argument naming the particle with an impossible value; nothing has changed then
+  Particles& set_mass(const auto& m) { return set(&Properties::mass, m); }
+  Particles& set_radius(const auto& radius) { return set(&Properties::radius, radius); }
+  Particles& set_type(const auto& type) { return set(&Properties::type, type); }
+  Particles& set_charge(const auto& charge) { return set(&Properties::charge, charge); }
+  Particles& set_heat_capacity(const auto& c) { return set(&Properties::heat_capacity, c); }
   Particles& set_box(const Box<Scalar, dim>& box) {
     return set([&](auto& body) { body.box = box; });
   }
@@ -157,7 +143,7 @@ class Particles : public Extra::template Block<Number, dim>... {
     return set([&](auto& body) { body.still = std::move(still); });
   }
 
-  /// Who is who by one's own numbers, all different and < 2^62; particles added later get those after the largest.
+  /// The user's own ids, all different and < 2^62; particles added later get those after the largest.
   Particles& set_id(std::vector<std::int64_t> id) {
     if (static_cast<Index>(id.size()) != size())
       throw std::invalid_argument("phistep: " + std::to_string(id.size()) + " ids for " + std::to_string(size()) +
@@ -179,8 +165,8 @@ class Particles : public Extra::template Block<Number, dim>... {
   /// are an error. The box stays.
   void add(const Particles& others) {
     if (others.size() == 0) return;
-    Body<Scalar, dim> body = *body_;
-    const Body<Scalar, dim>& theirs = others.body();
+    Properties body = *body_;
+    const Properties& theirs = others.body();
     append(body.mass, theirs.mass, "mass");
     append(body.radius, theirs.radius, "radius");
     append(body.type, theirs.type, "type");
@@ -207,7 +193,7 @@ class Particles : public Extra::template Block<Number, dim>... {
       if (!gone(i)) kept.push_back(i);
     const Index erased = size() - static_cast<Index>(kept.size());
     if (erased == 0) return 0;
-    Body<Scalar, dim> body = *body_;
+    Properties body = *body_;
     const auto keep_rows = [&kept](auto& values) {
       if (values.size() != 0) values = values(kept).eval();
     };
@@ -232,7 +218,7 @@ class Particles : public Extra::template Block<Number, dim>... {
     ar("r", r, "v", v);
     (ar.value(Extra::name, Extra::block(*this)), ...);
     if constexpr (std::remove_reference_t<decltype(ar)>::reading) {
-      Body<Scalar, dim> body;
+      Properties body;
       ar("body", body);
       for_each_block([&](auto, const auto& block) { ar.check(block.cols() == body.size()); }, blocks(*this));
       if (body_ == nullptr || !same(body, *body_)) hold(std::move(body));
@@ -242,17 +228,19 @@ class Particles : public Extra::template Block<Number, dim>... {
   }
 
  private:
-  /// What was known of other properties isn't known of these.
-  void hold(Body<Scalar, dim>&& body) {
+  void hold(Properties&& body) {
     body.serial = next_serial();
-    body_ = std::make_shared<const Body<Scalar, dim>>(std::move(body));
+    body_ = std::make_shared<const Properties>(std::move(body));
   }
   Particles& set(auto&& edit) {
-    Body<Scalar, dim> body = *body_;
+    Properties body = *body_;
     edit(body);
     body.check();
     hold(std::move(body));
     return *this;
+  }
+  Particles& set(auto Properties::*column, const auto& values) {
+    return set([&](auto& body) { fill(body.*column, values); });
   }
   void fill(auto& column, const auto& values) const {
     using To = std::remove_cvref_t<decltype(column)>;
@@ -269,7 +257,7 @@ class Particles : public Extra::template Block<Number, dim>... {
       column = values.template cast<typename To::Scalar>();
     }
   }
-  static void enumerate(Body<Scalar, dim>& body) {
+  static void enumerate(Properties& body) {
     while (static_cast<Index>(body.id.size()) < body.mass.size()) body.id.push_back(body.next_id++);
   }
   void append(auto& column, const auto& more, const char* name) const {
@@ -281,14 +269,14 @@ class Particles : public Extra::template Block<Number, dim>... {
     column.conservativeResize(n + added);
     column.tail(added) = more;
   }
-  [[nodiscard]] static bool same(const Body<Scalar, dim>& a, const Body<Scalar, dim>& b) {
+  [[nodiscard]] static bool same(const Properties& a, const Properties& b) {
     const auto equal = [](const auto& x, const auto& y) { return x.size() == y.size() && equal_bits(x, y); };
     return equal(a.mass, b.mass) && equal(a.radius, b.radius) && equal(a.type, b.type) && equal(a.charge, b.charge) &&
            equal(a.heat_capacity, b.heat_capacity) && a.id == b.id && a.still == b.still && a.box == b.box &&
            a.inertia_factor == b.inertia_factor && a.next_id == b.next_id;
   }
 
-  std::shared_ptr<const Body<Scalar, dim>> body_;
+  std::shared_ptr<const Properties> body_;
 };
 
 }}  // namespace phistep::PHISTEP_ABI

@@ -8,40 +8,53 @@
 ///     v_n = n·v                                    speed of parting
 ///     v_t = v − v_n n − (l_i ω_i + l_j ω_j) × n    slip
 ///     ξ   = (I − nnᵀ)(ξ₀ + τ v_t)                                                                                (1)
-///     F_t = −(k_t ξ + c_t v_t), shortened to |F_t| ≤ μ|F_n|; then k_t ξ = −(F_t + c_t v_t)                       (2)
+///     F_t = −(k_t ξ + c_t v_t), |F_t| ≤ μ|F_n|;   before, |k_t ξ| ≤ μ|F_n|                                       (2)
 ///     F_i = F_n n + F_t = −F_j,   T_i = −l_i n × F_t,   T_j = −l_j n × F_t                                      (3)
 ///
-/// (P. A. Cundall & O. D. L. Strack, Géotechnique 29 (1979) 47). Rolling likewise (S. Luding, Granular Matter 10 (2008)
+/// (P. A. Cundall & O. D. L. Strack, Géotechnique 29 (1979) 47). In (2) both are shortened where they are too long: the spring
+/// by itself first, so that it never holds more than friction can load it with, and no dashpot winds it. (GranHooke, as LAMMPS:
+/// after F_t was shortened, k_t ξ = −(F_t + c_t v_t).) Where k_t = κ a grows with the overlap, ξ₀ is shortened so that the spring's force
+/// stays, where it falls, ξ₀ stays (C. Thornton, S. J. Cummins & P. W. Cleary, Powder Technol. 233 (2013) 30; LAMMPS'
+/// mindlin_rescale/force): either way its energy ½k_tξ² doesn't grow but by work. Rolling likewise (S. Luding, Granular Matter 10 (2008)
 /// 235), with v_r = −R* n × (ω_i − ω_j) in place of v_t, a force of rolling F_r with |F_r| ≤ μ_r |F_n|, and the torques
 /// T_i = R* n × F_r = −T_j in place of (3).
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
+#include <cstddef>
 
 #include "phistep/base/facts/structure.hpp"
+#include "phistep/base/machine/loop_hints.hpp"
 #include "phistep/base/numbers/pack.hpp"
 #include "phistep/base/numbers/pack_math.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/particles/contacts/contact_law.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
+/// number(member) for each member of ContactNumbers.
+template <class P>
+[[nodiscard]] ContactNumbers<P> contact_numbers(auto&& number) {
+  using N = ContactNumbers<double>;
+  return {number(&N::stiffness),          number(&N::damping),  number(&N::tangential_stiffness),
+          number(&N::tangential_damping), number(&N::friction), number(&N::rolling_friction),
+          number(&N::rolling_stiffness),  number(&N::least)};
+}
 /// The same numbers in every lane.
 template <class P>
 [[nodiscard]] ContactNumbers<P> broadcast_numbers(const ContactNumbers<double>& c) {
-  const auto all = [](double x) { return P(static_cast<typename ScalarIn<P>::type>(x)); };
-  return {all(c.stiffness), all(c.damping),          all(c.tangential_stiffness), all(c.tangential_damping),
-          all(c.friction),  all(c.rolling_friction), all(c.rolling_stiffness),    all(c.least)};
+  return contact_numbers<P>([&c](auto member) { return P(static_cast<typename ScalarIn<P>::type>(c.*member)); });
 }
-/// In lane l those of *of[l].
+/// In lane l the numbers of(l).
 template <class P>
-[[nodiscard]] ContactNumbers<P> lane_numbers(const ContactNumbers<double>* const (&of)[P::width]) {
-  const auto all = [&](auto member) {
-    return P::make([&](int l) { return static_cast<typename P::Scalar>(of[l]->*member); });
-  };
-  using N = ContactNumbers<double>;
-  return {all(&N::stiffness), all(&N::damping),          all(&N::tangential_stiffness), all(&N::tangential_damping),
-          all(&N::friction),  all(&N::rolling_friction), all(&N::rolling_stiffness),    all(&N::least)};
+[[nodiscard]] ContactNumbers<P> lane_numbers(auto&& of) {
+  const ContactNumbers<double>* lane[P::width];
+  for (int l = 0; l < P::width; ++l) lane[l] = &of(l);
+  return contact_numbers<P>([&lane](auto member) {
+    return P::make([&](int l) { return static_cast<typename P::Scalar>(lane[l]->*member); });
+  });
 }
 
 /// Three numbers or packs of them.
@@ -70,10 +83,21 @@ struct ContactPoint {
   Triple<P> turning{};  ///< ω_i − ω_j [1/time]; only where there is rolling friction
 };
 
+/// In lane l the numbers of at[l].
+template <class P, class Scalar>
+[[nodiscard]] ContactPoint<P> lane_points(const ContactPoint<Scalar>* at) {
+  constexpr std::size_t count = sizeof(ContactPoint<Scalar>) / sizeof(Scalar);
+  std::array<P, count> all;
+  unrolled<count>(
+      [&](auto k) { all[k] = P::make([&](int l) { return std::bit_cast<std::array<Scalar, count>>(at[l])[k]; }); });
+  return std::bit_cast<ContactPoint<P>>(all);
+}
+
 /// The lengths of a contact's springs.
 template <class P>
 struct ContactSprings {
   Triple<P> slip, roll;  ///< ξ, ψ [length]
+  P grip{0};             ///< a when these were known, of a law that stiffens [length]
 };
 
 template <class P>
@@ -85,21 +109,34 @@ struct ContactForce {
 
 /// Energy of a contact's springs [energy].
 template <class Law, class Scalar>
-[[nodiscard]] Scalar stored_energy(const ContactNumbers<Scalar>& c, Scalar overlap, Scalar rho,
+[[nodiscard]] Scalar stored_energy(const ContactNumbers<Scalar>& c, const ContactPoint<Scalar>& at,
                                    const ContactSprings<Scalar>& springs) {
-  const Scalar across = Law::response(c, overlap, Scalar{0}, Scalar{1}, rho).tangential_stiffness;
-  return Law::spring(c, overlap, rho).first +
-         (across * dot(springs.slip, springs.slip) + c.rolling_stiffness * dot(springs.roll, springs.roll)) / 2;
+  const auto law = Law::response(c, at.overlap, Scalar{0}, Scalar{1}, at.rho);
+  const Scalar slip = law.tangential_stiffness * dot(springs.slip, springs.slip),
+               roll = c.rolling_stiffness * law.grip * dot(springs.roll, springs.roll);
+  return Law::spring(c, at.overlap, at.rho).first + (slip + roll) / 2;
 }
 
-/// (2): a spring and dashpot that slide at the force `most`.
+/// 1, or where x is longer than `most`, by how much it is to be shortened.
 template <class P>
-[[nodiscard]] Triple<P> sliding_force(Triple<P>& spring, const Triple<P>& v, P stiffness, P damping, P most) {
+[[nodiscard]] P shortening(const Triple<P>& x, P most) {
   using std::sqrt;
+  const P square = dot(x, x);
+  const auto is_long = square > most * most;
+  return select(is_long, most / sqrt(select(is_long, square, P(1))), P(1));
+}
+/// (2): a spring and dashpot that slide at the force `most`.
+/// @tparam winds  the dashpot winds the spring back
+template <bool winds, class P>
+[[nodiscard]] Triple<P> sliding_force(Triple<P>& spring, const Triple<P>& v, P stiffness, P damping, P most) {
+  if constexpr (!winds) {
+    spring = select(stiffness > P(0), shortening(stiffness * spring, most), P(0)) * spring;
+    const Triple<P> wanted = stiffness * spring + damping * v;
+    return (-shortening(wanted, most)) * wanted;
+  }
   const Triple<P> wanted = stiffness * spring + damping * v;
-  const P square = dot(wanted, wanted);
-  const auto slides = square > most * most;
-  const P fraction = select(slides, most / sqrt(select(slides, square, P(1))), P(1));
+  const P fraction = shortening(wanted, most);
+  const auto slides = fraction < P(1);
   const Triple<P> force = fraction * wanted;
   const auto reduced = [&](P x, P f, P speed) {
     return select(stiffness > P(0),
@@ -123,11 +160,16 @@ template <bool spins, bool rolls, class Law, class P>
 
   Triple<P> slip = at.v - parting * at.n;
   if constexpr (spins) slip = slip - cross(at.arm * at.u, at.n);
+  P kept = P(1);
+  if constexpr (stiffens<Law>) {
+    kept = select(springs.grip < law.grip, springs.grip / law.grip, P(1));
+    springs.grip = law.grip;
+  }
   Triple<P>& xi = springs.slip;
-  xi = xi + tau * slip;
+  xi = kept * xi + tau * slip;
   xi = xi - dot(xi, at.n) * at.n;
   const Triple<P> friction =
-      sliding_force(xi, slip, law.tangential_stiffness, law.tangential_damping, c.friction * size);
+      sliding_force<has_full_arms<Law>>(xi, slip, law.tangential_stiffness, law.tangential_damping, c.friction * size);
 
   ContactForce<P> out{law.normal * at.n + friction, {}, {}};
   if constexpr (spins) out.twist = (-at.arm) * cross(at.n, friction);
@@ -135,10 +177,10 @@ template <bool spins, bool rolls, class Law, class P>
     const P radius = P(1) / at.rho;
     const Triple<P> rolling = (-radius) * cross(at.n, at.turning);
     Triple<P>& psi = springs.roll;
-    psi = psi + tau * rolling;
+    psi = kept * psi + tau * rolling;
     psi = psi - dot(psi, at.n) * at.n;
-    const Triple<P> resistance =
-        sliding_force(psi, rolling, c.rolling_stiffness, law.tangential_damping, c.rolling_friction * size);
+    const Triple<P> resistance = sliding_force<has_full_arms<Law>>(psi, rolling, c.rolling_stiffness * law.grip,
+                                                                   law.tangential_damping, c.rolling_friction * size);
     out.torque = radius * cross(at.n, resistance);
   }
   return out;
@@ -154,40 +196,56 @@ template <bool spins, bool rolls, class Law, class P>
 // What they leave out is not symmetric: sliding friction's dependence on F_n, and how springs and dashpots turn with n.
 // Newton then converges linearly, to the same solution.
 
-/// (1) and (2). @param slip  ξ after the evaluation at this state
+/// K and C by (1) and (2).
+/// @param distance  d
+/// @param slip      ξ after the evaluation at this state
 template <class Law, class Scalar>
-void contact_tangent(const ContactNumbers<Scalar>& c, const Triple<Scalar>& n, Scalar overlap, Scalar distance,
-                     const Triple<Scalar>& v, const Triple<Scalar>& slip, Scalar w, Scalar rho, Scalar elapsed,
-                     PairTangent<Scalar>& K, PairTangent<Scalar>& C) {
-  const Scalar parting = dot(n, v);
-  const auto law = Law::response(c, overlap, parting, w, rho);
+[[nodiscard]] std::array<PairTangent<Scalar>, 2> contact_tangents(const ContactNumbers<Scalar>& c,
+                                                                  const ContactPoint<Scalar>& at, Scalar distance,
+                                                                  const Triple<Scalar>& slip, Scalar tau) {
+  const auto law_at = [&](Scalar parting) { return Law::response(c, at.overlap, parting, at.w, at.rho); };
+  const Scalar parting = dot(at.n, at.v);
+  const auto law = law_at(parting);
   const bool pushes = !(law.normal < c.least);
   const Scalar normal = pushes ? law.normal : c.least;
-  const Triple<Scalar> speed = v - parting * n;
-  const Triple<Scalar> friction = law.tangential_stiffness * slip + law.tangential_damping * speed;
+  const Triple<Scalar> friction = law.tangential_stiffness * slip + law.tangential_damping * (at.v - parting * at.n);
   const Scalar most = c.friction * std::abs(normal);
-  const bool sticks = dot(friction, friction) < most * most * (1 - 1e-6);
-  K.along = pushes ? Law::spring(c, overlap, rho).second : Scalar{0};
+  PairTangent<Scalar> K, C;
   K.across = distance > 0 ? -normal / distance : Scalar{0};
-  if (pushes)
-    C.along = Law::response(c, overlap, Scalar{0}, w, rho).normal - Law::response(c, overlap, Scalar{1}, w, rho).normal;
-  if (sticks) C.across = law.tangential_stiffness * elapsed + law.tangential_damping;
+  if (pushes) {
+    K.along = Law::spring(c, at.overlap, at.rho).second;
+    C.along = law_at(Scalar{0}).normal - law_at(Scalar{1}).normal;
+  }
+  const bool sticks = dot(friction, friction) < most * most * (1 - 1e-6);
+  if (sticks) C.across = law.tangential_stiffness * tau + law.tangential_damping;
+  return {K, C};
 }
 
-/// [time] of the shortest impact among bodies of these materials at the speeds that they have; 0 where none is known.
-/// @param share  m*/m and R*/R of the partner that makes it shortest: ½ for equals, 1 for a wall
+/// What is known of impacts before they happen.
+struct Impacts {
+  double shortest = 0;  ///< [time] of one; 0 where none is known
+  double deepest = 0;   ///< how far a body sinks in, over where it would come out on the other side
+  bool lossless = false;
+};
+/// Of bodies of these materials at the speeds that they have.
+/// @param share     m*/m and R*/R of a partner: ½ for equals, 1 for a wall
+/// @param thinnest  [length] where the thinnest of what is hit has its other side
 template <class Law>
-[[nodiscard]] double shortest_impact(const Materials<Law>& materials, const auto& y, double share) {
-  if (y.r.cols() == 0 || y.body.radius.size() != y.r.cols()) return 0;
-  const auto mass = share * static_cast<double>(y.body.mass.minCoeff());
-  const auto radius = share * static_cast<double>(y.body.radius.maxCoeff());
+[[nodiscard]] Impacts impacts_of(const Materials<Law>& materials, const auto& y, double share, double thinnest) {
+  Impacts all;
+  if (y.r.cols() == 0 || y.body.radius.size() != y.r.cols()) return all;
+  const auto &mass = y.body.mass, &radius = y.body.radius;
+  const auto of = [share](auto x) { return share * static_cast<double>(x); };
   const double speed = (share < 1 ? 2.0 : 1.0) * static_cast<double>(std::sqrt(y.v.colwise().squaredNorm().maxCoeff()));
-  double shortest = 0;
   materials.for_each([&](const ContactNumbers<double>& c) {
-    const double time = Law::impact(c, mass, radius, speed);
-    if (time > 0 && std::isfinite(time) && (shortest == 0 || time < shortest)) shortest = time;
+    const double time = Law::impact(c, of(mass.minCoeff()), of(radius.maxCoeff()), speed);
+    if (time > 0 && std::isfinite(time) && (all.shortest == 0 || time < all.shortest)) all.shortest = time;
+    // An impact lasts π δ/v of the largest overlap, or 2.94 δ/v by Hertz.
+    const double longest = Law::impact(c, of(mass.maxCoeff()), of(radius.minCoeff()), speed);
+    all.deepest = std::max(all.deepest, speed * longest / 2.94 / thinnest);
+    all.lossless = all.lossless || c.damping == 0;
   });
-  return shortest;
+  return all;
 }
 
 }}  // namespace phistep::PHISTEP_ABI

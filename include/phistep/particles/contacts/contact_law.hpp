@@ -69,21 +69,31 @@ struct ContactResponse {
   T normal;                ///< F_n [force]
   T tangential_stiffness;  ///< [force/length]
   T tangential_damping;    ///< [force·time/length]
+  T grip{1};  ///< what both stiffnesses across the normal are proportional to, of a law that `stiffens`: a [length]
 };
-
-namespace detail {
-template <class = void>
-double checked(double x, const char* what, bool positive) {
-  if (!std::isfinite(x) || x < 0 || (positive && x == 0))
-    throw std::invalid_argument(std::string("phistep: a contact's ") + what + " must be finite and " +
-                                (positive ? "> 0" : ">= 0"));
-  return x;
-}
+/// A law whose springs across the normal stiffen as the overlap grows.
 template <class Law>
-[[nodiscard]] double least_force(const Law& law) {
-  return law.attracts ? -std::numeric_limits<double>::infinity() : 0.0;
+inline constexpr bool stiffens = false;
+
+/// @param names  of the normal and the tangential stiffness in messages
+/// @throws std::invalid_argument unless all are finite and >= 0, the stiffness > 0
+template <class = void>
+[[nodiscard]] ContactNumbers<double> checked_numbers(const ContactNumbers<double>& c,
+                                                     std::array<const char*, 2> names) {
+  const auto check = [](double x, const char* name, bool positive = false) {
+    if (!std::isfinite(x) || x < 0 || (positive && x == 0))
+      throw std::invalid_argument(std::string("phistep: a contact's ") + name + " must be finite and " +
+                                  (positive ? "> 0" : ">= 0"));
+  };
+  check(c.stiffness, names[0], true), check(c.damping, "damping"), check(c.tangential_stiffness, names[1]);
+  check(c.tangential_damping, "tangential damping"), check(c.friction, "friction");
+  check(c.rolling_friction, "rolling friction"), check(c.rolling_stiffness, "rolling stiffness");
+  return c;
 }
-}  // namespace detail
+/// The least normal force.
+[[nodiscard]] constexpr double least_force(bool attracts) {
+  return attracts ? -std::numeric_limits<double>::infinity() : 0.0;
+}
 
 /// (1): a linear spring and dashpot.
 struct Hooke {
@@ -97,15 +107,10 @@ struct Hooke {
   bool attracts = false;                 ///< the dashpot may pull at the end of a contact
 
   [[nodiscard]] ContactNumbers<double> numbers() const {
-    const double k = detail::checked(stiffness, "stiffness", true);
-    return {k,
-            2 * damping_ratio(restitution, attracts),
-            k * detail::checked(tangential_stiffness, "tangential stiffness", false),
-            detail::checked(tangential_damping, "tangential damping", false),
-            detail::checked(friction, "friction", false),
-            detail::checked(rolling_friction, "rolling friction", false),
-            k * detail::checked(rolling_stiffness, "rolling stiffness", false),
-            detail::least_force(*this)};
+    return checked_numbers(
+        {stiffness, 2 * damping_ratio(restitution, attracts), stiffness * tangential_stiffness, tangential_damping,
+         friction, rolling_friction, stiffness * rolling_stiffness, least_force(attracts)},
+        {"stiffness", "tangential stiffness"});
   }
   /// @param w  1/m*
   template <class P>
@@ -135,7 +140,7 @@ struct Hertz {
   double friction = 0;                ///< μ
   double tangential_damping = 0.5;    ///< c_t/c
   double rolling_friction = 0;        ///< μ_r: the largest rolling torque is μ_r R* F_n
-  double rolling_stiffness = 2. / 7;  ///< k_r/k, k = F_n/δ at rest
+  double rolling_stiffness = 2. / 7;  ///< k_r/k, k = F_n/δ = (4/3) E* a at rest
   bool attracts = false;              ///< the dashpot may pull at the end of a contact
 
   /// Two bodies of one material, of Young's modulus [force/length²] and Poisson's ratio.
@@ -157,21 +162,17 @@ struct Hertz {
   }
 
   [[nodiscard]] ContactNumbers<double> numbers() const {
-    const double k = 4 * detail::checked(modulus, "modulus", true) / 3;
-    return {k,
-            std::sqrt(5.0) * damping_ratio(restitution, attracts),
-            8 * detail::checked(shear_modulus, "shear modulus", false),
-            detail::checked(tangential_damping, "tangential damping", false),
-            detail::checked(friction, "friction", false),
-            detail::checked(rolling_friction, "rolling friction", false),
-            k * detail::checked(rolling_stiffness, "rolling stiffness", false),
-            detail::least_force(*this)};
+    const double k = 4 * modulus / 3;
+    return checked_numbers(
+        {k, std::sqrt(5.0) * damping_ratio(restitution, attracts), 8 * shear_modulus, tangential_damping, friction,
+         rolling_friction, k * rolling_stiffness, least_force(attracts)},
+        {"modulus", "shear modulus"});
   }
   template <class P>
   [[nodiscard]] static ContactResponse<P> response(const ContactNumbers<P>& c, P overlap, P parting, P w, P rho) {
     using std::sqrt;
     const P a = sqrt(overlap / rho), k = c.stiffness * a, damping = c.damping * sqrt(k / w);
-    return {k * overlap - damping * parting, c.tangential_stiffness * a, c.tangential_damping * damping};
+    return {k * overlap - damping * parting, c.tangential_stiffness * a, c.tangential_damping * damping, a};
   }
   template <class T>
   [[nodiscard]] static std::pair<T, T> spring(const ContactNumbers<T>& c, T overlap, T rho) {
@@ -187,6 +188,9 @@ struct Hertz {
   }
 };
 
+template <>
+inline constexpr bool stiffens<Hertz> = true;
+
 /// LAMMPS' pair style gran/hooke/history to the letter, (3): damping proportional to m*, a contact that may pull, torques
 /// on the arms R_i and R_j. The sum of torques then differs from that of the forces by δ F_t; the laws above use arms
 /// that meet between the two bodies, and keep the angular momentum.
@@ -199,14 +203,9 @@ struct GranHooke {
   bool attracts = true;         ///< false: limit_damping
 
   [[nodiscard]] ContactNumbers<double> numbers() const {
-    return {detail::checked(stiffness, "stiffness", true),
-            detail::checked(damping, "damping", false),
-            detail::checked(tangential_stiffness, "tangential stiffness", false),
-            detail::checked(tangential_damping, "tangential damping", false),
-            detail::checked(friction, "friction", false),
-            0,
-            0,
-            detail::least_force(*this)};
+    return checked_numbers(
+        {stiffness, damping, tangential_stiffness, tangential_damping, friction, 0, 0, least_force(attracts)},
+        {"stiffness", "tangential stiffness"});
   }
   template <class P>
   [[nodiscard]] static ContactResponse<P> response(const ContactNumbers<P>& c, P overlap, P parting, P w, P /*rho*/) {
@@ -221,7 +220,7 @@ struct GranHooke {
     return Hooke::impact(c, mass, radius, speed);
   }
 };
-/// Torques act on the arms R_i and R_j, not on those to a common point.
+/// Torques act on the arms R_i and R_j, not on those to a common point, and a sliding dashpot winds its spring back.
 template <class Law>
 inline constexpr bool has_full_arms = false;
 template <>

@@ -1,29 +1,143 @@
 /// @file
-/// The pairs of bodies that touch or soon may, each once, in cache order.
-///
-/// Particles stand in slots sorted by place; pair p joins slots first[p] < second[p], and pairs are sorted by both. A body
-/// held still has no pair with another one.
+/// Where there may be contacts: the pairs of bodies, in slots sorted by place, that touch or soon may, and walls' bodies.
 #pragma once
 
+#include <Eigen/Core>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <stdexcept>
+#include <string>
 #include <utility>
 #include <vector>
 
-#include "phistep/base/machine/serial.hpp"
+#include "phistep/base/machine/memory.hpp"
 #include "phistep/base/numbers/finite_witness.hpp"
 #include "phistep/base/numbers/pack_math.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/particles/bodies/body.hpp"
-#include "phistep/particles/contacts/contact_bodies.hpp"
 #include "phistep/particles/contacts/contact_kernel.hpp"
-#include "phistep/particles/contacts/spring_table.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
+/// @throws std::invalid_argument where contacts can't be computed for these bodies
+template <class Body>
+void check_bodies(const Body& body, std::ptrdiff_t count) {
+  if (body.radius.size() != count)
+    throw std::invalid_argument("phistep: contacts need the radii of the particles: set_radius(…)");
+  for (Eigen::Index i = 0; i < body.radius.size(); ++i)
+    if (!(body.radius[i] > 0) || !std::isfinite(body.radius[i]) || !(body.mass[i] > 0) || !std::isfinite(body.mass[i]))
+      throw std::invalid_argument("phistep: the radius and mass of particle " + std::to_string(i) +
+                                  " must be finite and > 0");
+}
+
+/// The properties of bodies that contacts use, in slots.
+template <class Scalar>
+struct ContactBodies {
+  std::vector<std::int32_t> particle;  ///< the user's index of a slot's
+  std::vector<std::int64_t> id;        ///< and its identity
+  std::vector<std::int32_t> slot;      ///< of each particle
+  std::vector<Scalar> radius, inverse_radius, inverse_mass;
+  std::vector<std::int32_t> type;  ///< or none: all are 0
+
+  [[nodiscard]] std::size_t size() const { return particle.size(); }
+  [[nodiscard]] std::int32_t type_of(std::size_t s) const { return type.empty() ? 0 : type[s]; }
+  void assign(const auto& body, std::vector<std::int32_t> order) {
+    particle = std::move(order);
+    const std::size_t n = particle.size();
+    id.resize(n), radius.resize(n), inverse_mass.resize(n), type.resize(body.type.size() == 0 ? 0 : n);
+    for (std::size_t s = 0; s < n; ++s) {
+      const Eigen::Index i = particle[s];
+      id[s] = body.id[static_cast<std::size_t>(i)];
+      radius[s] = static_cast<Scalar>(body.radius[i]);
+      inverse_mass[s] = body.is_still(i) ? Scalar{0} : Scalar{1} / static_cast<Scalar>(body.mass[i]);
+      if (!type.empty()) type[s] = body.type_of(i);
+    }
+    derive();
+  }
+  /// Whether these are that body's.
+  [[nodiscard]] bool are(const auto& body) const {
+    if (static_cast<std::size_t>(body.size()) != size() || body.radius.size() != body.size()) return false;
+    ContactBodies its;
+    its.assign(body, particle);
+    return its == *this;
+  }
+  bool operator==(const ContactBodies&) const = default;
+  /// id ↦ the slot of the body that has it, or −1.
+  [[nodiscard]] auto slots_by_id() const {
+    std::vector<std::pair<std::int64_t, std::int32_t>> sorted;
+    for (const std::int32_t s : slot) sorted.emplace_back(id[static_cast<std::size_t>(s)], s);
+    if (!std::is_sorted(sorted.begin(), sorted.end())) std::sort(sorted.begin(), sorted.end());
+    return [sorted = std::move(sorted)](std::int64_t of) {
+      auto at = sorted.begin() + std::clamp<std::ptrdiff_t>(of, 0, static_cast<std::ptrdiff_t>(sorted.size()));
+      if (at == sorted.end() || at->first != of)  // it isn't the user's index, as most are
+        at = std::lower_bound(sorted.begin(), sorted.end(), std::pair{of, std::int32_t{0}});
+      return at != sorted.end() && at->first == of ? at->second : -1;
+    };
+  }
+  void archive(auto& ar) {
+    ar("particle", particle, "id", id, "radius", radius, "inverse_mass", inverse_mass, "type", type);
+    const std::size_t n = size();
+    ar.check(id.size() == n && radius.size() == n && inverse_mass.size() == n && (type.empty() || type.size() == n));
+    std::vector<std::uint8_t> seen(n, 0);
+    for (const std::int32_t i : particle) {
+      ar.check(i >= 0 && static_cast<std::size_t>(i) < n && seen[static_cast<std::size_t>(i)] == 0);
+      seen[static_cast<std::size_t>(i)] = 1;
+    }
+    derive();
+  }
+
+ private:
+  void derive() {
+    slot.resize(size());
+    inverse_radius.resize(size());
+    for (std::size_t s = 0; s < size(); ++s) {
+      slot[static_cast<std::size_t>(particle[s])] = static_cast<std::int32_t>(s);
+      inverse_radius[s] = Scalar{1} / radius[s];
+    }
+  }
+};
+
+/// The bodies that walls remember, in the user's order. A place is the number of a wall and that of a body.
+template <class Scalar>
+struct WallBodies {
+  ContactBodies<Scalar> bodies;
+
+  [[nodiscard]] static std::int64_t place(std::int64_t wall, std::int32_t body) { return wall << 32 | body; }
+  [[nodiscard]] static std::int32_t wall_of(std::int64_t place) { return static_cast<std::int32_t>(place >> 32); }
+  [[nodiscard]] static std::int32_t body_of(std::int64_t place) { return static_cast<std::int32_t>(place); }
+  [[nodiscard]] bool has(std::int64_t place) const {
+    return body_of(place) >= 0 && static_cast<std::size_t>(body_of(place)) < bodies.size();
+  }
+  /// Of a place: the identity of its body, and its wall.
+  [[nodiscard]] std::array<std::int64_t, 2> names(std::int64_t place) const {
+    return {bodies.id[static_cast<std::size_t>(body_of(place))], wall_of(place)};
+  }
+  /// Takes springs by these names: see ContactMemory::move_to.
+  [[nodiscard]] auto carrier(auto& carried) const {
+    return [&carried, slot_of = bodies.slots_by_id()](std::int64_t id, std::int64_t wall, const auto& springs) {
+      if (const std::int32_t i = slot_of(id); i >= 0) carried.add(place(wall, i), springs);
+    };
+  }
+  void archive(auto& ar) { ar("bodies", bodies); }
+};
+
+/// Slots of pairs, ascending by the pairs' places, and beyond the last some that may be read: a pack more.
+struct PairRange {
+  const std::int32_t *first = nullptr, *second = nullptr;
+  const std::int32_t* place = nullptr;  ///< the pairs' numbers; null: 0, 1, 2 …
+  std::size_t count = 0;
+
+  [[nodiscard]] std::int32_t number(std::size_t p) const {
+    return place == nullptr ? static_cast<std::int32_t>(p) : place[p];
+  }
+};
+
+/// The pairs of bodies that touch or soon may, each once, in cache order: pair p joins slots first[p] < second[p], and pairs
+/// are sorted by both.
 template <class Scalar>
 struct ContactPairs {
   static constexpr std::size_t padding = 16;  ///< entries beyond the last pair, readable: a pack more
@@ -33,10 +147,11 @@ struct ContactPairs {
   std::vector<std::int32_t> row;            ///< pairs of slot s: row[s] … row[s + 1] − 1
   std::vector<Scalar> built_at;             ///< positions when the pairs were found, 3 a slot [length]
   Scalar skin = 0;                          ///< pairs within R_i + R_j + skin are here [length]
-  Scalar period[3] = {0, 0, 0};             ///< 0: the axis is open [length]
+  std::array<Scalar, 3> period{};           ///< 0: the axis is open [length]
   std::uint64_t number = next_serial();     ///< other pairs, another number
 
   [[nodiscard]] std::size_t places() const { return first.size() < padding ? 0 : first.size() - padding; }
+  [[nodiscard]] PairRange range() const { return {first.data(), second.data(), nullptr, places()}; }
   [[nodiscard]] bool has(std::int32_t place) const { return static_cast<std::size_t>(place) < places(); }
   /// The pair of two slots, or −1.
   [[nodiscard]] std::ptrdiff_t find(std::int32_t a, std::int32_t b) const {
@@ -53,78 +168,116 @@ struct ContactPairs {
     ar.check(second.size() == m && (n == 0 || row.size() == n + 1) && built_at.size() == 3 * n);
     ar.check(n == 0 || (m >= padding && row.front() == 0 && static_cast<std::size_t>(row.back()) == m - padding));
     ar.check(std::is_sorted(row.begin(), row.end()));
-    // From where a position isn't a number, nothing would ever have moved.
+    // From a NaN no body would ever have moved.
     ar.check(all_finite(built_at.data(), static_cast<std::ptrdiff_t>(built_at.size())));
-    ar.check(std::isfinite(skin) && all_finite(period, 3));
+    ar.check(std::isfinite(skin) && all_finite(period.data(), 3));
     for (const auto* slots : {&first, &second})
       for (const std::int32_t s : *slots) ar.check(s >= 0 && static_cast<std::size_t>(s) < std::max<std::size_t>(n, 1));
   }
 };
 
-/// Differences of two places, less the nearest multiple of each axis' period.
-/// @tparam P  numbers or packs
-template <class P>
-class NearestImage {
- public:
-  /// @param period  0 where the axis is open
-  template <class Scalar>
-  explicit NearestImage(const Scalar (&period)[3])
-      : period_{period[0], period[1], period[2]}, inverse_{of(period[0]), of(period[1]), of(period[2])} {}
-  [[nodiscard]] Triple<P> operator()(const Triple<P>& d) const {
-    const auto nearest = [](P x, P period, P inverse) { return x - period * nearest_integer(x * inverse); };
-    return {nearest(d.x, period_.x, inverse_.x), nearest(d.y, period_.y, inverse_.y),
-            nearest(d.z, period_.z, inverse_.z)};
+/// Where there may be contacts between bodies: `pairs`, and the late pairs of the few bodies, the strays, that have moved far since and had
+/// their pairs found alone. The place of a pair is its number, that of a late one a number that no other had.
+template <class Scalar>
+struct ContactPlaces {
+  struct Stray {
+    std::int32_t slot;
+    std::array<Scalar, 3> at;  ///< where it was when its pairs were found last [length]
+  };
+  struct Late {
+    std::int32_t place, first, second;  ///< slots
+  };
+  std::shared_ptr<const ContactPairs<Scalar>> pairs;
+  std::vector<Stray> strays{};           ///< ascending by slot
+  std::vector<Late> late{};              ///< ascending by place, none that is in `pairs`
+  std::int32_t next = 0;                 ///< place; 0: pairs->places()
+  std::uint64_t number = next_serial();  ///< other strays, another number
+
+  /// f(place, slot, slot) for each pair, ascending.
+  void for_each(auto&& f) const {
+    for (std::size_t p = 0; p < pairs->places(); ++p)
+      f(static_cast<std::int32_t>(p), pairs->first[p], pairs->second[p]);
+    for (const Late& pair : late) f(pair.place, pair.first, pair.second);
+  }
+  /// Null where it is none.
+  [[nodiscard]] const Stray* stray(std::int32_t slot) const { return found(strays, &Stray::slot, slot); }
+  /// The two slots of a place.
+  [[nodiscard]] std::array<std::int32_t, 2> slots(std::int32_t place) const {
+    const auto p = static_cast<std::size_t>(place);
+    if (p < pairs->places()) return {pairs->first[p], pairs->second[p]};
+    const Late& pair = *found(late, &Late::place, place);
+    return {pair.first, pair.second};
+  }
+  [[nodiscard]] bool has(std::int32_t place) const {
+    return pairs->has(place) || found(late, &Late::place, place) != nullptr;
+  }
+  /// Of a place: the identities of its bodies.
+  [[nodiscard]] std::array<std::int64_t, 2> names(std::int32_t place) const {
+    const auto [a, b] = slots(place);
+    return {pairs->bodies.id[static_cast<std::size_t>(a)], pairs->bodies.id[static_cast<std::size_t>(b)]};
+  }
+  /// Takes springs by these names: see ContactMemory::move_to.
+  [[nodiscard]] auto carrier(auto& carried) const {
+    return [this, &carried, slot_of = pairs->bodies.slots_by_id()](std::int64_t a, std::int64_t b, auto springs) {
+      std::int32_t i = slot_of(a), j = slot_of(b);
+      if (i < 0 || j < 0) return;
+      // Springs belong to the pair in the order of slots. The other way round ξ has the other sign; ψ, n × a turn, has two.
+      if (i > j) std::swap(i, j), springs.slip = Scalar{-1} * springs.slip;
+      const std::ptrdiff_t place = pairs->find(i, j);
+      if (place >= 0) carried.add(static_cast<std::int32_t>(place), springs);
+    };
+  }
+  void archive(auto& ar) {
+    constexpr bool reading = std::remove_reference_t<decltype(ar)>::reading;
+    auto copy = std::make_shared<ContactPairs<Scalar>>();
+    if (!reading && pairs != nullptr) *copy = *pairs;
+    copy->archive(ar);
+    ar.columns("strays", strays, "slot", &Stray::slot, "at", &Stray::at);
+    ar.columns("late_pairs", late, "place", &Late::place, "first", &Late::first, "second", &Late::second);
+    ar("next_place", next);
+    auto last = static_cast<std::int32_t>(copy->places());
+    for (const Late& pair : late) {
+      ar.check(pair.place >= std::exchange(last, pair.place + (pair.place < next)) && pair.place < next);
+      ar.check(0 <= pair.first && pair.first < pair.second &&
+               static_cast<std::size_t>(pair.second) < copy->bodies.size());
+    }
+    std::int32_t before = -1;
+    for (const Stray& stray : strays)
+      ar.check(stray.slot > std::exchange(before, stray.slot) && all_finite(stray.at.data(), 3) &&
+               static_cast<std::size_t>(stray.slot) < copy->bodies.size());
+    if constexpr (reading) pairs = std::move(copy), number = next_serial();
   }
 
  private:
-  template <class Scalar>
-  [[nodiscard]] static P of(Scalar period) {
-    return P(period > 0 ? Scalar{1} / period : Scalar{0});
+  template <class T>
+  [[nodiscard]] static const T* found(const std::vector<T>& all, std::int32_t T::*key, std::int32_t which) {
+    const auto at =
+        std::lower_bound(all.begin(), all.end(), which, [key](const T& one, std::int32_t x) { return one.*key < x; });
+    return at != all.end() && (*at).*key == which ? &*at : nullptr;
   }
-  Triple<P> period_, inverse_;
 };
 
-/// Springs of the same contacts, found by the bodies' identities, in the places of other pairs. New ones begin unstretched.
-/// Those of pairs that are listed no more because both bodies are held still lie dormant from then on, until one moves.
-/// @param rolls        whether there are springs of rolling
-/// @param same_bodies  the users' indices still mean the same bodies
-/// @param dormant      those known so far, or none; replaced where they change
-template <class Scalar>
-void carry_springs(const ContactPairs<Scalar>& from, const SpringTable<Scalar>& old, const ContactPairs<Scalar>& to,
-                   SpringTable<Scalar>& table, bool rolls, bool same_bodies,
-                   std::shared_ptr<const DormantSprings<Scalar>>& dormant) {
-  using Carried = CarriedSprings<SpringTable<Scalar>>;
-  Carried carried;
-  const auto is_still = [&to](std::int32_t slot) {
-    return !(to.bodies.inverse_mass[static_cast<std::size_t>(slot)] > Scalar{0});
-  };
-  // Springs belong to the pair in the order of slots. The other way round ξ has the other sign; ψ, n × a turn, has two.
-  const auto carry = [&](std::int32_t i, std::int32_t j, ContactSprings<Scalar> springs) {
-    if (i < 0 || j < 0) return;
-    if (i > j) std::swap(i, j), springs.slip = Scalar{-1} * springs.slip;
-    const std::ptrdiff_t place = to.find(i, j);
-    if (place >= 0) carried.carry_to(static_cast<std::int32_t>(place), springs);
-    else if (is_still(i) && is_still(j))
-      carried.lay_down(to.bodies.id[static_cast<std::size_t>(i)], to.bodies.id[static_cast<std::size_t>(j)], springs);
-  };
+/// Periods of a box along each axis, 0 where it is open [length].
+template <class Scalar, int dim>
+[[nodiscard]] std::array<Scalar, 3> periods(const Box<Scalar, dim>& box) {
+  std::array<Scalar, 3> all{};
+  for (std::size_t a = 0; a < dim; ++a)
+    if (box.is_periodic[a]) all[a] = box.length()[static_cast<Eigen::Index>(a)];
+  return all;
+}
 
-  std::vector<std::int32_t> slot(from.bodies.size(), -1);  // where a slot's body stands now
-  const bool has_dormant = dormant && !dormant->contacts.empty();
-  if (!same_bodies || has_dormant) {
-    const SlotsById by_id{to.bodies.id};
-    for (std::size_t s = 0; s < slot.size(); ++s) slot[s] = by_id(from.bodies.id[s]);
-    if (has_dormant)
-      Carried::for_each(
-          *dormant, [&](std::int64_t a, std::int64_t b, const auto& springs) { carry(by_id(a), by_id(b), springs); });
-  } else {
-    for (std::size_t s = 0; s < slot.size(); ++s)
-      slot[s] = to.bodies.slot[static_cast<std::size_t>(from.bodies.particle[s])];
-  }
-  Carried::for_each(old, [&](std::size_t c, const auto& springs) {
-    const auto p = static_cast<std::size_t>(old.place[c]);
-    carry(slot[static_cast<std::size_t>(from.first[p])], slot[static_cast<std::size_t>(from.second[p])], springs);
-  });
-  carried.finish(table, rolls, dormant);
+/// d ↦ d less the nearest multiple of each axis' period, of differences of two places.
+/// @tparam P      numbers or packs
+/// @param period  0 where the axis is open
+template <class P, class Scalar>
+[[nodiscard]] auto nearest_image(const std::array<Scalar, 3>& period) {
+  const auto per = [&](std::size_t a) { return P(period[a] > 0 ? Scalar{1} / period[a] : Scalar{0}); };
+  return [length = Triple<P>{P(period[0]), P(period[1]), P(period[2])},
+          inverse = Triple<P>{per(0), per(1), per(2)}](const Triple<P>& apart) {
+    const auto nearest = [](P x, P of, P one_over) { return x - of * nearest_integer(x * one_over); };
+    return Triple<P>{nearest(apart.x, length.x, inverse.x), nearest(apart.y, length.y, inverse.y),
+                     nearest(apart.z, length.z, inverse.z)};
+  };
 }
 
 }}  // namespace phistep::PHISTEP_ABI

@@ -10,13 +10,12 @@
 #include <cstdint>
 #include <stdexcept>
 #include <string>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
-#include "phistep/base/machine/serial.hpp"
+#include "phistep/base/machine/memory.hpp"
+#include "phistep/base/machine/shares.hpp"
 #include "phistep/base/numbers/pack_math.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/particles/contacts/contact_kernel.hpp"
 #include "phistep/particles/contacts/contact_pairs.hpp"
 #include "phistep/particles/neighbors/list_builder.hpp"
@@ -38,7 +37,7 @@ template <class Scalar>
 /// A workspace for one search or several.
 ///
 /// Bodies are searched by levels of their size [V. Ogarko & S. Luding, Comput. Phys. Commun. 183, 931 (2012)], each in cells
-/// as wide as its own largest. A body looks for others in the cells of its own level and of the coarser ones, so that the work
+/// as wide as its own largest. A body is tried with those in the cells of its own level and of the coarser ones, so that the work
 /// is proportional to the number of bodies, whatever their sizes. Where radii are within a factor of 2.5, there is one level.
 template <class Scalar, int dim>
 class ContactSearch {
@@ -46,7 +45,7 @@ class ContactSearch {
   /// All pairs of bodies whose surfaces are nearer than the skin.
   /// @throws std::invalid_argument where a period of the box is so short that two bodies could touch twice
   void find(const auto& r, const auto& body, Scalar skin, ContactPairs<Scalar>& pairs) {
-    const Eigen::Index n = r.cols();
+    const auto n = static_cast<std::size_t>(r.cols());
     const Domain domain = domain_of(body.box);
     const Scalar largest = n > 0 ? body.radius.maxCoeff() : Scalar{0},
                  least = n > 0 ? body.radius.minCoeff() : Scalar{0};
@@ -56,41 +55,56 @@ class ContactSearch {
         throw std::invalid_argument("phistep: the box's period along axis " + std::to_string(a) + ", " +
                                     std::to_string(domain.length[a]) +
                                     ", must be more than twice the bodies' largest diameter and the skin");
-    for (int a = 0; a < 3; ++a)
-      pairs.period[a] = a < dim && body.box.is_periodic[static_cast<std::size_t>(std::min(a, dim - 1))]
-                            ? body.box.upper[std::min(a, dim - 1)] - body.box.lower[std::min(a, dim - 1)]
-                            : Scalar{0};
-    const NearestImage<Scalar> nearest{pairs.period};
-    std::vector<Scalar> placed(4 * static_cast<std::size_t>(n));  // x y z R of each slot
-    const auto reach_each_other = [&](std::int32_t p, std::int32_t q) {
-      const Scalar* const x = &placed[4 * static_cast<std::size_t>(p)];
-      const Scalar* const o = &placed[4 * static_cast<std::size_t>(q)];
-      const Triple<Scalar> apart = nearest({x[0] - o[0], x[1] - o[1], x[2] - o[2]});
-      const Scalar reach = x[3] + o[3] + skin;
-      return dot(apart, apart) < reach * reach;
+    pairs.period = periods(body.box);
+    const auto nearest = nearest_image<Scalar>(pairs.period);
+    std::vector<Scalar> placed(4 * n);  // x y z R of each slot
+    std::vector<std::int32_t> order, slot(n);
+    order.reserve(n);
+    found_.assign(thread_count(), {});
+    const auto look_around = [&](const Share& own, double reach) {
+      Found& found = found_[own.number];
+      typename ListBuilder<dim>::Around around;
+      for (std::size_t s = own.begin; s < own.end; ++s) {
+        const Scalar* const at = &placed[4 * s];
+        const auto p = static_cast<std::int32_t>(s);
+        std::array<double, dim> x;
+        std::copy_n(at, dim, x.begin());
+        for (const std::int32_t k : builder_.around(x, static_cast<double>(at[3]) + reach, around)) {
+          const std::int32_t q = slot[static_cast<std::size_t>(body_at(k))];
+          around.tested -= q == p;
+          if (q <= p) continue;
+          const Scalar* const o = &placed[4 * static_cast<std::size_t>(q)];
+          const Triple<Scalar> apart = nearest({at[0] - o[0], at[1] - o[1], at[2] - o[2]});
+          const Scalar touch = at[3] + o[3] + skin;
+          if (dot(apart, apart) < touch * touch) found.pairs.emplace_back(p, q);
+        }
+      }
+      found.tested += around.tested;
     };
-    std::vector<std::int32_t> order;
-    order.reserve(static_cast<std::size_t>(n));
-    slot_.resize(static_cast<std::size_t>(n));
-    found_.clear();
-    tested_ = 0;
     const int finest = n > 0 ? level_of_cells(least, largest) : -1;
     for (int level = finest; level >= 0; --level) {
       const Scalar radius = take_level(r, body, level, finest, largest);
-      if (level_size_ == 0) continue;
-      const std::size_t finer = order.size();
-      builder_.build(positions_.data(), level_size_, domain, finest == 0 ? body.still : still_,
-                     static_cast<double>(2 * radius + skin), 1, list_);
-      place(r, body, domain, order, placed);
-      find_alike(body, order, largest != least, reach_each_other);
-      const std::uint64_t before = builder_.points_tested();
-      for (std::size_t s = 0; s < finer; ++s)
-        find_coarser(body, domain, order, static_cast<std::int32_t>(s), &placed[4 * s],
-                     static_cast<double>(radius + skin), reach_each_other);
-      tested_ += list_.pairs_tested() + builder_.points_tested() - before;
+      if (positions_.empty()) continue;
+      builder_.sort(positions_.data(), static_cast<std::int32_t>(positions_.size() / dim), domain,
+                    static_cast<double>(2 * radius + skin), slots_);
+      // Slots in the order of those where the builder has the bodies themselves, not their images.
+      for (std::size_t k = 0; k < slots_.size(); ++k) {
+        if (!builder_.is_home(k)) continue;
+        const std::int32_t i = body_at(static_cast<std::int32_t>(k));
+        slot[static_cast<std::size_t>(i)] = static_cast<std::int32_t>(order.size());
+        Scalar* const to = &placed[4 * order.size()];
+        for (int a = 0; a < dim; ++a) to[a] = r(a, i);
+        to[3] = body.radius[i];
+        order.push_back(i);
+      }
+      Relay relay;  // pairs may want more memory
+      for_each_share(order.size(), 1, shared_from / 64, [&](const Share& own) {
+        relay.run([&] { look_around(own, static_cast<double>(radius + skin)); });
+      });
+      relay.rethrow();
     }
-    pairs.built_at.resize(3 * order.size());
-    for (std::size_t s = 0; s < order.size(); ++s)
+    pairs.built_at.resize(3 * n);
+    for (std::size_t s = 0; s < n; ++s)
       std::copy_n(&placed[4 * s], 3, pairs.built_at.begin() + static_cast<std::ptrdiff_t>(3 * s));
     pairs.bodies.assign(body, std::move(order));
     pairs.skin = skin;
@@ -98,109 +112,138 @@ class ContactSearch {
     sort(pairs);
   }
   /// Distances computed by the last search.
-  [[nodiscard]] std::uint64_t pairs_tested() const { return tested_; }
+  [[nodiscard]] std::uint64_t pairs_tested() const {
+    std::uint64_t sum = 0;
+    for (const Found& found : found_) sum += found.tested;
+    return sum;
+  }
+
+  /// Finds the pairs of a few bodies that have moved, while the others stay where they were. False where finding all anew is less work.
+  /// @param r      dim × N, in the user's order [length]
+  /// @param moved  slots, ascending
+  [[nodiscard]] bool find_late(const auto& r, const auto& body, const std::vector<std::int32_t>& moved,
+                               ContactPlaces<Scalar>& places) {
+    using Stray = typename ContactPlaces<Scalar>::Stray;
+    const ContactPairs<Scalar>& pairs = *places.pairs;
+    if (pairs_ != pairs.number) look_at(pairs, domain_of(body.box));
+    if (levels_ > 1 || 64 * (places.strays.size() + moved.size()) > pairs.bodies.size() + 4096) return false;
+    const auto has_moved = [&](std::int32_t s) { return std::binary_search(moved.begin(), moved.end(), s); };
+    std::erase_if(places.strays, [&](const Stray& one) { return has_moved(one.slot); });
+    for (const std::int32_t s : moved) {
+      Stray& stray = places.strays.emplace_back(Stray{s, {}});
+      for (std::size_t a = 0; a < dim; ++a)
+        stray.at[a] = r(static_cast<Eigen::Index>(a), pairs.bodies.particle[static_cast<std::size_t>(s)]);
+    }
+    std::sort(places.strays.begin(), places.strays.end(),
+              [](const Stray& a, const Stray& b) { return a.slot < b.slot; });
+    const auto place_of = [&](std::int32_t s) {
+      const Stray* const stray = places.stray(s);
+      const Scalar* const x = stray != nullptr ? stray->at.data() : &pairs.built_at[3 * static_cast<std::size_t>(s)];
+      return Triple<Scalar>{x[0], x[1], x[2]};
+    };
+    const auto nearest = nearest_image<Scalar>(pairs.period);
+    const auto reach_each_other = [&](std::int32_t p, std::int32_t q) {
+      const Triple<Scalar> apart = nearest(place_of(p) - place_of(q));
+      const auto& radius = pairs.bodies.radius;
+      const Scalar reach = radius[static_cast<std::size_t>(p)] + radius[static_cast<std::size_t>(q)] + pairs.skin;
+      return dot(apart, apart) < reach * reach;
+    };
+    // Pairs that stay keep their place, by which their springs are known.
+    known_.clear();
+    std::erase_if(places.late, [&](const auto& pair) {
+      if (!has_moved(pair.first) && !has_moved(pair.second)) return false;
+      if (!reach_each_other(pair.first, pair.second)) return true;
+      known_.emplace_back(pair.first, pair.second);
+      return false;
+    });
+    std::sort(known_.begin(), known_.end());
+    places.next = std::max(places.next, static_cast<std::int32_t>(pairs.places()));
+    const auto look = [&](std::int32_t p, std::int32_t q) {
+      if (!reach_each_other(p, q)) return;
+      const std::pair<std::int32_t, std::int32_t> both = std::minmax(p, q);
+      if (pairs.find(both.first, both.second) < 0 && !std::binary_search(known_.begin(), known_.end(), both))
+        places.late.push_back({places.next++, both.first, both.second});
+    };
+    typename ListBuilder<dim>::Around around;
+    for (const std::int32_t p : moved) {
+      std::array<double, dim> x;
+      std::copy_n(places.stray(p)->at.begin(), dim, x.begin());
+      for (const std::int32_t k : builder_.around(x, range_, around))
+        if (const std::int32_t q = body_at(k); places.stray(q) == nullptr) look(p, q);
+      for (const auto& other : places.strays)
+        if (other.slot != p && !(other.slot < p && has_moved(other.slot))) look(p, other.slot);
+    }
+    places.number = next_serial();
+    return true;
+  }
 
  private:
+  /// Pairs that a thread has found, and how many distances it computed for them.
+  struct Found {
+    std::vector<std::pair<std::int32_t, std::int32_t>> pairs;
+    std::uint64_t tested = 0;
+  };
   /// The positions of the bodies of a level. Returns their largest radius.
   Scalar take_level(const auto& r, const auto& body, int level, int finest, Scalar largest) {
     members_.clear();
-    still_.clear();
     positions_.clear();
     Scalar radius{0};
     for (Eigen::Index i = 0; i < r.cols(); ++i) {
       if (finest > 0) {
         if (level_of_cells(body.radius[i], largest) != level) continue;
         members_.push_back(static_cast<std::int32_t>(i));
-        if (!body.still.empty()) still_.push_back(body.still[static_cast<std::size_t>(i)]);
       }
       radius = std::max(radius, body.radius[i]);
       for (int a = 0; a < dim; ++a) positions_.push_back(static_cast<double>(r(a, i)));
     }
-    level_size_ = static_cast<std::int32_t>(positions_.size() / dim);
     return radius;
   }
-  /// The body of a slot of the level's list.
-  [[nodiscard]] std::int32_t body_at(std::int32_t of_list) const {
-    const std::int32_t member = list_.slots[static_cast<std::size_t>(of_list)].particle;
+  /// The body of one of the builder's slots.
+  [[nodiscard]] std::int32_t body_at(std::int32_t k) const {
+    const std::int32_t member = slots_[static_cast<std::size_t>(k)].particle;
     return members_.empty() ? member : members_[static_cast<std::size_t>(member)];
   }
-  [[nodiscard]] std::int32_t slot_at(std::int32_t of_list) const {
-    return slot_[static_cast<std::size_t>(body_at(of_list))];
-  }
-
-  /// Slots in the order of those where the list has the bodies themselves, not their images.
-  void place(const auto& r, const auto& body, const Domain& domain, std::vector<std::int32_t>& order,
-             std::vector<Scalar>& placed) {
-    for (std::size_t k = 0; k < list_.slots.size(); ++k) {
-      const auto& slot = list_.slots[k];
-      if (slot.particle < 0) continue;  // a dummy
-      bool home = true;
-      for (std::size_t a = 0; a < dim; ++a)
-        home &= slot.image[a] == domain.image(a, positions_[static_cast<std::size_t>(slot.particle) * dim + a]);
-      if (!home) continue;
-      const std::int32_t i = body_at(static_cast<std::int32_t>(k));
-      slot_[static_cast<std::size_t>(i)] = static_cast<std::int32_t>(order.size());
-      Scalar* const to = &placed[4 * order.size()];
-      for (int a = 0; a < dim; ++a) to[a] = r(a, i);
-      to[3] = body.radius[i];
-      order.push_back(i);
-    }
-  }
-
-  /// The pairs of bodies of the level, each once.
-  void find_alike(const auto& body, const std::vector<std::int32_t>& order, bool sizes_differ,
-                  auto&& reach_each_other) {
-    list_.for_each_neighbor([&](const NeighborList::Row& row, std::int32_t neighbor) {
-      const std::int32_t p = slot_at(row.slot), q = slot_at(neighbor);
-      const bool has_row = !body.is_still(order[static_cast<std::size_t>(q)]);  // then the pair is in that row, too
-      if (p == q || (has_row && q < p)) return;
-      if (!sizes_differ || reach_each_other(p, q)) found_.push_back(std::minmax(p, q));
-    });
-  }
-  /// The pairs of a body of a finer level, in slot p, with those of this one.
-  /// @param at     x y z R
-  /// @param reach  [length] the largest radius of this level, and the skin
-  void find_coarser(const auto& body, const Domain& domain, const std::vector<std::int32_t>& order, std::int32_t p,
-                    const Scalar* at, double reach, auto&& reach_each_other) {
-    std::array<double, dim> x;
-    for (std::size_t a = 0; a < dim; ++a) {
-      x[a] = static_cast<double>(at[a]);
-      x[a] += domain.image(a, x[a]) * domain.length[a];
-    }
-    const bool is_still = body.is_still(order[static_cast<std::size_t>(p)]);
-    for (const std::int32_t neighbor : builder_.around(x, static_cast<double>(at[3]) + reach)) {
-      const bool two_still = is_still && body.is_still(body_at(neighbor));
-      if (const std::int32_t q = slot_at(neighbor); !two_still && reach_each_other(p, q)) found_.emplace_back(p, q);
-    }
-  }
-
   /// By slots, counting.
   void sort(ContactPairs<Scalar>& pairs) {
     const std::size_t n = pairs.bodies.size();
     pairs.row.assign(n + 1, 0);
-    for (const auto& pair : found_) ++pairs.row[static_cast<std::size_t>(pair.first) + 1];
+    for (const Found& found : found_)
+      for (const auto& pair : found.pairs) ++pairs.row[static_cast<std::size_t>(pair.first) + 1];
     for (std::size_t s = 0; s < n; ++s) pairs.row[s + 1] += pairs.row[s];
-    pairs.first.assign(found_.size() + pairs.padding, 0);
-    pairs.second.assign(found_.size() + pairs.padding, 0);
-    next_.assign(pairs.row.begin(), pairs.row.end());
-    for (const auto& [a, b] : found_) {
-      const auto at = static_cast<std::size_t>(next_[static_cast<std::size_t>(a)]++);
-      pairs.first[at] = a;
-      pairs.second[at] = b;
-    }
+    const std::size_t all = static_cast<std::size_t>(pairs.row[n]) + pairs.padding;
+    pairs.first.assign(all, 0), pairs.second.assign(all, 0);
+    std::vector<std::int32_t> next = pairs.row;
+    for (const Found& found : found_)
+      for (const auto& [a, b] : found.pairs) {
+        const auto at = static_cast<std::size_t>(next[static_cast<std::size_t>(a)]++);
+        pairs.first[at] = a, pairs.second[at] = b;
+      }
     for (std::size_t s = 0; s < n; ++s)
       std::sort(pairs.second.begin() + pairs.row[s], pairs.second.begin() + pairs.row[s + 1]);
   }
+  /// For find_late: the bodies where the pairs were found, which here are named by their slots there.
+  void look_at(const ContactPairs<Scalar>& pairs, const Domain& domain) {
+    pairs_ = 0;
+    const std::size_t n = pairs.bodies.size();
+    positions_.clear(), members_.clear();
+    for (std::size_t s = 0; s < n; ++s)
+      for (std::size_t a = 0; a < dim; ++a) positions_.push_back(static_cast<double>(pairs.built_at[3 * s + a]));
+    const auto [least, largest] = std::minmax_element(pairs.bodies.radius.begin(), pairs.bodies.radius.end());
+    levels_ = level_of_cells(*least, *largest) + 1;
+    range_ = static_cast<double>(2 * *largest + pairs.skin);
+    builder_.sort(positions_.data(), static_cast<std::int32_t>(n), domain, range_, slots_);
+    pairs_ = pairs.number;
+  }
 
   ListBuilder<dim> builder_;
-  NeighborList list_;  // of one level
+  std::vector<NeighborList::Slot> slots_;  // of one level
   std::vector<double> positions_;
   std::vector<std::int32_t> members_;  // of the level; empty where there is one
-  std::vector<std::uint8_t> still_;
-  std::int32_t level_size_ = 0;
-  std::vector<std::int32_t> slot_, next_;
-  std::vector<std::pair<std::int32_t, std::int32_t>> found_;
-  std::uint64_t tested_ = 0;
+  std::vector<Found> found_;
+  std::vector<std::pair<std::int32_t, std::int32_t>> known_;  // late pairs that stay
+  std::uint64_t pairs_ = 0;                                   // pairs compared by find_late
+  double range_ = 0;
+  int levels_ = 1;
 };
 
 }}  // namespace phistep::PHISTEP_ABI

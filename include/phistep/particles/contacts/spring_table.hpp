@@ -6,20 +6,19 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
-#include <utility>
+#include <iterator>
 #include <vector>
 
-#include "phistep/base/machine/scratch.hpp"
+#include "phistep/base/machine/memory.hpp"
 #include "phistep/base/numbers/finite_witness.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/particles/contacts/contact_kernel.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Sorted by place.
 /// @tparam Number  of a place: a pair's, or that of a wall and a body
-template <class Real, class Number = std::int32_t>
+/// @tparam keeps_grip  of a law whose springs stiffen with the overlap
+template <class Real, class Number = std::int32_t, bool keeps_grip = false>
 struct SpringTable {
   using Scalar = Real;
   using Place = Number;
@@ -36,7 +35,7 @@ struct SpringTable {
       return {x[0][c], x[1][c], x[2][c]};
     }
     void set(std::size_t c, const Triple<Scalar>& to) { x[0][c] = to.x, x[1][c] = to.y, x[2][c] = to.z; }
-    /// Of the contacts from[0], from[1] …
+    /// Loads the springs of the contacts from[0], from[1] …
     template <class P>
     [[nodiscard]] Triple<P> load(const std::int32_t* from) const {
       // Mostly the same contacts touch as before, and stand in the same order.
@@ -58,8 +57,9 @@ struct SpringTable {
   };
   static constexpr std::size_t padding = 32;
 
-  std::vector<Place> place;  ///< of each contact, ascending
-  Lengths slip, roll;        ///< ξ, ψ; roll may be empty
+  std::vector<Place> place;                                          ///< of each contact, ascending
+  Lengths slip, roll;                                                ///< ξ, ψ; roll may be empty
+  [[no_unique_address]] Only<keeps_grip, std::vector<Scalar>> grip;  ///< a
 
   [[nodiscard]] std::size_t size() const { return place.size(); }
   [[nodiscard]] bool rolls() const { return !roll.x[0].empty(); }
@@ -67,18 +67,33 @@ struct SpringTable {
     resize_with_spare(place, contacts);
     slip.resize(contacts + padding);
     roll.resize(with_roll ? contacts + padding : 0);
+    if constexpr (keeps_grip) resize_with_spare(grip, contacts + padding);
+  }
+  [[nodiscard]] ContactSprings<Scalar> operator[](std::size_t c) const {
+    ContactSprings<Scalar> springs{slip[c], roll[c]};
+    if constexpr (keeps_grip) springs.grip = grip[c];
+    return springs;
+  }
+  void set(std::size_t c, const ContactSprings<Scalar>& springs) {
+    slip.set(c, springs.slip);
+    if (rolls()) roll.set(c, springs.roll);
+    if constexpr (keeps_grip) grip[c] = springs.grip;
   }
   /// What stands behind the last contact.
   void close() {
     for (auto* lengths : {&slip, &roll})
       for (auto& x : lengths->x)
         if (!x.empty()) std::fill(x.begin() + static_cast<std::ptrdiff_t>(size()), x.end(), Scalar{0});
+    if constexpr (keeps_grip) std::fill(grip.begin() + static_cast<std::ptrdiff_t>(size()), grip.end(), Scalar{0});
   }
   void archive(auto& ar) {
     ar("place", place, "slip", slip, "roll", roll);
+    if constexpr (keeps_grip) {
+      ar("grip", grip);
+      ar.check(grip.size() == slip.x[0].size() && all_finite(grip.data(), static_cast<std::ptrdiff_t>(grip.size())));
+    }
     for (const auto& x : slip.x) ar.check(x.size() == size() + padding || (size() == 0 && x.empty()));
-    for (const auto& x : roll.x) ar.check(x.empty() || x.size() == slip.x[0].size());
-    for (const auto& x : roll.x) ar.check(x.size() == roll.x[0].size());
+    for (const auto& x : roll.x) ar.check(x.size() == (rolls() ? slip.x[0].size() : 0));
     ar.check(std::is_sorted(place.begin(), place.end()) && (place.empty() || place.front() >= 0));
     for (const auto* lengths : {&slip, &roll})
       for (const auto& x : lengths->x) {
@@ -88,25 +103,17 @@ struct SpringTable {
   }
 };
 
-/// Where the springs of ascending places stand in a table.
+/// Where the springs of places stand in a table, asked for one after the other, ascending from `first`: behind the last
+/// contact, where springs are unstretched, for a place that is not in the table.
 template <class Place>
-class SpringFinder {
- public:
-  /// @param first  none of the places is less
-  SpringFinder(const std::vector<Place>& places, Place first)
-      : places_{places.data()},
-        known_{static_cast<std::int32_t>(places.size())},
-        at_{static_cast<std::int32_t>(std::lower_bound(places.begin(), places.end(), first) - places.begin())} {}
-  /// Behind the last contact, where springs are unstretched, for a place that is not in the table.
-  [[nodiscard]] std::int32_t operator()(Place place) {
-    while (at_ < known_ && places_[at_] < place) ++at_;
-    return at_ < known_ && places_[at_] == place ? at_ : known_;
-  }
-
- private:
-  const Place* places_;
-  std::int32_t known_, at_;
-};
+[[nodiscard]] auto spring_finder(const std::vector<Place>& places, Place first) {
+  const auto known = static_cast<std::int32_t>(places.size());
+  auto at = static_cast<std::int32_t>(std::lower_bound(places.begin(), places.end(), first) - places.begin());
+  return [known, at, place_of = places.data()](Place place) mutable {
+    while (at < known && place_of[at] < place) ++at;
+    return at < known && place_of[at] == place ? at : known;
+  };
+}
 
 /// The force of the contacts c, c + 1, … of a pack, from springs of the table before, which stand at from[0], from[1], …, to
 /// those after.
@@ -117,66 +124,41 @@ template <bool spins, bool rolls, class Law, class P, class Table>
                                             const std::int32_t* from, Table& after, std::size_t c) {
   ContactSprings<P> springs{before.slip.template load<P>(from), {}};
   if constexpr (rolls) springs.roll = before.roll.template load<P>(from);
+  if constexpr (stiffens<Law>) springs.grip = P::gather(before.grip.data(), from);
   const ContactForce<P> f = contact_force<spins, rolls, Law>(numbers, at, P(elapsed), springs);
   after.slip.store(springs.slip, c);
   if constexpr (rolls) after.roll.store(springs.roll, c);
+  if constexpr (stiffens<Law>) springs.grip.store(&after.grip[c]);
   return f;
 }
 
-// How springs get from one table to the next where bodies, or the list of pairs, change.
-
-/// Springs of contacts that are not computed for now, because both bodies are held still: kept until it moves again.
-template <class Scalar>
-struct DormantSprings {
-  struct Contact {
-    std::int64_t a, b;                 ///< identities of two bodies, or of a body and the number of its wall
-    std::array<Scalar, 3> slip, roll;  ///< as a sees them
-  };
-  std::vector<Contact> contacts;
-  void archive(auto& ar) {
-    ar.columns("contacts", contacts, "a", &Contact::a, "b", &Contact::b, "slip", &Contact::slip, "roll",
-               &Contact::roll);
-    for (const Contact& one : contacts) ar.check(all_finite(one.slip.data(), 3) && all_finite(one.roll.data(), 3));
-  }
-};
-
-/// Springs on their way into a new table, or to rest.
+/// Springs on their way from one table to another, where the set that is computed or the list of pairs changes. A workspace.
 template <class Table>
 class CarriedSprings {
   using Scalar = typename Table::Scalar;
   using Springs = ContactSprings<Scalar>;
-  using Dormant = DormantSprings<Scalar>;
 
  public:
-  /// f(a, b, springs) for those that lie dormant
-  static void for_each(const Dormant& dormant, auto&& f) {
-    const auto triple = [](const std::array<Scalar, 3>& x) { return Triple<Scalar>{x[0], x[1], x[2]}; };
-    for (const auto& one : dormant.contacts) f(one.a, one.b, Springs{triple(one.slip), triple(one.roll)});
-  }
-  /// f(c, springs) for those of a table
-  static void for_each(const Table& table, auto&& f) {
-    for (std::size_t c = 0; c < table.size(); ++c) f(c, Springs{table.slip[c], table.roll[c]});
-  }
-
-  /// To places in any order.
-  void carry_to(typename Table::Place place, const Springs& springs) { carried_.push_back({place, springs}); }
-  void lay_down(std::int64_t a, std::int64_t b, const Springs& springs) {
-    const auto array = [](const Triple<Scalar>& x) { return std::array<Scalar, 3>{x.x, x.y, x.z}; };
-    asleep_.contacts.push_back({a, b, array(springs.slip), array(springs.roll)});
+  /// No two of one place.
+  void add(typename Table::Place place, const Springs& springs) { carried_.push_back({place, springs}); }
+  /// Those added since the last call were ascending by place.
+  void end_run() {
+    const auto middle = carried_.begin() + static_cast<std::ptrdiff_t>(in_order_);
+    if (middle != carried_.begin() && middle != carried_.end() && !is_before(*std::prev(middle), *middle))
+      std::inplace_merge(carried_.begin(), middle, carried_.end(), is_before);
+    in_order_ = carried_.size();
   }
   /// @param rolls    whether there are springs of rolling
-  /// @param dormant  those known so far, or none; replaced where they change
-  void finish(Table& table, bool rolls, std::shared_ptr<const Dormant>& dormant) {
-    std::sort(carried_.begin(), carried_.end(), [](const Carried& a, const Carried& b) { return a.place < b.place; });
+  void lay_into(Table& table, bool rolls) {
+    if (in_order_ < carried_.size()) std::sort(carried_.begin(), carried_.end(), is_before);
     table.resize(carried_.size(), rolls);
     for (std::size_t c = 0; c < carried_.size(); ++c) {
       table.place[c] = carried_[c].place;
-      table.slip.set(c, carried_[c].springs.slip);
-      if (rolls) table.roll.set(c, carried_[c].springs.roll);
+      table.set(c, carried_[c].springs);
     }
     table.close();
-    if ((dormant && !dormant->contacts.empty()) || !asleep_.contacts.empty())
-      dormant = std::make_shared<const Dormant>(std::move(asleep_));
+    carried_.clear();
+    in_order_ = 0;
   }
 
  private:
@@ -184,8 +166,9 @@ class CarriedSprings {
     typename Table::Place place;
     Springs springs;
   };
+  static bool is_before(const Carried& a, const Carried& b) { return a.place < b.place; }
   std::vector<Carried> carried_;
-  Dormant asleep_;
+  std::size_t in_order_ = 0;  // of these, ascending
 };
 
 }}  // namespace phistep::PHISTEP_ABI

@@ -1,15 +1,13 @@
 /// @file
 /// Particles and their periodic images sorted by the cells of a grid, in time O(N) wherever they are.
 ///
-/// There is no array of cells: sorted by key = (c_z n_y + c_y) n_x + c_x, the particles of a few cells beside each other in
-/// x follow each other, and a pointer that only advances finds them. So empty space costs nothing, and one particle that
-/// flew off to 1e300 spoils no grid. A cell's number is clamped to 0 … 2^20 − 1: that keeps the order, so that
-/// particles in range of each other still are at most as many cells apart.
+/// There is no array of cells: sorted by key = (c_z n_y + c_y) n_x + c_x, the particles of cells beside each other in x follow each other,
+/// and a pointer that only advances finds them. So empty space costs nothing. A cell's number is clamped to 0 … 2^20 − 1, for a particle at
+/// 1e300: that keeps the order, so that particles in range of each other still are at most as many cells apart.
 #pragma once
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <bit>
 #include <cmath>
 #include <cstddef>
@@ -17,22 +15,18 @@
 #include <limits>
 #include <mutex>
 #include <stdexcept>
-#include <string>
 #include <utility>
 #include <vector>
 
 #include "phistep/base/machine/loop_hints.hpp"
-#include "phistep/base/machine/scratch.hpp"
+#include "phistep/base/machine/memory.hpp"
 #include "phistep/base/machine/shares.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/particles/neighbors/neighbor_list.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-// Sorting by whole numbers, in time O(n): digit by digit, the last first, each pass stable (D. E. Knuth, The Art of Computer
-// Programming 3, section 5.2.5). Threads share the passes; the order doesn't depend on them.
-
-/// Sorts with a buffer as large as what is sorted.
+/// Sorts by whole numbers in time O(n): digit by digit, the last first, each pass stable (D. E. Knuth, The Art of Computer Programming 3,
+/// section 5.2.5). Threads share the passes; the order doesn't depend on them.
 /// @tparam Keyed  has a key
 template <class Keyed>
 class RadixSort {
@@ -80,7 +74,7 @@ class CellOrder {
   /// @param r  dim × N [length], any numbers
   void sort(const double* r, std::int32_t particles, const Domain& domain, double range,
             std::vector<NeighborList::Slot>& slots) {
-    r_ = r, particles_ = static_cast<std::size_t>(particles), domain_ = &domain;
+    r_ = r, particles_ = static_cast<std::size_t>(particles), domain_ = domain;
     for (auto& x : x_) release(x);  // the sort may have that memory
     add_images(range);
     const std::size_t n = particles_ + images_.size();
@@ -89,25 +83,18 @@ class CellOrder {
     lay_grid(n, range);
     const std::uint64_t outside = n_[0] * n_[1] * n_[2];  // what is not a number has no place
     resize_with_spare(order_, n);
-    std::atomic<std::uint64_t> top = 0;
-    by_threads(n, [&](std::size_t begin, std::size_t end) {
-      std::uint64_t largest = 0;
-      for (std::size_t e = begin; e < end; ++e) {
-        order_[e] = {key_of(entry(e).x), static_cast<std::uint32_t>(e)};
-        largest = std::max(largest, order_[e].key);
-      }
-      for (std::uint64_t known = top; known < largest && !top.compare_exchange_weak(known, largest);) {
-      }
+    for_each_share(n, 1, few, [&](const Share& own) {
+      for (std::size_t e = own.begin; e < own.end; ++e) order_[e] = {key_of(entry(e).x), static_cast<std::uint32_t>(e)};
     });
-    RadixSort<Keyed>{}(order_, top);
+    RadixSort<Keyed>{}(order_, outside);
     constexpr auto every = static_cast<std::size_t>(NeighborList::dummy_every);
     const std::size_t all = n == 0 ? 1 : n + 1 + (n - 1) / (every - 1);  // with the dummies
     resize_with_spare(slots, all);
     for (auto& x : x_) resize_with_spare(x, all + overhang);
     resize_with_spare(is_home_, all);
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-    by_threads(all, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t s = begin; s < end; ++s) {
+    for_each_share(all, 1, few, [&](const Share& own) {
+      for (std::size_t s = own.begin; s < own.end; ++s) {
         if (s % every == 0) {
           slots[s] = {-1, {}}, is_home_[s] = 0;
           for (auto& x : x_) x[s] = nan;
@@ -138,6 +125,10 @@ class CellOrder {
   /// Whether a slot holds the particle itself, and not a further image.
   [[nodiscard]] bool is_home(std::size_t slot) const { return is_home_[slot] != 0; }
   [[nodiscard]] std::uint64_t cells_along(std::size_t axis) const { return n_[axis]; }
+  /// Into the first period.
+  void bring_home(std::array<double, dim>& x) const {
+    for (std::size_t a = 0; a < dim; ++a) x[a] += domain_.image(a, x[a]) * domain_.length[a];
+  }
   /// Of the cell where a place is; that of the end for what is not finite.
   [[nodiscard]] std::uint64_t key_of(const std::array<double, dim>& x) const {
     std::uint64_t key = 0;
@@ -160,6 +151,7 @@ class CellOrder {
     std::uint32_t entry;
   };
   static constexpr std::uint64_t most_cells = std::uint64_t{1} << 20;
+  static constexpr std::size_t few = shared_from / 16;  // particles that one thread takes alone
 
   /// A particle brought into the first period, or one of its further images.
   struct Entry {
@@ -174,53 +166,44 @@ class CellOrder {
   [[nodiscard]] NeighborList::Slot slot_of(std::size_t e) const {
     if (e >= particles_) return images_[e - particles_];
     NeighborList::Slot home{static_cast<std::int32_t>(e), {}};
-    for (std::size_t a = 0; a < dim; ++a) home.image[a] = domain_->image(a, r_[e * dim + a]);
+    for (std::size_t a = 0; a < dim; ++a) home.image[a] = domain_.image(a, r_[e * dim + a]);
     return home;
   }
   [[nodiscard]] double place(const NeighborList::Slot& slot, std::size_t a) const {
-    return r_[static_cast<std::size_t>(slot.particle) * dim + a] + slot.image[a] * domain_->length[a];
+    return r_[static_cast<std::size_t>(slot.particle) * dim + a] + slot.image[a] * domain_.length[a];
   }
 
   /// The images within the range of the box: along each axis those of all there are so far, so that corners are in.
   void add_images(double range) {
     images_.clear();
     for (std::size_t a = 0; a < dim; ++a) {
-      if (!domain_->periodic[a]) continue;
-      const double length = domain_->length[a], lower = domain_->lower[a];
+      if (!domain_.periodic[a]) continue;
+      const double length = domain_.length[a], lower = domain_.lower[a];
       const std::size_t so_far = particles_ + images_.size();
-      resize_with_spare(order_, so_far);
-      const auto at_of = [&](std::size_t e) {
-        if (e >= particles_) return place(images_[e - particles_], a);
-        const double x = r_[e * dim + a];
-        return x + domain_->image(a, x) * length;
-      };
-      // Those near an end of the period: few, found by threads, each from where its share begins.
-      found_.assign(2 * thread_count(), 0);
-      for_each_share(so_far, 1, shared_from / 16, [&](const Share& own) {
-        std::size_t last = own.begin;
-        for (std::size_t e = own.begin; e < own.end; ++e)
-          if (const double at = at_of(e); !(at > lower + range && at < lower + length - range) && std::isfinite(at))
-            order_[last++].entry = static_cast<std::uint32_t>(e);
-        found_[2 * own.number] = own.begin, found_[2 * own.number + 1] = last;
-      });
-      std::size_t more = images_.size();
-      for (std::size_t t = 0; t < found_.size(); t += 2) more += found_[t + 1] - found_[t];
-      if (images_.capacity() < more) images_.reserve(more + more / 16);
-      for (std::size_t t = 0; t < found_.size(); t += 2)
-        for (std::size_t f = found_[t]; f < found_[t + 1]; ++f) {
-          const std::size_t e = order_[f].entry;
-          const double at = at_of(e);
+      std::vector<std::vector<NeighborList::Slot>> found(thread_count());
+      Relay relay;  // images may want more memory
+      const auto find = [&](const Share& own) {
+        for (std::size_t e = own.begin; e < own.end; ++e) {
+          const double at = e < particles_ ? r_[e * dim + a] + domain_.image(a, r_[e * dim + a]) * length
+                                           : place(images_[e - particles_], a);
+          if ((at > lower + range && at < lower + length - range) || !std::isfinite(at)) continue;
           // Positions beyond the numbers' resolution are not wrapped: those have no images.
           const auto from = std::ceil(std::clamp((lower - range - at) / length, -8.0, 9.0));
           const auto to = std::floor(std::clamp((lower + length + range - at) / length, -9.0, 8.0));
           const NeighborList::Slot home = slot_of(e);
-          NeighborList::Slot image = home;
           for (auto k = static_cast<std::int32_t>(from); k <= static_cast<std::int32_t>(to); ++k) {
             if (k == 0) continue;
-            image.image[a] = home.image[a] + k;
-            images_.push_back(image);
+            found[own.number].push_back(home);
+            found[own.number].back().image[a] += k;
           }
         }
+      };
+      for_each_share(so_far, 1, few, [&](const Share& own) { relay.run([&] { find(own); }); });
+      relay.rethrow();
+      std::size_t more = images_.size();
+      for (const auto& some : found) more += some.size();
+      if (images_.capacity() < more) images_.reserve(more + more / 16);
+      for (const auto& some : found) images_.insert(images_.end(), some.begin(), some.end());
     }
   }
 
@@ -230,9 +213,9 @@ class CellOrder {
     lowest.fill(std::numeric_limits<double>::max());
     highest.fill(std::numeric_limits<double>::lowest());
     std::mutex one_at_a_time;
-    by_threads(n, [&, none_low = lowest, none_high = highest](std::size_t begin, std::size_t end) {
+    for_each_share(n, 1, few, [&, none_low = lowest, none_high = highest](const Share& own) {
       auto low = none_low, high = none_high;
-      for (std::size_t e = begin; e < end; ++e) {
+      for (std::size_t e = own.begin; e < own.end; ++e) {
         const Entry one = entry(e);
         for (std::size_t a = 0; a < dim; ++a)
           if (std::isfinite(one.x[a])) low[a] = std::min(low[a], one.x[a]), high[a] = std::max(high[a], one.x[a]);
@@ -262,22 +245,13 @@ class CellOrder {
     }
   }
 
-  /// f(begin, end) for ranges of 0 … n − 1, at the same time.
-  static void by_threads(std::size_t n, auto&& f) {
-    const auto part = [&f](std::ptrdiff_t begin, std::ptrdiff_t end) {
-      f(static_cast<std::size_t>(begin), static_cast<std::size_t>(end));
-    };
-    for_each_range(static_cast<std::ptrdiff_t>(n), 1, part, shared_from / 16);
-  }
-
   const double* r_ = nullptr;  // of the call
-  const Domain* domain_ = nullptr;
+  Domain domain_;
   std::size_t particles_ = 0;
   std::vector<NeighborList::Slot> images_;
   std::array<std::vector<double>, dim> x_;  // of the slots
   std::vector<std::uint8_t> is_home_;
   std::vector<Keyed> order_;
-  std::vector<std::size_t> found_;  // by each thread: first, and one after the last
   std::vector<Cell> cells_;
   std::array<double, dim> origin_{}, per_cell_{};
   std::array<std::uint64_t, 3> n_{1, 1, 1};

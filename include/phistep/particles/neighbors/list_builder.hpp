@@ -10,74 +10,58 @@
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 #include "phistep/base/machine/loop_hints.hpp"
-#include "phistep/base/machine/scratch.hpp"
+#include "phistep/base/machine/memory.hpp"
 #include "phistep/base/machine/shares.hpp"
 #include "phistep/base/numbers/pack.hpp"
 #include "phistep/base/numbers/pack_math.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/particles/neighbors/cell_order.hpp"
 #include "phistep/particles/neighbors/neighbor_list.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-template <int dim>
-class ListBuilder {
+/// @tparam own_cutoffs  each pair of types has its own
+template <int dim, bool own_cutoffs = false>
+class ListBuilder : private CellOrder<dim> {
+  using Order = CellOrder<dim>;
+
  public:
+  using Order::is_home;
+  using Order::sort;  ///< slots alone, for `around`
   /// @param r      dim × N [length]
   /// @param still  empty, or N: those that are not 0 have no row, and so two of them are no pair
   /// @param range  [length] of what is listed: closer than this
   /// @param pad    a row's parts are filled up to a multiple of it
+  /// @param own    if own_cutoffs: what is listed is closer than the pair's cutoff + skin, at most `range`
   void build(const double* r, std::int32_t particles, const Domain& domain, const std::vector<std::uint8_t>& still,
-             double range, std::int32_t pad, NeighborList& list) {
-    order_.sort(r, particles, domain, range, list.slots);
+             double range, std::int32_t pad, NeighborList& list, const TypeCutoffs& own = {}, double skin = 0) {
+    sort(r, particles, domain, range, list.slots);
+    if constexpr (own_cutoffs) set_ranges(own, skin, list.slots);
     list.pad = pad;
     list.particles = particles;
     list.rows.clear();
     for (std::size_t s = 0; s < list.slots.size(); ++s)
-      if (order_.is_home(s) && (still.empty() || still[static_cast<std::size_t>(list.slots[s].particle)] == 0))
+      if (is_home(s) && (still.empty() || still[static_cast<std::size_t>(list.slots[s].particle)] == 0))
         list.rows.push_back({static_cast<std::int32_t>(s), 0, {}});
     constexpr auto per_chunk = static_cast<std::size_t>(NeighborList::rows_per_chunk);
     list.chunk_count = (list.rows.size() + per_chunk - 1) / per_chunk;
     if (list.chunks.size() < list.chunk_count) list.chunks.resize(list.chunk_count);
-    const P square{range * range};
+    const P longest{range * range};
     const auto count = static_cast<std::ptrdiff_t>(list.chunk_count);
     Relay relay;  // rows may want more memory
-#ifdef _OPENMP
-#pragma omp parallel for schedule(static)
-#endif
-    for (std::ptrdiff_t c = 0; c < count; ++c) relay.run([&] { fill(list, static_cast<std::size_t>(c), square); });
+    PHISTEP_DETAIL_OMP("omp parallel for schedule(static)")
+    for (std::ptrdiff_t c = 0; c < count; ++c) relay.run([&] { fill(list, static_cast<std::size_t>(c), longest); });
     relay.rethrow();
-    point_key_ = no_key;
   }
-
-  /// The slots of the last list that are closer than `range`, at most the list's, to a point in the first period; until the
-  /// next call. Points of one cell that follow each other share the search for what is around.
-  [[nodiscard]] std::span<const std::int32_t> around(const std::array<double, dim>& point, double range) {
-    const std::uint64_t key = order_.key_of(point);
-    if (key == order_.cells().back().key) return {};  // not a number
-    if (key != point_key_) find_lines(key, point_lines_, true);
-    point_key_ = key;
-    std::int32_t candidates = 0;
-    for (const Line& line : point_lines_) candidates += line.last - line.first;
-    points_tested_ += static_cast<std::uint64_t>(candidates);
-    found_.resize(std::max(found_.size(), static_cast<std::size_t>(candidates) + P::width));
-    P x[dim];
-    for (std::size_t a = 0; a < dim; ++a) x[a] = P{point[a]};
-    std::int32_t* out = found_.data();
-    for (const Line& line : point_lines_) out = filter(x, line.first, line.last, P{range * range}, 0, out);
-    return {found_.data(), static_cast<std::size_t>(out - found_.data())};
-  }
-  /// Distances computed by `around` since there is this builder.
-  [[nodiscard]] std::uint64_t points_tested() const { return points_tested_; }
 
  private:
-  static constexpr int reach_x = CellOrder<dim>::reach(0), reach = CellOrder<dim>::reach(1);
+  static constexpr int reach_x = Order::reach(0), reach = Order::reach(1);
   static constexpr std::size_t span = 2 * reach + 1, lines = dim == 3 ? span * span : span;
   using P = Pack<double, native_width<double>>;
-  using Cells = std::vector<typename CellOrder<dim>::Cell>;
+  using Cells = std::vector<typename Order::Cell>;
 
   /// The slots in a line of cells along x.
   struct Line {
@@ -85,29 +69,56 @@ class ListBuilder {
     std::int32_t first = 0, last = 0;
   };
 
+ public:
+  /// What each caller of `around` keeps of the last slots: points that follow each other from cell to cell share the search.
+  struct Around {
+    std::uint64_t tested = 0;  ///< distances computed so far
+    std::uint64_t key = ~std::uint64_t{0};
+    std::array<Line, lines> lines_about;
+    std::vector<std::int32_t> found;
+  };
+  /// The slots that are closer than `range`, at most that of `sort`, to a point; until the next call.
+  [[nodiscard]] std::span<const std::int32_t> around(std::array<double, dim> point, double range, Around& own) const {
+    this->bring_home(point);
+    const std::uint64_t key = this->key_of(point);
+    if (key == this->cells().back().key) return {};  // not a number
+    if (key != own.key) find_lines(key, own.lines_about, key < own.key);
+    own.key = key;
+    std::int32_t candidates = 0;
+    for (const Line& line : own.lines_about) candidates += line.last - line.first;
+    own.tested += static_cast<std::uint64_t>(candidates);
+    own.found.resize(std::max(own.found.size(), static_cast<std::size_t>(candidates) + P::width));
+    P x[dim];
+    for (std::size_t a = 0; a < dim; ++a) x[a] = P{point[a]};
+    std::int32_t* out = own.found.data();
+    for (const Line& line : own.lines_about) out = filter(x, line.first, line.last, P{range * range}, 0, out);
+    return {own.found.data(), static_cast<std::size_t>(out - own.found.data())};
+  }
+
+ private:
   enum class Counted { from_one, from_three, from_none };
 
   /// Counted from one slot if that does, else from one of each layer, else whole slots.
-  void fill(NeighborList& list, std::size_t c, P square) const {
+  void fill(NeighborList& list, std::size_t c, P longest) const {
     NeighborList::Chunk& chunk = list.chunks[c];
     release(chunk.slots);
-    if (fill<Counted::from_one>(list, c, square, chunk.offsets) ||
-        fill<Counted::from_three>(list, c, square, chunk.offsets))
+    if (fill<Counted::from_one>(list, c, longest, chunk.offsets) ||
+        fill<Counted::from_three>(list, c, longest, chunk.offsets))
       return;
     release(chunk.offsets);
-    fill<Counted::from_none>(list, c, square, chunk.slots);
+    fill<Counted::from_none>(list, c, longest, chunk.slots);
   }
   /// @param to  offsets or slots of the chunk
   /// @return    whether its numbers can hold all
   template <Counted how, class Number>
-  bool fill(NeighborList& list, std::size_t c, P square, std::vector<Number>& to) const {
+  bool fill(NeighborList& list, std::size_t c, P longest, std::vector<Number>& to) const {
     constexpr auto per_chunk = static_cast<std::size_t>(NeighborList::rows_per_chunk);
     NeighborList::Chunk& chunk = list.chunks[c];
     const std::size_t begin = c * per_chunk, end = std::min(list.rows.size(), begin + per_chunk);
     chunk.rows = {static_cast<std::int32_t>(begin), static_cast<std::int32_t>(end)};
     chunk.base = {};
     chunk.tested = chunk.listed = 0;
-    const Cells& cells = order_.cells();
+    const Cells& cells = this->cells();
     std::array<Line, lines> around;
     std::size_t cell = 0;
     bool fresh = true;
@@ -144,7 +155,11 @@ class ListBuilder {
       Number* const start = to.data() + used;
       Number *out = start, *part_start = start;
       P x[dim];
-      for (std::size_t a = 0; a < dim; ++a) x[a] = P{order_.x(a)[row.slot]};
+      for (std::size_t a = 0; a < dim; ++a) x[a] = P{this->x(a)[row.slot]};
+      const auto square = [&] {
+        if constexpr (own_cutoffs) return squares_of_[static_cast<std::size_t>(row.slot)];
+        else return longest;
+      }();
       for (std::size_t l = 0; l < lines; ++l) {
         const std::int32_t base = chunk.base[3 * l / lines];
         if (l == lines / 2) {  // its own: around itself
@@ -166,8 +181,25 @@ class ListBuilder {
     return true;
   }
 
+  void set_ranges(const TypeCutoffs& own, double skin, const std::vector<NeighborList::Slot>& slots) {
+    std::size_t types = 0;
+    while (types * types < own.cutoffs.size()) ++types;
+    const std::size_t each = slots.size() + P::width;  // packs are read beyond the last
+    resize_with_spare(squares_, types * each);
+    resize_with_spare(squares_of_, slots.size());
+    for (std::size_t s = 0; s < slots.size(); ++s) {
+      const std::int32_t i = slots[s].particle;
+      const auto type = static_cast<std::size_t>(i < 0 ? 0 : own.type[static_cast<std::size_t>(i)]);
+      squares_of_[s] = squares_.data() + type * each;
+      for (std::size_t t = 0; t < types; ++t) {
+        const double cutoff = own.cutoffs[t * types + type];
+        squares_[t * each + s] = cutoff > 0 ? (cutoff + skin) * (cutoff + skin) : 0;
+      }
+    }
+  }
+
   [[nodiscard]] std::size_t cell_of(std::int32_t slot) const {
-    const Cells& cells = order_.cells();
+    const Cells& cells = this->cells();
     const auto after = std::upper_bound(cells.begin(), cells.end(), slot,
                                         [](std::int32_t s, const auto& cell) { return s < cell.first; });
     return static_cast<std::size_t>(after - cells.begin()) - 1;
@@ -175,10 +207,10 @@ class ListBuilder {
 
   /// The lines about a cell; their ends only advance while the cells do.
   void find_lines(std::uint64_t key, std::array<Line, lines>& around, bool fresh) const {
-    const Cells& cells = order_.cells();
-    const auto nx = static_cast<std::int64_t>(order_.cells_along(0)),
-               ny = static_cast<std::int64_t>(order_.cells_along(1)),
-               nz = static_cast<std::int64_t>(order_.cells_along(2));
+    const Cells& cells = this->cells();
+    const auto nx = static_cast<std::int64_t>(this->cells_along(0)),
+               ny = static_cast<std::int64_t>(this->cells_along(1)),
+               nz = static_cast<std::int64_t>(this->cells_along(2));
     const auto k = static_cast<std::int64_t>(key);
     const std::int64_t cx = k % nx, cy = k / nx % ny, cz = k / nx / ny;
     const std::int64_t from_x = std::max<std::int64_t>(cx - reach_x, 0), to_x = std::min(cx + reach_x, nx - 1) + 1;
@@ -214,17 +246,20 @@ class ListBuilder {
 
   /// Appends those of the slots first … last − 1 that are closer to x than the range, counted from the base. Writes up to
   /// P::width − 1 beyond.
+  /// @param square  of the range, or those of all slots
   template <class Number>
-  Number* filter(const P* x, std::int32_t first, std::int32_t last, P square, std::int32_t base, Number* out) const {
+  Number* filter(const P* x, std::int32_t first, std::int32_t last, auto square, std::int32_t base, Number* out) const {
     const double* at[dim];
-    unrolled<dim>([&](auto a) { at[a] = order_.x(a); });
+    unrolled<dim>([&](auto a) { at[a] = this->x(a); });
     for (std::int32_t s = first; s < last; s += P::width) {
       P d2{0};
       unrolled<dim>([&](auto a) {
         const P apart = x[a] - P::load(at[a] + s);
         d2 = fma(apart, apart, d2);
       });
-      unsigned bits = (d2 < square).bits();
+      unsigned bits;
+      if constexpr (std::is_pointer_v<decltype(square)>) bits = (d2 < P::load(square + s)).bits();
+      else bits = (d2 < square).bits();
       if (last - s < P::width) bits &= (1u << (last - s)) - 1u;
       out = append(bits, s - base, out);
     }
@@ -249,11 +284,8 @@ class ListBuilder {
     return out;
   }
 
-  CellOrder<dim> order_;
-  static constexpr std::uint64_t no_key = ~std::uint64_t{0};
-  std::uint64_t point_key_ = no_key, points_tested_ = 0;
-  std::array<Line, lines> point_lines_;  // about the cell point_key_
-  std::vector<std::int32_t> found_;
+  std::vector<double> squares_;            // of the ranges from a type to each slot, type after type
+  std::vector<const double*> squares_of_;  // of each slot's type: the first
 };
 
 }}  // namespace phistep::PHISTEP_ABI

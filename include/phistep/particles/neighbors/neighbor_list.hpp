@@ -1,5 +1,5 @@
 /// @file
-/// Who is near whom: a Verlet list [L. Verlet, Phys. Rev. 159, 98 (1967)].
+/// Particles near each other: a Verlet list [L. Verlet, Phys. Rev. 159, 98 (1967)].
 ///
 /// Particles and their periodic images stand in *slots*, sorted by cells of space, so that what is near in space is near
 /// in memory. A slot says whose image it is and how often that one is shifted:
@@ -17,21 +17,21 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <vector>
 
 #include "phistep/base/machine/loop_hints.hpp"
 #include "phistep/base/machine/shares.hpp"
-#include "phistep/base/version.hpp"
+#include "phistep/base/numbers/pack.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-// How wide a skin: from counts, never from a clock, so that a run decides alike wherever it runs.
-//
-// A list to r_c + s that served m steps, with L entries and T distances computed for each particle, has cost
+// How wide a skin: from counts, not from a clock, so that a run is the same on every machine. A list to r_c + s that served m
+// steps, with L entries and T distances computed for each particle, has cost
 //
 //     C(s) = p L + (b + q T)/m                                                                                    (1)
 //
-// a step and particle. With another skin L and T change as (r_c + s)^dim, and m as s: the fastest fly freely for that long.
+// a step and particle. With another skin L and T change as (r_c + s)^dim, and m as s.
 
 /// What a list took, and how long it served.
 struct ListUse {
@@ -55,8 +55,7 @@ template <int dim>
   return best;
 }
 
-/// A box without its number type: which axes repeat, and how often a coordinate has to be shifted to lie in the first period.
-/// An axis that does not repeat is open: `lower` and `length` do not bind there.
+/// A box without its number type. An axis that isn't periodic is open: `lower` and `length` do not bind there.
 struct Domain {
   std::array<double, 3> lower{}, length{};  ///< [length]
   std::array<bool, 3> periodic{};
@@ -69,6 +68,13 @@ struct Domain {
     const double k = -std::floor((x - lower[axis]) / length[axis]);
     return std::abs(k) < 1e9 ? static_cast<std::int32_t>(k) : 0;
   }
+};
+
+/// A cutoff for each pair of types.
+struct TypeCutoffs {
+  std::vector<std::int32_t> type;  ///< of each particle, N
+  std::vector<double> cutoffs;     ///< types × types [length]; 0: not listed
+  bool operator==(const TypeCutoffs&) const = default;
 };
 
 /// The domain of a `Box<Scalar, dim>`.
@@ -103,7 +109,7 @@ struct NeighborList {
   };
   struct Row {
     std::int32_t slot;                 ///< where its particle stands
-    std::int32_t first;                ///< in the chunk's `near` or `far`
+    std::int32_t first;                ///< in the chunk's `offsets` or `slots`
     std::array<std::int32_t, 3> ends;  ///< of its parts, from there, with the dummies
   };
   static constexpr std::int32_t dummy_every = 8192;
@@ -135,23 +141,20 @@ struct NeighborList {
       }
   }
   /// Distances computed while it was built.
-  [[nodiscard]] std::uint64_t pairs_tested() const {
-    std::uint64_t sum = 0;
-    for (std::size_t c = 0; c < chunk_count; ++c) sum += chunks[c].tested;
-    return sum;
-  }
+  [[nodiscard]] std::uint64_t pairs_tested() const { return total(&Chunk::tested); }
   /// Entries of all rows: a pair of two particles that move counts twice.
-  [[nodiscard]] std::uint64_t pairs_listed() const {
+  [[nodiscard]] std::uint64_t pairs_listed() const { return total(&Chunk::listed); }
+
+ private:
+  [[nodiscard]] std::uint64_t total(std::uint64_t Chunk::*count) const {
     std::uint64_t sum = 0;
-    for (std::size_t c = 0; c < chunk_count; ++c) sum += chunks[c].listed;
+    for (std::size_t c = 0; c < chunk_count; ++c) sum += chunks[c].*count;
     return sum;
   }
 };
 
-// Positions in the order of a list's slots, four numbers each: what a kernel gathers from.
-
-/// x y z and one number for the force's own use (0 until it is set), of each slot. Structs of four:
-/// on AVX-512, eight of them loaded and transposed take half the time of three gathers from separate arrays.
+/// x y z and one number for the force's own use (0 until it is set), of each slot. On AVX-512 eight such structs loaded and transposed take
+/// half the time of three gathers.
 template <class Scalar>
 using Places = Eigen::Matrix<Scalar, 4, Eigen::Dynamic>;
 
@@ -176,20 +179,55 @@ void gather_places(const NeighborList& list, const Scalar* r, const Domain& doma
       to[a] = static_cast<Scalar>(static_cast<double>(r[static_cast<std::size_t>(slot.particle) * dim + a]) +
                                   slot.image[a] * domain.length[a]);
   };
-#ifdef _OPENMP
-#pragma omp parallel for schedule(static)
-#endif
+  PHISTEP_DETAIL_OMP("omp parallel for schedule(static)")
   for (Eigen::Index s = 0; s < slots; ++s) put(s);
 }
 
-/// f(row, its chunk, the chunk's number), threads sharing the chunks. What f throws, a law of the user's own
-/// perhaps, passes through.
+template <class P>
+[[nodiscard]] FourPacks<P> broadcast_place(const typename P::Scalar* x) {
+  return {P{x[0]}, P{x[1]}, P{x[2]}, P{x[3]}};
+}
+/// f(d, r²) for one at x and those in some slots of `all`, d = x − theirs; where tagged f(d, r², fourth number of x, theirs).
+template <int dim, bool tagged, class P>
+[[gnu::always_inline]] inline void with_pack(const FourPacks<P>& x, const auto* all, const auto* slots, auto&& f) {
+  const FourPacks<P> other = gather4<P>(all, slots);
+  P d[3] = {x.x - other.x, x.y - other.y, P{0}};
+  P r2 = fma(d[0], d[0], d[1] * d[1]);
+  if constexpr (dim == 3) d[2] = x.z - other.z, r2 = fma(d[2], d[2], r2);
+  if constexpr (tagged) f(d, r2, x.w, other.w);
+  else f(d, r2);
+}
+/// The same for a row's neighbours, as many at once as a P holds.
+/// @param all  the places of the list's slots
+template <int dim, bool tagged, class P>
+[[gnu::always_inline]] inline void for_each_pack_of(const NeighborList::Row& row, const NeighborList::Chunk& chunk,
+                                                    const typename P::Scalar* all, auto&& f) {
+  using Scalar = typename P::Scalar;
+  static constexpr std::array<std::uint16_t, 16> in_turn{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+  alignas(64) Scalar few[4 * P::width];
+  const auto x = broadcast_place<P>(all + std::ptrdiff_t{4} * row.slot);
+  const bool counted = chunk.slots.empty();
+  const std::uint16_t* which = counted ? chunk.offsets.data() + row.first : in_turn.data();
+  std::int32_t k = 0;
+  for (std::size_t part = 0; part < 3; ++part) {
+    const Scalar* const from = counted ? all + std::ptrdiff_t{4} * chunk.base[part] : few;
+    for (; k < row.ends[part]; k += P::width) {
+      if (!counted)
+        unrolled<P::width>([&](auto l) {
+          const std::ptrdiff_t slot = chunk.slots[static_cast<std::size_t>(row.first + k + l)];
+          Pack<Scalar, 4>::load(all + 4 * slot).store(few + 4 * l);
+        });
+      with_pack<dim, tagged>(x, from, which, f);
+      if (counted) which += P::width;
+    }
+  }
+}
+
+/// f(row, its chunk, the chunk's number), by threads. What f throws passes through.
 void for_each_row(const NeighborList& list, auto&& f) {
   Relay relay;
   const auto chunks = static_cast<std::ptrdiff_t>(list.chunk_count);
-#ifdef _OPENMP
-#pragma omp parallel for schedule(static)
-#endif
+  PHISTEP_DETAIL_OMP("omp parallel for schedule(static)")
   for (std::ptrdiff_t c = 0; c < chunks; ++c)
     relay.run([&] {
       const NeighborList::Chunk& chunk = list.chunks[static_cast<std::size_t>(c)];
@@ -200,5 +238,45 @@ void for_each_row(const NeighborList& list, auto&& f) {
     });
   relay.rethrow();
 }
+
+/// Pairs of bodies, body by body. A workspace: its buffers serve again.
+/// @tparam Mark  what is known of a pair
+template <class Mark>
+class PairGraph {
+ public:
+  struct Edge {
+    std::int32_t other;
+    Mark mark;
+  };
+
+  void forget() { bodies_ = -1; }
+  [[nodiscard]] bool is_of(Eigen::Index bodies) const { return bodies_ == bodies; }
+  [[nodiscard]] std::span<const Edge> of(Eigen::Index i) const {
+    const auto s = static_cast<std::size_t>(i);
+    return {edges_.data() + first_[s], static_cast<std::size_t>(first_[s + 1] - first_[s])};
+  }
+  /// @param pairs  calls f(i, j, mark) for each, in any order, the same twice over
+  void build(Eigen::Index bodies, auto&& pairs) {
+    bodies_ = -1;
+    first_.assign(static_cast<std::size_t>(bodies) + 1, 0);
+    pairs([&](Eigen::Index i, Eigen::Index j, Mark) {
+      ++first_[static_cast<std::size_t>(i)], ++first_[static_cast<std::size_t>(j)];
+    });
+    std::int32_t sum = 0;
+    for (std::int32_t& count : first_) sum += count, count = sum;  // where the next body's begin
+    edges_.resize(static_cast<std::size_t>(sum));
+    // Backwards, so that first_ ends where each body's own begin.
+    pairs([&](Eigen::Index i, Eigen::Index j, Mark mark) {
+      edges_[static_cast<std::size_t>(--first_[static_cast<std::size_t>(i)])] = {static_cast<std::int32_t>(j), mark};
+      edges_[static_cast<std::size_t>(--first_[static_cast<std::size_t>(j)])] = {static_cast<std::int32_t>(i), mark};
+    });
+    bodies_ = bodies;
+  }
+
+ private:
+  std::vector<std::int32_t> first_;
+  std::vector<Edge> edges_;
+  Eigen::Index bodies_ = -1;
+};
 
 }}  // namespace phistep::PHISTEP_ABI

@@ -1,13 +1,11 @@
 /// @file
 /// A neighbour list as the memory of a force: valid until particles have moved too far, then made anew.
 ///
-/// What is closer than cutoff + skin at positions R is listed. A pair can have come from beyond that to within the cutoff only
-/// if the two together moved by more than the skin: while the two largest |r − R| add up to at most the skin, no pair
-/// is missed [as in LAMMPS' `neigh_modify check yes`, which doubles the largest].
+/// What is closer than cutoff + skin at positions R is listed. While the two largest |r − R| add up to at most the skin, no pair is missed
+/// [as in LAMMPS' `neigh_modify check yes`, which doubles the largest].
 ///
-/// The list is a pure function of R, the box and which particles are held still. These are the memory, a value: a rejected
-/// step takes it back, a checkpoint holds it, and the list comes back bit for bit. The list itself is a cache: kept once,
-/// by the force term, in buffers that serve again.
+/// The list is a pure function of R, the box and which particles are held still. These are the memory, a value: a rejected step takes it
+/// back, a checkpoint holds it, and the list comes back bit for bit. The list itself is a cache of the force term.
 #pragma once
 
 #include <Eigen/Core>
@@ -27,10 +25,9 @@
 #include <utility>
 #include <vector>
 
-#include "phistep/base/machine/scratch.hpp"
+#include "phistep/base/machine/memory.hpp"
 #include "phistep/base/machine/shares.hpp"
 #include "phistep/base/numbers/finite_witness.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/particles/neighbors/list_builder.hpp"
 #include "phistep/particles/neighbors/neighbor_list.hpp"
 
@@ -48,15 +45,14 @@ struct NeighborReference {
     ar("positions", positions, "lower", domain.lower, "length", domain.length, "periodic", domain.periodic, "still",
        still, "skin", skin, "listed", listed, "tested", tested);
     ar.check(skin >= 0 && std::isfinite(skin));
-    // From where a position isn't a number, nothing would ever have moved.
+    // From a NaN no particle would ever have moved.
     for (const auto& x : {std::span<const double>(positions), std::span<const double>(domain.lower),
                           std::span<const double>(domain.length)})
       ar.check(all_finite(x.data(), static_cast<std::ptrdiff_t>(x.size())));
   }
 };
 
-/// `Memory` of a force on a neighbour list. Evaluations replace its reference when particles have moved too far; that
-/// changes Ψ by rounding only.
+/// `Memory` of a force on a neighbour list. Evaluations may replace the reference: that changes Ψ by rounding only.
 struct NeighborMemory {
   static constexpr bool is_cache = true;
   mutable std::shared_ptr<const NeighborReference> reference;
@@ -79,65 +75,49 @@ struct NeighborMemory {
   }
 };
 
-/// When a list is made anew.
-struct ListPolicy {
-  std::int32_t every = 0;  ///< 0: when displacement demands
-
-  /// Every n steps, moved or not. It misses pairs, and the forces between them: for comparisons with codes that do so.
-  [[nodiscard]] static constexpr ListPolicy unchecked_every(std::int32_t n) { return {n}; }
-};
-
-/// How far to look.
+/// What is listed.
 struct NeighborRange {
-  double cutoff;  ///< [length]
-  double skin;    ///< [length]
-  ListPolicy policy{};
+  double cutoff;                     ///< [length]
+  double skin;                       ///< [length]
+  std::int32_t unchecked_every = 0;  ///< as in PairOptions
   std::int32_t pad = 1;
-  bool finds_skin = false;  ///< `skin` is where it starts from
-
-  /// @throws std::invalid_argument where that can't be
-  void check() const {
-    if (!(cutoff > 0) || !std::isfinite(cutoff))
-      throw std::invalid_argument("phistep: a cutoff must be finite and > 0");
-    if (!(skin >= 0) || !std::isfinite(skin)) throw std::invalid_argument("phistep: a skin must be finite and >= 0");
-    if (policy.every < 0) throw std::invalid_argument("phistep: a list is made anew every n >= 1 steps");
-  }
+  bool finds_skin = false;           ///< `skin` is where it starts from
+  const TypeCutoffs* own = nullptr;  ///< where pairs have their own; `cutoff` is the longest
 };
 
-/// The list of a term, and what it cost. A copy starts empty: lists are made when they are asked for.
-template <int dim>
+/// The list of a term, and what it cost: a workspace.
+/// @tparam own_cutoffs  each pair of types has its own
+template <int dim, bool own_cutoffs = false>
 class Neighbors {
  public:
-  Neighbors() = default;
-  Neighbors(const Neighbors&) noexcept {}
-  Neighbors(Neighbors&&) noexcept = default;
-  Neighbors& operator=(const Neighbors& other) {
-    if (this != &other) *this = Neighbors{};
-    return *this;
-  }
-  Neighbors& operator=(Neighbors&&) noexcept = default;
-
-  /// The list for positions r (dim × N), from the memory's reference if that still serves, else from r, which then is the
-  /// reference. `rebuilds()` counts up where the list changes.
+  /// The list for positions r (dim × N), from the memory's reference if that still serves, else from r, the new reference.
   /// @throws std::invalid_argument where the cutoff is longer than a period of the box
   template <class Scalar>
   const NeighborList& list(const Scalar* r, Eigen::Index particles, const Domain& domain,
                            const std::vector<std::uint8_t>& still, const NeighborRange& range,
                            const NeighborMemory& memory) {
-    if (!serves(memory.reference.get(), r, particles, domain, still, range, memory.age)) {
-      const double skin = skin_after(memory, particles, domain, still, range);
-      memory.age = memory.reference == nullptr ? 0 : -1;  // the first is made before a step, others at its end
+    const auto is_of_these = [&](const NeighborReference* of) {
+      return of != nullptr && of->positions.size() == static_cast<std::size_t>(particles) * dim &&
+             of->domain == domain && of->still == still;
+    };
+    const NeighborReference* const last = memory.reference.get();
+    const bool alike = is_of_these(last);
+    if (!alike || !serves(*last, r, range, memory.age)) {
+      double skin = range.finds_skin && last != nullptr ? last->skin : range.skin;
+      if (alike && range.finds_skin && !memory.is_pattern && particles > 0)
+        skin = better_skin(*last, range, memory.age);
+      memory.age = last == nullptr ? 0 : -1;  // the first is made before a step, others at its end
       // The list of just these positions may be at hand: from an energy computed there.
-      const bool known = built_ != nullptr && built_->skin == skin && built_->domain == domain &&
-                         built_->still == still &&
-                         built_->positions.size() == static_cast<std::size_t>(particles) * dim &&
+      const bool known = is_of_these(built_.get()) && built_->skin == skin &&
                          std::equal(built_->positions.begin(), built_->positions.end(), r, [](double x, Scalar y) {
                            return std::bit_cast<std::uint64_t>(x) ==
                                   std::bit_cast<std::uint64_t>(static_cast<double>(y));  // a checkpoint tells −0 from 0
                          });
       memory.reference = known ? built_ : remember(r, particles, domain, still, skin);
     }
-    if (built_ != memory.reference || !(range_ == key(range))) build(memory.reference, range);
+    bool same = built_ == memory.reference && range_.cutoff == range.cutoff && range_.pad == range.pad;
+    if constexpr (own_cutoffs) same = same && own_ == *range.own;
+    if (!same) build(memory.reference, range);
     return list_;
   }
   /// The same without a memory, which nothing changes: by the list at hand, if that serves.
@@ -147,7 +127,7 @@ class Neighbors {
     NeighborMemory memory;
     memory.reference = built_;
     const double skin = built_ != nullptr && range.finds_skin ? built_->skin : range.skin;
-    return list(r, particles, domain, still, {range.cutoff, skin, {}, range.pad}, memory);
+    return list(r, particles, domain, still, {range.cutoff, skin, {}, range.pad, false, range.own}, memory);
   }
 
   /// The list made last, and its skin: 0 before the first.
@@ -159,56 +139,26 @@ class Neighbors {
   [[nodiscard]] std::uint64_t pairs_listed() const { return list_.pairs_listed(); }
 
  private:
-  using Key = std::pair<double, std::int32_t>;
-  [[nodiscard]] static Key key(const NeighborRange& range) { return {range.cutoff, range.pad}; }
-
-  [[nodiscard]] static bool is_of(const NeighborReference* reference, Eigen::Index particles, const Domain& domain,
-                                  const std::vector<std::uint8_t>& still) {
-    return reference != nullptr && reference->positions.size() == static_cast<std::size_t>(particles) * dim &&
-           reference->domain == domain && reference->still == still;
-  }
-
   template <class Scalar>
-  [[nodiscard]] static bool serves(const NeighborReference* reference, const Scalar* r, Eigen::Index particles,
-                                   const Domain& domain, const std::vector<std::uint8_t>& still,
-                                   const NeighborRange& range, std::int32_t age) {
-    if (!is_of(reference, particles, domain, still) || (!range.finds_skin && reference->skin != range.skin))
-      return false;
-    if (range.policy.every > 0) return age < range.policy.every - 1;
-    return moved(reference->positions.data(), r, particles) <= reference->skin;
+  [[nodiscard]] static bool serves(const NeighborReference& reference, const Scalar* r, const NeighborRange& range,
+                                   std::int32_t age) {
+    if (!range.finds_skin && reference.skin != range.skin) return false;
+    if (range.unchecked_every > 0) return age < range.unchecked_every - 1;
+    const auto particles = static_cast<Eigen::Index>(reference.positions.size() / dim);
+    return moved(reference.positions.data(), r, particles) <= reference.skin;
   }
 
-  /// The skin for the next list, where the memory's has served its time.
-  [[nodiscard]] static double skin_after(const NeighborMemory& memory, Eigen::Index particles, const Domain& domain,
-                                         const std::vector<std::uint8_t>& still, const NeighborRange& range) {
-    const NeighborReference* const last = memory.reference.get();
-    if (!range.finds_skin || last == nullptr) return range.skin;
-    if (memory.is_pattern || particles == 0 || !is_of(last, particles, domain, still)) return last->skin;
+  /// The skin for the next list, where this one has served its time.
+  [[nodiscard]] static double better_skin(const NeighborReference& last, const NeighborRange& range, std::int32_t age) {
     double longest = std::numeric_limits<double>::infinity();  // fewer than two periods: images would be the most of it
     for (std::size_t a = 0; a < dim; ++a)
-      if (domain.periodic[a]) longest = std::min(longest, domain.length[a] / 2 - range.cutoff);
-    const auto n = static_cast<double>(particles);
-    return next_skin<dim>(
-        range.cutoff, last->skin,
-        {static_cast<double>(last->listed) / n, static_cast<double>(last->tested) / n, memory.age + 1}, longest);
+      if (last.domain.periodic[a]) longest = std::min(longest, last.domain.length[a] / 2 - range.cutoff);
+    const auto n = static_cast<double>(last.positions.size() / dim);
+    const ListUse use{static_cast<double>(last.listed) / n, static_cast<double>(last.tested) / n, age + 1};
+    return next_skin<dim>(range.cutoff, last.skin, use, longest);
   }
 
-  /// The sum of the two largest displacements. What is not a number has not moved: a new list would not help.
-  template <class Scalar>
-  [[nodiscard]] static double moved(const double* from, const Scalar* to, Eigen::Index particles) {
-    Displacements all;
-    std::mutex one_at_a_time;
-    for_each_range(
-        particles, 256,
-        [&](Eigen::Index begin, Eigen::Index end) {
-          const Displacements some = displacements(from, to, begin, end);
-          const std::lock_guard lock{one_at_a_time};
-          all.see(some.first), all.see(some.second);
-        },
-        shared_from / dim);
-    return std::sqrt(all.first) + std::sqrt(all.second);
-  }
-  /// The two largest, squared.
+  /// The squares of the two largest.
   struct Displacements {
     double first = 0, second = 0;
     void see(double square) {
@@ -217,24 +167,31 @@ class Neighbors {
       first = square > first ? square : first;
     }
   };
+  /// The sum of the two largest displacements. What is not a number has not moved: a new list would not help.
   template <class Scalar>
-  [[nodiscard]] static Displacements displacements(const double* from, const Scalar* to, Eigen::Index begin,
-                                                   Eigen::Index end) {
+  [[nodiscard]] static double moved(const double* from, const Scalar* to, Eigen::Index particles) {
     Displacements all;
-    constexpr Eigen::Index block = 256;
-    double square[block];
-    for (Eigen::Index i = begin; i < end; i += block) {
-      const Eigen::Index n = std::min(block, end - i);
-      for (Eigen::Index j = 0; j < n; ++j) {
-        square[j] = 0;
-        for (Eigen::Index a = 0; a < dim; ++a) {
-          const double d = static_cast<double>(to[dim * (i + j) + a]) - from[dim * (i + j) + a];
-          square[j] += d * d;
+    std::mutex one_at_a_time;
+    const auto look = [&](Eigen::Index begin, Eigen::Index end) {
+      Displacements some;
+      constexpr Eigen::Index block = 256;
+      double square[block];
+      for (Eigen::Index i = begin; i < end; i += block) {
+        const Eigen::Index n = std::min(block, end - i);
+        for (Eigen::Index j = 0; j < n; ++j) {
+          square[j] = 0;
+          for (Eigen::Index a = 0; a < dim; ++a) {
+            const double d = static_cast<double>(to[dim * (i + j) + a]) - from[dim * (i + j) + a];
+            square[j] += d * d;
+          }
         }
+        for (Eigen::Index j = 0; j < n; ++j) some.see(square[j]);
       }
-      for (Eigen::Index j = 0; j < n; ++j) all.see(square[j]);
-    }
-    return all;
+      const std::lock_guard lock{one_at_a_time};
+      all.see(some.first), all.see(some.second);
+    };
+    for_each_range(particles, 256, look, shared_from / dim);
+    return std::sqrt(all.first) + std::sqrt(all.second);
   }
 
   template <class Scalar>
@@ -263,23 +220,25 @@ class Neighbors {
       // Eight images are searched: with a longer reach pairs would be missed.
       if (range.cutoff + from.skin > 6 * from.domain.length[a]) refuse("skin", from.skin);
     }
+    if constexpr (own_cutoffs) own_ = *range.own;
     try {
       builder_.build(from.positions.data(), static_cast<std::int32_t>(from.positions.size() / dim), from.domain,
-                     from.still, range.cutoff + from.skin, range.pad, list_);
+                     from.still, range.cutoff + from.skin, range.pad, list_, own_, from.skin);
     } catch (...) {
       list_.rows.clear();  // current() must not lead to rows that were never filled
       throw;
     }
     ++rebuilds_;
     from.listed = list_.pairs_listed(), from.tested = list_.pairs_tested();
-    range_ = key(range);
+    range_ = range;
     built_ = reference;
   }
 
-  ListBuilder<dim> builder_;
+  ListBuilder<dim, own_cutoffs> builder_;
   NeighborList list_;
   std::shared_ptr<const NeighborReference> built_;  // what list_ was made from
-  Key range_{};
+  NeighborRange range_{};
+  TypeCutoffs own_;
   Recycled<NeighborReference> pool_;
   std::uint64_t rebuilds_ = 0;
 };

@@ -10,7 +10,6 @@
 
 #include <cmath>
 #include <stdexcept>
-#include <string>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -18,7 +17,7 @@
 #include "phistep/base/facts/structure.hpp"
 #include "phistep/base/numbers/dual.hpp"
 #include "phistep/base/numbers/pack_math.hpp"
-#include "phistep/base/version.hpp"
+#include "phistep/base/state/active_set.hpp"
 #include "phistep/force/sum.hpp"
 #include "phistep/particles/pairs/pair_tournament.hpp"
 #include "phistep/step/mass/mass.hpp"
@@ -35,19 +34,10 @@ struct SoftenedGravity {
   static constexpr PairWeight weight = PairWeight::mass;
 
   [[nodiscard]] double factor() const { return -G; }
-  template <class T>
-  [[nodiscard]] T without_factor(T r2) const {
-    return rsqrt3(r2 + T(epsilon * epsilon));
-  }
-  template <class T>
-  [[nodiscard]] T operator()(T r2) const {
-    return T(factor()) * without_factor(r2);
-  }
+  [[nodiscard]] auto without_factor(auto r2) const { return rsqrt3(r2 + decltype(r2)(epsilon * epsilon)); }
+  [[nodiscard]] auto operator()(auto r2) const { return decltype(r2)(factor()) * without_factor(r2); }
   /// −G/√(r² + ε²) [energy/mass²]
-  template <class T>
-  [[nodiscard]] T energy(T r2) const {
-    return T(-G) * rsqrt(r2 + T(epsilon * epsilon));
-  }
+  [[nodiscard]] auto energy(auto r2) const { return decltype(r2)(-G) * rsqrt(r2 + decltype(r2)(epsilon * epsilon)); }
   [[nodiscard]] bool is_valid() const { return std::isfinite(G) && std::isfinite(epsilon) && epsilon >= 0; }
 };
 
@@ -58,23 +48,14 @@ struct Coulomb {
   static constexpr PairWeight weight = PairWeight::charge;
 
   [[nodiscard]] double factor() const { return k; }
-  template <class T>
-  [[nodiscard]] T without_factor(T r2) const {
-    return rsqrt3(r2 + T(epsilon * epsilon));
-  }
-  template <class T>
-  [[nodiscard]] T operator()(T r2) const {
-    return T(factor()) * without_factor(r2);
-  }
+  [[nodiscard]] auto without_factor(auto r2) const { return rsqrt3(r2 + decltype(r2)(epsilon * epsilon)); }
+  [[nodiscard]] auto operator()(auto r2) const { return decltype(r2)(factor()) * without_factor(r2); }
   /// k/√(r² + ε²) [energy/charge²]
-  template <class T>
-  [[nodiscard]] T energy(T r2) const {
-    return T(k) * rsqrt(r2 + T(epsilon * epsilon));
-  }
+  [[nodiscard]] auto energy(auto r2) const { return decltype(r2)(k) * rsqrt(r2 + decltype(r2)(epsilon * epsilon)); }
   [[nodiscard]] bool is_valid() const { return std::isfinite(k) && std::isfinite(epsilon) && epsilon >= 0; }
 };
 
-/// That of a law that names none is 1.
+/// The weight of a law that names none is 1.
 template <class Law>
 inline constexpr PairWeight pair_weight = PairWeight::one;
 template <class Law>
@@ -87,11 +68,9 @@ inline constexpr PairWeight pair_weight<Law> = Law::weight;
 ///     auto mine = AllPairs{[](auto r2) { return exp(-r2); }};           // weights 1; r2 is a number, a Pack or a Dual
 ///     auto heavy = all_pairs<PairWeight::mass>([](auto r2) { return -rsqrt(r2); });
 ///
-/// For Particles, and for motions of dim × N matrices, in open space. Particles held still act, but get no force. Two at one
-/// place get NaN or infinity where the law has no limit, which the step reports with the first of the two. So does one at no
-/// finite place; the others' forces leave it out.
-/// A law may have energy(r²) as well: then the term has an energy. Each copy of the term has a workspace of its own; one
-/// object serves one caller at a time.
+/// For Particles, and for motions of dim × N matrices, in open space. Particles held still act, but get no force. Two at one place get NaN or
+/// infinity where the law has no limit, and so does one at no finite place, which the others' forces leave out. If the law has energy(r²),
+/// the term has an energy. One object serves one caller at a time.
 template <class Law, PairWeight weight = pair_weight<Law>>
 class AllPairs : public ForceTerm {
  public:
@@ -182,10 +161,6 @@ class AllPairs : public ForceTerm {
                   "Eigen::Matrix3Xd");
     return Positions::RowsAtCompileTime;
   }
-  [[nodiscard]] static bool is_still(const auto& y, Eigen::Index i) {
-    if constexpr (requires { y.body; }) return y.body.is_still(i);
-    else return false;
-  }
   /// f(slot, particle) for those that move, in the order in which `fill` placed them.
   static void for_each_mover(const auto& y, auto&& f) {
     Eigen::Index slot = 0;
@@ -196,24 +171,22 @@ class AllPairs : public ForceTerm {
   /// i ↦ w_i
   template <class Scalar>
   [[nodiscard]] static auto weights(const auto& y) {
-    if constexpr (requires { y.body; }) {
+    if constexpr (HasBody<decltype(y)>)
       if (!y.body.box.is_open())
         throw std::invalid_argument("phistep: AllPairs doesn't sum over the images of a periodic box");
-    }
     if constexpr (weight == PairWeight::one) {
       return [](Eigen::Index) { return Scalar{1}; };
     } else if constexpr (weight == PairWeight::charge) {
-      static_assert(
-          requires { y.body.charge; }, "phistep: AllPairs needs charges, which Particles have");
+      static_assert(HasBody<decltype(y)>, "phistep: AllPairs needs charges, which Particles have");
       if (y.body.charge.size() != y.r.cols())
         throw std::invalid_argument("phistep: the particles have no charges: set_charge(…)");
       return [q = y.body.charge.data()](Eigen::Index i) { return q[i]; };
-    } else if constexpr (requires { y.body.mass; }) {
+    } else if constexpr (HasBody<decltype(y)>) {
       return [m = y.body.mass.data()](Eigen::Index i) { return m[i]; };
     } else {
       using Mass = std::remove_cvref_t<decltype(y.mass)>;
       static_assert(!Mass::is_matrix, "phistep: AllPairs needs a mass a particle, not a mass matrix");
-      // Of the masses of a particle's components, the first.
+      // A particle's mass: that of its first component.
       return [&mass = y.mass, dim = y.r.rows()](Eigen::Index i) { return static_cast<Scalar>(mass[dim * i]); };
     }
   }

@@ -11,14 +11,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <utility>
 #include <vector>
 
 #include "phistep/base/machine/loop_hints.hpp"
 #include "phistep/base/machine/shares.hpp"
 #include "phistep/base/numbers/pack.hpp"
 #include "phistep/base/numbers/pack_math.hpp"
-#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI { namespace detail {
 
@@ -50,8 +48,8 @@ class PairTournament {
   [[nodiscard]] Scalar* sum(int a) const { return r(dim + 1 + a); }
   [[nodiscard]] std::ptrdiff_t first_still() const { return moving_; }
 
-  /// Once the slots hold particles: fills those between with weight 0, at a place where no particle is, so that the law stays
-  /// finite there. Likewise particles at no finite place: they shall not spoil the others' sums.
+  /// Once the slots hold particles: fills the others with weight 0, at a place where no particle is, so that the law stays finite. Likewise
+  /// particles at no finite place.
   void pad() const {
     Scalar outside[dim];
     for (int a = 0; a < dim; ++a) {
@@ -82,22 +80,14 @@ class PairTournament {
     if (teams == 0) return;
     const std::ptrdiff_t size = up((moving_ + teams - 1) / teams);
     const auto first = [&](std::ptrdiff_t k) { return std::min(k * size, moving_); };
-    // Rounds of the circle method: the last team sits, the others turn around it; of an odd number, who meets `seats`
-    // rests.
+    // Rounds of the circle method: the last team stays, the others turn around it; of an odd number one rests.
     const std::ptrdiff_t seats = teams + teams % 2;
     Relay relay;
-#ifdef _OPENMP
-#pragma omp parallel if (teams > 1)
-#endif
-    {
-#ifdef _OPENMP
-#pragma omp for schedule(static)
-#endif
+    PHISTEP_DETAIL_OMP("omp parallel if (teams > 1)") {
+      PHISTEP_DETAIL_OMP("omp for schedule(static)")
       for (std::ptrdiff_t k = 0; k < teams; ++k) relay.run([&] { train(f, first(k), first(k + 1)); });
       for (std::ptrdiff_t round = 0; round + 1 < seats; ++round) {
-#ifdef _OPENMP
-#pragma omp for schedule(static)
-#endif
+        PHISTEP_DETAIL_OMP("omp for schedule(static)")
         for (std::ptrdiff_t k = 0; k < seats / 2; ++k) {
           const std::ptrdiff_t a = k == 0 ? seats - 1 : (round + k) % (seats - 1);
           const std::ptrdiff_t b = (round + (seats - 1) - k) % (seats - 1);
@@ -112,9 +102,7 @@ class PairTournament {
   template <class Potential>
   [[nodiscard]] Scalar total(const Potential& U) const {
     const std::ptrdiff_t packs = moving_ / width;
-#ifdef _OPENMP
-#pragma omp parallel for schedule(static, 16) if (moving_ > team)
-#endif
+    PHISTEP_DETAIL_OMP("omp parallel for schedule(static, 16) if (moving_ > team)")
     for (std::ptrdiff_t k = 0; k < packs; ++k) {
       const std::ptrdiff_t i = k * width;
       const Lane lane = at(i);

@@ -9,12 +9,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <stdexcept>
-#include <string>
 #include <tuple>
 #include <type_traits>
 #include <utility>
@@ -22,14 +20,13 @@
 
 #include "phistep/base/facts/structure.hpp"
 #include "phistep/base/machine/loop_hints.hpp"
-#include "phistep/base/machine/scratch.hpp"
+#include "phistep/base/machine/memory.hpp"
 #include "phistep/base/numbers/arithmetic.hpp"
 #include "phistep/base/numbers/dual.hpp"
 #include "phistep/base/numbers/pack.hpp"
 #include "phistep/base/numbers/pack_math.hpp"
 #include "phistep/base/state/active_set.hpp"
-#include "phistep/base/state/block.hpp"
-#include "phistep/base/version.hpp"
+#include "phistep/base/state/blocks.hpp"
 #include "phistep/force/sum.hpp"
 #include "phistep/particles/neighbors/neighbor_list.hpp"
 #include "phistep/particles/neighbors/neighbors.hpp"
@@ -37,11 +34,11 @@
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-/// Of the neighbour list behind a Pairs term.
+/// Options of the neighbour list behind a Pairs term.
 struct PairOptions {
-  double skin =
-      0;  ///< [length] listed beyond the cutoff; 0: it finds its own width (neighbor_list.hpp), from 0.16 r_c on
-  ListPolicy policy{};  ///< when the list is made anew
+  double skin = 0;  ///< [length] listed beyond the cutoff; 0: found (neighbor_list.hpp), from 0.16 r_c on
+  /// n > 0: the list is made every n steps, and misses pairs: for comparisons with codes that do so.
+  std::int32_t unchecked_every = 0;
 };
 
 /// The force of a law between all pairs closer than a cutoff.
@@ -50,7 +47,7 @@ struct PairOptions {
 template <class Law, int flat = 0>
 class Pairs : public ForceTerm {
   template <class View>
-  struct ShapeOf {
+  struct Shape {
     using Positions = std::remove_cvref_t<decltype(std::declval<View>().r)>;
     using Scalar = typename Positions::Scalar;
     static constexpr int dim = flat != 0 ? flat : int{Positions::RowsAtCompileTime};
@@ -66,8 +63,6 @@ class Pairs : public ForceTerm {
         "phistep: a pair law takes r^2 of several pairs at once and returns F/r: [](auto r2) { return ...; }");
   };
   template <class View>
-  using Shape = ShapeOf<std::remove_cvref_t<View>>;
-  template <class View>
   static constexpr bool offers_energy = requires(const Law& l, typename Shape<View>::Scalar x) {
     l.energy(x);
   }
@@ -76,39 +71,38 @@ class Pairs : public ForceTerm {
  public:
   static constexpr const char* name = "pairs";  ///< of its memory, in checkpoints
   using Memory = NeighborMemory;
-  static constexpr bool uses_velocity = false, uses_time = false;
-  static constexpr bool computes_active_only = true;
   static constexpr Structure structure = Structure::network;
+  static constexpr bool uses_velocity = false, uses_time = false, computes_active_only = true;
   static constexpr bool has_edges = true, is_symmetric = true;
   static constexpr int block = flat;  // where that is 0, the state's
+  /// The law has a cutoff for each pair of types, as ByType may.
+  static constexpr bool own_cutoffs = requires(const Law& l) { l.cutoffs(); };
 
   Law law;  ///< g(r²) = F/r, and its energy where it has one
 
   /// @param cutoff  r_c [length]: no force from there on
   /// @throws std::invalid_argument unless it is finite and > 0, and the skin finite and >= 0
-  explicit Pairs(Law pair_law, double cutoff, PairOptions options = {})
-      : law(std::move(pair_law)),
-        range_{cutoff, options.skin == 0 ? 0.16 * cutoff : options.skin, options.policy, 1,
-               options.skin == 0 && options.policy.every == 0} {
-    range_.check();
-  }
+  explicit Pairs(Law pair_law, double cutoff, PairOptions options = {}) requires(!own_cutoffs)
+      : law(std::move(pair_law)), range_{range_of(cutoff, options)} {}
+  /// With the law's own cutoffs, of which one at least must be > 0.
+  explicit Pairs(Law pair_law, PairOptions options = {}) requires(own_cutoffs)
+      : law(std::move(pair_law)), range_{range_of(cutoff(), options)} {}
 
   void add(auto /*t*/, const auto& y, const Memory& memory, auto& out) const {
     using S = Shape<decltype(y)>;
     using P = typename S::Pack;
     using Scalar = typename S::Scalar;
     const NeighborList& list = gather<S>(y, &memory);
-    Scalar* const force = out.force.data();
     const ActiveSet* const active = active_set(y);
     const P rc2{limit<Scalar>()};
     for_each_row(list, [&](const NeighborList::Row& row, const NeighborList::Chunk& chunk, std::size_t) {
       const std::int32_t particle = list.slots[static_cast<std::size_t>(row.slot)].particle;
       if (active != nullptr && !active->has(particle)) return;
-      Scalar* const to = force + std::ptrdiff_t{S::dim} * particle;
+      Scalar* const to = out.force.data() + std::ptrdiff_t{S::dim} * particle;
       prefetch(to);
       P f[S::dim];
       unrolled<S::dim>([&](auto a) { f[a] = P{0}; });
-      for_each_pack<S, P>(row, chunk, [&](const P* d, P r2, auto&&... tags) {
+      for_each_pack_of<S::dim, S::tagged, P>(row, chunk, place<Scalar>(0), [&](const P* d, P r2, auto&&... tags) {
         const P g = select(r2 < rc2, P{law(min(r2, rc2), tags...)}, P{0});
         unrolled<S::dim>([&](auto a) { f[a] = fma(g, d[a], f[a]); });
       });
@@ -120,8 +114,7 @@ class Pairs : public ForceTerm {
     memory.age += memory.age < std::numeric_limits<std::int32_t>::max();
   }
 
-  /// Σ V over all pairs [energy], without those of two particles that are both still. With the memory of a stepper by its
-  /// list, without by the one at hand if that serves; neither changes the run.
+  /// Σ V over all pairs [energy] but those of two held still. By the list of a stepper's memory, or the one at hand if that serves.
   template <class View>
     requires offers_energy<View>
   [[nodiscard]] auto energy(auto /*t*/, const View& y, const Memory& memory = {}) const {
@@ -133,12 +126,39 @@ class Pairs : public ForceTerm {
   }
   /// How many of them are closer than the cutoff. With the memory of an unchecked list: without those that it misses.
   [[nodiscard]] std::uint64_t pairs_inside(const auto& y, const Memory& memory = {}) const {
-    return static_cast<std::uint64_t>(total(y, memory, [](auto one, auto&&...) { return one; }));
+    return static_cast<std::uint64_t>(total(y, memory, [this](auto one, [[maybe_unused]] auto... r2_and_tags) {
+      if constexpr (own_cutoffs) return law.reaches(r2_and_tags...);
+      else return one;
+    }));
   }
 
   /// Every listed pair, those beyond the cutoff with tangents of 0: what couples to what changes with the list alone.
-  void add_jacobian(auto /*t*/, const auto& y, const Memory& memory, auto& sink) const { put_edges(y, &memory, sink); }
-  void add_jacobian(auto /*t*/, const auto& y, auto& sink) const { put_edges(y, nullptr, sink); }
+  void add_jacobian(auto /*t*/, const auto& y, const Memory& memory, auto& sink) const {
+    using S = Shape<decltype(y)>;
+    using Scalar = typename S::Scalar;
+    const NeighborList& list = gather<S>(y, &memory);
+    const auto rc2 = limit<Scalar>();
+    memory.is_pattern = true;
+    list.for_each_neighbor([&](const NeighborList::Row& row, std::int32_t slot) {
+      const std::int32_t i = list.slots[static_cast<std::size_t>(row.slot)].particle;
+      const Scalar* const xi = place<Scalar>(row.slot);
+      const std::int32_t j = list.slots[static_cast<std::size_t>(slot)].particle;
+      if (j == i || (j < i && !is_still(y, j))) return;  // an own image moves along
+      const Scalar* const xj = place<Scalar>(slot);
+      Scalar n[S::dim], r2{0};
+      for (int a = 0; a < S::dim; ++a) n[a] = xj[a] - xi[a], r2 += n[a] * n[a];
+      PairTangent<Scalar> K;
+      if (!(r2 >= rc2)) {
+        Dual<Scalar> g{r2, Scalar{1}};
+        if constexpr (S::tagged) g = law(g, xi[3], xj[3]);
+        else g = law(g);
+        K = {-(g.x + 2 * r2 * g.slope), -g.x};
+      }
+      const Scalar inverse = r2 > 0 ? 1 / std::sqrt(r2) : Scalar{0};
+      for (Scalar& component : n) component *= inverse;
+      put_pair<S::dim, false>(sink, Eigen::Index{i}, Eigen::Index{j}, n, K, {});
+    });
+  }
 
   /// f(i, j) for every listed pair, by the user's indices: all that may act before pair_changes() changes.
   void for_each_pair(const Memory& /*memory*/, auto&& f) const {
@@ -150,111 +170,80 @@ class Pairs : public ForceTerm {
     }
   }
   [[nodiscard]] std::uint64_t pair_changes() const { return rebuilds(); }
-  [[nodiscard]] double cutoff() const { return range_.cutoff; }
+  /// The longest, where pairs have their own.
+  [[nodiscard]] double cutoff() const {
+    if constexpr (own_cutoffs) return *std::max_element(law.cutoffs().begin(), law.cutoffs().end());
+    else return range_.cutoff;
+  }
   /// Of the list in use; before the first, the one it starts with.
   [[nodiscard]] double skin() const {
     const double now = std::max(work_.three.skin(), work_.two.skin());
     return now > 0 ? now : range_.skin;
   }
-  /// Lists made so far; distances computed and neighbours found by the last one.
+  /// Lists made; distances computed and neighbours found by the last one.
   [[nodiscard]] std::uint64_t rebuilds() const { return work_.three.rebuilds() + work_.two.rebuilds(); }
   [[nodiscard]] std::uint64_t pairs_tested() const { return work_.three.pairs_tested() + work_.two.pairs_tested(); }
   [[nodiscard]] std::uint64_t pairs_listed() const { return work_.three.pairs_listed() + work_.two.pairs_listed(); }
 
  private:
   struct Work {
-    Neighbors<2> two;
-    Neighbors<3> three;
+    Neighbors<2, own_cutoffs> two;
+    Neighbors<3, own_cutoffs> three;
     std::tuple<Places<float>, Places<double>, Places<long double>> places;
     std::vector<double> partial;
+    TypeCutoffs own;
   };
 
-  /// No particle of a Motion is held still.
-  [[nodiscard]] static bool is_still(const auto& y, [[maybe_unused]] std::int32_t i) {
-    if constexpr (requires { y.body.still; }) return y.body.is_still(i);
-    else return false;
+  [[nodiscard]] static NeighborRange range_of(double cutoff, const PairOptions& options) {
+    if (!(cutoff > 0) || !std::isfinite(cutoff))
+      throw std::invalid_argument("phistep: a cutoff must be finite and > 0");
+    if (!(options.skin >= 0) || !std::isfinite(options.skin))
+      throw std::invalid_argument("phistep: a skin must be finite and >= 0");
+    if (options.unchecked_every < 0) throw std::invalid_argument("phistep: a list is made anew every n >= 1 steps");
+    return {cutoff, options.skin == 0 ? 0.16 * cutoff : options.skin, options.unchecked_every, 1,
+            options.skin == 0 && options.unchecked_every == 0};
   }
+
   template <class Scalar>
   [[nodiscard]] const Scalar* place(std::int32_t slot) const {
     return std::get<Places<Scalar>>(work_.places).data() + std::ptrdiff_t{4} * slot;
   }
   template <class Scalar>
   [[nodiscard]] Scalar limit() const {
-    return static_cast<Scalar>(range_.cutoff * range_.cutoff);
+    return static_cast<Scalar>(cutoff() * cutoff());
   }
 
   /// The list, with the place of each particle.
   template <class S>
   const NeighborList& gather(const auto& y, const Memory* memory) const {
     using Scalar = typename S::Scalar;
-    constexpr int dim = S::dim;
-    const Eigen::Index n = y.r.size() / dim;
+    const Eigen::Index n = y.r.size() / S::dim;
     const Scalar* const r = y.r.data();
-    if (!(limit<Scalar>() >= least_normal<Scalar> && range_.cutoff < far_away<Scalar>() / 2))
+    if (!(limit<Scalar>() >= least_normal<Scalar> && cutoff() < far_away<Scalar>() / 2))
       throw std::invalid_argument("phistep: a cutoff whose square these numbers can't hold");
     Domain domain;
     static const std::vector<std::uint8_t> none;
     const std::vector<std::uint8_t>* still = &none;
-    if constexpr (requires { y.body.box; }) domain = domain_of(y.body.box), still = &y.body.still;
-    auto& neighbors = [this]() -> auto& {
-      if constexpr (dim == 3) return work_.three;
-      else return work_.two;
-    }
-    ();
+    if constexpr (HasBody<decltype(y)>) domain = domain_of(y.body.box), still = &y.body.still;
+    auto& neighbors = std::get<Neighbors<S::dim, own_cutoffs>&>(std::tie(work_.two, work_.three));
     NeighborRange range = range_;
     range.pad = native_width<Scalar>;
+    if constexpr (own_cutoffs) {
+      work_.own.type.resize(static_cast<std::size_t>(n));
+      for (Eigen::Index i = 0; i < n; ++i) work_.own.type[static_cast<std::size_t>(i)] = law.tag(y.body, i);
+      work_.own.cutoffs = law.cutoffs();
+      range.cutoff = cutoff(), range.own = &work_.own;
+    }
     const NeighborList& list =
         memory ? neighbors.list(r, n, domain, *still, range, *memory) : neighbors.list(r, n, domain, *still, range);
     auto& places = std::get<Places<Scalar>>(work_.places);
-    gather_places<dim>(list, r, domain, places);
+    gather_places<S::dim>(list, r, domain, places);
     if constexpr (S::tagged)  // by one thread: it may throw
       for (std::size_t s = 0; s < list.slots.size(); ++s) {
         const std::ptrdiff_t particle = list.slots[s].particle;
         if (particle >= 0) places(3, static_cast<Eigen::Index>(s)) = static_cast<Scalar>(law.tag(y.body, particle));
       }
     return list;
-  }
-
-  /// f(d, r²[, tag_i, tag_j]) for a row's neighbours, as many at once as a P holds.
-  template <class S, class P>
-  [[gnu::always_inline]] void for_each_pack(const NeighborList::Row& row, const NeighborList::Chunk& chunk,
-                                            auto&& f) const {
-    using Scalar = typename S::Scalar;
-    static constexpr std::array<std::uint16_t, 16> in_turn{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
-    alignas(64) Scalar few[4 * P::width];
-    const Scalar* const all = place<Scalar>(0);
-    const auto x = own<S, P>(row);
-    const bool counted = chunk.slots.empty();
-    const std::uint16_t* which = in_turn.data();
-    if (counted) which = chunk.offsets.data() + row.first;
-    std::int32_t k = 0;
-    for (std::size_t part = 0; part < 3; ++part) {
-      const Scalar* const from = counted ? all + std::ptrdiff_t{4} * chunk.base[part] : few;
-      for (; k < row.ends[part]; k += P::width) {
-        if (!counted)
-          unrolled<P::width>([&](auto l) {
-            const std::ptrdiff_t slot = chunk.slots[static_cast<std::size_t>(row.first + k + l)];
-            Pack<Scalar, 4>::load(all + 4 * slot).store(few + 4 * l);
-          });
-        act<S, P>(x, from, which, f);
-        if (counted) which += P::width;
-      }
-    }
-  }
-  template <class S, class P>
-  [[nodiscard]] FourPacks<P> own(const NeighborList::Row& row) const {
-    const auto* const x = place<typename S::Scalar>(row.slot);
-    return {P{x[0]}, P{x[1]}, P{x[2]}, P{x[3]}};
-  }
-  /// f(d, r²[, tag_i, tag_j]) for one at x and those that stand in `all`.
-  template <class S, class P>
-  [[gnu::always_inline]] static void act(const FourPacks<P>& x, const auto* all, const auto* which, auto&& f) {
-    const FourPacks<P> other = gather4<P>(all, which);
-    P d[3] = {x.x - other.x, x.y - other.y, P{0}};
-    P r2 = fma(d[0], d[0], d[1] * d[1]);
-    if constexpr (S::dim == 3) d[2] = x.z - other.z, r2 = fma(d[2], d[2], r2);
-    if constexpr (S::tagged) f(d, r2, x.w, other.w);
-    else f(d, r2);
   }
 
   /// Σ over pairs of value(1, r²[, tags]), each once.
@@ -264,27 +253,29 @@ class Pairs : public ForceTerm {
     using Scalar = typename S::Scalar;
     using P = typename S::Pack;
     const NeighborList& list = gather<S>(y, memory.reference ? &memory : nullptr);
+    const auto rc2 = limit<Scalar>();
     work_.partial.assign(list.chunk_count, 0);
     // A row sees every pair of two that move twice, one with a particle held still once.
     bool all_move = true;
-    if constexpr (requires { y.body.still; }) all_move = y.body.still.empty();
+    if constexpr (HasBody<View>) all_move = y.body.still.empty();
     for_each_row(list, [&](const NeighborList::Row& row, const NeighborList::Chunk& chunk, std::size_t number) {
       double& to = work_.partial[number];
       const auto inside = [&]<class Q>(const Q*, Q r2, auto... tags) {
-        const Q rc2{limit<Scalar>()};
-        return select(r2 < rc2, Q{value(Q{1}, min(r2, rc2), tags...)}, Q{0});
+        return select(r2 < Q{rc2}, Q{value(Q{1}, min(r2, Q{rc2}), tags...)}, Q{0});
       };
       if (all_move) {
         P row_sum{0};
-        for_each_pack<S, P>(row, chunk, [&](const P* d, P r2, auto... tags) { row_sum += inside(d, r2, tags...); });
+        for_each_pack_of<S::dim, S::tagged, P>(
+            row, chunk, place<Scalar>(0), [&](const P* d, P r2, auto... tags) { row_sum += inside(d, r2, tags...); });
         to += static_cast<double>(sum(row_sum)) / 2;
       } else {
         using One = phistep::Pack<Scalar, 1>;
         list.for_each_neighbor(row, chunk, [&](std::int32_t slot) {
           const bool once = is_still(y, list.slots[static_cast<std::size_t>(slot)].particle);
-          act<S, One>(own<S, One>(row), place<Scalar>(0), &slot, [&](const One* d, One r2, auto... tags) {
-            to += static_cast<double>(inside(d, r2, tags...)[0]) / (once ? 1 : 2);
-          });
+          with_pack<S::dim, S::tagged>(broadcast_place<One>(place<Scalar>(row.slot)), place<Scalar>(0), &slot,
+                                       [&](const One* d, One r2, auto... tags) {
+                                         to += static_cast<double>(inside(d, r2, tags...)[0]) / (once ? 1 : 2);
+                                       });
         });
       }
       const Scalar* const x = place<Scalar>(row.slot);
@@ -295,34 +286,6 @@ class Pairs : public ForceTerm {
     return static_cast<Scalar>(all);
   }
 
-  void put_edges(const auto& y, const Memory* memory, auto& sink) const {
-    using S = Shape<decltype(y)>;
-    using Scalar = typename S::Scalar;
-    const NeighborList& list = gather<S>(y, memory);
-    if (memory != nullptr) memory->is_pattern = true;
-    list.for_each_neighbor([&](const NeighborList::Row& row, std::int32_t slot) {
-      const std::int32_t i = list.slots[static_cast<std::size_t>(row.slot)].particle;
-      const Scalar* const xi = place<Scalar>(row.slot);
-      const std::int32_t j = list.slots[static_cast<std::size_t>(slot)].particle;
-      if (j == i || (j < i && !is_still(y, j))) return;  // an own image moves along
-      const Scalar* const xj = place<Scalar>(slot);
-      Scalar n[S::dim];
-      Scalar r2{0};
-      for (int a = 0; a < S::dim; ++a) n[a] = xj[a] - xi[a], r2 += n[a] * n[a];
-      PairTangent<Scalar> K;
-      if (!(r2 >= limit<Scalar>())) {
-        const Dual<Scalar> g = [&] {
-          const Dual<Scalar> variable{r2, Scalar{1}};
-          if constexpr (S::tagged) return Dual<Scalar>{law(variable, xi[3], xj[3])};
-          else return Dual<Scalar>{law(variable)};
-        }();
-        K = {-(g.x + 2 * r2 * g.slope), -g.x};
-      }
-      const Scalar inverse = r2 > 0 ? 1 / std::sqrt(r2) : Scalar{0};
-      for (Scalar& component : n) component *= inverse;
-      put_pair<S::dim, false>(sink, Eigen::Index{i}, Eigen::Index{j}, n, K, {});
-    });
-  }
   NeighborRange range_;
   mutable Scratch<Work> work_;
 };

@@ -1,145 +1,93 @@
 /// @file
-/// Who wakes whom: sleepers beside somebody who moves.
+/// What wakes a sleeper: a body that moves beside it, and what the user edits between two steps.
 ///
-/// After each step two lists are gone through, and no others: the pairs of somebody awake with a sleeper, who is watched as
-/// soon as the two touch; and those who are watched, beside whom sleepers are watched when they become fast or have come too
-/// far. From time to time those who are watched and touch nobody awake are put to sleep.
+/// After each step two lists are gone through: pairs of a particle that is awake and a sleeper, which is watched as soon as they touch; and
+/// watched particles, beside which sleepers are watched when they become fast or have moved too far. At checks, watched particles that
+/// touch none that is awake are put to sleep. A particle whose numbers or properties were changed wakes; those beside a sleeper or a
+/// support that was moved or erased are watched.
 #pragma once
-
-#include <Eigen/Core>
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <span>
-#include <tuple>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
+#include "phistep/base/archive/archive.hpp"
+#include "phistep/base/numbers/fingerprint.hpp"
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/version.hpp"
+#include "phistep/base/state/particle_fingerprint.hpp"
 #include "phistep/force/evaluate.hpp"
-#include "phistep/force/local.hpp"
 #include "phistep/force/signature.hpp"
 #include "phistep/force/sum.hpp"
+#include "phistep/particles/bodies/particle_sums.hpp"
+#include "phistep/particles/neighbors/neighbor_list.hpp"
 #include "phistep/particles/sleep/sleepers.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-// Which particles a term of a force may let act on each other: needed where some are left out.
-
-/// Who may act on whom. A term of pairs offers `for_each_pair(memory, f)`, with f(i, j) called for every pair that acts or
-/// may soon act, indices being the user's, and `pair_changes()`, a number that changes where others may act from now on
-/// (without it, pairs are asked for at each step); `acts_by_touch` says that spheres apart don't act. One that acts on each
-/// particle by itself says `acts_on_each`.
-template <class F, int dim>
-inline constexpr bool tells_its_pairs = requires(F& f, const MemoryOf<F>& memory, void (*pair)(Index, Index)) {
+/// Which particles may act on each other. A term of pairs offers `for_each_pair(memory, f)`, which calls f(i, j), the user's indices, for
+/// every pair that acts or may soon act, and `pair_changes()`, a number that changes with these pairs (without it they are enumerated at
+/// each step); `acts_by_touch` says that spheres apart don't act. A term on each particle by itself says `acts_on_each`.
+template <class F>
+inline constexpr bool lists_pairs = requires(F& f, const MemoryOf<F>& memory, void (*pair)(Index, Index)) {
   f.for_each_pair(memory, pair);
-}
-|| is_particlewise<F, dim> || requires { requires F::acts_on_each; };
+};
+template <class F, int dim>
+inline constexpr bool tells_its_pairs = lists_pairs<F> || acts_on_each<F, dim>;
 template <class... T, int dim>
 inline constexpr bool tells_its_pairs<Sum<T...>, dim> = (tells_its_pairs<Unwrapped<T>, dim> && ...);
 
-/// pair(i, j, by_touch) for all.
-template <class F, class Memory, class Pair>
+/// pair(i, j, by_touch) for all pairs, or for the late ones: the few that may come and go while pair_changes() stays, which a term may
+/// offer by `for_each_late_pair(memory, f)`.
+template <bool late = false, class F, class Memory, class Pair>
 void for_each_pair_of(F& force, const Memory& memory, Pair&& pair) {
   constexpr bool by_touch = requires { requires F::acts_by_touch; };
   const auto put = [&pair](Index i, Index j) { pair(i, j, by_touch); };
-  if constexpr (is_sum<F>)
-    for_each_term(force, memory, [&pair](auto, auto& term, const auto& its) { for_each_pair_of(term, its, pair); });
-  else if constexpr (requires { force.for_each_pair(memory, put); }) force.for_each_pair(memory, put);
+  if constexpr (is_sum<F>) {
+    for_each_term(force, memory,
+                  [&pair](auto, auto& term, const auto& its) { for_each_pair_of<late>(term, its, pair); });
+  } else if constexpr (late) {
+    if constexpr (requires { force.for_each_late_pair(memory, put); }) force.for_each_late_pair(memory, put);
+  } else if constexpr (lists_pairs<F>) {
+    force.for_each_pair(memory, put);
+  }
 }
 
-/// A number that changes where for_each_pair_of changes; −1 where unknown.
+/// A number that changes where for_each_pair_of changes, but for the late ones; −1 where unknown.
 template <class F>
 [[nodiscard]] std::int64_t pair_changes_of(F& force) {
-  if constexpr (is_sum<F>) {
-    return std::apply(
-        [](auto&... term) {
-          const std::int64_t changes[] = {0, pair_changes_of(unwrap(term))...};
-          std::int64_t sum = 0;
-          for (const std::int64_t some : changes) sum = some < 0 || sum < 0 ? -1 : sum + some;
-          return sum;
-        },
-        force.terms);
-  } else if constexpr (requires { force.pair_changes(); }) {
-    return static_cast<std::int64_t>(force.pair_changes());
-  } else {
-    constexpr bool has_pairs = requires(const MemoryOf<F>& memory, void (*pair)(Index, Index)) {
-      force.for_each_pair(memory, pair);
-    };
-    return has_pairs ? -1 : 0;
-  }
+  std::int64_t sum = 0;
+  bool is_known = true;
+  for_each_summand(force, [&](auto& term) {
+    if constexpr (requires { term.pair_changes(); }) sum += static_cast<std::int64_t>(term.pair_changes());
+    else is_known = is_known && !lists_pairs<std::remove_reference_t<decltype(term)>>;
+  });
+  return is_known ? sum : -1;
 }
-
-/// The pairs that a force lists, body by body: which particles may act on which. A workspace: its buffers serve again.
-class TouchGraph {
- public:
-  struct Edge {
-    std::int32_t other;
-    bool by_touch;  ///< nothing acts before the two touch
-  };
-
-  void forget() { bodies_ = -1; }
-  [[nodiscard]] bool is_of(Index bodies) const { return bodies_ == bodies; }
-  [[nodiscard]] std::span<const Edge> of(Index i) const {
-    const auto s = static_cast<std::size_t>(i);
-    return {edges_.data() + first_[s], static_cast<std::size_t>(first_[s + 1] - first_[s])};
-  }
-  /// @param pairs  calls f(i, j, by_touch) for each, in any order, the same twice over
-  void build(Index bodies, auto&& pairs) {
-    bodies_ = -1;
-    first_.assign(static_cast<std::size_t>(bodies) + 1, 0);
-    pairs(
-        [&](Index i, Index j, bool) { ++first_[static_cast<std::size_t>(i)], ++first_[static_cast<std::size_t>(j)]; });
-    std::int32_t sum = 0;
-    for (std::int32_t& count : first_) sum += count, count = sum;  // where the next body's begin
-    edges_.resize(static_cast<std::size_t>(sum));
-    // Backwards, so that first_ ends where each body's own begin.
-    pairs([&](Index i, Index j, bool by_touch) {
-      const auto put = [&](Index of, Index other) {
-        edges_[static_cast<std::size_t>(--first_[static_cast<std::size_t>(of)])] = {static_cast<std::int32_t>(other),
-                                                                                    by_touch};
-      };
-      put(i, j), put(j, i);
-    });
-    bodies_ = bodies;
-  }
-
-  /// Whether i acts on the other of its edge, or will within a step: spheres that touch, or may before |v| Δt has passed
-  /// twice; a hundredth of their radii counts as touching.
-  template <class S>
-  [[nodiscard]] static bool acts(const S& y, Index i, const Edge& edge, ScalarOf<S> dt) {
-    if (!edge.by_touch || y.radius().size() != y.size()) return true;
-    using Scalar = ScalarOf<S>;
-    const Index j = edge.other;
-    const Scalar radii = y.radius()[i] + y.radius()[j];
-    const Scalar reach = radii * Scalar(1.01) + 2 * std::abs(dt) * (y.v.col(i).norm() + y.v.col(j).norm());
-    typename S::Vector d = y.r.col(i) - y.r.col(j);
-    const auto& box = y.box();
-    for (Index a = 0; a < d.size(); ++a)
-      if (box.is_periodic[static_cast<std::size_t>(a)]) {
-        const Scalar period = box.upper[a] - box.lower[a];
-        d[a] -= period * std::round(d[a] / period);
-      }
-    return !(d.squaredNorm() >= reach * reach);
-  }
-
- private:
-  std::vector<std::int32_t> first_;
-  std::vector<Edge> edges_;
-  Index bodies_ = -1;
-};
 
 template <class S>
 class SleepWatch {
+  /// Particles that may act on each other; marked: by touch alone.
+  using Graph = PairGraph<bool>;
+  using Edge = Graph::Edge;
+
  public:
   using Scalar = ScalarOf<S>;
 
-  /// Indices mean other particles from now on.
+  /// From now on indices mean other particles.
   void forget() { graph_.forget(); }
-  /// Pairs of the force are those of the graph, from now on. @param memory  of the force
+  /// Makes the graph of the force's pairs anew where these have changed. @param memory  of the force
   void follow_pairs(const Sleepers<S>& sleepers, auto& force, const auto& memory) {
+    late_.clear();
+    for_each_pair_of<true>(force, memory, [this](Index i, Index j, bool by_touch) {
+      const auto put = [&](Index of, Index other) {
+        late_.push_back({static_cast<std::int32_t>(of), {static_cast<std::int32_t>(other), by_touch}});
+      };
+      put(i, j), put(j, i);
+    });
     const std::int64_t changes = pair_changes_of(force);
     if (graph_.is_of(sleepers.size()) && changes >= 0 && changes == pair_changes_) return;
     graph_.build(sleepers.size(), [&](auto&& f) { for_each_pair_of(force, memory, f); });
@@ -151,36 +99,35 @@ class SleepWatch {
   void follow_kinds(const Sleepers<S>& sleepers, const std::vector<std::int32_t>& computed) {
     watched_.clear(), disturbing_.clear();
     for (const std::int32_t i : computed) (sleepers[i].disturbs() ? disturbing_ : watched_).push_back(i);
-    disturbing_.insert(disturbing_.end(), supports_.begin(), supports_.end());
+    disturbing_.insert(disturbing_.end(), sleepers.supports.begin(), sleepers.supports.end());
     find_frontier(sleepers);
   }
-  /// Those that are held by the user and move.
-  [[nodiscard]] const std::vector<std::int32_t>& moving_supports() const { return supports_; }
-  void find_supports(const Sleepers<S>& sleepers) {
-    supports_.clear();
-    for (Index i = 0; i < sleepers.size(); ++i)
-      if (sleepers[i].kind == Kind::held && sleepers[i].moves) supports_.push_back(static_cast<std::int32_t>(i));
-  }
 
-  /// After a step: whom somebody awake or fast has reached is watched.
+  /// After a step: a sleeper is watched that one awake or fast has reached.
   void wake_reached(Sleepers<S>& sleepers, const S& state, Scalar dt) {
     for (const auto& [i, edge] : frontier_) wake_by(sleepers, state, i, edge, dt);
+    for (const auto& [i, edge] : late_)
+      if (sleepers[i].disturbs() || (sleepers[i].kind == Kind::watched && stirs(sleepers, state, i, dt)))
+        wake_by(sleepers, state, i, edge, dt);
     for (const std::int32_t i : watched_) {
+      if (!stirs(sleepers, state, i, dt)) continue;
       Sleeper& one = sleepers[i];
-      const bool fast = sleepers.is_fast(state, i);
-      if (fast) one.kind = Kind::awake, one.quiet = 0, sleepers.changed = true;
-      else if (!sleepers.has_moved(state, i, dt)) continue;
-      sleepers.rest.col(i) = state.r.col(i);
-      for (const TouchGraph::Edge& edge : graph_.of(i)) wake_by(sleepers, state, i, edge, dt);
+      if (!sleepers.is_slow(state, i)) one.kind = Kind::awake, one.quiet = 0, sleepers.changed = true;
+      one.rest = state.r.col(i);
+      for (const Edge& edge : graph_.of(i)) wake_by(sleepers, state, i, edge, dt);
     }
   }
-  /// Whoever may touch i is watched.
+  /// Sleepers that may touch i are watched.
   void wake_beside(Sleepers<S>& sleepers, Index i) const {
     if (!graph_.is_of(sleepers.size())) return sleepers.wake_all();
-    for (const TouchGraph::Edge& edge : graph_.of(i))
-      if (sleepers[edge.other].is_asleep()) sleepers.wake(edge.other, Kind::watched);
+    const auto wake = [&sleepers](Index other) {
+      if (sleepers[other].is_asleep()) sleepers.wake(other, Kind::watched);
+    };
+    for (const Edge& edge : graph_.of(i)) wake(edge.other);
+    for (const Meeting& meeting : late_)
+      if (meeting.mover == i) wake(meeting.edge.other);
   }
-  /// Puts to sleep who is watched and touches nobody awake; where that would not pay, nobody sleeps.
+  /// Puts watched particles to sleep that touch none that is awake; where that would not pay, all wake.
   void lull(Sleepers<S>& sleepers, S& state, Scalar dt, auto& force, const auto& memory) {
     tired_.clear();
     for (const std::int32_t i : watched_)
@@ -189,25 +136,92 @@ class SleepWatch {
       follow_pairs(sleepers, force, memory);
       std::erase_if(tired_, [&](Index i) {
         const auto around = graph_.of(i);
-        return std::any_of(around.begin(), around.end(), [&](const TouchGraph::Edge& edge) {
-          return sleepers[edge.other].disturbs() && TouchGraph::acts(state, i, edge, dt);
+        return std::any_of(around.begin(), around.end(), [&](const Edge& edge) {
+          return sleepers[edge.other].disturbs() && acts(state, i, edge, dt);
         });
       });
+      for (const auto& [i, edge] : late_)
+        if (sleepers[i].disturbs() && acts(state, i, edge, dt)) std::erase(tired_, edge.other);
     }
     if (is_worth(sleepers)) {
       for (const std::int32_t i : tired_) sleepers.fall_asleep(state, i);
     } else if (sleepers.report.asleep > 0) {
-      sleepers.unrest = 3;  // too few could sleep: is_worth() refuses until this has decayed
+      sleepers.unrest = 1.5;  // too few could sleep: is_worth() refuses until this has decayed
       for (Index i = 0; i < sleepers.size(); ++i)
         if (sleepers[i].is_asleep()) sleepers.wake(i, Kind::watched);
     }
   }
 
+  /// After particles or properties were changed. True where anything differs.
+  bool adopt_bodies(Sleepers<S>& sleepers, const S& state) {
+    const auto& body = state.body();
+    bool is_other = sleepers.id != state.id();
+    if (is_other) {
+      sleepers.match(state, [&] { wake_beside_the_erased(sleepers, state); });
+      forget();
+    }
+    Writer box;
+    box(body.box, body.inertia_factor);
+    const auto scene = fingerprint(box.bytes().data(), static_cast<std::ptrdiff_t>(box.bytes().size()));
+    if (std::exchange(sleepers.scene, scene) != scene) is_other = true, sleepers.wake_all();
+    for (Index i = 0; i < state.size(); ++i) {
+      Sleeper& one = sleepers[i];
+      const std::uint64_t bits = bits_of(body, i);
+      if (std::exchange(one.properties, bits) != bits) {
+        is_other = true;
+        if (one.is_asleep()) sleepers.wake(i, Kind::awake);
+        one.slept = 0;  // it is owed by another force
+      }
+      if (body.is_still(i) == (one.kind == Kind::held)) continue;
+      is_other = true;
+      if (body.is_still(i)) hold(sleepers, state, i);
+      else sleepers.start_awake(i);
+    }
+    if (is_other) sleepers.count();
+    sleepers.changed = true;
+    return is_other;
+  }
+  /// Whether a particle outside the active set `computed` was edited: one pass over the state.
+  [[nodiscard]] static bool is_edited(const Sleepers<S>& sleepers, const S& state,
+                                      const std::vector<std::int32_t>& computed) {
+    const auto& supports = sleepers.supports;
+    if (std::any_of(supports.begin(), supports.end(), [&](Index i) { return !Sleepers<S>::moves(state, i); }))
+      return true;
+    return ParticleFingerprint<S>::without(state, computed, supports) != sleepers.seen;
+  }
+  /// Wakes the particles that were edited, and watches those beside them.
+  void adopt_edits(Sleepers<S>& sleepers, const S& state) {
+    for (Index i = 0; i < state.size(); ++i) {
+      Sleeper& one = sleepers[i];
+      if (one.is_computed() || (one.rests() && one.seen == ParticleFingerprint<S>::of(state, i))) continue;
+      if (one.is_asleep()) {
+        wake_beside(sleepers, i);
+        sleepers.wake(i, Kind::awake);
+        one.slept = 0;  // its speed is the user's
+      } else {
+        const bool stays = state.r.col(i) == one.rest;
+        if (!stays && !one.moves) wake_beside(sleepers, i);
+        hold(sleepers, state, i);
+      }
+    }
+    sleepers.count();
+    sleepers.changed = true;
+  }
+  /// Notes where particles are held: edits of them were not noticed while no particle slept.
+  void look_at_supports(Sleepers<S>& sleepers, const S& state) {
+    if (sleepers.free == sleepers.size()) return;
+    for (Index i = 0; i < state.size(); ++i)
+      if (sleepers[i].kind == Kind::held) hold(sleepers, state, i);
+    sleepers.count();
+    sleepers.changed = true;
+  }
+
  private:
-  using Kind = Sleeper::Kind;
+  using Kind = typename Sleepers<S>::Kind;
+  using Sleeper = typename Sleepers<S>::Sleeper;
   struct Meeting {
     std::int32_t mover;
-    TouchGraph::Edge edge;
+    Edge edge;
   };
 
   [[nodiscard]] bool is_worth(const Sleepers<S>& sleepers) const {
@@ -216,22 +230,59 @@ class SleepWatch {
     return static_cast<double>(sleepers.report.asleep + static_cast<std::int64_t>(tired_.size())) >=
            share * static_cast<double>(sleepers.free);
   }
-  static void wake_by(Sleepers<S>& sleepers, const S& state, Index i, const TouchGraph::Edge& edge, Scalar dt) {
-    if (sleepers[edge.other].is_asleep() && TouchGraph::acts(state, i, edge, dt))
-      sleepers.wake(edge.other, Kind::watched);
+  /// Whether a watched particle wakes those that it touches.
+  static bool stirs(const Sleepers<S>& sleepers, const S& state, Index i, Scalar dt) {
+    return !sleepers.is_slow(state, i) || sleepers.has_moved(state, i, dt);
+  }
+  /// Whether the two of an edge act on each other now or within a step: spheres within a hundredth of their radii, or that may touch
+  /// before they have moved by 2|v| Δt.
+  [[nodiscard]] static bool acts(const S& y, Index i, const Edge& edge, Scalar dt) {
+    if (!edge.mark || y.radius().size() != y.size()) return true;
+    const Index j = edge.other;
+    const Scalar radii = y.radius()[i] + y.radius()[j];
+    const Scalar reach = radii * Scalar(1.01) + 2 * std::abs(dt) * (y.v.col(i).norm() + y.v.col(j).norm());
+    return !(y.box().nearest(y.r.col(i) - y.r.col(j)).squaredNorm() >= reach * reach);
+  }
+  static void wake_by(Sleepers<S>& sleepers, const S& state, Index i, const Edge& edge, Scalar dt) {
+    if (sleepers[edge.other].is_asleep() && acts(state, i, edge, dt)) sleepers.wake(edge.other, Kind::watched);
   }
   void find_frontier(const Sleepers<S>& sleepers) {
     frontier_.clear();
     if (sleepers.report.asleep == 0 || !graph_.is_of(sleepers.size())) return;
     for (const std::int32_t i : disturbing_)
-      for (const TouchGraph::Edge& edge : graph_.of(i))
+      for (const Edge& edge : graph_.of(i))
         if (sleepers[edge.other].is_asleep()) frontier_.push_back({i, edge});
   }
 
-  TouchGraph graph_;
+  /// Notes where a particle is held, and whether it moves.
+  static void hold(Sleepers<S>& sleepers, const S& state, Index i) {
+    Sleeper& one = sleepers[i];
+    one.kind = Kind::held;
+    one.moves = Sleepers<S>::moves(state, i);
+    one.seen = ParticleFingerprint<S>::of(state, i);
+    one.rest = state.r.col(i);
+  }
+  [[nodiscard]] static std::uint64_t bits_of(const auto& body, Index i) {
+    const auto of = [i](const auto& column) { return column.size() == 0 ? 0 : static_cast<double>(column[i]); };
+    const double all[] = {of(body.mass), of(body.radius), of(body.type), of(body.charge)};
+    return fingerprint(all, 4);
+  }
+  /// The graph is still that of the step before, and so are the indices.
+  void wake_beside_the_erased(Sleepers<S>& sleepers, const S& state) const {
+    if (sleepers.report.asleep == 0) return;
+    std::size_t k = 0;
+    for (std::size_t old = 0; old < sleepers.id.size(); ++old) {
+      while (k < state.id().size() && state.id()[k] < sleepers.id[old]) ++k;
+      if (k < state.id().size() && state.id()[k] == sleepers.id[old]) continue;
+      wake_beside(sleepers, static_cast<Index>(old));
+    }
+  }
+
+  Graph graph_;
   std::int64_t pair_changes_ = -1;
-  std::vector<Meeting> frontier_;  // somebody awake, or a support that moves, and a sleeper
-  std::vector<std::int32_t> watched_, disturbing_, supports_, tired_;
+  std::vector<Meeting> late_;      // late pairs, from both ends
+  std::vector<Meeting> frontier_;  // one awake, or a support that moves, and a sleeper
+  std::vector<std::int32_t> watched_, disturbing_, tired_;
 };
 
 }}  // namespace phistep::PHISTEP_ABI

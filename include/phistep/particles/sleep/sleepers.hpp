@@ -1,13 +1,16 @@
 /// @file
-/// Which particles sleep: the rule by which each falls asleep and wakes, and what that removed.
+/// Which particles sleep: when each falls asleep and wakes, and what that removed.
 ///
-/// A particle is quiet while |v| < v_s, |ω − ω₀|R < v_s and |Δr| < v_s Δt between two checks, v_s = SleepOptions::speed, ω₀ its
-/// spin when it became quiet: one that spins on the spot, which no friction stops, moves nobody. After `steps` quiet steps
-/// it is watched, until it is faster. Who is watched, and touches nobody that is awake, falls asleep, unless its mean
-/// acceleration a over at least `steps` steps (that of its surface, if this is larger) would make it as fast as v_s within
-/// four times as long. Asleep, it keeps its spin. Its sleep expires after v_s/|a|, and if it is quiet then as well, after
-/// twice that time, and so on; it is watched again. A sleeper is watched again, too, as soon as somebody awake touches it, or
-/// a watched one that touches it has moved by v_s times the time between two checks.
+/// A particle is quiet while |v| < v_s, |ω − ω₀|R < v_s and |Δr| < v_s Δt between two checks. v_s is SleepOptions::speed, ω₀ its
+/// spin when it became quiet: one that spins on the spot, which no friction stops, moves no other. After `steps` quiet steps it is
+/// watched: computed as before, until it is faster than v_s. A watched particle that touches none that is awake falls asleep, unless
+/// its mean acceleration a over at least `steps` steps (that of its surface, if this is larger) would make it as fast as v_s within
+/// four times as long. It keeps its spin. It is watched again when |v + a t| would reach v_s, when one that is awake touches it, or
+/// when a watched one that touches it has moved farther than at speed v_s from one check to the next.
+///
+/// A sleep of a time τ leaves out the velocity v and the acceleration a. When the particle has been quiet for `steps` steps again, its
+/// mean acceleration shows whether a was a push that goes on, as at a turning point or on a gentle slope: then it gets v + aτ. Else a
+/// was a trembling that has passed: it sleeps on, twice as long as before.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,119 +19,161 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
+#include "phistep/base/outcome/statistics.hpp"
 #include "phistep/base/state/particle_fingerprint.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/particles/bodies/particles.hpp"
-#include "phistep/particles/sleep/sleep_report.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-// What is known of one particle that may sleep.
+/// When particles fall asleep.
+struct SleepOptions {
+  double speed = 0;  ///< [length/time] of a particle at rest, and the change that wakes it; 0: none sleeps
+  int steps = 100;   ///< for so many steps
+  int every = 25;    ///< steps between two checks of which bodies may fall asleep
+};
 
-/// One particle, asleep or awake.
-struct Sleeper {
+/// What sleep has saved and cost since the stepper was made.
+struct SleepReport {
+  std::int64_t asleep = 0;         ///< particles now
+  std::int64_t fell_asleep = 0;    ///< how often one did
+  std::int64_t woken = 0;          ///< how often one was woken
+  std::int64_t skipped = 0;        ///< particle-steps that were not computed
+  double energy_removed = 0;       ///< kinetic energy taken from sleepers and not given back [energy]
+  double impulse_not_applied = 0;  ///< Σ∫|F|dt not given back, F the mean push before a sleep [force·time]
+
+  void archive(auto& ar) {
+    ar("asleep", asleep, "fell_asleep", fell_asleep, "woken", woken, "skipped", skipped, "energy_removed",
+       energy_removed, "impulse_not_applied", impulse_not_applied);
+    for (const std::int64_t count : {asleep, fell_asleep, woken, skipped}) ar.check(can_be_count(count));
+  }
+
+  template <class OStream>
+    requires requires(OStream& out) { out << "" << std::int64_t{} << double{}; }
+  friend OStream& operator<<(OStream& out, const SleepReport& r) {
+    return out << "  asleep              " << r.asleep << "  (fell asleep " << r.fell_asleep << " times, woken "
+               << r.woken << ")\n  skipped             " << r.skipped << " particle steps\n  energy removed      "
+               << r.energy_removed << "\n  impulse not applied " << r.impulse_not_applied << '\n';
+  }
+};
+
+/// The particles of a state that may sleep.
+template <class S>
+struct Sleepers {
+  using Scalar = ScalarOf<S>;
+  static constexpr int dim = S::dimensions;
+  static constexpr bool spins = S::template has<Spin>;
+  using Vector = Eigen::Matrix<Scalar, dim, 1>;
+  using Turn = Eigen::Matrix<Scalar, spins ? Spin::rows(dim) : dim, 1>;
+  static auto spin_of(auto& state, Index i) {
+    if constexpr (spins) return state.omega.col(i);
+    else return state.v.col(i);  // not used
+  }
+
   enum class Kind : std::uint8_t {
     held,     ///< by the user
     awake,    ///<
     watched,  ///< slow: computed as any other
     asleep    ///< not computed
   };
-  Kind kind = Kind::awake;
-  bool moves = false;            ///< held, with a velocity or a spin
-  std::uint64_t properties = 0;  ///< fingerprint of its mass, radius …
-  std::uint64_t seen = 0;        ///< … and of its numbers in the state: asleep, or held at rest
-  std::int32_t naps = 0;         ///< how often its sleep expired
-  std::int32_t quiet = 0;        ///< steps
-  double impulse = 0;            ///< [force] left out while it sleeps
-  double since = 0;              ///< [time] by the clock: quiet from then on
-  double expires = 0;            ///< [time] by the clock: when its sleep does
+  struct Sleeper {
+    Kind kind = Kind::awake;
+    bool moves = false;                ///< held, with a velocity or a spin
+    std::uint64_t properties = 0;      ///< fingerprint of its mass, radius …
+    std::uint64_t seen = 0;            ///< fingerprint of its numbers in the state: asleep, or held at rest
+    std::int32_t expired = 0;          ///< how often its sleep has expired
+    std::int32_t quiet = 0;            ///< steps
+    double impulse = 0;                ///< [force] left out while it sleeps
+    double since = 0;                  ///< [time] by the clock: quiet, or asleep, from then on
+    double expires = 0;                ///< [time] by the clock: when its sleep does
+    double slept = 0;                  ///< [time] of which what was left out has not been given back
+    Vector rest = Vector::Zero();      ///< r of one asleep, held or watched, from where on it counts as moved [length]
+    Vector sample = Vector::Zero();    ///< r at the last check [length]
+    Vector velocity = Vector::Zero();  ///< v when it became quiet [length/time]
+    Turn spin = Turn::Zero();          ///< ω then [1/time]
+    Vector stopped = Vector::Zero();   ///< v when it fell asleep [length/time]
+    Vector push = Vector::Zero();      ///< its mean acceleration before [length/time²]
+    Turn turn = Turn::Zero();          ///< its mean angular acceleration before [1/time²]
 
-  [[nodiscard]] bool is_asleep() const { return kind == Kind::asleep; }
-  [[nodiscard]] bool is_computed() const { return kind == Kind::awake || kind == Kind::watched; }
-  /// It stays as it is, so that a change of it is an edit.
-  [[nodiscard]] bool rests() const { return kind == Kind::asleep || (kind == Kind::held && !moves); }
-  /// Who touches it can't sleep.
-  [[nodiscard]] bool disturbs() const { return kind == Kind::awake || (kind == Kind::held && moves); }
-};
-
-/// Those of a state.
-template <class S>
-struct Sleepers {
-  using Scalar = ScalarOf<S>;
-  using Vectors = typename S::Vectors;
-  using Kind = Sleeper::Kind;
-  static constexpr bool spins = S::template has<Spin>;
-  static auto& spin_of(auto& state) {
-    if constexpr (spins) return state.omega;
-    else return state.v;  // of no interest
-  }
-  using Spins = std::remove_cvref_t<decltype(spin_of(std::declval<S&>()))>;
+    [[nodiscard]] bool is_asleep() const { return kind == Kind::asleep; }
+    [[nodiscard]] bool is_computed() const { return kind == Kind::awake || kind == Kind::watched; }
+    /// It stays as it is, so that a change of it is an edit.
+    [[nodiscard]] bool rests() const { return kind == Kind::asleep || (kind == Kind::held && !moves); }
+    /// A particle that touches it can't sleep.
+    [[nodiscard]] bool disturbs() const { return kind == Kind::awake || (kind == Kind::held && moves); }
+  };
 
   SleepOptions options;
   std::vector<Sleeper> all;
   std::vector<std::int64_t> id;
   std::vector<std::uint8_t> is_computed;  ///< of each, whether it is awake or watched
-  Vectors rest;      ///< r of those asleep, held and watched, from where on the last count as moved [length]
-  Vectors sample;    ///< r at the last check [length]
-  Vectors velocity;  ///< v when it became quiet [length/time]
-  Spins spin;        ///< ω then [1/time]
+  std::vector<std::int32_t> supports;     ///< those that are held by the user and move
   SleepReport report;
   std::int64_t free = 0;          ///< particles not held by the user
   double clock = 0, checked = 0;  ///< [time] of all steps; at the last check
   double review = 0;              ///< [time] by the clock: no sleep expires before
   double impulse_rate = 0;        ///< [force] Σ of those asleep
   std::uint64_t seen = 0;         ///< Σ of those that rest
+  std::uint64_t scene = 0;        ///< fingerprint of the box and what else all particles share
   std::int64_t since_check = 0;   ///< steps
   std::int64_t sets = 0;          ///< active sets made since the last check
-  double unrest = 0;              ///< recent changes of the active set per step, 0 … 1; 3 after a check that woke all
-  bool meddled = false;           ///< the state was changed after the step
-  bool changed = false;           ///< somebody's kind, since lists were made of them
+  double unrest = 0;     ///< recent changes of the active set per step, 0 … 1; 1.5 after a check that woke all
+  bool edited = false;   ///< the state was changed after the step
+  bool changed = false;  ///< the kind of a body has changed since lists were made
   explicit Sleepers(SleepOptions given) : options{given} {}
   [[nodiscard]] Sleeper& operator[](Index i) { return all[static_cast<std::size_t>(i)]; }
   [[nodiscard]] const Sleeper& operator[](Index i) const { return all[static_cast<std::size_t>(i)]; }
   [[nodiscard]] Index size() const { return static_cast<Index>(all.size()); }
 
-  static void archive_all(auto& ar, auto& sleepers) {
-    ar.columns("who", sleepers, "kind", &Sleeper::kind, "moves", &Sleeper::moves, "properties", &Sleeper::properties,
-               "seen", &Sleeper::seen, "naps", &Sleeper::naps, "quiet", &Sleeper::quiet, "impulse", &Sleeper::impulse,
-               "since", &Sleeper::since, "expires", &Sleeper::expires);
-    for (const Sleeper& x : sleepers)
-      ar.check(x.kind <= Kind::asleep && 0 <= x.naps && x.naps <= 30 && 0 <= x.quiet && x.quiet < 1 << 30);
+  void archive(auto& ar) {
+    using T = Sleeper;
+    ar.columns("particles", all, "kind", &T::kind, "moves", &T::moves, "properties", &T::properties, "seen", &T::seen,
+               "expired", &T::expired, "quiet", &T::quiet, "impulse", &T::impulse, "since", &T::since, "expires",
+               &T::expires, "slept", &T::slept, "rest", &T::rest, "sample", &T::sample, "velocity", &T::velocity,
+               "spin", &T::spin, "stopped", &T::stopped, "push", &T::push, "turn", &T::turn);
+    ar("id", id, "report", report, "since_check", since_check, "clock", clock, "checked", checked, "review", review,
+       "impulse_rate", impulse_rate, "seen", seen, "free", free, "sets", sets, "unrest", unrest, "edited", edited,
+       "changed", changed, "scene", scene);
+    ar.check(id.size() == all.size());
+    for (const Sleeper& x : all)
+      ar.check(x.kind <= Kind::asleep && 0 <= x.expired && x.expired <= 30 && 0 <= x.quiet && x.quiet < 1 << 30);
+    find_lists();
   }
 
   /// Particles came or went: ids grow from left to right.
   /// @param before  called before any index changes, when there is memory for all
   void match(const S& state, auto&& before) {
     std::vector<Sleeper> now(static_cast<std::size_t>(state.size()));
-    Vectors r = state.r, last = state.r, v = state.v;
-    Spins turns = spin_of(state);
     std::vector<std::int64_t> ids = state.id();
     before();
     std::size_t old = 0;
     for (std::size_t k = 0; k < ids.size(); ++k) {
+      const auto to = static_cast<Index>(k);
       while (old < id.size() && id[old] < ids[k]) ++old;
-      if (old == id.size() || id[old] != ids[k]) continue;
-      const auto from = static_cast<Index>(old), to = static_cast<Index>(k);
+      if (old == id.size() || id[old] != ids[k]) {
+        now[k].rest = now[k].sample = state.r.col(to);
+        now[k].velocity = state.v.col(to), now[k].spin = spin_of(state, to);
+        continue;
+      }
       now[k] = all[old];
-      // The fingerprint of one that was edited, too, stays another one.
-      if (now[k].seen == ParticleFingerprint<S>::of(state, to, from))
+      // A fingerprint that doesn't fit, because the particle was edited, is kept: so that this is noticed under the new index.
+      if (now[k].seen == ParticleFingerprint<S>::of(state, to, static_cast<Index>(old)))
         now[k].seen = ParticleFingerprint<S>::of(state, to);
-      r.col(to) = rest.col(from), last.col(to) = sample.col(from), v.col(to) = velocity.col(from);
-      turns.col(to) = spin.col(from);
     }
     all = std::move(now), id = std::move(ids);
-    rest = std::move(r), sample = std::move(last), velocity = std::move(v), spin = std::move(turns);
   }
-  void find_computed() {
+  void find_lists() {
     is_computed.resize(all.size());
-    for (std::size_t i = 0; i < all.size(); ++i) is_computed[i] = all[i].is_computed() ? 1 : 0;
+    supports.clear();
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      is_computed[i] = all[i].is_computed() ? 1 : 0;
+      if (all[i].kind == Kind::held && all[i].moves) supports.push_back(static_cast<std::int32_t>(i));
+    }
   }
   void count() {
-    find_computed();
+    find_lists();
     free = report.asleep = 0;
     impulse_rate = 0;
     seen = 0;
@@ -157,120 +202,162 @@ struct Sleepers {
     ++report.woken;
     --report.asleep;
     impulse_rate = report.asleep == 0 ? 0 : impulse_rate - one.impulse;
-    one = Sleeper{.kind = kind, .properties = one.properties, .naps = one.naps, .since = clock};
+    const double slept = clock - one.since;
+    start(one, kind);
+    one.slept = slept;
+    one.velocity.setZero();
+    one.sample = one.rest;
     is_computed[static_cast<std::size_t>(i)] = 1;
-    velocity.col(i).setZero();
-    sample.col(i) = rest.col(i);
     changed = true;
   }
+  /// One that was held by the user is computed.
+  void start_awake(Index i) { start((*this)[i], Kind::awake), (*this)[i].expired = 0; }
   void wake_all() {
     // None has been quiet for the steps that weren't done.
     since_check = 0;
     checked = clock;
     for (Index i = 0; i < size(); ++i)
-      if ((*this)[i].is_asleep()) wake(i, Kind::awake), (*this)[i].naps = 0;
+      if ((*this)[i].is_asleep()) wake(i, Kind::awake), (*this)[i].expired = 0;
   }
   [[nodiscard]] static bool moves(const S& state, Index i) {
-    return (state.v.col(i).array() != 0).any() || (spin_of(state).col(i).array() != 0).any();
+    return (state.v.col(i).array() != 0).any() || (spin_of(state, i).array() != 0).any();
   }
-  /// Who is watched is awake from now on where it is fast.
-  [[nodiscard]] bool is_fast(const S& state, Index i) const { return !is_slow(state, i); }
-  /// By how far one may move beside a sleeper, squared [length²].
-  [[nodiscard]] Scalar far_squared(Scalar dt) const {
-    const Scalar limit = static_cast<Scalar>(options.speed) * std::abs(dt) * static_cast<Scalar>(options.every);
-    return limit * limit;
+  [[nodiscard]] bool is_slow(const S& state, Index i) const {
+    bool slow = state.v.col(i).squaredNorm() < speed_squared();
+    if constexpr (spins) {
+      const Scalar R = state.radius()[i];
+      slow = slow && R * R * (state.omega.col(i) - (*this)[i].spin).squaredNorm() < speed_squared();
+    }
+    return slow;
   }
+  /// By more than one may move beside a sleeper.
   [[nodiscard]] bool has_moved(const S& state, Index i, Scalar dt) const {
-    return !((state.r.col(i) - rest.col(i)).squaredNorm() < far_squared(dt));
+    const Scalar limit = static_cast<Scalar>(options.speed) * std::abs(dt) * static_cast<Scalar>(options.every);
+    return !((state.r.col(i) - (*this)[i].rest).squaredNorm() < limit * limit);
   }
 
-  /// Wakes those whose sleep has expired, and looks who of those computed is slow.
+  /// Wakes those whose sleep has expired, and finds out which of those computed are quiet.
   void check(const S& state, const std::vector<std::int32_t>& computed) {
     const auto elapsed = static_cast<Scalar>(clock - checked);
     for (const Index i : computed) {
       Sleeper& one = (*this)[i];
       if (!one.is_computed()) continue;
       const bool quiet =
-          is_slow(state, i) && (state.r.col(i) - sample.col(i)).squaredNorm() < speed_squared() * elapsed * elapsed;
+          is_slow(state, i) && (state.r.col(i) - one.sample).squaredNorm() < speed_squared() * elapsed * elapsed;
       one.quiet = quiet ? one.quiet + static_cast<std::int32_t>(since_check) : 0;
       if (!quiet) {
         changed = changed || one.kind == Kind::watched;
         one.kind = Kind::awake;
+        one.slept = 0;
         begin(state, i);
       } else if (one.kind == Kind::awake && one.quiet >= options.steps) {
         one.kind = Kind::watched;
-        rest.col(i) = state.r.col(i);
+        one.rest = state.r.col(i);
         changed = true;
       }
-      sample.col(i) = state.r.col(i);
+      one.sample = state.r.col(i);
     }
     if (clock >= review) {
       for (Index i = 0; i < size(); ++i)
         if (Sleeper& one = (*this)[i]; one.is_asleep() && clock >= one.expires) {
           wake(i, Kind::watched);
-          one.naps = std::min(one.naps + 1, 30);
+          one.expired = std::min(one.expired + 1, 30);
         }
       count();
     }
-    // Remembered for some fifty checks: who has been put to sleep and woken in vain isn't put to sleep again at once.
+    // Remembered for some fifty checks: particles that were put to sleep and woken in vain aren't put to sleep again at once.
     unrest = std::max(0.97 * unrest, std::min(1.0, static_cast<double>(sets) / static_cast<double>(since_check)));
     sets = 0;
     since_check = 0;
     checked = clock;
   }
-  /// What has been pushing it, on the mean, goes on unseen until that would have made it as fast as `speed`. Where that is
-  /// soon, it is not at rest.
-  [[nodiscard]] bool may_sleep(const S& state, Index i) {
+  /// Whether a watched particle is at rest: its mean acceleration won't soon make it as fast as `speed`, and is not the one that went
+  /// on while it slept the last time.
+  [[nodiscard]] bool may_sleep(S& state, Index i) {
     Sleeper& one = (*this)[i];
     if (one.kind != Kind::watched || one.quiet < options.steps) return false;
     const auto seen_for = static_cast<Scalar>(clock - one.since);
-    Scalar change = (state.v.col(i) - velocity.col(i)).norm();
-    if constexpr (spins) change = std::max(change, state.radius()[i] * (state.omega.col(i) - spin.col(i)).norm());
-    const Scalar acceleration = change / seen_for, lasts = static_cast<Scalar>(options.speed) / acceleration;
-    if (!(lasts > 4 * seen_for)) {  // what pushes it is seen over one such time
+    const Vector a = (state.v.col(i) - one.velocity) / seen_for;
+    const Turn alpha = (spin_of(state, i) - one.spin) / seen_for;
+    const Scalar lasts = unseen_for(state, i, state.v.col(i), a, alpha);
+    const bool goes_on =
+        one.slept > 0 && size_of(state, i, a - one.push, alpha - one.turn) < size_of(state, i, one.push, one.turn) / 2;
+    if (goes_on) give_back(state, i);
+    if (goes_on || !(lasts > 4 * seen_for)) {  // what pushes it is seen over one such time
       one.quiet = 0;
       begin(state, i);
       return false;
     }
-    one.impulse = static_cast<double>(state.mass()[i] * acceleration);
+    one.push = a, one.turn = alpha;
+    one.impulse = static_cast<double>(state.mass()[i] * size_of(state, i, a, alpha));
     // Many at once.
-    const double round = std::ldexp(1.0, std::ilogb(64 * static_cast<double>(seen_for)));
-    one.expires = round * std::ceil((clock + std::ldexp(static_cast<double>(lasts), one.naps)) / round);
+    const double round = std::ldexp(1.0, std::ilogb(static_cast<double>(std::min(64 * seen_for, lasts / 4))));
+    one.expires = round * std::floor((clock + std::ldexp(static_cast<double>(lasts), one.expired)) / round);
     return true;
   }
   void fall_asleep(S& state, Index i) {
     Sleeper& one = (*this)[i];
     one.kind = Kind::asleep;
     is_computed[static_cast<std::size_t>(i)] = 0;
-    report.energy_removed += static_cast<double>(state.mass()[i] * state.v.col(i).squaredNorm()) / 2;
+    report.energy_removed += kinetic_energy(state, i);
+    one.stopped = state.v.col(i);
+    one.since = clock;
+    one.slept = 0;
     state.v.col(i).setZero();
-    rest.col(i) = state.r.col(i);
-    spin.col(i) = spin_of(state).col(i);
+    one.rest = state.r.col(i);
+    one.spin = spin_of(state, i);
     one.seen = ParticleFingerprint<S>::of(state, i);
     seen += one.seen;
     review = std::min(review, one.expires);
     impulse_rate += one.impulse;
     ++report.fell_asleep;
     ++report.asleep;
-    meddled = changed = true;
+    edited = changed = true;
   }
 
  private:
+  void start(Sleeper& one, Kind kind) const {
+    one.kind = kind;
+    one.moves = false;
+    one.seen = 0, one.quiet = 0, one.impulse = one.expires = one.slept = 0;
+    one.since = clock;
+  }
+  /// |a|, or the acceleration of its surface, whichever is larger.
+  [[nodiscard]] static Scalar size_of(const S& state, Index i, const Vector& a, const Turn& alpha) {
+    if constexpr (spins) return std::max(a.norm(), state.radius()[i] * alpha.norm());
+    else return a.norm();
+  }
+  /// The time after which |v + a t| or |α| t R is v_s.
+  [[nodiscard]] Scalar unseen_for(const S& state, Index i, const Vector& v, const Vector& a, const Turn& alpha) const {
+    const Scalar along = a.dot(v), left = speed_squared() - v.squaredNorm(),
+                 root = std::sqrt(along * along + a.squaredNorm() * left);
+    const Scalar lasts = along < 0 ? (root - along) / a.squaredNorm() : left / (along + root);
+    return std::min(lasts, static_cast<Scalar>(options.speed) / size_of(state, i, Vector::Zero(), alpha));
+  }
+  [[nodiscard]] static double kinetic_energy(const S& state, Index i) {
+    return static_cast<double>(state.mass()[i] * state.v.col(i).squaredNorm()) / 2;
+  }
+  /// v + aτ, for no longer a τ than a first sleep may last.
+  void give_back(S& state, Index i) {
+    Sleeper& one = (*this)[i];
+    const Scalar time = std::min(static_cast<Scalar>(one.slept), unseen_for(state, i, one.stopped, one.push, one.turn));
+    report.energy_removed += kinetic_energy(state, i);
+    state.v.col(i) += one.stopped + time * one.push;
+    if constexpr (spins) state.omega.col(i) += time * one.turn;
+    report.energy_removed -= kinetic_energy(state, i);
+    report.impulse_not_applied -= static_cast<double>(state.mass()[i] * time * size_of(state, i, one.push, one.turn));
+    one.slept = 0;
+    one.expired = 0;
+    edited = true;
+  }
   [[nodiscard]] Scalar speed_squared() const {
     return static_cast<Scalar>(options.speed) * static_cast<Scalar>(options.speed);
   }
-  [[nodiscard]] bool is_slow(const S& state, Index i) const {
-    bool slow = state.v.col(i).squaredNorm() < speed_squared();
-    if constexpr (spins) {
-      const Scalar R = state.radius()[i];
-      slow = slow && R * R * (state.omega.col(i) - spin.col(i)).squaredNorm() < speed_squared();
-    }
-    return slow;
-  }
   void begin(const S& state, Index i) {
-    (*this)[i].since = clock;
-    velocity.col(i) = state.v.col(i);
-    spin.col(i) = spin_of(state).col(i);
+    Sleeper& one = (*this)[i];
+    one.since = clock;
+    one.velocity = state.v.col(i);
+    one.spin = spin_of(state, i);
   }
 };
 

@@ -3,27 +3,15 @@
 ///
 ///     Sleeping stepper{PhiStepper{grains, force, symplectic_euler}, SleepOptions{.speed = 1e-3}};
 ///
-/// A particle that has been slower than `speed` for `steps` steps, by its velocity and by the way it has come, is watched;
-/// if it touches nobody awake (is near, where the force doesn't act by touch) it falls asleep: it stays where it is, keeps the
-/// spin that it may have on the spot, and no force on it is computed. Those watched move as any other, and as soon as one is
-/// faster than `speed`, or has come further than `speed` lets it between two checks, the sleepers that it touches are watched. So a blow goes through: it wakes what it
-/// reaches, and whom it doesn't reach sleeps on. One that a small force had been moving all along is looked at again when
-/// that would have made it as fast as `speed`, then after twice that time, and so on. A particle that the user edits wakes, or
-/// whose properties are changed; those beside a sleeper or a support that is moved or goes are watched. All wake after
-/// stepper().force() and reset(). The whole scene asleep, a step is nothing at all: until anything is changed, which
-/// then wakes all.
-///
-/// Who sleeps is left out of the stepper's active set (base/state/active_set.hpp): lists and springs stay over all. Where more
-/// than nine tenths of the bodies would stay awake (six tenths, if the set changes at every step), none is put to sleep. If that
-/// shows only after some have fallen asleep, all wake, and the next attempt comes later the fewer could sleep.
+/// The rule by which a particle falls asleep and wakes is in sleepers.hpp. A sleeper stays where it is, and no force on it is computed;
+/// the stepper leaves it out of its active set (base/state/active_set.hpp), lists and springs stay those of all. A particle wakes that
+/// the user edits, or whose properties are changed; those beside a sleeper or support that is moved or erased are watched.
+/// stepper().force() and reset() wake all, and so does any change where the whole scene sleeps, which makes a step nothing at all.
+/// Where more than nine tenths of the bodies would stay awake (six tenths, if the set changes at every step), none is put to sleep. If
+/// that shows only after some have fallen asleep, all wake, and the next attempt comes later the fewer could sleep.
 ///
 /// Not seen: a force that changes with time by itself.
-///
-/// Nothing is dropped in silence: report() has how much kinetic energy was removed and how much ∫|F|dt was not applied,
-/// and compare_sleep() runs a scene both ways and prints the difference in the user's own observables.
 #pragma once
-
-#include <Eigen/Core>
 
 #include <cmath>
 #include <cstdint>
@@ -32,18 +20,13 @@
 #include <stdexcept>
 #include <type_traits>
 #include <utility>
-#include <vector>
 
 #include "phistep/base/archive/archive_kinds.hpp"
-#include "phistep/base/machine/scratch.hpp"
-#include "phistep/base/machine/serial.hpp"
+#include "phistep/base/machine/memory.hpp"
 #include "phistep/base/outcome/statistics.hpp"
 #include "phistep/base/outcome/step_report.hpp"
 #include "phistep/base/state/active_set.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/particles/bodies/particles.hpp"
-#include "phistep/particles/sleep/sleep_edits.hpp"
-#include "phistep/particles/sleep/sleep_report.hpp"
 #include "phistep/particles/sleep/sleep_watch.hpp"
 #include "phistep/particles/sleep/sleepers.hpp"
 #include "phistep/step/equation/origin.hpp"
@@ -59,7 +42,6 @@ class Sleeping {
   using S = typename Stepper::StateType;
   using StateType = S;
   using Scalar = ScalarOf<S>;
-  using Vectors = typename S::Vectors;
   static constexpr int dim = S::dimensions;
   static constexpr bool spins = S::template has<Spin>;
   static_assert(solved_blocks<S> == 1 + (spins ? 1 : 0), "phistep: only what moves and turns can fall asleep");
@@ -77,9 +59,8 @@ class Sleeping {
   /// Advances the state from t to t + dt. [time] On failure it keeps every bit.
   StepReport step(S& state, Scalar t, Scalar dt, Origin origin = Origin::unknown) {
     if (sleepers_.options.speed == 0) return stepper_.step(state, t, dt, origin);
-    if constexpr (requires { stepper_.changes(); })
-      if (std::exchange(changes_, stepper_.changes()) != stepper_.changes())
-        sleepers_.wake_all();  // the force may be another one
+    if (std::exchange(changes_, stepper_.changes()) != stepper_.changes())
+      sleepers_.wake_all();  // the force may be another one
     const bool is_edited = adopt(state, origin);
     if (is_all_asleep() && std::isfinite(dt) && std::isfinite(t) && t + dt != t &&
         sleepers_.clock + std::abs(dt) < sleepers_.review) {
@@ -89,7 +70,7 @@ class Sleeping {
     }
     const StepReport report = stepper_.step(state, t, dt, inner_origin(origin, is_edited));
     if (!report) return report;
-    sleepers_.meddled = false;
+    sleepers_.edited = false;
     ++steps_;
     sleepers_.pass(dt);
     try {
@@ -113,8 +94,6 @@ class Sleeping {
     return i < static_cast<Index>(sleepers_.all.size()) && sleepers_.all[static_cast<std::size_t>(i)].is_asleep();
   }
   [[nodiscard]] const char* solver_name() const { return stepper_.solver_name(); }
-  [[nodiscard]] bool keeps_factors() const { return stepper_.keeps_factors(); }
-  /// As PhiStepper's.
   [[nodiscard]] auto& force_to_look_at() { return stepper_.force_to_look_at(); }
   [[nodiscard]] const auto& memory() const { return stepper_.memory(); }
   [[nodiscard]] const auto& masses() const { return stepper_.masses(); }
@@ -123,60 +102,48 @@ class Sleeping {
   /// The next step wakes all, too.
   void reset() { stepper_.reset(); }
   /// As PhiStepper's.
-  [[nodiscard]] std::int64_t changes() const requires requires(const Stepper& inner) { inner.changes(); }
-  { return stepper_.changes(); }
+  [[nodiscard]] std::int64_t changes() const { return stepper_.changes(); }
   void forget_unsaved() requires HasUnsaved<Stepper> { stepper_.forget_unsaved(); }
   void archive(auto& ar) {
-    Sleepers<S>& all = sleepers_;
-    all.archive_all(ar, all.all);
-    ar("report", all.report, "id", all.id, "rest", all.rest, "sample", all.sample, "velocity", all.velocity, "spin",
-       all.spin);
-    const auto n = static_cast<Index>(all.all.size());
-    ar.check(static_cast<Index>(all.id.size()) == n && all.spin.cols() == n);
-    for (const Vectors* x : {&all.rest, &all.sample, &all.velocity}) ar.check(x->cols() == n);
-    ar("steps", steps_, "since_check", all.since_check, "clock", all.clock, "checked", all.checked, "review",
-       all.review, "impulse_rate", all.impulse_rate, "seen", all.seen, "free", all.free, "sets", all.sets, "unrest",
-       all.unrest, "meddled", all.meddled, "changed", all.changed, "scene", edits_, "stepper", stepper_);
+    ar("sleepers", sleepers_, "steps", steps_, "stepper", stepper_);
     ar.at_last([this] {
-      sleepers_.find_computed();
       watch_.forget();
       body_ = 0;
-      if constexpr (requires { stepper_.changes(); }) changes_ = stepper_.changes();
+      changes_ = stepper_.changes();
     });
   }
 
  private:
   [[nodiscard]] bool is_all_asleep() const {
     return sleepers_.free == sleepers_.report.asleep && !sleepers_.changed && sleepers_.free > 0 &&
-           watch_.moving_supports().empty();
+           sleepers_.supports.empty();
   }
 
-  /// Follows what the user did to the particles since the last step. True where the state was edited, as far as that was
-  /// looked up.
+  /// Follows what the user did to the particles since the last step. True where the state was found to be edited.
   [[nodiscard]] bool adopt(const S& state, Origin origin) {
     const bool was_all_asleep = is_all_asleep();
     bool is_other = false;
     if (body_ != state.body().serial) {
       const bool was_changed = sleepers_.changed;
-      is_other = edits_.adopt_bodies(sleepers_, watch_, state);
+      is_other = watch_.adopt_bodies(sleepers_, state);
       part();
       if (is_other || was_changed) ++sleepers_.sets;  // a run that resumes makes the set anew that it had
       body_ = state.body().serial;
     }
-    const bool is_edited = origin == Origin::unknown && sleepers_.report.asleep > 0 &&
-                           edits_.are_any(sleepers_, watch_, state, active_->list());
-    if (is_edited) edits_.find(sleepers_, watch_, state);
+    const bool is_edited =
+        origin == Origin::unknown && sleepers_.report.asleep > 0 && watch_.is_edited(sleepers_, state, active_->list());
+    if (is_edited) watch_.adopt_edits(sleepers_, state);
     if (was_all_asleep && (is_other || is_edited)) sleepers_.wake_all();
     if (sleepers_.changed) change_set();
     return is_edited;
   }
   /// What the stepper inside may rely on.
   [[nodiscard]] Origin inner_origin(Origin origin, bool is_edited) const {
-    if (is_edited || sleepers_.report.asleep == 0) return sleepers_.meddled ? origin.with(Origin::unknown) : origin;
-    return origin.with(origin == Origin::unedited && !sleepers_.meddled ? Origin::unedited : Origin::rest_unedited);
+    if (is_edited || sleepers_.report.asleep == 0) return sleepers_.edited ? origin.with(Origin::unknown) : origin;
+    return origin.with(origin == Origin::unedited && !sleepers_.edited ? Origin::unedited : Origin::rest_unedited);
   }
 
-  /// After a step: who has become fast, whom that reaches, and from time to time who may sleep.
+  /// After a step: wakes those that a fast particle reaches, and from time to time puts others to sleep.
   void look_around(S& state, Scalar dt) {
     auto& force = stepper_.force_to_look_at();
     const auto& memory = stepper_.memory();
@@ -186,7 +153,7 @@ class Sleeping {
     }
     if (sleepers_.since_check >= sleepers_.options.every) {
       sleepers_.check(state, active_->list());
-      if (sleepers_.report.asleep == 0) edits_.look_at_supports(sleepers_, watch_, state);
+      if (sleepers_.report.asleep == 0) watch_.look_at_supports(sleepers_, state);
       if (sleepers_.changed) change_set();
       watch_.lull(sleepers_, state, dt, force, memory);
     }
@@ -196,7 +163,7 @@ class Sleeping {
     part();
     ++sleepers_.sets;
   }
-  /// Makes the lists and the active set of who is awake, watched, asleep.
+  /// Makes the active set, and the lists of particles that are awake, watched, asleep.
   void part() {
     const std::shared_ptr<ActiveSet> active = sets_.take();
     active->assign(sleepers_.is_computed, next_serial());
@@ -210,11 +177,27 @@ class Sleeping {
   Stepper stepper_;
   Sleepers<S> sleepers_;
   SleepWatch<S> watch_;
-  SleepEdits<S> edits_;
   Recycled<ActiveSet> sets_;
   std::shared_ptr<const ActiveSet> active_;
   std::uint64_t body_ = 0;
   std::int64_t steps_ = 0, changes_ = 0;
 };
+
+/// Runs a scene with sleeping and without, and prints the difference in the user's observables.
+/// @param scene        scene(options) runs it all and returns what the observables are read from
+/// @param observables  pairs of a name and a function of that result to a number
+template <class OStream, class Scene, class... Observable>
+void compare_sleep(OStream& out, SleepOptions options, Scene&& scene,
+                   const std::pair<const char*, Observable>&... observables) {
+  const auto asleep = scene(options);
+  options.speed = 0;
+  const auto awake = scene(options);
+  const auto line = [&](const char* name, double a, double b) {
+    out << "  " << name << ": " << a << " with sleeping, " << b << " without, difference " << a - b << '\n';
+  };
+  (line(observables.first, static_cast<double>(observables.second(asleep)),
+        static_cast<double>(observables.second(awake))),
+   ...);
+}
 
 }}  // namespace phistep::PHISTEP_ABI

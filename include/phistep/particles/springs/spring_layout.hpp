@@ -1,6 +1,6 @@
 /// @file
-/// Where everything stands for forces of springs row by row (spring_rows.hpp): the particles' new order, and for each
-/// chunk of `lanes` rows the other ends and constants of their springs.
+/// The data of springs row by row (spring_rows.hpp): the particles' new order, and for each chunk of `lanes` rows the other ends and
+/// constants of their springs.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,6 @@
 #include <utility>
 #include <vector>
 
-#include "phistep/base/version.hpp"
 #include "phistep/linear/network/node_order.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
@@ -32,11 +31,9 @@ class SpringLayout {
   std::vector<Column> column;
   std::vector<Slot> index;
   std::vector<Scalar> constant;
-  std::size_t lead = 0;  ///< chunks that a chunk's other ends reach, and one more
-  bool mixed = false;    ///< few other ends are consecutive: every column has indices then
-  std::vector<Slot>
-      place_of;  ///< of each of the user's particles, −1: it has no springs. Only where the new order leads
-                 ///< all over the user's arrays, else empty
+  std::size_t lead = 0;        ///< chunks that a chunk's other ends reach, and one more
+  bool mixed = false;          ///< few other ends are consecutive: every column has indices then
+  std::vector<Slot> place_of;  ///< of each of the user's particles, −1: no springs; empty unless the new order jumps
 
   SpringLayout() = default;
   /// @param particles  more than any spring names, less than 2³¹

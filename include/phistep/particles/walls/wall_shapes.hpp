@@ -1,19 +1,27 @@
 /// @file
-/// The shapes of walls, and where they are nearest to a point.
+/// The shapes of walls, where they are nearest to a point, and which bodies touch them.
 #pragma once
 
 #include <Eigen/Core>
 #include <Eigen/LU>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <limits>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <variant>
 #include <vector>
 
-#include "phistep/base/version.hpp"
-#include "phistep/particles/bodies/box.hpp"
+#include "phistep/base/machine/shares.hpp"
+#include "phistep/base/state/active_set.hpp"
+#include "phistep/particles/bodies/body.hpp"
+#include "phistep/particles/contacts/contact_pairs.hpp"
+#include "phistep/particles/contacts/spring_table.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -87,7 +95,7 @@ class NearWall<Scalar, dim, Plane<dim>> {
     n = normal_;
     return n.dot(r - point_);
   }
-  /// True where a body of that radius at r certainly doesn't touch the wall, found at less cost than `approach`.
+  /// True only where a body of that radius at r doesn't touch the wall: at less cost than `approach`.
   [[nodiscard]] static bool is_far(const Vector&, Scalar) { return false; }
 
  private:
@@ -138,6 +146,100 @@ class NearWall<Scalar, dim, SolidBox<dim>> {
   Scalar reach_;
   Box<Scalar, dim> box_;
   bool has_images_;
+};
+
+/// Whether the point where body i touches box k lies in another wall, which is as near: edges of boxes that meet flush don't act.
+template <class Scalar, int dim>
+[[nodiscard]] bool is_hidden(const std::vector<Wall<dim>>& walls, std::size_t k, const auto& y, Eigen::Index i,
+                             const Eigen::Matrix<Scalar, dim, 1>& n, Scalar distance) {
+  const Eigen::Matrix<Scalar, dim, 1> r = y.r.col(i), q = r - distance * n;
+  // Boxes are flush up to rounding of their places, and of what is far smaller than a body.
+  const Scalar rounding = 16 * std::numeric_limits<Scalar>::epsilon() * std::max(r.cwiseAbs().maxCoeff(), distance);
+  const Scalar seam = Scalar(1e-6L) * y.body.radius[i] + rounding;
+  const auto hides = [&](std::size_t other, const auto& wall) {
+    const NearWall<Scalar, dim, std::remove_cvref_t<decltype(wall)>> shape{wall, y.body.box};
+    Eigen::Matrix<Scalar, dim, 1> unused;
+    if (shape.is_far(q, seam) || shape.approach(q, unused) > seam) return false;
+    const Scalar nearer = distance - shape.approach(r, unused);
+    return nearer > rounding || (nearer >= -rounding && other < k);
+  };
+  for (std::size_t other = 0; distance > 0 && other < walls.size(); ++other)
+    if (other != k && std::visit([&](const auto& wall) { return hides(other, wall); }, walls[other])) return true;
+  return false;
+}
+
+/// Which bodies touch which walls, and where. A workspace, its buffers serve again.
+template <class Scalar, int dim>
+class TouchingWalls {
+ public:
+  std::vector<ContactPoint<Scalar>> points;  ///< of each contact, and as many more as fill its pack
+  std::vector<std::int32_t> from;            ///< where its springs stand in the table before
+  std::int64_t count = 0;                    ///< of contacts
+
+  /// Fills the table with the contacts' places, and makes room for their springs.
+  /// @param active  of these bodies; null: of all
+  void find(const std::vector<Wall<dim>>& walls, const auto& y, const ActiveSet* active, const auto& before,
+            auto& table, bool with_roll) {
+    points.clear(), from.clear(), table.place.clear();
+    auto springs_of = spring_finder(before.place, std::int64_t{0});
+    for (std::size_t k = 0; k < walls.size(); ++k)
+      std::visit(
+          [&](const auto& wall) {
+            const NearWall<Scalar, dim, std::remove_cvref_t<decltype(wall)>> shape{wall, y.body.box};
+            const Vector surface = wall.velocity.template cast<Scalar>();
+            Vector n;
+            for_each_touching(shape, y, active, [&](Eigen::Index i) {
+              const Scalar radius = y.body.radius[i], distance = shape.approach(y.r.col(i), n);
+              if (std::holds_alternative<SolidBox<dim>>(walls[k]) && is_hidden(walls, k, y, i, n, distance)) return;
+              table.place.push_back(
+                  WallBodies<Scalar>::place(static_cast<std::int64_t>(k), static_cast<std::int32_t>(i)));
+              from.push_back(springs_of(table.place.back()));
+              ContactPoint<Scalar>& at = points.emplace_back();
+              at = {triple(n), radius - distance,          distance / radius, triple(y.v.col(i) - surface),
+                    {},        Scalar{1} / y.body.mass[i], Scalar{1} / radius};
+              if constexpr (HasSpin<decltype(y)>) at.turning = triple(y.omega.col(i));
+            });
+          },
+          walls[k]);
+    const std::size_t found = table.place.size();
+    count = static_cast<std::int64_t>(found);
+    table.resize(found, with_roll);
+    // A whole pack more, with numbers that do no harm.
+    constexpr std::size_t width = native_width<Scalar>;
+    constexpr Triple<Scalar> ones{1, 1, 1};
+    points.resize(found + width, {ones, 1, 1, ones, ones, 1, 1, ones});
+    from.resize(found + width, static_cast<std::int32_t>(before.size()));
+  }
+
+ private:
+  using Vector = Eigen::Matrix<Scalar, dim, 1>;
+  /// The three numbers of a vector, or of a spin in the plane.
+  [[nodiscard]] static Triple<Scalar> triple(const auto& x) {
+    if constexpr (x.RowsAtCompileTime == 1) return {0, 0, x[0]};
+    else return {x[0], x[1], dim == 3 ? x[dim - 1] : Scalar{0}};
+  }
+  /// f(i), ascending. Threads share the search.
+  void for_each_touching(const auto& wall, const auto& y, const ActiveSet* active, auto&& f) {
+    const std::size_t bodies = active ? active->list().size() : static_cast<std::size_t>(y.r.cols());
+    touching_.resize(bodies);
+    found_.assign(thread_count(), {});
+    for_each_share(bodies, 1, shared_from / 16, [&](const Share& own) {
+      Eigen::Matrix<Scalar, dim, 1> n;
+      std::size_t end = own.begin;
+      for (std::size_t b = own.begin; b < own.end; ++b) {
+        const std::int32_t i = active ? active->list()[b] : static_cast<std::int32_t>(b);
+        const Eigen::Matrix<Scalar, dim, 1> r = y.r.col(i);
+        if (wall.is_far(r, y.body.radius[i])) continue;
+        // A position that is NaN touches, so that its force becomes NaN.
+        if (!(wall.approach(r, n) >= y.body.radius[i]) && !y.body.is_still(i)) touching_[end++] = i;
+      }
+      found_[own.number] = {own.begin, end};
+    });
+    for (const auto& [begin, end] : found_)
+      for (std::size_t b = begin; b < end; ++b) f(Eigen::Index{touching_[b]});
+  }
+  std::vector<std::int32_t> touching_;  // what each thread has found, from where its share begins
+  std::vector<std::array<std::size_t, 2>> found_;
 };
 
 }}  // namespace phistep::PHISTEP_ABI
