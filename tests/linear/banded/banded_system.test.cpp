@@ -107,8 +107,8 @@ TEST_CASE("the band is found from the entries, and grows where one falls outside
       }
     REQUIRE(system.factorize(masses, 2.0, 0.5, counts) == Outcome::success);
     REQUIRE(system.factorize(masses, 0.5, 0.25, counts) == Outcome::success);  // a new γ: the same K and C
-    CHECK(system.tangent().lower() == lower);
-    CHECK(system.tangent().upper() == upper);
+    CHECK(system.lower() == lower);
+    CHECK(system.upper() == upper);
     const Mat W = 2 * Mat::Identity(n, n) - 0.5 * (C + 0.25 * K);
     const Vec b = Vec::LinSpaced(n, -1, 3);
     Vec x = b;

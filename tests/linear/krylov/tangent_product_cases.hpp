@@ -141,20 +141,11 @@ namespace tangent_product_cases {
 struct Own {
   static inline int setups = 0;
   double inverse = 1;
-  Own() = default;
-  template <class Operator>
-  explicit Own(const Operator& W) {
-    compute(W);
-  }
-  Own& analyzePattern(const auto&) { return *this; }
-  Own& factorize(const auto& W) { return compute(W); }
-  Own& compute(const auto& W) {
+  void compute(const KnownOfProducts<double>& W) {
     ++setups;
     inverse = 1 / (1 + W.gamma_force * 4 * 21 * 21);
-    return *this;
   }
-  [[nodiscard]] Vec solve(const auto& b) const { return inverse * b; }
-  [[nodiscard]] static Eigen::ComputationInfo info() { return Eigen::Success; }
+  [[nodiscard]] Vec solve(const Vec& b) const { return inverse * b; }
 };
 }  // namespace tangent_product_cases
 

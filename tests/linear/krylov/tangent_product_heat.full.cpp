@@ -1,15 +1,12 @@
 // Heat without a matrix by every solver; in short: tangent_product.test.cpp.
 #include <phistep/krylov.hpp>
 
-#include <unsupported/Eigen/IterativeSolvers>
-
 #include "linear/krylov/tangent_product_cases.hpp"
 
 using namespace tangent_product_cases;
 
-TEMPLATE_TEST_CASE("heat on 100 x 100 points without a matrix: the exact factor of an eigenvector", "",
-                   (MatrixFree<Eigen::BiCGSTAB>), (MatrixFree<phistep::ConjugateGradient>),
-                   (MatrixFree<Eigen::GMRES>)) {
+TEMPLATE_TEST_CASE("heat on 100 x 100 points without a matrix: the exact factor of an eigenvector", "", (MatrixFree<>),
+                   (MatrixFree<KrylovMethod::conjugate_gradients>), (MatrixFree<KrylovMethod::gmres>)) {
   constexpr Index m = 100;
   Counts c;
   const double dt = 1e-3;

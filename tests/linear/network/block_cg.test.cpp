@@ -1,4 +1,4 @@
-#include <phistep/linear/network/block_cg.hpp>
+#include <phistep/linear/network/edge_operator.hpp>
 
 #include <Eigen/Dense>
 

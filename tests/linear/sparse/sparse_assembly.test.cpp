@@ -29,7 +29,7 @@ struct Shown : SparseAssembly<double, has_K, has_C, adds_transposes> {
     for (const Entry& e : entries) e.is_K ? this->position(e.i, e.j, e.x) : this->velocity(e.i, e.j, e.x);
   }
   Mat made(double force, double drift, const auto& masses) {
-    patterns += this->update_pattern(masses);
+    patterns += this->settle(masses);
     this->assemble(masses, force, drift);
     return Mat(this->matrix());
   }

@@ -93,7 +93,8 @@ TEST_CASE("a field with wind has an unsymmetric Jacobian: LU, from the start or 
     return std::pair{found, lu};
   };
   const auto [found, lu] = check(windy, ReactionDiffusionTerm{windy}, 0, 1);
-  CHECK((found.y.array() == lu.y.array()).all());
+  const Ended same = steps(windy, ReactionDiffusionTerm{windy}, trapezoidal, 10, Newton<SparseLu<double>>{});
+  CHECK((found.y.array() == same.y.array()).all());
   CHECK(found.counts.factorizations == lu.counts.factorizations);
   check(windy, sparsity(as_function(windy), windy.pattern()), 0, 1);
   check(rising, ReactionDiffusionTerm{rising}, 1, 2);

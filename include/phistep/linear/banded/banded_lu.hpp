@@ -46,7 +46,7 @@ template <class Number>
 void subtract_multiple(Number* to, const Number* x, Eigen::Index rows, Number by) {
   for (Eigen::Index d = 0; d < rows; ++d) subtract_product(to[d], x[d], by);
 }
-/// Whether multiples of x need not be subtracted: of single numbers as many pass unseen as the look would cost.
+/// Whether multiples of x need not be subtracted. For single numbers always false: the test costs as much as it saves.
 template <class Scalar>
 [[nodiscard]] bool is_known_zero(const Scalar& /*x*/) {
   return false;

@@ -29,7 +29,6 @@
 #include <limits>
 #include <vector>
 
-#include "phistep/base/version.hpp"
 #include "phistep/linear/krylov/methods.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
@@ -77,6 +76,7 @@ class Eisenstat {
         if (is_symmetric_ && !(std::abs(w[p] - w[transpose]) <= tolerance * own[j])) {
           is_symmetric_ = false;
           u_ = l_;
+          bicgstab_.resize(W.cols());
         }
         d -= w[p] * inverse[j] * ((1 - omega) * w[transpose] + omega * after[j]);
         l_[at(to)] = w[transpose];
@@ -110,14 +110,14 @@ class Eisenstat {
     weigh(q_);
     for (Eigen::Index i = 0; i < x.size(); ++i) w_[place_[at(i)]] = q_[i];
     w_.array() *= s_.array();
-    const KrylovEnd end = is_symmetric_ ? conjugate_gradients<true>(goal, x) : bicgstab(goal, x);
+    const KrylovEnd end = is_symmetric_ ? conjugate_gradients(goal, x) : bicgstab(goal, x);
     for (Eigen::Index i = 0; i < x.size(); ++i) x[i] = q_[place_[at(i)]];
     return end;
   }
-  /// x ← x + W⁻¹ r, until ‖(I+L̃)⁻¹ D^−½ r‖ (W symmetric) or ‖P⁻¹r‖ is small. r is lost.
+  /// x ← x + W⁻¹ r, until ‖P⁻¹r‖ is small. r is lost.
   [[nodiscard]] KrylovEnd solve(const KrylovGoal& goal, auto& r, auto& x) {
     w_ = s_;
-    const KrylovEnd end = is_symmetric_ ? conjugate_gradients<false>(goal, r) : bicgstab(goal, r);
+    const KrylovEnd end = is_symmetric_ ? conjugate_gradients(goal, r) : bicgstab(goal, r);
     for (Eigen::Index i = 0; i < x.size(); ++i) x[i] += q_[place_[at(i)]];
     return end;
   }
@@ -156,9 +156,6 @@ class Eisenstat {
     place_.resize(next_.size());
     for (std::size_t i = 0; i < next_.size(); ++i) place_[i] = first[at(next_[i])]++;
   }
-  /// Ũ's entries, by the slots of L̃'s transposes.
-  [[nodiscard]] const Scalar* upper() const { return is_symmetric_ ? l_.data() : u_.data(); }
-
   /// r ← (I + L̃)⁻¹ D^−½ b, and r·r
   [[nodiscard]] Scalar begin(const auto& b) {
     for (Eigen::Index i = 0; i < b.size(); ++i) r_[place_[at(i)]] = b[i];
@@ -174,7 +171,6 @@ class Eisenstat {
   }
 
   /// q ← W⁻¹ x, by places. x keeps D^½ q by places meanwhile.
-  template <bool has_weights>
   [[nodiscard]] KrylovEnd conjugate_gradients(const KrylovGoal& goal, auto& x) {
     const auto count = static_cast<double>(std::max<Eigen::Index>(1, x.size()));
     Scalar rr = begin(x), beta{0}, alpha{0};
@@ -182,14 +178,11 @@ class Eisenstat {
     double limit = -1;
     KrylovEnd end;
     for (;; ++end.iterations) {
-      Scalar size = rr;
-      if constexpr (has_weights) size = backward<true>(beta, alpha, x.data());
-      const double now = std::sqrt(static_cast<double>(size) / count);
+      const double now = std::sqrt(static_cast<double>(backward(beta, alpha, x.data())) / count);
       if (limit < 0) limit = std::max(goal.absolute, goal.relative * now);
       end.converged = now <= limit;
       if (end.converged || end.iterations == goal.max_iterations) break;
-      if constexpr (!has_weights) static_cast<void>(backward<false>(beta, alpha, x.data()));
-      const Scalar curvature = forward();
+      const Scalar curvature = forward(p_, q_);
       alpha = Scalar{0};
       if (!(curvature > Scalar{0} && rr > Scalar{0})) break;  // not positive definite
       alpha = rr / curvature;
@@ -198,11 +191,9 @@ class Eisenstat {
       beta = rr / before;
     }
     q_ = s_.cwiseProduct(x);
-    if constexpr (!has_weights) q_ += alpha * s_.cwiseProduct(t_);  // with weights, backward() has done it
     return end;
   }
   /// p ← r + β p, x ← x + α t, t ← (I + Ũ)⁻¹ p. Returns Σ w² (t − β t_before)².
-  template <bool has_weights>
   [[nodiscard]] Scalar backward(Scalar beta, Scalar alpha, Scalar* x) {
     p_ = r_ + beta * p_;
     q_ = p_;
@@ -215,20 +206,18 @@ class Eisenstat {
       for (Slot p = start[k]; p < start[k + 1]; ++p) q[column[p]] -= l[p] * here;
       x[k] += alpha * before;
       t[k] = here;
-      if constexpr (has_weights) {
-        const Scalar z = w_[k] * (here - beta * before);
-        sum += z * z;
-      }
+      const Scalar z = w_[k] * (here - beta * before);
+      sum += z * z;
     }
     return sum;
   }
-  /// q ← (I + L̃)⁻¹ (p + e t). Returns p·(q + t).
-  [[nodiscard]] Scalar forward() {
+  /// out ← (I + L̃)⁻¹ (x + e t). Returns x·(out + t).
+  [[gnu::always_inline]] inline Scalar forward(const Vector& x, Vector& out) const {
     Scalar sum{0};
     const Slot *const start = start_.data(), *const column = column_.data();
-    const Scalar *const l = l_.data(), *const p = p_.data(), *const t = t_.data(), *const e = e_.data();
-    Scalar* const q = q_.data();
-    for (Eigen::Index k = 0; k < r_.size(); ++k) {
+    const Scalar *const l = l_.data(), *const p = x.data(), *const t = t_.data(), *const e = e_.data();
+    Scalar* const q = out.data();
+    for (Eigen::Index k = 0; k < x.size(); ++k) {
       Scalar here = p[k] + e[k] * t[k];
       for (Slot m = start[k]; m < start[k + 1]; ++m) here -= l[m] * q[column[m]];
       q[k] = here;
@@ -250,40 +239,25 @@ class Eisenstat {
 
   /// q ← W⁻¹ b, by places.
   [[nodiscard]] KrylovEnd bicgstab(const KrylovGoal& goal, const auto& b) {
-    Scalar rho = begin(b);
-    sum_.setZero(r_.size());
-    v_.resize(r_.size());
-    shadow_ = p_ = r_;
-    double limit = -1;
-    KrylovEnd end;
-    for (;; ++end.iterations) {
-      // Of a residual the size by (I+L̃)⁻¹ alone is mostly the smaller one, and is known without a solve.
-      if (limit < 0 || size_of(r_) <= limit) {
-        solve_upper(r_);
-        const double now = size_of(t_);
-        if (limit < 0) limit = std::max(goal.absolute, goal.relative * now);
-        end.converged = now <= limit;
-        if (end.converged) break;
-      }
-      if (end.iterations == goal.max_iterations) break;
-      multiply(p_, v_);
-      const Scalar along = shadow_.dot(v_);
-      if (along == Scalar{0} || rho == Scalar{0}) break;
-      const Scalar alpha = rho / along;
-      r_ -= alpha * v_;
-      multiply(r_, q_);
-      const Scalar length = q_.squaredNorm(), omega = length > Scalar{0} ? q_.dot(r_) / length : Scalar{0};
-      sum_ += alpha * p_ + omega * r_;
-      r_ -= omega * q_;
-      const Scalar before = rho;
-      rho = shadow_.dot(r_);
-      if (!(omega != Scalar{0} && std::isfinite(rho))) break;
-      p_ = r_ + (rho / before) * (alpha / omega) * (p_ - omega * v_);
-    }
-    solve_upper(sum_);
+    static_cast<void>(begin(b));
+    q_.setZero();
+    const KrylovEnd end = bicgstab_.solve(Between{*this}, goal, r_, q_);
+    solve_upper(q_);
     q_ = s_.cwiseProduct(t_);
     return end;
   }
+  /// A, for BiCGSTAB.
+  struct Between {
+    Eisenstat& all;
+    void precondition(const Vector& x, Vector& out) const { out = x; }
+    void multiply_preconditioned(const Vector& x, Vector& out, Vector& /*scratch*/) const { all.multiply(x, out); }
+    [[nodiscard]] double size(const Vector& z, double limit) const {
+      // The size by (I+L̃)⁻¹ alone is mostly the smaller one, and is known without a solve.
+      if (const double alone = all.size_of(z); alone > limit) return alone;
+      all.solve_upper(z);
+      return all.size_of(all.t_);
+    }
+  };
   /// ‖D^−½ x‖ in the weights' norm
   [[nodiscard]] double size_of(const Vector& x) const {
     const Scalar sum = (w_.array() * x.array()).square().sum();
@@ -293,7 +267,7 @@ class Eisenstat {
   void solve_upper(const Vector& x) {
     t_ = x;
     const Slot *const start = start_.data(), *const column = column_.data();
-    const Scalar* const u = upper();
+    const Scalar* const u = is_symmetric_ ? l_.data() : u_.data();  // by the slots of L̃'s transposes
     Scalar* const t = t_.data();
     for (Eigen::Index k = x.size(); k-- > 0;) {
       const Scalar here = t[k];
@@ -303,14 +277,7 @@ class Eisenstat {
   /// out ← A x
   void multiply(const Vector& x, Vector& out) {
     solve_upper(x);
-    const Slot *const start = start_.data(), *const column = column_.data();
-    const Scalar *const l = l_.data(), *const p = x.data(), *const t = t_.data(), *const e = e_.data();
-    Scalar* const q = out.data();
-    for (Eigen::Index k = 0; k < x.size(); ++k) {
-      Scalar here = p[k] + e[k] * t[k];
-      for (Slot m = start[k]; m < start[k + 1]; ++m) here -= l[m] * q[column[m]];
-      q[k] = here;
-    }
+    forward(x, out);
     out += t_;
   }
 
@@ -320,7 +287,7 @@ class Eisenstat {
   std::vector<Scalar> l_, u_;         // L̃; Ũᵀ, where it is another one
   Vector e_, s_, w_;                  // e, D^−½, weights times that
   Vector p_, t_, q_, r_;
-  Vector shadow_, v_, sum_;  // BiCGSTAB's
+  KrylovIteration<Scalar, KrylovMethod::bicgstab> bicgstab_;
   bool is_symmetric_ = true;
 };
 

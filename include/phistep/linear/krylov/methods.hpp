@@ -15,6 +15,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "phistep/base/version.hpp"
 
@@ -37,7 +38,8 @@ struct KrylovEnd {
   bool converged = false;
 };
 
-/// What the methods ask of W and P. `weights` are empty for ones.
+/// What the methods ask of W and P. `weights` are empty for ones. BiCGSTAB takes multiply_preconditioned(x, out, scratch) and
+/// size(z, limit), a size that is right up to the limit, in their place.
 template <class Operator, class Vector>
 concept PreconditionedOperator = requires(Operator& W, const Vector& x, Vector& out) {
   W.multiply(x, out);      // out = W x
@@ -102,9 +104,9 @@ class KrylovIteration<Scalar, KrylovMethod::bicgstab> {
   void resize(Eigen::Index n) {
     for (Vector* each : {&shadow_, &z_, &p_, &v_, &t_}) each->setZero(n);
   }
-  [[nodiscard]] KrylovEnd solve(PreconditionedOperator<Vector> auto& W, const KrylovGoal& goal, Vector& r, auto& x) {
+  [[nodiscard]] KrylovEnd solve(auto&& W, const KrylovGoal& goal, Vector& r, auto& x) {
     W.precondition(r, z_);
-    double size = weighted_norm(W.weights(), z_);
+    double size = size_of(W, z_, std::numeric_limits<double>::infinity());
     const double limit = std::max(goal.absolute, goal.relative * size);
     shadow_ = p_ = z_;
     Scalar rho = shadow_.dot(z_);
@@ -122,24 +124,29 @@ class KrylovIteration<Scalar, KrylovMethod::bicgstab> {
       const Scalar omega = length > Scalar{0} ? t_.dot(z_) / length : Scalar{0};
       x += omega * z_;
       z_ -= omega * t_;
-      size = weighted_norm(W.weights(), z_);
-      if (omega == Scalar{0}) return {k + 1, size <= limit};
+      size = size_of(W, z_, limit);
       const Scalar before = rho;
       rho = shadow_.dot(z_);
+      if (!(omega != Scalar{0} && std::isfinite(rho))) return {k + 1, size <= limit};
       p_ = z_ + (rho / before) * (alpha / omega) * (p_ - omega * v_);
     }
   }
 
  private:
   static void apply(auto& W, const Vector& from, Vector& to, Vector& work) {
-    W.multiply(from, work);
-    W.precondition(work, to);
+    if constexpr (requires { W.multiply_preconditioned(from, to, work); }) {
+      W.multiply_preconditioned(from, to, work);
+    } else {
+      W.multiply(from, work);
+      W.precondition(work, to);
+    }
+  }
+  [[nodiscard]] static double size_of(auto& W, const Vector& z, double limit) {
+    if constexpr (requires { W.size(z, limit); }) return W.size(z, limit);
+    else return weighted_norm(W.weights(), z);
   }
   Vector shadow_, z_, p_, v_, t_;
 };
-
-template <class Scalar>
-class KrylovIteration<Scalar, KrylovMethod::by_symmetry> : public KrylovIteration<Scalar, KrylovMethod::bicgstab> {};
 
 template <class Scalar>
 class KrylovIteration<Scalar, KrylovMethod::gmres> {

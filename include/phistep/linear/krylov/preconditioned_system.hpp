@@ -22,17 +22,14 @@
 #include <Eigen/SparseCore>
 
 #include <algorithm>
-#include <cmath>
 #include <concepts>
-#include <type_traits>
 
 #include "phistep/base/facts/implicit_solver.hpp"
-#include "phistep/base/machine/only.hpp"
+#include "phistep/base/machine/memory.hpp"
 #include "phistep/base/numbers/arithmetic.hpp"
 #include "phistep/base/numbers/finite_witness.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/statistics.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/linear/krylov/eisenstat.hpp"
 #include "phistep/linear/krylov/methods.hpp"
 #include "phistep/linear/sparse/own_solver.hpp"
@@ -40,8 +37,6 @@
 #include "phistep/step/matrix/choice.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
-
-// Preconditioned Krylov methods as the last argument of a stepper: what a user names (preconditioned_system.hpp says how they work).
 
 /// Eigen's, without a permutation: on grids numbered row by row it needs fewer iterations than with one.
 using IncompleteCholesky = Eigen::IncompleteCholesky<double, Eigen::Lower, Eigen::NaturalOrdering<int>>;
@@ -71,12 +66,6 @@ using PreconditionedBySymmetry = PreconditionedKrylov<KrylovMethod::by_symmetry,
 
 template <KrylovMethod method, class P>
 inline constexpr bool is_preconditioned_krylov<PreconditionedKrylov<method, P>> = true;
-
-/// A preconditioner whose factorize takes the γ of each W.
-template <class P, class Matrix>
-concept ToldOfGamma = requires(P& p, const Matrix& W) {
-  p.factorize(W, W.coeff(0, 0), W.coeff(0, 0));
-};
 
 template <class Scalar, class Linear, bool has_K = true, bool has_C = true>
 class PreconditionedSystem : public SparseAssembly<Scalar, has_K, has_C> {
@@ -154,7 +143,7 @@ class PreconditionedSystem : public SparseAssembly<Scalar, has_K, has_C> {
     x /= by;
     return left <= rtol ? Outcome::success : Outcome::linear_solver_failed;
   }
-  /// … to an error of about `absolute` in the weighted norm. @param weigh  weigh(w) sets the weights
+  /// x ← W⁻¹ x to an error of about `absolute` in the weighted norm. @param weigh  weigh(w) sets the weights
   [[nodiscard]] Outcome solve_within(auto& x, double absolute, auto&& weigh, Statistics& statistics) {
     const KrylovGoal goal{absolute, 8 * static_cast<double>(Eigen::NumTraits<Scalar>::epsilon())};
     if constexpr (is_either)
@@ -208,7 +197,8 @@ class PreconditionedSystem : public SparseAssembly<Scalar, has_K, has_C> {
     }
     const Scalar ratio = gamma_force / made_for_;
     is_due = is_due || is_tired_ || !(ratio >= Scalar{0.5} && ratio <= Scalar{2});
-    if constexpr (ToldOfGamma<P, Matrix>) p_->factorize(this->matrix(), gamma_force, gamma_drift);
+    constexpr bool is_told = requires { p_->factorize(this->matrix(), gamma_force, gamma_drift); };
+    if constexpr (is_told) p_->factorize(this->matrix(), gamma_force, gamma_drift);
     else if (is_due) p_->factorize(this->matrix());
     else return Outcome::success;
     ++statistics.factorizations;
@@ -244,7 +234,7 @@ class PreconditionedSystem : public SparseAssembly<Scalar, has_K, has_C> {
   Linear given_;
   [[no_unique_address]] Only<is_either, Eisenstat<Scalar>> eisenstat_;  // where W's pattern fits
   OwnSolver<P> p_;                                                      // elsewhere
-  KrylovIteration<Scalar, Linear::method> iteration_;
+  KrylovIteration<Scalar, is_either ? KrylovMethod::bicgstab : Linear::method> iteration_;
   Vector r_, b_, weights_;
   Scalar made_for_{};        // γ_f
   int usual_ = -1;           // iterations of the first solve with this preconditioner

@@ -1,121 +1,69 @@
 /// @file
-/// W δ = F by an iterative solver that knows W = M − γ_f C − γ_f γ_d K by its products alone.
+/// W δ = F by a Krylov method (methods.hpp) that knows W = M − γ_f C − γ_f γ_d K by its products alone, at one iterate: by the force's
+/// own products, or by one difference each,
+///
+///     W x ≈ M x − γ_f [Ψ(r + ε γ_d x, v + ε x) − Ψ(r, v)]/ε,
+///
+/// with ε such that the largest component moves by √u of what its block's components are or become: no fixed length.
 ///
 /// Newton needs no exact δ far from the solution: the relative tolerance of each linear solve is Eisenstat and Walker's
 /// second choice, η_k = 0.9 (‖F_k‖/‖F_{k−1}‖)², with η_0 = 0.1 (SIAM J. Sci. Comput. 17 (1996) 16, eq. 2.6), so that few
 /// iterations are spent early and Newton still ends quadratically. That is for solves to rounding. To a tolerance one or two
-/// corrections are all there are, and η is 1/20 throughout: a first correction to 1/10 only raised the rate that Newton
-/// measures (47 iterations in place of 36), and a second one to 0.9/100 was ten times closer than anybody needed.
+/// corrections are all there are, and η is 1/20 throughout.
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/IterativeLinearSolvers>
-#include <Eigen/SparseCore>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <type_traits>
+#include <utility>
 
 #include "phistep/base/facts/implicit_solver.hpp"
 #include "phistep/base/numbers/arithmetic.hpp"
 #include "phistep/base/numbers/finite_witness.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/statistics.hpp"
-#include "phistep/base/version.hpp"
-#include "phistep/linear/sparse/own_solver.hpp"
+#include "phistep/base/state/blocks.hpp"
+#include "phistep/base/state/combination.hpp"
+#include "phistep/base/state/unknowns.hpp"
+#include "phistep/linear/krylov/methods.hpp"
+#include "phistep/step/equation/right_hand_side.hpp"
+#include "phistep/step/jacobian/analytic.hpp"
+#include "phistep/step/jacobian/differences.hpp"
+#include "phistep/step/mass/bound_masses.hpp"
 #include "phistep/step/matrix/choice.hpp"
-#include "phistep/step/matrix/dense_system.hpp"
+#include "phistep/step/matrix/linear_system.hpp"
+#include "phistep/step/solve/linearization.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-/// W as Eigen's iterative solvers and their preconditioners see it: rows(), cols(), a product, and what is known beside.
-template <class Number>
-class ProductOperator : public Eigen::EigenBase<ProductOperator<Number>> {
- public:
-  using Scalar = Number;
-  using RealScalar = Number;
-  using StorageIndex = int;
-  using Vector = Eigen::Matrix<Number, Eigen::Dynamic, 1>;
-  enum { ColsAtCompileTime = Eigen::Dynamic, MaxColsAtCompileTime = Eigen::Dynamic, IsRowMajor = false };
-
-  ProductOperator(Vector& x, Vector& product, void* source, void (*apply)(void*, const Vector&, Vector&))
-      : x_{&x}, product_{&product}, source_{source}, apply_{apply} {}
-
-  [[nodiscard]] Eigen::Index rows() const { return x_->size(); }
-  [[nodiscard]] Eigen::Index cols() const { return x_->size(); }
-  template <class Rhs>
-  [[nodiscard]] auto operator*(const Eigen::MatrixBase<Rhs>& x) const {
-    return Eigen::Product<ProductOperator, Rhs, Eigen::AliasFreeProduct>(*this, x.derived());
-  }
-  /// W x, valid until the next product.
-  [[nodiscard]] const Vector& product(const auto& x) const {
-    *x_ = x;
-    apply_(source_, *x_, *product_);
-    return *product_;
-  }
-  Number gamma_force{}, gamma_drift{};  ///< γ_f and γ_d of W [time]
-  const Vector* diagonal = nullptr;     ///< of W, null where the force doesn't know it
-
- private:
-  Vector *x_, *product_;
-  void* source_;
-  void (*apply_)(void*, const Vector&, Vector&);
-};
-
-/// Preconditions by W's diagonal where the force knows it, by nothing elsewhere. One's own preconditioner is a default-
-/// constructible class with the same members; `compute` sees a ProductOperator at every Newton iteration, with γ_f and γ_d, and may keep what
-/// it has made for earlier ones.
-template <class Scalar>
-class DiagonalOfW {
- public:
-  DiagonalOfW() = default;
-  template <class Operator>
-  explicit DiagonalOfW(const Operator& W) {
-    compute(W);
-  }
-  DiagonalOfW& analyzePattern(const auto&) { return *this; }
-  DiagonalOfW& factorize(const auto& W) { return compute(W); }
-  DiagonalOfW& compute(const auto& W) {
-    inverse_.resize(0);
-    if (W.diagonal != nullptr)
-      inverse_ = W.diagonal->unaryExpr([](Scalar w) { return w != Scalar{0} ? Scalar{1} / w : Scalar{1}; });
-    return *this;
-  }
-  [[nodiscard]] Eigen::Matrix<Scalar, Eigen::Dynamic, 1> solve(const auto& b) const {
-    if (inverse_.size() == 0) return b;
-    return inverse_.cwiseProduct(b);
-  }
-  [[nodiscard]] static Eigen::ComputationInfo info() { return Eigen::Success; }
-
- private:
-  Eigen::Matrix<Scalar, Eigen::Dynamic, 1> inverse_;
-};
-
-/// Eigen's conjugate gradients with two parameters, as BiCGSTAB and GMRES have: for symmetric positive definite W.
-template <class Matrix, class Preconditioner>
-using ConjugateGradient = Eigen::ConjugateGradient<Matrix, Eigen::Lower | Eigen::Upper, Preconditioner>;
-
-/// Newton with products in place of a matrix, e.g. `newton<MatrixFree<Eigen::BiCGSTAB>>()`, with
-/// `phistep::ConjugateGradient`, or `Eigen::GMRES` from <unsupported/Eigen/IterativeSolvers>.
-/// @tparam Solver          an iterative solver with Eigen's interface
-/// @tparam Preconditioner  of one's own; see DiagonalOfW
-template <template <class, class> class Solver, class Preconditioner = void>
+/// Newton with products in place of a matrix, e.g. `newton<MatrixFree<>>()`, by a method of methods.hpp.
+/// @tparam Preconditioner  of one's own, a default-constructible class: compute(W) sees a KnownOfProducts at every Newton iteration,
+///                         and may keep what it has made for earlier ones; solve(b) is P⁻¹b. By default W's diagonal where the
+///                         force knows it; else, in a solve to a tolerance, that of M.
+template <KrylovMethod method = KrylovMethod::bicgstab, class Preconditioner = void>
 struct MatrixFree {};
-template <template <class, class> class Solver, class Preconditioner>
-inline constexpr bool is_matrix_free<MatrixFree<Solver, Preconditioner>> = true;
+template <KrylovMethod method, class Preconditioner>
+inline constexpr bool is_matrix_free<MatrixFree<method, Preconditioner>> = true;
 
-template <class Scalar, template <class, class> class Solver, class Preconditioner>
-class KrylovSystem {
+/// What is known of W beside its products.
+template <class Scalar>
+struct KnownOfProducts {
+  Scalar gamma_force{}, gamma_drift{};                                 ///< γ_f and γ_d [time]
+  const Eigen::Matrix<Scalar, Eigen::Dynamic, 1>* diagonal = nullptr;  ///< null where the force doesn't know it
+};
+
+template <class Scalar, KrylovMethod method, class Preconditioner>
+class KrylovSystem : public SystemDefaults {
  public:
-  using Operator = ProductOperator<Scalar>;
-  using Vector = typename Operator::Vector;
+  using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
 
   void resize(Eigen::Index n) {
-    x_.setZero(n);
-    product_.setZero(n);
-    residual_.setZero(n);
-    solution_.setZero(n);
+    iteration_.resize(n);
+    for (Vector* each : {&solution_, &residual_, &masses_, &inverse_}) each->setZero(n);
     begin();
   }
   /// A new Newton iteration.
@@ -123,6 +71,7 @@ class KrylovSystem {
   static void clear() {}
   [[nodiscard]] static bool is_finite() { return true; }
   [[nodiscard]] static double drift_share() { return 1; }  // unknown: as if springs were stiff
+  [[nodiscard]] static double magnitude() { return 0; }    // unknown: it may be far from M
 
   /// W of this Newton iterate, good for one solve.
   /// @param source     what multiplies: apply(x, out) sets out = W x
@@ -131,60 +80,68 @@ class KrylovSystem {
   void bind(Source& source, const Vector* diagonal, double precision) {
     source_ = &source;
     apply_ = [](void* at, const Vector& x, Vector& out) { static_cast<Source*>(at)->apply(x, out); };
-    diagonal_ = diagonal;
+    known_.diagonal = diagonal;
     precision_ = precision;
   }
   [[nodiscard]] Outcome factorize(const auto& masses, Scalar gamma_force, Scalar gamma_drift,
                                   Statistics& /*statistics*/) {
-    lightest_ = std::numeric_limits<double>::infinity();
+    masses_.setZero();
     masses([this](Eigen::Index i, Eigen::Index j, auto m) {
-      if (i == j) lightest_ = std::min(lightest_, std::abs(static_cast<double>(m)));
+      if (i == j) masses_[i] += static_cast<Scalar>(m);
     });
-    gamma_force_ = gamma_force;
-    gamma_drift_ = gamma_drift;
+    known_.gamma_force = gamma_force;
+    known_.gamma_drift = gamma_drift;
     return Outcome::success;
   }
 
   /// @param rtol  relative residual at which to stop, 0: by Eisenstat and Walker
   [[nodiscard]] Outcome solve(auto& x, double rtol, Statistics& statistics) {
-    const Scalar by = to_unit_size(max_abs(x));  // the solver squares it
-    residual_ = by * x;
-    const double norm = static_cast<double>(residual_.norm()) / static_cast<double>(by);
-    if (norm == 0) return Outcome::success;
-    Operator W{x_, product_, source_, apply_};
-    W.gamma_force = gamma_force_;
-    W.gamma_drift = gamma_drift_;
-    W.diagonal = diagonal_;
-    if (!solver_) solver_.make();
-    auto& solver = *solver_;
-    solver.setTolerance(static_cast<Scalar>(rtol > 0 ? std::max(rtol, precision_) : forcing(norm)));
-    solver.setMaxIterations(std::min<Eigen::Index>(2 * residual_.size(), iteration_limit));
-    solver.compute(W);
-    if (solver.info() != Eigen::Success) return Outcome::linear_solver_failed;
-    solution_ = solver.solve(residual_);  // not x: Eigen takes no operator's product with vectors of few rows
-    x = solution_ / by;
-    statistics.linear_iterations += static_cast<std::int64_t>(solver.iterations());
-    if (!all_finite(product_.data(), product_.size())) return Outcome::non_finite_jacobian;
-    return solver.info() == Eigen::Success ? Outcome::success : Outcome::linear_solver_failed;
+    weights_.resize(0);
+    if (rtol == 0) rtol = forcing(static_cast<double>(x.stableNorm()));
+    return iterate(x, {0, std::max(rtol, precision_)}, statistics);
+  }
+  /// x ← W⁻¹ x to an error of about `absolute` in the weighted norm (methods.hpp). With components that have no mass P⁻¹r says little of
+  /// it: then to a relative residual of 1e-10. @param weigh  weigh(w) sets the weights
+  [[nodiscard]] Outcome solve_within(auto& x, double absolute, auto&& weigh, Statistics& statistics) {
+    if (!(masses_.minCoeff() > Scalar{0})) return solve(x, 1e-10, statistics);
+    weights_.resize(x.size());
+    weigh(weights_);
+    return iterate(x, {absolute, precision_}, statistics);
   }
 
-  /// … to an error of about `absolute` in the weighted norm, ‖x‖² = 1/n Σ (w_i x_i)². What is known of W⁻¹ is that it isn't larger than
-  /// M⁻¹ where the force doesn't blow up, and of the residual, that it has no reason to gather where weights are large:
-  ///
-  ///     ‖W⁻¹r‖_w ≲ ‖r‖ ‖w‖ / (n min m_i)
-  ///
-  /// With components that have no mass the first is wrong, and the solve is one to a relative residual of 1e-10.
-  /// @param weigh  weigh(w) sets the weights
-  [[nodiscard]] Outcome solve_within(auto& x, double absolute, auto&& weigh, Statistics& statistics) {
-    weigh(product_);
-    const double weights = static_cast<double>(product_.stableNorm()), size = static_cast<double>(x.stableNorm());
-    const auto n = static_cast<double>(x.size());
-    const double rtol = lightest_ > 0 && size > 0 ? absolute * lightest_ * n / (weights * size) : 0;
-    return solve(x, std::clamp(rtol, 1e-10, 0.1), statistics);
+  // For the methods.
+  void multiply(const Vector& x, Vector& out) {
+    apply_(source_, x, out);
+    has_finite_products_ = has_finite_products_ && all_finite(out.data(), out.size());
   }
+  void precondition(const Vector& x, Vector& out) const {
+    if constexpr (has_own) out = own_.solve(x);
+    else out = inverse_.cwiseProduct(x);
+  }
+  [[nodiscard]] const Vector& weights() const { return weights_; }
 
  private:
-  static constexpr Eigen::Index iteration_limit = 1000;
+  static constexpr bool has_own = !std::is_void_v<Preconditioner>;
+
+  [[nodiscard]] Outcome iterate(auto& x, KrylovGoal goal, Statistics& statistics) {
+    if constexpr (has_own) own_.compute(known_);
+    else if (known_.diagonal == nullptr && weights_.size() == 0) inverse_.setOnes();  // M alone may hide how stiff W is
+    else
+      inverse_ = (known_.diagonal != nullptr ? *known_.diagonal : masses_).unaryExpr([](Scalar w) {
+        return w != Scalar{0} ? 1 / w : Scalar{1};
+      });
+    const Scalar by = to_unit_size(max_abs(x));  // the methods square it
+    residual_ = by * x;
+    goal.absolute *= static_cast<double>(by);
+    goal.max_iterations = static_cast<int>(std::min<Eigen::Index>(2 * x.size(), goal.max_iterations));
+    solution_.setZero();
+    has_finite_products_ = true;
+    const KrylovEnd end = iteration_.solve(*this, goal, residual_, solution_);
+    x = solution_ / by;
+    statistics.linear_iterations += end.iterations;
+    if (!has_finite_products_) return Outcome::non_finite_jacobian;
+    return end.converged ? Outcome::success : Outcome::linear_solver_failed;
+  }
   [[nodiscard]] double forcing(double norm) {
     double eta = 0.1;
     if (last_norm_ > 0) {
@@ -197,34 +154,186 @@ class KrylovSystem {
     return last_eta_;
   }
 
-  using Chosen = std::conditional_t<std::is_void_v<Preconditioner>, DiagonalOfW<Scalar>, Preconditioner>;
-  OwnSolver<Solver<Operator, Chosen>> solver_;  // holds the preconditioner
-  Vector x_, product_, residual_, solution_;
+  KrylovIteration<Scalar, method> iteration_;
+  std::conditional_t<has_own, Preconditioner, int> own_{};
+  KnownOfProducts<Scalar> known_;
+  Vector solution_, residual_, masses_, inverse_, weights_;
   void* source_ = nullptr;
   void (*apply_)(void*, const Vector&, Vector&) = nullptr;
-  const Vector* diagonal_ = nullptr;
-  Scalar gamma_force_{}, gamma_drift_{};
   double precision_ = 0, last_norm_ = 0, last_eta_ = 0;
-  double lightest_ = 0;  // the least mass
+  bool has_finite_products_ = true;
 };
 
-template <MatrixFacts facts, class Scalar, template <class, class> class Solver, class Preconditioner, class Force>
-struct SystemFor<SystemKind::matrix_free, facts, Scalar, MatrixFree<Solver, Preconditioner>, Force> {
-  using type = KrylovSystem<Scalar, Solver, Preconditioner>;
+template <MatrixFacts facts, class Scalar, KrylovMethod method, class Preconditioner, class Force>
+struct SystemFor<SystemKind::matrix_free, facts, Scalar, MatrixFree<method, Preconditioner>, Force> {
+  using type = KrylovSystem<Scalar, method, Preconditioner>;
+};
+
+template <State S, class Rhs, bool has_K, bool has_C>
+class TangentProduct {
+ public:
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+  using Rate = RateOf<S>;
+  using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
+  using Products = ProductTraits<typename Rhs::Force, std::remove_cvref_t<typename Rhs::View>, Rate>;
+  static constexpr int n_static = static_unknowns<S>;
+
+  void resize(const Plain& y, const auto& /*rhs*/) {
+    Y_ = direction_ = probe_ = y;
+    psi_ = rate_ = make_rate<S>(y);
+    diagonal_.setZero(unknowns<S>(y));
+    entries_.setZero(unknowns<S>(y));
+  }
+  static void begin() {}
+  static void forget_pattern() {}
+  [[nodiscard]] static bool reached_too_far(const auto&, const auto&) { return false; }
+
+  /// Serves products at (t, Y), where Ψ is psi, to the system's next solve.
+  void compute(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& Y, const Rate& psi,
+               const NewtonOptions& options, const SolveTolerance<Plain>&, auto& system) {
+    rhs_ = &rhs;
+    gamma_ = gamma;
+    t_ = t;
+    // Copies: after the last correction the iterate has moved, and Ψ is still that of the one before.
+    copy_blocks<S>(Y_, Y);
+    psi_ = psi;
+    if constexpr (!Products::has_product) scale_ = scales(options);
+    if constexpr (Products::has_diagonal) compute_diagonal();
+    // Differences are good to √u.
+    const double u = static_cast<double>(std::numeric_limits<Scalar>::epsilon());
+    system.bind(*this, Products::has_diagonal ? &diagonal_ : nullptr,
+                Products::has_product ? std::sqrt(u) : 100 * std::sqrt(u));
+  }
+
+  /// out = W x
+  void apply(const Vector& x, Vector& out) {
+    put_unknowns<S>(x, direction_);
+    if constexpr (Rhs::drifts) {
+      if constexpr (has_K) position_of<S>(direction_) = gamma_.drift * velocity_of<S>(direction_);
+      else position_of<S>(direction_).setZero();
+    }
+    if constexpr (Products::has_product) multiply(x);
+    else if (!differ()) return out.setZero(), void();
+    for_each_part(
+        [&](Index at, const auto& block, const auto& mass) {
+          auto product = part(out, at, block);
+          product = gamma_.force * flat(block);
+          mass.subtract_product(part(x, at, block), product);
+          product = -product;
+        },
+        Rate::blocks(std::as_const(rate_)), rhs_->masses());
+  }
+
+ private:
+  void multiply(const Vector& x) {
+    set_zero(Rate::blocks(rate_));
+    // Entries are numbered through all unknowns, wherever their blocks lie.
+    entries_.setZero();
+    ProductSink<Scalar> sink{nullptr, x.data(), entries_.data()};
+    if constexpr (Rhs::drifts) sink.r = position_of<S>(direction_).data();
+    add_product<has_K || !Rhs::drifts, n_static>(rhs_->force(), t_, rhs_->view(Y_), rhs_->trial_memory(),
+                                                 rhs_->view(direction_), diagonal_.size(), rate_, sink);
+    for_each_block([](auto, const auto& product, const auto& of) { check_result_size(product, of); },
+                   Rate::blocks(std::as_const(rate_)), Rate::blocks(std::as_const(psi_)));
+    for_each_part([this](Index at, auto& block) { flat(block) += part(entries_, at, block); }, Rate::blocks(rate_));
+  }
+
+  /// False without a direction.
+  [[nodiscard]] bool differ() {
+    double reach = std::numeric_limits<double>::infinity();
+    std::size_t k = 0;
+    for_each_solved<S>(
+        [&](Index, const auto& block) {
+          const double size = largest(block);
+          if (size > 0) reach = std::min(reach, scale_.solved[k] / size);
+          ++k;
+        },
+        std::as_const(direction_));
+    if constexpr (Rhs::drifts && has_K) {
+      const double size = largest(position_of<S>(direction_));
+      // The first solved block is v. Where r and v move by different shares of themselves, halfway between.
+      if (size > 0 && std::isfinite(reach)) {
+        const double by_drift = scale_.position / size;
+        // The root of what has no dimension: no other is scaled exactly by the units.
+        reach = Rhs::Traits::uses_velocity ? by_drift * std::sqrt(reach / by_drift) : by_drift;
+      }
+    }
+    if (!std::isfinite(reach)) return false;
+    const auto epsilon =
+        static_cast<Scalar>(std::sqrt(static_cast<double>(std::numeric_limits<Scalar>::epsilon())) * reach);
+    assign<S>(probe_, in<S>(Y_) + epsilon * in<S>(direction_));
+    rhs_->evaluate_into(t_, probe_, rate_);
+    assign_rate<S>(rate_, (in_rate<S>(rate_) - in_rate<S>(psi_)) / epsilon);
+    return true;
+  }
+
+  struct Scales {
+    double position = 1;
+    std::array<double, Rhs::blocks> solved{};
+  };
+  /// What counts as a usual size of a block's components: what they are, or how far a step moves them.
+  [[nodiscard]] Scales scales(const NewtonOptions& options) const {
+    const double at_least = options.rtol > 0 ? options.atol / options.rtol : 0;
+    const auto usual = [](double size, double least) { return size > 0 || least > 0 ? std::max(size, least) : 1.0; };
+    Scales all;
+    std::size_t k = 0;
+    for_each_block(
+        [&](auto, const auto& block, const auto& rate, const auto& mass) {
+          double size = largest(block);
+          if (size == 0) size = largest_kick(gamma_.force, rate, mass);
+          if constexpr (Rhs::drifts)
+            if (size == 0 && k == 0 && gamma_.drift != Scalar{0})
+              size = largest(position_of<S>(Y_)) / std::abs(static_cast<double>(gamma_.drift));
+          all.solved[k++] = usual(size, at_least);
+        },
+        Blocks<S>::solved(std::as_const(Y_)), Rate::blocks(std::as_const(psi_)), rhs_->masses());
+    if constexpr (Rhs::drifts) {
+      // The tolerance is one for the unknowns, v: r may be off by what v's error moves it.
+      const double time = std::abs(static_cast<double>(gamma_.drift));
+      const double size = std::max(largest(position_of<S>(Y_)), time * largest(velocity_of<S>(Y_)));
+      all.position = usual(size > 0 ? size : time * all.solved[0], time * at_least);
+    }
+    return all;
+  }
+
+  /// W's diagonal out of the entries that the force emits.
+  struct DiagonalSink {
+    Vector& W;
+    const Gamma<Scalar>& gamma;
+    void position(Index i, Index j, Scalar x) {
+      if constexpr (has_K)
+        if (i == j) W[i] -= gamma.force * gamma.drift * x;
+    }
+    void velocity(Index i, Index j, Scalar x) {
+      if (i == j) W[i] -= gamma.force * x;
+    }
+    void rate(Index i, Index j, Scalar x) { velocity(i, j, x); }
+  };
+  void compute_diagonal() {
+    diagonal_.setZero();
+    each_mass_entry<S>(rhs_->masses(), Y_)([this](Index i, Index j, auto m) {
+      if (i == j) diagonal_[i] += static_cast<Scalar>(m);
+    });
+    DiagonalSink sink{diagonal_, gamma_};
+    add_diagonal<has_K || !Rhs::drifts, n_static, Rate>(rhs_->force(), t_, rhs_->view(Y_), rhs_->trial_memory(),
+                                                        diagonal_.size(), sink);
+  }
+
+  // Bound by compute() for the solve that follows it.
+  Rhs* rhs_ = nullptr;
+  Gamma<Scalar> gamma_{};
+  Scalar t_{};
+
+  Plain Y_, direction_, probe_;
+  Rate psi_, rate_;
+  Vector diagonal_, entries_;
+  Scales scale_;
+};
+
+template <State S, class Rhs, KrylovMethod method, class Preconditioner, bool has_K, bool has_C>
+struct TangentSource<S, Rhs, MatrixFree<method, Preconditioner>, has_K, has_C> {
+  using type = TangentProduct<S, Rhs, has_K, has_C>;
 };
 
 }}  // namespace phistep::PHISTEP_ABI
-
-namespace Eigen::internal {
-template <class Scalar>
-struct traits<phistep::ProductOperator<Scalar>> : traits<Eigen::SparseMatrix<Scalar>> {};
-template <class Scalar, class Rhs>
-struct generic_product_impl<phistep::ProductOperator<Scalar>, Rhs, SparseShape, DenseShape, GemvProduct>
-    : generic_product_impl_base<phistep::ProductOperator<Scalar>, Rhs,
-                                generic_product_impl<phistep::ProductOperator<Scalar>, Rhs>> {
-  template <class Dest>
-  static void scaleAndAddTo(Dest& dst, const phistep::ProductOperator<Scalar>& W, const Rhs& x, const Scalar& alpha) {
-    dst.noalias() += alpha * W.product(x);
-  }
-};
-}  // namespace Eigen::internal

@@ -4,12 +4,14 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
+#include <cmath>
+#include <concepts>
 #include <limits>
 #include <type_traits>
 
 #include "phistep/base/numbers/arithmetic.hpp"
 #include "phistep/base/numbers/pack_math.hpp"
-#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -28,24 +30,16 @@ struct PackPair {
     high.store(p + Half::width);
   }
   [[nodiscard]] Scalar operator[](int l) const { return l < Half::width ? low[l] : high[l - Half::width]; }
-  [[nodiscard]] friend PackPair operator+(const PackPair& a, const PackPair& b) {
-    return {a.low + b.low, a.high + b.high};
-  }
-  [[nodiscard]] friend PackPair operator-(const PackPair& a, const PackPair& b) {
-    return {a.low - b.low, a.high - b.high};
-  }
-  [[nodiscard]] friend PackPair operator*(const PackPair& a, const PackPair& b) {
-    return {a.low * b.low, a.high * b.high};
-  }
-  [[nodiscard]] friend PackPair operator/(const PackPair& a, const PackPair& b) {
-    return {a.low / b.low, a.high / b.high};
-  }
+  [[nodiscard]] friend PackPair operator+(PackPair a, PackPair b) { return {a.low + b.low, a.high + b.high}; }
+  [[nodiscard]] friend PackPair operator-(PackPair a, PackPair b) { return {a.low - b.low, a.high - b.high}; }
+  [[nodiscard]] friend PackPair operator*(PackPair a, PackPair b) { return {a.low * b.low, a.high * b.high}; }
+  [[nodiscard]] friend PackPair operator/(PackPair a, PackPair b) { return {a.low / b.low, a.high / b.high}; }
   [[nodiscard]] PackPair operator-() const { return {-low, -high}; }
-  [[nodiscard]] friend Scalar sum(const PackPair& a) { return sum(a.low + a.high); }
-  [[nodiscard]] friend PackPair larger(const PackPair& a, const PackPair& b) {
+  [[nodiscard]] friend Scalar sum(PackPair a) { return sum(a.low + a.high); }
+  [[nodiscard]] friend PackPair larger(PackPair a, PackPair b) {
     return {larger(a.low, b.low), larger(a.high, b.high)};
   }
-  [[nodiscard]] friend bool all_at_least(const PackPair& a, const PackPair& b) {
+  [[nodiscard]] friend bool all_at_least(PackPair a, PackPair b) {
     return all_at_least(a.low, b.low) && all_at_least(a.high, b.high);
   }
 };
@@ -91,38 +85,49 @@ template <class Scalar, int lanes>
   return all_at_least(size, Real{least_normal<Scalar>}) && all_at_least(Real{std::numeric_limits<Scalar>::max()}, size);
 }
 
-/// Multipliers up to this are trusted (threshold pivoting, I. S. Duff, A. M. Erisman & J. K. Reid, Direct Methods for
-/// Sparse Matrices, sect. 5.2): a row in its place spares fill.
-inline constexpr int largest_lane_multiplier = 8;
+/// What pivots are compared by: |x|, of complex numbers its square.
+template <std::floating_point Scalar>
+[[nodiscard]] Pack<Scalar, 1> size_of(Scalar x) {
+  return Pack<Scalar, 1>{std::abs(x)};
+}
+template <class Scalar, int lanes>
+[[nodiscard]] auto size_of(const ComplexPack<Scalar, lanes>& x) {
+  return x.norm();
+}
+template <class Number>
+using Size = decltype(size_of(Number{}));
 
+/// Multipliers up to 8 are trusted, and up to 2 where no iteration need follow; `times` as large ones (threshold pivoting, I. S. Duff,
+/// A. M. Erisman & J. K. Reid, Direct Methods for Sparse Matrices, sect. 5.2): a row in its place spares fill.
+/// @param largest  of what is beside the pivot
+template <int times = 1, class Number>
+[[nodiscard]] bool is_trusted(const Number& pivot, const Size<Number>& largest) {
+  constexpr int most = std::floating_point<Number> ? 2 * times : 64 * times * times;
+  return all_at_least(size_of(pivot) * Size<Number>{most}, largest);
+}
 /// The row of a column that is to be the pivot's, in all lanes: of at(0) … at(count − 1) the first, where no lane's
 /// multipliers are too large with it; else the one whose worst lane is best beside that lane's largest entry. Lanes are
 /// matrices λ_l M − J of one method, whose entries are alike in size.
 template <class Number, class Count>
-[[nodiscard]] Count lane_pivot(Count count, auto&& at) {
-  using Real = typename Number::Real;
-  using Scalar = typename Real::Scalar;
-  constexpr auto trusted = static_cast<Scalar>(largest_lane_multiplier * largest_lane_multiplier);
-  const Real first = at(Count{0}).norm();
-  Real best = first;
-  for (Count i = 1; i < count; ++i) best = larger(at(i).norm(), best);
-  if (all_at_least(first * Real{trusted}, best)) return Count{0};
+[[nodiscard]] Count threshold_pivot(Count count, auto&& at) {
+  Size<Number> best = size_of(at(Count{0}));
+  for (Count i = 1; i < count; ++i) best = larger(size_of(at(i)), best);
+  if (is_trusted(at(Count{0}), best)) return Count{0};
   // 0 and NaN are found by invert().
-  const Real by = Real{Scalar{1}} / best;
-  constexpr int lanes = sizeof(Real) / sizeof(Scalar);
+  const Size<Number> by = Size<Number>{1} / best;
   Count chosen{0};
-  Scalar share{-1};
+  double share = -1;
   for (Count i = 0; i < count; ++i) {
-    const Real x = at(i).norm() * by;
-    Scalar worst = x[0];
-    for (int l = 1; l < lanes; ++l) worst = x[l] < worst ? x[l] : worst;
+    const Size<Number> x = size_of(at(i)) * by;
+    double worst = static_cast<double>(x[0]);
+    for (int l = 1; l < Size<Number>::width; ++l) worst = std::min(worst, static_cast<double>(x[l]));
     if (worst > share) share = worst, chosen = i;
   }
   return chosen;
 }
 template <class Scalar, int lanes>
 [[nodiscard]] Eigen::Index pivot_row(const ComplexPack<Scalar, lanes>* column, Eigen::Index rows) {
-  return lane_pivot<ComplexPack<Scalar, lanes>>(
+  return threshold_pivot<ComplexPack<Scalar, lanes>>(
       rows, [column](Eigen::Index d) -> auto& { return column[d]; });
 }
 

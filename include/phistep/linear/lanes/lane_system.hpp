@@ -4,15 +4,14 @@
 ///     W_l = λ_l/h M − C − h/λ_l K
 ///
 /// The LU of one matrix (banded_lu.hpp) whose numbers are several, side by side: they share their rows' exchanges, and each
-/// operation is a vector's, in n = 2 as in n = 200. Radau's step with one complex matrix after the other, by Eigen's LU, took
-/// 1.1 to 4.3 times as long for 2 to 30 unknowns, 0.7 to 1.6 for 100, 0.3 to 1.1 for 300; sparse, by its SparseLU, 6 to 30 times
-/// (2026-11-27, g++ 12, SSE2 and AVX-512).
+/// operation is a vector's, in n = 2 as in n = 200. One complex matrix after the other, by Eigen's LU, takes longer up to
+/// about 100 unknowns, sparse ones always.
 ///
 /// A `LaneSystem` for each kind of system (choice.hpp) takes the tangents out of that system and has, besides resize(n),
 ///     factorize(system, masses, shift, statistics) → Outcome
 ///     solve_in_place(x)                                  x ← W⁻¹ x, x a ComplexPack an unknown
 ///     add_position_product(system, a, x, out)            out += a K x, x of the positions, fewer than out's if at all
-/// Here: dense ones and bands; lane_sparse_lu.hpp has sparse ones.
+/// Here: dense ones and bands; linear/sparse/sparse_system.hpp has sparse ones.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,7 +22,6 @@
 
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/statistics.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/linear/banded/banded_lu.hpp"
 #include "phistep/linear/lanes/complex_pack.hpp"
 #include "phistep/step/matrix/choice.hpp"
@@ -78,7 +76,7 @@ class LaneSystem {
   return kind == SystemKind::diagonal || kind == SystemKind::particles || kind == SystemKind::banded;
 }
 
-/// Of a system that has for_each_tangent(f), which calls f(i, j, K, C) for each entry, and, if it is a band, band(masses),
+/// For a system that has for_each_tangent(f), which calls f(i, j, K, C) for each entry, and, if it is a band, band(masses),
 /// what its width is.
 template <SystemKind kind, MatrixFacts facts, class Scalar, int lanes>
   requires(has_full_lanes(kind) || has_banded_lanes(kind))

@@ -22,13 +22,11 @@
 #include <vector>
 
 #include "phistep/base/facts/structure.hpp"
-#include "phistep/base/machine/only.hpp"
+#include "phistep/base/machine/memory.hpp"
 #include "phistep/base/numbers/arithmetic.hpp"
 #include "phistep/base/numbers/finite_witness.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/statistics.hpp"
-#include "phistep/base/version.hpp"
-#include "phistep/linear/network/block_cg.hpp"
 #include "phistep/linear/network/edge_operator.hpp"
 #include "phistep/linear/network/node_order.hpp"
 #include "phistep/step/matrix/choice.hpp"
@@ -139,7 +137,7 @@ class NetworkSystem : public Sizes {
     }
     return Outcome::linear_solver_failed;
   }
-  /// … and its numbering.
+  /// Forgets the numbering of the nodes.
   void forget_pattern() { has_pattern_ = has_coupling_ = false; }
 
  private:
@@ -273,16 +271,16 @@ class NetworkSystem : public Sizes {
   Eigen::Index unknowns_ = 0;
   EdgeOperator<Scalar, dim> W_;
   BlockCg<Scalar, dim> cg_;
-  std::vector<NodePair> pairs_;                // in the force's order, as are …
-  std::vector<Tangent> tangents_;              // … these
+  std::vector<NodePair> pairs_;                // in the force's order
+  std::vector<Tangent> tangents_;              // likewise
   std::vector<Local> local_;                   // column-major blocks, particle by particle
-  std::vector<Node> mass_;                     // by node of W, as are …
-  std::vector<Scalar> drift_, diagonal_size_;  // … γ_d K and the largest entry of W's diagonal
+  std::vector<Node> mass_;                     // by node of W
+  std::vector<Scalar> drift_, diagonal_size_;  // by node of W: γ_d K, and the largest entry on W's diagonal
   std::vector<std::size_t> number_;            // node of W of each particle
   std::vector<std::size_t> source_;            // of each edge of W in tangents_
-  Scalar gamma_force_{0}, gamma_drift_{0};     // the former times …
-  Scalar scale_{1};                            // … what W and its right-hand sides are multiplied by, and mass_
-  Scalar unit_{1};                             // … the latter also by this, their squares to be in range
+  Scalar gamma_force_{0}, gamma_drift_{0};     // γ_f times scale_, and γ_d
+  Scalar scale_{1};                            // what W, its right-hand sides and mass_ are multiplied by
+  Scalar unit_{1};  // what right-hand sides are multiplied by beside, so that squares stay in range
   std::size_t written_ = 0;
   bool has_pattern_ = false, has_coupling_ = false, clamped_ = false;
 };

@@ -28,7 +28,7 @@ struct FactorCost {
   }
 };
 
-/// Of a square matrix with this pattern and its transpose's; LU on the diagonal has twice the entries and products. Values
+/// The cost of a square matrix with this pattern and its transpose's; LU on the diagonal has twice the entries and products. Values
 /// don't count. Takes about a tenth of what the factorization would, as SimplicialLDLT::analyzePattern does.
 template <class Scalar>
 [[nodiscard]] FactorCost factor_cost(const Eigen::SparseMatrix<Scalar>& pattern) {

@@ -19,13 +19,10 @@
 #include <vector>
 
 #include "phistep/base/numbers/finite_witness.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/step/matrix/dense_system.hpp"
 #include "phistep/step/matrix/linear_system.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
-
-// The places of a sparse matrix's entries, collected by counting: column by column, sorted, each once.
 
 /// A sparse matrix whose arrays stay in place when it is moved. Eigen 3.4 copies them, and its iterative solvers, which
 /// refer to the arrays, would be left with freed ones.
@@ -42,50 +39,37 @@ struct StayingMatrix : Eigen::SparseMatrix<Scalar> {
   ~StayingMatrix() = default;
 };
 
-/// Of n × n.
-class SparsePattern {
- public:
-  using Index = Eigen::SparseMatrix<double>::StorageIndex;
-  explicit SparsePattern(Eigen::Index n) : outer_(static_cast<std::size_t>(n) + 1, 0) {}
-
-  /// @param each  each(add) calls add(i, j) for every place, in any order, the same one as often as it likes; twice the same
-  void make(auto&& each) {
-    std::fill(outer_.begin(), outer_.end(), 0);
-    each([this](auto, auto j) { ++outer_[static_cast<std::size_t>(j) + 1]; });
-    for (std::size_t j = 1; j < outer_.size(); ++j) outer_[j] += outer_[j - 1];
-    inner_.resize(static_cast<std::size_t>(outer_.back()));
-    each([this](auto i, auto j) {
-      inner_[static_cast<std::size_t>(outer_[static_cast<std::size_t>(j)]++)] = static_cast<Index>(i);
-    });
-    // outer_[j] is the end of column j now.
-    auto from = inner_.begin(), to = from;
-    Index start = 0;
-    for (std::size_t j = 0; j + 1 < outer_.size(); ++j) {
-      const auto last = inner_.begin() + outer_[j];
-      std::sort(from, last);
-      to = std::unique_copy(from, last, to);
-      from = last;
-      outer_[j] = std::exchange(start, static_cast<Index>(to - inner_.begin()));
-    }
-    outer_.back() = start;
-    inner_.resize(static_cast<std::size_t>(start));
+/// Gives A places and zeros in them, collected by counting: column by column, sorted, each once.
+/// @param each  each(add) calls add(i, j) for every place, in any order, the same one as often as it likes; twice the same
+template <class Scalar>
+void give_places(Eigen::SparseMatrix<Scalar>& A, auto&& each) {
+  using Slot = typename Eigen::SparseMatrix<Scalar>::StorageIndex;
+  std::vector<Slot> outer(static_cast<std::size_t>(A.cols()) + 1, 0);
+  each([&outer](auto, auto j) { ++outer[static_cast<std::size_t>(j) + 1]; });
+  for (std::size_t j = 1; j < outer.size(); ++j) outer[j] += outer[j - 1];
+  std::vector<Slot> inner(static_cast<std::size_t>(outer.back()));
+  each([&](auto i, auto j) {
+    inner[static_cast<std::size_t>(outer[static_cast<std::size_t>(j)]++)] = static_cast<Slot>(i);
+  });
+  // outer[j] is the end of column j now.
+  auto from = inner.begin(), to = from;
+  Slot start = 0;
+  for (std::size_t j = 0; j + 1 < outer.size(); ++j) {
+    const auto last = inner.begin() + outer[j];
+    std::sort(from, last);
+    to = std::unique_copy(from, last, to);
+    from = last;
+    outer[j] = std::exchange(start, static_cast<Slot>(to - inner.begin()));
   }
-  /// To a matrix with these places, all zero.
-  template <class Scalar>
-  void give_to(Eigen::SparseMatrix<Scalar>& A) const {
-    const auto n = static_cast<Eigen::Index>(outer_.size()) - 1;
-    StayingMatrix<Scalar> made;  // one that runs out of memory on the way is good for nothing but its destructor
-    made.resize(n, n);
-    made.resizeNonZeros(static_cast<Eigen::Index>(inner_.size()));
-    std::copy(outer_.begin(), outer_.end(), made.outerIndexPtr());
-    std::copy(inner_.begin(), inner_.end(), made.innerIndexPtr());
-    std::fill(made.valuePtr(), made.valuePtr() + made.nonZeros(), Scalar{0});
-    A.swap(made);
-  }
-
- private:
-  std::vector<Index> outer_, inner_;
-};
+  outer.back() = start;
+  StayingMatrix<Scalar> made;  // one that runs out of memory on the way is good for nothing but its destructor
+  made.resize(A.rows(), A.cols());
+  made.resizeNonZeros(static_cast<Eigen::Index>(start));
+  std::copy(outer.begin(), outer.end(), made.outerIndexPtr());
+  std::copy(inner.begin(), inner.begin() + start, made.innerIndexPtr());
+  std::fill(made.valuePtr(), made.valuePtr() + made.nonZeros(), Scalar{0});
+  A.swap(made);
+}
 
 /// What every sparse system is towards forces, and its W.
 /// @tparam adds_transposes  every entry's transpose has a slot, too
@@ -121,21 +105,28 @@ class SparseAssembly : public Sizes {
       for (const Scalar x : entry.x) witness.see(x);
     return witness.all_finite();
   }
-  /// out += factor K x
+  /// out += factor K x, of which x may have the first numbers alone
   void add_position_product(Scalar factor, const auto& x, auto& out) const {
     if constexpr (has_K) {
+      const auto add = [&](Slot i, Eigen::Index j, Scalar K) { out.data()[i] += factor * K * x.data()[j]; };
       if (!has_slots_) {
-        for (const Found& entry : found_) out[entry.i] += factor * entry.x[of_K] * x[entry.j];
+        for (const Found& entry : found_)
+          if (entry.j < x.size()) add(entry.i, entry.j, entry.x[of_K]);
       } else {
-        for (Eigen::Index j = 0; j < W_.cols(); ++j)
-          for (auto p = outer()[j]; p < outer()[j + 1]; ++p) out[inner()[p]] += factor * tangents_.K[p] * x[j];
+        for (Eigen::Index j = 0; j < x.size(); ++j)
+          for (auto p = outer()[j]; p < outer()[j + 1]; ++p) add(inner()[p], j, tangents_.K[p]);
       }
     }
   }
 
-  /// Completes the pattern of W, and returns whether it is a new one. With pattern(), for_each_tangent() and for_each_mass() the
-  /// caller can then make matrices from K, C and M slot by slot.
-  [[nodiscard]] bool settle(const auto& masses) { return update_pattern(masses); }
+  /// Makes the pattern of W where there is none that fits. True: it is new, and wants an analysis. With pattern(),
+  /// for_each_tangent() and for_each_mass() the caller can then make matrices from K, C and M slot by slot.
+  [[nodiscard]] bool settle(const auto& masses) {
+    if (has_slots_ && written_ == slots_.size()) return false;
+    forget_pattern();
+    make_pattern(masses);
+    return true;
+  }
   [[nodiscard]] const Matrix& pattern() const { return W_; }
   void for_each_tangent(auto&& f) const {
     for (Eigen::Index p = 0; p < W_.nonZeros(); ++p) {
@@ -151,14 +142,7 @@ class SparseAssembly : public Sizes {
 
  protected:
   [[nodiscard]] const Matrix& matrix() const { return W_; }
-  /// Makes the pattern where there is none that fits. True: it is new, and wants an analysis.
-  [[nodiscard]] bool update_pattern(const auto& masses) {
-    if (has_slots_ && written_ == slots_.size()) return false;
-    forget_pattern();
-    make_pattern(masses);
-    return true;
-  }
-  /// Makes the next update_pattern make a new one: the entries wait for it. Those of one slot have the sum in the first's place.
+  /// Makes the next settle() make a new one: the entries wait for it. Those of one slot have the sum in the first's place.
   void forget_pattern() {
     if (!has_slots_) return;
     found_.clear();
@@ -255,7 +239,15 @@ class SparseAssembly : public Sizes {
   }
 
   void make_pattern(const auto& masses) {
-    give_pattern(masses);
+    give_places(W_, [&](auto&& add) {
+      const auto both = [&add](Eigen::Index i, Eigen::Index j) {
+        add(i, j);
+        if (adds_transposes && i != j) add(j, i);
+      };
+      for (const Found& entry : found_) both(entry.i, entry.j);
+      masses([&both](Eigen::Index i, Eigen::Index j, auto) { both(i, j); });
+      for (Eigen::Index i = 0; i < W_.cols(); ++i) add(i, i);
+    });
     tangents_.resize(W_.nonZeros());
     slots_.resize(found_.size());
     for (std::size_t k = 0; k < found_.size(); ++k) {
@@ -268,19 +260,6 @@ class SparseAssembly : public Sizes {
     written_ = slots_.size();
     std::vector<Found>{}.swap(found_);
     has_slots_ = true;
-  }
-  void give_pattern(const auto& masses) {
-    SparsePattern pattern{W_.cols()};
-    pattern.make([&](auto&& add) {
-      const auto both = [&add](Eigen::Index i, Eigen::Index j) {
-        add(i, j);
-        if (adds_transposes && i != j) add(j, i);
-      };
-      for (const Found& entry : found_) both(entry.i, entry.j);
-      masses([&both](Eigen::Index i, Eigen::Index j, auto) { both(i, j); });
-      for (Eigen::Index i = 0; i < W_.cols(); ++i) add(i, i);
-    });
-    pattern.give_to(W_);
   }
   [[nodiscard]] const Slot* outer() const { return W_.outerIndexPtr(); }
   [[nodiscard]] const Slot* inner() const { return W_.innerIndexPtr(); }

@@ -16,48 +16,15 @@
 #include "phistep/base/facts/structure.hpp"
 #include "phistep/base/numbers/arithmetic.hpp"
 #include "phistep/base/numbers/finite_witness.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/step/mass/mass.hpp"
 #include "phistep/step/mass/matrix_mass.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-/// G of a sparse M (matrix_mass.hpp).
-template <class T>
-class SparseGeneralizedInverse {
- public:
-  using Matrix = Eigen::SparseMatrix<T>;
-  explicit SparseGeneralizedInverse(const Matrix& M)
-      : scales_{M.rows(), [&M](auto&& f) {
-                  for (Eigen::Index outer = 0; outer < M.outerSize(); ++outer)
-                    for (typename Matrix::InnerIterator entry(M, outer); entry; ++entry)
-                      if (entry.value() != 0) f(entry.row(), entry.col(), entry.value());
-                }} {
-    Matrix scaled = scales_.rows.asDiagonal() * M * scales_.columns.asDiagonal();
-    scaled.makeCompressed();
-    qr_.setPivotThreshold(rank_threshold<T>(M.rows()));  // columns are about as long as one
-    qr_.compute(scaled);
-  }
-  [[nodiscard]] Eigen::Index rank() const { return qr_.rank(); }
-  [[nodiscard]] Eigen::Index dependent() const {
-    return rank() < qr_.cols() ? static_cast<Eigen::Index>(qr_.colsPermutation().indices()[rank()]) : -1;
-  }
-  [[nodiscard]] const Equilibrium<T>& scales() const { return scales_; }
-  /// x ← G x
-  void solve(auto&& x) const {
-    const Eigen::Matrix<T, Eigen::Dynamic, 1> scaled = scales_.rows.cwiseProduct(x);
-    const Eigen::Matrix<T, Eigen::Dynamic, 1> found = qr_.solve(scaled);
-    x = scales_.columns.cwiseProduct(found);
-  }
-
- private:
-  Equilibrium<T> scales_;
-  Eigen::SparseQR<Matrix, Eigen::COLAMDOrdering<int>> qr_;
-};
-
 /// A sparse M, factorized once. Eigen's sparse solve allocates a vector a call.
 template <class T>
-class SparseMass : public MatrixMass<SparseMass<T>, Eigen::SparseMatrix<T>, SparseGeneralizedInverse<T>> {
+class SparseMass : public MatrixMass<SparseMass<T>, Eigen::SparseMatrix<T>,
+                                     Eigen::SparseQR<Eigen::SparseMatrix<T>, Eigen::COLAMDOrdering<int>>> {
  public:
   static constexpr Structure structure = Structure::sparse;
   using Matrix = Eigen::SparseMatrix<T>;
@@ -71,7 +38,7 @@ class SparseMass : public MatrixMass<SparseMass<T>, Eigen::SparseMatrix<T>, Spar
     lu->compute(mass_);
     const bool factorized = lu->info() == Eigen::Success;
     if (!factorized || is_doubtful(*lu)) {
-      auto range = std::make_shared<SparseGeneralizedInverse<T>>(mass_);
+      auto range = std::make_shared<typename Base::Range>(mass_);
       if (!factorized || range->rank() < mass_.rows()) range_ = std::move(range);
     }
     if (!range_) lu_ = std::move(lu);
@@ -90,14 +57,6 @@ class SparseMass : public MatrixMass<SparseMass<T>, Eigen::SparseMatrix<T>, Spar
     return Eigen::SimplicialLLT<Matrix>{M}.info() == Eigen::Success;
   }
   void subtract_product(const auto& x, auto&& out) const { out -= mass_ * x; }
-  void for_each_entry(Eigen::Index, auto&& f) const {
-    for (Eigen::Index outer = 0; outer < mass_.outerSize(); ++outer)
-      for (typename Matrix::InnerIterator entry(mass_, outer); entry; ++entry)
-        f(entry.row(), entry.col(), entry.value());
-  }
-  void add_product(auto&& x, auto& out) const {
-    for_each_entry(0, [&](Eigen::Index i, Eigen::Index j, T m) { out.data()[i] += m * x(j); });
-  }
 
  private:
   /// Factors of a singular matrix blow a vector up. Bad scales do, too: the QR of the scaled matrix tells.
