@@ -66,13 +66,13 @@ struct Diagonal {
   double mass = 1;
   std::vector<double> J{}, K{}, W{};
   int throws_at = -1, calls = 0;
-  Outcome linearise(double, const LocalField& y) {
+  Outcome linearize(double, const LocalField& y) {
     if (calls++ == throws_at) throw std::runtime_error("the solver of this rank");
     J.clear(), K.clear();
     for (std::size_t i = 0; i < numbers(y).size(); ++i) J.push_back(-2 * static_cast<double>(i + 1) * numbers(y)[i]);
     return Outcome::success;
   }
-  Outcome linearise(double, const LocalField& r, const LocalField&) {
+  Outcome linearize(double, const LocalField& r, const LocalField&) {
     J.assign(numbers(r).size(), -0.1), K.clear();
     for (std::size_t i = 0; i < numbers(r).size(); ++i)
       K.push_back(-static_cast<double>(i + 1) * std::cos(numbers(r)[i]));

@@ -14,7 +14,6 @@
 #if PHISTEP_STRESS
 #include <phistep/krylov.hpp>
 
-#include <unsupported/Eigen/IterativeSolvers>
 #endif
 
 namespace in_place_cases {
@@ -324,13 +323,13 @@ TEST_CASE("in place: a fault in any call of the routine leaves every bit", "[emb
   faults_leave_nothing<Components, true>(phistep::velocity_verlet, phistep::fixed_point());
   faults_leave_nothing<Components, true>(phistep::midpoint, phistep::fixed_point());
   // GMRES ends at a product that is not finite, and the next correction mends what that left.
-  const auto gmres = phistep::newton<phistep::MatrixFree<Eigen::GMRES>>();
+  const auto gmres = phistep::newton<phistep::MatrixFree<phistep::KrylovMethod::gmres>>();
   faults_leave_nothing<Structs, true>(phistep::midpoint, gmres, false);
   faults_leave_nothing<Components, true>(phistep::midpoint, gmres, false);
 }
 
 TEST_CASE("in place: a field and its rates, float and long double", "[embed]") {
-  same_heat<double>(phistep::trapezoidal, phistep::newton<phistep::MatrixFree<Eigen::GMRES>>());
+  same_heat<double>(phistep::trapezoidal, phistep::newton<phistep::MatrixFree<phistep::KrylovMethod::gmres>>());
 }
 
 #endif

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "phistep/base/numbers/fingerprint.hpp"
-#include "phistep/base/version.hpp"
+#include "phistep/base/numbers/finite_witness.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -53,17 +53,16 @@ struct ArrayFieldOps {
           },
           y, x[k]);
   }
-  static void weigh(auto w, auto y, Number atol, Number rtol) {
-    Own::write([=](std::size_t n, Number* to,
-                   const Number* from) { weigh_each(n, to, from, rtol, [atol](std::size_t) { return atol; }); },
-               w, y);
-  }
-  /// @param atol  a field of them
-  template <class Handle>
-  static void weigh(Handle w, Handle y, Handle atol, Number rtol) {
-    Own::write([=](std::size_t n, Number* to, const Number* from,
-                   const Number* a) { weigh_each(n, to, from, rtol, [a](std::size_t i) { return a[i]; }); },
-               w, y, atol);
+  /// @param atol  one, or a field of them
+  static void weigh(auto w, auto y, auto atol, Number rtol) {
+    const auto put = [=](std::size_t n, Number* to, const Number* from, const auto*... each) {
+      for (std::size_t i = 0; i < n; ++i) {
+        const Number scale = at(i, atol, each...) + rtol * std::abs(from[i]);
+        to[i] = scale > 0 ? 1 / scale : 0;
+      }
+    };
+    if constexpr (std::same_as<decltype(atol), Number>) Own::write(put, w, y);
+    else Own::write(put, w, y, atol);
   }
   static double largest_here(auto x) {
     double most = 0;
@@ -80,11 +79,8 @@ struct ArrayFieldOps {
   }
   static bool is_finite_here(auto x) {
     bool all = true;
-    Own::read(
-        [&all](std::size_t n, const Number* of) {
-          for (std::size_t i = 0; i < n; ++i) all = all && std::isfinite(of[i]);
-        },
-        x);
+    Own::read([&all](std::size_t n, const Number* of) { all = all && all_finite(of, static_cast<std::ptrdiff_t>(n)); },
+              x);
     return all;
   }
   static bool is_finite(auto x) { return most(x, Own::is_finite_here(x) ? 0 : 1) == 0; }
@@ -97,22 +93,20 @@ struct ArrayFieldOps {
         x, w);
     return sum;
   }
-  static double square(auto e, auto y, auto z, Number atol, Number rtol) {
-    double sum = 0;
-    Own::read([&](std::size_t n, const Number* of, const Number* a,
-                  const Number* b) { sum += squares(n, of, a, b, rtol, [atol](std::size_t) { return atol; }); },
-              e, y, z);
-    return sum;
-  }
-  template <class Handle>
-  static double square(Handle e, Handle y, Handle z, Handle atol, Number rtol) {
-    double sum = 0;
-    Own::read(
-        [&](std::size_t n, const Number* of, const Number* a, const Number* b, const Number* least) {
-          sum += squares(n, of, a, b, rtol, [least](std::size_t i) { return least[i]; });
-        },
-        e, y, z, atol);
-    return sum;
+  static double square(auto e, auto y, auto z, auto atol, Number rtol) {
+    double all = 0;
+    const auto add = [&](std::size_t n, const Number* of, const Number* a, const Number* b, const auto*... each) {
+      double sum = 0;
+      for (std::size_t i = 0; i < n; ++i) {
+        const Number size = std::max(std::abs(a[i]), std::abs(b[i]));
+        const Number share = of[i] / (at(i, atol, each...) + rtol * size);
+        sum += of[i] == 0 ? 0 : share * share;
+      }
+      all += sum;
+    };
+    if constexpr (std::same_as<decltype(atol), Number>) Own::read(add, e, y, z);
+    else Own::read(add, e, y, z, atol);
+    return all;
   }
   static int allowed(auto x, auto y) {
     std::vector<std::size_t> mine, theirs;
@@ -148,20 +142,9 @@ struct ArrayFieldOps {
   }
 
  private:
-  static void weigh_each(std::size_t n, Number* to, const Number* from, Number rtol, auto&& atol) {
-    for (std::size_t i = 0; i < n; ++i) {
-      const Number scale = atol(i) + rtol * std::abs(from[i]);
-      to[i] = scale > 0 ? 1 / scale : 0;
-    }
-  }
-  static double squares(std::size_t n, const Number* of, const Number* a, const Number* b, Number rtol, auto&& atol) {
-    double sum = 0;
-    for (std::size_t i = 0; i < n; ++i) {
-      const Number share = of[i] / (atol(i) + rtol * std::max(std::abs(a[i]), std::abs(b[i])));
-      sum += of[i] == 0 ? 0 : share * share;
-    }
-    return sum;
-  }
+  /// The i-th tolerance: that of all, or of a field.
+  static Number at(std::size_t, Number atol) { return atol; }
+  static Number at(std::size_t i, auto, const Number* each) { return each[i]; }
 };
 
 }}  // namespace phistep::PHISTEP_ABI

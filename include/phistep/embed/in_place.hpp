@@ -14,6 +14,9 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
+#include <array>
+#include <cstddef>
 #include <stdexcept>
 #include <tuple>
 #include <type_traits>
@@ -21,34 +24,43 @@
 
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/motion.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/embed/places.hpp"
 #include "phistep/force/routine.hpp"
 #include "phistep/step/mass/mass.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-namespace detail {
-/// @throws std::invalid_argument where the blocks differ in shape or share memory
-template <class First, class... More>
-void check_places(const First& first, const More&... more) {
-  if (((more.count != first.count) || ...))
-    throw std::invalid_argument("phistep: the arrays of a state in place differ in length");
-  if (!have_own_places(first, more...))
-    throw std::invalid_argument(
-        "phistep: the arrays of a state in place share memory: each number, of the forces too, needs a place of its "
-        "own");
-}
-}  // namespace detail
-
-/// What both kinds of states in place do with their arrays. `Self` has `blocks(y)`, a tie of its blocks, `rate()` and
-/// `has_length(n)`.
-template <class Self, class Plain, class Rate>
+/// What both kinds of states in place do with their arrays: unknowns, and last their rates.
+template <class Self, class Plain, PlacesSource... Sources>
 class ArraysInPlace {
+  static constexpr std::size_t blocks_count = sizeof...(Sources) - 1;
+
+ protected:
+  using Block = decltype(std::declval<std::tuple_element_t<0, std::tuple<Sources...>>>().now());
+  static constexpr bool is_of_one_kind = (std::is_same_v<Block, decltype(std::declval<Sources>().now())> && ...);
+
+  /// @throws std::invalid_argument where the arrays differ in length, or share memory
+  void set_sources(Sources... sources) {
+    check_lengths(sources.now()...);
+    if (!have_own_places(sources.now()...))
+      throw std::invalid_argument(
+          "phistep: the arrays of a state in place share memory: each number, of the forces too, needs a place of its "
+          "own");
+    sources_ = {sources...};
+  }
+
  public:
   ArraysInPlace() = default;
   ArraysInPlace(const ArraysInPlace&) = delete;  // forces refer to it
   ArraysInPlace& operator=(const ArraysInPlace&) = delete;
+
+  /// Where the unknowns are now. @throws std::invalid_argument where the arrays differ in length
+  static auto blocks(auto& y) {
+    std::apply([&y](const auto&... source) { y.look(source.now()...); }, y.sources_);
+    return std::apply([](auto&... block) { return std::tie(block...); }, y.blocks_);
+  }
+  /// Where the rates are.
+  [[nodiscard]] Block rate() const { return std::get<blocks_count>(sources_).now(); }
 
   /// Keeps a copy of what the arrays hold.
   const Plain& hold() {
@@ -60,14 +72,14 @@ class ArraysInPlace {
   /// Makes room for it, by a copy.
   void reserve() const {
     copy_blocks<Self>(y_, static_cast<const Self&>(*this));
-    assign_block(rate_, static_cast<const Self&>(*this).rate());
+    assign_block(rate_, rate());
   }
   /// A step begins, or a call outside of steps.
-  void note_length() { length_ = self().rate().count; }
+  void note_length() { length_ = rate().count; }
   /// Whether all arrays are as long as they were then.
   [[nodiscard]] bool has_kept_length() const noexcept {
     try {
-      return static_cast<const Self&>(*this).has_length(length_);
+      return std::apply([this](const auto&... source) { return ((source.now().count == length_) && ...); }, sources_);
     } catch (...) {  // the arrays of the components differ
       return false;
     }
@@ -75,17 +87,28 @@ class ArraysInPlace {
   /// The arrays hold what they held, every bit. Where their lengths have changed they stay as they are.
   void put_back() {
     if (!has_kept_length()) return;
-    copy_blocks<Self>(self(), std::as_const(y_));
-    auto rate = self().rate();
-    assign_block(rate, std::as_const(rate_));
+    copy_blocks<Self>(static_cast<Self&>(*this), std::as_const(y_));
+    auto rates = rate();
+    assign_block(rates, std::as_const(rate_));
   }
   void release() { is_held_ = false; }
   [[nodiscard]] bool is_held() const { return is_held_; }
 
  private:
-  [[nodiscard]] Self& self() { return static_cast<Self&>(*this); }
+  static void check_lengths(const auto& first, const auto&... more) {
+    if (((more.count != first.count) || ...))
+      throw std::invalid_argument("phistep: the arrays of a state in place differ in length");
+  }
+  void look(const auto&... now) const {
+    check_lengths(now...);
+    const Block all[] = {now...};
+    std::copy_n(all, blocks_count, blocks_.begin());
+  }
+
+  std::tuple<Sources...> sources_;
+  mutable std::array<Block, blocks_count> blocks_;
   mutable Plain y_;
-  mutable Rate rate_;
+  mutable typename Block::Plain rate_;
   Index length_ = 0;
   bool is_held_ = false;
 };
@@ -94,17 +117,18 @@ class ArraysInPlace {
 /// a stepper uses its forces. Lengths may change between steps, those of masses and steppers follow.
 template <PlacesSource R, PlacesSource V, PlacesSource F>
 class MotionInPlace
-    : public ArraysInPlace<MotionInPlace<R, V, F>, Motion<typename decltype(std::declval<R>().now())::Plain>,
-                           typename decltype(std::declval<R>().now())::Plain> {
-  using Block = decltype(std::declval<R>().now());
+    : public ArraysInPlace<MotionInPlace<R, V, F>, Motion<typename decltype(std::declval<R>().now())::Plain>, R, V, F> {
+  using Arrays = ArraysInPlace<MotionInPlace, Motion<typename decltype(std::declval<R>().now())::Plain>, R, V, F>;
   static_assert(
-      std::is_same_v<Block, decltype(std::declval<V>().now())> &&
-          std::is_same_v<Block, decltype(std::declval<F>().now())>,
+      Arrays::is_of_one_kind,
       "phistep: positions, velocities and forces in place are vectors of the same numbers, as many a particle");
+  static_assert(!are_bare_numbers<R> && !are_bare_numbers<V> && !are_bare_numbers<F>,
+                "phistep: places(x, n) of plain numbers may mean x(n) or x(3, n): write places<1>(x, n) or "
+                "places<3>(x, n) for n particles");
 
  public:
-  using Scalar = typename Block::Scalar;
-  using Plain = Motion<typename Block::Plain>;
+  using Scalar = typename Arrays::Block::Scalar;
+  using Plain = Motion<typename Arrays::Block::Plain>;
   using Rate = typename Plain::Rate;
   static constexpr bool drifts = true;
   static constexpr auto block_names = Plain::block_names;
@@ -112,11 +136,7 @@ class MotionInPlace
   /// @throws std::invalid_argument where the arrays differ in length, or share memory
   MotionInPlace(R r, V v, F f) { point_at(r, v, f); }
   /// The arrays lie elsewhere now. @throws std::invalid_argument likewise
-  void point_at(R r, V v, F f) {
-    detail::check_places(r.now(), v.now(), f.now());
-    r_source_ = r, v_source_ = v, f_source_ = f;
-    look();
-  }
+  void point_at(R r, V v, F f) { this->set_sources(r, v, f); }
 
   /// The force of a routine that computes Ψ(r), or Ψ(r, t): void() or void(Scalar t).
   template <class Routine>
@@ -128,78 +148,31 @@ class MotionInPlace
   [[nodiscard]] auto force_of_rv(Routine routine) {
     return RoutineForce<MotionInPlace, Routine, true>{*this, std::move(routine)};
   }
-
-  static auto blocks(auto& y) {
-    y.look();
-    return std::tie(y.r_, y.v_);
-  }
-  /// Where the forces are.
-  [[nodiscard]] Block rate() const { return f_source_.now(); }
-  [[nodiscard]] bool has_length(Index n) const {
-    return r_source_.now().count == n && v_source_.now().count == n && f_source_.now().count == n;
-  }
-
- private:
-  /// Where the arrays are now. @throws std::invalid_argument where they differ in length
-  void look() const {
-    r_ = r_source_.now(), v_ = v_source_.now();
-    if (r_.count != v_.count || r_.count != f_source_.now().count)
-      throw std::invalid_argument("phistep: the arrays of a state in place differ in length");
-  }
-
-  R r_source_{};
-  V v_source_{};
-  F f_source_{};
-  mutable Block r_, v_;
 };
 
 /// Unknowns and their rates Ψ in a code's own arrays: M y' = Ψ. As MotionInPlace.
 template <PlacesSource Y, PlacesSource F>
-class VectorInPlace : public ArraysInPlace<VectorInPlace<Y, F>, typename decltype(std::declval<Y>().now())::Plain,
-                                           typename decltype(std::declval<Y>().now())::Plain> {
-  using Block = decltype(std::declval<Y>().now());
-  static_assert(std::is_same_v<Block, decltype(std::declval<F>().now())>,
-                "phistep: unknowns and rates in place are vectors of the same numbers");
+class VectorInPlace
+    : public ArraysInPlace<VectorInPlace<Y, F>, typename decltype(std::declval<Y>().now())::Plain, Y, F> {
+  using Arrays = ArraysInPlace<VectorInPlace, typename decltype(std::declval<Y>().now())::Plain, Y, F>;
+  static_assert(Arrays::is_of_one_kind, "phistep: unknowns and rates in place are vectors of the same numbers");
 
  public:
-  using Scalar = typename Block::Scalar;
-  using Plain = typename Block::Plain;
+  using Scalar = typename Arrays::Block::Scalar;
+  using Plain = typename Arrays::Block::Plain;
   using Rate = RateOf<Plain>;
   static constexpr bool drifts = false;
 
   /// @throws std::invalid_argument where the arrays differ in length, or share memory
   VectorInPlace(Y y, F rate) { point_at(y, rate); }
   /// The arrays lie elsewhere now. @throws std::invalid_argument likewise
-  void point_at(Y y, F rate) {
-    detail::check_places(y.now(), rate.now());
-    y_source_ = y, f_source_ = rate;
-    look();
-  }
+  void point_at(Y y, F rate) { this->set_sources(y, rate); }
 
   /// The force of a routine that computes Ψ(y), or Ψ(y, t): void() or void(Scalar t).
   template <class Routine>
   [[nodiscard]] auto force(Routine routine) {
     return RoutineForce<VectorInPlace, Routine, true>{*this, std::move(routine)};
   }
-
-  static auto blocks(auto& y) {
-    y.look();
-    return std::tie(y.y_);
-  }
-  /// Where the rates are.
-  [[nodiscard]] Block rate() const { return f_source_.now(); }
-  [[nodiscard]] bool has_length(Index n) const { return y_source_.now().count == n && f_source_.now().count == n; }
-
- private:
-  void look() const {
-    y_ = y_source_.now();
-    if (y_.count != f_source_.now().count)
-      throw std::invalid_argument("phistep: the arrays of a state in place differ in length");
-  }
-
-  Y y_source_{};
-  F f_source_{};
-  mutable Block y_;
 };
 
 template <class Y, class F>

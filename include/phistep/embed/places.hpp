@@ -9,8 +9,6 @@
 ///     places<3>(first, n, stride)      n times three adjacent numbers, `stride` numbers apart
 #pragma once
 
-#include <Eigen/Core>
-
 #include <array>
 #include <concepts>
 #include <cstddef>
@@ -21,7 +19,6 @@
 #include <utility>
 
 #include "phistep/base/state/strided_block.hpp"
-#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -41,15 +38,12 @@ struct NumbersOf<T> {
   static constexpr int count = 1;
 };
 template <std::floating_point T, std::size_t n>
-struct NumbersOf<T[n]> {
-  using Scalar = T;
-  static constexpr int count = static_cast<int>(n);
-};
-template <std::floating_point T, std::size_t n>
 struct NumbersOf<std::array<T, n>> {
   using Scalar = T;
   static constexpr int count = static_cast<int>(n);
 };
+template <std::floating_point T, std::size_t n>
+struct NumbersOf<T[n]> : NumbersOf<std::array<T, n>> {};
 template <EigenDense T>
 struct NumbersOf<T> {
   using Scalar = typename T::Scalar;
@@ -77,61 +71,57 @@ concept PlacesSource = requires(const T& source) {
   typename decltype(source.now())::Plain;
 };
 
-namespace detail {
-/// The address of a number in an object that is nothing but numbers.
-template <class Scalar, class T>
-[[nodiscard]] Scalar* first_number(T* object) {
-  return reinterpret_cast<Scalar*>(object);
-}
-}  // namespace detail
-
-/// n objects from `first` on.
-template <class T>
-struct PointerPlaces {
-  using Numbers = NumbersOf<T>;
-  T* first;
-  Index n;
+/// n vectors of D adjacent numbers, `stride` numbers apart.
+template <class Scalar, int D>
+struct StridedPlaces {
+  Scalar* first;
+  Index n, stride = D;
   [[nodiscard]] auto now() const {
-    return evenly<typename Numbers::Scalar, Numbers::count>(detail::first_number<typename Numbers::Scalar>(first),
-                                                            Numbers::count, n);
-  }
-  template <class Scalar, int D>
-  [[nodiscard]] static StridedBlock<Scalar, D> evenly(Scalar* at, Index stride, Index n) {
     StridedBlock<Scalar, D> all;
-    for (std::size_t d = 0; d < D; ++d) all.at[d] = at + d;
+    for (std::size_t d = 0; d < D; ++d) all.at[d] = first + d;
     all.stride = stride, all.count = n;
     return all;
   }
 };
-/// Three adjacent numbers, and so on after a stride.
-template <class Scalar, int D>
-struct StridedPlaces {
-  Scalar* first;
-  Index n, stride;
-  [[nodiscard]] auto now() const { return PointerPlaces<Scalar>::template evenly<Scalar, D>(first, stride, n); }
-};
+/// Numbers one after the other: whether x(n) is meant, or x(3, n), doesn't show in a pointer.
+template <class Scalar>
+struct BareNumbers : StridedPlaces<Scalar, 1> {};
+template <class Places>
+inline constexpr bool are_bare_numbers = false;
+template <class Scalar>
+inline constexpr bool are_bare_numbers<BareNumbers<Scalar>> = true;
+
+/// Where n vectors or numbers lie, from a pointer on.
+template <class T>
+[[nodiscard]] auto places(T* first, Index n) {
+  using Scalar = typename NumbersOf<T>::Scalar;
+  if constexpr (std::is_floating_point_v<T>) return BareNumbers<T>{{first, n}};
+  else return StridedPlaces<Scalar, NumbersOf<T>::count>{reinterpret_cast<Scalar*>(first), n};
+}
+/// n times D adjacent numbers, `stride` numbers apart: x(3, n) of Fortran is places<3>(x, n).
+template <int D, std::floating_point Scalar>
+[[nodiscard]] StridedPlaces<Scalar, D> places(Scalar* first, Index n, Index stride = D) {
+  return {first, n, stride};
+}
+
 /// The elements of a container.
 template <class Container>
 struct ElementPlaces {
-  using Element = std::remove_pointer_t<decltype(std::data(std::declval<Container&>()))>;
   Container* all;
-  [[nodiscard]] auto now() const {
-    return PointerPlaces<Element>{std::data(*all), static_cast<Index>(std::size(*all))}.now();
-  }
+  [[nodiscard]] auto now() const { return places(std::data(*all), static_cast<Index>(std::size(*all))).now(); }
 };
 /// A member of the elements of a container.
 template <class Container, class Struct, class Member>
 struct MemberPlaces {
-  using Numbers = NumbersOf<Member>;
-  using Scalar = typename Numbers::Scalar;
+  using Scalar = typename NumbersOf<Member>::Scalar;
   static_assert(sizeof(Struct) % sizeof(Scalar) == 0, "phistep: the struct's size is no multiple of its numbers' size");
   Container* all;
   Member Struct::*member;
   [[nodiscard]] auto now() const {
     const auto n = static_cast<Index>(std::size(*all));
-    Scalar* const first = n == 0 ? nullptr : detail::first_number<Scalar>(std::addressof(std::data(*all)->*member));
-    return PointerPlaces<Scalar>::template evenly<Scalar, Numbers::count>(
-        first, static_cast<Index>(sizeof(Struct) / sizeof(Scalar)), n);
+    auto at = places(n == 0 ? nullptr : std::addressof(std::data(*all)->*member), n);
+    at.stride = static_cast<Index>(sizeof(Struct) / sizeof(Scalar));
+    return at.now();
   }
 };
 /// A container for each component.
@@ -158,16 +148,6 @@ concept HoldsElements = requires(T& all) {
   std::size(all);
 };
 
-/// Where n vectors or numbers lie, from a pointer on.
-template <class T>
-[[nodiscard]] PointerPlaces<T> places(T* first, Index n) {
-  return {first, n};
-}
-/// n times D adjacent numbers, `stride` numbers apart.
-template <int D, std::floating_point Scalar>
-[[nodiscard]] StridedPlaces<Scalar, D> places(Scalar* first, Index n, Index stride) {
-  return {first, n, stride};
-}
 /// The elements of a container: vectors or numbers.
 template <HoldsElements Container>
 [[nodiscard]] ElementPlaces<Container> places(Container& all) {

@@ -1,4 +1,4 @@
-#include <phistep/step/jacobian/coloring.hpp>
+#include <phistep/step/jacobian/difference_tangent.hpp>
 
 #include <cstdlib>
 #include <set>

@@ -1,5 +1,5 @@
 // One small block a particle: the same answers as the dense matrix.
-#include <phistep/step/matrix/local_system.hpp>
+#include <phistep/step/matrix/dense_system.hpp>
 
 #include <limits>
 #include <random>

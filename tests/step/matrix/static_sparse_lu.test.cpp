@@ -1,4 +1,4 @@
-#include <phistep/step/matrix/static_sparse_lu.hpp>
+#include <phistep/step/matrix/static_sparse_system.hpp>
 
 #include <random>
 
@@ -74,8 +74,8 @@ struct Static {
   using OfSize = Solver<Scalar, n, Full<n>>;
 };
 template <class Scalar>
-using Sizes = std::conditional_t<std::is_same_v<Scalar, double>, std::integer_sequence<int, 1, 2, 6>,
-                                 std::integer_sequence<int, 3>>;
+using StaticSizes = std::conditional_t<std::is_same_v<Scalar, double>, std::integer_sequence<int, 1, 2, 6>,
+                                       std::integer_sequence<int, 3>>;
 inline void solves_well(int n, const dense::Make& make) { dense::solves(n, make, of_elimination); }
 inline void refuses(int n, const dense::Make& make) {
   dense::refuses_singular(n, make);
@@ -187,15 +187,15 @@ TEST_CASE("where the diagonal offers no pivot, rows are exchanged") {
 #elif PHISTEP_FULL
 
 TEMPLATE_TEST_CASE("any matrix is solved as well as by dense LU", "", float, double, long double) {
-  dense::for_sizes<Static<TestType>::template OfSize>(solves_well, Sizes<TestType>{});
+  dense::for_sizes<Static<TestType>::template OfSize>(solves_well, StaticSizes<TestType>{});
 }
 
 TEMPLATE_TEST_CASE("a singular matrix or a bad entry is refused", "", float, double, long double) {
-  dense::for_sizes<Static<TestType>::template OfSize>(refuses, Sizes<TestType>{});
+  dense::for_sizes<Static<TestType>::template OfSize>(refuses, StaticSizes<TestType>{});
 }
 
 TEMPLATE_TEST_CASE("it solves in place", "", float, double, long double) {
-  dense::for_sizes<Static<TestType>::template OfSize>(dense::solves_where_x_lies, Sizes<TestType>{});
+  dense::for_sizes<Static<TestType>::template OfSize>(dense::solves_where_x_lies, StaticSizes<TestType>{});
 }
 
 #endif

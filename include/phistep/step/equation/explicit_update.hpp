@@ -5,8 +5,6 @@
 ///     kick, drift  v⁺ = v + (h/m) Ψ,   r⁺ = r + (before v + after v⁺)                                           (2)
 #pragma once
 
-#include <Eigen/Core>
-
 #include <cstdint>
 #include <tuple>
 #include <type_traits>
@@ -15,7 +13,6 @@
 
 #include "phistep/base/numbers/update.hpp"
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/step/equation/gamma.hpp"
 #include "phistep/step/mass/bound_masses.hpp"
 
@@ -86,7 +83,7 @@ template <State S, bool with_drift>
       out);
   return finite;
 }
-/// … of some particles; `out` has the others.
+/// The same for some particles; `out` holds the others already.
 template <State S, bool with_drift = Blocks<S>::drifts>
 [[nodiscard]] bool advance_particles(PlainState<S>& out, const PlainState<S>& y, const Advance<ScalarOf<S>>& by,
                                      const auto& psi, const auto& masses, const std::vector<std::int32_t>& particles) {

@@ -30,7 +30,7 @@ struct Origin {
   constexpr Origin(Edits known) : edits{known} {}  // NOLINT(google-explicit-constructor)
   constexpr Origin(Edits known, bool at_start, bool at_end)
       : edits{known}, starts_at_jump{at_start}, ends_at_jump{at_end} {}
-  /// Of the first or the last part of the step.
+  /// The origin of the first or the last part of the step.
   [[nodiscard]] constexpr Origin first_part() const { return {edits, starts_at_jump, false}; }
   [[nodiscard]] constexpr Origin last_part() const { return {unknown, false, ends_at_jump}; }
   [[nodiscard]] constexpr Origin with(Edits known) const { return {known, starts_at_jump, ends_at_jump}; }

@@ -2,8 +2,6 @@
 /// M y' = Ψ(t, y): a force bound to a state's shape, its masses and its history. The primitive `evaluate`.
 #pragma once
 
-#include <Eigen/Core>
-
 #include <memory>
 #include <optional>
 #include <tuple>
@@ -11,16 +9,14 @@
 #include <utility>
 
 #include "phistep/base/facts/structure.hpp"
-#include "phistep/base/machine/only.hpp"
+#include "phistep/base/machine/memory.hpp"
 #include "phistep/base/outcome/statistics.hpp"
 #include "phistep/base/state/active_set.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/ranks.hpp"
 #include "phistep/base/state/reductions.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/force/at.hpp"
 #include "phistep/force/evaluate.hpp"
-#include "phistep/force/seldom.hpp"
 #include "phistep/force/signature.hpp"
 #include "phistep/step/equation/explicit_update.hpp"
 #include "phistep/step/equation/origin.hpp"
@@ -28,9 +24,8 @@
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-// Holds a value that can be assigned though its type is a lambda with captures: it is made anew in its place.
-
-/// What may throw while it is copied, and has no assignment of its own, has none here.
+/// Holds a value that can be assigned though its type is a lambda with captures: it is made anew in its place. It can't be
+/// assigned where a copy may throw.
 template <class T>
 class Assignable {
  public:
@@ -90,7 +85,7 @@ class RightHandSide {
   using KickTraits = ForceTraits<Kicks, std::remove_cvref_t<View>, Rate>;
   using Memory = MemoryOf<F>;
   static constexpr bool remembers = phistep::remembers<F>, has_history = phistep::has_history<F>;
-  /// The kicks are slow terms (force/seldom.hpp): a step has inner steps, and each term's history begins and ends with its own.
+  /// The kicks are slow terms (force/at.hpp): a step has inner steps, and each term's history begins and ends with its own.
   static constexpr bool has_inner_steps = split && has_seldom<Whole>;
   static constexpr bool slow_terms_have_history = split && phistep::has_history<Kicks>;
   static constexpr bool drifts = Blocks<S>::drifts;
@@ -260,7 +255,7 @@ class RightHandSide {
     if (std::get<0>(masses_).left_out() != known) std::get<0>(masses_).set_left_out(known);
   }
 
-  /// Which term of a sum spoils Ψ at (t, y), for messages; −1 where that can't be told.
+  /// Which term of a sum spoils Ψ at (t, y), for messages; −1 where that isn't known.
   [[nodiscard]] int offending_term(Scalar t, const Plain& y) {
     if constexpr (FieldState<Plain>) return -1;  // ranks that ask again could come to different answers
     Rate scratch = make_rate<S>(y);
@@ -271,8 +266,8 @@ class RightHandSide {
     }
   }
 
-  /// Where Ψ was read from the user's own array, the workspace doesn't show it: look again.
-  [[nodiscard]] bool is_non_finite_at(Scalar t, const Plain& y, Offender& where) {
+  /// Where Ψ was read from the user's own array, the workspace doesn't show it: Ψ is read again.
+  [[nodiscard]] bool is_non_finite_at(Scalar t, const Plain& y, ComponentLocation& where) {
     if constexpr (returns_reference) {
       try {
         Rate scratch = make_rate<S>(y);

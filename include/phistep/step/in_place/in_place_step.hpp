@@ -10,17 +10,14 @@
 #include <cstdint>
 #include <tuple>
 #include <type_traits>
-#include <utility>
 
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/step_report.hpp"
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/force/routine.hpp"
 #include "phistep/step/equation/gamma.hpp"
 #include "phistep/step/equation/origin.hpp"
 #include "phistep/step/in_place/pass_in_place.hpp"
-#include "phistep/step/in_place/undo_log.hpp"
 #include "phistep/step/transaction/edit_guard.hpp"
 #include "phistep/step/transaction/transaction.hpp"
 
@@ -56,7 +53,7 @@ class InPlaceStep {
   explicit InPlaceStep(const S& state) { log_.begin(state); }
   /// The force's arrays are those of the state.
   [[nodiscard]] static bool can(Rhs& rhs, const S& state) { return rhs.force().arrays() == &state; }
-  /// Nothing is known of where the next step starts.
+  /// Forgets where the next step starts.
   void forget() {
     known_ = Known::nothing;
     log_.forget();
@@ -70,14 +67,23 @@ class InPlaceStep {
     if (!log_.begin(state)) known_ = Known::nothing;
     rhs.bound_times(t, dt, origin);
     Equation equation{*this, state, t, dt, origin};
-    Undo undo{*this, state};
-    const Outcome outcome = advance(equation);
+    const auto undo = [&] {
+      known_ = Known::nothing;
+      if (state.has_kept_length()) log_.put_back(state);
+      else log_.forget();
+    };
+    Outcome outcome;
+    try {
+      outcome = advance(equation);
+    } catch (...) {
+      undo();
+      throw;
+    }
     if (failed(outcome)) {
       transaction.show_end(state, state.rate());
-      undo.now();
+      undo();
       return transaction.report_shown(rhs, outcome, t, dt, state);
     }
-    undo.is_done = true;
     log_.accept();
     ++rhs.statistics().steps;
     return {Outcome::success, 0, nullptr};
@@ -85,20 +91,6 @@ class InPlaceStep {
 
  private:
   enum class Known : std::uint8_t { nothing, unchecked, checked };
-  struct Undo {
-    InPlaceStep& step;
-    S& state;
-    bool is_done = false;
-    void now() {
-      is_done = true;
-      step.known_ = Known::nothing;
-      if (state.has_kept_length()) step.log_.put_back(state);
-      else step.log_.forget();
-    }
-    ~Undo() {
-      if (!is_done) now();
-    }
-  };
 
   [[nodiscard]] Outcome kick_drift(Equation& step, const auto& by) {
     const bool looks = carries && step.origin != Origin::unedited;

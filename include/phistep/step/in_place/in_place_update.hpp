@@ -22,16 +22,15 @@
 #include <type_traits>
 #include <utility>
 
+#include "phistep/base/machine/loop_hints.hpp"
 #include "phistep/base/numbers/pack.hpp"
+#include "phistep/base/numbers/pack_math.hpp"
 #include "phistep/base/numbers/update.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/copy_views.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/step/equation/explicit_update.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
-
-// A bound on the magnitude of numbers, at the speed of reading them.
 
 /// Σ|x|: at least the largest of n magnitudes, not finite where one of them isn't. It may be infinite though all are finite.
 ///
@@ -40,22 +39,12 @@ template <std::floating_point Scalar>
 [[nodiscard]] Scalar sum_of_magnitudes(const Scalar* x, std::ptrdiff_t n) {
   using P = Pack<Scalar, native_width<Scalar>>;
   constexpr std::ptrdiff_t width = P::width;
-  const auto magnitude = [](P a) {
-    if constexpr (detail::in_register<Scalar, P::width>)
-      return bitwise(P{Scalar{-0.0}}, a, [](auto sign, auto bits) { return ~sign & bits; });
-    else return P::make([a](int l) { return std::abs(a[l]); });
-  };
-  P a = 0, b = 0, c = 0, d = 0;
+  P sums[4] = {0, 0, 0, 0};
   std::ptrdiff_t i = 0;
-  for (; i + 4 * width <= n; i += 4 * width) {
-    a += magnitude(P::load(x + i));
-    b += magnitude(P::load(x + i + width));
-    c += magnitude(P::load(x + i + 2 * width));
-    d += magnitude(P::load(x + i + 3 * width));
-  }
+  for (; i + 4 * width <= n; i += 4 * width) unrolled<4>([&](auto k) { sums[k] += abs(P::load(x + i + k * width)); });
   Scalar rest = 0;
   for (; i < n; ++i) rest += std::abs(x[i]);
-  return sum((a + b) + (c + d)) + rest;
+  return sum((sums[0] + sums[1]) + (sums[2] + sums[3])) + rest;
 }
 
 template <State S, class Rhs>
@@ -74,7 +63,7 @@ class InPlaceUpdate {
   void begin(S* place, bool unedited) {
     place_ = place;
     unedited_ = unedited;
-    // A step that fails, throws or isn't done here leaves the state to be looked at again.
+    // A step that fails, throws or isn't done here leaves bounds that have to be computed again.
     bounds_hold_ = std::exchange(knows_bounds_, false) && unedited;
   }
   /// All are done.
@@ -125,7 +114,7 @@ class InPlaceUpdate {
         },
         Blocks<S>::solved(y), rhs.masses());
   }
-  /// … and takes the bounds on to the end of the step.
+  /// Takes the bounds on to the end of the step. False where they no longer exclude an overflow.
   [[nodiscard]] bool excludes_overflow(const auto& by, const auto& psi) {
     constexpr Scalar rounding = 1 + 16 * std::numeric_limits<Scalar>::epsilon();
     bool excluded = true;

@@ -1,7 +1,9 @@
 /// @file
-/// One explicit pass over arrays in place: piece by piece, what it overwrites kept in a log, results written where their
-/// arguments were.
+/// One explicit pass over arrays in place: piece by piece, what it overwrites kept in a log, from which it can be put back, results
+/// written where their arguments were.
 #pragma once
+
+#include <Eigen/Core>
 
 #include <algorithm>
 #include <cstddef>
@@ -14,11 +16,117 @@
 #include "phistep/base/numbers/update.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/strided_block.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/step/equation/explicit_update.hpp"
-#include "phistep/step/in_place/undo_log.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
+
+/// How arrays that are worked on together lie: all in one piece each, a piece for each component, or anyhow.
+enum class Layout { contiguous, components, strided };
+template <class... Block>
+[[nodiscard]] Layout layout_of(const Block&... places) {
+  if ((places.is_contiguous() && ...)) return Layout::contiguous;
+  return ((places.stride == 1) && ...) ? Layout::components : Layout::strided;
+}
+
+/// The numbers of the solved block, of the positions where the state has them, and of the forces. In each piece of
+/// places_chunk vectors they are sorted as the layout has them: vector by vector, or by components.
+template <State S>
+class UndoLog {
+ public:
+  using Scalar = ScalarOf<S>;
+  static constexpr bool drifts = Blocks<S>::drifts;
+  static constexpr std::size_t solved = drifts ? 1 : 0;  ///< which block
+
+  /// A step begins. False where the arrays have another length than in the step before.
+  bool begin(const S& state) {
+    const auto rate = state.rate();
+    const Index n = rate.size();
+    const Layout now = layout(state);
+    const bool same = n == psi_.size() && now == layout_;
+    if (!same) {
+      for (Numbers* all : {&v_, &psi_, &psi_next_}) all->resize(n);
+      if constexpr (drifts) r_.resize(n);
+      layout_ = now;
+      forget();
+    }
+    has_state_ = has_next_ = false;
+    return same;
+  }
+  /// The forces of the arrays have changed since.
+  void forget() { has_psi_ = false; }
+  /// The step is done.
+  void accept() {
+    if (has_next_) psi_.swap(psi_next_);
+    has_psi_ = has_next_;
+  }
+  /// Keeps the forces as the arrays have them, unless the last step has done so.
+  void keep_rate(S& state) {
+    if (std::exchange(has_psi_, true)) return;
+    take(state.rate(), psi_);
+  }
+  /// Keeps r and v likewise.
+  void keep_state(S& state) {
+    if (std::exchange(has_state_, true)) return;
+    auto blocks = Blocks<S>::all(state);
+    if constexpr (drifts) take(std::get<0>(blocks), r_);
+    take(std::get<solved>(blocks), v_);
+  }
+  void put_back_state(S& state) {
+    if (!std::exchange(has_state_, false)) return;
+    auto blocks = Blocks<S>::all(state);
+    if constexpr (drifts) give(r_, std::get<0>(blocks));
+    give(v_, std::get<solved>(blocks));
+  }
+  void put_back(S& state) {
+    put_back_state(state);
+    if (has_psi_) give(psi_, state.rate());
+  }
+
+  [[nodiscard]] Layout layout() const { return layout_; }
+  [[nodiscard]] const Scalar* psi() const { return psi_.data(); }
+
+  /// For a pass: where it keeps what it overwrites, from number `at` on. (To stream it past the caches gains nothing.)
+  struct Piece {
+    Scalar *r, *v, *psi;
+  };
+  [[nodiscard]] Piece piece(Index at) {
+    return {drifts ? r_.data() + at : nullptr, v_.data() + at, psi_next_.data() + at};
+  }
+  /// A pass has kept these.
+  void kept(bool state, bool psi) {
+    has_state_ = has_state_ || state;
+    has_next_ = has_next_ || psi;
+  }
+
+ private:
+  using Numbers = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
+
+  [[nodiscard]] static Layout layout(const S& state) {
+    auto blocks = Blocks<S>::all(state);
+    if constexpr (drifts) return layout_of(std::get<0>(blocks), std::get<1>(blocks), state.rate());
+    else return layout_of(std::get<0>(blocks), state.rate());
+  }
+  void take(const auto& from, Numbers& to) const {
+    each(from, [&to](const auto& places, Index p, Index m, Index at) { places.gather(p, m, to.data() + at); });
+  }
+  void give(const Numbers& from, const auto& to) const {
+    each(to, [&from](const auto& places, Index p, Index m, Index at) { places.scatter(from.data() + at, p, m); });
+  }
+  template <class T, int D>
+  void each(const StridedBlock<T, D>& places, auto&& f) const {
+    for (Index p = 0; p < places.count; p += places_chunk<D>) {
+      const Index m = std::min(places_chunk<D>, places.count - p);
+      if (layout_ != Layout::components) f(places, p, m, p * D);
+      else
+        for (Index d = 0; d < D; ++d)
+          f(StridedBlock<T, 1>{{places.at[static_cast<std::size_t>(d)]}, 1, places.count}, p, m, p * D + d * m);
+    }
+  }
+
+  Numbers r_, v_, psi_, psi_next_;
+  Layout layout_ = Layout::strided;
+  bool has_state_ = false, has_psi_ = false, has_next_ = false;
+};
 
 /// @tparam Factor  component ↦ h/m, components counted vector by vector
 template <State S, class Factor, class By>
@@ -42,7 +150,7 @@ class PassInPlace {
 
   /// False where a result isn't finite.
   /// @tparam keeps_state  it is a step's first pass: r and v are kept, and positions move
-  /// @param looks         at the bits of the positions
+  /// @param looks         the bits of the positions are checked
   template <bool keeps_state, bool keeps_psi>
   [[nodiscard]] bool run(UndoLog<S>& log, bool looks) {
     bool finite = true;
@@ -102,10 +210,12 @@ class PassInPlace {
       }
     };
   }
-  static void keep(Index i, const Scalar* from, Scalar* to) { to[i] = from[i]; }
-#if PHISTEP_DETAIL_STREAMS
-  static void keep(PacketIndex i, const Scalar* from, Scalar* to) { Input{from}[i].store(to + i.first); }
-#endif
+  static void keep(auto i, const Scalar* from, Scalar* to) { put(i, Input{from}[i], to); }
+  static void put(Index i, Scalar x, Scalar* to) { to[i] = x; }
+  template <int width>
+  static void put(From<Scalar, width> i, Pack<Scalar, width> x, Scalar* to) {
+    x.store(to + i.i);
+  }
 
   /// n neighbours in each array, from number `at` of component d on; `logged`: where the log has them.
   template <bool keeps_state, bool keeps_psi>
@@ -148,7 +258,7 @@ class PassInPlace {
     }
     return witness.all_finite();
   }
-  /// Of numbers, and of packets.
+  /// Whether all numbers seen, alone or in packets, are finite.
   struct Witness {
     FiniteWitness<Scalar> scalars;
 #if PHISTEP_DETAIL_STREAMS
@@ -171,7 +281,7 @@ class PassInPlace {
   [[gnu::always_inline]] void vector(const At& at, Index component, Witness& witness) const {
 #if PHISTEP_DETAIL_STREAMS
     if constexpr (Witness::has_packets && dim == 3) {
-      numbers<keeps_state, keeps_psi, Packet<Scalar>>(at, component, PacketIndex{0}, witness);
+      numbers<keeps_state, keeps_psi, Packet<Scalar>>(at, component, PacketPlace<Scalar>{0}, witness);
       numbers<keeps_state, keeps_psi, Scalar>(at, component, Index{2}, witness);
       return;
     }
@@ -181,10 +291,6 @@ class PassInPlace {
     }
     (std::make_index_sequence<static_cast<std::size_t>(dim)>{});
   }
-  static void put(Index i, Scalar x, Scalar* to) { to[i] = x; }
-#if PHISTEP_DETAIL_STREAMS
-  static void put(PacketIndex i, Packet<Scalar> x, Scalar* to) { x.store(to + i.first); }
-#endif
   template <bool keeps_state, bool keeps_psi, class Number>
   [[gnu::always_inline]] void numbers(const At& at, Index component, auto i, Witness& witness) const {
     const Factor f = factor_;

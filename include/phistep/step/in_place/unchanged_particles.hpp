@@ -7,17 +7,14 @@
 /// left out where the caller says that the state is unedited.
 #pragma once
 
-#include <Eigen/Core>
-
 #include <cstdint>
 #include <utility>
 #include <vector>
 
-#include "phistep/base/machine/serial.hpp"
+#include "phistep/base/machine/memory.hpp"
 #include "phistep/base/state/active_set.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/particle_fingerprint.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/step/equation/origin.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
@@ -72,8 +69,7 @@ class UnchangedParticles {
     left_out_.moving.clear();
     for (Index i = 0; i < active.size(); ++i)
       if (!active.has(i) && moves(y, i)) left_out_.moving.push_back(static_cast<std::int32_t>(i));
-    list_ = active.list();
-    set_ = active.number();
+    note(active);
   }
   /// Records the changes from the active set of the last step to this one.
   void follow(const ActiveSet& active, const Plain& y, Plain& next) {
@@ -89,9 +85,9 @@ class UnchangedParticles {
       if (moves(y, i)) moving.push_back(i);
       else hash_ += ParticleFingerprint<S>::of(y, i);
     });
-    list_ = active.list();
-    set_ = active.number();
+    note(active);
   }
+  void note(const ActiveSet& active) { list_ = active.list(), set_ = active.number(); }
 
   LeftOut left_out_;
   std::vector<std::int32_t> list_, changing_;        // the last active set; the same with the moving particles outside

@@ -7,7 +7,6 @@
 #include <string>
 #include <type_traits>
 
-#include "phistep/base/version.hpp"
 #include "phistep/force/evaluate.hpp"
 #include "phistep/force/signature.hpp"
 
@@ -25,15 +24,7 @@ void for_each_entry(const J& jacobian, Index n, auto&& put) {
     throw WrongSize("phistep: the force's Jacobian is " + std::to_string(jacobian.rows()) + " x " +
                         std::to_string(jacobian.cols()) + ", there are " + std::to_string(n) + " unknowns",
                     jacobian.rows(), jacobian.cols());
-  if constexpr (is_sparse_matrix<J>) {
-    for (Index outer = 0; outer < jacobian.outerSize(); ++outer)
-      for (typename J::InnerIterator entry(jacobian, outer); entry; ++entry)
-        put(entry.row(), entry.col(), entry.value());
-  } else {
-    const Index size = static_n == Eigen::Dynamic ? n : static_n;  // so that loops unroll
-    for (Index j = 0; j < size; ++j)
-      for (Index i = 0; i < size; ++i) put(i, j, jacobian(i, j));
-  }
+  for_each_stored<static_n>(jacobian, put);
 }
 
 /// Emits ∂Ψ/∂r, ∂Ψ/∂v (or ∂Ψ/∂y) at (t, y) into sink.position, sink.velocity (or sink.rate).
@@ -57,16 +48,9 @@ void add_jacobian(F& force, Scalar t, const View& y, const Memory& memory, Index
       } else if constexpr (Traits::arity == 1) {
         for_each_entry<static_n>(jacobian, n, to_position);
       } else {
-        static_assert(
-            requires {
-              jacobian.K;
-              jacobian.C;
-            },
-            "phistep: jacobian(r, v) must return phistep::MotionJacobian{K, C}");
-        if constexpr (requires {
-                        jacobian.K;
-                        jacobian.C;
-                      }) {
+        constexpr bool has_both = BothTangents<std::remove_cvref_t<decltype(jacobian)>>;
+        static_assert(has_both, "phistep: jacobian(r, v) must return phistep::MotionJacobian{K, C}");
+        if constexpr (has_both) {
           if constexpr (position) for_each_entry<static_n>(jacobian.K, n, to_position);
           for_each_entry<static_n>(jacobian.C, n, to_velocity);
         }

@@ -12,7 +12,6 @@
 
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/motion.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/force/signature.hpp"
 #include "phistep/force/sum.hpp"
 
@@ -36,25 +35,15 @@ class AutoDiff : public ForceTerm {
     requires std::is_invocable_v<F&, Arguments...>
   decltype(auto) operator()(Arguments&&... arguments) { return f_(std::forward<Arguments>(arguments)...); }
 
-  /// ∂Ψ/∂y or, for a motion without velocities, ∂Ψ/∂r: n×n.
-  template <class Vector>
-  auto jacobian(const Vector& y) {
-    return derivative(y, [this](const auto& moved) { return f_(moved); });
-  }
-  /// ∂Ψ/∂y at time t, n×n.
-  template <class Vector>
-  auto jacobian(const Vector& y, typename Vector::Scalar t) {
-    return derivative(y, [this, t](const auto& moved) { return f_(moved, t); });
+  /// ∂Ψ/∂y or, for a motion without velocities, ∂Ψ/∂r: n×n. @param time  where the force takes it
+  template <class Vector, class... Time>
+  auto jacobian(const Vector& y, const Time&... time) {
+    return derivative(y, [&](const auto& moved) { return f_(moved, time...); });
   }
   /// K = ∂Ψ/∂r and C = ∂Ψ/∂v.
-  template <class Vector>
-  auto jacobian(const Vector& r, const Vector& v) {
-    return pair(r, v, [this](const auto& x, const auto& u) { return f_(x, u); });
-  }
-  /// K and C at time t.
-  template <class Vector>
-  auto jacobian(const Vector& r, const Vector& v, typename Vector::Scalar t) {
-    return pair(r, v, [this, t](const auto& x, const auto& u) { return f_(x, u, t); });
+  template <class Vector, class... Time>
+  auto jacobian(const Vector& r, const Vector& v, const Time&... time) {
+    return pair(r, v, [&](const auto& x, const auto& u) { return f_(x, u, time...); });
   }
 
   /// out += ∂Ψ/∂y·x by one evaluation with one direction: for solvers that need no matrix.
@@ -92,7 +81,9 @@ class AutoDiff : public ForceTerm {
 
   static constexpr int chunk = 8;
   template <class Vector>
-  using Dual = Eigen::AutoDiffScalar<Eigen::Matrix<typename Vector::Scalar, chunk, 1>>;
+  using Direction = Eigen::Matrix<typename Vector::Scalar, chunk, 1>;
+  template <class Vector>
+  using Dual = Eigen::AutoDiffScalar<Direction<Vector>>;
   template <class Vector>
   using DualVector = Eigen::Matrix<Dual<Vector>, Vector::RowsAtCompileTime, Vector::ColsAtCompileTime, Vector::Options>;
   template <class Vector>
@@ -105,7 +96,7 @@ class AutoDiff : public ForceTerm {
     DualVector<Vector> moved = y.template cast<Dual<Vector>>();
     for (Eigen::Index first = 0; first < n; first += chunk) {
       const Eigen::Index width = std::min<Eigen::Index>(chunk, n - first);
-      for (Eigen::Index k = 0; k < width; ++k) moved.data()[first + k].derivatives() = Unit<Vector>(k);
+      for (Eigen::Index k = 0; k < width; ++k) moved.data()[first + k].derivatives() = Direction<Vector>::Unit(k);
       const auto result = function(moved);
       static_assert(std::is_same_v<typename std::remove_cvref_t<decltype(result)>::Scalar, Dual<Vector>>,
                     "phistep: autodiff(f) needs a force that returns a vector of its argument's scalar");
@@ -114,10 +105,6 @@ class AutoDiff : public ForceTerm {
       for (Eigen::Index k = 0; k < width; ++k) moved.data()[first + k].derivatives().setZero();
     }
     return J;
-  }
-  template <class Vector>
-  static auto Unit(Eigen::Index k) {
-    return Eigen::Matrix<typename Vector::Scalar, chunk, 1>::Unit(k);
   }
   template <class Vector, class Function>
   static MotionJacobian<Square<Vector>> pair(const Vector& r, const Vector& v, Function&& function) {

@@ -1,6 +1,11 @@
 /// @file
 /// K = ∂Ψ/∂r and C = ∂Ψ/∂v (or ∂Ψ/∂y) of a bound force by differences, with increments scaled by what a step moves: a force
-/// call a column, or a call a colour (step/jacobian/coloring.hpp) where the force says which rows a column has.
+/// call a column, or, where the force says which rows a column has, a call a group of columns no two of which share a row.
+///
+/// Moving all of a group's components at once changes each row by the part of one column alone (Curtis, Powell & Reid, J. Inst. Math.
+/// Appl. 13 (1974) 117). The fewest groups are a colouring of the columns' intersection graph; greedy colouring takes each
+/// column in turn and gives it the first colour that no neighbour has, which is optimal for a band in natural order and good elsewhere
+/// with the columns of most neighbours first (Coleman & Moré, SIAM J. Numer. Anal. 20 (1983) 187).
 #pragma once
 
 #include <Eigen/Core>
@@ -10,19 +15,116 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <numeric>
+#include <span>
+#include <stdexcept>
 #include <tuple>
+#include <vector>
 
 #include "phistep/base/facts/implicit_solver.hpp"
-#include "phistep/base/machine/only.hpp"
+#include "phistep/base/machine/memory.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/unknowns.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/force/annotate.hpp"
 #include "phistep/step/equation/right_hand_side.hpp"
-#include "phistep/step/jacobian/coloring.hpp"
 #include "phistep/step/jacobian/differences.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
+
+/// The columns of an n×n pattern, by colour. A template, so that programs without patterns don't compile it.
+template <class Pattern = ColumnPattern>
+class ColumnColoring {
+ public:
+  ColumnColoring() = default;
+  /// @throws std::invalid_argument where the pattern isn't one of an n×n matrix
+  ColumnColoring(const Pattern& pattern, Eigen::Index n) {
+    check(pattern, n);
+    const Rows rows = columns_of_rows(pattern);
+    const auto size = static_cast<std::size_t>(n);
+    std::vector<std::size_t> order(size);
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    const Colors natural = greedy(pattern, rows, order);
+    std::vector<Eigen::Index> neighbors(size, 0);  // an upper bound: a neighbour by two rows counts twice
+    for (std::size_t j = 0; j < size; ++j)
+      for (auto p = pattern.start[j]; p < pattern.start[j + 1]; ++p) {
+        const auto i = at(pattern.row, p);
+        neighbors[j] += rows.start[i + 1] - rows.start[i];
+      }
+    std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return neighbors[a] > neighbors[b]; });
+    const Colors largest_first = greedy(pattern, rows, order);
+    group(largest_first.count < natural.count ? largest_first : natural);
+  }
+
+  [[nodiscard]] Eigen::Index colors() const { return static_cast<Eigen::Index>(start_.size()) - 1; }
+  /// The columns of one colour, ascending.
+  [[nodiscard]] auto columns(Eigen::Index color) const {
+    const auto c = static_cast<std::size_t>(color);
+    return std::span(column_.data() + start_[c], column_.data() + start_[c + 1]);
+  }
+
+ private:
+  struct Rows {
+    std::vector<Eigen::Index> start, column;
+  };
+  struct Colors {
+    std::vector<std::size_t> of;
+    std::size_t count = 0;
+  };
+  [[nodiscard]] static std::size_t at(const std::vector<Eigen::Index>& list, Eigen::Index p) {
+    return static_cast<std::size_t>(list[static_cast<std::size_t>(p)]);
+  }
+
+  static void check(const Pattern& pattern, Eigen::Index n) {
+    bool valid = pattern.columns() == n && pattern.start.front() == 0 &&
+                 std::is_sorted(pattern.start.begin(), pattern.start.end()) &&
+                 pattern.start.back() == static_cast<Eigen::Index>(pattern.row.size());
+    for (std::size_t j = 0; valid && j + 1 < pattern.start.size(); ++j)
+      for (auto p = pattern.start[j]; p < pattern.start[j + 1]; ++p) {
+        const auto* const row = pattern.row.data() + p;
+        valid = valid && *row >= 0 && *row < n && (p == pattern.start[j] || row[-1] < row[0]);
+      }
+    if (!valid) throw std::invalid_argument("phistep: the force's sparsity pattern doesn't fit its unknowns");
+  }
+  [[nodiscard]] static Rows columns_of_rows(const Pattern& pattern) {
+    const std::size_t n = pattern.start.size() - 1;
+    Rows rows{std::vector<Eigen::Index>(n + 1, 0), std::vector<Eigen::Index>(pattern.row.size())};
+    for (const Eigen::Index i : pattern.row) ++rows.start[static_cast<std::size_t>(i) + 1];
+    std::partial_sum(rows.start.begin(), rows.start.end(), rows.start.begin());
+    std::vector<Eigen::Index> next(rows.start.begin(), rows.start.end() - 1);
+    for (std::size_t j = 0; j < n; ++j)
+      for (auto p = pattern.start[j]; p < pattern.start[j + 1]; ++p)
+        rows.column[static_cast<std::size_t>(next[at(pattern.row, p)]++)] = static_cast<Eigen::Index>(j);
+    return rows;
+  }
+  [[nodiscard]] static Colors greedy(const Pattern& pattern, const Rows& rows, const std::vector<std::size_t>& order) {
+    const std::size_t none = order.size();
+    Colors colors{std::vector<std::size_t>(order.size(), none)};
+    std::vector<std::size_t> taken(order.size(), none);  // by colour: the last column that may not have it
+    for (const std::size_t j : order) {
+      for (auto p = pattern.start[j]; p < pattern.start[j + 1]; ++p) {
+        const std::size_t i = at(pattern.row, p);
+        for (auto q = rows.start[i]; q < rows.start[i + 1]; ++q)
+          if (const std::size_t c = colors.of[at(rows.column, q)]; c != none) taken[c] = j;
+      }
+      std::size_t c = 0;
+      while (taken[c] == j) ++c;
+      colors.of[j] = c;
+      colors.count = std::max(colors.count, c + 1);
+    }
+    return colors;
+  }
+  void group(const Colors& colors) {
+    start_.assign(colors.count + 1, 0);
+    for (const std::size_t c : colors.of) ++start_[c + 1];
+    std::partial_sum(start_.begin(), start_.end(), start_.begin());
+    std::vector<Eigen::Index> next(start_.begin(), start_.end() - 1);
+    column_.resize(colors.of.size());
+    for (std::size_t j = 0; j < colors.of.size(); ++j)
+      column_[static_cast<std::size_t>(next[colors.of[j]]++)] = static_cast<Eigen::Index>(j);
+  }
+
+  std::vector<Eigen::Index> start_{0}, column_;
+};
 
 template <State S, class Rhs, bool has_K, bool has_C>
 class DifferenceTangent {
@@ -38,7 +140,7 @@ class DifferenceTangent {
     if constexpr (patterned) columns_.resize(rhs, unknowns<S>(y));
     probe_ = y;
     probe_rate_ = make_rate<S>(y);
-    rounding_.setZero(unknowns<S>(y));
+    for (Unknown* x : {&rounding_, &increment_, &change_}) x->setZero(unknowns<S>(y));
   }
   /// The force may be another one: so may its pattern.
   void forget_pattern() {
@@ -58,15 +160,12 @@ class DifferenceTangent {
       std::array<Scalar, Rhs::blocks> scale{};
       // The tolerance is one for the unknowns, v: r may be off by what v's error moves it.
       const double time = std::abs(static_cast<double>(gamma.drift));
-      const double kicked = kick_of(gamma, std::get<0>(Rate::blocks(psi)), std::get<0>(rhs.masses()));
+      const double kicked = largest_kick(gamma.force, std::get<0>(Rate::blocks(psi)), std::get<0>(rhs.masses()));
       scale[0] =
           scale_of(position_of<S>(Y), time * largest(velocity_of<S>(Y)), time * kicked, options, time * options.atol);
       const auto entry = [&system](Index i, Index j, Scalar x) { system.position(i, j, x); };
-      const auto scales = [&](auto k, Index i) {
-        return allowed.target > 0 ? told(
-                                        allowed, [](auto& y) -> auto& { return position_of<S>(y); }, i, scale[k])
-                                  : scale[k];
-      };
+      const auto position = [](auto& y) -> auto& { return position_of<S>(y); };
+      const auto scales = [&](auto k, Index i) { return size_of(allowed, position, i, scale[k]); };
       difference(rhs, t, std::tie(position_of<S>(probe_)), std::tie(position_of<S>(Y)), scales, scale, psi, entry);
     }
     if constexpr (has_C) {
@@ -77,7 +176,7 @@ class DifferenceTangent {
             if constexpr (Rhs::drifts && k == 0)
               if (gamma.drift != Scalar{0})
                 fallback = largest(position_of<S>(Y)) / std::abs(static_cast<double>(gamma.drift));
-            const double kicked = std::min(kick_of(gamma, rate, mass), kick_limit_[k]);
+            const double kicked = std::min(largest_kick(gamma.force, rate, mass), kick_limit_[k]);
             kick_used_[k] = kicked;
             scale[k] = scale_of(block, kicked, fallback, options, options.atol);
           },
@@ -91,7 +190,7 @@ class DifferenceTangent {
                                            std::get<k()>(Rate::blocks(psi)).data()[i]);
               kick > 0)
             return 16 * kick;
-        return told(allowed, block, i, scale[k]);
+        return size_of(allowed, block, i, scale[k]);
       };
       difference(rhs, t, Blocks<S>::solved(probe_), Blocks<S>::solved(Y), scales, scale, psi, entry);
     }
@@ -126,21 +225,13 @@ class DifferenceTangent {
     return static_cast<Scalar>(scale > 0 ? scale : 1.0);
   }
 
-  /// … of a component, where a controlled run says it: |y| + atol/rtol, or what it usually is.
+  /// The usual size of a component where a controlled run knows it: |y| + atol/rtol, or what it usually is.
   /// @param block  that of a state where it is
-  [[nodiscard]] static Scalar told(const SolveTolerance<Plain>& allowed, auto&& block, Index i, Scalar otherwise) {
-    const Scalar w = block(*allowed.weight).data()[i];
+  [[nodiscard]] static Scalar size_of(const SolveTolerance<Plain>& allowed, auto&& block, Index i, Scalar otherwise) {
+    const Scalar w = allowed.target > 0 ? block(*allowed.weight).data()[i] : Scalar{0};
     if (!(w > 0)) return otherwise;
     return Scalar{16} *
            (allowed.usual != nullptr ? block(*allowed.usual).data()[i] : 1 / (static_cast<Scalar>(allowed.rtol) * w));
-  }
-  /// How far γΨ/M kicks a block, its farthest component.
-  [[nodiscard]] static double kick_of(const Gamma<Scalar>& gamma, const auto& rate, const auto& mass) {
-    double kicked = 0;
-    const auto factor = mass.scaled(gamma.force);
-    for (Index i = 0; i < rate.size(); ++i)
-      kicked = std::max(kicked, std::abs(static_cast<double>(factor(i) * rate.data()[i])));
-    return kicked;
   }
 
   /// What rounding of Y makes of Ψ, where sizes are the components' own: a small one's differences may drown in it.
@@ -166,65 +257,37 @@ class DifferenceTangent {
   void difference(Rhs& rhs, Scalar t, const auto& moved, const auto& still, const auto& scale, const auto& scales,
                   const Rate& psi, auto&& put) {
     const auto most = [&scales](auto k) { return std::sqrt(std::numeric_limits<Scalar>::epsilon()) * scales[k]; };
-    if constexpr (patterned) {
-      const auto evaluate = [&] {
-        rhs.evaluate_into(t, probe_, probe_rate_);
-        for_each_rate(psi, [this](Index i, Scalar now, Scalar before) { columns_.change[i] = now - before; });
-      };
-      for (Index color = 0; color < columns_.coloring.colors(); ++color) {
-        if (!move(color, moved, scale)) continue;
-        evaluate();
-        bool again = false;
-        if (looks_)
-          for_each_moved(color, moved, [&](auto k, Index j, Index) {
-            Scalar seen{0};
-            columns_.for_each_row(j, [&](Index i) { seen = std::max(seen, in_roundings(columns_.change[i], i)); });
-            const Scalar by = farther(seen, columns_.increment[j], most(k));
-            columns_.increment[j] *= by;
-            again = again || by > 1;
-          });
-        if (again) {
-          for_each_block([](auto, auto& to, const auto& from) { to = from; }, moved, still);
-          for_each_moved(color, moved, [&](auto k, Index j, Index i) {
-            Scalar& x = std::get<k>(moved).data()[i];
-            const Scalar kept = x;
-            x += columns_.increment[j];
-            columns_.increment[j] = x - kept;
-          });
-          evaluate();
-        }
-        for_each_moved(color, moved, [&](auto, Index j, Index) {
-          columns_.for_each_row(j, [&](Index i) { put(i, j, columns_.change[i] / columns_.increment[j]); });
+    const auto evaluate = [&] {
+      rhs.evaluate_into(t, probe_, probe_rate_);
+      for_each_rate(psi, [this](Index i, Scalar now, Scalar before) { change_[i] = now - before; });
+    };
+    const auto put_back = [&](auto k, Index, Index i) { std::get<k>(moved).data()[i] = std::get<k>(still).data()[i]; };
+    for (Index color = 0, all = colors(moved); color < all; ++color) {
+      if (!move(color, moved, scale)) continue;
+      evaluate();
+      bool again = false;
+      if (looks_)
+        for_each_moved(color, moved, [&](auto k, Index j, Index) {
+          Scalar seen{0};
+          for_each_row(j, [&](Index i) { seen = std::max(seen, in_roundings(change_[i], i)); });
+          const Scalar by = farther(seen, increment_[j], most(k));
+          increment_[j] *= by;
+          again = again || by > 1;
         });
-        for_each_block([](auto, auto& to, const auto& from) { to = from; }, moved, still);
+      if (again) {
+        for_each_moved(color, moved, put_back);
+        for_each_moved(color, moved, [&](auto k, Index j, Index i) {
+          Scalar& x = std::get<k>(moved).data()[i];
+          const Scalar kept = x;
+          x += increment_[j];
+          increment_[j] = x - kept;
+        });
+        evaluate();
       }
-    } else {
-      Index at = 0;
-      for_each_block(
-          [&](auto k, auto& block) {
-            for_each_difference<Rhs::Traits::is_affine>(
-                block, [&](Index i) { return scale(k, i); },
-                [&](Index j, Scalar increment) {
-                  rhs.evaluate_into(t, probe_, probe_rate_);
-                  if (looks_) {
-                    Scalar seen{0};
-                    for_each_rate(psi, [&](Index i, Scalar now, Scalar before) {
-                      seen = std::max(seen, in_roundings(now - before, i));
-                    });
-                    if (const Scalar by = farther(seen, increment, most(k)); by > 1) {
-                      Scalar& x = block.data()[j];
-                      const Scalar kept = x - increment;
-                      x = kept + by * increment;
-                      increment = x - kept;
-                      rhs.evaluate_into(t, probe_, probe_rate_);
-                    }
-                  }
-                  for_each_rate(
-                      psi, [&](Index i, Scalar now, Scalar before) { put(i, at + j, (now - before) / increment); });
-                });
-            at += block.size();
-          },
-          moved);
+      for_each_moved(color, moved, [&](auto, Index j, Index) {
+        for_each_row(j, [&](Index i) { put(i, j, change_[i] / increment_[j]); });
+      });
+      for_each_moved(color, moved, put_back);
     }
   }
   /// A change of Ψ_i in units of what rounding makes of it.
@@ -237,33 +300,49 @@ class DifferenceTangent {
     for_each_number([&f](std::size_t i, Scalar now, Scalar before) { f(static_cast<Index>(i), now, before); },
                     Rate::blocks(probe_rate_), Rate::blocks(psi));
   }
+  /// How many colours there are for these blocks: without a pattern each column has its own, and all rows.
+  [[nodiscard]] Index colors(const auto& blocks) const {
+    if constexpr (patterned) return columns_.coloring.colors();
+    else return count_of(blocks);
+  }
   /// f(block, column, component of the block) for a colour's columns that lie in the blocks.
   void for_each_moved(Index color, const auto& blocks, auto&& f) const {
-    const auto columns = columns_.coloring.columns(color);
-    const Index* next = columns.begin();
+    const auto columns = [&] {
+      if constexpr (patterned) return columns_.coloring.columns(color);
+      else return std::array{color};
+    }();
     Index at = 0;
     for_each_block(
         [&](auto k, auto& block) {
-          for (; next != columns.end() && *next < at + block.size(); ++next) f(k, *next, *next - at);
+          for (const Index j : columns)
+            if (at <= j && j < at + block.size()) f(k, j, j - at);
           at += block.size();
         },
         blocks);
+  }
+  /// f(i) for the rows of a column.
+  void for_each_row(Index j, auto&& f) const {
+    if constexpr (patterned) {
+      const auto* const start = columns_.pattern.start.data() + j;
+      for (Index p = start[0]; p < start[1]; ++p) f(columns_.pattern.row[static_cast<std::size_t>(p)]);
+    } else {
+      for (Index i = 0; i < change_.size(); ++i) f(i);
+    }
   }
   /// Moves a colour's components. False: it has none here.
   [[nodiscard]] bool move(Index color, const auto& blocks, const auto& scale) {
     bool any = false;
     for_each_moved(color, blocks, [&](auto k, Index j, Index i) {
-      columns_.increment[j] = move_by_increment<Rhs::Traits::is_affine>(std::get<k>(blocks).data()[i], scale(k, i));
+      increment_[j] = move_by_increment<Rhs::Traits::is_affine>(std::get<k>(blocks).data()[i], scale(k, i));
       any = true;
     });
     return any;
   }
 
-  /// The force's pattern and what differences by colour work with.
+  /// The force's pattern.
   struct Columns {
     ColumnPattern pattern;
     ColumnColoring<> coloring;
-    Unknown increment, change;
     bool fresh = false;
 
     void resize(Rhs& rhs, Index n) {
@@ -272,20 +351,13 @@ class DifferenceTangent {
         coloring = ColumnColoring<>(now, n);
         pattern = now;
       }
-      increment.setZero(n);
-      change.setZero(n);
       fresh = true;
-    }
-    void for_each_row(Index j, auto&& f) const {
-      const auto first = pattern.start[static_cast<std::size_t>(j)],
-                 last = pattern.start[static_cast<std::size_t>(j) + 1];
-      for (Index p = first; p < last; ++p) f(pattern.row[static_cast<std::size_t>(p)]);
     }
   };
 
   Plain probe_;
   Rate probe_rate_;
-  Unknown rounding_;  // of Ψ
+  Unknown rounding_, increment_, change_;  // of Ψ; of what moves; of Ψ then
   bool looks_ = false;
   [[no_unique_address]] Only<patterned, Columns> columns_;
   std::array<double, Rhs::blocks> kick_used_{}, kick_limit_{};  // how far differences reached, and may reach

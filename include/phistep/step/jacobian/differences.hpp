@@ -1,5 +1,5 @@
 /// @file
-/// ∂Ψ/∂y by forward differences: the increments, one force call a column. (One a group of columns: coloring.hpp.)
+/// ∂Ψ/∂y by forward differences: the increments, one force call a column. (One a group of columns: difference_tangent.hpp.)
 ///
 /// Increments are √u·max(|y_j|, scale/16), with the scale taken from the block itself, so that no fixed length or unit
 /// enters (constants such as 1e-5 break for atoms in metres); u is the unit round-off. No increment is below the least
@@ -11,10 +11,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <type_traits>
 
 #include "phistep/base/numbers/arithmetic.hpp"
-#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -33,17 +31,13 @@ template <bool affine, class Scalar>
   return moved - kept;
 }
 
-/// Moves each component j of `block` in turn, calls `column(j, δ)` with the increment really made, and puts it back.
-/// @param scale  a number, or scale(j)
-template <bool affine = false, class Block, class Scale, class Column>
-void for_each_difference(Block& block, const Scale& scale, Column&& column) {
-  auto* const x = block.data();
-  for (Eigen::Index j = 0; j < block.size(); ++j) {
-    const auto kept = x[j];
-    if constexpr (std::is_invocable_v<const Scale&, Eigen::Index>) column(j, move_by_increment<affine>(x[j], scale(j)));
-    else column(j, move_by_increment<affine>(x[j], static_cast<typename Block::Scalar>(scale)));
-    x[j] = kept;
-  }
+/// How far γΨ/M kicks a block, its farthest component.
+[[nodiscard]] double largest_kick(auto gamma, const auto& rate, const auto& mass) {
+  double kicked = 0;
+  const auto factor = mass.scaled(gamma);
+  for (Eigen::Index i = 0; i < rate.size(); ++i)
+    kicked = std::max(kicked, std::abs(static_cast<double>(factor(i) * rate.data()[i])));
+  return kicked;
 }
 
 }}  // namespace phistep::PHISTEP_ABI

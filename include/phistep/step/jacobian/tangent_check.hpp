@@ -16,7 +16,6 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <type_traits>
 
 #include "phistep/base/facts/implicit_solver.hpp"
 #include "phistep/base/numbers/arithmetic.hpp"
@@ -26,12 +25,11 @@
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/combination.hpp"
 #include "phistep/base/state/unknowns.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/step/equation/right_hand_side.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-/// Looks at some of the matrices (`is_looked_at`), and at each whose pattern is new.
+/// Checks some of the matrices (`is_looked_at`), and each whose pattern is new.
 template <State S, class Rhs>
 class TangentCheck {
  public:
@@ -46,9 +44,9 @@ class TangentCheck {
     measured_ = tangent_;
     begin();
   }
-  /// Another force, or another pattern: all over again.
+  /// Begins anew for another force, or another pattern.
   void begin() { seen_ = 0, due_ = false; }
-  /// Another Jacobian.
+  /// Counts another Jacobian.
   void count() { due_ = due_ || is_looked_at(++seen_); }
   void want() { due_ = true; }
   [[nodiscard]] bool is_due() const { return due_; }
@@ -56,8 +54,8 @@ class TangentCheck {
   /// (1) at (t, y), where Ψ is psi, with the factors at hand. Counted as `checks`, and as nothing else.
   [[nodiscard]] Outcome look(Rhs& rhs, auto& matrix, const NewtonOptions& options, const Gamma<Scalar>& gamma, Scalar t,
                              const Plain& y, const Rate& psi) {
-    due_ = false;
-    choose_sizes(rhs, gamma, y, psi);
+    due_ = !choose_sizes(rhs, gamma, y, psi);
+    if (due_) return Outcome::success;  // nothing can be checked until something moves
     Statistics uncounted;
     Unknown& b = measured_;  // before anything is measured
     tangent_ = b;
@@ -65,8 +63,7 @@ class TangentCheck {
     if constexpr (requires { matrix.approximate(tangent_, b); }) {
       matrix.approximate(tangent_, b);
     } else {
-      if (const Outcome outcome = matrix.solve(tangent_, options, uncounted); outcome != Outcome::success)
-        return outcome;
+      if (const Outcome bad = matrix.solve(tangent_, options, uncounted); failed(bad)) return bad;
       rest = options.linear_rtol * std::sqrt(static_cast<double>(b.size())) * largest(b);
     }
     const double size_of_b = largest(b);
@@ -76,7 +73,7 @@ class TangentCheck {
     tangent_ -= b;
     leave_out_held(rhs, tangent_);
     const Scalar step = step_length();
-    if (!(step > 0)) return Outcome::success;  // nothing moves: there is nothing to look at
+    if (!(step > 0)) return Outcome::success;  // nothing moves: nothing can be checked
     const Rounding rounding{16 * unit * cancelled + rest,
                             16 * unit * std::abs(static_cast<double>(gamma.force / step))};
     const bool right = measure(rhs, gamma.force, t, y, psi, step);
@@ -105,7 +102,8 @@ class TangentCheck {
   };
 
   /// A usual size for each component, what it is or how far a step moves it, and b = M s with these and random signs: in measured_.
-  void choose_sizes(const Rhs& rhs, const Gamma<Scalar>& gamma, const Plain& y, const Rate& psi) {
+  /// False where nothing moves.
+  [[nodiscard]] bool choose_sizes(const Rhs& rhs, const Gamma<Scalar>& gamma, const Plain& y, const Rate& psi) {
     for_each_block(
         [&](auto, auto& size, const auto& now, const auto& rate, const auto& mass) {
           const auto factor = mass.scaled(gamma.force);
@@ -119,18 +117,20 @@ class TangentCheck {
         Blocks<S>::solved(size_), Blocks<S>::solved(y), Rate::blocks(psi), rhs.masses());
     if constexpr (Rhs::drifts) {
       auto& r = position_of<S>(size_);
-      const auto& v = velocity_of<S>(size_);
+      auto& v = velocity_of<S>(size_);
+      const auto fastest = static_cast<Scalar>(largest(v)), farthest = static_cast<Scalar>(largest(position_of<S>(y)));
+      // All rest in balance, but for rounding.
+      if (std::abs(gamma.drift) * fastest <= 64 * std::numeric_limits<Scalar>::epsilon() * farthest) return false;
       for (Index i = 0; i < r.size(); ++i) {
+        v.data()[i] = std::max(v.data()[i], fastest / 1024);  // one that rests beside others
         r.data()[i] = std::max(std::abs(position_of<S>(y).data()[i]), std::abs(gamma.drift) * v.data()[i]);
-        // A body at rest, and in balance, moves by what its neighbours are.
-        if (v.data()[i] == 0 && gamma.drift != 0)
-          velocity_of<S>(size_).data()[i] = static_cast<Scalar>(largest(position_of<S>(y))) / std::abs(gamma.drift);
       }
     }
     Xorshift random{0x9e3779b97f4a7c15u * (seen_ + 1)};
     for_each_number([&random](auto, Scalar& to, Scalar size) { to = random.sign(size); }, Blocks<S>::solved(direction_),
                     Blocks<S>::solved(size_));
     multiply(rhs, direction_, measured_);
+    return true;
   }
   /// out = M x
   void multiply(const Rhs& rhs, const Plain& x, Unknown& out) {
@@ -144,12 +144,11 @@ class TangentCheck {
   }
   /// Zeros for what is held still: no force moves it, and in W its mass is not the one in M x.
   void leave_out_held(const Rhs& rhs, Unknown& x) const {
-    for_each_block(
-        [&, at = Index{0}](auto, const auto& block, const auto& mass) mutable {
+    for_each_part(
+        [&](Index at, const auto& block, const auto& mass) {
           const auto factor = mass.scaled(Scalar{1});
           for (Index i = 0; i < block.size(); ++i)
             if (factor(i) == 0) x[at + i] = 0;
-          at += block.size();
         },
         Blocks<S>::solved(direction_), rhs.masses());
   }
@@ -204,9 +203,8 @@ class TangentCheck {
   [[nodiscard]] bool agrees(const Unknown& found, double bend, const Rate& psi, const Rounding& rounding,
                             const Unknown& one_side) const {
     bool good = true;
-    Index at = 0;
-    for_each_block(
-        [&](auto, const auto& rate) {
+    for_each_part(
+        [&](Index at, const auto& rate) {
           double off = 0, size = 0, curve = 0;
           for (Index i = at; i < at + rate.size(); ++i) {
             off = std::max(off, std::abs(static_cast<double>(found[i] - tangent_[i])));
@@ -214,7 +212,6 @@ class TangentCheck {
                 std::max({size, std::abs(static_cast<double>(found[i])), std::abs(static_cast<double>(tangent_[i]))});
             if (bend > 0) curve = std::max(curve, std::abs(static_cast<double>(one_side[i] - found[i])));
           }
-          at += rate.size();
           good = good && off <= 1e-3 * size + bend * curve + rounding.product + rounding.difference * largest(rate);
         },
         Rate::blocks(psi));

@@ -18,7 +18,6 @@
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/combination.hpp"
 #include "phistep/base/state/reductions.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/step/mass/bound_masses.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
@@ -31,7 +30,7 @@ class AlgebraicStart {
   using Plain = PlainState<S>;
   using Rate = RateOf<S>;
 
-  /// M may be another one. @return whether it is singular
+  /// Takes another M. @return whether it is singular
   bool bind(const Rhs& rhs, const Plain& y) {
     has_any_ = static_cast<bool>(algebraic_component(rhs.masses()));
     forget();
@@ -55,7 +54,7 @@ class AlgebraicStart {
         return start_ = k, false;
     return true;
   }
-  /// … or a step's end.
+  /// The state at the end of a step, which serves as the next start.
   void reached(Scalar t, const auto& y) {
     if (has_any_) set(1 - start_, t, y);
   }
@@ -78,12 +77,12 @@ class AlgebraicStart {
     set(start_ = 0, step.t, step.y);
     return Outcome::success;
   }
-  /// Of a start that was refused: the component that (1) moves most, by its weight or beside its block.
-  [[nodiscard]] const Offender& worst() const { return worst_; }
+  /// The component of a refused start that (1) moves most, by its weight or beside its block.
+  [[nodiscard]] const ComponentLocation& worst() const { return worst_; }
 
-  /// The slope at a step's start is M⁻¹Ψ, which says nothing of what M doesn't see …
+  /// The slope at a step's start is M⁻¹Ψ: it lacks the components that M doesn't see.
   void start_by_force() { lacks_start_ = has_any_; }
-  /// … and which is that of the parabola through both ends with the slope at the second.
+  /// Adds those components: the slope at the start of the parabola through both ends, with the slope at the second.
   void complete_start(const Rhs& rhs, auto& step) {
     if (!std::exchange(lacks_start_, false)) return;
     const auto y = in<S>(step.y), next = in<S>(step.next), end = in<S>(step.trace.end);
@@ -95,7 +94,7 @@ class AlgebraicStart {
  private:
   /// residual = P Ψ. False where there is nothing left.
   [[nodiscard]] bool leaves_residual(const Rhs& rhs, const Rate& psi) {
-    copy_rate(residual_, psi);
+    residual_ = psi;
     keep_unexplained(Rate::blocks(residual_), rhs.masses());
     bool any = false;
     for_each_number([&any](auto, Scalar x) { any = any || x != 0; }, Rate::blocks(residual_));
@@ -152,7 +151,7 @@ class AlgebraicStart {
   Rate residual_;   // P Ψ
   Plain response_;  // (1)
   std::array<Known, 2> known_;
-  Offender worst_;
+  ComponentLocation worst_;
   std::size_t start_ = 0;
   bool has_any_ = false, lacks_start_ = false;
 };

@@ -7,7 +7,7 @@
 ///
 /// or, in place of resolves, linear stages (linear_stages.hpp):
 ///
-///     linearise   Ψ, J (and Ψ_t) at (t, y)
+///     linearize   Ψ, J (and Ψ_t) at (t, y)
 ///     factorize   M − γJ
 ///     solve       (M − γJ) x = b
 ///
@@ -21,7 +21,6 @@
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/combination.hpp"
 #include "phistep/base/state/unknowns.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/step/equation/explicit_update.hpp"
 #include "phistep/step/equation/gamma.hpp"
 #include "phistep/step/mass/bound_masses.hpp"
@@ -59,7 +58,7 @@ struct Equation {
 
   /// next = y + γ M⁻¹Ψ(t, y), next.r = r + before v + after v⁺
   [[nodiscard]] Outcome forward(const Advance<Scalar>& by) {
-    if constexpr (requires { Kernel::Resolvent::looks_at_all; })
+    if constexpr (resolves_check_state())
       if (by.kick != 0) {
         know_start();
         move_fields<S>(next, y, by, Rate::blocks(std::as_const(psi)), rhs().masses());
@@ -68,7 +67,7 @@ struct Equation {
     if (by.kick != 0) return kick_drift(by);
     copy_blocks<S>(next, y);  // no weight on Ψ(t, y): it isn't evaluated
     drift_blocks<S>(next, by.before);
-    // Positions that what follows doesn't move, and doesn't look at.
+    // What follows neither moves these positions nor checks them.
     return by.before == 0 || Rhs::is_finite(next) ? Outcome::success : Outcome::non_finite_state;
   }
   /// All of an explicit step, in one pass; γ ≠ 0
@@ -110,7 +109,7 @@ struct Equation {
   [[nodiscard]] Outcome resolve(const Gamma<Scalar>& gamma, Scalar at, const Plain& guess) {
     return resolve_from(gamma, at, guess, false, {});
   }
-  /// Of a singular M, a start that does not satisfy the algebraic equations is refused (algebraic_start.hpp): once, with W for
+  /// Where M is singular, refuses a start that does not satisfy the algebraic equations (algebraic_start.hpp): once, with W for
   /// the step's first γ.
   [[nodiscard]] Outcome check_start(const Gamma<Scalar>& gamma) {
     return check_start(gamma, SolveTolerance<Plain>{}, nullptr);
@@ -121,15 +120,21 @@ struct Equation {
     if constexpr (needs.solver) return kernel.resolvent().filter(rhs(), error);
     else return Outcome::success;
   }
+  /// k = (next − b)/γ of the last resolve, M⁻¹Ψ where it ended: no evaluation
+  void slope_at_end(Rate& k) const {
+    const auto& w = kernel.resolvent().increment();
+    for_each_part([&](Index at, auto& block) { flat(block) = phistep::part(w, at, block) / last.force; },
+                  Rate::blocks(k));
+  }
   /// next.solved += factor·(next − b) of the last resolve
   void add_increment(Scalar factor) { add_unknowns<S>(next, factor, kernel.resolvent().increment()); }
 
   // ---- linear stages ----
 
   /// psi = Ψ(t, y), with J and, where has_time, Ψ_t there
-  [[nodiscard]] Outcome linearise() requires(needs.stages) { return linearise(SolveTolerance<Plain>{}); }
+  [[nodiscard]] Outcome linearize() requires(needs.stages) { return linearize(SolveTolerance<Plain>{}); }
   [[nodiscard]] const auto& psi_t() const requires(needs.stages&& has_time) { return kernel.resolvent().psi_t(); }
-  /// M − γJ of the last linearisation, factorized
+  /// M − γJ of the last linearization, factorized
   [[nodiscard]] Outcome factorize(Scalar gamma) requires(needs.stages) {
     return kernel.resolvent().factorize(rhs(), gamma);
   }
@@ -150,9 +155,9 @@ struct Equation {
   [[nodiscard]] auto& stages() requires(needs.stages) { return kernel.resolvent(); }
   [[nodiscard]] SolveTolerance<Plain> allowed() const { return {}; }
 
-  // ---- what only a traced step does something about ----
+  // ---- what only a traced step handles ----
 
-  /// The filter that comes will see x = M e₀, or e₀.
+  /// Notes x = M e₀, or e₀, to which the next filter is applied.
   static void keep_unfiltered_product(const Plain& /*x*/) {}
   static void keep_unfiltered(const Plain& /*x*/) {}
   /// The error is W₀⁻¹ M e₀, γ that of W₀, and where rates fall grows by what that has hidden. The flag says that psi is
@@ -161,7 +166,7 @@ struct Equation {
     return Outcome::success;
   }
 
-  /// The slope at the start will be read: it has to be consistent with γ, and known.
+  /// Makes the slope at the start known, and checks that it is consistent with γ.
   [[nodiscard]] static Outcome start(const Gamma<Scalar>&) { return Outcome::success; }
   /// The next resolve may start from where the slopes known lead by t + h.
   static void predict(Scalar /*h*/) {}
@@ -187,14 +192,18 @@ struct Equation {
   }
 
  protected:
+  [[nodiscard]] static constexpr bool resolves_check_state() {
+    if constexpr (needs.stages) return false;
+    else return Kernel::Resolvent::checks_state;
+  }
   /// Whether psi is the first Ψ of an iteration that starts from y itself.
   [[nodiscard]] bool knows_first_force() const { return knows_start && Rhs::is_autonomous && !Rhs::drifts; }
   void know_start() {
     if (!knows_start) rhs().evaluate_into(t, y, psi);
     knows_start = true;
   }
-  [[nodiscard]] Outcome linearise(const SolveTolerance<Plain>& allowed) {
-    const Outcome outcome = kernel.resolvent().linearise(rhs(), t, dt, y, psi, knows_start, allowed);
+  [[nodiscard]] Outcome linearize(const SolveTolerance<Plain>& allowed) {
+    const Outcome outcome = kernel.resolvent().linearize(rhs(), t, dt, y, psi, knows_start, allowed);
     knows_start = outcome == Outcome::success;
     if (outcome == Outcome::non_finite_force) copy_blocks<S>(next, y);  // kept for the failure message
     return outcome;
@@ -208,7 +217,7 @@ struct Equation {
       const Outcome outcome = kernel.algebra().check(
           rhs(), *this, allowed.weight, size,
           [&](const auto& residual, Plain& response) { return respond(gamma, residual, response, allowed); });
-      if (outcome == Outcome::inconsistent_start) kernel.transaction().accuse(kernel.algebra().worst());
+      if (outcome == Outcome::inconsistent_start) kernel.transaction().set_inconsistent(kernel.algebra().worst());
       return outcome;
     }
     return Outcome::success;
@@ -233,14 +242,12 @@ struct Equation {
       if (gamma.drift == 0) return kick(gamma.force, at);
     if constexpr (needs.solver) {
       auto& resolvent = kernel.resolvent();
-      if constexpr (requires { resolvent.wants_differences(); })
-        psi_known = psi_known && !(is_carried && resolvent.wants_differences());
+      psi_known = psi_known && !(is_carried && resolvent.wants_differences());
       knows_start = ends_with_psi = false;
       last = gamma;
       const Outcome outcome =
           resolvent.resolve(rhs(), gamma, at, next, guess, psi, kernel.transaction().record(), psi_known, allowed);
-      if constexpr (requires { Kernel::Resolvent::looks_at_all; }) return outcome;
-      if (failed(outcome)) return outcome;
+      if (failed(outcome) || resolves_check_state()) return outcome;
       return Rhs::is_finite(next) ? Outcome::success : Outcome::non_finite_state;
     }
     return Outcome::success;

@@ -12,10 +12,9 @@
 #include <utility>
 
 #include "phistep/base/facts/implicit_solver.hpp"
-#include "phistep/base/machine/only.hpp"
+#include "phistep/base/machine/memory.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/step/equation/explicit_update.hpp"
 #include "phistep/step/equation/origin.hpp"
 #include "phistep/step/in_place/in_place_step.hpp"
@@ -58,11 +57,12 @@ class ExplicitPasses {
       if (done) in_place_.end();
     if constexpr (follows_active) unchanged_.end_step(done);
   }
-  /// What is known of where the next step starts.
-  void forget() {
+  /// What is known of where the next step starts. @param stays  but for which particles are outside the active set
+  void forget(bool stays = false) {
     if constexpr (steps_in_place) arrays_.forget();
     if constexpr (writes_in_place) in_place_.forget();
-    if constexpr (follows_active) unchanged_.forget();
+    if constexpr (follows_active)
+      if (!stays) unchanged_.forget();
   }
 
   [[nodiscard, gnu::always_inline]] inline Outcome kick_drift(Rhs& rhs, auto& step, const auto& by) {

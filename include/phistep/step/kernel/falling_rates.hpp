@@ -17,19 +17,17 @@
 #include <cmath>
 #include <cstddef>
 #include <type_traits>
-#include <utility>
 
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/combination.hpp"
 #include "phistep/base/state/unknowns.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/step/equation/gamma.hpp"
 #include "phistep/step/mass/bound_masses.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-/// Looks after the estimates of a kernel's traced steps. It has room from the first one on.
+/// Corrects the estimates of a kernel's traced steps. Allocates with the first one.
 template <State S>
 class FallingRates {
  public:

@@ -7,11 +7,10 @@
 #include <utility>
 
 #include "phistep/base/facts/implicit_solver.hpp"
-#include "phistep/base/machine/only.hpp"
+#include "phistep/base/machine/memory.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/step_report.hpp"
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/step/equation/origin.hpp"
 #include "phistep/step/equation/right_hand_side.hpp"
 #include "phistep/step/kernel/algebraic_start.hpp"
@@ -28,12 +27,11 @@ namespace phistep { inline namespace PHISTEP_ABI {
 
 // What solves a scheme's implicit equations, by the scheme's needs and the user's solver.
 
-/// Of an explicit scheme: nothing.
-struct NoResolvent {
+/// An explicit scheme solves nothing.
+struct NoResolvent : ResolventDefaults {
   explicit NoResolvent(const auto&...) {}
-  static void forget() {}
-  static void reset() {}
   static void resize(const auto&, const auto&) {}
+  [[nodiscard]] static const char* solver_name() { return "none"; }
 };
 
 template <class Solver>
@@ -60,7 +58,7 @@ template <State S, class Rhs, class Solver, KernelNeeds needs>
   static_assert(
       !needs.stages || requires { typename Solver::LinearSolver; },
       "phistep: this scheme solves linear equations and iterates nothing: give it newton<LinearSolver>() or "
-      "newton<MatrixFree<Eigen::BiCGSTAB>>(), not fixed_point()");
+      "newton<MatrixFree<>>(), not fixed_point()");
   if constexpr (needs.stages) return StagesFor<S, Rhs, LinearSolver, needs.shifted>{};
   else if constexpr (needs.solver) return ResolventFor<S, Rhs, Solver, needs.position>{};
   else return std::type_identity<NoResolvent>{};
@@ -83,11 +81,11 @@ class Kernel {
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
   static constexpr KernelNeeds needs = needs_of;
-  /// One correction leaves the linearised Ψ. Carrying it would replace every later force call by a linearisation.
+  /// One correction leaves the linearized Ψ. Carrying it would replace every later force call by a linearization.
   static constexpr bool carries = needs.carries && !is_linearly_implicit<Solver>;
   using Transaction = phistep::Transaction<S, Rhs, carries>;
   using Equation = phistep::Equation<Kernel>;
-  using Traced = TracedEquation<Equation, NoJudge>;
+  using Traced = TracedEquation<Equation>;
   using Passes = ExplicitPasses<S, Rhs, needs, carries>;
   using Resolvent = ResolventOf<S, Rhs, Solver, needs>;
   static constexpr bool may_see_falling_rates =
@@ -110,12 +108,9 @@ class Kernel {
   }
   /// Runs `advance(TracedEquation&) → Outcome` as one step. Where it ends with an outcome, the next, shorter try reuses Jacobian and
   /// factors.
-  template <class Judge>
-  StepReport run_traced(S& state, const auto& step, Origin origin, Trace<Plain>& trace, const Judge& judge,
+  StepReport run_traced(S& state, const auto& step, Origin origin, Trace<Plain>& trace, const Judge<Plain>& judge,
                         auto&& advance, auto&& accepted) {
-    const auto bind = [&](auto&... where) {
-      return TracedEquation<Equation, Judge>{Equation{*this, where...}, trace, judge};
-    };
+    const auto bind = [&](auto&... where) { return Traced{Equation{*this, where...}, trace, judge}; };
     return run(state, step, origin, true, bind, advance, accepted);
   }
   /// Several steps in a call.
@@ -126,17 +121,13 @@ class Kernel {
     transaction_.reset();
     return passes_.arrays().run(rhs_, transaction_, state, t, dt, origin, advance);
   }
-  /// Of the last step: the sizes of its solves' corrections.
+  /// The sizes of the corrections in the solves of the last step.
   [[nodiscard]] const SolveRecord& last_solve() const { return transaction_.record(); }
   [[nodiscard]] bool keeps_factors() const {
     if constexpr (needs.stages) return true;
-    else if constexpr (needs.solver) return resolvent_.keeps_factors();
-    else return false;
+    else return resolvent_.keeps_factors();
   }
-  [[nodiscard]] const char* solver_name() const {
-    if constexpr (needs.solver || needs.stages) return resolvent_.solver_name();
-    else return "none";
-  }
+  [[nodiscard]] const char* solver_name() const { return resolvent_.solver_name(); }
   [[nodiscard]] Rhs& rhs() { return rhs_; }
   [[nodiscard]] const Rhs& rhs() const { return rhs_; }
   [[nodiscard]] Passes& passes() { return passes_; }
@@ -153,10 +144,10 @@ class Kernel {
   }
   /// Forgets what solves have left, and nothing else.
   void forget_solves() { resolvent_.forget(); }
-  /// Forgets Ψ alone.
-  void forget_force() {
+  /// Forgets Ψ alone. @param stays  the state is known to be as it was: another active set is the reason
+  void forget_force(bool stays = false) {
     transaction_.reset();
-    passes_.forget();
+    passes_.forget(stays);
     if constexpr (needs.stages) resolvent_.forget_force();
   }
   void resize(const S& state, const PlainState<S>& copy, typename Rhs::Masses masses) {
@@ -173,7 +164,7 @@ class Kernel {
   static constexpr bool has_unsaved = FieldState<S> || requires(Resolvent & resolvent) { resolvent.forget_unsaved(); };
   /// Forgets what a checkpoint leaves out: Jacobian, factors, patterns, and what solves have learnt.
   void forget_unsaved() requires(has_unsaved) {
-    // That Ψ is known is a matter of this vector, not of its numbers.
+    // A field's Ψ is known by the vector itself, not by its numbers.
     if constexpr (FieldState<S>) transaction_.reset();
     if constexpr (requires { resolvent_.forget_unsaved(); }) resolvent_.forget_unsaved();
     algebra_.forget();
@@ -191,15 +182,7 @@ class Kernel {
   }
 
  private:
-  /// What ends otherwise than well, by an exception as well, is forgotten.
-  struct Unless {
-    Kernel& kernel;
-    bool is = false;
-    ~Unless() {
-      if (!is) kernel.forget_solves();
-    }
-  };
-  /// A step that was refused for its arguments wasn't.
+  /// False for steps refused for their arguments, before anything was computed.
   [[nodiscard]] static constexpr bool is_begun(Outcome outcome) {
     return outcome != Outcome::invalid_step && outcome != Outcome::step_too_small;
   }
@@ -209,10 +192,13 @@ class Kernel {
                  auto& accepted) {
     passes_.begin_step(rhs_, state, origin, keeps_tries);
     if constexpr (needs.solver || needs.stages) {
-      Unless done{*this};
+      bool is_done = false;  // unless the step succeeds, what solves have made is dropped, also on an exception
+      const AtExit forget{[&] {
+        if (!is_done) forget_solves();
+      }};
       const StepReport report = transaction_.run(rhs_, state, steps, origin, bind, advance, accepted);
       if (report) algebra_.reached(steps.t(0) + steps.dt, state);
-      done.is = keeps_tries || report || !is_begun(report.outcome());
+      is_done = keeps_tries || report || !is_begun(report.outcome());
       return report;
     } else {
       const StepReport report = transaction_.run(rhs_, state, steps, origin, bind, advance, accepted);

@@ -21,7 +21,6 @@
 
 #include "phistep/base/facts/scheme_facts.hpp"
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/step/kernel/kernel.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
@@ -32,7 +31,7 @@ class SchemeOn {
   static_assert(!sizeof(Scheme), "phistep: this is no scheme, or the header that defines it is not included");
 };
 
-/// Of a scheme that keeps nothing from step to step.
+/// Base of a scheme that keeps nothing from step to step.
 struct SchemeDefaults {
   /// How far a scheme has come since its start: part of a checkpoint.
   struct Progress {};
@@ -45,11 +44,15 @@ struct SchemeDefaults {
   static void accepted() {}  ///< the step just advanced has become the state
   /// Ψ as the step's last resolve has left it may serve the next one: an error in it dies out.
   [[nodiscard]] static bool leaves_force() { return true; }
-  [[nodiscard]] static Outcome error(auto& /*eq*/) { return Outcome::success; }  ///< step() has told it
+  [[nodiscard]] static Outcome error(auto& /*eq*/) { return Outcome::success; }  ///< step() leaves it
   /// Ψ exists at the end of the traced step just taken.
   [[nodiscard]] static Outcome reach_end(auto& eq) { return eq.reach_end(); }
+  /// `interpolate` has what it needs of the step done last; it may call the force for that.
+  [[nodiscard]] static bool know_inside(auto& /*rhs*/, auto /*dt*/, const auto& /*y0*/) { return true; }
   static constexpr bool traces = false, interpolates = false, is_sure_inside = false, reads_weights = false;
   static constexpr bool has_inner_steps = false;  ///< its slopes don't tell what is inside, nor whether Δt may change
+  static constexpr bool looks_back =
+      false;  ///< it takes more than Ψ from the step before: nothing moves the state between
   [[nodiscard]] static bool takes_singular_mass() { return false; }  ///< M y' = Ψ with a singular M: never asks for M⁻¹
   static constexpr std::array<double, 2> doubtful_at = usually_doubtful;
 };
@@ -90,7 +93,7 @@ concept Interpolates = requires(const Text& text, ScalarOf<S> x, const PlainStat
   text.interpolate(x, x, y, y, out);                        // out = y(t + x Δt), 0 < x < 1, of the step from y to y
   { Text::doubtful_at[0] } -> std::convertible_to<double>;  // where that is worst, to be checked by real steps
 };
-/// … and does what it says of itself.
+/// A text that has what its own facts promise.
 template <class Text, class S, class Kernel>
 concept StepsOn = TakesSteps<Text, S, Kernel> &&
     (!Text::traces || TakesTracedSteps<Text, Kernel>)&&(!Text::interpolates || Interpolates<Text, S>);

@@ -10,39 +10,30 @@
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/combination.hpp"
-#include "phistep/base/state/reductions.hpp"
 #include "phistep/base/state/unknowns.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/step/equation/gamma.hpp"
 #include "phistep/step/transaction/trace.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-/// A judge that accepts every step.
-struct NoJudge {
-  [[nodiscard]] bool operator()(const auto& /*y*/, const auto& /*next*/, const auto& /*trace*/) const { return true; }
-};
-
-/// @tparam Judge  (y, y⁺, trace) → whether the step may become the state; with sizes of its own, size(x, y, y⁺) → ‖x‖ and
-///                size_of_error(y, y⁺) → ‖trace.error‖ in units of the tolerance, else the weighted RMS serves
-template <class Eq, class Judge>
+template <class Eq>
 struct TracedEquation : Eq {
   using S = typename Eq::S;
   using Eq::y, Eq::t, Eq::dt, Eq::next, Eq::psi, Eq::kernel, Eq::rhs;
   using typename Eq::Scalar, typename Eq::Plain, typename Eq::Rate;
   static constexpr bool is_traced = true;
   /// Errors are judged, and filtered by factors of the step's matrix, which changes.
-  static constexpr bool sees_falling_rates = Eq::Kernel::may_see_falling_rates && requires(const Judge& by) {
-    by.allowed();
-  };
+  [[nodiscard]] bool sees_falling_rates() const {
+    return Eq::Kernel::may_see_falling_rates && judge.has_sizes() && !kernel.last_solve().is_singular;
+  }
 
   Trace<Plain>& trace;
-  const Judge& judge;
+  const Judge<Plain>& judge;
   bool has_prediction = false;  ///< trace.predicted is where the next resolve starts
   bool has_resolved = false;    ///< trace.end is the slope at the end of a resolve of this step
   Scalar sought{};              ///< [time] how long after t the end of that resolve is
 
-  TracedEquation(Eq&& eq, Trace<Plain>& leaves, const Judge& by) : Eq{std::move(eq)}, trace{leaves}, judge{by} {
+  TracedEquation(Eq&& eq, Trace<Plain>& leaves, const Judge<Plain>& by) : Eq{std::move(eq)}, trace{leaves}, judge{by} {
     trace.dt = dt;
     trace.has_slopes = trace.has_error = false;
     trace.error_scale_square = 1;
@@ -66,7 +57,7 @@ struct TracedEquation : Eq {
     return Outcome::success;
   }
   [[nodiscard]] Outcome euler(const auto& by) { return forward(by); }
-  /// The kick tells y'(t), and is predicted to be followed by its like.
+  /// The kick gives y'(t); the next kick is predicted to be like it.
   [[nodiscard]] Outcome kick_drift(const auto& by) {
     if (const Outcome bad = Eq::kick_drift(by); failed(bad)) return bad;
     assign_solved<S>(trace.start, (in<S>(next) - in<S>(y)) / by.kick);
@@ -81,7 +72,7 @@ struct TracedEquation : Eq {
                    Blocks<S>::solved(trace.start));
     return Outcome::success;
   }
-  /// On the parabola through y, y' and the slope known last: that of the step before (Adams-Bashforth of order 2 at h = Δt), or
+  /// Predicts next on the parabola through y, y' and the slope known last: that of the step before (Adams-Bashforth of order 2 at h = Δt), or
   /// of this step's last resolve.
   void predict(Scalar h) {
     const Scalar since = has_resolved ? sought : -trace.dt_before;  // that slope, seen from t
@@ -92,7 +83,7 @@ struct TracedEquation : Eq {
     has_prediction = true;
   }
 
-  /// Sought from the prediction where there is one, and then from `guess` if the force doesn't exist there.
+  /// Solves from the prediction where there is one, and then from `guess` if the force doesn't exist there.
   [[nodiscard]] Outcome resolve(const Gamma<Scalar>& gamma, Scalar at, const Plain& guess) {
     return resolve(gamma, at, guess, false);
   }
@@ -100,7 +91,7 @@ struct TracedEquation : Eq {
   [[nodiscard]] Outcome check_start(const Gamma<Scalar>& gamma) {
     return Eq::check_start(gamma, allowed(), [this](const Plain& x) { return size_of(x, y); });
   }
-  [[nodiscard]] Outcome linearise() requires(Eq::needs.stages) { return Eq::linearise(allowed()); }
+  [[nodiscard]] Outcome linearize() requires(Eq::needs.stages) { return Eq::linearize(allowed()); }
   [[nodiscard]] SolveTolerance<Plain> allowed() const {
     return {&trace.weight, trace.newton_target, trace.rtol, trace.usual, trace.has_unsized};
   }
@@ -127,7 +118,7 @@ struct TracedEquation : Eq {
   // ---- what a filter hides (falling_rates.hpp) ----
 
   [[nodiscard]] Outcome filter(Plain& error) {
-    if (!sees_falling_rates || is_mild()) return Eq::filter(error);
+    if (!Eq::Kernel::may_see_falling_rates || !judge.has_sizes() || is_mild()) return Eq::filter(error);
     if (const Outcome bad = add_defect(this->last.force, error); failed(bad)) return bad;
     keep_unfiltered(error);
     if (const Outcome bad = filter_once(error); failed(bad)) return bad;
@@ -138,24 +129,23 @@ struct TracedEquation : Eq {
   [[nodiscard]] Outcome filter_once(Plain& x) { return Eq::filter(x); }
   /// to.solved += γ (M⁻¹Ψ⁺ − trace.end)
   [[nodiscard]] Outcome add_defect(Scalar gamma, Plain& to) {
-    if constexpr (sees_falling_rates)
-      if (!kernel.last_solve().is_singular) return kernel.falling_rates().add_defect(*this, gamma, to);
+    if constexpr (Eq::Kernel::may_see_falling_rates)
+      if (sees_falling_rates()) return kernel.falling_rates().add_defect(*this, gamma, to);
     return Outcome::success;
   }
   void keep_unfiltered(const Plain& x) {
-    if constexpr (sees_falling_rates) kernel.falling_rates().keep(x);
+    if constexpr (Eq::Kernel::may_see_falling_rates) kernel.falling_rates().keep(x);
   }
   void keep_unfiltered_product(const Plain& x) {
-    if constexpr (sees_falling_rates) kernel.falling_rates().keep_product(x, rhs().masses());
+    if constexpr (Eq::Kernel::may_see_falling_rates) kernel.falling_rates().keep_product(x, rhs().masses());
   }
   [[nodiscard]] Outcome see_falling_rates(const Gamma<Scalar>& gamma, bool knows_beside) {
-    if constexpr (sees_falling_rates) return see_falling_rates(gamma, judge.allowed(), knows_beside);
-    return Outcome::success;
+    return judge.has_sizes() ? see_falling_rates(gamma, judge.allowed(), knows_beside) : Outcome::success;
   }
   /// @param allowed  of a scheme that judges its steps itself
   [[nodiscard]] Outcome see_falling_rates(const Gamma<Scalar>& gamma, double allowed, bool knows_beside) {
-    if constexpr (sees_falling_rates)
-      if (!kernel.last_solve().is_singular) return kernel.falling_rates().see(*this, gamma, allowed, knows_beside);
+    if constexpr (Eq::Kernel::may_see_falling_rates)
+      if (sees_falling_rates()) return kernel.falling_rates().see(*this, gamma, allowed, knows_beside);
     return Outcome::success;
   }
   /// The same after an iteration, whose J may be old. trace.has_hidden: rates have fallen since it was made
@@ -166,15 +156,9 @@ struct TracedEquation : Eq {
     return seen;
   }
   /// ‖x‖ in units of the tolerance, of what a state between y and y1 is off
-  [[nodiscard]] double size_of(const Plain& x, const Plain& y1) const {
-    if constexpr (requires { judge.size(x, y, y1); }) return judge.size(x, y, y1);
-    else return weighted_rms(x, trace.weight);
-  }
+  [[nodiscard]] double size_of(const Plain& x, const Plain& y1) const { return judge.size(x, y, y1, trace); }
   /// The size of the step's own estimate, trace.error, likewise, for schemes that judge their steps themselves
-  [[nodiscard]] double size_of_error() const {
-    if constexpr (requires { judge.size_of_error(y, next); }) return judge.size_of_error(y, next);
-    else return weighted_rms(trace.error, trace.weight);
-  }
+  [[nodiscard]] double size_of_error() const { return judge.size_of_error(y, next, trace); }
   /// Completes trace.start where it is M⁻¹Ψ of a singular M.
   void complete_start() { kernel.algebra().complete_start(rhs(), *this); }
   void tell(auto&& f) { f(trace); }
@@ -187,8 +171,8 @@ struct TracedEquation : Eq {
   /// The last resolve's matrix is that of the masses, nearly. Of fields over ranks more is not asked: it would take them reductions.
   [[nodiscard]] bool is_mild() const {
     if constexpr (FieldState<S>) return true;
-    if constexpr (requires { kernel.resolvent().is_mild(); }) return has_resolved && kernel.resolvent().is_mild();
-    return false;
+    else if constexpr (Eq::needs.stages) return false;
+    else return has_resolved && kernel.resolvent().is_mild();
   }
   /// @param from_y  the guess is y
   [[nodiscard]] Outcome resolve(const Gamma<Scalar>& gamma, Scalar at, const Plain& guess, bool from_y) {

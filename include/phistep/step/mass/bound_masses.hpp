@@ -2,8 +2,6 @@
 /// M of M y' = Ψ for a state of several blocks: a tuple with the mass of each solved block, bound to its size.
 #pragma once
 
-#include <Eigen/Core>
-
 #include <cstddef>
 #include <stdexcept>
 #include <string>
@@ -12,17 +10,16 @@
 #include <utility>
 
 #include "phistep/base/facts/structure.hpp"
+#include "phistep/base/outcome/step_report.hpp"
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/state/reductions.hpp"
 #include "phistep/base/state/unknowns.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/step/mass/mass.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
 /// The masses that the user gave, bound to the solved blocks of y. @throws std::invalid_argument where sizes differ
 template <State S, class Plain>
-[[nodiscard]] auto bind_masses(const UnitMasses&, const Plain& y) {
+[[nodiscard]] auto bind_masses(UnitMasses, const Plain& y) {
   if constexpr (requires { S::masses(y); }) return S::masses(y);  // the state has its own
   else return []<std::size_t... K>(std::index_sequence<K...>) {
       return std::tuple{(static_cast<void>(K), UnitMass{})...};
@@ -90,7 +87,7 @@ template <class Mass>
   }
   return true;
 }
-/// … of all solved blocks.
+/// The same for all solved blocks.
 template <class... Block>
 [[nodiscard]] bool divide_by_mass(const std::tuple<Block&...>& blocks, const auto& masses) {
   bool done = true;
@@ -99,8 +96,8 @@ template <class... Block>
 }
 
 /// A component without an equation for its rate, named by block and index; none where M is regular.
-[[nodiscard]] Offender algebraic_component(const auto& masses) {
-  Offender found;
+[[nodiscard]] ComponentLocation algebraic_component(const auto& masses) {
+  ComponentLocation found;
   for_each_block(
       [&found](auto k, const auto& mass) {
         if constexpr (MayBeSingular<std::remove_cvref_t<decltype(mass)>>)
@@ -109,23 +106,22 @@ template <class... Block>
       masses);
   return found;
 }
-/// rates ← its part outside the range of M: the residual of the algebraic equations.
-void keep_unexplained(const auto& rates, const auto& masses) {
+/// f(mass, block) where a mass may be singular; other blocks become zero.
+void keep_of_singular(const auto& blocks, const auto& masses, auto&& f) {
   for_each_block(
-      [](auto, auto& rate, const auto& mass) {
-        if constexpr (MayBeSingular<std::remove_cvref_t<decltype(mass)>>) mass.keep_unexplained(flat(rate));
-        else rate.setZero();
-      },
-      rates, masses);
-}
-/// Solved blocks ← what M doesn't see of them.
-void keep_unseen(const auto& blocks, const auto& masses) {
-  for_each_block(
-      [](auto, auto& block, const auto& mass) {
-        if constexpr (MayBeSingular<std::remove_cvref_t<decltype(mass)>>) mass.keep_unseen(flat(block));
+      [&f](auto, auto& block, const auto& mass) {
+        if constexpr (MayBeSingular<std::remove_cvref_t<decltype(mass)>>) f(mass, flat(block));
         else block.setZero();
       },
       blocks, masses);
+}
+/// rates ← its part outside the range of M: the residual of the algebraic equations.
+void keep_unexplained(const auto& rates, const auto& masses) {
+  keep_of_singular(rates, masses, [](const auto& mass, auto&& rate) { mass.keep_unexplained(rate); });
+}
+/// Solved blocks ← what M doesn't see of them.
+void keep_unseen(const auto& blocks, const auto& masses) {
+  keep_of_singular(blocks, masses, [](const auto& mass, auto&& block) { mass.keep_unseen(block); });
 }
 
 /// put(i, j, m) for each entry of M over all unknowns: a function of `put` that refers to both arguments.
@@ -142,16 +138,16 @@ template <State S>
 
 // Which masses an equation can't have.
 
-/// Of m v' = Ψ, the first block solved for: ½ vᵀMv is an energy, > 0 wherever v ≠ 0. Numbers were checked where they were given,
+/// The first block of m v' = Ψ that is solved for needs a mass > 0: ½ vᵀMv is an energy, > 0 wherever v ≠ 0. Numbers were checked where they were given,
 /// but for zeros. Blocks beside it, such as temperatures, have a regular M.
 /// @throws std::invalid_argument
 void refuse_masses_of_motion(const auto& masses) {
-  if (const Offender at = algebraic_component(masses))
+  if (const ComponentLocation at = algebraic_component(masses))
     throw std::invalid_argument("phistep: a mass of motion must be > 0, and a mass matrix invertible: component " +
                                 std::to_string(at.index));
   for_each_block(
       [](auto k, const auto& mass) {
-        if constexpr (k == 0 && requires { mass.is_positive_definite(); })
+        if constexpr (k == 0 && std::remove_cvref_t<decltype(mass)>::is_matrix)
           if (!mass.is_positive_definite())
             throw std::invalid_argument(
                 "phistep: a mass matrix of motion must be symmetric and positive definite, as 1/2 v^T M v is an "
@@ -160,10 +156,10 @@ void refuse_masses_of_motion(const auto& masses) {
       masses);
 }
 
-/// Of M y' = Ψ, where the scheme or its solver needs M⁻¹.
+/// M y' = Ψ needs a regular M where the scheme or its solver needs M⁻¹.
 /// @throws std::invalid_argument
 void refuse_singular_masses(const auto& masses, const std::string& scheme) {
-  if (const Offender at = algebraic_component(masses))
+  if (const ComponentLocation at = algebraic_component(masses))
     throw std::invalid_argument(
         "phistep: M is singular (component " + std::to_string(at.index) + " of block " + std::to_string(at.block) +
         " is algebraic) and " + scheme +

@@ -21,7 +21,6 @@
 #include "phistep/base/facts/structure.hpp"
 #include "phistep/base/machine/shares.hpp"
 #include "phistep/base/numbers/update.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/step/mass/matrix_mass.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
@@ -168,7 +167,7 @@ class DiagonalMass : public ComponentMass<DiagonalMass<T, size>> {
       if (mass_[i] != 0) x[i] = 0;
   }
   void keep_unseen(auto&& x) const { keep_unexplained(x); }
-  /// That of a particle alone, whose dim components begin at `at`.
+  /// The mass of one particle, whose dim components begin at `at`.
   template <int dim>
   [[nodiscard]] DiagonalMass<T, dim> particle(Eigen::Index at) const {
     return {mass_.template segment<dim>(at), inverse_.template segment<dim>(at)};
@@ -189,7 +188,7 @@ struct MassList {
   std::tuple<M...> masses;
 };
 
-/// Which kind of mass an argument of mass() is. Specialise it for a mass type of one's own.
+/// Which kind of mass an argument of mass() is. Specialize it for a mass type of one's own.
 template <class T>
 struct MassKind {
   static_assert(!sizeof(T), "phistep: a mass is a number, an Eigen vector or a matrix (sparse: <phistep/sparse.hpp>)");

@@ -16,7 +16,7 @@
 
 #include "phistep/base/facts/structure.hpp"
 #include "phistep/base/numbers/update.hpp"
-#include "phistep/base/version.hpp"
+#include "phistep/force/signature.hpp"
 #include "phistep/step/matrix/dense_lu.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
@@ -78,21 +78,28 @@ struct Equilibrium {
   }
 };
 
-/// Of a dense M.
-template <class T>
-class DenseGeneralizedInverse {
+/// G of a dense or sparse M, by the QR decomposition that Eigen has for its kind.
+template <class Matrix, class Qr>
+class GeneralizedInverse {
+  using T = typename Matrix::Scalar;
+  using Vector = Eigen::Matrix<T, Eigen::Dynamic, 1>;
+
  public:
-  using Matrix = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic>;
-  explicit DenseGeneralizedInverse(const Matrix& M)
-      : scales_{M.rows(),
-                [&M](auto&& f) {
-                  for (Eigen::Index j = 0; j < M.cols(); ++j)
-                    for (Eigen::Index i = 0; i < M.rows(); ++i)
-                      if (M(i, j) != 0) f(i, j, M(i, j));
-                }},
-        qr_{M.rows(), M.cols()} {
-    qr_.setThreshold(rank_threshold<T>(M.rows()));
-    qr_.compute(scales_.rows.asDiagonal() * M * scales_.columns.asDiagonal());
+  explicit GeneralizedInverse(const Matrix& M)
+      : scales_{M.rows(), [&M](auto&& f) {
+                  for_each_stored(M, [&f](Eigen::Index i, Eigen::Index j, T m) {
+                    if (m != 0) f(i, j, m);
+                  });
+                }} {
+    Matrix scaled = scales_.rows.asDiagonal() * M * scales_.columns.asDiagonal();
+    const T threshold = rank_threshold<T>(M.rows());
+    if constexpr (is_sparse_matrix<Matrix>) {
+      scaled.makeCompressed();
+      qr_.setPivotThreshold(threshold);  // columns are about as long as one
+    } else {
+      qr_.setThreshold(threshold);
+    }
+    qr_.compute(scaled);
   }
   [[nodiscard]] Eigen::Index rank() const { return qr_.rank(); }
   /// A component that M doesn't see but for others, −1 where M is regular.
@@ -102,18 +109,17 @@ class DenseGeneralizedInverse {
   [[nodiscard]] const Equilibrium<T>& scales() const { return scales_; }
   /// x ← G x
   void solve(auto&& x) const {
-    Eigen::Matrix<T, Eigen::Dynamic, 1> scaled = scales_.rows.cwiseProduct(x);
-    x = scales_.columns.cwiseProduct(qr_.solve(scaled));
+    const Vector scaled = scales_.rows.cwiseProduct(x), found = qr_.solve(scaled);
+    x = scales_.columns.cwiseProduct(found);
   }
 
  private:
   Equilibrium<T> scales_;
-  Eigen::ColPivHouseholderQR<Matrix> qr_;
+  Qr qr_;
 };
 
 /// What mass matrices do by their solve(x): x ← M⁻¹ x, or G x.
-/// @tparam Range  makes G
-template <class Mass, class Matrix, class Range>
+template <class Mass, class Matrix, class Qr>
 class MatrixMass {
   using T = typename Matrix::Scalar;
   using Vector = Eigen::Matrix<T, Eigen::Dynamic, 1>;
@@ -135,6 +141,10 @@ class MatrixMass {
     x -= seen;
   }
   [[nodiscard]] static UniformFactor<T> scaled(T h) { return {h}; }
+  void for_each_entry(Eigen::Index /*n*/, auto&& f) const { for_each_stored(mass_, f); }
+  void add_product(auto&& x, auto& out) const {
+    for_each_stored(mass_, [&](Eigen::Index i, Eigen::Index j, T m) { out.data()[i] += m * x(j); });
+  }
   /// Symmetric but for rounding, and xᵀMx > 0 for all x ≠ 0.
   [[nodiscard]] bool is_positive_definite() const {
     const Matrix transposed = mass_.transpose();
@@ -143,6 +153,7 @@ class MatrixMass {
   }
 
  protected:
+  using Range = GeneralizedInverse<Matrix, Qr>;
   explicit MatrixMass(Matrix mass) : mass_{std::move(mass)} {}
   void check_size(const auto& block) const {
     if (mass_.rows() != block.size())
@@ -159,8 +170,8 @@ class MatrixMass {
 
 /// A dense mass matrix, factorized once. It is singular where rounding of its entries explains a pivot.
 template <class T>
-class DenseMass
-    : public MatrixMass<DenseMass<T>, Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic>, DenseGeneralizedInverse<T>> {
+class DenseMass : public MatrixMass<DenseMass<T>, Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic>,
+                                    Eigen::ColPivHouseholderQR<Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic>>> {
  public:
   static constexpr Structure structure = Structure::dense;
   using Matrix = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic>;
@@ -171,7 +182,7 @@ class DenseMass
     lu_.resize(mass_.rows());
     lu_.matrix() = mass_;
     if (lu_.factorize() && lu_.pivot_ratio() > T(1e-6)) return;
-    auto range = std::make_shared<DenseGeneralizedInverse<T>>(mass_);  // badly scaled, or singular
+    auto range = std::make_shared<typename Base::Range>(mass_);  // badly scaled, or singular
     if (range->rank() < mass_.rows() || !lu_.factorize()) range_ = std::move(range);
   }
   template <class Scalar, class Block>
@@ -188,14 +199,6 @@ class DenseMass
     return Eigen::LLT<Matrix>{M}.info() == Eigen::Success;
   }
   void subtract_product(const auto& x, auto&& out) const { out.noalias() -= mass_ * x; }
-  void for_each_entry(Eigen::Index n, auto&& f) const {
-    for (Eigen::Index j = 0; j < n; ++j)
-      for (Eigen::Index i = 0; i < n; ++i) f(i, j, mass_(i, j));
-  }
-  void add_product(auto&& x, auto& out) const {
-    for (Eigen::Index j = 0; j < mass_.cols(); ++j)
-      for (Eigen::Index i = 0; i < mass_.rows(); ++i) out.data()[i] += mass_(i, j) * x(j);
-  }
 
  private:
   using Base = typename DenseMass::MatrixMass;

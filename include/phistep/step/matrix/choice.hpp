@@ -8,7 +8,6 @@
 #include <array>
 
 #include "phistep/base/facts/structure.hpp"
-#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -26,8 +25,8 @@ struct MatrixFacts {
   bool differenced = false;     ///< K and C are made by differences: symmetric, if at all, only to their accuracy
   bool static_pattern = false;  ///< the entries of W are known one by one, and spare half of an elimination
   bool own_solver = false;      ///< the user named a class with Eigen's sparse solver interface
-  bool matrix_free = false;     ///< … or one that wants products in place of a matrix
-  bool preconditioned = false;  ///< … or a preconditioned Krylov method
+  bool matrix_free = false;     ///< the user named a solver that wants products in place of a matrix
+  bool preconditioned = false;  ///< the user named a preconditioned Krylov method
 };
 
 /// The systems.
@@ -107,6 +106,7 @@ struct SystemFor {
   static_assert(kind != SystemKind::own,
                 "phistep: a linear solver of one's own needs a sparse Jacobian, and <phistep/sparse.hpp>");
   static_assert(kind == SystemKind::own, "phistep: this force has a sparse Jacobian: #include <phistep/sparse.hpp>");
+  using type = int;  // no second error
 };
 
 }}  // namespace phistep::PHISTEP_ABI

@@ -5,19 +5,18 @@
 
 #include <Eigen/Core>
 
+#include <cmath>
 #include <concepts>
 #include <cstddef>
 #include <utility>
 
-#include "phistep/base/machine/only.hpp"
+#include "phistep/base/machine/memory.hpp"
+#include "phistep/base/numbers/arithmetic.hpp"
 #include "phistep/base/numbers/finite_witness.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/statistics.hpp"
-#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
-
-// K = ∂Ψ/∂r and C = ∂Ψ/∂v (or ∂Ψ/∂y) side by side, and their part of W = M − γ_f C − γ_f γ_d K.
 
 /// n rows with `lower` diagonals below the main one and `upper` above.
 struct BandWidth {
@@ -33,7 +32,7 @@ struct Tangents {
   [[no_unique_address]] Only<has_K, Array, 0> K;
   [[no_unique_address]] Only<stores_C, Array, 1> C;
 
-  /// All to zero.
+  /// Sets all entries to zero.
   void resize(auto... size) {
     for_each([&](Array& x) { x.setZero(size...); });
   }
@@ -54,6 +53,18 @@ struct Tangents {
     if constexpr (has_K) return K.rows();
     else return C.rows();
   }
+  [[nodiscard]] double largest_K() const {
+    if constexpr (has_K) return largest(K);
+    else return 0;
+  }
+  /// The largest |K_ij|/|W_ij| of largest entries row by row: a heavy component must not hide how stiff the others are.
+  [[nodiscard]] double largest_share(const Array& W) const {
+    if constexpr (has_K)
+      if (K.size() > 0)
+        return static_cast<double>(
+            (K.cwiseAbs().rowwise().maxCoeff().array() / W.cwiseAbs().rowwise().maxCoeff().array()).maxCoeff());
+    return 0;
+  }
   /// The entries of K and C at one place, zero for what isn't there.
   [[nodiscard]] std::pair<Scalar, Scalar> at(auto... place) const {
     std::pair<Scalar, Scalar> entries{};
@@ -70,6 +81,32 @@ struct Tangents {
   [[nodiscard]] auto part(Scalar gamma_force, Scalar gamma_drift) const {
     return part(gamma_force, gamma_drift, [](const Array& x) -> const Array& { return x; });
   }
+};
+
+/// What a system need not have. Linearization asks each for all of it.
+struct SystemDefaults {
+  static void take(const auto& /*linear*/) {}                    ///< the user's linear solver
+  static void begin_anew() {}                                    ///< forgets what solves have found out about W
+  static void forget_pattern() {}                                ///< forgets W's pattern, with what was made of it
+  static void scale_rows_by(auto&& /*weigh*/, auto /*rtol*/) {}  ///< see RowScales::begin
+  [[nodiscard]] static bool has_solver() { return true; }        ///< false in a copy that has one to make
+  [[nodiscard]] static Eigen::Index singular_particle() { return -1; }
+  [[nodiscard]] static const char* name(const char* of_row) { return of_row; }
+};
+
+/// How large the entries of W are, and how much of them K makes.
+class Sizes : public SystemDefaults {
+ public:
+  void set(double drift_share, double magnitude) { drift_share_ = drift_share, magnitude_ = magnitude; }
+  void measure(double gamma_squared, double largest_K, double largest_W) {
+    magnitude_ = largest_W;
+    drift_share_ = largest_W > 0 ? std::abs(gamma_squared) * largest_K / largest_W : 0;
+  }
+  [[nodiscard]] double drift_share() const { return drift_share_; }
+  [[nodiscard]] double magnitude() const { return magnitude_; }
+
+ private:
+  double drift_share_ = 0, magnitude_ = 0;
 };
 
 /// put(i, j, m) for each entry of a mass matrix.

@@ -16,7 +16,6 @@
 
 #include "phistep/base/facts/implicit_solver.hpp"
 #include "phistep/base/numbers/arithmetic.hpp"
-#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -65,7 +64,7 @@ class ConvergenceTest {
   /// (HW II, p. 121, with its exponent, which makes an old rate count less and less).
   ConvergenceTest(double target, int max_iterations, double rate, double round_off)
       : round_off_{round_off}, target_{target}, limit_{max_iterations > 0 ? max_iterations : 7} {
-    // A lucky one says nothing of the next: a rate of 1e-5 is all that is believed.
+    // One fast solve does not predict the next: rates below 1e-5 count as 1e-5.
     rate_ = std::pow(std::max(rate, 1e-5), 0.8);
   }
 
@@ -86,7 +85,7 @@ class ConvergenceTest {
   [[nodiscard]] double first_rate() const { return first_rate_; }
   /// Whether it judges by the rate of an earlier solve.
   [[nodiscard]] bool has_past() const { return last_rate_ != 0 && last_rate_ != slow_rate; }
-  /// The first k corrections count for nothing.
+  /// The first k corrections don't count.
   void start_over(int k) {
     forget();
     in_vain_ = k;
@@ -102,7 +101,7 @@ class ConvergenceTest {
   /// @param settled  the matrix is that of this very iterate, or the residual is as small as rounding can make it:
   ///                 corrections that no longer fall are then rounding. Those of an earlier iterate's matrix may creep,
   ///                 where it is too stiff (a spring that was long, across itself).
-  /// @param noise    … and that was looked at: no solve can do better than a few roundings
+  /// @param noise    rounding was measured: no solve can do better than a few roundings
   [[nodiscard]] Judgement judge(int iteration, const Correction& size, bool trusted, bool settled, bool noise = false) {
     const double now = size.relative;
     const bool has_rate = previous_ > 0;
@@ -110,7 +109,7 @@ class ConvergenceTest {
     const double theta = has_rate ? size.resolution / previous_ : 1;
     if (has_rate && iteration == 2) first_rate_ = theta;
     if (now == 0) {
-      // An inexact solve to a tolerance has found nothing to do: what is left is at most its share of the target.
+      // An inexact solve to a tolerance may have done nothing: what is left is at most its share of the target.
       if (rate_ > 0 && trusted && has_rate) rate_ = error_left(std::min(0.5, inexact_share * target_ / previous_), 1);
       return trusted ? Judgement::converged : Judgement::slow;
     }

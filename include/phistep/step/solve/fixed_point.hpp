@@ -9,7 +9,7 @@
 ///     θ = argmin ‖f_k − ΔF θ‖,    w_{k+1} = g(w_k) − ΔG θ,
 ///
 /// which is GMRES where g is linear. It widens the limit, but does not replace Newton far beyond it: where g multiplies
-/// errors by ρ > 1, it ends at the iterate w_k that was looked at, off by f_k/ρ, and not at its image g(w_k), off by f_k,
+/// errors by ρ > 1, it ends at the iterate w_k whose residual is known, off by f_k/ρ, and not at its image g(w_k), off by f_k,
 /// which is ρ times the rounding in Ψ.
 #pragma once
 
@@ -21,7 +21,6 @@
 #include <limits>
 #include <stdexcept>
 
-#include "phistep/base/version.hpp"
 #include "phistep/step/solve/convergence.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
@@ -39,7 +38,7 @@ struct FixedPoint {
   static constexpr bool is_implicit_solver = true;
   FixedPointOptions options;
 };
-/// As a stepper's last argument: `fixed_point()`, `fixed_point({.rtol = 1e-6})`, `fixed_point({.depth = 0})`.
+/// For a stepper's last argument: `fixed_point()`, `fixed_point({.rtol = 1e-6})`, `fixed_point({.depth = 0})`.
 /// @throws std::invalid_argument where depth isn't in 0 … 5
 [[nodiscard]] constexpr FixedPoint fixed_point(FixedPointOptions options = {}) {
   if (options.depth < 0 || options.depth > 5)
@@ -63,7 +62,7 @@ class FixedPointTest {
   [[nodiscard]] Judgement judge(int iteration, const Correction& size, bool stretches = false) {
     // Y may pass through zero on its way: progress is measured beside all that stands still, too.
     const double now = size.resolution, theta = previous_ > 0 ? now / previous_ : 1;
-    // Acceleration makes lucky strikes: the slower of two successive rates counts.
+    // Acceleration may make one correction small by chance: the slower of two successive rates counts.
     const double slower = std::max(theta, patience_ > 3 ? last_rate_ : theta);
     previous_ = now;
     last_rate_ = theta;

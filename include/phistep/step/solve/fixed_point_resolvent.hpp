@@ -11,7 +11,6 @@
 #include <limits>
 #include <optional>
 #include <type_traits>
-#include <utility>
 
 #include "phistep/base/numbers/arithmetic.hpp"
 #include "phistep/base/numbers/finite_witness.hpp"
@@ -20,7 +19,6 @@
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/reductions.hpp"
 #include "phistep/base/state/unknowns.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/step/jacobian/differences.hpp"
 #include "phistep/step/solve/fixed_point.hpp"
 #include "phistep/step/solve/increment.hpp"
@@ -30,7 +28,7 @@
 namespace phistep { inline namespace PHISTEP_ABI {
 
 template <State S, class Rhs>
-class FixedPointResolvent {
+class FixedPointResolvent : public ResolventDefaults {
   static_assert(!FieldState<S>, "phistep: fixed_point() of a field needs <phistep/fields.hpp>");
 
  public:
@@ -47,8 +45,6 @@ class FixedPointResolvent {
     image_ = increment_.w;
     anderson_.resize(image_.size(), options_.depth);
   }
-  static void forget() {}
-  static void reset() {}
 
   /// In: Y = b; `guess` is where the iteration starts (its solved blocks count). Out: Y, and w = Y − b.
   [[nodiscard]] Outcome resolve(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, Plain& Y, const Plain& guess, Rate& psi,
@@ -70,15 +66,12 @@ class FixedPointResolvent {
       const Judgement judgement = test.judge(k, size, anderson_.stretches());
       if (judgement == Judgement::growing) return Outcome::iteration_diverged;
       if (judgement == Judgement::slow) return Outcome::iteration_stalled;
-      if (judgement == Judgement::converged) {
-        if (anderson_.stretches()) return Outcome::success;
-        increment_.w = image_;
-        increment_.place(Y);
-        return Outcome::success;
-      }
+      if (judgement == Judgement::converged && anderson_.stretches()) return Outcome::success;
+      // What is left was judged by the rate of accelerated iterates: the last move is one of them, too.
       anderson_.mix(increment_.w, residual(), image_,
                     [&](const auto& a, const auto& b) { return this->inner(Y, a, b); });
       increment_.place(Y);
+      if (judgement == Judgement::converged) return Outcome::success;
     }
   }
 
@@ -88,10 +81,6 @@ class FixedPointResolvent {
     increment_.place(Y);
   }
 
-  /// Without a matrix, and with nothing stiff, the estimate stays unchanged.
-  [[nodiscard]] static Outcome filter(const Rhs&, const Plain&) { return Outcome::success; }
-
-  [[nodiscard]] static bool keeps_factors() { return false; }
   [[nodiscard]] static const char* solver_name() { return "fixed-point iteration"; }
 
   /// Y − b of the last resolve.
@@ -123,7 +112,7 @@ class FixedPointResolvent {
         [&](Index at, const auto& y) {
           double size = std::max({largest(y), largest(part(increment_.base, at, y)), largest(part(residual(), at, y))});
           if (k == 0) size = std::max(size, increment_.drift_size(Y, 1));
-          // Of subnormal numbers the inverse would be infinite.
+          // The inverse of a subnormal number would be infinite.
           size = size > 0 ? at_least_normal<Scalar>(size) : 1;
           int exponent = 0;
           std::frexp(size, &exponent);
@@ -145,7 +134,7 @@ class FixedPointResolvent {
         Y);
     return sum;
   }
-  /// Of f, as of a correction: relative to Y, or in the weighted RMS norm.
+  /// The size of f, as that of a correction: relative to Y, or in the weighted RMS norm.
   [[nodiscard]] Correction size(const Plain& Y, const SolveTolerance<Plain>& allowed) {
     Correction worst;
     std::size_t k = 0;
@@ -179,7 +168,7 @@ struct ResolventFor<S, Rhs, FixedPoint, position> {
 /// that it iterates; where that fails, Newton takes this solve and the next ones, 8, then 16 … 1024, with a dense matrix by differences,
 /// unless there are more unknowns than these are for.
 template <State S, class Rhs>
-class VelocityResolvent {
+class VelocityResolvent : public ResolventDefaults {
   using Dense = NewtonResolvent<S, Rhs, void, false>;
   using Iterated = FixedPointResolvent<S, Rhs>;
 
@@ -192,16 +181,14 @@ class VelocityResolvent {
       : solver_{solver}, iterated_{y, rhs, iteration(y, solver.options)} {}
   void resize(const Plain& y, Rhs& rhs) {
     iterated_ = Iterated{y, rhs, iteration(y, solver_.options)};
-    forget_unsaved();
+    forget();
   }
   void forget() {
-    if (dense_) dense_->forget();
-  }
-  void reset() { forget_unsaved(); }
-  void forget_unsaved() {
     dense_.reset();
     rests_ = 0, rest_ = 8, is_dense_ = false;
   }
+  void reset() { forget(); }
+  void forget_unsaved() { forget(); }
   [[nodiscard]] Outcome resolve(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, Plain& Y, const Plain& guess, Rate& psi,
                                 SolveRecord& record, bool psi_known = false, SolveTolerance<Plain> allowed = {}) {
     is_dense_ = rests_ > 0;

@@ -10,20 +10,20 @@
 /// An affine force gets one correction and no second to refine it, so there the start decides: Y = start + δ, from
 /// v = v_n, or from r = r_n (the displacement as unknown) where the drift's part of W is by far the larger. Either δ is then
 /// small beside what it is added to.
+///
+/// The library sees no number of a field: there Y = b + w in all components, and where w cancels b digits are lost.
 #pragma once
-
-#include <Eigen/Core>
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <utility>
 
 #include "phistep/base/facts/implicit_solver.hpp"
-#include "phistep/base/machine/only.hpp"
+#include "phistep/base/machine/memory.hpp"
 #include "phistep/base/numbers/arithmetic.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/unknowns.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/step/solve/convergence.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
@@ -44,6 +44,7 @@ void recover_force(const auto& rhs, const auto& w, ScalarOf<S> gamma_force, Rate
 /// √(1/n Σ (x_i w_i)²) of n unknowns, in a controlled run's weights; what has none yet is measured by Y.
 /// @return that, and whether a component has just come to be
 template <State S>
+  requires(!FieldState<S>)
 [[nodiscard]] std::pair<double, bool> rms_of_unknowns(const auto& x, const PlainState<S>& Y,
                                                       const SolveTolerance<PlainState<S>>& allowed) {
   using Scalar = ScalarOf<S>;
@@ -64,8 +65,9 @@ template <State S>
         *allowed.weight, Y);
   return {std::sqrt(static_cast<double>(sum) / std::max(1.0, static_cast<double>(x.size()))), is_new};
 }
-/// … in those of a solver with a tolerance of its own, 1/(atol + rtol max(|Y|, |b|)).
+/// The same in the weights of a solver with a tolerance of its own, 1/(atol + rtol max(|Y|, |b|)).
 template <State S>
+  requires(!FieldState<S>)
 [[nodiscard]] double rms_of_unknowns(const auto& x, const PlainState<S>& Y, const auto& base, const auto& options) {
   const double rtol = solve_rtol(options.rtol), atol = rtol * options.atol / options.rtol;
   double sum = 0;
@@ -81,12 +83,33 @@ template <State S>
   return std::sqrt(sum / std::max(1.0, static_cast<double>(x.size())));
 }
 
+/// The same for fields, by this rank's part of the sum and one reduction.
+template <FieldBlock Field>
+[[nodiscard]] double rms_of_ranks(const Field& x, double mine) {
+  Field::Ops::total(x.handle(), std::span<double>{&mine, 1});
+  return std::sqrt(mine / std::max(1.0, static_cast<double>(x.size())));
+}
+template <FieldState S>
+[[nodiscard]] std::pair<double, bool> rms_of_unknowns(const auto& x, const PlainState<S>&,
+                                                      const SolveTolerance<PlainState<S>>& allowed) {
+  const auto& weight = std::get<0>(Blocks<S>::solved(*allowed.weight));
+  return {rms_of_ranks(x, UnknownsOf<S>::type::Ops::square(x.handle(), weight.handle())), false};
+}
+template <FieldState S>
+[[nodiscard]] double rms_of_unknowns(const auto& x, const PlainState<S>& Y, const auto& base, const auto& options) {
+  using Scalar = ScalarOf<S>;
+  const double rtol = solve_rtol(options.rtol), atol = rtol * options.atol / options.rtol;
+  const auto& end = std::get<0>(Blocks<S>::solved(Y));
+  return rms_of_ranks(x, UnknownsOf<S>::type::Ops::square(x.handle(), end.handle(), base.handle(),
+                                                          static_cast<Scalar>(atol), static_cast<Scalar>(rtol)));
+}
+
 template <State S>
 class Increment {
  public:
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
-  using Unknown = Eigen::Matrix<Scalar, static_unknowns<S>, 1>;
+  using Unknown = typename UnknownsOf<S>::type;
   static constexpr bool drifts = Blocks<S>::drifts;
 
   Unknown base;   ///< b
@@ -94,7 +117,10 @@ class Increment {
   Unknown delta;  ///< the residual before the linear solve, the correction after it
 
   void resize(const Plain& y) {
-    for (Unknown* x : {&base, &w, &delta, &last_move_}) x->setZero(unknowns<S>(y));
+    for (Unknown* x : {&base, &w, &delta, &last_move_}) {
+      if constexpr (FieldState<S>) set_zero_like(*x, std::get<0>(Blocks<S>::solved(y)));
+      else x->setZero(unknowns<S>(y));
+    }
     if constexpr (!in_one_piece) gathered_ = base;
     if constexpr (drifts) base_r_ = flat(position_of<S>(y));
   }
@@ -108,7 +134,7 @@ class Increment {
 
   /// Y.solved = guess.solved; r follows from v.
   void start(Plain& Y, const Plain& guess) {
-    auto x = iterate(Y);
+    auto&& x = iterate(Y);
     take_unknowns<S>(x, guess);
     w = x - base;
     drift(x, Y);
@@ -116,18 +142,18 @@ class Increment {
   }
   /// The same with Y.r = guess.r, v following from r.
   void start_at_position(Plain& Y, const Plain& guess) requires drifts {
-    auto x = iterate(Y);
-    auto r = flat(position_of<S>(Y));
+    auto&& x = iterate(Y);
+    auto&& r = flat(position_of<S>(Y));
     take_unknowns<S>(x, guess);
     r = flat(position_of<S>(guess));
-    x.head(r.size()) = (r - base_r_) / gamma_drift_;
+    part(x, 0, r) = (r - base_r_) / gamma_drift_;
     w = x - base;
     put(Y);
   }
 
   /// Y = b + w for this w.
   void place(Plain& Y) {
-    auto x = iterate(Y);
+    auto&& x = iterate(Y);
     x = base + w;
     drift(x, Y);
     put(Y);
@@ -139,12 +165,12 @@ class Increment {
   }
   /// Y ← Y + δ as it stands: the only correction there is.
   void move_once(Plain& Y, bool at_position) {
-    auto x = iterate(Y);
+    auto&& x = iterate(Y);
     w += delta;
     x += delta;
     if constexpr (drifts) {
-      auto r = flat(position_of<S>(Y));
-      if (at_position) r += gamma_drift_ * delta.head(r.size());
+      auto&& r = flat(position_of<S>(Y));
+      if (at_position) r += gamma_drift_ * part(delta, 0, r);
       else drift(x, Y);
     }
     put(Y);
@@ -159,12 +185,14 @@ class Increment {
     apply(Y);
   }
 
-  /// Of the last move. @param drift_share  the system's ‖γ_f γ_d K‖ / ‖W‖
+  /// The size of the last move. @param drift_share  the system's ‖γ_f γ_d K‖ / ‖W‖
   [[nodiscard]] Correction size(const Plain& Y, double drift_share, const NewtonOptions& options) const {
     if (options.rtol > 0) {
       const double norm = rms_of_unknowns<S>(last_move_, Y, base, options);
-      return {norm, norm, largest(last_move_)};
+      if constexpr (FieldState<S>) return {norm, norm, norm};
+      else return {norm, norm, largest(last_move_)};
     }
+    if constexpr (FieldState<S>) return size_of_field(Y);
     // Rounding of r reaches δ through K alone: all of it where springs are stiff, nothing where there are none.
     double rounding = drift_size(Y, drift_share);
     Correction worst;
@@ -188,7 +216,7 @@ class Increment {
   }
   /// ‖r‖/γ_d times the share of it that the solve sees, 0 where nothing drifts.
   [[nodiscard]] double drift_size(const Plain& Y, double drift_share) const {
-    if constexpr (drifts)
+    if constexpr (drifts && !FieldState<S>)
       if (gamma_drift_ != Scalar{0})
         return drift_share * largest(position_of<S>(Y)) / std::abs(static_cast<double>(gamma_drift_));
     return 0;
@@ -197,7 +225,7 @@ class Increment {
  private:
   static constexpr bool in_one_piece = solved_blocks<S> == 1;
   /// The unknowns of Y where they lie, or, of several blocks, gathered: put() writes those back.
-  [[nodiscard]] auto iterate(Plain& Y) {
+  [[nodiscard]] decltype(auto) iterate(Plain& Y) {
     if constexpr (in_one_piece) return flat(std::get<0>(Blocks<S>::solved(Y)));
     else return flat(gathered_);
   }
@@ -207,20 +235,34 @@ class Increment {
   /// r = b.r + γ_d v
   void drift(const auto& x, Plain& Y) const {
     if constexpr (drifts) {
-      auto r = flat(position_of<S>(Y));
-      r = base_r_ + gamma_drift_ * x.head(r.size());
+      auto&& r = flat(position_of<S>(Y));
+      r = base_r_ + gamma_drift_ * part(x, 0, r);
     }
   }
 
+  /// To rounding, by one reduction.
+  [[nodiscard]] Correction size_of_field(const Plain& Y) const requires FieldState<S> {
+    const auto here = [](const Unknown& x) { return static_cast<double>(Unknown::Ops::largest_here(x.handle())); };
+    double all[] = {here(last_move_), here(std::get<0>(Blocks<S>::solved(Y))), here(base)};
+    Unknown::Ops::greatest(base.handle(), all);
+    const double of = all[0];
+    if (of == 0) return {};
+    return {relative_size<Scalar>(of, all[1]), relative_size<Scalar>(of, std::max(all[1], all[2])), of};
+  }
+
   void apply(Plain& Y) {
-    auto x = iterate(Y);
     w += delta;
+    if constexpr (FieldState<S>) place(Y);
+    else apply_to_numbers(Y);
+  }
+  void apply_to_numbers(Plain& Y) {
+    auto&& x = iterate(Y);
     for (Index i = 0; i < x.size(); ++i) {
       const Scalar sum = base[i] + w[i];
       x[i] = std::abs(sum) < std::abs(base[i]) / 2 ? x[i] + delta[i] : sum;
     }
     if constexpr (drifts) {
-      auto r = flat(position_of<S>(Y));
+      auto&& r = flat(position_of<S>(Y));
       for (Index i = 0; i < r.size(); ++i) {
         const Scalar sum = base_r_[i] + gamma_drift_ * x[i];
         if (std::abs(sum) < std::abs(base_r_[i]) / 2) {
@@ -234,7 +276,7 @@ class Increment {
     put(Y);
   }
 
-  using Position = Eigen::Matrix<Scalar, decltype(flat(position_of<S>(std::declval<Plain&>())))::SizeAtCompileTime, 1>;
+  using Position = typename std::remove_cvref_t<decltype(flat(position_of<S>(std::declval<Plain&>())))>::PlainObject;
   Unknown last_move_;
   [[no_unique_address]] Only<drifts, Position> base_r_;
   [[no_unique_address]] Only<!in_one_piece, Unknown> gathered_;

@@ -1,5 +1,5 @@
 /// @file
-/// What Rosenbrock schemes are made of: one linearisation a step, and linear resolves
+/// What Rosenbrock schemes are made of: one linearization a step, and linear resolves
 ///
 ///     (M − γJ) x = b                                                                                            (1)
 ///
@@ -15,20 +15,18 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <type_traits>
 #include <utility>
 
-#include "phistep/base/machine/only.hpp"
+#include "phistep/base/machine/memory.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/statistics.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/combination.hpp"
 #include "phistep/base/state/reductions.hpp"
 #include "phistep/base/state/unknowns.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/step/equation/right_hand_side.hpp"
 #include "phistep/step/jacobian/tangent_check.hpp"
-#include "phistep/step/solve/linearisation.hpp"
+#include "phistep/step/solve/linearization.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -38,14 +36,14 @@ class LinearStages {
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
   using Rate = RateOf<S>;
-  using Matrix = Linearisation<S, Rhs, LinearSolver, true, true>;
+  using Matrix = Linearization<S, Rhs, LinearSolver, true, true>;
   static constexpr bool has_time = !Rhs::is_autonomous;
   static constexpr bool affine = Rhs::Traits::is_affine && !Matrix::matrix_free;
   static constexpr bool is_promised = Matrix::is_promised;  // and so has to be checked
 
   /// @throws std::invalid_argument where a dense Jacobian of more than 1000 unknowns would be formed by differences.
   LinearStages(const Plain& y, Rhs& rhs, const auto& solver) : options_{solver.options} {
-    is_told_ = options_.linear_rtol > 0;
+    has_user_tolerance_ = options_.linear_rtol > 0;
     // No second correction makes up for what an iterative solver leaves.
     if (Matrix::is_iterative && options_.linear_rtol == 0) options_.linear_rtol = std::max(1e-10, 16 * round_off);
     matrix_.take(solver);
@@ -66,13 +64,13 @@ class LinearStages {
     matrix_.forget_solves();
     known_ = false;
   }
-  /// … and that the force is still the same.
+  /// Forgets also what was found out about the force, which may be another one.
   void reset() {
     forget();
     matrix_.forget();
     if constexpr (is_promised) check_.begin();
   }
-  /// … and the matrix's pattern: all that a new one hasn't.
+  /// Forgets also the matrix's pattern: the state after construction.
   void forget_unsaved() {
     reset();
     matrix_.forget_pattern();
@@ -81,23 +79,23 @@ class LinearStages {
   void forget_force() { known_ = false; }
 
   /// Ψ, J and, where the force uses time, Ψ_t at (t, y). A step that is tried again with another Δt finds them there.
-  /// @param dt         [time] with its sign: over which Ψ is to be looked at
+  /// @param dt         [time] with its sign: over which differences in time are taken
   /// @param knows_psi  psi is Ψ(t, y)
-  [[nodiscard]] Outcome linearise(Rhs& rhs, Scalar t, Scalar dt, const Plain& y, Rate& psi, bool knows_psi,
+  [[nodiscard]] Outcome linearize(Rhs& rhs, Scalar t, Scalar dt, const Plain& y, Rate& psi, bool knows_psi,
                                   const SolveTolerance<Plain>& allowed) {
-    allowed_ = is_told_ ? SolveTolerance<Plain>{} : allowed;
+    allowed_ = has_user_tolerance_ ? SolveTolerance<Plain>{} : allowed;
     if (known_ && same_bits(&t, &t_, 1) && equal_blocks<S>(y, y_)) {
-      copy_rate(psi, psi_);
+      psi = psi_;
       return Outcome::success;
     }
     known_ = false;
     t_ = t;
     copy_blocks<S>(y_, y);
     if (!knows_psi) rhs.evaluate_into(t, y, psi);
-    bool is_looked_at = false;  // of a field the size of the first right-hand side tells
-    if constexpr (FieldState<S>) is_looked_at = Matrix::sizes(options_, allowed_);
-    if (!is_looked_at && !knows_psi && first_non_finite(Rate::blocks(psi))) return Outcome::non_finite_force;
-    copy_rate(psi_, psi);
+    // For a field the size of the first right-hand side shows it.
+    if (!Matrix::sizes(options_, allowed_) && !knows_psi && first_non_finite(Rate::blocks(psi)))
+      return Outcome::non_finite_force;
+    psi_ = psi;
     if constexpr (has_time)
       if (const Outcome outcome = differ_in_time(rhs, t, dt, y); outcome != Outcome::success) return outcome;
     if (!affine || !matrix_.has_jacobian())
@@ -106,23 +104,22 @@ class LinearStages {
     if constexpr (is_promised) check_.count();
     return Outcome::success;
   }
-  /// J alone at (t, y), for an iteration that makes up for what it lacks. Differences look at psi, which is Ψ there.
+  /// J alone at (t, y), for an iteration that corrects what it lacks. @param psi  Ψ there, for differences
   [[nodiscard]] Outcome tangent(Rhs& rhs, Scalar t, Scalar dt, const Plain& y, const Rate& psi,
                                 const SolveTolerance<Plain>& allowed) {
     known_ = false;
-    allowed_ = is_told_ ? SolveTolerance<Plain>{} : allowed;
+    allowed_ = has_user_tolerance_ ? SolveTolerance<Plain>{} : allowed;
     matrix_.drop();
     const Gamma<Scalar> gamma{dt, dt};
     matrix_.begin(gamma, Scalar{0});
-    return matrix_.linearise(rhs, gamma, t, y, psi, options_, allowed);
+    return matrix_.linearize(rhs, gamma, t, y, psi, options_, allowed);
   }
   /// W = M − γC − γ²K
   [[nodiscard]] Outcome factorize(Rhs& rhs, Scalar gamma) {
     const Gamma<Scalar> both{gamma, gamma};
     if (!affine || !matrix_.has_factors_for(both)) {
       [[maybe_unused]] const auto patterns = rhs.statistics().analyses;
-      if (const Outcome outcome = matrix_.factorize(rhs, both, t_, y_, psi_, options_); outcome != Outcome::success)
-        return outcome;
+      if (const Outcome bad = matrix_.factorize(rhs, both, t_, y_, psi_, options_); failed(bad)) return bad;
       if constexpr (is_promised)
         if (patterns != rhs.statistics().analyses) check_.want();
     }
@@ -143,7 +140,7 @@ class LinearStages {
     }
     if constexpr (FieldState<S>) {
       const Outcome outcome =
-          matrix_.solve_untold(std::get<0>(Blocks<S>::solved(x)), options_, rhs.statistics(), allowed_);
+          matrix_.solve_unagreed(std::get<0>(Blocks<S>::solved(x)), options_, rhs.statistics(), allowed_);
       known_ = known_ && !failed(outcome);
       return outcome;
     } else {
@@ -159,7 +156,7 @@ class LinearStages {
   [[nodiscard]] const char* solver_name() const { return matrix_.name(); }
 
  private:
-  /// Of a solve that failed on b: where that wasn't finite it is not W's fault.
+  /// The outcome of a solve that failed on b: where b wasn't finite, W is not the cause.
   [[nodiscard]] static Outcome cause(Outcome outcome, const Plain& b) {
     if (!failed(outcome) || outcome == Outcome::exception_elsewhere) return outcome;
     return first_non_finite(Blocks<S>::all(b)) ? Outcome::non_finite_state : outcome;
@@ -188,7 +185,7 @@ class LinearStages {
       rhs.evaluate_into(from + 2 * delta, y, later_);
       assign_rate<S>(psi_t_, half * (in_rate<S>(psi_t_) - in_rate<S>(later_)));
     } else {
-      copy_rate(psi_t_, later_);
+      psi_t_ = later_;
       rhs.evaluate_into(from + 2 * delta, y, later_);
       for_each_number([half](auto, Scalar& b, Scalar a, Scalar c) { b = half * twice_change(a, b, c); },
                       Rate::blocks(psi_t_), Rate::blocks(psi_), Rate::blocks(later_));
@@ -215,15 +212,16 @@ class LinearStages {
 
   NewtonOptions options_;
   Matrix matrix_;
-  Plain y_;  // where …
+  Plain y_;  // where Ψ and J are known
   Scalar t_{};
-  Rate psi_;  // … Ψ and J are known
+  Rate psi_;  // Ψ there
   [[no_unique_address]] Only<has_time, Rate> psi_t_, later_;
   [[no_unique_address]] Only<is_promised, TangentCheck<S, Rhs>> check_;
   [[no_unique_address]] Only<!FieldState<S>, Eigen::Matrix<Scalar, static_unknowns<S>, 1>> x_;
   Eigen::Matrix<Scalar, solved_blocks<S> == 1 ? 0 : static_unknowns<S>, 1> positions_;  // and zeros
   SolveTolerance<Plain> allowed_;                                                       // of the step at hand
-  bool known_ = false, is_told_ = false;  // …; the options say how well to solve
+  bool known_ = false;               // y_, t_, psi_ and J belong together
+  bool has_user_tolerance_ = false;  // the options say how well to solve
 };
 
 }}  // namespace phistep::PHISTEP_ABI

@@ -1,12 +1,12 @@
 /// @file
 /// The implicit solve where no particle acts on another: each particle's equations are solved by themselves, by the same
 /// Newton iteration on `dim` unknowns, until that particle has converged. One hard particle costs its own iterations, not
-/// everybody's, and each one ends in the bits that it would have had alone.
+/// those of all, and each one ends in the bits that it would have had alone.
 ///
 /// Statistics: a "force call" (Jacobian, factorization, solve, iteration) is one sweep over those particles that still
 /// need it, so that their numbers are those of the particle that needed most; active_iterations is the sum over all.
 ///
-/// Of a particle's solve, only its pace is kept for the next step: with blocks this small, a Jacobian and its factors cost
+/// Only the pace of a particle's solve is kept for the next step: with blocks this small, a Jacobian and its factors cost
 /// less than the memory traffic of keeping them. Affine forces with a Jacobian, whose factors never change, take NewtonResolvent instead.
 #pragma once
 
@@ -25,7 +25,6 @@
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/motion.hpp"
 #include "phistep/base/state/unknowns.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/force/local.hpp"
 #include "phistep/step/equation/right_hand_side.hpp"
 #include "phistep/step/mass/mass.hpp"
@@ -72,7 +71,7 @@ inline constexpr bool solves_particlewise = [] {
 }();
 
 template <State S, class Rhs, bool position>
-class LocalResolvent {
+class LocalResolvent : public ResolventDefaults {
   static constexpr int dim = Rhs::Traits::block;
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
@@ -143,9 +142,6 @@ class LocalResolvent {
       record.add(hardest_.increments[std::min(static_cast<std::size_t>(k), SolveRecord::history_length - 1)]);
     return outcome;
   }
-
-  /// The particles' factors are gone: the estimate stays what it is.
-  [[nodiscard]] static Outcome filter(const Rhs&, const Plain&) { return Outcome::success; }
 
   [[nodiscard]] static bool keeps_factors() { return true; }
   [[nodiscard]] static const char* solver_name() { return "particle by particle"; }

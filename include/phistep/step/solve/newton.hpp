@@ -13,7 +13,6 @@
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/statistics.hpp"
 #include "phistep/base/outcome/step_report.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/step/solve/convergence.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
@@ -32,14 +31,14 @@ concept NewtonEquation = requires(Equation& F) {
   { F.residual_is_rounding() } -> std::same_as<bool>;  // no larger than the rounding in its parts
   {
     F.residual_is_noise()
-    } -> std::same_as<bool>;  // … or in what these were made of, the positions of stiff springs say
+    } -> std::same_as<bool>;  // no larger than rounding in what those are made of, such as stiff springs' positions
   { F.has_jacobian() } -> std::same_as<bool>;
   { F.has_factors() } -> std::same_as<bool>;
   { F.refresh() } -> std::same_as<Outcome>;  // W, factorized, its Jacobian made anew if dropped
   { F.correct() } -> std::same_as<Outcome>;  // solves W δ = F and moves the iterate by δ
   { F.size() } -> std::same_as<Correction>;  // of the last move
   F.retreat();                               // takes back half of the last move
-  F.undo();                                  // … all of it
+  F.undo();                                  // takes back all of it
   F.restart();                               // goes back to where the iteration began
   F.drop_jacobian();                         // the next iteration needs a fresh one
 };
@@ -50,12 +49,12 @@ template <NewtonEquation Equation>
 [[nodiscard]] Outcome iterate_newton(Equation& equation, ConvergenceTest& test, double keep_rate, bool line_search,
                                      SolveRecord& record, int& k, bool& inherits) {
   using enum Judgement;
-  bool own = false;  // the matrix was made in this solve …
+  bool own = false;  // the matrix was made in this solve
   double first = 0, last = 0, residual = 0;
   equation.restart();
   for (bool at_start = true; test.allows(k + 1); at_start = false) {
     ++k;
-    bool here = false;  // … and at this very iterate
+    bool here = false;  // the matrix was made at this iterate
     Outcome outcome = equation.residual();
     // An iterate may leave the force's domain (a root, a logarithm) though the solution lies inside.
     for (int halvings = 0; outcome == Outcome::non_finite_force && !at_start && halvings < 10; ++halvings) {
@@ -153,7 +152,7 @@ template <NewtonEquation Equation>
 }
 
 // The implicit solve under an affine force: one linear solve, no iteration. Trust, but verify: the residual that a solve leaves
-// must be rounding. It is looked at in some of them, counted from when the matrix was made (`is_looked_at`).
+// must be rounding. It is checked in some of them, counted from when the matrix was made (`is_looked_at`).
 
 class AffineSolve {
  public:

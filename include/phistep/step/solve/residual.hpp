@@ -17,7 +17,6 @@
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/reductions.hpp"
 #include "phistep/base/state/unknowns.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/step/equation/gamma.hpp"
 #include "phistep/step/solve/increment.hpp"
 
@@ -30,25 +29,22 @@ class Residual {
   using Plain = PlainState<S>;
   using Rate = RateOf<S>;
 
-  /// @param psi        Ψ at the iterate looked at last
+  /// @param psi        Ψ at the iterate evaluated last
   /// @param psi_known  that is where the iteration starts
   Residual(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, Rate& psi, bool psi_known, Increment<S>& increment)
       : rhs_{rhs}, gamma_{gamma}, t_{t}, psi_{psi}, psi_known_{psi_known}, increment_{increment} {}
 
   /// F in increment.delta, with Ψ by a force call.
-  [[nodiscard]] Outcome evaluate(const Plain& Y) {
-    evaluate_unchecked(Y);
-    return check();
-  }
-  void evaluate_unchecked(const Plain& Y) {
+  void evaluate(const Plain& Y) {
     if (!std::exchange(psi_known_, false)) rhs_.evaluate_into(t_, Y, psi_);
     assemble();
   }
+  /// Whether it is finite; of fields a reduction or two.
   [[nodiscard]] Outcome check() const {
     if (is_finite_block(F())) return Outcome::success;
     return first_non_finite(Rate::blocks(psi_)) ? Outcome::non_finite_force : Outcome::non_finite_state;
   }
-  /// The same with the Ψ at hand.
+  /// F with the Ψ at hand.
   void assemble() {
     for_each_rate([this](Index at, const auto& rate, const auto& mass) {
       auto&& out = part(F(), at, rate);

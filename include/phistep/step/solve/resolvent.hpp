@@ -7,42 +7,48 @@
 /// force needs one linear solve and no iteration; a linearly implicit step is content with one.
 #pragma once
 
-#include <Eigen/Core>
-
 #include <algorithm>
 #include <cmath>
 #include <concepts>
 #include <limits>
-#include <span>
 #include <utility>
 
-#include "phistep/base/machine/only.hpp"
+#include "phistep/base/machine/memory.hpp"
 #include "phistep/base/numbers/arithmetic.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/step_report.hpp"
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/state/ranks.hpp"
 #include "phistep/base/state/unknowns.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/step/jacobian/tangent_check.hpp"
 #include "phistep/step/solve/increment.hpp"
-#include "phistep/step/solve/linearisation.hpp"
+#include "phistep/step/solve/linearization.hpp"
 #include "phistep/step/solve/newton.hpp"
 #include "phistep/step/solve/residual.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
+
+/// What a resolvent need not have, and those without a matrix don't.
+struct ResolventDefaults {
+  static constexpr bool checks_state = false;  ///< success of resolve() says that Y is finite, and so was b
+  static void forget() {}
+  static void reset() {}
+  [[nodiscard]] static bool keeps_factors() { return false; }
+  [[nodiscard]] static bool wants_differences() { return false; }
+  [[nodiscard]] static bool is_mild() { return false; }
+  [[nodiscard]] static Outcome filter(const auto&...) { return Outcome::success; }
+};
 
 /// How often a resolve corrects its iterate.
 enum class Corrections { until_converged, one };
 
 template <State S, class Rhs, class LinearSolver, bool position = true,
           Corrections corrections = Corrections::until_converged>
-class NewtonResolvent {
+class NewtonResolvent : public ResolventDefaults {
  public:
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
   using Rate = RateOf<S>;
-  using Matrix = Linearisation<S, Rhs, LinearSolver, position, false, false, corrections != Corrections::one>;
+  using Matrix = Linearization<S, Rhs, LinearSolver, position, false, false, corrections != Corrections::one>;
   static constexpr bool affine = Rhs::Traits::is_affine && !Matrix::matrix_free && !Matrix::follows_tolerance;
   /// One correction is all there is, with a J that the user answers for.
   static constexpr bool is_checked = corrections == Corrections::one && !affine && Matrix::is_promised;
@@ -78,19 +84,19 @@ class NewtonResolvent {
   [[nodiscard]] bool wants_differences() const { return Matrix::takes_differences && !matrix_.has_jacobian(); }
   /// Forgets Jacobian and factors.
   void drop() { matrix_.drop(); }
-  /// … and all else that solves have left.
+  /// Forgets all that solves have left.
   void forget() {
     matrix_.forget_solves();
     affine_solve_ = {};
     pace_ = {};
   }
-  /// … and that the force is still the same.
+  /// Forgets also what was found out about the force, which may be another one.
   void reset() {
     forget();
     matrix_.forget();
     if constexpr (is_checked) check_.begin();
   }
-  /// … and the matrix's pattern: all that a new one hasn't.
+  /// Forgets also the matrix's pattern: the state after construction.
   void forget_unsaved() {
     forget();
     matrix_.forget_pattern();
@@ -145,9 +151,9 @@ class NewtonResolvent {
   }
 
   /// W is M to a half: an iteration with it converges for what it is, and a filter by it hides nothing.
-  [[nodiscard]] bool is_mild() const requires(has_unit_masses<typename Rhs::Masses>) {
+  [[nodiscard]] bool is_mild() const {
     const double largest = matrix_.magnitude();
-    return largest > 0 && largest < 1.5;
+    return has_unit_masses<typename Rhs::Masses> && largest > 0 && largest < 1.5;
   }
   /// Y − b of the last resolve.
   [[nodiscard]] const auto& increment() const { return increment_.w; }
@@ -171,24 +177,14 @@ class NewtonResolvent {
     Rate& psi;
     SolveTolerance<Plain> allowed;
     Residual<S, Rhs> F;
-    [[no_unique_address]] Only<FieldState<S>, double> square{};          // Σ (F_i weight_i)² of a field
+    double square = -1;  // Σ (F_i weight_i)² of a field, −1: not known
     [[no_unique_address]] Only<FieldState<S>, Correction> correction{};  // the last move of a field
 
     void restart() { self.increment_.start(Y, guess); }
     [[nodiscard]] Outcome residual() {
-      if constexpr (FieldState<S>) {
-        // One reduction: how large, and whether finite.
-        square = -1;
-        if (Matrix::sizes(self.options_, allowed)) {
-          F.evaluate_unchecked(Y);
-          square = self.matrix_.square_here(self.increment_.delta, allowed);
-          total_of_ranks(Y, std::span<double>{&square, 1});
-          if (std::isfinite(square)) return Outcome::success;
-          square = -1;
-          return F.check();
-        }
-      }
-      return F.evaluate(Y);
+      F.evaluate(Y);
+      square = self.matrix_.square_of(self.increment_.delta, self.options_, allowed);
+      return square >= 0 ? Outcome::success : F.check();  // that is finite
     }
     [[nodiscard]] double residual_size() const { return F.size(); }
     [[nodiscard]] bool residual_is_rounding() const { return F.is_rounding(); }
@@ -207,32 +203,32 @@ class NewtonResolvent {
     [[nodiscard]] Outcome solve() {
       return self.matrix_.solve(self.increment_.delta, self.options_, rhs.statistics(), allowed);
     }
-    /// One reduction: how large the correction is, and whether all ranks have solved for it.
-    [[nodiscard]] Outcome correct() requires FieldState<S> {
+    /// For a field by one reduction: how large the correction is, and whether all ranks have solved for it.
+    [[nodiscard, gnu::always_inline]] inline Outcome correct() {
       auto& matrix = self.matrix_;
-      if (const Outcome bad =
-              matrix.solve_untold(self.increment_.delta, self.options_, rhs.statistics(), allowed, square);
+      auto& increment = self.increment_;
+      if (const Outcome bad = matrix.solve_unagreed(increment.delta, self.options_, rhs.statistics(), allowed, square);
           failed(bad))
         return bad;
-      self.increment_.move(Y);
-      correction = allowed.target > 0 ? self.increment_.size(Y, allowed)
-                                      : self.increment_.size(Y, matrix.drift_share(), self.options_);
-      return std::isfinite(correction.absolute) ? Outcome::success : matrix.told(Y);
-    }
-    [[nodiscard]] Outcome correct() requires(!FieldState<S>) {
-      if (const Outcome bad = solve(); failed(bad)) return bad;
-      while (self.matrix_.reached_too_far(Y, self.increment_.delta)) {
+      while (matrix.reached_too_far(Y, increment.delta)) {
         F.assemble();
         if (const Outcome bad = refresh(); failed(bad)) return bad;
         if (const Outcome bad = solve(); failed(bad)) return bad;
       }
-      self.increment_.move(Y);
+      increment.move(Y);
+      if constexpr (FieldState<S>) {
+        correction = size_of_move();
+        if (!std::isfinite(correction.absolute)) return matrix.agree(Y);
+      }
       return Outcome::success;
     }
     void retreat() { self.increment_.retreat(Y); }
     void undo() { self.increment_.undo(Y); }
-    [[nodiscard]] Correction size() const requires FieldState<S> { return correction; }
-    [[nodiscard]] Correction size() const requires(!FieldState<S>) {
+    [[nodiscard]] Correction size() const {
+      if constexpr (FieldState<S>) return correction;
+      else return size_of_move();
+    }
+    [[nodiscard]] Correction size_of_move() const {
       if (allowed.target > 0) return self.increment_.size(Y, allowed);
       return self.increment_.size(Y, self.matrix_.drift_share(), self.options_);
     }
@@ -301,7 +297,7 @@ concept Resolves = requires(Resolvent& one, Rhs& rhs, const Gamma<ScalarOf<S>>& 
   { one.solver_name() } -> std::same_as<const char*>;
   one.resize(guess, rhs);
   one.forget();  // what solves have left
-  one.reset();   // … and that the force is still the same
+  one.reset();   // forgets also what was found out about the force
 };
 
 /// The resolvent behind each way to solve: Newton's here, others in headers of their own.

@@ -2,25 +2,20 @@
 /// Ψ(t+Δt) of one step may serve as Ψ(t) of the next, unless the state was edited in between, which the guard detects.
 #pragma once
 
-#include <Eigen/Core>
-
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <tuple>
 #include <type_traits>
 #include <utility>
-#include <vector>
 
-#include "phistep/base/machine/only.hpp"
+#include "phistep/base/machine/memory.hpp"
 #include "phistep/base/numbers/fingerprint.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/ranks.hpp"
-#include "phistep/base/version.hpp"
+#include "phistep/base/state/unknowns.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -33,7 +28,7 @@ template <bool uses_time, class Scalar>
 }
 
 /// Remembers at which (t, y) a force was last evaluated, by y's bits: a small state's own, a large one's fingerprint.
-/// With `position_only`, for forces that see r alone, edits of v do no harm and are not looked for.
+/// With `position_only`, for forces that see r alone, edits of v do no harm and are not checked.
 template <State S, bool position_only, bool uses_time>
 class EditGuard {
  public:
@@ -48,9 +43,8 @@ class EditGuard {
   /// Room for a copy of states like y, where that is sooner made and compared than a fingerprint taken.
   void reserve(const Plain& y) {
     if constexpr (may_keep) {
-      std::size_t all = 0;
-      for_each_seen([&all](const auto& block) { all += static_cast<std::size_t>(block.size()); }, y);
-      kept_.assign(all <= most_kept ? all : 0, Scalar{0});
+      has_room_ = count_of(seen(y)) <= most_kept;
+      if (has_room_) kept_ = y;
     }
   }
   void forget() { kind_ = Kind::nothing; }
@@ -65,16 +59,15 @@ class EditGuard {
     t_ = t;
     kind_ = Kind::checked;
     if constexpr (by_value) copy_blocks<S>(last_, y);
-    else if (is_kept_ = has_room(); !is_kept_) last_ = hash(y);
-    else if constexpr (may_keep) keep(y);
+    else if (is_kept_ = has_room_; !is_kept_) last_ = hash(y);
+    else if constexpr (may_keep)
+      for_each_block([](auto, auto& to, const auto& from) { to = from; }, seen(kept_), seen(y));
   }
   [[nodiscard]] bool holds(Scalar t, const Plain& y) const {
     if (kind_ != Kind::checked || !same_time<uses_time>(t, t_)) return false;
     if constexpr (FieldState<S>) return all_ranks(y, hash(y) == last_);  // an edit on one is an edit
-    else if constexpr (may_keep) return is_kept_ ? equals_kept(y) : hash(y) == last_;
-    else if constexpr (position_only)
-      return equal_bits(std::get<0>(Blocks<S>::all(y)), std::get<0>(Blocks<S>::all(last_)));
-    else return equal_blocks<S>(y, last_);
+    else if constexpr (may_keep) return is_kept_ ? equal_bits(seen(y), seen(kept_)) : hash(y) == last_;
+    else return equal_bits(seen(y), seen(last_));
   }
   /// The same, on the caller's word that the state is what the last step left.
   [[nodiscard]] bool holds_unedited(Scalar t) const { return kind_ != Kind::nothing && same_time<uses_time>(t, t_); }
@@ -82,7 +75,7 @@ class EditGuard {
   /// For a checkpoint. After it the guard knows the saved state, by its bits, and no other.
   void archive(auto& ar) {
     if constexpr (may_keep)
-      if (std::exchange(is_kept_, false)) last_ = kept_hash();  // what is read is a fingerprint, too
+      if (std::exchange(is_kept_, false)) last_ = hash(kept_);  // what is read is a fingerprint, too
     ar("kind", kind_, "t", t_, "y", last_);
     ar.check(kind_ <= Kind::checked);
   }
@@ -92,69 +85,28 @@ class EditGuard {
   static constexpr bool by_value = fits_registers<S>;
 
   static constexpr bool may_keep = !by_value && !FieldState<S>;  // a copy of it
-  static constexpr std::size_t most_kept = 4096;                 // 32 KiB of doubles
-  static constexpr std::size_t blocks =
-      position_only ? 1 : std::tuple_size_v<decltype(Blocks<S>::all(std::declval<const Plain&>()))>;
+  static constexpr Index most_kept = 4096;                       // 32 KiB of doubles
 
-  /// f(block) for those whose edits count.
-  static void for_each_seen(auto&& f, const Plain& y) {
-    for_each_block(
-        [&f](auto k, const auto& block) {
-          if constexpr (!position_only || k == 0) f(block);
-        },
-        Blocks<S>::all(y));
+  /// The blocks whose edits count.
+  [[nodiscard]] static auto seen(auto& y) {
+    if constexpr (position_only) return std::tie(position_of<S>(y));
+    else return Blocks<S>::all(y);
   }
   [[nodiscard]] static std::uint64_t hash(const Plain& y) {
     std::uint64_t all = 0;
-    for_each_seen(
-        [&all](const auto& block) {
+    for_each_block(
+        [&all](auto, const auto& block) {
           if constexpr (FieldBlock<decltype(block)>)
             all = std::rotl(all, 1) + std::remove_cvref_t<decltype(block)>::Ops::fingerprint(block.handle());
           else all = fingerprint(block.data(), block.size(), all);
         },
-        y);
-    return all;
-  }
-  [[nodiscard]] bool has_room() const {
-    if constexpr (may_keep) return !kept_.empty();
-    else return false;
-  }
-  void keep(const Plain& y) {
-    Scalar* to = kept_.data();
-    std::size_t k = 0;
-    for_each_seen(
-        [&](const auto& block) {
-          to = std::copy_n(block.data(), block.size(), to);
-          sizes_[k++] = block.size();
-        },
-        y);
-  }
-  [[nodiscard]] bool equals_kept(const Plain& y) const {
-    const Scalar* from = kept_.data();
-    bool equal = true;
-    for_each_seen(
-        [&](const auto& block) {
-          equal = equal && same_bits(from, block.data(), block.size());
-          from += block.size();
-        },
-        y);
-    return equal;
-  }
-  /// hash(y) of the y that is kept
-  [[nodiscard]] std::uint64_t kept_hash() const {
-    const Scalar* from = kept_.data();
-    std::uint64_t all = 0;
-    for (const Index n : sizes_) {
-      all = fingerprint(from, n, all);
-      from += n;
-    }
+        seen(y));
     return all;
   }
 
   std::conditional_t<by_value, Plain, std::uint64_t> last_{};
-  [[no_unique_address]] Only<may_keep, std::vector<Scalar>> kept_;  // has room, or is empty
-  [[no_unique_address]] Only<may_keep, std::array<Index, blocks>> sizes_{};
-  bool is_kept_ = false;  // the state is in kept_, else in last_
+  [[no_unique_address]] Only<may_keep, Plain> kept_;
+  bool has_room_ = false, is_kept_ = false;  // kept_ is large enough for the state; it holds it, else last_ does
   Scalar t_{};
   Kind kind_ = Kind::nothing;
 };

@@ -3,14 +3,12 @@
 /// dense output, which read it. Steps without these have none.
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 
 #include "phistep/base/numbers/arithmetic.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/combination.hpp"
 #include "phistep/base/state/reductions.hpp"
-#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -77,8 +75,8 @@ struct Trace {
   Plain start;                    ///< y' at t (for motion: v, M⁻¹Ψ)
   Plain end;                      ///< y' at t + Δt
   Scalar dt{0};                   ///< [time] Δt
-  Plain error;                    ///< the estimate of the local error …
-  double error_scale_square = 1;  ///< … of which the square is this times that of `error`
+  Plain error;                    ///< the estimate of the local error, but for a factor
+  double error_scale_square = 1;  ///< the square of that factor
   bool has_slopes = false;        ///< `start` and `end` are filled
   bool has_error = false;         ///< `error` is filled
   bool has_hidden = false;        ///< rates fell in the last try: where slopes lead is not known
@@ -102,7 +100,7 @@ struct Trace {
     has_hidden = false;
     forget_slopes();
   }
-  /// … or its slope there isn't known.
+  /// The slope where the next step starts isn't known.
   void forget_slopes() {
     knows_start = has_slopes = has_error = false;
     dt_before = Scalar{0};
@@ -140,7 +138,53 @@ struct Trace {
   }
 };
 
-// How far a step of order 2 is off, by the slopes of this step and the last.
+/// What a run thinks of a step, by reference: whether it may become the state, and how large errors are in units of the tolerance.
+/// One type for all runs, so that a scheme's step is compiled once.
+template <State Plain>
+class Judge {
+ public:
+  /// @param law  (y, y⁺, trace) → whether the step may become the state; with sizes of its own, allowed() → how large an error may be,
+  ///             size(x, y, y⁺) → ‖x‖ and size_of_error(y, y⁺) → ‖trace.error‖, else the weighted RMS serves
+  template <class Given>
+    requires(!std::is_same_v<std::remove_cvref_t<Given>, Judge>)
+  Judge(Given&& law) : law_{const_cast<std::remove_cvref_t<Given>*>(&law)} {
+    using Law = std::remove_reference_t<Given>;
+    accepts_ = [](void* by, const Plain& y, const Plain& next, const Trace<Plain>& trace) -> bool {
+      return (*static_cast<Law*>(by))(y, next, trace);
+    };
+    if constexpr (requires { law.allowed(); }) {
+      allowed_ = [](void* by) { return static_cast<Law*>(by)->allowed(); };
+      size_ = [](void* by, const Plain& x, const Plain& y, const Plain& next) {
+        return static_cast<Law*>(by)->size(x, y, next);
+      };
+      size_of_error_ = [](void* by, const Plain& y, const Plain& next) {
+        return static_cast<Law*>(by)->size_of_error(y, next);
+      };
+    }
+  }
+  [[nodiscard]] bool operator()(const Plain& y, const Plain& next, const Trace<Plain>& trace) const {
+    return accepts_(law_, y, next, trace);
+  }
+  [[nodiscard]] bool has_sizes() const { return allowed_ != nullptr; }
+  [[nodiscard]] double allowed() const { return allowed_(law_); }
+  [[nodiscard]] double size(const Plain& x, const Plain& y, const Plain& next, const Trace<Plain>& trace) const {
+    return has_sizes() ? size_(law_, x, y, next) : weighted_rms(x, trace.weight);
+  }
+  [[nodiscard]] double size_of_error(const Plain& y, const Plain& next, const Trace<Plain>& trace) const {
+    return has_sizes() ? size_of_error_(law_, y, next) : weighted_rms(trace.error, trace.weight);
+  }
+
+ private:
+  void* law_;
+  bool (*accepts_)(void*, const Plain&, const Plain&, const Trace<Plain>&) = nullptr;
+  double (*allowed_)(void*) = nullptr;
+  double (*size_)(void*, const Plain&, const Plain&, const Plain&) = nullptr;
+  double (*size_of_error_)(void*, const Plain&, const Plain&) = nullptr;
+};
+/// Accepts every step.
+struct AcceptsAll {
+  bool operator()(const auto&... /*any*/) const { return true; }
+};
 
 /// Δt³/12 y‴, the trapezoidal rule's y⁺ − y(t+Δt), times a factor, as an expression. y‴ is the second difference of three
 /// slopes.

@@ -2,8 +2,6 @@
 /// A step is a transaction: it works beside the state, then commits everything or leaves everything as it was.
 #pragma once
 
-#include <Eigen/Core>
-
 #include <cmath>
 #include <cstdint>
 #include <stdexcept>
@@ -13,14 +11,13 @@
 #include <utility>
 
 #include "phistep/base/archive/archive_kinds.hpp"
-#include "phistep/base/machine/only.hpp"
+#include "phistep/base/machine/memory.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/step_report.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/copy_views.hpp"
 #include "phistep/base/state/ranks.hpp"
 #include "phistep/base/state/reductions.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/force/evaluate.hpp"
 #include "phistep/step/equation/origin.hpp"
 #include "phistep/step/equation/right_hand_side.hpp"
@@ -55,16 +52,16 @@ class Transaction {
   }
   /// A step that did not begin.
   StepReport refuse(Rhs& rhs, Outcome why, Scalar t, Scalar dt) { return fail(rhs, why, t, dt, next_, next_, psi_); }
-  /// For the report of a step done elsewhere: what it had come to …
+  /// For a step done elsewhere that failed: notes what it had come to.
   void show_end(const S& state, const auto& psi) {
     end_ = first_non_finite(Blocks<S>::all(state));
     assign_block(std::get<0>(Rate::blocks(psi_)), psi);
   }
-  /// … and the report, once the state is put back.
+  /// The report of that step, once the state is put back.
   StepReport report_shown(Rhs& rhs, Outcome outcome, Scalar t, Scalar dt, const S& state) {
     copy_blocks<S>(next_, state);
     const StepReport report = fail(rhs, outcome, t, dt, next_, next_, psi_);
-    if (failure_.block < 0) blame(end_);
+    if (failure_.block < 0) static_cast<ComponentLocation&>(failure_) = end_;
     return report;
   }
 
@@ -76,7 +73,14 @@ class Transaction {
     if (const Outcome bad = open(steps.t(0), steps.dt); failed(bad)) return refuse(rhs, bad, steps.t(0), steps.dt);
     const std::int64_t before = rhs.statistics().steps;
     try {
-      [[maybe_unused]] Held held{state};
+      // Takes trial states back out of the user's arrays, unless the step is done; after an exception as well.
+      [[maybe_unused]] bool is_done = false;
+      [[maybe_unused]] const AtExit held{[&] {
+        if constexpr (ShowsTrials<S>) {
+          if (!is_done) state.put_back();
+          state.release();
+        }
+      }};
       if constexpr (in_registers) {
         Plain y = read(state), next;
         Rate psi;
@@ -86,16 +90,18 @@ class Transaction {
       } else {
         const Plain& y = read(state);
         const StepReport report = run_from(rhs, y, state, steps, origin, bind, advance, accepted, next_, psi_);
-        held.is_done = static_cast<bool>(report);
+        is_done = static_cast<bool>(report);
         return report;
       }
     } catch (const WrongSize& wrong) {
-      return fail(rhs, state, steps.t(rhs.statistics().steps - before), steps.dt, wrong);
+      copy_blocks<S>(next_, state);
+      const Scalar t = steps.t(rhs.statistics().steps - before);
+      return fail(rhs, Outcome::wrong_size, t, steps.dt, next_, next_, psi_, &wrong);
     }
   }
 
   /// Outcome::inconsistent_start will be about this component.
-  void accuse(const Offender& component) { accused_ = component; }
+  void set_inconsistent(const ComponentLocation& component) { inconsistent_ = component; }
   /// What the solves of this step have done, or those of the last.
   [[nodiscard]] SolveRecord& record() { return record_; }
   [[nodiscard]] const SolveRecord& record() const { return record_; }
@@ -164,18 +170,6 @@ class Transaction {
     }
   }
 
-  /// Takes trial states back out of the user's arrays, unless the step is done; after an exception as well.
-  struct Held {
-    S& state;
-    bool is_done = false;
-    ~Held() {
-      if constexpr (ShowsTrials<S>) {
-        if (!is_done) state.put_back();
-        state.release();
-      }
-    }
-  };
-
   StepReport run_from(Rhs& rhs, auto& y, S& state, const auto& steps, Origin origin, auto& bind, auto& advance,
                       auto& accepted, Plain& next, Rate& psi) {
     bool knows_start = false;
@@ -226,10 +220,6 @@ class Transaction {
     }
   }
 
-  [[gnu::cold, gnu::noinline]] StepReport fail(Rhs& rhs, const S& state, Scalar t, Scalar dt, const WrongSize& wrong) {
-    copy_blocks<S>(next_, state);
-    return fail(rhs, Outcome::wrong_size, t, dt, next_, next_, psi_, &wrong);
-  }
   // Out of line: the compiler must not weigh this against inlining the step itself.
   [[gnu::cold, gnu::noinline]] StepReport fail(Rhs& rhs, Outcome outcome, Scalar t, Scalar dt, const Plain& y,
                                                const Plain& next, const Rate& psi, const WrongSize* wrong = nullptr) {
@@ -241,7 +231,7 @@ class Transaction {
     f.t = static_cast<double>(t);
     f.dt = static_cast<double>(dt);
     f.term = -1;
-    Offender where;
+    ComponentLocation where;
     // Where the force has thrown it is NaN.
     if constexpr (FieldState<S>) {
       if (const Outcome found = agreed(y, rhs.held()->found()); failed(found)) outcome = found;
@@ -262,17 +252,11 @@ class Transaction {
       // Cleared: must not appear in the next failure report.
       set_zero(Rate::blocks(psi_));
     }
-    if (outcome == Outcome::inconsistent_start) where = accused_;
+    if (outcome == Outcome::inconsistent_start) where = inconsistent_;
     f.outcome = outcome;
-    blame(where);
+    static_cast<ComponentLocation&>(f) = where;
     if constexpr (FieldState<S>) rhs.held()->rethrow();
     return {outcome, f.iterations, &f};
-  }
-  void blame(const Offender& where) {
-    failure_.block = where.block;
-    failure_.index = where.index;
-    failure_.row = where.row;
-    failure_.column = where.column;
   }
 
   /// Whether a force sees finite numbers at y. Elsewhere any term is NaN, and the first would be blamed.
@@ -289,8 +273,8 @@ class Transaction {
   EditGuard<S, Blocks<S>::drifts && !Rhs::couples_unknowns, Rhs::Traits::uses_time> guard_;
   SolveRecord record_;
   Failure failure_;  // of the step that failed last
-  Offender accused_;
-  [[no_unique_address]] Only<ShowsTrials<S>, Offender> end_;
+  ComponentLocation inconsistent_;
+  [[no_unique_address]] Only<ShowsTrials<S>, ComponentLocation> end_;
 };
 
 }}  // namespace phistep::PHISTEP_ABI

@@ -14,22 +14,19 @@
 
 #include "phistep/base/archive/archive.hpp"
 #include "phistep/base/facts/structure.hpp"
-#include "phistep/base/machine/only.hpp"
+#include "phistep/base/machine/memory.hpp"
 #include "phistep/base/numbers/finite_witness.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/statistics.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/unknowns.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/step/equation/right_hand_side.hpp"
 #include "phistep/step/jacobian/analytic.hpp"
 #include "phistep/step/jacobian/difference_tangent.hpp"
 #include "phistep/step/jacobian/differences.hpp"
 #include "phistep/step/mass/bound_masses.hpp"
 #include "phistep/step/matrix/choice.hpp"
-#include "phistep/step/matrix/dense_system.hpp"
 #include "phistep/step/matrix/linear_system.hpp"
-#include "phistep/step/matrix/local_system.hpp"
 #include "phistep/step/matrix/static_sparse_system.hpp"
 #include "phistep/step/solve/convergence.hpp"
 
@@ -41,6 +38,43 @@ struct TangentSource {
   using type = DifferenceTangent<S, Rhs, has_K, has_C>;
 };
 
+/// Which Jacobian and factors are there, and for which γ they were made.
+template <class Scalar>
+class KeptFactors {
+ public:
+  [[nodiscard]] bool has_jacobian() const { return has_jacobian_; }
+  [[nodiscard]] bool has_factors() const { return has_factors_; }
+  [[nodiscard]] bool has_factors_for(const Gamma<Scalar>& gamma) const { return has_factors_ && gamma == factored_; }
+  /// |γ/γ_p − 1| of factors made for γ_p: about what an iteration on them leaves of the error.
+  [[nodiscard]] double staleness(const Gamma<Scalar>& gamma) const {
+    return has_factors_ ? std::abs(static_cast<double>(gamma.force / factored_.force) - 1) : 0;
+  }
+  void drop() { has_jacobian_ = has_factors_ = false; }
+
+ protected:
+  /// A new solve with coefficients γ. Factors made for others, γ_p, serve where |γ/γ_p − 1| ≤ within; corrections are then
+  /// scaled.
+  void begin(const Gamma<Scalar>& gamma, Scalar within, bool is_square) {
+    scale_ = Scalar{1};
+    if (!has_factors_ || gamma == factored_) return;
+    const Scalar scale = correction_scale(gamma, factored_, within, is_square);
+    if (scale == 0) has_factors_ = false;
+    else scale_ = scale;
+  }
+  void set_factors(bool there, const Gamma<Scalar>& gamma) {
+    has_factors_ = there;
+    factored_ = gamma;
+    scale_ = Scalar{1};
+  }
+  void scale(auto& x) const {
+    if (scale_ != Scalar{1}) x *= scale_;
+  }
+
+  Gamma<Scalar> factored_{};
+  Scalar scale_{1};
+  bool has_jacobian_ = false, has_factors_ = false;
+};
+
 /// `position` = false serves resolves with γ_d = 0 only (Verlet's last half-kick): no K, and terms that ignore v are
 /// never asked for a tangent.
 /// @tparam stages  each factorization serves several solves
@@ -48,7 +82,10 @@ struct TangentSource {
 /// @tparam iterated  solves are corrected until they fit
 template <State S, class Rhs, class LinearSolver, bool position, bool stages = false, bool shifted = false,
           bool iterated = !stages>
-class Linearisation {
+class Linearization : public KeptFactors<ScalarOf<S>> {
+  using Kept = KeptFactors<ScalarOf<S>>;
+  using Kept::has_jacobian_, Kept::has_factors_, Kept::factored_;
+
  public:
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
@@ -108,65 +145,48 @@ class Linearisation {
       throw std::invalid_argument(
           "phistep: the Jacobian of " + std::to_string(n) +
           " unknowns by differences would be dense. Name its pattern, sparsity(f, pattern); or form no "
-          "matrix, newton<MatrixFree<Eigen::BiCGSTAB>>() of <phistep/krylov.hpp> or, for mild "
+          "matrix, newton<MatrixFree<>>() of <phistep/krylov.hpp> or, for mild "
           "stiffness, fixed_point(); or give the force a member jacobian(...), its terms "
           "add_jacobian(...)");
     if constexpr (!analytic) differences_.resize(y, rhs);  // may throw, so it comes before anything has a new size
     n_ = n;
     system_.resize(n);
-    drop();
+    this->drop();
   }
 
   /// What the last argument of a stepper holds.
-  void take(const auto& solver) {
-    if constexpr (requires { system_.take(solver.linear); }) system_.take(solver.linear);
-  }
-  /// A new solve with coefficients γ. Factors made for others, γ_p, serve where |γ/γ_p − 1| ≤ within; corrections are then
-  /// scaled.
+  void take(const auto& solver) { system_.take(solver.linear); }
+  /// A new solve with coefficients γ. @param within  see KeptFactors
   void begin(const Gamma<Scalar>& gamma, Scalar within) {
     if constexpr (!analytic) differences_.begin();
     if constexpr (matrix_free) system_.begin();
-    scale_ = Scalar{1};
-    if (!has_factors_ || gamma == factored_) return;
     if constexpr (follows_tolerance) within = std::min(within, Scalar{8} * std::numeric_limits<Scalar>::epsilon());
-    const Scalar scale = correction_scale(gamma, factored_, within, has_K && !has_C);
-    if (scale == 0) has_factors_ = false;
-    else scale_ = scale;
+    Kept::begin(gamma, within, has_K && !has_C);
   }
-  /// |γ/γ_p − 1| of factors made for γ_p: about what an iteration on them leaves of the error.
-  [[nodiscard]] double staleness(const Gamma<Scalar>& gamma) const {
-    return has_factors_ ? std::abs(static_cast<double>(gamma.force / factored_.force) - 1) : 0;
-  }
-  void drop() { has_jacobian_ = has_factors_ = false; }
-  /// … and what solves have found out about W.
+  /// Drops Jacobian and factors, and forgets what solves have found out about W.
   void forget_solves() {
-    drop();
-    if constexpr (requires { system_.begin_anew(); }) system_.begin_anew();
+    this->drop();
+    system_.begin_anew();
   }
   /// The force may be another one: so may its pattern.
   void forget() {
     forget_solves();
     if constexpr (!analytic) differences_.forget_pattern();
   }
-  /// … and the matrix's own pattern, with what was found out about it.
+  /// Forgets also the matrix's own pattern, with what was found out about it.
   void forget_pattern() {
     forget();
-    if constexpr (requires { system_.forget_pattern(); }) system_.forget_pattern();
+    system_.forget_pattern();
   }
 
   /// Products are made at the iterate they serve: none are ever kept.
   [[nodiscard]] bool has_jacobian() const { return !matrix_free && has_jacobian_; }
-  [[nodiscard]] bool has_factors() const {
-    if constexpr (matrix_free) return false;
-    else if constexpr (requires { system_.has_solver(); }) return has_factors_ && system_.has_solver();
-    else return has_factors_;
-  }
+  [[nodiscard]] bool has_factors() const { return !matrix_free && has_factors_ && system_.has_solver(); }
   /// Factors, of a Jacobian at (t, Y) where none is kept. There, Ψ is psi.
   [[nodiscard]] Outcome refresh(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& Y, const Rate& psi,
                                 const NewtonOptions& options, const SolveTolerance<Plain>& allowed) {
     if (!has_jacobian())
-      if (const Outcome outcome = linearise(rhs, gamma, t, Y, psi, options, allowed); outcome != Outcome::success)
-        return outcome;
+      if (const Outcome bad = linearize(rhs, gamma, t, Y, psi, options, allowed); failed(bad)) return bad;
     return make_factors(rhs, gamma, Y);
   }
   /// x ← W⁻¹ x. @param allowed  of a controlled run: rules where the options don't
@@ -188,9 +208,17 @@ class Linearisation {
       has_factors_ = false;  // a failed solve is not repeated with the same factors
       return outcome;
     }
-    if (scale_ != Scalar{1}) x *= scale_;
+    this->scale(x);
     return all_finite(x.data(), x.size()) ? Outcome::success : Outcome::singular_matrix;
   }
+  // What fields (embed/field_linearization.hpp) do with fewer questions to all ranks.
+  [[nodiscard]] Outcome solve_unagreed(auto& x, const NewtonOptions& options, Statistics& statistics,
+                                       const SolveTolerance<Plain>& allowed, double /*square*/) {
+    return solve(x, options, statistics, allowed);
+  }
+  [[nodiscard]] static double square_of(const auto&...) { return -1; }
+  [[nodiscard]] static bool sizes(const auto&...) { return false; }
+  [[nodiscard]] static Outcome agree(const Plain&) { return Outcome::success; }
   /// x ← P⁻¹ x, b ← W x, with a preconditioner P.
   void approximate(auto& x, auto& b) requires requires(System& system) { system.approximate(x, b); }
   { system_.approximate(x, b); }
@@ -202,36 +230,30 @@ class Linearisation {
     ++statistics.solves;
     static_cast<void>(system_.solve(x));
   }
-  /// A correction went further than the differences that made its matrix had looked: that matrix is gone.
+  /// A correction went further than the differences that made its matrix: that matrix is gone.
   [[nodiscard]] bool reached_too_far(const Plain& Y, const auto& correction) {
     if constexpr (analytic) return false;
     else {
       const bool too_far = differences_.reached_too_far(Y, correction);
-      if (too_far) drop();
+      if (too_far) this->drop();
       return too_far;
     }
   }
 
   /// Whose block made W singular, −1 where that isn't known.
-  [[nodiscard]] std::int64_t singular_particle() const {
-    if constexpr (requires { system_.singular_particle(); }) return system_.singular_particle();
-    else return -1;
-  }
+  [[nodiscard]] std::int64_t singular_particle() const { return system_.singular_particle(); }
   /// ‖γ_f γ_d K‖ / ‖W‖ and ‖W‖, largest entries.
   [[nodiscard]] double drift_share() const { return system_.drift_share(); }
   [[nodiscard]] double magnitude() const { return system_.magnitude(); }
 
   /// How the linear equations are solved, in words.
-  [[nodiscard]] const char* name() const {
-    if constexpr (requires { system_.name(); }) return system_.name();
-    else return row.name;
-  }
+  [[nodiscard]] const char* name() const { return system_.name(row.name); }
 
   /// The linear solver takes a tolerance, and leaves that much of its residual.
   static constexpr bool follows_tolerance = is_preconditioned_krylov<LinearSolver>;
   static constexpr bool is_iterative = SolvesToTolerance<System, Eigen::Matrix<Scalar, n_static, 1>>;
   /// K and C at (t, Y), where Ψ is psi. Of γ, differences need the ratio.
-  [[nodiscard]] Outcome linearise(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& Y, const Rate& psi,
+  [[nodiscard]] Outcome linearize(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& Y, const Rate& psi,
                                   const NewtonOptions& options, const SolveTolerance<Plain>& allowed) {
     if constexpr (!matrix_free) ++rhs.statistics().jacobians;
     has_jacobian_ = false;  // a force that throws leaves half of one
@@ -241,6 +263,8 @@ class Linearisation {
       system_.clear();
       differences_.compute(rhs, gamma, t, Y, psi, options, allowed, system_);
     }
+    system_.scale_rows_by([&](auto& x) { take_unknowns<S>(x, *allowed.weight); },
+                          static_cast<Scalar>(allowed.target > 0 ? allowed.rtol : 0));
     has_jacobian_ = system_.is_finite();
     return has_jacobian_ ? Outcome::success : Outcome::non_finite_jacobian;
   }
@@ -250,8 +274,7 @@ class Linearisation {
   [[nodiscard]] Outcome factorize(Rhs& rhs, const Gamma<Scalar>& gamma, [[maybe_unused]] Scalar t, const Plain& Y,
                                   [[maybe_unused]] const Rate& psi, [[maybe_unused]] const NewtonOptions& options) {
     if constexpr (matrix_free)
-      if (const Outcome outcome = linearise(rhs, gamma, t, Y, psi, options, {}); outcome != Outcome::success)
-        return outcome;
+      if (const Outcome bad = linearize(rhs, gamma, t, Y, psi, options, {}); failed(bad)) return bad;
     return make_factors(rhs, gamma, Y);
   }
   [[nodiscard]] bool has_factors_for(const Gamma<Scalar>& gamma) const { return has_factors() && gamma == factored_; }
@@ -269,18 +292,13 @@ class Linearisation {
     has_factors_ = false;
     const Outcome outcome =
         system_.factorize(each_mass_entry<S>(rhs.masses(), Y), gamma.force, gamma.drift, rhs.statistics());
-    has_factors_ = outcome == Outcome::success;
-    factored_ = gamma;
-    scale_ = Scalar{1};
+    this->set_factors(outcome == Outcome::success, gamma);
     return outcome;
   }
 
   [[no_unique_address]] Only<!analytic, typename TangentSource<S, Rhs, LinearSolver, has_K, has_C>::type> differences_;
   System system_;
   Index n_ = 0;
-  Gamma<Scalar> factored_{};
-  Scalar scale_{1};
-  bool has_jacobian_ = false, has_factors_ = false;
 };
 
 }}  // namespace phistep::PHISTEP_ABI
