@@ -79,9 +79,13 @@ Scheme scheme(const char* name, Any any) {
                       Watch<Vec> watch) { return ride(y, force, any, capacity(m), span, control, std::move(watch)); }};
 }
 const std::vector<Scheme>& schemes() {
-  static const std::vector<Scheme> all{scheme("phi(0.7)", phi(0.7)),           scheme("phi(1)", phi(1.0)),
-                                       scheme("phi(0.5)", phi(0.5)),           scheme("tr_bdf2", tr_bdf2),
-                                       scheme("forward_euler", forward_euler), scheme("rannacher", rannacher)};
+  static const std::vector<Scheme> all{scheme("phi(0.7)", phi(0.7)),
+                                       scheme("phi(1)", phi(1.0)),
+                                       scheme("phi(0.5)", phi(0.5)),
+                                       scheme("tr_bdf2", tr_bdf2),
+                                       scheme("forward_euler", forward_euler),
+                                       scheme("rannacher", rannacher),
+                                       scheme("generalized_alpha(0.5)", generalized_alpha(0.5))};
   return all;
 }
 const Scheme& trapezoidal_rule() { return schemes()[2]; }

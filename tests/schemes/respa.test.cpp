@@ -1,8 +1,8 @@
 // Slow terms called once in k inner steps: the formula, order, reversibility, symplecticity, counts by term, histories of
 // inner steps, runs. Faults in the middle of a step and restarts: respa.stress.
-#include <phistep/force/seldom.hpp>
+#include <phistep/force/at.hpp>
 #include <phistep/phistep.hpp>
-#include <phistep/schemes/respa.hpp>
+#include <phistep/schemes/kicks.hpp>
 
 #include <algorithm>
 #include <array>
@@ -96,7 +96,7 @@ auto both(const Pull& fast, int k, const Pull& rare) { return term(fast) + seldo
 auto levels(int k, int all) { return both(bond, k, middle) + seldom(all, slow); }
 Motion<V2> start() { return {V2{1, 0.2}, V2{0.3, -0.5}}; }
 
-/// (1) to (3) of respa.hpp for three levels, level by level and not as one loop.
+/// (1) and (2) of kicks.hpp for three levels, level by level and not as one loop.
 template <int halves>
 void by_hand(Motion<V2>& y, double dt, int k, int all) {
   const auto euler_or_verlet = [&y](double h) {

@@ -90,7 +90,7 @@ TEST_CASE("dense, banded and sparse tangents give the same motion, with masses")
   CHECK(distance(dense, sparse) <= 1e-13);
 }
 
-TEST_CASE("an affine force is linearised once, and factorized again only where dt changes") {
+TEST_CASE("an affine force is linearized once, and factorized again only where dt changes") {
   Vec y = Vec::Ones(3);
   const Eigen::MatrixXd K{{-3.0, 1.0, 0.0}, {1.0, -2.0, 0.5}, {0.0, 0.5, -1.0}};
   PhiStepper stepper{y, linear(K), rodas4};

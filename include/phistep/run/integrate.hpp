@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/run/control/run_arguments.hpp"
 #include "phistep/run/run.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
@@ -17,7 +16,7 @@ namespace phistep { inline namespace PHISTEP_ABI {
 /// @param control    fixed(dt), tolerance{.rtol = 1e-6, .atol = 1e-9}, iteration_control{…} or smaller_of(both)
 /// @param observers  called at t0 and after every step as observer(t, state); one that returns false ends the run. An
 ///                   observer callable as observer(step) sees a CompletedStep instead, from the first step on; begin(t0,
-///                   state), if it has that, comes before. at_times and sampled look at given times, event at roots.
+///                   state), if it has that, comes before. at_times and sampled are called at given times, event at roots.
 /// @return outcome, time reached, counts; on failure the state is that of the last good step
 template <class Stepper, class S, class Control, class... Observers>
   requires(!State<Stepper>)

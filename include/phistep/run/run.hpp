@@ -10,25 +10,69 @@
 #include <utility>
 
 #include "phistep/base/archive/archive.hpp"
-#include "phistep/base/machine/only.hpp"
+#include "phistep/base/machine/memory.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/statistics.hpp"
 #include "phistep/base/outcome/step_report.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/ranks.hpp"
-#include "phistep/run/control/run_arguments.hpp"
+#include "phistep/run/control/fixed_step.hpp"
+#include "phistep/run/control/iteration_control.hpp"
+#include "phistep/run/control/pace.hpp"
 #include "phistep/run/control/run_clock.hpp"
 #include "phistep/run/control/run_report.hpp"
+#include "phistep/run/errors/tolerance.hpp"
 #include "phistep/run/inside/look_inside.hpp"
 #include "phistep/run/observers/completed_step.hpp"
-#include "phistep/run/observers/event_cut.hpp"
 #include "phistep/run/observers/event_set.hpp"
 #include "phistep/run/observers/observers.hpp"
+#include "phistep/run/stepper/any_stepper.hpp"
 #include "phistep/run/stepper/step_attempt.hpp"
 #include "phistep/step/equation/origin.hpp"
 #include "phistep/step/transaction/edit_guard.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
+
+// What a run can be made of, and what is said of other arguments.
+
+/// The pace that a control asks for.
+template <State S>
+[[nodiscard]] GridPace<ScalarOf<S>> pace_of(const FixedStep& control) {
+  return GridPace<ScalarOf<S>>{control};
+}
+template <State S, class Control>
+  requires(std::is_same_v<Control, tolerance> || std::is_same_v<Control, SmallerOf>)
+[[nodiscard]] ErrorPace<PlainState<S>> pace_of(const Control& control) { return ErrorPace<PlainState<S>>{control}; }
+template <State S>
+[[nodiscard]] IterationPace<PlainState<S>> pace_of(const iteration_control& control) {
+  return IterationPace<PlainState<S>>{control};
+}
+
+/// What a run takes as its control.
+template <class Control, class S>
+concept ControlOf = requires(const Control& control) {
+  pace_of<S>(control);
+};
+
+/// Whether the stepper may have been made for a state of this type.
+template <class Stepper, class S>
+inline constexpr bool fits_state = true;
+template <class Stepper, class S>
+  requires requires { typename Stepper::StateType; }
+inline constexpr bool fits_state<Stepper, S> = std::is_same_v<typename Stepper::StateType, S>;
+
+/// The times of a run; of no state, to be refused later.
+template <class S>
+struct SpanOf {
+  using type = TimeSpan<double>;
+};
+template <State S>
+struct SpanOf<S> {
+  using type = TimeSpan<ScalarOf<S>>;
+};
+
+template <class Stepper, class S, class Control>
+concept CanRun = MutableState<S&> && ControlOf<Control, S> && fits_state<Stepper, S>;
 
 /// A run from span.t0 to exactly span.t1 that stops between steps whenever the caller likes:
 ///
@@ -99,7 +143,7 @@ class Run {
     RunReport report = report_;
     report.t = static_cast<double>(time());
     report.statistics = stepper_.statistics() - before_;
-    if constexpr (observed) {  // what it cost to look inside of steps was not done by the stepper itself
+    if constexpr (observed) {  // what states inside steps cost was not done by the stepper itself
       Statistics inside = report_.statistics;
       inside.steps = inside.rejections = 0;
       report.statistics = report.statistics + inside;
@@ -122,15 +166,19 @@ class Run {
   static constexpr bool has_inside = std::is_copy_constructible_v<Stepper>;
   static constexpr bool looks_inside = has_inside && Watchers::may_look_inside;
   /// Without observers the stepper does steps of one length in one call.
-  static constexpr bool takes_several = [] {
-    if constexpr (requires { Stepper::takes_several; })
-      return Stepper::takes_several && !Pace::varies && sizeof...(Observers) == 0;
-    else return false;
-  }();
+  static constexpr bool takes_several = facts_of<Stepper>.takes_several && !Pace::varies && sizeof...(Observers) == 0;
   using Attempt = StepAttempt<Stepper, S, Pace, observed>;
   using Look = Only<observed, LookInside<Attempt, looks_inside>>;
 
   bool step(bool may_be_edited) {
+    if constexpr (!FieldState<Plain>) return try_step(may_be_edited);
+    else try {
+        return try_step(may_be_edited);
+      } catch (const ThrownElsewhere&) {
+        return end(Outcome::exception_elsewhere);
+      }
+  }
+  bool try_step(bool may_be_edited) {
     if (ended_ || (!begun_ && !begin())) return false;
     if (step_.is_at_end()) return end(Outcome::success);
     const Origin origin = may_be_edited || first_ ? Origin::unknown : Origin::unedited;
@@ -172,7 +220,14 @@ class Run {
       if (ended_) return false;
       const auto steps = step_.pace().ahead(step_.clock());
       if (steps.count() == 0) return true;
-      const CountsSteps counts{*this, stepper_.statistics().steps};
+      // What has been done when an exception ends it counts.
+      const AtExit counts{[this, before = stepper_.statistics().steps] {
+        const std::int64_t n = stepper_.statistics().steps - before;
+        if (n == 0) return;
+        const Landing<Scalar> to = step_.pace().after(n);
+        step_.clock().move(to);
+        count(to);
+      }};
       const StepReport done = stepper_.steps(state_, steps, Origin::unedited);
       if (done) return true;
       report_.failure = done.failure();
@@ -181,18 +236,6 @@ class Run {
       return true;
     }
   }
-  /// What has been done when an exception ends it counts.
-  struct CountsSteps {
-    Run& run;
-    std::int64_t before;
-    ~CountsSteps() {
-      const std::int64_t n = run.stepper_.statistics().steps - before;
-      if (n == 0) return;
-      const Landing<Scalar> to = run.step_.pace().after(n);
-      run.step_.clock().move(to);
-      run.count(to);
-    }
-  };
 
   bool begin() {
     if (const Outcome bad = step_.begin_run(); failed(bad)) return end(bad);
@@ -239,7 +282,10 @@ class Run {
       throw;
     }
     if (const Outcome happened = happen(found); failed(happened)) return end(happened);
-    return (wanted || end(Outcome::stopped_by_observer)) && has_shown();
+    if (!wanted) return end(Outcome::stopped_by_observer);
+    if constexpr (observed)
+      if (failed(look_.outcome())) return end(look_.outcome());
+    return true;
   }
   [[nodiscard]] bool show(Scalar dt) {
     if constexpr (observed) {
@@ -257,14 +303,9 @@ class Run {
     try {
       return events_.happen(time(), state_);
     } catch (...) {
-      edits_.forget();  // the next step looks where g stands
+      edits_.forget();  // the next step evaluates g at its start
       throw;
     }
-  }
-  /// False, and the run ends, where a look inside the step failed.
-  [[nodiscard]] bool has_shown() {
-    if constexpr (observed) return !failed(look_.outcome()) || end(look_.outcome());
-    else return true;
   }
 
   /// Where it ends by a failure, what its tries have left goes with it.
@@ -305,7 +346,15 @@ class Run {
 /// No run: says why, and nothing else.
 template <class Stepper, class S, class Control, class... Observers>
   requires(!CanRun<Stepper, S, Control>)
-class Run<Stepper, S, Control, Observers...> : RunRefusal<Stepper, S, Control> {
+class Run<Stepper, S, Control, Observers...> {
+  static constexpr bool is_state = MutableState<S&>;
+  static_assert(StateRefusal<is_state, S>::is_said);
+  static_assert(
+      !is_state || ControlOf<Control, S>,
+      "phistep: say how dt is chosen: fixed(0.1) for steps of 0.1, tolerance{.rtol = 1e-6}, iteration_control{...} "
+      "or smaller_of(...)");
+  static_assert(!is_state || fits_state<Stepper, S>, "phistep: the stepper was made for a state of another type");
+
  public:
   Run(Stepper&, S&, typename SpanOf<S>::type, const Control&, Observers&&...) {}
   bool advance() { return false; }

@@ -9,8 +9,6 @@
 /// For forces that depend on v, where kick_drift.hpp is none: magnetic fields, rotating frames, a drive. It solves what the
 /// scheme solves: with velocity Verlet a local equation for v in each substep.
 ///
-/// Over velocity Verlet no oscillation grows for ωΔt < 3.09; from there to π by 2% a step at most, and for good from 5.6.
-///
 /// **Not with dissipation.** Some γ_i are negative, as they must be beyond order 2: such a substep goes backward in time, and
 /// what friction damps forward grows there, by e^{c|γ_i|Δt}; an implicit one meets 1 − φλγ_iΔt = 0. Friction that is slow
 /// beside Δt does no harm, stiff friction blows up: there tr_bdf2 or a Rosenbrock scheme serves.
@@ -22,7 +20,6 @@
 #include "phistep/base/facts/scheme_facts.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/schemes/kick_drift.hpp"
 #include "phistep/schemes/velocity_verlet.hpp"
 #include "phistep/step/kernel/scheme_on.hpp"
@@ -63,6 +60,9 @@ template <class Scheme>
 template <class Scheme, State S>
 class SchemeOn<Composed<Scheme>, S> : public SchemeDefaults {
   using Inner = SchemeOn<Scheme, S>;
+  static_assert(
+      !Inner::looks_back,
+      "phistep: composed(scheme) takes a scheme that is symmetric in time: velocity_verlet, trapezoidal or midpoint");
 
  public:
   using Scalar = ScalarOf<S>;

@@ -15,7 +15,6 @@
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/combination.hpp"
 #include "phistep/base/state/reductions.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/step/mass/bound_masses.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
@@ -50,6 +49,13 @@ template <int size>
 // Sums of a few arrays with weights known at compile time: unrolled, zeros left out, one pass over all arrays,
 //
 //     x + h Σ_j w_j k_j
+
+/// The weights of one formula less those of another.
+template <class One, class Other>
+struct DifferenceOfWeights {
+  static constexpr std::size_t count = One::count;
+  static constexpr long double at(std::size_t j) { return One::at(j) - Other::at(j); }
+};
 
 /// @tparam Weights  count, and at(j) = w_j as a long double
 /// @tparam Rate     what the k_j are
@@ -153,7 +159,8 @@ class ExplicitStages {
     if constexpr (FieldState<S>) {
       to = field_sum<Weights, block>(factor);
     } else {
-      const auto kernel = [factor, sum = sum<Weights, block>()](auto i, auto& x) { x = factor * sum(i); };
+      const auto kernel = [factor, sum = sum<Weights, block>()](auto i, auto& x)
+                              PHISTEP_DETAIL_INLINED { x = factor * sum(i); };
       static_cast<void>(update_block<size_of<decltype(to)>>(to.size(), kernel, to.data()));
     }
   }

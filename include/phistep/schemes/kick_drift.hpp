@@ -7,26 +7,18 @@
 /// next step's first, so that a step calls the force s times. The coefficients, SRKN6b and SRKN11b, are those of S. Blanes &
 /// P. C. Moan, J. Comput. Appl. Math. 142 (2002) 313, tables 2 and 3; the centre is what the others leave of ½ or 1.
 ///
-/// Without growth for ωΔt < 3.14, π but for little: about there each composition has a narrow window in which an oscillation
-/// grows, by 2e-3 a step at most (srkn6b, 3.163 … 3.169) and 4e-4 (srkn11b, 3.1414 … 3.1424); beyond all, from 5.03 and 9.07.
-///
 /// Some a_i, b_i are negative, as they must be beyond order 2: with friction a step backward in time would feed what it
-/// should damp. Hence forces that ignore v only; for others see composed.hpp.
+/// should damp. Hence forces that ignore v only; for others see composed.hpp. Up to which ωΔt nothing grows: docs/stability.md.
 #pragma once
 
 #include <cstddef>
-#include <tuple>
-#include <type_traits>
+#include <utility>
 
 #include "phistep/base/facts/scheme_facts.hpp"
-#include "phistep/base/numbers/update.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/state/unknowns.hpp"
-#include "phistep/base/version.hpp"
-#include "phistep/schemes/explicit_stages.hpp"
+#include "phistep/step/equation/explicit_update.hpp"
 #include "phistep/step/kernel/scheme_on.hpp"
-#include "phistep/step/mass/bound_masses.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -98,8 +90,8 @@ class SchemeOn<KickDrift<Table>, S> : public SchemeDefaults {
     if (const Outcome bad = eq.kick_drift(Advance{kick(0) * dt, Zero{}, drift(0) * dt}); failed(bad)) return bad;
     for (std::size_t i = 1; i < Table::drifts; ++i) {
       eq.evaluate(t, eq.next);
-      if (!divide_by_mass(RateOf<S>::blocks(eq.psi), eq.rhs().masses()) ||
-          !kick_and_drift(eq.next, kick(i) * dt, eq.psi, drift(i) * dt))
+      const Advance by{kick(i) * dt, Zero{}, drift(i) * dt};
+      if (!advance_blocks<S>(eq.next, eq.next, by, RateOf<S>::blocks(std::as_const(eq.psi)), eq.psi, eq.rhs().masses()))
         return Outcome::non_finite_state;
       t += drift(i) * dt;
     }
@@ -113,24 +105,6 @@ class SchemeOn<KickDrift<Table>, S> : public SchemeDefaults {
   /// b_{i+1}
   [[nodiscard]] static constexpr Scalar kick(std::size_t i) {
     return symmetric_coefficient<Scalar>(Table::b, Table::drifts + 1, i);
-  }
-
- private:
-  /// v += b a, r += h v, in one pass
-  [[nodiscard]] static bool kick_and_drift(PlainState<S>& y, Scalar b, const RateOf<S>& acceleration, Scalar h) {
-    auto &r = position_of<S>(y), &v = velocity_of<S>(y);
-    if constexpr (FieldState<S>) {
-      v += b * std::get<0>(RateOf<S>::blocks(acceleration));
-      r += h * v;
-      return is_finite_block(r);
-    } else {
-      const Input<Scalar> r0{r.data()}, v0{v.data()}, a{std::get<0>(RateOf<S>::blocks(acceleration)).data()};
-      const auto kernel = [=](auto i, auto& v1, auto& r1) {
-        v1 = v0[i] + b * a[i];
-        r1 = r0[i] + h * v1;
-      };
-      return update_block<std::remove_cvref_t<decltype(v)>::SizeAtCompileTime>(v.size(), kernel, v.data(), r.data());
-    }
   }
 };
 

@@ -25,7 +25,6 @@
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/combination.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/step/equation/explicit_update.hpp"
 #include "phistep/step/kernel/scheme_on.hpp"
 #include "phistep/step/transaction/trace.hpp"
@@ -55,7 +54,7 @@ class SchemeOn<PhiScheme<Force, Drift, form>, S> : public SchemeDefaults {
   [[nodiscard]] bool takes_singular_mass() const {
     return scheme_.force.template value<double>() == 1 && scheme_.drift.template value<double>() == 1;
   }
-  /// φ = ½ looks back a step.
+  /// φ = ½ estimates from the step before.
   [[nodiscard]] bool estimates(const auto& trace) const { return order() == 1 || trace.dt_before != 0; }
 
   [[nodiscard]] bool leaves_force() const {

@@ -13,7 +13,6 @@
 #include "phistep/base/facts/scheme_facts.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/schemes/phi.hpp"
 #include "phistep/step/kernel/scheme_on.hpp"
 

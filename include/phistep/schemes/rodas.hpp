@@ -5,7 +5,6 @@
 #pragma once
 
 #include "phistep/base/facts/scheme_facts.hpp"
-#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

@@ -15,12 +15,11 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/base/machine/only.hpp"
+#include "phistep/base/machine/memory.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/combination.hpp"
 #include "phistep/base/state/unknowns.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/schemes/rodas.hpp"
 #include "phistep/step/kernel/scheme_on.hpp"
 
@@ -102,7 +101,7 @@ class SchemeOn<Rosenbrock<Tableau>, S> : public SchemeDefaults {
 
   template <class Eq, std::size_t... i>
   [[nodiscard]] static Outcome all(Eq& eq, auto& u, Plain& weighted, std::index_sequence<i...>) {
-    if (const Outcome outcome = eq.linearise(); outcome != Outcome::success) return outcome;
+    if (const Outcome outcome = eq.linearize(); outcome != Outcome::success) return outcome;
     const Scalar gamma = static_cast<Scalar>(Tableau::gamma) * eq.dt;
     if (const Outcome outcome = eq.factorize(gamma); outcome != Outcome::success) return outcome;
     if (const Outcome bad = eq.check_start({gamma, gamma}); failed(bad)) return bad;

@@ -22,7 +22,6 @@
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/combination.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/step/kernel/scheme_on.hpp"
 #include "phistep/step/transaction/trace.hpp"
 

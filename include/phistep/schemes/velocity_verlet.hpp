@@ -12,7 +12,6 @@
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/combination.hpp"
 #include "phistep/base/state/unknowns.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/step/kernel/scheme_on.hpp"
 #include "phistep/step/transaction/trace.hpp"
 
@@ -40,7 +39,6 @@ class SchemeOn<VelocityVerlet, S> : public SchemeDefaults {
   static constexpr bool traces = true;
 
   SchemeOn(VelocityVerlet, const auto& /*y*/) {}
-  [[nodiscard]] static VelocityVerlet scheme() { return {}; }
   [[nodiscard]] static int order() { return VelocityVerlet::order(); }
   [[nodiscard]] static bool estimates(const auto& trace) { return trace.dt_before != 0; }
 

@@ -232,9 +232,9 @@ TEST_CASE("a fast oscillation at rest: tsit5 magnifies it from |z| = 0.5 on, so 
     REQUIRE(report.schemes.count() == 2);
     CHECK(report.schemes.list()[1].scheme == SuitableScheme::radau_iia);
   }
-  StiffnessWatch watch{RivalSteps{3.4, 1.0, 10.0, 0.9}};
+  StiffnessWatch watch{RivalSteps{3.4, 1.0, 10.0}};
   watch.begin_implicit();
-  const RateSeen fast{.rate = 2, .dt = 1, .left = 1e6, .turn = -1}, decaying{.rate = 2, .dt = 1, .left = 1e6};
+  const RateSeen fast{.rate = 4, .dt = 1, .left = 1e6, .turn = -1}, decaying{.rate = 4, .dt = 1, .left = 1e6};
   for (int k = 0; k < 50; ++k) CHECK_FALSE(watch.judge(fast));
   for (int k = 0; k < 3; ++k) CHECK_FALSE(watch.judge(decaying));
   CHECK(watch.judge(decaying));

@@ -12,7 +12,7 @@ constexpr double never = std::numeric_limits<double>::infinity();
 /// Looks until the watch says that an implicit scheme should take over; 0: not within ten.
 int looks_until_stiff(const RateSeen& seen) {
   // dop853 beside radau on a few unknowns
-  StiffnessWatch watch{{.bound = 6, .explicit_cost = 12, .implicit_cost = 40, .turning_bound = 6}};
+  StiffnessWatch watch{{.bound = 6, .explicit_cost = 12, .implicit_cost = 40}};
   for (int n = 1; n <= 10; ++n)
     if (watch.judge(seen)) return n;
   return 0;
@@ -42,7 +42,7 @@ TEST_CASE("explicit steps well within it are left where y' would allow much long
 }
 
 TEST_CASE("implicit steps are left where explicit ones of the same length would do, four looks in a row") {
-  StiffnessWatch watch{{.bound = 6, .explicit_cost = 12, .implicit_cost = 40, .turning_bound = 6}};
+  StiffnessWatch watch{{.bound = 6, .explicit_cost = 12, .implicit_cost = 40}};
   watch.begin_implicit();
   for (int n = 1; n <= 3; ++n) CHECK_FALSE(watch.judge({.rate = 1, .dt = 1, .left = 100}));
   CHECK_FALSE(watch.judge({.rate = 100, .dt = 1, .left = 100}));
@@ -52,7 +52,7 @@ TEST_CASE("implicit steps are left where explicit ones of the same length would 
 
 TEST_CASE(
     "decays that would take more explicit steps than forty implicit ones cost begin implicit, oscillations don't") {
-  const StiffnessWatch watch{{.bound = 6, .explicit_cost = 12, .implicit_cost = 40, .turning_bound = 6}};
+  const StiffnessWatch watch{{.bound = 6, .explicit_cost = 12, .implicit_cost = 40}};
   CHECK(watch.starts_stiff({.rate = 1, .dt = 0.01, .left = 1000}, true));  // 167 steps
   CHECK_FALSE(watch.starts_stiff({.rate = 1, .dt = 0.01, .left = 500}, true));
   CHECK_FALSE(watch.starts_stiff({.rate = 1, .dt = 0.01, .left = 1e6, .turn = 0}, true));

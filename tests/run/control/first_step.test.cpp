@@ -1,5 +1,6 @@
 #include <phistep/base/state/motion.hpp>
 #include <phistep/run/control/variable_step.hpp>
+#include <phistep/run/errors/error_norm.hpp>
 
 #include <cmath>
 #include <limits>
@@ -18,7 +19,7 @@ double first(auto&& slope, const Plain& y, double t, double length, int order, d
   REQUIRE(norm.begin({.rtol = rtol, .atol = atol}, y));
   Plain weight = y;
   norm.weigh(y, weight);
-  return first_step(slope, y, norm, weight, t, length, order, std::pow(rtol, 1.0 / order));
+  return first_step(slope, y, weight, t, length, order, std::pow(rtol, 1.0 / order));
 }
 
 }  // namespace

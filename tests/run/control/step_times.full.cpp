@@ -55,7 +55,7 @@ struct Hardening {
     void archive(auto& ar) { ar("stiffness", stiffness); }
   };
   Plan* plan;
-  static constexpr const char* name = "hardening";
+  [[maybe_unused]] static constexpr const char* name = "hardening";
   static constexpr bool uses_velocity = false, uses_time = false;
   void add(double, const auto& y, const Memory& memory, auto& out) const {
     out.force += plan->result(memory.stiffness * pull(y.r));

@@ -244,6 +244,38 @@ TEST_CASE("an error that is no number is never small") {
   CHECK_FALSE(norm_of<Columns>({.norm = Norm::particle}, y)(all, y, y).size() <= 1);
 }
 
+TEST_CASE("many numbers by packs: the same norm, worst component, weights and sizes as one by one") {
+  for (const bool has_atol : {true, false})
+    for (int n = 1; n <= 41; ++n) {
+      const Vec y = Vec::Random(n), next = Vec::Random(n);
+      Vec error = 1e-3 * Vec::Random(n);
+      const int bad = 7 * n / 11;
+      error[bad] = 0.1;
+      tolerance wanted{.rtol = 1e-3};
+      if (has_atol) wanted.atol = 1e-4;
+      ErrorNorm<Vec> norm;
+      REQUIRE(norm.begin(wanted, y));
+      Vec weight(n);
+      CHECK(norm.weigh(y, weight));
+      double sum = 0, most = -1;
+      int worst = 0;
+      for (int i = 0; i < n; ++i) {
+        const double size = std::max(std::abs(y[i]), std::abs(next[i])), own = std::abs(y[i]);
+        const double scale = has_atol ? 1e-4 + 1e-3 * size : 1e-3 * std::max(own, std::min(size, 10 * own));
+        const double x = std::pow(error[i] / scale, 2);
+        sum += x;
+        if (x > most) most = x, worst = i;
+        CHECK(weight[i] == Approx(1 / ((has_atol ? 1e-4 : 0) + 1e-3 * own)).epsilon(1e-14));
+      }
+      const Measured found = norm(error, y, next);
+      CHECK(found.square == Approx(sum / n).epsilon(1e-13));
+      CHECK(found.worst.index == worst);
+      Vec twice = error;
+      twice[n / 2] = NaN;
+      CHECK(std::isnan(norm(twice, y, next).square));
+    }
+}
+
 TEST_CASE("an empty state has no error") {
   const Vec none(0);
   CHECK(norm_of<Vec>({}, none)(none, none, none).size() == 0);

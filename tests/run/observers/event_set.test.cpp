@@ -1,4 +1,5 @@
 // Events within steps, on flows that are known exactly.
+#include <phistep/base/archive/archive.hpp>
 #include <phistep/base/state/motion.hpp>
 #include <phistep/run/inside/dense_output.hpp>
 #include <phistep/run/observers/event_set.hpp>
@@ -368,7 +369,7 @@ TEST_CASE("events: an edit by somebody else that moves g through zero is no even
   CHECK(e.times().empty());
 }
 
-TEST_CASE("events: a run resumed from its memory goes on to the same bits") {
+TEST_CASE("events: a run resumed from a checkpoint goes on to the same bits") {
   const auto bounces = [](int steps_before) {
     auto bounce = event(height, {.direction = Direction::falling}, [](double, Ball<double>& b) { b.v *= -0.7; });
     Ball<double> y = ball<double>(1, 0);
@@ -376,7 +377,10 @@ TEST_CASE("events: a run resumed from its memory goes on to the same bits") {
     double t = loop.run(y, 0, 0.25 * steps_before, 0.25);
     auto resumed_bounce = bounce;
     Loop resumed(y, fall<double>, falling<double>, resumed_bounce);
-    resumed.events.set_memory(loop.events.memory());
+    Writer out;
+    out.save(loop.events);
+    Reader in{out.bytes()};
+    in.load(resumed.events);
     t = resumed.go_on(y, t, 20, 0.25);
     return std::tuple{t, y.r(0), y.v(0), resumed_bounce.times(), resumed.outcome};
   };

@@ -130,12 +130,9 @@ TEST_CASE("a recorder's blocks, one column a time, and its shapes") {
   S y{Eigen::MatrixXd::Zero(2, 2), Eigen::MatrixXd::Zero(2, 2)};
   y.r << 1, 3, 2, 4;
   y.v << 5, 7, 6, 8;
-  recorder.reserve(2, y);
   recorder(0.0, y);
-  const double* const first = recorder.states().data();
   y.r *= 10;
   recorder(0.5, y);
-  CHECK(recorder.states().data() == first);  // reserved: nothing moved
   CHECK(recorder.position() == (Eigen::MatrixXd(4, 2) << 1, 10, 2, 20, 3, 30, 4, 40).finished());
   CHECK(recorder.velocity() == (Eigen::MatrixXd(4, 2) << 5, 5, 6, 6, 7, 7, 8, 8).finished());
   CHECK(recorder.block(1).col(1).reshaped(2, 2) == y.v);

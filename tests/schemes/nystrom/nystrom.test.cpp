@@ -42,20 +42,20 @@ void check_conditions(int low, int stage_order) {
   for (int q = 0; q <= Tableau::order; ++q) {
     CAPTURE(q);
     const long double once = 1.0L / (q + 1), twice = 1.0L / ((q + 1) * (q + 2));
-    const auto v = defect<Tableau>(Tableau::b_velocity, Tableau::stages, q, once);
-    const auto r = defect<Tableau>(Tableau::b, Tableau::stages, q, twice);
+    const auto v = defect<Tableau>(Tableau::b[1], Tableau::stages, q, once);
+    const auto r = defect<Tableau>(Tableau::b[0], Tableau::stages, q, twice);
     if (q < Tableau::order) CHECK(v <= u);
     else CHECK(v > 1e-10L);
     if (q < Tableau::order - 1) CHECK(r <= u);
-    if (q < low) CHECK(defect<Tableau>(Tableau::b_velocity_hat, Tableau::stages, q, once) <= u);
-    if (q < low - 1) CHECK(defect<Tableau>(Tableau::b_hat, Tableau::stages, q, twice) <= u);
+    if (q < low) CHECK(defect<Tableau>(Tableau::b_hat[1], Tableau::stages, q, once) <= u);
+    if (q < low - 1) CHECK(defect<Tableau>(Tableau::b_hat[0], Tableau::stages, q, twice) <= u);
     if (q <= stage_order)
       for (int i = 5; i < Tableau::stages; ++i)
         CHECK(defect<Tableau>(Tableau::a[i], i, q, std::pow(Tableau::c[i], static_cast<long double>(q + 2)) * twice) <=
               u);
   }
   for (int j = 0; j < Tableau::stages; ++j)
-    CHECK(std::abs(Tableau::b[j] - Tableau::b_velocity[j] * (1 - Tableau::c[j])) <= u);
+    CHECK(std::abs(Tableau::b[0][j] - Tableau::b[1][j] * (1 - Tableau::c[j])) <= u);
 }
 
 struct Wall : ForceTerm {

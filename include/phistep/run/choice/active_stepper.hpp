@@ -13,8 +13,8 @@
 #include "phistep/base/outcome/statistics.hpp"
 #include "phistep/base/outcome/step_report.hpp"
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/version.hpp"
-#include "phistep/run/control/error_law.hpp"
+#include "phistep/run/errors/step_filter.hpp"
+#include "phistep/run/stepper/any_stepper.hpp"
 #include "phistep/step/equation/origin.hpp"
 #include "phistep/step/transaction/trace.hpp"
 
@@ -28,7 +28,7 @@ class ActiveStepper {
   using Plain = PlainState<S>;
   using StateType = S;
   using Steppers = std::variant<Stepper...>;
-  /// Of the stepper at work.
+  /// The checkpoint of the stepper at work.
   using Checkpoint = std::variant<typename Stepper::Checkpoint...>;
   using ArchivedByParts = void;
   static constexpr const char* part_name = "stepper";
@@ -43,7 +43,8 @@ class ActiveStepper {
   /// Another one takes over; but for the sizes of a run before, what the last one knew is lost.
   void replace(Steppers next) {
     if constexpr (!FieldState<S>)
-      visit_numbered(next, [this](auto, auto& stepper) { stepper.kept_sizes() = std::move(kept_sizes()); });
+      visit_numbered(
+          next, [this](auto, auto& stepper) { StepperInternals::kept_sizes(stepper) = std::move(kept_sizes(*this)); });
     visit_numbered(next,
                    [this](auto number, auto& stepper) { steppers_.template emplace<number>(std::move(stepper)); });
   }
@@ -60,31 +61,14 @@ class ActiveStepper {
                                       .reads_weights = true,
                                       .refactorizes = false,
                                       .is_affine = false,
+                                      .takes_several = false,
+                                      .has_inner_steps = false,
                                       .doubtful_at = usually_doubtful};
   [[nodiscard]] bool estimates(const Trace<Plain>& trace) const {
     return visit(*this, [&](auto& at_work) { return at_work.estimates(trace); });
   }
-  template <class Accept>
-  StepReport attempt(S& state, Scalar t, Scalar dt, Origin origin, Trace<Plain>& trace, Accept&& accept) {
+  StepReport attempt(S& state, Scalar t, Scalar dt, Origin origin, Trace<Plain>& trace, const Judge<Plain>& accept) {
     return visit(*this, [&](auto& at_work) { return at_work.attempt(state, t, dt, origin, trace, accept); });
-  }
-  /// As PhiStepper's; false, too, where the scheme at work has no interpolant of its own.
-  [[nodiscard]] bool know_inside(Scalar dt, const Plain& y0) {
-    return visit(*this, [&]<class AtWork>(AtWork& at_work) {
-      if constexpr (facts_of<AtWork>.interpolates) return at_work.know_inside(dt, y0);
-      else return false;
-    });
-  }
-  void interpolate(Scalar x, Scalar dt, const Plain& y0, const Plain& y1, Plain& out) const {
-    visit(*this, [&]<class AtWork>(AtWork& at_work) {
-      if constexpr (facts_of<AtWork>.interpolates) at_work.interpolate(x, dt, y0, y1, out);
-    });
-  }
-  [[nodiscard]] bool is_sure_inside() const {
-    return visit(*this, []<class AtWork>(AtWork&) -> bool { return facts_of<AtWork>.is_sure_inside; });
-  }
-  [[nodiscard]] bool is_explicit() const {
-    return visit(*this, []<class AtWork>(AtWork&) -> bool { return facts_of<AtWork>.solves_nothing; });
   }
   [[nodiscard]] ErrorLaw law() const {
     return visit(*this, [](auto& at_work) { return error_law(at_work); });
@@ -96,14 +80,8 @@ class ActiveStepper {
   [[nodiscard]] bool slope(Scalar t, const Plain& y, Plain& out) {
     return visit(*this, [&](auto& at_work) { return at_work.slope(t, y, out); });
   }
-  void complete_slopes(const Plain& y0, const Plain& y1, Scalar dt, Plain& slope0, Plain& slope1) const {
-    visit(*this, [&](auto& at_work) { at_work.complete_slopes(y0, y1, dt, slope0, slope1); });
-  }
   [[nodiscard]] const SolveRecord& last_solve() const {
     return visit(*this, [](auto& at_work) -> const SolveRecord& { return at_work.last_solve(); });
-  }
-  [[nodiscard]] const char* solver_name() const {
-    return visit(*this, [](auto& at_work) { return at_work.solver_name(); });
   }
   [[nodiscard]] Statistics statistics() const {
     return visit(*this, [](auto& at_work) -> Statistics { return at_work.statistics(); });
@@ -111,12 +89,6 @@ class ActiveStepper {
   [[nodiscard]] std::int64_t changes() const {
     return visit(*this, [](auto& at_work) { return at_work.changes(); });
   }
-  /// The force of the stepper at work, to be called and not to be changed.
-  [[nodiscard]] auto& force_to_look_at() {
-    return visit(
-        *this, [](auto& at_work) -> auto& { return at_work.force_to_look_at(); });
-  }
-
   [[nodiscard]] Checkpoint checkpoint() const {
     return visit_numbered(steppers_, [](auto number, auto& at_work) {
       return Checkpoint{std::in_place_index<number>, at_work.checkpoint()};
@@ -129,27 +101,18 @@ class ActiveStepper {
       else at_work.reset();
     });
   }
-  void forget_solves() {
-    visit(*this, [](auto& at_work) { at_work.forget_solves(); });
-  }
   void forget_unsaved() {
     visit(*this, []<class AtWork>(AtWork& at_work) {
       if constexpr (HasUnsaved<AtWork>) at_work.forget_unsaved();
     });
-  }
-  /// Forgets all that is carried from step to step; the same stepper stays at work.
-  void reset() {
-    visit(*this, [](auto& at_work) { at_work.reset(); });
-  }
-  [[nodiscard]] auto& kept_sizes() requires(!FieldState<S>) {
-    return visit(
-        *this, [](auto& at_work) -> auto& { return at_work.kept_sizes(); });
   }
   void archive(auto& ar) {
     visit(*this, [&ar](auto& at_work) { at_work.archive(ar); });
   }
 
  private:
+  friend StepperInternals;
+
   /// f(std::integral_constant<std::size_t, number>, the stepper of that number, which is at work)
   template <std::size_t i = 0>
   [[gnu::always_inline]] static inline decltype(auto) visit_numbered(auto& steppers, auto&& f) {

@@ -1,35 +1,42 @@
 /// @file
-/// A stepper that chooses its scheme, and changes it where stiffness comes or goes:
+/// Runs that choose their scheme, and change it where stiffness comes or goes:
+///
+///     auto report = phistep::integrate(y, robertson, {0.0, 1e11}, phistep::tolerance{.rtol = 1e-6, .atol = 1e-14});
+///     std::cout << report;      // how it went, which schemes it took, when and why
+///
+/// and the stepper of such a run, for checkpoints and steps one by one:
 ///
 ///     AutomaticStepper stepper{y, robertson, 1e-6};
 ///     Run run{stepper, y, {0.0, 1e11}, tolerance{.rtol = 1e-6, .atol = 1e-14}};
 ///
-/// It begins with an explicit scheme, unless the start is stiff already or M is singular; stiffness_watch.hpp says when it
-/// changes, suitable_scheme.hpp to what. One scheme exists at a time: where nothing is stiff there is no Jacobian and no matrix.
-/// The changes cost a look at the rate ρ, three force calls each 25 steps or so, and no step is thrown away.
+/// They begin with an explicit scheme, unless the start is stiff already or M is singular; stiffness_watch.hpp says when they
+/// change, suitable_scheme.hpp to what. One scheme exists at a time: where nothing is stiff there is no Jacobian and no matrix.
+/// The changes cost an estimate of the rate ρ, three force calls each 25 steps or so, and no step is thrown away.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <type_traits>
 #include <utility>
 
-#include "phistep/base/machine/only.hpp"
+#include "phistep/base/machine/memory.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/statistics.hpp"
 #include "phistep/base/outcome/step_report.hpp"
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/run/choice/active_stepper.hpp"
 #include "phistep/run/choice/scheme_set.hpp"
 #include "phistep/run/choice/scheme_uses.hpp"
 #include "phistep/run/choice/spectral_radius.hpp"
 #include "phistep/run/choice/stiffness_watch.hpp"
 #include "phistep/run/choice/suitable_scheme.hpp"
-#include "phistep/run/control/error_law.hpp"
 #include "phistep/run/control/run_clock.hpp"
+#include "phistep/run/errors/step_filter.hpp"
+#include "phistep/run/errors/tolerance.hpp"
+#include "phistep/run/run.hpp"
 #include "phistep/step/equation/origin.hpp"
 #include "phistep/step/mass/bound_masses.hpp"
 #include "phistep/step/mass/mass.hpp"
@@ -79,7 +86,7 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
   /// @param mass   mass(m) or capacity(C); M = 1 if left out
   AutomaticStepper(const S& state, F force, double rtol, MassSpec mass = {})
       : AutomaticStepper{state, std::move(force), scene_of<S, F>(plain_of(state), mass, rtol), std::move(mass)} {}
-  /// The same of a problem that is described already, by scene_of.
+  /// The same for a problem that scene_of has described already.
   AutomaticStepper(const S& state, F force, const AdvisedProblem& problem, MassSpec mass = {})
       : AutomaticStepper{problem, bool{algebraic_component(bind_masses<S>(mass, plain_of(state)))}, state,
                          std::move(force), std::move(mass)} {}
@@ -92,7 +99,7 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
     return course_.watch.starts_stiff(seen, problem_.unknowns <= few_unknowns) &&
            change(state, y, clock, pace, seen, SchemeCause::stiff_start);
   }
-  /// Before each step of a run: looks whether another scheme would serve better, and takes it.
+  /// Before each step of a run: takes another scheme where that would serve better.
   /// @return [time] the longest step that a new scheme should begin with, nothing where it stays
   [[nodiscard]] std::optional<double> choose(const S& state, const Plain& y, const RunClock<Scalar>& clock,
                                              auto& pace) {
@@ -112,17 +119,19 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
   /// What it took, when and why.
   [[nodiscard]] const SchemeUses& uses() const& { return course_.uses; }
   [[nodiscard]] SchemeUses uses() && { return std::move(course_.uses); }
-  /// The last look at the rate.
+  /// The last estimate of the rate.
   [[nodiscard]] const RateSeen& seen() const { return course_.look.seen(); }
   /// Whether it is, or would be if it could, at an implicit scheme.
   [[nodiscard]] bool is_stiff() const { return course_.watch.is_implicit() || course_.is_bound; }
 
-  template <class Accept>
-  StepReport attempt(S& state, Scalar t, Scalar dt, Origin origin, Trace<Plain>& trace, Accept&& accept) {
+  StepReport attempt(S& state, Scalar t, Scalar dt, Origin origin, Trace<Plain>& trace, const Judge<Plain>& accept) {
     StepReport report = Base::attempt(state, t, dt, origin, trace, accept);
     if constexpr (Schemes::is_field)
-      if (is_by_krylov(scheme()) && shows_unsuited_krylov(report.outcome())) {
-        use_direct_solver(state, t);
+      if (is_by_krylov(scheme()) && is_of_solver(report.outcome())) {
+        course_.is_direct = true;  // from now on
+        problem_.field = {};
+        replace_by(Schemes::suitable_implicit(problem_), state);
+        note(t, seen(), SchemeCause::unsolved);
         report = Base::attempt(state, t, dt, origin, trace, accept);
       }
     if (report) ++course_.done;
@@ -130,7 +139,7 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
     return report;
   }
   [[nodiscard]] friend ErrorLaw error_law(const AutomaticStepper& stepper) { return stepper.law(); }
-  /// Of all schemes that were at work.
+  /// Counts of all schemes that were at work.
   [[nodiscard]] Statistics statistics() const { return course_.retired + Base::statistics(); }
   [[nodiscard]] std::int64_t changes() const { return course_.changes + Base::changes(); }
 
@@ -139,7 +148,7 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
   void archive(Ar& ar) {
     int active = this->active();
     ar.aside("active", active);
-    ar.check(0 <= active && active < static_cast<int>(Schemes::Set::all.size()));
+    ar.check(0 <= active && active < static_cast<int>(Schemes::all.size()));
     if constexpr (Ar::reading) {
       const auto fresh =
           std::make_shared<Base>([&] { return Schemes::make(scheme_of(active), sample(), force_, mass_); });
@@ -153,7 +162,10 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
 
  private:
   AutomaticStepper(const AdvisedProblem& problem, bool is_algebraic, const S& state, F&& force, MassSpec&& mass)
-      : Base{[&] { return Schemes::make(first_of(problem, is_algebraic), state, force, mass); }},
+      : Base{[&] {
+          return Schemes::make(is_algebraic ? Schemes::suitable_implicit(problem) : suitable_explicit(problem), state,
+                               force, mass);
+        }},
         force_{std::move(force)},
         mass_{std::move(mass)},
         problem_{problem},
@@ -163,12 +175,13 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
         view_{state} {
     course_.uses.add({.scheme = scheme(), .cause = is_algebraic ? SchemeCause::algebraic : SchemeCause::start});
   }
-  [[nodiscard]] static SuitableScheme first_of(const AdvisedProblem& problem, bool is_algebraic) {
-    return is_algebraic ? Schemes::suitable_implicit(problem) : Schemes::suitable_explicit(problem);
+  /// Whether a failure of Krylov iterations says that they do not suit W; a Jacobian is checked by solves, too.
+  [[nodiscard]] static bool is_of_solver(Outcome outcome) {
+    using enum Outcome;
+    return outcome == linear_solver_failed || outcome == not_positive_definite || outcome == not_symmetric ||
+           outcome == wrong_jacobian || outcome == not_affine;
   }
-  [[nodiscard]] static SuitableScheme scheme_of(int number) {
-    return Schemes::Set::all[static_cast<std::size_t>(number)];
-  }
+  [[nodiscard]] static SuitableScheme scheme_of(int number) { return Schemes::all[static_cast<std::size_t>(number)]; }
   /// The state itself; of a view, a copy.
   [[nodiscard]] static decltype(auto) plain_of(const S& state) {
     if constexpr (is_view) {
@@ -203,19 +216,12 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
       return false;
     }
     problem_.oscillates = oscillates(seen);
-    if (to_explicit) replace_by(Schemes::suitable_explicit(problem_), state);
+    if (to_explicit) replace_by(suitable_explicit(problem_), state);
     else if (!take_implicit(state, y, clock, pace, seen)) return false;
     if (cause == SchemeCause::stiff_start) course_.watch.begin_implicit();
     else course_.watch.change();
     note(clock.t(), seen, cause);
     return true;
-  }
-  /// From now on, in place of Krylov iterations.
-  void use_direct_solver(const S& state, Scalar t) {
-    course_.is_direct = true;
-    problem_.field = {};
-    replace_by(Schemes::suitable_implicit(problem_), state);
-    note(t, seen(), SchemeCause::unsolved);
   }
   /// Takes the implicit scheme that suits, if it pays.
   [[nodiscard]] bool take_implicit(const S& state, const Plain& y, const RunClock<Scalar>& clock, auto& pace,
@@ -274,11 +280,36 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
   [[no_unique_address]] Only<is_view, S> view_;
 };
 
-template <class S, class F>
-AutomaticStepper(const S&, F, double) -> AutomaticStepper<S, F>;
-template <class S, class F>
-AutomaticStepper(const S&, F, double, UnitMasses) -> AutomaticStepper<S, F>;
-template <class S, class F, class... M>
-AutomaticStepper(const S&, F, double, MassList<M...>) -> AutomaticStepper<S, F, MassList<M...>>;
+/// Advances y from span.t0 to exactly span.t1, forward or backward, by schemes that it chooses and changes by itself.
+/// @param force      f(y), f(y, t), f(r), f(r, v), f(r, v, t), a term or a sum of terms, as for PhiStepper
+/// @param mass       mass(m) or capacity(C)
+/// @param wanted     the error wanted of the result
+/// @param observers  as with a stepper
+/// @return outcome, time reached, counts, schemes; on failure y is that of the last good step
+template <State S, class F, class MassSpec, class... Observers>
+  requires(is_mass_spec<MassSpec>)
+AutomaticReport integrate(S& y, F&& force, const MassSpec& mass, TimeSpan<std::type_identity_t<ScalarOf<S>>> span,
+                          const tolerance& wanted, Observers&&... observers) {
+  auto outside = std::ref(unwrap(force));  // not copied
+  AutomaticStepper<S, decltype(outside), MassSpec> stepper{y, outside, wanted.rtol, mass};
+  Run<decltype(stepper), S, tolerance, Observers...> run{stepper, y, span, wanted,
+                                                         std::forward<Observers>(observers)...};
+  return {run.finish(), std::move(stepper).uses()};
+}
+template <State S, class F, class... Observers>
+AutomaticReport integrate(S& y, F&& force, TimeSpan<std::type_identity_t<ScalarOf<S>>> span, const tolerance& wanted,
+                          Observers&&... observers) {
+  return integrate(y, force, UnitMasses{}, span, wanted, std::forward<Observers>(observers)...);
+}
+
+/// No run: says why.
+template <State S, class F, class Control, class... Observers>
+  requires(!is_mass_spec<std::remove_cvref_t<Control>> && !std::is_convertible_v<Control, const tolerance&>)
+AutomaticReport integrate(S&, F&&, TimeSpan<std::type_identity_t<ScalarOf<S>>>, const Control&, Observers&&...) {
+  static_assert(!sizeof(Control),
+                "phistep: integrate without a stepper chooses dt by its error: tolerance{.rtol = 1e-6}; other controls "
+                "take a PhiStepper");
+  return {};
+}
 
 }}  // namespace phistep::PHISTEP_ABI

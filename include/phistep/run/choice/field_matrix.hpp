@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "phistep/base/facts/implicit_solver.hpp"
+#include "phistep/base/facts/scheme_facts.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/linear/krylov/methods.hpp"
 #include "phistep/linear/krylov/preconditioned_system.hpp"
 #include "phistep/linear/sparse/factor_cost.hpp"
@@ -53,8 +53,12 @@ struct FieldMatrix {
     constexpr Scalar epsilon = std::numeric_limits<Scalar>::epsilon();
     const Scalar tolerance = problem.has_jacobian ? 16 * epsilon : 64 * std::sqrt(epsilon);
     FieldCounts counts;
-    if (failed(stepper.linearise(t, dt, y, weights))) return counts;
-    const auto& system = stepper.tangents(y);
+    auto& kernel = StepperInternals::kernel(stepper);
+    auto psi = make_rate<S>(y);
+    kernel.rhs().begin(t, dt, y);
+    if (failed(kernel.resolvent().linearize(kernel.rhs(), t, dt, y, psi, false, weights))) return counts;
+    auto& system = kernel.resolvent().matrix().system();
+    static_cast<void>(system.settle(each_mass_entry<S>(kernel.rhs().masses(), y)));
     counts.is_symmetric = true;
     Eigen::SparseMatrix<Scalar> A = system.pattern();
     for (int of_K = 0; of_K <= (Blocks<S>::drifts ? 1 : 0); ++of_K) {

@@ -7,13 +7,10 @@
 #include <limits>
 #include <type_traits>
 #include <utility>
-#include <variant>
 
 #include "phistep/base/facts/implicit_solver.hpp"
 #include "phistep/base/facts/structure.hpp"
-#include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/force/sum.hpp"
 #include "phistep/run/choice/active_stepper.hpp"
 #include "phistep/run/choice/stiffness_watch.hpp"
@@ -48,12 +45,6 @@ template <SuitableScheme scheme>
 template <class Scalar>
 struct FieldMatrix;
 
-/// Whether a failure of Krylov iterations says that they do not suit W; a Jacobian is checked by solves,
-/// too.
-[[nodiscard]] constexpr bool shows_unsuited_krylov(Outcome outcome) {
-  return outcome == Outcome::linear_solver_failed || outcome == Outcome::not_positive_definite ||
-         outcome == Outcome::not_symmetric || outcome == Outcome::wrong_jacobian || outcome == Outcome::not_affine;
-}
 /// How a scheme's implicit equations are solved, as the type.
 template <SuitableScheme scheme, class Scalar>
 [[nodiscard]] constexpr auto solver_named() {
@@ -63,21 +54,6 @@ template <SuitableScheme scheme, class Scalar>
 template <SuitableScheme scheme, class S, class F, class MassSpec>
 using StepperNamed = PhiStepper<S, F, std::remove_const_t<decltype(scheme_named<scheme>())>, MassSpec,
                                 decltype(solver_named<scheme, ScalarOf<S>>())>;
-
-/// Names of schemes.
-template <SuitableScheme... names>
-struct SchemeSet {
-  static constexpr std::array all{names...};
-  template <SuitableScheme... more>
-  static constexpr SchemeSet<names..., more...> with{};
-  /// A name; where it is not among them, what stands in for it.
-  [[nodiscard]] static constexpr SuitableScheme among(SuitableScheme name, SuitableScheme instead) {
-    return ((name == names) || ...) ? name : instead;
-  }
-  /// One of the schemes at a time.
-  template <class S, class F, class MassSpec>
-  using Stepper = ActiveStepper<S, StepperNamed<names, S, F, MassSpec>...>;
-};
 
 /// What the types say of a problem.
 /// @param y     gives the number of unknowns
@@ -98,14 +74,16 @@ template <State S, class F, class MassSpec>
   scene.is_driven = Traits::uses_time;
   if constexpr (requires { Unwrapped<F>::jacobian_pattern; })
     scene.has_sparse_lu = has_sparse_pattern<Unwrapped<F>, static_unknowns<S>>;
-  scene.structure = Traits::has_jacobian || Traits::has_pattern ? Traits::structure : Structure::dense;
+  const bool is_known = (Traits::has_jacobian || Traits::has_pattern) &&
+                        !(Traits::structure == Structure::network && Rhs::has_matrix_mass);
+  scene.structure = is_known ? Traits::structure : Structure::dense;
   scene.rtol = rtol;
   scene.is_dynamic = static_unknowns<S> == Eigen::Dynamic;
   scene.digits = std::numeric_limits<ScalarOf<S>>::digits10;
   return scene;
 }
 
-/// Of a state S under a force F with a mass.
+/// The schemes for a state S under a force F with a mass.
 template <State S, class F, class MassSpec>
 struct SchemesFor {
   using Masses = decltype(bind_masses<S>(std::declval<const MassSpec&>(), std::declval<const PlainState<S>&>()));
@@ -117,44 +95,38 @@ struct SchemesFor {
                                    static_unknowns<S> == Eigen::Dynamic;
   /// Explicit ones first. Pairs of particles are solved by conjugate gradients, which serve schemes that resolve; large sparse
   /// matrices by direct solvers or by Krylov iterations.
-  [[nodiscard]] static constexpr auto set() {
+  static constexpr auto all = [] {
     using enum SuitableScheme;
-    const auto implicit = [](auto first) {
-      using First = decltype(first);
-      if constexpr (is_network) return First::template with<tr_bdf_2>;
-      else if constexpr (is_field)
-        return First::template with<rodas_4, rodas_5p, radau_iia, rodas_4_krylov, rodas_5p_krylov>;
-      else return First::template with<rodas_4, rodas_5p, radau_iia>;
+    const auto with = [](auto... implicit) {
+      if constexpr (is_nystrom) return std::array{nystrom_8, nystrom_12, implicit...};
+      else return std::array{dormand_prince_8, implicit...};
     };
-    if constexpr (is_nystrom) return implicit(SchemeSet<nystrom_8, nystrom_12>{});
-    else return implicit(SchemeSet<dormand_prince_8>{});
-  }
-  using Set = decltype(set());
-  using Stepper = typename Set::template Stepper<S, F, MassSpec>;
+    if constexpr (is_network) return with(tr_bdf_2);
+    else if constexpr (is_field) return with(rodas_4, rodas_5p, radau_iia, rodas_4_krylov, rodas_5p_krylov);
+    else return with(rodas_4, rodas_5p, radau_iia);
+  }();
+  template <std::size_t... i>
+  static auto one_of(std::index_sequence<i...>) -> ActiveStepper<S, StepperNamed<all[i], S, F, MassSpec>...>;
+  using Stepper = decltype(one_of(std::make_index_sequence<all.size()>{}));
 
-  // The schemes that the rules name; where one is not compiled, what stands in for it.
-  [[nodiscard]] static SuitableScheme suitable_explicit(const AdvisedProblem& problem) {
-    return Set::among(phistep::suitable_explicit(problem).scheme, Set::all[0]);
-  }
   [[nodiscard]] static SuitableScheme suitable_implicit(AdvisedProblem problem) {
     problem.has_jacobian = problem.has_jacobian || can_be_implicit(problem);
-    return Set::among(phistep::suitable_implicit(problem).scheme,
-                      is_network ? SuitableScheme::tr_bdf_2 : SuitableScheme::radau_iia);
+    return phistep::suitable_implicit(problem);
   }
   /// Whether there can be a matrix.
   [[nodiscard]] static bool can_be_implicit(const AdvisedProblem& problem) {
     return problem.has_jacobian || problem.has_pattern || problem.unknowns <= dense_difference_limit;
   }
   /// What StiffnessWatch compares.
-  /// @param may_be_krylov  a large sparse matrix has not been looked at yet, and is priced as one for Krylov iterations
+  /// @param may_be_krylov  the kind of a large sparse matrix isn't known yet: it is priced as one for Krylov iterations
   [[nodiscard]] static RivalSteps rivals(AdvisedProblem problem, bool may_be_krylov = is_field) {
     if (!can_be_implicit(problem)) {  // what it would cost with a pattern: then the report names one
       problem.has_pattern = true;
       problem.structure = Structure::sparse;
     }
-    const SuitableScheme one = suitable_explicit(problem),
+    const SuitableScheme one = phistep::suitable_explicit(problem),
                          other = may_be_krylov ? suitable_by_krylov(problem.rtol) : suitable_implicit(problem);
-    return {row_of(one).bound, step_cost(one, problem), step_cost(other, problem), row_of(one).turning};
+    return {row_of(one).bound, step_cost(one, problem), step_cost(other, problem)};
   }
   /// What an implicit step would cost if the Jacobian had a band.
   [[nodiscard]] static double cost_with_pattern(AdvisedProblem problem) {
@@ -166,8 +138,8 @@ struct SchemesFor {
   template <std::size_t i = 0>
   [[nodiscard]] static typename Stepper::Steppers make(SuitableScheme scheme, const S& state, const F& force,
                                                        const MassSpec& mass) {
-    constexpr SuitableScheme name = Set::all[i];
-    if constexpr (i + 1 < Set::all.size())
+    constexpr SuitableScheme name = all[i];
+    if constexpr (i + 1 < all.size())
       if (scheme != name) return make<i + 1>(scheme, state, force, mass);
     return typename Stepper::Steppers{std::in_place_index<i>, state, force,
                                       scheme_named<name>(),   mass,  solver_named<name, ScalarOf<S>>()};

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "phistep/base/outcome/statistics.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/run/choice/suitable_scheme.hpp"
 #include "phistep/run/control/run_report.hpp"
 
@@ -32,7 +31,7 @@ struct SchemeUse {
   SchemeCause cause = SchemeCause::start;
   double t = 0;           ///< [time] from there on
   std::int64_t step = 0;  ///< after so many steps of the run
-  double rate = 0;        ///< [1/time] |λ|max of ∂y'/∂y there, 0: not looked at
+  double rate = 0;        ///< [1/time] |λ|max of ∂y'/∂y there, 0: not estimated
   double dt = 0;          ///< [time] of the steps there
   double entries = -1;    ///< of L an unknown, where a factorization's fill was counted; at least, by Krylov iterations
 

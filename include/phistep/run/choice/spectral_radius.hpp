@@ -11,7 +11,6 @@
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/combination.hpp"
 #include "phistep/base/state/reductions.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/run/choice/stiffness_watch.hpp"
 #include "phistep/run/control/run_clock.hpp"
 
@@ -110,7 +109,7 @@ class RateLook {
   explicit RateLook(const Plain& y) : radius_{y}, slope_before_{y} {}
 
   /// At (t, y), in the weights of the run. Three calls: a direction is at hand. The first direction is random; where it shows a
-  /// change within a step, two calls more refine it. One fast mode among n unknowns looks slower by n^¼ or so: a start that is
+  /// change within a step, two calls more refine it. One fast mode among n unknowns seems slower by n^¼ or so: a start that is
   /// stiff enough for an implicit scheme shows.
   /// @param slope        slope(t, y, out) → bool: out = y'
   /// @param is_explicit  the scheme at work: then the error of its last step lies along the fastest mode, if stability limits it
@@ -131,7 +130,7 @@ class RateLook {
     return seen_;
   }
   [[nodiscard]] bool has_looked() const { return has_looked_; }
-  /// What the last look found.
+  /// What the last estimate found.
   [[nodiscard]] const RateSeen& seen() const { return seen_; }
   /// A state of the right sizes.
   [[nodiscard]] const Plain& sample() const { return slope_before_; }
@@ -144,7 +143,7 @@ class RateLook {
  private:
   /// What y' has become, and what that says; y'₀ is lost. What moves y by less than ten tolerances within 1/ρ is noise of the
   /// fastest modes, and no change.
-  /// @param passed  [time] since the look before; 0: no matter how long a step might be
+  /// @param passed  [time] since the estimate before; 0: no matter how long a step might be
   void compare(const Plain& now, const Plain& weight, double passed) {
     const double speed = weighted_rms(now, weight), noise = 10 * seen_.rate,
                  size = std::max({speed, weighted_rms(slope_before_, weight), noise});
@@ -160,7 +159,7 @@ class RateLook {
   }
 
   SpectralRadius<Plain> radius_;
-  Plain slope_before_;  ///< y' at the last look
+  Plain slope_before_;  ///< y' at the last estimate
   RateSeen seen_;
   bool has_looked_ = false;
 };

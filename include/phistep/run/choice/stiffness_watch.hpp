@@ -18,12 +18,12 @@
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-/// What a look at the rate has found.
+/// What an estimate of the rate has found.
 struct RateSeen {
   double rate = 0;    ///< [1/time] ρ, from below; 0: not known
   double dt = 0;      ///< [time] the step just done, or about to be done where there was none
   double left = 0;    ///< [time] to the end of the run
-  double change = 1;  ///< of y' since the look before, relative; 1: not known
+  double change = 1;  ///< of y' since the estimate before, relative; 1: not known
   double turn = 1;    ///< cos 2θ of λ = ρ exp(iθ): −1 for ±iω
   double smooth_step =
       std::numeric_limits<double>::infinity();  ///< [time] that the error would allow but for stability
@@ -37,10 +37,9 @@ struct RateSeen {
 
 /// Two schemes as numbers.
 struct RivalSteps {
-  double bound = 3;          ///< β of the explicit one, for a real λ
+  double bound = 3;          ///< β of the explicit one
   double explicit_cost = 1;  ///< of a step
   double implicit_cost = 1;  ///< of a step, in the same unit
-  double turning_bound = 3;  ///< β for ±iω
 };
 
 class StiffnessWatch {
@@ -60,7 +59,7 @@ class StiffnessWatch {
   /// A step's error was too large.
   void rejected() { rejected_ = true; }
 
-  /// Whether the rate should be looked at.
+  /// Whether the rate should be estimated.
   [[nodiscard]] bool is_due() const {
     if (implicit_) return spell_ >= 8 && since_ >= period_;
     return steady_ >= 5 && since_ >= (rejected_ ? std::max(2, period_ / 3) : period_);
@@ -73,7 +72,7 @@ class StiffnessWatch {
   }
   /// Whether stability limits the explicit step, about.
   [[nodiscard]] bool is_at_limit(const RateSeen& seen) const {
-    return !implicit_ && seen.rate * seen.dt > 0.5 * bound_for(seen);
+    return !implicit_ && seen.rate * seen.dt > 0.5 * rivals_.bound;
   }
   /// At the start of a run: whether it should begin with an implicit scheme.
   /// @param is_small  some explicit steps are much of a run
@@ -100,7 +99,7 @@ class StiffnessWatch {
     start_spell();
   }
   /// [time] of the first explicit step.
-  [[nodiscard]] double stable_step(const RateSeen& seen) const { return 0.7 * bound_for(seen) / seen.rate; }
+  [[nodiscard]] double stable_step(const RateSeen& seen) const { return 0.7 * rivals_.bound / seen.rate; }
 
   void archive(auto& ar) {
     ar("implicit", implicit_, "rejected", rejected_, "spell", spell_, "since", since_, "steady", steady_, "period",
@@ -111,10 +110,7 @@ class StiffnessWatch {
   }
 
  private:
-  [[nodiscard]] double bound_for(const RateSeen& seen) const {
-    return oscillates(seen) ? rivals_.turning_bound : rivals_.bound;
-  }
-  /// Of the rest of the run by explicit steps at their limit.
+  /// The cost of the rest of the run by explicit steps at their limit.
   [[nodiscard]] double explicit_cost_of(const RateSeen& seen) const {
     return seen.left * seen.rate / rivals_.bound * rivals_.explicit_cost;
   }
@@ -131,7 +127,7 @@ class StiffnessWatch {
            seen.left / seen.dt * rivals_.explicit_cost > 1.5 * implicit_steps(seen) * rivals_.implicit_cost;
   }
   [[nodiscard]] bool is_stiff(const RateSeen& seen) {
-    const double share = seen.rate * seen.dt / bound_for(seen);
+    const double share = seen.rate * seen.dt / rivals_.bound;
     const bool it_pays = pays(seen);
     if (it_pays && share > 0.5 && seen.change < 0.5) hits_ += 2;
     else if (it_pays && seen.rate * seen.dt > 0.75 * rivals_.bound)
@@ -142,7 +138,7 @@ class StiffnessWatch {
     return hits_ >= 3 * needs_stiff_;
   }
   [[nodiscard]] bool is_eased(const RateSeen& seen) {
-    const double steps = std::max(1.0, seen.rate * seen.dt / (0.7 * bound_for(seen))),
+    const double steps = std::max(1.0, seen.rate * seen.dt / (0.7 * rivals_.bound)),
                  gain = rivals_.implicit_cost / (steps * rivals_.explicit_cost);
     // Oscillations that an explicit scheme hardly damps stay once they are there: only such as are resolved are left to it.
     if (seen.rate > 0 && gain > 2 && (steps == 1 || !oscillates(seen))) ++hits_;
@@ -160,7 +156,7 @@ class StiffnessWatch {
   RivalSteps rivals_;
   bool implicit_ = false, rejected_ = false;
   std::int64_t spell_ = 0, since_ = 0, steady_ = 0;
-  int period_ = 0;  ///< steps between two looks
+  int period_ = 0;  ///< steps between two estimates
   int hits_ = 0, needs_stiff_ = 1, needs_eased_ = 1;
   double reference_ = 0;  ///< [time] the longest step of late
 };

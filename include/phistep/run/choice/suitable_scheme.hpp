@@ -10,11 +10,10 @@
 #include <string>
 
 #include "phistep/base/facts/structure.hpp"
-#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-/// What a look at a sparse Jacobian has counted (field_matrix.hpp).
+/// What was counted in a sparse Jacobian (field_matrix.hpp).
 struct FieldCounts {
   double entries = -1;  ///< of L, below its diagonal, an unknown, at least; < 0: not counted
   double products = 0;  ///< Σ c² over the columns of L with c entries each, an unknown
@@ -33,8 +32,8 @@ struct AdvisedProblem {
   Structure structure = Structure::dense;
   double rtol = 1e-4;
   int digits = 15;          ///< of the scalar
-  bool oscillates = false;  ///< the fastest modes do, once they have been looked at: λ near ±iω
-  double turns = 0;         ///< |λ|max times what is left of the run, once it has been looked at
+  bool oscillates = false;  ///< the fastest modes do, as far as estimated: λ near ±iω
+  double turns = 0;         ///< |λ|max times what is left of the run, as far as estimated
   FieldCounts field;        ///< where Krylov iterations can serve
 };
 
@@ -54,14 +53,12 @@ enum class SuitableScheme : std::uint8_t {
 
 /// What is known of a scheme, and how many of what a step of it costs.
 struct SchemeRow {
-  const char* name;  ///< as a user writes it
-  double bound =
-      0;  ///< |λΔt| up to which an explicit step is stable, for a real λ < 0 or, of motion, ±iω: where |R| = 1
-  double turning = 0;      ///< |ωΔt| up to which its errors grow by less than 1e-4 a step for λ = ±iω
-  double start = 0;        ///< [ns]
-  double calls = 0;        ///< of the force
-  double stages = 0;       ///< that are summed up
-  double solves = 0;       ///< 0: it is explicit
+  const char* name;   ///< as a user writes it
+  double bound = 0;   ///< |λΔt| up to which an explicit step is stable, about, for a real λ < 0 or, of motion, ±iω
+  double start = 0;   ///< [ns]
+  double calls = 0;   ///< of the force
+  double stages = 0;  ///< that are summed up
+  double solves = 0;  ///< 0: it is explicit
   double jacobians = 0;    ///< those that are made: radau keeps two of three
   double factors = 0;      ///< factorizations of a dense matrix
   double not_dense = 1;    ///< times that for any other: radau's complex equations are solved side by side
@@ -69,17 +66,17 @@ struct SchemeRow {
 };
 /// In the order of SuitableScheme.
 inline constexpr SchemeRow scheme_rows[]{
-    // name, bounds, start, calls, stages, solves, Jacobians, factorizations
-    {"dop853", 6.3, 5.9, 25, 12, 12},
-    {"rkn86", 3.6, 3.6, 25, 8, 8},
-    {"rkn1210", 8.3, 8.3, 25, 17, 17},
-    {"velocity_verlet", 2, 2, 25, 1, 1},
-    {"rodas4p2", 0, 0, 40, 6, 6, 6, 1, 1},
-    {"rodas5p", 0, 0, 40, 8, 8, 8, 1, 1},
-    {"radau", 0, 0, 40, 20, 0, 12, 0.3, 1, 2.5},
-    {"tr_bdf2", 0, 0, 0, 6, 0, 6, 1, 1},
-    {"rodas4p2", 0, 0, 0, 6, 0, 6, 1, 1, 1, true},
-    {"rodas5p", 0, 0, 0, 8, 0, 8, 1, 1, 1, true},
+    // name, bound, start, calls, stages, solves, Jacobians, factorizations
+    {"dop853", 6.3, 25, 12, 12},
+    {"rkn86", 3.6, 25, 8, 8},
+    {"rkn1210", 8.3, 25, 17, 17},
+    {"velocity_verlet", 2, 25, 1, 1},
+    {"rodas4p2", 0, 40, 6, 6, 6, 1, 1},
+    {"rodas5p", 0, 40, 8, 8, 8, 1, 1},
+    {"radau", 0, 40, 20, 0, 12, 0.3, 1, 2.5},
+    {"tr_bdf2", 0, 0, 6, 0, 6, 1, 1},
+    {"rodas4p2", 0, 0, 6, 0, 6, 1, 1, 1, true},
+    {"rodas5p", 0, 0, 8, 0, 8, 1, 1, 1, true},
 };
 [[nodiscard]] constexpr const SchemeRow& row_of(SuitableScheme scheme) {
   return scheme_rows[static_cast<std::size_t>(scheme)];
@@ -88,28 +85,6 @@ inline constexpr SchemeRow scheme_rows[]{
 [[nodiscard]] constexpr const char* name_of(SuitableScheme scheme) { return row_of(scheme).name; }
 /// Whether its linear equations are solved by Krylov iterations.
 [[nodiscard]] constexpr bool is_by_krylov(SuitableScheme scheme) { return row_of(scheme).by_krylov; }
-
-/// Why it is that scheme.
-enum class SchemeReason : std::uint8_t {
-  history,              ///< contacts: impacts are resolved by steps of equal length
-  fewest_calls,         ///< explicit, of first order or with v in the force
-  fewest_calls_motion,  ///< explicit, for a force that ignores v
-  many_particles,       ///< few digits of many particles
-  pairs,                ///< springs, solved by conjugate gradients
-  no_jacobian,          ///< many unknowns, neither Jacobian nor pattern
-  cheapest_step,        ///< few digits
-  high_order,           ///< many digits
-  factorization,        ///< the factorization is what costs
-  oscillations,         ///< its error estimate damps the fast ones
-  fill                  ///< it would cost more than Krylov iterations
-};
-
-/// A scheme, and why.
-struct SchemeChoice {
-  SuitableScheme scheme = SuitableScheme::dormand_prince_8;
-  SchemeReason why = SchemeReason::fewest_calls;
-  friend bool operator==(const SchemeChoice&, const SchemeChoice&) = default;
-};
 
 /// Up to here a matrix is dense in the caches, and its factors cost as much as a few force calls.
 inline constexpr std::int64_t few_unknowns = 50;
@@ -193,73 +168,74 @@ struct FieldCost {
 }
 
 /// For stiff problems, by the structure of the matrix, its size and the tolerance.
-[[nodiscard]] inline SchemeChoice suitable_implicit(const AdvisedProblem& scene) {
+[[nodiscard]] inline SuitableScheme suitable_implicit(const AdvisedProblem& scene) {
   using enum SuitableScheme;
-  if (scene.structure == Structure::network) return {tr_bdf_2, SchemeReason::pairs};
-  if (!scene.has_jacobian && !scene.has_pattern && scene.unknowns > dense_unknowns)
-    return {tr_bdf_2, SchemeReason::no_jacobian};
+  if (scene.structure == Structure::network) return tr_bdf_2;
+  if (!scene.has_jacobian && !scene.has_pattern && scene.unknowns > dense_unknowns) return tr_bdf_2;
   const StiffLimits limits = stiff_limits(scene);
   // Without factors each stage costs alike, and six are better than eight. radau's matrices are complex, and unsymmetric.
-  if (is_for_krylov(scene)) return {suitable_by_krylov(scene.rtol), SchemeReason::fill};
-  if (scene.rtol <= limits.high) return {radau_iia, SchemeReason::high_order};
+  if (is_for_krylov(scene)) return suitable_by_krylov(scene.rtol);
   // What an explicit start has left of fast oscillations, Rosenbrock's error estimates see for long, radau's damped one doesn't.
-  if (scene.oscillates && scene.structure != Structure::sparse) return {radau_iia, SchemeReason::oscillations};
-  if (scene.rtol >= limits.cheap) return {rodas_4, SchemeReason::cheapest_step};
-  return {rodas_5p, SchemeReason::factorization};
+  if (scene.rtol <= limits.high || (scene.oscillates && scene.structure != Structure::sparse)) return radau_iia;
+  return scene.rtol >= limits.cheap ? rodas_4 : rodas_5p;
 }
 /// For problems that are not stiff, by the arguments of the force and the tolerance.
-[[nodiscard]] constexpr SchemeChoice suitable_explicit(const AdvisedProblem& scene) {
+[[nodiscard]] constexpr SuitableScheme suitable_explicit(const AdvisedProblem& scene) {
   using enum SuitableScheme;
-  if (!scene.is_motion || scene.uses_velocity) return {dormand_prince_8, SchemeReason::fewest_calls};
-  if (scene.rtol >= 1e-3 && scene.unknowns > 1000) return {verlet, SchemeReason::many_particles};
-  return {scene.rtol > 1e-8 ? nystrom_8 : nystrom_12, SchemeReason::fewest_calls_motion};
+  if (!scene.is_motion || scene.uses_velocity) return dormand_prince_8;
+  return scene.rtol > 1e-8 ? nystrom_8 : nystrom_12;
 }
-[[nodiscard]] inline SchemeChoice suitable_scheme(const AdvisedProblem& scene, bool is_stiff) {
-  if (scene.has_history) return {SuitableScheme::verlet, SchemeReason::history};
-  return is_stiff ? suitable_implicit(scene) : suitable_explicit(scene);
+[[nodiscard]] inline SuitableScheme suitable_scheme(const AdvisedProblem& scene, bool is_stiff) {
+  using enum SuitableScheme;
+  if (scene.has_history) return verlet;
+  if (is_stiff) return suitable_implicit(scene);
+  const SuitableScheme scheme = suitable_explicit(scene);
+  return scheme == nystrom_8 && scene.rtol >= 1e-3 && scene.unknowns > 1000 ? verlet : scheme;
 }
 
-/// The reason as a sentence.
+/// Why suitable_scheme has named it, as a sentence.
 /// @param tolerance  "a tolerance of 1e-06"
 template <class = void>
-[[nodiscard]] std::string sentence_of(const SchemeChoice& choice, const AdvisedProblem& scene,
+[[nodiscard]] std::string sentence_of(SuitableScheme scheme, const AdvisedProblem& scene,
                                       const std::string& tolerance) {
   using enum SuitableScheme;
   const std::string n = std::to_string(scene.unknowns);
-  switch (choice.why) {
-    case SchemeReason::history:
-      return "its force has a history (contacts, friction): steps that resolve an impact, of equal length; "
-             "phistep::preflight says how long";
-    case SchemeReason::fewest_calls:
+  switch (scheme) {
+    case dormand_prince_8:
       return std::string(scene.is_motion ? "its force depends on v" : "it is of first order") +
              ": an explicit Runge-Kutta pair of order 8 needs the fewest force calls at " + tolerance;
-    case SchemeReason::fewest_calls_motion:
+    case nystrom_8:
+    case nystrom_12:
       return "its force ignores v: a Runge-Kutta-Nystrom pair of order " +
-             std::string(choice.scheme == nystrom_8 ? "8" : "12") + " needs the fewest force calls at " + tolerance;
-    case SchemeReason::many_particles:
-      return "many particles at few digits: one force call a step, and a bounded error of the energy at fixed dt";
-    case SchemeReason::pairs:
-      return "its bonds are solved by conjugate gradients, which serve schemes that resolve; TR-BDF2 damps what it "
-             "can't resolve";
-    case SchemeReason::no_jacobian:
-      return "it has neither a Jacobian nor a pattern: one of " + n +
-             " unknowns by differences costs as many force calls, and TR-BDF2 keeps it for many steps";
-    case SchemeReason::cheapest_step:
+             std::string(scheme == nystrom_8 ? "8" : "12") + " needs the fewest force calls at " + tolerance;
+    case verlet:
+      return scene.has_history
+                 ? "its force has a history (contacts, friction): steps that resolve an impact, of equal length; "
+                   "phistep::preflight says how long"
+                 : "many particles at few digits: one force call a step, and a bounded error of the energy at fixed dt";
+    case tr_bdf_2:
+      return scene.structure == Structure::network
+                 ? "its bonds are solved by conjugate gradients, which serve schemes that resolve; TR-BDF2 damps what "
+                   "it "
+                   "can't resolve"
+                 : "it has neither a Jacobian nor a pattern: one of " + n +
+                       " unknowns by differences costs as many force calls, and TR-BDF2 keeps it for many steps";
+    case rodas_4:
       return "for few digits, six linear solves with one matrix and no iteration are the cheapest step";
-    case SchemeReason::high_order:
-      return "at " + tolerance + " and " + n + " unknowns Radau's orders 5, 9 and 13 are ahead";
-    case SchemeReason::oscillations:
-      return "its fastest modes oscillate, which Radau damps, and its error estimate, too";
-    case SchemeReason::fill:
-      return "a factorization would have at least " + std::to_string(static_cast<int>(scene.field.entries)) +
-             " entries of L an unknown, which cost some " +
-             std::to_string(static_cast<int>(field_cost(scene).by_factors)) + " ns a step, " +
-             (scene.field.is_symmetric ? "conjugate gradients " : "BiCGSTAB ") +
-             std::to_string(static_cast<int>(field_cost(scene).by_krylov));
-    case SchemeReason::factorization:
+    case rodas_5p:
+      return "with " + n + " unknowns the factorization is what costs: order 5 has one for eight solves";
+    case radau_iia:
+      return scene.rtol <= stiff_limits(scene).high
+                 ? "at " + tolerance + " and " + n + " unknowns Radau's orders 5, 9 and 13 are ahead"
+                 : "its fastest modes oscillate, which Radau damps, and its error estimate, too";
+    case rodas_4_krylov:
+    case rodas_5p_krylov:
       break;
   }
-  return "with " + n + " unknowns the factorization is what costs: order 5 has one for eight solves";
+  return "a factorization would have at least " + std::to_string(static_cast<int>(scene.field.entries)) +
+         " entries of L an unknown, which cost some " + std::to_string(static_cast<int>(field_cost(scene).by_factors)) +
+         " ns a step, " + (scene.field.is_symmetric ? "conjugate gradients " : "BiCGSTAB ") +
+         std::to_string(static_cast<int>(field_cost(scene).by_krylov));
 }
 
 }}  // namespace phistep::PHISTEP_ABI

@@ -10,9 +10,8 @@
 
 #include "phistep/base/numbers/arithmetic.hpp"
 #include "phistep/base/outcome/outcome.hpp"
-#include "phistep/base/version.hpp"
-#include "phistep/run/control/limits.hpp"
 #include "phistep/run/control/run_clock.hpp"
+#include "phistep/run/control/run_report.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

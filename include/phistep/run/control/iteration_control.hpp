@@ -17,11 +17,10 @@
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/step_report.hpp"
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/version.hpp"
-#include "phistep/run/control/error_law.hpp"
-#include "phistep/run/control/limits.hpp"
 #include "phistep/run/control/run_clock.hpp"
+#include "phistep/run/control/run_report.hpp"
 #include "phistep/run/control/variable_step.hpp"
+#include "phistep/run/errors/step_filter.hpp"
 #include "phistep/run/errors/tolerance.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {

@@ -12,10 +12,9 @@
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/combination.hpp"
-#include "phistep/base/version.hpp"
-#include "phistep/run/control/limits.hpp"
+#include "phistep/base/state/reductions.hpp"
 #include "phistep/run/control/run_clock.hpp"
-#include "phistep/run/errors/error_norm.hpp"
+#include "phistep/run/control/run_report.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -32,13 +31,14 @@ namespace phistep { inline namespace PHISTEP_ABI {
 /// @param allowed  ‖e‖ that a step may have
 /// @return |Δt| ≤ |length|; 0 where y' isn't finite at the start. Two force calls.
 template <State Plain>
-[[nodiscard]] double first_step(auto&& slope, const Plain& y, const ErrorNorm<Plain>& norm, const Plain& weight,
-                                ScalarOf<Plain> t, ScalarOf<Plain> length, int order, double allowed) {
+[[nodiscard]] double first_step(auto&& slope, const Plain& y, const Plain& weight, ScalarOf<Plain> t,
+                                ScalarOf<Plain> length, int order, double allowed) {
   using Scalar = ScalarOf<Plain>;
+  const auto norm = [&weight](const Plain& x) { return weighted_rms(x, weight); };
   const double run = std::abs(static_cast<double>(length));
   Plain f0 = y, f1 = y, probe = y;
   if (!slope(t, y, f0)) return 0;
-  const double size = norm(y, weight), speed = norm(f0, weight), scale = std::max(size, allowed);
+  const double size = norm(y), speed = norm(f0), scale = std::max(size, allowed);
   const bool moves = speed * run > 1e-10 * scale;  // what moves less in all of the run is at rest
   // The probe moves a hundredth of y, or where y is nothing beside atol, a hundredth of the error allowed.
   double h = moves ? std::min(run, 0.01 * scale / speed) : 1e-6 * run;
@@ -48,7 +48,7 @@ template <State Plain>
     assign<Plain>(probe, in<Plain>(y) + signed_h * in<Plain>(f0));
     if (slope(t + signed_h, probe, f1)) {
       assign<Plain>(f1, in<Plain>(f1) - in<Plain>(f0));
-      change = norm(f1, weight);
+      change = norm(f1);
     } else {
       h /= 16;  // the probe left the force's domain
     }

@@ -5,7 +5,7 @@
 ///     s_i ← max(|y⁺_i|, 0.2^{Δt/H} s_i, 1e-9 max_t |y_i|)    after a step                                        (2)
 ///
 /// where |y_i|, |y⁺_i| stands for the larger of both, H for the longest of the steps of late, and n_i for what
-/// a rounding of y makes of y⁺, which no error can be told from (0 until a probe has told). What a component was is forgotten by time, not by steps: else a
+/// a rounding of y makes of y⁺, below which no error shows (0 until a probe has measured it). What a component was is forgotten by time, not by steps: else a
 /// bisection towards a jump forgets it as fast as Δt falls, and never ends. The factor of 10 keeps a y⁺ that runs away from
 /// loosening the test that it is to fail.
 ///
@@ -20,7 +20,6 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <span>
 #include <tuple>
 #include <type_traits>
@@ -28,7 +27,6 @@
 
 #include "phistep/base/numbers/arithmetic.hpp"
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/run/errors/tolerance.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
@@ -76,14 +74,26 @@ class AutomaticAtol {
         for (Numbers* numbers : {&own_, &largest_, &noise_}) numbers->setZero(n);
       below_ = leapt_ = -1;
       if (passed > 0) noise_ *= static_cast<Scalar>(std::pow(fade_noise, passed));
-      for_each_number(
-          [&](std::size_t at, Scalar x) {
-            const auto i = static_cast<Index>(at);
-            const Scalar size = std::abs(x), was = keeps * own_[i];
-            if (size > leap * largest_[i] && largest_[i] > 0) leapt_ = i;
-            largest_[i] = std::max(largest_[i], size);
-            own_[i] = std::max({size, was, least_share * largest_[i]});
-            if (own_[i] > std::max(size, was) || noise_[i] > rtol_ * own_[i]) below_ = i;
+      Index before = 0;  // numbers of the blocks before
+      for_each_block(
+          [&](auto, const auto& block) {
+            for_each_pack<Scalar, pack_width<std::remove_cvref_t<decltype(block)>>>(
+                block.size(), [&]<int width>(From<Scalar, width> from) {
+                  Scalar* const own = own_.data() + before;
+                  Scalar* const largest = largest_.data() + before;
+                  const auto size = abs(from(block.data())), was = from(own) * keeps, most = from(largest);
+                  const auto now = larger(larger(size, was), larger(most, size) * least_share);
+                  const auto leaps = size > select(most > 0, most * leap, size);
+                  const auto falls = now > larger(size, was), drowns = from(noise_.data() + before) > now * rtol_;
+                  larger(most, size).store(largest + from.i);
+                  now.store(own + from.i);
+                  if (any(leaps) || any(falls) || any(drowns)) [[unlikely]]
+                    for (int lane = 0; lane < width; ++lane) {
+                      if (leaps[lane]) leapt_ = before + from.i + lane;
+                      if (falls[lane] || drowns[lane]) below_ = before + from.i + lane;
+                    }
+                });
+            before += block.size();
           },
           Blocks<Plain>::all(y));
       level_kinds(y);
@@ -104,19 +114,25 @@ class AutomaticAtol {
 
   /// s of a field: (1) of its numbers is rtol (s + |y|).
   [[nodiscard]] Scalar of_field(std::size_t block) const { return fields_[block]; }
-  /// (1). @param i  the component's number, over all blocks   @param size  |y_i|, |y⁺_i|
+  /// scale_i by (1). @param i  the component's number, over all blocks   @param size  |y_i|, |y⁺_i|
   [[nodiscard, gnu::always_inline]] inline Scalar scale(Index i, Scalar size) const {
     if (own_[i] > 0) return scale_of_sized(i, size);
     return size > 0 ? at_least_normal<Scalar>(rtol_ * size + noise_[i]) : noise_[i];
   }
   /// Of a solve's corrections: what they stall at is more than an error estimate shows of it.
-  [[nodiscard]] Scalar scale_of_solve(Index i, Scalar size) const {
-    const Scalar scale = rtol_ * std::max(own_[i], size) + 64 * noise_[i];
-    return scale > 0 ? at_least_normal<Scalar>(scale) : Scalar{0};
+  [[nodiscard, gnu::always_inline]] inline auto scales_of_solve(Index before, auto from, auto size) const {
+    const auto scale = larger(from(own_.data() + before), size) * rtol_ + from(noise_.data() + before) * 64;
+    return select(scale > 0, larger(scale, {least_normal<Scalar>}), scale);
   }
   /// The same where it has a size.
   [[nodiscard, gnu::always_inline]] inline Scalar scale_of_sized(Index i, Scalar size) const {
     return at_least_normal<Scalar>(rtol_ * std::max(own_[i], std::min(size, 10 * own_[i])) + noise_[i]);
+  }
+  /// The same for some numbers of a block. @param before  numbers of the blocks before
+  [[nodiscard, gnu::always_inline]] inline auto scales_from(Index before, auto from, auto size) const {
+    const auto own = from(own_.data() + before), noise = from(noise_.data() + before);
+    using P = std::remove_const_t<decltype(own)>;
+    return larger(larger(own, -larger(-size, own * -10)) * rtol_ + noise, P{least_normal<Scalar>});
   }
   /// What components usually are, over all blocks, or would have to be to matter: between s and the most that they have been. A
   /// small one's differences must not drown in what rounding does to the large ones beside it.
@@ -135,7 +151,9 @@ class AutomaticAtol {
   [[nodiscard]] bool is_sized(Index i) const { return own_[i] > 0; }
   /// Until the step is done, the size of a component that had none is |y⁺_i| of this try.
   void bear(Index i, Scalar next) { own_[i] = at_least_normal<Scalar>(next); }
-  /// No error can be told from less than this.
+  /// The most that it has been.
+  [[nodiscard]] Scalar most(Index i) const { return largest_[i]; }
+  /// Errors below this do not show.
   void learn_noise(Index i, Scalar least) { noise_[i] = std::max(noise_[i], least); }
   /// A try has failed to be solved: sizes that none but tries have shown are none.
   void unbear() {
@@ -170,7 +188,7 @@ class AutomaticAtol {
   static constexpr double fade = 0.2, fade_noise = 0.9;  // what the longest step leaves of a size, of the noise
   static constexpr Scalar least_share{Scalar(1e-9L)};    // of its own largest size, …
   static constexpr Scalar leap{Scalar(1e3L)};            // of the largest that it has been, in one step
-  static constexpr Scalar least_of_kind{Scalar(1e-3L)};  // … of the largest of its kind: no component is less
+  static constexpr Scalar least_of_kind{Scalar(1e-3L)};  // of the largest of its kind: no component is less
 
   void level_kinds(const Plain& y) {
     Index before = 0;

@@ -18,17 +18,50 @@
 #include <type_traits>
 #include <utility>
 
+#include "phistep/base/machine/loop_hints.hpp"
 #include "phistep/base/numbers/arithmetic.hpp"
+#include "phistep/base/numbers/pack.hpp"
+#include "phistep/base/numbers/pack_math.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/ranks.hpp"
-#include "phistep/base/state/reductions.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/run/errors/automatic_atol.hpp"
 #include "phistep/run/errors/error_scales.hpp"
-#include "phistep/run/errors/measured.hpp"
 #include "phistep/run/errors/tolerance.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
+
+/// Σ x_i, and the first of the largest of them.
+template <class Scalar>
+struct SumAndMost {
+  Scalar sum{0}, most{-1};
+  std::ptrdiff_t place = 0;
+};
+/// @param f  (From) → the x there, ≥ 0
+template <class Scalar>
+[[nodiscard]] SumAndMost<Scalar> sum_and_most(std::ptrdiff_t n, const auto& f) {
+  constexpr int width = native_width<Scalar>;
+  using P = Pack<Scalar, width>;
+  PackSum<Scalar> sum;
+  SumAndMost<Scalar> found;
+  P most{-1}, place{0}, here = P::make([](int lane) { return static_cast<Scalar>(lane); });
+  const auto put = [&found](Scalar x, std::ptrdiff_t i) {
+    if (x > found.most || (x == found.most && i < found.place)) found.most = x, found.place = i;
+  };
+  for_each_pack<Scalar>(n, [&]<int w>(From<Scalar, w> from) PHISTEP_DETAIL_INLINED {
+    const auto x = f(from);
+    sum.add(x);
+    if constexpr (w == width) {
+      place = select(x > most, here, place);
+      most = larger(x, most);
+      here += P{width};
+    } else {
+      put(x[0], from.i);
+    }
+  });
+  found.sum = sum.total();
+  for (int lane = 0; lane < width; ++lane) put(most[lane], static_cast<std::ptrdiff_t>(place[lane]));
+  return found;
+}
 
 template <State Plain>
 class ErrorNorm : public ErrorScales<Plain> {
@@ -45,8 +78,18 @@ class ErrorNorm : public ErrorScales<Plain> {
   /// ‖e‖ with |y| the larger of |y(t)| and |y(t+Δt)|
   [[nodiscard, gnu::always_inline]] inline Measured operator()(const Plain& error, const Plain& y,
                                                                const Plain& next) const {
-    if constexpr (FieldState<Plain>) return over_fields(error, y, next);
-    else return over_numbers(error, y, next);
+    if constexpr (FieldState<Plain>) {
+      return over_fields(error, y, next);
+    } else {
+      if (norm_ != Norm::rms) return over_particles(error, y, next);
+      if constexpr (is_small)
+        if (this->are_of_blocks())
+          return this->is_automatic() ? over_few_sizes(error, y, next) : over_few<false>(error, y, next);
+      if constexpr (std::is_same_v<Scalar, double>)
+        if (this->are_of_blocks())
+          return this->is_automatic() ? over_many<true>(error, y, next) : over_many<false>(error, y, next);
+      return over_all(error, y, next);
+    }
   }
   /// The largest ratio of one particle's error to the RMS norm over all components, which implicit solves use: √(n/components).
   [[nodiscard]] double spread(const Plain& y) const {
@@ -61,8 +104,6 @@ class ErrorNorm : public ErrorScales<Plain> {
         Blocks<Plain>::all(y));
     return n == 0 ? 1 : std::sqrt(static_cast<double>(n) / static_cast<double>(fewest));
   }
-  /// ‖x‖ with given weights.
-  [[nodiscard]] double operator()(const Plain& x, const Plain& weight) const { return weighted_rms(x, weight); }
 
  private:
   static constexpr int size_of_few = AutomaticAtol<Plain>::size_of_few;
@@ -80,7 +121,7 @@ class ErrorNorm : public ErrorScales<Plain> {
               const Index i = e.IsRowMajor ? row * e.cols() + column : column * e.rows() + row;
               const Scalar size = std::max(std::abs(a.data()[i]), std::abs(b.data()[i]));
               const Scalar x = e.data()[i], allowed = this->scale(k, at + i, size);
-              // Less than the least normal number: no estimate of an error can be told from zero.
+              // Less than the least normal number: an estimate of an error may be zero by underflow.
               if (size > 0 && allowed < least_normal<Scalar>) f(k, e, row, i, std::numeric_limits<Wide>::infinity());
               else f(k, e, row, i, x == 0 ? Wide{0} : square(x / allowed));
             }
@@ -102,14 +143,6 @@ class ErrorNorm : public ErrorScales<Plain> {
     const Index n = count_of(Blocks<Plain>::all(error));
     return {n == 0 ? 0 : sum / static_cast<double>(n), {}};
   }
-  [[nodiscard, gnu::always_inline]] inline Measured over_numbers(const Plain& error, const Plain& y,
-                                                                 const Plain& next) const {
-    if (norm_ != Norm::rms) return over_particles(error, y, next);
-    if constexpr (is_small)
-      if (this->are_of_blocks())
-        return this->is_automatic() ? over_few_sizes(error, y, next) : over_few<false>(error, y, next);
-    return over_all(error, y, next);
-  }
   [[nodiscard]] Measured over_all(const Plain& error, const Plain& y, const Plain& next) const {
     Wide sum{0}, most{-1};
     Index n = 0;
@@ -120,6 +153,27 @@ class ErrorNorm : public ErrorScales<Plain> {
       if (x > most) most = x, all.worst = {static_cast<std::int64_t>(k()), i};
     });
     all.square = n == 0 ? 0 : static_cast<double>(sum) / static_cast<double>(n);
+    return all;
+  }
+  /// The same by packs: no scale is 0 here.
+  template <bool automatic>
+  [[nodiscard, gnu::noinline]] Measured over_many(const Plain& error, const Plain& y, const Plain& next) const {
+    double sum = 0, most = -1;
+    Index before = 0;
+    Measured all;
+    for_each_block(
+        [&](auto k, const auto& e, const auto& a, const auto& b) {
+          const auto found = sum_and_most<Scalar>(e.size(), [&](auto from) PHISTEP_DETAIL_INLINED {
+            const auto size = larger(abs(from(a.data())), abs(from(b.data())));
+            const auto x = from(e.data()) / this->template scales_from<automatic>(k, before, from, size);
+            return x * x;
+          });
+          sum += found.sum;
+          if (found.most > most) most = found.most, all.worst = {static_cast<std::int64_t>(k()), found.place};
+          before += e.size();
+        },
+        Blocks<Plain>::all(error), Blocks<Plain>::all(y), Blocks<Plain>::all(next));
+    all.square = before == 0 ? 0 : sum / static_cast<double>(before);
     return all;
   }
   /// The same without a branch, for the few numbers of a small fixed state: no scale is 0 here. Numbers that are not

@@ -15,9 +15,11 @@
 #include <tuple>
 #include <type_traits>
 
-#include "phistep/base/machine/only.hpp"
+#include "phistep/base/machine/loop_hints.hpp"
+#include "phistep/base/machine/memory.hpp"
+#include "phistep/base/numbers/pack.hpp"
+#include "phistep/base/numbers/pack_math.hpp"
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/run/errors/automatic_atol.hpp"
 #include "phistep/run/errors/tolerance.hpp"
 
@@ -86,13 +88,16 @@ class ErrorScales {
       Index before = 0;  // numbers of the blocks before
       for_each_block(
           [&](auto k, const auto& from, auto& to) {
-            for (Index i = 0; i < from.size(); ++i) {
-              const Scalar size = std::abs(from.data()[i]);
-              const Scalar allowed =
-                  is_automatic() ? automatic_.scale_of_solve(before + i, size) : scale(k, before + i, size);
-              all = all && allowed > 0;
-              to.data()[i] = allowed > 0 ? 1 / allowed : Scalar{0};
-            }
+            for_each_pack<Scalar, pack_width<std::remove_cvref_t<decltype(from)>>>(
+                from.size(), [&](auto at) PHISTEP_DETAIL_INLINED {
+                  const auto size = abs(at(from.data()));
+                  const auto allowed = is_automatic()           ? automatic_.scales_of_solve(before, at, size)
+                                       : components_.size() > 0 ? at(components_.data() + before) + size * rtol_
+                                                                : size * rtol_ + atol_[k];
+                  const auto positive = allowed > 0;
+                  all = all && phistep::all(positive);
+                  select(positive, 1 / select(positive, allowed, 1), 0).store(to.data() + at.i);
+                });
             before += from.size();
           },
           Blocks<Plain>::all(y), Blocks<Plain>::all(weight));
@@ -104,8 +109,6 @@ class ErrorScales {
   void remember(const Plain& y) {
     if (is_automatic()) automatic_.remember(y);
   }
-  /// A step of length dt [time] is to be tried.
-  void begin_try(double dt) { automatic_.begin_try(dt); }
   [[nodiscard]] bool is_automatic() const { return kind_ == AbsoluteTolerance::Kind::automatic; }
   [[nodiscard]] Automatic& automatic() { return automatic_; }
   [[nodiscard]] const Automatic& automatic() const { return automatic_; }
@@ -127,6 +130,13 @@ class ErrorScales {
   [[nodiscard, gnu::always_inline]] inline Scalar scale_by_block(std::size_t block, Index i, Scalar size) const {
     return automatic ? automatic_.scale_of_sized(i, size) : atol_[block] + rtol_ * size;
   }
+  /// The same for some numbers of a block. @param before  numbers of the blocks before
+  template <bool automatic>
+  [[nodiscard, gnu::always_inline]] inline auto scales_from(std::size_t block, Index before, auto from,
+                                                            auto size) const {
+    if constexpr (automatic) return automatic_.scales_from(before, from, size);
+    else return size * rtol_ + atol_[block];
+  }
   /// f(atol of a field's numbers): one for all, or the handle of theirs.
   void with_atol(auto block, auto&& f) const {
     if (kind_ == AbsoluteTolerance::Kind::per_component)
@@ -137,7 +147,7 @@ class ErrorScales {
   void archive(auto& ar) { automatic_.archive(ar); }
 
  private:
-  /// Of a field's numbers, all alike.
+  /// The atol of a field's numbers, all alike.
   [[nodiscard]] Scalar block_atol(std::size_t block) const {
     return is_automatic() ? rtol_ * automatic_.of_field(block) : atol_[block];
   }

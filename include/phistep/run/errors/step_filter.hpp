@@ -16,7 +16,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "phistep/base/version.hpp"
+#include "phistep/base/facts/scheme_facts.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -142,5 +142,37 @@ class StepSize {
   double ratio_ = 0;                  ///< log₂ ρ_{n−1}
   bool seen_ = false, rejected_ = false;
 };
+
+/// How the error of a scheme's steps goes with their length, and what a new length costs.
+struct ErrorLaw {
+  int order = 1;                          ///< of the scheme
+  int error_order = 2;                    ///< the power of Δt with which its estimate goes
+  double dead_band = 1;                   ///< see StepSize; more than 1 where a kept Δt spares a factorization
+  bool reads_weights = true;              ///< steps read trace.weight
+  StepFilter filter = StepFilter::H211b;  ///< the one that suits, unless the user names another
+  bool looks_for_jumps = false;           ///< its estimate falls as that power, or the force isn't smooth (Smoothness)
+  bool damps = false;                     ///< it is implicit: no step makes more of an error than it was
+};
+
+template <class Stepper>
+[[nodiscard]] ErrorLaw error_law(const Stepper& stepper) {
+  ErrorLaw law{.order = stepper.order(),
+               .error_order = stepper.order() + 1,
+               .reads_weights = facts_of<Stepper>.reads_weights,
+               .damps = !facts_of<Stepper>.solves_nothing};
+  if constexpr (requires { stepper.working().error_order(); }) law.error_order = stepper.working().error_order();
+  bool keeps_factors = !facts_of<Stepper>.refactorizes;
+  if constexpr (requires { StepperInternals::kernel(stepper); })
+    keeps_factors = keeps_factors && StepperInternals::kernel(stepper).keeps_factors();
+  // Newton makes do with old factors within limits; an affine step can't, and new ones are most of what it costs.
+  if (keeps_factors) law.dead_band = facts_of<Stepper>.is_affine ? 2 : 1.2;
+  if constexpr (facts_of<Stepper>.refactorizes) law.filter = StepFilter::predictive;
+  else if (law.dead_band > 1) law.filter = StepFilter::PI42;
+  else if (law.order >= 5) {
+    law.filter = StepFilter::predictive;                     // where Δt changes by a fifth, errors do by a decade
+    law.looks_for_jumps = !facts_of<Stepper>.reads_weights;  // those with estimates of their own do it themselves
+  }
+  return law;
+}
 
 }}  // namespace phistep::PHISTEP_ABI

@@ -23,7 +23,6 @@
 #include <vector>
 
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/run/errors/step_filter.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
@@ -109,6 +108,19 @@ class AbsoluteTolerance {
 enum class Norm : std::uint8_t {
   rms,       ///< root mean square over all components
   particle,  ///< the largest root mean square of a particle (a column of the blocks): one bad particle of many shows
+};
+
+/// A component of a state.
+struct Component {
+  std::int64_t block = -1, index = -1;
+  friend bool operator==(const Component&, const Component&) = default;
+};
+
+/// What a norm says of an error: its size, and the component that contributes most to it.
+struct Measured {
+  double square = 0;
+  Component worst;
+  [[nodiscard]] double size() const { return std::sqrt(square); }
 };
 
 /// A run controlled by its error. All of it may be left out.

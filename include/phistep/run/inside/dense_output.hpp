@@ -13,21 +13,19 @@
 /// Either is written from the nearer end, whose time differs from t without a rounding: so it meets both ends.
 ///
 /// A scheme may be better than its interpolant: of higher order, or right where a stiff component makes of a small error a
-/// large slope. Then a look inside is a step really done (run/inside/look_inside.hpp).
+/// large slope. Then a state inside is had by a step really done (run/inside/look_inside.hpp).
 #pragma once
 
 #include <type_traits>
 
-#include "phistep/base/facts/scheme_facts.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/combination.hpp"
 #include "phistep/base/state/unknowns.hpp"
-#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-/// The interpolant of one step. Its slopes are asked for once, at the first look strictly inside. Allocates at most at
-/// the first such look, and where sizes change.
+/// The interpolant of one step. Its slopes are asked for once, at the first time strictly inside. Allocates at most
+/// then, and where sizes change.
 template <State S>
 class DenseOutput {
  public:
@@ -61,31 +59,6 @@ class DenseOutput {
     end_ = &end;
     slopes_ = slopes;
     known_ = false;
-    knows_inside_ = true;
-    inside_ = nullptr;
-  }
-  /// The step just begun was done by this stepper: where it knows y(t0 + x dt), 0 < x < 1, that is taken in place of
-  /// Hermite's interpolant. The stepper must outlive the step, and do no other meanwhile.
-  template <class Stepper>
-  void interpolate_by(Stepper& stepper) {
-    if constexpr (facts_of<Stepper>.interpolates) {
-      self_ = &stepper;
-      asked_ = false;
-      know_inside_ = [](void* self, Scalar dt, const Plain& y0) {
-        if constexpr (requires(Stepper & x) { x.know_inside(dt, y0); })
-          return static_cast<Stepper*>(self)->know_inside(dt, y0);
-        else return true;
-      };
-      inside_ = [](const void* self, Scalar x, Scalar dt, const Plain& y0, const Plain& y1, Plain& out) {
-        static_cast<const Stepper*>(self)->interpolate(x, dt, y0, y1, out);
-      };
-    }
-  }
-  /// Whether the stepper, if there is one that should, knows the solution inside: it may call the force to learn it.
-  [[nodiscard]] bool is_known_inside() {
-    if (inside_ == nullptr || asked_) return knows_inside_;
-    asked_ = true;
-    return knows_inside_ = know_inside_(self_, dt_, *start_);
   }
 
   /// Strictly between the ends.
@@ -95,16 +68,6 @@ class DenseOutput {
     const Scalar from_start = (t - t0_) / dt_, to_end = (t1_ - t) / dt_;
     if (from_start <= 0) return *start_;
     if (to_end <= 0) return *end_;
-    if (inside_ != nullptr && is_known_inside()) {
-      copy_blocks<S>(value_, *start_);
-      inside_(self_, from_start, dt_, *start_, *end_, value_);
-      return value_;
-    }
-    return hermite(t);
-  }
-  /// That of Hermite's interpolant, strictly inside.
-  [[nodiscard]] const Plain& hermite(Scalar t) {
-    const Scalar from_start = (t - t0_) / dt_, to_end = (t1_ - t) / dt_;
     know_slopes();
     if (from_start <= to_end) interpolate(from_start, dt_, *start_, slope0_, *end_, slope1_);
     else interpolate(to_end, -dt_, *end_, slope1_, *start_, slope0_);  // the same step, run backward
@@ -142,10 +105,6 @@ class DenseOutput {
   const Plain* start_ = nullptr;
   const Plain* end_ = nullptr;
   Slopes slopes_;
-  void* self_ = nullptr;
-  bool asked_ = false, knows_inside_ = true;
-  bool (*know_inside_)(void*, Scalar, const Plain&) = nullptr;
-  void (*inside_)(const void*, Scalar, Scalar, const Plain&, const Plain&, Plain&) = nullptr;
   Plain slope0_, slope1_, value_;
   bool known_ = false;
 };

@@ -9,13 +9,12 @@
 #include <type_traits>
 
 #include "phistep/base/facts/scheme_facts.hpp"
-#include "phistep/base/machine/only.hpp"
+#include "phistep/base/machine/memory.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/statistics.hpp"
 #include "phistep/base/outcome/step_report.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/combination.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/run/control/run_report.hpp"
 #include "phistep/run/inside/dense_output.hpp"
 #include "phistep/run/stepper/any_stepper.hpp"
@@ -29,11 +28,12 @@ namespace phistep { inline namespace PHISTEP_ABI {
 /// and 2 leave, unless a stiff component makes large slopes of small errors.
 /// @tparam sees_error  the run's steps are traced
 template <bool sees_error, class Stepper>
-[[nodiscard]] bool is_sure_inside([[maybe_unused]] const Stepper& stepper) {
-  if constexpr (sees_error && facts_of<Stepper>.is_sure_inside) return true;
-  else if constexpr (sees_error && requires { stepper.is_sure_inside(); }) return stepper.is_sure_inside();
-  else if constexpr (facts_of<Stepper>.solves_nothing) return stepper.order() <= 2;
-  else return false;
+[[nodiscard]] bool is_sure_inside(const Stepper& stepper) {
+  return StepperInternals::chosen(stepper, []<class One>([[maybe_unused]] const One& one) {
+    if constexpr (sees_error && facts_of<One>.is_sure_inside) return true;
+    else if constexpr (facts_of<One>.solves_nothing) return one.order() <= 2;
+    else return false;
+  });
 }
 
 /// How long a check of the interpolant holds. A check compares it with steps that end inside the step, which is twice the work of
@@ -107,7 +107,7 @@ class StepInside {
     else spare_.emplace(stepper);
     past_ = &past;
   }
-  /// Until then there is none to look into.
+  /// Until then there is no step with an inside.
   [[nodiscard]] bool has_begun() const { return past_ != nullptr; }
   void end() { past_ = nullptr; }
   /// state = y(t + dt) from y(t), by one step at a fixed Δt, or by as many as the error asks for.
@@ -124,7 +124,7 @@ class StepInside {
       return do_step(*spare_, state, t, dt, origin);
     }
   }
-  /// The run's until this step, and what looks into it have cost.
+  /// Counts of the run until this step, and of what states inside it have cost.
   [[nodiscard]] Statistics statistics() const { return spare_->statistics(); }
 
  private:
@@ -132,28 +132,30 @@ class StepInside {
     trace_.forget();
     const StepReport done = attempt(state, t, dt, origin, pace);
     const bool may_halve = done.outcome() == Outcome::error_too_large || may_be_cured(done.outcome());
-    if (done || !may_halve || --left_ == 0) return done;
     const Scalar half = dt / 2;
+    // Where shorter and shorter steps fail, why they do is the story.
+    if (done || !may_halve || --left_ == 0 || t + half == t) return done;
     const StepReport first = part(state, t, half, origin.first_part(), pace);
     return first ? part(state, t + half, half, origin.last_part(), pace) : first;
   }
   /// By the run's tolerance, and without a trace in what its pace has learnt.
   template <class Pace>
-  struct Judge {
+  struct Law {
     const Pace& pace;
     const Trace<Plain>& trace;
     [[nodiscard]] bool operator()(const Plain& y, const Plain& next, const auto& told) const {
       return pace.allows(y, next, told);
     }
     [[nodiscard]] double allowed() const { return pace.allowed(); }
-    [[nodiscard]] double size(const Plain& x, const Plain& y, const Plain& next) const { return pace.size(y, next, x); }
+    [[nodiscard]] double size(const Plain& x, const Plain& y, const Plain& next) const { return pace.size(x, y, next); }
     [[nodiscard]] double size_of_error(const Plain& y, const Plain& next) const {
-      return pace.size(y, next, trace.error);
+      return pace.size(trace.error, y, next);
     }
   };
   template <class Pace>
   StepReport attempt(S& state, Scalar t, Scalar dt, const Origin& origin, Pace& pace) {
-    const Judge<Pace> allows{pace, trace_};
+    const Law<Pace> law{pace, trace_};
+    const Judge<Plain> allows{law};
     if constexpr (facts_of<Stepper>.traces)
       if (spare_->estimates(trace_)) return spare_->attempt(state, t, dt, origin, trace_, allows);
     return doubling_.attempt(*spare_, state, t, dt, origin, trace_, allows);
@@ -178,7 +180,7 @@ class LookInside {
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
 
-  /// @param report  the run's: it counts what looks cost, and tells why one failed
+  /// @param report  the run's: it counts what states inside cost, and says why one failed
   LookInside(Attempt& step, InterpolantTrust& trust, RunReport& report) : step_{step}, trust_{trust}, report_{report} {}
 
   /// The step has been done, and no state inside it asked for.
@@ -193,8 +195,9 @@ class LookInside {
     dt_ = dt;
     is_checked_ = false;
     error_.reset();
-    dense_.begin(step_.t0(), dt, step_.clock().t(), step_.start(), step_.plain(), DenseOutput<S>::Slopes::of(*this));
-    if (step_.is_traced()) dense_.interpolate_by(step_.stepper());
+    dense_.begin(step_.t0(), dt, step_.clock().t(), step_.start(), step_.plain(), Dense::Slopes::of(*this));
+    is_own_ = facts_of<Stepper>.interpolates && step_.is_traced();
+    knows_inside_.reset();
   }
   /// The state at t; valid until the next call.
   [[nodiscard]] const Plain& at(Scalar t) {
@@ -206,7 +209,7 @@ class LookInside {
           return work_.found;
         }
       }
-    return dense_.at(t);
+    return interpolated(t);
   }
   /// From here on states inside are checked, where there is a doubt.
   void check() {
@@ -222,10 +225,10 @@ class LookInside {
       return false;
     }
   }
-  /// How the looks went: a failure, of a slope or of the step to a state, ends the run.
+  /// Whether all states inside were found: a failure, of a slope or of the step to a state, ends the run.
   [[nodiscard]] Outcome outcome() const { return failed(looked_) ? looked_ : slopes_; }
 
-  /// Slopes at both ends: the scheme's own where it told them, else by two force calls.
+  /// Slopes at both ends: the scheme's own where it has left them, else by two force calls.
   void operator()(Plain& at_start, Plain& at_end) {
     if constexpr (sees_error)
       if (step_.is_traced() && knows_slopes()) {
@@ -243,6 +246,30 @@ class LookInside {
 
  private:
   static constexpr bool sees_error = Attempt::PaceType::sees_error;
+  using Dense = DenseOutput<S>;
+
+  /// Whether what the scheme knows of the inside, if it knows it, is there: it may call the force to learn it.
+  [[nodiscard]] bool is_known_inside() {
+    if (is_own_ && !knows_inside_)
+      knows_inside_ = StepperInternals::chosen(step_.stepper(), [this]<class One>([[maybe_unused]] One& one) {
+        if constexpr (facts_of<One>.interpolates) return one.know_inside(dt_, step_.start());
+        else return false;
+      });
+    return knows_inside_.value_or(true);
+  }
+  /// The state at t, by the scheme's interpolant or Hermite's.
+  [[nodiscard]] const Plain& interpolated(Scalar t) {
+    if constexpr (facts_of<Stepper>.interpolates)
+      if (is_own_ && dense_.is_inside(t) && is_known_inside()) {
+        copy_blocks<S>(inside_, step_.start());
+        StepperInternals::chosen(step_.stepper(), [&]<class One>([[maybe_unused]] One& one) {
+          if constexpr (facts_of<One>.interpolates)
+            one.interpolate((t - step_.t0()) / dt_, dt_, step_.start(), step_.plain(), inside_);
+        });
+        return inside_;
+      }
+    return dense_.at(t);
+  }
 
   /// The trace has the slopes of the step: not yet, or already what the next step starts from.
   [[nodiscard]] bool knows_slopes() const {
@@ -250,21 +277,21 @@ class LookInside {
     return trace.has_slopes || trace.dt_before != 0;
   }
   [[nodiscard]] bool is_explicit() const {
-    if constexpr (requires { step_.stepper().is_explicit(); }) return step_.stepper().is_explicit();
-    else return facts_of<Stepper>.solves_nothing;
+    return StepperInternals::chosen(step_.stepper(),
+                                    []<class One>(One&) -> bool { return facts_of<One>.solves_nothing; });
   }
   /// How far the interpolant is off Hermite's in the middle, in units of the tolerance.
   [[nodiscard]] double measure_bend() {
     const Scalar t = step_.t0() + dt_ / 2;
-    copy_blocks<S>(work_.found, dense_.at(t));
-    assign<S>(work_.found, in<S>(work_.found) - in<S>(dense_.hermite(t)));
-    return step_.pace().size(step_.start(), step_.plain(), work_.found);
+    copy_blocks<S>(work_.found, interpolated(t));
+    assign<S>(work_.found, in<S>(work_.found) - in<S>(dense_.at(t)));
+    return step_.pace().size(work_.found, step_.start(), step_.plain());
   }
   /// The interpolant's error in units of the tolerance, at two places where steps are done to learn it: at one alone it may pass
   /// zero. At a fixed Δt, which has no tolerance, it is far off.
   [[nodiscard]] double measure() {
     if constexpr (sees_error) {
-      if (!dense_.is_known_inside()) return InterpolantTrust::off;
+      if (!is_known_inside()) return InterpolantTrust::off;
       const double length = std::abs(static_cast<double>(dt_));
       const double bend = step_.is_traced() && knows_slopes() && is_explicit() ? measure_bend() : 0;
       if (const std::optional<double> known = trust_.known(length, bend)) return *known;
@@ -273,8 +300,8 @@ class LookInside {
         if (!(worst <= InterpolantTrust::for_events)) break;
         const Scalar t = step_.t0() + static_cast<Scalar>(x) * dt_;
         if (!go_to(t, work_.found)) return 0;  // a step that fails ends the run
-        assign<S>(work_.found, in<S>(dense_.at(t)) - in<S>(work_.found));
-        const double error = step_.pace().size(step_.start(), step_.plain(), work_.found);
+        assign<S>(work_.found, in<S>(interpolated(t)) - in<S>(work_.found));
+        const double error = step_.pace().size(work_.found, step_.start(), step_.plain());
         worst = error <= worst ? worst : error;  // NaN, too
       }
       return trust_.check(length, bend, worst);
@@ -282,35 +309,22 @@ class LookInside {
       return InterpolantTrust::off;
     }
   }
-  /// Keeps the state while a step inside works in it; then puts it back, and books the cost.
-  class Visit {
-   public:
-    explicit Visit(LookInside& look) : look_{look}, before_{look.work_.inside.statistics()} {
-      copy_blocks<S>(look.work_.end, look.step_.state());
-    }
-    ~Visit() {
-      copy_blocks<S>(look_.step_.state(), look_.work_.end);
-      Statistics cost = look_.work_.inside.statistics() - before_;
-      cost.steps = cost.failed_steps = cost.rejections = 0;
-      look_.report_.statistics = look_.report_.statistics + cost;
-    }
-    Visit(const Visit&) = delete;
-    Visit& operator=(const Visit&) = delete;
-
-   private:
-    LookInside& look_;
-    Statistics before_;
-  };
   /// out = y(t) by a step from the start. False where it fails, and the run ends with that.
   [[nodiscard]] bool go_to(Scalar t, Plain& out) {
     const Scalar from = step_.t0(), dt = t - from;
     if (std::abs(dt) <= step_.clock().rounding(from)) {  // no step, and nothing to tell its ends apart
-      copy_blocks<S>(out, dense_.at(from + dt));
+      copy_blocks<S>(out, interpolated(from + dt));
       return true;
     }
     auto& inside = work_.inside;
     if (!inside.has_begun()) inside.begin(step_.stepper(), step_.past());
-    const Visit visit{*this};
+    copy_blocks<S>(work_.end, step_.state());
+    const AtExit put_back_and_book{[this, &inside, before = inside.statistics()] {
+      copy_blocks<S>(step_.state(), work_.end);
+      Statistics cost = inside.statistics() - before;
+      cost.steps = cost.failed_steps = cost.rejections = 0;
+      report_.statistics = report_.statistics + cost;
+    }};
     copy_blocks<S>(step_.state(), step_.start());
     const StepReport done = inside.step(step_.state(), from, dt, step_.origin(false), step_.pace());
     copy_blocks<S>(out, step_.state());
@@ -331,7 +345,10 @@ class LookInside {
   InterpolantTrust& trust_;
   RunReport& report_;
   Scalar dt_{};
-  DenseOutput<S> dense_;
+  Dense dense_;
+  bool is_own_ = false;               // the scheme may know the inside
+  std::optional<bool> knows_inside_;  // whether it does; empty: it has not been asked
+  [[no_unique_address]] Only<facts_of<Stepper>.interpolates.value, Plain, 3> inside_;
   bool is_checked_ = false;            // states inside are more than interpolated
   std::optional<double> error_;        // of this step's interpolant, in tolerances
   Outcome slopes_ = Outcome::success;  // of the step just done, if they were computed

@@ -1,6 +1,6 @@
 /// @file
-/// Observers that look at given times: the run stops there (`at_times`), is looked into there (`sampled`), or seen at the first end
-/// of a step from there on (`every`).
+/// Observers at given times: the run stops there (`at_times`), is interpolated there (`sampled`), or observed at the first end of a
+/// step from there on (`every`).
 ///
 /// The first two take the times in any order, twice given ones count once, those outside the run are never reached and so
 /// ignored. Runs may go backward. f(t, state) gets as t the very number given, and may return false to end the run.
@@ -20,7 +20,6 @@
 #include "phistep/base/numbers/arithmetic.hpp"
 #include "phistep/base/outcome/statistics.hpp"
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/run/observers/completed_step.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
@@ -105,7 +104,7 @@ class Every {
     // Not one by one: there may be 1e20 of them. Those that can't be counted are behind every step's end.
     next_ = std::max(next_, static_cast<long long>(std::min(reach / interval_, static_cast<double>(most))));
     while (next_ < most && static_cast<double>(next_) * interval_ <= reach) ++next_;
-    return ask(f_, t, state);
+    return call_and_ask(f_, t, state);
   }
   /// Which mark it waits for, for a checkpoint.
   void archive(auto& ar) {
@@ -246,13 +245,21 @@ template <TimeRange Range>
   return list;
 }
 
+/// f, to be kept by value.
+template <class F>
+[[nodiscard]] std::decay_t<F> kept_copy(F&& f) {
+  if constexpr (requires { typename std::remove_cvref_t<F>::KeepsStates; })
+    static_assert(!std::is_lvalue_reference_v<F>,
+                  "phistep: at_times, sampled or every would fill a copy: write std::ref(recorder)");
+  return std::forward<F>(f);
+}
+
 /// `integrate(…, at_times({0.1, 0.25, 7}, [](double t, auto& state) { … }))`: steps end exactly at these times; f may edit
 /// the state there. [time] A list in braces is one of doubles; where a state has longer ones, give a std::vector of them.
 /// @throws std::invalid_argument where a time is not finite
 template <TimeRange Range = std::initializer_list<double>, class F>
 [[nodiscard]] auto at_times(const Range& times, F&& f) {
-  static_assert(!copies_a_record<F>, "phistep: at_times(times, recorder) would fill a copy: write std::ref(recorder)");
-  return AtTimes(to_times(times), std::decay_t<F>(std::forward<F>(f)));
+  return AtTimes(to_times(times), kept_copy(std::forward<F>(f)));
 }
 
 /// `integrate(…, sampled(0.1, [](double t, const auto& state) { … }))`: at t0 and at every multiple of the interval from
@@ -260,23 +267,19 @@ template <TimeRange Range = std::initializer_list<double>, class F>
 /// @throws std::invalid_argument unless the interval is finite and > 0
 template <class F>
 [[nodiscard]] auto sampled(double interval, F&& f) {
-  static_assert(!copies_a_record<F>,
-                "phistep: sampled(interval, recorder) would fill a copy: write std::ref(recorder)");
-  return Sampled(IntervalMarks(interval), std::decay_t<F>(std::forward<F>(f)));
+  return Sampled(IntervalMarks(interval), kept_copy(std::forward<F>(f)));
 }
 /// The same at given times.
 /// @throws std::invalid_argument where one is not finite
 template <TimeRange Range = std::initializer_list<double>, class F>
 [[nodiscard]] auto sampled(const Range& times, F&& f) {
-  static_assert(!copies_a_record<F>, "phistep: sampled(times, recorder) would fill a copy: write std::ref(recorder)");
-  return Sampled(ListMarks(to_times(times)), std::decay_t<F>(std::forward<F>(f)));
+  return Sampled(ListMarks(to_times(times)), kept_copy(std::forward<F>(f)));
 }
 
 /// `integrate(…, every(0.1, [](double t, const auto& state) { … }))`. [time]
 template <class F>
 [[nodiscard]] auto every(double interval, F&& f) {
-  static_assert(!copies_a_record<F>, "phistep: every(interval, recorder) would fill a copy: write std::ref(recorder)");
-  return Every<std::decay_t<F>>{interval, std::forward<F>(f)};
+  return Every(interval, kept_copy(std::forward<F>(f)));
 }
 
 }}  // namespace phistep::PHISTEP_ABI

@@ -1,26 +1,19 @@
 /// @file
-/// A step that has become the state, as an observer may look at it: both ends, its length, and what lies between.
+/// A step that has become the state, as an observer sees it: both ends, its length, and what lies between.
 #pragma once
 
 #include <type_traits>
 #include <utility>
 
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
 // Calls what a user wants to happen at a time, and learns whether the run goes on.
 
-/// f is an observer that keeps what it sees, given as an lvalue where a copy is made: the copy would keep it.
-template <class F>
-inline constexpr bool copies_a_record = std::is_lvalue_reference_v<F>&& requires {
-  typename std::remove_cvref_t<F>::KeepsStates;
-};
-
 /// f(args…); true where f returns nothing, or something true.
 template <class F, class... Args>
-[[nodiscard]] bool ask(F& f, Args&&... args) {
+[[nodiscard]] bool call_and_ask(F& f, Args&&... args) {
   if constexpr (std::is_void_v<std::invoke_result_t<F&, Args...>>) {
     f(std::forward<Args>(args)...);
     return true;
@@ -35,7 +28,7 @@ template <class F, class Scalar, class S>
   static_assert(std::is_invocable_v<F&, Scalar, S&>,
                 "phistep: this must be callable as f(t, state), returning nothing or false to end the run");
   if constexpr (!std::is_invocable_v<F&, Scalar, S&>) return false;
-  else return ask(f, t, state);
+  else return call_and_ask(f, t, state);
 }
 
 /// Handed to observers that take one argument: `integrate(…, [](const auto& step) { … step.at(t) … })`. Valid during the

@@ -14,13 +14,11 @@
 /// Where roots may lie nearer to each other than steps are long, keep steps shorter: max_step of a tolerance, or at_times.
 #pragma once
 
-#include <cmath>
 #include <limits>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
-#include "phistep/base/version.hpp"
 #include "phistep/run/observers/completed_step.hpp"
 #include "phistep/run/observers/root.hpp"
 
@@ -30,7 +28,7 @@ namespace phistep { inline namespace PHISTEP_ABI {
 struct EventOptions {
   Direction direction = Direction::both;  ///< which way g passes zero, as the run goes
   bool terminal = false;                  ///< the first one ends the run
-  /// Look for g that passes zero and comes back within one step, once: one or two more evaluations of g a step, at the
+  /// Finds g that passes zero and comes back within one step, once: one or two more evaluations of g a step, at the
   /// price of the interpolant's slopes.
   bool inside = true;
 };
@@ -109,14 +107,9 @@ concept EventLike = requires {
 
 /// `integrate(…, event([](const auto& y) { return y.r.z(); }, {.direction = Direction::falling}, bounce))`
 /// @param function  g(state) or g(t, state) → a number; of a Map's state it sees the owning twin
-template <class G>
-[[nodiscard]] Event<G> event(G function, EventOptions options = {}) {
-  return {std::move(function), options, NoHandler{}};
-}
-/// The same with a handler.
 /// @param handler   called as handler(t, state) when g passes zero; it may edit the state, and return false to end the run
-template <class G, class Handler>
-[[nodiscard]] Event<G, Handler> event(G function, EventOptions options, Handler handler) {
+template <class G, class Handler = NoHandler>
+[[nodiscard]] Event<G, Handler> event(G function, EventOptions options = {}, Handler handler = {}) {
   return {std::move(function), options, std::move(handler)};
 }
 /// The same, both ways and not terminal: `event(g, handler)`.

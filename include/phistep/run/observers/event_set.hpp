@@ -1,26 +1,18 @@
 /// @file
 /// All events of a run: which comes first in a step, and which happen with it.
 ///
-/// The loop's part:
-///
 ///     events.begin(t, state)                  the run starts
-///     found = events.find(step)               after each step. One evaluation of every g, at its end; more, and the
+///     found = events.find(step)               after each step: one evaluation of every g, at its end; more, and the
 ///                                             interpolant, only where there may be something to see
-///     if (found) {
-///       hit = events.refine(found, restep)    restep(t) puts the state back to t0, steps to t, and returns a pointer to a
-///                                             plain state, or nullptr where the step failed; the last one counts.
-///                                             hit.resteps = 0: the event is the end of the step, which stands.
-///                                             hit.g not finite: the step failed, or else it is Outcome::non_finite_event
-///       events.look(found, hit.t, state)      which others happen with it
-///       events.happen(hit.t, state)           handlers, which may edit the state
-///     }
+///     hit = events.refine(found, restep)      restep(t) steps anew from t0 to t → the state there, null where that failed;
+///                                             hit.resteps = 0: the event is the end of the step, which stands
+///     events.look(found, hit.t, state)        which others happen with it
+///     events.happen(hit.t, state)             handlers, which may edit the state
 ///     events.rearm(t, state)                  after edits by others: a sign that an edit changes is no event
 ///
 /// What returns an Outcome says how the run goes on: success, non_finite_event, stopped_by_event, events_accumulate.
-/// Between steps nothing is remembered but `memory()`, plain numbers, which belong into a checkpoint.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -29,13 +21,16 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/base/machine/only.hpp"
+#include "phistep/base/machine/memory.hpp"
 #include "phistep/base/outcome/outcome.hpp"
+#include "phistep/base/outcome/step_report.hpp"
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/version.hpp"
+#include "phistep/base/state/ranks.hpp"
+#include "phistep/run/control/run_clock.hpp"
 #include "phistep/run/observers/completed_step.hpp"
 #include "phistep/run/observers/event.hpp"
 #include "phistep/run/observers/root.hpp"
+#include "phistep/step/equation/origin.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -68,7 +63,6 @@ class EventSet {
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
   static constexpr std::size_t size = sizeof...(Events);
-  using Memory = std::array<Armed<Scalar>, size>;
 
   /// The first event of a step, or the first time at which a g is not finite.
   struct Found {
@@ -94,7 +88,7 @@ class EventSet {
     const Plain& y = plain(state);
     bool finite = true;
     each([&](auto k, auto& event) {
-      memory_[k].g = event.value(t, y);
+      memory_[k].g = value_of(event, t, y);
       finite = finite && std::isfinite(memory_[k].g);
     });
     return finite ? Outcome::success : Outcome::non_finite_event;
@@ -104,10 +98,10 @@ class EventSet {
     Found first;
     step_ = step.dt();
     each([&](auto k, auto& event) {
-      if constexpr (requires { event.prepare(); }) event.prepare();
-      const auto value = [&](Scalar t) { return event.value(t, step.at(t)); };
+      event.prepare();
+      const auto value = [&](Scalar t) { return value_of(event, t, step.at(t)); };
       const EventOptions& options = event.options();
-      end_[k] = {step.t1(), event.value(step.t1(), step.end())};
+      end_[k] = {step.t1(), value_of(event, step.t1(), step.end())};
       const Root<Scalar>& root = roots_[k] = first_root(Sample<Scalar>{step.t0(), memory_[k].g}, end_[k], value,
                                                         memory_[k].standing, options.direction, options.inside);
       using Kind = typename Root<Scalar>::Kind;
@@ -132,7 +126,7 @@ class EventSet {
       if (k != found.which) return;
       hit = phistep::refine(found.root, end_[k], [&](Scalar t) {
         const Plain* y = restep(t);
-        return y == nullptr ? std::numeric_limits<Scalar>::quiet_NaN() : event.value(t, *y);
+        return y == nullptr ? std::numeric_limits<Scalar>::quiet_NaN() : value_of(event, t, *y);
       });
       at_root_[k] = hit.g;
     });
@@ -150,7 +144,7 @@ class EventSet {
                             std::abs(root.t - found.root.t) <= root.tolerance + found.root.tolerance;
       happens_[k] = k == found.which;
       if (happens_[k] || !(together || known_[k])) return;
-      const Scalar g = event.value(t, y);
+      const Scalar g = value_of(event, t, y);
       happens_[k] = together || passed(root.start_sign, g, event);
       if (happens_[k]) at_root_[k] = g;
     });
@@ -162,7 +156,9 @@ class EventSet {
       else if (known_[k]) memory_[k].standing = Standing::clear;
     });
     bool goes_on = true, accumulate = false;
-    each([&](auto k, auto& event) { goes_on = (!happens_[k] || event.happened(t, state)) && goes_on; });
+    each([&](auto k, auto& event) {
+      goes_on = (!happens_[k] || ask_all_ranks(state, [&] { return event.happened(t, state); })) && goes_on;
+    });
     const Outcome outcome = rearm(t, state);
     each([&](auto k, auto&) {
       if (!happens_[k]) return;
@@ -178,8 +174,7 @@ class EventSet {
     return outcome == Outcome::success && accumulate ? Outcome::events_accumulate : outcome;
   }
 
-  [[nodiscard]] const Memory& memory() const { return memory_; }
-  void set_memory(const Memory& memory) { memory_ = memory; }
+  /// What is remembered between steps.
   void archive(auto& ar) { ar("events", memory_); }
 
  private:
@@ -197,6 +192,9 @@ class EventSet {
       copy_blocks<S>(plain_, state);
       return plain_;
     }
+  }
+  [[nodiscard]] static Scalar value_of(auto& event, Scalar t, const Plain& y) {
+    return same_on_ranks(y, [&] { return event.value(t, y); });
   }
   /// g has passed zero, or stands there: the next step would find no sign to come from.
   [[nodiscard]] static bool passed(int from, Scalar g, const auto& event) {
@@ -217,8 +215,8 @@ class EventSet {
   }
 
   std::tuple<Events&...> events_;
-  Memory memory_{};
-  Scalar step_{};                       // [time] the step looked at last
+  std::array<Armed<Scalar>, size> memory_{};
+  Scalar step_{};                       // [time] the step searched last
   std::array<Scalar, size> at_root_{};  // g after the step to an event, before its handlers
   std::array<Sample<Scalar>, size> end_{};
   std::array<Root<Scalar>, size> roots_{};
@@ -226,12 +224,8 @@ class EventSet {
   [[no_unique_address]] Only<!std::is_same_v<S, Plain>, Plain> plain_;
 };
 
-template <State S, class Tie>
-struct EventSetOfTie;
 template <State S, class... Events>
-struct EventSetOfTie<S, std::tuple<Events&...>> {
-  using type = EventSet<S, Events...>;
-};
+EventSet<S, Events...> set_of(std::tuple<Events&...>);  // a type alone
 /// The events among a run's observers, tied.
 template <class... Observers>
 [[nodiscard]] auto tie_events(Observers&... observers) {
@@ -242,7 +236,70 @@ template <class... Observers>
   return std::tuple_cat(tied(observers)...);
 }
 template <State S, class... Observers>
-using EventsAmong =
-    typename EventSetOfTie<S, decltype(tie_events(std::declval<std::remove_reference_t<Observers>&>()...))>::type;
+using EventsAmong = decltype(set_of<S>(tie_events(std::declval<std::remove_reference_t<Observers>&>()...)));
+
+/// Ends a step at its first event. It is done again, shorter, and is then a step like any other, of the same scheme and with
+/// the same error test, which may refuse it.
+/// @tparam Attempt  a StepAttempt
+/// @tparam Look     a LookInside
+/// @tparam Events   an EventSet
+template <class Attempt, class Look, class Events>
+class EventCut {
+ public:
+  using Scalar = typename Attempt::Scalar;
+  using Found = typename Events::Found;
+
+  EventCut(Attempt& step, Look& look, Events& events) : step_{step}, look_{look}, events_{events} {}
+
+  /// The step that led to `to` has been done. If an event is found, `to` is where that is.
+  /// @param found  the first event; the run ends if its outcome is not success
+  /// @return the step's; unless it is a success, or where the run ends, or g or the force throws, all is as at its start
+  [[nodiscard]] StepReport operator()(Landing<Scalar>& to, Found& found) {
+    try {
+      look_.begin(to.dt);
+      const CompletedStep<typename Attempt::StateType> step{step_.t0(),    to.dt,         step_.clock().t(),
+                                                            step_.start(), step_.plain(), look_};
+      found = events_.find(step);
+      // Where the interpolant is far off, it may have roots of its own: then the search is done by real steps.
+      if ((found || failed(found.outcome)) && found.root.t != step.t1() && look_.was_off()) found = events_.find(step);
+      StepReport done{Outcome::success, 0, nullptr};
+      if (found) done = go_to(found, to);
+      if (!done) return done;
+      if (found) events_.look(found, step_.clock().t(), step_.state());
+      // Where g passes zero inside the step, slopes that are none say so.
+      if (!failed(found.outcome)) found.outcome = look_.outcome();
+      if (failed(found.outcome)) step_.undo();
+      return done;
+    } catch (...) {
+      step_.undo_for_good();
+      throw;
+    }
+  }
+
+ private:
+  /// Does the step again, up to the event.
+  [[nodiscard]] StepReport go_to(Found& found, Landing<Scalar>& to) {
+    StepReport done{Outcome::success, 0, nullptr};
+    Landing<Scalar> shorter = to;
+    const auto hit = events_.refine(found, [&](Scalar t) -> const typename Attempt::Plain* {
+      step_.undo();
+      shorter = to;
+      if (t != to.end || !to.lands) shorter = {.end = t, .dt = step_.length_to(t), .lands = true, .clipped = true};
+      shorter.at_stop = true;
+      done = step_.attempt(shorter, Origin::unknown, false);
+      return done ? &step_.plain() : nullptr;
+    });
+    if (done && hit.resteps > 0) look_.begin_again(shorter.dt);
+    if (done && !std::isfinite(hit.g)) found.outcome = Outcome::non_finite_event;
+    if (hit.resteps > 0) to = shorter;
+    to.at_stop = true;
+    if (!done) step_.undo();
+    return done;
+  }
+
+  Attempt& step_;
+  Look& look_;
+  Events& events_;
+};
 
 }}  // namespace phistep::PHISTEP_ABI

@@ -9,14 +9,14 @@
 
 #include "phistep/base/archive/archive.hpp"
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/version.hpp"
+#include "phistep/base/state/ranks.hpp"
 #include "phistep/run/observers/completed_step.hpp"
 #include "phistep/run/observers/event.hpp"
 #include "phistep/run/observers/event_set.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-/// An observer that looks at whole steps.
+/// An observer of whole steps.
 template <class Observer, class S>
 inline constexpr bool observes_steps = std::is_invocable_v<Observer&, const CompletedStep<S>&>;
 
@@ -30,7 +30,7 @@ template <class Observer, class Scalar, class S>
       "phistep: an observer must be callable as observer(t, state) or observer(step), returning nothing or false "
       "to stop");
   if constexpr (!std::is_invocable_v<Observer&, Scalar, S&>) return false;
-  else return ask(observer, t, state);
+  else return ask_all_ranks(state, [&] { return call_and_ask(observer, t, state); });
 }
 
 /// @tparam Observers  references where they were given as lvalues
@@ -53,7 +53,7 @@ class ObserverList {
   static constexpr bool has_events = (EventLike<Observers> || ...);
   /// Some are shown whole steps.
   static constexpr bool see_steps = (sees_steps<std::remove_reference_t<Observers>> || ...);
-  /// … and may ask for states inside them.
+  /// Whether an observer of whole steps may ask for states inside them.
   static constexpr bool may_look_inside =
       ((sees_steps<std::remove_reference_t<Observers>> && !looks_at_ends_alone<std::remove_reference_t<Observers>>) ||
        ...);
@@ -63,18 +63,19 @@ class ObserverList {
     const auto greet = [&]<class Observer>(Observer& observer) {
       if constexpr (requires { observer.begin(t, state); }) {
         const auto begin = [&] { return observer.begin(t, state); };
-        if (!ask(begin)) return false;
+        if (!ask_all_ranks(state, [&] { return call_and_ask(begin); })) return false;
       }
       if constexpr (sees_steps<Observer>) return true;
       else return show_to(observer, t, state);
     };
     return std::apply([&](auto&... observer) { return (greet(observer) && ...); }, observers_);
   }
-  /// After a step: those that look at whole steps first, as the others may edit the state. False where one asks for the
+  /// After a step: observers of whole steps first, as the others may edit the state. False where one asks for the
   /// end of the run.
   [[nodiscard]] bool look(Scalar t, S& state, [[maybe_unused]] const auto& step) {
     const auto show_step = [&]<class Observer>(Observer& observer) {
-      if constexpr (sees_steps<Observer> && !EventLike<Observer>) return ask(observer, step);
+      if constexpr (sees_steps<Observer> && !EventLike<Observer>)
+        return ask_all_ranks(state, [&] { return call_and_ask(observer, step); });
       else return true;
     };
     const auto show_end = [&]<class Observer>(Observer& observer) {

@@ -9,12 +9,10 @@
 #include <cstddef>
 #include <stdexcept>
 #include <tuple>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -69,12 +67,6 @@ class Recorder {
   /// Rows and columns of the k-th block as it was in the state; 0 before the first.
   [[nodiscard]] std::pair<Index, Index> shape(std::size_t k) const { return {shapes_[k].rows, shapes_[k].cols}; }
 
-  /// Room for n times in all, for states shaped like this one.
-  void reserve(Index n, const S& state) {
-    const auto numbers = static_cast<std::size_t>(count_of(Blocks<S>::all(state)));
-    times_.reserve(static_cast<std::size_t>(n));
-    values_.reserve(static_cast<std::size_t>(n) * numbers);
-  }
   /// All that it has, for a checkpoint.
   void archive(auto& ar) {
     ar("times", times_, "values", values_, "shapes", shapes_);

@@ -5,7 +5,8 @@
 ///      until it has clearly left zero.
 ///   2. A sign change until t1 holds a root. Without one, g may pass zero and come back: where its slope points towards
 ///      zero at the start and away from zero at the end, the turning point between them is sought.
-///   3. The bracket is closed (bracket.hpp).
+///   3. The bracket is closed by ITP (Oliveira, Takahashi, ACM Trans. Math. Softw. 47 (2021) 5): superlinear on smooth g, and on
+///      no g more than two evaluations behind bisection.
 ///   4. That g was interpolated: refine() moves the root to where g vanishes after a step really done, by secants.
 #pragma once
 
@@ -15,9 +16,69 @@
 #include <limits>
 
 #include "phistep/base/version.hpp"
-#include "phistep/run/observers/bracket.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
+
+template <class Scalar>
+struct Sample {
+  Scalar t;  ///< [time]
+  Scalar g;
+};
+
+/// [time] Nearer than this, two times are one: 16 roundings.
+template <class Scalar>
+[[nodiscard]] Scalar time_resolution(Scalar a, Scalar b) {
+  return 8 * std::numeric_limits<Scalar>::epsilon() * std::max(std::abs(a), std::abs(b));
+}
+/// [time] How long after a root at t0 a step of length dt first evaluates g.
+template <class Scalar>
+[[nodiscard]] Scalar first_probe(Scalar t0, Scalar dt) {
+  constexpr Scalar epsilon = std::numeric_limits<Scalar>::epsilon();
+  return 2 * std::max(time_resolution(t0, t0), epsilon * epsilon * std::abs(dt));
+}
+/// Whether a step of length dt from a root at t0 is too short for g to be probed inside of it.
+template <class Scalar>
+[[nodiscard]] bool is_short(Scalar t0, Scalar dt) {
+  return !(std::abs(dt) >= 64 * first_probe(t0, dt));
+}
+/// Whether a comes before b where time goes as dt does.
+template <class Scalar>
+[[nodiscard]] bool is_before(Scalar a, Scalar b, Scalar dt) {
+  return dt > 0 ? a < b : a > b;
+}
+template <class Scalar>
+[[nodiscard]] int sign_of(Scalar g) {
+  return (g > 0) - (g < 0);
+}
+
+/// Closes the bracket a, b of opposite signs in place, by evaluations f(t), until it is no wider than `least` or the
+/// resolution of time. Both become the root where f meets zero, or the time where f is not finite.
+template <class Scalar, class F>
+void close_bracket(Sample<Scalar>& a, Sample<Scalar>& b, Scalar least, F&& f) {
+  const Scalar whole = std::abs(b.t - a.t);
+  Scalar bisected = whole;  // the width after as many bisections, times 2
+  for (int n = 0; n < 100; ++n, bisected /= 2) {
+    const Scalar width = b.t - a.t, tolerance = std::max(least, time_resolution(a.t, b.t));
+    if (std::abs(width) <= tolerance) return;
+    const Scalar to_middle = width / 2, false_position = width * (a.g / (a.g - b.g));
+    // Truncated towards the middle, so that both ends move …
+    const Scalar shift = std::max(std::abs(width) * (std::abs(width) / whole) / 5, tolerance / 2);
+    const Scalar left = to_middle - false_position;
+    Scalar off_middle = std::abs(left) > shift ? left - std::copysign(shift, left) : Scalar{0};
+    // Projected to where bisection can still catch up.
+    const Scalar reach = std::max(bisected - std::abs(to_middle), Scalar{0});
+    if (!(std::abs(off_middle) <= reach)) off_middle = std::copysign(reach, left);
+    Scalar t = a.t + (to_middle - off_middle);
+    if (t == a.t || t == b.t) t = a.t + to_middle;
+    if (t == a.t || t == b.t) return;
+    const Sample<Scalar> now{t, f(t)};
+    if (!std::isfinite(now.g) || now.g == 0) {
+      a = b = now;
+      return;
+    }
+    ((now.g > 0) == (a.g > 0) ? a : b) = now;
+  }
+}
 
 /// Which way g passes zero as the run goes. A backward run meets a function that grows with t as a falling one.
 enum class Direction : std::int8_t {
@@ -55,7 +116,7 @@ class RootSearch {
   RootSearch(Sample<Scalar> start, Sample<Scalar> end, Value& value)
       : start_{start}, end_{end}, whole_{end.t - start.t}, value_{value} {}
 
-  /// @param inside   look for a turning point, too
+  /// @param inside   find a turning point, too
   [[nodiscard]] Root<Scalar> run(Standing standing, Direction wanted, bool inside) {
     Root<Scalar> root;
     for (const auto& s : {start_, end_})
@@ -115,7 +176,7 @@ class RootSearch {
   }
 
   /// Whether the root lies so near behind the end that a run which starts there takes g for a root already handled (the
-  /// rule of start_of, looking back): of two runs in a row one finds it. Asks g only where its fall in this step says so.
+  /// rule of start_of, backwards): of two runs in a row one finds it. Asks g only where its fall in this step says so.
   [[nodiscard]] bool reaches_zero(Sample<Scalar> from) {
     const Scalar delta = first_probe(end_.t, whole_), g = std::abs(end_.g);
     if (sign_of(end_.g) != sign_of(from.g) || !(delta < std::abs(end_.t - from.t))) return false;

@@ -8,18 +8,20 @@
 #include <type_traits>
 #include <utility>
 
+#include "phistep/base/facts/scheme_facts.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/step_report.hpp"
 #include "phistep/base/state/blocks.hpp"
+#include "phistep/base/state/combination.hpp"
 #include "phistep/base/state/ranks.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/force/evaluate.hpp"
 #include "phistep/run/control/run_clock.hpp"
 #include "phistep/step/equation/origin.hpp"
+#include "phistep/step/mass/mass.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-/// A step without a look at its error.
+/// A step without an estimate of its error.
 template <class Stepper, class S, class Scalar>
 StepReport do_step(Stepper& stepper, S& state, Scalar t, Scalar dt, [[maybe_unused]] Origin origin) {
   if constexpr (requires { stepper.step(state, t, dt, origin); }) return stepper.step(state, t, dt, origin);
@@ -46,17 +48,31 @@ template <State S, class Stepper>
 /// What the force of a field, or its solver, has thrown on this rank: of a stepper, or of the one inside it.
 template <class Stepper>
 [[nodiscard]] HeldException& held_exception(Stepper& stepper) {
-  if constexpr (requires { stepper.stepper(); }) return held_exception(stepper.stepper());
-  else return stepper.held();
+  return StepperInternals::at_work(
+      stepper, [](auto& one) -> HeldException& { return *StepperInternals::kernel(one).rhs().held(); });
 }
 
-/// What such slopes at both ends of a step lack where M is singular.
+/// What such slopes at both ends of a step lack where M is singular: what M doesn't see moves from y0 to y1 along the chord.
 template <State S, class Stepper>
 void complete_slopes(const Stepper& stepper, const PlainState<S>& y0, const PlainState<S>& y1, ScalarOf<S> dt,
                      PlainState<S>& slope0, PlainState<S>& slope1) {
-  if constexpr (requires { stepper.complete_slopes(y0, y1, dt, slope0, slope1); })
-    stepper.complete_slopes(y0, y1, dt, slope0, slope1);
-  else if constexpr (requires { stepper.stepper(); }) complete_slopes<S>(stepper.stepper(), y0, y1, dt, slope0, slope1);
+  StepperInternals::at_work(stepper, [&](auto& one) {
+    const auto& rhs = StepperInternals::kernel(one).rhs();
+    if constexpr (std::remove_cvref_t<decltype(rhs)>::may_be_singular)
+      if (algebraic_component(rhs.masses())) {
+        PlainState<S> chord = y0;
+        assign<S>(chord, (in<S>(y1) - in<S>(y0)) / dt);
+        keep_unseen(Blocks<S>::solved(chord), rhs.masses());
+        add<S>(slope0, in<S>(chord));
+        add<S>(slope1, in<S>(chord));
+      }
+  });
+}
+
+/// What runs under a tolerance without atol leave in a stepper for the next.
+[[nodiscard]] decltype(auto) kept_sizes(auto& stepper) {
+  return StepperInternals::at_work(
+      stepper, [](auto& one) -> auto& { return StepperInternals::kept_sizes(one); });
 }
 
 /// A stepper that chooses its scheme, of which it is number active() that is at work: begin_run(…) → whether the run's first step
@@ -83,7 +99,7 @@ template <class Stepper>
 inline constexpr bool hides_past<Stepper> =
     !can_go_back<Stepper> && can_go_back<std::remove_reference_t<decltype(std::declval<Stepper&>().stepper())>>;
 
-/// Of a stepper that can't go back.
+/// The checkpoint of a stepper that can't go back.
 struct NoPast {};
 template <class Stepper>
 [[nodiscard]] auto past_of(const Stepper& stepper) {
@@ -96,7 +112,8 @@ using Past = decltype(past_of(std::declval<const Stepper&>()));
 /// Ψ where the stepper stands is not known, nor what else was carried there but for its history.
 template <class Stepper>
 void forget_what_is_known(Stepper& stepper) {
-  if constexpr (can_go_back<Stepper>) stepper.restore(stepper.checkpoint());
+  if constexpr (requires { StepperInternals::forget_known(stepper); }) StepperInternals::forget_known(stepper);
+  else if constexpr (can_go_back<Stepper>) stepper.restore(stepper.checkpoint());
   else if constexpr (requires { stepper.stepper(); }) forget_what_is_known(stepper.stepper());
   else if constexpr (requires { stepper.reset(); }) stepper.reset();
 }

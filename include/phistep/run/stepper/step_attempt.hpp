@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -11,34 +10,25 @@
 #include <utility>
 
 #include "phistep/base/facts/scheme_facts.hpp"
-#include "phistep/base/machine/only.hpp"
+#include "phistep/base/machine/memory.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/step_report.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/reductions.hpp"
-#include "phistep/base/version.hpp"
-#include "phistep/run/control/error_law.hpp"
-#include "phistep/run/control/limits.hpp"
+#include "phistep/run/control/rounding_probe.hpp"
 #include "phistep/run/control/run_clock.hpp"
+#include "phistep/run/control/run_report.hpp"
+#include "phistep/run/errors/step_filter.hpp"
 #include "phistep/run/stepper/any_stepper.hpp"
 #include "phistep/run/stepper/step_doubling.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-/// Of a stepper, or of the one inside it: steps have inner steps, whose number ties them to one length.
-template <class Stepper>
-inline constexpr bool has_inner_steps = [] {
-  if constexpr (requires { Stepper::has_inner_steps; }) return Stepper::has_inner_steps;
-  else if constexpr (requires(Stepper & outer) { outer.stepper(); })
-    return has_inner_steps<std::remove_cvref_t<decltype(std::declval<Stepper&>().stepper())>>;
-  else return false;
-}();
-
 /// @tparam Pace         of the run: it judges steps where it sees their error
-/// @tparam keeps_start  the step can be undone, and looked into
+/// @tparam keeps_start  the step can be undone, and interpolated
 template <class Stepper, State S, class Pace, bool keeps_start>
 class StepAttempt {
-  static_assert(!Pace::varies || !has_inner_steps<Stepper>,
+  static_assert(!Pace::varies || !facts_of<Stepper>.has_inner_steps,
                 "phistep: seldom(k, term) takes steps of one length, fixed(dt): a step that changes would meet "
                 "resonances, and nothing tells its error");
 
@@ -59,7 +49,8 @@ class StepAttempt {
       const Outcome begun = pace_.begin(plain(), error_law(stepper_));
       if constexpr (probes)
         if (pace_.keeps_sizes()) probed_from_ = plain();
-      if constexpr (keeps_sizes) pace_.go_on(stepper_.kept_sizes(), plain());
+      if constexpr (keeps_sizes)
+        if (pace_.keeps_sizes()) kept_sizes(stepper_).go_on(plain(), pace_.sizes());
       return begun;
     } else {
       return pace_.begin(clock_.span());
@@ -67,7 +58,8 @@ class StepAttempt {
   }
   /// The run is over.
   void end_run() {
-    if constexpr (keeps_sizes) pace_.keep(stepper_.kept_sizes(), plain());
+    if constexpr (keeps_sizes)
+      if (pace_.keeps_sizes()) kept_sizes(stepper_).keep(plain(), pace_.sizes());
   }
   /// The run begins.
   [[nodiscard]] Outcome begin_run() {
@@ -112,7 +104,11 @@ class StepAttempt {
   /// @param keeps_past  the stepper's history is kept, too
   /// @param is_first    of the run
   void begin([[maybe_unused]] bool keeps_past, bool is_first) {
-    if (starts_at_jump_ && !is_first) forget_force();
+    // Ψ known at a stop is that of the time before: the force may have jumped there, or have been switched.
+    if (starts_at_jump_ && !is_first) {
+      if constexpr (Pace::sees_error) pace_.forget_past();
+      forget_what_is_known(stepper_);
+    }
     choose_scheme();
     if constexpr (keeps_start) {
       from_ = clock_;
@@ -121,35 +117,30 @@ class StepAttempt {
     }
   }
   /// Tries it. A step that is done is the state, and the clock has moved.
-  /// @param may_probe  where it fails, what rounding makes of it may be looked at
+  /// @param may_probe  where it fails, a probe may measure what rounding makes of it
   [[nodiscard]] StepReport attempt(const Landing<Scalar>& to, Origin origin, [[maybe_unused]] bool may_probe = true) {
     way_ = Way::plain;
     origin.starts_at_jump = starts_at_jump_;
     origin.ends_at_jump = ends_at_jump_ = to.at_stop;
     StepReport done;
-    if constexpr (probes) {
-      struct PutBack {
-        StepAttempt* step = nullptr;
-        ~PutBack() {
-          if (step != nullptr) copy_blocks<S>(step->state_, step->probed_from_);
-        }
-      } put_back;
-      // One call, so that the compiler makes one loop of it.
-      for (bool is_probe = false;; is_probe = true) {
-        const StepReport now =
-            attempt_in_a_way(to, std::exchange(has_probed_, false) ? origin.with(Origin::unknown) : origin);
-        if (is_probe) {
-          has_probed_ = true;
-          pace_.end_probe();
-          break;
-        }
-        done = now;
-        if (done || !may_probe || !pace_.doubts(done.outcome(), to)) break;
-        put_back.step = this;
-        move_a_rounding_away(pace_.begin_probe(stepper_.last_solve().iterations > 0));
+    struct EndProbe {
+      StepAttempt* step = nullptr;
+      ~EndProbe() {
+        if constexpr (probes)
+          if (step != nullptr) step->end_probe();
       }
-    } else {
-      done = attempt_in_a_way(to, origin);
+    } probe;
+    for (;;) {  // one call, so that the compiler makes one loop of it
+      const bool is_moved = probes && std::exchange(has_probed_, false);
+      const StepReport now = attempt_in_a_way(to, is_moved ? origin.with(Origin::unknown) : origin);
+      if (probe.step != nullptr) break;  // never accepted
+      done = now;
+      if constexpr (probes)
+        if (!done && may_probe && begins_probe(done.outcome(), to)) {
+          probe.step = this;
+          continue;
+        }
+      break;
     }
     if (done) clock_.move(to);
     return done;
@@ -162,7 +153,7 @@ class StepAttempt {
     forget_solves();
   }
   void forget_solves() {
-    if constexpr (requires { stepper_.forget_solves(); }) stepper_.forget_solves();
+    StepperInternals::at_work(stepper_, [](auto& one) { one.forget_solves(); });
   }
 
   [[nodiscard]] Stepper& stepper() const { return stepper_; }
@@ -185,14 +176,14 @@ class StepAttempt {
   [[nodiscard]] const Past<Stepper>& past() const { return *past_; }
   /// The force may jump where the run stands.
   [[nodiscard]] bool& starts_at_jump() { return starts_at_jump_; }
-  /// Of the step done last, or of a part from its start.
+  /// The origin of the step done last, or of a part from its start.
   [[nodiscard]] Origin origin(bool whole) const { return {Origin::unknown, starts_at_jump_, whole && ends_at_jump_}; }
   /// From where the run stands to a time inside the step.
   [[nodiscard]] Scalar length_to(Scalar t) const {
-    if constexpr (requires { pace_.length(t, t); }) return pace_.length(clock_.t(), t);
-    else return clock_.length_to(t);
+    if constexpr (Pace::varies) return clock_.length_to(t);
+    else return pace_.length(clock_.t(), t);
   }
-  /// Whether the stepper told of the step's error and, where it can, slopes.
+  /// Whether the stepper has left the step's error and, where it can, slopes.
   [[nodiscard]] bool is_traced() const { return way_ == Way::traced; }
   /// The state half way, where the step was done as two halves; else null.
   [[nodiscard]] const Plain* middle() const {
@@ -202,18 +193,12 @@ class StepAttempt {
   }
 
  private:
-  /// How a step was tried: without a look at its error, by a scheme that tells of its error, or in two halves.
+  /// How a step was tried: without an estimate of its error, by a scheme that estimates it, or in two halves.
   enum class Way { plain, traced, doubled };
   static constexpr bool probes = Pace::sees_error && !FieldState<S>;
-  static constexpr bool keeps_sizes = probes && requires(Stepper & stepper) { stepper.kept_sizes(); };
+  static constexpr bool keeps_sizes = probes && !std::is_void_v<decltype(kept_sizes(std::declval<Stepper&>()))>;
   static constexpr bool chooses = Pace::sees_error && ChoosesScheme<Stepper, S, Pace>;
 
-  /// What is known of Ψ where the run stands is that of the time before: the force may have jumped there, and whoever wanted the
-  /// stop may have switched it.
-  void forget_force() {
-    if constexpr (Pace::sees_error) pace_.forget_past();
-    forget_what_is_known(stepper_);
-  }
   void put_back(auto&& past) {
     copy_blocks<S>(state_, start_);
     clock_ = from_;
@@ -231,37 +216,34 @@ class StepAttempt {
       scheme_ = stepper_.active();
     }
   }
-  /// The step is to be tried again from a state of which each number is some roundings off. Not to be accepted.
-  [[gnu::noinline]] void move_a_rounding_away(std::uint64_t number) requires probes {
-    has_probed_ = true;
+  /// The last try has failed: by more than rounding? A probe, or a few slopes, tell.
+  [[nodiscard, gnu::noinline]] bool begins_probe(Outcome why, const Landing<Scalar>& to) requires probes {
+    if (!pace_.doubts(why, to)) {
+      if (why != Outcome::error_too_large && pace_.knows_rates()) look_at_rates(to);
+      return false;
+    }
     copy_blocks<S>(probed_from_, plain());
-    Plain& moved = pace_.trace().predicted;  // scratch of the step
-    copy_blocks<S>(moved, probed_from_);
-    for_each_number(
-        [number](std::size_t i, Scalar& x) {
-          // −15/4 … 15/4 of them; neighbours, and neighbours in a grid of any width, go different ways.
-          const std::uint64_t mixed = (i + 1) * 0x9E3779B97F4A7C15U ^ number * 0xD1B54A32D192ED03U;
-          const auto part = static_cast<Scalar>(2 * static_cast<int>((mixed ^ mixed >> 29) >> 60) - 15) / 4;
-          x *= 1 + part * std::numeric_limits<Scalar>::epsilon();
-        },
-        Blocks<Plain>::all(moved));
-    copy_blocks<S>(state_, moved);
+    pace_.begin_probe(probed_from_, stepper_.last_solve().iterations > 0);
+    copy_blocks<S>(state_, pace_.trace().predicted);
+    return has_probed_ = true;
   }
-  /// The run's judge of a try (step/kernel/traced_equation.hpp).
-  struct Judge {
-    StepAttempt& step;
-    /// In a place of its own: the loop of a run stays small enough for the compiler to make one function of it.
-    [[nodiscard, gnu::noinline]] bool operator()(const Plain& y, const Plain& next, const auto& told) const {
-      return step.pace_.judge(y, next, told);
+  void end_probe() requires probes {
+    copy_blocks<S>(state_, probed_from_);
+    has_probed_ = true;
+    pace_.end_probe();
+  }
+  /// A solve has failed. No correction gets below what roundings of y make of y' during the step.
+  [[gnu::noinline]] void look_at_rates(const Landing<Scalar>& to) requires probes {
+    const Times<Scalar> inside{clock_.t(), to.dt, Origin{Origin::unknown, starts_at_jump_, to.at_stop}};
+    auto& trace = pace_.trace();
+    for (const std::uint64_t number : {0U, 1U, 2U, 3U}) {
+      copy_blocks<S>(trace.predicted, plain());
+      if (number > 0) RoundingProbe<Plain>::move(trace.predicted, number, std::numeric_limits<Scalar>::epsilon());
+      Plain& rate = number == 0 ? trace.error : trace.end;  // scratch: the step has failed
+      if (failed(slope_of<S>(stepper_, inside(clock_.t()), trace.predicted, rate))) return;
+      if (number > 0) pace_.learn_rates(to.dt);
     }
-    [[nodiscard]] double size(const Plain& x, const Plain& y, const Plain& next) const {
-      return step.pace_.size(y, next, x);
-    }
-    [[nodiscard]] double allowed() const { return step.pace_.allowed(); }
-    [[nodiscard]] double size_of_error(const Plain& y, const Plain& next) const {
-      return step.pace_.size_of_error(y, next);
-    }
-  };
+  }
   [[nodiscard]] StepReport attempt_in_a_way(const Landing<Scalar>& to, Origin origin) {
     if constexpr (Pace::sees_error) {
       auto& trace = pace_.trace();
@@ -272,8 +254,8 @@ class StepAttempt {
       trace.asks_end = to.at_stop;
       // A step of a few ticks of the clock, where far longer ones are within the tolerance, tells of rounding alone.
       if (to.lands && length <= static_cast<double>(clock_.rounding(t)) && 100 * length <= pace_.propose())
-        return doubling_.attempt_whole(stepper_, state_, t, to.dt, origin);
-      const Judge accept{*this};
+        return doubling_.attempt_whole(stepper_, state_, t, to.dt, origin, trace);
+      const Judge<Plain> accept{pace_};
       if constexpr (facts_of<Stepper>.traces)
         if (stepper_.estimates(trace)) {
           way_ = Way::traced;
@@ -281,7 +263,7 @@ class StepAttempt {
         }
       // Neighbouring floating-point times have no midpoint: the step cannot be halved.
       if (const Scalar middle = t + to.dt / 2; middle == t || middle == t + to.dt)
-        return doubling_.attempt_whole(stepper_, state_, t, to.dt, origin);
+        return doubling_.attempt_whole(stepper_, state_, t, to.dt, origin, trace);
       const StepReport done = doubling_.attempt(stepper_, state_, t, to.dt, origin, trace, accept);
       if (done) way_ = Way::doubled;
       return done;

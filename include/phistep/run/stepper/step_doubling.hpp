@@ -5,7 +5,7 @@
 ///     y₂ − y(t+Δt) = (y₂ − y₁)/(1 − 2^p) + O(Δt^{p+2}).                                                         (1)
 ///
 /// Three steps for two, and no demand on the scheme: it serves those that can't estimate their error, and the first step
-/// of those that look back. The result is y₂, the better one.
+/// of those that need the step before. The result is y₂, the better one.
 #pragma once
 
 #include <cmath>
@@ -16,7 +16,6 @@
 #include "phistep/base/outcome/step_report.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/combination.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/run/stepper/any_stepper.hpp"
 #include "phistep/step/equation/origin.hpp"
 #include "phistep/step/transaction/trace.hpp"
@@ -33,9 +32,8 @@ class StepDoubling {
   void resize(const Plain& y) { start_ = whole_ = middle_ = next_ = y; }
 
   /// As PhiStepper::attempt. On rejection, failure and exception, state and stepper are what they were.
-  template <class Accept>
   StepReport attempt(Stepper& stepper, S& state, Scalar t, Scalar dt, Origin origin, Trace<Plain>& trace,
-                     Accept&& accept) {
+                     const Judge<Plain>& accept) {
     copy_blocks<S>(start_, state);
     Past<Stepper> past = past_of(stepper);
     bool half_way = false;
@@ -83,13 +81,13 @@ class StepDoubling {
     }
   }
   /// The step as it is, where it has no middle or tells of nothing but rounding. On failure all is what it was.
-  StepReport attempt_whole(Stepper& stepper, S& state, Scalar t, Scalar dt, Origin origin) {
+  StepReport attempt_whole(Stepper& stepper, S& state, Scalar t, Scalar dt, Origin origin, Trace<Plain>& trace) {
     copy_blocks<S>(start_, state);
     Past<Stepper> past = past_of(stepper);
-    const StepReport report = do_step(stepper, state, t, dt, origin);
+    const StepReport report = one(stepper, state, t, dt, origin, trace);
     if (!report) return report;
     copy_blocks<S>(next_, state);
-    if (reaches_end(stepper, t, dt, origin)) return report;
+    if (facts_of<Stepper>.traces || reaches_end(stepper, t, dt, origin)) return report;
     copy_blocks<S>(state, start_);
     go_back(stepper, std::move(past));
     return {failure_.outcome, report.iterations(), &failure_};
@@ -100,8 +98,7 @@ class StepDoubling {
  private:
   /// A step that is accepted as it is.
   static StepReport one(Stepper& stepper, S& state, Scalar t, Scalar dt, Origin origin, Trace<Plain>& trace) {
-    if constexpr (facts_of<Stepper>.traces)
-      return stepper.attempt(state, t, dt, origin, trace, [](const auto&...) { return true; });
+    if constexpr (facts_of<Stepper>.traces) return stepper.attempt(state, t, dt, origin, trace, AcceptsAll{});
     else return do_step(stepper, state, t, dt, origin);
   }
 

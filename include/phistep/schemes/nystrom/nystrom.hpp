@@ -24,7 +24,6 @@
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/combination.hpp"
 #include "phistep/base/state/unknowns.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/schemes/explicit_stages.hpp"
 #include "phistep/schemes/nystrom/nystrom_tableaus.hpp"
 #include "phistep/step/kernel/scheme_on.hpp"
@@ -39,12 +38,10 @@ namespace phistep { inline namespace PHISTEP_ABI {
 //
 // It belongs to the state that the last step left, bit for bit: any other starts with none.
 
-/// @tparam kept  false: nothing is kept, and nothing costs
-template <State S, bool kept>
+template <State S>
 class CarriedRounding {
  public:
   using Plain = PlainState<S>;
-  static constexpr bool is_kept = kept;
 
   void resize(const Plain& y) {
     for (Plain* x : {&lost_, &next_lost_, &end_, &next_end_}) *x = y;
@@ -77,18 +74,6 @@ class CarriedRounding {
   bool known_ = false;
 };
 
-template <State S>
-class CarriedRounding<S, false> {
- public:
-  static constexpr bool is_kept = false;
-  static void resize(const auto&) {}
-  static void begin(const auto&) {}
-  static void end(const auto&) {}
-  static void accepted() {}
-  static void forget() {}
-  static void archive(auto&) {}
-};
-
 /// A pair as a scheme.
 template <class Tableau, bool compensates = false>
 struct Nystrom {
@@ -112,26 +97,10 @@ template <class Tableau, bool compensates>
 namespace nystrom {
 template <class Tableau, std::size_t i>
 using Stage = TableRow<Tableau::a, i, i>;
-template <class Tableau>
-struct Position {
-  static constexpr std::size_t count = Tableau::stages;
-  static constexpr long double at(std::size_t j) { return Tableau::b[j]; }
-};
-template <class Tableau>
-struct Velocity {
-  static constexpr std::size_t count = Tableau::stages;
-  static constexpr long double at(std::size_t j) { return Tableau::b_velocity[j]; }
-};
-template <class Tableau>
-struct PositionError {
-  static constexpr std::size_t count = Tableau::stages;
-  static constexpr long double at(std::size_t j) { return Tableau::b[j] - Tableau::b_hat[j]; }
-};
-template <class Tableau>
-struct VelocityError {
-  static constexpr std::size_t count = Tableau::stages;
-  static constexpr long double at(std::size_t j) { return Tableau::b_velocity[j] - Tableau::b_velocity_hat[j]; }
-};
+template <class Tableau, std::size_t block>
+using End = TableRow<Tableau::b, block, Tableau::stages>;
+template <class Tableau, std::size_t block>
+using Error = DifferenceOfWeights<End<Tableau, block>, TableRow<Tableau::b_hat, block, Tableau::stages>>;
 }  // namespace nystrom
 
 template <class Tableau, bool compensates, State S>
@@ -167,15 +136,18 @@ class SchemeOn<Nystrom<Tableau, compensates>, S> : public SchemeDefaults {
 
   [[nodiscard]] Outcome step(auto& eq) {
     if (const Outcome bad = eq.slope_at_start(k_[0]); failed(bad)) return bad;
-    if (const Outcome bad = go(eq.rhs(), eq); failed(bad)) return bad;
+    if (!go(eq)) {
+      k_.blame(eq.psi);
+      return Outcome::non_finite_state;
+    }
     eq.end_with_psi();
     return Outcome::success;
   }
   /// The slope at the end, and (3)
   [[nodiscard]] Outcome error(auto& eq) {
     auto& trace = eq.trace;
-    k_.template put<nystrom::PositionError<Tableau>>(eq.dt * eq.dt, position_of<S>(trace.error));
-    k_.template put<nystrom::VelocityError<Tableau>>(eq.dt, velocity_of<S>(trace.error));
+    k_.template put<nystrom::Error<Tableau, 0>>(eq.dt * eq.dt, position_of<S>(trace.error));
+    k_.template put<nystrom::Error<Tableau, 1>>(eq.dt, velocity_of<S>(trace.error));
     if constexpr (Tableau::first_is_last) {
       position_of<S>(trace.end) = velocity_of<S>(eq.next);
       velocity_of<S>(trace.end) = block(k_[last]);
@@ -203,51 +175,45 @@ class SchemeOn<Nystrom<Tableau, compensates>, S> : public SchemeDefaults {
   static constexpr int size =
       std::remove_cvref_t<decltype(std::get<0>(Rate::blocks(std::declval<Rate&>())))>::SizeAtCompileTime;
 
-  /// (1) from k_0, and (2)
-  template <class Rhs, class Data>
-  [[nodiscard]] Outcome go(Rhs& rhs, Data& step) {
-    rounding_.begin(step.y);
-    velocity_of<S>(step.next) = velocity_of<S>(step.y);  // for a view of the whole state: a(t, r) has no use for it
-    const bool arrived = [&]<std::size_t... i>(std::index_sequence<i...>) { return (stage<i + 1>(rhs, step) && ...); }
+  /// (1) from k_0, and (2). False: something isn't finite.
+  [[nodiscard]] bool go(auto& eq) {
+    if constexpr (compensates) rounding_.begin(eq.y);
+    velocity_of<S>(eq.next) = velocity_of<S>(eq.y);  // for a view of the whole state: a(t, r) has no use for it
+    const bool arrived = [&]<std::size_t... i>(std::index_sequence<i...>) { return (stage<i + 1>(eq) && ...); }
     (std::make_index_sequence<last>{});
-    bool finite = arrived;
-    if (arrived) {
-      if constexpr (!Tableau::first_is_last) finite = move<nystrom::Position<Tableau>, true>(step, 1);
-      const auto kick = [dt = step.dt, sum = k_.template sum<nystrom::Velocity<Tableau>>()](auto i) {
-        return dt * sum(i);
-      };
-      finite = put<1, true>(step.next, step.y, kick) && finite;
-      rounding_.end(step.next);
-    }
-    if (finite) return Outcome::success;
-    k_.blame(step.psi);
-    return Outcome::non_finite_state;
+    if (!arrived) return false;
+    bool finite = true;
+    if constexpr (!Tableau::first_is_last) finite = move<nystrom::End<Tableau, 0>, true>(eq, 1);
+    const auto kick = [dt = eq.dt, sum = k_.template sum<nystrom::End<Tableau, 1>>()](auto i) { return dt * sum(i); };
+    finite = put<1, true>(eq.next, eq.y, kick) && finite;
+    if constexpr (compensates) rounding_.end(eq.next);
+    return finite;
   }
-  template <std::size_t i, class Rhs, class Data>
-  [[nodiscard]] bool stage(Rhs& rhs, Data& step) {
+  template <std::size_t i>
+  [[nodiscard]] bool stage(auto& eq) {
     constexpr bool at_end = i == last && Tableau::first_is_last;
-    if (!move<nystrom::Stage<Tableau, i>, at_end>(step, Tableau::c[i])) return false;
+    if (!move<nystrom::Stage<Tableau, i>, at_end>(eq, Tableau::c[i])) return false;
     // Stores Ψ for the next step, not M⁻¹Ψ.
-    rhs.evaluate_into(step.t + static_cast<Scalar>(Tableau::c[i]) * step.dt, step.next, at_end ? step.psi : k_[i]);
-    if constexpr (at_end) k_[i] = step.psi;
-    return divide_by_mass(RateOf<S>::blocks(k_[i]), rhs.masses());
+    eq.rhs().evaluate_into(eq.t + static_cast<Scalar>(Tableau::c[i]) * eq.dt, eq.next, at_end ? eq.psi : k_[i]);
+    if constexpr (at_end) k_[i] = eq.psi;
+    return divide_by_mass(RateOf<S>::blocks(k_[i]), eq.rhs().masses());
   }
   /// next.r = r + c Δt v + Δt² Σ w_j k_j
-  template <class Weights, bool at_end, class Data>
-  [[nodiscard]] bool move(Data& step, long double c) {
-    const Input<Scalar> v{velocity_of<S>(step.y).data()};
-    const Scalar dt = step.dt, share = static_cast<Scalar>(c);
+  template <class Weights, bool at_end>
+  [[nodiscard]] bool move(auto& eq, long double c) {
+    const Input<Scalar> v{velocity_of<S>(eq.y).data()};
+    const Scalar dt = eq.dt, share = static_cast<Scalar>(c);
     if constexpr (compensates) {
       const auto rest = static_cast<Scalar>(c - static_cast<long double>(share));
       const auto increment = [=, sum = k_.template sum<Weights>()](auto i) {
         return dt * (share * v[i] + (rest * v[i] + dt * sum(i)));
       };
-      return put<0, at_end>(step.next, step.y, increment);
+      return put<0, at_end>(eq.next, eq.y, increment);
     } else {
       const auto increment = [drift = share * dt, kick = dt * dt, v, sum = k_.template sum<Weights>()](auto i) {
         return sum.add_to(drift * v[i], kick, i);
       };
-      return put<0, at_end>(step.next, step.y, increment);
+      return put<0, at_end>(eq.next, eq.y, increment);
     }
   }
   /// to = from + increment(i) in block n. False: it isn't finite.
@@ -270,7 +236,7 @@ class SchemeOn<Nystrom<Tableau, compensates>, S> : public SchemeDefaults {
     }
   }
   ExplicitStages<S, stages, compensates> k_;
-  [[no_unique_address]] CarriedRounding<S, compensates> rounding_;
+  std::conditional_t<compensates, CarriedRounding<S>, SchemeDefaults> rounding_;  // or nothing
 };
 
 }}  // namespace phistep::PHISTEP_ABI

@@ -20,16 +20,14 @@
 #include <cmath>
 #include <cstddef>
 #include <stdexcept>
-#include <tuple>
 #include <type_traits>
 #include <utility>
 
 #include "phistep/base/facts/scheme_facts.hpp"
-#include "phistep/base/machine/only.hpp"
+#include "phistep/base/machine/memory.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/unknowns.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/schemes/radau/radau_control.hpp"
 #include "phistep/schemes/radau/radau_solver.hpp"
 #include "phistep/schemes/radau/radau_tableau.hpp"
@@ -64,15 +62,9 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
   SchemeOn(Radau scheme, const Plain& y) : scheme_{scheme}, control_{scheme.stages} { resize(y); }
   void resize(const Plain& y) {
     solver_.resize(y);
-    if constexpr (!Work::is_fixed) {
-      const std::size_t n = solver_.n();
-      for (auto* x : {&powers_, &next_powers_}) x->assign(n, {});
-      for (auto* x : {&slope_, &error_}) x->assign(n, Scalar{0});
-      if constexpr (drifts) {
-        const auto n_r = static_cast<std::size_t>(position_of<S>(y).size());
-        for (auto* x : {&position_powers_, &next_position_powers_}) x->assign(n_r, {});
-      }
-    }
+    Work::make(solver_.n(), powers_, next_powers_, slope_, error_);
+    if constexpr (drifts)
+      Work::make(static_cast<std::size_t>(position_of<S>(y).size()), position_powers_, next_position_powers_);
     forget();
   }
   [[nodiscard]] int order() const { return 2 * (scheme_.stages == 0 ? 3 : scheme_.stages) - 1; }
@@ -83,11 +75,23 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
   static constexpr bool traces = true, interpolates = true;
   [[nodiscard]] static bool estimates(const auto&) { return true; }
   [[nodiscard]] static bool leaves_force() { return false; }  // the last Ψ is that before the last correction
-  /// Traced: solved to the tolerance, with order and step length chosen; else to rounding.
+  /// A traced step is solved to the tolerance, and chooses order and Δt; another one to rounding.
   template <class Eq>
   [[nodiscard]] Outcome step(Eq& eq) {
-    if constexpr (Eq::is_traced) return controlled(eq);
-    else return to_the_end(eq);
+    copy_blocks<S>(eq.next, eq.y);  // kept for the failure message
+    if constexpr (Eq::is_traced) {
+      auto& trace = eq.trace;
+      const bool edited = !trace.knows_start;
+      if (edited) solver_.begin();
+      if (trace.dt_before == 0) terms_ = 0;
+      if (const Outcome outcome = eq.start(); outcome != Outcome::success) return outcome;
+      control_.begin(trace.rtol, edited);
+      return with_stages(control_.stages(), [&](auto s) { return this->template trace_with<s>(eq); });
+    } else {
+      pending_terms_ = 0;
+      solver_.begin();
+      return with_stages((order() + 1) / 2, [&](auto s) { return this->template advance_with<s>(eq); });
+    }
   }
   /// The collocation polynomial of the step just accepted, in powers of x − 1. In its first half what these have lost in rounding at
   /// x = 0 is put back, so that it begins at y0.
@@ -105,25 +109,9 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
         to = start + ((sum - whole) - 2 * (1 + back) * lost);
       };
     };
-    if constexpr (drifts) for_each_number(add(position_powers_), positions(y0), positions(y1), positions(out));
-    for_each_number(add(powers_), solved(y0), solved(y1), solved(out));
-  }
-  [[nodiscard]] Outcome to_the_end(auto& eq) {
-    pending_terms_ = 0;
-    solver_.begin();
-    copy_blocks<S>(eq.next, eq.y);  // kept for the failure message
-    return with_stages((order() + 1) / 2, [&](auto s) { return this->template advance_with<s>(eq); });
-  }
-
-  [[nodiscard]] Outcome controlled(auto& eq) {
-    auto& trace = eq.trace;
-    copy_blocks<S>(eq.next, eq.y);  // as above
-    const bool edited = !trace.knows_start;
-    if (edited) solver_.begin();
-    if (trace.dt_before == 0) terms_ = 0;
-    if (const Outcome outcome = eq.start(); outcome != Outcome::success) return outcome;
-    control_.begin(trace.rtol, edited);
-    return with_stages(control_.stages(), [&](auto s) { return this->template trace_with<s>(eq); });
+    if constexpr (drifts)
+      for_each_number(add(position_powers_), Solver::positions(y0), Solver::positions(y1), Solver::positions(out));
+    for_each_number(add(powers_), Solver::solved(y0), Solver::solved(y1), Solver::solved(out));
   }
   void accepted() {
     solver_.accept(pending_keeps_);
@@ -137,7 +125,7 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
     terms_ = pending_terms_ = 0;
   }
   void reset() { control_.forget(); }
-  using Progress = RadauControl<>;
+  using Progress = RadauControl;
   [[nodiscard]] const Progress& progress() const { return control_; }
   void resume(const Progress& progress) { control_ = progress; }
   void archive(auto& ar) {
@@ -154,9 +142,6 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
   static constexpr bool drifts = Blocks<S>::drifts;
   using Powers = typename Work::template Each<typename Work::Row>;
 
-  [[nodiscard]] static auto solved(auto& y) { return Blocks<S>::solved(y); }
-  [[nodiscard]] static auto positions(auto& y) { return std::tie(position_of<S>(y)); }
-  [[nodiscard]] static auto velocities(auto& y) { return std::tie(velocity_of<S>(y)); }
   [[nodiscard]] static Outcome with_stages(int s, auto&& f) {
     if (s == 3) return f(std::integral_constant<int, 3>{});
     if (s == 5) return f(std::integral_constant<int, 5>{});
@@ -192,7 +177,7 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
     if (const Outcome bad = eq.check_start(real_gamma<s>(eq.dt)); failed(bad)) return bad;
     if (terms_ > 0) solver_.work().template predict<s>(powers_, terms_, eq.dt / dt_);
     else solver_.work().clear();
-    RadauIteration<> test = control_.iteration(Solver::round_off);
+    RadauIteration test = control_.iteration(Solver::round_off);
     const Judgement judgement = solver_.template iterate<s>(eq, masses, trace, test);
     if (judgement != Judgement::converged) {
       if (solver_.drop_old()) return this->template trace_with<s>(eq);
@@ -226,9 +211,9 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
     auto& trace = eq.trace;
     const Scalar h = eq.dt, by = radau_constants<Scalar, s>.mu.re[0] * h;
     set_zero(Blocks<S>::all(trace.error));
-    for_each_number(
-        [&](std::size_t i, Scalar start, Scalar& e) { e = start - solver_.work().template slope_at_start<s>(i) / h; },
-        solved(trace.start), solved(trace.error));
+    for_each_number([&](std::size_t i, Scalar start,
+                        Scalar& e) { e = start - Work::template slope_at_start<s>(solver_.work().w(i)) / h; },
+                    Solver::solved(trace.start), Solver::solved(trace.error));
     if (const Outcome bad = eq.add_defect(Scalar{1}, trace.error); failed(bad)) return bad;
     for_each_number(
         [&](std::size_t i, Scalar& e) {
@@ -236,20 +221,22 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
           error_[i] = 0;
           e *= by;
         },
-        solved(trace.error));
+        Solver::solved(trace.error));
     eq.keep_unfiltered(trace.error);
     masses([this](auto i, auto j, auto m) {
       error_[static_cast<std::size_t>(i)] += static_cast<Scalar>(m) * slope_[static_cast<std::size_t>(j)];
     });
     if constexpr (drifts) {
-      for_each_number([&](std::size_t j, Scalar& e,
-                          Scalar v) { e = v - solver_.work().template position_slope_at_start<s>(h, v, j) / h; },
-                      positions(trace.error), velocities(eq.y));
+      for_each_number(
+          [&](std::size_t j, Scalar& e, Scalar v) {
+            e = v - (h * v + Work::template slope_at_start<s>(solver_.work().template drifted<s>(h, j))) / h;
+          },
+          Solver::positions(trace.error), Solver::velocities(eq.y));
       eq.stages().add_position_product(by, position_of<S>(trace.error), error_);
     }
     ++eq.rhs().statistics().solves;
-    solver_.work().solve_real(eq.stages(), error_);
-    for_each_number([&](std::size_t i, Scalar& e) { e = error_[i]; }, solved(trace.error));
+    eq.stages().solve_real(error_);
+    for_each_number([&](std::size_t i, Scalar& e) { e = error_[i]; }, Solver::solved(trace.error));
     if constexpr (drifts)
       position_of<S>(trace.error) = by * (position_of<S>(trace.error) + velocity_of<S>(trace.error));
     trace.has_error = true;
@@ -259,8 +246,12 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
   template <int s>
   void end_slope(auto& eq) {
     auto& trace = eq.trace;
-    solver_.work().template to_powers<s>(next_powers_);
-    for_each_number([&](std::size_t i, Scalar& end) { end = next_powers_[i][0] / eq.dt; }, solved(trace.end));
+    for_each_number(
+        [&](std::size_t i, Scalar& end) {
+          Work::template to_powers<s>(solver_.work().w(i), next_powers_[i]);
+          end = next_powers_[i][0] / eq.dt;
+        },
+        Solver::solved(trace.end));
     if constexpr (drifts) position_of<S>(trace.end) = velocity_of<S>(std::as_const(eq.next));
   }
   /// The polynomial serves the next step, and inside this one.
@@ -270,12 +261,17 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
     pending_dt_ = eq.dt;
     if constexpr (drifts)
       if (eq.trace.wants_dense)
-        solver_.work().template positions_to_powers<s>(eq.dt, velocity_of<S>(eq.y), next_position_powers_);
+        for_each_number(
+            [&](std::size_t i, Scalar v) {
+              Work::template to_powers<s>(solver_.work().template drifted<s>(eq.dt, i), next_position_powers_[i]);
+              next_position_powers_[i][0] += eq.dt * v;
+            },
+            Solver::velocities(eq.y));
     eq.trace.has_slopes = true;
   }
 
   Radau scheme_;
-  RadauControl<> control_;
+  RadauControl control_;
   Solver solver_;
   Powers powers_{}, next_powers_{};  // of the step accepted last, of the one in hand
   [[no_unique_address]] Only<drifts, Powers> position_powers_{}, next_position_powers_{};

@@ -14,13 +14,11 @@
 #include <cmath>
 
 #include "phistep/base/numbers/arithmetic.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/step/solve/convergence.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
 /// The judge of one solve by simplified Newton iteration, by the sizes of its corrections.
-template <class = void>
 class RadauIteration {
  public:
   /// @param target  the size of the error that may be left
@@ -71,7 +69,6 @@ class RadauIteration {
 };
 
 /// The same to rounding, for steps without error control: sizes are relative, and stop falling at the noise in Ψ.
-template <class = void>
 class RoundingIteration {
  public:
   explicit RoundingIteration(double round_off) : round_off_{round_off} {}
@@ -80,7 +77,7 @@ class RoundingIteration {
     constexpr int limit = 50;
     ++count_;
     if (size == 0) return Judgement::converged;
-    const double theta = count_ > 1 ? size / size_ : 0;
+    const double theta = theta_ = count_ > 1 ? size / size_ : 0;
     if (!std::isfinite(size)) return theta > 1 ? Judgement::growing : Judgement::slow;
     if (count_ > 1) {
       if (error_left(theta, size) <= round_off_) return Judgement::converged;
@@ -90,14 +87,15 @@ class RoundingIteration {
     size_ = size;
     return count_ < limit ? Judgement::go_on : Judgement::slow;
   }
+  /// Corrections no longer fall.
+  [[nodiscard]] bool has_stopped() const { return theta_ > 0.3; }
 
  private:
-  double round_off_, size_ = 0;
+  double round_off_, size_ = 0, theta_ = 0;
   int count_ = 0;
 };
 
 /// Length and stages from step to step.
-template <class = void>
 class RadauControl {
  public:
   /// @param stages  0: chosen
@@ -116,17 +114,17 @@ class RadauControl {
   [[nodiscard]] double allowed() const { return allowed_; }
   /// A part of rtol may be left. It is small, because where θ is not one number the slowest part of the error is larger than
   /// the sizes of corrections say, and is what the result then suffers from; an iteration more costs less than it gains.
-  [[nodiscard]] RadauIteration<> iteration(double round_off) const {
+  [[nodiscard]] RadauIteration iteration(double round_off) const {
     const double share = stages_ == 3 ? 0.01 : 0.001;
     return {std::max(share, 10 * round_off / rtol_), rate_, stages_ == 3 ? 7 : stages_ == 5 ? 12 : 17};
   }
 
   /// Whether the iteration's Jacobian may serve the next step, too: where its contraction θ is 0.03 or less. Hairer & Wanner,
   /// Solving ODEs II, p. 121, ask for 0.001; above 0.03 an old Jacobian costs more iterations than a new one costs force calls.
-  [[nodiscard]] static bool is_fast(const RadauIteration<>& solve) { return solve.contraction() <= 0.03; }
+  [[nodiscard]] static bool is_fast(const RadauIteration& solve) { return solve.contraction() <= 0.03; }
   /// |Δt| to be proposed after a step whose error is `error`, in units of what is wanted; `success` if that is kept.
   /// @param keeps  the Jacobian serves on: so do its factors, where Δt would hardly grow
-  [[nodiscard]] double after(double dt, double error, const RadauIteration<>& solve, bool keeps, bool& success) {
+  [[nodiscard]] double after(double dt, double error, const RadauIteration& solve, bool keeps, bool& success) {
     rate_ = solve.rate();
     failures_ = 0;
     const double relative = error / allowed_;
@@ -151,7 +149,7 @@ class RadauControl {
     if (keeps && by >= 1 && by <= 1.2) by = 1;  // loc. cit., p. 124
     return by * dt;
   }
-  /// … and after one whose equations weren't solved.
+  /// The next Δt after a step whose equations weren't solved.
   [[nodiscard]] double failed(double dt, double shrink) {
     rejected_ = true;
     rate_ = 1;

@@ -1,6 +1,6 @@
 /// @file
 /// The equations of a Radau IIA step, (1) of radau.hpp, solved: its Jacobian and matrices, kept while they serve; the simplified
-/// Newton iteration of radau_stages.hpp, to a tolerance or to rounding. What the matrices look like is the kernel's affair
+/// Newton iteration of radau_stages.hpp, to a tolerance or to rounding. The kernel chooses how the matrices are kept
 /// (schemes/radau/shifted_stages.hpp).
 #pragma once
 
@@ -19,7 +19,6 @@
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/reductions.hpp"
 #include "phistep/base/state/unknowns.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/schemes/radau/radau_control.hpp"
 #include "phistep/schemes/radau/radau_stages.hpp"
 #include "phistep/schemes/radau/radau_tableau.hpp"
@@ -40,17 +39,17 @@ class RadauSolver {
 
   void resize(const Plain& y) {
     n_ = static_cast<std::size_t>(unknowns<S>(y));
-    if constexpr (!Work::is_fixed) weight_.assign(n_, Scalar{0});
-    work_.resize(static_cast<Index>(n_));
+    Work::make(n_, weight_, change_);
+    work_.resize(n_);
     forget();
   }
   [[nodiscard]] std::size_t n() const { return n_; }
   /// The unknowns themselves: to be set before an iteration, to be read after it.
   [[nodiscard]] Work& work() { return work_; }
 
-  /// The next step starts somewhere else.
+  /// The next step starts elsewhere: J may not serve there.
   void begin() { is_fresh_ = keeps_ = false; }
-  /// … where this one ended. @param keeps  J may serve there, too
+  /// The next step starts where this one ended. @param keeps  J may serve there, too
   void accept(bool keeps) {
     is_fresh_ = false;
     keeps_ = keeps;
@@ -94,9 +93,14 @@ class RadauSolver {
     return checked;
   }
 
+  // The parts of a state, for for_each_number.
+  [[nodiscard]] static auto solved(auto& y) { return Blocks<S>::solved(y); }
+  [[nodiscard]] static auto positions(auto& y) { return std::tie(position_of<S>(y)); }
+  [[nodiscard]] static auto velocities(auto& y) { return std::tie(velocity_of<S>(y)); }
+
   /// Iterates while `test` says so, with the weights given.
   template <int s>
-  [[nodiscard]] Judgement iterate(auto& eq, const auto& masses, const Trace<Plain>& trace, RadauIteration<>& test) {
+  [[nodiscard]] Judgement iterate(auto& eq, const auto& masses, const Trace<Plain>& trace, RadauIteration& test) {
     for_each_number([&](std::size_t i, Scalar w) { weight_[i] = w; }, solved(trace.weight));
     work_.template to_stages<s>();
     Judgement judgement = Judgement::go_on;
@@ -117,7 +121,7 @@ class RadauSolver {
   /// Iterates until only rounding is left, block by block in units of the largest component.
   template <int s>
   [[nodiscard]] Judgement iterate_to_rounding(auto& eq, const auto& masses) {
-    RoundingIteration<> test{round_off};
+    RoundingIteration test{round_off};
     work_.template to_stages<s>();
     Judgement judgement = Judgement::go_on;
     for (bool first = true; judgement == Judgement::go_on; first = false) {
@@ -141,8 +145,31 @@ class RadauSolver {
       // From rest, the first correction is what the next is measured by: its own size would be a number with a unit.
       if (has_scale || !first) judgement = test.judge(size);
       else if (!std::isfinite(size)) judgement = Judgement::slow;
+      if (judgement != Judgement::converged && test.has_stopped() && size <= magnified<s> * this->template noise<s>(eq))
+        return Judgement::converged;
     }
     return judgement;
+  }
+  /// By how much T and T⁻¹ magnify rounding, at most.
+  template <int s>
+  static constexpr double magnified = s == 3   ? 64
+                                      : s == 5 ? 512
+                                               : 4096;
+  /// What rounding of y alone makes of a correction, in the same units: in balance, where large terms of Ψ cancel, all of it.
+  template <int s>
+  [[nodiscard]] double noise(auto& eq) {
+    to_stage(eq, s - 1);
+    eq.evaluate(eq.t + eq.dt, eq.next);
+    for_each_number([&](std::size_t i, Scalar psi) { change_[i] = psi; }, RateOf<S>::blocks(eq.psi));
+    for_each_number(
+        [flip = Scalar{1}](auto, Scalar& x) mutable { x *= 1 + (flip = -flip) * 2 * static_cast<Scalar>(round_off); },
+        Blocks<S>::all(eq.next));
+    eq.evaluate(eq.t + eq.dt, eq.next);
+    for_each_number([&](std::size_t i, Scalar psi) { change_[i] = psi - change_[i]; }, RateOf<S>::blocks(eq.psi));
+    eq.stages().solve_real(change_);
+    double sum = 0;
+    for (std::size_t i = 0; i < n_; ++i) sum += std::pow(static_cast<double>(weight_[i] * change_[i]), 2);
+    return std::sqrt(sum / static_cast<double>(n_));
   }
   /// Which stage has made an iteration fail, for the message: its Ψ is in psi, where it isn't finite.
   template <int s>
@@ -162,17 +189,13 @@ class RadauSolver {
   void add_increment(auto& eq) {
     if constexpr (drifts)
       for_each_number([&](std::size_t i, Scalar r, Scalar v,
-                          Scalar& to) { to = r + work_.template position_increment<s>(eq.dt, v, i); },
+                          Scalar& to) { to = r + (eq.dt * v + Work::increment(work_.template drifted<s>(eq.dt, i))); },
                       positions(eq.y), velocities(eq.y), positions(eq.next));
-    for_each_number([&](std::size_t i, Scalar y, Scalar& to) { to = y + work_.template increment<s>(i); }, solved(eq.y),
+    for_each_number([&](std::size_t i, Scalar y, Scalar& to) { to = y + work_.z(i)[s - 1]; }, solved(eq.y),
                     solved(eq.next));
   }
 
  private:
-  [[nodiscard]] static auto solved(auto& y) { return Blocks<S>::solved(y); }
-  [[nodiscard]] static auto positions(auto& y) { return std::tie(position_of<S>(y)); }
-  [[nodiscard]] static auto velocities(auto& y) { return std::tie(velocity_of<S>(y)); }
-
   /// Ψ at every stage.
   template <int s>
   void evaluate(auto& eq) {
@@ -202,7 +225,7 @@ class RadauSolver {
 
   Work work_;
   std::size_t n_ = 0;
-  Numbers weight_{};
+  Numbers weight_{}, change_{};
   Scalar factored_dt_{0};                  // [time]
   int factored_ = 0;                       // stages of the factors at hand
   bool is_fresh_ = false, keeps_ = false;  // J: of this step's start, of an earlier one

@@ -25,7 +25,6 @@
 #include <vector>
 
 #include "phistep/base/numbers/arithmetic.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/linear/lanes/lane_system.hpp"
 #include "phistep/schemes/radau/radau_tableau.hpp"
 
@@ -46,12 +45,12 @@ class RadauStages {
   using Each =
       std::conditional_t<is_fixed, std::array<T, static_cast<std::size_t>(is_fixed ? n_static : 1)>, std::vector<T>>;
 
-  void resize([[maybe_unused]] Eigen::Index n) {
-    if constexpr (!is_fixed) {
-      for (auto* x : {&w_, &delta_}) x->assign(static_cast<std::size_t>(n), Number{});
-      for (auto* x : {&z_, &psi_, &r_, &left_}) x->assign(static_cast<std::size_t>(n), Row{});
-    }
+  /// Room for n of each.
+  static void make([[maybe_unused]] std::size_t n, [[maybe_unused]] auto&... all) {
+    if constexpr (!is_fixed) (all.assign(n, {}), ...);
   }
+
+  void resize(std::size_t n) { make(n, w_, delta_, z_, psi_, r_, left_); }
   [[nodiscard]] std::size_t n() const { return w_.size(); }
 
   /// What makes the matrices of (1); masses(put) calls put(i, j, m) for each entry of M. All is multiplied by a power of two
@@ -143,62 +142,30 @@ class RadauStages {
     return all;
   }
 
-  /// Z_s, component i: what the step adds to y.
-  template <int s>
-  [[nodiscard]] Scalar increment(std::size_t i) const {
-    return z_[i][s - 1];
-  }
-  /// … and for motion to r.
-  template <int s>
-  [[nodiscard]] Scalar position_increment(Scalar h, Scalar v, std::size_t i) const {
-    return h * v + sum(drifted<s>(h, i).re);
-  }
-  /// h u'(0), component i.
-  template <int s>
-  [[nodiscard]] Scalar slope_at_start(std::size_t i) const {
-    return dot(w_[i], radau_constants<Scalar, s>.start);
-  }
-  template <int s>
-  [[nodiscard]] Scalar position_slope_at_start(Scalar h, Scalar v, std::size_t i) const {
-    return h * v + dot(drifted<s>(h, i), radau_constants<Scalar, s>.start);
-  }
-  /// The collocation polynomial about the step's end.
-  template <int s>
-  void to_powers(auto& powers) const {
-    for (std::size_t i = 0; i < n(); ++i) apply(w_[i], radau_constants<Scalar, s>.into_powers, powers[i]);
-  }
-  template <int s>
-  void positions_to_powers(Scalar h, const auto& v, auto& powers) const {
-    for (std::size_t i = 0; i < static_cast<std::size_t>(v.size()); ++i) {
-      apply(drifted<s>(h, i), radau_constants<Scalar, s>.into_powers, powers[i]);
-      powers[i][0] += h * v.data()[i];
-    }
-  }
-  /// x ← (λ₀/h M − C − h/λ₀ K)⁻¹ x with the real eigenvalue λ₀
-  void solve_real(auto& matrices, auto& x) {
-    for (std::size_t i = 0; i < n(); ++i) {
-      const std::array<Scalar, lanes> first{shift_.force * x[i]};
-      delta_[i] = {load(first), Real{Scalar{0}}};
-    }
-    matrices.solve_in_place(delta_.data());
-    for (std::size_t i = 0; i < n(); ++i) x[i] = delta_[i].re[0];
-  }
-
- private:
-  template <std::size_t count>
-  [[nodiscard]] static Real load(const std::array<Scalar, count>& x) {
-    return Real::load(x.data());
-  }
-  /// h/λ w
+  /// w of component i; and h/λ w, which for motion is Z^r but for c h v.
+  [[nodiscard]] const Number& w(std::size_t i) const { return w_[i]; }
   template <int s>
   [[nodiscard]] Number drifted(Scalar h, std::size_t i) const {
     constexpr auto& k = radau_constants<Scalar, s>;
     const Number by{load(k.mu.re) * Real{h}, load(k.mu.im) * Real{h}};
     return by * w_[i];
   }
-  template <class ByLane>
-  [[nodiscard]] static Scalar dot(const Number& w, const ByLane& by) {
+  /// Of these, what the step adds; h u'(0); the collocation polynomial about the step's end.
+  [[nodiscard]] static Scalar increment(const Number& w) { return sum(w.re); }
+  template <int s>
+  [[nodiscard]] static Scalar slope_at_start(const Number& w) {
+    constexpr auto& by = radau_constants<Scalar, s>.start;
     return sum(w.re * load(by.re) + w.im * load(by.im));
+  }
+  template <int s>
+  static void to_powers(const Number& w, Row& powers) {
+    apply(w, radau_constants<Scalar, s>.into_powers, powers);
+  }
+
+ private:
+  template <std::size_t count>
+  [[nodiscard]] static Real load(const std::array<Scalar, count>& x) {
+    return Real::load(x.data());
   }
   /// left −= by A⁻¹ z, of one component
   template <int s>

@@ -1,6 +1,6 @@
 /// @file
-/// Coefficients of the Radau IIA methods (Hairer & Wanner, Solving ODEs II, sect. IV.5), made at compile time for any
-/// number of stages s.
+/// Coefficients of the Radau IIA methods (Hairer & Wanner, Solving ODEs II, sect. IV.5), made at compile time from their nodes and
+/// the eigenvalues μ of A, which stand here as x87 rounds them.
 ///
 /// With P_k the Legendre polynomials, orthonormal on [0, 1], the nodes c_i are the zeros of
 /// P_s/√(2s+1) − P_{s−1}/√(2s−1), and with W_ik = P_k(c_i), B = diag(b),
@@ -46,59 +46,58 @@ constexpr Real root(Real x) {
   for (Real next = (y + x / y) / 2; next < y; next = (y + x / y) / 2) y = next;
   return y;
 }
-constexpr Real xi(int k) { return 1 / (2 * root(Real(4 * k * k - 1))); }
 
-/// The eigenvalues of A, to start from: the real one, then those above the axis.
+/// The nodes c; and the eigenvalues of A, the real one, then those above the axis.
 template <int s>
-inline constexpr std::array<Complex, (s + 1) / 2> first_eigenvalues{};
+struct Given;
 template <>
-inline constexpr std::array<Complex, 1> first_eigenvalues<1>{{{1, 0}}};
+struct Given<3> {
+  static constexpr std::array<Real, 3> c{0.155051025721682190199L, 0.644948974278317809839L, 1};
+  static constexpr std::array<Complex, 2> mu{
+      {{0.274888829595677367738L, 0}, {0.162555585202161316128L, 0.184949324407140784263L}}};
+};
 template <>
-inline constexpr std::array<Complex, 2> first_eigenvalues<3>{{{0.275L, 0}, {0.163L, 0.185L}}};
+struct Given<5> {
+  static constexpr std::array<Real, 5> c{0.0571041961145176821927L, 0.276843013638123827664L, 0.583590432368916820047L,
+                                         0.860240135656219447871L, 1};
+  static constexpr std::array<Complex, 3> mu{{{0.159065844427469120517L, 0},
+                                              {0.133179077018299598975L, 0.0749945118358185229285L},
+                                              {0.0650657785457436185945L, 0.116468527740317075734L}}};
+};
 template <>
-inline constexpr std::array<Complex, 3> first_eigenvalues<5>{{{0.159L, 0}, {0.133L, 0.075L}, {0.065L, 0.116L}}};
-template <>
-inline constexpr std::array<Complex, 4> first_eigenvalues<7>{
-    {{0.112L, 0}, {0.102L, 0.039L}, {0.075L, 0.07L}, {0.036L, 0.083L}}};
+struct Given<7> {
+  static constexpr std::array<Real, 7> c{0.0293164271597848919659L,
+                                         0.148078599668484291836L,
+                                         0.336984690281154299096L,
+                                         0.558671518771550132084L,
+                                         0.769233862030054500942L,
+                                         0.926945671319741114835L,
+                                         1};
+  static constexpr std::array<Complex, 4> mu{{{0.111896465300035076207L, 0},
+                                              {0.102285566496898739696L, 0.0394274964380635351398L},
+                                              {0.075280411819775110911L, 0.0698196007808333052468L},
+                                              {0.0357165582640778415469L, 0.0829531543133316078128L}}};
+};
 
 }  // namespace radau_detail
 
-/// The Radau IIA method of s = 1, 3, 5 or 7 stages and order 2s − 1.
+/// The Radau IIA method of s = 3, 5 or 7 stages and order 2s − 1.
 template <int s>
 struct RadauTableau {
-  static_assert(s == 1 || s == 3 || s == 5 || s == 7);
   using Real = radau_detail::Real;
   using Complex = radau_detail::Complex;
   static constexpr int lanes = (s + 1) / 2;
 
-  std::array<Real, s> c{};                                ///< nodes, the last one 1
-  std::array<Real, s> b{};                                ///< weights
-  std::array<std::array<Real, s>, s> A{};                 ///< a_ij
-  std::array<Complex, lanes> mu{};                        ///< eigenvalues of A
-  std::array<std::array<Complex, lanes>, s> T{};          ///< z_i = Σ_l Re(T_il w_l)
-  std::array<std::array<Complex, s>, lanes> T_inverse{};  ///< w_l = Σ_j (T⁻¹)_lj z_j
+  std::array<Real, s> c = radau_detail::Given<s>::c;           ///< nodes, the last one 1
+  std::array<Real, s> b{};                                     ///< weights
+  std::array<Complex, lanes> mu = radau_detail::Given<s>::mu;  ///< eigenvalues of A
+  std::array<std::array<Complex, lanes>, s> T{};               ///< z_i = Σ_l Re(T_il w_l)
+  std::array<std::array<Complex, s>, lanes> T_inverse{};       ///< w_l = Σ_j (T⁻¹)_lj z_j
   /// Of the polynomial u of degree s through u(0) = 0 and u(c_i) = z_i: u(1 + x) − u(1) = Σ_m a_m x^{m+1},
   /// a_m = Σ_l Re(taylor_ml w_l)
   std::array<std::array<Complex, lanes>, s> taylor{};
 
   constexpr RadauTableau() {
-    using radau_detail::root;
-    using radau_detail::xi;
-    // Nodes: Newton with the zeros already found divided out, from the left of each.
-    for (int i = 0; i + 1 < s; ++i) {
-      Real x = 0;
-      for (int sweep = 0; sweep < 200; ++sweep) {
-        const auto [p, dp] = node_polynomial(x);
-        Real others = 1 / (x - 1);
-        for (int j = 0; j < i; ++j) others += 1 / (x - c[std::size_t(j)]);
-        const Real step = p / (dp - p * others), next = x - step;
-        const bool done = next == x || (sweep > 100);
-        x = next;
-        if (done) break;
-      }
-      c[std::size_t(i)] = x;
-    }
-    c[s - 1] = 1;
     std::array<std::array<Real, s + 1>, s> W{};
     for (std::size_t i = 0; i < s; ++i) {
       W[i] = legendre(c[i]);
@@ -106,26 +105,8 @@ struct RadauTableau {
       for (std::size_t k = 0; k < s; ++k) sum += W[i][k] * W[i][k];
       b[i] = 1 / sum;
     }
-    for (std::size_t i = 0; i < s; ++i)
-      for (std::size_t j = 0; j < s; ++j) {
-        Real sum = 0;
-        for (std::size_t k = 0; k < s; ++k) {
-          Real x_w = k == 0 ? W[j][0] / 2 : xi(int(k)) * W[j][k - 1];
-          if (k + 1 < s) x_w -= xi(int(k) + 1) * W[j][k + 1];
-          else x_w += W[j][k] / (4 * s - 2);
-          if (s == 1) x_w = W[j][0];
-          sum += W[i][k] * x_w;
-        }
-        A[i][j] = sum * b[j];
-      }
     for (std::size_t l = 0; l < lanes; ++l) {
-      Complex z = radau_detail::first_eigenvalues<s>[l];
-      for (int sweep = 0; sweep < 12; ++sweep) {
-        const auto [p, dp] = characteristic(z);
-        z = z - p / dp;
-      }
-      mu[l] = z;
-      const auto v = eigenvector(z);
+      const auto v = eigenvector(mu[l]);
       Complex norm{}, last{};  // vᵀ D v, and (W v)_s
       for (std::size_t k = 0; k < s; ++k) {
         norm = norm + (k % 2 == 0 ? 1 : -1) * (v[k] * v[k]);
@@ -146,6 +127,7 @@ struct RadauTableau {
   }
 
  private:
+  static constexpr Real xi(int k) { return 1 / (2 * radau_detail::root(Real(4 * k * k - 1))); }
   /// P_0 … P_s at x
   static constexpr std::array<Real, s + 1> legendre(Real x) {
     std::array<Real, s + 1> p{};
@@ -159,48 +141,15 @@ struct RadauTableau {
     }
     return p;
   }
-  struct Pair {
-    Real p, dp;
-  };
-  static constexpr Pair node_polynomial(Real x) {
-    const Real y = 2 * x - 1;
-    Real before = 0, now = 1, d_before = 0, d_now = 0;
-    for (int k = 0; k < s; ++k) {
-      const Real next = ((2 * k + 1) * y * now - k * before) / (k + 1);
-      const Real d_next = ((2 * k + 1) * (2 * now + y * d_now) - k * d_before) / (k + 1);
-      before = now, d_before = d_now;
-      now = next, d_now = d_next;
-    }
-    return {now - before, d_now - d_before};
-  }
   static constexpr std::array<Complex, s> eigenvector(Complex z) {
     std::array<Complex, s> v{};
     v[0] = {1, 0};
     for (int k = 0; k + 1 < s; ++k) {
       const auto i = std::size_t(k);
-      const Complex top = k == 0 ? (Complex{0.5L, 0} - z) * v[0] : radau_detail::xi(k) * v[i - 1] - z * v[i];
-      v[i + 1] = (1 / radau_detail::xi(k + 1)) * top;
+      const Complex top = k == 0 ? (Complex{0.5L, 0} - z) * v[0] : xi(k) * v[i - 1] - z * v[i];
+      v[i + 1] = (1 / xi(k + 1)) * top;
     }
     return v;
-  }
-  struct ComplexPair {
-    Complex p, dp;
-  };
-  /// The last row of (X − z) v, and its derivative.
-  static constexpr ComplexPair characteristic(Complex z) {
-    if constexpr (s == 1) {
-      return {Complex{1, 0} - z, {-1, 0}};
-    } else {
-      std::array<Complex, s> v = eigenvector(z), d{};
-      for (int k = 0; k + 1 < s; ++k) {
-        const auto i = std::size_t(k);
-        const Complex top = k == 0 ? Complex{-1, 0} : radau_detail::xi(k) * d[i - 1] - z * d[i] - v[i];
-        d[i + 1] = (1 / radau_detail::xi(k + 1)) * top;
-      }
-      const Complex corner = Complex{1 / Real(4 * s - 2), 0} - z;
-      return {radau_detail::xi(s - 1) * v[s - 2] + corner * v[s - 1],
-              radau_detail::xi(s - 1) * d[s - 2] + corner * d[s - 1] - v[s - 1]};
-    }
   }
   /// u' = Σ_k g_k P_k with g = Wᵀ B h F, and h F = A⁻¹ z has the lanes w/μ. About x = 1, with y = x − 1,
   /// P_k(1 + y) = √(2k+1) Σ_m binom(k, m) binom(k+m, m) yᵐ.

@@ -1,5 +1,5 @@
 /// @file
-/// What implicit Runge-Kutta schemes are made of once their stages are decoupled: one linearisation, and with it several
+/// What implicit Runge-Kutta schemes are made of once their stages are decoupled: one linearization, and with it several
 /// complex matrices that are factorized and solved with side by side,
 ///
 ///     W_l = λ_l/h M − C − h/λ_l K
@@ -13,17 +13,16 @@
 #include <utility>
 #include <vector>
 
-#include "phistep/base/machine/only.hpp"
+#include "phistep/base/machine/memory.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/statistics.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/reductions.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/linear/lanes/lane_system.hpp"
 #include "phistep/step/equation/right_hand_side.hpp"
 #include "phistep/step/jacobian/tangent_check.hpp"
 #include "phistep/step/kernel/kernel.hpp"
-#include "phistep/step/solve/linearisation.hpp"
+#include "phistep/step/solve/linearization.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -39,7 +38,7 @@ class ShiftedStages {
   using Plain = PlainState<S>;
   using Rate = RateOf<S>;
   static constexpr int lanes = 4;
-  using Matrix = Linearisation<S, Rhs, LinearSolver, true, true, true>;
+  using Matrix = Linearization<S, Rhs, LinearSolver, true, true, true>;
   using Lanes = LaneSystem<Matrix::row.kind, Matrix::facts, Scalar, lanes>;
   using Shift = LaneShift<Scalar, lanes>;
   static constexpr bool analytic = Matrix::analytic;
@@ -56,12 +55,12 @@ class ShiftedStages {
   }
   /// Forgets what solves have left.
   void forget() { matrix_.drop(); }
-  /// … and that the force is still the same.
+  /// Forgets all that was made for this force.
   void reset() {
     matrix_.forget();
     if constexpr (is_promised) check_.begin();
   }
-  /// … and the matrix's pattern: all that a new one hasn't.
+  /// Forgets the matrix's pattern, too: the state after construction.
   void forget_unsaved() {
     matrix_.forget_pattern();
     if constexpr (is_promised) check_.begin();
@@ -70,24 +69,25 @@ class ShiftedStages {
   static void forget_force() {}
 
   [[nodiscard]] bool has_jacobian() const { return matrix_.has_jacobian(); }
-  /// J at (t, y). Differences look at psi, which is Ψ there.
+  /// J at (t, y). Differences start from psi, which is Ψ there.
   [[nodiscard]] Outcome tangent(Rhs& rhs, Scalar t, Scalar dt, const Plain& y, const Rate& psi,
                                 const SolveTolerance<Plain>& allowed) {
     matrix_.drop();
     const Gamma<Scalar> gamma{dt, dt};
     matrix_.begin(gamma, Scalar{0});
     if constexpr (is_promised) check_.count();
-    return matrix_.linearise(rhs, gamma, t, y, psi, options_, allowed);
+    return matrix_.linearize(rhs, gamma, t, y, psi, options_, allowed);
   }
   /// All W_l of the J at hand.
   [[nodiscard]] Outcome factorize(Rhs& rhs, const Shift& shift, const auto& masses) {
-    real_ = shift.mass.re[0];
+    mass_ = shift.mass.re[0];
+    force_ = shift.force;
     return lanes_.factorize(matrix_.system(), masses, shift, rhs.statistics());
   }
   /// (M − γJ) x = b, in place, for first-order states: by the first lane, whose γ = h/λ is real.
   [[nodiscard]] Outcome solve(Rhs& rhs, Scalar /*gamma*/, Plain& x) {
     ++rhs.statistics().solves;
-    solve_first([&](auto&& f) { for_each_number(f, Blocks<S>::solved(x)); });
+    solve_first(mass_, [&](auto&& f) { for_each_number(f, Blocks<S>::solved(x)); });
     return Outcome::success;
   }
   /// Whether J, made at (t, y), is the force's own there (tangent_check.hpp): some of the matrices only. Writes Ψ to psi.
@@ -99,12 +99,24 @@ class ShiftedStages {
       --rhs.statistics().force_calls;
       ++rhs.statistics().checks;
       if (first_non_finite(Rate::blocks(std::as_const(psi)))) return Outcome::non_finite_force;
-      FirstLane first{*this};
-      const Outcome outcome = check_.look(rhs, first, options_, Gamma<Scalar>{gamma, gamma}, t, y, psi);
+      const Outcome outcome = check_.look(rhs, *this, options_, Gamma<Scalar>{gamma, gamma}, t, y, psi);
       if (outcome != Outcome::success) reset();
       return outcome;
     }
     return Outcome::success;
+  }
+  /// Solves for numbers, for TangentCheck.
+  [[nodiscard]] Outcome solve(auto& x, const NewtonOptions&, Statistics&) {
+    solve_first(mass_, [&x](auto&& f) {
+      for (Index i = 0; i < x.size(); ++i) f(static_cast<std::size_t>(i), x[i]);
+    });
+    return Outcome::success;
+  }
+  /// x ← W_0⁻¹ x, of the first lane alone
+  void solve_real(auto& x) {
+    solve_first(force_, [&x, this](auto&& f) {
+      for (std::size_t i = 0; i < one_.size(); ++i) f(i, x[i]);
+    });
   }
   /// x ← W⁻¹ x
   void solve_in_place(typename Shift::Number* x) { lanes_.solve_in_place(x); }
@@ -116,21 +128,11 @@ class ShiftedStages {
   [[nodiscard]] const char* solver_name() const { return matrix_.name(); }
 
  private:
-  /// What TangentCheck solves with.
-  struct FirstLane {
-    ShiftedStages& self;
-    [[nodiscard]] Outcome solve(auto& x, const NewtonOptions&, Statistics&) {
-      self.solve_first([&x](auto&& f) {
-        for (Index i = 0; i < x.size(); ++i) f(static_cast<std::size_t>(i), x[i]);
-      });
-      return Outcome::success;
-    }
-  };
-  /// (M − γC − γ²K) x = b, in place. for_each(f) calls f(i, x_i).
-  void solve_first(auto&& for_each) {
+  /// x ← by W⁻¹ x of the first lane's factors, which are those of mass_ (M − γC − γ²K) and of force_ W_0. for_each(f) calls f(i, x_i).
+  void solve_first(Scalar by, auto&& for_each) {
     using Real = typename Shift::Real;
-    for_each([this](std::size_t i, Scalar& x) {
-      Scalar first[lanes]{real_ * x};
+    for_each([this, by](std::size_t i, Scalar& x) {
+      const Scalar first[lanes]{by * x};
       one_[i] = {Real::load(first), Real{Scalar{0}}};
     });
     lanes_.solve_in_place(one_.data());
@@ -142,7 +144,7 @@ class ShiftedStages {
   Matrix matrix_;
   Lanes lanes_;
   std::vector<typename Shift::Number> one_;  // a right-hand side
-  Scalar real_{1};                           // λ/h of the first lane
+  Scalar mass_{1}, force_{1};                // of the first lane's shift
 };
 
 template <State S, class Rhs, class LinearSolver>

@@ -23,8 +23,8 @@
 #include "phistep/base/facts/scheme_facts.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/state/blocks.hpp"
+#include "phistep/base/state/combination.hpp"
 #include "phistep/base/state/unknowns.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/schemes/explicit_stages.hpp"
 #include "phistep/schemes/runge_kutta/runge_kutta_estimate.hpp"
 #include "phistep/schemes/runge_kutta/runge_kutta_tableaus.hpp"
@@ -69,8 +69,11 @@ class RungeKuttaInterpolant {
                  PlainState<S>& out) {
     using Scalar = ScalarOf<S>;
     const Weights w = weights(static_cast<long double>(x));
-    for_each_block([](auto, auto& to, const auto& from) { to = from; }, Blocks<S>::all(out), Blocks<S>::all(y0));
-    add<S>(out, w, dt, k);
+    copy_blocks<S>(out, y0);
+    for (std::size_t j = 0; j < stages; ++j)
+      if (w[j] != 0)
+        for_each_block([by = dt * static_cast<Scalar>(w[j])](auto, auto& to, const auto& slope) { to += by * slope; },
+                       Blocks<S>::solved(out), Rate::blocks(k[j]));
     if constexpr (Blocks<S>::drifts) {
       auto& r = position_of<S>(out);
       r += x * dt * velocity_of<S>(y0);
@@ -81,22 +84,17 @@ class RungeKuttaInterpolant {
       }
     }
   }
-
- private:
-  template <State S, class Rate>
-  static void add(PlainState<S>& out, const Weights& w, ScalarOf<S> dt, const std::array<Rate, stages>& k) {
-    for (std::size_t j = 0; j < stages; ++j)
-      if (w[j] != 0)
-        for_each_block(
-            [by = dt * static_cast<ScalarOf<S>>(w[j])](auto, auto& to, const auto& slope) { to += by * slope; },
-            Blocks<S>::solved(out), Rate::blocks(k[j]));
-  }
 };
 
 /// An explicit pair as a scheme. @tparam Tableau  Tsit5 or Dop853
 template <class Tableau>
 struct RungeKutta {
-  static constexpr SchemeFacts facts = ExplicitOfAny{.energy = EnergyBalance::rest};
+  static constexpr SchemeFacts facts{.motion_only = false,
+                                     .is_explicit = true,
+                                     .is_symplectic = false,
+                                     .is_a_stable = false,
+                                     .is_l_stable = false,
+                                     .energy = EnergyBalance::rest};
   [[nodiscard]] static constexpr int order() { return Tableau::order; }
   [[nodiscard]] static constexpr const char* name() { return Tableau::name; }
 };
@@ -168,8 +166,7 @@ class SchemeOn<RungeKutta<Tableau>, S> : public SchemeDefaults {
       return Outcome::non_finite_force;
     }
     known_ = end + 1;
-    for_each_block([](auto, auto& slope, const auto& k) { slope = k; }, Blocks<S>::solved(eq.trace.end),
-                   Rate::blocks(std::as_const(k_[end])));
+    assign_solved<S>(eq.trace.end, in_rate<S>(k_[end]));
     if constexpr (drifts) position_of<S>(eq.trace.end) = velocity_of<S>(eq.next);
     eq.trace.has_slopes = true;
     return Outcome::success;
@@ -217,38 +214,32 @@ class SchemeOn<RungeKutta<Tableau>, S> : public SchemeDefaults {
   }
   template <std::size_t i, std::size_t k>
   [[nodiscard, gnu::always_inline]] inline bool move_block(Scalar dt, const Plain& y, Plain& out) const {
-    if constexpr (FieldState<S>) return move_field<i, k>(dt, y, out);
-    else return move_numbers<i, k>(dt, y, out);
-  }
-  template <std::size_t i, std::size_t k>
-  [[nodiscard]] bool move_field(Scalar dt, const Plain& y, Plain& out) const {
+    using OfPositions = runge_kutta::OfPositions<Tableau, Row<i>>;
+    const Scalar drift = static_cast<Scalar>(Tableau::c[i]) * dt, kick = dt * dt;
+    const auto& from = std::get<k>(Blocks<S>::solved(y));
     auto&& to = std::get<k>(Blocks<S>::solved(out));
-    if constexpr (drifts && k == 0)
-      position_of<S>(out) = position_of<S>(y) + (static_cast<Scalar>(Tableau::c[i]) * dt) * velocity_of<S>(y) +
-                            k_.template field_sum<runge_kutta::OfPositions<Tableau, Row<i>>, k>(dt * dt);
-    to = std::get<k>(Blocks<S>::solved(y)) + k_.template field_sum<Row<i>, k>(dt);
-    return is_finite_block(to);
-  }
-  template <std::size_t i, std::size_t k>
-  [[nodiscard, gnu::always_inline]] inline bool move_numbers(Scalar dt, const Plain& y, Plain& out) const {
-    auto&& to = std::get<k>(Blocks<S>::solved(out));
-    constexpr int size = Stages::template size_of<decltype(to)>;
-    const Input<Scalar> start{std::get<k>(Blocks<S>::solved(y)).data()};
-    const auto solved = [=, sum = k_.template sum<Row<i>, k>()](auto n) {
-      return moved<i == end>(start[n], dt, sum, n);
-    };
-    if constexpr (drifts && k == 0) {
-      const Input<Scalar> r{position_of<S>(y).data()};
-      const Scalar drift = static_cast<Scalar>(Tableau::c[i]) * dt, kick = dt * dt;
-      const auto kernel = [=, sum = k_.template sum<runge_kutta::OfPositions<Tableau, Row<i>>, k>()](auto n, auto& r1,
-                                                                                                     auto& v1) {
-        r1 = r[n] + moved<false>(drift * start[n], kick, sum, n);
-        v1 = solved(n);
-      };
-      return update_block<size>(to.size(), kernel, position_of<S>(out).data(), to.data());
+    if constexpr (FieldState<S>) {
+      if constexpr (drifts && k == 0)
+        position_of<S>(out) = position_of<S>(y) + drift * from + k_.template field_sum<OfPositions, k>(kick);
+      to = from + k_.template field_sum<Row<i>, k>(dt);
+      return is_finite_block(to);
     } else {
-      const auto kernel = [=](auto n, auto& y1) { y1 = solved(n); };
-      return update_block<size>(to.size(), kernel, to.data());
+      constexpr int size = Stages::template size_of<decltype(to)>;
+      const Input<Scalar> start{from.data()};
+      const auto solved = [=, sum = k_.template sum<Row<i>, k>()](auto n)
+                              PHISTEP_DETAIL_INLINED { return moved<i == end>(start[n], dt, sum, n); };
+      if constexpr (drifts && k == 0) {
+        const Input<Scalar> r{position_of<S>(y).data()};
+        const auto kernel = [=, sum = k_.template sum<OfPositions, k>()](auto n, auto& r1, auto& v1)
+                                PHISTEP_DETAIL_INLINED {
+                                  r1 = r[n] + moved<false>(drift * start[n], kick, sum, n);
+                                  v1 = solved(n);
+                                };
+        return update_block<size>(to.size(), kernel, position_of<S>(out).data(), to.data());
+      } else {
+        const auto kernel = [=](auto n, auto& y1) PHISTEP_DETAIL_INLINED { y1 = solved(n); };
+        return update_block<size>(to.size(), kernel, to.data());
+      }
     }
   }
   /// x + h Σ_j w_j k_j: at the step's end with one rounding of x.

@@ -20,10 +20,11 @@
 #include <iterator>
 #include <type_traits>
 
+#include "phistep/base/machine/loop_hints.hpp"
+#include "phistep/base/numbers/pack.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/ranks.hpp"
 #include "phistep/base/state/unknowns.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/schemes/explicit_stages.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
@@ -32,16 +33,11 @@ namespace phistep { inline namespace PHISTEP_ABI {
 namespace runge_kutta {
 /// b_j − b̂_j
 template <class Tableau>
-struct Error {
-  static constexpr std::size_t count = std::size(Tableau::e);
-  static constexpr long double at(std::size_t j) { return Tableau::e[j]; }
-};
+using Error = TableRow<Tableau::e, 0, std::size(Tableau::e[0])>;
 /// The same for the formula of order 3.
 template <class Tableau>
-struct ErrorOfOrder3 {
-  static constexpr std::size_t count = Tableau::end;
-  static constexpr long double at(std::size_t j) { return Tableau::a[Tableau::end][j] - Tableau::b_3[j]; }
-};
+using ErrorOfOrder3 =
+    DifferenceOfWeights<TableRow<Tableau::a, Tableau::end, Tableau::end>, TableRow<Tableau::b_3, 0, Tableau::end>>;
 /// k⁺ − k
 template <class Tableau>
 struct Change {
@@ -68,7 +64,7 @@ class RungeKuttaEstimate {
 
  public:
   static constexpr bool has_two = requires { Tableau::b_3; };
-  static constexpr bool needs_end = runge_kutta::Error<Tableau>::count > Tableau::end;  ///< … k⁺
+  static constexpr bool needs_end = runge_kutta::Error<Tableau>::count > Tableau::end;  ///< the estimate uses k⁺
 
   /// Error and, of two estimates, its factor.
   [[gnu::always_inline]] static void tell(const Stages& k, Scalar dt, auto& trace) {
@@ -128,24 +124,41 @@ class RungeKuttaEstimate {
     if constexpr (has_two) return std::type_identity<runge_kutta::ErrorOfOrder3<Tableau>>{};
     else return std::type_identity<runge_kutta::Error<Tableau>>{};
   }
-  [[nodiscard]] static double square(Scalar x) { return static_cast<double>(x) * static_cast<double>(x); }
   template <class High, class Low, std::size_t block>
   [[gnu::always_inline]] static void of_block(const Stages& k, Scalar by, auto& e, auto& e3, const auto& weight,
                                               Squares& all) {
-    k.template put<High, block>(by, e);
-    if constexpr (has_two) {
-      k.template put<Low, block>(by, e3);
-      if constexpr (FieldState<S>) {
-        using Ops = typename std::remove_cvref_t<decltype(e)>::Ops;
-        all.high += Ops::square(e.handle(), weight.handle());
-        all.low += Ops::square(e3.handle(), weight.handle());
-      } else {
-        for (Index i = 0; i < e.size(); ++i) {
-          all.high += square(weight.data()[i] * e.data()[i]);
-          all.low += square(weight.data()[i] * e3.data()[i]);
-        }
+    constexpr int size = Stages::template size_of<decltype(e)>;
+    if constexpr (!has_two || FieldState<S> || few_numbers(size) || !std::is_same_v<Scalar, double>) {
+      k.template put<High, block>(by, e);
+      if constexpr (has_two) {
+        k.template put<Low, block>(by, e3);
+        all.high += square(e, weight);
+        all.low += square(e3, weight);
       }
+    } else {  // the same in one pass
+      PackSum<Scalar> high, low;
+      const auto sum = k.template sum<High, block>();
+      const auto sum3 = k.template sum<Low, block>();
+      for_each_pack<Scalar>(e.size(), [&](auto i) PHISTEP_DETAIL_INLINED {
+        const auto error = sum(i) * by, w = i(weight.data()), of = error * w, of3 = sum3(i) * by * w;
+        error.store(e.data() + i.i);
+        high.add(of * of);
+        low.add(of3 * of3);
+      });
+      all.high += high.total();
+      all.low += low.total();
     }
+  }
+  /// Σ (e_i w_i)²
+  [[nodiscard, gnu::always_inline]] static inline double square(const auto& e, const auto& weight) {
+    if constexpr (FieldState<S>) return std::remove_cvref_t<decltype(e)>::Ops::square(e.handle(), weight.handle());
+    double sum = 0;
+    if constexpr (!FieldState<S>)
+      for (Index i = 0; i < e.size(); ++i) {
+        const auto x = static_cast<double>(weight.data()[i] * e.data()[i]);
+        sum += x * x;
+      }
+    return sum;
   }
 };
 

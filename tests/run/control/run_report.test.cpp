@@ -1,4 +1,4 @@
-#include <phistep/run/control/limits.hpp>
+#include <phistep/run/control/run_report.hpp>
 
 #include <sstream>
 
