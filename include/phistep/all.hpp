@@ -8,9 +8,10 @@
 #include "phistep/advise.hpp"     // which scheme to take
 #include "phistep/autodiff.hpp"   // Jacobians by automatic differentiation
 #include "phistep/automatic.hpp"  // the loop without a stepper
+#include "phistep/battery.hpp"    // is a scheme, a state, a law of your own right?
 #include "phistep/fields.hpp"     // vectors over ranks
 #include "phistep/in_place.hpp"   // your own arrays
-#include "phistep/io.hpp"         // files and progress
+#include "phistep/io.hpp"         // files
 #include "phistep/krylov.hpp"     // iterative linear solvers
 #include "phistep/particles.hpp"  // many particles
 #include "phistep/phistep.hpp"    // states, steppers, schemes, the loop

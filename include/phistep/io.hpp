@@ -1,5 +1,5 @@
 /// @file
-/// Files and progress: what touches streams.
+/// Files: what touches streams.
 #pragma once
 
 // IWYU pragma: begin_exports
@@ -8,6 +8,5 @@
 #include "phistep/io/checkpoint.hpp"    // save and load a run
 #include "phistep/io/csv.hpp"           // tables
 #include "phistep/io/extended_xyz.hpp"  // frames of particles, for OVITO and ASE
-#include "phistep/io/progress.hpp"      // how far a run has come
 #include "phistep/io/vtk.hpp"           // particles, grids and meshes, for ParaView and PyVista
 // IWYU pragma: end_exports

@@ -5,8 +5,7 @@
 // IWYU pragma: begin_exports
 #include "phistep/base/version.hpp"  // first: it refuses what would break the others
 
-#include "phistep/force/external_field.hpp"            // a force in space and time, on each particle
-#include "phistep/particles/bodies/box.hpp"            // Box: periodic or open axes
+#include "phistep/particles/bodies/body.hpp"           // Box: periodic or open axes
 #include "phistep/particles/bodies/particle_sums.hpp"  // temperature, pressure, momenta, energies
 #include "phistep/particles/bodies/particles.hpp"      // Particles: the state
 #include "phistep/particles/contacts/contact.hpp"      // Contact: grains with friction

@@ -25,7 +25,8 @@
 #include "phistep/run/observers/event.hpp"            // event: at roots of g(t, y)
 #include "phistep/run/observers/recorder.hpp"         // Recorder: keeps t and y
 // Schemes.
-#include "phistep/schemes/composed.hpp"         // composed(scheme): order 8 of symmetric ones
+#include "phistep/schemes/composed.hpp"  // composed(scheme): order 8 of symmetric ones
+#include "phistep/schemes/generalized_alpha.hpp"  // generalized_alpha(ρ∞): order 2, damps; newmark(β, γ), hht(α), bossak(α)
 #include "phistep/schemes/kick_drift.hpp"       // srkn6b, srkn11b: symplectic, for m v' = Ψ(r)
 #include "phistep/schemes/nystrom/nystrom.hpp"  // rkn86, rkn1210: explicit, for m v' = Ψ(r)
 #include "phistep/schemes/phi.hpp"  // phi(φ), forward_euler, trapezoidal, midpoint, backward_euler, symplectic_euler
@@ -36,23 +37,20 @@
 #include "phistep/schemes/tr_bdf2.hpp"                  // tr_bdf2: order 2, L-stable
 #include "phistep/schemes/velocity_verlet.hpp"          // velocity_verlet
 // Forces.
-#include "phistep/force/annotate.hpp"  // what a lambda can't say of itself: affine(f), banded(…), symmetric(f)
-#include "phistep/force/at.hpp"        // at(φ, term): a term with a φ of its own
-#include "phistep/force/drag.hpp"      // LinearDrag, QuadraticDrag
-#include "phistep/force/energy.hpp"    // with_energy(f, V)
-#include "phistep/force/gravity.hpp"   // Gravity{g}, UniformForce{F}
-#include "phistep/force/linear.hpp"    // linear(K), linear(K, C): a matrix
-#include "phistep/force/local.hpp"     // local(f): one particle's force, for each
-#include "phistep/force/seldom.hpp"    // seldom(k, term): once in k inner steps
-#include "phistep/force/sum.hpp"       // sums of terms
+#include "phistep/force/annotate.hpp"  // what a lambda can't say of itself: affine(f), banded(…), symmetric(f), with_energy(f, V)
+#include "phistep/force/at.hpp"                   // at(forward_euler, term), seldom(k, term): kicks of their own
+#include "phistep/force/drag.hpp"                 // LinearDrag, QuadraticDrag
+#include "phistep/force/gravity.hpp"              // Gravity{g}, UniformForce{F}
+#include "phistep/force/linear.hpp"               // linear(K), linear(K, C): a matrix
+#include "phistep/force/local.hpp"                // local<dim>(f), ExternalField{f}: one particle's force, for each
+#include "phistep/force/sum.hpp"                  // sums of terms
 #include "phistep/particles/springs/springs.hpp"  // spring_network(springs)
 // Solvers.
 #include "phistep/linear/banded/banded_system.hpp"  // band matrices
 #include "phistep/step/solve/fixed_point.hpp"       // fixed_point(): no Jacobian, no matrix
 #include "phistep/step/solve/newton.hpp"            // Newton's iteration
 // Checks.
-#include "phistep/study/checks/check_force.hpp"      // check_force: is it a function of its argument?
-#include "phistep/study/checks/check_jacobian.hpp"   // check_jacobian: against differences
+#include "phistep/study/checks/check_force.hpp"  // check_force: a function of its argument? check_jacobian: against differences
 #include "phistep/study/checks/make_consistent.hpp"  // make_consistent: starts of differential-algebraic equations
 #include "phistep/study/energy/energy_ledger.hpp"    // EnergyLedger: where a motion's energy went
 // IWYU pragma: end_exports

@@ -37,7 +37,7 @@
 #endif
 
 // g++ 12 and 13 warn of what their own AVX-512 functions leave undefined on purpose (bug 105593), wherever Eigen's loops end
-// up. They look at the warnings' state here, where those functions are first seen: so this header comes before Eigen.
+// up. g++ reads the warnings' state here, where those functions are first seen: so this header comes before Eigen.
 #if defined(__AVX512F__) && defined(__GNUC__) && !defined(__clang__)
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wuninitialized"

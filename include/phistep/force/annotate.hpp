@@ -12,13 +12,11 @@
 #include <functional>
 #include <stdexcept>
 #include <string>
-#include <tuple>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "phistep/base/facts/structure.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/force/signature.hpp"
 #include "phistep/force/sum.hpp"
 
@@ -62,12 +60,11 @@ template <template <class> class Annotation, class F>
 }
 template <template <class> class Annotation, class... T>
 [[nodiscard]] constexpr auto annotate(Sum<T...> sum) {
-  return std::apply([](auto&&... term) { return make_sum(std::tuple{annotate<Annotation>(std::move(term))...}); },
-                    std::move(sum.terms));
+  return map_terms(std::move(sum), [](auto term) { return annotate<Annotation>(std::move(term)); });
 }
 
-/// Ψ is an affine function of (r, v), or of y: Ψ = f(t) + K r + C v with K and C constant in time. Looked at in some of
-/// the solves with one matrix (`is_looked_at`): a force that stops being affine between two looks is reported at the later one.
+/// Ψ is an affine function of (r, v), or of y: Ψ = f(t) + K r + C v with K and C constant in time. Checked in some of
+/// the solves with one matrix (`is_looked_at`): a force that stops being affine is reported at the next check.
 template <class F>
 struct Affine : Callable<F> {
   static constexpr bool is_affine = true;
@@ -92,6 +89,40 @@ struct Symmetric : Callable<F> {
 template <class F>
 [[nodiscard]] constexpr auto symmetric(F f) {
   return annotate<Symmetric>(std::move(f));
+}
+
+/// A force and its potential.
+template <class F, class V>
+struct WithEnergy : Callable<F> {
+  V potential;
+  constexpr WithEnergy(F f, V v) : Callable<F>(std::move(f)), potential(std::move(v)) {}
+
+  template <class View>
+    requires MotionLike<View>
+  [[nodiscard]] auto energy(auto t, const View& y) const {
+    if constexpr (std::is_invocable_v<const V&, decltype(y.r), decltype(t)>) {
+      return potential(y.r, t);
+    } else {
+      static_assert(call_arity<F, View>() < 3,
+                    "phistep: with_energy(f, V) needs V(r, t) for a force f(r, v, t); a driving force is better a term "
+                    "of its own");
+      return potential(y.r);
+    }
+  }
+};
+
+/// Gives a force its potential energy V(r), or V(r, t) [energy]: −∂V/∂r must be the force at v = 0. For a lambda, a term or
+/// what `local<dim>(…)` takes:
+///
+///     auto pendulum = with_energy([](const Vec& r) -> Vec { return -9.81 * r.array().sin(); },
+///                                 [](const Vec& r) { return -9.81 * r.array().cos().sum(); });
+template <class F, class V>
+[[nodiscard]] constexpr WithEnergy<F, V> with_energy(F force, V potential) {
+  return {std::move(force), std::move(potential)};
+}
+template <class F, class V>
+[[nodiscard]] constexpr Term<WithEnergy<F, V>> with_energy(Term<F> term, V potential) {
+  return Term<WithEnergy<F, V>>{WithEnergy<F, V>{std::move(term.force), std::move(potential)}};
 }
 
 /// Which rows each column of a tangent has: for column j, row[start[j]] … row[start[j+1] − 1], ascending.

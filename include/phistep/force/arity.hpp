@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -37,25 +36,28 @@ struct ViewScalar<View> {
   using type = typename std::remove_cvref_t<decltype(std::declval<const View&>().y)>::Scalar;
 };
 
+/// Whether f can be called with so many of (r, v, t) or (y, t).
+template <int arity, class F, class View>
+[[nodiscard]] consteval bool takes() {
+  using T = typename ViewScalar<View>::type;
+  if constexpr (MotionLike<View>) {
+    using V = decltype(std::declval<const View&>().r);
+    if constexpr (arity == 3) return std::is_invocable_v<F&, V, V, T>;
+    if constexpr (arity == 2) return std::is_invocable_v<F&, V, V>;
+    if constexpr (arity == 1) return std::is_invocable_v<F&, V>;
+  } else if constexpr (FirstOrderLike<View>) {
+    using Y = decltype(std::declval<const View&>().y);
+    if constexpr (arity == 2) return std::is_invocable_v<F&, Y, T>;
+    if constexpr (arity == 1) return std::is_invocable_v<F&, Y>;
+  }
+  return false;
+}
 /// Number of arguments of a force that is called and returns, 0 where no accepted form fits.
 template <class F, class View>
 [[nodiscard]] consteval int call_arity() {
-  if constexpr (MotionLike<View>) {
-    using V = decltype(std::declval<const View&>().r);
-    using T = typename ViewScalar<View>::type;
-    if constexpr (std::is_invocable_v<F&, V, V, T>) return 3;
-    else if constexpr (std::is_invocable_v<F&, V, V>) return 2;
-    else if constexpr (std::is_invocable_v<F&, V>) return 1;
-    else return 0;
-  } else if constexpr (FirstOrderLike<View>) {
-    using Y = decltype(std::declval<const View&>().y);
-    using T = typename ViewScalar<View>::type;
-    if constexpr (std::is_invocable_v<F&, Y, T>) return 2;
-    else if constexpr (std::is_invocable_v<F&, Y>) return 1;
-    else return 0;
-  } else {
-    return 0;
-  }
+  if constexpr (takes<3, F, View>()) return 3;
+  else if constexpr (takes<2, F, View>()) return 2;
+  else return takes<1, F, View>() ? 1 : 0;
 }
 
 /// Calls f with as many of (r, v, t) or (y, t) as it takes.
@@ -71,39 +73,21 @@ template <int arity, class View, class Scalar>
   }
 }
 
-/// Calls f.jacobian with the force's own arguments.
+/// f.jacobian as a function, which is called with the force's own arguments.
+template <class F>
+struct JacobianOf {
+  F& f;
+  // Its return type is written out, so that to ask whether f has a Jacobian doesn't compile the Jacobian.
+  template <class... Arguments, class Force = F>
+  auto operator()(const Arguments&... x) const -> decltype(std::declval<Force&>().jacobian(x...)) {
+    return f.jacobian(x...);
+  }
+};
 template <int arity, class F, class View, class Scalar>
 [[nodiscard]] decltype(auto) call_jacobian(F& f, const View& y, Scalar t) {
-  if constexpr (MotionLike<View>) {
-    if constexpr (arity == 3) return f.jacobian(y.r, y.v, t);
-    else if constexpr (arity == 2) return f.jacobian(y.r, y.v);
-    else return f.jacobian(y.r);
-  } else {
-    if constexpr (arity == 2) return f.jacobian(y.y, t);
-    else return f.jacobian(y.y);
-  }
+  return call_with<arity>(JacobianOf<F>{f}, y, t);
 }
 
-/// True where f.jacobian takes the force's own arguments.
-template <class F, class View, int arity, class T = typename ViewScalar<View>::type>
-[[nodiscard]] consteval bool returns_jacobian() {
-  if constexpr (MotionLike<View> && arity == 3) return requires(F & f, const View& y, T t) {
-      f.jacobian(y.r, y.v, t);
-    };
-  else if constexpr (MotionLike<View> && arity == 2) return requires(F & f, const View& y) {
-      f.jacobian(y.r, y.v);
-    };
-  else if constexpr (MotionLike<View> && arity == 1) return requires(F & f, const View& y) {
-      f.jacobian(y.r);
-    };
-  else if constexpr (FirstOrderLike<View> && arity == 2) return requires(F & f, const View& y, T t) {
-      f.jacobian(y.y, t);
-    };
-  else if constexpr (FirstOrderLike<View> && arity == 1) return requires(F & f, const View& y) {
-      f.jacobian(y.y);
-    };
-  else return false;
-}
 /// Owning Eigen objects, and views of memory that outlives the call; not an expression that refers to dead temporaries.
 template <class R>
 concept PlainResult = EigenDense<std::remove_cvref_t<R>> || FieldBlock<R>;
@@ -124,11 +108,12 @@ enum class ForceFault {
 };
 
 template <class F, class... Arguments>
-[[nodiscard]] consteval bool writes_into() {
-  if constexpr (std::is_invocable_v<F&, Arguments...>) return std::is_void_v<std::invoke_result_t<F&, Arguments...>>;
-  else return false;
-}
-/// Why f can't be called. One question after the other: each compiles a generic lambda's body.
+struct WritesInto : std::false_type {};
+template <class F, class... Arguments>
+  requires std::is_void_v<std::invoke_result_t<F&, Arguments...>>
+struct WritesInto<F, Arguments...> : std::true_type {
+};
+/// Why f can't be called. One question after the other: each compiles a generic lambda's body, and std::disjunction asks no more than it must.
 template <class F, class View>
 [[nodiscard]] consteval ForceFault fault_of_form() {
   if constexpr (std::is_member_pointer_v<F>) {
@@ -136,24 +121,22 @@ template <class F, class View>
   } else if constexpr (MotionLike<View>) {
     using V = std::remove_cvref_t<decltype(std::declval<const View&>().r)>;
     using T = typename ViewScalar<View>::type;
-    if constexpr (writes_into<F, V&, V&, V&, T>()) return ForceFault::output;
-    else if constexpr (writes_into<F, V&, V&, V&>()) return ForceFault::output;
-    else if constexpr (writes_into<F, V&, V&, T>()) return ForceFault::output;
-    else if constexpr (writes_into<F, V&, V&>()) return ForceFault::output;
-    else if constexpr (std::is_invocable_v<F&, V&, V&, T>) return ForceFault::changes_state;
-    else if constexpr (std::is_invocable_v<F&, V&, V&>) return ForceFault::changes_state;
-    else if constexpr (std::is_invocable_v<F&, V&>) return ForceFault::changes_state;
-    else if constexpr (std::is_invocable_v<F&, T, V&, V&>) return ForceFault::time_first;
-    else if constexpr (std::is_invocable_v<F&, T, V&>) return ForceFault::time_first;
+    if constexpr (std::disjunction_v<WritesInto<F, V&, V&, V&, T>, WritesInto<F, V&, V&, V&>, WritesInto<F, V&, V&, T>,
+                                     WritesInto<F, V&, V&>>)
+      return ForceFault::output;
+    else if constexpr (std::disjunction_v<std::is_invocable<F&, V&, V&, T>, std::is_invocable<F&, V&, V&>,
+                                          std::is_invocable<F&, V&>>)
+      return ForceFault::changes_state;
+    else if constexpr (std::disjunction_v<std::is_invocable<F&, T, V&, V&>, std::is_invocable<F&, T, V&>>)
+      return ForceFault::time_first;
     else return ForceFault::form;
   } else if constexpr (FirstOrderLike<View>) {
     using Y = std::remove_cvref_t<decltype(std::declval<const View&>().y)>;
     using T = typename ViewScalar<View>::type;
-    if constexpr (writes_into<F, Y&, Y&, T>()) return ForceFault::output;
-    else if constexpr (writes_into<F, T, Y&, Y&>()) return ForceFault::output;
-    else if constexpr (writes_into<F, Y&, Y&>()) return ForceFault::output;
-    else if constexpr (std::is_invocable_v<F&, Y&, T>) return ForceFault::changes_state;
-    else if constexpr (std::is_invocable_v<F&, Y&>) return ForceFault::changes_state;
+    if constexpr (std::disjunction_v<WritesInto<F, Y&, Y&, T>, WritesInto<F, T, Y&, Y&>, WritesInto<F, Y&, Y&>>)
+      return ForceFault::output;
+    else if constexpr (std::disjunction_v<std::is_invocable<F&, Y&, T>, std::is_invocable<F&, Y&>>)
+      return ForceFault::changes_state;
     else if constexpr (std::is_invocable_v<F&, T, Y&>) return ForceFault::time_first;
     else return ForceFault::form;
   } else {

@@ -9,7 +9,6 @@
 #include <type_traits>
 
 #include "phistep/base/facts/structure.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/force/local.hpp"
 #include "phistep/force/sum.hpp"
 

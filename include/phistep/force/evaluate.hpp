@@ -1,11 +1,17 @@
 /// @file
-/// Ψ of any force into a rate: the only place where forces that return and forces that add, with and without memory, differ.
+/// Ψ of any force into a rate: the only place where forces that return and forces that add, with and without memory, differ; and V
+/// of those that have a potential energy, by an optional member beside `add`, with the same view,
+///
+///     auto energy(auto t, const auto& y) const;        // V(t, r) [energy], −∂V/∂r being the term's force at v = 0
+///
+/// which a term with a memory may take as energy(t, y, memory). No step calls it; study/energy/energy_ledger.hpp does.
 #pragma once
 
 #include <Eigen/Core>
 
 #include <algorithm>
 #include <array>
+#include <concepts>
 #include <memory>
 #include <new>
 #include <stdexcept>
@@ -19,7 +25,6 @@
 #include "phistep/base/state/active_set.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/reductions.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/force/signature.hpp"
 #include "phistep/force/sum.hpp"
 
@@ -174,6 +179,44 @@ void archive_memory(auto& ar, auto& memory) {
                   "name = \"friction\";");
     if constexpr (has_name) ar.value(F::name, memory);
   }
+}
+
+/// A force term with a potential energy. (Where that depends on its numbers, `bool has_energy() const` answers.)
+template <class F, class View>
+concept HasEnergy = requires(F& f, typename ViewScalar<View>::type t, const View& y) {
+  { f.energy(t, y) } -> std::convertible_to<typename ViewScalar<View>::type>;
+}
+|| requires(F& f, typename ViewScalar<View>::type t, const View& y, const MemoryOf<F>& memory) {
+  { f.energy(t, y, memory) } -> std::convertible_to<typename ViewScalar<View>::type>;
+};
+
+/// Whether a term has a potential energy, its numbers included.
+template <class View, class F>
+[[nodiscard]] bool has_energy(F& force) {
+  if constexpr (!HasEnergy<F, View>) return false;
+  else if constexpr (requires { force.has_energy(); }) return force.has_energy();
+  else return true;
+}
+
+/// V(t, r) of a force with this memory [energy]; of a sum, that of those terms that have one. 0 where there is none.
+template <class F, class View, class Memory, class Scalar>
+[[nodiscard]] Scalar potential_energy(F& force, Scalar t, const View& y, const Memory& memory) {
+  if constexpr (is_sum<std::remove_const_t<F>>) {
+    Scalar sum{0};
+    for_each_term(force, memory, [&](auto, auto& term, const auto& its) { sum += potential_energy(term, t, y, its); });
+    return sum;
+  } else if constexpr (HasEnergy<F, View>) {
+    if (!has_energy<View>(force)) return Scalar{0};
+    if constexpr (requires { force.energy(t, y, memory); }) return static_cast<Scalar>(force.energy(t, y, memory));
+    else return static_cast<Scalar>(force.energy(t, y));
+  } else {
+    return Scalar{0};
+  }
+}
+/// The same with a new memory: terms that keep neighbour lists make them for this one call.
+template <class F, class View, class Scalar>
+[[nodiscard]] Scalar potential_energy(F& force, Scalar t, const View& y) {
+  return potential_energy(force, t, y, MemoryOf<std::remove_const_t<F>>{});
 }
 
 /// Which term of a sum is not finite at (t, y), or has the wrong size; −1 if none is, or if the force is not a sum.

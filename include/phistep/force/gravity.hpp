@@ -11,41 +11,47 @@
 
 #include "phistep/base/facts/structure.hpp"
 #include "phistep/base/state/active_set.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/force/sum.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-/// Which coordinate the i-th number of a block in storage order is: its row in a matrix of particles as columns; i itself
-/// in a flat vector, where coordinates follow one another particle by particle.
-template <class Block>
-[[nodiscard]] constexpr Eigen::Index component_of(Eigen::Index i, Eigen::Index rows, Eigen::Index cols) {
-  if (Block::IsVectorAtCompileTime || cols == 1) return i;
-  return Block::IsRowMajor ? i / cols : i % rows;
-}
-
-/// @throws std::invalid_argument where the vector isn't one particle's: its size must divide the block's (or be the number of
-/// rows of a matrix).
-void check_pattern(const auto& vector, const auto& block, const char* name) {
-  if (vector.size() == 0 || block.size() % vector.size() != 0)
-    throw std::invalid_argument(std::string("phistep: ") + name + " has " + std::to_string(vector.size()) +
-                                " components, which does not fit a state of " + std::to_string(block.size()));
-}
-
-/// The weight m g: an acceleration, and so not the same as UniformForce. For a flat vector of d-dimensional positions
-/// (x₀ y₀ z₀ x₁ …) or a d×N matrix, g has d components.
-template <class Vector = Eigen::Vector3d>
-struct Gravity : ForceTerm {
-  Vector g;  ///< [length/time²]
-
+/// A vector that is the same for every particle: with the d components of one particle's position, or as many as the whole state.
+template <class Vector>
+struct SameForAll : ForceTerm {
   static constexpr bool uses_velocity = false, uses_time = false;
-  static constexpr bool computes_active_only = true;
   static constexpr bool is_affine = true, is_symmetric = true;
   static constexpr Structure structure = Structure::none;
   /// Not where the vector may be as long as the state.
   template <int dim>
   static constexpr bool is_particlewise =
       int{Vector::SizeAtCompileTime} > 0 && dim % int{Vector::SizeAtCompileTime} == 0;
+
+  void add_jacobian(auto /*t*/, const auto& /*y*/, auto& /*sink*/) const {}
+
+ protected:
+  /// The vector's component for the i-th number of a block, in storage order: coordinates are the rows of a matrix of particles
+  /// as columns; in a flat vector they follow one another particle by particle.
+  template <class Block>
+  [[nodiscard]] static auto component(const Vector& vector, Eigen::Index i, const Block& block) {
+    const bool is_flat = Block::IsVectorAtCompileTime || block.cols() == 1;
+    const Eigen::Index k = is_flat ? i : Block::IsRowMajor ? i / block.cols() : i % block.rows();
+    return static_cast<typename Block::Scalar>(vector[k % vector.size()]);
+  }
+  /// @throws std::invalid_argument where the vector's size doesn't divide the block's
+  static void check_size(const Vector& vector, const auto& block, const char* name) {
+    if (vector.size() == 0 || block.size() % vector.size() != 0)
+      throw std::invalid_argument(std::string("phistep: ") + name + " has " + std::to_string(vector.size()) +
+                                  " components, which does not fit a state of " + std::to_string(block.size()));
+  }
+};
+
+/// The weight m g: an acceleration, and so not the same as UniformForce. For a flat vector of d-dimensional positions
+/// (x₀ y₀ z₀ x₁ …) or a d×N matrix, g has d components.
+template <class Vector = Eigen::Vector3d>
+struct Gravity : SameForAll<Vector> {
+  Vector g;  ///< [length/time²]
+
+  static constexpr bool computes_active_only = true;
 
   /// @throws std::invalid_argument unless g is finite.
   explicit Gravity(Vector acceleration) : g(std::move(acceleration)) {
@@ -58,35 +64,26 @@ struct Gravity : ForceTerm {
     if constexpr (requires { out.force; }) {
       static_assert(
           requires { y.mass; }, "phistep: Gravity needs a state whose view has masses");
-      using Force = std::remove_cvref_t<decltype(out.force)>;
-      check_pattern(g, out.force, "Gravity's g");
+      this->check_size(g, out.force, "Gravity's g");
       if constexpr (requires { y.mass.active(); })
         if (const ActiveSet* active = y.mass.active()) {
+          using Scalar = typename std::remove_cvref_t<decltype(out.force)>::Scalar;
           const Eigen::Index dim = out.force.rows();
           for (const Eigen::Index i : active->list())
             for (Eigen::Index k = dim * i; k < dim * (i + 1); ++k)
-              out.force.data()[k] += y.mass[k] * static_cast<typename Force::Scalar>(g[k % g.size()]);
+              out.force.data()[k] += y.mass[k] * static_cast<Scalar>(g[k % g.size()]);
           return;
         }
-      const Eigen::Index rows = out.force.rows(), cols = out.force.cols();
-      y.mass.add_product(
-          [&](Eigen::Index i) {
-            return static_cast<typename Force::Scalar>(g[component_of<Force>(i, rows, cols) % g.size()]);
-          },
-          out.force);
+      y.mass.add_product([&](Eigen::Index i) { return this->component(g, i, out.force); }, out.force);
     }
   }
-  void add_jacobian(auto /*t*/, const auto& /*y*/, auto& /*sink*/) const {}
   /// −gᵀ M r [energy]
   [[nodiscard]] auto energy(auto /*t*/, const auto& y) const requires requires { y.r, y.mass; }
   {
-    using Positions = std::remove_cvref_t<decltype(y.r)>;
-    using Scalar = typename Positions::Scalar;
-    const Eigen::Index rows = y.r.rows(), cols = y.r.cols();
+    using Scalar = typename std::remove_cvref_t<decltype(y.r)>::Scalar;
     Scalar sum{0};
     y.mass.for_each_entry(y.r.size(), [&](Eigen::Index i, Eigen::Index j, auto m) {
-      sum -= y.r.data()[i] * static_cast<Scalar>(m) *
-             static_cast<Scalar>(g[component_of<Positions>(j, rows, cols) % g.size()]);
+      sum -= y.r.data()[i] * static_cast<Scalar>(m) * this->component(g, j, y.r);
     });
     return sum;
   }
@@ -97,16 +94,8 @@ Gravity(const Eigen::MatrixBase<Derived>&) -> Gravity<typename Derived::PlainObj
 /// The force F on each particle, whatever its mass: a force, and so not the same as Gravity. F has the d components of
 /// one particle's position, or as many as the whole state.
 template <class Vector = Eigen::Vector3d>
-struct UniformForce : ForceTerm {
+struct UniformForce : SameForAll<Vector> {
   Vector F;  ///< [force]
-
-  static constexpr bool uses_velocity = false, uses_time = false;
-  static constexpr bool is_affine = true, is_symmetric = true;
-  static constexpr Structure structure = Structure::none;
-  /// Not where the vector may be as long as the state.
-  template <int dim>
-  static constexpr bool is_particlewise =
-      int{Vector::SizeAtCompileTime} > 0 && dim % int{Vector::SizeAtCompileTime} == 0;
 
   /// @throws std::invalid_argument unless F is finite.
   explicit UniformForce(Vector force) : F(std::move(force)) {
@@ -118,7 +107,7 @@ struct UniformForce : ForceTerm {
         requires { out.force; }, "phistep: UniformForce needs a motion, with forces");
     if constexpr (requires { out.force; }) {
       using Force = std::remove_cvref_t<decltype(out.force)>;
-      check_pattern(F, out.force, "UniformForce's F");
+      this->check_size(F, out.force, "UniformForce's F");
       constexpr Eigen::Index d = Vector::SizeAtCompileTime;
       if constexpr (d > 0 && (!Force::IsRowMajor || Force::IsVectorAtCompileTime)) {  // no division in the loop
         const Eigen::Matrix<typename Force::Scalar, int{d}, 1> each =
@@ -127,20 +116,14 @@ struct UniformForce : ForceTerm {
           for (Eigen::Index k = 0; k < d; ++k) out.force.data()[i + k] += each[k];
         return;
       }
-      for (Eigen::Index i = 0; i < out.force.size(); ++i)
-        out.force.data()[i] += static_cast<typename Force::Scalar>(
-            F[component_of<Force>(i, out.force.rows(), out.force.cols()) % F.size()]);
+      for (Eigen::Index i = 0; i < out.force.size(); ++i) out.force.data()[i] += this->component(F, i, out.force);
     }
   }
-  void add_jacobian(auto /*t*/, const auto& /*y*/, auto& /*sink*/) const {}
   /// −Σ F·r [energy]
   [[nodiscard]] auto energy(auto /*t*/, const auto& y) const requires requires { y.r; }
   {
-    using Positions = std::remove_cvref_t<decltype(y.r)>;
-    using Scalar = typename Positions::Scalar;
-    Scalar sum{0};
-    for (Eigen::Index i = 0; i < y.r.size(); ++i)
-      sum -= static_cast<Scalar>(F[component_of<Positions>(i, y.r.rows(), y.r.cols()) % F.size()]) * y.r.data()[i];
+    typename std::remove_cvref_t<decltype(y.r)>::Scalar sum{0};
+    for (Eigen::Index i = 0; i < y.r.size(); ++i) sum -= this->component(F, i, y.r) * y.r.data()[i];
     return sum;
   }
 };

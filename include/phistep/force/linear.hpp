@@ -14,7 +14,7 @@
 #include <utility>
 
 #include "phistep/base/facts/structure.hpp"
-#include "phistep/base/version.hpp"
+#include "phistep/force/signature.hpp"
 #include "phistep/force/sum.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
@@ -31,9 +31,8 @@ struct LinearForce : ForceTerm {
 
   static constexpr bool uses_velocity = !std::is_same_v<MatrixC, NoMatrix>, uses_time = false;
   static constexpr bool is_affine = true;
-  static constexpr bool is_sparse = requires(const MatrixK& m) { m.outerIndexPtr(); }
-  || requires(const MatrixC& m) { m.outerIndexPtr(); };
-  static constexpr Structure structure = is_sparse ? Structure::sparse : Structure::dense;
+  static constexpr Structure structure =
+      is_sparse_matrix<MatrixK> || is_sparse_matrix<MatrixC> ? Structure::sparse : Structure::dense;
 
   /// @throws std::invalid_argument unless the matrices are square and of one size
   explicit LinearForce(MatrixK position, MatrixC velocity = {}) : K(std::move(position)), C(std::move(velocity)) {
@@ -52,13 +51,12 @@ struct LinearForce : ForceTerm {
     }
   }
   void add_jacobian(auto /*t*/, const auto& y, auto& sink) const {
-    if constexpr (requires { y.r; }) {
-      for_each(K, [&sink](Eigen::Index i, Eigen::Index j, auto x) { sink.position(i, j, x); });
-      if constexpr (uses_velocity)
-        for_each(C, [&sink](Eigen::Index i, Eigen::Index j, auto x) { sink.velocity(i, j, x); });
-    } else {
-      for_each(K, [&sink](Eigen::Index i, Eigen::Index j, auto x) { sink.rate(i, j, x); });
-    }
+    for_each_stored(K, [&](Eigen::Index i, Eigen::Index j, auto x) {
+      if constexpr (requires { y.r; }) sink.position(i, j, x);
+      else sink.rate(i, j, x);
+    });
+    if constexpr (uses_velocity)
+      for_each_stored(C, [&sink](Eigen::Index i, Eigen::Index j, auto x) { sink.velocity(i, j, x); });
   }
   /// −½ rᵀ K r [energy], C storing none
   [[nodiscard]] auto energy(auto /*t*/, const auto& y) const requires requires { y.r; }
@@ -66,7 +64,7 @@ struct LinearForce : ForceTerm {
     using Scalar = typename std::remove_cvref_t<decltype(y.r)>::Scalar;
     const Scalar* const r = y.r.data();
     Scalar sum{0};
-    for_each(K, [&](Eigen::Index i, Eigen::Index j, auto x) { sum -= r[i] * static_cast<Scalar>(x) * r[j]; });
+    for_each_stored(K, [&](Eigen::Index i, Eigen::Index j, auto x) { sum -= r[i] * static_cast<Scalar>(x) * r[j]; });
     return sum / 2;
   }
   /// Only where K is symmetric, to rounding, is its force that of a potential.
@@ -74,7 +72,7 @@ struct LinearForce : ForceTerm {
     using std::abs;
     using Entry = typename MatrixK::Scalar;
     Entry largest{0}, difference{0};
-    for_each(K, [&](Eigen::Index i, Eigen::Index j, Entry x) {
+    for_each_stored(K, [&](Eigen::Index i, Eigen::Index j, Entry x) {
       largest = std::max(largest, abs(x));
       difference = std::max(difference, abs(x - K.coeff(j, i)));
     });
@@ -94,16 +92,6 @@ struct LinearForce : ForceTerm {
       throw std::invalid_argument("phistep: linear(...) has " + std::to_string(A.cols()) + " columns, the state has " +
                                   std::to_string(x.size()) + " components");
     Eigen::Map<Column>(out.data(), out.size()).noalias() += A * Eigen::Map<const Column>(x.data(), x.size());
-  }
-  static void for_each(const auto& A, auto&& put) {
-    if constexpr (requires { A.outerIndexPtr(); }) {
-      for (Eigen::Index outer = 0; outer < A.outerSize(); ++outer)
-        for (typename std::remove_cvref_t<decltype(A)>::InnerIterator entry(A, outer); entry; ++entry)
-          put(entry.row(), entry.col(), entry.value());
-    } else {
-      for (Eigen::Index j = 0; j < A.cols(); ++j)
-        for (Eigen::Index i = 0; i < A.rows(); ++i) put(i, j, A(i, j));
-    }
   }
 };
 

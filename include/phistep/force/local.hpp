@@ -7,16 +7,16 @@
 
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <type_traits>
 #include <utility>
 
 #include "phistep/base/facts/structure.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/motion.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/force/annotate.hpp"
-#include "phistep/force/energy.hpp"
-#include "phistep/force/signature.hpp"
+#include "phistep/force/arity.hpp"
+#include "phistep/force/evaluate.hpp"
 #include "phistep/force/sum.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
@@ -43,25 +43,19 @@ void check_particles(const Block& block, const char* whose = "local") {
                                 std::to_string(block.cols()));
 }
 
-/// What `local<dim>(f)` returns.
-template <int dim, class F>
+/// What `local<dim>(f)` returns; with is_field, what f sees of a particle is its position alone.
+template <int dim, class F, bool is_field = false>
 class Local : public ForceTerm {
   static_assert(dim > 0, "phistep: local<dim>(f) needs the number of coordinates of a particle");
   using Function = Unwrapped<F>;
-  template <class Scalar>
-  using One = Eigen::Matrix<Scalar, dim, 1>;
+  template <class View>
+  using One = Eigen::Matrix<typename ViewScalar<View>::type, dim, 1>;
   struct NoMass {};
-  template <class Scalar>
-  using OneMotion = MotionView<One<Scalar>, NoMass>;
-  template <class Scalar>
-  using OneFirstOrder = FirstOrderView<One<Scalar>, NoMass>;
-
+  /// A particle of a motion, and what f sees of one of a state seen through View.
   template <class View>
-  static constexpr bool is_motion = MotionLike<View>;
-  /// What f sees of one particle of a state seen through View.
+  using OneMotion = MotionView<One<View>, NoMass>;
   template <class View>
-  using Seen = std::conditional_t<is_motion<View>, OneMotion<typename ViewScalar<View>::type>,
-                                  OneFirstOrder<typename ViewScalar<View>::type>>;
+  using Seen = std::conditional_t<MotionLike<View> && !is_field, OneMotion<View>, FirstOrderView<One<View>, NoMass>>;
   template <class View>
   static constexpr int arity = call_arity<Function, Seen<View>>();
 
@@ -69,40 +63,33 @@ class Local : public ForceTerm {
   static constexpr Structure structure = Structure::local;
   static constexpr int block = dim;
   template <class View>
-  static constexpr bool uses_velocity_of = !is_motion<View> || arity<View> >= 2;
+  static constexpr bool uses_velocity_of = !MotionLike<View> || (!is_field && arity<View> >= 2);
   template <class View>
-  static constexpr bool uses_time_of = arity<View> == (is_motion<View> ? 3 : 2);
+  static constexpr bool uses_time_of = arity<View> == (MotionLike<Seen<View>> ? 3 : 2);
   template <int coordinates>
   static constexpr bool is_particlewise = coordinates == dim;
 
   explicit constexpr Local(F f) : f_{std::move(f)} {}
 
   /// @throws std::invalid_argument where the state isn't made of particles of dim coordinates.
-  void add(auto t, const auto& y, auto& out) {
-    using View = std::remove_cvref_t<decltype(y)>;
+  template <class View>
+  void add(auto t, const View& y, auto& out) {
+    static_assert(MotionLike<View> || !is_field, "phistep: ExternalField needs a motion, with forces");
     static_assert(arity<View> > 0,
                   "phistep: the f of local<dim>(f) must be callable as f(r_i), f(r_i, v_i) or f(r_i, v_i, t), for a "
-                  "first-order state as f(y_i) or f(y_i, t), with Eigen vectors of dim components");
-    if constexpr (arity < View >> 0) {
+                  "first-order state as f(y_i) or f(y_i, t), that of ExternalField{f} as f(r_i) or f(r_i, t), with "
+                  "Eigen vectors of dim components");
+    if constexpr ((MotionLike<View> || !is_field) && arity < View >> 0) {
       using Result = decltype(call_with<arity<View>>(unwrap(f_), std::declval<const Seen<View>&>(), t));
-      static_assert(!std::is_void_v<Result>,
-                    "phistep: the f of local<dim>(f) returns nothing; it must return a vector");
-      static_assert(PlainResult<Result> || std::is_void_v<Result>,
-                    "phistep: the f of local<dim>(f) returns a lazy Eigen expression, which would refer to dead "
-                    "temporaries; give the lambda a return type (-> Eigen::Vector3d) or end with .eval()");
-      using R = std::remove_cvref_t<Result>;
-      constexpr bool fits = [] {
-        if constexpr (PlainResult<Result>)
-          return int{R::RowsAtCompileTime} == dim && int{R::ColsAtCompileTime} == 1 &&
-                 std::is_same_v<typename R::Scalar, typename ViewScalar<View>::type>;
-        else return true;
-      }();
-      static_assert(fits, "phistep: the f of local<dim>(f) must return a fixed Eigen vector of dim components");
-      if constexpr (fits && PlainResult<Result>) {
-        auto* const rate = rate_of(out).data();
-        for_each_particle(y, [&](Index at, const Seen<View>& one) {
+      constexpr ForceFault fault = fault_of_result<Result, One<View>>();
+      static_assert(Refusal<fault, true>::is_said);
+      if constexpr (fault == ForceFault::none) {
+        auto* const rate = std::get<0>(std::remove_cvref_t<decltype(out)>::blocks(out)).data();
+        for_each_particle<Seen<View>>(y, [&](Index at, const Seen<View>& one) {
           const auto& psi = call_with<arity<View>>(unwrap(f_), one, t);
-          Eigen::Map<One<typename ViewScalar<View>::type>>{rate + at} += psi;
+          Eigen::Map<One<View>> to{rate + at};
+          check_result_size(psi, to);
+          to += psi;
         });
       }
     }
@@ -111,20 +98,16 @@ class Local : public ForceTerm {
   /// From f's own member jacobian(…), where it has one: dim×dim, or MotionJacobian{K, C} where it takes v_i.
   template <class View>
   void add_jacobian(auto t, const View& y,
-                    auto& sink) requires(phistep::returns_jacobian<Function, Seen<View>, arity<View>>()) {
-    for_each_particle(y, [&](Index at, const Seen<View>& one) {
+                    auto& sink) requires(takes<arity<View>, JacobianOf<Function>, Seen<View>>()) {
+    for_each_particle<Seen<View>>(y, [&](Index at, const Seen<View>& one) {
       const auto& jacobian = call_jacobian<arity<View>>(unwrap(f_), one, t);
-      if constexpr (!is_motion<View>) {
+      if constexpr (!MotionLike<View>) {
         put(at, jacobian, [&sink](Index i, Index j, auto x) { sink.rate(i, j, x); });
-      } else if constexpr (arity<View> == 1) {
+      } else if constexpr (is_field || arity<View> == 1) {
         put(at, jacobian, [&sink](Index i, Index j, auto x) { sink.position(i, j, x); });
       } else {
-        static_assert(
-            requires {
-              jacobian.K;
-              jacobian.C;
-            },
-            "phistep: jacobian(r_i, v_i) must return phistep::MotionJacobian{K, C}");
+        static_assert(BothTangents<std::remove_cvref_t<decltype(jacobian)>>,
+                      "phistep: jacobian(r_i, v_i) must return phistep::MotionJacobian{K, C}");
         put(at, jacobian.K, [&sink](Index i, Index j, auto x) { sink.position(i, j, x); });
         put(at, jacobian.C, [&sink](Index i, Index j, auto x) { sink.velocity(i, j, x); });
       }
@@ -132,10 +115,10 @@ class Local : public ForceTerm {
   }
 
   /// The sum of the particles' energies, where f has one (`with_energy(f, V)`). [energy]
-  template <class View>
-  [[nodiscard]] auto energy(auto t, const View& y) requires HasEnergy<Function, Seen<View>> {
+  template <MotionLike View>
+  [[nodiscard]] auto energy(auto t, const View& y) requires HasEnergy<Function, OneMotion<View>> {
     typename ViewScalar<View>::type sum{0};
-    for_each_particle(y, [&](Index, const Seen<View>& one) { sum += unwrap(f_).energy(t, one); });
+    for_each_particle<OneMotion<View>>(y, [&](Index, const OneMotion<View>& one) { sum += unwrap(f_).energy(t, one); });
     return sum;
   }
 
@@ -146,35 +129,32 @@ class Local : public ForceTerm {
   [[nodiscard]] auto& function() { return unwrap(f_); }
 
  private:
-  [[nodiscard]] static auto& rate_of(auto& out) {
-    if constexpr (requires { out.force; }) return out.force;
-    else return out.rate;
-  }
-
-  /// visit(offset of the particle's components, what f sees of it)
-  template <class View>
+  /// visit(offset of the particle's components, it as an `Each`): copies, so that f sees plain vectors, aligned and without aliases.
+  template <class Each, class View>
   static void for_each_particle(const View& y, auto&& visit) {
-    using Scalar = typename ViewScalar<View>::type;
-    if constexpr (is_motion<View>) {
-      check_particles<dim>(y.r);
-      for (Index at = 0; at < y.r.size(); at += dim) {
-        // Copies, so that f sees plain vectors, aligned and without aliases.
-        const One<Scalar> r = Eigen::Map<const One<Scalar>>(y.r.data() + at),
-                          v = Eigen::Map<const One<Scalar>>(y.v.data() + at);
-        visit(at, OneMotion<Scalar>{r, v, NoMass{}});
-      }
-    } else {
-      check_particles<dim>(y.y);
-      for (Index at = 0; at < y.y.size(); at += dim) {
-        const One<Scalar> one = Eigen::Map<const One<Scalar>>(y.y.data() + at);
-        visit(at, OneFirstOrder<Scalar>{one, NoMass{}});
+    const auto& x = [&y]() -> const auto& {
+      if constexpr (MotionLike<View>) return y.r;
+      else return y.y;
+    }
+    ();
+    check_particles<dim>(x, is_field ? "ExternalField" : "local");
+    for (Index at = 0; at < x.size(); at += dim) {
+      if constexpr (is_field && requires { y.body; })
+        if (y.body.is_still(at / dim)) continue;
+      const One<View> r = Eigen::Map<const One<View>>(x.data() + at);
+      if constexpr (MotionLike<Each>) {
+        const One<View> v = Eigen::Map<const One<View>>(y.v.data() + at);
+        visit(at, Each{r, v, NoMass{}});
+      } else {
+        visit(at, Each{r, NoMass{}});
       }
     }
   }
   template <class J>
   static void put(Index at, const J& jacobian, auto&& entry) {
-    static_assert(int{J::RowsAtCompileTime} == dim && int{J::ColsAtCompileTime} == dim,
-                  "phistep: the jacobian of local<dim>(f) must return fixed dim x dim matrices");
+    static_assert(
+        int{J::RowsAtCompileTime} == dim && int{J::ColsAtCompileTime} == dim,
+        "phistep: the jacobian of local<dim>(f) and of ExternalField{f} must return fixed dim x dim matrices");
     for (int j = 0; j < dim; ++j)
       for (int i = 0; i < dim; ++i) entry(at + i, at + j, jacobian(i, j));
   }
@@ -191,6 +171,27 @@ class Local : public ForceTerm {
 template <int dim, class F>
 [[nodiscard]] constexpr Local<dim, F> local(F f) {
   return Local<dim, F>{std::move(f)};
+}
+
+/// A field of force in space and time, F_i = f(r_i) or f(r_i, t) on every particle; f takes and returns Eigen vectors of dim
+/// components [length] → [force]:
+///
+///     ExternalField{[](const Vector3d& r, double t) -> Vector3d { return -k * r * std::cos(w * t); }};
+///     external_field<2>([](const Vector2d& r) -> Vector2d { … });
+///
+/// Its tangent comes from a member f.jacobian(r) or f.jacobian(r, t), dim × dim, as `autodiff(f)` has one; without it the
+/// stepper takes dim differences for all particles together. Its energy from `with_energy(f, V)`, V(r) or V(r, t).
+/// Particles held still get no force.
+template <class F, int dim = 3>
+class ExternalField : public Local<dim, F, true> {
+ public:
+  explicit constexpr ExternalField(F f) : Local<dim, F, true>{std::move(f)} {}
+};
+
+/// A field on particles of dim coordinates.
+template <int dim, class F>
+[[nodiscard]] constexpr ExternalField<F, dim> external_field(F f) {
+  return ExternalField<F, dim>{std::move(f)};
 }
 
 }}  // namespace phistep::PHISTEP_ABI

@@ -10,16 +10,16 @@
 #include <type_traits>
 #include <utility>
 
+#include "phistep/base/machine/memory.hpp"
 #include "phistep/base/numbers/fingerprint.hpp"
 #include "phistep/base/outcome/statistics.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/strided_block.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/force/sum.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-/// Of all numbers of a tie of places, by bits and order.
+/// The fingerprint of all numbers in a tie of places, by bits and order.
 template <class Tie>
 [[nodiscard]] std::uint64_t fingerprint_of_places(const Tie& blocks) {
   std::uint64_t all = 0;
@@ -40,7 +40,7 @@ template <class Tie>
 
 /// Ψ of a routine void() or void(t) that works on the arrays of `Arrays`, a state in place.
 ///
-/// The routine may write its forces and whatever else is its own, but not the positions and velocities: that is looked at
+/// The routine may write its forces and whatever else is its own, but not the positions and velocities: that is checked
 /// in some of the calls (`is_looked_at`). @throws std::logic_error where it did
 template <class Arrays, class Routine, bool reads_velocities>
 class RoutineForce : public ForceTerm {
@@ -54,8 +54,13 @@ class RoutineForce : public ForceTerm {
 
   /// out += Ψ(t, y). Outside of steps the arrays are put back.
   void add(auto t, const auto& y, auto& out) {
-    Shown shown{arrays_->is_held() ? nullptr : arrays_};
-    if (shown.arrays != nullptr) arrays_->hold();
+    const bool is_outside = !arrays_->is_held();
+    const AtExit back{[this, is_outside] {
+      if (!is_outside) return;
+      arrays_->put_back();
+      arrays_->release();
+    }};
+    if (is_outside) arrays_->hold();
     show(y);
     call(t);
     const auto psi = arrays_->rate();
@@ -81,14 +86,6 @@ class RoutineForce : public ForceTerm {
   [[nodiscard]] const Arrays* arrays() const { return arrays_; }
 
  private:
-  struct Shown {
-    Arrays* arrays;
-    ~Shown() {
-      if (arrays == nullptr) return;
-      arrays->put_back();
-      arrays->release();
-    }
-  };
   void run(auto t) {
     if constexpr (uses_time) routine_(t);
     else routine_();
@@ -101,17 +98,16 @@ class RoutineForce : public ForceTerm {
   void show(const auto& y) {
     auto blocks = Arrays::blocks(*arrays_);
     if constexpr (requires { y.r; }) {
-      fit(std::get<0>(blocks), y.r);
-      assign_block(std::get<0>(blocks), y.r);
-      if constexpr (reads_velocities) assign_block(std::get<1>(blocks), y.v);
+      put(std::get<0>(blocks), y.r);
+      if constexpr (reads_velocities) put(std::get<1>(blocks), y.v);
     } else {
-      fit(std::get<0>(blocks), y.y);
-      assign_block(std::get<0>(blocks), y.y);
+      put(std::get<0>(blocks), y.y);
     }
   }
-  static void fit(const auto& places, const auto& block) {
+  static void put(auto& places, const auto& block) {
     if (places.rows() != block.rows() || places.cols() != block.cols())
       throw std::invalid_argument("phistep: the force of a state in place is for states of its own size");
+    assign_block(places, block);
   }
 
   Arrays* arrays_;

@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "phistep/base/facts/structure.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/force/arity.hpp"
 #include "phistep/force/sum.hpp"
 
@@ -20,29 +19,23 @@ namespace phistep { inline namespace PHISTEP_ABI {
 // second member of that name, taking its address is ambiguous.
 
 struct NameAdd {
-  struct Second {
-    int add;
-  };
+  int add;
   template <class F>
   using Member = decltype(&F::add);
 };
 struct NameJacobian {
-  struct Second {
-    int jacobian;
-  };
+  int jacobian;
   template <class F>
   using Member = decltype(&F::jacobian);
 };
 struct NameApplyJacobian {
-  struct Second {
-    int apply_jacobian;
-  };
+  int apply_jacobian;
   template <class F>
   using Member = decltype(&F::apply_jacobian);
 };
 
 template <class F, class Name>
-struct WithName : F, Name::Second {};
+struct WithName : F, Name {};
 template <class F, class Name>
 inline constexpr bool has_member_named = false;
 template <class F, class Name>
@@ -57,6 +50,12 @@ struct MotionJacobian {
 };
 template <class Position, class Velocity>
 MotionJacobian(Position, Velocity) -> MotionJacobian<Position, Velocity>;
+
+template <class J>
+concept BothTangents = requires(const J& both) {
+  both.K;
+  both.C;
+};
 
 /// The history of a force that has none.
 struct NoMemory {};
@@ -115,6 +114,20 @@ inline constexpr bool is_sparse_matrix = requires(const J& j) {
 };
 template <class K, class C>
 inline constexpr bool is_sparse_matrix<MotionJacobian<K, C>> = is_sparse_matrix<K> || is_sparse_matrix<C>;
+
+/// put(i, j, value) for each stored entry of a dense or sparse matrix. @tparam n  its size, if known: loops then unroll
+template <int n = Eigen::Dynamic>
+void for_each_stored(const auto& A, auto&& put) {
+  if constexpr (is_sparse_matrix<std::remove_cvref_t<decltype(A)>>) {
+    for (Index outer = 0; outer < A.outerSize(); ++outer)
+      for (typename std::remove_cvref_t<decltype(A)>::InnerIterator entry(A, outer); entry; ++entry)
+        put(entry.row(), entry.col(), entry.value());
+  } else {
+    const Index rows = n == Eigen::Dynamic ? A.rows() : n, columns = n == Eigen::Dynamic ? A.cols() : n;
+    for (Index j = 0; j < columns; ++j)
+      for (Index i = 0; i < rows; ++i) put(i, j, A(i, j));
+  }
+}
 
 template <class F, class View>
 concept AddsJacobian = requires(F& f, double t, const View& y, ProbeSink& sink) {
@@ -189,7 +202,7 @@ struct ForceTraits {
   static constexpr bool has_pattern = requires(const F& f, Index n) { f.pattern(n); };
   static constexpr int block = block_of<F, View>();
 
-  static constexpr bool returns_jacobian = phistep::returns_jacobian<F, View, arity>();
+  static constexpr bool returns_jacobian = takes<arity, JacobianOf<F>, View>();
   static constexpr bool has_jacobian = returns_jacobian || AddsJacobian<F, View>;
   static constexpr bool has_velocity_jacobian = has_jacobian || !uses_velocity;
   static_assert(has_jacobian || !has_member_named<F, NameJacobian>,

@@ -39,22 +39,25 @@ struct Sum : ForceTerm {
 };
 
 template <class T>
-[[nodiscard]] constexpr std::tuple<T> as_terms(T term) {
-  return std::tuple<T>{std::move(term)};
-}
+inline constexpr bool is_sum = false;
 template <class... T>
-[[nodiscard]] constexpr std::tuple<T...> as_terms(Sum<T...> sum) {
-  return std::move(sum.terms);
+inline constexpr bool is_sum<Sum<T...>> = true;
+
+template <class T>
+[[nodiscard]] constexpr auto as_terms(T term) {
+  if constexpr (is_sum<T>) return std::move(term.terms);
+  else return std::tuple<T>{std::move(term)};
 }
+/// The sum of f(term) for every term of a sum.
 template <class... T>
-[[nodiscard]] constexpr Sum<T...> make_sum(std::tuple<T...> terms) {
-  return Sum<T...>{std::move(terms)};
+[[nodiscard]] constexpr auto map_terms(Sum<T...> sum, auto&& f) {
+  return std::apply([&f](T&... term) { return Sum{std::tuple{f(std::move(term))...}}; }, sum.terms);
 }
 
 /// Sums stay flat: (a + b) + c has three terms.
 template <Addable A, Addable B>
 [[nodiscard]] constexpr auto operator+(A a, B b) {
-  return make_sum(std::tuple_cat(as_terms(std::move(a)), as_terms(std::move(b))));
+  return Sum{std::tuple_cat(as_terms(std::move(a)), as_terms(std::move(b)))};
 }
 
 /// No sum: says how a lambda is added.
@@ -66,11 +69,6 @@ constexpr int operator+(A, B) {
       "phistep: a lambda, or any other force without a + of its own, is added as term(f): term(f) + Gravity{...}");
   return 0;
 }
-
-template <class T>
-inline constexpr bool is_sum = false;
-template <class... T>
-inline constexpr bool is_sum<Sum<T...>> = true;
 
 template <class F>
 inline constexpr bool is_reference_wrapper = false;

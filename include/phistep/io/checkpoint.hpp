@@ -37,15 +37,19 @@
 #include <fstream>
 #include <istream>
 #include <ostream>
+#include <random>
 #include <span>
 #include <sstream>
 #include <string>
 #include <system_error>
 #include <type_traits>
 #include <vector>
+#if __has_include(<fcntl.h>) && __has_include(<unistd.h>)
+#include <fcntl.h>
+#include <unistd.h>
+#endif
 
 #include "phistep/base/archive/archive.hpp"
-#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -78,17 +82,15 @@ namespace detail {
 inline constexpr std::array<unsigned char, 8> checkpoint_magic{0x89, 'P', 'H', 'I', '\r', '\n', 0x1a, '\n'};
 inline constexpr std::size_t checkpoint_head = 24;
 
-/// Of a number, as it stands in a file.
+/// The bytes of a number in a file.
 template <class T>
 [[nodiscard]] auto in_file(T x) {
-  turn(x);
   return std::bit_cast<std::array<std::byte, sizeof(T)>>(x);
 }
 template <class T>
 [[nodiscard]] T from_file(std::span<const std::byte> bytes, std::size_t at) {
   T x{};
   std::memcpy(&x, bytes.data() + at, sizeof x);
-  turn(x);
   return x;
 }
 
@@ -141,6 +143,17 @@ void load_parts_of(std::istream& in, const std::string& name, bool alone, Parts&
   reader.load(parts...);
 }
 
+/// Waits until a file is on the disk, where the system can; false where that fails.
+inline bool reach_disk([[maybe_unused]] const std::filesystem::path& file) {
+#if __has_include(<fcntl.h>) && __has_include(<unistd.h>)
+  const int opened = ::open(file.c_str(), O_RDONLY);
+  const bool done = opened >= 0 && ::fsync(opened) == 0;
+  return (opened < 0 || ::close(opened) == 0) && done;
+#else
+  return true;
+#endif
+}
+
 template <class... Parts>
 void write_checkpoint(std::ostream& out, const Parts&... parts) {
   Writer writer;
@@ -160,6 +173,28 @@ void write_checkpoint(std::ostream& out, const Parts&... parts) {
   put(end);
   out.flush();
   if (!out) throw CheckpointError("phistep: writing the checkpoint failed");
+}
+
+/// Lets write(stream) write a file: beside it first, on the disk, then by renaming. A link is followed to its file. The
+/// random name beside it keeps two writers apart.
+void write_file(const std::filesystem::path& path, auto&& write) {
+  std::error_code error;
+  std::filesystem::path there = path;
+  while (is_symlink(there, error)) there = there.parent_path() / std::filesystem::read_symlink(there);
+  std::random_device random;
+  const std::filesystem::path beside = there.string() + '.' + std::to_string(random()) + ".part";
+  try {
+    std::ofstream out(beside, std::ios::binary);
+    if (!out) refuse(beside.string(), "can't be written");
+    write(out);
+    out.close();
+    if (!out || !reach_disk(beside)) refuse(beside.string(), "can't be written");
+    std::filesystem::rename(beside, there, error);
+    if (error) refuse(path.string(), "can't be written: " + error.message());
+  } catch (...) {
+    std::filesystem::remove(beside, error);
+    throw;
+  }
 }
 
 /// After a save: what the file doesn't hold.
@@ -188,25 +223,11 @@ void load_checkpoint(std::istream& in, Parts&&... parts) {
   detail::load_parts_of(in, "the stream", false, parts...);
 }
 
-/// Writes a checkpoint to a file: beside it first, then by renaming, so that a crash meanwhile leaves the old one.
+/// Writes a checkpoint to a file: beside it first, then by renaming, so that a crash meanwhile, of the machine too, leaves the old one.
 /// @throws CheckpointError where the file can't be written; the old one is then still there, and nothing is forgotten
 template <class... Parts>
 void save_checkpoint(const std::filesystem::path& path, Parts&&... parts) {
-  std::filesystem::path beside = path;
-  beside += ".part";
-  std::error_code error;
-  try {
-    std::ofstream out(beside, std::ios::binary);
-    if (!out) detail::refuse(beside.string(), "can't be written");
-    detail::write_checkpoint(out, parts...);
-    out.close();
-    if (!out) detail::refuse(beside.string(), "can't be written");
-    std::filesystem::rename(beside, path, error);
-    if (error) detail::refuse(path.string(), "can't be written: " + error.message());
-  } catch (...) {
-    std::filesystem::remove(beside, error);
-    throw;
-  }
+  detail::write_file(path, [&](std::ostream& out) { detail::write_checkpoint(out, parts...); });
   (detail::forget_unsaved(parts), ...);
 }
 

@@ -6,7 +6,7 @@
 ///     integrate(…, csv(out, column("E", [](double, const auto& y) { return energy(y); })));
 ///
 /// Components are named by their block (r, v of a motion; y of a plain vector; b0, b1, … else) and their place: r0, r1, …,
-/// in a matrix r0_1 for row 0 of column 1. Numbers look the same in every locale; NaN and infinities are nan, inf, -inf.
+/// in a matrix r0_1 for row 0 of column 1. Numbers are written alike in every locale; NaN and infinities are nan, inf, -inf.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +20,6 @@
 #include <utility>
 
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/io/text.hpp"
 #include "phistep/run/observers/recorder.hpp"
 
@@ -32,44 +31,37 @@ class CsvWriter {
   explicit CsvWriter(std::ostream& out) : out_{&out} {}
 
   /// A cell of text, quoted where it must be (RFC 4180).
-  CsvWriter& cell(std::string_view text) {
+  void cell(std::string_view text) {
     separate();
     if (text.find_first_of(",\"\r\n") == std::string_view::npos) {
       line_ += text;
-      return *this;
+      return;
     }
     line_ += '"';
-    for (const char c : text) {
-      if (c == '"') line_ += '"';
-      line_ += c;
-    }
+    for (const char c : text) line_.append(c == '"' ? 2 : 1, c);
     line_ += '"';
-    return *this;
   }
   /// A number, by the fewest digits that read back to its bits.
   template <class Number>
-  requires std::is_arithmetic_v<Number> CsvWriter& cell(Number x) {
+    requires std::is_arithmetic_v<Number>
+  void cell(Number x) {
     separate();
     append_number(line_, x);
-    return *this;
   }
   /// @throws std::runtime_error where the stream fails
   void end_line() {
     line_ += '\n';
     out_->write(line_.data(), static_cast<std::streamsize>(line_.size()));
     line_.clear();
-    first_ = true;
     if (!*out_) throw std::runtime_error("phistep: writing comma-separated values failed");
   }
 
  private:
   void separate() {
-    if (!first_) line_ += ',';
-    first_ = false;
+    if (!line_.empty()) line_ += ',';
   }
   std::ostream* out_;
   std::string line_;
-  bool first_ = true;
 };
 
 /// What the k-th block of a state is called.
@@ -118,58 +110,37 @@ void write_csv(const std::string& path, const Recorder<S>& recorder) {
   if (!out) throw std::runtime_error("phistep: writing " + path + " failed");
 }
 
-/// An observer that writes a line at each look: the given columns, or where there are none the whole state.
+/// An observer that writes a line each time it is called: the given columns, or without any the whole state.
+/// `integrate(…, csv(out))`; `every(0.1, csv(out))` for fewer lines. The names are written once.
+/// @throws std::runtime_error where the stream fails; std::invalid_argument where the state's size has changed
 template <class... F>
-class Csv {
- public:
-  explicit Csv(std::ostream& out, NamedColumn<F>... columns) : table_{out}, columns_{std::move(columns)...} {}
-
-  /// @throws std::runtime_error where the stream fails; std::invalid_argument where the state's size has changed
-  template <class Scalar, State S>
-  void operator()(Scalar t, const S& state) {
-    Index size = 0;
-    if constexpr (sizeof...(F) == 0) size = count_of(Blocks<S>::all(state));
-    if (!named_) {
-      write_header(state);
-      size_ = size;
-    } else if (size != size_) {
-      throw std::invalid_argument("phistep: csv(out) has named " + std::to_string(size_) +
-                                  " components, the state now has " + std::to_string(size));
+[[nodiscard]] auto csv(std::ostream& out, NamedColumn<F>... columns) {
+  return [table = CsvWriter{out}, columns = std::make_tuple(std::move(columns)...), named = false,
+          size = Index{0}]<State S>(auto t, const S& state) mutable {
+    const auto blocks = Blocks<S>::all(state);
+    const auto line = [&](auto&& first, auto&& of_block, auto&& of_column) {
+      table.cell(first);
+      if constexpr (sizeof...(F) == 0) for_each_block(of_block, blocks);
+      else std::apply([&](auto&... column) { (table.cell(of_column(column)), ...); }, columns);
+      table.end_line();
+    };
+    const Index now = sizeof...(F) == 0 ? count_of(blocks) : 0;
+    if (!std::exchange(named, true)) {
+      size = now;
+      line(
+          "t", [&](auto k, const auto& block) { write_names<S>(table, k(), block.rows(), block.cols()); },
+          [](auto& column) { return column.name; });
     }
-    table_.cell(t);
-    if constexpr (sizeof...(F) == 0)
-      for_each_block(
-          [this](auto, const auto& block) {
-            for (Index j = 0; j < block.cols(); ++j)
-              for (Index i = 0; i < block.rows(); ++i) table_.cell(block(i, j));
-          },
-          Blocks<S>::all(state));
-    else std::apply([&](auto&... column) { (table_.cell(column.content(t, state)), ...); }, columns_);
-    table_.end_line();
-  }
-
- private:
-  template <class S>
-  void write_header(const S& state) {
-    table_.cell("t");
-    if constexpr (sizeof...(F) == 0)
-      for_each_block([this](auto k, const auto& block) { write_names<S>(table_, k(), block.rows(), block.cols()); },
-                     Blocks<S>::all(state));
-    else std::apply([this](auto&... column) { (table_.cell(column.name), ...); }, columns_);
-    table_.end_line();
-    named_ = true;
-  }
-
-  CsvWriter table_;
-  std::tuple<NamedColumn<F>...> columns_;
-  Index size_ = 0;
-  bool named_ = false;
-};
-
-/// `integrate(…, csv(out))`, or with columns; `every(0.1, csv(out))` for fewer lines. The names are written once.
-template <class... F>
-[[nodiscard]] Csv<F...> csv(std::ostream& out, NamedColumn<F>... columns) {
-  return Csv<F...>{out, std::move(columns)...};
+    if (now != size)
+      throw std::invalid_argument("phistep: csv(out) has named " + std::to_string(size) +
+                                  " components, the state now has " + std::to_string(now));
+    line(
+        t,
+        [&](auto, const auto& block) {
+          for (const auto x : block.reshaped()) table.cell(x);
+        },
+        [&](auto& column) { return column.content(t, state); });
+  };
 }
 
 }}  // namespace phistep::PHISTEP_ABI

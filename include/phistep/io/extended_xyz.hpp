@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 
+#include <charconv>
 #include <functional>
 #include <limits>
 #include <ostream>
@@ -18,7 +19,6 @@
 #include <vector>
 
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/io/text.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
@@ -26,11 +26,9 @@ namespace phistep { inline namespace PHISTEP_ABI {
 /// What a frame holds beside positions and velocities.
 struct FrameInfo {
   std::vector<std::string> species{"X"};  ///< one for all, or one a particle; of Particles: one for all, or one a type
-  bool periodic = false;                  ///< whether there is a lattice; Particles have a box that says it
-  Eigen::Matrix3d lattice = Eigen::Matrix3d::Zero();  ///< its vectors as columns [length]
-  bool exact = false;                                 ///< as many digits as bring back the same bits, rather than 9
-  bool wrapped = false;                               ///< Particles: positions moved into the periodic box
-  Eigen::Index dimensions = 0;                        ///< of a particle in a flat vector; 0: the vector is one particle
+  bool exact = false;                     ///< as many digits as bring back the same bits, rather than 9
+  bool wrapped = false;                   ///< Particles: positions moved into the periodic box
+  Eigen::Index dimensions = 0;            ///< of a particle in a flat vector; 0: the vector is one particle
 };
 
 namespace detail {
@@ -60,9 +58,9 @@ void append_frame(std::ostream& out, double time, const std::string& about, cons
   text += " Time=", append_number(text, time), text += '\n';
   const auto put = [&](auto x) {
     text += ' ';
-    if constexpr (std::is_integral_v<decltype(x)>) append_number(text, x);
-    else if (info.exact) append_number(text, x);
-    else append_number(text, static_cast<double>(x), std::numeric_limits<float>::max_digits10);
+    if (std::is_integral_v<decltype(x)> || info.exact) append_number(text, x);
+    else
+      append_number(text, static_cast<double>(x), std::chars_format::general, std::numeric_limits<float>::max_digits10);
   };
   for (Eigen::Index j = 0; j < r.cols(); ++j) {
     text += info.species[info.species.size() == 1 ? 0 : static_cast<std::size_t>(kind(j))];
@@ -80,19 +78,13 @@ void append_frame(std::ostream& out, double time, const std::string& about, cons
   if (!out) throw std::runtime_error("phistep: writing an extended XYZ frame failed");
 }
 
-[[nodiscard]] inline std::string lattice_text(const Eigen::Matrix3d& lattice) {
-  std::string text = "Lattice=\"";
-  for (const double x : lattice.reshaped()) append_number(text, x), text += ' ';
-  text.back() = '"';
-  return text + ' ';
-}
 /// The box as Lattice, Origin and pbc. Along an open axis without sides the particles' own extent stands for them.
 template <class P>
 [[nodiscard]] std::string box_text(const P& particles) {
   const auto& box = particles.box();
   if (box.is_open()) return "pbc=\"F F F\" ";
   Eigen::Vector3d lower = Eigen::Vector3d::Zero(), upper = Eigen::Vector3d::Ones();
-  std::string origin, periodic;
+  std::string sides, origin, periodic;
   for (int a = 0; a < 3; ++a) {
     const bool is_there = a < P::dimensions, has_sides = is_there && box.upper[a] > box.lower[a];
     if (has_sides) lower[a] = static_cast<double>(box.lower[a]), upper[a] = static_cast<double>(box.upper[a]);
@@ -100,11 +92,12 @@ template <class P>
       lower[a] = static_cast<double>(particles.r.row(a).minCoeff()),
       upper[a] = static_cast<double>(particles.r.row(a).maxCoeff());
     if (!(upper[a] > lower[a])) upper[a] = lower[a] + 1;
+    for (int b = 0; b < 3; ++b) append_number(sides, a == b ? upper[a] - lower[a] : 0.0), sides += ' ';
     append_number(origin, lower[a]), origin += ' ';
     periodic += is_there && box.is_periodic[static_cast<std::size_t>(a)] ? "T " : "F ";
   }
-  origin.back() = periodic.back() = '"';
-  return lattice_text((upper - lower).asDiagonal()) + "Origin=\"" + origin + " pbc=\"" + periodic + ' ';
+  sides.back() = origin.back() = periodic.back() = '"';
+  return "Lattice=\"" + sides + " Origin=\"" + origin + " pbc=\"" + periodic + ' ';
 }
 }  // namespace detail
 
@@ -120,8 +113,8 @@ void write_extended_xyz(std::ostream& out, double time, const Eigen::DenseBase<P
   if (info.species.size() != 1 && (info.species.empty() || info.species.size() != static_cast<std::size_t>(r.cols())))
     throw std::invalid_argument("phistep: write_extended_xyz needs one species, or one a particle");
   (detail::check_column(r.cols(), columns), ...);
-  detail::append_frame(out, time, info.periodic ? detail::lattice_text(info.lattice) : "", in_space(r.derived(), 0),
-                       in_space(v.derived(), 0), info, std::identity{}, columns...);
+  detail::append_frame(out, time, "", in_space(r.derived(), 0), in_space(v.derived(), 0), info, std::identity{},
+                       columns...);
 }
 
 /// Appends a frame of Particles: their box, id, and mass (unless all are 1), radius, charge, type (as species where each has a
@@ -156,7 +149,7 @@ void write_extended_xyz(std::ostream& out, double time, const P& particles, cons
       column("still", list(body.still)), column("omega", omega), column("temperature", temperature), columns...);
 }
 
-/// An observer that appends a frame at each look at a motion, or at Particles: `every(0.1, extended_xyz(out, {.species =
+/// An observer that appends a frame of a motion, or of Particles, each time it is called: `every(0.1, extended_xyz(out, {.species =
 /// {"Fe"}}))`; then columns, `column("speed", [](double, const auto& y) -> Eigen::VectorXd { … })`.
 /// @throws as write_extended_xyz does, when it is called
 template <class... Content>

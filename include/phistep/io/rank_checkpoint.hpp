@@ -10,16 +10,16 @@
 #pragma once
 
 #include <cstddef>
-#include <exception>
 #include <filesystem>
 #include <fstream>
+#include <ostream>
 #include <span>
 #include <string>
 #include <system_error>
 #include <vector>
 
 #include "phistep/base/state/field.hpp"
-#include "phistep/base/version.hpp"
+#include "phistep/base/state/ranks.hpp"
 #include "phistep/io/checkpoint.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
@@ -28,15 +28,11 @@ namespace detail {
 /// Runs f() on each rank; where it throws on any, all throw: that one what it has thrown, the others that another did.
 template <class Ops>
 void on_all_ranks(const Field<Ops>& ranks, const std::filesystem::path& path, auto&& f) {
-  std::exception_ptr mine;
   try {
-    f();
-  } catch (...) {
-    mine = std::current_exception();
+    static_cast<void>(ask_all_ranks(ranks, [&f] { return f(), true; }));
+  } catch (const ThrownElsewhere&) {
+    refuse(path.string(), "can't be used on another rank");
   }
-  const bool failed = Ops::most(ranks.handle(), mine ? 1 : 0) != 0;
-  if (mine) std::rethrow_exception(mine);
-  if (failed) refuse(path.string(), "can't be used on another rank");
 }
 
 /// What the file that names the parts holds.
@@ -72,9 +68,9 @@ void save_on_ranks(const Field<Ops>& ranks, const std::filesystem::path& path, P
   }
   now = {Ops::most(ranks.handle(), before.save) + 1, Ops::ranks(ranks.handle())};
   detail::on_all_ranks(ranks, path, [&] {
-    std::ofstream out(now.part(path, rank), std::ios::binary);
-    if (out) detail::write_checkpoint(out, detail::RankStamp{now.stamp(rank)}, parts...);
-    if (out.close(); !out) detail::refuse(now.part(path, rank).string(), "can't be written");
+    detail::write_file(now.part(path, rank), [&](std::ostream& out) {
+      detail::write_checkpoint(out, detail::RankStamp{now.stamp(rank)}, parts...);
+    });
   });
   detail::on_all_ranks(ranks, path, [&] {
     if (rank == 0) save_checkpoint(path, now);
@@ -98,13 +94,14 @@ template <class Ops, class... Parts>
     if (!load_checkpoint(path, manifest)) detail::refuse(path.string(), "is not seen by all ranks");
     if (manifest.ranks != all)
       detail::refuse(path.string(),
-                     "was written by " + std::to_string(manifest.ranks) + " ranks, here are " + std::to_string(all));
+                     "was written by " + std::to_string(manifest.ranks) + " ranks, here are " + std::to_string(all) +
+                         ": start as many, or read the state from a file that the vectors' library has written");
     const std::string part = manifest.part(path, rank).string();
     std::ifstream in(part, std::ios::binary);
     if (!in) detail::refuse(part, "can't be opened");
     bytes = detail::read_checkpoint(in, part, true);
   });
-  // Nobody keeps what it has read before all have.
+  // No rank keeps what it has read before all ranks have read theirs.
   Reader reader{std::span(bytes).subspan(detail::checkpoint_head)};
   detail::RankStamp stamp{manifest.stamp(rank)};
   reader.load_by([&](auto&& read) { detail::on_all_ranks(ranks, path, read); }, stamp, parts...);

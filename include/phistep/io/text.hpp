@@ -1,5 +1,5 @@
 /// @file
-/// Numbers as text that looks the same in every locale, named columns of tables and frames, positions in space.
+/// Numbers as text that is the same in every locale, named columns of tables and frames, positions in space.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,21 +16,13 @@
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-/// Appends x by the fewest digits that read back to its bits; NaN and infinities are nan, inf, -inf.
-template <class Number>
+/// Appends x by the fewest digits that read back to its bits, or as std::to_chars(…, x, format…); NaN and infinities are nan,
+/// inf, -inf.
+template <class Number, class... Format>
   requires std::is_arithmetic_v<Number>
-void append_number(std::string& text, Number x) {
+void append_number(std::string& text, Number x, Format... format) {
   std::array<char, 64> digits;
-  text.append(digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), x).ptr);
-}
-/// Appends x rounded to so many significant digits, at most 40.
-template <class Number>
-  requires std::is_floating_point_v<Number>
-void append_number(std::string& text, Number x, int significant) {
-  std::array<char, 64> digits;
-  text.append(
-      digits.data(),
-      std::to_chars(digits.data(), digits.data() + digits.size(), x, std::chars_format::general, significant).ptr);
+  text.append(digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), x, format...).ptr);
 }
 
 /// A column of one's own: a name, and a function of (t, state) or fixed values.

@@ -32,7 +32,6 @@
 #include <vector>
 
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/io/csv.hpp"
 #include "phistep/io/text.hpp"
 
@@ -197,7 +196,7 @@ void write_vtk(const std::filesystem::path& path, const S& state, const Layout& 
   detail::replace_file(path, file.out.str());
 }
 
-/// An observer that writes a frame at each look: `sampled(0.1, vtk_series("out/melt"))`, or with a layout, then columns,
+/// An observer that writes a frame each time it is called: `sampled(0.1, vtk_series("out/melt"))`, or with a layout, then columns,
 /// `vtk_series("out/melt", {.wrapped = true}, column("speed", [](double, const auto& y) -> Eigen::VectorXd { … }))`.
 ///
 /// A frame replaces those of its time or later: a second run with the same object starts the series anew, a run from where the

@@ -18,16 +18,16 @@
 #include <type_traits>
 #include <vector>
 
+#include "phistep/base/facts/structure.hpp"
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/force/signature.hpp"
 #include "phistep/run/choice/automatic_stepper.hpp"
 #include "phistep/run/choice/scheme_set.hpp"
 #include "phistep/run/choice/suitable_scheme.hpp"
+#include "phistep/run/control/run_report.hpp"
 #include "phistep/run/errors/tolerance.hpp"
 #include "phistep/run/run.hpp"
 #include "phistep/step/mass/mass.hpp"
-#include "phistep/study/stability/report.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -35,12 +35,12 @@ namespace phistep { inline namespace PHISTEP_ABI {
 struct Stiffness {
   bool known = false;
   bool is_stiff = false;   ///< stability limits explicit steps, or would from the first on
-  double rate = 0;         ///< [1/time] |λ|max of ∂y'/∂y where it was looked at last
+  double rate = 0;         ///< [1/time] |λ|max of ∂y'/∂y where it was last computed
   double dt = 0;           ///< [time] of the steps there
   double turns = 0;        ///< rate times the whole span
   std::int64_t steps = 0;  ///< done to find it out
   double covered = 0;      ///< share of the span that they covered
-  std::string doubts{};    ///< RunReport::doubts of the run that was looked at
+  std::string doubts{};    ///< RunReport::doubts of that run
 };
 
 /// A stepper to take, and why.
@@ -76,33 +76,33 @@ template <class = void>
 [[nodiscard]] Advice decide(const AdvisedProblem& scene, const Stiffness& stiffness) {
   Advice to;
   to.stiffness = stiffness;
-  to.control = "phistep::tolerance{.rtol = " + short_number(scene.rtol) + "}";
+  to.control = "phistep::tolerance{.rtol = " + number_text(scene.rtol, 3) + "}";
   const double u = std::pow(10.0, -scene.digits);
-  const std::string wanted = "a tolerance of " + short_number(scene.rtol);
+  const std::string wanted = "a tolerance of " + number_text(scene.rtol, 3);
   if (scene.rtol < 10 * u)
     to.warnings.push_back(wanted + " is below what a number of " + std::to_string(scene.digits) + " digits can hold");
-  const SchemeChoice choice = suitable_scheme(scene, stiffness.is_stiff);
-  if (choice.why == SchemeReason::history) to.control = "phistep::fixed(dt)";
+  const SuitableScheme scheme = suitable_scheme(scene, stiffness.is_stiff);
+  if (scene.has_history) to.control = "phistep::fixed(dt)";
   else if (stiffness.known) {
     std::string text = stiffness.is_stiff ? "it is stiff: " : "it is not stiff: ";
-    text += "|lambda| = " + short_number(stiffness.rate);
+    text += "|lambda| = " + number_text(stiffness.rate, 3);
     text += stiffness.is_stiff ? " limits explicit steps to dt = " : ", and the error limits steps to dt = ";
-    text += short_number(stiffness.dt) + " (seen: " + std::to_string(stiffness.steps) + " steps, the first " +
-            short_number(100 * stiffness.covered) + " % of the span)";
+    text += number_text(stiffness.dt, 3) + " (seen: " + std::to_string(stiffness.steps) + " steps, the first " +
+            number_text(100 * stiffness.covered, 3) + " % of the span)";
     to.reasons.push_back(text);
   } else {
     to.warnings.push_back("how stiff it is could not be found out: the run's first steps failed");
   }
   if (!stiffness.doubts.empty()) to.warnings.push_back("the run looked at was odd:" + stiffness.doubts);
-  to.scheme = name_of(choice.scheme);
-  if (is_by_krylov(choice.scheme)) to.solver = "phistep::newton<phistep::PreconditionedBySymmetry>()";
-  to.reasons.push_back(sentence_of(choice, scene, wanted));
-  if (choice.why == SchemeReason::no_jacobian)
+  to.scheme = name_of(scheme);
+  if (is_by_krylov(scheme)) to.solver = "phistep::newton<phistep::PreconditionedBySymmetry>()";
+  to.reasons.push_back(sentence_of(scheme, scene, wanted));
+  if (scheme == SuitableScheme::tr_bdf_2 && scene.structure != Structure::network)
     to.warnings.push_back("a member jacobian(...), or sparsity(force, pattern), would open the way to rodas5p");
   const double periods = stiffness.turns / 6.283185307179586;
-  if (choice.why == SchemeReason::fewest_calls_motion && periods > 1e4)
+  if ((scheme == SuitableScheme::nystrom_8 || scheme == SuitableScheme::nystrom_12) && periods > 1e4)
     to.warnings.push_back(
-        "over " + short_number(periods) +
+        "over " + number_text(periods, 3) +
         " of its fastest periods the energy drifts with a varying dt: srkn11b with a fixed dt keeps it");
   return to;
 }

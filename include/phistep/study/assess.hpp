@@ -1,5 +1,5 @@
 /// @file
-/// From a linearised problem, a scheme and Δt to the report: what is stable, what is accurate, what to do instead.
+/// From a linearized problem, a scheme and Δt to the report: what is stable, what is accurate, what to do instead.
 ///
 /// Accuracy is that of the exponent: a step multiplies e^{iωt} by g, and log(g)/(iωΔt) − 1 holds the relative error of the
 /// frequency and the damping ratio added by the scheme. φ = ½: −a²/12 and 0; velocity Verlet: +a²/24 and 0; φ: (φ−½) a
@@ -16,7 +16,7 @@
 #include <string>
 #include <utility>
 
-#include "phistep/base/version.hpp"
+#include "phistep/run/control/run_report.hpp"
 #include "phistep/study/stability/method.hpp"
 #include "phistep/study/stability/report.hpp"
 #include "phistep/study/stability/spectrum.hpp"
@@ -45,15 +45,9 @@ namespace phistep { inline namespace PHISTEP_ABI {
 template <class = void>
 class Assessment {
  public:
-  Assessment(const LinearisedProblem& problem, const Method& method, std::string scheme,
+  Assessment(const LinearizedProblem& problem, const Method& method, std::string scheme,
              const PreflightOptions& options, PreflightReport& report)
-      : problem_{problem},
-        method_{method},
-        scheme_{std::move(scheme)},
-        options_{options},
-        report_{report},
-        motion_{problem.whole.K.cols() > 0},
-        spectrum_{spectrum_of(problem.whole, problem.masses, problem.block, problem.tolerance)} {}
+      : problem_{problem}, method_{method}, scheme_{std::move(scheme)}, options_{options}, report_{report} {}
 
   void run() {
     report_.whole = term_report(problem_.whole, spectrum_, problem_.block);
@@ -63,6 +57,9 @@ class Assessment {
       return;
     }
     report_.stable_dt = below(stable_step(method_, problem_, spectrum_));
+    // Before the first touch, too: of half an oscillation, whose Verlet limit is ωΔt = 2.
+    if (options_.contact_time > 0 && !method_.is_a_stable())
+      report_.stable_dt = std::min(report_.stable_dt, 2 / std::numbers::pi * options_.contact_time);
     judge_accuracy();
     judge_decay();
     report_.verdict = verdict();
@@ -90,13 +87,15 @@ class Assessment {
       if (std::abs(lambda) >= spectrum_.radius) top = lambda.imag() < 0 ? std::conj(lambda) : lambda;
     return top;
   }
+  /// What impacts allow.
+  [[nodiscard]] double contact_dt() const { return options_.contact_time > 0 ? options_.contact_time / 10 : always; }
   [[nodiscard]] bool has_dt() const { return report_.dt > 0 && std::isfinite(report_.dt); }
 
   void judge_accuracy() {
     const std::complex<double> lambda = asked();
     report_.accurate_dt = lambda == 0.0 && !spectrum_.bounded ? std::numeric_limits<double>::quiet_NaN()
                                                               : method_.accurate_dt(lambda, options_.accuracy);
-    if (options_.contact_time > 0) report_.accurate_dt = std::min(report_.accurate_dt, options_.contact_time / 10);
+    report_.accurate_dt = std::min(report_.accurate_dt, contact_dt());
     if (!has_dt()) return;
     if (options_.contact_time > 0) report_.steps_per_contact = options_.contact_time / report_.dt;
     if (lambda == 0.0) return;
@@ -117,18 +116,8 @@ class Assessment {
     const std::complex<double> g = z.real() == 0 ? method_.oscillation(z.imag()) : method_.factor(z);
     report_.fastest_factor = std::abs(g);
     report_.rings = lambda.imag() == 0 && g.real() < 0;
-    if (motion_ || !(spectrum_.real_decay > 0 || spectrum_.exact) || !is_real()) return;
-    report_.unringing_dt = method_.sign_limit() / spectrum_.radius;
-    const SparseRows& J = problem_.whole.C;
-    double own = 0;
-    bool mixes =
-        !problem_.masses.is_matrix && method_.kind == Method::Kind::single;  // off-diagonals ≥ 0: y⁺ is a mean of y's
-    for (Eigen::Index i = 0; i < J.rows(); ++i)
-      for (SparseRows::InnerIterator entry(J, i); entry; ++entry) {
-        if (entry.col() == i) own = std::max(own, -entry.value() / problem_.masses.lumped[i]);
-        else mixes = mixes && entry.value() >= 0;
-      }
-    if (mixes && own > 0) report_.monotone_dt = 1 / ((1 - method_.force) * own);
+    if (!motion_ && (spectrum_.real_decay > 0 || spectrum_.exact) && is_real())
+      report_.unringing_dt = method_.sign_limit() / spectrum_.radius;
   }
   [[nodiscard]] bool is_real() const {
     for (const auto lambda : spectrum_.eigenvalues)
@@ -154,51 +143,53 @@ class Assessment {
                                  "jacobian(...) or add_jacobian(...).");
     if (report_.verdict == Verdict::unstable)
       say(!problem_.slow.empty()
-              ? "The outer step is " + short_number(dt / report_.stable_dt) +
+              ? "The outer step is " + number_text(dt / report_.stable_dt, 3) +
                     " times what is stable: it comes to half a period of the fast motion, which the slow "
                     "terms then drive."
           : report_.stable_dt == 0
               ? "Never stable without damping: phi < 1/2 adds energy to every vibration, at any dt."
-              : "The stiffest mode grows without bound: dt is " + short_number(dt / report_.stable_dt) +
+              : "The stiffest mode grows without bound: dt is " + number_text(dt / report_.stable_dt, 3) +
                     " times what is stable.");
     if (!has_dt()) return;
     const bool stable = dt <= report_.stable_dt;
+    const bool is_short_of_impacts = report_.steps_per_contact > 0 && report_.steps_per_contact < 10;
     const double fast = std::abs(fastest()) * dt / report_.inner_steps;
     if (stable && fast > 1) {
-      const std::string factor = short_number(report_.fastest_factor);
+      const std::string factor = number_text(report_.fastest_factor, 3);
       if (report_.fastest_factor > 0.9)
         say("Stable, but what the fastest modes do will be wrong: they are not resolved (rate x dt = " +
-            short_number(fast) + ") and not damped either, they ring on by a factor " + factor + " a step.");
+            number_text(fast, 3) + ") and not damped either, they ring on by a factor " + factor + " a step.");
       else
-        say("The fastest modes are not resolved (rate x dt = " + short_number(fast) +
+        say("The fastest modes are not resolved (rate x dt = " + number_text(fast, 3) +
             "): the scheme damps them by a factor " + factor + " a step" +
             (report_.rings ? ", with alternating sign" : "") + ", right only if they don't matter.");
-    } else if (report_.verdict == Verdict::coarse && report_.period > 0) {
-      say(report_.steps_per_contact > 0 && report_.steps_per_contact < 10
-              ? "Impacts need ten steps a contact, whatever the scheme."
-              : "Stable, but the motion looked at is off by " + short_number(100 * std::abs(report_.phase_error)) +
-                    " % of its rate" +
-                    (std::abs(report_.added_damping) > std::abs(report_.phase_error)
-                         ? ", and the scheme damps it by a ratio of " + short_number(report_.added_damping)
-                         : "") +
-                    ".");
+    } else if (report_.verdict == Verdict::coarse && report_.period > 0 && !is_short_of_impacts) {
+      say("Stable, but the motion looked at is off by " + number_text(100 * std::abs(report_.phase_error), 3) +
+          " % of its rate" +
+          (std::abs(report_.added_damping) > std::abs(report_.phase_error)
+               ? ", and the scheme damps it by a ratio of " + number_text(report_.added_damping, 3)
+               : "") +
+          ".");
     }
-    if (report_.steps_per_contact > 0 && report_.steps_per_contact < 10 && fast > 1)
+    if ((motion_ ? stable : report_.verdict == Verdict::coarse) && method_.kind == Method::Kind::single &&
+        method_.force > 0.5)
+      say("Its damping makes it a scheme of order 1: generalized_alpha(" +
+          number_text((1 - method_.force) / method_.force, 3) + ") damps the fastest modes as much, at order 2.");
+    if (is_short_of_impacts)
       say("Impacts need ten steps a contact, whatever the scheme: this creates or destroys energy.");
+    else if (report_.is_lossless && report_.steps_per_contact > 0 && report_.steps_per_contact < 100)
+      say("Nothing is lost in an impact: below a hundred steps a contact each bounce gains or loses some energy by "
+          "chance.");
+    if (report_.penetration > 1)
+      say("At these speeds a body sinks in " + number_text(report_.penetration, 2) +
+          " times as far as where it comes out on the other side of what it hits: take a stiffer law or a thicker "
+          "wall.");
     if (report_.growth > 0 && method_.is_a_stable() && std::abs(method_.factor(report_.growth * dt)) < 1)
-      say("The exact solution grows at the rate " + short_number(report_.growth) + ", and this step would hide it.");
+      say("The exact solution grows at the rate " + number_text(report_.growth, 3) + ", and this step would hide it.");
     else if (report_.growth > 0)
-      say("The exact solution itself has a mode that grows, at the rate " + short_number(report_.growth) + ".");
+      say("The exact solution itself has a mode that grows, at the rate " + number_text(report_.growth, 3) + ".");
   }
 
-  [[nodiscard]] double limit_of(const Method& method) const {
-    if ((problem_.has_kicks && !problem_.kicks.is_zero()) || !problem_.slow.empty()) {
-      LinearisedProblem plain{problem_.whole, problem_.whole,     {},   problem_.masses,
-                              problem_.block, problem_.tolerance, false};
-      return below(stable_step(method, plain, spectrum_));
-    }
-    return below(stable_step(method, problem_, spectrum_));
-  }
   void advise() {
     if (!problem_.slow.empty() && report_.verdict != Verdict::fine) {
       const double dt = std::min(report_.accurate_dt, 0.9 * report_.stable_dt);
@@ -208,22 +199,25 @@ class Assessment {
                                    " inner steps; a smaller k leaves them longer."};
       return;
     }
+    if (report_.verdict == Verdict::fine && report_.penetration > 1) return;
     if (report_.verdict == Verdict::fine) {
       const bool rings = std::abs(fastest()) * report_.dt / report_.inner_steps > 1 && report_.fastest_factor > 0.9;
       report_.recommended = {
           scheme_, report_.dt,
-          rings ? "Keep it, if nothing excites the fastest modes; tr_bdf2 would damp them." : "Keep it."};
+          rings ? "Keep it, if nothing excites the fastest modes; generalized_alpha(0.5) or tr_bdf2 would damp them."
+                : "Keep it."};
       return;
     }
     const std::complex<double> lambda = asked();
-    const double contact = options_.contact_time > 0 ? options_.contact_time / 10 : always;
     const Method explicit_method =
                      motion_ ? Method{Method::Kind::verlet, 0.5, 0.5} : Method{Method::Kind::single, 0, 0},
                  stiff{Method::Kind::two_stage, 1, 1};
-    const double bears = spectrum_.bounded ? limit_of(explicit_method) : std::numeric_limits<double>::quiet_NaN();
-    const double accurate = lambda == 0.0 ? always : explicit_method.accurate_dt(lambda, options_.accuracy);
-    const double explicit_dt = std::min({accurate, 0.9 * bears, contact});  // NaN bears: see below
-    const double large = std::min(lambda == 0.0 ? always : stiff.accurate_dt(lambda, options_.accuracy), contact);
+    const LinearizedProblem by_one_scheme{problem_.whole,  problem_.whole, {},
+                                          problem_.masses, problem_.block, problem_.tolerance};
+    const double bears = below(stable_step(explicit_method, by_one_scheme, spectrum_));
+    const double accurate = explicit_method.accurate_dt(lambda, options_.accuracy);
+    const double explicit_dt = std::min({accurate, 0.9 * bears, contact_dt()});  // NaN bears: see below
+    const double large = std::min(stiff.accurate_dt(lambda, options_.accuracy), contact_dt());
     const std::string explicit_name = motion_ ? "velocity_verlet" : "forward_euler";
     const bool can_be_explicit = bears > 0 && std::isfinite(explicit_dt);
     if (options_.period > 0 && std::isfinite(large)) {
@@ -239,7 +233,7 @@ class Assessment {
     }
     if (can_be_explicit)
       report_.recommended = {explicit_name, explicit_dt, "Resolves the fastest mode, if that is what you want to see."};
-    const double wanted = std::min(has_dt() ? report_.dt : always, contact);
+    const double wanted = std::min(has_dt() ? report_.dt : always, contact_dt());
     if (std::isfinite(wanted)) {
       const PreflightAdvice damped{
           "tr_bdf2", wanted,
@@ -249,13 +243,13 @@ class Assessment {
     }
   }
 
-  const LinearisedProblem& problem_;
+  const LinearizedProblem& problem_;
   Method method_;
   std::string scheme_;
   PreflightOptions options_;
   PreflightReport& report_;
-  bool motion_;
-  Spectrum spectrum_;
+  bool motion_ = problem_.whole.K.cols() > 0;
+  Spectrum spectrum_ = spectrum_of(problem_.whole, problem_.masses, problem_.block, problem_.tolerance);
 };
 
 }}  // namespace phistep::PHISTEP_ABI

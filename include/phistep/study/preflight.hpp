@@ -5,9 +5,9 @@
 ///     const auto report = phistep::preflight(stepper, sheet, 1e-3, {.period = 0.5});
 ///     if (!report) std::cout << report;      // report.verdict, report.stable_dt, report.terms[k].frequency, …
 ///
-/// The force is linearised at the state, term by term (its own Jacobian, or differences), and its rates are bounded from
+/// The force is linearized at the state, term by term (its own Jacobian, or differences), and its rates are bounded from
 /// above: exactly for up to 200 unknowns (r and v counted), by weighted Gershgorin discs beyond (spectral_bound.hpp). So is
-/// Δt: stable by guarantee, for the linearised problem; where the stiffness changes, ask again. Nothing is stepped, no
+/// Δt: stable by guarantee, for the linearized problem; where the stiffness changes, ask again. Nothing is stepped, no
 /// count changes, nothing is thrown.
 #pragma once
 
@@ -28,10 +28,12 @@
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/motion.hpp"
 #include "phistep/base/state/reductions.hpp"
+#include "phistep/force/at.hpp"
 #include "phistep/force/linear.hpp"
-#include "phistep/force/seldom.hpp"
 #include "phistep/force/sum.hpp"
+#include "phistep/run/control/run_report.hpp"
 #include "phistep/run/stepper/phi_stepper.hpp"
+#include "phistep/schemes/generalized_alpha.hpp"
 #include "phistep/step/equation/right_hand_side.hpp"
 #include "phistep/study/assess.hpp"
 #include "phistep/study/checks/tangent.hpp"
@@ -50,7 +52,17 @@ template <class F, class D, Form form>
 [[nodiscard]] std::string scheme_name(const PhiScheme<F, D, form>& scheme) {
   const double f = scheme.force.template value<double>(), d = scheme.drift.template value<double>();
   if (const std::string name = scheme.name(); !name.starts_with("phi") && !name.starts_with("a pair")) return name;
-  return (form == Form::stage ? "phi_stage(" : "phi(") + short_number(f) + (f == d ? "" : ", " + short_number(d)) + ')';
+  return (form == Form::stage ? "phi_stage(" : "phi(") + number_text(f, 3) + (f == d ? "" : ", " + number_text(d, 3)) +
+         ')';
+}
+[[nodiscard]] inline std::string scheme_name(const GeneralizedAlpha& scheme) {
+  return "generalized_alpha(" + number_text(scheme.rho, 3) + ')';
+}
+[[nodiscard]] inline std::string scheme_name(const NewmarkAlpha& scheme) {
+  const AlphaWeights& w = scheme.given;
+  if (w.alpha_f != 0) return "hht(" + number_text(-w.alpha_f, 3) + ')';
+  if (w.alpha_m != 0) return "bossak(" + number_text(w.alpha_m, 3) + ')';
+  return "newmark(" + number_text(w.beta, 3) + ", " + number_text(w.gamma, 3) + ')';
 }
 /// What a scheme calls itself.
 template <class Scheme>
@@ -59,32 +71,24 @@ template <class Scheme>
   else return "this scheme";
 }
 
-/// One oscillator r'' = −a² r.
-struct TestOscillator : ForceTerm {
-  double a_squared;
-  static constexpr bool uses_velocity = false, uses_time = false, is_affine = true;
-  explicit TestOscillator(double a) : a_squared{a * a} {}
-  void add(auto /*t*/, const auto& y, auto& out) const { out.force -= a_squared * y.r; }
-  void add_jacobian(auto /*t*/, const auto& /*y*/, auto& sink) const { sink.position(0, 0, -a_squared); }
-};
-/// A scheme that no formula of method.hpp describes: as its own steps tell, of y' = z y, z = x + iy as a 2×2 matrix, or of an
-/// oscillator where it takes motions alone. NaN where such a step fails.
+/// A scheme that no formula of method.hpp describes, by one step of its own: of y' = z y, z = x + iy as a 2×2 matrix, or of an
+/// oscillator if the scheme takes motions alone. NaN where such a step fails.
 template <class Scheme>
 [[nodiscard]] Method method_of(const Scheme& scheme) {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   Method method;
   if constexpr (Scheme::facts.motion_only) {
     method.kind = Method::Kind::motion;
-    method.step_of = [scheme, nan](double a) {
+    method.swing = [scheme, nan](double a) {
       using One = Eigen::Matrix<double, 1, 1>;
       Eigen::Matrix2d G;
       for (int j = 0; j < 2; ++j) {
         Motion<One> y{One(j == 0 ? 1.0 : 0.0), One(j == 0 ? 0.0 : 1.0)};
-        PhiStepper stepper{y, TestOscillator{a}, scheme};
-        if (stepper.step(y, 0, 1)) G.col(j) << y.r, y.v;
-        else G.setConstant(nan);
+        PhiStepper stepper{y, linear(One(-a * a)), scheme};
+        if (!stepper.step(y, 0, 1)) return std::complex{nan, nan};
+        G.col(j) << y.r, y.v;
       }
-      return G;
+      return larger_eigenvalue(G.trace(), G.determinant());
     };
   } else {
     method.kind = Method::Kind::rational;
@@ -101,9 +105,41 @@ template <class Scheme>
   return method;
 }
 
-/// With slow terms: what an outer step does to an oscillation of which each term has a part as large as its own stiffness.
+/// Generalized-α and Newmark's family: the largest roots of what (1) to (3) of schemes/generalized_alpha.hpp make of y' = zy (of a
+/// motion, v' = zv) and of r'' = −a²r, Δt = 1,
+///
+///     (λ−1) ((1−α_m)λ + α_m) = z (γλ + 1−γ) ((1−α_f)λ + α_f)
+///     (λ−1)² ((1−α_m)λ + α_m) = −a² ((1−α_f)λ + α_f) (βλ² + (½+γ−2β)λ + ½+β−γ)
+template <HasAlphaWeights Scheme>
+[[nodiscard]] Method method_of(const Scheme& scheme, bool is_motion) {
+  const AlphaWeights w = scheme.weights(is_motion);
+  Method method;
+  method.a_stable = 2 * w.beta >= w.gamma - 1e-12;
+  method.kind = method.a_stable ? Method::Kind::rational : Method::Kind::motion;
+  method.R = [w](std::complex<double> z) {
+    const double m = w.alpha_m, f = w.alpha_f, g = w.gamma;
+    const std::complex<double> a = 1 - m - z * (g * (1 - f)), b = 2 * m - 1 - z * ((1 - g) * (1 - f) + g * f),
+                               c = -m - z * ((1 - g) * f), root = std::sqrt(b * b - 4.0 * a * c);
+    return std::norm(root - b) > std::norm(root + b) ? (root - b) / (2.0 * a) : -(root + b) / (2.0 * a);
+  };
+  if (!is_motion) return method;
+  method.bears_damping = true;
+  method.swing = [w](double a) {
+    const double m = w.alpha_m, f = w.alpha_f, q = a * a, p1 = 0.5 + w.gamma - 2 * w.beta, p0 = 0.5 + w.beta - w.gamma;
+    const double c3 = 1 - m + q * (1 - f) * w.beta, c2 = 3 * m - 2 + q * ((1 - f) * p1 + f * w.beta),
+                 c1 = 1 - 3 * m + q * ((1 - f) * p0 + f * p1), c0 = m + q * f * p0;
+    Eigen::MatrixXd companion{{-c2 / c3, -c1 / c3, -c0 / c3}, {1, 0, 0}, {0, 1, 0}};
+    std::complex<double> largest = 0;
+    for (const auto lambda : eigenvalues_of(companion))
+      if (std::abs(lambda) > std::abs(largest)) largest = lambda;
+    return std::complex<double>{largest.real(), std::abs(largest.imag())};
+  };
+  return method;
+}
+
+/// Slow terms: what an outer step does to an oscillation of which each term has a part in proportion to its stiffness.
 template <class = void>
-[[nodiscard]] Method describe_slow(const LinearisedProblem& problem, PreflightReport& report) {
+[[nodiscard]] Method describe_slow(const LinearizedProblem& problem, PreflightReport& report) {
   const auto stiffness = [&](const Tangent& tangent) {
     return spectrum_of(tangent, problem.masses, problem.block, problem.tolerance).stiffness;
   };
@@ -111,36 +147,42 @@ template <class = void>
   const double fast = stiffness(problem.rest);
   std::vector<double> slow;
   double sum = fast;
-  for (const LinearisedProblem::Slow& one : problem.slow) sum += slow.emplace_back(stiffness(one.tangent));
+  for (const LinearizedProblem::Slow& one : problem.slow) sum += slow.emplace_back(stiffness(one.tangent));
   report.inner_steps = *std::max_element(every.begin(), every.end());
   const bool one_level = std::all_of(every.begin(), every.end(), [&](int k) { return k == report.inner_steps; });
   if (one_level && report.dt > 0 && problem.whole.known)
     report.most_k = most_inner_steps(fast, sum - fast, report.dt / report.inner_steps);
   Method method;
   method.kind = Method::Kind::motion;
-  method.step_of = [=, inner = problem.inner, begin = problem.begin_weight()](double a) {
+  method.swing = [=, inner = problem.inner, begin = problem.begin_weight()](double a) {
     const auto kick = [](double gamma, double square) { return Eigen::Matrix2d{{1, 0}, {-gamma * square, 1}}; };
     const auto part = [&](double of) { return sum > 0 ? a * a * of / sum : a * a; };
-    return outer_step_matrix<Eigen::Matrix2d>(
+    const auto G = outer_step_matrix<Eigen::Matrix2d>(
         Eigen::Matrix2d::Identity(), 1, every, begin,
         [&](double h) -> Eigen::Matrix2d {
           return kick((1 - begin) * h, part(fast)) * Eigen::Matrix2d{{1, h}, {0, 1}} * kick(begin * h, part(fast));
         },
         [&](std::size_t j, double gamma) { return kick(gamma, part(slow[j])); });
+    return larger_eigenvalue(G.trace(), G.determinant());
   };
   return method;
 }
 
-/// [time] of the shortest impact of those terms that know theirs, by a member contact_time(y); 0 where none does.
+/// What those terms say of impacts that know theirs, by members contact_time(y) and impacts(y).
 template <class F, class View>
-[[nodiscard]] double shortest_contact(F& force, const View& y) {
-  double shortest = 0;
+void ask_of_impacts(F& force, const View& y, double& shortest, PreflightReport& report) {
+  const bool is_given = shortest > 0;
   for_each_summand(force, [&](auto& term) {
     if constexpr (requires { term.contact_time(y); })
-      if (const auto one = static_cast<double>(term.contact_time(y)); one > 0 && (shortest == 0 || one < shortest))
+      if (const auto one = static_cast<double>(term.contact_time(y));
+          !is_given && one > 0 && (shortest == 0 || one < shortest))
         shortest = one;
+    if constexpr (requires { term.impacts(y); }) {
+      const auto impacts = term.impacts(y);
+      report.penetration = std::max(report.penetration, impacts.deepest);
+      report.is_lossless = report.is_lossless || impacts.lossless;
+    }
   });
-  return shortest;
 }
 
 /// What Δt and the stepper's scheme will do to this force, these masses and this state.
@@ -164,29 +206,27 @@ template <State S, class F, class Scheme, class MassSpec, ImplicitSolver Solver>
     }
     auto& force = stepper.force_to_look_at();
     using Whole = std::remove_cvref_t<decltype(force)>;
-    const auto masses = bind_masses<S>(stepper.mass(), y);
+    const auto masses = bind_masses<S>(StepperInternals::mass(stepper), y);
     if (algebraic_component(masses))
       throw std::invalid_argument("M is singular: preflight judges no differential-algebraic equations.");
     using Rhs = RightHandSide<S, std::reference_wrapper<Whole>, std::remove_cvref_t<decltype(masses)>>;
-    double largest_mass = 1;
-    LinearisedProblem problem;
-    problem.masses = preflight_masses<S>(y, masses, largest_mass);
+    LinearizedProblem problem;
+    problem.masses = preflight_masses<S>(y, masses);
     problem.block = particle_rows<S, typename Rhs::Traits>(y);
     problem.tolerance = 64 * std::sqrt(static_cast<double>(std::numeric_limits<Scalar>::epsilon()));
     const auto t = static_cast<Scalar>(options.t), step = static_cast<Scalar>(valid ? dt : 0);
-    const double lightest = problem.masses.lumped.size() > 0 ? problem.masses.lumped.minCoeff() : 1;
-    const auto linearise = [&](auto& part, const auto& memory) {
-      return tangent_of<S>(part, t, step, y, masses, memory, largest_mass, lightest);
+    const auto linearize = [&](auto& part, const auto& memory) {
+      return tangent_of<S>(part, t, step, y, masses, memory, problem.masses);
     };
     if constexpr (is_sum<Whole>) {
       const auto add = [](Tangent& sum, const Tangent& part) {
-        if (sum.C.rows() == 0) sum = part;
-        else sum = {sum.K + part.K, sum.C + part.C, sum.known && part.known, sum.finite && part.finite};
+        sum = {sum.K + part.K, sum.C + part.C, sum.known && part.known, sum.finite && part.finite};
       };
+      problem.whole = problem.rest = problem.kicks = zero_tangent<S>(y);
       double stiffest = 0;
       for_each_term(force, stepper.memory(), [&](auto k, auto& part, const auto& memory) {
         constexpr bool kick = is_split<Whole, Scheme> && is_kick<std::tuple_element_t<k(), decltype(force.terms)>>;
-        const Tangent tangent = linearise(part, memory);
+        const Tangent tangent = linearize(part, memory);
         const Spectrum s = spectrum_of(tangent, problem.masses, problem.block, problem.tolerance);
         report.terms.push_back(term_report(tangent, s, problem.block));
         const auto& marked = std::get<k()>(force.terms);
@@ -202,24 +242,23 @@ template <State S, class F, class Scheme, class MassSpec, ImplicitSolver Solver>
           problem.has_kicks = problem.has_kicks || kick;
         }
       });
-      if (problem.rest.C.rows() == 0)
-        problem.rest = {SparseRows(problem.whole.K.rows(), problem.whole.K.cols()),
-                        SparseRows(problem.whole.C.rows(), problem.whole.C.cols())};
     } else {
-      problem.whole = problem.rest = linearise(force, stepper.memory());
+      problem.whole = problem.rest = linearize(force, stepper.memory());
     }
     PreflightOptions asked = options;
-    if (asked.contact_time == 0) asked.contact_time = shortest_contact(force, Blocks<S>::view(y, masses));
-    problem.inner = method_of(stepper.scheme());
+    ask_of_impacts(force, Blocks<S>::view(y, masses), asked.contact_time, report);
+    const auto& scheme = StepperInternals::scheme(stepper);
+    if constexpr (HasAlphaWeights<Scheme>) problem.inner = method_of(scheme, Blocks<S>::drifts);
+    else problem.inner = method_of(scheme);
     const Method method = problem.slow.empty() ? problem.inner : describe_slow(problem, report);
-    Assessment<>{problem, method, scheme_name(stepper.scheme()), asked, report}.run();
+    Assessment<>{problem, method, scheme_name(scheme), asked, report}.run();
   } catch (const std::exception& error) {
     report.verdict = valid ? Verdict::unknown : Verdict::invalid;
     report.finding = error.what();
   }
   return report;
 }
-/// Of a stepper around a stepper: what the one inside does.
+/// For a stepper around a stepper: the report of the stepper inside.
 template <class Stepper, State S>
   requires requires(Stepper& outer) { outer.stepper(); }
 [[nodiscard]] PreflightReport preflight(Stepper& outer, const S& state, double dt,

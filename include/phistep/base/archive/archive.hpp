@@ -41,7 +41,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <functional>
 #include <limits>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -51,12 +53,15 @@
 
 #include "phistep/base/archive/archive_kinds.hpp"
 #include "phistep/base/archive/archive_layout.hpp"
-#include "phistep/base/version.hpp"
+#include "phistep/base/machine/memory.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Values to bytes: `Writer out; out("x", x, "y", y);`
 class Writer : public Archive<Writer> {
+  static_assert(std::endian::native == std::endian::little,
+                "phistep: archives are little-endian, as this machine isn't");
+
  public:
   static constexpr bool reading = false;
 
@@ -115,17 +120,8 @@ class Writer : public Archive<Writer> {
   }
   template <class T>
   void raw(const T* x, std::size_t n) {
-    if constexpr (std::endian::native == std::endian::little || sizeof(T) == 1) {
-      const auto* const first = reinterpret_cast<const std::byte*>(x);
-      bytes_.insert(bytes_.end(), first, first + n * sizeof(T));
-    } else {
-      for (std::size_t i = 0; i < n; ++i) {
-        T one = x[i];
-        detail::turn(one);
-        const auto bytes = std::bit_cast<std::array<std::byte, sizeof(T)>>(one);
-        bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
-      }
-    }
+    const auto* const first = reinterpret_cast<const std::byte*>(x);
+    bytes_.insert(bytes_.end(), first, first + n * sizeof(T));
   }
   static void fits(std::string_view, const Size&, std::uint64_t, std::uint64_t) {}
   static void keep(const auto& /*x*/) {}
@@ -136,27 +132,39 @@ class Writer : public Archive<Writer> {
 
 /// Bytes to values: `Reader in{bytes}; in.load(stepper, y, "t", t);`, or `in("x", x, "y", y); in.finish();`, which leaves what it has
 /// read before it throws. @throws CheckpointError where they don't fit
-class Reader : public Archive<Reader>, public AllOrNothing {
+///
+/// What is loaded is read into its place, and put back if anything that follows is wrong. Old values are kept, and moved back: that
+/// can't fail for want of memory, and needs no writing of what a file can't hold.
+class Reader : public Archive<Reader> {
  public:
   static constexpr bool reading = true;
 
   explicit Reader(std::span<const std::byte> bytes) : rest_{bytes} {}
 
-  /// Reads what save(parts…) wrote, all or nothing: if anything throws, each part is put back, bit by bit. That can't fail:
-  /// old values were kept, and are moved.
+  /// Reads what save(parts…) wrote, all or nothing: if anything throws, each part is put back, bit by bit.
   template <class... Parts>
   void load(Parts&... parts) {
     load_by([](auto&& read) { read(); }, parts...);
   }
-  /// … @param how  how(read) calls read(), and throws where nothing may be kept of it
+  /// The same. @param how  how(read) calls read(), and throws where nothing may be kept of it
   template <class How, class... Parts>
   void load_by(How&& how, Parts&... parts) {
-    attempt([&] {
+    is_open_ = keeps_ = true;
+    try {
       how([&] {
         this->parts(parts...);
         finish();
       });
-    });
+      for (const auto& f : last_) f();
+    } catch (...) {
+      for (; !undo_.empty(); undo_.pop_back()) undo_.back()();
+      throw;
+    }
+  }
+  /// f() when all has been read and checked: what can't be undone.
+  void at_last(std::function<void()> f) {
+    if (is_open_) last_.push_back(std::move(f));
+    else f();
   }
 
   void open(std::string_view name, std::uint64_t* count = nullptr) {
@@ -197,6 +205,28 @@ class Reader : public Archive<Reader>, public AllOrNothing {
     std::uint8_t rank;
     std::string name;
   };
+
+  /// Notes what x was; not after pause(), within what is noted as a whole.
+  template <class T>
+  void keep(T& x) {
+    if constexpr (!ByParts<T> && !std::is_empty_v<T>) {
+      static_assert(std::is_copy_constructible_v<T> && std::is_move_assignable_v<T>,
+                    "phistep: an object that can't be copied is read by its parts: `using ArchivedByParts = void;`");
+      if (!keeps_) return;
+      T copy = x;
+      const auto old = std::make_shared<T>(std::move(x));  // it allocates before it moves
+      take(x, copy);                                       // so what is put back has its old place in memory
+      undo_.push_back([&x, old] { x = std::move(*old); });
+    }
+  }
+  /// Out of line: inlined, g++ 12 holds an empty std::optional's value for uninitialized.
+  template <class T>
+  [[gnu::noinline]] static void take(T& to, T& from) {
+    to = std::move(from);
+  }
+  [[nodiscard]] auto pause() {
+    return AtExit{[this, before = std::exchange(keeps_, false)] { keeps_ = before; }};
+  }
 
   [[noreturn]] static void refuse(const std::string& why) { throw CheckpointError("phistep: " + why); }
   [[noreturn]] void too_early(std::string_view name) const {
@@ -298,8 +328,6 @@ class Reader : public Archive<Reader>, public AllOrNothing {
     if (n == 0) return;
     std::memcpy(static_cast<void*>(x), rest_.data(), n * sizeof(T));
     rest_ = rest_.subspan(n * sizeof(T));
-    if constexpr (sizeof(T) > 1)
-      for (std::size_t i = 0; std::endian::native != std::endian::little && i < n; ++i) detail::turn(x[i]);
   }
   void fits(std::string_view name, const Size& size, std::uint64_t rows, std::uint64_t columns) const {
     if (size[0] == rows && size[1] == columns) return;
@@ -311,6 +339,8 @@ class Reader : public Archive<Reader>, public AllOrNothing {
   std::span<const std::byte> rest_;
   std::vector<std::string> path_;
   detail::Kind kind_;
+  std::vector<std::function<void()>> undo_, last_;
+  bool is_open_ = false, keeps_ = false;
 };
 
 }}  // namespace phistep::PHISTEP_ABI

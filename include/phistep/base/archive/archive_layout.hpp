@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <iosfwd>
+#include <span>
 #include <string>
 #include <string_view>
 #include <tuple>
@@ -18,7 +19,6 @@
 
 #include "phistep/base/archive/archive_kinds.hpp"
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -60,7 +60,7 @@ class Archive {
       pass<true>(name, x);
     }
   }
-  /// A list of structs, as a list for each of the members named: columns("who", list, "kind", &Sleeper::kind, …).
+  /// A list of structs, as a list for each of the members named: columns("sleepers", list, "kind", &Sleeper::kind, …).
   template <class List, class... Members>
   void columns(std::string_view name, List& list, const Members&... members) {
     self().keep(list);
@@ -150,7 +150,7 @@ class Archive {
     else value<as == As::in_place>(name, x);
     values<as>(rest...);
   }
-  /// Of a struct's next block.
+  /// The name of a struct's next block.
   template <class V>
   [[nodiscard]] std::string name_of() {
     if constexpr (requires { V::block_names; }) return V::block_names[counts_.back()++];
@@ -161,29 +161,30 @@ class Archive {
   void column(bool&, List&) {}
   template <class List, class T, class M, class... Rest>
   void column(bool& is_first, List& list, const char* name, M T::*member, const Rest&... rest) {
-    constexpr std::size_t each = [] {
-      if constexpr (detail::TupleLike<M>) return std::tuple_size_v<M>;
-      else return std::size_t{1};
-    }();
-    const auto at = [](auto& x, [[maybe_unused]] std::size_t k) -> auto& {
-      if constexpr (detail::TupleLike<M>) return x[k];
-      else return x;
+    const auto numbers = [member](auto& x) {
+      auto& own = x.*member;
+      if constexpr (requires { own.data(); }) return std::span(own.data(), static_cast<std::size_t>(own.size()));
+      else return std::span(&own, 1);
     };
-    std::vector<std::remove_cvref_t<decltype(at(std::declval<M&>(), 0))>> all;
+    T like{};
+    const std::size_t each = numbers(like).size();
+    std::vector<typename decltype(numbers(like))::value_type> all;
     if constexpr (!Self::reading) {
       all.reserve(each * list.size());
       for (const T& x : list)
-        for (std::size_t k = 0; k < each; ++k) all.push_back(at(x.*member, k));
+        for (const auto& one : numbers(x)) all.push_back(one);
     }
     this->template list<false>(name, all);
     if constexpr (Self::reading) {
       if (std::exchange(is_first, false)) list.assign(all.size() / each, T{});
       self().check(all.size() == each * list.size());
-      for (std::size_t i = 0; i < all.size(); ++i) at(list[i / each].*member, i % each) = all[i];
+      auto from = all.begin();
+      for (T& x : list)
+        for (auto& one : numbers(x)) one = *from++;
     }
     column(is_first, list, rest...);
   }
-  /// As the standard writes them: they go on in the same way elsewhere.
+  /// A random engine as the standard writes it: it goes on in the same way elsewhere.
   template <class Out = std::ostringstream, class In = std::istringstream, class T>
   void engine(std::string_view name, T& x) {
     std::string state;

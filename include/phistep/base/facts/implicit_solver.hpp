@@ -4,7 +4,7 @@
 
 #include <utility>
 
-#include "phistep/base/version.hpp"
+#include "phistep/base/machine/memory.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -39,13 +39,7 @@ struct Newton {
   static constexpr bool is_implicit_solver = true;
   using LinearSolver = Solver;
   NewtonOptions options;
-};
-template <GivenSolver Solver>
-struct Newton<Solver> {
-  static constexpr bool is_implicit_solver = true;
-  using LinearSolver = Solver;
-  NewtonOptions options;
-  Solver linear{};  ///< what it holds, a preconditioner say, is copied
+  [[no_unique_address]] Only<GivenSolver<Solver>, Solver> linear{};  ///< what it holds, a preconditioner say, is copied
 };
 
 /// Whether a linear solver wants products with W in place of a matrix.
@@ -57,19 +51,20 @@ template <class Solver = void>
 [[nodiscard]] constexpr Newton<Solver> newton(NewtonOptions options = {}) {
   return {options};
 }
-/// … with a solver that holds something, `newton(PreconditionedGmres<P>{mine})`.
+/// The same with a solver that holds something, `newton(PreconditionedGmres<P>{mine})`.
 template <GivenSolver Solver>
 [[nodiscard]] constexpr Newton<Solver> newton(Solver linear, NewtonOptions options = {}) {
   return {options, std::move(linear)};
 }
 
 /// One Newton correction with a fresh Jacobian, accepted as it is: the linearly implicit step. Order as the scheme's for
-/// smooth forces (φ = ½ stays of order 2); what it leaves of the nonlinear equations is not looked at.
+/// smooth forces (φ = ½ stays of order 2); the residual that it leaves in the nonlinear equations is not checked.
 template <class Solver = void>
 struct LinearlyImplicit {
   static constexpr bool is_implicit_solver = true;
   using LinearSolver = Solver;
   NewtonOptions options;
+  [[no_unique_address]] Only<GivenSolver<Solver>, Solver> linear{};
 };
 
 /// `linearly_implicit()`, `linearly_implicit<Eigen::SimplicialLDLT<Matrix>>()`
@@ -88,19 +83,17 @@ struct SolveTolerance {
   bool has_unsized = false;      ///< where the weight is 0, a correction is measured by the iterate
 };
 
-// What schemes ask of the kernel.
-
 /// What a scheme asks of the kernel for a given right-hand side.
 struct KernelNeeds {
   bool solver = false;   ///< it resolves where there is something to solve
-  bool position = true;  ///< … with γ_d ≠ 0, so that K matters
+  bool position = true;  ///< it resolves with γ_d ≠ 0, so that K matters
   bool carries = false;  ///< it may leave Ψ(t+Δt) to the next step
   bool stages = false;   ///< it solves linear equations instead
-  bool shifted = false;  ///< … with several complex matrices
+  bool shifted = false;  ///< its linear equations have several complex matrices
   int passes = 0;        ///< explicit: 1, a step is one kick_drift; 2, a kick follows it and ends the step; 0, neither
 };
 
-/// Whether Ψ(t+Δt) could be kept at all: a force with a history may have changed it by then, a look-up isn't worth it.
+/// Whether Ψ(t+Δt) could be kept at all: a force with a history may have changed it by then, and one that reads a table costs too little.
 template <class Rhs>
 inline constexpr bool can_carry = !Rhs::has_history && !Rhs::Traits::is_lookup;
 

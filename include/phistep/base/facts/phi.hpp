@@ -10,7 +10,6 @@
 #include <type_traits>
 
 #include "phistep/base/facts/scheme_facts.hpp"
-#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -45,17 +44,15 @@ class RunTimeDriftPhi : public RunTimePhi {
   using RunTimePhi::RunTimePhi;
 };
 
-/// True where φ is zero by type, so that nothing implicit needs to exist.
-template <class Phi>
-inline constexpr bool is_zero_phi = false;
-template <int Denominator>
-inline constexpr bool is_zero_phi<FixedPhi<0, Denominator>> = true;
-
 /// True where φ is halves/2 by type.
 template <class Phi, int halves>
 inline constexpr bool fixes = false;
 template <int Numerator, int Denominator, int halves>
 inline constexpr bool fixes<FixedPhi<Numerator, Denominator>, halves> = 2 * Numerator == halves* Denominator;
+
+/// True where φ is zero by type, so that nothing implicit needs to exist.
+template <class Phi>
+inline constexpr bool is_zero_phi = fixes<Phi, 0>;
 
 /// Where the force is evaluated: at both ends of the step, blended (the source's form), or once at a stage inside it.
 enum class Form { endpoint, stage };
@@ -132,7 +129,8 @@ inline constexpr PhiScheme<FixedPhi<1>, FixedPhi<0>, Form::endpoint> symplectic_
   return phistep::phi_stage(no_half(one));
 }
 
-/// φ = 1/(1+ρ∞): stiff modes shrink by the factor ρ∞ each step (1: trapezoidal, 0: backward Euler).
+/// φ = 1/(1+ρ∞): stiff modes shrink by the factor ρ∞ each step (1: trapezoidal, 0: backward Euler). Of order 1 where ρ∞ < 1;
+/// generalized_alpha(ρ∞) damps them as much at order 2.
 /// @throws std::invalid_argument unless 0 ≤ rho_inf ≤ 1.
 [[nodiscard]] constexpr SinglePhi<RunTimePhi> from_spectral_radius(double rho_inf) {
   if (!(rho_inf >= 0.0 && rho_inf <= 1.0))

@@ -5,6 +5,8 @@
 #pragma once
 
 #include <array>
+#include <type_traits>
+#include <utility>
 
 #include "phistep/base/version.hpp"
 
@@ -32,7 +34,7 @@ struct SchemeFacts {
   Fact<bool> is_explicit;      ///< solves nothing where the force ignores v
   Fact<bool> is_symplectic;    ///< where the force ignores v
   Fact<bool> is_a_stable;      ///< |R(z)| ≤ 1 for Re z ≤ 0
-  Fact<bool> is_l_stable;      ///< … and R(∞) = 0
+  Fact<bool> is_l_stable;      ///< A-stable, and R(∞) = 0
   Fact<EnergyBalance> energy;  ///< which formulas the energy ledger has for it
 };
 
@@ -44,18 +46,6 @@ struct ExplicitMotion {
     return {.motion_only = true,
             .is_explicit = true,
             .is_symplectic = is_symplectic,
-            .is_a_stable = false,
-            .is_l_stable = false,
-            .energy = energy};
-  }
-};
-/// An explicit scheme for any state under any force, and what is left to say of it.
-struct ExplicitOfAny {
-  Fact<EnergyBalance> energy;
-  constexpr operator SchemeFacts() const {  // NOLINT: facts = ExplicitOfAny{…}
-    return {.motion_only = false,
-            .is_explicit = true,
-            .is_symplectic = false,
             .is_a_stable = false,
             .is_l_stable = false,
             .energy = energy};
@@ -79,13 +69,15 @@ struct AStable {
 // for itself, or doesn't compile. One of a user's own need not have any.
 
 struct StepperFacts {
-  Fact<bool> traces;          ///< it has `attempt`, which can tell how large a step's error is
-  Fact<bool> interpolates;    ///< it knows the solution inside the step just accepted better than its ends tell
-  Fact<bool> is_sure_inside;  ///< … to what its estimate of a step's error allows, with no need of a check
-  Fact<bool> solves_nothing;  ///< stability keeps Δt within what slopes at both ends can tell
-  Fact<bool> reads_weights;   ///< its steps read trace.weight: solves to the tolerance, estimates of its own
-  Fact<bool> refactorizes;    ///< each step makes its matrix anew, so that keeping Δt spares nothing
-  Fact<bool> is_affine;       ///< one factorization serves all steps of one Δt
+  Fact<bool> traces;           ///< it has `attempt`, which can tell how large a step's error is
+  Fact<bool> interpolates;     ///< it knows the solution inside the step just accepted better than its ends tell
+  Fact<bool> is_sure_inside;   ///< its interpolant is as good as its estimated error: no check
+  Fact<bool> solves_nothing;   ///< stability keeps Δt within what slopes at both ends can tell
+  Fact<bool> reads_weights;    ///< its steps read trace.weight: solves to the tolerance, estimates of its own
+  Fact<bool> refactorizes;     ///< each step makes its matrix anew, so that keeping Δt spares nothing
+  Fact<bool> is_affine;        ///< one factorization serves all steps of one Δt
+  Fact<bool> takes_several;    ///< it has `steps`, which does several steps of one length in one call
+  Fact<bool> has_inner_steps;  ///< whose number ties its steps to one length
   Fact<std::array<double, 2>> doubtful_at;  ///< where in a step, 0 < x < 1, its interpolant is worst
 };
 
@@ -95,6 +87,8 @@ inline constexpr std::array<double, 2> usually_doubtful{0.35, 0.68};
 
 /// The facts of a stepper; of one that says nothing, what is safe.
 template <class Stepper>
+inline constexpr bool hides_inner_steps = false;
+template <class Stepper>
 inline constexpr StepperFacts facts_of{.traces = false,
                                        .interpolates = false,
                                        .is_sure_inside = false,
@@ -102,9 +96,42 @@ inline constexpr StepperFacts facts_of{.traces = false,
                                        .reads_weights = true,
                                        .refactorizes = false,
                                        .is_affine = false,
+                                       .takes_several = false,
+                                       .has_inner_steps = hides_inner_steps<Stepper>,
                                        .doubtful_at = usually_doubtful};
 template <class Stepper>
   requires requires { Stepper::facts; }
 inline constexpr StepperFacts facts_of<Stepper> = Stepper::facts;
+template <class Stepper>
+  requires requires(Stepper& outer) { outer.stepper(); }
+inline constexpr bool hides_inner_steps<Stepper> =
+    facts_of<std::remove_cvref_t<decltype(std::declval<Stepper&>().stepper())>>.has_inner_steps;
+
+/// What runs and studies read of a PhiStepper beside its public face.
+struct StepperInternals {
+  /// The right-hand side, and what solves.
+  [[nodiscard]] static auto kernel(auto& stepper) -> decltype((stepper.kernel_)) { return stepper.kernel_; }
+  [[nodiscard]] static auto scheme(auto& stepper) -> decltype((stepper.scheme_)) { return stepper.scheme_; }
+  /// What mass(…) or capacity(…) returned.
+  [[nodiscard]] static auto mass(auto& stepper) -> decltype((stepper.mass_)) { return stepper.mass_; }
+  /// What runs under a tolerance without atol leave for the next.
+  [[nodiscard]] static auto kept_sizes(auto& stepper) -> decltype((stepper.sizes_)) { return stepper.sizes_; }
+  /// f(stepper); of one that is several, f(the one at work).
+  template <class Stepper>
+  static decltype(auto) chosen(Stepper& stepper, auto&& f) {
+    if constexpr (requires { stepper.steppers_; }) return stepper.visit(stepper, f);
+    else return f(stepper);
+  }
+  /// f(the PhiStepper that does the steps), also of a stepper around it; of one of a user's own, nothing.
+  template <class Stepper>
+  static decltype(auto) at_work(Stepper& stepper, auto&& f) {
+    if constexpr (
+        requires { kernel(stepper); } || requires { stepper.steppers_; })
+      return chosen(stepper, f);
+    else if constexpr (requires { stepper.stepper(); }) return at_work(stepper.stepper(), f);
+    else return;
+  }
+  static auto forget_known(auto& stepper) -> decltype(stepper.forget_known()) { stepper.forget_known(); }
+};
 
 }}  // namespace phistep::PHISTEP_ABI

@@ -35,6 +35,13 @@
 #define PHISTEP_DETAIL_ELEMENTWISE
 #endif
 
+/// An OpenMP directive; nothing where the compiler has none.
+#ifdef _OPENMP
+#define PHISTEP_DETAIL_OMP(directive) _Pragma(directive)
+#else
+#define PHISTEP_DETAIL_OMP(directive)
+#endif
+
 namespace phistep { inline namespace PHISTEP_ABI {
 
 /// f(0), f(1) … f(n − 1) with constants for arguments, so that arrays of packs stay in registers: at -O2 g++ 12 leaves

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <exception>
 
+#include "phistep/base/machine/loop_hints.hpp"
 #include "phistep/base/version.hpp"
 
 #ifdef _OPENMP
@@ -36,7 +37,7 @@ struct Share {
     end = std::min(n, units * (which + 1) / among * unit);
   }
 };
-/// That of the calling thread of a parallel region.
+/// The share of the calling thread of a parallel region.
 [[nodiscard]] inline Share own_share(std::size_t n) {
 #ifdef _OPENMP
   return {n, 1, static_cast<std::size_t>(omp_get_thread_num()), static_cast<std::size_t>(omp_get_num_threads())};
@@ -53,9 +54,7 @@ inline constexpr std::size_t shared_from = std::size_t{1} << 16;
 void for_each_share(std::size_t n, std::size_t unit, std::size_t least, const auto& f) {
   const std::size_t shares = n >= least ? thread_count() : 1;
   if (shares == 1) return f(Share{n, unit, 0, 1});
-#ifdef _OPENMP
-#pragma omp parallel for schedule(static, 1)
-#endif
+  PHISTEP_DETAIL_OMP("omp parallel for schedule(static, 1)")
   for (std::size_t t = 0; t < shares; ++t) f(Share{n, unit, t, shares});
 }
 /// f(begin, end) for ranges of 0 … n − 1 that begin at multiples of `unit`, likewise.

@@ -28,7 +28,7 @@ template <class Block>
 [[nodiscard]] typename Block::Scalar max_abs(const Block& x) {
   return x.size() == 0 ? typename Block::Scalar{0} : x.cwiseAbs().maxCoeff();
 }
-/// … as a double.
+/// The same as a double.
 [[nodiscard]] double largest(const auto& x) { return static_cast<double>(max_abs(x)); }
 
 /// xⁿ, 1 where n < 0

@@ -3,11 +3,9 @@
 /// Not for whole forces: autodiff.hpp does those.
 #pragma once
 
-#include <cmath>
 #include <type_traits>
 
 #include "phistep/base/numbers/pack_math.hpp"
-#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

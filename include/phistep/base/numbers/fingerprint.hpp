@@ -16,68 +16,56 @@
 #include <limits>
 
 #include "phistep/base/machine/shares.hpp"
-#include "phistep/base/version.hpp"
 
 #if defined(__AVX2__)
 #include <immintrin.h>
-#elif defined(__SSE2__) || defined(_M_X64)
+#elif defined(__SSE2__)
 #include <emmintrin.h>
 #endif
 
 namespace phistep { inline namespace PHISTEP_ABI {
 namespace detail {
 
-// The same on as many words as a register holds: the compilers' own vectorisation misses the 32×32→64 multiply.
+// The words that a register holds.
+struct Words {
+#if defined(__GNUC__) && defined(__SSE2__)
 #if defined(__AVX512F__)
-struct Words {
   static constexpr std::ptrdiff_t count = 8;
-  using Register = __m512i;
-  static Register load(const void* p) { return _mm512_loadu_si512(p); }
-  static void store(void* p, Register x) { _mm512_storeu_si512(p, x); }
-  static Register spread(std::uint64_t x) { return _mm512_set1_epi64(static_cast<long long>(x)); }
-  static Register add(Register a, Register b) { return _mm512_add_epi64(a, b); }
-  // Masked by all ones, which costs nothing: g++ 12 warns about its own plain forms (uninitialised __Y).
-  static Register halves(Register z) { return _mm512_maskz_mul_epu32(0xff, z, _mm512_maskz_srli_epi64(0xff, z, 32)); }
-};
 #elif defined(__AVX2__)
-struct Words {
   static constexpr std::ptrdiff_t count = 4;
-  using Register = __m256i;
-  static Register load(const void* p) { return _mm256_loadu_si256(static_cast<const __m256i*>(p)); }
-  static void store(void* p, Register x) { _mm256_storeu_si256(static_cast<__m256i*>(p), x); }
-  static Register spread(std::uint64_t x) { return _mm256_set1_epi64x(static_cast<long long>(x)); }
-  static Register add(Register a, Register b) { return _mm256_add_epi64(a, b); }
-  static Register halves(Register z) { return _mm256_mul_epu32(z, _mm256_srli_epi64(z, 32)); }
-};
-#elif defined(__SSE2__) || defined(_M_X64)
-struct Words {
-  static constexpr std::ptrdiff_t count = 2;
-  using Register = __m128i;
-  static Register load(const void* p) { return _mm_loadu_si128(static_cast<const __m128i*>(p)); }
-  static void store(void* p, Register x) { _mm_storeu_si128(static_cast<__m128i*>(p), x); }
-  static Register spread(std::uint64_t x) { return _mm_set1_epi64x(static_cast<long long>(x)); }
-  static Register add(Register a, Register b) { return _mm_add_epi64(a, b); }
-  static Register halves(Register z) { return _mm_mul_epu32(z, _mm_srli_epi64(z, 32)); }
-};
 #else
-struct Words {
+  static constexpr std::ptrdiff_t count = 2;
+#endif
+  typedef std::uint64_t Register __attribute__((vector_size(8 * count)));
+#else
   static constexpr std::ptrdiff_t count = 1;
   using Register = std::uint64_t;
+#endif
   static Register load(const void* p) {
     Register x;
-    std::memcpy(&x, p, 8);
+    std::memcpy(&x, p, sizeof x);
     return x;
   }
-  static void store(void* p, Register x) { std::memcpy(p, &x, 8); }
-  static Register spread(std::uint64_t x) { return x; }
-  static Register add(Register a, Register b) { return a + b; }
-  static Register halves(Register z) { return (z & 0xffffffffu) * (z >> 32); }
-};
+  /// lo(z) hi(z): the compilers' own vectorization misses the 32×32→64 multiply.
+  static Register halves(Register z) {
+    const Register high = z >> 32;
+#if defined(__GNUC__) && defined(__AVX512F__)
+    // Masked by all ones, which costs nothing: g++ 12 warns about its own plain form (uninitialised __Y).
+    return reinterpret_cast<Register>(
+        _mm512_maskz_mul_epu32(0xff, reinterpret_cast<__m512i>(z), reinterpret_cast<__m512i>(high)));
+#elif defined(__GNUC__) && defined(__AVX2__)
+    return reinterpret_cast<Register>(_mm256_mul_epu32(reinterpret_cast<__m256i>(z), reinterpret_cast<__m256i>(high)));
+#elif defined(__GNUC__) && defined(__SSE2__)
+    return reinterpret_cast<Register>(_mm_mul_epu32(reinterpret_cast<__m128i>(z), reinterpret_cast<__m128i>(high)));
+#else
+    return (z & 0xffffffffu) * high;
 #endif
+  }
+};
 
 }  // namespace detail
 
-/// Of word i.
+/// What word i adds.
 [[nodiscard]] inline std::uint64_t fingerprint_term(std::uint64_t word, std::uint64_t i) {
   const std::uint64_t z = word + (i + 1) * 0x9e3779b97f4a7c15u;
   return (z & 0xffffffffu) * (z >> 32);
@@ -99,18 +87,24 @@ class Fingerprint {
     for (std::uint64_t i = 0; i < unroll * Words::count; ++i) keys[i] = (words + i + 1) * phi;
     for (std::ptrdiff_t u = 0; u < unroll; ++u) {
       key_[u] = Words::load(keys + u * Words::count);
-      sum_[u] = Words::spread(0);
+      sum_[u] = Words::Register{};
     }
   }
 
   void add(const void* data, std::ptrdiff_t bytes) {
     const auto* p = static_cast<const unsigned char*>(data);
-    const auto stride = Words::spread(static_cast<std::uint64_t>(unroll * Words::count) * phi);
-    for (; bytes >= granule; bytes -= granule, p += granule) accumulate(p, stride);
+    const auto stride = Words::Register{} + static_cast<std::uint64_t>(unroll * Words::count) * phi;
+    for (; bytes >= granule; bytes -= granule, p += granule) {
+      for (std::ptrdiff_t u = 0; u < unroll; ++u) {
+        sum_[u] += Words::halves(Words::load(p + 8 * u * Words::count) + key_[u]);
+        key_[u] += stride;
+      }
+      words_ += unroll * Words::count;
+    }
     // The last piece's rest, a register and then a word at a time: the same for every width.
     if constexpr (Words::count > 1)
       for (int u = 0; bytes >= 8 * Words::count; ++u, bytes -= 8 * Words::count, p += 8 * Words::count) {
-        sum_[u] = Words::add(sum_[u], Words::halves(Words::add(Words::load(p), key_[u])));
+        sum_[u] += Words::halves(Words::load(p) + key_[u]);
         words_ += Words::count;
       }
     for (; bytes > 0; bytes -= 8, p += 8) {
@@ -123,21 +117,13 @@ class Fingerprint {
   [[nodiscard]] std::uint64_t value() const {
     std::uint64_t lane[Words::count], total = rest_;
     for (const auto& sum : sum_) {
-      Words::store(lane, sum);
+      std::memcpy(lane, &sum, sizeof sum);
       for (const std::uint64_t x : lane) total += x;
     }
     return total;
   }
 
  private:
-  void accumulate(const unsigned char* p, Words::Register stride) {
-    for (std::ptrdiff_t u = 0; u < unroll; ++u) {
-      sum_[u] = Words::add(sum_[u], Words::halves(Words::add(Words::load(p + 8 * u * Words::count), key_[u])));
-      key_[u] = Words::add(key_[u], stride);
-    }
-    words_ += unroll * Words::count;
-  }
-
   Words::Register key_[unroll], sum_[unroll];
   std::uint64_t words_, rest_ = 0;
 };
@@ -175,7 +161,7 @@ template <class Scalar>
   return sum;
 }
 
-/// Of n numbers, by their bits and their order, on top of what was seen before (`seed`).
+/// The fingerprint of n numbers, by their bits and their order, on top of what was seen before (`seed`).
 template <class Scalar>
 [[nodiscard]] std::uint64_t fingerprint(const Scalar* x, std::ptrdiff_t n, std::uint64_t seed = 0) {
   constexpr std::uint64_t phi = 0x9e3779b97f4a7c15u;

@@ -1,6 +1,6 @@
 /// @file
 /// Whether numbers are finite, learned while they are written: an OR over the bits of x − x, ±0 where x is finite and NaN
-/// otherwise. Integer OR may be reordered, so that both compilers vectorise it; a floating-point sum they may not. It costs no
+/// otherwise. Integer OR may be reordered, so that both compilers vectorize it; a floating-point sum they may not. It costs no
 /// time beside the memory traffic (measured, g++ 12 and clang 14).
 #pragma once
 
@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <type_traits>
 
-#include "phistep/base/version.hpp"
+#include "phistep/base/numbers/pack.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -39,11 +39,20 @@ struct NoWitness {
   static void see(Scalar) {}
 };
 
-/// True where every one of the n values is finite.
-template <class Scalar>
+/// True where every one of the n values is finite. @tparam width  of the packs that are read
+template <int width = 1, class Scalar>
 [[nodiscard]] bool all_finite(const Scalar* x, std::ptrdiff_t n) {
   FiniteWitness<Scalar> witness;
-  for (std::ptrdiff_t i = 0; i < n; ++i) witness.see(x[i]);
+  if constexpr (width == 1) {
+    for (std::ptrdiff_t i = 0; i < n; ++i) witness.see(x[i]);
+  } else {
+    Pack<Scalar, width> troubles{0};
+    for_each_pack<Scalar, width>(n, [&]<int w>(From<Scalar, w> from) {
+      if constexpr (w > 1) troubles = bit_or(troubles, from(x) - from(x));
+      else witness.see(x[from.i]);
+    });
+    witness.see(sum(troubles));
+  }
   return witness.all_finite();
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <type_traits>
 
 #include "phistep/base/version.hpp"
@@ -48,21 +49,15 @@ struct Lanes {
     for (int i = 0; i < width; ++i) out.lane[i] = f(a[i]...);
     return out;
   }
-  friend constexpr Lanes operator-(Lanes a) {
-    return map([](T x) { return -x; }, a);
-  }
-  friend constexpr Lanes operator+(Lanes a, Lanes b) {
-    return map([](T x, T y) { return x + y; }, a, b);
-  }
-  friend constexpr Lanes operator-(Lanes a, Lanes b) {
-    return map([](T x, T y) { return x - y; }, a, b);
-  }
-  friend constexpr Lanes operator*(Lanes a, Lanes b) {
-    return map([](T x, T y) { return x * y; }, a, b);
-  }
-  friend constexpr Lanes operator/(Lanes a, Lanes b) {
-    return map([](T x, T y) { return x / y; }, a, b);
-  }
+  friend constexpr Lanes operator-(Lanes a) { return map(std::negate<>{}, a); }
+  friend constexpr Lanes operator+(Lanes a, Lanes b) { return map(std::plus<>{}, a, b); }
+  friend constexpr Lanes operator-(Lanes a, Lanes b) { return map(std::minus<>{}, a, b); }
+  friend constexpr Lanes operator*(Lanes a, Lanes b) { return map(std::multiplies<>{}, a, b); }
+  friend constexpr Lanes operator/(Lanes a, Lanes b) { return map(std::divides<>{}, a, b); }
+  // Operators of truth values.
+  friend constexpr Lanes operator&(Lanes a, Lanes b) { return map(std::logical_and<>{}, a, b); }
+  friend constexpr Lanes operator|(Lanes a, Lanes b) { return map(std::logical_or<>{}, a, b); }
+  friend constexpr Lanes operator~(Lanes a) { return map(std::logical_not<>{}, a); }
 };
 
 template <class Scalar, int width>
@@ -107,20 +102,9 @@ struct Mask {
   using Bits = typename detail::Storage<Scalar, width>::Bits;
   Bits lanes;
 
-  [[nodiscard]] friend Mask operator&(Mask a, Mask b) {
-    if constexpr (kind == detail::MaskKind::bools)
-      return {Bits::map([](bool p, bool q) { return p && q; }, a.lanes, b.lanes)};
-    else return {static_cast<Bits>(a.lanes & b.lanes)};
-  }
-  [[nodiscard]] friend Mask operator|(Mask a, Mask b) {
-    if constexpr (kind == detail::MaskKind::bools)
-      return {Bits::map([](bool p, bool q) { return p || q; }, a.lanes, b.lanes)};
-    else return {static_cast<Bits>(a.lanes | b.lanes)};
-  }
-  [[nodiscard]] friend Mask operator!(Mask a) {
-    if constexpr (kind == detail::MaskKind::bools) return {Bits::map([](bool p) { return !p; }, a.lanes)};
-    else return {static_cast<Bits>(~a.lanes)};
-  }
+  [[nodiscard]] friend Mask operator&(Mask a, Mask b) { return {static_cast<Bits>(a.lanes & b.lanes)}; }
+  [[nodiscard]] friend Mask operator|(Mask a, Mask b) { return {static_cast<Bits>(a.lanes | b.lanes)}; }
+  [[nodiscard]] friend Mask operator!(Mask a) { return {static_cast<Bits>(~a.lanes)}; }
   [[nodiscard]] friend Mask operator&&(Mask a, Mask b) { return a & b; }
   [[nodiscard]] friend Mask operator||(Mask a, Mask b) { return a | b; }
   /// Bit l: lane l.

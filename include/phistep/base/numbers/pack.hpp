@@ -4,7 +4,7 @@
 ///     auto law = [](auto r2) { return select(r2 < 6.25, 1 / (r2 * r2), 0 * r2); };   // for a number and for a Pack
 ///
 /// Built on the vectors of g++ and clang; where the machine has no register of that size (another compiler, another
-/// machine, or PHISTEP_NO_SIMD) the same type is an array that the compiler may vectorise or not.
+/// machine, or PHISTEP_NO_SIMD) the same type is an array that the compiler may vectorize or not.
 /// <experimental/simd> instead: a kernel of gravity and one of Lennard-Jones with a cutoff run alike under g++ 12 (1.00 : 1.00
 /// for SSE2, AVX2 and AVX-512); under clang 14 and AVX-512 its masks made the second 2.2 × slower, and wrong. It costs 0.65 s
 /// more to include, and libc++ lacks it.
@@ -12,13 +12,12 @@
 
 #include <bit>
 #include <concepts>
-#include <cstdint>
+#include <cstddef>
 #include <cstring>
 #include <type_traits>
 #include <utility>
 
 #include "phistep/base/numbers/mask.hpp"
-#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -46,8 +45,8 @@ struct Pack {
     return a;
   }
   void store(Scalar* p) const { std::memcpy(p, &x, sizeof x); }
+  /// p is a multiple of the pack's size. (libc++ 14 has no std::assume_aligned.)
 #if defined(__GNUC__)
-  /// p is a multiple of the pack's size.
   [[nodiscard]] static Pack load_aligned(const Scalar* p) {
     return load(static_cast<const Scalar*>(__builtin_assume_aligned(p, sizeof(Register))));
   }
@@ -184,6 +183,38 @@ template <class Scalar, int width>
 [[nodiscard]] Scalar sum(Pack<Scalar, width> a) {
   return fold(a, [](auto x, auto y) { return x + y; });
 }
+
+// Passes over arrays, a pack of the machine's width at a time.
+
+/// The numbers i, i + 1 … i + width − 1 of arrays.
+template <class Scalar, int width>
+struct From {
+  std::ptrdiff_t i;
+  [[nodiscard, gnu::always_inline]] inline Pack<Scalar, width> operator()(const Scalar* p) const {
+    return Pack<Scalar, width>::load(p + i);
+  }
+  friend From operator+(From from, std::ptrdiff_t n) { return {from.i + n}; }
+};
+/// f(From) for all of 0 … n − 1: as many at once as a register holds, and the rest one by one.
+template <class Scalar, int width = native_width<Scalar>>
+[[gnu::always_inline]] inline void for_each_pack(std::ptrdiff_t n, auto&& f) {
+  std::ptrdiff_t i = 0;
+  for (; i + width <= n; i += width) f(From<Scalar, width>{i});
+  if constexpr (width > 1)
+    for (; i < n; ++i) f(From<Scalar, 1>{i});
+}
+/// A sum over such a pass.
+template <class Scalar>
+struct PackSum {
+  Pack<Scalar, native_width<Scalar>> packs{0};
+  Scalar rest{0};
+  template <int width>
+  void add(Pack<Scalar, width> x) {
+    if constexpr (width == native_width<Scalar>) packs += x;
+    else rest += x[0];
+  }
+  [[nodiscard]] Scalar total() const { return sum(packs) + rest; }
+};
 
 /// Four numbers of each of `width` structs.
 template <class P>

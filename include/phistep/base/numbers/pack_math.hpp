@@ -1,19 +1,77 @@
 /// @file
-/// Elementary functions of packs, under the same names as those of plain numbers (plain_math.hpp).
+/// Elementary functions of plain numbers and of packs under the same names, so that one generic law serves both.
 ///
 /// Relative errors in units of the last place: + − * /, sqrt and fma ½; reciprocal and rsqrt 1; rsqrt3 2; exp 2.
 #pragma once
 
+#include <bit>
 #include <cmath>
 #include <concepts>
 #include <limits>
 #include <type_traits>
 
 #include "phistep/base/numbers/pack.hpp"
-#include "phistep/base/numbers/plain_math.hpp"
-#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
+
+// Of plain numbers. Templates, so that they give way to the C library's where both are visible.
+template <std::floating_point T>
+[[nodiscard]] T select(bool condition, T a, std::type_identity_t<T> b) {
+  return condition ? a : b;
+}
+[[nodiscard]] constexpr bool any(std::same_as<bool> auto m) { return m; }
+[[nodiscard]] constexpr bool all(std::same_as<bool> auto m) { return m; }
+[[nodiscard]] constexpr bool none(std::same_as<bool> auto m) { return !m; }
+template <std::floating_point T>
+[[nodiscard]] T sum(T a) {
+  return a;
+}
+template <std::floating_point T>
+[[nodiscard]] T sqrt(T a) {
+  return std::sqrt(a);
+}
+template <std::floating_point T>
+[[nodiscard]] T exp(T a) {
+  return std::exp(a);
+}
+template <std::floating_point T>
+[[nodiscard]] T abs(T a) {
+  return std::abs(a);
+}
+template <std::floating_point T>
+[[nodiscard]] T min(const T& a, const T& b) {
+  return b < a ? b : a;
+}
+template <std::floating_point T>
+[[nodiscard]] T max(const T& a, const T& b) {
+  return a < b ? b : a;
+}
+/// a b + c, rounded once where that costs nothing.
+template <std::floating_point T>
+[[nodiscard]] T fma(T a, T b, T c) {
+#if !defined(PHISTEP_NO_SIMD) && (defined(__FMA__) || defined(__AVX512F__) || defined(__ARM_FEATURE_FMA))
+  if constexpr (sizeof(T) <= 8) return std::fma(a, b, c);
+#endif
+  return a * b + c;
+}
+template <std::floating_point T>
+[[nodiscard]] T reciprocal(T a) {
+  return T{1} / a;
+}
+template <std::floating_point T>
+[[nodiscard]] T rsqrt(T a) {
+  return T{1} / std::sqrt(a);
+}
+template <std::floating_point T>
+[[nodiscard]] T rsqrt3(T a) {
+  return T{1} / (a * std::sqrt(a));
+}
+template <std::floating_point T>
+[[nodiscard]] T pow(T x, std::type_identity_t<T> y) {
+  return std::pow(x, y);
+}
+
+// Functions of packs.
 
 /// The numbers in a T: itself, or a pack's.
 template <class T>
@@ -110,7 +168,9 @@ template <class Scalar, int width>
 }
 template <class Scalar, int width>
 [[nodiscard]] Pack<Scalar, width> abs(Pack<Scalar, width> a) {
-  return max(a, -a) + Scalar{0};  // −0 + 0 = 0
+  using P = Pack<Scalar, width>;
+  if constexpr (!detail::in_register<Scalar, width>) return P::make([&](int l) { return std::abs(a[l]); });
+  else return bit_and(a, P{std::bit_cast<Scalar>(std::numeric_limits<detail::IntegerLike<Scalar>>::max())});
 }
 /// The nearest integer, for |a| < 2⁵¹ (float: 2²²).
 template <PackOrNumber T>
@@ -121,30 +181,25 @@ template <PackOrNumber T>
 }
 
 namespace detail {
+/// Whether there are estimates, to 2⁻¹⁴.
+template <class P>
+inline constexpr bool has_estimates = false;
+template <class P>
+[[nodiscard]] P rsqrt_estimate(P a);
+template <class P>
+[[nodiscard]] P reciprocal_estimate(P a);
 #if defined(__AVX512F__)
+template <class Scalar, int width>
+inline constexpr bool has_estimates<Pack<Scalar, width>> = in_register<Scalar, width> && sizeof(Scalar) * width == 64;
 template <class P>
-inline constexpr bool has_estimates = in_register<typename P::Scalar, P::width> &&
-                                      sizeof(typename P::Scalar) * P::width == 64;
-template <class P>
-[[nodiscard]] P rsqrt_estimate(P a) {  // to 2⁻¹⁴
+P rsqrt_estimate(P a) {
   if constexpr (P::width == 8) return P{_mm512_maskz_rsqrt14_pd(0xff, a.x)};
   else return P{_mm512_maskz_rsqrt14_ps(0xffff, a.x)};
 }
 template <class P>
-[[nodiscard]] P reciprocal_estimate(P a) {
+P reciprocal_estimate(P a) {
   if constexpr (P::width == 8) return P{_mm512_maskz_rcp14_pd(0xff, a.x)};
   else return P{_mm512_maskz_rcp14_ps(0xffff, a.x)};
-}
-#else
-template <class P>
-inline constexpr bool has_estimates = false;
-template <class P>
-[[nodiscard]] P rsqrt_estimate(P a) {
-  return a;
-}
-template <class P>
-[[nodiscard]] P reciprocal_estimate(P a) {
-  return a;
 }
 #endif
 }  // namespace detail

@@ -5,13 +5,13 @@
 ///     bool finite = update(n, [=](auto i, auto& r1, auto& v1) { r1 = r[i] + h * v[i]; v1 = v[i] + a * f[i]; }, …);
 ///
 /// A step writes beside the old state and commits by swap: on `false` nothing of the old state has been touched.
-/// Why it looks as it does (measured, g++ 12 and clang 14, SSE2 to AVX-512, 1e3 to 1e6 particles):
+/// Why it has this form (measured, g++ 12 and clang 14, SSE2 to AVX-512, 1e3 to 1e6 particles):
 ///  · Beyond the caches an ordinary store first reads the line it overwrites; a streaming store doesn't, so that writing
 ///    beside the state moves no more bytes than a loop in place. Compilers emit none by themselves, hence packets: the
-///    kernel is generic in i, and sees numbers (i an index) or packets (i a PacketIndex). Filling a block in L1 by the
+///    kernel is generic in i, and sees numbers (i an index) or packets (i a From). Filling a block in L1 by the
 ///    ordinary loop and streaming that out was 1.0 to 1.5 times slower, depending on the compiler.
 ///  · Large arrays are shared by threads. Which thread writes a number changes none of its bits.
-///  · g++ vectorises no loop of unknown length at -O2, so for its baseline it is given packets there too: the guarded update
+///  · g++ vectorizes no loop of unknown length at -O2, so for its baseline it is given packets there too: the guarded update
 ///    takes 1.5 in place of 2.8 ns a particle. Not where it contracts to FMA: tail and packets must round alike.
 #pragma once
 
@@ -26,7 +26,6 @@
 #include "phistep/base/machine/shares.hpp"
 #include "phistep/base/numbers/finite_witness.hpp"
 #include "phistep/base/numbers/pack.hpp"
-#include "phistep/base/version.hpp"
 
 #if defined(__SSE2__) && defined(__GNUC__) && !defined(PHISTEP_NO_SIMD)
 #define PHISTEP_DETAIL_STREAMS 1
@@ -41,15 +40,13 @@
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-struct PacketIndex {
-  std::ptrdiff_t first;
-  friend PacketIndex operator+(PacketIndex i, std::ptrdiff_t n) { return {i.first + n}; }
-};
-
 #if PHISTEP_DETAIL_STREAMS
 /// 16 bytes of numbers: wide enough where memory is the limit, and a line's stores are joined in the write buffers.
 template <class Scalar>
 using Packet = Pack<Scalar, 16 / static_cast<int>(sizeof(Scalar))>;
+/// The place of one.
+template <class Scalar>
+using PacketPlace = From<Scalar, Packet<Scalar>::width>;
 inline void stream(Packet<double> x, double* p) { _mm_stream_pd(p, x.x); }
 inline void stream(Packet<float> x, float* p) { _mm_stream_ps(p, x.x); }
 #endif
@@ -59,9 +56,10 @@ template <class Scalar>
 struct Input {
   const Scalar* data;
   [[gnu::always_inline]] Scalar operator[](std::ptrdiff_t i) const { return data[i]; }
-#if PHISTEP_DETAIL_STREAMS
-  [[gnu::always_inline]] auto operator[](PacketIndex i) const { return Packet<Scalar>::load(data + i.first); }
-#endif
+  template <int width>
+  [[gnu::always_inline]] auto operator[](From<Scalar, width> from) const {
+    return from(data);
+  }
 };
 template <class Scalar>
 Input(const Scalar*) -> Input<Scalar>;
@@ -93,14 +91,14 @@ inline constexpr bool takes_packets = false;
 template <class Kernel, class Scalar, std::same_as<Scalar>... Scalars>
   requires(sizeof(Scalar) == 4 || sizeof(Scalar) == 8)
 inline constexpr bool takes_packets<Kernel, Scalar, Scalars...> =
-    std::invocable<Kernel&, PacketIndex, Packet<Scalar>&, Packet<Scalars>&...>;
+    std::invocable<Kernel&, PacketPlace<Scalar>, Packet<Scalar>&, Packet<Scalars>&...>;
 
 /// put(kernel's outputs for the packet at i, where to), and the witness sees them: `troubles` is NaN where one isn't finite.
 template <class Witness, class Kernel, class Scalar, class... Scalars>
 [[gnu::always_inline]] inline void fill_packet(std::ptrdiff_t i, Kernel& kernel, auto put, Packet<Scalar>& troubles,
                                                Scalar* to, Scalars*... more) {
   [&](Packet<Scalar> x, auto... y) PHISTEP_DETAIL_INLINED {
-    kernel(PacketIndex{i}, x, y...);
+    kernel(PacketPlace<Scalar>{i}, x, y...);
     put(x, to + i);
     (put(y, more + i), ...);
     if constexpr (!std::is_same_v<Witness, NoWitness<Scalar>>) {
@@ -207,9 +205,7 @@ template <class Kernel, class Scalar, std::same_as<Scalar>... Scalars>
         return detail::fill_streaming(first, end, kernel, out, more...);
       });
 #endif
-  return detail::fill_shares(n, [=](std::ptrdiff_t first, std::ptrdiff_t end) {
-    return detail::fill<FiniteWitness<Scalar>>(first, end, kernel, out, more...);
-  });
+  return update_in_place(n, kernel, out, more...);
 }
 
 namespace detail {

@@ -2,6 +2,7 @@
 /// Counts of the work done, so that "skipped" is a number that a test can assert.
 #pragma once
 
+#include <algorithm>
 #include <bit>
 #include <cstdint>
 #include <string_view>
@@ -13,8 +14,8 @@ namespace phistep { inline namespace PHISTEP_ABI {
 /// Whether this may be a count: from there it can go on for as long as there is time.
 [[nodiscard]] constexpr bool can_be_count(std::int64_t n) { return 0 <= n && n < std::int64_t{1} << 56; }
 
-/// Whether the n-th use of a promise is one that is looked at: 1, 2, 3, 4, 6, 8, 12, 16 … 128, 192, 256 and each 128th from there. A
-/// promise that is broken for a third of all uses, or for 128 of them, is found out, and looks cost less than 1 % of a long run.
+/// Whether the n-th use of a promise is checked: 1, 2, 3, 4, 6, 8, 12, 16 … 128, 192, 256 and each 128th from there. A
+/// promise that is broken for a third of all uses, or for 128 of them, is found out, and the checks cost less than 1 % of a long run.
 [[nodiscard]] constexpr bool is_looked_at(std::uint64_t n) {
   const std::uint64_t half = std::bit_floor(n) / 2;
   return n % (half < 1 ? 1 : half > 128 ? 128 : half) == 0;
@@ -42,26 +43,24 @@ struct Statistics {
   std::int64_t sleeping = 0;    ///< particle-steps not computed, because the particle slept
 
   friend constexpr Statistics operator-(Statistics a, const Statistics& b) {
-    for_each(a, [&b](const char*, auto count, std::int64_t& value) { value -= b.*count; });
+    for_each([&](const char*, Count count, bool) { a.*count -= b.*count; });
     return a;
   }
   friend constexpr Statistics operator+(Statistics a, const Statistics& b) {
-    for_each(a, [&b](const char*, auto count, std::int64_t& value) { value += b.*count; });
+    for_each([&](const char*, Count count, bool) { a.*count += b.*count; });
     return a;
   }
   /// Each count the larger of two.
   [[nodiscard]] friend constexpr Statistics largest_of(Statistics a, const Statistics& b) {
-    for_each(a, [&b](const char*, auto count, std::int64_t& value) { value = value < b.*count ? b.*count : value; });
+    for_each([&](const char*, Count count, bool) { a.*count = std::max(a.*count, b.*count); });
     return a;
   }
   friend constexpr bool operator==(const Statistics&, const Statistics&) = default;
 
   void archive(auto& ar) {
-    for_each(*this, [&ar](const char* name, auto, std::int64_t& value) {
-      std::string_view label(name);
-      label = label.substr(0, label.find_last_not_of(' ') + 1);
-      ar.value(label, value);
-      ar.check(can_be_count(value));
+    for_each([&](std::string_view name, Count count, bool) {
+      ar.value(name.substr(0, name.find_last_not_of(' ') + 1), this->*count);
+      ar.check(can_be_count(this->*count));
     });
   }
 
@@ -70,10 +69,9 @@ struct Statistics {
   template <class OStream>
     requires requires(OStream& out) { out << "" << std::int64_t{}; }
   friend OStream& operator<<(OStream& out, const Statistics& s) {
-    for_each(s, [&](const char* name, auto count, std::int64_t value) {
-      if (count == &Statistics::failed_steps) return;
-      if (value == 0 && is_special(count)) return;
-      out << "  " << name << value;
+    for_each([&](const char* name, Count count, bool is_special) {
+      if (count == &Statistics::failed_steps || (is_special && s.*count == 0)) return;
+      out << "  " << name << s.*count;
       if (count == &Statistics::steps && s.failed_steps != 0) out << "  (and " << s.failed_steps << " failed)";
       out << '\n';
     });
@@ -82,30 +80,24 @@ struct Statistics {
 
  private:
   using Count = std::int64_t Statistics::*;
-  [[nodiscard]] static constexpr bool is_special(Count count) {
-    return count == &Statistics::analyses || count == &Statistics::active_iterations ||
-           count == &Statistics::linear_iterations || count == &Statistics::fallbacks ||
-           count == &Statistics::kick_calls || count == &Statistics::halvings || count == &Statistics::checks ||
-           count == &Statistics::rejections || count == &Statistics::sleeping;
-  }
-  /// f(name padded to a column, which, its value)
-  static constexpr void for_each(auto& s, auto&& f) {
-    f("steps               ", &Statistics::steps, s.steps);
-    f("failed steps        ", &Statistics::failed_steps, s.failed_steps);
-    f("force calls         ", &Statistics::force_calls, s.force_calls);
-    f("Jacobians           ", &Statistics::jacobians, s.jacobians);
-    f("factorizations      ", &Statistics::factorizations, s.factorizations);
-    f("pattern analyses    ", &Statistics::analyses, s.analyses);
-    f("linear solves       ", &Statistics::solves, s.solves);
-    f("iterations          ", &Statistics::iterations, s.iterations);
-    f("particle iterations ", &Statistics::active_iterations, s.active_iterations);
-    f("linear iterations   ", &Statistics::linear_iterations, s.linear_iterations);
-    f("fallbacks           ", &Statistics::fallbacks, s.fallbacks);
-    f("kick calls          ", &Statistics::kick_calls, s.kick_calls);
-    f("halvings            ", &Statistics::halvings, s.halvings);
-    f("Jacobian checks     ", &Statistics::checks, s.checks);
-    f("rejected steps      ", &Statistics::rejections, s.rejections);
-    f("sleeping            ", &Statistics::sleeping, s.sleeping);
+  /// f(name padded to a column, which, whether most scenes don't have it)
+  static constexpr void for_each(auto&& f) {
+    f("steps               ", &Statistics::steps, false);
+    f("failed steps        ", &Statistics::failed_steps, false);
+    f("force calls         ", &Statistics::force_calls, false);
+    f("Jacobians           ", &Statistics::jacobians, false);
+    f("factorizations      ", &Statistics::factorizations, false);
+    f("pattern analyses    ", &Statistics::analyses, true);
+    f("linear solves       ", &Statistics::solves, false);
+    f("iterations          ", &Statistics::iterations, false);
+    f("particle iterations ", &Statistics::active_iterations, true);
+    f("linear iterations   ", &Statistics::linear_iterations, true);
+    f("fallbacks           ", &Statistics::fallbacks, true);
+    f("kick calls          ", &Statistics::kick_calls, true);
+    f("halvings            ", &Statistics::halvings, true);
+    f("Jacobian checks     ", &Statistics::checks, true);
+    f("rejected steps      ", &Statistics::rejections, true);
+    f("sleeping            ", &Statistics::sleeping, true);
   }
 };
 

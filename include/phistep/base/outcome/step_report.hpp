@@ -54,15 +54,20 @@ struct SolveRecord {
   }
 };
 
+/// A component of a state.
+struct ComponentLocation {
+  std::int64_t block = -1;   ///< which block of the state (motion: 0 = r, 1 = v), −1 = unknown
+  std::int64_t index = -1;   ///< which component of that block, in storage order
+  std::int64_t row = -1;     ///< of a matrix-shaped block: the component
+  std::int64_t column = -1;  ///< of a matrix-shaped block: the particle
+  [[nodiscard]] explicit operator bool() const { return block >= 0; }
+};
+
 /// The details of the last failed step, kept by the stepper.
-struct Failure : SolveRecord {
+struct Failure : SolveRecord, ComponentLocation {
   Outcome outcome = Outcome::success;
   double t = 0;                        ///< [time] start of the step
   double dt = 0;                       ///< [time] its length
-  std::int64_t block = -1;             ///< which block of the state (motion: 0 = r, 1 = v), −1 = unknown
-  std::int64_t index = -1;             ///< which component of that block, in storage order
-  std::int64_t row = -1;               ///< for matrix-shaped blocks: the component …
-  std::int64_t column = -1;            ///< … of this particle
   int term = -1;                       ///< which term of a sum, −1 = unknown or not a sum
   std::int64_t returned_rows = -1;     ///< of a result of the wrong size, −1 = there was none
   std::int64_t returned_columns = -1;  ///< likewise

@@ -42,7 +42,7 @@ class ActiveSet {
   [[nodiscard]] bool has(Eigen::Index i) const { return flags_[static_cast<std::size_t>(i)] != 0; }
   /// Their indices, ascending.
   [[nodiscard]] const std::vector<std::int32_t>& list() const { return list_; }
-  /// Of particles, left out or not.
+  /// Number of all particles, left out or not.
   [[nodiscard]] Eigen::Index size() const { return static_cast<Eigen::Index>(flags_.size()); }
   [[nodiscard]] std::uint64_t number() const { return number_; }
 
@@ -80,13 +80,29 @@ inline constexpr bool computes_active_only = requires {
   requires F::computes_active_only;
 };
 
-/// Those of a force's view that are computed; null: all.
+/// The particles of a force's view that are computed; null: all.
 [[nodiscard]] const ActiveSet* active_set(const auto& y) {
   if constexpr (requires { y.mass.active(); }) return y.mass.active();
   else return nullptr;
 }
-/// Of a force's view that has an active set.
+/// The particles left out, of a force's view that has an active set.
 [[nodiscard]] const LeftOut& left_out(const auto& y) { return y.mass.left_out(); }
 [[nodiscard]] inline std::uint64_t number_of(const ActiveSet* set) { return set == nullptr ? 0 : set->number(); }
+
+/// A force's view of particles, which have properties: not of another motion.
+template <class View>
+concept HasBody = requires(const View& y) {
+  y.body;
+};
+/// A view of particles with angular velocities.
+template <class View>
+concept HasSpin = requires(const View& y) {
+  y.omega;
+};
+/// No particle of another motion is held still.
+[[nodiscard]] bool is_still(const auto& y, [[maybe_unused]] Eigen::Index i) {
+  if constexpr (HasBody<decltype(y)>) return y.body.is_still(i);
+  else return false;
+}
 
 }}  // namespace phistep::PHISTEP_ABI

@@ -9,18 +9,77 @@
 /// and ties of references to all blocks, to the solved blocks and to the rates.
 #pragma once
 
+#include <Eigen/Core>
+
 #include <concepts>
 #include <cstddef>
+#include <span>
 #include <tuple>
 #include <type_traits>
 #include <utility>
 
 #include "phistep/base/machine/loop_hints.hpp"
+#include "phistep/base/numbers/fingerprint.hpp"
 #include "phistep/base/numbers/finite_witness.hpp"
-#include "phistep/base/state/block.hpp"
-#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
+
+using Index = Eigen::Index;
+
+/// An Eigen dense vector or matrix: Matrix, Array, Map, Ref.
+template <class T>
+concept EigenDense = std::is_base_of_v<Eigen::DenseBase<T>, T> && requires(T& x) {
+  x.data();
+};
+
+/// A vector whose numbers only its own operations see (field.hpp).
+template <class T>
+concept FieldBlock = requires {
+  requires std::remove_cvref_t<T>::is_field;
+};
+
+/// Whether `size` numbers, or Eigen::Dynamic, are few enough for registers and for loops of known length.
+[[nodiscard]] constexpr bool few_numbers(int size) { return size != Eigen::Dynamic && size <= 64; }
+/// The width of packs for the numbers of a block: those of a few were written one by one, and packs of them would be waited for.
+template <class Block>
+inline constexpr int pack_width = few_numbers(Block::SizeAtCompileTime) ? 1 : native_width<typename Block::Scalar>;
+/// to = from, for blocks of any kind.
+template <class To, class From>
+[[gnu::always_inline]] inline void assign_block(To& to, const From& from) {
+  to = from;
+}
+/// x has the shape of another block, and any numbers.
+template <class Block>
+void set_shape_like(Block& x, const auto& other) {
+  if constexpr (FieldBlock<Block>) x.take_shape(other);
+  else x.resize(other.rows(), other.cols());
+}
+/// x has the shape of another block, and is zero.
+template <class Block>
+void set_zero_like(Block& x, const auto& other) {
+  set_shape_like(x, other);
+  x.setZero();
+}
+/// max |x_i| of a field, as base/numbers/arithmetic.hpp has it of numbers.
+template <FieldBlock Block>
+[[nodiscard]] auto max_abs(const Block& x) {
+  double all = Block::Ops::largest_here(x.handle());
+  Block::Ops::greatest(x.handle(), std::span<double>{&all, 1});
+  return static_cast<typename Block::Scalar>(all);
+}
+/// Whether all numbers of a block without gaps are finite.
+template <class Block>
+[[nodiscard]] bool is_finite_block(const Block& x) {
+  if constexpr (FieldBlock<Block>) return Block::Ops::is_finite(x.handle());
+  else return all_finite<pack_width<Block>>(x.data(), x.size());
+}
+/// Whether two blocks of one shape hold the same bits.
+template <class Block>
+  requires(EigenDense<Block> || FieldBlock<Block>)
+[[nodiscard]] bool equal_bits(const Block& a, const Block& b) {
+  if constexpr (FieldBlock<Block>) return Block::Ops::equal(a.handle(), b.handle());
+  else return same_bits(a.data(), b.data(), a.size());
+}
 
 /// A state of the user's own: blocks of any names, the first being r and the second v where it drifts.
 ///
@@ -38,13 +97,6 @@ concept BlockStruct = requires(S& y, typename S::Rate& rate) {
   S::blocks(y);
   S::Rate::blocks(rate);
 };
-template <BlockStruct S>
-inline constexpr bool says_it_drifts = false;
-template <BlockStruct S>
-  requires requires {
-    { S::drifts } -> std::convertible_to<bool>;
-  }
-inline constexpr bool says_it_drifts<S> = S::drifts;
 
 /// What a force sees of a first-order state.
 template <class Vector, class Mass>
@@ -88,7 +140,10 @@ template <BlockStruct S>
 struct Blocks<S> {
   using Plain = typename OwningTwin<S>::type;
   using Rate = typename Plain::Rate;
-  static constexpr bool drifts = says_it_drifts<S>;
+  static constexpr bool drifts = [] {
+    if constexpr (requires { S::drifts; }) return bool{S::drifts};
+    else return false;
+  }();
   static auto all(auto& y) { return std::remove_cvref_t<decltype(y)>::blocks(y); }
   static auto solved(auto& y) {
     return []<std::size_t... K>(auto tie, std::index_sequence<K...>) {
@@ -191,8 +246,6 @@ inline constexpr int static_unknowns = static_size<decltype(Blocks<S>::solved(st
 template <State S>
 inline constexpr int static_numbers = static_size<decltype(Blocks<S>::all(std::declval<PlainState<S>&>()))>;
 
-/// Whether `size` numbers, or Eigen::Dynamic, are few enough for registers and for loops of known length.
-[[nodiscard]] constexpr bool few_numbers(int size) { return size != Eigen::Dynamic && size <= 64; }
 /// Whether all numbers of a state are.
 template <State S>
 inline constexpr bool fits_registers = few_numbers(static_numbers<S>);
@@ -286,11 +339,6 @@ template <State S, class To, class From>
 void copy_blocks(To& to, const From& from) {
   if constexpr (HasProperties<S>) S::share_properties(to, from);
   for_each_block([](auto, auto& x, const auto& y) { assign_block(x, y); }, Blocks<S>::all(to), Blocks<S>::all(from));
-}
-
-template <class Rate>
-void copy_rate(Rate& to, const Rate& from) {
-  for_each_block([](auto, auto& a, const auto& b) { a = b; }, Rate::blocks(to), Rate::blocks(from));
 }
 
 /// Makes `next` the state: by swapping buffers where the state owns dynamic ones, else by copying.

@@ -18,9 +18,8 @@
 #include <type_traits>
 #include <utility>
 
-#include "phistep/base/machine/only.hpp"
+#include "phistep/base/machine/memory.hpp"
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -31,7 +30,7 @@ struct TableRow {
   static constexpr long double at(std::size_t j) { return table[i][j]; }
 };
 
-/// Those of the weights that aren't zero, `of<n>` at `places[n]`.
+/// The weights that aren't zero, `of<n>` at `places[n]`.
 template <class Weights, class Scalar>
 struct NonZero {
   static constexpr std::size_t count = [] {
@@ -183,7 +182,7 @@ template <State S, class To, combination::IsExpression X>
 [[gnu::always_inline]] inline void assign_solved(To& to, const X& expression) {
   combination::assign_from<combination::first_solved<S>>(Blocks<S>::solved(to), expression);
 }
-/// … and for a rate.
+/// The same for a rate.
 template <State S, combination::IsExpression X>
 [[gnu::always_inline]] inline void assign_rate(RateOf<S>& to, const X& expression) {
   combination::assign_from<combination::first_solved<S>>(RateOf<S>::blocks(to), expression);

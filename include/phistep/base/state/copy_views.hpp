@@ -2,8 +2,6 @@
 /// States that are views of the caller's memory: from it and back.
 #pragma once
 
-#include <Eigen/Core>
-
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -13,7 +11,6 @@
 #include <vector>
 
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

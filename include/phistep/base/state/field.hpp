@@ -38,7 +38,7 @@ concept FieldOperations = std::floating_point<typename Ops::Scalar> &&
   { Ops::square(x, y, z, a, a) } -> std::convertible_to<double>;  // Σ (x_i/(a + b max(|y_i|, |z_i|)))² of this rank's
   { Ops::square(x, y, z, z, a) } -> std::convertible_to<double>;
   Ops::total(x, all);                           // each becomes its sum over all ranks, collective
-  Ops::greatest(x, all);                        // … its largest, collective
+  Ops::greatest(x, all);                        // each becomes the largest of all ranks', collective
   { Ops::allowed(x, y) } -> std::same_as<int>;  // 2 unless x has y's layout and no x_i < 0; 1: some are 0; collective
   { Ops::is_finite(x) } -> std::same_as<bool>;  // whether all are, collective
   { Ops::equal(x, y) } -> std::same_as<bool>;   // all bits, collective
@@ -56,15 +56,6 @@ struct FieldCombination {
   using Scalar = typename Ops::Scalar;
   std::array<Scalar, n> a;
   std::array<const Field<Ops>*, n> x;
-
-  [[nodiscard]] friend FieldCombination operator*(Scalar factor, FieldCombination all) {
-    for (Scalar& weight : all.a) weight *= factor;
-    return all;
-  }
-  [[nodiscard]] friend FieldCombination operator/(FieldCombination all, Scalar divisor) {
-    for (Scalar& weight : all.a) weight /= divisor;
-    return all;
-  }
 };
 
 template <class Ops>
@@ -100,13 +91,17 @@ template <FieldTerm A, FieldTerm B>
 [[nodiscard]] auto operator-(const A& a, const B& b) {
   return joined(terms_of(a), terms_of(b), -1);
 }
-template <class Ops>
-[[nodiscard]] auto operator*(std::type_identity_t<typename Ops::Scalar> factor, const Field<Ops>& x) {
-  return factor * terms_of(x);
+template <FieldTerm A>
+[[nodiscard]] auto operator*(typename A::Scalar factor, const A& a) {
+  auto all = terms_of(a);
+  for (auto& weight : all.a) weight *= factor;
+  return all;
 }
-template <class Ops>
-[[nodiscard]] auto operator/(const Field<Ops>& x, std::type_identity_t<typename Ops::Scalar> divisor) {
-  return terms_of(x) / divisor;
+template <FieldTerm A>
+[[nodiscard]] auto operator/(const A& a, typename A::Scalar divisor) {
+  auto all = terms_of(a);
+  for (auto& weight : all.a) weight /= divisor;
+  return all;
 }
 
 /// The vector behind a handle, which it owns. It takes part in linear combinations, `x = y + h * (a - b)`, as an Eigen vector

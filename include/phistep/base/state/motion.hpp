@@ -8,7 +8,6 @@
 #include <tuple>
 
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

@@ -2,14 +2,11 @@
 /// A fingerprint of a state of particles that is a sum over them, so that the share of each can be added and taken off.
 #pragma once
 
-#include <Eigen/Core>
-
 #include <cstdint>
 #include <vector>
 
 #include "phistep/base/numbers/fingerprint.hpp"
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -28,7 +25,7 @@ class ParticleFingerprint {
   }
   /// The share of one particle.
   [[nodiscard]] static std::uint64_t of(const Plain& y, Index particle) { return of(y, particle, particle); }
-  /// … if its index were another one.
+  /// The same if its index were another one.
   [[nodiscard]] static std::uint64_t of(const Plain& y, Index particle, Index index) {
     return sum(y, [particle, index](const auto& block) {
       const Index rows = block.rows();
@@ -36,7 +33,7 @@ class ParticleFingerprint {
     });
   }
 
-  /// Of all but some.
+  /// The fingerprint of all but some.
   [[nodiscard]] static std::uint64_t without(const Plain& y, const auto&... lists) {
     std::uint64_t all = of(y);
     const auto take_off = [&](const std::vector<std::int32_t>& some) {

@@ -1,16 +1,18 @@
 /// @file
-/// One decision for all ranks that share a field: what one of them finds out by itself, an outcome, an exception, is told to all
+/// One decision for all ranks that share a field: what one of them finds out by itself, an outcome, an exception, reaches all
 /// before anything depends on it.
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <exception>
+#include <limits>
 #include <span>
+#include <type_traits>
 #include <utility>
 
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -67,6 +69,44 @@ void total_of_ranks(const S& y, std::span<double> mine) {
 template <FieldState S>
 [[nodiscard]] Outcome agreed(const S& y, Outcome mine) {
   return static_cast<Outcome>(most_of_ranks(y, static_cast<int>(mine)));
+}
+
+/// On all ranks but the one where a function of the user's has thrown.
+struct ThrownElsewhere {};
+
+/// Whether f() is true on all ranks of a field's; collective. What it throws goes on, and on the other ranks ThrownElsewhere does.
+template <State S>
+[[nodiscard]] bool ask_all_ranks(const S& y, auto&& f) {
+  if constexpr (!FieldState<S>) {
+    return f();
+  } else {
+    bool mine = false;
+    std::exception_ptr thrown;
+    try {
+      mine = f();
+    } catch (...) {
+      thrown = std::current_exception();
+    }
+    const int all = most_of_ranks(y, thrown ? 2 : mine ? 0 : 1);
+    if (thrown) std::rethrow_exception(thrown);
+    if (all == 2) throw ThrownElsewhere{};
+    return all == 0;
+  }
+}
+/// g(), a number that all ranks have alike: their largest, NaN where one of them is; collective, and throws likewise.
+template <State S>
+[[nodiscard]] auto same_on_ranks(const S& y, auto&& g) {
+  if constexpr (!FieldState<S>) {
+    return g();
+  } else {
+    decltype(g()) mine{};
+    if (!ask_all_ranks(y, [&] { return !std::isnan(mine = g()); }))
+      return std::numeric_limits<decltype(g())>::quiet_NaN();
+    double all = static_cast<double>(mine);
+    const auto& first = std::get<0>(Blocks<S>::all(y));
+    std::remove_cvref_t<decltype(first)>::Ops::greatest(first.handle(), std::span<double>{&all, 1});
+    return static_cast<decltype(g())>(all);
+  }
 }
 
 }}  // namespace phistep::PHISTEP_ABI

@@ -8,13 +8,11 @@
 #include <span>
 #include <type_traits>
 
+#include "phistep/base/outcome/step_report.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/ranks.hpp"
-#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
-
-// How large a state is, in weights: what controllers and solves judge.
 
 /// √(1/n Σ (x_i w_i)²)
 template <State Plain>
@@ -51,14 +49,9 @@ template <State Plain>
 }
 
 /// Which component of which block is not finite; block −1 where all are, index −1 where the block is a field.
-struct Offender {
-  std::int64_t block = -1, index = -1, row = -1, column = -1;
-  [[nodiscard]] explicit operator bool() const { return block >= 0; }
-};
-
 template <class Tie>
-[[nodiscard]] Offender first_non_finite(const Tie& blocks) {
-  Offender found;
+[[nodiscard]] ComponentLocation first_non_finite(const Tie& blocks) {
+  ComponentLocation found;
   for_each_block(
       [&found](auto k, const auto& x) {
         if (found) return;

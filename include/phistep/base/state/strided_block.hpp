@@ -4,16 +4,15 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <array>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <type_traits>
 #include <vector>
 
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -56,33 +55,11 @@ class StridedBlock {
 
   /// to[D i + d] = component d of vector first + i, for m vectors
   void gather(Index first, Index m, T* to) const {
-    if (is_contiguous()) {
-      std::memcpy(to, at[0] + first * D, static_cast<std::size_t>(m * D) * sizeof(T));
-    } else if (is_adjacent()) {
-      const T* from = at[0] + first * stride;
-      for (Index i = 0; i < m; ++i, from += stride, to += D)
-        for (Index d = 0; d < D; ++d) to[d] = from[d];
-    } else {
-      for (Index d = 0; d < D; ++d) {
-        const T* from = at[static_cast<std::size_t>(d)] + first * stride;
-        for (Index i = 0; i < m; ++i) to[i * D + d] = from[i * stride];
-      }
-    }
+    pass(first, m, to, [](const T* place, T* number, Index n) { std::copy_n(place, n, number); });
   }
   /// The way back.
   void scatter(const T* from, Index first, Index m) const {
-    if (is_contiguous()) {
-      std::memcpy(at[0] + first * D, from, static_cast<std::size_t>(m * D) * sizeof(T));
-    } else if (is_adjacent()) {
-      T* to = at[0] + first * stride;
-      for (Index i = 0; i < m; ++i, to += stride, from += D)
-        for (Index d = 0; d < D; ++d) to[d] = from[d];
-    } else {
-      for (Index d = 0; d < D; ++d) {
-        T* to = at[static_cast<std::size_t>(d)] + first * stride;
-        for (Index i = 0; i < m; ++i) to[i * stride] = from[i * D + d];
-      }
-    }
+    pass(first, m, from, [](T* place, const T* number, Index n) { std::copy_n(number, n, place); });
   }
   /// f(first byte, bytes, stride [bytes]) for each row of pieces of equal length, of `count` pieces
   void for_each_row(auto&& f) const {
@@ -90,6 +67,18 @@ class StridedBlock {
     for (std::size_t d = 0; d < (adjacent ? 1 : D); ++d)
       f(reinterpret_cast<std::uintptr_t>(at[d]), (adjacent ? D : 1) * sizeof(T),
         static_cast<std::uintptr_t>(stride) * sizeof(T));
+  }
+
+ private:
+  /// f(places, numbers, how many of both are neighbours)
+  void pass(Index first, Index m, auto* numbers, auto&& f) const {
+    if (is_contiguous()) return f(at[0] + first * D, numbers, m * D);
+    if (is_adjacent())
+      for (Index i = 0; i < m; ++i) f(at[0] + (first + i) * stride, numbers + i * D, Index{D});
+    else
+      for (std::size_t d = 0; d < D; ++d)
+        for (Index i = 0; i < m; ++i)
+          f(at[d] + (first + i) * stride, numbers + i * D + static_cast<Index>(d), Index{1});
   }
 };
 

@@ -9,20 +9,15 @@
 #include <utility>
 
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
 /// A plain block as one column, in storage order; a field as it is.
 template <class Block>
-[[nodiscard]] auto flat(Block& block) {
+[[nodiscard]] decltype(auto) flat(Block& block) {
   using Column = Eigen::Matrix<typename Block::Scalar, std::remove_const_t<Block>::SizeAtCompileTime, 1>;
-  return Eigen::Map<std::conditional_t<std::is_const_v<Block>, const Column, Column>>(block.data(), block.size());
-}
-
-template <FieldBlock Block>
-[[nodiscard]] Block& flat(Block& block) {
-  return block;
+  if constexpr (FieldBlock<Block>) return (block);
+  else return Eigen::Map<std::conditional_t<std::is_const_v<Block>, const Column, Column>>(block.data(), block.size());
 }
 
 /// All unknowns in one vector; of fields there is one.
@@ -41,13 +36,9 @@ struct UnknownsOf<S> {
 
 /// One block's unknowns within a vector of all unknowns.
 template <class Vector, class Block>
-[[nodiscard]] auto part(Vector& all, Index at, const Block& block) {
-  return all.template segment<Block::SizeAtCompileTime>(at, block.size());
-}
-
-template <FieldBlock Vector>
-[[nodiscard]] Vector& part(Vector& all, Index /*at*/, const auto& /*block*/) {
-  return all;
+[[nodiscard]] decltype(auto) part(Vector& all, [[maybe_unused]] Index at, const Block& block) {
+  if constexpr (FieldBlock<Vector>) return (all);
+  else return all.template segment<Block::SizeAtCompileTime>(at, block.size());
 }
 
 /// f(offset of block k among the unknowns, block k of each tie) for every k; of masses, that of block k.

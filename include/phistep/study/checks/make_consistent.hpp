@@ -19,25 +19,24 @@
 #include <string>
 #include <vector>
 
+#include "phistep/base/facts/scheme_facts.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/step_report.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/unknowns.hpp"
-#include "phistep/base/version.hpp"
+#include "phistep/step/mass/bound_masses.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
 /// What make_consistent may change.
 struct ConsistentOptions {
   std::vector<Eigen::Index> fixed{};  ///< components that stay, as many as M has rank; none named: M y stays
-  int max_iterations = 50;            ///< of Newton's method
 };
 
 /// How it went. Contextually true on success.
 struct ConsistentReport {
   Outcome outcome = Outcome::success;  ///< success, or why the state is unchanged
   int iterations = 0;                  ///< of Newton's method
-  double last_correction = 0;          ///< relative size of Newton's last correction
 
   [[nodiscard]] explicit operator bool() const { return outcome == Outcome::success; }
   [[nodiscard]] std::string message() const {
@@ -62,19 +61,18 @@ class ConsistentSolve {
                                             const ConsistentOptions& options) {
     ConsistentReport report;
     Vector r(x.size()), next, tried, delta, after;
-    if (!residual(x, r)) return {Outcome::non_finite_force, 0, 0};
+    if (!residual(x, r)) return {Outcome::non_finite_force};
     double last = std::numeric_limits<double>::infinity();
     while (r.cwiseAbs().maxCoeff() > 0) {
-      if (report.iterations == options.max_iterations) return report.outcome = Outcome::newton_stalled, report;
+      if (report.iterations == 100) return report.outcome = Outcome::newton_stalled, report;
       ++report.iterations;
       scale_ = x.cwiseAbs().cwiseMax(Scalar(1e-3) * x.cwiseAbs().maxCoeff());
       for (Scalar& each : scale_)
         if (each == 0) each = 1;
-      if (const Outcome bad = linearise(x, r, residual, M, options); failed(bad)) return report.outcome = bad, report;
+      if (const Outcome bad = linearize(x, r, residual, M, options); failed(bad)) return report.outcome = bad, report;
       delta = solve(r);
       project(delta);
       const double size = size_of(delta);
-      report.last_correction = size;
       if (!std::isfinite(size)) return report.outcome = Outcome::singular_matrix, report;
       // Where corrections no longer fall, what is left is rounding.
       if (size <= 4 * round_off || (size <= 1e-9 && size > last / 4)) return report;
@@ -96,7 +94,7 @@ class ConsistentSolve {
  private:
   static constexpr double round_off = static_cast<double>(std::numeric_limits<Scalar>::epsilon());
 
-  [[nodiscard]] Outcome linearise(Vector& x, const Vector& r, auto& residual, const Matrix& M,
+  [[nodiscard]] Outcome linearize(Vector& x, const Vector& r, auto& residual, const Matrix& M,
                                   const ConsistentOptions& options) {
     const Eigen::Index n = x.size();
     Matrix D(n, n);
@@ -111,15 +109,13 @@ class ConsistentSolve {
       D.col(j) = (there - r) / by;
     }
     free_.clear();
+    for (Eigen::Index j = 0; j < n; ++j)
+      if (std::find(options.fixed.begin(), options.fixed.end(), j) == options.fixed.end()) free_.push_back(j);
     if (options.fixed.empty()) {
-      for (Eigen::Index j = 0; j < n; ++j) free_.push_back(j);
       const Scalar size = M.cwiseAbs().maxCoeff();
       if (size > 0) D += std::max(D.cwiseAbs().maxCoeff() / size, std::numeric_limits<Scalar>::min()) * M;
-    } else {
-      for (Eigen::Index j = 0; j < n; ++j)
-        if (std::find(options.fixed.begin(), options.fixed.end(), j) == options.fixed.end()) free_.push_back(j);
     }
-    // In units of their own: columns by what x is, rows by their largest entry.
+    // Scaled: columns by the size of x, rows by their largest entry.
     Matrix A(n, static_cast<Eigen::Index>(free_.size()));
     for (Eigen::Index k = 0; k < A.cols(); ++k)
       A.col(k) = D.col(free_[static_cast<std::size_t>(k)]) * scale_[free_[static_cast<std::size_t>(k)]];
@@ -130,15 +126,11 @@ class ConsistentSolve {
     qr_.compute(rows_.asDiagonal() * A);
     return A.cols() > 0 && qr_.rank() == A.cols() ? Outcome::success : Outcome::singular_matrix;
   }
-  /// δ of the last linearisation
+  /// δ of the last linearization
   [[nodiscard]] Vector solve(const Vector& r) const {
     const Vector scaled = -rows_.cwiseProduct(r);
-    const Vector found = qr_.solve(scaled);
     Vector delta = Vector::Zero(r.size());
-    for (Eigen::Index k = 0; k < found.size(); ++k) {
-      const Eigen::Index j = free_[static_cast<std::size_t>(k)];
-      delta[j] = scale_[j] * found[k];
-    }
+    delta(free_) = scale_(free_).cwiseProduct(qr_.solve(scaled));
     return delta;
   }
   [[nodiscard]] double size_of(const Vector& delta) const {
@@ -164,12 +156,12 @@ class ConsistentSolve {
 template <class Stepper, State S>
 [[nodiscard]] ConsistentReport make_consistent(Stepper& stepper, S& state, ScalarOf<S> t,
                                                const ConsistentOptions& options = {}) {
-  if constexpr (!requires { stepper.solves_algebraic(); }) {
+  if constexpr (requires { stepper.stepper(); }) {
     return make_consistent(stepper.stepper(), state, t, options);
   } else {
     using Scalar = ScalarOf<S>;
     const Index n = unknowns<S>(state);
-    if (!stepper.solves_algebraic())
+    if (!algebraic_component(stepper.masses()))
       throw std::invalid_argument(
           "phistep: make_consistent needs a singular M: here all components have an equation y'");
     if (n > 1000) throw std::invalid_argument("phistep: make_consistent takes dense matrices of at most 1000 unknowns");
@@ -191,7 +183,11 @@ template <class Stepper, State S>
     RateOf<S> rate = make_rate<S>(y);
     const auto residual = [&](const auto& at, auto& out) {
       put_unknowns<S>(at, y);
-      if (!stepper.algebraic_residual(t, y, rate)) return false;
+      auto& rhs = StepperInternals::kernel(stepper).rhs();
+      rhs.begin(t, Scalar{0}, y);
+      rhs.evaluate_into(t, y, rate);
+      if (first_non_finite(RateOf<S>::blocks(rate))) return false;
+      keep_unexplained(RateOf<S>::blocks(rate), stepper.masses());
       out.resize(n);
       for_each_part([&out](Index from, const auto& block) { part(out, from, block) = flat(block); },
                     RateOf<S>::blocks(rate));
@@ -205,7 +201,7 @@ template <class Stepper, State S>
     const auto project = [&](auto& correction) {
       if (!all.fixed.empty()) return;
       put_unknowns<S>(correction, y);
-      stepper.keep_unseen(y);
+      keep_unseen(Blocks<S>::solved(y), stepper.masses());
       take_unknowns<S>(correction, y);
     };
     const ConsistentReport report = Solve{}(x, residual, M, project, all);

@@ -39,17 +39,23 @@ struct TangentSink {
   }
 };
 
+/// The tangent of no force at all.
+template <State S>
+[[nodiscard]] Tangent zero_tangent(const PlainState<S>& y) {
+  const Index n = unknowns<S>(y);
+  Index p = 0;
+  if constexpr (Blocks<S>::drifts) p = position_of<S>(y).size();
+  return {SparseRows(n, p), SparseRows(n, n)};
+}
+
 /// ∂Ψ/∂r and ∂Ψ/∂v (or ∂Ψ/∂y) of one force or term at (t, y), divided by the largest mass.
-/// @param lightest  the smallest mass divided by the largest
 template <State S, class F, class Masses>
 [[nodiscard]] Tangent tangent_of(F& force, ScalarOf<S> t, ScalarOf<S> dt, const PlainState<S>& y, const Masses& masses,
-                                 const MemoryOf<F>& memory, double largest_mass, [[maybe_unused]] double lightest) {
+                                 const MemoryOf<F>& memory, const PreflightMasses& numbers) {
   using Rhs = RightHandSide<S, std::reference_wrapper<F>, Masses>;
   using Traits = typename Rhs::Traits;
   const Index n = unknowns<S>(y);
-  Index p = 0;
-  if constexpr (Rhs::drifts) p = position_of<S>(y).size();
-  Tangent tangent{SparseRows(n, p), SparseRows(n, n)};
+  Tangent tangent = zero_tangent<S>(y);
   if (n == 0) return tangent;
   Rhs rhs{std::ref(force), masses};
   rhs.set_memory(memory);
@@ -57,7 +63,7 @@ template <State S, class F, class Masses>
   RateOf<S> psi = make_rate<S>(y);
   rhs.evaluate_into(t, y, psi);
   TangentSink sink;
-  sink.scale = largest_mass;
+  sink.scale = numbers.largest;
   if constexpr (Traits::has_jacobian) {
     add_jacobian<true, RateOf<S>, static_unknowns<S>>(rhs.force(), t, rhs.view(y), rhs.trial_memory(), n, sink);
   } else if (Traits::has_pattern || n <= dense_difference_limit) {
@@ -68,6 +74,7 @@ template <State S, class F, class Masses>
       sink.K.clear(), sink.C.clear();
       differences.begin();
       differences.compute(rhs, {gamma, gamma}, t, y, psi, NewtonOptions{}, SolveTolerance<PlainState<S>>{}, sink);
+      const double lightest = numbers.lumped.minCoeff();
       double k = 0, c = 0;
       for (const auto& entry : sink.K) k = std::max(k, std::abs(entry.value()));
       for (const auto& entry : sink.C) c = std::max(c, std::abs(entry.value()));
@@ -88,7 +95,7 @@ template <State S, class F, class Masses>
 
 /// Masses over all unknowns, divided by the largest.
 template <State S, class Masses>
-[[nodiscard]] PreflightMasses preflight_masses(const PlainState<S>& y, const Masses& masses, double& largest_mass) {
+[[nodiscard]] PreflightMasses preflight_masses(const PlainState<S>& y, const Masses& masses) {
   const Index n = unknowns<S>(y);
   PreflightMasses all;
   all.lumped.setZero(n);
@@ -105,15 +112,14 @@ template <State S, class Masses>
   each([&](Index i, Index j, double m) {
     if (i == j) all.lumped[i] += m;
   });
-  largest_mass = n > 0 ? all.lumped.maxCoeff() : 1;
-  if (!(largest_mass > 0)) largest_mass = 1;
-  all.lumped /= largest_mass;
+  if (n > 0 && all.lumped.maxCoeff() > 0) all.largest = all.lumped.maxCoeff();
+  all.lumped /= all.largest;
   if (!all.is_matrix) return all;
   const bool exact = n <= exact_spectrum_limit;
   if (exact) all.matrix.setZero(n, n);
   bool positive = true;
   each([&](Index i, Index j, double m) {
-    m /= largest_mass;
+    m /= all.largest;
     if (exact) all.matrix(i, j) += m;
     positive = positive && all.lumped[i] > 0;
     if (i != j) beside[i] += std::abs(m) / std::sqrt(all.lumped[i] * all.lumped[j]);

@@ -12,7 +12,6 @@
 #include "phistep/base/outcome/statistics.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/unknowns.hpp"
-#include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -36,7 +35,7 @@ class CompensatedSum {
 template <class Scalar, bool scheme_is_rest>
 class EnergyBooks {
  public:
-  /// In at least double precision. [energy]
+  /// At least double precision. [energy]
   using Energy = std::conditional_t<(sizeof(Scalar) > sizeof(double)), Scalar, double>;
 
   [[nodiscard]] Energy energy() const { return books_.kinetic + books_.potential; }  ///< E at the end of the last step
@@ -44,10 +43,10 @@ class EnergyBooks {
   [[nodiscard]] Energy potential() const { return books_.potential; }
   [[nodiscard]] Energy start() const { return books_.start; }                ///< E where the books were opened
   [[nodiscard]] Energy scheme() const { return books_.scheme.value(); }      ///< put in by the scheme (< 0: taken)
-  [[nodiscard]] Energy damping() const { return books_.damping.value(); }    ///< … by forces that use the velocity
-  [[nodiscard]] Energy external() const { return books_.external.value(); }  ///< … by forces without potential
-  [[nodiscard]] Energy solver() const { return books_.solver.value(); }      ///< … by what the solver left unsolved
-  [[nodiscard]] Energy edits() const { return books_.edits.value(); }  ///< … between steps: a bounce, a thermostat
+  [[nodiscard]] Energy damping() const { return books_.damping.value(); }    ///< put in by forces that use the velocity
+  [[nodiscard]] Energy external() const { return books_.external.value(); }  ///< put in by forces without potential
+  [[nodiscard]] Energy solver() const { return books_.solver.value(); }      ///< put in by the solver's tolerance
+  [[nodiscard]] Energy edits() const { return books_.edits.value(); }        ///< between steps: a bounce, a thermostat
   /// What all accounts together leave unexplained: rounding.
   [[nodiscard]] Energy closure() const {
     CompensatedSum<Energy> rest;

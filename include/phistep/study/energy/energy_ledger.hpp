@@ -22,7 +22,7 @@
 /// kicks with Ψ̄ = ½(Ψ+Ψ⁺) and drifts with v + ½hM⁻¹Ψ: in its (3), (h²/4)(Ψ⁺−Ψ)ᵀM⁻¹Ψ̄ stands for the second part, and
 /// ½hρᵀM⁻¹Ψ̄ joins the solver's.
 ///
-/// Of any other scheme, and of a split step, (1) is not known. There
+/// For any other scheme, and for a split step, (1) is not known. There
 ///
 ///     damping   ∫ vᵀD dt,     external  ∫ vᵀX dt + W,   W = ΔV + ∫ vᵀF dt where V depends on t                   (4)
 ///     scheme    ΔE less these: what is left
@@ -45,7 +45,6 @@
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/combination.hpp"
 #include "phistep/base/state/unknowns.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/study/energy/energy_books.hpp"
 #include "phistep/study/energy/force_parts.hpp"
 
@@ -68,7 +67,8 @@ using EnergyBooksOf =
 template <class Stepper>
 class EnergyLedger : public EnergyBooksOf<Stepper> {
   static_assert(
-      requires { typename Stepper::SchemeType; }, "phistep: EnergyLedger takes a PhiStepper, not a stepper around one");
+      requires { typename Stepper::SchemeType; } && !requires(Stepper & outer) { outer.stepper(); },
+      "phistep: EnergyLedger takes a PhiStepper, not a stepper around one");
   using S = typename Stepper::StateType;
   using Scheme = typename Stepper::SchemeType;
   using Plain = PlainState<S>;
@@ -91,9 +91,9 @@ class EnergyLedger : public EnergyBooksOf<Stepper> {
   using Books::energy, Books::closure;
 
   /// @throws std::invalid_argument where terms are called seldom and others have no energy: the work of these is done within
-  ///         outer steps, whose ends don't tell it
+  ///         outer steps, of which the ledger has the ends alone
   explicit EnergyLedger(Stepper& stepper) : stepper_{&stepper}, force_{stepper} {
-    if constexpr (requires { requires Stepper::has_inner_steps; })
+    if constexpr (facts_of<Stepper>.has_inner_steps)
       if (!force_.is_conservative())
         throw std::invalid_argument(
             "phistep: with seldom(k, term), EnergyLedger takes forces with an energy alone: what drag and driving do, "
@@ -143,7 +143,7 @@ class EnergyLedger : public EnergyBooksOf<Stepper> {
     books_.t = std::numeric_limits<Scalar>::quiet_NaN();
   }
 
-  /// For a checkpoint: the books, where they stand, and Ψ there.
+  /// What a checkpoint holds: the books, the end of the last step, and Ψ there.
   template <class Ar>
   void archive(Ar& ar) {
     ar("books", books_, "end", end_);

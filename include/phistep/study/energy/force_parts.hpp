@@ -1,5 +1,5 @@
 /// @file
-/// A motion's force in the parts that an energy balance tells apart, Ψ = F + D + X:
+/// A motion's force in the parts that have accounts of their own in an energy balance, Ψ = F + D + X:
 ///
 ///     F   conservative: of the terms with an energy; of a damped spring, its force at v = 0
 ///     D   damping: of the terms that use the velocity; of a damped spring, the rest of its force
@@ -12,9 +12,7 @@
 #include "phistep/base/facts/scheme_facts.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/unknowns.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/force/at.hpp"
-#include "phistep/force/energy.hpp"
 #include "phistep/force/evaluate.hpp"
 #include "phistep/force/signature.hpp"
 #include "phistep/force/sum.hpp"

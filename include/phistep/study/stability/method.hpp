@@ -10,8 +10,8 @@
 /// ½uᵀ(1 − Δt²K/4)u + ½ r̄ᵀK r̄ falls by Δt uᵀC u a step: stable for ωΔt < 2 with any C + Cᵀ ≥ 0. For (0, 1) and (1, 0) the mass
 /// in it is 1 ∓ ½ΔtC instead: ω²Δt² + 2cΔt < 4, and ωΔt < 2, for symmetric C ≥ 0.
 ///
-/// Of any other scheme R(z), or its matrix for an oscillation, is what its own step makes of y' = zy, or of r'' = −a²r, and
-/// where it ends to be stable is looked for along a ray, in steps of a hundredth and less: to a growth of 1e-9 a step.
+/// R(z) of any other scheme, or its factor on an oscillation, is what its own step makes of y' = zy, or of r'' = −a²r. The end of
+/// its stability is searched along a ray, in steps of a hundredth and less: where the growth exceeds 1e-9 a step.
 #pragma once
 
 #include <Eigen/Core>
@@ -28,12 +28,19 @@
 
 #include "phistep/base/facts/phi.hpp"
 #include "phistep/base/numbers/arithmetic.hpp"
-#include "phistep/base/version.hpp"
 #include "phistep/schemes/rannacher.hpp"
 #include "phistep/schemes/tr_bdf2.hpp"
 #include "phistep/schemes/velocity_verlet.hpp"
+#include "phistep/study/stability/slow_terms.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
+
+/// The eigenvalue of larger modulus of a 2×2 matrix.
+[[nodiscard]] inline std::complex<double> larger_eigenvalue(double trace, double det) {
+  const double square = det - trace * trace / 4;
+  if (square >= 0) return {trace / 2, std::sqrt(square)};
+  return trace / 2 + std::copysign(std::sqrt(-square), trace);
+}
 
 /// A scheme as numbers.
 struct Method {
@@ -49,7 +56,8 @@ struct Method {
   double force = 0, drift = 0;  ///< φ_force and φ_drift; φ twice where there is one
   bool a_stable = false;        ///< `rational`: by proof
   std::function<std::complex<double>(std::complex<double>)> R{};  ///< `rational`
-  std::function<Eigen::Matrix2d(double)> step_of{};               ///< `motion`: of (r, v) at a = ω, Δt = 1
+  std::function<std::complex<double>(double)> swing{};            ///< `motion`: the factor on an undamped oscillation
+  bool bears_damping = false;  ///< `motion`: no symmetric damping shortens the step that it is stable to
 
   [[nodiscard]] bool is_single() const {
     return kind == Kind::single || kind == Kind::two_stage || kind == Kind::rational;
@@ -61,7 +69,7 @@ struct Method {
 
   /// The factor of one step on a mode e^{λt}, z = λΔt; for kinds with one R.
   [[nodiscard]] std::complex<double> factor(std::complex<double> z) const {
-    if (kind == Kind::rational) return R(z);
+    if (R) return R(z);
     if (kind == Kind::two_stage) {
       const std::complex<double> zeta = 0.5 * (2 - std::numbers::sqrt2) * z;
       return (1.0 + std::numbers::sqrt2 * zeta) / ((1.0 - zeta) * (1.0 - zeta));
@@ -70,11 +78,8 @@ struct Method {
   }
   /// The factor of one step on an undamped oscillation, a = ωΔt.
   [[nodiscard]] std::complex<double> oscillation(double a) const {
+    if (swing) return swing(a);
     if (is_single()) return factor({0, a});
-    if (kind == Kind::motion) {
-      const Eigen::Matrix2d G = step_of(a);
-      return larger_eigenvalue(G.trace(), G.determinant());
-    }
     const double d = kind == Kind::verlet ? 1 : 1 + force * drift * a * a, s = kind == Kind::verlet ? 1 : force + drift;
     const double trace = 2 - s * a * a / d, det = 1 + (1 - s) * a * a / d;
     return larger_eigenvalue(trace, det);
@@ -118,12 +123,8 @@ struct Method {
   [[nodiscard]] double accurate_dt(std::complex<double> lambda, double accuracy) const {
     const double size = std::abs(lambda);
     if (!(size > 0)) return std::numeric_limits<double>::infinity();
-    double low = 0, high = 3;
-    for (int k = 0; k < 60; ++k) {
-      const double a = (low + high) / 2;
-      (std::abs(exponent_error(a / size * lambda)) <= accuracy ? low : high) = a;
-    }
-    return low / size;
+    const auto holds = [&](double a) { return std::abs(exponent_error(a / size * lambda)) <= accuracy; };
+    return last_that_holds(0, 3, 60, holds) / size;
   }
   /// |z| on the negative real axis up to which R(z) is positive: no mode changes its sign from step to step.
   [[nodiscard]] double sign_limit() const {
@@ -132,26 +133,17 @@ struct Method {
   }
 
  private:
-  static constexpr double growth = 1e-9;  ///< of a step that counts as stable, where no formula tells
-  /// Where look(x) → (whether it holds, factor to the next x) ends: 0, up to 1e4, or never.
-  [[nodiscard]] static double end_of(auto&& look) {
+  static constexpr double growth = 1e-9;  ///< of a step that counts as stable, where there is no formula
+  /// The largest x up to which test(x) → (whether it holds, factor to the next x) holds: 0, up to 1e4, or infinite.
+  [[nodiscard]] static double end_of(auto&& test) {
     double low = 0, high = 0.02;
-    for (auto [holds, factor] = look(high); holds; std::tie(holds, factor) = look(high)) {
+    for (auto [holds, factor] = test(high); holds; std::tie(holds, factor) = test(high)) {
       low = high;
       high *= factor;
       if (high > 1e4) return std::numeric_limits<double>::infinity();
     }
     if (low == 0) return 0;
-    for (int k = 0; k < 30; ++k) {
-      const double middle = (low + high) / 2;
-      (look(middle).first ? low : high) = middle;
-    }
-    return low;
-  }
-  [[nodiscard]] static std::complex<double> larger_eigenvalue(double trace, double det) {
-    const double square = det - trace * trace / 4;
-    if (square >= 0) return {trace / 2, std::sqrt(square)};
-    return trace / 2 + std::copysign(std::sqrt(-square), trace);
+    return last_that_holds(low, high, 30, [&](double x) { return test(x).first; });
   }
 };
 
@@ -175,6 +167,9 @@ struct DenseSystemMatrices {
     if (!(top > 0)) return;
     s = std::exp2(std::floor(std::log2(top) / 2));
     K /= s;
+  }
+  [[nodiscard]] DenseSystemMatrices in_units_of(const DenseSystemMatrices& other) const {
+    return {K / other.s, C, other.s};
   }
   [[nodiscard]] Eigen::Index positions() const { return K.cols(); }
   [[nodiscard]] Eigen::Index size() const { return K.cols() + C.cols(); }

@@ -3,13 +3,13 @@
 #pragma once
 
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
-#include <cstdio>
 #include <limits>
 #include <string>
 #include <vector>
 
-#include "phistep/base/version.hpp"
+#include "phistep/run/control/run_report.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -23,27 +23,17 @@ enum class Verdict : std::uint8_t {
 };
 
 [[nodiscard]] constexpr const char* describe(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::fine:
-      return "fine";
-    case Verdict::coarse:
-      return "stable, but too coarse";
-    case Verdict::unstable:
-      return "unstable";
-    case Verdict::unknown:
-      return "not known";
-    case Verdict::invalid:
-      return "dt is not positive and finite";
-  }
-  return "";
+  constexpr const char* texts[] = {"fine", "stable, but too coarse", "unstable", "not known",
+                                   "dt is not positive and finite"};
+  return texts[static_cast<std::size_t>(verdict)];
 }
 
-/// What preflight should look at.
+/// What preflight judges.
 struct PreflightOptions {
   double period = 0;  ///< [time] of the motion that you want to see; first order: its time constant. 0: the fastest
   double contact_time = 0;  ///< [time] of the shortest impact; 0: what the force's terms say, if they know
   double accuracy = 0.01;   ///< allowed relative error of that motion's rate: of its period, and damping ratio added
-  double t = 0;             ///< [time] where the force is looked at
+  double t = 0;             ///< [time] where the force is linearized
 };
 
 /// How stiff a term of the force is, or all of it. Upper bounds; the very values where `exact`.
@@ -66,18 +56,11 @@ struct PreflightAdvice {
   double dt = 0;       ///< [time]
   std::string reason;
   /// The line of code.
-  [[nodiscard]] std::string code() const;
+  [[nodiscard]] std::string code() const {
+    return "PhiStepper stepper{state, force, " + scheme + ", mass};  integrate(stepper, state, span, fixed(" +
+           number_text(dt, 3) + "))";
+  }
 };
-
-[[nodiscard]] inline std::string short_number(double x) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g", x);
-  return text;
-}
-inline std::string PreflightAdvice::code() const {
-  return "PhiStepper stepper{state, force, " + scheme + ", mass};  integrate(stepper, state, span, fixed(" +
-         short_number(dt) + "))";
-}
 
 /// What preflight found. Contextually true where the step asked about is fine.
 struct PreflightReport {
@@ -92,25 +75,25 @@ struct PreflightReport {
   int stiffest = -1;                                              ///< which term is, −1: no sum
   double growth = 0;  ///< [1/time] of the exact solution's fastest growing mode, where known
 
-  // Of the motion asked about, the fastest if none was:
+  // The motion asked about, else the fastest one:
   double period = 0;             ///< [time] (first order: time constant)
   double steps_per_period = 0;   ///< period / dt
   double phase_error = 0;        ///< relative error of its rate: of the period, with the sign of the frequency's error
   double added_damping = 0;      ///< damping ratio that the scheme adds
   double energy_per_period = 1;  ///< factor on its energy in one period, by the scheme alone
-  // Of the fastest:
+  // The fastest one:
   double fastest_factor = 1;  ///< |factor| of one step
   bool rings = false;         ///< the factor is negative or complex although the exact one is positive (first order)
-  // First order, symmetric:
-  double unringing_dt = 0;  ///< [time] up to which no mode changes sign from step to step, 0: not known
-  double monotone_dt = 0;   ///< [time] of the discrete maximum principle: no new extremes; 0: not known
+  double unringing_dt = 0;    ///< [time] first order: up to which no mode changes sign from step to step, 0: not known
 
-  // With slow terms, seldom(k, term); dt is the outer step:
+  // If terms are called seldom(k, term); dt is the outer step:
   int inner_steps = 1;  ///< in one of dt
   int most_k = 0;       ///< most inner steps of dt/inner_steps that the slow terms bear; 0: not known
 
-  double steps_per_contact = 0;            ///< 0: no contact time given
-  std::string finding;                     ///< what will happen, in a sentence or two
+  double steps_per_contact = 0;  ///< 0: no contact time given
+  double penetration = 0;        ///< how far the fastest body sinks in, over where it would be through; 0: not known
+  bool is_lossless = false;      ///< an impact keeps its energy
+  std::string finding;           ///< what will happen, in a sentence or two
   PreflightAdvice recommended, otherwise;  ///< what to write instead; `otherwise`: if the fastest modes don't matter
 
   [[nodiscard]] explicit operator bool() const { return verdict == Verdict::fine; }
@@ -127,24 +110,23 @@ struct PreflightReport {
       return std::isnan(x)   ? std::string("not known")
              : x == 0        ? "never"
              : std::isinf(x) ? "always"
-                             : "to " + short_number(x);
+                             : "to " + number_text(x, 3);
     };
-    line("dt", short_number(dt) + "; stable " + limit(stable_dt) + ", accurate " + limit(accurate_dt));
+    line("dt", number_text(dt, 3) + "; stable " + limit(stable_dt) + ", accurate " + limit(accurate_dt));
     line("fastest", rates(whole));
     for (std::size_t k = 0; k < terms.size(); ++k)
       line(("term " + std::to_string(k)).c_str(),
            rates(terms[k]) + (static_cast<int>(k) == stiffest ? "  <- stiffest" : ""));
     if (inner_steps > 1)
-      line("inner steps", std::to_string(inner_steps) + " of " + short_number(dt / inner_steps) +
+      line("inner steps", std::to_string(inner_steps) + " of " + number_text(dt / inner_steps, 3) +
                               (most_k > 0 ? "; stable to k = " + std::to_string(most_k) + " of these" : ""));
     if (period > 0) {
-      line("steps per period", short_number(steps_per_period) + " of " + short_number(period));
-      line("period's error", short_number(-100 * phase_error) + " %");
-      line("energy per period", "times " + short_number(energy_per_period) + " by the scheme alone");
+      line("steps per period", number_text(steps_per_period, 3) + " of " + number_text(period, 3));
+      line("period's error", number_text(-100 * phase_error, 3) + " %");
+      line("energy per period", "times " + number_text(energy_per_period, 3) + " by the scheme alone");
     }
     if (unringing_dt > 0) line("no mode rings", limit(unringing_dt));
-    if (monotone_dt > 0) line("no new extremes", limit(monotone_dt));
-    if (steps_per_contact > 0) line("steps per contact", short_number(steps_per_contact));
+    if (steps_per_contact > 0) line("steps per contact", number_text(steps_per_contact, 3));
     if (!finding.empty()) line("finding", finding);
     for (const PreflightAdvice* advice : {&recommended, &otherwise})
       if (!advice->scheme.empty()) {
@@ -166,10 +148,10 @@ struct PreflightReport {
     if (!term.known) return "no bound";
     const char* sign = term.exact ? " = " : " <= ";
     std::string text;
-    if (term.frequency > 0) text += "omega" + (sign + short_number(term.frequency)) + "  ";
-    if (term.damping > 0) text += "damping" + (sign + short_number(term.damping)) + "  ";
+    if (term.frequency > 0) text += "omega" + (sign + number_text(term.frequency, 3)) + "  ";
+    if (term.damping > 0) text += "damping" + (sign + number_text(term.damping, 3)) + "  ";
     if (term.frequency == 0 && term.damping == 0)
-      text += term.rate > 0 ? "rate" + (sign + short_number(term.rate)) + "  " : "0  ";
+      text += term.rate > 0 ? "rate" + (sign + number_text(term.rate, 3)) + "  " : "0  ";
     if (term.rate > 0 && term.particle >= 0) text += "at particle " + std::to_string(term.particle);
     else if (term.rate > 0 && term.component >= 0) text += "at component " + std::to_string(term.component);
     if (term.is_kick) text += "  (kicks)";

@@ -1,5 +1,5 @@
 /// @file
-/// How long an outer step may be that calls slow terms once in k inner steps (schemes/respa.hpp), of a linearised problem.
+/// How long an outer step may be that calls slow terms once in k inner steps (schemes/kicks.hpp), of a linearized problem.
 ///
 /// With M = 1, the fast forces −A r and the slow ones −B r, A and B symmetric, and T, S the inner steps' cos and sin,
 ///
@@ -27,19 +27,27 @@
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
+/// The largest x found between `low`, where holds(x), and `high`, by so many bisections.
+[[nodiscard]] double last_that_holds(double low, double high, int bisections, auto&& holds) {
+  for (int k = 0; k < bisections; ++k) {
+    const double middle = (low + high) / 2;
+    (holds(middle) ? low : high) = middle;
+  }
+  return low;
+}
+
 /// (3): Δt up to which no mode grows that doesn't by itself. [time]
 /// @param a, b  largest ω² of the fast and of the slow terms [1/time²]
 /// @param k     ≥ 1 inner steps
 [[nodiscard]] inline double outer_step_limit(double a, double b, int k) {
   if (!(a > 0)) return b > 0 ? 2 / std::sqrt(b) : std::numeric_limits<double>::infinity();
   const double omega = std::sqrt(a);
-  double low = 0, high = 2 * k * std::sin(std::numbers::pi / (2 * k)) / omega;  // kφ = π
-  if (!(b > 0)) return high;
-  for (int n = 0; n < 60; ++n) {
-    const double dt = (low + high) / 2, h = dt / k, phi = 2 * std::asin(std::min(1.0, h * omega / 2));
-    (dt / 2 * b * std::tan(k * phi / 2) < std::sin(phi) / h ? low : high) = dt;
-  }
-  return low;
+  const double longest = 2 * k * std::sin(std::numbers::pi / (2 * k)) / omega;  // kφ = π
+  if (!(b > 0)) return longest;
+  return last_that_holds(0, longest, 60, [&](double dt) {
+    const double h = dt / k, phi = 2 * std::asin(std::min(1.0, h * omega / 2));
+    return dt / 2 * b * std::tan(k * phi / 2) < std::sin(phi) / h;
+  });
 }
 /// The most inner steps of length h that an outer step may have; 0 where one is too many already.
 [[nodiscard]] inline int most_inner_steps(double a, double b, double h) {
@@ -56,7 +64,7 @@ namespace phistep { inline namespace PHISTEP_ABI {
   return low;
 }
 
-/// The matrix of one outer step: respa.hpp's loop, of matrices of any size.
+/// The matrix of one outer step: kicks.hpp's loop, of matrices of any size.
 /// @param fast   fast(h): the matrix of an inner step
 /// @param slow   slow(j, γ): the matrix of a kick of slow term j
 /// @param every  k of each of these

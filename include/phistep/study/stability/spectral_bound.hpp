@@ -3,12 +3,12 @@
 ///
 /// For any weights x > 0,
 ///
-///     ρ(A) ≤ max_i Σ_j ‖A_ij‖ x_j / x_i                                   Collatz & Wielandt, A cut into blocks     (1)
-///     λ_max(A) ≤ max_i λ_max(A_ii + Σ_{j≠i} (x_j/x_i) |A_ij|)             A symmetric, |B| = (B Bᵀ)^½               (2)
+///     ρ(A) ≤ max_i Σ_j |A_ij| x_j / x_i                                   Collatz & Wielandt                        (1)
+///     λ_max(A) ≤ max_i λ_max(A_ii + Σ_{j≠i} (x_j/x_i) |A_ij|)             A symmetric, in blocks, |B| = (B Bᵀ)^½    (2)
 ///
 /// (2) because with B = U Σ Vᵀ, 2 x_iᵀ B x_j ≤ c x_iᵀ U Σ Uᵀ x_i + c⁻¹ x_jᵀ V Σ Vᵀ x_j for every c > 0. The sum over
 /// neighbours stays a matrix, so that springs of different directions don't add up as if they were parallel: on the triangular
-/// lattice (2) is exact, 6 k/m, where entries alone give 7.7 and norms of blocks 9. Weights move towards the blocks that
+/// lattice (2) is exact, 6 k/m, where entries alone give 7.7. Weights move towards the blocks that
 /// have the largest bound; every iterate is a bound, the smallest is kept. (Power iteration comes from below: unsafe.)
 ///
 /// Horn & Johnson, Matrix Analysis, sect. 6.1 and 8.1.
@@ -139,7 +139,7 @@ template <int d>
       out[at] = largest_eigenvalue<d>(sum) / mass[at];
     }
   };
-  // Heavy particles move less in stiff modes; those of equal motion tell that a network's sign is definite.
+  // Heavy particles move less in stiff modes; equal weights show that a network is definite.
   EigenvalueBound bound = improve_weights(Eigen::VectorXd::Ones(n), 2 * shift, bounds);
   if (n > 0 && mass.minCoeff() < mass.maxCoeff()) {
     const EigenvalueBound other =
@@ -162,47 +162,21 @@ template <class = void>
   return other.value < bound.value ? other : bound;
 }
 
-/// (1) with blocks of one entry.
+/// (1), by rows or by columns: an upper bound of the spectral radius of any square matrix.
 template <class = void>
-[[nodiscard]] EigenvalueBound spectral_radius_bound_by_entries(const SparseRows& A) {
-  return improve_weights(Eigen::VectorXd::Ones(A.rows()), 0, [&](const Eigen::VectorXd& x, Eigen::VectorXd& out) {
-    double top = 0;
-    for (Eigen::Index i = 0; i < A.rows(); ++i) {
-      double sum = 0;
-      for (SparseRows::InnerIterator entry(A, i); entry; ++entry) sum += std::abs(entry.value()) * x[entry.col()];
-      out[i] = sum / x[i];
-      top = std::max(top, out[i]);
-    }
-    // Where rows are zero their weights would vanish.
-    out = out.cwiseMax(top * 1e-3);
-  });
-}
-template <int d>
-[[nodiscard]] SparseRows norms_of_blocks(const SparseRows& A) {
-  const BlockRows<d> rows(A);
-  std::vector<Eigen::Triplet<double>> norms;
-  for (std::size_t i = 0; i < rows.rows(); ++i)
-    for (std::size_t p = rows.start[i]; p < rows.start[i + 1]; ++p)
-      norms.emplace_back(static_cast<int>(i), static_cast<int>(rows.column[p]),
-                         std::sqrt(std::max(0.0, largest_eigenvalue<d>(rows.block[p] * rows.block[p].transpose()))));
-  SparseRows all(A.rows() / d, A.cols() / d);
-  all.setFromTriplets(norms.begin(), norms.end());
-  return all;
-}
-
-/// An upper bound of the spectral radius of any square matrix.
-template <class = void>
-[[nodiscard]] EigenvalueBound spectral_radius_bound(const SparseRows& A, int block) {
-  const auto both = [](const SparseRows& B) {
-    const EigenvalueBound rows = spectral_radius_bound_by_entries(B),
-                          columns = spectral_radius_bound_by_entries(SparseRows(B.transpose()));
-    return columns.value < rows.value ? columns : rows;
+[[nodiscard]] EigenvalueBound spectral_radius_bound(const SparseRows& A) {
+  const auto by_rows = [](const SparseRows& B) {
+    return improve_weights(Eigen::VectorXd::Ones(B.rows()), 0, [&B](const Eigen::VectorXd& x, Eigen::VectorXd& out) {
+      for (Eigen::Index i = 0; i < B.rows(); ++i) {
+        double sum = 0;
+        for (SparseRows::InnerIterator entry(B, i); entry; ++entry) sum += std::abs(entry.value()) * x[entry.col()];
+        out[i] = sum / x[i];
+      }
+      out = out.cwiseMax(out.maxCoeff() * 1e-3);  // the weights of zero rows would vanish
+    });
   };
-  EigenvalueBound bound = both(A);
-  if ((block != 2 && block != 3) || A.rows() % block != 0) return bound;
-  EigenvalueBound other = both(block == 2 ? norms_of_blocks<2>(A) : norms_of_blocks<3>(A));
-  other.row *= block;
-  return other.value < bound.value ? other : bound;
+  const EigenvalueBound rows = by_rows(A), columns = by_rows(SparseRows(A.transpose()));
+  return columns.value < rows.value ? columns : rows;
 }
 
 }}  // namespace phistep::PHISTEP_ABI

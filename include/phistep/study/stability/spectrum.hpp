@@ -1,5 +1,5 @@
 /// @file
-/// What a linearised problem M u' = K r + C u, r' = u (motion) or M y' = C y (first order) is like: exact eigenvalues where
+/// What a linearized problem M u' = K r + C u, r' = u (motion) or M y' = C y (first order) is like: exact eigenvalues where
 /// it is small, guaranteed bounds where it isn't.
 #pragma once
 
@@ -13,7 +13,6 @@
 #include <complex>
 #include <vector>
 
-#include "phistep/base/version.hpp"
 #include "phistep/study/stability/method.hpp"
 #include "phistep/study/stability/spectral_bound.hpp"
 
@@ -41,11 +40,12 @@ struct PreflightMasses {
   Eigen::VectorXd lumped;  ///< the diagonal
   Eigen::MatrixXd matrix;  ///< all of it, where it is a small matrix
   bool is_matrix = false;
-  /// With D the diagonal of a symmetric M, M ≥ q D; q ≤ 0 where that can't be told.
+  /// With D the diagonal of a symmetric M, M ≥ q D; q ≤ 0: no such bound.
   double lower = 1;
+  double largest = 1;  ///< what they were divided by [mass]
 };
 
-/// Rates of a linearised term or sum. [1/time], but for `stiffness` [1/time²]
+/// Rates of a linearized term or sum. [1/time], but for `stiffness` [1/time²]
 struct Spectrum {
   bool bounded = true;       ///< false: nothing is guaranteed
   bool exact = false;        ///< eigenvalues, not bounds
@@ -142,24 +142,23 @@ template <class = void>
   } else if (p > 0) {
     for (const auto lambda : eigenvalues_of(system.K.topRows(p))) s.stiffness = std::max(s.stiffness, std::abs(lambda));
   }
-  if (s.has_C && symmetric_C) {
+  if (s.has_C) {
     Eigen::Index where = -1;
-    const Eigen::VectorXd values = symmetric_eigenvalues(tangent.C, masses, where);
-    s.damping = std::max(0.0, -values.minCoeff());
-    s.least_damping = std::max(0.0, -values.maxCoeff());
-    s.dissipative = values.maxCoeff() <= tolerance * values.cwiseAbs().maxCoeff();
-    if (s.damping * s.damping > s.stiffness) component = where;
-    if (p == 0)
-      for (const double value : values) s.eigenvalues.emplace_back(value, 0.0);
-  } else if (s.has_C) {
-    Eigen::Index where = -1;
-    const Eigen::MatrixXd sum = system.C + system.C.transpose();  // dissipative in the sense of the masses: below
-    for (const auto lambda : eigenvalues_of(system.C)) s.damping = std::max(s.damping, std::abs(lambda));
     const Eigen::VectorXd values =
         symmetric_mass ? symmetric_eigenvalues(tangent.C, masses, where) : Eigen::VectorXd::Ones(n);
-    s.dissipative = values.maxCoeff() <= tolerance * sum.cwiseAbs().maxCoeff();
-    if (p == 0) s.eigenvalues = eigenvalues_of(system.C);
-    system.C.cwiseAbs().rowwise().sum().maxCoeff(&where);
+    if (symmetric_C) {
+      s.damping = std::max(0.0, -values.minCoeff());
+      s.least_damping = std::max(0.0, -values.maxCoeff());
+      s.dissipative = values.maxCoeff() <= tolerance * values.cwiseAbs().maxCoeff();
+      if (p == 0) s.eigenvalues.assign(values.begin(), values.end());
+    } else {
+      const Eigen::MatrixXd sum = system.C + system.C.transpose();
+      const auto lambdas = eigenvalues_of(system.C);
+      for (const auto lambda : lambdas) s.damping = std::max(s.damping, std::abs(lambda));
+      s.dissipative = values.maxCoeff() <= tolerance * sum.cwiseAbs().maxCoeff();
+      if (p == 0) s.eigenvalues = lambdas;
+      system.C.cwiseAbs().rowwise().sum().maxCoeff(&where);
+    }
     if (s.damping * s.damping > s.stiffness) component = where;
   } else if (p == 0) {
     s.eigenvalues.assign(static_cast<std::size_t>(n), 0.0);
@@ -206,14 +205,14 @@ template <class = void>
     s.bounded = false;
     return s;
   }
-  const Eigen::VectorXd m = masses.is_matrix ? Eigen::VectorXd(masses.lower * masses.lumped) : masses.lumped;
+  const Eigen::VectorXd m = masses.lower * masses.lumped;
   s.oscillates = symmetric_K;
   if (p > 0 && symmetric_K) {
     const EigenvalueBound bound = largest_eigenvalue_bound(-tangent.K, m, block);
     s.stiffness = std::max(0.0, bound.value);
     s.component = bound.row;
   } else if (p == n) {
-    const EigenvalueBound bound = spectral_radius_bound(divided_by_rows(tangent.K, m), block);
+    const EigenvalueBound bound = spectral_radius_bound(divided_by_rows(tangent.K, m));
     s.stiffness = bound.value;
     s.component = bound.row;
   } else if (p > 0) {
@@ -227,7 +226,7 @@ template <class = void>
     const double rise = largest_eigenvalue_bound(even, m, block).value;
     s.left = std::max(0.0, decay.value);
     s.right = std::max(0.0, -rise);
-    s.up = symmetric_C ? 0 : spectral_radius_bound(divided_by_rows(odd, m), block).value;
+    s.up = symmetric_C ? 0 : spectral_radius_bound(divided_by_rows(odd, m)).value;
     s.damping = s.left + s.up;
     s.least_damping = masses.is_matrix ? 0 : s.right;
     s.dissipative = rise <= 1e-9 * s.left;
@@ -253,7 +252,7 @@ template <class = void>
   // Motion: |λ|² ≤ c|λ| + ω².
   if (p > 0) s.radius = s.damping / 2 + std::sqrt(s.damping * s.damping / 4 + s.stiffness);
   else if (symmetric_C) s.radius = s.real_decay;
-  else if (s.has_C) s.radius = spectral_radius_bound(divided_by_rows(tangent.C, m), block).value;
+  else if (s.has_C) s.radius = spectral_radius_bound(divided_by_rows(tangent.C, m)).value;
   return s;
 }
 

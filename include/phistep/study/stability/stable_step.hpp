@@ -1,7 +1,7 @@
 /// @file
-/// The longest Δt for which a scheme keeps bounded every mode of a linearised problem that doesn't grow by itself.
+/// The longest Δt for which a scheme keeps bounded every mode of a linearized problem that doesn't grow by itself.
 ///
-/// With terms at φ = 0 as half kicks around an inner scheme of φ = ½ (schemes/splitting.hpp), positions obey
+/// With terms at φ = 0 as half kicks around an inner scheme of φ = ½ (schemes/kicks.hpp), positions obey
 /// (M + ¼Δt²K_s)(r⁺−2r+r⁻)/Δt² + C (r⁺−r⁻)/2Δt = −(K_s+K_e) r: a central difference, stable where Δt²K_e < 4M, whatever K_s.
 #pragma once
 
@@ -12,15 +12,14 @@
 #include <limits>
 #include <vector>
 
-#include "phistep/base/version.hpp"
 #include "phistep/study/stability/method.hpp"
 #include "phistep/study/stability/slow_terms.hpp"
 #include "phistep/study/stability/spectrum.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-/// A force linearised at a state: what is treated by the scheme itself, and what enters as kicks.
-struct LinearisedProblem {
+/// A force linearized at a state: what is treated by the scheme itself, and what enters as kicks.
+struct LinearizedProblem {
   Tangent whole, rest, kicks;
   PreflightMasses masses;
   int block = 0;         ///< rows of a particle, 0: unknown
@@ -43,7 +42,7 @@ struct LinearisedProblem {
   [[nodiscard]] double begin_weight() const { return inner.kind == Method::Kind::verlet ? 0.5 : 1 - inner.force; }
 };
 
-/// Up to this size the matrix of a step may be looked at for many Δt.
+/// Up to this size the matrix of a step is computed for many Δt.
 inline constexpr Eigen::Index step_matrix_limit = 120;
 
 template <class = void>
@@ -75,22 +74,14 @@ template <class = void>
     if (high >= longest) return longest;
     if (high * whole.radius > 1e4) return std::numeric_limits<double>::infinity();
   }
-  for (int k = 0; k < 12; ++k) {
-    const double middle = (low + high) / 2;
-    (stable(middle) ? low : high) = middle;
-  }
-  return low;
+  return last_that_holds(low, high, 12, stable);
 }
 template <class = void>
-[[nodiscard]] double scan_for_stable_step(const Method& method, const LinearisedProblem& problem,
+[[nodiscard]] double scan_for_stable_step(const Method& method, const LinearizedProblem& problem,
                                           const Spectrum& whole) {
   DenseSystemMatrices rest = divided(problem.rest, problem.masses), kicks = rest;
   rest.balance();
-  if (problem.has_kicks) {
-    kicks = divided(problem.kicks, problem.masses);
-    kicks.s = rest.s;
-    kicks.K /= rest.s;
-  }
+  if (problem.has_kicks) kicks = divided(problem.kicks, problem.masses).in_units_of(rest);
   return scan_for_stable_step(whole, std::numeric_limits<double>::infinity(), [&](double h) -> Eigen::MatrixXd {
     const Eigen::MatrixXd G = step_matrix(method, rest, h);
     if (!problem.has_kicks) return G;
@@ -99,10 +90,10 @@ template <class = void>
   });
 }
 
-/// With slow terms, called once in k inner steps: by (3) of slow_terms.hpp for one k, else by the step's matrix, as far as
+/// For slow terms, called once in k inner steps: by (3) of slow_terms.hpp for one k, else by the step's matrix, as far as
 /// (3) goes with all but the slowest for the fast ones: windows of growth, at resonances, begin there. NaN: nothing is guaranteed.
 template <class = void>
-[[nodiscard]] double stable_outer_step(const LinearisedProblem& problem, const Spectrum& whole) {
+[[nodiscard]] double stable_outer_step(const LinearizedProblem& problem, const Spectrum& whole) {
   constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
   const std::vector<int> every = problem.every();
   const int steps = *std::max_element(every.begin(), every.end());
@@ -110,7 +101,7 @@ template <class = void>
     return spectrum_of(tangent, problem.masses, problem.block, problem.tolerance);
   };
   Tangent faster = problem.rest, slowest{SparseRows(faster.K.rows(), faster.K.cols()), faster.C};
-  for (const LinearisedProblem::Slow& one : problem.slow) {
+  for (const LinearizedProblem::Slow& one : problem.slow) {
     Tangent& to = one.k == steps ? slowest : faster;
     to.K += one.tangent.K;
     to.known = to.known && one.tangent.known;
@@ -123,11 +114,8 @@ template <class = void>
   DenseSystemMatrices rest = divided(problem.rest, problem.masses);
   rest.balance();
   std::vector<DenseSystemMatrices> slow;
-  for (const LinearisedProblem::Slow& one : problem.slow) {
-    slow.push_back(divided(one.tangent, problem.masses));
-    slow.back().s = rest.s;
-    slow.back().K /= rest.s;
-  }
+  for (const LinearizedProblem::Slow& one : problem.slow)
+    slow.push_back(divided(one.tangent, problem.masses).in_units_of(rest));
   const Eigen::Index n = rest.size();
   return scan_for_stable_step(whole, outer_step_limit(a.stiffness, b.stiffness, steps),
                               [&](double dt) -> Eigen::MatrixXd {
@@ -140,7 +128,7 @@ template <class = void>
 
 /// Without kicks. NaN: nothing is guaranteed. 0: never.
 template <class = void>
-[[nodiscard]] double stable_step_of(const Method& method, const LinearisedProblem& problem, const Spectrum& s) {
+[[nodiscard]] double stable_step_of(const Method& method, const LinearizedProblem& problem, const Spectrum& s) {
   constexpr double always = std::numeric_limits<double>::infinity(), unknown = std::numeric_limits<double>::quiet_NaN();
   const bool motion = problem.whole.K.cols() > 0;
   if (method.is_a_stable()) return always;
@@ -177,7 +165,12 @@ template <class = void>
     const double limit = method.oscillation_limit();
     return limit == 0 ? 0 : s.stiffness == 0 ? always : limit / std::sqrt(s.stiffness);
   }
-  if (method.kind == Method::Kind::motion) return unknown;
+  if (method.kind == Method::Kind::motion) {
+    // Newmark's family: no symmetric damping shortens it (T. J. R. Hughes, The Finite Element Method, 2000, sect. 9.1.2).
+    if (!method.bears_damping || !s.oscillates || !s.dissipative || !is_symmetric(problem.whole.C, problem.tolerance))
+      return unknown;
+    return s.stiffness == 0 ? always : method.oscillation_limit() / std::sqrt(s.stiffness);
+  }
   if (s.exact && problem.whole.K.cols() + problem.whole.C.rows() <= step_matrix_limit)
     return scan_for_stable_step(method, problem, s);
   if (!s.oscillates || !s.dissipative) return unknown;
@@ -190,7 +183,7 @@ template <class = void>
 }
 
 template <class = void>
-[[nodiscard]] double stable_step(const Method& method, const LinearisedProblem& problem, const Spectrum& whole) {
+[[nodiscard]] double stable_step(const Method& method, const LinearizedProblem& problem, const Spectrum& whole) {
   if (!problem.slow.empty()) return stable_outer_step(problem, whole);
   if (!problem.has_kicks || problem.kicks.is_zero()) return stable_step_of(method, problem, whole);
   constexpr double unknown = std::numeric_limits<double>::quiet_NaN();

@@ -1,14 +1,31 @@
 /// @file
-/// Workspaces: memory that serves again from call to call.
+/// Memory: members that a class has under a condition only, workspaces that serve again, ends of scopes, serial numbers of objects.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
+#include <type_traits>
 #include <vector>
 
 #include "phistep/base/version.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
+
+/// Stands in for an absent member: takes any arguments of its constructor, and no space under [[no_unique_address]]. Two in
+/// one object need different types for that: T and n tell them apart.
+template <class T = void, int n = 0>
+struct Absent {
+  constexpr Absent() = default;
+  constexpr explicit Absent(const auto&... /*any*/) {}
+};
+
+/// The type of a member: T if the condition holds.
+///
+///     [[no_unique_address]] Only<has_time, Rate> psi_t_;
+template <bool condition, class T, int n = 0>
+using Only = std::conditional_t<condition, T, Absent<T, n>>;
 
 /// A T that is not copied along with its owner: the copy makes its own. Moving takes it along. What it holds from call to call
 /// saves work.
@@ -42,13 +59,6 @@ void release(V& v) {
 template <class T, std::size_t most = 4>
 class Recycled {
  public:
-  Recycled() = default;
-  Recycled(const Recycled&) {}  // a copy starts with none
-  Recycled(Recycled&&) noexcept = default;
-  Recycled& operator=(const Recycled&) { return *this; }
-  Recycled& operator=(Recycled&&) noexcept = default;
-  ~Recycled() = default;
-
   [[nodiscard]] std::shared_ptr<T> take() {
     for (auto& one : kept_)
       if (one.use_count() == 1) return one;
@@ -64,8 +74,23 @@ class Recycled {
   }
 
  private:
-  std::vector<std::shared_ptr<T>> kept_;
+  Scratch<std::vector<std::shared_ptr<T>>> kept_;
   std::size_t next_ = 0;
 };
+
+/// Calls f at the end of its scope, by an exception as well.
+template <class F>
+struct AtExit {
+  F f;
+  ~AtExit() { f(); }
+};
+template <class F>
+AtExit(F) -> AtExit<F>;
+
+/// A number that nothing else has had, whatever the thread: what was made for one object is known by it not to belong to another.
+[[nodiscard]] inline std::uint64_t next_serial() {
+  static std::atomic<std::uint64_t> last{0};
+  return ++last;
+}
 
 }}  // namespace phistep::PHISTEP_ABI
