@@ -2,8 +2,8 @@
 // whole path must not be a gain of energy. The body's motion is prescribed: before each step its place and its velocity are
 // written, after it the change of its velocity tells the force. What the normal spring does cancels, and is taken out.
 //
-// Linear springs keep the balance. With Hertz the tangential stiffness k grows with the overlap: sheared by s at little
-// pressure and sheared back at much, a spring that keeps its length gives back ½ Δk s² more than it took.
+// With Hertz the tangential stiffness k grows with the overlap: sheared by s at little pressure and sheared back at much, a spring
+// that kept its length would give back ½ Δk s² more than it took.
 #include <phistep/particles.hpp>
 
 #include <algorithm>
@@ -19,13 +19,10 @@
 using namespace phistep;
 using namespace contact_scenes;
 
-// Known: what is wrong today (163, 337, 234; in the short half 23, 49, 37) and a few whose verdict is near.
 #if PHISTEP_STRESS
 constexpr int members = 400;
-constexpr int known_gain = 166, known_held = 340, known_beside_dashpots = 238;
 #elif PHISTEP_FULL
 constexpr int members = 60;
-constexpr int known_gain = 24, known_held = 50, known_beside_dashpots = 39;
 #endif
 
 namespace {
@@ -33,7 +30,7 @@ namespace {
 using Grains = Particles<double, 3, Spin>;
 using Vec = Eigen::Vector3d;
 constexpr double R = 0.01;
-constexpr int steps = 200;  // of each leg
+constexpr int steps = 1000;  // of each leg
 
 /// A corner of the path.
 struct Corner {
@@ -243,25 +240,9 @@ const Tallies& dashpots() {
 
 }  // namespace
 
-TEST_CASE("closed paths on linear springs gain no energy") { battery::at_most(0, linear_springs().gain); }
-TEST_CASE("the energy of linear springs is what was put in") { battery::at_most(0, linear_springs().held); }
-
-TEST_CASE("closed paths on stiffening springs: no more gain energy than known") {
-  battery::at_most(known_gain, growing_stiffness().gain);
-}
-TEST_CASE("closed paths on stiffening springs gain no energy", "[!shouldfail][49-A]") {
-  battery::none(growing_stiffness().gain);
-}
-TEST_CASE("the energy of stiffening springs: no more are wrong than known") {
-  battery::at_most(known_held, growing_stiffness().held);
-}
-TEST_CASE("the energy of stiffening springs is at most what was put in", "[!shouldfail][49-A]") {
-  battery::none(growing_stiffness().held);
-}
-TEST_CASE("closed paths on springs with dashpots gain no energy") { battery::at_most(0, dashpots().gain); }
-TEST_CASE("the energy of springs beside dashpots: no more are wrong than known") {
-  battery::at_most(known_beside_dashpots, dashpots().held);
-}
-TEST_CASE("the energy of springs beside dashpots is at most what was put in", "[!shouldfail][49-A]") {
-  battery::none(dashpots().held);
-}
+TEST_CASE("closed paths on linear springs gain no energy") { battery::none(linear_springs().gain); }
+TEST_CASE("the energy of linear springs is what was put in") { battery::none(linear_springs().held); }
+TEST_CASE("closed paths on stiffening springs gain no energy") { battery::none(growing_stiffness().gain); }
+TEST_CASE("the energy of stiffening springs is at most what was put in") { battery::none(growing_stiffness().held); }
+TEST_CASE("closed paths on springs with dashpots gain no energy") { battery::none(dashpots().gain); }
+TEST_CASE("the energy of springs beside dashpots is at most what was put in") { battery::none(dashpots().held); }

@@ -17,6 +17,7 @@ const Batteries<double>& clocks() {
                                      {
                                          subject<double>("trapezoidal", trapezoidal),
                                          subject<double>("tr_bdf2", tr_bdf2),
+                                         subject<double>("generalized_alpha(0.5)", generalized_alpha(0.5)),
                                          subject<double>("radau", radau),
 #if PHISTEP_STRESS
                                          subject<double>("backward_euler", backward_euler, false),

@@ -4,9 +4,9 @@
 
 // Beside each number a few more are let pass: rounding decides some members.
 #if PHISTEP_STRESS
-constexpr int members = 100, known_observer = 102;
+constexpr int members = 100, known_observer = 202;
 #elif PHISTEP_FULL
-constexpr int members = 20, known_observer = 22;
+constexpr int members = 20, known_observer = 42;
 #endif
 
 using jumps::Way;
@@ -26,6 +26,7 @@ const battery::Tally& tally() {
       each("rodas5p", phistep::rodas5p, 5, 4);
       each("radau", phistep::radau, 5, 2);
       each("tr_bdf2", phistep::tr_bdf2, 2, 10);
+      each("generalized_alpha(0.5)", phistep::generalized_alpha(0.5), 2, 10);
       each("trapezoidal", phistep::trapezoidal, 2, 10);
       each("midpoint", phistep::midpoint, 2, 10);
       each("phi(0.7)", phistep::phi(0.7), 1, 40);

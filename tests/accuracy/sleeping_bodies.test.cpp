@@ -17,13 +17,10 @@
 using namespace phistep;
 using namespace contact_scenes;
 
-// Known: what is wrong today (134 and 200; in the short half 17 and 32) and, of the first, a few whose verdict is near.
 #if PHISTEP_STRESS
 constexpr int members = 200;
-constexpr int known_turning = 137, known_returned = 200;
 #elif PHISTEP_FULL
 constexpr int members = 32;
-constexpr int known_turning = 18, known_returned = 32;
 #endif
 
 namespace {
@@ -199,21 +196,13 @@ battery::Tally run(const char* name, std::uint64_t seed, auto one) {
   for (int n = 0; n < members; ++n) one(tally, chance, n);
   return tally;
 }
-const battery::Tally& all_turning() {
-  static const battery::Tally counted = run("bodies that are slow but don't rest", 5, turning);
-  return counted;
-}
-const battery::Tally& all_returned() {
-  static const battery::Tally counted = run("what a sleeper is given back", 6, returned);
-  return counted;
-}
 
 }  // namespace
 
 TEST_CASE("what rests falls asleep and stays") { battery::at_most(0, run("bodies at rest", 7, resting)); }
-TEST_CASE("what turns with Sleeping: no more are wrong than known") { battery::at_most(known_turning, all_turning()); }
-TEST_CASE("what turns with Sleeping moves on", "[!shouldfail][49-A]") { battery::none(all_turning()); }
-TEST_CASE("what a sleeper is given back: no more are wrong than known") {
-  battery::at_most(known_returned, all_returned());
+TEST_CASE("what turns with Sleeping moves on") {
+  battery::at_most(0, run("bodies that are slow but don't rest", 5, turning));
 }
-TEST_CASE("a sleeper that is woken has what its push gave it", "[!shouldfail][49-A]") { battery::none(all_returned()); }
+TEST_CASE("a sleeper that is woken has what its push gave it") {
+  battery::at_most(0, run("what a sleeper is given back", 6, returned));
+}

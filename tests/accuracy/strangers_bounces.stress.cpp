@@ -44,7 +44,7 @@ bool is_said_or_keeps_height(double steps_per_impact) {
 
 }  // namespace
 
-TEST_CASE("Verlet's bounces keep their height at 1/20 of an impact, or preflight says so", "[!shouldfail][49-A]") {
+TEST_CASE("Verlet's bounces keep their height at 1/20 of an impact, or preflight says so") {
   CHECK(is_said_or_keeps_height(20));
 }
 TEST_CASE("Verlet's bounces keep their height at 1/7 of an impact, or preflight says so") {

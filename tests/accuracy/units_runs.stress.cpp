@@ -77,8 +77,7 @@ TEST_CASE("units: steps ruled by iterations, or by both; solves by fixed points 
   check(by_iterations, plain);
   check([&](const Units& u) { return smaller_of(tolerance{.rtol = 1e-3}, by_iterations(u)); }, plain);
   check([](const Units&) { return tolerance{.rtol = 1e-5}; }, [](const Units&) { return fixed_point(); });
-  check([](const Units&) { return tolerance{.rtol = 1e-5}; },
-        [](const Units&) { return newton<MatrixFree<Eigen::BiCGSTAB>>(); });
+  check([](const Units&) { return tolerance{.rtol = 1e-5}; }, [](const Units&) { return newton<MatrixFree<>>(); });
 }
 
 TEST_CASE("units: a run with an atol of its own") {

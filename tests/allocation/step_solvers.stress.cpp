@@ -42,8 +42,8 @@ TEST_CASE("Radau over bands and sparse matrices: nothing after the first step, w
   check(SparseChain{}, 200);
 }
 
-TEST_CASE("LDLᵀ: solves, and checks of symmetry, allocate nothing; Eigen's factorizations do") {
-  const auto check = [](auto system) {
+TEST_CASE("LDLᵀ and LU: solves, and checks of symmetry, allocate nothing; Eigen's factorizations do") {
+  const auto check = [](auto system, std::int64_t most = 9 * 5) {
     constexpr int n = 100;
     const auto masses = [](auto&& put) {
       for (int i = 0; i < n; ++i) put(i, i, 1.0);
@@ -66,12 +66,13 @@ TEST_CASE("LDLᵀ: solves, and checks of symmetry, allocate nothing; Eigen's fac
     }
     CHECK(counts.analyses == 1);
     CHECK(in_solves == 0);
-    std::cout << "LDLT, LLT           : " << in_factors << " allocations in 9 factorizations of n = 100\n";
-    CHECK(in_factors <= 9 * 5);
+    std::cout << "LDLT, LLT, LU       : " << in_factors << " allocations in 9 factorizations of n = 100\n";
+    CHECK(in_factors <= most);
   };
   using Sparse = Eigen::SparseMatrix<double>;
   check(SymmetricSparseSystem<double, Symmetry::promised, false>{});
   check(SymmetricSparseSystem<double, Symmetry::sought, false>{});
+  check(SparseSystem<double, SparseLu<double>>{}, 0);
   check(SparseSystem<double, Eigen::SimplicialLDLT<Sparse>>{});
   check(SparseSystem<double, Eigen::SimplicialLLT<Sparse>>{});
   check(SparseSystem<double, Eigen::SimplicialLDLT<Sparse, Eigen::Upper, Eigen::NaturalOrdering<int>>>{});
@@ -107,15 +108,11 @@ TEST_CASE("what Eigen's sparse solvers allocate") {
   print("conjugate gradients ",
         newton<Eigen::ConjugateGradient<Eigen::SparseMatrix<double>, Eigen::Lower | Eigen::Upper>>());
 }
-TEST_CASE("what Eigen's Krylov solvers allocate without a matrix") {
+TEST_CASE("Krylov iterations without a matrix allocate nothing") {
   Dynamic y = Dynamic::LinSpaced(100, -1, 1);
-  PhiStepper stepper{y, AnalyticChain{}, trapezoidal, newton<MatrixFree<Eigen::BiCGSTAB>>()};
-  const std::int64_t count = allocations(y, stepper);
-  const Statistics& s = stepper.statistics();
-  std::cout << "matrix-free BiCGSTAB : " << count << " allocations in 10 steps of n = 100 (" << s.solves << " solves, "
-            << s.linear_iterations << " iterations)\n";
-  // Its vectors, made in every solve, and what its preconditioner returns: two vectors an iteration, none by a product.
-  CHECK(count <= 20 * s.solves + 2 * s.linear_iterations);
+  PhiStepper stepper{y, AnalyticChain{}, trapezoidal, newton<MatrixFree<>>()};
+  CHECK(allocations(y, stepper) == 0);
+  CHECK(stepper.statistics().linear_iterations > 0);
 }
 TEST_CASE("what automatic differentiation of a dynamic state allocates") {
   const auto force = autodiff([](const auto& y) {

@@ -17,8 +17,9 @@ using namespace phistep;
 
 TEST_CASE("every outcome has words of its own, and every failure an advice") {
   std::set<std::string> texts;
-  for (int i = 0; i <= static_cast<int>(Outcome::wrong_size); ++i) {
+  for (int i = 0; i <= static_cast<int>(Outcome::exception_elsewhere); ++i) {
     const auto outcome = static_cast<Outcome>(i);
+    CHECK(detail::OutcomeTexts::of(outcome).outcome == outcome);
     CHECK(texts.insert(describe(outcome)).second);
     const bool needs_advice =
         outcome != Outcome::success && outcome != Outcome::stopped_by_observer && outcome != Outcome::stopped_by_event;

@@ -13,7 +13,6 @@ struct Force {
 
 int main() {
   Eigen::VectorXd y = Eigen::VectorXd::Ones(2);
-  phistep::PhiStepper stepper{y, Force{}, phistep::trapezoidal,
-                              phistep::newton<phistep::MatrixFree<Eigen::BiCGSTAB>>()};
+  phistep::PhiStepper stepper{y, Force{}, phistep::trapezoidal, phistep::newton<phistep::MatrixFree<>>()};
   return stepper.step(y, 0, 0.1) ? 0 : 1;
 }

@@ -1,4 +1,4 @@
-// expect: at.scheme, term. takes forward_euler or the stepper's own scheme
+// expect: at.scheme, term. takes forward_euler
 #include <phistep/phistep.hpp>
 
 using Vec = Eigen::Vector2d;

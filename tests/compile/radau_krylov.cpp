@@ -6,7 +6,7 @@ int main() {
   Eigen::VectorXd y = Eigen::VectorXd::Ones(3);
   auto decay = [](const Eigen::VectorXd& x) -> Eigen::VectorXd { return -x; };
 #ifdef MUST_FAIL
-  phistep::PhiStepper stepper{y, decay, phistep::radau, phistep::newton<phistep::MatrixFree<Eigen::BiCGSTAB>>()};
+  phistep::PhiStepper stepper{y, decay, phistep::radau, phistep::newton<phistep::MatrixFree<>>()};
 #else
   phistep::PhiStepper stepper{y, decay, phistep::radau};
 #endif

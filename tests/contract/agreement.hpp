@@ -82,7 +82,7 @@ inline void solvers(Source& source) {
   agree("banded LU", by("banded", banded(f, 1, 1)));
   agree("sparse LU", by("sparse", sparsity(f, f.pattern())));
   if (symmetric_one) agree("sparse LDLT", by("symmetric", symmetric(sparsity(f, f.pattern()))));
-  agree("Krylov", by("Krylov", f, newton<MatrixFree<Eigen::BiCGSTAB>>()));
+  agree("Krylov", by("Krylov", f, newton<MatrixFree<>>()));
   if (dt * stiffness < 0.1)
     agree("fixed point", by("fixed point", f, fixed_point()),
           std::pow(2 * u, 2.0 / 3) / (64 * u));  // where it may stop

@@ -2,7 +2,7 @@
 #include "contract/features.hpp"
 
 #if PHISTEP_FULL
-// Features in company, wrappers among them: schemes that look back, that linearise.
+// Features in company, wrappers among them: schemes that look back, that linearize.
 
 TEST_CASE("features in company: the trapezoidal rule, wrapped") {
   property::check("trapezoidal with features, wrapped", 150, features::trapezoidal_rule<true>);

@@ -14,7 +14,7 @@
 #endif
 #if PHISTEP_FULL
 #include <phistep/autodiff.hpp>
-#include <phistep/force/external_field.hpp>
+#include <phistep/force/local.hpp>
 #endif
 
 using namespace phistep;

@@ -26,6 +26,7 @@ TEST_CASE("every scheme of motion restarts to the same bits") {
   check(uneven, fixed_six, steps(Driven{}, velocity_verlet));
   check(uneven, fixed_six, steps(Driven{}, phi(0.6, 0.8)));
   check(uneven, fixed_six, steps(Driven{}, tr_bdf2));
+  check(uneven, fixed_six, steps(Driven{}, generalized_alpha(0.5)));
 }
 
 TEST_CASE("Verlet's carried force knows its time") {

@@ -36,6 +36,7 @@ TEST_CASE("runs controlled by their error restart to the same bits") {
   check(three, steps(brief, forward_euler), 1, control);
   check(three, steps(brief, tr_bdf2), 1, control);
   check(three, steps(brief, phi_stage(0.7)), 1, control);  // by doubling
+  check(three, steps(brief, generalized_alpha(0.5)), 1, control);
 }
 
 TEST_CASE("other controls restart to the same bits") {

@@ -173,6 +173,7 @@ void for_each_first_order_scheme(auto&& f) {
   f("phi(0.7)", phi(0.7));
   f("phi_stage(0.7)", phi_stage(0.7));
   f("tr_bdf2", tr_bdf2);
+  f("generalized_alpha(0.6)", generalized_alpha(0.6));
 }
 void for_each_motion_scheme(auto&& f) {
   for_each_first_order_scheme(f);
@@ -181,6 +182,7 @@ void for_each_motion_scheme(auto&& f) {
   f("symplectic_euler_adjoint", symplectic_euler_adjoint);
   f("velocity_verlet", velocity_verlet);
   f("phi(0.6, 0.8)", phi(0.6, 0.8));
+  f("hht(-0.2)", hht(-0.2));
 }
 
 }  // namespace states

@@ -63,6 +63,11 @@ inline void check_formulas(auto one_step) {
   const Eigen::Vector2d Y = resolved(g / 2 * h, advanced(g / 2 * h, y));
   check(tr_bdf2, resolved((1 - g) / (2 - g) * h, Y / (g * (2 - g)) - y * (1 - g) * (1 - g) / (g * (2 - g))));
   check(rannacher, resolved(h / 2, resolved(h / 2, y)));
+  // Newmark's (1) and (2) with a = k = −w r at the start.
+  const double r0 = r + h * v - h * h * (0.5 - 0.3) * w * r, v0 = v - h * (1 - 0.6) * w * r;  // without a⁺
+  const double a1 = -w * r0 / (1 + 0.3 * h * h * w);
+  check(newmark(0.3, 0.6), Eigen::Vector2d(r0 + h * h * 0.3 * a1, v0 + h * 0.6 * a1));
+  check(hht(-0.2), formula(0.5, 0.5));  // a start
   check(rannacher(0), resolved(h / 2, advanced(h / 2, y)));
   const double half = v - h / 2 * w * r, r1 = r + h * half;
   check(velocity_verlet, Eigen::Vector2d(r1, half - h / 2 * w * r1));

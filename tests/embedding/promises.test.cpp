@@ -701,7 +701,8 @@ TEST_CASE("from r, v and t alone, with the same bits: by fixed_point, without a 
   check_same_bits(backward_euler, fixed_point());
   check_same_bits(midpoint, fixed_point());
   check_same_bits(trapezoidal, fixed_point());
-  check_same_bits(backward_euler, newton<MatrixFree<Eigen::BiCGSTAB>>());
+  check_same_bits(phi(0.7), fixed_point());
+  check_same_bits(backward_euler, newton<MatrixFree<>>());
   check_same_bits(backward_euler, linearly_implicit());
 }
 
@@ -712,7 +713,6 @@ TEST_CASE(
   check_rounding(trapezoidal);
   check_rounding(phi(0.7));
   check_rounding(tr_bdf2);
-  check_rounding(phi(0.7), fixed_point());
 }
 
 TEST_CASE("from r, v and t alone, Rannacher's scheme begins anew with its two half steps: another solution") {

@@ -121,9 +121,9 @@ TEST_CASE("argon: seven atoms, chaotic, for 1e6 steps: the energy stays") {
       },
       [&] { return std::array{Argon::energy(y) / E - 1}; });
   const auto trend = series[0].trend();
-  // 0.42 K at 20 fs in the first 0.02 ns of a cold crystal; a quarter of it at 10 fs, and half as much again for what is
-  // warmer later.
-  figures::at_most(1.5 * 0.42 / 4 / 1260, trend.worst, "argon, Verlet: the energy error is bounded",
+  // 0.42 K at 20 fs in the first 0.02 ns of a cold crystal; a quarter of it at 10 fs. Later it is warmer, and the run chaotic: of
+  // eight from starts a rounding apart the worst steps have 1.9 to 2.6 times that.
+  figures::at_most(3 * 0.42 / 4 / 1260, trend.worst, "argon, Verlet: the energy error is bounded",
                    "2e6 steps of 10 fs: max |dH/H|");
   figures::at_most(5, std::abs(trend.t), "argon, Verlet: H does not drift", "2e6 steps: |t| of Student's test");
   const Eigen::Vector2d momentum = y.v.rowwise().sum();

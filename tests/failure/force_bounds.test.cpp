@@ -19,6 +19,7 @@ const Batteries& bounds() {
                                  subject<Flow>("midpoint", midpoint, 4, false),
                                  subject<Flow>("backward_euler", backward_euler, 3),
                                  subject<Flow>("tr_bdf2", tr_bdf2, 4),
+                                 subject<Flow>("generalized_alpha(0.5)", generalized_alpha(0.5), 4),
 #if PHISTEP_STRESS
                                  subject<Flow>("phi(0.7)", phi(0.7), 3),
 #endif

@@ -66,6 +66,8 @@ class Subject {
   [[nodiscard]] virtual Eigen::VectorXd numbers() const = 0;
   /// Where a new stepper with the same history gets to.
   [[nodiscard]] virtual Eigen::VectorXd fresh_step(double t, double dt) const = 0;
+  /// The scheme has a memory of its own: a new stepper lacks it.
+  [[nodiscard]] virtual bool looks_back() const = 0;
 };
 template <class Case, class Force, class Scheme>
 class SubjectOf final : public Subject {
@@ -83,6 +85,7 @@ class SubjectOf final : public Subject {
     REQUIRE(fresh.step(y, t, dt));
     return states::numbers(y);
   }
+  bool looks_back() const override { return SchemeOn<Scheme, typename Case::State>::looks_back; }
 
  private:
   Case case_;
@@ -130,7 +133,7 @@ inline void inject(const std::function<std::unique_ptr<Subject>()>& make, bool e
         subject->fault.at = -1;
         const Eigen::VectorXd fresh = subject->fresh_step(0.2, 0.1);
         REQUIRE(subject->step(0.2, 0.1));
-        CHECK(same_bits(subject->numbers(), fresh));
+        if (!subject->looks_back() || edited) CHECK(same_bits(subject->numbers(), fresh));
         CHECK(distance(subject->numbers(), good) <= 1e-13);
       }
   CHECK(calls_of_a_step > 0);

@@ -528,8 +528,7 @@ TEST_CASE("every way to solve") {
   Promise by_solver = to_rounding;
   by_solver.in_solver = true;  // products with the matrix are force calls
   group.add("Krylov",
-            machine(flow, with(Chain{}, backward_euler, newton<MatrixFree<Eigen::BiCGSTAB>>({.linear_rtol = 1e-12})),
-                    0.6, fixed(0.1)),
+            machine(flow, with(Chain{}, backward_euler, newton<MatrixFree<>>({.linear_rtol = 1e-12})), 0.6, fixed(0.1)),
             Site::force, numbers, by_solver);
   go("springs, conjugate gradients", motion, with(spring_network<3>({{0, 1, 3.0, 1.0}}) + Push{}, backward_euler));
   go("splitting", motion, with(term(Damped{}) + at(forward_euler, Push{}), trapezoidal));

@@ -1,5 +1,5 @@
 #include <phistep/autodiff.hpp>
-#include <phistep/force/external_field.hpp>
+#include <phistep/force/local.hpp>
 #include <phistep/particles/bodies/particles.hpp>
 #include <phistep/phistep.hpp>
 

@@ -1,6 +1,6 @@
 #include <phistep/force/drag.hpp>
-#include <phistep/force/external_field.hpp>
 #include <phistep/force/gravity.hpp>
+#include <phistep/force/local.hpp>
 #include <phistep/force/sum.hpp>
 #include <phistep/particles/springs/springs.hpp>
 #include <phistep/phistep.hpp>

@@ -160,7 +160,7 @@ void scene(Bytes& in) {
       const auto y = particles<Atoms>(in);
       const Pairs force{LennardJones{in.number(0.1, 2), in.number(0.5, 1.5)},
                         in.number(0.5, 2.5),
-                        {.skin = in.number(0, 0.5), .policy = {in.below(4)}}};
+                        {.skin = in.number(0, 0.5), .unchecked_every = in.below(4)}};
       if (kind == 3) return go(in, y, [&](const Atoms& x) { return PhiStepper{x, force, velocity_verlet}; });
       return go(in, y, [&](const Atoms& x) { return PhiStepper{x, force, trapezoidal}; });
     }

@@ -20,15 +20,14 @@ extern template Spectrum exact_spectrum<void>(const Tangent&, const PreflightMas
 
 // bounds.cpp
 extern template EigenvalueBound largest_eigenvalue_bound<void>(const SparseRows&, const Eigen::VectorXd&, int);
-extern template EigenvalueBound spectral_radius_bound_by_entries<void>(const SparseRows&);
-extern template EigenvalueBound spectral_radius_bound<void>(const SparseRows&, int);
+extern template EigenvalueBound spectral_radius_bound<void>(const SparseRows&);
 extern template SparseRows divided_by_rows<void>(const SparseRows&, const Eigen::VectorXd&);
 extern template Spectrum bound_spectrum<void>(const Tangent&, const PreflightMasses&, int, double);
 extern template Spectrum spectrum_of<void>(const Tangent&, const PreflightMasses&, int, double);
 extern template Eigen::MatrixXd step_matrix<void>(const Method&, const DenseSystemMatrices&, double);
 extern template Eigen::MatrixXd kick_matrix<void>(const DenseSystemMatrices&, double);
-extern template double scan_for_stable_step<void>(const Method&, const LinearisedProblem&, const Spectrum&);
-extern template double stable_step_of<void>(const Method&, const LinearisedProblem&, const Spectrum&);
-extern template double stable_step<void>(const Method&, const LinearisedProblem&, const Spectrum&);
+extern template double scan_for_stable_step<void>(const Method&, const LinearizedProblem&, const Spectrum&);
+extern template double stable_step_of<void>(const Method&, const LinearizedProblem&, const Spectrum&);
+extern template double stable_step<void>(const Method&, const LinearizedProblem&, const Spectrum&);
 
 }}  // namespace phistep::PHISTEP_ABI

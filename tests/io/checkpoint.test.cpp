@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <limits>
 #include <random>
 #include <sstream>
@@ -308,8 +309,22 @@ inline void unwritten_ones_leave_the_old() {
   const std::string old = read(path);
   CHECK_THROWS_WITH(save_checkpoint(path, Stubborn{1}), contains("stubborn"));
   CHECK(read(path) == old);
-  CHECK_FALSE(fs::exists(folder / "run.checkpoint.part"));
+  CHECK(std::distance(fs::directory_iterator{path.parent_path()}, {}) == 1);  // nothing is left beside it
   CHECK_THROWS_WITH(save_checkpoint(folder / "no/such/folder", 1), contains("can't be written"));
+}
+
+/// A link to the checkpoint of the day is not replaced by a file, though there is none behind it yet.
+inline void links_stay() {
+  const Folder folder;
+  const fs::path link = folder / "latest", file = folder / "monday";
+  fs::create_symlink("monday", link);
+  for (const double x : {1.0, 2.0}) {
+    save_checkpoint(link, x);
+    CHECK(fs::is_symlink(link));
+    double there = 0;
+    REQUIRE(load_checkpoint(file, there));
+    CHECK(there == x);
+  }
 }
 
 inline void unread_rest_changes_nothing() {
@@ -340,6 +355,7 @@ TEST_CASE("bytes that somebody forged are refused or read, never more") { forged
 TEST_CASE("an edit after a restart is noticed, and only an edit") { edits_are_noticed(); }
 TEST_CASE("a restart calls no force") { restarts_call_no_force(); }
 TEST_CASE("a checkpoint that can't be written leaves the old one") { unwritten_ones_leave_the_old(); }
+TEST_CASE("a link to a checkpoint stays a link") { links_stay(); }
 
 TEST_CASE("checkpoints of other programs are refused") {
   const Program run(3);
@@ -391,6 +407,7 @@ TEST_CASE("bytes that somebody forged are refused or read, never more") { forged
 TEST_CASE("an edit after a restart is noticed, and only an edit") { edits_are_noticed(); }
 TEST_CASE("a restart calls no force") { restarts_call_no_force(); }
 TEST_CASE("a checkpoint that can't be written leaves the old one") { unwritten_ones_leave_the_old(); }
+TEST_CASE("a link to a checkpoint stays a link") { links_stay(); }
 
 TEST_CASE("checkpoints of other programs are refused") {
   const Program run(3);

@@ -58,17 +58,14 @@ TEST_CASE("shapes that are no frame throw, and so does a stream that fails") {
   CHECK_THROWS_AS(write_extended_xyz(out, 0, r, r), std::runtime_error);
 }
 
-TEST_CASE("an extended XYZ frame: a species a particle, a lattice, columns of one's own") {
+TEST_CASE("an extended XYZ frame: a species a particle, columns of one's own") {
   std::ostringstream out;
   const Eigen::Matrix2d r = (Eigen::Matrix2d() << 1, 3, 2, 4).finished();
-  FrameInfo info{.species = {"Fe", "O"}, .periodic = true, .lattice = Eigen::Vector3d(10, 20, 0.1).asDiagonal()};
-  info.lattice(0, 1) = 0.5;  // the second vector leans
-  write_extended_xyz(out, 1.5, r, Eigen::Matrix2d(Eigen::Matrix2d::Zero()), info,
+  write_extended_xyz(out, 1.5, r, Eigen::Matrix2d(Eigen::Matrix2d::Zero()), {.species = {"Fe", "O"}},
                      column("radius", Eigen::Vector2d(0.25, 1.0 / 3)), column("id", Eigen::Vector2i(7, -8)),
                      column("torque", r));
   CHECK(out.str() ==
-        "2\nLattice=\"10 0 0 0.5 20 0 0 0 0.1\" "
-        "Properties=species:S:1:pos:R:3:velo:R:3:radius:R:1:id:I:1:torque:R:2 Time=1.5\n"
+        "2\nProperties=species:S:1:pos:R:3:velo:R:3:radius:R:1:id:I:1:torque:R:2 Time=1.5\n"
         "Fe 1 2 0 0 0 0 0.25 7 1 2\nO 3 4 0 0 0 0 0.333333333 -8 3 4\n");
 }
 

@@ -82,8 +82,8 @@ template <class Tableau>
   }
   Motion out{y.r + y.v, y.v};
   for (std::size_t j = 0; j < Tableau::stages; ++j) {
-    if (Tableau::b[j] != 0) out.r = out.r + scaled(Tableau::b[j], k[j]);
-    if (Tableau::b_velocity[j] != 0) out.v = out.v + scaled(Tableau::b_velocity[j], k[j]);
+    if (Tableau::b[0][j] != 0) out.r = out.r + scaled(Tableau::b[0][j], k[j]);
+    if (Tableau::b[1][j] != 0) out.v = out.v + scaled(Tableau::b[1][j], k[j]);
   }
   return out;
 }
@@ -149,7 +149,14 @@ template <int s>
     for (std::size_t l = 0; l < lanes; ++l) moved[j] += magnitude(tableau.T[j][l]) * w[l];
   for (std::size_t j = 0; j < n; ++j) {
     R[j] = r0;
-    for (std::size_t i = 0; i < n; ++i) R[j] += std::abs(static_cast<Real>(tableau.A[j][i])) * (v0 + moved[i]);
+    for (std::size_t i = 0; i < n; ++i) {
+      Real a = 0;  // A = T μ T⁻¹
+      for (std::size_t l = 0; l < lanes; ++l) {
+        const auto z = tableau.T[j][l] * tableau.mu[l] * tableau.T_inverse[l][i];
+        a += static_cast<Real>(z.re);
+      }
+      R[j] += std::abs(a) * (v0 + moved[i]);
+    }
     e_psi[j] = k * (s + 6) * R[j] + c * (s + 6) * (v0 + moved[j]);
   }
   std::array<Real, lanes> e_w{};
@@ -221,7 +228,7 @@ template <class Tableau>
         if (Tableau::a[i][j] != 0) at += Tableau::a[i][j] * a[j];
       a[i] = -k * at;
     }
-    for (std::size_t i = 0; i < Tableau::stages; ++i) r += Tableau::b[i] * a[i], v += Tableau::b_velocity[i] * a[i];
+    for (std::size_t i = 0; i < Tableau::stages; ++i) r += Tableau::b[0][i] * a[i], v += Tableau::b[1][i] * a[i];
     P[0][column] = r;
     P[1][column] = v;
   }

@@ -33,7 +33,7 @@ class Dense {
     problem_.rate(y, out);
     return out;
   }
-  void linearise(const State& y) {
+  void linearize(const State& y) {
     J_.setZero(y.size(), y.size());
     problem_.entries(y, [this](int i, int j, Real x) { J_(i, j) += x; });
   }
@@ -62,7 +62,7 @@ class Banded {
     force_.add(0.0, state, out);
     return out.rate;
   }
-  void linearise(const State& y) {
+  void linearize(const State& y) {
     sink_.entries.clear();
     n_ = y.size();
     Still state{y};
@@ -109,7 +109,7 @@ struct StiffRows {
   using State = typename Problem::State;
 
   static Real ratio(int j, int k) { return Real(j) / Real(j - k); }
-  void begin(const State& y) { problem.linearise(y); }
+  void begin(const State& y) { problem.linearize(y); }
   [[nodiscard]] State row(const State& y, Real H, int j) {
     const Real h = H / Real(j);
     problem.factorize(h);

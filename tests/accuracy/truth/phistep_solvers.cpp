@@ -20,15 +20,12 @@ Solver ours(const char* name, auto scheme, double tightest, bool (*suits)(const 
 /// What advise says, done.
 Answer advised(const std::vector<Solver>& solvers, const Problem& problem, double rtol) {
   const auto take = [&](const std::string& scheme) -> Answer {
-    static const std::map<std::string, std::string> names{{"rodas4", "Rodas4"},
-                                                          {"rodas5p", "Rodas5P"},
-                                                          {"radau", "Radau"},
-                                                          {"tr_bdf2", "TR-BDF2"},
-                                                          {"rkn86", "RKN 8(6)"},
-                                                          {"rkn1210", "RKN 12(10)"},
-                                                          {"velocity_verlet", "velocity Verlet"},
-                                                          {"tsit5", "tsit5"},
-                                                          {"dop853", "dop853"}};
+    static const std::map<std::string, std::string> names{
+        {"rodas4", "Rodas4"},      {"rodas5p", "Rodas5P"},
+        {"rodas4p2", "Rodas4P2"},  {"radau", "Radau"},
+        {"tr_bdf2", "TR-BDF2"},    {"rkn86", "RKN 8(6)"},
+        {"rkn1210", "RKN 12(10)"}, {"velocity_verlet", "velocity Verlet"},
+        {"tsit5", "tsit5"},        {"dop853", "dop853"}};
     const auto name = names.find(scheme);
     if (name != names.end())
       for (const Solver& solver : solvers)
@@ -51,6 +48,7 @@ std::vector<Solver> phistep_solvers() {
   std::vector<Solver> all;
   all.push_back(ours<Force>("Rodas4", rodas4, 1e-12, has_jacobian));
   all.push_back(ours<Force>("Rodas5P", rodas5p, 1e-12, has_jacobian));
+  all.push_back(ours<Force>("Rodas4P2", rodas4p2, 1e-12, has_jacobian));
   all.push_back(ours<Force>("Radau", radau, 1e-12, has_jacobian));
   all.push_back(ours<Force>("TR-BDF2", tr_bdf2, 1e-7, has_jacobian));
   all.push_back(ours<Force>("trapezoidal", trapezoidal, 1e-6, has_jacobian));

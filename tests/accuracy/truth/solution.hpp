@@ -53,7 +53,7 @@ class Bundle {
     for (Eigen::Index k = 0; k < y.cols(); ++k) out.col(k) = one_.rate(y.col(k));
     return out;
   }
-  void linearise(const State& y) { one_.linearise(y.col(0)); }
+  void linearize(const State& y) { one_.linearize(y.col(0)); }
   void factorize(Real h) { one_.factorize(h); }
   [[nodiscard]] State solve(const State& b) const { return one_.solve(b); }
 

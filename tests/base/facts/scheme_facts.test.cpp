@@ -37,6 +37,10 @@ void for_each_scheme(auto&& f) {
   f(dop853, "dop853");
   f(tr_bdf2, "tr_bdf2");
   f(rannacher, "rannacher");
+  f(generalized_alpha(0.8), "generalized_alpha(0.8)");
+  f(newmark(0.3025, 0.6), "newmark(0.3025, 0.6)");
+  f(hht(-0.1), "hht(-0.1)");
+  f(bossak(-0.1), "bossak(-0.1)");
   f(rodas4, "rodas4");
   f(rodas4p2, "rodas4p2");
   f(rodas5p, "rodas5p");

@@ -66,7 +66,7 @@ TEMPLATE_TEST_CASE("the first non-finite number is found by component and partic
     Motion<TestType> y{TestType::Zero(3, 2), TestType::Zero(3, 2)};
     CHECK_FALSE(first_non_finite(Blocks<Motion<TestType>>::all(y)));
     y.v(2, 1) = bad;
-    const Offender where = first_non_finite(Blocks<Motion<TestType>>::all(y));
+    const ComponentLocation where = first_non_finite(Blocks<Motion<TestType>>::all(y));
     REQUIRE(where);
     CHECK(where.block == 1);
     CHECK(where.row == 2);

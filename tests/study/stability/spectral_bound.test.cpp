@@ -118,7 +118,7 @@ TEST_CASE("no bound lies below the eigenvalue: 1000 random matrices") {
     if (d == 3) CHECK(largest_eigenvalue_bound_by_blocks<3>(A, m).value >= true_largest(S, m) - rounding);
     const VectorXd one = VectorXd::Ones(n);
     const double radius = std::max(true_largest(S, one), true_largest(-S, one));
-    CHECK(spectral_radius_bound(B, d).value >= radius * (1 - 1e-8));
+    CHECK(spectral_radius_bound(B).value >= radius * (1 - 1e-8));
   }
 }
 
@@ -129,7 +129,7 @@ TEST_CASE("the triangular lattice: blocks are exact, entries are not") {
   CHECK(true_largest(MatrixXd(A), m) == Approx(6).epsilon(1e-12));
   CHECK(largest_eigenvalue_bound(A, m, 2).value == Approx(6).epsilon(1e-12));
   CHECK(largest_eigenvalue_bound_by_blocks<1>(A, m).value == Approx(5 + std::sqrt(3) + 1).epsilon(1e-2));
-  CHECK(spectral_radius_bound(A, 2).value == Approx(5 + std::sqrt(3) + 1).epsilon(1e-2));
+  CHECK(spectral_radius_bound(A).value == Approx(5 + std::sqrt(3) + 1).epsilon(1e-2));
 }
 
 TEST_CASE("weights find a light particle among heavy ones, and which it is") {
@@ -205,7 +205,7 @@ TEST_CASE("no bound lies below the eigenvalue: 1000 random matrices") {
             true_largest(S, m) - rounding);
     double radius = 0;
     for (const auto lambda : eigenvalues_of(A)) radius = std::max(radius, std::abs(lambda));
-    CHECK(spectral_radius_bound(SparseRows(A.sparseView()), d).value >= radius * (1 - 1e-8));
+    CHECK(spectral_radius_bound(SparseRows(A.sparseView())).value >= radius * (1 - 1e-8));
   }
 }
 

@@ -40,7 +40,7 @@ struct Random {
   }
 };
 
-double spectral_radius(const LinearisedProblem& problem, const Method& method, double h) {
+double spectral_radius(const LinearizedProblem& problem, const Method& method, double h) {
   DenseSystemMatrices rest = divided(problem.rest, problem.masses), kicks = rest;
   MatrixXd G = step_matrix(method, rest, h);
   if (problem.has_kicks) {
@@ -52,17 +52,17 @@ double spectral_radius(const LinearisedProblem& problem, const Method& method, d
   return top;
 }
 
-LinearisedProblem motion(const MatrixXd& K, const MatrixXd& C, const VectorXd& m) {
-  LinearisedProblem problem;
+LinearizedProblem motion(const MatrixXd& K, const MatrixXd& C, const VectorXd& m) {
+  LinearizedProblem problem;
   problem.whole = problem.rest = {SparseRows(K.sparseView()), SparseRows(C.sparseView())};
   problem.masses.lumped = m;
   problem.tolerance = 1e-9;
   return problem;
 }
-LinearisedProblem first_order(const MatrixXd& J, const VectorXd& m) { return motion(MatrixXd(J.rows(), 0), J, m); }
+LinearizedProblem first_order(const MatrixXd& J, const VectorXd& m) { return motion(MatrixXd(J.rows(), 0), J, m); }
 
 /// Δt from bounds; nothing may grow there. How much longer the true limit is; NaN where nothing was guaranteed.
-double check(const LinearisedProblem& problem, const Method& method) {
+double check(const LinearizedProblem& problem, const Method& method) {
   const Spectrum bounds = bound_spectrum(problem.whole, problem.masses, problem.block, problem.tolerance);
   const double h = stable_step(method, problem, bounds);
   INFO("scheme " << static_cast<int>(method.kind) << " (" << method.force << ", " << method.drift << "), positions "
@@ -113,7 +113,7 @@ TEST_CASE("bounds guarantee what the step's matrix confirms") {
     }
     // Half kicks around φ = ½.
     for (const MatrixXd& damping : {none, MatrixXd(C + drag)}) {
-      LinearisedProblem split = motion(MatrixXd(10 * K), damping, m);
+      LinearizedProblem split = motion(MatrixXd(10 * K), damping, m);
       const MatrixXd soft = -random.definite(n);
       split.has_kicks = true;
       split.kicks = motion(soft, none, m).whole;
@@ -129,7 +129,7 @@ TEST_CASE("where there is none, none is claimed") {
   Random random{std::mt19937(5)};
   const VectorXd m = VectorXd::Ones(4);
   const MatrixXd K = -random.definite(4), any = random.matrix(4), none = MatrixXd::Zero(4, 4);
-  const auto ask = [&](const LinearisedProblem& problem, const Method& method) {
+  const auto ask = [&](const LinearizedProblem& problem, const Method& method) {
     return stable_step(method, problem, bound_spectrum(problem.whole, problem.masses, 0, 1e-9));
   };
   CHECK(std::isnan(ask(motion(any, none, m), verlet)));                     // not a potential's
@@ -146,7 +146,7 @@ TEST_CASE("the scan finds closed forms") {
   for (unsigned seed = 0; seed < 20; ++seed) {
     Random random{std::mt19937(seed)};
     const VectorXd m = VectorXd::Ones(5);
-    const LinearisedProblem problem = motion(-random.definite(5), MatrixXd::Zero(5, 5), m);
+    const LinearizedProblem problem = motion(-random.definite(5), MatrixXd::Zero(5, 5), m);
     const Spectrum s = exact_spectrum(problem.whole, problem.masses, 1e-9);
     for (const Method& method : {verlet, kick_drift, pair})
       CHECK(scan_for_stable_step(method, problem, s) == Approx(stable_step_of(method, problem, s)).epsilon(1e-3));
