@@ -19,6 +19,7 @@
 #include <random>
 
 #include "command_line.hpp"
+#include "progress.hpp"
 
 using Atoms = phistep::Particles<double, 3>;
 constexpr double sigma = 3.405, epsilon = 119.8, tau = 2.156;  // [Å], [K·k_B], [ps]
@@ -88,8 +89,8 @@ int main(int argc, char** argv) {
               epsilon * phistep::temperature(atoms));
   const std::clock_t began = std::clock();
   const auto report =
-      phistep::integrate(stepper, atoms, {0, t1}, phistep::fixed(dt), ledger, phistep::progress(std::cerr, t1),
-                         phistep::every(0.02, look), phistep::every(t1 / 10, write_shells),
+      phistep::integrate(stepper, atoms, {0, t1}, phistep::fixed(dt), ledger, progress(t1), phistep::every(0.02, look),
+                         phistep::every(t1 / 10, write_shells),
                          phistep::every(t1 / 5, phistep::extended_xyz(frames, {.species = {"Ar"}, .wrapped = true})),
                          phistep::sampled(t1 / 20, series));
   const double seconds = double(std::clock() - began) / CLOCKS_PER_SEC;

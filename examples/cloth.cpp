@@ -21,6 +21,7 @@
 
 #include "command_line.hpp"
 #include "mesh.hpp"
+#include "progress.hpp"
 
 /// Particles held where they started, with the force −k (r − home).
 struct Pins : phistep::ForceTerm {
@@ -54,9 +55,9 @@ int main(int argc, char** argv) {
   Pins pins{{}, {}, start};
   for (Eigen::Index i = 0; i < start.cols(); ++i)
     if (start(1, i) > start.row(1).maxCoeff() - 1e-9) pins.held.push_back(i);
-  const auto springs = phistep::spring_network<3>(springs_of(mesh, stretch, bend));
-  const auto force =
-      springs + phistep::Gravity{Eigen::Vector3d{0, 0, -g}} + phistep::LinearDrag{drag_rate * m.mean()} + pins;
+  const auto springs = springs_of(mesh, stretch, bend);
+  const auto force = phistep::spring_network<3>(springs) + phistep::Gravity{Eigen::Vector3d{0, 0, -g}} +
+                     phistep::LinearDrag{drag_rate * m.mean()} + pins;
 
   phistep::Motion cloth{start, Eigen::Matrix3Xd::Zero(3, start.cols())};
   phistep::PhiStepper stepper{cloth, force, phistep::backward_euler, phistep::mass(m),
@@ -66,15 +67,15 @@ int main(int argc, char** argv) {
 
   // Gershgorin: ω² ≤ 2 Σk/m at the particle where that is largest; Verlet is stable up to ωΔt = 2.
   Eigen::VectorXd stiffness = Eigen::VectorXd::Zero(m.size());
-  for (const auto& s : springs.springs) stiffness[s.i] += s.stiffness, stiffness[s.j] += s.stiffness;
+  for (const auto& s : springs) stiffness[s.i] += s.stiffness, stiffness[s.j] += s.stiffness;
   const double explicit_dt = 2 / std::sqrt(2 * stiffness.cwiseQuotient(m).maxCoeff());
   std::printf("%ld particles, %zu springs, %g s in steps of %g ms; an explicit scheme needs %.3f ms\nsolver: %s\n",
-              static_cast<long>(start.cols()), springs.springs.size(), t1, 1e3 * dt, 1e3 * explicit_dt, solver.c_str());
+              static_cast<long>(start.cols()), springs.size(), t1, 1e3 * dt, 1e3 * explicit_dt, solver.c_str());
   auto frames = options.file("cloth.xyz");
   frames.precision(7);
   const std::clock_t began = std::clock();
   const auto report = phistep::integrate(
-      halving, cloth, {0, t1}, phistep::fixed(dt), phistep::progress(std::cerr, t1),
+      halving, cloth, {0, t1}, phistep::fixed(dt), progress(t1),
       phistep::every(0.1, [&](double t, const auto& y) { phistep::write_extended_xyz(frames, t, y.r, y.v); }));
   const double ms = 1e3 * static_cast<double>(std::clock() - began) / CLOCKS_PER_SEC;
   std::cout << report;
@@ -82,7 +83,7 @@ int main(int argc, char** argv) {
   Eigen::Vector3d carried = Eigen::Vector3d::Zero();
   for (const Eigen::Index i : pins.held) carried += pins.pull(i, cloth.r);
   double longest = 0;
-  for (const auto& s : springs.springs)
+  for (const auto& s : springs)
     longest = std::max(longest, (cloth.r.col(s.i) - cloth.r.col(s.j)).norm() / s.length - 1);
   std::printf(
       "%.1f ms a step. The pinned edge carries %.3f N, the cloth weighs %.3f N; the longest spring is stretched by "

@@ -20,6 +20,7 @@
 
 #include "command_line.hpp"
 #include "mesh.hpp"
+#include "progress.hpp"
 
 using Eigen::Vector3d;
 
@@ -91,7 +92,7 @@ int main(int argc, char** argv) {
   };
   const std::clock_t began = std::clock();
   const auto report = phistep::integrate(
-      halving, cloth, {0, t1}, phistep::fixed(dt), phistep::progress(std::cerr, t1), look,
+      halving, cloth, {0, t1}, phistep::fixed(dt), progress(t1), look,
       phistep::every(0.02, phistep::vtk_series(options.out / "drape", phistep::VtkMesh{.triangles = mesh.triangles})),
       phistep::every(t1 / 6, [&](double t, const auto& y) {
         phistep::write_extended_xyz(frames, t, y.r, y.v, {.species = {"C"}});

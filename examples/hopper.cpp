@@ -24,6 +24,7 @@
 #include <random>
 
 #include "command_line.hpp"
+#include "progress.hpp"
 
 using Grains = phistep::Particles<double, 3, phistep::Spin>;
 using Eigen::Vector3d;
@@ -91,7 +92,7 @@ int main(int argc, char** argv) {
   auto curves = options.file("hopper.csv"), frames = options.file("hopper.xyz");
   curves << "t_s,inside,left,kinetic_energy_J,coordination\n";
   auto write_frame = phistep::every(options.is_short ? 0.05 : 0.2, phistep::extended_xyz(frames, {.species = {"Si"}}));
-  auto bar = phistep::progress(std::cerr, t1);
+  auto bar = progress(t1);
   std::printf("contacts last %.2g ms, steps of %.3g ms\n", 1e3 * contact_time, 1e3 * dt);
 
   long poured = grains.size(), left = 0;

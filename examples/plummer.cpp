@@ -21,6 +21,7 @@
 
 #include "command_line.hpp"
 #include "plummer.hpp"
+#include "progress.hpp"
 
 using Stars = phistep::Particles<double, 3>;
 constexpr double core_length = 3 * std::numbers::pi / 16;  // Plummer's length in N-body units
@@ -57,8 +58,8 @@ int main(int argc, char** argv) {
   std::printf("%ld stars, %.1f crossing times in steps of %g\n", long(stars.size()), t1 / crossing, dt);
   const std::clock_t began = std::clock();
   const auto report =
-      phistep::integrate(stepper, stars, {0, t1}, phistep::fixed(dt), ledger, phistep::progress(std::cerr, t1),
-                         phistep::every(0.1, look), phistep::every(t1 / 10, phistep::extended_xyz(frames)));
+      phistep::integrate(stepper, stars, {0, t1}, phistep::fixed(dt), ledger, progress(t1), phistep::every(0.1, look),
+                         phistep::every(t1 / 10, phistep::extended_xyz(frames)));
   const double seconds = double(std::clock() - began) / CLOCKS_PER_SEC;
   std::cout << report << ledger;
   const double calls = double(report.statistics.force_calls + ledger.force_calls()), n = double(stars.size());

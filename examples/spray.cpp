@@ -13,12 +13,12 @@
 
 #include <cmath>
 #include <cstdio>
-#include <iostream>
 #include <numbers>
 #include <random>
 #include <string>
 
 #include "command_line.hpp"
+#include "progress.hpp"
 
 using Drops = phistep::Particles<double, 3, phistep::Temperature>;
 using Eigen::Vector3d;
@@ -80,7 +80,7 @@ int main(int argc, char** argv) {
     phistep::PhiStepper stepper{spray, force, phistep::symplectic_euler};
     auto frames = options.file(name + ".xyz");
     auto write_frame = phistep::every(t1 / 6, phistep::extended_xyz(frames, {.species = {"O"}}));
-    auto bar = phistep::progress(std::cerr, t1);
+    auto bar = progress(t1);
     long landed = 0;
     double heat = 0;
     for (double t = 0; t < t1 - pause / 2; t += pause) {

@@ -1,4 +1,5 @@
 // Stiff problems of public sets, as vectors of a size known at run time; and bands and rings.
+#include "problems/hydrogen.hpp"
 #include "problems/stiff_sets.hpp"
 
 #include "rows.hpp"
@@ -24,6 +25,11 @@ struct Timed {
     rate(t, y.data(), f.data());
     return f;
   }
+};
+
+/// Ten species, 29 reactions, and the temperature.
+struct Burning {
+  Vec operator()(const Vec& y) const { return problems::Hydrogen{}(y); }
 };
 
 /// The end to twelve digits or so.
@@ -77,6 +83,7 @@ void sets() {
     if (flow.uses_time) measure_flow(flow.name, start, Timed{flow.rate}, flow.end, flow.small);
     else measure_flow(flow.name, start, Autonomous{flow.rate}, flow.end, flow.small);
   }
+  measure_flow("hydrogen burns in air", problems::Hydrogen::start(), Burning{}, problems::Hydrogen::end, 1e-6);
   measure_flow("ring of 40, mild", hump(40), Ring{2, 1, 1}, 5, 1e-1);
   measure_flow("ring of 40, stiff", hump(40), Ring{1600, 20, 10}, 1, 1e-1);
   measure_flow("ring of 200, stiff", hump(200), Ring{4e4, 100, 10}, 0.1, 1e-1);

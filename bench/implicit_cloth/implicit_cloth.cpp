@@ -1,5 +1,5 @@
 /// @file
-/// Milliseconds of CPU for one linearised implicit step of a cloth: assembly and solve to a relative residual of 1e-6.
+/// Milliseconds of CPU for one linearized implicit step of a cloth: assembly and solve to a relative residual of 1e-6.
 /// Rows in turn, medians; a row whose residual is too large is reported and not timed.
 ///     bench_implicit_cloth [repeats, default 9]
 #include <phistep/phistep.hpp>

@@ -1,5 +1,5 @@
 /// @file
-/// One linearised step of backward Euler for a cloth, from Baraff & Witkin (Large steps in cloth simulation, 1998):
+/// One linearized step of backward Euler for a cloth, from Baraff & Witkin (Large steps in cloth simulation, 1998):
 ///
 ///     (M + Δt² K) Δv = Δt (f − Δt K v),    M = 1, Δt = 1, so that the stiffness k is Δt²k/m
 ///

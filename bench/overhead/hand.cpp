@@ -26,7 +26,7 @@ using Eigen::VectorXd;
 using In = const double* OVERHEAD_RESTRICT;
 using Out = double* OVERHEAD_RESTRICT;
 
-/// ±0 for a finite x, else a NaN: its bits, because an OR over them vectorises and a floating-point sum doesn't.
+/// ±0 for a finite x, else a NaN: its bits, because an OR over them vectorizes and a floating-point sum doesn't.
 std::uint64_t trouble(double x) { return std::bit_cast<std::uint64_t>(x - x); }
 bool none(std::uint64_t troubles) { return troubles << 1 == 0; }
 

@@ -9,7 +9,6 @@
 
 namespace bench {
 namespace {
-using phistep::ListPolicy;
 using phistep::PairOptions;
 
 /// LAMMPS' own force law, as a user would write it.
@@ -112,10 +111,10 @@ void melt(const Options& options, Table& table) {
   const double our_skin = best_skin([&](double skin) { return time_melt(scene, steps, {.skin = skin}); });
   const double their_skin = version ? best_skin([&](double skin) { return deck.run(safe, skin, true).seconds; }) : 0.3;
 
-  const auto ours = [&](const std::string& name, double skin, ListPolicy policy = {}, int threads = 1) {
+  const auto ours = [&](const std::string& name, double skin, int unchecked_every = 0, int threads = 1) {
     return Entrant{name,
-                   [&scene, steps, skin, policy, threads] {
-                     return time_melt(scene, steps, {.skin = skin, .policy = policy}, threads);
+                   [&scene, steps, skin, unchecked_every, threads] {
+                     return time_melt(scene, steps, {.skin = skin, .unchecked_every = unchecked_every}, threads);
                    },
                    threads};
   };
@@ -138,7 +137,7 @@ void melt(const Options& options, Table& table) {
   }
   entrants.push_back(ours("phistep, checked, skin 0.3", 0.3));
   if (our_skin != 0.3) entrants.push_back(ours("phistep, checked, best skin " + as_text(our_skin), our_skin));
-  entrants.push_back(ours("phistep, every 20 unchecked, skin 0.3", 0.3, ListPolicy::unchecked_every(20)));
+  entrants.push_back(ours("phistep, every 20 unchecked, skin 0.3", 0.3, 20));
   entrants.push_back({"phistep, checked, a lambda as law, skin " + as_text(our_skin),
                       [&] { return time_melt(scene, steps, {.skin = our_skin}, 1, users_law); }});
   entrants.push_back({"phistep, checked, float, skin " + as_text(our_skin),

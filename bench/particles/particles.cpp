@@ -30,6 +30,7 @@ struct Row {
 const Row rows[] = {
     {"melt", "Lennard-Jones melt, velocity Verlet, beside LAMMPS", bench::melt},
     {"sizes", "The melt from 1,000 to 1,000,000 atoms: time and memory an atom", bench::melt_sizes},
+    {"mixture", "Kob and Andersen's mixture: a cutoff for each pair of types, beside LAMMPS", bench::mixture},
     {"grains", "Grains down a chute, contacts with history, beside LAMMPS", bench::grains},
     {"gravity", "All pairs, softened gravity, beside kernels by hand", bench::gravity},
     {"springs", "Spring sheet, symplectic Euler, three orders of input", bench::springs},

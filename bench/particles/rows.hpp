@@ -93,6 +93,7 @@ void use_threads(int n);
 // One file a row.
 void melt(const Options& options, Table& table);
 void melt_sizes(const Options& options, Table& table);
+void mixture(const Options& options, Table& table);
 void print_melt_memory(int cells);  ///< bytes an atom: all, and the list's; in a process of its own
 void springs(const Options& options, Table& table);
 void grains(const Options& options, Table& table);

@@ -16,6 +16,7 @@ namespace bench {
 struct Scene {
   double side = 0;
   Eigen::Matrix3Xd r, v;
+  Eigen::VectorXi type{};  ///< from 0 on; empty: one type
   [[nodiscard]] Eigen::Index size() const { return r.cols(); }
 };
 
@@ -23,7 +24,7 @@ struct Scene {
 /// cells³ · 4 atoms, random velocities without momentum, 2 E_kin/(3N − 3) = 1.44 to rounding.
 [[nodiscard]] inline Scene melt_start(int cells, double density = 0.8442, double temperature = 1.44) {
   const double a = std::cbrt(4 / density);
-  Scene scene{cells * a, {3, 4L * cells * cells * cells}, {}};
+  Scene scene{cells * a, {3, 4L * cells * cells * cells}, {}, {}};
   const double corners[4][3] = {{0, 0, 0}, {0.5, 0.5, 0}, {0.5, 0, 0.5}, {0, 0.5, 0.5}};
   Eigen::Index n = 0;
   for (int k = 0; k < cells; ++k)
@@ -42,11 +43,15 @@ struct Scene {
 inline void write_lammps(const Scene& scene, const std::string& path) {
   std::FILE* file = std::fopen(path.c_str(), "w");
   if (!file) throw std::runtime_error("cannot write " + path);
-  std::fprintf(file, "start of a benchmark\n\n%td atoms\n1 atom types\n\n", scene.size());
+  const int types = scene.type.size() == 0 ? 1 : scene.type.maxCoeff() + 1;
+  std::fprintf(file, "start of a benchmark\n\n%td atoms\n%d atom types\n\n", scene.size(), types);
   for (const char* axis : {"xlo xhi", "ylo yhi", "zlo zhi"}) std::fprintf(file, "0 %.17g %s\n", scene.side, axis);
-  std::fprintf(file, "\nMasses\n\n1 1\n\nAtoms # atomic\n\n");
+  std::fprintf(file, "\nMasses\n\n");
+  for (int k = 1; k <= types; ++k) std::fprintf(file, "%d 1\n", k);
+  std::fprintf(file, "\nAtoms # atomic\n\n");
   for (Eigen::Index i = 0; i < scene.size(); ++i)
-    std::fprintf(file, "%td 1 %.17g %.17g %.17g\n", i + 1, scene.r(0, i), scene.r(1, i), scene.r(2, i));
+    std::fprintf(file, "%td %d %.17g %.17g %.17g\n", i + 1, types == 1 ? 1 : scene.type[i] + 1, scene.r(0, i),
+                 scene.r(1, i), scene.r(2, i));
   std::fprintf(file, "\nVelocities\n\n");
   for (Eigen::Index i = 0; i < scene.size(); ++i)
     std::fprintf(file, "%td %.17g %.17g %.17g\n", i + 1, scene.v(0, i), scene.v(1, i), scene.v(2, i));

@@ -8,6 +8,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <memory>
 #include <numbers>
 #include <random>
@@ -25,19 +26,26 @@ constexpr double dt = 2e-3;  // a contact lasts π √(m*/k) ≈ 11 of them
 constexpr int chunk = 25;    // steps
 const phistep::Hooke law{.stiffness = 1e4, .restitution = 0.3, .friction = 0.5, .rolling_friction = 0.1};
 
-/// Shakes the grains within `reach` of a place.
+/// Shakes the grains within `reach` of a place; from the grain `orbiting` on they fly about `centre` instead.
 struct Stirrer : phistep::ForceTerm {
-  Vector3d at;
-  double reach, strength;
+  Vector3d at, reach;
+  double strength;
+  Index orbiting = std::numeric_limits<Index>::max();
+  Vector3d centre = Vector3d::Zero();
+  static constexpr double rate = 1.4;  // of an orbit
   static constexpr bool uses_velocity = false, uses_time = true, acts_on_each = true, computes_active_only = true;
-  Stirrer(Vector3d place, double how_far, double force) : at{std::move(place)}, reach{how_far}, strength{force} {}
+  Stirrer(Vector3d place, Vector3d how_far, double force)
+      : at{std::move(place)}, reach{std::move(how_far)}, strength{force} {}
 
   [[nodiscard]] Vector3d push(double t, const Vector3d& r) const {
-    if ((r - at).cwiseAbs().maxCoeff() > reach) return Vector3d::Zero();
+    if (((r - at).cwiseAbs().array() > reach.array()).any()) return Vector3d::Zero();
     return {strength * std::sin(7 * t + 3 * r.y()), strength * std::cos(5 * t + 3 * r.x()), 0};
   }
   void add(auto t, const auto& y, auto& out) const {
-    const auto one = [&](Index i) { out.force.col(i) += push(t, y.r.col(i)); };
+    const auto one = [&](Index i) {
+      if (i < orbiting) out.force.col(i) += push(t, y.r.col(i));
+      else out.force.col(i) += rate * rate * (centre - y.r.col(i)) + Vector3d::UnitZ();
+    };
     if (const phistep::ActiveSet* active = phistep::active_set(y))
       for (const Index i : active->list()) one(i);
     else
@@ -92,6 +100,22 @@ Grains heaps(int side) {
   Grains grains{r};
   grains.set_radius(0.5);
   return grains;
+}
+
+/// With four fast grains above the others, each on an orbit of its own about the middle.
+void add_fast(Grains& grains, Stirrer& stirrer) {
+  const Vector3d low = grains.r.rowwise().minCoeff(), high = grains.r.rowwise().maxCoeff();
+  stirrer.orbiting = grains.size();
+  stirrer.centre << (low + high).head<2>() / 2, high.z() + 4;
+  Grains fast{Eigen::Matrix3Xd(3, 4)};
+  for (int k = 0; k < 4; ++k) {
+    const double angle = k * std::numbers::pi / 4, size = 12.0 + k;
+    fast.r.col(k) = stirrer.centre + Vector3d{0, 0, 2.0 * k};
+    fast.v.col(k) = Stirrer::rate * size * Vector3d{std::cos(angle), std::sin(angle), 0};
+  }
+  // Each at its own height: none meets another.
+  fast.set_radius(0.5).set_box(grains.box());
+  grains.add(fast);
 }
 
 /// One way to run a scene.
@@ -201,6 +225,23 @@ void beside_bullet(const Grains& heaps, const Stirrer& stirrer, double speed, in
         {"skipping", one.name, heaps.size(), 1, "time", "us for sqrt(d/g)", step / (is_bullet ? BulletHeaps::dt : dt)});
   }
 }
+/// A bed and heaps of which a part is stirred, four fast grains above them.
+void few_fast(const Grains& bed, const Grains& many, int warm, int turns, Table& table) {
+  const double width = bed.box().length().x(), height = bed.r.row(2).maxCoeff();
+  for (const int percent : {2, 10, 40}) {
+    const std::string name = std::to_string(percent) + " % stirred, 4 fast";
+    // The three upper layers of a strip of the bed; and so many of the heaps, row by row.
+    const double half = 0.005 * percent * width;
+    Stirrer slab{{half, 0, height}, {half, 1e3, 3}, 1};
+    Grains some = bed;
+    add_fast(some, slab);
+    compare(("bed, " + name).c_str(), some, on_floor() + slab, 1e-2, warm, turns, table);
+    Stirrer rows{{0, 0, 1}, {percent < 10 ? 18 : 1e3, percent < 20 ? 6 : 1.2 * percent - 6, 3}, 2};
+    Grains heaped = many;
+    add_fast(heaped, rows);
+    compare(("heaps, " + name).c_str(), heaped, on_floor() + rows, 1e-2, warm / 3, 5 * turns, table);
+  }
+}
 }  // namespace
 
 void skipping(const Options& options, Table& table) {
@@ -222,15 +263,16 @@ void skipping(const Options& options, Table& table) {
   hit.add(one);
   compare("hit by one", hit, on_floor(), stirred_slow, warm / 3, turns, table);
   const double top = bed.r.row(2).maxCoeff();
-  compare("a corner stirred", bed, on_floor() + Stirrer{{3, 3, top}, 4, 1}, stirred_slow, warm, turns, table);
+  compare("a corner stirred", bed, on_floor() + Stirrer{{3, 3, top}, {4, 4, 4}, 1}, stirred_slow, warm, turns, table);
   compare("creeping, tilted by 5", bed, on_floor(5 * std::numbers::pi / 180), slow, warm, turns, table);
   compare("creeping, tilted by 15", bed, on_floor(15 * std::numbers::pi / 180), slow, warm, turns, table);
   compare("a hopper that runs", bed, over_gap(1.1 * nx, 1.1 * ny), stirred_slow, warm / 3, turns, table);
 
   const Grains many = settled(heaps(is_short ? 3 : 10), settles);
-  const Stirrer stirrer{{1.5, 1.5, 1}, 3, 2};
+  const Stirrer stirrer{{1.5, 1.5, 1}, {3, 3, 3}, 2};
   compare("heaps, one stirred", many, on_floor() + stirrer, slow, warm, 10 * turns, table);
   beside_bullet(many, stirrer, slow, warm, 10 * turns, table);
+  few_fast(bed, many, warm, turns, table);
 
   Grains gas = loose(nx, ny, layers);
   std::mt19937 random(1);

@@ -15,7 +15,7 @@ from style import plt  # noqa: E402
 
 LEVELS = [1e-3, 1e-2, 1e-1, 0.5, 2, 10]
 COLOURS = [style.BLUE, style.RED, style.GREEN, style.ORANGE, style.PURPLE, "#17a3a3", "#a3174f", "#7a7a00", "#666666",
-           "#b08968", "#1fb4a0", "#333333", "#d46fb4"]
+           "#b08968", "#1fb4a0", "#c8b400", "#333333", "#d46fb4"]
 
 
 def by_scheme(rows):

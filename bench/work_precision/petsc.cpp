@@ -7,19 +7,11 @@
 #include <cmath>
 #include <vector>
 
+#include "../petsc_start.hpp"
 #include "table.hpp"
 
 namespace work_precision {
 namespace {
-
-/// PETSc starts once; it must not take the signals.
-void start() {
-  static const bool once = [] {
-    PetscOptionsSetValue(nullptr, "-no_signal_handler", "1");
-    return PetscInitialize(nullptr, nullptr, nullptr, nullptr) == 0;
-  }();
-  static_cast<void>(once);
-}
 
 /// What the callbacks are given.
 struct Data {
@@ -73,7 +65,7 @@ PetscErrorCode residual_jacobian(TS ts, PetscReal t, Vec Y, Vec, PetscReal shift
 enum class Type { theta, rosenbrock, dirk };
 
 Answer run(const System& system, Type type, double rtol, Film* film) {
-  start();
+  start_petsc();
   Eigen::VectorXd y = system.start;
   Data data{system, system.legs.front().self.get()};
   data.values.resize(system.pattern.size());
