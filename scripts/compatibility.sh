@@ -3,7 +3,7 @@
 # Compiles tests/compatibility/answers.cpp (and answers_solvers.cpp, where the cell says +) with each compiler, standard library,
 # standard, level and instruction set that is here, warnings being errors, runs it (arm64 under an emulator), and prints what was
 # right and what had the same bits: equal letters, equal bits. Builds marked
-#     portable:   -ffp-contract=off -DPHISTEP_NO_SIMD -DEIGEN_DONT_VECTORIZE
+#     portable:   -ffp-contract=off -fno-tree-vectorize -DPHISTEP_NO_SIMD -DEIGEN_DONT_VECTORIZE
 # must all have the same ones (Radau apart, between x86-64 and arm64). --quick: six builds. What is missing is skipped, and named. If PHISTEP_FIGURES names a file, it
 # gets a row a build, as from the long tests. The builds are left in FOLDER, build/compatibility.
 set -eu
@@ -118,7 +118,7 @@ one_cell() {
   if [ -n "$needs" ] && ! grep -qw "$needs" /proc/cpuinfo; then
     echo "skipped: this machine lacks $needs" >"$here/result" && return
   fi
-  if [ "$arithmetic" = portable ]; then flags="$flags -ffp-contract=off -DPHISTEP_NO_SIMD -DEIGEN_DONT_VECTORIZE"; fi
+  if [ "$arithmetic" = portable ]; then flags="$flags -ffp-contract=off -fno-tree-vectorize -DPHISTEP_NO_SIMD -DEIGEN_DONT_VECTORIZE"; fi
   [ "$programs" = answers ] || programs="answers answers_solvers"
   : >"$here/bits"
   for program in $programs; do

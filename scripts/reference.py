@@ -21,7 +21,7 @@ import sys
 import xml.etree.ElementTree as ElementTree
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-UMBRELLAS = ["phistep", "sparse", "krylov", "autodiff", "particles", "fields", "io", "in_place", "preflight", "advise"]
+UMBRELLAS = ["phistep", "sparse", "krylov", "autodiff", "particles", "fields", "io", "in_place", "preflight", "advise", "battery"]
 
 
 def plain(element):
