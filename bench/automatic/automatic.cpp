@@ -1,10 +1,11 @@
 /// @file
-/// How much is lost by not choosing: integrate(y, f, …) beside each scheme picked by hand, at equal error, and beside LSODA
-/// (NUMBALSODA=<folder of liblsoda.so>) and CVODE on problems of at most 100 unknowns.
+/// How much is lost by not choosing: integrate(y, f, …) beside each scheme picked by hand, at equal error, and beside LSODA and
+/// DOP853 (NUMBALSODA=<folder of liblsoda.so>), CVODE, GSL and Odeint on problems of at most 100 unknowns.
 ///     bench_automatic [--problem TEXT] [--longest SECONDS] [--told RTOL]
 ///
 /// CPU time of the thread, all of a run included; the least of five rounds in turns; the time to an error on the line between
 /// two tolerances of a ladder by half decades.
+#include <algorithm>
 #include <cstdlib>
 #include <cstring>
 #include <map>
@@ -20,7 +21,19 @@ std::string only;
 double longest = 0.3;  // [s] tighter rungs are left out after one that takes longer
 double told = 0;
 double logs = 0, logs_of_advised = 0;
-std::map<std::string, std::vector<double>> ahead;  // their time / ours, a rival each
+std::map<std::string, std::vector<double>> ahead;  // their time / that of automatic, a rival each
+struct Rows {
+  const char* of;
+  std::vector<double> logs{};
+  std::string worst{};
+  void add(double ratio, const std::string& row) {
+    if (logs.empty() || std::log(ratio) < *std::min_element(logs.begin(), logs.end())) worst = row;
+    logs.push_back(std::log(ratio));
+  }
+};
+Rows by_hand[3] = {{"by hand, 1e-3"}, {"by hand, 1e-6"}, {"by hand, 1e-9"}},
+     by_itself[3] = {
+         {"automatic, 1e-3"}, {"automatic, 1e-6"}, {"automatic, 1e-9"}};  // the quickest rival's time / ours
 int count = 0, misses = 0, advised_count = 0, advised_misses = 0;
 
 [[nodiscard]] std::optional<double> time_to(double wanted, const Ladder& ladder) {
@@ -98,6 +111,17 @@ void measure(Problem problem) {
       } else if (time) {
         std::printf("   %s not reached", rival.name.c_str());
       }
+    const Ladder* quickest = nullptr;
+    double rivals_least = INFINITY;
+    for (const Ladder& rival : problem.rivals)
+      if (const auto its = time_to(wanted, rival); its && *its < rivals_least) rivals_least = *its, quickest = &rival;
+    if (quickest != nullptr) {
+      const int column = wanted > 1e-4 ? 0 : wanted > 1e-7 ? 1 : 2;
+      const std::string row = problem.name + ", " + quickest->name;
+      std::printf("   best rival / by hand %.2f", rivals_least / least);
+      by_hand[column].add(rivals_least / least, row);
+      if (time) by_itself[column].add(rivals_least / *time, row);
+    }
     std::printf("\n");
   }
   std::fflush(stdout);
@@ -121,6 +145,15 @@ int main(int argc, char** argv) {
               misses, count);
   std::printf("advised:   geometric mean %.3f of the best, %d of %d beyond 1.3 x\n",
               std::exp(logs_of_advised / advised_count), advised_misses, advised_count);
+  for (const auto& group : {by_hand, by_itself})
+    for (int column = 0; column < 3; ++column) {
+      const auto& [of, all, worst] = group[column];
+      if (all.empty()) continue;
+      std::printf("the quickest rival's time / %s: %.2f, %zu rows, %td of them below 0.87, least %.2f (%s)\n", of,
+                  std::exp(std::accumulate(all.begin(), all.end(), 0.0) / static_cast<double>(all.size())), all.size(),
+                  std::count_if(all.begin(), all.end(), [](double x) { return x < std::log(0.87); }),
+                  std::exp(*std::min_element(all.begin(), all.end())), worst.c_str());
+    }
   for (const auto& [name, ratios] : ahead)
     std::printf("%s: %.2f x as long as automatic, geometric mean of %zu rows, least %.2f\n", name.c_str(),
                 std::exp(std::accumulate(ratios.begin(), ratios.end(), 0.0) / static_cast<double>(ratios.size())),

@@ -1,12 +1,18 @@
 /// @file
-/// LSODA (a translation to C++) and CVODE.
+/// LSODA and DOP853 as the package numbalsoda has them, CVODE, GSL.
 #include "rivals.hpp"
 
 #include "../numbalsoda.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <memory>
 #include <string>
 
+#ifdef BENCH_HAS_GSL
+#include <gsl/gsl_errno.h>
+#include <gsl/gsl_odeiv2.h>
+#endif
 #ifdef BENCH_HAS_CVODE
 #include <cvode/cvode.h>
 #include <nvector/nvector_serial.h>
@@ -22,16 +28,17 @@ namespace {
 
 constexpr int most_steps = 200'000;
 
-void rate_for_lsoda(double t, double* y, double* out, double* user) {
-  reinterpret_cast<const BareProblem*>(user)->rate(t, y, out);
+void rate_for_numbalsoda(double t, double* y, double* out, double* user) {
+  const auto& problem = *reinterpret_cast<const BareProblem*>(user);
+  problem.rate(problem.self.get(), t, y, out);
 }
-Eigen::VectorXd run_lsoda(bench::Numbalsoda lsoda, BareProblem problem, double rtol) {
+Eigen::VectorXd run_numbalsoda(bench::Numbalsoda solver, BareProblem problem, double rtol) {
   const auto n = static_cast<int>(problem.start.size());
   Eigen::MatrixXd out(n, 2);
   double times[] = {0, problem.end};
   int success = 0;
-  lsoda(rate_for_lsoda, n, problem.start.data(), reinterpret_cast<double*>(&problem), 2, times, out.data(), rtol,
-        problem.a * rtol, most_steps, &success);
+  solver(rate_for_numbalsoda, n, problem.start.data(), reinterpret_cast<double*>(&problem), 2, times, out.data(), rtol,
+         problem.a * rtol, most_steps, &success);
   return success == 1 ? Eigen::VectorXd(out.col(1)) : Eigen::VectorXd();
 }
 
@@ -39,7 +46,8 @@ Eigen::VectorXd run_lsoda(bench::Numbalsoda lsoda, BareProblem problem, double r
 using namespace reference::detail;
 
 int rate_for_cvode(sunrealtype t, N_Vector y, N_Vector out, void* user) {
-  static_cast<const BareProblem*>(user)->rate(t, NV_DATA_S(y), NV_DATA_S(out));
+  const auto& problem = *static_cast<const BareProblem*>(user);
+  problem.rate(problem.self.get(), t, NV_DATA_S(y), NV_DATA_S(out));
   return 0;
 }
 Eigen::VectorXd run_cvode(bool is_stiff, BareProblem problem, double rtol) {
@@ -74,15 +82,74 @@ Eigen::VectorXd run_cvode(bool is_stiff, BareProblem problem, double rtol) {
 }
 #endif
 
+#ifdef BENCH_HAS_GSL
+struct Counted {
+  const BareProblem& problem;
+  long calls = 0;
+};
+int rate_for_gsl(double t, const double y[], double out[], void* user) {
+  auto& [problem, calls] = *static_cast<Counted*>(user);
+  if (++calls > most_calls) return GSL_EBADFUNC;
+  problem.rate(problem.self.get(), t, y, out);
+  return GSL_SUCCESS;
+}
+int jacobian_for_gsl(double t, const double y[], double* J, double by_time[], void* user) {
+  const BareProblem& problem = static_cast<Counted*>(user)->problem;
+  jacobian_by_differences(problem, t, y, J, by_time);
+  return GSL_SUCCESS;
+}
+Eigen::VectorXd run_gsl(const gsl_odeiv2_step_type* type, const BareProblem& problem, double rtol) {
+  gsl_set_error_handler_off();
+  Counted counted{problem};
+  gsl_odeiv2_system callbacks{rate_for_gsl, jacobian_for_gsl, static_cast<std::size_t>(problem.start.size()), &counted};
+  const std::unique_ptr<gsl_odeiv2_driver, decltype(&gsl_odeiv2_driver_free)> driver{
+      gsl_odeiv2_driver_alloc_y_new(&callbacks, type, 1e-6 * std::min(problem.end, 1000.0), problem.a * rtol, rtol),
+      gsl_odeiv2_driver_free};
+  double t = 0;
+  Eigen::VectorXd y = problem.start;
+  return gsl_odeiv2_driver_apply(driver.get(), &t, problem.end, y.data()) == GSL_SUCCESS ? y : Eigen::VectorXd();
+}
+#endif
+
 }  // namespace
 
-std::vector<std::pair<std::string, RivalRun>> rivals_of(const BareProblem& problem) {
-  std::vector<std::pair<std::string, RivalRun>> all;
-  static const bench::Numbalsoda lsoda = bench::load_numbalsoda("lsoda");
-  if (lsoda != nullptr) all.emplace_back("LSODA", [problem](double rtol) { return run_lsoda(lsoda, problem, rtol); });
+void jacobian_by_differences(const BareProblem& problem, double t, const double* y, double* J, double* by_time) {
+  const Eigen::Index n = problem.start.size();
+  thread_local Eigen::VectorXd at, base, beside;
+  at = Eigen::Map<const Eigen::VectorXd>(y, n);
+  base.resize(n), beside.resize(n);
+  problem.rate(problem.self.get(), t, y, base.data());
+  for (Eigen::Index j = 0; j < n; ++j) {
+    const double was = at[j];
+    at[j] += 1.5e-8 * std::max(std::abs(was), 1e-3 * problem.a);
+    problem.rate(problem.self.get(), t, at.data(), beside.data());
+    const double apart = at[j] - was;
+    for (Eigen::Index i = 0; i < n; ++i) J[i * n + j] = (beside[i] - base[i]) / apart;
+    at[j] = was;
+  }
+  const double later = t + 1.5e-8 * std::max(std::abs(t), 1e-6 * problem.end);
+  problem.rate(problem.self.get(), later, y, beside.data());
+  for (Eigen::Index i = 0; i < n; ++i) by_time[i] = (beside[i] - base[i]) / (later - t);
+}
+
+Rivals rivals_of(const BareProblem& problem) {
+  Rivals all;
+  static const bench::Numbalsoda lsoda = bench::load_numbalsoda("lsoda"), dop853 = bench::load_numbalsoda("dop853");
+  if (lsoda) all.emplace_back("LSODA", [problem](double rtol) { return run_numbalsoda(lsoda, problem, rtol); });
+  if (dop853) all.emplace_back("DOP853", [problem](double rtol) { return run_numbalsoda(dop853, problem, rtol); });
 #ifdef BENCH_HAS_CVODE
   all.emplace_back("CVODE", [problem](double rtol) { return run_cvode(true, problem, rtol); });
   all.emplace_back("CVODE Adams", [problem](double rtol) { return run_cvode(false, problem, rtol); });
+#endif
+#ifdef BENCH_HAS_GSL
+  for (const auto& [name, type] : {std::pair{"GSL msbdf", gsl_odeiv2_step_msbdf},
+                                   {"GSL bsimp", gsl_odeiv2_step_bsimp},
+                                   {"GSL msadams", gsl_odeiv2_step_msadams},
+                                   {"GSL rk8pd", gsl_odeiv2_step_rk8pd}})
+    all.emplace_back(name, [problem, type = type](double rtol) { return run_gsl(type, problem, rtol); });
+#endif
+#ifdef BENCH_HAS_ODEINT
+  for (auto& rival : odeint_rivals(problem)) all.push_back(std::move(rival));
 #endif
   return all;
 }

@@ -53,28 +53,32 @@ void measure(Problem problem);
 
 using bench::stacked;
 
-/// y' on bare arrays.
+/// The problem on bare arrays.
 template <class S, class F>
-[[nodiscard]] std::function<void(double, const double*, double*)> bare_rate(const S& start, F force) {
-  if constexpr (phistep::EigenDense<S> && std::is_invocable_v<F, const S&>) {
-    return [force, y = start](double, const double* from, double* to) mutable {
-      std::copy(from, from + y.size(), y.data());
-      typename S::MapType(to, y.size()) = force(y);
-    };
-  } else if constexpr (phistep::EigenDense<S> && std::is_invocable_v<F, const S&, double>) {
-    return [force, y = start](double t, const double* from, double* to) mutable {
-      std::copy(from, from + y.size(), y.data());
-      typename S::MapType(to, y.size()) = force(y, t);
-    };
-  } else {  // motions and terms, as a stepper calls them
-    auto stepper = std::make_shared<phistep::PhiStepper<S, F, std::remove_const_t<decltype(phistep::tsit5)>>>(
-        start, force, phistep::tsit5);
-    return [stepper, y = start, out = start](double t, const double* from, double* to) mutable {
-      phistep::for_each_number([&](std::size_t k, double& x) { x = from[k]; }, phistep::Blocks<S>::all(y));
-      static_cast<void>(stepper->slope(t, y, out));
-      phistep::for_each_number([&](std::size_t k, double& x) { to[k] = x; }, phistep::Blocks<S>::all(out));
-    };
-  }
+[[nodiscard]] BareProblem bare(const S& start, const F& force, double end, double a) {
+  struct Self {
+    F force;
+    S y, out;
+    phistep::PhiStepper<S, F, std::remove_const_t<decltype(phistep::tsit5)>> stepper;
+  };
+  const auto rate = [](void* user, double t, const double* from, double* to) {
+    Self& self = *static_cast<Self*>(user);
+    if constexpr (requires { self.force.rate(t, from, to); }) {
+      self.force.rate(t, from, to);
+    } else if constexpr (phistep::EigenDense<S> && std::is_invocable_v<F, const S&>) {
+      std::copy(from, from + self.y.size(), self.y.data());
+      typename S::MapType(to, self.y.size()) = self.force(self.y);
+    } else if constexpr (phistep::EigenDense<S> && std::is_invocable_v<F, const S&, double>) {
+      std::copy(from, from + self.y.size(), self.y.data());
+      typename S::MapType(to, self.y.size()) = self.force(self.y, t);
+    } else {  // motions and terms, as a stepper calls them
+      phistep::for_each_number([&](std::size_t k, double& x) { x = from[k]; }, phistep::Blocks<S>::all(self.y));
+      static_cast<void>(self.stepper.slope(t, self.y, self.out));
+      phistep::for_each_number([&](std::size_t k, double& x) { to[k] = x; }, phistep::Blocks<S>::all(self.out));
+    }
+  };
+  return {stacked(start), end, a, rate,
+          std::make_shared<Self>(Self{force, start, start, {start, force, phistep::tsit5}})};
 }
 
 /// @param a      atol = a·rtol; errors are max |y_i − exact_i|/(|exact_i| + a)
@@ -134,7 +138,7 @@ template <class S, class F, class Mass = phistep::UnitMasses>
   };
   if constexpr (std::is_same_v<Mass, phistep::UnitMasses>)
     if (stacked(start).size() <= 100)
-      for (auto& [rival, its_run] : rivals_of({stacked(start), end, a, bare_rate(start, force)}))
+      for (auto& [rival, its_run] : rivals_of(bare(start, force, end, a)))
         all.rivals.push_back({rival, [error_of_vector, its_run = its_run](double rtol) {
                                 const Eigen::VectorXd y = its_run(rtol);
                                 return y.size() > 0 ? error_of_vector(y) : double{INFINITY};
