@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
-"""check_words.py <root> | --self-test
+"""check_words.py <root> | --self-test | --sample <seed> <root>
 
 Comments of headers at which a reader with a textbook would stumble: each with its file, line and reason. What a machine can
-find stands in RULES; the rest is CONTRIBUTING's section Words."""
+find stands in RULES; the rest is CONTRIBUTING's section Words. --sample draws ten comments of each room for somebody to read who
+hasn't seen the code: at most one in ten may be hard at first sight (2026-11-28: seeds 20261128, 7 and 99)."""
 import pathlib
+import random
 import re
 import sys
 
@@ -45,7 +47,22 @@ def faults(text):
                 yield number, reason, prose[max(0, found.start() - 30) : found.end() + 50]
 
 
+def sample(seed, root):
+    draw = random.Random(seed)
+    for room in sorted(path for path in (root / "include" / "phistep").iterdir() if path.is_dir()):
+        found = [
+            (path.relative_to(root), number, comment)
+            for path in sorted(room.rglob("*.hpp"))
+            for number, comment in comments(path.read_text())
+            if not comment.startswith("namespace")
+        ]
+        for path, number, comment in draw.sample(found, 10):
+            print(f"{path}:{number}: {comment}\n")
+
+
 def main():
+    if sys.argv[1] == "--sample":
+        return sample(sys.argv[2], pathlib.Path(sys.argv[3]))
     if sys.argv[1] == "--self-test":
         wrong = [x for x in BAD if not list(faults(f"/// {x}\n"))] + [x for x in GOOD if list(faults(f"int x;  // {x}\n"))]
         print("judged wrongly:", wrong)
