@@ -150,7 +150,7 @@ template <State S, class F, class MassSpec = UnitMasses>
     throw std::invalid_argument(
         "phistep: M is singular: advise compares no schemes for differential-algebraic equations; take rodas5p or "
         "rodas4p2");
-  AdvisedProblem scene = scene_of<S, F>(y, mass, wanted.rtol);
+  AdvisedProblem scene = SchemesFor<S, F, MassSpec>::scene(y, wanted.rtol);
   Stiffness stiffness;
   if constexpr (!SchemesFor<Plain, F, MassSpec>::Rhs::has_history) try {
       const Stiffness found = begin_automatic_run(y, unwrap(force), span, wanted, scene, mass);

@@ -27,7 +27,6 @@
 #include "phistep/base/outcome/statistics.hpp"
 #include "phistep/base/outcome/step_report.hpp"
 #include "phistep/base/state/blocks.hpp"
-#include "phistep/run/choice/active_stepper.hpp"
 #include "phistep/run/choice/scheme_set.hpp"
 #include "phistep/run/choice/scheme_uses.hpp"
 #include "phistep/run/choice/spectral_radius.hpp"
@@ -52,12 +51,10 @@ struct AutomaticCourse {
   bool is_bound;           ///< to the scheme at work, although or because it is stiff
   bool is_direct = false;  ///< Krylov iterations have failed: no more of them
   SchemeUses uses{};
-  Statistics retired{};              ///< of the schemes before
-  std::int64_t changes = 0;          ///< of the forces of these
   std::int64_t steps = 0, done = 0;  ///< steps seen, steps since
   void archive(auto& ar) {
-    ar("watch", watch, "look", look, "uses", uses, "retired", retired, "steps", steps, "done", done, "changes", changes,
-       "is_bound", is_bound, "is_direct", is_direct);
+    ar("watch", watch, "look", look, "uses", uses, "steps", steps, "done", done, "is_bound", is_bound, "is_direct",
+       is_direct);
     ar.check(can_be_count(steps) && can_be_count(done));
   }
 };
@@ -67,7 +64,6 @@ template <State S, class F, class MassSpec = UnitMasses>
 class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
   using Schemes = SchemesFor<S, F, MassSpec>;
   using Base = typename Schemes::Stepper;
-  using Steppers = typename Base::Steppers;
   static_assert(
       !Schemes::Rhs::has_history,
       "phistep: no scheme is chosen for a force with a history (contacts, friction): it wants steps that resolve an "
@@ -85,8 +81,8 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
   /// @param rtol   that its runs will be asked for: which scheme is best depends on it
   /// @param mass   mass(m) or capacity(C); M = 1 if left out
   AutomaticStepper(const S& state, F force, double rtol, MassSpec mass = {})
-      : AutomaticStepper{state, std::move(force), scene_of<S, F>(plain_of(state), mass, rtol), std::move(mass)} {}
-  /// The same for a problem that scene_of has described already.
+      : AutomaticStepper{state, std::move(force), Schemes::scene(plain_of(state), rtol), std::move(mass)} {}
+  /// The same for a problem that has been described already.
   AutomaticStepper(const S& state, F force, const AdvisedProblem& problem, MassSpec mass = {})
       : AutomaticStepper{problem, bool{algebraic_component(bind_masses<S>(mass, plain_of(state)))}, state,
                          std::move(force), std::move(mass)} {}
@@ -139,9 +135,6 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
     return report;
   }
   [[nodiscard]] friend ErrorLaw error_law(const AutomaticStepper& stepper) { return stepper.law(); }
-  /// Counts of all schemes that were at work.
-  [[nodiscard]] Statistics statistics() const { return course_.retired + Base::statistics(); }
-  [[nodiscard]] std::int64_t changes() const { return course_.changes + Base::changes(); }
 
   /// As PhiStepper's, with which scheme is at work, and what led to it.
   template <class Ar>
@@ -241,7 +234,7 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
   template <SuitableScheme by_krylov>
   [[nodiscard]] bool take_counted(const S& state, const Plain& y, const RunClock<Scalar>& clock, auto& pace,
                                   const RateSeen& seen) {
-    Steppers fresh = Schemes::make(by_krylov, state, force_, mass_);
+    typename Base::Steppers fresh = Schemes::make(by_krylov, state, force_, mass_);
     auto& stepper = *std::get_if<StepperNamed<by_krylov, S, F, MassSpec>>(&fresh);
     const SolveTolerance<Plain> weights{&pace.trace().weight, 1, pace.weigh(y, pace.trace().weight)};
     problem_.turns = seen.rate * seen.left;
@@ -250,17 +243,12 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
     course_.watch.set_implicit_cost(Schemes::rivals(problem_, false).implicit_cost);
     const bool pays = course_.watch.pays(seen);
     const SuitableScheme scheme = Schemes::suitable_implicit(problem_);
-    if (pays && scheme == by_krylov) return replace_by(std::move(fresh)), true;
-    course_.retired = course_.retired + stepper.statistics();
+    if (pays && scheme == by_krylov) return this->replace(std::move(fresh)), true;
+    this->add(stepper.statistics());
     if (pays) replace_by(scheme, state);
     return pays;
   }
-  void replace_by(SuitableScheme scheme, const S& state) { replace_by(Schemes::make(scheme, state, force_, mass_)); }
-  void replace_by(Steppers fresh) {
-    course_.retired = statistics();
-    course_.changes = changes();
-    this->replace(std::move(fresh));
-  }
+  void replace_by(SuitableScheme scheme, const S& state) { this->replace(Schemes::make(scheme, state, force_, mass_)); }
   void note(Scalar t, const RateSeen& seen, SchemeCause cause) {
     const double entries = course_.watch.is_implicit() ? problem_.field.entries : -1;
     course_.uses.add({scheme(), cause, static_cast<double>(t), course_.steps, seen.rate, seen.dt, entries});

@@ -1,31 +1,40 @@
 /// @file
-/// What a problem's types say of it, and which schemes are compiled for them, so that a stepper can choose among them as it goes.
+/// What a problem's types say of it, and which schemes are compiled for them, as a stepper that can choose among them as it goes.
 #pragma once
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <type_traits>
 #include <utility>
+#include <variant>
 
+#include "phistep/base/archive/archive_kinds.hpp"
 #include "phistep/base/facts/implicit_solver.hpp"
+#include "phistep/base/facts/scheme_facts.hpp"
 #include "phistep/base/facts/structure.hpp"
+#include "phistep/base/outcome/statistics.hpp"
+#include "phistep/base/outcome/step_report.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/force/sum.hpp"
-#include "phistep/run/choice/active_stepper.hpp"
 #include "phistep/run/choice/stiffness_watch.hpp"
 #include "phistep/run/choice/suitable_scheme.hpp"
+#include "phistep/run/errors/step_filter.hpp"
+#include "phistep/run/stepper/any_stepper.hpp"
 #include "phistep/run/stepper/phi_stepper.hpp"
 #include "phistep/schemes/nystrom/nystrom.hpp"
 #include "phistep/schemes/radau/radau.hpp"
 #include "phistep/schemes/rosenbrock.hpp"
 #include "phistep/schemes/runge_kutta/runge_kutta.hpp"
 #include "phistep/schemes/tr_bdf2.hpp"
+#include "phistep/step/equation/origin.hpp"
 #include "phistep/step/equation/right_hand_side.hpp"
 #include "phistep/step/jacobian/differences.hpp"
 #include "phistep/step/mass/bound_masses.hpp"
 #include "phistep/step/mass/mass.hpp"
 #include "phistep/step/matrix/static_sparse_system.hpp"
+#include "phistep/step/transaction/trace.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -55,33 +64,115 @@ template <SuitableScheme scheme, class S, class F, class MassSpec>
 using StepperNamed = PhiStepper<S, F, std::remove_const_t<decltype(scheme_named<scheme>())>, MassSpec,
                                 decltype(solver_named<scheme, ScalarOf<S>>())>;
 
-/// What the types say of a problem.
-/// @param y     gives the number of unknowns
-/// @param rtol  that a run will be asked for
-template <State S, class F, class MassSpec>
-[[nodiscard]] AdvisedProblem scene_of(const PlainState<S>& y, const MassSpec& mass, double rtol) {
-  using Masses = decltype(bind_masses<S>(mass, y));
-  using Rhs = RightHandSide<S, F, Masses>;
-  using Traits = typename Rhs::Traits;
-  AdvisedProblem scene;
-  scene.unknowns = unknowns<S>(y);
-  scene.is_motion = Rhs::drifts;
-  scene.uses_velocity = Rhs::drifts && Rhs::couples_unknowns;
-  scene.has_history = Rhs::has_history;
-  scene.has_jacobian = Traits::has_jacobian;
-  scene.has_pattern = Traits::has_pattern;
-  scene.is_affine = Traits::is_affine;
-  scene.is_driven = Traits::uses_time;
-  if constexpr (requires { Unwrapped<F>::jacobian_pattern; })
-    scene.has_sparse_lu = has_sparse_pattern<Unwrapped<F>, static_unknowns<S>>;
-  const bool is_known = (Traits::has_jacobian || Traits::has_pattern) &&
-                        !(Traits::structure == Structure::network && Rhs::has_matrix_mass);
-  scene.structure = is_known ? Traits::structure : Structure::dense;
-  scene.rtol = rtol;
-  scene.is_dynamic = static_unknowns<S> == Eigen::Dynamic;
-  scene.digits = std::numeric_limits<ScalarOf<S>>::digits10;
-  return scene;
-}
+/// A std::variant of steppers of one state, as a stepper: one exists at a time, and every call goes to that one.
+template <class S, class... Stepper>
+class ActiveStepper {
+ public:
+  using Scalar = ScalarOf<S>;
+  using Plain = PlainState<S>;
+  using StateType = S;
+  using Steppers = std::variant<Stepper...>;
+  /// The checkpoint of the stepper at work.
+  using Checkpoint = std::variant<typename Stepper::Checkpoint...>;
+  using ArchivedByParts = void;
+  static constexpr const char* part_name = "stepper";
+
+  /// @param make  make() → Steppers that hold the first one to be at work: in place, not moved
+  template <class Make>
+    requires std::is_invocable_r_v<Steppers, const Make&>
+  explicit ActiveStepper(const Make& make) : steppers_(make()) {}
+
+  /// The number of the stepper at work.
+  [[nodiscard]] int active() const { return static_cast<int>(steppers_.index()); }
+  /// Another one takes over; but for the counts, and the sizes of a run before, what the last one knew is lost.
+  void replace(Steppers next) {
+    retired_ = statistics();
+    changes_ = changes();
+    visit_numbered(next, [this](auto number, auto& stepper) {
+      if constexpr (!FieldState<S>) StepperInternals::kept_sizes(stepper) = std::move(kept_sizes(*this));
+      steppers_.template emplace<number>(std::move(stepper));
+    });
+  }
+
+  /// A step at a given Δt. [time]
+  StepReport step(S& state, Scalar t, Scalar dt, Origin origin = Origin::unknown) {
+    return visit(*this, [&](auto& at_work) { return at_work.step(state, t, dt, origin); });
+  }
+  // What a run controlled by its error asks beside steps: what the stepper at work can tell.
+  static constexpr StepperFacts facts = [] {
+    StepperFacts all = facts_of<void>;  // what is safe
+    all.traces = all.interpolates = true;
+    return all;
+  }();
+  [[nodiscard]] bool estimates(const Trace<Plain>& trace) const {
+    return visit(*this, [&](auto& at_work) { return at_work.estimates(trace); });
+  }
+  StepReport attempt(S& state, Scalar t, Scalar dt, Origin origin, Trace<Plain>& trace, const Judge<Plain>& accept) {
+    return visit(*this, [&](auto& at_work) { return at_work.attempt(state, t, dt, origin, trace, accept); });
+  }
+  [[nodiscard]] ErrorLaw law() const {
+    return visit(*this, [](auto& at_work) { return error_law(at_work); });
+  }
+  [[nodiscard]] int order() const {
+    return visit(*this, [](auto& at_work) { return at_work.order(); });
+  }
+  /// out = y' at (t, y): one force call; false where it isn't finite.
+  [[nodiscard]] bool slope(Scalar t, const Plain& y, Plain& out) {
+    return visit(*this, [&](auto& at_work) { return at_work.slope(t, y, out); });
+  }
+  [[nodiscard]] const SolveRecord& last_solve() const {
+    return visit(*this, [](auto& at_work) -> const SolveRecord& { return at_work.last_solve(); });
+  }
+  /// Counts of all that were at work.
+  [[nodiscard]] Statistics statistics() const {
+    return retired_ + visit(*this, [](auto& at_work) -> Statistics { return at_work.statistics(); });
+  }
+  [[nodiscard]] std::int64_t changes() const {
+    return changes_ + visit(*this, [](auto& at_work) { return at_work.changes(); });
+  }
+  /// Counts what one that was never at work has cost.
+  void add(const Statistics& cost) { retired_ = retired_ + cost; }
+  [[nodiscard]] Checkpoint checkpoint() const {
+    return visit_numbered(steppers_, [](auto number, auto& at_work) {
+      return Checkpoint{std::in_place_index<number>, at_work.checkpoint()};
+    });
+  }
+  /// To a point that another stepper may have known: then this one has nothing from there.
+  void restore(Checkpoint checkpoint) {
+    visit_numbered(steppers_, [&](auto number, auto& at_work) {
+      if (auto* const past = std::get_if<number>(&checkpoint)) at_work.restore(std::move(*past));
+      else at_work.reset();
+    });
+  }
+  void forget_unsaved() {
+    visit(*this, []<class AtWork>(AtWork& at_work) {
+      if constexpr (HasUnsaved<AtWork>) at_work.forget_unsaved();
+    });
+  }
+  void archive(auto& ar) {
+    ar("retired", retired_, "changes", changes_);
+    visit(*this, [&ar](auto& at_work) { at_work.archive(ar); });
+  }
+
+ private:
+  friend StepperInternals;
+
+  /// f(std::integral_constant<std::size_t, number>, the stepper of that number, which is at work)
+  template <std::size_t i = 0>
+  [[gnu::always_inline]] static inline decltype(auto) visit_numbered(auto& steppers, auto&& f) {
+    if constexpr (i + 1 < sizeof...(Stepper))
+      if (steppers.index() != i) return visit_numbered<i + 1>(steppers, f);
+    return f(std::integral_constant<std::size_t, i>{}, *std::get_if<i>(&steppers));
+  }
+  /// f(the stepper at work)
+  [[gnu::always_inline]] static inline decltype(auto) visit(auto& self, auto&& f) {
+    return visit_numbered(self.steppers_, [&f](auto, auto& at_work) -> decltype(auto) { return f(at_work); });
+  }
+
+  Steppers steppers_;
+  Statistics retired_{};      // of those before
+  std::int64_t changes_ = 0;  // of the forces of these
+};
 
 /// The schemes for a state S under a force F with a mass.
 template <State S, class F, class MassSpec>
@@ -109,6 +200,29 @@ struct SchemesFor {
   static auto one_of(std::index_sequence<i...>) -> ActiveStepper<S, StepperNamed<all[i], S, F, MassSpec>...>;
   using Stepper = decltype(one_of(std::make_index_sequence<all.size()>{}));
 
+  /// What the types say of a problem.
+  /// @param y     gives the number of unknowns
+  /// @param rtol  that a run will be asked for
+  [[nodiscard]] static AdvisedProblem scene(const PlainState<S>& y, double rtol) {
+    using Traits = typename Rhs::Traits;
+    AdvisedProblem scene;
+    scene.unknowns = unknowns<S>(y);
+    scene.is_motion = Rhs::drifts;
+    scene.uses_velocity = Rhs::drifts && Rhs::couples_unknowns;
+    scene.has_history = Rhs::has_history;
+    scene.has_jacobian = Traits::has_jacobian;
+    scene.has_pattern = Traits::has_pattern;
+    scene.is_affine = Traits::is_affine;
+    scene.is_driven = Traits::uses_time;
+    if constexpr (requires { Unwrapped<F>::jacobian_pattern; })
+      scene.has_sparse_lu = has_sparse_pattern<Unwrapped<F>, static_unknowns<S>>;
+    if ((scene.has_jacobian || scene.has_pattern) && (is_network || Traits::structure != Structure::network))
+      scene.structure = Traits::structure;
+    scene.rtol = rtol;
+    scene.is_dynamic = static_unknowns<S> == Eigen::Dynamic;
+    scene.digits = std::numeric_limits<ScalarOf<S>>::digits10;
+    return scene;
+  }
   [[nodiscard]] static SuitableScheme suitable_implicit(AdvisedProblem problem) {
     problem.has_jacobian = problem.has_jacobian || can_be_implicit(problem);
     return phistep::suitable_implicit(problem);
