@@ -197,7 +197,7 @@ class Run {
       if constexpr (has_events)
         if (done) {
           edits_.forget();  // if g throws, nothing is known of it
-          done = cut_(to, found);
+          done = events_.cut(step_, look_, to, found);
         }
       if (failed(found.outcome)) return end(found.outcome);
       if (done) {
@@ -340,7 +340,6 @@ class Run {
   std::int64_t changes_ = 0;
   EditGuard<S, false, false> edits_;
   [[no_unique_address]] Look look_{step_, trust_, report_};
-  [[no_unique_address]] Only<has_events, EventCut<Attempt, Look, Events>> cut_{step_, look_, events_};
 };
 
 /// No run: says why, and nothing else.
