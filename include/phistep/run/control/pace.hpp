@@ -145,11 +145,14 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
     return norm_(e, y, next).size();
   }
   /// That of the try in hand, which teaches sizes: a probe that begins with a check of its start isn't that check.
-  [[nodiscard]] double size_of_error(const Plain& y, const Plain& next) {
-    return measure(trace_.error, y, next).size();
+  [[nodiscard]] double size_of_error(const Plain& y, const Plain& next, const Trace<Plain>& told) {
+    return measure(told.error, y, next).size();
   }
-  /// Whether the error of a step that is not the one in hand is allowed.
-  [[nodiscard]] bool allows(const Plain& y, const Plain& next, const Trace<Plain>& told) const {
+  // A pace that is const judges steps that are not the one in hand: they teach nothing.
+  [[nodiscard]] double size_of_error(const Plain& y, const Plain& next, const Trace<Plain>& told) const {
+    return size(told.error, y, next);
+  }
+  [[nodiscard]] bool operator()(const Plain& y, const Plain& next, const Trace<Plain>& told) const {
     return told.proposed != 0 || std::sqrt(told.error_scale_square) * size(told.error, y, next) <=
                                      allowed_;  // a scheme that proposes Δt has judged
   }

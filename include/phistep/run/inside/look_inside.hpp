@@ -128,7 +128,7 @@ class StepInside {
   [[nodiscard]] Statistics statistics() const { return spare_->statistics(); }
 
  private:
-  StepReport part(S& state, Scalar t, Scalar dt, const Origin& origin, auto& pace) {
+  StepReport part(S& state, Scalar t, Scalar dt, const Origin& origin, const auto& pace) {
     trace_.forget();
     const StepReport done = attempt(state, t, dt, origin, pace);
     const bool may_halve = done.outcome() == Outcome::error_too_large || may_be_cured(done.outcome());
@@ -138,24 +138,8 @@ class StepInside {
     const StepReport first = part(state, t, half, origin.first_part(), pace);
     return first ? part(state, t + half, half, origin.last_part(), pace) : first;
   }
-  /// By the run's tolerance, and without a trace in what its pace has learnt.
-  template <class Pace>
-  struct Law {
-    const Pace& pace;
-    const Trace<Plain>& trace;
-    [[nodiscard]] bool operator()(const Plain& y, const Plain& next, const auto& told) const {
-      return pace.allows(y, next, told);
-    }
-    [[nodiscard]] double allowed() const { return pace.allowed(); }
-    [[nodiscard]] double size(const Plain& x, const Plain& y, const Plain& next) const { return pace.size(x, y, next); }
-    [[nodiscard]] double size_of_error(const Plain& y, const Plain& next) const {
-      return pace.size(trace.error, y, next);
-    }
-  };
-  template <class Pace>
-  StepReport attempt(S& state, Scalar t, Scalar dt, const Origin& origin, Pace& pace) {
-    const Law<Pace> law{pace, trace_};
-    const Judge<Plain> allows{law};
+  StepReport attempt(S& state, Scalar t, Scalar dt, const Origin& origin, const auto& pace) {
+    const Judge<Plain> allows{pace};
     if constexpr (facts_of<Stepper>.traces)
       if (spare_->estimates(trace_)) return spare_->attempt(state, t, dt, origin, trace_, allows);
     return doubling_.attempt(*spare_, state, t, dt, origin, trace_, allows);

@@ -144,7 +144,7 @@ template <State Plain>
 class Judge {
  public:
   /// @param law  (y, y⁺, trace) → whether the step may become the state; with sizes of its own, allowed() → how large an error may be,
-  ///             size(x, y, y⁺) → ‖x‖ and size_of_error(y, y⁺) → ‖trace.error‖, else the weighted RMS serves
+  ///             size(x, y, y⁺) → ‖x‖ and size_of_error(y, y⁺, trace) → ‖trace.error‖, else the weighted RMS serves
   template <class Given>
     requires(!std::is_same_v<std::remove_cvref_t<Given>, Judge>)
   Judge(Given&& law) : law_{const_cast<std::remove_cvref_t<Given>*>(&law)} {
@@ -157,8 +157,8 @@ class Judge {
       size_ = [](void* by, const Plain& x, const Plain& y, const Plain& next) {
         return static_cast<Law*>(by)->size(x, y, next);
       };
-      size_of_error_ = [](void* by, const Plain& y, const Plain& next) {
-        return static_cast<Law*>(by)->size_of_error(y, next);
+      size_of_error_ = [](void* by, const Plain& y, const Plain& next, const Trace<Plain>& trace) {
+        return static_cast<Law*>(by)->size_of_error(y, next, trace);
       };
     }
   }
@@ -171,7 +171,7 @@ class Judge {
     return has_sizes() ? size_(law_, x, y, next) : weighted_rms(x, trace.weight);
   }
   [[nodiscard]] double size_of_error(const Plain& y, const Plain& next, const Trace<Plain>& trace) const {
-    return has_sizes() ? size_of_error_(law_, y, next) : weighted_rms(trace.error, trace.weight);
+    return has_sizes() ? size_of_error_(law_, y, next, trace) : weighted_rms(trace.error, trace.weight);
   }
 
  private:
@@ -179,7 +179,7 @@ class Judge {
   bool (*accepts_)(void*, const Plain&, const Plain&, const Trace<Plain>&) = nullptr;
   double (*allowed_)(void*) = nullptr;
   double (*size_)(void*, const Plain&, const Plain&, const Plain&) = nullptr;
-  double (*size_of_error_)(void*, const Plain&, const Plain&) = nullptr;
+  double (*size_of_error_)(void*, const Plain&, const Plain&, const Trace<Plain>&) = nullptr;
 };
 /// Accepts every step.
 struct AcceptsAll {
