@@ -173,8 +173,8 @@ TEST_CASE("sampled: a checkpoint holds how far it has come; a time that isn't fi
     in.finish();
     return to;
   };
-  const ListMarks<double> fresh({1.0, 2.0, 3.0});
-  ListMarks<double> marks = fresh;
+  const ListMarks fresh{TimeList({1.0, 2.0, 3.0})};
+  ListMarks marks = fresh;
   CHECK_FALSE(marks.begin(0.5));
   marks.pass(2.0);
   CHECK(copied(marks, fresh).next(0.1) == 3.0);

@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <concepts>
 #include <initializer_list>
 #include <limits>
 #include <optional>
@@ -18,19 +17,25 @@
 #include <vector>
 
 #include "phistep/base/numbers/arithmetic.hpp"
-#include "phistep/base/outcome/statistics.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/run/observers/completed_step.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
+template <class Range>
+concept TimeRange = requires(const Range& times) {
+  requires std::is_arithmetic_v<std::remove_cvref_t<decltype(*times.begin())>>;
+  times.end();
+};
+
 /// Times in order, each once. [time]
-template <std::floating_point Time>
 class TimeList {
  public:
   /// @throws std::invalid_argument where a time is not finite
-  explicit TimeList(std::vector<Time> times) : times_(std::move(times)) {
-    for (const Time t : times_)
+  template <TimeRange Range = std::initializer_list<double>>
+  explicit TimeList(const Range& times) {
+    for (const auto t : times) times_.push_back(static_cast<long double>(t));
+    for (const long double t : times_)
       if (!std::isfinite(t)) throw std::invalid_argument("phistep: the times to look at must be finite");
     std::sort(times_.begin(), times_.end());
   }
@@ -46,7 +51,7 @@ class TimeList {
       const auto at = first_from(t);
       return at == times_.begin() ? std::nullopt : std::optional<Scalar>(static_cast<Scalar>(*(at - 1)));
     }
-    const auto later = [](Scalar a, Time b) { return a < static_cast<Scalar>(b); };
+    const auto later = [](Scalar a, long double b) { return a < static_cast<Scalar>(b); };
     const auto at = std::upper_bound(times_.begin(), times_.end(), t, later);
     return at == times_.end() ? std::nullopt : std::optional<Scalar>(static_cast<Scalar>(*at));
   }
@@ -54,17 +59,17 @@ class TimeList {
  private:
   template <class Scalar>
   [[nodiscard]] auto first_from(Scalar t) const {
-    const auto earlier = [](Time a, Scalar b) { return static_cast<Scalar>(a) < b; };
+    const auto earlier = [](long double a, Scalar b) { return static_cast<Scalar>(a) < b; };
     return std::lower_bound(times_.begin(), times_.end(), t, earlier);
   }
-  std::vector<Time> times_;
+  std::vector<long double> times_;
 };
 
 /// Makes the run stop at given times, to the last bit. Keeps nothing from run to run, nor from step to step.
-template <class Time, class F>
+template <class F>
 class AtTimes {
  public:
-  AtTimes(std::vector<Time> times, F f) : times_(std::move(times)), f_(std::move(f)) {}
+  AtTimes(TimeList times, F f) : times_(std::move(times)), f_(std::move(f)) {}
 
   /// Where the run has to stop next: strictly after t in the direction of dt.
   template <class Scalar>
@@ -77,57 +82,21 @@ class AtTimes {
   }
 
  private:
-  TimeList<Time> times_;
+  TimeList times_;
   F f_;
-};
-
-/// Calls f(t, state) at the first step end at or after each multiple of `interval` from the run's start, the start
-/// itself included.
-template <class F>
-class Every {
- public:
-  using ArchivedByParts = void;
-  /// @throws std::invalid_argument unless the interval is finite and > 0.
-  Every(double interval, F f) : interval_{interval}, f_(std::move(f)) {
-    if (!(interval > 0) || !std::isfinite(interval))
-      throw std::invalid_argument("phistep: every(interval, f) needs a finite interval > 0");
-  }
-
-  template <class Scalar, class S>
-  bool operator()(Scalar t, S& state) {
-    const double now = static_cast<double>(t);
-    if (first_) start_ = now, first_ = false;
-    // A step end that misses the mark by rounding alone counts as on it.
-    const double slack = 64 * std::numeric_limits<Scalar>::epsilon() * (std::abs(start_) + std::abs(now));
-    const double reach = std::abs(now - start_) + slack;
-    if (reach < static_cast<double>(next_) * interval_) return true;
-    // Not one by one: there may be 1e20 of them. Those that can't be counted are behind every step's end.
-    next_ = std::max(next_, static_cast<long long>(std::min(reach / interval_, static_cast<double>(most))));
-    while (next_ < most && static_cast<double>(next_) * interval_ <= reach) ++next_;
-    return call_and_ask(f_, t, state);
-  }
-  /// Which mark it waits for, for a checkpoint.
-  void archive(auto& ar) {
-    ar("start", start_, "next", next_, "first", first_);
-    ar.check(std::isfinite(start_) && 0 <= next_ && next_ <= most);
-  }
-
- private:
-  static constexpr long long most = 1LL << 53;
-
-  double interval_;
-  F f_;
-  double start_ = 0;
-  long long next_ = 0;  // the mark to wait for, in intervals
-  bool first_ = true;
 };
 
 /// t₀, t₀ ± interval, t₀ ± 2 interval, … of a run from t₀.
 class IntervalMarks {
  public:
+  /// @throws std::invalid_argument unless the interval is finite and > 0
   explicit IntervalMarks(double interval) : interval_{interval} {
     if (!(interval > 0) || !std::isfinite(interval))
-      throw std::invalid_argument("phistep: sampled(interval, f) needs a finite interval > 0");
+      throw std::invalid_argument("phistep: every(interval, f) and sampled(interval, f) need a finite interval > 0");
+  }
+  void start(auto t0) {
+    start_ = t0;
+    next_ = 1;
   }
   /// @throws std::invalid_argument where the clock at t0 is coarser than the interval
   template <class Scalar>
@@ -135,8 +104,7 @@ class IntervalMarks {
     if (interval_ < spacing(t0))
       throw std::invalid_argument(
           "phistep: sampled(interval, f): the interval is shorter than the distance of numbers at t0");
-    start_ = t0;
-    next_ = 1;
+    start(t0);
     return true;
   }
   template <class Scalar>
@@ -146,29 +114,63 @@ class IntervalMarks {
     return static_cast<Scalar>(start_) + std::copysign(whole, dt);
   }
   void pass(auto /*mark*/) { ++next_; }
-  /// Nothing before t is wanted any more. Not one by one: there may be 1e20 of them, and beyond `most` they have no numbers.
-  void skip(auto t) {
-    const long double behind = std::floor(std::abs(static_cast<long double>(t) - start_) / interval_);
-    next_ = std::max(next_, static_cast<long long>(std::min(behind, static_cast<long double>(most))));
+  /// Nothing before t is wanted any more.
+  void skip(auto t) { skip_within(std::abs(static_cast<long double>(t) - start_)); }
+  /// Whether t is at or after the next one, but for rounding. All those are passed.
+  template <class Scalar>
+  [[nodiscard]] bool reaches(Scalar t) {
+    const auto now = static_cast<double>(t), from = static_cast<double>(start_);
+    const double slack = 64 * std::numeric_limits<Scalar>::epsilon() * (std::abs(from) + std::abs(now));
+    const double reach = std::abs(now - from) + slack;
+    if (reach < static_cast<double>(next_) * interval_) return false;
+    skip_within(reach);
+    while (next_ < most && static_cast<double>(next_) * interval_ <= reach) ++next_;
+    return true;
   }
   void archive(auto& ar) {
     ar("start", start_, "next", next_);
-    ar.check(next_ >= 1 && can_be_count(next_) && std::isfinite(start_));
+    ar.check(1 <= next_ && next_ <= most && std::isfinite(start_));
   }
 
  private:
   static constexpr long long most = 1LL << 53;
+  /// Not one by one: there may be 1e20 of them, and beyond `most` they have no numbers.
+  void skip_within(long double length) {
+    next_ = std::max(next_, static_cast<long long>(std::min(length / interval_, static_cast<long double>(most))));
+  }
 
   double interval_;
   long double start_ = 0;
   long long next_ = 1;
 };
 
+/// Calls f(t, state) at the first step end at or after each multiple of `interval` from the run's start, the start
+/// itself included.
+template <class F>
+class Every {
+ public:
+  using ArchivedByParts = void;
+  Every(IntervalMarks marks, F f) : marks_(marks), f_(std::move(f)) {}
+
+  template <class Scalar, class S>
+  bool operator()(Scalar t, S& state) {
+    if (std::exchange(first_, false)) marks_.start(t);
+    else if (!marks_.reaches(t)) return true;
+    return call_and_ask(f_, t, state);
+  }
+  /// Which mark it waits for, for a checkpoint.
+  void archive(auto& ar) { ar("marks", marks_, "first", first_); }
+
+ private:
+  IntervalMarks marks_;
+  F f_;
+  bool first_ = true;
+};
+
 /// The given times of a run.
-template <class Time>
 class ListMarks {
  public:
-  explicit ListMarks(std::vector<Time> times) : times_(std::move(times)) {}
+  explicit ListMarks(TimeList times) : times_(std::move(times)) {}
   template <class Scalar>
   bool begin(Scalar t0) {
     passed_ = t0;
@@ -186,7 +188,7 @@ class ListMarks {
   }
 
  private:
-  TimeList<Time> times_;
+  TimeList times_;
   long double passed_ = 0;
 };
 
@@ -229,22 +231,6 @@ class Sampled {
   F f_;
 };
 
-template <class Range>
-concept TimeRange = requires(const Range& times) {
-  requires std::is_arithmetic_v<std::remove_cvref_t<decltype(*times.begin())>>;
-  times.end();
-};
-
-/// Floating-point numbers as they are, integers as double.
-template <TimeRange Range>
-[[nodiscard]] auto to_times(const Range& times) {
-  using Number = std::remove_cvref_t<decltype(*times.begin())>;
-  using Time = std::conditional_t<std::floating_point<Number>, Number, double>;
-  std::vector<Time> list;
-  for (const auto t : times) list.push_back(static_cast<Time>(t));
-  return list;
-}
-
 /// f, to be kept by value.
 template <class F>
 [[nodiscard]] std::decay_t<F> kept_copy(F&& f) {
@@ -259,7 +245,7 @@ template <class F>
 /// @throws std::invalid_argument where a time is not finite
 template <TimeRange Range = std::initializer_list<double>, class F>
 [[nodiscard]] auto at_times(const Range& times, F&& f) {
-  return AtTimes(to_times(times), kept_copy(std::forward<F>(f)));
+  return AtTimes(TimeList(times), kept_copy(std::forward<F>(f)));
 }
 
 /// `integrate(…, sampled(0.1, [](double t, const auto& state) { … }))`: at t0 and at every multiple of the interval from
@@ -273,13 +259,13 @@ template <class F>
 /// @throws std::invalid_argument where one is not finite
 template <TimeRange Range = std::initializer_list<double>, class F>
 [[nodiscard]] auto sampled(const Range& times, F&& f) {
-  return Sampled(ListMarks(to_times(times)), kept_copy(std::forward<F>(f)));
+  return Sampled(ListMarks(TimeList(times)), kept_copy(std::forward<F>(f)));
 }
 
 /// `integrate(…, every(0.1, [](double t, const auto& state) { … }))`. [time]
 template <class F>
 [[nodiscard]] auto every(double interval, F&& f) {
-  return Every(interval, kept_copy(std::forward<F>(f)));
+  return Every(IntervalMarks(interval), kept_copy(std::forward<F>(f)));
 }
 
 }}  // namespace phistep::PHISTEP_ABI
