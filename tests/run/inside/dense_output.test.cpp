@@ -23,7 +23,7 @@ using Motion1 = Motion<One<Scalar>>;
 template <class Scalar>
 struct SineStep {
   SineStep(Scalar start, Scalar length) : t0{start}, dt{length}, y0{std::sin(t0)}, y1{std::sin(t0 + dt)} {
-    dense.begin(t0, dt, t0 + dt, y0, y1, DenseOutput<One<Scalar>>::Slopes::of(*this));
+    dense.begin(t0, dt, t0 + dt, y0, y1, *this);
   }
   void operator()(One<Scalar>& slope0, One<Scalar>& slope1) {
     slope0(0) = std::cos(t0);
@@ -41,7 +41,7 @@ template <class Scalar>
 struct SineMotion {
   using S = Motion1<Scalar>;
   SineMotion(Scalar start, Scalar length) : t0{start}, dt{length}, y0{exact(t0)}, y1{exact(t0 + dt)} {
-    dense.begin(t0, dt, t0 + dt, y0, y1, DenseOutput<S>::Slopes::of(*this));
+    dense.begin(t0, dt, t0 + dt, y0, y1, *this);
   }
   void operator()(S& slope0, S& slope1) const {
     slope0.v(0) = -std::sin(t0);
@@ -105,7 +105,7 @@ TEST_CASE("dense output: cubics, and quintics of a motion, are met exactly") {
       s1(0) = 1 - 4 * t1 + 9 * t1 * t1;
     };
     DenseOutput<One<double>> dense;
-    dense.begin(t0, dt, t0 + dt, y0, y1, DenseOutput<One<double>>::Slopes::of(slopes));
+    dense.begin(t0, dt, t0 + dt, y0, y1, slopes);
     const Motion1<double> m0{One<double>{quintic(t0)}, One<double>{speed(t0)}},
         m1{One<double>{quintic(t1)}, One<double>{speed(t1)}};
     const auto accelerations = [=](auto& s0, auto& s1) {
@@ -113,7 +113,7 @@ TEST_CASE("dense output: cubics, and quintics of a motion, are met exactly") {
       s1.v(0) = bend(t1);
     };
     DenseOutput<Motion1<double>> motion;
-    motion.begin(t0, dt, t0 + dt, m0, m1, DenseOutput<Motion1<double>>::Slopes::of(accelerations));
+    motion.begin(t0, dt, t0 + dt, m0, m1, accelerations);
     for (int i = 1; i < 16; ++i) {
       const double t = t0 + dt * i / 16;
       CHECK(std::abs(dense.at(t)(0) - cubic(t)) <= bound);
@@ -144,7 +144,7 @@ TEST_CASE("dense output: near an end of small values it is as accurate as they a
     const Motion1<double> y0{One<double>{1.0}, One<double>{-1 / dt}}, y1{One<double>{0.0}, One<double>{-1 / dt}};
     const auto slopes = [](auto& s0, auto& s1) { s0.v(0) = s1.v(0) = 0; };
     DenseOutput<Motion1<double>> dense;
-    dense.begin(0, dt, dt, y0, y1, DenseOutput<Motion1<double>>::Slopes::of(slopes));
+    dense.begin(0, dt, dt, y0, y1, slopes);
     for (const double left : {0x1p-10, 0x1p-30, 0x1p-50})
       CHECK(std::abs(dense.at(dt * (1 - left)).r(0) - left) <= 4 * std::numeric_limits<double>::epsilon() * left);
   }
@@ -154,7 +154,7 @@ TEST_CASE("dense output: an end that is not t0 + dt to the last bit, and times b
   SineStep<double> step(0.1, 0.2);
   const double t1 = 0.3;  // 0.1 + 0.2 is the next number
   REQUIRE(t1 != 0.1 + 0.2);
-  step.dense.begin(0.1, 0.2, t1, step.y0, step.y1, DenseOutput<One<double>>::Slopes::of(step));
+  step.dense.begin(0.1, 0.2, t1, step.y0, step.y1, step);
   CHECK(&step.dense.at(t1) == &step.y1);
   CHECK(&step.dense.at(0.4) == &step.y1);
   CHECK(&step.dense.at(0.0) == &step.y0);
@@ -166,7 +166,7 @@ TEST_CASE("dense output: slopes are asked for once a step, and only by a look in
   CHECK(step.asked == 0);
   for (int i = 1; i < 10; ++i) (void)step.dense.at(0.1 * i);
   CHECK(step.asked == 1);
-  step.dense.begin(0, 1, 1, step.y0, step.y1, DenseOutput<One<double>>::Slopes::of(step));
+  step.dense.begin(0, 1, 1, step.y0, step.y1, step);
   (void)step.dense.at(0.5);
   CHECK(step.asked == 2);
 }
@@ -182,8 +182,7 @@ TEST_CASE("dense output: units of length and time that are powers of two change 
     s1.v *= length / time / time;
   };
   DenseOutput<Motion1<double>> dense;
-  dense.begin(0.1 * time, 0.3 * time, 0.1 * time + 0.3 * time, y0, y1,
-              DenseOutput<Motion1<double>>::Slopes::of(slopes));
+  dense.begin(0.1 * time, 0.3 * time, 0.1 * time + 0.3 * time, y0, y1, slopes);
   for (int i = 0; i <= 16; ++i) {
     const double t = 0.1 + 0.3 * i / 16;
     CHECK(dense.at(t * time).r(0) == step.dense.at(t).r(0) * length);
@@ -201,14 +200,14 @@ TEST_CASE("dense output: dynamic sizes, which may change from step to step; a Ma
       s0.setOnes();
       s1.setOnes();
     };
-    dense.begin(0, 1, 1, y0, y1, DenseOutput<Map>::Slopes::of(slopes));
+    dense.begin(0, 1, 1, y0, y1, slopes);
     CHECK((dense.at(0.25).array() - 0.25).abs().maxCoeff() < 1e-15);
   }
 }
 
 TEST_CASE("a completed step shows its ends and what lies between") {
   SineStep<double> step(0.1, 0.2);
-  step.dense.begin(0.1, 0.2, 0.3, step.y0, step.y1, DenseOutput<One<double>>::Slopes::of(step));
+  step.dense.begin(0.1, 0.2, 0.3, step.y0, step.y1, step);
   const CompletedStep<One<double>> done(0.1, 0.2, 0.3, step.y0, step.y1, step.dense);
   CHECK(done.t0() == 0.1);
   CHECK(done.t1() == 0.3);

@@ -31,7 +31,7 @@ void drive(Sampler& sampler, double t0, double dt, double t1) {
     const double to = last ? t1 : next, length = std::abs(to - next) < 1e-9 ? dt : to - from;
     const One y0{from * from}, y1{to * to};
     const auto slopes = [&](One& s0, One& s1) { s0(0) = 2 * from, s1(0) = 2 * to; };
-    dense.begin(from, length, to, y0, y1, DenseOutput<One>::Slopes::of(slopes));
+    dense.begin(from, length, to, y0, y1, slopes);
     if (!sampler(CompletedStep<One>(from, length, to, y0, y1, dense)) || last) return;
   }
 }

@@ -57,7 +57,7 @@ struct Loop {
         s0 = slope(t, start);
         s1 = slope(next, end);
       };
-      dense.begin(t, h, next, start, end, DenseOutput<S>::Slopes::of(slopes));
+      dense.begin(t, h, next, start, end, slopes);
       ++steps;
       const auto found = events.find(CompletedStep<S>(t, h, next, start, end, dense));
       outcome = found.outcome;

@@ -31,33 +31,24 @@ class DenseOutput {
  public:
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
-  /// Where y' comes from, shaped like the state. Of a motion's first block, the positions, it is neither asked nor used:
-  /// that is v.
-  struct Slopes {
-    void* self = nullptr;
-    void (*fill)(void*, Plain&, Plain&) = nullptr;  ///< fill(self, y' at t0, y' at t0 + dt)
-
-    /// Asks `f(y' at t0, y' at t0 + dt)`, which must outlive the step.
-    template <class F>
-    [[nodiscard]] static Slopes of(F& f) {
-      return {const_cast<std::remove_const_t<F>*>(&f),
-              [](void* filler, Plain& slope0, Plain& slope1) { (*static_cast<F*>(filler))(slope0, slope1); }};
-    }
-  };
 
   DenseOutput() {
     for (Plain* y : {&slope0_, &slope1_, &value_}) set_zero(Blocks<S>::all(*y));
   }
 
   /// The step from t0 to t0 + dt, whose end is called t1: on a grid t0 + nΔt that is not t0 + dt to the last bit. [time] Refers to
-  /// `start` and `end` until the next one begins.
-  void begin(Scalar t0, Scalar dt, Scalar t1, const Plain& start, const Plain& end, Slopes slopes) {
+  /// all that it is given until the next one begins.
+  /// @param slopes  slopes(y' at t0, y' at t0 + dt), shaped like the state, fills them. Of a motion's first block, the positions, y' is
+  ///                neither asked nor used: that is v.
+  template <class Slopes>
+  void begin(Scalar t0, Scalar dt, Scalar t1, const Plain& start, const Plain& end, Slopes& slopes) {
     t0_ = t0;
     dt_ = dt;
     t1_ = t1;
     start_ = &start;
     end_ = &end;
-    slopes_ = slopes;
+    slopes_ = const_cast<std::remove_const_t<Slopes>*>(&slopes);
+    fill_ = [](void* by, Plain& slope0, Plain& slope1) { (*static_cast<Slopes*>(by))(slope0, slope1); };
     known_ = false;
   }
 
@@ -80,7 +71,7 @@ class DenseOutput {
     for (Plain* y : {&slope0_, &slope1_, &value_})
       for_each_block([](auto, auto& block, const auto& like) { set_shape_like(block, like); }, Blocks<S>::all(*y),
                      Blocks<S>::all(*start_));
-    slopes_.fill(slopes_.self, slope0_, slope1_);
+    fill_(slopes_, slope0_, slope1_);
     known_ = true;
   }
 
@@ -104,7 +95,8 @@ class DenseOutput {
   Scalar t0_{}, dt_{}, t1_{};
   const Plain* start_ = nullptr;
   const Plain* end_ = nullptr;
-  Slopes slopes_;
+  void* slopes_ = nullptr;
+  void (*fill_)(void*, Plain&, Plain&) = nullptr;
   Plain slope0_, slope1_, value_;
   bool known_ = false;
 };

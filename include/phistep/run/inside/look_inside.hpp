@@ -179,7 +179,7 @@ class LookInside {
     dt_ = dt;
     is_checked_ = false;
     error_.reset();
-    dense_.begin(step_.t0(), dt, step_.clock().t(), step_.start(), step_.plain(), Dense::Slopes::of(*this));
+    dense_.begin(step_.t0(), dt, step_.clock().t(), step_.start(), step_.plain(), *this);
     is_own_ = facts_of<Stepper>.interpolates && step_.is_traced();
     knows_inside_.reset();
   }
@@ -230,7 +230,6 @@ class LookInside {
 
  private:
   static constexpr bool sees_error = Attempt::PaceType::sees_error;
-  using Dense = DenseOutput<S>;
 
   /// Whether what the scheme knows of the inside, if it knows it, is there: it may call the force to learn it.
   [[nodiscard]] bool is_known_inside() {
@@ -329,7 +328,7 @@ class LookInside {
   InterpolantTrust& trust_;
   RunReport& report_;
   Scalar dt_{};
-  Dense dense_;
+  DenseOutput<S> dense_;
   bool is_own_ = false;               // the scheme may know the inside
   std::optional<bool> knows_inside_;  // whether it does; empty: it has not been asked
   [[no_unique_address]] Only<facts_of<Stepper>.interpolates.value, Plain, 3> inside_;
