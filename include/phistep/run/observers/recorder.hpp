@@ -5,7 +5,6 @@
 #include <Eigen/Core>
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <stdexcept>
 #include <tuple>
@@ -26,19 +25,14 @@ class Recorder {
 
   /// @throws std::invalid_argument where the state has another shape than those before it.
   void operator()(Scalar t, const S& state) {
-    std::array<Shape, blocks> shapes{};
-    for_each_block(
-        [&shapes](auto k, const auto& block) {
-          shapes[k()] = {block.rows(), block.cols()};
-        },
-        Blocks<S>::all(state));
-    if (!times_.empty() && shapes != shapes_)
+    Shapes shapes;
+    for_each_block([&shapes](auto k, const auto& block) { shapes.col(k) << block.rows(), block.cols(); },
+                   Blocks<S>::all(state));
+    if (!times_.empty() && (shapes != shapes_).any())
       throw std::invalid_argument("phistep: a Recorder keeps states of one shape; clear() it before another");
     // Room for both first: a time without its state would shift all that is kept.
-    Index numbers = 0;
-    for (const Shape& shape : shapes) numbers += shape.size();
     grow(times_, 1);
-    grow(values_, static_cast<std::size_t>(numbers));
+    grow(values_, static_cast<std::size_t>(numbers_of(shapes)));
     shapes_ = shapes;
     times_.push_back(t);
     for_each_block(
@@ -58,39 +52,33 @@ class Recorder {
   /// The k-th block alone, one column a time.
   [[nodiscard]] auto block(std::size_t k) const {
     if (k >= blocks) throw std::out_of_range("phistep: Recorder::block(k) of a state with fewer blocks");
-    Index first = 0;
-    for (std::size_t before = 0; before < k; ++before) first += shapes_[before].size();
-    return rows(first, shapes_[k].size());
+    const auto n = static_cast<Index>(k);
+    return rows(numbers_of(shapes_.leftCols(n)), shapes_.col(n).prod());
   }
   [[nodiscard]] auto position() const requires(Blocks<S>::drifts) { return block(0); }  ///< r [length], a column a time
   [[nodiscard]] auto velocity() const requires(Blocks<S>::drifts) { return block(1); }  ///< v [length/time]
   /// Rows and columns of the k-th block as it was in the state; 0 before the first.
-  [[nodiscard]] std::pair<Index, Index> shape(std::size_t k) const { return {shapes_[k].rows, shapes_[k].cols}; }
+  [[nodiscard]] std::pair<Index, Index> shape(std::size_t k) const {
+    return {shapes_(0, static_cast<Index>(k)), shapes_(1, static_cast<Index>(k))};
+  }
 
   /// All that it has, for a checkpoint.
   void archive(auto& ar) {
     ar("times", times_, "values", values_, "shapes", shapes_);
     const auto all = static_cast<Index>(values_.size());
-    Index numbers = 0;
-    for (const Shape& shape : shapes_) {
-      ar.check(0 <= shape.rows && 0 <= shape.cols && (shape.cols == 0 || shape.rows <= all / shape.cols));
-      numbers += shape.size();
-    }
-    ar.check(all == numbers * size());
+    for (const auto& shape : shapes_.colwise())
+      ar.check(0 <= shape[0] && 0 <= shape[1] && (shape[1] == 0 || shape[0] <= all / shape[1]));
+    ar.check(all == numbers_of(shapes_) * size());
   }
   void clear() {
     times_.clear();
     values_.clear();
-    shapes_ = {};
+    shapes_.setZero();
   }
 
  private:
-  struct Shape {
-    Index rows = 0, cols = 0;
-    [[nodiscard]] Index size() const { return rows * cols; }
-    void archive(auto& ar) { ar("rows", rows, "cols", cols); }
-    bool operator==(const Shape&) const = default;
-  };
+  using Shapes = Eigen::Array<Index, 2, static_cast<int>(blocks)>;  // rows and columns of each block
+  [[nodiscard]] static Index numbers_of(const auto& shapes) { return shapes.colwise().prod().sum(); }
   static void grow(std::vector<Scalar>& list, std::size_t by) {
     if (list.capacity() - list.size() < by) list.reserve(std::max(2 * list.size(), list.size() + by));
   }
@@ -102,7 +90,7 @@ class Recorder {
   }
 
   std::vector<Scalar> times_, values_;
-  std::array<Shape, blocks> shapes_{};
+  Shapes shapes_ = Shapes::Zero();
 };
 
 }}  // namespace phistep::PHISTEP_ABI
