@@ -7,6 +7,7 @@
 #include <cmath>
 #include <optional>
 #include <type_traits>
+#include <utility>
 
 #include "phistep/base/facts/scheme_facts.hpp"
 #include "phistep/base/machine/memory.hpp"
@@ -89,71 +90,6 @@ class InterpolantTrust {
   bool is_fresh_ = false;
 };
 
-/// The state inside a step that has been done, by a shorter step from the same start: by a copy of the stepper, so that the run
-/// goes on without a change. The copy is made once, and from then on assigned to: that allocates nothing where sizes stay (and the
-/// force can be assigned, step/equation/right_hand_side.hpp). Under a tolerance its error is tested as that of any step, and where it
-/// fails it is done as two halves.
-template <class Stepper, State S>
-class StepInside {
- public:
-  using Scalar = ScalarOf<S>;
-  using Plain = PlainState<S>;
-
-  /// The step has been done.
-  /// @param stepper  as the step left it
-  /// @param past     its checkpoint before that step, to which this refers
-  void begin(const Stepper& stepper, const Past<Stepper>& past) {
-    if constexpr (std::is_copy_assignable_v<Stepper>) spare_ = stepper;
-    else spare_.emplace(stepper);
-    past_ = &past;
-  }
-  /// Until then there is no step with an inside.
-  [[nodiscard]] bool has_begun() const { return past_ != nullptr; }
-  void end() { past_ = nullptr; }
-  /// state = y(t + dt) from y(t), by one step at a fixed Δt, or by as many as the error asks for.
-  /// @param pace  the run's, whose tolerances hold
-  template <class Pace>
-  [[nodiscard]] StepReport step(S& state, Scalar t, Scalar dt, const Origin& origin, Pace& pace) {
-    go_back(*spare_, *past_);
-    if constexpr (Pace::sees_error) {
-      trace_ = pace.trace();
-      trace_.wants_dense = false;
-      left_ = most_tries;
-      return part(state, t, dt, origin, pace);
-    } else {
-      return do_step(*spare_, state, t, dt, origin);
-    }
-  }
-  /// Counts of the run until this step, and of what states inside it have cost.
-  [[nodiscard]] Statistics statistics() const { return spare_->statistics(); }
-
- private:
-  StepReport part(S& state, Scalar t, Scalar dt, const Origin& origin, const auto& pace) {
-    trace_.forget();
-    const StepReport done = attempt(state, t, dt, origin, pace);
-    const bool may_halve = done.outcome() == Outcome::error_too_large || may_be_cured(done.outcome());
-    const Scalar half = dt / 2;
-    // Where shorter and shorter steps fail, why they do is the story.
-    if (done || !may_halve || --left_ == 0 || t + half == t) return done;
-    const StepReport first = part(state, t, half, origin.first_part(), pace);
-    return first ? part(state, t + half, half, origin.last_part(), pace) : first;
-  }
-  StepReport attempt(S& state, Scalar t, Scalar dt, const Origin& origin, const auto& pace) {
-    const Judge<Plain> allows{pace};
-    if constexpr (facts_of<Stepper>.traces)
-      if (spare_->estimates(trace_)) return spare_->attempt(state, t, dt, origin, trace_, allows);
-    return doubling_.attempt(*spare_, state, t, dt, origin, trace_, allows);
-  }
-
-  static constexpr int most_tries = 2000;
-
-  std::optional<Stepper> spare_;
-  const Past<Stepper>* past_ = nullptr;
-  Trace<Plain> trace_;
-  StepDoubling<Stepper, S> doubling_;
-  int left_ = 0;  // tries that may still fail
-};
-
 /// @tparam Attempt     a StepAttempt
 /// @tparam does_steps  steps may be done inside; else states come from Hermite's interpolant
 template <class Attempt, bool does_steps>
@@ -175,7 +111,7 @@ class LookInside {
   }
   /// It has been done again, to an earlier end: nothing that was made for the other one serves.
   void begin_again(Scalar dt) {
-    if constexpr (does_steps) work_.inside.end();
+    if constexpr (does_steps) work_.has_begun = false;
     dt_ = dt;
     is_checked_ = false;
     error_.reset();
@@ -299,17 +235,20 @@ class LookInside {
       copy_blocks<S>(out, interpolated(from + dt));
       return true;
     }
-    auto& inside = work_.inside;
-    if (!inside.has_begun()) inside.begin(step_.stepper(), step_.past());
+    if (!work_.has_begun) {
+      if constexpr (std::is_copy_assignable_v<Stepper>) work_.spare = step_.stepper();
+      else work_.spare.emplace(step_.stepper());
+      work_.has_begun = true;
+    }
     copy_blocks<S>(work_.end, step_.state());
-    const AtExit put_back_and_book{[this, &inside, before = inside.statistics()] {
+    const AtExit put_back_and_book{[this, before = work_.spare->statistics()] {
       copy_blocks<S>(step_.state(), work_.end);
-      Statistics cost = inside.statistics() - before;
+      Statistics cost = work_.spare->statistics() - before;
       cost.steps = cost.failed_steps = cost.rejections = 0;
       report_.statistics = report_.statistics + cost;
     }};
     copy_blocks<S>(step_.state(), step_.start());
-    const StepReport done = inside.step(step_.state(), from, dt, step_.origin(false), step_.pace());
+    const StepReport done = step_by(from, dt);
     copy_blocks<S>(out, step_.state());
     if (!done && !failed(looked_)) {
       looked_ = done.outcome();
@@ -318,10 +257,51 @@ class LookInside {
     return static_cast<bool>(done);
   }
 
+  /// state = y(t + dt) from y(t), by one step at a fixed Δt, or by as many as the error asks for.
+  [[nodiscard]] StepReport step_by(Scalar t, Scalar dt) {
+    const Origin origin = step_.origin(false);
+    go_back(*work_.spare, step_.past());
+    if constexpr (sees_error) {
+      work_.trace = step_.pace().trace();
+      work_.trace.wants_dense = false;
+      work_.left = most_tries;
+      return part(t, dt, origin);
+    } else {
+      return do_step(*work_.spare, step_.state(), t, dt, origin);
+    }
+  }
+  /// Its error is tested as that of any step, and where it fails it is done as two halves.
+  StepReport part(Scalar t, Scalar dt, const Origin& origin) {
+    work_.trace.forget();
+    const StepReport done = attempt(t, dt, origin);
+    const bool may_halve = done.outcome() == Outcome::error_too_large || may_be_cured(done.outcome());
+    const Scalar half = dt / 2;
+    // Where shorter and shorter steps fail, why they do is the story.
+    if (done || !may_halve || --work_.left == 0 || t + half == t) return done;
+    const StepReport first = part(t, half, origin.first_part());
+    return first ? part(t + half, half, origin.last_part()) : first;
+  }
+  StepReport attempt(Scalar t, Scalar dt, const Origin& origin) {
+    const Judge<Plain> allows{std::as_const(step_.pace())};
+    if constexpr (facts_of<Stepper>.traces)
+      if (work_.spare->estimates(work_.trace))
+        return work_.spare->attempt(step_.state(), t, dt, origin, work_.trace, allows);
+    return work_.doubling.attempt(*work_.spare, step_.state(), t, dt, origin, work_.trace, allows);
+  }
+
+  static constexpr int most_tries = 2000;
+
+  /// For states inside the step by shorter ones from the same start, by a copy of the stepper, so that the run goes on without a change.
+  /// The copy is made once, and from then on assigned to: that allocates nothing where sizes stay (and the force can be assigned,
+  /// step/equation/right_hand_side.hpp).
   struct Work {
-    StepInside<Stepper, S> inside;
-    Plain end;    // the state at the step's end, while others are in its place
-    Plain found;  // the state last asked for
+    std::optional<Stepper> spare;
+    bool has_begun = false;  // it is as the step left it, but for steps inside
+    Trace<Plain> trace;
+    StepDoubling<Stepper, S> doubling;
+    int left = 0;  // tries that may still fail
+    Plain end;     // the state at the step's end, while others are in its place
+    Plain found;   // the state last asked for
   };
 
   Attempt& step_;
