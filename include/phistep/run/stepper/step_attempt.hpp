@@ -253,19 +253,19 @@ class StepAttempt {
       trace.wants_dense = keeps_start;
       trace.asks_end = to.at_stop;
       // A step of a few ticks of the clock, where far longer ones are within the tolerance, tells of rounding alone.
-      if (to.lands && length <= static_cast<double>(clock_.rounding(t)) && 100 * length <= pace_.propose())
-        return doubling_.attempt_whole(stepper_, state_, t, to.dt, origin, trace);
+      const bool is_tick =
+          to.lands && length <= static_cast<double>(clock_.rounding(t)) && 100 * length <= pace_.propose();
       const Judge<Plain> accept{pace_};
       if constexpr (facts_of<Stepper>.traces)
-        if (stepper_.estimates(trace)) {
+        if (!is_tick && stepper_.estimates(trace)) {
           way_ = Way::traced;
           return stepper_.attempt(state_, t, to.dt, origin, trace, accept);
         }
       // Neighbouring floating-point times have no midpoint: the step cannot be halved.
-      if (const Scalar middle = t + to.dt / 2; middle == t || middle == t + to.dt)
-        return doubling_.attempt_whole(stepper_, state_, t, to.dt, origin, trace);
-      const StepReport done = doubling_.attempt(stepper_, state_, t, to.dt, origin, trace, accept);
-      if (done) way_ = Way::doubled;
+      const Scalar middle = t + to.dt / 2;
+      const bool halves = !is_tick && middle != t && middle != t + to.dt;
+      const StepReport done = doubling_.attempt(stepper_, state_, t, to.dt, origin, trace, accept, halves);
+      if (done && halves) way_ = Way::doubled;
       return done;
     } else {
       return do_step(stepper_, state_, clock_.t(), to.dt, origin);

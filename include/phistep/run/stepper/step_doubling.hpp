@@ -32,8 +32,9 @@ class StepDoubling {
   void resize(const Plain& y) { start_ = whole_ = middle_ = next_ = y; }
 
   /// As PhiStepper::attempt. On rejection, failure and exception, state and stepper are what they were.
+  /// @param halves  else the step is accepted as it is: it has no middle, or tells of nothing but rounding
   StepReport attempt(Stepper& stepper, S& state, Scalar t, Scalar dt, Origin origin, Trace<Plain>& trace,
-                     const Judge<Plain>& accept) {
+                     const Judge<Plain>& accept, bool halves = true) {
     copy_blocks<S>(start_, state);
     Past<Stepper> past = past_of(stepper);
     bool half_way = false;
@@ -47,29 +48,34 @@ class StepDoubling {
     try {
       StepReport report = one(stepper, state, t, dt, origin, trace);
       if (!report) return report;  // nothing has happened
-      copy_blocks<S>(whole_, state);
-      put_back(past);
       int iterations = report.iterations();
-      const Scalar half = dt / 2;
-      for (const Scalar from : {t, t + half}) {
-        if (from != t) {
-          copy_blocks<S>(middle_, state);
-          trace.advance();
-          half_way = true;
-        }
-        const Origin part = from == t ? origin.first_part() : origin.last_part();
-        report = one(stepper, state, from, half, part.with(Origin::unknown), trace);
-        iterations += report.iterations();
-        if (!report) {
-          take_back();
-          return report;
+      bool is_right = true;
+      if (halves) {
+        copy_blocks<S>(whole_, state);
+        put_back(past);
+        const Scalar half = dt / 2;
+        for (const Scalar from : {t, t + half}) {
+          if (from != t) {
+            copy_blocks<S>(middle_, state);
+            trace.advance();
+            half_way = true;
+          }
+          const Origin part = from == t ? origin.first_part() : origin.last_part();
+          report = one(stepper, state, from, half, part.with(Origin::unknown), trace);
+          iterations += report.iterations();
+          if (!report) {
+            take_back();
+            return report;
+          }
         }
       }
       copy_blocks<S>(next_, state);
-      const Scalar by = 1 / (std::exp2(static_cast<Scalar>(stepper.order())) - 1);
-      assign<S>(trace.error, by * (in<S>(whole_) - in<S>(next_)));  // (1)
-      trace.has_error = true;
-      const bool is_right = accept(std::as_const(start_), std::as_const(next_), trace);
+      if (halves) {
+        const Scalar by = 1 / (std::exp2(static_cast<Scalar>(stepper.order())) - 1);
+        assign<S>(trace.error, by * (in<S>(whole_) - in<S>(next_)));  // (1)
+        trace.has_error = true;
+        is_right = accept(std::as_const(start_), std::as_const(next_), trace);
+      }
       if (is_right && (facts_of<Stepper>.traces || reaches_end(stepper, t, dt, origin)))
         return {Outcome::success, iterations, nullptr};
       take_back();
@@ -79,18 +85,6 @@ class StepDoubling {
       take_back();
       throw;
     }
-  }
-  /// The step as it is, where it has no middle or tells of nothing but rounding. On failure all is what it was.
-  StepReport attempt_whole(Stepper& stepper, S& state, Scalar t, Scalar dt, Origin origin, Trace<Plain>& trace) {
-    copy_blocks<S>(start_, state);
-    Past<Stepper> past = past_of(stepper);
-    const StepReport report = one(stepper, state, t, dt, origin, trace);
-    if (!report) return report;
-    copy_blocks<S>(next_, state);
-    if (facts_of<Stepper>.traces || reaches_end(stepper, t, dt, origin)) return report;
-    copy_blocks<S>(state, start_);
-    go_back(stepper, std::move(past));
-    return {failure_.outcome, report.iterations(), &failure_};
   }
   /// The state half way through the last step accepted.
   [[nodiscard]] const Plain& middle() const { return middle_; }
