@@ -43,22 +43,6 @@
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-/// What a stepper that chooses its scheme knows of its way so far: what its checkpoint holds beside the scheme at work.
-template <State Plain>
-struct AutomaticCourse {
-  StiffnessWatch watch;
-  RateLook<Plain> look;
-  bool is_bound;           ///< to the scheme at work, although or because it is stiff
-  bool is_direct = false;  ///< Krylov iterations have failed: no more of them
-  SchemeUses uses{};
-  std::int64_t steps = 0, done = 0;  ///< steps seen, steps since
-  void archive(auto& ar) {
-    ar("watch", watch, "look", look, "uses", uses, "steps", steps, "done", done, "is_bound", is_bound, "is_direct",
-       is_direct);
-    ar.check(can_be_count(steps) && can_be_count(done));
-  }
-};
-
 /// Steps a state S under a force F by the scheme that suits, as long as it does.
 template <State S, class F, class MassSpec = UnitMasses>
 class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
@@ -90,48 +74,48 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
   /// Where a run begins, its first step proposed: takes an implicit scheme where that step says stiff. Of the first run only.
   /// @param pace  of the run. @return whether it did: the first step is then to be proposed anew
   [[nodiscard]] bool begin_run(const S& state, const Plain& y, const RunClock<Scalar>& clock, auto& pace) {
-    if (course_.is_bound || course_.look.has_looked()) return false;
+    if (is_bound_ || look_.has_looked()) return false;
     const RateSeen& seen = look(y, clock, pace);
-    return course_.watch.starts_stiff(seen, problem_.unknowns <= few_unknowns) &&
+    return watch_.starts_stiff(seen, problem_.unknowns <= few_unknowns) &&
            change(state, y, clock, pace, seen, SchemeCause::stiff_start);
   }
   /// Before each step of a run: takes another scheme where that would serve better.
   /// @return [time] the longest step that a new scheme should begin with, nothing where it stays
   [[nodiscard]] std::optional<double> choose(const S& state, const Plain& y, const RunClock<Scalar>& clock,
                                              auto& pace) {
-    if (course_.is_bound || course_.done == 0) return {};
-    course_.watch.accepted(pace.propose());
-    course_.steps += std::exchange(course_.done, 0);
-    if (!course_.watch.is_due()) return {};
+    if (is_bound_ || done_ == 0) return {};
+    watch_.accepted(pace.propose());
+    steps_ += std::exchange(done_, 0);
+    if (!watch_.is_due()) return {};
     const RateSeen& seen = look(y, clock, pace);
     if (wants_pattern(seen)) note(clock.t(), seen, SchemeCause::stays_explicit);
-    const SchemeCause cause = course_.watch.is_implicit() ? SchemeCause::eased : SchemeCause::stiff;
-    if (!course_.watch.judge(seen) || !change(state, y, clock, pace, seen, cause)) return {};
-    return course_.watch.is_implicit() ? seen.dt : course_.watch.stable_step(seen);
+    const SchemeCause cause = watch_.is_implicit() ? SchemeCause::eased : SchemeCause::stiff;
+    if (!watch_.judge(seen) || !change(state, y, clock, pace, seen, cause)) return {};
+    return watch_.is_implicit() ? seen.dt : watch_.stable_step(seen);
   }
   [[nodiscard]] SuitableScheme scheme() const { return scheme_of(this->active()); }
   /// What the choice depends on.
   [[nodiscard]] const AdvisedProblem& problem() const { return problem_; }
   /// What it took, when and why.
-  [[nodiscard]] const SchemeUses& uses() const& { return course_.uses; }
-  [[nodiscard]] SchemeUses uses() && { return std::move(course_.uses); }
+  [[nodiscard]] const SchemeUses& uses() const& { return uses_; }
+  [[nodiscard]] SchemeUses uses() && { return std::move(uses_); }
   /// The last estimate of the rate.
-  [[nodiscard]] const RateSeen& seen() const { return course_.look.seen(); }
+  [[nodiscard]] const RateSeen& seen() const { return look_.seen(); }
   /// Whether it is, or would be if it could, at an implicit scheme.
-  [[nodiscard]] bool is_stiff() const { return course_.watch.is_implicit() || course_.is_bound; }
+  [[nodiscard]] bool is_stiff() const { return watch_.is_implicit() || is_bound_; }
 
   StepReport attempt(S& state, Scalar t, Scalar dt, Origin origin, Trace<Plain>& trace, const Judge<Plain>& accept) {
     StepReport report = Base::attempt(state, t, dt, origin, trace, accept);
     if constexpr (Schemes::is_field)
       if (is_by_krylov(scheme()) && is_of_solver(report.outcome())) {
-        course_.is_direct = true;  // from now on
+        is_direct_ = true;  // from now on
         problem_.field = {};
         replace_by(Schemes::suitable_implicit(problem_), state);
         note(t, seen(), SchemeCause::unsolved);
         report = Base::attempt(state, t, dt, origin, trace, accept);
       }
-    if (report) ++course_.done;
-    else if (report.outcome() == Outcome::error_too_large) course_.watch.rejected();
+    if (report) ++done_;
+    else if (report.outcome() == Outcome::error_too_large) watch_.rejected();
     return report;
   }
   [[nodiscard]] friend ErrorLaw error_law(const AutomaticStepper& stepper) { return stepper.law(); }
@@ -142,14 +126,16 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
     int active = this->active();
     ar.aside("active", active);
     ar.check(0 <= active && active < static_cast<int>(Schemes::all.size()));
+    ar("watch", watch_, "look", look_, "uses", uses_, "steps", steps_, "done", done_, "is_bound", is_bound_,
+       "is_direct", is_direct_);
+    ar.check(can_be_count(steps_) && can_be_count(done_));
     if constexpr (Ar::reading) {
       const auto fresh =
           std::make_shared<Base>([&] { return Schemes::make(scheme_of(active), sample(), force_, mass_); });
-      ar("course", course_);
       ar.aside("scheme", *fresh);
       ar.at_last([this, fresh] { static_cast<Base&>(*this) = std::move(*fresh); });
     } else {
-      ar("course", course_, "scheme", static_cast<Base&>(*this));
+      ar("scheme", static_cast<Base&>(*this));
     }
   }
 
@@ -162,11 +148,11 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
         force_{std::move(force)},
         mass_{std::move(mass)},
         problem_{problem},
-        course_{.watch = StiffnessWatch{Schemes::rivals(problem)},
-                .look = RateLook<Plain>{plain_of(state)},
-                .is_bound = is_algebraic},
+        watch_{Schemes::rivals(problem)},
+        look_{plain_of(state)},
+        is_bound_{is_algebraic},
         view_{state} {
-    course_.uses.add({.scheme = scheme(), .cause = is_algebraic ? SchemeCause::algebraic : SchemeCause::start});
+    uses_.add({.scheme = scheme(), .cause = is_algebraic ? SchemeCause::algebraic : SchemeCause::start});
   }
   /// Whether a failure of Krylov iterations says that they do not suit W; a Jacobian is checked by solves, too.
   [[nodiscard]] static bool is_of_solver(Outcome outcome) {
@@ -188,31 +174,31 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
 
   const RateSeen& look(const Plain& y, const RunClock<Scalar>& clock, auto& pace) {
     const auto slope = [this](Scalar t, const Plain& x, Plain& out) { return this->slope(t, x, out); };
-    return course_.look(slope, y, clock, pace, !course_.watch.is_implicit());
+    return look_(slope, y, clock, pace, !watch_.is_implicit());
   }
   /// Explicit steps are at their limit, and with a pattern an implicit scheme would cost far less. Said once.
   [[nodiscard]] bool wants_pattern(const RateSeen& seen) const {
     if (problem_.has_jacobian || problem_.has_pattern || problem_.unknowns <= few_unknowns ||
         !Schemes::can_be_implicit(problem_))
       return false;
-    for (const SchemeUse& use : course_.uses.list())
+    for (const SchemeUse& use : uses_.list())
       if (use.cause == SchemeCause::stays_explicit) return false;
-    return course_.watch.is_at_limit(seen) && course_.watch.pays(seen, 2 * Schemes::cost_with_pattern(problem_));
+    return watch_.is_at_limit(seen) && watch_.pays(seen, 2 * Schemes::cost_with_pattern(problem_));
   }
   /// Takes the scheme of the other kind, if it can and that pays.
   [[nodiscard]] bool change(const S& state, const Plain& y, const RunClock<Scalar>& clock, auto& pace,
                             const RateSeen& seen, SchemeCause cause) {
     const bool to_explicit = cause == SchemeCause::eased;
     if (!to_explicit && !Schemes::can_be_implicit(problem_)) {
-      course_.is_bound = true;
+      is_bound_ = true;
       note(clock.t(), seen, SchemeCause::stays_explicit);
       return false;
     }
     problem_.oscillates = oscillates(seen);
     if (to_explicit) replace_by(suitable_explicit(problem_), state);
     else if (!take_implicit(state, y, clock, pace, seen)) return false;
-    if (cause == SchemeCause::stiff_start) course_.watch.begin_implicit();
-    else course_.watch.change();
+    if (cause == SchemeCause::stiff_start) watch_.begin_implicit();
+    else watch_.change();
     note(clock.t(), seen, cause);
     return true;
   }
@@ -221,11 +207,11 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
                                    const RateSeen& seen) {
     using enum SuitableScheme;
     if constexpr (Schemes::is_field)
-      if (!course_.is_direct)
+      if (!is_direct_)
         return suitable_by_krylov(problem_.rtol) == rodas_4_krylov
                    ? take_counted<rodas_4_krylov>(state, y, clock, pace, seen)
                    : take_counted<rodas_5p_krylov>(state, y, clock, pace, seen);
-    if (!course_.watch.pays(seen)) return false;
+    if (!watch_.pays(seen)) return false;
     replace_by(Schemes::suitable_implicit(problem_), state);
     return true;
   }
@@ -240,8 +226,8 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
     problem_.turns = seen.rate * seen.left;
     problem_.field = FieldMatrix<Scalar>::template count<S>(
         stepper, clock.t(), clock.sign() * static_cast<Scalar>(seen.dt), y, weights, problem_);
-    course_.watch.set_implicit_cost(Schemes::rivals(problem_, false).implicit_cost);
-    const bool pays = course_.watch.pays(seen);
+    watch_.set_implicit_cost(Schemes::rivals(problem_, false).implicit_cost);
+    const bool pays = watch_.pays(seen);
     const SuitableScheme scheme = Schemes::suitable_implicit(problem_);
     if (pays && scheme == by_krylov) return this->replace(std::move(fresh)), true;
     this->add(stepper.statistics());
@@ -250,13 +236,13 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
   }
   void replace_by(SuitableScheme scheme, const S& state) { this->replace(Schemes::make(scheme, state, force_, mass_)); }
   void note(Scalar t, const RateSeen& seen, SchemeCause cause) {
-    const double entries = course_.watch.is_implicit() ? problem_.field.entries : -1;
-    course_.uses.add({scheme(), cause, static_cast<double>(t), course_.steps, seen.rate, seen.dt, entries});
+    const double entries = watch_.is_implicit() ? problem_.field.entries : -1;
+    uses_.add({scheme(), cause, static_cast<double>(t), steps_, seen.rate, seen.dt, entries});
   }
   /// A state of the right sizes.
   [[nodiscard]] const S& sample() const {
     if constexpr (is_view) return view_;
-    else return course_.look.sample();
+    else return look_.sample();
   }
 
   static constexpr bool is_view = !std::is_same_v<S, Plain>;
@@ -264,7 +250,12 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
   F force_;
   [[no_unique_address]] MassSpec mass_;
   AdvisedProblem problem_;
-  AutomaticCourse<Plain> course_;
+  StiffnessWatch watch_;
+  RateLook<Plain> look_;
+  bool is_bound_;           // to the scheme at work, although or because it is stiff
+  bool is_direct_ = false;  // Krylov iterations have failed: no more of them
+  SchemeUses uses_{};
+  std::int64_t steps_ = 0, done_ = 0;  // steps seen, steps since
   [[no_unique_address]] Only<is_view, S> view_;
 };
 
