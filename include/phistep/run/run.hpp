@@ -54,25 +54,21 @@ concept ControlOf = requires(const Control& control) {
   pace_of<S>(control);
 };
 
-/// Whether the stepper may have been made for a state of this type.
+/// The stepper may have been made for a state of this type.
 template <class Stepper, class S>
-inline constexpr bool fits_state = true;
-template <class Stepper, class S>
-  requires requires { typename Stepper::StateType; }
-inline constexpr bool fits_state<Stepper, S> = std::is_same_v<typename Stepper::StateType, S>;
+concept FitsState = !requires {
+  typename Stepper::StateType;
+}
+|| std::is_same_v<typename Stepper::StateType, S>;
 
 /// The times of a run; of no state, to be refused later.
 template <class S>
-struct SpanOf {
-  using type = TimeSpan<double>;
-};
+struct SpanOf : std::type_identity<TimeSpan<double>> {};
 template <State S>
-struct SpanOf<S> {
-  using type = TimeSpan<ScalarOf<S>>;
-};
+struct SpanOf<S> : std::type_identity<TimeSpan<ScalarOf<S>>> {};
 
 template <class Stepper, class S, class Control>
-concept CanRun = MutableState<S&> && ControlOf<Control, S> && fits_state<Stepper, S>;
+concept CanRun = MutableState<S&> && ControlOf<Control, S> && FitsState<Stepper, S>;
 
 /// A run from span.t0 to exactly span.t1 that stops between steps whenever the caller likes:
 ///
@@ -352,7 +348,7 @@ class Run<Stepper, S, Control, Observers...> {
       !is_state || ControlOf<Control, S>,
       "phistep: say how dt is chosen: fixed(0.1) for steps of 0.1, tolerance{.rtol = 1e-6}, iteration_control{...} "
       "or smaller_of(...)");
-  static_assert(!is_state || fits_state<Stepper, S>, "phistep: the stepper was made for a state of another type");
+  static_assert(!is_state || FitsState<Stepper, S>, "phistep: the stepper was made for a state of another type");
 
  public:
   Run(Stepper&, S&, typename SpanOf<S>::type, const Control&, Observers&&...) {}

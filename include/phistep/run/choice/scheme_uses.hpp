@@ -4,7 +4,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
 #include <string>
 #include <vector>
 
@@ -46,13 +45,10 @@ struct SchemeUse {
     if (cause >= SchemeCause::stiff) all += ", step " + std::to_string(step);
     all += why();
     if (entries < 0) return all;
-    const bool by_krylov = is_by_krylov(scheme);
-    char text[40];
-    std::snprintf(text, sizeof text, "%.1f", entries);
     return all +
-           (by_krylov ? "; Krylov iterations, a factorization has at least "
-                      : "; direct solver, a factorization has ") +
-           text + " entries of L an unknown";
+           (is_by_krylov(scheme) ? "; Krylov iterations, a factorization has at least "
+                                 : "; direct solver, a factorization has ") +
+           number_text(entries, 3) + " entries of L an unknown";
   }
 
  private:

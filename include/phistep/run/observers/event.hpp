@@ -51,13 +51,9 @@ class Event {
     constexpr bool timed = std::is_invocable_v<G&, Scalar, const Plain&>;
     constexpr bool plain = std::is_invocable_v<G&, const Plain&>;
     static_assert(timed || plain, "phistep: the function of an event must be callable as g(state) or g(t, state)");
-    if constexpr (timed) {
-      return number<Scalar>(g_(t, y));
-    } else if constexpr (plain) {
-      return number<Scalar>(g_(y));
-    } else {
-      return Scalar{};
-    }
+    if constexpr (timed) return number<Scalar>(g_(t, y));
+    else if constexpr (plain) return number<Scalar>(g_(y));
+    else return Scalar{};
   }
   /// It has happened. False where the run is to end.
   template <class Scalar, class S>
