@@ -341,6 +341,17 @@ void copy_blocks(To& to, const From& from) {
   for_each_block([](auto, auto& x, const auto& y) { assign_block(x, y); }, Blocks<S>::all(to), Blocks<S>::all(from));
 }
 
+/// The state as a plain one: itself, or a view's numbers, gathered.
+template <State S>
+[[nodiscard]] const PlainState<S>& gathered(const S& state, [[maybe_unused]] auto& numbers) {
+  if constexpr (std::is_same_v<S, PlainState<S>>) {
+    return state;
+  } else {
+    copy_blocks<S>(numbers, state);
+    return numbers;
+  }
+}
+
 /// Makes `next` the state: by swapping buffers where the state owns dynamic ones, else by copying.
 template <State S>
 [[gnu::always_inline]] inline void commit_blocks(S& state, PlainState<S>& next) {

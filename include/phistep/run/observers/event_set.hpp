@@ -85,7 +85,7 @@ class EventSet {
   }
 
   [[nodiscard]] Outcome rearm(Scalar t, const S& state) {
-    const Plain& y = plain(state);
+    const Plain& y = gathered<S>(state, plain_);
     bool finite = true;
     each([&](auto k, auto& event) {
       memory_[k].g = value_of(event, t, y);
@@ -136,7 +136,7 @@ class EventSet {
   /// Which events happen with the one found: whose own root is that one as far as time can tell, or whose g has passed zero in the
   /// step done again. Asks every g and changes nothing: where one throws, the step can still be taken back.
   void look(const Found& found, Scalar t, const S& state) {
-    const Plain& y = plain(state);
+    const Plain& y = gathered<S>(state, plain_);
     each([&](auto k, auto& event) {
       const Root<Scalar>& root = roots_[k];
       known_[k] = root.start_sign != 0 && !is_before(t, root.start, end_[k].t - root.start);
@@ -229,14 +229,6 @@ class EventSet {
       (f(std::integral_constant<std::size_t, K>{}, std::get<K>(events_)), ...);
     }
     (std::make_index_sequence<size>{});
-  }
-  [[nodiscard]] const Plain& plain(const S& state) {
-    if constexpr (std::is_same_v<S, Plain>) {
-      return state;
-    } else {
-      copy_blocks<S>(plain_, state);
-      return plain_;
-    }
   }
   [[nodiscard]] static Scalar value_of(auto& event, Scalar t, const Plain& y) {
     return same_on_ranks(y, [&] { return event.value(t, y); });

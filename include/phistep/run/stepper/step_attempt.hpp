@@ -163,14 +163,7 @@ class StepAttempt {
   [[nodiscard]] RunClock<Scalar>& clock() { return clock_; }
   [[nodiscard]] const RunClock<Scalar>& clock() const { return clock_; }
   /// The state as the stepper's own type: a Map's is gathered.
-  [[nodiscard]] const Plain& plain() {
-    if constexpr (std::is_same_v<S, Plain>) {
-      return state_;
-    } else {
-      copy_blocks<S>(gathered_, state_);
-      return gathered_;
-    }
-  }
+  [[nodiscard]] const Plain& plain() { return gathered<S>(state_, gathered_); }
   [[nodiscard]] Scalar t0() const { return from_.t(); }        ///< [time] where the step started
   [[nodiscard]] const Plain& start() const { return start_; }  ///< the state there
   [[nodiscard]] const Past<Stepper>& past() const { return *past_; }
