@@ -155,7 +155,7 @@ class Run {
  private:
   using Watchers = ObserverList<S, Observers...>;
   using Pace = decltype(pace_of<S>(std::declval<const Control&>()));
-  using Events = EventsAmong<S, Observers...>;
+  using Events = decltype(set_of<S>(std::declval<Watchers&>().events()));
   using Found = typename Events::Found;
   static constexpr bool has_events = Watchers::has_events, observed = Watchers::see_steps;
   static constexpr bool minds_edits = Pace::sees_error || has_events;

@@ -263,16 +263,5 @@ class EventSet {
 
 template <State S, class... Events>
 EventSet<S, Events...> set_of(std::tuple<Events&...>);  // a type alone
-/// The events among a run's observers, tied.
-template <class... Observers>
-[[nodiscard]] auto tie_events(Observers&... observers) {
-  [[maybe_unused]] const auto tied = [](auto& observer) {
-    if constexpr (EventLike<decltype(observer)>) return std::tie(observer);
-    else return std::tuple<>{};
-  };
-  return std::tuple_cat(tied(observers)...);
-}
-template <State S, class... Observers>
-using EventsAmong = decltype(set_of<S>(tie_events(std::declval<std::remove_reference_t<Observers>&>()...)));
 
 }}  // namespace phistep::PHISTEP_ABI

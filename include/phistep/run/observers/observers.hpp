@@ -99,19 +99,25 @@ class ObserverList {
     std::apply([&](const auto&... observer) { (consider(observer), ...); }, observers_);
     return nearest;
   }
+  /// The events, tied.
   [[nodiscard]] auto events() {
-    return std::apply([](auto&... observer) { return tie_events(observer...); }, observers_);
+    return tied(*this, []<class Observer>() { return EventLike<Observer>; });
   }
   /// Those that a checkpoint holds, tied.
   [[nodiscard]] static auto kept(auto& list) {
-    const auto kept_of = []<class Observer>(Observer& observer) {
-      if constexpr (detail::Archived<std::remove_const_t<Observer>>) return std::tie(observer);
-      else return std::tuple<>{};
-    };
-    return std::apply([&](auto&... observer) { return std::tuple_cat(kept_of(observer)...); }, list.observers_);
+    return tied(list, []<class Observer>() { return detail::Archived<std::remove_const_t<Observer>>; });
   }
 
  private:
+  template <class IsMeant>
+  [[nodiscard]] static auto tied(auto& list, IsMeant) {
+    const auto tie = []<class Observer>(Observer& observer) {
+      if constexpr (IsMeant{}.template operator()<Observer>()) return std::tie(observer);
+      else return std::tuple<>{};
+    };
+    return std::apply([&](auto&... observer) { return std::tuple_cat(tie(observer)...); }, list.observers_);
+  }
+
   std::tuple<Observers...> observers_;
 };
 

@@ -93,11 +93,9 @@ inline constexpr bool can_go_back = requires(Stepper& stepper) {
 
 /// A stepper around one that can go back, and can't itself: a step rejected would leave its history behind.
 template <class Stepper>
-inline constexpr bool hides_past = false;
-template <class Stepper>
-  requires requires(Stepper& outer) { outer.stepper(); }
-inline constexpr bool hides_past<Stepper> =
-    !can_go_back<Stepper> && can_go_back<std::remove_reference_t<decltype(std::declval<Stepper&>().stepper())>>;
+concept HidesPast = !can_go_back<Stepper> && requires(Stepper & outer) {
+  requires can_go_back<std::remove_reference_t<decltype(outer.stepper())>>;
+};
 
 /// The checkpoint of a stepper that can't go back.
 struct NoPast {};
@@ -122,7 +120,7 @@ void forget_what_is_known(Stepper& stepper) {
 template <class Stepper>
 constexpr void require_past() {
   static_assert(
-      !hides_past<Stepper>,
+      !HidesPast<Stepper>,
       "phistep: events, samples and tolerances may undo a step: a stepper around a stepper then needs checkpoint() "
       "and restore(past) of the one inside (Sleeping has none: it takes fixed steps alone)");
 }
