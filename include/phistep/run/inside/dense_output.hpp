@@ -16,7 +16,7 @@
 /// large slope. Then a state inside is had by a step really done (run/inside/look_inside.hpp).
 #pragma once
 
-#include <type_traits>
+#include <functional>
 
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/combination.hpp"
@@ -47,8 +47,7 @@ class DenseOutput {
     t1_ = t1;
     start_ = &start;
     end_ = &end;
-    slopes_ = const_cast<std::remove_const_t<Slopes>*>(&slopes);
-    fill_ = [](void* by, Plain& slope0, Plain& slope1) { (*static_cast<Slopes*>(by))(slope0, slope1); };
+    slopes_ = std::ref(slopes);
     known_ = false;
   }
 
@@ -71,7 +70,7 @@ class DenseOutput {
     for (Plain* y : {&slope0_, &slope1_, &value_})
       for_each_block([](auto, auto& block, const auto& like) { set_shape_like(block, like); }, Blocks<S>::all(*y),
                      Blocks<S>::all(*start_));
-    fill_(slopes_, slope0_, slope1_);
+    slopes_(slope0_, slope1_);
     known_ = true;
   }
 
@@ -95,8 +94,7 @@ class DenseOutput {
   Scalar t0_{}, dt_{}, t1_{};
   const Plain* start_ = nullptr;
   const Plain* end_ = nullptr;
-  void* slopes_ = nullptr;
-  void (*fill_)(void*, Plain&, Plain&) = nullptr;
+  std::function<void(Plain&, Plain&)> slopes_;
   Plain slope0_, slope1_, value_;
   bool known_ = false;
 };
