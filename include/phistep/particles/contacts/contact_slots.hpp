@@ -16,8 +16,8 @@
 
 #include "phistep/base/machine/loop_hints.hpp"
 #include "phistep/base/state/active_set.hpp"
+#include "phistep/linear/network/node_order.hpp"
 #include "phistep/particles/contacts/contact_pairs.hpp"
-#include "phistep/particles/neighbors/neighbor_list.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 

@@ -17,7 +17,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <span>
 #include <vector>
 
 #include "phistep/base/machine/loop_hints.hpp"
@@ -238,45 +237,5 @@ void for_each_row(const NeighborList& list, auto&& f) {
     });
   relay.rethrow();
 }
-
-/// Pairs of bodies, body by body. A workspace: its buffers serve again.
-/// @tparam Mark  what is known of a pair
-template <class Mark>
-class PairGraph {
- public:
-  struct Edge {
-    std::int32_t other;
-    Mark mark;
-  };
-
-  void forget() { bodies_ = -1; }
-  [[nodiscard]] bool is_of(Eigen::Index bodies) const { return bodies_ == bodies; }
-  [[nodiscard]] std::span<const Edge> of(Eigen::Index i) const {
-    const auto s = static_cast<std::size_t>(i);
-    return {edges_.data() + first_[s], static_cast<std::size_t>(first_[s + 1] - first_[s])};
-  }
-  /// @param pairs  calls f(i, j, mark) for each, in any order, the same twice over
-  void build(Eigen::Index bodies, auto&& pairs) {
-    bodies_ = -1;
-    first_.assign(static_cast<std::size_t>(bodies) + 1, 0);
-    pairs([&](Eigen::Index i, Eigen::Index j, Mark) {
-      ++first_[static_cast<std::size_t>(i)], ++first_[static_cast<std::size_t>(j)];
-    });
-    std::int32_t sum = 0;
-    for (std::int32_t& count : first_) sum += count, count = sum;  // where the next body's begin
-    edges_.resize(static_cast<std::size_t>(sum));
-    // Backwards, so that first_ ends where each body's own begin.
-    pairs([&](Eigen::Index i, Eigen::Index j, Mark mark) {
-      edges_[static_cast<std::size_t>(--first_[static_cast<std::size_t>(i)])] = {static_cast<std::int32_t>(j), mark};
-      edges_[static_cast<std::size_t>(--first_[static_cast<std::size_t>(j)])] = {static_cast<std::int32_t>(i), mark};
-    });
-    bodies_ = bodies;
-  }
-
- private:
-  std::vector<std::int32_t> first_;
-  std::vector<Edge> edges_;
-  Eigen::Index bodies_ = -1;
-};
 
 }}  // namespace phistep::PHISTEP_ABI

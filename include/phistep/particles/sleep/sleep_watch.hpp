@@ -22,8 +22,8 @@
 #include "phistep/force/evaluate.hpp"
 #include "phistep/force/signature.hpp"
 #include "phistep/force/sum.hpp"
+#include "phistep/linear/network/node_order.hpp"
 #include "phistep/particles/bodies/particle_sums.hpp"
-#include "phistep/particles/neighbors/neighbor_list.hpp"
 #include "phistep/particles/sleep/sleepers.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {

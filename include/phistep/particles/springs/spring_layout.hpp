@@ -41,40 +41,33 @@ class SpringLayout {
   SpringLayout(const auto& springs, std::ptrdiff_t particles, bool may_mix) {
     std::vector<Slot> slot = number(springs, particles);
     const std::size_t n = user.size();
-    std::vector<std::size_t> start(n + 1, 0);
-    for_each_end(springs, slot, [&](Slot i, Slot, const auto&) { ++start[static_cast<std::size_t>(i) + 1]; });
-    for (std::size_t i = 0; i < n; ++i) start[i + 1] += start[i];
-    std::vector<End> ends(start.back());
-    std::vector<std::size_t> at(start.begin(), start.end() - 1);
     Slot farthest = 0;
-    for_each_end(springs, slot, [&](Slot i, Slot j, const auto& s) {
-      const auto k = static_cast<Scalar>(s.stiffness);
-      ends[at[static_cast<std::size_t>(i)]++] = {j, k, k * static_cast<Scalar>(s.length)};
-      farthest = std::max(farthest, j - i);
+    Ends ends;
+    ends.build(static_cast<std::ptrdiff_t>(n), [&](auto&& put) {
+      for (const auto& s : springs) {
+        const Slot i = slot[static_cast<std::size_t>(s.i)], j = slot[static_cast<std::size_t>(s.j)];
+        const auto k = static_cast<Scalar>(s.stiffness);
+        put(i, j, {k, k * static_cast<Scalar>(s.length)});
+        farthest = std::max(farthest, std::abs(j - i));
+      }
     });
-    for (std::size_t i = 0; i < n; ++i)
-      std::sort(&ends[start[i]], &ends[0] + start[i + 1],
-                [](const End& a, const End& b) { return std::tie(a.other, a.k, a.kL) < std::tie(b.other, b.k, b.kL); });
+    ends.sort([](const End& a, const End& b) {
+      return std::tie(a.other, a.mark.k, a.mark.kL) < std::tie(b.other, b.mark.k, b.mark.kL);
+    });
     const std::size_t chunks = (n + lanes - 1) / lanes;
     lead = std::min(chunks, static_cast<std::size_t>(farthest) / lanes + 2);
     if (jumps()) place_of = std::move(slot);
-    lay_out(start, ends, true);
+    lay_out(ends, true);
     mixed = may_mix && index.size() > lanes * column.size() / 2;
-    if (mixed) lay_out(start, ends, false);
+    if (mixed) lay_out(ends, false);
   }
 
  private:
-  struct End {
-    Slot other;
+  struct Constants {
     Scalar k, kL;
   };
-  static void for_each_end(const auto& springs, const std::vector<Slot>& slot, auto&& visit) {
-    for (const auto& s : springs) {
-      const Slot i = slot[static_cast<std::size_t>(s.i)], j = slot[static_cast<std::size_t>(s.j)];
-      visit(i, j, s);
-      visit(j, i, s);
-    }
-  }
+  using Ends = PairGraph<Constants>;
+  using End = typename Ends::Edge;
   /// Numbers the particles that have springs.
   [[nodiscard]] std::vector<Slot> number(const auto& springs, std::ptrdiff_t particles) {
     std::vector<Slot> slot(static_cast<std::size_t>(particles), -1);
@@ -129,28 +122,27 @@ class SpringLayout {
     return distant > user.size() / 4;
   }
 
-  void lay_out(const std::vector<std::size_t>& start, const std::vector<End>& ends, bool find_consecutive) {
+  void lay_out(const Ends& ends, bool find_consecutive) {
     const std::size_t n = user.size();
     chunk.assign(1, 0);
     column.clear(), index.clear(), constant.clear();
     std::array<std::int32_t, 2> latest{-1, -1};  // constants that served all lanes
-    const auto put_constants = [&](const std::array<End, lanes>& row, Scalar End::*which, std::int32_t& last) {
-      const Scalar first = row[0].*which;
+    const auto put_constants = [&](const std::array<End, lanes>& row, Scalar Constants::*which, std::int32_t& last) {
+      const Scalar first = row[0].mark.*which;
       const auto here = static_cast<std::int32_t>(constant.size());
-      if (std::all_of(row.begin(), row.end(), [&](const End& e) { return e.*which == first; })) {
+      if (std::all_of(row.begin(), row.end(), [&](const End& e) { return e.mark.*which == first; })) {
         if (last >= 0 && constant[static_cast<std::size_t>(last)] == first) return ~last;
         constant.push_back(first);
         return ~(last = here);
       }
-      for (const End& e : row) constant.push_back(e.*which);
+      for (const End& e : row) constant.push_back(e.mark.*which);
       return here;
     };
     for (std::size_t first = 0; first < n; first += lanes) {
       std::size_t longest = 0;
-      for (std::size_t i = first; i < std::min(n, first + lanes); ++i)
-        longest = std::max(longest, start[i + 1] - start[i]);
+      for (std::size_t i = first; i < std::min(n, first + lanes); ++i) longest = std::max(longest, ends.of(i).size());
       for (std::size_t c = 0; c < longest; ++c) {
-        const auto has = [&](std::size_t i) { return i < n && c < start[i + 1] - start[i]; };
+        const auto has = [&](std::size_t i) { return i < n && c < ends.of(i).size(); };
         std::size_t some = first;
         while (!has(some)) ++some;
         // A row is padded by springs from the particle to itself, like one beside them but for their length at rest: with
@@ -158,8 +150,8 @@ class SpringLayout {
         std::array<End, lanes> row;
         for (std::size_t l = 0; l < lanes; ++l) {
           const std::size_t i = first + l;
-          row[l] = ends[start[has(i) ? i : some] + c];
-          if (!has(i)) row[l].other = static_cast<Slot>(i), row[l].kL = 0;
+          row[l] = ends.of(has(i) ? i : some)[c];
+          if (!has(i)) row[l].other = static_cast<Slot>(i), row[l].mark.kL = 0;
         }
         bool consecutive = find_consecutive;
         for (std::size_t l = 1; l < lanes; ++l)
@@ -169,8 +161,8 @@ class SpringLayout {
           put.at = ~static_cast<Slot>(index.size());
           for (const End& e : row) index.push_back(e.other);
         }
-        put.k = put_constants(row, &End::k, latest[0]);
-        put.kL = put_constants(row, &End::kL, latest[1]);
+        put.k = put_constants(row, &Constants::k, latest[0]);
+        put.kL = put_constants(row, &Constants::kL, latest[1]);
         column.push_back(put);
       }
       chunk.push_back(column.size());
