@@ -13,7 +13,6 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
-#include <type_traits>
 #include <variant>
 #include <vector>
 
@@ -79,74 +78,48 @@ void check_wall(const SolidBox<dim>& wall, std::size_t w) {
   if (!((wall.axes.transpose() * wall.axes).isIdentity(1e-9))) refuse_wall(w, " needs orthonormal axes");
 }
 
-/// A wall in a run's numbers.
-template <class Scalar, int dim, class Shape>
-class NearWall;
-
+/// From a wall's nearest point to r, in a run's numbers: sets the unit normal, returns the distance (< 0 inside).
 template <class Scalar, int dim>
-class NearWall<Scalar, dim, Plane<dim>> {
-  using Vector = Eigen::Matrix<Scalar, dim, 1>;
-
- public:
-  NearWall(const Plane<dim>& wall, const Box<Scalar, dim>&)
-      : point_{wall.point.template cast<Scalar>()}, normal_{wall.normal.template cast<Scalar>()} {}
-  /// From the wall's nearest point to r: sets the unit normal, returns the distance (< 0 inside).
-  [[nodiscard]] Scalar approach(const Vector& r, Vector& n) const {
-    n = normal_;
-    return n.dot(r - point_);
-  }
-  /// True only where a body of that radius at r doesn't touch the wall: at less cost than `approach`.
-  [[nodiscard]] static bool is_far(const Vector&, Scalar) { return false; }
-
- private:
-  Vector point_, normal_;
-};
-
-/// Along periodic axes, the image whose center is nearest.
+[[nodiscard]] Scalar approach(const Plane<dim>& wall, const Box<Scalar, dim>& /*box*/,
+                              const Eigen::Matrix<Scalar, dim, 1>& r, Eigen::Matrix<Scalar, dim, 1>& n) {
+  n = wall.normal.template cast<Scalar>();
+  return n.dot(r - wall.point.template cast<Scalar>());
+}
+/// True only where a body of that radius at r doesn't touch the wall: at less cost than `approach`.
 template <class Scalar, int dim>
-class NearWall<Scalar, dim, SolidBox<dim>> {
+[[nodiscard]] bool is_far(const Plane<dim>&, const Box<Scalar, dim>&, const Eigen::Matrix<Scalar, dim, 1>&, Scalar) {
+  return false;
+}
+/// Along periodic axes, from the image whose center is nearest.
+template <class Scalar, int dim>
+[[nodiscard]] Eigen::Matrix<Scalar, dim, 1> from_center(const SolidBox<dim>& wall, const Box<Scalar, dim>& box,
+                                                        const Eigen::Matrix<Scalar, dim, 1>& r) {
+  return box.nearest(r - wall.center.template cast<Scalar>());
+}
+template <class Scalar, int dim>
+[[nodiscard]] Scalar approach(const SolidBox<dim>& wall, const Box<Scalar, dim>& box,
+                              const Eigen::Matrix<Scalar, dim, 1>& r, Eigen::Matrix<Scalar, dim, 1>& n) {
   using Vector = Eigen::Matrix<Scalar, dim, 1>;
-
- public:
-  NearWall(const SolidBox<dim>& wall, const Box<Scalar, dim>& box)
-      : center_{wall.center.template cast<Scalar>()},
-        half_{wall.half.template cast<Scalar>()},
-        axes_{wall.axes.template cast<Scalar>()},
-        reach_{half_.norm()},
-        box_{box},
-        has_images_{!box.is_open()} {}
-
-  [[nodiscard]] Scalar approach(const Vector& r, Vector& n) const {
-    const Vector q = axes_.transpose() * from_center(r);
-    const Vector out = q - q.cwiseMax(-half_).cwiseMin(half_);
-    const Scalar distance = out.norm();
-    if (distance > 0) {
-      n = axes_ * (out / distance);
-      return distance;
-    }
-    int face = 0;  // the nearest one: out by the shortest way
-    for (int a = 1; a < dim; ++a)
-      if (half_[a] - std::abs(q[a]) < half_[face] - std::abs(q[face])) face = a;
-    n = q[face] < 0 ? Vector(-axes_.col(face)) : Vector(axes_.col(face));
-    return std::abs(q[face]) - half_[face];
+  const Eigen::Matrix<Scalar, dim, dim> axes = wall.axes.template cast<Scalar>();
+  const Vector half = wall.half.template cast<Scalar>(), q = axes.transpose() * from_center(wall, box, r),
+               out = q - q.cwiseMax(-half).cwiseMin(half);
+  const Scalar distance = out.norm();
+  if (distance > 0) {
+    n = axes * (out / distance);
+    return distance;
   }
-  [[nodiscard]] bool is_far(const Vector& r, Scalar radius) const {
-    const Scalar least = Scalar(1.0001L) * (reach_ + radius);
-    return from_center(r).squaredNorm() > least * least;
-  }
-
- private:
-  [[nodiscard]] Vector from_center(const Vector& r) const {
-    const Vector d = r - center_;
-    return has_images_ ? box_.nearest(d) : d;
-  }
-
-  Vector center_, half_;
-  Eigen::Matrix<Scalar, dim, dim> axes_;
-  Scalar reach_;
-  Box<Scalar, dim> box_;
-  bool has_images_;
-};
+  int face = 0;  // the nearest one: out by the shortest way
+  for (int a = 1; a < dim; ++a)
+    if (half[a] - std::abs(q[a]) < half[face] - std::abs(q[face])) face = a;
+  n = q[face] < 0 ? Vector(-axes.col(face)) : Vector(axes.col(face));
+  return std::abs(q[face]) - half[face];
+}
+template <class Scalar, int dim>
+[[nodiscard]] bool is_far(const SolidBox<dim>& wall, const Box<Scalar, dim>& box,
+                          const Eigen::Matrix<Scalar, dim, 1>& r, Scalar radius) {
+  const Scalar least = Scalar(1.0001L) * (wall.half.template cast<Scalar>().norm() + radius);
+  return from_center(wall, box, r).squaredNorm() > least * least;
+}
 
 /// Whether the point where body i touches box k lies in another wall, which is as near: edges of boxes that meet flush don't act.
 template <class Scalar, int dim>
@@ -157,10 +130,9 @@ template <class Scalar, int dim>
   const Scalar rounding = 16 * std::numeric_limits<Scalar>::epsilon() * std::max(r.cwiseAbs().maxCoeff(), distance);
   const Scalar seam = Scalar(1e-6L) * y.body.radius[i] + rounding;
   const auto hides = [&](std::size_t other, const auto& wall) {
-    const NearWall<Scalar, dim, std::remove_cvref_t<decltype(wall)>> shape{wall, y.body.box};
     Eigen::Matrix<Scalar, dim, 1> unused;
-    if (shape.is_far(q, seam) || shape.approach(q, unused) > seam) return false;
-    const Scalar nearer = distance - shape.approach(r, unused);
+    if (is_far(wall, y.body.box, q, seam) || approach(wall, y.body.box, q, unused) > seam) return false;
+    const Scalar nearer = distance - approach(wall, y.body.box, r, unused);
     return nearer > rounding || (nearer >= -rounding && other < k);
   };
   for (std::size_t other = 0; distance > 0 && other < walls.size(); ++other)
@@ -185,11 +157,10 @@ class TouchingWalls {
     for (std::size_t k = 0; k < walls.size(); ++k)
       std::visit(
           [&](const auto& wall) {
-            const NearWall<Scalar, dim, std::remove_cvref_t<decltype(wall)>> shape{wall, y.body.box};
             const Vector surface = wall.velocity.template cast<Scalar>();
             Vector n;
-            for_each_touching(shape, y, active, [&](Eigen::Index i) {
-              const Scalar radius = y.body.radius[i], distance = shape.approach(y.r.col(i), n);
+            for_each_touching(wall, y, active, [&](Eigen::Index i) {
+              const Scalar radius = y.body.radius[i], distance = approach(wall, y.body.box, Vector(y.r.col(i)), n);
               if (std::holds_alternative<SolidBox<dim>>(walls[k]) && is_hidden(walls, k, y, i, n, distance)) return;
               table.place.push_back(
                   WallBodies<Scalar>::place(static_cast<std::int64_t>(k), static_cast<std::int32_t>(i)));
@@ -229,9 +200,9 @@ class TouchingWalls {
       for (std::size_t b = own.begin; b < own.end; ++b) {
         const std::int32_t i = active ? active->list()[b] : static_cast<std::int32_t>(b);
         const Eigen::Matrix<Scalar, dim, 1> r = y.r.col(i);
-        if (wall.is_far(r, y.body.radius[i])) continue;
+        if (is_far(wall, y.body.box, r, y.body.radius[i])) continue;
         // A position that is NaN touches, so that its force becomes NaN.
-        if (!(wall.approach(r, n) >= y.body.radius[i]) && !y.body.is_still(i)) touching_[end++] = i;
+        if (!(approach(wall, y.body.box, r, n) >= y.body.radius[i]) && !y.body.is_still(i)) touching_[end++] = i;
       }
       found_[own.number] = {own.begin, end};
     });
