@@ -15,11 +15,10 @@
 #include <utility>
 #include <vector>
 
-#include "phistep/base/facts/structure.hpp"
 #include "phistep/base/machine/memory.hpp"
-#include "phistep/base/machine/shares.hpp"
 #include "phistep/base/numbers/update.hpp"
 #include "phistep/base/state/active_set.hpp"
+#include "phistep/step/mass/mass.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -152,13 +151,10 @@ struct Body {
 /// M of one block: a mass (inertia, capacity) m for each particle and its `rows` components. For particles held still or not computed
 /// 1/m is 0, so that no force moves them.
 template <class Scalar, int rows>
-class ParticleMasses {
+class ParticleMasses : public ComponentMass<ParticleMasses<Scalar, rows>> {
   using Column = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
 
  public:
-  static constexpr Structure structure = Structure::diagonal;
-  static constexpr bool is_matrix = false;
-
   /// @param mass  [mass] of each particle, finite and > 0
   /// @throws std::invalid_argument where one isn't
   ParticleMasses(const Column& mass, const std::vector<std::uint8_t>& still)
@@ -170,12 +166,7 @@ class ParticleMasses {
       movers->assign(moves, next_serial());
       movers_ = active_ = std::move(movers);
     }
-    for (Eigen::Index i = 0; i < mass_.size(); ++i) {
-      if (!(mass_[i] > 0) || !std::isfinite(mass_[i]) || !std::isfinite(1 / mass_[i]))
-        throw std::invalid_argument("phistep: the mass of particle " + std::to_string(i) +
-                                    " must be finite and > 0, and so must one over it");
-      set_inverse(i);
-    }
+    for (Eigen::Index i = 0; i < mass_.size(); ++i) static_cast<void>(checked_mass(mass_[i], i)), set_inverse(i);
   }
 
   /// From now on the forces on a set are computed, none of it held; null, or a set for another number of particles: all that aren't
@@ -209,16 +200,8 @@ class ParticleMasses {
   void subtract_product(const auto& x, auto&& out) const {
     for (Eigen::Index i = 0; i < out.size(); ++i) out[i] -= inertia(i) * x[i];
   }
-  void for_each_entry(Eigen::Index n, auto&& f) const {
-    for (Eigen::Index i = 0; i < n; ++i) f(i, i, mass_[i / rows]);
-  }
   void for_each_inertia(Eigen::Index n, auto&& f) const {
     for (Eigen::Index i = 0; i < n; ++i) f(i, i, inertia(i));
-  }
-  void add_product(auto&& x, auto& out) const {
-    for_each_range(out.size(), 64, [&](Eigen::Index begin, Eigen::Index end) {
-      for (Eigen::Index i = begin; i < end; ++i) out.data()[i] += mass_[i / rows] * x(i);
-    });
   }
 
  private:
