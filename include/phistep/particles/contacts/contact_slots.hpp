@@ -231,29 +231,19 @@ struct ContactSlots {
   /// How far it has moved, squared.
   [[nodiscard, gnu::always_inline]] inline Scalar fill(const auto& y, const ContactPairs<Scalar>& pairs,
                                                        const Scalar* origins, std::size_t s) {
-    constexpr int dim = dim_of<decltype(y)>;
     const Eigen::Index i = pairs.bodies.particle[s];
     const Scalar radius = pairs.bodies.radius[s];
     Scalar* const x = &position[4 * s];
     Scalar* const v = &velocity[4 * s];
     Scalar* const u = &surface[4 * s];
-    const Scalar* const from = origins + 3 * s;
     x[2] = v[2] = u[0] = u[1] = u[2] = 0;
-    Scalar moved = 0;
-    for (int a = 0; a < dim; ++a) {
-      x[a] = y.r(a, i);
-      v[a] = y.v(a, i);
-      moved += (x[a] - from[a]) * (x[a] - from[a]);
-    }
-    if constexpr (HasSpin<decltype(y)>) {
-      if constexpr (dim == 3)
-        for (int a = 0; a < 3; ++a) u[a] = radius * y.omega(a, i);
-      else u[2] = radius * y.omega(0, i);
-    }
+    for (int a = 0; a < dim_of<decltype(y)>; ++a) x[a] = y.r(a, i), v[a] = y.v(a, i);
+    if constexpr (HasSpin<decltype(y)>)
+      for (Eigen::Index a = 0, n = y.omega.rows(); a < n; ++a) u[3 - n + a] = radius * y.omega(a, i);
     x[3] = radius;
     v[3] = pairs.bodies.inverse_radius[s];
     u[3] = pairs.bodies.inverse_mass[s];
-    return moved;
+    return square_moved(y, pairs, origins, s);
   }
 
   std::uint64_t seen_left_out_ = 0, seen_pairs_ = 0;  // the last ones for which all others were read

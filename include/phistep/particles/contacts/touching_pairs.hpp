@@ -221,12 +221,9 @@ class SlotSums {
       for (int a = 0; a < dim; ++a) out.force(a, column) += of.force[a] + (y.r(a, column) - y.r(a, column));
       if constexpr (HasSpin<decltype(y)>) {
         const Scalar radius = y.body.radius[column];
-        const auto torque = [&](int a) {
-          return radius * of.twist[a] + (turned ? torque_[4 * s + static_cast<std::size_t>(a)] : Scalar{0});
-        };
-        if constexpr (dim == 3)
-          for (int a = 0; a < 3; ++a) out.torque(a, column) += torque(a);
-        else out.torque(0, column) += torque(2);
+        for (std::size_t a = dim == 3 ? 0 : 2, first = a; a < 3; ++a)
+          out.torque(static_cast<int>(a - first), column) +=
+              radius * of.twist[a] + (turned ? torque_[4 * s + a] : Scalar{0});
       }
     }
   }

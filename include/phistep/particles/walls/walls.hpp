@@ -76,11 +76,8 @@ class Walls : public ForceTerm {
         t, evaluate(t, y, memory, active_set(y), [&](std::int64_t place, const Scalar* force, const Scalar* torque) {
           const Eigen::Index i = Places::body_of(place);
           for (int a = 0; a < dim; ++a) out.force(a, i) += force[a];
-          if constexpr (HasSpin<decltype(y)>) {
-            if constexpr (dim == 3)
-              for (int a = 0; a < 3; ++a) out.torque(a, i) += torque[a];
-            else out.torque(0, i) += torque[2];
-          }
+          if constexpr (HasSpin<decltype(y)>)
+            for (int a = 0, n = Spin::rows(dim); a < n; ++a) out.torque(a, i) += torque[3 - n + a];
         }));
   }
   void commit(auto t, const auto& y, Memory& memory) const {
