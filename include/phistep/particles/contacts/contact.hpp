@@ -45,6 +45,7 @@
 #include "phistep/particles/contacts/contact_slots.hpp"
 #include "phistep/particles/contacts/spring_table.hpp"
 #include "phistep/particles/contacts/touching_pairs.hpp"
+#include "phistep/particles/neighbors/neighbor_list.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -191,12 +192,13 @@ class Contact : public ForceTerm {
       else add_up<spins, false>(places, *memory.springs, *springs, memory.elapsed(t), numbers);
     };
     if (materials_.types() == 0) {
-      const ContactNumbers<P> all = broadcast_numbers<P>(materials_(0, 0));
+      const auto all = in_lanes<ContactNumbers, P, double>([&](int) -> const auto& { return materials_(0, 0); });
       compute([&](const auto&...) { return all; });
     } else {
       compute([&](const std::int32_t* i, const std::int32_t* j) {
         const auto type = [&](std::int32_t slot) { return pairs.bodies.type_of(static_cast<std::size_t>(slot)); };
-        return lane_numbers<P>([&](int l) -> const auto& { return materials_(type(i[l]), type(j[l])); });
+        const auto of = [&](int l) -> const auto& { return materials_(type(i[l]), type(j[l])); };
+        return in_lanes<ContactNumbers, P, double>(of);
       });
     }
     springs->close();
@@ -224,7 +226,7 @@ class Contact : public ForceTerm {
                                .u = {},
                                .w = bodies.inverse_mass[i] + bodies.inverse_mass[j],
                                .rho = bodies.inverse_radius[i] + bodies.inverse_radius[j]};
-    return {point, distance, broadcast_numbers<Scalar>(materials_(bodies.type_of(i), bodies.type_of(j)))};
+    return {point, distance, numbers_in<Scalar>(materials_(bodies.type_of(i), bodies.type_of(j)))};
   }
 
   /// Fills the slots; finds the pairs anew where bodies, box or positions have changed too much.
@@ -233,7 +235,7 @@ class Contact : public ForceTerm {
     const auto& pairs = [&]() -> const Pairs& { return *memory.places->pairs; };
     bool serves = memory.places != nullptr && (active != nullptr || memory.places->strays.empty());
     if (serves && memory.body != body.serial) {
-      serves = pairs().bodies.are(body) && pairs().period == periods(body.box);
+      serves = pairs().bodies.are(body) && pairs().period == domain_of(body.box).length;
       if (serves) materials_.check_types(body), memory.adopt(body.serial, rolls, tables_);
     }
     serves = serves && pairs().bodies.size() == static_cast<std::size_t>(y.r.cols());

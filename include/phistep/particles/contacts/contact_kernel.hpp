@@ -34,27 +34,24 @@
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-/// number(member) for each member of ContactNumbers.
-template <class P>
-[[nodiscard]] ContactNumbers<P> contact_numbers(auto&& number) {
-  using N = ContactNumbers<double>;
-  return {number(&N::stiffness),          number(&N::damping),  number(&N::tangential_stiffness),
-          number(&N::tangential_damping), number(&N::friction), number(&N::rolling_friction),
-          number(&N::rolling_stiffness),  number(&N::least)};
-}
-/// The same numbers in every lane.
-template <class P>
-[[nodiscard]] ContactNumbers<P> broadcast_numbers(const ContactNumbers<double>& c) {
-  return contact_numbers<P>([&c](auto member) { return P(static_cast<typename ScalarIn<P>::type>(c.*member)); });
-}
-/// In lane l the numbers of(l).
-template <class P>
-[[nodiscard]] ContactNumbers<P> lane_numbers(auto&& of) {
-  const ContactNumbers<double>* lane[P::width];
+/// In lane l the numbers of(l), a struct of nothing but them.
+template <template <class> class Struct, class P, class Number>
+[[nodiscard]] Struct<P> in_lanes(auto&& of) {
+  constexpr std::size_t count = sizeof(Struct<Number>) / sizeof(Number);
+  const Struct<Number>* lane[P::width];
   for (int l = 0; l < P::width; ++l) lane[l] = &of(l);
-  return contact_numbers<P>([&lane](auto member) {
-    return P::make([&](int l) { return static_cast<typename P::Scalar>(lane[l]->*member); });
+  std::array<P, count> all;
+  unrolled<count>([&](auto k) {
+    all[k] = P::make(
+        [&](int l) { return static_cast<typename P::Scalar>(std::bit_cast<std::array<Number, count>>(*lane[l])[k]); });
   });
+  return std::bit_cast<Struct<P>>(all);
+}
+/// The same numbers in a run's.
+template <class Scalar>
+[[nodiscard]] ContactNumbers<Scalar> numbers_in(const ContactNumbers<double>& c) {
+  const auto of = [&c](int) -> const auto& { return c; };
+  return std::bit_cast<ContactNumbers<Scalar>>(in_lanes<ContactNumbers, Pack<Scalar, 1>, double>(of));
 }
 
 /// Three numbers or packs of them.
@@ -82,16 +79,6 @@ struct ContactPoint {
   P rho;                ///< 1/R_i + 1/R_j
   Triple<P> turning{};  ///< ω_i − ω_j [1/time]; only where there is rolling friction
 };
-
-/// In lane l the numbers of at[l].
-template <class P, class Scalar>
-[[nodiscard]] ContactPoint<P> lane_points(const ContactPoint<Scalar>* at) {
-  constexpr std::size_t count = sizeof(ContactPoint<Scalar>) / sizeof(Scalar);
-  std::array<P, count> all;
-  unrolled<count>(
-      [&](auto k) { all[k] = P::make([&](int l) { return std::bit_cast<std::array<Scalar, count>>(at[l])[k]; }); });
-  return std::bit_cast<ContactPoint<P>>(all);
-}
 
 /// The lengths of a contact's springs.
 template <class P>

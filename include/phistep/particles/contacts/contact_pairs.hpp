@@ -11,7 +11,6 @@
 #include <cstdint>
 #include <memory>
 #include <stdexcept>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -23,15 +22,10 @@
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-/// @throws std::invalid_argument where contacts can't be computed for these bodies
-template <class Body>
-void check_bodies(const Body& body, std::ptrdiff_t count) {
+/// @throws std::invalid_argument where bodies have no radii
+void check_bodies(const auto& body, std::ptrdiff_t count) {
   if (body.radius.size() != count)
     throw std::invalid_argument("phistep: contacts need the radii of the particles: set_radius(…)");
-  for (Eigen::Index i = 0; i < body.radius.size(); ++i)
-    if (!(body.radius[i] > 0) || !std::isfinite(body.radius[i]) || !(body.mass[i] > 0) || !std::isfinite(body.mass[i]))
-      throw std::invalid_argument("phistep: the radius and mass of particle " + std::to_string(i) +
-                                  " must be finite and > 0");
 }
 
 /// The properties of bodies that contacts use, in slots.
@@ -147,7 +141,7 @@ struct ContactPairs {
   std::vector<std::int32_t> row;            ///< pairs of slot s: row[s] … row[s + 1] − 1
   std::vector<Scalar> built_at;             ///< positions when the pairs were found, 3 a slot [length]
   Scalar skin = 0;                          ///< pairs within R_i + R_j + skin are here [length]
-  std::array<Scalar, 3> period{};           ///< 0: the axis is open [length]
+  std::array<double, 3> period{};           ///< as Domain::length
   std::uint64_t number = next_serial();     ///< other pairs, another number
 
   [[nodiscard]] std::size_t places() const { return first.size() < padding ? 0 : first.size() - padding; }
@@ -162,8 +156,8 @@ struct ContactPairs {
   }
 
   void archive(auto& ar) {
-    ar("bodies", bodies, "first", first, "second", second, "row", row, "built_at", built_at, "skin", skin);
-    ar("period_x", period[0], "period_y", period[1], "period_z", period[2]);
+    ar("bodies", bodies, "first", first, "second", second, "row", row, "built_at", built_at, "skin", skin, "period",
+       period);
     const std::size_t n = bodies.size(), m = first.size();
     ar.check(second.size() == m && (n == 0 || row.size() == n + 1) && built_at.size() == 3 * n);
     ar.check(n == 0 || (m >= padding && row.front() == 0 && static_cast<std::size_t>(row.back()) == m - padding));
@@ -257,26 +251,19 @@ struct ContactPlaces {
   }
 };
 
-/// Periods of a box along each axis, 0 where it is open [length].
-template <class Scalar, int dim>
-[[nodiscard]] std::array<Scalar, 3> periods(const Box<Scalar, dim>& box) {
-  std::array<Scalar, 3> all{};
-  for (std::size_t a = 0; a < dim; ++a)
-    if (box.is_periodic[a]) all[a] = box.length()[static_cast<Eigen::Index>(a)];
-  return all;
-}
-
 /// d ↦ d less the nearest multiple of each axis' period, of differences of two places.
 /// @tparam P      numbers or packs
 /// @param period  0 where the axis is open
-template <class P, class Scalar>
-[[nodiscard]] auto nearest_image(const std::array<Scalar, 3>& period) {
-  const auto per = [&](std::size_t a) { return P(period[a] > 0 ? Scalar{1} / period[a] : Scalar{0}); };
-  return [length = Triple<P>{P(period[0]), P(period[1]), P(period[2])},
-          inverse = Triple<P>{per(0), per(1), per(2)}](const Triple<P>& apart) {
-    const auto nearest = [](P x, P of, P one_over) { return x - of * nearest_integer(x * one_over); };
-    return Triple<P>{nearest(apart.x, length.x, inverse.x), nearest(apart.y, length.y, inverse.y),
-                     nearest(apart.z, length.z, inverse.z)};
+template <class P>
+[[nodiscard]] auto nearest_image(const std::array<double, 3>& period) {
+  std::array<P, 3> length, inverse;
+  for (std::size_t a = 0; a < 3; ++a) {
+    length[a] = P(static_cast<typename ScalarIn<P>::type>(period[a]));
+    inverse[a] = period[a] > 0 ? P(1) / length[a] : P(0);
+  }
+  return [length, inverse](const Triple<P>& apart) {
+    const auto nearest = [&](P x, std::size_t a) { return x - length[a] * nearest_integer(x * inverse[a]); };
+    return Triple<P>{nearest(apart.x, 0), nearest(apart.y, 1), nearest(apart.z, 2)};
   };
 }
 

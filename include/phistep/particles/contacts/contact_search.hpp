@@ -55,7 +55,7 @@ class ContactSearch {
         throw std::invalid_argument("phistep: the box's period along axis " + std::to_string(a) + ", " +
                                     std::to_string(domain.length[a]) +
                                     ", must be more than twice the bodies' largest diameter and the skin");
-    pairs.period = periods(body.box);
+    pairs.period = domain.length;
     const auto nearest = nearest_image<Scalar>(pairs.period);
     std::vector<Scalar> placed(4 * n);  // x y z R of each slot
     std::vector<std::int32_t> order, slot(n);

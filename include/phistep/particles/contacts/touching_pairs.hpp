@@ -46,7 +46,7 @@ class TouchingPairs {
 
   /// Fills the table with the contacts' places, and makes room for their springs.
   /// @param period  of the box, as in ContactPairs
-  void find(const std::array<Scalar, 3>& period, const PairRange& pairs, const ContactSlots<Scalar>& slots,
+  void find(const std::array<double, 3>& period, const PairRange& pairs, const ContactSlots<Scalar>& slots,
             const auto& before, auto& table, bool with_roll) {
     const auto nearest = nearest_image<P>(period);
     if (i.size() < pairs.count + width) resize_with_spare(i, pairs.count + width);

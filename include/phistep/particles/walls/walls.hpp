@@ -89,8 +89,7 @@ class Walls : public ForceTerm {
     const auto springs = evaluate(memory.near_by(t), y, copy, nullptr);
     Scalar sum{0};
     for (std::size_t c = 0; c < springs->size(); ++c)
-      sum +=
-          stored_energy<Law>(broadcast_numbers<Scalar>(numbers(y, springs->place[c])), touch_.points[c], (*springs)[c]);
+      sum += stored_energy<Law>(numbers_in<Scalar>(numbers(y, springs->place[c])), touch_.points[c], (*springs)[c]);
     return sum;
   }
   /// On wall number w [force].
@@ -115,7 +114,7 @@ class Walls : public ForceTerm {
       const Eigen::Index i = Places::body_of(place);
       const ContactPoint<Scalar>& at = touch_.points[c];
       const Scalar normal[3] = {at.n.x, at.n.y, at.n.z};
-      const auto tangents = contact_tangents<Law>(broadcast_numbers<Scalar>(numbers(y, place)), at, Scalar{1},
+      const auto tangents = contact_tangents<Law>(numbers_in<Scalar>(numbers(y, place)), at, Scalar{1},
                                                   springs->slip[c], copy.elapsed(t));
       const PairTangent<Scalar>&K = tangents[0], &C = tangents[1];
       for (int b = 0; b < dim; ++b)
@@ -201,10 +200,12 @@ class Walls : public ForceTerm {
     for (std::size_t c = 0; c < count; c += width) {
       const std::size_t lanes = std::min<std::size_t>(width, count - c);
       const auto place = [&](int l) { return after.place[c + std::min(static_cast<std::size_t>(l), lanes - 1)]; };
-      ContactPoint<P> at = lane_points<P>(&touch_.points[c]);
+      auto at = in_lanes<ContactPoint, P, Scalar>([&](int l) -> const auto& {
+        return touch_.points[c + static_cast<std::size_t>(l)];
+      });
       if constexpr (has_full_arms<Law>) at.arm = P(1);
       at.u = (P(1) / at.rho) * at.turning;
-      const auto law = lane_numbers<P>([&](int l) -> const auto& { return numbers(y, place(l)); });
+      const auto law = in_lanes<ContactNumbers, P, double>([&](int l) -> const auto& { return numbers(y, place(l)); });
       const auto f = contact_force<spins, rolls, Law>(law, at, elapsed, before, &touch_.from[c], after, c);
       Triple<P> torque{P(0), P(0), P(0)};
       if constexpr (spins) torque = (P(1) / at.rho) * f.twist;
