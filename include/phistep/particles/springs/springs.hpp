@@ -132,9 +132,6 @@ struct SpringNetwork : ForceTerm {
   /// ∂f/∂r, of the order of c|v_j − v_i|/ℓ, for it is not symmetric. Newton then converges linearly. Entries are complete.
   void add_jacobian(auto /*t*/, const auto& y, auto& sink) const {
     using Scalar = typename std::remove_cvref_t<decltype(y.r)>::Scalar;
-    constexpr bool takes_pairs = requires(const Scalar* n) {
-      sink.edge(Eigen::Index{}, Eigen::Index{}, n, PairTangent<Scalar>{}, PairTangent<Scalar>{});
-    };
     for (const Spring& s : springs_) {
       Scalar n[dim];
       const Scalar length = std::sqrt(span(s, y.r.data(), n)), k = static_cast<Scalar>(s.stiffness),
@@ -146,8 +143,9 @@ struct SpringNetwork : ForceTerm {
       if (length > Scalar{0}) K = {k, k * (Scalar{1} - L * inverse)};
       else if (L == Scalar{0}) K = {k, k};
       if constexpr (damped) C.along = length > Scalar{0} ? static_cast<Scalar>(damping.c) : Scalar{0};
-      if constexpr (takes_pairs) sink.edge(s.i, s.j, n, K, C);
-      else put_entries(sink, s, y, n, inverse, K, C);
+      put_pair<dim, damped>(sink, s.i, s.j, n, K, C);
+      if constexpr (damped && !requires { sink.edge(s.i, s.j, n, K, C); })
+        put_turning(sink, s, y, n, C.along * inverse);
     }
   }
 
@@ -192,24 +190,15 @@ struct SpringNetwork : ForceTerm {
     rows.add(y.r.data(), y.v.data(), still, c, out.force.data());
     return true;
   }
-  /// The dashpot's part in ∂f/∂r included: c/ℓ [n·Δv (I − nnᵀ) + n ((I − nnᵀ) Δv)ᵀ].
-  void put_entries(auto& sink, const Spring& s, const auto& y, const auto* n, auto inverse, const auto& K,
-                   const auto& C) const {
-    using Scalar = typename std::remove_cvref_t<decltype(y.r)>::Scalar;
-    using Vector = Eigen::Matrix<Scalar, dim, 1>;
-    using Block = Eigen::Matrix<Scalar, dim, dim>;
-    const Eigen::Map<const Vector> direction(n);
-    const Block along = direction * direction.transpose(), across = Block::Identity() - along;
-    Block B = K.along * along + K.across * across;
-    if constexpr (damped) {
-      const Vector dv =
-          Eigen::Map<const Vector>(y.v.data() + dim * s.j) - Eigen::Map<const Vector>(y.v.data() + dim * s.i);
-      const Vector dv_across = across * dv;
-      B += C.along * inverse * (direction.dot(dv) * across + direction * dv_across.transpose());
-      const Block D = C.along * along;
-      put_pair_blocks<dim>(s.i, s.j, D, [&sink](auto i, auto j, Scalar x) { sink.velocity(i, j, x); });
-    }
-    put_pair_blocks<dim>(s.i, s.j, B, [&sink](auto i, auto j, Scalar x) { sink.position(i, j, x); });
+  /// The dashpot's part in ∂f/∂r: c/ℓ [n·Δv (I − nnᵀ) + n ((I − nnᵀ) Δv)ᵀ].
+  template <class Scalar>
+  static void put_turning(auto& sink, const Spring& s, const auto& y, const Scalar* n, Scalar c) {
+    Scalar dv[dim], along{0};
+    for (int a = 0; a < dim; ++a) dv[a] = y.v.data()[dim * s.j + a] - y.v.data()[dim * s.i + a], along += n[a] * dv[a];
+    const auto block = [&](int a, int b) {
+      return c * (along * (Scalar(a == b) - n[a] * n[b]) + n[a] * (dv[b] - along * n[b]));
+    };
+    put_pair_blocks<dim>(s.i, s.j, block, [&sink](auto i, auto j, Scalar x) { sink.position(i, j, x); });
   }
 
   std::vector<Spring> springs_;   // sorted
