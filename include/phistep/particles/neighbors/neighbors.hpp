@@ -60,18 +60,12 @@ struct NeighborMemory {
   mutable bool is_pattern = false;  ///< a matrix has an entry for each pair listed: the skin stays as it is
 
   void archive(auto& ar) {
-    using Ar = std::remove_cvref_t<decltype(ar)>;
     bool has = reference != nullptr;
-    ar("has_list", has, "age", age, "is_pattern", is_pattern);
+    NeighborReference list = has ? *reference : NeighborReference{};
+    ar("has_list", has, "age", age, "is_pattern", is_pattern, "list", list);
     ar.check(age >= -1);
-    if constexpr (Ar::reading) {
-      auto read = has ? std::make_shared<NeighborReference>() : nullptr;
-      if (has) ar("list", *read);
-      reference = std::move(read);
-    } else if (has) {
-      NeighborReference copy = *reference;
-      ar("list", copy);
-    }
+    if constexpr (std::remove_cvref_t<decltype(ar)>::reading)
+      reference = has ? std::make_shared<NeighborReference>(std::move(list)) : nullptr;
   }
 };
 
