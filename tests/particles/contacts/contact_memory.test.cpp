@@ -47,7 +47,7 @@ SpringTable<double, Place> one_contact() {
   table.resize(1, true);
   table.close();
   table.place[0] = 3;
-  for (std::size_t a = 0; a < 3; ++a) table.slip.x[a][0] = 0.25, table.roll.x[a][0] = -0.5;
+  for (std::size_t a = 0; a < 3; ++a) table.numbers[a][0] = 0.25, table.numbers[3 + a][0] = -0.5;
   return table;
 }
 
@@ -66,20 +66,20 @@ TEST_CASE("what contacts remember is finite, or no memory of theirs") {
       [](Memory& m) -> double& { return m.lag; });
 
   using Table = SpringTable<double>;
-  CHECK(copied(one_contact()).roll.x[2][0] == -0.5);
+  CHECK(copied(one_contact()).numbers[5][0] == -0.5);
   check_refused(
-      one_contact(), [](Table& t) -> double& { return t.slip.x[1][0]; },
-      [](Table& t) -> double& { return t.roll.x[2][0]; });
+      one_contact(), [](Table& t) -> double& { return t.numbers[1][0]; },
+      [](Table& t) -> double& { return t.numbers[5][0]; });
 
   using Springs = SpringTable<double, std::int64_t>;
   check_refused(
-      one_contact<std::int64_t>(), [](Springs& s) -> double& { return s.slip.x[2][0]; },
-      [](Springs& s) -> double& { return s.roll.x[0][0]; });
+      one_contact<std::int64_t>(), [](Springs& s) -> double& { return s.numbers[2][0]; },
+      [](Springs& s) -> double& { return s.numbers[3][0]; });
 }
 
 TEST_CASE("a new contact finds unstretched springs behind the last one, in a checkpoint as well") {
   SpringTable<double> table = one_contact();
-  table.slip.x[0][5] = 1;
+  table.numbers[0][5] = 1;
   CHECK_THROWS_AS(copied(table), CheckpointError);
 }
 

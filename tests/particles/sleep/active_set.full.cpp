@@ -101,8 +101,8 @@ TEST_CASE("who is left out stays, pushes the others, and costs no pair; the list
   CHECK(resting.size() + remembered.springs->size() == springs->size());
   for (std::size_t c = 0, old = 0; c < resting.size(); ++c, ++old) {
     while (springs->place[old] != resting.place[c]) ++old;
-    CHECK(springs->slip.x[0][old] == resting.slip.x[0][c]);
-    CHECK(springs->roll.x[1][old] == resting.roll.x[1][c]);
+    CHECK(springs->numbers[0][old] == resting.numbers[0][c]);
+    CHECK(springs->numbers[4][old] == resting.numbers[4][c]);
   }
   stepper.set_active(nullptr);
   REQUIRE(stepper.step(grains, dt * 51, dt));
@@ -116,7 +116,7 @@ namespace {
 std::map<std::int32_t, double> slips(const auto& memory) {
   std::map<std::int32_t, double> all;
   const auto put = [&all](const auto& table, std::size_t c) {
-    REQUIRE(all.emplace(table.place[c], table.slip.x[0][c]).second);  // in one table only
+    REQUIRE(all.emplace(table.place[c], table.numbers[0][c]).second);  // in one table only
   };
   for (std::size_t c = 0; c < memory.springs->size(); ++c) put(*memory.springs, c);
   if (memory.resting == nullptr) return all;

@@ -134,7 +134,7 @@ class Contact : public ForceTerm {
       const Meeting at = meet(*copy.places, place);
       std::array<PairTangent<Scalar>, 2> K_C{};
       if (c < springs->size() && springs->place[c] == place)
-        K_C = contact_tangents<Law>(at.numbers, at.point, at.distance, springs->slip[c++], copy.elapsed(t));
+        K_C = contact_tangents<Law>(at.numbers, at.point, at.distance, (*springs)[c++].slip, copy.elapsed(t));
       const Scalar n[3] = {at.point.n.x, at.point.n.y, at.point.n.z};
       put_pair<dim, true>(sink, user(copy, i), user(copy, j), n, K_C[0], K_C[1]);
     });

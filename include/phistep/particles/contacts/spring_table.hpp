@@ -4,11 +4,14 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <iterator>
+#include <utility>
 #include <vector>
 
+#include "phistep/base/machine/loop_hints.hpp"
 #include "phistep/base/machine/memory.hpp"
 #include "phistep/base/numbers/finite_witness.hpp"
 #include "phistep/particles/contacts/contact_kernel.hpp"
@@ -22,84 +25,70 @@ template <class Real, class Number = std::int32_t, bool keeps_grip = false>
 struct SpringTable {
   using Scalar = Real;
   using Place = Number;
-  /// One array a component, with numbers to spare for a whole pack. Behind the last contact stands one that is
-  /// unstretched: what a new contact finds.
-  struct Lengths {
-    std::array<std::vector<Scalar>, 3> x;
-    void resize(std::size_t n) {
-      for (auto& a : x) resize_with_spare(a, n);
-    }
-    /// Of one contact; 0 where none are kept.
-    [[nodiscard]] Triple<Scalar> operator[](std::size_t c) const {
-      if (x[0].empty()) return {};
-      return {x[0][c], x[1][c], x[2][c]};
-    }
-    void set(std::size_t c, const Triple<Scalar>& to) { x[0][c] = to.x, x[1][c] = to.y, x[2][c] = to.z; }
-    /// Loads the springs of the contacts from[0], from[1] …
-    template <class P>
-    [[nodiscard]] Triple<P> load(const std::int32_t* from) const {
-      // Mostly the same contacts touch as before, and stand in the same order.
-      bool in_line = true;
-      for (int l = 1; l < P::width; ++l) in_line &= from[l] == from[0] + l;
-      const auto at = [&](const std::vector<Scalar>& a) {
-        return in_line ? P::load(&a[static_cast<std::size_t>(from[0])]) : P::gather(a.data(), from);
-      };
-      return {at(x[0]), at(x[1]), at(x[2])};
-    }
-    /// May write behind the last contact, where others follow or none.
-    template <class P>
-    void store(const Triple<P>& lengths, std::size_t c) {
-      lengths.x.store(&x[0][c]);
-      lengths.y.store(&x[1][c]);
-      lengths.z.store(&x[2][c]);
-    }
-    void archive(auto& ar) { ar("x", x); }
-  };
-  static constexpr std::size_t padding = 32;
+  using Springs = ContactSprings<Scalar>;
+  static constexpr std::size_t count = sizeof(Springs) / sizeof(Scalar), padding = 32;
 
-  std::vector<Place> place;                                          ///< of each contact, ascending
-  Lengths slip, roll;                                                ///< ξ, ψ; roll may be empty
-  [[no_unique_address]] Only<keeps_grip, std::vector<Scalar>> grip;  ///< a
+  std::vector<Place> place;  ///< of each contact, ascending
+  /// One array for each number of a ContactSprings, or none where it isn't kept, with some to spare for a whole pack. Behind the last contact
+  /// stands one that is unstretched: what a new contact finds.
+  std::array<std::vector<Scalar>, count> numbers;
 
+  [[nodiscard]] static constexpr bool keeps(std::size_t k, bool with_roll) {
+    return k < 3 || (k < 6 ? with_roll : keeps_grip);
+  }
   [[nodiscard]] std::size_t size() const { return place.size(); }
-  [[nodiscard]] bool rolls() const { return !roll.x[0].empty(); }
+  [[nodiscard]] bool rolls() const { return !numbers[3].empty(); }
   void resize(std::size_t contacts, bool with_roll) {
     resize_with_spare(place, contacts);
-    slip.resize(contacts + padding);
-    roll.resize(with_roll ? contacts + padding : 0);
-    if constexpr (keeps_grip) resize_with_spare(grip, contacts + padding);
+    for (std::size_t k = 0; k < count; ++k) resize_with_spare(numbers[k], keeps(k, with_roll) ? contacts + padding : 0);
   }
-  [[nodiscard]] ContactSprings<Scalar> operator[](std::size_t c) const {
-    ContactSprings<Scalar> springs{slip[c], roll[c]};
-    if constexpr (keeps_grip) springs.grip = grip[c];
-    return springs;
+  [[nodiscard]] Springs operator[](std::size_t c) const {
+    std::array<Scalar, count> its{};
+    for (std::size_t k = 0; k < count; ++k)
+      if (!numbers[k].empty()) its[k] = numbers[k][c];
+    return std::bit_cast<Springs>(its);
   }
-  void set(std::size_t c, const ContactSprings<Scalar>& springs) {
-    slip.set(c, springs.slip);
-    if (rolls()) roll.set(c, springs.roll);
-    if constexpr (keeps_grip) grip[c] = springs.grip;
+  void set(std::size_t c, const Springs& springs) {
+    const auto its = std::bit_cast<std::array<Scalar, count>>(springs);
+    for (std::size_t k = 0; k < count; ++k)
+      if (!numbers[k].empty()) numbers[k][c] = its[k];
+  }
+  /// The springs of the contacts from[0], from[1] …
+  template <bool with_roll, class P>
+  [[nodiscard]] ContactSprings<P> load(const std::int32_t* from) const {
+    // Mostly the same contacts touch as before, and stand in the same order.
+    bool in_line = true;
+    for (int l = 1; l < P::width; ++l) in_line &= from[l] == from[0] + l;
+    std::array<P, count> its{};
+    unrolled<count>([&](auto k) {
+      if constexpr (keeps(k, with_roll))
+        its[k] = in_line ? P::load(&numbers[k][static_cast<std::size_t>(from[0])]) : P::gather(numbers[k].data(), from);
+    });
+    return std::bit_cast<ContactSprings<P>>(its);
+  }
+  /// May write behind the last contact, where others follow or none.
+  template <bool with_roll, class P>
+  void store(const ContactSprings<P>& springs, std::size_t c) {
+    const auto its = std::bit_cast<std::array<P, count>>(springs);
+    unrolled<count>([&](auto k) {
+      if constexpr (keeps(k, with_roll)) its[k].store(&numbers[k][c]);
+    });
   }
   /// What stands behind the last contact.
   void close() {
-    for (auto* lengths : {&slip, &roll})
-      for (auto& x : lengths->x)
-        if (!x.empty()) std::fill(x.begin() + static_cast<std::ptrdiff_t>(size()), x.end(), Scalar{0});
-    if constexpr (keeps_grip) std::fill(grip.begin() + static_cast<std::ptrdiff_t>(size()), grip.end(), Scalar{0});
+    for (auto& x : numbers)
+      if (!x.empty()) std::fill(x.begin() + static_cast<std::ptrdiff_t>(size()), x.end(), Scalar{0});
   }
   void archive(auto& ar) {
-    ar("place", place, "slip", slip, "roll", roll);
-    if constexpr (keeps_grip) {
-      ar("grip", grip);
-      ar.check(grip.size() == slip.x[0].size() && all_finite(grip.data(), static_cast<std::ptrdiff_t>(grip.size())));
-    }
-    for (const auto& x : slip.x) ar.check(x.size() == size() + padding || (size() == 0 && x.empty()));
-    for (const auto& x : roll.x) ar.check(x.size() == (rolls() ? slip.x[0].size() : 0));
+    ar("place", place, "numbers", numbers);
     ar.check(std::is_sorted(place.begin(), place.end()) && (place.empty() || place.front() >= 0));
-    for (const auto* lengths : {&slip, &roll})
-      for (const auto& x : lengths->x) {
-        ar.check(all_finite(x.data(), static_cast<std::ptrdiff_t>(x.size())));
-        for (std::size_t c = size(); c < x.size(); ++c) ar.check(x[c] == Scalar{0});
-      }
+    ar.check(numbers[0].size() == size() + padding || (size() == 0 && numbers[0].empty()));
+    for (std::size_t k = 0; k < count; ++k) {
+      const auto& x = numbers[k];
+      ar.check(x.size() == (keeps(k, rolls()) ? numbers[0].size() : 0));
+      ar.check(all_finite(x.data(), static_cast<std::ptrdiff_t>(x.size())));
+      for (std::size_t c = size(); c < x.size(); ++c) ar.check(x[c] == Scalar{0});
+    }
   }
 };
 
@@ -115,32 +104,16 @@ template <class Place>
   };
 }
 
-/// The force of the contacts c, c + 1, … of a pack, from springs of the table before, which stand at from[0], from[1], …, to
-/// those after.
-/// @param elapsed  [time] since `before` was known
-template <bool spins, bool rolls, class Law, class P, class Table>
-[[nodiscard]] ContactForce<P> contact_force(const ContactNumbers<P>& numbers, const ContactPoint<P>& at,
-                                            typename Table::Scalar elapsed, const Table& before,
-                                            const std::int32_t* from, Table& after, std::size_t c) {
-  ContactSprings<P> springs{before.slip.template load<P>(from), {}};
-  if constexpr (rolls) springs.roll = before.roll.template load<P>(from);
-  if constexpr (stiffens<Law>) springs.grip = P::gather(before.grip.data(), from);
-  const ContactForce<P> f = contact_force<spins, rolls, Law>(numbers, at, P(elapsed), springs);
-  after.slip.store(springs.slip, c);
-  if constexpr (rolls) after.roll.store(springs.roll, c);
-  if constexpr (stiffens<Law>) springs.grip.store(&after.grip[c]);
-  return f;
-}
-
 /// Springs on their way from one table to another, where the set that is computed or the list of pairs changes. A workspace.
 template <class Table>
 class CarriedSprings {
-  using Scalar = typename Table::Scalar;
-  using Springs = ContactSprings<Scalar>;
+  using Place = typename Table::Place;
+  using Springs = typename Table::Springs;
+  using Carried = std::pair<Place, Springs>;
 
  public:
   /// No two of one place.
-  void add(typename Table::Place place, const Springs& springs) { carried_.push_back({place, springs}); }
+  void add(Place place, const Springs& springs) { carried_.emplace_back(place, springs); }
   /// Those added since the last call were ascending by place.
   void end_run() {
     const auto middle = carried_.begin() + static_cast<std::ptrdiff_t>(in_order_);
@@ -153,8 +126,8 @@ class CarriedSprings {
     if (in_order_ < carried_.size()) std::sort(carried_.begin(), carried_.end(), is_before);
     table.resize(carried_.size(), rolls);
     for (std::size_t c = 0; c < carried_.size(); ++c) {
-      table.place[c] = carried_[c].place;
-      table.set(c, carried_[c].springs);
+      table.place[c] = carried_[c].first;
+      table.set(c, carried_[c].second);
     }
     table.close();
     carried_.clear();
@@ -162,11 +135,7 @@ class CarriedSprings {
   }
 
  private:
-  struct Carried {
-    typename Table::Place place;
-    Springs springs;
-  };
-  static bool is_before(const Carried& a, const Carried& b) { return a.place < b.place; }
+  static bool is_before(const Carried& a, const Carried& b) { return a.first < b.first; }
   std::vector<Carried> carried_;
   std::size_t in_order_ = 0;  // of these, ascending
 };

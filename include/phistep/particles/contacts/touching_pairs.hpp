@@ -107,7 +107,10 @@ class TouchingPairs {
                        ui.w + uj.w,
                        vi.w + vj.w};
     if constexpr (rolls) at.turning = {vi.w * ui.x - vj.w * uj.x, vi.w * ui.y - vj.w * uj.y, vi.w * ui.z - vj.w * uj.z};
-    return contact_force<spins, rolls, Law>(numbers(first, second), at, elapsed, before, &from[c], after, c);
+    auto springs = before.template load<rolls, P>(&from[c]);
+    const auto out = contact_force<spins, rolls, Law>(numbers(first, second), at, P(elapsed), springs);
+    after.template store<rolls>(springs, c);
+    return out;
   }
 
  private:

@@ -115,7 +115,7 @@ class Walls : public ForceTerm {
       const ContactPoint<Scalar>& at = touch_.points[c];
       const Scalar normal[3] = {at.n.x, at.n.y, at.n.z};
       const auto tangents = contact_tangents<Law>(numbers_in<Scalar>(numbers(y, place)), at, Scalar{1},
-                                                  springs->slip[c], copy.elapsed(t));
+                                                  (*springs)[c].slip, copy.elapsed(t));
       const PairTangent<Scalar>&K = tangents[0], &C = tangents[1];
       for (int b = 0; b < dim; ++b)
         for (int a = 0; a < dim; ++a) {
@@ -206,7 +206,9 @@ class Walls : public ForceTerm {
       if constexpr (has_full_arms<Law>) at.arm = P(1);
       at.u = (P(1) / at.rho) * at.turning;
       const auto law = in_lanes<ContactNumbers, P, double>([&](int l) -> const auto& { return numbers(y, place(l)); });
-      const auto f = contact_force<spins, rolls, Law>(law, at, elapsed, before, &touch_.from[c], after, c);
+      auto springs = before.template load<rolls, P>(&touch_.from[c]);
+      const auto f = contact_force<spins, rolls, Law>(law, at, P(elapsed), springs);
+      after.template store<rolls>(springs, c);
       Triple<P> torque{P(0), P(0), P(0)};
       if constexpr (spins) torque = (P(1) / at.rho) * f.twist;
       if constexpr (rolls) torque = torque + f.torque;
