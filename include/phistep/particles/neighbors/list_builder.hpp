@@ -41,7 +41,6 @@ class ListBuilder : private CellOrder<dim> {
     sort(r, particles, domain, range, list.slots);
     if constexpr (own_cutoffs) set_ranges(own, skin, list.slots);
     list.pad = pad;
-    list.particles = particles;
     list.rows.clear();
     for (std::size_t s = 0; s < list.slots.size(); ++s)
       if (is_home(s) && (still.empty() || still[static_cast<std::size_t>(list.slots[s].particle)] == 0))

@@ -119,7 +119,6 @@ struct NeighborList {
   std::vector<Chunk> chunks;  ///< the first `chunk_count` are in use
   std::size_t chunk_count = 0;
   std::int32_t pad = 1;  ///< a row's parts are filled up to a multiple of it, a power of two
-  std::int32_t particles = 0;
 
   /// f(slot of a neighbour) for a row's, without the dummies.
   void for_each_neighbor(const Row& row, const Chunk& chunk, auto&& f) const {

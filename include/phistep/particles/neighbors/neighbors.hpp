@@ -156,9 +156,8 @@ class Neighbors {
   struct Displacements {
     double first = 0, second = 0;
     void see(double square) {
-      const double smaller = square < first ? square : first;
-      second = smaller > second ? smaller : second;
-      first = square > first ? square : first;
+      second = std::max(second, std::min(square, first));
+      first = std::max(first, square);
     }
   };
   /// The sum of the two largest displacements. What is not a number has not moved: a new list would not help.

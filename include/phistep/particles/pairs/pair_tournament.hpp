@@ -91,7 +91,11 @@ class PairTournament {
         for (std::ptrdiff_t k = 0; k < seats / 2; ++k) {
           const std::ptrdiff_t a = k == 0 ? seats - 1 : (round + k) % (seats - 1);
           const std::ptrdiff_t b = (round + (seats - 1) - k) % (seats - 1);
-          if (a < teams && b < teams) relay.run([&] { meet(f, first(a), first(a + 1), first(b), first(b + 1)); });
+          if (a >= teams || b >= teams) continue;
+          relay.run([&] {
+            for (std::ptrdiff_t j = first(b); j < std::min(first(b + 1), movers_); j += at_once)
+              serve(f, j, first(a), first(a + 1));
+          });
         }
       }
     }
@@ -170,11 +174,6 @@ class PairTournament {
       unrolled<dim>([&](auto a) { mine[a].store_aligned(sum(a) + i); });
     }
     unrolled<at_once>([&](auto b) { unrolled<dim>([&](auto a) { sum(a)[j + b] -= phistep::sum(theirs[b][a]); }); });
-  }
-  /// One team against another.
-  template <class Law>
-  void meet(const Law& f, std::ptrdiff_t i, std::ptrdiff_t i_last, std::ptrdiff_t j, std::ptrdiff_t j_last) const {
-    for (; j < std::min(j_last, movers_); j += at_once) serve(f, j, i, i_last);
   }
   /// A team among itself, and what those that don't move do to it; the first to write the sums.
   template <class Law>
