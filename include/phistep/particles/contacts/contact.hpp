@@ -36,7 +36,6 @@
 #include "phistep/base/numbers/pack.hpp"
 #include "phistep/base/numbers/pack_math.hpp"
 #include "phistep/base/state/active_set.hpp"
-#include "phistep/force/sum.hpp"
 #include "phistep/particles/contacts/contact_kernel.hpp"
 #include "phistep/particles/contacts/contact_law.hpp"
 #include "phistep/particles/contacts/contact_memory.hpp"
@@ -53,7 +52,7 @@ namespace phistep { inline namespace PHISTEP_ABI {
 /// @tparam Law     Hooke, Hertz, GranHooke, or a type like them
 /// @tparam Scalar  the state's
 template <class Law, class Scalar = double>
-class Contact : public ForceTerm {
+class Contact : public ContactTerm {
   using Pairs = ContactPairs<Scalar>;
   using Places = ContactPlaces<Scalar>;
   using Springs = SpringTable<Scalar, std::int32_t, stiffens<Law>>;
@@ -61,21 +60,12 @@ class Contact : public ForceTerm {
  public:
   static constexpr const char* name = "contact";  ///< of its memory, in checkpoints
   using Memory = ContactMemory<Springs, Places>;
-  // It depends on the time since the springs were known.
-  static constexpr bool uses_velocity = true, uses_time = true;
-  static constexpr bool computes_active_only = true;
-  static constexpr Structure structure = Structure::network;
-  static constexpr bool has_edges = true, is_symmetric = true;
 
   /// @param skin  [length] pairs are kept as long as no body has moved by half of it; 0: a fraction of the radii
   explicit Contact(Materials<Law> materials, double skin = 0) : materials_{std::move(materials)}, skin_{skin} {
     if (!(skin >= 0) || !std::isfinite(skin)) throw std::invalid_argument("phistep: a skin must be finite and >= 0");
   }
 
-  void begin(auto t, auto dt, const auto& y, Memory& memory) const {
-    check_view(y);
-    memory.begin(t, dt);
-  }
   void add(auto t, const auto& y, const Memory& memory, auto& out) const {
     memory.remember(t, evaluate(t, y, memory, active_set(y)));
     work_.sums.give(y, memory.places->pairs->bodies, out, active_set(y));
@@ -159,11 +149,6 @@ class Contact : public ForceTerm {
     std::tuple<ContactSearch<Scalar, 2>, ContactSearch<Scalar, 3>> late;
   };
 
-  static void check_view(const auto& y) {
-    static_assert(HasBody<decltype(y)>, "phistep: Contact needs Particles: bodies with radii");
-    static_assert(std::is_same_v<typename std::remove_cvref_t<decltype(y.r)>::Scalar, Scalar>,
-                  "phistep: Contact<Law, Scalar> must be of the state's number type: Contact<Hooke, float>{…}");
-  }
   /// The user's index of a slot's body.
   [[nodiscard]] static Eigen::Index user(const Memory& memory, std::int32_t slot) {
     return memory.places->pairs->bodies.particle[static_cast<std::size_t>(slot)];
@@ -172,6 +157,9 @@ class Contact : public ForceTerm {
   /// Springs at (t, y); forces and torques lie in the workspace.
   /// @param active  those that are computed, with all that acts on them; null: all
   std::shared_ptr<Springs> evaluate(Scalar t, const auto& y, const Memory& memory, const ActiveSet* active) const {
+    static_assert(HasBody<decltype(y)>, "phistep: Contact needs Particles: bodies with radii");
+    static_assert(std::is_same_v<typename std::remove_cvref_t<decltype(y.r)>::Scalar, Scalar>,
+                  "phistep: Contact<Law, Scalar> must be of the state's number type: Contact<Hooke, float>{…}");
     constexpr bool spins = HasSpin<decltype(y)>;
     const bool rolls = spins && materials_.rolls();
     prepare(y, memory, rolls, active);

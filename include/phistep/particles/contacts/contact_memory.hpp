@@ -16,7 +16,9 @@
 #include <utility>
 #include <vector>
 
+#include "phistep/base/facts/structure.hpp"
 #include "phistep/base/machine/memory.hpp"
+#include "phistep/force/sum.hpp"
 #include "phistep/particles/contacts/spring_table.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
@@ -197,6 +199,15 @@ struct ContactMemory {
       springs = std::make_shared<const Table>(std::move(its_springs));
     }
   }
+};
+
+/// A force of contacts. It depends on the time since the springs were known.
+struct ContactTerm : ForceTerm {
+  static constexpr bool uses_velocity = true, uses_time = true, computes_active_only = true;
+  static constexpr bool has_edges = true, is_symmetric = true;
+  static constexpr Structure structure = Structure::network;
+
+  static void begin(auto t, auto dt, const auto& /*y*/, auto& memory) { memory.begin(t, dt); }
 };
 
 }}  // namespace phistep::PHISTEP_ABI

@@ -25,7 +25,6 @@
 #include "phistep/base/numbers/pack.hpp"
 #include "phistep/base/numbers/pack_math.hpp"
 #include "phistep/base/state/active_set.hpp"
-#include "phistep/force/sum.hpp"
 #include "phistep/particles/contacts/contact_kernel.hpp"
 #include "phistep/particles/contacts/contact_law.hpp"
 #include "phistep/particles/contacts/contact_memory.hpp"
@@ -39,18 +38,13 @@ namespace phistep { inline namespace PHISTEP_ABI {
 /// @tparam Law     Hooke, Hertz, GranHooke, or a type like them
 /// @tparam Scalar  the state's
 template <class Law, int dim = 3, class Scalar = double>
-class Walls : public ForceTerm {
+class Walls : public ContactTerm {
  public:
   using Places = WallBodies<Scalar>;
   using Springs = SpringTable<Scalar, std::int64_t, stiffens<Law>>;
   static constexpr const char* name = "walls";  ///< of its memory, in checkpoints
   using Memory = ContactMemory<Springs, Places>;
-  // It depends on the time since the springs were known.
   static constexpr bool acts_on_each = true;
-  static constexpr bool uses_velocity = true, uses_time = true;
-  static constexpr bool computes_active_only = true;
-  static constexpr Structure structure = Structure::network;
-  static constexpr bool has_edges = true, is_symmetric = true;
 
   /// @throws std::invalid_argument where a wall has no normal, no thickness, or a type that isn't in the table
   Walls(Materials<Law> materials, std::vector<Wall<dim>> walls)
@@ -67,10 +61,6 @@ class Walls : public ForceTerm {
   Walls(Materials<Law> materials, const Shape&... walls)
       : Walls{std::move(materials), std::vector<Wall<dim>>{walls...}} {}
 
-  void begin(auto t, auto dt, const auto& y, Memory& memory) const {
-    check_view(y);
-    memory.begin(t, dt);
-  }
   void add(auto t, const auto& y, const Memory& memory, auto& out) const {
     memory.remember(
         t, evaluate(t, y, memory, active_set(y), [&](std::int64_t place, const Scalar* force, const Scalar* torque) {
@@ -144,12 +134,6 @@ class Walls : public ForceTerm {
   using P = Pack<Scalar, width>;
   using Vector = Eigen::Matrix<Scalar, dim, 1>;
 
-  static void check_view(const auto& y) {
-    static_assert(HasBody<decltype(y)>, "phistep: Walls need Particles: bodies with radii");
-    static_assert(std::is_same_v<typename std::remove_cvref_t<decltype(y.r)>::Scalar, Scalar> &&
-                      std::remove_cvref_t<decltype(y.r)>::RowsAtCompileTime == dim,
-                  "phistep: Walls<Law, dim, Scalar> must be of the state's dimension and number type");
-  }
   [[nodiscard]] int type_of(std::size_t w) const {
     return std::visit([](const auto& wall) { return wall.type; }, walls_[w]);
   }
@@ -165,9 +149,12 @@ class Walls : public ForceTerm {
   template <class View, class Put = Nowhere>
   std::shared_ptr<Springs> evaluate(Scalar t, const View& y, const Memory& memory, const ActiveSet* active,
                                     const Put& put = {}) const {
+    static_assert(HasBody<View>, "phistep: Walls need Particles: bodies with radii");
+    static_assert(std::is_same_v<typename std::remove_cvref_t<decltype(y.r)>::Scalar, Scalar> &&
+                      std::remove_cvref_t<decltype(y.r)>::RowsAtCompileTime == dim,
+                  "phistep: Walls<Law, dim, Scalar> must be of the state's dimension and number type");
     constexpr bool spins = HasSpin<decltype(y)>;
     const bool rolls = spins && materials_.rolls();
-    check_view(y);
     prepare(y, memory, rolls);
     memory.part(
         number_of(active), [active](std::int64_t place) { return active->has(Places::body_of(place)); }, tables_);
