@@ -237,7 +237,6 @@ struct Spin {
   template <class Scalar, int dim>
   struct ViewBlock {
     const Eigen::Matrix<Scalar, rows(dim), Eigen::Dynamic>& omega;  ///< [1/time]
-    explicit ViewBlock(const Block<Scalar, dim>& from) : omega{from.omega} {}
   };
   static auto& block(auto& y) { return y.omega; }
   static auto& rate(auto& psi) { return psi.torque; }
@@ -264,7 +263,6 @@ struct Temperature {
   template <class Scalar, int dim>
   struct ViewBlock {
     const Eigen::Matrix<Scalar, 1, Eigen::Dynamic>& temperature;  ///< [temperature]
-    explicit ViewBlock(const Block<Scalar, dim>& from) : temperature{from.temperature} {}
   };
   static auto& block(auto& y) { return y.temperature; }
   static auto& rate(auto& psi) { return psi.heat; }

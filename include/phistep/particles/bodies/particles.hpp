@@ -40,7 +40,7 @@ struct ParticleView : Extra::template ViewBlock<Scalar, dim>... {
 
   template <class State>
   ParticleView(const State& y, const Mass& masses)
-      : Extra::template ViewBlock<Scalar, dim>(y)..., r{y.r}, v{y.v}, mass{masses}, body{y.body()} {}
+      : Extra::template ViewBlock<Scalar, dim>{Extra::block(y)}..., r{y.r}, v{y.v}, mass{masses}, body{y.body()} {}
 };
 
 /// A motion of N particles: positions r and velocities v, dim × N, and what each body has: a mass, and, where it is set, a
