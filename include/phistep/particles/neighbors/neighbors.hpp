@@ -11,7 +11,6 @@
 #include <Eigen/Core>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -101,31 +100,17 @@ class Neighbors {
       if (alike && range.finds_skin && !memory.is_pattern && particles > 0)
         skin = better_skin(*last, range, memory.age);
       memory.age = last == nullptr ? 0 : -1;  // the first is made before a step, others at its end
-      // The list of just these positions may be at hand: from an energy computed there.
-      const bool known = is_of_these(built_.get()) && built_->skin == skin &&
-                         std::equal(built_->positions.begin(), built_->positions.end(), r, [](double x, Scalar y) {
-                           return std::bit_cast<std::uint64_t>(x) ==
-                                  std::bit_cast<std::uint64_t>(static_cast<double>(y));  // a checkpoint tells −0 from 0
-                         });
-      memory.reference = known ? built_ : remember(r, particles, domain, still, skin);
+      memory.reference = remember(r, particles, domain, still, skin);
     }
     bool same = built_ == memory.reference && range_.cutoff == range.cutoff && range_.pad == range.pad;
     if constexpr (own_cutoffs) same = same && own_ == *range.own;
     if (!same) build(memory.reference, range);
     return list_;
   }
-  /// The same without a memory, which nothing changes: by the list at hand, if that serves.
-  template <class Scalar>
-  const NeighborList& list(const Scalar* r, Eigen::Index particles, const Domain& domain,
-                           const std::vector<std::uint8_t>& still, const NeighborRange& range) {
-    NeighborMemory memory;
-    memory.reference = built_;
-    const double skin = built_ != nullptr && range.finds_skin ? built_->skin : range.skin;
-    return list(r, particles, domain, still, {range.cutoff, skin, {}, range.pad, false, range.own}, memory);
-  }
 
-  /// The list made last, and its skin: 0 before the first.
+  /// The list made last, what it was made from, and its skin: 0 before the first.
   [[nodiscard]] const NeighborList& current() const { return list_; }
+  [[nodiscard]] const std::shared_ptr<const NeighborReference>& made_from() const { return built_; }
   [[nodiscard]] double skin() const { return built_ ? built_->skin : 0.0; }
   /// How many lists were made so far, and what they took.
   [[nodiscard]] std::uint64_t rebuilds() const { return rebuilds_; }

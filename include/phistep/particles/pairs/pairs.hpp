@@ -92,7 +92,7 @@ class Pairs : public ForceTerm {
     using S = Shape<decltype(y)>;
     using P = typename S::Pack;
     using Scalar = typename S::Scalar;
-    const NeighborList& list = gather<S>(y, &memory);
+    const NeighborList& list = gather<S>(y, memory);
     const ActiveSet* const active = active_set(y);
     const P rc2{limit<Scalar>()};
     for_each_row(list, [&](const NeighborList::Row& row, const NeighborList::Chunk& chunk, std::size_t) {
@@ -136,7 +136,7 @@ class Pairs : public ForceTerm {
   void add_jacobian(auto /*t*/, const auto& y, const Memory& memory, auto& sink) const {
     using S = Shape<decltype(y)>;
     using Scalar = typename S::Scalar;
-    const NeighborList& list = gather<S>(y, &memory);
+    const NeighborList& list = gather<S>(y, memory);
     const auto rc2 = limit<Scalar>();
     memory.is_pattern = true;
     list.for_each_neighbor([&](const NeighborList::Row& row, std::int32_t slot) {
@@ -214,8 +214,9 @@ class Pairs : public ForceTerm {
   }
 
   /// The list, with the place of each particle.
+  /// @param borrows  an empty memory takes the list at hand, if that serves
   template <class S>
-  const NeighborList& gather(const auto& y, const Memory* memory) const {
+  const NeighborList& gather(const auto& y, const Memory& memory, bool borrows = false) const {
     using Scalar = typename S::Scalar;
     const Eigen::Index n = y.r.size() / S::dim;
     const Scalar* const r = y.r.data();
@@ -234,8 +235,8 @@ class Pairs : public ForceTerm {
       work_.own.cutoffs = law.cutoffs();
       range.cutoff = cutoff(), range.own = &work_.own;
     }
-    const NeighborList& list =
-        memory ? neighbors.list(r, n, domain, *still, range, *memory) : neighbors.list(r, n, domain, *still, range);
+    if (borrows && !memory.reference) memory.reference = neighbors.made_from(), range.unchecked_every = 0;
+    const NeighborList& list = neighbors.list(r, n, domain, *still, range, memory);
     auto& places = std::get<Places<Scalar>>(work_.places);
     gather_places<S::dim>(list, r, domain, places);
     if constexpr (S::tagged)  // by one thread: it may throw
@@ -252,7 +253,7 @@ class Pairs : public ForceTerm {
     using S = Shape<View>;
     using Scalar = typename S::Scalar;
     using P = typename S::Pack;
-    const NeighborList& list = gather<S>(y, memory.reference ? &memory : nullptr);
+    const NeighborList& list = gather<S>(y, memory, true);
     const auto rc2 = limit<Scalar>();
     work_.partial.assign(list.chunk_count, 0);
     // A row sees every pair of two that move twice, one with a particle held still once.
