@@ -50,20 +50,17 @@ struct Box {
             "phistep: a periodic box needs finite lower < upper, and a finite length, along axis " + std::to_string(a));
   }
 
-  /// What to add to r to bring it between lower and upper [length].
-  [[nodiscard]] Vector shift(const Vector& r) const {
-    Vector by = Vector::Zero();
+  /// r between lower and upper [length].
+  [[nodiscard]] Vector wrapped(Vector r) const {
     for (int a = 0; a < dim; ++a) {
       if (!periodic_at(a)) continue;
       const Scalar size = upper[a] - lower[a];
-      by[a] = -size * std::floor((r[a] - lower[a]) / size);
+      r[a] -= size * std::floor((r[a] - lower[a]) / size);
       // Rounding may put a position just below `lower` on `upper` itself.
-      if (r[a] + by[a] >= upper[a]) by[a] -= size;
+      if (r[a] >= upper[a]) r[a] -= size;
     }
-    return by;
+    return r;
   }
-  /// r between lower and upper [length].
-  [[nodiscard]] Vector wrapped(const Vector& r) const { return r + shift(r); }
   /// The shortest of a difference's images [length].
   [[nodiscard]] Vector nearest(Vector d) const {
     for (int a = 0; a < dim; ++a) {
