@@ -4,20 +4,27 @@
 ///
 ///     kept ← r, v, f   →   v⁺ = v + (h/m) f,   r⁺ = r + (before v + after v⁺)   →   r, v,
 ///
-/// and what it keeps puts the arrays back if the step fails.
+/// piece by piece, and what it keeps puts the arrays back if the step fails.
 #pragma once
 
+#include <Eigen/Core>
+
+#include <algorithm>
 #include <cstdint>
 #include <tuple>
 #include <type_traits>
+#include <utility>
 
+#include "phistep/base/numbers/fingerprint.hpp"
+#include "phistep/base/numbers/update.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/step_report.hpp"
 #include "phistep/base/state/blocks.hpp"
+#include "phistep/base/state/strided_block.hpp"
 #include "phistep/force/routine.hpp"
+#include "phistep/step/equation/explicit_update.hpp"
 #include "phistep/step/equation/gamma.hpp"
 #include "phistep/step/equation/origin.hpp"
-#include "phistep/step/in_place/pass_in_place.hpp"
 #include "phistep/step/transaction/edit_guard.hpp"
 #include "phistep/step/transaction/transaction.hpp"
 
@@ -28,6 +35,132 @@ template <class S, class Force>
 inline constexpr bool is_routine_of = false;
 template <class S, class Routine, bool reads_velocities>
 inline constexpr bool is_routine_of<S, RoutineForce<S, Routine, reads_velocities>> = true;
+
+/// What steps overwrite of a state's arrays, vector by vector: the numbers of the solved block, of the positions where the
+/// state has them, and of the forces.
+template <State S>
+class UndoLog {
+ public:
+  using Scalar = ScalarOf<S>;
+  static constexpr bool drifts = Blocks<S>::drifts;
+  static constexpr std::size_t solved = drifts ? 1 : 0;  ///< which block
+
+  /// A step begins. False where the arrays have another length than in the step before.
+  bool begin(const S& state) {
+    const Index n = state.rate().size();
+    const bool same = n == psi_.size();
+    if (!same) {
+      for (Numbers* all : {&v_, &psi_, &psi_next_}) all->resize(n);
+      if constexpr (drifts) r_.resize(n);
+      forget();
+    }
+    has_state_ = has_next_ = false;
+    return same;
+  }
+  /// The forces of the arrays have changed since.
+  void forget() { has_psi_ = false; }
+  /// The step is done.
+  void accept() {
+    if (has_next_) psi_.swap(psi_next_);
+    has_psi_ = has_next_;
+  }
+  /// Keeps the forces as the arrays have them, unless the last step has done so.
+  void keep_rate(S& state) {
+    if (!std::exchange(has_psi_, true)) take(state.rate(), psi_);
+  }
+  /// Keeps r and v likewise.
+  void keep_state(S& state) {
+    if (std::exchange(has_state_, true)) return;
+    auto blocks = Blocks<S>::all(state);
+    if constexpr (drifts) take(std::get<0>(blocks), r_);
+    take(std::get<solved>(blocks), v_);
+  }
+  void put_back_state(S& state) {
+    if (!std::exchange(has_state_, false)) return;
+    auto blocks = Blocks<S>::all(state);
+    if constexpr (drifts) give(r_, std::get<0>(blocks));
+    give(v_, std::get<solved>(blocks));
+  }
+  void put_back(S& state) {
+    put_back_state(state);
+    if (has_psi_) give(psi_, state.rate());
+  }
+
+  [[nodiscard]] const Scalar* psi() const { return psi_.data(); }
+
+  /// For a pass: where it keeps what it overwrites, from number `at` on. (To stream it past the caches gains nothing.)
+  struct Piece {
+    Scalar *r, *v, *psi;
+  };
+  [[nodiscard]] Piece piece(Index at) {
+    return {drifts ? r_.data() + at : nullptr, v_.data() + at, psi_next_.data() + at};
+  }
+  /// A pass has kept these.
+  void kept(bool state, bool psi) {
+    has_state_ = has_state_ || state;
+    has_next_ = has_next_ || psi;
+  }
+
+ private:
+  using Numbers = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
+  static void take(const auto& from, Numbers& to) { from.gather(0, from.count, to.data()); }
+  static void give(const Numbers& from, const auto& to) { to.scatter(from.data(), 0, to.count); }
+
+  Numbers r_, v_, psi_, psi_next_;
+  bool has_state_ = false, has_psi_ = false, has_next_ = false;
+};
+
+/// The positions that a pass has found, and those that it has left, by their bits.
+struct PositionsSeen {
+  std::uint64_t found = 0, left = 0;
+};
+
+/// One pass over the arrays. False where a result isn't finite.
+/// @tparam keeps_state  it is a step's first pass: r and v are kept, and positions move
+/// @param factor  component ↦ h/m, components counted vector by vector
+/// @param known   Ψ from the log, null: from the arrays
+/// @param seen    null: the bits of the positions are not compared
+template <bool keeps_state, bool keeps_psi, State S>
+[[nodiscard]] bool pass_in_place(S& state, UndoLog<S>& log, auto factor, const auto& by, const ScalarOf<S>* known,
+                                 PositionsSeen* seen) {
+  using Scalar = ScalarOf<S>;
+  using Block = std::remove_cvref_t<decltype(state.rate())>;
+  constexpr Index chunk = places_chunk<Block::dim>;
+  const Block v{std::get<UndoLog<S>::solved>(Blocks<S>::all(state))}, r{std::get<0>(Blocks<S>::all(state))},
+      psi{state.rate()};
+  Scalar rooms[3][static_cast<std::size_t>(chunk * Block::dim)];
+  bool finite = true;
+  for (Index p = 0; p < psi.count; p += chunk) {
+    const Index m = std::min(chunk, psi.count - p), at = p * Block::dim, n = m * Block::dim;
+    const auto kept = log.piece(at);
+    const auto places = [at](const Block& x, Scalar* room) { return x.is_contiguous() ? x.at[0] + at : room; };
+    const auto read = [&](const Block& x, bool keeps, Scalar* keep, Scalar* place) -> const Scalar* {
+      if (!keeps && x.is_contiguous()) return place;
+      x.gather(p, m, keeps ? keep : place);
+      return keeps ? keep : place;
+    };
+    const auto write = [&](const Block& x, const Scalar* from) {
+      if (!x.is_contiguous()) x.scatter(from, p, m);
+    };
+    Scalar* const v1 = places(v, rooms[0]);
+    const Input<Scalar> v0{read(v, keeps_state, kept.v, v1)};
+    const Input<Scalar> f{known != nullptr ? known + at : read(psi, keeps_psi, kept.psi, places(psi, rooms[1]))};
+    const auto own = [factor, at](auto i) { return factor(i + at); };
+    if constexpr (keeps_state && Blocks<S>::drifts) {
+      Scalar* const r1 = places(r, rooms[2]);
+      const Input<Scalar> r0{read(r, true, kept.r, r1)};
+      finite = update_in_place(n, KickAndDrift{r0, v0, f, own, by.before, by.after}, v1, r1) && finite;
+      write(r, r1);
+      if (seen != nullptr)
+        seen->found = fingerprint(kept.r, n, seen->found), seen->left = fingerprint(r1, n, seen->left);
+    } else {
+      finite = update_in_place(n, Kick{v0, f, own}, v1) && finite;
+    }
+    write(v, v1);
+  }
+  log.kept(keeps_state, keeps_psi);
+  return finite;
+}
 
 /// The equation for schemes of one or two passes, and the transaction around their steps.
 template <State S, class RightHandSideOf, int passes>
@@ -99,9 +232,9 @@ class InPlaceStep {
     known_ = Known::nothing;
     bool finite = true;
     if (known) {
-      const std::uint64_t left = seen_;
+      const std::uint64_t left = seen_.left;
       finite = pass<true, !carries>(step, by, looks, log_.psi());
-      if (looks && found_ != left) {  // edited since
+      if (looks && seen_.found != left) {  // edited since
         log_.put_back_state(step.state);
         log_.forget();
         known = false;
@@ -129,19 +262,19 @@ class InPlaceStep {
   }
   template <bool keeps_state, bool keeps_psi>
   [[nodiscard]] bool pass(Equation& step, const auto& by, bool looks, const Scalar* psi) {
-    const auto& mass = std::get<0>(rhs_->masses());
-    PassInPlace<S, std::remove_cvref_t<decltype(mass.scaled(by.kick))>, std::remove_cvref_t<decltype(by)>> pass{
-        step.state, mass.scaled(by.kick), by, psi};
-    const bool finite = pass.template run<keeps_state, keeps_psi>(log_, looks);
-    if constexpr (keeps_state) found_ = pass.found(), seen_ = pass.left();
+    PositionsSeen seen;
+    const auto factor = std::get<0>(rhs_->masses()).scaled(by.kick);
+    const bool finite =
+        pass_in_place<keeps_state, keeps_psi>(step.state, log_, factor, by, psi, looks ? &seen : nullptr);
+    if constexpr (keeps_state) seen_ = seen;
     return finite;
   }
 
   Rhs* rhs_ = nullptr;  // during a step
   UndoLog<S> log_;
-  Known known_ = Known::nothing;        // whether the log has Ψ of what the last step left …
-  Scalar t_{};                          // [time] … at this time
-  std::uint64_t seen_ = 0, found_ = 0;  // the positions that the last step left, that the last pass found
+  Known known_ = Known::nothing;  // whether the log has Ψ of what the last step left …
+  Scalar t_{};                    // [time] … at this time
+  PositionsSeen seen_;            // by the last pass that moved them
 };
 
 }}  // namespace phistep::PHISTEP_ABI
