@@ -32,7 +32,6 @@
 #include "phistep/base/outcome/statistics.hpp"
 #include "phistep/linear/krylov/eisenstat.hpp"
 #include "phistep/linear/krylov/methods.hpp"
-#include "phistep/linear/sparse/own_solver.hpp"
 #include "phistep/linear/sparse/sparse_assembly.hpp"
 #include "phistep/step/matrix/choice.hpp"
 
@@ -105,7 +104,7 @@ class PreconditionedSystem : public SparseAssembly<Scalar, has_K, has_C> {
       this->assemble(masses, gamma_force, gamma_drift);
       if constexpr (is_either) {
         if (is_new) {
-          p_.drop();
+          p_.reset();
           fits_ = eisenstat_.analyze(this->matrix());
           if (fits_) ++statistics.analyses;
         }
@@ -184,13 +183,13 @@ class PreconditionedSystem : public SparseAssembly<Scalar, has_K, has_C> {
 
  private:
   void drop() {
-    p_.drop();
+    p_.reset();
     fits_ = false;
   }
   [[nodiscard]] Outcome precondition_anew(bool is_due, Scalar gamma_force, Scalar gamma_drift, Statistics& statistics) {
     if (is_due) {
-      if constexpr (Linear::is_copied) p_.make(given_.preconditioner);
-      else p_.make();
+      if constexpr (Linear::is_copied) p_.reset(new P(given_.preconditioner));
+      else p_.reset(new P);
       if constexpr (requires { p_->analyzePattern(this->matrix()); }) p_->analyzePattern(this->matrix());
       iteration_.resize(this->matrix().cols());
       ++statistics.analyses;

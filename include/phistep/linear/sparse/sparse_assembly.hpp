@@ -15,9 +15,11 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <memory>
 #include <utility>
 #include <vector>
 
+#include "phistep/base/machine/memory.hpp"
 #include "phistep/base/numbers/finite_witness.hpp"
 #include "phistep/step/matrix/dense_system.hpp"
 #include "phistep/step/matrix/linear_system.hpp"
@@ -38,6 +40,10 @@ struct StayingMatrix : Eigen::SparseMatrix<Scalar> {
   }
   ~StayingMatrix() = default;
 };
+
+/// A solver as a member of what is copied: Eigen's can be neither copied nor shared. A copy makes its own at its next solve.
+template <class Solver>
+using OwnSolver = Scratch<std::unique_ptr<Solver>>;
 
 /// Gives A places and zeros in them, collected by counting: column by column, sorted, each once.
 /// @param each  each(add) calls add(i, j) for every place, in any order, the same one as often as it likes; twice the same

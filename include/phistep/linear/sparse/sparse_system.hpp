@@ -16,12 +16,48 @@
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/statistics.hpp"
 #include "phistep/linear/lanes/lane_system.hpp"
-#include "phistep/linear/sparse/own_solver.hpp"
 #include "phistep/linear/sparse/sparse_assembly.hpp"
 #include "phistep/linear/sparse/sparse_lu.hpp"
 #include "phistep/step/matrix/choice.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
+
+/// Eigen::SimplicialLLT, Eigen::SimplicialLDLT.
+template <class Solver>
+concept SimplicialFactors = requires(const Solver& solver) {
+  solver.matrixL();
+  solver.matrixU();
+  solver.permutationP();
+};
+
+/// One of these that solves Pᵀ L D Lᵀ P x = b (D = 1 for LLᵀ) without a vector for the result and a mask for P.
+template <class Solver>
+class CholeskyInPlace : public Solver {
+ public:
+  using Vector = Eigen::Matrix<typename Solver::Scalar, Eigen::Dynamic, 1>;
+
+  /// Eigen hands D out by value only: one copy a factorization instead of one a solve.
+  void factorize(const auto& W) {
+    Solver::factorize(W);
+    if constexpr (requires { this->vectorD(); }) pivots_ = this->vectorD();
+  }
+  /// D, in the order of elimination; empty for LLᵀ.
+  [[nodiscard]] const Vector& pivots() const { return pivots_; }
+
+  void solve_in_place(auto& x) {
+    work_.resize(x.size());
+    const auto& place = this->permutationP().indices();
+    const bool permuted = place.size() > 0;  // not where the user chose the natural ordering
+    for (Eigen::Index i = 0; i < x.size(); ++i) work_[permuted ? place[i] : i] = x[i];
+    this->matrixL().solveInPlace(work_);
+    if constexpr (requires { this->vectorD(); }) work_.array() /= pivots_.array();
+    this->matrixU().solveInPlace(work_);
+    for (Eigen::Index i = 0; i < x.size(); ++i) x[i] = work_[permuted ? place[i] : i];
+  }
+
+ private:
+  Vector pivots_, work_;
+};
 
 /// Sparse W over any solver with Eigen's interface (analyzePattern, factorize, solve, info).
 template <class Scalar, class Solver, bool has_K = true, bool has_C = true>
@@ -33,7 +69,7 @@ class SparseSystem : public SparseAssembly<Scalar, has_K, has_C> {
 
   void resize(Eigen::Index n) {
     Assembly::resize(n);
-    solver_.drop();
+    solver_.reset();
   }
 
   /// False in a copy.
@@ -41,7 +77,7 @@ class SparseSystem : public SparseAssembly<Scalar, has_K, has_C> {
 
   [[nodiscard]] Outcome factorize(const auto& masses, Scalar gamma_force, Scalar gamma_drift, Statistics& statistics) {
     if (!solver_) {
-      solver_.make();
+      solver_.reset(new Used);
       Assembly::forget_pattern();
     }
     try {
@@ -53,24 +89,20 @@ class SparseSystem : public SparseAssembly<Scalar, has_K, has_C> {
       ++statistics.factorizations;
       solver_->factorize(this->matrix());
     } catch (...) {  // of memory it didn't get: Eigen's solvers can't be used any more then
-      solver_.drop();
+      solver_.reset();
       throw;
     }
     if (solver_->info() == Eigen::NumericalIssue)
       return SimplicialFactors<Solver> ? Outcome::not_positive_definite : Outcome::singular_matrix;
     if (solver_->info() != Eigen::Success) return Outcome::linear_solver_failed;
-    if constexpr (SimplicialFactors<Solver>) {
-      work_.read(*solver_);
-      // SimplicialLDLT doesn't pivot and calls an indefinite matrix a success.
-      for (const Scalar pivot : work_.pivots())
+    // SimplicialLDLT doesn't pivot and calls an indefinite matrix a success.
+    if constexpr (SimplicialFactors<Solver>)
+      for (const Scalar pivot : solver_->pivots())
         if (!(pivot > Scalar{0})) return Outcome::not_positive_definite;
-    }
     return Outcome::success;
   }
   [[nodiscard]] Outcome solve(auto& x) {
-    if constexpr (SimplicialFactors<Solver>) {
-      work_.solve_in_place(*solver_, x);
-    } else if constexpr (requires { solver_->solve_in_place(x); }) {
+    if constexpr (requires { solver_->solve_in_place(x); }) {
       solver_->solve_in_place(x);
     } else if constexpr (iterates) {
       const Scalar by = to_unit_size(max_abs(x));  // the solver squares it
@@ -84,13 +116,14 @@ class SparseSystem : public SparseAssembly<Scalar, has_K, has_C> {
     return solver_->info() == Eigen::Success ? Outcome::success : Outcome::linear_solver_failed;
   }
   /// Forgets the symbolic analysis of the pattern.
-  void forget_pattern() { solver_.drop(); }
+  void forget_pattern() { solver_.reset(); }
 
  private:
+  using Used = std::conditional_t<SimplicialFactors<Solver>, CholeskyInPlace<Solver>, Solver>;
   static constexpr bool iterates = requires(const Solver& solver) { solver.iterations(); };
 
-  OwnSolver<Solver> solver_;
-  std::conditional_t<SimplicialFactors<Solver>, CholeskySolve<Scalar>, Eigen::Matrix<Scalar, Eigen::Dynamic, 1>> work_;
+  OwnSolver<Used> solver_;
+  Eigen::Matrix<Scalar, Eigen::Dynamic, 1> work_;
 };
 
 /// LU unless the user names a solver: right for every tangent, symmetric or not.
@@ -150,14 +183,14 @@ class SymmetricSparseSystem : public SparseAssembly<Scalar, has_K, has_C, symmet
     }
   }
   [[nodiscard]] Outcome solve(auto& x) {
-    if (definite_) by_ldlt_.solve_in_place(*ldlt_, x);
+    if (definite_) ldlt_->solve_in_place(x);
     else lu_->solve_in_place(x);
     return Outcome::success;
   }
   /// Forgets the pattern and the symbolic analyses of it.
   void forget_pattern() {
-    ldlt_.drop();
-    lu_.drop();
+    ldlt_.reset();
+    lu_.reset();
     Assembly::forget_pattern();
     begin_anew();
   }
@@ -167,28 +200,20 @@ class SymmetricSparseSystem : public SparseAssembly<Scalar, has_K, has_C, symmet
                                          Statistics& statistics) {
     if (!ldlt_ && !lu_) Assembly::forget_pattern();  // a copy's: it has to make solvers of its own
     if (this->settle(masses)) {
-      ldlt_.drop();
-      lu_.drop();
+      ldlt_.reset();
+      lu_.reset();
     }
     this->assemble(masses, gamma_force, gamma_drift);
-    if constexpr (sought) {
-      ++statistics.factorizations;
-      is_known_ = true;
-      const bool has_served = definite_ && !by_lu_;
-      definite_ = false;  // an exception leaves no factors
-      const bool is_tried = !by_lu_ && this->is_symmetric(tolerance());
-      definite_ = is_tried && factorize_definite(statistics);
-      if (definite_) return Outcome::success;
-      if (is_tried || has_served) ++statistics.fallbacks;
-      by_lu_ = true;
-      ldlt_.drop();
-    } else {
-      if (!this->is_symmetric(tolerance())) return Outcome::not_symmetric;
-      ++statistics.factorizations;
-      definite_ = factorize_definite(statistics);
-      if (definite_) return Outcome::success;
-      ++statistics.fallbacks;
-    }
+    const bool has_served = definite_ && !by_lu_;
+    definite_ = false;  // an exception leaves no factors
+    const bool is_tried = !by_lu_ && this->is_symmetric(tolerance());
+    if (!sought && !is_tried) return Outcome::not_symmetric;
+    ++statistics.factorizations;
+    is_known_ = true;
+    definite_ = is_tried && factorize_definite(statistics);
+    if (definite_) return Outcome::success;
+    if (is_tried || has_served) ++statistics.fallbacks;
+    if (by_lu_ = sought; by_lu_) ldlt_.reset();
     return factorize_by_lu(statistics);
   }
 
@@ -206,22 +231,20 @@ class SymmetricSparseSystem : public SparseAssembly<Scalar, has_K, has_C, symmet
     for (Eigen::Index i = 0; i < n; ++i)
       if (!(this->diagonal(i) > Scalar{0})) return false;
     if (!ldlt_) {
-      ldlt_.make();
+      ldlt_.reset(new Ldlt);
       ldlt_->analyzePattern(this->matrix());
       ++statistics.analyses;
     }
     ldlt_->factorize(this->matrix());
     if (ldlt_->info() != Eigen::Success) return false;
     const auto& place = ldlt_->permutationP().indices();
-    by_ldlt_.read(*ldlt_);
     for (Eigen::Index i = 0; i < n; ++i)
-      if (!(by_ldlt_.pivots()[place[i]] > 16 * std::numeric_limits<Scalar>::epsilon() * this->diagonal(i)))
-        return false;
+      if (!(ldlt_->pivots()[place[i]] > 16 * std::numeric_limits<Scalar>::epsilon() * this->diagonal(i))) return false;
     return true;
   }
   [[nodiscard]] Outcome factorize_by_lu(Statistics& statistics) {
     if (!lu_) {
-      lu_.make();
+      lu_.reset(new SparseLu<Scalar>);
       lu_->analyzePattern(this->matrix());
       ++statistics.analyses;
     }
@@ -229,9 +252,9 @@ class SymmetricSparseSystem : public SparseAssembly<Scalar, has_K, has_C, symmet
     return lu_->info() == Eigen::Success ? Outcome::success : Outcome::singular_matrix;
   }
 
-  OwnSolver<Eigen::SimplicialLDLT<Matrix>> ldlt_;
-  OwnSolver<SparseLu<Scalar>> lu_;  // made where it is needed first
-  CholeskySolve<Scalar> by_ldlt_;
+  using Ldlt = CholeskyInPlace<Eigen::SimplicialLDLT<Matrix>>;
+  OwnSolver<Ldlt> ldlt_;
+  OwnSolver<SparseLu<Scalar>> lu_;         // made where it is needed first
   bool definite_ = false;                  // the last factors are LDLᵀ
   bool by_lu_ = false, is_known_ = false;  // by LU from now on; W's kind has been found
 };
