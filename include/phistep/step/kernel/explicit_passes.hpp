@@ -49,7 +49,7 @@ class ExplicitPasses {
       unchanged_.begin_step(origin);
       rhs.set_left_out({});
     }
-    if constexpr (writes_in_place) in_place_.begin(keeps_tries ? nullptr : &state, origin == Origin::unedited);
+    if constexpr (writes_in_place) in_place_.begin(keeps_tries || origin != Origin::unedited ? nullptr : &state);
   }
   /// @param done  the step has become the state
   void end_step(bool done) {
@@ -90,8 +90,7 @@ class ExplicitPasses {
   /// A kick whose Ψ is carried must not be scaled by a matrix mass in place.
   static constexpr bool keeps_psi = carries && Rhs::has_matrix_mass;
   static constexpr bool writes_in_place =
-      needs.passes == 1 && !ShowsTrials<S> &&
-      InPlaceUpdate<S, Rhs>::template serves<Transaction<S, Rhs, carries>::in_registers>;
+      needs.passes == 1 && InPlaceUpdate<S, Rhs>::template serves<Transaction<S, Rhs, carries>::in_registers>;
   /// Particles outside the active set are not written.
   static constexpr bool follows_active =
       needs.passes != 0 && !Rhs::has_matrix_mass && Rhs::takes_active && std::is_same_v<S, PlainState<S>>;
@@ -101,7 +100,7 @@ class ExplicitPasses {
       if (const auto* only = unchanged_.found())
         return advance_particles<S>(step.next, step.y, by, psi, rhs.masses(), *only);
     if constexpr (writes_in_place)
-      if ((step.is_state_next = in_place_.advance(rhs, step.y, by, psi))) return true;
+      if ((step.is_state_next = in_place_.advance(rhs, by, psi))) return true;
     return advance_blocks<S>(step.next, step.y, by, psi, step.psi, step.masses);
   }
   [[nodiscard, gnu::always_inline]] inline Outcome kick_by(Rhs& rhs, auto& step, Scalar gamma, const auto& psi) {
