@@ -25,30 +25,17 @@
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-/// A mass that has a number for each component.
+/// A mass bound to a block of components: a matrix, or a number for each.
 template <class Mass, class Scalar>
-concept MassByComponent = requires(const Mass& M, Eigen::Index component) {
-  { M[component] } -> std::convertible_to<Scalar>;
-};
-/// A mass matrix.
-template <class Mass, class Scalar>
-concept SolvesMass = requires(const Mass& M, Eigen::Matrix<Scalar, Eigen::Dynamic, 1>& x) {
-  M.solve(x);  // x ← M⁻¹ x
-};
-/// What both can do.
-template <class Mass, class Scalar>
-concept MultipliesMass = requires(const Mass& M, Scalar h, Eigen::Matrix<Scalar, Eigen::Dynamic, 1>& x,
-                                  Eigen::Index n) {
+concept BoundMass = requires(const Mass& M, Scalar h, Eigen::Matrix<Scalar, Eigen::Dynamic, 1>& x, Eigen::Index n) {
   { Mass::structure } -> std::convertible_to<Structure>;
   { M.scaled(h)(n) } -> std::convertible_to<Scalar>;             // i ↦ h/m_i, for the explicit update; of a matrix h
   M.subtract_product(x, x);                                      // the second −= M times the first
   M.add_product([](Eigen::Index) { return Scalar{}; }, x);       // x += M times a function of the component
   M.for_each_entry(n, [](Eigen::Index, Eigen::Index, auto) {});  // f(i, j, M_ij) of the first n
+  requires !Mass::is_matrix || requires { M.solve(x); };         // x ← M⁻¹ x
+  requires Mass::is_matrix || std::convertible_to<decltype(M[n]), Scalar>;  // m_n
 };
-/// A mass bound to a block of components.
-template <class Mass, class Scalar>
-concept BoundMass = MultipliesMass<Mass, Scalar> &&
-    (Mass::is_matrix ? SolvesMass<Mass, Scalar> : MassByComponent<Mass, Scalar>);
 
 /// A mass that may be singular.
 template <class Mass>

@@ -123,29 +123,22 @@ concept TakesEntries = requires(System& W, Eigen::Index i, Scalar x) {
   { W.magnitude() } -> std::same_as<double>;  // ‖W‖, largest entry
 };
 
-/// x ← W⁻¹ x, for some to a relative residual.
-template <class System, class Vector>
-concept SolvesExactly = requires(System& W, Vector& x) {
-  { W.solve(x) } -> std::same_as<Outcome>;
-};
+/// x ← W⁻¹ x to a relative residual.
 template <class System, class Vector>
 concept SolvesToTolerance = requires(System& W, Vector& x, double rtol, Statistics& counts) {
   { W.solve(x, rtol, counts) } -> std::same_as<Outcome>;
 };
 
-/// Makes factors of W out of its tangents.
-template <class System, class Scalar>
-concept Factorizes = requires(System& W, Eigen::Index size, Scalar gamma, const EachEntry& masses, Statistics& counts) {
+/// W of n unknowns, which makes factors out of its tangents.
+template <class System, class Scalar, int n = Eigen::Dynamic, class Vector = Eigen::Matrix<Scalar, n, 1>>
+concept LinearSystem = requires(System& W, Vector& x, Eigen::Index size, Scalar gamma, const EachEntry& masses,
+                                Statistics& counts) {
   W.resize(size);
   W.clear();  // the tangents, before new ones
   { W.is_finite() } -> std::same_as<bool>;
   { W.factorize(masses, gamma, gamma, counts) } -> std::same_as<Outcome>;  // for γ_f, γ_d
   { W.drift_share() } -> std::same_as<double>;  // ‖γ_f γ_d K‖ / ‖W‖, row by row or of all: how much of r the solve sees
+  requires SolvesToTolerance<System, Vector> || std::same_as<decltype(W.solve(x)), Outcome>;  // x ← W⁻¹ x
 };
-
-/// W of n unknowns.
-template <class System, class Scalar, int n = Eigen::Dynamic>
-concept LinearSystem = Factorizes<System, Scalar> &&
-    (SolvesExactly<System, Eigen::Matrix<Scalar, n, 1>> || SolvesToTolerance<System, Eigen::Matrix<Scalar, n, 1>>);
 
 }}  // namespace phistep::PHISTEP_ABI
