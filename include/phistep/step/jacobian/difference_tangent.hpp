@@ -16,7 +16,6 @@
 #include <cstddef>
 #include <limits>
 #include <numeric>
-#include <span>
 #include <stdexcept>
 #include <tuple>
 #include <vector>
@@ -39,7 +38,7 @@ class ColumnColoring {
   /// @throws std::invalid_argument where the pattern isn't one of an n×n matrix
   ColumnColoring(const Pattern& pattern, Eigen::Index n) {
     check(pattern, n);
-    const Rows rows = columns_of_rows(pattern);
+    const Pattern rows = columns_of_rows(pattern);
     const auto size = static_cast<std::size_t>(n);
     std::vector<std::size_t> order(size);
     std::iota(order.begin(), order.end(), std::size_t{0});
@@ -52,20 +51,16 @@ class ColumnColoring {
       }
     std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return neighbors[a] > neighbors[b]; });
     const Colors largest_first = greedy(pattern, rows, order);
-    group(largest_first.count < natural.count ? largest_first : natural);
+    const Colors& colors = largest_first.count < natural.count ? largest_first : natural;
+    columns_.resize(colors.count);
+    for (std::size_t j = 0; j < size; ++j) columns_[colors.of[j]].push_back(static_cast<Eigen::Index>(j));
   }
 
-  [[nodiscard]] Eigen::Index colors() const { return static_cast<Eigen::Index>(start_.size()) - 1; }
+  [[nodiscard]] Eigen::Index colors() const { return std::ssize(columns_); }
   /// The columns of one colour, ascending.
-  [[nodiscard]] auto columns(Eigen::Index color) const {
-    const auto c = static_cast<std::size_t>(color);
-    return std::span(column_.data() + start_[c], column_.data() + start_[c + 1]);
-  }
+  [[nodiscard]] const auto& columns(Eigen::Index color) const { return columns_[static_cast<std::size_t>(color)]; }
 
  private:
-  struct Rows {
-    std::vector<Eigen::Index> start, column;
-  };
   struct Colors {
     std::vector<std::size_t> of;
     std::size_t count = 0;
@@ -85,18 +80,20 @@ class ColumnColoring {
       }
     if (!valid) throw std::invalid_argument("phistep: the force's sparsity pattern doesn't fit its unknowns");
   }
-  [[nodiscard]] static Rows columns_of_rows(const Pattern& pattern) {
+  /// The transpose: which columns each row has.
+  [[nodiscard]] static Pattern columns_of_rows(const Pattern& pattern) {
     const std::size_t n = pattern.start.size() - 1;
-    Rows rows{std::vector<Eigen::Index>(n + 1, 0), std::vector<Eigen::Index>(pattern.row.size())};
+    Pattern rows{std::vector<Eigen::Index>(n + 1, 0), std::vector<Eigen::Index>(pattern.row.size())};
     for (const Eigen::Index i : pattern.row) ++rows.start[static_cast<std::size_t>(i) + 1];
     std::partial_sum(rows.start.begin(), rows.start.end(), rows.start.begin());
     std::vector<Eigen::Index> next(rows.start.begin(), rows.start.end() - 1);
     for (std::size_t j = 0; j < n; ++j)
       for (auto p = pattern.start[j]; p < pattern.start[j + 1]; ++p)
-        rows.column[static_cast<std::size_t>(next[at(pattern.row, p)]++)] = static_cast<Eigen::Index>(j);
+        rows.row[static_cast<std::size_t>(next[at(pattern.row, p)]++)] = static_cast<Eigen::Index>(j);
     return rows;
   }
-  [[nodiscard]] static Colors greedy(const Pattern& pattern, const Rows& rows, const std::vector<std::size_t>& order) {
+  [[nodiscard]] static Colors greedy(const Pattern& pattern, const Pattern& rows,
+                                     const std::vector<std::size_t>& order) {
     const std::size_t none = order.size();
     Colors colors{std::vector<std::size_t>(order.size(), none)};
     std::vector<std::size_t> taken(order.size(), none);  // by colour: the last column that may not have it
@@ -104,7 +101,7 @@ class ColumnColoring {
       for (auto p = pattern.start[j]; p < pattern.start[j + 1]; ++p) {
         const std::size_t i = at(pattern.row, p);
         for (auto q = rows.start[i]; q < rows.start[i + 1]; ++q)
-          if (const std::size_t c = colors.of[at(rows.column, q)]; c != none) taken[c] = j;
+          if (const std::size_t c = colors.of[at(rows.row, q)]; c != none) taken[c] = j;
       }
       std::size_t c = 0;
       while (taken[c] == j) ++c;
@@ -113,17 +110,8 @@ class ColumnColoring {
     }
     return colors;
   }
-  void group(const Colors& colors) {
-    start_.assign(colors.count + 1, 0);
-    for (const std::size_t c : colors.of) ++start_[c + 1];
-    std::partial_sum(start_.begin(), start_.end(), start_.begin());
-    std::vector<Eigen::Index> next(start_.begin(), start_.end() - 1);
-    column_.resize(colors.of.size());
-    for (std::size_t j = 0; j < colors.of.size(); ++j)
-      column_[static_cast<std::size_t>(next[colors.of[j]]++)] = static_cast<Eigen::Index>(j);
-  }
 
-  std::vector<Eigen::Index> start_{0}, column_;
+  std::vector<std::vector<Eigen::Index>> columns_;  // by colour
 };
 
 template <State S, class Rhs, bool has_K, bool has_C>
@@ -307,7 +295,7 @@ class DifferenceTangent {
   }
   /// f(block, column, component of the block) for a colour's columns that lie in the blocks.
   void for_each_moved(Index color, const auto& blocks, auto&& f) const {
-    const auto columns = [&] {
+    const auto& columns = [&]() -> decltype(auto) {
       if constexpr (patterned) return columns_.coloring.columns(color);
       else return std::array{color};
     }();
