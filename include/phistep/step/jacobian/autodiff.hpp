@@ -66,37 +66,33 @@ class AutoDiff : public ForceTerm {
   }
 
  private:
+  static constexpr int chunk = 8;
+  template <class Vector, int width = chunk>
+  using Dual = Eigen::AutoDiffScalar<Eigen::Matrix<typename Vector::Scalar, width, 1>>;
+  template <class Vector, int width = chunk>
+  using DualVector =
+      Eigen::Matrix<Dual<Vector, width>, Vector::RowsAtCompileTime, Vector::ColsAtCompileTime, Vector::Options>;
+
   /// y + x dε
   template <class Vector>
   static auto along(const Vector& y, const Vector& x) {
-    using Number = Eigen::AutoDiffScalar<Eigen::Matrix<typename Vector::Scalar, 1, 1>>;
-    Eigen::Matrix<Number, Vector::RowsAtCompileTime, Vector::ColsAtCompileTime, Vector::Options> moved(y.rows(),
-                                                                                                       y.cols());
-    for (Eigen::Index i = 0; i < y.size(); ++i) {
-      moved.data()[i].value() = y.data()[i];
-      moved.data()[i].derivatives()[0] = x.data()[i];
-    }
+    DualVector<Vector, 1> moved = y.template cast<Dual<Vector, 1>>();
+    for (Eigen::Index i = 0; i < y.size(); ++i) moved.data()[i].derivatives()[0] = x.data()[i];
     return moved;
   }
 
-  static constexpr int chunk = 8;
-  template <class Vector>
-  using Direction = Eigen::Matrix<typename Vector::Scalar, chunk, 1>;
-  template <class Vector>
-  using Dual = Eigen::AutoDiffScalar<Direction<Vector>>;
-  template <class Vector>
-  using DualVector = Eigen::Matrix<Dual<Vector>, Vector::RowsAtCompileTime, Vector::ColsAtCompileTime, Vector::Options>;
   template <class Vector>
   using Square = Eigen::Matrix<typename Vector::Scalar, Vector::SizeAtCompileTime, Vector::SizeAtCompileTime>;
 
   template <class Vector, class Function>
   static Square<Vector> derivative(const Vector& y, Function&& function) {
+    using Direction = typename Dual<Vector>::DerType;
     const Eigen::Index n = y.size();
     Square<Vector> J(n, n);
     DualVector<Vector> moved = y.template cast<Dual<Vector>>();
     for (Eigen::Index first = 0; first < n; first += chunk) {
       const Eigen::Index width = std::min<Eigen::Index>(chunk, n - first);
-      for (Eigen::Index k = 0; k < width; ++k) moved.data()[first + k].derivatives() = Direction<Vector>::Unit(k);
+      for (Eigen::Index k = 0; k < width; ++k) moved.data()[first + k].derivatives() = Direction::Unit(k);
       const auto result = function(moved);
       static_assert(std::is_same_v<typename std::remove_cvref_t<decltype(result)>::Scalar, Dual<Vector>>,
                     "phistep: autodiff(f) needs a force that returns a vector of its argument's scalar");
