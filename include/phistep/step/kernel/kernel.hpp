@@ -34,16 +34,6 @@ struct NoResolvent : ResolventDefaults {
   [[nodiscard]] static const char* solver_name() { return "none"; }
 };
 
-template <class Solver>
-struct LinearSolverOf {
-  using type = void;
-};
-template <class Solver>
-  requires requires { typename Solver::LinearSolver; }
-struct LinearSolverOf<Solver> {
-  using type = typename Solver::LinearSolver;
-};
-
 /// What linear stages are solved with. Shifted ones come with the schemes that have them (schemes/radau/shifted_stages.hpp).
 template <State S, class Rhs, class LinearSolver, bool shifted>
 struct StagesFor;
@@ -54,12 +44,12 @@ struct StagesFor<S, Rhs, LinearSolver, false> {
 
 template <State S, class Rhs, class Solver, KernelNeeds needs>
 [[nodiscard]] constexpr auto resolvent_type() {
-  using LinearSolver = typename LinearSolverOf<Solver>::type;
-  static_assert(
-      !needs.stages || requires { typename Solver::LinearSolver; },
-      "phistep: this scheme solves linear equations and iterates nothing: give it newton<LinearSolver>() or "
-      "newton<MatrixFree<>>(), not fixed_point()");
-  if constexpr (needs.stages) return StagesFor<S, Rhs, LinearSolver, needs.shifted>{};
+  constexpr bool is_linear = requires { typename Solver::LinearSolver; };
+  static_assert(!needs.stages || is_linear,
+                "phistep: this scheme solves linear equations and iterates nothing: give it newton<LinearSolver>() or "
+                "newton<MatrixFree<>>(), not fixed_point()");
+  if constexpr (needs.stages && is_linear) return StagesFor<S, Rhs, typename Solver::LinearSolver, needs.shifted>{};
+  else if constexpr (needs.stages) return StagesFor<S, Rhs, void, needs.shifted>{};
   else if constexpr (needs.solver) return ResolventFor<S, Rhs, Solver, needs.position>{};
   else return std::type_identity<NoResolvent>{};
 }
