@@ -41,67 +41,62 @@ void recover_force(const auto& rhs, const auto& w, ScalarOf<S> gamma_force, Rate
       RateOf<S>::blocks(psi), rhs.masses());
 }
 
-/// √(1/n Σ (x_i w_i)²) of n unknowns, in a controlled run's weights; what has none yet is measured by Y.
-/// @return that, and whether a component has just come to be
-template <State S>
-  requires(!FieldState<S>)
-[[nodiscard]] std::pair<double, bool> rms_of_unknowns(const auto& x, const PlainState<S>& Y,
-                                                      const SolveTolerance<PlainState<S>>& allowed) {
-  using Scalar = ScalarOf<S>;
-  Scalar sum{0};
-  bool is_new = false;
-  for_each_solved<S>([&](Index at, const auto& w) { sum += flat(w).cwiseProduct(part(x, at, w)).squaredNorm(); },
-                     *allowed.weight);
-  if (allowed.has_unsized)
-    for_each_solved<S>(
-        [&](Index at, const auto& w, const auto& y) {
-          for (Index i = 0; i < w.size(); ++i) {
-            if (w.data()[i] != 0 || x[at + i] == 0) continue;
-            const Scalar of = std::abs(x[at + i]) / at_least_normal<Scalar>(std::abs(y.data()[i]));
-            sum += of * of / static_cast<Scalar>(allowed.rtol * allowed.rtol);
-            is_new = is_new || of == 1;
-          }
-        },
-        *allowed.weight, Y);
-  return {std::sqrt(static_cast<double>(sum) / std::max(1.0, static_cast<double>(x.size()))), is_new};
-}
-/// The same in the weights of a solver with a tolerance of its own, 1/(atol + rtol max(|Y|, |b|)).
-template <State S>
-  requires(!FieldState<S>)
-[[nodiscard]] double rms_of_unknowns(const auto& x, const PlainState<S>& Y, const auto& base, const auto& options) {
-  const double rtol = solve_rtol(options.rtol), atol = rtol * options.atol / options.rtol;
-  double sum = 0;
-  for_each_solved<S>(
-      [&](Index at, const auto& y) {
-        for (Index i = 0; i < y.size(); ++i) {
-          const double size = static_cast<double>(std::max(std::abs(y.data()[i]), std::abs(base[at + i])));
-          const double of = static_cast<double>(x[at + i]);
-          if (of != 0) sum += std::pow(of / at_least_normal<ScalarOf<S>>(atol + rtol * size), 2);
-        }
-      },
-      Y);
-  return std::sqrt(sum / std::max(1.0, static_cast<double>(x.size())));
-}
-
-/// The same for fields, by this rank's part of the sum and one reduction.
+/// √(1/n Σ x_i²) of a field by this rank's part of the sum: one reduction.
 template <FieldBlock Field>
 [[nodiscard]] double rms_of_ranks(const Field& x, double mine) {
   Field::Ops::total(x.handle(), std::span<double>{&mine, 1});
   return std::sqrt(mine / std::max(1.0, static_cast<double>(x.size())));
 }
-template <FieldState S>
-[[nodiscard]] std::pair<double, bool> rms_of_unknowns(const auto& x, const PlainState<S>&,
+/// √(1/n Σ (x_i w_i)²) of n unknowns, in a controlled run's weights; what has none yet is measured by Y.
+/// @return that, and whether a component has just come to be
+template <State S>
+[[nodiscard]] std::pair<double, bool> rms_of_unknowns(const auto& x, const PlainState<S>& Y,
                                                       const SolveTolerance<PlainState<S>>& allowed) {
-  const auto& weight = std::get<0>(Blocks<S>::solved(*allowed.weight));
-  return {rms_of_ranks(x, UnknownsOf<S>::type::Ops::square(x.handle(), weight.handle())), false};
+  using Scalar = ScalarOf<S>;
+  if constexpr (FieldState<S>) {
+    const auto& weight = std::get<0>(Blocks<S>::solved(*allowed.weight));
+    return {rms_of_ranks(x, UnknownsOf<S>::type::Ops::square(x.handle(), weight.handle())), false};
+  } else {
+    Scalar sum{0};
+    bool is_new = false;
+    for_each_solved<S>([&](Index at, const auto& w) { sum += flat(w).cwiseProduct(part(x, at, w)).squaredNorm(); },
+                       *allowed.weight);
+    if (allowed.has_unsized)
+      for_each_solved<S>(
+          [&](Index at, const auto& w, const auto& y) {
+            for (Index i = 0; i < w.size(); ++i) {
+              if (w.data()[i] != 0 || x[at + i] == 0) continue;
+              const Scalar of = std::abs(x[at + i]) / at_least_normal<Scalar>(std::abs(y.data()[i]));
+              sum += of * of / static_cast<Scalar>(allowed.rtol * allowed.rtol);
+              is_new = is_new || of == 1;
+            }
+          },
+          *allowed.weight, Y);
+    return {std::sqrt(static_cast<double>(sum) / std::max(1.0, static_cast<double>(x.size()))), is_new};
+  }
 }
-template <FieldState S>
+/// The same in the weights of a solver with a tolerance of its own, 1/(atol + rtol max(|Y|, |b|)).
+template <State S>
 [[nodiscard]] double rms_of_unknowns(const auto& x, const PlainState<S>& Y, const auto& base, const auto& options) {
   using Scalar = ScalarOf<S>;
   const double rtol = solve_rtol(options.rtol), atol = rtol * options.atol / options.rtol;
-  const auto& end = std::get<0>(Blocks<S>::solved(Y));
-  return rms_of_ranks(x, UnknownsOf<S>::type::Ops::square(x.handle(), end.handle(), base.handle(),
-                                                          static_cast<Scalar>(atol), static_cast<Scalar>(rtol)));
+  if constexpr (FieldState<S>) {
+    const auto& end = std::get<0>(Blocks<S>::solved(Y));
+    return rms_of_ranks(x, UnknownsOf<S>::type::Ops::square(x.handle(), end.handle(), base.handle(),
+                                                            static_cast<Scalar>(atol), static_cast<Scalar>(rtol)));
+  } else {
+    double sum = 0;
+    for_each_solved<S>(
+        [&](Index at, const auto& y) {
+          for (Index i = 0; i < y.size(); ++i) {
+            const double size = static_cast<double>(std::max(std::abs(y.data()[i]), std::abs(base[at + i])));
+            const double of = static_cast<double>(x[at + i]);
+            if (of != 0) sum += std::pow(of / at_least_normal<Scalar>(atol + rtol * size), 2);
+          }
+        },
+        Y);
+    return std::sqrt(sum / std::max(1.0, static_cast<double>(x.size())));
+  }
 }
 
 template <State S>
