@@ -152,20 +152,12 @@ class Column<Scalar, 0, 0, widest, offset> {
   [[nodiscard]] static Scalar join(auto&, auto&) { return 0; }
 };
 
-/// f(0), f(1), …, f(count − 1), unrolled for few rows.
-template <int count>
-[[gnu::always_inline]] constexpr void each(auto&& f) {
-  if constexpr (count <= 3) unrolled<count>(f);
-  else
-    for (int i = 0; i < count; ++i) f(i);
-}
-
 /// Whether every pivot whose reciprocal is given was a number other than zero, and not too small to be divided by.
 template <int size, class Scalar>
 [[nodiscard]] [[gnu::always_inline]] inline bool all_invertible(const Scalar (&reciprocals)[size]) {
   using std::abs;
   int bad = 0;  // no bool: nothing to branch on before the end
-  each<size>([&](auto i) {
+  unrolled<size>([&](auto i) {
     bad |= static_cast<int>(!(abs(reciprocals[i]) > Scalar{0})) |
            static_cast<int>(!(abs(reciprocals[i]) <= std::numeric_limits<Scalar>::max()));
   });
@@ -224,50 +216,34 @@ class DenseLu<Scalar, size> {
   /// False where a pivot is zero, not finite or too small to have a reciprocal. The factors overwrite matrix().
   [[nodiscard]] bool factorize() {
     for (int i = 0; i < size; ++i) order_[i] = i;
-    eliminate(std::make_integer_sequence<int, size>{});
+    int pivot = Column<Scalar, size>(lu_.data()).largest();
+    unrolled<size>([&](auto k) PHISTEP_DETAIL_INLINED { eliminate_column<k>(pivot); });
     return all_invertible(inverse_pivot_);
   }
 
   void solve_in_place(auto&& x) const {
     Scalar y[size];
-    for (int i = 0; i < size; ++i) y[i] = x[order_[i]];
-    substitute(y, std::make_integer_sequence<int, size>{});
-    for (int i = 0; i < size; ++i) x[i] = y[i];
+    unrolled<size>([&](auto i) PHISTEP_DETAIL_INLINED { y[i] = x[order_[i]]; });
+    // Row by row: the sum over older y runs ahead, so that only one product of each row waits for the newest.
+    const Scalar* const a = lu_.data();
+    unrolled<size>([&](auto i) PHISTEP_DETAIL_INLINED {
+      unrolled<i>([&](auto j) PHISTEP_DETAIL_INLINED { y[i] -= a[i + j * size] * y[j]; });
+    });
+    unrolled<size>([&](auto k) PHISTEP_DETAIL_INLINED {
+      constexpr int last = size - 1, i = last - k;
+      unrolled<k>([&](auto j) PHISTEP_DETAIL_INLINED { y[i] -= a[i + (last - j) * size] * y[last - j]; });
+      y[i] *= inverse_pivot_[i];
+    });
+    unrolled<size>([&](auto i) PHISTEP_DETAIL_INLINED { x[int{i}] = y[i]; });
   }
 
  private:
-  // Row by row: the sum over older y runs ahead, so that only one product of each row waits for the newest.
-  template <int... i>
-  [[gnu::always_inline]] void substitute(Scalar* y, std::integer_sequence<int, i...>) const {
-    (forward<i>(y, std::make_integer_sequence<int, i>{}), ...);
-    (back<size - 1 - i>(y, std::make_integer_sequence<int, i>{}), ...);
-  }
-  template <int row, int... j>
-  [[gnu::always_inline]] void forward(Scalar* y, std::integer_sequence<int, j...>) const {
-    [[maybe_unused]] const Scalar* const a = lu_.data() + row;
-    Scalar sum = y[row];
-    ((sum -= a[j * size] * y[j]), ...);
-    y[row] = sum;
-  }
-  template <int row, int... later>
-  [[gnu::always_inline]] void back(Scalar* y, std::integer_sequence<int, later...>) const {
-    [[maybe_unused]] const Scalar* const a = lu_.data() + row;
-    Scalar sum = y[row];
-    ((sum -= a[(size - 1 - later) * size] * y[size - 1 - later]), ...);
-    y[row] = sum * inverse_pivot_[row];
-  }
-
   void exchange(int i, int j) {
     Scalar* const a = lu_.data();
     for (int column = 0; column < size; ++column) std::swap(a[i + column * size], a[j + column * size]);
     std::swap(order_[i], order_[j]);
   }
 
-  template <int... k>
-  void eliminate(std::integer_sequence<int, k...>) {
-    int pivot = Column<Scalar, size>(lu_.data()).largest();
-    (eliminate_column<k>(pivot), ...);
-  }
   // A function for each k: inlined into one, g++ -O2 gives up on the registers.
   template <int k>
   void eliminate_column(int& pivot) {
