@@ -201,6 +201,19 @@ TEST_CASE("three steps a try, no more") {
   CHECK(stepper.statistics().failed_steps == 0);
 }
 
+TEST_CASE("a step between neighbouring times is taken back, too, where the force throws at its end") {
+  Vec y{1, 0.3};
+  const double end = std::nextafter(0.5, 1.0);
+  PhiStepper stepper{y, [end](const Vec& x, double t) -> Vec { return t < end ? -x : throw std::runtime_error("end"); },
+                     midpoint};
+  Run run{stepper, y, {0, 1}, tolerance{.rtol = 1e-4}, at_times({0.5, end}, [](double, const Vec&) {})};
+  while (run.time() < 0.5) REQUIRE(run.advance());
+  const Vec before = y;
+  CHECK_THROWS_AS(run.advance(), std::runtime_error);
+  CHECK(run.time() == 0.5);
+  CHECK(same_bits(numbers(y), numbers(before)));
+}
+
 #elif PHISTEP_FULL
 // Step doubling by every scheme.
 
