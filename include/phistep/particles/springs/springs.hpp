@@ -6,8 +6,6 @@
 /// Where ℓ = 0, n is not defined and f = 0, the mean over all n: such a spring pushes again as soon as its ends differ.
 #pragma once
 
-#include <Eigen/Core>
-
 #include <algorithm>
 #include <cmath>
 #include <concepts>
