@@ -54,13 +54,13 @@ TEST_CASE("solves to the tolerance, in no more iterations than there are eigenva
   REQUIRE(cg.precondition(A, largest));
   CHECK(largest[0] == 51);
   CHECK(largest[4] == 101);
-  for (std::size_t i = 0; i < 9; ++i) cg.residual()[i] = {1.0 + static_cast<double>(i * i), -2, 0, 0};
-  const auto b = cg.residual();
+  for (std::size_t i = 0; i < 9; ++i) cg.residual[i] = {1.0 + static_cast<double>(i * i), -2, 0, 0};
+  const auto b = cg.residual;
   REQUIRE(cg.solve(A, 1e-12, 100) == Cg::End::converged);
-  CHECK(cg.iterations() <= 10);  // nine eigenvalues, and one iteration for rounding
+  CHECK(cg.iterations <= 10);  // nine eigenvalues, and one iteration for rounding
   std::vector<Lanes<double>> y(9);
-  for (std::size_t i = 0; i < 9; ++i) y[i] = A.node(i, cg.solution()[i]);
-  static_cast<void>(A.add_edges(cg.solution().data(), y.data()));
+  for (std::size_t i = 0; i < 9; ++i) y[i] = A.node(i, cg.solution[i]);
+  static_cast<void>(A.add_edges(cg.solution.data(), y.data()));
   double error = 0, size = 0;
   for (std::size_t i = 0; i < 9; ++i)
     error += (y[i] - b[i]).matrix().squaredNorm(), size += b[i].matrix().squaredNorm();
@@ -75,18 +75,18 @@ TEST_CASE("nothing to solve takes no iteration; the cap ends it; an indefinite m
   std::vector<double> largest(50);
   REQUIRE(cg.precondition(A, largest));
   CHECK(cg.solve(A, 1e-10, 100) == Cg::End::converged);
-  CHECK(cg.iterations() == 0);
-  CHECK(cg.solution()[7].isZero());
-  cg.residual()[3] = {1, 0, 0, 0};
+  CHECK(cg.iterations == 0);
+  CHECK(cg.solution[7].isZero());
+  cg.residual[3] = {1, 0, 0, 0};
   CHECK(cg.solve(A, 1e-10, 5) == Cg::End::gave_up);
-  CHECK(cg.iterations() == 5);
+  CHECK(cg.iterations == 5);
 
   auto bad = chain(3, -0.4);  // blocks 0.6, 0.2, 0.6: definite each, but the chain is not (det = −0.12)
   Cg small;
   small.resize(3);
   std::vector<double> three(3);
   REQUIRE(small.precondition(bad, three));
-  small.residual()[0] = {1, 0, 0, 0};
+  small.residual[0] = {1, 0, 0, 0};
   CHECK(small.solve(bad, 1e-10, 100) == Cg::End::indefinite);
   auto worse = chain(3, -0.6);  // the middle block is −0.2
   CHECK_FALSE(small.precondition(worse, three));
@@ -99,13 +99,13 @@ TEST_CASE("a heavy node's large force doesn't hide what is left to do on light o
   cg.resize(9);
   std::vector<double> largest(9);
   REQUIRE(cg.precondition(A, largest));
-  for (std::size_t i = 0; i < 9; ++i) cg.residual()[i] = {i == 0 ? 3e7 : 1.0, 0, 0, 0};
-  const auto b = cg.residual();
+  for (std::size_t i = 0; i < 9; ++i) cg.residual[i] = {i == 0 ? 3e7 : 1.0, 0, 0, 0};
+  const auto b = cg.residual;
   constexpr double rtol = 1e-3;  // a single iteration leaves that of the heavy one, and all of the others
   REQUIRE(cg.solve(A, rtol, 100) == Cg::End::converged);
   std::vector<Lanes<double>> y(9);
-  for (std::size_t i = 0; i < 9; ++i) y[i] = A.node(i, cg.solution()[i]);
-  static_cast<void>(A.add_edges(cg.solution().data(), y.data()));
+  for (std::size_t i = 0; i < 9; ++i) y[i] = A.node(i, cg.solution[i]);
+  static_cast<void>(A.add_edges(cg.solution.data(), y.data()));
   // Σ r²/d ≤ rtol² Σ b²/d, where d is 1e12 for the heavy node, 51 for the last one and 101 for the others.
   double left = 0, light = 0;
   for (std::size_t i = 1; i < 9; ++i) left += (y[i] - b[i]).matrix().squaredNorm(), light += 1.0 / (i < 8 ? 101 : 51);

@@ -164,15 +164,14 @@ class BlockCg {
   using Block = typename Operator::Block;
   enum class End { converged, indefinite, gave_up };
 
+  std::vector<Node> residual;  ///< the right-hand side on entry to solve()
+  std::vector<Node> solution;  ///< after it
+  int iterations = 0;          ///< of the last solve()
+
   void resize(std::size_t nodes) {
-    for (auto* all : {&x_, &r_, &z_, &p_, &y_}) all->assign(nodes, Node::Zero());
+    for (auto* all : {&solution, &residual, &z_, &p_, &y_}) all->assign(nodes, Node::Zero());
     inverse_.resize(nodes);
   }
-  /// Right-hand side on entry to solve().
-  [[nodiscard]] std::vector<Node>& residual() { return r_; }
-  /// The solution after solve().
-  [[nodiscard]] const std::vector<Node>& solution() const { return x_; }
-  [[nodiscard]] int iterations() const { return iterations_; }
 
   /// Makes the preconditioner. False where a diagonal block, hence A, is not positive definite.
   /// @param largest  a number a node: the largest of A's diagonal there
@@ -195,13 +194,14 @@ class BlockCg {
     return definite;
   }
 
-  /// A x = residual(), until ‖residual‖ ≤ rtol ‖right-hand side‖, both in the Euclidean norm and in that of the inverse
+  /// A x = residual, until ‖residual‖ ≤ rtol ‖right-hand side‖, both in the Euclidean norm and in that of the inverse
   /// diagonal blocks: a heavy node's large force must not hide what is left to do on light ones.
-  [[nodiscard]] End solve(const Operator& A, Scalar rtol, int most_iterations) {
+  [[nodiscard]] End solve(const Operator& A, Scalar rtol, int most) {
     const std::size_t n = A.nodes();
-    Node *const x = x_.data(), *const r = r_.data(), *const z = z_.data(), *const p = p_.data(), *const y = y_.data();
+    Node *const x = solution.data(), *const r = residual.data(), *const z = z_.data(), *const p = p_.data(),
+                *const y = y_.data();
     const Block* const inverse = inverse_.data();
-    iterations_ = 0;
+    iterations = 0;
     Node sum_rr = Node::Zero(), sum_rz = Node::Zero();
     for (std::size_t i = 0; i < n; ++i) {
       x[i].setZero();
@@ -212,10 +212,10 @@ class BlockCg {
     Scalar rz = sum_rz.sum(), beta{0};
     const Scalar target_rr = rtol * rtol * sum_rr.sum(), target_rz = rtol * rtol * rz;
     if (sum_rr.sum() == Scalar{0}) return End::converged;
-    while (iterations_ < most_iterations) {
-      ++iterations_;
+    while (iterations < most) {
+      ++iterations;
       for (std::size_t i = 0; i < n; ++i) {
-        p[i] = iterations_ == 1 ? z[i] : Node(z[i] + beta * p[i]);
+        p[i] = iterations == 1 ? z[i] : Node(z[i] + beta * p[i]);
         y[i] = A.node(i, p[i]);
       }
       const Scalar curvature = A.add_edges(p, y);
@@ -241,9 +241,8 @@ class BlockCg {
   }
 
  private:
-  std::vector<Node> x_, r_, z_, p_, y_;
+  std::vector<Node> z_, p_, y_;
   std::vector<Block> inverse_;
-  int iterations_ = 0;
 };
 
 }}  // namespace phistep::PHISTEP_ABI

@@ -126,7 +126,7 @@ class NetworkSystem : public Sizes {
     for (int attempt = 0; attempt < 2; ++attempt) {
       load(x);
       const auto end = cg_.solve(W_, tolerance, iteration_limit());
-      statistics.linear_iterations += cg_.iterations();
+      statistics.linear_iterations += cg_.iterations;
       if (end == BlockCg<Scalar, dim>::End::converged) {
         unload(x);
         return Outcome::success;
@@ -254,14 +254,14 @@ class NetworkSystem : public Sizes {
       for (Eigen::Index a = 0; a < dim && at < unknowns_; ++a, ++at) f(i, a, at);
   }
   void load(const auto& x) {
-    auto& r = cg_.residual();
+    auto& r = cg_.residual;
     unit_ = to_unit_size(max_abs(x));
     for (Node& to : r) to.setZero();
     for_each_unknown(
         [&, by = scale_ * unit_](std::size_t i, Eigen::Index a, Eigen::Index at) { r[i][a] = by * x[at]; });
   }
   void unload(auto& x) const {
-    for_each_unknown([&](std::size_t i, Eigen::Index a, Eigen::Index at) { x[at] = cg_.solution()[i][a] / unit_; });
+    for_each_unknown([&](std::size_t i, Eigen::Index a, Eigen::Index at) { x[at] = cg_.solution[i][a] / unit_; });
   }
   /// In exact arithmetic one iteration an unknown would do; rounding delays small stiff networks.
   [[nodiscard]] int iteration_limit() const {

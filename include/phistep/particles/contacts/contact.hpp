@@ -282,7 +282,5 @@ class Contact : public ContactTerm {
 };
 template <class Law>
 Contact(const Law&, double = 0) -> Contact<Law>;
-template <class Law>
-Contact(Materials<Law>, double = 0) -> Contact<Law>;
 
 }}  // namespace phistep::PHISTEP_ABI

@@ -84,7 +84,7 @@ class SleepWatch {
     late_.clear();
     for_each_pair_of<true>(force, memory, [this](Index i, Index j, bool by_touch) {
       const auto put = [&](Index of, Index other) {
-        late_.push_back({static_cast<std::int32_t>(of), {static_cast<std::int32_t>(other), by_touch}});
+        late_.emplace_back(static_cast<std::int32_t>(of), Edge{static_cast<std::int32_t>(other), by_touch});
       };
       put(i, j), put(j, i);
     });
@@ -124,8 +124,8 @@ class SleepWatch {
       if (sleepers[other].is_asleep()) sleepers.wake(other, Kind::watched);
     };
     for (const Edge& edge : graph_.of(i)) wake(edge.other);
-    for (const Meeting& meeting : late_)
-      if (meeting.mover == i) wake(meeting.edge.other);
+    for (const auto& [mover, edge] : late_)
+      if (mover == i) wake(edge.other);
   }
   /// Puts watched particles to sleep that touch none that is awake; where that would not pay, all wake.
   void lull(Sleepers<S>& sleepers, S& state, Scalar dt, auto& force, const auto& memory) {
@@ -219,10 +219,7 @@ class SleepWatch {
  private:
   using Kind = typename Sleepers<S>::Kind;
   using Sleeper = typename Sleepers<S>::Sleeper;
-  struct Meeting {
-    std::int32_t mover;
-    Edge edge;
-  };
+  using Meeting = std::pair<std::int32_t, Edge>;  // of one that moves
 
   [[nodiscard]] bool is_worth(const Sleepers<S>& sleepers) const {
     // Lists for another active set cost 0.3 of a full step, and more where many wake.
@@ -251,7 +248,7 @@ class SleepWatch {
     if (sleepers.report.asleep == 0 || !graph_.is_of(sleepers.size())) return;
     for (const std::int32_t i : disturbing_)
       for (const Edge& edge : graph_.of(i))
-        if (sleepers[edge.other].is_asleep()) frontier_.push_back({i, edge});
+        if (sleepers[edge.other].is_asleep()) frontier_.emplace_back(i, edge);
   }
 
   /// Notes where a particle is held, and whether it moves.
