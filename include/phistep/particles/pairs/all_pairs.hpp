@@ -38,7 +38,6 @@ struct SoftenedGravity {
   [[nodiscard]] auto operator()(auto r2) const { return decltype(r2)(factor()) * without_factor(r2); }
   /// −G/√(r² + ε²) [energy/mass²]
   [[nodiscard]] auto energy(auto r2) const { return decltype(r2)(-G) * rsqrt(r2 + decltype(r2)(epsilon * epsilon)); }
-  [[nodiscard]] bool is_valid() const { return std::isfinite(G) && std::isfinite(epsilon) && epsilon >= 0; }
 };
 
 /// k (r² + ε²)^(−3/2) between charges: k = 1/(4π ε₀) in SI units.
@@ -52,7 +51,6 @@ struct Coulomb {
   [[nodiscard]] auto operator()(auto r2) const { return decltype(r2)(factor()) * without_factor(r2); }
   /// k/√(r² + ε²) [energy/charge²]
   [[nodiscard]] auto energy(auto r2) const { return decltype(r2)(k) * rsqrt(r2 + decltype(r2)(epsilon * epsilon)); }
-  [[nodiscard]] bool is_valid() const { return std::isfinite(k) && std::isfinite(epsilon) && epsilon >= 0; }
 };
 
 /// The weight of a law that names none is 1.
@@ -81,8 +79,8 @@ class AllPairs : public ForceTerm {
 
   /// @throws std::invalid_argument where the law's numbers are invalid
   explicit AllPairs(Law l) : law{std::move(l)} {
-    if constexpr (requires { law.is_valid(); })
-      if (!law.is_valid())
+    if constexpr (requires { law.factor(), law.epsilon; })
+      if (!std::isfinite(law.factor()) || !std::isfinite(law.epsilon) || law.epsilon < 0)
         throw std::invalid_argument("phistep: AllPairs needs a law with finite numbers, and a softening >= 0");
   }
 
