@@ -223,17 +223,11 @@ struct Sleepers {
     return (state.v.col(i).array() != 0).any() || (spin_of(state, i).array() != 0).any();
   }
   [[nodiscard]] bool is_slow(const S& state, Index i) const {
-    bool slow = state.v.col(i).squaredNorm() < speed_squared();
-    if constexpr (spins) {
-      const Scalar R = state.radius()[i];
-      slow = slow && R * R * (state.omega.col(i) - (*this)[i].spin).squaredNorm() < speed_squared();
-    }
-    return slow;
+    return size_of(state, i, state.v.col(i), spin_of(state, i) - (*this)[i].spin) < speed();
   }
   /// By more than one may move beside a sleeper.
   [[nodiscard]] bool has_moved(const S& state, Index i, Scalar dt) const {
-    const Scalar limit = static_cast<Scalar>(options.speed) * std::abs(dt) * static_cast<Scalar>(options.every);
-    return !((state.r.col(i) - (*this)[i].rest).squaredNorm() < limit * limit);
+    return !((state.r.col(i) - (*this)[i].rest).norm() < speed() * std::abs(dt) * static_cast<Scalar>(options.every));
   }
 
   /// Wakes those whose sleep has expired, and finds out which of those computed are quiet.
@@ -242,8 +236,7 @@ struct Sleepers {
     for (const Index i : computed) {
       Sleeper& one = (*this)[i];
       if (!one.is_computed()) continue;
-      const bool quiet =
-          is_slow(state, i) && (state.r.col(i) - one.sample).squaredNorm() < speed_squared() * elapsed * elapsed;
+      const bool quiet = is_slow(state, i) && (state.r.col(i) - one.sample).norm() < speed() * elapsed;
       one.quiet = quiet ? one.quiet + static_cast<std::int32_t>(since_check) : 0;
       if (!quiet) {
         changed = changed || one.kind == Kind::watched;
@@ -329,10 +322,10 @@ struct Sleepers {
   }
   /// The time after which |v + a t| or |α| t R is v_s.
   [[nodiscard]] Scalar unseen_for(const S& state, Index i, const Vector& v, const Vector& a, const Turn& alpha) const {
-    const Scalar along = a.dot(v), left = speed_squared() - v.squaredNorm(),
+    const Scalar along = a.dot(v), left = speed() * speed() - v.squaredNorm(),
                  root = std::sqrt(along * along + a.squaredNorm() * left);
     const Scalar lasts = along < 0 ? (root - along) / a.squaredNorm() : left / (along + root);
-    return std::min(lasts, static_cast<Scalar>(options.speed) / size_of(state, i, Vector::Zero(), alpha));
+    return std::min(lasts, speed() / size_of(state, i, Vector::Zero(), alpha));
   }
   [[nodiscard]] static double kinetic_energy(const S& state, Index i) {
     return static_cast<double>(state.mass()[i] * state.v.col(i).squaredNorm()) / 2;
@@ -350,9 +343,7 @@ struct Sleepers {
     one.expired = 0;
     edited = true;
   }
-  [[nodiscard]] Scalar speed_squared() const {
-    return static_cast<Scalar>(options.speed) * static_cast<Scalar>(options.speed);
-  }
+  [[nodiscard]] Scalar speed() const { return static_cast<Scalar>(options.speed); }
   void begin(const S& state, Index i) {
     Sleeper& one = (*this)[i];
     one.since = clock;
