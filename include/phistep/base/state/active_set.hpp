@@ -8,7 +8,6 @@
 
 #include <Eigen/Core>
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -28,15 +27,10 @@ class ActiveSet {
     number_ = number;
     list_.clear();
     const std::size_t n = flags.size();
-    for (std::size_t i = 0; i < n;) {
-      // Eight at once where none of them is in the set.
-      if (std::uint64_t eight = 0; i + 8 <= n && (std::memcpy(&eight, &flags[i], 8), eight == 0)) {
-        i += 8;
-        continue;
-      }
-      const std::size_t end = std::min(n, i + 8);
-      for (; i < end; ++i)
-        if (flags[i] != 0) list_.push_back(static_cast<std::int32_t>(i));
+    for (std::size_t i = 0; i < n; ++i) {
+      std::uint64_t eight = 0;  // passed over at once where none of them is in the set
+      while (i + 8 <= n && (std::memcpy(&eight, &flags[i], 8), eight == 0)) i += 8;
+      if (i < n && flags[i] != 0) list_.push_back(static_cast<std::int32_t>(i));
     }
   }
   [[nodiscard]] bool has(Eigen::Index i) const { return flags_[static_cast<std::size_t>(i)] != 0; }
