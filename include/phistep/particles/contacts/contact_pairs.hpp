@@ -76,11 +76,9 @@ struct ContactBodies {
     ar("particle", particle, "id", id, "radius", radius, "inverse_mass", inverse_mass, "type", type);
     const std::size_t n = size();
     ar.check(id.size() == n && radius.size() == n && inverse_mass.size() == n && (type.empty() || type.size() == n));
-    std::vector<std::uint8_t> seen(n, 0);
-    for (const std::int32_t i : particle) {
-      ar.check(i >= 0 && static_cast<std::size_t>(i) < n && seen[static_cast<std::size_t>(i)] == 0);
-      seen[static_cast<std::size_t>(i)] = 1;
-    }
+    std::vector<std::int32_t> sorted = particle;
+    std::sort(sorted.begin(), sorted.end());
+    for (std::size_t i = 0; i < n; ++i) ar.check(sorted[i] == static_cast<std::int32_t>(i));
     derive();
   }
 

@@ -89,12 +89,9 @@ class Neighbors {
   const NeighborList& list(const Scalar* r, Eigen::Index particles, const Domain& domain,
                            const std::vector<std::uint8_t>& still, const NeighborRange& range,
                            const NeighborMemory& memory) {
-    const auto is_of_these = [&](const NeighborReference* of) {
-      return of != nullptr && of->positions.size() == static_cast<std::size_t>(particles) * dim &&
-             of->domain == domain && of->still == still;
-    };
     const NeighborReference* const last = memory.reference.get();
-    const bool alike = is_of_these(last);
+    const bool alike = last != nullptr && last->positions.size() == static_cast<std::size_t>(particles) * dim &&
+                       last->domain == domain && last->still == still;
     if (!alike || !serves(*last, r, range, memory.age)) {
       double skin = range.finds_skin && last != nullptr ? last->skin : range.skin;
       if (alike && range.finds_skin && !memory.is_pattern && particles > 0)
