@@ -97,7 +97,11 @@ class Neighbors {
       if (alike && range.finds_skin && !memory.is_pattern && particles > 0)
         skin = better_skin(*last, range, memory.age);
       memory.age = last == nullptr ? 0 : -1;  // the first is made before a step, others at its end
-      memory.reference = remember(r, particles, domain, still, skin);
+      built_.reset();
+      const std::shared_ptr<NeighborReference> next = pool_.take();
+      next->positions.assign(r, r + particles * dim);
+      next->domain = domain, next->still = still, next->skin = skin;
+      memory.reference = next;
     }
     bool same = built_ == memory.reference && range_.cutoff == range.cutoff && range_.pad == range.pad;
     if constexpr (own_cutoffs) same = same && own_ == *range.own;
@@ -167,18 +171,6 @@ class Neighbors {
     };
     for_each_range(particles, 256, look, shared_from / dim);
     return std::sqrt(all.first) + std::sqrt(all.second);
-  }
-
-  template <class Scalar>
-  std::shared_ptr<const NeighborReference> remember(const Scalar* r, Eigen::Index particles, const Domain& domain,
-                                                    const std::vector<std::uint8_t>& still, double skin) {
-    built_.reset();
-    std::shared_ptr<NeighborReference> reference = pool_.take();
-    reference->positions.assign(r, r + particles * dim);
-    reference->domain = domain;
-    reference->still = still;
-    reference->skin = skin;
-    return reference;
   }
 
   void build(const std::shared_ptr<const NeighborReference>& reference, const NeighborRange& range) {
