@@ -123,9 +123,11 @@ class NetworkSystem : public Sizes {
   /// @param rtol  relative residual at which to stop, 0: automatic
   [[nodiscard]] Outcome solve(auto& x, double rtol, Statistics& statistics) {
     const auto tolerance = static_cast<Scalar>(rtol > 0 ? rtol : automatic_linear_rtol);
+    // In exact arithmetic one iteration an unknown would do; rounding delays small stiff networks.
+    const auto most = static_cast<int>(std::min<Eigen::Index>(20 * unknowns_ + 100, 100000));
     for (int attempt = 0; attempt < 2; ++attempt) {
       load(x);
-      const auto end = cg_.solve(W_, tolerance, iteration_limit());
+      const auto end = cg_.solve(W_, tolerance, most);
       statistics.linear_iterations += cg_.iterations;
       if (end == BlockCg<Scalar, dim>::End::converged) {
         unload(x);
@@ -262,10 +264,6 @@ class NetworkSystem : public Sizes {
   }
   void unload(auto& x) const {
     for_each_unknown([&](std::size_t i, Eigen::Index a, Eigen::Index at) { x[at] = cg_.solution[i][a] / unit_; });
-  }
-  /// In exact arithmetic one iteration an unknown would do; rounding delays small stiff networks.
-  [[nodiscard]] int iteration_limit() const {
-    return static_cast<int>(std::min<Eigen::Index>(20 * unknowns_ + 100, 100000));
   }
 
   Eigen::Index unknowns_ = 0;

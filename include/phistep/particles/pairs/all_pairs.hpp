@@ -101,11 +101,13 @@ class AllPairs : public ForceTerm {
     }
     const Scalar* const r = y.r.data();
     Scalar* const force = out.force.data();
-    for_each_mover(y, [&](Eigen::Index s, Eigen::Index i) {
+    for (Eigen::Index i = 0, s = 0; i < y.r.cols(); ++i) {  // s: its slot, as `fill` has placed it
+      if (is_still(y, i)) continue;
       Scalar scale = static_cast<Scalar>(factor) * w(i);
       for (int a = 0; a < dim; ++a) scale += r[dim * i + a] - r[dim * i + a];  // NaN at no finite place
       for (int a = 0; a < dim; ++a) force[dim * i + a] += scale * slots.sum(a)[s];
-    });
+      ++s;
+    }
   }
 
   /// Σ w_i w_j U(r²) over the pairs of which one at least moves [energy]
@@ -159,13 +161,6 @@ class AllPairs : public ForceTerm {
                   "Eigen::Matrix3Xd");
     return Positions::RowsAtCompileTime;
   }
-  /// f(slot, particle) for those that move, in the order in which `fill` placed them.
-  static void for_each_mover(const auto& y, auto&& f) {
-    Eigen::Index slot = 0;
-    for (Eigen::Index i = 0; i < y.r.cols(); ++i)
-      if (!is_still(y, i)) f(slot++, i);
-  }
-
   /// i ↦ w_i
   template <class Scalar>
   [[nodiscard]] static auto weights(const auto& y) {

@@ -56,18 +56,6 @@ void for_each_pair_of(F& force, const Memory& memory, Pair&& pair) {
   }
 }
 
-/// A number that changes where for_each_pair_of changes, but for the late ones; −1 where unknown.
-template <class F>
-[[nodiscard]] std::int64_t pair_changes_of(F& force) {
-  std::int64_t sum = 0;
-  bool is_known = true;
-  for_each_summand(force, [&](auto& term) {
-    if constexpr (requires { term.pair_changes(); }) sum += static_cast<std::int64_t>(term.pair_changes());
-    else is_known = is_known && !lists_pairs<std::remove_reference_t<decltype(term)>>;
-  });
-  return is_known ? sum : -1;
-}
-
 template <class S>
 class SleepWatch {
   /// Particles that may act on each other; marked: by touch alone.
@@ -88,8 +76,13 @@ class SleepWatch {
       };
       put(i, j), put(j, i);
     });
-    const std::int64_t changes = pair_changes_of(force);
-    if (graph_.is_of(sleepers.size()) && changes >= 0 && changes == pair_changes_) return;
+    std::int64_t changes = 0;
+    bool is_known = graph_.is_of(sleepers.size());
+    for_each_summand(force, [&](auto& term) {
+      if constexpr (requires { term.pair_changes(); }) changes += static_cast<std::int64_t>(term.pair_changes());
+      else is_known = is_known && !lists_pairs<std::remove_reference_t<decltype(term)>>;
+    });
+    if (is_known && changes == pair_changes_) return;
     graph_.build(sleepers.size(), [&](auto&& f) { for_each_pair_of(force, memory, f); });
     pair_changes_ = changes;
     find_frontier(sleepers);
@@ -157,7 +150,7 @@ class SleepWatch {
     const auto& body = state.body();
     bool is_other = sleepers.id != state.id();
     if (is_other) {
-      sleepers.match(state, [&] { wake_beside_the_erased(sleepers, state); });
+      match(sleepers, state);
       forget();
     }
     Writer box;
@@ -251,6 +244,30 @@ class SleepWatch {
         if (sleepers[edge.other].is_asleep()) frontier_.emplace_back(i, edge);
   }
 
+  /// Particles came or went: ids grow from left to right. The graph is still that of the step before.
+  void match(Sleepers<S>& sleepers, const S& state) const {
+    std::vector<Sleeper> now(static_cast<std::size_t>(state.size()));
+    std::vector<std::int64_t> ids = state.id();  // nothing changes before there is memory for all
+    std::size_t k = 0, old = 0;
+    for (; sleepers.report.asleep > 0 && old < sleepers.id.size(); ++old) {
+      while (k < ids.size() && ids[k] < sleepers.id[old]) ++k;
+      if (k == ids.size() || ids[k] != sleepers.id[old]) wake_beside(sleepers, static_cast<Index>(old));
+    }
+    for (k = old = 0; k < ids.size(); ++k) {
+      const auto to = static_cast<Index>(k);
+      while (old < sleepers.id.size() && sleepers.id[old] < ids[k]) ++old;
+      if (old == sleepers.id.size() || sleepers.id[old] != ids[k]) {
+        now[k].rest = now[k].sample = state.r.col(to);
+        now[k].velocity = state.v.col(to), now[k].spin = sleepers.spin_of(state, to);
+        continue;
+      }
+      now[k] = sleepers.all[old];
+      // A fingerprint that doesn't fit, because the particle was edited, is kept: so that this is noticed under the new index.
+      if (now[k].seen == ParticleFingerprint<S>::of(state, to, static_cast<Index>(old)))
+        now[k].seen = ParticleFingerprint<S>::of(state, to);
+    }
+    sleepers.all = std::move(now), sleepers.id = std::move(ids);
+  }
   /// Notes where a particle is held, and whether it moves.
   static void hold(Sleepers<S>& sleepers, const S& state, Index i) {
     Sleeper& one = sleepers[i];
@@ -263,16 +280,6 @@ class SleepWatch {
     const auto of = [i](const auto& column) { return column.size() == 0 ? 0 : static_cast<double>(column[i]); };
     const double all[] = {of(body.mass), of(body.radius), of(body.type), of(body.charge)};
     return fingerprint(all, 4);
-  }
-  /// The graph is still that of the step before, and so are the indices.
-  void wake_beside_the_erased(Sleepers<S>& sleepers, const S& state) const {
-    if (sleepers.report.asleep == 0) return;
-    std::size_t k = 0;
-    for (std::size_t old = 0; old < sleepers.id.size(); ++old) {
-      while (k < state.id().size() && state.id()[k] < sleepers.id[old]) ++k;
-      if (k < state.id().size() && state.id()[k] == sleepers.id[old]) continue;
-      wake_beside(sleepers, static_cast<Index>(old));
-    }
   }
 
   Graph graph_;

@@ -142,28 +142,6 @@ struct Sleepers {
     find_lists();
   }
 
-  /// Particles came or went: ids grow from left to right.
-  /// @param before  called before any index changes, when there is memory for all
-  void match(const S& state, auto&& before) {
-    std::vector<Sleeper> now(static_cast<std::size_t>(state.size()));
-    std::vector<std::int64_t> ids = state.id();
-    before();
-    std::size_t old = 0;
-    for (std::size_t k = 0; k < ids.size(); ++k) {
-      const auto to = static_cast<Index>(k);
-      while (old < id.size() && id[old] < ids[k]) ++old;
-      if (old == id.size() || id[old] != ids[k]) {
-        now[k].rest = now[k].sample = state.r.col(to);
-        now[k].velocity = state.v.col(to), now[k].spin = spin_of(state, to);
-        continue;
-      }
-      now[k] = all[old];
-      // A fingerprint that doesn't fit, because the particle was edited, is kept: so that this is noticed under the new index.
-      if (now[k].seen == ParticleFingerprint<S>::of(state, to, static_cast<Index>(old)))
-        now[k].seen = ParticleFingerprint<S>::of(state, to);
-    }
-    all = std::move(now), id = std::move(ids);
-  }
   void find_lists() {
     is_computed.resize(all.size());
     supports.clear();
