@@ -81,6 +81,19 @@ struct Box {
 /// Ids end below this: however many particles come after the largest, there are numbers for them.
 inline constexpr std::int64_t largest_id = std::int64_t{1} << 62;
 
+/// id ↦ the number of the particle that has it, or −1. @param ids  by number  @param order  k ↦ a number: all of them, mostly by their ids
+[[nodiscard]] auto number_by_id(const std::vector<std::int64_t>& ids, auto&& order) {
+  std::vector<std::pair<std::int64_t, std::size_t>> sorted;
+  for (std::size_t k = 0; k < ids.size(); ++k) sorted.emplace_back(ids[order(k)], order(k));
+  if (!std::is_sorted(sorted.begin(), sorted.end())) std::sort(sorted.begin(), sorted.end());
+  return [sorted = std::move(sorted)](std::int64_t of) {
+    auto at = sorted.begin() + std::clamp<std::ptrdiff_t>(of, 0, static_cast<std::ptrdiff_t>(sorted.size()));
+    if (at == sorted.end() || at->first != of)  // it isn't the user's index, as most are
+      at = std::lower_bound(sorted.begin(), sorted.end(), std::pair{of, std::size_t{0}});
+    return at != sorted.end() && at->first == of ? static_cast<std::int32_t>(at->second) : -1;
+  };
+}
+
 /// Properties of particles: immutable, shared between a state and its copies, replaced by a new object where one is changed. A column has
 /// a value for each particle, or none.
 template <class Scalar, int dim>

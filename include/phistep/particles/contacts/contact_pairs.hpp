@@ -62,15 +62,7 @@ struct ContactBodies {
   bool operator==(const ContactBodies&) const = default;
   /// id ↦ the slot of the body that has it, or −1.
   [[nodiscard]] auto slots_by_id() const {
-    std::vector<std::pair<std::int64_t, std::int32_t>> sorted;
-    for (const std::int32_t s : slot) sorted.emplace_back(id[static_cast<std::size_t>(s)], s);
-    if (!std::is_sorted(sorted.begin(), sorted.end())) std::sort(sorted.begin(), sorted.end());
-    return [sorted = std::move(sorted)](std::int64_t of) {
-      auto at = sorted.begin() + std::clamp<std::ptrdiff_t>(of, 0, static_cast<std::ptrdiff_t>(sorted.size()));
-      if (at == sorted.end() || at->first != of)  // it isn't the user's index, as most are
-        at = std::lower_bound(sorted.begin(), sorted.end(), std::pair{of, std::int32_t{0}});
-      return at != sorted.end() && at->first == of ? at->second : -1;
-    };
+    return number_by_id(id, [this](std::size_t k) { return static_cast<std::size_t>(slot[k]); });
   }
   void archive(auto& ar) {
     ar("particle", particle, "id", id, "radius", radius, "inverse_mass", inverse_mass, "type", type);

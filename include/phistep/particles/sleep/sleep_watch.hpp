@@ -244,26 +244,25 @@ class SleepWatch {
         if (sleepers[edge.other].is_asleep()) frontier_.emplace_back(i, edge);
   }
 
-  /// Particles came or went: ids grow from left to right. The graph is still that of the step before.
+  /// Particles came or went. The graph is still that of the step before.
   void match(Sleepers<S>& sleepers, const S& state) const {
     std::vector<Sleeper> now(static_cast<std::size_t>(state.size()));
     std::vector<std::int64_t> ids = state.id();  // nothing changes before there is memory for all
-    std::size_t k = 0, old = 0;
-    for (; sleepers.report.asleep > 0 && old < sleepers.id.size(); ++old) {
-      while (k < ids.size() && ids[k] < sleepers.id[old]) ++k;
-      if (k == ids.size() || ids[k] != sleepers.id[old]) wake_beside(sleepers, static_cast<Index>(old));
-    }
-    for (k = old = 0; k < ids.size(); ++k) {
+    const auto itself = [](std::size_t k) { return k; };
+    const auto now_at = number_by_id(ids, itself), was_at = number_by_id(sleepers.id, itself);
+    for (Index old = 0; sleepers.report.asleep > 0 && old < sleepers.size(); ++old)
+      if (now_at(sleepers.id[static_cast<std::size_t>(old)]) < 0) wake_beside(sleepers, old);
+    for (std::size_t k = 0; k < ids.size(); ++k) {
       const auto to = static_cast<Index>(k);
-      while (old < sleepers.id.size() && sleepers.id[old] < ids[k]) ++old;
-      if (old == sleepers.id.size() || sleepers.id[old] != ids[k]) {
+      const Index old = was_at(ids[k]);
+      if (old < 0) {
         now[k].rest = now[k].sample = state.r.col(to);
         now[k].velocity = state.v.col(to), now[k].spin = sleepers.spin_of(state, to);
         continue;
       }
-      now[k] = sleepers.all[old];
+      now[k] = sleepers[old];
       // A fingerprint that doesn't fit, because the particle was edited, is kept: so that this is noticed under the new index.
-      if (now[k].seen == ParticleFingerprint<S>::of(state, to, static_cast<Index>(old)))
+      if (now[k].seen == ParticleFingerprint<S>::of(state, to, old))
         now[k].seen = ParticleFingerprint<S>::of(state, to);
     }
     sleepers.all = std::move(now), sleepers.id = std::move(ids);
