@@ -14,7 +14,6 @@
 #include <ostream>
 #include <stdexcept>
 #include <string>
-#include <string_view>
 #include <tuple>
 #include <type_traits>
 #include <utility>
@@ -25,45 +24,6 @@
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-/// Lines of a table. A stream that fails throws std::runtime_error.
-class CsvWriter {
- public:
-  explicit CsvWriter(std::ostream& out) : out_{&out} {}
-
-  /// A cell of text, quoted where it must be (RFC 4180).
-  void cell(std::string_view text) {
-    separate();
-    if (text.find_first_of(",\"\r\n") == std::string_view::npos) {
-      line_ += text;
-      return;
-    }
-    line_ += '"';
-    for (const char c : text) line_.append(c == '"' ? 2 : 1, c);
-    line_ += '"';
-  }
-  /// A number, by the fewest digits that read back to its bits.
-  template <class Number>
-    requires std::is_arithmetic_v<Number>
-  void cell(Number x) {
-    separate();
-    append_number(line_, x);
-  }
-  /// @throws std::runtime_error where the stream fails
-  void end_line() {
-    line_ += '\n';
-    out_->write(line_.data(), static_cast<std::streamsize>(line_.size()));
-    line_.clear();
-    if (!*out_) throw std::runtime_error("phistep: writing comma-separated values failed");
-  }
-
- private:
-  void separate() {
-    if (!line_.empty()) line_ += ',';
-  }
-  std::ostream* out_;
-  std::string line_;
-};
-
 /// What the k-th block of a state is called.
 template <State S>
 [[nodiscard]] std::string block_name(std::size_t k) {
@@ -72,25 +32,47 @@ template <State S>
   else return "b" + std::to_string(k);
 }
 
-/// The cells that name a block's components, in the order in which they are written: column by column.
-template <State S>
-void write_names(CsvWriter& table, std::size_t k, Index rows, Index cols) {
-  const std::string name = block_name<S>(k);
-  for (Index j = 0; j < cols; ++j)
-    for (Index i = 0; i < rows; ++i)
-      table.cell(name + std::to_string(rows == 1 && cols > 1 ? j : i) +
-                 (rows > 1 && cols > 1 ? "_" + std::to_string(j) : ""));
-}
+/// Lines of a table.
+struct CsvWriter {
+  std::ostream* out;
+  std::string line{};
+
+  /// A number, by the fewest digits that read back to its bits; text, quoted where it must be (RFC 4180).
+  template <class X>
+  void cell(const X& x) {
+    if (!line.empty()) line += ',';
+    if constexpr (std::is_arithmetic_v<X>) {
+      append_number(line, x);
+    } else {
+      const std::string text{x}, mark = text.find_first_of(",\"\r\n") == std::string::npos ? "" : "\"";
+      line += mark;
+      for (const char c : text) line.append(c == '"' ? 2 : 1, c);
+      line += mark;
+    }
+  }
+  /// The cells that name a block's components, in the order in which they are written: column by column.
+  void names(const std::string& block, Index rows, Index cols) {
+    for (Index j = 0; j < cols; ++j)
+      for (Index i = 0; i < rows; ++i)
+        cell(block + std::to_string(rows == 1 && cols > 1 ? j : i) +
+             (rows > 1 && cols > 1 ? "_" + std::to_string(j) : ""));
+  }
+  /// @throws std::runtime_error where the stream fails
+  void end_line() {
+    line += '\n';
+    out->write(line.data(), static_cast<std::streamsize>(line.size()));
+    line.clear();
+    if (!*out) throw std::runtime_error("phistep: writing comma-separated values failed");
+  }
+};
 
 /// Everything a recorder holds. An empty one gives the name of the time alone.
 template <State S>
 void write_csv(std::ostream& out, const Recorder<S>& recorder) {
-  CsvWriter table{out};
+  CsvWriter table{&out};
   table.cell("t");
-  for (std::size_t k = 0; k < Recorder<S>::blocks; ++k) {
-    const auto [rows, cols] = recorder.shape(k);
-    write_names<S>(table, k, rows, cols);
-  }
+  for (std::size_t k = 0; k < Recorder<S>::blocks; ++k)
+    table.names(block_name<S>(k), recorder.shape(k).first, recorder.shape(k).second);
   table.end_line();
   const auto times = recorder.times();
   const auto states = recorder.states();
@@ -115,22 +97,20 @@ void write_csv(const std::string& path, const Recorder<S>& recorder) {
 /// @throws std::runtime_error where the stream fails; std::invalid_argument where the state's size has changed
 template <class... F>
 [[nodiscard]] auto csv(std::ostream& out, NamedColumn<F>... columns) {
-  return [table = CsvWriter{out}, columns = std::make_tuple(std::move(columns)...), named = false,
-          size = Index{0}]<State S>(auto t, const S& state) mutable {
+  return [table = CsvWriter{&out}, columns = std::make_tuple(std::move(columns)...), size = Index{-1}]<State S>(
+             auto t, const S& state) mutable {
     const auto blocks = Blocks<S>::all(state);
-    const auto line = [&](auto&& first, auto&& of_block, auto&& of_column) {
+    const auto line = [&](const auto& first, auto&& of_block, auto&& of_column) {
       table.cell(first);
       if constexpr (sizeof...(F) == 0) for_each_block(of_block, blocks);
       else std::apply([&](auto&... column) { (table.cell(of_column(column)), ...); }, columns);
       table.end_line();
     };
     const Index now = sizeof...(F) == 0 ? count_of(blocks) : 0;
-    if (!std::exchange(named, true)) {
-      size = now;
+    if (std::exchange(size, size < 0 ? now : size) < 0)
       line(
-          "t", [&](auto k, const auto& block) { write_names<S>(table, k(), block.rows(), block.cols()); },
+          "t", [&](auto k, const auto& block) { table.names(block_name<S>(k()), block.rows(), block.cols()); },
           [](auto& column) { return column.name; });
-    }
     if (now != size)
       throw std::invalid_argument("phistep: csv(out) has named " + std::to_string(size) +
                                   " components, the state now has " + std::to_string(now));
