@@ -6,7 +6,6 @@
 
 #include <cstring>
 #include <memory>
-#include <optional>
 #include <sstream>
 #include <string>
 #include <tuple>
@@ -116,7 +115,7 @@ struct Values {
   std::vector<std::vector<double>> nested{{1, 2}, {}, {3}};
   std::vector<std::string> words{"one", "", "three"};
   std::vector<bool> flags{true, false};
-  std::optional<std::pair<int, std::string>> maybe{{1, "x"}};
+  std::pair<int, std::string> maybe{1, "x"};
   std::tuple<Eigen::MatrixXd, Eigen::Matrix3Xf, Eigen::Vector2d> matrices{
       Eigen::MatrixXd::Ones(2, 3), Eigen::Matrix3Xf::Ones(3, 2), {1, 2}};
   std::array<long double, 2> wide{1, 2};

@@ -4,7 +4,7 @@
 ///     void archive(auto& ar) { ar("anchor", anchor, "slip", slip); }
 ///
 /// and must not change anything while it writes. A name may be left out: the value is then called by its place, 0, 1, ….
-/// Archived without one: numbers, enums, std::array, vector, string, pair, tuple and optional of what can be archived,
+/// Archived without one: numbers, enums, std::array, vector, string, pair and tuple of what can be archived,
 /// Eigen's dense types, structs of blocks (see base/state/blocks.hpp), random engines (through a string stream), empty types.
 ///
 /// Beside `ar(…)` there are
@@ -215,14 +215,9 @@ class Reader : public Archive<Reader> {
       if (!keeps_) return;
       T copy = x;
       const auto old = std::make_shared<T>(std::move(x));  // it allocates before it moves
-      take(x, copy);                                       // so what is put back has its old place in memory
+      x = std::move(copy);                                 // so what is put back has its old place in memory
       undo_.push_back([&x, old] { x = std::move(*old); });
     }
-  }
-  /// Out of line: inlined, g++ 12 holds an empty std::optional's value for uninitialized.
-  template <class T>
-  [[gnu::noinline]] static void take(T& to, T& from) {
-    to = std::move(from);
   }
   [[nodiscard]] auto pause() {
     return AtExit{[this, before = std::exchange(keeps_, false)] { keeps_ = before; }};

@@ -102,16 +102,6 @@ class Archive {
       self().close();
     } else if constexpr (std::is_same_v<V, std::string> || detail::is_list<V>) {
       list<fixed>(name, x);
-    } else if constexpr (detail::is_optional<V>) {
-      bool has = x.has_value();
-      self().open(name);
-      value("has", has);
-      if constexpr (Self::reading) {
-        x.reset();
-        if (has) x.emplace();
-      }
-      if (has) value<fixed>("value", *x);
-      self().close();
     } else if constexpr (detail::TupleLike<V> && requires { x.begin(); }) {
       list<fixed>(name, x);
     } else if constexpr (detail::TupleLike<V>) {
