@@ -30,6 +30,11 @@ class RunTimePhi {
   explicit constexpr RunTimePhi(double phi) : phi_{phi} {
     if (!(phi >= 0.0 && phi <= 1.0)) throw std::invalid_argument("phistep: phi must lie in [0, 1]");
   }
+  /// 1/2 is 0 in C++. @throws std::invalid_argument where an integer is 0
+  explicit constexpr RunTimePhi(std::integral auto phi) : RunTimePhi{static_cast<double>(phi)} {
+    if (phi == 0)
+      throw std::invalid_argument("phistep: phi is the integer 0, as 1/2 is: write 0.5, or 0.0, or forward_euler");
+  }
   template <class Scalar>
   [[nodiscard]] constexpr Scalar value() const {
     return static_cast<Scalar>(phi_);
@@ -104,16 +109,8 @@ inline constexpr PhiScheme<FixedPhi<0>, FixedPhi<1>, Form::endpoint> symplectic_
 /// Drift, then kick: (1, 0), the adjoint of symplectic_euler; explicit where the force ignores v.
 inline constexpr PhiScheme<FixedPhi<1>, FixedPhi<0>, Form::endpoint> symplectic_euler_adjoint{};
 
-/// 1/2 is 0 in C++. @throws std::invalid_argument where an integer is 0
-[[nodiscard]] constexpr double no_half(std::integral auto phi) {
-  if (phi == 0)
-    throw std::invalid_argument("phistep: phi is the integer 0, as 1/2 is: write 0.5, or 0.0, or forward_euler");
-  return static_cast<double>(phi);
-}
-
 /// φ chosen at run time. @throws std::invalid_argument unless 0 ≤ phi ≤ 1.
-[[nodiscard]] constexpr SinglePhi<RunTimePhi> phi(double phi) { return {RunTimePhi{phi}, RunTimePhi{phi}}; }
-[[nodiscard]] constexpr SinglePhi<RunTimePhi> phi(std::integral auto one) { return phistep::phi(no_half(one)); }
+[[nodiscard]] constexpr SinglePhi<RunTimePhi> phi(auto phi) { return {RunTimePhi(phi), RunTimePhi(phi)}; }
 
 /// The pair (φ_force, φ_drift) at run time, for motion. @throws std::invalid_argument unless both lie in [0, 1].
 /// Newmark's β = φ_force φ_drift, γ = φ_force + φ_drift − ½ (numerically the same positions).
@@ -122,11 +119,8 @@ inline constexpr PhiScheme<FixedPhi<1>, FixedPhi<0>, Form::endpoint> symplectic_
 }
 
 /// φ at run time in stage form: Ψ is evaluated once, at t + φΔt. @throws std::invalid_argument unless 0 ≤ phi ≤ 1.
-[[nodiscard]] constexpr SinglePhi<RunTimePhi, Form::stage> phi_stage(double phi) {
-  return {RunTimePhi{phi}, RunTimePhi{phi}};
-}
-[[nodiscard]] constexpr SinglePhi<RunTimePhi, Form::stage> phi_stage(std::integral auto one) {
-  return phistep::phi_stage(no_half(one));
+[[nodiscard]] constexpr SinglePhi<RunTimePhi, Form::stage> phi_stage(auto phi) {
+  return {RunTimePhi(phi), RunTimePhi(phi)};
 }
 
 /// φ = 1/(1+ρ∞): stiff modes shrink by the factor ρ∞ each step (1: trapezoidal, 0: backward Euler). Of order 1 where ρ∞ < 1;

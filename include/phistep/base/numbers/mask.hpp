@@ -138,9 +138,5 @@ template <class Scalar, int width>
 [[nodiscard]] bool all(Mask<Scalar, width> m) {
   return m.bits() == (1u << width) - 1;
 }
-template <class Scalar, int width>
-[[nodiscard]] bool none(Mask<Scalar, width> m) {
-  return m.bits() == 0;
-}
 
 }}  // namespace phistep::PHISTEP_ABI

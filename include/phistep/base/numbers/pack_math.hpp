@@ -21,7 +21,6 @@ template <std::floating_point T>
 }
 [[nodiscard]] constexpr bool any(std::same_as<bool> auto m) { return m; }
 [[nodiscard]] constexpr bool all(std::same_as<bool> auto m) { return m; }
-[[nodiscard]] constexpr bool none(std::same_as<bool> auto m) { return !m; }
 template <std::floating_point T>
 [[nodiscard]] T sum(T a) {
   return a;
