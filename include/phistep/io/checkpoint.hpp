@@ -29,7 +29,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -79,20 +78,12 @@ inline constexpr std::uint32_t checkpoint_version = 2;
 
 namespace detail {
 
-inline constexpr std::array<unsigned char, 8> checkpoint_magic{0x89, 'P', 'H', 'I', '\r', '\n', 0x1a, '\n'};
-inline constexpr std::size_t checkpoint_head = 24;
-
-/// The bytes of a number in a file.
-template <class T>
-[[nodiscard]] auto in_file(T x) {
-  return std::bit_cast<std::array<std::byte, sizeof(T)>>(x);
-}
-template <class T>
-[[nodiscard]] T from_file(std::span<const std::byte> bytes, std::size_t at) {
-  T x{};
-  std::memcpy(&x, bytes.data() + at, sizeof x);
-  return x;
-}
+struct CheckpointHead {
+  std::array<unsigned char, 8> magic{0x89, 'P', 'H', 'I', '\r', '\n', 0x1a, '\n'};
+  std::uint32_t version = checkpoint_version, zero = 0;
+  std::uint64_t length = 0;
+};
+inline constexpr std::size_t checkpoint_head = sizeof(CheckpointHead);
 
 [[noreturn]] inline void refuse(const std::string& name, const std::string& why) {
   throw CheckpointError("phistep: " + name + ' ' + why);
@@ -115,23 +106,24 @@ inline void read_bytes(std::istream& in, std::uint64_t n, std::vector<std::byte>
 /// @param alone  nothing may follow
 inline std::vector<std::byte> read_checkpoint(std::istream& in, const std::string& name, bool alone) {
   std::vector<std::byte> bytes, end;
+  CheckpointHead head;
+  std::uint64_t sum = 0;
   read_bytes(in, checkpoint_head, bytes);
-  const bool starts =
-      bytes.size() >= checkpoint_magic.size() && std::memcmp(bytes.data(), checkpoint_magic.data(), 8) == 0;
-  if (!starts) refuse(name, "is not a phistep checkpoint");
+  if (!bytes.empty()) std::memcpy(&head, bytes.data(), bytes.size());
+  if (bytes.size() < head.magic.size() || head.magic != CheckpointHead{}.magic)
+    refuse(name, "is not a phistep checkpoint");
   if (bytes.size() < checkpoint_head) refuse(name, "is truncated: its header is incomplete");
-  const auto version = from_file<std::uint32_t>(bytes, 8);
-  const auto length = from_file<std::uint64_t>(bytes, 16);
-  if (version != checkpoint_version)
-    refuse(name, "has version " + std::to_string(version) + " of the format, this program reads version " +
+  if (head.version != checkpoint_version)
+    refuse(name, "has version " + std::to_string(head.version) + " of the format, this program reads version " +
                      std::to_string(checkpoint_version));
-  read_bytes(in, length, bytes);
-  if (bytes.size() - checkpoint_head < length)
+  read_bytes(in, head.length, bytes);
+  if (bytes.size() - checkpoint_head < head.length)
     refuse(name, "is truncated: " + std::to_string(bytes.size() - checkpoint_head) + " bytes of " +
-                     std::to_string(length) + " are there");
-  read_bytes(in, 8, end);
-  if (end.size() < 8) refuse(name, "is truncated: its checksum is incomplete");
-  if (from_file<std::uint64_t>(end, 0) != checksum(bytes)) refuse(name, "is damaged: its checksum is wrong");
+                     std::to_string(head.length) + " are there");
+  read_bytes(in, sizeof sum, end);
+  if (end.size() < sizeof sum) refuse(name, "is truncated: its checksum is incomplete");
+  std::memcpy(&sum, end.data(), sizeof sum);
+  if (sum != checksum(bytes)) refuse(name, "is damaged: its checksum is wrong");
   if (alone && in.peek() != std::istream::traits_type::eof()) refuse(name, "is damaged: it goes on after its end");
   return bytes;
 }
@@ -158,19 +150,11 @@ template <class... Parts>
 void write_checkpoint(std::ostream& out, const Parts&... parts) {
   Writer writer;
   writer.save(parts...);
-  std::array<std::byte, checkpoint_head> head{};
-  std::memcpy(head.data(), checkpoint_magic.data(), checkpoint_magic.size());
-  const auto version = in_file(checkpoint_version);
-  const auto length = in_file<std::uint64_t>(writer.bytes().size());
-  std::copy(version.begin(), version.end(), head.begin() + 8);
-  std::copy(length.begin(), length.end(), head.begin() + 16);
-  const auto end = in_file<std::uint64_t>(checksum(writer.bytes(), checksum(head)));
-  const auto put = [&out](std::span<const std::byte> bytes) {
+  const CheckpointHead head{.length = writer.bytes().size()};
+  const std::span<const std::byte> start = std::as_bytes(std::span(&head, 1));
+  const std::uint64_t sum = checksum(writer.bytes(), checksum(start));
+  for (const std::span<const std::byte> bytes : {start, writer.bytes(), {std::as_bytes(std::span(&sum, 1))}})
     out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  };
-  put(head);
-  put(writer.bytes());
-  put(end);
   out.flush();
   if (!out) throw CheckpointError("phistep: writing the checkpoint failed");
 }
