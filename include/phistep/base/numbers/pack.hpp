@@ -198,10 +198,10 @@ struct From {
 /// f(From) for all of 0 … n − 1: as many at once as a register holds, and the rest one by one.
 template <class Scalar, int width = native_width<Scalar>>
 [[gnu::always_inline]] inline void for_each_pack(std::ptrdiff_t n, auto&& f) {
-  std::ptrdiff_t i = 0;
-  for (; i + width <= n; i += width) f(From<Scalar, width>{i});
+  const std::ptrdiff_t whole = n - n % width;  // so that g++ sees the second loop's end where n is a constant
+  for (std::ptrdiff_t i = 0; i < whole; i += width) f(From<Scalar, width>{i});
   if constexpr (width > 1)
-    for (; i < n; ++i) f(From<Scalar, 1>{i});
+    for (std::ptrdiff_t i = whole; i < n; ++i) f(From<Scalar, 1>{i});
 }
 /// A sum over such a pass.
 template <class Scalar>
