@@ -125,12 +125,15 @@ class NetworkSystem : public Sizes {
     const auto tolerance = static_cast<Scalar>(rtol > 0 ? rtol : automatic_linear_rtol);
     // In exact arithmetic one iteration an unknown would do; rounding delays small stiff networks.
     const auto most = static_cast<int>(std::min<Eigen::Index>(20 * unknowns_ + 100, 100000));
+    const Scalar unit = to_unit_size(max_abs(x));  // so that squares stay in range
     for (int attempt = 0; attempt < 2; ++attempt) {
-      load(x);
+      cg_.residual.assign(W_.nodes(), Node::Zero());
+      for_each_unknown(
+          [&, by = scale_ * unit](auto i, auto component, auto at) { cg_.residual[i][component] = by * x[at]; });
       const auto end = cg_.solve(W_, tolerance, most);
       statistics.linear_iterations += cg_.iterations;
       if (end == BlockCg<Scalar, dim>::End::converged) {
-        unload(x);
+        for_each_unknown([&](auto i, auto component, auto at) { x[at] = cg_.solution[i][component] / unit; });
         return Outcome::success;
       }
       if (end == BlockCg<Scalar, dim>::End::gave_up || clamped_) break;
@@ -255,16 +258,6 @@ class NetworkSystem : public Sizes {
     for (const std::size_t i : number_)
       for (Eigen::Index a = 0; a < dim && at < unknowns_; ++a, ++at) f(i, a, at);
   }
-  void load(const auto& x) {
-    auto& r = cg_.residual;
-    unit_ = to_unit_size(max_abs(x));
-    for (Node& to : r) to.setZero();
-    for_each_unknown(
-        [&, by = scale_ * unit_](std::size_t i, Eigen::Index a, Eigen::Index at) { r[i][a] = by * x[at]; });
-  }
-  void unload(auto& x) const {
-    for_each_unknown([&](std::size_t i, Eigen::Index a, Eigen::Index at) { x[at] = cg_.solution[i][a] / unit_; });
-  }
 
   Eigen::Index unknowns_ = 0;
   EdgeOperator<Scalar, dim> W_;
@@ -278,7 +271,6 @@ class NetworkSystem : public Sizes {
   std::vector<std::size_t> source_;            // of each edge of W in tangents_
   Scalar gamma_force_{0}, gamma_drift_{0};     // γ_f times scale_, and γ_d
   Scalar scale_{1};                            // what W, its right-hand sides and mass_ are multiplied by
-  Scalar unit_{1};  // what right-hand sides are multiplied by beside, so that squares stay in range
   std::size_t written_ = 0;
   bool has_pattern_ = false, has_coupling_ = false, clamped_ = false;
 };
