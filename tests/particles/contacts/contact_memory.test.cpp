@@ -54,7 +54,7 @@ SpringTable<double, Place> one_contact() {
 }  // namespace
 
 TEST_CASE("what contacts remember is finite, or no memory of theirs") {
-  using Memory = ContactMemory<SpringTable<double, std::int64_t>, WallBodies<double>>;
+  using Memory = ContactMemory<SpringTable<double, std::int64_t>, WallBodies>;
   Memory memory;
   memory.time = 3, memory.step = 0.5, memory.lag = 0.125;
   const Memory again = copied(memory);

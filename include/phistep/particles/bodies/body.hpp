@@ -8,7 +8,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -82,7 +84,8 @@ struct Box {
 inline constexpr std::int64_t largest_id = std::int64_t{1} << 62;
 
 /// id ↦ the number of the particle that has it, or −1. @param ids  by number  @param order  k ↦ a number: all of them, mostly by their ids
-[[nodiscard]] auto number_by_id(const std::vector<std::int64_t>& ids, auto&& order) {
+template <class Order = std::identity>
+[[nodiscard]] auto number_by_id(const std::vector<std::int64_t>& ids, const Order& order = {}) {
   std::vector<std::pair<std::int64_t, std::size_t>> sorted;
   for (std::size_t k = 0; k < ids.size(); ++k) sorted.emplace_back(ids[order(k)], order(k));
   if (!std::is_sorted(sorted.begin(), sorted.end())) std::sort(sorted.begin(), sorted.end());

@@ -60,10 +60,6 @@ struct ContactBodies {
     return its == *this;
   }
   bool operator==(const ContactBodies&) const = default;
-  /// id ↦ the slot of the body that has it, or −1.
-  [[nodiscard]] auto slots_by_id() const {
-    return number_by_id(id, [this](std::size_t k) { return static_cast<std::size_t>(slot[k]); });
-  }
   void archive(auto& ar) {
     ar("particle", particle, "id", id, "radius", radius, "inverse_mass", inverse_mass, "type", type);
     const std::size_t n = size();
@@ -86,27 +82,26 @@ struct ContactBodies {
 };
 
 /// The bodies that walls remember, in the user's order. A place is the number of a wall and that of a body.
-template <class Scalar>
 struct WallBodies {
-  ContactBodies<Scalar> bodies;
+  std::vector<std::int64_t> id;
 
   [[nodiscard]] static std::int64_t place(std::int64_t wall, std::int32_t body) { return wall << 32 | body; }
   [[nodiscard]] static std::int32_t wall_of(std::int64_t place) { return static_cast<std::int32_t>(place >> 32); }
   [[nodiscard]] static std::int32_t body_of(std::int64_t place) { return static_cast<std::int32_t>(place); }
   [[nodiscard]] bool has(std::int64_t place) const {
-    return body_of(place) >= 0 && static_cast<std::size_t>(body_of(place)) < bodies.size();
+    return body_of(place) >= 0 && static_cast<std::size_t>(body_of(place)) < id.size();
   }
   /// Of a place: the identity of its body, and its wall.
   [[nodiscard]] std::array<std::int64_t, 2> names(std::int64_t place) const {
-    return {bodies.id[static_cast<std::size_t>(body_of(place))], wall_of(place)};
+    return {id[static_cast<std::size_t>(body_of(place))], wall_of(place)};
   }
   /// Takes springs by these names: see ContactMemory::move_to.
   [[nodiscard]] auto carrier(auto& carried) const {
-    return [&carried, slot_of = bodies.slots_by_id()](std::int64_t id, std::int64_t wall, const auto& springs) {
-      if (const std::int32_t i = slot_of(id); i >= 0) carried.add(place(wall, i), springs);
+    return [&carried, index_of = number_by_id(id)](std::int64_t name, std::int64_t wall, const auto& springs) {
+      if (const std::int32_t i = index_of(name); i >= 0) carried.add(place(wall, i), springs);
     };
   }
-  void archive(auto& ar) { ar("bodies", bodies); }
+  void archive(auto& ar) { ar("id", id); }
 };
 
 /// Slots of pairs, ascending by the pairs' places, and beyond the last some that may be read: a pack more.
@@ -202,7 +197,9 @@ struct ContactPlaces {
   }
   /// Takes springs by these names: see ContactMemory::move_to.
   [[nodiscard]] auto carrier(auto& carried) const {
-    return [this, &carried, slot_of = pairs->bodies.slots_by_id()](std::int64_t a, std::int64_t b, auto springs) {
+    auto by_id = number_by_id(pairs->bodies.id,
+                              [this](std::size_t k) { return static_cast<std::size_t>(pairs->bodies.slot[k]); });
+    return [this, &carried, slot_of = std::move(by_id)](std::int64_t a, std::int64_t b, auto springs) {
       std::int32_t i = slot_of(a), j = slot_of(b);
       if (i < 0 || j < 0) return;
       // Springs belong to the pair in the order of slots. The other way round ξ has the other sign; ψ, n × a turn, has two.

@@ -248,8 +248,7 @@ class SleepWatch {
   void match(Sleepers<S>& sleepers, const S& state) const {
     std::vector<Sleeper> now(static_cast<std::size_t>(state.size()));
     std::vector<std::int64_t> ids = state.id();  // nothing changes before there is memory for all
-    const auto itself = [](std::size_t k) { return k; };
-    const auto now_at = number_by_id(ids, itself), was_at = number_by_id(sleepers.id, itself);
+    const auto now_at = number_by_id(ids), was_at = number_by_id(sleepers.id);
     for (Index old = 0; sleepers.report.asleep > 0 && old < sleepers.size(); ++old)
       if (now_at(sleepers.id[static_cast<std::size_t>(old)]) < 0) wake_beside(sleepers, old);
     for (std::size_t k = 0; k < ids.size(); ++k) {

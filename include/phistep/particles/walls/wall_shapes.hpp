@@ -162,8 +162,7 @@ class TouchingWalls {
             for_each_touching(wall, y, active, [&](Eigen::Index i) {
               const Scalar radius = y.body.radius[i], distance = approach(wall, y.body.box, Vector(y.r.col(i)), n);
               if (std::holds_alternative<SolidBox<dim>>(walls[k]) && is_hidden(walls, k, y, i, n, distance)) return;
-              table.place.push_back(
-                  WallBodies<Scalar>::place(static_cast<std::int64_t>(k), static_cast<std::int32_t>(i)));
+              table.place.push_back(WallBodies::place(static_cast<std::int64_t>(k), static_cast<std::int32_t>(i)));
               from.push_back(springs_of(table.place.back()));
               ContactPoint<Scalar>& at = points.emplace_back();
               at = {triple(n), radius - distance,          distance / radius, triple(y.v.col(i) - surface),

@@ -14,7 +14,6 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
-#include <numeric>
 #include <type_traits>
 #include <utility>
 #include <variant>
@@ -40,7 +39,7 @@ namespace phistep { inline namespace PHISTEP_ABI {
 template <class Law, int dim = 3, class Scalar = double>
 class Walls : public ContactTerm {
  public:
-  using Places = WallBodies<Scalar>;
+  using Places = WallBodies;
   using Springs = SpringTable<Scalar, std::int64_t, stiffens<Law>>;
   static constexpr const char* name = "walls";  ///< of its memory, in checkpoints
   using Memory = ContactMemory<Springs, Places>;
@@ -168,17 +167,11 @@ class Walls : public ContactTerm {
 
   void prepare(const auto& y, const Memory& memory, bool rolls) const {
     const auto& body = y.body;
-    if (memory.places && memory.body == body.serial &&
-        memory.places->bodies.size() == static_cast<std::size_t>(y.r.cols()))
-      return;
+    if (memory.places && memory.body == body.serial && body.size() == y.r.cols()) return;
     materials_.check_types(body);
-    if (memory.places && memory.places->bodies.are(body)) return memory.adopt(body.serial, rolls, tables_);
     check_bodies(body, y.r.cols());
-    std::vector<std::int32_t> order(static_cast<std::size_t>(y.r.cols()));
-    std::iota(order.begin(), order.end(), 0);
-    auto places = std::make_shared<Places>();
-    places->bodies.assign(body, std::move(order));
-    memory.move_to(std::move(places), body.serial, rolls, tables_);
+    if (memory.places && memory.places->id == body.id) memory.adopt(body.serial, rolls, tables_);
+    else memory.move_to(std::make_shared<Places>(Places{body.id}), body.serial, rolls, tables_);
   }
 
   template <bool spins, bool rolls>
