@@ -71,6 +71,16 @@ inline constexpr PairWeight pair_weight<Law> = Law::weight;
 /// the term has an energy. One object serves one caller at a time.
 template <class Law, PairWeight weight = pair_weight<Law>>
 class AllPairs : public ForceTerm {
+  template <class View>
+  struct Shape {
+    using Positions = std::remove_cvref_t<decltype(std::declval<View>().r)>;
+    using Scalar = typename Positions::Scalar;
+    static constexpr int dim = Positions::RowsAtCompileTime;
+    static_assert(1 <= dim && dim <= 3 && !Positions::IsRowMajor && int{Positions::ColsAtCompileTime} != 1,
+                  "phistep: AllPairs needs particles as the columns of a matrix with a fixed number of rows, such as "
+                  "Eigen::Matrix3Xd");
+  };
+
  public:
   Law law;  ///< g(r²) = F/r, and its energy where it has one
 
@@ -86,9 +96,8 @@ class AllPairs : public ForceTerm {
 
   /// @throws std::invalid_argument where the box is periodic, or the particles lack what weighs them
   void add(auto /*t*/, const auto& y, auto& out) const {
-    using Positions = std::remove_cvref_t<decltype(y.r)>;
-    using Scalar = typename Positions::Scalar;
-    constexpr int dim = dimensions<Positions>();
+    using Scalar = typename Shape<decltype(y)>::Scalar;
+    constexpr int dim = Shape<decltype(y)>::dim;
     const auto w = weights<Scalar>(y);
     if (y.r.cols() <= few<Scalar> && y.r.allFinite()) return add_few<Scalar, dim>(y, w, out);
     const auto slots = fill<Scalar, dim>(y, w);
@@ -116,35 +125,26 @@ class AllPairs : public ForceTerm {
     l.energy(y.r(0, 0));
   }
   {
-    using Positions = std::remove_cvref_t<decltype(y.r)>;
-    using Scalar = typename Positions::Scalar;
-    const auto slots = fill<Scalar, dimensions<Positions>()>(y, weights<Scalar>(y));
+    using Scalar = typename Shape<View>::Scalar;
+    const auto slots = fill<Scalar, Shape<View>::dim>(y, weights<Scalar>(y));
     return slots.total([f = law](auto r2) { return f.energy(r2); }) + (y.r - y.r).sum();  // NaN at no finite place
   }
 
   /// ∂F_i/∂r_j = −w_i w_j (f I + 2 f' d dᵀ), d = r_i − r_j, f' = df/dr² by differentiation of the law. Every entry of a
   /// dense matrix: for few particles.
   void add_jacobian(auto /*t*/, const auto& y, auto& sink) const {
-    using Positions = std::remove_cvref_t<decltype(y.r)>;
-    using Scalar = typename Positions::Scalar;
-    constexpr int dim = dimensions<Positions>();
+    using Scalar = typename Shape<decltype(y)>::Scalar;
+    constexpr int dim = Shape<decltype(y)>::dim;
     using Block = Eigen::Matrix<Scalar, dim, dim>;
     const auto w = weights<Scalar>(y);
     for (Eigen::Index j = 1; j < y.r.cols(); ++j)
       for (Eigen::Index i = 0; i < j; ++i) {
         const Eigen::Matrix<Scalar, dim, 1> d = y.r.col(i) - y.r.col(j);
         const auto f = law(Dual<Scalar>{d.squaredNorm(), Scalar{1}});
-        const Block K = w(i) * w(j) * (f.x * Block::Identity() + 2 * f.slope * d * d.transpose());
-        const auto put = [&](Eigen::Index at, Eigen::Index other) {
-          if (is_still(y, at)) return;
-          for (int b = 0; b < dim; ++b)
-            for (int a = 0; a < dim; ++a) {
-              sink.position(dim * at + a, dim * at + b, K(a, b));
-              sink.position(dim * at + a, dim * other + b, -K(a, b));
-            }
-        };
-        put(i, j);
-        put(j, i);
+        const Block B = -w(i) * w(j) * (f.x * Block::Identity() + 2 * f.slope * d * d.transpose());
+        put_pair_blocks<dim>(i, j, B, [&](Eigen::Index row, Eigen::Index column, Scalar x) {
+          if (!is_still(y, row / dim)) sink.position(row, column, x);
+        });
       }
   }
 
@@ -153,14 +153,6 @@ class AllPairs : public ForceTerm {
   template <class Scalar>
   static constexpr Eigen::Index few = native_width<Scalar> >= 4 ? 6 : 14;
 
-  template <class Positions>
-  [[nodiscard]] static consteval int dimensions() {
-    static_assert(Positions::RowsAtCompileTime >= 1 && Positions::RowsAtCompileTime <= 3 && !Positions::IsRowMajor &&
-                      int{Positions::ColsAtCompileTime} != 1,
-                  "phistep: AllPairs needs particles as the columns of a matrix with a fixed number of rows, such as "
-                  "Eigen::Matrix3Xd");
-    return Positions::RowsAtCompileTime;
-  }
   /// i ↦ w_i
   template <class Scalar>
   [[nodiscard]] static auto weights(const auto& y) {
