@@ -58,9 +58,7 @@ void for_each_pair_of(F& force, const Memory& memory, Pair&& pair) {
 
 template <class S>
 class SleepWatch {
-  /// Particles that may act on each other; marked: by touch alone.
-  using Graph = PairGraph<bool>;
-  using Edge = Graph::Edge;
+  using Edge = PairGraph<bool>::Edge;
 
  public:
   using Scalar = ScalarOf<S>;
@@ -222,7 +220,8 @@ class SleepWatch {
   }
   /// Whether a watched particle wakes those that it touches.
   static bool stirs(const Sleepers<S>& sleepers, const S& state, Index i, Scalar dt) {
-    return !sleepers.is_slow(state, i) || sleepers.has_moved(state, i, dt);
+    const Scalar most = sleepers.speed() * std::abs(dt) * static_cast<Scalar>(sleepers.options.every);
+    return !sleepers.is_slow(state, i) || !((state.r.col(i) - sleepers[i].rest).norm() < most);
   }
   /// Whether the two of an edge act on each other now or within a step: spheres within a hundredth of their radii, or that may touch
   /// before they have moved by 2|v| Δt.
@@ -280,7 +279,7 @@ class SleepWatch {
     return fingerprint(all, 4);
   }
 
-  Graph graph_;
+  PairGraph<bool> graph_;  // particles that may act on each other; marked: by touch alone
   std::int64_t pair_changes_ = -1;
   std::vector<Meeting> late_;      // late pairs, from both ends
   std::vector<Meeting> frontier_;  // one awake, or a support that moves, and a sleeper

@@ -125,6 +125,7 @@ struct Sleepers {
   [[nodiscard]] Sleeper& operator[](Index i) { return all[static_cast<std::size_t>(i)]; }
   [[nodiscard]] const Sleeper& operator[](Index i) const { return all[static_cast<std::size_t>(i)]; }
   [[nodiscard]] Index size() const { return static_cast<Index>(all.size()); }
+  [[nodiscard]] Scalar speed() const { return static_cast<Scalar>(options.speed); }
 
   void archive(auto& ar) {
     using T = Sleeper;
@@ -201,10 +202,6 @@ struct Sleepers {
   }
   [[nodiscard]] bool is_slow(const S& state, Index i) const {
     return size_of(state, i, state.v.col(i), spin_of(state, i) - (*this)[i].spin) < speed();
-  }
-  /// By more than one may move beside a sleeper.
-  [[nodiscard]] bool has_moved(const S& state, Index i, Scalar dt) const {
-    return !((state.r.col(i) - (*this)[i].rest).norm() < speed() * std::abs(dt) * static_cast<Scalar>(options.every));
   }
 
   /// Wakes those whose sleep has expired, and finds out which of those computed are quiet.
@@ -320,7 +317,6 @@ struct Sleepers {
     one.expired = 0;
     edited = true;
   }
-  [[nodiscard]] Scalar speed() const { return static_cast<Scalar>(options.speed); }
   void begin(const S& state, Index i) {
     Sleeper& one = (*this)[i];
     one.since = clock;
