@@ -89,7 +89,7 @@ class AllPairs : public ForceTerm {
 
   /// @throws std::invalid_argument where the law's numbers are invalid
   explicit AllPairs(Law l) : law{std::move(l)} {
-    if constexpr (requires { law.factor(), law.epsilon; })
+    if constexpr (requires { law.factor() + law.epsilon; })
       if (!std::isfinite(law.factor()) || !std::isfinite(law.epsilon) || law.epsilon < 0)
         throw std::invalid_argument("phistep: AllPairs needs a law with finite numbers, and a softening >= 0");
   }
