@@ -4,11 +4,11 @@
 
 #include <Eigen/Core>
 
-#include <algorithm>
 #include <array>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <type_traits>
 #include <vector>
 
@@ -55,11 +55,11 @@ class StridedBlock {
 
   /// to[D i + d] = component d of vector first + i, for m vectors
   void gather(Index first, Index m, T* to) const {
-    pass(first, m, to, [](const T* place, T* number, Index n) { std::copy_n(place, n, number); });
+    pass(first, m, to, [](const T* place, T* number, auto n) { std::memcpy(number, place, n * sizeof(T)); });
   }
   /// The way back.
   void scatter(const T* from, Index first, Index m) const {
-    pass(first, m, from, [](T* place, const T* number, Index n) { std::copy_n(number, n, place); });
+    pass(first, m, from, [](T* place, const T* number, auto n) { std::memcpy(place, number, n * sizeof(T)); });
   }
   /// f(first byte, bytes, stride [bytes]) for each row of pieces of equal length, of `count` pieces
   void for_each_row(auto&& f) const {
@@ -72,13 +72,16 @@ class StridedBlock {
  private:
   /// f(places, numbers, how many of both are neighbours)
   void pass(Index first, Index m, auto* numbers, auto&& f) const {
-    if (is_contiguous()) return f(at[0] + first * D, numbers, m * D);
-    if (is_adjacent())
-      for (Index i = 0; i < m; ++i) f(at[0] + (first + i) * stride, numbers + i * D, Index{D});
+    if (m == 0) return;  // of no places
+    if (is_contiguous()) return f(at[0] + first * D, numbers, static_cast<std::size_t>(m * D));
+    if (is_adjacent())  // a constant, so that no function is called for each
+      for (Index i = 0; i < m; ++i)
+        f(at[0] + (first + i) * stride, numbers + i * D, std::integral_constant<std::size_t, D>{});
     else
       for (std::size_t d = 0; d < D; ++d)
         for (Index i = 0; i < m; ++i)
-          f(at[d] + (first + i) * stride, numbers + i * D + static_cast<Index>(d), Index{1});
+          f(at[d] + (first + i) * stride, numbers + i * D + static_cast<Index>(d),
+            std::integral_constant<std::size_t, 1>{});
   }
 };
 

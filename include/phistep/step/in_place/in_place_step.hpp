@@ -15,7 +15,9 @@
 #include <type_traits>
 #include <utility>
 
+#include "phistep/base/machine/loop_hints.hpp"
 #include "phistep/base/numbers/fingerprint.hpp"
+#include "phistep/base/numbers/pack.hpp"
 #include "phistep/base/numbers/update.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/step_report.hpp"
@@ -110,6 +112,16 @@ class UndoLog {
   bool has_state_ = false, has_psi_ = false, has_next_ = false;
 };
 
+/// to[i] = x, a number or a packet of them.
+template <class Scalar>
+void put_number(Index i, Scalar x, Scalar* to) {
+  to[i] = x;
+}
+template <class Scalar, int width>
+void put_number(From<Scalar, width> i, Pack<Scalar, width> x, Scalar* to) {
+  x.store(to + i.i);
+}
+
 /// The positions that a pass has found, and those that it has left, by their bits.
 struct PositionsSeen {
   std::uint64_t found = 0, left = 0;
@@ -125,38 +137,46 @@ template <bool keeps_state, bool keeps_psi, State S>
                                  PositionsSeen* seen) {
   using Scalar = ScalarOf<S>;
   using Block = std::remove_cvref_t<decltype(state.rate())>;
+  constexpr bool moves = keeps_state && Blocks<S>::drifts;
   constexpr Index chunk = places_chunk<Block::dim>;
-  const Block v{std::get<UndoLog<S>::solved>(Blocks<S>::all(state))}, r{std::get<0>(Blocks<S>::all(state))},
-      psi{state.rate()};
+  const Block all_v{std::get<UndoLog<S>::solved>(Blocks<S>::all(state))}, all_r{std::get<0>(Blocks<S>::all(state))},
+      all_psi{state.rate()};
   Scalar rooms[3][static_cast<std::size_t>(chunk * Block::dim)];
   bool finite = true;
-  for (Index p = 0; p < psi.count; p += chunk) {
-    const Index m = std::min(chunk, psi.count - p), at = p * Block::dim, n = m * Block::dim;
-    const auto kept = log.piece(at);
-    const auto places = [at](const Block& x, Scalar* room) { return x.is_contiguous() ? x.at[0] + at : room; };
-    const auto read = [&](const Block& x, bool keeps, Scalar* keep, Scalar* place) -> const Scalar* {
-      if (!keeps && x.is_contiguous()) return place;
-      x.gather(p, m, keeps ? keep : place);
-      return keeps ? keep : place;
+  for (Index p = 0; p < all_psi.count; p += chunk) {
+    const Index m = std::min(chunk, all_psi.count - p), at = p * Block::dim, n = m * Block::dim;
+    // Numbers that don't follow one another are worked on elsewhere.
+    const auto gathered = [p, m, at](const Block& x, Scalar* room) {
+      if (x.is_contiguous()) return x.at[0] + at;
+      x.gather(p, m, room);
+      return room;
     };
-    const auto write = [&](const Block& x, const Scalar* from) {
-      if (!x.is_contiguous()) x.scatter(from, p, m);
+    const auto put_back = [p, m](const Block& x, const Scalar* numbers) {
+      if (!x.is_contiguous()) x.scatter(numbers, p, m);
     };
-    Scalar* const v1 = places(v, rooms[0]);
-    const Input<Scalar> v0{read(v, keeps_state, kept.v, v1)};
-    const Input<Scalar> f{known != nullptr ? known + at : read(psi, keeps_psi, kept.psi, places(psi, rooms[1]))};
-    const auto own = [factor, at](auto i) { return factor(i + at); };
-    if constexpr (keeps_state && Blocks<S>::drifts) {
-      Scalar* const r1 = places(r, rooms[2]);
-      const Input<Scalar> r0{read(r, true, kept.r, r1)};
-      finite = update_in_place(n, KickAndDrift{r0, v0, f, own, by.before, by.after}, v1, r1) && finite;
-      write(r, r1);
+    Scalar *const v = gathered(all_v, rooms[0]), *const r = moves ? gathered(all_r, rooms[1]) : nullptr;
+    const Scalar* const psi = known != nullptr ? known + at : gathered(all_psi, rooms[2]);
+    const auto kernel = [=, kept = log.piece(at), by = by](auto i, auto& v1, auto&... r1) PHISTEP_DETAIL_INLINED {
+      const auto own = [factor, at](auto j) { return factor(j + at); };
+      const Input<Scalar> v0{v}, r0{r}, f{psi};
+      if constexpr (keeps_state) put_number(i, v0[i], kept.v);
+      if constexpr (keeps_psi) put_number(i, f[i], kept.psi);
+      if constexpr (moves) {
+        put_number(i, r0[i], kept.r);
+        KickAndDrift{r0, v0, f, own, by.before, by.after}(i, v1, r1...);
+      } else {
+        Kick{v0, f, own}(i, v1);
+      }
+    };
+    if constexpr (moves) {
+      finite = update_in_place(n, kernel, v, r) && finite;
+      put_back(all_r, r);
       if (seen != nullptr)
-        seen->found = fingerprint(kept.r, n, seen->found), seen->left = fingerprint(r1, n, seen->left);
+        seen->found = fingerprint(log.piece(at).r, n, seen->found), seen->left = fingerprint(r, n, seen->left);
     } else {
-      finite = update_in_place(n, Kick{v0, f, own}, v1) && finite;
+      finite = update_in_place(n, kernel, v) && finite;
     }
-    write(v, v1);
+    put_back(all_v, v);
   }
   log.kept(keeps_state, keeps_psi);
   return finite;
