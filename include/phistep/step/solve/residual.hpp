@@ -23,42 +23,43 @@
 namespace phistep { inline namespace PHISTEP_ABI {
 
 template <State S, class Rhs>
-class Residual {
- public:
+struct Residual {
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
   using Rate = RateOf<S>;
 
-  /// @param psi        Ψ at the iterate evaluated last
-  /// @param psi_known  that is where the iteration starts
-  Residual(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, Rate& psi, bool psi_known, Increment<S>& increment)
-      : rhs_{rhs}, gamma_{gamma}, t_{t}, psi_{psi}, psi_known_{psi_known}, increment_{increment} {}
+  Rhs& rhs;
+  const Gamma<Scalar>& gamma;
+  const Scalar t;  ///< [time]
+  Rate& psi;       ///< Ψ at the iterate evaluated last
+  bool psi_known;  ///< that is where the iteration starts
+  Increment<S>& increment;
 
   /// F in increment.delta, with Ψ by a force call.
   void evaluate(const Plain& Y) {
-    if (!std::exchange(psi_known_, false)) rhs_.evaluate_into(t_, Y, psi_);
+    if (!std::exchange(psi_known, false)) rhs.evaluate_into(t, Y, psi);
     assemble();
   }
   /// Whether it is finite; of fields a reduction or two.
   [[nodiscard]] Outcome check() const {
     if (is_finite_block(F())) return Outcome::success;
-    return first_non_finite(Rate::blocks(psi_)) ? Outcome::non_finite_force : Outcome::non_finite_state;
+    return first_non_finite(Rate::blocks(psi)) ? Outcome::non_finite_force : Outcome::non_finite_state;
   }
   /// F with the Ψ at hand.
   void assemble() {
     for_each_rate([this](Index at, const auto& rate, const auto& mass) {
       auto&& out = part(F(), at, rate);
-      out = gamma_.force * flat(rate);
-      mass.subtract_product(part(increment_.w, at, rate), out);
+      out = gamma.force * flat(rate);
+      mass.subtract_product(part(increment.w, at, rate), out);
     });
   }
   /// ‖M⁻¹F‖, by components; ‖F‖ under a matrix mass.
-  [[nodiscard]] double size() const {
-    if constexpr (FieldState<S>) return largest(F()) / static_cast<double>(std::get<0>(rhs_.masses())[0]);
+  [[nodiscard]] double residual_size() const {
+    if constexpr (FieldState<S>) return largest(F()) / static_cast<double>(std::get<0>(rhs.masses())[0]);
     else return size_of_numbers();
   }
   /// No larger than what rounding leaves of γ_f Ψ − M w where both cancel.
-  [[nodiscard]] bool is_rounding() const {
+  [[nodiscard]] bool residual_is_rounding() const {
     bool rounding = true;
     for_each_rate([&](Index at, const auto& rate, const auto&) {
       rounding = rounding && largest(part(F(), at, rate)) <= 8 * round_off * force(rate);
@@ -67,11 +68,11 @@ class Residual {
   }
   /// The size of what F is made of: W times all that it is made for, and the force.
   /// @param magnitude, drift_share  the system's ‖W‖ and ‖γ_f γ_d K‖ / ‖W‖
-  [[nodiscard]] double terms(const Plain& Y, const Plain& guess, double magnitude, double drift_share) const {
+  [[nodiscard]] double all_terms(const Plain& Y, const Plain& guess, double magnitude, double drift_share) const {
     // The start counts, too: where Y is far smaller, the rounding of start + δ is what is left.
     double size = std::max({static_cast<double>(least_normal<Scalar>),  // below, rounding doesn't shrink any more
-                            largest(increment_.base), increment_.drift_size(Y, drift_share),
-                            increment_.drift_size(guess, drift_share)});
+                            largest(increment.base), increment.drift_size(Y, drift_share),
+                            increment.drift_size(guess, drift_share)});
     for_each_solved<S>(
         [&size](Index, const auto& y, const auto& start) {
           size = std::max({size, largest(y), largest(start)});
@@ -85,9 +86,9 @@ class Residual {
  private:
   static constexpr double round_off = static_cast<double>(std::numeric_limits<Scalar>::epsilon());
 
-  [[nodiscard]] auto& F() const { return increment_.delta; }
+  [[nodiscard]] auto& F() const { return increment.delta; }
   [[nodiscard]] double force(const auto& rate) const {
-    return std::abs(static_cast<double>(gamma_.force)) * largest(rate);
+    return std::abs(static_cast<double>(gamma.force)) * largest(rate);
   }
   [[nodiscard]] double size_of_numbers() const {
     const auto each = [&](auto&& f) {
@@ -101,14 +102,7 @@ class Residual {
     if (most > 0) each([&](double x) { sum += (x / most) * (x / most); });  // squares of velocities may leave the range
     return most * std::sqrt(sum);
   }
-  void for_each_rate(auto&& f) const { for_each_part(f, Rate::blocks(std::as_const(psi_)), rhs_.masses()); }
-
-  Rhs& rhs_;
-  const Gamma<Scalar>& gamma_;
-  Scalar t_;
-  Rate& psi_;
-  bool psi_known_;
-  Increment<S>& increment_;
+  void for_each_rate(auto&& f) const { for_each_part(f, Rate::blocks(std::as_const(psi)), rhs.masses()); }
 };
 
 }}  // namespace phistep::PHISTEP_ABI

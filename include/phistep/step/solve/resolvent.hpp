@@ -114,7 +114,7 @@ class NewtonResolvent : public ResolventDefaults {
     // CVODE's bound.
     const bool is_tolerant = !affine && (options_.rtol > 0 || allowed.target > 0);
     matrix_.begin(gamma, is_tolerant ? Scalar{3} / 10 : static_cast<Scalar>(std::sqrt(round_off)));
-    Equation equation{*this, rhs, gamma, t, Y, guess, psi, allowed, {rhs, gamma, t, psi, psi_known, increment_}};
+    Equation equation{{rhs, gamma, t, psi, psi_known, increment_}, *this, Y, guess, allowed};
     const Outcome outcome = solve(equation, record);
     if (outcome == Outcome::singular_matrix) record.particle = matrix_.singular_particle();
     return outcome;
@@ -127,11 +127,7 @@ class NewtonResolvent : public ResolventDefaults {
     for_each_part([&x](Index at, const auto& block,
                        const auto& mass) { mass.subtract_product(-flat(block), part(x, at, block)); },
                   Blocks<S>::solved(std::as_const(e)), rhs.masses());
-    NewtonOptions roughly = options_;
-    roughly.linear_rtol = 0.05;
-    if (const Outcome bad = matrix_.solve(x, roughly, rhs.statistics()); failed(bad)) return bad;
-    put_unknowns<S>(x, e);
-    return Outcome::success;
+    return solve_roughly(rhs, e);
   }
 
   /// rate ← W⁻¹ γ rate, as unknowns in x, with W at (t, y), where Ψ is psi.
@@ -143,11 +139,7 @@ class NewtonResolvent : public ResolventDefaults {
     auto& of = increment_.delta;
     for_each_part([&](Index at, const auto& block) { part(of, at, block) = gamma.force * flat(block); },
                   Rate::blocks(rate));
-    NewtonOptions roughly = options_;
-    roughly.linear_rtol = 0.05;
-    if (const Outcome bad = matrix_.solve(of, roughly, rhs.statistics()); failed(bad)) return bad;
-    put_unknowns<S>(of, x);
-    return Outcome::success;
+    return solve_roughly(rhs, x);
   }
 
   /// W is M to a half: an iteration with it converges for what it is, and a filter by it hides nothing.
@@ -166,71 +158,66 @@ class NewtonResolvent : public ResolventDefaults {
   static constexpr double round_off = static_cast<double>(std::numeric_limits<Scalar>::epsilon());
 
   /// What solve_newton iterates on.
-  struct Equation {
+  struct Equation : Residual<S, Rhs> {
     static constexpr bool is_inexact = Matrix::is_iterative;
     NewtonResolvent& self;
-    Rhs& rhs;
-    const Gamma<Scalar>& gamma;
-    Scalar t;
     Plain& Y;
     const Plain& guess;
-    Rate& psi;
     SolveTolerance<Plain> allowed;
-    Residual<S, Rhs> F;
     double square = -1;  // Σ (F_i weight_i)² of a field, −1: not known
     [[no_unique_address]] Only<FieldState<S>, Correction> correction{};  // the last move of a field
 
-    void restart() { self.increment_.start(Y, guess); }
+    void restart() { this->increment.start(Y, guess); }
     [[nodiscard]] Outcome residual() {
-      F.evaluate(Y);
-      square = self.matrix_.square_of(self.increment_.delta, self.options_, allowed);
-      return square >= 0 ? Outcome::success : F.check();  // that is finite
+      this->evaluate(Y);
+      square = self.matrix_.square_of(this->increment.delta, self.options_, allowed);
+      return square >= 0 ? Outcome::success : this->check();  // that is finite
     }
-    [[nodiscard]] double residual_size() const { return F.size(); }
-    [[nodiscard]] bool residual_is_rounding() const { return F.is_rounding(); }
     [[nodiscard]] bool residual_is_noise() const {
       if constexpr (Matrix::matrix_free) return true;  // no matrix of an earlier iterate is ever used
-      else return largest(self.increment_.delta) <= 8 * round_off * terms();
+      else return largest(this->increment.delta) <= 8 * round_off * terms();
     }
     /// The size of what F is made of.
     [[nodiscard]] double terms() const {
-      return F.terms(Y, guess, self.matrix_.magnitude(), self.matrix_.drift_share());
+      return this->all_terms(Y, guess, self.matrix_.magnitude(), self.matrix_.drift_share());
     }
     [[nodiscard]] bool has_jacobian() const { return self.matrix_.has_jacobian(); }
     [[nodiscard]] bool has_factors() const { return self.matrix_.has_factors(); }
     void drop_jacobian() { self.matrix_.drop(); }
-    [[nodiscard]] Outcome refresh() { return self.matrix_.refresh(rhs, gamma, t, Y, psi, self.options_, allowed); }
+    [[nodiscard]] Outcome refresh() {
+      return self.matrix_.refresh(this->rhs, this->gamma, this->t, Y, this->psi, self.options_, allowed);
+    }
     [[nodiscard]] Outcome solve() {
-      return self.matrix_.solve(self.increment_.delta, self.options_, rhs.statistics(), allowed);
+      return self.matrix_.solve(this->increment.delta, self.options_, this->rhs.statistics(), allowed);
     }
     /// For a field by one reduction: how large the correction is, and whether all ranks have solved for it.
     [[nodiscard, gnu::always_inline]] inline Outcome correct() {
       auto& matrix = self.matrix_;
-      auto& increment = self.increment_;
-      if (const Outcome bad = matrix.solve_unagreed(increment.delta, self.options_, rhs.statistics(), allowed, square);
+      auto& counts = this->rhs.statistics();
+      if (const Outcome bad = matrix.solve_unagreed(this->increment.delta, self.options_, counts, allowed, square);
           failed(bad))
         return bad;
-      while (matrix.reached_too_far(Y, increment.delta)) {
-        F.assemble();
+      while (matrix.reached_too_far(Y, this->increment.delta)) {
+        this->assemble();
         if (const Outcome bad = refresh(); failed(bad)) return bad;
         if (const Outcome bad = solve(); failed(bad)) return bad;
       }
-      increment.move(Y);
+      this->increment.move(Y);
       if constexpr (FieldState<S>) {
         correction = size_of_move();
         if (!std::isfinite(correction.absolute)) return matrix.agree(Y);
       }
       return Outcome::success;
     }
-    void retreat() { self.increment_.retreat(Y); }
-    void undo() { self.increment_.undo(Y); }
+    void retreat() { this->increment.retreat(Y); }
+    void undo() { this->increment.undo(Y); }
     [[nodiscard]] Correction size() const {
       if constexpr (FieldState<S>) return correction;
       else return size_of_move();
     }
     [[nodiscard]] Correction size_of_move() const {
-      if (allowed.target > 0) return self.increment_.size(Y, allowed);
-      return self.increment_.size(Y, self.matrix_.drift_share(), self.options_);
+      if (allowed.target > 0) return this->increment.size(Y, allowed);
+      return this->increment.size(Y, self.matrix_.drift_share(), self.options_);
     }
   };
 
@@ -261,6 +248,15 @@ class NewtonResolvent : public ResolventDefaults {
       equation.rhs.statistics().iterations += record.iterations - before;
       return outcome;
     }
+  }
+
+  /// x.solved = W⁻¹ of what is in increment_.delta, to a few per cent by an iterative solver
+  [[nodiscard]] Outcome solve_roughly(Rhs& rhs, Plain& x) {
+    NewtonOptions roughly = options_;
+    roughly.linear_rtol = 0.05;
+    if (const Outcome bad = matrix_.solve(increment_.delta, roughly, rhs.statistics()); failed(bad)) return bad;
+    put_unknowns<S>(increment_.delta, x);
+    return Outcome::success;
   }
 
   /// Where a smaller step is at hand, plain Newton has one try.
