@@ -68,37 +68,31 @@ class LaneSystem {
   static void add_position_product(auto&&...) {}
 };
 
-/// Whose matrices are full ones, and bands.
-[[nodiscard]] constexpr bool has_full_lanes(SystemKind kind) {
-  return kind == SystemKind::dense || kind == SystemKind::static_pattern;
-}
-[[nodiscard]] constexpr bool has_banded_lanes(SystemKind kind) {
-  return kind == SystemKind::diagonal || kind == SystemKind::particles || kind == SystemKind::banded;
-}
-
-/// For a system that has for_each_tangent(f), which calls f(i, j, K, C) for each entry, and, if it is a band, band(masses),
-/// what its width is.
+/// Full matrices and bands, of a system that has for_each_tangent(f), which calls f(i, j, K, C) for each entry, and, if it is a
+/// band, band(masses), what its width is. (Networks' edges are not there with shifts.)
 template <SystemKind kind, MatrixFacts facts, class Scalar, int lanes>
-  requires(has_full_lanes(kind) || has_banded_lanes(kind))
+  requires(SystemKind::diagonal <= kind && kind <= SystemKind::banded)
 class LaneSystem<kind, facts, Scalar, lanes> {
+  static constexpr bool is_full = kind == SystemKind::dense || kind == SystemKind::static_pattern;
+
  public:
   using Shift = LaneShift<Scalar, lanes>;
   using Number = typename Shift::Number;
   using Index = Eigen::Index;
 
   void resize(Index n) {
-    if constexpr (has_full_lanes(kind)) lu_.resize(n);
+    if constexpr (is_full) lu_.resize(n);
     else lu_.resize(n, 0, 0);
   }
   [[nodiscard]] Outcome factorize(auto& system, const auto& masses, const Shift& shift, Statistics& statistics) {
-    if constexpr (has_banded_lanes(kind)) {
+    if constexpr (!is_full) {
       const BandWidth most = system.band(masses);
       if (lu_.lower() > most.lower || lu_.upper() > most.upper) lu_.resize(most.n, 0, 0);
       if (lu_.lower() < most.lower || lu_.upper() < most.upper) widen(system, masses);
       lu_.clear();
     }
     system.for_each_tangent([&](Index i, Index j, Scalar K, Scalar C) {
-      if (has_full_lanes(kind) || is_inside(i, j)) lu_.column(j)[i - j] = shift.template of_tangents<facts>(K, C);
+      if (is_full || is_inside(i, j)) lu_.column(j)[i - j] = shift.template of_tangents<facts>(K, C);
     });
     masses([&](Index i, Index j, auto m) { shift.add_mass(lu_.column(j)[i - j], static_cast<Scalar>(m)); });
     ++statistics.factorizations;
