@@ -24,7 +24,7 @@
 #include "phistep/base/state/ranks.hpp"
 #include "phistep/base/state/reductions.hpp"
 #include "phistep/base/state/unknowns.hpp"
-#include "phistep/step/equation/gamma.hpp"
+#include "phistep/step/equation/explicit_update.hpp"
 #include "phistep/step/mass/bound_masses.hpp"
 #include "phistep/step/solve/fixed_point_resolvent.hpp"
 #include "phistep/step/solve/increment.hpp"

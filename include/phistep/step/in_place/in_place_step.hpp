@@ -25,7 +25,6 @@
 #include "phistep/base/state/strided_block.hpp"
 #include "phistep/force/routine.hpp"
 #include "phistep/step/equation/explicit_update.hpp"
-#include "phistep/step/equation/gamma.hpp"
 #include "phistep/step/equation/origin.hpp"
 #include "phistep/step/transaction/edit_guard.hpp"
 #include "phistep/step/transaction/transaction.hpp"

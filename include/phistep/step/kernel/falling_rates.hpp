@@ -22,7 +22,7 @@
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/combination.hpp"
 #include "phistep/base/state/unknowns.hpp"
-#include "phistep/step/equation/gamma.hpp"
+#include "phistep/step/equation/explicit_update.hpp"
 #include "phistep/step/mass/bound_masses.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {

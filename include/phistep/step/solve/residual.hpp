@@ -17,7 +17,7 @@
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/reductions.hpp"
 #include "phistep/base/state/unknowns.hpp"
-#include "phistep/step/equation/gamma.hpp"
+#include "phistep/step/equation/explicit_update.hpp"
 #include "phistep/step/solve/increment.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
