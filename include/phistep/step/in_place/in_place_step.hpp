@@ -137,45 +137,50 @@ template <bool keeps_state, bool keeps_psi, State S>
   using Scalar = ScalarOf<S>;
   using Block = std::remove_cvref_t<decltype(state.rate())>;
   constexpr bool moves = keeps_state && Blocks<S>::drifts;
-  constexpr Index chunk = places_chunk<Block::dim>;
-  const Block all_v{std::get<UndoLog<S>::solved>(Blocks<S>::all(state))}, all_r{std::get<0>(Blocks<S>::all(state))},
-      all_psi{state.rate()};
-  Scalar rooms[3][static_cast<std::size_t>(chunk * Block::dim)];
+  constexpr Index dim = Block::dim, chunk = places_chunk<Block::dim>;
+  const Block v{std::get<UndoLog<S>::solved>(Blocks<S>::all(state))}, r{std::get<0>(Blocks<S>::all(state))},
+      psi{state.rate()};
   bool finite = true;
-  for (Index p = 0; p < all_psi.count; p += chunk) {
-    const Index m = std::min(chunk, all_psi.count - p), at = p * Block::dim, n = m * Block::dim;
-    // Numbers that don't follow one another are worked on elsewhere.
-    const auto gathered = [p, m, at](const Block& x, Scalar* room) {
-      if (x.is_contiguous()) return x.at[0] + at;
-      x.gather(p, m, room);
-      return room;
-    };
-    const auto put_back = [p, m](const Block& x, const Scalar* numbers) {
-      if (!x.is_contiguous()) x.scatter(numbers, p, m);
-    };
-    Scalar *const v = gathered(all_v, rooms[0]), *const r = moves ? gathered(all_r, rooms[1]) : nullptr;
-    const Scalar* const psi = known != nullptr ? known + at : gathered(all_psi, rooms[2]);
-    const auto kernel = [=, kept = log.piece(at), by = by](auto i, auto& v1, auto&... r1) PHISTEP_DETAIL_INLINED {
-      const auto own = [factor, at](auto j) { return factor(j + at); };
-      const Input<Scalar> v0{v}, r0{r}, f{psi};
+  // pass(kernel, v, r) of numbers that follow one another, from number `at` on; the kernel keeps what it overwrites.
+  const auto update = [&](Index at, Scalar* v1, Scalar* r1, const Scalar* f, auto&& pass) PHISTEP_DETAIL_INLINED {
+    const Input<Scalar> v0{v1}, r0{r1}, psi0{known != nullptr ? known + at : f};
+    const auto kernel = [=, by = by, kept = log.piece(at)](auto i, auto& v_new, auto&... r_new) PHISTEP_DETAIL_INLINED {
+      const auto own = [=](auto j) PHISTEP_DETAIL_INLINED { return factor(j + at); };
       if constexpr (keeps_state) put_number(i, v0[i], kept.v);
-      if constexpr (keeps_psi) put_number(i, f[i], kept.psi);
+      if constexpr (keeps_psi) put_number(i, psi0[i], kept.psi);
       if constexpr (moves) {
         put_number(i, r0[i], kept.r);
-        KickAndDrift{r0, v0, f, own, by.before, by.after}(i, v1, r1...);
+        KickAndDrift{r0, v0, psi0, own, by.before, by.after}(i, v_new, r_new...);
       } else {
-        Kick{v0, f, own}(i, v1);
+        Kick{v0, psi0, own}(i, v_new);
       }
     };
-    if constexpr (moves) {
-      finite = update_in_place(n, kernel, v, r) && finite;
-      put_back(all_r, r);
-      if (seen != nullptr)
-        seen->found = fingerprint(log.piece(at).r, n, seen->found), seen->left = fingerprint(r, n, seen->left);
+    if constexpr (moves) finite = pass(kernel, v1, r1) && finite;
+    else finite = pass(kernel, v1) && finite;
+  };
+  const bool is_whole = v.is_contiguous() && r.is_contiguous() && psi.is_contiguous(),
+             by_vectors = v.is_adjacent() && r.is_adjacent() && psi.is_adjacent();
+  Scalar rooms[3][static_cast<std::size_t>(chunk * dim)];
+  for (Index p = 0; p < psi.count; p += chunk) {
+    const Index m = std::min(chunk, psi.count - p), n = m * dim, at = p * dim;
+    const auto in_a_row = [n](const auto& kernel, auto*... to) { return update_in_place(n, kernel, to...); };
+    if (is_whole) {
+      update(at, v.at[0] + at, r.at[0] + at, psi.at[0] + at, in_a_row);
+    } else if (by_vectors) {
+      for (Index i = p; i < p + m; ++i)
+        update(i * dim, v.at[0] + i * v.stride, r.at[0] + i * r.stride, psi.at[0] + i * psi.stride,
+               [](const auto& kernel, auto*... to) { return update_unrolled<dim>(kernel, to...); });
     } else {
-      finite = update_in_place(n, kernel, v) && finite;
+      v.gather(p, m, rooms[0]), r.gather(p, m, rooms[1]), psi.gather(p, m, rooms[2]);
+      update(at, rooms[0], rooms[1], rooms[2], in_a_row);
+      v.scatter(rooms[0], p, m);
+      if constexpr (moves) r.scatter(rooms[1], p, m);
     }
-    put_back(all_v, v);
+    if (moves && seen != nullptr) {
+      seen->found = fingerprint(log.piece(at).r, n, seen->found);
+      r.gather(p, m, rooms[1]);
+      seen->left = fingerprint(rooms[1], n, seen->left);
+    }
   }
   log.kept(keeps_state, keeps_psi);
   return finite;
