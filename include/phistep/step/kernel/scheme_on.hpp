@@ -66,10 +66,11 @@ template <class Eq>
   return outcome;
 }
 
-/// A scheme's text takes steps of states of type S.
+/// A scheme's text takes steps of states of type S, and has what its own facts promise: that it takes traced steps, too, and
+/// tells of their slopes and error; that it knows the solution inside the step that it did last.
 template <class Text, class S, class Kernel>
-concept TakesSteps = requires(Text& text, typename Kernel::Equation& eq, const PlainState<S>& y,
-                              typename Text::Progress progress) {
+concept StepsOn = requires(Text& text, typename Kernel::Equation& eq, const PlainState<S>& y,
+                           typename Text::Progress progress) {
   { text.step(eq) } -> std::same_as<Outcome>;  // fills eq.next, leaves eq.y
   { text.order() } -> std::convertible_to<int>;
   { text.progress() } -> std::convertible_to<typename Text::Progress>;
@@ -78,24 +79,16 @@ concept TakesSteps = requires(Text& text, typename Kernel::Equation& eq, const P
   text.accepted();
   text.forget();
   text.reset();
+  requires !Text::traces || requires(typename Kernel::Traced & traced) {
+    { text.step(traced) } -> std::same_as<Outcome>;
+    { text.error(traced) } -> std::same_as<Outcome>;
+    { text.reach_end(traced) } -> std::same_as<Outcome>;
+    { text.estimates(traced.trace) } -> std::convertible_to<bool>;  // whether it knows an error, given this past
+  };
+  requires !Text::interpolates || requires(const Text& known, ScalarOf<S> x, PlainState<S>& out) {
+    known.interpolate(x, x, y, y, out);                       // out = y(t + x Δt), 0 < x < 1, of the step from y to y
+    { Text::doubtful_at[0] } -> std::convertible_to<double>;  // where that is worst, to be checked by real steps
+  };
 };
-/// It takes traced steps, too, and tells of their slopes and error.
-template <class Text, class Kernel>
-concept TakesTracedSteps = requires(Text& text, typename Kernel::Traced& eq) {
-  { text.step(eq) } -> std::same_as<Outcome>;
-  { text.error(eq) } -> std::same_as<Outcome>;
-  { text.reach_end(eq) } -> std::same_as<Outcome>;
-  { text.estimates(eq.trace) } -> std::convertible_to<bool>;  // whether it knows an error, given this past
-};
-/// It knows the solution inside the step that it did last.
-template <class Text, class S>
-concept Interpolates = requires(const Text& text, ScalarOf<S> x, const PlainState<S>& y, PlainState<S>& out) {
-  text.interpolate(x, x, y, y, out);                        // out = y(t + x Δt), 0 < x < 1, of the step from y to y
-  { Text::doubtful_at[0] } -> std::convertible_to<double>;  // where that is worst, to be checked by real steps
-};
-/// A text that has what its own facts promise.
-template <class Text, class S, class Kernel>
-concept StepsOn = TakesSteps<Text, S, Kernel> &&
-    (!Text::traces || TakesTracedSteps<Text, Kernel>)&&(!Text::interpolates || Interpolates<Text, S>);
 
 }}  // namespace phistep::PHISTEP_ABI
