@@ -47,12 +47,6 @@ class InPlaceUpdate {
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
 
-  /// Not where a matrix mass scales Ψ in a place of its own, nor where a history's commit could still fail after the update, nor
-  /// in a view of the caller's memory.
-  template <bool in_registers>
-  static constexpr bool serves =
-      !in_registers && !Rhs::remembers && !Rhs::has_matrix_mass && !FieldState<S> && std::is_same_v<S, Plain>;
-
   void forget() { knows_bounds_ = false; }
   /// A step of `place` begins, or several, which is what the last step left; null where they must stay beside the state.
   void begin(S* place) {

@@ -89,8 +89,11 @@ class ExplicitPasses {
  private:
   /// A kick whose Ψ is carried must not be scaled by a matrix mass in place.
   static constexpr bool keeps_psi = carries && Rhs::has_matrix_mass;
-  static constexpr bool writes_in_place =
-      needs.passes == 1 && InPlaceUpdate<S, Rhs>::template serves<Transaction<S, Rhs, carries>::in_registers>;
+  /// Not where a matrix mass scales Ψ in a place of its own, nor where a history's commit could still fail after the update, nor
+  /// in a view of the caller's memory.
+  static constexpr bool writes_in_place = needs.passes == 1 && std::is_same_v<S, Plain> && !FieldState<S> &&
+                                          !Transaction<S, Rhs, carries>::in_registers && !Rhs::remembers &&
+                                          !Rhs::has_matrix_mass;
   /// Particles outside the active set are not written.
   static constexpr bool follows_active =
       needs.passes != 0 && !Rhs::has_matrix_mass && Rhs::takes_active && std::is_same_v<S, PlainState<S>>;
