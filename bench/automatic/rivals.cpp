@@ -121,13 +121,13 @@ void jacobian_by_differences(const BareProblem& problem, double t, const double*
   problem.rate(problem.self.get(), t, y, base.data());
   for (Eigen::Index j = 0; j < n; ++j) {
     const double was = at[j];
-    at[j] += 1.5e-8 * std::max(std::abs(was), 1e-3 * problem.a);
+    at[j] += 1.5e-8 * std::max(std::abs(was), problem.a);
     problem.rate(problem.self.get(), t, at.data(), beside.data());
     const double apart = at[j] - was;
     for (Eigen::Index i = 0; i < n; ++i) J[i * n + j] = (beside[i] - base[i]) / apart;
     at[j] = was;
   }
-  const double later = t + 1.5e-8 * std::max(std::abs(t), 1e-6 * problem.end);
+  const double later = t + 1.5e-8 * std::max(std::abs(t), 1e-2 * std::min(problem.end, 1000.0));
   problem.rate(problem.self.get(), later, y, beside.data());
   for (Eigen::Index i = 0; i < n; ++i) by_time[i] = (beside[i] - base[i]) / (later - t);
 }
