@@ -49,7 +49,7 @@ class ExplicitPasses {
       unchanged_.begin_step(origin);
       rhs.set_left_out({});
     }
-    if constexpr (writes_in_place) in_place_.begin(keeps_tries || origin != Origin::unedited ? nullptr : &state);
+    if constexpr (writes_in_place) in_place_.begin(keeps_tries ? nullptr : &state, origin == Origin::unedited);
   }
   /// @param done  the step has become the state
   void end_step(bool done) {
@@ -89,9 +89,8 @@ class ExplicitPasses {
  private:
   /// A kick whose Ψ is carried must not be scaled by a matrix mass in place.
   static constexpr bool keeps_psi = carries && Rhs::has_matrix_mass;
-  /// Not where a matrix mass scales Ψ in a place of its own, nor where a history's commit could still fail after the update, nor
-  /// in a view of the caller's memory.
-  static constexpr bool writes_in_place = needs.passes == 1 && std::is_same_v<S, Plain> && !FieldState<S> &&
+  /// Not where a matrix mass scales Ψ in a place of its own, nor where a history's commit could still fail after the update.
+  static constexpr bool writes_in_place = needs.passes == 1 && !ShowsTrials<S> && !FieldState<S> &&
                                           !Transaction<S, Rhs, carries>::in_registers && !Rhs::remembers &&
                                           !Rhs::has_matrix_mass;
   /// Particles outside the active set are not written.
@@ -103,7 +102,7 @@ class ExplicitPasses {
       if (const auto* only = unchanged_.found())
         return advance_particles<S>(step.next, step.y, by, psi, rhs.masses(), *only);
     if constexpr (writes_in_place)
-      if ((step.is_state_next = in_place_.advance(rhs, by, psi))) return true;
+      if ((step.is_state_next = in_place_.advance(rhs, step.y, by, psi))) return true;
     return advance_blocks<S>(step.next, step.y, by, psi, step.psi, step.masses);
   }
   [[nodiscard, gnu::always_inline]] inline Outcome kick_by(Rhs& rhs, auto& step, Scalar gamma, const auto& psi) {

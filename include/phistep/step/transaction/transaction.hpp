@@ -208,8 +208,11 @@ class Transaction {
           if (origin == Origin::unedited) guard_.remember_unchecked(rhs.inside(t + dt));
           else guard_.remember(rhs.inside(t + dt), next);
         }
-      if constexpr (borrowed && !in_registers && !ShowsTrials<S>) copy_views<S>(state, std::as_const(next));
-      else if (!equation.is_state_next) commit_blocks<S>(state, next);
+      if constexpr (borrowed && !in_registers && !ShowsTrials<S>) {
+        if (!equation.is_state_next) copy_views<S>(state, std::as_const(next));
+      } else if (!equation.is_state_next) {
+        commit_blocks<S>(state, next);
+      }
       ++rhs.statistics().steps;
       accepted();
       if (is_last) return {Outcome::success, record_.iterations, nullptr};
