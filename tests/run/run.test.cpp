@@ -42,13 +42,13 @@ struct Watch {
 template <class F, class Stepper, class S, class Control>
 struct RideOf final : Ride<F> {
   Stepper stepper;
-  AtTimes<double, Edit<S>> at;
+  AtTimes<Edit<S>> at;
   Look<S> look;
-  Run<Stepper, S, Control, AtTimes<double, Edit<S>>&, Look<S>&> run;
+  Run<Stepper, S, Control, AtTimes<Edit<S>>&, Look<S>&> run;
 
   RideOf(Stepper made, S& y, TimeSpan<double> span, const Control& control, Watch<S> watch)
       : stepper{std::move(made)},
-        at{std::move(watch.times), std::move(watch.edit)},
+        at{TimeList(watch.times), std::move(watch.edit)},
         look{std::move(watch.look)},
         run{stepper, y, span, control, at, look} {}
   bool advance() override { return run.advance(); }

@@ -44,10 +44,14 @@ struct FieldMatrix {
     counts.is_symmetric = true;
     using Matrix = Eigen::SparseMatrix<Scalar>;
     Matrix A = system.pattern();
-    const auto largest = [](const Matrix& x) { return x.nonZeros() == 0 ? Scalar{0} : x.coeffs().abs().maxCoeff(); };
+    const auto largest = [](const auto& x) { return x.matrix().template lpNorm<Eigen::Infinity>(); };
     for (int of_K = 0; of_K <= (Blocks<S>::drifts ? 1 : 0); ++of_K) {
       system.for_each_tangent([&](std::size_t p, Scalar k, Scalar c) { A.valuePtr()[p] = of_K == 1 ? k : c; });
-      if (largest(A - Matrix(A.transpose())) > tolerance * largest(A)) counts.is_symmetric = false;
+      const Matrix T = A.transpose();
+      counts.is_symmetric = counts.is_symmetric &&
+                            std::equal(A.innerIndexPtr(), A.innerIndexPtr() + A.nonZeros(), T.innerIndexPtr()) &&
+                            std::equal(A.outerIndexPtr(), A.outerIndexPtr() + A.cols(), T.outerIndexPtr()) &&
+                            largest(A.coeffs() - T.coeffs()) <= tolerance * largest(A.coeffs());
     }
     counts.row = static_cast<double>(A.nonZeros()) / static_cast<double>(std::max<Eigen::Index>(1, A.cols()));
     const auto set = [&counts](const FactorCost& cost) {
