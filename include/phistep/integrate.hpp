@@ -5,6 +5,5 @@
 // IWYU pragma: begin_exports
 #include "phistep/base/version.hpp"  // first: it refuses what would break the others
 
-#include "phistep/run/integrate.hpp"  // integrate(stepper, state, {t0, t1}, control, observers…)
-#include "phistep/run/run.hpp"        // Run: the same, step by step
+#include "phistep/run/run.hpp"  // integrate(stepper, state, {t0, t1}, control, observers…); Run: the same, step by step
 // IWYU pragma: end_exports

@@ -11,11 +11,10 @@
 #include "phistep/base/outcome/step_report.hpp"  // what step(y, t, dt) returns
 #include "phistep/base/state/blocks.hpp"         // what a state is: an Eigen vector or a struct of blocks
 #include "phistep/base/state/motion.hpp"         // Motion{r, v}
-#include "phistep/run/integrate.hpp"             // integrate(stepper, y, {t0, t1}, control, observers…)
-#include "phistep/run/run.hpp"                   // Run: the same, step by step
-#include "phistep/run/stepper/halving.hpp"       // Halving{stepper}: a step that fails is done in halves
-#include "phistep/run/stepper/phi_stepper.hpp"   // PhiStepper{y, force, scheme, mass, solver}
-#include "phistep/step/mass/mass.hpp"            // mass(m), capacity(C): a number, a vector, a matrix
+#include "phistep/run/run.hpp"  // integrate(stepper, y, {t0, t1}, control, observers…); Run: the same, step by step
+#include "phistep/run/stepper/halving.hpp"      // Halving{stepper}: a step that fails is done in halves
+#include "phistep/run/stepper/phi_stepper.hpp"  // PhiStepper{y, force, scheme, mass, solver}
+#include "phistep/step/mass/mass.hpp"           // mass(m), capacity(C): a number, a vector, a matrix
 // Control and observers.
 #include "phistep/run/control/fixed_step.hpp"         // fixed(dt)
 #include "phistep/run/control/iteration_control.hpp"  // Δt by how many iterations a solve takes

@@ -98,8 +98,6 @@ class IterationPace : public VariableStep<ScalarOf<S>> {
     return Length::shorten(why, std::abs(static_cast<double>(to.dt)), std::min(0.5, iteration_factor(record, wanted_)));
   }
 
-  void archive(auto& ar) { ar("step", static_cast<Length&>(*this)); }
-
  private:
   iteration_control wanted_;
 };

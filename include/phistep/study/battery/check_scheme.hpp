@@ -32,8 +32,8 @@
 #include "phistep/base/state/motion.hpp"
 #include "phistep/run/control/fixed_step.hpp"
 #include "phistep/run/errors/tolerance.hpp"
-#include "phistep/run/integrate.hpp"
 #include "phistep/run/observers/at_times.hpp"
+#include "phistep/run/run.hpp"
 #include "phistep/run/stepper/phi_stepper.hpp"
 #include "phistep/study/battery/battery_report.hpp"
 
