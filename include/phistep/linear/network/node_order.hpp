@@ -39,14 +39,14 @@ class PairGraph {
   void build(Eigen::Index nodes, auto&& pairs) {
     nodes_ = -1;
     first_.assign(static_cast<std::size_t>(nodes) + 1, 0);
-    pairs([&](Eigen::Index i, Eigen::Index j, const Mark&) {
+    pairs([&](Eigen::Index i, Eigen::Index j, Mark) {
       ++first_[static_cast<std::size_t>(i)], ++first_[static_cast<std::size_t>(j)];
     });
     std::int32_t sum = 0;
     for (std::int32_t& count : first_) sum += count, count = sum;  // where the next node's begin
     edges_.resize(static_cast<std::size_t>(sum));
     // Backwards, so that first_ ends where each node's own begin.
-    pairs([&](Eigen::Index i, Eigen::Index j, const Mark& mark) {
+    pairs([&](Eigen::Index i, Eigen::Index j, Mark mark) {
       edges_[static_cast<std::size_t>(--first_[static_cast<std::size_t>(i)])] = {static_cast<std::int32_t>(j), mark};
       edges_[static_cast<std::size_t>(--first_[static_cast<std::size_t>(j)])] = {static_cast<std::int32_t>(i), mark};
     });
