@@ -400,6 +400,37 @@ TEST_CASE("the comparison prints both runs of a scene") {
   CHECK(out.str().find("difference") != std::string::npos);
 }
 
+namespace {
+/// One disc on a spring.
+struct Shaker : ForceTerm {
+  Index who;
+  Eigen::Vector2d about;
+  Shaker(Index disc, Eigen::Vector2d place) : who{disc}, about{std::move(place)} {}
+  static constexpr bool uses_velocity = false, uses_time = false, acts_on_each = true;
+  void add(auto, const auto& y, auto& out) const { out.force.col(who) -= 100 * (y.r.col(who) - about); }
+};
+}  // namespace
+
+TEST_CASE("another force whose list is as often made: who touches one that is awake is found by its pairs") {
+  Grains discs{Eigen::Matrix2Xd{{0, 10, 50}, {0, 0, 0}}};
+  discs.set_radius(0.5).set_mass(Eigen::Vector3d{1e9, 1, 1});
+  discs.v(1, 2) = 0.5;
+  const auto force = [](Index who, const Eigen::Vector2d& about) {
+    return Contact{Hooke{.stiffness = 100}} + Shaker{who, about};
+  };
+  Sleeping stepper{PhiStepper{discs, force(2, {50, 0}), symplectic_euler}, SleepOptions{.speed = 1e-3}};
+  int n = 0;
+  while (stepper.report().asleep < 2 && n < 2000) REQUIRE(stepper.step(discs, dt * n++, dt));
+  REQUIRE(stepper.report().asleep == 2);
+  stepper.stepper().force() = force(1, {0.99, 0});
+  discs.r(0, 1) = 0.99;
+  discs.v.setZero();
+  discs.v(1, 1) = 0.5;
+  for (int k = 0; k < 500; ++k) REQUIRE(stepper.step(discs, dt * n++, dt));
+  CHECK_FALSE(stepper.is_asleep(0));
+  CHECK(stepper.is_asleep(2));
+}
+
 TEST_CASE("options that can't work are refused") {
   Grains grains = columns(1);
   CHECK_THROWS_AS((Sleeping{PhiStepper{grains, scene(), symplectic_euler}, SleepOptions{.speed = -1}}),

@@ -60,7 +60,7 @@ class Sleeping {
   StepReport step(S& state, Scalar t, Scalar dt, Origin origin = Origin::unknown) {
     if (sleepers_.options.speed == 0) return stepper_.step(state, t, dt, origin);
     if (std::exchange(changes_, stepper_.changes()) != stepper_.changes())
-      sleepers_.wake_all();  // the force may be another one
+      sleepers_.wake_all(), watch_.forget();  // the force may be another one
     const bool is_edited = adopt(state, origin);
     if (is_all_asleep() && std::isfinite(dt) && std::isfinite(t) && t + dt != t &&
         sleepers_.clock + std::abs(dt) < sleepers_.review) {
