@@ -60,15 +60,20 @@ void measure(Problem problem) {
   std::vector<Ladder*> all{&problem.automatic};
   for (Ladder& ladder : problem.hand) all.push_back(&ladder);
   for (Ladder& ladder : problem.rivals) all.push_back(&ladder);
-  for (Ladder* ladder : all)
+  double limit = longest;  // the first, automatic's; of the others what takes 20 times as long can't be the quickest
+  for (Ladder* ladder : all) {
+    double slowest = 0;
     for (double k = 2; k <= -std::log10(problem.tightest) + 0.1; k += 0.5) {
       Rung rung{std::pow(10.0, -k)};
       const double start = now();
       rung.error = ladder->run(rung.rtol);
       rung.seconds = now() - start;
       if (std::isfinite(rung.error)) ladder->rungs.push_back(rung);
-      if (rung.seconds > longest) break;
+      if (rung.seconds > limit) break;
+      slowest = std::max(slowest, rung.seconds);
     }
+    if (ladder == all.front()) limit = std::min(longest, 20 * slowest);
+  }
   for (int round = 0; round < 5; ++round)
     for (Ladder* ladder : all)
       for (Rung& rung : ladder->rungs) {
