@@ -96,6 +96,19 @@ TEST_CASE("gravity is an acceleration, a uniform force is a force") {
   CHECK(added(uniform, y, masses)[5] == -9.81);
 }
 
+TEST_CASE(
+    "a vector as long as the state has a number for each of its own, one of another length than a particle's is "
+    "refused") {
+  const Motion<Columns> y{Columns::Zero(3, 2), Columns::Zero(3, 2)};
+  const Eigen::VectorXd all = Eigen::VectorXd::LinSpaced(6, 1, 6);
+  auto uniform = UniformForce{all};
+  auto gravity = Gravity{all};
+  CHECK(added(uniform, y, UnitMass{}).reshaped() == all);
+  CHECK(added(gravity, y, UnitMass{}).reshaped() == all);
+  auto flat = Gravity{Eigen::Vector2d(0, -9.81)};  // two of three components, though two divide six
+  CHECK_THROWS_AS(added(flat, y, UnitMass{}), std::invalid_argument);
+}
+
 TEST_CASE("spring forces sum to zero, and so do their moments") {
   std::srand(7);
   std::vector<Spring> springs;

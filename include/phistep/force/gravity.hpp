@@ -33,13 +33,15 @@ struct SameForAll : ForceTerm {
   /// as columns; in a flat vector they follow one another particle by particle.
   template <class Block>
   [[nodiscard]] static auto component(const Vector& vector, Eigen::Index i, const Block& block) {
-    const bool is_flat = Block::IsVectorAtCompileTime || block.cols() == 1;
-    const Eigen::Index k = is_flat ? i : Block::IsRowMajor ? i / block.cols() : i % block.rows();
+    const bool in_order = Block::IsVectorAtCompileTime || block.cols() == 1 || vector.size() == block.size();
+    const Eigen::Index k = in_order ? i : Block::IsRowMajor ? i / block.cols() : i % block.rows();
     return static_cast<typename Block::Scalar>(vector[k % vector.size()]);
   }
-  /// @throws std::invalid_argument where the vector's size doesn't divide the block's
-  static void check_size(const Vector& vector, const auto& block, const char* name) {
-    if (vector.size() == 0 || block.size() % vector.size() != 0)
+  /// @throws std::invalid_argument where the vector's size is not the block's and doesn't divide that of a column
+  template <class Block>
+  static void check_size(const Vector& vector, const Block& block, const char* name) {
+    const Eigen::Index column = Block::IsVectorAtCompileTime ? block.size() : block.rows();
+    if (vector.size() == 0 || (column % vector.size() != 0 && block.size() != vector.size()))
       throw std::invalid_argument(std::string("phistep: ") + name + " has " + std::to_string(vector.size()) +
                                   " components, which does not fit a state of " + std::to_string(block.size()));
   }
