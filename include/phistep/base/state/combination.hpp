@@ -13,7 +13,6 @@
 
 #include <array>
 #include <cstddef>
-#include <functional>
 #include <tuple>
 #include <type_traits>
 #include <utility>
@@ -50,102 +49,77 @@ struct NonZero {
   using Indices = std::make_index_sequence<count>;
 };
 
-/// Expressions: `block<k>()` is that of block k, an Eigen expression.
 namespace combination {
-struct Expression {};
-template <class X>
-concept IsExpression = std::is_base_of_v<Expression, X>;
+/// The number of a block, as an argument.
+template <std::size_t k>
+using Place = std::integral_constant<std::size_t, k>;
+
+/// `block(Place<k>{})` is that of block k, an Eigen expression.
+template <class F>
+struct Expression {
+  F block;
+};
+template <class F>
+Expression(F) -> Expression<F>;
 
 /// The blocks of a tie, of which the first stands for block `first`.
-template <class Tie, std::size_t first>
-struct Leaf : Expression {
-  Tie blocks;
-  explicit Leaf(Tie tie) : blocks{tie} {}
-  template <std::size_t k>
-  [[nodiscard]] const auto& block() const {
-    return std::get<k - first>(blocks);
-  }
-};
 template <std::size_t first, class Tie>
-[[nodiscard]] Leaf<Tie, first> blocks_from(Tie tie) {
-  return Leaf<Tie, first>{tie};
+[[nodiscard]] auto blocks_from(Tie tie) {
+  return Expression{[tie](auto place) -> decltype(auto) { return (std::get<place() - first>(tie)); }};
 }
 template <State S>
 inline constexpr std::size_t first_solved = Blocks<S>::drifts ? 1 : 0;
 
-/// A number, in every block.
-template <class Scalar>
-struct Number : Expression {
-  Scalar x;
-  explicit Number(Scalar value) : x{value} {}
-  template <std::size_t k>
-  [[nodiscard]] Scalar block() const {
-    return x;
-  }
-};
-template <class Operation, class A, class B>
-struct Joined : Expression {
-  A a;
-  B b;
-  Joined(const A& x, const B& y) : a{x}, b{y} {}
-  template <std::size_t k>
-  [[nodiscard]] auto block() const {
-    return Operation{}(a.template block<k>(), b.template block<k>());
-  }
-};
-/// Σ_j w_j x_j from the left, which begins with `before` where that is an expression.
+/// Σ_j w_j x_j from the left, which begins with `before` where that is an expression's.
 template <State S, class Weights, class Before, std::size_t count>
-struct Sum : Expression {
+struct Sum {
   using Used = NonZero<Weights, ScalarOf<S>>;
   static_assert(Used::count > 0);
   const std::array<PlainState<S>, count>& x;
   [[no_unique_address]] Before before;
   template <std::size_t k>
-  [[nodiscard]] auto block() const {
-    return from_the_left<k>(typename Used::Indices{});
+  [[nodiscard]] auto operator()(Place<k> place) const {
+    return [&]<std::size_t... n>(std::index_sequence<n...>) {
+      if constexpr (std::is_same_v<Before, Absent<>>) return (... + term<k, n>());
+      else return (before(place) + ... + term<k, n>());
+    }
+    (typename Used::Indices{});
   }
 
  private:
-  template <std::size_t k, std::size_t... n>
-  [[nodiscard]] auto from_the_left(std::index_sequence<n...>) const {
-    if constexpr (IsExpression<Before>) return (before.template block<k>() + ... + term<k, n>());
-    else return (... + term<k, n>());
-  }
   template <std::size_t k, std::size_t n>
   [[nodiscard]] auto term() const {
     return Used::template of<n> * std::get<k>(Blocks<S>::all(x[Used::places[n]]));
   }
 };
 
-template <IsExpression A, IsExpression B>
-[[nodiscard]] Joined<std::plus<>, A, B> operator+(const A& a, const B& b) {
-  return {a, b};
+template <class A, class B>
+[[nodiscard]] auto operator+(const Expression<A>& a, const Expression<B>& b) {
+  return Expression{[a, b](auto place) { return a.block(place) + b.block(place); }};
 }
-template <IsExpression A, State S, class Weights, std::size_t count>
-[[nodiscard]] Sum<S, Weights, A, count> operator+(const A& a, const Sum<S, Weights, Absent<>, count>& b) {
-  return {{}, b.x, a};
+template <class A, State S, class Weights, std::size_t count>
+[[nodiscard]] auto operator+(const Expression<A>& a, const Expression<Sum<S, Weights, Absent<>, count>>& b) {
+  return Expression{Sum<S, Weights, A, count>{b.block.x, a.block}};
 }
-template <IsExpression A, IsExpression B>
-[[nodiscard]] Joined<std::minus<>, A, B> operator-(const A& a, const B& b) {
-  return {a, b};
+template <class A, class B>
+[[nodiscard]] auto operator-(const Expression<A>& a, const Expression<B>& b) {
+  return Expression{[a, b](auto place) { return a.block(place) - b.block(place); }};
 }
-template <class Scalar, IsExpression A>
-[[nodiscard]] Joined<std::multiplies<>, Number<Scalar>, A> operator*(Scalar factor, const A& a) {
-  return {Number{factor}, a};
+template <class Scalar, class A>
+[[nodiscard]] auto operator*(Scalar factor, const Expression<A>& a) {
+  return Expression{[factor, a](auto place) { return factor * a.block(place); }};
 }
-template <IsExpression A, class Scalar>
-[[nodiscard]] Joined<std::divides<>, A, Number<Scalar>> operator/(const A& a, Scalar divisor) {
-  return {a, Number{divisor}};
+template <class A, class Scalar>
+[[nodiscard]] auto operator/(const Expression<A>& a, Scalar divisor) {
+  return Expression{[a, divisor](auto place) { return a.block(place) / divisor; }};
 }
 
 /// Each block of a tie becomes that of the expression, counted from `first`.
-template <std::size_t first, std::size_t... k, class Tie, class X>
-[[gnu::always_inline]] inline void assign_from(const Tie& to, const X& expression, std::index_sequence<k...>) {
-  ((std::get<k>(to) = expression.template block<first + k>()), ...);
-}
-template <std::size_t first, class Tie, class X>
-[[gnu::always_inline]] inline void assign_from(const Tie& to, const X& expression) {
-  assign_from<first>(to, expression, std::make_index_sequence<std::tuple_size_v<Tie>>{});
+template <std::size_t first, class... Block, class F>
+[[gnu::always_inline]] inline void assign_from(const std::tuple<Block...>& to, const Expression<F>& expression) {
+  for_each_block([&expression](auto k, auto& block)
+                     PHISTEP_DETAIL_INLINED { block = expression.block(Place<first + k()>{}); },
+                 to);
 }
 }  // namespace combination
 
@@ -164,31 +138,31 @@ template <State S>
 template <State S, class Weights, std::size_t count>
 [[nodiscard]] auto weighted_sum(const std::array<PlainState<S>, count>& x) {
   static_assert(Weights::count <= count);
-  return combination::Sum<S, Weights, Absent<>, count>{{}, x, {}};
+  return combination::Expression{combination::Sum<S, Weights, Absent<>, count>{x, {}}};
 }
 
 /// to = expression, block by block.
-template <State S, class To, combination::IsExpression X>
-[[gnu::always_inline]] inline void assign(To& to, const X& expression) {
+template <State S, class To, class F>
+[[gnu::always_inline]] inline void assign(To& to, const combination::Expression<F>& expression) {
   combination::assign_from<0>(Blocks<S>::all(to), expression);
 }
 /// to += expression
-template <State S, class To, combination::IsExpression X>
-[[gnu::always_inline]] inline void add(To& to, const X& expression) {
+template <State S, class To, class F>
+[[gnu::always_inline]] inline void add(To& to, const combination::Expression<F>& expression) {
   assign<S>(to, in<S>(to) + expression);
 }
 /// The same for the solved blocks alone (not for the r of a motion).
-template <State S, class To, combination::IsExpression X>
-[[gnu::always_inline]] inline void assign_solved(To& to, const X& expression) {
+template <State S, class To, class F>
+[[gnu::always_inline]] inline void assign_solved(To& to, const combination::Expression<F>& expression) {
   combination::assign_from<combination::first_solved<S>>(Blocks<S>::solved(to), expression);
 }
 /// The same for a rate.
-template <State S, combination::IsExpression X>
-[[gnu::always_inline]] inline void assign_rate(RateOf<S>& to, const X& expression) {
+template <State S, class F>
+[[gnu::always_inline]] inline void assign_rate(RateOf<S>& to, const combination::Expression<F>& expression) {
   combination::assign_from<combination::first_solved<S>>(RateOf<S>::blocks(to), expression);
 }
-template <State S, class To, combination::IsExpression X>
-[[gnu::always_inline]] inline void add_solved(To& to, const X& expression) {
+template <State S, class To, class F>
+[[gnu::always_inline]] inline void add_solved(To& to, const combination::Expression<F>& expression) {
   assign_solved<S>(to, in<S>(to) + expression);
 }
 
