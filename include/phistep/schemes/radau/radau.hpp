@@ -73,12 +73,12 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
 
   [[nodiscard]] static bool takes_singular_mass() { return true; }
   static constexpr bool traces = true, interpolates = true;
-  [[nodiscard]] static bool estimates(const auto&) { return true; }
   [[nodiscard]] static bool leaves_force() { return false; }  // the last Ψ is that before the last correction
   /// A traced step is solved to the tolerance, and chooses order and Δt; another one to rounding.
   template <class Eq>
   [[nodiscard]] Outcome step(Eq& eq) {
     copy_blocks<S>(eq.next, eq.y);  // kept for the failure message
+    pending_terms_ = 0;
     if constexpr (Eq::is_traced) {
       auto& trace = eq.trace;
       const bool edited = !trace.knows_start;
@@ -88,9 +88,11 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
       control_.begin(trace.rtol, edited);
       return with_stages(control_.stages(), [&](auto s) { return this->template trace_with<s>(eq); });
     } else {
-      pending_terms_ = 0;
       solver_.begin();
-      return with_stages((order() + 1) / 2, [&](auto s) { return this->template advance_with<s>(eq); });
+      RadauIteration to_rounding{Solver::round_off, 1, 50, Solver::round_off};
+      return with_stages((order() + 1) / 2, [&](auto s) {
+        return this->template solve<s>(eq, each_mass_entry<S>(eq.rhs().masses(), eq.y), to_rounding);
+      });
     }
   }
   /// The collocation polynomial of the step just accepted, in powers of x − 1. In its first half what these have lost in rounding at
@@ -153,14 +155,19 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
     const Scalar gamma = radau_constants<Scalar, s>.mu.re[0] * h;
     return {gamma, gamma};
   }
+  /// The stage equations of a step, solved, and its end.
   template <int s, class Eq>
-  [[nodiscard]] Outcome advance_with(Eq& eq) {
-    const auto masses = each_mass_entry<S>(eq.rhs().masses(), eq.y);
+  [[nodiscard]] Outcome solve(Eq& eq, const auto& masses, RadauIteration& test) {
     if (const Outcome bad = solver_.template prepare<s>(eq, masses); failed(bad)) return bad;
     if (const Outcome bad = eq.check_start(real_gamma<s>(eq.dt)); failed(bad)) return bad;
-    solver_.work().clear();
-    const Judgement judgement = solver_.template iterate_to_rounding<s>(eq, masses);
-    if (judgement != Judgement::converged) return solver_.template blame<s>(eq, judgement);
+    if (Eq::is_traced && terms_ > 0) solver_.work().template predict<s>(powers_, terms_, eq.dt / dt_);
+    else solver_.work().clear();
+    const RadauIteration again = test;
+    if (const Judgement judgement = solver_.template iterate<s>(eq, masses, test); judgement != Judgement::converged) {
+      if (!solver_.drop_old()) return solver_.template blame<s>(eq, judgement);
+      test = again;
+      return this->template solve<s>(eq, masses, test);
+    }
     solver_.template add_increment<s>(eq);
     return Eq::Rhs::is_finite(eq.next) ? Outcome::success : Outcome::non_finite_state;
   }
@@ -169,25 +176,10 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
     auto& trace = eq.trace;
     const double dt = std::abs(static_cast<double>(eq.dt));
     const auto masses = each_mass_entry<S>(eq.rhs().masses(), eq.y);
-    pending_terms_ = 0;
-    if (const Outcome bad = solver_.template prepare<s>(eq, masses); failed(bad)) {
-      trace.proposed = control_.failed(dt, 0.5);
-      return bad;
-    }
-    if (const Outcome bad = eq.check_start(real_gamma<s>(eq.dt)); failed(bad)) return bad;
-    if (terms_ > 0) solver_.work().template predict<s>(powers_, terms_, eq.dt / dt_);
-    else solver_.work().clear();
     RadauIteration test = control_.iteration(Solver::round_off);
-    const Judgement judgement = solver_.template iterate<s>(eq, masses, trace, test);
-    if (judgement != Judgement::converged) {
-      if (solver_.drop_old()) return this->template trace_with<s>(eq);
+    if (const Outcome bad = this->template solve<s>(eq, masses, test); failed(bad)) {
       trace.proposed = control_.failed(dt, test.shrink());
-      return solver_.template blame<s>(eq, judgement);
-    }
-    solver_.template add_increment<s>(eq);
-    if (!Eq::Rhs::is_finite(eq.next)) {
-      trace.proposed = control_.failed(dt, 0.5);
-      return Outcome::non_finite_state;
+      return bad;
     }
     this->template end_slope<s>(eq);
     if (const Outcome bad = this->template estimate<s>(eq, masses); failed(bad)) {

@@ -21,22 +21,26 @@ namespace phistep { inline namespace PHISTEP_ABI {
 /// The judge of one solve by simplified Newton iteration, by the sizes of its corrections.
 class RadauIteration {
  public:
-  /// @param target  the size of the error that may be left
+  /// @param target  the size of the error that may be left; round_off: all but rounding, where corrections stop falling
   /// @param rate    θ/(1−θ) as the solve before left it
-  RadauIteration(double target, double rate, int limit)
-      : target_{target}, rate_{aged(std::max(rate, 1e-5))}, limit_{limit} {}
+  RadauIteration(double target, double rate, int limit, double round_off)
+      : target_{target}, rate_{aged(std::max(rate, 1e-5))}, round_off_{round_off}, limit_{limit} {}
 
-  [[nodiscard]] Judgement judge(double size) {
+  /// @param share  of what is corrected in all whose rounding reaches it
+  [[nodiscard]] Judgement judge(double size, double share = 1) {
     ++count_;
     if (!std::isfinite(size)) return failed();
     if (count_ > 1) {
+      const bool to_rounding = target_ <= round_off_;
       const double now = size / size_;
-      contraction_ = count_ == 2 ? now : std::max(now, std::sqrt(now * last_));
+      contraction_ = count_ == 2 || to_rounding ? now : std::max(now, std::sqrt(now * last_));
       last_ = now;
-      if (size > 0 && contraction_ >= 0.99) return failed();
+      if (now > 0.3 && may_be_rounding(share * size, round_off_)) return Judgement::converged;
+      if (size > 0 && (to_rounding ? count_ > 3 && now > 2 : contraction_ >= 0.99)) return failed();
       rate_ = error_left(contraction_, 1);
       const int left = limit_ - 1 - count_;
-      if (const double at_end = rate_ * size * power_of(contraction_, left) / target_; left >= 0 && at_end >= 1) {
+      const double at_end = rate_ * size * power_of(contraction_, left) / target_;
+      if (!to_rounding && left >= 0 && at_end >= 1) {
         shrink_ = 0.8 * std::pow(std::min(at_end, 20.0), -1.0 / (4 + left));
         return failed();
       }
@@ -63,36 +67,9 @@ class RadauIteration {
   /// x^¾: an old rate counts less and less. HW II p. 121 has x^0.8, which takes longer to compute.
   [[nodiscard]] static double aged(double x) { return std::sqrt(x * std::sqrt(x)); }
 
-  double target_, rate_;
+  double target_, rate_, round_off_;
   int limit_, count_ = 0, beginnings_ = 0;
   double size_ = 0, last_ = 0, contraction_ = 0, shrink_ = 0.5;
-};
-
-/// The same to rounding, for steps without error control: sizes are relative, and stop falling at the noise in Ψ.
-class RoundingIteration {
- public:
-  explicit RoundingIteration(double round_off) : round_off_{round_off} {}
-
-  [[nodiscard]] Judgement judge(double size) {
-    constexpr int limit = 50;
-    ++count_;
-    if (size == 0) return Judgement::converged;
-    const double theta = theta_ = count_ > 1 ? size / size_ : 0;
-    if (!std::isfinite(size)) return theta > 1 ? Judgement::growing : Judgement::slow;
-    if (count_ > 1) {
-      if (error_left(theta, size) <= round_off_) return Judgement::converged;
-      if (theta > 0.3 && may_be_rounding(size, round_off_)) return Judgement::converged;
-      if (count_ > 3 && theta > 2) return Judgement::growing;
-    }
-    size_ = size;
-    return count_ < limit ? Judgement::go_on : Judgement::slow;
-  }
-  /// Corrections no longer fall.
-  [[nodiscard]] bool has_stopped() const { return theta_ > 0.3; }
-
- private:
-  double round_off_, size_ = 0, theta_ = 0;
-  int count_ = 0;
 };
 
 /// Length and stages from step to step.
@@ -116,7 +93,7 @@ class RadauControl {
   /// the sizes of corrections say, and is what the result then suffers from; an iteration more costs less than it gains.
   [[nodiscard]] RadauIteration iteration(double round_off) const {
     const double share = stages_ == 3 ? 0.01 : 0.001;
-    return {std::max(share, 10 * round_off / rtol_), rate_, stages_ == 3 ? 7 : stages_ == 5 ? 12 : 17};
+    return {std::max(share, 10 * round_off / rtol_), rate_, stages_ == 3 ? 7 : stages_ == 5 ? 12 : 17, round_off};
   }
 
   /// Whether the iteration's Jacobian may serve the next step, too: where its contraction θ is 0.03 or less. Hairer & Wanner,

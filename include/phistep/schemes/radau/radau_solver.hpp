@@ -1,6 +1,6 @@
 /// @file
 /// The equations of a Radau IIA step, (1) of radau.hpp, solved: its Jacobian and matrices, kept while they serve; the simplified
-/// Newton iteration of radau_stages.hpp, to a tolerance or to rounding. The kernel chooses how the matrices are kept
+/// Newton iteration of radau_stages.hpp. The kernel chooses how the matrices are kept
 /// (schemes/radau/shifted_stages.hpp).
 #pragma once
 
@@ -23,7 +23,6 @@
 #include "phistep/schemes/radau/radau_stages.hpp"
 #include "phistep/schemes/radau/radau_tableau.hpp"
 #include "phistep/schemes/radau/shifted_stages.hpp"
-#include "phistep/step/transaction/trace.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -39,7 +38,7 @@ class RadauSolver {
 
   void resize(const Plain& y) {
     n_ = static_cast<std::size_t>(unknowns<S>(y));
-    Work::make(n_, weight_, change_);
+    Work::make(n_, weight_);
     work_.resize(n_);
     forget();
   }
@@ -98,78 +97,26 @@ class RadauSolver {
   [[nodiscard]] static auto positions(auto& y) { return std::tie(position_of<S>(y)); }
   [[nodiscard]] static auto velocities(auto& y) { return std::tie(velocity_of<S>(y)); }
 
-  /// Iterates while `test` says so, with the weights given.
-  template <int s>
-  [[nodiscard]] Judgement iterate(auto& eq, const auto& masses, const Trace<Plain>& trace, RadauIteration& test) {
-    for_each_number([&](std::size_t i, Scalar w) { weight_[i] = w; }, solved(trace.weight));
+  /// Iterates while `test` says so: a traced step with the weights of its run, another one block by block in units of the largest
+  /// component.
+  template <int s, class Eq>
+  [[nodiscard]] Judgement iterate(Eq& eq, const auto& masses, RadauIteration& test) {
+    int rounds = 4;
+    if constexpr (Eq::is_traced) {
+      for_each_number([&](std::size_t i, Scalar w) { weight_[i] = w; }, solved(eq.trace.weight));
+      if (!eq.trace.has_unsized) rounds = 0;
+    }
     work_.template to_stages<s>();
     Judgement judgement = Judgement::go_on;
     // What has no weight yet is left out of the judgement, and may be rounding that never settles: it has some more rounds.
-    for (int rounds = trace.has_unsized ? 4 : 0; judgement == Judgement::go_on; --rounds) {
+    for (; judgement == Judgement::go_on; --rounds) {
       this->template evaluate<s>(eq);
+      double share = 1;
+      if constexpr (!Eq::is_traced) share = this->template weigh<s>(eq.y, eq.dt);
       const double size = this->template correction<s>(eq, masses);
-      judgement = rounds > 0 && becomes(trace.weight) ? test.begin_again() : test.judge(size);
+      judgement = rounds > 0 && becomes() ? test.begin_again() : test.judge(size, share);
     }
     return judgement;
-  }
-  /// Whether something without a weight comes to be.
-  [[nodiscard]] bool becomes(const Plain& weight) const {
-    bool any = false;
-    for_each_number([&](std::size_t i, Scalar w) { any = any || (w == 0 && work_.z(i)[0] != 0); }, solved(weight));
-    return any;
-  }
-  /// Iterates until only rounding is left, block by block in units of the largest component.
-  template <int s>
-  [[nodiscard]] Judgement iterate_to_rounding(auto& eq, const auto& masses) {
-    RoundingIteration test{round_off};
-    work_.template to_stages<s>();
-    Judgement judgement = Judgement::go_on;
-    for (bool first = true; judgement == Judgement::go_on; first = false) {
-      bool has_scale = true;
-      this->template evaluate<s>(eq);
-      for_each_solved<S>(
-          [&](Index at, const auto& y) {
-            Scalar largest{0};
-            for (Index i = 0; i < y.size(); ++i) {
-              largest = std::max(largest, std::abs(y.data()[i]));
-              for (std::size_t j = 0; j < s; ++j)
-                largest = std::max(largest, std::abs(work_.z(static_cast<std::size_t>(at + i))[j]));
-            }
-            for (Index i = 0; i < y.size(); ++i)
-              weight_[static_cast<std::size_t>(at + i)] =
-                  largest > 0 ? 1 / at_least_normal<Scalar>(largest) : Scalar{1};
-            has_scale = has_scale && largest > 0;
-          },
-          eq.y);
-      const double size = this->template correction<s>(eq, masses);
-      // From rest, the first correction is what the next is measured by: its own size would be a number with a unit.
-      if (has_scale || !first) judgement = test.judge(size);
-      else if (!std::isfinite(size)) judgement = Judgement::slow;
-      if (judgement != Judgement::converged && test.has_stopped() && size <= magnified<s> * this->template noise<s>(eq))
-        return Judgement::converged;
-    }
-    return judgement;
-  }
-  /// By how much T and T⁻¹ magnify rounding, at most.
-  template <int s>
-  static constexpr double magnified = s == 3   ? 64
-                                      : s == 5 ? 512
-                                               : 4096;
-  /// What rounding of y alone makes of a correction, in the same units: in balance, where large terms of Ψ cancel, all of it.
-  template <int s>
-  [[nodiscard]] double noise(auto& eq) {
-    to_stage(eq, s - 1);
-    eq.evaluate(eq.t + eq.dt, eq.next);
-    for_each_number([&](std::size_t i, Scalar psi) { change_[i] = psi; }, RateOf<S>::blocks(eq.psi));
-    for_each_number(
-        [flip = Scalar{1}](auto, Scalar& x) mutable { x *= 1 + (flip = -flip) * 2 * static_cast<Scalar>(round_off); },
-        Blocks<S>::all(eq.next));
-    eq.evaluate(eq.t + eq.dt, eq.next);
-    for_each_number([&](std::size_t i, Scalar psi) { change_[i] = psi - change_[i]; }, RateOf<S>::blocks(eq.psi));
-    eq.stages().solve_real(change_);
-    double sum = 0;
-    for (std::size_t i = 0; i < n_; ++i) sum += std::pow(static_cast<double>(weight_[i] * change_[i]), 2);
-    return std::sqrt(sum / static_cast<double>(n_));
   }
   /// Which stage has made an iteration fail, for the message: its Ψ is in psi, where it isn't finite.
   template <int s>
@@ -196,6 +143,32 @@ class RadauSolver {
   }
 
  private:
+  /// Weights by the largest component of each block, 0 where all are 0. Returns how large v is beside r/h, whose rounding reaches v
+  /// through Ψ.
+  template <int s>
+  [[nodiscard]] double weigh(const Plain& y, Scalar h) {
+    double share = 1;
+    for_each_solved<S>(
+        [&](Index at, const auto& block) {
+          Scalar largest = max_abs(block);
+          for (Index i = 0; i < block.size(); ++i)
+            for (std::size_t j = 0; j < s; ++j)
+              largest = std::max(largest, std::abs(work_.z(static_cast<std::size_t>(at + i))[j]));
+          if constexpr (drifts && solved_blocks<S> == 1)
+            if (const Scalar beside = std::abs(max_abs(position_of<S>(y)) / h); beside > largest)
+              share = static_cast<double>(largest / beside);
+          const Scalar weight = largest > 0 ? 1 / at_least_normal<Scalar>(largest) : Scalar{0};
+          std::fill_n(weight_.begin() + at, block.size(), weight);
+        },
+        y);
+    return share;
+  }
+  /// Whether something without a weight comes to be.
+  [[nodiscard]] bool becomes() const {
+    for (std::size_t i = 0; i < n_; ++i)
+      if (weight_[i] == 0 && work_.z(i)[0] != 0) return true;
+    return false;
+  }
   /// Ψ at every stage.
   template <int s>
   void evaluate(auto& eq) {
@@ -225,7 +198,7 @@ class RadauSolver {
 
   Work work_;
   std::size_t n_ = 0;
-  Numbers weight_{}, change_{};
+  Numbers weight_{};
   Scalar factored_dt_{0};                  // [time]
   int factored_ = 0;                       // stages of the factors at hand
   bool is_fresh_ = false, keeps_ = false;  // J: of this step's start, of an earlier one
