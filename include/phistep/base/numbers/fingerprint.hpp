@@ -175,13 +175,7 @@ template <class Scalar>
     });
     return seed * phi + sum;
   } else {
-    Fingerprint all;
-    for (std::ptrdiff_t i = 0; i < n; ++i) {
-      std::uint64_t words[2] = {0, 0};
-      std::memcpy(words, x + i, number_bytes<Scalar>);
-      for (const std::uint64_t& word : words) all.add(&word, 8);
-    }
-    return seed * phi + all.value();
+    return seed * phi + fingerprint_of_some(x, n, 0);
   }
 }
 
