@@ -99,16 +99,11 @@ struct LinearForce : ForceTerm {
 template <class Matrix>
 using PlainMatrix = typename Matrix::PlainObject;
 
-/// Ψ = K r, or K y; K is a matrix or an expression, `linear(-stiffness)`. @throws std::invalid_argument unless K is square
-template <class Matrix>
-[[nodiscard]] LinearForce<PlainMatrix<Matrix>> linear(Matrix K) {
-  return LinearForce<PlainMatrix<Matrix>>{PlainMatrix<Matrix>(std::move(K))};
-}
-/// Ψ = K r + C v. @throws std::invalid_argument unless K and C are square and of one size
-template <class MatrixK, class MatrixC>
-[[nodiscard]] LinearForce<PlainMatrix<MatrixK>, PlainMatrix<MatrixC>> linear(MatrixK K, MatrixC C) {
-  return LinearForce<PlainMatrix<MatrixK>, PlainMatrix<MatrixC>>{PlainMatrix<MatrixK>(std::move(K)),
-                                                                 PlainMatrix<MatrixC>(std::move(C))};
+/// Ψ = K r, or K y; or K r + C v: matrices or expressions, `linear(-stiffness)`.
+/// @throws std::invalid_argument unless they are square and of one size
+template <class... Matrix>
+[[nodiscard]] LinearForce<PlainMatrix<Matrix>...> linear(Matrix... K_and_C) {
+  return LinearForce<PlainMatrix<Matrix>...>{PlainMatrix<Matrix>(std::move(K_and_C))...};
 }
 
 }}  // namespace phistep::PHISTEP_ABI
