@@ -22,18 +22,23 @@ concept MotionLike = requires(const View& view) {
   view.r;
   view.v;
 };
+/// The positions, or the unknowns.
+template <class View>
+[[nodiscard]] const auto& first_of(const View& y) {
+  if constexpr (MotionLike<View>) return y.r;
+  else return y.y;
+}
+template <class View>
+using FirstOf = std::remove_cvref_t<decltype(first_of(std::declval<const View&>()))>;
 /// Of a struct of blocks with names of its own, whose forces add: nothing.
 template <class View>
 struct ViewScalar {
   using type = void;
 };
-template <MotionLike View>
+template <class View>
+  requires(MotionLike<View> || FirstOrderLike<View>)
 struct ViewScalar<View> {
-  using type = typename std::remove_cvref_t<decltype(std::declval<const View&>().r)>::Scalar;
-};
-template <FirstOrderLike View>
-struct ViewScalar<View> {
-  using type = typename std::remove_cvref_t<decltype(std::declval<const View&>().y)>::Scalar;
+  using type = typename FirstOf<View>::Scalar;
 };
 
 /// Whether f can be called with so many of (r, v, t) or (y, t).
@@ -114,34 +119,28 @@ template <class F, class... Arguments>
 struct WritesInto<F, Arguments...> : std::true_type {
 };
 /// Why f can't be called. One question after the other: each compiles a generic lambda's body, and std::disjunction asks no more than it must.
+/// @tparam Block, Whole  a block of the state, and all that a force may be given of it, as references that are not const
+template <class F, class T, class Block, class... Whole>
+[[nodiscard]] consteval ForceFault fault_of_arguments() {
+  if constexpr (std::disjunction_v<WritesInto<F, Whole..., Block, T>, WritesInto<F, Whole..., Block>,
+                                   WritesInto<F, Block, Block, T>, WritesInto<F, Block, Block>,
+                                   WritesInto<F, T, Whole..., Block>>)
+    return ForceFault::output;
+  else if constexpr (std::disjunction_v<std::is_invocable<F&, Whole..., T>, std::is_invocable<F&, Whole...>,
+                                        std::is_invocable<F&, Block>>)
+    return ForceFault::changes_state;
+  else if constexpr (std::disjunction_v<std::is_invocable<F&, T, Whole...>, std::is_invocable<F&, T, Block>>)
+    return ForceFault::time_first;
+  else return ForceFault::form;
+}
 template <class F, class View>
 [[nodiscard]] consteval ForceFault fault_of_form() {
-  if constexpr (std::is_member_pointer_v<F>) {
-    return ForceFault::member;
-  } else if constexpr (MotionLike<View>) {
-    using V = std::remove_cvref_t<decltype(std::declval<const View&>().r)>;
-    using T = typename ViewScalar<View>::type;
-    if constexpr (std::disjunction_v<WritesInto<F, V&, V&, V&, T>, WritesInto<F, V&, V&, V&>, WritesInto<F, V&, V&, T>,
-                                     WritesInto<F, V&, V&>>)
-      return ForceFault::output;
-    else if constexpr (std::disjunction_v<std::is_invocable<F&, V&, V&, T>, std::is_invocable<F&, V&, V&>,
-                                          std::is_invocable<F&, V&>>)
-      return ForceFault::changes_state;
-    else if constexpr (std::disjunction_v<std::is_invocable<F&, T, V&, V&>, std::is_invocable<F&, T, V&>>)
-      return ForceFault::time_first;
-    else return ForceFault::form;
-  } else if constexpr (FirstOrderLike<View>) {
-    using Y = std::remove_cvref_t<decltype(std::declval<const View&>().y)>;
-    using T = typename ViewScalar<View>::type;
-    if constexpr (std::disjunction_v<WritesInto<F, Y&, Y&, T>, WritesInto<F, T, Y&, Y&>, WritesInto<F, Y&, Y&>>)
-      return ForceFault::output;
-    else if constexpr (std::disjunction_v<std::is_invocable<F&, Y&, T>, std::is_invocable<F&, Y&>>)
-      return ForceFault::changes_state;
-    else if constexpr (std::is_invocable_v<F&, T, Y&>) return ForceFault::time_first;
-    else return ForceFault::form;
-  } else {
-    return ForceFault::form;
-  }
+  using T = typename ViewScalar<View>::type;
+  if constexpr (std::is_member_pointer_v<F>) return ForceFault::member;
+  else if constexpr (MotionLike<View>)
+    return fault_of_arguments<F, T, FirstOf<View>&, FirstOf<View>&, FirstOf<View>&>();
+  else if constexpr (FirstOrderLike<View>) return fault_of_arguments<F, T, FirstOf<View>&, FirstOf<View>&>();
+  else return ForceFault::form;
 }
 /// Whether a result can stand in a block of the state's rate.
 template <class Result, class Block>

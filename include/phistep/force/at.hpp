@@ -59,9 +59,7 @@ template <template <class> class Annotation, class F>
 }
 
 template <class T>
-inline constexpr bool is_at = false;
-template <class F>
-inline constexpr bool is_at<At<F>> = true;
+inline constexpr bool is_at = is_a<At, T>;
 
 /// A term, and how many inner steps lie between its evaluations.
 template <class F>
@@ -80,9 +78,7 @@ class Seldom : public WrappedForce {
 };
 
 template <class T>
-inline constexpr bool is_seldom = false;
-template <class F>
-inline constexpr bool is_seldom<Seldom<F>> = true;
+inline constexpr bool is_seldom = is_a<Seldom, T>;
 
 /// Calls a term (a lambda too), or every term of a sum, once in k inner steps.
 /// @param k  ≥ 1; every k of a sum has to divide the largest

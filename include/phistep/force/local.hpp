@@ -132,11 +132,7 @@ class Local : public ForceTerm {
   /// visit(offset of the particle's components, it as an `Each`): copies, so that f sees plain vectors, aligned and without aliases.
   template <class Each, class View>
   static void for_each_particle(const View& y, auto&& visit) {
-    const auto& x = [&y]() -> const auto& {
-      if constexpr (MotionLike<View>) return y.r;
-      else return y.y;
-    }
-    ();
+    const auto& x = first_of(y);
     check_particles<dim>(x, is_field ? "ExternalField" : "local");
     for (Index at = 0; at < x.size(); at += dim) {
       if constexpr (is_field && requires { y.body; })

@@ -155,7 +155,7 @@ template <class F, class View>
 template <class View>
 [[nodiscard]] consteval int dimension_of() {
   if constexpr (MotionLike<View>) {
-    using Positions = std::remove_cvref_t<decltype(std::declval<const View&>().r)>;
+    using Positions = FirstOf<View>;
     if constexpr (!Positions::IsVectorAtCompileTime && !Positions::IsRowMajor && int{Positions::RowsAtCompileTime} > 0)
       return Positions::RowsAtCompileTime;
   }

@@ -38,10 +38,13 @@ struct Sum : ForceTerm {
   explicit constexpr Sum(std::tuple<Terms...> t) : terms(std::move(t)) {}
 };
 
+/// Whether T is made by a class template.
+template <template <class...> class Template, class T>
+inline constexpr bool is_a = false;
+template <template <class...> class Template, class... Arguments>
+inline constexpr bool is_a<Template, Template<Arguments...>> = true;
 template <class T>
-inline constexpr bool is_sum = false;
-template <class... T>
-inline constexpr bool is_sum<Sum<T...>> = true;
+inline constexpr bool is_sum = is_a<Sum, T>;
 
 template <class T>
 [[nodiscard]] constexpr auto as_terms(T term) {
@@ -70,16 +73,11 @@ constexpr int operator+(A, B) {
   return 0;
 }
 
-template <class F>
-inline constexpr bool is_reference_wrapper = false;
-template <class F>
-inline constexpr bool is_reference_wrapper<std::reference_wrapper<F>> = true;
-
 /// The force behind terms and std::reference_wrappers, however they nest.
 template <class F>
 [[nodiscard]] constexpr auto& unwrap(F& force) {
   // One function, not overloads: from inside a std::reference_wrapper of a user's type, later ones would not be found.
-  if constexpr (is_reference_wrapper<std::remove_const_t<F>>) return unwrap(force.get());
+  if constexpr (is_a<std::reference_wrapper, std::remove_const_t<F>>) return unwrap(force.get());
   else if constexpr (std::is_base_of_v<WrappedForce, F>) return unwrap(force.force);
   else return force;
 }

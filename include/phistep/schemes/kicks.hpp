@@ -51,13 +51,10 @@ namespace phistep { inline namespace PHISTEP_ABI {
 
 /// φ of slow terms in halves; −1: this scheme takes none.
 template <class Scheme>
-inline constexpr int slow_halves = -1;
-template <>
-inline constexpr int slow_halves<VelocityVerlet> = 1;
-template <>
-inline constexpr int slow_halves<std::remove_const_t<decltype(symplectic_euler)>> = 0;
-template <>
-inline constexpr int slow_halves<std::remove_const_t<decltype(symplectic_euler_adjoint)>> = 2;
+inline constexpr int slow_halves = std::is_same_v<Scheme, VelocityVerlet>                             ? 1
+                                   : std::is_same_v<const Scheme, decltype(symplectic_euler)>         ? 0
+                                   : std::is_same_v<const Scheme, decltype(symplectic_euler_adjoint)> ? 2
+                                                                                                      : -1;
 
 /// (1) and (2) around a scheme's step for the other terms, or around several of h. @tparam halves  φ of the kicks
 template <class Inner, State S, class Rhs, int halves = 1>
