@@ -34,7 +34,8 @@ concept GivenSolver = is_preconditioned_krylov<Solver> || requires {
 };
 
 /// Newton's iteration: `Solver` is a class with Eigen's sparse solver interface, void the library's own choice.
-template <class Solver = void>
+/// @tparam once  one correction is all
+template <class Solver = void, bool once = false>
 struct Newton {
   static constexpr bool is_implicit_solver = true;
   using LinearSolver = Solver;
@@ -60,12 +61,7 @@ template <GivenSolver Solver>
 /// One Newton correction with a fresh Jacobian, accepted as it is: the linearly implicit step. Order as the scheme's for
 /// smooth forces (φ = ½ stays of order 2); the residual that it leaves in the nonlinear equations is not checked.
 template <class Solver = void>
-struct LinearlyImplicit {
-  static constexpr bool is_implicit_solver = true;
-  using LinearSolver = Solver;
-  NewtonOptions options;
-  [[no_unique_address]] Only<GivenSolver<Solver>, Solver> linear{};
-};
+using LinearlyImplicit = Newton<Solver, true>;
 
 /// `linearly_implicit()`, `linearly_implicit<Eigen::SimplicialLDLT<Matrix>>()`
 template <class Solver = void>
@@ -100,6 +96,6 @@ inline constexpr bool can_carry = !Rhs::has_history && !Rhs::Traits::is_lookup;
 template <class Solver>
 inline constexpr bool is_linearly_implicit = false;
 template <class LinearSolver>
-inline constexpr bool is_linearly_implicit<LinearlyImplicit<LinearSolver>> = true;
+inline constexpr bool is_linearly_implicit<Newton<LinearSolver, true>> = true;
 
 }}  // namespace phistep::PHISTEP_ABI
