@@ -52,17 +52,11 @@ struct Motion<Vector> {
 };
 
 /// Maps and Refs stay what they are; an expression such as `Vec::Zero()` becomes the vector it stands for.
-template <class Vector>
-struct BlockStorage {
-  using type = Vector;
-};
-template <class Expression>
-  requires(!EigenDense<Expression> && requires { typename Expression::PlainObject; })
-struct BlockStorage<Expression> {
-  using type = typename Expression::PlainObject;
-};
-
 template <class Position, class Velocity>
-Motion(const Position&, const Velocity&) -> Motion<typename BlockStorage<Position>::type>;
+Motion(const Position&, const Velocity&) -> Motion<Position>;
+template <class Expression, class Velocity>
+  requires(!EigenDense<Expression> && requires { typename Expression::PlainObject; })
+Motion(const Expression&, const Velocity&)
+->Motion<typename Expression::PlainObject>;
 
 }}  // namespace phistep::PHISTEP_ABI
