@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <vector>
 
@@ -50,6 +51,10 @@ template <class Tableau>
 Weights b() {
   return {Tableau::a[Tableau::end], Tableau::a[Tableau::end] + Tableau::stages};
 }
+template <class Tableau>
+using Error = TableRow<Tableau::e, 0, std::size(Tableau::e[0])>;
+using ErrorOfOrder3 =
+    DifferenceOfWeights<TableRow<Dop853::a, Dop853::end, Dop853::end>, TableRow<Dop853::b_3, 0, Dop853::end>>;
 /// b̂ = b − e
 template <class Estimate>
 Weights lower(Weights b) {
@@ -86,14 +91,14 @@ TEST_CASE("rooted trees are numbered as in the book") {
 TEST_CASE("Tsitouras 5(4) meets all conditions of its orders") {
   check_rows<Tsit5>();
   check_order<Tsit5>(b<Tsit5>(), 5);
-  check_order<Tsit5>(lower<runge_kutta::Error<Tsit5>>(b<Tsit5>()), 4);
+  check_order<Tsit5>(lower<Error<Tsit5>>(b<Tsit5>()), 4);
   check_inside<Tsit5>(4);
 }
 
 TEST_CASE("Dormand and Prince 8(5,3) meets all conditions of its orders") {
   check_rows<Dop853>();
   check_order<Dop853>(b<Dop853>(), 8);
-  check_order<Dop853>(lower<runge_kutta::Error<Dop853>>(b<Dop853>()), 5);
-  check_order<Dop853>(lower<runge_kutta::ErrorOfOrder3<Dop853>>(b<Dop853>()), 3);
+  check_order<Dop853>(lower<Error<Dop853>>(b<Dop853>()), 5);
+  check_order<Dop853>(lower<ErrorOfOrder3>(b<Dop853>()), 3);
   check_inside<Dop853>(7);
 }

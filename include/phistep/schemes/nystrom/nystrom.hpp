@@ -93,22 +93,17 @@ template <class Tableau, bool compensates>
   return {};
 }
 
-/// Weights of the k_j in (1), (2) and (3), as types, so that sums are unrolled, and zeros are left out.
-namespace nystrom {
-template <class Tableau, std::size_t i>
-using Stage = TableRow<Tableau::a, i, i>;
-template <class Tableau, std::size_t block>
-using End = TableRow<Tableau::b, block, Tableau::stages>;
-template <class Tableau, std::size_t block>
-using Error = DifferenceOfWeights<End<Tableau, block>, TableRow<Tableau::b_hat, block, Tableau::stages>>;
-}  // namespace nystrom
-
 template <class Tableau, bool compensates, State S>
 class SchemeOn<Nystrom<Tableau, compensates>, S> : public SchemeDefaults {
   static_assert(!FieldState<S>, "phistep: Nystrom pairs take no fields: take tsit5, dop853 or velocity_verlet");
   static_assert(Blocks<S>::drifts,
                 "phistep: a Runge-Kutta-Nystrom pair needs a motion (r, v), not a first-order state");
   static constexpr std::size_t stages = Tableau::stages, last = stages - 1;
+  /// Weights of the k_j in (2) and (3), as types, so that sums are unrolled, and zeros are left out.
+  template <std::size_t block>
+  using End = TableRow<Tableau::b, block, stages>;
+  template <std::size_t block>
+  using Error = DifferenceOfWeights<End<block>, TableRow<Tableau::b_hat, block, stages>>;
 
  public:
   using Scalar = ScalarOf<S>;
@@ -132,7 +127,6 @@ class SchemeOn<Nystrom<Tableau, compensates>, S> : public SchemeDefaults {
   [[nodiscard]] static int error_order() { return Tableau::error_order; }
 
   static constexpr bool traces = true;
-  [[nodiscard]] static bool estimates(const auto&) { return true; }
 
   [[nodiscard]] Outcome step(auto& eq) {
     if (const Outcome bad = eq.slope_at_start(k_[0]); failed(bad)) return bad;
@@ -146,8 +140,8 @@ class SchemeOn<Nystrom<Tableau, compensates>, S> : public SchemeDefaults {
   /// The slope at the end, and (3)
   [[nodiscard]] Outcome error(auto& eq) {
     auto& trace = eq.trace;
-    k_.template put<nystrom::Error<Tableau, 0>>(eq.dt * eq.dt, position_of<S>(trace.error));
-    k_.template put<nystrom::Error<Tableau, 1>>(eq.dt, velocity_of<S>(trace.error));
+    k_.template put<Error<0>>(eq.dt * eq.dt, position_of<S>(trace.error));
+    k_.template put<Error<1>>(eq.dt, velocity_of<S>(trace.error));
     if constexpr (Tableau::first_is_last) {
       position_of<S>(trace.end) = velocity_of<S>(eq.next);
       velocity_of<S>(trace.end) = block(k_[last]);
@@ -183,8 +177,8 @@ class SchemeOn<Nystrom<Tableau, compensates>, S> : public SchemeDefaults {
     (std::make_index_sequence<last>{});
     if (!arrived) return false;
     bool finite = true;
-    if constexpr (!Tableau::first_is_last) finite = move<nystrom::End<Tableau, 0>, true>(eq, 1);
-    const auto kick = [dt = eq.dt, sum = k_.template sum<nystrom::End<Tableau, 1>>()](auto i) { return dt * sum(i); };
+    if constexpr (!Tableau::first_is_last) finite = move<End<0>, true>(eq, 1);
+    const auto kick = [dt = eq.dt, sum = k_.template sum<End<1>>()](auto i) { return dt * sum(i); };
     finite = put<1, true>(eq.next, eq.y, kick) && finite;
     if constexpr (compensates) rounding_.end(eq.next);
     return finite;
@@ -192,7 +186,7 @@ class SchemeOn<Nystrom<Tableau, compensates>, S> : public SchemeDefaults {
   template <std::size_t i>
   [[nodiscard]] bool stage(auto& eq) {
     constexpr bool at_end = i == last && Tableau::first_is_last;
-    if (!move<nystrom::Stage<Tableau, i>, at_end>(eq, Tableau::c[i])) return false;
+    if (!move<TableRow<Tableau::a, i, i>, at_end>(eq, Tableau::c[i])) return false;
     // Stores Ψ for the next step, not M⁻¹Ψ.
     eq.rhs().evaluate_into(eq.t + static_cast<Scalar>(Tableau::c[i]) * eq.dt, eq.next, at_end ? eq.psi : k_[i]);
     if constexpr (at_end) k_[i] = eq.psi;

@@ -130,7 +130,6 @@ class SchemeOn<RungeKutta<Tableau>, S> : public SchemeDefaults {
 
   static constexpr bool traces = true;
   static constexpr bool reads_weights = Estimate::has_two;
-  [[nodiscard]] static bool estimates(const auto&) { return true; }
 
   [[nodiscard]] Outcome step(auto& eq) {
     known_ = 0;
@@ -214,13 +213,13 @@ class SchemeOn<RungeKutta<Tableau>, S> : public SchemeDefaults {
   }
   template <std::size_t i, std::size_t k>
   [[nodiscard, gnu::always_inline]] inline bool move_block(Scalar dt, const Plain& y, Plain& out) const {
-    using OfPositions = runge_kutta::OfPositions<Tableau, Row<i>>;
+    using Drifted = OfPositions<Tableau, Row<i>>;
     const Scalar drift = static_cast<Scalar>(Tableau::c[i]) * dt, kick = dt * dt;
     const auto& from = std::get<k>(Blocks<S>::solved(y));
     auto&& to = std::get<k>(Blocks<S>::solved(out));
     if constexpr (FieldState<S>) {
       if constexpr (drifts && k == 0)
-        position_of<S>(out) = position_of<S>(y) + drift * from + k_.template field_sum<OfPositions, k>(kick);
+        position_of<S>(out) = position_of<S>(y) + drift * from + k_.template field_sum<Drifted, k>(kick);
       to = from + k_.template field_sum<Row<i>, k>(dt);
       return is_finite_block(to);
     } else {
@@ -230,7 +229,7 @@ class SchemeOn<RungeKutta<Tableau>, S> : public SchemeDefaults {
                               PHISTEP_DETAIL_INLINED { return moved<i == end>(start[n], dt, sum, n); };
       if constexpr (drifts && k == 0) {
         const Input<Scalar> r{position_of<S>(y).data()};
-        const auto kernel = [=, sum = k_.template sum<OfPositions, k>()](auto n, auto& r1, auto& v1)
+        const auto kernel = [=, sum = k_.template sum<Drifted, k>()](auto n, auto& r1, auto& v1)
                                 PHISTEP_DETAIL_INLINED {
                                   r1 = r[n] + moved<false>(drift * start[n], kick, sum, n);
                                   v1 = solved(n);

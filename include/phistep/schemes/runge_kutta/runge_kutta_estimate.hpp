@@ -29,21 +29,6 @@
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-/// Weights of the k_j, as types, so that sums are unrolled, and zeros are left out.
-namespace runge_kutta {
-/// b_j − b̂_j
-template <class Tableau>
-using Error = TableRow<Tableau::e, 0, std::size(Tableau::e[0])>;
-/// The same for the formula of order 3.
-template <class Tableau>
-using ErrorOfOrder3 =
-    DifferenceOfWeights<TableRow<Tableau::a, Tableau::end, Tableau::end>, TableRow<Tableau::b_3, 0, Tableau::end>>;
-/// k⁺ − k
-template <class Tableau>
-struct Change {
-  static constexpr std::size_t count = Tableau::end + 1;
-  static constexpr long double at(std::size_t j) { return j == 0 ? -1 : j == Tableau::end ? 1 : 0; }
-};
 /// The weights of the k_l in a sum over a motion's velocities, with weights w_j: Σ_j w_j a_jl.
 template <class Tableau, class Weights>
 struct OfPositions {
@@ -54,28 +39,33 @@ struct OfPositions {
     return sum;
   }
 };
-}  // namespace runge_kutta
 
 /// @tparam Tableau  with e, and b_3 where there are two estimates
 template <class Tableau, State S>
 class RungeKuttaEstimate {
   using Scalar = ScalarOf<S>;
   using Stages = ExplicitStages<S, Tableau::stages>;
+  // Weights of the k_j, as types, so that sums are unrolled, and zeros are left out.
+  using High = TableRow<Tableau::e, 0, std::size(Tableau::e[0])>;  // b_j − b̂_j
+  /// k⁺ − k
+  struct Change {
+    static constexpr std::size_t count = Tableau::end + 1;
+    static constexpr long double at(std::size_t j) { return j == 0 ? -1 : j == Tableau::end ? 1 : 0; }
+  };
 
  public:
   static constexpr bool has_two = requires { Tableau::b_3; };
-  static constexpr bool needs_end = runge_kutta::Error<Tableau>::count > Tableau::end;  ///< the estimate uses k⁺
+  static constexpr bool needs_end = High::count > Tableau::end;  ///< the estimate uses k⁺
 
   /// Error and, of two estimates, its factor.
   [[gnu::always_inline]] static void tell(const Stages& k, Scalar dt, auto& trace) {
-    using High = runge_kutta::Error<Tableau>;
     using Low = typename decltype(low_weights())::type;
     Squares all;
     for_each_block(
         [&](auto block, auto& e, auto& e3, const auto& weight) {
           of_block<High, Low, block>(k, dt, e, e3, weight, all);
           if constexpr (Blocks<S>::drifts && block == 0)
-            of_block<runge_kutta::OfPositions<Tableau, High>, runge_kutta::OfPositions<Tableau, Low>, block>(
+            of_block<OfPositions<Tableau, High>, OfPositions<Tableau, Low>, block>(
                 k, dt * dt, position_of<S>(trace.error), position_of<S>(trace.predicted), position_of<S>(trace.weight),
                 all);
         },
@@ -102,13 +92,12 @@ class RungeKuttaEstimate {
   {
     auto& trace = eq.trace;
     trace.error_scale_square = trace.rtol / Tableau::sure_to;
-    using Change = runge_kutta::Change<Tableau>;
     auto& change = trace.predicted;
     for_each_block(
         [&](auto block, auto& to) {
           k.template put<Change, block>(eq.dt, to);
           if constexpr (Blocks<S>::drifts && block == 0)
-            k.template put<runge_kutta::OfPositions<Tableau, Change>, block>(eq.dt * eq.dt, position_of<S>(change));
+            k.template put<OfPositions<Tableau, Change>, block>(eq.dt * eq.dt, position_of<S>(change));
         },
         Blocks<S>::solved(change));
     const double e = eq.size_of_error(), most = eq.size_of(change, eq.next);
@@ -121,15 +110,17 @@ class RungeKuttaEstimate {
     double high = 0, low = 0;  ///< of ‖e₅‖ and ‖e₃‖
   };
   [[nodiscard]] static auto low_weights() {
-    if constexpr (has_two) return std::type_identity<runge_kutta::ErrorOfOrder3<Tableau>>{};
-    else return std::type_identity<runge_kutta::Error<Tableau>>{};
+    if constexpr (!has_two) return std::type_identity<High>{};
+    else
+      return std::type_identity<DifferenceOfWeights<TableRow<Tableau::a, Tableau::end, Tableau::end>,
+                                                    TableRow<Tableau::b_3, 0, Tableau::end>>>{};
   }
-  template <class High, class Low, std::size_t block>
+  template <class Upper, class Low, std::size_t block>
   [[gnu::always_inline]] static void of_block(const Stages& k, Scalar by, auto& e, auto& e3, const auto& weight,
                                               Squares& all) {
     constexpr int size = Stages::template size_of<decltype(e)>;
     if constexpr (!has_two || FieldState<S> || few_numbers(size) || !std::is_same_v<Scalar, double>) {
-      k.template put<High, block>(by, e);
+      k.template put<Upper, block>(by, e);
       if constexpr (has_two) {
         k.template put<Low, block>(by, e3);
         all.high += square(e, weight);
@@ -137,7 +128,7 @@ class RungeKuttaEstimate {
       }
     } else {  // the same in one pass
       PackSum<Scalar> high, low;
-      const auto sum = k.template sum<High, block>();
+      const auto sum = k.template sum<Upper, block>();
       const auto sum3 = k.template sum<Low, block>();
       for_each_pack<Scalar>(e.size(), [&](auto i) PHISTEP_DETAIL_INLINED {
         const auto error = sum(i) * by, w = i(weight.data()), of = error * w, of3 = sum3(i) * by * w;
