@@ -6,7 +6,7 @@
 #include <phistep/automatic.hpp>
 #include <phistep/phistep.hpp>
 #include <phistep/schemes/radau/radau.hpp>
-#include <phistep/schemes/rodas.hpp>
+#include <phistep/schemes/rosenbrock.hpp>
 
 #include <time.h>
 

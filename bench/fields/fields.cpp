@@ -11,7 +11,7 @@
 #include <phistep/automatic.hpp>
 #include <phistep/integrate.hpp>
 #include <phistep/krylov.hpp>
-#include <phistep/schemes/rodas.hpp>
+#include <phistep/schemes/rosenbrock.hpp>
 #include <phistep/sparse.hpp>
 
 #include <algorithm>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include <phistep/schemes/radau/radau.hpp>
-#include <phistep/schemes/rodas.hpp>
+#include <phistep/schemes/rosenbrock.hpp>
 
 #include "first_order.hpp"
 #include "phistep_rows.hpp"

@@ -24,13 +24,11 @@
 #include "phistep/run/observers/event.hpp"            // event: at roots of g(t, y)
 #include "phistep/run/observers/recorder.hpp"         // Recorder: keeps t and y
 // Schemes.
-#include "phistep/schemes/composed.hpp"  // composed(scheme): order 8 of symmetric ones
+#include "phistep/schemes/composed.hpp"  // srkn6b, srkn11b: symplectic, for m v' = Ψ(r); composed(scheme): order 8 of symmetric ones
 #include "phistep/schemes/generalized_alpha.hpp"  // generalized_alpha(ρ∞): order 2, damps; newmark(β, γ), hht(α), bossak(α)
-#include "phistep/schemes/kick_drift.hpp"       // srkn6b, srkn11b: symplectic, for m v' = Ψ(r)
 #include "phistep/schemes/nystrom/nystrom.hpp"  // rkn86, rkn1210: explicit, for m v' = Ψ(r)
-#include "phistep/schemes/phi.hpp"  // phi(φ), forward_euler, trapezoidal, midpoint, backward_euler, symplectic_euler
+#include "phistep/schemes/phi.hpp"  // phi(φ), forward_euler, trapezoidal, rannacher, midpoint, backward_euler, symplectic_euler
 #include "phistep/schemes/radau/radau.hpp"              // radau: stiff, any number of stages
-#include "phistep/schemes/rannacher.hpp"                // rannacher: trapezoidal after a damped start
 #include "phistep/schemes/rosenbrock.hpp"               // rodas4, rodas4p2, rodas5p: linearly implicit
 #include "phistep/schemes/runge_kutta/runge_kutta.hpp"  // tsit5, dop853: explicit
 #include "phistep/schemes/tr_bdf2.hpp"                  // tr_bdf2: order 2, L-stable

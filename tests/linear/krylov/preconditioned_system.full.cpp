@@ -1,7 +1,7 @@
 // Preconditioned Krylov methods behind steppers: answers, orders, errors that follow the tolerance, counts, hooks.
 #include <phistep/integrate.hpp>
 #include <phistep/krylov.hpp>
-#include <phistep/schemes/rodas.hpp>
+#include <phistep/schemes/rosenbrock.hpp>
 #include <phistep/sparse.hpp>
 
 #include <cmath>

@@ -1,7 +1,7 @@
 // Products in linear stages: solves that follow the tolerance, their orders, what they cost.
 #include <phistep/integrate.hpp>
 #include <phistep/krylov.hpp>
-#include <phistep/schemes/rodas.hpp>
+#include <phistep/schemes/rosenbrock.hpp>
 #include <phistep/sparse.hpp>
 
 #include <cmath>

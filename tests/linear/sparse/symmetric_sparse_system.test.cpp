@@ -3,7 +3,7 @@
 #include <string>
 #include <utility>
 #if PHISTEP_FULL
-#include <phistep/schemes/rodas.hpp>
+#include <phistep/schemes/rosenbrock.hpp>
 #include <phistep/sparse.hpp>
 
 #include "problems/reaction_diffusion.hpp"

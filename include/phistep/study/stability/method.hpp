@@ -28,7 +28,7 @@
 
 #include "phistep/base/facts/phi.hpp"
 #include "phistep/base/numbers/arithmetic.hpp"
-#include "phistep/schemes/rannacher.hpp"
+#include "phistep/schemes/phi.hpp"
 #include "phistep/schemes/tr_bdf2.hpp"
 #include "phistep/schemes/velocity_verlet.hpp"
 #include "phistep/study/stability/slow_terms.hpp"
