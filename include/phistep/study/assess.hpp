@@ -211,7 +211,7 @@ class Assessment {
     const std::complex<double> lambda = asked();
     const Method explicit_method =
                      motion_ ? Method{Method::Kind::verlet, 0.5, 0.5} : Method{Method::Kind::single, 0, 0},
-                 stiff{Method::Kind::two_stage, 1, 1};
+                 stiff = method_of(tr_bdf2);
     const LinearizedProblem by_one_scheme{problem_.whole,  problem_.whole, {},
                                           problem_.masses, problem_.block, problem_.tolerance};
     const double bears = below(stable_step(explicit_method, by_one_scheme, spectrum_));

@@ -39,7 +39,6 @@
 #include "phistep/study/checks/tangent.hpp"
 #include "phistep/study/stability/method.hpp"
 #include "phistep/study/stability/report.hpp"
-#include "phistep/study/stability/slow_terms.hpp"
 #include "phistep/study/stability/spectrum.hpp"
 #include "phistep/study/stability/stable_step.hpp"
 

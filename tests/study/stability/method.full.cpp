@@ -92,13 +92,13 @@ TEST_CASE("the limit of a decay, from both sides") {
   CHECK(Method{Kind::single, 0, 0}.decay_limit(-10.0) == Approx(0.2).epsilon(1e-15));
   CHECK(Method{Kind::single, 0, 0}.decay_limit({0, 10}) == 0);
   CHECK(std::isinf(Method{Kind::single, 0.5, 0.5}.decay_limit(-10.0)));
-  CHECK(std::isinf(Method{Kind::two_stage, 0, 0}.decay_limit(-10.0)));
+  CHECK(std::isinf(method_of(tr_bdf2).decay_limit(-10.0)));
 }
 
 TEST_CASE("factor and oscillation are eigenvalues of the step") {
-  for (const Method& method : {Method{Kind::single, 0.3, 0.3}, Method{Kind::single, 0.5, 0.5},
-                               Method{Kind::single, 1, 1}, Method{Kind::two_stage, 1, 1},
-                               Method{Kind::verlet, 0.5, 0.5}, Method{Kind::pair, 0, 1}, Method{Kind::pair, 0.3, 0.9}})
+  for (const Method& method :
+       {Method{Kind::single, 0.3, 0.3}, Method{Kind::single, 0.5, 0.5}, Method{Kind::single, 1, 1},
+        Method{Kind::verlet, 0.5, 0.5}, Method{Kind::pair, 0, 1}, Method{Kind::pair, 0.3, 0.9}})
     for (const double a : {0.01, 0.5, 1.5, 3.0}) {
       CHECK(std::abs(method.oscillation(a)) == Approx(radius(method, oscillator(1, 0), a)).epsilon(1e-12));
       if (method.is_single())
@@ -118,7 +118,7 @@ TEST_CASE("errors of the exponent: the textbook's") {
   CHECK(Method{Kind::single, 0.8, 0.8}.exponent_error(z).real() ==
         Approx(-(1. / 3 - 0.8 + 0.64) * a * a).epsilon(1e-3));
   // e^z − R = −0.0404 z³ for TR-BDF2: log R/z − 1 = 0.0404 z² = −0.0404 a².
-  CHECK(Method{Kind::two_stage, 1, 1}.exponent_error(z).real() == Approx(-0.0404 * a * a).epsilon(1e-2));
+  CHECK(method_of(tr_bdf2).exponent_error(z).real() == Approx(-0.0404 * a * a).epsilon(1e-2));
   // Δt for 1 %: a = √0.12 (φ = ½, with its next term), √0.24 (Verlet).
   CHECK(Method{Kind::single, 0.5, 0.5}.accurate_dt({0, 2}, 1e-4) == Approx(std::sqrt(12e-4) / 2).epsilon(1e-3));
   CHECK(Method{Kind::verlet, 0.5, 0.5}.accurate_dt({0, 2}, 1e-4) == Approx(std::sqrt(24e-4) / 2).epsilon(1e-3));
@@ -138,5 +138,13 @@ TEST_CASE("the matrix of a step is what the steppers do") {
   compare_with_stepper(symplectic_euler);
   compare_with_stepper(symplectic_euler_adjoint);
   compare_with_stepper(velocity_verlet);
-  compare_with_stepper(tr_bdf2);
+}
+
+TEST_CASE("R(z) of TR-BDF2 is what its stepper does") {
+  for (const double z : {-0.01, -1.0, -3.0, -100.0}) {
+    Eigen::Vector<double, 1> y{1.0};
+    PhiStepper stepper{y, linear(Eigen::Matrix<double, 1, 1>(z)), tr_bdf2};
+    REQUIRE(stepper.step(y, 0.0, 1.0));
+    CHECK(std::abs(y[0] - method_of(tr_bdf2).factor(z)) < 1e-15);
+  }
 }

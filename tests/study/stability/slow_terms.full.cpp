@@ -1,7 +1,7 @@
 // How long an outer step with slow terms may be: the formula against the step's own matrix, and preflight against runs.
 #include <phistep/phistep.hpp>
 #include <phistep/preflight.hpp>
-#include <phistep/study/stability/slow_terms.hpp>
+#include <phistep/study/stability/stable_step.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -31,7 +31,6 @@
 #include "phistep/schemes/phi.hpp"
 #include "phistep/schemes/tr_bdf2.hpp"
 #include "phistep/schemes/velocity_verlet.hpp"
-#include "phistep/study/stability/slow_terms.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -42,15 +41,23 @@ namespace phistep { inline namespace PHISTEP_ABI {
   return trace / 2 + std::copysign(std::sqrt(-square), trace);
 }
 
+/// The largest x found between `low`, where holds(x), and `high`, by so many bisections.
+[[nodiscard]] double last_that_holds(double low, double high, int bisections, auto&& holds) {
+  for (int k = 0; k < bisections; ++k) {
+    const double middle = (low + high) / 2;
+    (holds(middle) ? low : high) = middle;
+  }
+  return low;
+}
+
 /// A scheme as numbers.
 struct Method {
   enum class Kind {
-    single,     ///< (1)
-    pair,       ///< (3)
-    verlet,     ///<
-    two_stage,  ///< (2)
-    rational,   ///< some other R(z)
-    motion      ///< of a motion alone, known by what it does to an oscillation
+    single,    ///< (1)
+    pair,      ///< (3)
+    verlet,    ///<
+    rational,  ///< some other R(z), as (2)
+    motion     ///< of a motion alone, known by what it does to an oscillation
   };
   Kind kind = Kind::single;
   double force = 0, drift = 0;  ///< φ_force and φ_drift; φ twice where there is one
@@ -59,21 +66,13 @@ struct Method {
   std::function<std::complex<double>(double)> swing{};            ///< `motion`: the factor on an undamped oscillation
   bool bears_damping = false;  ///< `motion`: no symmetric damping shortens the step that it is stable to
 
-  [[nodiscard]] bool is_single() const {
-    return kind == Kind::single || kind == Kind::two_stage || kind == Kind::rational;
-  }
+  [[nodiscard]] bool is_single() const { return kind == Kind::single || kind == Kind::rational; }
   /// Stable for every mode that doesn't grow, at any Δt.
-  [[nodiscard]] bool is_a_stable() const {
-    return kind == Kind::two_stage || (kind == Kind::single && force >= 0.5) || a_stable;
-  }
+  [[nodiscard]] bool is_a_stable() const { return (kind == Kind::single && force >= 0.5) || a_stable; }
 
   /// The factor of one step on a mode e^{λt}, z = λΔt; for kinds with one R.
   [[nodiscard]] std::complex<double> factor(std::complex<double> z) const {
     if (R) return R(z);
-    if (kind == Kind::two_stage) {
-      const std::complex<double> zeta = 0.5 * (2 - std::numbers::sqrt2) * z;
-      return (1.0 + std::numbers::sqrt2 * zeta) / ((1.0 - zeta) * (1.0 - zeta));
-    }
     return (1.0 + (1 - force) * z) / (1.0 - force * z);
   }
   /// The factor of one step on an undamped oscillation, a = ωΔt.
@@ -126,10 +125,11 @@ struct Method {
     const auto holds = [&](double a) { return std::abs(exponent_error(a / size * lambda)) <= accuracy; };
     return last_that_holds(0, 3, 60, holds) / size;
   }
+
   /// |z| on the negative real axis up to which R(z) is positive: no mode changes its sign from step to step.
   [[nodiscard]] double sign_limit() const {
     if (kind == Kind::rational) return end_of([this](double x) { return std::pair{R(-x).real() >= 0, 1.01}; });
-    return kind == Kind::two_stage ? 1 / (std::numbers::sqrt2 - 1) : 1 / (1 - force);  // TR-BDF2: at ζ = −1/√2
+    return 1 / (1 - force);
   }
 
  private:
@@ -153,7 +153,12 @@ template <class Force, class Drift, Form form>
   return {f == d ? Method::Kind::single : Method::Kind::pair, f, d};
 }
 [[nodiscard]] inline Method method_of(const VelocityVerlet&) { return {Method::Kind::verlet, 0.5, 0.5}; }
-[[nodiscard]] inline Method method_of(const TrBdf2&) { return {Method::Kind::two_stage, 1, 1}; }
+[[nodiscard]] inline Method method_of(const TrBdf2&) {
+  return {Method::Kind::rational, 1, 1, true, [](std::complex<double> z) {
+            const std::complex<double> zeta = 0.5 * (2 - std::numbers::sqrt2) * z;
+            return (1.0 + std::numbers::sqrt2 * zeta) / ((1.0 - zeta) * (1.0 - zeta));
+          }};
+}
 /// After its start, which damps.
 [[nodiscard]] inline Method method_of(const Rannacher&) { return {Method::Kind::single, 0.5, 0.5}; }
 
@@ -200,11 +205,6 @@ template <class = void>
     W.bottomRows(n - p) *= force;
     return W;
   };
-  if (method.kind == Method::Kind::two_stage) {
-    const double gamma = 2 - std::numbers::sqrt2, beta = (1 + std::numbers::sqrt2) / 2, a = gamma / 2 * h;
-    const Eigen::MatrixXd Y = solve(I - a * L, I + a * L);
-    return solve(I - a * L, beta * Y + (1 - beta) * I);
-  }
   if (method.kind == Method::Kind::verlet) {
     // Kick, drift with the new velocity; then the last kick, u alone implicit.
     Eigen::MatrixXd drift = I + h * weighted(1, 0), last = I;
