@@ -3,11 +3,9 @@
 #pragma once
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <type_traits>
 
 #include "phistep/base/version.hpp"
 
@@ -46,25 +44,6 @@ template <class Scalar>
   if (!(size > Scalar{0}) || !std::isfinite(size)) return Scalar{1};
   using Numbers = std::numeric_limits<Scalar>;
   return std::ldexp(Scalar{1}, std::clamp(-std::ilogb(size), Numbers::min_exponent - 1, Numbers::max_exponent - 1));
-}
-
-/// x = power · rest, a power of two and 1 ≤ rest < 2. What is squared beside x may be multiplied by the one before and by the
-/// other after: the bits are those of x² y², the range is that of x y.
-template <class Scalar>
-struct PowerAndRest {
-  Scalar power, rest;
-};
-template <class Scalar>
-[[nodiscard]] PowerAndRest<Scalar> split_power(Scalar x) {
-  if (!(x >= least_normal<Scalar>) || !(x <= std::numeric_limits<Scalar>::max())) return {x, Scalar{1}};
-  if constexpr (std::is_same_v<Scalar, double>) {
-    constexpr std::uint64_t exponent = 0x7ff0000000000000, one = 0x3ff0000000000000;
-    const auto bits = std::bit_cast<std::uint64_t>(x);
-    return {std::bit_cast<double>(bits & exponent), std::bit_cast<double>((bits & ~exponent) | one)};
-  } else {
-    const Scalar power = std::ldexp(Scalar{1}, std::ilogb(x));
-    return {power, x / power};
-  }
 }
 
 /// The distance from |x| to the next number.

@@ -24,7 +24,6 @@
 #include <type_traits>
 #include <vector>
 
-#include "phistep/base/numbers/arithmetic.hpp"
 #include "phistep/linear/lanes/lane_system.hpp"
 #include "phistep/schemes/radau/radau_tableau.hpp"
 
@@ -76,16 +75,12 @@ class RadauStages {
   /// Z_j = Σ_m a_m (q c_j)^{m+1}: another polynomial, continued over a step q times as long.
   template <int s>
   void predict(const auto& powers, int terms, Scalar q) {
-    constexpr auto& k = radau_constants<Scalar, s>;
     for (std::size_t i = 0; i < n(); ++i) {
-      Real re{Scalar{0}}, im{Scalar{0}};
-      Scalar power = q;
-      for (std::size_t m = 0; m < static_cast<std::size_t>(terms); ++m, power *= q) {
-        const Real x{powers[i][m] * power};
-        re = re + x * load(k.powers[m].re);
-        im = im + x * load(k.powers[m].im);
-      }
-      w_[i] = {re, im};
+      Row z{};
+      for (std::size_t j = 0; j < s; ++j)
+        for (auto m = static_cast<std::size_t>(terms); m-- > 0;)
+          z[j] = q * radau_constants<Scalar, s>.c[j] * (z[j] + powers[i][m]);
+      w_[i] = to_lanes<s>(z);
     }
   }
   /// Z of w, to begin with: z(i) holds component i of Z_1 … Z_s.
@@ -112,20 +107,14 @@ class RadauStages {
   /// what has a unit would leave the range.
   template <int s>
   [[nodiscard]] auto correct(auto& matrices, const auto& masses, const auto& weight) {
-    constexpr auto& k = radau_constants<Scalar, s>;
-    for (std::size_t i = 0; i < n(); ++i) left_[i] = {};
+    for (std::size_t i = 0; i < n(); ++i) left_[i] = psi_[i];
     masses([this](auto i, auto j, auto m) {
       subtract_slopes<s>(static_cast<Scalar>(m) * per_h_, z_[static_cast<std::size_t>(j)],
                          left_[static_cast<std::size_t>(i)]);
     });
     for (std::size_t i = 0; i < n(); ++i) {
-      Real re{Scalar{0}}, im{Scalar{0}};
-      for (std::size_t j = 0; j < s; ++j) {
-        const Real x{psi_[i][j] + left_[i][j]};
-        re = re + x * load(k.into_lanes[j].re);
-        im = im + x * load(k.into_lanes[j].im);
-      }
-      delta_[i] = {re * Real{shift_.force}, im * Real{shift_.force}};
+      const Number left = to_lanes<s>(left_[i]);
+      delta_[i] = {left.re * Real{shift_.force}, left.im * Real{shift_.force}};
     }
     matrices.solve_in_place(delta_.data());
     using Wide = std::common_type_t<Scalar, double>;
@@ -133,11 +122,9 @@ class RadauStages {
     for (std::size_t i = 0; i < n(); ++i) {
       w_[i].re = w_[i].re + delta_[i].re;
       w_[i].im = w_[i].im + delta_[i].im;
-      apply<true>(delta_[i], k.into_stages, z_[i]);
-      const auto [power, rest] = split_power(weight[i]);
-      const Real by{power};
-      all += static_cast<Wide>(sum(Number{delta_[i].re * by, delta_[i].im * by}.norm())) * static_cast<Wide>(rest) *
-             static_cast<Wide>(rest);
+      apply<true>(delta_[i], radau_constants<Scalar, s>.into_stages, z_[i]);
+      const Real by{weight[i]};
+      all += static_cast<Wide>(sum(Number{delta_[i].re * by, delta_[i].im * by}.norm()));
     }
     return all;
   }
@@ -166,6 +153,17 @@ class RadauStages {
   template <std::size_t count>
   [[nodiscard]] static Real load(const std::array<Scalar, count>& x) {
     return Real::load(x.data());
+  }
+  /// T⁻¹ z, of one component
+  template <int s>
+  [[nodiscard]] static Number to_lanes(const Row& z) {
+    constexpr auto& k = radau_constants<Scalar, s>;
+    Real re{Scalar{0}}, im{Scalar{0}};
+    for (std::size_t j = 0; j < s; ++j) {
+      re = re + Real{z[j]} * load(k.into_lanes[j].re);
+      im = im + Real{z[j]} * load(k.into_lanes[j].im);
+    }
+    return {re, im};
   }
   /// left −= by A⁻¹ z, of one component
   template <int s>
@@ -199,7 +197,7 @@ class RadauStages {
   }
 
   Each<Number> w_, delta_;
-  Each<Row> z_, psi_, r_, left_;
+  Each<Row> z_{}, psi_{}, r_{}, left_{};
   Shift shift_{};
   Scalar per_h_{1};  // [1/time]
 };

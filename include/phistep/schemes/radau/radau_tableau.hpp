@@ -178,7 +178,7 @@ inline constexpr RadauTableau<s> radau_tableau{};
 /// The tableau in the working precision, a row of lanes or of stages at a time.
 template <class Scalar, int s>
 struct RadauConstants {
-  static constexpr int lanes = 4, used = (s + 1) / 2, most = 7;
+  static constexpr int lanes = 4, used = (s + 1) / 2;
   static constexpr int rows = s <= 4 ? 4 : 8;
   using Lanes = std::array<Scalar, lanes>;
   using Stages = std::array<Scalar, rows>;
@@ -190,7 +190,6 @@ struct RadauConstants {
   };
   ByLane mu, lambda;                       ///< eigenvalues of A, and their reciprocals
   std::array<ByLane, s> into_lanes;        ///< T⁻¹
-  std::array<ByLane, most> powers;         ///< T⁻¹ of z_j = c_j^{m+1}
   std::array<ByStage, lanes> into_stages;  ///< T
   std::array<ByStage, lanes> into_powers;  ///< a_m of u(1 + x) − u(1) = Σ a_m x^{m+1}
   ByLane start;                            ///< h u'(0)
@@ -215,15 +214,6 @@ struct RadauConstants {
       }
       start.re[l] = static_cast<Scalar>(slope.re);
       start.im[l] = static_cast<Scalar>(-slope.im);
-      for (std::size_t m = 0; m < most; ++m) {
-        radau_detail::Complex w{};
-        for (std::size_t j = 0; j < s; ++j) {
-          radau_detail::Real c_j = 1;
-          for (std::size_t k = 0; k <= m; ++k) c_j *= table.c[j];
-          w = w + c_j * table.T_inverse[l][j];
-        }
-        put(powers[m], l, w);
-      }
     }
     for (std::size_t j = 0; j < s; ++j) {
       c[j] = static_cast<Scalar>(table.c[j]);
