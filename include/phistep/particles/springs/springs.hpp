@@ -193,10 +193,10 @@ struct SpringNetwork : ForceTerm {
   static void put_turning(auto& sink, const Spring& s, const auto& y, const Scalar* n, Scalar c) {
     Scalar dv[dim], along{0};
     for (int a = 0; a < dim; ++a) dv[a] = y.v.data()[dim * s.j + a] - y.v.data()[dim * s.i + a], along += n[a] * dv[a];
-    const auto block = [&](int a, int b) {
+    const auto turning = [&](int a, int b) {
       return c * (along * (Scalar(a == b) - n[a] * n[b]) + n[a] * (dv[b] - along * n[b]));
     };
-    put_pair_blocks<dim>(s.i, s.j, block, [&sink](auto i, auto j, Scalar x) { sink.position(i, j, x); });
+    put_pair_blocks<dim>(s.i, s.j, turning, [&sink](auto i, auto j, Scalar x) { sink.position(i, j, x); });
   }
 
   std::vector<Spring> springs_;   // sorted
