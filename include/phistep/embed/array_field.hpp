@@ -142,7 +142,7 @@ struct ArrayFieldOps {
   }
 
  private:
-  /// The i-th tolerance: that of all, or of a field.
+  /// The i-th tolerance: `atol` is one number for all, or an array.
   static Number at(std::size_t, Number atol) { return atol; }
   static Number at(std::size_t i, auto, const Number* each) { return each[i]; }
 };

@@ -1,6 +1,6 @@
 /// @file
-/// Implicit solves of fields, whose numbers the library doesn't see: Newton's matrix, which belongs to the user's solver
-/// (FieldSolver; elsewhere step/solve/linearization.hpp), and fixed-point iteration (step/solve/fixed_point_resolvent.hpp).
+/// Implicit solves of fields, whose numbers the library doesn't see: by Newton's method with a matrix in the user's solver
+/// (FieldSolver; for other states step/solve/linearization.hpp), or by fixed-point iteration (step/solve/fixed_point_resolvent.hpp).
 #pragma once
 
 #include <algorithm>
@@ -36,7 +36,7 @@ namespace phistep { inline namespace PHISTEP_ABI {
 // W = M − γ_f C − γ_f γ_d K, with C = ∂Ψ/∂v and K = ∂Ψ/∂r (of a first-order field W = M − γ_f J). All its functions are
 // collective.
 
-/// @tparam S  a field, or a motion of two
+/// @tparam S  a field, or a motion whose r and v are fields
 template <class Solver, class S>
 concept FieldSolver = FieldState<S> && std::copyable<Solver> && Solver::is_field_solver &&
     requires(Solver& one, const Solver& done, ScalarOf<S> t, const Gamma<ScalarOf<S>>& gamma,
@@ -55,8 +55,8 @@ concept FieldSolver = FieldState<S> && std::copyable<Solver> && Solver::is_field
   { done.name() } -> std::convertible_to<const char*>;
 };
 
-/// W of the user's solver: kept while it serves, its work counted. A failure on one rank reaches all ranks with the next
-/// reduction that the step needs anyway: the rank's share of it is then NaN.
+/// The matrix W in the user's solver: it is reused while it serves, and its work is counted. Where it fails on one rank, that rank's
+/// share of the next reduction that the step needs anyway is NaN, and so all ranks learn of it.
 template <FieldState S, class Rhs, class Solver, bool position, bool stages, bool shifted, bool iterated>
 class Linearization<S, Rhs, Solver, position, stages, shifted, iterated> : public KeptFactors<ScalarOf<S>> {
   using Kept = KeptFactors<ScalarOf<S>>;
@@ -120,7 +120,7 @@ class Linearization<S, Rhs, Solver, position, stages, shifted, iterated> : publi
     if (const Outcome bad = solve_unagreed(x, options, statistics, allowed); failed(bad)) return bad;
     return agree(x);
   }
-  /// The same, where the next reduction, or the end of the step, tells all ranks of a failure: x is then NaN where it failed.
+  /// As solve(), but ranks learn of a failure only by the next reduction or at the step's end: x is NaN on the rank where it failed.
   /// @param square  Σ (x_i weight_i)² over all ranks, which is finite; negative: not known
   [[nodiscard]] Outcome solve_unagreed(Unknown& x, const NewtonOptions& options, Statistics& statistics,
                                        const SolveTolerance<Plain>& allowed, double square = -1) {
@@ -222,9 +222,9 @@ class FixedPointResolvent<S, Rhs> : public ResolventDefaults {
   }
   void forget() { expected_ = 1; }
   void reset() { forget(); }
-  void forget_unsaved() { forget(); }  // how many iterations are done at once shows in the last bits
+  void forget_unsaved() { forget(); }  // expected_ isn't saved, but changes the last bits of results
 
-  /// In: Y = b; `guess` is where the iteration starts (its solved blocks count). Out: Y, and w = Y − b.
+  /// Takes b in Y, and the start of the iteration in the solved blocks of `guess`. Leaves the solution Y, and w = Y − b.
   [[nodiscard]] Outcome resolve(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, Plain& Y, const Plain& guess, Rate& psi,
                                 SolveRecord& record, bool psi_known = false, SolveTolerance<Plain> allowed = {}) {
     if (options_.rtol > 0) allowed.target = 0;
@@ -266,7 +266,7 @@ class FixedPointResolvent<S, Rhs> : public ResolventDefaults {
   [[nodiscard]] const Unknown& increment() const { return increment_.w; }
 
  private:
-  static constexpr std::size_t maxima = 4;  // of f, Y, b, r/γ
+  static constexpr std::size_t maxima = 4;  // in each iteration: of |f|, |Y|, |b|, |r/γ|
 
   [[nodiscard]] static bool is_finite_here(const Plain& y) {
     bool all = true;
@@ -315,7 +315,7 @@ class FixedPointResolvent<S, Rhs> : public ResolventDefaults {
       return {norm, norm, norm};
     }
     const double* const all = parts_.data() + maxima * k;
-    // One size stands still during a solve, so that the iteration's own contraction shows.
+    // All corrections of a solve are divided by the same size, so that their ratios show the contraction.
     if (is_first) {
       const double largest = std::max({all[0], all[1], all[2], all[3]});
       beside_ = largest > 0 ? at_least_normal<Scalar>(largest) : 1;

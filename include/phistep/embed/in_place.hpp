@@ -30,7 +30,7 @@
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-/// What both kinds of states in place do with their arrays: unknowns, and last their rates.
+/// The base of both states in place. @tparam Sources  the arrays of the unknowns, and last the array of their rates
 template <class Self, class Plain, PlacesSource... Sources>
 class ArraysInPlace {
   static constexpr std::size_t blocks_count = sizeof...(Sources) - 1;
@@ -135,7 +135,7 @@ class MotionInPlace
 
   /// @throws std::invalid_argument where the arrays differ in length, or share memory
   MotionInPlace(R r, V v, F f) { point_at(r, v, f); }
-  /// The arrays lie elsewhere now. @throws std::invalid_argument likewise
+  /// Sets other arrays. @throws std::invalid_argument as the constructor does
   void point_at(R r, V v, F f) { this->set_sources(r, v, f); }
 
   /// The force of a routine that computes Ψ(r), or Ψ(r, t): void() or void(Scalar t).
@@ -165,7 +165,7 @@ class VectorInPlace
 
   /// @throws std::invalid_argument where the arrays differ in length, or share memory
   VectorInPlace(Y y, F rate) { point_at(y, rate); }
-  /// The arrays lie elsewhere now. @throws std::invalid_argument likewise
+  /// Sets other arrays. @throws std::invalid_argument as the constructor does
   void point_at(Y y, F rate) { this->set_sources(y, rate); }
 
   /// The force of a routine that computes Ψ(y), or Ψ(y, t): void() or void(Scalar t).

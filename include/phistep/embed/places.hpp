@@ -141,7 +141,7 @@ struct ComponentPlaces {
   }
 };
 
-/// A container that owns its elements, or a span of them, held by name.
+/// A container or a span that is an lvalue: places(…) keeps its address.
 template <class T>
 concept HoldsElements = requires(T& all) {
   std::data(all);

@@ -82,7 +82,7 @@ template <int arity, class View, class Scalar>
 template <class F>
 struct JacobianOf {
   F& f;
-  // Its return type is written out, so that to ask whether f has a Jacobian doesn't compile the Jacobian.
+  // The return type is explicit: a check whether f has a Jacobian must not compile the Jacobian's body.
   template <class... Arguments, class Force = F>
   auto operator()(const Arguments&... x) const -> decltype(std::declval<Force&>().jacobian(x...)) {
     return f.jacobian(x...);
@@ -107,7 +107,7 @@ enum class ForceFault {
   time_first,
   nothing,    ///< is returned
   lazy,       ///< an expression is
-  no_vector,  ///< nor an expression
+  no_vector,  ///< neither a vector nor an expression is returned
   scalar,     ///< of another type than the state's
   size        ///< likewise
 };

@@ -121,7 +121,7 @@ template <class F>
 struct Parts;
 template <class... T>
 struct Parts<Sum<T...>> {
-  /// Where they stand in the sum.
+  /// The places of the kicks in the sum, or of the other terms.
   template <bool kicks>
   static constexpr auto places = [] {
     std::array<std::size_t, ((is_kick<T> == kicks ? 1 : 0) + ... + 0)> found{};
@@ -171,7 +171,7 @@ inline constexpr bool has_seldom<std::reference_wrapper<F>> = has_seldom<std::re
 template <class... T>
 inline constexpr bool has_seldom<Sum<T...>> = (has_seldom<T> || ...);
 
-/// What a sum with slow terms has to be.
+/// Refuses sums in which seldom(k, term) can't be used.
 template <class F>
 struct SeldomRefusal : Refuses {
   static_assert(!has_seldom<F>,

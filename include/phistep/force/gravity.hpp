@@ -29,8 +29,8 @@ struct SameForAll : ForceTerm {
   void add_jacobian(auto /*t*/, const auto& /*y*/, auto& /*sink*/) const {}
 
  protected:
-  /// The vector's component for the i-th number of a block, in storage order: coordinates are the rows of a matrix of particles
-  /// as columns; in a flat vector they follow one another particle by particle.
+  /// The vector's component for the i-th number of a block, in storage order. A matrix has one particle in each column; a flat
+  /// vector has all coordinates of the first particle, then those of the second, and so on.
   template <class Block>
   [[nodiscard]] static auto component(const Vector& vector, Eigen::Index i, const Block& block) {
     const bool in_order = Block::IsVectorAtCompileTime || block.cols() == 1 || vector.size() == block.size();

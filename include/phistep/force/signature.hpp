@@ -80,7 +80,7 @@ using MemoryOf = typename MemoryTrait<Unwrapped<F>>::type;
 template <class F>
 inline constexpr bool remembers = !std::is_same_v<MemoryOf<F>, NoMemory>;
 
-/// Whether a memory is nothing but work saved, as a neighbour list: Ψ doesn't depend on it. Says so by `is_cache`.
+/// Whether a memory only saves work, as a neighbour list does, so that Ψ doesn't depend on it. Its type says so by `is_cache`.
 template <class Memory>
 inline constexpr bool is_cache = requires {
   requires Memory::is_cache;
@@ -222,7 +222,7 @@ struct ForceTraits {
     }
   }();
   static constexpr Structure velocity_structure = uses_velocity ? structure : Structure::none;
-  /// Whether its tangent is symmetric where pairs are given as edges: those are, and so is a diagonal.
+  /// Whether its tangent is symmetric in a network: forces of pairs are if they are given as edges, and so is a diagonal.
   static constexpr bool is_symmetric_network = [] {
     if constexpr (structure == Structure::network) return requires {
         requires F::has_edges;

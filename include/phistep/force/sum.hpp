@@ -63,7 +63,7 @@ template <Addable A, Addable B>
   return Sum{std::tuple_cat(as_terms(std::move(a)), as_terms(std::move(b)))};
 }
 
-/// No sum: says how a lambda is added.
+/// Refuses term + lambda, and says what to write instead.
 template <class A, class B>
   requires((Addable<A> && std::is_class_v<B> && !Addable<B>) || (Addable<B> && std::is_class_v<A> && !Addable<A>))
 constexpr int operator+(A, B) {
@@ -90,7 +90,7 @@ constexpr void for_each_summand(F& force, auto&& f) {
 }
 template <class F>
 using Unwrapped = std::remove_cvref_t<decltype(unwrap(std::declval<F&>()))>;
-/// A force as a stepper keeps it: not const. Of a const one a copy, where it can be copied.
+/// The force as a stepper keeps it, which is not const: a const force is copied, if it can be.
 template <class F>
 [[nodiscard]] constexpr decltype(auto) changeable(F& force) {
   if constexpr (std::is_const_v<F> && std::is_copy_constructible_v<F>) return std::remove_const_t<F>(force);

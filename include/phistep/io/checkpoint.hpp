@@ -1,20 +1,20 @@
 /// @file
-/// Checkpoints: a run's parts in a file, from which a program that has the same goes on.
+/// Checkpoints: a run's parts in a file, from which a program with the same parts goes on.
 ///
 ///     save_checkpoint("run.checkpoint", run);                  // now and then
 ///     load_checkpoint("run.checkpoint", run);                  // at the next start; false if the file does not exist
 ///
-/// Any parts may follow: steppers, states, numbers, vectors, what has `void archive(auto& ar)`, each with a name before it
-/// or called by its place: save_checkpoint(file, "stepper", stepper, "y", y, "t", t).
+/// Any parts may follow: steppers, states, numbers, vectors, types with `void archive(auto& ar)`, each with a name before it
+/// or named by its position: save_checkpoint(file, "stepper", stepper, "y", y, "t", t).
 ///
 /// The file holds what later steps depend on: t, y, slopes and lengths carried from step to step, the memory of forces, the
 /// controller's numbers, counts. It does not hold Jacobians, factors and their patterns, and saving forgets them: the run
 /// that saved and the run that resumes go on with the same bits, at the price of one Jacobian, and those of schemes without
 /// any (Euler, Verlet, particles) as if nothing had been saved. A save that fails forgets nothing.
 ///
-/// Parameters and laws of forces, solvers and schemes are the program's, and not compared: what is, are the scheme's name,
-/// and names, kinds and shapes of all values. The file goes to any program, compiler and machine; the same bits come out of
-/// the same build alone.
+/// Parameters and laws of forces, solvers and schemes belong to the program, and are not compared. Compared are the scheme's name,
+/// and the names, kinds and shapes of all values. Any program, compiler and machine can read the file; only the same build gives
+/// the same bits.
 ///
 ///     bytes    what, little-endian
 ///     8        89 50 48 49 0d 0a 1a 0a (as PNG's: a transfer as text breaks it)

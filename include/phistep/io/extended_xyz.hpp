@@ -117,9 +117,9 @@ void write_extended_xyz(std::ostream& out, double time, const Eigen::DenseBase<P
                        columns...);
 }
 
-/// Appends a frame of Particles: their box, id, and mass (unless all are 1), radius, charge, type (as species where each has a
-/// name, and as a number), omega and temperature where they have them; then columns of one's own.
-/// @throws std::invalid_argument where species are none, no words, or too few; std::runtime_error where the stream fails
+/// Appends a frame of Particles: box, id, mass (unless all are 1), and where they have them radius, charge, type (as a number, and
+/// as species where each type has a name), omega and temperature; then the given columns.
+/// @throws std::invalid_argument where species are too few, or one isn't a word; std::runtime_error where the stream fails
 template <class P, class... Values>
   requires requires(const P& particles) { particles.body(); }
 void write_extended_xyz(std::ostream& out, double time, const P& particles, const FrameInfo& info = {},

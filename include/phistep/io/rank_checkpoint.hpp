@@ -35,7 +35,7 @@ void on_all_ranks(const Field<Ops>& ranks, const std::filesystem::path& path, au
   }
 }
 
-/// What the file that names the parts holds.
+/// The contents of the file that names the parts.
 struct RankManifest {
   static constexpr const char* part_name = "manifest";
   int save = 0, ranks = 0;
@@ -56,15 +56,15 @@ struct RankStamp {
 
 }  // namespace detail
 
-/// Writes the parts of each rank. @param ranks  a field of theirs
-/// @throws CheckpointError on all ranks where one of them can't; the save before is then still there, and nothing is forgotten
+/// Writes the parts of each rank. @param ranks  any field that lives on these ranks
+/// @throws CheckpointError on all ranks where one can't write; the save before is then still there, and no part has forgotten anything
 template <class Ops, class... Parts>
 void save_on_ranks(const Field<Ops>& ranks, const std::filesystem::path& path, Parts&&... parts) {
   const int rank = Ops::rank(ranks.handle());
   detail::RankManifest before, now;
   try {
     static_cast<void>(load_checkpoint(path, before));
-  } catch (const CheckpointError&) {  // it is replaced
+  } catch (const CheckpointError&) {  // a file that can't be read is replaced
   }
   now = {Ops::most(ranks.handle(), before.save) + 1, Ops::ranks(ranks.handle())};
   detail::on_all_ranks(ranks, path, [&] {

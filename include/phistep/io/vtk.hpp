@@ -41,7 +41,7 @@ namespace phistep { inline namespace PHISTEP_ABI {
 /// Particles, and cells between the points: nets, cloth, finite elements.
 struct VtkMesh {
   std::vector<std::array<Index, 2>> lines{};       ///< indices of points; without any cells each point is one
-  std::vector<std::array<Index, 3>> triangles{};   ///< likewise
+  std::vector<std::array<Index, 3>> triangles{};   ///< indices of points
   std::vector<std::array<Index, 4>> quads{};       ///< in order around the cell
   std::vector<std::array<Index, 4>> tetrahedra{};  ///< likewise
   Index dimensions = 0;                            ///< of a particle in a flat vector; 0: the vector is one particle

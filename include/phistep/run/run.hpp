@@ -210,7 +210,7 @@ class Run {
     }
   }
 
-  /// The steps of one length that lie ahead: nothing sees the states between them.
+  /// Does the steps of one length that lie ahead in one call: nothing sees the states between them.
   bool go_on() {
     if constexpr (takes_several) {
       if (ended_) return false;

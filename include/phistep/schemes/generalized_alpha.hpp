@@ -57,7 +57,7 @@ struct AlphaWeights {
     const double s = alpha_f - alpha_m;
     return {alpha_m, alpha_f, (1 + s) * (1 + s) / 4, 0.5 + s};
   }
-  [[nodiscard]] constexpr double lag() const { return alpha_f - alpha_m; }  ///< s
+  [[nodiscard]] constexpr double lag() const { return alpha_f - alpha_m; }  ///< s: a belongs to t − sΔt
 };
 
 /// Generalized-α of one number: order 2, A-stable, and modes that Δt can't resolve shrink by the factor ρ∞ each step.
@@ -118,7 +118,7 @@ template <class Scheme>
 concept HasAlphaWeights = requires(const Scheme& scheme) {
   { scheme.weights(true) } -> std::same_as<AlphaWeights>;
 };
-/// (1) to (3).
+/// Steps by (1) to (3) of the file's head.
 template <HasAlphaWeights Scheme, State S>
 class SchemeOn<Scheme, S> : public SchemeDefaults {
  public:
@@ -222,7 +222,7 @@ class SchemeOn<Scheme, S> : public SchemeDefaults {
   /// next = a and k at the start: those of the last step's end, a moved to where it belongs, or both from a force call.
   template <class Eq>
   [[nodiscard]] Outcome begin(Eq& eq) {
-    bool goes_on = is_known_ && w_.alpha_f < 0.5;  // at ½, errors in k would not die out
+    bool goes_on = is_known_ && w_.alpha_f < 0.5;  // at α_f = ½ errors in the k kept would not die out
     if constexpr (Eq::is_traced) goes_on = goes_on && (eq.trace.dt_before != 0 || finds(eq));
     else goes_on = goes_on && finds(eq);
     next_.guard.forget();

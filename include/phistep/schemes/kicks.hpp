@@ -56,7 +56,7 @@ inline constexpr int slow_halves = std::is_same_v<Scheme, VelocityVerlet>       
                                    : std::is_same_v<const Scheme, decltype(symplectic_euler_adjoint)> ? 2
                                                                                                       : -1;
 
-/// (1) and (2) around a scheme's step for the other terms, or around several of h. @tparam halves  φ of the kicks
+/// The kicks (1) and (2) around a scheme's step for the other terms, or around several steps of h. @tparam halves  2φ of the kicks
 template <class Inner, State S, class Rhs, int halves = 1>
 class KickScheme : public SchemeDefaults {
  public:

@@ -46,8 +46,9 @@ class SchemeOn<PhiScheme<Force, Drift, form>, S> : public SchemeDefaults {
  public:
   using Scheme = PhiScheme<Force, Drift, form>;
   using Scalar = ScalarOf<S>;
-  /// The pair (φ, 0) without velocities solves nothing. Ψ⁺ serves the next step where it comes out of the solve and errors
-  /// in it die out: φ > ½ (an error in a reused Ψ is multiplied by −(1−φ)/φ each step).
+  /// The pair (φ, 0) without velocities solves nothing. Ψ⁺ of a force call (TracedEquation::reach_end) serves the next step at any φ,
+  /// so `carries` doesn't ask it; that which comes out of the solve where errors in it die out, φ > ½ (an error in a reused Ψ is
+  /// multiplied by −(1−φ)/φ each step): leaves_force(). A plain trapezoidal step carries nothing.
   template <class Rhs>
   static constexpr KernelNeeds needs = [] {
     const bool solver = !is_zero_phi<Force> && (Rhs::couples_unknowns || !is_zero_phi<Drift>);
@@ -79,11 +80,11 @@ class SchemeOn<PhiScheme<Force, Drift, form>, S> : public SchemeDefaults {
     if constexpr (is_zero_phi<Force>) return Outcome::success;
     else if constexpr (form == Form::stage) return stage(eq, phi);
     else {
-      const Gamma<Scalar> after{phi * dt, drift * dt};
-      if (const Outcome bad = eq.start(after); failed(bad)) return bad;
+      const Gamma<Scalar> gamma{phi * dt, drift * dt};
+      if (const Outcome bad = eq.start(gamma); failed(bad)) return bad;  // traced steps alone, as predict
       if (const Outcome bad = eq.forward({(1 - phi) * dt, (1 - drift) * dt, 0}); failed(bad)) return bad;  // (3)
       eq.predict(dt);
-      return eq.resolve(after, eq.t + dt);  // (4)
+      return eq.resolve(gamma, eq.t + dt);  // (4)
     }
   }
   /// (7)

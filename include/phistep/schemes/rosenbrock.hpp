@@ -211,7 +211,7 @@ class SchemeOn<Rosenbrock<Tableau>, S> : public SchemeDefaults {
   void keep_inside(const auto& u, std::index_sequence<k...>) {
     (assign<S>(inside_[k], sum<Tableau::inside, k, stages>(u)), ...);
   }
-  /// Y_i = Y_{i−1} + u_{i−1}
+  /// Whether Y_i = Y_{i−1} + u_{i−1}.
   [[nodiscard]] static constexpr bool follows(std::size_t i) {
     for (std::size_t j = 0; j < i; ++j)
       if (Tableau::a[i][j] != (j == i - 1 ? 1 : Tableau::a[i - 1][j])) return false;
@@ -274,8 +274,8 @@ class SchemeOn<Rosenbrock<Tableau>, S> : public SchemeDefaults {
     for (std::size_t j = 0; j < i; ++j) sum += Tableau::gamma * Tableau::c[i][j] * kappa(j);
     return sum;
   }
-  /// u_i from the right-hand side of (2), which stands in its place. An iteration begins with κ_i u_1:
-  /// (M − γΔtJ)(u_i − κ_i u_1) = b_i − κ_i b_1. κ_s = 0, so that u_s has room for b_1 until it is its turn.
+  /// Solves (2) for u_i, whose place holds the right-hand side b_i before. An iterative solver begins with κ_i u_1:
+  /// (M − γΔtJ)(u_i − κ_i u_1) = b_i − κ_i b_1. κ_s = 0, so that the place of u_s can hold b_1 up to the last stage.
   template <std::size_t i, class Eq>
   [[nodiscard]] static Outcome solve(Eq& eq, Scalar gamma, auto& u) {
     constexpr long double share = kappa(i), none = 1e-6L;

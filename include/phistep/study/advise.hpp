@@ -107,9 +107,9 @@ template <class = void>
   return to;
 }
 
-/// The beginning of an automatic run, until it changes to an implicit scheme, or a tenth of it is done, or 200 steps, after which
-/// the choice hardly changes.
-/// @param scene  gains what the run has counted
+/// Does the beginning of an automatic run: until it changes to an implicit scheme, or a tenth of it is done, or 200 steps. After
+/// that the choice hardly changes.
+/// @param scene  gets the counts of the run
 template <State S, class F, class MassSpec>
 [[nodiscard]] Stiffness begin_automatic_run(S& y, F& force, TimeSpan<ScalarOf<S>> span, const tolerance& wanted,
                                             AdvisedProblem& scene, const MassSpec& mass) {

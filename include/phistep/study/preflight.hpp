@@ -167,7 +167,7 @@ template <class = void>
   return method;
 }
 
-/// What those terms say of impacts that know theirs, by members contact_time(y) and impacts(y).
+/// How long impacts last and how deep they go, by the terms with a member contact_time(y) or impacts(y).
 template <class F, class View>
 void ask_of_impacts(F& force, const View& y, double& shortest, PreflightReport& report) {
   const bool is_given = shortest > 0;

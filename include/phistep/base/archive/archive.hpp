@@ -279,7 +279,7 @@ class Reader : public Archive<Reader> {
     const bool is_empty = size[0] == 0 || size[1] == 0;
     if (is_empty ? std::max(size[0], size[1]) > limit : size[0] > most || size[1] > most / size[0]) too_early(name);
   }
-  /// n numbers of the record at hand; head() has seen that they are there.
+  /// Reads n numbers of the current record; head() has checked that the record has them.
   template <class T>
   void data(T* x, std::size_t n) {
     constexpr detail::Kind kind = detail::kind_of<T>();

@@ -1,5 +1,6 @@
 /// @file
-/// How the implicit equations are solved: the last argument of a stepper, and what a controlled run asks of a solve.
+/// How the implicit equations are solved: the last argument of a stepper, what a controlled run asks of a solve, and what a scheme asks
+/// of the kernel (KernelNeeds).
 #pragma once
 
 #include <utility>
@@ -83,10 +84,11 @@ struct SolveTolerance {
 struct KernelNeeds {
   bool solver = false;   ///< it resolves where there is something to solve
   bool position = true;  ///< it resolves with γ_d ≠ 0, so that K matters
-  bool carries = false;  ///< it may leave Ψ(t+Δt) to the next step
-  bool stages = false;   ///< it solves linear equations instead
+  bool carries = false;  ///< a step may leave Ψ(t+Δt) to the next step
+  bool stages = false;   ///< it solves linear equations of stages, not resolves
   bool shifted = false;  ///< its linear equations have several complex matrices
-  int passes = 0;        ///< explicit: 1, a step is one kick_drift; 2, a kick follows it and ends the step; 0, neither
+  /// Explicit: 1, a step is one kick_drift; 2, a kick follows it and ends the step; 0, neither: implicit steps too begin with one.
+  int passes = 0;
 };
 
 /// Whether Ψ(t+Δt) could be kept at all: a force with a history may have changed it by then, and one that reads a table costs too little.

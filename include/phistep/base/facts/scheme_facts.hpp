@@ -109,7 +109,7 @@ inline constexpr bool hides_inner_steps<Stepper> =
 
 /// What runs and studies read of a PhiStepper beside its public face.
 struct StepperInternals {
-  /// The right-hand side, and what solves.
+  /// The kernel, which holds the right-hand side and the solver.
   [[nodiscard]] static auto kernel(auto& stepper) -> decltype((stepper.kernel_)) { return stepper.kernel_; }
   [[nodiscard]] static auto scheme(auto& stepper) -> decltype((stepper.scheme_)) { return stepper.scheme_; }
   /// What mass(…) or capacity(…) returned.

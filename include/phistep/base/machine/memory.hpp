@@ -1,5 +1,6 @@
 /// @file
-/// Memory: members that a class has under a condition only, workspaces that serve again, ends of scopes, serial numbers of objects.
+/// Storage, not a force's memory: members that a class has under a condition only (Only), workspaces that serve again, ends of scopes
+/// (AtExit), serial numbers of objects.
 #pragma once
 
 #include <atomic>

@@ -7,12 +7,12 @@
 /// A step writes beside the old state and commits by swap: on `false` nothing of the old state has been touched.
 /// Why it has this form (measured, g++ 12 and clang 14, SSE2 to AVX-512, 1e3 to 1e6 particles):
 ///  · Beyond the caches an ordinary store first reads the line it overwrites; a streaming store doesn't, so that writing
-///    beside the state moves no more bytes than a loop in place. Compilers emit none by themselves, hence packets: the
-///    kernel is generic in i, and sees numbers (i an index) or packets (i a From). Filling a block in L1 by the
-///    ordinary loop and streaming that out was 1.0 to 1.5 times slower, depending on the compiler.
+///    beside the state moves no more bytes than a loop in place. Compilers emit no streaming stores by themselves, hence packets:
+///    the kernel is generic in i, and computes numbers where i is an index, packets where i is a From. Filling a block in L1 by
+///    the ordinary loop and streaming that out was 1.0 to 1.5 times slower, depending on the compiler.
 ///  · Large arrays are shared by threads. Which thread writes a number changes none of its bits.
-///  · g++ vectorizes no loop of unknown length at -O2, so for its baseline it is given packets there too: the guarded update
-///    takes 1.5 in place of 2.8 ns a particle. Not where it contracts to FMA: tail and packets must round alike.
+///  · g++ vectorizes no loop of unknown length at -O2: there its baseline code uses packets, too, and the guarded update takes
+///    1.5 in place of 2.8 ns a particle. But not where g++ contracts to FMA: the tail and the packets must round alike.
 #pragma once
 
 #include <atomic>

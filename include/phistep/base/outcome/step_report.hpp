@@ -38,7 +38,7 @@ struct SolveRecord {
   static constexpr std::size_t history_length = 24;
 
   int iterations = 0;                               ///< Newton or fixed-point iterations done
-  std::array<double, history_length> increments{};  ///< relative size of each one's increment
+  std::array<double, history_length> increments{};  ///< relative size of each one's correction δ
   std::int64_t particle = -1;                       ///< whose own equations failed, where each has its own
   bool is_singular = false;                         ///< the mass matrix is
 

@@ -48,10 +48,10 @@ class ActiveSet {
 
 /// What is known of the particles outside the active set.
 struct LeftOut {
-  /// As long as it stays, they are where they were: but for those that move, and those that have just left the set. 0:
-  /// nothing is known.
+  /// As long as this number stays the same, a particle outside the set has not moved, unless it is in `moving` or has just left
+  /// the set. 0: nothing is known.
   std::uint64_t number = 0;
-  std::vector<std::int32_t> moving{};  ///< held at a velocity that isn't 0
+  std::vector<std::int32_t> moving{};  ///< particles outside the set whose velocity isn't 0
 
   friend bool operator==(const LeftOut&, const LeftOut&) = default;
 };

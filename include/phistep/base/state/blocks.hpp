@@ -242,11 +242,11 @@ inline constexpr int static_size = []<std::size_t... K>(std::index_sequence<K...
 /// Number of unknowns known at compile time, or Eigen::Dynamic.
 template <State S>
 inline constexpr int static_unknowns = static_size<decltype(Blocks<S>::solved(std::declval<PlainState<S>&>()))>;
-/// Number of all numbers known at compile time, or Eigen::Dynamic.
+/// How many numbers a state has if the types fix it, else Eigen::Dynamic.
 template <State S>
 inline constexpr int static_numbers = static_size<decltype(Blocks<S>::all(std::declval<PlainState<S>&>()))>;
 
-/// Whether all numbers of a state are.
+/// Whether all numbers of a state fit into registers.
 template <State S>
 inline constexpr bool fits_registers = few_numbers(static_numbers<S>);
 

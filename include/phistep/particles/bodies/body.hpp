@@ -113,7 +113,7 @@ struct Body {
   Box<Scalar, dim> box;             ///< open unless set
   Scalar inertia_factor = Scalar{2} / Scalar{5};  ///< I/(m R²): that of a solid sphere (a disc: ½)
   std::int64_t next_id = 0;                       ///< that of the next particle to be added
-  std::uint64_t serial = 0;  ///< another number, another body: what was made for one is known by it
+  std::uint64_t serial = 0;                       ///< unique to this body: what is made from it keeps this number
 
   [[nodiscard]] Eigen::Index size() const { return mass.size(); }
   [[nodiscard]] bool is_still(Eigen::Index i) const {

@@ -149,7 +149,7 @@ class Contact : public ContactTerm {
     std::tuple<ContactSearch<Scalar, 2>, ContactSearch<Scalar, 3>> late;
   };
 
-  /// The user's index of a slot's body.
+  /// The user's index of the body with the internal number `slot`.
   [[nodiscard]] static Eigen::Index user(const Memory& memory, std::int32_t slot) {
     return memory.places->pairs->bodies.particle[static_cast<std::size_t>(slot)];
   }

@@ -220,7 +220,7 @@ struct GranHooke {
     return Hooke::impact(c, mass, radius, speed);
   }
 };
-/// Torques act on the arms R_i and R_j, not on those to a common point, and a sliding dashpot winds its spring back.
+/// Whether torques act on the whole radii R_i and R_j, not up to a common point, and a sliding dashpot changes its spring.
 template <class Law>
 inline constexpr bool has_full_arms = false;
 template <>

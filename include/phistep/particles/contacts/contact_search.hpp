@@ -97,7 +97,7 @@ class ContactSearch {
         to[3] = body.radius[i];
         order.push_back(i);
       }
-      Relay relay;  // pairs may want more memory
+      Relay relay;  // storing pairs may fail to allocate
       for_each_share(order.size(), 1, shared_from / 64, [&](const Share& own) {
         relay.run([&] { look_around(own, static_cast<double>(radius + skin)); });
       });

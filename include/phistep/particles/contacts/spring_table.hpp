@@ -74,7 +74,7 @@ struct SpringTable {
       if constexpr (keeps(k, with_roll)) its[k].store(&numbers[k][c]);
     });
   }
-  /// What stands behind the last contact.
+  /// Fills the padding behind the last contact with zeros.
   void close() {
     for (auto& x : numbers)
       if (!x.empty()) std::fill(x.begin() + static_cast<std::ptrdiff_t>(size()), x.end(), Scalar{0});

@@ -234,7 +234,7 @@ class CellOrder {
         n_[a] = static_cast<std::uint64_t>(cells) + 1;
         continue;
       }
-      // A particle is far away: the window is laid about the middle particle.
+      // Some particle is too far away: the cells are laid around the median particle.
       std::vector<double> all;
       for (std::size_t e = 0; e < n; ++e)
         if (const double x = entry(e).x[a]; std::isfinite(x)) all.push_back(x);
@@ -245,7 +245,7 @@ class CellOrder {
     }
   }
 
-  const double* r_ = nullptr;  // of the call
+  const double* r_ = nullptr;  // positions, during a call
   Domain domain_;
   std::size_t particles_ = 0;
   std::vector<NeighborList::Slot> images_;

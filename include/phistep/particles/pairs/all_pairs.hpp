@@ -127,7 +127,7 @@ class AllPairs : public ForceTerm {
   {
     using Scalar = typename Shape<View>::Scalar;
     const auto slots = fill<Scalar, Shape<View>::dim>(y, weights<Scalar>(y));
-    return slots.total([f = law](auto r2) { return f.energy(r2); }) + (y.r - y.r).sum();  // NaN at no finite place
+    return slots.total([f = law](auto r2) { return f.energy(r2); }) + (y.r - y.r).sum();  // NaN unless r is finite
   }
 
   /// ∂F_i/∂r_j = −w_i w_j (f I + 2 f' d dᵀ), d = r_i − r_j, f' = df/dr² by differentiation of the law. Every entry of a

@@ -79,7 +79,7 @@ struct Sleepers {
   };
   struct Sleeper {
     Kind kind = Kind::awake;
-    bool moves = false;                ///< held, with a velocity or a spin
+    bool moves = false;                ///< held by the user, with a velocity or a spin
     std::uint64_t properties = 0;      ///< fingerprint of its mass, radius …
     std::uint64_t seen = 0;            ///< fingerprint of its numbers in the state: asleep, or held at rest
     std::int32_t expired = 0;          ///< how often its sleep has expired

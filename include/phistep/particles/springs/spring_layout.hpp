@@ -32,7 +32,7 @@ class SpringLayout {
   std::vector<Slot> index;
   std::vector<Scalar> constant;
   std::size_t lead = 0;        ///< chunks that a chunk's other ends reach, and one more
-  bool mixed = false;          ///< few other ends are consecutive: every column has indices then
+  bool mixed = false;          ///< few columns have consecutive other ends: then all have indices
   std::vector<Slot> place_of;  ///< of each of the user's particles, −1: no springs; empty unless the new order jumps
 
   SpringLayout() = default;

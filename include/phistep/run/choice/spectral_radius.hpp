@@ -108,9 +108,9 @@ class RateLook {
   /// @param y  gives the sizes
   explicit RateLook(const Plain& y) : radius_{y}, slope_before_{y} {}
 
-  /// At (t, y), in the weights of the run. Three calls: a direction is at hand. The first direction is random; where it shows a
-  /// change within a step, two calls more refine it. One fast mode among n unknowns seems slower by n^¼ or so: a start that is
-  /// stiff enough for an implicit scheme shows.
+  /// The estimate at (t, y), in the weights of the run: three calls, as a direction is known. The first direction is random; where
+  /// it shows a change within a step, two calls more refine it. One fast mode among n unknowns seems slower by about n^¼: a start
+  /// that is stiff enough for an implicit scheme still shows.
   /// @param slope        slope(t, y, out) → bool: out = y'
   /// @param is_explicit  the scheme at work: then the error of its last step lies along the fastest mode, if stability limits it
   const RateSeen& operator()(auto&& slope, const Plain& y, const RunClock<Scalar>& clock, auto& pace,

@@ -1,5 +1,6 @@
 /// @file
-/// The simplest controller: one Δt for the whole run; its grid of times, and the pace of runs on it.
+/// The simplest controller: one Δt for the whole run; its grid of times, and the pace of runs on it. And what one call of a stepper
+/// takes (Transaction::run): OneStep, GridSteps.
 #pragma once
 
 #include <algorithm>

@@ -27,7 +27,7 @@ struct Refused {
 
 enum class LimitedBy : std::uint8_t {
   nothing,
-  error,       ///< of the component named
+  error,       ///< the error of the component named
   iterations,  ///< the implicit solve: too many, or it failed
   max_step,
   stop,       ///< a time at which the run was to stop
@@ -80,7 +80,7 @@ class Limits {
 
   /// The component that ruled by its error.
   [[nodiscard]] const Component& worst() const { return worst_.where(); }
-  /// Scales without atol: components of which less was asked than rtol of what they are; that grew 10³ times in one step.
+  /// Without atol: components with fewer digits than rtol asks for; those that grew 10³ times in one step.
   MostNamed below, leapt;
   bool has_own_scales = false;
 
@@ -166,7 +166,7 @@ struct [[nodiscard]] RunReport {
 
  private:
   [[nodiscard]] bool has_shrunk() const { return outcome == Outcome::too_many_steps && 1e3 * smallest_dt < largest_dt; }
-  /// What to try where this run says more than its outcome; else empty.
+  /// What to try, where the run knows more than its outcome says; else empty.
   [[nodiscard]] std::string advice() const {
     if (has_shrunk())
       return "look for a jump of the force (a sign, a switch, friction): dt fell from " + number_text(largest_dt, 3) +

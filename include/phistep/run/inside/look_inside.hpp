@@ -109,7 +109,7 @@ class LookInside {
     trust_.step();
     begin_again(dt);
   }
-  /// It has been done again, to an earlier end: nothing that was made for the other one serves.
+  /// The step has been done again, to an earlier end: forgets what was made for the longer one.
   void begin_again(Scalar dt) {
     if constexpr (does_steps) work_.has_begun = false;
     dt_ = dt;

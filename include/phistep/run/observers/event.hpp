@@ -108,7 +108,7 @@ template <class G, class Handler = NoHandler>
 [[nodiscard]] Event<G, Handler> event(G function, EventOptions options = {}, Handler handler = {}) {
   return {std::move(function), options, std::move(handler)};
 }
-/// The same, both ways and not terminal: `event(g, handler)`.
+/// An event with default options, both ways and not terminal: `event(g, handler)`.
 template <class G, class Handler>
   requires(!std::is_convertible_v<Handler, EventOptions>)
 [[nodiscard]] Event<G, Handler> event(G function, Handler handler) {

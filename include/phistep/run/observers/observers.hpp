@@ -51,7 +51,7 @@ class ObserverList {
   explicit ObserverList(Observers&&... observers) : observers_{std::forward<Observers>(observers)...} {}
 
   static constexpr bool has_events = (EventLike<Observers> || ...);
-  /// Some are shown whole steps.
+  /// Whether at least one observer is shown whole steps.
   static constexpr bool see_steps = (sees_steps<std::remove_reference_t<Observers>> || ...);
   /// Whether an observer of whole steps may ask for states inside them.
   static constexpr bool may_look_inside =

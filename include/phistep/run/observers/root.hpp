@@ -276,7 +276,7 @@ template <class Scalar>
 struct Refined {
   Scalar t;         ///< [time] of the last step really done
   Scalar g;         ///< after it; not finite where that step failed
-  int resteps = 0;  ///< 0 where the root is the end of the step
+  int resteps = 0;  ///< steps done anew; 0 where the root is the end of the step
 };
 
 /// Moves an interpolated root to where g vanishes after a step really done. `restep(t)` steps from t0 to t anew and

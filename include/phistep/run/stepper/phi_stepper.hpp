@@ -40,6 +40,7 @@ class PhiStepper {
   static constexpr bool split = is_split<Unwrapped<F>, Scheme>;
   using Rhs = RightHandSide<S, F, Masses, split>;
   using Traits = typename Rhs::Traits;
+  /// The class whose step() takes the steps: SchemeOn<Scheme, S> (for φ-methods in schemes/phi.hpp), or with kicks around it KickScheme.
   using Working = TextAtWork<Scheme, S, Rhs, split>;
   static constexpr KernelNeeds needs = [] {
     if constexpr (Traits::valid) return Working::template needs<Rhs>;

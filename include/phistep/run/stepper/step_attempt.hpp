@@ -176,7 +176,7 @@ class StepAttempt {
     if constexpr (Pace::varies) return clock_.length_to(t);
     else return pace_.length(clock_.t(), t);
   }
-  /// Whether the stepper has left the step's error and, where it can, slopes.
+  /// Whether the trace holds the step's error and, if the stepper can give them, its slopes.
   [[nodiscard]] bool is_traced() const { return way_ == Way::traced; }
   /// The state half way, where the step was done as two halves; else null.
   [[nodiscard]] const Plain* middle() const {

@@ -148,7 +148,7 @@ class SchemeOn<Nystrom<Tableau, compensates>, S> : public SchemeDefaults {
     } else if (!eq.rhs().slope(eq.t + eq.dt, eq.next, trace.end, eq.psi)) {
       return Outcome::non_finite_force;
     }
-    // A last stage beside r⁺ gives way to what is at r⁺, for interpolate().
+    // interpolate() takes the slope at r⁺ in place of a last stage that isn't at r⁺.
     if constexpr (!Tableau::first_is_last)
       if (trace.wants_dense) block(k_[last]) = velocity_of<S>(trace.end);
     trace.has_slopes = trace.has_error = true;
@@ -172,7 +172,7 @@ class SchemeOn<Nystrom<Tableau, compensates>, S> : public SchemeDefaults {
   /// (1) from k_0, and (2). False: something isn't finite.
   [[nodiscard]] bool go(auto& eq) {
     if constexpr (compensates) rounding_.begin(eq.y);
-    velocity_of<S>(eq.next) = velocity_of<S>(eq.y);  // for a view of the whole state: a(t, r) has no use for it
+    velocity_of<S>(eq.next) = velocity_of<S>(eq.y);  // for a force that sees the whole state; a(t, r) ignores v
     const bool arrived = [&]<std::size_t... i>(std::index_sequence<i...>) { return (stage<i + 1>(eq) && ...); }
     (std::make_index_sequence<last>{});
     if (!arrived) return false;

@@ -83,7 +83,7 @@ class RadauStages {
       w_[i] = to_lanes<s>(z);
     }
   }
-  /// Z of w, to begin with: z(i) holds component i of Z_1 … Z_s.
+  /// Z = T w, before the iteration: z(i) holds component i of Z_1 … Z_s.
   template <int s>
   void to_stages() {
     for (std::size_t i = 0; i < n(); ++i) apply(w_[i], radau_constants<Scalar, s>.into_stages, z_[i]);
@@ -176,7 +176,7 @@ class RadauStages {
       (Part::load(left.data() + at) - Part{by} * sum).store(left.data() + at);
     }
   }
-  /// Σ_l (Re w_l re_l + Im w_l im_l), a number a stage. @tparam adds  to what is there
+  /// out = Σ_l (Re w_l re_l + Im w_l im_l), one number for each stage. @tparam adds  to what is in out
   template <bool adds = false, class ByStage>
   static void apply(const Number& w, const std::array<ByStage, lanes>& by, Row& out) {
     constexpr std::size_t rows = std::tuple_size_v<decltype(ByStage::re)>;

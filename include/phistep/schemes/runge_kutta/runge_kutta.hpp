@@ -179,7 +179,7 @@ class SchemeOn<RungeKutta<Tableau>, S> : public SchemeDefaults {
     if (known_ == stages) return true;
     if (known_ < end) return false;
     rhs.begin(t_, dt, y0);
-    copy_blocks<S>(inside_, y0);  // what a view of the whole state shares
+    copy_blocks<S>(inside_, y0);  // for properties of the state (radii …), which stages don't write
     return [&]<std::size_t... i>(std::index_sequence<i...>) {
       return ((known_ > end + i || stage<end + i>(rhs, t_, dt, y0, inside_)) && ...);
     }

@@ -40,7 +40,7 @@ struct OfPositions {
   }
 };
 
-/// @tparam Tableau  with e, and b_3 where there are two estimates
+/// @tparam Tableau  has the error's weights e, and b_3 where it has two estimates
 template <class Tableau, State S>
 class RungeKuttaEstimate {
   using Scalar = ScalarOf<S>;

@@ -31,7 +31,7 @@ class CompensatedSum {
   Scalar sum_{0}, lost_{0};
 };
 
-/// @tparam scheme_is_rest  the scheme's account is what the others leave
+/// @tparam scheme_is_rest  the scheme's account is ΔE less all other accounts
 template <class Scalar, bool scheme_is_rest>
 class EnergyBooks {
  public:

@@ -159,7 +159,7 @@ template <class Force, class Drift, Form form>
             return (1.0 + std::numbers::sqrt2 * zeta) / ((1.0 - zeta) * (1.0 - zeta));
           }};
 }
-/// After its start, which damps.
+/// The trapezoidal rule, which follows its damping start.
 [[nodiscard]] inline Method method_of(const Rannacher&) { return {Method::Kind::single, 0.5, 0.5}; }
 
 /// r' = s u (its first components), u' = K r + C u, small and dense; r may be empty.

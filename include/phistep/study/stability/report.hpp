@@ -87,8 +87,8 @@ struct PreflightReport {
   double unringing_dt = 0;    ///< [time] first order: up to which no mode changes sign from step to step, 0: not known
 
   // If terms are called seldom(k, term); dt is the outer step:
-  int inner_steps = 1;  ///< in one of dt
-  int most_k = 0;       ///< most inner steps of dt/inner_steps that the slow terms bear; 0: not known
+  int inner_steps = 1;  ///< how many inner steps an outer step has
+  int most_k = 0;       ///< the most inner steps of length dt/inner_steps in a stable outer step; 0: not known
 
   double steps_per_contact = 0;  ///< 0: no contact time given
   double penetration = 0;        ///< how far the fastest body sinks in, over where it would be through; 0: not known

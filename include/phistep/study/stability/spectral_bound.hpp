@@ -139,7 +139,7 @@ template <int d>
       out[at] = largest_eigenvalue<d>(sum) / mass[at];
     }
   };
-  // Heavy particles move less in stiff modes; equal weights show that a network is definite.
+  // Weights start from 1, which shows that a network is definite, and from m^−½: heavy particles move less in stiff modes.
   EigenvalueBound bound = improve_weights(Eigen::VectorXd::Ones(n), 2 * shift, bounds);
   if (n > 0 && mass.minCoeff() < mass.maxCoeff()) {
     const EigenvalueBound other =

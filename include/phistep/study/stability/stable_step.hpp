@@ -235,7 +235,7 @@ template <class = void>
     return limit == 0 ? 0 : s.stiffness == 0 ? always : limit / std::sqrt(s.stiffness);
   }
   if (method.kind == Method::Kind::motion) {
-    // Newmark's family: no symmetric damping shortens it (T. J. R. Hughes, The Finite Element Method, 2000, sect. 9.1.2).
+    // Newmark's family: no symmetric damping shortens the stable step (T. J. R. Hughes, The Finite Element Method, 2000, sect. 9.1.2).
     if (!method.bears_damping || !s.oscillates || !s.dissipative || !is_symmetric(problem.whole.C, problem.tolerance))
       return unknown;
     return s.stiffness == 0 ? always : method.oscillation_limit() / std::sqrt(s.stiffness);
