@@ -325,6 +325,12 @@ inline void links_stay() {
     REQUIRE(load_checkpoint(file, there));
     CHECK(there == x);
   }
+  const fs::path circle = folder / "circle";
+  fs::create_symlink("circle", circle);
+  save_checkpoint(circle, 3.0);
+  double there = 0;
+  REQUIRE(load_checkpoint(circle, there));
+  CHECK(there == 3);
 }
 
 inline void unread_rest_changes_nothing() {

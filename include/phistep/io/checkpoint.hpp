@@ -164,7 +164,8 @@ void write_checkpoint(std::ostream& out, const Parts&... parts) {
 void write_file(const std::filesystem::path& path, auto&& write) {
   std::error_code error;
   std::filesystem::path there = path;
-  while (is_symlink(there, error)) there = there.parent_path() / std::filesystem::read_symlink(there);
+  for (int links = 0; links < 40 && is_symlink(there, error); ++links)  // links may lead in a circle
+    there = there.parent_path() / std::filesystem::read_symlink(there);
   std::random_device random;
   const std::filesystem::path beside = there.string() + '.' + std::to_string(random()) + ".part";
   try {

@@ -92,24 +92,12 @@ class BlockRows {
 /// (B Bᵀ)^½
 template <int d>
 [[nodiscard]] Eigen::Matrix<double, d, d> modulus(const Eigen::Matrix<double, d, d>& B) {
-  if constexpr (d == 1) {
-    return B.cwiseAbs();
-  } else {
-    const bool symmetric = (B - B.transpose()).cwiseAbs().maxCoeff() <= 1e-14 * B.cwiseAbs().maxCoeff();
-    const Eigen::Matrix<double, d, d> S = symmetric ? B : Eigen::Matrix<double, d, d>(B * B.transpose());
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, d, d>> solver(S);
-    const auto values = solver.eigenvalues().cwiseAbs().eval();
-    const auto sizes = symmetric ? values : values.cwiseSqrt().eval();
-    return solver.eigenvectors() * sizes.asDiagonal() * solver.eigenvectors().transpose();
-  }
-}
-template <int d>
-[[nodiscard]] double largest_eigenvalue(const Eigen::Matrix<double, d, d>& A) {
-  if constexpr (d == 1) return A(0, 0);
-  else
-    return Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, d, d>>(A, Eigen::EigenvaluesOnly)
-        .eigenvalues()
-        .maxCoeff();
+  const bool symmetric = (B - B.transpose()).cwiseAbs().maxCoeff() <= 1e-14 * B.cwiseAbs().maxCoeff();
+  const Eigen::Matrix<double, d, d> S = symmetric ? B : Eigen::Matrix<double, d, d>(B * B.transpose());
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, d, d>> solver(S);
+  const auto values = solver.eigenvalues().cwiseAbs().eval();
+  const auto sizes = symmetric ? values : values.cwiseSqrt().eval();
+  return solver.eigenvectors() * sizes.asDiagonal() * solver.eigenvectors().transpose();
 }
 
 /// (2) for A u = λ M u with M = diag(m), m alike within a block.
@@ -136,7 +124,8 @@ template <int d>
       Block sum = own[i];
       for (std::size_t p = rows.start[i]; p < rows.start[i + 1]; ++p)
         if (rows.column[p] != i) sum += (x[static_cast<Eigen::Index>(rows.column[p])] / x[at]) * rows.block[p];
-      out[at] = largest_eigenvalue<d>(sum) / mass[at];
+      const Eigen::SelfAdjointEigenSolver<Block> solver(sum, Eigen::EigenvaluesOnly);
+      out[at] = solver.eigenvalues().maxCoeff() / mass[at];
     }
   };
   // Weights start from 1, which shows that a network is definite, and from m^−½: heavy particles move less in stiff modes.
