@@ -86,13 +86,13 @@ class AutoDiff : public ForceTerm {
 
   template <class Vector, class Function>
   static Square<Vector> derivative(const Vector& y, Function&& function) {
-    using Direction = typename Dual<Vector>::DerType;
+    using Derivatives = typename Dual<Vector>::DerType;
     const Eigen::Index n = y.size();
     Square<Vector> J(n, n);
     DualVector<Vector> moved = y.template cast<Dual<Vector>>();
     for (Eigen::Index first = 0; first < n; first += chunk) {
       const Eigen::Index width = std::min<Eigen::Index>(chunk, n - first);
-      for (Eigen::Index k = 0; k < width; ++k) moved.data()[first + k].derivatives() = Direction::Unit(k);
+      for (Eigen::Index k = 0; k < width; ++k) moved.data()[first + k].derivatives() = Derivatives::Unit(k);
       const auto result = function(moved);
       static_assert(std::is_same_v<typename std::remove_cvref_t<decltype(result)>::Scalar, Dual<Vector>>,
                     "phistep: autodiff(f) needs a force that returns a vector of its argument's scalar");
