@@ -16,8 +16,8 @@
 /// A symmetric W is solved by conjugate gradients, where t is the direction of the plain ones, and P⁻¹r = D^−½ (t − β t_before); any
 /// other one by BiCGSTAB on A (Saad, alg. 7.7).
 ///
-/// Unknowns are kept by levels: one more than that of the neighbours before it. Those of a level don't wait for each other
-/// (Saad, sect. 11.6.3).
+/// Unknowns are kept by levels: each is one level above the highest of its neighbours before it. Those of one level don't wait
+/// for each other (Saad, sect. 11.6.3).
 #pragma once
 
 #include <Eigen/Core>
@@ -146,7 +146,7 @@ class Eisenstat {
     for (Eigen::Index i = 0; i < W.cols(); ++i)
       for (typename Matrix::InnerIterator w(W, i); w && w.row() < i; ++w) f(i, w.row());
   }
-  /// Places by levels, in W's order inside of one.
+  /// Sets place_: by levels, and within a level in W's order.
   void order(const Matrix& W) {
     next_.assign(at(W.cols()), 0);
     each_before(W, [this](Eigen::Index i, Eigen::Index j) { next_[at(i)] = std::max(next_[at(i)], next_[at(j)] + 1); });
@@ -237,7 +237,7 @@ class Eisenstat {
     return sum;
   }
 
-  /// q ← W⁻¹ b, by places.
+  /// q ← W⁻¹ b, with q in the order of place_.
   [[nodiscard]] KrylovEnd bicgstab(const KrylovGoal& goal, const auto& b) {
     static_cast<void>(begin(b));
     q_.setZero();

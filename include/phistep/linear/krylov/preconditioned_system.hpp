@@ -231,7 +231,7 @@ class PreconditionedSystem : public SparseAssembly<Scalar, has_K, has_C> {
   }
 
   Linear given_;
-  [[no_unique_address]] Only<is_either, Eisenstat<Scalar>> eisenstat_;  // where W's pattern fits
+  [[no_unique_address]] Only<is_either, Eisenstat<Scalar>> eisenstat_;  // used where it takes W's pattern
   OwnSolver<P> p_;                                                      // elsewhere
   KrylovIteration<Scalar, is_either ? KrylovMethod::bicgstab : Linear::method> iteration_;
   Vector r_, b_, weights_;

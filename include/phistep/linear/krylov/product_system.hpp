@@ -71,7 +71,7 @@ class KrylovSystem : public SystemDefaults {
   static void clear() {}
   [[nodiscard]] static bool is_finite() { return true; }
   [[nodiscard]] static double drift_share() { return 1; }  // unknown: as if springs were stiff
-  [[nodiscard]] static double magnitude() { return 0; }    // unknown: it may be far from M
+  [[nodiscard]] static double magnitude() { return 0; }    // unknown: W may differ much from M
 
   /// W of this Newton iterate, good for one solve.
   /// @param source     what multiplies: apply(x, out) sets out = W x
@@ -125,7 +125,7 @@ class KrylovSystem : public SystemDefaults {
 
   [[nodiscard]] Outcome iterate(auto& x, KrylovGoal goal, Statistics& statistics) {
     if constexpr (has_own) own_.compute(known_);
-    else if (known_.diagonal == nullptr && weights_.size() == 0) inverse_.setOnes();  // M alone may hide how stiff W is
+    else if (known_.diagonal == nullptr && weights_.size() == 0) inverse_.setOnes();  // scaling by M may hide stiffness
     else
       inverse_ = (known_.diagonal != nullptr ? *known_.diagonal : masses_).unaryExpr([](Scalar w) {
         return w != Scalar{0} ? 1 / w : Scalar{1};
@@ -195,7 +195,7 @@ class TangentProduct {
     rhs_ = &rhs;
     gamma_ = gamma;
     t_ = t;
-    // Copies: after the last correction the iterate has moved, and Ψ is still that of the one before.
+    // Copies: products may be needed after the last correction, which moves Y: Ψ is that of the iterate before.
     copy_blocks<S>(Y_, Y);
     psi_ = psi;
     if constexpr (!Products::has_product) scale_ = scales(options);
@@ -252,7 +252,7 @@ class TangentProduct {
         std::as_const(direction_));
     if constexpr (Rhs::drifts && has_K) {
       const double size = largest(position_of<S>(direction_));
-      // The first solved block is v. Where r and v move by different shares of themselves, halfway between.
+      // The first solved block is v. Where both r and v limit the difference, ε is between their limits, the geometric mean.
       if (size > 0 && std::isfinite(reach)) {
         const double by_drift = scale_.position / size;
         // The root of what has no dimension: no other is scaled exactly by the units.

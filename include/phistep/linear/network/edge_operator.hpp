@@ -34,7 +34,7 @@ class EdgeOperator {
   using Node = Lanes<Scalar>;
   using Block = std::array<Node, dim>;  // columns
 
-  std::vector<Node> diagonal;           ///< of each N_i
+  std::vector<Node> diagonal;           ///< diagonals of the nodes' own blocks N_i
   std::vector<Block> coupling;          ///< the whole N_i instead; empty where all are diagonal
   std::vector<std::int32_t> start;      ///< the edges of node i to later nodes: start[i] … start[i+1] − 1
   std::vector<std::int32_t> neighbour;  ///< j > i of each edge

@@ -16,7 +16,7 @@
 namespace phistep { inline namespace PHISTEP_ABI {
 
 struct FactorCost {
-  std::int64_t unknowns = 0;  ///< that were counted
+  std::int64_t unknowns = 0;  ///< rows of the matrix; 0: not counted
   std::int64_t entries = 0;   ///< of L, below the diagonal: 12 bytes and two products of each solve apiece
   std::int64_t products = 0;  ///< Σ c_j² over the columns' entries c_j: multiplications of a factorization
 

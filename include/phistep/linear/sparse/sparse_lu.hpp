@@ -231,7 +231,7 @@ class SparseLu {
   }
 
   std::vector<Place> column_, row_, place_;  // of W: the column and the row of pivot k; the pivot of a row
-  Triangle L_, U_;                           // L without its diagonal of ones; rows of both are places
+  Triangle L_, U_;                           // L without its diagonal of ones; rows are numbered by their pivots
   std::vector<Place> nested_;                // columns of L after k with the rows of k's below them
   std::vector<Number> inverse_pivot_;
   std::vector<Number> x_;  // a column, zero between uses

@@ -177,7 +177,7 @@ class SymmetricSparseSystem : public SparseAssembly<Scalar, has_K, has_C, symmet
   [[nodiscard]] Outcome factorize(const auto& masses, Scalar gamma_force, Scalar gamma_drift, Statistics& statistics) {
     try {
       return try_to_factorize(masses, gamma_force, gamma_drift, statistics);
-    } catch (...) {  // of memory they didn't get: Eigen's solvers can't be used any more then
+    } catch (...) {  // of failed allocations: Eigen's solvers can't be used after one
       forget_pattern();
       throw;
     }

@@ -294,7 +294,7 @@ class InPlaceStep {
     return finite;
   }
 
-  Rhs* rhs_ = nullptr;  // during a step
+  Rhs* rhs_ = nullptr;  // valid during a step only
   UndoLog<S> log_;
   Known known_ = Known::nothing;  // whether the log has Ψ of what the last step left …
   Scalar t_{};                    // [time] … at this time

@@ -241,17 +241,17 @@ class DifferenceTangent {
     return std::max(Scalar{1}, std::min(enough / seen, most / std::abs(increment)));
   }
   /// Differences over the components of `moved`, which are blocks of the probe and equal `still`; each entry to put.
-  /// @param scale, scales  of a component; of a block's usual ones
-  void difference(Rhs& rhs, Scalar t, const auto& moved, const auto& still, const auto& scale, const auto& scales,
+  /// @param scales, scale  scales(k, i) of a component; scale[k] of a block's usual ones
+  void difference(Rhs& rhs, Scalar t, const auto& moved, const auto& still, const auto& scales, const auto& scale,
                   const Rate& psi, auto&& put) {
-    const auto most = [&scales](auto k) { return std::sqrt(std::numeric_limits<Scalar>::epsilon()) * scales[k]; };
+    const auto most = [&scale](auto k) { return std::sqrt(std::numeric_limits<Scalar>::epsilon()) * scale[k]; };
     const auto evaluate = [&] {
       rhs.evaluate_into(t, probe_, probe_rate_);
       for_each_rate(psi, [this](Index i, Scalar now, Scalar before) { change_[i] = now - before; });
     };
     const auto put_back = [&](auto k, Index, Index i) { std::get<k>(moved).data()[i] = std::get<k>(still).data()[i]; };
     for (Index color = 0, all = colors(moved); color < all; ++color) {
-      if (!move(color, moved, scale)) continue;
+      if (!move(color, moved, scales)) continue;
       evaluate();
       bool again = false;
       if (looks_)
@@ -318,10 +318,10 @@ class DifferenceTangent {
     }
   }
   /// Moves a colour's components. False: it has none here.
-  [[nodiscard]] bool move(Index color, const auto& blocks, const auto& scale) {
+  [[nodiscard]] bool move(Index color, const auto& blocks, const auto& scales) {
     bool any = false;
     for_each_moved(color, blocks, [&](auto k, Index j, Index i) {
-      increment_[j] = move_by_increment<Rhs::Traits::is_affine>(std::get<k>(blocks).data()[i], scale(k, i));
+      increment_[j] = move_by_increment<Rhs::Traits::is_affine>(std::get<k>(blocks).data()[i], scales(k, i));
       any = true;
     });
     return any;

@@ -57,7 +57,7 @@ struct Equation {
 
   /// next = y + γ M⁻¹Ψ(t, y), next.r = r + before v + after v⁺
   [[nodiscard]] Outcome forward(const Advance<Scalar>& by) {
-    if constexpr (resolves_check_state())
+    if constexpr (resolves_check_state())  // fields under fixed_point(): nothing is checked here
       if (by.kick != 0) {
         know_start();
         move_fields<S>(next, y, by, Rate::blocks(std::as_const(psi)), rhs().masses());
@@ -71,7 +71,8 @@ struct Equation {
   }
   /// All of an explicit step, in one pass; γ ≠ 0
   [[nodiscard, gnu::always_inline]] inline Outcome euler(const auto& by) { return kick_drift(by); }
-  /// The first part of an explicit step, in one pass; γ ≠ 0. A kick with the same γ follows.
+  /// next = y + γ M⁻¹Ψ(t, y) with the drift, in one pass; γ ≠ 0: what an implicit step has before its resolve (forward), or the first
+  /// part of an explicit one, which a kick with the same γ follows.
   [[nodiscard, gnu::always_inline]] inline Outcome kick_drift(const auto& by) {
     return kernel.passes().kick_drift(rhs(), *this, by);
   }
@@ -165,11 +166,13 @@ struct Equation {
     return Outcome::success;
   }
 
+  // Nothing in a plain step. In a traced one:
+
   /// Makes the slope at the start known, and checks that it is consistent with γ.
   [[nodiscard]] static Outcome start(const Gamma<Scalar>&) { return Outcome::success; }
   /// The next resolve may start from where the slopes known lead by t + h.
   static void predict(Scalar /*h*/) {}
-  /// f(trace)
+  /// Calls f(trace), but in a traced step only.
   static void tell(auto&& /*f*/) {}
 
   // ---- parts, ends ----
@@ -195,7 +198,7 @@ struct Equation {
     if constexpr (needs.stages) return false;
     else return Kernel::Resolvent::checks_state;
   }
-  /// Whether psi is the first Ψ of an iteration that starts from y itself.
+  /// Whether psi is the first Ψ of an iteration that starts from y itself. That of a motion starts from y's v, its r being b.r + γ_d v.
   [[nodiscard]] bool knows_first_force() const { return knows_start && Rhs::is_autonomous && !Rhs::drifts; }
   void know_start() {
     if (!knows_start) rhs().evaluate_into(t, y, psi);

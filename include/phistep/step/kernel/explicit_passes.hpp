@@ -1,5 +1,6 @@
 /// @file
-/// The passes of explicit steps, each by the cheapest way that the state allows:
+/// The explicit passes, of which explicit steps consist, and with which implicit ones begin (Equation::forward), each by the cheapest
+/// way that the state allows:
 ///
 ///     kick_drift   v⁺ = v + γ M⁻¹Ψ(t, y),  r⁺ = r + before v + after v⁺
 ///     kick         v⁺ = v⁺ + γ M⁻¹Ψ(t, y⁺)

@@ -94,14 +94,14 @@ class Kernel {
   /// Runs `advance(Equation&) → Outcome` as one step of the state, or several. A step that fails leaves nothing behind.
   StepReport run(S& state, const auto& steps, Origin origin, auto&& advance, auto&& accepted) {
     const auto bind = [this](auto&... where) { return Equation{*this, where...}; };
-    return run(state, steps, origin, false, bind, advance, accepted);
+    return transact(state, steps, origin, false, bind, advance, accepted);
   }
   /// Runs `advance(TracedEquation&) → Outcome` as one step. Where it ends with an outcome, the next, shorter try reuses Jacobian and
   /// factors.
   StepReport run_traced(S& state, const auto& step, Origin origin, Trace<Plain>& trace, const Judge<Plain>& judge,
                         auto&& advance, auto&& accepted) {
     const auto bind = [&](auto&... where) { return Traced{Equation{*this, where...}, trace, judge}; };
-    return run(state, step, origin, true, bind, advance, accepted);
+    return transact(state, step, origin, true, bind, advance, accepted);
   }
   /// Several steps in a call.
   static constexpr bool takes_several = Transaction::takes_several && !needs.solver && !needs.stages;
@@ -178,8 +178,8 @@ class Kernel {
   }
 
   /// @param keeps_tries  a step that ends with an outcome leaves what its solves have made
-  StepReport run(S& state, const auto& steps, Origin origin, bool keeps_tries, auto& bind, auto& advance,
-                 auto& accepted) {
+  StepReport transact(S& state, const auto& steps, Origin origin, bool keeps_tries, auto& bind, auto& advance,
+                      auto& accepted) {
     passes_.begin_step(rhs_, state, origin, keeps_tries);
     if constexpr (needs.solver || needs.stages) {
       bool is_done = false;  // unless the step succeeds, what solves have made is dropped, also on an exception

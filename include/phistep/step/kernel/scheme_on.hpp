@@ -1,5 +1,6 @@
 /// @file
-/// What a scheme is: a text over an equation (step/kernel/equation.hpp), `SchemeOn<Scheme, S>` for states of type S, with
+/// What a scheme is: a text over an equation (step/kernel/equation.hpp), that is a class whose step(eq) is written in eq's words
+/// (forward, resolve, …), so that the same lines serve plain and traced steps: `SchemeOn<Scheme, S>` for states of type S, with
 ///
 ///     template <class Rhs> static constexpr KernelNeeds needs;   what it asks of the kernel
 ///     SchemeOn(scheme, y)                                        y gives the sizes of what it keeps
@@ -42,7 +43,7 @@ struct SchemeDefaults {
   static void forget() {}    ///< nothing carried from step to step may be trusted
   static void reset() {}     ///< the next step is the first
   static void accepted() {}  ///< the step just advanced has become the state
-  /// Ψ as the step's last resolve has left it may serve the next one: an error in it dies out.
+  /// Whether the Ψ that the last resolve has left may serve the next step: only if an error in it dies out.
   [[nodiscard]] static bool leaves_force() { return true; }
   [[nodiscard]] static Outcome error(auto& /*eq*/) { return Outcome::success; }  ///< step() leaves it
   [[nodiscard]] static bool estimates(const auto& /*trace*/) { return true; }    ///< an error is known, given this past

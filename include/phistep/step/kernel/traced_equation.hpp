@@ -22,7 +22,7 @@ struct TracedEquation : Eq {
   using Eq::y, Eq::t, Eq::dt, Eq::next, Eq::psi, Eq::kernel, Eq::rhs;
   using typename Eq::Scalar, typename Eq::Plain, typename Eq::Rate;
   static constexpr bool is_traced = true;
-  /// Errors are judged, and filtered by factors of the step's matrix, which changes.
+  /// Whether falling rates count: errors are judged, and filtered by the matrix of the step's start.
   [[nodiscard]] bool sees_falling_rates() const {
     return Eq::Kernel::may_see_falling_rates && judge.has_sizes() && !kernel.last_solve().is_singular;
   }
@@ -115,7 +115,7 @@ struct TracedEquation : Eq {
     return Outcome::success;
   }
 
-  // ---- what a filter hides (falling_rates.hpp) ----
+  // ---- errors that a filter hides where rates fall (falling_rates.hpp) ----
 
   [[nodiscard]] Outcome filter(Plain& error) {
     if (!Eq::Kernel::may_see_falling_rates || !judge.has_sizes() || is_mild()) return Eq::filter(error);

@@ -40,7 +40,7 @@ template <State S, class... M, class Plain>
   }
 }
 
-/// What the types of bound masses say.
+/// What the types of bound masses say about M.
 template <class Masses, class Scalar>
 struct MassFacts;
 template <class... M, class Scalar>

@@ -76,6 +76,7 @@ struct UnitMass : ComponentMass<UnitMass> {
   [[nodiscard]] UnitMass bind(const Block&) const {
     return {};
   }
+  /// h times the inverse: i ↦ h/m_i
   template <class Scalar>
   [[nodiscard]] static UniformFactor<Scalar> scaled(Scalar h) {
     return {h};

@@ -165,6 +165,7 @@ template <int size, class Scalar>
 }
 
 /// LU of an n×n matrix: resize(n), fill matrix(), factorize(), solve_in_place(x). Allocates nothing after construction for n ≤ 300.
+/// This one is Eigen's, for sizes not known or beyond 32; below, those of 4 to 32 rows and of 1 to 3.
 template <class Scalar, int size>
 class DenseLu {
  public:

@@ -24,7 +24,7 @@ enum class Judgement { go_on, converged, slow, growing };
 
 /// The size of one correction δ.
 struct Correction {
-  double relative = 0;    ///< ‖δ‖ / ‖Y‖ (to rounding), or ‖δ‖ in the weighted RMS norm (to a tolerance)
+  double relative = 0;    ///< ‖δ‖/‖Y‖ in solves to rounding, else ‖δ‖ in the weighted RMS norm
   double resolution = 0;  ///< ‖δ‖ relative to everything that rounding may have touched: Y, its base, r/γ
   double absolute = 0;    ///< ‖δ‖ itself
   bool is_new = false;    ///< part of it is a component that was 0 until now: nothing to be compared with
@@ -81,7 +81,7 @@ class ConvergenceTest {
   [[nodiscard]] bool is_to_rounding() const { return target_ == 0; }
   /// θ/(1−θ), for the next solve.
   [[nodiscard]] double rate() const { return rate_; }
-  /// The largest ‖δ_{k+1}‖/‖δ_k‖ of one matrix before the last correction: small means that it will do for the next step.
+  /// ‖δ_2‖/‖δ_1‖ of the solve, 0: not known. Where it is small, the matrix may serve the next step, too.
   [[nodiscard]] double first_rate() const { return first_rate_; }
   /// Whether it judges by the rate of an earlier solve.
   [[nodiscard]] bool has_past() const { return last_rate_ != 0 && last_rate_ != slow_rate; }

@@ -8,9 +8,9 @@
 ///
 ///     θ = argmin ‖f_k − ΔF θ‖,    w_{k+1} = g(w_k) − ΔG θ,
 ///
-/// which is GMRES where g is linear. It widens the limit, but does not replace Newton far beyond it: where g multiplies
-/// errors by ρ > 1, it ends at the iterate w_k whose residual is known, off by f_k/ρ, and not at its image g(w_k), off by f_k,
-/// which is ρ times the rounding in Ψ.
+/// which is GMRES where g is linear. It widens the limit, but does not replace Newton far beyond it. Where g multiplies errors by
+/// ρ > 1, the result is the last iterate w_k, with an error of f_k/ρ, and not its image g(w_k), with an error of f_k: that is ρ
+/// times the rounding in Ψ.
 #pragma once
 
 #include <Eigen/Core>

@@ -2,10 +2,10 @@
 /// What a resolve iterates on: the increment w = Y − b of the solved blocks (n unknowns for a motion, not 2n), its
 /// corrections δ and their sizes.
 ///
-/// Digits. Y = b + w would lose what a strong decay cancels (Y ≪ b), and b + w is the exact thing to store where nothing
-/// cancels. So each component decides for itself: where |b + w| < |b|/2 the iterate is corrected in place, Y ← Y + δ,
-/// which refines itself; elsewhere Y = b + w. The same rule serves r, v following from it. It replaces a choice between
-/// velocity, displacement and absolute unknowns by stiffness, and knows no units.
+/// Digits. Where a strong decay makes Y ≪ b, Y = b + w loses digits; where nothing cancels, b + w is exact. So each component
+/// decides for itself: where |b + w| < |b|/2 the iterate is corrected in place, Y ← Y + δ, and later corrections refine it;
+/// elsewhere Y = b + w. The same rule serves r, and where r is corrected in place, v follows from it. So no choice between
+/// velocity, displacement and absolute unknowns by stiffness is needed, and no units.
 ///
 /// An affine force gets one correction and no second to refine it, so there the start decides: Y = start + δ, from
 /// v = v_n, or from r = r_n (the displacement as unknown) where the drift's part of W is by far the larger. Either δ is then

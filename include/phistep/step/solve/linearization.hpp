@@ -26,6 +26,7 @@
 #include "phistep/step/jacobian/differences.hpp"
 #include "phistep/step/mass/bound_masses.hpp"
 #include "phistep/step/matrix/choice.hpp"
+#include "phistep/step/matrix/dense_system.hpp"
 #include "phistep/step/matrix/linear_system.hpp"
 #include "phistep/step/matrix/static_sparse_system.hpp"
 #include "phistep/step/solve/convergence.hpp"
@@ -120,6 +121,7 @@ class Linearization : public KeptFactors<ScalarOf<S>> {
     return all;
   }();
   static constexpr const SystemRow& row = system_row(facts);
+  /// Specialized beside each system. A lambda that says nothing of itself is of Structure::dense: DenseSystem (dense_system.hpp).
   using System = typename SystemFor<row.kind, facts, Scalar, LinearSolver, typename Rhs::Force>::type;
   static_assert(
       LinearSystem<System, Scalar, n_static>,
@@ -211,7 +213,8 @@ class Linearization : public KeptFactors<ScalarOf<S>> {
     this->scale(x);
     return all_finite(x.data(), x.size()) ? Outcome::success : Outcome::singular_matrix;
   }
-  // What fields (embed/field_linearization.hpp) do with fewer questions to all ranks.
+  // For fields (embed/field_linearization.hpp), spread over ranks, which ask each other less so. Of numbers, nothing: solve() itself,
+  // no sum known (−1), no size, nothing to agree on.
   [[nodiscard]] Outcome solve_unagreed(auto& x, const NewtonOptions& options, Statistics& statistics,
                                        const SolveTolerance<Plain>& allowed, double /*square*/) {
     return solve(x, options, statistics, allowed);

@@ -86,6 +86,7 @@ template <NewtonEquation Equation>
       if (const Outcome bad = equation.refresh(); failed(bad)) return bad;
       own = own || here;
     }
+    // What `trusted`, `settled` and `noise` mean: ConvergenceTest::judge.
     // What an iterative solver leaves may hide what is left to do: a stiff or heavy part's residual that of a soft one.
     constexpr bool is_inexact = requires { requires Equation::is_inexact; };
     // To a tolerance its solve ends at once where the residual is small enough: then no correction is needed.
@@ -120,11 +121,11 @@ template <NewtonEquation Equation>
   return last > 10 * first ? Outcome::newton_diverged : Outcome::newton_stalled;
 }
 
-/// The same, and where it fails with a matrix or a rate that earlier solves have left, again without them: no solve fails
+/// iterate_newton, and where it fails with a matrix or a rate that earlier solves have left, again without them: no solve fails
 /// for what was before.
 template <NewtonEquation Equation>
-[[nodiscard]] Outcome solve_newton(Equation& equation, ConvergenceTest& test, double keep_rate, bool line_search,
-                                   SolveRecord& record) {
+[[nodiscard]] Outcome iterate_or_start_anew(Equation& equation, ConvergenceTest& test, double keep_rate,
+                                            bool line_search, SolveRecord& record) {
   bool inherits = equation.has_jacobian() || equation.has_factors() || test.has_past();
   for (int k = 0;; test.start_over(k)) {
     const Outcome outcome = iterate_newton(equation, test, keep_rate, line_search, record, k, inherits);
@@ -142,7 +143,7 @@ template <NewtonEquation Equation>
   Outcome first = Outcome::success;
   for (bool line_search = options.line_search;; line_search = true) {
     ConvergenceTest test(options, round_off, rate);
-    const Outcome outcome = solve_newton(equation, test, keep_jacobian_rate(options), line_search, record);
+    const Outcome outcome = iterate_or_start_anew(equation, test, keep_jacobian_rate(options), line_search, record);
     rate = outcome == Outcome::success ? test.first_rate() : 0;
     if (outcome == Outcome::success) return outcome;
     if (first != Outcome::success) return first;

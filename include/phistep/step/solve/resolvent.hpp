@@ -48,7 +48,8 @@ class NewtonResolvent : public ResolventDefaults {
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
   using Rate = RateOf<S>;
-  using Matrix = Linearization<S, Rhs, LinearSolver, position, false, false, corrections != Corrections::one>;
+  using Matrix = Linearization<S, Rhs, LinearSolver, position, /*stages=*/false, /*shifted=*/false,
+                               /*iterated=*/corrections != Corrections::one>;
   static constexpr bool affine = Rhs::Traits::is_affine && !Matrix::matrix_free && !Matrix::follows_tolerance;
   /// One correction is all there is, with a J that the user answers for.
   static constexpr bool is_checked = corrections == Corrections::one && !affine && Matrix::is_promised;
@@ -114,7 +115,7 @@ class NewtonResolvent : public ResolventDefaults {
     // CVODE's bound.
     const bool is_tolerant = !affine && (options_.rtol > 0 || allowed.target > 0);
     matrix_.begin(gamma, is_tolerant ? Scalar{3} / 10 : static_cast<Scalar>(std::sqrt(round_off)));
-    Equation equation{{rhs, gamma, t, psi, psi_known, increment_}, *this, Y, guess, allowed};
+    Iterate equation{{rhs, gamma, t, psi, psi_known, increment_}, *this, Y, guess, allowed};
     const Outcome outcome = solve(equation, record);
     if (outcome == Outcome::singular_matrix) record.particle = matrix_.singular_particle();
     return outcome;
@@ -158,14 +159,14 @@ class NewtonResolvent : public ResolventDefaults {
   static constexpr double round_off = static_cast<double>(std::numeric_limits<Scalar>::epsilon());
 
   /// What solve_newton iterates on.
-  struct Equation : Residual<S, Rhs> {
+  struct Iterate : Residual<S, Rhs> {
     static constexpr bool is_inexact = Matrix::is_iterative;
     NewtonResolvent& self;
     Plain& Y;
     const Plain& guess;
     SolveTolerance<Plain> allowed;
     double square = -1;  // Σ (F_i weight_i)² of a field, −1: not known
-    [[no_unique_address]] Only<FieldState<S>, Correction> correction{};  // the last move of a field
+    [[no_unique_address]] Only<FieldState<S>, Correction> correction{};  // the size of a field's last correction
 
     void restart() { this->increment.start(Y, guess); }
     [[nodiscard]] Outcome residual() {
@@ -221,7 +222,7 @@ class NewtonResolvent : public ResolventDefaults {
     }
   };
 
-  [[nodiscard]] Outcome solve(Equation& equation, SolveRecord& record) {
+  [[nodiscard]] Outcome solve(Iterate& equation, SolveRecord& record) {
     if constexpr (affine) {
       return affine_solve_.run<Rhs::drifts>(equation, matrix_, increment_, options_.linear_rtol, round_off);
     } else if constexpr (corrections == Corrections::one) {
@@ -260,14 +261,15 @@ class NewtonResolvent : public ResolventDefaults {
   }
 
   /// Where a smaller step is at hand, plain Newton has one try.
-  [[nodiscard]] Outcome solve_controlled(Equation& equation, SolveRecord& record) {
+  [[nodiscard]] Outcome solve_controlled(Iterate& equation, SolveRecord& record) {
     // An old Jacobian contracts in proportion to γ, old factors no better than their own γ allows.
     const double gamma = std::abs(static_cast<double>(equation.gamma.force));
     const double growth = pace_.gamma_before > 0 ? gamma / pace_.gamma_before : 1;
     pace_.gamma_before = gamma;
     const double rate = std::max(pace_.rate * std::max(1.0, growth), matrix_.staleness(equation.gamma));
     ConvergenceTest test(equation.allowed.target, options_.max_iterations, rate, round_off);
-    const Outcome outcome = solve_newton(equation, test, keep_jacobian_rate({.rtol = 1}), options_.line_search, record);
+    const Outcome outcome =
+        iterate_or_start_anew(equation, test, keep_jacobian_rate({.rtol = 1}), options_.line_search, record);
     pace_.rate = outcome == Outcome::success ? test.rate() : 1;
     return outcome;
   }

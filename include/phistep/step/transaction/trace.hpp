@@ -61,7 +61,7 @@ struct Trace {
   double rtol = 0;  ///< the one in `weight`
   double newton_target =
       0;  ///< weighted RMS size of the error that an implicit solve may leave; 0: its own options rule
-  const Plain* usual = nullptr;  ///< what components usually are, for differences; null: as weights say
+  const Plain* usual = nullptr;  ///< usual sizes of components, for differences; null: those that the weights give
   bool has_unsized = false;      ///< components whose weight is 0 are measured by what they become
   bool wants_dense = false;      ///< dense output is read: keep what interpolate() needs
   bool asks_end = false;         ///< the step ends where the run does, or stops: Ψ there is asked in any case

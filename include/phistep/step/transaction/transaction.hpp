@@ -65,7 +65,8 @@ class Transaction {
     return report;
   }
 
-  /// @param steps     one, or several where takes_several: the same bits as by a call for each
+  /// @param steps     OneStep or, where takes_several, GridSteps (run/control/fixed_step.hpp): t(n), dt, count(); the same bits as by a
+  ///                  call for each
   /// @param bind      (y, t, dt, next, psi, masses, whether psi is Ψ(t, y)) → the equation of a step
   /// @param advance   (equation) → Outcome
   /// @param accepted  called after each
