@@ -50,6 +50,8 @@ class StridedBlock {
       if (at[d] != at[0] + d) return false;
     return true;
   }
+  /// Each component's numbers are neighbours, in arrays apart.
+  [[nodiscard]] bool has_components() const { return D > 1 && stride == 1; }
   /// All numbers lie in one piece.
   [[nodiscard]] bool is_contiguous() const { return stride == D && is_adjacent(); }
 

@@ -37,8 +37,8 @@ inline constexpr bool is_routine_of = false;
 template <class S, class Routine, bool reads_velocities>
 inline constexpr bool is_routine_of<S, RoutineForce<S, Routine, reads_velocities>> = true;
 
-/// What steps overwrite of a state's arrays, vector by vector: the numbers of the solved block, of the positions where the
-/// state has them, and of the forces.
+/// What steps overwrite of a state's arrays: the numbers of the solved block, of the positions where the state has them, and of
+/// the forces, vector by vector, or component by component where each has an array of its own (x[n], y[n], z[n]).
 template <State S>
 class UndoLog {
  public:
@@ -46,10 +46,13 @@ class UndoLog {
   static constexpr bool drifts = Blocks<S>::drifts;
   static constexpr std::size_t solved = drifts ? 1 : 0;  ///< which block
 
-  /// A step begins. False where the arrays have another length than in the step before.
+  /// A step begins. False where the arrays lie otherwise than in the step before, or have another length.
   bool begin(const S& state) {
     const Index n = state.rate().size();
-    const bool same = n == psi_.size();
+    const auto blocks = Blocks<S>::all(state);
+    const bool apart = state.rate().has_components() && std::get<0>(blocks).has_components() &&
+                       std::get<solved>(blocks).has_components();
+    const bool same = n == psi_.size() && apart == std::exchange(by_components_, apart);
     if (!same) {
       for (Numbers* all : {&v_, &psi_, &psi_next_}) all->resize(n);
       if constexpr (drifts) r_.resize(n);
@@ -88,6 +91,7 @@ class UndoLog {
   }
 
   [[nodiscard]] const Scalar* psi() const { return psi_.data(); }
+  [[nodiscard]] bool by_components() const { return by_components_; }
 
   /// For a pass: where it keeps what it overwrites, from number `at` on. (To stream it past the caches gains nothing.)
   struct Piece {
@@ -104,11 +108,19 @@ class UndoLog {
 
  private:
   using Numbers = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
-  static void take(const auto& from, Numbers& to) { from.gather(0, from.count, to.data()); }
-  static void give(const Numbers& from, const auto& to) { to.scatter(from.data(), 0, to.count); }
+  void take(const auto& from, Numbers& to) const {
+    if (!by_components_) return from.gather(0, from.count, to.data());
+    Scalar* next = to.data();
+    for (const Scalar* component : from.at) next = std::copy_n(component, from.count, next);
+  }
+  void give(const Numbers& from, const auto& to) const {
+    if (!by_components_) return to.scatter(from.data(), 0, to.count);
+    const Scalar* next = from.data();
+    for (Scalar* component : to.at) std::copy_n(next, to.count, component), next += to.count;
+  }
 
   Numbers r_, v_, psi_, psi_next_;
-  bool has_state_ = false, has_psi_ = false, has_next_ = false;
+  bool by_components_ = false, has_state_ = false, has_psi_ = false, has_next_ = false;
 };
 
 /// to[i] = x, a number or a packet of them.
@@ -141,11 +153,12 @@ template <bool keeps_state, bool keeps_psi, State S>
   const Block v{std::get<UndoLog<S>::solved>(Blocks<S>::all(state))}, r{std::get<0>(Blocks<S>::all(state))},
       psi{state.rate()};
   bool finite = true;
-  // pass(kernel, v, r) of numbers that follow one another, from number `at` on; the kernel keeps what it overwrites.
-  const auto update = [&](Index at, Scalar* v1, Scalar* r1, const Scalar* f, auto&& pass) PHISTEP_DETAIL_INLINED {
+  // pass(kernel, v, r) of numbers that follow one another, from number `at` of the log on; the kernel keeps what it overwrites.
+  // own(i) is the factor of the i-th.
+  const auto update = [&](Index at, const auto& own, Scalar* v1, Scalar* r1, const Scalar* f,
+                          auto&& pass) PHISTEP_DETAIL_INLINED {
     const Input<Scalar> v0{v1}, r0{r1}, psi0{known != nullptr ? known + at : f};
     const auto kernel = [=, by = by, kept = log.piece(at)](auto i, auto& v_new, auto&... r_new) PHISTEP_DETAIL_INLINED {
-      const auto own = [=](auto j) PHISTEP_DETAIL_INLINED { return factor(j + at); };
       if constexpr (keeps_state) put_number(i, v0[i], kept.v);
       if constexpr (keeps_psi) put_number(i, psi0[i], kept.psi);
       if constexpr (moves) {
@@ -160,26 +173,47 @@ template <bool keeps_state, bool keeps_psi, State S>
   };
   const bool is_whole = v.is_contiguous() && r.is_contiguous() && psi.is_contiguous(),
              by_vectors = v.is_adjacent() && r.is_adjacent() && psi.is_adjacent();
+  const auto own_from = [&factor](Index at) PHISTEP_DETAIL_INLINED {
+    return [=](auto j) PHISTEP_DETAIL_INLINED { return factor(j + at); };
+  };
   Scalar rooms[3][static_cast<std::size_t>(chunk * dim)];
   for (Index p = 0; p < psi.count; p += chunk) {
     const Index m = std::min(chunk, psi.count - p), n = m * dim, at = p * dim;
     const auto in_a_row = [n](const auto& kernel, auto*... to) { return update_in_place(n, kernel, to...); };
     if (is_whole) {
-      update(at, v.at[0] + at, r.at[0] + at, psi.at[0] + at, in_a_row);
+      update(at, own_from(at), v.at[0] + at, r.at[0] + at, psi.at[0] + at, in_a_row);
+    } else if (log.by_components()) {
+      for (std::size_t d = 0; d < dim; ++d) {
+        const Index first = at + static_cast<Index>(d), logged = static_cast<Index>(d) * psi.count + p;
+        // Factors of one component are no neighbours: no packets.
+        update(
+            logged, [factor, first](Index j) { return factor(first + j * dim); }, v.at[d] + p, r.at[d] + p,
+            psi.at[d] + p,
+            [m](const auto& kernel, auto*... to) {
+              return update_in_place(
+                  m, [&kernel](Index i, auto&... out) { kernel(i, out...); }, to...);
+            });
+      }
     } else if (by_vectors) {
       for (Index i = p; i < p + m; ++i)
-        update(i * dim, v.at[0] + i * v.stride, r.at[0] + i * r.stride, psi.at[0] + i * psi.stride,
+        update(i * dim, own_from(i * dim), v.at[0] + i * v.stride, r.at[0] + i * r.stride, psi.at[0] + i * psi.stride,
                [](const auto& kernel, auto*... to) { return update_unrolled<dim>(kernel, to...); });
     } else {
       v.gather(p, m, rooms[0]), r.gather(p, m, rooms[1]), psi.gather(p, m, rooms[2]);
-      update(at, rooms[0], rooms[1], rooms[2], in_a_row);
+      update(at, own_from(at), rooms[0], rooms[1], rooms[2], in_a_row);
       v.scatter(rooms[0], p, m);
       if constexpr (moves) r.scatter(rooms[1], p, m);
     }
     if (moves && seen != nullptr) {
-      seen->found = fingerprint(log.piece(at).r, n, seen->found);
-      r.gather(p, m, rooms[1]);
-      seen->left = fingerprint(rooms[1], n, seen->left);
+      const auto see = [&seen](const Scalar* found, const Scalar* left, Index count) {
+        seen->found = fingerprint(found, count, seen->found), seen->left = fingerprint(left, count, seen->left);
+      };
+      if (log.by_components()) {
+        for (std::size_t d = 0; d < dim; ++d) see(log.piece(static_cast<Index>(d) * psi.count + p).r, r.at[d] + p, m);
+      } else {
+        r.gather(p, m, rooms[1]);
+        see(log.piece(at).r, rooms[1], n);
+      }
     }
   }
   log.kept(keeps_state, keeps_psi);
