@@ -98,7 +98,7 @@ using SinglePhi = PhiScheme<Phi, Phi, form>;
 
 /// φ = 0. Order 1. Never stable for undamped motion: the energy of an oscillator grows by 1 + (ωΔt)² each step.
 inline constexpr SinglePhi<FixedPhi<0>> forward_euler{};
-/// φ = ½ at the two ends: the trapezoidal rule (some call it "midpoint"; not `midpoint` below). Order 2, A-stable; rings on stiff modes.
+/// φ = ½ at the two ends: the trapezoidal rule (some call it "midpoint"). Order 2, A-stable; rings on stiff modes.
 inline constexpr SinglePhi<FixedPhi<1, 2>> trapezoidal{};
 /// φ = 1. Order 1, L-stable: damps what it can't resolve.
 inline constexpr SinglePhi<FixedPhi<1>> backward_euler{};
