@@ -54,6 +54,7 @@ class SchemeOn<TrBdf2, S> : public SchemeDefaults {
   [[nodiscard]] static int order() { return TrBdf2::order(); }
   [[nodiscard]] static bool takes_singular_mass() { return true; }
   static constexpr bool traces = true;
+  [[nodiscard]] static bool estimates(const auto&) { return true; }
 
   [[nodiscard]] Outcome step(auto& eq) {
     const Scalar dt = eq.dt, a = gamma / 2 * dt;

@@ -127,6 +127,7 @@ class SchemeOn<Nystrom<Tableau, compensates>, S> : public SchemeDefaults {
   [[nodiscard]] static int error_order() { return Tableau::error_order; }
 
   static constexpr bool traces = true;
+  [[nodiscard]] static bool estimates(const auto&) { return true; }
 
   [[nodiscard]] Outcome step(auto& eq) {
     if (const Outcome bad = eq.slope_at_start(k_[0]); failed(bad)) return bad;

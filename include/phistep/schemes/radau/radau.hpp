@@ -73,6 +73,7 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
 
   [[nodiscard]] static bool takes_singular_mass() { return true; }
   static constexpr bool traces = true, interpolates = true;
+  [[nodiscard]] static bool estimates(const auto&) { return true; }
   [[nodiscard]] static bool leaves_force() { return false; }  // the last Ψ is that before the last correction
   /// A traced step is solved to the tolerance, and chooses order and Δt; another one to rounding.
   template <class Eq>

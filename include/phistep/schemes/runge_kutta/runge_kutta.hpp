@@ -129,6 +129,7 @@ class SchemeOn<RungeKutta<Tableau>, S> : public SchemeDefaults {
   [[nodiscard]] static int error_order() { return Tableau::error_order; }
 
   static constexpr bool traces = true;
+  [[nodiscard]] static bool estimates(const auto&) { return true; }
   static constexpr bool reads_weights = Estimate::has_two;
 
   [[nodiscard]] Outcome step(auto& eq) {

@@ -46,7 +46,6 @@ struct SchemeDefaults {
   /// Whether the Ψ that the last resolve has left may serve the next step: only if an error in it dies out.
   [[nodiscard]] static bool leaves_force() { return true; }
   [[nodiscard]] static Outcome error(auto& /*eq*/) { return Outcome::success; }  ///< step() leaves it
-  [[nodiscard]] static bool estimates(const auto& /*trace*/) { return true; }    ///< an error is known, given this past
   /// Ψ exists at the end of the traced step just taken.
   [[nodiscard]] static Outcome reach_end(auto& eq) { return eq.reach_end(); }
   /// `interpolate` has what it needs of the step done last; it may call the force for that.
