@@ -180,7 +180,7 @@ class SleepWatch {
       return true;
     return ParticleFingerprint<S>::without(state, computed, supports) != sleepers.seen;
   }
-  /// Wakes the particles that were edited, and watches those beside them.
+  /// Wakes the particles that were edited, and watches their neighbours.
   void adopt_edits(Sleepers<S>& sleepers, const S& state) {
     for (Index i = 0; i < state.size(); ++i) {
       Sleeper& one = sleepers[i];

@@ -52,8 +52,8 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
                                                                  : Refused{"rtol", wanted_.rtol});
     size_ = {};
     obey(law);
-    // An error of a few roundings is no more than rounding; where stages are combined with weights of up to a hundred,
-    // as high orders do, one of some dozens.
+    // An error below 8 units of rounding may be nothing else; below 64 where high orders combine their stages with weights
+    // of up to a hundred.
     const double least = (law.error_order <= law.order ? 64 : 8) * round_off;
     if (wanted_.rtol * std::min(allowed_, 1.0) < least)
       return Length::refuse({"rtol, which is below rounding", wanted_.rtol,

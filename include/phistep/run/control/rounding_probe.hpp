@@ -88,7 +88,7 @@ class RoundingProbe {
   /// Whether the last probe has found noise: the step may be tried again as it was. Asked once.
   [[nodiscard]] bool takes_back() { return std::exchange(course_.has_learned, false); }
 
-  /// A try that is no probe has come to `next`.
+  /// Keeps `next`, the end of a try that was no probe.
   void remember_end(const Plain& next) {
     copy_blocks<Plain>(end_, next);
     has_end_ = true;

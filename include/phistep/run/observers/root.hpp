@@ -51,7 +51,7 @@ template <class Scalar>
   return (g > 0) - (g < 0);
 }
 
-/// Closes the bracket a, b of opposite signs in place, by evaluations f(t), until it is no wider than `least` or the
+/// Moves a and b, where f has opposite signs, towards each other by evaluations f(t), until they are no further apart than `least` or the
 /// resolution of time. Both become the root where f meets zero, or the time where f is not finite.
 template <class Scalar, class F>
 void close_bracket(Sample<Scalar>& a, Sample<Scalar>& b, Scalar least, F&& f) {

@@ -133,7 +133,7 @@ struct Method {
   }
 
  private:
-  static constexpr double growth = 1e-9;  ///< of a step that counts as stable, where there is no formula
+  static constexpr double growth = 1e-9;  ///< without a formula: a step that grows by less counts as stable
   /// The largest x up to which test(x) → (whether it holds, factor to the next x) holds: 0, up to 1e4, or infinite.
   [[nodiscard]] static double end_of(auto&& test) {
     double low = 0, high = 0.02;
