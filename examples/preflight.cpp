@@ -21,7 +21,7 @@
 using Positions = Eigen::Matrix2Xd;
 using Bridge = phistep::Motion<Positions>;
 
-constexpr int along = 24, height = 4, middle = along / 2;                    // particles; number along and up, mid-span
+constexpr int wide = 24, height = 4, middle = wide / 2;                      // particles; number along and up, mid-span
 constexpr double spacing = 0.25, bead = 1, bond = 5e4, rod = 5e8, g = 9.81;  // [m] [kg] [N/m] [N/m] [m/s²]
 
 /// The ends of the bridge are held by springs to where they started.
@@ -29,7 +29,7 @@ struct Supports : phistep::ForceTerm {
   Positions home;  // [m]
   static constexpr bool uses_velocity = false, uses_time = false, is_affine = true;
   static constexpr phistep::Structure structure = phistep::Structure::diagonal;
-  static bool held(Eigen::Index i) { return i % along == 0 || i % along == along - 1; }
+  static bool held(Eigen::Index i) { return i % wide == 0 || i % wide == wide - 1; }
   void add(double, const auto& y, auto& out) const {
     for (Eigen::Index i = 0; i < home.cols(); ++i)
       if (held(i)) out.force.col(i) += bond * (home.col(i) - y.r.col(i));
@@ -42,14 +42,14 @@ struct Supports : phistep::ForceTerm {
 
 int main(int argc, char** argv) {
   const CommandLine options(argc, argv);
-  Positions r(2, along * height);
-  for (int i = 0; i < r.cols(); ++i) r.col(i) << spacing * (i % along), spacing * (i / along);
+  Positions r(2, wide * height);
+  for (int i = 0; i < r.cols(); ++i) r.col(i) << spacing * (i % wide), spacing * (i / wide);
   std::vector<phistep::Spring> bonds, rods;
   for (int i = 0; i < r.cols(); ++i)
     for (int j = i + 1; j < r.cols(); ++j)
       if (const double apart = (r.col(i) - r.col(j)).norm(); apart < 1.5 * spacing)
         bonds.push_back({i, j, bond, apart});
-  for (int i = 0; i + 1 < along; ++i) rods.push_back({i, i + 1, rod, spacing});
+  for (int i = 0; i + 1 < wide; ++i) rods.push_back({i, i + 1, rod, spacing});
   const auto force = phistep::spring_network<2>(bonds) + phistep::spring_network<2>(rods) + Supports{{}, r} +
                      phistep::Gravity{Eigen::Vector2d{0, -g}};
   Bridge start{r, Positions::Zero(2, r.cols())};
