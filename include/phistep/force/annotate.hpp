@@ -10,6 +10,8 @@
 
 #include <algorithm>
 #include <functional>
+#include <iterator>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
@@ -49,18 +51,13 @@ struct Callable<F> {
   }
 };
 
-/// Annotates a force, a term's force, or every term of a sum.
+/// Annotates a force, a term's force, or every term of a sum, by what the annotation says of it.
 template <template <class> class Annotation, class F>
-[[nodiscard]] constexpr Annotation<F> annotate(F f) {
-  return Annotation<F>{std::move(f)};
-}
-template <template <class> class Annotation, class F>
-[[nodiscard]] constexpr auto annotate(Term<F> term) {
-  return Term<Annotation<F>>{Annotation<F>{std::move(term.force)}};
-}
-template <template <class> class Annotation, class... T>
-[[nodiscard]] constexpr auto annotate(Sum<T...> sum) {
-  return map_terms(std::move(sum), [](auto term) { return annotate<Annotation>(std::move(term)); });
+[[nodiscard]] constexpr auto annotate(F f, const auto&... what) {
+  if constexpr (is_sum<F>)
+    return map_terms(std::move(f), [&](auto term) { return annotate<Annotation>(std::move(term), what...); });
+  else if constexpr (is_a<Term, F>) return Term{annotate<Annotation>(std::move(f.force), what...)};
+  else return Annotation<F>{std::move(f), what...};
 }
 
 /// Ψ is an affine function of (r, v), or of y: Ψ = f(t) + K r + C v with K and C constant in time. Checked in some of
@@ -129,6 +126,18 @@ template <class F, class V>
 struct ColumnPattern {
   std::vector<Eigen::Index> start{0}, row;
   [[nodiscard]] Eigen::Index columns() const { return static_cast<Eigen::Index>(start.size()) - 1; }
+  [[nodiscard]] std::span<const Eigen::Index> rows(Eigen::Index j) const {
+    const auto* const first = start.data() + j;
+    return {row.data() + first[0], row.data() + first[1]};
+  }
+  /// @throws std::invalid_argument where this isn't the pattern of an n×n matrix
+  void check(Eigen::Index n) const {
+    bool valid = columns() == n && start.front() == 0 && std::is_sorted(start.begin(), start.end()) &&
+                 start.back() == std::ssize(row);
+    for (Eigen::Index j = 0; valid && j < n; ++j)
+      for (Eigen::Index last = -1; const Eigen::Index i : rows(j)) valid = valid && last < i && i < n, last = i;
+    if (!valid) throw std::invalid_argument("phistep: the force's sparsity pattern doesn't fit its unknowns");
+  }
 };
 
 /// Entries from `lower` below to `upper` above the diagonal of an n×n matrix, both in blocks of b × b.
@@ -141,6 +150,27 @@ struct ColumnPattern {
     pattern.start.push_back(static_cast<Eigen::Index>(pattern.row.size()));
   }
   return pattern;
+}
+
+/// The pattern of a force's tangents: of a sum, all that its terms' have; a term without one has a diagonal tangent.
+[[nodiscard]] decltype(auto) pattern_of_tangents(auto& force, Eigen::Index n) {
+  if constexpr (requires { force.pattern(n); }) {
+    return force.pattern(n);
+  } else {
+    ColumnPattern all = band_pattern(n, 0, 0);
+    if constexpr (is_sum<std::remove_cvref_t<decltype(force)>>)
+      for_each_summand(force, [&](auto& term) {
+        const ColumnPattern& its = pattern_of_tangents(term, n);
+        its.check(n);
+        ColumnPattern both;
+        for (Eigen::Index j = 0; j < n; ++j) {
+          std::ranges::set_union(all.rows(j), its.rows(j), std::back_inserter(both.row));
+          both.start.push_back(std::ssize(both.row));
+        }
+        all = std::move(both);
+      });
+    return all;
+  }
 }
 
 /// Of a sparse Eigen matrix: its stored entries, whatever their values.
@@ -175,8 +205,8 @@ struct Patterned : Callable<F> {
 /// Declares where ∂Ψ/∂y (∂Ψ/∂r and ∂Ψ/∂v alike) may be non-zero, by a sparse matrix with entries there. Needs
 /// <phistep/sparse.hpp>.
 template <class F, class SparseMatrix>
-[[nodiscard]] Patterned<F> sparsity(F f, const SparseMatrix& matrix) {
-  return {std::move(f), pattern_of(matrix)};
+[[nodiscard]] auto sparsity(F f, const SparseMatrix& matrix) {
+  return annotate<Patterned>(std::move(f), pattern_of(matrix));
 }
 
 /// A force whose tangents are banded.
@@ -193,8 +223,8 @@ struct Banded : Callable<F> {
 /// depending on itself and its two neighbours, has lower = upper = 2b − 1.
 /// @throws std::invalid_argument where a bandwidth is negative
 template <class F>
-[[nodiscard]] Banded<F> banded(F f, Eigen::Index lower, Eigen::Index upper) {
-  return {std::move(f), lower, upper};
+[[nodiscard]] auto banded(F f, Eigen::Index lower, Eigen::Index upper) {
+  return annotate<Banded>(std::move(f), lower, upper);
 }
 
 }}  // namespace phistep::PHISTEP_ABI

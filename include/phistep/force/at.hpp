@@ -54,8 +54,8 @@ template <class Scheme, class... T>
 }
 
 template <template <class> class Annotation, class F>
-[[nodiscard]] constexpr auto annotate(At<F> term) {
-  return at(forward_euler, annotate<Annotation>(std::move(term.force)));
+[[nodiscard]] constexpr auto annotate(At<F> term, const auto&... what) {
+  return at(forward_euler, annotate<Annotation>(std::move(term.force), what...));
 }
 
 template <class T>
@@ -102,8 +102,8 @@ template <class Scheme, class F>
   return At<F>{std::move(term.force)};
 }
 template <template <class> class Annotation, class F>
-[[nodiscard]] constexpr auto annotate(Seldom<F> term) {
-  return seldom(term.k(), annotate<Annotation>(std::move(term.force)));
+[[nodiscard]] constexpr auto annotate(Seldom<F> term, const auto&... what) {
+  return seldom(term.k(), annotate<Annotation>(std::move(term.force), what...));
 }
 
 /// Whether a term enters as kicks, apart from the others.

@@ -250,7 +250,8 @@ struct ForceTraits<Sum<T...>, View, Rate> {
   static constexpr bool is_affine = (Of<T>::is_affine && ...);
   static constexpr bool is_symmetric = (Of<T>::is_symmetric && ...);
   static constexpr bool is_symmetric_network = (Of<T>::is_symmetric_network && ...);
-  static constexpr bool has_pattern = false;
+  static constexpr bool has_pattern =
+      ((Of<T>::has_pattern || Of<T>::structure <= Structure::diagonal) && ...) && (Of<T>::has_pattern || ...);
   /// Terms that name a block must agree on it.
   static constexpr int block = [] {
     int all = 0;

@@ -51,6 +51,26 @@ TEST_CASE("banded(f, 1, 1) just works: three force calls a Jacobian, one factori
   CHECK((u - by_hand(wave(n), 3)).cwiseAbs().maxCoeff() <= 3 * 21 * 8 * 2.3e-16);
 }
 
+TEST_CASE("declared of a term, of a sum or of its terms, a band costs the calls that it costs a force alone") {
+  const Rate half{[](const Vec& u) -> Vec { return heat(u) / 2; }};
+  const Rate from_below{[](const Vec& u) -> Vec {
+    Vec rate = -50 * u;
+    rate.tail(u.size() - 1) += 50 * u.head(u.size() - 1);
+    return rate;
+  }};
+  const Rate from_above{[&](const Vec& u) -> Vec { return from_below(u.reverse()).reverse(); }};
+  Vec alone = wave(100);
+  const Statistics s = steps(alone, banded(Rate{heat}, 1, 1), backward_euler, 2);
+  const auto check = [&](const auto& force) {
+    Vec u = wave(100);
+    CHECK(steps(u, force, backward_euler, 2).force_calls == s.force_calls);
+    CHECK((u - alone).cwiseAbs().maxCoeff() <= 1e-14);
+  };
+  check(banded(term(Rate{heat}), 1, 1));
+  check(banded(term(half) + term(half), 1, 1));
+  check(term(banded(from_below, 1, 0)) + term(banded(from_above, 0, 1)));
+}
+
 TEST_CASE("a wider promise than needed changes no digit that counts, and costs its calls") {
   Vec u = wave(100), v = u;
   const Statistics s = steps(u, banded(Rate{heat}, 4, 2), backward_euler, 2);

@@ -37,75 +37,54 @@ class ColumnColoring {
   ColumnColoring() = default;
   /// @throws std::invalid_argument where the pattern isn't one of an n×n matrix
   ColumnColoring(const Pattern& pattern, Eigen::Index n) {
-    check(pattern, n);
-    const Pattern rows = columns_of_rows(pattern);
-    const auto size = static_cast<std::size_t>(n);
-    std::vector<std::size_t> order(size);
-    std::iota(order.begin(), order.end(), std::size_t{0});
+    pattern.check(n);
+    const Pattern rows = transposed(pattern);
+    std::vector<Eigen::Index> order(static_cast<std::size_t>(n));
+    std::iota(order.begin(), order.end(), Eigen::Index{0});
     const Colors natural = greedy(pattern, rows, order);
-    std::vector<Eigen::Index> neighbors(size, 0);  // an upper bound: a neighbour by two rows counts twice
-    for (std::size_t j = 0; j < size; ++j)
-      for (auto p = pattern.start[j]; p < pattern.start[j + 1]; ++p) {
-        const auto i = at(pattern.row, p);
-        neighbors[j] += rows.start[i + 1] - rows.start[i];
-      }
-    std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return neighbors[a] > neighbors[b]; });
+    std::vector<Eigen::Index> neighbors(order.size(), 0);  // an upper bound: a neighbour by two rows counts twice
+    for (const Eigen::Index j : order)
+      for (const Eigen::Index i : pattern.rows(j)) neighbors[at(j)] += std::ssize(rows.rows(i));
+    std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return neighbors[at(a)] > neighbors[at(b)]; });
     const Colors largest_first = greedy(pattern, rows, order);
     const Colors& colors = largest_first.count < natural.count ? largest_first : natural;
     columns_.resize(colors.count);
-    for (std::size_t j = 0; j < size; ++j) columns_[colors.of[j]].push_back(static_cast<Eigen::Index>(j));
+    for (Eigen::Index j = 0; j < n; ++j) columns_[colors.of[at(j)]].push_back(j);
   }
 
   [[nodiscard]] Eigen::Index colors() const { return std::ssize(columns_); }
   /// The columns of one colour, ascending.
-  [[nodiscard]] const auto& columns(Eigen::Index color) const { return columns_[static_cast<std::size_t>(color)]; }
+  [[nodiscard]] const auto& columns(Eigen::Index color) const { return columns_[at(color)]; }
 
  private:
   struct Colors {
     std::vector<std::size_t> of;
     std::size_t count = 0;
   };
-  [[nodiscard]] static std::size_t at(const std::vector<Eigen::Index>& list, Eigen::Index p) {
-    return static_cast<std::size_t>(list[static_cast<std::size_t>(p)]);
-  }
+  [[nodiscard]] static std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
-  static void check(const Pattern& pattern, Eigen::Index n) {
-    bool valid = pattern.columns() == n && pattern.start.front() == 0 &&
-                 std::is_sorted(pattern.start.begin(), pattern.start.end()) &&
-                 pattern.start.back() == static_cast<Eigen::Index>(pattern.row.size());
-    for (std::size_t j = 0; valid && j + 1 < pattern.start.size(); ++j)
-      for (auto p = pattern.start[j]; p < pattern.start[j + 1]; ++p) {
-        const auto* const row = pattern.row.data() + p;
-        valid = valid && *row >= 0 && *row < n && (p == pattern.start[j] || row[-1] < row[0]);
-      }
-    if (!valid) throw std::invalid_argument("phistep: the force's sparsity pattern doesn't fit its unknowns");
-  }
-  /// The transpose: which columns each row has.
-  [[nodiscard]] static Pattern columns_of_rows(const Pattern& pattern) {
-    const std::size_t n = pattern.start.size() - 1;
-    Pattern rows{std::vector<Eigen::Index>(n + 1, 0), std::vector<Eigen::Index>(pattern.row.size())};
-    for (const Eigen::Index i : pattern.row) ++rows.start[static_cast<std::size_t>(i) + 1];
+  /// Which columns each row has.
+  [[nodiscard]] static Pattern transposed(const Pattern& pattern) {
+    Pattern rows{std::vector<Eigen::Index>(pattern.start.size(), 0), std::vector<Eigen::Index>(pattern.row.size())};
+    for (const Eigen::Index i : pattern.row) ++rows.start[at(i) + 1];
     std::partial_sum(rows.start.begin(), rows.start.end(), rows.start.begin());
     std::vector<Eigen::Index> next(rows.start.begin(), rows.start.end() - 1);
-    for (std::size_t j = 0; j < n; ++j)
-      for (auto p = pattern.start[j]; p < pattern.start[j + 1]; ++p)
-        rows.row[static_cast<std::size_t>(next[at(pattern.row, p)]++)] = static_cast<Eigen::Index>(j);
+    for (Eigen::Index j = 0; j < pattern.columns(); ++j)
+      for (const Eigen::Index i : pattern.rows(j)) rows.row[at(next[at(i)]++)] = j;
     return rows;
   }
   [[nodiscard]] static Colors greedy(const Pattern& pattern, const Pattern& rows,
-                                     const std::vector<std::size_t>& order) {
+                                     const std::vector<Eigen::Index>& order) {
     const std::size_t none = order.size();
     Colors colors{std::vector<std::size_t>(order.size(), none)};
-    std::vector<std::size_t> taken(order.size(), none);  // by colour: the last column that may not have it
-    for (const std::size_t j : order) {
-      for (auto p = pattern.start[j]; p < pattern.start[j + 1]; ++p) {
-        const std::size_t i = at(pattern.row, p);
-        for (auto q = rows.start[i]; q < rows.start[i + 1]; ++q)
-          if (const std::size_t c = colors.of[at(rows.row, q)]; c != none) taken[c] = j;
-      }
+    std::vector<Eigen::Index> taken(order.size(), -1);  // by colour: the last column that may not have it
+    for (const Eigen::Index j : order) {
+      for (const Eigen::Index i : pattern.rows(j))
+        for (const Eigen::Index other : rows.rows(i))
+          if (const std::size_t c = colors.of[at(other)]; c != none) taken[c] = j;
       std::size_t c = 0;
       while (taken[c] == j) ++c;
-      colors.of[j] = c;
+      colors.of[at(j)] = c;
       colors.count = std::max(colors.count, c + 1);
     }
     return colors;
@@ -311,8 +290,7 @@ class DifferenceTangent {
   /// f(i) for the rows of a column.
   void for_each_row(Index j, auto&& f) const {
     if constexpr (patterned) {
-      const auto* const start = columns_.pattern.start.data() + j;
-      for (Index p = start[0]; p < start[1]; ++p) f(columns_.pattern.row[static_cast<std::size_t>(p)]);
+      for (const Index i : columns_.pattern.rows(j)) f(i);
     } else {
       for (Index i = 0; i < change_.size(); ++i) f(i);
     }
@@ -334,7 +312,7 @@ class DifferenceTangent {
     bool fresh = false;
 
     void resize(Rhs& rhs, Index n) {
-      const ColumnPattern& now = rhs.force().pattern(n);
+      const ColumnPattern& now = pattern_of_tangents(rhs.force(), n);
       if (coloring.colors() == 0 || now.start != pattern.start || now.row != pattern.row) {
         coloring = ColumnColoring<>(now, n);
         pattern = now;
