@@ -7,8 +7,6 @@
 /// over one particle's components.
 #pragma once
 
-#include <Eigen/Core>
-
 #include <algorithm>
 #include <bit>
 #include <cmath>

@@ -15,8 +15,6 @@
 /// IV.8.19). It goes as h^{s+1}; radau_control.hpp says how that is used.
 #pragma once
 
-#include <Eigen/Core>
-
 #include <cmath>
 #include <cstddef>
 #include <stdexcept>

@@ -4,8 +4,6 @@
 /// (schemes/radau/shifted_stages.hpp).
 #pragma once
 
-#include <Eigen/Core>
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>

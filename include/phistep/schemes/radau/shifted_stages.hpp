@@ -7,8 +7,6 @@
 /// (Hairer & Wanner, Solving ODEs II, sect. IV.8, eq. 8.9).
 #pragma once
 
-#include <Eigen/Core>
-
 #include <cstddef>
 #include <utility>
 #include <vector>

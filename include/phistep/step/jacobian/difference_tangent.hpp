@@ -16,7 +16,6 @@
 #include <cstddef>
 #include <limits>
 #include <numeric>
-#include <stdexcept>
 #include <tuple>
 #include <vector>
 
