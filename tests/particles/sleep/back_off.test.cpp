@@ -65,6 +65,16 @@ struct Scene {
   }
 };
 
+/// Pushes the first ten along x from t = 1 on, for 0.1; counts the calls for all.
+struct Drive : ForceTerm {
+  int* looks;
+  static constexpr bool uses_velocity = false, acts_on_each = true;
+  void add(double t, const auto& y, auto& out) const {
+    *looks += active_set(y) == nullptr;
+    if (t >= 1 && t < 1.1) out.force.row(0).head(10).array() += 1;
+  }
+};
+
 }  // namespace
 
 TEST_CASE("a set that changes at every step is given up, and tried again when that is forgotten") {
@@ -139,4 +149,28 @@ TEST_CASE("too few aren't put to sleep") {
   fewer.run_to(3000);
   CHECK(fewer.all_computed(0, 3000));
   CHECK(fewer.stepper.report().fell_asleep == 0);
+}
+
+TEST_CASE("a term that changes with time by itself wakes those that it pushes otherwise") {
+  int looks = 0;
+  for (const int of : {100, 10}) {  // beside others, and alone
+    Points y{Eigen::Matrix2Xd(2, of)};
+    for (Index i = 0; i < of; ++i) y.r.col(i) << 10.0 * static_cast<double>(i), 0;
+    Sleeping stepper{PhiStepper{y, Drive{{}, &looks}, symplectic_euler}, options};
+    int n = 0;
+    const auto run_to = [&](int end) {
+      for (; n < end; ++n) REQUIRE(stepper.step(y, dt * n, dt));
+    };
+    run_to(990);
+    CHECK(stepper.report().asleep == of);
+    CHECK(stepper.report().woken == 0);
+    looks = 0;
+    run_to(1000);
+    CHECK(looks == 1);
+    run_to(1300);
+    CHECK(stepper.report().woken == 10);
+    CHECK(stepper.report().asleep == of - 10);
+    CHECK(y.v.row(0).head(10).minCoeff() >= 0.1 - options.every * dt - 1e-12);
+    CHECK(y.v.row(0).head(10).maxCoeff() <= 0.1 + 1e-12);
+  }
 }

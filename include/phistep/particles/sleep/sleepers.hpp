@@ -95,6 +95,9 @@ struct Sleepers {
     Vector stopped = Vector::Zero();   ///< v when it fell asleep [length/time]
     Vector push = Vector::Zero();      ///< its mean acceleration before [length/time²]
     Turn turn = Turn::Zero();          ///< its mean angular acceleration before [1/time²]
+    bool is_driven = false;            ///< asleep, with what follows known
+    Vector drive = Vector::Zero();     ///< its acceleration by terms that may change with time, when it fell asleep
+    Turn twist = Turn::Zero();         ///< its angular acceleration by these
 
     [[nodiscard]] bool is_asleep() const { return kind == Kind::asleep; }
     [[nodiscard]] bool is_computed() const { return kind == Kind::awake || kind == Kind::watched; }
@@ -132,7 +135,8 @@ struct Sleepers {
     ar.columns("particles", all, "kind", &T::kind, "moves", &T::moves, "properties", &T::properties, "seen", &T::seen,
                "expired", &T::expired, "quiet", &T::quiet, "impulse", &T::impulse, "since", &T::since, "expires",
                &T::expires, "slept", &T::slept, "rest", &T::rest, "sample", &T::sample, "velocity", &T::velocity,
-               "spin", &T::spin, "stopped", &T::stopped, "push", &T::push, "turn", &T::turn);
+               "spin", &T::spin, "stopped", &T::stopped, "push", &T::push, "turn", &T::turn, "is_driven", &T::is_driven,
+               "drive", &T::drive, "twist", &T::twist);
     ar("id", id, "report", report, "since_check", since_check, "clock", clock, "checked", checked, "review", review,
        "impulse_rate", impulse_rate, "seen", seen, "free", free, "sets", sets, "unrest", unrest, "edited", edited,
        "changed", changed, "scene", scene);
@@ -191,17 +195,33 @@ struct Sleepers {
   /// One that was held by the user is computed.
   void start_awake(Index i) { start((*this)[i], Kind::awake), (*this)[i].expired = 0; }
   void wake_all() {
-    // None has been quiet for the steps that weren't done.
-    since_check = 0;
-    checked = clock;
+    begin_checks();
     for (Index i = 0; i < size(); ++i)
       if ((*this)[i].is_asleep()) wake(i, Kind::awake), (*this)[i].expired = 0;
   }
+  /// None has been quiet for steps that weren't done.
+  void begin_checks() { since_check = 0, checked = clock; }
   [[nodiscard]] static bool moves(const S& state, Index i) {
     return (state.v.col(i).array() != 0).any() || (spin_of(state, i).array() != 0).any();
   }
   [[nodiscard]] bool is_slow(const S& state, Index i) const {
     return size_of(state, i, state.v.col(i), spin_of(state, i) - (*this)[i].spin) < speed();
+  }
+
+  /// Wakes those whose acceleration by terms that may change with time is another one than when they fell asleep: by so much that it
+  /// would have made them as fast as `speed` since.
+  void wake_driven(const S& state, const auto& accelerations) {
+    for (Index i = 0; i < size(); ++i) {
+      Sleeper& one = (*this)[i];
+      if (!one.is_asleep()) continue;
+      const Vector a = std::get<0>(accelerations).col(i);
+      Turn alpha = Turn::Zero();
+      if constexpr (spins) alpha = std::get<1>(accelerations).col(i);
+      if (!std::exchange(one.is_driven, true)) one.drive = a, one.twist = alpha;
+      const Scalar change = size_of(state, i, a - one.drive, alpha - one.twist);
+      if (!(change * static_cast<Scalar>(clock - one.since) < speed())) wake(i, Kind::watched);
+    }
+    if (changed) begin_checks();
   }
 
   /// Wakes those whose sleep has expired, and finds out which of those computed are quiet.
@@ -235,8 +255,7 @@ struct Sleepers {
     // Remembered for some fifty checks: particles that were put to sleep and woken in vain aren't put to sleep again at once.
     unrest = std::max(0.97 * unrest, std::min(1.0, static_cast<double>(sets) / static_cast<double>(since_check)));
     sets = 0;
-    since_check = 0;
-    checked = clock;
+    begin_checks();
   }
   /// Whether a watched particle is at rest: its mean acceleration won't soon make it as fast as `speed`, and is not the one that went
   /// on while it slept the last time.
@@ -268,6 +287,7 @@ struct Sleepers {
     is_computed[static_cast<std::size_t>(i)] = 0;
     report.energy_removed += kinetic_energy(state, i);
     one.stopped = state.v.col(i);
+    one.is_driven = false;
     one.since = clock;
     one.slept = 0;
     state.v.col(i).setZero();

@@ -8,9 +8,8 @@
 /// the user edits, or whose properties are changed; those beside a sleeper or support that is moved or erased are watched.
 /// stepper().force() and reset() wake all, and so does any change where the whole scene sleeps, which makes a step nothing at all.
 /// Where more than nine tenths of the bodies would stay awake (six tenths, if the set changes at every step), none is put to sleep. If
-/// that shows only after some have fallen asleep, all wake, and the next attempt comes later the fewer could sleep.
-///
-/// Not seen: a force that changes with time by itself.
+/// that shows only after some have fallen asleep, all wake, and the next attempt comes later the fewer could sleep. Terms that may change
+/// with time by themselves (uses_time, without a memory) are evaluated for all once in `every` steps, to see whom they push otherwise.
 #pragma once
 
 #include <cmath>
@@ -46,6 +45,7 @@ class Sleeping {
   static constexpr bool spins = S::template has<Spin>;
   static_assert(solved_blocks<S> == 1 + (spins ? 1 : 0), "phistep: only what moves and turns can fall asleep");
   using Force = std::remove_reference_t<decltype(std::declval<Stepper&>().force_to_look_at())>;
+  using View = decltype(S::view(std::declval<const S&>(), S::masses(std::declval<const S&>())));
   static_assert(tells_its_pairs<Force, dim>,
                 "phistep: a term doesn't tell who acts on whom (for_each_pair(memory, f), or acts_on_each): what its "
                 "forces move can't be let sleep");
@@ -62,6 +62,8 @@ class Sleeping {
     if (std::exchange(changes_, stepper_.changes()) != stepper_.changes())
       sleepers_.wake_all(), watch_.forget();  // the force may be another one
     const bool is_edited = adopt(state, origin);
+    if constexpr (Drives<Force>::value)
+      if (sleepers_.report.asleep > 0 && sleepers_.since_check % sleepers_.options.every == 0) look_at_drive(state, t);
     if (is_all_asleep() && std::isfinite(dt) && std::isfinite(t) && t + dt != t &&
         sleepers_.clock + std::abs(dt) < sleepers_.review) {
       ++steps_;
@@ -143,6 +145,24 @@ class Sleeping {
     return origin.with(origin == Origin::unedited && !sleepers_.edited ? Origin::unedited : Origin::rest_unedited);
   }
 
+  /// Whether a term may push otherwise where nothing but time has changed.
+  template <class F>
+  struct Drives : std::bool_constant<ForceTraits<F, View, RateOf<S>>::uses_time && !remembers<F>> {};
+  template <class... T>
+  struct Drives<Sum<T...>> : std::disjunction<Drives<Unwrapped<T>>...> {};
+
+  void look_at_drive(const S& state, Scalar t) {
+    const auto masses = S::masses(state);
+    RateOf<S> rate = make_rate<S>(state);
+    const auto accelerations = RateOf<S>::blocks(rate);
+    set_zero(accelerations);
+    for_each_summand(stepper_.force_to_look_at(), [&]<class F>(F& term) {
+      if constexpr (Drives<F>::value) add_force(term, t, S::view(state, masses), NoMemory{}, rate);
+    });
+    static_cast<void>(divide_by_mass(accelerations, masses));
+    sleepers_.wake_driven(state, accelerations);
+    if (sleepers_.changed) change_set();
+  }
   /// After a step: wakes those that a fast particle reaches, and from time to time puts others to sleep.
   void look_around(S& state, Scalar dt) {
     auto& force = stepper_.force_to_look_at();
