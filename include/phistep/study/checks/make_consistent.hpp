@@ -6,7 +6,7 @@
 ///     P Ψ(t, y) = 0,   y_i as it was for the components i that the user fixes                                   (2)
 ///
 /// damped by the natural monotonicity test (P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004, sect. 3.3).
-/// J comes from differences, matrices are dense: one force call an unknown and iteration.
+/// J comes from differences, matrices are dense: each iteration calls the force once for each component that may change.
 #pragma once
 
 #include <Eigen/Core>
@@ -97,29 +97,28 @@ class ConsistentSolve {
 
   [[nodiscard]] Outcome linearize(Vector& x, const Vector& r, auto& residual, const Matrix& M,
                                   const std::vector<Eigen::Index>& free) {
-    const Eigen::Index n = x.size();
-    Matrix D(n, n);
-    Vector there(n);
-    for (Eigen::Index j = 0; j < n; ++j) {
+    if (free.empty()) return Outcome::singular_matrix;
+    Matrix A(x.size(), std::ssize(free));
+    Vector there(x.size());
+    for (Eigen::Index k = 0; const Eigen::Index j : free) {
       const Scalar was = x[j];
       x[j] += std::sqrt(std::numeric_limits<Scalar>::epsilon()) * scale_[j];
       const Scalar by = x[j] - was;
       const bool finite = residual(x, there);
       x[j] = was;
       if (!finite) return Outcome::non_finite_jacobian;
-      D.col(j) = (there - r) / by;
+      A.col(k++) = (there - r) / by;
     }
-    if (std::ssize(free) == n)
+    if (A.cols() == x.size())
       if (const Scalar size = M.cwiseAbs().maxCoeff(); size > 0)
-        D += std::max(D.cwiseAbs().maxCoeff() / size, std::numeric_limits<Scalar>::min()) * M;
+        A += std::max(A.cwiseAbs().maxCoeff() / size, std::numeric_limits<Scalar>::min()) * M;
     // Scaled: columns by the size of x, rows by their largest entry.
-    const Matrix A = D(Eigen::all, free) * scale_(free).asDiagonal();
-    rows_.setOnes(n);
-    for (Eigen::Index i = 0; i < n; ++i)
-      if (const Scalar most = A.cols() > 0 ? A.row(i).cwiseAbs().maxCoeff() : Scalar{0}; most > 0) rows_[i] = 1 / most;
+    A = (A * scale_(free).asDiagonal()).eval();
+    rows_ = A.cwiseAbs().rowwise().maxCoeff();
+    for (Scalar& each : rows_) each = each > 0 ? 1 / each : 1;
     qr_.setThreshold(std::sqrt(std::numeric_limits<Scalar>::epsilon()) / 8);  // differences are good to √u
     qr_.compute(rows_.asDiagonal() * A);
-    return A.cols() > 0 && qr_.rank() == A.cols() ? Outcome::success : Outcome::singular_matrix;
+    return qr_.rank() == A.cols() ? Outcome::success : Outcome::singular_matrix;
   }
   /// δ of the last linearization
   [[nodiscard]] Vector solve(const Vector& r, const std::vector<Eigen::Index>& free) const {
