@@ -51,17 +51,13 @@ namespace phistep { inline namespace PHISTEP_ABI {
 }
 /// The most inner steps of length h that an outer step may have; 0 where one is too many already.
 [[nodiscard]] inline int most_inner_steps(double a, double b, double h) {
-  int low = 0, high = 1;
-  const auto holds = [&](int k) { return k * h <= outer_step_limit(a, b, k); };
-  for (; holds(high); high *= 2) {
-    low = high;
+  const auto holds = [&](double k) {
+    return k < 1 || std::floor(k) * h <= outer_step_limit(a, b, static_cast<int>(k));
+  };
+  int high = 1;
+  for (; holds(high); high *= 2)
     if (high > 1 << 20) return high;
-  }
-  while (high - low > 1) {
-    const int middle = (low + high) / 2;
-    (holds(middle) ? low : high) = middle;
-  }
-  return low;
+  return static_cast<int>(last_that_holds(high / 2, high, 30, holds));
 }
 
 /// The matrix of one outer step: kicks.hpp's loop, of matrices of any size.
