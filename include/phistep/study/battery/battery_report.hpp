@@ -138,13 +138,16 @@ template <class Law, class... Tag>
   BatteryReport report;
   bool finite = true;
   double by_packs = 0, by_energy = 0;
-  const auto relative = [](double a, double b, double scale) { return std::abs(a - b) / std::max(std::abs(b), scale); };
+  const auto relative = [](double a, double b, double scale) {
+    const double error = a == b ? 0 : std::abs(a - b) / std::max(std::abs(b), scale);
+    return std::isnan(error) ? std::numeric_limits<double>::infinity() : error;  // std::max passes over a NaN
+  };
   const int count = 64;
   const double typical = std::abs(static_cast<double>(law(0.25 * (nearest + cutoff) * (nearest + cutoff), tag...)));
   for (int k = 0; k <= count; ++k) {
     const double r = nearest + (cutoff - nearest) * (k + 0.5) / (count + 1), r2 = r * r;
     const double strength = law(r2, tag...);
-    finite = finite && std::isfinite(strength);
+    if (finite = finite && std::isfinite(strength); !finite) break;
     by_packs = std::max(by_packs, relative(P{law(P{r2}, tag...)}[0], strength, typical));
     if constexpr (requires { law.energy(r2, tag...); }) {
       // The central difference of order 4: its error is (h/r²)⁴ of the strength, rounding 1e-16 r²/h.
