@@ -100,7 +100,7 @@ struct Anchored : ForceTerm {
   struct Memory {
     Vec anchor;
   };
-  static constexpr bool uses_velocity = false, uses_time = false;
+  static constexpr bool uses_velocity = false;
   static void begin(double, double, const auto& y, Memory& m) { m.anchor = y.r; }
   static void add(double, const auto& y, const Memory& m, auto& out) {
     out.force -= (y.r - m.anchor).array().sinh().matrix();
