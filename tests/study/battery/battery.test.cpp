@@ -110,6 +110,7 @@ TEST_CASE("check_state passes a struct of blocks, and finds one that names a blo
   CHECK(check_state(Rigid{Eigen::Matrix3d::Identity(), {1, 2, 3}}));
   CHECK(check_state(Motion<Eigen::VectorXf>{Eigen::VectorXf::Ones(3), Eigen::VectorXf::Ones(3)}));
   CHECK_THAT(broken_lines(check_state(Twice{Eigen::Matrix3d::Identity()})), contains("adds dt"));
+  CHECK_THAT(broken_lines(check_state(Eigen::VectorXd())), contains("has a number"));
 }
 
 namespace {
