@@ -87,6 +87,9 @@ TEST_CASE("extended_xyz observes motions: matrices, flat vectors, columns that a
   CHECK(plane.str() ==
         "2\nProperties=species:S:1:pos:R:3:velo:R:3 Time=0\nX 1 2 0 5 6 0\nX 3 4 0 7 8 0\n"
         "2\nProperties=species:S:1:pos:R:3:velo:R:3 Time=1\nX 1 2 0 5 6 0\nX 3 4 0 7 8 0\n");
+  plane.str("");
+  extended_xyz(plane)(0.0, Motion<Eigen::VectorXd>{});
+  CHECK(plane.str() == "0\nProperties=species:S:1:pos:R:3:velo:R:3 Time=0\n");
   auto wrong = extended_xyz(plane);
   CHECK_THROWS_AS(wrong(0.0, pair), std::invalid_argument);  // four numbers are no particles in space
 }

@@ -224,6 +224,7 @@ TEST_CASE("sizes that don't fit are refused, and leave no file") {
   CHECK_THROWS_AS(write_vtk(path, six, VtkGrid{.size = {7}}), std::invalid_argument);
   CHECK_THROWS_WITH(write_vtk(path, six, VtkGrid{.size = {6}}, column("p", Eigen::VectorXd(six.head(5)))),
                     contains("6 points or cells has an array p of 5"));
+  CHECK_THROWS_WITH(write_vtk(path, six, VtkGrid{.size = {6}}, column("", six)), contains("without a name"));
   const Motion<Eigen::Matrix3Xd> net{Eigen::Matrix3Xd::Zero(3, 4), Eigen::Matrix3Xd::Zero(3, 4)};
   CHECK_THROWS_WITH(write_vtk(path, net, {.triangles = {{0, 1, 2}, {1, 2, 4}}}),
                     contains("4 points or cells has a cell with the point 4"));

@@ -26,6 +26,7 @@
 #include "phistep/base/state/motion.hpp"
 #include "phistep/embed/places.hpp"
 #include "phistep/force/routine.hpp"
+#include "phistep/force/sum.hpp"
 #include "phistep/step/mass/mass.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
@@ -122,7 +123,7 @@ class MotionInPlace
   static_assert(
       Arrays::is_of_one_kind,
       "phistep: positions, velocities and forces in place are vectors of the same numbers, as many a particle");
-  static_assert(!are_bare_numbers<R> && !are_bare_numbers<V> && !are_bare_numbers<F>,
+  static_assert(!is_a<BareNumbers, R> && !is_a<BareNumbers, V> && !is_a<BareNumbers, F>,
                 "phistep: places(x, n) of plain numbers may mean x(n) or x(3, n): write places<1>(x, n) or "
                 "places<3>(x, n) for n particles");
 

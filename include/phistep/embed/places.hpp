@@ -86,10 +86,6 @@ struct StridedPlaces {
 /// Numbers one after the other: whether x(n) is meant, or x(3, n), doesn't show in a pointer.
 template <class Scalar>
 struct BareNumbers : StridedPlaces<Scalar, 1> {};
-template <class Places>
-inline constexpr bool are_bare_numbers = false;
-template <class Scalar>
-inline constexpr bool are_bare_numbers<BareNumbers<Scalar>> = true;
 
 /// Where n vectors or numbers lie, from a pointer on.
 template <class T>

@@ -39,25 +39,6 @@ struct At : WrappedForce {
   explicit constexpr At(F f) : force(std::move(f)) {}
 };
 
-/// Treats a term (a lambda too) or every term of a sum by forward_euler, whatever the stepper's scheme.
-template <class Scheme, class F>
-[[nodiscard]] constexpr At<F> at(Scheme /*scheme*/, F force) {
-  static_assert(
-      std::is_same_v<Scheme, ForwardEuler>,
-      "phistep: at(scheme, term) takes forward_euler: the other terms have the stepper's own scheme (terms at "
-      "other phi: not yet)");
-  return At<F>{std::move(force)};
-}
-template <class Scheme, class... T>
-[[nodiscard]] constexpr auto at(Scheme scheme, Sum<T...> sum) {
-  return map_terms(std::move(sum), [scheme](auto term) { return at(scheme, std::move(term)); });
-}
-
-template <template <class> class Annotation, class F>
-[[nodiscard]] constexpr auto annotate(At<F> term, const auto&... what) {
-  return at(forward_euler, annotate<Annotation>(std::move(term.force), what...));
-}
-
 template <class T>
 inline constexpr bool is_at = is_a<At, T>;
 
@@ -80,6 +61,26 @@ class Seldom : public WrappedForce {
 template <class T>
 inline constexpr bool is_seldom = is_a<Seldom, T>;
 
+/// Treats a term (a lambda too) or every term of a sum by forward_euler, whatever the stepper's scheme.
+template <class Scheme, class F>
+[[nodiscard]] constexpr At<F> at(Scheme /*scheme*/, F force) {
+  static_assert(!is_seldom<F>, "phistep: seldom(k, term) takes a term without at(scheme, term)");
+  static_assert(
+      std::is_same_v<Scheme, ForwardEuler>,
+      "phistep: at(scheme, term) takes forward_euler: the other terms have the stepper's own scheme (terms at "
+      "other phi: not yet)");
+  return At<F>{std::move(force)};
+}
+template <class Scheme, class... T>
+[[nodiscard]] constexpr auto at(Scheme scheme, Sum<T...> sum) {
+  return map_terms(std::move(sum), [scheme](auto term) { return at(scheme, std::move(term)); });
+}
+
+template <template <class> class Annotation, class F>
+[[nodiscard]] constexpr auto annotate(At<F> term, const auto&... what) {
+  return at(forward_euler, annotate<Annotation>(std::move(term.force), what...));
+}
+
 /// Calls a term (a lambda too), or every term of a sum, once in k inner steps.
 /// @param k  ≥ 1; every k of a sum has to divide the largest
 /// @throws std::invalid_argument unless k ≥ 1
@@ -95,11 +96,6 @@ template <class F>
 template <class... T>
 [[nodiscard]] constexpr auto seldom(int k, Sum<T...> sum) {
   return map_terms(std::move(sum), [k](auto term) { return seldom(k, std::move(term)); });
-}
-template <class Scheme, class F>
-[[nodiscard]] constexpr At<F> at(Scheme /*scheme*/, Seldom<F> term) {
-  static_assert(!sizeof(F), "phistep: seldom(k, term) takes a term without at(scheme, term)");
-  return At<F>{std::move(term.force)};
 }
 template <template <class> class Annotation, class F>
 [[nodiscard]] constexpr auto annotate(Seldom<F> term, const auto&... what) {

@@ -137,41 +137,6 @@ concept AddsJacobian = requires(F& f, double t, const View& y, ProbeSink& sink) 
   f.add_jacobian(t, y, memory, sink);
 };
 
-/// What a force says about itself by a static member (a template where it depends on the kind of state); `otherwise`
-/// where it is silent.
-template <class F, class View>
-[[nodiscard]] consteval bool says_uses_velocity(bool otherwise) {
-  if constexpr (requires { bool{F::template uses_velocity_of<View>}; }) return F::template uses_velocity_of<View>;
-  else if constexpr (requires { bool{F::uses_velocity}; }) return F::uses_velocity;
-  else return otherwise;
-}
-template <class F, class View>
-[[nodiscard]] consteval bool says_uses_time(bool otherwise) {
-  if constexpr (requires { bool{F::template uses_time_of<View>}; }) return F::template uses_time_of<View>;
-  else if constexpr (requires { bool{F::uses_time}; }) return F::uses_time;
-  else return otherwise;
-}
-/// Rows of a particle's vector where a state has them as columns of a matrix, 0 where it doesn't.
-template <class View>
-[[nodiscard]] consteval int dimension_of() {
-  if constexpr (MotionLike<View>) {
-    using Positions = FirstOf<View>;
-    if constexpr (!Positions::IsVectorAtCompileTime && !Positions::IsRowMajor && int{Positions::RowsAtCompileTime} > 0)
-      return Positions::RowsAtCompileTime;
-  }
-  return 0;
-}
-/// Rows of one particle's block of the tangent, 0 where the force names none; a network that leaves it to
-/// the state has that of its particles.
-template <class F, class View>
-[[nodiscard]] consteval int block_of() {
-  int named = 0;
-  if constexpr (requires { int{F::block}; }) named = F::block;
-  if constexpr (requires { requires F::structure == Structure::network; })
-    if (named == 0) named = dimension_of<View>();
-  return named;
-}
-
 /// Needs and offers of force F for states seen through View, with rates of type Rate.
 template <class F, class View, class Rate>
 struct ForceTraits {
@@ -190,9 +155,17 @@ struct ForceTraits {
   }();
   static constexpr bool valid = fault == ForceFault::none;
 
-  static constexpr bool uses_velocity =
-      says_uses_velocity<F, View>(accumulates || (MotionLike<View> ? arity >= 2 : true));
-  static constexpr bool uses_time = says_uses_time<F, View>(accumulates || arity == (MotionLike<View> ? 3 : 2));
+  // What a static member says (a template where it depends on the kind of state), else what the form of a call says.
+  static constexpr bool uses_velocity = [] {
+    if constexpr (requires { bool{F::template uses_velocity_of<View>}; }) return F::template uses_velocity_of<View>;
+    else if constexpr (requires { bool{F::uses_velocity}; }) return F::uses_velocity;
+    else return accumulates || !MotionLike<View> || arity >= 2;
+  }();
+  static constexpr bool uses_time = [] {
+    if constexpr (requires { bool{F::template uses_time_of<View>}; }) return F::template uses_time_of<View>;
+    else if constexpr (requires { bool{F::uses_time}; }) return F::uses_time;
+    else return accumulates || arity == (MotionLike<View> ? 3 : 2);
+  }();
 
   /// The force says that calling it again costs less than remembering its result: a table, an array given from outside.
   static constexpr bool is_lookup = requires { requires F::is_lookup; };
@@ -200,7 +173,18 @@ struct ForceTraits {
   static constexpr bool is_symmetric = requires { requires F::is_symmetric; };
   /// The force knows where its tangents can be non-zero, so that differences need few calls.
   static constexpr bool has_pattern = requires(const F& f, Index n) { f.pattern(n); };
-  static constexpr int block = block_of<F, View>();
+  /// Rows of one particle's block of the tangent, 0 where the force names none; a network that leaves it to the state has those
+  /// of its particles, the columns of a matrix.
+  static constexpr int block = [] {
+    int named = 0;
+    if constexpr (requires { int{F::block}; }) named = F::block;
+    if constexpr (MotionLike<View> && requires { requires F::structure == Structure::network; }) {
+      using Positions = FirstOf<View>;
+      constexpr int rows = Positions::RowsAtCompileTime;
+      if (named == 0 && rows > 0 && !Positions::IsVectorAtCompileTime && !Positions::IsRowMajor) named = rows;
+    }
+    return named;
+  }();
 
   static constexpr bool returns_jacobian = takes<arity, JacobianOf<F>, View>();
   static constexpr bool has_jacobian = returns_jacobian || AddsJacobian<F, View>;

@@ -38,7 +38,6 @@
 #include <ostream>
 #include <random>
 #include <span>
-#include <sstream>
 #include <string>
 #include <system_error>
 #include <type_traits>
@@ -52,10 +51,8 @@
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-// CRC-64 with the ECMA-182 polynomial, reflected (the one of xz): sees every error that spans at most 64 bits, and all
-// but 2⁻⁶⁴ of the others. The same on every machine.
-
-/// CRC-64/XZ; of "123456789" it is 995dc9bbdf1939fa.
+/// CRC-64/XZ, by the ECMA-182 polynomial, reflected: sees every error that spans at most 64 bits, and all but 2⁻⁶⁴ of the others.
+/// Of "123456789" it is 995dc9bbdf1939fa.
 /// @param before  that of what came before, if the bytes come in pieces
 [[nodiscard]] inline std::uint64_t checksum(std::span<const std::byte> bytes, std::uint64_t before = 0) {
   static constexpr auto table = [] {

@@ -48,12 +48,13 @@ template <class Content, class Scalar, class S>
 template <class Block>
 [[nodiscard]] auto in_space(const Block& block, Eigen::Index dimensions) {
   const Eigen::Index rows = Block::ColsAtCompileTime == 1 && dimensions > 0 ? dimensions : block.rows();
-  if (rows > 3 || block.size() % std::max<Eigen::Index>(rows, 1) != 0)
+  const Eigen::Index particles = block.size() / std::max<Eigen::Index>(rows, 1);
+  if (rows > 3 || particles * rows != block.size())
     throw std::invalid_argument(
         "phistep: a file of particles needs positions dim x N with dim <= 3, or a flat vector and its .dimensions");
   using Vectors = Eigen::Matrix<typename Block::Scalar, 3, Eigen::Dynamic>;
-  Vectors x = Vectors::Zero(3, rows == 0 ? block.cols() : block.size() / rows);
-  x.topRows(rows) = block.reshaped(rows, x.cols());
+  Vectors x = Vectors::Zero(3, particles);
+  x.topRows(rows) = block.reshaped(rows, particles);
   return x;
 }
 

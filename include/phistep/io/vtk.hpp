@@ -109,6 +109,7 @@ struct VtkFile {
     constexpr bool is_flat = std::remove_cvref_t<decltype(x)>::IsVectorAtCompileTime;
     const Index items = is_flat ? x.size() : x.cols();
     if (items != n) refuse_vtk(n, "an array " + name + " of " + std::to_string(items));
+    if (name.empty()) refuse_vtk(n, "an array without a name");
     out << "FIELD data 1\n" << std::hex;
     for (const char c : name)
       if (const auto byte = static_cast<unsigned char>(c); byte > ' ' && byte < 127 && c != '%' && c != '"') out << c;

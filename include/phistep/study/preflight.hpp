@@ -44,8 +44,6 @@
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-// A scheme that no formula of method.hpp describes, and an outer step with slow terms: what a step of theirs does to a mode.
-
 /// What a user writes for it.
 template <class F, class D, Form form>
 [[nodiscard]] std::string scheme_name(const PhiScheme<F, D, form>& scheme) {
@@ -157,7 +155,7 @@ template <class = void>
     const auto kick = [](double gamma, double square) { return Eigen::Matrix2d{{1, 0}, {-gamma * square, 1}}; };
     const auto part = [&](double of) { return sum > 0 ? a * a * of / sum : a * a; };
     const auto G = outer_step_matrix<Eigen::Matrix2d>(
-        Eigen::Matrix2d::Identity(), 1, every, begin,
+        1, every, begin,
         [&](double h) -> Eigen::Matrix2d {
           return kick((1 - begin) * h, part(fast)) * Eigen::Matrix2d{{1, h}, {0, 1}} * kick(begin * h, part(fast));
         },

@@ -32,6 +32,8 @@ struct Boastful : VelocityVerlet {
 struct Counting : VelocityVerlet {};
 /// Verlet off by 1e-9 whatever the units.
 struct Absolute : VelocityVerlet {};
+/// Verlet whose states inside of steps are NaN.
+struct Hollow : VelocityVerlet {};
 }  // namespace
 template <State S, int named>
 class phistep::SchemeOn<Boastful<named>, S> : public SchemeOn<VelocityVerlet, S> {
@@ -62,13 +64,24 @@ class phistep::SchemeOn<Absolute, S> : public SchemeOn<VelocityVerlet, S> {
     return outcome;
   }
 };
+template <State S>
+class phistep::SchemeOn<Hollow, S> : public SchemeOn<VelocityVerlet, S> {
+ public:
+  static constexpr bool interpolates = true, is_sure_inside = true;
+  SchemeOn(Hollow, const auto& y) : SchemeOn<VelocityVerlet, S>{velocity_verlet, y} {}
+  [[nodiscard]] static bool know_inside(auto& /*rhs*/, auto /*dt*/, const auto& /*y0*/) { return true; }
+  void interpolate(auto /*x*/, auto /*dt*/, const auto& /*y0*/, const auto& /*y1*/, auto& out) const {
+    for_each_block([](auto, auto& block) { block.setConstant(NAN); }, Blocks<S>::all(out));
+  }
+};
 
-TEST_CASE("check_scheme passes Verlet, and finds an order named wrongly, a memory, a number with a unit") {
+TEST_CASE("check_scheme passes Verlet, and finds an order named wrongly, a memory, a number with a unit, NaN inside") {
   CHECK(check_scheme(velocity_verlet));
   CHECK_THAT(broken_lines(check_scheme(Boastful<3>{})), contains("observed order 2.00, named 3"));
   CHECK_THAT(broken_lines(check_scheme(Boastful<1>{})), contains("observed order 2.00, named 1"));
   CHECK_THAT(broken_lines(check_scheme(Counting{})), contains("taken back"));
   CHECK_THAT(broken_lines(check_scheme(Absolute{})), contains("units"));
+  CHECK_THAT(broken_lines(check_scheme(Hollow{})), contains("inside of steps"));
 }
 
 namespace {
@@ -97,6 +110,7 @@ TEST_CASE("check_state passes a struct of blocks, and finds one that names a blo
   CHECK(check_state(Rigid{Eigen::Matrix3d::Identity(), {1, 2, 3}}));
   CHECK(check_state(Motion<Eigen::VectorXf>{Eigen::VectorXf::Ones(3), Eigen::VectorXf::Ones(3)}));
   CHECK_THAT(broken_lines(check_state(Twice{Eigen::Matrix3d::Identity()})), contains("adds dt"));
+  CHECK_THAT(broken_lines(check_state(Eigen::VectorXd())), contains("has a number"));
 }
 
 namespace {
@@ -107,6 +121,13 @@ struct OtherLanes {
   [[nodiscard]] double operator()(double r2) const { return 1 / r2; }
   [[nodiscard]] auto operator()(auto r2) const { return 1.001 / r2; }
 };
+struct NoLanes {
+  [[nodiscard]] double operator()(double r2) const { return 1 / r2; }
+  [[nodiscard]] auto operator()(auto r2) const { return NAN / r2; }
+};
+struct NoEnergy : LennardJones {
+  [[nodiscard]] auto energy(auto r2) const { return NAN * LennardJones::energy(r2); }
+};
 }  // namespace
 
 TEST_CASE("check_pair_law passes the library's laws, and finds a wrong energy and a lane of its own") {
@@ -116,6 +137,8 @@ TEST_CASE("check_pair_law passes the library's laws, and finds a wrong energy an
   CHECK(check_pair_law([](auto r2) { return 3 / (r2 * r2); }, 0.5, 2.5));
   CHECK_THAT(broken_lines(check_pair_law(Wrong{}, 0.8, 2.5)), contains("slope of the energy"));
   CHECK_THAT(broken_lines(check_pair_law(OtherLanes{}, 0.8, 2.5)), contains("packs"));
+  CHECK_THAT(broken_lines(check_pair_law(NoLanes{}, 0.8, 2.5)), contains("packs"));
+  CHECK_THAT(broken_lines(check_pair_law(NoEnergy{}, 0.8, 2.5)), contains("slope of the energy"));
   CHECK_THAT(broken_lines(check_pair_law([](auto r2) { return 1 / (r2 - r2); }, 0.8, 2.5)), contains("finite"));
 }
 

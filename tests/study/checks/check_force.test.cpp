@@ -2,6 +2,7 @@
 #include <phistep/particles.hpp>
 #include <phistep/phistep.hpp>
 
+#include <cmath>
 #include <limits>
 #include <vector>
 
@@ -91,4 +92,28 @@ TEST_CASE("check_force: a force that isn't finite, one of pairs with its lists, 
   CHECK(check_force(Pairs{LennardJones{}, 2.5}, atoms));
   const Eigen::Vector2f y(1, 0);
   CHECK(check_force([](const Eigen::Vector2f& x) -> Eigen::Vector2f { return -x; }, y));
+}
+
+namespace {
+/// Springs to where the step began.
+struct Anchored : ForceTerm {
+  struct Memory {
+    Vec anchor;
+  };
+  static constexpr bool uses_velocity = false;
+  static void begin(double, double, const auto& y, Memory& m) { m.anchor = y.r; }
+  static void add(double, const auto& y, const Memory& m, auto& out) {
+    out.force -= (y.r - m.anchor).array().sinh().matrix();
+  }
+  static void add_jacobian(double, const auto& y, const Memory& m, auto& sink) {
+    for (Eigen::Index i = 0; i < y.r.size(); ++i) sink.position(i, i, -std::cosh(y.r[i] - m.anchor[i]));
+  }
+  static void commit(double, const auto&, Memory&) {}
+};
+}  // namespace
+
+TEST_CASE("check_jacobian begins a step of a force with a history") {
+  const JacobianCheck check = check_jacobian(Anchored{}, at_rest);
+  CHECK(check);
+  CHECK(check.given == -1);
 }

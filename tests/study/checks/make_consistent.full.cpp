@@ -34,6 +34,9 @@ TEST_CASE("components that the user names stay, all others follow") {
   const ConsistentReport fails = make_consistent(stepper, y, 0, {.fixed = {0}});  // one equation for two
   CHECK(fails.outcome == Outcome::singular_matrix);
   CHECK(y == edited);
+  CHECK(make_consistent(stepper, y, 0, {.fixed = {0, 1, 2}}).outcome ==
+        Outcome::singular_matrix);  // nothing may change
+  CHECK(y == edited);
   CHECK_THROWS_AS(make_consistent(stepper, y, 0, {.fixed = {0, 7}}), std::invalid_argument);
   CHECK(before.sum() == Approx(1).epsilon(1e-15));
 }

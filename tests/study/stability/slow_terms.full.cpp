@@ -30,7 +30,7 @@ Mat outer(const Mat& A, const Mat& B, double dt, int k) {
     return G;
   };
   return outer_step_matrix<Mat>(
-      Mat::Identity(2 * n, 2 * n), dt, {k}, 0.5,
+      dt, {k}, 0.5,
       [&](double h) -> Mat {
         Mat drift = Mat::Identity(2 * n, 2 * n);
         drift.topRightCorner(n, n).diagonal().setConstant(h);
@@ -199,7 +199,7 @@ TEST_CASE("preflight's matrix of an outer step is the stepper's step") {
       return G;
     };
     const Mat G = outer_step_matrix<Mat>(
-        Mat::Identity(24, 24), dt, {6, 2}, begin,
+        dt, {6, 2}, begin,
         [&](double h) -> Mat {
           Mat drift = Mat::Identity(24, 24);
           drift.topRightCorner(12, 12).diagonal().setConstant(h);

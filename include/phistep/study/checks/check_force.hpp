@@ -155,6 +155,7 @@ template <State S, class F>
   MemoryOf<Force> memory{};
   DenseSink<Scalar> given, differenced;
   given.K.setZero(n, n), given.C.setZero(n, n), differenced.K.setZero(n, n), differenced.C.setZero(n, n);
+  begin_force(force, t, Scalar{0}, Blocks<S>::view(y, masses), memory);
   add_jacobian<true, Rate, Eigen::Dynamic>(force, t, Blocks<S>::view(y, masses), memory, n, given);
 
   Rate above = make_rate<S>(y), below = above;

@@ -6,7 +6,7 @@
 ///     P Ψ(t, y) = 0,   y_i as it was for the components i that the user fixes                                   (2)
 ///
 /// damped by the natural monotonicity test (P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004, sect. 3.3).
-/// J comes from differences, matrices are dense: one force call an unknown and iteration.
+/// J comes from differences, matrices are dense: each iteration calls the force once for each component that may change.
 #pragma once
 
 #include <Eigen/Core>
@@ -57,8 +57,9 @@ class ConsistentSolve {
   /// @param residual  residual(x, out) → bool: out = P Ψ at x, false where that isn't finite
   /// @param M         n×n
   /// @param project   project(δ) leaves of a correction what M doesn't see
+  /// @param free      the components that may change; where these are all, M x stays
   [[nodiscard]] ConsistentReport operator()(Vector& x, auto&& residual, const Matrix& M, auto&& project,
-                                            const ConsistentOptions& options) {
+                                            const std::vector<Eigen::Index>& free) {
     ConsistentReport report;
     Vector r(x.size()), next, tried, delta, after;
     if (!residual(x, r)) return {Outcome::non_finite_force};
@@ -69,8 +70,8 @@ class ConsistentSolve {
       scale_ = x.cwiseAbs().cwiseMax(Scalar(1e-3) * x.cwiseAbs().maxCoeff());
       for (Scalar& each : scale_)
         if (each == 0) each = 1;
-      if (const Outcome bad = linearize(x, r, residual, M, options); failed(bad)) return report.outcome = bad, report;
-      delta = solve(r);
+      if (const Outcome bad = linearize(x, r, residual, M, free); failed(bad)) return report.outcome = bad, report;
+      delta = solve(r, free);
       project(delta);
       const double size = size_of(delta);
       if (!std::isfinite(size)) return report.outcome = Outcome::singular_matrix, report;
@@ -81,7 +82,7 @@ class ConsistentSolve {
         if (length < Scalar(1e-4)) return report.outcome = Outcome::newton_diverged, report;
         next = x + length * delta;
         if (!residual(next, tried)) continue;
-        after = solve(tried);
+        after = solve(tried, free);
         if (size_of(after) <= (1 - static_cast<double>(length) / 4) * size) break;
         if (size <= 1e-9) return report;
       }
@@ -95,42 +96,35 @@ class ConsistentSolve {
   static constexpr double round_off = static_cast<double>(std::numeric_limits<Scalar>::epsilon());
 
   [[nodiscard]] Outcome linearize(Vector& x, const Vector& r, auto& residual, const Matrix& M,
-                                  const ConsistentOptions& options) {
-    const Eigen::Index n = x.size();
-    Matrix D(n, n);
-    Vector there(n);
-    for (Eigen::Index j = 0; j < n; ++j) {
+                                  const std::vector<Eigen::Index>& free) {
+    if (free.empty()) return Outcome::singular_matrix;
+    Matrix A(x.size(), std::ssize(free));
+    Vector there(x.size());
+    for (Eigen::Index k = 0; const Eigen::Index j : free) {
       const Scalar was = x[j];
       x[j] += std::sqrt(std::numeric_limits<Scalar>::epsilon()) * scale_[j];
       const Scalar by = x[j] - was;
       const bool finite = residual(x, there);
       x[j] = was;
       if (!finite) return Outcome::non_finite_jacobian;
-      D.col(j) = (there - r) / by;
+      A.col(k++) = (there - r) / by;
     }
-    free_.clear();
-    for (Eigen::Index j = 0; j < n; ++j)
-      if (std::find(options.fixed.begin(), options.fixed.end(), j) == options.fixed.end()) free_.push_back(j);
-    if (options.fixed.empty()) {
-      const Scalar size = M.cwiseAbs().maxCoeff();
-      if (size > 0) D += std::max(D.cwiseAbs().maxCoeff() / size, std::numeric_limits<Scalar>::min()) * M;
-    }
+    if (A.cols() == x.size())
+      if (const Scalar size = M.cwiseAbs().maxCoeff(); size > 0)
+        A += std::max(A.cwiseAbs().maxCoeff() / size, std::numeric_limits<Scalar>::min()) * M;
     // Scaled: columns by the size of x, rows by their largest entry.
-    Matrix A(n, static_cast<Eigen::Index>(free_.size()));
-    for (Eigen::Index k = 0; k < A.cols(); ++k)
-      A.col(k) = D.col(free_[static_cast<std::size_t>(k)]) * scale_[free_[static_cast<std::size_t>(k)]];
-    rows_.setOnes(n);
-    for (Eigen::Index i = 0; i < n; ++i)
-      if (const Scalar most = A.cols() > 0 ? A.row(i).cwiseAbs().maxCoeff() : Scalar{0}; most > 0) rows_[i] = 1 / most;
+    A = (A * scale_(free).asDiagonal()).eval();
+    rows_ = A.cwiseAbs().rowwise().maxCoeff();
+    for (Scalar& each : rows_) each = each > 0 ? 1 / each : 1;
     qr_.setThreshold(std::sqrt(std::numeric_limits<Scalar>::epsilon()) / 8);  // differences are good to √u
     qr_.compute(rows_.asDiagonal() * A);
-    return A.cols() > 0 && qr_.rank() == A.cols() ? Outcome::success : Outcome::singular_matrix;
+    return qr_.rank() == A.cols() ? Outcome::success : Outcome::singular_matrix;
   }
   /// δ of the last linearization
-  [[nodiscard]] Vector solve(const Vector& r) const {
+  [[nodiscard]] Vector solve(const Vector& r, const std::vector<Eigen::Index>& free) const {
     const Vector scaled = -rows_.cwiseProduct(r);
     Vector delta = Vector::Zero(r.size());
-    delta(free_) = scale_(free_).cwiseProduct(qr_.solve(scaled));
+    delta(free) = scale_(free).cwiseProduct(qr_.solve(scaled));
     return delta;
   }
   [[nodiscard]] double size_of(const Vector& delta) const {
@@ -138,7 +132,6 @@ class ConsistentSolve {
   }
 
   Vector scale_, rows_;
-  std::vector<Eigen::Index> free_;
   Eigen::ColPivHouseholderQR<Matrix> qr_;
 };
 
@@ -193,18 +186,18 @@ template <class Stepper, State S>
                     RateOf<S>::blocks(rate));
       return true;
     };
-    ConsistentOptions all = options;
-    if (all.fixed.empty() && M.isDiagonal(Scalar{0}))
-      for (Index i = 0; i < n; ++i)
-        if (M(i, i) != 0) all.fixed.push_back(i);
+    const bool by_mass = options.fixed.empty() && M.isDiagonal(Scalar{0});
+    std::vector<Index> free;
+    for (Index i = 0; i < n; ++i)
+      if (by_mass ? M(i, i) == 0 : std::count(options.fixed.begin(), options.fixed.end(), i) == 0) free.push_back(i);
     // What M sees of a correction is rounding.
     const auto project = [&](auto& correction) {
-      if (!all.fixed.empty()) return;
+      if (std::ssize(free) < n) return;
       put_unknowns<S>(correction, y);
       keep_unseen(Blocks<S>::solved(y), stepper.masses());
       take_unknowns<S>(correction, y);
     };
-    const ConsistentReport report = Solve{}(x, residual, M, project, all);
+    const ConsistentReport report = Solve{}(x, residual, M, project, free);
     if (report) {
       put_unknowns<S>(x, y);
       copy_blocks<S>(state, y);

@@ -176,8 +176,6 @@ struct DenseSystemMatrices {
   [[nodiscard]] DenseSystemMatrices in_units_of(const DenseSystemMatrices& other) const {
     return {K / other.s, C, other.s};
   }
-  [[nodiscard]] Eigen::Index positions() const { return K.cols(); }
-  [[nodiscard]] Eigen::Index size() const { return K.cols() + C.cols(); }
   /// (r, u)' = L (r, u)
   [[nodiscard]] Eigen::MatrixXd whole() const {
     const Eigen::Index p = K.cols(), n = C.cols();
@@ -193,7 +191,7 @@ struct DenseSystemMatrices {
 template <class = void>
 [[nodiscard]] Eigen::MatrixXd step_matrix(const Method& method, const DenseSystemMatrices& system, double h) {
   const Eigen::MatrixXd L = system.whole();
-  const Eigen::Index n = L.rows(), p = system.positions();
+  const Eigen::Index n = L.rows(), p = system.K.cols();
   const Eigen::MatrixXd I = Eigen::MatrixXd::Identity(n, n);
   const auto solve = [](const Eigen::MatrixXd& A, const Eigen::MatrixXd& B) -> Eigen::MatrixXd {
     return A.partialPivLu().solve(B);

@@ -58,37 +58,6 @@ template <class Bounds>
   return x.size() > 0 ? best : EigenvalueBound{};
 }
 
-/// The d×d blocks of a matrix, rows of blocks one after the other.
-template <int d>
-class BlockRows {
- public:
-  using Block = Eigen::Matrix<double, d, d>;
-  std::vector<std::size_t> start{0}, column;
-  std::vector<Block> block;
-
-  explicit BlockRows(const SparseRows& A) {
-    const auto rows = static_cast<std::size_t>(A.rows()) / d;
-    std::vector<std::size_t> place(static_cast<std::size_t>(A.cols()) / d, none);
-    for (std::size_t i = 0; i < rows; ++i) {
-      for (Eigen::Index a = 0; a < d; ++a)
-        for (SparseRows::InnerIterator entry(A, static_cast<Eigen::Index>(i) * d + a); entry; ++entry) {
-          const std::size_t j = static_cast<std::size_t>(entry.col()) / d;
-          if (place[j] == none || place[j] < start.back()) {
-            place[j] = column.size();
-            column.push_back(j);
-            block.push_back(Block::Zero());
-          }
-          block[place[j]](a, entry.col() % d) += entry.value();
-        }
-      start.push_back(column.size());
-    }
-  }
-  [[nodiscard]] std::size_t rows() const { return start.size() - 1; }
-
- private:
-  static constexpr std::size_t none = static_cast<std::size_t>(-1);
-};
-
 /// (B Bᵀ)^½
 template <int d>
 [[nodiscard]] Eigen::Matrix<double, d, d> modulus(const Eigen::Matrix<double, d, d>& B) {
@@ -103,29 +72,42 @@ template <int d>
 /// (2) for A u = λ M u with M = diag(m), m alike within a block.
 template <int d>
 [[nodiscard]] EigenvalueBound largest_eigenvalue_bound_by_blocks(const SparseRows& A, const Eigen::VectorXd& m) {
-  BlockRows<d> rows(A);
-  using Block = typename BlockRows<d>::Block;
-  const auto n = static_cast<Eigen::Index>(rows.rows());
+  using Block = Eigen::Matrix<double, d, d>;
+  struct Neighbour {
+    Eigen::Index row, column;
+    Block block;
+  };
+  const Eigen::Index n = A.rows() / d;
+  std::vector<Block> own(static_cast<std::size_t>(n), Block::Zero());
+  std::vector<Neighbour> neighbours;                                // row after row
+  std::vector<std::size_t> places(static_cast<std::size_t>(n), 0);  // 1 + that of each column's latest block
   Eigen::VectorXd mass(n);
-  std::vector<Block> own(rows.rows(), Block::Zero());
   double shift = 0;
-  for (std::size_t i = 0; i < rows.rows(); ++i) {
-    const auto at = static_cast<Eigen::Index>(i);
-    mass[at] = m[at * d];
-    for (std::size_t p = rows.start[i]; p < rows.start[i + 1]; ++p) {
-      if (rows.column[p] == i) own[i] = (rows.block[p] + rows.block[p].transpose()) / 2;
-      else rows.block[p] = modulus<d>(rows.block[p]);
-    }
-    shift = std::max(shift, own[i].cwiseAbs().rowwise().sum().maxCoeff() / mass[at]);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    Block& mine = own[static_cast<std::size_t>(i)];
+    const std::size_t start = neighbours.size();
+    for (Eigen::Index a = 0; a < d; ++a)
+      for (SparseRows::InnerIterator entry(A, i * d + a); entry; ++entry) {
+        const Eigen::Index j = entry.col() / d;
+        std::size_t& place = places[static_cast<std::size_t>(j)];
+        if (j != i && place <= start) {
+          neighbours.push_back({i, j, Block::Zero()});
+          place = neighbours.size();
+        }
+        (j == i ? mine : neighbours[place - 1].block)(a, entry.col() % d) += entry.value();
+      }
+    for (std::size_t p = start; p < neighbours.size(); ++p) neighbours[p].block = modulus<d>(neighbours[p].block);
+    mine = ((mine + mine.transpose()) / 2).eval();
+    mass[i] = m[i * d];
+    shift = std::max(shift, mine.cwiseAbs().rowwise().sum().maxCoeff() / mass[i]);
   }
   const auto bounds = [&](const Eigen::VectorXd& x, Eigen::VectorXd& out) {
-    for (std::size_t i = 0; i < rows.rows(); ++i) {
-      const auto at = static_cast<Eigen::Index>(i);
-      Block sum = own[i];
-      for (std::size_t p = rows.start[i]; p < rows.start[i + 1]; ++p)
-        if (rows.column[p] != i) sum += (x[static_cast<Eigen::Index>(rows.column[p])] / x[at]) * rows.block[p];
+    auto next = neighbours.begin();
+    for (Eigen::Index i = 0; i < n; ++i) {
+      Block sum = own[static_cast<std::size_t>(i)];
+      for (; next != neighbours.end() && next->row == i; ++next) sum += (x[next->column] / x[i]) * next->block;
       const Eigen::SelfAdjointEigenSolver<Block> solver(sum, Eigen::EigenvaluesOnly);
-      out[at] = solver.eigenvalues().maxCoeff() / mass[at];
+      out[i] = solver.eigenvalues().maxCoeff() / mass[i];
     }
   };
   // Weights start from 1, which shows that a network is definite, and from m^−½: heavy particles move less in stiff modes.

@@ -29,9 +29,7 @@ struct Tangent {
 
   [[nodiscard]] bool is_zero() const { return known && finite && largest(K) == 0 && largest(C) == 0; }
   [[nodiscard]] static double largest(const SparseRows& A) {
-    double top = 0;
-    for (Eigen::Index k = 0; k < A.nonZeros(); ++k) top = std::max(top, std::abs(A.valuePtr()[k]));
-    return top;
+    return A.nonZeros() > 0 ? A.coeffs().abs().maxCoeff() : 0;
   }
 };
 
@@ -72,18 +70,13 @@ template <class = void>
 /// Small and dense, divided by the masses.
 template <class = void>
 [[nodiscard]] DenseSystemMatrices divided(const Tangent& tangent, const PreflightMasses& masses) {
-  DenseSystemMatrices system;
-  system.K = tangent.K;
-  system.C = tangent.C;
+  const Eigen::MatrixXd K = tangent.K, C = tangent.C;
   if (masses.is_matrix) {
     const auto lu = masses.matrix.partialPivLu();
-    system.K = lu.solve(system.K).eval();
-    system.C = lu.solve(system.C).eval();
-  } else {
-    system.K = masses.lumped.cwiseInverse().asDiagonal() * system.K;
-    system.C = masses.lumped.cwiseInverse().asDiagonal() * system.C;
+    return {lu.solve(K), lu.solve(C)};
   }
-  return system;
+  const Eigen::VectorXd inverse = masses.lumped.cwiseInverse();
+  return {inverse.asDiagonal() * K, inverse.asDiagonal() * C};
 }
 
 /// λ of A u = λ M u for the symmetric part of A and M > 0, ascending; `component`: where the mode of the largest |λ| is largest.

@@ -51,17 +51,13 @@ namespace phistep { inline namespace PHISTEP_ABI {
 }
 /// The most inner steps of length h that an outer step may have; 0 where one is too many already.
 [[nodiscard]] inline int most_inner_steps(double a, double b, double h) {
-  int low = 0, high = 1;
-  const auto holds = [&](int k) { return k * h <= outer_step_limit(a, b, k); };
-  for (; holds(high); high *= 2) {
-    low = high;
+  const auto holds = [&](double k) {
+    return k < 1 || std::floor(k) * h <= outer_step_limit(a, b, static_cast<int>(k));
+  };
+  int high = 1;
+  for (; holds(high); high *= 2)
     if (high > 1 << 20) return high;
-  }
-  while (high - low > 1) {
-    const int middle = (low + high) / 2;
-    (holds(middle) ? low : high) = middle;
-  }
-  return low;
+  return static_cast<int>(last_that_holds(high / 2, high, 30, holds));
 }
 
 /// The matrix of one outer step: kicks.hpp's loop, of matrices of any size.
@@ -70,11 +66,13 @@ namespace phistep { inline namespace PHISTEP_ABI {
 /// @param every  k of each of these
 /// @param begin  weight of a kick at the beginning of its k inner steps, 1 − φ
 template <class Matrix>
-[[nodiscard]] Matrix outer_step_matrix(Matrix G, double dt, const std::vector<int>& every, double begin, auto&& fast,
+[[nodiscard]] Matrix outer_step_matrix(double dt, const std::vector<int>& every, double begin, auto&& fast,
                                        auto&& slow) {
   const int steps = *std::max_element(every.begin(), every.end());
   const double h = dt / steps;
   const Matrix inner = fast(h);
+  Matrix G = inner;
+  G.setIdentity();
   const auto kick = [&](int i, double weight) {
     for (std::size_t j = 0; j < every.size(); ++j)
       if (i % every[j] == 0 && weight != 0) G = (slow(j, weight * every[j] * h) * G).eval();
@@ -118,7 +116,7 @@ template <class = void>
 [[nodiscard]] Eigen::MatrixXd kick_matrix(const DenseSystemMatrices& kicks, double gamma) {
   // y + γ f(y + ½γ f(y)), f moving u alone
   Eigen::MatrixXd f = kicks.whole();
-  f.topRows(kicks.positions()).setZero();
+  f.topRows(kicks.K.cols()).setZero();
   const auto I = Eigen::MatrixXd::Identity(f.rows(), f.cols());
   return I + gamma * f * (I + gamma / 2 * f);
 }
@@ -185,14 +183,12 @@ template <class = void>
   std::vector<DenseSystemMatrices> slow;
   for (const LinearizedProblem::Slow& one : problem.slow)
     slow.push_back(divided(one.tangent, problem.masses).in_units_of(rest));
-  const Eigen::Index n = rest.size();
-  return scan_for_stable_step(whole, outer_step_limit(a.stiffness, b.stiffness, steps),
-                              [&](double dt) -> Eigen::MatrixXd {
-                                return outer_step_matrix<Eigen::MatrixXd>(
-                                    Eigen::MatrixXd::Identity(n, n), dt, every, problem.begin_weight(),
-                                    [&](double h) { return step_matrix(problem.inner, rest, h); },
-                                    [&](std::size_t j, double gamma) { return kick_matrix(slow[j], gamma); });
-                              });
+  return scan_for_stable_step(
+      whole, outer_step_limit(a.stiffness, b.stiffness, steps), [&](double dt) -> Eigen::MatrixXd {
+        return outer_step_matrix<Eigen::MatrixXd>(
+            dt, every, problem.begin_weight(), [&](double h) { return step_matrix(problem.inner, rest, h); },
+            [&](std::size_t j, double gamma) { return kick_matrix(slow[j], gamma); });
+      });
 }
 
 /// Without kicks. NaN: nothing is guaranteed. 0: never.
