@@ -158,7 +158,7 @@ template <bool keeps_state, bool keeps_psi, State S>
   const auto update = [&](Index at, const auto& own, Scalar* v1, Scalar* r1, const Scalar* f,
                           auto&& pass) PHISTEP_DETAIL_INLINED {
     const Input<Scalar> v0{v1}, r0{r1}, psi0{known != nullptr ? known + at : f};
-    const auto kernel = [=, by = by, kept = log.piece(at)](auto i, auto& v_new, auto&... r_new) PHISTEP_DETAIL_INLINED {
+    const auto kernel = [=, kept = log.piece(at)](auto i, auto& v_new, auto&... r_new) PHISTEP_DETAIL_INLINED {
       if constexpr (keeps_state) put_number(i, v0[i], kept.v);
       if constexpr (keeps_psi) put_number(i, psi0[i], kept.psi);
       if constexpr (moves) {

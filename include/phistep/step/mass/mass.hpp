@@ -34,7 +34,9 @@ concept BoundMass = requires(const Mass& M, Scalar h, Eigen::Matrix<Scalar, Eige
   M.add_product([](Eigen::Index) { return Scalar{}; }, x);       // x += M times a function of the component
   M.for_each_entry(n, [](Eigen::Index, Eigen::Index, auto) {});  // f(i, j, M_ij) of the first n
   requires !Mass::is_matrix || requires { M.solve(x); };         // x ← M⁻¹ x
-  requires Mass::is_matrix || std::convertible_to<decltype(M[n]), Scalar>;  // m_n
+  requires Mass::is_matrix || requires {
+    { M[n] } -> std::convertible_to<Scalar>;  // m_n
+  };
 };
 
 /// A mass that may be singular.

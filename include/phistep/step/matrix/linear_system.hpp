@@ -138,7 +138,9 @@ concept LinearSystem = requires(System& W, Vector& x, Eigen::Index size, Scalar 
   { W.is_finite() } -> std::same_as<bool>;
   { W.factorize(masses, gamma, gamma, counts) } -> std::same_as<Outcome>;  // for γ_f, γ_d
   { W.drift_share() } -> std::same_as<double>;  // ‖γ_f γ_d K‖ / ‖W‖, row by row or of all: how much of r the solve sees
-  requires SolvesToTolerance<System, Vector> || std::same_as<decltype(W.solve(x)), Outcome>;  // x ← W⁻¹ x
+  requires SolvesToTolerance<System, Vector> || requires {
+    { W.solve(x) } -> std::same_as<Outcome>;  // x ← W⁻¹ x
+  };
 };
 
 }}  // namespace phistep::PHISTEP_ABI
