@@ -116,7 +116,7 @@ class Run {
     ar("clock", step_.clock());
     ar.state("state", state_);
     ar("stepper", stepper_, "control", step_.pace(), "report", report_, "counts_before", before_, "begun", begun_,
-       "ended", ended_, "first", first_, "at_jump", step_.starts_at_jump(), "left_at", edits_, "armed", events_,
+       "ended", ended_, "first", first_, "at_jump", step_.stands_at_jump(), "left_at", edits_, "armed", events_,
        "trust", trust_);
     std::apply([&ar](auto&... observer) { ar(observer...); }, Watchers::kept(observers_));
     if constexpr (FieldState<Plain>) {  // the saved guard knew another vector
@@ -289,7 +289,8 @@ class Run {
       look_.check();
       return observers_.look(
           time(), state_,
-          CompletedStep<S, has_inside>{step_.t0(), dt, time(), step_.start(), step_.plain(), look_, step_.middle()});
+          CompletedStep<S, has_inside>{step_.t0(), dt, time(), step_.start(), step_.plain(), look_, step_.middle(),
+                                       Times<Scalar>{step_.t0(), dt, step_.origin(true)}});
     } else {
       return observers_.look(time(), state_, Absent<>{});
     }

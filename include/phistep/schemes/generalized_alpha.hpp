@@ -21,9 +21,9 @@
 ///     v⁺ = b.v + (1−α_f) c Δt k⁺,         r⁺ = b.r + (β/γ) Δt v⁺                                                 (9)
 ///
 /// By (3), a is the acceleration at t − sΔt. So where Δt changes to Δt', a ← a − s(Δt'−Δt)(a⁺−a)/Δt; without that the order
-/// is 1. By no more than for Δt' = 2Δt, or 10Δt under a tolerance: high modes would grow where Δt changes fivefold to and fro.
-/// Where a share q of s Δt' is missing so, a is off by q s (k⁺−k), and by (3) v, in this step and those that follow, by
-/// (½−α_f) Δt times that: O(Δt²) once. A start, and what follows an edit or a jump, knows k alone. It is a step of the
+/// is 1. By no more than for Δt' = 10Δt under a tolerance: where a share q of s Δt' is missing so, a is off by q s (k⁺−k), and by
+/// (3) v, in this step and those that follow, by (½−α_f) Δt times that: O(Δt²) once. Without one, a step longer than 2Δt is a start:
+/// high modes would grow where Δt changes fivefold to and fro. A start, and what follows an edit or a jump, knows k alone. It is a step of the
 /// trapezoidal rule, s = 0, which adds no energy to any mode, and whose way gives a⁺ = k⁺ − s(k⁺−k). In all
 ///
 ///     r⁺ − r(t+Δt) = (β − s/2 − 1/6) Δt³ r‴                                                                     (10)
@@ -239,9 +239,9 @@ class SchemeOn<Scheme, S> : public SchemeDefaults {
         return Outcome::non_finite_force;
       }
     }
-    if (goes_on && w_.lag() != 0) {
+    const Scalar most = Eq::is_traced ? 10 : 2, ratio = eq.dt / now_.dt, moved = std::clamp(ratio, -most, most);
+    if (goes_on && w_.lag() != 0 && (Eq::is_traced || moved == ratio)) {
       used_ = w_;
-      const Scalar most = Eq::is_traced ? 10 : 2, ratio = eq.dt / now_.dt, moved = std::clamp(ratio, -most, most);
       missing_ = static_cast<double>((ratio - moved) / ratio);
       assign_rate<S>(next_.a, in_rate<S>(now_.a) - (w(w_.lag()) * (moved - 1)) * in_rate<S>(now_.change));
     } else {

@@ -213,7 +213,7 @@ class KickScheme : public SchemeDefaults {
     if constexpr (has_inner_steps) {
       ++level.calls;
       ++rhs.statistics().kick_calls;
-      assign_force(unwrap(term), t, rhs.view(y), memory, level.psi);
+      assign_force(unwrap(term), rhs.inside(t), rhs.view(y), memory, level.psi);
     } else {
       rhs.evaluate_kicks(t, y, level.psi);
     }

@@ -194,7 +194,7 @@ class TangentProduct {
                const NewtonOptions& options, const SolveTolerance<Plain>&, auto& system) {
     rhs_ = &rhs;
     gamma_ = gamma;
-    t_ = t;
+    t_ = rhs.inside(t);
     // Copies: products may be needed after the last correction, which moves Y: Ψ is that of the iterate before.
     copy_blocks<S>(Y_, Y);
     psi_ = psi;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "phistep/base/state/blocks.hpp"
+#include "phistep/step/equation/origin.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -42,10 +43,11 @@ class CompletedStep {
 
   /// @param inside  inside.at(t) is the state in between: a DenseOutput, or a run's LookInside
   /// @param middle  the state at t0 + dt/2, where the step was done as two halves
+  /// @param times   at which the step asked its force
   template <class Inside>
   CompletedStep(Scalar t0, Scalar dt, Scalar t1, const Plain& start, const Plain& end, Inside& inside,
-                const Plain* middle = nullptr)
-      : t0_{t0}, dt_{dt}, t1_{t1}, start_{start}, end_{end}, inside_{&inside}, middle_{middle} {
+                const Plain* middle = nullptr, const Times<Scalar>& times = {})
+      : t0_{t0}, dt_{dt}, t1_{t1}, start_{start}, end_{end}, inside_{&inside}, middle_{middle}, times_{times} {
     at_ = [](void* self, Scalar t) -> const Plain& { return static_cast<Inside*>(self)->at(t); };
   }
 
@@ -64,6 +66,8 @@ class CompletedStep {
   }
   /// The state at t0 + dt/2 where two steps of half the length led from start to end, else null.
   [[nodiscard]] const Plain* middle() const { return middle_; }
+  /// t, or the time next to it inside the step where the force may jump there. [time]
+  [[nodiscard]] Scalar inside(Scalar t) const { return times_(t); }
 
  private:
   Scalar t0_, dt_, t1_;
@@ -72,6 +76,7 @@ class CompletedStep {
   void* inside_;
   const Plain& (*at_)(void*, Scalar);
   const Plain* middle_;
+  Times<Scalar> times_;
 };
 
 }}  // namespace phistep::PHISTEP_ABI

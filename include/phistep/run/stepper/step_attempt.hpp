@@ -89,7 +89,7 @@ class StepAttempt {
   [[nodiscard]] bool is_at_end() const { return pace_.is_at_end(clock_); }
   /// A step has become the state.
   void accepted(const Landing<Scalar>& to, [[maybe_unused]] Limits& limits) {
-    starts_at_jump_ = to.at_stop;
+    stands_at_jump_ = to.at_stop;
     if constexpr (Pace::varies) pace_.accepted(to, stepper_.last_solve(), limits);
     else pace_.accepted(to);
   }
@@ -105,7 +105,7 @@ class StepAttempt {
   /// @param is_first    of the run
   void begin([[maybe_unused]] bool keeps_past, bool is_first) {
     // Ψ known at a stop is that of the time before: the force may have jumped there, or have been switched.
-    if (starts_at_jump_ && !is_first) {
+    if (stands_at_jump_ && !is_first) {
       if constexpr (Pace::sees_error) pace_.forget_past();
       forget_what_is_known(stepper_);
     }
@@ -120,8 +120,9 @@ class StepAttempt {
   /// @param may_probe  where it fails, a probe may measure what rounding makes of it
   [[nodiscard]] StepReport attempt(const Landing<Scalar>& to, Origin origin, [[maybe_unused]] bool may_probe = true) {
     way_ = Way::plain;
-    origin.starts_at_jump = starts_at_jump_;
-    origin.ends_at_jump = ends_at_jump_ = to.at_stop;
+    origin.starts_at_jump = stands_at_jump_;
+    origin.ends_at_jump = to.at_stop;
+    origin_ = origin;
     StepReport done;
     struct EndProbe {
       StepAttempt* step = nullptr;
@@ -168,9 +169,11 @@ class StepAttempt {
   [[nodiscard]] const Plain& start() const { return start_; }  ///< the state there
   [[nodiscard]] const Past<Stepper>& past() const { return *past_; }
   /// The force may jump where the run stands.
-  [[nodiscard]] bool& starts_at_jump() { return starts_at_jump_; }
+  [[nodiscard]] bool& stands_at_jump() { return stands_at_jump_; }
   /// The origin of the step done last, or of a part from its start.
-  [[nodiscard]] Origin origin(bool whole) const { return {Origin::unknown, starts_at_jump_, whole && ends_at_jump_}; }
+  [[nodiscard]] Origin origin(bool whole) const {
+    return {Origin::unknown, origin_.starts_at_jump, whole && origin_.ends_at_jump};
+  }
   /// From where the run stands to a time inside the step.
   [[nodiscard]] Scalar length_to(Scalar t) const {
     if constexpr (Pace::varies) return clock_.length_to(t);
@@ -227,7 +230,7 @@ class StepAttempt {
   }
   /// A solve has failed. No correction gets below what roundings of y make of y' during the step.
   [[gnu::noinline]] void look_at_rates(const Landing<Scalar>& to) requires probes {
-    const Times<Scalar> inside{clock_.t(), to.dt, Origin{Origin::unknown, starts_at_jump_, to.at_stop}};
+    const Times<Scalar> inside{clock_.t(), to.dt, Origin{Origin::unknown, stands_at_jump_, to.at_stop}};
     auto& trace = pace_.trace();
     for (const std::uint64_t number : {0U, 1U, 2U, 3U}) {
       copy_blocks<S>(trace.predicted, plain());
@@ -269,9 +272,10 @@ class StepAttempt {
   S& state_;
   Pace pace_;
   RunClock<Scalar> clock_, from_;
-  Way way_ = Way::plain;                               // of the last attempt
-  bool has_probed_ = false;                            // the stepper has stepped from another state since
-  bool starts_at_jump_ = true, ends_at_jump_ = false;  // the step in hand (step/equation/origin.hpp)
+  Way way_ = Way::plain;             // of the last attempt
+  bool has_probed_ = false;          // the stepper has stepped from another state since
+  bool stands_at_jump_ = true;       // the force may jump where the run stands
+  Origin origin_ = Origin::unknown;  // of the step tried last
   [[no_unique_address]] Only<probes, Plain, 2> probed_from_;
   int scheme_ = -1;  // that the pace obeys, of a stepper that chooses
   [[no_unique_address]] Only<keeps_start, Plain> start_;

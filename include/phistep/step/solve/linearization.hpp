@@ -261,7 +261,7 @@ class Linearization : public KeptFactors<ScalarOf<S>> {
     if constexpr (!matrix_free) ++rhs.statistics().jacobians;
     has_jacobian_ = false;  // a force that throws leaves half of one
     if constexpr (analytic) {
-      set_jacobian<position, Rate, n_static>(rhs.force(), t, rhs.view(Y), rhs.trial_memory(), n_, system_);
+      set_jacobian<position, Rate, n_static>(rhs.force(), rhs.inside(t), rhs.view(Y), rhs.trial_memory(), n_, system_);
     } else {
       system_.clear();
       differences_.compute(rhs, gamma, t, Y, psi, options, allowed, system_);

@@ -124,7 +124,7 @@ class LocalResolvent : public ResolventDefaults {
       Pace& pace = paces_[static_cast<std::size_t>(at / dim)];
       newton_.pace() = pace;
       outcome =
-          newton_.resolve(one_rhs, gamma, t, y, from, rate, story_, false,
+          newton_.resolve(one_rhs, gamma, rhs.inside(t), y, from, rate, story_, false,
                           SolveTolerance<One>{&weight, allowed.target, allowed.rtol, nullptr, allowed.has_unsized});
       pace = newton_.pace();
       write(y, at, Y);

@@ -121,17 +121,21 @@ class EnergyLedger : public EnergyBooksOf<Stepper> {
     if (!books_.begun) begin(step.t0(), step.start());
     else if (!same_shape<S>(end_, step.start()) || !equal_blocks<S>(end_, step.start()) || !same_time(step.t0()))
       book_edit(step.t0(), step.start());
-    if (!books_.known) evaluate_start(step.t0(), step.start());
+    Scalar t0 = step.t0(), t1 = step.t1();
+    if constexpr (requires { step.inside(t0); }) t0 = step.inside(t0), t1 = step.inside(t1);
+    if (t0 != step.t0()) book_jump(t0, step.start());
+    if (!books_.known) evaluate_start(t0, step.start());
     const Plain* middle = nullptr;
     if constexpr (requires { step.middle(); }) middle = step.middle();
     if (middle == nullptr) {
-      book(step.t0(), step.t1(), step.dt(), step.start(), step.end());
+      book(t0, t1, step.dt(), step.start(), step.end());
     } else {
       const Scalar half = step.dt() / 2, t = step.t0() + half;
-      book(step.t0(), t, half, step.start(), *middle);
-      book(t, step.t1(), half, *middle, step.end());
+      book(t0, t, half, step.start(), *middle);
+      book(t, t1, half, *middle, step.end());
     }
     copy_blocks<S>(end_, step.end());
+    books_.t = step.t1();
     ++books_.steps;
     books_.largest = std::max(books_.largest, std::abs(energy()));
     books_.largest_closure = std::max(books_.largest_closure, std::abs(closure()));
@@ -187,6 +191,13 @@ class EnergyLedger : public EnergyBooksOf<Stepper> {
     books_.known = false;
   }
 
+  /// The force may have jumped where the step starts: what its energy did there, it did from outside.
+  void book_jump(Scalar t, const Plain& y) {
+    const Energy before = energy();
+    look(t, y);
+    books_.external.add(energy() - before);
+    books_.known = false;
+  }
   void evaluate_start(Scalar t, const Plain& y) {
     if constexpr (balance == EnergyBalance::rest)
       if (force_.is_conservative()) return;
