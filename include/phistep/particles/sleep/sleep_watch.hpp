@@ -254,7 +254,7 @@ class SleepWatch {
       const auto to = static_cast<Index>(k);
       const Index old = was_at(ids[k]);
       if (old < 0) {
-        now[k].rest = now[k].sample = state.r.col(to);
+        now[k].rest = now[k].sample = state.r.col(to), now[k].since = sleepers.clock;
         now[k].velocity = state.v.col(to), now[k].spin = sleepers.spin_of(state, to);
         continue;
       }
