@@ -148,9 +148,9 @@ struct Body {
 
  private:
   void check_column(const Column& values, const char* name, bool positive) const {
-    if (values.size() != 0 && values.size() != mass.size())
+    if (values.size() != static_cast<Eigen::Index>(id.size()) && (values.size() != 0 || &values == &mass))
       throw std::invalid_argument("phistep: " + std::to_string(values.size()) + " values of " + name + " for " +
-                                  std::to_string(mass.size()) + " particles");
+                                  std::to_string(id.size()) + " particles");
     for (Eigen::Index i = 0; i < values.size(); ++i)
       if (!std::isfinite(values[i]) || (positive && !(values[i] > 0)))
         complain(i, name, positive ? "be finite and > 0" : "be finite");

@@ -179,9 +179,9 @@ class Particles : public Extra::template Block<Number, dim>... {
     enumerate(body);
     body.check();
     for_each_block(
-        [n = size()](auto, auto& block, const auto& more) {
-          block.conservativeResize(Eigen::NoChange, n + more.cols());
-          block.rightCols(more.cols()) = more;
+        [n = size(), added = others.size()](auto, auto& block, const auto& more) {  // `more` may be `block`
+          block.conservativeResize(Eigen::NoChange, n + added);
+          block.rightCols(added) = more.leftCols(added);
         },
         blocks(*this), blocks(others));
     hold(std::move(body));
