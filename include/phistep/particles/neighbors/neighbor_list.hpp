@@ -221,20 +221,19 @@ template <int dim, bool tagged, class P>
   }
 }
 
-/// f(row, its chunk, the chunk's number), by threads. What f throws passes through.
-void for_each_row(const NeighborList& list, auto&& f) {
+/// f(number of a chunk), by threads. What f throws passes through.
+void for_each_chunk(const NeighborList& list, auto&& f) {
   Relay relay;
-  const auto chunks = static_cast<std::ptrdiff_t>(list.chunk_count);
   PHISTEP_DETAIL_OMP("omp parallel for schedule(static)")
-  for (std::ptrdiff_t c = 0; c < chunks; ++c)
-    relay.run([&] {
-      const NeighborList::Chunk& chunk = list.chunks[static_cast<std::size_t>(c)];
-      for (std::int32_t k = chunk.rows[0]; k < chunk.rows[1]; ++k) {
-        const NeighborList::Row& row = list.rows[static_cast<std::size_t>(k)];
-        f(row, chunk, static_cast<std::size_t>(c));
-      }
-    });
+  for (std::size_t c = 0; c < list.chunk_count; ++c) relay.run([&] { f(c); });
   relay.rethrow();
+}
+/// f(row, its chunk, the chunk's number), likewise.
+void for_each_row(const NeighborList& list, auto&& f) {
+  for_each_chunk(list, [&](std::size_t c) {
+    const NeighborList::Chunk& chunk = list.chunks[c];
+    for (std::int32_t k = chunk.rows[0]; k < chunk.rows[1]; ++k) f(list.rows[static_cast<std::size_t>(k)], chunk, c);
+  });
 }
 
 }}  // namespace phistep::PHISTEP_ABI
