@@ -243,13 +243,13 @@ class Materials {
     if (a < 0 || b < 0 || a >= types_ || b >= types_)
       throw std::invalid_argument("phistep: no pair of types: " + std::to_string(a) + " and " + std::to_string(b) +
                                   " of " + std::to_string(types_));
-    at(a, b) = at(b, a) = law.numbers();
+    table_[index(a, b)] = table_[index(b, a)] = law.numbers();
     return *this;
   }
   /// 0: one law for all particles, whatever their types.
   [[nodiscard]] int types() const { return types_; }
   [[nodiscard]] const ContactNumbers<double>& operator()(int a, int b) const {
-    return types_ == 0 ? table_.front() : table_[static_cast<std::size_t>(a * types_ + b)];
+    return table_[types_ == 0 ? 0 : index(a, b)];
   }
   void for_each(auto&& f) const {
     for (const auto& numbers : table_) f(numbers);
@@ -272,7 +272,7 @@ class Materials {
     if (types < 1 || types > 1000) throw std::invalid_argument("phistep: a table of materials needs 1 to 1000 types");
     return static_cast<std::size_t>(types) * static_cast<std::size_t>(types);
   }
-  [[nodiscard]] ContactNumbers<double>& at(int a, int b) { return table_[static_cast<std::size_t>(a * types_ + b)]; }
+  [[nodiscard]] std::size_t index(int a, int b) const { return static_cast<std::size_t>(a * types_ + b); }
 
   int types_ = 0;
   std::vector<ContactNumbers<double>> table_;
