@@ -140,14 +140,12 @@ class Walls : public ContactTerm {
     return materials_(y.body.type_of(Places::body_of(place)),
                       type_of(static_cast<std::size_t>(Places::wall_of(place))));
   }
-  struct Nowhere {
-    void operator()(auto&&...) const {}
-  };
+  static constexpr auto nowhere = [](auto&&...) {};
   /// Springs at (t, y); put(place, force, torque) for each contact.
   /// @param active  of these bodies; null: of all
-  template <class View, class Put = Nowhere>
+  template <class View, class Put = decltype(nowhere)>
   std::shared_ptr<Springs> evaluate(Scalar t, const View& y, const Memory& memory, const ActiveSet* active,
-                                    const Put& put = {}) const {
+                                    const Put& put = nowhere) const {
     static_assert(HasBody<View>, "phistep: Walls need Particles: bodies with radii");
     static_assert(std::is_same_v<typename std::remove_cvref_t<decltype(y.r)>::Scalar, Scalar> &&
                       std::remove_cvref_t<decltype(y.r)>::RowsAtCompileTime == dim,
