@@ -48,7 +48,15 @@ class ListBuilder : private CellOrder<dim> {
     list.chunk_count = (list.rows.size() + per_chunk - 1) / per_chunk;
     if (list.chunks.size() < list.chunk_count) list.chunks.resize(list.chunk_count);
     const P longest{range * range};
-    for_each_chunk(list, [&](std::size_t c) { fill(list, c, longest); });  // rows may want more memory
+    for_each_chunk(list, [&](std::size_t c) {
+      NeighborList::Chunk& chunk = list.chunks[c];
+      release(chunk.slots);
+      if (fill<Counted::from_one>(list, c, longest, chunk.offsets) ||
+          fill<Counted::from_three>(list, c, longest, chunk.offsets))
+        return;
+      release(chunk.offsets);
+      fill<Counted::from_none>(list, c, longest, chunk.slots);
+    });
   }
 
  private:
@@ -90,18 +98,9 @@ class ListBuilder : private CellOrder<dim> {
   }
 
  private:
+  /// From one slot if that does, else from one of each layer, else whole slots.
   enum class Counted { from_one, from_three, from_none };
 
-  /// Counted from one slot if that does, else from one of each layer, else whole slots.
-  void fill(NeighborList& list, std::size_t c, P longest) const {
-    NeighborList::Chunk& chunk = list.chunks[c];
-    release(chunk.slots);
-    if (fill<Counted::from_one>(list, c, longest, chunk.offsets) ||
-        fill<Counted::from_three>(list, c, longest, chunk.offsets))
-      return;
-    release(chunk.offsets);
-    fill<Counted::from_none>(list, c, longest, chunk.slots);
-  }
   /// @param to  offsets or slots of the chunk
   /// @return    whether its numbers can hold all
   template <Counted how, class Number>

@@ -120,6 +120,9 @@ struct NeighborList {
   std::size_t chunk_count = 0;
   std::int32_t pad = 1;  ///< a row's parts are filled up to a multiple of it, a power of two
 
+  [[nodiscard]] std::int32_t particle_of(std::int32_t slot) const {
+    return slots[static_cast<std::size_t>(slot)].particle;
+  }
   /// f(slot of a neighbour) for a row's, without the dummies.
   void for_each_neighbor(const Row& row, const Chunk& chunk, auto&& f) const {
     std::int32_t k = 0;
