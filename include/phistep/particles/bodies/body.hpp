@@ -198,9 +198,7 @@ class ParticleMasses : public ComponentMass<ParticleMasses<Scalar, rows>> {
     return more;
   }
   [[nodiscard]] const ActiveSet* active() const { return active_.get(); }
-  /// What a step knows of the particles outside the active set, for the forces that it calls.
-  void set_left_out(const LeftOut& left_out) { left_out_ = left_out; }
-  [[nodiscard]] const LeftOut& left_out() const { return left_out_; }
+  LeftOut left_out;  ///< what a step knows of the particles outside the active set, for the forces that it calls
 
   [[nodiscard]] Scalar operator[](Eigen::Index component) const { return mass_[component / rows]; }
   [[nodiscard]] ComponentFactor<Scalar> scaled(Scalar h) const { return {h, {inverse_.data()}}; }
@@ -225,7 +223,6 @@ class ParticleMasses : public ComponentMass<ParticleMasses<Scalar, rows>> {
 
   Column mass_, inverse_;
   std::shared_ptr<const ActiveSet> movers_, active_;  // those not held, null: all; of them, those computed
-  LeftOut left_out_;
 };
 
 /// Particles that turn: I dω/dt = torque.
