@@ -13,6 +13,7 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <variant>
 #include <vector>
 
@@ -166,7 +167,7 @@ class TouchingWalls {
   }
   /// The three numbers of a vector, or of a spin in the plane.
   [[nodiscard]] static Triple<Scalar> triple(const auto& x) {
-    if constexpr (x.RowsAtCompileTime == 1) return {0, 0, x[0]};
+    if constexpr (std::remove_cvref_t<decltype(x)>::RowsAtCompileTime == 1) return {0, 0, x[0]};
     else return {x[0], x[1], dim == 3 ? x[dim - 1] : Scalar{0}};
   }
   /// f(i), ascending. Threads share the search.
