@@ -103,9 +103,8 @@ class Walls : public ContactTerm {
       const Eigen::Index i = Places::body_of(place);
       const ContactPoint<Scalar>& at = touch_.points[c];
       const Scalar normal[3] = {at.n.x, at.n.y, at.n.z};
-      const auto tangents = contact_tangents<Law>(numbers_in<Scalar>(numbers(y, place)), at, Scalar{1},
-                                                  (*springs)[c].slip, copy.elapsed(t));
-      const PairTangent<Scalar>&K = tangents[0], &C = tangents[1];
+      const auto [K, C] = contact_tangents<Law>(numbers_in<Scalar>(numbers(y, place)), at, Scalar{1},
+                                                (*springs)[c].slip, copy.elapsed(t));
       for (int b = 0; b < dim; ++b)
         for (int a = 0; a < dim; ++a) {
           const Scalar along = normal[a] * normal[b];
