@@ -157,7 +157,9 @@ class SleepWatch {
     if (std::exchange(sleepers.scene, scene) != scene) is_other = true, sleepers.wake_all();
     for (Index i = 0; i < state.size(); ++i) {
       Sleeper& one = sleepers[i];
-      const std::uint64_t bits = bits_of(body, i);
+      const auto of = [i](const auto& column) { return column.size() == 0 ? 0 : static_cast<double>(column[i]); };
+      const double all[] = {of(body.mass), of(body.radius), of(body.type), of(body.charge)};
+      const std::uint64_t bits = fingerprint(all, 4);
       if (std::exchange(one.properties, bits) != bits) {
         is_other = true;
         if (one.is_asleep()) sleepers.wake(i, Kind::awake);
@@ -272,11 +274,6 @@ class SleepWatch {
     one.moves = Sleepers<S>::moves(state, i);
     one.seen = ParticleFingerprint<S>::of(state, i);
     one.rest = state.r.col(i);
-  }
-  [[nodiscard]] static std::uint64_t bits_of(const auto& body, Index i) {
-    const auto of = [i](const auto& column) { return column.size() == 0 ? 0 : static_cast<double>(column[i]); };
-    const double all[] = {of(body.mass), of(body.radius), of(body.type), of(body.charge)};
-    return fingerprint(all, 4);
   }
 
   PairGraph<bool> graph_;  // particles that may act on each other; marked: by touch alone
