@@ -170,18 +170,18 @@ template <int dim, class Scalar>
 void gather_places(const NeighborList& list, const Scalar* r, const Domain& domain, Places<Scalar>& places) {
   const auto slots = static_cast<Eigen::Index>(list.slots.size());
   if (places.cols() < slots) places.setZero(4, slots + slots / 16);
-  const auto put = [&](Eigen::Index s) {
+  PHISTEP_DETAIL_OMP("omp parallel for schedule(static)")
+  for (Eigen::Index s = 0; s < slots; ++s) {
     const std::int32_t ahead = list.slots[static_cast<std::size_t>(std::min(s + 24, slots - 1))].particle;
     prefetch(r + dim * std::ptrdiff_t{std::max(ahead, 0)});
     const NeighborList::Slot& slot = list.slots[static_cast<std::size_t>(s)];
     Scalar* const to = places.data() + 4 * s;
-    if (slot.particle < 0) return std::fill_n(to, dim, far_away<Scalar>()), void();
-    for (std::size_t a = 0; a < dim; ++a)
-      to[a] = static_cast<Scalar>(static_cast<double>(r[static_cast<std::size_t>(slot.particle) * dim + a]) +
-                                  slot.image[a] * domain.length[a]);
-  };
-  PHISTEP_DETAIL_OMP("omp parallel for schedule(static)")
-  for (Eigen::Index s = 0; s < slots; ++s) put(s);
+    if (slot.particle < 0) std::fill_n(to, dim, far_away<Scalar>());
+    else
+      for (std::size_t a = 0; a < dim; ++a)
+        to[a] = static_cast<Scalar>(static_cast<double>(r[static_cast<std::size_t>(slot.particle) * dim + a]) +
+                                    slot.image[a] * domain.length[a]);
+  }
 }
 
 template <class P>
