@@ -131,6 +131,16 @@ TEST_CASE("who goes takes all that was its own along") {
   CHECK(grains.id() == std::vector<std::int64_t>{1, 2, 3});
 }
 
+TEST_CASE("particles added to themselves are there twice") {
+  Atoms atoms = three();
+  const Eigen::Matrix3Xd r = atoms.r, v = atoms.v;
+  atoms.add(atoms);
+  REQUIRE(atoms.size() == 6);
+  CHECK((atoms.r.leftCols(3) == r && atoms.r.rightCols(3) == r));
+  CHECK((atoms.v.leftCols(3) == v && atoms.v.rightCols(3) == v));
+  CHECK(atoms.id() == std::vector<std::int64_t>{0, 1, 2, 3, 4, 5});
+}
+
 TEST_CASE("spin and temperature are blocks of their own") {
   Grains grains{Eigen::Matrix2Xd::Zero(2, 2)};
   CHECK_THROWS_AS((PhiStepper{grains, Brake{}, forward_euler}), std::invalid_argument);  // no radii, no inertia
@@ -159,6 +169,7 @@ TEST_CASE("properties that can't be name their particle, and change nothing") {
   }
   CHECK(message([&] { atoms.set_type(Eigen::Vector3i{0, 0, -1}); }).find("type of particle 2") != std::string::npos);
   CHECK(message([&] { atoms.set_mass(Eigen::Vector2d{1, 1}); }).find("2 values for 3") != std::string::npos);
+  CHECK_THAT(message([&] { atoms.set_mass(std::vector<double>{}); }), contains("0 values of mass for 3 particles"));
   CHECK(message([&] {
           atoms.set_box(Box<double, 3>::periodic({0, 0, 0}, {1, 0, 1}));
         }).find("axis 1") != std::string::npos);

@@ -4,11 +4,14 @@
 
 #include <phistep/particles.hpp>
 
+#include <tuple>
+
 namespace pair_view {
 
 template <class Scalar, int dim>
 auto view_of(const phistep::Particles<Scalar, dim>& y) {
-  return phistep::ParticleView<Scalar, dim, phistep::UnitMass>{y, phistep::UnitMass{}};
+  static const std::tuple<phistep::UnitMass> masses;
+  return phistep::Particles<Scalar, dim>::view(y, masses);
 }
 template <class Scalar, int dim>
 struct Out {

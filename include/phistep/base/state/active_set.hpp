@@ -80,7 +80,7 @@ inline constexpr bool computes_active_only = requires {
   else return nullptr;
 }
 /// The particles left out, of a force's view that has an active set.
-[[nodiscard]] const LeftOut& left_out(const auto& y) { return y.mass.left_out(); }
+[[nodiscard]] const LeftOut& left_out(const auto& y) { return y.mass.left_out; }
 [[nodiscard]] inline std::uint64_t number_of(const ActiveSet* set) { return set == nullptr ? 0 : set->number(); }
 
 /// A force's view of particles, which have properties: not of another motion.

@@ -1,6 +1,6 @@
 /// @file
 /// What particles have that doesn't change during a step: masses, radii, types, charges, the box around them. And the blocks that they
-/// may have beside r and v: each names its part of the state, of the rate, of a force's view, and its masses.
+/// may have beside r and v: each names its part of the state, or a force's view, and of the rate, and its masses.
 #pragma once
 
 #include <Eigen/Core>
@@ -54,22 +54,18 @@ struct Box {
 
   /// r between lower and upper [length].
   [[nodiscard]] Vector wrapped(Vector r) const {
-    for (int a = 0; a < dim; ++a) {
-      if (!periodic_at(a)) continue;
-      const Scalar size = upper[a] - lower[a];
-      r[a] -= size * std::floor((r[a] - lower[a]) / size);
-      // Rounding may put a position just below `lower` on `upper` itself.
-      if (r[a] >= upper[a]) r[a] -= size;
-    }
+    for (int a = 0; a < dim; ++a)
+      if (periodic_at(a)) {
+        const Scalar size = upper[a] - lower[a];
+        r[a] -= size * std::floor((r[a] - lower[a]) / size);
+        if (r[a] >= upper[a]) r[a] -= size;  // rounding may put a position just below `lower` on `upper` itself
+      }
     return r;
   }
   /// The shortest of a difference's images [length].
   [[nodiscard]] Vector nearest(Vector d) const {
-    for (int a = 0; a < dim; ++a) {
-      if (!periodic_at(a)) continue;
-      const Scalar size = upper[a] - lower[a];
-      d[a] -= size * std::round(d[a] / size);
-    }
+    for (int a = 0; a < dim; ++a)
+      if (periodic_at(a)) d[a] -= (upper[a] - lower[a]) * std::round(d[a] / (upper[a] - lower[a]));
     return d;
   }
 
@@ -148,9 +144,9 @@ struct Body {
 
  private:
   void check_column(const Column& values, const char* name, bool positive) const {
-    if (values.size() != 0 && values.size() != mass.size())
+    if (values.size() != static_cast<Eigen::Index>(id.size()) && (values.size() != 0 || &values == &mass))
       throw std::invalid_argument("phistep: " + std::to_string(values.size()) + " values of " + name + " for " +
-                                  std::to_string(mass.size()) + " particles");
+                                  std::to_string(id.size()) + " particles");
     for (Eigen::Index i = 0; i < values.size(); ++i)
       if (!std::isfinite(values[i]) || (positive && !(values[i] > 0)))
         complain(i, name, positive ? "be finite and > 0" : "be finite");
@@ -202,12 +198,8 @@ class ParticleMasses : public ComponentMass<ParticleMasses<Scalar, rows>> {
     return more;
   }
   [[nodiscard]] const ActiveSet* active() const { return active_.get(); }
-  /// What a step knows of the particles outside the active set, for the forces that it calls.
-  void set_left_out(const LeftOut& left_out) { left_out_ = left_out; }
-  [[nodiscard]] const LeftOut& left_out() const { return left_out_; }
+  LeftOut left_out;  ///< what a step knows of the particles outside the active set, for the forces that it calls
 
-  /// [mass] of particle i
-  [[nodiscard]] Scalar of(Eigen::Index i) const { return mass_[i]; }
   [[nodiscard]] Scalar operator[](Eigen::Index component) const { return mass_[component / rows]; }
   [[nodiscard]] ComponentFactor<Scalar> scaled(Scalar h) const { return {h, {inverse_.data()}}; }
   void subtract_product(const auto& x, auto&& out) const {
@@ -231,25 +223,19 @@ class ParticleMasses : public ComponentMass<ParticleMasses<Scalar, rows>> {
 
   Column mass_, inverse_;
   std::shared_ptr<const ActiveSet> movers_, active_;  // those not held, null: all; of them, those computed
-  LeftOut left_out_;
 };
 
 /// Particles that turn: I dω/dt = torque.
 struct Spin {
   static constexpr const char* name = "omega";
   static constexpr int rows(int dim) { return dim == 3 ? 3 : 1; }
-  template <class Scalar, int dim>
+  template <class Numbers>
   struct Block {
-    Eigen::Matrix<Scalar, rows(dim), Eigen::Dynamic>
-        omega;  ///< angular velocities [1/time], 3 × N, or 1 × N in the plane
+    Numbers omega;  ///< angular velocities [1/time], 3 × N, or 1 × N in the plane
   };
-  template <class Scalar, int dim>
+  template <class Numbers>
   struct RateBlock {
-    Eigen::Matrix<Scalar, rows(dim), Eigen::Dynamic> torque;  ///< [force·length]
-  };
-  template <class Scalar, int dim>
-  struct ViewBlock {
-    const Eigen::Matrix<Scalar, rows(dim), Eigen::Dynamic>& omega;  ///< [1/time]
+    Numbers torque;  ///< [force·length]
   };
   static auto& block(auto& y) { return y.omega; }
   static auto& rate(auto& psi) { return psi.torque; }
@@ -265,17 +251,14 @@ struct Spin {
 /// Particles with a temperature: c dT/dt = heat.
 struct Temperature {
   static constexpr const char* name = "temperature";
-  template <class Scalar, int dim>
+  static constexpr int rows(int /*dim*/) { return 1; }
+  template <class Numbers>
   struct Block {
-    Eigen::Matrix<Scalar, 1, Eigen::Dynamic> temperature;  ///< [temperature]
+    Numbers temperature;  ///< [temperature], 1 × N
   };
-  template <class Scalar, int dim>
+  template <class Numbers>
   struct RateBlock {
-    Eigen::Matrix<Scalar, 1, Eigen::Dynamic> heat;  ///< [power]
-  };
-  template <class Scalar, int dim>
-  struct ViewBlock {
-    const Eigen::Matrix<Scalar, 1, Eigen::Dynamic>& temperature;  ///< [temperature]
+    Numbers heat;  ///< [power]
   };
   static auto& block(auto& y) { return y.temperature; }
   static auto& rate(auto& psi) { return psi.heat; }

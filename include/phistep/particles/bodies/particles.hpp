@@ -29,18 +29,17 @@
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
+template <class Extra, class Scalar, int dim>
+using ExtraNumbers = Eigen::Matrix<Scalar, Extra::rows(dim), Eigen::Dynamic>;
+
 /// What a force sees of particles.
 template <class Scalar, int dim, class Mass, class... Extra>
-struct ParticleView : Extra::template ViewBlock<Scalar, dim>... {
+struct ParticleView : Extra::template Block<const ExtraNumbers<Extra, Scalar, dim>&>... {
   using Vectors = Eigen::Matrix<Scalar, dim, Eigen::Dynamic>;
   const Vectors& r;               ///< positions [length], dim × N, not wrapped
   const Vectors& v;               ///< velocities [length/time], dim × N
   const Mass& mass;               ///< as in any motion's view
   const Body<Scalar, dim>& body;  ///< masses, radii, types, charges, the box
-
-  template <class State>
-  ParticleView(const State& y, const Mass& masses)
-      : Extra::template ViewBlock<Scalar, dim>{Extra::block(y)}..., r{y.r}, v{y.v}, mass{masses}, body{y.body()} {}
 };
 
 /// A motion of N particles: positions r and velocities v, dim × N, and what each body has: a mass, and, where it is set, a
@@ -48,7 +47,7 @@ struct ParticleView : Extra::template ViewBlock<Scalar, dim>... {
 /// @tparam dim    2 or 3
 /// @tparam Extra  Spin, Temperature: blocks that are integrated beside r and v
 template <class Number, int dim, class... Extra>
-class Particles : public Extra::template Block<Number, dim>... {
+class Particles : public Extra::template Block<ExtraNumbers<Extra, Number, dim>>... {
   static_assert(dim == 2 || dim == 3, "phistep: particles live in 2 or 3 dimensions");
   static_assert(std::floating_point<Number>);
   using Properties = Body<Number, dim>;
@@ -68,13 +67,14 @@ class Particles : public Extra::template Block<Number, dim>... {
   Vectors v;  ///< velocities [length/time]
 
   static auto blocks(auto& y) { return std::tie(y.r, y.v, Extra::block(y)...); }
-  struct Rate : Extra::template RateBlock<Scalar, dim>... {
+  struct Rate : Extra::template RateBlock<ExtraNumbers<Extra, Scalar, dim>>... {
     Vectors force;  ///< [force]
     static auto blocks(auto& psi) { return std::tie(psi.force, Extra::rate(psi)...); }
   };
   template <class Masses>
   static auto view(const Particles& y, const Masses& masses) {
-    return ParticleView<Scalar, dim, std::tuple_element_t<0, Masses>, Extra...>{y, std::get<0>(masses)};
+    return ParticleView<Scalar, dim, std::tuple_element_t<0, Masses>, Extra...>{
+        {Extra::block(y)}..., y.r, y.v, std::get<0>(masses), y.body()};
   }
   /// The masses that a stepper uses where it is given none.
   /// @throws std::invalid_argument where r, v and the properties are not of one number of particles
@@ -179,9 +179,9 @@ class Particles : public Extra::template Block<Number, dim>... {
     enumerate(body);
     body.check();
     for_each_block(
-        [n = size()](auto, auto& block, const auto& more) {
-          block.conservativeResize(Eigen::NoChange, n + more.cols());
-          block.rightCols(more.cols()) = more;
+        [n = size(), added = others.size()](auto, auto& block, const auto& more) {  // `more` may be `block`
+          block.conservativeResize(Eigen::NoChange, n + added);
+          block.rightCols(added) = more.leftCols(added);
         },
         blocks(*this), blocks(others));
     hold(std::move(body));

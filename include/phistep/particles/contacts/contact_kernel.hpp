@@ -116,21 +116,17 @@ template <class P>
 /// @tparam winds  the dashpot winds the spring back
 template <bool winds, class P>
 [[nodiscard]] Triple<P> sliding_force(Triple<P>& spring, const Triple<P>& v, P stiffness, P damping, P most) {
-  if constexpr (!winds) {
-    spring = select(stiffness > P(0), shortening(stiffness * spring, most), P(0)) * spring;
-    const Triple<P> wanted = stiffness * spring + damping * v;
-    return (-shortening(wanted, most)) * wanted;
-  }
+  if constexpr (!winds) spring = select(stiffness > P(0), shortening(stiffness * spring, most), P(0)) * spring;
   const Triple<P> wanted = stiffness * spring + damping * v;
   const P fraction = shortening(wanted, most);
-  const auto slides = fraction < P(1);
-  const Triple<P> force = fraction * wanted;
-  const auto reduced = [&](P x, P f, P speed) {
-    return select(stiffness > P(0),
-                  select(slides, (f - damping * speed) / select(stiffness > P(0), stiffness, P(1)), x), P(0));
-  };
-  spring = {reduced(spring.x, force.x, v.x), reduced(spring.y, force.y, v.y), reduced(spring.z, force.z, v.z)};
-  return P(-1) * force;
+  if constexpr (winds) {
+    const auto reduced = [&](P x, P f, P speed) {
+      const P held = (fraction * f - damping * speed) / select(stiffness > P(0), stiffness, P(1));
+      return select(stiffness > P(0), select(fraction < P(1), held, x), P(0));
+    };
+    spring = {reduced(spring.x, wanted.x, v.x), reduced(spring.y, wanted.y, v.y), reduced(spring.z, wanted.z, v.z)};
+  }
+  return (-fraction) * wanted;
 }
 
 /// @param tau      [time] since `springs` were known; they are brought up to date

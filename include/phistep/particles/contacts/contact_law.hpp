@@ -75,11 +75,12 @@ struct ContactResponse {
 template <class Law>
 inline constexpr bool stiffens = false;
 
+/// With the least normal force of a contact that may pull, or not.
 /// @param names  of the normal and the tangential stiffness in messages
 /// @throws std::invalid_argument unless all are finite and >= 0, the stiffness > 0
 template <class = void>
-[[nodiscard]] ContactNumbers<double> checked_numbers(const ContactNumbers<double>& c,
-                                                     std::array<const char*, 2> names) {
+[[nodiscard]] ContactNumbers<double> checked_numbers(ContactNumbers<double> c, std::array<const char*, 2> names,
+                                                     bool attracts) {
   const auto check = [](double x, const char* name, bool positive = false) {
     if (!std::isfinite(x) || x < 0 || (positive && x == 0))
       throw std::invalid_argument(std::string("phistep: a contact's ") + name + " must be finite and " +
@@ -88,11 +89,8 @@ template <class = void>
   check(c.stiffness, names[0], true), check(c.damping, "damping"), check(c.tangential_stiffness, names[1]);
   check(c.tangential_damping, "tangential damping"), check(c.friction, "friction");
   check(c.rolling_friction, "rolling friction"), check(c.rolling_stiffness, "rolling stiffness");
+  if (attracts) c.least = -std::numeric_limits<double>::infinity();
   return c;
-}
-/// The least normal force.
-[[nodiscard]] constexpr double least_force(bool attracts) {
-  return attracts ? -std::numeric_limits<double>::infinity() : 0.0;
 }
 
 /// (1): a linear spring and dashpot.
@@ -107,10 +105,9 @@ struct Hooke {
   bool attracts = false;                 ///< the dashpot may pull at the end of a contact
 
   [[nodiscard]] ContactNumbers<double> numbers() const {
-    return checked_numbers(
-        {stiffness, 2 * damping_ratio(restitution, attracts), stiffness * tangential_stiffness, tangential_damping,
-         friction, rolling_friction, stiffness * rolling_stiffness, least_force(attracts)},
-        {"stiffness", "tangential stiffness"});
+    return checked_numbers({stiffness, 2 * damping_ratio(restitution, attracts), stiffness * tangential_stiffness,
+                            tangential_damping, friction, rolling_friction, stiffness * rolling_stiffness, 0},
+                           {"stiffness", "tangential stiffness"}, attracts);
   }
   /// @param w  1/m*
   template <class P>
@@ -163,10 +160,9 @@ struct Hertz {
 
   [[nodiscard]] ContactNumbers<double> numbers() const {
     const double k = 4 * modulus / 3;
-    return checked_numbers(
-        {k, std::sqrt(5.0) * damping_ratio(restitution, attracts), 8 * shear_modulus, tangential_damping, friction,
-         rolling_friction, k * rolling_stiffness, least_force(attracts)},
-        {"modulus", "shear modulus"});
+    return checked_numbers({k, std::sqrt(5.0) * damping_ratio(restitution, attracts), 8 * shear_modulus,
+                            tangential_damping, friction, rolling_friction, k * rolling_stiffness, 0},
+                           {"modulus", "shear modulus"}, attracts);
   }
   template <class P>
   [[nodiscard]] static ContactResponse<P> response(const ContactNumbers<P>& c, P overlap, P parting, P w, P rho) {
@@ -203,9 +199,8 @@ struct GranHooke {
   bool attracts = true;         ///< false: limit_damping
 
   [[nodiscard]] ContactNumbers<double> numbers() const {
-    return checked_numbers(
-        {stiffness, damping, tangential_stiffness, tangential_damping, friction, 0, 0, least_force(attracts)},
-        {"stiffness", "tangential stiffness"});
+    return checked_numbers({stiffness, damping, tangential_stiffness, tangential_damping, friction, 0, 0, 0},
+                           {"stiffness", "tangential stiffness"}, attracts);
   }
   template <class P>
   [[nodiscard]] static ContactResponse<P> response(const ContactNumbers<P>& c, P overlap, P parting, P w, P /*rho*/) {
@@ -243,13 +238,13 @@ class Materials {
     if (a < 0 || b < 0 || a >= types_ || b >= types_)
       throw std::invalid_argument("phistep: no pair of types: " + std::to_string(a) + " and " + std::to_string(b) +
                                   " of " + std::to_string(types_));
-    at(a, b) = at(b, a) = law.numbers();
+    table_[index(a, b)] = table_[index(b, a)] = law.numbers();
     return *this;
   }
   /// 0: one law for all particles, whatever their types.
   [[nodiscard]] int types() const { return types_; }
   [[nodiscard]] const ContactNumbers<double>& operator()(int a, int b) const {
-    return types_ == 0 ? table_.front() : table_[static_cast<std::size_t>(a * types_ + b)];
+    return table_[types_ == 0 ? 0 : index(a, b)];
   }
   void for_each(auto&& f) const {
     for (const auto& numbers : table_) f(numbers);
@@ -272,7 +267,7 @@ class Materials {
     if (types < 1 || types > 1000) throw std::invalid_argument("phistep: a table of materials needs 1 to 1000 types");
     return static_cast<std::size_t>(types) * static_cast<std::size_t>(types);
   }
-  [[nodiscard]] ContactNumbers<double>& at(int a, int b) { return table_[static_cast<std::size_t>(a * types_ + b)]; }
+  [[nodiscard]] std::size_t index(int a, int b) const { return static_cast<std::size_t>(a * types_ + b); }
 
   int types_ = 0;
   std::vector<ContactNumbers<double>> table_;

@@ -40,7 +40,11 @@ class ComputedPairs {
     pairs_ = 0;  // if memory is short
     if (!same_pairs) begin(pairs);
     before_ = same_pairs ? set_ : 0;
-    mark(pairs, active);
+    bits_before_.swap(pair_bits_);
+    pair_bits_.assign(bits_before_.size(), 0);
+    for (const std::int32_t i : active.list())
+      for (const auto& edge : pairs_of_.of(pairs.bodies.slot[static_cast<std::size_t>(i)]))
+        set(pair_bits_, static_cast<std::size_t>(edge.mark));
     collect(places, active);
     set_ = active.number();
     late_ = places.number;
@@ -80,23 +84,14 @@ class ComputedPairs {
       for (std::size_t p = 0; p < count_; ++p) f(pairs.first[p], pairs.second[p], static_cast<std::int32_t>(p));
     });
   }
-  void mark(const Pairs& pairs, const ActiveSet& active) {
-    bits_before_.swap(pair_bits_);
-    pair_bits_.assign(bits_before_.size(), 0);
-    for (const std::int32_t i : active.list())
-      for (const auto& edge : pairs_of_.of(pairs.bodies.slot[static_cast<std::size_t>(i)]))
-        set(pair_bits_, static_cast<std::size_t>(edge.mark));
-  }
-  [[nodiscard]] static bool is_in(const ActiveSet& active, const Pairs& pairs, std::int32_t slot) {
-    return active.has(pairs.bodies.particle[static_cast<std::size_t>(slot)]);
-  }
   /// From bits to lists.
   void collect(const ContactPlaces<Scalar>& places, const ActiveSet& active) {
     const auto& pairs = *places.pairs;
     late_before_.swap(late_places_);
     late_places_.clear();
+    const auto is_in = [&](std::int32_t s) { return active.has(pairs.bodies.particle[static_cast<std::size_t>(s)]); };
     for (const auto& pair : places.late)
-      if (is_in(active, pairs, pair.first) || is_in(active, pairs, pair.second)) late_places_.push_back(pair.place);
+      if (is_in(pair.first) || is_in(pair.second)) late_places_.push_back(pair.place);
     for (auto* list : {&first_, &second_, &place_, &joined_, &dropped_, &slots_}) list->clear();
     slot_bits_before_ = slot_bits_;
     std::fill(slot_bits_.begin(), slot_bits_.end(), 0);

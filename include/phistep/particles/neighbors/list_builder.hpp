@@ -15,7 +15,6 @@
 
 #include "phistep/base/machine/loop_hints.hpp"
 #include "phistep/base/machine/memory.hpp"
-#include "phistep/base/machine/shares.hpp"
 #include "phistep/base/numbers/pack.hpp"
 #include "phistep/base/numbers/pack_math.hpp"
 #include "phistep/particles/neighbors/cell_order.hpp"
@@ -49,11 +48,15 @@ class ListBuilder : private CellOrder<dim> {
     list.chunk_count = (list.rows.size() + per_chunk - 1) / per_chunk;
     if (list.chunks.size() < list.chunk_count) list.chunks.resize(list.chunk_count);
     const P longest{range * range};
-    const auto count = static_cast<std::ptrdiff_t>(list.chunk_count);
-    Relay relay;  // rows may want more memory
-    PHISTEP_DETAIL_OMP("omp parallel for schedule(static)")
-    for (std::ptrdiff_t c = 0; c < count; ++c) relay.run([&] { fill(list, static_cast<std::size_t>(c), longest); });
-    relay.rethrow();
+    for_each_chunk(list, [&](std::size_t c) {
+      NeighborList::Chunk& chunk = list.chunks[c];
+      release(chunk.slots);
+      if (fill<Counted::from_one>(list, c, longest, chunk.offsets) ||
+          fill<Counted::from_three>(list, c, longest, chunk.offsets))
+        return;
+      release(chunk.offsets);
+      fill<Counted::from_none>(list, c, longest, chunk.slots);
+    });
   }
 
  private:
@@ -95,18 +98,9 @@ class ListBuilder : private CellOrder<dim> {
   }
 
  private:
+  /// From one slot if that does, else from one of each layer, else whole slots.
   enum class Counted { from_one, from_three, from_none };
 
-  /// Counted from one slot if that does, else from one of each layer, else whole slots.
-  void fill(NeighborList& list, std::size_t c, P longest) const {
-    NeighborList::Chunk& chunk = list.chunks[c];
-    release(chunk.slots);
-    if (fill<Counted::from_one>(list, c, longest, chunk.offsets) ||
-        fill<Counted::from_three>(list, c, longest, chunk.offsets))
-      return;
-    release(chunk.offsets);
-    fill<Counted::from_none>(list, c, longest, chunk.slots);
-  }
   /// @param to  offsets or slots of the chunk
   /// @return    whether its numbers can hold all
   template <Counted how, class Number>

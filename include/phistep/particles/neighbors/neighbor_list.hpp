@@ -120,6 +120,9 @@ struct NeighborList {
   std::size_t chunk_count = 0;
   std::int32_t pad = 1;  ///< a row's parts are filled up to a multiple of it, a power of two
 
+  [[nodiscard]] std::int32_t particle_of(std::int32_t slot) const {
+    return slots[static_cast<std::size_t>(slot)].particle;
+  }
   /// f(slot of a neighbour) for a row's, without the dummies.
   void for_each_neighbor(const Row& row, const Chunk& chunk, auto&& f) const {
     std::int32_t k = 0;
@@ -167,18 +170,18 @@ template <int dim, class Scalar>
 void gather_places(const NeighborList& list, const Scalar* r, const Domain& domain, Places<Scalar>& places) {
   const auto slots = static_cast<Eigen::Index>(list.slots.size());
   if (places.cols() < slots) places.setZero(4, slots + slots / 16);
-  const auto put = [&](Eigen::Index s) {
+  PHISTEP_DETAIL_OMP("omp parallel for schedule(static)")
+  for (Eigen::Index s = 0; s < slots; ++s) {
     const std::int32_t ahead = list.slots[static_cast<std::size_t>(std::min(s + 24, slots - 1))].particle;
     prefetch(r + dim * std::ptrdiff_t{std::max(ahead, 0)});
     const NeighborList::Slot& slot = list.slots[static_cast<std::size_t>(s)];
     Scalar* const to = places.data() + 4 * s;
-    if (slot.particle < 0) return std::fill_n(to, dim, far_away<Scalar>()), void();
-    for (std::size_t a = 0; a < dim; ++a)
-      to[a] = static_cast<Scalar>(static_cast<double>(r[static_cast<std::size_t>(slot.particle) * dim + a]) +
-                                  slot.image[a] * domain.length[a]);
-  };
-  PHISTEP_DETAIL_OMP("omp parallel for schedule(static)")
-  for (Eigen::Index s = 0; s < slots; ++s) put(s);
+    if (slot.particle < 0) std::fill_n(to, dim, far_away<Scalar>());
+    else
+      for (std::size_t a = 0; a < dim; ++a)
+        to[a] = static_cast<Scalar>(static_cast<double>(r[static_cast<std::size_t>(slot.particle) * dim + a]) +
+                                    slot.image[a] * domain.length[a]);
+  }
 }
 
 template <class P>
@@ -221,20 +224,19 @@ template <int dim, bool tagged, class P>
   }
 }
 
-/// f(row, its chunk, the chunk's number), by threads. What f throws passes through.
-void for_each_row(const NeighborList& list, auto&& f) {
+/// f(number of a chunk), by threads. What f throws passes through.
+void for_each_chunk(const NeighborList& list, auto&& f) {
   Relay relay;
-  const auto chunks = static_cast<std::ptrdiff_t>(list.chunk_count);
   PHISTEP_DETAIL_OMP("omp parallel for schedule(static)")
-  for (std::ptrdiff_t c = 0; c < chunks; ++c)
-    relay.run([&] {
-      const NeighborList::Chunk& chunk = list.chunks[static_cast<std::size_t>(c)];
-      for (std::int32_t k = chunk.rows[0]; k < chunk.rows[1]; ++k) {
-        const NeighborList::Row& row = list.rows[static_cast<std::size_t>(k)];
-        f(row, chunk, static_cast<std::size_t>(c));
-      }
-    });
+  for (std::size_t c = 0; c < list.chunk_count; ++c) relay.run([&] { f(c); });
   relay.rethrow();
+}
+/// f(row, its chunk, the chunk's number), likewise.
+void for_each_row(const NeighborList& list, auto&& f) {
+  for_each_chunk(list, [&](std::size_t c) {
+    const NeighborList::Chunk& chunk = list.chunks[c];
+    for (std::int32_t k = chunk.rows[0]; k < chunk.rows[1]; ++k) f(list.rows[static_cast<std::size_t>(k)], chunk, c);
+  });
 }
 
 }}  // namespace phistep::PHISTEP_ABI

@@ -11,6 +11,7 @@
 #include <Eigen/Core>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstddef>
@@ -152,21 +153,18 @@ class Neighbors {
     return next_skin<dim>(range.cutoff, last.skin, use, longest);
   }
 
-  /// The squares of the two largest.
-  struct Displacements {
-    double first = 0, second = 0;
-    void see(double square) {
-      second = std::max(second, std::min(square, first));
-      first = std::max(first, square);
-    }
-  };
   /// The sum of the two largest displacements. What is not a number has not moved: a new list would not help.
   template <class Scalar>
   [[nodiscard]] static double moved(const double* from, const Scalar* to, Eigen::Index particles) {
-    Displacements all;
+    using TwoLargest = std::array<double, 2>;  // squares
+    const auto see = [](TwoLargest& two, double square) {
+      two[1] = std::max(two[1], std::min(square, two[0]));
+      two[0] = std::max(two[0], square);
+    };
+    TwoLargest all{};
     std::mutex one_at_a_time;
     const auto look = [&](Eigen::Index begin, Eigen::Index end) {
-      Displacements some;
+      TwoLargest some{};
       constexpr Eigen::Index block = 256;
       double square[block];
       for (Eigen::Index i = begin; i < end; i += block) {
@@ -178,13 +176,13 @@ class Neighbors {
             square[j] += d * d;
           }
         }
-        for (Eigen::Index j = 0; j < n; ++j) some.see(square[j]);
+        for (Eigen::Index j = 0; j < n; ++j) see(some, square[j]);
       }
       const std::lock_guard lock{one_at_a_time};
-      all.see(some.first), all.see(some.second);
+      see(all, some[0]), see(all, some[1]);
     };
     for_each_range(particles, 256, look, shared_from / dim);
-    return std::sqrt(all.first) + std::sqrt(all.second);
+    return std::sqrt(all[0]) + std::sqrt(all[1]);
   }
 
   void build(const std::shared_ptr<const NeighborReference>& reference, const NeighborRange& range) {

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -128,9 +129,7 @@ class PairTournament {
   }
 
  private:
-  struct Lane {
-    P x[dim];
-  };
+  using Lane = std::array<P, dim>;
   [[nodiscard]] static std::ptrdiff_t up(std::ptrdiff_t n) { return (n + granule - 1) / granule * granule; }
   [[nodiscard]] static P lanes() {
     return P::make([](int l) { return static_cast<Scalar>(l); });
@@ -141,12 +140,12 @@ class PairTournament {
   }
   [[nodiscard]] Lane at(std::ptrdiff_t i) const {
     Lane lane;
-    unrolled<dim>([&](auto a) { lane.x[a] = P::load_aligned(r(a) + i); });
+    unrolled<dim>([&](auto a) { lane[a] = P::load_aligned(r(a) + i); });
     return lane;
   }
   /// d = r_i − r_j and its square
   [[nodiscard]] P square(const Lane& lane, std::ptrdiff_t j, P* d) const {
-    unrolled<dim>([&](auto a) { d[a] = lane.x[a] - P{r(a)[j]}; });
+    unrolled<dim>([&](auto a) { d[a] = lane[a] - P{r(a)[j]}; });
     P r2 = d[0] * d[0];
     unrolled<dim - 1>([&](auto a) { r2 = fma(d[a + 1], d[a + 1], r2); });
     return r2;

@@ -96,7 +96,7 @@ class Pairs : public ForceTerm {
     const ActiveSet* const active = active_set(y);
     const P rc2{limit<Scalar>()};
     for_each_row(list, [&](const NeighborList::Row& row, const NeighborList::Chunk& chunk, std::size_t) {
-      const std::int32_t particle = list.slots[static_cast<std::size_t>(row.slot)].particle;
+      const std::int32_t particle = list.particle_of(row.slot);
       if (active != nullptr && !active->has(particle)) return;
       Scalar* const to = out.force.data() + std::ptrdiff_t{S::dim} * particle;
       prefetch(to);
@@ -140,11 +140,9 @@ class Pairs : public ForceTerm {
     const auto rc2 = limit<Scalar>();
     memory.is_pattern = true;
     list.for_each_neighbor([&](const NeighborList::Row& row, std::int32_t slot) {
-      const std::int32_t i = list.slots[static_cast<std::size_t>(row.slot)].particle;
-      const Scalar* const xi = place<Scalar>(row.slot);
-      const std::int32_t j = list.slots[static_cast<std::size_t>(slot)].particle;
+      const std::int32_t i = list.particle_of(row.slot), j = list.particle_of(slot);
       if (j == i || (j < i && !is_still(y, j))) return;  // an own image moves along
-      const Scalar* const xj = place<Scalar>(slot);
+      const Scalar *const xi = place<Scalar>(row.slot), *const xj = place<Scalar>(slot);
       Scalar n[S::dim], r2{0};
       for (int a = 0; a < S::dim; ++a) n[a] = xj[a] - xi[a], r2 += n[a] * n[a];
       PairTangent<Scalar> K;
@@ -163,10 +161,9 @@ class Pairs : public ForceTerm {
   /// f(i, j) for every listed pair, by the user's indices: all that may act before pair_changes() changes.
   void for_each_pair(const Memory& /*memory*/, auto&& f) const {
     for (const NeighborList* list : {&work_.two.current(), &work_.three.current()}) {
-      const auto user = [list](std::int32_t slot) {
-        return Eigen::Index{list->slots[static_cast<std::size_t>(slot)].particle};
-      };
-      list->for_each_neighbor([&](const NeighborList::Row& row, std::int32_t slot) { f(user(row.slot), user(slot)); });
+      list->for_each_neighbor([&](const NeighborList::Row& row, std::int32_t slot) {
+        f(Eigen::Index{list->particle_of(row.slot)}, Eigen::Index{list->particle_of(slot)});
+      });
     }
   }
   [[nodiscard]] std::uint64_t pair_changes() const { return rebuilds(); }
@@ -272,7 +269,7 @@ class Pairs : public ForceTerm {
       } else {
         using One = phistep::Pack<Scalar, 1>;
         list.for_each_neighbor(row, chunk, [&](std::int32_t slot) {
-          const bool once = is_still(y, list.slots[static_cast<std::size_t>(slot)].particle);
+          const bool once = is_still(y, list.particle_of(slot));
           with_pack<S::dim, S::tagged>(broadcast_place<One>(place<Scalar>(row.slot)), place<Scalar>(0), &slot,
                                        [&](const One* d, One r2, auto... tags) {
                                          to += static_cast<double>(inside(d, r2, tags...)[0]) / (once ? 1 : 2);

@@ -157,7 +157,9 @@ class SleepWatch {
     if (std::exchange(sleepers.scene, scene) != scene) is_other = true, sleepers.wake_all();
     for (Index i = 0; i < state.size(); ++i) {
       Sleeper& one = sleepers[i];
-      const std::uint64_t bits = bits_of(body, i);
+      const auto of = [i](const auto& column) { return column.size() == 0 ? 0 : static_cast<double>(column[i]); };
+      const double all[] = {of(body.mass), of(body.radius), of(body.type), of(body.charge)};
+      const std::uint64_t bits = fingerprint(all, 4);
       if (std::exchange(one.properties, bits) != bits) {
         is_other = true;
         if (one.is_asleep()) sleepers.wake(i, Kind::awake);
@@ -254,7 +256,7 @@ class SleepWatch {
       const auto to = static_cast<Index>(k);
       const Index old = was_at(ids[k]);
       if (old < 0) {
-        now[k].rest = now[k].sample = state.r.col(to);
+        now[k].rest = now[k].sample = state.r.col(to), now[k].since = sleepers.clock;
         now[k].velocity = state.v.col(to), now[k].spin = sleepers.spin_of(state, to);
         continue;
       }
@@ -272,11 +274,6 @@ class SleepWatch {
     one.moves = Sleepers<S>::moves(state, i);
     one.seen = ParticleFingerprint<S>::of(state, i);
     one.rest = state.r.col(i);
-  }
-  [[nodiscard]] static std::uint64_t bits_of(const auto& body, Index i) {
-    const auto of = [i](const auto& column) { return column.size() == 0 ? 0 : static_cast<double>(column[i]); };
-    const double all[] = {of(body.mass), of(body.radius), of(body.type), of(body.charge)};
-    return fingerprint(all, 4);
   }
 
   PairGraph<bool> graph_;  // particles that may act on each other; marked: by touch alone

@@ -92,9 +92,7 @@ class Sleeping {
     return all;
   }
   [[nodiscard]] SleepReport report() const { return sleepers_.report; }
-  [[nodiscard]] bool is_asleep(Index i) const {
-    return i < static_cast<Index>(sleepers_.all.size()) && sleepers_.all[static_cast<std::size_t>(i)].is_asleep();
-  }
+  [[nodiscard]] bool is_asleep(Index i) const { return i < sleepers_.size() && sleepers_[i].is_asleep(); }
   [[nodiscard]] const char* solver_name() const { return stepper_.solver_name(); }
   [[nodiscard]] auto& force_to_look_at() { return stepper_.force_to_look_at(); }
   [[nodiscard]] const auto& memory() const { return stepper_.memory(); }
@@ -189,8 +187,7 @@ class Sleeping {
     active->assign(sleepers_.is_computed, next_serial());
     active_ = active;
     watch_.follow_kinds(sleepers_, active->list());
-    if (sleepers_.report.asleep == 0) stepper_.set_active(nullptr);
-    else stepper_.set_active(active_);
+    stepper_.set_active(sleepers_.report.asleep == 0 ? nullptr : active_);
     sleepers_.changed = false;
   }
 
@@ -212,12 +209,11 @@ void compare_sleep(OStream& out, SleepOptions options, Scene&& scene,
   const auto asleep = scene(options);
   options.speed = 0;
   const auto awake = scene(options);
-  const auto line = [&](const char* name, double a, double b) {
-    out << "  " << name << ": " << a << " with sleeping, " << b << " without, difference " << a - b << '\n';
+  const auto print = [&](const auto& one) {
+    const auto a = static_cast<double>(one.second(asleep)), b = static_cast<double>(one.second(awake));
+    out << "  " << one.first << ": " << a << " with sleeping, " << b << " without, difference " << a - b << '\n';
   };
-  (line(observables.first, static_cast<double>(observables.second(asleep)),
-        static_cast<double>(observables.second(awake))),
-   ...);
+  (print(observables), ...);
 }
 
 }}  // namespace phistep::PHISTEP_ABI

@@ -172,11 +172,7 @@ class SpringRows {
       }
     };
     copy(r, stage_.r(), place_.data());
-    if constexpr (damped) copy(v, stage_.v(), velocities<quads>());
-  }
-  template <bool quads>
-  [[nodiscard]] Scalar* velocities() {
-    return place_.data() + stride_ * (quads ? 4 : dim);
+    if constexpr (damped) copy(v, stage_.v(), place_.data() + stride_ * (quads ? 4 : dim));
   }
   template <bool quads>
   [[nodiscard]] Vector consecutive(const Scalar* from, std::size_t slot) const {
@@ -221,7 +217,7 @@ class SpringRows {
     if (skips && !stage_.empty()) std::fill_n(stage_.sum(first), Stage::stride * lanes, Scalar{0});
     if (skips) return;
     const Scalar* const place = place_.data();
-    const Scalar* const velocity = velocities<quads>();
+    [[maybe_unused]] const Scalar* const velocity = place + stride_ * (quads ? 4 : dim);
     const Vector r = consecutive<quads>(place, first);
     [[maybe_unused]] Vector v;
     if constexpr (damped) v = consecutive<quads>(velocity, first);

@@ -82,8 +82,16 @@ struct SpringNetwork : ForceTerm {
     if (particles_ > y.r.size() / dim)
       throw std::invalid_argument("phistep: a spring names particle " + std::to_string(particles_ - 1) +
                                   ", the state has " + std::to_string(y.r.size() / dim));
+    // Large networks, row by row. Whether this is one depends on nothing but the network.
     if constexpr (std::same_as<Scalar, double> || std::same_as<Scalar, float>)
-      if (add_rows(std::get<SpringRows<Scalar, dim, damped>>(rows_), y, out)) return;
+      if (auto& rows = std::get<SpringRows<Scalar, dim, damped>>(rows_); rows.suits(springs_.size(), particles_)) {
+        if (rows.empty()) rows.build(springs_, particles_);
+        const std::uint8_t* still = nullptr;
+        if constexpr (HasBody<decltype(y)>)
+          if (!y.body.still.empty()) still = y.body.still.data();
+        if constexpr (damped) return rows.add(r, v, still, static_cast<Scalar>(damping.c), f);
+        else return rows.add(r, v, still, Scalar{0}, f);
+      }
     Scalar sum[dim] = {};  // of the springs of one particle, the first of theirs
     std::ptrdiff_t first = 0;
     const auto give = [&] { unrolled<dim>([&](auto a) { f[dim * first + a] += std::exchange(sum[a], Scalar{0}); }); };
@@ -174,19 +182,6 @@ struct SpringNetwork : ForceTerm {
       // Ends in one point: k d = 0 where L = 0; else no direction: NaN, which the step reports, as of pairs and contacts.
       f(s, d, square + kL <= 0 ? Scalar{0} : pull, square);
     }
-  }
-  /// Large networks, row by row. Whether this is one depends on nothing but the network.
-  template <class Scalar>
-  [[nodiscard]] bool add_rows(SpringRows<Scalar, dim, damped>& rows, const auto& y, auto& out) const {
-    if (!rows.suits(springs_.size(), particles_)) return false;
-    if (rows.empty()) rows.build(springs_, particles_);
-    Scalar c{0};
-    if constexpr (damped) c = static_cast<Scalar>(damping.c);
-    const std::uint8_t* still = nullptr;
-    if constexpr (HasBody<decltype(y)>)
-      if (!y.body.still.empty()) still = y.body.still.data();
-    rows.add(y.r.data(), y.v.data(), still, c, out.force.data());
-    return true;
   }
   /// The dashpot's part in ∂f/∂r: c/ℓ [n·Δv (I − nnᵀ) + n ((I − nnᵀ) Δv)ᵀ].
   template <class Scalar>

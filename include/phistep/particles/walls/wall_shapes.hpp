@@ -13,12 +13,12 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <variant>
 #include <vector>
 
 #include "phistep/base/machine/shares.hpp"
 #include "phistep/base/state/active_set.hpp"
-#include "phistep/particles/bodies/body.hpp"
 #include "phistep/particles/contacts/contact_pairs.hpp"
 #include "phistep/particles/contacts/spring_table.hpp"
 
@@ -78,68 +78,6 @@ void check_wall(const SolidBox<dim>& wall, std::size_t w) {
   if (!((wall.axes.transpose() * wall.axes).isIdentity(1e-9))) refuse_wall(w, " needs orthonormal axes");
 }
 
-/// From a wall's nearest point to r, in a run's numbers: sets the unit normal, returns the distance (< 0 inside).
-template <class Scalar, int dim>
-[[nodiscard]] Scalar approach(const Plane<dim>& wall, const Box<Scalar, dim>& /*box*/,
-                              const Eigen::Matrix<Scalar, dim, 1>& r, Eigen::Matrix<Scalar, dim, 1>& n) {
-  n = wall.normal.template cast<Scalar>();
-  return n.dot(r - wall.point.template cast<Scalar>());
-}
-/// True only where a body of that radius at r doesn't touch the wall: at less cost than `approach`.
-template <class Scalar, int dim>
-[[nodiscard]] bool is_far(const Plane<dim>&, const Box<Scalar, dim>&, const Eigen::Matrix<Scalar, dim, 1>&, Scalar) {
-  return false;
-}
-/// Along periodic axes, from the image whose center is nearest.
-template <class Scalar, int dim>
-[[nodiscard]] Eigen::Matrix<Scalar, dim, 1> from_center(const SolidBox<dim>& wall, const Box<Scalar, dim>& box,
-                                                        const Eigen::Matrix<Scalar, dim, 1>& r) {
-  return box.nearest(r - wall.center.template cast<Scalar>());
-}
-template <class Scalar, int dim>
-[[nodiscard]] Scalar approach(const SolidBox<dim>& wall, const Box<Scalar, dim>& box,
-                              const Eigen::Matrix<Scalar, dim, 1>& r, Eigen::Matrix<Scalar, dim, 1>& n) {
-  using Vector = Eigen::Matrix<Scalar, dim, 1>;
-  const Eigen::Matrix<Scalar, dim, dim> axes = wall.axes.template cast<Scalar>();
-  const Vector half = wall.half.template cast<Scalar>(), q = axes.transpose() * from_center(wall, box, r),
-               out = q - q.cwiseMax(-half).cwiseMin(half);
-  const Scalar distance = out.norm();
-  if (distance > 0) {
-    n = axes * (out / distance);
-    return distance;
-  }
-  int face = 0;  // the nearest one: out by the shortest way
-  for (int a = 1; a < dim; ++a)
-    if (half[a] - std::abs(q[a]) < half[face] - std::abs(q[face])) face = a;
-  n = q[face] < 0 ? Vector(-axes.col(face)) : Vector(axes.col(face));
-  return std::abs(q[face]) - half[face];
-}
-template <class Scalar, int dim>
-[[nodiscard]] bool is_far(const SolidBox<dim>& wall, const Box<Scalar, dim>& box,
-                          const Eigen::Matrix<Scalar, dim, 1>& r, Scalar radius) {
-  const Scalar least = Scalar(1.0001L) * (wall.half.template cast<Scalar>().norm() + radius);
-  return from_center(wall, box, r).squaredNorm() > least * least;
-}
-
-/// Whether the point where body i touches box k lies in another wall, which is as near: edges of boxes that meet flush don't act.
-template <class Scalar, int dim>
-[[nodiscard]] bool is_hidden(const std::vector<Wall<dim>>& walls, std::size_t k, const auto& y, Eigen::Index i,
-                             const Eigen::Matrix<Scalar, dim, 1>& n, Scalar distance) {
-  const Eigen::Matrix<Scalar, dim, 1> r = y.r.col(i), q = r - distance * n;
-  // Boxes are flush up to rounding of their places, and of what is far smaller than a body.
-  const Scalar rounding = 16 * std::numeric_limits<Scalar>::epsilon() * std::max(r.cwiseAbs().maxCoeff(), distance);
-  const Scalar seam = Scalar(1e-6L) * y.body.radius[i] + rounding;
-  const auto hides = [&](std::size_t other, const auto& wall) {
-    Eigen::Matrix<Scalar, dim, 1> unused;
-    if (is_far(wall, y.body.box, q, seam) || approach(wall, y.body.box, q, unused) > seam) return false;
-    const Scalar nearer = distance - approach(wall, y.body.box, r, unused);
-    return nearer > rounding || (nearer >= -rounding && other < k);
-  };
-  for (std::size_t other = 0; distance > 0 && other < walls.size(); ++other)
-    if (other != k && std::visit([&](const auto& wall) { return hides(other, wall); }, walls[other])) return true;
-  return false;
-}
-
 /// Which bodies touch which walls, and where. A workspace, its buffers serve again.
 template <class Scalar, int dim>
 class TouchingWalls {
@@ -160,7 +98,7 @@ class TouchingWalls {
             const Vector surface = wall.velocity.template cast<Scalar>();
             Vector n;
             for_each_touching(wall, y, active, [&](Eigen::Index i) {
-              const Scalar radius = y.body.radius[i], distance = approach(wall, y.body.box, Vector(y.r.col(i)), n);
+              const Scalar radius = y.body.radius[i], distance = approach(wall, y, y.r.col(i), radius, n);
               if (std::holds_alternative<SolidBox<dim>>(walls[k]) && is_hidden(walls, k, y, i, n, distance)) return;
               table.place.push_back(WallBodies::place(static_cast<std::int64_t>(k), static_cast<std::int32_t>(i)));
               from.push_back(springs_of(table.place.back()));
@@ -183,9 +121,53 @@ class TouchingWalls {
 
  private:
   using Vector = Eigen::Matrix<Scalar, dim, 1>;
+  /// From a wall's nearest point to r: sets the unit normal, returns the distance (< 0 inside). Infinity, at less cost, where it is far
+  /// beyond `reach`.
+  [[nodiscard]] static Scalar approach(const Plane<dim>& wall, const auto& /*y*/, const Vector& r, Scalar /*reach*/,
+                                       Vector& n) {
+    n = wall.normal.template cast<Scalar>();
+    return n.dot(r - wall.point.template cast<Scalar>());
+  }
+  /// Along periodic axes, from the image whose center is nearest.
+  [[nodiscard]] static Scalar approach(const SolidBox<dim>& wall, const auto& y, const Vector& r, Scalar reach,
+                                       Vector& n) {
+    const Vector half = wall.half.template cast<Scalar>(),
+                 from_center = y.body.box.nearest(r - wall.center.template cast<Scalar>());
+    const Scalar least = Scalar(1.0001L) * (half.norm() + reach);
+    if (from_center.squaredNorm() > least * least) return std::numeric_limits<Scalar>::infinity();
+    const Eigen::Matrix<Scalar, dim, dim> axes = wall.axes.template cast<Scalar>();
+    const Vector q = axes.transpose() * from_center, out = q - q.cwiseMax(-half).cwiseMin(half);
+    const Scalar distance = out.norm();
+    if (distance > 0) {
+      n = axes * (out / distance);
+      return distance;
+    }
+    int face = 0;  // the nearest one: out by the shortest way
+    for (int a = 1; a < dim; ++a)
+      if (half[a] - std::abs(q[a]) < half[face] - std::abs(q[face])) face = a;
+    n = q[face] < 0 ? Vector(-axes.col(face)) : Vector(axes.col(face));
+    return std::abs(q[face]) - half[face];
+  }
+  /// Whether the point where body i touches box k lies in another wall, which is as near: edges of boxes that meet flush don't act.
+  [[nodiscard]] static bool is_hidden(const std::vector<Wall<dim>>& walls, std::size_t k, const auto& y, Eigen::Index i,
+                                      const Vector& n, Scalar distance) {
+    const Vector r = y.r.col(i), q = r - distance * n;
+    // Boxes are flush up to rounding of their places, and of what is far smaller than a body.
+    const Scalar rounding = 16 * std::numeric_limits<Scalar>::epsilon() * std::max(r.cwiseAbs().maxCoeff(), distance);
+    const Scalar seam = Scalar(1e-6L) * y.body.radius[i] + rounding;
+    const auto hides = [&](std::size_t other, const auto& wall) {
+      Vector unused;
+      if (approach(wall, y, q, seam, unused) > seam) return false;
+      const Scalar nearer = distance - approach(wall, y, r, std::numeric_limits<Scalar>::infinity(), unused);
+      return nearer > rounding || (nearer >= -rounding && other < k);
+    };
+    for (std::size_t other = 0; distance > 0 && other < walls.size(); ++other)
+      if (other != k && std::visit([&](const auto& wall) { return hides(other, wall); }, walls[other])) return true;
+    return false;
+  }
   /// The three numbers of a vector, or of a spin in the plane.
   [[nodiscard]] static Triple<Scalar> triple(const auto& x) {
-    if constexpr (x.RowsAtCompileTime == 1) return {0, 0, x[0]};
+    if constexpr (std::remove_cvref_t<decltype(x)>::RowsAtCompileTime == 1) return {0, 0, x[0]};
     else return {x[0], x[1], dim == 3 ? x[dim - 1] : Scalar{0}};
   }
   /// f(i), ascending. Threads share the search.
@@ -194,14 +176,14 @@ class TouchingWalls {
     touching_.resize(bodies);
     found_.assign(thread_count(), {});
     for_each_share(bodies, 1, shared_from / 16, [&](const Share& own) {
-      Eigen::Matrix<Scalar, dim, 1> n;
+      Vector n;
       std::size_t end = own.begin;
       for (std::size_t b = own.begin; b < own.end; ++b) {
         const std::int32_t i = active ? active->list()[b] : static_cast<std::int32_t>(b);
-        const Eigen::Matrix<Scalar, dim, 1> r = y.r.col(i);
-        if (is_far(wall, y.body.box, r, y.body.radius[i])) continue;
+        const Vector r = y.r.col(i);
         // A position that is NaN touches, so that its force becomes NaN.
-        if (!(approach(wall, y.body.box, r, n) >= y.body.radius[i]) && !y.body.is_still(i)) touching_[end++] = i;
+        if (!(approach(wall, y, r, y.body.radius[i], n) >= y.body.radius[i]) && !y.body.is_still(i))
+          touching_[end++] = i;
       }
       found_[own.number] = {own.begin, end};
     });

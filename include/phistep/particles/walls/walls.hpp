@@ -103,9 +103,8 @@ class Walls : public ContactTerm {
       const Eigen::Index i = Places::body_of(place);
       const ContactPoint<Scalar>& at = touch_.points[c];
       const Scalar normal[3] = {at.n.x, at.n.y, at.n.z};
-      const auto tangents = contact_tangents<Law>(numbers_in<Scalar>(numbers(y, place)), at, Scalar{1},
-                                                  (*springs)[c].slip, copy.elapsed(t));
-      const PairTangent<Scalar>&K = tangents[0], &C = tangents[1];
+      const auto [K, C] = contact_tangents<Law>(numbers_in<Scalar>(numbers(y, place)), at, Scalar{1},
+                                                (*springs)[c].slip, copy.elapsed(t));
       for (int b = 0; b < dim; ++b)
         for (int a = 0; a < dim; ++a) {
           const Scalar along = normal[a] * normal[b];
@@ -140,14 +139,12 @@ class Walls : public ContactTerm {
     return materials_(y.body.type_of(Places::body_of(place)),
                       type_of(static_cast<std::size_t>(Places::wall_of(place))));
   }
-  struct Nowhere {
-    void operator()(auto&&...) const {}
-  };
+  static constexpr auto nowhere = [](auto&&...) {};
   /// Springs at (t, y); put(place, force, torque) for each contact.
   /// @param active  of these bodies; null: of all
-  template <class View, class Put = Nowhere>
+  template <class View, class Put = decltype(nowhere)>
   std::shared_ptr<Springs> evaluate(Scalar t, const View& y, const Memory& memory, const ActiveSet* active,
-                                    const Put& put = {}) const {
+                                    const Put& put = nowhere) const {
     static_assert(HasBody<View>, "phistep: Walls need Particles: bodies with radii");
     static_assert(std::is_same_v<typename std::remove_cvref_t<decltype(y.r)>::Scalar, Scalar> &&
                       std::remove_cvref_t<decltype(y.r)>::RowsAtCompileTime == dim,

@@ -252,7 +252,7 @@ class RightHandSide {
   [[nodiscard]] const ActiveSet* active() const requires takes_active { return std::get<0>(masses_).active(); }
   /// What is known of the particles outside it, for forces to see.
   void set_left_out(const LeftOut& known) requires takes_active {
-    if (std::get<0>(masses_).left_out() != known) std::get<0>(masses_).set_left_out(known);
+    if (std::get<0>(masses_).left_out != known) std::get<0>(masses_).left_out = known;
   }
 
   /// Which term of a sum spoils Ψ at (t, y), for messages; −1 where that isn't known.
