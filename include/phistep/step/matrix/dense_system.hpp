@@ -206,14 +206,19 @@ class LocalSystem : public Sizes {
     W_ = tangents_.part(gamma_force, gamma_drift);
     masses([this](Eigen::Index i, Eigen::Index j, auto m) { W_[slot(i, j)] += static_cast<Scalar>(m); });
     for (Eigen::Index i = n_; i % d != 0; ++i) W_[slot(i, i)] = Scalar{1};  // rows beyond an incomplete last block
-    measure(static_cast<double>(gamma_force * gamma_drift), tangents_.largest_K(), largest(W_));
     ++statistics.factorizations;
+    Scalar share{0}, most{0};
     for (std::size_t p = 0; p < lu_.size(); ++p) {
-      lu_[p].matrix() = Eigen::Map<const Block>(W_.data() + static_cast<Eigen::Index>(p) * d * d);
+      const auto at = static_cast<Eigen::Index>(p) * d * d;
+      const Scalar own = max_abs(lu_[p].matrix() = Eigen::Map<const Block>(W_.data() + at));
+      most = std::max(most, own);
+      // Particle by particle: a heavy one must not hide how stiff the others are.
+      if constexpr (has_K) share = std::max(share, max_abs(Eigen::Map<const Block>(tangents_.K.data() + at)) / own);
       if (lu_[p].factorize()) continue;
       singular_ = static_cast<Eigen::Index>(p);
       return Outcome::singular_matrix;
     }
+    set(static_cast<double>(std::abs(gamma_force * gamma_drift) * share), static_cast<double>(most));
     return Outcome::success;
   }
   [[nodiscard]] Outcome solve(auto& x) {

@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "phistep/base/machine/memory.hpp"
-#include "phistep/base/numbers/arithmetic.hpp"
 #include "phistep/base/numbers/finite_witness.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/statistics.hpp"
@@ -52,10 +51,6 @@ struct Tangents {
   [[nodiscard]] auto rows() const {
     if constexpr (has_K) return K.rows();
     else return C.rows();
-  }
-  [[nodiscard]] double largest_K() const {
-    if constexpr (has_K) return largest(K);
-    else return 0;
   }
   /// The largest |K_ij|/|W_ij| of largest entries row by row: a heavy component must not hide how stiff the others are.
   [[nodiscard]] double largest_share(const Array& W) const {
@@ -98,10 +93,6 @@ struct SystemDefaults {
 class Sizes : public SystemDefaults {
  public:
   void set(double drift_share, double magnitude) { drift_share_ = drift_share, magnitude_ = magnitude; }
-  void measure(double gamma_squared, double largest_K, double largest_W) {
-    magnitude_ = largest_W;
-    drift_share_ = largest_W > 0 ? std::abs(gamma_squared) * largest_K / largest_W : 0;
-  }
   [[nodiscard]] double drift_share() const { return drift_share_; }
   [[nodiscard]] double magnitude() const { return magnitude_; }
 
@@ -137,7 +128,7 @@ concept LinearSystem = requires(System& W, Vector& x, Eigen::Index size, Scalar 
   W.clear();  // the tangents, before new ones
   { W.is_finite() } -> std::same_as<bool>;
   { W.factorize(masses, gamma, gamma, counts) } -> std::same_as<Outcome>;  // for γ_f, γ_d
-  { W.drift_share() } -> std::same_as<double>;  // ‖γ_f γ_d K‖ / ‖W‖, row by row or of all: how much of r the solve sees
+  { W.drift_share() } -> std::same_as<double>;  // ‖γ_f γ_d K‖ / ‖W‖ row by row, or so: how much of r the solve sees
   requires SolvesToTolerance<System, Vector> || std::same_as<decltype(W.solve(x)), Outcome>;  // x ← W⁻¹ x
 };
 
