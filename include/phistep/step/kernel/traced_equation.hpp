@@ -83,11 +83,26 @@ struct TracedEquation : Eq {
     has_prediction = true;
   }
 
+  [[nodiscard]] Outcome resolve(const Gamma<Scalar>& gamma, Scalar at) { return resolve(gamma, at, y); }
   /// Solves from the prediction where there is one, and then from `guess` if the force doesn't exist there.
   [[nodiscard]] Outcome resolve(const Gamma<Scalar>& gamma, Scalar at, const Plain& guess) {
-    return resolve(gamma, at, guess, false);
+    if (has_resolved) copy_blocks<S>(trace.error, trace.end);  // kept for the error: Y' of the resolve before
+    copy_blocks<S>(trace.end, next);                           // b
+    Outcome outcome = Outcome::non_finite_force;
+    if (std::exchange(has_prediction, false)) {
+      outcome = Eq::resolve_from(gamma, at, trace.predicted, false, allowed());
+      if (is_not_finite(outcome)) copy_blocks<S>(next, trace.end);
+      trace.has_met_bound = trace.has_met_bound || is_not_finite(outcome);
+    }
+    if (is_not_finite(outcome))
+      outcome = Eq::resolve_from(gamma, at, guess, &guess == &y && this->knows_first_force(), allowed());
+    trace.has_met_bound = trace.has_met_bound || is_not_finite(outcome);
+    if (failed(outcome)) return outcome;
+    assign_solved<S>(trace.end, (in<S>(next) - in<S>(trace.end)) / gamma.force);
+    if constexpr (Eq::Rhs::drifts) position_of<S>(trace.end) = velocity_of<S>(next);
+    has_resolved = true;
+    return outcome;
   }
-  [[nodiscard]] Outcome resolve(const Gamma<Scalar>& gamma, Scalar at) { return resolve(gamma, at, y, true); }
   [[nodiscard]] Outcome check_start(const Gamma<Scalar>& gamma) {
     return Eq::check_start(gamma, allowed(), [this](const Plain& x) { return size_of(x, y); });
   }
@@ -173,25 +188,6 @@ struct TracedEquation : Eq {
     if constexpr (FieldState<S>) return true;
     else if constexpr (Eq::needs.stages) return false;
     else return has_resolved && kernel.resolvent().is_mild();
-  }
-  /// @param from_y  the guess is y
-  [[nodiscard]] Outcome resolve(const Gamma<Scalar>& gamma, Scalar at, const Plain& guess, bool from_y) {
-    if (has_resolved) copy_blocks<S>(trace.error, trace.end);  // kept for the error: Y' of the resolve before
-    copy_blocks<S>(trace.end, next);                           // b
-    Outcome outcome = Outcome::non_finite_force;
-    if (std::exchange(has_prediction, false)) {
-      outcome = Eq::resolve_from(gamma, at, trace.predicted, false, allowed());
-      if (is_not_finite(outcome)) copy_blocks<S>(next, trace.end);
-      trace.has_met_bound = trace.has_met_bound || is_not_finite(outcome);
-    }
-    if (is_not_finite(outcome))
-      outcome = Eq::resolve_from(gamma, at, guess, from_y && this->knows_first_force(), allowed());
-    trace.has_met_bound = trace.has_met_bound || is_not_finite(outcome);
-    if (failed(outcome)) return outcome;
-    assign_solved<S>(trace.end, (in<S>(next) - in<S>(trace.end)) / gamma.force);
-    if constexpr (Eq::Rhs::drifts) position_of<S>(trace.end) = velocity_of<S>(next);
-    has_resolved = true;
-    return outcome;
   }
 };
 
