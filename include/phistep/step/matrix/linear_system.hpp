@@ -67,14 +67,11 @@ struct Tangents {
     if constexpr (has_C) entries.second = C(place...);
     return entries;
   }
-  /// −γ_f (C + γ_d K), an expression; of what `view` sees of both.
-  [[nodiscard]] auto part(Scalar gamma_force, Scalar gamma_drift, auto view) const {
-    if constexpr (has_K && has_C) return -gamma_force * (view(C) + gamma_drift * view(K));
-    else if constexpr (has_K) return (-gamma_force * gamma_drift) * view(K);
-    else return -gamma_force * view(C);
-  }
+  /// −γ_f (C + γ_d K), an expression
   [[nodiscard]] auto part(Scalar gamma_force, Scalar gamma_drift) const {
-    return part(gamma_force, gamma_drift, [](const Array& x) -> const Array& { return x; });
+    if constexpr (has_K && has_C) return -gamma_force * (C + gamma_drift * K);
+    else if constexpr (has_K) return (-gamma_force * gamma_drift) * K;
+    else return -gamma_force * C;
   }
 };
 

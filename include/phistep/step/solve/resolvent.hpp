@@ -99,9 +99,8 @@ class NewtonResolvent : public ResolventDefaults {
   }
   /// Forgets also the matrix's pattern: the state after construction.
   void forget_unsaved() {
-    forget();
+    reset();
     matrix_.forget_pattern();
-    if constexpr (is_checked) check_.begin();
   }
 
   /// In: Y = b; `guess` is where the iteration starts (its solved blocks count). Out: Y, and w = Y − b.
@@ -146,7 +145,7 @@ class NewtonResolvent : public ResolventDefaults {
   /// W is M to a half: an iteration with it converges for what it is, and a filter by it hides nothing.
   [[nodiscard]] bool is_mild() const {
     const double largest = matrix_.magnitude();
-    return has_unit_masses<typename Rhs::Masses> && largest > 0 && largest < 1.5;
+    return Rhs::MassTypes::are_ones && largest > 0 && largest < 1.5;
   }
   /// Y − b of the last resolve.
   [[nodiscard]] const auto& increment() const { return increment_.w; }
