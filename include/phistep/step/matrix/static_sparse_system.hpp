@@ -115,11 +115,11 @@ struct EliminationPlan {
   [[nodiscard]] constexpr int operator()(int row, int column) const { return slot[at(row)][at(column)]; }
 };
 
-/// @tparam Pattern  names `pattern`, what entries() or pattern_of() made
-template <class Scalar, int n, class Pattern>
+/// @tparam Force  names `jacobian_pattern`, what entries() or pattern_of() made
+template <class Scalar, int n, class Force>
 class StaticSparseLu {
  public:
-  static constexpr EliminationPlan<n> plan{Pattern::pattern};
+  static constexpr EliminationPlan<n> plan{Force::jacobian_pattern};
   static constexpr int slots = plan.slots;
   /// Pivots smaller than 1/this of what is below them are not trusted.
   static constexpr Scalar largest_multiplier = 8;
@@ -237,11 +237,6 @@ class StaticSparseLu {
   DenseLu<Scalar, n> dense_;
 };
 
-/// A force's `jacobian_pattern` under the name that StaticSparseLu knows.
-template <class Force>
-struct PatternOf {
-  static constexpr auto pattern = Force::jacobian_pattern;
-};
 /// Whether a force names a pattern that spares at least half of a dense elimination's n³/3 products. Up to 8 rows a dense
 /// one costs little.
 template <class Force, int n>
@@ -252,9 +247,9 @@ inline constexpr bool has_sparse_pattern<Force, n> =
     6 * EliminationPlan<n>{Force::jacobian_pattern}.products <= n * n * n;
 
 /// See DenseSystem. @tparam constant  the force is affine: its residuals are compared with ‖W‖
-template <class Scalar, int n, class Pattern, bool constant>
-class StaticSparseSystem : public Sizes {
-  using Lu = StaticSparseLu<Scalar, n, Pattern>;
+template <class Scalar, int n, class Force, bool constant>
+class StaticSparseSystem : public SystemDefaults {
+  using Lu = StaticSparseLu<Scalar, n, Force>;
 
  public:
   void resize(Eigen::Index) {
@@ -328,7 +323,7 @@ class StaticSparseSystem : public Sizes {
 
 template <MatrixFacts facts, class Scalar, class Solver, class Force>
 struct SystemFor<SystemKind::static_pattern, facts, Scalar, Solver, Force> {
-  using type = StaticSparseSystem<Scalar, facts.n, PatternOf<Force>, facts.constant>;
+  using type = StaticSparseSystem<Scalar, facts.n, Force, facts.constant>;
 };
 
 }}  // namespace phistep::PHISTEP_ABI
