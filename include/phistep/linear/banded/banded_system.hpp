@@ -21,7 +21,7 @@ namespace phistep { inline namespace PHISTEP_ABI {
 /// Banded W, factorized by LU with row pivoting. The bandwidths are those of the entries that arrive, masses included: entries
 /// beyond the band known so far wait until the next factorization widens it. Unless there are some, it allocates nothing.
 template <class Scalar, bool has_K, bool has_C>
-class BandedSystem : public Sizes {
+class BandedSystem : public SystemDefaults {
  public:
   using Index = Eigen::Index;
 

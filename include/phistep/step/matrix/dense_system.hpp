@@ -67,7 +67,7 @@ class RowScales {
 
 /// Dense W. @tparam constant  the force is affine: its residuals are compared with ‖W‖
 template <class Scalar, int n, bool has_K, bool has_C, bool constant = false>
-class DenseSystem : public Sizes {
+class DenseSystem : public SystemDefaults {
  public:
   using Matrix = Eigen::Matrix<Scalar, n, n>;
   void resize(Eigen::Index size) {
@@ -125,7 +125,7 @@ class DenseSystem : public Sizes {
 
 /// Diagonal W: every component solves for itself. Off-diagonal entries never arrive here.
 template <class Scalar, int n, bool has_K, bool has_C>
-class DiagonalSystem : public Sizes {
+class DiagonalSystem : public SystemDefaults {
  public:
   using Vector = Eigen::Matrix<Scalar, n, 1>;
   void resize(Eigen::Index size) {
@@ -180,7 +180,7 @@ struct SystemFor<SystemKind::diagonal, facts, Scalar, Solver, Force> {
 /// Block-diagonal W of d×d blocks, where no particle acts on another: each with an unrolled, pivoted LU of its own. Entries between
 /// particles never arrive here. (Eight blocks side by side in vector registers, pivots chosen by selection, took 3 to 5 times as long.)
 template <class Scalar, int d, bool has_K, bool has_C>
-class LocalSystem : public Sizes {
+class LocalSystem : public SystemDefaults {
  public:
   void resize(Eigen::Index n) {
     const Eigen::Index particles = (n + d - 1) / d;

@@ -76,7 +76,8 @@ struct Tangents {
 };
 
 /// What a system need not have. Linearization asks each for all of it.
-struct SystemDefaults {
+class SystemDefaults {
+ public:
   static void take(const auto& /*linear*/) {}                    ///< the user's linear solver
   static void begin_anew() {}                                    ///< forgets what solves have found out about W
   static void forget_pattern() {}                                ///< forgets W's pattern, with what was made of it
@@ -84,11 +85,8 @@ struct SystemDefaults {
   [[nodiscard]] static bool has_solver() { return true; }        ///< false in a copy that has one to make
   [[nodiscard]] static Eigen::Index singular_particle() { return -1; }
   [[nodiscard]] static const char* name(const char* of_row) { return of_row; }
-};
 
-/// How large the entries of W are, and how much of them K makes.
-class Sizes : public SystemDefaults {
- public:
+  /// How much of W's entries K makes, and how large they are.
   void set(double drift_share, double magnitude) { drift_share_ = drift_share, magnitude_ = magnitude; }
   [[nodiscard]] double drift_share() const { return drift_share_; }
   [[nodiscard]] double magnitude() const { return magnitude_; }
