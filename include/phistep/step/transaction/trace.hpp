@@ -181,10 +181,6 @@ class Judge {
   double (*size_)(void*, const Plain&, const Plain&, const Plain&) = nullptr;
   double (*size_of_error_)(void*, const Plain&, const Plain&, const Trace<Plain>&) = nullptr;
 };
-/// Accepts every step.
-struct AcceptsAll {
-  bool operator()(const auto&... /*any*/) const { return true; }
-};
 
 /// Δt³/12 y‴, the trapezoidal rule's y⁺ − y(t+Δt), times a factor, as an expression. y‴ is the second difference of three
 /// slopes.
