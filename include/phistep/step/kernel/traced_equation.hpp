@@ -4,6 +4,7 @@
 /// call, and the slope at the end of each resolve, (next − b)/γ: no evaluation.
 #pragma once
 
+#include <optional>
 #include <utility>
 
 #include "phistep/base/facts/implicit_solver.hpp"
@@ -154,19 +155,18 @@ struct TracedEquation : Eq {
   void keep_unfiltered_product(const Plain& x) {
     if constexpr (Eq::Kernel::may_see_falling_rates) kernel.falling_rates().keep_product(x, rhs().masses());
   }
-  [[nodiscard]] Outcome see_falling_rates(const Gamma<Scalar>& gamma, bool knows_beside) {
-    return judge.has_sizes() ? see_falling_rates(gamma, judge.allowed(), knows_beside) : Outcome::success;
-  }
   /// @param allowed  of a scheme that judges its steps itself
-  [[nodiscard]] Outcome see_falling_rates(const Gamma<Scalar>& gamma, double allowed, bool knows_beside) {
+  [[nodiscard]] Outcome see_falling_rates(const Gamma<Scalar>& gamma, bool knows_beside,
+                                          std::optional<double> allowed = {}) {
     if constexpr (Eq::Kernel::may_see_falling_rates)
-      if (sees_falling_rates()) return kernel.falling_rates().see(*this, gamma, allowed, knows_beside);
+      if (sees_falling_rates())
+        return kernel.falling_rates().see(*this, gamma, allowed.value_or(judge.allowed()), knows_beside);
     return Outcome::success;
   }
   /// The same after an iteration, whose J may be old. trace.has_hidden: rates have fallen since it was made
-  [[nodiscard]] Outcome see_hidden(const Gamma<Scalar>& gamma, auto... allowed) {
+  [[nodiscard]] Outcome see_hidden(const Gamma<Scalar>& gamma, std::optional<double> allowed = {}) {
     const double before = size_of(trace.error, next);
-    const Outcome seen = see_falling_rates(gamma, allowed..., false);
+    const Outcome seen = see_falling_rates(gamma, false, allowed);
     trace.has_hidden = size_of(trace.error, next) > 2 * before;
     return seen;
   }
