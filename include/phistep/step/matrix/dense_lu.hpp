@@ -242,16 +242,13 @@ class DenseLu<Scalar, size> {
   }
 
  private:
-  void exchange(int i, int j) {
-    Scalar* const a = lu_.data();
-    for (int column = 0; column < size; ++column) std::swap(a[i + column * size], a[j + column * size]);
-    std::swap(order_[i], order_[j]);
-  }
-
   // A function for each k: inlined into one, g++ -O2 gives up on the registers.
   template <int k>
   void eliminate_column(int& pivot) {
-    if (pivot != k) exchange(k, pivot);
+    if (pivot != k) {
+      lu_.row(k).swap(lu_.row(pivot));
+      std::swap(order_[k], order_[pivot]);
+    }
     Scalar* column = lu_.data() + k * size;
     const Scalar inverse = inverse_pivot_[k] = Scalar{1} / column[k];
     if constexpr (k + 1 < size) {
