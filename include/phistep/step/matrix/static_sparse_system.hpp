@@ -142,7 +142,18 @@ class StaticSparseLu {
     if (is_dense_) [[unlikely]]
       return dense_.solve_in_place(x);
     Scalar y[n];
-    unrolled_rows(x, y, std::make_integer_sequence<int, n>{});
+    unrolled<n>([&](auto k) PHISTEP_DETAIL_INLINED { y[k] = x[k]; });
+    unrolled<n>([&](auto k) PHISTEP_DETAIL_INLINED {
+      unrolled<later<k>.rows>(
+          [&](auto i) PHISTEP_DETAIL_INLINED { y[below<k>(i)] -= entry<below<k>(i), pivot<k>>() * y[pivot<k>]; });
+    });
+    unrolled<n>([&](auto k) PHISTEP_DETAIL_INLINED { y[k] *= inverse_pivot_[plan.step[static_cast<std::size_t>(k)]]; });
+    unrolled<n>([&](auto done) PHISTEP_DETAIL_INLINED {
+      constexpr int k = n - 1 - done;
+      unrolled<later<k>.columns>(
+          [&](auto j) PHISTEP_DETAIL_INLINED { y[pivot<k>] -= entry<pivot<k>, beside<k>(j)>() * y[beside<k>(j)]; });
+    });
+    unrolled<n>([&](auto k) PHISTEP_DETAIL_INLINED { x[int{k}] = y[k]; });
   }
   /// Whether the last factorization had to choose its pivots.
   [[nodiscard]] bool is_dense() const { return is_dense_; }
@@ -205,23 +216,6 @@ class StaticSparseLu {
   }
   /// NaN, once there, stays.
   [[nodiscard]] static Scalar larger(Scalar a, Scalar b) { return b <= a ? a : b; }
-
-  template <int... k>
-  [[gnu::always_inline]] void unrolled_rows(auto& x, Scalar (&y)[n], std::integer_sequence<int, k...>) const {
-    ((y[pivot<k>] = x[pivot<k>]), ...);
-    (forward<k>(y, std::make_integer_sequence<int, later<k>.rows>{}), ...);
-    ((y[k] *= inverse_pivot_[plan.step[static_cast<std::size_t>(k)]]), ...);
-    (back<n - 1 - k>(y, std::make_integer_sequence<int, later<n - 1 - k>.columns>{}), ...);
-    ((x[k] = y[k]), ...);
-  }
-  template <int k, int... i>
-  [[gnu::always_inline]] void forward(Scalar (&y)[n], std::integer_sequence<int, i...>) const {
-    ((y[below<k>(i)] -= entry<below<k>(i), pivot<k>>() * y[pivot<k>]), ...);
-  }
-  template <int k, int... j>
-  [[gnu::always_inline]] void back(Scalar (&y)[n], std::integer_sequence<int, j...>) const {
-    ((y[pivot<k>] -= entry<pivot<k>, beside<k>(j)>() * y[beside<k>(j)]), ...);
-  }
 
   // Out of line: it is not to be weighed against the elimination.
   [[gnu::cold, gnu::noinline]] bool factorize_densely() {
