@@ -187,7 +187,7 @@ class Linearization : public KeptFactors<ScalarOf<S>> {
   /// Factors, of a Jacobian at (t, Y) where none is kept. There, Ψ is psi.
   [[nodiscard]] Outcome refresh(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& Y, const Rate& psi,
                                 const NewtonOptions& options, const SolveTolerance<Plain>& allowed) {
-    if (!has_jacobian())
+    if (matrix_free || (!stages && !has_jacobian()))  // stages have linearized
       if (const Outcome bad = linearize(rhs, gamma, t, Y, psi, options, allowed); failed(bad)) return bad;
     has_factors_ = false;
     const Outcome outcome =
