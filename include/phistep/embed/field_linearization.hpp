@@ -92,7 +92,11 @@ class Linearization<S, Rhs, Solver, position, stages, shifted, iterated> : publi
                                 const NewtonOptions& options, const SolveTolerance<Plain>& allowed) {
     if (!has_jacobian_)
       if (const Outcome bad = linearize(rhs, gamma, t, Y, psi, options, allowed); failed(bad)) return bad;
-    return factorize(rhs, gamma, t, Y, psi, options);
+    ++rhs.statistics().factorizations;
+    run([&] { return solver_->factorize(gamma); });
+    is_agreed_ = false;
+    this->set_factors(true, gamma);
+    return Outcome::success;
   }
   [[nodiscard]] Outcome linearize(Rhs& rhs, const Gamma<Scalar>& /*gamma*/, Scalar t, const Plain& Y,
                                   const Rate& /*psi*/, const NewtonOptions& /*options*/,
@@ -105,14 +109,6 @@ class Linearization<S, Rhs, Solver, position, stages, shifted, iterated> : publi
     const Outcome outcome = agree(Y);
     has_jacobian_ = !failed(outcome);
     return outcome;
-  }
-  [[nodiscard]] Outcome factorize(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar /*t*/, const Plain& /*Y*/,
-                                  const Rate& /*psi*/, const NewtonOptions& /*options*/) {
-    ++rhs.statistics().factorizations;
-    run([&] { return solver_->factorize(gamma); });
-    is_agreed_ = false;
-    this->set_factors(true, gamma);
-    return Outcome::success;
   }
   /// x ← W⁻¹ x. @param allowed  of a controlled run: rules where the options don't
   [[nodiscard]] Outcome solve(Unknown& x, const NewtonOptions& options, Statistics& statistics,

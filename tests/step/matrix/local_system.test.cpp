@@ -105,6 +105,16 @@ TEST_CASE("rows are exchanged where a pivot is zero") {
   CHECK(x[1] == Approx(3));
 }
 
+TEST_CASE("a heavy particle doesn't hide how stiff the others are") {
+  LocalSystem<double, 2, true, false> system;
+  system.resize(4);
+  for (int i = 0; i < 4; ++i) system.position(i, i, -1e4);
+  Statistics statistics;
+  const auto masses = [](auto&& put) { put(0, 0, 1), put(1, 1, 1), put(2, 2, 1e12), put(3, 3, 1e12); };
+  REQUIRE(system.factorize(masses, 1.0, 1.0, statistics) == Outcome::success);
+  CHECK(system.drift_share() == Approx(1e4 / (1 + 1e4)));
+}
+
 TEST_CASE("a singular block and one that isn't finite are named") {
   LocalSystem<double, 3, true, false> system;
   system.resize(30);

@@ -33,7 +33,7 @@ class Solver {
 
 template <int n>
 struct Full {
-  static constexpr auto pattern = [] {
+  static constexpr auto jacobian_pattern = [] {
     std::array<MatrixEntry, n * n> all;
     for (int i = 0; i < n * n; ++i) all[static_cast<std::size_t>(i)] = {i / n, i % n};
     return all;
@@ -42,7 +42,7 @@ struct Full {
 /// Row 0 and column 0 and the diagonal: eliminated in the order given, it would fill up.
 template <int n>
 struct Arrow {
-  static constexpr auto pattern = [] {
+  static constexpr auto jacobian_pattern = [] {
     std::array<MatrixEntry, 2 * n> all{};
     for (int i = 1; i < n; ++i)
       all[2 * static_cast<std::size_t>(i)] = {0, i}, all[2 * static_cast<std::size_t>(i) + 1] = {i, 0};
@@ -52,7 +52,7 @@ struct Arrow {
 /// A chain of reactions with two returns.
 struct Chain {
   static constexpr int n = 20;
-  static constexpr auto pattern = [] {
+  static constexpr auto jacobian_pattern = [] {
     std::array<MatrixEntry, n + 1> all{};
     for (int i = 1; i < n; ++i) all[static_cast<std::size_t>(i)] = {i, i - 1};
     all[0] = {3, 17};
@@ -114,11 +114,11 @@ TEMPLATE_TEST_CASE("it solves in place", "", double) {
 
 TEST_CASE("the order of pivots makes no fill where none is needed") {
   constexpr int n = 12;
-  constexpr EliminationPlan<n> arrow{Arrow<n>::pattern};
+  constexpr EliminationPlan<n> arrow{Arrow<n>::jacobian_pattern};
   STATIC_REQUIRE(arrow.slots == 3 * n - 2);
   STATIC_REQUIRE(arrow.products == n - 1);
   STATIC_REQUIRE(arrow(1, 2) == EliminationPlan<n>::none);
-  constexpr EliminationPlan<5> full{Full<5>::pattern};
+  constexpr EliminationPlan<5> full{Full<5>::jacobian_pattern};
   STATIC_REQUIRE(full.slots == 25);
   STATIC_REQUIRE(full.products == 16 + 9 + 4 + 1);
   // The diagonal is there without being named, and comes first.
@@ -154,8 +154,8 @@ TEST_CASE("sparse matrices: no zero is looked at, and the residual is rounding")
         A(e.column, e.column) += rate;
       }
     };
-    fill(chain.solver().matrix(), Chain::pattern);
-    fill(arrow.solver().matrix(), Arrow<12>::pattern);
+    fill(chain.solver().matrix(), Chain::jacobian_pattern);
+    fill(arrow.solver().matrix(), Arrow<12>::jacobian_pattern);
     CHECK(solves(chain, Chain::n));
     CHECK_FALSE(chain.solver().is_dense());
     CHECK(solves(arrow, 12));
@@ -167,7 +167,7 @@ TEST_CASE("where the diagonal offers no pivot, rows are exchanged") {
   dense::SubjectOf<Solver<double, Chain::n, Chain>> chain(Chain::n);
   auto& A = chain.solver().matrix();
   A.setIdentity();
-  for (const MatrixEntry& e : Chain::pattern) A(e.row, e.column) = 0.5 + 0.01 * e.row;
+  for (const MatrixEntry& e : Chain::jacobian_pattern) A(e.row, e.column) = 0.5 + 0.01 * e.row;
   REQUIRE(solves(chain, Chain::n));
   CHECK_FALSE(chain.solver().is_dense());
   // The smallest multiplier that is trusted no more is 8.

@@ -21,7 +21,7 @@ namespace phistep { inline namespace PHISTEP_ABI {
 /// Banded W, factorized by LU with row pivoting. The bandwidths are those of the entries that arrive, masses included: entries
 /// beyond the band known so far wait until the next factorization widens it. Unless there are some, it allocates nothing.
 template <class Scalar, bool has_K, bool has_C>
-class BandedSystem : public Sizes {
+class BandedSystem : public SystemDefaults {
  public:
   using Index = Eigen::Index;
 
@@ -81,7 +81,17 @@ class BandedSystem : public Sizes {
     else lu_.clear();
     lu_.band() = tangents_.part(gamma_force, gamma_drift);
     masses([this](Index i, Index j, auto m) { lu_.column(j)[i - j] += static_cast<Scalar>(m); });
-    measure(static_cast<double>(gamma_force * gamma_drift), tangents_.largest_K(), largest(lu_.band()));
+    double share = 0;
+    if constexpr (has_K)
+      for (Index j = 0; j < n; ++j) {
+        // Column by column: a heavy component must not hide how stiff the others are.
+        const Scalar *const K = tangents_.K.col(j).data(), *const W = lu_.column(j) - upper;
+        Scalar of_K{0}, of_W{0};
+        for (Index i = 0; i < width(); ++i)
+          of_K = std::max(of_K, std::abs(K[i])), of_W = std::max(of_W, std::abs(W[i]));
+        if (of_W > Scalar{0}) share = std::max(share, static_cast<double>(of_K / of_W));
+      }
+    set(std::abs(static_cast<double>(gamma_force * gamma_drift)) * share, largest(lu_.band()));
     ++statistics.factorizations;
     return lu_.factorize() ? Outcome::success : Outcome::singular_matrix;
   }

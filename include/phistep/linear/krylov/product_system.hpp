@@ -62,6 +62,7 @@ class KrylovSystem : public SystemDefaults {
   using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
 
   void resize(Eigen::Index n) {
+    set(1, 0);  // unknown: as if springs were stiff, and W differed much from M
     iteration_.resize(n);
     for (Vector* each : {&solution_, &residual_, &masses_, &inverse_}) each->setZero(n);
     begin();
@@ -70,8 +71,6 @@ class KrylovSystem : public SystemDefaults {
   void begin() { last_norm_ = 0; }
   static void clear() {}
   [[nodiscard]] static bool is_finite() { return true; }
-  [[nodiscard]] static double drift_share() { return 1; }  // unknown: as if springs were stiff
-  [[nodiscard]] static double magnitude() { return 0; }    // unknown: W may differ much from M
 
   /// W of this Newton iterate, good for one solve.
   /// @param source     what multiplies: apply(x, out) sets out = W x

@@ -39,7 +39,7 @@ namespace phistep { inline namespace PHISTEP_ABI {
 inline constexpr double automatic_linear_rtol = 1e-2;
 
 template <class Scalar, int dim, bool has_K, bool has_C>
-class NetworkSystem : public Sizes {
+class NetworkSystem : public SystemDefaults {
  public:
   void resize(Eigen::Index n) {
     *this = {};

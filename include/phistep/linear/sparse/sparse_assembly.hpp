@@ -80,7 +80,7 @@ void give_places(Eigen::SparseMatrix<Scalar>& A, auto&& each) {
 /// What every sparse system is towards forces, and its W.
 /// @tparam adds_transposes  every entry's transpose has a slot, too
 template <class Scalar, bool has_K = true, bool has_C = true, bool adds_transposes = false>
-class SparseAssembly : public Sizes {
+class SparseAssembly : public SystemDefaults {
  public:
   using Matrix = Eigen::SparseMatrix<Scalar>;
 

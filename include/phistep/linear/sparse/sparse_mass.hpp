@@ -23,7 +23,7 @@ namespace phistep { inline namespace PHISTEP_ABI {
 
 /// A sparse M, factorized once. Eigen's sparse solve allocates a vector a call.
 template <class T>
-class SparseMass : public MatrixMass<SparseMass<T>, Eigen::SparseMatrix<T>,
+class SparseMass : public MatrixMass<SparseMass, Eigen::SparseMatrix<T>,
                                      Eigen::SparseQR<Eigen::SparseMatrix<T>, Eigen::COLAMDOrdering<int>>> {
  public:
   static constexpr Structure structure = Structure::sparse;
@@ -42,11 +42,6 @@ class SparseMass : public MatrixMass<SparseMass<T>, Eigen::SparseMatrix<T>,
       if (!factorized || range->rank() < mass_.rows()) range_ = std::move(range);
     }
     if (!range_) lu_ = std::move(lu);
-  }
-  template <class Scalar, class Block>
-  [[nodiscard]] SparseMass<Scalar> bind(const Block& block) const {
-    this->check_size(block);
-    return SparseMass<Scalar>{Eigen::SparseMatrix<Scalar>(mass_.template cast<Scalar>())};
   }
   /// x ← M⁻¹ x
   void solve(auto&& x) const {

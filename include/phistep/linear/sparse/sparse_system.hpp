@@ -176,7 +176,23 @@ class SymmetricSparseSystem : public SparseAssembly<Scalar, has_K, has_C, symmet
 
   [[nodiscard]] Outcome factorize(const auto& masses, Scalar gamma_force, Scalar gamma_drift, Statistics& statistics) {
     try {
-      return try_to_factorize(masses, gamma_force, gamma_drift, statistics);
+      if (!ldlt_ && !lu_) Assembly::forget_pattern();  // a copy's: it has to make solvers of its own
+      if (this->settle(masses)) {
+        ldlt_.reset();
+        lu_.reset();
+      }
+      this->assemble(masses, gamma_force, gamma_drift);
+      const bool has_served = definite_ && !by_lu_;
+      definite_ = false;  // an exception leaves no factors
+      const bool is_tried = !by_lu_ && this->is_symmetric(tolerance());
+      if (!sought && !is_tried) return Outcome::not_symmetric;
+      ++statistics.factorizations;
+      is_known_ = true;
+      definite_ = is_tried && factorize_definite(statistics);
+      if (definite_) return Outcome::success;
+      if (is_tried || has_served) ++statistics.fallbacks;
+      if (by_lu_ = sought; by_lu_) ldlt_.reset();
+      return factorize_by_lu(statistics);
     } catch (...) {  // of failed allocations: Eigen's solvers can't be used after one
       forget_pattern();
       throw;
@@ -196,27 +212,6 @@ class SymmetricSparseSystem : public SparseAssembly<Scalar, has_K, has_C, symmet
   }
 
  private:
-  [[nodiscard]] Outcome try_to_factorize(const auto& masses, Scalar gamma_force, Scalar gamma_drift,
-                                         Statistics& statistics) {
-    if (!ldlt_ && !lu_) Assembly::forget_pattern();  // a copy's: it has to make solvers of its own
-    if (this->settle(masses)) {
-      ldlt_.reset();
-      lu_.reset();
-    }
-    this->assemble(masses, gamma_force, gamma_drift);
-    const bool has_served = definite_ && !by_lu_;
-    definite_ = false;  // an exception leaves no factors
-    const bool is_tried = !by_lu_ && this->is_symmetric(tolerance());
-    if (!sought && !is_tried) return Outcome::not_symmetric;
-    ++statistics.factorizations;
-    is_known_ = true;
-    definite_ = is_tried && factorize_definite(statistics);
-    if (definite_) return Outcome::success;
-    if (is_tried || has_served) ++statistics.fallbacks;
-    if (by_lu_ = sought; by_lu_) ldlt_.reset();
-    return factorize_by_lu(statistics);
-  }
-
   /// Entries are sums whose terms may be added in another order than their transposes' and cancel to a thousandth; a
   /// broken promise shows in the first digits. Differences have half of the digits, less where a force bends strongly. Without
   /// a promise the bound is tighter.

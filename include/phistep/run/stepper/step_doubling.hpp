@@ -92,7 +92,8 @@ class StepDoubling {
  private:
   /// A step that is accepted as it is.
   static StepReport one(Stepper& stepper, S& state, Scalar t, Scalar dt, Origin origin, Trace<Plain>& trace) {
-    if constexpr (facts_of<Stepper>.traces) return stepper.attempt(state, t, dt, origin, trace, AcceptsAll{});
+    const auto accepts_all = [](const auto&...) { return true; };
+    if constexpr (facts_of<Stepper>.traces) return stepper.attempt(state, t, dt, origin, trace, accepts_all);
     else return do_step(stepper, state, t, dt, origin);
   }
 

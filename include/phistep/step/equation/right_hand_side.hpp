@@ -55,16 +55,11 @@ class Assignable {
 /// @tparam split  the force is a sum, some of whose terms enter as kicks: Ψ is then the sum of the others
 template <State S, class F, class MassTuple, bool split = false>
 class RightHandSide {
-  template <class Whole>
-  static auto rest_type() {
-    if constexpr (split) return std::type_identity<typename Parts<Whole>::Rest>{};
-    else return std::type_identity<Whole>{};
-  }
-  template <class Whole>
-  static auto kicks_type() {
-    if constexpr (split) return std::type_identity<typename Parts<Whole>::Kicks>{};
-    else return std::type_identity<Sum<>>{};
-  }
+  struct OnePart {
+    using Rest = Unwrapped<F>;
+    using Kicks = Sum<>;
+  };
+  using Split = std::conditional_t<split, Parts<Unwrapped<F>>, OnePart>;
 
  public:
   using ArchivedByParts = void;
@@ -73,8 +68,8 @@ class RightHandSide {
   using Rate = RateOf<S>;
   using Masses = MassTuple;
   using Whole = Unwrapped<F>;
-  using Force = typename decltype(rest_type<Whole>())::type;
-  using Kicks = typename decltype(kicks_type<Whole>())::type;
+  using Force = typename Split::Rest;
+  using Kicks = typename Split::Kicks;
   /// Ψ is made of several terms among the kicks.
   static constexpr bool gathers = [] {
     if constexpr (split) return Parts<Whole>::template places<false>.size() != 1;

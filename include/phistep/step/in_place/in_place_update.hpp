@@ -74,8 +74,11 @@ class InPlaceUpdate {
       return false;
     } else {
       const bool bounds_hold = std::exchange(bounds_hold_, false);
-      // Past the caches all that counts is how many bytes move: beside the state Ψ is read once.
-      if (!unedited_ || is_short(y) || is_streamed(y)) return false;
+      // Two sets of short arrays fit the innermost cache anyway (crossover measured: 100 particles). Past the caches all
+      // that counts is how many bytes move: beside the state Ψ is read once.
+      const Index n = std::get<drifting>(Blocks<S>::all(y)).size();
+      if (!unedited_ || n < 300) return false;
+      if (PHISTEP_DETAIL_STREAMS != 0 && n >= stream_from() / static_cast<Index>(sizeof(Scalar))) return false;
       if (!bounds_hold) measure(rhs, y);
       if (!excludes_overflow(by, psi)) return false;
       for_each_update<S>(
@@ -93,12 +96,6 @@ class InPlaceUpdate {
   static constexpr std::size_t blocks = std::tuple_size_v<decltype(Blocks<S>::all(std::declval<Plain&>()))>;
   static constexpr std::size_t drifting = Blocks<S>::drifts ? 1 : 0;
 
-  /// Two sets of arrays fit the innermost cache anyway. Crossover measured: 100 particles.
-  [[nodiscard]] static bool is_short(const Plain& y) { return std::get<drifting>(Blocks<S>::all(y)).size() < 300; }
-  [[nodiscard]] static bool is_streamed(const Plain& y) {
-    const Index n = std::get<drifting>(Blocks<S>::all(y)).size();
-    return PHISTEP_DETAIL_STREAMS != 0 && n >= stream_from() / static_cast<Index>(sizeof(Scalar));
-  }
   void measure(const Rhs& rhs, const Plain& y) {
     for_each_block([this](auto k, const auto& x) { largest_[k] = sum_of_magnitudes(x.data(), x.size()); },
                    Blocks<S>::all(y));

@@ -43,7 +43,9 @@ class AutoDiff : public ForceTerm {
   /// K = ∂Ψ/∂r and C = ∂Ψ/∂v.
   template <class Vector, class... Time>
   auto jacobian(const Vector& r, const Vector& v, const Time&... time) {
-    return pair(r, v, [&](const auto& x, const auto& u) { return f_(x, u, time...); });
+    const DualVector<Vector> still_r = r.template cast<Dual<Vector>>(), still_v = v.template cast<Dual<Vector>>();
+    return MotionJacobian<Square<Vector>>{derivative(r, [&](const auto& x) { return f_(x, still_v, time...); }),
+                                          derivative(v, [&](const auto& u) { return f_(still_r, u, time...); })};
   }
 
   /// out += ∂Ψ/∂y·x by one evaluation with one direction: for solvers that need no matrix.
@@ -101,12 +103,6 @@ class AutoDiff : public ForceTerm {
       for (Eigen::Index k = 0; k < width; ++k) moved.data()[first + k].derivatives().setZero();
     }
     return J;
-  }
-  template <class Vector, class Function>
-  static MotionJacobian<Square<Vector>> pair(const Vector& r, const Vector& v, Function&& function) {
-    const DualVector<Vector> still_r = r.template cast<Dual<Vector>>(), still_v = v.template cast<Dual<Vector>>();
-    return {derivative(r, [&](const auto& x) { return function(x, still_v); }),
-            derivative(v, [&](const auto& u) { return function(still_r, u); })};
   }
 
   F f_;

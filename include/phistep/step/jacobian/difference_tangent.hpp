@@ -229,7 +229,12 @@ class DifferenceTangent {
     };
     const auto put_back = [&](auto k, Index, Index i) { std::get<k>(moved).data()[i] = std::get<k>(still).data()[i]; };
     for (Index color = 0, all = colors(moved); color < all; ++color) {
-      if (!move(color, moved, scales)) continue;
+      bool any = false;
+      for_each_moved(color, moved, [&](auto k, Index j, Index i) {
+        increment_[j] = move_by_increment<Rhs::Traits::is_affine>(std::get<k>(moved).data()[i], scales(k, i));
+        any = true;
+      });
+      if (!any) continue;  // this colour has no column here
       evaluate();
       bool again = false;
       if (looks_)
@@ -293,15 +298,6 @@ class DifferenceTangent {
     } else {
       for (Index i = 0; i < change_.size(); ++i) f(i);
     }
-  }
-  /// Moves a colour's components. False: it has none here.
-  [[nodiscard]] bool move(Index color, const auto& blocks, const auto& scales) {
-    bool any = false;
-    for_each_moved(color, blocks, [&](auto k, Index j, Index i) {
-      increment_[j] = move_by_increment<Rhs::Traits::is_affine>(std::get<k>(blocks).data()[i], scales(k, i));
-      any = true;
-    });
-    return any;
   }
 
   /// The force's pattern.

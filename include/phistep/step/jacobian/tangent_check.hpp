@@ -67,7 +67,8 @@ class TangentCheck {
       rest = options.linear_rtol * std::sqrt(static_cast<double>(b.size())) * largest(b);
     }
     const double size_of_b = largest(b);
-    set_direction(gamma.drift);
+    put_unknowns<S>(tangent_, direction_);  // the direction that was solved for
+    if constexpr (Rhs::drifts) position_of<S>(direction_) = gamma.drift * velocity_of<S>(direction_);
     multiply(rhs, direction_, tangent_);
     const double cancelled = largest(tangent_) + size_of_b;
     tangent_ -= b;
@@ -151,11 +152,6 @@ class TangentCheck {
             if (factor(i) == 0) x[at + i] = 0;
         },
         Blocks<S>::solved(direction_), rhs.masses());
-  }
-  /// The direction that was solved for.
-  void set_direction(Scalar drift) {
-    put_unknowns<S>(tangent_, direction_);
-    if constexpr (Rhs::drifts) position_of<S>(direction_) = drift * velocity_of<S>(direction_);
   }
   /// ε: the component that moves farthest, for its size, moves by the cube root of a rounding.
   [[nodiscard]] Scalar step_length() const {

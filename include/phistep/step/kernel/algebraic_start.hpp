@@ -11,6 +11,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "phistep/base/numbers/arithmetic.hpp"
@@ -41,7 +42,7 @@ class AlgebraicStart {
     return true;
   }
   void forget() {
-    for (Known& each : known_) each.is = false;
+    for (Known& each : known_) each.t.reset();
   }
 
   /// Whether the state at t is another than those which the last step led from and to.
@@ -50,7 +51,7 @@ class AlgebraicStart {
     // A run's clock rounds otherwise than t + Δt.
     const Scalar rounding = 16 * std::numeric_limits<Scalar>::epsilon() * (std::abs(t) + std::abs(dt));
     for (std::size_t k = 0; k < known_.size(); ++k)
-      if (known_[k].is && std::abs(t - known_[k].t) <= rounding && equal_blocks<S>(y, known_[k].y))
+      if (known_[k].t && std::abs(t - *known_[k].t) <= rounding && equal_blocks<S>(y, known_[k].y))
         return start_ = k, false;
     return true;
   }
@@ -138,12 +139,10 @@ class AlgebraicStart {
   }
 
   struct Known {
-    bool is = false;
-    Scalar t{};
+    std::optional<Scalar> t;
     Plain y;
   };
   void set(std::size_t k, Scalar t, const auto& y) {
-    known_[k].is = true;
     known_[k].t = t;
     copy_blocks<S>(known_[k].y, y);
   }

@@ -4,6 +4,7 @@
 /// call, and the slope at the end of each resolve, (next − b)/γ: no evaluation.
 #pragma once
 
+#include <optional>
 #include <utility>
 
 #include "phistep/base/facts/implicit_solver.hpp"
@@ -83,11 +84,26 @@ struct TracedEquation : Eq {
     has_prediction = true;
   }
 
+  [[nodiscard]] Outcome resolve(const Gamma<Scalar>& gamma, Scalar at) { return resolve(gamma, at, y); }
   /// Solves from the prediction where there is one, and then from `guess` if the force doesn't exist there.
   [[nodiscard]] Outcome resolve(const Gamma<Scalar>& gamma, Scalar at, const Plain& guess) {
-    return resolve(gamma, at, guess, false);
+    if (has_resolved) copy_blocks<S>(trace.error, trace.end);  // kept for the error: Y' of the resolve before
+    copy_blocks<S>(trace.end, next);                           // b
+    Outcome outcome = Outcome::non_finite_force;
+    if (std::exchange(has_prediction, false)) {
+      outcome = Eq::resolve_from(gamma, at, trace.predicted, false, allowed());
+      if (is_not_finite(outcome)) copy_blocks<S>(next, trace.end);
+      trace.has_met_bound = trace.has_met_bound || is_not_finite(outcome);
+    }
+    if (is_not_finite(outcome))
+      outcome = Eq::resolve_from(gamma, at, guess, &guess == &y && this->knows_first_force(), allowed());
+    trace.has_met_bound = trace.has_met_bound || is_not_finite(outcome);
+    if (failed(outcome)) return outcome;
+    assign_solved<S>(trace.end, (in<S>(next) - in<S>(trace.end)) / gamma.force);
+    if constexpr (Eq::Rhs::drifts) position_of<S>(trace.end) = velocity_of<S>(next);
+    has_resolved = true;
+    return outcome;
   }
-  [[nodiscard]] Outcome resolve(const Gamma<Scalar>& gamma, Scalar at) { return resolve(gamma, at, y, true); }
   [[nodiscard]] Outcome check_start(const Gamma<Scalar>& gamma) {
     return Eq::check_start(gamma, allowed(), [this](const Plain& x) { return size_of(x, y); });
   }
@@ -139,19 +155,18 @@ struct TracedEquation : Eq {
   void keep_unfiltered_product(const Plain& x) {
     if constexpr (Eq::Kernel::may_see_falling_rates) kernel.falling_rates().keep_product(x, rhs().masses());
   }
-  [[nodiscard]] Outcome see_falling_rates(const Gamma<Scalar>& gamma, bool knows_beside) {
-    return judge.has_sizes() ? see_falling_rates(gamma, judge.allowed(), knows_beside) : Outcome::success;
-  }
   /// @param allowed  of a scheme that judges its steps itself
-  [[nodiscard]] Outcome see_falling_rates(const Gamma<Scalar>& gamma, double allowed, bool knows_beside) {
+  [[nodiscard]] Outcome see_falling_rates(const Gamma<Scalar>& gamma, bool knows_beside,
+                                          std::optional<double> allowed = {}) {
     if constexpr (Eq::Kernel::may_see_falling_rates)
-      if (sees_falling_rates()) return kernel.falling_rates().see(*this, gamma, allowed, knows_beside);
+      if (sees_falling_rates())
+        return kernel.falling_rates().see(*this, gamma, allowed.value_or(judge.allowed()), knows_beside);
     return Outcome::success;
   }
   /// The same after an iteration, whose J may be old. trace.has_hidden: rates have fallen since it was made
-  [[nodiscard]] Outcome see_hidden(const Gamma<Scalar>& gamma, auto... allowed) {
+  [[nodiscard]] Outcome see_hidden(const Gamma<Scalar>& gamma, std::optional<double> allowed = {}) {
     const double before = size_of(trace.error, next);
-    const Outcome seen = see_falling_rates(gamma, allowed..., false);
+    const Outcome seen = see_falling_rates(gamma, false, allowed);
     trace.has_hidden = size_of(trace.error, next) > 2 * before;
     return seen;
   }
@@ -173,25 +188,6 @@ struct TracedEquation : Eq {
     if constexpr (FieldState<S>) return true;
     else if constexpr (Eq::needs.stages) return false;
     else return has_resolved && kernel.resolvent().is_mild();
-  }
-  /// @param from_y  the guess is y
-  [[nodiscard]] Outcome resolve(const Gamma<Scalar>& gamma, Scalar at, const Plain& guess, bool from_y) {
-    if (has_resolved) copy_blocks<S>(trace.error, trace.end);  // kept for the error: Y' of the resolve before
-    copy_blocks<S>(trace.end, next);                           // b
-    Outcome outcome = Outcome::non_finite_force;
-    if (std::exchange(has_prediction, false)) {
-      outcome = Eq::resolve_from(gamma, at, trace.predicted, false, allowed());
-      if (is_not_finite(outcome)) copy_blocks<S>(next, trace.end);
-      trace.has_met_bound = trace.has_met_bound || is_not_finite(outcome);
-    }
-    if (is_not_finite(outcome))
-      outcome = Eq::resolve_from(gamma, at, guess, from_y && this->knows_first_force(), allowed());
-    trace.has_met_bound = trace.has_met_bound || is_not_finite(outcome);
-    if (failed(outcome)) return outcome;
-    assign_solved<S>(trace.end, (in<S>(next) - in<S>(trace.end)) / gamma.force);
-    if constexpr (Eq::Rhs::drifts) position_of<S>(trace.end) = velocity_of<S>(next);
-    has_resolved = true;
-    return outcome;
   }
 };
 

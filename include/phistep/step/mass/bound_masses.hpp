@@ -46,6 +46,7 @@ struct MassFacts;
 template <class... M, class Scalar>
 struct MassFacts<std::tuple<M...>, Scalar> {
   static_assert((BoundMass<M, Scalar> && ...));
+  static constexpr bool are_ones = (std::is_same_v<M, UnitMass> && ...);
   static constexpr bool has_matrix = (M::is_matrix || ...);
   static constexpr bool may_be_singular = (MayBeSingular<M> || ...);
   static constexpr Structure structure = [] {
@@ -54,12 +55,6 @@ struct MassFacts<std::tuple<M...>, Scalar> {
     return all;
   }();
 };
-
-/// M = 1 in all blocks, by its type.
-template <class Masses>
-inline constexpr bool has_unit_masses = false;
-template <class... Mass>
-inline constexpr bool has_unit_masses<std::tuple<Mass...>> = (std::is_same_v<Mass, UnitMass> && ...);
 
 /// h/m of a field, whose mass is a number.
 template <class Mass, class Scalar>

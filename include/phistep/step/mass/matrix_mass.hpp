@@ -119,7 +119,7 @@ class GeneralizedInverse {
 };
 
 /// What mass matrices do by their solve(x): x ← M⁻¹ x, or G x.
-template <class Mass, class Matrix, class Qr>
+template <template <class> class Mass, class Matrix, class Qr>
 class MatrixMass {
   using T = typename Matrix::Scalar;
   using Vector = Eigen::Matrix<T, Eigen::Dynamic, 1>;
@@ -149,28 +149,31 @@ class MatrixMass {
   [[nodiscard]] bool is_positive_definite() const {
     const Matrix transposed = mass_.transpose();
     if ((mass_ - transposed).norm() > rank_threshold<T>(mass_.rows()) * mass_.norm()) return false;
-    return Mass::has_cholesky_factor(mass_);
+    return Mass<T>::has_cholesky_factor(mass_);
+  }
+  /// @throws std::invalid_argument where the block has another size
+  template <class Scalar>
+  [[nodiscard]] Mass<Scalar> bind(const auto& block) const {
+    if (mass_.rows() != block.size())
+      throw std::invalid_argument("phistep: a mass matrix of " + std::to_string(mass_.rows()) +
+                                  " rows for a block of " + std::to_string(block.size()) + " components");
+    return Mass<Scalar>{typename Mass<Scalar>::Matrix(mass_.template cast<Scalar>())};
   }
 
  protected:
   using Range = GeneralizedInverse<Matrix, Qr>;
   explicit MatrixMass(Matrix mass) : mass_{std::move(mass)} {}
-  void check_size(const auto& block) const {
-    if (mass_.rows() != block.size())
-      throw std::invalid_argument("phistep: a mass matrix of " + std::to_string(mass_.rows()) +
-                                  " rows for a block of " + std::to_string(block.size()) + " components");
-  }
 
   Matrix mass_;
   std::shared_ptr<const Range> range_;  // where M is singular
 
  private:
-  [[nodiscard]] const Mass& self() const { return static_cast<const Mass&>(*this); }
+  [[nodiscard]] const Mass<T>& self() const { return static_cast<const Mass<T>&>(*this); }
 };
 
 /// A dense mass matrix, factorized once. It is singular where rounding of its entries explains a pivot.
 template <class T>
-class DenseMass : public MatrixMass<DenseMass<T>, Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic>,
+class DenseMass : public MatrixMass<DenseMass, Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic>,
                                     Eigen::ColPivHouseholderQR<Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic>>> {
  public:
   static constexpr Structure structure = Structure::dense;
@@ -184,11 +187,6 @@ class DenseMass : public MatrixMass<DenseMass<T>, Eigen::Matrix<T, Eigen::Dynami
     if (lu_.factorize() && lu_.pivot_ratio() > T(1e-6)) return;
     auto range = std::make_shared<typename Base::Range>(mass_);  // badly scaled, or singular
     if (range->rank() < mass_.rows() || !lu_.factorize()) range_ = std::move(range);
-  }
-  template <class Scalar, class Block>
-  [[nodiscard]] DenseMass<Scalar> bind(const Block& block) const {
-    this->check_size(block);
-    return DenseMass<Scalar>{mass_.template cast<Scalar>()};
   }
   /// x ← M⁻¹ x
   void solve(auto&& x) const {

@@ -224,43 +224,31 @@ class DenseLu<Scalar, size> {
 
   void solve_in_place(auto&& x) const {
     Scalar y[size];
-    for (int i = 0; i < size; ++i) y[i] = x[order_[i]];
-    substitute(y, std::make_integer_sequence<int, size>{});
+    unrolled<size>([&](auto i) PHISTEP_DETAIL_INLINED { y[i] = x[order_[i]]; });
+    // Row by row: the sum over older y runs ahead, so that only one product of each row waits for the newest.
+    const Scalar* const a = lu_.data();
+    unrolled<size>([&](auto row) PHISTEP_DETAIL_INLINED {
+      Scalar sum = y[row];
+      unrolled<row>([&](auto j) PHISTEP_DETAIL_INLINED { sum -= a[row + j * size] * y[j]; });
+      y[row] = sum;
+    });
+    unrolled<size>([&](auto done) PHISTEP_DETAIL_INLINED {
+      constexpr int last = size - 1, row = last - done;
+      Scalar sum = y[row];
+      unrolled<done>([&](auto k) PHISTEP_DETAIL_INLINED { sum -= a[row + (last - k) * size] * y[last - k]; });
+      y[row] = sum * inverse_pivot_[row];
+    });
     for (int i = 0; i < size; ++i) x[i] = y[i];
   }
 
  private:
-  // Row by row: the sum over older y runs ahead, so that only one product of each row waits for the newest.
-  template <int... i>
-  [[gnu::always_inline]] void substitute(Scalar* y, std::integer_sequence<int, i...>) const {
-    (forward<i>(y, std::make_integer_sequence<int, i>{}), ...);
-    (back<size - 1 - i>(y, std::make_integer_sequence<int, i>{}), ...);
-  }
-  template <int row, int... j>
-  [[gnu::always_inline]] void forward(Scalar* y, std::integer_sequence<int, j...>) const {
-    [[maybe_unused]] const Scalar* const a = lu_.data() + row;
-    Scalar sum = y[row];
-    ((sum -= a[j * size] * y[j]), ...);
-    y[row] = sum;
-  }
-  template <int row, int... later>
-  [[gnu::always_inline]] void back(Scalar* y, std::integer_sequence<int, later...>) const {
-    [[maybe_unused]] const Scalar* const a = lu_.data() + row;
-    Scalar sum = y[row];
-    ((sum -= a[(size - 1 - later) * size] * y[size - 1 - later]), ...);
-    y[row] = sum * inverse_pivot_[row];
-  }
-
-  void exchange(int i, int j) {
-    Scalar* const a = lu_.data();
-    for (int column = 0; column < size; ++column) std::swap(a[i + column * size], a[j + column * size]);
-    std::swap(order_[i], order_[j]);
-  }
-
   // A function for each k: inlined into one, g++ -O2 gives up on the registers.
   template <int k>
   void eliminate_column(int& pivot) {
-    if (pivot != k) exchange(k, pivot);
+    if (pivot != k) {
+      lu_.row(k).swap(lu_.row(pivot));
+      std::swap(order_[k], order_[pivot]);
+    }
     Scalar* column = lu_.data() + k * size;
     const Scalar inverse = inverse_pivot_[k] = Scalar{1} / column[k];
     if constexpr (k + 1 < size) {

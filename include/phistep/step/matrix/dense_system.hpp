@@ -67,7 +67,7 @@ class RowScales {
 
 /// Dense W. @tparam constant  the force is affine: its residuals are compared with ‖W‖
 template <class Scalar, int n, bool has_K, bool has_C, bool constant = false>
-class DenseSystem : public Sizes {
+class DenseSystem : public SystemDefaults {
  public:
   using Matrix = Eigen::Matrix<Scalar, n, n>;
   void resize(Eigen::Index size) {
@@ -125,7 +125,7 @@ class DenseSystem : public Sizes {
 
 /// Diagonal W: every component solves for itself. Off-diagonal entries never arrive here.
 template <class Scalar, int n, bool has_K, bool has_C>
-class DiagonalSystem : public Sizes {
+class DiagonalSystem : public SystemDefaults {
  public:
   using Vector = Eigen::Matrix<Scalar, n, 1>;
   void resize(Eigen::Index size) {
@@ -180,7 +180,7 @@ struct SystemFor<SystemKind::diagonal, facts, Scalar, Solver, Force> {
 /// Block-diagonal W of d×d blocks, where no particle acts on another: each with an unrolled, pivoted LU of its own. Entries between
 /// particles never arrive here. (Eight blocks side by side in vector registers, pivots chosen by selection, took 3 to 5 times as long.)
 template <class Scalar, int d, bool has_K, bool has_C>
-class LocalSystem : public Sizes {
+class LocalSystem : public SystemDefaults {
  public:
   void resize(Eigen::Index n) {
     const Eigen::Index particles = (n + d - 1) / d;
@@ -206,14 +206,19 @@ class LocalSystem : public Sizes {
     W_ = tangents_.part(gamma_force, gamma_drift);
     masses([this](Eigen::Index i, Eigen::Index j, auto m) { W_[slot(i, j)] += static_cast<Scalar>(m); });
     for (Eigen::Index i = n_; i % d != 0; ++i) W_[slot(i, i)] = Scalar{1};  // rows beyond an incomplete last block
-    measure(static_cast<double>(gamma_force * gamma_drift), tangents_.largest_K(), largest(W_));
     ++statistics.factorizations;
+    Scalar share{0}, most{0};
     for (std::size_t p = 0; p < lu_.size(); ++p) {
-      lu_[p].matrix() = Eigen::Map<const Block>(W_.data() + static_cast<Eigen::Index>(p) * d * d);
+      const auto at = static_cast<Eigen::Index>(p) * d * d;
+      const Scalar own = max_abs(lu_[p].matrix() = Eigen::Map<const Block>(W_.data() + at));
+      most = std::max(most, own);
+      // Particle by particle: a heavy one must not hide how stiff the others are.
+      if constexpr (has_K) share = std::max(share, max_abs(Eigen::Map<const Block>(tangents_.K.data() + at)) / own);
       if (lu_[p].factorize()) continue;
       singular_ = static_cast<Eigen::Index>(p);
       return Outcome::singular_matrix;
     }
+    set(static_cast<double>(std::abs(gamma_force * gamma_drift) * share), static_cast<double>(most));
     return Outcome::success;
   }
   [[nodiscard]] Outcome solve(auto& x) {

@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "phistep/base/machine/memory.hpp"
-#include "phistep/base/numbers/arithmetic.hpp"
 #include "phistep/base/numbers/finite_witness.hpp"
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/statistics.hpp"
@@ -53,10 +52,6 @@ struct Tangents {
     if constexpr (has_K) return K.rows();
     else return C.rows();
   }
-  [[nodiscard]] double largest_K() const {
-    if constexpr (has_K) return largest(K);
-    else return 0;
-  }
   /// The largest |K_ij|/|W_ij| of largest entries row by row: a heavy component must not hide how stiff the others are.
   [[nodiscard]] double largest_share(const Array& W) const {
     if constexpr (has_K)
@@ -72,19 +67,17 @@ struct Tangents {
     if constexpr (has_C) entries.second = C(place...);
     return entries;
   }
-  /// −γ_f (C + γ_d K), an expression; of what `view` sees of both.
-  [[nodiscard]] auto part(Scalar gamma_force, Scalar gamma_drift, auto view) const {
-    if constexpr (has_K && has_C) return -gamma_force * (view(C) + gamma_drift * view(K));
-    else if constexpr (has_K) return (-gamma_force * gamma_drift) * view(K);
-    else return -gamma_force * view(C);
-  }
+  /// −γ_f (C + γ_d K), an expression
   [[nodiscard]] auto part(Scalar gamma_force, Scalar gamma_drift) const {
-    return part(gamma_force, gamma_drift, [](const Array& x) -> const Array& { return x; });
+    if constexpr (has_K && has_C) return -gamma_force * (C + gamma_drift * K);
+    else if constexpr (has_K) return (-gamma_force * gamma_drift) * K;
+    else return -gamma_force * C;
   }
 };
 
 /// What a system need not have. Linearization asks each for all of it.
-struct SystemDefaults {
+class SystemDefaults {
+ public:
   static void take(const auto& /*linear*/) {}                    ///< the user's linear solver
   static void begin_anew() {}                                    ///< forgets what solves have found out about W
   static void forget_pattern() {}                                ///< forgets W's pattern, with what was made of it
@@ -92,16 +85,9 @@ struct SystemDefaults {
   [[nodiscard]] static bool has_solver() { return true; }        ///< false in a copy that has one to make
   [[nodiscard]] static Eigen::Index singular_particle() { return -1; }
   [[nodiscard]] static const char* name(const char* of_row) { return of_row; }
-};
 
-/// How large the entries of W are, and how much of them K makes.
-class Sizes : public SystemDefaults {
- public:
+  /// How much of W's entries K makes, and how large they are.
   void set(double drift_share, double magnitude) { drift_share_ = drift_share, magnitude_ = magnitude; }
-  void measure(double gamma_squared, double largest_K, double largest_W) {
-    magnitude_ = largest_W;
-    drift_share_ = largest_W > 0 ? std::abs(gamma_squared) * largest_K / largest_W : 0;
-  }
   [[nodiscard]] double drift_share() const { return drift_share_; }
   [[nodiscard]] double magnitude() const { return magnitude_; }
 
@@ -137,7 +123,7 @@ concept LinearSystem = requires(System& W, Vector& x, Eigen::Index size, Scalar 
   W.clear();  // the tangents, before new ones
   { W.is_finite() } -> std::same_as<bool>;
   { W.factorize(masses, gamma, gamma, counts) } -> std::same_as<Outcome>;  // for γ_f, γ_d
-  { W.drift_share() } -> std::same_as<double>;  // ‖γ_f γ_d K‖ / ‖W‖, row by row or of all: how much of r the solve sees
+  { W.drift_share() } -> std::same_as<double>;  // ‖γ_f γ_d K‖ / ‖W‖, row by row, or so: how much of r the solve sees
   requires SolvesToTolerance<System, Vector> || requires {
     { W.solve(x) } -> std::same_as<Outcome>;  // x ← W⁻¹ x
   };

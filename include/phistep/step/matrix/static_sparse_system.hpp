@@ -115,11 +115,11 @@ struct EliminationPlan {
   [[nodiscard]] constexpr int operator()(int row, int column) const { return slot[at(row)][at(column)]; }
 };
 
-/// @tparam Pattern  names `pattern`, what entries() or pattern_of() made
-template <class Scalar, int n, class Pattern>
+/// @tparam Force  names `jacobian_pattern`, what entries() or pattern_of() made
+template <class Scalar, int n, class Force>
 class StaticSparseLu {
  public:
-  static constexpr EliminationPlan<n> plan{Pattern::pattern};
+  static constexpr EliminationPlan<n> plan{Force::jacobian_pattern};
   static constexpr int slots = plan.slots;
   /// Pivots smaller than 1/this of what is below them are not trusted.
   static constexpr Scalar largest_multiplier = 8;
@@ -142,7 +142,18 @@ class StaticSparseLu {
     if (is_dense_) [[unlikely]]
       return dense_.solve_in_place(x);
     Scalar y[n];
-    unrolled_rows(x, y, std::make_integer_sequence<int, n>{});
+    unrolled<n>([&](auto k) PHISTEP_DETAIL_INLINED { y[k] = x[k]; });
+    unrolled<n>([&](auto k) PHISTEP_DETAIL_INLINED {
+      unrolled<later<k>.rows>(
+          [&](auto i) PHISTEP_DETAIL_INLINED { y[below<k>(i)] -= entry<below<k>(i), pivot<k>>() * y[pivot<k>]; });
+    });
+    unrolled<n>([&](auto k) PHISTEP_DETAIL_INLINED { y[k] *= inverse_pivot_[plan.step[static_cast<std::size_t>(k)]]; });
+    unrolled<n>([&](auto done) PHISTEP_DETAIL_INLINED {
+      constexpr int k = n - 1 - done;
+      unrolled<later<k>.columns>(
+          [&](auto j) PHISTEP_DETAIL_INLINED { y[pivot<k>] -= entry<pivot<k>, beside<k>(j)>() * y[beside<k>(j)]; });
+    });
+    unrolled<n>([&](auto k) PHISTEP_DETAIL_INLINED { x[int{k}] = y[k]; });
   }
   /// Whether the last factorization had to choose its pivots.
   [[nodiscard]] bool is_dense() const { return is_dense_; }
@@ -206,23 +217,6 @@ class StaticSparseLu {
   /// NaN, once there, stays.
   [[nodiscard]] static Scalar larger(Scalar a, Scalar b) { return b <= a ? a : b; }
 
-  template <int... k>
-  [[gnu::always_inline]] void unrolled_rows(auto& x, Scalar (&y)[n], std::integer_sequence<int, k...>) const {
-    ((y[pivot<k>] = x[pivot<k>]), ...);
-    (forward<k>(y, std::make_integer_sequence<int, later<k>.rows>{}), ...);
-    ((y[k] *= inverse_pivot_[plan.step[static_cast<std::size_t>(k)]]), ...);
-    (back<n - 1 - k>(y, std::make_integer_sequence<int, later<n - 1 - k>.columns>{}), ...);
-    ((x[k] = y[k]), ...);
-  }
-  template <int k, int... i>
-  [[gnu::always_inline]] void forward(Scalar (&y)[n], std::integer_sequence<int, i...>) const {
-    ((y[below<k>(i)] -= entry<below<k>(i), pivot<k>>() * y[pivot<k>]), ...);
-  }
-  template <int k, int... j>
-  [[gnu::always_inline]] void back(Scalar (&y)[n], std::integer_sequence<int, j...>) const {
-    ((y[pivot<k>] -= entry<pivot<k>, beside<k>(j)>() * y[beside<k>(j)]), ...);
-  }
-
   // Out of line: it is not to be weighed against the elimination.
   [[gnu::cold, gnu::noinline]] bool factorize_densely() {
     for (int j = 0; j < n; ++j)
@@ -237,11 +231,6 @@ class StaticSparseLu {
   DenseLu<Scalar, n> dense_;
 };
 
-/// A force's `jacobian_pattern` under the name that StaticSparseLu knows.
-template <class Force>
-struct PatternOf {
-  static constexpr auto pattern = Force::jacobian_pattern;
-};
 /// Whether a force names a pattern that spares at least half of a dense elimination's n³/3 products. Up to 8 rows a dense
 /// one costs little.
 template <class Force, int n>
@@ -252,9 +241,9 @@ inline constexpr bool has_sparse_pattern<Force, n> =
     6 * EliminationPlan<n>{Force::jacobian_pattern}.products <= n * n * n;
 
 /// See DenseSystem. @tparam constant  the force is affine: its residuals are compared with ‖W‖
-template <class Scalar, int n, class Pattern, bool constant>
-class StaticSparseSystem : public Sizes {
-  using Lu = StaticSparseLu<Scalar, n, Pattern>;
+template <class Scalar, int n, class Force, bool constant>
+class StaticSparseSystem : public SystemDefaults {
+  using Lu = StaticSparseLu<Scalar, n, Force>;
 
  public:
   void resize(Eigen::Index) {
@@ -328,7 +317,7 @@ class StaticSparseSystem : public Sizes {
 
 template <MatrixFacts facts, class Scalar, class Solver, class Force>
 struct SystemFor<SystemKind::static_pattern, facts, Scalar, Solver, Force> {
-  using type = StaticSparseSystem<Scalar, facts.n, PatternOf<Force>, facts.constant>;
+  using type = StaticSparseSystem<Scalar, facts.n, Force, facts.constant>;
 };
 
 }}  // namespace phistep::PHISTEP_ABI

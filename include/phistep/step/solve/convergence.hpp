@@ -134,8 +134,7 @@ class ConvergenceTest {
   }
 
  private:
-  static constexpr double slow_rate =
-      0.05;  // to rounding, a new matrix is cheaper than corrections that fall no faster
+  static constexpr double slow_rate = 0.05;  // to rounding: a new matrix is cheaper than corrections that fall slower
   double round_off_, target_ = 0, previous_ = 0, first_rate_ = 0, last_rate_ = 0;
   double rate_ = 0;  // 0: not known, two corrections at least
   int limit_, in_vain_ = 0;

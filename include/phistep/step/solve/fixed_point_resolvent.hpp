@@ -46,7 +46,6 @@ class FixedPointResolvent : public ResolventDefaults {
     anderson_.resize(image_.size(), options_.depth);
   }
 
-  /// In: Y = b; `guess` is where the iteration starts (its solved blocks count). Out: Y, and w = Y − b.
   [[nodiscard]] Outcome resolve(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, Plain& Y, const Plain& guess, Rate& psi,
                                 SolveRecord& record, bool psi_known = false, SolveTolerance<Plain> allowed = {}) {
     if (options_.rtol > 0) allowed.target = 0;
@@ -82,8 +81,6 @@ class FixedPointResolvent : public ResolventDefaults {
   }
 
   [[nodiscard]] static const char* solver_name() { return "fixed-point iteration"; }
-
-  /// Y − b of the last resolve.
   [[nodiscard]] const Unknown& increment() const { return increment_.w; }
 
  private:

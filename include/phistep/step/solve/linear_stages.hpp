@@ -119,7 +119,7 @@ class LinearStages {
     const Gamma<Scalar> both{gamma, gamma};
     if (!affine || !matrix_.has_factors_for(both)) {
       [[maybe_unused]] const auto patterns = rhs.statistics().analyses;
-      if (const Outcome bad = matrix_.factorize(rhs, both, t_, y_, psi_, options_); failed(bad)) return bad;
+      if (const Outcome bad = matrix_.refresh(rhs, both, t_, y_, psi_, options_, allowed_); failed(bad)) return bad;
       if constexpr (is_promised)
         if (patterns != rhs.statistics().analyses) check_.want();
     }
@@ -144,7 +144,13 @@ class LinearStages {
       known_ = known_ && !failed(outcome);
       return outcome;
     } else {
-      return solve_gathered(rhs, gamma, x);
+      take_unknowns<S>(x_, x);
+      if constexpr (Rhs::drifts) add_position_product(gamma, flat(position_of<S>(std::as_const(x))));
+      if (const Outcome bad = matrix_.solve(x_, options_, rhs.statistics(), allowed_); failed(bad))
+        return first_non_finite(Blocks<S>::all(x)) ? Outcome::non_finite_state : bad;  // W is not the cause
+      put_unknowns<S>(x_, x);
+      if constexpr (Rhs::drifts) position_of<S>(x) += gamma * velocity_of<S>(x);
+      return Outcome::success;
     }
   }
   /// Whether solves iterate until what they leave is small beside the error of the step.
@@ -156,19 +162,6 @@ class LinearStages {
   [[nodiscard]] const char* solver_name() const { return matrix_.name(); }
 
  private:
-  /// The outcome of a solve that failed on b: where b wasn't finite, W is not the cause.
-  [[nodiscard]] static Outcome cause(Outcome outcome, const Plain& b) {
-    if (!failed(outcome) || outcome == Outcome::exception_elsewhere) return outcome;
-    return first_non_finite(Blocks<S>::all(b)) ? Outcome::non_finite_state : outcome;
-  }
-  [[nodiscard]] Outcome solve_gathered(Rhs& rhs, Scalar gamma, Plain& x) {
-    take_unknowns<S>(x_, x);
-    if constexpr (Rhs::drifts) add_position_product(gamma, flat(position_of<S>(std::as_const(x))));
-    if (const Outcome bad = cause(matrix_.solve(x_, options_, rhs.statistics(), allowed_), x); failed(bad)) return bad;
-    put_unknowns<S>(x_, x);
-    if constexpr (Rhs::drifts) position_of<S>(x) += gamma * velocity_of<S>(x);
-    return Outcome::success;
-  }
   static constexpr double round_off = static_cast<double>(std::numeric_limits<Scalar>::epsilon());
 
   /// Ψ_t = (−3Ψ(t) + 4Ψ(t+δ) − Ψ(t+2δ))/2δ: from inside the step, where the force is sure to be defined. With δ = u^¼ Δt,

@@ -187,9 +187,13 @@ class Linearization : public KeptFactors<ScalarOf<S>> {
   /// Factors, of a Jacobian at (t, Y) where none is kept. There, Ψ is psi.
   [[nodiscard]] Outcome refresh(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& Y, const Rate& psi,
                                 const NewtonOptions& options, const SolveTolerance<Plain>& allowed) {
-    if (!has_jacobian())
+    if (matrix_free || (!stages && !has_jacobian()))  // stages have linearized
       if (const Outcome bad = linearize(rhs, gamma, t, Y, psi, options, allowed); failed(bad)) return bad;
-    return make_factors(rhs, gamma, Y);
+    has_factors_ = false;
+    const Outcome outcome =
+        system_.factorize(each_mass_entry<S>(rhs.masses(), Y), gamma.force, gamma.drift, rhs.statistics());
+    this->set_factors(outcome == Outcome::success, gamma);
+    return outcome;
   }
   /// x ← W⁻¹ x. @param allowed  of a controlled run: rules where the options don't
   [[nodiscard]] Outcome solve(auto& x, const NewtonOptions& options, Statistics& statistics,
@@ -235,12 +239,9 @@ class Linearization : public KeptFactors<ScalarOf<S>> {
   }
   /// A correction went further than the differences that made its matrix: that matrix is gone.
   [[nodiscard]] bool reached_too_far(const Plain& Y, const auto& correction) {
-    if constexpr (analytic) return false;
-    else {
-      const bool too_far = differences_.reached_too_far(Y, correction);
-      if (too_far) this->drop();
-      return too_far;
-    }
+    if constexpr (!analytic)
+      if (differences_.reached_too_far(Y, correction)) return this->drop(), true;
+    return false;
   }
 
   /// Whose block made W singular, −1 where that isn't known.
@@ -273,13 +274,6 @@ class Linearization : public KeptFactors<ScalarOf<S>> {
   }
   /// K and C as they are, for schemes that make matrices of their own.
   [[nodiscard]] System& system() { return system_; }
-  /// Factors for γ of the tangents at hand; products are made ready at (t, Y).
-  [[nodiscard]] Outcome factorize(Rhs& rhs, const Gamma<Scalar>& gamma, [[maybe_unused]] Scalar t, const Plain& Y,
-                                  [[maybe_unused]] const Rate& psi, [[maybe_unused]] const NewtonOptions& options) {
-    if constexpr (matrix_free)
-      if (const Outcome bad = linearize(rhs, gamma, t, Y, psi, options, {}); failed(bad)) return bad;
-    return make_factors(rhs, gamma, Y);
-  }
   [[nodiscard]] bool has_factors_for(const Gamma<Scalar>& gamma) const { return has_factors() && gamma == factored_; }
   /// out += factor K x
   void add_position_product(Scalar factor, const auto& x, auto& out) const {
@@ -291,14 +285,6 @@ class Linearization : public KeptFactors<ScalarOf<S>> {
   }
 
  private:
-  [[nodiscard]] Outcome make_factors(Rhs& rhs, const Gamma<Scalar>& gamma, const Plain& Y) {
-    has_factors_ = false;
-    const Outcome outcome =
-        system_.factorize(each_mass_entry<S>(rhs.masses(), Y), gamma.force, gamma.drift, rhs.statistics());
-    this->set_factors(outcome == Outcome::success, gamma);
-    return outcome;
-  }
-
   [[no_unique_address]] Only<!analytic, typename TangentSource<S, Rhs, LinearSolver, has_K, has_C>::type> differences_;
   System system_;
   Index n_ = 0;

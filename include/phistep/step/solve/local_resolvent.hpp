@@ -103,7 +103,6 @@ class LocalResolvent : public ResolventDefaults {
   }
   void forget_unsaved() { reset(); }
 
-  /// In: Y = b; `guess` is where the iterations start. Out: Y, and w = Y − b.
   [[nodiscard]] Outcome resolve(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, Plain& Y, const Plain& guess, Rate& psi,
                                 SolveRecord& record, bool /*psi_known*/ = false, SolveTolerance<Plain> allowed = {}) {
     OneRhs one_rhs = bind(rhs);
@@ -145,8 +144,6 @@ class LocalResolvent : public ResolventDefaults {
 
   [[nodiscard]] static bool keeps_factors() { return true; }
   [[nodiscard]] static const char* solver_name() { return "particle by particle"; }
-
-  /// Y − b of the last resolve.
   [[nodiscard]] const auto& increment() const { return increment_; }
 
  private:

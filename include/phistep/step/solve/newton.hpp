@@ -29,9 +29,7 @@ concept NewtonEquation = requires(Equation& F) {
   { F.residual() } -> std::same_as<Outcome>;           // F at the current iterate; non_finite_force where Ψ isn't
   { F.residual_size() } -> std::same_as<double>;       // ‖M⁻¹F‖, for the line search
   { F.residual_is_rounding() } -> std::same_as<bool>;  // no larger than the rounding in its parts
-  {
-    F.residual_is_noise()
-    } -> std::same_as<bool>;  // no larger than rounding in what those are made of, such as stiff springs' positions
+  { F.residual_is_noise() } -> std::same_as<bool>;     // no larger than rounding in what those parts are made of
   { F.has_jacobian() } -> std::same_as<bool>;
   { F.has_factors() } -> std::same_as<bool>;
   { F.refresh() } -> std::same_as<Outcome>;  // W, factorized, its Jacobian made anew if dropped

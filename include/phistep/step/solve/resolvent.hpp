@@ -99,12 +99,10 @@ class NewtonResolvent : public ResolventDefaults {
   }
   /// Forgets also the matrix's pattern: the state after construction.
   void forget_unsaved() {
-    forget();
+    reset();
     matrix_.forget_pattern();
-    if constexpr (is_checked) check_.begin();
   }
 
-  /// In: Y = b; `guess` is where the iteration starts (its solved blocks count). Out: Y, and w = Y − b.
   /// @param psi_known  psi holds Ψ at the start of the iteration already
   /// @param allowed  of a controlled run: says how well to solve, unless the options do
   [[nodiscard]] Outcome resolve(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, Plain& Y, const Plain& guess, Rate& psi,
@@ -146,12 +144,9 @@ class NewtonResolvent : public ResolventDefaults {
   /// W is M to a half: an iteration with it converges for what it is, and a filter by it hides nothing.
   [[nodiscard]] bool is_mild() const {
     const double largest = matrix_.magnitude();
-    return has_unit_masses<typename Rhs::Masses> && largest > 0 && largest < 1.5;
+    return Rhs::MassTypes::are_ones && largest > 0 && largest < 1.5;
   }
-  /// Y − b of the last resolve.
   [[nodiscard]] const auto& increment() const { return increment_.w; }
-
-  /// How the linear equations inside are solved.
   [[nodiscard]] const char* solver_name() const { return matrix_.name(); }
   [[nodiscard]] static bool keeps_factors() { return true; }
 
@@ -288,11 +283,11 @@ concept Resolves = requires(Resolvent& one, Rhs& rhs, const Gamma<ScalarOf<S>>& 
                             const PlainState<S>& guess, RateOf<S>& psi, SolveRecord& record) {
   {
     one.resolve(rhs, gamma, t, Y, guess, psi, record, false, SolveTolerance<PlainState<S>>{})
-    } -> std::same_as<Outcome>;
+    } -> std::same_as<Outcome>;                     // in: Y = b; an iteration starts from the guess's solved blocks
   { one.filter(rhs, Y) } -> std::same_as<Outcome>;  // of an error estimate, with the last resolve's matrix
   { one.increment() } -> std::convertible_to<typename UnknownsOf<S>::type>;  // Y − b of the last resolve
-  { one.keeps_factors() } -> std::same_as<bool>;  // whether a constant Δt spares factorizations
-  { one.solver_name() } -> std::same_as<const char*>;
+  { one.keeps_factors() } -> std::same_as<bool>;       // whether a constant Δt spares factorizations
+  { one.solver_name() } -> std::same_as<const char*>;  // how the linear equations inside are solved
   one.resize(guess, rhs);
   one.forget();  // what solves have left
   one.reset();   // forgets also what was found out about the force

@@ -57,10 +57,9 @@ struct Trace {
   using Scalar = ScalarOf<Plain>;
 
   // Written by the controller before the step.
-  Plain weight;     ///< 1/(atol + rtol |y|): what a component's error is multiplied by
-  double rtol = 0;  ///< the one in `weight`
-  double newton_target =
-      0;  ///< weighted RMS size of the error that an implicit solve may leave; 0: its own options rule
+  Plain weight;                  ///< 1/(atol + rtol |y|): what a component's error is multiplied by
+  double rtol = 0;               ///< the one in `weight`
+  double newton_target = 0;      ///< weighted RMS of the error that an implicit solve may leave; 0: its options rule
   const Plain* usual = nullptr;  ///< usual sizes of components, for differences; null: those that the weights give
   bool has_unsized = false;      ///< components whose weight is 0 are measured by what they become
   bool wants_dense = false;      ///< dense output is read: keep what interpolate() needs
@@ -180,10 +179,6 @@ class Judge {
   double (*allowed_)(void*) = nullptr;
   double (*size_)(void*, const Plain&, const Plain&, const Plain&) = nullptr;
   double (*size_of_error_)(void*, const Plain&, const Plain&, const Trace<Plain>&) = nullptr;
-};
-/// Accepts every step.
-struct AcceptsAll {
-  bool operator()(const auto&... /*any*/) const { return true; }
 };
 
 /// Δt³/12 y‴, the trapezoidal rule's y⁺ − y(t+Δt), times a factor, as an expression. y‴ is the second difference of three

@@ -48,7 +48,8 @@ class Transaction {
   /// A step begins: success, or why it can't.
   [[nodiscard]] Outcome open(Scalar t, Scalar dt) {
     record_.begin();
-    return check(t, dt);
+    if (!(std::isfinite(dt) && std::isfinite(t)) || dt == Scalar{0}) return Outcome::invalid_step;
+    return t + dt == t ? Outcome::step_too_small : Outcome::success;
   }
   /// A step that did not begin.
   StepReport refuse(Rhs& rhs, Outcome why, Scalar t, Scalar dt) { return fail(rhs, why, t, dt, next_, next_, psi_); }
@@ -153,11 +154,6 @@ class Transaction {
   /// theirs, for all that the compiler knows.
   using Masses = std::conditional_t<in_registers && std::is_trivially_copy_constructible_v<typename Rhs::Masses>,
                                     const typename Rhs::Masses, const typename Rhs::Masses&>;
-
-  [[nodiscard]] static Outcome check(Scalar t, Scalar dt) {
-    if (!(std::isfinite(dt) && std::isfinite(t)) || dt == Scalar{0}) return Outcome::invalid_step;
-    return t + dt == t ? Outcome::step_too_small : Outcome::success;
-  }
 
   [[nodiscard]] const Plain& read(S& state) {
     if constexpr (ShowsTrials<S>) {
