@@ -338,6 +338,29 @@ TEST_CASE("high modes die out where the step changes to and fro, fivefold as wel
     }
 }
 
+TEST_CASE("order 2 where the step grows threefold and tenfold, to and fro") {
+  using V = Eigen::Matrix<double, 1, 1>;
+  const auto error = [](double rho, double ratio, int pairs) {
+    Motion<V> y{V(1), V(0)};
+    PhiStepper stepper{y, [](const V& r) -> V { return -4 * r; }, generalized_alpha(rho)};
+    const double h = 2 / (pairs * (1 + ratio));
+    double t = 0;
+    for (int k = 0; k < 2 * pairs; ++k) {
+      const double dt = k % 2 == 0 ? h : ratio * h;
+      problems::step(stepper, y, t, dt);
+      t += dt;
+    }
+    return std::hypot(y.r[0] - std::cos(4.0), y.v[0] / 2 + std::sin(4.0));
+  };
+  for (const double rho : {0.0, 0.5, 0.8})
+    for (const double ratio : {3.0, 10.0}) {
+      const double order = std::log2(error(rho, ratio, 100) / error(rho, ratio, 200));
+      CAPTURE(rho, ratio, order);
+      CHECK(order >= 1.9);
+      CHECK(order <= 2.1);
+    }
+}
+
 TEST_CASE("the estimate tends to the error of a step, where steps are equal") {
   const auto misjudged_after = [](auto scheme, double h) {
     const double t = 0.3;

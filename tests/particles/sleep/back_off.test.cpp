@@ -175,19 +175,20 @@ TEST_CASE("a term that changes with time by itself wakes those that it pushes ot
     CHECK(y.v.row(0).head(10).minCoeff() >= 0.1 - options.every * dt - 1e-12);
     CHECK(y.v.row(0).head(10).maxCoeff() <= 0.1 + 1e-12);
   }
+}
 
-  TEST_CASE("who came later doesn't sleep through a push any longer than who was there from the start") {
-    constexpr SleepOptions often{.speed = 1e-3, .steps = 20, .every = 5};
-    Points points{Eigen::Matrix2Xd::Zero(2, 1)};
-    points.set_still({1});
-    Sleeping stepper{PhiStepper{points, Gravity{Eigen::Vector2d{1e-4, 0}}, symplectic_euler}, often};
-    int done = 0;
-    const auto run = [&](int steps) {
-      for (const int end = done + steps; done < end; ++done) REQUIRE(stepper.step(points, 0.01 * done, 0.01));
-    };
-    run(10'000);
-    points.add(Points{Eigen::Matrix2Xd::Constant(2, 1, 5)}.set_still({0}));
-    run(20'000);
-    CHECK(stepper.report().fell_asleep > 0);
-    CHECK(std::abs(points.v(0, 1) - 0.02) < 1e-5);
-  }
+TEST_CASE("who came later doesn't sleep through a push any longer than who was there from the start") {
+  constexpr SleepOptions often{.speed = 1e-3, .steps = 20, .every = 5};
+  Points points{Eigen::Matrix2Xd::Zero(2, 1)};
+  points.set_still({1});
+  Sleeping stepper{PhiStepper{points, Gravity{Eigen::Vector2d{1e-4, 0}}, symplectic_euler}, often};
+  int done = 0;
+  const auto run = [&](int steps) {
+    for (const int end = done + steps; done < end; ++done) REQUIRE(stepper.step(points, 0.01 * done, 0.01));
+  };
+  run(10'000);
+  points.add(Points{Eigen::Matrix2Xd::Constant(2, 1, 5)}.set_still({0}));
+  run(20'000);
+  CHECK(stepper.report().fell_asleep > 0);
+  CHECK(std::abs(points.v(0, 1) - 0.02) < 1e-5);
+}

@@ -9,7 +9,7 @@
 /// stepper().force() and reset() wake all, and so does any change where the whole scene sleeps, which makes a step nothing at all.
 /// Where more than nine tenths of the bodies would stay awake (six tenths, if the set changes at every step), none is put to sleep. If
 /// that shows only after some have fallen asleep, all wake, and the next attempt comes later the fewer could sleep. Terms that may change
-/// with time by themselves (uses_time, without a memory) are evaluated for all once in `every` steps, to see whom they push otherwise.
+/// with time by themselves (uses_time, without a memory) are evaluated for all once in `every` steps, to see which they push otherwise.
 #pragma once
 
 #include <cmath>
