@@ -60,14 +60,14 @@ class SparseLu {
   [[nodiscard]] Eigen::ComputationInfo info() const { return is_planned_ ? Eigen::Success : Eigen::NumericalIssue; }
   /// x ← W⁻¹ x
   void solve_in_place(auto&& x) {
-    for (std::size_t k = 0; k < x_.size(); ++k) x_[k] = x.data()[row_[k]];
+    for (std::size_t k = 0; k < x_.size(); ++k) x_[k] = x[row_[k]];
     for (std::size_t k = 0; k < x_.size();)
       k += subtract_some(k, x_.size(), [this](std::size_t c) -> const Number& { return x_[c]; });
     for (std::size_t k = x_.size(); k-- > 0;) {
       x_[k] = x_[k] * inverse_pivot_[k];
       U_.subtract(k, x_[k], x_);
     }
-    for (std::size_t k = 0; k < x_.size(); ++k) x.data()[column_[k]] = x_[k];
+    for (std::size_t k = 0; k < x_.size(); ++k) x[column_[k]] = x_[k];
     std::fill(x_.begin(), x_.end(), Number{});
   }
   /// Entries of L and U, diagonals aside.
