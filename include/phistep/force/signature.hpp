@@ -179,9 +179,9 @@ struct ForceTraits {
     int named = 0;
     if constexpr (requires { int{F::block}; }) named = F::block;
     if constexpr (MotionLike<View> && requires { requires F::structure == Structure::network; }) {
-      using Positions = FirstOf<View>;
-      constexpr int rows = Positions::RowsAtCompileTime;
-      if (named == 0 && rows > 0 && !Positions::IsVectorAtCompileTime && !Positions::IsRowMajor) named = rows;
+      using FirstBlock = FirstOf<View>;
+      constexpr int rows = FirstBlock::RowsAtCompileTime;
+      if (named == 0 && rows > 0 && !FirstBlock::IsVectorAtCompileTime && !FirstBlock::IsRowMajor) named = rows;
     }
     return named;
   }();
