@@ -120,10 +120,10 @@ class EnergyLedger : public EnergyBooksOf<Stepper> {
   void operator()(const Step& step) {
     if (!books_.begun) begin(step.t0(), step.start());
     else if (!same_shape<S>(end_, step.start()) || !equal_blocks<S>(end_, step.start()) || !same_time(step.t0()))
-      book_edit(step.t0(), step.start());
+      book_change(books_.edits, step.t0(), step.start());
     Scalar t0 = step.t0(), t1 = step.t1();
     if constexpr (requires { step.inside(t0); }) t0 = step.inside(t0), t1 = step.inside(t1);
-    if (t0 != step.t0()) book_jump(t0, step.start());
+    if (t0 != step.t0()) book_change(books_.external, t0, step.start());  // the force may have jumped there
     if (!books_.known) evaluate_start(t0, step.start());
     const Plain* middle = nullptr;
     if constexpr (requires { step.middle(); }) middle = step.middle();
@@ -183,21 +183,15 @@ class EnergyLedger : public EnergyBooksOf<Stepper> {
     books_.t = t;
   }
   [[nodiscard]] Energy potential_at(Scalar t, const Plain& y) { return static_cast<Energy>(force_.potential(t, y)); }
-  void book_edit(Scalar t, const Plain& y) {
+  /// What E changed by between two steps goes to that account.
+  void book_change(auto& account, Scalar t, const Plain& y) {
     const Energy before = energy();
     if (!same_shape<S>(end_, y)) copy_blocks<S>(end_, y), allocate();
     look(t, y);
-    books_.edits.add(energy() - before);
+    account.add(energy() - before);
     books_.known = false;
   }
 
-  /// The force may have jumped where the step starts: what its energy did there, it did from outside.
-  void book_jump(Scalar t, const Plain& y) {
-    const Energy before = energy();
-    look(t, y);
-    books_.external.add(energy() - before);
-    books_.known = false;
-  }
   void evaluate_start(Scalar t, const Plain& y) {
     if constexpr (balance == EnergyBalance::rest)
       if (force_.is_conservative()) return;
