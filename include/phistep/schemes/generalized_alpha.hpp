@@ -239,9 +239,9 @@ class SchemeOn<Scheme, S> : public SchemeDefaults {
         return Outcome::non_finite_force;
       }
     }
-    const Scalar most = Eq::is_traced ? 10 : 2, ratio = eq.dt / now_.dt, moved = std::clamp(ratio, -most, most);
-    if (goes_on && w_.lag() != 0 && (Eq::is_traced || moved == ratio)) {
+    if (goes_on && w_.lag() != 0 && (Eq::is_traced || std::abs(eq.dt) <= 2 * std::abs(now_.dt))) {
       used_ = w_;
+      const Scalar most = 10, ratio = eq.dt / now_.dt, moved = std::clamp(ratio, -most, most);
       missing_ = static_cast<double>((ratio - moved) / ratio);
       assign_rate<S>(next_.a, in_rate<S>(now_.a) - (w(w_.lag()) * (moved - 1)) * in_rate<S>(now_.change));
     } else {
