@@ -53,16 +53,19 @@ template <class Scalar>
 }
 
 /// resize(n, ℓ, u), fill column(j), factorize(), solve_in_place(x). Allocates in resize only.
-template <class Number>
+/// @tparam few  the rows of a full matrix, where there are so few that loops of known length are shorter
+template <class Number, int few = Eigen::Dynamic>
 class BandedLu {
+  static constexpr bool is_few = few != Eigen::Dynamic;
+
  public:
   using Index = Eigen::Index;
 
   void resize(Index n, Index lower, Index upper) { reserve(n, lower, upper, 2 * lower + upper + 1, lower + upper); }
   /// A full matrix, with no room beside it: its columns follow one another.
   void resize(Index n) { reserve(n, n - 1, n - 1, n + 1, 0); }
-  [[nodiscard]] Index rows() const { return n_; }
-  [[nodiscard]] Index lower() const { return lower_; }
+  [[nodiscard]] Index rows() const { return is_few ? few : n_; }
+  [[nodiscard]] Index lower() const { return is_few ? few - 1 : lower_; }
   [[nodiscard]] Index upper() const { return upper_; }
 
   /// All entries to zero, those that pivoting filled too.
@@ -79,14 +82,15 @@ class BandedLu {
 
   /// False where a pivot is zero or not finite. The factors overwrite the matrix, reciprocals the pivots.
   [[nodiscard]] bool factorize() {
+    const Index n = this->rows(), lower = this->lower(), stride = is_few ? few + 1 : stride_;
     width_ = 0;
     interchanged_ = false;
     Index last = 0;  // the last column that a pivot row reaches
-    for (Index k = 0; k < n_; ++k) {
+    for (Index k = 0; k < n; ++k) {
       Number* const below = column(k);
-      const Index rows = std::min(lower_, n_ - 1 - k);
+      const Index rows = std::min(lower, n - 1 - k);
       const Index pivot = pivot_row(below, rows + 1);
-      last = std::max(last, std::min(k + pivot + upper_, n_ - 1));
+      last = std::max(last, std::min(k + pivot + upper_, n - 1));
       width_ = std::max(width_, last - k);
       Number inverse = below[pivot];
       if (!invert(inverse)) return false;  // a NaN that lost every comparison is below[0]
@@ -94,13 +98,13 @@ class BandedLu {
       interchanged_ = interchanged_ || pivot != 0;
       if (pivot != 0)
         for (Index c = 0; c <= last - k; ++c) {
-          Number* const entry = below + c * (stride_ - 1);
+          Number* const entry = below + c * (stride - 1);
           std::swap(entry[0], entry[pivot]);
         }
       below[0] = inverse;
       for (Index d = 1; d <= rows; ++d) below[d] = below[d] * inverse;
       for (Index c = 1; c <= last - k; ++c) {
-        Number* const entry = below + c * (stride_ - 1);
+        Number* const entry = below + c * (stride - 1);
         const Number above = entry[0];
         if (is_known_zero(above)) continue;
         subtract_multiple(entry + 1, below + 1, rows, above);
@@ -112,20 +116,21 @@ class BandedLu {
   /// x ← W⁻¹ x
   void solve_in_place(auto&& vector) const {
     Number* const x = vector.data();
-    if (!interchanged_ && lower_ == 1 && width_ == 1) return solve_narrow<1>(x);
-    if (!interchanged_ && lower_ == 2 && width_ == 2) return solve_narrow<2>(x);
-    for (Index k = 0; k < n_; ++k) {
+    const Index n = this->rows(), lower = this->lower(), width = is_few ? few - 1 : width_;
+    if (!is_few && !interchanged_ && lower == 1 && width == 1) return solve_narrow<1>(x);
+    if (!is_few && !interchanged_ && lower == 2 && width == 2) return solve_narrow<2>(x);
+    for (Index k = 0; k < n; ++k) {
       const Index pivot = pivot_[static_cast<std::size_t>(k)];
       if (pivot != 0) std::swap(x[k], x[k + pivot]);
       const Number* const below = column(k);
-      const Index rows = std::min(lower_, n_ - 1 - k);
+      const Index rows = std::min(lower, n - 1 - k);
       const Number now = x[k];
       for (Index d = 1; d <= rows; ++d) subtract_product(x[k + d], below[d], now);
     }
-    for (Index k = n_ - 1; k >= 0; --k) {
+    for (Index k = n - 1; k >= 0; --k) {
       const Number* const above = column(k);
       const Number now = x[k] = x[k] * above[0];
-      const Index rows = std::min(width_, k);
+      const Index rows = std::min(width, k);
       for (Index d = 1; d <= rows; ++d) subtract_product(x[k - d], above[-d], now);
     }
   }

@@ -121,7 +121,7 @@ class LaneSystem<kind, facts, Scalar, lanes> {
     if (lower != lu_.lower() || upper != lu_.upper()) lu_.resize(lu_.rows(), lower, upper);
   }
 
-  BandedLu<Number> lu_;
+  BandedLu<Number, is_full && 0 < facts.n && facts.n <= 8 ? facts.n : Eigen::Dynamic> lu_;
 };
 
 }}  // namespace phistep::PHISTEP_ABI

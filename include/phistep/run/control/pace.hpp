@@ -94,8 +94,15 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
     if (norm_.is_automatic()) norm_.automatic().begin_try(dt);
     trace_.proposed = 0;
     // Without a scale for each component, a solve's own error can't be weighed: then to rounding.
-    if (!reads_weights_) norm_.remember(y);
-    else trace_.newton_target = norm_.weigh(y, trace_.weight) ? newton_share * allowed_ / norm_.spread(y) : 0;
+    trace_.weighs_most = false;
+    if (!reads_weights_) {
+      norm_.remember(y);
+    } else {
+      const bool weighs_all = norm_.weigh(y, trace_.weight);
+      const double spread = norm_.spread(y);
+      trace_.newton_target = weighs_all ? newton_share * allowed_ / spread : 0;
+      trace_.weighs_most = weighs_all && spread == 1 && !norm_.is_automatic();
+    }
     trace_.usual = nullptr;
     if constexpr (knows_rounding)
       if (reads_weights_ && norm_.is_automatic()) {

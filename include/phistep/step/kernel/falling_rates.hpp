@@ -66,18 +66,19 @@ class FallingRates {
   [[nodiscard]] Outcome see(auto& eq, const Gamma<Scalar>& gamma, double allowed, bool knows_beside) {
     Plain& e = eq.trace.error;
     const auto size = [&eq](const Plain& x) { return eq.size_of(x, eq.next); };
-    const double filtered = size(e);
-    // What is smaller does no harm.
-    const double least = std::max(0.1 * allowed, filtered);
-    if (!(filtered <= allowed && size(unfiltered_) > 2 * least)) return Outcome::success;
+    // What is smaller than `least` does no harm.
+    const double hidden = eq.size_at_most(unfiltered_);
+    if (!(hidden > 0.2 * allowed)) return Outcome::success;
+    const double filtered = size(e), least = std::max(0.1 * allowed, filtered);
+    if (!(filtered <= allowed && hidden > 2 * least)) return Outcome::success;
     if (knows_beside) beside_ = eq.psi;
     if (const Outcome bad = eq.reach_end(); failed(bad)) return bad;
     end_ = eq.psi;
-    p_ = e;
     if (knows_beside) p_changes(eq, gamma, beside_, end_);
     else if (!is_known_at(eq, gamma, e)) return Outcome::success;
     else p_changes(eq, gamma, end_, beside_);
     add_solved<S>(p_, in<S>(unfiltered_) - in<S>(e));
+    if (!(eq.size_at_most(p_) > least)) return Outcome::success;
     const double most = size(p_);  // ‖W₀p‖
     if (!(most > least)) return Outcome::success;
     moved_ = unfiltered_ = p_;
@@ -112,7 +113,7 @@ class FallingRates {
   }
   /// p = γ M⁻¹(to − from)
   void p_changes(auto& eq, const Gamma<Scalar>& gamma, const Rate& from, const Rate& to) {
-    set_zero(Blocks<S>::all(p_));
+    if constexpr (Blocks<S>::drifts) position_of<S>(p_).setZero();
     assign_solved<S>(p_, gamma.force * (in_rate<S>(to) - in_rate<S>(from)));
     static_cast<void>(divide_by_mass(Blocks<S>::solved(p_), eq.rhs().masses()));
   }

@@ -172,6 +172,8 @@ struct TracedEquation : Eq {
   }
   /// ‖x‖ in units of the tolerance, of what a state between y and y1 is off
   [[nodiscard]] double size_of(const Plain& x, const Plain& y1) const { return judge.size(x, y, y1, trace); }
+  /// No less than that of what next is off, for less work
+  [[nodiscard]] double size_at_most(const Plain& x) const { return judge.size_at_most(x, y, next, trace); }
   /// The size of the step's own estimate, trace.error, likewise, for schemes that judge their steps themselves
   [[nodiscard]] double size_of_error() const { return judge.size_of_error(y, next, trace); }
   /// Completes trace.start where it is M⁻¹Ψ of a singular M.

@@ -61,6 +61,7 @@ struct Trace {
   double rtol = 0;               ///< the one in `weight`
   double newton_target = 0;      ///< weighted RMS of the error that an implicit solve may leave; 0: its options rule
   const Plain* usual = nullptr;  ///< usual sizes of components, for differences; null: those that the weights give
+  bool weighs_most = false;      ///< by these weights no error is less than the run finds it
   bool has_unsized = false;      ///< components whose weight is 0 are measured by what they become
   bool wants_dense = false;      ///< dense output is read: keep what interpolate() needs
   bool asks_end = false;         ///< the step ends where the run does, or stops: Ψ there is asked in any case
@@ -168,6 +169,10 @@ class Judge {
   [[nodiscard]] double allowed() const { return allowed_(law_); }
   [[nodiscard]] double size(const Plain& x, const Plain& y, const Plain& next, const Trace<Plain>& trace) const {
     return has_sizes() ? size_(law_, x, y, next) : weighted_rms(x, trace.weight);
+  }
+  [[nodiscard]] double size_at_most(const Plain& x, const Plain& y, const Plain& next,
+                                    const Trace<Plain>& trace) const {
+    return trace.weighs_most ? weighted_rms(x, trace.weight) : size(x, y, next, trace);
   }
   [[nodiscard]] double size_of_error(const Plain& y, const Plain& next, const Trace<Plain>& trace) const {
     return has_sizes() ? size_of_error_(law_, y, next, trace) : weighted_rms(trace.error, trace.weight);
