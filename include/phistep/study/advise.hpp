@@ -20,6 +20,7 @@
 
 #include "phistep/base/facts/structure.hpp"
 #include "phistep/base/state/blocks.hpp"
+#include "phistep/embed/number_parts.hpp"
 #include "phistep/force/signature.hpp"
 #include "phistep/run/choice/automatic_stepper.hpp"
 #include "phistep/run/choice/scheme_set.hpp"
@@ -152,8 +153,9 @@ template <State S, class F, class MassSpec = UnitMasses>
         "rodas4p2");
   AdvisedProblem scene = SchemesFor<S, F, MassSpec>::scene(y, wanted.rtol);
   Stiffness stiffness;
-  if constexpr (!SchemesFor<Plain, F, MassSpec>::Rhs::has_history) try {
-      const Stiffness found = begin_automatic_run(y, unwrap(force), span, wanted, scene, mass);
+  if constexpr (!SchemesFor<S, F, MassSpec>::Rhs::has_history) try {
+      auto&& stepped = as_stepped<S>(unwrap(force));
+      const Stiffness found = begin_automatic_run(y, stepped, span, wanted, scene, mass);
       stiffness = found;               // g++ 12 would build it in place, and leave half of it where the force throws
     } catch (const std::exception&) {  // the force threw: then nothing is known of its stiffness
     }

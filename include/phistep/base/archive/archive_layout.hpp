@@ -46,12 +46,12 @@ class Archive {
     [[maybe_unused]] const auto paused = self().pause();
     pass<fixed>(name, x);
   }
-  /// A state keeps its shape. Arrays of a code are written in the order of its particles.
+  /// A state keeps its shape. Views are gathered: arrays of a code in the order of its particles.
   template <class T>
   void state(std::string_view name, T& x) {
     using S = std::remove_const_t<T>;
     [[maybe_unused]] const auto paused = self().pause();
-    if constexpr (Self::reading || ShowsTrials<S>) {
+    if constexpr (Self::reading || !std::is_same_v<S, PlainState<S>>) {
       PlainState<S> copy;
       copy_blocks<S>(copy, x);
       pass<true>(name, copy);

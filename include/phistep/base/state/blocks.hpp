@@ -109,7 +109,7 @@ template <class S>
 struct Blocks;
 
 template <class S>
-  requires(EigenDense<S> || FieldBlock<S>)
+  requires(FieldBlock<S> || (EigenDense<S> && std::is_floating_point_v<typename S::Scalar>))
 struct Blocks<S> {
   using Scalar = typename S::Scalar;
   using Plain = typename S::PlainObject;
@@ -164,9 +164,9 @@ struct Blocks<S> {
   }
 };
 
-/// It would be a state but for its numbers: complex ones, integers, those of automatic differentiation.
+/// It would be a state but for its numbers, which are no reals, nor made of them (embed/number_parts.hpp).
 template <class S>
-inline constexpr bool has_other_numbers = false;
+inline constexpr bool has_other_numbers = EigenDense<S>;
 template <class S>
   requires requires { typename Blocks<S>::Scalar; }
 inline constexpr bool has_other_numbers<S> = !std::is_floating_point_v<typename Blocks<S>::Scalar>;
@@ -190,8 +190,8 @@ template <bool is_state, class S>
 struct StateRefusal : Refuses {
   static_assert(
       is_state || !has_other_numbers<S>,
-      "phistep: the state's numbers must be float, double or long double. A complex state is a real one of twice "
-      "its length, its real parts before its imaginary ones; a derivative by a parameter is a second block");
+      "phistep: the state's numbers must be float, double or long double; in a vector, a matrix or a Motion of them "
+      "also std::complex of these, or AutoDiffScalar with a fixed number of derivatives");
   static_assert(
       is_state || has_other_numbers<S>,
       "phistep: the state must be an Eigen vector or matrix that can be changed, a Map of your array "
@@ -350,6 +350,13 @@ template <State S>
     copy_blocks<S>(numbers, state);
     return numbers;
   }
+}
+
+/// A plain state as forces, events and observers see it.
+template <State S>
+[[nodiscard]] decltype(auto) shown(const PlainState<S>& y) {
+  if constexpr (requires { Blocks<S>::shown(y); }) return Blocks<S>::shown(y);
+  else return (y);
 }
 
 /// Makes `next` the state: by swapping buffers where the state owns dynamic ones, else by copying.

@@ -178,7 +178,7 @@ class ActiveStepper {
 template <State S, class F, class MassSpec>
 struct SchemesFor {
   using Masses = decltype(bind_masses<S>(std::declval<const MassSpec&>(), std::declval<const PlainState<S>&>()));
-  using Rhs = RightHandSide<S, F, Masses>;
+  using Rhs = RightHandSide<S, typename SteppedForce<S, F>::type, Masses>;
   static constexpr bool is_network = Rhs::Traits::structure == Structure::network && !Rhs::has_matrix_mass,
                         is_nystrom = Rhs::drifts && !Rhs::couples_unknowns,
                         is_field = (Rhs::Traits::has_jacobian || Rhs::Traits::has_pattern) &&

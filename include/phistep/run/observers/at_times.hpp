@@ -218,7 +218,8 @@ class Sampled {
         marks_.skip(step.t0());
         continue;
       }
-      if (!goes_on(f_, *mark, step.at(*mark))) return false;
+      const auto& y = step.at(*mark);
+      if (!goes_on(f_, *mark, y)) return false;
     }
     return true;
   }

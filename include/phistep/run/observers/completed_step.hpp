@@ -51,18 +51,18 @@ class CompletedStep {
     at_ = [](void* self, Scalar t) -> const Plain& { return static_cast<Inside*>(self)->at(t); };
   }
 
-  [[nodiscard]] Scalar t0() const { return t0_; }              ///< [time]
-  [[nodiscard]] Scalar t1() const { return t1_; }              ///< [time]
-  [[nodiscard]] Scalar dt() const { return dt_; }              ///< [time] nominal: t1 − t0 differs in its last bits
-  [[nodiscard]] const Plain& start() const { return start_; }  ///< the state at t0, after all edits
-  [[nodiscard]] const Plain& end() const { return end_; }      ///< the state at t1, before any edit
+  [[nodiscard]] Scalar t0() const { return t0_; }  ///< [time]
+  [[nodiscard]] Scalar t1() const { return t1_; }  ///< [time]
+  [[nodiscard]] Scalar dt() const { return dt_; }  ///< [time] nominal: t1 − t0 differs in its last bits
+  [[nodiscard]] decltype(auto) start() const { return shown<S>(start_); }  ///< the state at t0, after all edits
+  [[nodiscard]] decltype(auto) end() const { return shown<S>(end_); }      ///< the state at t1, before any edit
   /// The state at t0 ≤ t ≤ t1, to the accuracy of the step: interpolated where that is known to be as good, else by a step
   /// really done from t0 to t, which the run doesn't notice. Valid until the next call.
-  [[nodiscard]] const Plain& at(Scalar t) const {
+  [[nodiscard]] decltype(auto) at(Scalar t) const {
     static_assert(
         has_inside,
         "phistep: to look inside its steps, a stepper must be copyable: give it the force as std::ref(force)");
-    return t == t1_ ? end_ : at_(inside_, t);
+    return shown<S>(t == t1_ ? end_ : at_(inside_, t));
   }
   /// The state at t0 + dt/2 where two steps of half the length led from start to end, else null.
   [[nodiscard]] const Plain* middle() const { return middle_; }

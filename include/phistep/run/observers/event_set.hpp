@@ -230,8 +230,9 @@ class EventSet {
     }
     (std::make_index_sequence<size>{});
   }
-  [[nodiscard]] static Scalar value_of(auto& event, Scalar t, const Plain& y) {
-    return same_on_ranks(y, [&] { return event.value(t, y); });
+  [[nodiscard]] static Scalar value_of(auto& event, Scalar t, const auto& y) {
+    if constexpr (!std::is_same_v<std::remove_cvref_t<decltype(y)>, Plain>) return event.value(t, y);
+    else return same_on_ranks(y, [&] { return event.value(t, shown<S>(y)); });
   }
   /// g has passed zero, or stands there: the next step would find no sign to come from.
   [[nodiscard]] static bool passed(int from, Scalar g, const auto& event) {

@@ -15,6 +15,7 @@
 #include "phistep/base/machine/memory.hpp"
 #include "phistep/base/state/active_set.hpp"
 #include "phistep/base/state/blocks.hpp"
+#include "phistep/embed/number_parts.hpp"
 #include "phistep/force/at.hpp"
 #include "phistep/linear/network/network_system.hpp"
 #include "phistep/run/control/fixed_step.hpp"
@@ -38,7 +39,10 @@ template <class S, class F, class Scheme, class MassSpec = UnitMasses, ImplicitS
 class PhiStepper {
   using Masses = decltype(bind_masses<S>(std::declval<const MassSpec&>(), std::declval<const PlainState<S>&>()));
   static constexpr bool split = is_split<Unwrapped<F>, Scheme>;
-  using Rhs = RightHandSide<S, F, Masses, split>;
+  using Force = typename SteppedForce<S, F>::type;
+  static_assert(!split || std::is_same_v<Force, F>,
+                "phistep: no term of a force of complex or other numbers can stand apart from the others");
+  using Rhs = RightHandSide<S, Force, Masses, split>;
   using Traits = typename Rhs::Traits;
   /// The class whose step() takes the steps: SchemeOn<Scheme, S> (for φ-methods in schemes/phi.hpp), or with kicks around it KickScheme.
   using Working = TextAtWork<Scheme, S, Rhs, split>;

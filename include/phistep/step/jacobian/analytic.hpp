@@ -41,10 +41,10 @@ void add_jacobian(F& force, Scalar t, const View& y, const Memory& memory, Index
       return;
     } else if constexpr (Traits::returns_jacobian) {
       const auto& jacobian = call_jacobian<Traits::arity>(force, y, t);
-      const auto to_position = [&sink](Index i, Index j, Scalar x) { sink.position(i, j, x); };
-      const auto to_velocity = [&sink](Index i, Index j, Scalar x) { sink.velocity(i, j, x); };
+      const auto to_position = [&sink](Index i, Index j, const auto& x) { sink.position(i, j, x); };
+      const auto to_velocity = [&sink](Index i, Index j, const auto& x) { sink.velocity(i, j, x); };
       if constexpr (FirstOrderLike<View>) {
-        for_each_entry<static_n>(jacobian, n, [&sink](Index i, Index j, Scalar x) { sink.rate(i, j, x); });
+        for_each_entry<static_n>(jacobian, n, [&sink](Index i, Index j, const auto& x) { sink.rate(i, j, x); });
       } else if constexpr (Traits::arity == 1) {
         for_each_entry<static_n>(jacobian, n, to_position);
       } else {

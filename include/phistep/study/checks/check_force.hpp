@@ -26,6 +26,7 @@
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/reductions.hpp"
 #include "phistep/base/state/unknowns.hpp"
+#include "phistep/embed/number_parts.hpp"
 #include "phistep/force/evaluate.hpp"
 #include "phistep/force/signature.hpp"
 #include "phistep/step/jacobian/analytic.hpp"
@@ -68,7 +69,8 @@ template <State S, class F>
 [[nodiscard]] auto check_force(F&& force_given, const S& state, ScalarOf<S> t = 0) {
   using Scalar = ScalarOf<S>;
   using Rate = RateOf<S>;
-  auto&& force = changeable(unwrap(force_given));
+  auto&& its_own = changeable(unwrap(force_given));
+  auto&& force = as_stepped<S>(its_own);
   using Force = std::remove_cvref_t<decltype(force)>;
   PlainState<S> y;
   copy_blocks<S>(y, state);
@@ -145,7 +147,8 @@ template <State S, class F>
   using Rate = RateOf<S>;
   Plain y;
   copy_blocks<S>(y, state);
-  auto&& force = changeable(unwrap(force_given));
+  auto&& its_own = changeable(unwrap(force_given));
+  auto&& force = as_stepped<S>(its_own);
   using Force = std::remove_cvref_t<decltype(force)>;
   const auto masses = bind_masses<S>(UnitMasses{}, y);
   using View = std::remove_cvref_t<decltype(Blocks<S>::view(y, masses))>;

@@ -1,10 +1,10 @@
-// expect: must be float, double or long double. A complex state is a real one of twice its length
+// expect: the state's numbers must be float, double or long double
 // lines: 12
 #include <phistep/phistep.hpp>
 
 int main() {
 #ifdef MUST_FAIL
-  using Vector = Eigen::VectorXcd;
+  using Vector = Eigen::VectorXi;
 #else
   using Vector = Eigen::VectorXd;
 #endif
