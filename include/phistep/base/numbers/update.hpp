@@ -109,11 +109,11 @@ template <class Witness, class Kernel, class Scalar, class... Scalars>
 }
 #endif
 
-/// to[i] = kernel's outputs for first ≤ i < end. They pass through locals, so that a kernel may write one output before it
-/// reads an input of the same i, though both be one array.
+/// to[i] = kernel's outputs for first ≤ i < end, one by one. They pass through locals, so that a kernel may write one output
+/// before it reads an input of the same i, though both be one array.
 template <class Witness, class Kernel, class Scalar, std::same_as<Scalar>... Scalars>
-Witness fill(std::ptrdiff_t first, std::ptrdiff_t end, Kernel kernel, Scalar* to, Scalars*... more) {
-  Witness witness;
+[[gnu::always_inline]] inline void fill_numbers(std::ptrdiff_t first, std::ptrdiff_t end, const Kernel& kernel,
+                                                Witness& witness, Scalar* to, Scalars*... more) {
   const auto one = [&](std::ptrdiff_t i, Scalar x, Scalars... y) {
     kernel(i, x, y...);
     to[i] = x;
@@ -121,8 +121,20 @@ Witness fill(std::ptrdiff_t first, std::ptrdiff_t end, Kernel kernel, Scalar* to
     witness.see(x);
     (witness.see(y), ...);
   };
+  if constexpr (sizeof(Scalar) == 4 || sizeof(Scalar) == 8) {
+    PHISTEP_DETAIL_ELEMENTWISE
+    for (std::ptrdiff_t i = first; i < end; ++i) one(i, Scalar{}, Scalars{}...);
+  } else {  // no registers hold several long doubles
+    for (std::ptrdiff_t i = first; i < end; ++i) one(i, Scalar{}, Scalars{}...);
+  }
+}
+
+/// The same in packets where that helps, by a kernel of its own, whose places no store of the loop can change.
+template <class Witness, class Kernel, class Scalar, std::same_as<Scalar>... Scalars>
+Witness fill(std::ptrdiff_t first, std::ptrdiff_t end, const Kernel kernel, Scalar* to, Scalars*... more) {
+  Witness witness;
 #if PHISTEP_DETAIL_PACKETS
-  if constexpr (takes_packets<Kernel, Scalar, Scalars...>) {
+  if constexpr (takes_packets<const Kernel, Scalar, Scalars...>) {
     constexpr std::ptrdiff_t width = Packet<Scalar>::width;
     Packet<Scalar> troubles{0}, others{0};  // two chains: neither waits for the other
     const auto store = [](auto x, Scalar* p) { x.store(p); };
@@ -134,12 +146,15 @@ Witness fill(std::ptrdiff_t first, std::ptrdiff_t end, Kernel kernel, Scalar* to
     witness.see(sum(bit_or(troubles, others)));
   }
 #endif
-  if constexpr (sizeof(Scalar) == 4 || sizeof(Scalar) == 8) {
-    PHISTEP_DETAIL_ELEMENTWISE
-    for (std::ptrdiff_t i = first; i < end; ++i) one(i, Scalar{}, Scalars{}...);
-  } else {  // no registers hold several long doubles
-    for (std::ptrdiff_t i = first; i < end; ++i) one(i, Scalar{}, Scalars{}...);
-  }
+  fill_numbers(first, end, kernel, witness, to, more...);
+  return witness;
+}
+
+/// For few numbers, where the kernel stays as it was made: a copy of pointers just written one by one would be waited for.
+template <class Witness, class Kernel, class Scalar, std::same_as<Scalar>... Scalars>
+Witness fill_few(std::ptrdiff_t n, const Kernel& kernel, Scalar* to, Scalars*... more) {
+  Witness witness;
+  fill_numbers(0, n, kernel, witness, to, more...);
   return witness;
 }
 
@@ -181,8 +196,9 @@ template <class Kernel, class Scalar, std::same_as<Scalar>... Scalars>
 /// kernel(i, x…) sets each x from the inputs at i alone; out…[i] = x…, for 0 ≤ i < n. Returns whether all are finite.
 /// An output may be an input, as a whole.
 template <class Kernel, class Scalar, std::same_as<Scalar>... Scalars>
-[[nodiscard]] bool update_in_place(std::ptrdiff_t n, Kernel kernel, Scalar* out, Scalars*... more) {
-  return detail::fill_shares(n, [=](std::ptrdiff_t first, std::ptrdiff_t end) {
+[[nodiscard]] bool update_in_place(std::ptrdiff_t n, const Kernel& kernel, Scalar* out, Scalars*... more) {
+  if (n < 8) return detail::fill_few<FiniteWitness<Scalar>>(n, kernel, out, more...).all_finite();
+  return detail::fill_shares(n, [&](std::ptrdiff_t first, std::ptrdiff_t end) {
     return detail::fill<FiniteWitness<Scalar>>(first, end, kernel, out, more...);
   });
 }
@@ -196,7 +212,7 @@ void update_in_place_unwatched(std::ptrdiff_t n, Kernel kernel, Scalar* out, Sca
 
 /// The same for outputs that overlap no input. A kernel for indices alone is accepted, but never streams.
 template <class Kernel, class Scalar, std::same_as<Scalar>... Scalars>
-[[nodiscard]] bool update(std::ptrdiff_t n, Kernel kernel, Scalar* out, Scalars*... more) {
+[[nodiscard]] bool update(std::ptrdiff_t n, const Kernel& kernel, Scalar* out, Scalars*... more) {
 #if PHISTEP_DETAIL_STREAMS
   if constexpr (detail::takes_packets<Kernel, Scalar, Scalars...>)
     if (n >= stream_from() / static_cast<std::ptrdiff_t>(sizeof(Scalar)) && detail::is_packet_aligned(out) &&
