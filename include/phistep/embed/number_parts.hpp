@@ -132,6 +132,14 @@ struct Blocks<Motion<V>> : Blocks<Motion<typename PartsBlock<V>::Plain>> {
   }
 };
 
+/// The time of an event depends on the state, as every derivative of the state does behind it: those of the numbers don't.
+template <class S>
+inline constexpr bool may_have_events = true;
+template <VectorOfParts S>
+inline constexpr bool may_have_events<S> = Eigen::NumTraits<typename S::Scalar>::IsComplex;
+template <VectorOfParts V>
+inline constexpr bool may_have_events<Motion<V>> = may_have_events<V>;
+
 /// Their time is real.
 template <class View>
   requires((MotionLike<View> || FirstOrderLike<View>)&&VectorOfParts<FirstOf<View>>)

@@ -117,7 +117,8 @@ template <class... F>
     line(
         t,
         [&](auto, const auto& block) {
-          for (const auto x : block.reshaped()) table.cell(x);
+          for (Index j = 0; j < block.cols(); ++j)
+            for (Index i = 0; i < block.rows(); ++i) table.cell(block(i, j));
         },
         [&](auto& column) { return column.content(t, state); });
   };

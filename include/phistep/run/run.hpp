@@ -290,7 +290,7 @@ class Run {
       return observers_.look(
           time(), state_,
           CompletedStep<S, has_inside>{step_.t0(), dt, time(), step_.start(), step_.plain(), look_, step_.middle(),
-                                       Times<Scalar>{step_.t0(), dt, step_.origin(true)}});
+                                       Times<Scalar>{step_.t0(), dt, step_.origin(true)}, &state_});
     } else {
       return observers_.look(time(), state_, Absent<>{});
     }

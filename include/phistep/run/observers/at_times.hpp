@@ -218,8 +218,7 @@ class Sampled {
         marks_.skip(step.t0());
         continue;
       }
-      const auto& y = step.at(*mark);
-      if (!goes_on(f_, *mark, y)) return false;
+      if (!step.show(*mark, f_)) return false;
     }
     return true;
   }

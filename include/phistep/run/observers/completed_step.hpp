@@ -5,6 +5,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "phistep/base/machine/memory.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/step/equation/origin.hpp"
 
@@ -44,10 +45,19 @@ class CompletedStep {
   /// @param inside  inside.at(t) is the state in between: a DenseOutput, or a run's LookInside
   /// @param middle  the state at t0 + dt/2, where the step was done as two halves
   /// @param times   at which the step asked its force
+  /// @param state   the run's
   template <class Inside>
   CompletedStep(Scalar t0, Scalar dt, Scalar t1, const Plain& start, const Plain& end, Inside& inside,
-                const Plain* middle = nullptr, const Times<Scalar>& times = {})
-      : t0_{t0}, dt_{dt}, t1_{t1}, start_{start}, end_{end}, inside_{&inside}, middle_{middle}, times_{times} {
+                const Plain* middle = nullptr, const Times<Scalar>& times = {}, S* state = nullptr)
+      : t0_{t0},
+        dt_{dt},
+        t1_{t1},
+        start_{start},
+        end_{end},
+        inside_{&inside},
+        middle_{middle},
+        times_{times},
+        state_{state} {
     at_ = [](void* self, Scalar t) -> const Plain& { return static_cast<Inside*>(self)->at(t); };
   }
 
@@ -64,6 +74,23 @@ class CompletedStep {
         "phistep: to look inside its steps, a stepper must be copyable: give it the force as std::ref(force)");
     return shown<S>(t == t1_ ? end_ : at_(inside_, t));
   }
+  /// f(t, the state at t), and whether the run goes on. Of a state in a code's own arrays f may read those: it is there for
+  /// the call.
+  [[nodiscard]] bool show(Scalar t, auto& f) const {
+    if constexpr (ShowsTrials<S>) {
+      const Plain& y = at(t);
+      state_->hold();
+      const AtExit back{[this] {
+        state_->put_back();
+        state_->release();
+      }};
+      copy_blocks<S>(*state_, y);
+      return goes_on(f, t, std::as_const(*state_));
+    } else {
+      const auto& y = at(t);
+      return goes_on(f, t, y);
+    }
+  }
   /// The state at t0 + dt/2 where two steps of half the length led from start to end, else null.
   [[nodiscard]] const Plain* middle() const { return middle_; }
   /// t, or the time next to it inside the step where the force may jump there. [time]
@@ -77,6 +104,7 @@ class CompletedStep {
   const Plain& (*at_)(void*, Scalar);
   const Plain* middle_;
   Times<Scalar> times_;
+  S* state_;
 };
 
 }}  // namespace phistep::PHISTEP_ABI

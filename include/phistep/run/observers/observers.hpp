@@ -10,6 +10,7 @@
 #include "phistep/base/archive/archive.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/ranks.hpp"
+#include "phistep/embed/number_parts.hpp"
 #include "phistep/run/observers/completed_step.hpp"
 #include "phistep/run/observers/event.hpp"
 #include "phistep/run/observers/event_set.hpp"
@@ -47,6 +48,11 @@ class ObserverList {
   using Scalar = ScalarOf<S>;
   static_assert(((!EventLike<Observers> || !std::is_const_v<std::remove_reference_t<Observers>>)&&...),
                 "phistep: an event keeps the times at which it occurred, so it can't be const");
+
+  static_assert(
+      !(EventLike<Observers> || ...) || may_have_events<S>,
+      "phistep: an event's time depends on what numbers with derivatives are differentiated by, and its derivative "
+      "is not computed: without events, or by differences of two runs");
 
   explicit ObserverList(Observers&&... observers) : observers_{std::forward<Observers>(observers)...} {}
 
