@@ -75,13 +75,13 @@ static_assert(BoundMass<UnitMass, double> && BoundMass<ScalarMass<float>, float>
 static_assert(!BoundMass<double, double> && !BoundMass<Fixed, double>);
 
 // ---- Linear system --------------------------------------------------------------------------------------------------
-static_assert(LinearSystem<DenseSystem<double, 3, true, true>, double, 3> &&
-              TakesEntries<DenseSystem<double, 3, true, true>, double>);
+static_assert(LinearSystem<DenseSystem<double, 3, true, true>, double, 3>);
 static_assert(LinearSystem<DiagonalSystem<float, Eigen::Dynamic, true, false>, float>);
 struct Unsolved : DiagonalSystem<double, Eigen::Dynamic, true, true> {
   void solve(auto& x) { x.setZero(); }  // says nothing of how it went
 };
-static_assert(!LinearSystem<Unsolved, double> && TakesEntries<Unsolved, double>);
+static_assert(!LinearSystem<Unsolved, double> &&
+              LinearSystem<DiagonalSystem<double, Eigen::Dynamic, true, true>, double>);
 
 // ---- Force ----------------------------------------------------------------------------------------------------------
 using Moving = MotionView<Dynamic, UnitMass>;

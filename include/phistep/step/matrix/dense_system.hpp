@@ -65,8 +65,8 @@ class RowScales {
   bool is_on_ = false;
 };
 
-/// Dense W. @tparam constant  the force is affine: its residuals are compared with ‖W‖
-template <class Scalar, int n, bool has_K, bool has_C, bool constant = false>
+/// Dense W.
+template <class Scalar, int n, bool has_K, bool has_C>
 class DenseSystem : public SystemDefaults {
  public:
   using Matrix = Eigen::Matrix<Scalar, n, n>;
@@ -170,7 +170,7 @@ class DiagonalSystem : public SystemDefaults {
 
 template <MatrixFacts facts, class Scalar, class Solver, class Force>
 struct SystemFor<SystemKind::dense, facts, Scalar, Solver, Force> {
-  using type = DenseSystem<Scalar, facts.n, facts.has_K, facts.has_C, facts.constant>;
+  using type = DenseSystem<Scalar, facts.n, facts.has_K, facts.has_C>;
 };
 template <MatrixFacts facts, class Scalar, class Solver, class Force>
 struct SystemFor<SystemKind::diagonal, facts, Scalar, Solver, Force> {

@@ -100,15 +100,6 @@ struct EachEntry {
   void operator()(auto&& put) const { put(Eigen::Index{}, Eigen::Index{}, 1); }
 };
 
-/// Takes the entries of tangents one by one, in any order, those of one place to be added up: of K where there is one, of C.
-template <class System, class Scalar>
-concept TakesEntries = requires(System& W, Eigen::Index i, Scalar x) {
-  W.position(i, i, x);
-  W.velocity(i, i, x);
-  W.rate(i, i, x);                            // of a first-order state
-  { W.magnitude() } -> std::same_as<double>;  // ‖W‖, largest entry
-};
-
 /// x ← W⁻¹ x to a relative residual.
 template <class System, class Vector>
 concept SolvesToTolerance = requires(System& W, Vector& x, double rtol, Statistics& counts) {

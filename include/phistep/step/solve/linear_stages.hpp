@@ -98,21 +98,15 @@ class LinearStages {
     psi_ = psi;
     if constexpr (has_time)
       if (const Outcome outcome = differ_in_time(rhs, t, dt, y); outcome != Outcome::success) return outcome;
-    if (!affine || !matrix_.has_jacobian())
-      if (const Outcome outcome = tangent(rhs, t, dt, y_, psi_, allowed); outcome != Outcome::success) return outcome;
+    if (!affine || !matrix_.has_jacobian()) {
+      matrix_.drop();
+      const Gamma<Scalar> gamma{dt, dt};
+      matrix_.begin(gamma, Scalar{0});
+      if (const Outcome bad = matrix_.linearize(rhs, gamma, t, y_, psi_, options_, allowed); failed(bad)) return bad;
+    }
     known_ = !Rhs::has_history;
     if constexpr (is_promised) check_.count();
     return Outcome::success;
-  }
-  /// J alone at (t, y), for an iteration that corrects what it lacks. @param psi  Ψ there, for differences
-  [[nodiscard]] Outcome tangent(Rhs& rhs, Scalar t, Scalar dt, const Plain& y, const Rate& psi,
-                                const SolveTolerance<Plain>& allowed) {
-    known_ = false;
-    allowed_ = has_user_tolerance_ ? SolveTolerance<Plain>{} : allowed;
-    matrix_.drop();
-    const Gamma<Scalar> gamma{dt, dt};
-    matrix_.begin(gamma, Scalar{0});
-    return matrix_.linearize(rhs, gamma, t, y, psi, options_, allowed);
   }
   /// W = M − γC − γ²K
   [[nodiscard]] Outcome factorize(Rhs& rhs, Scalar gamma) {
