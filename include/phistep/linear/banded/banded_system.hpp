@@ -99,7 +99,6 @@ class BandedSystem : public SystemDefaults {
     lu_.solve_in_place(x);
     return Outcome::success;
   }
-  /// out += factor K x
   void add_position_product(Scalar factor, const auto& x, auto& out) const {
     if constexpr (has_K)
       for_each_place([&](Index i, Index j) { out[i] += factor * tangents_.K(upper_ + i - j, j) * x[j]; });

@@ -43,7 +43,6 @@ class ShiftedStages {
   /// An iteration makes up for some of J's errors, but the error estimate is damped by it: too large a J would hide errors.
   static constexpr bool is_promised = Matrix::is_promised;
 
-  /// @throws std::invalid_argument where a dense Jacobian of more than 1000 unknowns would be formed by differences.
   ShiftedStages(const Plain& y, Rhs& rhs, const auto& solver) : options_{solver.options} { resize(y, rhs); }
   void resize(const Plain& y, Rhs& rhs) {
     matrix_.resize(y, rhs);  // may throw, so it comes first

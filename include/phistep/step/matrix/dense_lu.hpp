@@ -164,8 +164,8 @@ template <int size, class Scalar>
   return bad == 0;
 }
 
-/// LU of an n×n matrix: resize(n), fill matrix(), factorize(), solve_in_place(x). Allocates nothing after construction for n ≤ 300.
-/// This one is Eigen's, for sizes not known or beyond 32; below, those of 4 to 32 rows and of 1 to 3.
+/// LU of an n×n matrix: resize(n), fill matrix(), factorize(), which is false where a pivot is zero, not finite or too small to have a
+/// reciprocal and may overwrite matrix(), solve_in_place(x). Allocates nothing after construction for n ≤ 300. This one is Eigen's, for sizes not known or beyond 32; below, those of 4 to 32 rows and of 1 to 3.
 template <class Scalar, int size>
 class DenseLu {
  public:
@@ -178,7 +178,6 @@ class DenseLu {
 
   [[nodiscard]] Matrix& matrix() { return matrix_; }
 
-  /// False where a pivot is zero, not finite or too small to have a reciprocal.
   [[nodiscard]] bool factorize() {
     lu_.compute(matrix_);
     const auto pivots = lu_.matrixLU().diagonal().array().abs();
@@ -214,7 +213,6 @@ class DenseLu<Scalar, size> {
 
   [[nodiscard]] Matrix& matrix() { return lu_; }
 
-  /// False where a pivot is zero, not finite or too small to have a reciprocal. The factors overwrite matrix().
   [[nodiscard]] bool factorize() {
     for (int i = 0; i < size; ++i) order_[i] = i;
     int pivot = Column<Scalar, size>(lu_.data()).largest();
@@ -290,7 +288,6 @@ class DenseLu<Scalar, size> {
 
   [[nodiscard]] Matrix& matrix() { return a_; }
 
-  /// False where a pivot is zero, not finite or too small to have a reciprocal. The factors overwrite matrix().
   [[nodiscard]] bool factorize() {
     using std::abs;
     Scalar a[size][size], inverse[size];

@@ -104,7 +104,6 @@ class DenseSystem : public SystemDefaults {
   }
   /// Sets how the rows of the next factors are scaled.
   void scale_rows_by(auto&& weigh, Scalar rtol) { rows_.begin(weigh, rtol); }
-  /// out += factor K x
   void add_position_product(Scalar factor, const auto& x, auto& out) const {
     if constexpr (has_K) out.noalias() += factor * (tangents_.K * x);
   }
@@ -241,7 +240,6 @@ class LocalSystem : public SystemDefaults {
         f(i, j, K, C);
       }
   }
-  /// out += factor K x
   void add_position_product(Scalar factor, const auto& x, auto& out) const {
     if constexpr (has_K)
       for_each_tangent([&](Eigen::Index i, Eigen::Index j, Scalar K, Scalar) { out[i] += factor * K * x[j]; });

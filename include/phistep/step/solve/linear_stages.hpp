@@ -41,7 +41,6 @@ class LinearStages {
   static constexpr bool affine = Rhs::Traits::is_affine && !Matrix::matrix_free;
   static constexpr bool is_promised = Matrix::is_promised;  // and so has to be checked
 
-  /// @throws std::invalid_argument where a dense Jacobian of more than 1000 unknowns would be formed by differences.
   LinearStages(const Plain& y, Rhs& rhs, const auto& solver) : options_{solver.options} {
     has_user_tolerance_ = options_.linear_rtol > 0;
     // No second correction makes up for what an iterative solver leaves.

@@ -54,7 +54,6 @@ class NewtonResolvent : public ResolventDefaults {
   /// One correction is all there is, with a J that the user answers for.
   static constexpr bool is_checked = corrections == Corrections::one && !affine && Matrix::is_promised;
 
-  /// @throws std::invalid_argument where a dense Jacobian of more than 1000 unknowns would be formed by differences.
   NewtonResolvent(const Plain& y, auto&& rhs, const auto& solver) : options_{solver.options} {
     // One solve is all there is: it has to be as good as the answer.
     if (Matrix::is_iterative && options_.linear_rtol == 0) {
