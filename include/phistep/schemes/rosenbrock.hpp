@@ -284,17 +284,17 @@ class SchemeOn<Rosenbrock<Tableau>, S> : public SchemeDefaults {
     if constexpr (Stages::iterates && (share > none || share < -none)) {
       static_assert(kappa(stages - 1) < none && kappa(stages - 1) > -none);
       if (eq.stages().follows_error()) {
-        if constexpr (i == 0) copy_blocks<S>(u[stages - 1], u[0]);
-        else return solve_beyond(eq, gamma, static_cast<Scalar>(share), u, u[i]);
+        if constexpr (i > 0) {
+          const auto by = static_cast<Scalar>(share);
+          add<S>(u[i], -by * in<S>(u[stages - 1]));
+          if (const Outcome bad = eq.solve(gamma, u[i]); failed(bad)) return bad;
+          add<S>(u[i], by * in<S>(u[0]));
+          return Outcome::success;
+        }
+        copy_blocks<S>(u[stages - 1], u[0]);
       }
     }
     return eq.solve(gamma, u[i]);
-  }
-  [[nodiscard]] static Outcome solve_beyond(auto& eq, Scalar gamma, Scalar share, const auto& u, Plain& x) {
-    add<S>(x, -share * in<S>(u[stages - 1]));
-    if (const Outcome bad = eq.solve(gamma, x); failed(bad)) return bad;
-    add<S>(x, share * in<S>(u[0]));
-    return Outcome::success;
   }
 
   [[no_unique_address]] Only<!on_stack, std::array<Plain, stages>> u_;

@@ -172,11 +172,6 @@ class Kernel {
   }
 
  private:
-  /// False for steps refused for their arguments, before anything was computed.
-  [[nodiscard]] static constexpr bool is_begun(Outcome outcome) {
-    return outcome != Outcome::invalid_step && outcome != Outcome::step_too_small;
-  }
-
   /// @param keeps_tries  a step that ends with an outcome leaves what its solves have made
   StepReport transact(S& state, const auto& steps, Origin origin, bool keeps_tries, auto& bind, auto& advance,
                       auto& accepted) {
@@ -188,7 +183,8 @@ class Kernel {
       }};
       const StepReport report = transaction_.run(rhs_, state, steps, origin, bind, advance, accepted);
       if (report) algebra_.reached(steps.t(0) + steps.dt, state);
-      is_done = keeps_tries || report || !is_begun(report.outcome());
+      const Outcome outcome = report.outcome();  // for its arguments a step is refused before anything is computed
+      is_done = keeps_tries || report || outcome == Outcome::invalid_step || outcome == Outcome::step_too_small;
       return report;
     } else {
       const StepReport report = transaction_.run(rhs_, state, steps, origin, bind, advance, accepted);

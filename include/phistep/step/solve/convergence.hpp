@@ -75,8 +75,7 @@ class ConvergenceTest {
     if (target_ == 0) last_rate_ = last_rate > 0 ? last_rate : slow_rate;
   }
 
-  /// Corrections of a solve at most; and whether there may be a k-th.
-  [[nodiscard]] int limit() const { return limit_; }
+  /// Whether there may be a k-th correction.
   [[nodiscard]] bool allows(int k) const { return k - in_vain_ <= limit_; }
   [[nodiscard]] bool is_to_rounding() const { return target_ == 0; }
   /// θ/(1−θ), for the next solve.

@@ -33,13 +33,10 @@
 namespace phistep { inline namespace PHISTEP_ABI {
 
 /// What the mass of all is for the particle whose components begin at `at`.
-template <int dim, class Mass>
-[[nodiscard]] auto mass_of_particle(const Mass& mass, Index /*at*/) {
-  return mass;
-}
-template <int dim, class T>
-[[nodiscard]] auto mass_of_particle(const DiagonalMass<T>& mass, Index at) {
-  return mass.template particle<dim>(at);
+template <int dim>
+[[nodiscard]] auto mass_of_particle(const auto& mass, [[maybe_unused]] Index at) {
+  if constexpr (requires { mass.template particle<dim>(at); }) return mass.template particle<dim>(at);
+  else return mass;
 }
 
 /// One particle's share of a state: void where S has blocks that a particle can't be cut out of.
