@@ -64,6 +64,7 @@ class PartsBlock {
   using Plain = Eigen::Matrix<Scalar, fixed_rows == Eigen::Dynamic ? Eigen::Dynamic : count * fixed_rows,
                               Numbers::ColsAtCompileTime, count * fixed_rows == 1 ? Eigen::RowMajor : Eigen::ColMajor>;
   static constexpr int SizeAtCompileTime = Plain::SizeAtCompileTime;
+  static constexpr bool IsRowMajor = false;  // as its numbers are counted in messages
 
   explicit PartsBlock(Numbers& numbers) : numbers_{&numbers} {}
   [[nodiscard]] Index rows() const { return count * numbers_->rows(); }
