@@ -19,7 +19,7 @@ namespace energy_cases {
 /// V and Ψ of a force at a motion's state, for one mass.
 template <class S, class F, class M>
 double energy_of(F& force, const S& y, const M& m, double t = 0) {
-  return static_cast<double>(potential_energy(unwrap(force), t, Blocks<S>::view(y, std::tuple{m})));
+  return static_cast<double>(potential_energy(unwrap(force), t, Blocks<S>::view(y, std::tuple{m}), MemoryOf<F>{}));
 }
 template <class S, class F, class M>
 auto force_of(F& force, const S& y, const M& m, double t = 0) {

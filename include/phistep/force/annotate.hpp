@@ -51,12 +51,13 @@ struct Callable<F> {
   }
 };
 
-/// Annotates a force, a term's force, or every term of a sum, by what the annotation says of it.
+/// Annotates a force, the force in a term, or every term of a sum, by what the annotation says of it.
 template <template <class> class Annotation, class F>
 [[nodiscard]] constexpr auto annotate(F f, const auto&... what) {
   if constexpr (is_sum<F>)
     return map_terms(std::move(f), [&](auto term) { return annotate<Annotation>(std::move(term), what...); });
-  else if constexpr (is_a<Term, F>) return Term{annotate<Annotation>(std::move(f.force), what...)};
+  else if constexpr (std::is_base_of_v<WrappedForce, F>)
+    return f.around(annotate<Annotation>(std::move(f.force), what...));
   else return Annotation<F>{std::move(f), what...};
 }
 
@@ -114,12 +115,9 @@ struct WithEnergy : Callable<F> {
 ///     auto pendulum = with_energy([](const Vec& r) -> Vec { return -9.81 * r.array().sin(); },
 ///                                 [](const Vec& r) { return -9.81 * r.array().cos().sum(); });
 template <class F, class V>
-[[nodiscard]] constexpr WithEnergy<F, V> with_energy(F force, V potential) {
-  return {std::move(force), std::move(potential)};
-}
-template <class F, class V>
-[[nodiscard]] constexpr Term<WithEnergy<F, V>> with_energy(Term<F> term, V potential) {
-  return Term<WithEnergy<F, V>>{WithEnergy<F, V>{std::move(term.force), std::move(potential)}};
+[[nodiscard]] constexpr auto with_energy(F force, V potential) {
+  if constexpr (is_a<Term, F>) return term(with_energy(std::move(force.force), std::move(potential)));
+  else return WithEnergy<F, V>{std::move(force), std::move(potential)};
 }
 
 /// Which rows each column of a tangent has: for column j, row[start[j]] … row[start[j+1] − 1], ascending.

@@ -37,6 +37,7 @@ template <class F>
 struct At : WrappedForce {
   F force;
   explicit constexpr At(F f) : force(std::move(f)) {}
+  [[nodiscard]] static constexpr auto around(auto f) { return At<decltype(f)>{std::move(f)}; }
 };
 
 template <class T>
@@ -53,6 +54,7 @@ class Seldom : public WrappedForce {
       throw std::invalid_argument("phistep: seldom(k, term) needs k >= 1 inner steps, not " + std::to_string(k));
   }
   [[nodiscard]] constexpr int k() const { return k_; }
+  [[nodiscard]] constexpr auto around(auto f) const { return Seldom<decltype(f)>{k_, std::move(f)}; }
 
  private:
   int k_;
@@ -76,11 +78,6 @@ template <class Scheme, class... T>
   return map_terms(std::move(sum), [scheme](auto term) { return at(scheme, std::move(term)); });
 }
 
-template <template <class> class Annotation, class F>
-[[nodiscard]] constexpr auto annotate(At<F> term, const auto&... what) {
-  return at(forward_euler, annotate<Annotation>(std::move(term.force), what...));
-}
-
 /// Calls a term (a lambda too), or every term of a sum, once in k inner steps.
 /// @param k  ≥ 1; every k of a sum has to divide the largest
 /// @throws std::invalid_argument unless k ≥ 1
@@ -96,10 +93,6 @@ template <class F>
 template <class... T>
 [[nodiscard]] constexpr auto seldom(int k, Sum<T...> sum) {
   return map_terms(std::move(sum), [k](auto term) { return seldom(k, std::move(term)); });
-}
-template <template <class> class Annotation, class F>
-[[nodiscard]] constexpr auto annotate(Seldom<F> term, const auto&... what) {
-  return seldom(term.k(), annotate<Annotation>(std::move(term.force), what...));
 }
 
 /// Whether a term enters as kicks, apart from the others.

@@ -213,11 +213,6 @@ template <class F, class View, class Memory, class Scalar>
     return Scalar{0};
   }
 }
-/// The same with a new memory: terms that keep neighbour lists make them for this one call.
-template <class F, class View, class Scalar>
-[[nodiscard]] Scalar potential_energy(F& force, Scalar t, const View& y) {
-  return potential_energy(force, t, y, MemoryOf<std::remove_const_t<F>>{});
-}
 
 /// Which term of a sum is not finite at (t, y), or has the wrong size; −1 if none is, or if the force is not a sum.
 template <class F, class View, class Memory, class Rate, class Scalar>

@@ -13,7 +13,7 @@ namespace phistep { inline namespace PHISTEP_ABI {
 
 /// Base of everything that `+` adds up.
 struct ForceTerm {};
-/// Base of terms that are nothing but their member `force`.
+/// Base of terms that are nothing but their member `force`; around(f) is such a term of another one.
 struct WrappedForce : ForceTerm {};
 
 template <class T>
@@ -24,6 +24,7 @@ template <class F>
 struct Term : WrappedForce {
   F force;
   explicit constexpr Term(F f) : force(std::move(f)) {}
+  [[nodiscard]] static constexpr auto around(auto f) { return Term<decltype(f)>{std::move(f)}; }
 };
 
 /// Makes a force (a lambda, say) addable: `term(f) + term(g) + Gravity{…}`.

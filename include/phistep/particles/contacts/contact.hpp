@@ -232,9 +232,8 @@ class Contact : public ContactTerm {
     static_cast<void>(gather(y, *memory.places, active));
   }
   [[nodiscard]] bool gather(const auto& y, const Places& places, const ActiveSet* active) const {
-    if (active == nullptr) return work_.slots.gather(y, places, nullptr, nullptr);
-    work_.computed.update(places, *active);
-    return work_.slots.gather(y, places, &work_.computed, &left_out(y));
+    if (active != nullptr) work_.computed.update(places, *active);
+    return work_.slots.gather(y, places, active != nullptr ? &work_.computed : nullptr);
   }
   /// The pairs of those that have moved, where these are few.
   [[nodiscard]] bool find_late(const auto& y, const Memory& memory) const {

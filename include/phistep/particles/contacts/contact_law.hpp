@@ -45,9 +45,8 @@ template <class = void>
   };
   double low = 0, high = 1;
   while (loss_of(high) < loss && high < 1e150) high *= 2;
-  for (int i = 0; i < 200 && low < high; ++i) {
+  for (int i = 0; i < 200; ++i) {
     const double middle = low + (high - low) / 2;
-    if (middle == low || middle == high) break;
     (loss_of(middle) < loss ? low : high) = middle;
   }
   return loss == 0 ? 0 : high;

@@ -139,9 +139,7 @@ struct ContactSlots {
 
   /// False: a body has moved by half the skin since the pairs were found.
   /// @param computed  only the slots of these pairs are filled; null: all are
-  /// @param left_out  what is known of the other bodies (base/state/active_set.hpp); not used where all slots are filled
-  [[nodiscard]] bool gather(const auto& y, const ContactPlaces<Scalar>& places, const ComputedPairs<Scalar>* computed,
-                            const LeftOut* left_out) {
+  [[nodiscard]] bool gather(const auto& y, const ContactPlaces<Scalar>& places, const ComputedPairs<Scalar>* computed) {
     const ContactPairs<Scalar>& pairs = *places.pairs;
     const Scalar* const from = origins(places);
     const std::size_t n = pairs.bodies.size();
@@ -162,7 +160,7 @@ struct ContactSlots {
     const auto look = [&](std::size_t s, Scalar least) {
       if (square_moved(y, pairs, from, s) > least) moved_.push_back(static_cast<std::int32_t>(s));
     };
-    look_elsewhere(pairs, *computed, *left_out, [&](std::size_t s) { look(s, limit); });
+    look_elsewhere(pairs, *computed, left_out(y), [&](std::size_t s) { look(s, limit); });
     if (largest <= limit && moved_.empty()) return true;
     // Those that have come half as far are soon due, too.
     for (const std::int32_t s : computed->slots()) look(static_cast<std::size_t>(s), limit / 4);
@@ -211,14 +209,14 @@ struct ContactSlots {
   }
   /// look(slot) for bodies outside those slots that may have moved: once for all of a list and a LeftOut::number, then for those that move,
   /// and those that have just left the slots.
-  void look_elsewhere(const ContactPairs<Scalar>& pairs, const ComputedPairs<Scalar>& computed, const LeftOut& left_out,
+  void look_elsewhere(const ContactPairs<Scalar>& pairs, const ComputedPairs<Scalar>& computed, const LeftOut& others,
                       auto&& look) {
-    if (left_out.number == 0 || left_out.number != seen_left_out_ || pairs.number != seen_pairs_) {
+    if (others.number == 0 || others.number != seen_left_out_ || pairs.number != seen_pairs_) {
       for (std::size_t s = 0; s < pairs.bodies.size(); ++s)
         if (!computed.has_slot(s)) look(s);
-      seen_left_out_ = left_out.number, seen_pairs_ = pairs.number;
+      seen_left_out_ = others.number, seen_pairs_ = pairs.number;
     } else {
-      for (const std::int32_t i : left_out.moving)
+      for (const std::int32_t i : others.moving)
         look(static_cast<std::size_t>(pairs.bodies.slot[static_cast<std::size_t>(i)]));
       for (const std::int32_t slot : computed.dropped()) look(static_cast<std::size_t>(slot));
     }
