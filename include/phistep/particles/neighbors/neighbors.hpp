@@ -165,18 +165,13 @@ class Neighbors {
     std::mutex one_at_a_time;
     const auto look = [&](Eigen::Index begin, Eigen::Index end) {
       TwoLargest some{};
-      constexpr Eigen::Index block = 256;
-      double square[block];
-      for (Eigen::Index i = begin; i < end; i += block) {
-        const Eigen::Index n = std::min(block, end - i);
-        for (Eigen::Index j = 0; j < n; ++j) {
-          square[j] = 0;
-          for (Eigen::Index a = 0; a < dim; ++a) {
-            const double d = static_cast<double>(to[dim * (i + j) + a]) - from[dim * (i + j) + a];
-            square[j] += d * d;
-          }
+      for (Eigen::Index i = begin; i < end; ++i) {
+        double square = 0;
+        for (Eigen::Index a = 0; a < dim; ++a) {
+          const double d = static_cast<double>(to[dim * i + a]) - from[dim * i + a];
+          square += d * d;
         }
-        for (Eigen::Index j = 0; j < n; ++j) see(some, square[j]);
+        see(some, square);
       }
       const std::lock_guard lock{one_at_a_time};
       see(all, some[0]), see(all, some[1]);
