@@ -29,14 +29,6 @@ template <class Block>
 /// The same as a double.
 [[nodiscard]] double largest(const auto& x) { return static_cast<double>(max_abs(x)); }
 
-/// xⁿ, 1 where n < 0
-[[nodiscard]] inline double power_of(double x, int n) {
-  double all = 1;
-  for (; n > 0; n /= 2, x *= x)
-    if (n % 2 == 1) all *= x;
-  return all;
-}
-
 /// A power of two that brings numbers up to this size to about one, so that their squares stay in range: 1 for 0, and for
 /// what is not finite.
 template <class Scalar>

@@ -13,7 +13,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "phistep/base/numbers/arithmetic.hpp"
+#include "phistep/base/numbers/pack_math.hpp"
 #include "phistep/step/solve/convergence.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
@@ -39,7 +39,7 @@ class RadauIteration {
       if (size > 0 && (to_rounding ? count_ > 3 && now > 2 : contraction_ >= 0.99)) return failed();
       rate_ = error_left(contraction_, 1);
       const int left = limit_ - 1 - count_;
-      const double at_end = rate_ * size * power_of(contraction_, left) / target_;
+      const double at_end = rate_ * size * power(contraction_, left) / target_;
       if (!to_rounding && left >= 0 && at_end >= 1) {
         shrink_ = 0.8 * std::pow(std::min(at_end, 20.0), -1.0 / (4 + left));
         return failed();

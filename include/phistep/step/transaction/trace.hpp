@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "phistep/base/numbers/arithmetic.hpp"
+#include "phistep/base/numbers/pack_math.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/base/state/combination.hpp"
 #include "phistep/base/state/reductions.hpp"
@@ -25,7 +25,7 @@ class Smoothness {
     const double most = is_retry_ ? 8 : 300;
     const double allowed = before_.square * most * most;
     const bool smooth = !(before_.square > 0) || (square <= allowed && now_.dt >= before_.dt) ||
-                        square <= allowed * power_of(now_.dt / before_.dt, 2 * k);
+                        square <= allowed * power(now_.dt / before_.dt, 2 * k);
     if (smooth) before_ = now_;
     is_retry_ = true;
     return smooth;
