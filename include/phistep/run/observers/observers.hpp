@@ -21,19 +21,6 @@ namespace phistep { inline namespace PHISTEP_ABI {
 template <class Observer, class S>
 inline constexpr bool observes_steps = std::is_invocable_v<Observer&, const CompletedStep<S>&>;
 
-/// Shows (t, state) to one observer.
-template <class Observer, class Scalar, class S>
-[[nodiscard]] bool show_to(Observer& observer, Scalar t, S& state) {
-  static_assert(!std::is_const_v<Observer> || std::is_invocable_v<Observer&, Scalar, S&>,
-                "phistep: this observer changes as it observes, so it can't be const");
-  static_assert(
-      std::is_const_v<Observer> || std::is_invocable_v<Observer&, Scalar, S&>,
-      "phistep: an observer must be callable as observer(t, state) or observer(step), returning nothing or false "
-      "to stop");
-  if constexpr (!std::is_invocable_v<Observer&, Scalar, S&>) return false;
-  else return ask_all_ranks(state, [&] { return call_and_ask(observer, t, state); });
-}
-
 /// @tparam Observers  references where they were given as lvalues
 template <State S, class... Observers>
 class ObserverList {
@@ -71,8 +58,7 @@ class ObserverList {
         const auto begin = [&] { return observer.begin(t, state); };
         if (!ask_all_ranks(state, [&] { return call_and_ask(begin); })) return false;
       }
-      if constexpr (sees_steps<Observer>) return true;
-      else return show_to(observer, t, state);
+      return show_to(observer, t, state);
     };
     return std::apply([&](auto&... observer) { return (greet(observer) && ...); }, observers_);
   }
@@ -84,12 +70,9 @@ class ObserverList {
         return ask_all_ranks(state, [&] { return call_and_ask(observer, step); });
       else return true;
     };
-    const auto show_end = [&]<class Observer>(Observer& observer) {
-      if constexpr (sees_steps<Observer>) return true;
-      else return show_to(observer, t, state);
-    };
-    return std::apply([&](auto&... observer) { return (show_step(observer) && ...) && (show_end(observer) && ...); },
-                      observers_);
+    return std::apply(
+        [&](auto&... observer) { return (show_step(observer) && ...) && (show_to(observer, t, state) && ...); },
+        observers_);
   }
   /// The nearest of all times at which one wants the run to stop, strictly between now and its end. [time]
   [[nodiscard]] std::optional<Scalar> next_stop(Scalar t, Scalar end) const {
@@ -115,6 +98,19 @@ class ObserverList {
   }
 
  private:
+  /// Shows (t, state) to one that takes these.
+  template <class Observer>
+  [[nodiscard]] static bool show_to(Observer& observer, Scalar t, S& state) {
+    static_assert(!std::is_const_v<Observer> || sees_steps<Observer> || std::is_invocable_v<Observer&, Scalar, S&>,
+                  "phistep: this observer changes as it observes, so it can't be const");
+    static_assert(
+        std::is_const_v<Observer> || sees_steps<Observer> || std::is_invocable_v<Observer&, Scalar, S&>,
+        "phistep: an observer must be callable as observer(t, state) or observer(step), returning nothing or false "
+        "to stop");
+    if constexpr (sees_steps<Observer>) return true;
+    else if constexpr (!std::is_invocable_v<Observer&, Scalar, S&>) return false;
+    else return ask_all_ranks(state, [&] { return call_and_ask(observer, t, state); });
+  }
   template <class IsMeant>
   [[nodiscard]] static auto tied(auto& list, IsMeant) {
     const auto tie = []<class Observer>(Observer& observer) {
