@@ -33,9 +33,6 @@
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-// What a run can be made of, and what is said of other arguments.
-
-/// The pace that a control asks for.
 template <State S>
 [[nodiscard]] GridPace<ScalarOf<S>> pace_of(const FixedStep& control) {
   return GridPace<ScalarOf<S>>{control};
@@ -48,7 +45,6 @@ template <State S>
   return IterationPace<PlainState<S>>{control};
 }
 
-/// What a run takes as its control.
 template <class Control, class S>
 concept ControlOf = requires(const Control& control) {
   pace_of<S>(control);
@@ -254,7 +250,6 @@ class Run {
     const Outcome armed = first_ ? Outcome::success : events_.rearm(time(), state_);
     return !failed(armed) || end(armed);
   }
-  /// The step is done, or several.
   void count(const Landing<Scalar>& to) {
     const double length = std::abs(static_cast<double>(to.dt));
     step_.accepted(to, report_.limits);
@@ -263,7 +258,6 @@ class Run {
     report_.smallest_dt = report_.largest_dt == 0 ? length : std::min(report_.smallest_dt, length);
     report_.largest_dt = std::max(report_.largest_dt, length);
   }
-  /// The step has become the state.
   bool complete(const Landing<Scalar>& to, const Found& found) {
     count(to);
     if constexpr (minds_edits) {

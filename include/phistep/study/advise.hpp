@@ -72,7 +72,6 @@ struct Advice {
   }
 };
 
-/// The choice.
 template <class = void>
 [[nodiscard]] Advice decide(const AdvisedProblem& scene, const Stiffness& stiffness) {
   Advice to;

@@ -87,7 +87,6 @@ class Assessment {
       if (std::abs(lambda) >= spectrum_.radius) top = lambda.imag() < 0 ? std::conj(lambda) : lambda;
     return top;
   }
-  /// What impacts allow.
   [[nodiscard]] double contact_dt() const { return options_.contact_time > 0 ? options_.contact_time / 10 : always; }
   [[nodiscard]] bool has_dt() const { return report_.dt > 0 && std::isfinite(report_.dt); }
 

@@ -49,7 +49,6 @@ void resize_with_spare(auto& v, std::size_t n) {
   v.resize(n);
 }
 
-/// Frees v's memory.
 template <class V>
 void release(V& v) {
   V{}.swap(v);

@@ -47,7 +47,6 @@ struct SolveRecord {
       increments[static_cast<std::size_t>(iterations)] = increment;
     ++iterations;
   }
-  /// A step begins.
   void begin() {
     iterations = 0;
     particle = -1;

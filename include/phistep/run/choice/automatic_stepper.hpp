@@ -94,12 +94,10 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
     return watch_.is_implicit() ? seen.dt : watch_.stable_step(seen);
   }
   [[nodiscard]] SuitableScheme scheme() const { return scheme_of(this->active()); }
-  /// What the choice depends on.
   [[nodiscard]] const AdvisedProblem& problem() const { return problem_; }
   /// What it took, when and why.
   [[nodiscard]] const SchemeUses& uses() const& { return uses_; }
   [[nodiscard]] SchemeUses uses() && { return std::move(uses_); }
-  /// The last estimate of the rate.
   [[nodiscard]] const RateSeen& seen() const { return look_.seen(); }
   /// Whether it is, or would be if it could, at an implicit scheme.
   [[nodiscard]] bool is_stiff() const { return watch_.is_implicit() || is_bound_; }
@@ -239,7 +237,6 @@ class AutomaticStepper : public SchemesFor<S, F, MassSpec>::Stepper {
     const double entries = watch_.is_implicit() ? problem_.field.entries : -1;
     uses_.add({scheme(), cause, static_cast<double>(t), steps_, seen.rate, seen.dt, entries});
   }
-  /// A state of the right sizes.
   [[nodiscard]] const S& sample() const {
     if constexpr (is_view) return view_;
     else return look_.sample();

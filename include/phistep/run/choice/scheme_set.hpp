@@ -72,7 +72,6 @@ class ActiveStepper {
   using Plain = PlainState<S>;
   using StateType = S;
   using Steppers = std::variant<Stepper...>;
-  /// The checkpoint of the stepper at work.
   using Checkpoint = std::variant<typename Stepper::Checkpoint...>;
   using ArchivedByParts = void;
   static constexpr const char* part_name = "stepper";
@@ -82,7 +81,6 @@ class ActiveStepper {
     requires std::is_invocable_r_v<Steppers, const Make&>
   explicit ActiveStepper(const Make& make) : steppers_(make()) {}
 
-  /// The number of the stepper at work.
   [[nodiscard]] int active() const { return static_cast<int>(steppers_.index()); }
   /// Another one takes over; but for the counts, and the sizes of a run before, what the last one knew is lost.
   void replace(Steppers next) {
@@ -116,14 +114,12 @@ class ActiveStepper {
   [[nodiscard]] int order() const {
     return visit(*this, [](auto& at_work) { return at_work.order(); });
   }
-  /// out = y' at (t, y): one force call; false where it isn't finite.
   [[nodiscard]] bool slope(Scalar t, const Plain& y, Plain& out) {
     return visit(*this, [&](auto& at_work) { return at_work.slope(t, y, out); });
   }
   [[nodiscard]] const SolveRecord& last_solve() const {
     return visit(*this, [](auto& at_work) -> const SolveRecord& { return at_work.last_solve(); });
   }
-  /// Counts of all that were at work.
   [[nodiscard]] Statistics statistics() const {
     return retired_ + visit(*this, [](auto& at_work) -> Statistics { return at_work.statistics(); });
   }
@@ -164,7 +160,6 @@ class ActiveStepper {
       if (steppers.index() != i) return visit_numbered<i + 1>(steppers, f);
     return f(std::integral_constant<std::size_t, i>{}, *std::get_if<i>(&steppers));
   }
-  /// f(the stepper at work)
   [[gnu::always_inline]] static inline decltype(auto) visit(auto& self, auto&& f) {
     return visit_numbered(self.steppers_, [&f](auto, auto& at_work) -> decltype(auto) { return f(at_work); });
   }
@@ -248,7 +243,6 @@ struct SchemesFor {
     problem.structure = Structure::banded;
     return step_cost(suitable_implicit(problem), problem);
   }
-  /// One of the schemes, as a stepper.
   template <std::size_t i = 0>
   [[nodiscard]] static typename Stepper::Steppers make(SuitableScheme scheme, const S& state, const F& force,
                                                        const MassSpec& mass) {

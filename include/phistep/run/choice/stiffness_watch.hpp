@@ -56,7 +56,6 @@ class StiffnessWatch {
     if (next > 1.5 * reference_) reference_ = next, steady_ = 0;
     else reference_ = std::max(reference_ / 1.5, next), ++steady_;
   }
-  /// A step's error was too large.
   void rejected() { rejected_ = true; }
 
   /// Whether the rate should be estimated.
@@ -85,7 +84,6 @@ class StiffnessWatch {
     rejected_ = false;
     return implicit_ ? is_eased(seen) : is_stiff(seen);
   }
-  /// The scheme has changed.
   void change() {
     // A spell that was short was not worth it: the next time more is asked for.
     int& needs = implicit_ ? needs_stiff_ : needs_eased_;
@@ -93,7 +91,6 @@ class StiffnessWatch {
     implicit_ = !implicit_;
     start_spell();
   }
-  /// The run begins with an implicit scheme.
   void begin_implicit() {
     implicit_ = true;
     start_spell();

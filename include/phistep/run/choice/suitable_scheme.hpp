@@ -81,9 +81,7 @@ inline constexpr SchemeRow scheme_rows[]{
 [[nodiscard]] constexpr const SchemeRow& row_of(SuitableScheme scheme) {
   return scheme_rows[static_cast<std::size_t>(scheme)];
 }
-/// As a user writes it: "rodas5p".
 [[nodiscard]] constexpr const char* name_of(SuitableScheme scheme) { return row_of(scheme).name; }
-/// Whether its linear equations are solved by Krylov iterations.
 [[nodiscard]] constexpr bool is_by_krylov(SuitableScheme scheme) { return row_of(scheme).by_krylov; }
 
 /// Up to here a matrix is dense in the caches, and its factors cost as much as a few force calls.
@@ -91,7 +89,6 @@ inline constexpr std::int64_t few_unknowns = 50;
 /// Up to here a dense Jacobian by differences and its factors are worth a step of high order (measured: 80 to 96 unknowns).
 inline constexpr std::int64_t dense_unknowns = 200;
 
-/// By Krylov iterations.
 [[nodiscard]] constexpr SuitableScheme suitable_by_krylov(double rtol) {
   return rtol >= 1e-5 ? SuitableScheme::rodas_4_krylov : SuitableScheme::rodas_5p_krylov;
 }

@@ -86,7 +86,6 @@ class GridPace {
   }
   /// The length of step n (0-based).
   [[nodiscard]] Scalar step(std::int64_t n) const { return n + 1 == steps_ ? last_ : dt_; }
-  /// After an outcome that refuses it.
   [[nodiscard]] Refused refused() const { return {"dt", control_.dt}; }
   /// Whether the clock can tell an event from the next step's: Δt is 64 of its ticks at least.
   [[nodiscard]] bool suits_events(const RunClock<Scalar>& clock) const {

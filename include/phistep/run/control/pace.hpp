@@ -259,7 +259,6 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
     usual_ = y;
     probe_.resize(y);
   }
-  /// ‖e‖ of the try in hand
   [[nodiscard, gnu::always_inline]] inline Measured measure(const Plain& error, const Plain& y, const Plain& next) {
     if constexpr (knows_rounding)
       if (norm_.is_automatic()) return measure_by_sizes(error, y, next);

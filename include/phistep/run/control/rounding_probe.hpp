@@ -24,7 +24,6 @@ class RoundingProbe {
  public:
   using Scalar = ScalarOf<Plain>;
 
-  /// A run begins.
   void begin() {
     course_ = {};
     has_end_ = false;

@@ -45,14 +45,12 @@ class AutomaticAtol {
     rtol_ = rtol;
     kinds_ = kinds;
   }
-  /// Whether the kinds given are of a state of n numbers.
   [[nodiscard]] bool fits(Index n) const { return are_within(kinds_, n); }
   /// A step of length dt [time] is to be tried.
   void begin_try(double dt) {
     dt_ = dt;
     longest_try_ = std::max(longest_try_, dt);
   }
-  /// The last try has become a step.
   void accepted() { is_done_ = true; }
   /// y is a state of the run: (2), where a step has led there.
   [[gnu::noinline]] void remember(const Plain& y) {
@@ -151,7 +149,6 @@ class AutomaticAtol {
   [[nodiscard]] bool is_sized(Index i) const { return own_[i] > 0; }
   /// Until the step is done, the size of a component that had none is |y⁺_i| of this try.
   void bear(Index i, Scalar next) { own_[i] = at_least_normal<Scalar>(next); }
-  /// The most that it has been.
   [[nodiscard]] Scalar most(Index i) const { return largest_[i]; }
   /// Errors below this do not show.
   void learn_noise(Index i, Scalar least) { noise_[i] = std::max(noise_[i], least); }

@@ -43,7 +43,6 @@ template <bool sees_error, class Stepper>
 /// cubic, which goes as Δt⁴; the errors of explicit pairs go as its square, or cube.
 class InterpolantTrust {
  public:
-  /// Another step has been done.
   void step() {
     is_fresh_ = left_ > 0;
     left_ = std::max(left_ - 1, 0);

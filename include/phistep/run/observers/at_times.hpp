@@ -158,7 +158,6 @@ class Every {
     else if (!marks_.reaches(t)) return true;
     return call_and_ask(f_, t, state);
   }
-  /// Which mark it waits for, for a checkpoint.
   void archive(auto& ar) { ar("marks", marks_, "first", first_); }
 
  private:
@@ -223,7 +222,6 @@ class Sampled {
     return true;
   }
 
-  /// How far it has come, for a checkpoint.
   void archive(auto& ar) { ar("marks", marks_); }
 
  private:

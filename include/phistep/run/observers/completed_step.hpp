@@ -11,8 +11,6 @@
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-// Calls what a user wants to happen at a time, and learns whether the run goes on.
-
 /// f(args…); true where f returns nothing, or something true.
 template <class F, class... Args>
 [[nodiscard]] bool call_and_ask(F& f, Args&&... args) {

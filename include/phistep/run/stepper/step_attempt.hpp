@@ -56,12 +56,10 @@ class StepAttempt {
       return pace_.begin(clock_.span());
     }
   }
-  /// The run is over.
   void end_run() {
     if constexpr (keeps_sizes)
       if (pace_.keeps_sizes()) kept_sizes(stepper_).keep(plain(), pace_.sizes());
   }
-  /// The run begins.
   [[nodiscard]] Outcome begin_run() {
     if constexpr (Pace::varies) {
       const auto [t0, t1] = clock_.span();
@@ -87,7 +85,6 @@ class StepAttempt {
     }
   }
   [[nodiscard]] bool is_at_end() const { return pace_.is_at_end(clock_); }
-  /// A step has become the state.
   void accepted(const Landing<Scalar>& to, [[maybe_unused]] Limits& limits) {
     stands_at_jump_ = to.at_stop;
     if constexpr (Pace::varies) pace_.accepted(to, stepper_.last_solve(), limits);
@@ -168,7 +165,6 @@ class StepAttempt {
   [[nodiscard]] Scalar t0() const { return from_.t(); }        ///< [time] where the step started
   [[nodiscard]] const Plain& start() const { return start_; }  ///< the state there
   [[nodiscard]] const Past<Stepper>& past() const { return *past_; }
-  /// The force may jump where the run stands.
   [[nodiscard]] bool& stands_at_jump() { return stands_at_jump_; }
   /// The origin of the step done last, or of a part from its start.
   [[nodiscard]] Origin origin(bool whole) const {
