@@ -224,6 +224,28 @@ TEST_CASE("in place: tolerances and events", "[embed]") {
   CHECK(code.calls == scratch.calls);
 }
 
+TEST_CASE("in place: samples are in the arrays while they are shown, and nothing is left of them", "[embed]") {
+  Rows code(12), scratch(12), plain(12);
+  auto y = owned(scratch);
+  auto state = in_place(code), unobserved = in_place(plain);
+  phistep::PhiStepper stepper{state, force_of(state, code), phistep::velocity_verlet};
+  phistep::PhiStepper other{y, copied_force_of_r(scratch), phistep::velocity_verlet};
+  phistep::PhiStepper third{unobserved, force_of(unobserved, plain), phistep::velocity_verlet};
+  std::vector<std::vector<double>> samples, expected;
+  // From the first on f is given the state itself.
+  const auto look = [&](double, const decltype(state)& now) {
+    CHECK(&now == &state);
+    samples.push_back(code.state());
+  };
+  const auto look_at_own = [&](double, const auto& now) { expected.push_back(numbers_of(now)); };
+  REQUIRE(phistep::integrate(stepper, state, {0.0, 1.0}, phistep::fixed(0.03), phistep::sampled(0.25, look)));
+  REQUIRE(phistep::integrate(other, y, {0.0, 1.0}, phistep::fixed(0.03), phistep::sampled(0.25, look_at_own)));
+  REQUIRE(phistep::integrate(third, unobserved, {0.0, 1.0}, phistep::fixed(0.03)));
+  CHECK(samples.size() == 5);
+  CHECK(samples == expected);
+  CHECK(code.numbers() == plain.numbers());
+}
+
 TEST_CASE("in place: a routine is a term among others, and a stepper one among wrappers", "[embed]") {
   Structs code(30), alone(30), halved(30);
   auto state = in_place(code), other = in_place(alone), third = in_place(halved);

@@ -160,6 +160,18 @@ TEST_CASE("complex states: events, samples, observers and checkpoints see comple
   CHECK(other == y);
 }
 
+TEST_CASE("complex states: csv writes their parts, and Halving takes them") {
+  Eigen::Vector2cd y{1.0, 1i};
+  std::ostringstream lines;
+  const auto spin = [](const Eigen::Vector2cd& z) -> Eigen::Vector2cd { return 1i * z; };
+  phistep::Halving stepper{PhiStepper{y, spin, phistep::trapezoidal}};
+  REQUIRE(integrate(stepper, y, {0.0, 1.0}, fixed(1.0), phistep::csv(lines)));
+  std::ostringstream expected;
+  expected << "t,y0,y1,y2,y3\n0,1,0,0,1\n1," << y[0].real() << ',' << y[0].imag();
+  CHECK(lines.str().substr(0, 26) == expected.str().substr(0, 26));
+  CHECK(std::count(lines.str().begin(), lines.str().end(), ',') == 12);
+}
+
 TEST_CASE("complex states: on a failure every bit stays, and a size that changes is followed") {
   Eigen::VectorXcd y{{1.0 + 1i, 2.0}};
   bool fails = true;

@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "phistep/base/facts/structure.hpp"
+#include "phistep/base/outcome/statistics.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/embed/number_parts.hpp"
 #include "phistep/force/signature.hpp"
@@ -64,9 +65,7 @@ struct Advice {
     for (const std::string& warning : warnings) text += "  but " + warning + "\n";
     return text;
   }
-  template <class OStream>
-    requires requires(OStream& out, const std::string& text) { out << text; }
-  friend OStream& operator<<(OStream& out, const Advice& advice) {
+  friend auto& operator<<(TextStream auto& out, const Advice& advice) {
     out << advice.message();
     return out;
   }

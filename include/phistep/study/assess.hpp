@@ -16,7 +16,6 @@
 #include <string>
 #include <utility>
 
-#include "phistep/run/control/run_report.hpp"
 #include "phistep/study/stability/method.hpp"
 #include "phistep/study/stability/report.hpp"
 #include "phistep/study/stability/spectrum.hpp"

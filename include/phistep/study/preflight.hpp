@@ -31,7 +31,6 @@
 #include "phistep/force/at.hpp"
 #include "phistep/force/linear.hpp"
 #include "phistep/force/sum.hpp"
-#include "phistep/run/control/run_report.hpp"
 #include "phistep/run/stepper/phi_stepper.hpp"
 #include "phistep/schemes/generalized_alpha.hpp"
 #include "phistep/step/equation/right_hand_side.hpp"

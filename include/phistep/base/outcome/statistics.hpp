@@ -11,6 +11,11 @@
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
+/// What reports are printed to. A concept, so that the core needs no stream header.
+template <class Out>
+concept TextStream = requires(Out& out) {
+  out << "" << 0.0 << std::int64_t{};
+};
 /// Whether this may be a count: from there it can go on for as long as there is time.
 [[nodiscard]] constexpr bool can_be_count(std::int64_t n) { return 0 <= n && n < std::int64_t{1} << 56; }
 
@@ -64,11 +69,8 @@ struct Statistics {
     });
   }
 
-  /// One line a count, those that most scenes don't have only where they aren't zero. A template, so that the core needs
-  /// no stream header.
-  template <class OStream>
-    requires requires(OStream& out) { out << "" << std::int64_t{}; }
-  friend OStream& operator<<(OStream& out, const Statistics& s) {
+  /// One line a count, those that most scenes don't have only where they aren't zero.
+  friend auto& operator<<(TextStream auto& out, const Statistics& s) {
     for_each([&](const char* name, Count count, bool is_special) {
       if (count == &Statistics::failed_steps || (is_special && s.*count == 0)) return;
       out << "  " << name << s.*count;

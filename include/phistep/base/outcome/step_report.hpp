@@ -13,6 +13,12 @@
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
+/// As reports print it.
+[[nodiscard]] inline std::string number_text(double x, int digits) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.*g", digits, x);
+  return text;
+}
 /// The outcome as a paragraph: what happened, the details known, what to try.
 /// @param advice  in place of what helps in general
 [[nodiscard]] inline std::string explain(Outcome outcome, const std::string& details = {},
@@ -81,7 +87,6 @@ struct Failure : SolveRecord, ComponentLocation {
   /// Everything known, as one paragraph.
   [[nodiscard]] std::string message() const {
     std::string text;
-    char buffer[96];
     if (index >= 0) {
       text += ", component " + std::to_string(index);
       if (block >= 0) text += " of block " + std::to_string(block);
@@ -91,16 +96,12 @@ struct Failure : SolveRecord, ComponentLocation {
     if (term >= 0) text += ", from term " + std::to_string(term) + " of the sum";
     if (returned_rows >= 0)
       text += ": it is " + std::to_string(returned_rows) + " x " + std::to_string(returned_columns);
-    std::snprintf(buffer, sizeof buffer, "; at t = %.9g, dt = %.9g", t, dt);
-    text += buffer;
+    text += "; at t = " + number_text(t, 9) + ", dt = " + number_text(dt, 9);
     if (iterations > 0) {
       const bool newton = outcome != Outcome::iteration_diverged && outcome != Outcome::iteration_stalled;
       text += newton ? "; relative Newton increments" : "; relative increments";
       const auto shown = std::min(static_cast<std::size_t>(iterations), history_length);
-      for (std::size_t k = 0; k < shown; ++k) {
-        std::snprintf(buffer, sizeof buffer, " %.2g", increments[k]);
-        text += buffer;
-      }
+      for (std::size_t k = 0; k < shown; ++k) text += ' ' + number_text(increments[k], 2);
     }
     return explain(outcome, text, is_singular ? advise_on_index(outcome) : "");
   }

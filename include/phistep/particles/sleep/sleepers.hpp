@@ -49,9 +49,7 @@ struct SleepReport {
     for (const std::int64_t count : {asleep, fell_asleep, woken, skipped}) ar.check(can_be_count(count));
   }
 
-  template <class OStream>
-    requires requires(OStream& out) { out << "" << std::int64_t{} << double{}; }
-  friend OStream& operator<<(OStream& out, const SleepReport& r) {
+  friend auto& operator<<(TextStream auto& out, const SleepReport& r) {
     return out << "  asleep              " << r.asleep << "  (fell asleep " << r.fell_asleep << " times, woken "
                << r.woken << ")\n  skipped             " << r.skipped << " particle steps\n  energy removed      "
                << r.energy_removed << "\n  impulse not applied " << r.impulse_not_applied << '\n';

@@ -114,9 +114,7 @@ class SchemeUses {
 struct [[nodiscard]] AutomaticReport : RunReport {
   SchemeUses schemes;
 
-  template <class OStream>
-    requires requires(OStream& out, const std::string& text) { out << "" << 0.0 << std::int64_t{} << text; }
-  friend OStream& operator<<(OStream& out, const AutomaticReport& report) {
+  friend auto& operator<<(TextStream auto& out, const AutomaticReport& report) {
     out << static_cast<const RunReport&>(report) << "  schemes\n" << report.schemes.message();
     return out;
   }

@@ -6,7 +6,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
 #include <numeric>
 #include <optional>
 #include <string>
@@ -85,9 +84,7 @@ class Limits {
   bool has_own_scales = false;
 
   /// "  dt limited by       the error, e.g. of component 3 of block 0, in 71 % of the steps"
-  template <class OStream>
-    requires requires(OStream& out) { out << "" << std::int64_t{}; }
-  friend OStream& operator<<(OStream& out, const Limits& limits) {
+  friend auto& operator<<(TextStream auto& out, const Limits& limits) {
     const Limit most = limits.most();
     if (most.by == LimitedBy::nothing) return out;
     static constexpr const char* names[]{
@@ -115,13 +112,6 @@ class Limits {
   std::array<std::int64_t, static_cast<std::size_t>(LimitedBy::not_finite) + 1> steps_{};
   MostNamed worst_;
 };
-
-/// As reports print it.
-[[nodiscard]] inline std::string number_text(double x, int digits) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.*g", digits, x);
-  return text;
-}
 
 /// How a run ended, and what it did. Contextually true where it reached t1.
 struct [[nodiscard]] RunReport {
@@ -186,9 +176,7 @@ struct [[nodiscard]] RunReport {
   }
 
  public:
-  template <class OStream>
-    requires requires(OStream& out) { out << "" << 0.0 << std::int64_t{}; }
-  friend OStream& operator<<(OStream& out, const RunReport& report) {
+  friend auto& operator<<(TextStream auto& out, const RunReport& report) {
     out << report.message() << "\n  reached t           " << report.t << '\n' << report.statistics;
     if (report.largest_dt > report.smallest_dt)
       out << "  dt                  " << report.smallest_dt << " ... " << report.largest_dt << '\n';

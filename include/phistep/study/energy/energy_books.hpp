@@ -59,9 +59,7 @@ class EnergyBooks {
   [[nodiscard]] std::int64_t steps() const { return books_.steps; }
   [[nodiscard]] std::int64_t force_calls() const { return books_.force_calls; }  ///< the ledger's own
 
-  template <class OStream>
-    requires requires(OStream& out) { out << ""; }
-  friend OStream& operator<<(OStream& out, const EnergyBooks& ledger) {
+  friend auto& operator<<(TextStream auto& out, const EnergyBooks& ledger) {
     char line[128];
     const auto print = [&](const char* name, Energy x) {
       const double energy = static_cast<double>(x), scale = static_cast<double>(ledger.books_.largest);

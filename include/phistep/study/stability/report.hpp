@@ -135,9 +135,7 @@ struct PreflightReport {
       }
     return all;
   }
-  template <class OStream>
-    requires requires(OStream& out) { out << "" << std::int64_t{}; }
-  friend OStream& operator<<(OStream& out, const PreflightReport& report) {
+  friend auto& operator<<(TextStream auto& out, const PreflightReport& report) {
     out << report.text();
     return out;
   }
