@@ -10,9 +10,11 @@
 #include <cmath>
 #include <complex>
 #include <cstddef>
+#include <cstdio>
 #include <limits>
 #include <numbers>
 #include <sstream>
+#include <string>
 #include <vector>
 
 namespace {
@@ -166,10 +168,12 @@ TEST_CASE("complex states: csv writes their parts, and Halving takes them") {
   const auto spin = [](const Eigen::Vector2cd& z) -> Eigen::Vector2cd { return 1i * z; };
   phistep::Halving stepper{PhiStepper{y, spin, phistep::trapezoidal}};
   REQUIRE(integrate(stepper, y, {0.0, 1.0}, fixed(1.0), phistep::csv(lines)));
-  std::ostringstream expected;
-  expected << "t,y0,y1,y2,y3\n0,1,0,0,1\n1," << y[0].real() << ',' << y[0].imag();
-  CHECK(lines.str().substr(0, 26) == expected.str().substr(0, 26));
-  CHECK(std::count(lines.str().begin(), lines.str().end(), ',') == 12);
+  double t, re, im;
+  const std::string start = "t,y0,y1,y2,y3\n0,1,0,0,1\n";
+  REQUIRE(lines.str().substr(0, start.size()) == start);
+  REQUIRE(std::sscanf(lines.str().c_str() + start.size(), "%lf,%lf,%lf,", &t, &re, &im) == 3);
+  CHECK(Complex(re, im) == y[0]);
+  CHECK(std::abs(y[0] - (1.0 + 0.5i) / (1.0 - 0.5i)) < 1e-14);  // the trapezoidal rule's step of 1
 }
 
 TEST_CASE("complex states: on a failure every bit stays, and a size that changes is followed") {
