@@ -181,7 +181,7 @@ class Linearization<S, Rhs, Solver, position, stages, shifted, iterated> : publi
         "phistep: Rosenbrock schemes multiply with dPsi/dr, which a field's solver doesn't: take trapezoidal, "
         "tr_bdf2 or velocity_verlet for a motion of fields");
   }
-  [[nodiscard]] static bool reached_too_far(const Plain&, const Unknown&) { return false; }
+  [[nodiscard]] static bool differences_reached_too_far(const Plain&, const Unknown&) { return false; }
   [[nodiscard]] static std::int64_t singular_particle() { return -1; }
   [[nodiscard]] static double drift_share() { return 0; }
   [[nodiscard]] static double magnitude() { return 0; }

@@ -46,9 +46,9 @@ class SchemeOn<PhiScheme<Force, Drift, form>, S> : public SchemeDefaults {
  public:
   using Scheme = PhiScheme<Force, Drift, form>;
   using Scalar = ScalarOf<S>;
-  /// The pair (φ, 0) without velocities solves nothing. Ψ⁺ of a force call (TracedEquation::reach_end) serves the next step at any φ,
-  /// so `carries` doesn't ask it; that which comes out of the solve where errors in it die out, φ > ½ (an error in a reused Ψ is
-  /// multiplied by −(1−φ)/φ each step): leaves_force(). A plain trapezoidal step carries nothing.
+  /// The pair (φ, 0) without velocities solves nothing. `carries`: Ψ⁺ for the next step. A traced step has it of a force call
+  /// (TracedEquation::reach_end), at any φ. A plain step has it out of the solve, and leaves it where errors in it die out, that is
+  /// where φ > ½ (an error in a reused Ψ is multiplied by −(1−φ)/φ each step): leaves_force().
   template <class Rhs>
   static constexpr KernelNeeds needs = [] {
     const bool solver = !is_zero_phi<Force> && (Rhs::couples_unknowns || !is_zero_phi<Drift>);

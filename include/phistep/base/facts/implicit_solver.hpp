@@ -87,7 +87,7 @@ struct KernelNeeds {
   bool carries = false;  ///< a step may leave Ψ(t+Δt) to the next step
   bool stages = false;   ///< it solves linear equations of stages, not resolves
   bool shifted = false;  ///< its linear equations have several complex matrices
-  /// Explicit: 1, a step is one kick_drift; 2, a kick follows it and ends the step; 0, neither: implicit steps too begin with one.
+  /// What makes up the whole of an explicit step: 1, one kick_drift; 2, a kick after it. 0: a solve follows, or stages.
   int passes = 0;
 };
 

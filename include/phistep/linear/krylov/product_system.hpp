@@ -186,7 +186,7 @@ class TangentProduct {
   }
   static void begin() {}
   static void forget_pattern() {}
-  [[nodiscard]] static bool reached_too_far(const auto&, const auto&) { return false; }
+  [[nodiscard]] static bool differences_reached_too_far(const auto&, const auto&) { return false; }
 
   /// Serves products at (t, Y), where Ψ is psi, to the system's next solve.
   void compute(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& Y, const Rate& psi,

@@ -201,7 +201,7 @@ class ParticleMasses : public ComponentMass<ParticleMasses<Scalar, rows>> {
   LeftOut left_out;  ///< what a step knows of the particles outside the active set, for the forces that it calls
 
   [[nodiscard]] Scalar operator[](Eigen::Index component) const { return mass_[component / rows]; }
-  [[nodiscard]] ComponentFactor<Scalar> scaled(Scalar h) const { return {h, {inverse_.data()}}; }
+  [[nodiscard]] ComponentFactor<Scalar> h_over_mass(Scalar h) const { return {h, {inverse_.data()}}; }
   void subtract_product(const auto& x, auto&& out) const {
     for (Eigen::Index i = 0; i < out.size(); ++i) out[i] -= inertia(i) * x[i];
   }

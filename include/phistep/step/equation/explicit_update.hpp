@@ -96,7 +96,7 @@ template <State S, bool with_drift = Blocks<S>::drifts>
                                                    const auto& masses, auto&& put, auto& out) {
   for_each_block(
       [&](auto k, auto& to, const auto& from, const auto& rate, const auto& mass) PHISTEP_DETAIL_INLINED {
-        const auto factor = mass.scaled(by.kick);
+        const auto factor = mass.h_over_mass(by.kick);
         if constexpr (with_drift && k == 0) {
           const ScalarOf<S>* const r = std::get<0>(Blocks<S>::all(y)).data();
           const KickAndDrift kernel{Input{r}, Input{from.data()}, Input{rate.data()}, factor, by.before, by.after};

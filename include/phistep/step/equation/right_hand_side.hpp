@@ -132,7 +132,7 @@ class RightHandSide {
     else return (trial_);
   }
   /// The times of the step to come, which may start or end where Ψ jumps.
-  void bound_times(Scalar t, Scalar dt, const Origin& origin) {
+  void limit_times(Scalar t, Scalar dt, const Origin& origin) {
     if constexpr (uses_time) times_ = Times<Scalar>{t, dt, origin};
   }
   /// t, or the time next to it inside the step. [time]
@@ -216,7 +216,7 @@ class RightHandSide {
   }
   /// The same between steps, with the kicks of a split scene.
   [[nodiscard]] bool whole_slope(Scalar t, const Plain& y, Plain& out, Rate& psi) {
-    bound_times(t, Scalar{0}, Origin::unknown);
+    limit_times(t, Scalar{0}, Origin::unknown);
     begin(t, Scalar{0}, y);  // a force may make its history at its first step
     if constexpr (remembers && has_inner_steps) begin_force(whole_force(), t, Scalar{0}, view(y), trial_);
     bool finite = slope(t, y, out, psi);

@@ -256,7 +256,7 @@ class InPlaceStep {
     rhs_ = &rhs;
     state.note_length();
     if (!log_.begin(state)) known_ = Known::nothing;
-    rhs.bound_times(t, dt, origin);
+    rhs.limit_times(t, dt, origin);
     Equation equation{*this, state, t, dt, origin};
     const auto undo = [&] {
       known_ = Known::nothing;
@@ -321,7 +321,7 @@ class InPlaceStep {
   template <bool keeps_state, bool keeps_psi>
   [[nodiscard]] bool pass(Equation& step, const auto& by, bool looks, const Scalar* psi) {
     PositionsSeen seen;
-    const auto factor = std::get<0>(rhs_->masses()).scaled(by.kick);
+    const auto factor = std::get<0>(rhs_->masses()).h_over_mass(by.kick);
     const bool finite =
         pass_in_place<keeps_state, keeps_psi>(step.state, log_, factor, by, psi, looks ? &seen : nullptr);
     if constexpr (keeps_state) seen_ = seen;

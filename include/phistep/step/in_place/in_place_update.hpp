@@ -102,7 +102,7 @@ class InPlaceUpdate {
     for_each_block(
         [this](auto k, const auto& x, const auto& mass) {
           Scalar& most = largest_inverse_mass_[k] = 0;
-          const auto inverse = mass.scaled(Scalar{1});
+          const auto inverse = mass.h_over_mass(Scalar{1});
           for (Index i = 0; i < x.size(); ++i) most = std::max(most, std::abs(static_cast<Scalar>(inverse(i))));
         },
         Blocks<S>::solved(y), rhs.masses());

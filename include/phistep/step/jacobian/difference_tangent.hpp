@@ -152,7 +152,7 @@ class DifferenceTangent {
         if (!(allowed.target > 0)) return scale[k];
         const auto block = [](auto& y) -> auto& { return std::get<decltype(k)::value>(Blocks<S>::solved(y)); };
         if (allowed.has_unsized && block(*allowed.weight).data()[i] == 0)  // it is about to be as large as this
-          if (const Scalar kick = std::abs(std::get<k()>(rhs.masses()).scaled(gamma.force)(i) *
+          if (const Scalar kick = std::abs(std::get<k()>(rhs.masses()).h_over_mass(gamma.force)(i) *
                                            std::get<k()>(Rate::blocks(psi)).data()[i]);
               kick > 0)
             return 16 * kick;
@@ -164,7 +164,7 @@ class DifferenceTangent {
 
   /// A stiff force kicks far and moves little: differences over the kick then miss the tangent. True once per block and
   /// matrix that did so, with the next differences confined to what Y and δ say.
-  [[nodiscard]] bool reached_too_far(const Plain& Y, const Unknown& correction) {
+  [[nodiscard]] bool differences_reached_too_far(const Plain& Y, const Unknown& correction) {
     if constexpr (Rhs::Traits::is_affine) return false;
     bool too_far = false;
     std::size_t k = 0;

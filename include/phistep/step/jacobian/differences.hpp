@@ -34,7 +34,7 @@ template <bool affine, class Scalar>
 /// How far γΨ/M kicks a block, its farthest component.
 [[nodiscard]] double largest_kick(auto gamma, const auto& rate, const auto& mass) {
   double kicked = 0;
-  const auto factor = mass.scaled(gamma);
+  const auto factor = mass.h_over_mass(gamma);
   for (Eigen::Index i = 0; i < rate.size(); ++i)
     kicked = std::max(kicked, std::abs(static_cast<double>(factor(i) * rate.data()[i])));
   return kicked;

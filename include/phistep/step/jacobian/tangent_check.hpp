@@ -107,7 +107,7 @@ class TangentCheck {
   [[nodiscard]] bool choose_sizes(const Rhs& rhs, const Gamma<Scalar>& gamma, const Plain& y, const Rate& psi) {
     for_each_block(
         [&](auto, auto& size, const auto& now, const auto& rate, const auto& mass) {
-          const auto factor = mass.scaled(gamma.force);
+          const auto factor = mass.h_over_mass(gamma.force);
           for (Index i = 0; i < size.size(); ++i)
             size.data()[i] = std::max(std::abs(now.data()[i]), std::abs(factor(i) * rate.data()[i]));
           // One that is zero and stays there moves by a little of what the others are.
@@ -147,7 +147,7 @@ class TangentCheck {
   void leave_out_held(const Rhs& rhs, Unknown& x) const {
     for_each_part(
         [&](Index at, const auto& block, const auto& mass) {
-          const auto factor = mass.scaled(Scalar{1});
+          const auto factor = mass.h_over_mass(Scalar{1});
           for (Index i = 0; i < block.size(); ++i)
             if (factor(i) == 0) x[at + i] = 0;
         },

@@ -198,7 +198,7 @@ struct Equation {
     if constexpr (needs.stages) return false;
     else return Kernel::Resolvent::checks_state;
   }
-  /// Whether psi is the first Ψ of an iteration that starts from y itself. That of a motion starts from y's v, its r being b.r + γ_d v.
+  /// Whether psi is the first Ψ of an iteration that starts from y. That of a motion doesn't: it has y's v, but r = b.r + γ_d v.
   [[nodiscard]] bool knows_first_force() const { return knows_start && Rhs::is_autonomous && !Rhs::drifts; }
   void know_start() {
     if (!knows_start) rhs().evaluate_into(t, y, psi);
@@ -213,13 +213,14 @@ struct Equation {
   /// @param size  (x) → ‖x‖ in units of the tolerance, or null
   [[nodiscard]] Outcome check_start(const Gamma<Scalar>& gamma, const SolveTolerance<Plain>& allowed, auto&& size) {
     if constexpr (Rhs::may_be_singular) {
-      if (!kernel.algebra().is_due(t, dt, y)) return Outcome::success;
+      if (!kernel.algebraic_start().is_due(t, dt, y)) return Outcome::success;
       if constexpr (!needs.stages || needs.shifted) know_start();
       copy_blocks<S>(next, y);  // kept for the failure message
-      const Outcome outcome = kernel.algebra().check(
+      const Outcome outcome = kernel.algebraic_start().check(
           rhs(), *this, allowed.weight, size,
           [&](const auto& residual, Plain& response) { return respond(gamma, residual, response, allowed); });
-      if (outcome == Outcome::inconsistent_start) kernel.transaction().set_inconsistent(kernel.algebra().worst());
+      if (outcome == Outcome::inconsistent_start)
+        kernel.transaction().set_inconsistent(kernel.algebraic_start().worst());
       return outcome;
     }
     return Outcome::success;

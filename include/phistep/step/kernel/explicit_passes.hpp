@@ -66,25 +66,25 @@ class ExplicitPasses {
       if (!stays) unchanged_.forget();
   }
 
-  [[nodiscard, gnu::always_inline]] inline Outcome kick_drift(Rhs& rhs, auto& step, const auto& by) {
+  [[nodiscard, gnu::always_inline]] inline Outcome kick_drift(Rhs& rhs, auto& eq, const auto& by) {
     if constexpr (follows_active)
-      if (unchanged_.find(rhs.active(), step.y, step.next)) rhs.set_left_out(unchanged_.left_out());
-    const bool finite = step.knows_start ? advance_by(rhs, step, by, RateOf<S>::blocks(std::as_const(step.psi)))
-                                         : advance_by(rhs, step, by, rhs.evaluate(step.t, step.y, step.psi));
+      if (unchanged_.find(rhs.active(), eq.y, eq.next)) rhs.set_left_out(unchanged_.left_out());
+    const bool finite = eq.knows_start ? advance_by(rhs, eq, by, RateOf<S>::blocks(std::as_const(eq.psi)))
+                                       : advance_by(rhs, eq, by, rhs.evaluate(eq.t, eq.y, eq.psi));
     // A matrix mass used psi as its scratch, and a reference to the user's array never filled it.
-    step.knows_start = !Rhs::has_matrix_mass && (step.knows_start || !Rhs::returns_reference);
+    eq.knows_start = !Rhs::has_matrix_mass && (eq.knows_start || !Rhs::returns_reference);
     return finite ? Outcome::success : Outcome::non_finite_state;
   }
-  [[nodiscard, gnu::always_inline]] inline Outcome kick(Rhs& rhs, auto& step, Scalar gamma, Scalar t) {
-    if constexpr (!carries) return kick_by(rhs, step, gamma, rhs.evaluate(t, step.next, step.psi));
-    rhs.evaluate_into(t, step.next, step.psi);  // a copy: the user's own array may change before the next step
+  [[nodiscard, gnu::always_inline]] inline Outcome kick(Rhs& rhs, auto& eq, Scalar gamma, Scalar t) {
+    if constexpr (!carries) return kick_by(rhs, eq, gamma, rhs.evaluate(t, eq.next, eq.psi));
+    rhs.evaluate_into(t, eq.next, eq.psi);  // a copy: the user's own array may change before the next step
     if constexpr (keeps_psi) {
-      kicked_by_ = step.psi;  // psi goes on to the next step as Ψ, not as M⁻¹Ψ
+      kicked_by_ = eq.psi;  // psi goes on to the next step as Ψ, not as M⁻¹Ψ
       const bool finite =
-          kick_blocks<S>(step.next, gamma, RateOf<S>::blocks(std::as_const(kicked_by_)), kicked_by_, rhs.masses());
+          kick_blocks<S>(eq.next, gamma, RateOf<S>::blocks(std::as_const(kicked_by_)), kicked_by_, rhs.masses());
       return finite ? Outcome::success : Outcome::non_finite_state;
     }
-    return kick_by(rhs, step, gamma, RateOf<S>::blocks(std::as_const(step.psi)));
+    return kick_by(rhs, eq, gamma, RateOf<S>::blocks(std::as_const(eq.psi)));
   }
 
  private:
@@ -98,21 +98,21 @@ class ExplicitPasses {
   static constexpr bool follows_active =
       needs.passes != 0 && !Rhs::has_matrix_mass && Rhs::takes_active && std::is_same_v<S, PlainState<S>>;
 
-  [[nodiscard, gnu::always_inline]] inline bool advance_by(Rhs& rhs, auto& step, const auto& by, const auto& psi) {
+  [[nodiscard, gnu::always_inline]] inline bool advance_by(Rhs& rhs, auto& eq, const auto& by, const auto& psi) {
     if constexpr (follows_active)
       if (const auto* only = unchanged_.found())
-        return advance_particles<S>(step.next, step.y, by, psi, rhs.masses(), *only);
+        return advance_particles<S>(eq.next, eq.y, by, psi, rhs.masses(), *only);
     if constexpr (writes_in_place)
-      if ((step.is_state_next = in_place_.advance(rhs, step.y, by, psi))) return true;
-    return advance_blocks<S>(step.next, step.y, by, psi, step.psi, step.masses);
+      if ((eq.is_state_next = in_place_.advance(rhs, eq.y, by, psi))) return true;
+    return advance_blocks<S>(eq.next, eq.y, by, psi, eq.psi, eq.masses);
   }
-  [[nodiscard, gnu::always_inline]] inline Outcome kick_by(Rhs& rhs, auto& step, Scalar gamma, const auto& psi) {
+  [[nodiscard, gnu::always_inline]] inline Outcome kick_by(Rhs& rhs, auto& eq, Scalar gamma, const auto& psi) {
     if constexpr (follows_active)
       if (const auto* only = unchanged_.found())
-        return advance_particles<S, false>(step.next, step.next, {gamma, 0, 0}, psi, rhs.masses(), *only)
+        return advance_particles<S, false>(eq.next, eq.next, {gamma, 0, 0}, psi, rhs.masses(), *only)
                    ? Outcome::success
                    : Outcome::non_finite_state;
-    return kick_blocks<S>(step.next, gamma, psi, step.psi, step.masses) ? Outcome::success : Outcome::non_finite_state;
+    return kick_blocks<S>(eq.next, gamma, psi, eq.psi, eq.masses) ? Outcome::success : Outcome::non_finite_state;
   }
 
   [[no_unique_address]] Only<steps_in_place, InPlaceStep<S, Rhs, needs.passes>> arrays_;

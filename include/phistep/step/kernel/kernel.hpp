@@ -87,7 +87,7 @@ class Kernel {
   Kernel(const S& state, const Plain& copy, Rhs rhs, const Solver& solver)
       : rhs_{std::move(rhs)}, transaction_{state, copy}, passes_{state}, resolvent_{copy, rhs_, solver} {
     passes_.bind(copy);
-    transaction_.record().is_singular = algebra_.bind(rhs_, copy);
+    transaction_.record().is_singular = algebraic_start_.bind(rhs_, copy);
     if constexpr (ShowsTrials<S> && !steps_in_place) state.reserve();
   }
 
@@ -122,7 +122,7 @@ class Kernel {
   [[nodiscard]] const Rhs& rhs() const { return rhs_; }
   [[nodiscard]] Passes& passes() { return passes_; }
   [[nodiscard]] Resolvent& resolvent() { return resolvent_; }
-  [[nodiscard]] auto& algebra() { return algebra_; }
+  [[nodiscard]] auto& algebraic_start() { return algebraic_start_; }
   [[nodiscard]] auto& falling_rates() requires may_see_falling_rates { return falling_rates_; }
   [[nodiscard]] Transaction& transaction() { return transaction_; }
   [[nodiscard]] bool fits(const S& state) const { return !torn_ && transaction_.fits(state); }
@@ -130,7 +130,7 @@ class Kernel {
   void reset() {
     forget_force();
     resolvent_.reset();
-    algebra_.forget();
+    algebraic_start_.forget();
   }
   /// Forgets what solves have left, and nothing else.
   void forget_solves() { resolvent_.forget(); }
@@ -148,7 +148,7 @@ class Kernel {
     transaction_ = std::move(fresh);
     passes_.forget();
     passes_.bind(copy);
-    transaction_.record().is_singular = algebra_.bind(rhs_, copy);
+    transaction_.record().is_singular = algebraic_start_.bind(rhs_, copy);
     torn_ = false;
   }
   static constexpr bool has_unsaved = FieldState<S> || requires(Resolvent & resolvent) { resolvent.forget_unsaved(); };
@@ -157,7 +157,7 @@ class Kernel {
     // A field's Ψ is known by the vector itself, not by its numbers.
     if constexpr (FieldState<S>) transaction_.reset();
     if constexpr (requires { resolvent_.forget_unsaved(); }) resolvent_.forget_unsaved();
-    algebra_.forget();
+    algebraic_start_.forget();
   }
 
   /// For a checkpoint: history, counts, Ψ.
@@ -182,7 +182,7 @@ class Kernel {
         if (!is_done) forget_solves();
       }};
       const StepReport report = transaction_.run(rhs_, state, steps, origin, bind, advance, accepted);
-      if (report) algebra_.reached(steps.t(0) + steps.dt, state);
+      if (report) algebraic_start_.reached(steps.t(0) + steps.dt, state);
       const Outcome outcome = report.outcome();  // for its arguments a step is refused before anything is computed
       is_done = keeps_tries || report || outcome == Outcome::invalid_step || outcome == Outcome::step_too_small;
       return report;
@@ -197,7 +197,7 @@ class Kernel {
   Transaction transaction_;
   [[no_unique_address]] Passes passes_;
   [[no_unique_address]] Resolvent resolvent_;
-  [[no_unique_address]] std::conditional_t<Rhs::may_be_singular, AlgebraicStart<S, Rhs>, RegularStart> algebra_;
+  [[no_unique_address]] std::conditional_t<Rhs::may_be_singular, AlgebraicStart<S, Rhs>, RegularStart> algebraic_start_;
   [[no_unique_address]] Only<may_see_falling_rates, FallingRates<S>> falling_rates_;
   bool torn_ = false;
 };

@@ -48,7 +48,7 @@ struct TracedEquation : Eq {
       return Outcome::non_finite_force;
     }
     trace.knows_start = true;
-    kernel.algebra().start_by_force();
+    kernel.algebraic_start().start_by_force();
     return Outcome::success;
   }
   [[nodiscard]] Outcome start(const Gamma<Scalar>& gamma) { return check_start(gamma); }
@@ -177,7 +177,7 @@ struct TracedEquation : Eq {
   /// The size of the step's own estimate, trace.error, likewise, for schemes that judge their steps themselves
   [[nodiscard]] double size_of_error() const { return judge.size_of_error(y, next, trace); }
   /// Completes trace.start where it is M⁻¹Ψ of a singular M.
-  void complete_start() { kernel.algebra().complete_start(rhs(), *this); }
+  void complete_start() { kernel.algebraic_start().complete_start(rhs(), *this); }
   void tell(auto&& f) { f(trace); }
   void keep_force() requires Eq::Kernel::carries { this->knows_end = this->ends_with_psi; }
 

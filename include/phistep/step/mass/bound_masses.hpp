@@ -60,9 +60,9 @@ struct MassFacts<std::tuple<M...>, Scalar> {
 template <class Mass, class Scalar>
 [[nodiscard]] Scalar field_factor(const Mass& mass, Scalar h) {
   static_assert(
-      requires { mass.scaled(h).factor; } && !Mass::is_matrix,
+      requires { mass.h_over_mass(h).factor; } && !Mass::is_matrix,
       "phistep: a field's mass is 1 or one number, mass(2.0): divide the force by any other");
-  return mass.scaled(h).factor;
+  return mass.h_over_mass(h).factor;
 }
 
 /// x ← M⁻¹ x of a block. False where a mass matrix would spread what isn't finite over all components: x is then as it was.
@@ -77,7 +77,7 @@ template <class Mass>
     if (!is_finite_block(x)) return false;
     mass.solve(flat(x));
   } else {
-    const auto factor = mass.scaled(Scalar{1});
+    const auto factor = mass.h_over_mass(Scalar{1});
     for (Index i = 0; i < x.size(); ++i) x.data()[i] = factor(i) * x.data()[i];
   }
   return true;

@@ -5,7 +5,7 @@
 /// to one value a component.
 ///
 /// M of M y' = Ψ may be singular: a zero among diagonal masses, a matrix of lower rank. What stands for M⁻¹ is then G with
-/// M G M = M (generalized_inverse.hpp), and of a diagonal 1/m, 0 for m = 0. Which schemes can do with that they say.
+/// M G M = M (matrix_mass.hpp), and of a diagonal 1/m, 0 for m = 0. Which schemes can do with that they say.
 #pragma once
 
 #include <Eigen/Core>
@@ -29,7 +29,7 @@ namespace phistep { inline namespace PHISTEP_ABI {
 template <class Mass, class Scalar>
 concept BoundMass = requires(const Mass& M, Scalar h, Eigen::Matrix<Scalar, Eigen::Dynamic, 1>& x, Eigen::Index n) {
   { Mass::structure } -> std::convertible_to<Structure>;
-  { M.scaled(h)(n) } -> std::convertible_to<Scalar>;             // i ↦ h/m_i, for the explicit update; of a matrix h
+  { M.h_over_mass(h)(n) } -> std::convertible_to<Scalar>;        // i ↦ h/m_i, for the explicit update; of a matrix h
   M.subtract_product(x, x);                                      // the second −= M times the first
   M.add_product([](Eigen::Index) { return Scalar{}; }, x);       // x += M times a function of the component
   M.for_each_entry(n, [](Eigen::Index, Eigen::Index, auto) {});  // f(i, j, M_ij) of the first n
@@ -80,7 +80,7 @@ struct UnitMass : ComponentMass<UnitMass> {
   }
   /// h times the inverse: i ↦ h/m_i
   template <class Scalar>
-  [[nodiscard]] static UniformFactor<Scalar> scaled(Scalar h) {
+  [[nodiscard]] static UniformFactor<Scalar> h_over_mass(Scalar h) {
     return {h};
   }
   [[nodiscard]] int operator[](Eigen::Index) const { return 1; }
@@ -106,7 +106,7 @@ class ScalarMass : public ComponentMass<ScalarMass<T>> {
   [[nodiscard]] ScalarMass<Scalar> bind(const Block&) const {
     return ScalarMass<Scalar>{static_cast<Scalar>(mass_)};
   }
-  [[nodiscard]] UniformFactor<T> scaled(T h) const { return {h / mass_}; }
+  [[nodiscard]] UniformFactor<T> h_over_mass(T h) const { return {h / mass_}; }
   [[nodiscard]] T operator[](Eigen::Index) const { return mass_; }
   void subtract_product(const auto& x, auto&& out) const { out -= mass_ * x; }
 
@@ -145,7 +145,7 @@ class DiagonalMass : public ComponentMass<DiagonalMass<T, size>> {
     }
     return DiagonalMass<Scalar>{std::move(all)};
   }
-  [[nodiscard]] ComponentFactor<T> scaled(T h) const { return {h, {inverse_.data()}}; }
+  [[nodiscard]] ComponentFactor<T> h_over_mass(T h) const { return {h, {inverse_.data()}}; }
   [[nodiscard]] T operator[](Eigen::Index component) const { return mass_[component]; }
   [[nodiscard]] Eigen::Index algebraic() const {
     for (Eigen::Index i = 0; i < mass_.size(); ++i)

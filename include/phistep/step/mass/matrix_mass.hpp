@@ -140,7 +140,7 @@ class MatrixMass {
     self().solve(seen);
     x -= seen;
   }
-  [[nodiscard]] static UniformFactor<T> scaled(T h) { return {h}; }
+  [[nodiscard]] static UniformFactor<T> h_over_mass(T h) { return {h}; }
   void for_each_entry(Eigen::Index /*n*/, auto&& f) const { for_each_stored(mass_, f); }
   void add_product(auto&& x, auto& out) const {
     for_each_stored(mass_, [&](Eigen::Index i, Eigen::Index j, T m) { out.data()[i] += m * x(j); });

@@ -47,15 +47,15 @@ template <class Scalar>
 }
 /// A step's relative tolerance, for the equations inside it: RADAU5's rescaling, in whose units 1 is what a step may be off.
 [[nodiscard]] inline double solve_rtol(double rtol) { return 0.1 * std::cbrt(rtol * rtol); }
-/// The part of a nonlinear solve's error that an iterative linear solver may leave (Hindmarsh et al., ACM Trans. Math. Softw. 31
-/// (2005) 363, sect. 2.1).
-inline constexpr double inexact_share = 0.05;
 /// The part of that which the solve may be off: RADAU5's fnewt; 0 for rtol = 0, to rounding.
 [[nodiscard]] inline double solve_target(double rtol, double round_off) {
   if (rtol == 0) return 0;
   const double reduced = solve_rtol(rtol);
   return std::max(10 * round_off / reduced, std::min(0.03, std::sqrt(reduced)));
 }
+/// The part of a nonlinear solve's error that an iterative linear solver may leave (Hindmarsh et al., ACM Trans. Math. Softw. 31
+/// (2005) 363, sect. 2.1).
+inline constexpr double inexact_share = 0.05;
 
 /// The judge of one solve by Newton's iteration.
 class ConvergenceTest {

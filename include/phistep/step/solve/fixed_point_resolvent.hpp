@@ -95,7 +95,7 @@ class FixedPointResolvent : public ResolventDefaults {
           image = flat(block);
           if constexpr (std::remove_cvref_t<decltype(mass)>::is_matrix)
             if (all_finite(block.data(), block.size())) mass.solve(image);
-          const auto factor = mass.scaled(gamma.force);
+          const auto factor = mass.h_over_mass(gamma.force);
           for (Index i = 0; i < image.size(); ++i) image[i] *= factor(i);
         },
         Rate::blocks(psi), rhs.masses());

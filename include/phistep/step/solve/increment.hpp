@@ -188,7 +188,8 @@ class Increment {
       else return {norm, norm, largest(last_move_)};
     }
     if constexpr (FieldState<S>) return size_of_field(Y);
-    // Rounding of r reaches δ through K alone: all of it where springs are stiff, nothing where there are none.
+    // Rounding of r reaches δ through K alone: all of it where springs are stiff, nothing where there are none. (r is counted with
+    // the first block.)
     double rounding = drift_size(Y, drift_share);
     Correction worst;
     for_each_solved<S>(

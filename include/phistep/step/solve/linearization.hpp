@@ -237,10 +237,10 @@ class Linearization : public KeptFactors<ScalarOf<S>> {
     ++statistics.solves;
     static_cast<void>(system_.solve(x));
   }
-  /// A correction went further than the differences that made its matrix: that matrix is gone.
-  [[nodiscard]] bool reached_too_far(const Plain& Y, const auto& correction) {
+  /// The differences that made the matrix reached much further than Y and its correction: the matrix is gone.
+  [[nodiscard]] bool differences_reached_too_far(const Plain& Y, const auto& correction) {
     if constexpr (!analytic)
-      if (differences_.reached_too_far(Y, correction)) return this->drop(), true;
+      if (differences_.differences_reached_too_far(Y, correction)) return this->drop(), true;
     return false;
   }
 
@@ -267,6 +267,7 @@ class Linearization : public KeptFactors<ScalarOf<S>> {
       system_.clear();
       differences_.compute(rhs, gamma, t, Y, psi, options, allowed, system_);
     }
+    // The weights are asked for only where there is an rtol.
     system_.scale_rows_by([&](auto& x) { take_unknowns<S>(x, *allowed.weight); },
                           static_cast<Scalar>(allowed.target > 0 ? allowed.rtol : 0));
     has_jacobian_ = system_.is_finite();

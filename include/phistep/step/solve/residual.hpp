@@ -62,7 +62,7 @@ struct Residual {
   [[nodiscard]] bool residual_is_rounding() const {
     bool rounding = true;
     for_each_rate([&](Index at, const auto& rate, const auto&) {
-      rounding = rounding && largest(part(F(), at, rate)) <= 8 * round_off * force(rate);
+      rounding = rounding && largest(part(F(), at, rate)) <= 8 * round_off * force_size(rate);
     });
     return rounding;
   }
@@ -79,21 +79,23 @@ struct Residual {
         },
         Y, guess);
     double all = magnitude * size;
-    for_each_rate([&](Index, const auto& rate, const auto&) { all = std::max(all, force(rate)); });
+    for_each_rate([&](Index, const auto& rate, const auto&) { all = std::max(all, force_size(rate)); });
     return all;
   }
+
+ protected:
+  [[nodiscard]] auto& F() const { return increment.delta; }
 
  private:
   static constexpr double round_off = static_cast<double>(std::numeric_limits<Scalar>::epsilon());
 
-  [[nodiscard]] auto& F() const { return increment.delta; }
-  [[nodiscard]] double force(const auto& rate) const {
+  [[nodiscard]] double force_size(const auto& rate) const {
     return std::abs(static_cast<double>(gamma.force)) * largest(rate);
   }
   [[nodiscard]] double size_of_numbers() const {
     const auto each = [&](auto&& f) {
       for_each_rate([&](Index at, const auto& rate, const auto& mass) {
-        const auto inverse_mass = mass.scaled(Scalar{1});
+        const auto inverse_mass = mass.h_over_mass(Scalar{1});
         for (Index i = 0; i < rate.size(); ++i) f(std::abs(static_cast<double>(inverse_mass(i) * F()[at + i])));
       });
     };

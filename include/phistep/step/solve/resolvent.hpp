@@ -48,24 +48,24 @@ class NewtonResolvent : public ResolventDefaults {
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
   using Rate = RateOf<S>;
-  using Matrix = Linearization<S, Rhs, LinearSolver, position, /*stages=*/false, /*shifted=*/false,
-                               /*iterated=*/corrections != Corrections::one>;
-  static constexpr bool affine = Rhs::Traits::is_affine && !Matrix::matrix_free && !Matrix::follows_tolerance;
+  using Linearized = Linearization<S, Rhs, LinearSolver, position, /*stages=*/false, /*shifted=*/false,
+                                   /*iterated=*/corrections != Corrections::one>;
+  static constexpr bool affine = Rhs::Traits::is_affine && !Linearized::matrix_free && !Linearized::follows_tolerance;
   /// One correction is all there is, with a J that the user answers for.
-  static constexpr bool is_checked = corrections == Corrections::one && !affine && Matrix::is_promised;
+  static constexpr bool is_checked = corrections == Corrections::one && !affine && Linearized::is_promised;
 
   NewtonResolvent(const Plain& y, auto&& rhs, const auto& solver) : options_{solver.options} {
     // One solve is all there is: it has to be as good as the answer.
-    if (Matrix::is_iterative && options_.linear_rtol == 0) {
+    if (Linearized::is_iterative && options_.linear_rtol == 0) {
       if (affine) options_.linear_rtol = std::max(1e-12, 16 * round_off);
       else if (corrections == Corrections::one) options_.linear_rtol = 1e-6;
     }
-    matrix_.take(solver);
+    linearized_.take(solver);
     resize(y, rhs);
   }
 
   void resize(const Plain& y, Rhs& rhs) {
-    matrix_.resize(y, rhs);  // may throw, so it comes first
+    linearized_.resize(y, rhs);  // may throw, so it comes first
     increment_.resize(y);
     if constexpr (is_checked) check_.resize(y);
     forget();
@@ -81,27 +81,28 @@ class NewtonResolvent : public ResolventDefaults {
 
   /// Whether the next solve begins with differences, for which it has to know Ψ itself: one that a solve has left is off by
   /// what that solve is.
-  [[nodiscard]] bool wants_differences() const { return Matrix::takes_differences && !matrix_.has_jacobian(); }
+  [[nodiscard]] bool wants_differences() const { return Linearized::takes_differences && !linearized_.has_jacobian(); }
   /// Forgets Jacobian and factors.
-  void drop() { matrix_.drop(); }
+  void drop() { linearized_.drop(); }
   /// Forgets all that solves have left.
   void forget() {
-    matrix_.forget_solves();
+    linearized_.forget_solves();
     affine_solve_ = {};
     pace_ = {};
   }
   /// Forgets also what was found out about the force, which may be another one.
   void reset() {
     forget();
-    matrix_.forget();
+    linearized_.forget();
     if constexpr (is_checked) check_.begin();
   }
   /// Forgets also the matrix's pattern: the state after construction.
   void forget_unsaved() {
     reset();
-    matrix_.forget_pattern();
+    linearized_.forget_pattern();
   }
 
+  /// @param Y  b at first, then what (1) is solved by
   /// @param psi_known  psi holds Ψ at the start of the iteration already
   /// @param allowed  of a controlled run: says how well to solve, unless the options do
   [[nodiscard]] Outcome resolve(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, Plain& Y, const Plain& guess, Rate& psi,
@@ -111,10 +112,10 @@ class NewtonResolvent : public ResolventDefaults {
     // Factors of a γ that is the same up to rounding (frames away from t = 0) serve always, to a tolerance those within
     // CVODE's bound.
     const bool is_tolerant = !affine && (options_.rtol > 0 || allowed.target > 0);
-    matrix_.begin(gamma, is_tolerant ? Scalar{3} / 10 : static_cast<Scalar>(std::sqrt(round_off)));
+    linearized_.begin(gamma, is_tolerant ? Scalar{3} / 10 : static_cast<Scalar>(std::sqrt(round_off)));
     Iterate equation{{rhs, gamma, t, psi, psi_known, increment_}, *this, Y, guess, allowed};
     const Outcome outcome = solve(equation, record);
-    if (outcome == Outcome::singular_matrix) record.particle = matrix_.singular_particle();
+    if (outcome == Outcome::singular_matrix) record.particle = linearized_.singular_particle();
     return outcome;
   }
 
@@ -131,9 +132,9 @@ class NewtonResolvent : public ResolventDefaults {
   /// rate ← W⁻¹ γ rate, as unknowns in x, with W at (t, y), where Ψ is psi.
   [[nodiscard]] Outcome respond(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& y, const Rate& psi,
                                 const Rate& rate, Plain& x, const SolveTolerance<Plain>& allowed) {
-    matrix_.begin(gamma, Scalar{0});
-    if (!matrix_.has_factors())
-      if (const Outcome bad = matrix_.refresh(rhs, gamma, t, y, psi, options_, allowed); failed(bad)) return bad;
+    linearized_.begin(gamma, Scalar{0});
+    if (!linearized_.has_factors())
+      if (const Outcome bad = linearized_.refresh(rhs, gamma, t, y, psi, options_, allowed); failed(bad)) return bad;
     auto& of = increment_.delta;
     for_each_part([&](Index at, const auto& block) { part(of, at, block) = gamma.force * flat(block); },
                   Rate::blocks(rate));
@@ -142,11 +143,11 @@ class NewtonResolvent : public ResolventDefaults {
 
   /// W is M to a half: an iteration with it converges for what it is, and a filter by it hides nothing.
   [[nodiscard]] bool is_mild() const {
-    const double largest = matrix_.magnitude();
+    const double largest = linearized_.magnitude();
     return Rhs::MassTypes::are_ones && largest > 0 && largest < 1.5;
   }
   [[nodiscard]] const auto& increment() const { return increment_.w; }
-  [[nodiscard]] const char* solver_name() const { return matrix_.name(); }
+  [[nodiscard]] const char* solver_name() const { return linearized_.name(); }
   [[nodiscard]] static bool keeps_factors() { return true; }
 
  private:
@@ -154,7 +155,7 @@ class NewtonResolvent : public ResolventDefaults {
 
   /// What solve_newton iterates on.
   struct Iterate : Residual<S, Rhs> {
-    static constexpr bool is_inexact = Matrix::is_iterative;
+    static constexpr bool is_inexact = Linearized::is_iterative;
     NewtonResolvent& self;
     Plain& Y;
     const Plain& guess;
@@ -165,34 +166,34 @@ class NewtonResolvent : public ResolventDefaults {
     void restart() { this->increment.start(Y, guess); }
     [[nodiscard]] Outcome residual() {
       this->evaluate(Y);
-      square = self.matrix_.square_of(this->increment.delta, self.options_, allowed);
-      return square >= 0 ? Outcome::success : this->check();  // that is finite
+      square = self.linearized_.square_of(this->increment.delta, self.options_, allowed);
+      return square >= 0 ? Outcome::success : this->check();  // of a field the sum tells whether F is finite
     }
     [[nodiscard]] bool residual_is_noise() const {
-      if constexpr (Matrix::matrix_free) return true;  // no matrix of an earlier iterate is ever used
-      else return largest(this->increment.delta) <= 8 * round_off * terms();
+      if constexpr (Linearized::matrix_free) return true;  // no matrix of an earlier iterate is ever used
+      else return largest(this->F()) <= 8 * round_off * terms();
     }
     /// The size of what F is made of.
     [[nodiscard]] double terms() const {
-      return this->all_terms(Y, guess, self.matrix_.magnitude(), self.matrix_.drift_share());
+      return this->all_terms(Y, guess, self.linearized_.magnitude(), self.linearized_.drift_share());
     }
-    [[nodiscard]] bool has_jacobian() const { return self.matrix_.has_jacobian(); }
-    [[nodiscard]] bool has_factors() const { return self.matrix_.has_factors(); }
-    void drop_jacobian() { self.matrix_.drop(); }
+    [[nodiscard]] bool has_jacobian() const { return self.linearized_.has_jacobian(); }
+    [[nodiscard]] bool has_factors() const { return self.linearized_.has_factors(); }
+    void drop_jacobian() { self.linearized_.drop(); }
     [[nodiscard]] Outcome refresh() {
-      return self.matrix_.refresh(this->rhs, this->gamma, this->t, Y, this->psi, self.options_, allowed);
+      return self.linearized_.refresh(this->rhs, this->gamma, this->t, Y, this->psi, self.options_, allowed);
     }
     [[nodiscard]] Outcome solve() {
-      return self.matrix_.solve(this->increment.delta, self.options_, this->rhs.statistics(), allowed);
+      return self.linearized_.solve(this->increment.delta, self.options_, this->rhs.statistics(), allowed);
     }
     /// For a field by one reduction: how large the correction is, and whether all ranks have solved for it.
     [[nodiscard, gnu::always_inline]] inline Outcome correct() {
-      auto& matrix = self.matrix_;
+      auto& matrix = self.linearized_;
       auto& counts = this->rhs.statistics();
       if (const Outcome bad = matrix.solve_unagreed(this->increment.delta, self.options_, counts, allowed, square);
           failed(bad))
         return bad;
-      while (matrix.reached_too_far(Y, this->increment.delta)) {
+      while (matrix.differences_reached_too_far(Y, this->increment.delta)) {
         this->assemble();
         if (const Outcome bad = refresh(); failed(bad)) return bad;
         if (const Outcome bad = solve(); failed(bad)) return bad;
@@ -212,23 +213,23 @@ class NewtonResolvent : public ResolventDefaults {
     }
     [[nodiscard]] Correction size_of_move() const {
       if (allowed.target > 0) return this->increment.size(Y, allowed);
-      return this->increment.size(Y, self.matrix_.drift_share(), self.options_);
+      return this->increment.size(Y, self.linearized_.drift_share(), self.options_);
     }
   };
 
   [[nodiscard]] Outcome solve(Iterate& equation, SolveRecord& record) {
     if constexpr (affine) {
-      return affine_solve_.run<Rhs::drifts>(equation, matrix_, increment_, options_.linear_rtol, round_off);
+      return affine_solve_.run<Rhs::drifts>(equation, linearized_, increment_, options_.linear_rtol, round_off);
     } else if constexpr (corrections == Corrections::one) {
-      matrix_.drop();
+      linearized_.drop();
       equation.restart();
       if (const Outcome bad = equation.residual(); failed(bad)) return bad;
       if (const Outcome bad = equation.refresh(); failed(bad)) return bad;
       if constexpr (is_checked) {
         check_.count();
         if (check_.is_due())
-          if (const Outcome bad =
-                  check_.look(equation.rhs, matrix_, options_, equation.gamma, equation.t, equation.Y, equation.psi);
+          if (const Outcome bad = check_.look(equation.rhs, linearized_, options_, equation.gamma, equation.t,
+                                              equation.Y, equation.psi);
               failed(bad)) {
             check_.begin();
             return bad;
@@ -249,7 +250,7 @@ class NewtonResolvent : public ResolventDefaults {
   [[nodiscard]] Outcome solve_roughly(Rhs& rhs, Plain& x) {
     NewtonOptions roughly = options_;
     roughly.linear_rtol = 0.05;
-    if (const Outcome bad = matrix_.solve(increment_.delta, roughly, rhs.statistics()); failed(bad)) return bad;
+    if (const Outcome bad = linearized_.solve(increment_.delta, roughly, rhs.statistics()); failed(bad)) return bad;
     put_unknowns<S>(increment_.delta, x);
     return Outcome::success;
   }
@@ -260,7 +261,7 @@ class NewtonResolvent : public ResolventDefaults {
     const double gamma = std::abs(static_cast<double>(equation.gamma.force));
     const double growth = pace_.gamma_before > 0 ? gamma / pace_.gamma_before : 1;
     pace_.gamma_before = gamma;
-    const double rate = std::max(pace_.rate * std::max(1.0, growth), matrix_.staleness(equation.gamma));
+    const double rate = std::max(pace_.rate * std::max(1.0, growth), linearized_.staleness(equation.gamma));
     ConvergenceTest test(equation.allowed.target, options_.max_iterations, rate, round_off);
     const Outcome outcome =
         iterate_or_start_anew(equation, test, keep_jacobian_rate({.rtol = 1}), options_.line_search, record);
@@ -270,7 +271,7 @@ class NewtonResolvent : public ResolventDefaults {
 
   NewtonOptions options_;
   Increment<S> increment_;
-  Matrix matrix_;
+  Linearized linearized_;
   Pace pace_;
   AffineSolve affine_solve_;
   [[no_unique_address]] Only<is_checked, TangentCheck<S, Rhs>> check_;

@@ -84,6 +84,7 @@ class Transaction {
         }
       }};
       if constexpr (in_registers) {
+        static_assert(!ShowsTrials<S>);
         Plain y = read(state), next;
         Rate psi;
         if constexpr (carries) psi = psi_;
@@ -170,7 +171,7 @@ class Transaction {
   StepReport run_from(Rhs& rhs, auto& y, S& state, const auto& steps, Origin origin, auto& bind, auto& advance,
                       auto& accepted, Plain& next, Rate& psi) {
     bool knows_start = false;
-    rhs.bound_times(steps.t(0), steps.dt, origin);
+    rhs.limit_times(steps.t(0), steps.dt, origin);
     if constexpr (carries) {
       const Scalar at = rhs.inside(steps.t(0));
       knows_start = origin == Origin::unedited ? guard_.holds_unedited(at) : guard_.holds(at, y);

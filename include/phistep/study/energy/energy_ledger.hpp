@@ -263,7 +263,7 @@ class EnergyLedger : public EnergyBooksOf<Stepper> {
   [[nodiscard]] Energy take_carried(Scalar h) {
     Energy work{0};
     if constexpr (!std::remove_cvref_t<decltype(force_.mass())>::is_matrix) {
-      const auto factor = force_.mass().scaled(Scalar{1});
+      const auto factor = force_.mass().h_over_mass(Scalar{1});
       for (Index i = 0; i < residual_.size(); ++i)
         if (factor(i) == 0) {
           work -= static_cast<Energy>(h) * static_cast<Energy>(middle_.data()[i]) * static_cast<Energy>(psi_.data()[i]);
