@@ -257,11 +257,10 @@ class SchemeOn<Rosenbrock<Tableau>, S> : public SchemeDefaults {
       else assign<S>(Y, in<S>(eq.y) + sum<Tableau::a, i>(u));  // (1)
       eq.evaluate(eq.t + static_cast<Scalar>(Tableau::alpha[i]) * eq.dt, Y);
       assign<S>(weighted, sum<Tableau::c, i>(u));
-      set_zero(Blocks<S>::solved(b));
+      assign_solved<S>(b, gamma * psi);
       eq.add_mass_product(b, static_cast<Scalar>(Tableau::gamma), weighted);
       if constexpr (Blocks<S>::drifts)
         position_of<S>(b) = gamma * velocity_of<S>(Y) + static_cast<Scalar>(Tableau::gamma) * position_of<S>(weighted);
-      add_solved<S>(b, gamma * psi);
     }
     if constexpr (Eq::has_time && Tableau::gammas[i] != 0)
       add_solved<S>(b, gamma * static_cast<Scalar>(Tableau::gammas[i]) * eq.dt * in_rate<S>(eq.psi_t()));
