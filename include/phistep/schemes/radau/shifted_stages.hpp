@@ -37,6 +37,7 @@ class ShiftedStages {
   using Rate = RateOf<S>;
   static constexpr int lanes = 4;
   using Matrix = Linearization<S, Rhs, LinearSolver, true, true, true>;
+  static constexpr bool solves_by_factors = !Matrix::is_iterative;
   using Lanes = LaneSystem<Matrix::row.kind, Matrix::facts, Scalar, lanes>;
   using Shift = LaneShift<Scalar, lanes>;
   static constexpr bool analytic = Matrix::analytic;

@@ -232,10 +232,8 @@ struct Equation {
     if constexpr (needs.stages) {
       assign_solved<S>(response, gamma.force * in_rate<S>(residual));
       return kernel.resolvent().solve(rhs(), gamma.force, response);
-    } else if constexpr (requires { typename Kernel::Resolvent::Matrix; }) {
-      return kernel.resolvent().respond(rhs(), gamma, t, y, psi, residual, response, allowed);
     } else {
-      return Outcome::success;  // particle by particle: Newton will find out
+      return kernel.resolvent().respond(rhs(), gamma, t, y, psi, residual, response, allowed);
     }
   }
   [[nodiscard, gnu::always_inline]] inline Outcome resolve_from(const Gamma<Scalar>& gamma, Scalar at,

@@ -56,13 +56,6 @@ template <State S, class Rhs, class Solver, KernelNeeds needs>
 template <State S, class Rhs, class Solver, KernelNeeds needs>
 using ResolventOf = typename decltype(resolvent_type<S, Rhs, Solver, needs>())::type;
 
-/// It has the factors of one matrix, so that W⁻¹x is exact.
-template <class Resolvent>
-inline constexpr bool solves_by_factors = false;
-template <class Resolvent>
-  requires requires { typename Resolvent::Matrix; }
-inline constexpr bool solves_by_factors<Resolvent> = !Resolvent::Matrix::is_iterative;
-
 template <State S, class RightHandSideOf, class Solver, KernelNeeds needs_of>
 class Kernel {
  public:
@@ -79,7 +72,7 @@ class Kernel {
   using Passes = ExplicitPasses<S, Rhs, needs, carries>;
   using Resolvent = ResolventOf<S, Rhs, Solver, needs>;
   static constexpr bool may_see_falling_rates =
-      !FieldState<S> && !Rhs::Traits::is_affine && solves_by_factors<Resolvent>;
+      !FieldState<S> && !Rhs::Traits::is_affine && Resolvent::solves_by_factors;
   static_assert(needs.passes == 0 || (!needs.solver && !needs.stages));
   static_assert(needs.stages || !needs.solver || Resolves<Resolvent, S, Rhs>);
 

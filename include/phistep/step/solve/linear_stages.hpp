@@ -37,6 +37,7 @@ class LinearStages {
   using Plain = PlainState<S>;
   using Rate = RateOf<S>;
   using Matrix = Linearization<S, Rhs, LinearSolver, true, true>;
+  static constexpr bool solves_by_factors = !Matrix::is_iterative;
   static constexpr bool has_time = !Rhs::is_autonomous;
   static constexpr bool affine = Rhs::Traits::is_affine && !Matrix::matrix_free;
   static constexpr bool is_promised = Matrix::is_promised;  // and so has to be checked

@@ -29,13 +29,16 @@ namespace phistep { inline namespace PHISTEP_ABI {
 
 /// What a resolvent need not have, and those without a matrix don't.
 struct ResolventDefaults {
-  static constexpr bool checks_state = false;  ///< success of resolve() says that Y is finite, and so was b
+  static constexpr bool checks_state = false;       ///< success of resolve() says that Y is finite, and so was b
+  static constexpr bool solves_by_factors = false;  ///< of one W, so that W⁻¹x is exact
   static void forget() {}
   static void reset() {}
   [[nodiscard]] static bool keeps_factors() { return false; }
   [[nodiscard]] static bool wants_differences() { return false; }
   [[nodiscard]] static bool is_mild() { return false; }
   [[nodiscard]] static Outcome filter(const auto&...) { return Outcome::success; }
+  /// x = W⁻¹ of a residual. Without a W of all unknowns Newton will find out, particle by particle.
+  [[nodiscard]] static Outcome respond(const auto&...) { return Outcome::success; }
 };
 
 /// How often a resolve corrects its iterate.
@@ -48,15 +51,16 @@ class NewtonResolvent : public ResolventDefaults {
   using Scalar = ScalarOf<S>;
   using Plain = PlainState<S>;
   using Rate = RateOf<S>;
-  using Linearized = Linearization<S, Rhs, LinearSolver, position, /*stages=*/false, /*shifted=*/false,
-                                   /*iterated=*/corrections != Corrections::one>;
-  static constexpr bool affine = Rhs::Traits::is_affine && !Linearized::matrix_free && !Linearized::follows_tolerance;
+  using Matrix = Linearization<S, Rhs, LinearSolver, position, /*stages=*/false, /*shifted=*/false,
+                               /*iterated=*/corrections != Corrections::one>;
+  static constexpr bool solves_by_factors = !Matrix::is_iterative;
+  static constexpr bool affine = Rhs::Traits::is_affine && !Matrix::matrix_free && !Matrix::follows_tolerance;
   /// One correction is all there is, with a J that the user answers for.
-  static constexpr bool is_checked = corrections == Corrections::one && !affine && Linearized::is_promised;
+  static constexpr bool is_checked = corrections == Corrections::one && !affine && Matrix::is_promised;
 
   NewtonResolvent(const Plain& y, auto&& rhs, const auto& solver) : options_{solver.options} {
     // One solve is all there is: it has to be as good as the answer.
-    if (Linearized::is_iterative && options_.linear_rtol == 0) {
+    if (Matrix::is_iterative && options_.linear_rtol == 0) {
       if (affine) options_.linear_rtol = std::max(1e-12, 16 * round_off);
       else if (corrections == Corrections::one) options_.linear_rtol = 1e-6;
     }
@@ -81,7 +85,7 @@ class NewtonResolvent : public ResolventDefaults {
 
   /// Whether the next solve begins with differences, for which it has to know Ψ itself: one that a solve has left is off by
   /// what that solve is.
-  [[nodiscard]] bool wants_differences() const { return Linearized::takes_differences && !linearized_.has_jacobian(); }
+  [[nodiscard]] bool wants_differences() const { return Matrix::takes_differences && !linearized_.has_jacobian(); }
   /// Forgets Jacobian and factors.
   void drop() { linearized_.drop(); }
   /// Forgets all that solves have left.
@@ -155,7 +159,7 @@ class NewtonResolvent : public ResolventDefaults {
 
   /// What solve_newton iterates on.
   struct Iterate : Residual<S, Rhs> {
-    static constexpr bool is_inexact = Linearized::is_iterative;
+    static constexpr bool is_inexact = Matrix::is_iterative;
     NewtonResolvent& self;
     Plain& Y;
     const Plain& guess;
@@ -170,7 +174,7 @@ class NewtonResolvent : public ResolventDefaults {
       return square >= 0 ? Outcome::success : this->check();  // of a field the sum tells whether F is finite
     }
     [[nodiscard]] bool residual_is_noise() const {
-      if constexpr (Linearized::matrix_free) return true;  // no matrix of an earlier iterate is ever used
+      if constexpr (Matrix::matrix_free) return true;  // no matrix of an earlier iterate is ever used
       else return largest(this->F()) <= 8 * round_off * terms();
     }
     /// The size of what F is made of.
@@ -271,7 +275,7 @@ class NewtonResolvent : public ResolventDefaults {
 
   NewtonOptions options_;
   Increment<S> increment_;
-  Linearized linearized_;
+  Matrix linearized_;
   Pace pace_;
   AffineSolve affine_solve_;
   [[no_unique_address]] Only<is_checked, TangentCheck<S, Rhs>> check_;
