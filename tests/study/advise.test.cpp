@@ -105,6 +105,12 @@ TEST_CASE("real problems get what wins on their diagrams") {
 }
 
 TEST_CASE("the rules, one by one") {
+  Stiffness at_once = stiffness(true);
+  CHECK(decide(scene(3, 1e-6), at_once).message().find("|lambda| = 1 limits explicit steps to dt = 1 ") !=
+        std::string::npos);
+  at_once.steps = 0;  // its dt is that of the first step that the error allows
+  CHECK(decide(scene(3, 1e-6), at_once).message().find("|lambda| = 1, where the error allows dt = 1 ") !=
+        std::string::npos);
   // A problem of the diagrams each, with the digits at which its best scheme changes.
   CHECK(choice(scene(3, 1e-3), true) == "rodas4p2");
   CHECK(choice(scene(3, 1e-4), true) == "rodas5p");

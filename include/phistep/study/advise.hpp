@@ -85,7 +85,9 @@ template <class = void>
   else if (stiffness.known) {
     std::string text = stiffness.is_stiff ? "it is stiff: " : "it is not stiff: ";
     text += "|lambda| = " + number_text(stiffness.rate, 3);
-    text += stiffness.is_stiff ? " limits explicit steps to dt = " : ", and the error limits steps to dt = ";
+    text += !stiffness.is_stiff   ? ", and the error limits steps to dt = "
+            : stiffness.steps > 0 ? " limits explicit steps to dt = "
+                                  : ", where the error allows dt = ";
     text += number_text(stiffness.dt, 3) + " (seen: " + std::to_string(stiffness.steps) + " steps, the first " +
             number_text(100 * stiffness.covered, 3) + " % of the span)";
     to.reasons.push_back(text);
