@@ -33,6 +33,7 @@
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
+/// The pace that a control asks for.
 template <State S>
 [[nodiscard]] GridPace<ScalarOf<S>> pace_of(const FixedStep& control) {
   return GridPace<ScalarOf<S>>{control};
@@ -45,6 +46,7 @@ template <State S>
   return IterationPace<PlainState<S>>{control};
 }
 
+/// What a run takes as its control.
 template <class Control, class S>
 concept ControlOf = requires(const Control& control) {
   pace_of<S>(control);

@@ -75,8 +75,8 @@ class CompletedStep {
   /// f(t, the state at t), and whether the run goes on. Of a state in a code's own arrays f may read those: it is there for
   /// the call.
   [[nodiscard]] bool show(Scalar t, auto& f) const {
+    const auto& y = at(t);
     if constexpr (ShowsTrials<S>) {
-      const Plain& y = at(t);
       state_->hold();
       const AtExit back{[this] {
         state_->put_back();
@@ -85,7 +85,6 @@ class CompletedStep {
       copy_blocks<S>(*state_, y);
       return goes_on(f, t, std::as_const(*state_));
     } else {
-      const auto& y = at(t);
       return goes_on(f, t, y);
     }
   }

@@ -77,6 +77,7 @@ class Event {
   /// When it happened in the last run. [time]
   [[nodiscard]] const std::vector<double>& times() const { return times_; }
 
+  /// Its times, for a checkpoint.
   void archive(auto& ar) { ar("times", times_); }
 
  private:

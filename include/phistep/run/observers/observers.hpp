@@ -17,6 +17,7 @@
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
+/// An observer of whole steps.
 template <class Observer, class S>
 inline constexpr bool observes_steps = std::is_invocable_v<Observer&, const CompletedStep<S>&>;
 

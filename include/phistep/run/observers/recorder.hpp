@@ -62,6 +62,7 @@ class Recorder {
     return {shapes_(0, static_cast<Index>(k)), shapes_(1, static_cast<Index>(k))};
   }
 
+  /// All that it has, for a checkpoint.
   void archive(auto& ar) {
     ar("times", times_, "values", values_, "shapes", shapes_);
     const auto all = static_cast<Index>(values_.size());
