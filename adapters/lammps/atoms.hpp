@@ -66,7 +66,7 @@ class Inertia {
     return *this;
   }
   /// Divided as LAMMPS does.
-  [[nodiscard]] InverseInertia scaled(double h) const {
+  [[nodiscard]] InverseInertia h_over_mass(double h) const {
     const auto n = static_cast<std::size_t>(movers_->size());
     const Atom& atom = *movers_->atom;
     inverse_.resize(3 * n);
