@@ -234,6 +234,22 @@ TEST_CASE("an acceleration or a force of the wrong dimension throws") {
   CHECK_THROWS_AS(stepper.step(c.state, 0, 0.1), std::invalid_argument);
 }
 
+namespace {
+/// Says that it ignores time, and doesn't.
+struct Hidden : ForceTerm {
+  static constexpr bool uses_velocity = false, uses_time = false;
+  static void add(double t, const auto& y, auto& out) { out.force += std::sin(t) * y.r; }
+};
+}  // namespace
+
+TEST_CASE("a term that reads the time it says it ignores fails the step") {
+  Motion<Eigen::Vector2d> y{{0, 1}, {0, 0}};
+  PhiStepper stepper{y, Gravity{Eigen::Vector2d{0, -1}} + Hidden{}, velocity_verlet};
+  CHECK(stepper.step(y, 1.0, 0.1).outcome == Outcome::non_finite_force);
+  CHECK(stepper.failure().term == 1);
+  CHECK(y.r == Eigen::Vector2d{0, 1});
+}
+
 TEST_CASE("a term by reference sees later changes") {
   double k = 1;
   auto pull = [&k](const Dynamic& r) -> Dynamic { return -k * r; };

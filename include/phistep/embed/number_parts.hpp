@@ -200,8 +200,9 @@ class ForceOfParts {
   };
 
  public:
-  static constexpr bool uses_time = Traits::uses_time, uses_velocity = Traits::uses_velocity,
-                        is_affine = Traits::is_affine;
+  static constexpr bool uses_time = Traits::uses_time, is_affine = Traits::is_affine;
+  template <class View>  // it takes v along, whether the force uses it or not
+  static constexpr bool uses_velocity_of = Traits::uses_velocity;
   static constexpr Structure structure =
       Traits::has_jacobian && Traits::structure == Structure::sparse ? Structure::sparse : Structure::dense;
 

@@ -109,7 +109,8 @@ enum class ForceFault {
   lazy,       ///< an expression is
   no_vector,  ///< neither a vector nor an expression is returned
   scalar,     ///< of another type than the state's
-  size        ///< likewise
+  size,       ///< likewise
+  unused      ///< its arguments have what it says it doesn't use
 };
 
 template <class F, class... Arguments>
@@ -192,6 +193,10 @@ struct Refusal : Refuses {
                 "phistep: the force must return an Eigen vector or matrix like the state, not a number or a container");
   static_assert(fault != ForceFault::scalar, "phistep: the force returns another scalar type than the state's");
   static_assert(fault != ForceFault::size, "phistep: the force returns a vector of another size than the state's");
+  static_assert(
+      fault != ForceFault::unused,
+      "phistep: the force says uses_velocity = false or uses_time = false, and takes v or t: write f(r), f(y), or a "
+      "struct with add(t, y, out)");
 };
 
 }}  // namespace phistep::PHISTEP_ABI

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <concepts>
+#include <limits>
 #include <memory>
 #include <new>
 #include <stdexcept>
@@ -83,6 +84,27 @@ void restore_size(Block& block, Index rows, Index columns) {
   throw_wrong_size(its_rows, its_columns, rows, columns);
 }
 
+/// What stands for v in the view of a term that says `uses_velocity = false`: reading it doesn't compile.
+struct VelocityThatIsNotUsed {};
+template <class View>
+struct WithoutVelocity : View {
+  VelocityThatIsNotUsed v;
+};
+/// The view as term F may read it.
+template <class F, class View>
+[[nodiscard]] constexpr decltype(auto) view_for(const View& y) {
+  if constexpr (MotionLike<View> && std::is_trivially_copy_constructible_v<View> &&
+                requires { requires !F::uses_velocity; })
+    return WithoutVelocity<View>{y, {}};
+  else return (y);
+}
+/// t as term F may read it: NaN where it says `uses_time = false`.
+template <class F, class Scalar>
+[[nodiscard]] constexpr Scalar time_for(Scalar t) {
+  if constexpr (requires { requires !F::uses_time; }) return std::numeric_limits<Scalar>::quiet_NaN();
+  else return t;
+}
+
 /// out += Ψ.
 template <class F, class View, class Memory, class Rate, class Scalar>
 void add_force(F& force, Scalar t, const View& y, const Memory& memory, Rate& out) {
@@ -95,9 +117,9 @@ void add_force(F& force, Scalar t, const View& y, const Memory& memory, Rate& ou
     check_result_size(result, block);
     block += result;
   } else if constexpr (remembers<F>) {
-    force.add(t, y, memory, out);
+    force.add(time_for<F>(t), view_for<F>(y), memory, out);
   } else {
-    force.add(t, y, out);
+    force.add(time_for<F>(t), view_for<F>(y), out);
   }
 }
 

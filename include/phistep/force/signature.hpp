@@ -148,6 +148,9 @@ struct ForceTraits {
   static constexpr ForceFault fault = [] {
     if constexpr (accumulates) return ForceFault::none;
     else if constexpr (arity == 0) return fault_of_form<F, View>();
+    else if constexpr ((MotionLike<View> && arity >= 2 && requires { requires !F::uses_velocity; }) ||
+                       (arity == (MotionLike<View> ? 3 : 2) && requires { requires !F::uses_time; }))
+      return ForceFault::unused;
     else
       return fault_of_result<decltype(call_with<arity>(std::declval<F&>(), std::declval<const View&>(),
                                                        typename ViewScalar<View>::type{})),

@@ -57,7 +57,9 @@ struct OutcomeTexts {
       {non_finite_state, "the state is not finite",
        "check the initial state; if the run blew up, take a smaller dt or an implicit scheme (phi >= 1/2)", true},
       {non_finite_force, "the force is not finite",
-       "check the force for a division by zero or a root of a negative number there; a smaller dt may avoid it", true},
+       "check the force there for a division by zero, a root of a negative number, or a t that it says it doesn't use; "
+       "a smaller dt may avoid it",
+       true},
       {non_finite_jacobian, "the Jacobian is not finite",
        "check the Jacobian (check_jacobian), or let differences compute it", true},
       {singular_matrix, "the step's matrix is singular",

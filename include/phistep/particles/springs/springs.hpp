@@ -77,7 +77,8 @@ struct SpringNetwork : ForceTerm {
                   "phistep: SpringNetwork needs particles as columns of a column-major matrix, or one flat vector");
     using Scalar = typename std::remove_cvref_t<decltype(out.force)>::Scalar;
     const Scalar* const r = y.r.data();
-    const Scalar* const v = y.v.data();
+    const Scalar* v = nullptr;
+    if constexpr (damped) v = y.v.data();
     Scalar* const f = out.force.data();
     if (particles_ > y.r.size() / dim)
       throw std::invalid_argument("phistep: a spring names particle " + std::to_string(particles_ - 1) +
