@@ -59,7 +59,7 @@ struct Advice {
     return "phistep::PhiStepper stepper{state, force, phistep::" + scheme + (solver.empty() ? "" : ", ") + solver +
            "};\nphistep::integrate(stepper, state, {t0, t1}, " + control + ");\n";
   }
-  [[nodiscard]] std::string message() const {
+  [[nodiscard, gnu::cold]] std::string message() const {
     std::string text = code();
     for (const std::string& reason : reasons) text += "  because " + reason + "\n";
     for (const std::string& warning : warnings) text += "  but " + warning + "\n";

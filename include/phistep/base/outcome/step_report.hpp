@@ -13,16 +13,16 @@
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-/// As reports print it.
-[[nodiscard]] inline std::string number_text(double x, int digits) {
+/// As reports print it. (Texts are cold: then compilers make them short, which is a quarter of a small program.)
+[[nodiscard, gnu::cold]] inline std::string number_text(double x, int digits) {
   char text[40];
   std::snprintf(text, sizeof text, "%.*g", digits, x);
   return text;
 }
 /// The outcome as a paragraph: what happened, the details known, what to try.
 /// @param advice  in place of what helps in general
-[[nodiscard]] inline std::string explain(Outcome outcome, const std::string& details = {},
-                                         const std::string& advice = {}) {
+[[nodiscard, gnu::cold]] inline std::string explain(Outcome outcome, const std::string& details = {},
+                                                    const std::string& advice = {}) {
   std::string text = std::string("phistep: ") + describe(outcome) + details;
   if (!advice.empty()) text += ". Try: " + advice;
   else if (*advise(outcome) != '\0') text += std::string(". Try: ") + advise(outcome);
@@ -85,7 +85,7 @@ struct Failure : SolveRecord, ComponentLocation {
   }
 
   /// Everything known, as one paragraph.
-  [[nodiscard]] std::string message() const {
+  [[nodiscard, gnu::cold]] std::string message() const {
     std::string text;
     if (index >= 0) {
       text += ", component " + std::to_string(index);

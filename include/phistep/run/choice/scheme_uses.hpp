@@ -35,7 +35,7 @@ struct SchemeUse {
   double entries = -1;    ///< of L an unknown, where a factorization's fill was counted; at least, by Krylov iterations
 
   /// "rodas5p from t = 0.012, step 34: stiff, …"
-  [[nodiscard]] std::string message() const {
+  [[nodiscard, gnu::cold]] std::string message() const {
     const bool goes_on = cause == SchemeCause::stays_explicit, is_direct = cause == SchemeCause::unsolved;
     std::string all = name_of(scheme);
     all += (goes_on     ? " goes on at t = "
@@ -52,7 +52,7 @@ struct SchemeUse {
   }
 
  private:
-  [[nodiscard]] std::string why() const {
+  [[nodiscard, gnu::cold]] std::string why() const {
     const std::string lambda = "|lambda| = " + number_text(rate, 3);
     switch (cause) {
       case SchemeCause::algebraic:
@@ -87,7 +87,7 @@ class SchemeUses {
   [[nodiscard]] const std::vector<SchemeUse>& list() const { return uses_; }
   [[nodiscard]] std::int64_t count() const { return count_; }  ///< also of those that are not in the list
   /// A line each.
-  [[nodiscard]] std::string message() const {
+  [[nodiscard, gnu::cold]] std::string message() const {
     std::string all;
     for (const SchemeUse& use : uses_) all += "  " + use.message() + '\n';
     const auto left = count_ - static_cast<std::int64_t>(uses_.size());

@@ -129,7 +129,7 @@ struct [[nodiscard]] RunReport {
        largest_dt, "limits", limits);
   }
   /// What happened, where, and what to try.
-  [[nodiscard]] std::string message() const {
+  [[nodiscard, gnu::cold]] std::string message() const {
     if (outcome == Outcome::success) return explain(outcome) + doubts();
     if (failure.outcome == outcome) return failure.message() + doubts();
     // No step failed: there is none to describe.
@@ -141,7 +141,7 @@ struct [[nodiscard]] RunReport {
     return explain(outcome, where + of_component(", for the error of", limits.worst()), advice()) + doubts();
   }
   /// What is odd about a run, whatever its outcome. Empty where nothing is.
-  [[nodiscard]] std::string doubts() const {
+  [[nodiscard, gnu::cold]] std::string doubts() const {
     std::string text;
     const std::int64_t failed = statistics.rejections + statistics.failed_steps;
     if (failed > 100 && failed > statistics.steps && !has_shrunk())
@@ -157,7 +157,7 @@ struct [[nodiscard]] RunReport {
  private:
   [[nodiscard]] bool has_shrunk() const { return outcome == Outcome::too_many_steps && 1e3 * smallest_dt < largest_dt; }
   /// What to try, where the run knows more than its outcome says; else empty.
-  [[nodiscard]] std::string advice() const {
+  [[nodiscard, gnu::cold]] std::string advice() const {
     if (has_shrunk())
       return "look for a jump of the force (a sign, a switch, friction): dt fell from " + number_text(largest_dt, 3) +
              " to " + number_text(smallest_dt, 3) +
@@ -170,7 +170,7 @@ struct [[nodiscard]] RunReport {
              " are too far apart for this dt";
     return failure.is_singular ? advise_on_index(outcome) : "";
   }
-  [[nodiscard]] static std::string of_component(const char* what, const Component& where) {
+  [[nodiscard, gnu::cold]] static std::string of_component(const char* what, const Component& where) {
     if (where.block < 0) return {};
     return std::string{what} + " component " + std::to_string(where.index) + " of block " + std::to_string(where.block);
   }

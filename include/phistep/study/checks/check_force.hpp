@@ -47,7 +47,7 @@ struct ForceCheck {
     return std::find(depends_on.begin(), depends_on.end(), true) != depends_on.end();
   }
   [[nodiscard]] explicit operator bool() const { return is_finite && is_repeatable && sees_state(); }
-  [[nodiscard]] std::string message() const {
+  [[nodiscard, gnu::cold]] std::string message() const {
     if (!is_finite) return "phistep: the force is not finite at this state";
     if (!is_repeatable)
       return "phistep: the force gives another answer when it is called again with the same state: it depends on what "
@@ -116,7 +116,7 @@ struct JacobianCheck {
   double error = 0;                  ///< their distance, relative to the largest entry of the row
 
   [[nodiscard]] explicit operator bool() const { return agrees; }
-  [[nodiscard]] std::string message() const {
+  [[nodiscard, gnu::cold]] std::string message() const {
     char text[200];
     std::snprintf(
         text, sizeof text,

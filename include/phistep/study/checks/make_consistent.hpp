@@ -39,7 +39,7 @@ struct ConsistentReport {
   int iterations = 0;                  ///< of Newton's method
 
   [[nodiscard]] explicit operator bool() const { return outcome == Outcome::success; }
-  [[nodiscard]] std::string message() const {
+  [[nodiscard, gnu::cold]] std::string message() const {
     if (outcome == Outcome::singular_matrix)
       return "phistep: the algebraic equations do not determine the components that may change: fix others, or the "
              "index is higher than one.";
