@@ -48,8 +48,9 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
   [[nodiscard]] Outcome begin(const Plain& y, const ErrorLaw& law) {
     constexpr double round_off = static_cast<double>(std::numeric_limits<Scalar>::epsilon());
     if (!norm_.begin(wanted_, y))
-      return Length::refuse(wanted_.rtol > 0 && wanted_.rtol < 1 ? Refused{"atol, or the norm"}
-                                                                 : Refused{"rtol", wanted_.rtol});
+      return Length::refuse(wanted_.rtol > 0 && wanted_.rtol < 1
+                                ? Refused{"atol (its values, how many, what quantity(...) counts), or the norm"}
+                                : Refused{"rtol", wanted_.rtol});
     size_ = {};
     obey(law);
     // An error below 8 units of rounding may be nothing else; below 64 where high orders combine their stages with weights
