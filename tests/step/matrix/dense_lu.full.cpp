@@ -20,15 +20,15 @@ TEMPLATE_TEST_CASE("LU solves in place", "", float, double, long double) {
   dense::for_sizes<Lu<TestType>::template OfSize>(dense::solves_where_x_lies, dense::Sizes<TestType>{});
 }
 
-// Beyond the limit, and where n is not known: Eigen's.
-TEST_CASE("Eigen's LU behind the same door") {
+// Where n is not known, plain loops for few rows; else, and beyond the limit, Eigen's.
+TEST_CASE("LU of sizes not known, and of large ones") {
   const auto check = [](int n, const dense::Make& make) {
     dense::solves(n, make, of_elimination);
     dense::refuses_singular(n, make);
     dense::refuses_non_finite(n, make);
   };
   check(33, dense::subject<DenseLu<double, 33>>(33));
-  for (const int n : {1, 5, 23}) check(n, dense::subject<DenseLu<double, Eigen::Dynamic>>(n));
+  for (const int n : {1, 2, 5, 12, 13, 23, 32, 33}) check(n, dense::subject<DenseLu<double, Eigen::Dynamic>>(n));
 }
 
 TEST_CASE("factorizing allocates nothing") {

@@ -19,6 +19,15 @@ TEMPLATE_TEST_CASE("LU solves in place", "", float, double, long double) {
   dense::for_sizes<Lu<TestType>::template OfSize>(dense::solves_where_x_lies, dense::QuickSizes<TestType>{});
 }
 
+TEST_CASE("LU of a size not known: plain loops, then Eigen's") {
+  for (const int n : {5, 14}) {
+    const auto make = dense::subject<DenseLu<double, Eigen::Dynamic>>(n);
+    dense::solves(n, make, of_elimination);
+    dense::refuses_singular(n, make);
+    dense::refuses_non_finite(n, make);
+  }
+}
+
 TEST_CASE("equal rows need no exchange, a larger one does") {
   DenseLu<double, 4> lu;
   lu.matrix() << 1, 0, 0, 0, 1, 1, 0, 0, -1, 0, 2, 0, 0, 0, 3, 8;
