@@ -192,3 +192,21 @@ TEST_CASE("who came later doesn't sleep through a push any longer than who was t
   CHECK(stepper.report().fell_asleep > 0);
   CHECK(std::abs(points.v(0, 1) - 0.02) < 1e-5);
 }
+
+TEST_CASE("a grain that rolls down a gentle slope doesn't stop for having slept") {
+  using Grain = Particles<double, 3, Spin>;
+  for (const double angle : {0.001, 0.002, 0.01})
+    for (const double speed : {1e-3, 3e-3, 1e-2}) {
+      CAPTURE(angle, speed);
+      Grain grain{Eigen::Matrix3Xd(Eigen::Vector3d{0, 0, 0.00499})};
+      grain.set_mass(1e-3).set_radius(0.005);
+      const Walls floor{Hooke{.stiffness = 1e3, .restitution = 0.3, .friction = 0.4},
+                        Plane<3>{.point = {0, 0, 0}, .normal = {0, 0, 1}}};
+      const Gravity weight{Eigen::Vector3d{9.81 * std::sin(angle), 0, -9.81 * std::cos(angle)}};
+      Sleeping stepper{PhiStepper{grain, weight + floor, symplectic_euler}, SleepOptions{.speed = speed}};
+      REQUIRE(integrate(stepper, grain, {0.0, 3.0}, fixed(1e-4)));
+      const double v = 5.0 / 7 * 9.81 * std::sin(angle) * 3;  // without slipping, a solid sphere
+      CHECK(std::abs(grain.v(0, 0) - v) < speed + 0.002 * v);
+      CHECK(std::abs(grain.r(0, 0) - 1.5 * v) < 3 * speed + 0.002 * v);
+    }
+}

@@ -5,10 +5,10 @@
 /// spin when it became quiet: one that spins on the spot, which no friction stops, moves no other. After `steps` quiet steps it is
 /// watched: computed as before, until it is faster than v_s. A watched particle that touches none that is awake falls asleep, unless
 /// its mean acceleration a over at least `steps` steps (that of its surface, if this is larger) would make it as fast as v_s within
-/// four times as long. It keeps its spin. It is watched again when |v + a t| would reach v_s, when one that is awake touches it, or
+/// four times as long. It keeps its spin, but for what rolls with v. It is watched again when |v + a t| would reach v_s, when one that is awake touches it, or
 /// when a watched one that touches it has moved farther than at speed v_s from one check to the next.
 ///
-/// A sleep of a time τ leaves out the velocity v and the acceleration a. When the particle has been quiet for `steps` steps again, its
+/// A sleep of a time τ leaves out the velocity v, what rolls with it, and the acceleration a. When the particle has been quiet for `steps` steps again, its
 /// mean acceleration shows whether a was a push that goes on, as at a turning point or on a gentle slope: then it gets v + aτ. Else a
 /// was a trembling that has passed: it sleeps on, twice as long as before.
 #pragma once
@@ -91,6 +91,7 @@ struct Sleepers {
     Vector velocity = Vector::Zero();  ///< v when it became quiet [length/time]
     Turn spin = Turn::Zero();          ///< ω then [1/time]
     Vector stopped = Vector::Zero();   ///< v when it fell asleep [length/time]
+    Turn stopped_spin = Turn::Zero();  ///< of ω then, what rolled with v [1/time]
     Vector push = Vector::Zero();      ///< its mean acceleration before [length/time²]
     Turn turn = Turn::Zero();          ///< its mean angular acceleration before [1/time²]
     bool is_driven = false;            ///< asleep, with what follows known
@@ -133,8 +134,8 @@ struct Sleepers {
     ar.columns("particles", all, "kind", &T::kind, "moves", &T::moves, "properties", &T::properties, "seen", &T::seen,
                "expired", &T::expired, "quiet", &T::quiet, "impulse", &T::impulse, "since", &T::since, "expires",
                &T::expires, "slept", &T::slept, "rest", &T::rest, "sample", &T::sample, "velocity", &T::velocity,
-               "spin", &T::spin, "stopped", &T::stopped, "push", &T::push, "turn", &T::turn, "is_driven", &T::is_driven,
-               "drive", &T::drive, "twist", &T::twist);
+               "spin", &T::spin, "stopped", &T::stopped, "stopped_spin", &T::stopped_spin, "push", &T::push, "turn",
+               &T::turn, "is_driven", &T::is_driven, "drive", &T::drive, "twist", &T::twist);
     ar("id", id, "report", report, "since_check", since_check, "clock", clock, "checked", checked, "review", review,
        "impulse_rate", impulse_rate, "seen", seen, "free", free, "sets", sets, "unrest", unrest, "edited", edited,
        "changed", changed, "scene", scene);
@@ -266,7 +267,10 @@ struct Sleepers {
     const Scalar lasts = unseen_for(state, i, state.v.col(i), a, alpha);
     const bool goes_on =
         one.slept > 0 && size_of(state, i, a - one.push, alpha - one.turn) < size_of(state, i, one.push, one.turn) / 2;
-    if (goes_on) give_back(state, i);
+    if (goes_on) {  // as it is now, without a trembling from before
+      one.push = a, one.turn = alpha;
+      give_back(state, i);
+    }
     if (goes_on || !(lasts > 4 * seen_for)) {  // what pushes it is seen over one such time
       one.quiet = 0;
       begin(state, i);
@@ -285,6 +289,8 @@ struct Sleepers {
     is_computed[static_cast<std::size_t>(i)] = 0;
     report.energy_removed += kinetic_energy(state, i);
     one.stopped = state.v.col(i);
+    one.stopped_spin = rolling_spin(state, i);
+    if constexpr (spins) state.omega.col(i) -= one.stopped_spin;
     one.is_driven = false;
     one.since = clock;
     one.slept = 0;
@@ -319,6 +325,18 @@ struct Sleepers {
     const Scalar lasts = along < 0 ? (root - along) / a.squaredNorm() : left / (along + root);
     return std::min(lasts, speed() / size_of(state, i, Vector::Zero(), alpha));
   }
+  /// What of ω may roll with v: across v, and no more than v/R.
+  [[nodiscard]] static Turn rolling_spin(const S& state, Index i) {
+    if constexpr (!spins) return Turn::Zero();
+    else {
+      const Vector v = state.v.col(i);
+      Turn across = state.omega.col(i);
+      if constexpr (dim == 3)
+        if (v.squaredNorm() > 0) across -= across.dot(v) / v.squaredNorm() * v;
+      const Scalar surface = across.norm() * state.radius()[i];
+      return surface > v.norm() ? Turn(v.norm() / surface * across) : across;
+    }
+  }
   [[nodiscard]] static double kinetic_energy(const S& state, Index i) {
     return static_cast<double>(state.mass()[i] * state.v.col(i).squaredNorm()) / 2;
   }
@@ -328,7 +346,7 @@ struct Sleepers {
     const Scalar time = std::min(static_cast<Scalar>(one.slept), unseen_for(state, i, one.stopped, one.push, one.turn));
     report.energy_removed += kinetic_energy(state, i);
     state.v.col(i) += one.stopped + time * one.push;
-    if constexpr (spins) state.omega.col(i) += time * one.turn;
+    if constexpr (spins) state.omega.col(i) += one.stopped_spin + time * one.turn;
     report.energy_removed -= kinetic_energy(state, i);
     report.impulse_not_applied -= static_cast<double>(state.mass()[i] * time * size_of(state, i, one.push, one.turn));
     one.slept = 0;
