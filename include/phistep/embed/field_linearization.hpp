@@ -50,7 +50,7 @@ concept FieldSolver = FieldState<S> && std::copyable<Solver> && Solver::is_field
   { one.factorize(gamma) } -> std::same_as<Outcome>;  // W, and what its solves need
   {
     one.solve(x, double{})
-    } -> std::same_as<Outcome>;  // x ← W⁻¹ x to that relative residual, 0: its own choice; x stays where it fails
+    } -> std::same_as<Outcome>;  // x ← W⁻¹ x to that relative residual, 0: its own choice; on failure x stays
   { done.iterations() } -> std::convertible_to<std::int64_t>;  // of the last solve
   { done.name() } -> std::convertible_to<const char*>;
 };
@@ -188,7 +188,7 @@ class Linearization<S, Rhs, Solver, position, stages, shifted, iterated> : publi
   [[nodiscard]] const char* name() const { return solver_->name(); }
 
  private:
-  /// f, a function of the solver's, on this rank.
+  /// Calls f, a function of the user's solver, on this rank; notes the outcome, and holds what it throws.
   void run(auto&& f) {
     held_->run([&] { held_->note(f()); }, [] {});
   }
@@ -220,7 +220,7 @@ class FixedPointResolvent<S, Rhs> : public ResolventDefaults {
   void reset() { forget(); }
   void forget_unsaved() { forget(); }  // expected_ isn't saved, but changes the last bits of results
 
-  /// Takes b in Y, and the start of the iteration in the solved blocks of `guess`. Leaves the solution Y, and w = Y − b.
+  /// Solves for Y. Takes b in Y, the first iterate in the solved blocks of `guess`; leaves Y, and w = Y − b.
   [[nodiscard]] Outcome resolve(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, Plain& Y, const Plain& guess, Rate& psi,
                                 SolveRecord& record, bool psi_known = false, SolveTolerance<Plain> allowed = {}) {
     if (options_.rtol > 0) allowed.target = 0;
@@ -228,7 +228,7 @@ class FixedPointResolvent<S, Rhs> : public ResolventDefaults {
     increment_.begin(Y, gamma.drift);
     is_good_ = is_finite_here(Y);
     if (is_good_) increment_.start(Y, guess);
-    else copy_blocks<S>(Y, guess);  // Ψ is asked where it may exist: other ranks ask theirs
+    else copy_blocks<S>(Y, guess);  // not finite here: Ψ, a call of all ranks together, is called at the guess
     FixedPointTest test(options_, static_cast<double>(std::numeric_limits<Scalar>::epsilon()), allowed.target);
     int done = 0;
     for (int ahead = expected_;; ahead = 1) {

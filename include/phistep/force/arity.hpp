@@ -105,11 +105,11 @@ enum class ForceFault {
   changes_state,  ///< takes a non-const reference
   output,         ///< writes its result into an argument
   time_first,
-  nothing,    ///< is returned
-  lazy,       ///< an expression is
+  nothing,    ///< nothing is returned
+  lazy,       ///< an Eigen expression is returned, which would refer to dead temporaries
   no_vector,  ///< neither a vector nor an expression is returned
-  scalar,     ///< of another type than the state's
-  size,       ///< likewise
+  scalar,     ///< its scalar type is not the state's
+  size,       ///< its size is not the state's
   unused      ///< its arguments have what it says it doesn't use
 };
 

@@ -148,7 +148,7 @@ struct Parts<Sum<T...>> {
   using Kicks = std::remove_cvref_t<decltype(of<true>(std::declval<Sum<T...>&>()))>;
 };
 
-/// Whether a force, however deep, has a term that is called seldom.
+/// Whether a force has a term seldom(k, term), however deeply nested.
 template <class F>
 inline constexpr bool has_seldom = [] {
   if constexpr (requires(F & f) { f.force; } && std::is_base_of_v<WrappedForce, F>)

@@ -91,7 +91,7 @@ constexpr void for_each_summand(F& force, auto&& f) {
 }
 template <class F>
 using Unwrapped = std::remove_cvref_t<decltype(unwrap(std::declval<F&>()))>;
-/// The force as a stepper keeps it, which is not const: a const force is copied, if it can be.
+/// The force as a stepper keeps it, not const: a reference to it, or of a const force a copy, if it can be copied.
 template <class F>
 [[nodiscard]] constexpr decltype(auto) changeable(F& force) {
   if constexpr (std::is_const_v<F> && std::is_copy_constructible_v<F>) return std::remove_const_t<F>(force);

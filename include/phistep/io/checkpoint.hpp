@@ -99,8 +99,8 @@ inline void read_bytes(std::istream& in, std::uint64_t n, std::vector<std::byte>
   }
 }
 
-/// Header and parts, all checked that can be without knowing the parts.
-/// @param alone  nothing may follow
+/// Reads header and parts, and checks all that can be checked without knowing the parts.
+/// @param alone  nothing may follow them in the stream
 inline std::vector<std::byte> read_checkpoint(std::istream& in, const std::string& name, bool alone) {
   std::vector<std::byte> bytes, end;
   CheckpointHead head;

@@ -1,6 +1,6 @@
 /// @file
-/// Frames in the extended XYZ format, which OVITO, ASE and others open: the number of particles, a line of properties, and
-/// one line a particle: species, position, velocity, what Particles have beside (box, ids, radii, spins …), columns.
+/// Frames in the extended XYZ format, which OVITO, ASE and others open: the number of particles; a line with the box, the time
+/// and the names of columns; a line a particle: species, position, velocity, what else it has (id, radius …), own columns.
 ///
 ///     integrate(…, every(0.1, extended_xyz(out, {.species = {"Fe"}}, column("temperature", T))));
 #pragma once

@@ -25,7 +25,7 @@
 namespace phistep { inline namespace PHISTEP_ABI {
 namespace detail {
 
-/// Runs f() on each rank; where it throws on any, all throw: that one what it has thrown, the others that another did.
+/// Runs f() on each rank. Where it throws on any, all throw: that rank what f() threw, the others a CheckpointError.
 template <class Ops>
 void on_all_ranks(const Field<Ops>& ranks, const std::filesystem::path& path, auto&& f) {
   try {
@@ -47,7 +47,7 @@ struct RankManifest {
     return path.string() + '.' + std::to_string(save) + '.' + std::to_string(rank);
   }
 };
-/// What the part of one rank begins with: it belongs to no other save and no other rank.
+/// What the part of one rank begins with: it tells which save and which rank the part belongs to.
 struct RankStamp {
   static constexpr const char* part_name = "stamp";
   std::string text;

@@ -39,7 +39,7 @@ template <class Content>
 /// A column with its values at time t: those that it has, or what its function returns.
 template <class Content, class Scalar, class S>
 [[nodiscard]] auto column_at(const NamedColumn<Content>& own, Scalar t, const S& state) {
-  // A matrix can be "called" too, with anything for its indices.
+  // Asks for cols(), not for a call: a matrix can be "called" too, with anything for its indices.
   if constexpr (requires { own.content.cols(); }) return own;
   else return column(own.name, own.content(t, state).eval());
 }

@@ -301,7 +301,7 @@ class Run {
     }
   }
 
-  /// Where it ends by a failure, what its tries have left goes with it.
+  /// Ends the run; returns false. After a failure (not: stopped by an observer or event) Jacobian and factors are dropped.
   bool end(Outcome outcome) {
     if (failed(outcome) && outcome != Outcome::stopped_by_observer && outcome != Outcome::stopped_by_event)
       step_.forget_solves();

@@ -261,9 +261,9 @@ class SchemeOn<Scheme, S> : public SchemeDefaults {
 
   [[no_unique_address]] Scheme scheme_;
   AlphaWeights w_, used_;  // those of the scheme, of the step under way
-  Known now_, next_;       // next_: of the step under way, else of the last one's start
+  Known now_, next_;       // now_: at the last step's end; next_: at that under way's, else the last one's start
   bool is_known_ = false;
-  double missing_ = 0;  // q of the step under way
+  double missing_ = 0;  // q in (11), of the step under way
 };
 
 }}  // namespace phistep::PHISTEP_ABI

@@ -165,7 +165,7 @@ class SchemeOn<Rosenbrock<Tableau>, S> : public SchemeDefaults {
   [[nodiscard]] static bool takes_singular_mass() { return true; }
   static constexpr bool traces = true;
   [[nodiscard]] static bool estimates(const auto&) { return true; }
-  [[nodiscard]] static bool leaves_force() { return false; }  // the last Ψ is that at Y_s
+  [[nodiscard]] static bool leaves_force() { return false; }  // the last Ψ is that at stage Y_s, not at the step's end
 
   [[nodiscard]] Outcome step(auto& eq) {
     return with_stages([&](auto& u, Plain& weighted) {

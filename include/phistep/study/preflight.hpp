@@ -67,8 +67,8 @@ template <class Scheme>
   else return "this scheme";
 }
 
-/// A scheme that no formula of method.hpp describes, by one step of its own: of y' = z y, z = x + iy as a 2×2 matrix, or of an
-/// oscillator if the scheme takes motions alone. NaN where such a step fails.
+/// The Method of a scheme that no formula of method.hpp describes, by one step: of y' = z y, z = a + ib as a 2×2 matrix, or of
+/// an oscillator if the scheme takes motions alone. NaN where such a step fails.
 template <class Scheme>
 [[nodiscard]] Method method_of(const Scheme& scheme) {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();

@@ -73,7 +73,7 @@ struct StepperFacts {
   Fact<bool> interpolates;     ///< it knows the solution inside the step just accepted better than its ends tell
   Fact<bool> is_sure_inside;   ///< its interpolant is as good as its estimated error: no check
   Fact<bool> solves_nothing;   ///< stability keeps Δt within what slopes at both ends can tell
-  Fact<bool> reads_weights;    ///< its steps read trace.weight: solves to the tolerance, estimates of its own
+  Fact<bool> reads_weights;    ///< its steps read trace.weight, to solve to the tolerance or to estimate errors
   Fact<bool> refactorizes;     ///< each step makes its matrix anew, so that keeping Δt spares nothing
   Fact<bool> is_affine;        ///< one factorization serves all steps of one Δt
   Fact<bool> takes_several;    ///< it has `steps`, which does several steps of one length in one call

@@ -1,5 +1,5 @@
 /// @file
-/// What couples to what in ∂Ψ/∂y: decides which matrix exists at all.
+/// Which unknowns couple in ∂Ψ/∂y: this decides what kind of matrix a solve makes, if any.
 #pragma once
 
 #include "phistep/base/version.hpp"

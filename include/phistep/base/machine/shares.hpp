@@ -29,8 +29,8 @@ namespace phistep { inline namespace PHISTEP_ABI {
 struct Share {
   std::size_t number, begin, end;
 
-  /// @param unit    each share but the last is a multiple of it
-  /// @param which   the number of the share, among so many
+  /// @param unit    the size of each share but the last is a multiple of it
+  /// @param which   the number of this share, 0 … among − 1
   Share(std::size_t n, std::size_t unit, std::size_t which, std::size_t among) : number{which} {
     const std::size_t units = (n + unit - 1) / unit;
     begin = std::min(n, units * which / among * unit);

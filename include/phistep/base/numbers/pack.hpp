@@ -216,7 +216,7 @@ struct PackSum {
   [[nodiscard]] Scalar total() const { return sum(packs) + rest; }
 };
 
-/// Four numbers of each of `width` structs.
+/// The x, y, z and w of P::width structs, a pack of each.
 template <class P>
 struct FourPacks {
   P x, y, z, w;

@@ -93,7 +93,7 @@ template <class View>
 concept HasSpin = requires(const View& y) {
   y.omega;
 };
-/// No particle of another motion is held still.
+/// Whether particle i is held still. Only Particles can hold some: in any other motion none is.
 [[nodiscard]] bool is_still(const auto& y, [[maybe_unused]] Eigen::Index i) {
   if constexpr (HasBody<decltype(y)>) return y.body.is_still(i);
   else return false;

@@ -238,7 +238,7 @@ class TangentProduct {
     for_each_part([this](Index at, auto& block) { flat(block) += part(entries_, at, block); }, Rate::blocks(rate_));
   }
 
-  /// False without a direction.
+  /// rate_ = the derivative of Ψ along direction_, by a difference. False where direction_ is zero.
   [[nodiscard]] bool differ() {
     double reach = std::numeric_limits<double>::infinity();
     std::size_t k = 0;

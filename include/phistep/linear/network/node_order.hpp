@@ -98,7 +98,7 @@ template <class Pairs = std::vector<NodePair>>
   return number;
 }
 
-/// The given numbers where they keep neighbours about as close as Cuthill and McKee's would, else theirs.
+/// The given numbering, unless neighbours are in sum more than twice as far apart as in Cuthill and McKee's: then that.
 template <class Pairs = std::vector<NodePair>>
 [[nodiscard]] std::vector<std::int32_t> close_order(std::size_t nodes, const Pairs& edges) {
   std::vector<std::int32_t> given(nodes);

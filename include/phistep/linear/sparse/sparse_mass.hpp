@@ -21,7 +21,7 @@
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-/// A sparse M, factorized once. Eigen's sparse solve allocates a vector a call.
+/// A sparse M, factorized once. Each solve allocates a vector, as Eigen's sparse solves do.
 template <class T>
 class SparseMass : public MatrixMass<SparseMass, Eigen::SparseMatrix<T>,
                                      Eigen::SparseQR<Eigen::SparseMatrix<T>, Eigen::COLAMDOrdering<int>>> {
@@ -54,7 +54,7 @@ class SparseMass : public MatrixMass<SparseMass, Eigen::SparseMatrix<T>,
   void subtract_product(const auto& x, auto&& out) const { out -= mass_ * x; }
 
  private:
-  /// Factors of a singular matrix blow a vector up. Bad scales do, too: the QR of the scaled matrix tells.
+  /// Factors of a singular M make a vector huge, but so do bad scales: then QR of the scaled M tells if M is singular.
   [[nodiscard]] bool is_doubtful(const Eigen::SparseLU<Matrix>& lu) const {
     if (mass_.rows() == 0) return false;
     Xorshift random{0x9e3779b97f4a7c15u};

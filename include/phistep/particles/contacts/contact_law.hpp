@@ -148,7 +148,7 @@ struct Hertz {
     law.shear_modulus = young / (4 * (2 - poisson) * (1 + poisson));
     return law;
   }
-  /// The moduli between a body of this material and one of another; the other numbers are this one's.
+  /// The law for contacts of this material with another: the moduli of the pair, all other numbers as in *this.
   [[nodiscard]] Hertz against(const Hertz& other) const {
     Hertz law = *this;
     law.modulus = 2 * modulus * other.modulus / (modulus + other.modulus);

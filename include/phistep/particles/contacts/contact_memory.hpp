@@ -80,8 +80,8 @@ struct ContactMemory {
     last_time = t;
     ++evaluations;
   }
-  /// At the end of an accepted step. @param springs_now  computes them for the accepted state; called where there
-  /// were several evaluations
+  /// Takes over the springs of an accepted step. @param springs_now  computes those of the accepted state; called where
+  /// there were several evaluations
   void commit(auto&& springs_now) {
     if (evaluations > 1) {
       springs = springs_now();

@@ -190,7 +190,7 @@ struct ContactPlaces {
   [[nodiscard]] bool has(std::int32_t place) const {
     return pairs->has(place) || found(late, &Late::place, place) != nullptr;
   }
-  /// Of a place: the identities of its bodies.
+  /// The ids of the two bodies of the pair at this place.
   [[nodiscard]] std::array<std::int64_t, 2> names(std::int32_t place) const {
     const auto [a, b] = slots(place);
     return {pairs->bodies.id[static_cast<std::size_t>(a)], pairs->bodies.id[static_cast<std::size_t>(b)]};

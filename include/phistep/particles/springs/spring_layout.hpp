@@ -36,8 +36,8 @@ class SpringLayout {
   std::vector<Slot> place_of;  ///< of each of the user's particles, −1: no springs; empty unless the new order jumps
 
   SpringLayout() = default;
-  /// @param particles  more than any spring names, less than 2³¹
-  /// @param may_mix    whether `mixed` is wanted
+  /// @param particles  their number, above every index in a spring, below 2³¹
+  /// @param may_mix    false: `mixed` stays false
   SpringLayout(const auto& springs, std::ptrdiff_t particles, bool may_mix) {
     std::vector<Slot> slot = number(springs, particles);
     const std::size_t n = user.size();

@@ -102,7 +102,7 @@ struct StiffLimits {
     case Structure::sparse:
       // A matrix a run: Rosenbrock steps reuse it, and radau's complex ones are worth it for many digits only.
       if (scene.is_affine) return {2e-3, 3e-8};
-      return many ? StiffLimits{2e-3, 1e-4} : StiffLimits{3e-2, 3e-2};  // measured on grids in the plane; on Cusp
+      return many ? StiffLimits{2e-3, 1e-4} : StiffLimits{3e-2, 3e-2};  // many: grids in the plane; few: Cusp
     case Structure::dense:
       break;
     default:

@@ -168,8 +168,8 @@ class RoundingProbe {
     double dt = 0, size = 0;     // [time] of the last try of this step; its ‖e‖
     int tries = 0, wait = soon;  // since the last probe; until the next
   };
-  /// Each second probe, but of iterations: what do errors that all components may have make of one? An explicit step that fails
-  /// may be beyond stability, and make much of any.
+  /// True: the probe moves y by about what errors may be, to see what those of others make of one component. Each second probe
+  /// does; none of iterations, nor of an explicit step that failed: an unstable one amplifies any change.
   [[nodiscard]] bool asks_others() const {
     return (damps_ || course_.is_wanted) && !course_.iterates && course_.probes % 2 == 0;
   }

@@ -108,7 +108,7 @@ class VariableStep {
     size_ = size;
     failures_ = 0;
   }
-  /// A step of length dt is not to be: shorter ones, or the end.
+  /// After a step of length dt that failed: the next is by·dt long. Not success: that is too short, or too many failed.
   [[nodiscard]] Outcome shorten(Outcome why, double dt, double by) {
     if (why != Outcome::error_too_large && ++failures_ > 20) return why;
     size_ = by * dt;

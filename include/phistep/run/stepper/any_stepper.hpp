@@ -107,7 +107,7 @@ template <class Stepper>
 template <class Stepper>
 using Past = decltype(past_of(std::declval<const Stepper&>()));
 
-/// Ψ where the stepper stands is not known, nor what else was carried there but for its history.
+/// Makes the stepper forget Ψ where it stands, and all else that it carried there, except its history.
 template <class Stepper>
 void forget_what_is_known(Stepper& stepper) {
   if constexpr (requires { StepperInternals::forget_known(stepper); }) StepperInternals::forget_known(stepper);

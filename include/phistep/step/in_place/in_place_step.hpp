@@ -234,7 +234,7 @@ class InPlaceStep {
     const Scalar dt;  ///< [time]
     const Origin origin;
 
-    /// The state is y + γ M⁻¹Ψ(t, y), r drifted.
+    /// The state becomes y + γ M⁻¹Ψ(t, y); of a motion v does so, and r drifts.
     [[nodiscard]] Outcome euler(const auto& by) { return kernel.kick_drift(*this, by); }
     [[nodiscard]] Outcome kick_drift(const auto& by) { return kernel.kick_drift(*this, by); }
     /// The state's v is v + γ M⁻¹Ψ(t, r): the step's last pass.

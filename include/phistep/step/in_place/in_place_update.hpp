@@ -107,7 +107,7 @@ class InPlaceUpdate {
         },
         Blocks<S>::solved(y), rhs.masses());
   }
-  /// Takes the bounds on to the end of the step. False where they no longer exclude an overflow.
+  /// Moves the bounds on |r| and |v| to the end of the step. False where they no longer exclude an overflow.
   [[nodiscard]] bool excludes_overflow(const auto& by, const auto& psi) {
     constexpr Scalar rounding = 1 + 16 * std::numeric_limits<Scalar>::epsilon();
     bool excluded = true;

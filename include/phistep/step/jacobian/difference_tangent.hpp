@@ -151,7 +151,7 @@ class DifferenceTangent {
       const auto scales = [&](auto k, Index i) -> Scalar {
         if (!(allowed.target > 0)) return scale[k];
         const auto block = [](auto& y) -> auto& { return std::get<decltype(k)::value>(Blocks<S>::solved(y)); };
-        if (allowed.has_unsized && block(*allowed.weight).data()[i] == 0)  // it is about to be as large as this
+        if (allowed.has_unsized && block(*allowed.weight).data()[i] == 0)  // no size yet: soon that of its kick
           if (const Scalar kick = std::abs(std::get<k()>(rhs.masses()).h_over_mass(gamma.force)(i) *
                                            std::get<k()>(Rate::blocks(psi)).data()[i]);
               kick > 0)

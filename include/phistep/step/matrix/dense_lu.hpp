@@ -153,7 +153,7 @@ class Column<Scalar, 0, 0, widest, offset> {
   [[nodiscard]] static Scalar join(auto&, auto&) { return 0; }
 };
 
-/// Whether every pivot whose reciprocal is given was a number other than zero, and not too small to be divided by.
+/// Whether all pivots, whose reciprocals are given, are finite, not zero, and not too small to be divided by.
 template <int size, class Scalar>
 [[nodiscard]] [[gnu::always_inline]] inline bool all_invertible(const Scalar (&reciprocals)[size]) {
   using std::abs;

@@ -170,7 +170,7 @@ class Linearization : public KeptFactors<ScalarOf<S>> {
     this->drop();
     system_.begin_anew();
   }
-  /// The force may be another one: so may its pattern.
+  /// For another force: forgets the pattern of the differences, too, which may be another one.
   void forget() {
     forget_solves();
     if constexpr (!analytic) differences_.forget_pattern();
@@ -267,7 +267,7 @@ class Linearization : public KeptFactors<ScalarOf<S>> {
       system_.clear();
       differences_.compute(rhs, gamma, t, Y, psi, options, allowed, system_);
     }
-    // The weights are asked for only where there is an rtol.
+    // Without an rtol the weights are never read: allowed.weight may then be null.
     system_.scale_rows_by([&](auto& x) { take_unknowns<S>(x, *allowed.weight); },
                           static_cast<Scalar>(allowed.target > 0 ? allowed.rtol : 0));
     has_jacobian_ = system_.is_finite();

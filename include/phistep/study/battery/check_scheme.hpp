@@ -42,7 +42,7 @@ namespace phistep { inline namespace PHISTEP_ABI {
 namespace battery {
 using Two = Eigen::Vector2d;
 
-/// Problem (1), its numbers multiplied by `unit`; NaN from `broken` on.
+/// Problem (1) of the file's head, its numbers multiplied by `unit`; the force is NaN while *broken.
 struct FirstOrder {
   static constexpr const char* name = "first order";
   using State = Two;

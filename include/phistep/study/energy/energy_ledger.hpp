@@ -1,6 +1,6 @@
 /// @file
 /// Where the energy E = ½ vᵀMv + V(r) went: what the scheme took, what the physics took, what was put in, what the
-/// solver's tolerance took; each account by its own formula, none as the remainder.
+/// solver's tolerance took; each account by its own formula, none as the remainder, but for the schemes of (4).
 ///
 /// With Ψ_φ the force by which a step of length h kicks (φΨ⁺ + (1−φ)Ψ of real force calls at both ends, or Ψ at the stage),
 /// v_φ = φ_d v⁺ + (1−φ_d) v the velocity by which it drifts, and ρ and δ what the solver left,
