@@ -24,7 +24,7 @@
 #include <type_traits>
 #include <vector>
 
-#include <phistep/step/matrix/dense_lu.hpp>
+#include <phistep/step/matrix/small_dense_lu.hpp>
 
 #include "hand.hpp"
 #ifdef BENCH_HAS_SUNDIALS

@@ -1,7 +1,7 @@
 // What dense_lu.test.cpp and dense_lu.full.cpp share.
 #pragma once
 
-#include <phistep/step/matrix/dense_lu.hpp>
+#include <phistep/step/matrix/small_dense_lu.hpp>
 
 #include "step/matrix/dense_battery.hpp"
 #include "step/matrix/dense_sizes.hpp"

@@ -16,8 +16,8 @@
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/outcome/statistics.hpp"
 #include "phistep/step/matrix/choice.hpp"
-#include "phistep/step/matrix/dense_lu.hpp"
 #include "phistep/step/matrix/linear_system.hpp"
+#include "phistep/step/matrix/small_dense_lu.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
