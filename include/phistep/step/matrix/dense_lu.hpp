@@ -23,8 +23,7 @@ inline constexpr int small_dense_limit = 32;
 
 /// LU of an n×n matrix: resize(n), fill matrix(), factorize(), which is false where a pivot is zero, not finite or too small to have a
 /// reciprocal and may overwrite matrix(), solve_in_place(x). Allocates nothing after construction for n ≤ 300. This one is Eigen's,
-/// for sizes not known or beyond 32, but plain loops for few rows, where Eigen's take up to twice as long; below, those of 4 to 32
-/// rows and of 1 to 3.
+/// but plain loops for few rows, where Eigen's take up to twice as long.
 template <class Scalar, int size>
 class DenseLu {
   static_assert(size == Eigen::Dynamic || size > small_dense_limit, "phistep: small_dense_lu.hpp has these");
