@@ -93,15 +93,14 @@ struct WithoutVelocity : View {
 /// The view as term F may read it.
 template <class F, class View>
 [[nodiscard]] constexpr decltype(auto) view_for(const View& y) {
-  if constexpr (MotionLike<View> && std::is_trivially_copy_constructible_v<View> &&
-                requires { requires !F::uses_velocity; })
+  if constexpr (MotionLike<View> && std::is_trivially_copy_constructible_v<View> && ignores_velocity<F>)
     return WithoutVelocity<View>{y, {}};
   else return (y);
 }
 /// t as term F may read it: NaN where it says `uses_time = false`.
 template <class F, class Scalar>
 [[nodiscard]] constexpr Scalar time_for(Scalar t) {
-  if constexpr (requires { requires !F::uses_time; }) return std::numeric_limits<Scalar>::quiet_NaN();
+  if constexpr (ignores_time<F>) return std::numeric_limits<Scalar>::quiet_NaN();
   else return t;
 }
 

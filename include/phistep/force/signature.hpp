@@ -137,6 +137,16 @@ concept AddsJacobian = requires(F& f, double t, const View& y, ProbeSink& sink) 
   f.add_jacobian(t, y, memory, sink);
 };
 
+/// Whether F states that it ignores v, or t: then it is not given them (force/evaluate.hpp).
+template <class F>
+inline constexpr bool ignores_velocity = requires {
+  requires !F::uses_velocity;
+};
+template <class F>
+inline constexpr bool ignores_time = requires {
+  requires !F::uses_time;
+};
+
 /// Needs and offers of force F for states seen through View, with rates of type Rate.
 template <class F, class View, class Rate>
 struct ForceTraits {
@@ -148,8 +158,8 @@ struct ForceTraits {
   static constexpr ForceFault fault = [] {
     if constexpr (accumulates) return ForceFault::none;
     else if constexpr (arity == 0) return fault_of_form<F, View>();
-    else if constexpr ((MotionLike<View> && arity >= 2 && requires { requires !F::uses_velocity; }) ||
-                       (arity == (MotionLike<View> ? 3 : 2) && requires { requires !F::uses_time; }))
+    else if constexpr ((MotionLike<View> && arity >= 2 && ignores_velocity<F>) ||
+                       (arity == (MotionLike<View> ? 3 : 2) && ignores_time<F>))
       return ForceFault::unused;
     else
       return fault_of_result<decltype(call_with<arity>(std::declval<F&>(), std::declval<const View&>(),

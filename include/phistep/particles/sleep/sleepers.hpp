@@ -5,12 +5,12 @@
 /// spin when it became quiet: one that spins on the spot, which no friction stops, moves no other. After `steps` quiet steps it is
 /// watched: computed as before, until it is faster than v_s. A watched particle that touches none that is awake falls asleep, unless
 /// its mean acceleration a over at least `steps` steps (that of its surface, if this is larger) would make it as fast as v_s within
-/// four times as long. It keeps its spin, but for what rolls with v. It is watched again when |v + a t| would reach v_s, when one that is awake touches it, or
-/// when a watched one that touches it has moved farther than at speed v_s from one check to the next.
+/// four times as long. It keeps its spin, but for what rolls with v. It is watched again when |v + a t| would reach v_s, when one
+/// that is awake touches it, or when a watched one that touches it has moved farther than at speed v_s from one check to the next.
 ///
-/// A sleep of a time τ leaves out the velocity v, what rolls with it, and the acceleration a. When the particle has been quiet for `steps` steps again, its
-/// mean acceleration shows whether a was a push that goes on, as at a turning point or on a gentle slope: then it gets v + aτ. Else a
-/// was a trembling that has passed: it sleeps on, twice as long as before.
+/// A sleep of a time τ leaves out the velocity v, what rolls with it, and the acceleration a. When the particle has been quiet for
+/// `steps` steps again, its mean acceleration shows whether a was a push that goes on, as at a turning point or on a gentle slope: then
+/// it gets v + aτ. Else a was a trembling that has passed: it sleeps on, twice as long as before.
 #pragma once
 
 #include <Eigen/Core>

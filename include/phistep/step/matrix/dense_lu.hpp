@@ -18,7 +18,7 @@
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-/// Largest fixed size with an elimination of its own; beyond it, Eigen's blocked algorithm.
+/// Largest fixed size with an elimination of its own, and most rows that are substituted by plain loops; beyond it, Eigen's.
 inline constexpr int small_dense_limit = 32;
 
 /// LU of an n×n matrix: resize(n), fill matrix(), factorize(), which is false where a pivot is zero, not finite or too small to have a
