@@ -15,6 +15,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "phistep/base/outcome/outcome.hpp"
@@ -94,6 +95,8 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
     error_ = {};
     if (norm_.is_automatic()) norm_.automatic().begin_try(dt);
     trace_.proposed = 0;
+    trace_.rate = nullptr;
+    away_.reset();
     // Without a scale for each component, a solve's own error can't be weighed: then to rounding.
     trace_.weighs_most = false;
     if (!reads_weights_) {
@@ -115,7 +118,7 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
   /// Whether the step's error is allowed.
   [[nodiscard, gnu::always_inline]] inline bool operator()(const Plain& y, const Plain& next,
                                                            const Trace<Plain>& told) {
-    error_ = measure(told.error, y, next);
+    error_ = measure(told, y, next);
     if (knows_rounding && probe_.is_probing()) return false;
     error_.square *= told.error_scale_square;
     if (looks_for_jumps_ && !trace_.smoothness.holds(error_.square, static_cast<double>(told.dt), error_order_))
@@ -127,7 +130,7 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
   }
   /// Whether what failed the last try may be rounding: then it is to be tried again from a state a rounding away.
   [[nodiscard]] bool doubts(Outcome why, const Landing<Scalar>& to) {
-    if (!keeps_sizes()) return false;
+    if (!keeps_sizes() || away_.value_or(-1) >= 0) return false;
     if (why == Outcome::error_too_large) return probe_.has_failed(std::abs(static_cast<double>(to.dt)), error_.size());
     probe_.has_stalled();
     if constexpr (knows_rounding) norm_.automatic().unbear();
@@ -154,7 +157,7 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
   }
   /// That of the try in hand, which teaches sizes: a probe that begins with a check of its start isn't that check.
   [[nodiscard]] double size_of_error(const Plain& y, const Plain& next, const Trace<Plain>& told) {
-    return measure(told.error, y, next).size();
+    return measure(told, y, next).size();
   }
   // A pace that is const judges steps that are not the one in hand: they teach nothing.
   [[nodiscard]] double size_of_error(const Plain& y, const Plain& next, const Trace<Plain>& told) const {
@@ -260,32 +263,52 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
     usual_ = y;
     probe_.resize(y);
   }
-  [[nodiscard, gnu::always_inline]] inline Measured measure(const Plain& error, const Plain& y, const Plain& next) {
+  [[nodiscard, gnu::always_inline]] inline Measured measure(const Trace<Plain>& told, const Plain& y,
+                                                            const Plain& next) {
     if constexpr (knows_rounding)
-      if (norm_.is_automatic()) return measure_by_sizes(error, y, next);
-    return norm_(error, y, next);
+      if (norm_.is_automatic()) return measure_by_sizes(told, y, next);
+    return norm_(told.error, y, next);
   }
-  [[nodiscard, gnu::noinline]] Measured measure_by_sizes(const Plain& error, const Plain& y, const Plain& next) {
-    const Measured found = norm_(error, y, next);
+  [[nodiscard, gnu::noinline]] Measured measure_by_sizes(const Trace<Plain>& told, const Plain& y, const Plain& next) {
+    const Measured found = norm_(told.error, y, next);
     if (probe_.is_probing()) {
-      probe_.learn(norm_, error, y, next);
+      probe_.learn(norm_, told, y, next);
       return {std::numeric_limits<double>::infinity(), {}};
     }
     probe_.remember_end(next);
-    if (!norm_.automatic().all_sized()) learn_sizes(error, y, next);
+    if (norm_.automatic().all_sized()) return found;
+    if (const Index i = runs_away(told, next); i >= 0) return {blown_up, component(i)};
+    learn_sizes(told.error, y, next);
+    return found;
+  }
+  /// A component that had no size, and that the step has not made but blown up; −1: none. What begins as t^k has a rate of k y⁺/Δt, in
+  /// a shorter try with the same k; the rate after an unstable step is against y⁺ or far more, and less so after a shorter one.
+  [[nodiscard]] Index runs_away(const Trace<Plain>& told, const Plain& next) {
+    if (told.rate == nullptr) return -1;
+    if (away_) return *away_;
+    Index found = -1;
+    auto& atol = norm_.automatic();
+    for_each_number(
+        [&](std::size_t at, Scalar to, Scalar rate) {
+          const auto i = static_cast<Index>(at);
+          if (to != 0 && !atol.is_sized(i) && !atol.begins(i, to, told.dt * rate)) found = i;
+        },
+        Blocks<Plain>::all(next), Blocks<Plain>::all(*told.rate));
+    away_ = found;
+    return found;
+  }
+  /// The i-th number over all blocks.
+  [[nodiscard]] Component component(Index i) const {
+    Component found;
+    for_each_block(
+        [&](auto k, const auto& block) {
+          if (found.block < 0 && i < block.size()) found = {static_cast<std::int64_t>(k()), i};
+          i -= block.size();
+        },
+        Blocks<Plain>::all(trace_.weight));
     return found;
   }
   [[gnu::noinline]] void tell(Limits& limits) const {
-    const auto component = [this](Index i) {
-      Component found;
-      for_each_block(
-          [&](auto k, const auto& block) {
-            if (found.block < 0 && i < block.size()) found = {static_cast<std::int64_t>(k()), i};
-            i -= block.size();
-          },
-          Blocks<Plain>::all(trace_.weight));
-      return found;
-    };
     limits.has_own_scales = true;
     if (const Index i = norm_.automatic().below(); i >= 0) limits.below.name(component(i));
     if (const Index i = norm_.automatic().leapt(); i >= 0) limits.leapt.name(component(i));
@@ -313,6 +336,8 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
       atol.bear(i, shown);
     });
   }
+  /// ‖e‖² of a try that has blown something up.
+  static constexpr double blown_up = 1e20;
   /// Of the error allowed to a step: what its solves may leave of theirs.
   static constexpr double newton_share = 0.03;
   /// Where the force jumps, an estimate of one formula may be too small by this factor, squared.
@@ -326,6 +351,7 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
   StepSize size_;
   Trace<Plain> trace_;
   Measured error_;
+  std::optional<Index> away_;  // what runs_away() has found in this try
   RoundingProbe<Plain> probe_;
   Plain usual_;  // sizes for differences, where scales are the components' own
   double allowed_ = 1, per_allowed_ = 1;

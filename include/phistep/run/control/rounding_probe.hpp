@@ -60,6 +60,7 @@ class RoundingProbe {
     copy_blocks<Plain>(error_before_, trace.error);
     course_.is_probing = true;
     course_.has_learned = false;
+    course_.is_hidden = trace.has_hidden;
     return ++course_.probes;
   }
   [[nodiscard]] bool is_probing() const { return course_.is_probing; }
@@ -98,7 +99,9 @@ class RoundingProbe {
   }
   /// What the probe's end and error say. Less does no harm, and may be what an iteration has left. More is rounding, where the error
   /// isn't far more, of what an iteration has solved is far less, or isn't the same.
-  [[gnu::noinline]] void learn(ErrorNorm<Plain>& norm, const Plain& error, const Plain& y, const Plain& next) {
+  [[gnu::noinline]] void learn(ErrorNorm<Plain>& norm, const Trace<Plain>& told, const Plain& y, const Plain& next) {
+    if (told.has_hidden != course_.is_hidden) return;
+    const Plain& error = told.error;
     auto& atol = norm.automatic();
     const double n = static_cast<double>(count_of(Blocks<Plain>::all(y)));
     const auto least = static_cast<Scalar>(0.03 * allowed_ * std::sqrt(n)), rtol = static_cast<Scalar>(rtol_),
@@ -131,7 +134,8 @@ class RoundingProbe {
           const bool is_noise = asks_others() ? is_only_error(i, moved, before)
                                               : (course_.iterates ? Scalar{8} : Scalar(1e-3L)) * std::abs(e) <= moved ||
                                                     4 * apart >= std::abs(e_before);
-          if (!std::isfinite(moved) || !is_noise || moved <= least * norm.scale(0, i, size)) return;
+          const bool is_astray = moved > 64 * std::max({atol.most(i), std::abs(from), std::abs(before)});
+          if (is_astray || !std::isfinite(moved) || !is_noise || moved <= least * norm.scale(0, i, size)) return;
           atol.learn_noise(i, asks_others() ? moved / 2 : static_cast<Scalar>(64 / allowed_) * moved);
           course_.has_learned = true;
         },
@@ -163,6 +167,7 @@ class RoundingProbe {
   static constexpr int soon = 8, seldom = 1024;
   struct Course {
     bool is_probing = false, is_wanted = false, has_learned = false, has_stalled = false;
+    bool is_hidden = false;      // in the error before were rates that fall
     bool iterates = false;       // steps are solved by iteration
     std::uint64_t probes = 0;    // that have been
     double dt = 0, size = 0;     // [time] of the last try of this step; its ‖e‖

@@ -11,7 +11,8 @@
 ///
 /// Numbers of one kind are one quantity: none is smaller than 1e-3 of the largest among them. A row of a matrix is one, a motion's
 /// matrices as a whole, a field as a whole (there s is max |y|), and what `quantity` says. A component that has never been
-/// anything but zero has no size: its first try says how large it gets.
+/// anything but zero has no size: the first try says how large it gets of which the force at the end says that it has made it
+/// (ErrorPace::runs_away).
 #pragma once
 
 #include <Eigen/Core>
@@ -69,7 +70,7 @@ class AutomaticAtol {
           Blocks<Plain>::all(y));
     } else {
       if (const Index n = count_of(Blocks<Plain>::all(y)); own_.size() != n || largest_.size() != n)
-        for (Numbers* numbers : {&own_, &largest_, &noise_}) numbers->setZero(n);
+        for (Numbers* numbers : {&own_, &largest_, &noise_, &power_, &begun_}) numbers->setZero(n);
       below_ = leapt_ = -1;
       if (passed > 0) noise_ *= static_cast<Scalar>(std::pow(fade_noise, passed));
       Index before = 0;  // numbers of the blocks before
@@ -138,7 +139,8 @@ class AutomaticAtol {
     for_each_number(
         [this](std::size_t at, Scalar& to) {
           const auto i = static_cast<Index>(at);
-          to = std::max(std::sqrt(own_[i]) * std::sqrt(largest_[i]), noise_[i] / rtol_);
+          const Scalar most = largest_[i] > 0 ? largest_[i] : own_[i];  // nothing yet, but for a try
+          to = std::max(std::sqrt(own_[i]) * std::sqrt(most), noise_[i] / rtol_);
         },
         Blocks<Plain>::all(usual));
   }
@@ -149,6 +151,14 @@ class AutomaticAtol {
   [[nodiscard]] bool is_sized(Index i) const { return own_[i] > 0; }
   /// Until the step is done, the size of a component that had none is |y⁺_i| of this try.
   void bear(Index i, Scalar next) { own_[i] = at_least_normal<Scalar>(next); }
+  /// Whether a component that had no size, and is `next` at the end of this try, has begun there as Δt^k: k = Δt y'/y⁺ is what powers
+  /// are, or what it was in the try before, which was longer and led farther. @param change  Δt y'
+  [[nodiscard]] bool begins(Index i, Scalar next, Scalar change) {
+    constexpr Scalar least{-1}, most{16};
+    const Scalar k = change / next, k_before = std::exchange(power_[i], k), before = std::exchange(begun_[i], next);
+    if (least <= k && k <= most) return true;
+    return std::abs(k - k_before) < std::abs(k) / 8 && 2 * std::abs(next) < std::abs(before);
+  }
   [[nodiscard]] Scalar most(Index i) const { return largest_[i]; }
   /// Errors below this do not show.
   void learn_noise(Index i, Scalar least) { noise_[i] = std::max(noise_[i], least); }
@@ -177,6 +187,7 @@ class AutomaticAtol {
         for (const Scalar x : *numbers) ar.check(x >= 0 && std::isfinite(x));
       }
       all_sized_ = (own_.array() > 0).all();
+      power_ = begun_ = Numbers::Zero(own_.size());
     }
   }
 
@@ -218,6 +229,7 @@ class AutomaticAtol {
   std::span<const Quantity> kinds_;
   std::array<Scalar, FieldState<Plain> ? blocks : 0> fields_{};                              // s
   Numbers own_ = Numbers::Zero(is_small ? size_of_few : 0), largest_ = own_, noise_ = own_;  // s, max_t |y|, n
+  Numbers power_ = own_, begun_ = own_;                                                      // k, y⁺ of the last try
   Index below_ = -1, leapt_ = -1;
   bool all_sized_ = false, is_done_ = false;
   double dt_ = 0, longest_try_ = 0, longest_ = 0;  // [time] of the try, the longest of this step, H

@@ -74,6 +74,13 @@ class StepDoubling {
         const Scalar by = 1 / (std::exp2(static_cast<Scalar>(stepper.order())) - 1);
         assign<S>(trace.error, by * (in<S>(whole_) - in<S>(next_)));  // (1)
         trace.has_error = true;
+        if (trace.has_unsized) {
+          if (!reaches_end(stepper, t, dt, origin)) {
+            take_back();
+            return {failure_.outcome, iterations, &failure_};
+          }
+          if constexpr (knows_slope) trace.rate = &whole_;
+        }
         is_right = accept(std::as_const(start_), std::as_const(next_), trace);
       }
       if (is_right && (facts_of<Stepper>.traces || reaches_end(stepper, t, dt, origin)))
@@ -90,6 +97,9 @@ class StepDoubling {
   [[nodiscard]] const Plain& middle() const { return middle_; }
 
  private:
+  static constexpr bool knows_slope = requires(Stepper & stepper, Scalar t, Plain& y) {
+    stepper.slope(t, std::as_const(y), y);
+  };
   /// A step that is accepted as it is.
   static StepReport one(Stepper& stepper, S& state, Scalar t, Scalar dt, Origin origin, Trace<Plain>& trace) {
     const auto accepts_all = [](const auto&...) { return true; };
@@ -99,7 +109,7 @@ class StepDoubling {
 
   /// Whether the next step can start where this one ends: a force call, which a stepper that traces its steps has made.
   [[nodiscard]] bool reaches_end(Stepper& stepper, Scalar t, Scalar dt, const Origin& origin) {
-    if constexpr (!requires { stepper.slope(t, next_, whole_); }) {
+    if constexpr (!knows_slope) {
       return true;
     } else {
       failure_ = {};

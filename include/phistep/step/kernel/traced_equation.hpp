@@ -131,6 +131,24 @@ struct TracedEquation : Eq {
     return Outcome::success;
   }
 
+  /// trace.rate = y' at the end by a force call, where something has begun that had no size: by that shows whether the step has made it
+  /// or blown it up. @param reach  calls the force there, at a place of the scheme's own or in psi
+  [[nodiscard]] Outcome show_births(auto&& reach) {
+    if constexpr (!FieldState<S>) {
+      if (!trace.has_unsized || kernel.last_solve().is_singular || !has_births()) return Outcome::success;
+      if (const Outcome bad = reach(); failed(bad)) return bad;
+      trace.rate = trace.has_slopes ? &trace.end : nullptr;
+      if constexpr (Eq::needs.solver || Eq::needs.stages) {  // these slopes may be of the scheme's own relations
+        if (!std::exchange(this->ends_with_psi, true)) rhs().evaluate_into(t + dt, next, psi);
+        assign_solved<S>(trace.predicted, in_rate<S>(psi));
+        static_cast<void>(divide_by_mass(Blocks<S>::solved(trace.predicted), rhs().masses()));
+        if constexpr (Eq::Rhs::drifts) position_of<S>(trace.predicted) = velocity_of<S>(next);
+        trace.rate = &trace.predicted;
+      }
+    }
+    return Outcome::success;
+  }
+
   // ---- errors that a filter hides where rates fall (falling_rates.hpp) ----
 
   [[nodiscard]] Outcome filter(Plain& error) {
@@ -182,6 +200,12 @@ struct TracedEquation : Eq {
   void keep_force() requires Eq::Kernel::carries { this->knows_end = this->ends_with_psi; }
 
  private:
+  [[nodiscard]] bool has_births() const {
+    bool any = false;
+    for_each_number([&any](std::size_t, Scalar weight, Scalar to) { any = any || (weight == 0 && to != 0); },
+                    Blocks<S>::all(trace.weight), Blocks<S>::all(next));
+    return any;
+  }
   [[nodiscard]] static bool is_not_finite(Outcome outcome) {
     return outcome == Outcome::non_finite_force || outcome == Outcome::non_finite_state;
   }

@@ -41,12 +41,12 @@ class RowScales {
   void scale(auto& W) {
     if (!is_on_) return;
     const auto most = [&](Eigen::Index i) { return (W.row(i).transpose().array().abs() * sizes_.array()).maxCoeff(); };
-    // One without a size gets that which the others give it. What nothing makes is solved by its own row: by another's, rounding
-    // would make something of it.
+    // One without a size gets more than that which the others give it: they are not solved by its row. What nothing makes is solved by
+    // its own row: by another's, rounding would make something of it.
     for (bool grows = true; std::exchange(grows, false);)
       for (Eigen::Index i = 0; i < W.rows(); ++i)
         if (sizes_[i] == 0 && W(i, i) != 0) {
-          sizes_[i] = most(i) / std::abs(W(i, i));
+          sizes_[i] = 16 * most(i) / std::abs(W(i, i));
           grows = grows || sizes_[i] > 0;
         }
     for (Eigen::Index i = 0; i < W.rows(); ++i) {

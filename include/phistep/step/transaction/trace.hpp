@@ -79,6 +79,7 @@ struct Trace {
   double error_scale_square = 1;  ///< the square of that factor
   bool has_slopes = false;        ///< `start` and `end` are filled
   bool has_error = false;         ///< `error` is filled
+  const Plain* rate = nullptr;    ///< y' at the end, where something began that had no size; null: not known
   bool has_hidden = false;        ///< rates fell in the last try: where slopes lead is not known
   bool has_met_bound = false;     ///< a solve of this run has met a place where Ψ doesn't exist
   Smoothness smoothness;          ///< of the force, by the estimates of explicit pairs
