@@ -176,7 +176,8 @@ class SchemeOn<Rosenbrock<Tableau>, S> : public SchemeDefaults {
         if (trace.wants_dense) keep_inside(u, std::make_index_sequence<Tableau::dense>{});
       });
       const Scalar gamma = static_cast<Scalar>(Tableau::gamma) * eq.dt;
-      return eq.see_falling_rates({gamma, gamma}, true);
+      if (const Outcome bad = eq.see_falling_rates({gamma, gamma}, true); failed(bad)) return bad;
+      return eq.show_births([&] { return eq.reach_end(); });
     });
   }
 

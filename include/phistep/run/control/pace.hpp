@@ -111,6 +111,8 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
     if constexpr (knows_rounding)
       if (reads_weights_ && norm_.is_automatic()) {
         norm_.automatic().tell_usual(usual_);
+        // A probe's differences are over other lengths: what roundings make of a Jacobian shows, too.
+        if (probe_.is_probing()) for_each_number([](std::size_t, Scalar& x) { x *= 3; }, Blocks<Plain>::all(usual_));
         trace_.usual = &usual_;
       }
     trace_.has_unsized = knows_rounding && norm_.is_automatic() && !norm_.automatic().all_sized();
@@ -218,6 +220,7 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
   void obey(const ErrorLaw& law) {
     // Estimates that go as the error at the end does, Δt^p, are held to the tolerance as they are.
     reads_weights_ = law.reads_weights;
+    damps_ = law.damps;
     looks_for_jumps_ = law.looks_for_jumps;
     error_order_ = law.error_order;
     allowed_ = law.error_order == law.order
@@ -279,7 +282,7 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
     if (norm_.automatic().all_sized()) return found;
     if (const Index i = runs_away(told, next); i >= 0) return {blown_up, component(i)};
     learn_sizes(told.error, y, next);
-    return found;
+    return norm_.automatic().has_begun_before() ? norm_(told.error, y, next) : found;
   }
   /// A component that had no size, and that the step has not made but blown up; −1: none. What begins as t^k has a rate of k y⁺/Δt, in
   /// a shorter try with the same k; the rate after an unstable step is against y⁺ or far more, and less so after a shorter one.
@@ -291,7 +294,7 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
     for_each_number(
         [&](std::size_t at, Scalar to, Scalar rate) {
           const auto i = static_cast<Index>(at);
-          if (to != 0 && !atol.is_sized(i) && !atol.begins(i, to, told.dt * rate)) found = i;
+          if (to != 0 && !atol.is_sized(i) && !atol.begins(i, to, told.dt * rate, damps_)) found = i;
         },
         Blocks<Plain>::all(next), Blocks<Plain>::all(*told.rate));
     away_ = found;
@@ -345,7 +348,7 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
 
   tolerance wanted_;
   iteration_control iterations_;
-  bool counts_ = false, reads_weights_ = true, looks_for_jumps_ = false;
+  bool counts_ = false, reads_weights_ = true, damps_ = false, looks_for_jumps_ = false;
   int error_order_ = 2;
   ErrorNorm<Plain> norm_;
   StepSize size_;

@@ -134,8 +134,7 @@ class RoundingProbe {
           const bool is_noise = asks_others() ? is_only_error(i, moved, before)
                                               : (course_.iterates ? Scalar{8} : Scalar(1e-3L)) * std::abs(e) <= moved ||
                                                     4 * apart >= std::abs(e_before);
-          const bool is_astray = moved > 64 * std::max({atol.most(i), std::abs(from), std::abs(before)});
-          if (is_astray || !std::isfinite(moved) || !is_noise || moved <= least * norm.scale(0, i, size)) return;
+          if (!std::isfinite(moved) || !is_noise || moved <= least * norm.scale(0, i, size)) return;
           atol.learn_noise(i, asks_others() ? moved / 2 : static_cast<Scalar>(64 / allowed_) * moved);
           course_.has_learned = true;
         },

@@ -150,15 +150,18 @@ class AutomaticAtol {
   [[nodiscard]] bool all_sized() const { return all_sized_; }
   [[nodiscard]] bool is_sized(Index i) const { return own_[i] > 0; }
   /// Until the step is done, the size of a component that had none is |y⁺_i| of this try.
-  void bear(Index i, Scalar next) { own_[i] = at_least_normal<Scalar>(next); }
+  void bear(Index i, Scalar next) { own_[i] = at_least_normal<Scalar>(std::max(next, std::abs(begun_[i]))); }
   /// Whether a component that had no size, and is `next` at the end of this try, has begun there as Δt^k: k = Δt y'/y⁺ is what powers
-  /// are, or what it was in the try before, which was longer and led farther. @param change  Δt y'
-  [[nodiscard]] bool begins(Index i, Scalar next, Scalar change) {
-    constexpr Scalar least{-1}, most{16};
+  /// are, or what it was in the try before, which was longer and led farther: that tells its size. @param change  Δt y'
+  [[nodiscard]] bool begins(Index i, Scalar next, Scalar change, bool damps) {
     const Scalar k = change / next, k_before = std::exchange(power_[i], k), before = std::exchange(begun_[i], next);
-    if (least <= k && k <= most) return true;
-    return std::abs(k - k_before) < std::abs(k) / 8 && 2 * std::abs(next) < std::abs(before);
+    if (damps ? std::abs(k) <= 64 : -1 <= k && k <= 16) return true;
+    if (8 * std::abs(k - k_before) > std::abs(k) || 2 * std::abs(next) > std::abs(before)) return false;
+    begun_[i] = before;
+    before_ = true;
+    return true;
   }
+  [[nodiscard]] bool has_begun_before() { return std::exchange(before_, false); }
   [[nodiscard]] Scalar most(Index i) const { return largest_[i]; }
   /// Errors below this do not show.
   void learn_noise(Index i, Scalar least) { noise_[i] = std::max(noise_[i], least); }
@@ -231,7 +234,7 @@ class AutomaticAtol {
   Numbers own_ = Numbers::Zero(is_small ? size_of_few : 0), largest_ = own_, noise_ = own_;  // s, max_t |y|, n
   Numbers power_ = own_, begun_ = own_;                                                      // k, y⁺ of the last try
   Index below_ = -1, leapt_ = -1;
-  bool all_sized_ = false, is_done_ = false;
+  bool all_sized_ = false, is_done_ = false, before_ = false;
   double dt_ = 0, longest_try_ = 0, longest_ = 0;  // [time] of the try, the longest of this step, H
 };
 

@@ -214,6 +214,8 @@ class StepAttempt {
       if (why != Outcome::error_too_large && pace_.knows_rates()) look_at_rates(to);
       return false;
     }
+    // Where something begins that had no size, corrections have no weight, and are off by more than rounding.
+    if (pace_.trace().rate != nullptr && stepper_.last_solve().iterations > 0) return false;
     copy_blocks<S>(probed_from_, plain());
     pace_.begin_probe(probed_from_, stepper_.last_solve().iterations > 0);
     copy_blocks<S>(state_, pace_.trace().predicted);

@@ -153,6 +153,8 @@ class SchemeOn<RungeKutta<Tableau>, S> : public SchemeDefaults {
     if constexpr (Estimate::needs_end)
       if (const Outcome bad = reach_end(eq); failed(bad)) return bad;
     if (const Outcome bad = eq.show_births([&] { return reach_end(eq); }); failed(bad)) return bad;
+    if constexpr (reads_weights)
+      if (trace.rate != nullptr) eq.weigh_births();
     Estimate::tell(k_, eq.dt, trace);
     if constexpr (requires { Tableau::sure_to; })
       if (trace.rtol > Tableau::sure_to) Estimate::doubt_few_digits(k_, eq);

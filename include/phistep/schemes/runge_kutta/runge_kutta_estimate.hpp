@@ -85,8 +85,6 @@ class RungeKuttaEstimate {
           trace.error_scale_square = std::max(trace.error_scale_square, 0.01 * all.low / all.high);
       }
     }
-    // What has just begun has no weight: the factor isn't of it.
-    if (trace.rate != nullptr) trace.error_scale_square = std::max(trace.error_scale_square, 1.0);
     trace.has_error = true;
   }
   /// The factor of few digits. @param eq  of the step

@@ -105,7 +105,7 @@ class DifferenceTangent {
   void resize(const Plain& y, [[maybe_unused]] Rhs& rhs) {
     if constexpr (patterned) columns_.resize(rhs, unknowns<S>(y));
     probe_ = y;
-    probe_rate_ = later_ = make_rate<S>(y);
+    probe_rate_ = make_rate<S>(y);
     for (Unknown* x : {&rounding_, &increment_, &change_}) x->setZero(unknowns<S>(y));
   }
   /// The force may be another one: so may its pattern.
@@ -148,14 +148,12 @@ class DifferenceTangent {
           },
           Blocks<S>::solved(Y), Rate::blocks(psi), rhs.masses());
       const auto entry = [&system](Index i, Index j, Scalar x) { system.velocity(i, j, x); };
-      const bool looks_later = looks_ && allowed.has_unsized;
-      if (looks_later) look_at_later(rhs, t + gamma.force, Y, psi);
       const auto scales = [&](auto k, Index i) -> Scalar {
         if (!(allowed.target > 0)) return scale[k];
         const auto block = [](auto& y) -> auto& { return std::get<decltype(k)::value>(Blocks<S>::solved(y)); };
-        if (looks_later && block(*allowed.weight).data()[i] == 0)  // no size yet: soon that of its kick
+        if (allowed.has_unsized && block(*allowed.weight).data()[i] == 0)  // no size yet: soon that of its kick
           if (const Scalar kick = std::abs(std::get<k()>(rhs.masses()).h_over_mass(gamma.force)(i) *
-                                           std::get<k()>(Rate::blocks(later_)).data()[i]);
+                                           std::get<k()>(Rate::blocks(psi)).data()[i]);
               kick > 0)
             return 16 * kick;
         return size_of(allowed, block, i, scale[k]);
@@ -209,20 +207,10 @@ class DifferenceTangent {
         Blocks<S>::all(probe_));
     rhs.evaluate_into(t, probe_, probe_rate_);
     for_each_rate(psi, [this](Index i, Scalar now, Scalar before) {
-      rounding_[i] = std::max(std::abs(now - before), std::numeric_limits<Scalar>::epsilon() * std::abs(before));
+      rounding_[i] = std::max(
+          {std::abs(now - before), std::numeric_limits<Scalar>::epsilon() * std::abs(before), rounding_[i] / 16});
     });
     copy_blocks<S>(probe_, Y);
-  }
-  /// later_ = |Ψ|, now or later, whichever is larger: at a start it may be next to nothing, or nothing but rounding, which is left out.
-  void look_at_later(Rhs& rhs, Scalar t, const Plain& Y, const Rate& psi) {
-    later_ = psi;
-    if constexpr (!Rhs::is_autonomous) rhs.evaluate_into(t, Y, probe_rate_);
-    for_each_number(
-        [this](std::size_t i, Scalar& to, Scalar after) {
-          to = std::abs(to) <= 1000 * rounding_[static_cast<Index>(i)] ? Scalar{0} : std::abs(to);
-          if constexpr (!Rhs::is_autonomous) to = std::max(to, std::abs(after));
-        },
-        Rate::blocks(later_), Rate::blocks(probe_rate_));
   }
   /// How much farther a component should move, at most to `most`, for a change of Ψ to show. @param seen  the largest of its
   /// changes, each in units of rounding; 0: Ψ doesn't depend on it
@@ -269,7 +257,9 @@ class DifferenceTangent {
         evaluate();
       }
       for_each_moved(color, moved, [&](auto, Index j, Index) {
-        for_each_row(j, [&](Index i) { put(i, j, change_[i] / increment_[j]); });
+        for_each_row(j, [&](Index i) {
+          put(i, j, looks_ && in_roundings(change_[i], i) < 16 ? Scalar{0} : change_[i] / increment_[j]);
+        });
       });
       for_each_moved(color, moved, put_back);
     }
@@ -330,7 +320,7 @@ class DifferenceTangent {
   };
 
   Plain probe_;
-  Rate probe_rate_, later_;
+  Rate probe_rate_;
   Unknown rounding_, increment_, change_;  // of Ψ; of what moves; of Ψ then
   bool looks_ = false;
   [[no_unique_address]] Only<patterned, Columns> columns_;

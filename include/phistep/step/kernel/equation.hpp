@@ -166,6 +166,9 @@ struct Equation {
     return Outcome::success;
   }
 
+  /// Whether a component that had no size has begun as a power of Δt.
+  [[nodiscard]] static Outcome show_births(auto&&...) { return Outcome::success; }
+
   // Nothing in a plain step. In a traced one:
 
   /// Makes the slope at the start known, and checks that it is consistent with γ.

@@ -141,12 +141,22 @@ struct TracedEquation : Eq {
       if constexpr (Eq::needs.solver || Eq::needs.stages) {  // these slopes may be of the scheme's own relations
         if (!std::exchange(this->ends_with_psi, true)) rhs().evaluate_into(t + dt, next, psi);
         assign_solved<S>(trace.predicted, in_rate<S>(psi));
-        static_cast<void>(divide_by_mass(Blocks<S>::solved(trace.predicted), rhs().masses()));
         if constexpr (Eq::Rhs::drifts) position_of<S>(trace.predicted) = velocity_of<S>(next);
+        static_cast<void>(divide_by_mass(Blocks<S>::solved(trace.predicted), rhs().masses()));
         trace.rate = &trace.predicted;
       }
     }
     return Outcome::success;
+  }
+
+  /// What has begun in this try has the weight of what it has become.
+  void weigh_births() {
+    if constexpr (!FieldState<S>)
+      for_each_number(
+          [rtol = static_cast<Scalar>(trace.rtol)](std::size_t, Scalar& weight, Scalar to) {
+            if (weight == 0 && to != 0) weight = 1 / at_least_normal<Scalar>(rtol * std::abs(to));
+          },
+          Blocks<S>::all(trace.weight), Blocks<S>::all(next));
   }
 
   // ---- errors that a filter hides where rates fall (falling_rates.hpp) ----
