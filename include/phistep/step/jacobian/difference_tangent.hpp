@@ -207,8 +207,7 @@ class DifferenceTangent {
         Blocks<S>::all(probe_));
     rhs.evaluate_into(t, probe_, probe_rate_);
     for_each_rate(psi, [this](Index i, Scalar now, Scalar before) {
-      rounding_[i] = std::max(
-          {std::abs(now - before), std::numeric_limits<Scalar>::epsilon() * std::abs(before), rounding_[i] / 16});
+      rounding_[i] = std::max(std::abs(now - before), std::numeric_limits<Scalar>::epsilon() * std::abs(before));
     });
     copy_blocks<S>(probe_, Y);
   }
@@ -257,9 +256,7 @@ class DifferenceTangent {
         evaluate();
       }
       for_each_moved(color, moved, [&](auto, Index j, Index) {
-        for_each_row(j, [&](Index i) {
-          put(i, j, looks_ && in_roundings(change_[i], i) < 16 ? Scalar{0} : change_[i] / increment_[j]);
-        });
+        for_each_row(j, [&](Index i) { put(i, j, change_[i] / increment_[j]); });
       });
       for_each_moved(color, moved, put_back);
     }
