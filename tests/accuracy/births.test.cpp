@@ -236,6 +236,21 @@ TEST_CASE("births: the algebraic component of an equation of index 1") {
   }
 }
 
+// x is 0 and has no size yet: what rounding leaves of the algebraic equation moves it by nothing.
+TEST_CASE("births: a start that is consistent but for a rounding is one, also where a component is zero") {
+  using Two = Eigen::Vector2d;
+  const auto force = [](const Two& y) -> Two { return {y[1] - y[0], y[1] - 0.3}; };
+  const auto outcome = [&](auto scheme, const Two& start) {
+    Two y = start;
+    PhiStepper stepper{y, force, scheme, capacity(Two{1, 0})};
+    return integrate(stepper, y, {0, 1}, tolerance{.rtol = 1e-6}).outcome;
+  };
+  CHECK(outcome(rodas5p, {0, 0.1 + 0.2}) == Outcome::success);
+  CHECK(outcome(radau, {0, 0.1 + 0.2}) == Outcome::success);
+  CHECK(outcome(rodas5p, {0, 0.31}) == Outcome::inconsistent_start);
+  CHECK(outcome(radau, {0, 0}) == Outcome::inconsistent_start);
+}
+
 // A slope at the end is asked in tries in which something begins, and in no others.
 TEST_CASE("births: a component that stays zero costs no force call") {
   const auto calls = [](const char* name, auto scheme) {

@@ -67,6 +67,7 @@ class AlgebraicStart {
     if (first_non_finite(Rate::blocks(step.psi))) return Outcome::non_finite_force;
     if (leaves_residual(rhs, step.psi)) {
       if (const Outcome bad = respond(residual_, response_); failed(bad)) return bad;
+      keep_unseen(Blocks<S>::solved(response_), rhs.masses());  // the rest follows from it, and may have no size yet
       bool is_allowed = false;
       if constexpr (requires { size(response_); }) is_allowed = size(response_) <= 1;
       else is_allowed = is_small(step.y);
