@@ -133,6 +133,9 @@ struct TracedEquation : Eq {
 
   /// trace.rate = y' at the end by a force call, where something has begun that had no size: by that shows whether the step has made it
   /// or blown it up. @param reach  calls the force there, at a place of the scheme's own or in psi
+  [[nodiscard]] Outcome show_births() {
+    return show_births([this] { return reach_end(); });
+  }
   [[nodiscard]] Outcome show_births(auto&& reach) {
     if constexpr (!FieldState<S>) {
       if (!trace.has_unsized || kernel.last_solve().is_singular || !has_births()) return Outcome::success;
