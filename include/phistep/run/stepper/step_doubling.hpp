@@ -49,7 +49,7 @@ class StepDoubling {
       StepReport report = one(stepper, state, t, dt, origin, trace);
       if (!report) return report;  // nothing has happened
       int iterations = report.iterations();
-      bool is_right = true;
+      bool is_right = true, ends = facts_of<Stepper>.traces;  // the next step can start where this one ends
       if (halves) {
         copy_blocks<S>(whole_, state);
         put_back(past);
@@ -79,12 +79,12 @@ class StepDoubling {
             take_back();
             return {failure_.outcome, iterations, &failure_};
           }
+          ends = true;
           if constexpr (knows_slope) trace.rate = &whole_;
         }
         is_right = accept(std::as_const(start_), std::as_const(next_), trace);
       }
-      if (is_right && (facts_of<Stepper>.traces || reaches_end(stepper, t, dt, origin)))
-        return {Outcome::success, iterations, nullptr};
+      if (is_right && (ends || reaches_end(stepper, t, dt, origin))) return {Outcome::success, iterations, nullptr};
       take_back();
       if (is_right) return {failure_.outcome, iterations, &failure_};
       return {Outcome::error_too_large, iterations, nullptr};
